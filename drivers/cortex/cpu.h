@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Single instructions of the core which C has no word for: masking, barriers, sleep. ARMv7-M ARM, B1.4 and A7.7.
+ * Context of all of them: any, privileged (this project never leaves privileged mode).
+ */
+#ifndef DRIVERS_CORTEX_CPU_H
+#define DRIVERS_CORTEX_CPU_H
+
+#include <stdint.h>
+
+/* Masks all interrupts of configurable priority; returns what cpu_irq_restore() needs, so pairs nest. */
+static inline uint32_t cpu_irq_save(void)
+{
+    uint32_t primask;
+    __asm volatile("mrs %0, primask\n\tcpsid i" : "=r"(primask) : : "memory");
+    return primask;
+}
+
+static inline void cpu_irq_restore(uint32_t primask)
+{
+    __asm volatile("msr primask, %0" : : "r"(primask) : "memory");
+}
+
+static inline void cpu_irq_enable(void)
+{
+    __asm volatile("cpsie i" : : : "memory");
+}
+
+static inline void cpu_irq_disable(void)
+{
+    __asm volatile("cpsid i" : : : "memory");
+}
+
+/*
+ * Masks interrupts of priority `level` and less urgent ones (larger numbers), level 1...15; the more urgent keep
+ * running. 0 masks nothing. Returns the level before, to put back.
+ */
+static inline uint32_t cpu_mask_below(uint32_t level)
+{
+    uint32_t before;
+    __asm volatile("mrs %0, basepri\n\tmsr basepri, %1" : "=&r"(before) : "r"((level & 15u) << 4) : "memory");
+    return before >> 4;
+}
+
+/* Waits until an interrupt is pending, also one that PRIMASK holds back. */
+static inline void cpu_wait_for_interrupt(void)
+{
+    __asm volatile("dsb\n\twfi" : : : "memory");
+}
+
+/* All memory accesses before are complete, not only ordered. */
+static inline void cpu_dsb(void)
+{
+    __asm volatile("dsb" : : : "memory");
+}
+
+/* Instructions after this are fetched under the new configuration. */
+static inline void cpu_isb(void)
+{
+    __asm volatile("isb" : : : "memory");
+}
+
+/* The compiler keeps memory accesses on their side. Enough between thread and ISR: one core, in order. */
+static inline void cpu_compiler_barrier(void)
+{
+    __asm volatile("" : : : "memory");
+}
+
+#endif

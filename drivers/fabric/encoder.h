@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Incremental encoder counter in fabric slot 2. Registers: docs/fabric.md, slot 2.
+ *
+ * The counter starts at 0 wherever the rotor stands. Only the index is absolute.
+ */
+#ifndef DRIVERS_FABRIC_ENCODER_H
+#define DRIVERS_FABRIC_ENCODER_H
+
+#include "drivers/board.h"
+#include "drivers/reg.h"
+
+struct encoder_regs {
+    volatile uint32_t CONTROL;
+    volatile uint32_t COUNTS;
+    const volatile uint32_t POSITION;
+    const volatile uint32_t LATCHED;
+    const volatile uint32_t INDEX;
+    volatile uint32_t STATUS;
+};
+
+REG_AT_OFFSET(struct encoder_regs, CONTROL, 0x00);
+REG_AT_OFFSET(struct encoder_regs, COUNTS, 0x04);
+REG_AT_OFFSET(struct encoder_regs, POSITION, 0x08);
+REG_AT_OFFSET(struct encoder_regs, LATCHED, 0x0C);
+REG_AT_OFFSET(struct encoder_regs, INDEX, 0x10);
+REG_AT_OFFSET(struct encoder_regs, STATUS, 0x14);
+
+#define ENCODER REG_BLOCK(struct encoder_regs, BOARD_ENC_BASE)
+
+#define ENCODER_CONTROL_ENABLE (1u << 0)
+#define ENCODER_CONTROL_REVERSE (1u << 1)
+#define ENCODER_STATUS_INDEX_SEEN (1u << 0)
+#define ENCODER_STATUS_ILLEGAL (1u << 1)
+#define ENCODER_STATUS_SIGNAL_LOST (1u << 2)
+
+#define ENCODER_COUNTS_MIN 4u
+#define ENCODER_COUNTS_MAX 65536u
+
+/*
+ * Starts counting from 0 with `counts` edges per revolution (4 times the lines), ENCODER_COUNTS_MIN ... _MAX; reverse:
+ * count down when A leads B. Clears the status. Returns false, with the counter stopped, if counts is out of range or
+ * does not read back. Context: thread.
+ */
+bool encoder_init(uint32_t counts, bool reverse);
+
+/* Position at the last ADC trigger, 0 ... counts-1: of the same instant as the currents. Context: any. */
+static inline uint32_t encoder_latched(void)
+{
+    return ENCODER->LATCHED;
+}
+
+/* Position now, 0 ... counts-1. Context: any. */
+static inline uint32_t encoder_position(void)
+{
+    return ENCODER->POSITION;
+}
+
+/* Position at the last rising edge of the index; means something once ENCODER_STATUS_INDEX_SEEN is set. Context: any. */
+static inline uint32_t encoder_index(void)
+{
+    return ENCODER->INDEX;
+}
+
+/* ENCODER_STATUS_* bits. Context: any. */
+static inline uint32_t encoder_status(void)
+{
+    return ENCODER->STATUS;
+}
+
+/* Clears the given status bits; SIGNAL_LOST stays while the signal is missing. Context: any. */
+static inline void encoder_clear(uint32_t status_bits)
+{
+    ENCODER->STATUS = status_bits;
+}
+
+#endif

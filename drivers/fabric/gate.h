@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Gate-driver enable and protection latches in fabric slot 3. Registers: docs/fabric.md, slot 3.
+ *
+ * This is the switch of the bridge: while LIVE is 0 all six gate signals are low, whatever CorePWM does.
+ */
+#ifndef DRIVERS_FABRIC_GATE_H
+#define DRIVERS_FABRIC_GATE_H
+
+#include "drivers/board.h"
+#include "drivers/reg.h"
+
+struct gate_regs {
+    volatile uint32_t CONTROL;
+    volatile uint32_t STATUS;
+    const volatile uint32_t ID;
+};
+
+REG_AT_OFFSET(struct gate_regs, CONTROL, 0x00);
+REG_AT_OFFSET(struct gate_regs, STATUS, 0x04);
+REG_AT_OFFSET(struct gate_regs, ID, 0x08);
+
+#define GATE REG_BLOCK(struct gate_regs, BOARD_GATE_BASE)
+
+#define GATE_CONTROL_ENABLE (1u << 0)
+
+#define GATE_STATUS_LIVE (1u << 0)
+#define GATE_STATUS_OVERCURRENT (1u << 1)  /* latch: a comparator of the power stage */
+#define GATE_STATUS_DRIVER_FAULT (1u << 2) /* latch: fault pin of the gate driver */
+#define GATE_STATUS_LOOP_LOST (1u << 3)    /* latch: an ADC overrun while live */
+#define GATE_STATUS_INTERLOCK (1u << 4)    /* latch: both sides of a phase commanded on */
+#define GATE_STATUS_LATCHES                                                                                            \
+    (GATE_STATUS_OVERCURRENT | GATE_STATUS_DRIVER_FAULT | GATE_STATUS_LOOP_LOST | GATE_STATUS_INTERLOCK)
+#define GATE_STATUS_OVERCURRENT_NOW (1u << 8)
+#define GATE_STATUS_DRIVER_FAULT_NOW (1u << 9)
+
+#define GATE_ID 0x464F4301u /* "FOC", version 1 of the fabric contract */
+
+/*
+ * True if the fabric holds the design this firmware was written for. Read it before anything else in the fabric: with
+ * an unprogrammed fabric this read is a bus fault or never ends (the watchdog ends that). Context: thread.
+ */
+static inline bool gate_id_ok(void)
+{
+    return GATE->ID == GATE_ID;
+}
+
+/*
+ * Lets the gate signals follow CorePWM. Returns whether they do now: false while a latch is set (see gate_status()).
+ * Context: any.
+ */
+static inline bool gate_enable(void)
+{
+    GATE->CONTROL = GATE_CONTROL_ENABLE;
+    return (GATE->STATUS & GATE_STATUS_LIVE) != 0u;
+}
+
+/* All six gate signals low. One store, needs no state and no stack: the first act of every fault. Context: any. */
+static inline __attribute__((always_inline)) void gate_disable(void)
+{
+    GATE->CONTROL = 0u;
+}
+
+/* GATE_STATUS_* bits. Context: any. */
+static inline uint32_t gate_status(void)
+{
+    return GATE->STATUS;
+}
+
+/*
+ * Clears the given latches and returns those of them that stay set because their input is not quiet (0: all clear).
+ * Does not enable anything. Context: any.
+ */
+static inline uint32_t gate_clear(uint32_t latches)
+{
+    GATE->STATUS = latches & GATE_STATUS_LATCHES;
+    return GATE->STATUS & latches & GATE_STATUS_LATCHES;
+}
+
+#endif

@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * MMUART_0, the console: 8N1, interrupt-driven, with a ring buffer each way (UG0331, MMUART chapter; 16550 register
+ * model with additions). Nothing here waits except mmuart0_emergency_write(), and that is bounded.
+ *
+ * One thread-level writer and reader, one interrupt handler.
+ */
+#ifndef DRIVERS_MSS_MMUART_H
+#define DRIVERS_MSS_MMUART_H
+
+#include "drivers/board.h"
+#include "drivers/reg.h"
+
+struct mmuart_regs {
+    union {
+        const volatile uint32_t RBR; /* read */
+        volatile uint32_t THR;       /* write */
+        volatile uint32_t DLR;       /* LCR.DLAB */
+    };
+    union {
+        volatile uint32_t IER;
+        volatile uint32_t DMR; /* LCR.DLAB */
+    };
+    union {
+        const volatile uint32_t IIR; /* read */
+        volatile uint32_t FCR;       /* write */
+    };
+    volatile uint32_t LCR;
+    volatile uint32_t MCR;
+    const volatile uint32_t LSR;
+    const volatile uint32_t MSR;
+    volatile uint32_t SR;
+    uint32_t reserved_20;
+    volatile uint32_t IEM;
+    volatile uint32_t IIM;
+    uint32_t reserved_2c;
+    volatile uint32_t MM0;
+    volatile uint32_t MM1;
+    volatile uint32_t MM2;
+    volatile uint32_t DFR;
+    uint32_t reserved_40;
+    volatile uint32_t GFR;
+    volatile uint32_t TTG;
+    volatile uint32_t RTO;
+    volatile uint32_t ADR;
+};
+
+REG_AT_OFFSET(struct mmuart_regs, RBR, 0x00);
+REG_AT_OFFSET(struct mmuart_regs, THR, 0x00);
+REG_AT_OFFSET(struct mmuart_regs, DLR, 0x00);
+REG_AT_OFFSET(struct mmuart_regs, IER, 0x04);
+REG_AT_OFFSET(struct mmuart_regs, DMR, 0x04);
+REG_AT_OFFSET(struct mmuart_regs, IIR, 0x08);
+REG_AT_OFFSET(struct mmuart_regs, FCR, 0x08);
+REG_AT_OFFSET(struct mmuart_regs, LCR, 0x0C);
+REG_AT_OFFSET(struct mmuart_regs, MCR, 0x10);
+REG_AT_OFFSET(struct mmuart_regs, LSR, 0x14);
+REG_AT_OFFSET(struct mmuart_regs, MSR, 0x18);
+REG_AT_OFFSET(struct mmuart_regs, SR, 0x1C);
+REG_AT_OFFSET(struct mmuart_regs, IEM, 0x24);
+REG_AT_OFFSET(struct mmuart_regs, IIM, 0x28);
+REG_AT_OFFSET(struct mmuart_regs, MM0, 0x30);
+REG_AT_OFFSET(struct mmuart_regs, MM1, 0x34);
+REG_AT_OFFSET(struct mmuart_regs, MM2, 0x38);
+REG_AT_OFFSET(struct mmuart_regs, DFR, 0x3C);
+REG_AT_OFFSET(struct mmuart_regs, GFR, 0x44);
+REG_AT_OFFSET(struct mmuart_regs, TTG, 0x48);
+REG_AT_OFFSET(struct mmuart_regs, RTO, 0x4C);
+REG_AT_OFFSET(struct mmuart_regs, ADR, 0x50);
+
+#define MMUART0 REG_BLOCK(struct mmuart_regs, 0x40000000u)
+
+#define MMUART_IER_ERBFI (1u << 0) /* received data */
+#define MMUART_IER_ETBEI (1u << 1) /* transmitter empty */
+#define MMUART_IER_ELSI (1u << 2)  /* receive errors */
+#define MMUART_FCR_FIFO_ENABLE (1u << 0)
+#define MMUART_FCR_CLEAR_RX (1u << 1)
+#define MMUART_FCR_CLEAR_TX (1u << 2)
+#define MMUART_LCR_8N1 0x03u
+#define MMUART_LCR_DLAB (1u << 7)
+#define MMUART_MCR_LOOP (1u << 4)
+#define MMUART_LSR_DR (1u << 0)
+#define MMUART_LSR_OE (1u << 1)
+#define MMUART_LSR_PE (1u << 2)
+#define MMUART_LSR_FE (1u << 3)
+#define MMUART_LSR_BI (1u << 4)
+#define MMUART_LSR_THRE (1u << 5)
+#define MMUART_LSR_TEMT (1u << 6)
+#define MMUART_MM0_EFBR (1u << 7)
+#define MMUART_FIFO_BYTES 16u
+
+/* Characters the buffers hold. */
+#define MMUART0_TX_BYTES 1024u
+#define MMUART0_RX_BYTES 128u
+
+/* What went wrong on the line since mmuart0_init(). */
+struct mmuart_counters {
+    uint32_t tx_dropped;  /* mmuart0_put() with the buffer full */
+    uint32_t rx_dropped;  /* received with the buffer full */
+    uint32_t rx_overruns; /* lost in the receiver because the handler came too late */
+    uint32_t rx_errors;   /* characters thrown away: framing, parity, break */
+};
+
+/*
+ * Releases the block's reset, sets 8N1 at `baud` and empties both buffers. The rate is BOARD_APB0_HZ / (16 (n + f/64)),
+ * rounded to the nearest: at 115200 baud from 100 MHz it is 0.006 % off. The caller enables MSS_IRQ_UART0 in the NVIC
+ * and lets UART0_IRQHandler call mmuart0_irq_handler().
+ *
+ * Returns false and leaves the block alone if the divisor does not fit: baud above BOARD_APB0_HZ/32 or below
+ * BOARD_APB0_HZ/2^20. Context: thread.
+ */
+bool mmuart0_init(uint32_t baud);
+
+/*
+ * Puts a character into the transmit buffer; never waits. Returns false and counts it in tx_dropped when there is no
+ * room. Context: thread, one writer.
+ */
+bool mmuart0_put(char character);
+
+/* Characters mmuart0_put() will take now without dropping any. Context: thread. */
+size_t mmuart0_free_space(void);
+
+/* True when everything has left, including the last stop bit. Context: thread. */
+bool mmuart0_is_idle(void);
+
+/* Takes the oldest received character. Returns false if there is none. Context: thread, one reader. */
+bool mmuart0_get(char *character);
+
+/* Serves receiver and transmitter; at most 16 characters each way a call. Context: UART0_IRQHandler only. */
+void mmuart0_irq_handler(void);
+
+/* Context: thread. Values of one instant are not guaranteed among each other. */
+struct mmuart_counters mmuart0_counters(void);
+
+/*
+ * Writes a string by polling, past the buffers and with the block's interrupts off from then on; for the fault path,
+ * where nothing else can be relied on. Gives up at the first character the transmitter does not take in the time of 16,
+ * so it returns even from a dead line. Returns whether all went out to the transmitter. Context: fault; works without
+ * mmuart0_init() too, at whatever rate is set.
+ */
+bool mmuart0_emergency_write(const char *text);
+
+#endif

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * System registers (UG0331, system register block chapter): resets, reset cause, clock ratios. Names and offsets as in
+ * the guide.
+ *
+ * On the M2S005 and M2S010, traffic on FIC_0 can make bits that firmware changed here fall back to their flash values.
+ * So the Libero design sets everything (docs/fabric.md), and this driver changes only what it must, at power-up, before
+ * the fabric is used.
+ */
+#ifndef DRIVERS_MSS_SYSREG_H
+#define DRIVERS_MSS_SYSREG_H
+
+#include "drivers/reg.h"
+
+struct sysreg_regs {
+    volatile uint32_t ESRAM_CR;
+    volatile uint32_t ESRAM_MAX_LAT;
+    volatile uint32_t DDR_CR;
+    volatile uint32_t ENVM_CR;
+    volatile uint32_t ENVM_REMAP_BASE_CR;
+    volatile uint32_t ENVM_REMAP_FAB_CR;
+    volatile uint32_t CC_CR;
+    volatile uint32_t CC_REGION_CR;
+    uint32_t reserved_020[6]; /* cache lock, DDR bridge */
+    volatile uint32_t EDAC_CR;
+    uint32_t reserved_03c[3]; /* bus masters' weights, software interrupt */
+    volatile uint32_t SOFT_RESET_CR;
+    volatile uint32_t M3_CR;
+    volatile uint32_t FAB_IF_CR;
+    uint32_t reserved_054[6]; /* loop back, pin multiplexers, MDDR */
+    volatile uint32_t WDOG_CR;
+    uint32_t reserved_070[2];
+    volatile uint32_t EDAC_IRQ_ENABLE;
+    uint32_t reserved_07c[7];
+    volatile uint32_t MSSDDR_FACC1_CR;
+    volatile uint32_t MSSDDR_FACC2_CR;
+    uint32_t reserved_0a0[4];
+    volatile uint32_t RESET_SOURCE_CR;
+    uint32_t reserved_0b4[38];
+    const volatile uint32_t DEVICE_VERSION;
+    const volatile uint32_t MSSDDR_PLL_STATUS;
+    uint32_t reserved_154[6];
+    const volatile uint32_t WDOGLOAD;
+    const volatile uint32_t WDOGMVRP;
+    uint32_t reserved_174[10];
+    volatile uint32_t WDOGTIMEOUTEVENT;
+};
+
+REG_AT_OFFSET(struct sysreg_regs, ESRAM_CR, 0x000);
+REG_AT_OFFSET(struct sysreg_regs, ESRAM_MAX_LAT, 0x004);
+REG_AT_OFFSET(struct sysreg_regs, DDR_CR, 0x008);
+REG_AT_OFFSET(struct sysreg_regs, ENVM_CR, 0x00C);
+REG_AT_OFFSET(struct sysreg_regs, ENVM_REMAP_BASE_CR, 0x010);
+REG_AT_OFFSET(struct sysreg_regs, ENVM_REMAP_FAB_CR, 0x014);
+REG_AT_OFFSET(struct sysreg_regs, CC_CR, 0x018);
+REG_AT_OFFSET(struct sysreg_regs, CC_REGION_CR, 0x01C);
+REG_AT_OFFSET(struct sysreg_regs, EDAC_CR, 0x038);
+REG_AT_OFFSET(struct sysreg_regs, SOFT_RESET_CR, 0x048);
+REG_AT_OFFSET(struct sysreg_regs, M3_CR, 0x04C);
+REG_AT_OFFSET(struct sysreg_regs, FAB_IF_CR, 0x050);
+REG_AT_OFFSET(struct sysreg_regs, WDOG_CR, 0x06C);
+REG_AT_OFFSET(struct sysreg_regs, EDAC_IRQ_ENABLE, 0x078);
+REG_AT_OFFSET(struct sysreg_regs, MSSDDR_FACC1_CR, 0x098);
+REG_AT_OFFSET(struct sysreg_regs, MSSDDR_FACC2_CR, 0x09C);
+REG_AT_OFFSET(struct sysreg_regs, RESET_SOURCE_CR, 0x0B0);
+REG_AT_OFFSET(struct sysreg_regs, DEVICE_VERSION, 0x14C);
+REG_AT_OFFSET(struct sysreg_regs, MSSDDR_PLL_STATUS, 0x150);
+REG_AT_OFFSET(struct sysreg_regs, WDOGLOAD, 0x16C);
+REG_AT_OFFSET(struct sysreg_regs, WDOGMVRP, 0x170);
+REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
+
+#define SYSREG REG_BLOCK(struct sysreg_regs, 0x40038000u)
+
+/* SOFT_RESET_CR: 1 = held in reset */
+#define SYSREG_RESET_TIMER (1u << 6)
+#define SYSREG_RESET_MMUART0 (1u << 7)
+#define SYSREG_RESET_FABRIC (1u << 16)
+#define SYSREG_RESET_FIC0 (1u << 18)
+#define SYSREG_RESET_GPIO (1u << 20)
+#define SYSREG_RESET_GPOUT (0xFu << 21)
+
+/* RESET_SOURCE_CR */
+#define SYSREG_CAUSE_POWER_ON (1u << 0)
+#define SYSREG_CAUSE_CONTROLLER (1u << 1)
+#define SYSREG_CAUSE_CONTROLLER_M3 (1u << 2)
+#define SYSREG_CAUSE_SOFT (1u << 3) /* SYSRESETREQ, scb_system_reset() */
+#define SYSREG_CAUSE_LOCKUP (1u << 4)
+#define SYSREG_CAUSE_WATCHDOG (1u << 5)
+#define SYSREG_CAUSE_USER (1u << 6)
+#define SYSREG_CAUSE_USER_M3 (1u << 7)
+#define SYSREG_CAUSE_ALL 0xFFu
+
+#define SYSREG_FACC1_GLMUX_SEL (1u << 12)         /* 1: running from the standby clock, not the PLL */
+#define SYSREG_FACC1_CONTROLLER_PLL_INIT (1u << 26) /* 1: clock bring-up not finished */
+#define SYSREG_PLL_STATUS_MPLL_LOCK (1u << 1)
+
+/* Releases the blocks of `mask` (SYSREG_RESET_*) from reset; writes only if one of them is held. Context: thread. */
+void sysreg_release_reset(uint32_t mask);
+
+/*
+ * Why the device started: SYSREG_CAUSE_* bits, since the last call. Clears them: call it once, in main(). start-up has
+ * looked at them before, to know whether .noinit is worth keeping. Context: thread.
+ */
+uint32_t sysreg_reset_cause(void);
+
+/* Divisors from the MSS PLL's output to the clocks; 0 for a code the guide does not define. */
+struct sysreg_clocks {
+    uint32_t m3, apb0, apb1, fic0;
+    bool from_pll; /* PLL locked, selected, and bring-up finished */
+};
+
+/* Context: any. */
+struct sysreg_clocks sysreg_clock_ratios(void);
+
+/* Whether clocks are what board.h says, as far as the device can tell: ratios and source, not the rate. Context: any. */
+bool sysreg_clocks_match_board(void);
+
+#endif

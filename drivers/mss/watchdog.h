@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Watchdog (UG0331, watchdog chapter). Enable, time-out and mode come from flash bits of the Libero design
+ * (docs/fabric.md): the firmware can only refresh it and look.
+ */
+#ifndef DRIVERS_MSS_WATCHDOG_H
+#define DRIVERS_MSS_WATCHDOG_H
+
+#include "drivers/board.h"
+#include "drivers/reg.h"
+
+struct watchdog_regs {
+    const volatile uint32_t WDOGVALUE;
+    const volatile uint32_t WDOGLOAD;
+    const volatile uint32_t WDOGMVRP;
+    volatile uint32_t WDOGREFRESH;
+    const volatile uint32_t WDOGENABLE;
+    volatile uint32_t WDOGCONTROL;
+    const volatile uint32_t WDOGSTATUS;
+    volatile uint32_t WDOGRIS;
+    const volatile uint32_t WDOGMIS;
+};
+
+REG_AT_OFFSET(struct watchdog_regs, WDOGVALUE, 0x00);
+REG_AT_OFFSET(struct watchdog_regs, WDOGLOAD, 0x04);
+REG_AT_OFFSET(struct watchdog_regs, WDOGMVRP, 0x08);
+REG_AT_OFFSET(struct watchdog_regs, WDOGREFRESH, 0x0C);
+REG_AT_OFFSET(struct watchdog_regs, WDOGENABLE, 0x10);
+REG_AT_OFFSET(struct watchdog_regs, WDOGCONTROL, 0x14);
+REG_AT_OFFSET(struct watchdog_regs, WDOGSTATUS, 0x18);
+REG_AT_OFFSET(struct watchdog_regs, WDOGRIS, 0x1C);
+REG_AT_OFFSET(struct watchdog_regs, WDOGMIS, 0x20);
+
+#define WATCHDOG REG_BLOCK(struct watchdog_regs, 0x40005000u)
+
+#define WATCHDOG_REFRESH_KEY 0xAC15DE42u
+#define WATCHDOG_ENABLE_BIT (1u << 0)
+
+/*
+ * Starts the time-out anew. The board's design has no forbidden window, so any moment is right. The counter shows the
+ * new value only some 64 watchdog clocks later. Context: any; belongs where the loop is known to be well, once.
+ */
+static inline void watchdog_refresh(void)
+{
+    WATCHDOG->WDOGREFRESH = WATCHDOG_REFRESH_KEY;
+}
+
+/* Whether the design has switched the watchdog on. Context: any. */
+static inline bool watchdog_is_enabled(void)
+{
+    return (WATCHDOG->WDOGENABLE & WATCHDOG_ENABLE_BIT) != 0u;
+}
+
+/* Time-out set in the design, in ticks of BOARD_WATCHDOG_HZ. Context: any. */
+static inline uint32_t watchdog_timeout_ticks(void)
+{
+    return WATCHDOG->WDOGLOAD;
+}
+
+/* Ticks of BOARD_WATCHDOG_HZ left. Context: any. */
+static inline uint32_t watchdog_remaining_ticks(void)
+{
+    return WATCHDOG->WDOGVALUE;
+}
+
+#endif
