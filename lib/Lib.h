@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Clarke, Park and their inverses on 32-bit data: a replacement for the transform library of Microsemi's "Park, Inverse
+ * Park and Clarke, Inverse Clarke Transformations, MSS Software Implementation, User Guide" (2013; "the guide" below),
+ * with its types, field order, functions and parameter names. C and C++.
+ *
+ * Currents and voltages are integers in any unit, over the whole int32_t range, INT32_MIN included: the transforms are
+ * linear and do not care. cos and sin are fractions with LIB_TRIG_FRAC bits; by default 15, so that 1.0 = 32768.
+ *
+ * Every function, for every input:
+ *   rounding    to nearest; a tie goes up (InvClarke's vc: down, see there). Stated per function how near.
+ *   saturation  to INT32_MIN / INT32_MAX where the exact value does not fit; nothing wraps, nothing changes sign.
+ *   aliasing    input and output may overlap in memory; all fields are read before the first is written.
+ *   context     any; re-entrant, no state, no branch on data, bounded time.
+ * Pointers must not be null.
+ */
+#ifndef LIB_H
+#define LIB_H
+
+#include <stdint.h>
+
+#ifndef LIB_TRIG_FRAC
+/** Fraction bits of every cos and sin field, 1...31. The library and its users must be built with the same value. */
+#define LIB_TRIG_FRAC 15
+#endif
+
+#if (LIB_TRIG_FRAC) < 1 || (LIB_TRIG_FRAC) > 31
+#error "LIB_TRIG_FRAC must be 1...31"
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Currents of the three phases; ic is not used by Clarke_Lib_Do and may hold anything. */
+typedef struct {
+    int32_t ia;
+    int32_t ib;
+    int32_t ic;
+} clarkeinput_type;
+
+/** Currents in the stationary frame; alpha lies along phase A. Amplitude-invariant: |(ialpha, ibeta)| is a phase's peak. */
+typedef struct {
+    int32_t ialpha;
+    int32_t ibeta;
+} clarkeoutput_type;
+
+/** Voltages in the stationary frame. */
+typedef struct {
+    int32_t valpha;
+    int32_t vbeta;
+} invclarkeinput_type;
+
+/** Voltages of the three phases against the star point. */
+typedef struct {
+    int32_t va;
+    int32_t vb;
+    int32_t vc;
+} invclarkeoutput_type;
+
+/** Currents in the stationary frame, and cosine and sine of the electrical angle with LIB_TRIG_FRAC fraction bits. */
+typedef struct {
+    int32_t ialpha;
+    int32_t ibeta;
+    int32_t cos;
+    int32_t sin;
+} parkinput_type;
+
+/** Currents in the rotor frame; d lies along the magnet's flux. */
+typedef struct {
+    int32_t id;
+    int32_t iq;
+} parkoutput_type;
+
+/** Voltages in the rotor frame, and cosine and sine of the electrical angle with LIB_TRIG_FRAC fraction bits. */
+typedef struct {
+    int32_t vd;
+    int32_t vq;
+    int32_t cos;
+    int32_t sin;
+} invparkinput_type;
+
+/** Voltages in the stationary frame. */
+typedef struct {
+    int32_t valpha;
+    int32_t vbeta;
+} invparkoutput_type;
+
+/**
+ * Clarke transform of balanced currents (the guide's EQ3 and EQ4 with ic = -ia - ib):
+ *     ialpha = ia,  ibeta = (ia + 2 ib) / sqrt(3)
+ * ialpha is exact. ibeta lies within 0.57 LSB of the exact value, and is the exact value rounded to nearest wherever
+ * ia and ib fit 16 bits.
+ */
+void Clarke_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput_type *twophaserefcurrent_ptr);
+
+/**
+ * Inverse Clarke transform (the guide's EQ5 to EQ7):
+ *     va = valpha,  vb = (-valpha + sqrt(3) vbeta) / 2,  vc = (-valpha - sqrt(3) vbeta) / 2
+ * va is exact. vb and vc lie within 0.56 LSB of the exact value, and are the exact value rounded to nearest wherever
+ * valpha and vbeta fit 17 bits. A tie, which needs vbeta = 0, goes up in vb and down in vc: so va + vb + vc = 0 always,
+ * unless one of them saturates.
+ */
+void InvClarke_Lib_Do(const invclarkeinput_type *invclarkeinput_ptr, invclarkeoutput_type *invclarkeoutput_ptr);
+
+/**
+ * Park transform (the guide's EQ8 and EQ9):
+ *     id = ialpha cos + ibeta sin,  iq = ibeta cos - ialpha sin
+ * The exact value, correctly rounded, for all int32_t values of all four fields: cos and sin beyond +-1.0, or on no
+ * circle, are computed as they are.
+ */
+void Park_Lib_Do(const parkinput_type *parkinput_ptr, parkoutput_type *parkoutput_ptr);
+
+/**
+ * Inverse Park transform (the guide's EQ10 and EQ11):
+ *     valpha = vd cos - vq sin,  vbeta = vq cos + vd sin
+ * The exact value, correctly rounded, for all int32_t values of all four fields, as in Park_Lib_Do.
+ */
+void InvPark_Lib_Do(const invparkinput_type *invparkinput_ptr, invparkoutput_type *invparkoutput_ptr);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
