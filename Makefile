@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: MIT
+# mssfoc: field-oriented motor control for the Cortex-M3 of SmartFusion2. `make help` lists the targets.
+
+BUILD   ?= build
+PYTHON  ?= /usr/bin/python3
+QEMU    ?= qemu-system-arm
+HOSTCC  ?= cc
+CROSS   ?= arm-none-eabi-
+CC_ARM   = $(CROSS)gcc
+OBJCOPY  = $(CROSS)objcopy
+AR_ARM   = $(CROSS)ar
+
+SCENARIO ?= default
+MOTOR    ?= teknic_m2310p
+SEED     ?= 1
+PROBE    ?=
+
+LIB_TRIG_FRAC ?= 15
+
+WARNINGS = -Wall -Wextra -Wconversion -Wshadow -Wundef -Wmissing-prototypes -Wstrict-prototypes -Werror
+CPU      = -mcpu=cortex-m3 -mthumb
+CFLAGS_ARM = $(CPU) -std=c11 -ffreestanding -O2 -g3 -I. $(WARNINGS) -ffunction-sections -fdata-sections \
+             -fno-delete-null-pointer-checks -fno-common -fno-tree-loop-distribute-patterns \
+             -fstack-usage -fcallgraph-info=su -ffile-prefix-map=$(CURDIR)=. -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC)
+LDSCRIPT = linker/m2s010.ld
+LDFLAGS_ARM = $(CPU) -nostdlib -T $(LDSCRIPT) -Wl,--gc-sections -Wl,--fatal-warnings -Wl,--build-id=none
+MSSFOC_IMAGE = $(BUILD)/mssfoc
+
+# V=1 shows the commands
+Q := $(if $(V),,@)
+say = $(if $(V),,@echo "  $1  $@")
+
+export BUILD PYTHON QEMU MOTOR SCENARIO SEED PROBE HOSTCC CROSS
+export PYTHONDONTWRITEBYTECODE = 1
+
+# ---- the image and the library ---------------------------------------------------------------------------------------
+sources = $(sort $(wildcard $(addsuffix /*.c,$1) $(addsuffix /*.S,$1)))
+objects = $(patsubst %,$(BUILD)/arm/%.o,$(basename $1))
+
+LIB_OBJ      = $(call objects,$(call sources,lib))
+PLATFORM_OBJ = $(call objects,$(call sources,startup drivers/cortex drivers/mss drivers/fabric))
+FIRMWARE_OBJ = $(call objects,$(call sources,firmware))
+TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
+HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
+
+.PHONY: all run test bench prove size stack lint clean help tools console debug flash models twin target-tests
+.DEFAULT_GOAL := all
+.DELETE_ON_ERROR:
+
+all: $(addprefix $(MSSFOC_IMAGE),.elf .hex .bin -envm.hex) $(BUILD)/libmssfoc.a
+
+$(BUILD)/arm/%.o: %.c Makefile
+	@mkdir -p $(@D)
+	$(call say,CC)
+	$(Q)$(CC_ARM) $(CFLAGS_ARM) -MMD -MP -c $< -o $@
+
+$(BUILD)/arm/%.o: %.S Makefile
+	@mkdir -p $(@D)
+	$(call say,AS)
+	$(Q)$(CC_ARM) $(CPU) -g3 -I. -MMD -MP -c $< -o $@
+
+$(BUILD)/libmssfoc.a: $(LIB_OBJ)
+	@rm -f $@
+	$(call say,AR)
+	$(Q)$(AR_ARM) rcsD $@ $^
+
+$(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT)
+	$(call say,LD)
+	$(Q)$(CC_ARM) $(LDFLAGS_ARM) -Wl,-Map=$(@:.elf=.map) $(filter %.o,$^) $(BUILD)/libmssfoc.a -lgcc -o $@
+
+# Libero's data-storage client counts from the start of eNVM; debug probes use the array's real address.
+%.hex: %.elf
+	$(call say,HEX)
+	$(Q)$(OBJCOPY) -O ihex --change-section-lma '*-0x60000000' $< $@
+
+%-envm.hex: %.elf
+	$(call say,HEX)
+	$(Q)$(OBJCOPY) -O ihex $< $@
+
+%.bin: %.elf
+	$(call say,HEX)
+	$(Q)$(OBJCOPY) -O binary $< $@
+
+$(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT)
+	@mkdir -p $(@D)
+	$(call say,LD)
+	$(Q)$(CC_ARM) $(LDFLAGS_ARM) $(filter %.o,$^) $(BUILD)/libmssfoc.a -lgcc -o $@
+
+target-tests: $(TARGET_TESTS)
+
+-include qemu/twin/twin.mk
+
+# ---- tools -----------------------------------------------------------------------------------------------------------
+# Installs what is missing, after saying so; NO_INSTALL=1 lists it and stops.
+tools:
+	@.ci/tools
+
+everything: all twin target-tests
+
+.PHONY: everything
+
+# ---- using it --------------------------------------------------------------------------------------------------------
+run: tools
+	@$(MAKE) --no-print-directory -s -j2 all twin
+	@$(PYTHON) qemu/run.py run
+
+models: tools
+	@$(MAKE) --no-print-directory -s -j2 twin
+	@$(PYTHON) qemu/run.py models
+
+console debug: tools
+	@$(MAKE) --no-print-directory -s -j2 all twin
+	@$(PYTHON) qemu/run.py $@
+
+flash: tools
+	@$(MAKE) --no-print-directory -s -j2 all
+	@.ci/flash "$(PROBE)" $(MSSFOC_IMAGE)
+
+test: tools
+	@$(MAKE) --no-print-directory -s -j2 everything
+	@$(MAKE) --no-print-directory -s lint
+	$(PYTHON) -m pytest -q -n 2 --dist worksteal -p no:cacheprovider tests
+
+lint: tools
+	@$(PYTHON) tests/tools/lint.py
+
+size: tools
+	@$(MAKE) --no-print-directory -s -j2 all
+	@$(PYTHON) tests/tools/size.py $(MSSFOC_IMAGE).elf $(BUILD)/libmssfoc.a
+
+stack: tools
+	@$(MAKE) --no-print-directory -s -j2 all
+	@$(PYTHON) tests/tools/stack.py $(MSSFOC_IMAGE).elf $(BUILD)/arm
+
+clean:
+	rm -rf $(BUILD)
+
+help:
+	@echo 'make                 the image $(MSSFOC_IMAGE).{elf,hex,bin}, $(MSSFOC_IMAGE)-envm.hex and $(BUILD)/libmssfoc.a'
+	@echo 'make run             run the drive in QEMU on a motor, report, plot    [MOTOR=name SCENARIO=name SEED=n QEMU=path]'
+	@echo 'make test            all tests                                         [QEMU=path]'
+	@echo 'make console         a live console of a running drive'
+	@echo 'make debug           QEMU halted, with a GDB port'
+	@echo 'make models          the motor models against their data sheets'
+	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
+	@echo 'make size            flash and RAM, by room'
+	@echo 'make stack           worst-case stack of every entry point'
+	@echo 'make lint            formatting, warnings, layers'
+	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
+	@echo 'make clean           remove $(BUILD)'
+	@echo 'BUILD=dir puts every product elsewhere; PYTHON=path chooses the interpreter.'
+
+-include $(shell find $(BUILD)/arm -name '*.d' 2>/dev/null)

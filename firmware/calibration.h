@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: MIT */
+/* Zero of the current sensors: the mean of their codes while the bridge is off and no current can flow. */
+#ifndef FIRMWARE_CALIBRATION_H
+#define FIRMWARE_CALIBRATION_H
+
+#include <stdbool.h>
+
+enum calibration_result {
+    CALIBRATION_RUNNING,
+    CALIBRATION_DONE,
+    CALIBRATION_OUT_OF_RANGE, /* a zero is further than 5 % of the range from mid-scale; the old values stay */
+};
+
+/* Begins anew. Slow loop, bridge off. */
+void calibration_start(void);
+
+/* One sample a millisecond, 128 of them: noise of 1 LSB rms leaves 0.09 LSB. Slow loop, bridge off. */
+enum calibration_result calibration_step(void);
+
+#endif

@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: MIT */
+/* Start-up of the drive, and the thread: the console. Everything that moves the motor runs in interrupts. */
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "drivers/cortex/dwt.h"
+#include "drivers/cortex/mpu.h"
+#include "drivers/cortex/nvic.h"
+#include "drivers/cortex/scb.h"
+#include "drivers/fabric/gate.h"
+#include "drivers/mss/mmuart.h"
+#include "drivers/mss/sysreg.h"
+#include "drivers/mss/watchdog.h"
+#include "firmware/config.h"
+#include "firmware/console.h"
+#include "firmware/drive.h"
+#include "firmware/idle.h"
+#include "firmware/params.h"
+#include "firmware/postmortem.h"
+#include "firmware/slow_loop.h"
+#include "firmware/text.h"
+#include "startup/startup.h"
+
+int main(void);
+
+void UART0_IRQHandler(void)
+{
+    mmuart0_irq_handler();
+}
+
+static void start_core(void)
+{
+    scb_enable_faults();
+    mpu_guard_stack((uint32_t)(uintptr_t)link_stack_guard_start,
+                    (uint32_t)((uintptr_t)link_stack_limit - (uintptr_t)link_stack_guard_start));
+    dwt_init();
+    sysreg_release_reset(SYSREG_RESET_TIMER | SYSREG_RESET_MMUART0 | SYSREG_RESET_FIC0);
+    watchdog_refresh();
+}
+
+static void start_console(void)
+{
+    nvic_priority(BOARD_IRQ_CONSOLE, CONFIG_PRIORITY_CONSOLE);
+    nvic_enable(BOARD_IRQ_CONSOLE);
+    mmuart0_init(CONFIG_CONSOLE_BAUD);
+}
+
+/* What must be right before the fabric is touched, and what the last life of the program left behind. */
+static enum fault check_boot(uint32_t reset_cause)
+{
+    const bool exception = postmortem_collect();
+    if (!sysreg_clocks_match_board()) {
+        return FAULT_CLOCK;
+    }
+    if (!gate_id_ok()) {
+        return FAULT_FABRIC;
+    }
+    if (exception) {
+        return FAULT_EXCEPTION;
+    }
+    return (reset_cause & SYSREG_CAUSE_WATCHDOG) != 0u ? FAULT_WATCHDOG : FAULT_NONE;
+}
+
+static void greet(void)
+{
+    text_put_line("");
+    text_put_line("mssfoc " CONFIG_VERSION ", 'help' lists the commands");
+    postmortem_print();
+    if (drive.fault != FAULT_NONE) {
+        text_put("fault: ");
+        text_put(fault_name(drive.fault));
+        text_put_line("; see 'fault', then 'clear'");
+    }
+}
+
+int main(void)
+{
+    const uint32_t reset_cause = sysreg_reset_cause();
+    start_core();
+    params_init();
+    const enum fault boot_fault = check_boot(reset_cause);
+    start_console();
+    drive_start(boot_fault);
+    slow_loop_start();
+    greet();
+    console_start();
+    for (;;) {
+        console_poll();
+        idle();
+    }
+}

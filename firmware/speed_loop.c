@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/speed_loop.h"
+
+#include "firmware/current_loop.h"
+
+struct speed_loop speed_loop;
+
+static int64_t clamp(int64_t x, int64_t low, int64_t high)
+{
+    return x < low ? low : (x > high ? high : x);
+}
+
+void speed_loop_measure(const struct tuning *t)
+{
+    speed_loop.speed_rpm_q4 = tuning_rpm_q4(t, current_loop.pll.speed_q32);
+}
+
+void speed_loop_reset(int32_t i_q_ref_q15)
+{
+    speed_loop.ref_rpm_q16 = speed_loop.speed_rpm_q4 * (1 << 12);
+    speed_loop.target_rpm_q16 = speed_loop.ref_rpm_q16;
+    speed_loop.speed_ref_rpm_q4 = speed_loop.speed_rpm_q4;
+    speed_loop.integral_q16 = (int64_t)i_q_ref_q15 * 65536;
+    speed_loop.at_limit = false;
+}
+
+/* Moves the reference towards the command and returns by how much, in rpm Q16. */
+static int32_t ramp(int32_t slope_q16)
+{
+    const int64_t distance = (int64_t)speed_loop.target_rpm_q16 - speed_loop.ref_rpm_q16;
+    const int32_t step = (int32_t)clamp(distance, -slope_q16, slope_q16);
+    speed_loop.ref_rpm_q16 += step;
+    speed_loop.speed_ref_rpm_q4 = speed_loop.ref_rpm_q16 >> 12;
+    return step;
+}
+
+int32_t speed_loop_step(const struct tuning *t, int32_t slope_q16)
+{
+    const int32_t moved_q16 = ramp(slope_q16);
+    const int64_t error_q4 = speed_loop.speed_ref_rpm_q4 - speed_loop.speed_rpm_q4;
+    const int64_t limit_q16 = (int64_t)t->i_max_q15 * 65536;
+    const int64_t feedforward_q16 = ((int64_t)t->speed_accel_q8 * moved_q16) >> 8;
+    const int64_t fixed_q16 = error_q4 * t->speed_kp_q16 + feedforward_q16;
+    const int64_t wanted_q16 = fixed_q16 + speed_loop.integral_q16;
+    const int64_t output_q16 = clamp(wanted_q16, -limit_q16, limit_q16);
+    speed_loop.at_limit = output_q16 != wanted_q16;
+    /* integrate unless that would push further into the limit */
+    const int64_t growth_q16 = error_q4 * t->speed_ki_q16;
+    if (!speed_loop.at_limit || (growth_q16 > 0) != (wanted_q16 > 0)) {
+        speed_loop.integral_q16 = clamp(speed_loop.integral_q16 + growth_q16, -limit_q16, limit_q16);
+    }
+    return (int32_t)(output_q16 >> 16);
+}

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The speed loop: ramp, PI with feed-forward of the acceleration, current limit. Once a millisecond, in the slow loop.
+ */
+#ifndef FIRMWARE_SPEED_LOOP_H
+#define FIRMWARE_SPEED_LOOP_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/tuning.h"
+
+struct speed_loop {
+    int32_t speed_rpm_q4;      /* measured */
+    int32_t speed_ref_rpm_q4;  /* after the ramp */
+    int32_t target_rpm_q16;    /* before it: the command */
+    int32_t ref_rpm_q16;
+    int64_t integral_q16;      /* current in Q15, 16 more bits of fraction */
+    bool at_limit;             /* the current reference is limited */
+};
+
+extern struct speed_loop speed_loop;
+
+/* Takes the measured speed over from the current loop. Every slow period, whatever the state. */
+void speed_loop_measure(const struct tuning *t);
+
+/* Starts from the present speed and current, without a step. */
+void speed_loop_reset(int32_t i_q_ref_q15);
+
+/* One step: returns the current reference in Q15, limited to +-i_max. `slope_q16` is the ramp in rpm Q16 per millisecond. */
+int32_t speed_loop_step(const struct tuning *t, int32_t slope_q16);
+
+#endif

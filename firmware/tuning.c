@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/tuning.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "firmware/config.h"
+
+/*
+ * Current loop. The plant of one axis is 1/(R + sL); a PI whose zero cancels that pole leaves an integrator of crossover
+ * w = 2 pi f:  Kp = w L,  Ki = w R  (for example Harnefors, Nee: "Model-based current control of AC machines using the
+ * internal model control method", IEEE Trans. Ind. Appl. 34(1), 1998). Speed loop: the plant is Kt/(sJ), so
+ * Kp = w J / Kt with Kt = 1.5 p psi for currents in peak amperes; the integral acts below a quarter of the crossover.
+ *
+ * Constants below are 2 pi times powers of ten and two, scaled to integers; each line says from what.
+ */
+#define TWO_PI_E9 6283185307LL
+
+#define GAIN_LIMIT 32767 /* gains are 16 bit, to be multiplied with 16-bit values */
+
+/* a * b / c, rounded to nearest, for positive values whose product fits 63 bits */
+static int64_t scale(int64_t a, int64_t b, int64_t c)
+{
+    return (a * b + c / 2) / c;
+}
+
+int32_t tuning_q15_from_milli(int32_t milli, int32_t range_milli)
+{
+    const int64_t magnitude = scale(milli < 0 ? -(int64_t)milli : milli, 32768, range_milli);
+    return (int32_t)(milli < 0 ? -magnitude : magnitude);
+}
+
+int32_t tuning_milli_from_q15(int32_t q15, int32_t range_milli)
+{
+    return (int32_t)(((int64_t)q15 * range_milli + 16384) >> 15);
+}
+
+/* The reactance w L as a fraction of v_range/i_range, in Q12; w = 2 pi f. */
+static int64_t reactance_q12(const struct params *p, int32_t inductance_uh, int32_t frequency_hz)
+{
+    /* ohm * 1e9 = 2 pi 1e9 * f * L_uH / 1e6 */
+    const int64_t nano_ohm = scale(TWO_PI_E9 / 1000, (int64_t)inductance_uh * frequency_hz, 1000);
+    const int64_t base_nano_ohm = scale(p->v_range_mv, 1000000000, p->i_range_ma);
+    return scale(nano_ohm, 4096, base_nano_ohm);
+}
+
+static const char *tune_current_loop(const struct params *p, struct tuning *t)
+{
+    const int64_t kp_d = reactance_q12(p, p->ld_uh, p->current_bw_hz);
+    const int64_t kp_q = reactance_q12(p, p->lq_uh, p->current_bw_hz);
+    if (kp_d > GAIN_LIMIT || kp_q > GAIN_LIMIT) {
+        return "current gain out of range: ld_uh, lq_uh or current_bw_hz too large for v_range_mv/i_range_ma";
+    }
+    /* Ki Ts per unit: 2 pi f R / f_pwm * i_range / v_range */
+    const int64_t nano_ohm = scale(TWO_PI_E9 / 1000, (int64_t)p->resistance_mohm * p->current_bw_hz, CONFIG_PWM_HZ);
+    const int64_t ki = scale(nano_ohm, 1 << 20, scale(p->v_range_mv, 1000000000, p->i_range_ma));
+    if (ki > GAIN_LIMIT || ki < 1) {
+        return "integral gain out of range: resistance_mohm or current_bw_hz does not fit v_range_mv/i_range_ma";
+    }
+    const int64_t x_d = reactance_q12(p, p->ld_uh, TUNING_SPEED_BASE_HZ);
+    const int64_t x_q = reactance_q12(p, p->lq_uh, TUNING_SPEED_BASE_HZ);
+    /* volt * 1e6 = 2 pi f psi_uwb */
+    const int64_t emf = scale(scale(TWO_PI_E9 / 1000, (int64_t)p->flux_uwb * TUNING_SPEED_BASE_HZ, 1000000), 4096,
+                              (int64_t)p->v_range_mv * 1000);
+    if (x_d > GAIN_LIMIT || x_q > GAIN_LIMIT || emf > GAIN_LIMIT) {
+        return "decoupling out of range: ld_uh, lq_uh or flux_uwb too large for v_range_mv and i_range_ma";
+    }
+    t->kp_d_q12 = (int32_t)kp_d;
+    t->kp_q_q12 = (int32_t)kp_q;
+    t->ki_q20 = (int32_t)ki;
+    t->x_d_q12 = (int32_t)x_d;
+    t->x_q_q12 = (int32_t)x_q;
+    t->emf_q12 = (int32_t)emf;
+    return NULL;
+}
+
+static const char *tune_speed_loop(const struct params *p, struct tuning *t)
+{
+    static const char *const misfit = "speed gain out of range: inertia_gcm2, flux_uwb, speed_bw_hz and i_range_ma do not fit";
+    const int64_t omega_e3 = TWO_PI_E9 / 1000000 * p->speed_bw_hz; /* rad/s * 1000 */
+    /* J in 1e-7 kg m^2 over Kt in 1e-9 N m/A is A/(rad/s^2) * 100 */
+    const int64_t kt_nnm = 1500LL * p->pole_pairs * p->flux_uwb;
+    const int64_t na_per_rad_s2 = scale(p->inertia_gcm2, 100000000000LL, kt_nnm);
+    if (na_per_rad_s2 > 10000000000LL) { /* 10 A for 1 rad/s^2; larger values would overflow below */
+        return misfit;
+    }
+    const int64_t na_per_rpm_s = scale(na_per_rad_s2, 104719755, 1000000000); /* 2 pi / 60 */
+    const int64_t na_per_rpm = scale(na_per_rpm_s, omega_e3, 1000);
+    /* nA -> Q15, rpm -> Q4, and 16 fraction bits; both sides divided by 64 to stay inside 63 bits */
+    const int64_t range_na_64 = (int64_t)p->i_range_ma * 1000000 / 64;
+    const int64_t kp = scale(na_per_rpm, 32768LL * 65536 / 16 / 64, range_na_64);
+    /* rpm Q16 per millisecond -> current in Q15 with 16 fraction bits: 1000 * 32768, and Q8 */
+    const int64_t accel = scale(na_per_rpm_s, 32768LL * 1000 * 256 / 64, range_na_64);
+    if (kp < 1 || kp > INT32_MAX || accel > INT32_MAX) {
+        return misfit;
+    }
+    t->speed_kp_q16 = (int32_t)kp;
+    t->speed_ki_q16 = (int32_t)scale(kp, omega_e3, 4LL * 1000 * CONFIG_SLOW_HZ);
+    t->speed_accel_q8 = (int32_t)accel;
+    t->ramp_q16 = (int32_t)scale(p->ramp_rpm_s, 65536, CONFIG_SLOW_HZ);
+    t->rpm_q4_per_w_q32 = (int32_t)(60LL * 16 * CONFIG_PWM_HZ / p->pole_pairs);
+    return NULL;
+}
+
+static const char *check_limits(const struct params *p)
+{
+    const int64_t range = p->i_range_ma;
+    if (p->i_trip_ma > range * 95 / 100) {
+        return "i_trip_ma must be at most 95 % of i_range_ma, or the sensor clips before it trips";
+    }
+    if (p->i_max_ma > p->i_trip_ma * 85LL / 100) {
+        return "i_max_ma must be at most 85 % of i_trip_ma, to leave room for overshoot";
+    }
+    if (p->i_align_ma > p->i_max_ma) {
+        return "i_align_ma must not exceed i_max_ma";
+    }
+    if (p->v_min_mv >= p->v_max_mv || p->v_max_mv > p->v_range_mv * 98LL / 100) {
+        return "v_min_mv must be below v_max_mv, and that at most 98 % of v_range_mv";
+    }
+    if (p->speed_max_rpm >= p->overspeed_rpm) {
+        return "speed_max_rpm must be below overspeed_rpm";
+    }
+    if (p->v_min_mv < p->v_range_mv / 4) {
+        return "v_min_mv must be at least a quarter of v_range_mv: the modulator's range";
+    }
+    if ((int64_t)p->overspeed_rpm * p->pole_pairs > 60LL * TUNING_SPEED_BASE_HZ * 95 / 100) {
+        return "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical";
+    }
+    return NULL;
+}
+
+const char *tuning_compute(const struct params *p, struct tuning *t)
+{
+    const char *problem = check_limits(p);
+    if (problem == NULL) {
+        problem = tune_current_loop(p, t);
+    }
+    if (problem == NULL) {
+        problem = tune_speed_loop(p, t);
+    }
+    if (problem != NULL) {
+        return problem;
+    }
+    t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
+    t->i_max_q15 = tuning_q15_from_milli(p->i_max_ma, p->i_range_ma);
+    t->i_align_q15 = tuning_q15_from_milli(p->i_align_ma, p->i_range_ma);
+    t->i_sum_q15 = t->i_trip_q15 / 4;
+    t->v_min_q15 = tuning_q15_from_milli(p->v_min_mv, p->v_range_mv);
+    t->v_max_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv);
+    t->overspeed_w_q15 = (int32_t)scale((int64_t)p->overspeed_rpm * p->pole_pairs, 32768, 60LL * TUNING_SPEED_BASE_HZ);
+    t->encoder_scale_q32 = (uint32_t)((((uint64_t)p->pole_pairs << 32) + (uint32_t)p->encoder_counts / 2u) /
+                                      (uint32_t)p->encoder_counts);
+    return NULL;
+}

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""The house rules that no compiler checks: formatting, layers, and what must not stand in code for the target.
+
+Warnings are the compiler's business: every build has -Wall ... -Werror. Prints one line a finding, exits 1 if there is any.
+"""
+import os
+import py_compile
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+TARGET_ROOMS = ("firmware", "drivers", "lib", "startup")
+# who may include whom: only downwards, and lib nobody but itself
+ALLOWED = {
+    "firmware": {"firmware", "drivers", "lib", "startup"},
+    "drivers": {"drivers", "lib", "startup"},
+    "lib": {"lib"},
+    "startup": {"startup"},
+}
+SYSTEM_HEADERS = {"<stdint.h>", "<stddef.h>", "<stdbool.h>", "<limits.h>"}
+WIDTH = 120
+CODE = (".c", ".h", ".S", ".py", ".sh", ".ld", ".mk")
+
+FORBIDDEN_ON_TARGET = (
+    (re.compile(r"\b(float|double)\b"), "floating point"),
+    (re.compile(r"\b(malloc|calloc|realloc|free)\s*\("), "heap"),
+    (re.compile(r"qemu|semihost|emulat|\bbkpt\b", re.I), "a word about where it runs"),
+)
+REGISTER_ADDRESS = re.compile(r"0x(4[0-9A-F]{7}|5000[0-9A-F]{4}|E00[0-9A-F]{5})\b", re.I)
+# start-up reads the reset cause and sets two core registers before any driver can run
+ADDRESS_EXCEPTIONS = {"startup/reset.S"}
+
+
+def tracked():
+    names = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True,
+                           check=True).stdout.split("\n")
+    return [Path(name) for name in names if name and (ROOT / name).is_file()]
+
+
+def without_comments(text):
+    """Same line count, comments and strings of prose blanked, so that words in comments do not count."""
+    def blank(match):
+        return re.sub(r"[^\n]", " ", match.group(0))
+    return re.sub(r"/\*.*?\*/|//[^\n]*", blank, text, flags=re.S)
+
+
+def check_text(path, text):
+    first = text.split("\n", 2)[:2]
+    if not any("SPDX-License-Identifier" in line for line in first):
+        yield 1, "no SPDX licence line at the top"
+    if text and not text.endswith("\n"):
+        yield text.count("\n") + 1, "no line end at the end of the file"
+    for number, line in enumerate(text.split("\n"), 1):
+        if len(line) > WIDTH:
+            yield number, f"{len(line)} columns, at most {WIDTH}"
+        if line != line.rstrip():
+            yield number, "blanks at the end of the line"
+        if "\t" in line and path.suffix != ".mk":
+            yield number, "a tab"
+
+
+def check_includes(path, text):
+    room = path.parts[0]
+    for number, line in enumerate(text.split("\n"), 1):
+        match = re.match(r'\s*#\s*include\s+(<[^>]+>|"([^"]+)")', line)
+        if not match:
+            continue
+        if match.group(1).startswith("<"):
+            if match.group(1) not in SYSTEM_HEADERS:
+                yield number, f"{match.group(1)} is not one of the freestanding headers"
+        elif match.group(2).split("/")[0] not in ALLOWED[room]:
+            yield number, f"include of {match.group(2)} points up from {room}/"
+
+
+def check_target_code(path, text):
+    code = without_comments(text)
+    for number, line in enumerate(code.split("\n"), 1):
+        for pattern, what in FORBIDDEN_ON_TARGET:
+            if pattern.search(line):
+                yield number, f"{what} in code for the target"
+        if path.parts[0] != "drivers" and str(path) not in ADDRESS_EXCEPTIONS and REGISTER_ADDRESS.search(line):
+            yield number, "a register address outside drivers/"
+
+
+def check_format(paths):
+    tool = "clang-format-14"
+    result = subprocess.run([tool, "--dry-run", "-Werror", "--style=file", *map(str, paths)], cwd=ROOT,
+                            capture_output=True, text=True)
+    for line in result.stderr.split("\n"):
+        match = re.match(r"([^:]+):(\d+):\d+: error: (.*)", line)
+        if match:
+            yield Path(match.group(1)), int(match.group(2)), f"not as {tool} would have it"
+    if result.returncode and not result.stderr.strip():
+        yield Path(".clang-format"), 1, f"{tool} failed"
+
+
+def check_python(path):
+    try:
+        py_compile.compile(str(ROOT / path), cfile=os.devnull, doraise=True)
+    except py_compile.PyCompileError as error:
+        yield 1, str(error).strip().split("\n")[-1]
+
+
+def findings():
+    files = tracked()
+    for path in files:
+        if path.suffix not in CODE and path.name != "Makefile":
+            continue
+        text = (ROOT / path).read_text(encoding="utf-8")
+        checks = [] if path.name == "Makefile" else [check_text(path, text)]
+        if path.parts[0] in TARGET_ROOMS and path.suffix in (".c", ".h", ".S"):
+            checks += [check_includes(path, text), check_target_code(path, text)]
+        if path.suffix == ".py":
+            checks.append(check_python(path))
+        for check in checks:
+            for number, what in check:
+                yield path, number, what
+    yield from check_format([p for p in files if p.suffix in (".c", ".h")])
+
+
+def main():
+    count = 0
+    for path, number, what in findings():
+        print(f"{path}:{number}: {what}")
+        count += 1
+    if count:
+        print(f"mssfoc: {count} findings; 'clang-format-14 -i FILE' mends the formatting", file=sys.stderr)
+        return 1
+    print("lint: no findings")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
