@@ -30,7 +30,7 @@ static inline uint32_t limit_leading_zeros(uint32_t x)
 static inline uint32_t limit_root(uint32_t square)
 {
     const uint32_t half_shift = limit_leading_zeros(square) >> 1;
-    const uint32_t normal = ((square << half_shift) << half_shift) | 0x40000000U; /* the bit is for square = 0 */
+    const uint32_t normal = ((square << half_shift) << half_shift) | (1U << 30); /* the bit is for square = 0 */
     const uint16_t *const chord = &limit_root_table[(normal >> 24) - 64U];
     const uint32_t part_q16 = (normal >> 8) & 0xFFFFU;
     const uint32_t twice_root = 65536U + chord[0] + (((uint32_t)(chord[1] - chord[0]) * part_q16) >> 16);
@@ -61,7 +61,7 @@ static inline dq_t circle_limit_q15(dq_t v_q15, int32_t radius_q15)
     const int32_t d = q15_clamp(v_q15.d, -radius_q15, radius_q15);
     const int32_t rest = circle_rest_q15(d, radius_q15);
 
-    return (dq_t){ d, q15_clamp(v_q15.q, -rest, rest) };
+    return (dq_t){d, q15_clamp(v_q15.q, -rest, rest)};
 }
 
 #endif

@@ -11,7 +11,7 @@
 
 #include <stdint.h>
 
-#define Q15_ONE 32768
+#define Q15_ONE  32768
 #define Q15_HALF 16384
 
 /** Three phase quantities. */

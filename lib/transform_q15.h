@@ -25,7 +25,7 @@ static inline alphabeta_t clarke_q15(int32_t a, int32_t b)
     const int32_t sum = a + 2 * b;
     const int32_t fine_q30 = sum * 20107 + (sum >> 3);
 
-    return (alphabeta_t){ a, q15_from_q30(sum * 18918 + (fine_q30 >> 15)) };
+    return (alphabeta_t){a, q15_from_q30(sum * 18918 + (fine_q30 >> 15))};
 }
 
 /**
@@ -35,8 +35,8 @@ static inline alphabeta_t clarke_q15(int32_t a, int32_t b)
  */
 static inline dq_t park_q15(alphabeta_t i, cossin_t angle)
 {
-    return (dq_t){ q15_from_q30(i.alpha * angle.cos + i.beta * angle.sin),
-                   q15_from_q30(i.beta * angle.cos - i.alpha * angle.sin) };
+    return (dq_t){q15_from_q30(i.alpha * angle.cos + i.beta * angle.sin),
+                  q15_from_q30(i.beta * angle.cos - i.alpha * angle.sin)};
 }
 
 /**
@@ -45,8 +45,8 @@ static inline dq_t park_q15(alphabeta_t i, cossin_t angle)
  */
 static inline alphabeta_t invpark_q15(dq_t v, cossin_t angle)
 {
-    return (alphabeta_t){ q15_from_q30(v.d * angle.cos - v.q * angle.sin),
-                          q15_from_q30(v.q * angle.cos + v.d * angle.sin) };
+    return (alphabeta_t){q15_from_q30(v.d * angle.cos - v.q * angle.sin),
+                         q15_from_q30(v.q * angle.cos + v.d * angle.sin)};
 }
 
 /**
@@ -61,7 +61,7 @@ static inline abc_t invclarke_q15(alphabeta_t v)
     const int32_t beta_q30 = v.beta * 28378 + ((v.beta * -20859) >> 18);
     const int32_t b = q15_from_q30(beta_q30 - v.alpha * Q15_HALF);
 
-    return (abc_t){ v.alpha, b, -(v.alpha + b) };
+    return (abc_t){v.alpha, b, -(v.alpha + b)};
 }
 
 #endif

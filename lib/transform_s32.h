@@ -10,7 +10,7 @@
 #include "lib/Lib.h"
 
 /* 1/sqrt(3) and sqrt(3)/2 with 31 fraction bits, rounded down; s32_refine() supplies what is missing. */
-#define S32_INV_SQRT3_Q31 1239850262
+#define S32_INV_SQRT3_Q31  1239850262
 #define S32_HALF_SQRT3_Q31 1859775393
 
 /** Two results of one kernel. */
@@ -85,8 +85,8 @@ static inline s32_pair_t s32_invclarke_bc(int32_t valpha, int32_t vbeta)
     const int64_t half_lsb = INT64_C(1) << 30;
 
     /* One less than half in vc turns its ties down, so that they cancel those of vb. */
-    return (s32_pair_t){ s32_saturate((uint64_t)(half_lsb - half_alpha + beta), 31U),
-                         s32_saturate((uint64_t)(half_lsb - 1 - half_alpha - beta), 31U) };
+    return (s32_pair_t){s32_saturate((uint64_t)(half_lsb - half_alpha + beta), 31U),
+                        s32_saturate((uint64_t)(half_lsb - 1 - half_alpha - beta), 31U)};
 }
 
 /** Park: the vector (x, y) seen from a frame turned by +angle. */
@@ -94,8 +94,8 @@ static inline s32_pair_t s32_park(int32_t x, int32_t y, int32_t cosine, int32_t 
 {
     const uint64_t half_lsb = UINT64_C(1) << (LIB_TRIG_FRAC - 1);
 
-    return (s32_pair_t){ s32_saturate(half_lsb + s32_product(x, cosine) + s32_product(y, sine), LIB_TRIG_FRAC),
-                         s32_saturate(half_lsb + s32_product(y, cosine) - s32_product(x, sine), LIB_TRIG_FRAC) };
+    return (s32_pair_t){s32_saturate(half_lsb + s32_product(x, cosine) + s32_product(y, sine), LIB_TRIG_FRAC),
+                        s32_saturate(half_lsb + s32_product(y, cosine) - s32_product(x, sine), LIB_TRIG_FRAC)};
 }
 
 /** Inverse Park: the vector (x, y) of a frame turned by +angle seen from the stationary one. */
@@ -103,8 +103,8 @@ static inline s32_pair_t s32_invpark(int32_t x, int32_t y, int32_t cosine, int32
 {
     const uint64_t half_lsb = UINT64_C(1) << (LIB_TRIG_FRAC - 1);
 
-    return (s32_pair_t){ s32_saturate(half_lsb + s32_product(x, cosine) - s32_product(y, sine), LIB_TRIG_FRAC),
-                         s32_saturate(half_lsb + s32_product(y, cosine) + s32_product(x, sine), LIB_TRIG_FRAC) };
+    return (s32_pair_t){s32_saturate(half_lsb + s32_product(x, cosine) - s32_product(y, sine), LIB_TRIG_FRAC),
+                        s32_saturate(half_lsb + s32_product(y, cosine) + s32_product(x, sine), LIB_TRIG_FRAC)};
 }
 
 #endif

@@ -24,7 +24,7 @@ static inline cossin_t cossin_q15(uint32_t angle_u16)
     const int32_t sin_q30 = chord[0] * 64 + (chord[1] - chord[0]) * part_q6;
     const int32_t cos_q30 = chord[256] * 64 + (chord[257] - chord[256]) * part_q6;
 
-    return (cossin_t){ q15_from_q30(cos_q30), q15_from_q30(sin_q30) };
+    return (cossin_t){q15_from_q30(cos_q30), q15_from_q30(sin_q30)};
 }
 
 #endif
