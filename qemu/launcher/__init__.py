@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: MIT
+"""The host side of a run: data files -> twin configuration -> QEMU -> trace -> figures, verdicts, report and plot.
+
+Tests use the same path as `make run`:
+
+    from launcher import simulate
+    result = simulate("default", motor="teknic_m2310p", out_dir=tmp_path)
+    result.figures["thd"].value, result.trace["i_a_A"], result.console
+"""
+from .errors import LauncherError
+from .simulate import Result, simulate
+
+__all__ = ["LauncherError", "Result", "simulate"]

@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: MIT
+"""python -m launcher, with PYTHONPATH=qemu."""
+import sys
+
+from .cli import main
+
+sys.exit(main())

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: MIT
+"""A motor on its inverter: what the twin is told, what a person types at the console, and names for expressions."""
+import math
+from dataclasses import dataclass, field
+
+from .data import check_pair, load_inverter, load_motor
+
+RPM = math.pi / 30  # rad/s in one rpm
+
+
+@dataclass
+class Drive:
+    """The pair, with the load's inertia and the console parameters worked out. `params` may be changed before a run."""
+    motor: object
+    inverter: object
+    params: dict = field(default_factory=dict)
+
+    @property
+    def load_inertia_kgm2(self):
+        return self.motor["load"]["inertia_ratio"] * self.motor["mechanical"]["inertia_kgm2"]
+
+    @property
+    def inertia_kgm2(self):
+        return self.motor["mechanical"]["inertia_kgm2"] + self.load_inertia_kgm2
+
+    @property
+    def torque_per_ampere(self):
+        """N m per peak ampere of i_q while i_d = 0: 1.5 p psi (amplitude-invariant transform)."""
+        return 1.5 * self.motor["electrical"]["pole_pairs"] * self.motor["electrical"]["flux_wb"]
+
+    @property
+    def linear_step_a(self):
+        """The largest current step that stays a linear one.
+
+        A loop of crossover w answers a step D of its reference with w L D volts at once; that, plus the resistive drop
+        at rated current, may use 80 % of what the bus gives (vbus/sqrt(3)). At most 60 % of rated current.
+        """
+        electrical, rated = self.motor["electrical"], self.motor["rating"]["rated_current_a"]
+        available_v = 0.8 * self.inverter["supply"]["vbus_v"] / math.sqrt(3)
+        headroom_v = max(available_v - electrical["resistance_ohm"] * rated, 0.0)
+        crossover = 2 * math.pi * self.motor["control"]["current_bw_hz"]
+        return min(0.6 * rated, headroom_v / (crossover * electrical["lq_h"]))
+
+    def names(self):
+        """What expressions in scenario files may use."""
+        rating, control = self.motor["rating"], self.motor["control"]
+        inverter = self.inverter
+        return {
+            "rated_torque_Nm": rating["rated_torque_nm"], "rated_current_A": rating["rated_current_a"],
+            "rated_speed_rpm": rating["rated_speed_rpm"], "speed_max_rpm": self.params["speed_max_rpm"],
+            "overspeed_rpm": self.params["overspeed_rpm"], "i_max_A": self.params["i_max_ma"] / 1000,
+            "i_trip_A": self.params["i_trip_ma"] / 1000, "i_align_A": self.params["i_align_ma"] / 1000,
+            "v_min_V": self.params["v_min_mv"] / 1000, "v_max_V": self.params["v_max_mv"] / 1000,
+            "vbus_V": inverter["supply"]["vbus_v"], "i_range_A": inverter["sensor"]["i_range_a"],
+            "v_range_V": inverter["sensor"]["v_range_v"], "oc_trip_A": inverter["bridge"]["oc_trip_a"],
+            "linear_step_A": self.linear_step_a, "torque_per_ampere": self.torque_per_ampere,
+            "pole_pairs": self.motor["electrical"]["pole_pairs"],
+            "encoder_counts": self.motor["encoder"]["counts_per_rev"], "ramp_rpm_s": self.params["ramp_rpm_s"],
+            "rad_s_per_rpm": RPM, "current_bw_hz": control["current_bw_hz"],
+        }
+
+
+def load_drive(motor_name, overrides=None):
+    """The motor by name, its inverter, and overrides: {"motor": {table: {key: value}}, "inverter": ..., "params": ...}."""
+    overrides = overrides or {}
+    motor = load_motor(motor_name)
+    motor.override(overrides.get("motor", {}))
+    inverter = load_inverter(motor.inverter)
+    inverter.override(overrides.get("inverter", {}))
+    check_pair(motor, inverter)
+    drive = Drive(motor, inverter)
+    drive.params = console_params(drive)
+    drive.params.update(overrides.get("params", {}))
+    return drive
+
+
+def console_params(drive):
+    """The firmware's parameters as integers in the unit that ends their name (firmware/params.h)."""
+    electrical, control = drive.motor["electrical"], drive.motor["control"]
+    sensor, protection = drive.inverter["sensor"], drive.inverter["protection"]
+    exact = {
+        "pole_pairs": electrical["pole_pairs"],
+        "encoder_counts": drive.motor["encoder"]["counts_per_rev"],
+        "resistance_mohm": electrical["resistance_ohm"] * 1e3,
+        "ld_uh": electrical["ld_h"] * 1e6,
+        "lq_uh": electrical["lq_h"] * 1e6,
+        "flux_uwb": electrical["flux_wb"] * 1e6,
+        "inertia_gcm2": drive.inertia_kgm2 * 1e7,
+        "i_range_ma": sensor["i_range_a"] * 1e3,
+        "v_range_mv": sensor["v_range_v"] * 1e3,
+        "i_max_ma": control["i_max_a"] * 1e3,
+        "i_trip_ma": control["i_trip_a"] * 1e3,
+        "i_align_ma": control["i_align_a"] * 1e3,
+        "v_min_mv": protection["v_min_v"] * 1e3,
+        "v_max_mv": protection["v_max_v"] * 1e3,
+        "speed_max_rpm": control["speed_max_rpm"],
+        "overspeed_rpm": control["overspeed_rpm"],
+        "ramp_rpm_s": control["ramp_rpm_s"],
+        "current_bw_hz": control["current_bw_hz"],
+        "speed_bw_hz": control["speed_bw_hz"],
+    }
+    return {name: max(1, round(value)) for name, value in exact.items()}
+
+
+def preamble(drive):
+    """The console lines that tell the firmware which motor and inverter it has."""
+    return [f"set {name} {value}" for name, value in drive.params.items()]
+
+
+def twin_items(drive):
+    """(section.key, value) pairs of the plant for the twin's configuration."""
+    motor, inverter = drive.motor, drive.inverter
+    items = [(f"motor.{key}", value) for table in ("electrical", "mechanical", "thermal", "start")
+             for key, value in motor[table].items()]
+    items += [("load.inertia_kgm2", drive.load_inertia_kgm2), ("load.viscous_nms", motor["load"]["viscous_nms"])]
+    items += [(f"inverter.{key}", value) for table in ("supply", "bridge") for key, value in inverter[table].items()]
+    items += [(f"sensor.{key}", value) for key, value in inverter["sensor"].items()]
+    items += [("sensor.encoder_counts", motor["encoder"]["counts_per_rev"]),
+              ("sensor.index_angle_rad", motor["encoder"]["index_angle_rad"])]
+    return items

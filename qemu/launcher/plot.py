@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: MIT
+"""run.png: the run on one page, six plots over one time axis, the plant's truth beside what the firmware believes."""
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
+import numpy as np  # noqa: E402
+
+POINTS = 6000  # drawn per curve; more would not be visible
+BLUE, ORANGE, GREEN, RED, GREY = "#1f4e9c", "#e07b00", "#2a8f4f", "#c0392b", "#888888"
+PHASES = (("a", RED), ("b", GREEN), ("c", BLUE))
+
+
+def draw(result, path):
+    """Writes the figure to `path`."""
+    trace, drive = result.trace, result.drive
+    figure, axes = plt.subplots(6, 1, sharex=True, figsize=(13, 15.5), constrained_layout=True)
+    figure.suptitle(f"{result.scenario.title}\n{drive.motor.name} on {drive.inverter.name}", fontsize=13)
+    for axis, plot in zip(axes, (_speed, _torque, _currents_dq, _currents_abc, _bus, _duty)):
+        plot(axis, trace, drive)
+        axis.grid(True, color="#dddddd", linewidth=0.6)
+        axis.margins(x=0)
+        axis.legend(loc="upper right", ncol=4, fontsize=8, framealpha=0.9)
+        for side in ("top", "right"):
+            axis.spines[side].set_visible(False)
+        _mark_off(axis, trace)
+    axes[-1].set_xlabel("time / s")
+    figure.savefig(path, dpi=100)
+    plt.close(figure)
+
+
+def _line(axis, trace, column, label, color, **style):
+    """A curve; where samples are denser than pixels, the band between their extremes."""
+    t, y = trace["t_s"], trace[column] if isinstance(column, str) else column
+    step = max(1, len(t) // POINTS)
+    rows = len(t) // step
+    if step == 1:
+        axis.plot(t, y, color=color, label=label, linewidth=1.0, **style)
+        return
+    blocks = y[:rows * step].reshape(rows, step)
+    low, high, middle = blocks.min(axis=1), blocks.max(axis=1), blocks.mean(axis=1)
+    starts = t[:rows * step:step]
+    if np.max(high - low) > 0.01 * max(np.max(np.abs(y)), 1e-12):
+        axis.fill_between(starts, low, high, color=color, alpha=0.25, linewidth=0)
+    axis.plot(starts, middle, color=color, label=label, linewidth=1.0, **style)
+
+
+def _speed(axis, trace, drive):
+    _line(axis, trace, "speed_ref_rpm", "reference", GREY, linestyle="--")
+    _line(axis, trace, "speed_fw_rpm", "measured by the drive", ORANGE)
+    _line(axis, trace, "speed_rpm", "true", BLUE)
+    axis.set_ylabel("speed / rpm")
+
+
+def _torque(axis, trace, drive):
+    _line(axis, trace, "torque_Nm", "motor", BLUE)
+    _line(axis, trace, "load_Nm", "load", ORANGE)
+    rated = drive.motor["rating"]["rated_torque_nm"]
+    axis.axhline(rated, color=GREY, linewidth=0.6, linestyle=":", label="rated")
+    axis.axhline(-rated, color=GREY, linewidth=0.6, linestyle=":")
+    axis.set_ylabel("torque / N m")
+
+
+def _currents_dq(axis, trace, drive):
+    _line(axis, trace, "i_q_true_A", "i_q true", BLUE)
+    _line(axis, trace, "i_d_true_A", "i_d true", RED)
+    _line(axis, trace, "i_q_ref_A", "i_q reference", "#0b2a5b", linestyle="--")
+    _line(axis, trace, "i_d_ref_A", "i_d reference", "#6b1710", linestyle="--")
+    limit = drive.params["i_max_ma"] / 1000
+    axis.set_ylim(*_include(axis.get_ylim(), -limit / 10, limit / 10))
+    axis.set_ylabel("d/q current / A")
+
+
+def _include(limits, low, high):
+    return min(limits[0], low), max(limits[1], high)
+
+
+def _currents_abc(axis, trace, drive):
+    for phase, color in PHASES:
+        axis.plot(trace["t_s"], trace[f"i_{phase}_A"], color=color, linewidth=0.5, label=f"i_{phase}", rasterized=True)
+    axis.set_ylabel("phase current / A")
+
+
+def _bus(axis, trace, drive):
+    _line(axis, trace, "vbus_V", "bus", BLUE)
+    middle = drive.inverter["supply"]["vbus_v"]
+    axis.set_ylim(*_include(axis.get_ylim(), 0.97 * middle, 1.03 * middle))
+    axis.set_ylabel("bus voltage / V")
+
+
+def _duty(axis, trace, drive):
+    for phase, color in PHASES:
+        axis.plot(trace["t_s"], trace[f"duty_{phase}"], color=color, linewidth=0.4, label=f"d_{phase}", rasterized=True)
+    axis.set_ylim(-0.02, 1.02)
+    axis.set_ylabel("duty")
+
+
+def _mark_off(axis, trace):
+    """Grey ground where the gates are not enabled."""
+    off = np.concatenate([[False], trace["gate_live"] == 0, [False]])
+    edges = np.flatnonzero(np.diff(off.astype(np.int8)))
+    t = trace["t_s"]
+    for start, end in zip(edges[::2], edges[1::2]):
+        axis.axvspan(t[start], t[end - 1], color="#f0f0f0", zorder=0, linewidth=0)

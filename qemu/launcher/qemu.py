@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: MIT
+"""Finding QEMU, starting it with the twin, and watching it until the run ends."""
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from .errors import LauncherError
+from .paths import shown
+
+MACHINE = "emcraft-sf2"
+DEFAULT_QEMU = "qemu-system-arm"
+STALL_S = 120.0  # wall time without progress after which a run is given up
+
+
+class Qemu:
+    """A checked qemu-system-arm."""
+
+    def __init__(self, program=None):
+        wanted = program or os.environ.get("QEMU") or DEFAULT_QEMU
+        found = shutil.which(wanted)
+        if found is None:
+            raise LauncherError(f"QEMU '{wanted}' is not a program (apt-get install qemu-system-arm, or QEMU=path)")
+        self.path = found
+        self.version = (self._ask("--version").splitlines() or [""])[0]
+        if "QEMU emulator version" not in self.version:
+            raise LauncherError(f"'{wanted}' is not a QEMU: its --version says '{self.version[:60]}'")
+        if not re.search(rf"^{MACHINE}\s", self._ask("-M", "help"), re.MULTILINE):
+            raise LauncherError(f"'{wanted}' does not know the machine {MACHINE}: is it qemu-system-arm?")
+
+    @property
+    def number(self):
+        match = re.search(r"version (\S+)", self.version)
+        return match.group(1) if match else self.version
+
+    def data_arguments(self):
+        """-L for a QEMU unpacked beside the installed one, whose firmware files lie in its own share/qemu."""
+        share = Path(self.path).resolve().parent.parent / "share" / "qemu"
+        if Path(self.path).resolve().parent != Path("/usr/bin") and share.is_dir():
+            return ["-L", str(share)]
+        return []
+
+    def _ask(self, *arguments):
+        try:
+            answer = subprocess.run([self.path, *self.data_arguments(), *arguments], stdin=subprocess.DEVNULL,
+                                    capture_output=True, text=True, timeout=30, check=False)
+        except (OSError, subprocess.TimeoutExpired, UnicodeDecodeError) as error:
+            raise LauncherError(f"cannot run '{self.path}': {error}") from error
+        return (answer.stdout or answer.stderr).strip()
+
+
+class Image:
+    """The products of a build that a run needs, each checked to be there."""
+
+    def __init__(self, build):
+        self.hex = self._present(build / "mssfoc.hex")
+        self.elf = self._present(build / "mssfoc.elf")
+        self.plugin = self._present(build / "qemu" / "twin.so")
+
+    @staticmethod
+    def _present(path):
+        if not path.is_file():
+            raise LauncherError(f"{shown(path)} is missing: run make first")
+        return path
+
+
+def escape(path):
+    """A path as a value in QEMU's comma-separated options."""
+    return str(path).replace(",", ",,")
+
+
+def command(qemu, image, config, console, realtime=False, extra=()):
+    """The command line. The image is loaded from the very file that is flashed."""
+    sleep = "on" if realtime else "off"
+    return [qemu.path, *qemu.data_arguments(), "-M", MACHINE, "-display", "none", "-monitor", "none",
+            "-icount", f"shift=3,sleep={sleep}", "-chardev", console, "-serial", "chardev:console",
+            "-plugin", f"{escape(image.plugin)},config={escape(config)}",
+            "-device", f"loader,file={escape(image.hex)}", *extra]
+
+
+def run_to_end(arguments, end_s, progress_path, stderr_path, show=None):
+    """Runs QEMU until the twin ends it; `show(now_s, end_s)` is called as it goes. Raises with the reason of a failure."""
+    with open(stderr_path, "wb") as stderr:
+        try:
+            process = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=stderr, stderr=stderr)
+        except OSError as error:
+            raise LauncherError(f"cannot start {arguments[0]}: {error.strerror}") from error
+        try:
+            _watch(process, end_s, progress_path, show)
+        except BaseException:
+            process.kill()
+            process.wait()
+            raise
+    if process.returncode != 0:
+        raise LauncherError(f"{_reason(process.returncode)}{_tail(stderr_path)}")
+
+
+def _watch(process, end_s, progress_path, show):
+    reached, since = -1.0, time.monotonic()
+    while True:
+        try:
+            process.wait(timeout=0.1)
+            return
+        except subprocess.TimeoutExpired:
+            now_s = _progress(progress_path)
+        if now_s > reached:
+            reached, since = now_s, time.monotonic()
+        if show and end_s:
+            show(min(max(reached, 0.0), end_s), end_s)
+        if time.monotonic() - since > STALL_S:
+            raise LauncherError(f"QEMU made no progress for {STALL_S:g} s after {max(reached, 0):.3f} s of simulated time")
+
+
+def _progress(path):
+    """Simulated seconds: the first number of the progress file's last whole line, -1 before there is one."""
+    try:
+        with open(path, "rb") as file:
+            file.seek(0, os.SEEK_END)
+            file.seek(max(0, file.tell() - 200))
+            numbers = re.findall(rb"(?m)^\D*?(\d+(?:\.\d+)?)", file.read())
+        return float(numbers[-1]) if numbers else -1.0
+    except (OSError, ValueError):
+        return -1.0
+
+
+def _reason(status):
+    if status in (-signal.SIGABRT, 134):
+        return "QEMU aborted (status 134): the processor locked up, or QEMU met an error of its own"
+    if status < 0:
+        return f"QEMU was ended by signal {signal.Signals(-status).name}"
+    return f"QEMU ended with status {status}"
+
+
+def _tail(path, lines=6):
+    """The last lines of what QEMU and the twin wrote, to stand under the reason."""
+    try:
+        text = Path(path).read_text(errors="replace")
+    except OSError:
+        return ""
+    last = [line for line in text.splitlines() if line.strip()][-lines:]
+    return "".join(f"\n  | {line}" for line in last)
+
+
+class ProgressLine:
+    """One line on a terminal, rewritten; on anything else a word every quarter."""
+
+    def __init__(self, label, stream=None):
+        self.label, self.stream = label, stream or sys.stderr
+        self.live = self.stream.isatty()
+        self.quarter = 0
+
+    def __call__(self, now_s, end_s):
+        if self.live:
+            bar = "#" * int(now_s / end_s * 30)
+            self.stream.write(f"\r{self.label} [{bar:<30}] {now_s:.2f} of {end_s:g} s simulated ")
+            self.stream.flush()
+        elif int(now_s / end_s * 4) > self.quarter:
+            self.quarter = int(now_s / end_s * 4)
+            self.stream.write(f"{self.label}: {now_s:.2f} of {end_s:g} s simulated\n")
+            self.stream.flush()
+
+    def done(self):
+        """Leaves the line."""
+        if self.live:
+            self.stream.write("\r\033[K")
+            self.stream.flush()

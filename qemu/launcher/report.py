@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+"""What a person reads after a run, and the same as report.json."""
+import json
+import platform
+import subprocess
+
+import numpy as np
+
+from .drive import twin_items
+from .paths import REPO
+from .simulate import write
+
+
+def print_report(result, out):
+    """The report in engineering units, one line a figure."""
+    drive, rating = result.drive, result.drive.motor["rating"]
+    out(f"{result.scenario.title}")
+    out(f"  motor     {drive.motor.name}: {rating['rated_torque_nm']:g} N m, {rating['rated_current_a']:g} A peak,"
+        f" {rating['rated_speed_rpm']:g} rpm, {drive.motor['electrical']['pole_pairs']} pole pairs")
+    out(f"  inverter  {drive.inverter.name}, {drive.inverter['supply']['vbus_v']:g} V")
+    out(f"  run       {result.trace.rows} PWM periods, seed {result.seed}, {result.qemu.version}")
+    out("")
+    width = max([len(name) for name in result.figures] + [10])
+    for figure in result.figures.values():
+        out(f"  {figure.name:<{width}}  {value_text(figure):>26}  {figure.limit_text:<24} {verdict(figure)}")
+    out("")
+    failed = [figure.name for figure in result.figures.values() if figure.passed is False]
+    limited = sum(figure.limited for figure in result.figures.values())
+    out(f"{len(failed)} of {limited} limits failed: {', '.join(failed)}" if failed else f"all {limited} limits hold")
+
+
+def verdict(figure):
+    return {True: "PASS", False: "FAIL", None: ""}[figure.passed]
+
+
+def value_text(figure):
+    if figure.value is None:
+        return "not reached"
+    if isinstance(figure.value, str):
+        return figure.value
+    if float(figure.value) == round(figure.value) and abs(figure.value) < 1e6:
+        return f"{figure.value:.0f} {figure.unit}".strip()
+    return f"{figure.value:.4g} {figure.unit}".strip()
+
+
+def write_json(result, path):
+    """Everything needed to judge the run or to repeat it."""
+    drive = result.drive
+    report = {
+        "scenario": {"name": result.scenario.key, "title": result.scenario.title, "end_s": result.scenario.end_s},
+        "seed": result.seed,
+        "passed": result.passed,
+        "figures": [_figure(figure) for figure in result.figures.values()],
+        "motor": {"key": drive.motor.key, "name": drive.motor.name, "values": drive.motor.values},
+        "inverter": {"key": drive.inverter.key, "name": drive.inverter.name, "values": drive.inverter.values},
+        "console_parameters": drive.params,
+        "plant": dict(twin_items(drive)),
+        "versions": versions(result),
+    }
+    write(path, json.dumps(report, indent=2, default=_plain) + "\n")
+
+
+def _figure(figure):
+    limits = {key: getattr(figure, key) for key in ("min", "max", "equal") if getattr(figure, key) is not None}
+    return {"name": figure.name, "kind": figure.kind, "value": figure.value, "unit": figure.unit, "limits": limits,
+            "passed": figure.passed, "method": figure.method}
+
+
+def _plain(value):
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(type(value).__name__)
+
+
+def versions(result):
+    return {"qemu": result.qemu.version, "compiler": result.symbols.producer, "mssfoc": describe(),
+            "python": platform.python_version(), "numpy": np.__version__}
+
+
+def describe():
+    """`git describe`, or "unknown" outside a clone."""
+    try:
+        answer = subprocess.run(["git", "-C", str(REPO), "describe", "--always", "--dirty", "--tags"],
+                                capture_output=True, text=True, timeout=10, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return "unknown"
+    return answer.stdout.strip() if answer.returncode == 0 else "unknown"

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: MIT
+"""One run from data files to figures: the launcher's heart, and the interface for tests."""
+from dataclasses import dataclass
+from pathlib import Path
+
+from .config import twin_config
+from .drive import load_drive
+from .errors import LauncherError
+from .figures import Run, measure
+from .paths import build_dir, shown
+from .probes import Symbols, make_probes
+from .qemu import Image, Qemu, command, escape, run_to_end
+from .scenario import load_scenario
+from .trace import add_truth, load_trace
+
+DEFAULT_MOTOR = "teknic_m2310p"
+DEFAULT_SCENARIO = "default"
+SEED_MAX = 2**32 - 1
+
+
+@dataclass
+class Result:
+    """What a run gives: `trace` (column -> array), `console` (text), `figures` (name -> Figure), and what it was."""
+    trace: object
+    console: str
+    figures: dict
+    enums: dict
+    drive: object
+    scenario: object
+    seed: int
+    out_dir: Path
+    qemu: object
+    symbols: object
+
+    @property
+    def passed(self):
+        """Whether every figure with a limit keeps it."""
+        return all(figure.passed is not False for figure in self.figures.values())
+
+
+def check_seed(seed):
+    """An integer 0...2^32-1 from a number or text."""
+    try:
+        value = int(str(seed), 0)
+    except ValueError as error:
+        raise LauncherError(f"SEED '{seed}' is not a whole number") from error
+    if not 0 <= value <= SEED_MAX:
+        raise LauncherError(f"SEED {seed} is outside 0..{SEED_MAX}")
+    return value
+
+
+def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
+             show=None):
+    """Plays a scenario and measures it.
+
+    scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
+    motor      name of a file in qemu/motors, or path to one
+    seed       of all noise: the same seed gives the same trace to the byte
+    out_dir    where twin.cfg, trace.csv, console.txt and qemu.log go (default: run/ of the build folder)
+    overrides  {"motor": {table: {key: value}}, "inverter": {...}, "params": {"i_max_ma": 5000}}
+    show       called as it goes, with the simulated seconds done and in all
+    """
+    seed = check_seed(seed)
+    drive = load_drive(motor, overrides)
+    plan = load_scenario(scenario, drive)
+    build = build_dir(build)
+    checked_qemu = Qemu(qemu)
+    image = Image(build)
+    symbols = Symbols(image.elf)
+    probes, enums = make_probes(symbols, drive)
+    out_dir = Path(out_dir) if out_dir else build / "run"
+    files = prepare(out_dir)
+    config = out_dir / "twin.cfg"
+    write(config, twin_config(drive, plan, seed, probes, {key: files[key] for key in ("trace", "progress")},
+                              symbols.address))
+    console = f"file,id=console,path={escape(files['console'])}"
+    run_to_end(command(checked_qemu, image, config, console), plan.end_s, files["progress"], files["log"], show)
+    trace = load_trace(files["trace"])
+    if trace["t_s"][-1] < plan.end_s - 2e-3:
+        raise LauncherError(f"the run ended at {trace['t_s'][-1]:.4f} s instead of {plan.end_s:g} s"
+                            f" (see {shown(files['log'])})")
+    add_truth(trace, drive.motor["electrical"]["pole_pairs"])
+    text = files["console"].read_text(errors="replace").replace("\r\n", "\n").replace("\r", "\n")
+    figures = measure(plan, Run(trace, text, drive, enums))
+    return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols)
+
+
+def prepare(out_dir):
+    """Makes the folder and clears what an earlier run left, so that nothing old can pass for a result."""
+    files = {"trace": out_dir / "trace.csv", "progress": out_dir / "progress", "console": out_dir / "console.txt",
+             "log": out_dir / "qemu.log"}
+    try:
+        out_dir.mkdir(parents=True, exist_ok=True)
+        for name in [*files.values(), out_dir / "report.json", out_dir / "run.png"]:
+            name.unlink(missing_ok=True)
+    except OSError as error:
+        raise LauncherError(f"cannot write to {shown(out_dir)}: {error.strerror}") from error
+    return {key: path.resolve() for key, path in files.items()}
+
+
+def write(path, text):
+    try:
+        Path(path).write_text(text)
+    except OSError as error:
+        raise LauncherError(f"cannot write {shown(path)}: {error.strerror}") from error
