@@ -43,7 +43,8 @@ REG_AT_OFFSET(struct mpu_regs, RASR, 0x10);
  */
 static inline bool mpu_guard_stack(uint32_t base, uint32_t size)
 {
-    if ((MPU->TYPE & MPU_TYPE_DREGION) == 0u || size < 32u || (size & (size - 1u)) != 0u || (base & (size - 1u)) != 0u) {
+    const bool describable = size >= 32u && (size & (size - 1u)) == 0u && (base & (size - 1u)) == 0u;
+    if (!describable || (MPU->TYPE & MPU_TYPE_DREGION) == 0u) {
         return false;
     }
     const uint32_t log2_size = 31u - (uint32_t)__builtin_clz(size);

@@ -97,7 +97,7 @@ static inline uint32_t corepwm_on_max(uint32_t period_counts, uint32_t dead_coun
 /*
  * Sets up a period of `period_counts` fabric clocks (COREPWM_PERIOD_MIN ... COREPWM_PERIOD_MAX), disables the six
  * outputs, puts all three phases to half on-time with an eighth of the period of dead time, and starts the ADC trigger
- * at count 0. The edges are harmless, and not meant to be used: corepwm_write_legs() comes before corepwm_enable_legs().
+ * at count 0. The edges are harmless and not meant to be used: call corepwm_write_legs() before corepwm_enable_legs().
  *
  * Waits for the new values to be in effect: a period of the old setting and one of the new. Returns false if the period
  * is out of range (nothing is changed then) or if the core does not take the values in time (the outputs stay

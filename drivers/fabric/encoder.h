@@ -56,7 +56,7 @@ static inline uint32_t encoder_position(void)
     return ENCODER->POSITION;
 }
 
-/* Position at the last rising edge of the index; means something once ENCODER_STATUS_INDEX_SEEN is set. Context: any. */
+/* Position at the last rising edge of the index; valid once ENCODER_STATUS_INDEX_SEEN is set. Context: any. */
 static inline uint32_t encoder_index(void)
 {
     return ENCODER->INDEX;

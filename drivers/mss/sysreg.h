@@ -112,7 +112,7 @@ struct sysreg_clocks {
 /* Context: any. */
 struct sysreg_clocks sysreg_clock_ratios(void);
 
-/* Whether clocks are what board.h says, as far as the device can tell: ratios and source, not the rate. Context: any. */
+/* Whether the clocks are what board.h says, as far as the device knows: ratios and source, not rates. Context: any. */
 bool sysreg_clocks_match_board(void);
 
 #endif
