@@ -28,7 +28,7 @@ MSSFOC_IMAGE = $(BUILD)/mssfoc
 
 # V=1 shows the commands
 Q := $(if $(V),,@)
-say = $(if $(V),,@echo "  $1  $@")
+say = $(if $(V)$(findstring s,$(firstword -$(MAKEFLAGS))),,@echo "  $1  $@")
 
 export BUILD PYTHON QEMU MOTOR SCENARIO SEED PROBE HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1

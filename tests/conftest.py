@@ -1,0 +1,10 @@
+# SPDX-License-Identifier: MIT
+"""Where everything is: tests run from the repository's root, products are in $BUILD, the launcher is a package in qemu/."""
+import os
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "qemu"))
+os.chdir(ROOT)
+os.environ.setdefault("BUILD", "build")

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""The image is what it says: one content in every format, vectors in place, nothing in it that should not be."""
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from elftools.elf.elffile import ELFFile
+
+BUILD = Path(os.environ.get("BUILD", "build"))
+CROSS = os.environ.get("CROSS", "arm-none-eabi-")
+ENVM = 0x60000000
+
+
+def read_hex(path):
+    """{address: byte} of an Intel HEX file, every checksum verified."""
+    memory, upper = {}, 0
+    for line in path.read_text().split():
+        raw = bytes.fromhex(line[1:])
+        assert line[0] == ":" and sum(raw) & 0xFF == 0, f"{path}: bad record {line}"
+        count, offset, kind, data = raw[0], int.from_bytes(raw[1:3], "big"), raw[3], raw[4:-1]
+        assert len(data) == count
+        if kind == 0:
+            memory.update({upper + offset + i: byte for i, byte in enumerate(data)})
+        elif kind == 4:
+            upper = int.from_bytes(data, "big") << 16
+        elif kind == 2:
+            upper = int.from_bytes(data, "big") << 4
+    return memory
+
+
+@pytest.fixture(scope="module")
+def image():
+    return (BUILD / "mssfoc.bin").read_bytes()
+
+
+def test_every_format_has_the_same_content(image):
+    flat = read_hex(BUILD / "mssfoc.hex")
+    envm = read_hex(BUILD / "mssfoc-envm.hex")
+    assert min(flat) == 0 and min(envm) == ENVM
+    assert {address + ENVM: byte for address, byte in flat.items()} == envm
+    # objcopy fills gaps between sections in the binary with zeros
+    assert bytes(flat.get(i, 0) for i in range(len(image))) == image and max(flat) == len(image) - 1
+
+
+def test_fits_the_usable_envm(image):
+    assert len(image) <= 254 * 1024  # the top 2 KB are reserved on M2S010
+
+
+def test_vectors(image):
+    words = [int.from_bytes(image[i:i + 4], "little") for i in range(0, 98 * 4, 4)]
+    assert 0x20000000 < words[0] <= 0x20010000 and words[0] % 8 == 0
+    assert all(word & 1 and word < len(image) for number, word in enumerate(words[1:], 1) if number not in RESERVED)
+    with open(BUILD / "mssfoc.elf", "rb") as stream:
+        symbols = ELFFile(stream).get_section_by_name(".symtab")
+        for number, name in {1: "Reset_Handler", 26: "UART0_IRQHandler", 30: "Timer1_IRQHandler",
+                             50: "FabricIrq0_IRQHandler"}.items():
+            assert words[number] & ~1 == symbols.get_symbol_by_name(name)[0]["st_value"] & ~1, name
+
+
+RESERVED = {7, 8, 9, 10, 13}
+
+
+def test_no_word_of_an_emulator(image):
+    text = image.decode("latin-1").lower()
+    assert not re.search(r"qemu|semihost|emulat|simulat", text)
+    code = subprocess.run([CROSS + "objdump", "-d", BUILD / "mssfoc.elf"], capture_output=True, text=True, check=True)
+    assert not re.search(r"\bbkpt\b", code.stdout)
+
+
+def test_no_floating_point_heap_or_foreign_code():
+    out = subprocess.run([CROSS + "nm", BUILD / "mssfoc.elf"], capture_output=True, text=True, check=True).stdout
+    names = {line.split()[-1] for line in out.splitlines()}
+    assert not {n for n in names if re.match(r"__aeabi_([fd]\w+|u?[il]2[fd]|ul2[fd])|malloc|free|_sbrk|printf", n)}
+    # all that the compiler's run-time library gives: 64-bit division
+    foreign = {n for n in names if n.startswith("__") and not n.startswith("__aeabi_")}
+    assert foreign <= {"__udivmoddi4", "__divdi3", "__udivdi3"}, foreign
+
+
+def test_the_library_has_no_data_of_its_own():
+    out = subprocess.run([CROSS + "size", "-t", BUILD / "libmssfoc.a"], capture_output=True, text=True, check=True).stdout
+    text, data, bss = out.strip().splitlines()[-1].split()[:3]
+    assert int(text) > 0 and (data, bss) == ("0", "0")
+
+
+def test_two_builds_are_identical(tmp_path, image):
+    subprocess.run(["make", "-s", "-j2", f"BUILD={tmp_path}/again", "all"], check=True, capture_output=True,
+                   env={k: v for k, v in os.environ.items() if not k.startswith("MAKE")})
+    assert (tmp_path / "again" / "mssfoc.bin").read_bytes() == image
