@@ -126,7 +126,8 @@ static inline uint32_t corepwm_clamp_on(uint32_t on_counts, uint32_t on_max_coun
 /*
  * New on-times of the three high sides, in counts, centred on half the period, in effect together from the next end of
  * a period on. on_x: any value; outside corepwm_on_min ... corepwm_on_max it is put to the nearer end.
- * dead_counts, period_counts: as given to corepwm_init().
+ * period_counts: as given to corepwm_init(); dead_counts: any for which corepwm_on_max() is not 0, which the caller has
+ * made sure of once.
  *
  * Context: the current loop's ISR, once a period. Straight code, no branch; with constant dead_counts and period_counts
  * the limits cost nothing.

@@ -36,8 +36,8 @@ uint32_t harness_reset_cause(void);
 void harness_next_stage(uint32_t stage);
 
 /*
- * The next fault is what the test wants: it is recorded, the device is reset, and `stage` follows. Any other fault fails
- * the test and ends the image. `nested`: the fault handler causes a second fault, and that one is recorded.
+ * The next fault is what the test wants: it is recorded, the device is reset, and `stage` follows. Any other fault
+ * fails the test and ends the image. `nested`: the fault handler causes a second fault, and that one is recorded.
  */
 void harness_expect_fault(uint32_t stage, bool nested);
 

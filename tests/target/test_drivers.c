@@ -440,11 +440,9 @@ static void test_watchdog(void)
     harness_true("watchdog: quiet while refreshed", true);
     harness_next_stage(AFTER_WATCHDOG);
     watchdog_refresh();
-    wait_us(90000u);
-    const uint32_t remaining = watchdog_remaining_ticks();
-    wait_us(20000u);
+    wait_us(110000u);
     harness_next_stage(POWER_ON);
-    harness_equal("watchdog: resets when it is not refreshed; left", remaining, 0u);
+    harness_true("watchdog: resets when it is not refreshed", false);
 }
 
 static void power_on(void)

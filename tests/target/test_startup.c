@@ -208,7 +208,8 @@ static void after_undefined(void)
 
 static void after_bus_fault(void)
 {
-    check_fault("fault: read of nothing is a bus fault", SCB_EXCEPTION_BUSFAULT, SCB_CFSR_PRECISERR | SCB_CFSR_BFARVALID);
+    check_fault("fault: read of nothing is a bus fault", SCB_EXCEPTION_BUSFAULT,
+                SCB_CFSR_PRECISERR | SCB_CFSR_BFARVALID);
     harness_equal("fault: BFAR", harness_last_fault()->bfar, NO_MEMORY);
     check_frame();
 

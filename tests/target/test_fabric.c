@@ -1,0 +1,292 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Drivers of the fabric blocks against docs/fabric.md: CorePWM's ways, the edges for every on-time, the ADC's end of
+ * conversion, the encoder's counter and the gate's latches.
+ *
+ * One test commands both sides of a phase on, to see the interlock: on a real power stage run it without bus voltage.
+ */
+#include "drivers/board.h"
+#include "drivers/cortex/nvic.h"
+#include "drivers/fabric/adc.h"
+#include "drivers/fabric/corepwm.h"
+#include "drivers/fabric/encoder.h"
+#include "drivers/fabric/gate.h"
+#include "drivers/mss/timer.h"
+#include "drivers/mss/watchdog.h"
+#include "startup/startup.h"
+#include "tests/target/harness.h"
+
+#define PERIOD_COUNTS 5000u
+#define DEAD_COUNTS 50u
+#define TICKS_PER_COUNT (BOARD_MSS_TIMER_HZ / BOARD_FABRIC_HZ)
+#define PERIOD_TICKS (PERIOD_COUNTS * TICKS_PER_COUNT)
+
+_Static_assert(BOARD_MSS_TIMER_HZ % BOARD_FABRIC_HZ == 0u, "timer 2 counts whole fabric clocks here");
+
+static void wait_counts(uint32_t counts)
+{
+    const uint32_t start = mss_timer2_now();
+    while (mss_timer2_now() - start < counts * TICKS_PER_COUNT) {
+        /* time passes */
+    }
+}
+
+/* ---- CorePWM ---- */
+
+static volatile uint32_t *const edge_regs[12] = {
+    &COREPWM->PWM1_POSEDGE, &COREPWM->PWM1_NEGEDGE, &COREPWM->PWM2_POSEDGE, &COREPWM->PWM2_NEGEDGE,
+    &COREPWM->PWM3_POSEDGE, &COREPWM->PWM3_NEGEDGE, &COREPWM->PWM4_POSEDGE, &COREPWM->PWM4_NEGEDGE,
+    &COREPWM->PWM5_POSEDGE, &COREPWM->PWM5_NEGEDGE, &COREPWM->PWM6_POSEDGE, &COREPWM->PWM6_NEGEDGE,
+};
+
+/*
+ * What is wrong with the edges in effect for a wanted on-time: each has to be where docs/fabric.md puts it for the
+ * on-time held to its limits, inside 1 ... P-1, in the order low off, high on, high off, low on, with the dead time
+ * between the sides. Returns a count of violations.
+ */
+static uint32_t edge_violations(uint32_t leg, uint32_t wanted, uint32_t dead, uint32_t period)
+{
+    const uint32_t high_on = *edge_regs[4u * leg];
+    const uint32_t high_off = *edge_regs[4u * leg + 1u];
+    const uint32_t low_on = *edge_regs[4u * leg + 2u];
+    const uint32_t low_off = *edge_regs[4u * leg + 3u];
+
+    const uint32_t max = period - 2u * dead - 2u;
+    uint32_t on = wanted;
+    if ((wanted & 0x80000000u) != 0u || wanted == 0u) {
+        on = 1u;
+    } else if (wanted > max) {
+        on = max;
+    }
+    const uint32_t first = (period - on) / 2u;
+    uint32_t violations = 0;
+    violations += high_on != first || high_off != first + on ? 1u : 0u;
+    violations += low_off != first - dead || low_on != first + on + dead ? 1u : 0u;
+    violations += low_off < 1u || low_on > period - 1u ? 1u : 0u;
+    violations += high_on - low_off != dead || low_on - high_off != dead ? 1u : 0u;
+    violations += high_off <= high_on || low_on <= low_off ? 1u : 0u;
+    return violations;
+}
+
+/* Every on-time from below 0 to beyond the period, on all legs at different values, read back when in effect. */
+static uint32_t sweep(uint32_t period, uint32_t dead)
+{
+    uint32_t violations = 0;
+    for (uint32_t i = 0; i <= period + 4u; i++) {
+        const uint32_t a = i - 2u; /* begins at -2 */
+        const uint32_t b = period + 2u - i;
+        const uint32_t c = (i * 7u) % (period + 1u);
+        corepwm_write_legs(a, b, c, dead, period);
+        wait_counts(period + 20u);
+        violations += edge_violations(0u, a, dead, period);
+        violations += edge_violations(1u, b, dead, period);
+        violations += edge_violations(2u, c, dead, period);
+        watchdog_refresh();
+    }
+    return violations;
+}
+
+static void test_corepwm_init(void)
+{
+    harness_true("corepwm: refuses a period too short", !corepwm_init(COREPWM_PERIOD_MIN - 1u));
+    harness_true("corepwm: refuses a period over 16 bits", !corepwm_init(COREPWM_PERIOD_MAX + 1u));
+    harness_true("corepwm: comes up", corepwm_init(PERIOD_COUNTS));
+    harness_equal("corepwm: prescale in effect", COREPWM->PRESCALE, 0u);
+    harness_equal("corepwm: period in effect", COREPWM->PERIOD, PERIOD_COUNTS - 1u);
+    harness_equal("corepwm: only the trigger is enabled", COREPWM->PWM_ENABLE_0_7, COREPWM_ENABLE_TRIGGER);
+    harness_equal("corepwm: trigger at 0", COREPWM->PWM7_POSEDGE, 0u);
+    harness_true("corepwm: trigger's edges differ", COREPWM->PWM7_NEGEDGE != 0u);
+    harness_equal("corepwm: legs prepared at half", edge_violations(0u, PERIOD_COUNTS / 2u, PERIOD_COUNTS / 8u,
+                                                                    PERIOD_COUNTS), 0u);
+    harness_true("corepwm: comes up again, already running", corepwm_init(PERIOD_COUNTS));
+    harness_equal("corepwm: longest on-time", corepwm_on_max(PERIOD_COUNTS, DEAD_COUNTS), PERIOD_COUNTS - 102u);
+    harness_equal("corepwm: none if the dead time eats the period", corepwm_on_max(100u, 50u), 0u);
+}
+
+/* New edges come together, at the end of a period and not before; without SYNC_UPDATE not at all. */
+static void test_corepwm_update(void)
+{
+    corepwm_write_legs(1000u, 1000u, 1000u, DEAD_COUNTS, PERIOD_COUNTS);
+    wait_counts(PERIOD_COUNTS + 20u);
+    harness_equal("corepwm: edges in effect after a period", COREPWM->PWM1_POSEDGE, 2000u);
+
+    COREPWM->SYNC_UPDATE = 0u;
+    COREPWM->PWM1_POSEDGE = 1999u;
+    wait_counts(2u * PERIOD_COUNTS);
+    harness_equal("corepwm: without SYNC_UPDATE the old edge stays", COREPWM->PWM1_POSEDGE, 2000u);
+    COREPWM->SYNC_UPDATE = 1u;
+    wait_counts(PERIOD_COUNTS + 20u);
+    harness_equal("corepwm: with it the new one comes", COREPWM->PWM1_POSEDGE, 1999u);
+
+    /* All twelve change at one instant: watched from the first to change, none of the others is old. */
+    corepwm_write_legs(3000u, 3000u, 3000u, DEAD_COUNTS, PERIOD_COUNTS);
+    const uint32_t start = mss_timer2_now();
+    while (COREPWM->PWM6_NEGEDGE != 950u && mss_timer2_now() - start < 2u * PERIOD_TICKS) {
+        /* bounded */
+    }
+    harness_equal("corepwm: edges change together", edge_violations(0u, 3000u, DEAD_COUNTS, PERIOD_COUNTS) +
+                  edge_violations(1u, 3000u, DEAD_COUNTS, PERIOD_COUNTS) +
+                  edge_violations(2u, 3000u, DEAD_COUNTS, PERIOD_COUNTS), 0u);
+
+    corepwm_enable_legs(true);
+    wait_counts(PERIOD_COUNTS + 20u);
+    harness_equal("corepwm: legs enabled", COREPWM->PWM_ENABLE_0_7, COREPWM_ENABLE_TRIGGER | COREPWM_ENABLE_LEGS);
+    corepwm_enable_legs(false);
+    wait_counts(PERIOD_COUNTS + 20u);
+    harness_equal("corepwm: legs disabled, trigger not", COREPWM->PWM_ENABLE_0_7, COREPWM_ENABLE_TRIGGER);
+}
+
+static void test_corepwm_edges(void)
+{
+    harness_equal("corepwm: edges for every on-time, P 5000, dead 50", sweep(PERIOD_COUNTS, DEAD_COUNTS), 0u);
+    uint32_t violations = 0;
+    for (uint32_t dead = 0; dead <= 8u; dead++) {
+        (void)corepwm_init(200u);
+        violations += sweep(200u, dead);
+        (void)corepwm_init(201u);
+        violations += sweep(201u, dead);
+    }
+    harness_equal("corepwm: edges for every on-time, P 200 and 201, dead 0...8", violations, 0u);
+    harness_true("corepwm: back to 20 kHz", corepwm_init(PERIOD_COUNTS));
+}
+
+/* ---- ADC ---- */
+
+static volatile uint32_t adc_calls, adc_first_tick, adc_last_tick, adc_statuses, adc_still_set, adc_sequence_steps;
+static volatile uint32_t adc_last_sequence;
+
+void FabricIrq0_IRQHandler(void)
+{
+    adc_statuses |= adc_acknowledge();
+    adc_still_set |= ADC->STATUS & ADC_STATUS_EOC;
+    const uint32_t sequence = adc_sequence();
+    adc_sequence_steps += sequence - adc_last_sequence;
+    adc_last_sequence = sequence;
+    adc_last_tick = mss_timer2_now();
+    if (adc_calls == 0u) {
+        adc_first_tick = adc_last_tick;
+    }
+    adc_calls++;
+}
+
+static void test_adc(void)
+{
+    const uint32_t idle = adc_sequence();
+    wait_counts(3u * PERIOD_COUNTS);
+    harness_equal("adc: no conversion before the start", adc_sequence() - idle, 0u);
+
+    adc_last_sequence = adc_sequence();
+    adc_start();
+    nvic_enable(BOARD_IRQ_ADC);
+    wait_counts(10u * PERIOD_COUNTS + PERIOD_COUNTS / 2u);
+    nvic_disable(BOARD_IRQ_ADC);
+    const uint32_t calls = adc_calls;
+    harness_between("adc: an interrupt a period", calls, 10u, 11u);
+    harness_equal("adc: and a conversion an interrupt", adc_sequence_steps, calls);
+    harness_between("adc: in step with the PWM", adc_last_tick - adc_first_tick, (calls - 1u) * PERIOD_TICKS - 20u,
+                    (calls - 1u) * PERIOD_TICKS + 20u);
+    harness_equal("adc: end of conversion, no overrun", adc_statuses, ADC_STATUS_EOC);
+    harness_equal("adc: acknowledged", adc_still_set, 0u);
+
+    const struct adc_sample sample = adc_read();
+    harness_between("adc: phase A about zero", sample.ia, BOARD_ADC_MID_CODE - 100u, BOARD_ADC_MID_CODE + 100u);
+    harness_between("adc: phase B about zero", sample.ib, BOARD_ADC_MID_CODE - 100u, BOARD_ADC_MID_CODE + 100u);
+    harness_between("adc: phase C about zero", sample.ic, BOARD_ADC_MID_CODE - 100u, BOARD_ADC_MID_CODE + 100u);
+    harness_between("adc: bus voltage is a code", sample.vbus, 0u, BOARD_ADC_CODES - 1u);
+
+    wait_counts(3u * PERIOD_COUNTS);
+    harness_true("adc: pending while nobody serves it", nvic_is_pending(BOARD_IRQ_ADC));
+    harness_equal("adc: overrun when nobody reads", adc_acknowledge(), ADC_STATUS_EOC | ADC_STATUS_OVERRUN);
+    harness_equal("adc: cleared", ADC->STATUS, 0u);
+
+    adc_stop();
+    const uint32_t stopped = adc_sequence();
+    wait_counts(3u * PERIOD_COUNTS);
+    harness_equal("adc: no conversion after the stop", adc_sequence() - stopped, 0u);
+    harness_equal("adc: nothing pending after the stop", ADC->STATUS, 0u);
+    harness_true("adc: nor in the NVIC", !nvic_is_pending(BOARD_IRQ_ADC));
+}
+
+/* ---- encoder ---- */
+
+static void test_encoder(void)
+{
+    harness_true("encoder: refuses 3 counts", !encoder_init(ENCODER_COUNTS_MIN - 1u, false));
+    harness_equal("encoder: and stays off", ENCODER->CONTROL, 0u);
+    harness_true("encoder: refuses 65537 counts", !encoder_init(ENCODER_COUNTS_MAX + 1u, false));
+    harness_true("encoder: takes 65536 counts", encoder_init(ENCODER_COUNTS_MAX, true));
+    harness_equal("encoder: counts backwards", ENCODER->CONTROL, ENCODER_CONTROL_ENABLE | ENCODER_CONTROL_REVERSE);
+    harness_true("encoder: takes 4000 counts", encoder_init(4000u, false));
+    harness_equal("encoder: counts", ENCODER->COUNTS, 4000u);
+    harness_equal("encoder: on", ENCODER->CONTROL, ENCODER_CONTROL_ENABLE);
+    harness_equal("encoder: starts at 0", encoder_position(), 0u);
+
+    adc_start();
+    wait_counts(2u * PERIOD_COUNTS);
+    harness_equal("encoder: latched with the rotor at rest", encoder_latched(), encoder_position());
+    adc_stop();
+    harness_equal("encoder: signal present", encoder_status() & ENCODER_STATUS_SIGNAL_LOST, 0u);
+    encoder_clear(ENCODER_STATUS_INDEX_SEEN | ENCODER_STATUS_ILLEGAL);
+    harness_equal("encoder: status cleared", encoder_status(), 0u);
+}
+
+/* ---- gate ---- */
+
+static void test_gate(void)
+{
+    harness_equal("gate: nothing latched", gate_clear(GATE_STATUS_LATCHES), 0u);
+    harness_true("gate: off at first", (gate_status() & GATE_STATUS_LIVE) == 0u);
+    harness_true("gate: enable", gate_enable());
+    harness_equal("gate: live, nothing else", gate_status(), GATE_STATUS_LIVE);
+    gate_disable();
+    harness_equal("gate: disable", gate_status(), 0u);
+
+    /* A loop that stops reading lets go of the bridge, and cannot take it again before the latch is cleared. */
+    harness_true("gate: enable again", gate_enable());
+    adc_start();
+    wait_counts(4u * PERIOD_COUNTS);
+    harness_equal("gate: an overrun while live is LOOP_LOST", gate_status(), GATE_STATUS_LOOP_LOST);
+    harness_true("gate: stays off while latched", !gate_enable());
+    adc_stop();
+    harness_equal("gate: clearing another latch", gate_clear(GATE_STATUS_INTERLOCK), 0u);
+    harness_equal("gate: leaves this one", gate_status(), GATE_STATUS_LOOP_LOST);
+    harness_equal("gate: clearing it", gate_clear(GATE_STATUS_LOOP_LOST), 0u);
+    harness_equal("gate: does not enable", gate_status(), 0u);
+
+    /* The edges the driver writes never overlap. */
+    corepwm_write_legs(1u, 2500u, 5000u, 1u, PERIOD_COUNTS);
+    corepwm_enable_legs(true);
+    wait_counts(PERIOD_COUNTS + 20u);
+    harness_true("gate: enable with legs", gate_enable());
+    wait_counts(3u * PERIOD_COUNTS);
+    harness_equal("gate: extreme on-times with one count of dead time", gate_status(), GATE_STATUS_LIVE);
+
+    /* Edges that do overlap: both sides of phase A on for 100 counts. */
+    COREPWM->SYNC_UPDATE = 0u;
+    COREPWM->PWM1_POSEDGE = 1000u;
+    COREPWM->PWM1_NEGEDGE = 4000u;
+    COREPWM->PWM2_POSEDGE = 3900u;
+    COREPWM->PWM2_NEGEDGE = 900u;
+    COREPWM->SYNC_UPDATE = 1u;
+    wait_counts(3u * PERIOD_COUNTS);
+    harness_equal("gate: overlapping edges are INTERLOCK", gate_status(), GATE_STATUS_INTERLOCK);
+    corepwm_enable_legs(false);
+    wait_counts(PERIOD_COUNTS + 20u);
+    harness_equal("gate: interlock clears", gate_clear(GATE_STATUS_INTERLOCK), 0u);
+    gate_disable();
+}
+
+int main(void)
+{
+    (void)harness_begin();
+    mss_timer2_start_free_running();
+    if (harness_true("gate: identity of the fabric", gate_id_ok())) {
+        test_corepwm_init();
+        test_corepwm_update();
+        test_adc();
+        test_encoder();
+        test_gate();
+        test_corepwm_edges();
+    }
+    harness_end();
+}
