@@ -10,30 +10,30 @@
 #include "drivers/mss/irq.h"
 
 /* ---- clocks, Hz ---- */
-#define BOARD_M3_HZ 100000000u
-#define BOARD_APB0_HZ 100000000u /* MMUART_0, MSS timer */
-#define BOARD_APB1_HZ 100000000u /* GPIO */
-#define BOARD_FIC0_HZ 100000000u
-#define BOARD_FABRIC_HZ 100000000u       /* CorePWM counts */
+#define BOARD_M3_HZ        100000000u
+#define BOARD_APB0_HZ      100000000u /* MMUART_0, MSS timer */
+#define BOARD_APB1_HZ      100000000u /* GPIO */
+#define BOARD_FIC0_HZ      100000000u
+#define BOARD_FABRIC_HZ    100000000u    /* CorePWM counts */
 #define BOARD_MSS_TIMER_HZ BOARD_APB0_HZ /* no prescaler */
-#define BOARD_WATCHDOG_HZ 50000000u      /* internal RC oscillator, +-5 % */
+#define BOARD_WATCHDOG_HZ  50000000u     /* internal RC oscillator, +-5 % */
 
 /* ---- watchdog, set in Libero ---- */
 #define BOARD_WATCHDOG_LOAD_TICKS 0x4C4B7Fu /* {WDOGLOAD 0x1312D, 0x3F}: 100 ms */
 
 /* ---- fabric: 4 KB slots of CoreAPB3 behind FIC_0 ---- */
 #define BOARD_COREPWM_BASE 0x50000000u
-#define BOARD_ADC_BASE 0x50001000u
-#define BOARD_ENC_BASE 0x50002000u
-#define BOARD_GATE_BASE 0x50003000u
+#define BOARD_ADC_BASE     0x50001000u
+#define BOARD_ENC_BASE     0x50002000u
+#define BOARD_GATE_BASE    0x50003000u
 
 /* ---- interrupts ---- */
-#define BOARD_IRQ_ADC MSS_IRQ_FABRIC(0u) /* 34: end of conversion, level */
+#define BOARD_IRQ_ADC     MSS_IRQ_FABRIC(0u) /* 34: end of conversion, level */
 #define BOARD_IRQ_CONSOLE MSS_IRQ_UART0
-#define BOARD_IRQ_TICK MSS_IRQ_TIMER1
+#define BOARD_IRQ_TICK    MSS_IRQ_TIMER1
 
 /* ---- limits of what the fabric blocks can do ---- */
-#define BOARD_ADC_CODES 4096u /* 12 bit */
+#define BOARD_ADC_CODES    4096u /* 12 bit */
 #define BOARD_ADC_MID_CODE 2048u
 
 #endif

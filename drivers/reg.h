@@ -16,6 +16,6 @@
 #include <stdint.h>
 
 #define REG_AT_OFFSET(type, field, offset) _Static_assert(offsetof(type, field) == (offset), #field " at " #offset)
-#define REG_BLOCK(type, address) ((type *)(uintptr_t)(address))
+#define REG_BLOCK(type, address)           ((type *)(uintptr_t)(address))
 
 #endif

@@ -25,6 +25,8 @@ struct vector_table {
 
 _Static_assert(sizeof(struct vector_table) == 4u * (STARTUP_SYSTEM_VECTORS + STARTUP_EXTERNAL_VECTORS), "98 words");
 
+/* The formatter takes lists that expand to designated initialisers for code. */
+/* clang-format off */
 #define SYSTEM_VECTOR(number, handler) [(number) - 1] = handler,
 #define EXTERNAL_VECTOR(number, handler) [number] = handler,
 
@@ -39,3 +41,4 @@ __attribute__((section(".vectors"), used)) const struct vector_table vectors = {
     },
     .external = { STARTUP_EXTERNAL_HANDLERS(EXTERNAL_VECTOR) },
 };
+/* clang-format on */

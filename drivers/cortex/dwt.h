@@ -15,12 +15,12 @@ struct dwt_regs {
 REG_AT_OFFSET(struct dwt_regs, CTRL, 0x00);
 REG_AT_OFFSET(struct dwt_regs, CYCCNT, 0x04);
 
-#define DWT REG_BLOCK(struct dwt_regs, 0xE0001000u)
+#define DWT   REG_BLOCK(struct dwt_regs, 0xE0001000u)
 #define DEMCR (*REG_BLOCK(volatile uint32_t, 0xE000EDFCu))
 
-#define DEMCR_TRCENA (1u << 24)
+#define DEMCR_TRCENA       (1u << 24)
 #define DWT_CTRL_CYCCNTENA (1u << 0)
-#define DWT_CTRL_NOCYCCNT (1u << 25)
+#define DWT_CTRL_NOCYCCNT  (1u << 25)
 
 /*
  * Starts the cycle counter at 0. Returns false if the core was built without one; dwt_cycles() is then constant.

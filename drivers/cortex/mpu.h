@@ -25,14 +25,14 @@ REG_AT_OFFSET(struct mpu_regs, RASR, 0x10);
 
 #define MPU REG_BLOCK(struct mpu_regs, 0xE000ED90u)
 
-#define MPU_TYPE_DREGION (0xFFu << 8)
-#define MPU_CTRL_ENABLE (1u << 0)
+#define MPU_TYPE_DREGION    (0xFFu << 8)
+#define MPU_CTRL_ENABLE     (1u << 0)
 #define MPU_CTRL_PRIVDEFENA (1u << 2)
-#define MPU_RASR_ENABLE (1u << 0)
+#define MPU_RASR_ENABLE     (1u << 0)
 #define MPU_RASR_SIZE_SHIFT 1u
-#define MPU_RASR_AP_NONE (0u << 24)
-#define MPU_RASR_XN (1u << 28)
-#define MPU_GUARD_REGION 7u /* the highest number wins where regions overlap */
+#define MPU_RASR_AP_NONE    (0u << 24)
+#define MPU_RASR_XN         (1u << 28)
+#define MPU_GUARD_REGION    7u /* the highest number wins where regions overlap */
 
 /*
  * Forbids every access to [base, base + size) and leaves the default memory map everywhere else. HardFault and NMI are

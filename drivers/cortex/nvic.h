@@ -36,7 +36,7 @@ REG_AT_OFFSET(struct nvic_regs, IABR, 0x200);
 REG_AT_OFFSET(struct nvic_regs, IPR, 0x300);
 REG_AT_OFFSET(struct nvic_regs, STIR, 0xE00);
 
-#define NVIC REG_BLOCK(struct nvic_regs, 0xE000E100u)
+#define NVIC                 REG_BLOCK(struct nvic_regs, 0xE000E100u)
 #define NVIC_PRIORITY_LOWEST 15u
 
 /* Lets the interrupt through; if it is pending it is taken at once. */

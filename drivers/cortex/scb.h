@@ -42,29 +42,29 @@ REG_AT_OFFSET(struct scb_regs, AFSR, 0x3C);
 
 #define SCB REG_BLOCK(struct scb_regs, 0xE000ED00u)
 
-#define SCB_ICSR_PENDSVSET (1u << 28)
-#define SCB_AIRCR_VECTKEY (0x05FAu << 16)
-#define SCB_AIRCR_PRIGROUP (7u << 8)
+#define SCB_ICSR_PENDSVSET    (1u << 28)
+#define SCB_AIRCR_VECTKEY     (0x05FAu << 16)
+#define SCB_AIRCR_PRIGROUP    (7u << 8)
 #define SCB_AIRCR_SYSRESETREQ (1u << 2)
-#define SCB_CCR_DIV_0_TRP (1u << 4)
-#define SCB_CCR_STKALIGN (1u << 9)
+#define SCB_CCR_DIV_0_TRP     (1u << 4)
+#define SCB_CCR_STKALIGN      (1u << 9)
 #define SCB_SHCSR_MEMFAULTENA (1u << 16)
 #define SCB_SHCSR_BUSFAULTENA (1u << 17)
 #define SCB_SHCSR_USGFAULTENA (1u << 18)
 
 /* CFSR: memory management (0...7), bus (8...15) and usage faults (16...31); the ones worth a name. B3.2.15. */
-#define SCB_CFSR_IACCVIOL (1u << 0)
-#define SCB_CFSR_DACCVIOL (1u << 1)
-#define SCB_CFSR_MSTKERR (1u << 4)
-#define SCB_CFSR_MMARVALID (1u << 7)
-#define SCB_CFSR_IBUSERR (1u << 8)
-#define SCB_CFSR_PRECISERR (1u << 9)
+#define SCB_CFSR_IACCVIOL    (1u << 0)
+#define SCB_CFSR_DACCVIOL    (1u << 1)
+#define SCB_CFSR_MSTKERR     (1u << 4)
+#define SCB_CFSR_MMARVALID   (1u << 7)
+#define SCB_CFSR_IBUSERR     (1u << 8)
+#define SCB_CFSR_PRECISERR   (1u << 9)
 #define SCB_CFSR_IMPRECISERR (1u << 10)
-#define SCB_CFSR_STKERR (1u << 12)
-#define SCB_CFSR_BFARVALID (1u << 15)
-#define SCB_CFSR_UNDEFINSTR (1u << 16)
-#define SCB_CFSR_INVSTATE (1u << 17)
-#define SCB_CFSR_DIVBYZERO (1u << 25)
+#define SCB_CFSR_STKERR      (1u << 12)
+#define SCB_CFSR_BFARVALID   (1u << 15)
+#define SCB_CFSR_UNDEFINSTR  (1u << 16)
+#define SCB_CFSR_INVSTATE    (1u << 17)
+#define SCB_CFSR_DIVBYZERO   (1u << 25)
 
 enum scb_exception {
     SCB_EXCEPTION_MEMMANAGE = 4,
@@ -110,14 +110,20 @@ static inline struct scb_fault_status scb_take_fault_status(void)
 {
     /* The address registers are held only while their valid bits are set: read them before clearing. */
     const struct scb_fault_status status = {
-        .cfsr = SCB->CFSR, .hfsr = SCB->HFSR, .mmfar = SCB->MMFAR, .bfar = SCB->BFAR,
+        .cfsr = SCB->CFSR,
+        .hfsr = SCB->HFSR,
+        .mmfar = SCB->MMFAR,
+        .bfar = SCB->BFAR,
     };
     SCB->CFSR = status.cfsr;
     SCB->HFSR = status.hfsr;
     return status;
 }
 
-/* Resets the MSS (not the fabric). Reset cause: SYSREG_RESET_SOFT. Does not return. Context: any. */
+/*
+ * Resets the MSS; the cause read afterwards is SYSREG_CAUSE_SOFT. Whether the fabric is reset with it is up to the
+ * design (MSS_RESET_N_M2F): switch the bridge off first. Does not return. Context: any.
+ */
 static inline _Noreturn void scb_system_reset(void)
 {
     cpu_dsb();

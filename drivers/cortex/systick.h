@@ -22,10 +22,10 @@ REG_AT_OFFSET(struct systick_regs, CALIB, 0x0C);
 
 #define SYSTICK REG_BLOCK(struct systick_regs, 0xE000E010u)
 
-#define SYSTICK_CSR_ENABLE (1u << 0)
-#define SYSTICK_CSR_TICKINT (1u << 1)
+#define SYSTICK_CSR_ENABLE         (1u << 0)
+#define SYSTICK_CSR_TICKINT        (1u << 1)
 #define SYSTICK_CSR_CLKSOURCE_CORE (1u << 2)
-#define SYSTICK_MAX_TICKS 0x1000000u
+#define SYSTICK_MAX_TICKS          0x1000000u
 
 /*
  * Starts SysTick_Handler every `ticks` core clocks, 2...2^24. Returns false and leaves it stopped outside that range.

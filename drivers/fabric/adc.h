@@ -29,10 +29,10 @@ REG_AT_OFFSET(struct adc_regs, SEQUENCE, 0x18);
 
 #define ADC REG_BLOCK(struct adc_regs, BOARD_ADC_BASE)
 
-#define ADC_CONTROL_ENABLE (1u << 0)
+#define ADC_CONTROL_ENABLE     (1u << 0)
 #define ADC_CONTROL_IRQ_ENABLE (1u << 1)
-#define ADC_STATUS_EOC (1u << 0)
-#define ADC_STATUS_OVERRUN (1u << 1)
+#define ADC_STATUS_EOC         (1u << 0)
+#define ADC_STATUS_OVERRUN     (1u << 1)
 
 /* One set of results: codes 0 ... 4095. Currents: BOARD_ADC_MID_CODE at about 0 A, out of the bridge counts up. */
 struct adc_sample {
@@ -67,7 +67,7 @@ static inline uint32_t adc_acknowledge(void)
 /* The newest results; all four of the same instant until the next conversion ends. Context: ISR of BOARD_IRQ_ADC. */
 static inline struct adc_sample adc_read(void)
 {
-    const struct adc_sample sample = { .ia = ADC->IA, .ib = ADC->IB, .ic = ADC->IC, .vbus = ADC->VBUS };
+    const struct adc_sample sample = {.ia = ADC->IA, .ib = ADC->IB, .ic = ADC->IC, .vbus = ADC->VBUS};
     return sample;
 }
 

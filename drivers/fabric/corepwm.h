@@ -63,7 +63,7 @@ REG_AT_OFFSET(struct corepwm_regs, SYNC_UPDATE, 0xE4);
 
 #define COREPWM REG_BLOCK(struct corepwm_regs, BOARD_COREPWM_BASE)
 
-#define COREPWM_ENABLE_LEGS 0x3Fu    /* PWM1...PWM6 */
+#define COREPWM_ENABLE_LEGS    0x3Fu /* PWM1...PWM6 */
 #define COREPWM_ENABLE_TRIGGER 0x40u /* PWM7 */
 
 #define COREPWM_PERIOD_MIN 32u

@@ -28,10 +28,10 @@ REG_AT_OFFSET(struct encoder_regs, STATUS, 0x14);
 
 #define ENCODER REG_BLOCK(struct encoder_regs, BOARD_ENC_BASE)
 
-#define ENCODER_CONTROL_ENABLE (1u << 0)
-#define ENCODER_CONTROL_REVERSE (1u << 1)
-#define ENCODER_STATUS_INDEX_SEEN (1u << 0)
-#define ENCODER_STATUS_ILLEGAL (1u << 1)
+#define ENCODER_CONTROL_ENABLE     (1u << 0)
+#define ENCODER_CONTROL_REVERSE    (1u << 1)
+#define ENCODER_STATUS_INDEX_SEEN  (1u << 0)
+#define ENCODER_STATUS_ILLEGAL     (1u << 1)
 #define ENCODER_STATUS_SIGNAL_LOST (1u << 2)
 
 #define ENCODER_COUNTS_MIN 4u

@@ -24,14 +24,14 @@ REG_AT_OFFSET(struct gate_regs, ID, 0x08);
 
 #define GATE_CONTROL_ENABLE (1u << 0)
 
-#define GATE_STATUS_LIVE (1u << 0)
-#define GATE_STATUS_OVERCURRENT (1u << 1)  /* latch: a comparator of the power stage */
+#define GATE_STATUS_LIVE         (1u << 0)
+#define GATE_STATUS_OVERCURRENT  (1u << 1) /* latch: a comparator of the power stage */
 #define GATE_STATUS_DRIVER_FAULT (1u << 2) /* latch: fault pin of the gate driver */
-#define GATE_STATUS_LOOP_LOST (1u << 3)    /* latch: an ADC overrun while live */
-#define GATE_STATUS_INTERLOCK (1u << 4)    /* latch: both sides of a phase commanded on */
-#define GATE_STATUS_LATCHES                                                                                            \
+#define GATE_STATUS_LOOP_LOST    (1u << 3) /* latch: an ADC overrun while live */
+#define GATE_STATUS_INTERLOCK    (1u << 4) /* latch: both sides of a phase commanded on */
+#define GATE_STATUS_LATCHES \
     (GATE_STATUS_OVERCURRENT | GATE_STATUS_DRIVER_FAULT | GATE_STATUS_LOOP_LOST | GATE_STATUS_INTERLOCK)
-#define GATE_STATUS_OVERCURRENT_NOW (1u << 8)
+#define GATE_STATUS_OVERCURRENT_NOW  (1u << 8)
 #define GATE_STATUS_DRIVER_FAULT_NOW (1u << 9)
 
 #define GATE_ID 0x464F4301u /* "FOC", version 1 of the fabric contract */

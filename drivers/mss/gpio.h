@@ -20,12 +20,12 @@ REG_AT_OFFSET(struct gpio_regs, GPIO_IN, 0x84);
 REG_AT_OFFSET(struct gpio_regs, GPIO_OUT, 0x88);
 
 #define GPIO_BASE 0x40013000u
-#define GPIO REG_BLOCK(struct gpio_regs, GPIO_BASE)
+#define GPIO      REG_BLOCK(struct gpio_regs, GPIO_BASE)
 
-#define GPIO_CFG_OUTPUT (1u << 0)
-#define GPIO_CFG_INPUT (1u << 1)
+#define GPIO_CFG_OUTPUT        (1u << 0)
+#define GPIO_CFG_INPUT         (1u << 1)
 #define GPIO_CFG_OUTPUT_BUFFER (1u << 2)
-#define GPIO_PINS 32u
+#define GPIO_PINS              32u
 
 /* All functions: pin 0 ... 31; a larger number does nothing and reads as false. */
 

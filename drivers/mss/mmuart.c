@@ -16,7 +16,7 @@
 #include "drivers/mss/sysreg.h"
 
 #define IER_RECEIVE (MMUART_IER_ERBFI | MMUART_IER_ELSI)
-#define IER_BOTH (IER_RECEIVE | MMUART_IER_ETBEI)
+#define IER_BOTH    (IER_RECEIVE | MMUART_IER_ETBEI)
 
 /* Sixteen characters of ten bits at 9600 baud last 1.7 million clocks; a poll is at least four. */
 #define EMERGENCY_POLLS 420000u

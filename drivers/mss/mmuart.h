@@ -70,24 +70,24 @@ REG_AT_OFFSET(struct mmuart_regs, ADR, 0x50);
 
 #define MMUART0 REG_BLOCK(struct mmuart_regs, 0x40000000u)
 
-#define MMUART_IER_ERBFI (1u << 0) /* received data */
-#define MMUART_IER_ETBEI (1u << 1) /* transmitter empty */
-#define MMUART_IER_ELSI (1u << 2)  /* receive errors */
+#define MMUART_IER_ERBFI       (1u << 0) /* received data */
+#define MMUART_IER_ETBEI       (1u << 1) /* transmitter empty */
+#define MMUART_IER_ELSI        (1u << 2) /* receive errors */
 #define MMUART_FCR_FIFO_ENABLE (1u << 0)
-#define MMUART_FCR_CLEAR_RX (1u << 1)
-#define MMUART_FCR_CLEAR_TX (1u << 2)
-#define MMUART_LCR_8N1 0x03u
-#define MMUART_LCR_DLAB (1u << 7)
-#define MMUART_MCR_LOOP (1u << 4)
-#define MMUART_LSR_DR (1u << 0)
-#define MMUART_LSR_OE (1u << 1)
-#define MMUART_LSR_PE (1u << 2)
-#define MMUART_LSR_FE (1u << 3)
-#define MMUART_LSR_BI (1u << 4)
-#define MMUART_LSR_THRE (1u << 5)
-#define MMUART_LSR_TEMT (1u << 6)
-#define MMUART_MM0_EFBR (1u << 7)
-#define MMUART_FIFO_BYTES 16u
+#define MMUART_FCR_CLEAR_RX    (1u << 1)
+#define MMUART_FCR_CLEAR_TX    (1u << 2)
+#define MMUART_LCR_8N1         0x03u
+#define MMUART_LCR_DLAB        (1u << 7)
+#define MMUART_MCR_LOOP        (1u << 4)
+#define MMUART_LSR_DR          (1u << 0)
+#define MMUART_LSR_OE          (1u << 1)
+#define MMUART_LSR_PE          (1u << 2)
+#define MMUART_LSR_FE          (1u << 3)
+#define MMUART_LSR_BI          (1u << 4)
+#define MMUART_LSR_THRE        (1u << 5)
+#define MMUART_LSR_TEMT        (1u << 6)
+#define MMUART_MM0_EFBR        (1u << 7)
+#define MMUART_FIFO_BYTES      16u
 
 /* Characters the buffers hold. */
 #define MMUART0_TX_BYTES 1024u

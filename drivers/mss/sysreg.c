@@ -23,7 +23,7 @@ uint32_t sysreg_reset_cause(void)
 /* Codes 0, 1, 2, 4, 5, 6 are 1, 2, 4, 8, 16, 32; there is no 3. */
 static uint32_t divisor(uint32_t facc1, uint32_t shift)
 {
-    static const uint8_t divisors[8] = { 1, 2, 4, 0, 8, 16, 32, 0 };
+    static const uint8_t divisors[8] = {1, 2, 4, 0, 8, 16, 32, 0};
     return divisors[(facc1 >> shift) & 7u];
 }
 

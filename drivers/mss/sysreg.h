@@ -72,27 +72,27 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 #define SYSREG REG_BLOCK(struct sysreg_regs, 0x40038000u)
 
 /* SOFT_RESET_CR: 1 = held in reset */
-#define SYSREG_RESET_TIMER (1u << 6)
+#define SYSREG_RESET_TIMER   (1u << 6)
 #define SYSREG_RESET_MMUART0 (1u << 7)
-#define SYSREG_RESET_FABRIC (1u << 16)
-#define SYSREG_RESET_FIC0 (1u << 18)
-#define SYSREG_RESET_GPIO (1u << 20)
-#define SYSREG_RESET_GPOUT (0xFu << 21)
+#define SYSREG_RESET_FABRIC  (1u << 16)
+#define SYSREG_RESET_FIC0    (1u << 18)
+#define SYSREG_RESET_GPIO    (1u << 20)
+#define SYSREG_RESET_GPOUT   (0xFu << 21)
 
 /* RESET_SOURCE_CR */
-#define SYSREG_CAUSE_POWER_ON (1u << 0)
-#define SYSREG_CAUSE_CONTROLLER (1u << 1)
+#define SYSREG_CAUSE_POWER_ON      (1u << 0)
+#define SYSREG_CAUSE_CONTROLLER    (1u << 1)
 #define SYSREG_CAUSE_CONTROLLER_M3 (1u << 2)
-#define SYSREG_CAUSE_SOFT (1u << 3) /* SYSRESETREQ, scb_system_reset() */
-#define SYSREG_CAUSE_LOCKUP (1u << 4)
-#define SYSREG_CAUSE_WATCHDOG (1u << 5)
-#define SYSREG_CAUSE_USER (1u << 6)
-#define SYSREG_CAUSE_USER_M3 (1u << 7)
-#define SYSREG_CAUSE_ALL 0xFFu
+#define SYSREG_CAUSE_SOFT          (1u << 3) /* SYSRESETREQ, scb_system_reset() */
+#define SYSREG_CAUSE_LOCKUP        (1u << 4)
+#define SYSREG_CAUSE_WATCHDOG      (1u << 5)
+#define SYSREG_CAUSE_USER          (1u << 6)
+#define SYSREG_CAUSE_USER_M3       (1u << 7)
+#define SYSREG_CAUSE_ALL           0xFFu
 
-#define SYSREG_FACC1_GLMUX_SEL (1u << 12)         /* 1: running from the standby clock, not the PLL */
+#define SYSREG_FACC1_GLMUX_SEL           (1u << 12) /* 1: running from the standby clock, not the PLL */
 #define SYSREG_FACC1_CONTROLLER_PLL_INIT (1u << 26) /* 1: clock bring-up not finished */
-#define SYSREG_PLL_STATUS_MPLL_LOCK (1u << 1)
+#define SYSREG_PLL_STATUS_MPLL_LOCK      (1u << 1)
 
 /* Releases the blocks of `mask` (SYSREG_RESET_*) from reset; writes only if one of them is held. Context: thread. */
 void sysreg_release_reset(uint32_t mask);

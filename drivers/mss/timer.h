@@ -39,9 +39,9 @@ REG_AT_OFFSET(struct mss_timer_regs, TIM2_MIS, 0x2C);
 
 #define MSS_TIMER REG_BLOCK(struct mss_timer_regs, 0x40004000u)
 
-#define MSS_TIMER_CTRL_ENABLE (1u << 0)
+#define MSS_TIMER_CTRL_ENABLE   (1u << 0)
 #define MSS_TIMER_CTRL_ONE_SHOT (1u << 1)
-#define MSS_TIMER_CTRL_INTEN (1u << 2)
+#define MSS_TIMER_CTRL_INTEN    (1u << 2)
 
 /*
  * Interrupt MSS_IRQ_TIMER1 every `ticks` of BOARD_MSS_TIMER_HZ, from a whole period after the call. Releases the

@@ -34,7 +34,7 @@ REG_AT_OFFSET(struct watchdog_regs, WDOGMIS, 0x20);
 #define WATCHDOG REG_BLOCK(struct watchdog_regs, 0x40005000u)
 
 #define WATCHDOG_REFRESH_KEY 0xAC15DE42u
-#define WATCHDOG_ENABLE_BIT (1u << 0)
+#define WATCHDOG_ENABLE_BIT  (1u << 0)
 
 /*
  * Starts the time-out anew. The board's design has no forbidden window, so any moment is right. The counter shows the

@@ -12,7 +12,7 @@
 #include "startup/startup.h"
 
 #define HARNESS_MAGIC 0x74737431u
-#define HARNESS_BAUD 115200u
+#define HARNESS_BAUD  115200u
 #define HARNESS_POLLS 1000000u
 
 static STARTUP_NOINIT struct {

@@ -69,7 +69,7 @@ static void test_sysreg(void)
 /* ---- MSS timer ---- */
 
 #define PERIOD_TICKS 20000u
-#define PERIODS 8u
+#define PERIODS      8u
 
 static volatile uint32_t timer1_calls, timer1_first, timer1_last, timer1_ris_after;
 
@@ -157,7 +157,7 @@ static char pattern(uint32_t i)
 /* Sends `count` characters to itself and reads them; the console is deaf and dumb meanwhile. */
 static struct loop_result loop_back(uint32_t count)
 {
-    struct loop_result result = { .sent = 0u };
+    struct loop_result result = {.sent = 0u};
     (void)mmuart0_init(115200u);
     MMUART0->MCR = MMUART_MCR_LOOP;
     uart_calls = 0u;

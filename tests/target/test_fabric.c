@@ -16,10 +16,10 @@
 #include "startup/startup.h"
 #include "tests/target/harness.h"
 
-#define PERIOD_COUNTS 5000u
-#define DEAD_COUNTS 50u
+#define PERIOD_COUNTS   5000u
+#define DEAD_COUNTS     50u
 #define TICKS_PER_COUNT (BOARD_MSS_TIMER_HZ / BOARD_FABRIC_HZ)
-#define PERIOD_TICKS (PERIOD_COUNTS * TICKS_PER_COUNT)
+#define PERIOD_TICKS    (PERIOD_COUNTS * TICKS_PER_COUNT)
 
 _Static_assert(BOARD_MSS_TIMER_HZ % BOARD_FABRIC_HZ == 0u, "timer 2 counts whole fabric clocks here");
 
@@ -96,8 +96,8 @@ static void test_corepwm_init(void)
     harness_equal("corepwm: only the trigger is enabled", COREPWM->PWM_ENABLE_0_7, COREPWM_ENABLE_TRIGGER);
     harness_equal("corepwm: trigger at 0", COREPWM->PWM7_POSEDGE, 0u);
     harness_true("corepwm: trigger's edges differ", COREPWM->PWM7_NEGEDGE != 0u);
-    harness_equal("corepwm: legs prepared at half", edge_violations(0u, PERIOD_COUNTS / 2u, PERIOD_COUNTS / 8u,
-                                                                    PERIOD_COUNTS), 0u);
+    harness_equal("corepwm: legs prepared at half",
+                  edge_violations(0u, PERIOD_COUNTS / 2u, PERIOD_COUNTS / 8u, PERIOD_COUNTS), 0u);
     harness_true("corepwm: comes up again, already running", corepwm_init(PERIOD_COUNTS));
     harness_equal("corepwm: longest on-time", corepwm_on_max(PERIOD_COUNTS, DEAD_COUNTS), PERIOD_COUNTS - 102u);
     harness_equal("corepwm: none if the dead time eats the period", corepwm_on_max(100u, 50u), 0u);
@@ -124,9 +124,11 @@ static void test_corepwm_update(void)
     while (COREPWM->PWM6_NEGEDGE != 950u && mss_timer2_now() - start < 2u * PERIOD_TICKS) {
         /* bounded */
     }
-    harness_equal("corepwm: edges change together", edge_violations(0u, 3000u, DEAD_COUNTS, PERIOD_COUNTS) +
-                  edge_violations(1u, 3000u, DEAD_COUNTS, PERIOD_COUNTS) +
-                  edge_violations(2u, 3000u, DEAD_COUNTS, PERIOD_COUNTS), 0u);
+    harness_equal("corepwm: edges change together",
+                  edge_violations(0u, 3000u, DEAD_COUNTS, PERIOD_COUNTS) +
+                      edge_violations(1u, 3000u, DEAD_COUNTS, PERIOD_COUNTS) +
+                      edge_violations(2u, 3000u, DEAD_COUNTS, PERIOD_COUNTS),
+                  0u);
 
     corepwm_enable_legs(true);
     wait_counts(PERIOD_COUNTS + 20u);

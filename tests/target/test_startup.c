@@ -12,7 +12,7 @@
 
 #define DATA_VALUE 0x1234ABCDu
 #define KEPT_VALUE 0x5EED5EEDu
-#define NO_MEMORY 0x20020000u /* above eSRAM, nothing there */
+#define NO_MEMORY  0x20020000u /* above eSRAM, nothing there */
 
 extern uint32_t link_bss_end[];
 
@@ -142,8 +142,7 @@ static void after_guard_write(void)
 {
     check_fault("fault: write to the guard is a MemManage fault", SCB_EXCEPTION_MEMMANAGE,
                 SCB_CFSR_DACCVIOL | SCB_CFSR_MMARVALID);
-    harness_equal("fault: MMFAR is the guard's last word", harness_last_fault()->mmfar,
-                  guard_last_word());
+    harness_equal("fault: MMFAR is the guard's last word", harness_last_fault()->mmfar, guard_last_word());
     check_frame();
 
     guard_on();

@@ -13,10 +13,10 @@
 static volatile uint32_t calls[STARTUP_EXTERNAL_VECTORS];
 static volatile uint32_t exception[STARTUP_EXTERNAL_VECTORS];
 
-#define COUNTING_HANDLER(number, handler)              \
-    void handler(void)                                 \
-    {                                                  \
-        calls[number]++;                               \
+#define COUNTING_HANDLER(number, handler) \
+    void handler(void) \
+    { \
+        calls[number]++; \
         exception[number] = startup_exception_number(); \
     }
 STARTUP_EXTERNAL_HANDLERS(COUNTING_HANDLER)
