@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: MIT
 """The text file that configures the twin for one run (format: qemu/twin, one item a line)."""
 from .drive import preamble, twin_items
-from .errors import LauncherError
 
 
-def twin_config(drive, scenario, seed, probes, files, resolve=None):
+def twin_config(drive, scenario, seed, probes, files, symbols=None):
     """The whole file as text.
 
     `files` has the paths "trace" and "progress", or is empty for a live console; `probes` are the columns read from the
-    target's memory; `resolve("&name")` gives the address of a variable for poke events.
+    target's memory; `symbols` resolves the names in poke events.
     """
     lines = [f"# {drive.motor.name} on {drive.inverter.name}; {scenario.title}"]
     lines += [f"{key} {path}" for key, path in files.items()]
@@ -19,18 +18,21 @@ def twin_config(drive, scenario, seed, probes, files, resolve=None):
     lines += [f"probe {p.column} 0x{p.address:08x} {p.type} {p.scale:.12g}" for p in probes]
     if scenario.preamble_s is not None:
         lines += [f"event {scenario.preamble_s:.9g} console {text}" for text in preamble(drive)]
-    lines += [_event(step, resolve) for step in scenario.steps]
+    lines += [_event(step, symbols) for step in scenario.steps]
     return "\n".join(lines) + "\n"
 
 
-def _event(step, resolve):
+def _event(step, symbols):
     if step.kind == "console":
         return f"event {step.t_s:.9g} console {step.text}"
-    words = []
-    for word in step.args:
-        if word.startswith("&"):
-            if resolve is None:
-                raise LauncherError(f"event {step.kind}: {word} needs an image to look it up in")
-            word = f"0x{resolve(word[1:]):08x}"
-        words.append(word)
+    words = [_resolved(word, symbols) for word in step.args]
     return " ".join(["event", f"{step.t_s:.9g}", step.kind] + words)
+
+
+def _resolved(word, symbols):
+    """`&name` is an address in the image, `*name` the first halfword of a function."""
+    if word.startswith("&"):
+        return f"0x{symbols.address(word[1:]):08x}"
+    if word.startswith("*"):
+        return f"0x{symbols.code16(word[1:]):04x}"
+    return word

@@ -202,9 +202,9 @@ def _since(run, since):
     return float(run.trace["t_s"][hits[0]])
 
 
-def _bridge_off(run, since):
-    """PWM periods from `since` to the first sample with all six gates off. The trace resolves one period."""
-    start = _since(run, since)
+def _bridge_off(run, since, after_s=0.0):
+    """PWM periods from `since` (+ after_s) to the first sample with all six gates off. The trace resolves one period."""
+    start = _since(run, since) + after_s
     t = run.trace["t_s"]
     first = int(np.searchsorted(t, start))
     off = np.flatnonzero((run.trace["gates"][first:] == 0) & (run.trace["gate_live"][first:] == 0))
@@ -314,7 +314,7 @@ KINDS = {
     "step_overshoot": (_step_overshoot, ["at_s", "to_s"], "%", "true i_q beyond its final value, of the step"),
     "step_bandwidth": (_step_bandwidth, ["at_s", "to_s"], "Hz",
                        "-3 dB of the Fourier transform of the step response's derivative (0.35/rise if it has none)"),
-    "bridge_off": (_bridge_off, ["since"], "PWM periods", "from the cause to all six gates off"),
+    "bridge_off": (_bridge_off, ["since", "after_s?"], "PWM periods", "from the cause to all six gates off"),
     "gates_on_after": (_gates_on_after, ["from_s", "to_s"], "samples", "samples with any gate on"),
     "first_fault": (_first_fault, ["from_s?", "to_s?"], "", "first cause latched by the firmware"),
     "all_faults": (_all_faults, ["from_s?", "to_s?"], "", "all causes latched by the firmware, in order"),

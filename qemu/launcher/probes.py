@@ -44,6 +44,8 @@ class Symbols:
                 if not elf.has_dwarf_info():
                     raise LauncherError(f"{shown(elf_path)} has no debug information (built without -g?)")
                 self._dwarf = elf.get_dwarf_info()
+                self._functions = self._function_addresses(elf)
+                self._code = {name: self._halfword(elf, address) for name, address in self._functions.items()}
                 self._collect()
         except OSError as error:
             raise LauncherError(f"cannot read {shown(elf_path)}: {error.strerror} (run make first)") from error
@@ -62,6 +64,21 @@ class Symbols:
                     self._add_variable(die)
                 elif die.tag == "DW_TAG_enumeration_type" and "DW_AT_name" in die.attributes:
                     self._enums.setdefault(die.attributes["DW_AT_name"].value.decode(), die)
+
+    @staticmethod
+    def _function_addresses(elf):
+        """name -> address of the first instruction (bit 0, the Thumb mark, cleared)."""
+        table = elf.get_section_by_name(".symtab")
+        return {} if table is None else {symbol.name: symbol["st_value"] & ~1 for symbol in table.iter_symbols()
+                                         if symbol["st_info"]["type"] == "STT_FUNC"}
+
+    @staticmethod
+    def _halfword(elf, address):
+        for segment in elf.iter_segments():
+            offset = address - segment["p_vaddr"]
+            if segment["p_type"] == "PT_LOAD" and 0 <= offset <= segment["p_filesz"] - 2:
+                return int.from_bytes(segment.data()[offset:offset + 2], "little")
+        return None
 
     def _add_variable(self, die):
         location = die.attributes.get("DW_AT_location")
@@ -108,11 +125,19 @@ class Symbols:
         return self._variable(name, address, kind)
 
     def address(self, name):
-        """The address of a variable, or a clear line."""
+        """The address of a variable or a function, or a clear line."""
         variable = self.find(name)
-        if variable is None:
-            raise LauncherError(f"{shown(self.path)} has no variable '{name}'")
-        return variable.address
+        if variable is not None:
+            return variable.address
+        if name in self._functions:
+            return self._functions[name]
+        raise LauncherError(f"{shown(self.path)} has no variable or function '{name}'")
+
+    def code16(self, name):
+        """The first halfword of a function's code, or a clear line."""
+        if self._code.get(name) is None:
+            raise LauncherError(f"{shown(self.path)} has no function '{name}'")
+        return self._code[name]
 
     def _member(self, kind, name):
         if kind is None or kind.tag not in ("DW_TAG_structure_type", "DW_TAG_union_type"):

@@ -39,15 +39,27 @@ class Qemu:
 
     def data_arguments(self):
         """-L for a QEMU unpacked beside the installed one, whose firmware files lie in its own share/qemu."""
-        share = Path(self.path).resolve().parent.parent / "share" / "qemu"
-        if Path(self.path).resolve().parent != Path("/usr/bin") and share.is_dir():
-            return ["-L", str(share)]
-        return []
+        share = self._prefix() / "share" / "qemu"
+        return ["-L", str(share)] if self._unpacked() and share.is_dir() else []
+
+    def environment(self):
+        """The same for its loadable modules: it would take the installed QEMU's, find that they do not fit, and abort."""
+        modules = sorted(self._prefix().glob("lib*/*/qemu")) if self._unpacked() else []
+        if not modules or "QEMU_MODULE_DIR" in os.environ:
+            return None
+        return {**os.environ, "QEMU_MODULE_DIR": str(modules[0])}
+
+    def _prefix(self):
+        return Path(self.path).resolve().parent.parent
+
+    def _unpacked(self):
+        return self._prefix() not in (Path("/usr"), Path("/usr/local"))
 
     def _ask(self, *arguments):
         try:
             answer = subprocess.run([self.path, *self.data_arguments(), *arguments], stdin=subprocess.DEVNULL,
-                                    capture_output=True, text=True, timeout=30, check=False)
+                                    capture_output=True, text=True, timeout=30, check=False,
+                                    env=self.environment())
         except (OSError, subprocess.TimeoutExpired, UnicodeDecodeError) as error:
             raise LauncherError(f"cannot run '{self.path}': {error}") from error
         return (answer.stdout or answer.stderr).strip()
@@ -82,11 +94,12 @@ def command(qemu, image, config, console, realtime=False, extra=()):
             "-device", f"loader,file={escape(image.hex)}", *extra]
 
 
-def run_to_end(arguments, end_s, progress_path, stderr_path, show=None):
+def run_to_end(arguments, environment, end_s, progress_path, stderr_path, show=None):
     """Runs QEMU until the twin ends it; `show(now_s, end_s)` is called as it goes. Raises with the reason of a failure."""
     with open(stderr_path, "wb") as stderr:
         try:
-            process = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=stderr, stderr=stderr)
+            process = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=stderr, stderr=stderr,
+                                       env=environment)
         except OSError as error:
             raise LauncherError(f"cannot start {arguments[0]}: {error.strerror}") from error
         try:

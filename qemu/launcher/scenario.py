@@ -2,17 +2,20 @@
 """Scenario files: what happens when, and what must hold. Everything is relative to the motor, so one serves them all.
 
     title = "..."            end_s = 4.7            preamble_s = 0.05     (leave out: the parameters are not typed)
+    base = ["common/at_load"]      steps and figures of other files to have as well
     [[step]]   t_s = 1.3, and either   console = "speed 1500"
                                or      event = "load_nm", args = ["rated_torque_Nm"]
     [[figure]] name = "...", kind = "speed_error", ... , and limits: max = 0.5 and/or min = ..., or equal = ...
 
-In console texts an expression in braces is replaced, `torque {0.1 * rated_current_A:.2f}`; arguments of events and of
-figures may be expressions as they are.
+In console texts an expression in braces is replaced, `torque {0.1 * rated_current_A:.2f}`, and "@parameters" types all
+`set` lines again; arguments of events and of figures may be expressions as they are. In poke and poke_rom, `&name` is the
+address of a variable or function of the image and `*name` the first 16 bits of code of a function.
 """
 import re
 from dataclasses import dataclass
 
 from .data import find, read_toml
+from .drive import preamble
 from .errors import LauncherError
 from .expression import fill, number
 from .paths import SCENARIOS, shown
@@ -29,7 +32,7 @@ EVENTS = {
     "irq_delay": [_NUMBER], "irq_block": [_FLAG], "watchdog_reset": [], "phase_open": [_PHASE, _FLAG],
     "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
 }
-_FORMS = {_PHASE: r"[ABC]", _PAIR: r"AB|BC|CA", _FLAG: r"[01]", _WORD: r"&?[\w.\[\]]+", "off": r"off"}
+_FORMS = {_PHASE: r"[ABC]", _PAIR: r"AB|BC|CA", _FLAG: r"[01]", _WORD: r"[&*]?[\w.\[\]]+", "off": r"off"}
 
 
 @dataclass
@@ -59,18 +62,41 @@ def load_scenario(source, drive):
         path = find(source, SCENARIOS, "scenario")
         key, raw, where = path.stem, read_toml(path), shown(path)
     for entry in raw:
-        if entry not in ("key", "title", "end_s", "preamble_s", "step", "figure"):
+        if entry not in ("key", "title", "end_s", "preamble_s", "base", "step", "figure"):
             raise LauncherError(f"{where}: unknown entry '{entry}'")
     names = drive.names()
+    steps, figures = [], []
+    for part, part_where in [*_bases(raw.get("base", []), where), (raw, where)]:
+        for index, entry in enumerate(_entries(part, "step", part_where)):
+            steps += _steps(entry, drive, f"{part_where}: step {index + 1}")
+        figures += [dict(entry) for entry in _entries(part, "figure", part_where)]
     end_s = _seconds(raw, "end_s", names, where)
     preamble_s = _seconds(raw, "preamble_s", names, where) if "preamble_s" in raw else None
-    steps = [_step(entry, names, f"{where}: step {index + 1}") for index, entry in enumerate(raw.get("step", []))]
     for step in steps:
         if not 0 <= step.t_s <= end_s:
             raise LauncherError(f"{where}: a step at {step.t_s:g} s is outside 0..{end_s:g} s")
     steps.sort(key=lambda step: step.t_s)
     return Scenario(key=key, title=str(raw.get("title", key)), end_s=end_s, preamble_s=preamble_s, steps=steps,
-                    figures=[dict(entry) for entry in raw.get("figure", [])])
+                    figures=figures)
+
+
+def _bases(names, where):
+    """The contents of the base files: steps and figures only, no further bases."""
+    parts = []
+    for name in names if isinstance(names, list) else [names]:
+        path = SCENARIOS / f"{name}.toml"
+        part = read_toml(path)
+        if set(part) - {"step", "figure"}:
+            raise LauncherError(f"{where}: base {name} may have only [[step]] and [[figure]]")
+        parts.append((part, shown(path)))
+    return parts
+
+
+def _entries(part, key, where):
+    entries = part.get(key, [])
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+        raise LauncherError(f"{where}: write [[{key}]]")
+    return entries
 
 
 def _seconds(raw, key, names, where):
@@ -85,6 +111,14 @@ def _seconds(raw, key, names, where):
     return value
 
 
+def _steps(entry, drive, where):
+    """One entry is one step, but for "@parameters"."""
+    if entry.get("console") == "@parameters":
+        t_s = _seconds(entry, "t_s", drive.names(), where)
+        return [Step(t_s, "console", [], text) for text in preamble(drive)]
+    return [_step(entry, drive.names(), where)]
+
+
 def _step(entry, names, where):
     unknown = set(entry) - {"t_s", "console", "event", "args", "note"}
     if unknown:
@@ -94,6 +128,8 @@ def _step(entry, names, where):
     t_s = _seconds(entry, "t_s", names, where)
     try:
         if "console" in entry:
+            if not isinstance(entry["console"], str):
+                raise LauncherError("console takes a text")
             text = fill(entry["console"], names)
             if not text.isprintable():
                 raise LauncherError("console text must be one printable line")

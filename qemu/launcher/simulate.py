@@ -72,9 +72,10 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     write(config, twin_config(drive, plan, seed, probes, {key: files[key] for key in ("trace", "progress")},
-                              symbols.address))
+                              symbols))
     console = f"file,id=console,path={escape(files['console'])}"
-    run_to_end(command(checked_qemu, image, config, console), plan.end_s, files["progress"], files["log"], show)
+    run_to_end(command(checked_qemu, image, config, console), checked_qemu.environment(), plan.end_s,
+               files["progress"], files["log"], show)
     trace = load_trace(files["trace"])
     if trace["t_s"][-1] < plan.end_s - 2e-3:
         raise LauncherError(f"the run ended at {trace['t_s'][-1]:.4f} s instead of {plan.end_s:g} s"
