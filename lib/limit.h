@@ -30,7 +30,8 @@ static inline uint32_t limit_leading_zeros(uint32_t x)
 static inline uint32_t limit_root(uint32_t square)
 {
     const uint32_t half_shift = limit_leading_zeros(square) >> 1;
-    const uint32_t normal = ((square << half_shift) << half_shift) | (1U << 30); /* the bit is for square = 0 */
+    const uint32_t shifted = (square << half_shift) << half_shift;
+    const uint32_t normal = shifted > 1U << 30 ? shifted : 1U << 30; /* 0 is not to leave the table */
     const uint16_t *const chord = &limit_root_table[(normal >> 24) - 64U];
     const uint32_t part_q16 = (normal >> 8) & 0xFFFFU;
     const uint32_t twice_root = 65536U + chord[0] + (((uint32_t)(chord[1] - chord[0]) * part_q16) >> 16);

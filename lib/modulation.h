@@ -32,8 +32,9 @@ static inline abc_t svm_minmax_q15(abc_t v_q15, int32_t vbus_recip_q14)
 
 /**
  * One Newton step towards 1 / vbus: recip + recip (1 - recip vbus). It squares the relative error; called once a sample
- * it follows the bus without a division, and settles within 1 LSB or 2^-16 of the exact value, whichever is more.
- * Range: 0 <= vbus_q15 <= 32767, 1 <= recip_q14 <= 131072. A step changes the value by at most an eighth, so that it
+ * it follows the bus without a division, and settles within 1 LSB or 2^-16 of the exact value, whichever is more (it may
+ * alternate between two neighbours).
+ * Range: 0 <= vbus_q15 <= 32767, 4 <= recip_q14 <= 131072. A step changes the value by at most an eighth, so that it
  * finds its way from anywhere; the result stays in the range: below a bus of 0.125 duties are too small, never too large.
  */
 static inline int32_t recip_q14_refine(int32_t recip_q14, int32_t vbus_q15)

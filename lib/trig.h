@@ -5,7 +5,7 @@
 
 #include "lib/q15.h"
 
-/** sin(2 pi i / 1024) in Q24 for i = 0...1280: one turn, a quarter more for the cosine, and the end of the last chord. */
+/** sin(2 pi i / 1024) in Q24, 2^-19 too large, for i = 0...1280: one turn, a quarter more for the cosine, and the end of the last chord. */
 extern const int32_t trig_sine_q24[1281];
 
 /**
@@ -14,8 +14,9 @@ extern const int32_t trig_sine_q24[1281];
  * sin(x + quarter) = cos(x) to the bit. tests/lib sweeps all 65536 angles.
  * Context: any. The same 20 or so instructions for every angle; four table reads.
  *
- * A chord over 1/1024 turn lies up to 0.154 LSB inside the circle; the table is made (pi/1024)^2/4 larger than the
- * circle, which halves that. The sum of a chord is exact (24 + 6 bits), so that mirrored angles give mirrored values.
+ * A chord over 1/1024 turn lies up to 0.154 LSB inside the circle. The table's circle is larger by 36 parts in 2^24, which
+ * shares that between inside and outside; of the values about the middle (39) it is the nearest with which no angle comes
+ * out as a tie. So, the sum of a chord being exact (24 + 6 bits), mirrored angles give mirrored values.
  */
 static inline cossin_t cossin_q15(uint32_t angle_u16)
 {

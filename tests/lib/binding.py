@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""ctypes binding of shim.c and Lib.c: NumPy arrays (or numbers) in, arrays out."""
+import ctypes
+
+import numpy as np
+
+I32, U32 = np.int32, np.uint32
+
+# name: (input types, output types)
+SWEEPS = {
+    "clarke": ((I32,) * 2, (I32,) * 2),
+    "invclarke": ((I32,) * 2, (I32,) * 3),
+    "park": ((I32,) * 4, (I32,) * 2),
+    "invpark": ((I32,) * 4, (I32,) * 2),
+    "cossin": ((U32,), (I32,) * 2),
+    "root": ((U32,), (U32,)),
+    "circle": ((I32,) * 3, (I32,) * 3),
+    "svm": ((I32,) * 4, (I32,) * 3),
+    "recip": ((I32,) * 2, (I32,)),
+    "deadtime": ((I32, I32, U32), (I32,)),
+    "elementary": ((I32,), (I32,) * 2),
+}
+# Lib.h: fields in, fields out
+API = {"Clarke_Lib_Do": (3, 2), "InvClarke_Lib_Do": (2, 3), "Park_Lib_Do": (4, 2), "InvPark_Lib_Do": (4, 2)}
+
+
+def array(values, dtype, shape=None):
+    """As a contiguous array of the type; a value that does not fit is an error, not a wrap."""
+    wide = np.asarray(values, dtype=np.int64)
+    info = np.iinfo(dtype)
+    assert wide.size == 0 or (wide.min() >= info.min and wide.max() <= info.max), "test input out of the type's range"
+    wide = np.atleast_1d(wide)
+    return np.ascontiguousarray(np.broadcast_to(wide, wide.shape if shape is None else shape).astype(dtype))
+
+
+def pointer(values):
+    return ctypes.c_void_p(values.ctypes.data)
+
+
+class Pi(ctypes.Structure):
+    _fields_ = [("kp_q12", ctypes.c_int32), ("ki_q20", ctypes.c_int32), ("integral_q30", ctypes.c_int32)]
+
+
+class Pll(ctypes.Structure):
+    _fields_ = [("angle_q32", ctypes.c_uint32), ("speed_q32", ctypes.c_int32), ("kp_q16", ctypes.c_int32),
+                ("ki_q22", ctypes.c_int32)]
+
+
+class Library:
+    def __init__(self, path):
+        self.dll = ctypes.CDLL(str(path))
+        for name, (inputs, outputs) in SWEEPS.items():
+            setattr(self, name, self._sweep(getattr(self.dll, "shim_" + name), inputs, outputs))
+
+    @staticmethod
+    def _sweep(function, input_types, output_types):
+        def call(*inputs):
+            assert len(inputs) == len(input_types)
+            shape = np.broadcast_shapes(*(np.shape(np.atleast_1d(values)) for values in inputs))
+            arrays = [array(values, dtype, shape) for values, dtype in zip(inputs, input_types)]
+            results = [np.empty(shape, dtype) for dtype in output_types]
+            function(ctypes.c_size_t(arrays[0].size), *map(pointer, arrays + results))
+            results = [values.astype(np.int64) for values in results]
+            return results[0] if len(results) == 1 else results
+        return call
+
+    def api(self, name, *fields, output_offset=None):
+        """A function of Lib.h on one set of fields. With output_offset the output starts at that word of the input."""
+        count_in, count_out = API[name]
+        assert len(fields) == count_in
+        memory = (ctypes.c_int32 * 16)(*([0] * 6), *fields)
+        start = 0 if output_offset is None else 6 + output_offset
+        base = ctypes.addressof(memory)
+        getattr(self.dll, name)(ctypes.c_void_p(base + 24), ctypes.c_void_p(base + 4 * start))
+        return tuple(memory[start:start + count_out])
+
+    def pi_steps(self, pi, errors, feedforward=0, limit=32768):
+        """Run the controller; returns outputs and integrals."""
+        errors = array(errors, I32)
+        inputs = [errors, array(feedforward, I32, errors.shape), array(limit, I32, errors.shape)]
+        results = [np.empty(errors.shape, I32), np.empty(errors.shape, I32)]
+        self.dll.shim_pi(ctypes.c_size_t(errors.size), ctypes.byref(pi), *map(pointer, inputs + results))
+        return [values.astype(np.int64) for values in results]
+
+    def pi_preset(self, pi, output, feedforward):
+        self.dll.shim_pi_preset(ctypes.byref(pi), ctypes.c_int32(output), ctypes.c_int32(feedforward))
+
+    def pi_reset(self, pi):
+        self.dll.shim_pi_reset(ctypes.byref(pi))
+
+    def pll_steps(self, pll, measured):
+        """Run the observer; returns angles and speeds."""
+        measured = array(measured, U32)
+        results = [np.empty(measured.shape, U32), np.empty(measured.shape, I32)]
+        self.dll.shim_pll(ctypes.c_size_t(measured.size), ctypes.byref(pll), pointer(measured), *map(pointer, results))
+        return [values.astype(np.int64) for values in results]
+
+    def pll(self, natural_q16, angle_q32=0):
+        pll = Pll()
+        self.dll.shim_pll_set_bandwidth(ctypes.byref(pll), ctypes.c_uint32(natural_q16))
+        self.dll.shim_pll_reset(ctypes.byref(pll), ctypes.c_uint32(angle_q32))
+        return pll

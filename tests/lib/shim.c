@@ -1,0 +1,181 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The library as a shared object for the Python tests: each inline kernel behind a function over arrays, so that a test
+ * can sweep a domain in one call. Lib.c is linked beside it.
+ */
+#include <stddef.h>
+
+#include "lib/deadtime.h"
+#include "lib/limit.h"
+#include "lib/modulation.h"
+#include "lib/pi.h"
+#include "lib/pll.h"
+#include "lib/transform_q15.h"
+#include "lib/trig.h"
+
+void shim_clarke(size_t n, const int32_t *a, const int32_t *b, int32_t *alpha, int32_t *beta);
+void shim_invclarke(size_t n, const int32_t *alpha, const int32_t *beta, int32_t *a, int32_t *b, int32_t *c);
+void shim_park(size_t n, const int32_t *alpha, const int32_t *beta, const int32_t *cosine, const int32_t *sine,
+               int32_t *d, int32_t *q);
+void shim_invpark(size_t n, const int32_t *d, const int32_t *q, const int32_t *cosine, const int32_t *sine,
+                  int32_t *alpha, int32_t *beta);
+void shim_cossin(size_t n, const uint32_t *angle, int32_t *cosine, int32_t *sine);
+void shim_root(size_t n, const uint32_t *square, uint32_t *root);
+void shim_circle(size_t n, const int32_t *d, const int32_t *q, const int32_t *radius, int32_t *d_out, int32_t *q_out,
+                 int32_t *rest);
+void shim_svm(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, const int32_t *recip, int32_t *duty_a,
+              int32_t *duty_b, int32_t *duty_c);
+void shim_recip(size_t n, const int32_t *recip, const int32_t *vbus, int32_t *refined);
+void shim_deadtime(size_t n, const int32_t *i, const int32_t *amount, const uint32_t *knee_shift, int32_t *out);
+void shim_elementary(size_t n, const int32_t *x, int32_t *sat16, int32_t *unsigned_from_q30);
+void shim_pi(size_t n, struct pi_q15 *pi, const int32_t *error, const int32_t *feedforward, const int32_t *limit,
+             int32_t *output, int32_t *integral);
+void shim_pi_preset(struct pi_q15 *pi, int32_t output, int32_t feedforward);
+void shim_pi_reset(struct pi_q15 *pi);
+void shim_pll(size_t n, struct pll *pll, const uint32_t *measured, uint32_t *angle, int32_t *speed);
+void shim_pll_set_bandwidth(struct pll *pll, uint32_t natural);
+void shim_pll_reset(struct pll *pll, uint32_t angle);
+
+void shim_clarke(size_t n, const int32_t *a, const int32_t *b, int32_t *alpha, int32_t *beta)
+{
+    for (size_t k = 0; k < n; k++) {
+        const alphabeta_t out = clarke_q15(a[k], b[k]);
+
+        alpha[k] = out.alpha;
+        beta[k] = out.beta;
+    }
+}
+
+void shim_invclarke(size_t n, const int32_t *alpha, const int32_t *beta, int32_t *a, int32_t *b, int32_t *c)
+{
+    for (size_t k = 0; k < n; k++) {
+        const abc_t out = invclarke_q15((alphabeta_t){alpha[k], beta[k]});
+
+        a[k] = out.a;
+        b[k] = out.b;
+        c[k] = out.c;
+    }
+}
+
+void shim_park(size_t n, const int32_t *alpha, const int32_t *beta, const int32_t *cosine, const int32_t *sine,
+               int32_t *d, int32_t *q)
+{
+    for (size_t k = 0; k < n; k++) {
+        const dq_t out = park_q15((alphabeta_t){alpha[k], beta[k]}, (cossin_t){cosine[k], sine[k]});
+
+        d[k] = out.d;
+        q[k] = out.q;
+    }
+}
+
+void shim_invpark(size_t n, const int32_t *d, const int32_t *q, const int32_t *cosine, const int32_t *sine,
+                  int32_t *alpha, int32_t *beta)
+{
+    for (size_t k = 0; k < n; k++) {
+        const alphabeta_t out = invpark_q15((dq_t){d[k], q[k]}, (cossin_t){cosine[k], sine[k]});
+
+        alpha[k] = out.alpha;
+        beta[k] = out.beta;
+    }
+}
+
+void shim_cossin(size_t n, const uint32_t *angle, int32_t *cosine, int32_t *sine)
+{
+    for (size_t k = 0; k < n; k++) {
+        const cossin_t out = cossin_q15(angle[k]);
+
+        cosine[k] = out.cos;
+        sine[k] = out.sin;
+    }
+}
+
+void shim_root(size_t n, const uint32_t *square, uint32_t *root)
+{
+    for (size_t k = 0; k < n; k++) {
+        root[k] = limit_root(square[k]);
+    }
+}
+
+void shim_circle(size_t n, const int32_t *d, const int32_t *q, const int32_t *radius, int32_t *d_out, int32_t *q_out,
+                 int32_t *rest)
+{
+    for (size_t k = 0; k < n; k++) {
+        const dq_t out = circle_limit_q15((dq_t){d[k], q[k]}, radius[k]);
+
+        d_out[k] = out.d;
+        q_out[k] = out.q;
+        rest[k] = circle_rest_q15(d[k], radius[k]);
+    }
+}
+
+void shim_svm(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, const int32_t *recip, int32_t *duty_a,
+              int32_t *duty_b, int32_t *duty_c)
+{
+    for (size_t k = 0; k < n; k++) {
+        const abc_t out = svm_minmax_q15((abc_t){a[k], b[k], c[k]}, recip[k]);
+
+        duty_a[k] = out.a;
+        duty_b[k] = out.b;
+        duty_c[k] = out.c;
+    }
+}
+
+void shim_recip(size_t n, const int32_t *recip, const int32_t *vbus, int32_t *refined)
+{
+    for (size_t k = 0; k < n; k++) {
+        refined[k] = recip_q14_refine(recip[k], vbus[k]);
+    }
+}
+
+void shim_deadtime(size_t n, const int32_t *i, const int32_t *amount, const uint32_t *knee_shift, int32_t *out)
+{
+    for (size_t k = 0; k < n; k++) {
+        out[k] = deadtime_comp(i[k], amount[k], knee_shift[k]);
+    }
+}
+
+void shim_elementary(size_t n, const int32_t *x, int32_t *sat16, int32_t *unsigned_from_q30)
+{
+    for (size_t k = 0; k < n; k++) {
+        sat16[k] = q15_sat16(x[k]);
+        unsigned_from_q30[k] = q15_unsigned_from_q30(x[k]);
+    }
+}
+
+void shim_pi(size_t n, struct pi_q15 *pi, const int32_t *error, const int32_t *feedforward, const int32_t *limit,
+             int32_t *output, int32_t *integral)
+{
+    for (size_t k = 0; k < n; k++) {
+        output[k] = pi_q15_step(pi, error[k], feedforward[k], limit[k]);
+        integral[k] = pi->integral_q30;
+    }
+}
+
+void shim_pi_preset(struct pi_q15 *pi, int32_t output, int32_t feedforward)
+{
+    pi_q15_preset(pi, output, feedforward);
+}
+
+void shim_pi_reset(struct pi_q15 *pi)
+{
+    pi_q15_reset(pi);
+}
+
+void shim_pll(size_t n, struct pll *pll, const uint32_t *measured, uint32_t *angle, int32_t *speed)
+{
+    for (size_t k = 0; k < n; k++) {
+        pll_step(pll, measured[k]);
+        angle[k] = pll->angle_q32;
+        speed[k] = pll->speed_q32;
+    }
+}
+
+void shim_pll_set_bandwidth(struct pll *pll, uint32_t natural)
+{
+    pll_set_bandwidth(pll, natural);
+}
+
+void shim_pll_reset(struct pll *pll, uint32_t angle)
+{
+    pll_reset(pll, angle);
+}

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""The square root and the voltage circle."""
+from math import isqrt
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+RADII = (0, 1, 2, 3, 255, 9459, 18918, 32767, 32768, 46340, 65535)
+
+
+def exact_roots(squares):
+    """floor(sqrt()) by double precision, corrected in integers."""
+    squares = np.asarray(squares, dtype=np.int64)
+    root = np.sqrt(squares.astype(np.float64)).astype(np.int64)
+    root -= root * root > squares
+    root += (root + 1) ** 2 <= squares
+    return root
+
+
+def test_root_around_every_square(lib):
+    """floor(sqrt) changes at squares only: it is right everywhere if it is right there and it is monotone between."""
+    root = np.arange(65536, dtype=np.int64)
+    for offset, expected in ((0, root), (-1, root - 1), (1, root)):
+        squares = root**2 + offset
+        valid = (squares >= 0) & (squares < 2**32) & ((offset < 1) | (root > 0))
+        assert np.array_equal(lib.root(squares[valid]), expected[valid])
+
+
+def test_root_of_all_small_and_strided_values(lib):
+    for squares in (np.arange(2**20), np.arange(0, 2**32, 4099), np.arange(2**32 - 2**18, 2**32)):
+        assert np.array_equal(lib.root(squares), exact_roots(squares))
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_root_anywhere(lib, square):
+    assert lib.root(square)[0] == isqrt(square)
+
+
+def test_circle_for_every_d(lib):
+    """d first; q gets exactly what is left, to the LSB."""
+    for radius in RADII:
+        d_in = np.unique(np.concatenate([np.arange(-radius - 50, radius + 51, max(1, radius // 20000)),
+                                         [-65535, 65535, -radius - 1, radius + 1]]).clip(-65535, 65535))
+        d = np.clip(d_in, -radius, radius)
+        rest = exact_roots(radius**2 - d**2)
+        for q_in in (-2**31, -65535, -1, 0, 1, radius // 2, 65535, 2**31 - 1):
+            d_out, q_out, rest_out = lib.circle(d_in, q_in, radius)
+            assert np.array_equal(d_out, d)
+            assert np.array_equal(rest_out, rest)
+            assert np.array_equal(q_out, np.clip(q_in, -rest, rest))
+            assert np.all(d_out**2 + q_out**2 <= radius**2)
+        cut = radius**2 - d**2 - (rest + 1) ** 2
+        assert np.all(cut < 0)  # one LSB more would lie outside
+
+
+def test_inside_is_left_alone(lib):
+    rng = np.random.default_rng(2)
+    d, q = rng.integers(-23000, 23000, (2, 20000))
+    d_out, q_out, _ = lib.circle(d, q, 32768)
+    assert np.array_equal(d, d_out) and np.array_equal(q, q_out)
+
+
+@given(d=st.integers(-65535, 65535), q=st.integers(-2**31 + 1, 2**31 - 1), radius=st.integers(0, 65535))
+def test_circle_is_odd_and_idempotent(lib, d, q, radius):
+    once = [int(x[0]) for x in lib.circle(d, q, radius)]
+    mirrored = [int(x[0]) for x in lib.circle(-d, -q, radius)]
+    assert mirrored == [-once[0], -once[1], once[2]]
+    assert [int(x[0]) for x in lib.circle(once[0], once[1], radius)] == once
