@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* Fabric slot 1: the sampler (docs/fabric.md). */
+#ifndef TWIN_ADC_H
+#define TWIN_ADC_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "simtime.h"
+
+struct adc {
+    uint32_t control, status;
+    uint32_t result[4];  /* IA IB IC VBUS */
+    uint32_t sampled[4]; /* being converted */
+    uint32_t sequence;
+    sim_ps done_at; /* SIM_NEVER while idle */
+};
+
+void adc_reset(struct adc *a);
+uint32_t adc_read(const struct adc *a, uint32_t offset);
+void adc_write(struct adc *a, uint32_t offset, uint32_t value);
+
+/* True if a trigger now starts a conversion. */
+bool adc_listens(const struct adc *a);
+void adc_start(struct adc *a, const uint32_t code[4], sim_ps done_at);
+/* Ends the conversion; true if it was an overrun. */
+bool adc_finish(struct adc *a);
+bool adc_interrupt(const struct adc *a);
+
+#endif

@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#define _GNU_SOURCE
+#include "config.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Where the keys of each prefix go. */
+static const struct section {
+    const char *prefix;
+    const struct config_key *keys;
+    size_t base;
+    bool of_motor;
+} sections[] = {
+    { "motor.", motor_keys, offsetof(struct plant_params, motor), true },
+    { "load.", load_keys, offsetof(struct plant_params, load), true },
+    { "inverter.", inverter_keys, offsetof(struct plant_params, inverter), false },
+    { "sensor.", sensor_keys, offsetof(struct plant_params, sensors), false },
+};
+#define SECTIONS (sizeof sections / sizeof sections[0])
+
+struct reader {
+    const char *path;
+    int line;
+    struct config *config;
+};
+
+__attribute__((noreturn, format(printf, 2, 3))) static void fail(const struct reader *r, const char *format, ...)
+{
+    va_list args;
+    fprintf(stderr, "mssfoc twin: %s:", r->path);
+    if (r->line) {
+        fprintf(stderr, "%d:", r->line);
+    }
+    fputc(' ', stderr);
+    va_start(args, format);
+    vfprintf(stderr, format, args);
+    va_end(args);
+    fputc('\n', stderr);
+    exit(1);
+}
+
+static double *value_of(struct config *c, const struct section *s, const struct config_key *k)
+{
+    return (double *)((char *)&c->plant + s->base + k->offset);
+}
+
+static double number(const struct reader *r, const char *word, const char *what)
+{
+    char *end;
+    double value = strtod(word, &end);
+    if (*word == '\0' || *end != '\0' || !isfinite(value)) {
+        fail(r, "%s: '%s' is not a number", what, word);
+    }
+    return value;
+}
+
+static void read_key(const struct reader *r, const struct section *s, const char *name, const char *word)
+{
+    for (const struct config_key *k = s->keys; k->name; k++) {
+        if (strcmp(k->name, name) != 0) {
+            continue;
+        }
+        double value = number(r, word, name);
+        if (value < k->min || value > k->max) {
+            fail(r, "%s%s: %s is outside %g...%g", s->prefix, name, word, k->min, k->max);
+        }
+        *value_of(r->config, s, k) = value;
+        return;
+    }
+    fail(r, "unknown key '%s%s'", s->prefix, name);
+}
+
+static void *grown(void *array, size_t count, size_t size)
+{
+    void *bigger = realloc(array, (count + 1) * size);
+    if (!bigger) {
+        fputs("mssfoc twin: out of memory\n", stderr);
+        exit(1);
+    }
+    memset((char *)bigger + count * size, 0, size);
+    return bigger;
+}
+
+static char *next_word(char **rest)
+{
+    char *word = *rest + strspn(*rest, " \t");
+    char *end = word + strcspn(word, " \t");
+    *rest = *end ? end + 1 : end;
+    *end = '\0';
+    return word;
+}
+
+static void read_probe(const struct reader *r, char *rest)
+{
+    static const struct {
+        const char *name;
+        unsigned bytes;
+        bool is_signed;
+    } types[] = { { "s32", 4, true },  { "u32", 4, false }, { "s16", 2, true },
+                  { "u16", 2, false }, { "s8", 1, true },   { "u8", 1, false } };
+    struct config *c = r->config;
+    c->probes = grown(c->probes, c->probe_count, sizeof *c->probes);
+    struct probe *p = &c->probes[c->probe_count++];
+    p->name = strdup(next_word(&rest));
+    char *address = next_word(&rest), *type = next_word(&rest), *scale = next_word(&rest);
+    if (*p->name == '\0' || strpbrk(p->name, ",\"") != NULL || *scale == '\0' || *next_word(&rest) != '\0') {
+        fail(r, "expected: probe NAME ADDRESS TYPE SCALE");
+    }
+    char *end;
+    unsigned long long where = strtoull(address, &end, 0);
+    if (*end != '\0' || where > UINT32_MAX) {
+        fail(r, "probe %s: '%s' is not an address", p->name, address);
+    }
+    p->address = (uint32_t)where;
+    p->scale = number(r, scale, p->name);
+    for (size_t n = 0; n < sizeof types / sizeof types[0]; n++) {
+        if (strcmp(types[n].name, type) == 0) {
+            p->bytes = types[n].bytes;
+            p->is_signed = types[n].is_signed;
+            return;
+        }
+    }
+    fail(r, "probe %s: unknown type '%s'", p->name, type);
+}
+
+static void read_event(const struct reader *r, char *rest)
+{
+    struct config *c = r->config;
+    c->events = grown(c->events, c->event_count, sizeof *c->events);
+    struct event *e = &c->events[c->event_count];
+    e->t_s = number(r, next_word(&rest), "time of the event");
+    if (e->t_s < 0 || e->t_s > 1e6) {
+        fail(r, "the time of an event is 0...1e6 s");
+    }
+    const char *wrong = event_parse(rest + strspn(rest, " \t"), e);
+    if (wrong) {
+        fail(r, "%s", wrong);
+    }
+    /* Keep the list in order; most files are already. */
+    size_t n = c->event_count++;
+    struct event moving = *e;
+    for (; n > 0 && c->events[n - 1].t_s > moving.t_s; n--) {
+        c->events[n] = c->events[n - 1];
+    }
+    c->events[n] = moving;
+}
+
+static void read_section_key(const struct reader *r, const char *word, char *rest)
+{
+    for (size_t n = 0; n < SECTIONS; n++) {
+        size_t length = strlen(sections[n].prefix);
+        if (strncmp(word, sections[n].prefix, length) == 0) {
+            char *value = next_word(&rest);
+            if (*next_word(&rest) != '\0') {
+                fail(r, "%s takes one value", word);
+            }
+            read_key(r, &sections[n], word + length, value);
+            return;
+        }
+    }
+    fail(r, "unknown item '%s'", word);
+}
+
+static void read_line(const struct reader *r, char *line)
+{
+    struct config *c = r->config;
+    line[strcspn(line, "\r\n")] = '\0';
+    char *rest = line, *word = next_word(&rest);
+    rest += strspn(rest, " \t");
+    if (*word == '\0' || *word == '#') {
+        return;
+    }
+    if (*rest == '\0') {
+        fail(r, "'%s' needs a value", word);
+    }
+    if (strcmp(word, "trace") == 0) {
+        c->trace_path = strdup(rest);
+    } else if (strcmp(word, "progress") == 0) {
+        c->progress_path = strdup(rest);
+    } else if (strcmp(word, "console") == 0) {
+        c->console_id = strdup(rest);
+    } else if (strcmp(word, "seed") == 0) {
+        double seed = number(r, rest, word);
+        if (seed < 0 || seed > 0x1p53 || seed != floor(seed)) {
+            fail(r, "seed: '%s' is not a whole number from 0", rest);
+        }
+        c->plant.seed = (uint64_t)seed;
+    } else if (strcmp(word, "end") == 0) {
+        c->end_s = number(r, rest, word);
+        if (c->end_s <= 0 || c->end_s > 1e6) {
+            fail(r, "end: %s is outside 0...1e6 s", rest);
+        }
+    } else if (strcmp(word, "probe") == 0) {
+        read_probe(r, rest);
+    } else if (strcmp(word, "event") == 0) {
+        read_event(r, rest);
+    } else {
+        read_section_key(r, word, rest);
+    }
+}
+
+static void set_initial(struct config *c)
+{
+    memset(c, 0, sizeof *c);
+    for (size_t n = 0; n < SECTIONS; n++) {
+        for (const struct config_key *k = sections[n].keys; k->name; k++) {
+            *value_of(c, &sections[n], k) = k->initial;
+        }
+    }
+}
+
+static void check_complete(const struct reader *r, bool motor_only)
+{
+    struct config *c = r->config;
+    for (size_t n = 0; n < SECTIONS; n++) {
+        for (const struct config_key *k = sections[n].keys; k->name; k++) {
+            if (isnan(*value_of(c, &sections[n], k)) && (sections[n].of_motor || !motor_only)) {
+                fail(r, "missing key '%s%s'", sections[n].prefix, k->name);
+            }
+        }
+    }
+    for (size_t n = 0; n < c->event_count; n++) {
+        if (c->events[n].kind == EVENT_CONSOLE && !c->console_id) {
+            fail(r, "a console event needs 'console CHARDEV_ID'");
+        }
+    }
+    const struct sensor_params *s = &c->plant.sensors;
+    if (!motor_only && (s->encoder_counts != floor(s->encoder_counts) || s->adc_bits != floor(s->adc_bits))) {
+        fail(r, "sensor.encoder_counts and sensor.adc_bits are whole numbers");
+    }
+    if (c->plant.motor.pole_pairs != floor(c->plant.motor.pole_pairs)) {
+        fail(r, "motor.pole_pairs is a whole number");
+    }
+}
+
+void config_load(struct config *config, const char *path, bool motor_only)
+{
+    struct reader r = { path, 0, config };
+    set_initial(config);
+    FILE *file = fopen(path, "r");
+    if (!file) {
+        fail(&r, "cannot read: %s", strerror(errno));
+    }
+    char *line = NULL;
+    size_t room = 0;
+    while (getline(&line, &room, file) >= 0) {
+        r.line++;
+        read_line(&r, line);
+    }
+    r.line = 0;
+    if (ferror(file)) {
+        fail(&r, "cannot read: %s", strerror(errno));
+    }
+    free(line);
+    fclose(file);
+    check_complete(&r, motor_only);
+}

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The twin's configuration file: one item a line, `#` starts a comment line.
+ *
+ *   trace PATH | progress PATH | seed N | end T_S | console CHARDEV_ID
+ *   motor.KEY VALUE | load.KEY VALUE | inverter.KEY VALUE | sensor.KEY VALUE      (SI units)
+ *   probe NAME ADDRESS TYPE SCALE                                                 (TYPE: s32 u32 s16 u16 s8 u8)
+ *   event T_S KIND ARGUMENTS...                                                   (events.c)
+ */
+#ifndef TWIN_CONFIG_H
+#define TWIN_CONFIG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "events.h"
+#include "plant.h"
+
+struct probe {
+    char *name;
+    uint32_t address;
+    unsigned bytes;
+    bool is_signed;
+    double scale;
+};
+
+struct config {
+    char *trace_path, *progress_path, *console_id; /* NULL if not given */
+    double end_s;                                  /* 0: runs until QEMU is ended */
+    struct plant_params plant;
+    struct probe *probes;
+    size_t probe_count;
+    struct event *events; /* in order of time, equal times in order of the file */
+    size_t event_count;
+};
+
+/* Anything wrong ends the process with one line on stderr and status 1. With motor_only, the keys of inverter and sensor
+ * may be missing. */
+void config_load(struct config *config, const char *path, bool motor_only);
+
+#endif

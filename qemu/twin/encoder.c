@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "encoder.h"
+
+#include <string.h>
+
+enum { CONTROL = 0x00, COUNTS = 0x04, POSITION = 0x08, LATCHED = 0x0C, INDEX = 0x10, STATUS = 0x14 };
+enum { ENABLE = 1u << 0, REVERSE = 1u << 1 };
+enum { INDEX_SEEN = 1u << 0, ILLEGAL = 1u << 1, SIGNAL_LOST = 1u << 2 };
+
+#define COUNTS_AFTER_RESET 4096
+#define COUNTS_MIN 4
+#define COUNTS_MAX 65536
+
+void encoder_reset(struct encoder *e, int64_t edges)
+{
+    bool cut = e->cut, frozen = e->frozen; /* the cable does not notice a reset */
+    memset(e, 0, sizeof *e);
+    e->counts = COUNTS_AFTER_RESET;
+    e->edges = edges;
+    e->frozen = frozen;
+    encoder_cut(e, cut);
+}
+
+uint32_t encoder_read(const struct encoder *e, uint32_t offset)
+{
+    switch (offset) {
+    case CONTROL:
+        return e->control;
+    case COUNTS:
+        return e->counts;
+    case POSITION:
+        return e->position;
+    case LATCHED:
+        return e->latched;
+    case INDEX:
+        return e->index;
+    case STATUS:
+        return e->status;
+    default:
+        return 0;
+    }
+}
+
+void encoder_write(struct encoder *e, uint32_t offset, uint32_t value)
+{
+    if (offset == CONTROL) {
+        e->control = value & (ENABLE | REVERSE);
+    } else if (offset == COUNTS) {
+        e->counts = value < COUNTS_MIN ? COUNTS_MIN : (value > COUNTS_MAX ? COUNTS_MAX : value);
+        e->position = 0;
+    } else if (offset == STATUS) {
+        e->status &= ~value;
+        if (e->cut) {
+            e->status |= SIGNAL_LOST;
+        }
+    }
+}
+
+static int64_t modulo(int64_t value, int64_t divisor)
+{
+    int64_t rest = value % divisor;
+    return rest < 0 ? rest + divisor : rest;
+}
+
+static void move(struct encoder *e, int64_t edges)
+{
+    int64_t counts = e->control & REVERSE ? -edges : edges;
+    e->position = (uint32_t)modulo((int64_t)e->position + counts, e->counts);
+}
+
+void encoder_follow(struct encoder *e, int64_t edges, int64_t index_edge, int64_t edges_per_turn)
+{
+    int64_t moved = edges - e->edges;
+    if (moved == 0) {
+        return;
+    }
+    /* The last index that was entered on the way, counted back from where the shaft is now. */
+    int64_t beyond = moved > 0 ? modulo(edges - index_edge, edges_per_turn)
+                               : -modulo(index_edge - edges, edges_per_turn);
+    bool crossed = moved > 0 ? beyond < moved : beyond > moved;
+    e->edges = edges;
+    if (!(e->control & ENABLE) || e->cut || e->frozen) {
+        return;
+    }
+    move(e, moved - (crossed ? beyond : 0));
+    if (crossed) {
+        e->index = e->position;
+        e->status |= INDEX_SEEN;
+        move(e, beyond);
+    }
+}
+
+void encoder_latch(struct encoder *e)
+{
+    e->latched = e->position;
+}
+
+void encoder_cut(struct encoder *e, bool cut)
+{
+    e->cut = cut;
+    if (cut) {
+        e->status |= SIGNAL_LOST;
+    }
+}
+
+void encoder_freeze(struct encoder *e, bool frozen)
+{
+    e->frozen = frozen;
+}
+
+void encoder_illegal(struct encoder *e)
+{
+    e->status |= ILLEGAL;
+}
+
+void encoder_slip(struct encoder *e, int64_t counts)
+{
+    move(e, counts);
+}

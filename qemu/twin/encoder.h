@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* Fabric slot 2: the incremental encoder counter (docs/fabric.md), and what can go wrong on its cable. */
+#ifndef TWIN_ENCODER_H
+#define TWIN_ENCODER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct encoder {
+    uint32_t control, counts, status;
+    uint32_t position, latched, index;
+    int64_t edges; /* of A and B that have been seen, signed */
+    bool cut;      /* a pair is not driven */
+    bool frozen;   /* A and B stand still whatever the shaft does */
+};
+
+void encoder_reset(struct encoder *e, int64_t edges);
+uint32_t encoder_read(const struct encoder *e, uint32_t offset);
+void encoder_write(struct encoder *e, uint32_t offset, uint32_t value);
+
+/* The shaft has moved to `edges`. The index pulse is one edge long, at index_edge of every edges_per_turn. */
+void encoder_follow(struct encoder *e, int64_t edges, int64_t index_edge, int64_t edges_per_turn);
+void encoder_latch(struct encoder *e);
+
+void encoder_cut(struct encoder *e, bool cut);
+void encoder_freeze(struct encoder *e, bool frozen);
+void encoder_illegal(struct encoder *e);
+void encoder_slip(struct encoder *e, int64_t counts);
+
+#endif

@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#define _GNU_SOURCE
+#include "events.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Arguments: t rest of the line, n number, s number from 0, i integer, b 0|1, p phase, q pair of terminals, r resistance
+ * or off, c ADC code or off, x the word off, a address, w 32-bit word, h 16-bit word. */
+static const struct syntax {
+    const char *name;
+    enum event_kind kind;
+    const char *arguments;
+    const char *usage;
+} kinds[] = {
+    { "console", EVENT_CONSOLE, "t", "console TEXT" },
+    { "load_nm", EVENT_LOAD, "n", "load_nm TORQUE" },
+    { "lock", EVENT_LOCK, "b", "lock 0|1" },
+    { "spin_rad_s", EVENT_SPIN, "n", "spin_rad_s SPEED" },
+    { "spin", EVENT_SPIN_OFF, "x", "spin off" },
+    { "supply_v", EVENT_SUPPLY_V, "s", "supply_v VOLTS" },
+    { "supply_sinks", EVENT_SUPPLY_SINKS, "b", "supply_sinks 0|1" },
+    { "sensor_add", EVENT_SENSOR_ADD, "pn", "sensor_add A|B|C AMPERES" },
+    { "sensor_gain", EVENT_SENSOR_GAIN, "pn", "sensor_gain A|B|C GAIN" },
+    { "sensor_offset", EVENT_SENSOR_OFFSET, "pn", "sensor_offset A|B|C LSB" },
+    { "sensor_stuck", EVENT_SENSOR_STUCK, "pc", "sensor_stuck A|B|C CODE|off (0...4095)" },
+    { "driver_fault", EVENT_DRIVER_FAULT, "b", "driver_fault 0|1" },
+    { "short", EVENT_SHORT, "qr", "short AB|BC|CA OHM|off (0.0001...100)" },
+    { "encoder_cut", EVENT_ENCODER_CUT, "b", "encoder_cut 0|1" },
+    { "encoder_freeze", EVENT_ENCODER_FREEZE, "b", "encoder_freeze 0|1" },
+    { "encoder_illegal", EVENT_ENCODER_ILLEGAL, "", "encoder_illegal" },
+    { "encoder_slip", EVENT_ENCODER_SLIP, "i", "encoder_slip COUNTS" },
+    { "irq_delay", EVENT_IRQ_DELAY, "s", "irq_delay SECONDS" },
+    { "irq_block", EVENT_IRQ_BLOCK, "b", "irq_block 0|1" },
+    { "watchdog_reset", EVENT_WATCHDOG_RESET, "", "watchdog_reset" },
+    { "phase_open", EVENT_PHASE_OPEN, "pb", "phase_open A|B|C 0|1" },
+    { "poke", EVENT_POKE, "aw", "poke ADDRESS WORD" },
+    { "poke_rom", EVENT_POKE_ROM, "ah", "poke_rom ADDRESS HALFWORD" },
+};
+
+static bool number(const char *word, double min, double max, double *value)
+{
+    char *end;
+    *value = strtod(word, &end);
+    return *word && *end == '\0' && isfinite(*value) && *value >= min && *value <= max;
+}
+
+static bool integer(const char *word, double max, uint32_t *value)
+{
+    char *end;
+    unsigned long long whole = strtoull(word, &end, 0);
+    *value = (uint32_t)whole;
+    return isdigit((unsigned char)*word) && *end == '\0' && (double)whole <= max;
+}
+
+static bool terminals(const char *word, struct event *e)
+{
+    static const char *const pairs[] = { "AB", "BC", "CA" };
+    for (int n = 0; n < 3; n++) {
+        if (strcmp(word, pairs[n]) == 0) {
+            e->phase = n;
+            e->other_phase = (n + 1) % 3;
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool argument(char type, const char *word, struct event *e)
+{
+    uint32_t whole;
+    e->on = true;
+    switch (type) {
+    case 'n':
+        return number(word, -1e9, 1e9, &e->number);
+    case 's':
+        return number(word, 0, 1e6, &e->number);
+    case 'i':
+        return number(word, -1e9, 1e9, &e->number) && e->number == floor(e->number);
+    case 'b':
+        e->on = strcmp(word, "1") == 0;
+        return e->on || strcmp(word, "0") == 0;
+    case 'p':
+        e->phase = word[0] - 'A';
+        return word[0] >= 'A' && word[0] <= 'C' && word[1] == '\0';
+    case 'q':
+        return terminals(word, e);
+    case 'r':
+    case 'c':
+        if (strcmp(word, "off") == 0) {
+            e->on = false;
+            return true;
+        }
+        if (type == 'r') {
+            return number(word, 1e-4, 100, &e->number);
+        }
+        if (!integer(word, 4095, &whole)) {
+            return false;
+        }
+        e->number = whole;
+        return true;
+    case 'x':
+        return strcmp(word, "off") == 0;
+    case 'a':
+        return integer(word, UINT32_MAX, &e->address);
+    case 'w':
+        return integer(word, UINT32_MAX, &e->word);
+    case 'h':
+        return integer(word, UINT16_MAX, &e->word);
+    default:
+        return false;
+    }
+}
+
+static bool arguments(const char *types, const char *line, struct event *e)
+{
+    char copy[256];
+    if (types[0] == 't') {
+        e->text = strdup(line);
+        return *line != '\0';
+    }
+    if ((size_t)snprintf(copy, sizeof copy, "%s", line) >= sizeof copy) {
+        return false;
+    }
+    char *rest = copy, *word;
+    while ((word = strsep(&rest, " \t")) != NULL) {
+        if (*word == '\0') {
+            continue;
+        }
+        if (*types == '\0' || !argument(*types++, word, e)) {
+            return false;
+        }
+    }
+    return *types == '\0';
+}
+
+const char *event_parse(const char *line, struct event *event)
+{
+    static char message[160];
+    size_t length = strcspn(line, " \t");
+    for (size_t n = 0; n < sizeof kinds / sizeof kinds[0]; n++) {
+        const struct syntax *s = &kinds[n];
+        if (strlen(s->name) == length && strncmp(line, s->name, length) == 0) {
+            event->kind = s->kind;
+            line += length;
+            line += strspn(line, " \t");
+            if (arguments(s->arguments, line, event)) {
+                return NULL;
+            }
+            snprintf(message, sizeof message, "wrong arguments, expected: %s", s->usage);
+            return message;
+        }
+    }
+    snprintf(message, sizeof message, "unknown event '%.*s'", (int)(length > 40 ? 40 : length), line);
+    return message;
+}

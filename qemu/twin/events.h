@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The vocabulary of scenarios: what can happen to the board, and how a line of the configuration says it. */
+#ifndef TWIN_EVENTS_H
+#define TWIN_EVENTS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum event_kind {
+    EVENT_CONSOLE,
+    EVENT_LOAD,
+    EVENT_LOCK,
+    EVENT_SPIN,
+    EVENT_SPIN_OFF,
+    EVENT_SUPPLY_V,
+    EVENT_SUPPLY_SINKS,
+    EVENT_SENSOR_ADD,
+    EVENT_SENSOR_GAIN,
+    EVENT_SENSOR_OFFSET,
+    EVENT_SENSOR_STUCK,
+    EVENT_DRIVER_FAULT,
+    EVENT_SHORT,
+    EVENT_ENCODER_CUT,
+    EVENT_ENCODER_FREEZE,
+    EVENT_ENCODER_ILLEGAL,
+    EVENT_ENCODER_SLIP,
+    EVENT_IRQ_DELAY,
+    EVENT_IRQ_BLOCK,
+    EVENT_WATCHDOG_RESET,
+    EVENT_PHASE_OPEN,
+    EVENT_POKE,
+    EVENT_POKE_ROM,
+};
+
+struct event {
+    double t_s;
+    enum event_kind kind;
+    int phase; /* or the first of a pair of terminals */
+    int other_phase;
+    bool on; /* of a 0|1 argument; false for "off" */
+    double number;
+    uint32_t address, word;
+    const char *text; /* for the console; belongs to the event */
+};
+
+/* Reads "KIND ARGS..." into *event. Returns NULL, or what is wrong with it. */
+const char *event_parse(const char *line, struct event *event);
+
+#endif

@@ -1,0 +1,204 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* Between two events nothing in the fabric changes, so the inverter integrates from one to the next. Events at the same
+ * time are taken in the order of the signal path: comparators, PWM edges, conversions, switches. */
+#include "plant.h"
+
+#include <string.h>
+
+#define SLOT_BYTES 0x1000u
+#define TRIGGER_CHANNEL 6 /* PWM7 */
+#define SQRT3 1.7320508075688772
+
+enum { SLOT_COREPWM, SLOT_ADC, SLOT_ENCODER, SLOT_GATE };
+
+void plant_init(struct plant *p, const struct plant_params *params)
+{
+    memset(p, 0, sizeof *p);
+    motor_init(&p->motor, &params->motor, &params->load);
+    inverter_init(&p->inverter, &params->inverter);
+    sensors_init(&p->sensors, &params->sensors, params->seed);
+    plant_reset_fabric(p);
+}
+
+static void follow_shaft(struct plant *p)
+{
+    encoder_follow(&p->encoder, sensors_encoder_edges(&p->sensors, p->motor.theta_rad),
+                   sensors_index_edge(&p->sensors), (int64_t)p->sensors.p.encoder_counts);
+}
+
+void plant_reset_fabric(struct plant *p)
+{
+    corepwm_reset(&p->pwm, p->now);
+    adc_reset(&p->adc);
+    encoder_reset(&p->encoder, sensors_encoder_edges(&p->sensors, p->motor.theta_rad));
+    gate_reset(&p->gate);
+    plant_update_gates(p);
+}
+
+void plant_update_gates(struct plant *p)
+{
+    p->gates = gate_follow(&p->gate, p->pwm.outputs);
+    inverter_command(&p->inverter, p->gates, p->now);
+    inverter_switch(&p->inverter, p->now);
+}
+
+/* ---- a row for the recorder, then the sample ---- */
+
+static void describe(struct plant *p, struct plant_row *row)
+{
+    const struct motor *m = &p->motor;
+    double length_s = sim_to_s(p->now - p->row_start);
+    double alpha_v = length_s > 0 ? (m->volt_alpha_vs - p->row_alpha_vs) / length_s : 0;
+    double beta_v = length_s > 0 ? (m->volt_beta_vs - p->row_beta_vs) / length_s : 0;
+    row->t_s = sim_to_s(p->now);
+    row->v_mean_v[0] = alpha_v;
+    row->v_mean_v[1] = -0.5 * alpha_v + SQRT3 / 2 * beta_v;
+    row->v_mean_v[2] = -0.5 * alpha_v - SQRT3 / 2 * beta_v;
+    motor_currents(m, row->i_a);
+    row->theta_mech_rad = m->theta_rad;
+    row->speed_rad_s = m->speed_rad_s;
+    row->torque_nm = motor_torque_nm(m);
+    row->load_nm = m->load_nm;
+    row->bus_v = p->inverter.bus_v;
+    for (int k = 0; k < 3; k++) {
+        row->duty[k] = length_s > 0 ? sim_to_s(p->high_time[k]) / length_s : 0;
+        p->high_time[k] = 0;
+    }
+    row->gates = p->gates;
+    row->live = gate_live(&p->gate);
+    row->winding_c = m->winding_c;
+    p->row_start = p->now;
+    p->row_alpha_vs = m->volt_alpha_vs;
+    p->row_beta_vs = m->volt_beta_vs;
+}
+
+static void trigger(struct plant *p)
+{
+    encoder_latch(&p->encoder);
+    if (adc_listens(&p->adc)) {
+        double i_a[3];
+        uint32_t code[4];
+        inverter_leg_currents(&p->inverter, &p->motor, i_a);
+        sensors_sample(&p->sensors, i_a, p->inverter.bus_v, code);
+        adc_start(&p->adc, code, p->now + sim_from_s(p->sensors.p.adc_conversion_s));
+    }
+    if (p->on_trigger) {
+        struct plant_row row;
+        describe(p, &row);
+        p->on_trigger(p->context, &row);
+    }
+}
+
+/* ---- events ---- */
+
+static void take_pwm_event(struct plant *p)
+{
+    unsigned before = p->pwm.outputs;
+    corepwm_take_event(&p->pwm);
+    if (p->pwm.outputs != before) {
+        plant_update_gates(p);
+        if (p->pwm.outputs & ~before & (1u << TRIGGER_CHANNEL)) {
+            trigger(p);
+        }
+    }
+}
+
+static void end_conversion(struct plant *p)
+{
+    if (adc_finish(&p->adc)) {
+        gate_adc_overrun(&p->gate);
+        plant_update_gates(p);
+    }
+}
+
+static sim_ps earlier(sim_ps a, sim_ps b)
+{
+    return a < b ? a : b;
+}
+
+static void integrate(struct plant *p, sim_ps to)
+{
+    bool was_tripped = p->inverter.overcurrent;
+    sim_ps reached = inverter_advance(&p->inverter, &p->motor, p->now, to);
+    for (int k = 0; k < 3; k++) {
+        p->high_time[k] += p->gates & GATE_HIGH(k) ? reached - p->now : 0;
+    }
+    p->now = reached;
+    follow_shaft(p);
+    if (p->inverter.overcurrent != was_tripped) {
+        gate_set_overcurrent(&p->gate, p->inverter.overcurrent);
+        plant_update_gates(p);
+    }
+}
+
+void plant_advance(struct plant *p, sim_ps to)
+{
+    for (;;) {
+        sim_ps pwm = corepwm_next_event(&p->pwm);
+        sim_ps next = earlier(earlier(pwm, p->adc.done_at), inverter_next_switch(&p->inverter));
+        sim_ps target = earlier(next, to);
+        if (target > p->now) {
+            integrate(p, target);
+            if (p->now < target) {
+                continue; /* the comparators tripped on the way */
+            }
+        }
+        if (next > to) {
+            break;
+        }
+        if (next == pwm) {
+            take_pwm_event(p);
+        } else if (next == p->adc.done_at) {
+            end_conversion(p);
+        } else {
+            inverter_switch(&p->inverter, p->now);
+        }
+    }
+    corepwm_catch_up(&p->pwm, to);
+}
+
+sim_ps plant_next_wake(const struct plant *p)
+{
+    return earlier(p->adc.done_at, corepwm_next_rise(&p->pwm, TRIGGER_CHANNEL));
+}
+
+/* ---- registers ---- */
+
+uint32_t plant_read(struct plant *p, uint32_t offset)
+{
+    uint32_t within = offset % SLOT_BYTES & ~3u;
+    switch (offset / SLOT_BYTES) {
+    case SLOT_COREPWM:
+        return corepwm_read(&p->pwm, within);
+    case SLOT_ADC:
+        return adc_read(&p->adc, within);
+    case SLOT_ENCODER:
+        return encoder_read(&p->encoder, within);
+    case SLOT_GATE:
+        return gate_read(&p->gate, within);
+    default:
+        return 0;
+    }
+}
+
+void plant_write(struct plant *p, uint32_t offset, uint32_t value)
+{
+    uint32_t within = offset % SLOT_BYTES & ~3u;
+    switch (offset / SLOT_BYTES) {
+    case SLOT_COREPWM:
+        corepwm_write(&p->pwm, within, value);
+        break;
+    case SLOT_ADC:
+        adc_write(&p->adc, within, value);
+        break;
+    case SLOT_ENCODER:
+        encoder_write(&p->encoder, within, value);
+        break;
+    case SLOT_GATE:
+        gate_write(&p->gate, within, value);
+        plant_update_gates(p);
+        break;
+    default:
+        break;
+    }
+}

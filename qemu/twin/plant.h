@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The fabric and the physics behind it, advanced from event to event. Knows nothing of QEMU. */
+#ifndef TWIN_PLANT_H
+#define TWIN_PLANT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "adc.h"
+#include "corepwm.h"
+#include "encoder.h"
+#include "gate.h"
+#include "inverter.h"
+#include "motor.h"
+#include "sensors.h"
+#include "simtime.h"
+
+/* The truth at an ADC trigger; mean values are over the time since the trigger before. */
+struct plant_row {
+    double t_s;
+    double v_mean_v[3];
+    double i_a[3];
+    double theta_mech_rad, speed_rad_s, torque_nm, load_nm;
+    double bus_v;
+    double duty[3];
+    unsigned gates;
+    bool live;
+    double winding_c;
+};
+
+struct plant {
+    struct corepwm pwm;
+    struct adc adc;
+    struct encoder encoder;
+    struct gate gate;
+    struct inverter inverter;
+    struct motor motor;
+    struct sensors sensors;
+
+    sim_ps now;
+    unsigned gates; /* out of GATE */
+    sim_ps row_start;
+    sim_ps high_time[3]; /* of the high-side gates since row_start */
+    double row_alpha_vs, row_beta_vs;
+
+    void (*on_trigger)(void *context, const struct plant_row *row);
+    void *context;
+};
+
+struct plant_params {
+    struct motor_params motor;
+    struct load_params load;
+    struct inverter_params inverter;
+    struct sensor_params sensors;
+    uint64_t seed;
+};
+
+void plant_init(struct plant *p, const struct plant_params *params);
+/* Takes every event up to and including `to`. */
+void plant_advance(struct plant *p, sim_ps to);
+/* Reset of the fabric: every block, at the present time. Physics goes on. */
+void plant_reset_fabric(struct plant *p);
+
+/* Fabric registers, by offset from the window's base, at the present time. */
+uint32_t plant_read(struct plant *p, uint32_t offset);
+void plant_write(struct plant *p, uint32_t offset, uint32_t value);
+
+/* Earliest time after now at which somebody outside may care: a trigger or the end of a conversion. */
+sim_ps plant_next_wake(const struct plant *p);
+
+/* After changing an input of the gate block from outside. */
+void plant_update_gates(struct plant *p);
+
+#endif

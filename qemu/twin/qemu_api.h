@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* All contact with QEMU. Nothing else in the twin knows a symbol of it.
+ *
+ * Everything here is called with QEMU's big lock held: from an MMIO access, a timer, the reset hook or at attachment. */
+#ifndef TWIN_QEMU_API_H
+#define TWIN_QEMU_API_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Finds every symbol that is used; if one is missing, ends the process with one line on stderr. */
+void vm_resolve(void);
+
+/* ---- plugin callbacks ---- */
+/* `attach` may map; `start` comes before the first instruction and may use timers. */
+void vm_on_attach(uint64_t plugin_id, void (*attach)(void), void (*start)(void));
+/* `count` is called before each instruction that is executed. */
+void vm_on_instruction(uint64_t plugin_id, void (*count)(void));
+void vm_on_exit(uint64_t plugin_id, void (*leave)(void));
+
+/* ---- memory map ---- */
+struct vm_region {
+    const char *name;
+    uint32_t base, size;
+    unsigned min_access_bytes; /* narrower accesses fault */
+    uint32_t (*read)(void *context, uint32_t offset);
+    void (*write)(void *context, uint32_t offset, uint32_t value);
+    void *context;
+};
+/* Over whatever the machine has there. The struct must stay. */
+void vm_map(const struct vm_region *region);
+/* The same on the private peripheral bus of the core. */
+void vm_map_private(const struct vm_region *region);
+
+void vm_read_memory(uint32_t address, void *bytes, size_t length);
+void vm_write_memory(uint32_t address, const void *bytes, size_t length);
+void vm_write_rom(uint32_t address, const void *bytes, size_t length);
+
+/* ---- time, interrupts, reset ---- */
+int64_t vm_now_ns(void);
+
+struct vm_timer;
+struct vm_timer *vm_timer_new(void (*expired)(void *context), void *context);
+void vm_timer_at(struct vm_timer *timer, int64_t when_ns);
+void vm_timer_stop(struct vm_timer *timer);
+
+void vm_set_interrupt(int number, bool level);
+void vm_on_reset(void (*reset)(void *context), void *context);
+/* What a watchdog does. The reset follows once the current event is over. */
+void vm_request_reset(void);
+/* Ends QEMU now with exit status 0: the guest does not execute one more instruction. */
+__attribute__((noreturn)) void vm_end(void);
+
+/* ---- typing ---- */
+struct vm_chardev;
+struct vm_chardev *vm_find_chardev(const char *id); /* NULL if there is none of that name */
+bool vm_type(struct vm_chardev *chardev, uint8_t byte); /* false if there is no room now */
+
+#endif

@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "scenario.h"
+
+#include "console.h"
+#include "qemu_api.h"
+
+static struct scenario_board board;
+static const struct event *next, *end;
+static struct vm_timer *timer;
+
+static void disturb_motor(const struct event *e, struct motor *m)
+{
+    switch (e->kind) {
+    case EVENT_LOAD:
+        m->load_nm = e->number;
+        break;
+    case EVENT_LOCK:
+        motor_lock(m, e->on);
+        break;
+    case EVENT_SPIN:
+        motor_spin(m, e->number);
+        break;
+    default:
+        motor_release(m);
+        break;
+    }
+}
+
+static void disturb_inverter(const struct event *e, struct inverter *inv)
+{
+    switch (e->kind) {
+    case EVENT_SUPPLY_V:
+        inv->p.vbus_v = e->number;
+        break;
+    case EVENT_SUPPLY_SINKS:
+        inv->p.supply_sinks = e->on;
+        break;
+    case EVENT_PHASE_OPEN:
+        inverter_open_wire(inv, e->phase, e->on);
+        break;
+    default:
+        if (e->on) {
+            inverter_short(inv, e->phase, e->other_phase, e->number);
+        } else {
+            inverter_short_off(inv);
+        }
+        break;
+    }
+}
+
+static void disturb_sensor(const struct event *e, struct current_sensor *sensor)
+{
+    switch (e->kind) {
+    case EVENT_SENSOR_ADD:
+        sensor->add_a = e->number;
+        break;
+    case EVENT_SENSOR_GAIN:
+        sensor->gain = e->number;
+        break;
+    case EVENT_SENSOR_OFFSET:
+        sensor->offset_lsb = e->number;
+        break;
+    default:
+        sensor->stuck_code = e->on ? (int)e->number : -1;
+        break;
+    }
+}
+
+static void disturb_encoder(const struct event *e, struct encoder *encoder)
+{
+    switch (e->kind) {
+    case EVENT_ENCODER_CUT:
+        encoder_cut(encoder, e->on);
+        break;
+    case EVENT_ENCODER_FREEZE:
+        encoder_freeze(encoder, e->on);
+        break;
+    case EVENT_ENCODER_ILLEGAL:
+        encoder_illegal(encoder);
+        break;
+    default:
+        encoder_slip(encoder, (int64_t)e->number);
+        break;
+    }
+}
+
+static void poke(const struct event *e)
+{
+    uint8_t bytes[4] = { (uint8_t)e->word, (uint8_t)(e->word >> 8), (uint8_t)(e->word >> 16),
+                         (uint8_t)(e->word >> 24) };
+    if (e->kind == EVENT_POKE) {
+        vm_write_memory(e->address, bytes, 4);
+    } else {
+        vm_write_rom(e->address, bytes, 2);
+    }
+}
+
+static void play(const struct event *e)
+{
+    switch (e->kind) {
+    case EVENT_CONSOLE:
+        console_type(e->text);
+        break;
+    case EVENT_LOAD:
+    case EVENT_LOCK:
+    case EVENT_SPIN:
+    case EVENT_SPIN_OFF:
+        disturb_motor(e, &board.plant->motor);
+        break;
+    case EVENT_SUPPLY_V:
+    case EVENT_SUPPLY_SINKS:
+    case EVENT_SHORT:
+    case EVENT_PHASE_OPEN:
+        disturb_inverter(e, &board.plant->inverter);
+        break;
+    case EVENT_SENSOR_ADD:
+    case EVENT_SENSOR_GAIN:
+    case EVENT_SENSOR_OFFSET:
+    case EVENT_SENSOR_STUCK:
+        disturb_sensor(e, &board.plant->sensors.current[e->phase]);
+        break;
+    case EVENT_DRIVER_FAULT:
+        gate_set_driver_fault(&board.plant->gate, e->on);
+        plant_update_gates(board.plant);
+        break;
+    case EVENT_ENCODER_CUT:
+    case EVENT_ENCODER_FREEZE:
+    case EVENT_ENCODER_ILLEGAL:
+    case EVENT_ENCODER_SLIP:
+        disturb_encoder(e, &board.plant->encoder);
+        break;
+    case EVENT_IRQ_DELAY:
+        board.delay_interrupt(sim_from_s(e->number));
+        break;
+    case EVENT_IRQ_BLOCK:
+        board.block_interrupt(e->on);
+        break;
+    case EVENT_WATCHDOG_RESET:
+        board.watchdog_bite();
+        break;
+    case EVENT_POKE:
+    case EVENT_POKE_ROM:
+        poke(e);
+        break;
+    }
+}
+
+static void play_due(void *unused)
+{
+    (void)unused;
+    board.sync();
+    while (next < end && sim_to_ns_up(sim_from_s(next->t_s)) <= vm_now_ns()) {
+        play(next++);
+    }
+    board.changed();
+    if (next < end) {
+        vm_timer_at(timer, sim_to_ns_up(sim_from_s(next->t_s)));
+    }
+}
+
+void scenario_start(const struct event *events, size_t count, const struct scenario_board *the_board)
+{
+    board = *the_board;
+    next = events;
+    end = events + count;
+    timer = vm_timer_new(play_due, NULL);
+    if (count) {
+        vm_timer_at(timer, sim_to_ns_up(sim_from_s(next->t_s)));
+    }
+}

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* Plays the events of the configuration at their times. */
+#ifndef TWIN_SCENARIO_H
+#define TWIN_SCENARIO_H
+
+#include <stddef.h>
+
+#include "events.h"
+#include "plant.h"
+#include "simtime.h"
+
+/* What events do to the board beyond the plant. */
+struct scenario_board {
+    struct plant *plant;
+    void (*sync)(void);              /* brings the plant to the present time */
+    void (*changed)(void);           /* inputs of the plant have changed */
+    void (*delay_interrupt)(sim_ps); /* hold the next FabricIrq0 back */
+    void (*block_interrupt)(bool);
+    void (*watchdog_bite)(void);
+};
+
+void scenario_start(const struct event *events, size_t count, const struct scenario_board *board);
+
+#endif

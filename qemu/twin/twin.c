@@ -1,0 +1,351 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The plugin: puts a SmartFusion2 board's fabric, watchdog and cycle counter around QEMU's emcraft-sf2, and a motor
+ * behind the fabric.
+ *
+ *   qemu-system-arm -M emcraft-sf2 -icount shift=3,sleep=off -plugin twin.so,config=FILE ...
+ */
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "config.h"
+#include "console.h"
+#include "dwt.h"
+#include "mmuart.h"
+#include "plant.h"
+#include "probes.h"
+#include "qemu_api.h"
+#include "scenario.h"
+#include "sysreg.h"
+#include "trace.h"
+#include "watchdog.h"
+
+#define FABRIC_BASE 0x50000000u
+#define FABRIC_BYTES 0x4000u
+#define FABRIC_IRQ0 34
+#define PROGRESS_NS 50000000
+#define RAD_S_TO_RPM 9.549296585513721
+
+static struct config config;
+static struct plant plant;
+static struct watchdog watchdog;
+static struct dwt dwt;
+static struct mmuart_extension mmuart;
+static uint64_t instructions;
+static double *probe_values;
+static FILE *progress;
+static bool watchdog_bit;
+static bool started;
+
+static struct vm_timer *wake_timer, *watchdog_timer, *interrupt_timer, *progress_timer, *end_timer;
+static sim_ps hold_next_interrupt, interrupt_held_until;
+static bool interrupt_blocked, interrupt_level;
+
+static sim_ps present(void)
+{
+    return vm_now_ns() * SIM_PS_PER_NS;
+}
+
+/* ---- FabricIrq0 ---- */
+
+static void update_interrupt(void)
+{
+    bool wanted = adc_interrupt(&plant.adc);
+    if (wanted && hold_next_interrupt) {
+        interrupt_held_until = plant.now + hold_next_interrupt;
+        hold_next_interrupt = 0;
+        vm_timer_at(interrupt_timer, sim_to_ns_up(interrupt_held_until));
+    }
+    bool level = wanted && !interrupt_blocked && plant.now >= interrupt_held_until;
+    if (level != interrupt_level) {
+        interrupt_level = level;
+        vm_set_interrupt(FABRIC_IRQ0, level);
+    }
+}
+
+static void delay_interrupt(sim_ps delay)
+{
+    hold_next_interrupt = delay;
+}
+
+static void block_interrupt(bool blocked)
+{
+    interrupt_blocked = blocked;
+}
+
+/* ---- keeping the plant at the present ---- */
+
+static void schedule_wake(void)
+{
+    static int64_t armed_ns = -1;
+    sim_ps next = plant_next_wake(&plant);
+    int64_t next_ns = next == SIM_NEVER ? -1 : sim_to_ns_up(next);
+    if (next_ns == armed_ns && next_ns > vm_now_ns()) {
+        return;
+    }
+    armed_ns = next_ns;
+    if (next_ns < 0) {
+        vm_timer_stop(wake_timer);
+    } else {
+        vm_timer_at(wake_timer, next_ns);
+    }
+}
+
+static void sync_plant(void)
+{
+    plant_advance(&plant, present());
+}
+
+static void plant_changed(void)
+{
+    update_interrupt();
+    schedule_wake();
+}
+
+static void wake(void *unused)
+{
+    (void)unused;
+    sync_plant();
+    plant_changed();
+}
+
+static void read_probes(void)
+{
+    probes_read(config.probes, config.probe_count, probe_values);
+}
+
+static void record(void *unused, const struct plant_row *row)
+{
+    (void)unused;
+    read_probes();
+    trace_complete_row(probe_values);
+    trace_row(row);
+}
+
+static uint32_t fabric_read(void *unused, uint32_t offset)
+{
+    (void)unused;
+    sync_plant();
+    uint32_t value = plant_read(&plant, offset);
+    plant_changed();
+    return value;
+}
+
+static void fabric_write(void *unused, uint32_t offset, uint32_t value)
+{
+    (void)unused;
+    sync_plant();
+    plant_write(&plant, offset, value);
+    plant_changed();
+}
+
+/* ---- watchdog ---- */
+
+static void watchdog_bite(void)
+{
+    watchdog_bit = true;
+    vm_request_reset();
+}
+
+static void watchdog_expired(void *unused)
+{
+    (void)unused;
+    watchdog.reset();
+}
+
+static void watchdog_rearm(void)
+{
+    vm_timer_at(watchdog_timer, sim_to_ns_up(watchdog.expires_at));
+}
+
+static uint32_t watchdog_region_read(void *unused, uint32_t offset)
+{
+    (void)unused;
+    return watchdog_read(&watchdog, offset, present());
+}
+
+static void watchdog_region_write(void *unused, uint32_t offset, uint32_t value)
+{
+    (void)unused;
+    watchdog_write(&watchdog, offset, value, present());
+    watchdog_rearm();
+}
+
+/* ---- reset: the MSS resets the fabric with it (MSS_RESET_N_M2F) ---- */
+
+static void system_reset(void *unused)
+{
+    (void)unused;
+    if (!started) {
+        return; /* power-on, which attach() has set up */
+    }
+    sync_plant();
+    plant_reset_fabric(&plant);
+    sysreg_reset(watchdog_bit ? RESET_WATCHDOG : RESET_SOFT);
+    watchdog_bit = false;
+    memset(&mmuart, 0, sizeof mmuart);
+    dwt_reset(&dwt);
+    watchdog_reload(&watchdog, plant.now);
+    watchdog_rearm();
+    interrupt_level = true; /* QEMU's own state is unknown here: make plant_changed() say it */
+    plant_changed();
+}
+
+/* ---- the end, and what is written on the way ---- */
+
+static void report_progress(void *unused)
+{
+    (void)unused;
+    sync_plant();
+    double i_a[3];
+    motor_currents(&plant.motor, i_a);
+    fprintf(progress, "t=%.3f s speed=%.0f rpm i_a=%.2f A i_q=%.2f A bus=%.1f V", sim_to_s(plant.now),
+            plant.motor.speed_rad_s * RAD_S_TO_RPM, i_a[0], plant.motor.i_q_a, plant.inverter.bus_v);
+    read_probes();
+    for (size_t n = 0; n < config.probe_count; n++) {
+        if (strstr(config.probes[n].name, "state") || strstr(config.probes[n].name, "fault")) {
+            fprintf(progress, " %s=%g", config.probes[n].name, probe_values[n]);
+        }
+    }
+    fputc('\n', progress);
+    fflush(progress);
+    trace_flush();
+    plant_changed();
+    vm_timer_at(progress_timer, vm_now_ns() + PROGRESS_NS);
+}
+
+static void finish(void)
+{
+    static bool finished;
+    if (finished) {
+        return;
+    }
+    finished = true;
+    read_probes();
+    trace_complete_row(probe_values);
+    trace_flush();
+}
+
+static void end_of_run(void *unused)
+{
+    (void)unused;
+    sync_plant();
+    finish();
+    vm_end();
+}
+
+/* QEMU aborts when the guest locks up; the rows so far are the evidence. */
+static void aborted(int number)
+{
+    trace_flush();
+    signal(number, SIG_DFL);
+    raise(number);
+}
+
+/* ---- putting it together ---- */
+
+static void count_instruction(void)
+{
+    instructions++;
+}
+
+static uint64_t instructions_executed(void)
+{
+    return instructions;
+}
+
+static void map_devices(void)
+{
+    static const struct vm_region fabric = { "mssfoc-fabric", FABRIC_BASE, FABRIC_BYTES, 4, fabric_read, fabric_write, NULL };
+    static const struct vm_region dog = {
+        "mssfoc-watchdog", WATCHDOG_BASE, WATCHDOG_BYTES, 4, watchdog_region_read, watchdog_region_write, NULL
+    };
+    static const struct vm_region uart = {
+        "mssfoc-mmuart", MMUART_EXTENSION_BASE, MMUART_EXTENSION_BYTES, 1, mmuart_read, mmuart_write, &mmuart
+    };
+    static const struct vm_region cycles = { "mssfoc-dwt", DWT_BASE, DWT_BYTES, 4, dwt_read, dwt_write, &dwt };
+    static struct vm_region words[SYSREG_WORDS];
+
+    vm_map(&fabric);
+    vm_map(&dog);
+    vm_map(&uart);
+    vm_map_private(&cycles);
+    for (int n = 0; n < SYSREG_WORDS; n++) {
+        words[n] = (struct vm_region){
+            "mssfoc-sysreg", SYSREG_BASE + sysreg_words[n].offset, 4, 4, sysreg_read, sysreg_write, &sysreg_words[n]
+        };
+        vm_map(&words[n]);
+    }
+}
+
+static void attach(void)
+{
+    map_devices();
+    vm_on_reset(system_reset, NULL);
+    sysreg_reset(RESET_POWER_ON);
+    dwt_init(&dwt, instructions_executed);
+}
+
+static void start(void)
+{
+    started = true;
+    wake_timer = vm_timer_new(wake, NULL);
+    interrupt_timer = vm_timer_new(wake, NULL);
+    watchdog_timer = vm_timer_new(watchdog_expired, NULL);
+    watchdog_init(&watchdog, watchdog_bite);
+    watchdog_rearm();
+    if (config.console_id) {
+        console_attach(config.console_id);
+    }
+    scenario_start(config.events, config.event_count,
+                   &(struct scenario_board){ &plant, sync_plant, plant_changed, delay_interrupt, block_interrupt,
+                                             watchdog_bite });
+    if (progress) {
+        progress_timer = vm_timer_new(report_progress, NULL);
+        vm_timer_at(progress_timer, PROGRESS_NS);
+    }
+    if (config.end_s > 0) {
+        end_timer = vm_timer_new(end_of_run, NULL);
+        vm_timer_at(end_timer, sim_to_ns_up(sim_from_s(config.end_s)));
+    }
+}
+
+static void open_outputs(void)
+{
+    probe_values = calloc(config.probe_count + 1, sizeof *probe_values);
+    if (!probe_values) {
+        fputs("mssfoc twin: out of memory\n", stderr);
+        exit(1);
+    }
+    if (config.trace_path) {
+        trace_open(config.trace_path, config.probes, config.probe_count);
+    }
+    if (config.progress_path && !(progress = fopen(config.progress_path, "w"))) {
+        fprintf(stderr, "mssfoc twin: progress %s: %s\n", config.progress_path, strerror(errno));
+        exit(1);
+    }
+}
+
+__attribute__((visibility("default"))) int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv);
+
+int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
+{
+    static const char option[] = "config=";
+    (void)info;
+    if (argc != 1 || strncmp(argv[0], option, strlen(option)) != 0) {
+        fputs("mssfoc twin: expected -plugin twin.so,config=FILE\n", stderr);
+        exit(1);
+    }
+    vm_resolve();
+    config_load(&config, argv[0] + strlen(option), false);
+    plant_init(&plant, &config.plant);
+    plant.on_trigger = record;
+    open_outputs();
+    signal(SIGABRT, aborted);
+    vm_on_exit(id, finish);
+    vm_on_instruction(id, count_instruction);
+    vm_on_attach(id, attach, start);
+    return 0;
+}

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* A down counter on the 50 MHz RC oscillator: it runs from power-on, firmware cannot change its load, its window or its
+ * mode (reset). UG0331, watchdog chapter. */
+#include "watchdog.h"
+
+enum {
+    VALUE = 0x00,
+    LOAD = 0x04,
+    MVRP = 0x08,
+    REFRESH = 0x0C,
+    ENABLE = 0x10,
+    CONTROL = 0x14,
+    STATUS = 0x18,
+};
+
+#define LOAD_TICKS 0x4C4B7Fu
+#define NO_FORBIDDEN_WINDOW 0xFFFFFFFFu
+#define REFRESH_KEY 0xAC15DE42u
+#define TICK_PS 20000
+#define CONTROL_BITS 7u
+
+void watchdog_init(struct watchdog *w, void (*reset)(void))
+{
+    w->reset = reset;
+    w->control = 0;
+    watchdog_reload(w, 0);
+}
+
+void watchdog_reload(struct watchdog *w, sim_ps now)
+{
+    w->expires_at = now + (sim_ps)LOAD_TICKS * TICK_PS;
+}
+
+uint32_t watchdog_read(const struct watchdog *w, uint32_t offset, sim_ps now)
+{
+    switch (offset) {
+    case VALUE:
+        return w->expires_at > now ? (uint32_t)((w->expires_at - now) / TICK_PS) : 0;
+    case LOAD:
+        return LOAD_TICKS;
+    case MVRP:
+        return NO_FORBIDDEN_WINDOW;
+    case ENABLE:
+        return 1;
+    case CONTROL:
+        return w->control;
+    case STATUS:
+        return 1; /* refresh permitted, always */
+    default:
+        return 0;
+    }
+}
+
+void watchdog_write(struct watchdog *w, uint32_t offset, uint32_t value, sim_ps now)
+{
+    if (offset == REFRESH && value == REFRESH_KEY) {
+        watchdog_reload(w, now);
+    } else if (offset == CONTROL) {
+        w->control = value & CONTROL_BITS;
+    }
+}

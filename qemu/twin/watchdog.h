@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The MSS watchdog, configured by the Libero design as docs/fabric.md says. Time is handed in. */
+#ifndef TWIN_WATCHDOG_H
+#define TWIN_WATCHDOG_H
+
+#include <stdint.h>
+
+#include "simtime.h"
+
+#define WATCHDOG_BASE 0x40005000u
+#define WATCHDOG_BYTES 0x1000u
+
+struct watchdog {
+    sim_ps expires_at;
+    uint32_t control;
+    void (*reset)(void); /* time is up, or a refresh was refused */
+};
+
+void watchdog_init(struct watchdog *w, void (*reset)(void));
+/* Reloads, as a system reset does. */
+void watchdog_reload(struct watchdog *w, sim_ps now);
+uint32_t watchdog_read(const struct watchdog *w, uint32_t offset, sim_ps now);
+void watchdog_write(struct watchdog *w, uint32_t offset, uint32_t value, sim_ps now);
+
+#endif
