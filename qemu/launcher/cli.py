@@ -41,7 +41,9 @@ def _parser():
         command.add_argument("--build", default=None, help="build folder (default: $BUILD or build)")
         if name == "list":
             continue
-        command.add_argument("--motor", default=os.environ.get("MOTOR") or None, help="file of qemu/motors")
+        # models: all of them, unless one is asked for here
+        command.add_argument("--motor", default=os.environ.get("MOTOR") or None if name != "models" else None,
+                             help="file of qemu/motors")
         if name == "models":
             continue
         command.add_argument("--qemu", default=None, help="qemu-system-arm to use (default: $QEMU)")

@@ -13,7 +13,8 @@ from .paths import shown
 
 _TRANSPARENT = ("DW_TAG_typedef", "DW_TAG_const_type", "DW_TAG_volatile_type")
 _SIGNED_ENCODINGS = (0x05, 0x06)  # DW_ATE_signed, DW_ATE_signed_char
-_TYPES = {(1, False): "u8", (2, False): "u16", (2, True): "s16", (4, False): "u32", (4, True): "s32"}
+_UNSIGNED_ENCODINGS = (0x02, 0x07, 0x08)  # DW_ATE_boolean, DW_ATE_unsigned, DW_ATE_unsigned_char
+_TYPES = {(1, False): "u8", (1, True): "s8", (2, False): "u16", (2, True): "s16", (4, False): "u32", (4, True): "s32"}
 
 
 @dataclass
@@ -160,9 +161,10 @@ class Symbols:
         if kind is None or "DW_AT_byte_size" not in kind.attributes:
             return Variable(name, address, "")
         size = kind.attributes["DW_AT_byte_size"].value
-        encoding = kind.attributes.get("DW_AT_encoding")
-        signed = encoding is not None and encoding.value in _SIGNED_ENCODINGS
-        return Variable(name, address, _TYPES.get((size, signed), ""))
+        encoding = kind.attributes["DW_AT_encoding"].value if "DW_AT_encoding" in kind.attributes else None
+        if kind.tag != "DW_TAG_enumeration_type" and encoding not in _SIGNED_ENCODINGS + _UNSIGNED_ENCODINGS:
+            return Variable(name, address, "")
+        return Variable(name, address, _TYPES.get((size, encoding in _SIGNED_ENCODINGS), ""))
 
 
 # column of the trace, variable in the image, what one raw unit is worth, needed for the report

@@ -54,20 +54,20 @@ def whole_periods(angle_rad):
 def thd_percent(y, angle_rad, harmonics=40):
     """Total harmonic distortion: rms of harmonics 2..`harmonics` over that of the fundamental, in percent.
 
-    Fourier coefficients are taken against the electrical angle over whole periods, so slow changes of speed do not leak;
-    y is resampled at equal angles first.
+    A Fourier series in the electrical angle is fitted to the samples of whole periods by least squares, so it needs
+    neither equal steps of the angle nor a whole number of samples a period.
     """
     first, last = whole_periods(angle_rad)
-    angle = np.abs(angle_rad[first:last] - angle_rad[first])
-    periods = round(angle[-1] / (2 * np.pi))
-    size = 1 << int(np.ceil(np.log2(len(angle)))) + 1
-    even = np.arange(size) * (2 * np.pi * periods / size)
-    spectrum = np.abs(np.fft.rfft(np.interp(even, angle, y[first:last])))
-    highest = min(harmonics, (len(angle) // 2 - 1) // periods)
-    lines = spectrum[periods * np.arange(1, highest + 1)]
-    if lines[0] == 0:
+    angle = angle_rad[first:last]
+    per_period = len(angle) / (np.abs(angle[-1] - angle[0]) / (2 * np.pi))
+    orders = np.arange(1, max(2, min(harmonics, int(per_period / 2.5))) + 1)
+    phases = np.outer(angle, orders)
+    basis = np.hstack([np.ones((len(angle), 1)), np.cos(phases), np.sin(phases)])
+    fit = np.linalg.lstsq(basis, y[first:last], rcond=None)[0]
+    size = np.hypot(fit[1:len(orders) + 1], fit[len(orders) + 1:])
+    if size[0] == 0:
         raise LauncherError("no fundamental in the window")
-    return float(np.sqrt(np.sum(lines[1:] ** 2)) / lines[0] * 100)
+    return float(np.sqrt(np.sum(size[1:] ** 2)) / size[0] * 100)
 
 
 def settling_time(t, error, band):

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: MIT
+"""A build folder without a real QEMU: a small ELF with the variables that are watched, and a program that plays QEMU."""
+import shutil
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+WATCHED = """
+#include <stdint.h>
+enum drive_state { DRIVE_OFF, DRIVE_ON = 4 };
+enum fault { FAULT_NONE, FAULT_BAD_DAY };
+typedef volatile uint32_t word;
+struct inner { int16_t small; uint8_t tiny[4]; };
+struct current_loop {
+    int32_t i_d_ref_q15, i_q_ref_q15, i_d_q15, i_q_q15;
+    int32_t vbus_q15; uint32_t angle_u16; int32_t v_d_q15, v_q_q15;
+    struct inner nested[3]; int8_t sign; float real;
+};
+struct speed_loop { int32_t speed_rpm_q4, speed_ref_rpm_q4; };
+struct drive { word state; word fault; };
+extern struct current_loop current_loop;
+struct current_loop current_loop = { .i_d_q15 = 1 };
+struct speed_loop speed_loop;
+struct drive drive;
+static int32_t hidden;
+enum drive_state shown_state; enum fault shown_fault;
+int function(void) { hidden++; return hidden; }
+void _start(void);
+void _start(void) { for (;;) { function(); } }
+"""
+
+# Plays QEMU: answers --version and -M help, reads the twin's configuration, writes a trace and a console, ends as told.
+FAKE_QEMU = """
+#!{python}
+import math, os, sys
+argv = sys.argv[1:]
+behaviour = {behaviour!r}
+if "--version" in argv:
+    print("QEMU emulator version 9.9.9 (pretended)"); sys.exit()
+if argv[-2:] == ["-M", "help"]:
+    print("emcraft-sf2          a board" if behaviour != "no machine" else "virt   another"); sys.exit()
+value = lambda key: argv[argv.index(key) + 1]
+config = [line.split(None, 1) for line in open(value("-plugin").split("config=")[1]) if not line.startswith("#")]
+items = dict((key, rest.strip()) for key, rest in config)
+probes = [rest.split()[0] for key, rest in config if key == "probe"]
+typed = [rest.split(None, 2)[2].strip() for key, rest in config if key == "event" and rest.split()[1] == "console"]
+open(value("-chardev").split("path=")[1], "w").write("".join("> " + line + "\\r\\nok\\r\\n" for line in typed))
+if behaviour == "lockup":
+    sys.stderr.write("qemu: fatal: Lockup: can't escalate 3 to HardFault\\n"); sys.stderr.flush(); os.abort()
+if behaviour == "bad config":
+    sys.stderr.write("mssfoc twin: twin.cfg:3: unknown key\\n"); sys.exit(1)
+end = float(items["end"]) if behaviour != "short" else float(items["end"]) / 2
+with open(items["trace"], "w") as out:
+    out.write("{columns}," + ",".join(probes) + "\\n")
+    for n in range(1, round(end * 20000)):
+        t = n / 20000; w = 100.0; angle = w * t
+        row = dict(t_s=t, speed_rad_s=w, theta_mech_rad=angle, vbus_V=24, gates=5, gate_live=1)
+        for k, phase in enumerate("abc"):
+            row["i_%s_A" % phase] = -2.0 * math.sin(4 * angle - k * 2 * math.pi / 3)
+        names = "{columns}".split(",") + probes
+        out.write(",".join("%.6f" % row.get(name, 0) for name in names) + "\\n")
+open(items["progress"], "w").write(str(end) + "\\n")
+"""
+
+
+@pytest.fixture(scope="session")
+def elf(tmp_path_factory):
+    """The small ELF, compiled for the target as the image is."""
+    compiler = shutil.which("arm-none-eabi-gcc")
+    if compiler is None:
+        pytest.fail("arm-none-eabi-gcc is not installed")
+    folder = tmp_path_factory.mktemp("elf")
+    (folder / "watched.c").write_text(WATCHED)
+    subprocess.run([compiler, "-mcpu=cortex-m3", "-mthumb", "-g3", "-O1", "-nostdlib", "-ffreestanding", "-Ttext=0x100",
+                    "-Tdata=0x20000000", "-Wl,--no-warn-rwx-segments", "watched.c", "-o", "mssfoc.elf"], cwd=folder,
+                   check=True)
+    return folder / "mssfoc.elf"
+
+
+@pytest.fixture
+def build(elf, tmp_path):
+    """A build folder with everything a run looks for."""
+    folder = tmp_path / "build"
+    (folder / "qemu").mkdir(parents=True)
+    shutil.copy(elf, folder / "mssfoc.elf")
+    (folder / "mssfoc.hex").write_text(":00000001FF\n")
+    (folder / "qemu" / "twin.so").write_bytes(b"")
+    return folder
+
+
+@pytest.fixture
+def fake_qemu(tmp_path):
+    """Makes a program that plays QEMU: fake_qemu("lockup") -> its path."""
+    from launcher.trace import PLANT_COLUMNS
+
+    def make(behaviour="well"):
+        path = Path(tmp_path) / f"qemu-{behaviour.replace(' ', '-')}"
+        path.write_text(textwrap.dedent(FAKE_QEMU).lstrip().format(python=sys.executable, behaviour=behaviour,
+                                                                   columns=",".join(PLANT_COLUMNS)))
+        path.chmod(0o755)
+        return str(path)
+    return make

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+"""DWARF lookups against what the compiler's own tools say."""
+import subprocess
+
+import pytest
+
+from launcher import LauncherError
+from launcher.drive import load_drive
+from launcher.probes import Symbols, make_probes
+
+
+@pytest.fixture(scope="module")
+def symbols(elf):
+    return Symbols(elf)
+
+
+def nm(elf, name):
+    text = subprocess.run(["arm-none-eabi-nm", str(elf)], capture_output=True, text=True, check=True).stdout
+    return next(int(line.split()[0], 16) for line in text.splitlines() if line.split()[-1] == name)
+
+
+@pytest.mark.parametrize("name, offset, kind", [
+    ("current_loop.i_d_ref_q15", 0, "s32"), ("current_loop.i_q_q15", 12, "s32"), ("current_loop.angle_u16", 20, "u32"),
+    ("current_loop.nested[2].small", 32 + 12, "s16"), ("current_loop.nested[1].tiny[3]", 32 + 6 + 2 + 3, "u8"),
+    ("current_loop.sign", 50, "s8"),
+])
+def test_members(symbols, elf, name, offset, kind):
+    variable = symbols.find(name)
+    assert variable.address == nm(elf, "current_loop") + offset
+    assert variable.type == kind
+
+
+def test_qualifiers_statics_and_declared_first(symbols, elf):
+    assert symbols.find("drive.fault").address == nm(elf, "drive") + 4
+    assert symbols.find("drive.fault").type == "u32"
+    assert symbols.find("hidden").address == nm(elf, "hidden")
+
+
+def test_what_is_not_there_or_no_number(symbols):
+    for name in ("nothing", "current_loop.nothing", "hidden.member", "current_loop[0]", "drive.state.deeper"):
+        assert symbols.find(name) is None
+    assert symbols.find("current_loop.nested").type == ""
+    assert symbols.find("current_loop.real").type == ""
+
+
+def test_enums(symbols):
+    assert symbols.enum("drive_state") == {0: "DRIVE_OFF", 4: "DRIVE_ON"}
+    assert symbols.enum("fault") == {0: "FAULT_NONE", 1: "FAULT_BAD_DAY"}
+    assert symbols.enum("nothing") == {}
+
+
+def test_functions(symbols, elf):
+    assert symbols.address("function") == nm(elf, "function") & ~1
+    listing = subprocess.run(["arm-none-eabi-objdump", "-d", "--disassemble=function", str(elf)], capture_output=True,
+                             text=True, check=True).stdout
+    first = next(line for line in listing.splitlines() if line.strip().startswith(f"{symbols.address('function'):x}:"))
+    assert symbols.code16("function") == int(first.split()[1], 16)
+    with pytest.raises(LauncherError, match="no variable or function 'nothing'"):
+        symbols.address("nothing")
+
+
+def test_probe_scales(symbols):
+    drive = load_drive("teknic_m2310p")
+    probes, enums = make_probes(symbols, drive)
+    by_column = {probe.column: probe for probe in probes}
+    assert by_column["i_q_A"].scale * 32768 == pytest.approx(drive.inverter["sensor"]["i_range_a"])
+    assert by_column["speed_fw_rpm"].scale == 1 / 16
+    assert enums["fault"][1] == "FAULT_BAD_DAY"
+
+
+def test_files_that_are_no_image(tmp_path):
+    with pytest.raises(LauncherError, match="run make first"):
+        Symbols(tmp_path / "mssfoc.elf")
+    (tmp_path / "text.elf").write_text("not an ELF file at all")
+    with pytest.raises(LauncherError, match="not an ELF file"):
+        Symbols(tmp_path / "text.elf")
+
+
+def test_a_variable_the_trace_needs_is_missing(tmp_path):
+    (tmp_path / "t.c").write_text("int other; void _start(void) { other++; }\n")
+    subprocess.run(["arm-none-eabi-gcc", "-mcpu=cortex-m3", "-g", "-nostdlib", "-Wl,--no-warn-rwx-segments", "t.c", "-o",
+                    "t.elf"], cwd=tmp_path, check=True)
+    with pytest.raises(LauncherError, match="no number called 'current_loop.i_d_q15'"):
+        make_probes(Symbols(tmp_path / "t.elf"), load_drive("teknic_m2310p"))
