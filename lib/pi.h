@@ -20,7 +20,7 @@
 /** Gains and state. kp = output per error. ki = Ki * Ts: change of output per sample and error. Both >= 0. */
 struct pi_q15 {
     int32_t kp_q12;       /* 0...32767: 0...7.9997 */
-    int32_t ki_q20;       /* 0...32767: 0...0.0312; below 16 an error of 1 LSB is no longer integrated */
+    int32_t ki_q17;       /* 0...32767: 0...0.25 */
     int32_t integral_q30; /* Q15 output with 15 more bits; |integral_q30| <= 2^30 */
 };
 
@@ -74,7 +74,7 @@ static inline int32_t pi_q15_step(struct pi_q15 *pi, int32_t error_q15, int32_t 
 {
     const int32_t error = q15_sat16(error_q15);
     const int32_t integral_limit = limit_q15 * 32768;
-    int32_t step = (pi->ki_q20 * error + 16) >> 5;
+    int32_t step = (pi->ki_q17 * error + 2) >> 2;
     int32_t output = (pi->kp_q12 * error + ((pi->integral_q30 + step) >> 3) + feedforward_q15 * 4096 + 2048) >> 12;
 
     pi_q15_saturate(&output, &step, limit_q15);

@@ -13,8 +13,8 @@
  * time Ts, with x = w Ts << 1:     kp = 2 D x,     ki = x^2
  * and exactly:     kp = 1 - exp(-2 D x),     ki = 2 - kp - 2 exp(-D x) cos(x sqrt(1 - D^2))
  * Bandwidth (-3 dB of angle): w sqrt(1 + 2 D^2 + sqrt((1 + 2 D^2)^2 + 1)), that is 2.48 w for D = 1.
- * No error at constant speed. At a constant acceleration (turns per sample^2) the angle lags by acceleration / ki,
- * the speed by acceleration * kp / ki.
+ * No error at constant speed. At a constant acceleration (turns per sample^2) the angle lags by acceleration (1 - kp) / ki,
+ * the speed by acceleration (kp / ki - 1/2).
  *
  * The error enters with its upper 16 bits, rounded: 32-bit products suffice, and an error below 2^-17 turn counts as
  * none, so that at standstill the observer comes to rest.

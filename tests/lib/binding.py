@@ -38,7 +38,7 @@ def pointer(values):
 
 
 class Pi(ctypes.Structure):
-    _fields_ = [("kp_q12", ctypes.c_int32), ("ki_q20", ctypes.c_int32), ("integral_q30", ctypes.c_int32)]
+    _fields_ = [("kp_q12", ctypes.c_int32), ("ki_q17", ctypes.c_int32), ("integral_q30", ctypes.c_int32)]
 
 
 class Pll(ctypes.Structure):
