@@ -88,7 +88,9 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 
 target-tests: $(TARGET_TESTS)
 
--include qemu/twin/twin.mk
+include qemu/twin/twin.mk
+
+twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)
 
 # ---- tools -----------------------------------------------------------------------------------------------------------
 # Installs what is missing, after saying so; NO_INSTALL=1 lists it and stops.

@@ -43,9 +43,9 @@ void current_loop_tune(const struct tuning *t)
 {
     struct current_loop *const c = &current_loop;
     c->pi_d.kp_q12 = t->kp_d_q12;
-    c->pi_d.ki_q20 = t->ki_q20;
+    c->pi_d.ki_q17 = t->ki_q17;
     c->pi_q.kp_q12 = t->kp_q_q12;
-    c->pi_q.ki_q20 = t->ki_q20;
+    c->pi_q.ki_q17 = t->ki_q17;
     c->x_d_q12 = t->x_d_q12;
     c->x_q_q12 = t->x_q_q12;
     c->emf_q12 = t->emf_q12;

@@ -53,7 +53,7 @@ static const char *tune_current_loop(const struct params *p, struct tuning *t)
     }
     /* Ki Ts per unit: 2 pi f R / f_pwm * i_range / v_range */
     const int64_t nano_ohm = scale(TWO_PI_E9 / 1000, (int64_t)p->resistance_mohm * p->current_bw_hz, CONFIG_PWM_HZ);
-    const int64_t ki = scale(nano_ohm, 1 << 20, scale(p->v_range_mv, 1000000000, p->i_range_ma));
+    const int64_t ki = scale(nano_ohm, 1 << 17, scale(p->v_range_mv, 1000000000, p->i_range_ma));
     if (ki > GAIN_LIMIT || ki < 1) {
         return "integral gain out of range: resistance_mohm or current_bw_hz does not fit v_range_mv/i_range_ma";
     }
@@ -67,7 +67,7 @@ static const char *tune_current_loop(const struct params *p, struct tuning *t)
     }
     t->kp_d_q12 = (int32_t)kp_d;
     t->kp_q_q12 = (int32_t)kp_q;
-    t->ki_q20 = (int32_t)ki;
+    t->ki_q17 = (int32_t)ki;
     t->x_d_q12 = (int32_t)x_d;
     t->x_q_q12 = (int32_t)x_q;
     t->emf_q12 = (int32_t)emf;
