@@ -35,16 +35,16 @@ static inline int64_t s32_refine(int64_t product)
 }
 
 /**
- * Take `frac` fraction bits (1...31) off a sum of two products to which the rounding constant has been added, and
- * saturate to 32 bits.
+ * Take `frac` fraction bits (1...31) off a sum to which the rounding constant has been added, and saturate to 32 bits.
  *
- * A sum of two products needs 65 bits in a single case: four times INT32_MIN makes 2^63, which wraps to a high word of
- * INT32_MIN. No other sum comes below -2^63 + 2^32, that is a high word of INT32_MIN + 1, and the rounding constant
- * carries none over the top. So the high word less one has the sign of the true sum wherever saturation asks for it.
+ * The rounded sum or difference of two products fits 64 bits but for one: the sum x c + y s of four times INT32_MIN is
+ * 2^63, which wraps to a high word of INT32_MIN. No other such sum comes below -2^63 + 2^32, a high word of INT32_MIN + 1,
+ * so that the high word less one has the sign of the true sum wherever saturation asks for it. For such a sum `wrap` is 1.
+ * It is 0 for a difference x c - y s, which lies within +-(2^63 - 2^31) and may well have a high word of INT32_MIN.
  */
-static inline __attribute__((always_inline)) int32_t s32_saturate(uint64_t sum, unsigned frac)
+static inline __attribute__((always_inline)) int32_t s32_saturate(uint64_t sum, unsigned frac, unsigned wrap)
 {
-#if defined(__ARM_ARCH_7M__) && defined(__OPTIMIZE__) && !defined(LIB_PORTABLE) /* frac must be seen constant */
+#if defined(__ARM_ARCH_7M__) && defined(__OPTIMIZE__) && !defined(LIB_PORTABLE) /* frac, wrap must be seen constant */
     int32_t result;
     int32_t sign;
 
@@ -53,16 +53,17 @@ static inline __attribute__((always_inline)) int32_t s32_saturate(uint64_t sum, 
             "orr    %[result], %[result], %R[sum], lsl %[rest]\n\t"
             "cmp    %[sign], %R[sum], asr %[excess]\n\t"
             "itt    ne\n\t"
-            "subne  %[sign], %R[sum], #1\n\t"
+            "subne  %[sign], %R[sum], %[wrap]\n\t"
             "eorne  %[result], %[limit], %[sign], asr #31"
             : [result] "=&r"(result), [sign] "=&r"(sign)
-            : [sum] "r"(sum), [limit] "r"(INT32_MAX), [frac] "i"(frac), [rest] "i"(32U - frac), [excess] "i"(frac - 1U)
+            : [sum] "r"(sum), [limit] "r"(INT32_MAX), [frac] "i"(frac), [rest] "i"(32U - frac), [excess] "i"(frac - 1U),
+              [wrap] "i"(wrap)
             : "cc");
     return result;
 #else
     const uint32_t high = (uint32_t)(sum >> 32);
     const int32_t excess = (int32_t)high >> (frac - 1U); /* 0 or -1 if the value fits */
-    const int32_t limit = INT32_MAX ^ ((int32_t)(high - 1U) >> 31);
+    const int32_t limit = INT32_MAX ^ ((int32_t)(high - wrap) >> 31);
 
     return excess == (excess >> 31) ? (int32_t)(uint32_t)(sum >> frac) : limit;
 #endif
@@ -74,7 +75,7 @@ static inline int32_t s32_clarke_beta(int32_t ia, int32_t ib)
     const int64_t a = (int64_t)ia * S32_INV_SQRT3_Q31;
     const int64_t b = (int64_t)ib * S32_INV_SQRT3_Q31;
 
-    return s32_saturate((uint64_t)(s32_refine(a + b + b) + (INT64_C(1) << 30)), 31U);
+    return s32_saturate((uint64_t)(s32_refine(a + b + b) + (INT64_C(1) << 30)), 31U, 0U);
 }
 
 /** vb and vc of InvClarke_Lib_Do. The sums stay below 1.37 * 2^62. */
@@ -85,26 +86,28 @@ static inline s32_pair_t s32_invclarke_bc(int32_t valpha, int32_t vbeta)
     const int64_t half_lsb = INT64_C(1) << 30;
 
     /* One less than half in vc turns its ties down, so that they cancel those of vb. */
-    return (s32_pair_t){s32_saturate((uint64_t)(half_lsb - half_alpha + beta), 31U),
-                        s32_saturate((uint64_t)(half_lsb - 1 - half_alpha - beta), 31U)};
+    return (s32_pair_t){s32_saturate((uint64_t)(half_lsb - half_alpha + beta), 31U, 0U),
+                        s32_saturate((uint64_t)(half_lsb - 1 - half_alpha - beta), 31U, 0U)};
 }
 
 /** Park: the vector (x, y) seen from a frame turned by +angle. */
 static inline s32_pair_t s32_park(int32_t x, int32_t y, int32_t cosine, int32_t sine)
 {
     const uint64_t half_lsb = UINT64_C(1) << (LIB_TRIG_FRAC - 1);
+    const uint64_t along = half_lsb + s32_product(x, cosine) + s32_product(y, sine);
+    const uint64_t across = half_lsb + s32_product(y, cosine) - s32_product(x, sine);
 
-    return (s32_pair_t){s32_saturate(half_lsb + s32_product(x, cosine) + s32_product(y, sine), LIB_TRIG_FRAC),
-                        s32_saturate(half_lsb + s32_product(y, cosine) - s32_product(x, sine), LIB_TRIG_FRAC)};
+    return (s32_pair_t){s32_saturate(along, LIB_TRIG_FRAC, 1U), s32_saturate(across, LIB_TRIG_FRAC, 0U)};
 }
 
 /** Inverse Park: the vector (x, y) of a frame turned by +angle seen from the stationary one. */
 static inline s32_pair_t s32_invpark(int32_t x, int32_t y, int32_t cosine, int32_t sine)
 {
     const uint64_t half_lsb = UINT64_C(1) << (LIB_TRIG_FRAC - 1);
+    const uint64_t alpha = half_lsb + s32_product(x, cosine) - s32_product(y, sine);
+    const uint64_t beta = half_lsb + s32_product(y, cosine) + s32_product(x, sine);
 
-    return (s32_pair_t){s32_saturate(half_lsb + s32_product(x, cosine) - s32_product(y, sine), LIB_TRIG_FRAC),
-                        s32_saturate(half_lsb + s32_product(y, cosine) + s32_product(x, sine), LIB_TRIG_FRAC)};
+    return (s32_pair_t){s32_saturate(alpha, LIB_TRIG_FRAC, 0U), s32_saturate(beta, LIB_TRIG_FRAC, 1U)};
 }
 
 #endif

@@ -59,6 +59,9 @@ def test_the_sum_that_needs_65_bits(library_for, frac):
     lib = library_for(frac)
     assert lib.api("Park_Lib_Do", *[INT32_MIN] * 4) == (INT32_MAX, 0)
     assert lib.api("InvPark_Lib_Do", *[INT32_MIN] * 4) == (0, INT32_MAX)
+    # and the differences next to it, whose high words look alike
+    assert lib.api("Park_Lib_Do", INT32_MIN, INT32_MAX, INT32_MIN, INT32_MIN)[1] == INT32_MIN
+    assert lib.api("InvPark_Lib_Do", INT32_MAX, INT32_MIN, INT32_MIN, INT32_MIN)[0] == INT32_MIN
 
 
 @pytest.mark.parametrize("frac", (1, 15, 31))
