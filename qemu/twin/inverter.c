@@ -456,10 +456,9 @@ static double longest_step_s(const struct inverter *inv, const struct motor *mot
 static double advance_step(struct inverter *inv, struct motor *motor, double dt_s)
 {
     struct circuit c;
+    build_circuit(inv, &c);
     if (any_leg_off(inv)) {
         settle_diodes(inv, motor, &c);
-    } else {
-        build_circuit(inv, &c);
     }
     double i_motor_a[3], i_start_a[3];
     motor_currents(motor, i_motor_a);

@@ -18,6 +18,7 @@
 #include <string.h>
 
 #define SQRT3 1.7320508075688772
+#define SHORT_STEP 0.01  /* of the longest step: an error per step below 1e-8 of the change */
 #define REFERENCE_C 25.0 /* temperature at which data sheets state the resistance */
 
 /* Electrical angle of the magnetic axes of A, B, C. */
@@ -63,6 +64,8 @@ struct step_constants {
     double total_inertia_kgm2;
     double total_viscous_nms;
     double direction; /* sign of the Coulomb torque; 0 when the shaft does not move by itself */
+    double cogging_nm; /* of the start: its angle moves little in a step */
+    double cos_start, sin_start, theta_start_rad;
     int held_count;
     int held_phase;
     bool shaft_free;
@@ -75,6 +78,7 @@ void motor_init(struct motor *m, const struct motor_params *p, const struct load
     m->load = *load;
     m->theta_rad = p->initial_angle_rad;
     m->winding_c = p->ambient_c;
+    sincos(p->pole_pairs * m->theta_rad, &m->sin_e, &m->cos_e);
 }
 
 double motor_resistance_ohm(const struct motor *m)
@@ -110,15 +114,13 @@ static void to_phases(double alpha, double beta, double abc[3])
 
 void motor_currents(const struct motor *m, double i_a[3])
 {
-    double s, c;
-    sincos(m->p.pole_pairs * m->theta_rad, &s, &c);
+    double s = m->sin_e, c = m->cos_e;
     to_phases(m->i_d_a * c - m->i_q_a * s, m->i_d_a * s + m->i_q_a * c, i_a);
 }
 
 void motor_hold_phase(struct motor *m, int phase)
 {
-    double s, c;
-    sincos(m->p.pole_pairs * m->theta_rad, &s, &c);
+    double s = m->sin_e, c = m->cos_e;
     double axis_d = axis_cos[phase] * c + axis_sin[phase] * s;
     double axis_q = axis_sin[phase] * c - axis_cos[phase] * s;
     double i_phase_a = m->i_d_a * axis_d + m->i_q_a * axis_q;
@@ -131,12 +133,23 @@ static double cogging_nm(const struct motor_params *p, double theta_rad)
     return p->cogging_nm == 0 ? 0 : p->cogging_nm * sin(p->cogging_per_rev * theta_rad);
 }
 
+/* Sine and cosine of the electrical angle within a step: motor_max_step_s() keeps the turn since the start below 0.1,
+ * where these series are exact to double precision. */
+static inline void turn_from_start(const struct step_constants *k, double theta_rad, double *s, double *c)
+{
+    double x = k->m->p.pole_pairs * (theta_rad - k->theta_start_rad), xx = x * x;
+    double sin_x = x * (1 - xx / 6 * (1 - xx / 20 * (1 - xx / 42 * (1 - xx / 72))));
+    double cos_x = 1 - xx / 2 * (1 - xx / 12 * (1 - xx / 30 * (1 - xx / 56 * (1 - xx / 90))));
+    *s = k->sin_start * cos_x + k->cos_start * sin_x;
+    *c = k->cos_start * cos_x - k->sin_start * sin_x;
+}
+
 static void derivative(const struct step_constants *k, const double y[STATES], double dy[STATES])
 {
     const struct motor_params *p = &k->m->p;
     const struct motor_source *src = k->source;
     double s, c, i[3], v[3];
-    sincos(p->pole_pairs * y[THETA], &s, &c);
+    turn_from_start(k, y[THETA], &s, &c);
     to_phases(y[I_D] * c - y[I_Q] * s, y[I_D] * s + y[I_Q] * c, i);
     for (int n = 0; n < 3; n++) {
         v[n] = src->emf_v[n] - src->r_ohm[n][0] * i[0] - src->r_ohm[n][1] * i[1] - src->r_ohm[n][2] * i[2];
@@ -172,7 +185,7 @@ static void derivative(const struct step_constants *k, const double y[STATES], d
     }
 
     double torque = 1.5 * p->pole_pairs * (p->flux_wb + (p->ld_h - p->lq_h) * y[I_D]) * y[I_Q];
-    double accelerating = torque - cogging_nm(p, y[THETA]) - k->m->load_nm - p->friction_coulomb_nm * k->direction -
+    double accelerating = torque - k->cogging_nm - k->m->load_nm - p->friction_coulomb_nm * k->direction -
                           k->total_viscous_nms * y[SPEED];
     dy[I_D] = slope_d;
     dy[I_Q] = slope_q;
@@ -185,21 +198,32 @@ static void derivative(const struct step_constants *k, const double y[STATES], d
     dy[E_AIRGAP] = torque * y[SPEED];
 }
 
+static inline void add(double sum[STATES], const double y[STATES], double factor, const double slope[STATES])
+{
+    for (int n = 0; n < STATES; n++) {
+        sum[n] = y[n] + factor * slope[n];
+    }
+}
+
+/* Second order, for steps so short that the fourth would not show. */
+static void midpoint(const struct step_constants *k, double y[STATES], double dt_s)
+{
+    double k1[STATES], k2[STATES], at[STATES];
+    derivative(k, y, k1);
+    add(at, y, 0.5 * dt_s, k1);
+    derivative(k, at, k2);
+    add(y, y, dt_s, k2);
+}
+
 static void runge_kutta(const struct step_constants *k, double y[STATES], double dt_s)
 {
     double k1[STATES], k2[STATES], k3[STATES], k4[STATES], at[STATES];
     derivative(k, y, k1);
-    for (int n = 0; n < STATES; n++) {
-        at[n] = y[n] + 0.5 * dt_s * k1[n];
-    }
+    add(at, y, 0.5 * dt_s, k1);
     derivative(k, at, k2);
-    for (int n = 0; n < STATES; n++) {
-        at[n] = y[n] + 0.5 * dt_s * k2[n];
-    }
+    add(at, y, 0.5 * dt_s, k2);
     derivative(k, at, k3);
-    for (int n = 0; n < STATES; n++) {
-        at[n] = y[n] + dt_s * k3[n];
-    }
+    add(at, y, dt_s, k3);
     derivative(k, at, k4);
     for (int n = 0; n < STATES; n++) {
         y[n] += dt_s / 6 * (k1[n] + 2 * (k2[n] + k3[n]) + k4[n]);
@@ -228,8 +252,16 @@ static double friction_direction(struct motor *m)
     return m->stuck ? 0 : (pull_nm > 0 ? 1 : -1);
 }
 
-static void find_held(struct step_constants *k)
+static void begin(struct step_constants *k)
 {
+    const struct motor *m = k->m;
+    k->resistance_ohm = motor_resistance_ohm(m);
+    k->total_inertia_kgm2 = m->p.inertia_kgm2 + m->load.inertia_kgm2;
+    k->total_viscous_nms = m->p.friction_viscous_nms + m->load.viscous_nms;
+    k->cogging_nm = cogging_nm(&m->p, m->theta_rad);
+    k->theta_start_rad = m->theta_rad;
+    k->cos_start = m->cos_e;
+    k->sin_start = m->sin_e;
     k->held_count = 0;
     k->held_phase = 0;
     for (int n = 0; n < 3; n++) {
@@ -240,24 +272,29 @@ static void find_held(struct step_constants *k)
     }
 }
 
+static double largest(const double r_ohm[3][3])
+{
+    return fmax(fmax(r_ohm[0][0], r_ohm[1][1]), r_ohm[2][2]);
+}
+
 void motor_step(struct motor *m, const struct motor_source *source, double dt_s)
 {
-    struct step_constants k = {
-        .m = m,
-        .source = source,
-        .resistance_ohm = motor_resistance_ohm(m),
-        .total_inertia_kgm2 = m->p.inertia_kgm2 + m->load.inertia_kgm2,
-        .total_viscous_nms = m->p.friction_viscous_nms + m->load.viscous_nms,
-        .direction = friction_direction(m),
-    };
+    struct step_constants k = { .m = m, .source = source, .direction = friction_direction(m) };
     k.shaft_free = m->shaft == SHAFT_FREE && !m->stuck;
-    find_held(&k);
+    begin(&k);
     double y[STATES] = { m->i_d_a, m->i_q_a, m->speed_rad_s, m->theta_rad };
     if (k.held_count > 1) {
         y[I_D] = 0;
         y[I_Q] = 0;
     }
-    runge_kutta(&k, y, dt_s);
+    if (dt_s < SHORT_STEP * motor_max_step_s(m, largest(source->r_ohm))) {
+        midpoint(&k, y, dt_s);
+    } else {
+        runge_kutta(&k, y, dt_s);
+    }
+    if (y[THETA] != m->theta_rad) {
+        sincos(m->p.pole_pairs * y[THETA], &m->sin_e, &m->cos_e);
+    }
 
     if (k.shaft_free && y[SPEED] * k.direction < 0) {
         y[SPEED] = 0; /* came to rest: whether it stays is decided before the next step */
@@ -281,12 +318,10 @@ void motor_step(struct motor *m, const struct motor_source *source, double dt_s)
 
 void motor_star_voltages(const struct motor *m, const struct motor_source *source, double v_v[3])
 {
-    struct step_constants k = {
-        .m = m, .source = source, .resistance_ohm = motor_resistance_ohm(m), .total_inertia_kgm2 = 1,
-    };
+    struct step_constants k = { .m = m, .source = source };
     double y[STATES] = { m->i_d_a, m->i_q_a, m->speed_rad_s, m->theta_rad };
     double dy[STATES];
-    find_held(&k);
+    begin(&k);
     derivative(&k, y, dy);
     to_phases(dy[VOLT_ALPHA], dy[VOLT_BETA], v_v);
 }

@@ -55,6 +55,7 @@ struct motor {
     double speed_rad_s; /* mechanical */
     double theta_rad;   /* mechanical, continuous over turns */
     double winding_c;
+    double sin_e, cos_e; /* of the electrical angle, kept with theta_rad */
 
     enum shaft shaft;
     bool stuck; /* free, but held by Coulomb friction */
