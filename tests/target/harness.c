@@ -135,8 +135,19 @@ const struct harness_fault *harness_last_fault(void)
     return &results.fault;
 }
 
+/* Uses as much of the fault stack as a handler with something to do would, above a second frame as below a first. */
+static __attribute__((noinline)) void use_stack(void)
+{
+    volatile uint32_t words[32];
+    for (uint32_t i = 0; i < 32u; i++) {
+        words[i] = 0xDEADBEEFu;
+    }
+    (void)words[0];
+}
+
 void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
 {
+    use_stack();
     const struct scb_fault_status status = scb_take_fault_status();
     results.fault = (struct harness_fault){
         .exception = startup_exception_number(),

@@ -103,6 +103,43 @@ static void test_corepwm_init(void)
     harness_equal("corepwm: none if the dead time eats the period", corepwm_on_max(100u, 50u), 0u);
 }
 
+static uint32_t legs_violations(uint32_t on)
+{
+    return edge_violations(0u, on, DEAD_COUNTS, PERIOD_COUNTS) + edge_violations(1u, on, DEAD_COUNTS, PERIOD_COUNTS) +
+           edge_violations(2u, on, DEAD_COUNTS, PERIOD_COUNTS);
+}
+
+/* Writes new edges and waits for them; returns timer 2 just after the period end that brought them. */
+static uint32_t period_end(uint32_t on)
+{
+    corepwm_write_legs(on, on, on, DEAD_COUNTS, PERIOD_COUNTS);
+    const uint32_t start = mss_timer2_now();
+    const uint32_t last = (PERIOD_COUNTS - on) / 2u - DEAD_COUNTS;
+    while (COREPWM->PWM6_NEGEDGE != last && mss_timer2_now() - start < 2u * PERIOD_TICKS) {
+        /* bounded */
+    }
+    return mss_timer2_now();
+}
+
+/*
+ * Begins an update at every count from 80 before the end of a period to 20 after it, so that the end falls between any
+ * two of its stores, and counts the updates of which only a part was in effect afterwards.
+ */
+static uint32_t torn_updates(void)
+{
+    uint32_t torn = 0;
+    for (uint32_t lead = 0; lead <= 100u; lead++) {
+        const uint32_t begin = period_end(1000u) + (PERIOD_COUNTS - 80u + lead) * TICKS_PER_COUNT;
+        while ((int32_t)(mss_timer2_now() - begin) < 0) {
+            /* time passes */
+        }
+        corepwm_write_legs(3000u, 3000u, 3000u, DEAD_COUNTS, PERIOD_COUNTS);
+        wait_counts(100u);
+        torn += legs_violations(1000u) != 0u && legs_violations(3000u) != 0u ? 1u : 0u;
+    }
+    return torn;
+}
+
 /* New edges come together, at the end of a period and not before; without SYNC_UPDATE not at all. */
 static void test_corepwm_update(void)
 {
@@ -119,16 +156,9 @@ static void test_corepwm_update(void)
     harness_equal("corepwm: with it the new one comes", COREPWM->PWM1_POSEDGE, 1999u);
 
     /* All twelve change at one instant: watched from the first to change, none of the others is old. */
-    corepwm_write_legs(3000u, 3000u, 3000u, DEAD_COUNTS, PERIOD_COUNTS);
-    const uint32_t start = mss_timer2_now();
-    while (COREPWM->PWM6_NEGEDGE != 950u && mss_timer2_now() - start < 2u * PERIOD_TICKS) {
-        /* bounded */
-    }
-    harness_equal("corepwm: edges change together",
-                  edge_violations(0u, 3000u, DEAD_COUNTS, PERIOD_COUNTS) +
-                      edge_violations(1u, 3000u, DEAD_COUNTS, PERIOD_COUNTS) +
-                      edge_violations(2u, 3000u, DEAD_COUNTS, PERIOD_COUNTS),
-                  0u);
+    (void)period_end(3000u);
+    harness_equal("corepwm: edges change together", legs_violations(3000u), 0u);
+    harness_equal("corepwm: none is taken alone when the period ends while they are written", torn_updates(), 0u);
 
     corepwm_enable_legs(true);
     wait_counts(PERIOD_COUNTS + 20u);
