@@ -1,47 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Builds the library for the host into $BUILD/tests/lib and hands it to the tests."""
-import fcntl
-import os
-import subprocess
-from pathlib import Path
-
+"""The library, built for the host, for all tests of this folder."""
 import pytest
-from hypothesis import settings
-
 from binding import Library
-
-ROOT = Path(__file__).resolve().parents[2]
-HERE = Path(__file__).resolve().parent
-TRIG_FRACS = (1, 15, 16, 30, 31)
-WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wundef", "-Wmissing-prototypes", "-Werror"]
-SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
+from host_build import HERE, LIBRARY, build_dir, compile_host
+from hypothesis import settings
 
 settings.register_profile("mssfoc", deadline=None, derandomize=True, database=None, max_examples=200)
 settings.load_profile("mssfoc")
-
-
-def build_dir():
-    path = Path(os.environ.get("BUILD", "build"))
-    path = (path if path.is_absolute() else ROOT / path) / "tests" / "lib"
-    path.mkdir(parents=True, exist_ok=True)
-    return path
-
-
-def host_cc():
-    return os.environ.get("HOSTCC", "cc")
-
-
-def compile_host(target, sources, flags):
-    """Compile unless `target` is newer than everything it could depend on; safe with several pytest workers."""
-    inputs = [*ROOT.glob("lib/*"), *HERE.glob("*.[ch]"), *(ROOT / "tests" / "target").glob("lib_*"), HERE / "conftest.py"]
-    with open(target.parent / ".lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if target.exists() and target.stat().st_mtime > max(path.stat().st_mtime for path in inputs):
-            return target
-        command = [host_cc(), "-std=c11", "-I", str(ROOT), *WARNINGS, *flags, *map(str, sources), "-o", str(target)]
-        result = subprocess.run(command, capture_output=True, text=True)
-        assert result.returncode == 0, " ".join(command) + "\n" + result.stderr
-    return target
 
 
 @pytest.fixture(scope="session")
@@ -51,8 +16,7 @@ def library_for():
 
     def load(frac):
         if frac not in loaded:
-            target = compile_host(build_dir() / f"liblib{frac}.so",
-                                  [HERE / "shim.c", *(ROOT / "lib" / f"{name}.c" for name in ("Lib", "trig", "limit"))],
+            target = compile_host(build_dir() / f"liblib{frac}.so", [HERE / "shim.c", *LIBRARY],
                                   ["-O2", "-fPIC", "-shared", f"-DLIB_TRIG_FRAC={frac}"])
             loaded[frac] = Library(target)
         return loaded[frac]

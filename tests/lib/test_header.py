@@ -5,7 +5,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from conftest import host_cc
+from host_build import host_cc
 
 ROOT = Path(__file__).resolve().parents[2]
 STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-pedantic-errors", "-Wundef", "-Wstrict-prototypes", "-Werror"]

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import oracle
 import pytest
-from conftest import TRIG_FRACS
+from host_build import TRIG_FRACS
 from hypothesis import given
 from hypothesis import strategies as st
 from make_tables import sine_of_turn

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: MIT */
+/* Each kernel of the hot path alone in a function, compiled for the target and read by test_codegen.py. Never linked. */
+#include "lib/deadtime.h"
+#include "lib/limit.h"
+#include "lib/modulation.h"
+#include "lib/pi.h"
+#include "lib/pll.h"
+#include "lib/transform_q15.h"
+#include "lib/trig.h"
+
+#define KERNEL(name, result, parameters, expression) \
+    void kernel_##name(result *out, parameters); \
+    void kernel_##name(result *out, parameters) \
+    { \
+        *out = expression; \
+    }
+#define TWO(x, y)      x, y
+#define THREE(x, y, z) x, y, z
+
+KERNEL(clarke, alphabeta_t, TWO(int32_t a, int32_t b), clarke_q15(a, b))
+KERNEL(park, dq_t, TWO(const alphabeta_t *i, const cossin_t *angle), park_q15(*i, *angle))
+KERNEL(invpark, alphabeta_t, TWO(const dq_t *v, const cossin_t *angle), invpark_q15(*v, *angle))
+KERNEL(invclarke, abc_t, const alphabeta_t *v, invclarke_q15(*v))
+KERNEL(cossin, cossin_t, uint32_t angle_u16, cossin_q15(angle_u16))
+KERNEL(pi, int32_t, THREE(struct pi_q15 *pi, int32_t error, const int32_t *other),
+       pi_q15_step(pi, error, other[0], other[1]))
+KERNEL(circle_rest, int32_t, TWO(int32_t d, int32_t radius), circle_rest_q15(d, radius))
+KERNEL(circle_limit, dq_t, TWO(const dq_t *v, int32_t radius), circle_limit_q15(*v, radius))
+KERNEL(svm, abc_t, TWO(const abc_t *v, int32_t recip), svm_minmax_q15(*v, recip))
+KERNEL(recip, int32_t, TWO(int32_t recip, int32_t vbus), recip_q14_refine(recip, vbus))
+KERNEL(deadtime, int32_t, TWO(int32_t i, int32_t amount), deadtime_comp(i, amount, 8U))
+
+void kernel_pll(struct pll *pll, uint32_t measured);
+void kernel_pll(struct pll *pll, uint32_t measured)
+{
+    pll_step(pll, measured);
+}

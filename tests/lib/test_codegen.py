@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""What the compiler makes of the kernels: the same instructions for all data, none with data-dependent time."""
+import os
+import re
+import subprocess
+
+import pytest
+from host_build import HERE, ROOT, build_dir
+
+FLAGS = ["-mcpu=cortex-m3", "-mthumb", "-ffreestanding", "-std=c11", "-O2", "-ffunction-sections",
+         "-fno-delete-null-pointer-checks", "-Wall", "-Wextra", "-Werror", "-I", str(ROOT)]
+KERNELS = {"clarke", "park", "invpark", "invclarke", "cossin", "pi", "circle_rest", "circle_limit", "svm", "recip",
+           "deadtime", "pll"}
+API = {"Clarke_Lib_Do", "InvClarke_Lib_Do", "Park_Lib_Do", "InvPark_Lib_Do"}
+LONG_OR_DIVISION = re.compile(r"^(smull|umull|smlal|umlal|sdiv|udiv)\b")
+CONDITIONS = "eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le"
+BRANCH = re.compile(rf"^(b|bl|blx|b({CONDITIONS})|cbz|cbnz|tbb|tbh)(\.[nw])?$")
+
+
+def functions(source, *defines):
+    """{function: its instructions} of a source compiled for the target."""
+    cross = os.environ.get("CROSS", "arm-none-eabi-")
+    unit = build_dir() / f"{source.stem}.{os.getpid()}.o"
+    subprocess.run([f"{cross}gcc", *FLAGS, *defines, "-c", str(source), "-o", str(unit)], check=True)
+    text = subprocess.run([f"{cross}objdump", "-d", "--no-show-raw-insn", str(unit)], capture_output=True, text=True,
+                          check=True).stdout
+    unit.unlink()
+    found = {}
+    for line in text.splitlines():
+        if match := re.match(r"[0-9a-f]+ <(\w+)>:", line):
+            found[match.group(1)] = current = []
+        elif (match := re.match(r"\s+[0-9a-f]+:\s+(\S+)(.*)", line)) and not match.group(1).startswith("."):
+            current.append(match.group(1) + match.group(2).split("@")[0])
+    return found
+
+
+@pytest.fixture(scope="module")
+def kernels():
+    return {name.removeprefix("kernel_"): body for name, body in functions(HERE / "kernels.c").items()}
+
+
+def branches(body):
+    """Everything that sets the program counter but the one return at the end."""
+    return [line for line in body if BRANCH.match(line.split()[0])]
+
+
+def returns(body):
+    return [line for line in body if re.match(r"bx\s+lr|pop.*pc|ldm.*pc|ldr(\.w)?\s+pc", line)]
+
+
+def test_all_kernels_are_seen(kernels):
+    assert set(kernels) == KERNELS
+
+
+@pytest.mark.parametrize("name", sorted(KERNELS))
+def test_hot_path_kernel(kernels, name):
+    body = kernels[name]
+    assert not [line for line in body if LONG_OR_DIVISION.match(line)]
+    assert not branches(body) and len(returns(body)) == 1
+
+
+@pytest.mark.parametrize("frac", (1, 15, 31))
+def test_api_has_no_branch_on_data(frac):
+    found = functions(ROOT / "lib" / "Lib.c", f"-DLIB_TRIG_FRAC={frac}")
+    assert set(found) == API
+    for body in found.values():
+        assert not branches(body) and len(returns(body)) == 1
+        assert not [line for line in body if re.match(r"[su]div", line)]
+
+
+def test_the_search_would_find_one():
+    """The portable saturation does branch: the checks above are able to fail."""
+    found = functions(ROOT / "lib" / "Lib.c", "-DLIB_PORTABLE")
+    assert any(branches(body) for body in found.values())
+    assert any(LONG_OR_DIVISION.match(line) for body in found.values() for line in body)
