@@ -26,6 +26,7 @@ class Figure:
     max: float = None
     min: float = None
     equal: object = None
+    note: str = ""
 
     @property
     def limited(self):
@@ -89,12 +90,16 @@ def _measure_one(entry, run, where):
             if not argument.endswith("?") and argument not in entry:
                 raise LauncherError(f"{kind} needs '{argument}'")
         values = {key: value if key in _TEXT_ARGUMENTS else number(value, names) for key, value in entry.items()}
-        value = function(run, **values)
     except LauncherError as error:
         raise LauncherError(f"{where} ({name}): {error}") from error
+    note = ""
+    try:
+        value = function(run, **values)
+    except LauncherError as error:  # the run does not show what was to be measured: the figure fails, the others count
+        value, note = None, str(error)
     if isinstance(value, (np.floating, np.integer)):
         value = float(value)
-    return Figure(name, kind, value, unit, method, equal=equal, **limits)
+    return Figure(name, kind, value, unit, method, equal=equal, note=note, **limits)
 
 
 # ---- speed ---------------------------------------------------------------------------------------------------------
@@ -247,7 +252,7 @@ def _overruns(run):
     """Current-loop interrupts that did not come once per PWM period, by the loop's own counter, and overrun faults."""
     count = sum(1 for code in np.unique(run.trace["fault"]) if _enumerator(run, "fault", code) == "LOOP_OVERRUN")
     if "isr_samples" in run.trace:
-        counted = run.trace["isr_samples"]
+        counted = run.trace["isr_samples"][:-1]  # the run ends before the last row's interrupt
         running = np.flatnonzero(counted)
         if len(running) > 1:
             count += int(np.count_nonzero(np.diff(counted[running[0]:]) % 2.0**32 != 1))

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""run.png: the run on one page, six plots over one time axis, the plant's truth beside what the firmware believes."""
+"""run.png: the run on one page, the plant's truth beside what the firmware believes, and a few turns enlarged."""
 import matplotlib
 
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
 import numpy as np  # noqa: E402
+
+from .trace import Trace  # noqa: E402
 
 POINTS = 6000  # drawn per curve; more would not be visible
 BLUE, ORANGE, GREEN, RED, GREY = "#1f4e9c", "#e07b00", "#2a8f4f", "#c0392b", "#888888"
@@ -15,19 +17,50 @@ PHASES = (("a", RED), ("b", GREEN), ("c", BLUE))
 def draw(result, path):
     """Writes the figure to `path`."""
     trace, drive = result.trace, result.drive
-    figure, axes = plt.subplots(6, 1, sharex=True, figsize=(13, 15.5), constrained_layout=True)
+    figure = plt.figure(figsize=(13, 17), constrained_layout=True)
+    grid = figure.add_gridspec(7, 2, height_ratios=[1.25, 1, 1.1, 1, 0.7, 0.8, 1.1])
     figure.suptitle(f"{result.scenario.title}\n{drive.motor.name} on {drive.inverter.name}", fontsize=13)
-    for axis, plot in zip(axes, (_speed, _torque, _currents_dq, _currents_abc, _bus, _duty)):
+    whole = None
+    for row, plot in enumerate((_speed, _torque, _currents_dq, _currents_abc, _bus, _duty)):
+        axis = figure.add_subplot(grid[row, :], sharex=whole)
+        whole = whole or axis
         plot(axis, trace, drive)
-        axis.grid(True, color="#dddddd", linewidth=0.6)
-        axis.margins(x=0)
-        axis.legend(loc="upper right", ncol=4, fontsize=8, framealpha=0.9)
-        for side in ("top", "right"):
-            axis.spines[side].set_visible(False)
+        _dress(axis)
+        axis.tick_params(labelbottom=row == 5)
         _mark_off(axis, trace)
-    axes[-1].set_xlabel("time / s")
+    whole.set_xlim(trace["t_s"][0], trace["t_s"][-1])
+    axis.set_xlabel("time / s")
+    near = _loaded_stretch(trace, drive)
+    for column, plot in enumerate((_currents_abc, _duty)):
+        axis = figure.add_subplot(grid[6, column])
+        plot(axis, near, drive)
+        _dress(axis)
+        axis.set_xlabel(f"time / s, enlarged at {near['t_s'][0]:.3f} s")
     figure.savefig(path, dpi=100)
     plt.close(figure)
+
+
+def _dress(axis):
+    axis.grid(True, color="#dddddd", linewidth=0.6)
+    axis.margins(x=0)
+    axis.legend(loc="upper right", ncol=4, fontsize=8, framealpha=0.9)
+    for side in ("top", "right"):
+        axis.spines[side].set_visible(False)
+
+
+def _loaded_stretch(trace, drive):
+    """About three electrical turns (5...100 ms) from where the most steady power flows."""
+    rows = trace.rows
+    block = max(1, min(1000, rows // 4))
+    count = rows // block
+    power = np.abs(trace["torque_Nm"] * trace["speed_rad_s"])[:count * block].reshape(count, block).min(axis=1)
+    best = int(power.argmax()) * block
+    dt = trace["t_s"][1] - trace["t_s"][0]
+    turns_s = abs(trace["speed_rad_s"][best]) * drive.motor["electrical"]["pole_pairs"] / (2 * np.pi)
+    wanted = 3 / turns_s if turns_s > 0 else 0.1
+    first = min(best, rows - 2)
+    last = min(rows, first + max(2, int(min(max(wanted, 0.005), 0.1) / dt)))
+    return Trace({name: column[first:last] for name, column in trace.items()})
 
 
 def _line(axis, trace, column, label, color, **style):
@@ -78,7 +111,7 @@ def _include(limits, low, high):
 
 def _currents_abc(axis, trace, drive):
     for phase, color in PHASES:
-        axis.plot(trace["t_s"], trace[f"i_{phase}_A"], color=color, linewidth=0.5, label=f"i_{phase}", rasterized=True)
+        axis.plot(trace["t_s"], trace[f"i_{phase}_A"], color=color, linewidth=0.6, label=f"i_{phase}")
     axis.set_ylabel("phase current / A")
 
 
@@ -91,7 +124,7 @@ def _bus(axis, trace, drive):
 
 def _duty(axis, trace, drive):
     for phase, color in PHASES:
-        axis.plot(trace["t_s"], trace[f"duty_{phase}"], color=color, linewidth=0.4, label=f"d_{phase}", rasterized=True)
+        axis.plot(trace["t_s"], trace[f"duty_{phase}"], color=color, linewidth=0.6, label=f"d_{phase}")
     axis.set_ylim(-0.02, 1.02)
     axis.set_ylabel("duty")
 

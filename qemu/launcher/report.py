@@ -22,7 +22,9 @@ def print_report(result, out):
     out("")
     width = max([len(name) for name in result.figures] + [10])
     for figure in result.figures.values():
-        out(f"  {figure.name:<{width}}  {value_text(figure):>26}  {figure.limit_text:<24} {verdict(figure)}")
+        out(f"  {figure.name:<{width}}  {value_text(figure):>26}  {figure.limit_text:<24} {verdict(figure)}".rstrip())
+        if figure.note:
+            out(f"  {'':<{width}}  {figure.note}")
     out("")
     failed = [figure.name for figure in result.figures.values() if figure.passed is False]
     limited = sum(figure.limited for figure in result.figures.values())
@@ -35,7 +37,7 @@ def verdict(figure):
 
 def value_text(figure):
     if figure.value is None:
-        return "not reached"
+        return "not measured"
     if isinstance(figure.value, str):
         return figure.value
     if float(figure.value) == round(figure.value) and abs(figure.value) < 1e6:
@@ -63,7 +65,7 @@ def write_json(result, path):
 def _figure(figure):
     limits = {key: getattr(figure, key) for key in ("min", "max", "equal") if getattr(figure, key) is not None}
     return {"name": figure.name, "kind": figure.kind, "value": figure.value, "unit": figure.unit, "limits": limits,
-            "passed": figure.passed, "method": figure.method}
+            "passed": figure.passed, "method": figure.method, "note": figure.note}
 
 
 def _plain(value):

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: MIT
+"""The whole path with a program that plays QEMU, and every way it can go wrong: one clear line and a status that is not 0."""
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from launcher import LauncherError, simulate
+from launcher.paths import REPO
+from launcher.qemu import Qemu
+
+SCENARIO = {"key": "test", "title": "a test", "end_s": 0.1, "preamble_s": 0.01,
+            "step": [{"t_s": 0.02, "console": "on"}, {"t_s": 0.05, "event": "load_nm", "args": ["rated_torque_Nm"]}],
+            "figure": [{"name": "current", "kind": "peak_current_a", "min": 1.99, "max": 2.01},
+                       {"name": "speed", "kind": "speed_error", "from_s": 0.05, "to_s": 0.1, "reference_rpm": 900}]}
+TOML = """
+title = "a test"
+end_s = 0.1
+preamble_s = 0.01
+
+[[figure]]
+name = "current"
+kind = "peak_current_a"
+max = {limit}
+"""
+
+
+def test_simulate(build, fake_qemu):
+    result = simulate(SCENARIO, build=build, qemu=fake_qemu())
+    assert result.passed and result.figures["current"].value == pytest.approx(2.0, abs=1e-3)
+    assert result.figures["speed"].value == pytest.approx(100 * (100 * 30 / np.pi / 900 - 1), abs=0.01)
+    assert result.figures["speed"].passed is None
+    # sin(theta) in phase a is -90 degrees from the d axis at theta: all of it is q current
+    np.testing.assert_allclose(result.trace["i_q_true_A"], 2.0, atol=1e-4)
+    np.testing.assert_allclose(result.trace["i_d_true_A"], 0.0, atol=1e-4)
+    assert "> set pole_pairs 4\nok\n" in result.console and "> on\nok" in result.console
+    config = (build / "run" / "twin.cfg").read_text().splitlines()
+    assert "seed 1" in config and "event 0.05 load_nm 0.2724" in config and "motor.pole_pairs 4" in config
+
+
+def test_a_figure_out_of_its_limit_fails(build, fake_qemu):
+    worse = dict(SCENARIO, figure=[dict(SCENARIO["figure"][0], min=3)])
+    assert not simulate(worse, build=build, qemu=fake_qemu()).passed
+
+
+def test_what_cannot_be_measured_fails(build, fake_qemu):
+    figure = {"name": "off", "kind": "bridge_off", "since": "vbus_V > 100", "max": 2}
+    result = simulate(dict(SCENARIO, figure=[figure]), build=build, qemu=fake_qemu())
+    assert result.figures["off"].value is None and not result.passed and "never holds" in result.figures["off"].note
+
+
+@pytest.mark.parametrize("figure, complaint", [
+    ({"name": "x", "kind": "none"}, "needs a name and a kind"),
+    ({"kind": "thd", "from_s": 0, "to_s": 1}, "needs a name and a kind"),
+    ({"name": "x", "kind": "thd", "from_s": 0}, "thd needs 'to_s'"),
+    ({"name": "x", "kind": "thd", "from_s": 0, "to_s": 1, "maximum": 3}, "thd does not take 'maximum'"),
+    ({"name": "x", "kind": "thd", "from_s": "zero", "to_s": 1}, "unknown name 'zero'"),
+])
+def test_figures_that_make_no_sense(build, fake_qemu, figure, complaint):
+    with pytest.raises(LauncherError, match=complaint):
+        simulate(dict(SCENARIO, figure=[figure]), build=build, qemu=fake_qemu())
+
+
+@pytest.mark.parametrize("behaviour, complaint", [
+    ("lockup", r"QEMU aborted \(status 134\)[^\n]*\n  \| qemu: fatal: Lockup"),
+    ("bad config", r"QEMU ended with status 1\n  \| mssfoc twin: twin.cfg:3: unknown key"),
+    ("short", "the run ended at 0.0"),
+    ("no machine", "does not know the machine emcraft-sf2"),
+])
+def test_qemu_goes_wrong(build, fake_qemu, behaviour, complaint):
+    with pytest.raises(LauncherError, match=complaint):
+        simulate(SCENARIO, build=build, qemu=fake_qemu(behaviour))
+
+
+def test_nothing_old_passes_for_a_result(build, fake_qemu):
+    simulate(SCENARIO, build=build, qemu=fake_qemu())
+    (build / "run" / "report.json").write_text("{}")
+    with pytest.raises(LauncherError):
+        simulate(SCENARIO, build=build, qemu=fake_qemu("lockup"))
+    assert not (build / "run" / "trace.csv").exists() and not (build / "run" / "report.json").exists()
+
+
+@pytest.mark.parametrize("missing", ["mssfoc.hex", "mssfoc.elf", "qemu/twin.so"])
+def test_build_product_missing(build, fake_qemu, missing):
+    (build / missing).unlink()
+    with pytest.raises(LauncherError, match="is missing: run make first"):
+        simulate(SCENARIO, build=build, qemu=fake_qemu())
+
+
+def test_a_qemu_beside_the_installed_one_finds_its_own_files(tmp_path, fake_qemu, monkeypatch):
+    monkeypatch.delenv("QEMU_MODULE_DIR", raising=False)
+    (tmp_path / "usr" / "bin").mkdir(parents=True)
+    (tmp_path / "usr" / "share" / "qemu").mkdir(parents=True)
+    (tmp_path / "usr" / "lib" / "x86_64-linux-gnu" / "qemu").mkdir(parents=True)
+    program = tmp_path / "usr" / "bin" / "qemu-system-arm"
+    os.rename(fake_qemu(), program)
+    qemu = Qemu(str(program))
+    assert qemu.data_arguments() == ["-L", str(tmp_path / "usr" / "share" / "qemu")]
+    assert qemu.environment()["QEMU_MODULE_DIR"] == str(tmp_path / "usr" / "lib" / "x86_64-linux-gnu" / "qemu")
+    assert qemu.number == "9.9.9"
+
+
+def run(build, *arguments, **environment):
+    """The command line as a user gives it; PATH without surprises from his environment."""
+    clean = {key: value for key, value in os.environ.items() if key not in ("MOTOR", "SCENARIO", "SEED", "QEMU", "BUILD")}
+    return subprocess.run([sys.executable, str(REPO / "qemu" / "run.py"), *arguments], capture_output=True, text=True,
+                          env={**clean, "BUILD": str(build), **environment}, cwd=REPO, check=False)
+
+
+def test_command_line(build, fake_qemu, tmp_path):
+    scenario = tmp_path / "good.toml"
+    scenario.write_text(TOML.format(limit=3))
+    answer = run(build, "run", QEMU=fake_qemu(), SCENARIO=str(scenario), SEED="5")
+    assert answer.returncode == 0, answer.stderr
+    assert "PASS" in answer.stdout and "all 1 limits hold" in answer.stdout
+    report = json.loads((build / "run" / "report.json").read_text())
+    assert report["passed"] and report["seed"] == 5 and report["figures"][0]["limits"] == {"max": 3.0}
+    assert report["versions"]["qemu"].startswith("QEMU emulator") and "GNU C" in report["versions"]["compiler"]
+    assert report["motor"]["values"]["electrical"]["pole_pairs"] == 4
+    assert (build / "run" / "run.png").read_bytes().startswith(b"\x89PNG")
+    scenario.write_text(TOML.format(limit=1))
+    answer = run(build, "run", QEMU=fake_qemu(), SCENARIO=str(scenario))
+    assert answer.returncode == 1 and "FAIL" in answer.stdout and "1 of 1 limits failed: current" in answer.stdout
+
+
+@pytest.mark.parametrize("arguments, environment, complaint", [
+    (["run"], {"MOTOR": "none"}, "no motor 'none'; there are: "),
+    (["run"], {"SCENARIO": "none"}, "no scenario 'none'; there are: "),
+    (["run"], {"QEMU": "no-such-qemu"}, "QEMU 'no-such-qemu' is not a program"),
+    (["run"], {"QEMU": "/bin/ls"}, "'/bin/ls' is not a QEMU"),
+    (["run"], {"SEED": "many"}, "SEED 'many' is not a whole number"),
+    (["run"], {"SEED": "-1"}, "SEED -1 is outside"),
+    (["run"], {"BUILD": "/nonexistent"}, "is missing: run make first"),
+    (["console"], {"MOTOR": "none"}, "no motor 'none'"),
+    (["debug", "--port", "0"], {}, "port 0 is outside"),
+    (["models", "--motor", "none"], {}, "is missing: run make twin first"),
+    (["fly"], {}, "invalid choice: 'fly'"),
+    ([], {}, "required: COMMAND"),
+])
+def test_mistakes_get_one_line(build, fake_qemu, arguments, environment, complaint):
+    answer = run(build, *arguments, **{"QEMU": fake_qemu(), **environment})
+    lines = answer.stderr.strip().splitlines()
+    assert answer.returncode == 2 and len(lines) == 1, answer.stderr
+    assert lines[0].startswith("mssfoc: ") and complaint in lines[0]
+
+
+def test_list(build):
+    answer = run(build, "list")
+    assert answer.returncode == 0 and "teknic_m2310p" in answer.stdout and "fault_short" in answer.stdout
