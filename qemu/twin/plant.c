@@ -131,22 +131,22 @@ static void integrate(struct plant *p, sim_ps to)
     }
 }
 
-void plant_advance(struct plant *p, sim_ps to)
+static sim_ps next_event(const struct plant *p)
 {
-    for (;;) {
-        sim_ps pwm = corepwm_next_event(&p->pwm);
-        sim_ps next = earlier(earlier(pwm, p->adc.done_at), inverter_next_switch(&p->inverter));
-        sim_ps target = earlier(next, to);
-        if (target > p->now) {
-            integrate(p, target);
-            if (p->now < target) {
-                continue; /* the comparators tripped on the way */
+    return earlier(earlier(corepwm_next_event(&p->pwm), p->adc.done_at), inverter_next_switch(&p->inverter));
+}
+
+/* Takes the events up to and including `to`; the physics stays at the last of them. */
+static void take_events(struct plant *p, sim_ps to)
+{
+    for (sim_ps next = next_event(p); next <= to; next = next_event(p)) {
+        if (next > p->now) {
+            integrate(p, next);
+            if (p->now < next) {
+                continue; /* the comparators tripped on the way: that may have added an earlier event */
             }
         }
-        if (next > to) {
-            break;
-        }
-        if (next == pwm) {
+        if (next == corepwm_next_event(&p->pwm)) {
             take_pwm_event(p);
         } else if (next == p->adc.done_at) {
             end_conversion(p);
@@ -157,6 +157,15 @@ void plant_advance(struct plant *p, sim_ps to)
     corepwm_catch_up(&p->pwm, to);
 }
 
+void plant_advance(struct plant *p, sim_ps to)
+{
+    take_events(p, to);
+    while (p->now < to) {
+        integrate(p, to);
+        take_events(p, to); /* a trip opens the switches after their delay */
+    }
+}
+
 sim_ps plant_next_wake(const struct plant *p)
 {
     return earlier(p->adc.done_at, corepwm_next_rise(&p->pwm, TRIGGER_CHANNEL));
@@ -164,10 +173,22 @@ sim_ps plant_next_wake(const struct plant *p)
 
 /* ---- registers ---- */
 
-uint32_t plant_read(struct plant *p, uint32_t offset)
+/* CorePWM and the ADC change at events only, so that an access to them need not interrupt the integration; position and
+ * comparators follow the physics all the time. */
+static void reach(struct plant *p, uint32_t slot, sim_ps now)
 {
-    uint32_t within = offset % SLOT_BYTES & ~3u;
-    switch (offset / SLOT_BYTES) {
+    if (slot == SLOT_COREPWM || slot == SLOT_ADC) {
+        take_events(p, now);
+    } else {
+        plant_advance(p, now);
+    }
+}
+
+uint32_t plant_read(struct plant *p, uint32_t offset, sim_ps now)
+{
+    uint32_t slot = offset / SLOT_BYTES, within = offset % SLOT_BYTES;
+    reach(p, slot, now);
+    switch (slot) {
     case SLOT_COREPWM:
         return corepwm_read(&p->pwm, within);
     case SLOT_ADC:
@@ -181,10 +202,11 @@ uint32_t plant_read(struct plant *p, uint32_t offset)
     }
 }
 
-void plant_write(struct plant *p, uint32_t offset, uint32_t value)
+void plant_write(struct plant *p, uint32_t offset, uint32_t value, sim_ps now)
 {
-    uint32_t within = offset % SLOT_BYTES & ~3u;
-    switch (offset / SLOT_BYTES) {
+    uint32_t slot = offset / SLOT_BYTES, within = offset % SLOT_BYTES;
+    reach(p, slot, now);
+    switch (slot) {
     case SLOT_COREPWM:
         corepwm_write(&p->pwm, within, value);
         break;

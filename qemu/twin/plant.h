@@ -37,7 +37,7 @@ struct plant {
     struct motor motor;
     struct sensors sensors;
 
-    sim_ps now;
+    sim_ps now;     /* how far the physics has come */
     unsigned gates; /* out of GATE */
     sim_ps row_start;
     sim_ps high_time[3]; /* of the high-side gates since row_start */
@@ -56,14 +56,14 @@ struct plant_params {
 };
 
 void plant_init(struct plant *p, const struct plant_params *params);
-/* Takes every event up to and including `to`. */
+/* Brings events and physics to `to`; events at `to` are included. */
 void plant_advance(struct plant *p, sim_ps to);
 /* Reset of the fabric: every block, at the present time. Physics goes on. */
 void plant_reset_fabric(struct plant *p);
 
-/* Fabric registers, by offset from the window's base, at the present time. */
-uint32_t plant_read(struct plant *p, uint32_t offset);
-void plant_write(struct plant *p, uint32_t offset, uint32_t value);
+/* Fabric registers, by offset from the window's base, at time now, which is never earlier than in the call before. */
+uint32_t plant_read(struct plant *p, uint32_t offset, sim_ps now);
+void plant_write(struct plant *p, uint32_t offset, uint32_t value, sim_ps now);
 
 /* Earliest time after now at which somebody outside may care: a trigger or the end of a conversion. */
 sim_ps plant_next_wake(const struct plant *p);

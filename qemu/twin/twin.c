@@ -54,11 +54,11 @@ static void update_interrupt(void)
 {
     bool wanted = adc_interrupt(&plant.adc);
     if (wanted && hold_next_interrupt) {
-        interrupt_held_until = plant.now + hold_next_interrupt;
+        interrupt_held_until = present() + hold_next_interrupt;
         hold_next_interrupt = 0;
         vm_timer_at(interrupt_timer, sim_to_ns_up(interrupt_held_until));
     }
-    bool level = wanted && !interrupt_blocked && plant.now >= interrupt_held_until;
+    bool level = wanted && !interrupt_blocked && present() >= interrupt_held_until;
     if (level != interrupt_level) {
         interrupt_level = level;
         vm_set_interrupt(FABRIC_IRQ0, level);
@@ -127,8 +127,7 @@ static void record(void *unused, const struct plant_row *row)
 static uint32_t fabric_read(void *unused, uint32_t offset)
 {
     (void)unused;
-    sync_plant();
-    uint32_t value = plant_read(&plant, offset);
+    uint32_t value = plant_read(&plant, offset, present());
     plant_changed();
     return value;
 }
@@ -136,8 +135,7 @@ static uint32_t fabric_read(void *unused, uint32_t offset)
 static void fabric_write(void *unused, uint32_t offset, uint32_t value)
 {
     (void)unused;
-    sync_plant();
-    plant_write(&plant, offset, value);
+    plant_write(&plant, offset, value, present());
     plant_changed();
 }
 
