@@ -8,12 +8,12 @@
 #include "firmware/speed_loop.h"
 #include "lib/q15.h"
 
-#define RISE_MS    150u
-#define TURN_MS    250u
-#define SETTLE_MS  200u
-#define TURN_Q32   0x40000000u /* a quarter of an electrical turn */
+#define RISE_MS      180u
+#define TURN_MS      220u
+#define SETTLE_MS    200u
+#define TURN_Q32     0x40000000u /* a quarter of an electrical turn */
 #define TURN_MIN_Q32 (TURN_Q32 / 100u * 60u)
-#define TURN_MAX_Q32 (TURN_Q32 / 100u * 140u)
+#define TURN_MAX_Q32 (TURN_Q32 / 100u * 160u)
 
 static uint32_t time_ms;
 static uint32_t encoder_before_turn_q32;
@@ -36,7 +36,7 @@ static uint32_t encoder_angle_q32(void)
  */
 static int32_t damping_q15(const struct tuning *t, int32_t field_rpm_q4)
 {
-    const int64_t against_q16 = (int64_t)(field_rpm_q4 - speed_loop.speed_rpm_q4) * t->speed_kp_q16 / 2;
+    const int64_t against_q16 = (int64_t)(field_rpm_q4 - speed_loop.speed_rpm_q4) * t->align_kd_q16;
     return q15_clamp(q15_sat16((int32_t)(against_q16 >> 16)), -t->i_align_q15, t->i_align_q15);
 }
 

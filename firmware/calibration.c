@@ -6,9 +6,9 @@
 #include "drivers/fabric/adc.h"
 #include "firmware/current_loop.h"
 
-#define SAMPLES         128u
-#define MID_SCALE_Q4    (2048 * 16)
-#define ALLOWED_Q4      (102 * 16) /* 5 % of 2048 codes */
+#define SAMPLES      128u
+#define MID_SCALE_Q4 (2048 * 16)
+#define ALLOWED_Q4   (102 * 16) /* 5 % of 2048 codes */
 
 static uint32_t count;
 static uint32_t sum[3];

@@ -18,12 +18,20 @@ static bool too_long;
 static bool unprintable;
 static bool last_was_cr;
 
-static void prompt(void)
+void console_prompt(void)
+{
+    text_put("> ");
+    for (size_t i = 0; i < length; i++) {
+        text_put_char(line[i]);
+    }
+}
+
+static void start_line(void)
 {
     length = 0;
     too_long = false;
     unprintable = false;
-    text_put("> ");
+    console_prompt();
 }
 
 static void finish_line(void)
@@ -37,7 +45,7 @@ static void finish_line(void)
     } else {
         commands_execute(line);
     }
-    prompt();
+    start_line();
 }
 
 static void erase(void)
@@ -73,11 +81,6 @@ static void take(char c)
     } else {
         append(c);
     }
-}
-
-void console_start(void)
-{
-    prompt();
 }
 
 void console_poll(void)

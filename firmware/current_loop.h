@@ -42,23 +42,23 @@ struct current_loop {
     /* state */
     struct pi_q15 pi_d;
     struct pi_q15 pi_q;
-    struct pll pll;             /* follows the encoder: speed */
+    struct pll pll; /* follows the encoder: speed */
     int32_t vbus_recip_q14;
-    uint32_t sum_bad_samples;   /* consecutive samples whose sum was off */
-    uint32_t samples;           /* counts interrupts: the heartbeat */
+    uint32_t sum_bad_samples; /* consecutive samples whose sum was off */
+    uint32_t samples;         /* counts interrupts: the heartbeat */
 
     /* settings */
     int32_t offset_q4[3];       /* ADC codes at zero current, Q4 */
     uint32_t encoder_scale_q32; /* electrical turns per count */
     uint32_t encoder_mask;      /* all ones: follow the encoder; 0: the angle is angle_offset_q32 alone */
     uint32_t angle_offset_q32;
-    uint32_t integrate_mask;    /* all ones while the bridge is on; 0 keeps the integrators empty */
-    uint32_t armed;             /* TRIP_ bits that count now */
-    int32_t x_d_q12, x_q_q12, emf_q12; /* decoupling, see struct tuning */
+    uint32_t integrate_mask;           /* all ones while the bridge is on; 0 keeps the integrators empty */
+    uint32_t armed;                    /* TRIP_ bits that count now */
+    int32_t x_d_q11, x_q_q11, emf_q12; /* decoupling, see struct tuning */
     int32_t i_trip_q15, i_sum_q15, v_min_q15, v_max_q15, overspeed_w_q15;
 
     /* what it costs */
-    uint32_t cycles;            /* of the last interrupt */
+    uint32_t cycles; /* of the last interrupt */
     uint32_t cycles_max;
 };
 

@@ -19,7 +19,7 @@
 #define STALL_MS          500u
 #define QUICK_STOP_MS     5000u
 #define LOOP_START_MS     2u /* until CorePWM's first periods have passed */
-#define QUICK_STOP_FACTOR 4 /* times the normal ramp */
+#define QUICK_STOP_FACTOR 4  /* times the normal ramp */
 
 enum request {
     REQUEST_NONE,
@@ -31,13 +31,13 @@ enum request {
 
 enum start_phase {
     START_CALIBRATE,
-    START_PWM,   /* one step for the PWM to run before the gates open */
+    START_PWM, /* one step for the PWM to run before the gates open */
     START_ALIGN,
 };
 
 struct drive drive;
 
-static volatile uint32_t request;  /* enum request: thread writes, slow loop takes */
+static volatile uint32_t request; /* enum request: thread writes, slow loop takes */
 static volatile int32_t i_command_q15;
 static uint32_t start_phase;
 static uint32_t stalled_ms;
@@ -153,7 +153,8 @@ static void step_operation(void)
 
 static void step_quick_stop(void)
 {
-    const int32_t slope = (int32_t)q15_clamp(drive.tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR;
+    const int32_t slope =
+        (int32_t)q15_clamp(drive.tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR;
     current_loop.i_q_ref_q15 = speed_loop_step(&drive.tuning, slope);
     stopping_ms++;
     const bool stands = speed_loop.ref_rpm_q16 == 0 && q15_abs(speed_loop.speed_rpm_q4) < STANDSTILL_RPM_Q4;

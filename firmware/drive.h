@@ -35,8 +35,8 @@ struct drive {
     volatile uint32_t fault; /* enum fault: the first cause, until cleared */
     uint32_t mode;           /* enum drive_mode */
     volatile uint32_t time_ms;
-    bool aligned;            /* the encoder's relation to the magnets is known */
-    struct tuning tuning;    /* of the last drive_switch_on() */
+    bool aligned;         /* the encoder's relation to the magnets is known */
+    struct tuning tuning; /* of the last drive_switch_on() */
 };
 
 extern struct drive drive;

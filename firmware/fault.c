@@ -16,7 +16,8 @@ struct fault_text {
 
 static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_NONE] = {"none", ""},
-    [FAULT_OVERCURRENT_HARDWARE] = {"over-current (hardware)", "short circuit? motor cable, gains, comparator threshold"},
+    [FAULT_OVERCURRENT_HARDWARE] = {"over-current (hardware)",
+                                    "short circuit? motor cable, gains, comparator threshold"},
     [FAULT_GATE_DRIVER] = {"gate driver", "gate supply, driver temperature, bridge"},
     [FAULT_INTERLOCK] = {"interlock", "both sides of a phase were commanded on: dead time, PWM driver"},
     [FAULT_LOOP_OVERRUN] = {"loop overrun", "the current loop missed a sample: interrupt load, debugger halt"},

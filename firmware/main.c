@@ -38,7 +38,7 @@ static void start_core(void)
     watchdog_refresh();
 }
 
-static void start_console(void)
+static void start_uart(void)
 {
     nvic_priority(BOARD_IRQ_CONSOLE, CONFIG_PRIORITY_CONSOLE);
     nvic_enable(BOARD_IRQ_CONSOLE);
@@ -61,16 +61,27 @@ static enum fault check_boot(uint32_t reset_cause)
     return (reset_cause & SYSREG_CAUSE_WATCHDOG) != 0u ? FAULT_WATCHDOG : FAULT_NONE;
 }
 
+/* Says once, between two lines of the user's, that a fault has been latched. */
+static void announce_fault(void)
+{
+    static uint32_t announced;
+    const uint32_t fault = drive.fault;
+    if (fault != announced) {
+        announced = fault;
+        if (fault != FAULT_NONE) {
+            text_put("\r\nfault: ");
+            text_put(fault_name(fault));
+            text_put_line("; see 'fault', then 'clear'");
+            console_prompt();
+        }
+    }
+}
+
 static void greet(void)
 {
     text_put_line("");
     text_put_line("mssfoc " CONFIG_VERSION ", 'help' lists the commands");
     postmortem_print();
-    if (drive.fault != FAULT_NONE) {
-        text_put("fault: ");
-        text_put(fault_name(drive.fault));
-        text_put_line("; see 'fault', then 'clear'");
-    }
 }
 
 int main(void)
@@ -79,13 +90,14 @@ int main(void)
     start_core();
     params_init();
     const enum fault boot_fault = check_boot(reset_cause);
-    start_console();
+    start_uart();
     drive_start(boot_fault);
     slow_loop_start();
     greet();
-    console_start();
+    console_prompt();
     for (;;) {
         console_poll();
+        announce_fault();
         idle();
     }
 }

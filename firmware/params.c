@@ -3,7 +3,10 @@
 
 #include <stdbool.h>
 
-#define PARAM(field, low, high, start) { #field, (low), (high), (start), offsetof(struct params, field) }
+#define PARAM(field, low, high, start) \
+    { \
+#field, (low), (high), (start), offsetof(struct params, field) \
+    }
 
 /* The initial values are a Teknic M-2310P-LN-04K on the 24 V inverter: qemu/motors/ and qemu/inverters/ have the sources. */
 const struct param_info param_table[] = {

@@ -68,7 +68,8 @@ bool postmortem_collect(void)
 
 static const char *exception_name(uint32_t number)
 {
-    static const char *const names[] = {"thread", "reset", "NMI", "hard fault", "memory fault", "bus fault", "usage fault"};
+    static const char *const names[] = {"thread",       "reset",     "NMI",        "hard fault",
+                                        "memory fault", "bus fault", "usage fault"};
     return number < sizeof names / sizeof names[0] ? names[number] : "unexpected interrupt";
 }
 

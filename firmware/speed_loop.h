@@ -11,12 +11,12 @@
 #include "firmware/tuning.h"
 
 struct speed_loop {
-    int32_t speed_rpm_q4;      /* measured */
-    int32_t speed_ref_rpm_q4;  /* after the ramp */
-    int32_t target_rpm_q16;    /* before it: the command */
+    int32_t speed_rpm_q4;     /* measured */
+    int32_t speed_ref_rpm_q4; /* after the ramp */
+    int32_t target_rpm_q16;   /* before it: the command */
     int32_t ref_rpm_q16;
-    int64_t integral_q16;      /* current in Q15, 16 more bits of fraction */
-    bool at_limit;             /* the current reference is limited */
+    int64_t integral_q16; /* current in Q15, 16 more bits of fraction */
+    bool at_limit;        /* the current reference is limited */
 };
 
 extern struct speed_loop speed_loop;

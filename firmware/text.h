@@ -10,9 +10,9 @@
 void text_put(const char *s);
 void text_put_char(char c);
 void text_put_int(int32_t value);
-void text_put_hex(uint32_t value);              /* 0x and eight digits */
-void text_put_milli(int32_t thousandths);       /* -1234 as -1.234 */
-void text_put_line(const char *s);              /* with the line's end */
+void text_put_hex(uint32_t value);        /* 0x and eight digits */
+void text_put_milli(int32_t thousandths); /* -1234 as -1.234 */
+void text_put_line(const char *s);        /* with the line's end */
 
 /* Whether two strings are the same. */
 bool text_equal(const char *a, const char *b);

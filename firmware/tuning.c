@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "firmware/config.h"
+#include "lib/limit.h"
 
 /*
  * Current loop. The plant of one axis is 1/(R + sL); a PI whose zero cancels that pole leaves an integrator of crossover
@@ -35,19 +36,19 @@ int32_t tuning_milli_from_q15(int32_t q15, int32_t range_milli)
     return (int32_t)(((int64_t)q15 * range_milli + 16384) >> 15);
 }
 
-/* The reactance w L as a fraction of v_range/i_range, in Q12; w = 2 pi f. */
-static int64_t reactance_q12(const struct params *p, int32_t inductance_uh, int32_t frequency_hz)
+/* The reactance w L, w = 2 pi f, as a fraction of v_range/i_range times `one`. */
+static int64_t reactance(const struct params *p, int32_t inductance_uh, int32_t frequency_hz, int64_t one)
 {
     /* ohm * 1e9 = 2 pi 1e9 * f * L_uH / 1e6 */
     const int64_t nano_ohm = scale(TWO_PI_E9 / 1000, (int64_t)inductance_uh * frequency_hz, 1000);
     const int64_t base_nano_ohm = scale(p->v_range_mv, 1000000000, p->i_range_ma);
-    return scale(nano_ohm, 4096, base_nano_ohm);
+    return scale(nano_ohm, one, base_nano_ohm);
 }
 
 static const char *tune_current_loop(const struct params *p, struct tuning *t)
 {
-    const int64_t kp_d = reactance_q12(p, p->ld_uh, p->current_bw_hz);
-    const int64_t kp_q = reactance_q12(p, p->lq_uh, p->current_bw_hz);
+    const int64_t kp_d = reactance(p, p->ld_uh, p->current_bw_hz, 1 << 12);
+    const int64_t kp_q = reactance(p, p->lq_uh, p->current_bw_hz, 1 << 12);
     if (kp_d > GAIN_LIMIT || kp_q > GAIN_LIMIT) {
         return "current gain out of range: ld_uh, lq_uh or current_bw_hz too large for v_range_mv/i_range_ma";
     }
@@ -57,8 +58,8 @@ static const char *tune_current_loop(const struct params *p, struct tuning *t)
     if (ki > GAIN_LIMIT || ki < 1) {
         return "integral gain out of range: resistance_mohm or current_bw_hz does not fit v_range_mv/i_range_ma";
     }
-    const int64_t x_d = reactance_q12(p, p->ld_uh, TUNING_SPEED_BASE_HZ);
-    const int64_t x_q = reactance_q12(p, p->lq_uh, TUNING_SPEED_BASE_HZ);
+    const int64_t x_d = reactance(p, p->ld_uh, TUNING_SPEED_BASE_HZ, 1 << 11);
+    const int64_t x_q = reactance(p, p->lq_uh, TUNING_SPEED_BASE_HZ, 1 << 11);
     /* volt * 1e6 = 2 pi f psi_uwb */
     const int64_t emf = scale(scale(TWO_PI_E9 / 1000, (int64_t)p->flux_uwb * TUNING_SPEED_BASE_HZ, 1000000), 4096,
                               (int64_t)p->v_range_mv * 1000);
@@ -68,15 +69,16 @@ static const char *tune_current_loop(const struct params *p, struct tuning *t)
     t->kp_d_q12 = (int32_t)kp_d;
     t->kp_q_q12 = (int32_t)kp_q;
     t->ki_q17 = (int32_t)ki;
-    t->x_d_q12 = (int32_t)x_d;
-    t->x_q_q12 = (int32_t)x_q;
+    t->x_d_q11 = (int32_t)x_d;
+    t->x_q_q11 = (int32_t)x_q;
     t->emf_q12 = (int32_t)emf;
     return NULL;
 }
 
 static const char *tune_speed_loop(const struct params *p, struct tuning *t)
 {
-    static const char *const misfit = "speed gain out of range: inertia_gcm2, flux_uwb, speed_bw_hz and i_range_ma do not fit";
+    static const char *const misfit =
+        "speed gain out of range: inertia_gcm2, flux_uwb, speed_bw_hz and i_range_ma do not fit";
     const int64_t omega_e3 = TWO_PI_E9 / 1000000 * p->speed_bw_hz; /* rad/s * 1000 */
     /* J in 1e-7 kg m^2 over Kt in 1e-9 N m/A is A/(rad/s^2) * 100 */
     const int64_t kt_nnm = 1500LL * p->pole_pairs * p->flux_uwb;
@@ -100,6 +102,19 @@ static const char *tune_speed_loop(const struct params *p, struct tuning *t)
     t->ramp_q16 = (int32_t)scale(p->ramp_rpm_s, 65536, CONFIG_SLOW_HZ);
     t->rpm_q4_per_w_q32 = (int32_t)(60LL * 16 * CONFIG_PWM_HZ / p->pole_pairs);
     return NULL;
+}
+
+/*
+ * During alignment the rotor swings about the field with w0^2 = Kt p I / J. The torque that damps it with D = 0.8 is 2 D w0 J
+ * per rad/s: the share 2 D w0 / w of what the speed loop's gain w J would give.
+ */
+static void tune_alignment(const struct params *p, struct tuning *t)
+{
+    const int64_t kt_nnm = 1500LL * p->pole_pairs * p->flux_uwb;
+    const int64_t w0_squared = scale(kt_nnm / 1000, (int64_t)p->pole_pairs * p->i_align_ma, 100LL * p->inertia_gcm2);
+    const uint32_t w0 = limit_root(w0_squared > UINT32_MAX ? UINT32_MAX : (uint32_t)w0_squared);
+    const int64_t kd = scale(t->speed_kp_q16, 1600LL * w0, TWO_PI_E9 / 1000000 * p->speed_bw_hz);
+    t->align_kd_q16 = (int32_t)(kd > t->speed_kp_q16 ? t->speed_kp_q16 : kd);
 }
 
 static const char *check_limits(const struct params *p)
@@ -141,6 +156,7 @@ const char *tuning_compute(const struct params *p, struct tuning *t)
     if (problem != NULL) {
         return problem;
     }
+    tune_alignment(p, t);
     t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
     t->i_max_q15 = tuning_q15_from_milli(p->i_max_ma, p->i_range_ma);
     t->i_align_q15 = tuning_q15_from_milli(p->i_align_ma, p->i_range_ma);
@@ -148,7 +164,7 @@ const char *tuning_compute(const struct params *p, struct tuning *t)
     t->v_min_q15 = tuning_q15_from_milli(p->v_min_mv, p->v_range_mv);
     t->v_max_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv);
     t->overspeed_w_q15 = (int32_t)scale((int64_t)p->overspeed_rpm * p->pole_pairs, 32768, 60LL * TUNING_SPEED_BASE_HZ);
-    t->encoder_scale_q32 = (uint32_t)((((uint64_t)p->pole_pairs << 32) + (uint32_t)p->encoder_counts / 2u) /
-                                      (uint32_t)p->encoder_counts);
+    t->encoder_scale_q32 =
+        (uint32_t)((((uint64_t)p->pole_pairs << 32) + (uint32_t)p->encoder_counts / 2u) / (uint32_t)p->encoder_counts);
     return NULL;
 }

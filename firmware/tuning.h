@@ -19,7 +19,7 @@ struct tuning {
     /* current loop */
     int32_t kp_d_q12, kp_q_q12; /* V/A per unit */
     int32_t ki_q17;             /* per sample */
-    int32_t x_d_q12, x_q_q12;   /* reactance at the base speed, per unit */
+    int32_t x_d_q11, x_q_q11;   /* reactance at the base speed, per unit */
     int32_t emf_q12;            /* back-EMF at the base speed, per unit */
     int32_t i_trip_q15, i_sum_q15;
     int32_t v_min_q15, v_max_q15;
@@ -27,11 +27,12 @@ struct tuning {
     uint32_t encoder_scale_q32; /* electrical turns per encoder count */
     /* speed loop */
     int32_t i_max_q15, i_align_q15;
-    int32_t speed_kp_q16;      /* current Q15 per rpm Q4 */
-    int32_t speed_ki_q16;      /* the same, per slow period */
-    int32_t speed_accel_q8;    /* current (Q15, 16 fraction bits) per slope (rpm Q16 per millisecond) */
-    int32_t ramp_q16;          /* rpm in Q16 per millisecond */
-    int32_t rpm_q4_per_w_q32;  /* see tuning_rpm_q4() */
+    int32_t speed_kp_q16;     /* current Q15 per rpm Q4 */
+    int32_t speed_ki_q16;     /* the same, per slow period */
+    int32_t align_kd_q16;     /* damping during alignment: current Q15 per rpm Q4 */
+    int32_t speed_accel_q8;   /* current (Q15, 16 fraction bits) per slope (rpm Q16 per millisecond) */
+    int32_t ramp_q16;         /* rpm in Q16 per millisecond */
+    int32_t rpm_q4_per_w_q32; /* see tuning_rpm_q4() */
 };
 
 /*
