@@ -16,8 +16,8 @@
 #include "lib/transform_q15.h"
 #include "lib/trig.h"
 
-#define LIB_CASE_CORNERS 16384u
-#define LIB_CASE_VECTORS 116384u /* corners, and 100000 random ones */
+#define LIB_CASE_CORNERS 65536u  /* all of 16 corners in all four arguments */
+#define LIB_CASE_VECTORS 165536u /* and 100000 random ones */
 
 enum lib_case {
     CASE_CLARKE,
@@ -56,7 +56,7 @@ static inline uint32_t lib_case_random(uint32_t *state)
     return *state;
 }
 
-/* The first vectors are made of corners, the rest of random values of all magnitudes. */
+/* First all combinations of corners, then random values of all magnitudes. */
 static inline struct lib_vector lib_case_vector(uint32_t index, uint32_t *state)
 {
     static const int32_t corners[16] = {INT32_MIN, INT32_MIN + 1, -65536, -32768, -32767, -16384,        -1,       0, 1,
@@ -64,10 +64,13 @@ static inline struct lib_vector lib_case_vector(uint32_t index, uint32_t *state)
     struct lib_vector vector;
 
     for (uint32_t k = 0; k < 4u; k++) {
-        const uint32_t bits = lib_case_random(state);
-        const uint32_t shift = (bits ^ (bits >> 9)) & 31u;
+        if (index < LIB_CASE_CORNERS) {
+            vector.in[k] = corners[(index >> (4u * k)) & 15u];
+        } else {
+            const uint32_t bits = lib_case_random(state);
 
-        vector.in[k] = index < LIB_CASE_CORNERS ? corners[bits >> 28] : (int32_t)bits >> shift;
+            vector.in[k] = (int32_t)bits >> ((bits ^ (bits >> 9)) & 31u);
+        }
     }
     return vector;
 }

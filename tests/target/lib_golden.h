@@ -17,22 +17,22 @@ struct lib_golden {
     }
 
 static const struct lib_golden lib_golden[CASE_COUNT] = {
-    [CASE_CLARKE] = LIB_GOLDEN("Clarke", 0xF5AD2A09u),
-    [CASE_INVCLARKE] = LIB_GOLDEN("InvClarke", 0x04BBFADAu),
-    [CASE_PARK] = LIB_GOLDEN("Park", 0x28D74A23u),
-    [CASE_INVPARK] = LIB_GOLDEN("InvPark", 0x0127D43Au),
-    [CASE_SATURATIONS] = LIB_GOLDEN("saturations", 0xC1E827A7u),
-    [CASE_CLARKE_Q15] = LIB_GOLDEN("Clarke Q15", 0x40223FC8u),
-    [CASE_INVCLARKE_Q15] = LIB_GOLDEN("InvClarke Q15", 0x07B448D1u),
-    [CASE_PARK_Q15] = LIB_GOLDEN("Park Q15", 0x12853F33u),
-    [CASE_INVPARK_Q15] = LIB_GOLDEN("InvPark Q15", 0x8327166Fu),
-    [CASE_COSSIN] = LIB_GOLDEN("sine and cosine", 0x0809C522u),
-    [CASE_PI] = LIB_GOLDEN("PI", 0xA0CA0C85u),
-    [CASE_CIRCLE] = LIB_GOLDEN("circle", 0x4D1E9CF9u),
-    [CASE_SVM] = LIB_GOLDEN("modulation", 0x52F59602u),
-    [CASE_RECIPROCAL] = LIB_GOLDEN("reciprocal", 0x88AF12B4u),
-    [CASE_DEADTIME] = LIB_GOLDEN("dead time", 0x5AE6670Au),
-    [CASE_PLL] = LIB_GOLDEN("PLL", 0x0D39B9B6u),
+    [CASE_CLARKE] = LIB_GOLDEN("Clarke", 0x6588A355u),
+    [CASE_INVCLARKE] = LIB_GOLDEN("InvClarke", 0xD8D11058u),
+    [CASE_PARK] = LIB_GOLDEN("Park", 0x10D4E956u),
+    [CASE_INVPARK] = LIB_GOLDEN("InvPark", 0x3A6541BDu),
+    [CASE_SATURATIONS] = LIB_GOLDEN("saturations", 0x505E7F1Au),
+    [CASE_CLARKE_Q15] = LIB_GOLDEN("Clarke Q15", 0x635A071Cu),
+    [CASE_INVCLARKE_Q15] = LIB_GOLDEN("InvClarke Q15", 0x5C5B04A8u),
+    [CASE_PARK_Q15] = LIB_GOLDEN("Park Q15", 0xA9D6C6F4u),
+    [CASE_INVPARK_Q15] = LIB_GOLDEN("InvPark Q15", 0xEBFAB26Au),
+    [CASE_COSSIN] = LIB_GOLDEN("sine and cosine", 0x92E0E71Au),
+    [CASE_PI] = LIB_GOLDEN("PI", 0xDD44F48Eu),
+    [CASE_CIRCLE] = LIB_GOLDEN("circle", 0x9AE55CDDu),
+    [CASE_SVM] = LIB_GOLDEN("modulation", 0xA10DCDC9u),
+    [CASE_RECIPROCAL] = LIB_GOLDEN("reciprocal", 0x653B41BBu),
+    [CASE_DEADTIME] = LIB_GOLDEN("dead time", 0xD08D2E06u),
+    [CASE_PLL] = LIB_GOLDEN("PLL", 0xF41B47C6u),
 };
 
 #endif
