@@ -233,6 +233,10 @@ static void check_complete(const struct reader *r, bool motor_only)
     if (!motor_only && (s->encoder_counts != floor(s->encoder_counts) || s->adc_bits != floor(s->adc_bits))) {
         fail(r, "sensor.encoder_counts and sensor.adc_bits are whole numbers");
     }
+    double sinks = c->plant.inverter.supply_sinks;
+    if (sinks != 0 && sinks != 1) {
+        fail(r, "inverter.supply_sinks is 0 or 1");
+    }
     if (c->plant.motor.pole_pairs != floor(c->plant.motor.pole_pairs)) {
         fail(r, "motor.pole_pairs is a whole number");
     }

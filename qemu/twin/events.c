@@ -75,7 +75,7 @@ static bool argument(char type, const char *word, struct event *e)
     e->on = true;
     switch (type) {
     case 'n':
-        return number(word, -1e9, 1e9, &e->number);
+        return number(word, -1e5, 1e5, &e->number);
     case 's':
         return number(word, 0, 1e6, &e->number);
     case 'i':

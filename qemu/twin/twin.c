@@ -52,8 +52,10 @@ static sim_ps present(void)
 
 static void update_interrupt(void)
 {
-    bool wanted = adc_interrupt(&plant.adc);
-    if (wanted && hold_next_interrupt) {
+    static bool was_wanted;
+    bool wanted = adc_interrupt(&plant.adc), rises = wanted && !was_wanted;
+    was_wanted = wanted;
+    if (rises && hold_next_interrupt) {
         interrupt_held_until = present() + hold_next_interrupt;
         hold_next_interrupt = 0;
         vm_timer_at(interrupt_timer, sim_to_ns_up(interrupt_held_until));

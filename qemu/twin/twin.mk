@@ -1,25 +1,30 @@
 # SPDX-License-Identifier: MIT
-# The twin: a plugin for qemu-system-arm, and the motor model alone. Included by the top Makefile, which defines BUILD
-# and may define QEMU and HOSTCC. One binary serves QEMU 7.2 and 10.x; a version that does not fit says so when loaded.
+# The twin: a plugin for qemu-system-arm, and the motor model alone on a test bench. Included by the top Makefile, which
+# defines BUILD, HOSTCC, Q and say. One binary serves QEMU 7.2 to 10: the plugin chooses the interface version and checks
+# the symbols when it is loaded, and says in one line what does not fit.
 
-HOSTCC ?= gcc
 TWIN_CFLAGS := -std=gnu11 -O2 -g -fPIC -fvisibility=hidden -Wall -Wextra -Wshadow -Wstrict-prototypes \
     -Wmissing-prototypes -Werror
-TWIN_DIR := qemu/twin
-TWIN_PHYSICS := motor inverter bus sensors random adc corepwm encoder gate plant events config
-TWIN_PLUGIN := $(TWIN_PHYSICS) qemu_api dwt watchdog sysreg mmuart trace probes console scenario twin
 
-TWIN_OBJECTS := $(TWIN_PLUGIN:%=$(BUILD)/qemu/twin/%.o)
-MODELCHECK_OBJECTS := $(TWIN_PHYSICS:%=$(BUILD)/qemu/twin/%.o) $(BUILD)/qemu/twin/modelcheck.o
+# no contact with QEMU:
+TWIN_PHYSICS := motor bus inverter sensors random corepwm adc encoder gate plant events config
+# the rest of the plugin:
+TWIN_PLUGIN := qemu_api dwt watchdog sysreg mmuart trace probes console scenario twin
+
+TWIN_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) $(TWIN_PLUGIN))
+MODELCHECK_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) modelcheck)
 
 $(BUILD)/qemu/twin.so: $(TWIN_OBJECTS)
-	$(HOSTCC) -shared -Wl,-z,defs $^ -o $@ -ldl -lm
+	$(call say,LD)
+	$(Q)$(HOSTCC) -shared -Wl,-z,defs $^ -o $@ -ldl -lm
 
 $(BUILD)/qemu/modelcheck: $(MODELCHECK_OBJECTS)
-	$(HOSTCC) $^ -o $@ -lm
+	$(call say,LD)
+	$(Q)$(HOSTCC) $^ -o $@ -lm
 
-$(BUILD)/qemu/twin/%.o: $(TWIN_DIR)/%.c
+$(BUILD)/qemu/twin/%.o: qemu/twin/%.c qemu/twin/twin.mk
 	@mkdir -p $(@D)
-	$(HOSTCC) $(TWIN_CFLAGS) -MMD -MP -c $< -o $@
+	$(call say,CC)
+	$(Q)$(HOSTCC) $(TWIN_CFLAGS) -MMD -MP -c $< -o $@
 
 -include $(wildcard $(BUILD)/qemu/twin/*.d)
