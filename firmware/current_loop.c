@@ -104,6 +104,7 @@ static inline dq_t regulate(struct current_loop *c, dq_t i, int32_t w_q15)
     const int32_t ff_d = -(((w_q15 * i.q) >> 15) * c->x_q_q11 >> 11);
     const int32_t ff_q = (((w_q15 * i.d) >> 15) * c->x_d_q11 >> 11) + ((w_q15 * c->emf_q12) >> 12);
     const int32_t radius = (c->vbus_q15 * RADIUS_PER_VBUS_Q15) >> 15;
+    c->radius_q15 = radius;
     dq_t v;
     v.d = pi_q15_step(&c->pi_d, c->i_d_ref_q15 - i.d, ff_d, radius);
     v.q = pi_q15_step(&c->pi_q, c->i_q_ref_q15 - i.q, ff_q, circle_rest_q15(v.d, radius));
@@ -123,11 +124,17 @@ static inline uint32_t on_counts(int32_t duty_q15, int32_t i_q15)
     return (uint32_t)(even + deadtime_comp(i_q15, dead, DEAD_TIME_KNEE_SHIFT)); /* the driver limits it */
 }
 
-static inline void modulate(const struct current_loop *c, dq_t v, cossin_t cs)
+static inline abc_t phases(dq_t x, cossin_t cs)
 {
-    const abc_t phase = invclarke_q15(invpark_q15(v, cs));
-    const abc_t duty = svm_minmax_q15(phase, c->vbus_recip_q14);
-    corepwm_write_legs(on_counts(duty.a, c->i_q15.a), on_counts(duty.b, c->i_q15.b), on_counts(duty.c, c->i_q15.c),
+    return invclarke_q15(invpark_q15(x, cs));
+}
+
+/* `cs` is the angle at which the voltages will act: the currents will have turned with it, and so will their signs. */
+static inline void modulate(const struct current_loop *c, dq_t v, dq_t i, cossin_t cs)
+{
+    const abc_t duty = svm_minmax_q15(phases(v, cs), c->vbus_recip_q14);
+    const abc_t current = phases(i, cs);
+    corepwm_write_legs(on_counts(duty.a, current.a), on_counts(duty.b, current.b), on_counts(duty.c, current.c),
                        CONFIG_DEAD_COUNTS, CONFIG_PWM_COUNTS);
 }
 
@@ -180,14 +187,14 @@ void FabricIrq0_IRQHandler(void)
 
     pll_step(&c->pll, position * c->encoder_scale_q32);
     const int32_t speed_q32 = c->pll.speed_q32;
-    const int32_t w_q15 = q15_sat16(speed_q32 >> 13);
+    const int32_t w_q15 = current_loop_w_q15();
 
     const uint32_t angle_q32 = (c->pll.angle_q32 & c->encoder_mask) + c->angle_offset_q32;
     const dq_t i = park_q15(clarke_q15(c->i_q15.a, c->i_q15.b), cossin_q15(angle_q32 >> 16));
     const dq_t v = regulate(c, i, w_q15);
 
     const uint32_t advance_q32 = ((uint32_t)speed_q32 + (uint32_t)(speed_q32 >> 1)) & c->encoder_mask;
-    modulate(c, v, cossin_q15((angle_q32 + advance_q32) >> 16));
+    modulate(c, v, i, cossin_q15((angle_q32 + advance_q32) >> 16));
 
     /* the PWM is written; the rest can wait */
     c->i_d_q15 = i.d;

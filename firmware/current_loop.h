@@ -34,6 +34,7 @@ struct current_loop {
     int32_t i_q_q15;
     abc_t i_q15;
     int32_t vbus_q15;
+    int32_t radius_q15; /* largest voltage that the modulator makes of it */
     uint32_t angle_u16; /* electrical, at the sampling instant */
     /* the voltages that answer it, effective in the next period */
     int32_t v_d_q15;
@@ -63,6 +64,12 @@ struct current_loop {
 };
 
 extern struct current_loop current_loop;
+
+/* Speed as the decoupling uses it: Q15, 1.0 = TUNING_SPEED_BASE_HZ electrical. Any context. */
+static inline int32_t current_loop_w_q15(void)
+{
+    return q15_sat16(current_loop.pll.speed_q32 >> 13);
+}
 
 /* Loads gains and thresholds. Slow loop or thread, bridge off. */
 void current_loop_tune(const struct tuning *t);

@@ -143,11 +143,12 @@ static void watch_for_stall(void)
 
 static void step_operation(void)
 {
+    const int32_t limit_q15 = speed_loop_current_limit(&drive.tuning);
     if (drive.mode == DRIVE_MODE_TORQUE) {
-        current_loop.i_q_ref_q15 = i_command_q15;
+        current_loop.i_q_ref_q15 = q15_clamp(i_command_q15, -limit_q15, limit_q15);
         return;
     }
-    current_loop.i_q_ref_q15 = speed_loop_step(&drive.tuning, drive.tuning.ramp_q16);
+    current_loop.i_q_ref_q15 = speed_loop_step(&drive.tuning, drive.tuning.ramp_q16, limit_q15);
     watch_for_stall();
 }
 
@@ -155,7 +156,7 @@ static void step_quick_stop(void)
 {
     const int32_t slope =
         (int32_t)q15_clamp(drive.tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR;
-    current_loop.i_q_ref_q15 = speed_loop_step(&drive.tuning, slope);
+    current_loop.i_q_ref_q15 = speed_loop_step(&drive.tuning, slope, speed_loop_current_limit(&drive.tuning));
     stopping_ms++;
     const bool stands = speed_loop.ref_rpm_q16 == 0 && q15_abs(speed_loop.speed_rpm_q4) < STANDSTILL_RPM_Q4;
     if (stands || stopping_ms >= QUICK_STOP_MS) {

@@ -2,6 +2,7 @@
 #include "firmware/speed_loop.h"
 
 #include "firmware/current_loop.h"
+#include "lib/limit.h"
 
 struct speed_loop speed_loop;
 
@@ -34,11 +35,22 @@ static int32_t ramp(int32_t slope_q16)
     return step;
 }
 
-int32_t speed_loop_step(const struct tuning *t, int32_t slope_q16)
+int32_t speed_loop_current_limit(const struct tuning *t)
+{
+    const int32_t w_q15 = q15_abs(current_loop_w_q15());
+    const int32_t emf_q15 = (w_q15 * t->emf_q12) >> 12;
+    const int32_t x_q15 = (w_q15 * t->x_q_q11) >> 11;
+    const int32_t usable_q15 = current_loop.radius_q15 * 19 / 20;
+    const int32_t rest_q15 = circle_rest_q15(q15_min(emf_q15, usable_q15), usable_q15);
+    const int32_t limit_q15 = x_q15 > 0 ? (int32_t)((uint32_t)rest_q15 * 32768u / (uint32_t)x_q15) : t->i_max_q15;
+    return q15_min(limit_q15, t->i_max_q15);
+}
+
+int32_t speed_loop_step(const struct tuning *t, int32_t slope_q16, int32_t limit_q15)
 {
     const int32_t moved_q16 = ramp(slope_q16);
     const int64_t error_q4 = speed_loop.speed_ref_rpm_q4 - speed_loop.speed_rpm_q4;
-    const int64_t limit_q16 = (int64_t)t->i_max_q15 * 65536;
+    const int64_t limit_q16 = (int64_t)limit_q15 * 65536;
     const int64_t feedforward_q16 = ((int64_t)t->speed_accel_q8 * moved_q16) >> 8;
     const int64_t fixed_q16 = error_q4 * t->speed_kp_q16 + feedforward_q16;
     const int64_t wanted_q16 = fixed_q16 + speed_loop.integral_q16;

@@ -27,7 +27,19 @@ void speed_loop_measure(const struct tuning *t);
 /* Starts from the present speed and current, without a step. */
 void speed_loop_reset(int32_t i_q_ref_q15);
 
-/* One step: returns the current reference in Q15, limited to +-i_max. `slope_q16` is the ramp in rpm Q16 per millisecond. */
-int32_t speed_loop_step(const struct tuning *t, int32_t slope_q16);
+/*
+ * The largest q current, Q15, that the bus voltage still controls at the present speed while i_d = 0; at most i_max.
+ *
+ * The voltage is about |w| (psi, Lq i_q) in the two axes, and must stay inside the modulator's circle (less 5 % for the
+ * resistance and for control). Beyond it the d axis, which comes first, takes the voltage that q needs, and a braking
+ * current runs away. 0 where the back-EMF alone fills the circle.
+ */
+int32_t speed_loop_current_limit(const struct tuning *t);
+
+/*
+ * One step: returns the current reference in Q15, limited to +-limit_q15. `slope_q16` is the ramp in rpm Q16 per
+ * millisecond.
+ */
+int32_t speed_loop_step(const struct tuning *t, int32_t slope_q16, int32_t limit_q15);
 
 #endif
