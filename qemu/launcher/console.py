@@ -1,7 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""`make console`: a running drive in real time, its console in this terminal.  `make debug`: halted, for a debugger."""
+"""`make console`: a running drive, its console in this terminal.  `make debug`: halted, for a debugger.
+
+The live drive runs with -icount sleep=off like every run: with sleep=on QEMU's timers are late by whole PWM periods
+whenever the host is, and the firmware rightly sees its loop stop. Real time comes from here instead: QEMU is stopped for a
+moment whenever it has run ahead. On a slow machine the motor's time is slower than the clock on the wall.
+"""
+import signal
 import subprocess
 import sys
+import time
 from dataclasses import replace
 
 from .config import twin_config
@@ -9,28 +16,30 @@ from .drive import load_drive
 from .errors import LauncherError
 from .paths import build_dir, shown
 from .probes import Symbols
-from .qemu import Image, Qemu, command
+from .qemu import Image, Qemu, command, progress_s
 from .scenario import Scenario, load_scenario
 from .simulate import check_seed, prepare, write
 
 PREAMBLE_S = 0.05
+PACE_S = 0.02      # how often the two times are compared
+LEAD_S = 0.1       # how far simulated time may be ahead
 
 
 def live_console(motor, seed, build=None, qemu=None, scenario=None):
     """Runs until the user ends it. Returns the exit status of QEMU."""
-    drive, arguments, environment = _prepared(motor, seed, build, qemu, scenario, realtime=True)
-    print(f"{drive.motor.name} on {drive.inverter.name}, in real time. Its parameters are typed for you; then try:\n"
+    drive, arguments, environment, progress = _prepared(motor, seed, build, qemu, scenario)
+    print(f"{drive.motor.name} on {drive.inverter.name}. Its parameters are typed for you; then try:\n"
           "  on     (wait a second)     speed 1500     status     speed 0     off     help\n"
           "To leave: Ctrl-A, then x.\n", flush=True)
-    return _run(arguments, environment)
+    return _run(arguments, environment, progress)
 
 
 def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234):
     """QEMU halted at the reset vector with a GDB port; prints how to attach."""
     if not 1 <= port <= 65535:
         raise LauncherError(f"port {port} is outside 1..65535")
-    _, arguments, environment = _prepared(motor, seed, build, qemu, scenario, realtime=False,
-                             extra=["-S", "-gdb", f"tcp:127.0.0.1:{port}"])
+    _, arguments, environment, _ = _prepared(motor, seed, build, qemu, scenario,
+                                             ["-S", "-gdb", f"tcp:127.0.0.1:{port}"])
     elf = shown(build_dir(build) / "mssfoc.elf")
     print(f"Halted at the reset vector. Attach from another terminal:\n"
           f"  gdb-multiarch {elf} -ex 'target remote :{port}'\n"
@@ -40,7 +49,7 @@ def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234):
     return _run(arguments, environment)
 
 
-def _prepared(motor, seed, build, qemu, scenario, realtime, extra=()):
+def _prepared(motor, seed, build, qemu, scenario, extra=()):
     drive = load_drive(motor)
     if scenario:
         plan = replace(load_scenario(scenario, drive), end_s=None)
@@ -49,20 +58,41 @@ def _prepared(motor, seed, build, qemu, scenario, realtime, extra=()):
     build = build_dir(build)
     checked, image = Qemu(qemu), Image(build)
     out_dir = build / "console"
-    prepare(out_dir)
+    files = prepare(out_dir)
     config = out_dir / "twin.cfg"
-    write(config, twin_config(drive, plan, check_seed(seed), [], {}, Symbols(image.elf)))
-    line = command(checked, image, config, "stdio,id=console,mux=on,signal=off", realtime, extra)
-    return drive, line, checked.environment()
+    write(config, twin_config(drive, plan, check_seed(seed), [], {"progress": files["progress"]}, Symbols(image.elf)))
+    line = command(checked, image, config, "stdio,id=console,mux=on,signal=off", extra)
+    return drive, line, checked.environment(), files["progress"]
 
 
-def _run(arguments, environment):
+def _run(arguments, environment, progress=None):
     try:
-        return subprocess.run(arguments, check=False, env=environment).returncode
-    except KeyboardInterrupt:
-        return 130
+        process = subprocess.Popen(arguments, env=environment)
     except OSError as error:
         raise LauncherError(f"cannot start {arguments[0]}: {error.strerror}") from error
+    try:
+        return process.wait() if progress is None else _keep_pace(process, progress)
+    except KeyboardInterrupt:
+        return 130
     finally:
+        if process.poll() is None:
+            process.send_signal(signal.SIGCONT)
+            process.terminate()
+            process.wait()
         if sys.stdout.isatty():
             print()
+
+
+def _keep_pace(process, progress):
+    """Lets simulated time run no faster than the clock on the wall. What it falls behind is not made up for."""
+    start = time.monotonic()
+    while process.poll() is None:
+        time.sleep(PACE_S)
+        ahead = progress_s(progress) - (time.monotonic() - start)
+        if ahead > LEAD_S:
+            process.send_signal(signal.SIGSTOP)
+            time.sleep(ahead)
+            process.send_signal(signal.SIGCONT)
+        elif ahead < -LEAD_S:
+            start += -ahead
+    return process.returncode

@@ -85,11 +85,10 @@ def escape(path):
     return str(path).replace(",", ",,")
 
 
-def command(qemu, image, config, console, realtime=False, extra=()):
+def command(qemu, image, config, console, extra=()):
     """The command line. The image is loaded from the very file that is flashed."""
-    sleep = "on" if realtime else "off"
     return [qemu.path, *qemu.data_arguments(), "-M", MACHINE, "-display", "none", "-monitor", "none",
-            "-icount", f"shift=3,sleep={sleep}", "-chardev", console, "-serial", "chardev:console",
+            "-icount", "shift=3,sleep=off", "-chardev", console, "-serial", "chardev:console",
             "-plugin", f"{escape(image.plugin)},config={escape(config)}",
             "-device", f"loader,file={escape(image.hex)}", *extra]
 
@@ -119,7 +118,7 @@ def _watch(process, end_s, progress_path, show):
             process.wait(timeout=0.1)
             return
         except subprocess.TimeoutExpired:
-            now_s = _progress(progress_path)
+            now_s = progress_s(progress_path)
         if now_s > reached:
             reached, since = now_s, time.monotonic()
         if show and end_s:
@@ -128,7 +127,7 @@ def _watch(process, end_s, progress_path, show):
             raise LauncherError(f"QEMU made no progress for {STALL_S:g} s after {max(reached, 0):.3f} s of simulated time")
 
 
-def _progress(path):
+def progress_s(path):
     """Simulated seconds: the first number of the progress file's last whole line, -1 before there is one."""
     try:
         with open(path, "rb") as file:

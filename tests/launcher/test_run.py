@@ -150,3 +150,16 @@ def test_mistakes_get_one_line(build, fake_qemu, arguments, environment, complai
 def test_list(build):
     answer = run(build, "list")
     assert answer.returncode == 0 and "teknic_m2310p" in answer.stdout and "fault_short" in answer.stdout
+
+
+def test_a_live_drive_runs_no_faster_than_the_clock(tmp_path):
+    """The program claims 1 s of simulated time in a tenth of that; it must be held back, and its status returned."""
+    import time
+    from launcher.console import LEAD_S, _keep_pace
+    hasty = ("import sys, time\nfor n in range(21):\n    open(sys.argv[1], 'w').write('t=%.3f s\\n' % (n * 0.05))\n"
+             "    time.sleep(0.005)\nsys.exit(3)\n")
+    progress = tmp_path / "progress"
+    start = time.monotonic()
+    process = subprocess.Popen([sys.executable, "-c", hasty, str(progress)])
+    assert _keep_pace(process, progress) == 3
+    assert 1.0 - 2 * LEAD_S < time.monotonic() - start < 3.0
