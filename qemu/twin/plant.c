@@ -166,9 +166,21 @@ void plant_advance(struct plant *p, sim_ps to)
     }
 }
 
-sim_ps plant_next_wake(const struct plant *p)
+sim_ps plant_next_trigger(const struct plant *p)
 {
-    return earlier(p->adc.done_at, corepwm_next_rise(&p->pwm, TRIGGER_CHANNEL));
+    return corepwm_next_rise(&p->pwm, TRIGGER_CHANNEL);
+}
+
+sim_ps plant_next_conversion_end(const struct plant *p)
+{
+    if (p->adc.done_at != SIM_NEVER) {
+        return p->adc.done_at;
+    }
+    sim_ps trigger_at = plant_next_trigger(p);
+    if (!adc_listens(&p->adc) || trigger_at == SIM_NEVER) {
+        return SIM_NEVER;
+    }
+    return trigger_at + sim_from_s(p->sensors.p.adc_conversion_s);
 }
 
 /* ---- registers ---- */

@@ -65,8 +65,9 @@ void plant_reset_fabric(struct plant *p);
 uint32_t plant_read(struct plant *p, uint32_t offset, sim_ps now);
 void plant_write(struct plant *p, uint32_t offset, uint32_t value, sim_ps now);
 
-/* Earliest time after now at which somebody outside may care: a trigger or the end of a conversion. */
-sim_ps plant_next_wake(const struct plant *p);
+/* When somebody outside may have to look: no later than the next trigger, and than the next end of a conversion. */
+sim_ps plant_next_trigger(const struct plant *p);
+sim_ps plant_next_conversion_end(const struct plant *p);
 
 /* After changing an input of the gate block from outside. */
 void plant_update_gates(struct plant *p);

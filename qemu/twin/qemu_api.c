@@ -16,6 +16,7 @@
 #define CLOCK_VIRTUAL 1
 #define SCALE_NS 1
 #define LITTLE_ENDIAN_DEVICE 2
+#define WFI_T1 0xBF30 /* WFI, encoding T1 in the ARMv7-M Architecture Reference Manual; it ends a translated block */
 
 typedef void opaque;
 
@@ -43,6 +44,9 @@ struct region_ops {
     X(size_t, qemu_plugin_tb_n_insns, (const opaque *))                                                               \
     X(opaque *, qemu_plugin_tb_get_insn, (const opaque *, size_t))                                                    \
     X(void, qemu_plugin_register_vcpu_insn_exec_cb, (opaque *, void (*)(unsigned, void *), int, void *))              \
+    X(uint64_t, qemu_plugin_insn_vaddr, (const opaque *))                                                             \
+    X(opaque *, qemu_get_cpu, (int))                                                                                  \
+    X(void, icount_update, (opaque *))                                                                                \
     X(opaque *, get_system_memory, (void))                                                                            \
     X(void, memory_region_init_io, (opaque *, opaque *, const struct region_ops *, void *, const char *, uint64_t))   \
     X(void, memory_region_add_subregion_overlap, (opaque *, uint64_t, opaque *, int))                                 \
@@ -144,12 +148,32 @@ static void executed(unsigned cpu, void *unused)
     count_hook();
 }
 
+/* QEMU's main loop moves the clock to the next timer as soon as the core is halted, and now and then it does so before
+ * the core's thread has booked the instructions it executed last: the clock then stands too late by their time, and the
+ * run is no longer the same as the one before. Booking them just before the core halts closes that gap. */
+static void about_to_sleep(unsigned cpu, void *unused)
+{
+    (void)unused;
+    vm.icount_update(vm.qemu_get_cpu((int)cpu));
+}
+
+static bool is_wfi(const opaque *instruction)
+{
+    uint8_t bytes[2];
+    vm_read_memory((uint32_t)vm.qemu_plugin_insn_vaddr(instruction), bytes, sizeof bytes);
+    return (bytes[0] | bytes[1] << 8) == WFI_T1;
+}
+
 static void translated(uint64_t id, opaque *block)
 {
     (void)id;
     size_t count = vm.qemu_plugin_tb_n_insns(block);
     for (size_t n = 0; n < count; n++) {
-        vm.qemu_plugin_register_vcpu_insn_exec_cb(vm.qemu_plugin_tb_get_insn(block, n), executed, 0, NULL);
+        opaque *instruction = vm.qemu_plugin_tb_get_insn(block, n);
+        vm.qemu_plugin_register_vcpu_insn_exec_cb(instruction, executed, 0, NULL);
+        if (is_wfi(instruction)) {
+            vm.qemu_plugin_register_vcpu_insn_exec_cb(instruction, about_to_sleep, 0, NULL);
+        }
     }
 }
 

@@ -39,7 +39,7 @@ static FILE *progress;
 static bool watchdog_bit;
 static bool started;
 
-static struct vm_timer *wake_timer, *watchdog_timer, *interrupt_timer, *progress_timer, *end_timer;
+static struct vm_timer *watchdog_timer, *interrupt_timer, *progress_timer, *end_timer;
 static sim_ps hold_next_interrupt, interrupt_held_until;
 static bool interrupt_blocked, interrupt_level;
 
@@ -79,20 +79,34 @@ static void block_interrupt(bool blocked)
 
 /* ---- keeping the plant at the present ---- */
 
-static void schedule_wake(void)
+/* Wakes the plant at a time. Moving a timer is costly, most calls find it in place. */
+struct alarm {
+    struct vm_timer *timer;
+    int64_t armed_ns; /* -1: not armed */
+};
+
+static struct alarm trigger_alarm, conversion_alarm;
+
+static void set_alarm(struct alarm *alarm, sim_ps when)
 {
-    static int64_t armed_ns = -1;
-    sim_ps next = plant_next_wake(&plant);
-    int64_t next_ns = next == SIM_NEVER ? -1 : sim_to_ns_up(next);
-    if (next_ns == armed_ns && next_ns > vm_now_ns()) {
+    int64_t when_ns = when == SIM_NEVER ? -1 : sim_to_ns_up(when);
+    if (when_ns == alarm->armed_ns) {
         return;
     }
-    armed_ns = next_ns;
-    if (next_ns < 0) {
-        vm_timer_stop(wake_timer);
+    alarm->armed_ns = when_ns;
+    if (when_ns < 0) {
+        vm_timer_stop(alarm->timer);
     } else {
-        vm_timer_at(wake_timer, next_ns);
+        vm_timer_at(alarm->timer, when_ns);
     }
+}
+
+/* Both are set a period ahead: a timer that becomes the earliest of all makes QEMU wake the sleeping core for nothing,
+ * and with these two in turn neither does. */
+static void schedule(void)
+{
+    set_alarm(&trigger_alarm, plant_next_trigger(&plant));
+    set_alarm(&conversion_alarm, plant_next_conversion_end(&plant));
 }
 
 static void sync_plant(void)
@@ -103,12 +117,14 @@ static void sync_plant(void)
 static void plant_changed(void)
 {
     update_interrupt();
-    schedule_wake();
+    schedule();
 }
 
-static void wake(void *unused)
+static void wake(void *alarm)
 {
-    (void)unused;
+    if (alarm) {
+        ((struct alarm *)alarm)->armed_ns = -1;
+    }
     sync_plant();
     plant_changed();
 }
@@ -291,7 +307,8 @@ static void attach(void)
 static void start(void)
 {
     started = true;
-    wake_timer = vm_timer_new(wake, NULL);
+    trigger_alarm = (struct alarm){ vm_timer_new(wake, &trigger_alarm), -1 };
+    conversion_alarm = (struct alarm){ vm_timer_new(wake, &conversion_alarm), -1 };
     interrupt_timer = vm_timer_new(wake, NULL);
     watchdog_timer = vm_timer_new(watchdog_expired, NULL);
     watchdog_init(&watchdog, watchdog_bite);
