@@ -43,7 +43,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware))
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all run test bench prove size stack lint clean help tools console debug flash models twin target-tests
+.PHONY: all results run test bench prove size stack lint clean help tools console debug flash models twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -121,7 +121,7 @@ flash: tools
 test: tools
 	@$(MAKE) --no-print-directory -s -j2 everything
 	@$(MAKE) --no-print-directory -s lint
-	$(PYTHON) -m pytest -q -n 2 --dist worksteal -p no:cacheprovider tests
+	$(PYTHON) -m pytest -q -n 2 --dist load -p no:cacheprovider tests
 
 lint: tools
 	@$(PYTHON) tests/tools/lint.py
@@ -129,6 +129,10 @@ lint: tools
 size: tools
 	@$(MAKE) --no-print-directory -s -j2 all
 	@$(PYTHON) tests/tools/size.py $(MSSFOC_IMAGE).elf $(BUILD)/libmssfoc.a
+
+results: tools
+	@$(MAKE) --no-print-directory -s -j2 all twin
+	@$(PYTHON) tests/tools/results.py
 
 stack: tools
 	@$(MAKE) --no-print-directory -s -j2 all
@@ -145,6 +149,7 @@ help:
 	@echo 'make debug           QEMU halted, with a GDB port'
 	@echo 'make models          the motor models against their data sheets'
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
+	@echo 'make results         write the measured figures into README.md and docs/results.md'
 	@echo 'make size            flash and RAM, by room'
 	@echo 'make stack           worst-case stack of every entry point'
 	@echo 'make lint            formatting, warnings, layers'
