@@ -34,8 +34,8 @@ struct config {
     size_t event_count;
 };
 
-/* Anything wrong ends the process with one line on stderr and status 1. With motor_only, the keys of inverter and sensor
- * may be missing. */
+/* Anything wrong ends the process with one line on stderr and status 1. With motor_only, the keys of inverter and
+ * sensor may be missing. */
 void config_load(struct config *config, const char *path, bool motor_only);
 
 #endif

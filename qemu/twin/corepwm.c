@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* Behaviour, from the core's RTL: the counter runs from 0 to PERIOD, one count every PRESCALE+1 clocks, from reset on.
  * PRESCALE, PERIOD and the enables written during a period act at its end; the edges do so only while SYNC_UPDATE is 1.
- * Reads return what is active. At count = POSEDGE an output rises, at count = NEGEDGE it falls, and if the two are equal
- * it toggles; an edge beyond PERIOD never comes and the output holds its level. A disabled output is low.
+ * Reads return what is active. At count = POSEDGE an output rises, at count = NEGEDGE it falls, and if the two are
+ * equal it toggles; an edge beyond PERIOD never comes and the output holds its level. A disabled output is low.
  *
  * Nothing that is active changes within a period, so its edges are sorted once, at its start. */
 #include "corepwm.h"

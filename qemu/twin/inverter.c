@@ -1,24 +1,18 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* Each leg is a source behind a resistance, or nothing:
- *
- *   high on   v = bus - R_on i            both off, i > 0   v = -V_diode
- *   low on    v =     - R_on i            both off, i < 0   v = bus + V_diode
- *   both on   v = bus/2 - R_on/2 i        both off, i = 0   floats while -V_diode < v < bus + V_diode
- *
- * A leg with both switches off is the only non-linear part. Its state changes at two kinds of instant: the current of a
- * conducting diode reaches zero (found by secant steps, to a microampere), or a floating terminal reaches a rail
- * (settled before every step). Between those instants the circuit is linear and the motor integrates it. */
+/* Between two changes of a leg the circuit is linear (circuit.h) and the motor integrates it. A leg changes when a
+ * switch does, when the current of a conducting diode reaches zero (found by secant steps, to a microampere), or when a
+ * floating terminal reaches a rail (settled before every step). */
 #include "inverter.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "bus.h"
+#include "circuit.h"
+#include "diodes.h"
 
 #define LONGEST_STEP_S 10e-6
 #define SHORTED_STEP_S 0.5e-6 /* with two terminals joined, diodes are settled once a step and not located */
-#define ZERO_A 1e-6           /* a current below this has ended */
-#define RAIL_MARGIN_V 1e-6
 
 #define KEY(field, lo, hi, init) { #field, offsetof(struct inverter_params, field), lo, hi, init }
 const struct config_key inverter_keys[] = {
@@ -34,14 +28,6 @@ const struct config_key inverter_keys[] = {
     CONFIG_KEYS_END,
 };
 #undef KEY
-
-/* The circuit as it is for one step: a source per terminal and what follows from it. */
-struct circuit {
-    struct motor_source source;
-    double short_gain[3]; /* short current = short_emf_a + sum of short_gain[l] * motor current l */
-    double short_emf_a;
-    double r_max_ohm;
-};
 
 void inverter_init(struct inverter *inv, const struct inverter_params *p)
 {
@@ -105,234 +91,6 @@ void inverter_switch(struct inverter *inv, sim_ps now)
     }
 }
 
-/* ---- the linear circuit of the present leg states ---- */
-
-static bool floats(const struct inverter *inv, int k)
-{
-    return inv->leg[k] == LEG_BLOCKED || inv->leg[k] == LEG_JUST_OFF;
-}
-
-static void leg_source(const struct inverter *inv, int k, double *emf_v, double *r_ohm)
-{
-    switch (inv->leg[k]) {
-    case LEG_HIGH:
-        *emf_v = inv->bus_v;
-        *r_ohm = inv->p.r_on_ohm;
-        break;
-    case LEG_LOW:
-        *emf_v = 0;
-        *r_ohm = inv->p.r_on_ohm;
-        break;
-    case LEG_BOTH:
-        *emf_v = inv->bus_v / 2;
-        *r_ohm = inv->p.r_on_ohm / 2;
-        break;
-    case LEG_DIODE_LO:
-        *emf_v = -inv->p.diode_v;
-        *r_ohm = 0;
-        break;
-    case LEG_DIODE_HI:
-        *emf_v = inv->bus_v + inv->p.diode_v;
-        *r_ohm = 0;
-        break;
-    default: /* nothing flows */
-        *emf_v = 0;
-        *r_ohm = 0;
-        break;
-    }
-}
-
-/* Two terminals joined by R: the current s from x to y follows from the two sources and the motor's currents. */
-static void add_short(const struct inverter *inv, struct circuit *c)
-{
-    int x = inv->short_from, y = inv->short_to, other = 3 - x - y;
-    bool float_x = floats(inv, x), float_y = floats(inv, y);
-    struct motor_source *src = &c->source;
-    double r_x = src->r_ohm[x][x], r_y = src->r_ohm[y][y], e_x = src->emf_v[x], e_y = src->emf_v[y];
-
-    c->r_max_ohm = fmax(c->r_max_ohm, inv->short_ohm);
-    if (!float_x && !float_y) {
-        double loop_ohm = inv->short_ohm + r_x + r_y;
-        c->short_emf_a = (e_x - e_y) / loop_ohm;
-        c->short_gain[x] = -r_x / loop_ohm;
-        c->short_gain[y] = r_y / loop_ohm;
-        src->emf_v[x] = e_x - r_x * c->short_emf_a;
-        src->emf_v[y] = e_y + r_y * c->short_emf_a;
-        src->r_ohm[x][x] = r_x - r_x * r_x / loop_ohm;
-        src->r_ohm[y][y] = r_y - r_y * r_y / loop_ohm;
-        src->r_ohm[x][y] = src->r_ohm[y][x] = r_x * r_y / loop_ohm;
-    } else if (!float_y) {
-        c->short_gain[x] = -1;
-        src->emf_v[x] = e_y;
-        src->r_ohm[x][x] = r_y + inv->short_ohm;
-        src->r_ohm[x][y] = src->r_ohm[y][x] = r_y;
-    } else if (!float_x) {
-        c->short_gain[y] = 1;
-        src->emf_v[y] = e_x;
-        src->r_ohm[y][y] = r_x + inv->short_ohm;
-        src->r_ohm[y][x] = src->r_ohm[x][y] = r_x;
-    } else {
-        c->short_gain[x] = -1;
-        src->r_ohm[x][x] = inv->short_ohm;
-        src->held[other] = true; /* the joined pair floats, so nothing can return through the third wire */
-    }
-    src->held[x] = inv->wire_open[x];
-    src->held[y] = inv->wire_open[y];
-}
-
-static void build_circuit(const struct inverter *inv, struct circuit *c)
-{
-    memset(c, 0, sizeof *c);
-    for (int k = 0; k < 3; k++) {
-        leg_source(inv, k, &c->source.emf_v[k], &c->source.r_ohm[k][k]);
-        c->source.held[k] = floats(inv, k) || inv->wire_open[k];
-        c->r_max_ohm = fmax(c->r_max_ohm, c->source.r_ohm[k][k]);
-    }
-    if (inv->short_from >= 0) {
-        add_short(inv, c);
-    }
-}
-
-static void leg_currents(const struct inverter *inv, const struct circuit *c, const double i_motor_a[3], double i_a[3])
-{
-    memcpy(i_a, i_motor_a, 3 * sizeof *i_a);
-    if (inv->short_from >= 0) {
-        double s = c->short_emf_a;
-        for (int k = 0; k < 3; k++) {
-            s += c->short_gain[k] * i_motor_a[k];
-        }
-        i_a[inv->short_from] += s;
-        i_a[inv->short_to] -= s;
-    }
-}
-
-void inverter_leg_currents(const struct inverter *inv, const struct motor *motor, double i_a[3])
-{
-    double i_motor_a[3];
-    motor_currents(motor, i_motor_a);
-    struct circuit c;
-    build_circuit(inv, &c);
-    leg_currents(inv, &c, i_motor_a, i_a);
-}
-
-/* ---- diodes ---- */
-
-static bool is_off(const struct inverter *inv, int k)
-{
-    return inv->leg[k] >= LEG_JUST_OFF;
-}
-
-static bool any_leg_off(const struct inverter *inv)
-{
-    return is_off(inv, 0) || is_off(inv, 1) || is_off(inv, 2);
-}
-
-/* A leg that has just lost its switches: the diode that takes over the current. */
-static enum leg_state take_over(double i_a)
-{
-    if (fabs(i_a) < ZERO_A) {
-        return LEG_BLOCKED;
-    }
-    return i_a > 0 ? LEG_DIODE_LO : LEG_DIODE_HI;
-}
-
-static void settle_just_off(struct inverter *inv, const double i_motor_a[3])
-{
-    for (int k = 0; k < 3; k++) {
-        if (inv->leg[k] == LEG_JUST_OFF) {
-            inv->leg[k] = inv->wire_open[k] ? LEG_BLOCKED : take_over(i_motor_a[k]);
-        }
-    }
-}
-
-/* Ends the diodes whose current has ended. True if there was one. */
-static bool settle_conducting(struct inverter *inv, const double i_a[3])
-{
-    bool changed = false;
-    for (int k = 0; k < 3; k++) {
-        if ((inv->leg[k] == LEG_DIODE_LO && i_a[k] < ZERO_A) || (inv->leg[k] == LEG_DIODE_HI && i_a[k] > -ZERO_A)) {
-            inv->leg[k] = LEG_BLOCKED;
-            changed = true;
-        }
-    }
-    return changed;
-}
-
-/* Starts the diode of the floating terminal that is furthest outside the rails. True if there was one. */
-static bool start_diode(struct inverter *inv, const struct motor *motor, const struct circuit *c, const double i_a[3])
-{
-    double star_v[3], neutral_v = 0;
-    int reference = -1, top = -1, bottom = -1;
-    motor_star_voltages(motor, &c->source, star_v);
-    for (int k = 0; k < 3; k++) {
-        if (inv->wire_open[k]) {
-            continue;
-        }
-        top = top < 0 || star_v[k] > star_v[top] ? k : top;
-        bottom = bottom < 0 || star_v[k] < star_v[bottom] ? k : bottom;
-        if (!floats(inv, k)) {
-            double emf_v, r_ohm;
-            leg_source(inv, k, &emf_v, &r_ohm);
-            reference = k;
-            neutral_v = emf_v - r_ohm * i_a[k] - star_v[k];
-        }
-    }
-    double high_v = inv->bus_v + inv->p.diode_v + RAIL_MARGIN_V, low_v = -inv->p.diode_v - RAIL_MARGIN_V;
-    if (reference < 0) {
-        /* Everything floats: current starts when the EMF between two terminals exceeds the bus. */
-        if (top < 0 || star_v[top] - star_v[bottom] <= high_v - low_v) {
-            return false;
-        }
-        inv->leg[top] = LEG_DIODE_HI;
-        inv->leg[bottom] = LEG_DIODE_LO;
-        return true;
-    }
-    int worst = -1;
-    double worst_v = 0;
-    for (int k = 0; k < 3; k++) {
-        double v = neutral_v + star_v[k];
-        double beyond_v = fmax(v - high_v, low_v - v);
-        if (inv->leg[k] == LEG_BLOCKED && !inv->wire_open[k] && beyond_v > worst_v) {
-            worst = k;
-            worst_v = beyond_v;
-        }
-    }
-    if (worst < 0) {
-        return false;
-    }
-    inv->leg[worst] = neutral_v + star_v[worst] > high_v ? LEG_DIODE_HI : LEG_DIODE_LO;
-    return true;
-}
-
-/* Brings the legs with both switches off into agreement with the motor's currents and voltages. */
-static void settle_diodes(struct inverter *inv, struct motor *motor, struct circuit *c)
-{
-    double i_motor_a[3], i_a[3];
-    motor_currents(motor, i_motor_a);
-    settle_just_off(inv, i_motor_a);
-    for (int round = 0; round < 6; round++) {
-        build_circuit(inv, c);
-        leg_currents(inv, c, i_motor_a, i_a);
-        /* A diode started in an earlier round has no current yet, so only the first round ends diodes. */
-        bool changed = round == 0 && settle_conducting(inv, i_a);
-        if (changed) {
-            build_circuit(inv, c);
-        }
-        for (int k = 0; k < 3; k++) {
-            if (c->source.held[k]) {
-                motor_hold_phase(motor, k);
-            }
-        }
-        motor_currents(motor, i_motor_a);
-        leg_currents(inv, c, i_motor_a, i_a);
-        changed |= start_diode(inv, motor, c, i_a);
-        if (!changed) {
-            return;
-        }
-    }
-    build_circuit(inv, c);
-}
-
 /* ---- one step, and the instants inside it ---- */
 
 /* Current that the bridge draws from the bus. */
@@ -365,8 +123,8 @@ static struct watch watch_for(const struct inverter *inv, const double i_start_a
 {
     struct watch w = { .trip = !inv->overcurrent };
     for (int k = 0; k < 3; k++) {
-        w.diode[k] = (inv->leg[k] == LEG_DIODE_LO && i_start_a[k] > ZERO_A) ||
-                     (inv->leg[k] == LEG_DIODE_HI && i_start_a[k] < -ZERO_A);
+        w.diode[k] = (inv->leg[k] == LEG_DIODE_LO && i_start_a[k] > DIODE_ZERO_A) ||
+                     (inv->leg[k] == LEG_DIODE_HI && i_start_a[k] < -DIODE_ZERO_A);
     }
     return w;
 }
@@ -408,14 +166,14 @@ static void try_step(struct step *st, double dt_s)
     st->after = *st->before;
     motor_step(&st->after, &st->circuit->source, dt_s);
     motor_currents(&st->after, i_motor_a);
-    leg_currents(st->inv, st->circuit, i_motor_a, st->i_a);
+    circuit_leg_currents(st->inv, st->circuit, i_motor_a, st->i_a);
     st->margin_a = event_margin(st->inv, &st->watch, st->i_a);
 }
 
 /* Shortens a step that overshot so that it ends just past the event (regula falsi, Illinois variant). */
 static double locate_event(struct step *st, double dt_s, double margin_start_a)
 {
-    const double past_a = ZERO_A / 2; /* aim beyond zero, so that the event has surely happened */
+    const double past_a = DIODE_ZERO_A / 2; /* aim beyond zero, so that the event has surely happened */
     double t0 = 0, f0 = margin_start_a + past_a, t1 = dt_s, f1 = st->margin_a + past_a;
     for (int n = 0; n < 60 && fabs(f1) > past_a * 0.99; n++) {
         double t = t0 + (t1 - t0) * f0 / (f0 - f1);
@@ -458,13 +216,13 @@ static double longest_step_s(const struct inverter *inv, const struct motor *mot
 static double advance_step(struct inverter *inv, struct motor *motor, double dt_s)
 {
     struct circuit c;
-    build_circuit(inv, &c);
-    if (any_leg_off(inv)) {
-        settle_diodes(inv, motor, &c);
+    circuit_build(inv, &c);
+    if (diodes_any_off(inv)) {
+        diodes_settle(inv, motor, &c);
     }
     double i_motor_a[3], i_start_a[3];
     motor_currents(motor, i_motor_a);
-    leg_currents(inv, &c, i_motor_a, i_start_a);
+    circuit_leg_currents(inv, &c, i_motor_a, i_start_a);
     double drawn_a = bridge_current(inv, i_start_a);
     dt_s = fmin(dt_s, longest_step_s(inv, motor, &c));
 
@@ -472,12 +230,12 @@ static double advance_step(struct inverter *inv, struct motor *motor, double dt_
     struct bus bus = bus_of(inv);
     double start_v = inv->bus_v;
     inv->bus_v = bus_voltage_after(&bus, start_v, drawn_a, dt_s / 2);
-    build_circuit(inv, &c);
+    circuit_build(inv, &c);
 
     struct step st = { .inv = inv, .before = motor, .circuit = &c, .watch = watch_for(inv, i_start_a) };
     double margin_a = event_margin(inv, &st.watch, i_start_a);
     try_step(&st, dt_s);
-    if (inv->short_from < 0 && margin_a > 0 && st.margin_a < -ZERO_A) {
+    if (inv->short_from < 0 && margin_a > 0 && st.margin_a < -DIODE_ZERO_A) {
         dt_s = locate_event(&st, dt_s, margin_a);
     }
     *motor = st.after;
@@ -505,6 +263,15 @@ sim_ps inverter_advance(struct inverter *inv, struct motor *motor, sim_ps from, 
         was_tripped = inv->overcurrent;
     }
     return to;
+}
+
+void inverter_leg_currents(const struct inverter *inv, const struct motor *motor, double i_a[3])
+{
+    double i_motor_a[3];
+    motor_currents(motor, i_motor_a);
+    struct circuit c;
+    circuit_build(inv, &c);
+    circuit_leg_currents(inv, &c, i_motor_a, i_a);
 }
 
 /* ---- faults of the wiring ---- */

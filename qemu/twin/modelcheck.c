@@ -239,7 +239,8 @@ static double drive(struct motor *m, drive_fn commutate, double bus_v, double du
 /* The steady state does not depend on the inertia: a lighter rotor only gets there sooner. */
 static void lighten(struct motor *m, double torque_constant_peak, double r_line_line_ohm)
 {
-    double time_constant_s = m->p.inertia_kgm2 * r_line_line_ohm / 2 * 1.5 / (torque_constant_peak * torque_constant_peak);
+    double k_t = torque_constant_peak;
+    double time_constant_s = 0.75 * m->p.inertia_kgm2 * r_line_line_ohm / (k_t * k_t);
     if (time_constant_s > BENCH_TIME_CONSTANT_S) {
         m->p.inertia_kgm2 *= BENCH_TIME_CONSTANT_S / time_constant_s;
     }

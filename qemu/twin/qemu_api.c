@@ -3,7 +3,7 @@
  * modules. MemoryRegion, QEMUTimer and the rest stay opaque; they get zeroed room that is larger than any version's.
  *
  * Two of QEMU's plugin API versions are served by one binary: the constructor below runs before QEMU reads
- * qemu_plugin_version. 7.2 and 8 accept version 1; 9 and 10 accept 2 and later, and what is used here did not change. */
+ * qemu_plugin_version. 7.2 and 8 accept version 1; 9 and 10 accept 2 and later; what is used here did not change. */
 #define _GNU_SOURCE
 #include "qemu_api.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* All contact with QEMU. Nothing else in the twin knows a symbol of it.
  *
- * Everything here is called with QEMU's big lock held: from an MMIO access, a timer, the reset hook or at attachment. */
+ * Call everything here with QEMU's big lock held: from an MMIO access, a timer, the reset hook or at attachment. */
 #ifndef TWIN_QEMU_API_H
 #define TWIN_QEMU_API_H
 

@@ -274,7 +274,9 @@ static uint64_t instructions_executed(void)
 
 static void map_devices(void)
 {
-    static const struct vm_region fabric = { "mssfoc-fabric", FABRIC_BASE, FABRIC_BYTES, 4, fabric_read, fabric_write, NULL };
+    static const struct vm_region fabric = {
+        "mssfoc-fabric", FABRIC_BASE, FABRIC_BYTES, 4, fabric_read, fabric_write, NULL
+    };
     static const struct vm_region dog = {
         "mssfoc-watchdog", WATCHDOG_BASE, WATCHDOG_BYTES, 4, watchdog_region_read, watchdog_region_write, NULL
     };

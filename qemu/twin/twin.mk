@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
-# The twin: a plugin for qemu-system-arm, and the motor model alone on a test bench. Included by the top Makefile, which
-# defines BUILD, HOSTCC, Q and say. One binary serves QEMU 7.2 to 10: the plugin chooses the interface version and checks
-# the symbols when it is loaded, and says in one line what does not fit.
+# The twin: a plugin for qemu-system-arm, and the motor model alone on a test bench. Included by the top Makefile,
+# which defines BUILD, HOSTCC, Q and say. One binary serves QEMU 7.2 to 10: the plugin chooses the interface version
+# and checks the symbols when it is loaded, and says in one line what does not fit.
 
 TWIN_CFLAGS := -std=gnu11 -O2 -g -fPIC -fvisibility=hidden -Wall -Wextra -Wshadow -Wstrict-prototypes \
     -Wmissing-prototypes -Werror
 
 # no contact with QEMU:
-TWIN_PHYSICS := motor bus inverter sensors random corepwm adc encoder gate plant events config
+TWIN_PHYSICS := motor bus circuit diodes inverter sensors random corepwm adc encoder gate plant events config
 # the rest of the plugin:
 TWIN_PLUGIN := qemu_api dwt watchdog sysreg mmuart trace probes console scenario twin
 

@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* A conducting diode ends with its current; a floating terminal that would leave the rails starts one. Starting one can
+ * push another terminal beyond a rail, hence the rounds. */
+#include "diodes.h"
+
+#include <math.h>
+
+#define RAIL_MARGIN_V 1e-6
+
+static bool is_off(const struct inverter *inv, int k)
+{
+    return inv->leg[k] >= LEG_JUST_OFF;
+}
+
+bool diodes_any_off(const struct inverter *inv)
+{
+    return is_off(inv, 0) || is_off(inv, 1) || is_off(inv, 2);
+}
+
+/* A leg that has just lost its switches: the diode that takes over the current. */
+static enum leg_state take_over(double i_a)
+{
+    if (fabs(i_a) < DIODE_ZERO_A) {
+        return LEG_BLOCKED;
+    }
+    return i_a > 0 ? LEG_DIODE_LO : LEG_DIODE_HI;
+}
+
+static void settle_just_off(struct inverter *inv, const double i_motor_a[3])
+{
+    for (int k = 0; k < 3; k++) {
+        if (inv->leg[k] == LEG_JUST_OFF) {
+            inv->leg[k] = inv->wire_open[k] ? LEG_BLOCKED : take_over(i_motor_a[k]);
+        }
+    }
+}
+
+/* Ends the diodes whose current has ended. True if there was one. */
+static bool settle_conducting(struct inverter *inv, const double i_a[3])
+{
+    bool changed = false;
+    for (int k = 0; k < 3; k++) {
+        bool lower_ends = inv->leg[k] == LEG_DIODE_LO && i_a[k] < DIODE_ZERO_A;
+        bool upper_ends = inv->leg[k] == LEG_DIODE_HI && i_a[k] > -DIODE_ZERO_A;
+        if (lower_ends || upper_ends) {
+            inv->leg[k] = LEG_BLOCKED;
+            changed = true;
+        }
+    }
+    return changed;
+}
+
+/* Starts the diode of the floating terminal that is furthest outside the rails. True if there was one. */
+static bool start_diode(struct inverter *inv, const struct motor *motor, const struct circuit *c, const double i_a[3])
+{
+    double star_v[3], neutral_v = 0;
+    int reference = -1, top = -1, bottom = -1;
+    motor_star_voltages(motor, &c->source, star_v);
+    for (int k = 0; k < 3; k++) {
+        if (inv->wire_open[k]) {
+            continue;
+        }
+        top = top < 0 || star_v[k] > star_v[top] ? k : top;
+        bottom = bottom < 0 || star_v[k] < star_v[bottom] ? k : bottom;
+        if (!circuit_floats(inv, k)) {
+            double emf_v, r_ohm;
+            circuit_leg_source(inv, k, &emf_v, &r_ohm);
+            reference = k;
+            neutral_v = emf_v - r_ohm * i_a[k] - star_v[k];
+        }
+    }
+    double high_v = inv->bus_v + inv->p.diode_v + RAIL_MARGIN_V, low_v = -inv->p.diode_v - RAIL_MARGIN_V;
+    if (reference < 0) {
+        /* Everything floats: current starts when the EMF between two terminals exceeds the bus. */
+        if (top < 0 || star_v[top] - star_v[bottom] <= high_v - low_v) {
+            return false;
+        }
+        inv->leg[top] = LEG_DIODE_HI;
+        inv->leg[bottom] = LEG_DIODE_LO;
+        return true;
+    }
+    int worst = -1;
+    double worst_v = 0;
+    for (int k = 0; k < 3; k++) {
+        double v = neutral_v + star_v[k];
+        double beyond_v = fmax(v - high_v, low_v - v);
+        if (inv->leg[k] == LEG_BLOCKED && !inv->wire_open[k] && beyond_v > worst_v) {
+            worst = k;
+            worst_v = beyond_v;
+        }
+    }
+    if (worst < 0) {
+        return false;
+    }
+    inv->leg[worst] = neutral_v + star_v[worst] > high_v ? LEG_DIODE_HI : LEG_DIODE_LO;
+    return true;
+}
+
+void diodes_settle(struct inverter *inv, struct motor *motor, struct circuit *c)
+{
+    double i_motor_a[3], i_a[3];
+    motor_currents(motor, i_motor_a);
+    settle_just_off(inv, i_motor_a);
+    for (int round = 0; round < 6; round++) {
+        circuit_build(inv, c);
+        circuit_leg_currents(inv, c, i_motor_a, i_a);
+        /* A diode started in an earlier round has no current yet, so only the first round ends diodes. */
+        bool changed = round == 0 && settle_conducting(inv, i_a);
+        if (changed) {
+            circuit_build(inv, c);
+        }
+        for (int k = 0; k < 3; k++) {
+            if (c->source.held[k]) {
+                motor_hold_phase(motor, k);
+            }
+        }
+        motor_currents(motor, i_motor_a);
+        circuit_leg_currents(inv, c, i_motor_a, i_a);
+        changed |= start_diode(inv, motor, c, i_a);
+        if (!changed) {
+            return;
+        }
+    }
+    circuit_build(inv, c);
+}
