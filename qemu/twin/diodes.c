@@ -35,6 +35,29 @@ static void settle_just_off(struct inverter *inv, const double i_motor_a[3])
     }
 }
 
+/* Two legs whose terminals are joined share their currents through the joint, so the motor's current in one of them
+ * says little. With both off, the sum of the two decides: it needs one diode or the other, and is cut off when it
+ * changes sign. With one off, its terminal hangs on the other leg, and only its voltage can start a diode. */
+static void settle_joined(struct inverter *inv, const struct motor *motor, const double i_motor_a[3])
+{
+    int x = inv->short_from, y = inv->short_to;
+    if (!is_off(inv, x) || !is_off(inv, y)) {
+        inv->leg[x] = is_off(inv, x) ? LEG_BLOCKED : inv->leg[x];
+        inv->leg[y] = is_off(inv, y) ? LEG_BLOCKED : inv->leg[y];
+        return;
+    }
+    double sum_a = i_motor_a[x] + i_motor_a[y];
+    double step_a = LONGEST_JOINED_STEP_S * (inv->bus_v + 2 * inv->p.diode_v) / fmin(motor->p.ld_h, motor->p.lq_h);
+    enum leg_state needed = take_over(sum_a);
+    bool conducted = inv->leg[x] == needed || inv->leg[y] == needed;
+    bool fresh = inv->leg[x] == LEG_JUST_OFF || inv->leg[y] == LEG_JUST_OFF;
+    if (!conducted && !fresh && fabs(sum_a) < 2 * step_a) {
+        needed = LEG_BLOCKED; /* it has only just passed zero */
+    }
+    inv->leg[x] = needed;
+    inv->leg[y] = needed;
+}
+
 /* Ends the diodes whose current has ended. True if there was one. */
 static bool settle_conducting(struct inverter *inv, const double i_a[3])
 {
@@ -100,6 +123,9 @@ void diodes_settle(struct inverter *inv, struct motor *motor, struct circuit *c)
 {
     double i_motor_a[3], i_a[3];
     motor_currents(motor, i_motor_a);
+    if (inv->short_from >= 0) {
+        settle_joined(inv, motor, i_motor_a);
+    }
     settle_just_off(inv, i_motor_a);
     for (int round = 0; round < 6; round++) {
         circuit_build(inv, c);

@@ -12,7 +12,6 @@
 #include "diodes.h"
 
 #define LONGEST_STEP_S 10e-6
-#define SHORTED_STEP_S 0.5e-6 /* with two terminals joined, diodes are settled once a step and not located */
 
 #define KEY(field, lo, hi, init) { #field, offsetof(struct inverter_params, field), lo, hi, init }
 const struct config_key inverter_keys[] = {
@@ -202,7 +201,7 @@ static double longest_step_s(const struct inverter *inv, const struct motor *mot
     double ringing_s = sqrt(fmin(motor->p.ld_h, motor->p.lq_h) * inv->p.bus_capacitance_f);
     dt_s = fmin(dt_s, 0.1 * ringing_s);
     if (inv->short_from >= 0) {
-        dt_s = fmin(dt_s, SHORTED_STEP_S);
+        dt_s = fmin(dt_s, LONGEST_JOINED_STEP_S);
     }
     for (int k = 0; k < 3; k++) {
         if (inv->leg[k] == LEG_BOTH) {
@@ -276,8 +275,19 @@ void inverter_leg_currents(const struct inverter *inv, const struct motor *motor
 
 /* ---- faults of the wiring ---- */
 
+/* Off legs look for their diodes anew when the wiring changes. */
+static void rewire(struct inverter *inv)
+{
+    for (int k = 0; k < 3; k++) {
+        if (inv->leg[k] >= LEG_JUST_OFF) {
+            inv->leg[k] = LEG_JUST_OFF;
+        }
+    }
+}
+
 void inverter_short(struct inverter *inv, int from, int to, double r_ohm)
 {
+    rewire(inv);
     inv->short_from = from;
     inv->short_to = to;
     inv->short_ohm = r_ohm;
@@ -285,6 +295,7 @@ void inverter_short(struct inverter *inv, int from, int to, double r_ohm)
 
 void inverter_short_off(struct inverter *inv)
 {
+    rewire(inv);
     inv->short_from = -1;
 }
 
