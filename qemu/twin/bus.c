@@ -32,7 +32,6 @@ double bus_voltage_after(const struct bus *bus, double v0_v, double i_a, double 
     }
     /* Fed back beyond the supply: from the crossing on, the capacitor takes it all. */
     double settled_v = bus->supply_v - bus->resistance_ohm * i_a;
-    double until_s = bus->resistance_ohm * bus->capacitance_f *
-                     log((settled_v - v0_v) / (settled_v - bus->supply_v));
+    double until_s = bus->resistance_ohm * bus->capacitance_f * log((settled_v - v0_v) / (settled_v - bus->supply_v));
     return bus->supply_v - i_a * (dt_s - until_s) / bus->capacitance_f;
 }

@@ -90,8 +90,7 @@ void circuit_build(const struct inverter *inv, struct circuit *c)
     }
 }
 
-void circuit_leg_currents(const struct inverter *inv, const struct circuit *c, const double i_motor_a[3],
-                          double i_a[3])
+void circuit_leg_currents(const struct inverter *inv, const struct circuit *c, const double i_motor_a[3], double i_a[3])
 {
     memcpy(i_a, i_motor_a, 3 * sizeof *i_a);
     if (inv->short_from >= 0) {

@@ -16,10 +16,10 @@ static const struct section {
     size_t base;
     bool of_motor;
 } sections[] = {
-    { "motor.", motor_keys, offsetof(struct plant_params, motor), true },
-    { "load.", load_keys, offsetof(struct plant_params, load), true },
-    { "inverter.", inverter_keys, offsetof(struct plant_params, inverter), false },
-    { "sensor.", sensor_keys, offsetof(struct plant_params, sensors), false },
+    {"motor.", motor_keys, offsetof(struct plant_params, motor), true},
+    {"load.", load_keys, offsetof(struct plant_params, load), true},
+    {"inverter.", inverter_keys, offsetof(struct plant_params, inverter), false},
+    {"sensor.", sensor_keys, offsetof(struct plant_params, sensors), false},
 };
 #define SECTIONS (sizeof sections / sizeof sections[0])
 
@@ -101,8 +101,8 @@ static void read_probe(const struct reader *r, char *rest)
         const char *name;
         unsigned bytes;
         bool is_signed;
-    } types[] = { { "s32", 4, true },  { "u32", 4, false }, { "s16", 2, true },
-                  { "u16", 2, false }, { "s8", 1, true },   { "u8", 1, false } };
+    } types[] = {{"s32", 4, true},  {"u32", 4, false}, {"s16", 2, true},
+                 {"u16", 2, false}, {"s8", 1, true},   {"u8", 1, false}};
     struct config *c = r->config;
     c->probes = grown(c->probes, c->probe_count, sizeof *c->probes);
     struct probe *p = &c->probes[c->probe_count++];
@@ -244,7 +244,7 @@ static void check_complete(const struct reader *r, bool motor_only)
 
 void config_load(struct config *config, const char *path, bool motor_only)
 {
-    struct reader r = { path, 0, config };
+    struct reader r = {path, 0, config};
     set_initial(config);
     FILE *file = fopen(path, "r");
     if (!file) {

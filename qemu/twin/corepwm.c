@@ -51,7 +51,7 @@ static struct corepwm_edge *edge_at(struct corepwm *c, uint32_t count)
     }
     memmove(&c->edges[n + 1], &c->edges[n], (size_t)(c->edge_count - n) * sizeof c->edges[0]);
     c->edge_count++;
-    c->edges[n] = (struct corepwm_edge){ .count = count };
+    c->edges[n] = (struct corepwm_edge){.count = count};
     return &c->edges[n];
 }
 

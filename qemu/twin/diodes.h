@@ -6,7 +6,7 @@
 #include "circuit.h"
 
 #define LONGEST_JOINED_STEP_S 0.5e-6 /* with two terminals joined, diodes are settled once a step and not located */
-#define DIODE_ZERO_A 1e-6 /* a current below this has ended */
+#define DIODE_ZERO_A          1e-6   /* a current below this has ended */
 
 bool diodes_any_off(const struct inverter *inv);
 /* Brings those legs into agreement with the motor's currents and voltages, and leaves the circuit that follows. The

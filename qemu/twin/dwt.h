@@ -5,14 +5,14 @@
 
 #include <stdint.h>
 
-#define DWT_BASE 0xE0001000u
+#define DWT_BASE  0xE0001000u
 #define DWT_BYTES 0x1000u
 
 struct dwt {
     uint64_t (*elapsed)(void); /* cycles since power-on, from the cycle source */
     uint32_t control;
-    uint32_t count;   /* value at `since` */
-    uint64_t since;   /* reading of the source when count was last set */
+    uint32_t count; /* value at `since` */
+    uint64_t since; /* reading of the source when count was last set */
 };
 
 void dwt_init(struct dwt *d, uint64_t (*elapsed)(void));

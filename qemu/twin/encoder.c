@@ -8,8 +8,8 @@ enum { ENABLE = 1u << 0, REVERSE = 1u << 1 };
 enum { INDEX_SEEN = 1u << 0, ILLEGAL = 1u << 1, SIGNAL_LOST = 1u << 2 };
 
 #define COUNTS_AFTER_RESET 4096
-#define COUNTS_MIN 4
-#define COUNTS_MAX 65536
+#define COUNTS_MIN         4
+#define COUNTS_MAX         65536
 
 void encoder_reset(struct encoder *e, int64_t edges)
 {
@@ -75,8 +75,8 @@ void encoder_follow(struct encoder *e, int64_t edges, int64_t index_edge, int64_
         return;
     }
     /* The last index that was entered on the way, counted back from where the shaft is now. */
-    int64_t beyond = moved > 0 ? modulo(edges - index_edge, edges_per_turn)
-                               : -modulo(index_edge - edges, edges_per_turn);
+    int64_t beyond =
+        moved > 0 ? modulo(edges - index_edge, edges_per_turn) : -modulo(index_edge - edges, edges_per_turn);
     bool crossed = moved > 0 ? beyond < moved : beyond > moved;
     e->edges = edges;
     if (!(e->control & ENABLE) || e->cut || e->frozen) {

@@ -16,29 +16,29 @@ static const struct syntax {
     const char *arguments;
     const char *usage;
 } kinds[] = {
-    { "console", EVENT_CONSOLE, "t", "console TEXT" },
-    { "load_nm", EVENT_LOAD, "n", "load_nm TORQUE" },
-    { "lock", EVENT_LOCK, "b", "lock 0|1" },
-    { "spin_rad_s", EVENT_SPIN, "n", "spin_rad_s SPEED" },
-    { "spin", EVENT_SPIN_OFF, "x", "spin off" },
-    { "supply_v", EVENT_SUPPLY_V, "s", "supply_v VOLTS" },
-    { "supply_sinks", EVENT_SUPPLY_SINKS, "b", "supply_sinks 0|1" },
-    { "sensor_add", EVENT_SENSOR_ADD, "pn", "sensor_add A|B|C AMPERES" },
-    { "sensor_gain", EVENT_SENSOR_GAIN, "pn", "sensor_gain A|B|C GAIN" },
-    { "sensor_offset", EVENT_SENSOR_OFFSET, "pn", "sensor_offset A|B|C LSB" },
-    { "sensor_stuck", EVENT_SENSOR_STUCK, "pc", "sensor_stuck A|B|C CODE|off (0...4095)" },
-    { "driver_fault", EVENT_DRIVER_FAULT, "b", "driver_fault 0|1" },
-    { "short", EVENT_SHORT, "qr", "short AB|BC|CA OHM|off (0.0001...100)" },
-    { "encoder_cut", EVENT_ENCODER_CUT, "b", "encoder_cut 0|1" },
-    { "encoder_freeze", EVENT_ENCODER_FREEZE, "b", "encoder_freeze 0|1" },
-    { "encoder_illegal", EVENT_ENCODER_ILLEGAL, "", "encoder_illegal" },
-    { "encoder_slip", EVENT_ENCODER_SLIP, "i", "encoder_slip COUNTS" },
-    { "irq_delay", EVENT_IRQ_DELAY, "s", "irq_delay SECONDS" },
-    { "irq_block", EVENT_IRQ_BLOCK, "b", "irq_block 0|1" },
-    { "watchdog_reset", EVENT_WATCHDOG_RESET, "", "watchdog_reset" },
-    { "phase_open", EVENT_PHASE_OPEN, "pb", "phase_open A|B|C 0|1" },
-    { "poke", EVENT_POKE, "aw", "poke ADDRESS WORD" },
-    { "poke_rom", EVENT_POKE_ROM, "ah", "poke_rom ADDRESS HALFWORD" },
+    {"console", EVENT_CONSOLE, "t", "console TEXT"},
+    {"load_nm", EVENT_LOAD, "n", "load_nm TORQUE"},
+    {"lock", EVENT_LOCK, "b", "lock 0|1"},
+    {"spin_rad_s", EVENT_SPIN, "n", "spin_rad_s SPEED"},
+    {"spin", EVENT_SPIN_OFF, "x", "spin off"},
+    {"supply_v", EVENT_SUPPLY_V, "s", "supply_v VOLTS"},
+    {"supply_sinks", EVENT_SUPPLY_SINKS, "b", "supply_sinks 0|1"},
+    {"sensor_add", EVENT_SENSOR_ADD, "pn", "sensor_add A|B|C AMPERES"},
+    {"sensor_gain", EVENT_SENSOR_GAIN, "pn", "sensor_gain A|B|C GAIN"},
+    {"sensor_offset", EVENT_SENSOR_OFFSET, "pn", "sensor_offset A|B|C LSB"},
+    {"sensor_stuck", EVENT_SENSOR_STUCK, "pc", "sensor_stuck A|B|C CODE|off (0...4095)"},
+    {"driver_fault", EVENT_DRIVER_FAULT, "b", "driver_fault 0|1"},
+    {"short", EVENT_SHORT, "qr", "short AB|BC|CA OHM|off (0.0001...100)"},
+    {"encoder_cut", EVENT_ENCODER_CUT, "b", "encoder_cut 0|1"},
+    {"encoder_freeze", EVENT_ENCODER_FREEZE, "b", "encoder_freeze 0|1"},
+    {"encoder_illegal", EVENT_ENCODER_ILLEGAL, "", "encoder_illegal"},
+    {"encoder_slip", EVENT_ENCODER_SLIP, "i", "encoder_slip COUNTS"},
+    {"irq_delay", EVENT_IRQ_DELAY, "s", "irq_delay SECONDS"},
+    {"irq_block", EVENT_IRQ_BLOCK, "b", "irq_block 0|1"},
+    {"watchdog_reset", EVENT_WATCHDOG_RESET, "", "watchdog_reset"},
+    {"phase_open", EVENT_PHASE_OPEN, "pb", "phase_open A|B|C 0|1"},
+    {"poke", EVENT_POKE, "aw", "poke ADDRESS WORD"},
+    {"poke_rom", EVENT_POKE_ROM, "ah", "poke_rom ADDRESS HALFWORD"},
 };
 
 static bool number(const char *word, double min, double max, double *value)
@@ -58,7 +58,7 @@ static bool integer(const char *word, double max, uint32_t *value)
 
 static bool terminals(const char *word, struct event *e)
 {
-    static const char *const pairs[] = { "AB", "BC", "CA" };
+    static const char *const pairs[] = {"AB", "BC", "CA"};
     for (int n = 0; n < 3; n++) {
         if (strcmp(word, pairs[n]) == 0) {
             e->phase = n;
@@ -119,8 +119,8 @@ static bool arguments(const char *types, const char *line, struct event *e)
 {
     char copy[256];
     if (types[0] == 't') {
-        e->text = strdup(line);
-        return *line != '\0';
+        e->text = strdup(line); /* an empty line is one, too */
+        return e->text != NULL;
     }
     if ((size_t)snprintf(copy, sizeof copy, "%s", line) >= sizeof copy) {
         return false;

@@ -13,7 +13,10 @@
 
 #define LONGEST_STEP_S 10e-6
 
-#define KEY(field, lo, hi, init) { #field, offsetof(struct inverter_params, field), lo, hi, init }
+#define KEY(field, lo, hi, init) \
+    { \
+#field, offsetof(struct inverter_params, field), lo, hi, init \
+    }
 const struct config_key inverter_keys[] = {
     KEY(vbus_v, 0, 2000, CONFIG_REQUIRED),
     KEY(supply_resistance_ohm, 0, 1e3, 0.05),
@@ -120,7 +123,7 @@ struct watch {
 
 static struct watch watch_for(const struct inverter *inv, const double i_start_a[3])
 {
-    struct watch w = { .trip = !inv->overcurrent };
+    struct watch w = {.trip = !inv->overcurrent};
     for (int k = 0; k < 3; k++) {
         w.diode[k] = (inv->leg[k] == LEG_DIODE_LO && i_start_a[k] > DIODE_ZERO_A) ||
                      (inv->leg[k] == LEG_DIODE_HI && i_start_a[k] < -DIODE_ZERO_A);
@@ -145,8 +148,8 @@ static double event_margin(const struct inverter *inv, const struct watch *w, co
 
 static struct bus bus_of(const struct inverter *inv)
 {
-    return (struct bus){ inv->p.vbus_v, inv->p.supply_resistance_ohm, inv->p.bus_capacitance_f,
-                         inv->p.supply_sinks != 0 };
+    return (struct bus){inv->p.vbus_v, inv->p.supply_resistance_ohm, inv->p.bus_capacitance_f,
+                        inv->p.supply_sinks != 0};
 }
 
 struct step {
@@ -231,7 +234,7 @@ static double advance_step(struct inverter *inv, struct motor *motor, double dt_
     inv->bus_v = bus_voltage_after(&bus, start_v, drawn_a, dt_s / 2);
     circuit_build(inv, &c);
 
-    struct step st = { .inv = inv, .before = motor, .circuit = &c, .watch = watch_for(inv, i_start_a) };
+    struct step st = {.inv = inv, .before = motor, .circuit = &c, .watch = watch_for(inv, i_start_a)};
     double margin_a = event_margin(inv, &st.watch, i_start_a);
     try_step(&st, dt_s);
     if (inv->short_from < 0 && margin_a > 0 && st.margin_a < -DIODE_ZERO_A) {

@@ -26,7 +26,7 @@ extern const struct config_key inverter_keys[];
 
 /* Bit 2k of a gate mask is the high side of phase k, bit 2k+1 its low side. */
 #define GATE_HIGH(phase) (1u << (2 * (phase)))
-#define GATE_LOW(phase) (2u << (2 * (phase)))
+#define GATE_LOW(phase)  (2u << (2 * (phase)))
 
 enum leg_state {
     LEG_HIGH,     /* high switch conducts */
@@ -48,7 +48,7 @@ struct inverter {
     bool wire_open[3];
     int short_from, short_to; /* terminals joined by short_ohm; short_from < 0: none */
     double short_ohm;
-    bool overcurrent; /* the comparators' outputs now */
+    bool overcurrent;                        /* the comparators' outputs now */
     double energy_supply_j, energy_bridge_j; /* out of the ideal source; out of the bus into the bridge */
 };
 

@@ -6,7 +6,7 @@
 
 #include <stdint.h>
 
-#define MMUART_EXTENSION_BASE 0x40000020u
+#define MMUART_EXTENSION_BASE  0x40000020u
 #define MMUART_EXTENSION_BYTES 0x40u
 
 struct mmuart_extension {

@@ -17,9 +17,9 @@
 #include "config.h"
 #include "motor.h"
 
-#define PI 3.141592653589793
-#define SQRT3 1.7320508075688772
-#define RAD_S_PER_RPM (PI / 30)
+#define PI                    3.141592653589793
+#define SQRT3                 1.7320508075688772
+#define RAD_S_PER_RPM         (PI / 30)
 #define BENCH_TIME_CONSTANT_S 0.02 /* mechanical, wherever only the steady state is read */
 
 static struct config config;
@@ -28,7 +28,7 @@ static struct motor fresh_motor(void)
 {
     struct motor m;
     struct motor_params p = config.plant.motor;
-    struct load_params no_load = { 0 };
+    struct load_params no_load = {0};
     p.ambient_c = 25;
     p.copper_tempco_per_k = 0;
     motor_init(&m, &p, &no_load);
@@ -38,7 +38,7 @@ static struct motor fresh_motor(void)
 static void turn_to_electrical(struct motor *m, double angle_rad)
 {
     struct motor_params p = m->p;
-    struct load_params no_load = { 0 };
+    struct load_params no_load = {0};
     p.initial_angle_rad = angle_rad / p.pole_pairs;
     motor_init(m, &p, &no_load);
 }
@@ -75,7 +75,7 @@ static void settle(struct motor *m, const struct motor_source *source)
 
 static struct motor_source phase_voltages(double a_v, double b_v, double c_v)
 {
-    return (struct motor_source){ .emf_v = { a_v, b_v, c_v } };
+    return (struct motor_source){.emf_v = {a_v, b_v, c_v}};
 }
 
 /* DC from terminal A to terminal B, C open. */
@@ -94,7 +94,7 @@ static void report(const char *name, double value, const char *unit)
 static void back_emf(void)
 {
     struct motor m = fresh_motor();
-    struct motor_source open = { .held = { true, true, true } };
+    struct motor_source open = {.held = {true, true, true}};
     const double krpm = 1;
     double peak_v = 0, v[3];
     motor_spin(&m, krpm * 1000 * RAD_S_PER_RPM);
@@ -173,7 +173,7 @@ static void torque_constants(double r_line_line_ohm, double rated_a_rms)
 /* Locked rotor on a DC voltage: the best position, and the mean over the 60 degrees that one commutation lasts. */
 static void stall(double bus_v)
 {
-    double best_nm = 0, sum_nm = 0, i_a[3] = { 0 };
+    double best_nm = 0, sum_nm = 0, i_a[3] = {0};
     const int positions = 61;
     for (int n = 0; n < positions; n++) {
         struct motor m = fresh_motor();
@@ -201,11 +201,11 @@ static double electrical_angle(const struct motor *m)
 /* The two terminals whose current leads the rotor by 60 to 120 degrees. */
 static struct motor_source six_step(const struct motor *m, double bus_v)
 {
-    static const int from[6] = { 0, 0, 1, 1, 2, 2 }, to[6] = { 1, 2, 2, 0, 0, 1 };
+    static const int from[6] = {0, 0, 1, 1, 2, 2}, to[6] = {1, 2, 2, 0, 0, 1};
     /* Sector n drives a current at -30 + 60 n degrees; it serves the rotor from -150 + 60 n to -90 + 60 n. */
     double turns = (electrical_angle(m) + 5 * PI / 6) / (2 * PI);
     int n = (int)floor(6 * (turns - floor(turns))) % 6;
-    struct motor_source s = { .held = { true, true, true } };
+    struct motor_source s = {.held = {true, true, true}};
     s.emf_v[from[n]] = bus_v;
     s.held[from[n]] = false;
     s.held[to[n]] = false;

@@ -17,15 +17,18 @@
 
 #include <string.h>
 
-#define SQRT3 1.7320508075688772
-#define SHORT_STEP 0.01  /* of the longest step: an error per step below 1e-8 of the change */
+#define SQRT3       1.7320508075688772
+#define SHORT_STEP  0.01 /* of the longest step: an error per step below 1e-8 of the change */
 #define REFERENCE_C 25.0 /* temperature at which data sheets state the resistance */
 
 /* Electrical angle of the magnetic axes of A, B, C. */
-static const double axis_cos[3] = { 1.0, -0.5, -0.5 };
-static const double axis_sin[3] = { 0.0, SQRT3 / 2, -SQRT3 / 2 };
+static const double axis_cos[3] = {1.0, -0.5, -0.5};
+static const double axis_sin[3] = {0.0, SQRT3 / 2, -SQRT3 / 2};
 
-#define KEY(field, lo, hi, init) { #field, offsetof(struct motor_params, field), lo, hi, init }
+#define KEY(field, lo, hi, init) \
+    { \
+#field, offsetof(struct motor_params, field), lo, hi, init \
+    }
 const struct config_key motor_keys[] = {
     KEY(pole_pairs, 1, 100, CONFIG_REQUIRED),
     KEY(resistance_ohm, 1e-4, 1e3, CONFIG_REQUIRED),
@@ -45,7 +48,10 @@ const struct config_key motor_keys[] = {
     CONFIG_KEYS_END,
 };
 #undef KEY
-#define KEY(field, lo, hi, init) { #field, offsetof(struct load_params, field), lo, hi, init }
+#define KEY(field, lo, hi, init) \
+    { \
+#field, offsetof(struct load_params, field), lo, hi, init \
+    }
 const struct config_key load_keys[] = {
     KEY(inertia_kgm2, 0, 1e3, 0),
     KEY(viscous_nms, 0, 1e3, 0),
@@ -63,7 +69,7 @@ struct step_constants {
     double resistance_ohm;
     double total_inertia_kgm2;
     double total_viscous_nms;
-    double direction; /* sign of the Coulomb torque; 0 when the shaft does not move by itself */
+    double direction;  /* sign of the Coulomb torque; 0 when the shaft does not move by itself */
     double cogging_nm; /* of the start: its angle moves little in a step */
     double cos_start, sin_start, theta_start_rad;
     int held_count;
@@ -279,10 +285,10 @@ static double largest(const double r_ohm[3][3])
 
 void motor_step(struct motor *m, const struct motor_source *source, double dt_s)
 {
-    struct step_constants k = { .m = m, .source = source, .direction = friction_direction(m) };
+    struct step_constants k = {.m = m, .source = source, .direction = friction_direction(m)};
     k.shaft_free = m->shaft == SHAFT_FREE && !m->stuck;
     begin(&k);
-    double y[STATES] = { m->i_d_a, m->i_q_a, m->speed_rad_s, m->theta_rad };
+    double y[STATES] = {m->i_d_a, m->i_q_a, m->speed_rad_s, m->theta_rad};
     if (k.held_count > 1) {
         y[I_D] = 0;
         y[I_Q] = 0;
@@ -318,8 +324,8 @@ void motor_step(struct motor *m, const struct motor_source *source, double dt_s)
 
 void motor_star_voltages(const struct motor *m, const struct motor_source *source, double v_v[3])
 {
-    struct step_constants k = { .m = m, .source = source };
-    double y[STATES] = { m->i_d_a, m->i_q_a, m->speed_rad_s, m->theta_rad };
+    struct step_constants k = {.m = m, .source = source};
+    double y[STATES] = {m->i_d_a, m->i_q_a, m->speed_rad_s, m->theta_rad};
     double dy[STATES];
     begin(&k);
     derivative(&k, y, dy);

@@ -58,7 +58,7 @@ struct motor {
     double sin_e, cos_e; /* of the electrical angle, kept with theta_rad */
 
     enum shaft shaft;
-    bool stuck; /* free, but held by Coulomb friction */
+    bool stuck;     /* free, but held by Coulomb friction */
     double load_nm; /* external torque against positive rotation, whatever the speed */
 
     double volt_alpha_vs, volt_beta_vs; /* integrals of the phase voltages against the star point */

@@ -5,9 +5,9 @@
 
 #include <string.h>
 
-#define SLOT_BYTES 0x1000u
+#define SLOT_BYTES      0x1000u
 #define TRIGGER_CHANNEL 6 /* PWM7 */
-#define SQRT3 1.7320508075688772
+#define SQRT3           1.7320508075688772
 
 enum { SLOT_COREPWM, SLOT_ADC, SLOT_ENCODER, SLOT_GATE };
 
@@ -22,8 +22,8 @@ void plant_init(struct plant *p, const struct plant_params *params)
 
 static void follow_shaft(struct plant *p)
 {
-    encoder_follow(&p->encoder, sensors_encoder_edges(&p->sensors, p->motor.theta_rad),
-                   sensors_index_edge(&p->sensors), (int64_t)p->sensors.p.encoder_counts);
+    encoder_follow(&p->encoder, sensors_encoder_edges(&p->sensors, p->motor.theta_rad), sensors_index_edge(&p->sensors),
+                   (int64_t)p->sensors.p.encoder_counts);
 }
 
 void plant_reset_fabric(struct plant *p)

@@ -5,7 +5,7 @@
 
 static double value_of(const struct probe *p)
 {
-    uint8_t bytes[4] = { 0 };
+    uint8_t bytes[4] = {0};
     uint32_t word = 0;
     vm_read_memory(p->address, bytes, p->bytes);
     for (unsigned n = 0; n < p->bytes; n++) {

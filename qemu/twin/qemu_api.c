@@ -11,12 +11,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define OPAQUE_BYTES 4096
-#define ABOVE_THE_MACHINE 10
-#define CLOCK_VIRTUAL 1
-#define SCALE_NS 1
+#define OPAQUE_BYTES         4096
+#define ABOVE_THE_MACHINE    10
+#define CLOCK_VIRTUAL        1
+#define SCALE_NS             1
 #define LITTLE_ENDIAN_DEVICE 2
-#define WFI_T1 0xBF30 /* WFI, encoding T1 in the ARMv7-M Architecture Reference Manual; it ends a translated block */
+#define WFI_T1               0xBF30 /* WFI, encoding T1 in the ARMv7-M Architecture Reference Manual; it ends a translated block */
 
 typedef void opaque;
 
@@ -37,35 +37,35 @@ struct region_ops {
     } impl;
 };
 
-#define FUNCTIONS(X)                                                                                                  \
-    X(void, qemu_plugin_register_vcpu_init_cb, (uint64_t, void (*)(uint64_t, unsigned)))                              \
-    X(void, qemu_plugin_register_vcpu_tb_trans_cb, (uint64_t, void (*)(uint64_t, opaque *)))                          \
-    X(void, qemu_plugin_register_atexit_cb, (uint64_t, void (*)(uint64_t, void *), void *))                           \
-    X(size_t, qemu_plugin_tb_n_insns, (const opaque *))                                                               \
-    X(opaque *, qemu_plugin_tb_get_insn, (const opaque *, size_t))                                                    \
-    X(void, qemu_plugin_register_vcpu_insn_exec_cb, (opaque *, void (*)(unsigned, void *), int, void *))              \
-    X(uint64_t, qemu_plugin_insn_vaddr, (const opaque *))                                                             \
-    X(opaque *, qemu_get_cpu, (int))                                                                                  \
-    X(void, icount_update, (opaque *))                                                                                \
-    X(opaque *, get_system_memory, (void))                                                                            \
-    X(void, memory_region_init_io, (opaque *, opaque *, const struct region_ops *, void *, const char *, uint64_t))   \
-    X(void, memory_region_add_subregion_overlap, (opaque *, uint64_t, opaque *, int))                                 \
-    X(opaque *, object_resolve_path_type, (const char *, const char *, bool *))                                       \
-    X(opaque *, object_resolve_path_component, (opaque *, const char *))                                              \
-    X(opaque *, qdev_get_gpio_in, (opaque *, int))                                                                    \
-    X(void, qemu_set_irq, (opaque *, int))                                                                            \
-    X(int64_t, qemu_clock_get_ns, (int))                                                                              \
-    X(void, timer_init_full, (opaque *, opaque *, int, int, int, void (*)(void *), void *))                           \
-    X(void, timer_mod_ns, (opaque *, int64_t))                                                                        \
-    X(void, timer_del, (opaque *))                                                                                    \
-    X(void, qemu_register_reset, (void (*)(void *), void *))                                                          \
-    X(bool, runstate_is_running, (void))                                                                              \
-    X(opaque *, qemu_add_vm_change_state_handler, (void (*)(void *, bool, int), void *))                              \
-    X(void, watchdog_perform_action, (void))                                                                          \
-    X(void, cpu_physical_memory_rw, (uint64_t, void *, uint64_t, bool))                                               \
-    X(int, address_space_write_rom, (opaque *, uint64_t, uint64_t attributes, const void *, uint64_t))                \
-    X(opaque *, qemu_chr_find, (const char *))                                                                        \
-    X(int, qemu_chr_be_can_write, (opaque *))                                                                         \
+#define FUNCTIONS(X) \
+    X(void, qemu_plugin_register_vcpu_init_cb, (uint64_t, void (*)(uint64_t, unsigned))) \
+    X(void, qemu_plugin_register_vcpu_tb_trans_cb, (uint64_t, void (*)(uint64_t, opaque *))) \
+    X(void, qemu_plugin_register_atexit_cb, (uint64_t, void (*)(uint64_t, void *), void *)) \
+    X(size_t, qemu_plugin_tb_n_insns, (const opaque *)) \
+    X(opaque *, qemu_plugin_tb_get_insn, (const opaque *, size_t)) \
+    X(void, qemu_plugin_register_vcpu_insn_exec_cb, (opaque *, void (*)(unsigned, void *), int, void *)) \
+    X(uint64_t, qemu_plugin_insn_vaddr, (const opaque *)) \
+    X(opaque *, qemu_get_cpu, (int)) \
+    X(void, icount_update, (opaque *)) \
+    X(opaque *, get_system_memory, (void)) \
+    X(void, memory_region_init_io, (opaque *, opaque *, const struct region_ops *, void *, const char *, uint64_t)) \
+    X(void, memory_region_add_subregion_overlap, (opaque *, uint64_t, opaque *, int)) \
+    X(opaque *, object_resolve_path_type, (const char *, const char *, bool *)) \
+    X(opaque *, object_resolve_path_component, (opaque *, const char *)) \
+    X(opaque *, qdev_get_gpio_in, (opaque *, int)) \
+    X(void, qemu_set_irq, (opaque *, int)) \
+    X(int64_t, qemu_clock_get_ns, (int)) \
+    X(void, timer_init_full, (opaque *, opaque *, int, int, int, void (*)(void *), void *)) \
+    X(void, timer_mod_ns, (opaque *, int64_t)) \
+    X(void, timer_del, (opaque *)) \
+    X(void, qemu_register_reset, (void (*)(void *), void *)) \
+    X(bool, runstate_is_running, (void)) \
+    X(opaque *, qemu_add_vm_change_state_handler, (void (*)(void *, bool, int), void *)) \
+    X(void, watchdog_perform_action, (void)) \
+    X(void, cpu_physical_memory_rw, (uint64_t, void *, uint64_t, bool)) \
+    X(int, address_space_write_rom, (opaque *, uint64_t, uint64_t attributes, const void *, uint64_t)) \
+    X(opaque *, qemu_chr_find, (const char *)) \
+    X(int, qemu_chr_be_can_write, (opaque *)) \
     X(void, qemu_chr_be_write, (opaque *, const uint8_t *, int))
 
 #define MEMBER(result, name, parameters) result(*name) parameters;

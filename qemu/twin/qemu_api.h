@@ -54,7 +54,7 @@ __attribute__((noreturn)) void vm_end(void);
 
 /* ---- typing ---- */
 struct vm_chardev;
-struct vm_chardev *vm_find_chardev(const char *id); /* NULL if there is none of that name */
+struct vm_chardev *vm_find_chardev(const char *id);     /* NULL if there is none of that name */
 bool vm_type(struct vm_chardev *chardev, uint8_t byte); /* false if there is no room now */
 
 #endif

@@ -86,8 +86,7 @@ static void disturb_encoder(const struct event *e, struct encoder *encoder)
 
 static void poke(const struct event *e)
 {
-    uint8_t bytes[4] = { (uint8_t)e->word, (uint8_t)(e->word >> 8), (uint8_t)(e->word >> 16),
-                         (uint8_t)(e->word >> 24) };
+    uint8_t bytes[4] = {(uint8_t)e->word, (uint8_t)(e->word >> 8), (uint8_t)(e->word >> 16), (uint8_t)(e->word >> 24)};
     if (e->kind == EVENT_POKE) {
         vm_write_memory(e->address, bytes, 4);
     } else {

@@ -4,11 +4,14 @@
 #include <math.h>
 #include <string.h>
 
-#define CODES 4096
-#define MIDDLE 2048
+#define CODES    4096
+#define MIDDLE   2048
 #define TURN_RAD 6.283185307179586
 
-#define KEY(field, lo, hi, init) { #field, offsetof(struct sensor_params, field), lo, hi, init }
+#define KEY(field, lo, hi, init) \
+    { \
+#field, offsetof(struct sensor_params, field), lo, hi, init \
+    }
 const struct config_key sensor_keys[] = {
     KEY(i_range_a, 1e-3, 1e5, CONFIG_REQUIRED),
     KEY(v_range_v, 1e-3, 1e5, CONFIG_REQUIRED),
@@ -32,9 +35,9 @@ void sensors_init(struct sensors *s, const struct sensor_params *p, uint64_t see
 {
     memset(s, 0, sizeof *s);
     s->p = *p;
-    s->current[0] = (struct current_sensor){ p->i_gain_a, p->i_offset_a_lsb, 0, -1 };
-    s->current[1] = (struct current_sensor){ p->i_gain_b, p->i_offset_b_lsb, 0, -1 };
-    s->current[2] = (struct current_sensor){ p->i_gain_c, p->i_offset_c_lsb, 0, -1 };
+    s->current[0] = (struct current_sensor){p->i_gain_a, p->i_offset_a_lsb, 0, -1};
+    s->current[1] = (struct current_sensor){p->i_gain_b, p->i_offset_b_lsb, 0, -1};
+    s->current[2] = (struct current_sensor){p->i_gain_c, p->i_offset_c_lsb, 0, -1};
     random_seed(&s->noise, seed);
 }
 

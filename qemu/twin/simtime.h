@@ -9,9 +9,9 @@
 
 typedef int64_t sim_ps;
 
-#define SIM_PS_PER_NS 1000
+#define SIM_PS_PER_NS           1000
 #define SIM_PS_PER_FABRIC_CLOCK 10000 /* docs/fabric.md: 100 MHz */
-#define SIM_NEVER INT64_MAX
+#define SIM_NEVER               INT64_MAX
 
 static inline double sim_to_s(sim_ps t)
 {

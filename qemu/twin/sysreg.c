@@ -17,14 +17,14 @@ enum {
 #define HELD_IN_RESET (0x07FFFFFFu & ~(1u << 0 | 3u << 2 | 1u << 6 | 1u << 7 | 1u << 16 | 1u << 18 | 0x1Fu << 20))
 
 struct sysreg_word sysreg_words[SYSREG_WORDS] = {
-    { RESET_SOURCE_CR, 0, ALL, 0 }, /* first: sysreg_reset() relies on it */
-    { EDAC_CR, 0x3, ALL, 0 },       /* SECDED on both eSRAMs */
-    { SOFT_RESET_CR, HELD_IN_RESET, ALL, 0 },
-    { WDOG_CR, 0x1, 0, 0 },         /* enabled, reset mode */
-    { FACC1_CR, 0, ALL, 0 },        /* every divisor 1, clocked from the PLL */
-    { PLL_STATUS, 0x3, 0, 0 },      /* both locked */
-    { WDOGLOAD, 0x1312D, 0, 0 },
-    { WDOGMVRP, ALL, 0, 0 },
+    {RESET_SOURCE_CR, 0, ALL, 0}, /* first: sysreg_reset() relies on it */
+    {EDAC_CR, 0x3, ALL, 0},       /* SECDED on both eSRAMs */
+    {SOFT_RESET_CR, HELD_IN_RESET, ALL, 0},
+    {WDOG_CR, 0x1, 0, 0},    /* enabled, reset mode */
+    {FACC1_CR, 0, ALL, 0},   /* every divisor 1, clocked from the PLL */
+    {PLL_STATUS, 0x3, 0, 0}, /* both locked */
+    {WDOGLOAD, 0x1312D, 0, 0},
+    {WDOGMVRP, ALL, 0, 0},
 };
 
 uint32_t sysreg_read(void *word, uint32_t offset)

@@ -52,7 +52,7 @@ static void put_text(const char *text)
 
 static void put_number(double value, int decimals, char after)
 {
-    static const double scale[] = { 1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9 };
+    static const double scale[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
     char digits[NUMBER_BYTES];
     int n = NUMBER_BYTES;
     double scaled = value * scale[decimals];

@@ -22,10 +22,10 @@
 #include "trace.h"
 #include "watchdog.h"
 
-#define FABRIC_BASE 0x50000000u
+#define FABRIC_BASE  0x50000000u
 #define FABRIC_BYTES 0x4000u
-#define FABRIC_IRQ0 34
-#define PROGRESS_NS 50000000
+#define FABRIC_IRQ0  34
+#define PROGRESS_NS  50000000
 #define RAD_S_TO_RPM 9.549296585513721
 
 static struct config config;
@@ -274,16 +274,13 @@ static uint64_t instructions_executed(void)
 
 static void map_devices(void)
 {
-    static const struct vm_region fabric = {
-        "mssfoc-fabric", FABRIC_BASE, FABRIC_BYTES, 4, fabric_read, fabric_write, NULL
-    };
-    static const struct vm_region dog = {
-        "mssfoc-watchdog", WATCHDOG_BASE, WATCHDOG_BYTES, 4, watchdog_region_read, watchdog_region_write, NULL
-    };
+    static const struct vm_region fabric = {"mssfoc-fabric", FABRIC_BASE,  FABRIC_BYTES, 4,
+                                            fabric_read,     fabric_write, NULL};
+    static const struct vm_region dog = {"mssfoc-watchdog",     WATCHDOG_BASE, WATCHDOG_BYTES, 4, watchdog_region_read,
+                                         watchdog_region_write, NULL};
     static const struct vm_region uart = {
-        "mssfoc-mmuart", MMUART_EXTENSION_BASE, MMUART_EXTENSION_BYTES, 1, mmuart_read, mmuart_write, &mmuart
-    };
-    static const struct vm_region cycles = { "mssfoc-dwt", DWT_BASE, DWT_BYTES, 4, dwt_read, dwt_write, &dwt };
+        "mssfoc-mmuart", MMUART_EXTENSION_BASE, MMUART_EXTENSION_BYTES, 1, mmuart_read, mmuart_write, &mmuart};
+    static const struct vm_region cycles = {"mssfoc-dwt", DWT_BASE, DWT_BYTES, 4, dwt_read, dwt_write, &dwt};
     static struct vm_region words[SYSREG_WORDS];
 
     vm_map(&fabric);
@@ -292,8 +289,7 @@ static void map_devices(void)
     vm_map_private(&cycles);
     for (int n = 0; n < SYSREG_WORDS; n++) {
         words[n] = (struct vm_region){
-            "mssfoc-sysreg", SYSREG_BASE + sysreg_words[n].offset, 4, 4, sysreg_read, sysreg_write, &sysreg_words[n]
-        };
+            "mssfoc-sysreg", SYSREG_BASE + sysreg_words[n].offset, 4, 4, sysreg_read, sysreg_write, &sysreg_words[n]};
         vm_map(&words[n]);
     }
 }
@@ -309,8 +305,8 @@ static void attach(void)
 static void start(void)
 {
     started = true;
-    trigger_alarm = (struct alarm){ vm_timer_new(wake, &trigger_alarm), -1 };
-    conversion_alarm = (struct alarm){ vm_timer_new(wake, &conversion_alarm), -1 };
+    trigger_alarm = (struct alarm){vm_timer_new(wake, &trigger_alarm), -1};
+    conversion_alarm = (struct alarm){vm_timer_new(wake, &conversion_alarm), -1};
     interrupt_timer = vm_timer_new(wake, NULL);
     watchdog_timer = vm_timer_new(watchdog_expired, NULL);
     watchdog_init(&watchdog, watchdog_bite);
@@ -318,9 +314,9 @@ static void start(void)
     if (config.console_id) {
         console_attach(config.console_id);
     }
-    scenario_start(config.events, config.event_count,
-                   &(struct scenario_board){ &plant, sync_plant, plant_changed, delay_interrupt, block_interrupt,
-                                             watchdog_bite });
+    scenario_start(
+        config.events, config.event_count,
+        &(struct scenario_board){&plant, sync_plant, plant_changed, delay_interrupt, block_interrupt, watchdog_bite});
     if (progress) {
         progress_timer = vm_timer_new(report_progress, NULL);
         vm_timer_at(progress_timer, PROGRESS_NS);

@@ -13,11 +13,11 @@ enum {
     STATUS = 0x18,
 };
 
-#define LOAD_TICKS 0x4C4B7Fu
+#define LOAD_TICKS          0x4C4B7Fu
 #define NO_FORBIDDEN_WINDOW 0xFFFFFFFFu
-#define REFRESH_KEY 0xAC15DE42u
-#define TICK_PS 20000
-#define CONTROL_BITS 7u
+#define REFRESH_KEY         0xAC15DE42u
+#define TICK_PS             20000
+#define CONTROL_BITS        7u
 
 void watchdog_init(struct watchdog *w, void (*reset)(void))
 {

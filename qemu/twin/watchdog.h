@@ -7,7 +7,7 @@
 
 #include "simtime.h"
 
-#define WATCHDOG_BASE 0x40005000u
+#define WATCHDOG_BASE  0x40005000u
 #define WATCHDOG_BYTES 0x1000u
 
 struct watchdog {

@@ -63,7 +63,7 @@ def test_over_long_line_is_refused_whole(tmp_path):
 
 
 def test_empty_line_is_no_command(tmp_path):
-    assert answers(tmp_path, ["", "   ", "version"])[:2] == ["", ""]
+    assert answers(tmp_path, ["", "version", ""])[::2] == ["", ""]
 
 
 def test_help_names_every_command(tmp_path):
