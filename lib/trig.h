@@ -5,7 +5,10 @@
 
 #include "lib/q15.h"
 
-/** sin(2 pi i / 1024) in Q24, 2^-19 too large, for i = 0...1280: one turn, a quarter more for the cosine, and the end of the last chord. */
+/**
+ * sin(2 pi i / 1024) in Q24, 2^-19 too large, for i = 0...1280: one turn, a quarter more for the cosine, and the end of the
+ * last chord.
+ */
 extern const int32_t trig_sine_q24[1281];
 
 /**

@@ -16,7 +16,8 @@
 #define CLOCK_VIRTUAL        1
 #define SCALE_NS             1
 #define LITTLE_ENDIAN_DEVICE 2
-#define WFI_T1               0xBF30 /* WFI, encoding T1 in the ARMv7-M Architecture Reference Manual; it ends a translated block */
+/* WFI, encoding T1 in the ARMv7-M Architecture Reference Manual; it ends a translated block */
+#define WFI_T1 0xBF30
 
 typedef void opaque;
 
