@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""What a stranger meets: the README's example compiles and links, and what is missing is said in one line."""
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+BUILD = Path(os.environ.get("BUILD", "build")).resolve()
+CROSS = os.environ.get("CROSS", "arm-none-eabi-")
+
+
+def run(*command, **variables):
+    env = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")} | variables
+    return subprocess.run(command, capture_output=True, text=True, env=env, stdin=subprocess.DEVNULL, check=False)
+
+
+def complaint(result):
+    """The one line of ours on stderr; make's own line about the failed target may follow."""
+    assert result.returncode != 0, result.stdout
+    ours = [line for line in result.stderr.splitlines() if not line.startswith("make")]
+    assert len(ours) == 1 and ours[0].startswith("mssfoc: "), result.stderr
+    return ours[0]
+
+
+def test_readme_example_compiles_and_links(tmp_path):
+    code = re.search(r"```c\n(.*?)```", Path("README.md").read_text(), re.S).group(1)
+    (tmp_path / "example.c").write_text(code + "\nint main(void)\n{\n    parkoutput_type dq;\n"
+                                        "    currents_to_rotor_frame(1000, -500, 32768, 0, &dq);\n    return (int)dq.id;\n}\n")
+    out = tmp_path / "example.elf"
+    result = run(CROSS + "gcc", "-mcpu=cortex-m3", "-mthumb", "-Wall", "-Wextra", "-Werror", "-Ilib", "-nostartfiles",
+                 "-nodefaultlibs", "-Wl,-emain", str(tmp_path / "example.c"), f"-L{BUILD}", "-lmssfoc", "-o", str(out))
+    assert result.returncode == 0, result.stderr
+    assert out.exists()
+
+
+def test_readme_commands_exist():
+    targets = set(re.findall(r"make ([a-z]+)", Path("README.md").read_text())) - {"it"}
+    for target in targets:
+        assert run("make", "-n", target).returncode == 0, target
+
+
+@pytest.mark.parametrize("probe, words", [("", "PROBE=openocd"), ("stlink", "PROBE=openocd"), ("openocd", "OPENOCD="),
+                                          ("jlink", "JLINK=")])
+def test_flash_says_what_is_missing(probe, words):
+    result = run(".ci/flash", probe, str(BUILD / "mssfoc"), OPENOCD="no-such-openocd", JLINK="no-such-jlink")
+    assert words in complaint(result)
+
+
+def test_missing_tools_are_listed_and_nothing_is_installed(tmp_path):
+    result = run("/bin/sh", ".ci/tools", NO_INSTALL="1", CROSS="no-such-prefix-", HOSTCC="no-such-compiler")
+    line = complaint(result)
+    assert "gcc-arm-none-eabi" in line and "gcc" in line and "NO_INSTALL" in line
+
+
+def test_wrong_qemu_is_named():
+    assert "QEMU=/no/such/qemu" in complaint(run("make", "-s", "run", QEMU="/no/such/qemu"))
+    assert "not a QEMU" in complaint(run("make", "-s", "run", QEMU="/bin/true", BUILD=str(BUILD)))
+
+
+@pytest.mark.parametrize("variable, value", [("MOTOR", "no-such-motor"), ("SCENARIO", "no-such-scenario"), ("SEED", "many")])
+def test_wrong_names_are_named(variable, value):
+    assert value in complaint(run("make", "-s", "run", BUILD=str(BUILD), **{variable: value}))
+
+
+def test_wrong_trig_fraction_does_not_build(tmp_path):
+    result = run("make", "-s", f"BUILD={tmp_path}", "LIB_TRIG_FRAC=32", f"{tmp_path}/libmssfoc.a")
+    assert result.returncode != 0 and "LIB_TRIG_FRAC" in result.stderr
