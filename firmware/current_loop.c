@@ -98,6 +98,12 @@ static inline uint32_t bit_if(bool condition, uint32_t bit)
     return condition ? bit : 0u;
 }
 
+/* More than twice the voltage range cannot be meant, and would not fit the controller. */
+static inline int32_t feedforward(int32_t v_q15)
+{
+    return q15_clamp(v_q15, -2 * Q15_ONE, 2 * Q15_ONE);
+}
+
 static inline dq_t regulate(struct current_loop *c, dq_t i, int32_t w_q15)
 {
     /* the axes disturb each other and the magnets disturb q: v_d = ... - w Lq i_q, v_q = ... + w (Ld i_d + psi) */
@@ -106,8 +112,8 @@ static inline dq_t regulate(struct current_loop *c, dq_t i, int32_t w_q15)
     const int32_t radius = (c->vbus_q15 * RADIUS_PER_VBUS_Q15) >> 15;
     c->radius_q15 = radius;
     dq_t v;
-    v.d = pi_q15_step(&c->pi_d, c->i_d_ref_q15 - i.d, ff_d, radius);
-    v.q = pi_q15_step(&c->pi_q, c->i_q_ref_q15 - i.q, ff_q, circle_rest_q15(v.d, radius));
+    v.d = pi_q15_step(&c->pi_d, c->i_d_ref_q15 - i.d, feedforward(ff_d), radius);
+    v.q = pi_q15_step(&c->pi_q, c->i_q_ref_q15 - i.q, feedforward(ff_q), circle_rest_q15(v.d, radius));
     c->pi_d.integral_q30 &= (int32_t)c->integrate_mask;
     c->pi_q.integral_q30 &= (int32_t)c->integrate_mask;
     return v;
