@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/params.h"
 
-#include <stdbool.h>
+#include "firmware/text.h"
 
 #define PARAM(field, low, high, start) \
     { \
@@ -40,15 +40,6 @@ static int32_t *field(const struct param_info *info)
     return (int32_t *)(void *)((char *)&params + info->offset);
 }
 
-static bool same(const char *a, const char *b)
-{
-    while (*a != '\0' && *a == *b) {
-        a++;
-        b++;
-    }
-    return *a == *b;
-}
-
 void params_init(void)
 {
     for (size_t i = 0; i < param_count; i++) {
@@ -59,7 +50,7 @@ void params_init(void)
 const struct param_info *param_find(const char *name)
 {
     for (size_t i = 0; i < param_count; i++) {
-        if (same(param_table[i].name, name)) {
+        if (text_equal(param_table[i].name, name)) {
             return &param_table[i];
         }
     }
