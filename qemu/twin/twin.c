@@ -13,6 +13,7 @@
 #include "config.h"
 #include "console.h"
 #include "dwt.h"
+#include "gpio.h"
 #include "mmuart.h"
 #include "plant.h"
 #include "probes.h"
@@ -33,6 +34,7 @@ static struct plant plant;
 static struct watchdog watchdog;
 static struct dwt dwt;
 static struct mmuart_extension mmuart;
+static struct gpio gpio;
 static uint64_t instructions;
 static double *probe_values;
 static FILE *progress;
@@ -202,6 +204,7 @@ static void system_reset(void *unused)
     sysreg_reset(watchdog_bit ? RESET_WATCHDOG : RESET_SOFT);
     watchdog_bit = false;
     memset(&mmuart, 0, sizeof mmuart);
+    memset(&gpio, 0, sizeof gpio);
     dwt_reset(&dwt);
     watchdog_reload(&watchdog, plant.now);
     watchdog_rearm();
@@ -280,12 +283,14 @@ static void map_devices(void)
                                          watchdog_region_write, NULL};
     static const struct vm_region uart = {
         "mssfoc-mmuart", MMUART_EXTENSION_BASE, MMUART_EXTENSION_BYTES, 1, mmuart_read, mmuart_write, &mmuart};
+    static const struct vm_region pins = {"mssfoc-gpio", GPIO_BASE, GPIO_BYTES, 4, gpio_read, gpio_write, &gpio};
     static const struct vm_region cycles = {"mssfoc-dwt", DWT_BASE, DWT_BYTES, 4, dwt_read, dwt_write, &dwt};
     static struct vm_region words[SYSREG_WORDS];
 
     vm_map(&fabric);
     vm_map(&dog);
     vm_map(&uart);
+    vm_map(&pins);
     vm_map_private(&cycles);
     for (int n = 0; n < SYSREG_WORDS; n++) {
         words[n] = (struct vm_region){

@@ -409,6 +409,19 @@ static void test_core(void)
     harness_equal("systick: ticks", systick_calls, 3u);
 
     harness_true("gpio: a pin over 31 reads low", !gpio_read(GPIO_PINS));
+    gpio_configure_output(5u);
+    gpio_configure_output(31u);
+    gpio_configure_input(6u);
+    gpio_write(5u, true);
+    gpio_write(6u, true);
+    harness_true("gpio: an output reads back high", gpio_read(5u));
+    harness_true("gpio: another output stays low", !gpio_read(31u));
+    harness_true("gpio: an input does not follow the output register", !gpio_read(6u));
+    gpio_write(31u, true);
+    gpio_write(5u, false);
+    harness_true("gpio: low again, the other one high", !gpio_read(5u) && gpio_read(31u));
+    gpio_write(GPIO_PINS, true);
+    harness_equal("gpio: a pin over 31 writes nothing", GPIO->GPIO_OUT, (1u << 31) | (1u << 6));
 }
 
 /* ---- watchdog ---- */

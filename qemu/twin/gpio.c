@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "gpio.h"
+
+#include <stdbool.h>
+
+enum { IRQ = 0x80, IN = 0x84, OUT = 0x88 };
+enum { OUTPUT = 1, INPUT = 2, OUTPUT_BUFFER = 4, CONFIG_BITS = 0xFF };
+
+static bool pin_high(const struct gpio *g, unsigned pin)
+{
+    const uint32_t through = OUTPUT | OUTPUT_BUFFER | INPUT;
+    return (g->config[pin] & through) == through && ((g->out >> pin) & 1u) != 0;
+}
+
+uint32_t gpio_read(void *gpio, uint32_t offset)
+{
+    const struct gpio *g = gpio;
+    if (offset < IRQ) {
+        return g->config[offset / 4];
+    }
+    if (offset == OUT) {
+        return g->out;
+    }
+    uint32_t in = 0;
+    for (unsigned pin = 0; offset == IN && pin < GPIO_PINS; pin++) {
+        in |= (uint32_t)pin_high(g, pin) << pin;
+    }
+    return in;
+}
+
+void gpio_write(void *gpio, uint32_t offset, uint32_t value)
+{
+    struct gpio *g = gpio;
+    if (offset < IRQ) {
+        g->config[offset / 4] = value & CONFIG_BITS;
+    } else if (offset == OUT) {
+        g->out = value;
+    }
+}
