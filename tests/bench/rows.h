@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT */
+/* The groups of rows, in the order of the table. Each prints its rows as it goes. */
+#ifndef TESTS_BENCH_ROWS_H
+#define TESTS_BENCH_ROWS_H
+
+#include "tests/bench/timing.h"
+
+/* One set of samples is enough: groups run one after the other. */
+extern struct timing rows_timing;
+
+/* The library's functions, each beside its portable C. */
+void rows_arithmetic(void);
+
+/* The current loop: whole, and stage by stage. */
+void rows_current_loop(void);
+
+/* What runs once a millisecond. */
+void rows_slow_loop(void);
+
+/* What runs once in a while: faults and the console. */
+void rows_seldom(void);
+
+/* What the core itself takes to enter and leave an interrupt. */
+void rows_interrupt(void);
+
+/*
+ * Times an interrupt as the core takes it, raised by software: everything from its request to the instruction after it,
+ * less the same with the interrupt disabled. What remains is entry, handler and exit. The line must be low.
+ */
+uint32_t rows_time_interrupt(uint32_t irq);
+
+#endif

@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: MIT */
+#include "lib/Lib.h"
+#include "tests/bench/kernels.h"
+#include "tests/bench/print.h"
+#include "tests/bench/rows.h"
+#include "tests/bench/vectors.h"
+
+#define ARGUMENTS_MAX BENCH_KERNEL_WORDS
+
+void o2_Clarke_Lib_Do(const clarkeinput_type *in, clarkeoutput_type *out);
+void o2_InvClarke_Lib_Do(const invclarkeinput_type *in, invclarkeoutput_type *out);
+void o2_Park_Lib_Do(const parkinput_type *in, parkoutput_type *out);
+void o2_InvPark_Lib_Do(const invparkinput_type *in, invparkoutput_type *out);
+void o3_Clarke_Lib_Do(const clarkeinput_type *in, clarkeoutput_type *out);
+void o3_InvClarke_Lib_Do(const invclarkeinput_type *in, invclarkeoutput_type *out);
+void o3_Park_Lib_Do(const parkinput_type *in, parkoutput_type *out);
+void o3_InvPark_Lib_Do(const invparkinput_type *in, invparkoutput_type *out);
+
+#define LIB_TIMERS(name, reads, writes) \
+    TIMING_FUNCTION(time_shipped_##name, name(in, out)) \
+    TIMING_FUNCTION(time_o2_##name, o2_##name(in, out)) \
+    TIMING_FUNCTION(time_o3_##name, o3_##name(in, out)) \
+    TIMING_FUNCTION(time_moves_##name, moves_##name(in, out))
+#define KERNEL_TIMERS(name, reads, writes) \
+    TIMING_FUNCTION(time_shipped_##name, shipped_##name(in, out)) \
+    TIMING_FUNCTION(time_o2_##name, o2_##name(in, out)) \
+    TIMING_FUNCTION(time_o3_##name, o3_##name(in, out)) \
+    TIMING_FUNCTION(time_moves_##name, moves_##name(in, out))
+
+BENCH_LIB_FUNCTIONS(LIB_TIMERS)
+BENCH_KERNELS(KERNEL_TIMERS)
+
+struct kernel_row {
+    const char *name;
+    timer_function shipped, o2, o3, moves;
+    uint32_t words;
+    const struct vector_range *typical, *extreme;
+};
+
+#define ANY \
+    { \
+        INT32_MIN, INT32_MAX \
+    }
+#define SYMMETRIC(limit) \
+    { \
+        -(limit), (limit) \
+    }
+#define RANGES(kernel, ...) static const struct vector_range kernel[] = {__VA_ARGS__};
+#define LIB_CURRENT         SYMMETRIC(100000)
+#define LIB_FRACTION        SYMMETRIC(1 << LIB_TRIG_FRAC)
+#define Q15_CURRENT         SYMMETRIC(32767)
+#define Q15_FRACTION        SYMMETRIC(32768)
+
+/* Lib.h takes anything, but in a drive it gets currents in milliampere and points of the unit circle. */
+RANGES(typical_two, LIB_CURRENT, LIB_CURRENT)
+RANGES(typical_four, LIB_CURRENT, LIB_CURRENT, LIB_FRACTION, LIB_FRACTION)
+RANGES(any_four, ANY, ANY, ANY, ANY)
+/* The kernels are defined within these ranges only. */
+RANGES(range_two, Q15_CURRENT, Q15_CURRENT)
+RANGES(range_four, Q15_CURRENT, Q15_CURRENT, Q15_FRACTION, Q15_FRACTION)
+RANGES(range_pi, {0, 32767}, {0, 32767}, SYMMETRIC(1 << 30), SYMMETRIC(65536), SYMMETRIC(65536), {0, 32768})
+RANGES(range_rest, SYMMETRIC(65535), {0, 65535})
+RANGES(range_circle, SYMMETRIC(65535), SYMMETRIC(65535), {0, 65535})
+RANGES(range_svm, SYMMETRIC(11000), SYMMETRIC(11000), SYMMETRIC(11000), {16384, 65536})
+RANGES(range_recip, {4, 131072}, {0, 32767})
+RANGES(range_pll, ANY, SYMMETRIC(1 << 30), {0, 65535}, {0, 65535}, ANY)
+
+/* clang-format off */
+#define ROW(name, words, typical, extreme) \
+    {#name, time_shipped_##name, time_o2_##name, time_o3_##name, time_moves_##name, words, typical, extreme}
+
+static const struct kernel_row kernel_rows[] = {
+    ROW(Clarke_Lib_Do, 2, typical_two, any_four),
+    ROW(Park_Lib_Do, 4, typical_four, any_four),
+    ROW(InvPark_Lib_Do, 4, typical_four, any_four),
+    ROW(InvClarke_Lib_Do, 2, typical_two, any_four),
+    ROW(clarke_q15, 2, range_two, range_two),
+    ROW(park_q15, 4, range_four, range_four),
+    ROW(invpark_q15, 4, range_four, range_four),
+    ROW(invclarke_q15, 2, range_two, range_two),
+    ROW(cossin_q15, 1, any_four, any_four),
+    ROW(pi_q15_step, 6, range_pi, range_pi),
+    ROW(limit_root, 1, any_four, any_four),
+    ROW(circle_rest_q15, 2, range_rest, range_rest),
+    ROW(circle_limit_q15, 3, range_circle, range_circle),
+    ROW(svm_minmax_q15, 4, range_svm, range_svm),
+    ROW(recip_q14_refine, 2, range_recip, range_recip),
+    ROW(deadtime_comp, 1, any_four, any_four),
+    ROW(pll_step, 5, range_pll, range_pll),
+};
+/* clang-format on */
+
+/* All builds get the same data. */
+static struct timing_figures measure(const struct kernel_row *row, timer_function timer)
+{
+    int32_t in[ARGUMENTS_MAX];
+    int32_t out[ARGUMENTS_MAX];
+    vector_restart();
+    timing_begin(&rows_timing);
+    for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
+        vector_typical(in, row->typical, row->words);
+        timing_add_typical(&rows_timing, timing_once(timer, in, out));
+    }
+    for (uint32_t i = 0; i < vector_extreme_count(row->words); i++) {
+        vector_extreme(in, row->extreme, row->words, i);
+        timing_add_extreme(&rows_timing, timing_once(timer, in, out));
+    }
+    return timing_figures(&rows_timing);
+}
+
+void rows_arithmetic(void)
+{
+    print_heading("library: call and return included; moves: the same call without its arithmetic;"
+                  " O2, O3: the portable C");
+    for (uint32_t i = 0; i < sizeof kernel_rows / sizeof kernel_rows[0]; i++) {
+        const struct kernel_row *const row = &kernel_rows[i];
+        const struct timing_figures shipped = measure(row, row->shipped);
+        const struct print_comparison comparison = {
+            .moves = measure(row, row->moves).median,
+            .o2 = measure(row, row->o2),
+            .o3 = measure(row, row->o3),
+        };
+        print_row(row->name, &shipped, &comparison);
+    }
+}

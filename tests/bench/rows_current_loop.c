@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: MIT */
+#include <stddef.h>
+
+#include "drivers/board.h"
+#include "drivers/cortex/nvic.h"
+#include "drivers/fabric/adc.h"
+#include "drivers/mss/watchdog.h"
+#include "firmware/drive.h"
+#include "startup/startup.h"
+#include "tests/bench/loop_state.h"
+#include "tests/bench/print.h"
+#include "tests/bench/rows.h"
+#include "tests/bench/stages.h"
+#include "tests/bench/vectors.h"
+
+#define SPINS 100000u /* some 40 periods of the PWM */
+#define POLLS 1000000u
+
+TIMING_FUNCTION(time_handler, FabricIrq0_IRQHandler())
+TIMING_FUNCTION(time_fetch, stage_fetch())
+TIMING_FUNCTION(time_scale, stage_scale())
+TIMING_FUNCTION(time_observe, stage_observe())
+TIMING_FUNCTION(time_transform, stage_transform())
+TIMING_FUNCTION(time_regulate, stage_regulate())
+TIMING_FUNCTION(time_advance, stage_advance())
+TIMING_FUNCTION(time_modulate, stage_modulate())
+TIMING_FUNCTION(time_publish, stage_publish())
+TIMING_FUNCTION(time_protect, stage_protect())
+TIMING_FUNCTION(time_write_pwm, stage_write_pwm())
+
+static uint32_t handler_called(void)
+{
+    return timing_once(time_handler, NULL, NULL);
+}
+
+static uint32_t handler_own(void)
+{
+    (void)timing_once(time_handler, NULL, NULL);
+    return current_loop.cycles;
+}
+
+static uint32_t handler_interrupting(void)
+{
+    return rows_time_interrupt(BOARD_IRQ_ADC);
+}
+
+/* Over all states of the loop. */
+static struct timing_figures over_states(uint32_t (*measure)(void))
+{
+    vector_restart();
+    timing_begin(&rows_timing);
+    for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
+        loop_state_typical(&current_loop);
+        timing_add_typical(&rows_timing, measure());
+    }
+    for (uint32_t i = 0; i < LOOP_STATE_EXTREMES; i++) {
+        loop_state_extreme(&current_loop, i);
+        timing_add_extreme(&rows_timing, measure());
+    }
+    return timing_figures(&rows_timing);
+}
+
+static void print_handler(const char *name, uint32_t (*measure)(void))
+{
+    const struct timing_figures figures = over_states(measure);
+    print_row(name, &figures, NULL);
+}
+
+/* One stage after the other on each state; all of them must run, because each feeds the next. */
+static void rows_stages(void)
+{
+    static const struct {
+        const char *name;
+        timer_function timer;
+    } stages[] = {
+        {"stage.fetch", time_fetch},         {"stage.scale", time_scale},       {"stage.observe", time_observe},
+        {"stage.transform", time_transform}, {"stage.regulate", time_regulate}, {"stage.advance", time_advance},
+        {"stage.modulate", time_modulate},   {"stage.publish", time_publish},   {"stage.protect", time_protect},
+        {"stage.write_pwm", time_write_pwm},
+    };
+    const uint32_t count = sizeof stages / sizeof stages[0];
+    for (uint32_t timed = 0; timed < count; timed++) {
+        vector_restart();
+        timing_begin(&rows_timing);
+        for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
+            loop_state_typical(stages_state());
+            for (uint32_t stage = 0; stage < count; stage++) {
+                const uint32_t value = timing_once(stages[stage].timer, NULL, NULL);
+                if (stage == timed) {
+                    timing_add_typical(&rows_timing, value);
+                }
+            }
+        }
+        const struct timing_figures figures = timing_figures(&rows_timing);
+        print_row(stages[timed].name, &figures, NULL);
+    }
+}
+
+/* Turns on the spot: the same instructions every time, so that what it takes longer was taken by interrupts. */
+static __attribute__((noinline, aligned(8))) uint32_t spin(uint32_t turns)
+{
+    const uint32_t start = dwt_cycles();
+    do {
+        __asm volatile("" : "+r"(turns));
+    } while (--turns != 0u);
+    return dwt_cycles() - start;
+}
+
+/* The interrupt counts; here it is watched. */
+static uint32_t interrupts_so_far(void)
+{
+    return *(const volatile uint32_t *)&current_loop.samples;
+}
+
+/* With the ADC interrupting: what an interrupt takes from the program below it, on average, rounded to nearest. */
+static void row_stolen(void)
+{
+    watchdog_refresh();
+    const uint32_t mask = cpu_irq_save();
+    const uint32_t alone = spin(SPINS);
+    cpu_irq_restore(mask);
+    loop_state_typical(&current_loop);
+    print_flush(); /* or the console would take its share */
+    adc_start();
+    const uint32_t first = interrupts_so_far();
+    for (uint32_t poll = 0; poll < POLLS && interrupts_so_far() == first; poll++) {
+        watchdog_refresh();
+    }
+    const uint32_t before = interrupts_so_far();
+    const uint32_t together = spin(SPINS);
+    const uint32_t interrupts = interrupts_so_far() - before;
+    adc_stop();
+    print_note("interrupts by the ADC", interrupts);
+    if (interrupts == 0u) {
+        print_heading("no interrupts came: is the fabric's design loaded?");
+        return;
+    }
+    const uint32_t each = (together - alone + interrupts / 2u) / interrupts;
+    const struct timing_figures figures = {each, each, each};
+    print_row("current_loop.stolen", &figures, NULL);
+}
+
+/* An over-current in the sample: the longest way through the interrupt. */
+static void row_trip(void)
+{
+    vector_restart();
+    timing_begin(&rows_timing);
+    for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
+        loop_state_typical(&current_loop);
+        current_loop.i_trip_q15 = -1;
+        drive.fault = FAULT_NONE;
+        timing_add_typical(&rows_timing, timing_once(time_handler, NULL, NULL));
+    }
+    current_loop.i_trip_q15 = INT32_MAX;
+    drive.fault = FAULT_NONE;
+    const struct timing_figures figures = timing_figures(&rows_timing);
+    print_row("current_loop.trip", &figures, NULL);
+}
+
+void rows_current_loop(void)
+{
+    loop_state_init(&current_loop);
+    loop_state_init(stages_state());
+    print_heading("current loop: called; between its own two readings; as an interrupt, entry and exit included;"
+                  " what the ADC's interrupts take");
+    print_handler("current_loop.called", handler_called);
+    print_handler("current_loop.own", handler_own);
+    print_handler("current_loop.pended", handler_interrupting);
+    row_stolen();
+    row_trip();
+    print_heading("its stages, each called by itself; write_pwm is part of modulate");
+    rows_stages();
+}

@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: MIT */
+#include <stddef.h>
+
+#include "drivers/mss/mmuart.h"
+#include "firmware/commands.h"
+#include "firmware/config.h"
+#include "firmware/current_loop.h"
+#include "firmware/drive.h"
+#include "firmware/params.h"
+#include "firmware/speed_loop.h"
+#include "startup/startup.h"
+#include "tests/bench/print.h"
+#include "tests/bench/rows.h"
+#include "tests/bench/vectors.h"
+
+#define CONSOLE_ROUNDS 31u
+
+static char line[16];
+static struct tuning tuning;
+
+TIMING_FUNCTION(time_fault, fault_raise(FAULT_OVERCURRENT))
+TIMING_FUNCTION(time_command, commands_execute(line))
+TIMING_FUNCTION(time_tuning, (void)tuning_compute(&params, &tuning))
+TIMING_FUNCTION(time_uart, UART0_IRQHandler())
+
+static void row_fault(const char *name, bool first)
+{
+    timing_begin(&rows_timing);
+    for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
+        drive.fault = first ? FAULT_NONE : FAULT_STALL;
+        timing_add_typical(&rows_timing, timing_once(time_fault, NULL, NULL));
+    }
+    drive.fault = FAULT_NONE;
+    const struct timing_figures figures = timing_figures(&rows_timing);
+    print_row(name, &figures, NULL);
+}
+
+/* A command splits its line in place, so it gets a new one each time. */
+static void type(const char *text)
+{
+    uint32_t k = 0;
+    for (; text[k] != '\0' && k < sizeof line - 1u; k++) {
+        line[k] = text[k];
+    }
+    line[k] = '\0';
+}
+
+/* The answer goes into the transmit buffer, which has room for it, and is thrown away there. */
+static void row_command(const char *name, const char *text)
+{
+    print_flush();
+    vector_restart();
+    timing_begin(&rows_timing);
+    for (uint32_t i = 0; i < CONSOLE_ROUNDS; i++) {
+        current_loop.i_d_q15 = vector_random(-32768, 32767);
+        current_loop.i_q_q15 = vector_random(-32768, 32767);
+        current_loop.i_d_ref_q15 = vector_random(-32768, 32767);
+        current_loop.i_q_ref_q15 = vector_random(-32768, 32767);
+        current_loop.cycles = (uint32_t)vector_random(100, 999);
+        speed_loop.speed_rpm_q4 = vector_random(-320000, 320000);
+        speed_loop.speed_ref_rpm_q4 = vector_random(-320000, 320000);
+        type(text);
+        const uint32_t mask = cpu_irq_save();
+        timing_add_typical(&rows_timing, timing_once(time_command, NULL, NULL));
+        (void)mmuart0_init(CONFIG_CONSOLE_BAUD);
+        cpu_irq_restore(mask);
+    }
+    const struct timing_figures figures = timing_figures(&rows_timing);
+    print_row(name, &figures, NULL);
+}
+
+/* The longest one: the transmitter takes sixteen characters. They are a remark in the table. */
+static void row_uart(void)
+{
+    print_flush();
+    const uint32_t mask = cpu_irq_save();
+    print_text("# uart: sixteen at once\r\n");
+    const uint32_t cycles = timing_once(time_uart, NULL, NULL);
+    cpu_irq_restore(mask);
+    const struct timing_figures figures = {cycles, cycles, cycles};
+    print_row("console.interrupt", &figures, NULL);
+}
+
+static void row_tuning(void)
+{
+    timing_begin(&rows_timing);
+    timing_add_typical(&rows_timing, timing_once(time_tuning, NULL, NULL));
+    const struct timing_figures figures = timing_figures(&rows_timing);
+    print_row("tuning_compute", &figures, NULL);
+}
+
+void rows_seldom(void)
+{
+    print_heading("faults: the first, which takes the snapshot, and any later one; the console; tuning");
+    row_fault("fault_raise.first", true);
+    row_fault("fault_raise.again", false);
+    row_command("console.status", "status");
+    row_command("console.unknown", "no such");
+    row_uart();
+    row_tuning();
+}
