@@ -3,11 +3,12 @@
 from .drive import preamble, twin_items
 
 
-def twin_config(drive, scenario, seed, probes, files, symbols=None):
+def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=()):
     """The whole file as text.
 
     `files` has the paths "trace" and "progress", or is empty for a live console; `probes` are the columns read from the
-    target's memory; `symbols` resolves the names in poke events.
+    target's memory; `symbols` resolves the names in poke events; `dumps` are (address, bytes, path) of memory to be kept at
+    the end.
     """
     lines = [f"# {drive.motor.name} on {drive.inverter.name}; {scenario.title}"]
     lines += [f"{key} {path}" for key, path in files.items()]
@@ -16,6 +17,7 @@ def twin_config(drive, scenario, seed, probes, files, symbols=None):
         lines.append(f"end {scenario.end_s:.9g}")
     lines += [f"{key} {value:.12g}" for key, value in twin_items(drive)]
     lines += [f"probe {p.column} 0x{p.address:08x} {p.type} {p.scale:.12g}" for p in probes]
+    lines += [f"dump 0x{address:08x} {size} {path}" for address, size, path in dumps]
     if scenario.preamble_s is not None:
         lines += [f"event {scenario.preamble_s:.9g} console {text}" for text in preamble(drive)]
     lines += [_event(step, symbols) for step in scenario.steps]

@@ -50,7 +50,7 @@ def check_seed(seed):
 
 
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
-             show=None):
+             show=None, dumps=None):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
@@ -58,6 +58,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     seed       of all noise: the same seed gives the same trace to the byte
     out_dir    where twin.cfg, trace.csv, console.txt and qemu.log go (default: run/ of the build folder)
     overrides  {"motor": {table: {key: value}}, "inverter": {...}, "params": {"i_max_ma": 5000}}
+    dumps      {file name: (address, bytes)}: memory of the target, written to that file in out_dir when the run ends
     show       called as it goes, with the simulated seconds done and in all
     """
     seed = check_seed(seed)
@@ -71,8 +72,8 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     out_dir = Path(out_dir) if out_dir else build / "run"
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
-    write(config, twin_config(drive, plan, seed, probes, {key: files[key] for key in ("trace", "progress")},
-                              symbols))
+    kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
+    write(config, twin_config(drive, plan, seed, probes, {key: files[key] for key in ("trace", "progress")}, symbols, kept))
     console = f"file,id=console,path={escape(files['console'])}"
     run_to_end(command(checked_qemu, image, config, console), checked_qemu.environment(), plan.end_s,
                files["progress"], files["log"], show)

@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define DUMP_BYTES_MAX (1u << 20)
+
 /* Where the keys of each prefix go. */
 static const struct section {
     const char *prefix;
@@ -93,6 +95,34 @@ static char *next_word(char **rest)
     *rest = *end ? end + 1 : end;
     *end = '\0';
     return word;
+}
+
+static uint32_t whole(const struct reader *r, const char *word, const char *what)
+{
+    char *end;
+    unsigned long long value = strtoull(word, &end, 0);
+    if (*word == '\0' || *word == '-' || *end != '\0' || value > UINT32_MAX) {
+        fail(r, "%s: '%s' is not a number of 32 bits", what, word);
+    }
+    return (uint32_t)value;
+}
+
+static void read_dump(const struct reader *r, char *rest)
+{
+    struct config *c = r->config;
+    c->dumps = grown(c->dumps, c->dump_count, sizeof *c->dumps);
+    struct dump *d = &c->dumps[c->dump_count++];
+    char *address = next_word(&rest), *bytes = next_word(&rest);
+    rest += strspn(rest, " \t");
+    if (*rest == '\0') {
+        fail(r, "expected: dump ADDRESS BYTES PATH");
+    }
+    d->path = strdup(rest);
+    d->address = whole(r, address, "dump");
+    d->bytes = whole(r, bytes, "dump");
+    if (d->bytes > DUMP_BYTES_MAX) {
+        fail(r, "dump: at most %u bytes", DUMP_BYTES_MAX);
+    }
 }
 
 static void read_probe(const struct reader *r, char *rest)
@@ -195,6 +225,8 @@ static void read_line(const struct reader *r, char *line)
         if (c->end_s <= 0 || c->end_s > 1e6) {
             fail(r, "end: %s is outside 0...1e6 s", rest);
         }
+    } else if (strcmp(word, "dump") == 0) {
+        read_dump(r, rest);
     } else if (strcmp(word, "probe") == 0) {
         read_probe(r, rest);
     } else if (strcmp(word, "event") == 0) {

@@ -3,6 +3,7 @@
  *
  *   trace PATH | progress PATH | seed N | end T_S | console CHARDEV_ID
  *   motor.KEY VALUE | load.KEY VALUE | inverter.KEY VALUE | sensor.KEY VALUE      (SI units)
+ *   dump ADDRESS BYTES PATH                                                       (memory as it is at the end of the run)
  *   probe NAME ADDRESS TYPE SCALE                                                 (TYPE: s32 u32 s16 u16 s8 u8)
  *   event T_S KIND ARGUMENTS...                                                   (events.c)
  */
@@ -24,12 +25,20 @@ struct probe {
     double scale;
 };
 
+/* A range of the guest's memory, written to a file when the run ends. */
+struct dump {
+    char *path;
+    uint32_t address, bytes;
+};
+
 struct config {
     char *trace_path, *progress_path, *console_id; /* NULL if not given */
     double end_s;                                  /* 0: runs until QEMU is ended */
     struct plant_params plant;
     struct probe *probes;
     size_t probe_count;
+    struct dump *dumps;
+    size_t dump_count;
     struct event *events; /* in order of time, equal times in order of the file */
     size_t event_count;
 };

@@ -12,6 +12,7 @@
 
 #include "config.h"
 #include "console.h"
+#include "dump.h"
 #include "dwt.h"
 #include "gpio.h"
 #include "mmuart.h"
@@ -245,6 +246,7 @@ static void finish(void)
     read_probes();
     trace_complete_row(probe_values);
     trace_flush();
+    dump_write(config.dumps, config.dump_count);
 }
 
 static void end_of_run(void *unused)
@@ -342,6 +344,7 @@ static void open_outputs(void)
     if (config.trace_path) {
         trace_open(config.trace_path, config.probes, config.probe_count);
     }
+    dump_open(config.dumps, config.dump_count);
     if (config.progress_path && !(progress = fopen(config.progress_path, "w"))) {
         fprintf(stderr, "mssfoc twin: progress %s: %s\n", config.progress_path, strerror(errno));
         exit(1);

@@ -1,105 +1,103 @@
 # SPDX-License-Identifier: MIT
-"""Worst-case stack of every entry point, from the compiler's own call graph (-fcallgraph-info=su), with nesting.
+"""Worst-case stack of every entry point, with nesting, from the linked image; and how deep it went in a run.
 
-usage: stack.py IMAGE.elf OBJECT_DIR
+usage: stack.py IMAGE.elf OBJECT_DIR             the table; fails if a bound does not fit its reservation
+       stack.py --linker IMAGE.elf OBJECT_DIR    the bounds as options for the linker, which then refuses what does not fit
+       stack.py --measure IMAGE.elf OBJECT_DIR   the table, then a run in the twin and the high-water mark beside the bound
 
-Recursion, a frame of unknown size or an indirect call whose targets are not listed below is an error, not a guess.
+The depth is followed through the instructions (frames.py) and must agree with what the compiler says of each of its own
+functions (crosscheck.py). Recursion, a frame of unknown size or a call through a pointer whose targets are not known
+is an error, not a guess.
 """
-import re
 import sys
-from pathlib import Path
+from dataclasses import dataclass
 
-from elftools.elf.elffile import ELFFile
+from crosscheck import check_against_compiler
+from disasm import Image, ImageError
+from entries import HARDWARE_FRAME, source_priorities, vector_entries, with_priorities
+from frames import deepest
 
-EXCEPTION_FRAME = 32 + 4  # eight words, and one that aligns the stack to 8 bytes (ARMv7-M, B1.5.7)
-# what calls through a pointer, and what the pointer may hold
-INDIRECT = {"commands_execute": re.compile(r"^run_\w+$"), "param_get": None}
-# entry points in order of urgency: each can interrupt all that follow it
-NESTED = ["FabricIrq0_IRQHandler", "Timer1_IRQHandler", "UART0_IRQHandler"]
-THREAD = "main"
-FAULT = "fault_taken"
+# A fault inside the fault handler is a HardFault, and an NMI can interrupt that: each starts anew below the one before.
+FAULT_LEVELS = 3
 
 
-class Graph:
-    def __init__(self):
-        self.frame, self.calls = {}, {}
-
-    def read(self, path):
-        for line in path.read_text().split("\n"):
-            node = re.match(r'node: \{ title: "([^"]+)" label: "([^"]+)"', line)
-            edge = re.match(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"', line)
-            if node:
-                name = node.group(1).split(":")[-1]
-                size = re.search(r"(\d+) bytes \((\w+[^)]*)\)", node.group(2))
-                if size:
-                    if size.group(2) != "static":
-                        raise SystemExit(f"mssfoc: {path}: the frame of {name} is {size.group(2)}, not static")
-                    self.frame[name] = int(size.group(1))
-            elif edge:
-                source, target = (edge.group(i).split(":")[-1] for i in (1, 2))
-                self.calls.setdefault(source, set()).add(target)
-
-    def targets(self, name):
-        for target in self.calls.get(name, ()):
-            if target != "__indirect_call":
-                yield target
-                continue
-            pattern = INDIRECT.get(name)
-            if pattern is None:
-                raise SystemExit(f"mssfoc: {name} calls through a pointer; list its targets in tests/tools/stack.py")
-            yield from (f for f in self.frame if pattern.match(f))
-
-    def depth(self, name, path=()):
-        """Bytes and the deepest chain below and including `name`."""
-        if name in path:
-            raise SystemExit(f"mssfoc: recursion: {' -> '.join(path + (name,))}")
-        below = max((self.depth(t, path + (name,)) for t in self.targets(name)), default=(0, ()), key=lambda d: d[0])
-        # the compiler's run-time functions have no graph: their frames were read off their disassembly
-        own = self.frame.get(name, RUNTIME.get(name))
-        if own is None:
-            raise SystemExit(f"mssfoc: no stack figure for {name}")
-        return own + below[0], (name,) + below[1]
+@dataclass
+class Row:
+    name: str
+    own: int
+    nested: int  # with everything less urgent below it and its hardware frame; 0: on the fault stack
+    chain: tuple
 
 
-# bytes of stack of libgcc's functions, including what they call (GCC 12.2: push {r4-r11, lr} and locals)
-RUNTIME = {"__aeabi_ldivmod": 80, "__aeabi_uldivmod": 80}
+@dataclass
+class Bounds:
+    rows: list
+    main: int
+    main_reserved: int
+    fault: int
+    fault_reserved: int
+
+    @property
+    def fits(self):
+        return self.main <= self.main_reserved and self.fault <= self.fault_reserved
 
 
-def symbol(elf, name):
-    found = elf.get_section_by_name(".symtab").get_symbol_by_name(name)
-    if not found:
-        raise SystemExit(f"mssfoc: the image has no symbol {name}")
-    return found[0]["st_value"]
+def bounds(image, priorities):
+    """The bound of each entry point, and of both stacks."""
+    reset, fault, entries = vector_entries(image)
+    own, chain = deepest(image, reset)
+    rows, total = [Row(reset.name, own, own, chain)], own
+    entries = with_priorities(entries, priorities)
+    for level in sorted({entry.priority for entry in entries}, reverse=True):
+        worst = 0
+        for entry in (e for e in entries if e.priority == level):  # equals do not interrupt each other
+            own, chain = deepest(image, entry.function)
+            rows.append(Row(entry.function.name, own, total + HARDWARE_FRAME + own, chain))
+            worst = max(worst, HARDWARE_FRAME + own)
+        total += worst
+    own, chain = deepest(image, fault)
+    rows.append(Row(fault.name, own, 0, chain))
+    return Bounds(rows, total + HARDWARE_FRAME, image.value("link_stack_top") - image.value("link_stack_limit"),
+                  FAULT_LEVELS * own + (FAULT_LEVELS - 1) * HARDWARE_FRAME,
+                  image.value("link_fault_stack_top") - image.value("link_fault_stack_limit"))
 
 
-def main(image, objects):
-    graph = Graph()
-    for path in sorted(Path(objects).rglob("*.ci")):
-        if path.parts[-2] != "target":
-            graph.read(path)
-    with open(image, "rb") as stream:
-        elf = ELFFile(stream)
-        reserved = symbol(elf, "link_stack_top") - symbol(elf, "link_stack_limit")
-        fault_reserved = symbol(elf, "link_fault_stack_top") - symbol(elf, "link_fault_stack_limit")
+def show(found, agreed, out=print):
+    out(f"{'entry point':<24}{'own bytes':>10}{'nested':>8}  deepest chain")
+    for row in found.rows:
+        out(f"{row.name:<24}{row.own:>10}{row.nested or '':>8}  {' > '.join(row.chain[1:])}")
+    out(f"main stack: at most {found.main} of {found.main_reserved} bytes, with the frame of a fault on top")
+    out(f"fault stack: at most {found.fault} of {found.fault_reserved} bytes, {FAULT_LEVELS} levels")
+    out(f"frames and calls of {agreed} functions agree with the compiler's")
 
-    rows, total = [], 0
-    for name in [THREAD, *reversed(NESTED)]:
-        bytes_, chain = graph.depth(name)
-        total += bytes_ + (EXCEPTION_FRAME if name != THREAD else 0)
-        rows.append((name, bytes_, total, " > ".join(chain[1:])))
-    print(f"{'entry point':<24}{'own bytes':>10}{'nested':>8}  deepest chain")
-    for name, own, nested, chain in rows:
-        print(f"{name:<24}{own:>10}{nested:>8}  {chain}")
-    fault, chain = graph.depth(FAULT)
-    print(f"{FAULT:<24}{fault:>10}{'':>8}  {' > '.join(chain[1:])}")
-    print(f"main stack {total} of {reserved} bytes, fault stack {fault} of {fault_reserved}")
-    if total > reserved or fault > fault_reserved:
+
+def worked_out(image_path, objects):
+    image = Image(image_path)
+    agreed = check_against_compiler(image, objects)
+    return image, bounds(image, source_priorities()), agreed
+
+
+def main(image_path, objects, mode=""):
+    image, found, agreed = worked_out(image_path, objects)
+    if mode == "--linker":
+        print(f"-Wl,--defsym=LINK_STACK_BOUND={found.main},--defsym=LINK_FAULT_STACK_BOUND={found.fault}")
+        return 0
+    show(found, agreed)
+    if not found.fits:
         print("mssfoc: the stack does not fit; enlarge it in linker/m2s010.ld", file=sys.stderr)
         return 1
+    if mode == "--measure":
+        from highwater import compare
+        return compare(image, found)
     return 0
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
+    arguments = sys.argv[1:]
+    chosen = arguments.pop(0) if arguments[:1] in (["--linker"], ["--measure"]) else ""
+    if len(arguments) != 2:
         raise SystemExit(__doc__)
-    sys.exit(main(*sys.argv[1:]))
+    try:
+        sys.exit(main(*arguments, chosen))
+    except ImageError as error:
+        raise SystemExit(f"mssfoc: {error}") from error
