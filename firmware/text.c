@@ -6,9 +6,10 @@
 
 void text_put_char(char c)
 {
-    while (!mmuart0_put(c)) {
+    while (mmuart0_free_space() == 0u) {
         idle();
     }
+    (void)mmuart0_put(c);
 }
 
 void text_put(const char *s)
