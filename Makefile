@@ -47,6 +47,9 @@ HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(c
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
+include tests/tools/bounds.mk
+
+all: | tools
 all: $(addprefix $(MSSFOC_IMAGE),.elf .hex .bin -envm.hex) $(BUILD)/libmssfoc.a
 
 $(BUILD)/arm/%.o: %.c Makefile
@@ -64,9 +67,11 @@ $(BUILD)/libmssfoc.a: $(LIB_OBJ)
 	$(call say,AR)
 	$(Q)$(AR_ARM) rcsD $@ $^
 
-$(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT)
+comma := ,
+
+$(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT) $(BOUNDS_TOOLS)
 	$(call say,LD)
-	$(Q)$(CC_ARM) $(LDFLAGS_ARM) -Wl,-Map=$(@:.elf=.map) $(filter %.o,$^) $(BUILD)/libmssfoc.a -lgcc -o $@
+	$(Q)$(call bounded_link,$(CC_ARM) $(LDFLAGS_ARM) -Wl$(comma)-Map=$(@:.elf=.map) $(filter %.o,$^) $(BUILD)/libmssfoc.a -lgcc)
 
 # Libero's data-storage client counts from the start of eNVM; debug probes use the array's real address.
 %.hex: %.elf
@@ -88,7 +93,7 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 
 target-tests: $(TARGET_TESTS)
 
-include qemu/twin/twin.mk
+include qemu/twin/twin.mk tests/bench/bench.mk
 
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)
 
@@ -133,10 +138,6 @@ size: tools
 results: tools
 	@$(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/tools/results.py
-
-stack: tools
-	@$(MAKE) --no-print-directory -s -j2 all
-	@$(PYTHON) tests/tools/stack.py $(MSSFOC_IMAGE).elf $(BUILD)/arm
 
 clean:
 	rm -rf $(BUILD)
