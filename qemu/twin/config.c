@@ -18,10 +18,10 @@ static const struct section {
     size_t base;
     bool of_motor;
 } sections[] = {
-    {"motor.", motor_keys, offsetof(struct plant_params, motor), true},
-    {"load.", load_keys, offsetof(struct plant_params, load), true},
-    {"inverter.", inverter_keys, offsetof(struct plant_params, inverter), false},
-    {"sensor.", sensor_keys, offsetof(struct plant_params, sensors), false},
+    {"motor.", motor_keys, offsetof(struct config, plant.motor), true},
+    {"load.", load_keys, offsetof(struct config, plant.load), true},
+    {"inverter.", inverter_keys, offsetof(struct config, plant.inverter), false},
+    {"sensor.", sensor_keys, offsetof(struct config, plant.sensors), false},
 };
 #define SECTIONS (sizeof sections / sizeof sections[0])
 
@@ -48,7 +48,7 @@ __attribute__((noreturn, format(printf, 2, 3))) static void fail(const struct re
 
 static double *value_of(struct config *c, const struct section *s, const struct config_key *k)
 {
-    return (double *)((char *)&c->plant + s->base + k->offset);
+    return (double *)((char *)c + s->base + k->offset);
 }
 
 static double number(const struct reader *r, const char *word, const char *what)
@@ -212,6 +212,13 @@ static void read_line(const struct reader *r, char *line)
         c->trace_path = strdup(rest);
     } else if (strcmp(word, "progress") == 0) {
         c->progress_path = strdup(rest);
+    } else if (strcmp(word, "irqlog") == 0) {
+        c->irqlog_path = strdup(rest);
+    } else if (strcmp(word, "dwt") == 0) {
+        c->count_instructions = strcmp(rest, "instructions") == 0;
+        if (!c->count_instructions && strcmp(rest, "cycles") != 0) {
+            fail(r, "dwt: '%s' is neither cycles nor instructions", rest);
+        }
     } else if (strcmp(word, "console") == 0) {
         c->console_id = strdup(rest);
     } else if (strcmp(word, "seed") == 0) {
@@ -246,6 +253,16 @@ static void set_initial(struct config *c)
     }
 }
 
+static void check_cycles(const struct reader *r)
+{
+    for (const struct config_key *k = cycles_keys; k->name; k++) {
+        double value = *(const double *)((const char *)&r->config->cycles + k->offset);
+        if (value != floor(value)) {
+            fail(r, "cycles.%s is a whole number", k->name);
+        }
+    }
+}
+
 static void check_complete(const struct reader *r, bool motor_only)
 {
     struct config *c = r->config;
@@ -265,6 +282,7 @@ static void check_complete(const struct reader *r, bool motor_only)
     if (!motor_only && (s->encoder_counts != floor(s->encoder_counts) || s->adc_bits != floor(s->adc_bits))) {
         fail(r, "sensor.encoder_counts and sensor.adc_bits are whole numbers");
     }
+    check_cycles(r);
     double sinks = c->plant.inverter.supply_sinks;
     if (sinks != 0 && sinks != 1) {
         fail(r, "inverter.supply_sinks is 0 or 1");

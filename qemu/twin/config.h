@@ -2,6 +2,9 @@
 /* The twin's configuration file: one item a line, `#` starts a comment line.
  *
  *   trace PATH | progress PATH | seed N | end T_S | console CHARDEV_ID
+ *   irqlog PATH                                                                   (irqlog.h)
+ *   dwt cycles|instructions                                                       (what DWT_CYCCNT counts)
+ *   cycles.KEY VALUE                                                              (docs/timing.md)
  *   motor.KEY VALUE | load.KEY VALUE | inverter.KEY VALUE | sensor.KEY VALUE      (SI units)
  *   dump ADDRESS BYTES PATH                                                       (memory as it is at the end of the run)
  *   probe NAME ADDRESS TYPE SCALE                                                 (TYPE: s32 u32 s16 u16 s8 u8)
@@ -14,6 +17,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "cycles.h"
 #include "events.h"
 #include "plant.h"
 
@@ -32,8 +36,10 @@ struct dump {
 };
 
 struct config {
-    char *trace_path, *progress_path, *console_id; /* NULL if not given */
-    double end_s;                                  /* 0: runs until QEMU is ended */
+    char *trace_path, *progress_path, *irqlog_path, *console_id; /* NULL if not given */
+    double end_s;                                                /* 0: runs until QEMU is ended */
+    bool count_instructions;                                     /* what DWT_CYCCNT counts */
+    struct cycles_params cycles;
     struct plant_params plant;
     struct probe *probes;
     size_t probe_count;

@@ -15,7 +15,7 @@ enum {
     ENABLE_0_7 = 0x08,
     FIRST_EDGE = 0x10,
     LAST_EDGE = FIRST_EDGE + 8 * COREPWM_CHANNELS - 4,
-    SYNC_UPDATE = 0xE4,
+    SYNC_UPDATE = COREPWM_SYNC_UPDATE,
 };
 
 static sim_ps count_ps(const struct corepwm *c)

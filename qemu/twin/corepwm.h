@@ -8,7 +8,8 @@
 
 #include "simtime.h"
 
-#define COREPWM_CHANNELS 7
+#define COREPWM_CHANNELS    7
+#define COREPWM_SYNC_UPDATE 0xE4u
 
 struct corepwm_registers {
     uint32_t prescale, period, enable;

@@ -10,6 +10,7 @@
 #include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define OPAQUE_BYTES         4096
 #define ABOVE_THE_MACHINE    10
@@ -17,9 +18,17 @@
 #define SCALE_NS             1
 #define LITTLE_ENDIAN_DEVICE 2
 /* WFI, encoding T1 in the ARMv7-M Architecture Reference Manual; it ends a translated block */
-#define WFI_T1 0xBF30
+#define READS_REGISTERS  1 /* QEMU_PLUGIN_CB_R_REGS */
+#define READS_AND_WRITES 3 /* QEMU_PLUGIN_MEM_RW */
+#define WFI_T1           0xBF30
 
 typedef void opaque;
+
+/* GLib's public GByteArray. */
+struct byte_array {
+    uint8_t *data;
+    unsigned length;
+};
 
 /* Layout of MemoryRegionOps, equal in 7.2 and 10. */
 struct region_ops {
@@ -45,8 +54,12 @@ struct region_ops {
     X(size_t, qemu_plugin_tb_n_insns, (const opaque *)) \
     X(opaque *, qemu_plugin_tb_get_insn, (const opaque *, size_t)) \
     X(void, qemu_plugin_register_vcpu_insn_exec_cb, (opaque *, void (*)(unsigned, void *), int, void *)) \
+    X(void, qemu_plugin_register_vcpu_mem_cb, \
+      (opaque *, void (*)(unsigned, uint32_t, uint64_t, void *), int, int, void *)) \
     X(uint64_t, qemu_plugin_insn_vaddr, (const opaque *)) \
     X(opaque *, qemu_get_cpu, (int)) \
+    X(int, arm_cpu_gdb_read_register, (opaque *, struct byte_array *, int)) \
+    X(struct byte_array *, g_byte_array_new, (void)) \
     X(void, icount_update, (opaque *)) \
     X(opaque *, get_system_memory, (void)) \
     X(void, memory_region_init_io, (opaque *, opaque *, const struct region_ops *, void *, const char *, uint64_t)) \
@@ -106,7 +119,7 @@ void vm_resolve(void)
 
 static void (*attach_hook)(void);
 static void (*start_hook)(void);
-static void (*count_hook)(void);
+static const struct vm_instructions *instruction_hooks;
 static void (*exit_hook)(void);
 
 static void state_changed(void *unused, bool running, int state)
@@ -142,11 +155,18 @@ void vm_on_attach(uint64_t plugin_id, void (*attach)(void), void (*start)(void))
     vm.qemu_plugin_register_vcpu_init_cb(plugin_id, attached);
 }
 
-static void executed(unsigned cpu, void *unused)
+static void executed(unsigned cpu, void *instruction)
 {
     (void)cpu;
+    instruction_hooks->execute(instruction);
+}
+
+static void accessed(unsigned cpu, uint32_t info, uint64_t address, void *unused)
+{
+    (void)cpu;
+    (void)info;
     (void)unused;
-    count_hook();
+    instruction_hooks->access((uint32_t)address);
 }
 
 /* QEMU's main loop moves the clock to the next timer as soon as the core is halted, and now and then it does so before
@@ -171,17 +191,51 @@ static void translated(uint64_t id, opaque *block)
     size_t count = vm.qemu_plugin_tb_n_insns(block);
     for (size_t n = 0; n < count; n++) {
         opaque *instruction = vm.qemu_plugin_tb_get_insn(block, n);
-        vm.qemu_plugin_register_vcpu_insn_exec_cb(instruction, executed, 0, NULL);
+        struct vm_instruction known = instruction_hooks->translate((uint32_t)vm.qemu_plugin_insn_vaddr(instruction));
+        vm.qemu_plugin_register_vcpu_insn_exec_cb(instruction, executed, known.wants_registers ? READS_REGISTERS : 0,
+                                                  (void *)(uintptr_t)known.context);
+        if (known.wants_address) {
+            vm.qemu_plugin_register_vcpu_mem_cb(instruction, accessed, 0, READS_AND_WRITES, NULL);
+        }
         if (is_wfi(instruction)) {
             vm.qemu_plugin_register_vcpu_insn_exec_cb(instruction, about_to_sleep, 0, NULL);
         }
     }
 }
 
-void vm_on_instruction(uint64_t plugin_id, void (*count)(void))
+void vm_on_instructions(uint64_t plugin_id, const struct vm_instructions *hooks)
 {
-    count_hook = count;
+    instruction_hooks = hooks;
     vm.qemu_plugin_register_vcpu_tb_trans_cb(plugin_id, translated);
+}
+
+uint32_t vm_register(int number)
+{
+    static struct byte_array *value;
+    if (!value) {
+        value = vm.g_byte_array_new();
+    }
+    value->length = 0;
+    uint32_t word = 0;
+    if (vm.arm_cpu_gdb_read_register(vm.qemu_get_cpu(0), value, number) == sizeof word) {
+        memcpy(&word, value->data, sizeof word);
+    }
+    return word;
+}
+
+int64_t vm_executing_ns(void)
+{
+    /* QEMU refuses to tell the time to a core that is amid a block; it asks current_cpu whether that is so. */
+    static opaque **current;
+    if (!current) {
+        current = find("current_cpu"); /* thread-local: of the one thread that executes instructions */
+    }
+    opaque *cpu = *current;
+    vm.icount_update(cpu);
+    *current = NULL;
+    int64_t now_ns = vm_now_ns();
+    *current = cpu;
+    return now_ns;
 }
 
 static void leaving(uint64_t id, void *unused)

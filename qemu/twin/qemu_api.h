@@ -15,8 +15,27 @@ void vm_resolve(void);
 /* ---- plugin callbacks ---- */
 /* `attach` may map; `start` comes before the first instruction and may use timers. */
 void vm_on_attach(uint64_t plugin_id, void (*attach)(void), void (*start)(void));
-/* `count` is called before each instruction that is executed. */
-void vm_on_instruction(uint64_t plugin_id, void (*count)(void));
+
+/* What somebody wants to know of one translated instruction, besides that it is about to execute. */
+struct vm_instruction {
+    const void *context;
+    bool wants_registers; /* vm_register() tells this instruction's operands */
+    bool wants_address;   /* `access` is to be called for it */
+};
+
+struct vm_instructions {
+    struct vm_instruction (*translate)(uint32_t address);
+    void (*execute)(const void *context); /* before each instruction that is executed */
+    void (*access)(uint32_t address);     /* after each of its accesses to memory */
+};
+void vm_on_instructions(uint64_t plugin_id, const struct vm_instructions *hooks);
+
+/* From within `execute`: r0...r15, and the program status. */
+#define VM_XPSR 25
+uint32_t vm_register(int number);
+/* From within `execute`: virtual time at the end of the block of instructions that is being executed. */
+int64_t vm_executing_ns(void);
+
 void vm_on_exit(uint64_t plugin_id, void (*leave)(void));
 
 /* ---- memory map ---- */

@@ -12,9 +12,12 @@
 
 #include "config.h"
 #include "console.h"
+#include "cycles.h"
+#include "cycles_table.h"
 #include "dump.h"
 #include "dwt.h"
 #include "gpio.h"
+#include "irqlog.h"
 #include "mmuart.h"
 #include "plant.h"
 #include "probes.h"
@@ -24,11 +27,12 @@
 #include "trace.h"
 #include "watchdog.h"
 
-#define FABRIC_BASE  0x50000000u
-#define FABRIC_BYTES 0x4000u
-#define FABRIC_IRQ0  34
-#define PROGRESS_NS  50000000
-#define RAD_S_TO_RPM 9.549296585513721
+#define FABRIC_BASE   0x50000000u
+#define FABRIC_BYTES  0x4000u
+#define FABRIC_IRQ0   34
+#define IRQ_EXCEPTION 16 /* of IRQ 0 */
+#define PROGRESS_NS   50000000
+#define RAD_S_TO_RPM  9.549296585513721
 
 static struct config config;
 static struct plant plant;
@@ -36,7 +40,6 @@ static struct watchdog watchdog;
 static struct dwt dwt;
 static struct mmuart_extension mmuart;
 static struct gpio gpio;
-static uint64_t instructions;
 static double *probe_values;
 static FILE *progress;
 static bool watchdog_bit;
@@ -66,6 +69,9 @@ static void update_interrupt(void)
     bool level = wanted && !interrupt_blocked && present() >= interrupt_held_until;
     if (level != interrupt_level) {
         interrupt_level = level;
+        if (level) {
+            irqlog_line_rose(IRQ_EXCEPTION + FABRIC_IRQ0, present(), plant.pwm.period_start);
+        }
         vm_set_interrupt(FABRIC_IRQ0, level);
     }
 }
@@ -158,6 +164,9 @@ static void fabric_write(void *unused, uint32_t offset, uint32_t value)
     (void)unused;
     plant_write(&plant, offset, value, present());
     plant_changed();
+    if (offset == COREPWM_SYNC_UPDATE) {
+        irqlog_pwm_written(cycles_sampled(FABRIC_BASE + offset) + 1 + (uint64_t)config.cycles.apb_write);
+    }
 }
 
 /* ---- watchdog ---- */
@@ -207,6 +216,8 @@ static void system_reset(void *unused)
     memset(&mmuart, 0, sizeof mmuart);
     memset(&gpio, 0, sizeof gpio);
     dwt_reset(&dwt);
+    cycles_reset();
+    irqlog_reset();
     watchdog_reload(&watchdog, plant.now);
     watchdog_rearm();
     interrupt_level = true; /* QEMU's own state is unknown here: make plant_changed() say it */
@@ -267,14 +278,42 @@ static void aborted(int number)
 
 /* ---- putting it together ---- */
 
-static void count_instruction(void)
+static struct vm_instruction translated(uint32_t address)
 {
-    instructions++;
+    const struct cycles_op *op = cycles_lookup(address, vm_read_memory);
+    return (struct vm_instruction){op, cycles_wants_registers(op), cycles_wants_address(op)};
 }
 
-static uint64_t instructions_executed(void)
+static void executing(const void *op)
 {
-    return instructions;
+    cycles_execute(op);
+}
+
+static uint64_t counted(void)
+{
+    return config.count_instructions ? cycles_instructions() : cycles_sampled(DWT_BASE);
+}
+
+static uint32_t core_register(unsigned number)
+{
+    return vm_register((int)number);
+}
+
+static uint32_t core_xpsr(void)
+{
+    return vm_register(VM_XPSR);
+}
+
+static uint32_t memory_word(uint32_t address)
+{
+    uint32_t word;
+    vm_read_memory(address, &word, sizeof word);
+    return word;
+}
+
+static sim_ps executing_at(void)
+{
+    return vm_executing_ns() * SIM_PS_PER_NS;
 }
 
 static void map_devices(void)
@@ -306,7 +345,7 @@ static void attach(void)
     map_devices();
     vm_on_reset(system_reset, NULL);
     sysreg_reset(RESET_POWER_ON);
-    dwt_init(&dwt, instructions_executed);
+    dwt_init(&dwt, counted);
 }
 
 static void start(void)
@@ -345,6 +384,9 @@ static void open_outputs(void)
         trace_open(config.trace_path, config.probes, config.probe_count);
     }
     dump_open(config.dumps, config.dump_count);
+    if (config.irqlog_path) {
+        irqlog_open(config.irqlog_path, executing_at);
+    }
     if (config.progress_path && !(progress = fopen(config.progress_path, "w"))) {
         fprintf(stderr, "mssfoc twin: progress %s: %s\n", config.progress_path, strerror(errno));
         exit(1);
@@ -368,7 +410,10 @@ int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
     open_outputs();
     signal(SIGABRT, aborted);
     vm_on_exit(id, finish);
-    vm_on_instruction(id, count_instruction);
+    static const struct vm_instructions hooks = {translated, executing, cycles_access};
+    static const struct cycles_target core = {core_register, core_xpsr, memory_word, irqlog_entered, irqlog_returned};
+    cycles_init(&config.cycles, &core);
+    vm_on_instructions(id, &hooks);
     vm_on_attach(id, attach, start);
     return 0;
 }

@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* Sources. TRM: Arm Cortex-M3 Technical Reference Manual, r2p1, DDI 0337I; 3.3 has the instruction table, 3.3.2 (load
+ * and store timings) how neighbours pair, 3.3.1 the footnotes. M: where the manual gives a range, the value measured on
+ * zero-wait-state parts (STM32F100, F103, L100), as collected in docs/timing.md. A: an assumption of this model. */
+#include "cycles_rules.h"
+
+#define EXACTLY(n) n, n
+
+const struct cycles_row cycles_rules[RULES] = {
+    [RULE_DATA] = {"data processing, MUL, MSR, MRS, CPS, hints", EXACTLY(1), "TRM 3.3; MSR and MRS M"},
+    [RULE_SKIPPED] = {"instruction whose condition fails", EXACTLY(1), "M"},
+    [RULE_MLA] = {"MLA", EXACTLY(2), "TRM 3.3"},
+    [RULE_MLA_AFTER_LONG] = {"MLA directly after a 64-bit product", EXACTLY(1), "M"},
+    [RULE_MLS] = {"MLS", EXACTLY(2), "TRM 3.3"},
+    [RULE_LONG_EARLY] = {"64-bit product, an operand 0 or both in 0...65535", EXACTLY(3), "TRM 3.3 (3-5, 4-7), M"},
+    [RULE_LONG_MUL_SHORT_M] = {"SMULL, UMULL, only Rm in 0...65535", EXACTLY(4), "TRM 3.3 (3-5), M"},
+    [RULE_LONG_MUL] = {"SMULL, UMULL otherwise", EXACTLY(5), "TRM 3.3 (3-5), M"},
+    [RULE_LONG_MLA_SHORT_M] = {"SMLAL, UMLAL, only Rm in 0...65535", EXACTLY(5), "TRM 3.3 (4-7), M"},
+    [RULE_LONG_MLA] = {"SMLAL, UMLAL otherwise", EXACTLY(7), "TRM 3.3 (4-7), M"},
+    [RULE_DIVIDE_ZERO] = {"SDIV, UDIV, an operand is 0", EXACTLY(2), "TRM 3.3 (2-12), M"},
+    [RULE_DIVIDE_SMALLER] = {"SDIV, UDIV, |n| < |d|", EXACTLY(3), "TRM 3.3 (2-12), M"},
+    [RULE_DIVIDE] = {"SDIV, UDIV otherwise, before a quarter of the bit distance", EXACTLY(5), "TRM 3.3 (2-12), M"},
+    [RULE_LOAD] = {"LDR", EXACTLY(2), "TRM 3.3"},
+    [RULE_LOAD_PIPELINED] = {"LDR directly after a load it can pair with", EXACTLY(1), "TRM 3.3.2"},
+    [RULE_STORE] = {"STR, immediate offset", EXACTLY(1), "TRM 3.3.2"},
+    [RULE_STORE_PIPELINED] = {"the same directly after a load it can pair with", EXACTLY(0), "M"},
+    [RULE_STORE_REGISTER] = {"STR, register offset", EXACTLY(2), "TRM 3.3.2"},
+    [RULE_STORE_REGISTER_PIPELINED] = {"the same directly after a load it can pair with", EXACTLY(1), "TRM 3.3.2"},
+    [RULE_LOAD_AFTER_STORE] = {"load directly after STR with immediate offset", EXACTLY(1), "M"},
+    [RULE_LOAD_AFTER_STORE_ELSEWHERE] = {"the same on another bus", 0, 1, "M; A: bus may make it free"},
+    [RULE_MEMORY_AFTER_UPDATING_STORE] = {"load or store directly after STR with base update", EXACTLY(1), "M"},
+    [RULE_DOUBLE] = {"LDRD, STRD", EXACTLY(3), "TRM 3.3, 3.3.2"},
+    [RULE_MULTIPLE] = {"LDM, STM, PUSH, POP, before their transfers", EXACTLY(1), "TRM 3.3"},
+    [RULE_TRANSFER] = {"each register of those", EXACTLY(1), "TRM 3.3"},
+    [RULE_ADDRESS_JUST_COMPUTED] = {"address from the data-processing result before", EXACTLY(1), "TRM 3.3.2"},
+    [RULE_UNALIGNED] = {"each further part of an unaligned load", EXACTLY(1), "TRM 3.3.2"},
+    [RULE_BRANCH] = {"B, BL taken", EXACTLY(2), "TRM 3.3 (1 + P), M"},
+    [RULE_BRANCH_NOT_TAKEN] = {"conditional branch not taken", EXACTLY(1), "TRM 3.3"},
+    [RULE_BRANCH_UNKNOWN] = {"conditional branch, then an exception", 1, 2, "A"},
+    [RULE_COMPARE_BRANCH] = {"CBZ, CBNZ taken", EXACTLY(3), "TRM 3.3 (1 + P), M"},
+    [RULE_COMPARE_BRANCH_UNKNOWN] = {"CBZ, CBNZ, then an exception", 1, 3, "A"},
+    [RULE_BRANCH_LR] = {"BX LR, MOV PC,LR, LR not just written", EXACTLY(2), "TRM 3.3 (1 + P), M"},
+    [RULE_BRANCH_REGISTER] = {"other BX, BLX, MOV PC, ADD PC", EXACTLY(3), "TRM 3.3 (1 + P), M"},
+    [RULE_LOAD_PC] = {"LDR PC", EXACTLY(5), "TRM 3.3.2"},
+    [RULE_POP_PC] = {"POP, LDM with the PC, in addition", EXACTLY(3), "TRM 3.3, 3.3.2"},
+    [RULE_TABLE] = {"TBB, TBH", EXACTLY(6), "TRM 3.3.2"},
+    [RULE_TARGET_SPLIT] = {"branch target of 32 bits on a halfword address", EXACTLY(1), "TRM 3.3.1, M"},
+    [RULE_IT_FOLDED] = {"IT after a 16-bit instruction", EXACTLY(0), "TRM 3.3.1 (folding), M"},
+    [RULE_IT] = {"IT otherwise", EXACTLY(1), "TRM 3.3, M"},
+    [RULE_BARRIER] = {"DMB, DSB", 1, 4, "TRM 3.3 (1 + B), M"},
+    [RULE_ISB] = {"ISB", EXACTLY(3), "TRM 3.3 (1 + B), M"},
+    [RULE_EXCEPTION_ENTRY] = {"exception entry", EXACTLY(12), "TRM 3.9, not checked against silicon"},
+    [RULE_EXCEPTION_EXIT] = {"exception exit", EXACTLY(12), "TRM 3.9, not checked against silicon"},
+    [RULE_TAIL_CHAIN] = {"tail-chain", EXACTLY(6), "TRM 3.9, not checked against silicon"},
+};

@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "irqlog.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cycles.h"
+
+#define DEEPEST      64
+#define LINES        128
+#define NS_PER_CYCLE (SIM_PS_PER_FABRIC_CLOCK / SIM_PS_PER_NS)
+
+struct frame {
+    unsigned exception;
+    bool chained, has_line;
+    sim_ps t;
+    int64_t start_ns, start_pwm_ns;
+    struct cycles_count begin, preempted;
+    uint64_t instructions, preempted_instructions;
+    uint64_t latency;
+};
+
+struct line {
+    bool rose;
+    sim_ps at, period_start;
+    uint64_t count;
+};
+
+static FILE *file;
+static sim_ps (*time_now)(void);
+static struct frame frames[DEEPEST];
+static unsigned depth;
+static struct line lines[LINES];
+
+void irqlog_open(const char *path, sim_ps (*time)(void))
+{
+    file = fopen(path, "w");
+    if (!file) {
+        fprintf(stderr, "mssfoc twin: irqlog %s: %s\n", path, strerror(errno));
+        exit(1);
+    }
+    time_now = time;
+    fputs(
+        "t_s,exception,start_ns,start_pwm_ns,cycles,instructions,latency_cycles,preempted_cycles,cycles_low,chained\n",
+        file);
+}
+
+void irqlog_line_rose(unsigned exception, sim_ps at, sim_ps period_start)
+{
+    if (file && exception < LINES) {
+        lines[exception] = (struct line){true, at, period_start, cycles_total().high};
+    }
+}
+
+static void note_line(struct frame *f)
+{
+    struct line *line = f->exception < LINES ? &lines[f->exception] : NULL;
+    if (!line || !line->rose) {
+        f->t = time_now();
+        return;
+    }
+    line->rose = false;
+    f->t = line->at;
+    f->start_ns = (int64_t)(cycles_total().high - line->count) * NS_PER_CYCLE;
+    f->start_pwm_ns = f->start_ns + (line->at - line->period_start) / SIM_PS_PER_NS;
+}
+
+void irqlog_entered(unsigned exception, unsigned entry_cycles)
+{
+    if (!file) {
+        return;
+    }
+    if (depth == DEEPEST) {
+        fputs("mssfoc twin: irqlog: exceptions are nested deeper than there are priorities\n", stderr);
+        exit(1);
+    }
+    struct frame *f = &frames[depth++];
+    *f = (struct frame){.exception = exception, .begin = cycles_total(), .instructions = cycles_instructions()};
+    f->begin.low -= entry_cycles;
+    f->begin.high -= entry_cycles;
+    f->chained = entry_cycles < 12;
+    note_line(f);
+}
+
+void irqlog_returned(bool chained)
+{
+    if (!file || depth == 0) {
+        return;
+    }
+    struct frame *f = &frames[--depth];
+    struct cycles_count end = cycles_total();
+    uint64_t low = end.low - f->begin.low, high = end.high - f->begin.high;
+    /* The instruction now announced is the first one after the return. */
+    uint64_t executed = cycles_instructions() - f->instructions;
+    fprintf(file, "%.9f,%u,%" PRId64 ",%" PRId64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%d\n",
+            sim_to_s(f->t), f->exception, f->start_ns, f->start_pwm_ns, high - f->preempted.high,
+            executed - f->preempted_instructions, f->latency, f->preempted.high, low - f->preempted.low,
+            f->chained + 2 * chained);
+    if (depth > 0) {
+        struct frame *below = &frames[depth - 1];
+        below->preempted.low += low;
+        below->preempted.high += high;
+        below->preempted_instructions += executed;
+    }
+}
+
+void irqlog_pwm_written(uint64_t done)
+{
+    if (file && depth > 0) {
+        struct frame *f = &frames[depth - 1];
+        f->latency = done - f->begin.high - f->preempted.high;
+    }
+}
+
+void irqlog_reset(void)
+{
+    depth = 0;
+    memset(lines, 0, sizeof lines);
+}
+
+void irqlog_flush(void)
+{
+    if (file) {
+        fflush(file);
+    }
+}
