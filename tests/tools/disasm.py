@@ -130,6 +130,29 @@ class Image:
         n = bisect_right(self._starts, address) - 1
         return self._in_order[n] if n >= 0 and address < self._in_order[n].end else None
 
+    def line_of(self, address):
+        """file:line of an instruction."""
+        tool = os.environ.get("CROSS", "arm-none-eabi-") + "addr2line"
+        out = subprocess.run([tool, "-e", self.path, hex(address)], capture_output=True, text=True, check=True).stdout
+        return re.sub(r" \(discriminator \d+\)", "", out.strip()).removeprefix("./")
+
+    def lines_of(self, addresses):
+        """{address: [(function, file:line), ...] from the innermost inlined function outwards}."""
+        tool = os.environ.get("CROSS", "arm-none-eabi-") + "addr2line"
+        out = subprocess.run([tool, "-a", "-i", "-f", "-e", self.path, *map(hex, addresses)], capture_output=True, text=True,
+                             check=True).stdout
+        found, current, name = {}, None, None
+        for line in out.splitlines():
+            if re.match(r"^0x[0-9a-f]{8}$", line):
+                current = found.setdefault(int(line, 16), [])
+                name = None
+            elif name is None:
+                name = line
+            else:
+                current.append((name, re.sub(r" \(discriminator \d+\)", "", line).removeprefix("./")))
+                name = None
+        return found
+
     def _functions(self):
         found = {}
         for name, value, size, kind in self.symbols:

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""Worst-case cycles of the current loop's interrupt, from the instructions of the linked image.
+
+usage: wcet.py IMAGE.elf [KEY=N ...] [--measured IRQ.csv] [--path]
+       KEY: apb_read, apb_write, ppb, esram, envm_wait, cache (0 or 1): the twin's keys cycles.*, with its defaults
+       --measured   a log of interrupts (irqlog) to set beside the bound; fails if the bound is below
+       --path       every instruction of the longest way
+
+The longest way must be free of loops. What only a sample that trips executes is a bound of its own. Cycles of entry and
+exit are included; interrupts that are more urgent do not exist; the code is in the cache unless cache=0.
+"""
+import csv
+import sys
+from dataclasses import dataclass
+
+from addresses import Constants
+from disasm import Image, ImageError
+from longest import Longest
+from timing import ENTRY, EXIT, REFILL, Costs, Waits, default_waits
+
+HANDLER, EXCEPTION = "FabricIrq0_IRQHandler", 50
+FAULT_CALLS = ("trip", "fault_raise")
+LOOPS = {"trip": 6}  # the table by_bit in firmware/current_loop.c
+PWM = range(0x50000000, 0x50001000)  # CorePWM, docs/fabric.md
+
+
+@dataclass
+class Bound:
+    latency: int  # exception entry until the last PWM write is done
+    whole: int    # exception entry to return
+    fault: int    # the same for a sample that trips
+    way: list     # instructions of the longest way
+
+
+def bound(image, waits, handler=HANDLER):
+    function = image.functions.get(handler)
+    if function is None:
+        raise ImageError(f"the image has no {handler}")
+    known = {}
+
+    def costs(of):
+        if of.name not in known:
+            known[of.name] = Costs(waits, Constants(image, of).regions())
+        return known[of.name]
+
+    before = ENTRY + waits.apb_write  # a write of whom it interrupts may still be on its way
+    normal = Longest(image, costs, avoid=FAULT_CALLS)
+    way = normal.to_return(function)
+    constants = Constants(image, function)
+    writes = [w.cycles for i, w in normal.ways(function) if i.mnemonic == "str" and constants.address(i)[0] in PWM]
+    if not writes:
+        raise ImageError(f"{handler} does not write the PWM")
+    fault = Longest(image, costs, loops=LOOPS).to_return(function)
+    path = [function.code[at] for at in way.path]
+    after = EXIT - (REFILL if path[-1].mnemonic != "bx" else 0)
+    return Bound(before + max(writes), before + way.cycles + after, before + fault.cycles + EXIT, path)
+
+
+def measured(path):
+    """(most cycles, most cycles to the last PWM write, interrupts) of the current loop in a log of interrupts."""
+    with open(path, encoding="ascii", newline="") as stream:
+        rows = [row for row in csv.DictReader(stream) if int(row["exception"]) == EXCEPTION]
+    if not rows:
+        raise ImageError(f"{path} has no interrupt of the current loop")
+    return max(int(r["cycles"]) for r in rows), max(int(r["latency_cycles"]) for r in rows), len(rows)
+
+
+def waits_from(words):
+    """The twin's waits, but for the KEY=N given."""
+    values = dict(vars(default_waits()))
+    for word in words:
+        key, equals, number = word.partition("=")
+        if not equals or key not in Waits.__dataclass_fields__ or not number.isdigit():
+            raise ImageError(f"'{word}' is not KEY=N (keys: {', '.join(Waits.__dataclass_fields__)})")
+        values[key] = int(number)
+    return Waits(**values)
+
+
+def show(found, waits, log=None, out=print):
+    """Prints the bounds; 1 if a measured figure is above its bound."""
+    names = ("latency: entry to the last PWM write", "whole interrupt", "whole interrupt, a sample that trips")
+    figures = (None, None, None)
+    if log:
+        cycles, latency, count = measured(log)
+        figures = (latency, cycles, None)
+        out(f"measured: {count} interrupts")
+    settings = ", ".join(f"{key}={int(getattr(waits, key))}" for key in Waits.__dataclass_fields__)
+    out(f"{HANDLER}: worst case by its instructions ({settings})")
+    out(f"{'cycles':<40}{'bound':>7}{'measured':>10}{'above':>8}")
+    wrong = 0
+    for name, limit, figure in zip(names, (found.latency, found.whole, found.fault), figures):
+        text = f"{figure:>10}{100 * (limit / figure - 1):>7.1f}%" if figure else ""
+        out(f"{name:<40}{limit:>7}{text}")
+        wrong += figure is not None and figure > limit
+    if wrong:
+        print("mssfoc: measured above the bound: the bound, or the twin's model, is wrong", file=sys.stderr)
+    return 1 if wrong else 0
+
+
+def main(arguments):
+    words, log, path = [], None, False
+    arguments = list(arguments)
+    image = Image(arguments.pop(0))
+    while arguments:
+        word = arguments.pop(0)
+        if word == "--path":
+            path = True
+        elif word == "--measured" and arguments:
+            log = arguments.pop(0)
+        else:
+            words.append(word)
+    waits = waits_from(words)
+    found = bound(image, waits)
+    if path:
+        for instruction in found.way:
+            print(f"  {instruction.address:6x}  {instruction!s:<44} {image.line_of(instruction.address)}")
+    return show(found, waits, log)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        raise SystemExit(__doc__)
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except ImageError as error:
+        raise SystemExit(f"mssfoc: {error}") from error
