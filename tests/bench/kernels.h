@@ -33,7 +33,8 @@
     X(svm_minmax_q15, 4, 3) \
     X(recip_q14_refine, 2, 1) \
     X(deadtime_comp, 1, 1) \
-    X(pll_step, 5, 2)
+    X(pll_step, 5, 2) \
+    X(foc_step_q15, 6, 3)
 
 #define BENCH_KERNEL_WORDS 6u
 

@@ -98,3 +98,22 @@ void KERNEL(pll_step)(const int32_t *in, int32_t *out)
     out[0] = (int32_t)pll.angle_q32;
     out[1] = pll.speed_q32;
 }
+
+/* From two phase currents to three on-times: what is left of a current loop without registers, observer and protection. */
+void KERNEL(foc_step_q15)(const int32_t *in, int32_t *out)
+{
+    static struct {
+        struct pi_q15 d, q;
+        int32_t radius_q15;
+    } state = {{4096, 2000, 0}, {4096, 2000, 0}, 15000};
+    const cossin_t angle = cossin_q15((uint32_t)in[2]);
+    const dq_t i = park_q15(clarke_q15(in[0], in[1]), angle);
+    dq_t v;
+
+    v.d = pi_q15_step(&state.d, in[3] - i.d, 0, state.radius_q15);
+    v.q = pi_q15_step(&state.q, in[4] - i.q, 0, circle_rest_q15(v.d, state.radius_q15));
+    const abc_t duty = svm_minmax_q15(invclarke_q15(invpark_q15(v, angle)), in[5]);
+    out[0] = duty.a;
+    out[1] = duty.b;
+    out[2] = duty.c;
+}

@@ -65,6 +65,8 @@ RANGES(range_svm, SYMMETRIC(11000), SYMMETRIC(11000), SYMMETRIC(11000), {16384, 
 RANGES(range_recip, {4, 131072}, {0, 32767})
 RANGES(range_pll, ANY, SYMMETRIC(1 << 30), {0, 65535}, {0, 65535}, ANY)
 
+RANGES(range_foc, Q15_CURRENT, Q15_CURRENT, ANY, Q15_CURRENT, Q15_CURRENT, {16384, 65536})
+
 /* clang-format off */
 #define ROW(name, words, typical, extreme) \
     {#name, time_shipped_##name, time_o2_##name, time_o3_##name, time_moves_##name, words, typical, extreme}
@@ -87,6 +89,7 @@ static const struct kernel_row kernel_rows[] = {
     ROW(recip_q14_refine, 2, range_recip, range_recip),
     ROW(deadtime_comp, 1, any_four, any_four),
     ROW(pll_step, 5, range_pll, range_pll),
+    ROW(foc_step_q15, 6, range_foc, range_foc),
 };
 /* clang-format on */
 

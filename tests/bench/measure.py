@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: MIT
+"""Runs the benchmark image in QEMU with the twin, and the drive itself in closed loop, and gathers what they cost.
+
+The image is run twice: once with DWT's CYCCNT counting cycles, once with it counting instructions. Two rows cannot be had on
+the target without adding to what is measured, and come from the twin's log of interrupts in a run of the drive:
+current_loop.latency (entry, its 12 cycles included, to the last write to CorePWM) and current_loop.interrupt (entry and exit
+included).
+"""
+import csv
+import re
+import subprocess
+import time
+
+from elftools.elf.elffile import ELFFile
+
+from launcher.config import twin_config
+from launcher.drive import load_drive
+from launcher.errors import LauncherError
+from launcher.paths import REPO, build_dir, shown
+from launcher.probes import Symbols
+from launcher.qemu import Image, Qemu, command, escape, run_to_end
+from launcher.scenario import load_scenario
+
+MOTOR = "teknic_m2310p"
+CLOSING = re.compile(r"(?m)^bench: (\d+) rows\r?$")
+WALL_S = 300.0
+CURRENT_LOOP_EXCEPTION = 16 + 34  # FabricIrq0
+EXCLUDED_BEFORE_S = 0.01          # start-up
+
+# Both directions, with and without load, standstill and the steps between them; no fault.
+CLOSED_LOOP = {
+    "key": "bench", "title": "what the benchmark runs in closed loop", "end_s": 2.2, "preamble_s": 0.05,
+    "step": [
+        {"t_s": 0.20, "console": "on"},
+        {"t_s": 1.10, "console": "speed 1500"},
+        {"t_s": 1.30, "event": "load_nm", "args": ["rated_torque_Nm"]},
+        {"t_s": 1.50, "event": "load_nm", "args": ["0"]},
+        {"t_s": 1.60, "console": "speed -1500"},
+        {"t_s": 2.10, "console": "status"},
+    ],
+}
+
+
+class _BenchImage:
+    def __init__(self, build):
+        self.hex = build / "bench.hex"
+        self.plugin = build / "qemu" / "twin.so"
+        for path in (self.hex, self.plugin):
+            if not path.is_file():
+                raise LauncherError(f"{shown(path)} is missing: run make bench-image twin first")
+
+
+def measure(build=None, seed=1, settings=()):
+    """{row: {"instructions": ..., "cycles_min": ..., ...}, "_meta": {...}}.
+
+    settings   more lines for the twin's configuration: wait states, for example "cycles.apb_read 0"
+    """
+    build = build_dir(build)
+    out_dir = build / "bench" / f"run{seed}"
+    cycles = read_table(run_image(build, out_dir / "cycles", seed, ["dwt cycles", *settings]))
+    instructions = read_table(run_image(build, out_dir / "instructions", seed, ["dwt instructions", *settings]))
+    if list(cycles) != list(instructions):
+        raise LauncherError("the two runs of the benchmark image gave different rows")
+    rows = {name: _row(cycles[name], instructions[name]) for name in cycles}
+    rows.update(closed_loop(build, out_dir / "closed_loop", seed, settings))
+    rows["_meta"] = _meta(build, settings)
+    return rows
+
+
+def run_image(build, out_dir, seed, settings):
+    """The console's text. Raises if the image does not come to its closing line."""
+    qemu, image = Qemu(), _BenchImage(build)
+    out_dir.mkdir(parents=True, exist_ok=True)
+    config, console, log = (out_dir.resolve() / name for name in ("twin.cfg", "console.txt", "qemu.log"))
+    console.unlink(missing_ok=True)
+    drive = load_drive(MOTOR)
+    text = twin_config(drive, load_scenario({"end_s": 600.0}, drive), seed, [], {"progress": out_dir / "progress"})
+    config.write_text(text + "".join(f"{line}\n" for line in settings))
+    arguments = command(qemu, image, config, f"file,id=console,path={escape(console)}")
+    with open(log, "wb") as stream:
+        process = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=stream, stderr=stream,
+                                   env=qemu.environment())
+        try:
+            said = _until_closing(process, console)
+        finally:
+            process.kill()
+            process.wait()
+    if not CLOSING.search(said):
+        raise LauncherError(f"the benchmark image did not finish (see {shown(console)} and {shown(log)}): "
+                            f"{(log.read_text(errors='replace').strip().splitlines() or ['no message'])[-1]}")
+    return said
+
+
+def _until_closing(process, console):
+    limit = time.monotonic() + WALL_S
+    while True:
+        ended = process.poll() is not None or time.monotonic() > limit
+        said = console.read_text(errors="replace") if console.exists() else ""
+        if ended or CLOSING.search(said):
+            return said
+        time.sleep(0.05)
+
+
+def read_table(text):
+    """{row: {"": (min, median, max), "moves": n, "O2": (...), "O3": (...)}} from what the image printed."""
+    rows = {}
+    for line in text.replace("\r", "").split("\n"):
+        words = line.split()
+        if len(words) < 4 or words[0].startswith("#") or not words[1].isdigit():
+            continue
+        row = {"": tuple(map(int, words[1:4]))}
+        if len(words) > 4:
+            if [words[4], words[6], words[10]] != ["moves", "O2", "O3"] or len(words) != 14:
+                raise LauncherError(f"a line of the benchmark's table cannot be read: {line}")
+            row.update(moves=int(words[5]), O2=tuple(map(int, words[7:10])), O3=tuple(map(int, words[11:14])))
+        rows[words[0]] = row
+    count = int(CLOSING.search(text).group(1))
+    if count != len(rows) or not rows:
+        raise LauncherError(f"the benchmark image printed {len(rows)} rows and says {count}")
+    return rows
+
+
+def _figures(cycles, instructions):
+    return {"instructions": instructions[1], "instructions_min": instructions[0], "instructions_max": instructions[2],
+            "cycles_min": cycles[0], "cycles_median": cycles[1], "cycles_max": cycles[2]}
+
+
+def _row(cycles, instructions):
+    row = _figures(cycles[""], instructions[""])
+    if "moves" in cycles:
+        row["moves"] = cycles["moves"]
+        for level in ("O2", "O3"):
+            row[f"portable_{level}"] = _figures(cycles[level], instructions[level])
+    return row
+
+
+def closed_loop(build, out_dir, seed, settings=()):
+    """The two rows of the current loop's interrupt, from the twin's log of a run of the drive."""
+    qemu, image, drive = Qemu(), Image(build), load_drive(MOTOR)
+    out_dir.mkdir(parents=True, exist_ok=True)
+    paths = {name: (out_dir / name).resolve() for name in ("progress", "irqlog", "console", "qemu.log", "twin.cfg")}
+    plan = load_scenario(CLOSED_LOOP, drive)
+    files = {"progress": paths["progress"], "irqlog": paths["irqlog"]}
+    text = twin_config(drive, plan, seed, [], files, Symbols(image.elf))
+    paths["twin.cfg"].write_text(text + "".join(f"{line}\n" for line in settings))
+    arguments = command(qemu, image, paths["twin.cfg"], f"file,id=console,path={escape(paths['console'])}")
+    run_to_end(arguments, qemu.environment(), plan.end_s, paths["progress"], paths["qemu.log"])
+    if "state: operation enabled" not in paths["console"].read_text(errors="replace"):
+        raise LauncherError(f"the drive was not in operation at the end of the benchmark's run (see {shown(out_dir)})")
+    return read_irqlog(paths["irqlog"])
+
+
+def read_irqlog(path):
+    """Whole interrupts of the current loop, which nothing can preempt; those chained to another's end are shorter."""
+    whole, latency, instructions = [], [], []
+    with open(path, newline="") as stream:
+        for line in csv.DictReader(stream):
+            alone = int(line["exception"]) == CURRENT_LOOP_EXCEPTION and line["chained"] == "0"
+            if alone and float(line["t_s"]) >= EXCLUDED_BEFORE_S:
+                whole.append(int(line["cycles"]))
+                latency.append(int(line["latency_cycles"]))
+                instructions.append(int(line["instructions"]))
+    if not whole:
+        raise LauncherError(f"{shown(path)} has no interrupt of the current loop")
+    counted = _spread(instructions)
+    return {"current_loop.latency": {"interrupts": len(whole), **_cycles(latency)},
+            "current_loop.interrupt": {"interrupts": len(whole), "instructions": counted[1],
+                                       "instructions_min": counted[0], "instructions_max": counted[2],
+                                       **_cycles(whole)}}
+
+
+def _spread(values):
+    ordered = sorted(values)
+    return ordered[0], ordered[len(ordered) // 2], ordered[-1]
+
+
+def _cycles(values):
+    low, median, high = _spread(values)
+    return {"cycles_min": low, "cycles_median": median, "cycles_max": high}
+
+
+def _meta(build, settings):
+    """What the figures hold for. The compiler's own record in the image says how it was called."""
+    producers = {}
+    for name, source in (("firmware", "firmware/current_loop.c"), ("library", "lib/Lib.c"),
+                         ("portable_O2", "tests/bench/kernels_o2.c"), ("portable_O3", "tests/bench/kernels_o3.c")):
+        producers[name] = producer(build / "bench.elf", source)
+    return {"compiler": " ".join(producers["firmware"].split()[:4]),
+            "flags": {name: _flags(text) for name, text in producers.items()},
+            "core_hz": 100_000_000, "pwm_hz": 20_000, "wait_states": wait_states(settings)}
+
+
+def wait_states(settings):
+    """The timing model's parameters: the twin's defaults, and what `settings` makes of them."""
+    text = (REPO / "qemu" / "twin" / "cycles_keys.c").read_text()
+    values = {name: int(initial) for name, initial in re.findall(r"KEY\((\w+), \d+, \d+, (\d+)\)", text)}
+    for line in settings:
+        key, value = line.split()
+        values[key.removeprefix("cycles.")] = int(value)
+    return values
+
+
+def producer(elf_path, source):
+    """DW_AT_producer of a source file: compiler, version and options."""
+    with open(elf_path, "rb") as stream:
+        for unit in ELFFile(stream).get_dwarf_info().iter_CUs():
+            top = unit.get_top_DIE()
+            if top.attributes["DW_AT_name"].value.decode() == source:
+                return top.attributes["DW_AT_producer"].value.decode()
+    raise LauncherError(f"{shown(elf_path)} has no debug information of {source}")
+
+
+def _flags(text):
+    dropped = ("-ffile-prefix-map", "-g")
+    return [word for word in text.split() if word.startswith("-") and not word.startswith(dropped)]

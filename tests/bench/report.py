@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: MIT
+"""The benchmark's figures as a table for the terminal, as changes against earlier ones, and as docs/benchmarks.md."""
+import tomllib
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+
+STAGES = {
+    "stage.fetch": "read ADC and encoder, acknowledge",
+    "stage.scale": "codes to Q15, reciprocal of the bus voltage",
+    "stage.observe": "angle and speed",
+    "stage.transform": "sine and cosine, Clarke, Park",
+    "stage.regulate": "decoupling, voltage circle, both PI controllers",
+    "stage.advance": "sine and cosine of the angle at which the voltages will act",
+    "stage.modulate": "inverse transforms, space vector, dead-time compensation, PWM",
+    "stage.publish": "results for the other loops",
+    "stage.protect": "status of gate and encoder, thresholds",
+}
+ROWS = {
+    "current_loop.latency": "exception entry to the last write to CorePWM, entry's 12 cycles included",
+    "current_loop.interrupt": "the whole interrupt, entry and exit included, in closed loop",
+    "current_loop.pended": "the same on the target alone: raised by software, with and without",
+    "current_loop.stolen": "what an interrupt by the ADC takes from the program below, mean",
+    "current_loop.called": "the handler called as a function",
+    "current_loop.own": "between the handler's own two readings: what `status` shows",
+    "current_loop.trip": "called, with an over-current in the sample: trip, latch and snapshot",
+    "stage.write_pwm": "of stage.modulate: the edges and the 14 writes",
+    "speed_loop_measure": "speed in rpm",
+    "speed_loop_current_limit": "largest current that the bus voltage controls",
+    "speed_loop_step": "ramp and PI, 64 bit",
+    "drive_step.speed": "state machine with the speed loop",
+    "drive_step.torque": "state machine in torque control",
+    "slow_loop.pended": "the whole interrupt in speed control, entry and exit included",
+    "fault_raise.first": "bridge off, cause latched, snapshot",
+    "fault_raise.again": "bridge off; a cause is latched already",
+    "console.status": "the answer to `status`, up to its last character in the buffer",
+    "console.unknown": "the answer to a command that does not exist",
+    "console.interrupt": "UART interrupt that hands 16 characters to the transmitter",
+    "tuning_compute": "parameters to gains and thresholds, at `on`",
+    "interrupt.latency": "request by software to the first reading in the handler",
+    "interrupt.round_trip": "entry and exit around an empty handler",
+}
+
+
+def is_row(name):
+    return not name.startswith("_")
+
+
+def table(figures):
+    """Lines for the terminal."""
+    yield f"{'':<28}{'instr.':>7}{'min':>7}{'median':>7}{'max':>7}{'C -O2':>8}{'C -O3':>7}{'gain':>7}"
+    for name, row in figures.items():
+        if is_row(name):
+            yield (f"{name:<28}{row.get('instructions', ''):>7}{row['cycles_min']:>7}{row['cycles_median']:>7}"
+                   f"{row['cycles_max']:>7}" + _comparison(row))
+
+
+def _comparison(row):
+    if "portable_O2" not in row:
+        return ""
+    o2, o3 = (row[f"portable_{level}"]["cycles_max"] for level in ("O2", "O3"))
+    return f"{o2:>8}{o3:>7}{gain(row):>+6.0f} %"
+
+
+def gain(row):
+    """How much less time than the better of the two portable builds, in per cent of it, worst data."""
+    best = min(row["portable_O2"]["cycles_max"], row["portable_O3"]["cycles_max"])
+    return 100.0 * (best - row["cycles_max"]) / best
+
+
+def changes(figures, earlier):
+    """One line a figure that is not as it was."""
+    for name in sorted(set(figures) | set(earlier)):
+        if not is_row(name):
+            continue
+        if name not in earlier or name not in figures:
+            yield f"{name:<28} {'new' if name in figures else 'gone'}"
+            continue
+        for key in ("instructions", "cycles_min", "cycles_median", "cycles_max"):
+            now, before = figures[name].get(key), earlier[name].get(key)
+            if now is not None and before is not None and now != before:
+                yield f"{name:<28} {key:<14}{before:>7} -> {now:>6}  {now - before:+d}"
+
+
+def markdown(figures):
+    """The text of docs/benchmarks.md."""
+    return "\n".join([*_opening(figures), *_current_loop(figures), *_stages(figures), *_library(figures),
+                      *_others(figures), *_peers(), *_method()]) + "\n"
+
+
+def _opening(figures):
+    meta = figures["_meta"]
+    whole, latency = (figures[f"current_loop.{name}"]["cycles_max"] for name in ("interrupt", "latency"))
+    period = meta["core_hz"] // meta["pwm_hz"]
+    waits = ", ".join(f"{name} {value}" for name, value in meta["wait_states"].items())
+    return [
+        "# Benchmarks", "",
+        "Written by `make bench`; what it prints against the last committed figures is the change. Cycles of a Cortex-M3 at"
+        " 100 MHz, read from DWT.CYCCNT; in the twin the counter follows the timing model of [timing.md](timing.md),"
+        " and where that knows bounds only, the upper one.", "",
+        f"**{latency} cycles from exception entry to the last PWM write, {whole} for the whole interrupt**:"
+        f" {latency / meta['core_hz'] * 1e6:.2f} and {whole / meta['core_hz'] * 1e6:.2f} us, or"
+        f" {100 * whole / period:.1f} % of the core at {meta['pwm_hz'] // 1000} kHz.", "",
+        f"Compiler: {meta['compiler']}. Firmware: `{' '.join(meta['flags']['firmware'])}`."
+        f" Wait states: {waits}.", "",
+    ]
+
+
+def _line(*cells):
+    return "| " + " | ".join(str(cell) for cell in cells) + " |"
+
+
+def _cells(row):
+    return row.get("instructions", ""), row["cycles_min"], row["cycles_median"], row["cycles_max"]
+
+
+def _current_loop(figures):
+    yield from ("## The current loop", "", _line("row", "instructions", "min", "median", "max", "what"),
+                "|---|--:|--:|--:|--:|---|")
+    for name in [name for name in ROWS if name.startswith("current_loop.")]:
+        yield _line(f"`{name}`", *_cells(figures[name]), ROWS[name])
+    yield ""
+
+
+def _stages(figures):
+    total = sum(figures[name]["cycles_median"] for name in STAGES)
+    yield from ("### Stage by stage", "",
+                "Each stage as a function of its own, called once a sample; a call costs at least 4 cycles, and what the"
+                " interrupt keeps in registers passes through memory here. So the sum is more than the whole.", "",
+                _line("stage", "instructions", "cycles", "share", "what"), "|---|--:|--:|--:|---|")
+    for name, what in STAGES.items():
+        row = figures[name]
+        yield _line(f"`{name}`", row["instructions"], row["cycles_max"], f"{100 * row['cycles_median'] / total:.0f} %", what)
+    yield _line("sum", "", total, "", f"`current_loop.called` is {figures['current_loop.called']['cycles_median']}")
+    row = figures["stage.write_pwm"]
+    yield _line("`stage.write_pwm`", row["instructions"], row["cycles_max"], "", ROWS["stage.write_pwm"])
+    yield ""
+
+
+def _library(figures):
+    yield from ("## The library, beside its portable C", "",
+                "One call, BL and return included, arguments from memory and results to memory. min and max are over typical"
+                " and extreme data, the median over typical data. inlined: the median less a call that moves the same words"
+                " and computes nothing, which is about what remains in the current loop. C: the same source with"
+                " `LIB_PORTABLE`, worst data; gain: against the better of the two. `foc_step_q15` is the chain from two phase"
+                " currents to three on-times in one function: what the last column of the peers' table compares with.", "",
+                _line("function", "instructions", "min", "median", "max", "inlined", "C -O2", "C -O3", "gain"),
+                "|---|--:|--:|--:|--:|--:|--:|--:|--:|")
+    for name, row in figures.items():
+        if is_row(name) and "portable_O2" in row:
+            portable = (row[f"portable_{level}"]["cycles_max"] for level in ("O2", "O3"))
+            yield _line(f"`{name}`", *_cells(row), row["cycles_median"] - row["moves"], *portable, f"{gain(row):+.0f} %")
+    yield ""
+
+
+def _others(figures):
+    yield from ("## The rest", "", _line("row", "instructions", "min", "median", "max", "what"), "|---|--:|--:|--:|--:|---|")
+    for name in ROWS:
+        if not name.startswith(("current_loop.", "stage.")):
+            yield _line(f"`{name}`", *_cells(figures[name]), ROWS[name])
+    yield ""
+
+
+def _peers():
+    with open(HERE / "peers.toml", "rb") as stream:
+        peers = tomllib.load(stream)
+    yield from ("## What others take", "",
+                "Cycles of one call on mid-range data, by the same timing rules at zero wait states, GCC 12.2 -O2 [-O3]; each"
+                " source at the commit given. They differ in what they do: word length, rounding, saturation.", "",
+                _line("", *peers["columns"]), "|---|" + "---|" * len(peers["columns"]))
+    for peer in peers["peer"]:
+        yield _line(peer["name"], *peer["cycles"])
+    yield ""
+
+
+def _method():
+    return [
+        "## How it is measured", "",
+        "`build/bench.elf` is an ordinary image: flash it, open the console (115200 8N1), and it prints its table; it needs the"
+        " fabric's design, no motor, and leaves the bridge off. Each call stands between two readings of CYCCNT with"
+        " interrupts masked; what the readings cost is measured around one NOP and taken off. Data are the same every time:"
+        " 255 typical vectors and every combination of corners, so figures are too.", "",
+        "`current_loop.latency` and `current_loop.interrupt` come from the twin, which logs every interrupt of a run in closed"
+        " loop: on the target they could be had only by adding to what is measured. `current_loop.pended` and `.stolen` come"
+        " from the target and say the same as `.interrupt` by other means.", "",
+        "Budgets for these figures, for flash, RAM and stack stand in `tests/budgets.toml`, and `make test` holds them both"
+        " ways.",
+    ]
