@@ -19,6 +19,9 @@ $(BUILD)/bench.elf: $(BENCH_OBJ) $(BENCH_FIRMWARE) $(PLATFORM_OBJ) $(BUILD)/libm
 
 bench-image: $(BUILD)/bench.elf $(BUILD)/bench.hex
 
+# tests/budgets measures with it
+everything: bench-image
+
 bench: tools
 	@$(MAKE) --no-print-directory -s -j2 all twin bench-image
 	@$(PYTHON) tests/bench/run_bench.py

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: MIT
+"""Everything that has a budget, as {section: {row: figure}}: cycles, flash, RAM, stack; and the comparison with it.
+
+A budget holds both ways: a figure above it fails, and so does one so far below that the budget no longer guards it.
+"""
+import sys
+import tomllib
+from collections import defaultdict
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+BUDGETS = ROOT / "tests" / "budgets.toml"
+SLACK_PERCENT = 5
+SLACK_LEAST = {"cycles": 2, "flash": 64, "ram": 32, "stack": 16}  # cycles and bytes: nothing to tighten within these
+
+
+def load_budgets(path=BUDGETS):
+    """{section: {row: {"max": n, "reason": text}}}"""
+    with open(path, "rb") as stream:
+        return tomllib.load(stream)
+
+
+def cycles(bench):
+    """The largest cycles of every row of build/bench.json."""
+    return {name: row["cycles_max"] for name, row in bench.items() if not name.startswith("_")}
+
+
+def sizes(build):
+    """(flash, RAM) bytes by room, with the sum."""
+    size, _ = _tools()
+    flash, ram = defaultdict(int), defaultdict(int)
+    for section, name, count in size.contributions(build / "mssfoc.map", build / "mssfoc.elf"):
+        if section in (".vectors", ".text", ".rodata", ".data"):
+            flash[size.room(name)] += count
+        if section in (".data", ".bss", ".noinit"):
+            ram[size.room(name)] += count
+    flash["sum"], ram["sum"] = sum(flash.values()), sum(ram.values())
+    return dict(flash), dict(ram)
+
+
+def stacks(build):
+    """Bytes of stack: each entry point's own, and both stacks with everything nested."""
+    _, stack = _tools()
+    _, found, _ = stack.worked_out(build / "mssfoc.elf", build / "arm")
+    rows = {row.name: row.own for row in found.rows}
+    return {**rows, "main stack": found.main, "fault stack": found.fault}
+
+
+def gather(bench, build):
+    flash, ram = sizes(build)
+    return {"cycles": cycles(bench), "flash": flash, "ram": ram, "stack": stacks(build)}
+
+
+def complaints(section, figures, budgets):
+    """One line for each row that does not keep its budget, or has none."""
+    for name in sorted(set(figures) | set(budgets)):
+        if name not in budgets:
+            yield f"{section} {name}: {figures[name]} without a budget; give it one in tests/budgets.toml, with a reason"
+        elif name not in figures:
+            yield f"{section} {name}: a budget for something that is not there"
+        else:
+            allowed, figure = budgets[name]["max"], figures[name]
+            slack = max(SLACK_LEAST[section], allowed * SLACK_PERCENT / 100)
+            if figure > allowed:
+                yield f"{section} {name}: {figure}, allowed {allowed} ({figure - allowed:+d})"
+            elif figure < allowed - slack:
+                yield f"{section} {name}: {figure}, far below its budget of {allowed}; tighten it to {figure}"
+
+
+def _tools():
+    """tests/tools/size.py and stack.py, which are programs that stand beside each other."""
+    folder = str(ROOT / "tests" / "tools")
+    if folder not in sys.path:
+        sys.path.append(folder)
+    import size
+    import stack
+
+    return size, stack

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: MIT
+"""Nothing gets slower, larger or deeper, and no budget grows stale, without a change of tests/budgets.toml."""
+import pytest
+
+from budgets.figures import complaints, cycles, load_budgets, sizes, stacks
+from launcher.paths import build_dir
+
+BUDGETS = load_budgets()
+
+
+def test_every_budget_has_a_reason():
+    for section in ("cycles", "flash", "ram", "stack"):
+        assert BUDGETS[section]
+        for name, budget in BUDGETS[section].items():
+            assert set(budget) == {"max", "reason"} and len(budget["reason"]) >= 10, f"{section} {name}"
+
+
+def test_cycles(bench):
+    assert not list(complaints("cycles", cycles(bench), BUDGETS["cycles"]))
+
+
+def test_flash():
+    assert not list(complaints("flash", sizes(build_dir())[0], BUDGETS["flash"]))
+
+
+def test_ram():
+    assert not list(complaints("ram", sizes(build_dir())[1], BUDGETS["ram"]))
+
+
+def test_stack():
+    assert not list(complaints("stack", stacks(build_dir()), BUDGETS["stack"]))
+
+
+def test_figures_do_not_depend_on_the_seed(measured):
+    assert measured["1"] == measured["2"]
+
+
+def test_three_ways_to_the_same_interrupt(bench):
+    """The twin's log, the request by software and the time taken from the program below it say the same."""
+    whole = bench["current_loop.interrupt"]["cycles_max"]
+    for row in ("current_loop.pended", "current_loop.stolen"):
+        assert abs(bench[row]["cycles_median"] - whole) <= 3, row
+
+
+@pytest.mark.parametrize("figure, said", [
+    (100, None), (101, "row: 101, allowed 100 (+1)"), (95, None), (94, "far below"),
+])
+def test_both_ways(figure, said):
+    found = list(complaints("cycles", {"row": figure}, {"row": {"max": 100, "reason": "a test"}}))
+    assert (said is None and not found) or (len(found) == 1 and said in found[0])
+
+
+def test_small_budgets_have_two_cycles_of_slack():
+    budget = {"row": {"max": 10, "reason": "a test"}}
+    assert not list(complaints("cycles", {"row": 8}, budget))
+    assert list(complaints("cycles", {"row": 7}, budget))
+
+
+def test_a_row_without_a_budget_and_a_budget_without_a_row():
+    assert "without a budget" in next(complaints("cycles", {"new": 5}, {}))
+    assert "not there" in next(complaints("cycles", {}, {"old": {"max": 5, "reason": "a test"}}))
