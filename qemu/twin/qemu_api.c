@@ -7,6 +7,8 @@
 #define _GNU_SOURCE
 #include "qemu_api.h"
 
+#include "qemu_registers.h"
+
 #include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -206,6 +208,13 @@ static void translated(uint64_t id, opaque *block)
 void vm_on_instructions(uint64_t plugin_id, const struct vm_instructions *hooks)
 {
     instruction_hooks = hooks;
+    bool true_registers = qemu_plugin_version >= 2 || vm_make_callbacks_read_registers();
+    if (!true_registers) {
+        fputs("mssfoc twin: this QEMU does not show a plugin the registers amid a block; use Debian's 7.2, or 9 and "
+              "later\n",
+              stderr);
+        exit(1);
+    }
     vm.qemu_plugin_register_vcpu_tb_trans_cb(plugin_id, translated);
 }
 
