@@ -7,6 +7,7 @@ import subprocess
 import numpy as np
 
 from .drive import twin_items
+from .load import load_lines, load_values
 from .paths import REPO
 from .simulate import write
 
@@ -25,6 +26,9 @@ def print_report(result, out):
         out(f"  {figure.name:<{width}}  {value_text(figure):>26}  {figure.limit_text:<24} {verdict(figure)}".rstrip())
         if figure.note:
             out(f"  {'':<{width}}  {figure.note}")
+    out("")
+    for line in load_lines(result.load):
+        out(f"  {line}")
     out("")
     failed = [figure.name for figure in result.figures.values() if figure.passed is False]
     limited = sum(figure.limited for figure in result.figures.values())
@@ -57,6 +61,7 @@ def write_json(result, path):
         "inverter": {"key": drive.inverter.key, "name": drive.inverter.name, "values": drive.inverter.values},
         "console_parameters": drive.params,
         "plant": dict(twin_items(drive)),
+        "cpu_load": load_values(result.load),
         "versions": versions(result),
     }
     write(path, json.dumps(report, indent=2, default=_plain) + "\n")

@@ -3,10 +3,13 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from .config import twin_config
 from .drive import load_drive
 from .errors import LauncherError
 from .figures import Run, measure
+from .load import cpu_load, load_irqlog
 from .paths import build_dir, shown
 from .probes import Symbols, make_probes
 from .qemu import Image, Qemu, command, escape, run_to_end
@@ -20,7 +23,8 @@ SEED_MAX = 2**32 - 1
 
 @dataclass
 class Result:
-    """What a run gives: `trace` (column -> array), `console` (text), `figures` (name -> Figure), and what it was."""
+    """What a run gives: `trace` (column -> array), `console` (text), `figures` (name -> Figure), `load` (Load or None),
+    `irqlog` (path of the log of interrupts), and what it was."""
     trace: object
     console: str
     figures: dict
@@ -31,6 +35,8 @@ class Result:
     out_dir: Path
     qemu: object
     symbols: object
+    load: object
+    irqlog: Path
 
     @property
     def passed(self):
@@ -56,7 +62,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
     motor      name of a file in qemu/motors, or path to one
     seed       of all noise: the same seed gives the same trace to the byte
-    out_dir    where twin.cfg, trace.csv, console.txt and qemu.log go (default: run/ of the build folder)
+    out_dir    where twin.cfg, trace.csv, irq.csv, console.txt and qemu.log go (default: run/ of the build folder)
     overrides  {"motor": {table: {key: value}}, "inverter": {...}, "params": {"i_max_ma": 5000}}
     dumps      {file name: (address, bytes)}: memory of the target, written to that file in out_dir when the run ends
     show       called as it goes, with the simulated seconds done and in all
@@ -73,7 +79,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
-    write(config, twin_config(drive, plan, seed, probes, {key: files[key] for key in ("trace", "progress")}, symbols, kept))
+    write(config, twin_config(drive, plan, seed, probes, {key: files[key] for key in ("trace", "progress", "irqlog")}, symbols, kept))
     console = f"file,id=console,path={escape(files['console'])}"
     run_to_end(command(checked_qemu, image, config, console), checked_qemu.environment(), plan.end_s,
                files["progress"], files["log"], show)
@@ -84,13 +90,14 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     add_truth(trace, drive.motor["electrical"]["pole_pairs"])
     text = files["console"].read_text(errors="replace").replace("\r\n", "\n").replace("\r", "\n")
     figures = measure(plan, Run(trace, text, drive, enums))
-    return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols)
+    load = cpu_load(load_irqlog(files["irqlog"]), float(np.median(np.diff(trace["t_s"]))))
+    return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols, load, files["irqlog"])
 
 
 def prepare(out_dir):
     """Makes the folder and clears what an earlier run left, so that nothing old can pass for a result."""
     files = {"trace": out_dir / "trace.csv", "progress": out_dir / "progress", "console": out_dir / "console.txt",
-             "log": out_dir / "qemu.log"}
+             "log": out_dir / "qemu.log", "irqlog": out_dir / "irq.csv"}
     try:
         out_dir.mkdir(parents=True, exist_ok=True)
         for name in [*files.values(), out_dir / "report.json", out_dir / "run.png"]:

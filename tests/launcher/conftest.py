@@ -62,6 +62,12 @@ with open(items["trace"], "w") as out:
             row["i_%s_A" % phase] = -2.0 * math.sin(4 * angle - k * 2 * math.pi / 3)
         names = "{columns}".split(",") + probes
         out.write(",".join("%.6f" % row.get(name, 0) for name in names) + "\\n")
+with open(items["irqlog"], "w") as out:
+    out.write("{irq_columns}\\n")
+    for n in range(1, round(end * 20000)):
+        out.write("%.9f,50,800,1800,%d,400,550,0,690,0\\n" % (n / 20000, 700 if n % 2 else 650))
+        if n % 20 == 0:
+            out.write("%.9f,30,0,0,400,300,0,700,400,0\\n" % (n / 20000))
 open(items["progress"], "w").write(str(end) + "\\n")
 """
 
@@ -94,12 +100,14 @@ def build(elf, tmp_path):
 @pytest.fixture
 def fake_qemu(tmp_path):
     """Makes a program that plays QEMU: fake_qemu("lockup") -> its path."""
+    from launcher.load import COLUMNS
     from launcher.trace import PLANT_COLUMNS
 
     def make(behaviour="well"):
         path = Path(tmp_path) / f"qemu-{behaviour.replace(' ', '-')}"
         path.write_text(textwrap.dedent(FAKE_QEMU).lstrip().format(python=sys.executable, behaviour=behaviour,
-                                                                   columns=",".join(PLANT_COLUMNS)))
+                                                                   columns=",".join(PLANT_COLUMNS),
+                                                                   irq_columns=",".join(COLUMNS)))
         path.chmod(0o755)
         return str(path)
     return make

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+"""What the processor spends its time on: the twin's log of interrupts, summed up by who they belong to."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from .errors import LauncherError
+from .paths import shown
+
+CORE_HZ = 100e6  # docs/fabric.md: core, fabric and PWM run on one clock
+CURRENT_LOOP, SLOW_LOOP = 50, 30  # exception numbers: FabricIrq0 and Timer1, 16 beyond their interrupts' numbers
+COLUMNS = ("t_s", "exception", "start_ns", "start_pwm_ns", "cycles", "instructions", "latency_cycles", "preempted_cycles",
+           "cycles_low", "chained")
+
+
+def load_irqlog(path):
+    """{column: array} of the twin's irqlog (qemu/twin/irqlog.h), one row for each exception that has returned."""
+    try:
+        with open(path, encoding="ascii") as file:
+            names = file.readline().strip().split(",")
+            data = np.loadtxt(file, delimiter=",", ndmin=2)
+    except OSError as error:
+        raise LauncherError(f"no log of interrupts: cannot read {shown(path)}: {error.strerror}") from error
+    except ValueError as error:
+        raise LauncherError(f"{shown(path)} is damaged: {error}") from error
+    if tuple(names) != COLUMNS or (data.size and data.shape[1] != len(names)):
+        raise LauncherError(f"{shown(path)} has other columns than {','.join(COLUMNS)}")
+    return {name: data[:, index] if data.size else np.empty(0) for index, name in enumerate(names)}
+
+
+@dataclass
+class Share:
+    """Percent of the core's time, and cycles of one run through it (entry and exit included, without who interrupts it)."""
+    percent: float
+    mean_cycles: float
+    max_cycles: int
+    count: int
+
+
+@dataclass
+class Load:
+    """Shares of the time from the first current-loop interrupt to the last."""
+    pwm_hz: float
+    current_loop: Share
+    slow_loop: Share
+    other_interrupts: Share  # the console's
+    latency_max_cycles: int  # exception entry to the last PWM write
+
+    @property
+    def rest_percent(self):
+        """What is left for the thread, and for features to come."""
+        return 100 - sum(part.percent for part in (self.current_loop, self.slow_loop, self.other_interrupts))
+
+    @property
+    def highest_pwm_hz(self):
+        """At which the longest current-loop interrupt still fits in half a period."""
+        return CORE_HZ / (2 * self.current_loop.max_cycles)
+
+
+def cpu_load(log, pwm_period_s):
+    """The Load of a run, or None when the current loop never ran."""
+    current = log["exception"] == CURRENT_LOOP
+    if current.sum() < 2:
+        return None
+    times = log["t_s"][current]
+    inside = (log["t_s"] >= times.min()) & (log["t_s"] < times.max())
+    cycles_in_all = (times.max() - times.min()) * CORE_HZ
+    slow = log["exception"] == SLOW_LOOP
+
+    def share(which):
+        cycles = log["cycles"][which & inside]
+        if len(cycles) == 0:
+            return Share(0.0, 0.0, 0, 0)
+        return Share(100 * float(cycles.sum()) / cycles_in_all, float(cycles.mean()), int(cycles.max()), len(cycles))
+
+    return Load(1 / pwm_period_s, share(current), share(slow), share(~current & ~slow),
+                int(log["latency_cycles"][current].max()))
+
+
+def load_lines(load):
+    """The lines of the report."""
+    if load is None:
+        return ["CPU load: the current loop did not run"]
+    period = CORE_HZ / load.pwm_hz
+    lines = [f"CPU load at {load.pwm_hz / 1e3:.4g} kHz PWM ({CORE_HZ / 1e6:g} MHz core, {period:.0f} cycles a period)"]
+    for name, part in (("current loop", load.current_loop), ("slow loop", load.slow_loop), ("console", load.other_interrupts)):
+        lines.append(f"  {name:<14}{part.percent:6.2f} %   {part.mean_cycles:.0f} cycles, at most {part.max_cycles},"
+                     f" {part.count} interrupts")
+    lines.append(f"  {'rest':<14}{load.rest_percent:6.2f} %")
+    lines.append(f"  the current loop fits in half a period up to {load.highest_pwm_hz / 1e3:.1f} kHz PWM"
+                 f" (PWM written {load.latency_max_cycles} cycles after exception entry at the latest)")
+    return lines
+
+
+def load_values(load):
+    """The same for report.json."""
+    if load is None:
+        return None
+    values = {name: vars(getattr(load, name)) for name in ("current_loop", "slow_loop", "other_interrupts")}
+    return {"core_hz": CORE_HZ, "pwm_hz": load.pwm_hz, **values, "rest_percent": load.rest_percent,
+            "latency_max_cycles": load.latency_max_cycles, "highest_pwm_hz": load.highest_pwm_hz}
