@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "bench.h"
+
+const struct motor_params bench_motor = {
+    .pole_pairs = 4,
+    .resistance_ohm = 0.3,
+    .ld_h = 0.3e-3,
+    .lq_h = 0.4e-3,
+    .flux_wb = 7.5e-3,
+    .inertia_kgm2 = 1e-5,
+    .thermal_resistance_k_w = 2,
+    .thermal_capacity_j_k = 50,
+    .ambient_c = 25,
+};
+
+const struct load_params bench_no_load = {0};
+
+const struct inverter_params bench_inverter = {
+    .vbus_v = 24,
+    .supply_resistance_ohm = 0.05,
+    .supply_sinks = 1,
+    .bus_capacitance_f = 1e-3,
+    .r_on_ohm = 5e-3,
+    .diode_v = 0.8,
+    .oc_trip_a = 1000,
+};
+
+const struct sensor_params bench_sensors = {
+    .i_range_a = 25,
+    .v_range_v = 50,
+    .adc_bits = 12,
+    .adc_conversion_s = 1.5e-6,
+    .i_gain_a = 1,
+    .i_gain_b = 1,
+    .i_gain_c = 1,
+    .encoder_counts = 4000,
+};
+
+struct plant_params bench_plant(void)
+{
+    return (struct plant_params){bench_motor, bench_no_load, bench_inverter, bench_sensors, 1};
+}
+
+uint32_t bench_read(struct plant *p, enum bench_register r)
+{
+    return plant_read(p, r, p->now);
+}
+
+void bench_write(struct plant *p, enum bench_register r, uint32_t value)
+{
+    plant_write(p, r, value, p->now);
+}
+
+void bench_run(struct plant *p, double duration_s)
+{
+    plant_advance(p, p->now + sim_from_s(duration_s));
+}
+
+static void channel(struct plant *p, int n, uint32_t pos_edge, uint32_t neg_edge)
+{
+    bench_write(p, PWM_POSEDGE_1 + 8 * (unsigned)(n - 1), pos_edge);
+    bench_write(p, PWM_NEGEDGE_1 + 8 * (unsigned)(n - 1), neg_edge);
+}
+
+void bench_leg(struct plant *p, int phase, uint32_t on_counts, uint32_t dead_counts)
+{
+    uint32_t on = (BENCH_PERIOD_COUNTS - on_counts) / 2, off = on + on_counts;
+    channel(p, 2 * phase + 1, on, off);
+    channel(p, 2 * phase + 2, off + dead_counts, on - dead_counts);
+}
+
+void bench_start(struct plant *p, const struct plant_params *params, const uint32_t on_counts[3])
+{
+    plant_init(p, params);
+    bench_write(p, PWM_PRESCALE, 0);
+    bench_write(p, PWM_PERIOD, BENCH_PERIOD_COUNTS - 1);
+    for (int k = 0; k < 3; k++) {
+        bench_leg(p, k, on_counts[k], BENCH_DEAD_COUNTS);
+    }
+    channel(p, 7, 0, 100);
+    bench_write(p, PWM_SYNC_UPDATE, 1);
+    bench_write(p, PWM_ENABLE, 0x7F);
+    bench_write(p, GATE_CONTROL, 1);
+}
+
+void bench_advance(struct inverter *inv, struct motor *m, sim_ps *now, double duration_s)
+{
+    sim_ps end = *now + sim_from_s(duration_s);
+    while (*now < end) {
+        sim_ps next = inverter_next_switch(inv);
+        sim_ps to = next < end ? next : end;
+        *now = to > *now ? inverter_advance(inv, m, *now, to) : to;
+        inverter_switch(inv, *now);
+    }
+}

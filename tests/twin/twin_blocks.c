@@ -1,0 +1,353 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* Slots 1 to 3 against docs/fabric.md: through the registers where firmware can see it, through the block's own
+ * functions where a signal from outside is needed. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench.h"
+#include "check.h"
+
+#define PI 3.141592653589793
+
+static const uint32_t half_on[3] = {2500, 2500, 2500};
+static const double period_s = BENCH_PERIOD_COUNTS * 10e-9;
+
+/* ---- slot 1: ADC ---- */
+
+/* A plant whose next trigger comes 1 us after the return. */
+static void before_trigger(struct plant *p, const struct plant_params *params)
+{
+    bench_start(p, params, half_on);
+    bench_run(p, 0.98e-3);
+    plant_advance(p, plant_next_trigger(p) - sim_from_s(1e-6));
+}
+
+static void adc_conversion(void)
+{
+    struct plant_params params = bench_plant();
+    struct plant p;
+    before_trigger(&p, &params);
+    check_hex("ADC.CONTROL after reset", bench_read(&p, ADC_CONTROL), 0);
+    check_equal("ADC off: no conversion", bench_read(&p, ADC_SEQUENCE), 0);
+    bench_write(&p, ADC_CONTROL, 0xFFFFFFFF);
+    check_hex("ADC.CONTROL: unused bits read 0", bench_read(&p, ADC_CONTROL), 3);
+
+    bench_run(&p, 2.4e-6);
+    check_hex("1.4 us after the trigger: no EOC", bench_read(&p, ADC_STATUS), 0);
+    check_equal("results hold until the end", bench_read(&p, ADC_VBUS), 0);
+    check_true("no interrupt yet", !adc_interrupt(&p.adc));
+    bench_run(&p, 0.2e-6);
+    check_hex("1.6 us after it: EOC", bench_read(&p, ADC_STATUS), 1);
+    check_equal("SEQUENCE counts it", bench_read(&p, ADC_SEQUENCE), 1);
+    check_near("VBUS is there", bench_read(&p, ADC_VBUS), 24.0 / 50 * 4096, 1);
+    check_near("IA is there", bench_read(&p, ADC_IA), 2048, 1);
+    check_true("interrupt", adc_interrupt(&p.adc));
+    bench_write(&p, ADC_CONTROL, 1);
+    check_true("no interrupt without IRQ_ENABLE", !adc_interrupt(&p.adc));
+    bench_write(&p, ADC_STATUS, 2);
+    check_hex("writing OVERRUN leaves EOC", bench_read(&p, ADC_STATUS), 1);
+    bench_write(&p, ADC_STATUS, 1);
+    check_hex("writing EOC clears it", bench_read(&p, ADC_STATUS), 0);
+    bench_write(&p, ADC_VBUS, 5);
+    bench_write(&p, ADC_SEQUENCE, 5);
+    check_near("results are read-only", bench_read(&p, ADC_VBUS), 24.0 / 50 * 4096, 1);
+    check_equal("SEQUENCE is read-only", bench_read(&p, ADC_SEQUENCE), 1);
+}
+
+static void adc_overrun(void)
+{
+    struct plant_params params = bench_plant();
+    struct plant p;
+    before_trigger(&p, &params);
+    bench_write(&p, ADC_CONTROL, 1);
+    bench_run(&p, 3e-6);
+    p.sensors.current[0].stuck_code = 77; /* so that the second set is another */
+    bench_run(&p, period_s);
+    check_hex("EOC left: overrun", bench_read(&p, ADC_STATUS), 3);
+    check_equal("newer results replace the older", bench_read(&p, ADC_IA), 77);
+    check_hex("the gates let go: LOOP_LOST", bench_read(&p, GATE_STATUS), 0x8);
+    check_hex("in the same instant", p.gates, 0);
+    bench_write(&p, ADC_STATUS, 3);
+    check_hex("EOC and OVERRUN clear together", bench_read(&p, ADC_STATUS), 0);
+
+    bench_write(&p, GATE_STATUS, 0x8);
+    bench_run(&p, 2 * period_s);
+    check_hex("an overrun", bench_read(&p, ADC_STATUS), 3);
+    check_hex("while LIVE is 0 latches nothing", bench_read(&p, GATE_STATUS), 0);
+
+    struct adc a;
+    adc_reset(&a);
+    a.sequence = UINT32_MAX;
+    adc_start(&a, (uint32_t[4]){1, 2, 3, 4}, 0);
+    check_true("busy: no second trigger", !adc_listens(&a));
+    adc_finish(&a);
+    check_equal("SEQUENCE wraps at 32 bit", adc_read(&a, 0x18), 0);
+    for (uint32_t k = 0; k < 4; k++) {
+        check_equal("IA IB IC VBUS in order", adc_read(&a, 0x08 + 4 * k), k + 1);
+    }
+}
+
+/* ---- slot 2: ENC ---- */
+
+/* The counter as the page describes it, edge by edge. */
+struct counter {
+    int64_t edge, position, counts, index;
+    bool enabled, reverse, index_seen;
+};
+
+static void counter_step(struct counter *c, int direction, int64_t index_edge, int64_t edges_per_turn)
+{
+    c->edge += direction;
+    if (!c->enabled) {
+        return;
+    }
+    c->position += c->reverse ? -direction : direction;
+    c->position = (c->position + c->counts) % c->counts;
+    int64_t in_turn = ((c->edge % edges_per_turn) + edges_per_turn) % edges_per_turn;
+    if (in_turn == index_edge) {
+        c->index = c->position;
+        c->index_seen = true;
+    }
+}
+
+static void counter_set(struct counter *c, struct encoder *e)
+{
+    switch (any_between(0, 7)) {
+    case 0:
+        c->enabled = !c->enabled;
+        break;
+    case 1:
+        c->reverse = !c->reverse;
+        break;
+    case 2:
+        c->counts = any_between(4, 100);
+        c->position = 0;
+        encoder_write(e, 0x04, (uint32_t)c->counts);
+        return;
+    case 3:
+        c->index_seen = false;
+        encoder_write(e, 0x14, 1);
+        return;
+    default:
+        return;
+    }
+    encoder_write(e, 0x00, (c->enabled ? 1 : 0) | (c->reverse ? 2 : 0));
+}
+
+static void encoder_against_counting(void)
+{
+    struct encoder e = {0};
+    struct counter c = {.counts = 4096};
+    const int64_t edges_per_turn = 40, index_edge = 13;
+    int64_t wrong = 0, indices = 0;
+    encoder_reset(&e, 0);
+    for (int n = 0; n < 20000; n++) {
+        counter_set(&c, &e);
+        int jump = any_between(-120, 120);
+        int64_t before = c.index;
+        for (int k = 0; k < abs(jump); k++) {
+            counter_step(&c, jump > 0 ? 1 : -1, index_edge, edges_per_turn);
+        }
+        encoder_follow(&e, c.edge, index_edge, edges_per_turn);
+        indices += c.index != before;
+        wrong += encoder_read(&e, 0x08) != c.position || encoder_read(&e, 0x10) != c.index ||
+                 encoder_read(&e, 0x14) != c.index_seen || encoder_read(&e, 0x04) != c.counts;
+    }
+    check_true("encoder: indices seen", indices > 1000);
+    check_equal("encoder: jumps that differ from counting edge by edge", wrong, 0);
+}
+
+static void encoder_registers(void)
+{
+    struct plant_params params = bench_plant();
+    struct plant p;
+    params.motor.initial_angle_rad = 1.0;
+    before_trigger(&p, &params);
+    check_equal("ENC.COUNTS after reset", bench_read(&p, ENC_COUNTS), 4096);
+    check_equal("POSITION starts at 0 wherever the rotor stands", bench_read(&p, ENC_POSITION), 0);
+    bench_write(&p, ENC_COUNTS, 4000);
+    bench_write(&p, ENC_CONTROL, 0xFFFFFFFF);
+    check_hex("ENC.CONTROL: unused bits read 0", bench_read(&p, ENC_CONTROL), 3);
+    bench_write(&p, ENC_CONTROL, 1);
+
+    const double edge_per_us_rad_s = 2 * PI / 4000 / 1e-6;
+    motor_spin(&p.motor, edge_per_us_rad_s);
+    bench_run(&p, 41e-6); /* the trigger was 1 us after the start */
+    check_near("POSITION counts up with the angle", bench_read(&p, ENC_POSITION), 41, 1);
+    check_near("LATCHED is of the trigger", bench_read(&p, ENC_LATCHED), 1, 1);
+    bench_run(&p, 50e-6);
+    check_near("and of the next one", bench_read(&p, ENC_LATCHED), 51, 1);
+    bench_write(&p, ENC_CONTROL, 3);
+    bench_run(&p, 100e-6);
+    check_near("REVERSE counts down, through 0 to COUNTS-1", bench_read(&p, ENC_POSITION), 4000 - 9, 1);
+    bench_write(&p, ENC_POSITION, 5);
+    check_near("POSITION is read-only", bench_read(&p, ENC_POSITION), 4000 - 9, 1);
+    bench_write(&p, ENC_COUNTS, 8000);
+    check_equal("writing COUNTS zeroes POSITION", bench_read(&p, ENC_POSITION), 0);
+    plant_reset_fabric(&p);
+    check_equal("reset of COUNTS", bench_read(&p, ENC_COUNTS), 4096);
+}
+
+static void encoder_index(void)
+{
+    struct plant_params params = bench_plant();
+    struct plant p;
+    params.sensors.index_angle_rad = 1.0; /* at edge 636 of 4000 */
+    before_trigger(&p, &params);
+    bench_write(&p, ENC_COUNTS, 4000);
+    bench_write(&p, ENC_CONTROL, 1);
+    motor_spin(&p.motor, 500);
+    bench_run(&p, 0.9 / 500);
+    check_hex("no index before its angle", bench_read(&p, ENC_STATUS), 0);
+    bench_run(&p, 0.2 / 500);
+    check_hex("INDEX_SEEN after it", bench_read(&p, ENC_STATUS), 1);
+    check_equal("INDEX is its position", bench_read(&p, ENC_INDEX), 636);
+    bench_run(&p, 3 * 2 * PI / 500);
+    check_equal("three turns later too", bench_read(&p, ENC_INDEX), 636);
+    bench_write(&p, ENC_STATUS, 1);
+    check_hex("INDEX_SEEN clears", bench_read(&p, ENC_STATUS), 0);
+}
+
+static void encoder_cable(void)
+{
+    struct encoder e = {0};
+    encoder_reset(&e, 0);
+    encoder_write(&e, 0x00, 1);
+    encoder_illegal(&e);
+    check_hex("ILLEGAL", encoder_read(&e, 0x14), 2);
+    encoder_write(&e, 0x14, 4);
+    check_hex("stays until written", encoder_read(&e, 0x14), 2);
+    encoder_write(&e, 0x14, 2);
+    check_hex("and clears", encoder_read(&e, 0x14), 0);
+    encoder_cut(&e, true);
+    encoder_write(&e, 0x14, 7);
+    check_hex("SIGNAL_LOST stays while it lasts", encoder_read(&e, 0x14), 4);
+    encoder_follow(&e, 10, 1000, 4000);
+    check_equal("a cut pair does not count", encoder_read(&e, 0x08), 0);
+    encoder_cut(&e, false);
+    check_hex("and it is a latch", encoder_read(&e, 0x14), 4);
+    encoder_write(&e, 0x14, 4);
+    check_hex("that clears afterwards", encoder_read(&e, 0x14), 0);
+    encoder_freeze(&e, true);
+    encoder_follow(&e, 30, 1000, 4000);
+    check_equal("frozen A and B do not count", encoder_read(&e, 0x08), 0);
+    encoder_freeze(&e, false);
+    encoder_follow(&e, 35, 1000, 4000);
+    check_equal("what was missed stays missed", encoder_read(&e, 0x08), 5);
+    encoder_slip(&e, -7);
+    check_equal("a slip shifts the count", encoder_read(&e, 0x08), 4094);
+    encoder_write(&e, 0x04, 1);
+    check_equal("COUNTS is at least 4", encoder_read(&e, 0x04), 4);
+    encoder_write(&e, 0x04, 100000);
+    check_equal("and at most 65536", encoder_read(&e, 0x04), 65536);
+}
+
+/* ---- slot 3: GATE ---- */
+
+static void gate_start(struct gate *g)
+{
+    memset(g, 0, sizeof *g);
+    gate_reset(g);
+    gate_write(g, 0x00, 1);
+}
+
+static void gate_enable(void)
+{
+    struct gate g;
+    memset(&g, 0, sizeof g);
+    gate_reset(&g);
+    check_hex("GATE.ID", gate_read(&g, 0x08), 0x464F4301);
+    check_hex("GATE.STATUS after reset", gate_read(&g, 0x04), 0);
+    check_hex("LIVE 0: all outputs low", gate_follow(&g, 0x15), 0);
+    gate_write(&g, 0x00, 0xFFFFFFFF);
+    check_hex("GATE.CONTROL: unused bits read 0", gate_read(&g, 0x00), 1);
+    check_hex("LIVE", gate_read(&g, 0x04), 1);
+    check_hex("outputs follow", gate_follow(&g, 0x2A), 0x2A);
+    check_hex("only six", gate_follow(&g, 0x40), 0);
+    gate_write(&g, 0x04, 1);
+    check_hex("LIVE is read-only", gate_read(&g, 0x04), 1);
+    gate_write(&g, 0x00, 0);
+    check_hex("off again", gate_follow(&g, 0x2A), 0);
+}
+
+/* An input with a latch: set by `set`, seen in STATUS as `latch`, and live as `now`. */
+static void gate_input(void (*set)(struct gate *, bool), uint32_t latch, uint32_t now)
+{
+    struct gate g;
+    gate_start(&g);
+    set(&g, true);
+    check_hex("an input trips: latch and input, LIVE 0", gate_read(&g, 0x04), latch | now);
+    check_hex("and clears ENABLE", gate_read(&g, 0x00), 0);
+    gate_write(&g, 0x04, latch);
+    check_hex("no clearing while the input is active", gate_read(&g, 0x04), latch | now);
+    set(&g, false);
+    check_hex("the latch outlasts its input", gate_read(&g, 0x04), latch);
+    gate_write(&g, 0x00, 1);
+    check_hex("ENABLE is ignored while a latch is set", gate_read(&g, 0x00), 0);
+    gate_write(&g, 0x04, ~latch);
+    check_hex("other bits do not clear it", gate_read(&g, 0x04), latch);
+    gate_write(&g, 0x04, latch);
+    check_hex("its own does", gate_read(&g, 0x04), 0);
+    check_hex("which does not enable", gate_read(&g, 0x00), 0);
+    gate_write(&g, 0x00, 1);
+    check_hex("now it enables", gate_read(&g, 0x04), 1);
+    set(&g, true);
+    gate_reset(&g);
+    check_hex("a reset does not silence the input", gate_read(&g, 0x04), latch | now);
+}
+
+static void gate_interlock(void)
+{
+    static const unsigned both[3] = {0x03, 0x0C, 0x30};
+    for (int k = 0; k < 3; k++) {
+        struct gate g;
+        gate_start(&g);
+        check_hex("both sides of a phase: outputs low at once", gate_follow(&g, both[k]), 0);
+        check_hex("INTERLOCK", gate_read(&g, 0x04), 0x10);
+        gate_write(&g, 0x04, 0x10);
+        check_hex("no clearing while both are commanded", gate_read(&g, 0x04), 0x10);
+        gate_follow(&g, 0);
+        gate_write(&g, 0x04, 0x10);
+        check_hex("then it clears", gate_read(&g, 0x04), 0);
+        gate_follow(&g, both[k]);
+        check_hex("INTERLOCK while LIVE is 0", gate_read(&g, 0x04), 0x10);
+    }
+    struct gate g;
+    gate_start(&g);
+    check_hex("high sides of two phases are no interlock", gate_follow(&g, 0x15), 0x15);
+    check_hex("nor a high side and the next phase's low side", gate_follow(&g, 0x06), 0x06);
+}
+
+/* All the way from CorePWM's registers to the switches. */
+static void gate_in_the_plant(void)
+{
+    struct plant_params params = bench_plant();
+    struct plant p;
+    bench_start(&p, &params, half_on);
+    bench_run(&p, 1e-3);
+    check_hex("live at count 0: the low sides", p.gates & 0x3F, 0x2A);
+    bench_write(&p, PWM_NEGEDGE_1 + 8, 1300); /* low side of A now ends 50 counts after its high side begins */
+    sim_ps overlap = plant_next_trigger(&p) + 1250 * (sim_ps)SIM_PS_PER_FABRIC_CLOCK;
+    plant_advance(&p, overlap - 1);
+    check_hex("live up to the overlap", bench_read(&p, GATE_STATUS), 1);
+    plant_advance(&p, overlap);
+    check_hex("INTERLOCK at the overlap", bench_read(&p, GATE_STATUS), 0x10);
+    check_hex("and all six off within the clock", p.inverter.conduct, 0);
+    check_true("no leg shoots through", p.inverter.leg[0] != LEG_BOTH);
+}
+
+int main(void)
+{
+    adc_conversion();
+    adc_overrun();
+    encoder_against_counting();
+    encoder_registers();
+    encoder_index();
+    encoder_cable();
+    gate_enable();
+    gate_input(gate_set_overcurrent, 0x2, 0x100);
+    gate_input(gate_set_driver_fault, 0x4, 0x200);
+    gate_interlock();
+    gate_in_the_plant();
+    return check_end();
+}
