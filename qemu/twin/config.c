@@ -22,6 +22,7 @@ static const struct section {
     {"load.", load_keys, offsetof(struct config, plant.load), true},
     {"inverter.", inverter_keys, offsetof(struct config, plant.inverter), false},
     {"sensor.", sensor_keys, offsetof(struct config, plant.sensors), false},
+    {"cycles.", cycles_keys, offsetof(struct config, cycles), false},
 };
 #define SECTIONS (sizeof sections / sizeof sections[0])
 
