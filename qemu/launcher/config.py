@@ -3,12 +3,12 @@
 from .drive import preamble, twin_items
 
 
-def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=()):
+def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cycles=None):
     """The whole file as text.
 
     `files` has the paths "trace" and "progress", or is empty for a live console; `probes` are the columns read from the
     target's memory; `symbols` resolves the names in poke events; `dumps` are (address, bytes, path) of memory to be kept at
-    the end.
+    the end; `cycles` are wait cycles that differ from the twin's defaults.
     """
     lines = [f"# {drive.motor.name} on {drive.inverter.name}; {scenario.title}"]
     lines += [f"{key} {path}" for key, path in files.items()]
@@ -17,6 +17,7 @@ def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=()):
         lines.append(f"end {scenario.end_s:.9g}")
     lines += [f"{key} {value:.12g}" for key, value in twin_items(drive)]
     lines += [f"probe {p.column} 0x{p.address:08x} {p.type} {p.scale:.12g}" for p in probes]
+    lines += [f"cycles.{key} {value}" for key, value in (cycles or {}).items()]
     lines += [f"dump 0x{address:08x} {size} {path}" for address, size, path in dumps]
     if scenario.preamble_s is not None:
         lines += [f"event {scenario.preamble_s:.9g} console {text}" for text in preamble(drive)]

@@ -56,7 +56,7 @@ def check_seed(seed):
 
 
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
-             show=None, dumps=None):
+             show=None, dumps=None, cycles=None):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
@@ -65,6 +65,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     out_dir    where twin.cfg, trace.csv, irq.csv, console.txt and qemu.log go (default: run/ of the build folder)
     overrides  {"motor": {table: {key: value}}, "inverter": {...}, "params": {"i_max_ma": 5000}}
     dumps      {file name: (address, bytes)}: memory of the target, written to that file in out_dir when the run ends
+    cycles     {"apb_read": 3, ...}: wait cycles of the buses, where not the twin's defaults (qemu/twin/cycles_keys.c)
     show       called as it goes, with the simulated seconds done and in all
     """
     seed = check_seed(seed)
@@ -79,7 +80,8 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
-    write(config, twin_config(drive, plan, seed, probes, {key: files[key] for key in ("trace", "progress", "irqlog")}, symbols, kept))
+    written = {key: files[key] for key in ("trace", "progress", "irqlog")}
+    write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles))
     console = f"file,id=console,path={escape(files['console'])}"
     run_to_end(command(checked_qemu, image, config, console), checked_qemu.environment(), plan.end_s,
                files["progress"], files["log"], show)

@@ -40,20 +40,24 @@ class Longest:
         return self._known[function.name]
 
     def ways(self, function):
-        """[(instruction, longest Way to its end)] of everything that can be reached; a tail call counts to its return."""
+        """[(instruction, longest Way to its end)] of everything that can be reached; a tail call counts to its return.
+
+        A node is an instruction, how often a loop has turned, and for how long a posted write still occupies the bus.
+        """
         order, back = self._order(function)
-        turns = self._turns(function, back)
-        best, costs = {}, self._costs(function)
-        first = function.code[function.start]
-        best[first.address, 0] = (costs.step(first, None, True), None)  # by a branch, or by an exception
+        turns, costs = self._turns(function, back), self._costs(function)
+        first, writing = function.code[function.start], costs.waits.apb_write  # by whoever was there before
+        start = (first.address, 0, costs.posted(first, writing))
+        best = {start: (costs.step(first, None, True) + costs.stall(first, writing), None)}  # by a branch or an exception
+        at = {(first.address, 0): {start}}
         for turn in range(turns + 1):
             for address in order:
-                if (address, turn) in best:
-                    self._spread(function, costs, best, (address, turn), back, turns)
-        return [(function.code[at], Way(cycles + self._tail(function, costs, function.code[at]), _path(best, (at, turn))))
-                for (at, turn), (cycles, _) in best.items()]
+                for node in at.get((address, turn), ()):
+                    self._spread(function, costs, best, at, node, back, turns)
+        return [(function.code[node[0]], Way(cycles + self._tail(function, costs, function.code[node[0]]) + node[2],
+                                             _path(best, node))) for node, (cycles, _) in best.items()]
 
-    def _spread(self, function, costs, best, node, back, turns):
+    def _spread(self, function, costs, best, at, node, back, turns):
         i, cycles = function.code[node[0]], best[node][0]
         for to, taken in self._edges(function, i):
             turn = node[1] + ((i.address, to) in back)
@@ -61,10 +65,14 @@ class Longest:
                 continue
             following = function.code[to]
             after_call = i.flow.startswith("call")
-            total = cycles + costs.leave(i, taken or after_call) + self._called(i)
+            branch = costs.leave(i, taken or after_call)
+            pending = 0 if after_call else max(0, node[2] - branch)
+            total = cycles + branch + self._called(i) + costs.stall(following, pending)
             total += costs.step(following, None if after_call else i, taken or after_call)
-            if total > best.get((to, turn), (-1,))[0]:
-                best[to, turn] = (total, node)
+            reached = (to, turn, costs.posted(following, pending))
+            if total > best.get(reached, (-1,))[0]:
+                best[reached] = (total, node)
+                at.setdefault((to, turn), set()).add(reached)
 
     def _edges(self, function, i):
         """(address, by a taken branch) of what may follow inside the function."""

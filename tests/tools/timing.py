@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from addresses import APB, CODE, PPB, RAM, operand_registers, region_bus
+from addresses import APB, CODE, PPB, RAM, SYSTEM_BUS, operand_registers, region_bus
 
 ROOT = Path(__file__).resolve().parents[2]
 ENTRY, EXIT = 12, 12
@@ -92,8 +92,27 @@ class Costs:
         return region_bus(self.regions.get(i.address))
 
     def memory_waits(self, i):
+        """A load waits for its words; of a store's words the last is posted: stall() and posted() have it."""
+        if not touches_memory(i):
+            return 0
         is_store = not is_load(i)
-        return words(i) * self.waits.of(self.regions.get(i.address), is_store) if touches_memory(i) else 0
+        return (words(i) - is_store) * self.waits.of(self.regions.get(i.address), is_store)
+
+    def stall(self, i, pending):
+        """Cycles that `i` waits for the write posted before it, which takes `pending` cycles more."""
+        meets = touches_memory(i) and self.bus(i) in (None, SYSTEM_BUS)
+        return pending if meets or i.mnemonic in ("dsb", "dmb") else 0
+
+    def posted(self, i, pending):
+        """Cycles that a posted write still takes when `i` is done: at most, so `i` counts with its fewest cycles."""
+        if touches_memory(i) and not is_load(i):
+            return self.waits.of(self.regions.get(i.address), True)
+        return 0 if self.stall(i, pending) else max(0, pending - self._fewest(i))
+
+    @staticmethod
+    def _fewest(i):
+        """Folded instructions and stores behind loads take none; of a branch leave() counts."""
+        return 0 if i.mnemonic.startswith("it") or is_single_store(i) or i.flow else 1
 
     def fetch_waits(self, i):
         """Where memory does not answer at once each word of code waits; at worst no word serves two instructions."""

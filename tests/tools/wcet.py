@@ -43,7 +43,6 @@ def bound(image, waits, handler=HANDLER):
             known[of.name] = Costs(waits, Constants(image, of).regions())
         return known[of.name]
 
-    before = ENTRY + waits.apb_write  # a write of whom it interrupts may still be on its way
     normal = Longest(image, costs, avoid=FAULT_CALLS)
     way = normal.to_return(function)
     constants = Constants(image, function)
@@ -53,7 +52,7 @@ def bound(image, waits, handler=HANDLER):
     fault = Longest(image, costs, loops=LOOPS).to_return(function)
     path = [function.code[at] for at in way.path]
     after = EXIT - (REFILL if path[-1].mnemonic != "bx" else 0)
-    return Bound(before + max(writes), before + way.cycles + after, before + fault.cycles + EXIT, path)
+    return Bound(ENTRY + max(writes), ENTRY + way.cycles + after, ENTRY + fault.cycles + EXIT, path)
 
 
 def measured(path):
