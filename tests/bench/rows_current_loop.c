@@ -5,6 +5,7 @@
 #include "drivers/cortex/nvic.h"
 #include "drivers/fabric/adc.h"
 #include "drivers/mss/watchdog.h"
+#include "firmware/config.h"
 #include "firmware/drive.h"
 #include "startup/startup.h"
 #include "tests/bench/loop_state.h"
@@ -17,16 +18,7 @@
 #define POLLS 1000000u
 
 TIMING_FUNCTION(time_handler, FabricIrq0_IRQHandler())
-TIMING_FUNCTION(time_fetch, stage_fetch())
-TIMING_FUNCTION(time_scale, stage_scale())
-TIMING_FUNCTION(time_observe, stage_observe())
-TIMING_FUNCTION(time_transform, stage_transform())
-TIMING_FUNCTION(time_regulate, stage_regulate())
-TIMING_FUNCTION(time_advance, stage_advance())
-TIMING_FUNCTION(time_modulate, stage_modulate())
-TIMING_FUNCTION(time_publish, stage_publish())
-TIMING_FUNCTION(time_protect, stage_protect())
-TIMING_FUNCTION(time_write_pwm, stage_write_pwm())
+TIMING_FUNCTION(time_write_pwm, stage_write_pwm(CONFIG_PWM_COUNTS / 2u))
 
 static uint32_t handler_called(void)
 {
@@ -66,34 +58,30 @@ static void print_handler(const char *name, uint32_t (*measure)(void))
     print_row(name, &figures, NULL);
 }
 
-/* One stage after the other on each state; all of them must run, because each feeds the next. */
 static void rows_stages(void)
 {
-    static const struct {
-        const char *name;
-        timer_function timer;
-    } stages[] = {
-        {"stage.fetch", time_fetch},         {"stage.scale", time_scale},       {"stage.observe", time_observe},
-        {"stage.transform", time_transform}, {"stage.regulate", time_regulate}, {"stage.advance", time_advance},
-        {"stage.modulate", time_modulate},   {"stage.publish", time_publish},   {"stage.protect", time_protect},
-        {"stage.write_pwm", time_write_pwm},
+    static const char *const names[STAGE_COUNT] = {
+        [STAGE_FETCH] = "stage.fetch",         [STAGE_SCALE] = "stage.scale",       [STAGE_OBSERVE] = "stage.observe",
+        [STAGE_TRANSFORM] = "stage.transform", [STAGE_REGULATE] = "stage.regulate", [STAGE_ADVANCE] = "stage.advance",
+        [STAGE_MODULATE] = "stage.modulate",   [STAGE_PUBLISH] = "stage.publish",   [STAGE_PROTECT] = "stage.protect",
     };
-    const uint32_t count = sizeof stages / sizeof stages[0];
-    for (uint32_t timed = 0; timed < count; timed++) {
+    for (uint32_t stage = 0; stage < STAGE_COUNT; stage++) {
+        uint32_t counts[STAGE_COUNT];
         vector_restart();
         timing_begin(&rows_timing);
         for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
+            watchdog_refresh();
             loop_state_typical(stages_state());
-            for (uint32_t stage = 0; stage < count; stage++) {
-                const uint32_t value = timing_once(stages[stage].timer, NULL, NULL);
-                if (stage == timed) {
-                    timing_add_typical(&rows_timing, value);
-                }
-            }
+            stages_run(counts);
+            timing_add_typical(&rows_timing, counts[stage]);
         }
         const struct timing_figures figures = timing_figures(&rows_timing);
-        print_row(stages[timed].name, &figures, NULL);
+        print_row(names[stage], &figures, NULL);
     }
+    timing_begin(&rows_timing);
+    timing_add_typical(&rows_timing, timing_once(time_write_pwm, NULL, NULL));
+    const struct timing_figures figures = timing_figures(&rows_timing);
+    print_row("stage.write_pwm", &figures, NULL);
 }
 
 /* Turns on the spot: the same instructions every time, so that what it takes longer was taken by interrupts. */
@@ -168,6 +156,6 @@ void rows_current_loop(void)
     print_handler("current_loop.pended", handler_interrupting);
     row_stolen();
     row_trip();
-    print_heading("its stages, each called by itself; write_pwm is part of modulate");
+    print_heading("its stages; write_pwm, called by itself, is part of modulate");
     rows_stages();
 }

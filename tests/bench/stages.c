@@ -7,96 +7,110 @@
 #define FabricIrq0_IRQHandler staged_handler
 
 #include "tests/bench/stages.h"
+#include "drivers/cortex/cpu.h"
 #include "firmware/current_loop.c"
 
-/* What passes from stage to stage. */
-static struct {
-    struct adc_sample sample;
-    uint32_t position, adc_flags;
-    int32_t w_q15;
-    uint32_t angle_q32;
-    dq_t i, v;
-    cossin_t cs;
-} between;
+/* Has the value ready here, and not later. */
+#define READY(value) __asm volatile("" : "+r"(value))
+
+/* One more than there are stages: the last pair has one NOP between its readings. */
+static uint32_t readings[STAGE_COUNT + 2];
+
+static inline __attribute__((always_inline)) void read_before(uint32_t stage)
+{
+    cpu_compiler_barrier();
+    readings[stage] = dwt_cycles();
+    cpu_compiler_barrier();
+}
 
 struct current_loop *stages_state(void)
 {
     return &current_loop;
 }
 
-void stage_fetch(void)
+static inline __attribute__((always_inline)) void protect(struct current_loop *c, int32_t w_q15, uint32_t adc_flags)
 {
-    between.sample = adc_read();
-    between.position = encoder_latched();
-    between.adc_flags = adc_acknowledge();
-}
-
-void stage_scale(void)
-{
-    struct current_loop *const c = &current_loop;
-    c->i_q15.a = current_q15(between.sample.ia, c->offset_q4[0]);
-    c->i_q15.b = current_q15(between.sample.ib, c->offset_q4[1]);
-    c->i_q15.c = current_q15(between.sample.ic, c->offset_q4[2]);
-    c->vbus_q15 = (int32_t)(between.sample.vbus << 3);
-    c->vbus_recip_q14 = recip_q14_refine(c->vbus_recip_q14, q15_max(c->vbus_q15, c->v_min_q15));
-}
-
-void stage_observe(void)
-{
-    struct current_loop *const c = &current_loop;
-    pll_step(&c->pll, between.position * c->encoder_scale_q32);
-    between.w_q15 = current_loop_w_q15();
-    between.angle_q32 = (c->pll.angle_q32 & c->encoder_mask) + c->angle_offset_q32;
-}
-
-void stage_transform(void)
-{
-    struct current_loop *const c = &current_loop;
-    between.i = park_q15(clarke_q15(c->i_q15.a, c->i_q15.b), cossin_q15(between.angle_q32 >> 16));
-}
-
-void stage_regulate(void)
-{
-    between.v = regulate(&current_loop, between.i, between.w_q15);
-}
-
-void stage_advance(void)
-{
-    const int32_t speed_q32 = current_loop.pll.speed_q32;
-    const uint32_t advance_q32 = ((uint32_t)speed_q32 + (uint32_t)(speed_q32 >> 1)) & current_loop.encoder_mask;
-    between.cs = cossin_q15((between.angle_q32 + advance_q32) >> 16);
-}
-
-void stage_modulate(void)
-{
-    modulate(&current_loop, between.v, between.i, between.cs);
-}
-
-void stage_publish(void)
-{
-    struct current_loop *const c = &current_loop;
-    c->i_d_q15 = between.i.d;
-    c->i_q_q15 = between.i.q;
-    c->v_d_q15 = between.v.d;
-    c->v_q_q15 = between.v.q;
-    c->angle_u16 = between.angle_q32 >> 16;
-    c->samples++;
-}
-
-void stage_protect(void)
-{
-    struct current_loop *const c = &current_loop;
     const uint32_t gate_flags = gate_status();
-    const uint32_t raised = trips(c, between.w_q15, encoder_status()) & c->armed;
+    const uint32_t raised = trips(c, w_q15, encoder_status()) & c->armed;
     if ((raised | (gate_flags & GATE_STATUS_LATCHES)) != 0u) {
         trip(raised, gate_flags);
-    } else if ((between.adc_flags & ADC_STATUS_OVERRUN) != 0u && c->armed != 0u) {
+    } else if ((adc_flags & ADC_STATUS_OVERRUN) != 0u && c->armed != 0u) {
         fault_raise(FAULT_LOOP_OVERRUN);
     }
 }
 
-void stage_write_pwm(void)
+/* The body of the interrupt's handler in firmware/current_loop.c, statement by statement. */
+static __attribute__((noinline)) void run(void)
 {
-    const uint32_t on_counts_any = between.position;
-    corepwm_write_legs(on_counts_any, on_counts_any, on_counts_any, CONFIG_DEAD_COUNTS, CONFIG_PWM_COUNTS);
+    struct current_loop *const c = &current_loop;
+
+    read_before(STAGE_FETCH);
+    struct adc_sample sample = adc_read();
+    uint32_t position = encoder_latched();
+    uint32_t adc_flags = adc_acknowledge();
+
+    read_before(STAGE_SCALE);
+    c->i_q15.a = current_q15(sample.ia, c->offset_q4[0]);
+    c->i_q15.b = current_q15(sample.ib, c->offset_q4[1]);
+    c->i_q15.c = current_q15(sample.ic, c->offset_q4[2]);
+    c->vbus_q15 = (int32_t)(sample.vbus << 3);
+    c->vbus_recip_q14 = recip_q14_refine(c->vbus_recip_q14, q15_max(c->vbus_q15, c->v_min_q15));
+
+    read_before(STAGE_OBSERVE);
+    pll_step(&c->pll, position * c->encoder_scale_q32);
+    int32_t speed_q32 = c->pll.speed_q32;
+    int32_t w_q15 = current_loop_w_q15();
+    uint32_t angle_q32 = (c->pll.angle_q32 & c->encoder_mask) + c->angle_offset_q32;
+    READY(w_q15);
+    READY(angle_q32);
+
+    read_before(STAGE_TRANSFORM);
+    dq_t i = park_q15(clarke_q15(c->i_q15.a, c->i_q15.b), cossin_q15(angle_q32 >> 16));
+    READY(i.d);
+    READY(i.q);
+
+    read_before(STAGE_REGULATE);
+    dq_t v = regulate(c, i, w_q15);
+    READY(v.d);
+    READY(v.q);
+
+    read_before(STAGE_ADVANCE);
+    const uint32_t advance_q32 = ((uint32_t)speed_q32 + (uint32_t)(speed_q32 >> 1)) & c->encoder_mask;
+    cossin_t cs = cossin_q15((angle_q32 + advance_q32) >> 16);
+    READY(cs.cos);
+    READY(cs.sin);
+
+    read_before(STAGE_MODULATE);
+    modulate(c, v, i, cs);
+
+    read_before(STAGE_PUBLISH);
+    c->i_d_q15 = i.d;
+    c->i_q_q15 = i.q;
+    c->v_d_q15 = v.d;
+    c->v_q_q15 = v.q;
+    c->angle_u16 = angle_q32 >> 16;
+    c->samples++;
+
+    read_before(STAGE_PROTECT);
+    protect(c, w_q15, adc_flags);
+
+    read_before(STAGE_COUNT);
+    __asm volatile("nop");
+    read_before(STAGE_COUNT + 1u);
+}
+
+void stages_run(uint32_t counts[STAGE_COUNT])
+{
+    const uint32_t mask = cpu_irq_save();
+    run();
+    cpu_irq_restore(mask);
+    const uint32_t overhead = readings[STAGE_COUNT + 1u] - readings[STAGE_COUNT] - 1u;
+    for (uint32_t stage = 0; stage < STAGE_COUNT; stage++) {
+        counts[stage] = readings[stage + 1u] - readings[stage] - overhead;
+    }
+}
+
+void stage_write_pwm(uint32_t on_counts)
+{
+    corepwm_write_legs(on_counts, on_counts, on_counts, CONFIG_DEAD_COUNTS, CONFIG_PWM_COUNTS);
 }

@@ -1,27 +1,35 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The current loop cut into stages that can be timed one by one, on a state of their own. The sum of the stages is more
- * than the whole: what the interrupt keeps in registers from one stage to the next passes through memory here.
+ * The current loop once more, with a reading of the cycle counter between its stages, on a state of its own. The readings
+ * keep the compiler from mixing one stage with the next and occupy two registers, so that the sum is more than the whole.
  */
 #ifndef TESTS_BENCH_STAGES_H
 #define TESTS_BENCH_STAGES_H
+
+#include <stdint.h>
+
+enum stage {
+    STAGE_FETCH,     /* registers of ADC and encoder; acknowledge */
+    STAGE_SCALE,     /* codes to Q15, reciprocal of the bus voltage */
+    STAGE_OBSERVE,   /* angle and speed */
+    STAGE_TRANSFORM, /* sine and cosine, Clarke, Park */
+    STAGE_REGULATE,  /* decoupling, voltage circle, both PI controllers */
+    STAGE_ADVANCE,   /* sine and cosine of the angle at which the voltages act */
+    STAGE_MODULATE,  /* to on-times with dead-time compensation, and into CorePWM */
+    STAGE_PUBLISH,   /* results for others */
+    STAGE_PROTECT,   /* gate and encoder status, thresholds */
+    STAGE_COUNT
+};
 
 struct current_loop;
 
 /* The state that the stages work on. */
 struct current_loop *stages_state(void);
 
-void stage_fetch(void);     /* registers of ADC and encoder; acknowledge */
-void stage_scale(void);     /* codes to Q15, reciprocal of the bus voltage */
-void stage_observe(void);   /* angle and speed */
-void stage_transform(void); /* sine and cosine, Clarke, Park */
-void stage_regulate(void);  /* decoupling, voltage circle, both PI controllers */
-void stage_advance(void);   /* sine and cosine of the angle at which the voltages act */
-void stage_modulate(void);  /* to on-times with dead-time compensation, and into CorePWM */
-void stage_publish(void);   /* results for others */
-void stage_protect(void);   /* gate and encoder status, thresholds */
+/* One sample. counts[s]: the cycles of stage s, less those of the readings. */
+void stages_run(uint32_t counts[STAGE_COUNT]);
 
-/* Of stage_modulate(): the fourteen writes to CorePWM and the limits of the edges. */
-void stage_write_pwm(void);
+/* Part of STAGE_MODULATE: the limits of the edges and the fourteen writes to CorePWM. */
+void stage_write_pwm(uint32_t on_counts);
 
 #endif

@@ -51,6 +51,11 @@ def gather(bench, build):
     return {"cycles": cycles(bench), "flash": flash, "ram": ram, "stack": stacks(build)}
 
 
+def slack(section, allowed):
+    """How far below its budget a figure may lie."""
+    return max(SLACK_LEAST[section], allowed * SLACK_PERCENT / 100)
+
+
 def complaints(section, figures, budgets):
     """One line for each row that does not keep its budget, or has none."""
     for name in sorted(set(figures) | set(budgets)):
@@ -60,10 +65,9 @@ def complaints(section, figures, budgets):
             yield f"{section} {name}: a budget for something that is not there"
         else:
             allowed, figure = budgets[name]["max"], figures[name]
-            slack = max(SLACK_LEAST[section], allowed * SLACK_PERCENT / 100)
             if figure > allowed:
                 yield f"{section} {name}: {figure}, allowed {allowed} ({figure - allowed:+d})"
-            elif figure < allowed - slack:
+            elif figure < allowed - slack(section, allowed):
                 yield f"{section} {name}: {figure}, far below its budget of {allowed}; tighten it to {figure}"
 
 
