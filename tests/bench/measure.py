@@ -26,6 +26,7 @@ CLOSING = re.compile(r"(?m)^bench: (\d+) rows\r?$")
 WALL_S = 300.0
 CURRENT_LOOP_EXCEPTION = 16 + 34  # FabricIrq0
 EXCLUDED_BEFORE_S = 0.01          # start-up
+ZERO_WAIT = ("cycles.apb_read 0", "cycles.apb_write 0")
 
 # Both directions, with and without load, standstill and the steps between them; no fault.
 CLOSED_LOOP = {
@@ -63,6 +64,8 @@ def measure(build=None, seed=1, settings=()):
         raise LauncherError("the two runs of the benchmark image gave different rows")
     rows = {name: _row(cycles[name], instructions[name]) for name in cycles}
     rows.update(closed_loop(build, out_dir / "closed_loop", seed, settings))
+    ideal = closed_loop(build, out_dir / "zero_wait", seed, ZERO_WAIT)
+    rows.update({f"{name}.zero_wait": row for name, row in ideal.items()})
     rows["_meta"] = _meta(build, settings)
     return rows
 

@@ -19,7 +19,9 @@ STAGES = {
 ROWS = {
     "current_loop.latency": "exception entry to the last write to CorePWM, entry's 12 cycles included",
     "current_loop.interrupt": "the whole interrupt, entry and exit included, in closed loop",
-    "current_loop.pended": "the same on the target alone: raised by software, with and without",
+    "current_loop.latency.zero_wait": "the same with a bus to fabric and peripherals that does not wait",
+    "current_loop.interrupt.zero_wait": "likewise: what can be compared with others' figures",
+    "current_loop.pended": "the interrupt as the target alone sees it: raised by software, with and without",
     "current_loop.stolen": "what an interrupt by the ADC takes from the program below, mean",
     "current_loop.called": "the handler called as a function",
     "current_loop.own": "between the handler's own two readings: what `status` shows",

@@ -11,7 +11,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 BUDGETS = ROOT / "tests" / "budgets.toml"
 SLACK_PERCENT = 5
-SLACK_LEAST = {"cycles": 2, "flash": 64, "ram": 32, "stack": 16}  # cycles and bytes: nothing to tighten within these
+# cycles and bytes: nothing to tighten within these
+SLACK_LEAST = {"cycles": 2, "portable": 0, "flash": 64, "ram": 32, "stack": 16}
 
 
 def load_budgets(path=BUDGETS):
@@ -23,6 +24,15 @@ def load_budgets(path=BUDGETS):
 def cycles(bench):
     """The largest cycles of every row of build/bench.json."""
     return {name: row["cycles_max"] for name, row in bench.items() if not name.startswith("_")}
+
+
+def portable(bench):
+    """Where the portable C is faster than what is shipped, on worst data: by how many cycles."""
+    behind = {}
+    for name, row in bench.items():
+        if "portable_O2" in row:
+            behind[name] = row["cycles_max"] - min(row[f"portable_{level}"]["cycles_max"] for level in ("O2", "O3"))
+    return {name: cycles_more for name, cycles_more in behind.items() if cycles_more > 0}
 
 
 def sizes(build):
@@ -48,7 +58,7 @@ def stacks(build):
 
 def gather(bench, build):
     flash, ram = sizes(build)
-    return {"cycles": cycles(bench), "flash": flash, "ram": ram, "stack": stacks(build)}
+    return {"cycles": cycles(bench), "portable": portable(bench), "flash": flash, "ram": ram, "stack": stacks(build)}
 
 
 def slack(section, allowed):
@@ -60,7 +70,7 @@ def complaints(section, figures, budgets):
     """One line for each row that does not keep its budget, or has none."""
     for name in sorted(set(figures) | set(budgets)):
         if name not in budgets:
-            yield f"{section} {name}: {figures[name]} without a budget; give it one in tests/budgets.toml, with a reason"
+            yield f"{section} {name}: {figures[name]} without a budget in tests/budgets.toml"
         elif name not in figures:
             yield f"{section} {name}: a budget for something that is not there"
         else:

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT
+"""The host side of the benchmark: what it reads, refuses, compares and writes."""
+import json
+from pathlib import Path
+
+import pytest
+
+from bench.measure import read_irqlog, read_table
+from bench.report import ROWS, STAGES, changes, gain, is_row, markdown
+from launcher.errors import LauncherError
+
+TABLE = """# a remark
+one                            10     11     12
+two   1 2 3  moves   4  O2 5 6 7  O3  8  9 10
+bench: 2 rows
+"""
+
+
+def test_table():
+    assert read_table(TABLE.replace("\n", "\r\n")) == {
+        "one": {"": (10, 11, 12)}, "two": {"": (1, 2, 3), "moves": 4, "O2": (5, 6, 7), "O3": (8, 9, 10)}}
+
+
+@pytest.mark.parametrize("damage, complaint", [
+    (("bench: 2", "bench: 3"), "says 3"),
+    (("O3", "O4"), "cannot be read"),
+    (("  9 10", "  9"), "cannot be read"),
+    (("one  ", "two  "), "says 2"),
+])
+def test_a_damaged_table_is_refused(damage, complaint):
+    with pytest.raises(LauncherError, match=complaint):
+        read_table(TABLE.replace(*damage))
+
+
+def test_log_of_interrupts(tmp_path):
+    log = tmp_path / "irqlog"
+    head = "t_s,exception,cycles,instructions,latency_cycles,chained\n"
+    log.write_text(head + "0.001,50,9,9,9,0\n0.02,50,700,500,600,0\n0.03,30,99,9,0,0\n0.04,50,694,500,594,1\n"
+                   "0.05,50,702,501,602,0\n0.06,50,701,500,601,0\n")
+    rows = read_irqlog(log)
+    assert rows["current_loop.interrupt"] == {
+        "interrupts": 3, "instructions": 500, "instructions_min": 500, "instructions_max": 501,
+        "cycles_min": 700, "cycles_median": 701, "cycles_max": 702}
+    assert rows["current_loop.latency"]["cycles_max"] == 602
+    log.write_text(head + "0.03,30,99,9,0,0\n")
+    with pytest.raises(LauncherError, match="no interrupt of the current loop"):
+        read_irqlog(log)
+
+
+def test_changes():
+    before = {"same": {"cycles_max": 5}, "slower": {"cycles_max": 10}, "old": {"cycles_max": 1}, "_meta": {"a": 1}}
+    now = {"same": {"cycles_max": 5}, "slower": {"cycles_max": 12}, "new": {"cycles_max": 1}, "_meta": {"a": 2}}
+    found = [line.split() for line in changes(now, before)]
+    assert found == [["new", "new"], ["old", "gone"], ["slower", "cycles_max", "10", "->", "12", "+2"]]
+
+
+def test_gain_is_against_the_better_build():
+    row = {"cycles_max": 45, "portable_O2": {"cycles_max": 60}, "portable_O3": {"cycles_max": 50}}
+    assert gain(row) == 10.0
+
+
+def test_committed_document_is_made_of_the_committed_figures():
+    figures = json.loads(Path("tests/bench/baseline.json").read_text())
+    assert Path("docs/benchmarks.md").read_text() == markdown(figures), "edited by hand? run make bench"
+
+
+def test_every_row_is_explained():
+    figures = json.loads(Path("tests/bench/baseline.json").read_text())
+    unexplained = [name for name, row in figures.items()
+                   if is_row(name) and "portable_O2" not in row and name not in ROWS and name not in STAGES]
+    assert not unexplained
