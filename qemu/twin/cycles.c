@@ -227,6 +227,9 @@ static enum cycles_rule branch_rule(const struct cycles_op *op, const struct cyc
         return compares ? RULE_COMPARE_BRANCH_UNKNOWN : RULE_BRANCH_UNKNOWN;
     }
     if (may_fall_through && next->address == op->address + op->size) {
+        if (op->target == next->address) {
+            return compares ? RULE_COMPARE_BRANCH_UNKNOWN : RULE_BRANCH_UNKNOWN;
+        }
         return RULE_BRANCH_NOT_TAKEN;
     }
     return compares ? RULE_COMPARE_BRANCH : RULE_BRANCH;

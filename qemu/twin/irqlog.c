@@ -42,6 +42,7 @@ void irqlog_open(const char *path, sim_ps (*time)(void))
         fprintf(stderr, "mssfoc twin: irqlog %s: %s\n", path, strerror(errno));
         exit(1);
     }
+    setvbuf(file, NULL, _IOLBF, BUFSIZ); /* QEMU may be killed, and the rows so far are the evidence */
     time_now = time;
     fputs(
         "t_s,exception,start_ns,start_pwm_ns,cycles,instructions,latency_cycles,preempted_cycles,cycles_low,chained\n",

@@ -29,3 +29,5 @@ $(BUILD)/qemu/twin/%.o: qemu/twin/%.c qemu/twin/twin.mk
 	$(Q)$(HOSTCC) $(TWIN_CFLAGS) -MMD -MP -c $< -o $@
 
 -include $(wildcard $(BUILD)/qemu/twin/*.d)
+
+include tests/timing/timing.mk

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+/* Runs the sequences of a table and compares what the cycle counter says with what was counted by hand. */
+#include "drivers/cortex/dwt.h"
+#include "drivers/cortex/nvic.h"
+#include "drivers/mss/timer.h"
+#include "tests/target/harness.h"
+
+struct timing_row {
+    const char *name;
+    uint32_t (*run)(void); /* cycles, the frame's included */
+    uint32_t expected;
+};
+
+/* The first row is the frame alone; the last has no name. */
+extern const struct timing_row timing_table[];
+
+uint32_t timing_buffer[16] __attribute__((aligned(64)));
+
+int main(void)
+{
+    (void)harness_begin();
+    harness_true("the core has a cycle counter", dwt_init());
+    timing_buffer[0] = (uint32_t)(uintptr_t)timing_buffer;
+    const uint32_t frame = timing_table[0].run();
+    harness_equal(timing_table[0].name, frame, timing_table[0].expected);
+    for (const struct timing_row *row = &timing_table[1]; row->name != NULL; row++) {
+        harness_equal(row->name, row->run() - frame, row->expected);
+    }
+    harness_end();
+}
