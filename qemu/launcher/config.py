@@ -3,12 +3,14 @@
 from .drive import preamble, twin_items
 
 
-def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cycles=None):
+def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cycles=None,
+                way_of=None):
     """The whole file as text.
 
     `files` has the paths "trace" and "progress", or is empty for a live console; `probes` are the columns read from the
     target's memory; `symbols` resolves the names in poke events; `dumps` are (address, bytes, path) of memory to be kept at
-    the end; `cycles` are wait cycles that differ from the twin's defaults.
+    the end; `cycles` are wait cycles that differ from the twin's defaults;
+    `way_of` is (exception, path) of a log of the way through its handler.
     """
     lines = [f"# {drive.motor.name} on {drive.inverter.name}; {scenario.title}"]
     lines += [f"{key} {path}" for key, path in files.items()]
@@ -18,6 +20,7 @@ def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cy
     lines += [f"{key} {value:.12g}" for key, value in twin_items(drive)]
     lines += [f"probe {p.column} 0x{p.address:08x} {p.type} {p.scale:.12g}" for p in probes]
     lines += [f"cycles.{key} {value}" for key, value in (cycles or {}).items()]
+    lines += [f"irqpath {way_of[0]} {way_of[1]}"] if way_of else []
     lines += [f"dump 0x{address:08x} {size} {path}" for address, size, path in dumps]
     if scenario.preamble_s is not None:
         lines += [f"event {scenario.preamble_s:.9g} console {text}" for text in preamble(drive)]

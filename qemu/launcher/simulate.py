@@ -56,7 +56,7 @@ def check_seed(seed):
 
 
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
-             show=None, dumps=None, cycles=None):
+             show=None, dumps=None, cycles=None, way_of=None):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
@@ -66,6 +66,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     overrides  {"motor": {table: {key: value}}, "inverter": {...}, "params": {"i_max_ma": 5000}}
     dumps      {file name: (address, bytes)}: memory of the target, written to that file in out_dir when the run ends
     cycles     {"apb_read": 3, ...}: wait cycles of the buses, where not the twin's defaults (qemu/twin/cycles_keys.c)
+    way_of     an exception whose way through its handler goes to irqpath.csv, once for each duration (qemu/twin/irqpath.h)
     show       called as it goes, with the simulated seconds done and in all
     """
     seed = check_seed(seed)
@@ -81,7 +82,8 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     config = out_dir / "twin.cfg"
     kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
     written = {key: files[key] for key in ("trace", "progress", "irqlog")}
-    write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles))
+    way = (way_of, (out_dir / "irqpath.csv").resolve()) if way_of else None
+    write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles, way))
     console = f"file,id=console,path={escape(files['console'])}"
     run_to_end(command(checked_qemu, image, config, console), checked_qemu.environment(), plan.end_s,
                files["progress"], files["log"], show)

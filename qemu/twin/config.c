@@ -233,6 +233,12 @@ static void read_line(const struct reader *r, char *line)
         if (c->end_s <= 0 || c->end_s > 1e6) {
             fail(r, "end: %s is outside 0...1e6 s", rest);
         }
+    } else if (strcmp(word, "irqpath") == 0) {
+        c->irqpath_exception = whole(r, next_word(&rest), word);
+        c->irqpath_path = strdup(rest + strspn(rest, " \t"));
+        if (*c->irqpath_path == '\0') {
+            fail(r, "expected: irqpath EXCEPTION PATH");
+        }
     } else if (strcmp(word, "dump") == 0) {
         read_dump(r, rest);
     } else if (strcmp(word, "probe") == 0) {

@@ -3,6 +3,7 @@
  *
  *   trace PATH | progress PATH | seed N | end T_S | console CHARDEV_ID
  *   irqlog PATH                                                                   (irqlog.h)
+ *   irqpath EXCEPTION PATH                                                        (irqpath.h)
  *   dwt cycles|instructions                                                       (what DWT_CYCCNT counts)
  *   cycles.KEY VALUE                                                              (docs/timing.md)
  *   motor.KEY VALUE | load.KEY VALUE | inverter.KEY VALUE | sensor.KEY VALUE      (SI units)
@@ -36,13 +37,14 @@ struct dump {
 };
 
 struct config {
-    char *trace_path, *progress_path, *irqlog_path, *console_id; /* NULL if not given */
-    double end_s;                                                /* 0: runs until QEMU is ended */
-    bool count_instructions;                                     /* what DWT_CYCCNT counts */
+    char *trace_path, *progress_path, *irqlog_path, *irqpath_path, *console_id; /* NULL if not given */
+    double end_s;                                                               /* 0: runs until QEMU is ended */
+    bool count_instructions;                                                    /* what DWT_CYCCNT counts */
     struct cycles_params cycles;
     struct plant_params plant;
     struct probe *probes;
     size_t probe_count;
+    unsigned irqpath_exception;
     struct dump *dumps;
     size_t dump_count;
     struct event *events; /* in order of time, equal times in order of the file */

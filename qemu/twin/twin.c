@@ -18,6 +18,7 @@
 #include "dwt.h"
 #include "gpio.h"
 #include "irqlog.h"
+#include "irqpath.h"
 #include "mmuart.h"
 #include "plant.h"
 #include "probes.h"
@@ -218,6 +219,7 @@ static void system_reset(void *unused)
     dwt_reset(&dwt);
     cycles_reset();
     irqlog_reset();
+    irqpath_reset();
     watchdog_reload(&watchdog, plant.now);
     watchdog_rearm();
     interrupt_level = true; /* QEMU's own state is unknown here: make plant_changed() say it */
@@ -287,6 +289,7 @@ static struct vm_instruction translated(uint32_t address)
 static void executing(const void *op)
 {
     cycles_execute(op);
+    irqpath_executing(((const struct cycles_op *)op)->address);
 }
 
 static uint64_t counted(void)
@@ -373,6 +376,18 @@ static void start(void)
     }
 }
 
+static void exception_entered(unsigned exception, unsigned entry_cycles)
+{
+    irqlog_entered(exception, entry_cycles);
+    irqpath_entered(exception, entry_cycles, sim_to_s(executing_at()));
+}
+
+static void exception_returned(bool tail_chained)
+{
+    irqlog_returned(tail_chained);
+    irqpath_returned();
+}
+
 static void open_outputs(void)
 {
     probe_values = calloc(config.probe_count + 1, sizeof *probe_values);
@@ -386,6 +401,9 @@ static void open_outputs(void)
     dump_open(config.dumps, config.dump_count);
     if (config.irqlog_path) {
         irqlog_open(config.irqlog_path, executing_at);
+    }
+    if (config.irqpath_path) {
+        irqpath_open(config.irqpath_path, config.irqpath_exception);
     }
     if (config.progress_path && !(progress = fopen(config.progress_path, "w"))) {
         fprintf(stderr, "mssfoc twin: progress %s: %s\n", config.progress_path, strerror(errno));
@@ -411,7 +429,8 @@ int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
     signal(SIGABRT, aborted);
     vm_on_exit(id, finish);
     static const struct vm_instructions hooks = {translated, executing, cycles_access};
-    static const struct cycles_target core = {core_register, core_xpsr, memory_word, irqlog_entered, irqlog_returned};
+    static const struct cycles_target core = {core_register, core_xpsr, memory_word, exception_entered,
+                                              exception_returned};
     cycles_init(&config.cycles, &core);
     vm_on_instructions(id, &hooks);
     vm_on_attach(id, attach, start);
