@@ -4,7 +4,6 @@
 
 # $(call bounded_link,COMMAND): links $@ twice. The stack bounds come from the first image; the second link is told, and
 # the linker script refuses what does not fit. Only symbols differ between the two.
-BOUNDS_TOOLS := $(addprefix tests/tools/,stack.py crosscheck.py disasm.py entries.py frames.py)
 bounded_link = $1 -o $@.draft && options=$$($(PYTHON) tests/tools/stack.py --linker $@.draft $(BUILD)/arm) && \
     $1 $$options -o $@ && rm -f $@.draft
 
@@ -13,3 +12,14 @@ bounded_link = $1 -o $@.draft && options=$$($(PYTHON) tests/tools/stack.py --lin
 stack: tools
 	@$(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/tools/stack.py --measure $(MSSFOC_IMAGE).elf $(BUILD)/arm
+
+# the bound, and what the drive's run measured
+wcet: tools
+	@$(MAKE) --no-print-directory -s -j2 all twin
+	@$(PYTHON) qemu/run.py run --scenario idle --out $(BUILD)/wcet >/dev/null
+	@$(PYTHON) tests/tools/wcet.py $(MSSFOC_IMAGE).elf --measured $(BUILD)/wcet/irq.csv
+
+jitter: tools
+	@$(MAKE) --no-print-directory -s -j2 all twin
+	@$(PYTHON) tests/tools/jitter.py
+	@$(PYTHON) tests/tools/wcet.py $(MSSFOC_IMAGE).elf --measured $(BUILD)/jitter/irq.csv

@@ -55,7 +55,8 @@ class Instruction:
         return names
 
     def __str__(self):
-        return f"{self.mnemonic}{self.condition} {self.operands}".strip()
+        condition = "" if self.mnemonic in ("cbz", "cbnz") else self.condition
+        return f"{self.mnemonic}{condition} {self.operands}".strip()
 
 
 _NAMES = [f"r{n}" for n in range(10)] + ["sl", "fp", "ip", "sp", "lr", "pc"]
@@ -204,6 +205,7 @@ class Image:
             targets = (target,)
             condition = branch["cond"] or branch["callcond"] or ("zero" if branch["zero"] else "")
             flow = "call" if branch["call"] else "branch" if condition else "jump"
+            operands = re.sub(r"\s*<.*>", "", operands)
             mnemonic = branch["zero"] or ("bl" if branch["call"] else "b")
         elif pointer:
             flow = "return" if operands == LINK_REGISTER and pointer["kind"] == "bx" else \
