@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bench.h"
 
+#include <math.h>
+
+#define PI 3.141592653589793
+
 const struct motor_params bench_motor = {
     .pole_pairs = 4,
     .resistance_ohm = 0.3,
@@ -14,6 +18,7 @@ const struct motor_params bench_motor = {
 };
 
 const struct load_params bench_no_load = {0};
+const struct motor_source bench_open_terminals = {.held = {true, true, true}};
 
 const struct inverter_params bench_inverter = {
     .vbus_v = 24,
@@ -83,13 +88,66 @@ void bench_start(struct plant *p, const struct plant_params *params, const uint3
     bench_write(p, GATE_CONTROL, 1);
 }
 
-void bench_advance(struct inverter *inv, struct motor *m, sim_ps *now, double duration_s)
+void bench_before_trigger(struct plant *p, const struct plant_params *params)
 {
-    sim_ps end = *now + sim_from_s(duration_s);
-    while (*now < end) {
-        sim_ps next = inverter_next_switch(inv);
-        sim_ps to = next < end ? next : end;
-        *now = to > *now ? inverter_advance(inv, m, *now, to) : to;
-        inverter_switch(inv, *now);
+    bench_start(p, params, (uint32_t[3]){BENCH_PERIOD_COUNTS / 2, BENCH_PERIOD_COUNTS / 2, BENCH_PERIOD_COUNTS / 2});
+    bench_run(p, 0.98e-3);
+    plant_advance(p, plant_next_trigger(p) - sim_from_s(1e-6));
+}
+
+struct motor bench_motor_at(double electrical_rad)
+{
+    struct motor_params p = bench_motor;
+    struct motor m;
+    p.initial_angle_rad = electrical_rad / p.pole_pairs;
+    motor_init(&m, &p, &bench_no_load);
+    return m;
+}
+
+void bench_run_motor(struct motor *m, const struct motor_source *source, double duration_s)
+{
+    double left_s = duration_s;
+    while (left_s > 1e-12) {
+        double dt_s = fmin(left_s, fmin(10e-6, motor_max_step_s(m, 0)));
+        motor_step(m, source, dt_s);
+        left_s -= dt_s;
     }
+}
+
+struct motor_source bench_vector(double v, double angle_rad)
+{
+    return (struct motor_source){
+        .emf_v = {v * cos(angle_rad), v * cos(angle_rad - 2 * PI / 3), v * cos(angle_rad + 2 * PI / 3)}};
+}
+
+struct bridge bridge_on_bench(const struct inverter_params *ip)
+{
+    struct bridge b = {.now = 0};
+    inverter_init(&b.inv, ip);
+    motor_init(&b.m, &bench_motor, &bench_no_load);
+    return b;
+}
+
+void bridge_gates(struct bridge *b, unsigned mask)
+{
+    inverter_command(&b->inv, mask, b->now);
+    inverter_switch(&b->inv, b->now);
+}
+
+void bridge_advance(struct bridge *b, double duration_s)
+{
+    sim_ps end = b->now + sim_from_s(duration_s);
+    while (b->now < end) {
+        sim_ps next = inverter_next_switch(&b->inv);
+        sim_ps to = next < end ? next : end;
+        b->now = to > b->now ? inverter_advance(&b->inv, &b->m, b->now, to) : to;
+        inverter_switch(&b->inv, b->now);
+    }
+}
+
+double bridge_current(const struct bridge *b, int phase)
+{
+    double i_a[3];
+    motor_currents(&b->m, i_a);
+    return i_a[phase];
 }

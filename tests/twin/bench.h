@@ -50,7 +50,30 @@ void bench_run(struct plant *p, double duration_s);
 void bench_leg(struct plant *p, int phase, uint32_t on_counts, uint32_t dead_counts);
 /* A fresh plant that switches at 20 kHz with these on-times, LIVE, triggers at count 0, ADC off. */
 void bench_start(struct plant *p, const struct plant_params *params, const uint32_t on_counts[3]);
-/* An inverter and a motor without a fabric: advances both, letting the switches follow. */
-void bench_advance(struct inverter *inv, struct motor *m, sim_ps *now, double duration_s);
+/* A fresh plant with all legs at half, whose next trigger comes 1 us after the return. */
+void bench_before_trigger(struct plant *p, const struct plant_params *params);
+
+/* The bench's motor alone, turned to an electrical angle. */
+struct motor bench_motor_at(double electrical_rad);
+void bench_run_motor(struct motor *m, const struct motor_source *source, double duration_s);
+/* A voltage vector of amplitude v along an electrical angle, as three phases see it. */
+struct motor_source bench_vector(double v, double angle_rad);
+extern const struct motor_source bench_open_terminals;
+
+#define A_HIGH_BC_LOW (GATE_HIGH(0) | GATE_LOW(1) | GATE_LOW(2))
+#define ALL_LOW       (GATE_LOW(0) | GATE_LOW(1) | GATE_LOW(2))
+
+/* An inverter and the bench's motor without a fabric. */
+struct bridge {
+    struct inverter inv;
+    struct motor m;
+    sim_ps now;
+};
+
+struct bridge bridge_on_bench(const struct inverter_params *ip);
+void bridge_gates(struct bridge *b, unsigned mask);
+/* Integrates, letting the switches follow after their delays. */
+void bridge_advance(struct bridge *b, double duration_s);
+double bridge_current(const struct bridge *b, int phase); /* of the motor */
 
 #endif

@@ -10,12 +10,6 @@
 #define RUNS   60
 #define PIECES 300
 
-struct setup {
-    struct inverter inv;
-    struct motor m;
-    sim_ps now;
-};
-
 /* The worst of all runs. */
 struct worst {
     bool finite;
@@ -35,14 +29,13 @@ static unsigned any_gates(void)
     return gates;
 }
 
-static void any_piece(struct setup *s)
+static void any_piece(struct bridge *s)
 {
-    inverter_command(&s->inv, any_gates(), s->now);
-    inverter_switch(&s->inv, s->now);
-    bench_advance(&s->inv, &s->m, &s->now, any_real(1e-9, 40e-6));
+    bridge_gates(s, any_gates());
+    bridge_advance(s, any_real(1e-9, 40e-6));
 }
 
-static void watch(const struct setup *s, struct worst *w)
+static void watch(const struct bridge *s, struct worst *w)
 {
     double i_a[3], leg_a[3];
     motor_currents(&s->m, i_a);
@@ -83,11 +76,9 @@ static double capacitor_j(const struct inverter *inv)
     return 0.5 * inv->p.bus_capacitance_f * inv->bus_v * inv->bus_v;
 }
 
-static struct setup fresh(const struct inverter_params *p)
+static struct bridge fresh(const struct inverter_params *p)
 {
-    struct setup s = {.now = 0};
-    inverter_init(&s.inv, p);
-    motor_init(&s.m, &bench_motor, &bench_no_load);
+    struct bridge s = bridge_on_bench(p);
     s.m.speed_rad_s = any_real(-1000, 1000);
     return s;
 }
@@ -102,7 +93,7 @@ static void lossless_bridge(void)
     ip.diode_v = 0;
     ip.supply_resistance_ohm = 1e6; /* next to nothing comes from the supply */
     for (int run = 0; run < RUNS; run++) {
-        struct setup s = fresh(&ip);
+        struct bridge s = fresh(&ip);
         double rotor_j = kinetic_j(&s.m), bus_j = capacitor_j(&s.inv);
         for (int n = 0; n < PIECES; n++) {
             any_piece(&s);
@@ -128,7 +119,7 @@ static void lossy_bridge(bool sinks)
     struct worst w = {.finite = true, .lost_j = INFINITY};
     ip.supply_sinks = sinks;
     for (int run = 0; run < RUNS; run++) {
-        struct setup s = fresh(&ip);
+        struct bridge s = fresh(&ip);
         double bus_j = capacitor_j(&s.inv);
         for (int n = 0; n < PIECES; n++) {
             any_piece(&s);
@@ -144,7 +135,7 @@ static void lossy_bridge(bool sinks)
     check_between("supply and bridge only lose (J)", w.lost_j, 0, 1);
 }
 
-static void any_fault(struct setup *s)
+static void any_fault(struct bridge *s)
 {
     static const int pair[3][2] = {{0, 1}, {1, 2}, {2, 0}};
     int k = any_between(0, 2);
@@ -171,13 +162,12 @@ static void faults(void)
 {
     struct worst w = {.finite = true};
     for (int run = 0; run < RUNS; run++) {
-        struct setup s = fresh(&bench_inverter);
+        struct bridge s = fresh(&bench_inverter);
         for (int n = 0; n < PIECES; n++) {
             any_fault(&s);
             if (any_between(0, 100) == 0) {
-                inverter_command(&s.inv, 0x3, s.now);
-                inverter_switch(&s.inv, s.now);
-                bench_advance(&s.inv, &s.m, &s.now, 1e-6);
+                bridge_gates(&s, GATE_HIGH(0) | GATE_LOW(0));
+                bridge_advance(&s, 1e-6);
             }
             any_piece(&s);
             watch(&s, &w);
@@ -195,7 +185,7 @@ static void open_wires(void)
     struct worst w = {.finite = true};
     double in_open_a = 0;
     for (int run = 0; run < RUNS; run++) {
-        struct setup s = fresh(&bench_inverter);
+        struct bridge s = fresh(&bench_inverter);
         for (int n = 0; n < PIECES; n++) {
             if (any_between(0, 40) == 0) {
                 inverter_open_wire(&s.inv, any_between(0, 2), any_between(0, 1));

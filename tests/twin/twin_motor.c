@@ -4,8 +4,6 @@
 #include "motor.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 
 #include "bench.h"
 #include "check.h"
@@ -14,33 +12,6 @@
 #define SQRT3 1.7320508075688772
 
 static const struct motor_source shorted = {0};
-static const struct motor_source open_terminals = {.held = {true, true, true}};
-
-static struct motor motor_at(double electrical_rad)
-{
-    struct motor_params p = bench_motor;
-    struct motor m;
-    p.initial_angle_rad = electrical_rad / p.pole_pairs;
-    motor_init(&m, &p, &bench_no_load);
-    return m;
-}
-
-static void run(struct motor *m, const struct motor_source *source, double duration_s)
-{
-    double left_s = duration_s;
-    while (left_s > 1e-12) {
-        double dt_s = fmin(left_s, fmin(10e-6, motor_max_step_s(m, 0)));
-        motor_step(m, source, dt_s);
-        left_s -= dt_s;
-    }
-}
-
-/* A voltage of amplitude v along the electrical angle, as three phases see it. */
-static struct motor_source vector(double v, double angle_rad)
-{
-    return (struct motor_source){
-        .emf_v = {v * cos(angle_rad), v * cos(angle_rad - 2 * PI / 3), v * cos(angle_rad + 2 * PI / 3)}};
-}
 
 static double rise(double v, double r_ohm, double l_h, double t_s)
 {
@@ -52,12 +23,12 @@ static double rise(double v, double r_ohm, double l_h, double t_s)
 static void locked_rotor(void)
 {
     const double v = 3, r_ohm = bench_motor.resistance_ohm, angle_rad = 0.7, lead_rad = 1.1;
-    struct motor m = motor_at(angle_rad);
-    struct motor_source source = vector(v, angle_rad + lead_rad);
+    struct motor m = bench_motor_at(angle_rad);
+    struct motor_source source = bench_vector(v, angle_rad + lead_rad);
     double error_a = 0;
     motor_lock(&m, true);
     for (int n = 1; n <= 50; n++) {
-        run(&m, &source, 100e-6);
+        bench_run_motor(&m, &source, 100e-6);
         error_a = fmax(error_a, fabs(m.i_d_a - rise(v * cos(lead_rad), r_ohm, bench_motor.ld_h, n * 100e-6)));
         error_a = fmax(error_a, fabs(m.i_q_a - rise(v * sin(lead_rad), r_ohm, bench_motor.lq_h, n * 100e-6)));
     }
@@ -77,11 +48,11 @@ static void locked_rotor(void)
 static void two_terminals(void)
 {
     const double v = 4, t_s = 0.5e-3;
-    struct motor m = motor_at(0);
+    struct motor m = bench_motor_at(0);
     struct motor_source source = {.emf_v = {v, 0, 0}, .held = {false, false, true}};
     double i_a[3];
     motor_lock(&m, true);
-    run(&m, &source, t_s);
+    bench_run_motor(&m, &source, t_s);
     motor_currents(&m, i_a);
     double l_h = 2 * (0.75 * bench_motor.ld_h + 0.25 * bench_motor.lq_h);
     check_near("two terminals: current (A)", i_a[0], rise(v, 2 * bench_motor.resistance_ohm, l_h, t_s), 10e-6);
@@ -93,13 +64,13 @@ static void two_terminals(void)
 static void source_resistance(void)
 {
     const double v = 4, r_source_ohm = 0.2, t_s = 0.8e-3;
-    struct motor m = motor_at(0);
-    struct motor_source source = vector(v, 0);
+    struct motor m = bench_motor_at(0);
+    struct motor_source source = bench_vector(v, 0);
     for (int k = 0; k < 3; k++) {
         source.r_ohm[k][k] = r_source_ohm;
     }
     motor_lock(&m, true);
-    run(&m, &source, t_s);
+    bench_run_motor(&m, &source, t_s);
     check_near("source resistance in series (A)", m.i_d_a,
                rise(v, bench_motor.resistance_ohm + r_source_ohm, bench_motor.ld_h, t_s), 10e-6);
 }
@@ -110,9 +81,9 @@ static void spinning_short_circuit(double speed_rad_s)
     const struct motor_params *p = &bench_motor;
     double w_e = p->pole_pairs * speed_rad_s, r = p->resistance_ohm, d = r * r + w_e * w_e * p->ld_h * p->lq_h;
     double i_q = -w_e * p->flux_wb * r / d, i_d = -w_e * w_e * p->lq_h * p->flux_wb / d;
-    struct motor m = motor_at(0);
+    struct motor m = bench_motor_at(0);
     motor_spin(&m, speed_rad_s);
-    run(&m, &shorted, 40 * p->lq_h / r);
+    bench_run_motor(&m, &shorted, 40 * p->lq_h / r);
     check_near("spinning short circuit: i_d (A)", m.i_d_a, i_d, 1e-6 * fabs(i_d));
     check_near("spinning short circuit: i_q (A)", m.i_q_a, i_q, 1e-6 * fabs(i_d));
     check_true("spinning short circuit: it brakes", motor_torque_nm(&m) * speed_rad_s < 0);
@@ -121,12 +92,12 @@ static void spinning_short_circuit(double speed_rad_s)
 static void no_load_emf(void)
 {
     const double speed_rad_s = 150, w_e = 4 * speed_rad_s, peak_v = w_e * bench_motor.flux_wb;
-    struct motor m = motor_at(0.3);
+    struct motor m = bench_motor_at(0.3);
     double error_v = 0, v[3];
     motor_spin(&m, speed_rad_s);
     for (int n = 1; n <= 200; n++) {
-        run(&m, &open_terminals, 50e-6);
-        motor_star_voltages(&m, &open_terminals, v);
+        bench_run_motor(&m, &bench_open_terminals, 50e-6);
+        motor_star_voltages(&m, &bench_open_terminals, v);
         for (int k = 0; k < 3; k++) {
             /* the flux through phase k is psi cos(theta_e - 120 k degrees) */
             double emf_v = -peak_v * sin(0.3 + w_e * 50e-6 * n - 2 * PI / 3 * k);
@@ -151,7 +122,7 @@ static void flux_linkage(const struct motor *m, double *alpha_vs, double *beta_v
 static void driven_run(void)
 {
     const double dt_s = 1e-6, v = 8, w_rad_s = 2 * PI * 80;
-    struct motor m = motor_at(0.2);
+    struct motor m = bench_motor_at(0.2);
     double start_alpha, start_beta, end_alpha, end_beta, drop_alpha = 0, drop_beta = 0, travelled_rad = 0,
                                                          impulse_nms = 0;
     double applied_alpha = 0, applied_beta = 0;
@@ -159,7 +130,7 @@ static void driven_run(void)
     for (int n = 0; n < 100000; n++) {
         double i0_a[3], i1_a[3], speed0 = m.speed_rad_s, torque0 = motor_torque_nm(&m);
         double angle_rad = w_rad_s * n * dt_s;
-        struct motor_source source = vector(v, angle_rad);
+        struct motor_source source = bench_vector(v, angle_rad);
         motor_currents(&m, i0_a);
         motor_step(&m, &source, dt_s);
         motor_currents(&m, i1_a);
@@ -199,7 +170,7 @@ static void torque(void)
 {
     double error_nm = 0;
     for (int n = 0; n < 100; n++) {
-        struct motor m = motor_at(any_real(-PI, PI));
+        struct motor m = bench_motor_at(any_real(-PI, PI));
         const double h = 1e-5;
         m.i_d_a = any_real(-20, 20);
         m.i_q_a = any_real(-20, 20);
@@ -209,122 +180,11 @@ static void torque(void)
         error_nm = fmax(error_nm, fabs(motor_torque_nm(&m) - work));
     }
     check_near("torque with saliency against virtual work, worst (N m)", error_nm, 0, 1e-7);
-    struct motor m = motor_at(0);
+    struct motor m = bench_motor_at(0);
     m.i_q_a = 10;
     check_near("torque of 10 A in q: 1.5 p psi i (N m)", motor_torque_nm(&m), 0.45, 1e-12);
     m.i_d_a = -5;
     check_near("with -5 A in d the reluctance adds (N m)", motor_torque_nm(&m), 0.45 + 6 * -0.1e-3 * -50, 1e-12);
-}
-
-/* ---- mechanical ---- */
-
-static struct motor coasting(double coulomb_nm, double viscous_nms, double speed_rad_s)
-{
-    struct motor m = motor_at(0);
-    m.p.friction_coulomb_nm = coulomb_nm;
-    m.p.friction_viscous_nms = viscous_nms;
-    m.speed_rad_s = speed_rad_s;
-    return m;
-}
-
-static double time_to_rest(struct motor *m)
-{
-    double t_s = 0;
-    while (m->speed_rad_s != 0 && t_s < 10) {
-        run(m, &open_terminals, 10e-6);
-        t_s += 10e-6;
-    }
-    return t_s;
-}
-
-static void run_down(void)
-{
-    const double coulomb = 2e-3, viscous = 5e-5, inertia = bench_motor.inertia_kgm2, speed = 100;
-    struct motor m = coasting(coulomb, 0, speed);
-    check_near("run-down by Coulomb friction (s)", time_to_rest(&m), inertia * speed / coulomb, 20e-6);
-    run(&m, &open_terminals, 0.01);
-    check_true("at rest it stays at rest", m.speed_rad_s == 0 && m.stuck);
-    m = coasting(coulomb, viscous, -speed);
-    check_near("run-down by both, backwards (s)", time_to_rest(&m),
-               inertia / viscous * log(1 + viscous * speed / coulomb), 20e-6);
-    m = coasting(0, viscous, speed);
-    m.load = (struct load_params){.inertia_kgm2 = 4e-5, .viscous_nms = 5e-5};
-    run(&m, &open_terminals, 0.5);
-    check_near("viscous run-down with a load's inertia and drag (rad/s)", m.speed_rad_s,
-               speed * exp(-0.5 * 1e-4 / 5e-5), 1e-6 * speed);
-}
-
-static void stick_and_slip(void)
-{
-    struct motor m = coasting(2e-3, 0, 0);
-    m.load_nm = 1.999e-3;
-    run(&m, &open_terminals, 0.05);
-    check_true("a load below friction moves nothing", m.speed_rad_s == 0 && m.theta_rad == 0);
-    m.load_nm = 2.5e-3;
-    run(&m, &open_terminals, 0.05);
-    check_near("a load above it pulls backwards with the rest (rad/s)", m.speed_rad_s, -0.5e-3 / 1e-5 * 0.05, 1e-6);
-    m.load_nm = -4e-3;
-    run(&m, &open_terminals, 0.1);
-    /* backwards friction helps to brake: 6 mN m down to 0 in 4.1667 ms, then 2 mN m forwards */
-    check_near("through zero: friction changes side (rad/s)", m.speed_rad_s, 2e-3 / 1e-5 * (0.1 - 2.5e-5 / 6e-3), 0.01);
-}
-
-static void shaft_in_a_vice(void)
-{
-    struct motor m = coasting(0, 0, 50);
-    m.load_nm = 1;
-    motor_lock(&m, true);
-    run(&m, &open_terminals, 0.01);
-    check_true("locked: no motion whatever pulls", m.speed_rad_s == 0 && m.theta_rad == 0);
-    motor_spin(&m, 30);
-    run(&m, &open_terminals, 0.1);
-    check_near("spun: the speed is imposed (rad)", m.theta_rad, 3, 1e-9);
-    motor_release(&m);
-    m.load_nm = 0.1;
-    run(&m, &open_terminals, 0.001);
-    check_near("released: the load acts (rad/s)", m.speed_rad_s, 30 - 0.1 / 1e-5 * 0.001, 1e-6);
-}
-
-/* Cogging holds the rotor at 0 like a spring of T N; small swings have the frequency sqrt(T N / J). */
-static void cogging(void)
-{
-    struct motor m = motor_at(0.004 * 4);
-    m.p.cogging_nm = 5e-3;
-    m.p.cogging_per_rev = 24;
-    const double w = sqrt(5e-3 * 24 / 1e-5), swing_rad = 0.004;
-    double t_s = 0;
-    while (m.theta_rad > 0 && t_s < 1) {
-        run(&m, &open_terminals, 1e-6);
-        t_s += 1e-6;
-    }
-    /* a pendulum's quarter period: its amplitude, N * swing / 4, lengthens it by less than 0.1 % */
-    check_near("cogging: quarter of a swing (s)", t_s, PI / 2 / w, 1e-3 * PI / 2 / w);
-    check_near("cogging: largest speed (rad/s)", -m.speed_rad_s, swing_rad * w, 2e-3 * swing_rad * w);
-}
-
-/* ---- thermal ---- */
-
-static void thermal_rise(void)
-{
-    struct motor m = motor_at(0);
-    m.p.thermal_capacity_j_k = 0.1; /* a time constant of 0.2 s */
-    const double i = 10, v = i * bench_motor.resistance_ohm;
-    struct motor_source source = vector(v, 0);
-    motor_lock(&m, true);
-    m.i_d_a = i;
-    run(&m, &source, 0.2);
-    double heat_w = 1.5 * bench_motor.resistance_ohm * i * i, final_k = heat_w * 2;
-    check_near("thermal: one time constant (K)", m.winding_c - 25, final_k * (1 - exp(-1)), 1e-3);
-    run(&m, &source, 3);
-    check_near("thermal: settled (K)", m.winding_c - 25, final_k, 1e-3);
-    check_near("thermal: copper energy (J)", m.energy_copper_j, heat_w * 3.2, 1e-6 * heat_w);
-
-    m.p.copper_tempco_per_k = 0.0039;
-    m.winding_c = 125;
-    check_near("resistance at 125 degrees (ohm)", motor_resistance_ohm(&m), 0.3 * 1.39, 1e-12);
-    m.p.thermal_capacity_j_k = 1e6;
-    run(&m, &source, 0.05);
-    check_near("and its current (A)", m.i_d_a, v / (0.3 * 1.39), 1e-4);
 }
 
 int main(void)
@@ -337,10 +197,5 @@ int main(void)
     no_load_emf();
     driven_run();
     torque();
-    run_down();
-    stick_and_slip();
-    shaft_in_a_vice();
-    cogging();
-    thermal_rise();
     return check_end();
 }

@@ -1,32 +1,21 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* Slots 1 to 3 against docs/fabric.md: through the registers where firmware can see it, through the block's own
+/* Slots 1 and 3, ADC and GATE, against docs/fabric.md: through the registers where firmware can see it, through the block's own
  * functions where a signal from outside is needed. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "bench.h"
 #include "check.h"
-
-#define PI 3.141592653589793
 
 static const uint32_t half_on[3] = {2500, 2500, 2500};
 static const double period_s = BENCH_PERIOD_COUNTS * 10e-9;
 
 /* ---- slot 1: ADC ---- */
 
-/* A plant whose next trigger comes 1 us after the return. */
-static void before_trigger(struct plant *p, const struct plant_params *params)
-{
-    bench_start(p, params, half_on);
-    bench_run(p, 0.98e-3);
-    plant_advance(p, plant_next_trigger(p) - sim_from_s(1e-6));
-}
-
 static void adc_conversion(void)
 {
     struct plant_params params = bench_plant();
     struct plant p;
-    before_trigger(&p, &params);
+    bench_before_trigger(&p, &params);
     check_hex("ADC.CONTROL after reset", bench_read(&p, ADC_CONTROL), 0);
     check_equal("ADC off: no conversion", bench_read(&p, ADC_SEQUENCE), 0);
     bench_write(&p, ADC_CONTROL, 0xFFFFFFFF);
@@ -58,7 +47,7 @@ static void adc_overrun(void)
 {
     struct plant_params params = bench_plant();
     struct plant p;
-    before_trigger(&p, &params);
+    bench_before_trigger(&p, &params);
     bench_write(&p, ADC_CONTROL, 1);
     bench_run(&p, 3e-6);
     p.sensors.current[0].stuck_code = 77; /* so that the second set is another */
@@ -78,6 +67,9 @@ static void adc_overrun(void)
     struct adc a;
     adc_reset(&a);
     a.sequence = UINT32_MAX;
+    check_true("off: no trigger", !adc_listens(&a));
+    adc_write(&a, 0x00, 1);
+    check_true("on and idle: the trigger starts a conversion", adc_listens(&a));
     adc_start(&a, (uint32_t[4]){1, 2, 3, 4}, 0);
     check_true("busy: no second trigger", !adc_listens(&a));
     adc_finish(&a);
@@ -85,161 +77,6 @@ static void adc_overrun(void)
     for (uint32_t k = 0; k < 4; k++) {
         check_equal("IA IB IC VBUS in order", adc_read(&a, 0x08 + 4 * k), k + 1);
     }
-}
-
-/* ---- slot 2: ENC ---- */
-
-/* The counter as the page describes it, edge by edge. */
-struct counter {
-    int64_t edge, position, counts, index;
-    bool enabled, reverse, index_seen;
-};
-
-static void counter_step(struct counter *c, int direction, int64_t index_edge, int64_t edges_per_turn)
-{
-    c->edge += direction;
-    if (!c->enabled) {
-        return;
-    }
-    c->position += c->reverse ? -direction : direction;
-    c->position = (c->position + c->counts) % c->counts;
-    int64_t in_turn = ((c->edge % edges_per_turn) + edges_per_turn) % edges_per_turn;
-    if (in_turn == index_edge) {
-        c->index = c->position;
-        c->index_seen = true;
-    }
-}
-
-static void counter_set(struct counter *c, struct encoder *e)
-{
-    switch (any_between(0, 7)) {
-    case 0:
-        c->enabled = !c->enabled;
-        break;
-    case 1:
-        c->reverse = !c->reverse;
-        break;
-    case 2:
-        c->counts = any_between(4, 100);
-        c->position = 0;
-        encoder_write(e, 0x04, (uint32_t)c->counts);
-        return;
-    case 3:
-        c->index_seen = false;
-        encoder_write(e, 0x14, 1);
-        return;
-    default:
-        return;
-    }
-    encoder_write(e, 0x00, (c->enabled ? 1 : 0) | (c->reverse ? 2 : 0));
-}
-
-static void encoder_against_counting(void)
-{
-    struct encoder e = {0};
-    struct counter c = {.counts = 4096};
-    const int64_t edges_per_turn = 40, index_edge = 13;
-    int64_t wrong = 0, indices = 0;
-    encoder_reset(&e, 0);
-    for (int n = 0; n < 20000; n++) {
-        counter_set(&c, &e);
-        int jump = any_between(-120, 120);
-        int64_t before = c.index;
-        for (int k = 0; k < abs(jump); k++) {
-            counter_step(&c, jump > 0 ? 1 : -1, index_edge, edges_per_turn);
-        }
-        encoder_follow(&e, c.edge, index_edge, edges_per_turn);
-        indices += c.index != before;
-        wrong += encoder_read(&e, 0x08) != c.position || encoder_read(&e, 0x10) != c.index ||
-                 encoder_read(&e, 0x14) != c.index_seen || encoder_read(&e, 0x04) != c.counts;
-    }
-    check_true("encoder: indices seen", indices > 1000);
-    check_equal("encoder: jumps that differ from counting edge by edge", wrong, 0);
-}
-
-static void encoder_registers(void)
-{
-    struct plant_params params = bench_plant();
-    struct plant p;
-    params.motor.initial_angle_rad = 1.0;
-    before_trigger(&p, &params);
-    check_equal("ENC.COUNTS after reset", bench_read(&p, ENC_COUNTS), 4096);
-    check_equal("POSITION starts at 0 wherever the rotor stands", bench_read(&p, ENC_POSITION), 0);
-    bench_write(&p, ENC_COUNTS, 4000);
-    bench_write(&p, ENC_CONTROL, 0xFFFFFFFF);
-    check_hex("ENC.CONTROL: unused bits read 0", bench_read(&p, ENC_CONTROL), 3);
-    bench_write(&p, ENC_CONTROL, 1);
-
-    const double edge_per_us_rad_s = 2 * PI / 4000 / 1e-6;
-    motor_spin(&p.motor, edge_per_us_rad_s);
-    bench_run(&p, 41e-6); /* the trigger was 1 us after the start */
-    check_near("POSITION counts up with the angle", bench_read(&p, ENC_POSITION), 41, 1);
-    check_near("LATCHED is of the trigger", bench_read(&p, ENC_LATCHED), 1, 1);
-    bench_run(&p, 50e-6);
-    check_near("and of the next one", bench_read(&p, ENC_LATCHED), 51, 1);
-    bench_write(&p, ENC_CONTROL, 3);
-    bench_run(&p, 100e-6);
-    check_near("REVERSE counts down, through 0 to COUNTS-1", bench_read(&p, ENC_POSITION), 4000 - 9, 1);
-    bench_write(&p, ENC_POSITION, 5);
-    check_near("POSITION is read-only", bench_read(&p, ENC_POSITION), 4000 - 9, 1);
-    bench_write(&p, ENC_COUNTS, 8000);
-    check_equal("writing COUNTS zeroes POSITION", bench_read(&p, ENC_POSITION), 0);
-    plant_reset_fabric(&p);
-    check_equal("reset of COUNTS", bench_read(&p, ENC_COUNTS), 4096);
-}
-
-static void encoder_index(void)
-{
-    struct plant_params params = bench_plant();
-    struct plant p;
-    params.sensors.index_angle_rad = 1.0; /* at edge 636 of 4000 */
-    before_trigger(&p, &params);
-    bench_write(&p, ENC_COUNTS, 4000);
-    bench_write(&p, ENC_CONTROL, 1);
-    motor_spin(&p.motor, 500);
-    bench_run(&p, 0.9 / 500);
-    check_hex("no index before its angle", bench_read(&p, ENC_STATUS), 0);
-    bench_run(&p, 0.2 / 500);
-    check_hex("INDEX_SEEN after it", bench_read(&p, ENC_STATUS), 1);
-    check_equal("INDEX is its position", bench_read(&p, ENC_INDEX), 636);
-    bench_run(&p, 3 * 2 * PI / 500);
-    check_equal("three turns later too", bench_read(&p, ENC_INDEX), 636);
-    bench_write(&p, ENC_STATUS, 1);
-    check_hex("INDEX_SEEN clears", bench_read(&p, ENC_STATUS), 0);
-}
-
-static void encoder_cable(void)
-{
-    struct encoder e = {0};
-    encoder_reset(&e, 0);
-    encoder_write(&e, 0x00, 1);
-    encoder_illegal(&e);
-    check_hex("ILLEGAL", encoder_read(&e, 0x14), 2);
-    encoder_write(&e, 0x14, 4);
-    check_hex("stays until written", encoder_read(&e, 0x14), 2);
-    encoder_write(&e, 0x14, 2);
-    check_hex("and clears", encoder_read(&e, 0x14), 0);
-    encoder_cut(&e, true);
-    encoder_write(&e, 0x14, 7);
-    check_hex("SIGNAL_LOST stays while it lasts", encoder_read(&e, 0x14), 4);
-    encoder_follow(&e, 10, 1000, 4000);
-    check_equal("a cut pair does not count", encoder_read(&e, 0x08), 0);
-    encoder_cut(&e, false);
-    check_hex("and it is a latch", encoder_read(&e, 0x14), 4);
-    encoder_write(&e, 0x14, 4);
-    check_hex("that clears afterwards", encoder_read(&e, 0x14), 0);
-    encoder_freeze(&e, true);
-    encoder_follow(&e, 30, 1000, 4000);
-    check_equal("frozen A and B do not count", encoder_read(&e, 0x08), 0);
-    encoder_freeze(&e, false);
-    encoder_follow(&e, 35, 1000, 4000);
-    check_equal("what was missed stays missed", encoder_read(&e, 0x08), 5);
-    encoder_slip(&e, -7);
-    check_equal("a slip shifts the count", encoder_read(&e, 0x08), 4094);
-    encoder_write(&e, 0x04, 1);
-    check_equal("COUNTS is at least 4", encoder_read(&e, 0x04), 4);
-    encoder_write(&e, 0x04, 100000);
-    check_equal("and at most 65536", encoder_read(&e, 0x04), 65536);
 }
 
 /* ---- slot 3: GATE ---- */
@@ -340,10 +177,6 @@ int main(void)
 {
     adc_conversion();
     adc_overrun();
-    encoder_against_counting();
-    encoder_registers();
-    encoder_index();
-    encoder_cable();
     gate_enable();
     gate_input(gate_set_overcurrent, 0x2, 0x100);
     gate_input(gate_set_driver_fault, 0x4, 0x200);
