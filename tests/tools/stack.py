@@ -56,7 +56,7 @@ def bounds(image, priorities):
             worst = max(worst, HARDWARE_FRAME + own)
         total += worst
     own, chain = deepest(image, fault)
-    rows.append(Row(fault.name, own, 0, chain))
+    rows.append(Row("every fault", own, 0, (fault.name, *chain[1:])))
     return Bounds(rows, total + HARDWARE_FRAME, image.value("link_stack_top") - image.value("link_stack_limit"),
                   FAULT_LEVELS * own + (FAULT_LEVELS - 1) * HARDWARE_FRAME,
                   image.value("link_fault_stack_top") - image.value("link_fault_stack_limit"))

@@ -146,6 +146,8 @@ def test_measured_above_the_bound_fails(image, tmp_path, capsys):
         log.write_text("t_s,exception,cycles,latency_cycles\n0.1,30,99999,0\n"
                        f"0.2,50,{found.whole + over},{found.latency}\n0.3,50,{found.whole - 9},{found.latency - 5}\n")
         assert wcet.show(found, Waits(), log) == status
+    log.write_text(f"t_s,exception,cycles,latency_cycles\n0.1,50,{found.fault + 1},{found.latency}\n")
+    assert wcet.show(found, Waits(), tripped=log) == 1
     assert "measured: 2 interrupts" in capsys.readouterr().out
 
 
@@ -159,6 +161,14 @@ def test_measured_is_below_the_bound_and_near_it(image, tmp_path, waits):
     whole, latency, count = wcet.measured(result.irqlog)
     found = wcet.bound(image, wcet.waits_from(f"{key}={value}" for key, value in waits.items()))
     assert count > 5900 and 0.95 * found.latency < latency <= found.latency and 0.95 * found.whole < whole <= found.whole
+
+
+def test_a_trip_is_below_its_bound(image, tmp_path):
+    from launcher import simulate
+
+    result = simulate("fault_overcurrent", out_dir=tmp_path)
+    whole, _, _ = wcet.measured(result.irqlog)
+    assert wcet.bound(image, default_waits()).whole < whole <= wcet.bound(image, default_waits()).fault
 
 
 def test_bad_words():

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Worst-case cycles of the current loop's interrupt, from the instructions of the linked image.
 
-usage: wcet.py IMAGE.elf [KEY=N ...] [--measured IRQ.csv] [--path]
+usage: wcet.py IMAGE.elf [KEY=N ...] [--measured IRQ.csv] [--tripped IRQ.csv] [--path]
        KEY: apb_read, apb_write, ppb, esram, envm_wait, cache (0 or 1): the twin's keys cycles.*, with its defaults
        --measured   a log of interrupts (irqlog) to set beside the bound; fails if the bound is below
+       --tripped    the same of a run that ends in a fault of the current loop
        --path       every instruction of the longest way
 
 The longest way must be free of loops. What only a sample that trips executes is a bound of its own. Cycles of entry and
@@ -75,14 +76,15 @@ def waits_from(words):
     return Waits(**values)
 
 
-def show(found, waits, log=None, out=print):
+def show(found, waits, log=None, tripped=None, out=print):
     """Prints the bounds; 1 if a measured figure is above its bound."""
     names = ("latency: entry to the last PWM write", "whole interrupt", "whole interrupt, a sample that trips")
-    figures = (None, None, None)
+    figures = [None, None, None]
     if log:
-        cycles, latency, count = measured(log)
-        figures = (latency, cycles, None)
+        figures[1], figures[0], count = measured(log)
         out(f"measured: {count} interrupts")
+    if tripped:
+        figures[2] = measured(tripped)[0]
     settings = ", ".join(f"{key}={int(getattr(waits, key))}" for key in Waits.__dataclass_fields__)
     out(f"{HANDLER}: worst case by its instructions ({settings})")
     out(f"{'cycles':<40}{'bound':>7}{'measured':>10}{'above':>8}")
@@ -97,15 +99,15 @@ def show(found, waits, log=None, out=print):
 
 
 def main(arguments):
-    words, log, path = [], None, False
+    words, logs, path = [], {}, False
     arguments = list(arguments)
     image = Image(arguments.pop(0))
     while arguments:
         word = arguments.pop(0)
         if word == "--path":
             path = True
-        elif word == "--measured" and arguments:
-            log = arguments.pop(0)
+        elif word in ("--measured", "--tripped") and arguments:
+            logs[word] = arguments.pop(0)
         else:
             words.append(word)
     waits = waits_from(words)
@@ -113,7 +115,7 @@ def main(arguments):
     if path:
         for instruction in found.way:
             print(f"  {instruction.address:6x}  {instruction!s:<44} {image.line_of(instruction.address)}")
-    return show(found, waits, log)
+    return show(found, waits, logs.get("--measured"), logs.get("--tripped"))
 
 
 if __name__ == "__main__":
