@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* Slots 1 and 3, ADC and GATE, against docs/fabric.md: through the registers where firmware can see it, through the block's own
- * functions where a signal from outside is needed. */
+/* Slots 1 and 3, ADC and GATE, against docs/fabric.md: through the registers where firmware can see it, through the
+ * block's own functions where a signal from outside is needed. */
 #include <string.h>
 
 #include "bench.h"
