@@ -8,8 +8,10 @@
 struct timing_row {
     const char *name;
     uint32_t (*run)(void); /* cycles, the frame's included */
-    uint32_t expected;
+    uint32_t expected;     /* or MEASURED: to be printed only */
 };
+
+#define MEASURED UINT32_MAX
 
 /* The first row is the frame alone; the last has no name. */
 extern const struct timing_row timing_table[];
@@ -24,7 +26,12 @@ int main(void)
     const uint32_t frame = timing_table[0].run();
     harness_equal(timing_table[0].name, frame, timing_table[0].expected);
     for (const struct timing_row *row = &timing_table[1]; row->name != NULL; row++) {
-        harness_equal(row->name, row->run() - frame, row->expected);
+        const uint32_t cycles = row->run() - frame;
+        if (row->expected == MEASURED) {
+            harness_note(row->name, cycles);
+        } else {
+            harness_equal(row->name, cycles, row->expected);
+        }
     }
     harness_end();
 }

@@ -1,33 +1,26 @@
 # SPDX-License-Identifier: MIT
-"""The cycle model against counts made by hand, on the target: sequence by sequence, read by DWT."""
+"""The cycle model, read by DWT on the target: against counts made by hand, and against published silicon."""
 import csv
 import re
 
 import pytest
 
-from target.runner import BUILD, CLOSING, run_image
+from cases import HAND_COUNTED, PUBLISHED, TOLERANCE, measured, run, sequences
 
-ZERO = {"apb_read": 0, "apb_write": 0, "ppb": 0, "esram": 0, "envm_wait": 0, "cache": 1}
-PROFILES = {
-    "rules": ZERO,
-    "waits": ZERO | {"apb_read": 3, "apb_write": 2, "ppb": 1, "esram": 1},
-    "fetch": ZERO | {"envm_wait": 2, "cache": 0},
-}
 SVC, PENDSV = 11, 14
 
 
-def run(name, out_dir, extra=()):
-    lines = [f"cycles.{key} {value}" for key, value in PROFILES[name].items()]
-    return run_image(BUILD / "tests" / "timing" / f"{name}.elf", out_dir, [*lines, *extra])
-
-
-@pytest.mark.parametrize("name", PROFILES)
+@pytest.mark.parametrize("name", HAND_COUNTED)
 def test_sequences(name, tmp_path):
-    text = run(name, tmp_path)
-    closing = CLOSING.search(text)
-    assert closing, f"no closing line:\n{text[-2000:]}"
-    assert not (failures := [line for line in text.splitlines() if line.startswith("FAIL")]), "\n".join(failures)
-    assert int(closing.group(1)) == len(re.findall(r"(?m)^ok ", text)) > 2
+    agree, differ = sequences(run(name, tmp_path))
+    assert not differ, "\n".join(differ)
+    assert len(agree) > 2
+
+
+def test_published_silicon(tmp_path):
+    found = measured(run("published", tmp_path))
+    for case in PUBLISHED:
+        assert abs(found[case.name] / case.cycles - 1) <= TOLERANCE, (case, found[case.name])
 
 
 def test_instructions_in_place_of_cycles(tmp_path):
@@ -39,8 +32,7 @@ def test_instructions_in_place_of_cycles(tmp_path):
 def test_interrupt_log(tmp_path):
     run("rules", tmp_path, [f"irqlog {tmp_path / 'irq.csv'}"])
     rows = list(csv.DictReader((tmp_path / "irq.csv").open()))
-    by_exception = [(int(r["exception"]), int(r["cycles"]), int(r["instructions"]), int(r["chained"])) for r in rows]
-    assert by_exception == [
+    assert [tuple(int(row[key]) for key in ("exception", "cycles", "instructions", "chained")) for row in rows] == [
         (SVC, 12 + 1 + 12, 2, 0),
         (SVC, 12 + 11, 6, 2),
         (PENDSV, 6 + 6 + 12, 2, 1),

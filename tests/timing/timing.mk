@@ -6,6 +6,13 @@ TIMING_IMAGES := $(patsubst tests/timing/%.S,$(BUILD)/tests/timing/%.elf,$(sort 
 
 $(BUILD)/arm/tests/timing/%.o: tests/timing/sequence.inc
 
+$(BUILD)/arm/tests/timing/published.o: $(BUILD)/arm/tests/timing/aes_table.inc
+$(BUILD)/arm/tests/timing/published.o: CPU += -I$(BUILD)/arm/tests/timing
+
+$(BUILD)/arm/tests/timing/aes_table.inc: tests/timing/aes_table.py
+	@mkdir -p $(@D)
+	$(Q)$(PYTHON) $< > $@
+
 $(BUILD)/tests/timing/%.elf: $(BUILD)/arm/tests/timing/%.o $(BUILD)/arm/tests/timing/main.o $(HARNESS_OBJ) \
         $(PLATFORM_OBJ) $(LDSCRIPT)
 	@mkdir -p $(@D)
@@ -13,3 +20,9 @@ $(BUILD)/tests/timing/%.elf: $(BUILD)/arm/tests/timing/%.o $(BUILD)/arm/tests/ti
 	$(Q)$(CC_ARM) $(LDFLAGS_ARM) $(filter %.o,$^) -lgcc -o $@
 
 target-tests: $(TIMING_IMAGES)
+
+timing: tools
+	@$(MAKE) --no-print-directory -s -j2 twin $(TIMING_IMAGES)
+	@$(PYTHON) tests/timing/validate.py
+
+.PHONY: timing
