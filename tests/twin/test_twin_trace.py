@@ -6,8 +6,8 @@ trigger before. So Faraday's law is taken between two rows, in stator coordinate
 
     mean v = R * mean i + (change of flux linkage) / T,    flux linkage = (Ld i_d + psi + j Lq i_q) exp(j theta_e)
 
-which is linear in R, Ld, Lq and psi; it is the integral of the dq voltage equations. Likewise the impulse between rows is
-linear in J, friction and cogging. A triggered current lies in the middle of a zero vector, where the ripple of a
+which is linear in R, Ld, Lq and psi; it is the integral of the dq voltage equations. Likewise the impulse between rows
+is linear in J, friction and cogging. A triggered current lies in the middle of a zero vector, where the ripple of a
 symmetrical PWM passes through its mean, so the mean of two of them is that of the period between.
 """
 import numpy as np
@@ -69,8 +69,8 @@ def run(request, tmp_path_factory):
 
 def electrical_columns(run):
     """What multiplies R, Ld, Lq, psi in the voltage between two rows."""
-    return np.stack([means(run.i_ab) * run.warmth, rates(run.i_dq.real * run.turned), rates(1j * run.i_dq.imag * run.turned),
-                     rates(run.turned)], axis=1)
+    return np.stack([means(run.i_ab) * run.warmth, rates(run.i_dq.real * run.turned),
+                     rates(1j * run.i_dq.imag * run.turned), rates(run.turned)], axis=1)
 
 
 def test_rows_are_one_period_apart(run):

@@ -17,7 +17,7 @@ static void terminals(const struct bridge *p, double bus_v, double r_on, double 
     }
 }
 
-/* Locked long enough, every phase is its resistance to a common star point. Switches of 0.2 ohm, so that they matter. */
+/* Locked long enough, every phase is its resistance to a common star point. Switches of 0.2 ohm, to matter. */
 static void phase_short(void)
 {
     const double short_ohm = 0.5, r_on = 0.2;
