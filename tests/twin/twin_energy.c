@@ -175,7 +175,7 @@ static void faults(void)
         w.motor_j = fmax(w.motor_j, fabs(motor_imbalance_j(&s.m)));
         w.copper_j = fmax(w.copper_j, s.m.energy_copper_j);
     }
-    /* With a short, a diode ends at the end of a step: up to 40 mA (0.4 uJ of the field) are cut off, hundreds of times. */
+    /* With a short, a diode ends at the end of a step: up to 40 mA (0.4 uJ of the field) cut off, hundreds of times. */
     report("shorts and shoot-through", &w, 1e-3);
 }
 

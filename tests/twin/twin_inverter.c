@@ -23,7 +23,7 @@ static void keep_row(void *context, const struct plant_row *row)
 
 /* A's mean voltage against the star point with A at on_a counts and B, C at on_bc, once the currents are steady; the
  * rotor is locked. While both switches are off, a leg whose current flows out of it lies one diode below the lower
- * rail, and one diode above the upper rail if it flows in: all of it, since the currents do not change sign in a period. */
+ * rail, and one diode above the upper rail if it flows in: the current keeps its sign. */
 static void dead_time(const char *name, uint32_t on_a, uint32_t on_bc, double delay_on_s, double delay_off_s)
 {
     struct plant_params params = bench_plant();
