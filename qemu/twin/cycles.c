@@ -25,7 +25,8 @@ static struct {
     unsigned apb_read, apb_write, ppb, esram, envm;
 } waits;
 static struct cycles_target target;
-static struct step now, before;
+static struct step steps[2], *now = &steps[0], *before = &steps[1];
+static bool fetch_waits;
 static struct cycles_count total;
 static uint64_t instructions;
 static uint64_t system_bus_free; /* when the posted write is done */
@@ -131,35 +132,35 @@ static bool touches_memory(const struct cycles_op *op)
 
 static bool pairs_with_load_before(const struct step *s)
 {
-    const struct cycles_op *first = before.op;
-    return first && first->class == CYCLES_LOAD && before.accessed && !first->base_update && !s->op->base_update &&
-           bus_of(before.address) == bus_of(s->address) && !(first->loads & s->op->address_registers);
+    const struct cycles_op *first = before->op;
+    return first && first->class == CYCLES_LOAD && before->accessed && !first->base_update && !s->op->base_update &&
+           bus_of(before->address) == bus_of(s->address) && !(first->loads & s->op->address_registers);
 }
 
 static void add_neighbour(struct cycles_count *cost, const struct step *s)
 {
-    const struct cycles_op *first = before.op;
+    const struct cycles_op *first = before->op;
     if (!first) {
         return;
     }
-    if (!before.skipped && (first->writes & s->op->address_registers)) {
+    if (!before->skipped && (first->writes & s->op->address_registers)) {
         add_rule(cost, RULE_ADDRESS_JUST_COMPUTED);
     }
-    if (first->class != CYCLES_STORE || !before.accessed) {
+    if (first->class != CYCLES_STORE || !before->accessed) {
         return;
     }
     if (first->base_update) {
         add_rule(cost, RULE_MEMORY_AFTER_UPDATING_STORE);
     } else if (s->op->is_load && !first->register_offset) {
-        add_rule(cost, bus_of(before.address) == bus_of(s->address) ? RULE_LOAD_AFTER_STORE
-                                                                    : RULE_LOAD_AFTER_STORE_ELSEWHERE);
+        add_rule(cost, bus_of(before->address) == bus_of(s->address) ? RULE_LOAD_AFTER_STORE
+                                                                     : RULE_LOAD_AFTER_STORE_ELSEWHERE);
     }
 }
 
 static unsigned unaligned_parts(const struct step *s)
 {
     const struct cycles_op *op = s->op;
-    if (op->class != CYCLES_LOAD || s->address % op->access_bytes == 0) {
+    if (op->class != CYCLES_LOAD || (s->address & (op->access_bytes - 1u)) == 0) {
         return 0;
     }
     return op->access_bytes == 4 && s->address % 2 != 0 ? 2 : 1;
@@ -237,13 +238,13 @@ static enum cycles_rule branch_rule(const struct cycles_op *op, const struct cyc
 
 static enum cycles_rule register_branch_rule(const struct cycles_op *op)
 {
-    bool lr_just_written = before.op && ((before.op->writes | before.op->loads) >> LR & 1);
+    bool lr_just_written = before->op && ((before->op->writes | before->op->loads) >> LR & 1);
     return op->class == CYCLES_BRANCH_LR && !lr_just_written ? RULE_BRANCH_LR : RULE_BRANCH_REGISTER;
 }
 
 static bool after_long_product(void)
 {
-    return before.op && (before.op->class == CYCLES_LONG_MUL || before.op->class == CYCLES_LONG_MLA);
+    return before->op && (before->op->class == CYCLES_LONG_MUL || before->op->class == CYCLES_LONG_MLA);
 }
 
 /* `next` is NULL where the instruction is a load that has not ended yet. */
@@ -282,7 +283,7 @@ static struct cycles_count price(const struct step *s, const struct cycles_op *n
         }
         break;
     case CYCLES_IT:
-        add_rule(&cost, before.op && before.op->size == 2 ? RULE_IT_FOLDED : RULE_IT);
+        add_rule(&cost, before->op && before->op->size == 2 ? RULE_IT_FOLDED : RULE_IT);
         break;
     case CYCLES_BARRIER:
         add_rule(&cost, RULE_BARRIER);
@@ -311,7 +312,7 @@ static void enter(unsigned number, enum cycles_rule rule)
     interrupted[nesting % 64] = (uint16_t)exception;
     nesting++;
     exception = number;
-    before.op = NULL;
+    before->op = NULL;
     target.entered(number, cycles_rules[rule].high);
 }
 
@@ -325,13 +326,13 @@ static void leave(bool tail_chained)
         nesting--;
     }
     exception = interrupted[nesting % 64];
-    before.op = NULL;
+    before->op = NULL;
 }
 
 /* Exceptions show in IPSR, and only where a handler starts or an EXC_RETURN was executed: elsewhere it is not read. */
 static bool exception_changes(const struct cycles_op *op)
 {
-    bool returned = now.returns;
+    bool returned = before->returns;
     if (!returned && !op->starts_handler) {
         return false;
     }
@@ -358,19 +359,28 @@ static bool goes_elsewhere(const struct cycles_op *op, const struct cycles_op *n
            (op->class == CYCLES_BRANCH && !op->conditional && op->condition == CYCLES_ALWAYS);
 }
 
+/* What was being executed is now the instruction before. */
+static void pass_on(void)
+{
+    struct step *done = now;
+    now = before;
+    before = done;
+}
+
 static void settle(const struct cycles_op *next)
 {
-    const struct cycles_op *op = now.op;
+    const struct cycles_op *op = now->op;
     bool arrives = next->starts_handler && (target.read_xpsr() & IPSR_MASK) != exception;
-    struct cycles_count cost = price(&now, next, arrives, &system_bus_free);
+    struct cycles_count cost = price(now, next, arrives, &system_bus_free);
     total.low += cost.low;
     total.high += cost.high;
-    before = now;
-    if (exception_changes(next) || goes_elsewhere(op, next)) {
-        add_exactly(&total, cycles_fetch_restart(next->address, next->size, total.high));
-        add_exactly(&total, next->size == 4 && next->address % 4 != 0 ? cycles_rules[RULE_TARGET_SPLIT].high : 0);
-    } else {
-        add_exactly(&total, cycles_fetch(next->address, next->size, total.high));
+    pass_on();
+    bool restarts = exception_changes(next) || goes_elsewhere(op, next);
+    if (restarts && next->size == 4 && next->address % 4 != 0) {
+        spend(RULE_TARGET_SPLIT);
+    }
+    if (fetch_waits) {
+        add_exactly(&total, (restarts ? cycles_fetch_restart : cycles_fetch)(next->address, next->size, total.high));
     }
 }
 
@@ -394,28 +404,29 @@ static bool is_exception_return(const struct cycles_op *op)
 static void look_at_registers(const struct cycles_op *op)
 {
     if (op->condition != CYCLES_ALWAYS && !condition_holds(op->condition, target.read_xpsr())) {
-        now.skipped = true;
+        now->skipped = true;
         return;
     }
     if (op->class == CYCLES_DIVIDE) {
-        now.by_operands = price_quotient(op, target.read_register(op->n), target.read_register(op->m));
+        now->by_operands = price_quotient(op, target.read_register(op->n), target.read_register(op->m));
     } else if (op->class == CYCLES_LONG_MUL || op->class == CYCLES_LONG_MLA) {
-        now.by_operands = price_product(op, target.read_register(op->n), target.read_register(op->m));
+        now->by_operands = price_product(op, target.read_register(op->n), target.read_register(op->m));
     } else {
-        now.returns = is_exception_return(op);
+        now->returns = is_exception_return(op);
     }
 }
 
-static bool depends_on_values(const struct cycles_op *op)
+static bool depends_on_registers(const struct cycles_op *op)
 {
-    return op->class == CYCLES_LONG_MUL || op->class == CYCLES_LONG_MLA || op->class == CYCLES_DIVIDE;
+    static const bool always[CYCLES_CLASSES] = {
+        [CYCLES_LONG_MUL] = true, [CYCLES_LONG_MLA] = true, [CYCLES_DIVIDE] = true, [CYCLES_BRANCH_LR] = true};
+    return always[op->class] || op->pops_pc ||
+           (op->condition != CYCLES_ALWAYS && (op->class == CYCLES_MLA || op->class == CYCLES_MLS));
 }
 
 bool cycles_wants_registers(const struct cycles_op *op)
 {
-    bool may_return = op->class == CYCLES_BRANCH_LR || op->pops_pc;
-    return depends_on_values(op) || may_return || op->starts_handler ||
-           (op->condition != CYCLES_ALWAYS && (op->class == CYCLES_MLA || op->class == CYCLES_MLS));
+    return depends_on_registers(op) || op->starts_handler;
 }
 
 bool cycles_wants_address(const struct cycles_op *op)
@@ -426,21 +437,26 @@ bool cycles_wants_address(const struct cycles_op *op)
 void cycles_execute(const struct cycles_op *op)
 {
     instructions++;
-    if (now.op) {
+    const struct cycles_op *done = now->op;
+    if (done && done->class == CYCLES_DATA && op->address == done->address + done->size && !op->starts_handler &&
+        !fetch_waits) {
+        spend(RULE_DATA); /* most of all instructions: worth a short way */
+        pass_on();
+    } else if (done) {
         settle(op);
     }
-    now.op = op;
-    now.accessed = now.skipped = now.returns = false;
-    if (cycles_wants_registers(op)) {
+    now->op = op;
+    now->accessed = now->skipped = now->returns = false;
+    if (depends_on_registers(op)) {
         look_at_registers(op);
     }
 }
 
 void cycles_access(uint32_t address)
 {
-    if (!now.accessed) {
-        now.accessed = true;
-        now.address = address;
+    if (!now->accessed) {
+        now->accessed = true;
+        now->address = address;
     }
 }
 
@@ -456,10 +472,10 @@ uint64_t cycles_instructions(void)
 
 uint64_t cycles_sampled(uint32_t address)
 {
-    if (!now.op || !touches_memory(now.op)) {
+    if (!now->op || !touches_memory(now->op)) {
         return total.high; /* read by the debugger */
     }
-    struct step reading = now;
+    struct step reading = *now;
     reading.accessed = true;
     reading.address = address;
     uint64_t bus_free = system_bus_free;
@@ -468,8 +484,7 @@ uint64_t cycles_sampled(uint32_t address)
 
 void cycles_reset(void)
 {
-    memset(&now, 0, sizeof now);
-    memset(&before, 0, sizeof before);
+    memset(steps, 0, sizeof steps);
     exception = 0;
     nesting = 0;
     system_bus_free = 0;
@@ -483,6 +498,7 @@ void cycles_init(const struct cycles_params *p, const struct cycles_target *t)
     waits.esram = (unsigned)p->esram;
     waits.envm = p->cache != 0 ? 0 : (unsigned)p->envm_wait;
     cycles_fetch_init(waits.envm, waits.esram);
+    fetch_waits = waits.envm != 0 || waits.esram != 0;
     target = *t;
     cycles_reset();
 }

@@ -23,6 +23,9 @@ $(BUILD)/qemu/modelcheck: $(MODELCHECK_OBJECTS)
 	$(call say,LD)
 	$(Q)$(HOSTCC) $^ -o $@ -lm
 
+# Called for every instruction: pairs of counts written one by one and read together as a vector would stall it each time.
+$(BUILD)/qemu/twin/cycles.o: TWIN_CFLAGS += -fno-tree-slp-vectorize
+
 $(BUILD)/qemu/twin/%.o: qemu/twin/%.c qemu/twin/twin.mk
 	@mkdir -p $(@D)
 	$(call say,CC)
