@@ -43,7 +43,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware))
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all results run test bench prove size stack lint clean help tools console debug flash models twin target-tests
+.PHONY: all everything results run test size lint clean help tools console debug flash models twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -104,7 +104,6 @@ tools:
 
 everything: all twin target-tests
 
-.PHONY: everything
 
 # ---- using it --------------------------------------------------------------------------------------------------------
 run: tools
@@ -152,7 +151,11 @@ help:
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
 	@echo 'make results         write the measured figures into README.md and docs/results.md'
 	@echo 'make size            flash and RAM, by room'
-	@echo 'make stack           worst-case stack of every entry point'
+	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md'
+	@echo 'make timing          the cycle model against hand-counted and published cases'
+	@echo 'make wcet            worst-case cycles of the current loop, and measured'
+	@echo 'make jitter          cycles and start of each current-loop interrupt, $(BUILD)/jitter.png'
+	@echo 'make stack           worst-case stack of every entry point, and measured'
 	@echo 'make lint            formatting, warnings, layers'
 	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
 	@echo 'make clean           remove $(BUILD)'
