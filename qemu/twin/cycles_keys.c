@@ -9,5 +9,5 @@
 /* The reasons for the defaults are in docs/timing.md. */
 const struct config_key cycles_keys[] = {
     KEY(apb_read, 0, 100, 3),  KEY(apb_write, 0, 100, 3), KEY(ppb, 0, 100, 0), KEY(esram, 0, 100, 0),
-    KEY(envm_wait, 0, 100, 4), KEY(cache, 0, 1, 1),       CONFIG_KEYS_END,
+    KEY(envm_wait, 0, 100, 8), KEY(cache, 0, 1, 1),       CONFIG_KEYS_END,
 };
