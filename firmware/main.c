@@ -30,6 +30,7 @@ void UART0_IRQHandler(void)
 
 static void start_core(void)
 {
+    sysreg_enable_cache();
     scb_enable_faults();
     mpu_guard_stack((uint32_t)(uintptr_t)link_stack_guard_start,
                     (uint32_t)((uintptr_t)link_stack_limit - (uintptr_t)link_stack_guard_start));

@@ -6,6 +6,12 @@
 /* Fields of MSSDDR_FACC1_CR, three bits each. */
 enum { FACC1_APB0 = 2, FACC1_APB1 = 5, FACC1_M3 = 9, FACC1_FIC0 = 13 };
 
+void sysreg_enable_cache(void)
+{
+    SYSREG->CC_REGION_CR |= SYSREG_CC_REGION_CODE_0;
+    SYSREG->CC_CR |= SYSREG_CC_CR_ENABLE;
+}
+
 void sysreg_release_reset(uint32_t mask)
 {
     if ((SYSREG->SOFT_RESET_CR & mask) != 0u) {

@@ -90,9 +90,18 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 #define SYSREG_CAUSE_USER_M3       (1u << 7)
 #define SYSREG_CAUSE_ALL           0xFFu
 
+#define SYSREG_CC_CR_ENABLE     (1u << 0)
+#define SYSREG_CC_REGION_CODE_0 (1u << 0) /* the lowest of four slots of 128 MB */
+
 #define SYSREG_FACC1_GLMUX_SEL           (1u << 12) /* 1: running from the standby clock, not the PLL */
 #define SYSREG_FACC1_CONTROLLER_PLL_INIT (1u << 26) /* 1: clock bring-up not finished */
 #define SYSREG_PLL_STATUS_MPLL_LOCK      (1u << 1)
+
+/*
+ * Switches the instruction cache on for the code at 0 (off after reset): without it every fetch waits for eNVM. Context:
+ * thread, at start.
+ */
+void sysreg_enable_cache(void);
 
 /* Releases the blocks of `mask` (SYSREG_RESET_*) from reset; writes only if one of them is held. Context: thread. */
 void sysreg_release_reset(uint32_t mask);

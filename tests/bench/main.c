@@ -20,6 +20,7 @@ int main(void);
 
 static void start(void)
 {
+    sysreg_enable_cache();
     sysreg_release_reset(SYSREG_RESET_TIMER | SYSREG_RESET_MMUART0 | SYSREG_RESET_FIC0);
     watchdog_refresh();
     print_start(CONFIG_CONSOLE_BAUD);

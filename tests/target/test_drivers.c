@@ -59,6 +59,9 @@ static void test_sysreg(void)
     const uint32_t resets = SYSREG->SOFT_RESET_CR;
     const uint32_t held = SYSREG_RESET_TIMER | SYSREG_RESET_GPIO | SYSREG_RESET_GPOUT;
     SYSREG->SOFT_RESET_CR = resets | held;
+    sysreg_enable_cache();
+    harness_equal("sysreg: cache on", SYSREG->CC_CR & SYSREG_CC_CR_ENABLE, SYSREG_CC_CR_ENABLE);
+    harness_equal("sysreg: for the code at 0", SYSREG->CC_REGION_CR & 0xFu, SYSREG_CC_REGION_CODE_0);
     gpio_init();
     harness_equal("sysreg: gpio_init releases its own resets only", SYSREG->SOFT_RESET_CR & held, SYSREG_RESET_TIMER);
     sysreg_release_reset(SYSREG_RESET_TIMER);
