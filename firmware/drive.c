@@ -1,13 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/drive.h"
 
-#include <stddef.h>
-
-#include "drivers/cortex/cpu.h"
 #include "drivers/fabric/corepwm.h"
-#include "drivers/fabric/encoder.h"
 #include "drivers/fabric/gate.h"
-#include "drivers/mss/sysreg.h"
 #include "firmware/alignment.h"
 #include "firmware/calibration.h"
 #include "firmware/config.h"
@@ -15,19 +10,10 @@
 #include "firmware/speed_loop.h"
 #include "lib/q15.h"
 
-#define STANDSTILL_RPM_Q4 (30 * 16)
 #define STALL_MS          500u
 #define QUICK_STOP_MS     5000u
 #define LOOP_START_MS     2u /* until CorePWM's first periods have passed */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
-
-enum request {
-    REQUEST_NONE,
-    REQUEST_ON,
-    REQUEST_OFF,
-    REQUEST_QUICK_STOP,
-    REQUEST_CLEAR,
-};
 
 enum start_phase {
     START_CALIBRATE,
@@ -37,8 +23,6 @@ enum start_phase {
 
 struct drive drive;
 
-static volatile uint32_t request; /* enum request: thread writes, slow loop takes */
-static volatile int32_t i_command_q15;
 static uint32_t start_phase;
 static uint32_t stalled_ms;
 static uint32_t stopping_ms;
@@ -134,7 +118,7 @@ static void step_switched_on(void)
 
 static void watch_for_stall(void)
 {
-    const bool stuck = speed_loop.at_limit && q15_abs(speed_loop.speed_rpm_q4) < STANDSTILL_RPM_Q4;
+    const bool stuck = speed_loop.at_limit && q15_abs(speed_loop.speed_rpm_q4) < DRIVE_STANDSTILL_RPM_Q4;
     stalled_ms = stuck ? stalled_ms + 1u : 0u;
     if (stalled_ms >= STALL_MS) {
         fault_raise(FAULT_STALL);
@@ -145,7 +129,7 @@ static void step_operation(void)
 {
     const int32_t limit_q15 = speed_loop_current_limit(&drive.tuning);
     if (drive.mode == DRIVE_MODE_TORQUE) {
-        current_loop.i_q_ref_q15 = q15_clamp(i_command_q15, -limit_q15, limit_q15);
+        current_loop.i_q_ref_q15 = q15_clamp(drive.i_command_q15, -limit_q15, limit_q15);
         return;
     }
     current_loop.i_q_ref_q15 = speed_loop_step(&drive.tuning, drive.tuning.ramp_q16, limit_q15);
@@ -158,7 +142,7 @@ static void step_quick_stop(void)
         (int32_t)q15_clamp(drive.tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR;
     current_loop.i_q_ref_q15 = speed_loop_step(&drive.tuning, slope, speed_loop_current_limit(&drive.tuning));
     stopping_ms++;
-    const bool stands = speed_loop.ref_rpm_q16 == 0 && q15_abs(speed_loop.speed_rpm_q4) < STANDSTILL_RPM_Q4;
+    const bool stands = speed_loop.ref_rpm_q16 == 0 && q15_abs(speed_loop.speed_rpm_q4) < DRIVE_STANDSTILL_RPM_Q4;
     if (stands || stopping_ms >= QUICK_STOP_MS) {
         bridge_off();
         enter(DRIVE_SWITCH_ON_DISABLED);
@@ -179,27 +163,27 @@ static void begin_quick_stop(void)
 /* Requests were checked when they were made; what the state no longer allows is dropped. */
 static void take_request(void)
 {
-    const uint32_t wanted = request;
-    request = REQUEST_NONE;
+    const uint32_t wanted = drive.request;
+    drive.request = DRIVE_REQUEST_NONE;
     switch (wanted) {
-    case REQUEST_ON:
+    case DRIVE_REQUEST_ON:
         if (drive.state == DRIVE_SWITCH_ON_DISABLED) {
             current_loop_tune(&drive.tuning);
             enter(DRIVE_READY);
         }
         break;
-    case REQUEST_OFF:
+    case DRIVE_REQUEST_OFF:
         if (drive.state != DRIVE_FAULT && drive.state != DRIVE_FAULT_REACTION) {
             bridge_off();
             enter(DRIVE_SWITCH_ON_DISABLED);
         }
         break;
-    case REQUEST_QUICK_STOP:
+    case DRIVE_REQUEST_QUICK_STOP:
         if (drive.state == DRIVE_OPERATION_ENABLED) {
             begin_quick_stop();
         }
         break;
-    case REQUEST_CLEAR:
+    case DRIVE_REQUEST_CLEAR:
         if (drive.state == DRIVE_FAULT) {
             fault_forget();
             enter(DRIVE_SWITCH_ON_DISABLED);
@@ -226,7 +210,7 @@ static void watch_heartbeat(void)
 static void react_to_fault(void)
 {
     bridge_off();
-    request = REQUEST_NONE;
+    drive.request = DRIVE_REQUEST_NONE;
     if (drive.fault == FAULT_ENCODER || drive.state == DRIVE_SWITCHED_ON) {
         drive.aligned = false;
     }
@@ -280,118 +264,6 @@ void drive_start(enum fault boot_fault)
     if (boot_fault != FAULT_NONE) {
         fault_raise(boot_fault);
     }
-}
-
-bool drive_is_off(void)
-{
-    return request == REQUEST_NONE && (drive.state == DRIVE_SWITCH_ON_DISABLED || drive.state == DRIVE_FAULT);
-}
-
-/* What has changed in the encoder's setting, if anything, makes the alignment void. Thread, bridge off. */
-static void adopt_tuning(const struct tuning *t)
-{
-    const uint32_t mask = cpu_irq_save();
-    if (t->encoder_scale_q32 != drive.tuning.encoder_scale_q32) {
-        drive.aligned = false;
-        encoder_init((uint32_t)params.encoder_counts, false);
-    }
-    drive.tuning = *t;
-    cpu_irq_restore(mask);
-}
-
-const char *drive_switch_on(void)
-{
-    static struct tuning candidate;
-    if (drive.state == DRIVE_FAULT || drive.state == DRIVE_FAULT_REACTION) {
-        return "a fault is latched; see 'fault', then 'clear'";
-    }
-    if (!drive_is_off()) {
-        return "the drive is on already";
-    }
-    const char *problem = tuning_compute(&params, &candidate);
-    if (problem != NULL) {
-        return problem;
-    }
-    if (current_loop.vbus_q15 < candidate.v_min_q15) {
-        return "the bus voltage is below v_min_mv; see 'status'";
-    }
-    if (current_loop.vbus_q15 > candidate.v_max_q15) {
-        return "the bus voltage is above v_max_mv; see 'status'";
-    }
-    if (q15_abs(speed_loop.speed_rpm_q4) > STANDSTILL_RPM_Q4) {
-        return "the motor is turning; wait until it stands still";
-    }
-    adopt_tuning(&candidate);
-    request = REQUEST_ON;
-    return NULL;
-}
-
-const char *drive_switch_off(void)
-{
-    request = REQUEST_OFF; /* always allowed, also when off */
-    return NULL;
-}
-
-const char *drive_quick_stop(void)
-{
-    if (drive.state != DRIVE_OPERATION_ENABLED) {
-        return "the drive is not in operation";
-    }
-    request = REQUEST_QUICK_STOP;
-    return NULL;
-}
-
-const char *drive_clear_fault(void)
-{
-    if (drive.state != DRIVE_FAULT) {
-        return "no fault is latched";
-    }
-    encoder_clear(ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST);
-    if (gate_clear(GATE_STATUS_LATCHES) != 0u) {
-        return "the cause is still there: an input of the gate driver is active";
-    }
-    if ((encoder_status() & (ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST)) != 0u) {
-        return "the cause is still there: no encoder signal";
-    }
-    if (!gate_id_ok()) {
-        return "the cause is still there: the fabric does not carry the expected design";
-    }
-    if (!sysreg_clocks_match_board()) {
-        return "the cause is still there: the clock ratios are not those of the board";
-    }
-    request = REQUEST_CLEAR;
-    return NULL;
-}
-
-const char *drive_command_speed(int32_t rpm)
-{
-    if (drive.state != DRIVE_OPERATION_ENABLED) {
-        return "the drive is not in operation; use 'on' and wait for it";
-    }
-    if (rpm > params.speed_max_rpm || rpm < -params.speed_max_rpm) {
-        return "beyond speed_max_rpm";
-    }
-    const uint32_t mask = cpu_irq_save();
-    if (drive.mode != DRIVE_MODE_SPEED) {
-        speed_loop_reset(current_loop.i_q_ref_q15);
-        drive.mode = DRIVE_MODE_SPEED;
-    }
-    speed_loop.target_rpm_q16 = rpm * 65536;
-    cpu_irq_restore(mask);
-    return NULL;
-}
-
-const char *drive_command_current(int32_t milliamp)
-{
-    if (drive.state != DRIVE_OPERATION_ENABLED) {
-        return "the drive is not in operation; use 'on' and wait for it";
-    }
-    if (milliamp > params.i_max_ma || milliamp < -params.i_max_ma) {
-        return "beyond i_max_ma";
-    }
-    i_command_q15 = tuning_q15_from_milli(milliamp, params.i_range_ma);
-    drive.mode = DRIVE_MODE_TORQUE;
-    return NULL;
 }
 
 const char *drive_state_name(enum drive_state state)

@@ -30,13 +30,25 @@ enum drive_mode {
     DRIVE_MODE_TORQUE,
 };
 
+enum drive_request {
+    DRIVE_REQUEST_NONE,
+    DRIVE_REQUEST_ON,
+    DRIVE_REQUEST_OFF,
+    DRIVE_REQUEST_QUICK_STOP,
+    DRIVE_REQUEST_CLEAR,
+};
+
+#define DRIVE_STANDSTILL_RPM_Q4 (30 * 16) /* below this the motor counts as at rest */
+
 struct drive {
     volatile uint32_t state; /* enum drive_state */
     volatile uint32_t fault; /* enum fault: the first cause, until cleared */
     uint32_t mode;           /* enum drive_mode */
     volatile uint32_t time_ms;
-    bool aligned;         /* the encoder's relation to the magnets is known */
-    struct tuning tuning; /* of the last drive_switch_on() */
+    volatile uint32_t request;      /* enum drive_request: the thread writes it, the slow loop takes it */
+    volatile int32_t i_command_q15; /* of torque control */
+    bool aligned;                   /* the encoder's relation to the magnets is known */
+    struct tuning tuning;           /* of the last drive_switch_on() */
 };
 
 extern struct drive drive;

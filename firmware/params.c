@@ -3,10 +3,9 @@
 
 #include "firmware/text.h"
 
-#define PARAM(field, low, high, start) \
-    { \
-#field, (low), (high), (start), offsetof(struct params, field) \
-    }
+/* clang-format off */
+#define PARAM(field, low, high, start) {#field, (low), (high), (start), offsetof(struct params, field)}
+/* clang-format on */
 
 /* The initial values are a Teknic M-2310P-LN-04K on the 24 V inverter: qemu/motors/ and qemu/inverters/ have the sources. */
 const struct param_info param_table[] = {
@@ -15,18 +14,18 @@ const struct param_info param_table[] = {
     PARAM(resistance_mohm, 1, 100000, 360),
     PARAM(ld_uh, 1, 1000000, 200),
     PARAM(lq_uh, 1, 1000000, 200),
-    PARAM(flux_uwb, 10, 10000000, 6300),
-    PARAM(inertia_gcm2, 1, 50000000, 420),
-    PARAM(i_range_ma, 100, 2000000, 20000),
-    PARAM(v_range_mv, 1000, 2000000, 60000),
-    PARAM(i_max_ma, 10, 2000000, 10000),
-    PARAM(i_trip_ma, 10, 2000000, 14000),
-    PARAM(i_align_ma, 10, 2000000, 4000),
+    PARAM(flux_uwb, 10, 10000000, 6395),
+    PARAM(inertia_gcm2, 1, 50000000, 565),
+    PARAM(i_range_ma, 100, 2000000, 23571),
+    PARAM(v_range_mv, 1000, 2000000, 57528),
+    PARAM(i_max_ma, 10, 2000000, 10650),
+    PARAM(i_trip_ma, 10, 2000000, 15000),
+    PARAM(i_align_ma, 10, 2000000, 5000),
     PARAM(v_min_mv, 1000, 2000000, 18000),
-    PARAM(v_max_mv, 1000, 2000000, 32000),
+    PARAM(v_max_mv, 1000, 2000000, 36000),
     PARAM(speed_max_rpm, 1, 30000, 4000),
-    PARAM(overspeed_rpm, 1, 32000, 5000),
-    PARAM(ramp_rpm_s, 1, 1000000, 4000),
+    PARAM(overspeed_rpm, 1, 32000, 4800),
+    PARAM(ramp_rpm_s, 1, 1000000, 5000),
     PARAM(current_bw_hz, 10, 2000, 1000),
     PARAM(speed_bw_hz, 1, 200, 60),
 };

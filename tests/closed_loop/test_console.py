@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The console as a person meets it, on the running drive: each line typed and what came back."""
+import re
+
 import pytest
 
 from launcher import simulate
+from launcher.drive import console_params, load_drive
 
 GAP_S = 0.02  # between lines: an answer of 200 characters at 115200 baud takes 17 ms
 
@@ -81,7 +84,7 @@ def test_set_and_get(tmp_path):
 
 @pytest.mark.parametrize("setting, complaint", [
     ("set i_max_ma 20000", "i_max_ma must be at most 85 % of i_trip_ma"),
-    ("set i_trip_ma 20000", "i_trip_ma must be at most 95 % of i_range_ma"),
+    ("set i_trip_ma 23000", "i_trip_ma must be at most 95 % of i_range_ma"),
     ("set v_min_mv 50000", "v_min_mv must be below v_max_mv"),
     ("set speed_max_rpm 30000", "speed_max_rpm must be below overspeed_rpm"),
     ("set lq_uh 1000000", "current gain out of range"),
@@ -105,3 +108,10 @@ def test_commands_beyond_limits_change_nothing_while_running(tmp_path):
                       gap_s=0.15)
     assert replies[:3] == ["ok", "error: beyond speed_max_rpm", "error: beyond i_max_ma"]
     assert "state: operation enabled" in replies[3] and "reference 300.000 rpm" in replies[3]
+
+
+def test_a_fresh_image_has_the_parameters_of_the_default_motor_and_starts_with_them(tmp_path):
+    replies = answers(tmp_path, ["get all", "on", "status"], gap_s=0.9)
+    fresh = {name: int(value) for name, value in re.findall(r"(?m)^(\w+) = (-?\d+) ", replies[0])}
+    assert fresh == console_params(load_drive("teknic_m2310p"))
+    assert replies[1] == "ok" and "state: operation enabled" in replies[2]
