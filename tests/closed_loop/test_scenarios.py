@@ -8,7 +8,7 @@ from launcher import simulate
 
 SCENARIOS = sorted(path.stem for path in Path("qemu/scenarios").glob("*.toml"))
 MOTORS = sorted(path.stem for path in Path("qemu/motors").glob("*.toml"))
-ON_ALL_MOTORS = ("default", "current_step")
+ON_ALL_MOTORS = ("default", "current_step", "idle")
 
 
 def verdicts(result):
