@@ -42,7 +42,10 @@ def test_stack():
 
 
 def test_figures_do_not_depend_on_the_seed(measured):
-    assert measured["1"] == measured["2"]
+    # how many interrupts stood apart from others, and so were counted, is chance; what each took is not
+    first, second = ({row: {k: v for k, v in figures.items() if k != "interrupts"} for row, figures in measured[seed].items()}
+                     for seed in ("1", "2"))
+    assert first == second
 
 
 def test_three_ways_to_the_same_interrupt(bench):
