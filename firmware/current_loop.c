@@ -29,13 +29,13 @@
  */
 #define RADIUS_PER_VBUS_Q15 ((int32_t)(18919u * (CONFIG_PWM_COUNTS - 4u * CONFIG_DEAD_COUNTS) / CONFIG_PWM_COUNTS))
 
-/* Below 1/32 of the ADC range (1.6 % of i_range) the sign of a current is not certain: compensate in proportion. */
+/* Below 512 LSB of Q15 (1.6 % of i_range) the sign of a current is not certain: compensate in proportion. */
 #define DEAD_TIME_KNEE_SHIFT 9u
 
 /*
- * Angle and speed observer: 200 Hz, critically damped; 2 pi 200 / 20000 in Q16. Its speed lags by 1.6 ms, half of what the
- * speed loop can bear at 60 Hz; a faster one passes more of the encoder's steps on to the torque at standstill. And it smooths
- * the angle, whose steps at 512 counts an electrical turn would let 1 % of i_q leak into i_d.
+ * Angle and speed observer: 200 Hz, critically damped; 2 pi 200 / 20000 in Q16. A slower one lags and
+ * costs the speed loop its damping, a faster one passes the encoder's steps on to the torque. It serves the angle, too: the
+ * raw one has the encoder's steps, which turn part of i_q into i_d.
  */
 #define OBSERVER_NATURAL_Q16 4118u
 
