@@ -21,8 +21,7 @@ static uint32_t encoder_before_turn_q32;
 void alignment_start(void)
 {
     time_ms = 0;
-    current_loop.encoder_mask = 0;
-    current_loop.angle_offset_q32 = 0u - TURN_Q32;
+    current_loop_force_angle(0u - TURN_Q32);
 }
 
 static uint32_t encoder_angle_q32(void)
@@ -49,8 +48,7 @@ static enum alignment_result finish(void)
     }
     current_loop.i_d_ref_q15 = 0;
     current_loop.i_q_ref_q15 = 0;
-    current_loop.angle_offset_q32 = 0u - now_q32; /* the rotor stands at 0 */
-    current_loop.encoder_mask = UINT32_MAX;
+    current_loop_force_angle(0); /* the rotor stands there: from now on the offset stays as it is */
     return ALIGNMENT_DONE;
 }
 
@@ -59,6 +57,7 @@ enum alignment_result alignment_step(const struct tuning *t)
     /* speed of the turning field: a quarter turn in TURN_MS, as the observer would see it per PWM period */
     const int32_t turn_rpm_q4 = tuning_rpm_q4(t, (int32_t)(TURN_Q32 / (TURN_MS * CONFIG_LOOPS_PER_SLOW)));
     int32_t field_rpm_q4 = 0;
+    uint32_t field_q32 = 0u - TURN_Q32;
 
     time_ms++;
     if (time_ms <= RISE_MS) {
@@ -66,12 +65,13 @@ enum alignment_result alignment_step(const struct tuning *t)
         encoder_before_turn_q32 = encoder_angle_q32();
     } else if (time_ms <= RISE_MS + TURN_MS) {
         field_rpm_q4 = turn_rpm_q4;
-        current_loop.angle_offset_q32 = 0u - TURN_Q32 + TURN_Q32 / TURN_MS * (time_ms - RISE_MS);
+        field_q32 += TURN_Q32 / TURN_MS * (time_ms - RISE_MS);
     } else if (time_ms <= RISE_MS + TURN_MS + SETTLE_MS) {
-        current_loop.angle_offset_q32 = 0;
+        field_q32 = 0;
     } else {
         return finish();
     }
+    current_loop_force_angle(field_q32);
     current_loop.i_q_ref_q15 = damping_q15(t, field_rpm_q4);
     return ALIGNMENT_RUNNING;
 }

@@ -78,10 +78,8 @@ static void run_status(char *const *words)
     put_milli("bus: ", c->vbus_q15, params.v_range_mv, " V");
     text_put_line("");
     text_put("current loop: ");
-    text_put_int((int32_t)c->cycles);
-    text_put(" cycles, longest ");
-    text_put_int((int32_t)c->cycles_max);
-    text_put_line("");
+    text_put_int((int32_t)current_loop_measure_cycles());
+    text_put_line(" cycles");
     text_put("up: ");
     text_put_milli((int32_t)drive.time_ms);
     text_put_line(" s");

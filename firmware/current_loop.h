@@ -2,8 +2,12 @@
 /*
  * The current loop: the end-of-conversion interrupt, 20 kHz, the most urgent one.
  *
- * Others set references and thresholds (one word each, so no lock is needed) and read results. What the loop believes
- * can be watched in `current_loop` with a debugger while the motor turns.
+ * The interrupt itself is written in assembly (current_loop_isr.S); current_loop_step.h defines in C what it computes. It
+ * works with what the slow loop prepares once a millisecond: gains for the present bus voltage, the feed-forward, thresholds
+ * (they stand in the ADC block). What it believes can be watched in `current_loop` while the motor turns.
+ *
+ * Inside the loop voltages have a unit of their own, v_q4: sixteenths of a count of half the on-time. So the bus voltage is
+ * in the gains, and what the bus can give is a constant.
  */
 #ifndef FIRMWARE_CURRENT_LOOP_H
 #define FIRMWARE_CURRENT_LOOP_H
@@ -11,56 +15,42 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/current_loop_layout.h"
 #include "firmware/tuning.h"
-#include "lib/pi.h"
 #include "lib/pll.h"
 #include "lib/q15.h"
 
-/* Causes that the loop finds, one bit each: set in `armed` while they count. */
-#define TRIP_ENCODER      (1u << 0)
-#define TRIP_OVERCURRENT  (1u << 1)
-#define TRIP_CURRENT_SUM  (1u << 2)
-#define TRIP_OVERVOLTAGE  (1u << 3)
-#define TRIP_UNDERVOLTAGE (1u << 4)
-#define TRIP_OVERSPEED    (1u << 5)
-#define TRIP_ALL          0x3Fu
+/* The d voltage is limited to this, about 3/4 of the circle, so that q always has its share. */
+#define LOOP_V_D_MAX_Q4 16384
 
 struct current_loop {
+    struct pll pll; /* angle predicted for the next sample, and speed; of the encoder, electrical */
+    uint32_t angle_offset_q32; /* from the encoder's angle to the field's */
+    const int32_t *sine;       /* lib/trig.h */
     /* references: written by the slow loop */
     int32_t i_d_ref_q15;
     int32_t i_q_ref_q15;
-    /* the last sample, in the rotor's frame and in the phases */
+    /* controllers: v_q4 per LSB of current; 0 while the bridge is off */
+    int32_t kp_d_q9;
+    int32_t kp_q_q9;
+    int32_t integral_d_q9;
+    int32_t integral_q_q9;
+    int32_t turn_q15; /* by how much the rotor turns until the voltages act, radians */
+    int32_t ki_q15;   /* of both axes, per sample */
+    /* the last sample in the rotor's frame, and the voltages that answer it, in the rotor's frame when they act */
     int32_t i_d_q15;
     int32_t i_q_q15;
-    abc_t i_q15;
-    int32_t vbus_q15;
-    int32_t radius_q15; /* largest voltage that the modulator makes of it */
-    uint32_t angle_u16; /* electrical, at the sampling instant */
-    /* the voltages that answer it, effective in the next period */
-    int32_t v_d_q15;
-    int32_t v_q_q15;
-
-    /* state */
-    struct pi_q15 pi_d;
-    struct pi_q15 pi_q;
-    struct pll pll; /* follows the encoder: speed */
-    int32_t vbus_recip_q14;
-    uint32_t sum_bad_samples; /* consecutive samples whose sum was off */
-    uint32_t samples;         /* counts interrupts: the heartbeat */
-
-    /* settings */
-    int32_t offset_q4[3];       /* ADC codes at zero current, Q4 */
+    int32_t v_d_q4;
+    int32_t v_q_q4;
     uint32_t encoder_scale_q32; /* electrical turns per count */
-    uint32_t encoder_mask;      /* all ones: follow the encoder; 0: the angle is angle_offset_q32 alone */
-    uint32_t angle_offset_q32;
-    uint32_t integrate_mask;           /* all ones while the bridge is on; 0 keeps the integrators empty */
-    uint32_t armed;                    /* TRIP_ bits that count now */
-    int32_t x_d_q11, x_q_q11, emf_q12; /* decoupling, see struct tuning */
-    int32_t i_trip_q15, i_sum_q15, v_min_q15, v_max_q15, overspeed_w_q15;
+    uint32_t status_max;        /* a gate status above this is a fault; all ones while none counts */
+    uint16_t circle_q4[512];    /* largest |v_q| beside v_d */
 
-    /* what it costs */
-    uint32_t cycles; /* of the last interrupt */
-    uint32_t cycles_max;
+    /* once a millisecond */
+    int32_t vbus_q15;
+    int32_t v_d_q15, v_q_q15; /* the voltages, 1.0 = v_range */
+    int32_t radius_q15;       /* largest voltage that the modulator makes of the bus */
+    int32_t feedforward_d_q4, feedforward_q_q4;
 };
 
 extern struct current_loop current_loop;
@@ -71,13 +61,29 @@ static inline int32_t current_loop_w_q15(void)
     return q15_sat16(current_loop.pll.speed_q32 >> 13);
 }
 
-/* Loads gains and thresholds. Slow loop or thread, bridge off. */
+/* Electrical angle of the field, for display. Any context. */
+static inline uint32_t current_loop_angle_u16(void)
+{
+    return (current_loop.pll.angle_q32 + current_loop.angle_offset_q32) >> 16;
+}
+
+/* Takes what does not depend on the bus: the encoder's scale. Slow loop or thread, bridge off. */
 void current_loop_tune(const struct tuning *t);
 
 /* Starts PWM, encoder, ADC and the interrupt, bridge off. False: CorePWM does not run. Thread, once. */
 bool current_loop_start(uint32_t encoder_counts);
 
-/* Empties the integrators and references and brings the bus reciprocal up to date. Slow loop, bridge off. */
-void current_loop_prepare(void);
+/* From now on the controllers work and the thresholds count, or neither does. Slow loop. */
+void current_loop_on(const struct tuning *t);
+void current_loop_off(void);
+
+/* Lets the field stand at an angle, whatever the rotor does, until the next call. Slow loop, every millisecond. */
+void current_loop_force_angle(uint32_t angle_q32);
+
+/* Gains and feed-forward for the present bus voltage, speed and references. Slow loop, every millisecond, last. */
+void current_loop_follow(const struct tuning *t);
+
+/* Cycles that one interrupt takes from the thread, entry and exit included. Thread; keeps it busy for two PWM periods. */
+uint32_t current_loop_measure_cycles(void);
 
 #endif

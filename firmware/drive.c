@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/drive.h"
 
+#include "drivers/fabric/adc.h"
 #include "drivers/fabric/corepwm.h"
 #include "drivers/fabric/gate.h"
 #include "firmware/alignment.h"
@@ -35,20 +36,8 @@ static void enter(enum drive_state state)
 
 static void bridge_off(void)
 {
-    gate_disable();
-    current_loop.armed = 0;
-    current_loop.integrate_mask = 0;
-    current_loop.i_d_ref_q15 = 0;
-    current_loop.i_q_ref_q15 = 0;
+    current_loop_off();
     corepwm_enable_legs(false);
-}
-
-static void bridge_on(void)
-{
-    current_loop_prepare();
-    current_loop.integrate_mask = UINT32_MAX;
-    current_loop.armed = TRIP_ALL;
-    gate_enable();
 }
 
 static void begin_operation(void)
@@ -102,7 +91,7 @@ static void step_switched_on(void)
         if (!drive.aligned) {
             alignment_start();
         }
-        bridge_on();
+        current_loop_on(&drive.tuning);
         start_phase = START_ALIGN;
         break;
     case START_ALIGN:
@@ -194,16 +183,36 @@ static void take_request(void)
     }
 }
 
-/* The current loop must have run as often as it should in the last period; one sample either way is phase. */
+/*
+ * There must have been as many conversions as there should in the last period; one either way is phase. That the current loop
+ * took each of them the fabric watches: one that is not taken is an overrun.
+ */
 static void watch_heartbeat(void)
 {
-    const uint32_t ran = current_loop.samples - heartbeat;
+    const uint32_t ran = adc_sequence() - heartbeat;
     heartbeat += ran;
     if (drive.time_ms <= LOOP_START_MS) {
         return;
     }
     if (ran + 1u < CONFIG_LOOPS_PER_SLOW || ran > CONFIG_LOOPS_PER_SLOW + 1u) {
         fault_raise(FAULT_LOOP_STOPPED);
+    }
+}
+
+static void watch_speed(void)
+{
+    if (drive.state >= DRIVE_SWITCHED_ON && drive.state <= DRIVE_QUICK_STOP &&
+        q15_abs(current_loop_w_q15()) > drive.tuning.overspeed_w_q15) {
+        fault_raise(FAULT_OVERSPEED);
+    }
+}
+
+/* While the bridge is on, the current loop looks for them; but a latch is worth telling about at any time. */
+static void watch_latches(void)
+{
+    const uint32_t status = gate_status();
+    if (drive.fault == FAULT_NONE && (status & GATE_STATUS_LATCHES) != 0u) {
+        fault_raise(fault_from_gate(status));
     }
 }
 
@@ -217,16 +226,8 @@ static void react_to_fault(void)
     enter(DRIVE_FAULT_REACTION);
 }
 
-void drive_step(void)
+static void step_state(void)
 {
-    drive.time_ms++;
-    speed_loop_measure(&drive.tuning);
-    watch_heartbeat();
-    if (drive.fault != FAULT_NONE && drive.state != DRIVE_FAULT && drive.state != DRIVE_FAULT_REACTION) {
-        react_to_fault();
-        return;
-    }
-    take_request();
     switch (drive.state) {
     case DRIVE_READY:
         calibration_start();
@@ -250,6 +251,22 @@ void drive_step(void)
     default:
         break;
     }
+}
+
+void drive_step(void)
+{
+    drive.time_ms++;
+    speed_loop_measure(&drive.tuning);
+    watch_heartbeat();
+    watch_speed();
+    watch_latches();
+    if (drive.fault != FAULT_NONE && drive.state != DRIVE_FAULT && drive.state != DRIVE_FAULT_REACTION) {
+        react_to_fault();
+    } else {
+        take_request();
+        step_state();
+    }
+    current_loop_follow(&drive.tuning);
 }
 
 void drive_start(enum fault boot_fault)

@@ -2,6 +2,7 @@
 #include "firmware/fault.h"
 
 #include "drivers/cortex/cpu.h"
+#include "drivers/fabric/adc.h"
 #include "drivers/fabric/gate.h"
 #include "firmware/current_loop.h"
 #include "firmware/drive.h"
@@ -40,14 +41,15 @@ static void take_snapshot(void)
 {
     fault_snapshot.time_ms = drive.time_ms;
     fault_snapshot.state = drive.state;
-    fault_snapshot.i_a_q15 = current_loop.i_q15.a;
-    fault_snapshot.i_b_q15 = current_loop.i_q15.b;
-    fault_snapshot.i_c_q15 = current_loop.i_q15.c;
+    const struct adc_sample sample = adc_read();
+    fault_snapshot.i_a_q15 = sample.ia_q15;
+    fault_snapshot.i_b_q15 = sample.ib_q15;
+    fault_snapshot.i_c_q15 = sample.ic_q15;
     fault_snapshot.i_d_q15 = current_loop.i_d_q15;
     fault_snapshot.i_q_q15 = current_loop.i_q_q15;
-    fault_snapshot.vbus_q15 = current_loop.vbus_q15;
+    fault_snapshot.vbus_q15 = sample.vbus_q15;
     fault_snapshot.speed_rpm_q4 = speed_loop.speed_rpm_q4;
-    fault_snapshot.angle_u16 = current_loop.angle_u16;
+    fault_snapshot.angle_u16 = current_loop_angle_u16();
     fault_snapshot.gate_status = gate_status();
 }
 

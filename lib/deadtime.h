@@ -9,19 +9,26 @@
 
 #include "lib/q15.h"
 
-/**
- * The on-time to add: +amount for i_q15 >= knee, -amount for i_q15 <= -knee, linear between, knee = 2^knee_shift LSB of
- * current. The slope keeps noise around zero current from being amplified, and stands for the time that the current
- * needs there to charge the switches' capacitance.
- * amount: 0...32767 in any unit of on-time (Q15 of a period, or counts); knee_shift: 1...15. i_q15: any value.
- * Odd to the bit, monotone; rounded to nearest, ties away from 0. Context: any.
- */
-static inline int32_t deadtime_comp(int32_t i_q15, int32_t amount, uint32_t knee_shift)
-{
-    const int32_t knee = (int32_t)(1U << knee_shift);
-    const int32_t scaled = q15_clamp(i_q15, -knee, knee) * amount;
+/** The share for full compensation, and the current from which it is due: 2^9 LSB, 1.6 % of the range. */
+#define DEADTIME_FULL     128
+#define DEADTIME_KNEE_Q15 512
 
-    return (scaled + (knee >> 1) + (scaled >> 31)) >> knee_shift;
+/**
+ * Which share of the dead time to add to the on-time, in 1/128: -128 for i <= -knee, 127 for i >= knee, i/4 rounded down
+ * between. The slope keeps noise around zero current from being amplified, and stands for the time that the current needs
+ * there to charge the switches' capacitance.
+ * current: any value, in Q15 with `fraction` more bits (0...28). Monotone. Context: any. 1 cycle.
+ */
+static inline __attribute__((always_inline)) int32_t deadtime_share_q7(int32_t current, unsigned fraction)
+{
+#if defined(__ARM_ARCH_7M__) && !defined(LIB_PORTABLE) && defined(__OPTIMIZE__) /* fraction must be seen constant */
+    int32_t result;
+
+    __asm__("ssat %0, #8, %1, asr %2" : "=r"(result) : "r"(current), "i"(fraction + 2U));
+    return result;
+#else
+    return q15_clamp(current >> (fraction + 2U), -DEADTIME_FULL, DEADTIME_FULL - 1);
+#endif
 }
 
 #endif

@@ -1,48 +1,72 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A PI controller with feedforward and anti-windup, on Q15 values:
- *     output = clamp(kp error + integral + feedforward),  integral += ki error
+ * A PI controller with anti-windup:
+ *     output = clamp(kp error + integral),  integral += ki error
+ * The integral takes the error's step after the output, so that nothing waits for it; kp + ki in place of kp gives the form
+ * that integrates first.
  *
- * Anti-windup, two rules:
- *  1. Where the output would exceed its limit, the integrator takes no step further in that direction; steps back are
- *     always taken (conditional integration). So a long saturation stores nothing: the output leaves the limit as soon
- *     as the proportional part allows it.
- *  2. The integrator itself stays within +-limit, also when the limit shrinks (a falling bus voltage, the d axis taking
- *     the voltage). This bounds it whatever the feedforward says, and makes overflow impossible.
- * The alternative, to pull the integrator down by whatever the output exceeds, was not taken: one step of the reference
- * then empties it through the proportional part, and the disturbance it held must be learnt again.
+ * Anti-windup: where the output is limited, the integral takes no step further in that direction; steps back are always taken
+ * (conditional integration). So a long saturation stores nothing: the output leaves the limit as soon as the proportional
+ * part allows it. The alternative, to pull the integral down by whatever the output exceeds, was not taken: one step of the
+ * reference then empties it through the proportional part, and the disturbance it held must be learnt again.
+ *
+ * A feed-forward is part of the integral: who knows by how much the output should change adds that to it. It
+ * costs the hot path nothing, and the anti-windup knows of it.
  */
 #ifndef LIB_PI_H
 #define LIB_PI_H
 
 #include "lib/q15.h"
 
-/** Gains and state. kp = output per error. ki = Ki * Ts: change of output per sample and error. Both >= 0. */
+#define PI_OUTPUT_MAX 32767 /* of the limit */
+#define PI_ERROR_MAX  98303 /* |reference| <= 32768 less |measured| <= 65535 */
+#define PI_KP_MAX_Q9  16384 /* 32.0: with the largest error and integral still below 2^31 */
+#define PI_KI_MAX_Q15 21845 /* 0.67, likewise */
+
+/** Gains and state, in units of output per LSB of error. ki = Ki Ts: change of output per sample and error. Both >= 0. */
 struct pi_q15 {
-    int32_t kp_q12;       /* 0...32767: 0...7.9997 */
-    int32_t ki_q17;       /* 0...32767: 0...0.25 */
-    int32_t integral_q30; /* Q15 output with 15 more bits; |integral_q30| <= 2^30 */
+    int32_t kp_q9;
+    int32_t ki_q15;
+    int32_t integral_q9; /* stays within +-(32768 + the largest step) by itself; as much may be added to it */
 };
 
-/** Forget the past. */
-static inline void pi_q15_reset(struct pi_q15 *pi)
+/**
+ * What the controller asks for, before any limit: kp error + integral, rounded down, saturated to 16 bits.
+ * |error| <= PI_ERROR_MAX. Context: any. 3 cycles.
+ */
+static inline int32_t pi_q15_unlimited(int32_t kp_q9, int32_t error, int32_t integral_q9)
 {
-    pi->integral_q30 = 0;
+    return q15_sat16((kp_q9 * error + integral_q9) >> 9);
 }
 
 /**
- * Bumpless start: choose the integrator so that the next step with error 0 and this feedforward gives this output,
- * as far as +-1.0 of integrator allows. Range: |output_q15 - feedforward_q15| < 2^31.
+ * The integral's step, Q15, unless the output was limited in its direction: what the controller asked for lies beyond what
+ * it got. Context: any. 4 cycles.
  */
-static inline void pi_q15_preset(struct pi_q15 *pi, int32_t output_q15, int32_t feedforward_q15)
-{
-    pi->integral_q30 = q15_clamp(output_q15 - feedforward_q15, -Q15_ONE, Q15_ONE) * 32768;
-}
-
-/** Rule 1: limit the output, and where it was limited, the integrator's step to the way back. */
-static inline void pi_q15_saturate(int32_t *output_q15, int32_t *step_q30, int32_t limit_q15)
+static inline int32_t pi_q15_hold(int32_t step_q15, int32_t unlimited, int32_t output)
 {
 #if defined(__ARM_ARCH_7M__) && !defined(LIB_PORTABLE) /* the compiler would branch */
+    __asm__("cmp    %[unlimited], %[output]\n\t"
+            "it     gt\n\t"
+            "andgt  %[step], %[step], %[step], asr #31\n\t"
+            "it     lt\n\t"
+            "biclt  %[step], %[step], %[step], asr #31"
+            : [step] "+r"(step_q15)
+            : [unlimited] "l"(unlimited), [output] "l"(output)
+            : "cc");
+    return step_q15;
+#else
+    if (unlimited > output) {
+        return q15_min(step_q15, 0);
+    }
+    return unlimited < output ? q15_max(step_q15, 0) : step_q15;
+#endif
+}
+
+/** Limits the output to +-limit, and holds the step where that limits it, both in one. 6 cycles. */
+static inline void pi_q15_saturate(int32_t *output, int32_t *step_q15, int32_t limit)
+{
+#if defined(__ARM_ARCH_7M__) && !defined(LIB_PORTABLE)
     __asm__("cmp    %[output], %[limit]\n\t"
             "itt    gt\n\t"
             "movgt  %[output], %[limit]\n\t"
@@ -51,34 +75,33 @@ static inline void pi_q15_saturate(int32_t *output_q15, int32_t *step_q30, int32
             "itt    lt\n\t"
             "rsblt  %[output], %[limit], #0\n\t"
             "biclt  %[step], %[step], %[step], asr #31"
-            : [output] "+&r"(*output_q15), [step] "+&r"(*step_q30)
-            : [limit] "r"(limit_q15)
+            : [output] "+&l"(*output), [step] "+&r"(*step_q15)
+            : [limit] "l"(limit)
             : "cc");
 #else
-    if (*output_q15 > limit_q15) {
-        *output_q15 = limit_q15;
-        *step_q30 = q15_min(*step_q30, 0);
-    } else if (*output_q15 < -limit_q15) {
-        *output_q15 = -limit_q15;
-        *step_q30 = q15_max(*step_q30, 0);
-    }
+    const int32_t unlimited = *output;
+    *output = q15_clamp(unlimited, -limit, limit);
+    *step_q15 = pi_q15_hold(*step_q15, unlimited, *output);
 #endif
 }
 
-/**
- * One sample. Returns the output, Q15, in -limit_q15...limit_q15.
- * error_q15: any value, saturated to 16 bits. |feedforward_q15| <= 65536. 0 <= limit_q15 <= 32768.
- * The output is rounded once, to nearest; each integrator step to nearest 2^-30. Context: one caller an instance.
- */
-static inline int32_t pi_q15_step(struct pi_q15 *pi, int32_t error_q15, int32_t feedforward_q15, int32_t limit_q15)
+/** The integral after a step, rounded down to 2^-9. */
+static inline int32_t pi_q15_integrated(int32_t integral_q9, int32_t step_q15)
 {
-    const int32_t error = q15_sat16(error_q15);
-    const int32_t integral_limit = limit_q15 * 32768;
-    int32_t step = (pi->ki_q17 * error + 2) >> 2;
-    int32_t output = (pi->kp_q12 * error + ((pi->integral_q30 + step) >> 3) + feedforward_q15 * 4096 + 2048) >> 12;
+    return integral_q9 + (step_q15 >> 6);
+}
 
-    pi_q15_saturate(&output, &step, limit_q15);
-    pi->integral_q30 = q15_clamp(pi->integral_q30 + step, -integral_limit, integral_limit);
+/**
+ * One sample: the output in -limit...limit. |error| <= PI_ERROR_MAX, 0 <= limit <= PI_OUTPUT_MAX.
+ * Context: one caller an instance. 11 cycles, loads and stores apart.
+ */
+static inline int32_t pi_q15_step(struct pi_q15 *pi, int32_t error, int32_t limit)
+{
+    int32_t output = pi_q15_unlimited(pi->kp_q9, error, pi->integral_q9);
+    int32_t step_q15 = pi->ki_q15 * error;
+
+    pi_q15_saturate(&output, &step_q15, limit);
+    pi->integral_q9 = pi_q15_integrated(pi->integral_q9, step_q15);
     return output;
 }
 

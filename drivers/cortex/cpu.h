@@ -48,6 +48,19 @@ static inline void cpu_wait_for_interrupt(void)
     __asm volatile("dsb\n\twfi" : : : "memory");
 }
 
+/* Adds to a word that an interrupt changes, too; tries again where that came in between. ARMv7-M ARM, A3.4. */
+static inline void cpu_add(volatile int32_t *word, int32_t summand)
+{
+    int32_t sum;
+    uint32_t failed;
+    do {
+        __asm volatile("ldrex %0, [%2]\n\tadd %0, %3\n\tstrex %1, %0, [%2]"
+                       : "=&r"(sum), "=&r"(failed)
+                       : "r"(word), "r"(summand)
+                       : "memory");
+    } while (failed != 0u);
+}
+
 /* All memory accesses before are complete, not only ordered. */
 static inline void cpu_dsb(void)
 {

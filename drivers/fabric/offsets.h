@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Addresses of what the current loop's interrupt touches, as numbers that an assembler can read, too. One base reaches all
+ * blocks (docs/fabric.md: slots of 256 bytes). drivers/fabric/offsets.c holds them against the drivers' own structures.
+ */
+#ifndef DRIVERS_FABRIC_OFFSETS_H
+#define DRIVERS_FABRIC_OFFSETS_H
+
+#define FABRIC_BASE 0x50000000
+
+#define FABRIC_PWM1_POSEDGE 0x010 /* then PWM1_NEGEDGE, PWM2_POSEDGE, ... PWM6_NEGEDGE, a word each */
+#define FABRIC_SYNC_UPDATE  0x0E4
+#define FABRIC_ADC_STATUS   0x104
+#define FABRIC_ADC_IA       0x108
+#define FABRIC_ADC_IB       0x10C
+#define FABRIC_ENC_LATCHED  0x20C
+#define FABRIC_GATE_STATUS  0x304
+
+#endif
