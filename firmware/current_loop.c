@@ -166,6 +166,7 @@ void current_loop_on(const struct tuning *t)
     c->i_d_ref_q15 = 0;
     c->i_q_ref_q15 = 0;
     rest(c);
+    adc_clear_overrun();
     adc_set_limits(t->i_trip_q15, t->i_sum_q15, t->v_min_q15, t->v_max_q15);
     gate_enable();
     c->status_max = GATE_STATUS_LIVE;

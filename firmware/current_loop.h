@@ -83,6 +83,9 @@ void current_loop_force_angle(uint32_t angle_q32);
 /* Gains and feed-forward for the present bus voltage, speed and references. Slow loop, every millisecond, last. */
 void current_loop_follow(const struct tuning *t);
 
+/* Where the interrupt ends when a sample has a fault: latches its cause. Only the interrupt calls it. */
+void current_loop_fault(void);
+
 /* Cycles that one interrupt takes from the thread, entry and exit included. Thread; keeps it busy for two PWM periods. */
 uint32_t current_loop_measure_cycles(void);
 

@@ -31,10 +31,13 @@ REG_AT_OFFSET(struct gate_regs, ID, 0x08);
 #define GATE_STATUS_INTERLOCK    (1u << 4) /* latch: both sides of a phase commanded on */
 #define GATE_STATUS_LATCHES \
     (GATE_STATUS_OVERCURRENT | GATE_STATUS_DRIVER_FAULT | GATE_STATUS_LOOP_LOST | GATE_STATUS_INTERLOCK)
+#define GATE_STATUS_ENCODER (1u << 5) /* the encoder block reports ILLEGAL or SIGNAL_LOST */
+#define GATE_STATUS_OVERRUN (1u << 6) /* the ADC block reports OVERRUN */
+#define GATE_STATUS_LIMIT   (1u << 7) /* the ADC block reports a value beyond a limit */
 #define GATE_STATUS_OVERCURRENT_NOW  (1u << 8)
 #define GATE_STATUS_DRIVER_FAULT_NOW (1u << 9)
 
-#define GATE_ID 0x464F4301u /* "FOC", version 1 of the fabric contract */
+#define GATE_ID 0x464F4302u /* "FOC", version 2 of the fabric contract */
 
 /*
  * True if the fabric holds the design this firmware was written for. Read it before anything else in the fabric: with

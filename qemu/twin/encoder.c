@@ -117,3 +117,8 @@ void encoder_slip(struct encoder *e, int64_t counts)
 {
     move(e, counts);
 }
+
+bool encoder_faulty(const struct encoder *e)
+{
+    return e->status & (ILLEGAL | SIGNAL_LOST);
+}

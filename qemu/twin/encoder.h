@@ -22,6 +22,9 @@ void encoder_write(struct encoder *e, uint32_t offset, uint32_t value);
 void encoder_follow(struct encoder *e, int64_t edges, int64_t index_edge, int64_t edges_per_turn);
 void encoder_latch(struct encoder *e);
 
+/* What GATE.STATUS mirrors: the position cannot be believed. */
+bool encoder_faulty(const struct encoder *e);
+
 void encoder_cut(struct encoder *e, bool cut);
 void encoder_freeze(struct encoder *e, bool frozen);
 void encoder_illegal(struct encoder *e);

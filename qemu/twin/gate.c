@@ -7,7 +7,7 @@ enum { CONTROL = 0x00, STATUS = 0x04, ID = 0x08 };
 enum { ENABLE = 1u << 0 };
 enum { LIVE = 1u << 0, OVERCURRENT_NOW = 1u << 8, DRIVER_FAULT_NOW = 1u << 9 };
 
-#define ID_VALUE   0x464F4301u
+#define ID_VALUE   0x464F4302u
 #define ALL_SIX    0x3Fu
 #define HIGH_SIDES 0x15u
 

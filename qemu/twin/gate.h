@@ -13,6 +13,13 @@ enum gate_latch {
     GATE_INTERLOCK = 1u << 4,
 };
 
+/* Of other blocks, seen in STATUS as they are now. */
+enum gate_mirror {
+    GATE_ENCODER = 1u << 5,
+    GATE_OVERRUN = 1u << 6,
+    GATE_LIMIT = 1u << 7,
+};
+
 struct gate {
     bool enabled;
     uint32_t latches;
