@@ -183,9 +183,11 @@ void current_loop_off(void)
     rest(c);
 }
 
+/* Until the next call the field goes along with the rotor: so that it is right in the middle of the time. */
 void current_loop_force_angle(uint32_t angle_q32)
 {
-    current_loop.angle_offset_q32 = angle_q32 - current_loop.pll.angle_q32;
+    const uint32_t halfway_q32 = (uint32_t)current_loop.pll.speed_q32 * (CONFIG_LOOPS_PER_SLOW / 2u);
+    current_loop.angle_offset_q32 = angle_q32 - current_loop.pll.angle_q32 - halfway_q32;
 }
 
 /* ---- a sample with a fault ---- */
