@@ -94,6 +94,7 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 target-tests: $(TARGET_TESTS)
 
 include qemu/twin/twin.mk tests/bench/bench.mk
+include tests/prove/prove.mk
 
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)
 
@@ -156,6 +157,7 @@ help:
 	@echo 'make wcet            worst-case cycles of the current loop, and measured'
 	@echo 'make jitter          cycles and start of each current-loop interrupt, $(BUILD)/jitter.png'
 	@echo 'make stack           worst-case stack of every entry point, and measured'
+	@echo 'make prove           every kernel, as assembled, against its specification, for all inputs, by a solver'
 	@echo 'make lint            formatting, warnings, layers'
 	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
 	@echo 'make clean           remove $(BUILD)'
