@@ -196,11 +196,11 @@ void FabricIrq0_IRQHandler(void)
     const int32_t w_q15 = current_loop_w_q15();
 
     const uint32_t angle_q32 = (c->pll.angle_q32 & c->encoder_mask) + c->angle_offset_q32;
-    const dq_t i = park_q15(clarke_q15(c->i_q15.a, c->i_q15.b), cossin_q15(angle_q32 >> 16));
+    const dq_t i = park_q15(clarke_q15(c->i_q15.a, c->i_q15.b), cossin_q15(angle_q32));
     const dq_t v = regulate(c, i, w_q15);
 
     const uint32_t advance_q32 = ((uint32_t)speed_q32 + (uint32_t)(speed_q32 >> 1)) & c->encoder_mask;
-    modulate(c, v, i, cossin_q15((angle_q32 + advance_q32) >> 16));
+    modulate(c, v, i, cossin_q15(angle_q32 + advance_q32));
 
     /* the PWM is written; the rest can wait */
     c->i_d_q15 = i.d;

@@ -65,7 +65,7 @@ static __attribute__((noinline)) void run(void)
     READY(angle_q32);
 
     read_before(STAGE_TRANSFORM);
-    dq_t i = park_q15(clarke_q15(c->i_q15.a, c->i_q15.b), cossin_q15(angle_q32 >> 16));
+    dq_t i = park_q15(clarke_q15(c->i_q15.a, c->i_q15.b), cossin_q15(angle_q32));
     READY(i.d);
     READY(i.q);
 
@@ -76,7 +76,7 @@ static __attribute__((noinline)) void run(void)
 
     read_before(STAGE_ADVANCE);
     const uint32_t advance_q32 = ((uint32_t)speed_q32 + (uint32_t)(speed_q32 >> 1)) & c->encoder_mask;
-    cossin_t cs = cossin_q15((angle_q32 + advance_q32) >> 16);
+    cossin_t cs = cossin_q15(angle_q32 + advance_q32);
     READY(cs.cos);
     READY(cs.sin);
 
