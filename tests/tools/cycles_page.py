@@ -9,7 +9,7 @@ from collections import Counter
 from pathlib import Path
 
 from disasm import Image
-from listing import KINDS, Sources, markdown, steps
+from listing import KINDS, Sources, between_readings, markdown, steps
 from pages import replaced
 from timing import ENTRY, EXIT, REFILL
 from wcet import HANDLER
@@ -72,14 +72,31 @@ def terms_table(name, figures):
         yield from (line("cycles", "above it"), "|--:|---|", *(line(cycles, why) for cycles, why in above), "")
 
 
+def in_registers(image, row):
+    """[Step] of a kernel whose arguments and results are in registers: what stands between the readings that time it."""
+    base = row.removesuffix(".registers")
+    names = [name for name in image.functions if base in name and "registers" in name]
+    return between_readings(image, image.functions[names[0]], steps(image, image.functions[names[0]])) if names else []
+
+
+def registers_section(image, figures, row):
+    if row not in figures:
+        return
+    found = in_registers(image, row)
+    yield from terms_table(row, figures)
+    yield f"In registers, row `{row}`: {figures[row]['cycles_max']} cycles measured."
+    if found:
+        sources = Sources(image, [step.address for step in found])
+        yield from ("", "```text", *(listed(step, sources) for step in found), "```")
+    yield ""
+
+
 def function_section(image, figures, row, as_table):
     found, cycles = counted(image, row)
     measured = figures[row]["cycles_max"]
     yield from (f"### {row}", "")
     yield from terms_table(row, figures)
-    if f"{row}.registers" in figures:
-        yield from (f"In registers: `{row}.registers`, {figures[f'{row}.registers']['cycles_max']} cycles.", "")
-        yield from terms_table(f"{row}.registers", figures)
+    yield from registers_section(image, figures, f"{row}.registers")
     agreed = "" if cycles == measured else ": **they differ**"
     yield f"By its instructions, with the {BL} of the call: {cycles}; measured, worst data: {measured}{agreed}."
     sources = Sources(image, [step.address for step in found])

@@ -20,6 +20,7 @@ from timing import (REFILL, Costs, Waits, base_update, is_load, is_multiple, is_
 from wcet import FAULT_CALLS
 
 ROOT = Path(__file__).resolve().parents[2]
+CYCCNT = 0xE0001004  # DWT, ARMv7-M C1.8
 LOAD, STORE, PRODUCT, CONSTANT, DATA, CONDITION, FLOW, OTHER = KINDS = (
     "loads", "stores", "products", "constants", "data processing", "conditions", "calls and branches", "other")
 
@@ -74,6 +75,16 @@ def steps(image, function, waits=Waits(), avoid=FAULT_CALLS):
     if sum(step.cycles for step in found) + pending != way.cycles:
         raise ImageError(f"{function.name}: the listing has not the cycles of the longest way, {way.cycles}")
     return found
+
+
+def between_readings(image, function, found):
+    """Those of a function's steps that stand between its first and its last reading of the cycle counter."""
+    constants = Constants(image, function)
+    readings = [n for n, step in enumerate(found)
+                if step.kind == LOAD and constants.address(function.code[step.address])[0] == CYCCNT]
+    if len(readings) < 2:
+        raise ImageError(f"{function.name} does not read the cycle counter twice")
+    return found[readings[0] + 1:readings[-1]]
 
 
 def kind(i):

@@ -75,6 +75,17 @@ def test_calls_have_what_is_inside(make_image):
     assert [step.cycles for step in found] == [2, 2 + 4, 1 + 1 + 3] and "4 in two" in found[1].why
 
 
+def test_between_two_readings_of_the_counter(make_image):
+    code = (f'{NAKED} int work(int n) {{ __asm("ldr r3, =0xe0001000\\n adds r1, r1, #1\\n ldr r2, [r3, #4]\\n mul r0, r0, r0\\n'
+            ' adds r0, r0, r1\\n ldr r1, [r3, #4]\\n subs r0, r1, r2\\n bx lr"); }')
+    image = disasm.Image(make_image(code)[0])
+    function = image.functions["work"]
+    found = listing.between_readings(image, function, listing.steps(image, function))
+    assert [step.text for step in found] == ["mul r0, r0, r0", "adds r0, r0, r1"]
+    with pytest.raises(disasm.ImageError, match="twice"):
+        listing.between_readings(image, function, listing.steps(image, function)[:4])
+
+
 def test_table():
     found = [listing.Step(0, "ldr r0, [r1]", 2, listing.LOAD, "load"), listing.Step(4, "bx lr", 2, listing.FLOW, "return")]
     assert list(listing.markdown(found))[2:] == ["| `ldr r0, [r1]` | 2 | load |  |", "| `bx lr` | 2 | return |  |",
