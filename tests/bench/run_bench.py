@@ -15,6 +15,7 @@ os.chdir(ROOT)
 from bench.measure import measure  # noqa: E402
 from bench.report import changes, markdown, table  # noqa: E402
 from cycles_page import written  # noqa: E402
+from disasm import ImageError  # noqa: E402
 from launcher.errors import LauncherError  # noqa: E402
 from launcher.paths import build_dir, shown  # noqa: E402
 
@@ -59,6 +60,6 @@ def main():
 if __name__ == "__main__":
     try:
         sys.exit(main())
-    except LauncherError as error:
+    except (LauncherError, ImageError) as error:
         print(f"mssfoc: {error}", file=sys.stderr)
         sys.exit(2)
