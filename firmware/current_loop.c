@@ -41,12 +41,9 @@
 
 #define SUM_BAD_LIMIT 2u /* samples in a row: one may be a disturbance */
 
-#define OFFSET_NOMINAL_Q4 ((int32_t)BOARD_ADC_MID_CODE * 16)
-
 struct current_loop current_loop = {
     .encoder_mask = UINT32_MAX,
     .vbus_recip_q14 = RECIP_ONE_Q14,
-    .offset_q4 = {OFFSET_NOMINAL_Q4, OFFSET_NOMINAL_Q4, OFFSET_NOMINAL_Q4},
 };
 
 void current_loop_tune(const struct tuning *t)
@@ -85,12 +82,6 @@ void current_loop_prepare(void)
     c->i_q_ref_q15 = 0;
     c->sum_bad_samples = 0;
     c->vbus_recip_q14 = (RECIP_ONE_Q14 * Q15_ONE) / (c->vbus_q15 > c->v_min_q15 ? c->vbus_q15 : c->v_min_q15);
-}
-
-/* Codes to Q15: 2048 codes are 1.0, so a code in Q4 is a Q15 value already. */
-static inline int32_t current_q15(uint32_t code, int32_t offset_q4)
-{
-    return q15_clamp((int32_t)(code << 4) - offset_q4, -32767, 32767);
 }
 
 static inline uint32_t bit_if(bool condition, uint32_t bit)
@@ -183,12 +174,12 @@ void FabricIrq0_IRQHandler(void)
 
     const struct adc_sample sample = adc_read();
     const uint32_t position = encoder_latched();
-    const uint32_t adc_flags = adc_acknowledge();
+    const uint32_t adc_flags = adc_take_status();
 
-    c->i_q15.a = current_q15(sample.ia, c->offset_q4[0]);
-    c->i_q15.b = current_q15(sample.ib, c->offset_q4[1]);
-    c->i_q15.c = current_q15(sample.ic, c->offset_q4[2]);
-    c->vbus_q15 = (int32_t)(sample.vbus << 3);
+    c->i_q15.a = sample.ia_q15;
+    c->i_q15.b = sample.ib_q15;
+    c->i_q15.c = sample.ic_q15;
+    c->vbus_q15 = sample.vbus_q15;
     c->vbus_recip_q14 = recip_q14_refine(c->vbus_recip_q14, q15_max(c->vbus_q15, c->v_min_q15));
 
     pll_step(&c->pll, position * c->encoder_scale_q32);

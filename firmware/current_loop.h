@@ -49,7 +49,6 @@ struct current_loop {
     uint32_t samples;         /* counts interrupts: the heartbeat */
 
     /* settings */
-    int32_t offset_q4[3];       /* ADC codes at zero current, Q4 */
     uint32_t encoder_scale_q32; /* electrical turns per count */
     uint32_t encoder_mask;      /* all ones: follow the encoder; 0: the angle is angle_offset_q32 alone */
     uint32_t angle_offset_q32;

@@ -16,3 +16,17 @@ void adc_stop(void)
     (void)ADC->STATUS; /* the line is low before the NVIC forgets it */
     nvic_clear_pending(BOARD_IRQ_ADC);
 }
+
+void adc_set_offsets(const uint32_t offset_q15[3])
+{
+    ADC->OFFSET_A = offset_q15[0];
+    ADC->OFFSET_B = offset_q15[1];
+    ADC->OFFSET_C = offset_q15[2];
+}
+
+void adc_offsets(uint32_t offset_q15[3])
+{
+    offset_q15[0] = ADC->OFFSET_A;
+    offset_q15[1] = ADC->OFFSET_B;
+    offset_q15[2] = ADC->OFFSET_C;
+}

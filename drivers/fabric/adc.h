@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * ADC sampler in fabric slot 1: three phase currents and the bus voltage, taken at the same instant once a PWM period.
- * Registers: docs/fabric.md, slot 1.
+ * ADC sampler in fabric slot 1: three phase currents and the bus voltage, taken at the same instant once a PWM period,
+ * in Q15 of their ranges. Registers: docs/fabric.md, slot 1.
  */
 #ifndef DRIVERS_FABRIC_ADC_H
 #define DRIVERS_FABRIC_ADC_H
@@ -12,11 +12,14 @@
 struct adc_regs {
     volatile uint32_t CONTROL;
     volatile uint32_t STATUS;
-    const volatile uint32_t IA;
-    const volatile uint32_t IB;
-    const volatile uint32_t IC;
-    const volatile uint32_t VBUS;
+    const volatile int32_t IA;
+    const volatile int32_t IB;
+    const volatile int32_t IC;
+    const volatile int32_t VBUS;
     const volatile uint32_t SEQUENCE;
+    volatile uint32_t OFFSET_A;
+    volatile uint32_t OFFSET_B;
+    volatile uint32_t OFFSET_C;
 };
 
 REG_AT_OFFSET(struct adc_regs, CONTROL, 0x00);
@@ -26,6 +29,9 @@ REG_AT_OFFSET(struct adc_regs, IB, 0x0C);
 REG_AT_OFFSET(struct adc_regs, IC, 0x10);
 REG_AT_OFFSET(struct adc_regs, VBUS, 0x14);
 REG_AT_OFFSET(struct adc_regs, SEQUENCE, 0x18);
+REG_AT_OFFSET(struct adc_regs, OFFSET_A, 0x1C);
+REG_AT_OFFSET(struct adc_regs, OFFSET_B, 0x20);
+REG_AT_OFFSET(struct adc_regs, OFFSET_C, 0x24);
 
 #define ADC REG_BLOCK(struct adc_regs, BOARD_ADC_BASE)
 
@@ -34,10 +40,10 @@ REG_AT_OFFSET(struct adc_regs, SEQUENCE, 0x18);
 #define ADC_STATUS_EOC         (1u << 0)
 #define ADC_STATUS_OVERRUN     (1u << 1)
 
-/* One set of results: codes 0 ... 4095. Currents: BOARD_ADC_MID_CODE at about 0 A, out of the bridge counts up. */
+/* One set of results, Q15 of the ranges. Out of the bridge is positive. */
 struct adc_sample {
-    uint32_t ia, ib, ic;
-    uint32_t vbus; /* 0 at 0 V */
+    int32_t ia_q15, ib_q15, ic_q15; /* -32767 ... +32767, offsets subtracted */
+    int32_t vbus_q15;               /* 0 ... 32760 */
 };
 
 /*
@@ -50,16 +56,32 @@ void adc_start(void);
 void adc_stop(void);
 
 /*
- * Takes the status bits and clears exactly those it saw: what comes up in between is seen next time. The write goes out
- * over two bridges and is read back, because an interrupt handler that returns before its line has dropped is entered
- * again. Call it first thing in the handler.
+ * What the block subtracts from the currents: 16 times the code at zero current, 0 ... BOARD_ADC_OFFSET_MAX, in the order
+ * A, B, C. In effect from the end of the next conversion on; one that ends between two of the stores takes the new of some
+ * phases and the old of the others. Context: one at a time.
+ */
+void adc_set_offsets(const uint32_t offset_q15[3]);
+void adc_offsets(uint32_t offset_q15[3]);
+
+/*
+ * Takes the status bits and clears exactly those it saw: what comes up in between is seen next time. Call it early in the
+ * handler: one that returns before its line has dropped is entered again. The write is posted, but all accesses to the
+ * fabric go the same way (FIC_0, CoreAPB3) and in order: once a later read of any block has returned, the line has dropped.
+ * So a handler that goes on to read the fabric need not wait here; one that does not calls adc_acknowledge().
  *
  * Returns ADC_STATUS_* bits. OVERRUN: a conversion before this one was never read. Context: ISR of BOARD_IRQ_ADC.
  */
-static inline uint32_t adc_acknowledge(void)
+static inline uint32_t adc_take_status(void)
 {
     const uint32_t status = ADC->STATUS;
     ADC->STATUS = status;
+    return status;
+}
+
+/* The same, and waits until the line has dropped, by reading back. Context: ISR of BOARD_IRQ_ADC. */
+static inline uint32_t adc_acknowledge(void)
+{
+    const uint32_t status = adc_take_status();
     (void)ADC->STATUS;
     return status;
 }
@@ -67,7 +89,7 @@ static inline uint32_t adc_acknowledge(void)
 /* The newest results; all four of the same instant until the next conversion ends. Context: ISR of BOARD_IRQ_ADC. */
 static inline struct adc_sample adc_read(void)
 {
-    const struct adc_sample sample = {.ia = ADC->IA, .ib = ADC->IB, .ic = ADC->IC, .vbus = ADC->VBUS};
+    const struct adc_sample sample = {.ia_q15 = ADC->IA, .ib_q15 = ADC->IB, .ic_q15 = ADC->IC, .vbus_q15 = ADC->VBUS};
     return sample;
 }
 

@@ -4,6 +4,8 @@
 #include <string.h>
 
 enum { CONTROL = 0x00, STATUS = 0x04, RESULTS = 0x08, LAST_RESULT = 0x14, SEQUENCE = 0x18 };
+enum { OFFSETS = 0x1C, LAST_OFFSET = 0x24, OFFSET_BITS = 0xFFFF, OFFSET_AFTER_RESET = 16 * 2048 };
+enum { CURRENT_Q15_PER_CODE = 16, BUS_Q15_PER_CODE = 8, LARGEST_Q15 = 32767 };
 enum { ENABLE = 1u << 0, IRQ_ENABLE = 1u << 1 };
 enum { EOC = 1u << 0, OVERRUN = 1u << 1 };
 
@@ -11,6 +13,14 @@ void adc_reset(struct adc *a)
 {
     memset(a, 0, sizeof *a);
     a->done_at = SIM_NEVER;
+    for (int k = 0; k < 3; k++) {
+        a->offset[k] = OFFSET_AFTER_RESET;
+    }
+}
+
+static bool is_offset(uint32_t offset)
+{
+    return offset >= OFFSETS && offset <= LAST_OFFSET;
 }
 
 uint32_t adc_read(const struct adc *a, uint32_t offset)
@@ -23,6 +33,9 @@ uint32_t adc_read(const struct adc *a, uint32_t offset)
     case SEQUENCE:
         return a->sequence;
     default:
+        if (is_offset(offset)) {
+            return a->offset[(offset - OFFSETS) / 4];
+        }
         return offset >= RESULTS && offset <= LAST_RESULT ? a->result[(offset - RESULTS) / 4] : 0;
     }
 }
@@ -33,6 +46,8 @@ void adc_write(struct adc *a, uint32_t offset, uint32_t value)
         a->control = value & (ENABLE | IRQ_ENABLE);
     } else if (offset == STATUS) {
         a->status &= ~value;
+    } else if (is_offset(offset)) {
+        a->offset[(offset - OFFSETS) / 4] = value & OFFSET_BITS;
     }
 }
 
@@ -47,14 +62,28 @@ void adc_start(struct adc *a, const uint32_t code[4], sim_ps done_at)
     a->done_at = done_at;
 }
 
+static uint32_t current_q15(uint32_t code, uint32_t offset)
+{
+    int32_t value = CURRENT_Q15_PER_CODE * (int32_t)code - (int32_t)offset;
+    return (uint32_t)(value < -LARGEST_Q15 ? -LARGEST_Q15 : (value > LARGEST_Q15 ? LARGEST_Q15 : value));
+}
+
 bool adc_finish(struct adc *a)
 {
     bool overrun = a->status & EOC;
-    memcpy(a->result, a->sampled, sizeof a->result);
+    for (int k = 0; k < 3; k++) {
+        a->result[k] = current_q15(a->sampled[k], a->offset[k]);
+    }
+    a->result[3] = BUS_Q15_PER_CODE * a->sampled[3];
     a->done_at = SIM_NEVER;
     a->sequence++;
     a->status |= overrun ? EOC | OVERRUN : EOC;
     return overrun;
+}
+
+bool adc_overran(const struct adc *a)
+{
+    return a->status & OVERRUN;
 }
 
 bool adc_interrupt(const struct adc *a)

@@ -10,8 +10,9 @@
 
 struct adc {
     uint32_t control, status;
-    uint32_t result[4];  /* IA IB IC VBUS */
-    uint32_t sampled[4]; /* being converted */
+    uint32_t offset[3];  /* of A B C, 16 times the code at zero current */
+    uint32_t result[4];  /* IA IB IC VBUS, Q15, the currents less their offsets */
+    uint32_t sampled[4]; /* codes being converted */
     uint32_t sequence;
     sim_ps done_at; /* SIM_NEVER while idle */
 };
@@ -25,6 +26,7 @@ bool adc_listens(const struct adc *a);
 void adc_start(struct adc *a, const uint32_t code[4], sim_ps done_at);
 /* Ends the conversion; true if it was an overrun. */
 bool adc_finish(struct adc *a);
+bool adc_overran(const struct adc *a);
 bool adc_interrupt(const struct adc *a);
 
 #endif

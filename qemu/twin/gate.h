@@ -18,6 +18,7 @@ struct gate {
     uint32_t latches;
     /* inputs as they are now */
     bool overcurrent, driver_fault, both_sides;
+    bool encoder_faulty, adc_overran; /* shown, without an effect */
 };
 
 void gate_reset(struct gate *g);
@@ -29,6 +30,7 @@ unsigned gate_follow(struct gate *g, unsigned commands);
 void gate_set_overcurrent(struct gate *g, bool active);
 void gate_set_driver_fault(struct gate *g, bool active);
 void gate_adc_overrun(struct gate *g);
+void gate_mirror(struct gate *g, bool encoder_faulty, bool adc_overran);
 bool gate_live(const struct gate *g);
 
 #endif

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#define SLOT_BYTES      0x1000u
+#define SLOT_BYTES      0x100u
 #define TRIGGER_CHANNEL 6 /* PWM7 */
 #define SQRT3           1.7320508075688772
 
@@ -208,6 +208,7 @@ uint32_t plant_read(struct plant *p, uint32_t offset, sim_ps now)
     case SLOT_ENCODER:
         return encoder_read(&p->encoder, within);
     case SLOT_GATE:
+        gate_mirror(&p->gate, encoder_faulty(&p->encoder), adc_overran(&p->adc));
         return gate_read(&p->gate, within);
     default:
         return 0;

@@ -47,13 +47,13 @@ static __attribute__((noinline)) void run(void)
     read_before(STAGE_FETCH);
     struct adc_sample sample = adc_read();
     uint32_t position = encoder_latched();
-    uint32_t adc_flags = adc_acknowledge();
+    uint32_t adc_flags = adc_take_status();
 
     read_before(STAGE_SCALE);
-    c->i_q15.a = current_q15(sample.ia, c->offset_q4[0]);
-    c->i_q15.b = current_q15(sample.ib, c->offset_q4[1]);
-    c->i_q15.c = current_q15(sample.ic, c->offset_q4[2]);
-    c->vbus_q15 = (int32_t)(sample.vbus << 3);
+    c->i_q15.a = sample.ia_q15;
+    c->i_q15.b = sample.ib_q15;
+    c->i_q15.c = sample.ic_q15;
+    c->vbus_q15 = sample.vbus_q15;
     c->vbus_recip_q14 = recip_q14_refine(c->vbus_recip_q14, q15_max(c->vbus_q15, c->v_min_q15));
 
     read_before(STAGE_OBSERVE);
