@@ -94,6 +94,7 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 target-tests: $(TARGET_TESTS)
 
 include qemu/twin/twin.mk tests/bench/bench.mk
+include tests/prove/prove.mk
 
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)
 
@@ -150,12 +151,13 @@ help:
 	@echo 'make models          the motor models against their data sheets'
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
 	@echo 'make results         write the measured figures into README.md and docs/results.md'
-	@echo 'make size            flash and RAM, by room'
+	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'
 	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md'
 	@echo 'make timing          the cycle model against hand-counted and published cases'
 	@echo 'make wcet            worst-case cycles of the current loop, and measured'
 	@echo 'make jitter          cycles and start of each current-loop interrupt, $(BUILD)/jitter.png'
 	@echo 'make stack           worst-case stack of every entry point, and measured'
+	@echo 'make prove           every kernel, as assembled, against its specification, for all inputs, by a solver'
 	@echo 'make lint            formatting, warnings, layers'
 	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
 	@echo 'make clean           remove $(BUILD)'

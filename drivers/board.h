@@ -21,7 +21,7 @@
 /* ---- watchdog, set in Libero ---- */
 #define BOARD_WATCHDOG_LOAD_TICKS 0x4C4B7Fu /* {WDOGLOAD 0x1312D, 0x3F}: 100 ms */
 
-/* ---- fabric: 256-byte slots of CoreAPB3 behind FIC_0 ---- */
+/* ---- fabric: 256-byte slots of CoreAPB3 behind FIC_0, so that one base register reaches every block ---- */
 #define BOARD_COREPWM_BASE 0x50000000u
 #define BOARD_ADC_BASE     0x50000100u
 #define BOARD_ENC_BASE     0x50000200u
@@ -33,8 +33,8 @@
 #define BOARD_IRQ_TICK    MSS_IRQ_TIMER1
 
 /* ---- limits of what the fabric blocks can do ---- */
-#define BOARD_ADC_CODES      4096u /* 12 bit */
-#define BOARD_ADC_MID_CODE   2048u
-#define BOARD_ADC_OFFSET_Q15 (BOARD_ADC_MID_CODE * 16u) /* of a sensor without offset */
+#define BOARD_ADC_Q15_PER_CODE   16     /* of a current: 12 bit, 2048 codes are 1.0 */
+#define BOARD_ADC_OFFSET_NOMINAL 32768u /* of a sensor whose zero is at mid-scale, after reset */
+#define BOARD_ADC_OFFSET_MAX     65535
 
 #endif

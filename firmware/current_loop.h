@@ -24,7 +24,7 @@
 #define LOOP_V_D_MAX_Q4 16384
 
 struct current_loop {
-    struct pll pll; /* angle predicted for the next sample, and speed; of the encoder, electrical */
+    struct pll pll;            /* angle predicted for the next sample, and speed; of the encoder, electrical */
     uint32_t angle_offset_q32; /* from the encoder's angle to the field's */
     const int32_t *sine;       /* lib/trig.h */
     /* references: written by the slow loop */

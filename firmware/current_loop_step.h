@@ -58,7 +58,8 @@ static inline void current_loop_phase(uint32_t *edges, int32_t rise_q19)
     edges[3] = rise - LOOP_DEAD_COUNTS;
 }
 
-static inline void current_loop_modulate(const struct current_loop *c, cossin_t cs, alphabeta_t i, struct current_edges *out)
+static inline void current_loop_modulate(const struct current_loop *c, cossin_t cs, alphabeta_t i,
+                                         struct current_edges *out)
 {
     const int32_t a = c->v_d_q4 * cs.cos - c->v_q_q4 * cs.sin; /* Q19 of half on-time */
     const int32_t beta_q4 = (c->v_q_q4 * cs.cos + c->v_d_q4 * cs.sin) >> 15;

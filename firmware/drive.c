@@ -207,13 +207,18 @@ static void watch_speed(void)
     }
 }
 
-/* While the bridge is on, the current loop looks for them; but a latch is worth telling about at any time. */
+/*
+ * The current loop looks for latches while the bridge is on. If one is found here, the bridge is off; or conversions go
+ * unanswered, and the current loop's interrupt has stopped.
+ */
 static void watch_latches(void)
 {
     const uint32_t status = gate_status();
-    if (drive.fault == FAULT_NONE && (status & GATE_STATUS_LATCHES) != 0u) {
-        fault_raise(fault_from_gate(status));
+    if (drive.fault != FAULT_NONE || (status & GATE_STATUS_LATCHES) == 0u) {
+        return;
     }
+    const enum fault cause = fault_from_gate(status);
+    fault_raise(cause == FAULT_LOOP_OVERRUN ? FAULT_LOOP_STOPPED : cause);
 }
 
 static void react_to_fault(void)

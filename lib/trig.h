@@ -6,29 +6,38 @@
 #include "lib/q15.h"
 
 /**
- * sin(2 pi i / 1024) in Q24, 2^-19 too large, for i = 0...1280: one turn, a quarter more for the cosine, and the end of the
- * last chord.
+ * 1024 chords of the sine over one turn, and a quarter more for the cosine. A word is V * 4096 + slope: V is the sine at the
+ * chord's start and slope its rise, both in 1/8 LSB of Q15; V includes half an LSB, so that a shift rounds.
  */
-extern const int32_t trig_sine_q24[1281];
+extern const int32_t trig_chords[1280];
+
+/** The chord `word` at part_q12 (0...4095 of 4096), in Q30, half an LSB of Q15 included; 16384 less is the sine in Q30. */
+static inline int32_t trig_on_chord_q30(int32_t word, int32_t part_q12)
+{
+    const int32_t slope = (int32_t)((uint32_t)word << 20) >> 20;
+
+    return word + slope * (part_q12 - 1); /* the one slope too many in part is the one in word */
+}
 
 /**
- * cos and sin of angle_u16 (65536 = one turn; bits above 16 are ignored).
- * Q15, within 0.6 LSB of the exact value; exactly 0 and +-32768 at the quadrants; cos(-x) = cos(x), sin(-x) = -sin(x),
- * sin(x + quarter) = cos(x) to the bit. tests/lib sweeps all 65536 angles.
- * Context: any. The same 20 or so instructions for every angle; four table reads.
+ * cos and sin of angle_q32 (2^32 = one turn; it wraps by itself).
+ * Q15. At the 65536 angles of 16 bits (in the upper half of angle_q32) within 0.83 LSB of the exact value; exactly 0 and
+ * +-32768 at the quadrants; cos(-x) = cos(x), sin(-x) = -sin(x), sin(x + quarter) = cos(x) to the bit. At any angle within
+ * 0.85 LSB; the lower 10 bits of the angle have no effect. |(cos, sin)| <= 32768.75 everywhere, which the Park transform
+ * relies on. tests/lib sweeps all 2^22 results.
+ * Saturation: none needed. Context: any; re-entrant. The same instructions for every angle; two table reads.
  *
- * A chord over 1/1024 turn lies up to 0.154 LSB inside the circle. The table's circle is larger by 36 parts in 2^24, which
- * shares that between inside and outside; of the values about the middle (39) it is the nearest with which no angle comes
- * out as a tie. So, the sum of a chord being exact (24 + 6 bits), mirrored angles give mirrored values.
+ * A chord over 1/1024 turn lies up to 0.154 LSB inside the circle. Its ends are chosen among the neighbouring eighths so that
+ * no angle of 16 bits comes out as a tie: then mirrored angles give mirrored values.
  */
-static inline cossin_t cossin_q15(uint32_t angle_u16)
+static inline cossin_t cossin_q15(uint32_t angle_q32)
 {
-    const int32_t *const chord = &trig_sine_q24[(angle_u16 >> 6) & 1023U];
-    const int32_t part_q6 = (int32_t)(angle_u16 & 63U);
-    const int32_t sin_q30 = chord[0] * 64 + (chord[1] - chord[0]) * part_q6;
-    const int32_t cos_q30 = chord[256] * 64 + (chord[257] - chord[256]) * part_q6;
+    const int32_t *const chord = &trig_chords[angle_q32 >> 22];
+    const int32_t part_q12 = (int32_t)((angle_q32 >> 10) & 0xFFFU);
+    const int32_t sine = chord[0];
+    const int32_t cosine = chord[256];
 
-    return (cossin_t){q15_from_q30(cos_q30), q15_from_q30(sin_q30)};
+    return (cossin_t){trig_on_chord_q30(cosine, part_q12) >> 15, trig_on_chord_q30(sine, part_q12) >> 15};
 }
 
 #endif

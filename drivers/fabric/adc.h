@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * ADC sampler in fabric slot 1: three phase currents and the bus voltage, taken at the same instant once a PWM period, with
- * their offsets taken off and compared with limits.
- * Registers: docs/fabric.md, slot 1.
+ * ADC sampler in fabric slot 1: three phase currents and the bus voltage, taken at the same instant once a PWM period,
+ * in Q15 of their ranges. Registers: docs/fabric.md, slot 1.
  */
 #ifndef DRIVERS_FABRIC_ADC_H
 #define DRIVERS_FABRIC_ADC_H
@@ -13,10 +12,10 @@
 struct adc_regs {
     volatile uint32_t CONTROL;
     volatile uint32_t STATUS;
-    const volatile uint32_t IA;
-    const volatile uint32_t IB;
-    const volatile uint32_t IC;
-    const volatile uint32_t VBUS;
+    const volatile int32_t IA;
+    const volatile int32_t IB;
+    const volatile int32_t IC;
+    const volatile int32_t VBUS;
     const volatile uint32_t SEQUENCE;
     volatile uint32_t OFFSET_A;
     volatile uint32_t OFFSET_B;
@@ -53,12 +52,10 @@ REG_AT_OFFSET(struct adc_regs, V_MAX, 0x34);
 #define ADC_STATUS_VBUS_HIGH   (1u << 6)
 #define ADC_STATUS_VBUS_LOW    (1u << 7)
 
-#define ADC_LIMIT_NONE 0x1FFFFu
-
-/* One set of results, Q15 of the measuring range: currents +-32767, out of the bridge positive; bus voltage 0...32760. */
+/* One set of results, Q15 of the ranges. Out of the bridge is positive. */
 struct adc_sample {
-    int32_t ia_q15, ib_q15, ic_q15;
-    int32_t vbus_q15;
+    int32_t ia_q15, ib_q15, ic_q15; /* -32767 ... +32767, offsets subtracted */
+    int32_t vbus_q15;               /* 0 ... 32760 */
 };
 
 /*
@@ -71,42 +68,46 @@ void adc_start(void);
 void adc_stop(void);
 
 /*
- * What to take off each current, in Q15: BOARD_ADC_OFFSET_Q15 and what the sensor adds to it, 17 bits. In effect from the
- * next end of a conversion on. Context: any.
+ * What the block subtracts from the currents: 16 times the code at zero current, 0 ... BOARD_ADC_OFFSET_MAX, in the order
+ * A, B, C. In effect from the end of the next conversion on; one that ends between two of the stores takes the new of some
+ * phases and the old of the others. Context: one at a time.
  */
-static inline void adc_set_offsets(uint32_t a_q15, uint32_t b_q15, uint32_t c_q15)
-{
-    ADC->OFFSET_A = a_q15;
-    ADC->OFFSET_B = b_q15;
-    ADC->OFFSET_C = c_q15;
-}
+void adc_set_offsets(const uint32_t offset_q15[3]);
+void adc_offsets(uint32_t offset_q15[3]);
 
 /*
  * Beyond which magnitude of a current, which magnitude of the currents' sum, below and above which bus voltage the flags
- * of ADC_STATUS are set, Q15. In effect from the next end of a conversion on. Context: any.
+ * of ADC_STATUS are set, Q15. After reset nothing is beyond. In effect from the end of the next conversion on. Context: any.
  */
-static inline void adc_set_limits(int32_t i_trip_q15, int32_t sum_trip_q15, int32_t v_min_q15, int32_t v_max_q15)
+void adc_set_limits(int32_t i_trip_q15, int32_t sum_trip_q15, int32_t v_min_q15, int32_t v_max_q15);
+
+/*
+ * Takes the status bits and clears exactly those it saw: what comes up in between is seen next time. Call it early in the
+ * handler: one that returns before its line has dropped is entered again. The write is posted, but all accesses to the
+ * fabric go the same way (FIC_0, CoreAPB3) and in order: once a later read of any block has returned, the line has dropped.
+ * So a handler that goes on to read the fabric need not wait here; one that does not calls adc_acknowledge().
+ *
+ * Returns ADC_STATUS_* bits. OVERRUN: a conversion before this one was never read. Context: ISR of BOARD_IRQ_ADC.
+ */
+static inline uint32_t adc_take_status(void)
 {
-    ADC->I_TRIP = (uint32_t)i_trip_q15;
-    ADC->SUM_TRIP = (uint32_t)sum_trip_q15;
-    ADC->V_MIN = (uint32_t)v_min_q15;
-    ADC->V_MAX = (uint32_t)v_max_q15;
+    const uint32_t status = ADC->STATUS;
+    ADC->STATUS = status;
+    return status;
 }
 
-/* ADC_STATUS_* bits; OVERRUN: a conversion ended while the one before had not been acknowledged. Context: any. */
+/* The same, and waits until the line has dropped, by reading back. Context: ISR of BOARD_IRQ_ADC. */
+static inline uint32_t adc_acknowledge(void)
+{
+    const uint32_t status = adc_take_status();
+    (void)ADC->STATUS;
+    return status;
+}
+
+/* ADC_STATUS_* bits. Context: any. */
 static inline uint32_t adc_status(void)
 {
     return ADC->STATUS;
-}
-
-/*
- * This conversion is taken; the line drops. The write goes out over two bridges: a handler that returned before the line
- * has dropped would be entered again. So it comes early in the handler, or the handler reads something in the fabric after
- * it. Context: ISR of BOARD_IRQ_ADC.
- */
-static inline void adc_acknowledge(void)
-{
-    ADC->STATUS = ADC_STATUS_EOC;
 }
 
 /* Forgets that there was an overrun. Context: any. */
@@ -115,16 +116,11 @@ static inline void adc_clear_overrun(void)
     ADC->STATUS = ADC_STATUS_OVERRUN;
 }
 
-/*
- * The newest results. All four are of the same instant in the ISR of BOARD_IRQ_ADC; elsewhere a conversion may end between
- * the reads. Context: any.
- */
+/* The newest results; all four of the same instant until the next conversion ends. Context: ISR of BOARD_IRQ_ADC. */
 static inline struct adc_sample adc_read(void)
 {
-    return (struct adc_sample){.ia_q15 = (int32_t)ADC->IA,
-                               .ib_q15 = (int32_t)ADC->IB,
-                               .ic_q15 = (int32_t)ADC->IC,
-                               .vbus_q15 = (int32_t)ADC->VBUS};
+    const struct adc_sample sample = {.ia_q15 = ADC->IA, .ib_q15 = ADC->IB, .ic_q15 = ADC->IC, .vbus_q15 = ADC->VBUS};
+    return sample;
 }
 
 /* Conversions since the fabric's reset, modulo 2^32. Context: any. */

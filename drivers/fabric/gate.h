@@ -31,9 +31,9 @@ REG_AT_OFFSET(struct gate_regs, ID, 0x08);
 #define GATE_STATUS_INTERLOCK    (1u << 4) /* latch: both sides of a phase commanded on */
 #define GATE_STATUS_LATCHES \
     (GATE_STATUS_OVERCURRENT | GATE_STATUS_DRIVER_FAULT | GATE_STATUS_LOOP_LOST | GATE_STATUS_INTERLOCK)
-#define GATE_STATUS_ENCODER (1u << 5) /* the encoder block reports ILLEGAL or SIGNAL_LOST */
-#define GATE_STATUS_OVERRUN (1u << 6) /* the ADC block reports OVERRUN */
-#define GATE_STATUS_LIMIT   (1u << 7) /* the ADC block reports a value beyond a limit */
+#define GATE_STATUS_ENCODER          (1u << 5) /* as it is now: ENC.STATUS has ILLEGAL or SIGNAL_LOST */
+#define GATE_STATUS_OVERRUN          (1u << 6) /* as it is now: ADC.STATUS has OVERRUN */
+#define GATE_STATUS_LIMIT            (1u << 7) /* as it is now: ADC.STATUS has a flag of its limits */
 #define GATE_STATUS_OVERCURRENT_NOW  (1u << 8)
 #define GATE_STATUS_DRIVER_FAULT_NOW (1u << 9)
 
@@ -64,7 +64,7 @@ static inline __attribute__((always_inline)) void gate_disable(void)
     GATE->CONTROL = 0u;
 }
 
-/* GATE_STATUS_* bits. Context: any. */
+/* GATE_STATUS_* bits: all that can be wrong in the fabric, in one word. Context: any. */
 static inline uint32_t gate_status(void)
 {
     return GATE->STATUS;

@@ -4,25 +4,34 @@
 #include <string.h>
 
 enum { CONTROL = 0x00, STATUS = 0x04, RESULTS = 0x08, LAST_RESULT = 0x14, SEQUENCE = 0x18 };
-enum { OFFSETS = 0x1C, LAST_OFFSET = 0x24, LIMITS = 0x28, LAST_LIMIT = 0x34 };
+enum { OFFSETS = 0x1C, LAST_OFFSET = 0x24, OFFSET_BITS = 0xFFFF, OFFSET_AFTER_RESET = 16 * 2048 };
+enum { LIMITS = 0x28, LAST_LIMIT = 0x34, LIMIT_BITS = 0x1FFFF };
+enum { I_TRIP, SUM_TRIP, V_MIN, V_MAX };
+enum { CURRENT_Q15_PER_CODE = 16, BUS_Q15_PER_CODE = 8, LARGEST_Q15 = 32767 };
 enum { ENABLE = 1u << 0, IRQ_ENABLE = 1u << 1 };
 enum { EOC = 1u << 0, OVERRUN = 1u << 1 };
 enum { CURRENT = 1u << 4, SUM = 1u << 5, VBUS_HIGH = 1u << 6, VBUS_LOW = 1u << 7 };
-enum { I_TRIP, SUM_TRIP, V_MIN, V_MAX };
 
-#define BEYOND         (CURRENT | SUM | VBUS_HIGH | VBUS_LOW)
-#define OFFSET_NOMINAL 0x8000u
-#define OFFSET_MASK    0x1FFFFu
-#define LIMIT_MASK     0x1FFFFu
+#define BEYOND_LIMIT (CURRENT | SUM | VBUS_HIGH | VBUS_LOW)
 
 void adc_reset(struct adc *a)
 {
     memset(a, 0, sizeof *a);
     a->done_at = SIM_NEVER;
     for (int k = 0; k < 3; k++) {
-        a->offset[k] = OFFSET_NOMINAL;
+        a->offset[k] = OFFSET_AFTER_RESET;
     }
-    a->limit[I_TRIP] = a->limit[SUM_TRIP] = a->limit[V_MAX] = LIMIT_MASK;
+    a->limit[I_TRIP] = a->limit[SUM_TRIP] = a->limit[V_MAX] = LIMIT_BITS;
+}
+
+static bool is_offset(uint32_t offset)
+{
+    return offset >= OFFSETS && offset <= LAST_OFFSET;
+}
+
+static bool is_limit(uint32_t offset)
+{
+    return offset >= LIMITS && offset <= LAST_LIMIT;
 }
 
 uint32_t adc_read(const struct adc *a, uint32_t offset)
@@ -35,15 +44,14 @@ uint32_t adc_read(const struct adc *a, uint32_t offset)
     case SEQUENCE:
         return a->sequence;
     default:
-        break;
+        if (is_offset(offset)) {
+            return a->offset[(offset - OFFSETS) / 4];
+        }
+        if (is_limit(offset)) {
+            return a->limit[(offset - LIMITS) / 4];
+        }
+        return offset >= RESULTS && offset <= LAST_RESULT ? a->result[(offset - RESULTS) / 4] : 0;
     }
-    if (offset >= RESULTS && offset <= LAST_RESULT) {
-        return a->result[(offset - RESULTS) / 4];
-    }
-    if (offset >= OFFSETS && offset <= LAST_OFFSET) {
-        return a->offset[(offset - OFFSETS) / 4];
-    }
-    return offset >= LIMITS && offset <= LAST_LIMIT ? a->limit[(offset - LIMITS) / 4] : 0;
 }
 
 void adc_write(struct adc *a, uint32_t offset, uint32_t value)
@@ -52,10 +60,10 @@ void adc_write(struct adc *a, uint32_t offset, uint32_t value)
         a->control = value & (ENABLE | IRQ_ENABLE);
     } else if (offset == STATUS) {
         a->status &= ~(value & (EOC | OVERRUN));
-    } else if (offset >= OFFSETS && offset <= LAST_OFFSET) {
-        a->offset[(offset - OFFSETS) / 4] = value & OFFSET_MASK;
-    } else if (offset >= LIMITS && offset <= LAST_LIMIT) {
-        a->limit[(offset - LIMITS) / 4] = value & LIMIT_MASK;
+    } else if (is_offset(offset)) {
+        a->offset[(offset - OFFSETS) / 4] = value & OFFSET_BITS;
+    } else if (is_limit(offset)) {
+        a->limit[(offset - LIMITS) / 4] = value & LIMIT_BITS;
     }
 }
 
@@ -70,57 +78,57 @@ void adc_start(struct adc *a, const uint32_t code[4], sim_ps done_at)
     a->done_at = done_at;
 }
 
-static int32_t magnitude(int32_t x)
+static uint32_t current_q15(uint32_t code, uint32_t offset)
 {
-    return x < 0 ? -x : x;
+    int32_t value = CURRENT_Q15_PER_CODE * (int32_t)code - (int32_t)offset;
+    return (uint32_t)(value < -LARGEST_Q15 ? -LARGEST_Q15 : (value > LARGEST_Q15 ? LARGEST_Q15 : value));
 }
 
-static void compare(struct adc *a, const int32_t i[3], int32_t vbus)
+static int32_t magnitude(uint32_t q15)
 {
-    bool sum_off = magnitude(i[0] + i[1] + i[2]) > (int32_t)a->limit[SUM_TRIP];
-    a->status &= ~(uint32_t)BEYOND;
+    int32_t value = (int32_t)q15;
+    return value < 0 ? -value : value;
+}
+
+/* The flags of the newest results. A sum that is off once may be a disturbance. */
+static void compare(struct adc *a)
+{
+    bool sum_off = magnitude(a->result[0] + a->result[1] + a->result[2]) > (int32_t)a->limit[SUM_TRIP];
+    a->status &= ~(uint32_t)BEYOND_LIMIT;
     for (int k = 0; k < 3; k++) {
-        a->status |= magnitude(i[k]) > (int32_t)a->limit[I_TRIP] ? CURRENT : 0u;
+        a->status |= magnitude(a->result[k]) > (int32_t)a->limit[I_TRIP] ? CURRENT : 0u;
     }
     a->status |= sum_off && a->sum_was_off ? SUM : 0u;
-    a->status |= vbus > (int32_t)a->limit[V_MAX] ? VBUS_HIGH : 0u;
-    a->status |= vbus < (int32_t)a->limit[V_MIN] ? VBUS_LOW : 0u;
+    a->status |= a->result[3] > a->limit[V_MAX] ? VBUS_HIGH : 0u;
+    a->status |= a->result[3] < a->limit[V_MIN] ? VBUS_LOW : 0u;
     a->sum_was_off = sum_off;
-}
-
-static void convert(struct adc *a)
-{
-    int32_t i[3], vbus = (int32_t)(8 * a->sampled[3]);
-    for (int k = 0; k < 3; k++) {
-        i[k] = (int32_t)(16 * a->sampled[k]) - (int32_t)a->offset[k];
-        i[k] = i[k] < -32767 ? -32767 : i[k] > 32767 ? 32767 : i[k];
-        a->result[k] = (uint32_t)i[k];
-    }
-    a->result[3] = (uint32_t)vbus;
-    compare(a, i, vbus);
 }
 
 bool adc_finish(struct adc *a)
 {
     bool overrun = a->status & EOC;
-    convert(a);
+    for (int k = 0; k < 3; k++) {
+        a->result[k] = current_q15(a->sampled[k], a->offset[k]);
+    }
+    a->result[3] = BUS_Q15_PER_CODE * a->sampled[3];
+    compare(a);
     a->done_at = SIM_NEVER;
     a->sequence++;
     a->status |= overrun ? EOC | OVERRUN : EOC;
     return overrun;
 }
 
-bool adc_interrupt(const struct adc *a)
-{
-    return (a->status & EOC) && (a->control & IRQ_ENABLE);
-}
-
-bool adc_has_overrun(const struct adc *a)
+bool adc_overran(const struct adc *a)
 {
     return a->status & OVERRUN;
 }
 
 bool adc_beyond_limit(const struct adc *a)
 {
-    return a->status & BEYOND;
+    return a->status & BEYOND_LIMIT;
+}
+
+bool adc_interrupt(const struct adc *a)
+{
+    return (a->status & EOC) && (a->control & IRQ_ENABLE);
 }

@@ -10,11 +10,11 @@
 
 struct adc {
     uint32_t control, status;
-    uint32_t result[4];  /* IA IB IC VBUS, Q15 */
-    uint32_t sampled[4]; /* being converted: codes */
-    uint32_t offset[3];  /* 16 times the code at zero current */
-    uint32_t limit[4];   /* I_TRIP SUM_TRIP V_MIN V_MAX */
-    bool sum_was_off;
+    uint32_t limit[4];   /* I_TRIP SUM_TRIP V_MIN V_MAX, Q15 */
+    bool sum_was_off;    /* at the conversion before */
+    uint32_t offset[3];  /* of A B C, 16 times the code at zero current */
+    uint32_t result[4];  /* IA IB IC VBUS, Q15, the currents less their offsets */
+    uint32_t sampled[4]; /* codes being converted */
     uint32_t sequence;
     sim_ps done_at; /* SIM_NEVER while idle */
 };
@@ -28,9 +28,8 @@ bool adc_listens(const struct adc *a);
 void adc_start(struct adc *a, const uint32_t code[4], sim_ps done_at);
 /* Ends the conversion; true if it was an overrun. */
 bool adc_finish(struct adc *a);
-bool adc_interrupt(const struct adc *a);
-/* What GATE.STATUS mirrors: a conversion that was not taken, and whether the newest is beyond a limit. */
-bool adc_has_overrun(const struct adc *a);
+bool adc_overran(const struct adc *a);
 bool adc_beyond_limit(const struct adc *a);
+bool adc_interrupt(const struct adc *a);
 
 #endif

@@ -95,6 +95,11 @@ void encoder_latch(struct encoder *e)
     e->latched = e->position;
 }
 
+bool encoder_faulty(const struct encoder *e)
+{
+    return e->status & (ILLEGAL | SIGNAL_LOST);
+}
+
 void encoder_cut(struct encoder *e, bool cut)
 {
     e->cut = cut;
@@ -116,9 +121,4 @@ void encoder_illegal(struct encoder *e)
 void encoder_slip(struct encoder *e, int64_t counts)
 {
     move(e, counts);
-}
-
-bool encoder_faulty(const struct encoder *e)
-{
-    return e->status & (ILLEGAL | SIGNAL_LOST);
 }

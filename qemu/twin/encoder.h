@@ -21,8 +21,7 @@ void encoder_write(struct encoder *e, uint32_t offset, uint32_t value);
 /* The shaft has moved to `edges`. The index pulse is one edge long, at index_edge of every edges_per_turn. */
 void encoder_follow(struct encoder *e, int64_t edges, int64_t index_edge, int64_t edges_per_turn);
 void encoder_latch(struct encoder *e);
-
-/* What GATE.STATUS mirrors: the position cannot be believed. */
+/* ILLEGAL or SIGNAL_LOST. */
 bool encoder_faulty(const struct encoder *e);
 
 void encoder_cut(struct encoder *e, bool cut);

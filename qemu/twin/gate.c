@@ -5,7 +5,8 @@
 
 enum { CONTROL = 0x00, STATUS = 0x04, ID = 0x08 };
 enum { ENABLE = 1u << 0 };
-enum { LIVE = 1u << 0, OVERCURRENT_NOW = 1u << 8, DRIVER_FAULT_NOW = 1u << 9 };
+enum { LIVE = 1u << 0, ENCODER = 1u << 5, OVERRUN = 1u << 6, LIMIT = 1u << 7 };
+enum { OVERCURRENT_NOW = 1u << 8, DRIVER_FAULT_NOW = 1u << 9 };
 
 #define ID_VALUE   0x464F4302u
 #define ALL_SIX    0x3Fu
@@ -31,14 +32,20 @@ void gate_reset(struct gate *g)
     g->latches = active_causes(g); /* the inputs come from the power stage and do not notice a reset */
 }
 
+static uint32_t status(const struct gate *g)
+{
+    return (g->enabled ? LIVE : 0u) | g->latches | (g->encoder_faulty ? ENCODER : 0u) |
+           (g->adc_overran ? OVERRUN : 0u) | (g->adc_beyond_limit ? LIMIT : 0u) |
+           (g->overcurrent ? OVERCURRENT_NOW : 0u) | (g->driver_fault ? DRIVER_FAULT_NOW : 0u);
+}
+
 uint32_t gate_read(const struct gate *g, uint32_t offset)
 {
     switch (offset) {
     case CONTROL:
         return g->enabled ? ENABLE : 0;
     case STATUS:
-        return (g->enabled ? LIVE : 0u) | g->latches | (g->overcurrent ? OVERCURRENT_NOW : 0u) |
-               (g->driver_fault ? DRIVER_FAULT_NOW : 0u);
+        return status(g);
     case ID:
         return ID_VALUE;
     default:
@@ -86,6 +93,13 @@ void gate_adc_overrun(struct gate *g)
     if (g->enabled) {
         latch(g, GATE_LOOP_LOST);
     }
+}
+
+void gate_mirror(struct gate *g, bool encoder_faulty, bool adc_overran, bool adc_beyond_limit)
+{
+    g->encoder_faulty = encoder_faulty;
+    g->adc_overran = adc_overran;
+    g->adc_beyond_limit = adc_beyond_limit;
 }
 
 bool gate_live(const struct gate *g)

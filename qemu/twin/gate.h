@@ -13,18 +13,12 @@ enum gate_latch {
     GATE_INTERLOCK = 1u << 4,
 };
 
-/* Of other blocks, seen in STATUS as they are now. */
-enum gate_mirror {
-    GATE_ENCODER = 1u << 5,
-    GATE_OVERRUN = 1u << 6,
-    GATE_LIMIT = 1u << 7,
-};
-
 struct gate {
     bool enabled;
     uint32_t latches;
     /* inputs as they are now */
     bool overcurrent, driver_fault, both_sides;
+    bool encoder_faulty, adc_overran, adc_beyond_limit; /* shown, without an effect */
 };
 
 void gate_reset(struct gate *g);
@@ -36,6 +30,7 @@ unsigned gate_follow(struct gate *g, unsigned commands);
 void gate_set_overcurrent(struct gate *g, bool active);
 void gate_set_driver_fault(struct gate *g, bool active);
 void gate_adc_overrun(struct gate *g);
+void gate_mirror(struct gate *g, bool encoder_faulty, bool adc_overran, bool adc_beyond_limit);
 bool gate_live(const struct gate *g);
 
 #endif

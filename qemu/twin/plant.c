@@ -6,7 +6,6 @@
 #include <string.h>
 
 #define SLOT_BYTES      0x100u
-#define GATE_STATUS     0x04u
 #define TRIGGER_CHANNEL 6 /* PWM7 */
 #define SQRT3           1.7320508075688772
 
@@ -197,13 +196,6 @@ static void reach(struct plant *p, uint32_t slot, sim_ps now)
     }
 }
 
-/* One word tells all that can be wrong: GATE.STATUS shows the flags of the other blocks, too. */
-static uint32_t mirrors(const struct plant *p)
-{
-    return (encoder_faulty(&p->encoder) ? GATE_ENCODER : 0u) | (adc_has_overrun(&p->adc) ? GATE_OVERRUN : 0u) |
-           (adc_beyond_limit(&p->adc) ? GATE_LIMIT : 0u);
-}
-
 uint32_t plant_read(struct plant *p, uint32_t offset, sim_ps now)
 {
     uint32_t slot = offset / SLOT_BYTES, within = offset % SLOT_BYTES;
@@ -216,7 +208,8 @@ uint32_t plant_read(struct plant *p, uint32_t offset, sim_ps now)
     case SLOT_ENCODER:
         return encoder_read(&p->encoder, within);
     case SLOT_GATE:
-        return gate_read(&p->gate, within) | (within == GATE_STATUS ? mirrors(p) : 0u);
+        gate_mirror(&p->gate, encoder_faulty(&p->encoder), adc_overran(&p->adc), adc_beyond_limit(&p->adc));
+        return gate_read(&p->gate, within);
     default:
         return 0;
     }

@@ -29,7 +29,7 @@
 #include "watchdog.h"
 
 #define FABRIC_BASE   0x50000000u
-#define FABRIC_BYTES  0x400u
+#define FABRIC_BYTES  0x1000u
 #define FABRIC_IRQ0   34
 #define IRQ_EXCEPTION 16 /* of IRQ 0 */
 #define PROGRESS_NS   50000000

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "tests/bench/loop_state.h"
 
-#include "drivers/board.h"
+#include "drivers/fabric/adc.h"
 #include "firmware/drive.h"
+#include "lib/q15.h"
 #include "tests/bench/vectors.h"
 
-#define ZERO_Q4     ((int32_t)BOARD_ADC_MID_CODE * 16)
+#define POLLS       1000000u
 #define SPEED_LIMIT (31000 * (1 << 13)) /* of the observer, beyond the largest over-speed threshold */
 
 void loop_state_init(struct current_loop *c)
@@ -29,11 +30,26 @@ void loop_state_init(struct current_loop *c)
     c->overspeed_w_q15 = INT32_MAX;
 }
 
+/* Offsets that show sensors at rest as these currents, and one conversion, without its interrupt, that applies them. */
+static void show_currents(int32_t current_q15)
+{
+    uint32_t offset_q15[3];
+    for (uint32_t phase = 0; phase < 3u; phase++) {
+        const int32_t wanted = (int32_t)BOARD_ADC_OFFSET_NOMINAL - vector_random(-current_q15, current_q15);
+        offset_q15[phase] = (uint32_t)q15_clamp(wanted, 0, BOARD_ADC_OFFSET_MAX);
+    }
+    adc_set_offsets(offset_q15);
+    const uint32_t before = adc_sequence();
+    ADC->CONTROL = ADC_CONTROL_ENABLE;
+    for (uint32_t poll = 0; poll < POLLS && adc_sequence() == before; poll++) {
+        /* bounded */
+    }
+    adc_stop();
+}
+
 static void set(struct current_loop *c, int32_t current_q15, int32_t ref_q15, int32_t speed_q32, int32_t integral_q30)
 {
-    c->offset_q4[0] = ZERO_Q4 - vector_random(-current_q15, current_q15);
-    c->offset_q4[1] = ZERO_Q4 - vector_random(-current_q15, current_q15);
-    c->offset_q4[2] = ZERO_Q4 - vector_random(-current_q15, current_q15);
+    show_currents(current_q15);
     c->i_d_ref_q15 = vector_random(-ref_q15, ref_q15);
     c->i_q_ref_q15 = vector_random(-ref_q15, ref_q15);
     c->angle_offset_q32 = (uint32_t)vector_random(INT32_MIN, INT32_MAX);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""make bench: measures, prints the table and what has changed, and writes build/bench.json, docs/benchmarks.md and
-tests/bench/baseline.json; committing the last two accepts the figures."""
+"""make bench: measures, prints the table and what has changed, and writes build/bench.json, docs/benchmarks.md,
+docs/cycles.md and tests/bench/baseline.json; committing the last three accepts the figures."""
 import argparse
 import json
 import os
@@ -9,16 +9,19 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests")]
+sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests"), str(ROOT / "tests" / "tools")]
 os.chdir(ROOT)
 
 from bench.measure import measure  # noqa: E402
 from bench.report import changes, markdown, table  # noqa: E402
+from cycles_page import written  # noqa: E402
+from disasm import ImageError  # noqa: E402
 from launcher.errors import LauncherError  # noqa: E402
 from launcher.paths import build_dir, shown  # noqa: E402
 
 BASELINE = "tests/bench/baseline.json"
 DOCUMENT = "docs/benchmarks.md"
+CYCLES = Path("docs/cycles.md")
 
 
 def committed():
@@ -49,13 +52,14 @@ def main():
     results.write_text(json.dumps(figures, indent=1) + "\n")
     Path(BASELINE).write_text(as_text(figures))
     Path(DOCUMENT).write_text(markdown(figures))
-    print(f"\nwritten: {shown(results)}, {DOCUMENT}, {BASELINE}")
+    CYCLES.write_text(written(CYCLES.read_text(), figures, build_dir()))
+    print(f"\nwritten: {shown(results)}, {DOCUMENT}, {CYCLES}, {BASELINE}")
     return 0
 
 
 if __name__ == "__main__":
     try:
         sys.exit(main())
-    except LauncherError as error:
+    except (LauncherError, ImageError) as error:
         print(f"mssfoc: {error}", file=sys.stderr)
         sys.exit(2)

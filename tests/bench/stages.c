@@ -47,13 +47,13 @@ static __attribute__((noinline)) void run(void)
     read_before(STAGE_FETCH);
     struct adc_sample sample = adc_read();
     uint32_t position = encoder_latched();
-    uint32_t adc_flags = adc_acknowledge();
+    uint32_t adc_flags = adc_take_status();
 
     read_before(STAGE_SCALE);
-    c->i_q15.a = current_q15(sample.ia, c->offset_q4[0]);
-    c->i_q15.b = current_q15(sample.ib, c->offset_q4[1]);
-    c->i_q15.c = current_q15(sample.ic, c->offset_q4[2]);
-    c->vbus_q15 = (int32_t)(sample.vbus << 3);
+    c->i_q15.a = sample.ia_q15;
+    c->i_q15.b = sample.ib_q15;
+    c->i_q15.c = sample.ic_q15;
+    c->vbus_q15 = sample.vbus_q15;
     c->vbus_recip_q14 = recip_q14_refine(c->vbus_recip_q14, q15_max(c->vbus_q15, c->v_min_q15));
 
     read_before(STAGE_OBSERVE);
@@ -65,7 +65,7 @@ static __attribute__((noinline)) void run(void)
     READY(angle_q32);
 
     read_before(STAGE_TRANSFORM);
-    dq_t i = park_q15(clarke_q15(c->i_q15.a, c->i_q15.b), cossin_q15(angle_q32 >> 16));
+    dq_t i = park_q15(clarke_q15(c->i_q15.a, c->i_q15.b), cossin_q15(angle_q32));
     READY(i.d);
     READY(i.q);
 
@@ -76,7 +76,7 @@ static __attribute__((noinline)) void run(void)
 
     read_before(STAGE_ADVANCE);
     const uint32_t advance_q32 = ((uint32_t)speed_q32 + (uint32_t)(speed_q32 >> 1)) & c->encoder_mask;
-    cossin_t cs = cossin_q15((angle_q32 + advance_q32) >> 16);
+    cossin_t cs = cossin_q15(angle_q32 + advance_q32);
     READY(cs.cos);
     READY(cs.sin);
 

@@ -21,7 +21,7 @@ KERNEL(clarke, alphabeta_t, TWO(int32_t a, int32_t b), clarke_q15(a, b))
 KERNEL(park, dq_t, TWO(const alphabeta_t *i, const cossin_t *angle), park_q15(*i, *angle))
 KERNEL(invpark, alphabeta_t, TWO(const dq_t *v, const cossin_t *angle), invpark_q15(*v, *angle))
 KERNEL(invclarke, abc_t, const alphabeta_t *v, invclarke_q15(*v))
-KERNEL(cossin, cossin_t, uint32_t angle_u16, cossin_q15(angle_u16))
+KERNEL(cossin, cossin_t, uint32_t angle_q32, cossin_q15(angle_q32))
 KERNEL(pi, int32_t, THREE(struct pi_q15 *pi, int32_t error, const int32_t *other),
        pi_q15_step(pi, error, other[0], other[1]))
 KERNEL(circle_rest, int32_t, TWO(int32_t d, int32_t radius), circle_rest_q15(d, radius))

@@ -5,7 +5,10 @@
 """
 import sys
 from fractions import Fraction
+from itertools import product
 from math import floor, isqrt
+
+import numpy as np
 
 WORK_BITS = 128
 
@@ -51,12 +54,61 @@ def round_half_up(x):
     return floor(x + Fraction(1, 2))
 
 
+# Chords of the sine, in eighths of a Q15 LSB, and error in units of 2^-32 LSB
+FINE = 1 << 32
+STEPS = np.arange(65)
+
+
+def _chords(index, exact):
+    """{(first, last rounded value): (largest error, value at the start, slope)}: the best of each kind.
+
+    exact   32768 sin at the 65 angles of 16 bits on this chord
+    No angle may come out as a tie, and the vector (cos, sin) may nowhere be longer than 32768.75: rounding lengthens it by
+    up to (cos + sin) / 2, so a chord may stand out by 0.75 / (cos + sin) - 0.5.
+    """
+    diagonal = max(sine_of_turn(Fraction(i, 1024)) + sine_of_turn(Fraction(i + 256, 1024)) for i in (index, index + 1))
+    outside_max = floor((Fraction(3, 4) / diagonal - Fraction(1, 2)) * FINE)
+    start_near, slope_near = int(exact[0] * 8 // FINE), int((exact[64] - exact[0]) * 8 // FINE)
+    best = {}
+    for start, slope in product(range(start_near - 3, start_near + 4), range(slope_near - 3, slope_near + 5)):
+        if index == 0 and start != 0 or index == 255 and start + slope != 8 * 32768:
+            continue
+        sums = 64 * start + STEPS * slope
+        rounded = (sums + 256) // 512
+        if np.any(sums % 512 == 256) or (sums * (FINE // 512) - exact).max() > outside_max:
+            continue
+        kind = (int(rounded[0]), int(rounded[64]))
+        found = (int(np.abs(rounded * FINE - exact).max()), int(np.abs(sums * (FINE // 512) - exact).max()), start, slope)
+        best[kind] = min(found, best.get(kind, found))
+    return {kind: (error, start, slope) for kind, (error, _, start, slope) in best.items()}
+
+
+def _quarter_of_chords():
+    """[(start, slope)] of the 256 chords of the first quadrant: neighbours round to the same value where they meet, and
+    the largest error is as small as that allows."""
+    exact = np.array([round_half_up(32768 * FINE * sine_of_turn(Fraction(i, 65536))) for i in range(16385)])
+    best = {0: (0, ())}  # by the rounded value at which the chords so far end
+    for index in range(256):
+        longer = {}
+        for (first, last), (error, start, slope) in sorted(_chords(index, exact[64 * index:64 * index + 65]).items()):
+            if first in best:
+                found = (max(best[first][0], error), (best[first][1], start, slope))
+                if last not in longer or found[0] < longer[last][0]:
+                    longer[last] = found
+        best = longer
+    chords, way = [], best[32768][1]
+    while way:
+        way, start, slope = way
+        chords.insert(0, (start, slope))
+    return chords
+
+
 def trig_table():
-    """round((2^24 + 36) sin(2 pi i/1024)), mirrored from the first quadrant so that it is exactly odd."""
-    quarter = [round_half_up(((1 << 24) + 36) * sine_of_turn(Fraction(i, 1024))) for i in range(257)]
-    half = quarter + quarter[-2::-1]
-    turn = half + [-x for x in half[1:-1]]
-    return [turn[i % 1024] for i in range(1281)]
+    """Packed chords of a turn and a quarter: value, with half an LSB for rounding, times 4096, plus slope."""
+    quarter = _quarter_of_chords()
+    half = quarter + [(start + slope, -slope) for start, slope in reversed(quarter)]
+    turn = half + [(-start, -slope) for start, slope in half]
+    return [(start + 4) * 4096 + slope for start, slope in turn + turn[:256]]
 
 
 def limit_table():

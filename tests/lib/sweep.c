@@ -228,7 +228,7 @@ static void sweep_chain(void)
         check_controllers(in);
     }
     for (uint32_t angle = 0; angle < 65536U; angle++) { /* the longest vector there is, at every angle */
-        const int32_t in[4] = {32767, 32767, (int32_t)angle, 32768};
+        const int32_t in[4] = {32767, 32767, (int32_t)(angle << 16), 32768};
 
         check_chain(in);
     }

@@ -11,7 +11,7 @@
 #include "lib/limit.h"
 #include "tests/target/harness.h"
 
-#define STEPS       200000u
+#define STEPS        200000u
 #define FABRIC_WORDS 0x100u
 
 struct current_loop current_loop; /* what the handler itself would use; not touched here */

@@ -5,7 +5,7 @@
  */
 #include "tests/timing/sequence.inc"
 
-    .equ GATE_ID, 0x50003008
+    .equ GATE_ID, 0x50000308
 
     table
 

@@ -5,7 +5,6 @@ usage: results.py          runs the default and the current-step scenario on eve
 """
 import io
 import os
-import re
 import subprocess
 import sys
 from contextlib import redirect_stdout
@@ -19,6 +18,7 @@ from launcher.plot import draw  # noqa: E402
 
 import size  # noqa: E402
 import stack  # noqa: E402
+from pages import replace_block  # noqa: E402
 
 BUILD = ROOT / os.environ.get("BUILD", "build")
 MOTORS = ["teknic_m2310p", "maxon_ec45flat", "abb_m2bj100l"]
@@ -35,14 +35,6 @@ ROWS = [
     ("current loop: overshoot", "current_step", "i_q overshoot", "{:.1f} %"),
     ("current loop: bandwidth (-3 dB)", "current_step", "current bandwidth", "{:.0f} Hz"),
 ]
-
-
-def replace_block(path, name, text):
-    page = path.read_text()
-    mark = re.compile(rf"(<!-- {name}: .*?-->\n).*?(<!-- end -->)", re.S)
-    if not mark.search(page):
-        raise SystemExit(f"mssfoc: {path.name} has no block '{name}'")
-    path.write_text(mark.sub(lambda m: m.group(1) + text + m.group(2), page))
 
 
 def drive_table():

@@ -1,16 +1,32 @@
 # SPDX-License-Identifier: MIT
-"""Flash and RAM of the image by room, and of the library by function group.
+"""Flash and RAM of the image by room; flash, RAM and stack of the library by function.
 
 usage: size.py IMAGE.elf LIBRARY.a      (reads IMAGE.map beside the image)
 """
+import os
 import re
 import subprocess
 import sys
+import tempfile
 from collections import defaultdict
+from dataclasses import dataclass
 from pathlib import Path
+
+from disasm import Image
+from frames import deepest
 
 FLASH = 254 * 1024
 RAM = 64 * 1024
+CROSS = os.environ.get("CROSS", "arm-none-eabi-")
+
+
+@dataclass
+class Row:
+    """A function or a constant table of the library, bytes."""
+    name: str
+    flash: int
+    ram: int    # of the object it stands in: .data and .bss
+    stack: int  # at most, with what it calls; None for a table
 
 
 def contributions(map_path, image):
@@ -53,13 +69,41 @@ def image_table(image):
     print(f"{'of':<22}{FLASH:>8}{RAM:>8}")
 
 
+def output(tool, *arguments):
+    return subprocess.run([CROSS + tool, *map(str, arguments)], capture_output=True, text=True, check=True).stdout
+
+
+def object_sizes(library):
+    """{object: (code and constants, data, bss)} of an archive."""
+    rows = [line.split(None, 5) for line in output("size", library).strip().split("\n")[1:]]
+    return {name.split(" ")[0]: (int(text), int(data), int(bss)) for text, data, bss, _, _, name in rows}
+
+
+def library_rows(library):
+    """A Row for each function and table that has a name. What a function calls is found by linking all of the library."""
+    with tempfile.TemporaryDirectory() as folder:
+        whole = Path(folder) / "whole.elf"
+        output("gcc", "-mcpu=cortex-m3", "-mthumb", "-nostdlib", "-Wl,-e,0", "-Wl,--whole-archive", library,
+               "-Wl,--no-whole-archive", "-lgcc", "-o", whole)
+        image = Image(whole)
+    sizes = object_sizes(library)
+    for line in output("nm", "-A", "-S", "--defined-only", library).splitlines():
+        match = re.match(r"^.*:([^:]+):[0-9a-f]+ ([0-9a-f]+) (\w) (\S+)$", line)
+        if match:
+            unit, size, kind, name = match.groups()
+            stack = deepest(image, image.functions[name])[0] if kind in "tTW" else None
+            yield Row(name, int(size, 16) if kind in "tTWrRV" else 0, sum(sizes[unit][1:]), stack)
+
+
 def library_table(library):
-    out = subprocess.run(["arm-none-eabi-size", "-t", library], capture_output=True, text=True, check=True).stdout
     print("\nlibmssfoc.a, bytes")
-    print(f"{'object':<22}{'code':>8}{'data':>8}{'bss':>8}")
-    for line in out.strip().split("\n")[1:]:
-        text, data, bss, _, _, name = line.split(None, 5)
-        print(f"{name.split(' ')[0]:<22}{text:>8}{data:>8}{bss:>8}")
+    print(f"{'object':<22}{'flash':>8}{'.data':>8}{'.bss':>8}")
+    sizes = object_sizes(library)
+    for name, row in [*sizes.items(), ("sum", tuple(map(sum, zip(*sizes.values()))))]:
+        print(f"{name:<22}{row[0]:>8}{row[1]:>8}{row[2]:>8}")
+    print(f"\n{'function or table':<22}{'flash':>8}{'RAM':>8}{'stack':>8}")
+    for row in sorted(library_rows(library), key=lambda row: (row.stack is None, row.name)):
+        print(f"{row.name:<22}{row.flash:>8}{row.ram:>8}{'' if row.stack is None else row.stack:>8}")
 
 
 if __name__ == "__main__":

@@ -60,7 +60,8 @@ def is_multiple(i):
 
 
 def is_load(i):
-    return is_single_load(i) or i.mnemonic in ("ldrd", "pop") or i.mnemonic.startswith("ldm")
+    """Loads of the PC, too."""
+    return bool(_SINGLE_LOAD.match(i.mnemonic)) or i.mnemonic in ("ldrd", "pop") or i.mnemonic.startswith("ldm")
 
 
 def touches_memory(i):

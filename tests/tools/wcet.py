@@ -22,7 +22,7 @@ from timing import ENTRY, EXIT, REFILL, Costs, Waits, default_waits
 HANDLER, EXCEPTION = "FabricIrq0_IRQHandler", 50
 FAULT_CALLS = ("trip", "fault_raise")
 LOOPS = {"trip": 6}  # the table by_bit in firmware/current_loop.c
-PWM = range(0x50000000, 0x50001000)  # CorePWM, docs/fabric.md
+PWM = range(0x50000000, 0x50000100)  # CorePWM, docs/fabric.md
 
 
 @dataclass

@@ -28,8 +28,8 @@ static void adc_conversion(void)
     bench_run(&p, 0.2e-6);
     check_hex("1.6 us after it: EOC", bench_read(&p, ADC_STATUS), 1);
     check_equal("SEQUENCE counts it", bench_read(&p, ADC_SEQUENCE), 1);
-    check_near("VBUS is there", bench_read(&p, ADC_VBUS), 24.0 / 50 * 4096, 1);
-    check_near("IA is there", bench_read(&p, ADC_IA), 2048, 1);
+    check_near("VBUS is there", bench_read(&p, ADC_VBUS), 24.0 / 50 * 32768, 8);
+    check_near("IA is there", (int32_t)bench_read(&p, ADC_IA), 0, 16);
     check_true("interrupt", adc_interrupt(&p.adc));
     bench_write(&p, ADC_CONTROL, 1);
     check_true("no interrupt without IRQ_ENABLE", !adc_interrupt(&p.adc));
@@ -39,7 +39,7 @@ static void adc_conversion(void)
     check_hex("writing EOC clears it", bench_read(&p, ADC_STATUS), 0);
     bench_write(&p, ADC_VBUS, 5);
     bench_write(&p, ADC_SEQUENCE, 5);
-    check_near("results are read-only", bench_read(&p, ADC_VBUS), 24.0 / 50 * 4096, 1);
+    check_near("results are read-only", bench_read(&p, ADC_VBUS), 24.0 / 50 * 32768, 8);
     check_equal("SEQUENCE is read-only", bench_read(&p, ADC_SEQUENCE), 1);
 }
 
@@ -53,16 +53,17 @@ static void adc_overrun(void)
     p.sensors.current[0].stuck_code = 77; /* so that the second set is another */
     bench_run(&p, period_s);
     check_hex("EOC left: overrun", bench_read(&p, ADC_STATUS), 3);
-    check_equal("newer results replace the older", bench_read(&p, ADC_IA), 77);
-    check_hex("the gates let go: LOOP_LOST", bench_read(&p, GATE_STATUS), 0x8);
+    check_equal("newer results replace the older", (int32_t)bench_read(&p, ADC_IA), 16 * 77 - 32768);
+    check_hex("the gates let go: LOOP_LOST, beside OVERRUN as it is", bench_read(&p, GATE_STATUS), 0x48);
     check_hex("in the same instant", p.gates, 0);
     bench_write(&p, ADC_STATUS, 3);
     check_hex("EOC and OVERRUN clear together", bench_read(&p, ADC_STATUS), 0);
+    check_hex("OVERRUN in GATE.STATUS follows, the latch stays", bench_read(&p, GATE_STATUS), 0x8);
 
     bench_write(&p, GATE_STATUS, 0x8);
     bench_run(&p, 2 * period_s);
     check_hex("an overrun", bench_read(&p, ADC_STATUS), 3);
-    check_hex("while LIVE is 0 latches nothing", bench_read(&p, GATE_STATUS), 0);
+    check_hex("while LIVE is 0 latches nothing", bench_read(&p, GATE_STATUS), 0x40);
 
     struct adc a;
     adc_reset(&a);
@@ -74,9 +75,52 @@ static void adc_overrun(void)
     check_true("busy: no second trigger", !adc_listens(&a));
     adc_finish(&a);
     check_equal("SEQUENCE wraps at 32 bit", adc_read(&a, 0x18), 0);
-    for (uint32_t k = 0; k < 4; k++) {
-        check_equal("IA IB IC VBUS in order", adc_read(&a, 0x08 + 4 * k), k + 1);
+}
+
+/* One conversion: code and offset in, Q15 out. */
+static int32_t converted(struct adc *a, uint32_t phase, uint32_t code, uint32_t offset)
+{
+    uint32_t codes[4] = {0};
+    codes[phase] = code;
+    adc_write(a, 0x1C + 4 * phase, offset);
+    adc_start(a, codes, 0);
+    adc_finish(a);
+    return (int32_t)adc_read(a, 0x08 + 4 * phase);
+}
+
+static void adc_results(void)
+{
+    struct adc a;
+    adc_reset(&a);
+    for (uint32_t k = 0; k < 3; k++) {
+        check_equal("OFFSET_x after reset", adc_read(&a, 0x1C + 4 * k), 32768);
+        adc_write(&a, 0x1C + 4 * k, 0xFFFF0000 + 30000 + k);
+        check_equal("OFFSET_x has 16 bits", adc_read(&a, 0x1C + 4 * k), 30000 + k);
     }
+    adc_start(&a, (uint32_t[4]){2001, 2002, 2003, 2004}, 0);
+    adc_finish(&a);
+    for (uint32_t k = 0; k < 3; k++) {
+        check_equal("IA IB IC in order, less their offsets", (int32_t)adc_read(&a, 0x08 + 4 * k),
+                    16 * (2001 + k) - 30000 - k);
+    }
+    check_equal("VBUS", adc_read(&a, 0x14), 8 * 2004);
+    adc_write(&a, 0x1C, 0);
+    check_equal("a new offset leaves the result", (int32_t)adc_read(&a, 0x08), 16 * 2001 - 30000);
+
+    for (uint32_t k = 0; k < 3; k++) {
+        check_equal("mid-scale is 0", converted(&a, k, 2048, 32768), 0);
+        check_equal("one code", converted(&a, k, 2047, 32768), -16);
+        check_equal("largest code", converted(&a, k, 4095, 32768), 32752);
+        check_equal("smallest code: -32767, not -32768", converted(&a, k, 0, 32768), -32767);
+        check_equal("just inside, above", converted(&a, k, 2048, 1), 32767);
+        check_equal("just inside, below", converted(&a, k, 0, 32767), -32767);
+        check_equal("held at the upper end", converted(&a, k, 4095, 0), 32767);
+        check_equal("held at the lower end", converted(&a, k, 0, 65535), -32767);
+    }
+    check_equal("VBUS from 0", adc_read(&a, 0x14), 0);
+    adc_start(&a, (uint32_t[4]){0, 0, 0, 4095}, 0);
+    adc_finish(&a);
+    check_equal("VBUS to 32760, whatever the offsets", adc_read(&a, 0x14), 32760);
 }
 
 /* ---- slot 3: GATE ---- */
@@ -93,7 +137,7 @@ static void gate_enable(void)
     struct gate g;
     memset(&g, 0, sizeof g);
     gate_reset(&g);
-    check_hex("GATE.ID", gate_read(&g, 0x08), 0x464F4301);
+    check_hex("GATE.ID", gate_read(&g, 0x08), 0x464F4302);
     check_hex("GATE.STATUS after reset", gate_read(&g, 0x04), 0);
     check_hex("LIVE 0: all outputs low", gate_follow(&g, 0x15), 0);
     gate_write(&g, 0x00, 0xFFFFFFFF);
@@ -173,10 +217,41 @@ static void gate_in_the_plant(void)
     check_true("no leg shoots through", p.inverter.leg[0] != LEG_BOTH);
 }
 
+/* One read tells everything that can be wrong: what ENC.STATUS and ADC.STATUS show is in GATE.STATUS, and no more. */
+static void gate_shows_the_encoder(void)
+{
+    struct plant_params params = bench_plant();
+    struct plant p;
+    bench_start(&p, &params, half_on);
+    bench_run(&p, 1e-3);
+    p.encoder.status |= 1;
+    check_hex("INDEX_SEEN is nothing wrong", bench_read(&p, GATE_STATUS), 0x01);
+    encoder_illegal(&p.encoder);
+    check_hex("ILLEGAL: ENCODER; no latch, LIVE stays", bench_read(&p, GATE_STATUS), 0x21);
+    bench_write(&p, GATE_STATUS, 0x20);
+    check_hex("not cleared here", bench_read(&p, GATE_STATUS), 0x21);
+    check_hex("nor is the encoder's", bench_read(&p, ENC_STATUS), 0x3);
+    bench_write(&p, GATE_CONTROL, 0);
+    bench_write(&p, GATE_CONTROL, 1);
+    check_hex("it does not hold back ENABLE", bench_read(&p, GATE_STATUS), 0x21);
+    bench_write(&p, ENC_STATUS, 0x2);
+    check_hex("but there", bench_read(&p, GATE_STATUS), 0x01);
+    encoder_cut(&p.encoder, true);
+    check_hex("SIGNAL_LOST: ENCODER", bench_read(&p, GATE_STATUS), 0x21);
+    bench_write(&p, ENC_STATUS, 0x4);
+    check_hex("as long as it lasts", bench_read(&p, GATE_STATUS), 0x21);
+    encoder_cut(&p.encoder, false);
+    bench_write(&p, ENC_STATUS, 0x4);
+    check_hex("and no longer", bench_read(&p, GATE_STATUS), 0x01);
+    check_hex("slots end at 256 bytes", plant_read(&p, 0x400, p.now), 0);
+}
+
 int main(void)
 {
     adc_conversion();
     adc_overrun();
+    adc_results();
+    gate_shows_the_encoder();
     gate_enable();
     gate_input(gate_set_overcurrent, 0x2, 0x100);
     gate_input(gate_set_driver_fault, 0x4, 0x200);

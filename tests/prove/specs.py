@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: MIT
+"""
+The table of kernels: what each shall compute, written from the contracts in the headers, in whole numbers (arithmetic.py).
+To add one: a function in kernels.c if it is inline, a specification and an entry here.
+"""
+from fractions import Fraction
+
+from kernel import Kernel, Pointer, Value
+
+TRIG_FRACS = (1, 15, 16, 30, 31)
+ANY_TRIG = (-(2**31), -(2**31) + 1, -65536, -32768, -3, -1, 0, 1, 2, 32767, 32768, 2**30, 2**31 - 1)
+Q15_TRIG = (-32768, -32767, -1, 0, 1, 3, 16384, 32767, 32768)
+
+
+# ---- 32-bit library -----------------------------------------------------------------------------------------------------
+def park(o, v, x, y):
+    """Seen from a frame turned by the angle; the exact sums, rounded to nearest, ties up, saturated."""
+    along = o.product(x, v.cos) + o.product(y, v.sin)
+    across = o.product(y, v.cos) - o.product(x, v.sin)
+    return o.sat32(o.round(along, v.frac)), o.sat32(o.round(across, v.frac))
+
+
+def park_lib(o, v):
+    return dict(zip(("id", "iq"), park(o, v, v.ialpha, v.ibeta)))
+
+
+def invpark_lib(o, v):
+    # the same with the angle turned round, which is to swap the two axes
+    return dict(zip(("vbeta", "valpha"), park(o, v, v.vq, v.vd)))
+
+
+# 2/sqrt(3) - 1 and sqrt(3)/2 - 1, 32 fraction bits
+CLARKE_Q32 = 664433754
+INVCLARKE_Q32 = -575416509
+
+
+def times_q32(o, x, constant, down):
+    """x constant / 2^32 to nearest, or rounded down."""
+    exact = o.product(x, constant)
+    return o.select(down, o.floor(exact, 32), o.round(exact, 32))
+
+
+def clarke_lib(o, v):
+    """(ia + 2 ib) / sqrt(3) = h 2/sqrt(3) - 0.577 (ia odd) with h = ib + ia/2 rounded up; 0.577 is made up by rounding down."""
+    half = o.sat32(v.ib + o.ceil(v.ia, 1))
+    return {"ialpha": v.ia, "ibeta": o.sat32(half + times_q32(o, half, CLARKE_Q32, o.odd(v.ia)))}
+
+
+def invclarke_lib(o, v):
+    beta = v.vbeta + times_q32(o, v.vbeta, INVCLARKE_Q32, o.odd(v.valpha))
+    return {"va": v.valpha, "vb": o.sat32(beta - o.floor(v.valpha, 1)), "vc": o.sat32(-beta - o.ceil(v.valpha, 1))}
+
+
+# ---- Q15 ----------------------------------------------------------------------------------------------------------------
+# With |(x, y)| |(cos, sin)| < 2^31 - 16384, no sum of the products reaches it (Cauchy, Schwarz).
+Q15_SUM = 2**31 - 16384 - 1
+Q15_SUM_TEXT = "|sums of products| < 2^31 - 16384"
+
+
+def q15_sums(o, v, x, y):
+    return o.product(x, v.cos) + o.product(y, v.sin), o.product(y, v.cos) - o.product(x, v.sin)
+
+
+def q15_in_range(o, v, x, y):
+    along, across = q15_sums(o, v, x, y)
+    return o.both(o.within(along, -Q15_SUM, Q15_SUM), o.within(across, -Q15_SUM, Q15_SUM))
+
+
+def park_q15(o, v):
+    along, across = q15_sums(o, v, v.alpha, v.beta)
+    return {"d": o.round(along, 15), "q": o.round(across, 15)}
+
+
+def invpark_q15(o, v):
+    along, across = q15_sums(o, v, v.q, v.d)
+    return {"beta": o.round(along, 15), "alpha": o.round(across, 15)}
+
+
+def struct(name, *fields):
+    return Pointer(name, fields)
+
+
+def output(*fields):
+    return Pointer("out", fields, fields)
+
+
+LIB = [
+    Kernel("Clarke_Lib_Do", (struct("in", "ia", "ib", "ic"), output("ialpha", "ibeta")), clarke_lib, overlap=True,
+           bounds=(("ibeta", lambda o, v: o.over_sqrt3(v.ia + 2 * v.ib), Fraction(58, 100)),)),
+    Kernel("InvClarke_Lib_Do", (struct("in", "valpha", "vbeta"), output("va", "vb", "vc")), invclarke_lib, overlap=True,
+           bounds=(("vb", lambda o, v: o.half_sqrt3(v.vbeta) - o.half(v.valpha), Fraction(58, 100)),
+                   ("vc", lambda o, v: -o.half_sqrt3(v.vbeta) - o.half(v.valpha), Fraction(58, 100)))),
+    Kernel("Park_Lib_Do", (struct("in", "ialpha", "ibeta", "cos", "sin"), output("id", "iq")), park_lib, TRIG_FRACS,
+           overlap=True, pins={"cos": ANY_TRIG, "sin": ANY_TRIG}),
+    Kernel("InvPark_Lib_Do", (struct("in", "vd", "vq", "cos", "sin"), output("valpha", "vbeta")), invpark_lib, TRIG_FRACS,
+           overlap=True, pins={"cos": ANY_TRIG, "sin": ANY_TRIG}),
+]
+
+VECTOR = (-65534, 65534)
+COSSIN = (-32768, 32768)
+Q15 = [
+    Kernel("prove_park", (output("d", "q"), Value("alpha"), Value("beta"), Value("cos"), Value("sin")), park_q15,
+           ranges={"alpha": VECTOR, "beta": VECTOR, "cos": COSSIN, "sin": COSSIN}, assumption=Q15_SUM_TEXT,
+           assume=lambda o, v: q15_in_range(o, v, v.alpha, v.beta), pins={"cos": Q15_TRIG, "sin": Q15_TRIG}),
+    Kernel("prove_invpark", (output("alpha", "beta"), Value("d"), Value("q"), Value("cos"), Value("sin")), invpark_q15,
+           ranges={"d": VECTOR, "q": VECTOR, "cos": COSSIN, "sin": COSSIN}, assumption=Q15_SUM_TEXT,
+           assume=lambda o, v: q15_in_range(o, v, v.q, v.d), pins={"cos": Q15_TRIG, "sin": Q15_TRIG}),
+]
+
+KERNELS = LIB + Q15

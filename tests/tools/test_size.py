@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: MIT
+"""The library's flash, RAM and stack: no RAM of its own, and the stack as the compiler and the instructions have it."""
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+import size
+from crosscheck import compiler_frames
+
+BUILD = Path(os.environ.get("BUILD", "build"))
+CROSS = os.environ.get("CROSS", "arm-none-eabi-")
+LIBRARY = BUILD / "libmssfoc.a"
+API = ("Clarke_Lib_Do", "InvClarke_Lib_Do", "Park_Lib_Do", "InvPark_Lib_Do")
+STACK_MAX = 32  # of the four functions: what they save of the caller's registers
+LIBRARY_STACK_MAX = 128
+CODE = """
+    .syntax unified
+    .cpu cortex-m3
+    .thumb
+    .section .text.outer, "ax", %progbits
+    .global outer
+    .type outer, %function
+outer:
+    push {r4, lr}
+    sub sp, #8
+    bl inner
+    add sp, #8
+    pop {r4, pc}
+    .size outer, . - outer
+    .section .text.inner, "ax", %progbits
+    .type inner, %function
+inner:
+    push {r4, r5, r6}
+    pop {r4, r5, r6}
+    bx lr
+    .size inner, . - inner
+"""
+
+
+@pytest.fixture
+def make_library(tmp_path):
+    def make(assembly):
+        (tmp_path / "code.s").write_text(assembly)
+        for command in (["gcc", "-mcpu=cortex-m3", "-c", "code.s"], ["ar", "rcs", "library.a", "code.o"]):
+            subprocess.run([CROSS + command[0], *command[1:]], cwd=tmp_path, check=True)
+        return tmp_path / "library.a"
+    return make
+
+
+def test_the_library_has_no_ram():
+    assert {name: row[1:] for name, row in size.object_sizes(LIBRARY).items() if any(row[1:])} == {}
+
+
+def test_the_stack_of_every_function_is_known_and_small():
+    rows = {row.name: row for row in size.library_rows(LIBRARY)}
+    assert set(API) <= set(rows)
+    for name, row in rows.items():
+        limit = STACK_MAX if name in API else LIBRARY_STACK_MAX
+        assert row.stack is None or row.stack <= limit, f"{name}: {row.stack} bytes of stack"
+    assert all(rows[name].flash > 0 for name in API)
+
+
+def test_the_stack_is_at_least_what_the_compiler_says():
+    frames = compiler_frames(BUILD / "arm" / "lib")
+    for row in size.library_rows(LIBRARY):
+        if row.name in frames and row.stack is not None:
+            assert row.stack >= min(frames[row.name]), row.name
+
+
+def test_stack_of_assembly_with_calls(make_library):
+    rows = {row.name: row for row in size.library_rows(make_library(CODE))}
+    assert rows["outer"].stack == 2 * 4 + 8 + 3 * 4
+    assert rows["inner"].stack == 3 * 4
+    assert rows["inner"].flash == 2 + 2 + 2 and rows["outer"].ram == 0
+
+
+def test_ram_is_seen(make_library):
+    data = "    .data\n    .type word, %object\nword: .word 1\n    .size word, 4\n    .bss\n    .space 8\n"
+    rows = {row.name: row for row in size.library_rows(make_library(CODE + data))}
+    assert rows["outer"].ram == 4 + 8 and rows["word"].flash == 0
