@@ -86,6 +86,8 @@ $(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSC
 	$(call say,HEX)
 	$(Q)$(OBJCOPY) -O binary $< $@
 
+$(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/current_loop_isr.o
+
 $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT)
 	@mkdir -p $(@D)
 	$(call say,LD)

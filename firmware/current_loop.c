@@ -58,7 +58,7 @@ _Static_assert(LOOP_DEAD_COUNTS < 256 && LOOP_PWM_COUNTS % 4 == 0, "the assembly
 #define TURN_PER_W_Q15 19302
 
 struct current_loop current_loop = {
-    .sine = trig_sine,
+    .sine = trig_chords,
     .status_max = UINT32_MAX,
 };
 
@@ -78,9 +78,9 @@ void current_loop_tune(const struct tuning *t)
 
 bool current_loop_start(uint32_t encoder_counts)
 {
-    fill_circle(&current_loop);
     encoder_init(encoder_counts, false);
     const bool running = corepwm_init(CONFIG_PWM_COUNTS);
+    fill_circle(&current_loop);
     nvic_priority(BOARD_IRQ_ADC, CONFIG_PRIORITY_CURRENT_LOOP);
     nvic_enable(BOARD_IRQ_ADC);
     adc_start();

@@ -61,7 +61,7 @@ static uint16_t circle[512];
 
 static void fill(struct current_loop *c)
 {
-    *c = (struct current_loop){.sine = trig_sine, .status_max = 1u};
+    *c = (struct current_loop){.sine = trig_chords, .status_max = 1u};
     c->pll.angle_q32 = next();
     c->pll.speed_q32 = any(1 << 28);
     c->angle_offset_q32 = next();
