@@ -137,8 +137,8 @@ def loop_section(image, figures):
     leave = EXIT - (REFILL if not found[-1].text.startswith("bx") else 0)
     whole = ENTRY + sum(step.cycles for step in found) + leave
     measured = figures["current_loop.interrupt.zero_wait"]["cycles_max"]
-    yield (f"By its instructions, with a bus that does not wait: {whole}, entry {ENTRY} and exit {leave} included (the returning"
-           f" instruction has the rest of the {EXIT}); measured: {measured}, row `current_loop.interrupt.zero_wait`.")
+    yield (f"By its instructions, with a bus that does not wait: {whole}, entry {ENTRY} and exit {leave} included (the"
+           f" returning instruction has the rest of the {EXIT}); measured: {measured}, row `current_loop.interrupt.zero_wait`.")
     yield from ("", line("stage", "instructions", "cycles", *KINDS), "|---|" + "--:|" * (2 + len(KINDS)))
     for name, part in grouped.items():
         kinds = Counter()
@@ -154,7 +154,7 @@ def loop_section(image, figures):
 
 
 def listed(step, sources):
-    return f"{step.cycles:>3}  {step.text:<38} {step.why:<34} {sources.note(step.address)[:NOTE_WIDTH]}".rstrip()
+    return f"{step.cycles:>3}  {step.text:<38} {step.why:<34} {sources.note(step)[:NOTE_WIDTH]}".rstrip()
 
 
 def written(page, figures, build):

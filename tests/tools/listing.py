@@ -12,6 +12,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import remarks
 from addresses import RAM, Constants, operand_registers
 from disasm import Image, ImageError
 from longest import Longest
@@ -173,24 +174,26 @@ class Sources:
                 found.append((name, path, int(number)))
         return found
 
-    def line(self, path, number):
-        """A line of a file of this repository, or nothing."""
+    def lines(self, path):
+        """The lines of a file of this repository, or none."""
         if path not in self._files:
             file = ROOT / path
             inside = file.is_file() and ROOT in file.resolve().parents
             self._files[path] = file.read_text().split("\n") if inside else []
-        lines = self._files[path]
+        return self._files[path]
+
+    def line(self, path, number):
+        lines = self.lines(path)
         return lines[number - 1].strip() if 0 < number <= len(lines) else ""
 
-    def note(self, address):
-        chain = self.chain(address)
+    def note(self, step):
+        chain = self.chain(step.address)
         if not chain:
             return ""
         _, path, number = chain[0]
         text = self.line(path, number)
         if path.endswith(".S"):
-            comment = re.search(r"/\*(.*?)\*/|//(.*)|@(.*)", text)
-            return next(part for part in comment.groups() if part is not None).strip() if comment else ""
+            return remarks.remark(text) or remarks.of_macro(text, self.lines(path), step.text)
         return text
 
 
@@ -198,7 +201,7 @@ def markdown(found, note=None):
     """A table of the steps, with their sum."""
     yield from ("| instruction | cycles | rule | source |", "|---|--:|---|---|")
     for step in found:
-        yield f"| `{step.text}` | {step.cycles} | {step.why} | {_cell(note(step.address)) if note else ''} |"
+        yield f"| `{step.text}` | {step.cycles} | {step.why} | {_cell(note(step)) if note else ''} |"
     yield f"| sum | {sum(step.cycles for step in found)} | | |"
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import disasm
 import listing
 import pytest
+import remarks
 
 BUILD = Path(os.environ.get("BUILD", "build"))
 NAKED = "__attribute__((naked, aligned(4))) "
@@ -57,7 +58,8 @@ def test_every_cycle_above_one_has_a_reason(listed):
 
 
 def test_a_load_of_the_pc_waits_for_the_store_before(listed, make_image):
-    image = disasm.Image(make_image(f'{NAKED} int work(int n) {{ __asm("push {{lr}}\\n str r0, [r1]\\n ldr pc, [sp], #4"); }}')[0])
+    code = f'{NAKED} int work(int n) {{ __asm("push {{lr}}\\n str r0, [r1]\\n ldr pc, [sp], #4"); }}'
+    image = disasm.Image(make_image(code)[0])
     assert [step.cycles for step in listing.steps(image, image.functions["work"])] == [2, 1, 5 + 1]
 
 
@@ -117,3 +119,36 @@ def test_listings_are_what_is_measured():
     rows = [*cycles_page.LIBRARY, *cycles_page.kernel_rows(image, figures)]
     listings = {row: cycles_page.counted(image, row)[1] for row in rows}
     assert len(rows) > 10 and listings == {row: figures[row]["cycles_max"] for row in rows}
+
+
+SOURCE = """
+    .macro  rotate first, second
+    ldr     r2, [r0]            @ 2  the x
+    .ifc    \\first, r3
+    smull   r12, r3, \\first, r12 @ 5  y cos
+    .else
+    smull   r2, r12, \\first, r12 @ 5  x cos
+    .endif
+    rsbs    r0, \\second, #0     // 1
+    .endm
+"""
+
+
+@pytest.mark.parametrize("call, instruction, expected", [
+    ("rotate r2, r5", "ldr r2, [r0, #0]", "the x"),
+    ("rotate first=r3, second=r5", "smull ip, r3, r3, ip", "y cos"),
+    ("rotate first=r2, second=r5", "smull r2, ip, r2, ip", "x cos"),
+    ("rotate first=r2, second=r5", "negs r0, r5", ""),
+    ("rotate first=r2, second=r5", "adds r0, r5", ""),
+    ("other r2", "ldr r2, [r0, #0]", ""),
+])
+def test_remarks_of_a_macro(call, instruction, expected):
+    lines = SOURCE.replace("\\\\", "\\").split("\n")
+    assert remarks.of_macro(call, lines, instruction) == expected
+
+
+@pytest.mark.parametrize("line, expected", [
+    ("ldr r0, [r1]   @ 2  ia", "ia"), ("bx lr @ 2", ""), ("bx lr", ""), ("adds r0, r1 /* 1 C = odd */", "C = odd"),
+    ("adds r0, r1 @ half = ib", "half = ib")])
+def test_remarks(line, expected):
+    assert remarks.remark(line) == expected
