@@ -54,6 +54,7 @@ current_loop_body:
         ldr     r1, [LOOP, #LOOP_ANGLE_OFFSET]          @                                                 1
         ldr     r2, [LOOP, #LOOP_SINE]                  @                                                 1
 
+/* stage: clarke */
 loop_clarke:                                            @ lib/transform_q15.h
         movw    r3, #20277                              @                                                 1
         add     BETA, ALPHA, BETA, lsl #1               @ i_a + 2 i_b                                     1
@@ -62,6 +63,7 @@ loop_clarke:                                            @ lib/transform_q15.h
         add     BETA, #1                                @                                                 1
         asr     BETA, BETA, #1                          @                                                 1
 
+/* stage: angle */
 loop_angle:                                             @ lib/trig.h
         adds    r0, r0, r1                              @ of the field at the sample                      1
         lsrs    r1, r0, #22                             @ chord                                           1
@@ -77,6 +79,7 @@ loop_angle:                                             @ lib/trig.h
         asrs    SIN, SIN, #15                           @                                                 1
         asrs    COS, COS, #15                           @                                                 1
 
+/* stage: park */
 loop_park:                                              @ lib/transform_q15.h
         mul     r3, ALPHA, COS                          @                                                 1
         mla     r3, BETA, SIN, r3                       @                                                 2
@@ -87,6 +90,7 @@ loop_park:                                              @ lib/transform_q15.h
         asrs    r4, r4, #15                             @                                                 1
         adc     r4, r4, #0                              @ i_q                                             1
 
+/* stage: regulate */
 loop_regulate:                                          @ lib/pi.h
         ldr     r0, [LOOP, #LOOP_I_D_REF]               @                                                 2
         ldr     r1, [LOOP, #LOOP_I_Q_REF]               @                                                 1
@@ -107,6 +111,7 @@ loop_regulate:                                          @ lib/pi.h
         mul     r3, lr, r3                              @ steps of the integrals                          1
         mul     r4, lr, r4                              @                                                 1
 
+/* stage: advance */
 loop_advance:                                           @ lib/advance.h
         mul     lr, r12, r1                             @                                                 1
         sub     r0, r0, lr, asr #15                     @                                                 1
@@ -117,6 +122,7 @@ loop_advance:                                           @ lib/advance.h
         mul     lr, r12, ALPHA                          @                                                 1
         add     BETA, BETA, lr, asr #15                 @                                                 1
 
+/* stage: limit_d */
 loop_limit_d:
         ssat    r12, #15, r0                            @ v_d                                             1
         cmp     r0, r12                                 @                                                 1
@@ -131,6 +137,7 @@ loop_limit_d:
         str     r2, [LOOP, #LOOP_INTEGRAL_D]            @                                                 0
         str     r12, [LOOP, #LOOP_V_D]                  @                                                 1
 
+/* stage: limit_q */
 loop_limit_q:
         cmp     r1, r0                                  @                                                 1
         itt     gt                                      @                                                 0
@@ -144,6 +151,7 @@ loop_limit_q:
         str     r5, [LOOP, #LOOP_INTEGRAL_Q]            @                                                 1
         str     r1, [LOOP, #LOOP_V_Q]                   @                                                 1
 
+/* stage: inverse */
 loop_inverse:                                           @ Park and Clarke, straight to half on-times in Q19
         mul     r2, r12, COS                            @                                                 1
         mls     r2, r1, SIN, r2                         @ a                                               2
@@ -155,6 +163,7 @@ loop_inverse:                                           @ Park and Clarke, strai
         sub     r3, r3, r2, asr #1                      @ b                                               1
         adds    r5, r2, r3                              @ -c                                              1
 
+/* stage: space_vector */
 loop_space_vector:                                      @ lib/modulation.h
         movw    lr, #:lower16:LOOP_RISE_Q19             @                                                 1
         movt    lr, #:upper16:LOOP_RISE_Q19             @                                                 1
@@ -174,6 +183,7 @@ loop_space_vector:                                      @ lib/modulation.h
         subs    r1, r4, r3                              @ rise of b                                       1
         adds    r2, r4, r5                              @ rise of c                                       1
 
+/* stage: dead_time */
 loop_dead_time:                                         @ lib/deadtime.h
         movw    r4, #7094                               @ sin 60 deg, Q13                                 1
         mul     r4, BETA, r4                            @                                                 1
@@ -187,6 +197,7 @@ loop_dead_time:                                         @ lib/deadtime.h
         mls     r1, r4, lr, r1                          @                                                 2
         mla     r2, r5, lr, r2                          @                                                 2
 
+/* stage: write_pwm */
 loop_write_pwm:                                         @ should the period end in between, none of the edges is taken
         movs    r3, #1                                  @                                                 1
         movw    r4, #LOOP_PWM_COUNTS                    @                                                 1
@@ -196,6 +207,7 @@ loop_write_pwm:                                         @ should the period end 
         write_phase r2, 32                              @                                                 8
         str     r3, [FABRIC, #FABRIC_SYNC_UPDATE]       @                                                 1
 
+/* stage: observe */
 loop_observe:                                           @ lib/pll.h
         ldr     r0, [FABRIC, #FABRIC_ENC_LATCHED]       @ (after a store: one more)                       3
         ldr     r1, [FABRIC, #FABRIC_GATE_STATUS]       @                                                 1
@@ -212,11 +224,13 @@ loop_observe:                                           @ lib/pll.h
         str     r4, [LOOP, #LOOP_ANGLE]                 @                                                 1
         str     r5, [LOOP, #LOOP_SPEED]                 @                                                 1
 
+/* stage: protect */
 loop_protect:
         cmp     r1, r6                                  @                                                 1
         bhi     loop_fault                              @                                                 1
         pop     {r4-r11, pc}                            @                                                10
                                                         @ exit                                           12
+/* stage: fault */
 loop_fault:
         pop     {r4-r11, lr}
         b       current_loop_fault

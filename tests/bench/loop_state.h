@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * A current loop in the midst of its work, without a motor: sensors stand still, so what they would show is put in through
- * the ADC's offsets and the loop's own references, integrators and speed.
+ * the loop's own references, integrals and speed.
  */
 #ifndef TESTS_BENCH_LOOP_STATE_H
 #define TESTS_BENCH_LOOP_STATE_H

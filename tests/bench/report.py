@@ -5,17 +5,6 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 
-STAGES = {
-    "stage.fetch": "read ADC and encoder, acknowledge",
-    "stage.scale": "codes to Q15, reciprocal of the bus voltage",
-    "stage.observe": "angle and speed",
-    "stage.transform": "sine and cosine, Clarke, Park",
-    "stage.regulate": "decoupling, voltage circle, both PI controllers",
-    "stage.advance": "sine and cosine of the angle at which the voltages will act",
-    "stage.modulate": "inverse transforms, space vector, dead-time compensation, PWM",
-    "stage.publish": "results for the other loops",
-    "stage.protect": "status of gate and encoder, thresholds",
-}
 ROWS = {
     "current_loop.latency": "exception entry to the last write to CorePWM, entry's 12 cycles included",
     "current_loop.interrupt": "the whole interrupt, entry and exit included, in closed loop",
@@ -24,9 +13,7 @@ ROWS = {
     "current_loop.pended": "the interrupt as the target alone sees it: raised by software, with and without",
     "current_loop.stolen": "what an interrupt by the ADC takes from the program below, mean",
     "current_loop.called": "the handler called as a function",
-    "current_loop.own": "between the handler's own two readings: what `status` shows",
-    "current_loop.trip": "called, with an over-current in the sample: trip, latch and snapshot",
-    "stage.write_pwm": "part of stage.modulate, called by itself: limits, edges and the 14 writes",
+    "current_loop.trip": "called, with a bus voltage below its limit in the sample: cause, latch and snapshot",
     "speed_loop_measure": "speed in rpm",
     "speed_loop_current_limit": "largest current that the bus voltage controls",
     "speed_loop_step": "ramp and PI, 64 bit",
@@ -86,7 +73,7 @@ def changes(figures, earlier):
 
 def markdown(figures):
     """The text of docs/benchmarks.md."""
-    return "\n".join([*_opening(figures), *_current_loop(figures), *_stages(figures), *_library(figures),
+    return "\n".join([*_opening(figures), *_current_loop(figures), *_library(figures),
                       *_others(figures), *_peers(), *_method()]) + "\n"
 
 
@@ -124,23 +111,6 @@ def _current_loop(figures):
     yield ""
 
 
-def _stages(figures):
-    total = sum(figures[name]["cycles_median"] for name in STAGES)
-    yield from ("### Stage by stage", "",
-                "The handler's statements once more, with a reading of CYCCNT between the stages, whose cost is taken off. A"
-                " reading keeps the compiler from mixing a stage with the next and occupies two registers, so the sum is more"
-                " than the whole: read the shares.", "",
-                _line("stage", "instructions", "cycles", "share", "what"), "|---|--:|--:|--:|---|")
-    for name, what in STAGES.items():
-        row = figures[name]
-        yield _line(f"`{name}`", row["instructions"], row["cycles_max"], f"{100 * row['cycles_median'] / total:.0f} %", what)
-    own = figures["current_loop.own"]["cycles_median"]
-    yield _line("sum", "", total, "", f"the handler without these readings: `current_loop.own`, {own}")
-    row = figures["stage.write_pwm"]
-    yield _line("`stage.write_pwm`", row["instructions"], row["cycles_max"], "", ROWS["stage.write_pwm"])
-    yield ""
-
-
 def _library(figures):
     yield from ("## The library, beside its portable C", "",
                 "One call, BL and return included, arguments from memory and results to memory. min and max are over typical"
@@ -160,7 +130,7 @@ def _library(figures):
 def _others(figures):
     yield from ("## The rest", "", _line("row", "instructions", "min", "median", "max", "what"), "|---|--:|--:|--:|--:|---|")
     for name in ROWS:
-        if not name.startswith(("current_loop.", "stage.")):
+        if not name.startswith("current_loop."):
             yield _line(f"`{name}`", *_cells(figures[name]), ROWS[name])
     yield ""
 

@@ -11,7 +11,7 @@ extern struct timing rows_timing;
 /* The library's functions, each beside its portable C. */
 void rows_arithmetic(void);
 
-/* The current loop: whole, and stage by stage. */
+/* The current loop. */
 void rows_current_loop(void);
 
 /* What runs once a millisecond. */

@@ -4,6 +4,7 @@
 #include "drivers/board.h"
 #include "drivers/cortex/nvic.h"
 #include "drivers/fabric/adc.h"
+#include "drivers/fabric/gate.h"
 #include "drivers/mss/watchdog.h"
 #include "firmware/config.h"
 #include "firmware/drive.h"
@@ -11,24 +12,16 @@
 #include "tests/bench/loop_state.h"
 #include "tests/bench/print.h"
 #include "tests/bench/rows.h"
-#include "tests/bench/stages.h"
 #include "tests/bench/vectors.h"
 
 #define SPINS 100000u /* some 40 periods of the PWM */
 #define POLLS 1000000u
 
 TIMING_FUNCTION(time_handler, FabricIrq0_IRQHandler())
-TIMING_FUNCTION(time_write_pwm, stage_write_pwm(CONFIG_PWM_COUNTS / 2u))
 
 static uint32_t handler_called(void)
 {
     return timing_once(time_handler, NULL, NULL);
-}
-
-static uint32_t handler_own(void)
-{
-    (void)timing_once(time_handler, NULL, NULL);
-    return current_loop.cycles;
 }
 
 static uint32_t handler_interrupting(void)
@@ -58,32 +51,6 @@ static void print_handler(const char *name, uint32_t (*measure)(void))
     print_row(name, &figures, NULL);
 }
 
-static void rows_stages(void)
-{
-    static const char *const names[STAGE_COUNT] = {
-        [STAGE_FETCH] = "stage.fetch",         [STAGE_SCALE] = "stage.scale",       [STAGE_OBSERVE] = "stage.observe",
-        [STAGE_TRANSFORM] = "stage.transform", [STAGE_REGULATE] = "stage.regulate", [STAGE_ADVANCE] = "stage.advance",
-        [STAGE_MODULATE] = "stage.modulate",   [STAGE_PUBLISH] = "stage.publish",   [STAGE_PROTECT] = "stage.protect",
-    };
-    for (uint32_t stage = 0; stage < STAGE_COUNT; stage++) {
-        uint32_t counts[STAGE_COUNT];
-        vector_restart();
-        timing_begin(&rows_timing);
-        for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
-            watchdog_refresh();
-            loop_state_typical(stages_state());
-            stages_run(counts);
-            timing_add_typical(&rows_timing, counts[stage]);
-        }
-        const struct timing_figures figures = timing_figures(&rows_timing);
-        print_row(names[stage], &figures, NULL);
-    }
-    timing_begin(&rows_timing);
-    timing_add_typical(&rows_timing, timing_once(time_write_pwm, NULL, NULL));
-    const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row("stage.write_pwm", &figures, NULL);
-}
-
 /* Turns on the spot: the same instructions every time, so that what it takes longer was taken by interrupts. */
 static __attribute__((noinline, aligned(8))) uint32_t spin(uint32_t turns)
 {
@@ -92,12 +59,6 @@ static __attribute__((noinline, aligned(8))) uint32_t spin(uint32_t turns)
         __asm volatile("" : "+r"(turns));
     } while (--turns != 0u);
     return dwt_cycles() - start;
-}
-
-/* The interrupt counts; here it is watched. */
-static uint32_t interrupts_so_far(void)
-{
-    return *(const volatile uint32_t *)&current_loop.samples;
 }
 
 /* With the ADC interrupting: what an interrupt takes from the program below it, on average, rounded to nearest. */
@@ -110,13 +71,13 @@ static void row_stolen(void)
     loop_state_typical(&current_loop);
     print_flush(); /* or the console would take its share */
     adc_start();
-    const uint32_t first = interrupts_so_far();
-    for (uint32_t poll = 0; poll < POLLS && interrupts_so_far() == first; poll++) {
+    const uint32_t first = adc_sequence();
+    for (uint32_t poll = 0; poll < POLLS && adc_sequence() == first; poll++) {
         watchdog_refresh();
     }
-    const uint32_t before = interrupts_so_far();
+    const uint32_t before = adc_sequence();
     const uint32_t together = spin(SPINS);
-    const uint32_t interrupts = interrupts_so_far() - before;
+    const uint32_t interrupts = adc_sequence() - before;
     adc_stop();
     print_note("interrupts by the ADC", interrupts);
     if (interrupts == 0u) {
@@ -128,19 +89,36 @@ static void row_stolen(void)
     print_row("current_loop.stolen", &figures, NULL);
 }
 
-/* An over-current in the sample: the longest way through the interrupt. */
+/* One conversion, its interrupt not taken: the flags of the limits stay as it leaves them. */
+static void convert_once(void)
+{
+    nvic_disable(BOARD_IRQ_ADC);
+    adc_start();
+    const uint32_t first = adc_sequence();
+    for (uint32_t poll = 0; poll < POLLS && adc_sequence() == first; poll++) {
+        watchdog_refresh();
+    }
+    adc_stop();
+    nvic_enable(BOARD_IRQ_ADC);
+}
+
+/* A bus voltage below its limit in the sample: the longest way through the interrupt. */
 static void row_trip(void)
 {
+    adc_set_limits(INT16_MAX, INT16_MAX, INT16_MAX, INT16_MAX);
+    convert_once();
     vector_restart();
     timing_begin(&rows_timing);
     for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
         loop_state_typical(&current_loop);
-        current_loop.i_trip_q15 = -1;
+        current_loop.status_max = GATE_STATUS_LIVE;
         drive.fault = FAULT_NONE;
         timing_add_typical(&rows_timing, timing_once(time_handler, NULL, NULL));
     }
-    current_loop.i_trip_q15 = INT32_MAX;
+    current_loop.status_max = UINT32_MAX;
     drive.fault = FAULT_NONE;
+    adc_set_limits(INT16_MAX, INT16_MAX, 0, INT16_MAX);
+    convert_once();
     const struct timing_figures figures = timing_figures(&rows_timing);
     print_row("current_loop.trip", &figures, NULL);
 }
@@ -148,14 +126,9 @@ static void row_trip(void)
 void rows_current_loop(void)
 {
     loop_state_init(&current_loop);
-    loop_state_init(stages_state());
-    print_heading("current loop: called; between its own two readings; as an interrupt, entry and exit included;"
-                  " what the ADC's interrupts take");
+    print_heading("current loop: called; as an interrupt, entry and exit included; what the ADC's interrupts take");
     print_handler("current_loop.called", handler_called);
-    print_handler("current_loop.own", handler_own);
     print_handler("current_loop.pended", handler_interrupting);
     row_stolen();
     row_trip();
-    print_heading("its stages; write_pwm, called by itself, is part of modulate");
-    rows_stages();
 }

@@ -57,7 +57,6 @@ static void row_command(const char *name, const char *text)
         current_loop.i_d_ref_q15 = vector_random(-32768, 32767);
         current_loop.i_q_ref_q15 = vector_random(-32768, 32767);
         current_loop.vbus_q15 = vector_random(8192, 32760);
-        current_loop.cycles = (uint32_t)vector_random(100, 999);
         speed_loop.speed_rpm_q4 = vector_random(-320000, 320000);
         speed_loop.speed_ref_rpm_q4 = vector_random(-320000, 320000);
         type(text);

@@ -31,7 +31,6 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     loop_state_typical(&current_loop);
     current_loop.pll.speed_q32 = speed_q32;
     current_loop.radius_q15 = vector_random(4000, 17000);
-    current_loop.samples += CONFIG_LOOPS_PER_SLOW;
     speed_loop_measure(&drive.tuning);
     speed_loop.ref_rpm_q16 = ref_rpm * RPM_Q16;
     speed_loop.target_rpm_q16 = target_rpm * RPM_Q16;
