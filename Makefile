@@ -60,7 +60,7 @@ $(BUILD)/arm/%.o: %.c Makefile
 $(BUILD)/arm/%.o: %.S Makefile
 	@mkdir -p $(@D)
 	$(call say,AS)
-	$(Q)$(CC_ARM) $(CPU) -g3 -I. -MMD -MP -c $< -o $@
+	$(Q)$(CC_ARM) $(CPU) -g3 -I. -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC) -MMD -MP -c $< -o $@
 
 $(BUILD)/libmssfoc.a: $(LIB_OBJ)
 	@rm -f $@

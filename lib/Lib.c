@@ -1,8 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-/* The functions of Lib.h: each reads its input whole, calls one kernel and writes, so that the two may overlap. */
+/*
+ * The functions of Lib.h in portable C: each reads its input whole, calls one kernel and writes, so that the two may overlap.
+ * For the Cortex-M3 they stand in Lib_thumb2.S.
+ */
 #include "lib/Lib.h"
 
+#include "lib/thumb2.h"
 #include "lib/transform_s32.h"
+
+#ifndef LIB_THUMB2
 
 void Clarke_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput_type *twophaserefcurrent_ptr)
 {
@@ -41,3 +47,5 @@ void InvPark_Lib_Do(const invparkinput_type *invparkinput_ptr, invparkoutput_typ
     invparkoutput_ptr->valpha = alphabeta.x;
     invparkoutput_ptr->vbeta = alphabeta.y;
 }
+
+#endif

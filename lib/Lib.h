@@ -11,13 +11,14 @@
  *   rounding    to nearest; a tie goes up (InvClarke's vc: down, see there). Stated per function how near.
  *   saturation  to INT32_MIN / INT32_MAX where the exact value does not fit; nothing wraps, nothing changes sign.
  *   aliasing    input and output may overlap in memory; all fields are read before the first is written.
- *   context     any; re-entrant, no state, no branch on data, bounded time.
- * Pointers must not be null.
+ *   context     any: thread or interrupt, one inside the other. No state, no static memory, at most 8 bytes of stack.
+ *   time        no branch on data. The cycles below are those of `make bench` on a Cortex-M3 with Lib_thumb2.S: call and
+ *               return included, memory without wait states, the longest over all data; its multiplier is quicker where
+ *               an operand is 0 or in 0...65535. Lib.c does the same in portable C.
+ * Pointers must not be null, and must be aligned to 4 bytes.
  */
 #ifndef LIB_H
 #define LIB_H
-
-#include <stdint.h>
 
 #ifndef LIB_TRIG_FRAC
 /** Fraction bits of every cos and sin field, 1...31. The library and its users must be built with the same value. */
@@ -27,6 +28,10 @@
 #if (LIB_TRIG_FRAC) < 1 || (LIB_TRIG_FRAC) > 31
 #error "LIB_TRIG_FRAC must be 1...31"
 #endif
+
+#ifndef __ASSEMBLER__ /* Lib_thumb2.S takes the definition above from here */
+
+#include <stdint.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -89,37 +94,39 @@ typedef struct {
 /**
  * Clarke transform of balanced currents (the guide's EQ3 and EQ4 with ic = -ia - ib):
  *     ialpha = ia,  ibeta = (ia + 2 ib) / sqrt(3)
- * ialpha is exact. ibeta lies within 0.57 LSB of the exact value, and is the exact value rounded to nearest wherever
- * ia and ib fit 16 bits.
+ * ialpha is exact. ibeta lies within 0.583 LSB of the exact value; it is the exact value rounded to nearest where ia is even
+ * and both fit 17 bits. It never falls where ia or ib rises. 24 cycles.
  */
 void Clarke_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput_type *twophaserefcurrent_ptr);
 
 /**
  * Inverse Clarke transform (the guide's EQ5 to EQ7):
  *     va = valpha,  vb = (-valpha + sqrt(3) vbeta) / 2,  vc = (-valpha - sqrt(3) vbeta) / 2
- * va is exact. vb and vc lie within 0.56 LSB of the exact value, and are the exact value rounded to nearest wherever
- * valpha and vbeta fit 17 bits. A tie, which needs vbeta = 0, goes up in vb and down in vc: so va + vb + vc = 0 always,
- * unless one of them saturates.
+ * va is exact. vb and vc lie within 0.621 LSB of the exact value, and are the exact value rounded to nearest wherever vbeta
+ * fits 17 bits. A tie, which needs vbeta = 0, goes up in vb and down in vc: so va + vb + vc = 0 always, unless one of them
+ * saturates. 27 cycles.
  */
 void InvClarke_Lib_Do(const invclarkeinput_type *invclarkeinput_ptr, invclarkeoutput_type *invclarkeoutput_ptr);
 
 /**
  * Park transform (the guide's EQ8 and EQ9):
  *     id = ialpha cos + ibeta sin,  iq = ibeta cos - ialpha sin
- * The exact value, correctly rounded, for all int32_t values of all four fields: cos and sin beyond +-1.0, or on no
- * circle, are computed as they are.
+ * The exact value, correctly rounded (ties up), for all int32_t values of all four fields: cos and sin beyond +-1.0, or on no
+ * circle, are computed as they are. 54 cycles.
  */
 void Park_Lib_Do(const parkinput_type *parkinput_ptr, parkoutput_type *parkoutput_ptr);
 
 /**
  * Inverse Park transform (the guide's EQ10 and EQ11):
  *     valpha = vd cos - vq sin,  vbeta = vq cos + vd sin
- * The exact value, correctly rounded, for all int32_t values of all four fields, as in Park_Lib_Do.
+ * The exact value, correctly rounded (ties up), for all int32_t values of all four fields, as in Park_Lib_Do. 54 cycles.
  */
 void InvPark_Lib_Do(const invparkinput_type *invparkinput_ptr, invparkoutput_type *invparkoutput_ptr);
 
 #ifdef __cplusplus
 }
 #endif
+
+#endif /* __ASSEMBLER__ */
 
 #endif

@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The 32-bit kernels behind Lib.h: values in, values out. Sums are kept in 64 bits and rounded once. This C is the
- * definition; on the Cortex-M3 the compiler makes SMULL and SMLAL of it, whose time depends on the data: not for
- * the current loop, whose kernels stand in transform_q15.h and agree with these to the bit wherever both are defined.
+ * The 32-bit kernels behind Lib.h: values in, values out. This C is the definition; Lib_thumb2.S computes the same bit for
+ * bit. 64-bit products, whose time depends on the data on the Cortex-M3: not for the current loop, whose kernels stand in
+ * transform_q15.h.
  */
 #ifndef LIB_TRANSFORM_S32_H
 #define LIB_TRANSFORM_S32_H
 
 #include "lib/Lib.h"
 
-/* 1/sqrt(3) and sqrt(3)/2 with 31 fraction bits, rounded down; s32_refine() supplies what is missing. */
-#define S32_INV_SQRT3_Q31  1239850262
-#define S32_HALF_SQRT3_Q31 1859775393
+/* 2/sqrt(3) - 1 and sqrt(3)/2 - 1 with 32 fraction bits, to nearest: 0.0125 too small, and 0.2407 too large. */
+#define S32_CLARKE_Q32    INT64_C(664433753)
+#define S32_INVCLARKE_Q32 INT64_C(-575416509)
 
 /** Two results of one kernel. */
 typedef struct {
@@ -19,95 +19,76 @@ typedef struct {
     int32_t y;
 } s32_pair_t;
 
-/** The product as 64 bits of two's complement: sums of it are taken modulo 2^64, where C defines every result. */
-static inline uint64_t s32_product(int32_t a, int32_t b)
+static inline int32_t s32_saturate(int64_t value)
 {
-    return (uint64_t)((int64_t)a * b);
+    const int32_t low = (int32_t)value;
+
+    return low == value ? low : INT32_MAX ^ (int32_t)(value >> 63);
 }
 
-/*
- * Both constants above are short of the true value by the same 2.04e-10 of it, since sqrt(3)/2 = 1.5 / sqrt(3). Adding
- * 2^-32 = 2.33e-10 of the product leaves an excess of 2.9e-11: 0.06 LSB at the largest result.
- */
-static inline int64_t s32_refine(int64_t product)
+/** x (1 + k / 2^32), rounded to nearest, ties up; rounded down if `down` is 1 (it is 0 or 1). */
+static inline int64_t s32_scale(int32_t x, int64_t k_q32, int32_t down)
 {
-    return product + (product >> 32);
+    const int64_t product = x * k_q32;
+
+    return x + (product >> 32) + ((product >> 31) & 1 & ~down);
 }
 
 /**
- * Take `frac` fraction bits (1...31) off a sum to which the rounding constant has been added, and saturate to 32 bits.
- *
- * The rounded sum or difference of two products fits 64 bits but for one: the sum x c + y s of four times INT32_MIN is
- * 2^63, which wraps to a high word of INT32_MIN. No other such sum comes below -2^63 + 2^32, a high word of INT32_MIN + 1,
- * so that the high word less one has the sign of the true sum wherever saturation asks for it. For such a sum `wrap` is 1.
- * It is 0 for a difference x c - y s, which lies within +-(2^63 - 2^31) and may well have a high word of INT32_MIN.
+ * ibeta of Clarke_Lib_Do. With half = (ia + 2 ib) / 2 rounded up, the exact value is 2/sqrt(3) half, less 1/sqrt(3) if ia is
+ * odd: then rounding down comes within 0.583 LSB of it. Where half saturates, the result does, too.
  */
-static inline __attribute__((always_inline)) int32_t s32_saturate(uint64_t sum, unsigned frac, unsigned wrap)
-{
-#if defined(__ARM_ARCH_7M__) && defined(__OPTIMIZE__) && !defined(LIB_PORTABLE) /* frac, wrap must be seen constant */
-    int32_t result;
-    int32_t sign;
-
-    __asm__("lsr    %[result], %Q[sum], %[frac]\n\t"
-            "asr    %[sign], %R[sum], #31\n\t"
-            "orr    %[result], %[result], %R[sum], lsl %[rest]\n\t"
-            "cmp    %[sign], %R[sum], asr %[excess]\n\t"
-            "itt    ne\n\t"
-            "subne  %[sign], %R[sum], %[wrap]\n\t"
-            "eorne  %[result], %[limit], %[sign], asr #31"
-            : [result] "=&r"(result), [sign] "=&r"(sign)
-            : [sum] "r"(sum), [limit] "r"(INT32_MAX), [frac] "i"(frac), [rest] "i"(32U - frac), [excess] "i"(frac - 1U),
-              [wrap] "i"(wrap)
-            : "cc");
-    return result;
-#else
-    const uint32_t high = (uint32_t)(sum >> 32);
-    const int32_t excess = (int32_t)high >> (frac - 1U); /* 0 or -1 if the value fits */
-    const int32_t limit = INT32_MAX ^ ((int32_t)(high - wrap) >> 31);
-
-    return excess == (excess >> 31) ? (int32_t)(uint32_t)(sum >> frac) : limit;
-#endif
-}
-
-/** ibeta of Clarke_Lib_Do. The sum stays below 3 * 2^31 / sqrt(3) * 2^31 = 2^62.8. */
 static inline int32_t s32_clarke_beta(int32_t ia, int32_t ib)
 {
-    const int64_t a = (int64_t)ia * S32_INV_SQRT3_Q31;
-    const int64_t b = (int64_t)ib * S32_INV_SQRT3_Q31;
+    const int32_t odd = ia & 1;
+    const int32_t half = s32_saturate((int64_t)ib + (ia >> 1) + odd);
 
-    return s32_saturate((uint64_t)(s32_refine(a + b + b) + (INT64_C(1) << 30)), 31U, 0U);
+    return s32_saturate(s32_scale(half, S32_CLARKE_Q32, odd));
 }
 
-/** vb and vc of InvClarke_Lib_Do. The sums stay below 1.37 * 2^62. */
+/**
+ * vb and vc of InvClarke_Lib_Do: beta - valpha/2 and -beta - valpha/2 with beta = sqrt(3)/2 vbeta. If valpha is odd, the
+ * halves are taken as floor and ceiling of valpha/2, and beta is rounded down: that is vb and vc to nearest, too, and their
+ * sum stays -valpha.
+ */
 static inline s32_pair_t s32_invclarke_bc(int32_t valpha, int32_t vbeta)
 {
-    const int64_t half_alpha = (int64_t)valpha * (INT64_C(1) << 30);
-    const int64_t beta = s32_refine((int64_t)vbeta * S32_HALF_SQRT3_Q31);
-    const int64_t half_lsb = INT64_C(1) << 30;
+    const int32_t odd = valpha & 1;
+    const int32_t half = valpha >> 1;
+    const int64_t beta = s32_scale(vbeta, S32_INVCLARKE_Q32, odd);
 
-    /* One less than half in vc turns its ties down, so that they cancel those of vb. */
-    return (s32_pair_t){s32_saturate((uint64_t)(half_lsb - half_alpha + beta), 31U, 0U),
-                        s32_saturate((uint64_t)(half_lsb - 1 - half_alpha - beta), 31U, 0U)};
+    return (s32_pair_t){s32_saturate(beta - half), s32_saturate(-beta - half - odd)};
+}
+
+/**
+ * a b + c d. The only sum that does not fit is 2^62 + 2^62: it gives 2^63 - 2^31 instead. Both saturate, whatever bits are
+ * taken off; no other sum is larger than that, so half an LSB can still be added.
+ */
+static inline int64_t s32_sum(int32_t a, int32_t b, int32_t c, int32_t d)
+{
+    const int64_t first = (int64_t)a * b;
+    const int64_t second = (int64_t)c * d;
+    const int64_t limit = INT64_C(1) << 62;
+
+    return first + (first == limit && second == limit ? limit - (INT64_C(1) << 31) : second);
+}
+
+/** Take LIB_TRIG_FRAC bits off: to nearest, ties up, saturated. */
+static inline int32_t s32_round(int64_t sum)
+{
+    return s32_saturate((sum + (INT64_C(1) << (LIB_TRIG_FRAC - 1))) >> LIB_TRIG_FRAC);
 }
 
 /** Park: the vector (x, y) seen from a frame turned by +angle. */
 static inline s32_pair_t s32_park(int32_t x, int32_t y, int32_t cosine, int32_t sine)
 {
-    const uint64_t half_lsb = UINT64_C(1) << (LIB_TRIG_FRAC - 1);
-    const uint64_t along = half_lsb + s32_product(x, cosine) + s32_product(y, sine);
-    const uint64_t across = half_lsb + s32_product(y, cosine) - s32_product(x, sine);
-
-    return (s32_pair_t){s32_saturate(along, LIB_TRIG_FRAC, 1U), s32_saturate(across, LIB_TRIG_FRAC, 0U)};
+    return (s32_pair_t){s32_round(s32_sum(x, cosine, y, sine)), s32_round((int64_t)y * cosine - (int64_t)x * sine)};
 }
 
 /** Inverse Park: the vector (x, y) of a frame turned by +angle seen from the stationary one. */
 static inline s32_pair_t s32_invpark(int32_t x, int32_t y, int32_t cosine, int32_t sine)
 {
-    const uint64_t half_lsb = UINT64_C(1) << (LIB_TRIG_FRAC - 1);
-    const uint64_t alpha = half_lsb + s32_product(x, cosine) - s32_product(y, sine);
-    const uint64_t beta = half_lsb + s32_product(y, cosine) + s32_product(x, sine);
-
-    return (s32_pair_t){s32_saturate(alpha, LIB_TRIG_FRAC, 0U), s32_saturate(beta, LIB_TRIG_FRAC, 1U)};
+    return (s32_pair_t){s32_round((int64_t)x * cosine - (int64_t)y * sine), s32_round(s32_sum(y, cosine, x, sine))};
 }
 
 #endif

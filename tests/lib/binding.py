@@ -13,6 +13,15 @@ SWEEPS = {
     "park": ((I32,) * 4, (I32,) * 2),
     "invpark": ((I32,) * 4, (I32,) * 2),
     "cossin": ((U32,), (I32,) * 2),
+    "clarke3": ((I32,) * 3, (I32,) * 2),
+    "clarke_bc": ((I32,) * 2, (I32,) * 2),
+    "clarke_ca": ((I32,) * 2, (I32,) * 2),
+    "atan2": ((I32,) * 2, (U32, U32)),
+    "magnitude": ((I32,) * 2, (I32,)),
+    "polar_root": ((U32,), (I32,)),
+    "polar_reciprocal": ((U32,), (U32,)),
+    "polar_arctangent": ((U32,), (U32,)),
+    "sincos": ((U32,), (I32,) * 2),
     "root": ((U32,), (U32,)),
     "circle": ((I32,) * 3, (I32,) * 3),
     "svm": ((I32,) * 4, (I32,) * 3),
@@ -20,8 +29,9 @@ SWEEPS = {
     "deadtime": ((I32, I32, U32), (I32,)),
     "elementary": ((I32,), (I32,) * 2),
 }
-# Lib.h: fields in, fields out
-API = {"Clarke_Lib_Do": (3, 2), "InvClarke_Lib_Do": (2, 3), "Park_Lib_Do": (4, 2), "InvPark_Lib_Do": (4, 2)}
+# Lib.h and LibFoc.h: fields in, fields out
+API = {"Clarke_Lib_Do": (3, 2), "InvClarke_Lib_Do": (2, 3), "Park_Lib_Do": (4, 2), "InvPark_Lib_Do": (4, 2),
+       "Clarke3_Lib_Do": (3, 2), "ClarkeBC_Lib_Do": (3, 2), "ClarkeCA_Lib_Do": (3, 2), "Polar_Lib_Do": (2, 2)}
 
 
 def array(values, dtype, shape=None):

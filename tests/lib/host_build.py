@@ -11,7 +11,7 @@ TRIG_FRACS = (1, 15, 16, 30, 31)
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wundef", "-Wmissing-prototypes", "-Werror"]
 SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 
-LIBRARY = [ROOT / "lib" / f"{name}.c" for name in ("Lib", "trig", "limit")]
+LIBRARY = [ROOT / "lib" / f"{name}.c" for name in ("Lib", "LibFoc", "trig", "polar", "limit")]
 
 
 def build_dir():
@@ -32,7 +32,7 @@ def compile_host(target, sources, flags):
         fcntl.flock(lock, fcntl.LOCK_EX)
         if target.exists() and target.stat().st_mtime > max(path.stat().st_mtime for path in inputs):
             return target
-        command = [host_cc(), "-std=c11", "-I", str(ROOT), *WARNINGS, *flags, *map(str, sources), "-o", str(target)]
+        command = [host_cc(), "-std=c11", "-I", str(ROOT), *WARNINGS, *flags, *map(str, sources), "-lm", "-o", str(target)]
         result = subprocess.run(command, capture_output=True, text=True)
         assert result.returncode == 0, " ".join(command) + "\n" + result.stderr
     return target

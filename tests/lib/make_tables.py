@@ -116,9 +116,53 @@ def limit_table():
     return [min(isqrt((65536 * 65536 * i) // 64) - 65536, 65535) for i in range(64, 257)]
 
 
-TABLES = {"trig": trig_table, "limit": limit_table}
+def packed(starts, bias=0):
+    """Words of chords between neighbouring values: the first with its bias, times 4096, plus the size of the step."""
+    return [(start + bias) * 4096 + abs(end - start) for start, end in zip(starts, starts[1:])]
+
+
+def reciprocal_table():
+    """2^19 / m, m = 1...2 in 128 chords, and half of 8 for rounding."""
+    return packed([round_half_up(Fraction(1 << 26, i)) for i in range(128, 257)], 4)
+
+
+def arctangent_of(x):
+    """atan(x) / 2 pi of a Fraction 0...2, good to 90 bits: the half-angle formula twice, then the series."""
+    halvings = 4
+    for _ in range(halvings):
+        root = Fraction(isqrt(floor((1 + x * x) * (1 << 240))), 1 << 120)
+        x = Fraction(floor(x / (1 + root) * (1 << 120)), 1 << 120)
+    square, term, total = x * x, x, Fraction(0)
+    for k in range(30):
+        total += term / (2 * k + 1)
+        term = -Fraction(floor(term * square * (1 << 120)), 1 << 120)
+    return total * (1 << halvings) / (2 * PI)
+
+
+def arctangent_table():
+    """16 * 65536 atan(i/128) / 2 pi, a quarter of a unit high: the chords lie below the curve by up to 0.8."""
+    return packed([0] + [round_half_up((1 << 20) * arctangent_of(Fraction(i, 128)) + Fraction(1, 4)) for i in range(1, 130)])
+
+
+def root_table():
+    """2^15 sqrt(i), i = 64...255, high by half of what the chord lies below the curve, and by half of a step of its part."""
+    nodes = []
+    for i in range(64, 257):
+        root = Fraction(isqrt(i << 80), 1 << 40)
+        nodes.append(round_half_up((1 << 15) * root + 512 / (i * root) + 2 / root))
+    return [0] * 64 + packed(nodes)
+
+
+# name of the array: (file in lib/, values)
+TABLES = {
+    "trig_chords": ("trig.c", trig_table),
+    "limit_root_table": ("limit.c", limit_table),
+    "polar_reciprocals": ("polar.c", reciprocal_table),
+    "polar_arctangents": ("polar.c", arctangent_table),
+    "polar_roots": ("polar.c", root_table),
+}
 
 if __name__ == "__main__":
     if len(sys.argv) != 2 or sys.argv[1] not in TABLES:
-        sys.exit("mssfoc: usage: make_tables.py trig|limit")
-    print(", ".join(str(value) for value in TABLES[sys.argv[1]]()))
+        sys.exit("mssfoc: usage: make_tables.py " + "|".join(TABLES))
+    print(", ".join(str(value) for value in TABLES[sys.argv[1]][1]()))

@@ -5,11 +5,14 @@
  */
 #include <stddef.h>
 
+#include "lib/LibFoc.h"
+#include "lib/clarke3.h"
 #include "lib/deadtime.h"
 #include "lib/limit.h"
 #include "lib/modulation.h"
 #include "lib/pi.h"
 #include "lib/pll.h"
+#include "lib/polar.h"
 #include "lib/transform_q15.h"
 #include "lib/trig.h"
 
@@ -20,6 +23,15 @@ void shim_park(size_t n, const int32_t *alpha, const int32_t *beta, const int32_
 void shim_invpark(size_t n, const int32_t *d, const int32_t *q, const int32_t *cosine, const int32_t *sine,
                   int32_t *alpha, int32_t *beta);
 void shim_cossin(size_t n, const uint32_t *angle, int32_t *cosine, int32_t *sine);
+void shim_clarke3(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, int32_t *alpha, int32_t *beta);
+void shim_clarke_bc(size_t n, const int32_t *b, const int32_t *c, int32_t *alpha, int32_t *beta);
+void shim_clarke_ca(size_t n, const int32_t *c, const int32_t *a, int32_t *alpha, int32_t *beta);
+void shim_atan2(size_t n, const int32_t *y, const int32_t *x, uint32_t *angle_q32, uint32_t *angle_u16);
+void shim_magnitude(size_t n, const int32_t *x, const int32_t *y, int32_t *length);
+void shim_polar_root(size_t n, const uint32_t *square, int32_t *root);
+void shim_polar_reciprocal(size_t n, const uint32_t *normalized, uint32_t *reciprocal);
+void shim_polar_arctangent(size_t n, const uint32_t *ratio, uint32_t *angle);
+void shim_sincos(size_t n, const uint32_t *angle, int32_t *cosine, int32_t *sine);
 void shim_root(size_t n, const uint32_t *square, uint32_t *root);
 void shim_circle(size_t n, const int32_t *d, const int32_t *q, const int32_t *radius, int32_t *d_out, int32_t *q_out,
                  int32_t *rest);
@@ -84,6 +96,83 @@ void shim_cossin(size_t n, const uint32_t *angle, int32_t *cosine, int32_t *sine
     for (size_t k = 0; k < n; k++) {
         const cossin_t out = cossin_q15(angle[k]);
 
+        cosine[k] = out.cos;
+        sine[k] = out.sin;
+    }
+}
+
+void shim_clarke3(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, int32_t *alpha, int32_t *beta)
+{
+    for (size_t k = 0; k < n; k++) {
+        const alphabeta_t out = clarke3_q15((abc_t){a[k], b[k], c[k]});
+
+        alpha[k] = out.alpha;
+        beta[k] = out.beta;
+    }
+}
+
+void shim_clarke_bc(size_t n, const int32_t *b, const int32_t *c, int32_t *alpha, int32_t *beta)
+{
+    for (size_t k = 0; k < n; k++) {
+        const alphabeta_t out = clarke_bc_q15(b[k], c[k]);
+
+        alpha[k] = out.alpha;
+        beta[k] = out.beta;
+    }
+}
+
+void shim_clarke_ca(size_t n, const int32_t *c, const int32_t *a, int32_t *alpha, int32_t *beta)
+{
+    for (size_t k = 0; k < n; k++) {
+        const alphabeta_t out = clarke_ca_q15(c[k], a[k]);
+
+        alpha[k] = out.alpha;
+        beta[k] = out.beta;
+    }
+}
+
+void shim_atan2(size_t n, const int32_t *y, const int32_t *x, uint32_t *angle_q32, uint32_t *angle_u16)
+{
+    for (size_t k = 0; k < n; k++) {
+        angle_q32[k] = atan2_q32(y[k], x[k]);
+        angle_u16[k] = atan2_q15(y[k], x[k]);
+    }
+}
+
+void shim_magnitude(size_t n, const int32_t *x, const int32_t *y, int32_t *length)
+{
+    for (size_t k = 0; k < n; k++) {
+        length[k] = magnitude_q15(x[k], y[k]);
+    }
+}
+
+void shim_polar_root(size_t n, const uint32_t *square, int32_t *root)
+{
+    for (size_t k = 0; k < n; k++) {
+        root[k] = polar_root(square[k]);
+    }
+}
+
+void shim_polar_reciprocal(size_t n, const uint32_t *normalized, uint32_t *reciprocal)
+{
+    for (size_t k = 0; k < n; k++) {
+        reciprocal[k] = polar_reciprocal_q16(normalized[k]);
+    }
+}
+
+void shim_polar_arctangent(size_t n, const uint32_t *ratio, uint32_t *angle)
+{
+    for (size_t k = 0; k < n; k++) {
+        angle[k] = polar_arctangent_q32(ratio[k]);
+    }
+}
+
+void shim_sincos(size_t n, const uint32_t *angle, int32_t *cosine, int32_t *sine)
+{
+    for (size_t k = 0; k < n; k++) {
+        sincosoutput_type out;
+
+        SinCos_Lib_Do(angle[k], &out);
         cosine[k] = out.cos;
         sine[k] = out.sin;
     }

@@ -10,7 +10,7 @@ from host_build import HERE, ROOT, build_dir
 FLAGS = ["-mcpu=cortex-m3", "-mthumb", "-ffreestanding", "-std=c11", "-O2", "-ffunction-sections",
          "-fno-delete-null-pointer-checks", "-Wall", "-Wextra", "-Werror", "-I", str(ROOT)]
 KERNELS = {"clarke", "park", "invpark", "invclarke", "cossin", "pi", "circle_rest", "circle_limit", "svm", "recip",
-           "deadtime", "pll"}
+           "deadtime", "pll", "clarke3", "clarke_bc", "clarke_ca", "atan2", "magnitude"}
 API = {"Clarke_Lib_Do", "InvClarke_Lib_Do", "Park_Lib_Do", "InvPark_Lib_Do"}
 LONG_OR_DIVISION = re.compile(r"^(smull|umull|smlal|umlal|sdiv|udiv)\b")
 CONDITIONS = "eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le"
@@ -65,6 +65,16 @@ def test_api_has_no_branch_on_data(frac):
     assert set(found) == API
     for body in found.values():
         assert not branches(body) and len(returns(body)) == 1
+        assert not [line for line in body if re.match(r"[su]div", line)]
+
+
+@pytest.mark.parametrize("frac", (1, 15, 30, 31))
+def test_family_has_no_branch_on_data(frac):
+    """One loop, of a fixed number of turns, in Polar_Lib_Do."""
+    found = functions(ROOT / "lib" / "LibFoc.c", f"-DLIB_TRIG_FRAC={frac}")
+    assert set(found) == {"Clarke3_Lib_Do", "ClarkeBC_Lib_Do", "ClarkeCA_Lib_Do", "SinCos_Lib_Do", "Polar_Lib_Do"}
+    for name, body in found.items():
+        assert len(branches(body)) == (name == "Polar_Lib_Do"), branches(body)
         assert not [line for line in body if re.match(r"[su]div", line)]
 
 

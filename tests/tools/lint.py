@@ -68,6 +68,9 @@ def check_includes(path, text):
         if match.group(1).startswith("<"):
             if match.group(1) not in SYSTEM_HEADERS:
                 yield number, f"{match.group(1)} is not one of the freestanding headers"
+        elif "/" not in match.group(2):  # beside the file itself
+            if not (ROOT / path.parent / match.group(2)).is_file():
+                yield number, f"{match.group(2)} is not in {room}/"
         elif match.group(2).split("/")[0] not in ALLOWED[room]:
             yield number, f"include of {match.group(2)} points up from {room}/"
 

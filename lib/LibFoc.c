@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: MIT */
+/* The functions of LibFoc.h, in portable C with 64-bit sums: each reads its input whole before it writes. */
+#include "lib/LibFoc.h"
+
+#include "lib/polar.h"
+#include "lib/trig.h"
+
+#define INV_SQRT3_Q31 1239850262 /* 2^31 / sqrt(3) = 1239850262.2526 */
+
+/* |value| < 2^62 */
+static int32_t saturated(int64_t value)
+{
+    const int32_t low = (int32_t)(uint32_t)((uint64_t)value & UINT32_MAX);
+    const int32_t high = (int32_t)(value >> 32);
+    const int32_t excess = high ^ (low >> 31); /* 0 if the value fits; small otherwise */
+    const int32_t beyond = (excess | -excess) >> 31;
+
+    return (low & ~beyond) | ((INT32_MAX ^ (high >> 31)) & beyond);
+}
+
+/* sum / sqrt(3); |sum| <= 3 * 2^31, so that the product stays below 2^62.8. */
+static int32_t over_sqrt3(int64_t sum)
+{
+    const int64_t product_q31 = sum * INV_SQRT3_Q31 + (sum >> 2);
+
+    return saturated((product_q31 + (INT64_C(1) << 30)) >> 31);
+}
+
+/* sum / 3 to nearest; |sum| <= 3 * 2^31. The product is right to a few units; the rest, 0...6, is divided exactly. */
+static int64_t third(int64_t sum)
+{
+    const int64_t near = ((sum >> 2) * 0x55555555) >> 30;
+    const int32_t rest = (int32_t)(sum - 3 * near);
+
+    return near + ((rest * 21846 + 32768) >> 16);
+}
+
+void Clarke3_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput_type *twophaserefcurrent_ptr)
+{
+    const int64_t a = threephasecurrent_ptr->ia;
+    const int64_t b = threephasecurrent_ptr->ib;
+    const int64_t c = threephasecurrent_ptr->ic;
+
+    twophaserefcurrent_ptr->ialpha = saturated(a - third(a + b + c));
+    twophaserefcurrent_ptr->ibeta = over_sqrt3(b - c);
+}
+
+void ClarkeBC_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput_type *twophaserefcurrent_ptr)
+{
+    const int64_t b = threephasecurrent_ptr->ib;
+    const int64_t c = threephasecurrent_ptr->ic;
+
+    twophaserefcurrent_ptr->ialpha = saturated(-b - c);
+    twophaserefcurrent_ptr->ibeta = over_sqrt3(b - c);
+}
+
+void ClarkeCA_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput_type *twophaserefcurrent_ptr)
+{
+    const int32_t a = threephasecurrent_ptr->ia;
+    const int64_t c = threephasecurrent_ptr->ic;
+
+    twophaserefcurrent_ptr->ialpha = a;
+    twophaserefcurrent_ptr->ibeta = over_sqrt3(-(a + 2 * c));
+}
+
+/* From the chord's Q30, which may stand out of the circle by less than an LSB of Q15, to LIB_TRIG_FRAC bits. */
+static int32_t trig_frac(int32_t chord_q30)
+{
+    const int32_t value_q30 = q15_clamp(chord_q30 - Q15_HALF, -(1 << 30), 1 << 30);
+
+#if LIB_TRIG_FRAC == 31
+    return (int32_t)((uint32_t)value_q30 * 2U - (uint32_t)(value_q30 == 1 << 30)); /* 1.0 becomes INT32_MAX */
+#elif LIB_TRIG_FRAC == 30
+    return value_q30;
+#else
+    return (value_q30 + (1 << (29 - LIB_TRIG_FRAC))) >> (30 - LIB_TRIG_FRAC);
+#endif
+}
+
+void SinCos_Lib_Do(uint32_t angle_q32, sincosoutput_type *sincosoutput_ptr)
+{
+    const int32_t *const chord = &trig_chords[angle_q32 >> 22];
+    const int32_t part_q12 = (int32_t)((angle_q32 >> 10) & 0xFFFU);
+
+    sincosoutput_ptr->cos = trig_frac(trig_on_chord_q30(chord[256], part_q12));
+    sincosoutput_ptr->sin = trig_frac(trig_on_chord_q30(chord[0], part_q12));
+}
+
+/* The root of square <= 2^63, to nearest: one bit a turn, the same 32 turns for all data. */
+static uint32_t root(uint64_t square)
+{
+    uint64_t rest = square;
+    uint64_t found = 0U;
+
+    for (uint64_t bit = UINT64_C(1) << 62; bit != 0U; bit >>= 2) {
+        const uint64_t trial = found + bit;
+        const uint64_t taken = rest >= trial ? UINT64_MAX : 0U;
+
+        rest -= trial & taken;
+        found = (found >> 1) + (bit & taken);
+    }
+    return (uint32_t)(found + (rest > found ? 1U : 0U));
+}
+
+void Polar_Lib_Do(const polarinput_type *polarinput_ptr, polaroutput_type *polaroutput_ptr)
+{
+    const int32_t x = polarinput_ptr->x;
+    const int32_t y = polarinput_ptr->y;
+    const uint32_t magnitude = root((uint64_t)((int64_t)x * x) + (uint64_t)((int64_t)y * y));
+
+    polaroutput_ptr->magnitude = (int32_t)(magnitude > INT32_MAX ? INT32_MAX : magnitude);
+    polaroutput_ptr->angle_q32 = atan2_q32(y, x);
+}

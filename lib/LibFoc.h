@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The rest of the family around Lib.h, in its style: the general Clarke transform and its other two-sensor forms, sine and
+ * cosine from an angle, and angle and length of a vector. C and C++.
+ *
+ * What Lib.h says of all its functions holds here too: the whole int32_t range, rounding to nearest with ties up, saturation
+ * to INT32_MIN / INT32_MAX and no wrapping, input and output may overlap, re-entrant, no state, no branch on data, any
+ * context. Pointers must not be null.
+ */
+#ifndef LIB_FOC_H
+#define LIB_FOC_H
+
+#include <stdint.h>
+
+#include "Lib.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Cosine and sine with LIB_TRIG_FRAC fraction bits, as the inputs of Park_Lib_Do and InvPark_Lib_Do take them. */
+typedef struct {
+    int32_t cos;
+    int32_t sin;
+} sincosoutput_type;
+
+/** A vector by its coordinates. */
+typedef struct {
+    int32_t x;
+    int32_t y;
+} polarinput_type;
+
+/** The same by its length and its angle from the x axis towards the y axis, 2^32 = one turn. */
+typedef struct {
+    int32_t magnitude;
+    uint32_t angle_q32;
+} polaroutput_type;
+
+/**
+ * Clarke transform of any three phase currents (the guide's EQ1 and EQ2 in their amplitude-invariant form):
+ *     ialpha = (2 ia - ib - ic) / 3,  ibeta = (ib - ic) / sqrt(3)
+ * A current common to all three has no effect. ialpha is the exact value correctly rounded, ibeta lies within 0.51 LSB of
+ * it.
+ */
+void Clarke3_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput_type *twophaserefcurrent_ptr);
+
+/**
+ * Clarke transform of balanced currents measured in phases B and C; ia may hold anything:
+ *     ialpha = -ib - ic,  ibeta = (ib - ic) / sqrt(3)
+ * ialpha is exact, ibeta lies within 0.51 LSB of the exact value.
+ */
+void ClarkeBC_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput_type *twophaserefcurrent_ptr);
+
+/**
+ * Clarke transform of balanced currents measured in phases C and A; ib may hold anything:
+ *     ialpha = ia,  ibeta = -(ia + 2 ic) / sqrt(3)
+ * ialpha is exact, ibeta lies within 0.51 LSB of the exact value.
+ */
+void ClarkeCA_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput_type *twophaserefcurrent_ptr);
+
+/**
+ * cos and sin of angle_q32 (2^32 = one turn), with LIB_TRIG_FRAC fraction bits.
+ * Within 0.35 / 32768 of the exact value plus the rounding of half a bit; with 15 fraction bits at most 0.85 LSB. Exact at
+ * the four quadrants; with 31 fraction bits 1.0 saturates to INT32_MAX. Never beyond +-1.0.
+ */
+void SinCos_Lib_Do(uint32_t angle_q32, sincosoutput_type *sincosoutput_ptr);
+
+/**
+ * Length and angle of a vector: magnitude = sqrt(x^2 + y^2), angle_q32 = atan2(y, x).
+ * magnitude is the exact value correctly rounded; it saturates from 2^31 on. The angle is exact on the axes, else within
+ * 0.53 / 65536 turn; 0 for (0, 0).
+ */
+void Polar_Lib_Do(const polarinput_type *polarinput_ptr, polaroutput_type *polaroutput_ptr);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
