@@ -12,8 +12,9 @@
  * double pole at x = w Ts = 1/16 (kp = 2 D x, ki = x^2 with damping D = 1), 199 Hz at 20 kHz. So fixed because powers of
  * two cost nothing: a slower observer lags and costs a speed loop its damping, a faster one passes the encoder's steps on
  * to the torque. Bandwidth (-3 dB of the predicted angle): 0.0266 of the sampling rate, 533 Hz at 20 kHz. At constant speed
- * no error but that of rounding down, 128 units of angle (2^-25 turn). At a constant acceleration (turns per sample^2) the
- * predicted angle lags by 256 accelerations, the speed by 31.5, at the instant of the sample.
+ * no error but that of rounding down: angle behind by 0...256 units (2^-24 turn), speed by 0...32. At standstill it comes to
+ * rest. At a constant acceleration (turns per sample^2) the predicted angle lags by 256 accelerations, the speed by 31.5, at
+ * the instant of the sample. It locks from any angle, onto a speed within 0.15 turn a sample of its own.
  *
  * The angle held is a prediction: it is there before the sample it belongs to, so that nothing waits for it.
  */
