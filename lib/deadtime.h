@@ -14,7 +14,7 @@
 #define DEADTIME_KNEE_Q15 512
 
 /**
- * Which share of the dead time to add to the on-time, in 1/128: -128 for i <= -knee, 127 for i >= knee, i/4 rounded down
+ * Which share of the dead time to add to the on-time, in 1/128: -128 for i <= -knee, 127 for i >= knee - 4, i/4 rounded down
  * between. The slope keeps noise around zero current from being amplified, and stands for the time that the current needs
  * there to charge the switches' capacitance.
  * current: any value, in Q15 with `fraction` more bits (0...28). Monotone. Context: any. 1 cycle.

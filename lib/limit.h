@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The voltage circle: a vector limited to a radius, with priority for d, and the square root it needs. */
+/* The voltage circle: what it leaves for q beside d, and the square root it needs. */
 #ifndef LIB_LIMIT_H
 #define LIB_LIMIT_H
 
@@ -51,18 +51,6 @@ static inline int32_t circle_rest_q15(int32_t d_q15, int32_t radius_q15)
     const uint32_t radius = (uint32_t)radius_q15;
 
     return (int32_t)limit_root(radius * radius - d * d);
-}
-
-/**
- * v limited to the circle, d first: d to +-radius, then q to what is left. The result never lies outside the circle,
- * and less than one LSB of q inside it where it was cut. Range as circle_rest_q15(); v.q any value.
- */
-static inline dq_t circle_limit_q15(dq_t v_q15, int32_t radius_q15)
-{
-    const int32_t d = q15_clamp(v_q15.d, -radius_q15, radius_q15);
-    const int32_t rest = circle_rest_q15(d, radius_q15);
-
-    return (dq_t){d, q15_clamp(v_q15.q, -rest, rest)};
 }
 
 #endif

@@ -12,8 +12,8 @@
 
 /**
  * Half of largest plus smallest of a, b and c, where a + b + c = 0 and minus_c = a + b. With such a sum it is minus half
- * of the one in the middle, so one maximum and two comparisons find it. Rounded down (up, where c is the largest or the
- * smallest no more and max(a, b) is in the middle). Range: |a|, |b|, |minus_c| < 2^30. Context: any. 9 cycles, no branch.
+ * of the one in the middle, so one maximum and two comparisons find it. Rounded down; up where c is larger than both others.
+ * Range: |a|, |b|, |minus_c| < 2^30. Context: any. 10 cycles (9 where a is not needed any more), no branch.
  */
 static inline int32_t svm_middle(int32_t a, int32_t b, int32_t minus_c)
 {
@@ -49,8 +49,10 @@ static inline int32_t svm_middle(int32_t a, int32_t b, int32_t minus_c)
 
 /**
  * The three voltages with their zero sequence: v - (max + min) / 2, for v.a + v.b + v.c = 0 (v.c is not read), in any unit.
- * What comes out lies within +-sqrt(3)/2 of the amplitude. Line-to-line voltages are unchanged to the bit.
- * Range: |v| < 2^29. Context: any. Times (on-time / 2 per volt), plus a quarter of the period, it is the high side's edge.
+ * What comes out lies within +-sqrt(3)/2 of the amplitude, rounded up to a whole number. Line-to-line voltages are unchanged
+ * to the bit. The largest and the smallest result sum to 0, or to 1 where the half was rounded down and -1 where up.
+ * Range: |v| < 2^29. Context: any. 15 cycles, loads and stores apart.
+ * Times (on-time / 2 per volt), plus a quarter of the period, it is the high side's edge.
  */
 static inline abc_t svm_minmax(abc_t v)
 {

@@ -18,7 +18,7 @@
 
 #include "lib/q15.h"
 
-#define PI_OUTPUT_MAX 32767 /* of the limit */
+#define PI_OUTPUT_MAX 32766 /* of the limit: below what saturates at 16 bits, or nothing would be seen to exceed it */
 #define PI_ERROR_MAX  98303 /* |reference| <= 32768 less |measured| <= 65535 */
 #define PI_KP_MAX_Q9  16384 /* 32.0: with the largest error and integral still below 2^31 */
 #define PI_KI_MAX_Q15 21845 /* 0.67, likewise */
@@ -27,12 +27,12 @@
 struct pi_q15 {
     int32_t kp_q9;
     int32_t ki_q15;
-    int32_t integral_q9; /* stays within +-(32768 + the largest step) by itself; as much may be added to it */
+    int32_t integral_q9; /* stays within +-(32768 + the largest step) by itself; +-2^29 may be reached by adding to it */
 };
 
 /**
  * What the controller asks for, before any limit: kp error + integral, rounded down, saturated to 16 bits.
- * |error| <= PI_ERROR_MAX. Context: any. 3 cycles.
+ * |error| <= PI_ERROR_MAX, |integral_q9| <= 2^29. Context: any. 4 cycles.
  */
 static inline int32_t pi_q15_unlimited(int32_t kp_q9, int32_t error, int32_t integral_q9)
 {
@@ -41,7 +41,7 @@ static inline int32_t pi_q15_unlimited(int32_t kp_q9, int32_t error, int32_t int
 
 /**
  * The integral's step, Q15, unless the output was limited in its direction: what the controller asked for lies beyond what
- * it got. Context: any. 4 cycles.
+ * it got. Any values. Context: any. 4 cycles.
  */
 static inline int32_t pi_q15_hold(int32_t step_q15, int32_t unlimited, int32_t output)
 {
@@ -63,7 +63,10 @@ static inline int32_t pi_q15_hold(int32_t step_q15, int32_t unlimited, int32_t o
 #endif
 }
 
-/** Limits the output to +-limit, and holds the step where that limits it, both in one. 6 cycles. */
+/**
+ * Limits the output to +-limit, and holds the step where that limits it, both in one. limit >= 0, the others any values.
+ * Context: any. 6 cycles.
+ */
 static inline void pi_q15_saturate(int32_t *output, int32_t *step_q15, int32_t limit)
 {
 #if defined(__ARM_ARCH_7M__) && !defined(LIB_PORTABLE)
@@ -85,7 +88,7 @@ static inline void pi_q15_saturate(int32_t *output, int32_t *step_q15, int32_t l
 #endif
 }
 
-/** The integral after a step, rounded down to 2^-9. */
+/** The integral after a step, rounded down to 2^-9. Context: any. 1 cycle. */
 static inline int32_t pi_q15_integrated(int32_t integral_q9, int32_t step_q15)
 {
     return integral_q9 + (step_q15 >> 6);
@@ -93,7 +96,7 @@ static inline int32_t pi_q15_integrated(int32_t integral_q9, int32_t step_q15)
 
 /**
  * One sample: the output in -limit...limit. |error| <= PI_ERROR_MAX, 0 <= limit <= PI_OUTPUT_MAX.
- * Context: one caller an instance. 11 cycles, loads and stores apart.
+ * Context: one caller an instance. 12 cycles, loads and stores apart.
  */
 static inline int32_t pi_q15_step(struct pi_q15 *pi, int32_t error, int32_t limit)
 {

@@ -8,11 +8,13 @@
  *     speed += error / 256
  *     angle += error / 8 + speed         the prediction for the next sample
  *
- * Its poles are the roots of z^2 - (2 - kp - ki) z + (1 - kp), with kp = 1/8 and ki = 1/256: about a double pole at
- * x = w Ts = 1/16 (kp = 2 D x, ki = x^2 with damping D = 1), 199 Hz at 20 kHz. So fixed because powers of two cost nothing:
- * a slower observer lags and costs a speed loop its damping, a faster one passes the encoder's steps on to the torque.
- * Bandwidth (-3 dB of angle): 2.48 times that. No error at constant speed. At a constant acceleration (turns per sample^2)
- * the predicted angle lags by 256 accelerations, the speed by 31.5.
+ * Its poles are the roots of z^2 - (2 - kp - ki) z + (1 - kp), with kp = 1/8 and ki = 1/256: 0.951 and 0.920, about a
+ * double pole at x = w Ts = 1/16 (kp = 2 D x, ki = x^2 with damping D = 1), 199 Hz at 20 kHz. So fixed because powers of
+ * two cost nothing: a slower observer lags and costs a speed loop its damping, a faster one passes the encoder's steps on
+ * to the torque. Bandwidth (-3 dB of the predicted angle): 0.0266 of the sampling rate, 533 Hz at 20 kHz. At constant speed
+ * no error but that of rounding down: angle behind by 0...256 units (2^-24 turn), speed by 0...32. At standstill it comes to
+ * rest. At a constant acceleration (turns per sample^2) the predicted angle lags by 256 accelerations, the speed by 31.5, at
+ * the instant of the sample. It locks from any angle, onto a speed within 0.15 turn a sample of its own.
  *
  * The angle held is a prediction: it is there before the sample it belongs to, so that nothing waits for it.
  */

@@ -26,15 +26,13 @@
     X(park_q15, 4, 2) \
     X(invpark_q15, 4, 2) \
     X(cossin_q15, 1, 2) \
-    X(pi_q15_step, 6, 2) \
+    X(pi_q15_step, 5, 2) \
     X(limit_root, 1, 1) \
     X(circle_rest_q15, 2, 1) \
-    X(circle_limit_q15, 3, 2) \
-    X(svm_minmax_q15, 4, 3) \
-    X(recip_q14_refine, 2, 1) \
-    X(deadtime_comp, 1, 1) \
-    X(pll_step, 5, 2) \
-    X(foc_step_q15, 6, 3)
+    X(svm_minmax, 2, 3) \
+    X(deadtime_share_q7, 1, 1) \
+    X(advance_q15, 3, 2) \
+    X(pll_step, 3, 2)
 
 #define BENCH_KERNEL_WORDS 6u
 

@@ -58,14 +58,10 @@ RANGES(any_four, ANY, ANY, ANY, ANY)
 /* The kernels are defined within these ranges only. */
 RANGES(range_two, Q15_CURRENT, Q15_CURRENT)
 RANGES(range_four, Q15_CURRENT, Q15_CURRENT, Q15_FRACTION, Q15_FRACTION)
-RANGES(range_pi, {0, 32767}, {0, 32767}, SYMMETRIC(1 << 30), SYMMETRIC(65536), SYMMETRIC(65536), {0, 32768})
+RANGES(range_pi, {0, 16384}, {0, 21845}, SYMMETRIC(1 << 25), SYMMETRIC(98303), {0, 32766})
 RANGES(range_rest, SYMMETRIC(65535), {0, 65535})
-RANGES(range_circle, SYMMETRIC(65535), SYMMETRIC(65535), {0, 65535})
-RANGES(range_svm, SYMMETRIC(11000), SYMMETRIC(11000), SYMMETRIC(11000), {16384, 65536})
-RANGES(range_recip, {4, 131072}, {0, 32767})
-RANGES(range_pll, ANY, SYMMETRIC(1 << 30), {0, 65535}, {0, 65535}, ANY)
-
-RANGES(range_foc, Q15_CURRENT, Q15_CURRENT, ANY, Q15_CURRENT, Q15_CURRENT, {16384, 65536})
+RANGES(range_svm, SYMMETRIC(1 << 28), SYMMETRIC(1 << 28))
+RANGES(range_advance, SYMMETRIC(65535), SYMMETRIC(65535), SYMMETRIC(19660))
 
 /* clang-format off */
 #define ROW(name, words, typical, extreme) \
@@ -81,15 +77,13 @@ static const struct kernel_row kernel_rows[] = {
     ROW(invpark_q15, 4, range_four, range_four),
     ROW(invclarke_q15, 2, range_two, range_two),
     ROW(cossin_q15, 1, any_four, any_four),
-    ROW(pi_q15_step, 6, range_pi, range_pi),
+    ROW(pi_q15_step, 5, range_pi, range_pi),
     ROW(limit_root, 1, any_four, any_four),
     ROW(circle_rest_q15, 2, range_rest, range_rest),
-    ROW(circle_limit_q15, 3, range_circle, range_circle),
-    ROW(svm_minmax_q15, 4, range_svm, range_svm),
-    ROW(recip_q14_refine, 2, range_recip, range_recip),
-    ROW(deadtime_comp, 1, any_four, any_four),
-    ROW(pll_step, 5, range_pll, range_pll),
-    ROW(foc_step_q15, 6, range_foc, range_foc),
+    ROW(svm_minmax, 2, range_svm, range_svm),
+    ROW(deadtime_share_q7, 1, any_four, any_four),
+    ROW(advance_q15, 3, range_advance, range_advance),
+    ROW(pll_step, 3, any_four, any_four),
 };
 /* clang-format on */
 

@@ -23,10 +23,13 @@ SWEEPS = {
     "polar_arctangent": ((U32,), (U32,)),
     "sincos": ((U32,), (I32,) * 2),
     "root": ((U32,), (U32,)),
-    "circle": ((I32,) * 3, (I32,) * 3),
-    "svm": ((I32,) * 4, (I32,) * 3),
-    "recip": ((I32,) * 2, (I32,)),
-    "deadtime": ((I32, I32, U32), (I32,)),
+    "circle_rest": ((I32,) * 2, (I32,)),
+    "svm": ((I32,) * 3, (I32,) * 3),
+    "svm_middle": ((I32,) * 2, (I32,)),
+    "deadtime": ((I32, U32), (I32,)),
+    "advance": ((I32,) * 3, (I32,) * 2),
+    "pi_hold": ((I32,) * 3, (I32,)),
+    "pi_saturate": ((I32,) * 3, (I32,) * 2),
     "elementary": ((I32,), (I32,) * 2),
 }
 # Lib.h and LibFoc.h: fields in, fields out
@@ -48,12 +51,11 @@ def pointer(values):
 
 
 class Pi(ctypes.Structure):
-    _fields_ = [("kp_q12", ctypes.c_int32), ("ki_q17", ctypes.c_int32), ("integral_q30", ctypes.c_int32)]
+    _fields_ = [("kp_q9", ctypes.c_int32), ("ki_q15", ctypes.c_int32), ("integral_q9", ctypes.c_int32)]
 
 
 class Pll(ctypes.Structure):
-    _fields_ = [("angle_q32", ctypes.c_uint32), ("speed_q32", ctypes.c_int32), ("kp_q16", ctypes.c_int32),
-                ("ki_q22", ctypes.c_int32)]
+    _fields_ = [("angle_q32", ctypes.c_uint32), ("speed_q32", ctypes.c_int32)]
 
 
 class Library:
@@ -84,19 +86,13 @@ class Library:
         getattr(self.dll, name)(ctypes.c_void_p(base + 24), ctypes.c_void_p(base + 4 * start))
         return tuple(memory[start:start + count_out])
 
-    def pi_steps(self, pi, errors, feedforward=0, limit=32768):
+    def pi_steps(self, pi, errors, limit):
         """Run the controller; returns outputs and integrals."""
         errors = array(errors, I32)
-        inputs = [errors, array(feedforward, I32, errors.shape), array(limit, I32, errors.shape)]
+        inputs = [errors, array(limit, I32, errors.shape)]
         results = [np.empty(errors.shape, I32), np.empty(errors.shape, I32)]
         self.dll.shim_pi(ctypes.c_size_t(errors.size), ctypes.byref(pi), *map(pointer, inputs + results))
         return [values.astype(np.int64) for values in results]
-
-    def pi_preset(self, pi, output, feedforward):
-        self.dll.shim_pi_preset(ctypes.byref(pi), ctypes.c_int32(output), ctypes.c_int32(feedforward))
-
-    def pi_reset(self, pi):
-        self.dll.shim_pi_reset(ctypes.byref(pi))
 
     def pll_steps(self, pll, measured):
         """Run the observer; returns angles and speeds."""
@@ -105,8 +101,7 @@ class Library:
         self.dll.shim_pll(ctypes.c_size_t(measured.size), ctypes.byref(pll), pointer(measured), *map(pointer, results))
         return [values.astype(np.int64) for values in results]
 
-    def pll(self, natural_q16, angle_q32=0):
-        pll = Pll()
-        self.dll.shim_pll_set_bandwidth(ctypes.byref(pll), ctypes.c_uint32(natural_q16))
+    def pll(self, angle_q32=0):
+        pll = Pll(0, 12345)
         self.dll.shim_pll_reset(ctypes.byref(pll), ctypes.c_uint32(angle_q32))
         return pll

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Each kernel of the hot path alone in a function, compiled for the target and read by test_codegen.py. Never linked. */
+#include "lib/advance.h"
 #include "lib/clarke3.h"
 #include "lib/deadtime.h"
 #include "lib/limit.h"
@@ -29,13 +30,17 @@ KERNEL(clarke_bc, alphabeta_t, TWO(int32_t b, int32_t c), clarke_bc_q15(b, c))
 KERNEL(clarke_ca, alphabeta_t, TWO(int32_t c, int32_t a), clarke_ca_q15(c, a))
 KERNEL(atan2, uint32_t, TWO(int32_t y, int32_t x), atan2_q15(y, x))
 KERNEL(magnitude, int32_t, TWO(int32_t x, int32_t y), magnitude_q15(x, y))
-KERNEL(pi, int32_t, THREE(struct pi_q15 *pi, int32_t error, const int32_t *other),
-       pi_q15_step(pi, error, other[0], other[1]))
+KERNEL(pi, int32_t, THREE(struct pi_q15 *pi, int32_t error, int32_t limit), pi_q15_step(pi, error, limit))
+KERNEL(pi_hold, int32_t, THREE(int32_t step, int32_t unlimited, int32_t output), pi_q15_hold(step, unlimited, output))
 KERNEL(circle_rest, int32_t, TWO(int32_t d, int32_t radius), circle_rest_q15(d, radius))
-KERNEL(circle_limit, dq_t, TWO(const dq_t *v, int32_t radius), circle_limit_q15(*v, radius))
-KERNEL(svm, abc_t, TWO(const abc_t *v, int32_t recip), svm_minmax_q15(*v, recip))
-KERNEL(recip, int32_t, TWO(int32_t recip, int32_t vbus), recip_q14_refine(recip, vbus))
-KERNEL(deadtime, int32_t, TWO(int32_t i, int32_t amount), deadtime_comp(i, amount, 8U))
+KERNEL(svm, abc_t, const abc_t *v, svm_minmax(*v))
+KERNEL(deadtime, int32_t, int32_t current, deadtime_share_q7(current, 13U))
+
+void kernel_advance(int32_t *x, int32_t *y, int32_t turn);
+void kernel_advance(int32_t *x, int32_t *y, int32_t turn)
+{
+    advance_q15(x, y, turn);
+}
 
 void kernel_pll(struct pll *pll, uint32_t measured);
 void kernel_pll(struct pll *pll, uint32_t measured)

@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "lib/LibFoc.h"
+#include "lib/advance.h"
 #include "lib/clarke3.h"
 #include "lib/deadtime.h"
 #include "lib/limit.h"
@@ -33,19 +34,17 @@ void shim_polar_reciprocal(size_t n, const uint32_t *normalized, uint32_t *recip
 void shim_polar_arctangent(size_t n, const uint32_t *ratio, uint32_t *angle);
 void shim_sincos(size_t n, const uint32_t *angle, int32_t *cosine, int32_t *sine);
 void shim_root(size_t n, const uint32_t *square, uint32_t *root);
-void shim_circle(size_t n, const int32_t *d, const int32_t *q, const int32_t *radius, int32_t *d_out, int32_t *q_out,
-                 int32_t *rest);
-void shim_svm(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, const int32_t *recip, int32_t *duty_a,
-              int32_t *duty_b, int32_t *duty_c);
-void shim_recip(size_t n, const int32_t *recip, const int32_t *vbus, int32_t *refined);
-void shim_deadtime(size_t n, const int32_t *i, const int32_t *amount, const uint32_t *knee_shift, int32_t *out);
+void shim_circle_rest(size_t n, const int32_t *d, const int32_t *radius, int32_t *rest);
+void shim_svm(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, int32_t *out_a, int32_t *out_b, int32_t *out_c);
+void shim_svm_middle(size_t n, const int32_t *a, const int32_t *b, int32_t *middle);
+void shim_deadtime(size_t n, const int32_t *current, const uint32_t *fraction, int32_t *share);
+void shim_advance(size_t n, const int32_t *x, const int32_t *y, const int32_t *turn, int32_t *x_out, int32_t *y_out);
 void shim_elementary(size_t n, const int32_t *x, int32_t *sat16, int32_t *unsigned_from_q30);
-void shim_pi(size_t n, struct pi_q15 *pi, const int32_t *error, const int32_t *feedforward, const int32_t *limit,
-             int32_t *output, int32_t *integral);
-void shim_pi_preset(struct pi_q15 *pi, int32_t output, int32_t feedforward);
-void shim_pi_reset(struct pi_q15 *pi);
+void shim_pi(size_t n, struct pi_q15 *pi, const int32_t *error, const int32_t *limit, int32_t *output, int32_t *integral);
+void shim_pi_hold(size_t n, const int32_t *step, const int32_t *unlimited, const int32_t *output, int32_t *held);
+void shim_pi_saturate(size_t n, const int32_t *output, const int32_t *step, const int32_t *limit, int32_t *limited,
+                      int32_t *held);
 void shim_pll(size_t n, struct pll *pll, const uint32_t *measured, uint32_t *angle, int32_t *speed);
-void shim_pll_set_bandwidth(struct pll *pll, uint32_t natural);
 void shim_pll_reset(struct pll *pll, uint32_t angle);
 
 void shim_clarke(size_t n, const int32_t *a, const int32_t *b, int32_t *alpha, int32_t *beta)
@@ -185,41 +184,44 @@ void shim_root(size_t n, const uint32_t *square, uint32_t *root)
     }
 }
 
-void shim_circle(size_t n, const int32_t *d, const int32_t *q, const int32_t *radius, int32_t *d_out, int32_t *q_out,
-                 int32_t *rest)
+void shim_circle_rest(size_t n, const int32_t *d, const int32_t *radius, int32_t *rest)
 {
     for (size_t k = 0; k < n; k++) {
-        const dq_t out = circle_limit_q15((dq_t){d[k], q[k]}, radius[k]);
-
-        d_out[k] = out.d;
-        q_out[k] = out.q;
         rest[k] = circle_rest_q15(d[k], radius[k]);
     }
 }
 
-void shim_svm(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, const int32_t *recip, int32_t *duty_a,
-              int32_t *duty_b, int32_t *duty_c)
+void shim_svm(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, int32_t *out_a, int32_t *out_b, int32_t *out_c)
 {
     for (size_t k = 0; k < n; k++) {
-        const abc_t out = svm_minmax_q15((abc_t){a[k], b[k], c[k]}, recip[k]);
+        const abc_t out = svm_minmax((abc_t){a[k], b[k], c[k]});
 
-        duty_a[k] = out.a;
-        duty_b[k] = out.b;
-        duty_c[k] = out.c;
+        out_a[k] = out.a;
+        out_b[k] = out.b;
+        out_c[k] = out.c;
     }
 }
 
-void shim_recip(size_t n, const int32_t *recip, const int32_t *vbus, int32_t *refined)
+void shim_svm_middle(size_t n, const int32_t *a, const int32_t *b, int32_t *middle)
 {
     for (size_t k = 0; k < n; k++) {
-        refined[k] = recip_q14_refine(recip[k], vbus[k]);
+        middle[k] = svm_middle(a[k], b[k], a[k] + b[k]);
     }
 }
 
-void shim_deadtime(size_t n, const int32_t *i, const int32_t *amount, const uint32_t *knee_shift, int32_t *out)
+void shim_deadtime(size_t n, const int32_t *current, const uint32_t *fraction, int32_t *share)
 {
     for (size_t k = 0; k < n; k++) {
-        out[k] = deadtime_comp(i[k], amount[k], knee_shift[k]);
+        share[k] = deadtime_share_q7(current[k], fraction[k]);
+    }
+}
+
+void shim_advance(size_t n, const int32_t *x, const int32_t *y, const int32_t *turn, int32_t *x_out, int32_t *y_out)
+{
+    for (size_t k = 0; k < n; k++) {
+        x_out[k] = x[k];
+        y_out[k] = y[k];
+        advance_q15(&x_out[k], &y_out[k], turn[k]);
     }
 }
 
@@ -231,23 +233,29 @@ void shim_elementary(size_t n, const int32_t *x, int32_t *sat16, int32_t *unsign
     }
 }
 
-void shim_pi(size_t n, struct pi_q15 *pi, const int32_t *error, const int32_t *feedforward, const int32_t *limit,
-             int32_t *output, int32_t *integral)
+void shim_pi(size_t n, struct pi_q15 *pi, const int32_t *error, const int32_t *limit, int32_t *output, int32_t *integral)
 {
     for (size_t k = 0; k < n; k++) {
-        output[k] = pi_q15_step(pi, error[k], feedforward[k], limit[k]);
-        integral[k] = pi->integral_q30;
+        output[k] = pi_q15_step(pi, error[k], limit[k]);
+        integral[k] = pi->integral_q9;
     }
 }
 
-void shim_pi_preset(struct pi_q15 *pi, int32_t output, int32_t feedforward)
+void shim_pi_hold(size_t n, const int32_t *step, const int32_t *unlimited, const int32_t *output, int32_t *held)
 {
-    pi_q15_preset(pi, output, feedforward);
+    for (size_t k = 0; k < n; k++) {
+        held[k] = pi_q15_hold(step[k], unlimited[k], output[k]);
+    }
 }
 
-void shim_pi_reset(struct pi_q15 *pi)
+void shim_pi_saturate(size_t n, const int32_t *output, const int32_t *step, const int32_t *limit, int32_t *limited,
+                      int32_t *held)
 {
-    pi_q15_reset(pi);
+    for (size_t k = 0; k < n; k++) {
+        limited[k] = output[k];
+        held[k] = step[k];
+        pi_q15_saturate(&limited[k], &held[k], limit[k]);
+    }
 }
 
 void shim_pll(size_t n, struct pll *pll, const uint32_t *measured, uint32_t *angle, int32_t *speed)
@@ -257,11 +265,6 @@ void shim_pll(size_t n, struct pll *pll, const uint32_t *measured, uint32_t *ang
         angle[k] = pll->angle_q32;
         speed[k] = pll->speed_q32;
     }
-}
-
-void shim_pll_set_bandwidth(struct pll *pll, uint32_t natural)
-{
-    pll_set_bandwidth(pll, natural);
 }
 
 void shim_pll_reset(struct pll *pll, uint32_t angle)

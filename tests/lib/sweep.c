@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "lib/Lib.h"
+#include "lib/advance.h"
 #include "lib/deadtime.h"
 #include "lib/limit.h"
 #include "lib/modulation.h"
@@ -175,7 +176,7 @@ static void sweep(const char *name, void (*function)(const int32_t *), size_t co
     printf("%s ok\n", name);
 }
 
-/* Currents to duties and back through every Q15 kernel, extremes of the stated ranges included. */
+/* Currents to voltages and back through every Q15 kernel, extremes of the stated ranges included. */
 static void check_chain(const int32_t in[4])
 {
     const int32_t a = q15_clamp(in[0], -32767, 32767);
@@ -183,49 +184,76 @@ static void check_chain(const int32_t in[4])
     const cossin_t angle = cossin_q15((uint32_t)in[2]);
     const dq_t i = park_q15(clarke_q15(a, b), angle);
     const int32_t radius = q15_clamp(in[3], 0, 32768);
-    const dq_t v = circle_limit_q15(i, radius);
+    const int32_t v_d = q15_clamp(i.d, -radius, radius);
+    const int32_t rest = circle_rest_q15(v_d, radius);
+    const dq_t v = {v_d, q15_clamp(i.q, -rest, rest)};
     const abc_t phase = invclarke_q15(invpark_q15(v, angle));
-    const int32_t vbus = q15_clamp(in[3], 4096, 32767);
-    const int32_t recip = (1 << 29) / vbus;
-    const int32_t span = q15_max(q15_max(phase.a, phase.b), phase.c) - q15_min(q15_min(phase.a, phase.b), phase.c);
+    const abc_t out = svm_minmax(phase);
+    const int32_t largest = q15_max(q15_max(q15_abs(out.a), q15_abs(out.b)), q15_abs(out.c));
+    const int32_t share = deadtime_share_q7(in[0], (uint32_t)in[2] % 29U);
 
     check(phase.a + phase.b + phase.c == 0, "InvClarke Q15's sum", in, 4);
-    if (span < 2 * vbus) {
-        const abc_t duty = svm_minmax_q15(phase, recip);
+    /* sqrt(3)/2 of the radius, 28378 / 32768, and what three roundings add */
+    check(largest <= radius * 28378 / 32768 + 4, "svm_minmax", in, 4);
+    check(share >= -DEADTIME_FULL && share < DEADTIME_FULL, "dead time", in, 4);
+}
 
-        check((duty.a | duty.b | duty.c) >= 0 && duty.a <= 32767 && duty.b <= 32767 && duty.c <= 32767, "duty", in, 4);
-    }
-    check(recip_q14_refine(q15_clamp(in[0], 4, RECIP_MAX_Q14), q15_clamp(in[1], 0, 32767)) >= 4, "reciprocal", in, 4);
-    check(q15_abs(deadtime_comp(in[0], q15_clamp(in[1], 0, 32767), 1U + (uint32_t)in[2] % 15U)) <= 32767, "dead time",
-          in, 4);
+/* The range's ends stand for all else: sums and shifts only. */
+static void check_svm_range(const int32_t in[4])
+{
+    const abc_t v = {q15_clamp(in[0], -(1 << 28) + 1, (1 << 28) - 1), q15_clamp(in[1], -(1 << 28), (1 << 28) - 1), in[2]};
+    const abc_t out = svm_minmax(v);
+    const int32_t a = q15_clamp(in[0], -(1 << 29) + 1, (1 << 29) - 1);
+    const int32_t b = q15_clamp(in[1], -(1 << 29) + 1, (1 << 29) - 1);
+
+    check(out.a - out.b == v.a - v.b && out.b - out.c == v.a + 2 * v.b, "svm_minmax line to line", in, 4);
+    check(q15_abs(svm_middle(a, b, a + b)) <= 1 << 28, "svm_middle", in, 4); /* of three with sum 0 */
+}
+
+static void check_advance(const int32_t in[4])
+{
+    const int32_t larger =
+        q15_max(q15_abs(q15_clamp(in[0], -65535, 65535)), q15_abs(q15_clamp(in[1], -65535, 65535)));
+    int32_t x = q15_clamp(in[0], -65535, 65535);
+    int32_t y = q15_clamp(in[1], -65535, 65535);
+
+    advance_q15(&x, &y, q15_clamp(in[2], -ADVANCE_MAX_Q15, ADVANCE_MAX_Q15));
+    check(10 * q15_max(q15_abs(x), q15_abs(y)) <= 16 * larger + 10, "advance", in, 4);
 }
 
 static void check_controllers(const int32_t in[4])
 {
     static struct pll pll;
-    struct pi_q15 pi = {q15_clamp(in[0], 0, 32767), q15_clamp(in[1], 0, 32767), 0};
-    const int32_t limit = q15_clamp(in[2], 0, 32768);
+    struct pi_q15 pi = {q15_clamp(in[0], 0, PI_KP_MAX_Q9), q15_clamp(in[1], 0, PI_KI_MAX_Q15), 0};
+    const int32_t limit = q15_clamp(in[2], 0, PI_OUTPUT_MAX);
+    const int32_t error = q15_clamp(in[3], -PI_ERROR_MAX, PI_ERROR_MAX);
+    const int32_t farthest = (32768 << 9) + ((pi.ki_q15 * PI_ERROR_MAX) >> 6) + 1;
 
-    pi_q15_preset(&pi, q15_clamp(in[3], -32768, 32768), q15_clamp(in[0], -65536, 65536));
+    pi.integral_q9 = q15_clamp(in[2], -(32768 << 9), 32768 << 9);
     for (int n = 0; n < 3; n++) {
-        const int32_t output = pi_q15_step(&pi, in[3], q15_clamp(in[2], -65536, 65536), limit);
-
-        check(q15_abs(output) <= limit && q15_abs(pi.integral_q30) <= limit * 32768, "PI", in, 4);
+        check(q15_abs(pi_q15_step(&pi, error, limit)) <= limit && q15_abs(pi.integral_q9) <= farthest, "PI", in, 4);
     }
-    pll.kp_q16 = q15_clamp(in[0], 0, 65535);
-    pll.ki_q22 = q15_clamp(in[1], 0, 65535);
+    pi.integral_q9 = q15_clamp(in[2], -(1 << 29), 1 << 29); /* as far as additions may take it: only that it does not overflow */
+    check(q15_abs(pi_q15_step(&pi, error, limit)) <= limit, "PI far outside", in, 4);
+    pll.speed_q32 = in[0];
     pll_step(&pll, (uint32_t)in[3]); /* any state, any angle: only that it does not overflow */
+}
+
+static void check_q15(const int32_t in[4])
+{
+    check_chain(in);
+    check_svm_range(in);
+    check_advance(in);
+    check_controllers(in);
 }
 
 static void sweep_chain(void)
 {
-    all_corners(check_chain, 4);
-    all_corners(check_controllers, 4);
+    all_corners(check_q15, 4);
     for (int n = 0; n < RANDOM_VECTORS; n++) {
         const int32_t in[4] = {random_within(33000), random_within(33000), random_i32(), random_within(33000)};
 
-        check_chain(in);
-        check_controllers(in);
+        check_q15(in);
     }
     for (uint32_t angle = 0; angle < 65536U; angle++) { /* the longest vector there is, at every angle */
         const int32_t in[4] = {32767, 32767, (int32_t)(angle << 16), 32768};

@@ -9,8 +9,8 @@ from host_build import HERE, ROOT, build_dir
 
 FLAGS = ["-mcpu=cortex-m3", "-mthumb", "-ffreestanding", "-std=c11", "-O2", "-ffunction-sections",
          "-fno-delete-null-pointer-checks", "-Wall", "-Wextra", "-Werror", "-I", str(ROOT)]
-KERNELS = {"clarke", "park", "invpark", "invclarke", "cossin", "pi", "circle_rest", "circle_limit", "svm", "recip",
-           "deadtime", "pll", "clarke3", "clarke_bc", "clarke_ca", "atan2", "magnitude"}
+KERNELS = {"clarke", "park", "invpark", "invclarke", "cossin", "pi", "pi_hold", "circle_rest", "svm", "deadtime", "advance",
+           "pll", "clarke3", "clarke_bc", "clarke_ca", "atan2", "magnitude"}
 API = {"Clarke_Lib_Do", "InvClarke_Lib_Do", "Park_Lib_Do", "InvPark_Lib_Do"}
 LONG_OR_DIVISION = re.compile(r"^(smull|umull|smlal|umlal|sdiv|udiv)\b")
 CONDITIONS = "eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le"

@@ -1,35 +1,55 @@
 # SPDX-License-Identifier: MIT
-"""Dead-time compensation."""
-from fractions import Fraction
-from math import floor
-
+"""Dead-time compensation: the share of the dead time that a current asks for."""
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-AMOUNTS = (0, 1, 40, 50, 333, 32767)
-CURRENT = np.arange(-70000, 70001)
+FRACTIONS = range(29)
+KNEE, FULL = 512, 128  # lib/deadtime.h
+LOW, HIGH = -2**31, 2**31 - 1
 
 
-def test_odd_and_monotone_and_saturated(lib):
-    for knee_shift in (1, 5, 8, 11, 15):
-        for amount in AMOUNTS:
-            out = lib.deadtime(CURRENT, amount, knee_shift)
-            assert np.array_equal(out, -out[::-1])
-            assert np.all(np.diff(out) >= 0)
-            assert np.all(out[CURRENT >= 1 << knee_shift] == amount)
-            assert np.all(out[CURRENT <= -(1 << knee_shift)] == -amount)
+def law(current, fraction):
+    return np.clip(np.asarray(current, dtype=np.int64) // (4 << fraction), -FULL, FULL - 1)
 
 
-@pytest.mark.parametrize("i", (-2**31, 2**31 - 1))
-def test_extreme_currents(lib, i):
-    assert lib.deadtime(i, 32767, 15)[0] == (32767 if i > 0 else -32767)
+@pytest.mark.parametrize("fraction", FRACTIONS)
+def test_every_step_of_every_format(lib, fraction):
+    """The values at both sides of every step, all else lying between two equal ones: with monotony, the whole domain."""
+    steps = np.arange(-FULL - 3, FULL + 4) * (4 << fraction)
+    current = np.unique(np.concatenate([steps - 1, steps, [LOW, LOW + 1, 0, HIGH - 1, HIGH]]))
+    current = current[(current >= LOW) & (current <= HIGH)]
+    share = lib.deadtime(current, fraction)
+    assert np.array_equal(share, law(current, fraction))
+    assert np.all(np.diff(share) >= 0)
 
 
-@given(i=st.integers(-40000, 40000), amount=st.integers(0, 32767), knee_shift=st.integers(1, 15))
-def test_linear_between_the_knees(lib, i, amount, knee_shift):
-    knee = 1 << knee_shift
-    exact = Fraction(abs(max(-knee, min(knee, i))) * amount, knee)
-    rounded = floor(exact + Fraction(1, 2))  # ties away from 0
-    assert lib.deadtime(i, amount, knee_shift)[0] == (rounded if i >= 0 else -rounded)
+@pytest.mark.parametrize("fraction", (0, 1, 5, 13))
+def test_all_currents_of_17_bits_and_a_stride_through_all(lib, fraction):
+    for current in (np.arange(-70000, 70001), np.arange(LOW, HIGH, 2999)):
+        share = lib.deadtime(current, fraction)
+        assert np.array_equal(share, law(current, fraction))
+        assert np.all(np.diff(share) >= 0)
+
+
+@pytest.mark.parametrize("fraction", FRACTIONS)
+def test_ends(lib, fraction):
+    """Full compensation from the knee on, as far as the word reaches."""
+    one = 1 << fraction
+    above = [current for current in ((KNEE - 4) * one, KNEE * one, 32767 * one, HIGH) if current <= HIGH]
+    below = [current for current in (-KNEE * one, -32768 * one, LOW) if current >= LOW]
+    if (KNEE - 4) * one <= HIGH:
+        assert set(lib.deadtime(above, fraction)) == {FULL - 1}
+        assert lib.deadtime((KNEE - 4) * one - 1, fraction)[0] == FULL - 2
+    if -KNEE * one >= LOW:
+        assert set(lib.deadtime(below, fraction)) == {-FULL}
+        assert lib.deadtime(-KNEE * one + 4 * one, fraction)[0] == 1 - FULL
+    assert lib.deadtime([0, 4 * one - 1, -1], fraction).tolist() == [0, 0, -1]
+
+
+@given(current=st.integers(LOW, HIGH), other=st.integers(LOW, HIGH), fraction=st.sampled_from(FRACTIONS))
+def test_monotone_anywhere(lib, current, other, fraction):
+    first, second = (int(lib.deadtime(i, fraction)[0]) for i in sorted((current, other)))
+    assert -FULL <= first <= second <= FULL - 1
+    assert int(lib.deadtime(current, fraction)[0]) == int(law(current, fraction))

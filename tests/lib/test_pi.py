@@ -1,144 +1,232 @@
 # SPDX-License-Identifier: MIT
-"""The PI controller against closed forms, its anti-windup, and a plant."""
-from fractions import Fraction
+"""The PI controller: its law in exact integers, the bound on its integral, anti-windup, and a plant."""
+from itertools import product
 
 import numpy as np
+import pytest
 from binding import Pi
 from hypothesis import given
 from hypothesis import strategies as st
 
-KP, KI, ONE = 4096, 1 << 17, 32768
+KP_ONE, KI_ONE, FRACTION = 1 << 9, 1 << 15, 1 << 9
+# lib/pi.h
+KP_MAX, KI_MAX, ERROR_MAX, LIMIT_MAX = 16384, 21845, 98303, 32766
+INTEGRAL_MAX = 1 << 29
 
 
-def exact_output(pi, error, feedforward):
-    """kp e + (I + ki e) + ff in LSB of Q15, unlimited."""
-    error = max(-32768, min(32767, error))
-    return Fraction(pi.kp_q12 * error, KP) + Fraction(pi.integral_q30, ONE) + Fraction(pi.ki_q17 * error, KI) + feedforward
+def law(pi, error, limit):
+    """(output, integral) of one sample, by the header's sentences; nothing in it can overflow."""
+    wanted = (pi.kp_q9 * error + pi.integral_q9) // FRACTION
+    step = pi.ki_q15 * error // 64
+    held = (wanted > limit and error > 0) or (wanted < -limit and error < 0)
+    return max(-limit, min(limit, wanted)), pi.integral_q9 + (0 if held else step)
 
 
-PIS = st.builds(Pi, st.integers(0, 32767), st.integers(0, 32767), st.integers(-2**30, 2**30))
-ERRORS = st.one_of(st.integers(-200, 200), st.integers(-40000, 40000), st.sampled_from([-2**31, 2**31 - 1]))
+def one_step(lib, pi, error, limit):
+    return tuple(int(values[0]) for values in lib.pi_steps(pi, error, limit))
 
 
-@given(pi=PIS, error=ERRORS, feedforward=st.integers(-65536, 65536), limit=st.integers(0, 32768))
-def test_one_step_anywhere(lib, pi, error, feedforward, limit):
-    """Rounded to nearest inside the limit, limited outside; the integrator obeys both rules of anti-windup."""
-    before = pi.integral_q30
-    exact = exact_output(pi, error, feedforward)
-    exact_step = Fraction(pi.ki_q17 * max(-32768, min(32767, error)), 4)
-    outputs, integrals = lib.pi_steps(pi, error, feedforward, limit)
-    output, after = int(outputs[0]), int(integrals[0])
-    assert abs(output) <= limit and abs(after) <= limit * ONE
-    # 1/2 for the rounding, 2^-12 and 2^-16 for what the integrator loses on the way
-    assert abs(output - max(-limit, min(limit, exact))) <= Fraction(1, 2) + Fraction(1, 4000)
-    moved = after - max(-limit * ONE, min(limit * ONE, before))
-    if exact > limit + 1:
-        assert moved <= 0
-    elif exact < -limit - 1:
-        assert moved >= 0
-    elif abs(exact) < limit - 1 and max(abs(before), abs(before + exact_step)) < limit * ONE:
-        assert abs(moved - exact_step) <= Fraction(1, 2)
+def around(limit):
+    """Values of all magnitudes up to a limit, and about it."""
+    return st.one_of(st.integers(-300, 300), st.integers(-limit, limit), st.sampled_from([-limit, 1 - limit, limit - 1, limit]))
 
 
-@given(pi=PIS, error=st.integers(-32767, 32767), feedforward=st.integers(-60000, 60000), limit=st.integers(0, 32768))
-def test_odd_within_rounding(lib, pi, error, feedforward, limit):
-    mirror = Pi(pi.kp_q12, pi.ki_q17, -pi.integral_q30)
-    plus = [int(x[0]) for x in lib.pi_steps(pi, error, feedforward, limit)]
-    minus = [int(x[0]) for x in lib.pi_steps(mirror, -error, -feedforward, limit)]
-    assert abs(plus[0] + minus[0]) <= 1
-    at_the_limit = abs(plus[0]) >= limit - 1  # where one of the two rounds onto the limit, one may integrate
-    assert at_the_limit or abs(plus[1] + minus[1]) <= 1
+PIS = st.builds(Pi, st.integers(0, KP_MAX), st.integers(0, KI_MAX), around(INTEGRAL_MAX))
+
+
+@given(pi=PIS, error=around(ERROR_MAX), limit=st.integers(0, LIMIT_MAX))
+def test_the_law_anywhere(lib, pi, error, limit):
+    expected = law(pi, error, limit)
+    assert one_step(lib, pi, error, limit) == expected
+
+
+def test_the_law_at_all_corners(lib):
+    corners = product((0, 1, KP_MAX - 1, KP_MAX), (0, 1, KI_MAX - 1, KI_MAX),
+                      (-ERROR_MAX, -65535, -32769, -1, 0, 1, 32768, ERROR_MAX),
+                      (-INTEGRAL_MAX, -2**24, -513, -512, -1, 0, 1, 511, 512, 2**24, INTEGRAL_MAX),
+                      (0, 1, 16384, LIMIT_MAX - 1, LIMIT_MAX))
+    for kp, ki, error, integral, limit in corners:
+        expected = law(Pi(kp, ki, integral), error, limit)
+        assert one_step(lib, Pi(kp, ki, integral), error, limit) == expected
+
+
+@given(pi=PIS, error=around(ERROR_MAX))
+def test_the_law_at_the_edge_of_the_limit(lib, pi, error):
+    """Exactly at the limit is not limited; one LSB beyond is."""
+    wanted = (pi.kp_q9 * error + pi.integral_q9) // FRACTION
+    for limit in {abs(wanted) - 1, abs(wanted), abs(wanted) + 1}:
+        if 0 <= limit <= LIMIT_MAX:
+            state = Pi(pi.kp_q9, pi.ki_q15, pi.integral_q9)
+            expected = law(state, error, limit)
+            assert one_step(lib, state, error, limit) == expected
+
+
+ANY = st.one_of(st.integers(-2**31, 2**31 - 1), st.integers(-3, 3), st.sampled_from([-2**31, 2**31 - 1]))
+
+
+@given(step=ANY, unlimited=ANY, output=ANY, limit=st.one_of(st.integers(0, 2**31 - 1), st.integers(0, 3)))
+def test_hold_and_saturate_for_any_values(lib, step, unlimited, output, limit):
+    for other in (output, unlimited):
+        expected = min(step, 0) if unlimited > other else max(step, 0) if unlimited < other else step
+        assert int(lib.pi_hold(step, unlimited, other)[0]) == expected
+    limited, held = (int(values[0]) for values in lib.pi_saturate(unlimited, step, limit))
+    assert limited == max(-limit, min(limit, unlimited))
+    assert held == int(lib.pi_hold(step, unlimited, limited)[0])
+
+
+def largest_step(ki):
+    return -(-ki * ERROR_MAX // 64)
+
+
+def test_the_integral_stays_within_its_bound(lib):
+    """An adversary that knows all: of many errors and limits it takes what drives the integral farthest, sample by sample."""
+    rng = np.random.default_rng(4)
+    farthest = 0.0
+    gains = [(0, KI_MAX), (1, KI_MAX), (KP_MAX, KI_MAX), (0, 1)]
+    gains += [(int(rng.integers(0, 2) * rng.integers(0, KP_MAX + 1)), int(rng.integers(1, KI_MAX + 1))) for _ in range(40)]
+    for sign, (kp, ki) in product((1, -1), gains):
+        bound = 32768 * FRACTION + largest_step(ki)
+        integral = 0
+        for _ in range(30):
+            # errors that leave the output just inside, the largest one, and any
+            rest = (LIMIT_MAX * FRACTION + FRACTION - 1 - sign * integral) // kp if kp else ERROR_MAX
+            tries = [ERROR_MAX, rest, rest + 1, rest // 2, 1, *rng.integers(1, ERROR_MAX, 8)]
+            tries = [sign * int(max(-ERROR_MAX, min(ERROR_MAX, error))) for error in tries]
+            found = [one_step(lib, Pi(kp, ki, integral), error, int(limit))[1]
+                     for error in tries for limit in (LIMIT_MAX, rng.integers(0, LIMIT_MAX))]
+            integral = max(found, key=lambda value: sign * value)
+            assert sign * integral <= bound
+        near = [sign * (LIMIT_MAX * FRACTION + FRACTION - 1)] if kp == 0 else []
+        for start in near:  # the last integral that may still step, and the largest step
+            integral = one_step(lib, Pi(kp, ki, start), sign * ERROR_MAX, LIMIT_MAX)[1]
+            assert sign * integral <= bound
+            assert one_step(lib, Pi(kp, ki, integral), sign * ERROR_MAX, LIMIT_MAX)[1] == integral
+        farthest = max(farthest, abs(integral) / bound)
+    assert farthest > 0.9998  # so the bound is not an idle one
+
+
+@given(pi=st.builds(Pi, st.integers(0, KP_MAX), st.integers(0, KI_MAX), st.just(0)),
+       start=st.integers(-32768 * FRACTION, 32768 * FRACTION), seed=st.integers(0, 2**32 - 1))
+def test_the_integral_stays_within_its_bound_for_any_errors(lib, pi, start, seed):
+    rng = np.random.default_rng(seed)
+    largest = int(rng.choice([100, 5000, ERROR_MAX]))
+    pi.integral_q9 = start
+    _, integrals = lib.pi_steps(pi, rng.integers(-largest // 4, largest + 1, 300), rng.integers(0, LIMIT_MAX + 1, 300))
+    assert np.abs(integrals).max() <= 32768 * FRACTION + largest_step(pi.ki_q15)
 
 
 def test_step_response_is_the_closed_form(lib):
-    """Constant error: kp e + n ki e + ff, a ramp from the first sample on."""
-    for kp, ki, error in ((2000, 250, 1000), (32767, 17, -900), (0, 131, 333), (4096, 32767, 1)):
-        pi = Pi(kp, ki, 0)
-        n = np.arange(1, 201)
-        outputs, _ = lib.pi_steps(pi, np.full(200, error), -50)
-        exact = kp * error / KP + n * (ki * error) / KI - 50
-        inside = np.abs(exact) < 32767
+    """Constant error: kp e + n ki e, a ramp that begins at the second sample."""
+    for kp, ki, error in ((250, 62, 1000), (KP_MAX, 4, -90), (0, 33, 333), (512, KI_MAX, 1)):
+        n = np.arange(200)
+        outputs, _ = lib.pi_steps(Pi(kp, ki, 0), np.full(200, error), LIMIT_MAX)
+        exact = kp * error / KP_ONE + n * (ki * error) / KI_ONE
+        inside = np.abs(exact) < LIMIT_MAX
         assert inside.sum() > 50
-        assert np.abs(outputs - exact)[inside].max() <= 0.5 + 200 * 2.0**-16 + 0.001
+        short = (exact - outputs)[inside]
+        assert short.min() >= 0 and short.max() < 1 + 200 / FRACTION  # rounded down, and so was each step
 
 
-def test_small_errors_are_not_lost_nor_biased(lib):
-    """One LSB of error, half the time up and half down, leaves the integrator where it was; one-sided, it moves."""
-    for ki, drift in ((131, 0), (17, 0), (18, 0.5)):  # 18: every step is a tie, 2^-31 a sample at worst
-        _, integrals = lib.pi_steps(Pi(0, ki, 0), np.tile([1, -1], 50000))
-        assert abs(int(integrals[-1])) <= drift * 100000
-    _, integrals = lib.pi_steps(Pi(0, 1, 0), np.full(100000, 2))
-    assert abs(int(integrals[-1]) - 100000 * 2 / 4) <= 100000 / 2
-    assert integrals[-1] > 0
+def test_rounding_down_costs_the_integral_less_than_2_to_minus_9_a_sample(lib):
+    for ki in (1, 17, 131, KI_MAX):
+        for pattern in ([1, -1], [2], [-1], [5, -3, -2]):
+            errors = np.tile(pattern, 20000)
+            _, integrals = lib.pi_steps(Pi(0, ki, 0), errors, LIMIT_MAX)
+            inside = np.abs(integrals) < LIMIT_MAX * FRACTION
+            exact = np.cumsum(errors) * ki / 64
+            lost = (exact - integrals)[np.logical_and.accumulate(inside)]
+            assert lost.size > 10 and lost.min() >= 0 and np.all(lost < np.arange(1, lost.size + 1))
 
 
-def test_saturation_stores_nothing(lib):
-    """Ten seconds in saturation, then the error turns: out of the limit at once, as if it had been one sample."""
-    for limit in (3000, 32768):
-        for sign in (1, -1):
-            states = []
-            for samples in (1, 200000):
-                pi = Pi(8192, 500, 0)
-                outputs, integrals = lib.pi_steps(pi, np.full(samples, sign * 20000), 0, limit)
-                assert np.all(outputs == sign * limit)
-                states.append(int(integrals[-1]))
-                outputs, _ = lib.pi_steps(pi, np.array([-sign * 100]), 0, limit)
-                assert sign * int(outputs[0]) <= 0
-            assert states[0] == states[1]
+@pytest.mark.parametrize("sign", (1, -1))
+@pytest.mark.parametrize("limit", (0, 3000, 16384, LIMIT_MAX))
+@pytest.mark.parametrize("kp", (0, 1024, KP_MAX))
+def test_saturation_stores_nothing(lib, kp, limit, sign):
+    """Ten seconds in saturation leave the integral where the first limited sample found it."""
+    pi = Pi(kp, 125, 0)
+    _, integrals = lib.pi_steps(pi, np.full(2000, sign * 20000), limit)
+    settled = int(integrals[-1])
+    outputs, integrals = lib.pi_steps(pi, np.full(200000, sign * 20000), limit)
+    assert np.all(outputs == sign * limit) and np.all(integrals == settled)
+    beyond = (kp * sign * 20000 + settled) // FRACTION
+    assert sign * beyond > limit  # it is the limit that holds it
+    if kp:
+        assert sign * one_step(lib, pi, -sign * 20000, limit)[0] <= 0  # out of the limit at once
 
 
-def test_a_saturated_integrator_still_discharges(lib):
-    pi = Pi(100, 500, 2**30)
-    outputs, integrals = lib.pi_steps(pi, np.full(50, -2000), 65536, 32768)
-    assert np.all(outputs == 32768) and np.all(np.diff(integrals) < 0)
+@given(pi=PIS, error=around(ERROR_MAX), limit=st.integers(0, LIMIT_MAX))
+def test_the_way_back_is_always_taken(lib, pi, error, limit):
+    """Whatever the state, an error that leads away from the limit steps; one that leads further into it does not."""
+    wanted, before = (pi.kp_q9 * error + pi.integral_q9) // FRACTION, pi.integral_q9
+    moved = one_step(lib, pi, error, limit)[1] - before
+    step = pi.ki_q15 * error // 64
+    back = (wanted > limit and error < 0) or (wanted < -limit and error > 0)
+    further = (wanted > limit and error > 0) or (wanted < -limit and error < 0)
+    assert not back or moved == step
+    assert not further or moved == 0
 
 
-def test_a_shrinking_limit_takes_the_integrator_along(lib):
-    pi = Pi(100, 0, 2**30)
-    outputs, integrals = lib.pi_steps(pi, np.zeros(4, int), 0, [32768, 20000, 0, 32768])
-    assert outputs.tolist() == [32768, 20000, 0, 0] and integrals.tolist() == [2**30, 20000 * ONE, 0, 0]
+def test_an_integral_far_outside_comes_back(lib):
+    for sign in (1, -1):
+        pi = Pi(100, 500, sign * INTEGRAL_MAX)
+        outputs, integrals = lib.pi_steps(pi, np.full(50000, -sign * 2000), LIMIT_MAX)
+        assert outputs[0] == sign * LIMIT_MAX and outputs[-1] == -sign * LIMIT_MAX
+        assert np.all(sign * np.diff(integrals[:30000]) < 0)
 
 
-@given(output=st.integers(-32768, 32768), feedforward=st.integers(-65536, 65536))
-def test_preset_is_bumpless(lib, output, feedforward):
-    pi = Pi(3000, 500, 12345)
-    lib.pi_preset(pi, output, feedforward)
-    reachable = max(-32768, min(32768, output - feedforward)) + feedforward
-    outputs, _ = lib.pi_steps(pi, 0, feedforward, 32768)
-    assert outputs[0] == max(-32768, min(32768, reachable))
-    lib.pi_reset(pi)
-    assert (pi.kp_q12, pi.ki_q17, pi.integral_q30) == (3000, 500, 0)
+@given(pi=st.builds(Pi, st.integers(0, KP_MAX), st.integers(0, KI_MAX), st.integers(-2**24, 2**24)),
+       error=st.integers(-100, 100), feedforward=st.integers(-20000, 20000))
+def test_a_feedforward_added_to_the_integral_appears_in_full(lib, pi, error, feedforward):
+    plain = (pi.kp_q9 * error + pi.integral_q9) // FRACTION
+    pi.integral_q9 += feedforward * FRACTION
+    assert one_step(lib, pi, error, LIMIT_MAX)[0] == max(-LIMIT_MAX, min(LIMIT_MAX, plain + feedforward))
 
 
 def drive_plant(lib, pi, references, limit, gain=0.05, pole=0.02):
     """i += gain * v - pole * i, an R-L winding in per unit; returns currents and outputs."""
     current, currents, outputs = 0.0, [], []
     for reference in references:
-        output = int(lib.pi_steps(pi, int(reference) - round(current), 0, limit)[0][0])
+        output = int(lib.pi_steps(pi, int(reference) - round(current), limit)[0][0])
         current += gain * output - pole * current
         currents.append(current)
         outputs.append(output)
     return np.array(currents), np.array(outputs)
 
 
-def test_closed_loop_has_no_offset_and_no_overshoot(lib):
+def cancelling_pi():
     """Pole-zero cancellation: kp = bandwidth/gain, ki = kp * pole makes a first-order loop of 0.2 a sample."""
     kp = 0.2 / 0.05
-    pi = Pi(round(kp * KP), round(kp * 0.02 * KI), 0)
-    currents, _ = drive_plant(lib, pi, np.full(1500, 2000), 32768)
+    return Pi(round((kp + kp * 0.02) * KP_ONE), round(kp * 0.02 * KI_ONE), 0)  # kp + ki: it integrates after the output
+
+
+def test_closed_loop_has_no_offset_and_no_overshoot(lib):
+    currents, _ = drive_plant(lib, cancelling_pi(), np.full(1500, 2000), LIMIT_MAX)
     assert abs(currents[-200:].mean() - 2000) < 0.6
     assert currents.max() < 2000 * 1.02
 
 
 def test_windup_recovery_in_closed_loop(lib):
     """An unreachable reference for 500 samples, then a reachable one: no overshoot beyond the step's own."""
-    kp, ki = round(4 * KP), round(4 * 0.02 * KI)
     limit = 3000  # reaches 7500
     references = np.concatenate([np.full(500, 20000), np.full(300, 2000)])
-    currents, outputs = drive_plant(lib, Pi(kp, ki, 0), references, limit)
+    currents, outputs = drive_plant(lib, cancelling_pi(), references, limit)
     assert np.all(outputs[20:500] == limit)
     after = currents[500:]
     settled = np.argmax(np.abs(after - 2000) < 100)
     assert 0 < settled < 40  # the plant itself needs 24 samples at -limit
     assert after[settled:].min() > 2000 * 0.9
     assert abs(after[-1] - 2000) < 2
+
+
+def test_a_step_of_the_reference_keeps_the_disturbance(lib):
+    """A constant voltage drop, learnt; then a step that saturates for a while: the integral still knows the drop."""
+    pi, drop, current = cancelling_pi(), 1500, 0.0
+    history = []
+    for reference in [0] * 500 + [4000] * 600:
+        output = int(lib.pi_steps(pi, reference - round(current), 4000)[0][0])
+        current += 0.05 * (output - drop) - 0.02 * current
+        history.append((current, pi.integral_q9 / FRACTION, output))
+    assert abs(history[499][1] - drop) < 20
+    assert max(output for _, _, output in history[500:]) == 4000
+    assert min(integral for _, integral, _ in history[500:]) > drop - 20
+    assert abs(history[-1][0] - 4000) < 2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The tracking observer: lock, truth at constant speed, reversal, wrap, quantised encoders, and its stated poles."""
+"""The tracking observer: its recursion, lock, truth at constant speed, lags, wrap, quantised encoders, and its stated poles."""
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,15 +7,18 @@ from hypothesis import strategies as st
 
 TURN = 2**32
 FS = 20000.0
-
-
-def natural_q16(hz):
-    return round(2 * np.pi * hz / FS * 65536)
+KP, KI = 1 / 8, 1 / 256  # lib/pll.h
+FLOOR, SLOW = 256, 32    # units by which rounding down may keep angle and speed behind
+U32 = st.integers(0, TURN - 1)
 
 
 def wrapped(difference):
     """A difference of angles as a signed fraction of a turn."""
     return ((np.asarray(difference) + 0.5) % 1.0) - 0.5
+
+
+def as_i32(value):
+    return (value + 2**31) % TURN - 2**31
 
 
 def quantise(turns, counts_per_turn=None):
@@ -26,115 +29,139 @@ def quantise(turns, counts_per_turn=None):
 
 
 def run(lib, pll, turns, counts=None):
+    """Per sample: prediction for it less the truth, in turns; and the speed after it, in turns a sample."""
+    start = pll.angle_q32
     angles, speeds = lib.pll_steps(pll, quantise(turns, counts))
-    return wrapped(angles / TURN - turns), speeds / TURN
+    predicted = np.concatenate([[start], angles[:-1]]) / TURN
+    return wrapped(predicted - turns), speeds / TURN
 
 
-SPEEDS = (0.0, 1e-6, 0.00123456, 0.02, -0.02, 0.1)
+@given(angle=U32, speed=st.integers(-2**31, 2**31 - 1), measured=U32)
+def test_one_sample_anywhere(lib, angle, speed, measured):
+    """The header's three lines in integers that do not end, then wrapped."""
+    pll = lib.pll(angle)
+    assert pll.angle_q32 == angle and pll.speed_q32 == 0  # what pll_reset() leaves of any state
+    pll.speed_q32 = speed
+    error = as_i32(measured - angle)
+    expected_speed = as_i32(speed + error // 256)
+    angles, speeds = lib.pll_steps(pll, measured)
+    assert int(speeds[0]) == expected_speed
+    assert int(angles[0]) == (angle + error // 8 + expected_speed) % TURN
 
 
-@pytest.mark.parametrize("speed", SPEEDS)
-@pytest.mark.parametrize("hz", (100, 200, 390))
-def test_locks_and_is_true_at_constant_speed(lib, speed, hz):
+@pytest.mark.parametrize("speed", (0.0, 1e-6, 0.00123456, 0.02, -0.02, 0.1, -0.15, 0.15))
+def test_locks_and_is_true_at_constant_speed(lib, speed):
+    """The truth itself is rounded down to the unit, and its speed uneven by as much: 2 units more of tolerance."""
     turns = 0.37 + speed * np.arange(12000)
-    error, estimate = run(lib, lib.pll(natural_q16(hz)), turns)
-    tail = slice(6000, None)
-    assert np.abs(error[tail]).max() < 2 * 2.0**-16
-    assert abs(error[tail].mean()) < 2.0**-16
-    assert abs(estimate[tail].mean() - speed) < 2 * 2.0**-16 / 6000  # what the angle's error can hide
+    error, estimate = run(lib, lib.pll(), turns)
+    error, behind = error[6000:] * TURN, (speed - estimate[6000:]) * TURN
+    assert error.max() < 2 and error.min() > -FLOOR - 2
+    assert behind.min() > -2 and behind.max() < SLOW + 2
 
 
-def test_rests_at_standstill(lib):
-    """After lock on an angle that stands, nothing moves any more: no drift, no limit cycle."""
-    for angle in (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFF8000, 123456789):
-        pll = lib.pll(natural_q16(100))
-        lib.pll_steps(pll, np.full(40000, angle))
-        angles, speeds = lib.pll_steps(pll, np.full(20000, angle))
-        assert np.abs(wrapped((angles - angle) / TURN)).max() <= 2.0**-16
-        assert np.abs(speeds).max() <= 100  # 2e-8 turns a sample: 0.03 rpm of a 1-pole-pair machine at 20 kHz
-        assert abs(speeds.mean()) < 1
+@pytest.mark.parametrize("angle", (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFF8000, 123456789))
+@pytest.mark.parametrize("start", (0, 0x40000000, 0x80000000, 0xC0000000))
+def test_rests_at_standstill(lib, angle, start):
+    """After lock on an angle that stands, nothing moves any more: no drift, no limit cycle, not by one unit."""
+    pll = lib.pll(start)
+    lib.pll_steps(pll, np.full(5000, angle))
+    angles, speeds = lib.pll_steps(pll, np.full(20000, angle))
+    assert np.all(speeds == speeds[0]) and -SLOW < speeds[0] <= 0
+    assert np.all(angles == angles[0]) and -FLOOR < as_i32(int(angles[0]) - angle) <= 0
 
 
 def test_wraps_by_itself(lib):
     """Across 0 in both directions, for many turns, from a start at half a turn's distance."""
     for speed in (0.013, -0.013):
-        error, _ = run(lib, lib.pll(natural_q16(200), TURN // 2), speed * np.arange(20000))
-        assert np.abs(error[5000:]).max() < 2.0**-15
+        error, _ = run(lib, lib.pll(TURN // 2), speed * np.arange(20000))
+        assert np.abs(error[5000:]).max() < 2.0**-22
+
+
+@pytest.mark.parametrize("acceleration", (1e-5, -1e-5, 1e-6, 3e-5))
+def test_lags_at_constant_acceleration(lib, acceleration):
+    """256 accelerations of angle, 31.5 of speed at the instant of the sample."""
+    n = np.arange(4000)
+    start = -acceleration * 2000
+    turns = 0.1 + start * n + acceleration * n * n / 2
+    error, estimate = run(lib, lib.pll(), turns)
+    tail = slice(1500, None)
+    assert np.abs(error[tail] / acceleration + 256).max() < 256 * 1e-3 + 2.0**-22 / abs(acceleration)
+    lag = (start + acceleration * n - estimate) / acceleration
+    assert np.abs(lag[tail] - 31.5).max() < 31.5 * 1e-3 + 1e-9 / abs(acceleration)
 
 
 def test_reversal(lib):
-    """Speed reversed by a ramp: the estimate follows with the stated lag and settles on the other side."""
-    hz, ramp = 200.0, 4000
-    speed = np.concatenate([np.full(4000, 0.02), np.linspace(0.02, -0.02, ramp), np.full(4000, -0.02)])
-    turns = np.cumsum(speed)
-    pll = lib.pll(natural_q16(hz))
-    error, estimate = run(lib, pll, turns)
-    acceleration = -0.04 / ramp
-    kp, ki = pll.kp_q16 / 2**16, pll.ki_q22 / 2**22
-    middle = slice(6500, 7500)
-    assert error[middle].mean() == pytest.approx(-acceleration * (1 - kp) / ki, rel=0.02)
-    halfway = speed[middle] + acceleration / 2  # the speed at the sample; `speed` is the mean since the one before
-    assert (estimate[middle] - halfway).mean() == pytest.approx(-acceleration * (kp / ki - 0.5), rel=0.01)
-    assert estimate[-2000:].mean() == pytest.approx(-0.02, abs=1e-9)
-    assert estimate.min() > -0.0202  # critically damped: no overshoot
+    """Speed reversed by a ramp: the estimate settles on the other side and does not go beyond."""
+    speed = np.concatenate([np.full(4000, 0.02), np.linspace(0.02, -0.02, 4000), np.full(4000, -0.02)])
+    _, estimate = run(lib, lib.pll(), np.cumsum(speed))
+    assert estimate[-2000:].mean() == pytest.approx(-0.02, abs=32 / TURN)
+    assert estimate[2000:].max() < 0.0201 and estimate.min() > -0.0201
 
 
 @pytest.mark.parametrize("rpm", (1, 7, 60, 333, 1499, -2999))
 def test_encoder_steps_give_a_quiet_speed(lib, rpm):
-    """4000 counts a revolution, 4 pole pairs, 100 Hz: the mean is exact, the ripple a small part of what differencing gives."""
+    """4000 counts a revolution, 4 pole pairs: the mean is exact, the ripple a small part of what differencing gives."""
     counts = 1000  # an electrical turn
     speed = rpm / 60.0 * 4 / FS
-    error, estimate = run(lib, lib.pll(natural_q16(100)), 0.1 + speed * np.arange(60000), counts)
+    error, estimate = run(lib, lib.pll(), 0.1 + speed * np.arange(60000), counts)
     tail = estimate[20000:]
     to_rpm = FS * 60 / 4
     period = max(1, round(1 / abs(speed * counts)))
     whole = tail[:len(tail) // period * period] if period > 100 else tail
-    assert whole.mean() * to_rpm == pytest.approx(rpm, abs=0.02 + abs(rpm) * 1e-5)
+    assert whole.mean() * to_rpm == pytest.approx(rpm, abs=0.05 + abs(rpm) * 2e-5)
     one_count_differenced = to_rpm / counts  # 300 rpm: one count in one sample
-    assert np.abs(tail - speed).max() * to_rpm < 0.012 * one_count_differenced  # 3.6 rpm
+    assert np.abs(tail - speed).max() * to_rpm < 0.05 * one_count_differenced  # 15 rpm
     assert abs(error[20000:].mean() + 0.5 / counts) < 0.1 / counts  # an encoder's floor is half a count behind
 
 
-@pytest.mark.parametrize("hz", (20, 100, 300))
-def test_step_response_has_the_stated_poles(lib, hz):
-    """A small step of angle against the linear recursion that the header's polynomial describes."""
-    pll = lib.pll(natural_q16(hz))
-    kp, ki = pll.kp_q16 / 2**16, pll.ki_q22 / 2**22
-    samples, step = 1500, 0.05
-    angles, _ = lib.pll_steps(pll, np.full(samples, round(step * TURN)))
-    expected = np.zeros(samples)
+def recursion(measured):
+    """The header's linear recursion in real numbers: predictions for each sample."""
     angle = speed = 0.0
-    for n in range(samples):
-        predicted = angle + speed
-        miss = 1.0 - predicted
-        angle, speed = predicted + kp * miss, speed + ki * miss
-        expected[n] = angle
-    assert np.abs(angles / TURN - step * expected).max() < 3 * 2.0**-16
+    predictions = []
+    for value in measured:
+        predictions.append(angle)
+        error = value - angle
+        speed += KI * error
+        angle += KP * error + speed
+    return np.array(predictions)
 
 
-def test_bandwidth_formula(lib):
-    """The -3 dB point by measurement: a small sine at the stated frequency comes out 3 dB smaller."""
-    for hz in (30.0, 100.0):
-        bandwidth = 2.48 * hz
-        t = np.arange(60000) / FS
-        turns = 0.3 + 0.05 * np.sin(2 * np.pi * bandwidth * t)
-        angles, _ = lib.pll_steps(lib.pll(natural_q16(hz)), quantise(turns))
+def test_step_response_is_the_linear_recursions(lib):
+    samples, step = 1500, 0.05
+    angles, _ = lib.pll_steps(lib.pll(), np.full(samples, round(step * TURN)))
+    expected = step * recursion(np.ones(samples + 1))[1:]
+    assert np.abs(angles / TURN - expected).max() < 2.0**-22
+
+
+def test_poles(lib):
+    """A free decay satisfies the header's difference equation, whose roots are 0.951 and 0.920."""
+    angles, _ = lib.pll_steps(lib.pll(TURN // 4), np.zeros(160, dtype=int))
+    y = np.array([as_i32(int(angle)) for angle in angles], dtype=float)
+    rest = y[2:] - (2 - KP - KI) * y[1:-1] + (1 - KP) * y[:-2]
+    assert np.abs(rest).max() < 4  # what rounding down adds
+    assert np.roots([1, -(2 - KP - KI), 1 - KP]) == pytest.approx([0.951, 0.920], abs=0.0005)
+
+
+def test_bandwidth(lib):
+    """The -3 dB point by measurement: a small sine at the stated frequency comes out 3 dB smaller, a lower one does not."""
+    n = np.arange(60000)
+    for cycles, decibel in ((0.0266, -3.0), (0.0253, -2.7), (0.0005, 0.0)):
+        turns = 0.3 + 0.05 * np.sin(2 * np.pi * cycles * n)
+        angles, _ = lib.pll_steps(lib.pll(), quantise(turns))
         tail = angles[20000:] / TURN - 0.3
-        gain = 2 * abs(np.mean(tail * np.exp(-2j * np.pi * bandwidth * t[20000:]))) / 0.05
-        assert 20 * np.log10(gain) == pytest.approx(-3.0, abs=0.35)
+        gain = 2 * abs(np.mean(tail * np.exp(-2j * np.pi * cycles * n[20000:]))) / 0.05
+        assert 20 * np.log10(gain) == pytest.approx(decibel, abs=0.05)
 
 
-@given(start=st.integers(0, TURN - 1), target=st.integers(0, TURN - 1), natural=st.integers(400, 8191))
-def test_locks_from_any_angle_to_any_angle(lib, start, target, natural):
-    pll = lib.pll(natural, start)
-    samples = round(14 * 65536 / natural)
-    angles, _ = lib.pll_steps(pll, np.full(samples, target))
-    assert abs(wrapped((int(angles[-1]) - target) / TURN)) < 2.0**-13
+@given(start=U32, target=U32)
+def test_locks_from_any_angle_to_any_angle(lib, start, target):
+    angles, speeds = lib.pll_steps(lib.pll(start), np.full(600, target))
+    assert -FLOOR < as_i32(int(angles[-1]) - target) <= 0 and -SLOW < speeds[-1] <= 0
 
 
-def test_gains_of_the_bandwidth_helper(lib):
-    for natural in (0, 1, 206, 2059, 8191):
-        pll = lib.pll(natural)
-        assert pll.kp_q16 == 2 * natural
-        assert abs(pll.ki_q22 / 2**22 - (natural / 65536) ** 2) <= 2.0**-23
-        assert pll.ki_q22 <= 65535 and pll.kp_q16 <= 65535
+@given(start=U32, speed=st.floats(-0.3, 0.3), wrong=st.floats(-0.15, 0.15))
+def test_locks_from_any_angle_and_a_wrong_speed(lib, start, speed, wrong):
+    pll = lib.pll(start)
+    pll.speed_q32 = round((speed + wrong) * TURN)
+    error, estimate = run(lib, pll, speed * np.arange(3000))
+    assert abs(error[-1]) < 2.0**-22 and abs(estimate[-1] - speed) < 64 / TURN

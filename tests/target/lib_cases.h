@@ -8,6 +8,7 @@
 #define TESTS_TARGET_LIB_CASES_H
 
 #include "lib/Lib.h"
+#include "lib/advance.h"
 #include "lib/deadtime.h"
 #include "lib/limit.h"
 #include "lib/modulation.h"
@@ -31,10 +32,13 @@ enum lib_case {
     CASE_INVPARK_Q15,
     CASE_COSSIN,
     CASE_PI,
+    CASE_PI_HOLD,
+    CASE_PI_SATURATE,
     CASE_CIRCLE,
     CASE_SVM,
-    CASE_RECIPROCAL,
+    CASE_SVM_MIDDLE,
     CASE_DEADTIME,
+    CASE_ADVANCE,
     CASE_PLL,
     CASE_COUNT
 };
@@ -148,39 +152,57 @@ static inline struct lib_result lib_case_transform_q15(enum lib_case which, cons
     }
 }
 
-static inline struct lib_result lib_case_pi(const struct lib_vector *v)
+static inline struct lib_result lib_case_pi(enum lib_case which, const struct lib_vector *v)
 {
-    struct pi_q15 pi = {v->in[0] & 32767, v->in[1] & 32767, 0};
-    const int32_t limit = q15_clamp(v->in[2], 0, 32768);
+    switch (which) {
+    case CASE_PI_HOLD:
+        return (struct lib_result){{pi_q15_hold(v->in[0], v->in[1], v->in[2]), pi_q15_hold(v->in[3], v->in[2], v->in[2]),
+                                    pi_q15_hold(v->in[0], v->in[3], v->in[2])}};
+    case CASE_PI_SATURATE: {
+        struct lib_result out = {{v->in[0], v->in[1], 0}};
 
-    pi_q15_preset(&pi, q15_clamp(v->in[0], -32768, 32768), q15_clamp(v->in[3], -32768, 32768));
-    const int32_t first = pi_q15_step(&pi, v->in[3], q15_clamp(v->in[1], -65536, 65536), limit);
-    const int32_t second = pi_q15_step(&pi, v->in[0], 0, limit);
+        pi_q15_saturate(&out.out[0], &out.out[1], v->in[2] & INT32_MAX);
+        return out;
+    }
+    default: {
+        struct pi_q15 pi = {v->in[0] & 16383, v->in[1] & 16383, q15_clamp(v->in[1], -(1 << 29), 1 << 29)};
+        const int32_t limit = q15_clamp(v->in[2], 0, PI_OUTPUT_MAX);
+        const int32_t first = pi_q15_step(&pi, q15_clamp(v->in[3], -PI_ERROR_MAX, PI_ERROR_MAX), limit);
+        const int32_t second = pi_q15_step(&pi, q15_clamp(v->in[0], -PI_ERROR_MAX, PI_ERROR_MAX), limit);
 
-    return (struct lib_result){{first, second, pi.integral_q30}};
+        return (struct lib_result){{first, second, pi.integral_q9}};
+    }
+    }
 }
 
 static inline struct lib_result lib_case_modulation(enum lib_case which, const struct lib_vector *v)
 {
     switch (which) {
-    case CASE_CIRCLE: {
-        const dq_t out = circle_limit_q15(
-            (dq_t){q15_clamp(v->in[0], -65535, 65535), q15_clamp(v->in[1], -65535, 65535)}, v->in[2] & 65535);
-
-        return (struct lib_result){{out.d, out.q, (int32_t)limit_root((uint32_t)v->in[3])}};
-    }
+    case CASE_CIRCLE:
+        return (struct lib_result){{circle_rest_q15(q15_clamp(v->in[0], -65535, 65535), v->in[2] & 65535),
+                                    (int32_t)limit_root((uint32_t)v->in[3]), 0}};
     case CASE_SVM: {
-        const abc_t out = svm_minmax_q15((abc_t){q15_clamp(v->in[0], -11000, 11000), q15_clamp(v->in[1], -11000, 11000),
-                                                 q15_clamp(v->in[2], -11000, 11000)},
-                                         q15_clamp(v->in[3], 16384, 65536));
+        const int32_t end = (1 << 28) - 1;
+        const abc_t out = svm_minmax((abc_t){q15_clamp(v->in[0], -end, end), q15_clamp(v->in[1], -end, end), v->in[2]});
 
         return (struct lib_result){{out.a, out.b, out.c}};
     }
-    case CASE_RECIPROCAL:
+    case CASE_SVM_MIDDLE: {
+        const int32_t end = (1 << 29) - 1;
+        const int32_t a = q15_clamp(v->in[0], -end, end), b = q15_clamp(v->in[1], -end, end);
+        const int32_t c = q15_clamp(v->in[2], -end, end), d = q15_clamp(v->in[3], -end, end);
+
+        return (struct lib_result){{svm_middle(a, b, a + b), svm_middle(c, d, c + d), svm_middle(a, c, a + c)}};
+    }
+    case CASE_ADVANCE: {
+        struct lib_result out = {{q15_clamp(v->in[0], -65535, 65535), q15_clamp(v->in[1], -65535, 65535), 0}};
+
+        advance_q15(&out.out[0], &out.out[1], q15_clamp(v->in[2], -ADVANCE_MAX_Q15, ADVANCE_MAX_Q15));
+        return out;
+    }
+    default: /* the ends of the formats, and one in use */
         return (struct lib_result){
-            {recip_q14_refine(q15_clamp(v->in[0], 4, RECIP_MAX_Q14), q15_clamp(v->in[1], 0, 32767)), 0, 0}};
-    default:
-        return (struct lib_result){{deadtime_comp(v->in[0], v->in[1] & 32767, 1u + ((uint32_t)v->in[2] & 7u)), 0, 0}};
+            {deadtime_share_q7(v->in[0], 0), deadtime_share_q7(v->in[1], 13), deadtime_share_q7(v->in[2], 28)}};
     }
 }
 
@@ -200,14 +222,17 @@ static inline struct lib_result lib_case_run(enum lib_case which, const struct l
         return (struct lib_result){{out.cos, out.sin, 0}};
     }
     case CASE_PI:
-        return lib_case_pi(v);
+    case CASE_PI_HOLD:
+    case CASE_PI_SATURATE:
+        return lib_case_pi(which, v);
     case CASE_CIRCLE:
     case CASE_SVM:
-    case CASE_RECIPROCAL:
+    case CASE_SVM_MIDDLE:
     case CASE_DEADTIME:
+    case CASE_ADVANCE:
         return lib_case_modulation(which, v);
     case CASE_PLL: {
-        struct pll pll = {(uint32_t)v->in[0], v->in[1], v->in[2] & 65535, v->in[3] & 65535};
+        struct pll pll = {(uint32_t)v->in[0], v->in[1]};
 
         pll_step(&pll, (uint32_t)v->in[2]);
         return (struct lib_result){{(int32_t)pll.angle_q32, pll.speed_q32, 0}};

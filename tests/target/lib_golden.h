@@ -17,8 +17,8 @@ struct lib_golden {
     }
 
 static const struct lib_golden lib_golden[CASE_COUNT] = {
-    [CASE_CLARKE] = LIB_GOLDEN("Clarke", 0x6588A355u),
-    [CASE_INVCLARKE] = LIB_GOLDEN("InvClarke", 0xD8D11058u),
+    [CASE_CLARKE] = LIB_GOLDEN("Clarke", 0x688929E8u),
+    [CASE_INVCLARKE] = LIB_GOLDEN("InvClarke", 0xA5D57481u),
     [CASE_PARK] = LIB_GOLDEN("Park", 0x10D4E956u),
     [CASE_INVPARK] = LIB_GOLDEN("InvPark", 0x3A6541BDu),
     [CASE_SATURATIONS] = LIB_GOLDEN("saturations", 0x505E7F1Au),
@@ -27,12 +27,15 @@ static const struct lib_golden lib_golden[CASE_COUNT] = {
     [CASE_PARK_Q15] = LIB_GOLDEN("Park Q15", 0x529E487Bu),
     [CASE_INVPARK_Q15] = LIB_GOLDEN("InvPark Q15", 0x1CF4F2E3u),
     [CASE_COSSIN] = LIB_GOLDEN("sine and cosine", 0xDF8F7014u),
-    [CASE_PI] = LIB_GOLDEN("PI", 0xDD44F48Eu),
-    [CASE_CIRCLE] = LIB_GOLDEN("circle", 0x9AE55CDDu),
-    [CASE_SVM] = LIB_GOLDEN("modulation", 0xA10DCDC9u),
-    [CASE_RECIPROCAL] = LIB_GOLDEN("reciprocal", 0x653B41BBu),
-    [CASE_DEADTIME] = LIB_GOLDEN("dead time", 0xD08D2E06u),
-    [CASE_PLL] = LIB_GOLDEN("PLL", 0xF41B47C6u),
+    [CASE_PI] = LIB_GOLDEN("PI", 0x5B2850F8u),
+    [CASE_PI_HOLD] = LIB_GOLDEN("PI, hold", 0x0997456Cu),
+    [CASE_PI_SATURATE] = LIB_GOLDEN("PI, saturate", 0x457FDCEEu),
+    [CASE_CIRCLE] = LIB_GOLDEN("circle", 0x67BEFBF4u),
+    [CASE_SVM] = LIB_GOLDEN("modulation", 0xED52CC53u),
+    [CASE_SVM_MIDDLE] = LIB_GOLDEN("modulation, middle", 0x6E8E5441u),
+    [CASE_DEADTIME] = LIB_GOLDEN("dead time", 0x8E9270B7u),
+    [CASE_ADVANCE] = LIB_GOLDEN("advance", 0xCF4291CAu),
+    [CASE_PLL] = LIB_GOLDEN("PLL", 0x4D67DB2Bu),
 };
 
 #endif

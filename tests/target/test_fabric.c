@@ -10,7 +10,6 @@
 #include "drivers/fabric/adc.h"
 #include "drivers/fabric/corepwm.h"
 #include "drivers/fabric/encoder.h"
-#include "drivers/fabric/fabric.h"
 #include "drivers/fabric/gate.h"
 #include "drivers/mss/timer.h"
 #include "drivers/mss/watchdog.h"
@@ -365,17 +364,6 @@ static void test_gate(void)
     gate_disable();
 }
 
-/* A value in one register of each block, left there by its driver. */
-static void test_one_base(void)
-{
-    struct fabric_regs *const blocks = fabric_blocks();
-    harness_equal("fabric: one base reaches CorePWM", blocks->pwm.PERIOD, PERIOD_COUNTS - 1u);
-    harness_equal("fabric: the ADC", blocks->adc.SEQUENCE, adc_sequence());
-    harness_true("fabric: which has converted", adc_sequence() != 0u);
-    harness_equal("fabric: the encoder", blocks->encoder.COUNTS, 4000u);
-    harness_equal("fabric: the gate", blocks->gate.ID, GATE_ID);
-}
-
 int main(void)
 {
     (void)harness_begin();
@@ -386,7 +374,6 @@ int main(void)
         test_adc();
         test_encoder();
         test_gate();
-        test_one_base();
         test_corepwm_edges();
     }
     harness_end();
