@@ -96,6 +96,15 @@ def test_other_fraction_of_the_trigonometry(tmp_path):
     assert "own program: failed" in said(elf, tmp_path), "built with another fraction than the library, unnoticed"
 
 
+def test_every_function_that_the_document_names_is_declared_and_in_the_library():
+    named = set(re.findall(r"\b\w+_Lib_Do\b", Path("docs/library.md").read_text()))
+    headers = Path("lib/Lib.h").read_text() + Path("lib/LibFoc.h").read_text()
+    declared = set(re.findall(r"^void (\w+_Lib_Do)\(", headers, re.M))
+    symbols = checked([CROSS + "nm", "--defined-only", str(BUILD / "libmssfoc.a")]).stdout
+    archived = set(re.findall(r" T (\w+_Lib_Do)$", symbols, re.M))
+    assert len(named) >= 6 and named <= declared and declared == archived
+
+
 def test_it_can_fail(tmp_path):
     (tmp_path / "nothing.c").write_text(NOTHING)
     elf = build("gcc", [], [HERE / "main.c", HERE / "start.c", tmp_path / "nothing.c"], BUILD, tmp_path / "own.elf")
