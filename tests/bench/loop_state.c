@@ -38,5 +38,6 @@ static int32_t pick(uint32_t index, int32_t low, int32_t middle, int32_t high)
 
 void loop_state_extreme(struct current_loop *c, uint32_t index)
 {
-    set(c, pick(index, 0, 1, 32767), pick(index / 3u, -SPEED_LIMIT, 0, SPEED_LIMIT), pick(index / 9u, 0, 1 << 20, 1 << 24));
+    set(c, pick(index, 0, 1, 32767), pick(index / 3u, -SPEED_LIMIT, 0, SPEED_LIMIT),
+        pick(index / 9u, 0, 1 << 20, 1 << 24));
 }

@@ -11,6 +11,9 @@ extern struct timing rows_timing;
 /* The library's functions, each beside its portable C. */
 void rows_arithmetic(void);
 
+/* The controllers' kernels, in registers. */
+void rows_control(void);
+
 /* The current loop. */
 void rows_current_loop(void);
 
