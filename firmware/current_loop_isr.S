@@ -42,9 +42,9 @@ FabricIrq0_IRQHandler:                                  @ entry                 
         push    {r4-r11, lr}                            @                                                10
         .cfi_def_cfa_offset 36
         .cfi_offset lr, -4
+        mov     FABRIC, #FABRIC_BASE                    @ (not right before its use: that would be one more) 1
         movw    LOOP, #:lower16:current_loop            @                                                 1
         movt    LOOP, #:upper16:current_loop            @                                                 1
-        mov     FABRIC, #FABRIC_BASE                    @                                                 1
 
         .global current_loop_body                       @ tests begin here, with bases of their own
 current_loop_body:

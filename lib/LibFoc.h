@@ -5,7 +5,8 @@
  *
  * What Lib.h says of all its functions holds here too: the whole int32_t range, rounding to nearest with ties up, saturation
  * to INT32_MIN / INT32_MAX and no wrapping, input and output may overlap, re-entrant, no state, no branch on data, any
- * context. Pointers must not be null.
+ * context. Pointers must not be null. Cycles, worst data, call and return included (`make bench`): Clarke3 109, ClarkeBC 60,
+ * ClarkeCA 53, SinCos 42, Polar 940.
  */
 #ifndef LIB_FOC_H
 #define LIB_FOC_H

@@ -57,7 +57,7 @@ static inline uint32_t atan2_q32(int32_t y, int32_t x)
 
 /**
  * Angle of the vector (x, y), 65536 = one turn, 0...65535. Range: any x and y; (0, 0) gives 0. Exact on the axes. Error at
- * most 0.71 of a unit where |x|, |y| <= 65535, else 1.03.
+ * most 0.71 of a unit where |x|, |y| <= 65535, else 1.03. In registers 45 cycles (`make bench`).
  */
 static inline uint32_t atan2_q15(int32_t y, int32_t x)
 {
@@ -81,7 +81,10 @@ static inline int32_t polar_root(uint32_t square)
     return (int32_t)(((root >> (half_shift + 14U)) + 1U) >> 1);
 }
 
-/** Length of the vector (x, y). Range: x^2 + y^2 < 2^32, as all vectors in transform_q15.h. Error as polar_root(). */
+/**
+ * Length of the vector (x, y). Range: x^2 + y^2 < 2^32, as all vectors in transform_q15.h. Error as polar_root(). In
+ * registers 21 cycles (`make bench`).
+ */
 static inline int32_t magnitude_q15(int32_t x, int32_t y)
 {
     return polar_root((uint32_t)x * (uint32_t)x + (uint32_t)y * (uint32_t)y);

@@ -26,6 +26,11 @@
     X(park_q15, 4, 2) \
     X(invpark_q15, 4, 2) \
     X(cossin_q15, 1, 2) \
+    X(clarke3_q15, 3, 2) \
+    X(clarke_bc_q15, 2, 2) \
+    X(clarke_ca_q15, 2, 2) \
+    X(atan2_q15, 2, 1) \
+    X(magnitude_q15, 2, 1) \
     X(pi_q15_step, 5, 2) \
     X(limit_root, 1, 1) \
     X(circle_rest_q15, 2, 1) \

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* The functions around the inline kernels. Included once by each build; KERNEL(name) puts the build's prefix before it. */
 #include "lib/advance.h"
+#include "lib/clarke3.h"
 #include "lib/deadtime.h"
 #include "lib/limit.h"
 #include "lib/modulation.h"
 #include "lib/pi.h"
 #include "lib/pll.h"
+#include "lib/polar.h"
 #include "lib/transform_q15.h"
 #include "lib/trig.h"
 #include "tests/bench/kernels.h"
@@ -47,6 +49,37 @@ void KERNEL(cossin_q15)(const int32_t *in, int32_t *out)
     const cossin_t angle = cossin_q15((uint32_t)in[0]);
     out[0] = angle.cos;
     out[1] = angle.sin;
+}
+
+void KERNEL(clarke3_q15)(const int32_t *in, int32_t *out)
+{
+    const alphabeta_t i = clarke3_q15((abc_t){in[0], in[1], in[2]});
+    out[0] = i.alpha;
+    out[1] = i.beta;
+}
+
+void KERNEL(clarke_bc_q15)(const int32_t *in, int32_t *out)
+{
+    const alphabeta_t i = clarke_bc_q15(in[0], in[1]);
+    out[0] = i.alpha;
+    out[1] = i.beta;
+}
+
+void KERNEL(clarke_ca_q15)(const int32_t *in, int32_t *out)
+{
+    const alphabeta_t i = clarke_ca_q15(in[0], in[1]);
+    out[0] = i.alpha;
+    out[1] = i.beta;
+}
+
+void KERNEL(atan2_q15)(const int32_t *in, int32_t *out)
+{
+    out[0] = (int32_t)atan2_q15(in[0], in[1]);
+}
+
+void KERNEL(magnitude_q15)(const int32_t *in, int32_t *out)
+{
+    out[0] = magnitude_q15(in[0], in[1]);
 }
 
 void KERNEL(pi_q15_step)(const int32_t *in, int32_t *out)

@@ -44,7 +44,9 @@ int main(void)
         print_note("two readings cost", timing_overhead());
         print_note("gate status", gate_status());
         rows_arithmetic();
+        rows_registers();
         rows_control();
+        rows_family();
         rows_current_loop();
         rows_slow_loop();
         rows_seldom();

@@ -11,6 +11,12 @@ extern struct timing rows_timing;
 /* The library's functions, each beside its portable C. */
 void rows_arithmetic(void);
 
+/* The Q15 kernels once more, without moves between memory and registers. */
+void rows_registers(void);
+
+/* The functions of LibFoc.h. */
+void rows_family(void);
+
 /* The controllers' kernels, in registers. */
 void rows_control(void);
 

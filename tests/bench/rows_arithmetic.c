@@ -58,6 +58,7 @@ RANGES(any_four, ANY, ANY, ANY, ANY)
 /* The kernels are defined within these ranges only. */
 RANGES(range_two, Q15_CURRENT, Q15_CURRENT)
 RANGES(range_four, Q15_CURRENT, Q15_CURRENT, Q15_FRACTION, Q15_FRACTION)
+RANGES(range_three, Q15_CURRENT, Q15_CURRENT, Q15_CURRENT)
 RANGES(range_pi, {0, 16384}, {0, 21845}, SYMMETRIC(1 << 25), SYMMETRIC(98303), {0, 32766})
 RANGES(range_rest, SYMMETRIC(65535), {0, 65535})
 RANGES(range_svm, SYMMETRIC(1 << 28), SYMMETRIC(1 << 28))
@@ -77,6 +78,11 @@ static const struct kernel_row kernel_rows[] = {
     ROW(invpark_q15, 4, range_four, range_four),
     ROW(invclarke_q15, 2, range_two, range_two),
     ROW(cossin_q15, 1, any_four, any_four),
+    ROW(clarke3_q15, 3, range_three, range_three),
+    ROW(clarke_bc_q15, 2, range_two, range_two),
+    ROW(clarke_ca_q15, 2, range_two, range_two),
+    ROW(atan2_q15, 2, range_two, any_four),
+    ROW(magnitude_q15, 2, range_two, range_two),
     ROW(pi_q15_step, 5, range_pi, range_pi),
     ROW(limit_root, 1, any_four, any_four),
     ROW(circle_rest_q15, 2, range_rest, range_rest),

@@ -20,8 +20,8 @@ from longest import Longest
 from timing import ENTRY, EXIT, REFILL, Costs, Waits, default_waits
 
 HANDLER, EXCEPTION = "FabricIrq0_IRQHandler", 50
-FAULT_CALLS = ("trip", "fault_raise")
-LOOPS = {"trip": 6}  # the table by_bit in firmware/current_loop.c
+FAULT_CALLS = ("current_loop_fault", "fault_raise")
+LOOPS = {}  # there are none
 PWM = range(0x50000000, 0x50000100)  # CorePWM, docs/fabric.md
 
 
