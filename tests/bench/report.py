@@ -24,6 +24,8 @@ ROWS = {
     "clarke_ca_q15.registers": "likewise",
     "atan2_q15.registers": "likewise, two tables",
     "magnitude_q15.registers": "likewise, one table",
+    "pi_q15_step.registers": "likewise, gains and state too",
+    "svm_minmax.registers": "likewise",
     "Clarke3_Lib_Do": "three phases, 64-bit sums, portable C",
     "ClarkeBC_Lib_Do": "two sensors, 64-bit sums, portable C",
     "ClarkeCA_Lib_Do": "likewise",
