@@ -33,7 +33,7 @@ void InvClarke_Lib_Do(const invclarkeinput_type *invclarkeinput_ptr, invclarkeou
 void Park_Lib_Do(const parkinput_type *parkinput_ptr, parkoutput_type *parkoutput_ptr)
 {
     const parkinput_type in = *parkinput_ptr;
-    const s32_pair_t dq = s32_park(in.ialpha, in.ibeta, in.cos, in.sin);
+    const s32_pair_t dq = s32_park(in.ialpha, in.ibeta, in.cos, in.sin, LIB_TRIG_FRAC);
 
     parkoutput_ptr->id = dq.x;
     parkoutput_ptr->iq = dq.y;
@@ -42,7 +42,7 @@ void Park_Lib_Do(const parkinput_type *parkinput_ptr, parkoutput_type *parkoutpu
 void InvPark_Lib_Do(const invparkinput_type *invparkinput_ptr, invparkoutput_type *invparkoutput_ptr)
 {
     const invparkinput_type in = *invparkinput_ptr;
-    const s32_pair_t alphabeta = s32_invpark(in.vd, in.vq, in.cos, in.sin);
+    const s32_pair_t alphabeta = s32_invpark(in.vd, in.vq, in.cos, in.sin, LIB_TRIG_FRAC);
 
     invparkoutput_ptr->valpha = alphabeta.x;
     invparkoutput_ptr->vbeta = alphabeta.y;

@@ -7,7 +7,7 @@
 #ifndef LIB_TRANSFORM_S32_H
 #define LIB_TRANSFORM_S32_H
 
-#include "lib/Lib.h"
+#include <stdint.h>
 
 /* 2/sqrt(3) - 1 and sqrt(3)/2 - 1 with 32 fraction bits, to nearest: 0.0125 too small, and 0.2407 too large. */
 #define S32_CLARKE_Q32    INT64_C(664433753)
@@ -73,22 +73,24 @@ static inline int64_t s32_sum(int32_t a, int32_t b, int32_t c, int32_t d)
     return first + (first == limit && second == limit ? limit - (INT64_C(1) << 31) : second);
 }
 
-/** Take LIB_TRIG_FRAC bits off: to nearest, ties up, saturated. */
-static inline int32_t s32_round(int64_t sum)
+/** Take `frac` bits (1...31) off: to nearest, ties up, saturated. */
+static inline int32_t s32_round(int64_t sum, unsigned frac)
 {
-    return s32_saturate((sum + (INT64_C(1) << (LIB_TRIG_FRAC - 1))) >> LIB_TRIG_FRAC);
+    return s32_saturate((sum + (INT64_C(1) << (frac - 1U))) >> frac);
 }
 
-/** Park: the vector (x, y) seen from a frame turned by +angle. */
-static inline s32_pair_t s32_park(int32_t x, int32_t y, int32_t cosine, int32_t sine)
+/** Park: the vector (x, y) seen from a frame turned by +angle; cosine and sine have `frac` fraction bits. */
+static inline s32_pair_t s32_park(int32_t x, int32_t y, int32_t cosine, int32_t sine, unsigned frac)
 {
-    return (s32_pair_t){s32_round(s32_sum(x, cosine, y, sine)), s32_round((int64_t)y * cosine - (int64_t)x * sine)};
+    return (s32_pair_t){s32_round(s32_sum(x, cosine, y, sine), frac),
+                        s32_round((int64_t)y * cosine - (int64_t)x * sine, frac)};
 }
 
 /** Inverse Park: the vector (x, y) of a frame turned by +angle seen from the stationary one. */
-static inline s32_pair_t s32_invpark(int32_t x, int32_t y, int32_t cosine, int32_t sine)
+static inline s32_pair_t s32_invpark(int32_t x, int32_t y, int32_t cosine, int32_t sine, unsigned frac)
 {
-    return (s32_pair_t){s32_round((int64_t)x * cosine - (int64_t)y * sine), s32_round(s32_sum(y, cosine, x, sine))};
+    return (s32_pair_t){s32_round((int64_t)x * cosine - (int64_t)y * sine, frac),
+                        s32_round(s32_sum(y, cosine, x, sine), frac)};
 }
 
 #endif

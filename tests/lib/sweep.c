@@ -20,6 +20,10 @@
 
 __extension__ typedef __int128 wide_t;
 
+/* Lib.h's bounds, in thousandths of an LSB */
+#define CLARKE_THOUSANDTHS    583
+#define INVCLARKE_THOUSANDTHS 621
+
 #define RANDOM_VECTORS 100000
 #define COUNT(table)   (sizeof(table) / sizeof((table)[0]))
 
@@ -94,12 +98,12 @@ static bool at_most_sqrt3(wide_t p, wide_t q)
     return p < 0;
 }
 
-/* |(n sqrt(3) + m) / 2 - result| <= percent / 100, or saturated as it should be */
-static bool near_half_sqrt3(wide_t n, wide_t m, int32_t result, wide_t percent)
+/* |(n sqrt(3) + m) / 2 - result| <= thousandths / 1000, or saturated as it should be */
+static bool near_half_sqrt3(wide_t n, wide_t m, int32_t result, wide_t thousandths)
 {
-    const wide_t middle = 200 * (wide_t)result - 100 * m;
-    const bool not_below = at_most_sqrt3(middle - 2 * percent, 100 * n); /* result - tolerance <= exact */
-    const bool not_above = at_most_sqrt3(-middle - 2 * percent, -100 * n);
+    const wide_t middle = 2000 * (wide_t)result - 1000 * m;
+    const bool not_below = at_most_sqrt3(middle - 2 * thousandths, 1000 * n); /* result - tolerance <= exact */
+    const bool not_above = at_most_sqrt3(-middle - 2 * thousandths, -1000 * n);
 
     return (not_below || result == INT32_MIN) && (not_above || result == INT32_MAX);
 }
@@ -112,9 +116,9 @@ static void check_clarke(const int32_t in[2])
     Clarke_Lib_Do(&input, &output);
     /* (a + 2 b) / sqrt(3) = 2/3 (a + 2 b) sqrt(3) / 2: all times 3 */
     const wide_t sum = (wide_t)in[0] + 2 * (wide_t)in[1];
-    const wide_t middle = 300 * (wide_t)output.ibeta;
-    const bool not_below = at_most_sqrt3(middle - 3 * 57, 100 * sum);
-    const bool not_above = at_most_sqrt3(-middle - 3 * 57, -100 * sum);
+    const wide_t middle = 3000 * (wide_t)output.ibeta;
+    const bool not_below = at_most_sqrt3(middle - 3 * CLARKE_THOUSANDTHS, 1000 * sum);
+    const bool not_above = at_most_sqrt3(-middle - 3 * CLARKE_THOUSANDTHS, -1000 * sum);
     const bool good = (not_below || output.ibeta == INT32_MIN) && (not_above || output.ibeta == INT32_MAX);
 
     check(output.ialpha == in[0] && good, "Clarke", in, 2);
@@ -126,8 +130,8 @@ static void check_invclarke(const int32_t in[2])
     invclarkeoutput_type output;
 
     InvClarke_Lib_Do(&input, &output);
-    check(output.va == in[0] && near_half_sqrt3(in[1], -(wide_t)in[0], output.vb, 56) &&
-              near_half_sqrt3(-(wide_t)in[1], -(wide_t)in[0], output.vc, 56),
+    check(output.va == in[0] && near_half_sqrt3(in[1], -(wide_t)in[0], output.vb, INVCLARKE_THOUSANDTHS) &&
+              near_half_sqrt3(-(wide_t)in[1], -(wide_t)in[0], output.vc, INVCLARKE_THOUSANDTHS),
           "InvClarke", in, 2);
 }
 

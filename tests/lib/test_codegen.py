@@ -59,13 +59,29 @@ def test_hot_path_kernel(kernels, name):
     assert not branches(body) and len(returns(body)) == 1
 
 
-@pytest.mark.parametrize("frac", (1, 15, 31))
-def test_api_has_no_branch_on_data(frac):
-    found = functions(ROOT / "lib" / "Lib.c", f"-DLIB_TRIG_FRAC={frac}")
+@pytest.mark.parametrize("frac", range(1, 32))
+def test_api_has_no_branch(frac):
+    found = functions(ROOT / "lib" / "Lib_thumb2.S", f"-DLIB_TRIG_FRAC={frac}")
     assert set(found) == API
     for body in found.values():
         assert not branches(body) and len(returns(body)) == 1
+        assert [line.split() for line in body if line != "nop"][-1] == ["bx", "lr"]  # behind it the section is filled up
         assert not [line for line in body if re.match(r"[su]div", line)]
+
+
+def test_each_function_of_the_api_is_built_once():
+    """The assembly takes the place of the C, and the C that of the assembly when LIB_PORTABLE switches it off."""
+    assert functions(ROOT / "lib" / "Lib.c") == {}
+    assert functions(ROOT / "lib" / "Lib_thumb2.S", "-DLIB_PORTABLE") == {}
+    assert set(functions(ROOT / "lib" / "Lib.c", "-DLIB_PORTABLE")) == API
+    assert set(functions(ROOT / "lib" / "Lib.c", "-mcpu=cortex-m0")) >= API
+    assert set(functions(ROOT / "lib" / "Lib_thumb2.S", "-mcpu=cortex-m4")) == API
+
+
+@pytest.mark.parametrize("frac", (0, 32))
+def test_assembly_checks_trig_frac(frac):
+    with pytest.raises(subprocess.CalledProcessError):
+        functions(ROOT / "lib" / "Lib_thumb2.S", f"-DLIB_TRIG_FRAC={frac}")
 
 
 @pytest.mark.parametrize("frac", (1, 15, 30, 31))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Lib.h as a stranger's compiler sees it."""
+import os
 import re
 import subprocess
 from pathlib import Path
@@ -62,6 +63,15 @@ def test_c(standard):
 @pytest.mark.parametrize("standard", ("c++98", "c++11", "c++17"))
 def test_cxx(standard):
     result = compile_only([f"-std={standard}", *STRICT_CXX, "-x", "c++"], compiler="c++")
+    assert result.returncode == 0, result.stderr
+
+
+@pytest.mark.parametrize("language,standard", (("c", "c99"), ("c", "c17"), ("c++", "c++98"), ("c++", "c++17")))
+def test_for_the_target(language, standard):
+    cross = os.environ.get("CROSS", "arm-none-eabi-") + "gcc"
+    strict = STRICT if language == "c" else STRICT_CXX
+    result = compile_only(["-mcpu=cortex-m3", "-mthumb", "-ffreestanding", f"-std={standard}", *strict, "-x", language],
+                          compiler=cross)
     assert result.returncode == 0, result.stderr
 
 

@@ -18,7 +18,7 @@ I32 = st.one_of(
 )
 CORNERS = (INT32_MIN, INT32_MIN + 1, -32769, -32768, -1, 0, 1, 32767, 32768, INT32_MAX - 1, INT32_MAX)
 each_frac = pytest.mark.parametrize("frac", TRIG_FRACS)
-TOLERANCE_CLARKE, TOLERANCE_INVCLARKE = Fraction(57, 100), Fraction(56, 100)
+TOLERANCE_CLARKE, TOLERANCE_INVCLARKE = Fraction(583, 1000), Fraction(621, 1000)  # as in Lib.h
 
 
 def near(actual, exact, tolerance):
@@ -43,6 +43,70 @@ def test_invclarke(lib, valpha, vbeta):
     assert near(vc, exact_c, TOLERANCE_INVCLARKE)
     if INT32_MIN < vb < INT32_MAX and INT32_MIN < vc < INT32_MAX:
         assert va + vb + vc == 0
+
+
+def error_of_constant(numerator, constant):
+    """|constant - exact| / 2^32 for the exact constant 2/sqrt(3) - 1 (numerator 2) or sqrt(3)/2 - 1 (numerator 3/2)."""
+    exact = numerator * oracle.over_sqrt3(1 << 32) - (1 << 32)
+    return abs(constant - exact) / (1 << 32)
+
+
+def near_whole_products(constant, limit):
+    """x whose product with the constant is, modulo 2^32, next to nothing or next to all: where rounding down errs most, up to
+    the largest |x| <= limit among them."""
+    inverse = pow(constant, -1, 1 << 32)
+    found = (((inverse * rest) + (1 << 31)) % (1 << 32) - (1 << 31) for rest in range(-300, 300))
+    return [x for x in found if abs(x) <= limit]
+
+
+def test_bound_of_clarke_is_proved_and_reached(lib):
+    """With half = (ia + odd + 2 ib) / 2 and constant k, the result is half + floor(k half + (0 if odd else 1/2)), the exact
+    value (2 half - odd) / sqrt(3): so the error is (k - exact k) half, plus 1/sqrt(3) or 1/2, less a fraction in 0...1."""
+    constant = 664433753
+    largest = int(oracle.over_sqrt3(3 << 30)) + 2  # from here on the result saturates
+    of_constant = error_of_constant(2, constant) * largest
+    bound = max(oracle.over_sqrt3(1), Fraction(1, 2)) + of_constant + Fraction(1, 2**32)
+    assert bound <= TOLERANCE_CLARKE
+    worst = 0
+    for half in near_whole_products(constant, largest - 3):
+        for ia in (1, -1, 0):
+            ib = half - (ia >> 1) - (ia & 1)
+            error = abs(lib.api("Clarke_Lib_Do", ia, ib, 0)[1] - oracle.over_sqrt3(ia + 2 * ib))
+            assert error <= bound
+            worst = max(worst, error)
+    assert worst > TOLERANCE_CLARKE - Fraction(2, 1000)
+
+
+def test_bound_of_invclarke_is_proved_and_reached(lib):
+    """The error is that of the constant times vbeta, plus 1/2 less a fraction in 0...1, whether valpha is odd or not."""
+    constant = -575416509
+    bound = Fraction(1, 2) + error_of_constant(Fraction(3, 2), constant) * 2**31 + Fraction(1, 2**32)
+    assert bound <= TOLERANCE_INVCLARKE
+    worst = 0
+    for vbeta in near_whole_products(constant, INT32_MAX) + [*range(INT32_MIN, INT32_MIN + 200), INT32_MAX]:
+        for odd in (1, 0):
+            valpha = odd + (INT32_MIN if vbeta < 0 else INT32_MAX - 1)  # keeps vb within 32 bits
+            vb = lib.api("InvClarke_Lib_Do", valpha, vbeta)[1]
+            error = abs(vb + Fraction(valpha, 2) - oracle.half_sqrt3(vbeta))
+            assert error <= bound
+            worst = max(worst, error)
+    assert worst > TOLERANCE_INVCLARKE - Fraction(1, 100)
+
+
+def test_clarke_of_17_bits_is_correctly_rounded_for_even_ia(lib):
+    """Every sum there is of an even ia and ib."""
+    for half in range(-3 << 15, (3 << 15) + 1):
+        ib = max(-65536, min(65536, half))
+        exact = oracle.rounded_over_sqrt3(2 * half)
+        assert lib.api("Clarke_Lib_Do", 2 * (half - ib), ib, 0)[1] == exact
+
+
+def test_invclarke_of_17_bits_is_correctly_rounded(lib):
+    """b depends on vbeta and, but for whole steps, on the lowest bit of valpha: all of both."""
+    for vbeta in range(-65536, 65537):
+        for valpha in (0, 1):
+            _, vb, vc = lib.api("InvClarke_Lib_Do", valpha, vbeta)
+            assert vb == oracle.rounded_phase_b(valpha, vbeta) and vc == -valpha - vb
 
 
 @each_frac
@@ -137,6 +201,47 @@ def test_monotone(lib, low, high, other):
     assert lib.api("Clarke_Lib_Do", low, other, 0)[1] <= lib.api("Clarke_Lib_Do", high, other, 0)[1]
     falling, rising = (lib.api("InvClarke_Lib_Do", other, beta) for beta in (low, high))
     assert falling[1] <= rising[1] and falling[2] >= rising[2]
+
+
+@each_frac
+@given(low=I32, high=I32, other=I32, trig=st.tuples(I32, I32))
+def test_park_is_monotone(library_for, frac, low, high, other, trig):
+    """Where x rises, d rises with it if cos is not negative, and q falls if sin is not; the inverse likewise."""
+    lib = library_for(frac)
+    cosine, sine = (abs(max(-INT32_MAX, value)) for value in trig)
+    low, high = sorted((low, high))
+    below, above = (lib.api("Park_Lib_Do", x, other, cosine, sine) for x in (low, high))
+    assert below[0] <= above[0] and below[1] >= above[1]
+    below, above = (lib.api("InvPark_Lib_Do", x, other, cosine, sine) for x in (low, high))
+    assert below[0] <= above[0] and below[1] <= above[1]
+
+
+@given(valpha=I32, vbeta=I32)
+def test_mirrored_voltages_swap_phases(lib, valpha, vbeta):
+    """vbeta -> -vbeta swaps b and c, as far as roundings allow: the sum stays, so each moves by one at most."""
+    vbeta = max(-INT32_MAX, vbeta)
+    _, vb, vc = lib.api("InvClarke_Lib_Do", valpha, vbeta)
+    _, mirrored_vb, mirrored_vc = lib.api("InvClarke_Lib_Do", valpha, -vbeta)
+    assert abs(vb - mirrored_vc) <= 1 and abs(vc - mirrored_vb) <= 1
+
+
+@each_frac
+def test_park_saturates_where_the_exact_value_begins_not_to_fit(library_for, frac):
+    """One below, at and above the first value that rounds to 2^31, and likewise below: (2^31 - 1/2) 2^frac."""
+    lib = library_for(frac)
+    first = (1 << 31 + frac) - (1 << frac - 1)
+    x = INT32_MAX
+    cosine, rest = divmod(first, x)
+    if cosine > INT32_MAX:  # LIB_TRIG_FRAC 31: a second product is needed
+        cosine, rest = INT32_MAX, first - x * INT32_MAX
+    sine = -(-rest // INT32_MAX) or 1
+    y, rest = divmod(rest, sine)
+    assert lib.api("Park_Lib_Do", x, y + 1, cosine, sine)[0] == INT32_MAX
+    for off in (-1, 0, 1):
+        for vector in ((x, y + off), (-x, -y - off)):
+            assert lib.api("Park_Lib_Do", *vector, cosine, sine) == oracle.park(*vector, cosine, sine, frac)
+            mirrored = vector[0], -vector[1]
+            assert lib.api("InvPark_Lib_Do", *mirrored, cosine, sine) == oracle.invpark(*mirrored, cosine, sine, frac)
 
 
 def test_clarke_corners(lib):

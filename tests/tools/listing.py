@@ -141,7 +141,7 @@ def _execution(costs, i, before):
     if name in ("smlal", "umlal"):
         return "64-bit product and sum, wide operands"
     if name in ("mla", "mls"):
-        return "product, then sum"
+        return "product, then sum" if name == "mla" else "product, then difference"
     if name in ("udiv", "sdiv"):
         return "quotient, at most"
     if i.flow == "return":

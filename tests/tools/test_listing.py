@@ -26,6 +26,7 @@ def listed(make_image):
 @pytest.mark.parametrize("body, cycles, kinds", [
     ("ldr r2, [r0]\\n ldr r3, [r0, #4]\\n str r2, [r1]", [2, 1, 0], [listing.LOAD, listing.LOAD, listing.STORE]),
     ("movw r2, #1234\\n movt r2, #5678\\n smull r2, r3, r0, r1", [1, 1, 5], [listing.CONSTANT] * 2 + [listing.PRODUCT]),
+    ("mls r0, r1, r2, r3\\n mul r0, r1, r2", [2, 1], [listing.PRODUCT] * 2),
     ("smlal r2, r3, r0, r1\\n mla r0, r1, r2, r3\\n muls r0, r1, r0", [7, 2, 1], [listing.PRODUCT] * 3),
     ("adds r0, r0, r1\\n itt vs\\n movvs r0, #0\\n addvs r0, r0, r1", [1, 0, 1, 1], [listing.DATA] + [listing.CONDITION] * 3),
     ("add.w r0, r0, r1\\n it vs\\n movvs r0, #0", [1, 1, 1], [listing.DATA] + [listing.CONDITION] * 2),
@@ -119,6 +120,8 @@ def test_listings_are_what_is_measured():
     rows = [*cycles_page.LIBRARY, *cycles_page.kernel_rows(image, figures)]
     listings = {row: cycles_page.counted(image, row)[1] for row in rows}
     assert len(rows) > 10 and listings == {row: figures[row]["cycles_max"] for row in rows}
+    alone = {row: sum(step.cycles for step in cycles_page.in_registers(image, row)) for row in figures if ".registers" in row}
+    assert alone == {row: figures[row]["cycles_max"] for row in alone}
 
 
 SOURCE = """
