@@ -156,7 +156,8 @@ static inline struct lib_result lib_case_pi(enum lib_case which, const struct li
 {
     switch (which) {
     case CASE_PI_HOLD:
-        return (struct lib_result){{pi_q15_hold(v->in[0], v->in[1], v->in[2]), pi_q15_hold(v->in[3], v->in[2], v->in[2]),
+        return (struct lib_result){{pi_q15_hold(v->in[0], v->in[1], v->in[2]),
+                                    pi_q15_hold(v->in[3], v->in[2], v->in[2]),
                                     pi_q15_hold(v->in[0], v->in[3], v->in[2])}};
     case CASE_PI_SATURATE: {
         struct lib_result out = {{v->in[0], v->in[1], 0}};
