@@ -44,11 +44,11 @@ int main(void)
         print_note("two readings cost", timing_overhead());
         print_note("gate status", gate_status());
         rows_arithmetic();
-        rows_control();
         rows_current_loop();
         rows_slow_loop();
         rows_seldom();
         rows_interrupt();
+        rows_control();
         print_closing();
     }
     for (;;) {

@@ -11,9 +11,6 @@ extern struct timing rows_timing;
 /* The library's functions, each beside its portable C. */
 void rows_arithmetic(void);
 
-/* The controllers' kernels, in registers. */
-void rows_control(void);
-
 /* The current loop: whole, and stage by stage. */
 void rows_current_loop(void);
 
@@ -25,6 +22,9 @@ void rows_seldom(void);
 
 /* What the core itself takes to enter and leave an interrupt. */
 void rows_interrupt(void);
+
+/* The controllers' kernels once more, without moves between memory and registers. */
+void rows_control(void);
 
 /*
  * Times an interrupt as the core takes it, raised by software: everything from its request to the instruction after it,
