@@ -58,7 +58,8 @@ static __attribute__((noinline, aligned(8))) uint32_t time_svm_minmax_registers(
     return counted;
 }
 
-static const struct vector_range range_pi[] = {{0, 16384}, {0, 21845}, {-(1 << 25), 1 << 25}, {-98303, 98303}, {0, 32766}};
+static const struct vector_range range_pi[] = {
+    {0, 16384}, {0, 21845}, {-(1 << 25), 1 << 25}, {-98303, 98303}, {0, 32766}};
 static const struct vector_range range_svm[] = {{-(1 << 28), 1 << 28}, {-(1 << 28), 1 << 28}};
 
 static void row(const char *name, timer_function timer, const struct vector_range *ranges, uint32_t words)

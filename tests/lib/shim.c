@@ -23,12 +23,14 @@ void shim_invpark(size_t n, const int32_t *d, const int32_t *q, const int32_t *c
 void shim_cossin(size_t n, const uint32_t *angle, int32_t *cosine, int32_t *sine);
 void shim_root(size_t n, const uint32_t *square, uint32_t *root);
 void shim_circle_rest(size_t n, const int32_t *d, const int32_t *radius, int32_t *rest);
-void shim_svm(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, int32_t *out_a, int32_t *out_b, int32_t *out_c);
+void shim_svm(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, int32_t *out_a, int32_t *out_b,
+              int32_t *out_c);
 void shim_svm_middle(size_t n, const int32_t *a, const int32_t *b, int32_t *middle);
 void shim_deadtime(size_t n, const int32_t *current, const uint32_t *fraction, int32_t *share);
 void shim_advance(size_t n, const int32_t *x, const int32_t *y, const int32_t *turn, int32_t *x_out, int32_t *y_out);
 void shim_elementary(size_t n, const int32_t *x, int32_t *sat16, int32_t *unsigned_from_q30);
-void shim_pi(size_t n, struct pi_q15 *pi, const int32_t *error, const int32_t *limit, int32_t *output, int32_t *integral);
+void shim_pi(size_t n, struct pi_q15 *pi, const int32_t *error, const int32_t *limit, int32_t *output,
+             int32_t *integral);
 void shim_pi_hold(size_t n, const int32_t *step, const int32_t *unlimited, const int32_t *output, int32_t *held);
 void shim_pi_saturate(size_t n, const int32_t *output, const int32_t *step, const int32_t *limit, int32_t *limited,
                       int32_t *held);
@@ -102,7 +104,8 @@ void shim_circle_rest(size_t n, const int32_t *d, const int32_t *radius, int32_t
     }
 }
 
-void shim_svm(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, int32_t *out_a, int32_t *out_b, int32_t *out_c)
+void shim_svm(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, int32_t *out_a, int32_t *out_b,
+              int32_t *out_c)
 {
     for (size_t k = 0; k < n; k++) {
         const abc_t out = svm_minmax((abc_t){a[k], b[k], c[k]});
@@ -144,7 +147,8 @@ void shim_elementary(size_t n, const int32_t *x, int32_t *sat16, int32_t *unsign
     }
 }
 
-void shim_pi(size_t n, struct pi_q15 *pi, const int32_t *error, const int32_t *limit, int32_t *output, int32_t *integral)
+void shim_pi(size_t n, struct pi_q15 *pi, const int32_t *error, const int32_t *limit, int32_t *output,
+             int32_t *integral)
 {
     for (size_t k = 0; k < n; k++) {
         output[k] = pi_q15_step(pi, error[k], limit[k]);

@@ -201,7 +201,8 @@ static void check_chain(const int32_t in[4])
 /* The range's ends stand for all else: sums and shifts only. */
 static void check_svm_range(const int32_t in[4])
 {
-    const abc_t v = {q15_clamp(in[0], -(1 << 28) + 1, (1 << 28) - 1), q15_clamp(in[1], -(1 << 28), (1 << 28) - 1), in[2]};
+    const abc_t v = {q15_clamp(in[0], -(1 << 28) + 1, (1 << 28) - 1), q15_clamp(in[1], -(1 << 28), (1 << 28) - 1),
+                     in[2]};
     const abc_t out = svm_minmax(v);
     const int32_t a = q15_clamp(in[0], -(1 << 29) + 1, (1 << 29) - 1);
     const int32_t b = q15_clamp(in[1], -(1 << 29) + 1, (1 << 29) - 1);
@@ -212,8 +213,7 @@ static void check_svm_range(const int32_t in[4])
 
 static void check_advance(const int32_t in[4])
 {
-    const int32_t larger =
-        q15_max(q15_abs(q15_clamp(in[0], -65535, 65535)), q15_abs(q15_clamp(in[1], -65535, 65535)));
+    const int32_t larger = q15_max(q15_abs(q15_clamp(in[0], -65535, 65535)), q15_abs(q15_clamp(in[1], -65535, 65535)));
     int32_t x = q15_clamp(in[0], -65535, 65535);
     int32_t y = q15_clamp(in[1], -65535, 65535);
 
@@ -225,7 +225,7 @@ static void check_controllers(const int32_t in[4])
 {
     static struct pll pll;
     struct pi_q15 pi = {q15_clamp(in[0], 0, PI_KP_MAX_Q9), q15_clamp(in[1], 0, PI_KI_MAX_Q15), 0};
-    const int32_t limit = q15_clamp(in[2], 0, PI_OUTPUT_MAX);
+    const int32_t limit = q15_min(q15_abs(in[1] | 1), PI_OUTPUT_MAX);
     const int32_t error = q15_clamp(in[3], -PI_ERROR_MAX, PI_ERROR_MAX);
     const int32_t farthest = (32768 << 9) + ((pi.ki_q15 * PI_ERROR_MAX) >> 6) + 1;
 
@@ -233,7 +233,7 @@ static void check_controllers(const int32_t in[4])
     for (int n = 0; n < 3; n++) {
         check(q15_abs(pi_q15_step(&pi, error, limit)) <= limit && q15_abs(pi.integral_q9) <= farthest, "PI", in, 4);
     }
-    pi.integral_q9 = q15_clamp(in[2], -(1 << 29), 1 << 29); /* as far as additions may take it: only that it does not overflow */
+    pi.integral_q9 = q15_clamp(in[2], -(1 << 29), 1 << 29); /* as far as additions may take it */
     check(q15_abs(pi_q15_step(&pi, error, limit)) <= limit, "PI far outside", in, 4);
     pll.speed_q32 = in[0];
     pll_step(&pll, (uint32_t)in[3]); /* any state, any angle: only that it does not overflow */
