@@ -20,7 +20,7 @@ static inline int32_t svm_middle(int32_t a, int32_t b, int32_t minus_c)
     const int32_t upper = q15_max(a, b);
     const int32_t minus_lower = upper - minus_c;
 
-#if defined(__ARM_ARCH_7M__) && !defined(LIB_PORTABLE) /* the compiler would branch */
+#if defined(__ARM_ARCH_7M__) && !defined(LIB_PORTABLE) /* 3 cycles less than the compiler's */
     int32_t middle;
 
     __asm__("asr    %[middle], %[minus_c], #1\n\t"

@@ -27,8 +27,7 @@
 struct pi_q15 {
     int32_t kp_q9;
     int32_t ki_q15;
-    int32_t
-        integral_q9; /* stays within +-(32768 + the largest step) by itself; +-2^29 may be reached by adding to it */
+    int32_t integral_q9; /* stays within +-(32768 + the largest step) by itself; who adds to it keeps to +-2^29 */
 };
 
 /**

@@ -45,6 +45,8 @@ ROWS = {
     "tuning_compute": "parameters to gains and thresholds, at `on`",
     "interrupt.latency": "request by software to the first reading in the handler",
     "interrupt.round_trip": "entry and exit around an empty handler",
+    "pi_q15_step.registers": "the controller alone, arguments and results in registers",
+    "svm_minmax.registers": "likewise",
 }
 
 
@@ -133,8 +135,7 @@ def _library(figures):
                 "One call, BL and return included, arguments from memory and results to memory. min and max are over typical"
                 " and extreme data, the median over typical data. inlined: the median less a call that moves the same words"
                 " and computes nothing, which is about what remains in the current loop. C: the same source with"
-                " `LIB_PORTABLE`, worst data; gain: against the better of the two. `foc_step_q15` is the chain from two phase"
-                " currents to three on-times in one function: what the last column of the peers' table compares with.", "",
+                " `LIB_PORTABLE`, worst data; gain: against the better of the two.", "",
                 _line("function", "instructions", "min", "median", "max", "inlined", "C -O2", "C -O3", "gain"),
                 "|---|--:|--:|--:|--:|--:|--:|--:|--:|")
     for name, row in figures.items():

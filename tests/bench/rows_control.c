@@ -16,7 +16,7 @@
 /* The compiler may neither know a value nor compute it elsewhere than here. */
 #define IN_REGISTER(value) __asm volatile("" : "+r"(value))
 
-static __attribute__((noinline, aligned(8))) uint32_t registers_pi_q15_step(const void *in, void *out)
+static __attribute__((noinline, aligned(8))) uint32_t time_pi_q15_step_registers(const void *in, void *out)
 {
     const int32_t *const word = in;
     struct pi_q15 pi = {word[0], word[1], word[2]};
@@ -39,7 +39,7 @@ static __attribute__((noinline, aligned(8))) uint32_t registers_pi_q15_step(cons
     return counted;
 }
 
-static __attribute__((noinline, aligned(8))) uint32_t registers_svm_minmax(const void *in, void *out)
+static __attribute__((noinline, aligned(8))) uint32_t time_svm_minmax_registers(const void *in, void *out)
 {
     const int32_t *const word = in;
     abc_t v = {.a = word[0], .b = word[1]};
@@ -83,6 +83,6 @@ static void row(const char *name, timer_function timer, const struct vector_rang
 void rows_control(void)
 {
     print_heading("in registers: from arguments in registers to results in registers");
-    row("pi_q15_step.registers", registers_pi_q15_step, range_pi, 5u);
-    row("svm_minmax.registers", registers_svm_minmax, range_svm, 2u);
+    row("pi_q15_step.registers", time_pi_q15_step_registers, range_pi, 5u);
+    row("svm_minmax.registers", time_svm_minmax_registers, range_svm, 2u);
 }

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """ctypes binding of shim.c and Lib.c: NumPy arrays (or numbers) in, arrays out."""
 import ctypes
+import re
 
 import numpy as np
+from host_build import ROOT
 
 I32, U32 = np.int32, np.uint32
 
@@ -35,6 +37,11 @@ SWEEPS = {
 # Lib.h and LibFoc.h: fields in, fields out
 API = {"Clarke_Lib_Do": (3, 2), "InvClarke_Lib_Do": (2, 3), "Park_Lib_Do": (4, 2), "InvPark_Lib_Do": (4, 2),
        "Clarke3_Lib_Do": (3, 2), "ClarkeBC_Lib_Do": (3, 2), "ClarkeCA_Lib_Do": (3, 2), "Polar_Lib_Do": (2, 2)}
+
+
+def constant(header, name):
+    """The number that a header of lib/ defines under this name."""
+    return int(re.search(rf"(?m)^#define {name}\s+(\d+)\b", (ROOT / "lib" / header).read_text()).group(1))
 
 
 def array(values, dtype, shape=None):

@@ -229,7 +229,7 @@ static void check_controllers(const int32_t in[4])
 {
     static struct pll pll;
     struct pi_q15 pi = {q15_clamp(in[0], 0, PI_KP_MAX_Q9), q15_clamp(in[1], 0, PI_KI_MAX_Q15), 0};
-    const int32_t limit = q15_clamp(in[2], 0, PI_OUTPUT_MAX);
+    const int32_t limit = q15_min(q15_abs(in[1] | 1), PI_OUTPUT_MAX);
     const int32_t error = q15_clamp(in[3], -PI_ERROR_MAX, PI_ERROR_MAX);
     const int32_t farthest = (32768 << 9) + ((pi.ki_q15 * PI_ERROR_MAX) >> 6) + 1;
 
@@ -237,8 +237,7 @@ static void check_controllers(const int32_t in[4])
     for (int n = 0; n < 3; n++) {
         check(q15_abs(pi_q15_step(&pi, error, limit)) <= limit && q15_abs(pi.integral_q9) <= farthest, "PI", in, 4);
     }
-    pi.integral_q9 =
-        q15_clamp(in[2], -(1 << 29), 1 << 29); /* as far as additions may take it: only that it does not overflow */
+    pi.integral_q9 = q15_clamp(in[2], -(1 << 29), 1 << 29); /* as far as additions may take it */
     check(q15_abs(pi_q15_step(&pi, error, limit)) <= limit, "PI far outside", in, 4);
     pll.speed_q32 = in[0];
     pll_step(&pll, (uint32_t)in[3]); /* any state, any angle: only that it does not overflow */

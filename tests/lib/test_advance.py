@@ -5,10 +5,12 @@ from math import ceil, floor
 
 import numpy as np
 import pytest
+from binding import constant
 from hypothesis import given
 from hypothesis import strategies as st
 
-ONE, FAR, TURN_MAX = 32768, 65535, 19660  # lib/advance.h
+ONE, FAR = 32768, 65535
+TURN_MAX = constant("advance.h", "ADVANCE_MAX_Q15")
 TURNS = (-TURN_MAX, -6554, -1715, -1, 0, 1, 1715, 6554, TURN_MAX)  # 6554: 0.2, 11.5 degrees; 1715: 3 degrees
 EDGE = np.arange(-FAR, FAR + 1, 15)
 SIDE = np.full(EDGE.shape, FAR)

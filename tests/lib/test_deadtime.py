@@ -2,11 +2,12 @@
 """Dead-time compensation: the share of the dead time that a current asks for."""
 import numpy as np
 import pytest
+from binding import constant
 from hypothesis import given
 from hypothesis import strategies as st
 
 FRACTIONS = range(29)
-KNEE, FULL = 512, 128  # lib/deadtime.h
+KNEE, FULL = constant("deadtime.h", "DEADTIME_KNEE_Q15"), constant("deadtime.h", "DEADTIME_FULL")
 LOW, HIGH = -2**31, 2**31 - 1
 
 

@@ -4,13 +4,13 @@ from itertools import product
 
 import numpy as np
 import pytest
-from binding import Pi
+from binding import Pi, constant
 from hypothesis import given
 from hypothesis import strategies as st
 
 KP_ONE, KI_ONE, FRACTION = 1 << 9, 1 << 15, 1 << 9
-# lib/pi.h
-KP_MAX, KI_MAX, ERROR_MAX, LIMIT_MAX = 16384, 21845, 98303, 32766
+KP_MAX, KI_MAX, ERROR_MAX, LIMIT_MAX = (constant("pi.h", f"PI_{name}")
+                                        for name in ("KP_MAX_Q9", "KI_MAX_Q15", "ERROR_MAX", "OUTPUT_MAX"))
 INTEGRAL_MAX = 1 << 29
 
 

@@ -166,7 +166,8 @@ static inline struct lib_result lib_case_pi(enum lib_case which, const struct li
         return out;
     }
     default: {
-        struct pi_q15 pi = {v->in[0] & 16383, v->in[1] & 16383, q15_clamp(v->in[1], -(1 << 29), 1 << 29)};
+        struct pi_q15 pi = {q15_min(v->in[0] & 32767, PI_KP_MAX_Q9), q15_min(v->in[1] & 32767, PI_KI_MAX_Q15),
+                            q15_clamp(v->in[1], -(1 << 29), 1 << 29)};
         const int32_t limit = q15_clamp(v->in[2], 0, PI_OUTPUT_MAX);
         const int32_t first = pi_q15_step(&pi, q15_clamp(v->in[3], -PI_ERROR_MAX, PI_ERROR_MAX), limit);
         const int32_t second = pi_q15_step(&pi, q15_clamp(v->in[0], -PI_ERROR_MAX, PI_ERROR_MAX), limit);
