@@ -17,22 +17,22 @@ struct lib_golden {
     }
 
 static const struct lib_golden lib_golden[CASE_COUNT] = {
-    [CASE_CLARKE] = LIB_GOLDEN("Clarke", 0x6588A355u),
-    [CASE_INVCLARKE] = LIB_GOLDEN("InvClarke", 0xD8D11058u),
-    [CASE_PARK] = LIB_GOLDEN("Park", 0x10D4E956u),
-    [CASE_INVPARK] = LIB_GOLDEN("InvPark", 0x3A6541BDu),
-    [CASE_SATURATIONS] = LIB_GOLDEN("saturations", 0x505E7F1Au),
-    [CASE_CLARKE_Q15] = LIB_GOLDEN("Clarke Q15", 0xA678920Eu),
-    [CASE_INVCLARKE_Q15] = LIB_GOLDEN("InvClarke Q15", 0xC2F0C0A3u),
-    [CASE_PARK_Q15] = LIB_GOLDEN("Park Q15", 0x529E487Bu),
-    [CASE_INVPARK_Q15] = LIB_GOLDEN("InvPark Q15", 0x1CF4F2E3u),
-    [CASE_COSSIN] = LIB_GOLDEN("sine and cosine", 0xDF8F7014u),
-    [CASE_PI] = LIB_GOLDEN("PI", 0xDD44F48Eu),
-    [CASE_CIRCLE] = LIB_GOLDEN("circle", 0x9AE55CDDu),
-    [CASE_SVM] = LIB_GOLDEN("modulation", 0xA10DCDC9u),
-    [CASE_RECIPROCAL] = LIB_GOLDEN("reciprocal", 0x653B41BBu),
-    [CASE_DEADTIME] = LIB_GOLDEN("dead time", 0xD08D2E06u),
-    [CASE_PLL] = LIB_GOLDEN("PLL", 0xF41B47C6u),
+    [CASE_CLARKE] = LIB_GOLDEN("Clarke", 0x516BC590u),
+    [CASE_INVCLARKE] = LIB_GOLDEN("InvClarke", 0x417861F0u),
+    [CASE_PARK] = LIB_GOLDEN("Park", 0xA5B069DDu),
+    [CASE_INVPARK] = LIB_GOLDEN("InvPark", 0x3DAAEF9Au),
+    [CASE_SATURATIONS] = LIB_GOLDEN("saturations", 0x52D58CF8u),
+    [CASE_CLARKE_Q15] = LIB_GOLDEN("Clarke Q15", 0xCE5C04D1u),
+    [CASE_INVCLARKE_Q15] = LIB_GOLDEN("InvClarke Q15", 0x8096DE0Eu),
+    [CASE_PARK_Q15] = LIB_GOLDEN("Park Q15", 0x021BD96Cu),
+    [CASE_INVPARK_Q15] = LIB_GOLDEN("InvPark Q15", 0x3E7BACD5u),
+    [CASE_COSSIN] = LIB_GOLDEN("sine and cosine", 0xAC023227u),
+    [CASE_PI] = LIB_GOLDEN("PI", 0xC5911047u),
+    [CASE_CIRCLE] = LIB_GOLDEN("circle", 0x7B660BFFu),
+    [CASE_SVM] = LIB_GOLDEN("modulation", 0x7121BA10u),
+    [CASE_RECIPROCAL] = LIB_GOLDEN("reciprocal", 0x01CBC1FCu),
+    [CASE_DEADTIME] = LIB_GOLDEN("dead time", 0x14471804u),
+    [CASE_PLL] = LIB_GOLDEN("PLL", 0x3775F171u),
 };
 
 #endif
