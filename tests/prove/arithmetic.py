@@ -43,7 +43,7 @@ class Arithmetic:
 
 class Numbers(Arithmetic):
     def __init__(self, table=None):
-        self.table = table  # index -> signed word
+        self.table = table  # index -> signed word of the kernel's table
 
     def select(self, condition, x, y):
         return x if condition else y
@@ -70,7 +70,7 @@ class Bits(Arithmetic):
         return (z3.SignExt if signed else z3.ZeroExt)(WIDTH - term.size(), term)
 
     def table(self, index):
-        return self.value(self.table_words(z3.simplify(z3.Extract(31, 0, index))))
+        return self.value(self.table_words(z3.Extract(31, 0, index)))
 
     def select(self, condition, x, y):
         def wide(v):
@@ -130,5 +130,5 @@ class Integers(Arithmetic):
         root = isqrt(3 << 2 * ENCLOSURE)
         return self.times(x, Fraction(root, 2 << ENCLOSURE), Fraction(root + 1, 2 << ENCLOSURE))
 
-    def half(self, x):
-        return z3.ToReal(x) / 2
+    def ratio(self, x, divisor):
+        return z3.ToReal(x) / divisor

@@ -2,7 +2,7 @@
 """Runs the code of one kernel in the machine: lays out its arguments as the procedure call standard does, collects results."""
 import z3
 from kernel import Pointer
-from machine import Machine, Products, Region, Stack
+from machine import Lookups, Machine, Products, Region, Stack
 
 
 class Execution:
@@ -17,11 +17,12 @@ class Execution:
         self.inputs = {name: z3.BitVecVal(constants[name], 32) if name in constants else z3.BitVec(name, 32)
                        for name in kernel.inputs}
         self.products = Products()
-        self.table = table_words or z3.Function("table", z3.BitVecSort(32), z3.BitVecSort(32))
+        table = kernel.table
+        self.table = table_words or (Lookups(table.lowest, table.highest) if table else None)
         places = self._arguments(overlap)
         registers = {n: place for n, place in enumerate(places[:4])}
         self.stack = Stack({4 * n: place for n, place in enumerate(places[4:])})
-        tables = [Region(symbol, {}, table=self.table, table_words=words) for symbol, words in kernel.tables.items()]
+        tables = [Region(table.symbol, {}, table=self.table, table_words=table.words)] if table else []
         regions = [self.stack, *self.objects, *tables]
         self.machine = Machine(code, registers, regions, self.products).run()
         self.obligations = self.machine.obligations
@@ -56,6 +57,11 @@ class Execution:
         if self.kernel.result:
             results[self.kernel.result] = z3.simplify(self.machine.r[0])
         return results
+
+    @property
+    def facts(self):
+        """What is known of products and words of tables."""
+        return self.products.facts + (self.table.facts if self.kernel.table else [])
 
     def numbers(self):
         """Results as signed integers, when all inputs were constants; an output never written is None."""

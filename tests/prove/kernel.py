@@ -26,6 +26,15 @@ class Pointer:
 
 
 @dataclass(frozen=True)
+class Table:
+    """A constant table: its words are any in lowest...highest, which the real ones are checked to be."""
+    symbol: str
+    words: int
+    lowest: int
+    highest: int
+
+
+@dataclass(frozen=True)
 class Kernel:
     symbol: str
     arguments: tuple
@@ -36,7 +45,7 @@ class Kernel:
     assumption: str = ""  # the same in words
     result: str = ""  # the output in r0, if any
     overlap: bool = False  # the two pointers may point into the same object
-    tables: dict = field(default_factory=dict)  # symbol: number of words
+    table: Table = None  # that the code reads
     pins: dict = field(default_factory=dict)  # input: constants with which products become exact when searching a counter-example
     bounds: tuple = ()  # (output, (o, v) -> exact real value, largest error in LSB): proved over the integers
 

@@ -5,6 +5,8 @@ The part of the Armv7-M instruction set that the kernels use, over z3 bit-vector
 Memory is a set of regions, each a symbolic base with words at known offsets: nothing is assumed about where they lie, except
 that two regions do not overlap. Whatever the machine does not know is an error, never a guess.
 """
+import hashlib
+
 import z3
 from disassembly import Imm, Reg, Shift, Unknown
 
@@ -27,35 +29,95 @@ def as_bit(condition, width):
     return z3.If(condition, z3.BitVecVal(1, width), z3.BitVecVal(0, width))
 
 
+def always_equal(a, b):
+    """Are two terms equal for all values? "No" may mean that it was not quickly seen."""
+    if a.eq(b):
+        return True
+    solver = z3.SolverFor("QF_BV")
+    solver.set("timeout", 2000)
+    return solver.check(a != b) == z3.unsat
+
+
+def _name(term):
+    """A name of its own for each term: the same variable in two runs must mean the same."""
+    return hashlib.sha256(term.sexpr().encode()).hexdigest()[:16]
+
+
 class Products:
     """
-    Signed 32 x 32 -> 64 bit products. With a constant factor: exact. Of two variables: a fresh 64-bit variable of which only
-    the true range of such a product is known, and that equal factors give equal products. What is proved with that holds
-    for all values in range, so in particular for the true ones.
+    Signed 32 x 32 -> 64 bit products, each a fresh 64-bit variable. Of two variables only the range of such a product is
+    known, and that equal factors give equal products: what is proved with that holds for all values in range, so in
+    particular for the true ones. With a constant factor, `definitions` say the value, and `facts` that it lies between the
+    products with the next powers of two, which is often enough and much quicker.
     """
     LOWEST, HIGHEST = -(2**62) + 2**31, 2**62
+    SMALL = 12, 17  # factors within +-2^n have a product within +-2^(2n)
 
     def __init__(self):
         self.known = []  # (a, b, product)
-        self.facts = []
+        self.facts, self.definitions = [], []
 
     def __call__(self, a, b):
         a, b = z3.simplify(a), z3.simplify(b)
-        if z3.is_bv_value(a) or z3.is_bv_value(b):
-            return z3.simplify(z3.SignExt(32, a) * z3.SignExt(32, b))
+        if z3.is_bv_value(a):
+            a, b = b, a
         for x, y, product in self.known:
-            if (a.eq(x) and b.eq(y)) or (a.eq(y) and b.eq(x)):
+            if (always_equal(a, x) and always_equal(b, y)) or (always_equal(a, y) and always_equal(b, x)):
                 return product
-        product = z3.BitVec(f"product{len(self.known)}", 64)
-        self.facts += [product >= self.LOWEST, product <= self.HIGHEST]
-        for x, y, other in self.known:
-            self.facts.append(z3.Implies(z3.Or(z3.And(a == x, b == y), z3.And(a == y, b == x)), product == other))
+        exact = z3.SignExt(32, a) * z3.SignExt(32, b)
+        if z3.is_bv_value(a):
+            return z3.simplify(exact)
+        product = z3.BitVec(f"product {_name(a)} {_name(b)}", 64)
+        if z3.is_bv_value(b):
+            self.definitions.append(product == exact)
+            self.facts.append(self._between(z3.SignExt(32, a), b.as_signed_long(), product))
+        else:
+            self._abstract(a, b, product)
         self.known.append((a, b, product))
         return product
 
+    @staticmethod
+    def _between(x, constant, product):
+        """x 2^n <= x |constant| <= x 2^(n+1), or reversed."""
+        power = max(abs(constant).bit_length() - 1, 0)
+        small, large = x * (1 << power), x * (1 << (power + 1))
+        product = product if constant >= 0 else -product
+        if constant == 0:
+            return product == 0
+        return z3.If(x >= 0, z3.And(small <= product, product <= large), z3.And(large <= product, product <= small))
+
+    def _abstract(self, a, b, product):
+        self.facts += [product >= self.LOWEST, product <= self.HIGHEST]
+        for bits in self.SMALL:
+            small = [z3.And(x >= -(1 << bits), x <= 1 << bits) for x in (a, b)]
+            self.facts.append(z3.Implies(z3.And(*small), z3.And(product >= -(1 << 2 * bits), product <= 1 << 2 * bits)))
+        for x, y, other in self.known:
+            same = z3.Or(z3.And(a == x, b == y), z3.And(a == y, b == x))
+            self.facts.append(z3.Implies(same, product == other))
+
+
+class Lookups:
+    """Words of a constant table: a fresh variable for each index, of which only a range is known, and equal words for equal indices."""
+
+    def __init__(self, lowest, highest):
+        self.range = lowest, highest
+        self.known = []  # (index, word)
+        self.facts = []
+
+    def __call__(self, index):
+        index = z3.simplify(index)
+        for other, found in self.known:
+            if index.eq(other):
+                return found
+        found = z3.BitVec(f"word {_name(index)}", 32)
+        self.facts += [found >= self.range[0], found <= self.range[1]]
+        self.facts += [z3.Implies(index == other, found == word_there) for other, word_there in self.known]
+        self.known.append((index, found))
+        return found
+
 
 class Region:
-    """Words behind one pointer. `writable`: the offsets that may be stored to; None: a table, read through `table`."""
+    """Words behind one pointer. `writable`: the offsets that may be stored to. With `table`: a table, read through that."""
 
     def __init__(self, name, words, writable=(), table=None, table_words=0):
         self.base = z3.BitVec(f"{name}@", 32)
@@ -145,7 +207,7 @@ class Machine:
         if n == 0:
             return value, self.flags["c"]
         if kind == "lsl":
-            return value << n, bit(value, 32 - n)
+            return value * (1 << n), bit(value, 32 - n)
         if kind == "lsr":
             return (z3.LShR(value, n) if n < 32 else word(0)), bit(value, n - 1)
         if kind == "asr":

@@ -7,7 +7,7 @@ from arithmetic import Bits, Integers, Numbers, INT32_MAX, INT32_MIN
 from execution import Execution, overlaps
 from machine import Misbehaviour
 
-TIME_LIMIT_MS = 200_000
+TIME_LIMIT_MS = 60_000
 CORNERS = (0, 1, -1, 2, -2, 3, 5, 32767, 32768, -32768, 65535, 2**30, -(2**30), INT32_MAX, INT32_MAX - 1, INT32_MIN, INT32_MIN + 1)
 
 
@@ -30,11 +30,15 @@ class Comparison:
         self.assumed = [kernel.assumed(self.o, self.values)]
 
     def _ask(self, condition):
-        """A model in which the condition holds, or None."""
-        solver = z3.Then("simplify", "solve-eqs", "simplify", "bit-blast", "sat").solver() if not self.kernel.tables \
-            else z3.SolverFor("QF_UFBV")
+        """A model in which the condition holds, or None. What follows without the exact products is found much sooner."""
+        definitions = self.run.products.definitions
+        model = self._solve(condition)
+        return self._solve(condition, *definitions) if model is not None and definitions else model
+
+    def _solve(self, *conditions):
+        solver = z3.Then("simplify", "bit-blast", "sat").solver()
         solver.set("timeout", TIME_LIMIT_MS)
-        solver.add(*self.assumed, *self.run.products.facts, condition)
+        solver.add(*self.assumed, *self.run.facts, *conditions)
         answer = solver.check()
         if answer == z3.unknown:
             raise Undecided(solver.reason_unknown())
@@ -62,6 +66,9 @@ class Comparison:
         for name, term in self.run.inputs.items():
             number = model.eval(term, model_completion=True)
             found[name] = number.as_signed_long() if self.kernel.signed(name) else number.as_long()
+        if self.kernel.table:
+            known = [[model.eval(term, model_completion=True) for term in pair] for pair in self.run.table.known]
+            found["table"] = {index.as_long(): word.as_signed_long() for index, word in known}
         return found
 
 
@@ -78,11 +85,11 @@ def _show(model):
 
 def prove_overlaps(kernel, code):
     """With objects that overlap, each result is the very term that it is without. Returns how many ways of overlapping."""
-    apart = Execution(kernel, code).outputs
+    apart = Execution(kernel, code)  # kept: terms are the same only while they live
     for distance in overlaps(kernel):
         together = Execution(kernel, code, overlap=distance).outputs
         for name, term in together.items():
-            if not term.eq(apart[name]):
+            if not term.eq(apart.outputs[name]):
                 raise Refuted(f"{name} differs when the output lies {distance} words behind the input")
     return len(overlaps(kernel))
 
@@ -114,7 +121,7 @@ def vectors(kernel, seed, count):
     while len(found) < count:
         values = {name: _value(generator, kernel, name) for name in kernel.inputs}
         if kernel.assumed(numbers, values):
-            found.append(values)
+            found.append(values | ({"table": any_table(kernel)} if kernel.table else {}))
     return found
 
 
@@ -129,18 +136,21 @@ def _value(generator, kernel, name):
     return max(low, min(high, generator.randint(-(1 << generator.randrange(33)), 1 << generator.randrange(33))))
 
 
-def table_of(seed):
-    """A table with arbitrary words for concrete runs: index -> term, and the same for Python integers."""
-    def number(index):
-        return random.Random(f"{seed} {index}").getrandbits(32) - 2**31
-    return lambda index: z3.BitVecVal(number(z3.simplify(index).as_long()), 32), number
+def any_table(kernel):
+    """Words of a table for concrete runs: {index: word}."""
+    generator, table = random.Random(kernel.symbol), kernel.table
+    return {index: generator.randint(table.lowest, table.highest) for index in range(table.words)}
 
 
-def concrete(kernel, code, frac, values, seed=0):
-    """(what the machine computes, what the specification says) for constants."""
-    words, numbers = table_of(seed)
-    got = Execution(kernel, code, constants=values, table_words=words).numbers()
-    return got, kernel.specified(Numbers(numbers), values, frac)
+def concrete(kernel, code, frac, values):
+    """(what the machine computes, what the specification says) for constants; values["table"] holds the words of a table."""
+    words = values.get("table", {})
+    lookup = (lambda index: z3.BitVecVal(words.get(z3.simplify(index).as_long(), 0), 32)) if kernel.table else None
+    inputs = {name: values[name] for name in kernel.inputs}
+    run = Execution(kernel, code, constants=inputs, table_words=lookup)
+    broken = {what: False for what, condition in run.obligations if z3.is_false(z3.simplify(condition))}
+    wanted = kernel.specified(Numbers(lambda index: words.get(index, 0)), inputs, frac)
+    return run.numbers() | broken, wanted | {what: True for what in broken}
 
 
 def check_vectors(kernel, code, frac, count):

@@ -5,7 +5,7 @@ To add one: a function in kernels.c if it is inline, a specification and an entr
 """
 from fractions import Fraction
 
-from kernel import Kernel, Pointer, Value
+from kernel import Kernel, Pointer, Table, Value
 
 TRIG_FRACS = (1, 15, 16, 30, 31)
 ANY_TRIG = (-(2**31), -(2**31) + 1, -65536, -32768, -3, -1, 0, 1, 2, 32767, 32768, 2**30, 2**31 - 1)
@@ -30,7 +30,7 @@ def invpark_lib(o, v):
 
 
 # 2/sqrt(3) - 1 and sqrt(3)/2 - 1, 32 fraction bits
-CLARKE_Q32 = 664433754
+CLARKE_Q32 = 664433753
 INVCLARKE_Q32 = -575416509
 
 
@@ -71,6 +71,46 @@ def park_q15(o, v):
     return {"d": o.round(along, 15), "q": o.round(across, 15)}
 
 
+def beta_q15(o, total):
+    """total / sqrt(3) = (total + total 20277 / 2^17) / 2, the parts rounded down and to nearest."""
+    return o.round(total + o.floor(o.product(total, 20277), 17), 1)
+
+
+def clarke_q15(o, v):
+    return {"alpha": v.a, "beta": beta_q15(o, v.a + 2 * v.b)}
+
+
+def clarke3_q15(o, v):
+    total = v.a + v.b + v.c
+    third = o.product(total, 10923) - o.floor(total, 2) - o.floor(total, 4)
+    return {"alpha": v.a - o.round(third, 15), "beta": beta_q15(o, v.b - v.c)}
+
+
+def clarke_bc_q15(o, v):
+    return {"alpha": -v.b - v.c, "beta": beta_q15(o, v.b - v.c)}
+
+
+def clarke_ca_q15(o, v):
+    return {"alpha": v.a, "beta": beta_q15(o, -v.a - 2 * v.c)}
+
+
+def invclarke_q15(o, v):
+    """sqrt(3)/2 = (28378 - 1/16) / 2^15."""
+    b = o.round(o.product(v.beta, 28378) - o.floor(v.beta, 4) - 16384 * v.alpha, 15)
+    return {"a": v.alpha, "b": b, "c": -v.alpha - b}
+
+
+def cossin_q15(o, v):
+    """The chord of the first 10 bits at the 12 bits after them; a word is start * 4096 + slope, its slope a signed 12 bits."""
+    index, part = o.floor(v.angle, 22), o.floor(v.angle, 10) - 4096 * o.floor(v.angle, 22)
+
+    def chord(word):
+        start = 4096 * o.round(word, 12)
+        slope = word - start
+        return o.floor(start + slope + o.product(slope, part - 1), 15)  # start + slope * part
+    return {"cos": chord(o.table(index + 256)), "sin": chord(o.table(index))}
+
+
 def invpark_q15(o, v):
     along, across = q15_sums(o, v, v.q, v.d)
     return {"beta": o.round(along, 15), "alpha": o.round(across, 15)}
@@ -86,10 +126,10 @@ def output(*fields):
 
 LIB = [
     Kernel("Clarke_Lib_Do", (struct("in", "ia", "ib", "ic"), output("ialpha", "ibeta")), clarke_lib, overlap=True,
-           bounds=(("ibeta", lambda o, v: o.over_sqrt3(v.ia + 2 * v.ib), Fraction(58, 100)),)),
+           bounds=(("ibeta", lambda o, v: o.over_sqrt3(v.ia + 2 * v.ib), Fraction(583, 1000)),)),
     Kernel("InvClarke_Lib_Do", (struct("in", "valpha", "vbeta"), output("va", "vb", "vc")), invclarke_lib, overlap=True,
-           bounds=(("vb", lambda o, v: o.half_sqrt3(v.vbeta) - o.half(v.valpha), Fraction(58, 100)),
-                   ("vc", lambda o, v: -o.half_sqrt3(v.vbeta) - o.half(v.valpha), Fraction(58, 100)))),
+           bounds=(("vb", lambda o, v: o.half_sqrt3(v.vbeta) - o.ratio(v.valpha, 2), Fraction(621, 1000)),
+                   ("vc", lambda o, v: -o.half_sqrt3(v.vbeta) - o.ratio(v.valpha, 2), Fraction(621, 1000)))),
     Kernel("Park_Lib_Do", (struct("in", "ialpha", "ibeta", "cos", "sin"), output("id", "iq")), park_lib, TRIG_FRACS,
            overlap=True, pins={"cos": ANY_TRIG, "sin": ANY_TRIG}),
     Kernel("InvPark_Lib_Do", (struct("in", "vd", "vq", "cos", "sin"), output("valpha", "vbeta")), invpark_lib, TRIG_FRACS,
@@ -98,7 +138,30 @@ LIB = [
 
 VECTOR = (-65534, 65534)
 COSSIN = (-32768, 32768)
+# |28378 beta - 16384 alpha| <= 32768.07 |(alpha, beta)|
+INVCLARKE_SUM = 2147422700
+INVCLARKE_TEXT = "|28378 beta - 16384 alpha| <= 2147422700, as |(alpha, beta)| <= 65534 makes it"
+PHASE = (-32768, 32768)
+TRIG_TABLE = Table("trig_chords", 1280, -(2**30) - 2**16, 2**30 + 2**16)
+ANGLES = (0, 1 << 10, 1 << 22, 2**30 - 1, 2**30 + (3 << 10), 2**31 - 1024, 2**32 - 1, 0x12345678, 0xC00FFC00)
 Q15 = [
+    Kernel("prove_clarke", (output("alpha", "beta"), Value("a"), Value("b")), clarke_q15, ranges={"a": PHASE, "b": PHASE},
+           bounds=(("beta", lambda o, v: o.over_sqrt3(v.a + 2 * v.b), Fraction(535, 1000)),)),
+    Kernel("prove_clarke3", (output("alpha", "beta"), Value("a"), Value("b"), Value("c")), clarke3_q15,
+           ranges={"a": PHASE, "b": PHASE, "c": PHASE},
+           bounds=(("alpha", lambda o, v: o.ratio(2 * v.a - v.b - v.c, 3), Fraction(564, 1000)),
+                   ("beta", lambda o, v: o.over_sqrt3(v.b - v.c), Fraction(535, 1000)))),
+    Kernel("prove_clarke_bc", (output("alpha", "beta"), Value("b"), Value("c")), clarke_bc_q15,
+           ranges={"b": PHASE, "c": PHASE}, bounds=(("beta", lambda o, v: o.over_sqrt3(v.b - v.c), Fraction(535, 1000)),)),
+    Kernel("prove_clarke_ca", (output("alpha", "beta"), Value("c"), Value("a")), clarke_ca_q15,
+           ranges={"a": PHASE, "c": PHASE}, bounds=(("beta", lambda o, v: o.over_sqrt3(-v.a - 2 * v.c), Fraction(535, 1000)),)),
+    Kernel("prove_invclarke", (output("a", "b", "c"), Value("alpha"), Value("beta")), invclarke_q15,
+           ranges={"alpha": VECTOR, "beta": VECTOR}, assumption=INVCLARKE_TEXT,
+           assume=lambda o, v: o.within(o.product(v.beta, 28378) - 16384 * v.alpha, -INVCLARKE_SUM, INVCLARKE_SUM),
+           bounds=(("b", lambda o, v: o.half_sqrt3(v.beta) - o.ratio(v.alpha, 2), Fraction(535, 1000)),
+                   ("c", lambda o, v: -o.half_sqrt3(v.beta) - o.ratio(v.alpha, 2), Fraction(535, 1000)))),
+    Kernel("prove_cossin", (output("cos", "sin"), Value("angle")), cossin_q15, ranges={"angle": (0, 2**32 - 1)},
+           table=TRIG_TABLE, assumption="words of the table within +-(2^30 + 2^16), checked", pins={"angle": ANGLES}),
     Kernel("prove_park", (output("d", "q"), Value("alpha"), Value("beta"), Value("cos"), Value("sin")), park_q15,
            ranges={"alpha": VECTOR, "beta": VECTOR, "cos": COSSIN, "sin": COSSIN}, assumption=Q15_SUM_TEXT,
            assume=lambda o, v: q15_in_range(o, v, v.alpha, v.beta), pins={"cos": Q15_TRIG, "sin": Q15_TRIG}),

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The library on the target: each function against its portable definition, bit for bit, and against the checksum that
- * the host comes to (tests/lib/test_golden.py), over all corners and 100000 random vectors.
+ * the host comes to (tests/lib/test_golden.py), over all corners and a million random vectors.
  */
 #include "drivers/mss/watchdog.h"
 #include "tests/target/harness.h"

@@ -12,7 +12,7 @@ IMAGES = sorted(path.stem for path in Path("tests/target").glob("test_*.c"))
 
 @pytest.mark.parametrize("name", IMAGES)
 def test_image(name, tmp_path):
-    text = run_image(BUILD / "tests" / "target" / f"{name}.elf", tmp_path)
+    text = run_image(BUILD / "tests" / "target" / f"{name}.elf", tmp_path, wall_s=300)
     closing = CLOSING.search(text)
     assert closing, f"no closing line:\n{text[-2000:]}"
     failures = [line for line in text.splitlines() if line.startswith("FAIL")]
