@@ -113,6 +113,8 @@ class Constants:
                 return self.image.word(self.address(i)[0]), True
             except ImageError:
                 return None
+        if name == "ldr" and "[" in i.operands:
+            return self._initial_pointer(*self.address(i))
         if name in ("mov", "movw") and len(parts) == 2:
             return (int(parts[1][1:]) & 0xFFFFFFFF, True) if parts[1].startswith("#") else state.get(parts[1])
         if name == "movt":
@@ -121,6 +123,16 @@ class Constants:
         if name in ("add", "sub") and len(parts) >= 2:
             return self._sum(parts if len(parts) > 2 else [parts[0], *parts], state, 1 if name == "add" else -1)
         return None
+
+    def _initial_pointer(self, address, exact):
+        """A pointer in RAM that is initialised to a constant table is taken to stay there."""
+        if not exact or region_of(address) != RAM:
+            return None
+        try:
+            value = self.image.word(address)
+        except ImageError:
+            return None
+        return (value, False) if region_of(value) == CODE and self._is_pointer(value) else None
 
     def _sum(self, parts, state, sign):
         base = state.get(parts[1])

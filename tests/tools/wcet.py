@@ -21,7 +21,6 @@ from timing import ENTRY, EXIT, REFILL, Costs, Waits, default_waits
 
 HANDLER, EXCEPTION = "FabricIrq0_IRQHandler", 50
 FAULT_CALLS = ("current_loop_fault", "fault_raise")
-LOOPS = {}  # there are none
 PWM = range(0x50000000, 0x50000100)  # CorePWM, docs/fabric.md
 
 
@@ -50,7 +49,7 @@ def bound(image, waits, handler=HANDLER):
     writes = [w.cycles for i, w in normal.ways(function) if i.mnemonic == "str" and constants.address(i)[0] in PWM]
     if not writes:
         raise ImageError(f"{handler} does not write the PWM")
-    fault = Longest(image, costs, loops=LOOPS).to_return(function)
+    fault = Longest(image, costs).to_return(function)
     path = [function.code[at] for at in way.path]
     after = EXIT - (REFILL if path[-1].mnemonic != "bx" else 0)
     return Bound(ENTRY + max(writes), ENTRY + way.cycles + after, ENTRY + fault.cycles + EXIT, path)
