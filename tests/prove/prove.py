@@ -86,6 +86,9 @@ class Job:
             values = proof.counter_example(self.kernel, code, self.frac)
         except (Misbehaviour, Unknown):
             return False  # refused without a solver: shows nothing about it
+        except proof.Undecided:
+            self.say(f"  {what}", "no answer in time, not counted", started)
+            return False
         if values is None:
             self.say(f"  {what}", "no counter-example with these constants, not counted", started)
             return False
@@ -107,6 +110,14 @@ def run_job(arguments):
     return Job(*arguments).run()
 
 
+def check_tables(library):
+    """The real tables hold words in the range that the proofs assume."""
+    for table in {kernel.table for kernel in KERNELS if kernel.table}:
+        words = disassembly.table_words(library, table.symbol)
+        if len(words) != table.words or not all(table.lowest <= word <= table.highest for word in words):
+            raise Unknown(f"table {table.symbol}: not {table.words} words in {table.lowest}...{table.highest}")
+
+
 def jobs(library, kernels, others, wanted):
     symbols = {kernel.symbol for kernel in KERNELS}
     code = {}
@@ -125,6 +136,7 @@ def jobs(library, kernels, others, wanted):
 def main(library, kernels, others, *wanted):
     started = time.monotonic()
     try:
+        check_tables(library)
         work = list(jobs(library, kernels, others, wanted))
     except Unknown as error:
         sys.exit(f"mssfoc: prove: {error}")

@@ -71,9 +71,12 @@ def park_q15(o, v):
     return {"d": o.round(along, 15), "q": o.round(across, 15)}
 
 
-def beta_q15(o, total):
-    """total / sqrt(3) = (total + total 20277 / 2^17) / 2, the parts rounded down and to nearest."""
-    return o.round(total + o.floor(o.product(total, 20277), 17), 1)
+def beta_q15(o, total, sign=1):
+    """
+    total / sqrt(3) = (total + total 20277 / 2^17) / 2, the parts rounded down and to nearest. `sign` of both factors of the
+    product: the compiler's choice, so that the solver need not find out.
+    """
+    return o.round(total + o.floor(o.product(sign * total, sign * 20277), 17), 1)
 
 
 def clarke_q15(o, v):
@@ -91,7 +94,7 @@ def clarke_bc_q15(o, v):
 
 
 def clarke_ca_q15(o, v):
-    return {"alpha": v.a, "beta": beta_q15(o, -v.a - 2 * v.c)}
+    return {"alpha": v.a, "beta": beta_q15(o, -v.a - 2 * v.c, -1)}
 
 
 def invclarke_q15(o, v):
