@@ -13,6 +13,7 @@ from pathlib import Path
 import disassembly
 import proof
 from disassembly import Unknown
+from execution import Execution
 from machine import Misbehaviour
 from mutation import mutations
 from specs import KERNELS
@@ -58,7 +59,8 @@ class Job:
             self.say(f"  |{name} - exact| <= {float(bound)} LSB:", "proved", started)
 
     def assumes(self):
-        kind = "products abstract" if self.kernel.pins else "exact"
+        products = Execution(self.kernel, self.code).products
+        kind = "products abstract" if len(products.known) > len(products.definitions) else "exact"
         return f"[{kind}{'; ' if self.kernel.assumption else ''}{self.kernel.assumption}]"
 
     def mutate(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`make prove` as part of the tests: all kernels proved, mistakes refuted; and what the prover does with what it must not accept."""
+"""`make prove` as part of the tests: all kernels proved, mistakes refuted, and what the prover must not accept."""
 import os
 import re
 import subprocess
@@ -11,12 +11,15 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import disassembly  # noqa: E402
+import on_qemu  # noqa: E402
 import proof  # noqa: E402
 from kernel import Kernel, Pointer, Value  # noqa: E402
-from machine import Misbehaviour  # noqa: E402
+from machine import Machine, Misbehaviour  # noqa: E402
+from specs import KERNELS  # noqa: E402
 
 CROSS = os.environ.get("CROSS", "arm-none-eabi-")
-SUM = Kernel("sum", (Pointer("out", ("total",), ("total",)), Value("a"), Value("b")), lambda o, v: {"total": o.sat32(v.a + v.b)})
+SUM = Kernel("sum", (Pointer("out", ("total",), ("total",)), Value("a"), Value("b")),
+             lambda o, v: {"total": o.sat32(v.a + v.b)})
 RIGHT = "adds r1, r1, r2\nmov r2, #0\nit vs\nsbcvs r1, r2, #0x80000000\nstr r1, [r0]\nbx lr"
 
 
@@ -40,7 +43,8 @@ def test_right_code_is_proved(tmp_path):
     proof.prove_equal(SUM, code(tmp_path, RIGHT), 15)
 
 
-@pytest.mark.parametrize("old, new", [("sbcvs", "addvs"), ("it vs\nsbcvs", "it vc\nsbcvc"), ("adds r1, r1, r2", "adds r1, r1, r1")])
+@pytest.mark.parametrize("old, new", [("sbcvs", "addvs"), ("it vs\nsbcvs", "it vc\nsbcvc"),
+                                      ("adds r1, r1, r2", "adds r1, r1, r1")])
 def test_wrong_code_has_a_counter_example(tmp_path, old, new):
     wrong = code(tmp_path, RIGHT.replace(old, new))
     with pytest.raises(proof.Refuted):
@@ -67,3 +71,16 @@ def test_what_no_kernel_may_do(tmp_path, body, words):
 def test_an_unknown_instruction_is_named(tmp_path, body):
     with pytest.raises(disassembly.Unknown, match="sdiv|b|lsls"):
         proof.prove_equal(SUM, code(tmp_path, body), 15)
+
+
+def test_the_machine_agrees_with_qemu(tmp_path, monkeypatch):
+    build = Path(os.environ.get("BUILD", "build"))
+    subprocess.run(["make", "-s", "prove-objects"], check=True)
+    names = {kernel.symbol for kernel in KERNELS}
+    files = [build / "libmssfoc.a", build / "prove" / "kernels.o", *build.glob("prove/*/libmssfoc.a")]
+    codes = [body for file in files for body in disassembly.functions(file, names).values()]
+    qemu = os.environ.get("QEMU", "qemu-system-arm")
+    count, wrong = on_qemu.differences(codes, tmp_path, CROSS, qemu)
+    assert count > 1000 and not wrong, wrong[:5]
+    monkeypatch.setattr(Machine, "do_adc", Machine.do_add)
+    assert on_qemu.differences(codes, tmp_path, CROSS, qemu)[1]
