@@ -10,7 +10,7 @@ from math import isqrt
 import z3
 
 INT32_MIN, INT32_MAX = -(2**31), 2**31 - 1
-WIDTH = 96
+WIDTH = 72  # sums of two 64-bit products and more
 ENCLOSURE = 200  # fraction bits
 
 

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Reads an object file or archive through GNU objdump: {function: Code}, each instruction taken apart."""
+import io
 import os
 import re
+import struct
 import subprocess
 from dataclasses import dataclass, replace
+
+from elftools.elf.elffile import ELFFile
 
 CONDITIONS = ("eq", "ne", "cs", "cc", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt", "le", "al")
 SYNONYMS = {"hs": "cs", "lo": "cc"}
@@ -184,3 +188,17 @@ def _line(code, address, mnemonic, rest):
     else:
         instruction = parse(address, mnemonic, rest)
         code.instructions.append(replace(instruction, symbol=relocation.group(2)) if relocation else instruction)
+
+
+def table_words(library, symbol):
+    """The words of a constant in an archive, signed."""
+    archiver = os.environ.get("CROSS", "arm-none-eabi-") + "ar"
+    members = subprocess.run([archiver, "t", str(library)], capture_output=True, text=True, check=True).stdout.split()
+    for member in members:
+        data = subprocess.run([archiver, "p", str(library), member], capture_output=True, check=True).stdout
+        elf = ELFFile(io.BytesIO(data))
+        for entry in elf.get_section_by_name(".symtab").get_symbol_by_name(symbol) or []:
+            if entry["st_shndx"] != "SHN_UNDEF":
+                start, size = entry["st_value"], entry["st_size"]
+                return struct.unpack(f"<{size // 4}i", elf.get_section(entry["st_shndx"]).data()[start:start + size])
+    raise Unknown(f"table {symbol}: it is in no object file")

@@ -14,7 +14,7 @@ class Value:
 
 @dataclass(frozen=True)
 class Pointer:
-    """A pointer to a struct of words. `out`: the fields that the function writes; other fields, and those in `inout`, are inputs."""
+    """A pointer to a struct of words. `out`: the fields that are written; the others, and those in `inout`, are inputs."""
     name: str
     fields: tuple
     out: tuple = ()
@@ -46,7 +46,7 @@ class Kernel:
     result: str = ""  # the output in r0, if any
     overlap: bool = False  # the two pointers may point into the same object
     table: Table = None  # that the code reads
-    pins: dict = field(default_factory=dict)  # input: constants with which products become exact when searching a counter-example
+    pins: dict = field(default_factory=dict)  # input: constants that make products exact in a counter-example
     bounds: tuple = ()  # (output, (o, v) -> exact real value, largest error in LSB): proved over the integers
 
     @property

@@ -97,7 +97,7 @@ class Products:
 
 
 class Lookups:
-    """Words of a constant table: a fresh variable for each index, of which only a range is known, and equal words for equal indices."""
+    """Words of a constant table: for each index a fresh variable, of which a range is known; equal ones for equal indices."""
 
     def __init__(self, lowest, highest):
         self.range = lowest, highest

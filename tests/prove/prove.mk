@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# `make prove`: the assembled kernels against their specifications. Included by the top Makefile, which defines BUILD, CFLAGS_ARM,
-# Q and say.
+# `make prove`: the assembled kernels against their specifications. Included by the top Makefile, which defines BUILD,
+# CFLAGS_ARM, Q and say.
 
 PROVE_FRACS = 1 16 30 31
 
@@ -11,7 +11,8 @@ $(BUILD)/prove/kernels.o: tests/prove/kernels.c Makefile
 
 prove-objects: $(BUILD)/libmssfoc.a $(BUILD)/prove/kernels.o
 	@for frac in $(PROVE_FRACS); do \
-	    $(MAKE) --no-print-directory -s BUILD=$(BUILD)/prove/$$frac LIB_TRIG_FRAC=$$frac $(BUILD)/prove/$$frac/libmssfoc.a || exit 1; \
+	    $(MAKE) --no-print-directory -s BUILD=$(BUILD)/prove/$$frac LIB_TRIG_FRAC=$$frac \
+	        $(BUILD)/prove/$$frac/libmssfoc.a || exit 1; \
 	done
 
 prove: tools

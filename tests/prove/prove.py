@@ -13,6 +13,7 @@ from pathlib import Path
 import disassembly
 import proof
 from disassembly import Unknown
+from execution import Execution
 from machine import Misbehaviour
 from mutation import mutations
 from specs import KERNELS
@@ -58,7 +59,8 @@ class Job:
             self.say(f"  |{name} - exact| <= {float(bound)} LSB:", "proved", started)
 
     def assumes(self):
-        kind = "products abstract" if self.kernel.pins else "exact"
+        products = Execution(self.kernel, self.code).products
+        kind = "products abstract" if len(products.known) > len(products.definitions) else "exact"
         return f"[{kind}{'; ' if self.kernel.assumption else ''}{self.kernel.assumption}]"
 
     def mutate(self):
@@ -86,6 +88,9 @@ class Job:
             values = proof.counter_example(self.kernel, code, self.frac)
         except (Misbehaviour, Unknown):
             return False  # refused without a solver: shows nothing about it
+        except proof.Undecided:
+            self.say(f"  {what}", "no answer in time, not counted", started)
+            return False
         if values is None:
             self.say(f"  {what}", "no counter-example with these constants, not counted", started)
             return False
@@ -107,6 +112,14 @@ def run_job(arguments):
     return Job(*arguments).run()
 
 
+def check_tables(library):
+    """The real tables hold words in the range that the proofs assume."""
+    for table in {kernel.table for kernel in KERNELS if kernel.table}:
+        words = disassembly.table_words(library, table.symbol)
+        if len(words) != table.words or not all(table.lowest <= word <= table.highest for word in words):
+            raise Unknown(f"table {table.symbol}: not {table.words} words in {table.lowest}...{table.highest}")
+
+
 def jobs(library, kernels, others, wanted):
     symbols = {kernel.symbol for kernel in KERNELS}
     code = {}
@@ -125,6 +138,7 @@ def jobs(library, kernels, others, wanted):
 def main(library, kernels, others, *wanted):
     started = time.monotonic()
     try:
+        check_tables(library)
         work = list(jobs(library, kernels, others, wanted))
     except Unknown as error:
         sys.exit(f"mssfoc: prove: {error}")

@@ -8,7 +8,7 @@ from fractions import Fraction
 from kernel import Kernel, Pointer, Table, Value
 
 TRIG_FRACS = (1, 15, 16, 30, 31)
-ANY_TRIG = (-(2**31), -(2**31) + 1, -65536, -32768, -3, -1, 0, 1, 2, 32767, 32768, 2**30, 2**31 - 1)
+FACTORS = (-(2**31), -(2**31) + 1, -65536, -32768, -3, -1, 0, 1, 2, 32767, 32768, 2**30, 2**31 - 1)
 Q15_TRIG = (-32768, -32767, -1, 0, 1, 3, 16384, 32767, 32768)
 
 
@@ -71,9 +71,12 @@ def park_q15(o, v):
     return {"d": o.round(along, 15), "q": o.round(across, 15)}
 
 
-def beta_q15(o, total):
-    """total / sqrt(3) = (total + total 20277 / 2^17) / 2, the parts rounded down and to nearest."""
-    return o.round(total + o.floor(o.product(total, 20277), 17), 1)
+def beta_q15(o, total, sign=1):
+    """
+    total / sqrt(3) = (total + total 20277 / 2^17) / 2, the parts rounded down and to nearest. `sign` of both factors of the
+    product: the compiler's choice, so that the solver need not find out.
+    """
+    return o.round(total + o.floor(o.product(sign * total, sign * 20277), 17), 1)
 
 
 def clarke_q15(o, v):
@@ -91,7 +94,7 @@ def clarke_bc_q15(o, v):
 
 
 def clarke_ca_q15(o, v):
-    return {"alpha": v.a, "beta": beta_q15(o, -v.a - 2 * v.c)}
+    return {"alpha": v.a, "beta": beta_q15(o, -v.a - 2 * v.c, -1)}
 
 
 def invclarke_q15(o, v):
@@ -128,12 +131,13 @@ LIB = [
     Kernel("Clarke_Lib_Do", (struct("in", "ia", "ib", "ic"), output("ialpha", "ibeta")), clarke_lib, overlap=True,
            bounds=(("ibeta", lambda o, v: o.over_sqrt3(v.ia + 2 * v.ib), Fraction(583, 1000)),)),
     Kernel("InvClarke_Lib_Do", (struct("in", "valpha", "vbeta"), output("va", "vb", "vc")), invclarke_lib, overlap=True,
+           pins={"vbeta": FACTORS},
            bounds=(("vb", lambda o, v: o.half_sqrt3(v.vbeta) - o.ratio(v.valpha, 2), Fraction(621, 1000)),
                    ("vc", lambda o, v: -o.half_sqrt3(v.vbeta) - o.ratio(v.valpha, 2), Fraction(621, 1000)))),
     Kernel("Park_Lib_Do", (struct("in", "ialpha", "ibeta", "cos", "sin"), output("id", "iq")), park_lib, TRIG_FRACS,
-           overlap=True, pins={"cos": ANY_TRIG, "sin": ANY_TRIG}),
+           overlap=True, pins={"cos": FACTORS, "sin": FACTORS}),
     Kernel("InvPark_Lib_Do", (struct("in", "vd", "vq", "cos", "sin"), output("valpha", "vbeta")), invpark_lib, TRIG_FRACS,
-           overlap=True, pins={"cos": ANY_TRIG, "sin": ANY_TRIG}),
+           overlap=True, pins={"cos": FACTORS, "sin": FACTORS}),
 ]
 
 VECTOR = (-65534, 65534)
