@@ -24,7 +24,7 @@ ROWS = {
     "clarke_ca_q15.registers": "likewise",
     "atan2_q15.registers": "likewise, two tables",
     "magnitude_q15.registers": "likewise, one table",
-    "pi_q15_step.registers": "likewise, gains and state too",
+    "pi_q15_step.registers": "the controller alone, arguments and results in registers",
     "svm_minmax.registers": "likewise",
     "Clarke3_Lib_Do": "three phases, 64-bit sums, portable C",
     "ClarkeBC_Lib_Do": "two sensors, 64-bit sums, portable C",
@@ -45,8 +45,6 @@ ROWS = {
     "tuning_compute": "parameters to gains and thresholds, at `on`",
     "interrupt.latency": "request by software to the first reading in the handler",
     "interrupt.round_trip": "entry and exit around an empty handler",
-    "pi_q15_step.registers": "the controller alone, arguments and results in registers",
-    "svm_minmax.registers": "likewise",
 }
 
 
