@@ -57,6 +57,12 @@ _Static_assert(LOOP_DEAD_COUNTS < 256 && LOOP_PWM_COUNTS % 4 == 0, "the assembly
 /* 1.5 periods at a speed of 1.0 = 1/16 turn a period, in radians */
 #define TURN_PER_W_Q15 19302
 
+/*
+ * The largest turn, at 770 Hz electrical; beyond it the voltages lag. Larger ones could turn a saturated voltage back inside
+ * the circle, where the integral would not see that it is limited.
+ */
+#define TURN_MAX_Q15 11900
+
 struct current_loop current_loop = {
     .sine = trig_chords,
     .status_max = UINT32_MAX,
@@ -150,7 +156,7 @@ void current_loop_follow(const struct tuning *t)
     struct current_loop *const c = &current_loop;
     const int32_t w_q15 = current_loop_w_q15();
     publish(c);
-    c->turn_q15 = q15_clamp((w_q15 * TURN_PER_W_Q15) >> 15, -ADVANCE_MAX_Q15, ADVANCE_MAX_Q15);
+    c->turn_q15 = q15_clamp((w_q15 * TURN_PER_W_Q15) >> 15, -TURN_MAX_Q15, TURN_MAX_Q15);
     if (c->status_max == UINT32_MAX) {
         rest(c);
         return;
