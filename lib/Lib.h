@@ -95,7 +95,7 @@ typedef struct {
  * Clarke transform of balanced currents (the guide's EQ3 and EQ4 with ic = -ia - ib):
  *     ialpha = ia,  ibeta = (ia + 2 ib) / sqrt(3)
  * ialpha is exact. ibeta lies within 0.583 LSB of the exact value; it is the exact value rounded to nearest where ia is even
- * and both fit 17 bits. It never falls where ia or ib rises. 24 cycles.
+ * and both fit 17 bits. It never falls where ia or ib rises. 23 cycles.
  */
 void Clarke_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput_type *twophaserefcurrent_ptr);
 
@@ -104,7 +104,7 @@ void Clarke_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput_t
  *     va = valpha,  vb = (-valpha + sqrt(3) vbeta) / 2,  vc = (-valpha - sqrt(3) vbeta) / 2
  * va is exact. vb and vc lie within 0.621 LSB of the exact value, and are the exact value rounded to nearest wherever vbeta
  * fits 17 bits. A tie, which needs vbeta = 0, goes up in vb and down in vc: so va + vb + vc = 0 always, unless one of them
- * saturates. 27 cycles.
+ * saturates. 26 cycles.
  */
 void InvClarke_Lib_Do(const invclarkeinput_type *invclarkeinput_ptr, invclarkeoutput_type *invclarkeoutput_ptr);
 

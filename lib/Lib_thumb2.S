@@ -38,52 +38,50 @@
     .size   \name, . - \name
     .endm
 
-/* Clarke_Lib_Do(r0 in, r1 out): 22 cycles, 24 with BL. s32_clarke_beta() explains the arithmetic. */
+/* Clarke_Lib_Do(r0 in, r1 out): 21 cycles, 23 with BL. s32_clarke_beta() explains the arithmetic. */
     function Clarke_Lib_Do
     ldr     r2, [r0]                            @ 2  ia
     ldr     r3, [r0, #4]                        @ 1  ib
     str     r2, [r1]                            @ 0  ialpha; all inputs are read
-    asrs    r0, r2, #1                          @ 1  C = odd
-    adcs    r3, r0                              @ 1  half = ib + (ia >> 1) + odd
+    adds    r3, r3, r2, asr #1                  @ 1  half = ib + (ia >> 1)
     movs    r0, #0                              @ 1
     it      vs                                  @ 0
     sbcvs   r3, r0, #0x80000000                 @ 1  saturated
     movw    r0, #(CLARKE_Q32 & 0xFFFF)          @ 1
     movt    r0, #(CLARKE_Q32 >> 16)             @ 1
     smull   r12, r0, r0, r3                     @ 5  half * CLARKE_Q32
-    bic     r12, r12, r2, lsl #31               @ 1  round to nearest, but down if odd
+    orr     r12, r12, r2, lsl #31               @ 1  round to nearest, but up if ia is odd
     lsls    r12, r12, #1                        @ 1  C = the rounding
     adcs    r0, r3                              @ 1
     movs    r2, #0                              @ 1
     it      vs                                  @ 0
-    sbcvs   r0, r2, #0x80000000                 @ 1
+    sbcvs   r0, r2, #0x80000000                 @ 1  saturated
     str     r0, [r1, #4]                        @ 1  ibeta
     bx      lr                                  @ 2
     end_function Clarke_Lib_Do
 
-/* InvClarke_Lib_Do(r0 in, r1 out): 25 cycles, 27 with BL. s32_invclarke_bc() explains the arithmetic. */
+/* InvClarke_Lib_Do(r0 in, r1 out): 24 cycles, 26 with BL. s32_invclarke_bc() explains the arithmetic. */
     function InvClarke_Lib_Do
     ldr     r2, [r0]                            @ 2  valpha
     ldr     r3, [r0, #4]                        @ 1  vbeta
     str     r2, [r1]                            @ 0  va; all inputs are read
+    mvns    r2, r2                              @ 1  its lowest bit: valpha is even
     movw    r0, #(INVCLARKE_Q32 & 0xFFFF)       @ 1
     movt    r0, #(INVCLARKE_Q32 >> 16)          @ 1
     smull   r12, r0, r0, r3                     @ 5  vbeta * INVCLARKE_Q32
-    bic     r12, r12, r2, lsl #31               @ 1  round to nearest, but down if valpha is odd
-    lsls    r12, r12, #1                        @ 1  C = the rounding
+    cmn     r12, r2, lsl #31                    @ 1  C = the rounding: to nearest if even, else down
     adcs    r0, r3                              @ 1  beta = sqrt(3) / 2 vbeta, never overflows
-    asrs    r2, r2, #1                          @ 1  half = valpha >> 1; C = odd
-    adc     r3, r2, #0                          @ 1  half + odd
-    mov     r12, #0                             @ 1
-    subs    r2, r0, r2                          @ 1  vb = beta - half
+    asrs    r2, r2, #1                          @ 1  C = even
+    add     r2, r2, #1                          @ 1  -half, half = valpha >> 1
+    sbcs    r12, r2, r0                         @ 1  vc = -half - beta - odd
+    movs    r3, #0                              @ 1
     it      vs                                  @ 0
-    sbcvs   r2, r12, #0x80000000                @ 1  saturated
-    rsbs    r0, r0, #0                          @ 1
-    subs    r0, r3                              @ 1  vc = -beta - (half + odd)
+    sbcvs   r12, r3, #0x80000000                @ 1  saturated
+    adds    r0, r2                              @ 1  vb = beta - half
     it      vs                                  @ 0
-    sbcvs   r0, r12, #0x80000000                @ 1  saturated
-    str     r2, [r1, #4]                        @ 1
-    str     r0, [r1, #8]                        @ 1
+    sbcvs   r0, r3, #0x80000000                 @ 1  saturated
+    str     r0, [r1, #4]                        @ 1
+    str     r12, [r1, #8]                       @ 1
     bx      lr                                  @ 2
     end_function InvClarke_Lib_Do
 

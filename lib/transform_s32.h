@@ -26,24 +26,17 @@ static inline int32_t s32_saturate(int64_t value)
     return low == value ? low : INT32_MAX ^ (int32_t)(value >> 63);
 }
 
-/** x (1 + k / 2^32), rounded to nearest, ties up; rounded down if `down` is 1 (it is 0 or 1). */
-static inline int64_t s32_scale(int32_t x, int64_t k_q32, int32_t down)
-{
-    const int64_t product = x * k_q32;
-
-    return x + (product >> 32) + ((product >> 31) & 1 & ~down);
-}
-
 /**
- * ibeta of Clarke_Lib_Do. With half = (ia + 2 ib) / 2 rounded up, the exact value is 2/sqrt(3) half, less 1/sqrt(3) if ia is
- * odd: then rounding down comes within 0.583 LSB of it. Where half saturates, the result does, too.
+ * ibeta of Clarke_Lib_Do. With half = (ia + 2 ib) / 2 rounded down, the exact value is 2/sqrt(3) half, and 1/sqrt(3) more if
+ * ia is odd: then rounding up comes within 0.583 LSB of it. Where half saturates, the result does, too.
  */
 static inline int32_t s32_clarke_beta(int32_t ia, int32_t ib)
 {
-    const int32_t odd = ia & 1;
-    const int32_t half = s32_saturate((int64_t)ib + (ia >> 1) + odd);
+    const int32_t half = s32_saturate((int64_t)ib + (ia >> 1));
+    const int64_t product = half * S32_CLARKE_Q32;
+    const int64_t up = ((product >> 31) | ia) & 1;
 
-    return s32_saturate(s32_scale(half, S32_CLARKE_Q32, odd));
+    return s32_saturate(half + (product >> 32) + up);
 }
 
 /**
@@ -55,7 +48,8 @@ static inline s32_pair_t s32_invclarke_bc(int32_t valpha, int32_t vbeta)
 {
     const int32_t odd = valpha & 1;
     const int32_t half = valpha >> 1;
-    const int64_t beta = s32_scale(vbeta, S32_INVCLARKE_Q32, odd);
+    const int64_t product = vbeta * S32_INVCLARKE_Q32;
+    const int64_t beta = vbeta + (product >> 32) + ((product >> 31) & 1 & ~odd);
 
     return (s32_pair_t){s32_saturate(beta - half), s32_saturate(-beta - half - odd)};
 }

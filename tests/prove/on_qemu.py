@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """
 The machine against QEMU's Cortex-M3: every instruction that stands in the kernels, but for loads, stores and branches, on
-random registers and flags. QEMU's mps2-an385 has RAM at 0 and semihosting brings the results out: no part of the product is in it.
+random registers and flags. QEMU's mps2-an385 has RAM at 0, and semihosting brings the results out: no part of the product
+is in it.
 """
 import random
 import re

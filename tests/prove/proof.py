@@ -7,7 +7,8 @@ from arithmetic import Bits, Integers, Numbers, INT32_MAX, INT32_MIN
 from execution import Execution, overlaps
 from machine import Misbehaviour, always_equal
 
-TIME_LIMIT_MS = 60_000
+TIME_LIMIT_MS = 120_000
+MISTAKE_LIMIT_MS = 15_000
 CORNERS = (0, 1, -1, 2, -2, 3, 5, 32767, 32768, -32768, 65535, 2**30, -(2**30), INT32_MAX, INT32_MAX - 1, INT32_MIN,
            INT32_MIN + 1)
 
@@ -23,8 +24,8 @@ class Undecided(Exception):
 class Comparison:
     """Code and specification side by side on the same inputs."""
 
-    def __init__(self, kernel, code, frac, constants=None, exact=True):
-        self.exact = exact
+    def __init__(self, kernel, code, frac, constants=None, exact=True, limit_ms=TIME_LIMIT_MS):
+        self.exact, self.limit_ms = exact, limit_ms
         self.run = Execution(kernel, code, constants)
         self.kernel, self.o = kernel, Bits(self.run.products, self.run.table)
         self.values = {name: self.o.value(term, kernel.signed(name)) for name, term in self.run.inputs.items()}
@@ -39,7 +40,7 @@ class Comparison:
 
     def _solve(self, *conditions):
         solver = z3.Then("simplify", "bit-blast", "sat").solver()
-        solver.set("timeout", TIME_LIMIT_MS)
+        solver.set("timeout", self.limit_ms)
         solver.add(*self.assumed, *self.run.facts, *conditions)
         answer = solver.check()
         if answer == z3.unknown:
@@ -165,7 +166,7 @@ def check_vectors(kernel, code, frac, count):
 # ---- counter-examples -----------------------------------------------------------------------------------------------------
 def is_equivalent(kernel, code, frac):
     """Does this code compute the specification as well? With all products abstract, so "no" may be wrong."""
-    return Comparison(kernel, code, frac, exact=False).difference() is None
+    return Comparison(kernel, code, frac, exact=False, limit_ms=MISTAKE_LIMIT_MS).difference() is None
 
 
 def counter_example(kernel, code, frac):
@@ -175,7 +176,7 @@ def counter_example(kernel, code, frac):
     """
     for pinned in _combinations(kernel):
         constants = dict(zip(kernel.pins, pinned))
-        comparison = Comparison(kernel, code, frac, constants)
+        comparison = Comparison(kernel, code, frac, constants, limit_ms=MISTAKE_LIMIT_MS)
         found = comparison.difference()
         if found:
             return constants | comparison.inputs_of(found[1])

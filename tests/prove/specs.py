@@ -41,9 +41,11 @@ def times_q32(o, x, constant, down):
 
 
 def clarke_lib(o, v):
-    """(ia + 2 ib) / sqrt(3) = h 2/sqrt(3) - 0.577 (ia odd) with h = ib + ia/2 rounded up; 0.577 is made up by rounding down."""
-    half = o.sat32(v.ib + o.ceil(v.ia, 1))
-    return {"ialpha": v.ia, "ibeta": o.sat32(half + times_q32(o, half, CLARKE_Q32, o.odd(v.ia)))}
+    """(ia + 2 ib) / sqrt(3) = h 2/sqrt(3) + 0.577 (ia odd) with h = ib + ia/2 rounded down; 0.577 is made up by rounding up."""
+    half = o.sat32(v.ib + o.floor(v.ia, 1))
+    exact = o.product(half, CLARKE_Q32)
+    up = o.select(o.odd(v.ia), o.floor(exact, 32) + 1, o.round(exact, 32))
+    return {"ialpha": v.ia, "ibeta": o.sat32(half + up)}
 
 
 def invclarke_lib(o, v):
@@ -152,7 +154,7 @@ Q15 = [
     Kernel("prove_clarke", (output("alpha", "beta"), Value("a"), Value("b")), clarke_q15, ranges={"a": PHASE, "b": PHASE},
            bounds=(("beta", lambda o, v: o.over_sqrt3(v.a + 2 * v.b), Fraction(535, 1000)),)),
     Kernel("prove_clarke3", (output("alpha", "beta"), Value("a"), Value("b"), Value("c")), clarke3_q15,
-           ranges={"a": PHASE, "b": PHASE, "c": PHASE},
+           ranges={"a": PHASE, "b": PHASE, "c": PHASE}, pins={"b": Q15_TRIG, "c": Q15_TRIG[1:] + Q15_TRIG[:1]},
            bounds=(("alpha", lambda o, v: o.ratio(2 * v.a - v.b - v.c, 3), Fraction(564, 1000)),
                    ("beta", lambda o, v: o.over_sqrt3(v.b - v.c), Fraction(535, 1000)))),
     Kernel("prove_clarke_bc", (output("alpha", "beta"), Value("b"), Value("c")), clarke_bc_q15,

@@ -17,7 +17,7 @@ struct lib_golden {
     }
 
 static const struct lib_golden lib_golden[CASE_COUNT] = {
-    [CASE_CLARKE] = LIB_GOLDEN("Clarke", 0x516BC590u),
+    [CASE_CLARKE] = LIB_GOLDEN("Clarke", 0xC2BC5A67u),
     [CASE_INVCLARKE] = LIB_GOLDEN("InvClarke", 0x417861F0u),
     [CASE_PARK] = LIB_GOLDEN("Park", 0xA5B069DDu),
     [CASE_INVPARK] = LIB_GOLDEN("InvPark", 0x3DAAEF9Au),
