@@ -11,7 +11,7 @@
  *   rounding    to nearest; a tie goes up (InvClarke's vc: down, see there). Stated per function how near.
  *   saturation  to INT32_MIN / INT32_MAX where the exact value does not fit; nothing wraps, nothing changes sign.
  *   aliasing    input and output may overlap in memory; all fields are read before the first is written.
- *   context     any: thread or interrupt, one inside the other. No state, no static memory, at most 8 bytes of stack.
+ *   context     any: thread or interrupt, one inside the other. No state, no static memory; 8 bytes of stack (Lib_thumb2.S).
  *   time        no branch on data. The cycles below are those of `make bench` on a Cortex-M3 with Lib_thumb2.S: call and
  *               return included, memory without wait states, the longest over all data; its multiplier is quicker where
  *               an operand is 0 or in 0...65535. Lib.c does the same in portable C.

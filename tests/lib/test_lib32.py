@@ -52,15 +52,14 @@ def error_of_constant(numerator, constant):
 
 
 def near_whole_products(constant, limit):
-    """x, |x| <= limit, whose product with the constant is, modulo 2^32, next to nothing or next to all: where rounding down
-    errs most."""
+    """x, |x| <= limit, whose product with the constant is next to a multiple of 2^32: where rounding down errs most."""
     inverse = pow(constant, -1, 1 << 32)
     found = (((inverse * rest) + (1 << 31)) % (1 << 32) - (1 << 31) for rest in range(-300, 300))
     return [x for x in found if abs(x) <= limit]
 
 
 def test_bound_of_clarke_is_proved_and_reached(lib):
-    """With half = (ia - odd + 2 ib) / 2 and constant k, the result is half + floor(k half + (1 if odd else 1/2)), the exact value
+    """With half = (ia - odd + 2 ib) / 2 and constant k, the result is half + floor(k half + (1 if odd else 1/2)), and exact is
     (2 half + odd) / sqrt(3): so the error is (k - exact k) half, plus 1 - 1/sqrt(3) or 1/2, less a fraction in 0...1."""
     constant = 664433753
     largest = int(oracle.over_sqrt3(3 << 30)) + 2  # from here on the result saturates
