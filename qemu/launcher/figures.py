@@ -58,6 +58,7 @@ class Run:
     console: str
     drive: object
     enums: dict
+    loop_starts_s: object = ()  # of the current loop's interrupts, by the twin's log
 
 
 def measure(scenario, run):
@@ -249,13 +250,11 @@ def _enumerator(run, column, code):
 
 
 def _overruns(run):
-    """Current-loop interrupts that did not come once per PWM period, by the loop's own counter, and overrun faults."""
+    """Current-loop interrupts that did not come once per PWM period, by the twin's log, and overrun faults."""
     count = sum(1 for code in np.unique(run.trace["fault"]) if _enumerator(run, "fault", code) == "LOOP_OVERRUN")
-    if "isr_samples" in run.trace:
-        counted = run.trace["isr_samples"][:-1]  # the run ends before the last row's interrupt
-        running = np.flatnonzero(counted)
-        if len(running) > 1:
-            count += int(np.count_nonzero(np.diff(counted[running[0]:]) % 2.0**32 != 1))
+    if len(run.loop_starts_s) > 1:
+        period_s = float(np.median(np.diff(run.trace["t_s"])))
+        count += int(np.count_nonzero(np.round(np.diff(run.loop_starts_s) / period_s) != 1))
     return count
 
 
@@ -324,7 +323,7 @@ KINDS = {
     "first_fault": (_first_fault, ["from_s?", "to_s?"], "", "first cause latched by the firmware"),
     "all_faults": (_all_faults, ["from_s?", "to_s?"], "", "all causes latched by the firmware, in order"),
     "state_at": (_state_at, ["at_s"], "", "state of the drive"),
-    "overruns": (_overruns, [], "", "current-loop interrupts missed, by the loop's counter"),
+    "overruns": (_overruns, [], "", "current-loop interrupts that did not come once a period, by the twin's log"),
     "mean": (_mean, ["column", "from_s?", "to_s?"], "", "mean over the window"),
     "maximum": (_maximum, ["column", "from_s?", "to_s?"], "", "largest value in the window"),
     "minimum": (_minimum, ["column", "from_s?", "to_s?"], "", "smallest value in the window"),

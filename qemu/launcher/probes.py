@@ -177,13 +177,11 @@ WATCH = [
     ("v_d_V", "current_loop.v_d_q15", _VOLTAGE, False),
     ("v_q_V", "current_loop.v_q_q15", _VOLTAGE, False),
     ("vbus_fw_V", "current_loop.vbus_q15", _VOLTAGE, False),
-    ("angle_fw_u16", "current_loop.angle_u16", _ONE, False),
+    ("angle_fw_q32", "current_loop.pll.angle_q32", _ONE, False),
     ("speed_fw_rpm", "speed_loop.speed_rpm_q4", _Q4, True),
     ("speed_ref_rpm", "speed_loop.speed_ref_rpm_q4", _Q4, True),
     ("state", "drive.state", _ONE, True),
     ("fault", "drive.fault", _ONE, True),
-    ("isr_cycles", "current_loop.cycles", _ONE, False),
-    ("isr_samples", "current_loop.samples", _ONE, False),
 ]
 
 

@@ -9,7 +9,7 @@ from .config import twin_config
 from .drive import load_drive
 from .errors import LauncherError
 from .figures import Run, measure
-from .load import cpu_load, load_irqlog
+from .load import CURRENT_LOOP, cpu_load, load_irqlog
 from .paths import build_dir, shown
 from .probes import Symbols, make_probes
 from .qemu import Image, Qemu, command, escape, run_to_end
@@ -93,8 +93,9 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
                             f" (see {shown(files['log'])})")
     add_truth(trace, drive.motor["electrical"]["pole_pairs"])
     text = files["console"].read_text(errors="replace").replace("\r\n", "\n").replace("\r", "\n")
-    figures = measure(plan, Run(trace, text, drive, enums))
-    load = cpu_load(load_irqlog(files["irqlog"]), float(np.median(np.diff(trace["t_s"]))))
+    log = load_irqlog(files["irqlog"])
+    figures = measure(plan, Run(trace, text, drive, enums, log["t_s"][log["exception"] == CURRENT_LOOP]))
+    load = cpu_load(log, float(np.median(np.diff(trace["t_s"]))))
     return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols, load, files["irqlog"])
 
 
