@@ -21,17 +21,8 @@
 #define SIN    r6
 #define COS    r7
 
-/* The four edges of one phase from its rise (Q19), with the period in r4. Eight cycles. */
-        .macro  write_phase rise, first
-        asrs    \rise, \rise, #19
-        subs    r5, r4, \rise
-        str     \rise, [FABRIC, #FABRIC_PWM1_POSEDGE + \first]
-        str     r5, [FABRIC, #FABRIC_PWM1_POSEDGE + \first + 4]
-        adds    r5, #LOOP_DEAD_COUNTS
-        subs    \rise, #LOOP_DEAD_COUNTS
-        str     r5, [FABRIC, #FABRIC_PWM1_POSEDGE + \first + 8]
-        str     \rise, [FABRIC, #FABRIC_PWM1_POSEDGE + \first + 12]
-        .endm
+/* The registers of one edge: phase 0...2, edge 0...3 as in struct current_edges. */
+#define EDGE(phase, edge) (FABRIC_PWM1_POSEDGE + 16 * (phase) + 4 * (edge))
 
         .section .text.FabricIrq0_IRQHandler, "ax", %progbits
         .p2align 2
@@ -54,6 +45,7 @@ current_loop_body:
         ldr     r0, [LOOP, #LOOP_ANGLE]                 @  1
         ldr     r1, [LOOP, #LOOP_ANGLE_OFFSET]          @  1
         ldr     r2, [LOOP, #LOOP_SINE]                  @  1
+        str     FABRIC, [FABRIC, #FABRIC_SYNC_UPDATE]   @  0  edges in part are not taken (bit 0 of the base is 0)
 
 /* stage: Clarke, lib/transform_q15.h */
         movw    r3, #20277                              @  1
@@ -175,27 +167,49 @@ current_loop_body:
         subs    r1, r4, r3                              @  1  rise of b
         adds    r2, r4, r5                              @  1  rise of c
 
-/* stage: dead time, lib/deadtime.h */
+/* stage: dead time and edges */
+/*
+ * Half a dead time for the sign of each current (lib/deadtime.h). Then each phase's edges from its rise. A write to the fabric
+ * occupies the bus for longer than an instruction takes, so the writes stand as far apart as there is something to do between.
+ */
         movw    r4, #7094                               @  1  sin 60 deg, Q13
         mul     r4, BETA, r4                            @  1
+        ssat    lr, #8, ALPHA, asr #2                   @  1  share of i_a
         sub     r4, r4, ALPHA, lsl #12                  @  1  i_b, Q28
         add     r5, r4, ALPHA, lsl #13                  @  1  -i_c
-        ssat    ALPHA, #8, ALPHA, asr #2                @  1  shares
-        ssat    r4, #8, r4, asr #15                     @  1
-        ssat    r5, #8, r5, asr #15                     @  1
-        mov     lr, #LOOP_DEAD_Q12                      @  1
-        mls     r0, ALPHA, lr, r0                       @  2
-        mls     r1, r4, lr, r1                          @  2
-        mla     r2, r5, lr, r2                          @  2
-
-/* stage: write PWM: should the period end in between, none of the edges is taken */
+        mov     r8, #LOOP_DEAD_Q12                      @  1
+        movw    r12, #LOOP_PWM_COUNTS                   @  1
+        mls     r0, lr, r8, r0                          @  2
+        asrs    r0, r0, #19                             @  1  rise of a
+        str     r0, [FABRIC, #EDGE(0, 0)]               @  1
+        ssat    r4, #8, r4, asr #15                     @  1  share of i_b
+        ssat    r5, #8, r5, asr #15                     @  1  share of -i_c
+        sub     r3, r12, r0                             @  1
+        str     r3, [FABRIC, #EDGE(0, 1)]               @  1
+        adds    r3, #LOOP_DEAD_COUNTS                   @  1
+        mls     r1, r4, r8, r1                          @  2
+        str     r3, [FABRIC, #EDGE(0, 2)]               @  1
+        subs    r0, #LOOP_DEAD_COUNTS                   @  1
+        mla     r2, r5, r8, r2                          @  2
+        str     r0, [FABRIC, #EDGE(0, 3)]               @  1
+        asrs    r1, r1, #19                             @  1  rise of b
+        sub     r3, r12, r1                             @  1
+        str     r1, [FABRIC, #EDGE(1, 0)]               @  1
+        asrs    r2, r2, #19                             @  1  rise of c
+        sub     r4, r12, r2                             @  1
+        str     r3, [FABRIC, #EDGE(1, 1)]               @  1
+        adds    r3, #LOOP_DEAD_COUNTS                   @  1
+        str     r3, [FABRIC, #EDGE(1, 2)]               @  1
+        subs    r1, #LOOP_DEAD_COUNTS                   @  1
+        str     r1, [FABRIC, #EDGE(1, 3)]               @  1
+        add     r5, r4, #LOOP_DEAD_COUNTS               @  1
+        str     r2, [FABRIC, #EDGE(2, 0)]               @  1
+        subs    r2, #LOOP_DEAD_COUNTS                   @  1
+        str     r4, [FABRIC, #EDGE(2, 1)]               @  1
+        str     r5, [FABRIC, #EDGE(2, 2)]               @  1
         movs    r3, #1                                  @  1
-        movw    r4, #LOOP_PWM_COUNTS                    @  1
-        str     FABRIC, [FABRIC, #FABRIC_SYNC_UPDATE]   @  1  bit 0 of the base is 0
-        write_phase r0, 0                               @  8
-        write_phase r1, 16                              @  8
-        write_phase r2, 32                              @  8
-        str     r3, [FABRIC, #FABRIC_SYNC_UPDATE]       @  1
+        str     r2, [FABRIC, #EDGE(2, 3)]               @  1
+        str     r3, [FABRIC, #FABRIC_SYNC_UPDATE]       @  1  from the end of the period on
 
 /* stage: observer, lib/pll.h */
         ldr     r0, [FABRIC, #FABRIC_ENC_LATCHED]       @  3  (after a store: one more)
