@@ -42,6 +42,7 @@ AT(LOOP_STATUS_MAX, status_max);
 AT(LOOP_CIRCLE, circle_q4);
 _Static_assert(LOOP_PWM_COUNTS == CONFIG_PWM_COUNTS, "set LOOP_PWM_COUNTS in current_loop_layout.h as well");
 _Static_assert(LOOP_DEAD_COUNTS == CONFIG_DEAD_COUNTS, "set LOOP_DEAD_COUNTS in current_loop_layout.h as well");
+_Static_assert(LOOP_V_D_MAX_Q4 == 1 << 14, "SSAT #15 in the assembly");
 _Static_assert(LOOP_DEAD_COUNTS < 256 && LOOP_PWM_COUNTS % 4 == 0, "the assembly's immediates");
 
 /*
@@ -50,6 +51,11 @@ _Static_assert(LOOP_DEAD_COUNTS < 256 && LOOP_PWM_COUNTS % 4 == 0, "the assembly
  */
 #define RADIUS_COUNTS (CONFIG_PWM_COUNTS - 4u * CONFIG_DEAD_COUNTS - 8u)
 #define RADIUS_Q4     ((int32_t)(RADIUS_COUNTS * 8u * 18919u / 32768u)) /* half of it, 16 to a count, over sqrt(3) */
+
+/* What v_q4 can express: PWM periods of about 3900 to 7100 counts, 14 to 25 kHz at 100 MHz. */
+_Static_assert(RADIUS_Q4 <= PI_OUTPUT_MAX, "PWM period too long for 16 steps a count: fewer, here and in the assembly");
+_Static_assert(RADIUS_Q4 > LOOP_V_D_MAX_Q4,
+               "PWM period too short: v_d alone could leave the circle; a smaller SSAT in the assembly");
 
 /* Volts of the per-unit system become v_q4 by this over the bus voltage: v / vbus of half a period, 16 to a count. */
 #define V_FULL_Q4 ((int32_t)CONFIG_PWM_COUNTS * 8)
@@ -109,7 +115,7 @@ static int32_t v_q15(int32_t v_q4, int32_t vbus_q15)
 /* What it shows to others. */
 static void publish(struct current_loop *c)
 {
-    c->vbus_q15 = adc_read().vbus_q15;
+    c->vbus_q15 = adc_vbus_q15();
     c->radius_q15 = v_q15(RADIUS_Q4, c->vbus_q15);
     c->v_d_q15 = v_q15(c->v_d_q4, c->vbus_q15);
     c->v_q_q15 = v_q15(c->v_q_q4, c->vbus_q15);

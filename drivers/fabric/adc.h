@@ -123,6 +123,12 @@ static inline struct adc_sample adc_read(void)
     return sample;
 }
 
+/* The newest bus voltage alone, Q15. Context: any. */
+static inline int32_t adc_vbus_q15(void)
+{
+    return ADC->VBUS;
+}
+
 /* Conversions since the fabric's reset, modulo 2^32. Context: any. */
 static inline uint32_t adc_sequence(void)
 {
