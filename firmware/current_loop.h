@@ -86,7 +86,10 @@ void current_loop_follow(const struct tuning *t);
 /* Where the interrupt ends when a sample has a fault: latches its cause. Only the interrupt calls it. */
 void current_loop_fault(void);
 
-/* Cycles that one interrupt takes from the thread, entry and exit included. Thread; keeps it busy for two PWM periods. */
+/*
+ * Cycles that one interrupt takes from the thread, entry and exit included. Thread; keeps it busy for two PWM periods, or a few
+ * times that where the slow loop comes in between.
+ */
 uint32_t current_loop_measure_cycles(void);
 
 #endif
