@@ -230,8 +230,8 @@ void current_loop_fault(void)
 /* ---- what it costs ---- */
 
 /*
- * The longest gap between two looks at the counter is an interrupt; the shortest is what looking takes, but for the first, which has
- * no turn of the loop in it. None is kept by a branch: that would lengthen the next gap.
+ * The longest gap between two looks at the counter is an interrupt; the shortest is what looking takes. The first gap is too
+ * short for that: it has no turn of the loop in it. None is kept by a branch, which would lengthen the next.
  */
 static uint32_t longest_gap(void)
 {
