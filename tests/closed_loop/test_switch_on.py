@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""What is beyond a limit matters while the bridge is on: before, it raises no fault; at the first sample, it is found."""
+import numpy as np
+import pytest
+
+from launcher import simulate
+
+ON_S = 0.15
+PERIOD_S = 50e-6
+ZERO_MEASURED_S = 0.4e-3  # before the gates open: the sensors' zero is known, one that is off now stays off
+
+BEYOND = {
+    "a current": [("sensor_add", ["A", "i_trip_A + 1"])],
+    "the sum of the currents": [("sensor_add", ["A", "0.4 * i_trip_A"])],
+    "bus high": [("supply_v", ["v_max_V + 2"])],
+    "bus low": [("supply_v", ["v_min_V - 2"])],
+}
+
+
+def events(t_s, kinds):
+    return [{"t_s": t_s, "event": kind, "args": args} for kind, args in kinds]
+
+
+def play(tmp_path, end_s, *steps):
+    steps = sorted([step for part in steps for step in part], key=lambda step: step["t_s"])
+    return simulate({"key": "switch_on", "end_s": end_s, "preamble_s": 0.05, "step": steps}, out_dir=tmp_path)
+
+
+def typed(*lines):
+    return [{"t_s": t_s, "console": text} for t_s, text in lines]
+
+
+def faults(result):
+    codes = result.trace["fault"]
+    changes = codes[np.flatnonzero(np.diff(codes, prepend=0))]
+    return [result.enums["fault"][int(code)] for code in changes if code]
+
+
+def state_at(result, t_s):
+    return result.enums["state"][int(result.trace.between(t_s, t_s + 200e-6)["state"][0])]
+
+
+def live_s(result):
+    """When the trace shows the gates open."""
+    return result.trace["t_s"][result.trace["gate_live"] > 0]
+
+
+@pytest.fixture(scope="module")
+def opens_s(tmp_path_factory):
+    """The first row with the gates open, when nothing is wrong."""
+    result = play(tmp_path_factory.mktemp("undisturbed"), 0.4, typed((ON_S, "on")))
+    live = live_s(result)
+    assert not faults(result) and len(live) == round((0.4 - live[0]) / PERIOD_S)
+    return float(live[0])
+
+
+@pytest.mark.parametrize("case", [*BEYOND, "an overrun"])
+def test_nothing_is_wrong_while_the_bridge_is_off(case, tmp_path):
+    """Before the first switching on, when no limit is set, and after one, when they are; then the drive starts as ever."""
+    begin = BEYOND.get(case, [("irq_block", ["1"])])
+    end = [("sensor_add", ["A", "0"]), ("supply_v", ["vbus_V"]), ("irq_block", ["0"])]
+    result = play(tmp_path, 1.3, events(0.12, begin), events(0.14, end), typed((ON_S, "on"), (0.95, "off")),
+                  events(0.97, begin), events(1.05, end), typed((1.12, "on")))
+    assert not faults(result)
+    for from_s, to_s in ((0.0, ON_S), (0.951, 1.12)):
+        assert not result.trace.between(from_s, to_s)["gates"].any()
+        assert state_at(result, to_s - 1e-3) == "DRIVE_SWITCH_ON_DISABLED"
+    assert state_at(result, 0.94) == state_at(result, 1.29) == "DRIVE_OPERATION_ENABLED"
+
+
+# parameters of a first switching on, those of a second, and what is beyond the limits of the first alone
+TWO_LIMITS = {
+    "a current": (["i_max_ma 1000", "i_align_ma 1000", "i_trip_ma 1300"], "i_trip_ma 20000", ("sensor_add", ["A", "-1.5"])),
+    "the sum of the currents": ([], "i_trip_ma 20000", ("sensor_add", ["A", "-4.5"])),
+    "bus high": ([], "v_max_mv 45000", ("supply_v", ["v_max_V + 2"])),
+    "bus low": ([], "v_min_mv 15000", ("supply_v", ["v_min_V - 2"])),
+}
+
+
+@pytest.mark.parametrize("case", TWO_LIMITS)
+def test_the_limits_are_those_of_the_last_switching_on(case, opens_s, tmp_path):
+    first, second, (kind, args) = TWO_LIMITS[case]
+    again_s = 0.25 + ON_S
+    again_opens_s = 0.25 + opens_s
+    lines = [(0.12 + 0.005 * n, "set " + line) for n, line in enumerate(first)]
+    lines += [(ON_S, "on"), (0.35, "off"), (0.36, "set " + second), (again_s, "on")]
+    event_s = again_opens_s - ZERO_MEASURED_S if kind == "sensor_add" else 0.38
+    result = play(tmp_path, again_opens_s + 0.02, typed(*lines), events(event_s, [(kind, args)]))
+    assert result.trace.between(again_opens_s, again_opens_s + 0.02)["gate_live"].all(), result.console[-400:]
+    assert not faults(result)
+
+
+# what is wrong, how long before the gates open it begins, and how many samples it takes to be found
+CAUSES = {
+    "OVERCURRENT": (BEYOND["a current"], ZERO_MEASURED_S, 1),
+    "CURRENT_SUM": (BEYOND["the sum of the currents"], ZERO_MEASURED_S, 2),
+    "OVERVOLTAGE": (BEYOND["bus high"], 0.05, 1),
+    "UNDERVOLTAGE": (BEYOND["bus low"], 0.05, 1),
+    "ENCODER": ([("encoder_cut", ["1"])], 0.05, 1),
+    "LOOP_STOPPED": ([("irq_block", ["1"])], 0.05, 1),
+}
+
+
+@pytest.mark.parametrize("cause", CAUSES)
+def test_what_is_wrong_when_the_gates_open_is_found_at_once(cause, opens_s, tmp_path):
+    kinds, before_s, samples = CAUSES[cause]
+    result = play(tmp_path, opens_s + 0.02, typed((ON_S, "on")), events(opens_s - before_s, kinds))
+    live = live_s(result)
+    assert faults(result) == ["FAULT_" + cause]
+    assert live[0] == pytest.approx(opens_s, abs=1e-6) and len(live) == samples
+    assert state_at(result, opens_s + 0.01) == "DRIVE_FAULT"
+
+
+def test_a_latch_while_switching_on_keeps_the_gates_shut(opens_s, tmp_path):
+    result = play(tmp_path, opens_s + 0.02, typed((ON_S, "on")), events(opens_s - 0.05, [("driver_fault", ["1"])]))
+    assert faults(result) == ["FAULT_GATE_DRIVER"]
+    assert not result.trace["gates"].any()
+
+
+def test_conversions_that_end_are_missed_within_two_steps_of_the_slow_loop(tmp_path):
+    """ADC.CONTROL is cleared: no overrun, no interrupt, nothing that the fabric or the current loop could find."""
+    stop_s = 0.95
+    poke = {"t_s": stop_s, "event": "poke", "args": ["0x50000100", "0"]}
+    result = play(tmp_path, 1.0, typed((ON_S, "on")), [poke])
+    assert faults(result) == ["FAULT_LOOP_STOPPED"]
+    assert stop_s < live_s(result)[-1] < stop_s + 2e-3
