@@ -117,6 +117,21 @@ def test_a_latch_while_switching_on_keeps_the_gates_shut(opens_s, tmp_path):
     assert not result.trace["gates"].any()
 
 
+def test_a_latch_is_found_while_the_bridge_is_off(tmp_path):
+    result = play(tmp_path, 0.12, events(0.1, [("driver_fault", ["1"])]))
+    assert faults(result) == ["FAULT_GATE_DRIVER"]
+
+
+def test_an_encoder_that_was_cut_while_the_bridge_was_off_is_a_fault_of_the_next_switching_on(tmp_path):
+    """The gates open 0.13 s after `on`; an alignment takes 0.6 s more, an aligned drive is ready at once."""
+    cut = events(0.95, [("encoder_cut", ["1"])]) + events(0.96, [("encoder_cut", ["0"])])
+    result = play(tmp_path, 2.0, typed((ON_S, "on"), (0.92, "off"), (1.0, "on"), (1.2, "clear"), (1.22, "on")), cut)
+    assert faults(result) == ["FAULT_ENCODER"] and "error" not in result.console
+    assert state_at(result, 1.18) == "DRIVE_FAULT"
+    assert state_at(result, 1.5) == "DRIVE_SWITCHED_ON", "it does not align anew"
+    assert state_at(result, 1.99) == "DRIVE_OPERATION_ENABLED"
+
+
 def test_conversions_that_end_are_missed_within_two_steps_of_the_slow_loop(tmp_path):
     """ADC.CONTROL is cleared: no overrun, no interrupt, nothing that the fabric or the current loop could find."""
     stop_s = 0.95
