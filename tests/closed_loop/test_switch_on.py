@@ -111,6 +111,19 @@ def test_what_is_wrong_when_the_gates_open_is_found_at_once(cause, opens_s, tmp_
     assert state_at(result, opens_s + 0.01) == "DRIVE_FAULT"
 
 
+@pytest.mark.parametrize("first, second", [("ENCODER", "OVERCURRENT"), ("ENCODER", "UNDERVOLTAGE"),
+                                           ("OVERCURRENT", "OVERVOLTAGE"), ("OVERCURRENT", "UNDERVOLTAGE")])
+def test_of_two_causes_in_a_sample_the_first_of_the_list_is_reported(first, second, opens_s, tmp_path):
+    steps = [events(opens_s - CAUSES[cause][1], CAUSES[cause][0]) for cause in (first, second)]
+    assert faults(play(tmp_path, opens_s + 0.02, typed((ON_S, "on")), *steps)) == ["FAULT_" + first]
+
+
+@pytest.mark.parametrize("cause", ["ENCODER", "OVERCURRENT"])
+def test_a_latch_comes_before_what_the_sample_after_it_shows(cause, tmp_path):
+    both = [("driver_fault", ["1"]), *CAUSES[cause][0]]
+    assert faults(play(tmp_path, 0.96, typed((ON_S, "on")), events(0.95, both))) == ["FAULT_GATE_DRIVER"]
+
+
 def test_a_latch_while_switching_on_keeps_the_gates_shut(opens_s, tmp_path):
     result = play(tmp_path, opens_s + 0.02, typed((ON_S, "on")), events(opens_s - 0.05, [("driver_fault", ["1"])]))
     assert faults(result) == ["FAULT_GATE_DRIVER"]
