@@ -2,7 +2,7 @@
 /*
  * The ADC block's limits and flags against docs/fabric.md, through the driver. No current flows: the offsets make the
  * results. Sensors have noise, so what the flags have to be is worked out from the results of each conversion, with limits
- * at and beside the results of the one before.
+ * at and beside the results of the one before. The bus needs a voltage.
  */
 #include "drivers/board.h"
 #include "drivers/fabric/adc.h"
@@ -45,10 +45,15 @@ static int32_t largest_of(const struct adc_sample *s)
     return magnitude(s->ic_q15) > largest ? magnitude(s->ic_q15) : largest;
 }
 
+static int32_t at_least_0(int32_t value)
+{
+    return value < 0 ? 0 : value;
+}
+
 static void set_limits(int32_t i_trip, int32_t sum_trip, int32_t v_min, int32_t v_max)
 {
-    limits = (struct limits){i_trip, sum_trip, v_min, v_max};
-    adc_set_limits(i_trip, sum_trip, v_min, v_max);
+    limits = (struct limits){at_least_0(i_trip), at_least_0(sum_trip), at_least_0(v_min), at_least_0(v_max)};
+    adc_set_limits(limits.i_trip, limits.sum_trip, limits.v_min, limits.v_max);
 }
 
 static void no_limits(void)
