@@ -5,7 +5,7 @@
 #include <stddef.h>
 
 #include "firmware/config.h"
-#include "lib/limit.h"
+#include "lib/polar.h"
 
 /*
  * Current loop. The plant of one axis is 1/(R + sL); a PI whose zero cancels that pole leaves an integrator of crossover
@@ -112,7 +112,7 @@ static void tune_alignment(const struct params *p, struct tuning *t)
 {
     const int64_t kt_nnm = 1500LL * p->pole_pairs * p->flux_uwb;
     const int64_t w0_squared = scale(kt_nnm / 1000, (int64_t)p->pole_pairs * p->i_align_ma, 100LL * p->inertia_gcm2);
-    const uint32_t w0 = limit_root(w0_squared > UINT32_MAX ? UINT32_MAX : (uint32_t)w0_squared);
+    const int32_t w0 = polar_root_down(w0_squared > UINT32_MAX ? UINT32_MAX : (uint32_t)w0_squared);
     const int64_t kd = scale(t->speed_kp_q16, 1600LL * w0, TWO_PI_E9 / 1000000 * p->speed_bw_hz);
     t->align_kd_q16 = (int32_t)(kd > t->speed_kp_q16 ? t->speed_kp_q16 : kd);
 }

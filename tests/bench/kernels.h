@@ -32,7 +32,6 @@
     X(atan2_q15, 2, 1) \
     X(magnitude_q15, 2, 1) \
     X(pi_q15_step, 5, 2) \
-    X(limit_root, 1, 1) \
     X(circle_rest_q15, 2, 1) \
     X(svm_minmax, 2, 3) \
     X(deadtime_share_q7, 1, 1) \

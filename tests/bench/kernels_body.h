@@ -89,11 +89,6 @@ void KERNEL(pi_q15_step)(const int32_t *in, int32_t *out)
     out[1] = pi.integral_q9;
 }
 
-void KERNEL(limit_root)(const int32_t *in, int32_t *out)
-{
-    out[0] = (int32_t)limit_root((uint32_t)in[0]);
-}
-
 void KERNEL(circle_rest_q15)(const int32_t *in, int32_t *out)
 {
     out[0] = circle_rest_q15(in[0], in[1]);

@@ -84,7 +84,6 @@ static const struct kernel_row kernel_rows[] = {
     ROW(atan2_q15, 2, range_two, any_four),
     ROW(magnitude_q15, 2, range_two, range_two),
     ROW(pi_q15_step, 5, range_pi, range_pi),
-    ROW(limit_root, 1, any_four, any_four),
     ROW(circle_rest_q15, 2, range_rest, range_rest),
     ROW(svm_minmax, 2, range_svm, range_svm),
     ROW(deadtime_share_q7, 1, any_four, any_four),

@@ -24,7 +24,7 @@ SWEEPS = {
     "polar_reciprocal": ((U32,), (U32,)),
     "polar_arctangent": ((U32,), (U32,)),
     "sincos": ((U32,), (I32,) * 2),
-    "root": ((U32,), (U32,)),
+    "polar_root_down": ((U32,), (I32,)),
     "circle_rest": ((I32,) * 2, (I32,)),
     "svm": ((I32,) * 3, (I32,) * 3),
     "svm_middle": ((I32,) * 2, (I32,)),

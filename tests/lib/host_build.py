@@ -11,7 +11,7 @@ TRIG_FRACS = (1, 15, 16, 30, 31)
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wundef", "-Wmissing-prototypes", "-Werror"]
 SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 
-LIBRARY = [ROOT / "lib" / f"{name}.c" for name in ("Lib", "LibFoc", "trig", "polar", "limit")]
+LIBRARY = [ROOT / "lib" / f"{name}.c" for name in ("Lib", "LibFoc", "trig", "polar")]
 
 
 def build_dir():

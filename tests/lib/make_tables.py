@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""The constant tables of lib/trig.c and lib/limit.c, from their formulas, in integers only.
+"""The constant tables of lib/trig.c and lib/polar.c, from their formulas, in integers only.
 
-`make_tables.py trig|limit` prints the values that stand in the source; test_tables.py compares.
+`make_tables.py ARRAY` prints the values that stand in the source; test_tables.py compares.
 """
 import sys
 from fractions import Fraction
 from itertools import product
-from math import floor, isqrt
+from math import ceil, floor, isqrt
 
 import numpy as np
 
@@ -111,11 +111,6 @@ def trig_table():
     return [(start + 4) * 4096 + slope for start, slope in turn + turn[:256]]
 
 
-def limit_table():
-    """floor(2 * 32768 * (sqrt(i/64) - 1)), i = 64...256, held to 16 bits."""
-    return [min(isqrt((65536 * 65536 * i) // 64) - 65536, 65535) for i in range(64, 257)]
-
-
 def packed(starts, bias=0):
     """Words of chords between neighbouring values: the first with its bias, times 4096, plus the size of the step."""
     return [(start + bias) * 4096 + abs(end - start) for start, end in zip(starts, starts[1:])]
@@ -145,18 +140,21 @@ def arctangent_table():
 
 
 def root_table():
-    """2^15 sqrt(i), i = 64...255, high by half of what the chord lies below the curve, and by half of a step of its part."""
-    nodes = []
-    for i in range(64, 257):
-        root = Fraction(isqrt(i << 80), 1 << 40)
-        nodes.append(round_half_up((1 << 15) * root + 512 / (i * root) + 2 / root))
-    return [0] * 64 + packed(nodes)
+    """
+    2 * 2^15 sqrt(i/64), i = 64...256, less 65537 and held to 16 bits; raised by as much as the chord before lies below the
+    curve at most, 2 * 2^12 / (32 i^1.5), and then rounded up.
+    """
+    def root(i):
+        return Fraction(isqrt(i << 80), 1 << 40)
+
+    before = [64, *range(64, 256)]
+    raised = [8192 * root(i) + 256 / (at * root(at)) for i, at in zip(range(64, 257), before)]
+    return [min(ceil(twice) - 65537, 65535) for twice in raised]
 
 
 # name of the array: (file in lib/, values)
 TABLES = {
     "trig_chords": ("trig.c", trig_table),
-    "limit_root_table": ("limit.c", limit_table),
     "polar_reciprocals": ("polar.c", reciprocal_table),
     "polar_arctangents": ("polar.c", arctangent_table),
     "polar_roots": ("polar.c", root_table),

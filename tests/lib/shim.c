@@ -33,7 +33,7 @@ void shim_polar_root(size_t n, const uint32_t *square, int32_t *root);
 void shim_polar_reciprocal(size_t n, const uint32_t *normalized, uint32_t *reciprocal);
 void shim_polar_arctangent(size_t n, const uint32_t *ratio, uint32_t *angle);
 void shim_sincos(size_t n, const uint32_t *angle, int32_t *cosine, int32_t *sine);
-void shim_root(size_t n, const uint32_t *square, uint32_t *root);
+void shim_polar_root_down(size_t n, const uint32_t *square, int32_t *root);
 void shim_circle_rest(size_t n, const int32_t *d, const int32_t *radius, int32_t *rest);
 void shim_svm(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, int32_t *out_a, int32_t *out_b,
               int32_t *out_c);
@@ -179,10 +179,10 @@ void shim_sincos(size_t n, const uint32_t *angle, int32_t *cosine, int32_t *sine
     }
 }
 
-void shim_root(size_t n, const uint32_t *square, uint32_t *root)
+void shim_polar_root_down(size_t n, const uint32_t *square, int32_t *root)
 {
     for (size_t k = 0; k < n; k++) {
-        root[k] = limit_root(square[k]);
+        root[k] = polar_root_down(square[k]);
     }
 }
 

@@ -89,8 +89,8 @@ def test_angle_symmetry(lib, y, x):
 def test_root_over_all_squares():
     """In C, as there are so many."""
     program = compile_host(build_dir() / "sweep_root", [HERE / "sweep_root.c", *LIBRARY], ["-O2"])
-    result = subprocess.run([program], capture_output=True, text=True, timeout=120)
-    assert result.stdout == "worst 0.685, monotone\n", result.stdout + result.stderr
+    result = subprocess.run([program], capture_output=True, text=True, timeout=300)
+    assert result.stdout == "0 wrong\n", result.stdout + result.stderr
 
 
 def test_root_of_squares_of_whole_numbers(lib):
@@ -103,9 +103,7 @@ def test_root_of_squares_of_whole_numbers(lib):
 def test_magnitude(lib, y, x):
     square = x * x + y * y
     if square < 2**32:
-        length = int(lib.magnitude(x, y)[0])
-        low, high = Fraction(length) - Fraction(685, 1000), Fraction(length) + Fraction(685, 1000)
-        assert (low <= 0 or low * low <= square) and square <= high * high
+        assert int(lib.magnitude(x, y)[0]) == (isqrt(4 * square) + 1) // 2
 
 
 def check_polar(lib, x, y, **overlap):

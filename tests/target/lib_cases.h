@@ -182,7 +182,7 @@ static inline struct lib_result lib_case_modulation(enum lib_case which, const s
     switch (which) {
     case CASE_CIRCLE:
         return (struct lib_result){{circle_rest_q15(q15_clamp(v->in[0], -65535, 65535), v->in[2] & 65535),
-                                    (int32_t)limit_root((uint32_t)v->in[3]), 0}};
+                                    polar_root_down((uint32_t)v->in[3]), polar_root((uint32_t)v->in[1])}};
     case CASE_SVM: {
         const int32_t end = (1 << 28) - 1;
         const abc_t out = svm_minmax((abc_t){q15_clamp(v->in[0], -end, end), q15_clamp(v->in[1], -end, end), v->in[2]});
