@@ -2,6 +2,7 @@
 /* The functions of LibFoc.h, in portable C with 64-bit sums: each reads its input whole before it writes. */
 #include "lib/LibFoc.h"
 
+#include "lib/pi.h"
 #include "lib/polar.h"
 #include "lib/trig.h"
 
@@ -110,4 +111,44 @@ void Polar_Lib_Do(const polarinput_type *polarinput_ptr, polaroutput_type *polar
 
     polaroutput_ptr->magnitude = (int32_t)(magnitude > INT32_MAX ? INT32_MAX : magnitude);
     polaroutput_ptr->angle_q32 = atan2_q32(y, x);
+}
+
+/* x - y, held to +-limit */
+static int32_t difference_within(int32_t x, int32_t y, int32_t limit)
+{
+    return q15_clamp(saturated((int64_t)x - y), -limit, limit);
+}
+
+void PI_Lib_Do(const piinput_type *piinput_ptr, pistate_type *pistate_ptr, pioutput_type *pioutput_ptr)
+{
+    const int32_t error = difference_within(piinput_ptr->reference, piinput_ptr->measured, PI_ERROR_MAX);
+    const int32_t limit = q15_clamp(piinput_ptr->limit, 0, PI_OUTPUT_MAX);
+    struct pi_q15 pi = {
+        .kp_q9 = q15_clamp(pistate_ptr->kp_q9, 0, PI_KP_MAX_Q9),
+        .ki_q15 = q15_clamp(pistate_ptr->ki_q15, 0, PI_KI_MAX_Q15),
+        .integral_q9 = q15_clamp(pistate_ptr->integral_q9, -PI_INTEGRAL_MAX_Q9, PI_INTEGRAL_MAX_Q9),
+    };
+
+    pioutput_ptr->output = pi_q15_step(&pi, error, limit);
+    pistate_ptr->integral_q9 = pi.integral_q9;
+}
+
+/* v - middle, which is at most 2^31 and never INT32_MIN: the middle lies in the middle. */
+static int32_t centred(int32_t v, int32_t middle)
+{
+    const int32_t difference = (int32_t)((uint32_t)v - (uint32_t)middle);
+
+    return difference == INT32_MIN ? INT32_MAX : difference;
+}
+
+void SVM_Lib_Do(const svminput_type *svminput_ptr, svmoutput_type *svmoutput_ptr)
+{
+    const svminput_type v = *svminput_ptr;
+    const int32_t largest = q15_max(q15_max(v.va, v.vb), v.vc);
+    const int32_t smallest = q15_min(q15_min(v.va, v.vb), v.vc);
+    const int32_t middle = (largest & smallest) + ((largest ^ smallest) >> 1); /* half of the sum, rounded down */
+
+    svmoutput_ptr->va = centred(v.va, middle);
+    svmoutput_ptr->vb = centred(v.vb, middle);
+    svmoutput_ptr->vc = centred(v.vc, middle);
 }

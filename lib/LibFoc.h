@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The rest of the family around Lib.h, in its style: the general Clarke transform and its other two-sensor forms, sine and
- * cosine from an angle, and angle and length of a vector. C and C++.
+ * cosine from an angle, angle and length of a vector, a PI controller, and space-vector modulation. C and C++.
  *
  * What Lib.h says of all its functions holds here too: the whole int32_t range, rounding to nearest with ties up, saturation
- * to INT32_MIN / INT32_MAX and no wrapping, input and output may overlap, re-entrant, no state, no branch on data, any
- * context. Pointers must not be null. Cycles, worst data, call and return included (`make bench`): Clarke3 109, ClarkeBC 60,
- * ClarkeCA 53, SinCos 42, Polar 940.
+ * to INT32_MIN / INT32_MAX and no wrapping, input and output may overlap, re-entrant, no state of their own, no branch on
+ * data, any context. Pointers must not be null. Cycles, worst data, call and return included (`make bench`): Clarke3 109, ClarkeBC 60,
+ * ClarkeCA 53, SinCos 42, Polar 940, PI 83, SVM 44.
  */
 #ifndef LIB_FOC_H
 #define LIB_FOC_H
@@ -36,6 +36,38 @@ typedef struct {
     int32_t magnitude;
     uint32_t angle_q32;
 } polaroutput_type;
+
+/** One sample for a PI controller, in any unit that both share, and the largest output. */
+typedef struct {
+    int32_t reference;
+    int32_t measured;
+    int32_t limit;
+} piinput_type;
+
+/**
+ * Gains and state of one controller: the caller's, one for each. Set the gains as you like and the integral to 0; only the
+ * integral is written.
+ */
+typedef struct {
+    int32_t kp_q9;       /* output per error, 512 = 1.0; 0...16384 */
+    int32_t ki_q15;      /* change of output per sample and error, 32768 = 1.0; 0...21845 */
+    int32_t integral_q9; /* output, 512 = 1; adding to it is a feed-forward */
+} pistate_type;
+
+/** What the controller asks for. */
+typedef struct {
+    int32_t output;
+} pioutput_type;
+
+/** Voltages of the three phases: what InvClarke_Lib_Do makes, as it is. Their sum need not be 0. */
+typedef invclarkeoutput_type svminput_type;
+
+/** The same with the zero sequence that centres them. */
+typedef struct {
+    int32_t va;
+    int32_t vb;
+    int32_t vc;
+} svmoutput_type;
 
 /**
  * Clarke transform of any three phase currents (the guide's EQ1 and EQ2 in their amplitude-invariant form):
@@ -72,6 +104,25 @@ void SinCos_Lib_Do(uint32_t angle_q32, sincosoutput_type *sincosoutput_ptr);
  * 0.53 / 65536 turn; 0 for (0, 0).
  */
 void Polar_Lib_Do(const polarinput_type *polarinput_ptr, polaroutput_type *polaroutput_ptr);
+
+/**
+ * PI controller with anti-windup, one sample, for 16-bit quantities:
+ *     error = reference - measured,  output = kp error + integral within -limit...limit,  integral += ki error
+ * (K. J. Astrom, T. Hagglund, "PID Controllers", 2nd ed., 1995: section 3.5, conditional integration). Where the output is
+ * limited, the integral takes no step that leads further; steps back are always taken.
+ * Every value of every field is taken as the nearest of its range, and what follows is exact: error -98303...98303, limit
+ * 0...32766, kp and ki as their fields say, the integral within +-2^29. The output is rounded down, the integral's step rounded down to 2^-9; so nothing wraps.
+ * Re-entrant with a state for each context. Input and output may overlap; the state lies apart.
+ */
+void PI_Lib_Do(const piinput_type *piinput_ptr, pistate_type *pistate_ptr, pioutput_type *pioutput_ptr);
+
+/**
+ * Space-vector modulation by min-max zero sequence (D. G. Holmes, T. A. Lipo, "Pulse Width Modulation for Power Converters",
+ * 2003, chapter 6): v - (max + min) / 2 for each of the three, whatever their sum.
+ * The exact value, correctly rounded (ties up), for all int32_t values of all fields; it saturates only where the voltages are
+ * INT32_MAX and INT32_MIN. The same is subtracted from all three: line-to-line voltages are unchanged to the bit.
+ */
+void SVM_Lib_Do(const svminput_type *svminput_ptr, svmoutput_type *svmoutput_ptr);
 
 #ifdef __cplusplus
 }

@@ -18,10 +18,11 @@
 
 #include "lib/q15.h"
 
-#define PI_OUTPUT_MAX 32766 /* of the limit: below what saturates at 16 bits, or nothing would be seen to exceed it */
-#define PI_ERROR_MAX  98303 /* |reference| <= 32768 less |measured| <= 65535 */
-#define PI_KP_MAX_Q9  16384 /* 32.0: with the largest error and integral still below 2^31 */
-#define PI_KI_MAX_Q15 21845 /* 0.67, likewise */
+#define PI_OUTPUT_MAX      32766 /* of the limit: below what saturates at 16 bits, or nothing would be seen to exceed it */
+#define PI_ERROR_MAX       98303 /* |reference| <= 32768 less |measured| <= 65535 */
+#define PI_KP_MAX_Q9       16384 /* 32.0: with the largest error and integral still below 2^31 */
+#define PI_KI_MAX_Q15      21845 /* 0.67, likewise */
+#define PI_INTEGRAL_MAX_Q9 (1 << 29)
 
 /** Gains and state, in units of output per LSB of error. ki = Ki Ts: change of output per sample and error. Both >= 0. */
 struct pi_q15 {
@@ -32,7 +33,7 @@ struct pi_q15 {
 
 /**
  * What the controller asks for, before any limit: kp error + integral, rounded down, saturated to 16 bits.
- * |error| <= PI_ERROR_MAX, |integral_q9| <= 2^29. Context: any. 4 cycles.
+ * |error| <= PI_ERROR_MAX, |integral_q9| <= PI_INTEGRAL_MAX_Q9. Context: any. 4 cycles.
  */
 static inline int32_t pi_q15_unlimited(int32_t kp_q9, int32_t error, int32_t integral_q9)
 {

@@ -76,29 +76,10 @@ static inline int32_t q15_sat16(int32_t x)
 #endif
 }
 
-/** A Q30 value brought to Q15 (rounded down) and saturated to 0...32767, for on-time fractions. Any value. */
-static inline int32_t q15_unsigned_from_q30(int32_t value_q30)
-{
-#if defined(__ARM_ARCH_7M__) && !defined(LIB_PORTABLE)
-    int32_t result;
-
-    __asm__("usat %0, #15, %1, asr #15" : "=r"(result) : "r"(value_q30));
-    return result;
-#else
-    return q15_clamp(value_q30 >> 15, 0, 32767);
-#endif
-}
-
 /** A Q30 value rounded to Q15, ties up; value_q30 <= INT32_MAX - 16384. */
 static inline int32_t q15_from_q30(int32_t value_q30)
 {
     return (value_q30 + Q15_HALF) >> 15;
-}
-
-/** Product of two Q15 values, rounded, ties up; |x y| < 2^31 - 16384, for example |x| <= 65535 and |y| < 1.0. */
-static inline int32_t q15_mul(int32_t x, int32_t y)
-{
-    return q15_from_q30(x * y);
 }
 
 #endif

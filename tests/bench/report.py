@@ -31,6 +31,8 @@ ROWS = {
     "ClarkeCA_Lib_Do": "likewise",
     "SinCos_Lib_Do": "sine and cosine with LIB_TRIG_FRAC bits",
     "Polar_Lib_Do": "length by a root of 32 bits, one bit a turn, and angle",
+    "PI_Lib_Do": "PI with anti-windup, every field held to its range first",
+    "SVM_Lib_Do": "min-max zero sequence over 32 bits",
     "speed_loop_measure": "speed in rpm",
     "speed_loop_current_limit": "largest current that the bus voltage controls",
     "speed_loop_step": "ramp and PI, 64 bit",

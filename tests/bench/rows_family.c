@@ -7,40 +7,52 @@
 #include "tests/bench/rows.h"
 #include "tests/bench/vectors.h"
 
-#define ARGUMENTS 3u
+#define ARGUMENTS_MAX 6u
 
 TIMING_FUNCTION(time_clarke3, Clarke3_Lib_Do(in, out))
 TIMING_FUNCTION(time_clarke_bc, ClarkeBC_Lib_Do(in, out))
 TIMING_FUNCTION(time_clarke_ca, ClarkeCA_Lib_Do(in, out))
 TIMING_FUNCTION(time_sincos, SinCos_Lib_Do(*(const uint32_t *)in, out))
 TIMING_FUNCTION(time_polar, Polar_Lib_Do(in, out))
+TIMING_FUNCTION(time_pi, PI_Lib_Do(in, (pistate_type *)((int32_t *)in + 3), out))
+TIMING_FUNCTION(time_svm, SVM_Lib_Do(in, out))
 
 static const struct {
     const char *name;
     timer_function timer;
+    uint32_t words;
 } rows[] = {
-    {"Clarke3_Lib_Do", time_clarke3}, {"ClarkeBC_Lib_Do", time_clarke_bc}, {"ClarkeCA_Lib_Do", time_clarke_ca},
-    {"SinCos_Lib_Do", time_sincos},   {"Polar_Lib_Do", time_polar},
+    {"Clarke3_Lib_Do", time_clarke3, 3}, {"ClarkeBC_Lib_Do", time_clarke_bc, 3}, {"ClarkeCA_Lib_Do", time_clarke_ca, 3},
+    {"SinCos_Lib_Do", time_sincos, 3},   {"Polar_Lib_Do", time_polar, 3},        {"PI_Lib_Do", time_pi, 6},
+    {"SVM_Lib_Do", time_svm, 3},
 };
 
-static const struct vector_range typical[ARGUMENTS] = {{-100000, 100000}, {-100000, 100000}, {-100000, 100000}};
-static const struct vector_range any[ARGUMENTS] = {
-    {INT32_MIN, INT32_MAX}, {INT32_MIN, INT32_MAX}, {INT32_MIN, INT32_MAX}};
+#define TYPICAL \
+    { \
+        -100000, 100000 \
+    }
+#define ANY \
+    { \
+        INT32_MIN, INT32_MAX \
+    }
+static const struct vector_range typical[ARGUMENTS_MAX] = {TYPICAL, TYPICAL, TYPICAL, TYPICAL, TYPICAL, TYPICAL};
+static const struct vector_range any[ARGUMENTS_MAX] = {ANY, ANY, ANY, ANY, ANY, ANY};
 
 void rows_family(void)
 {
     print_heading("the rest of the library: call and return included");
     for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        int32_t in[ARGUMENTS];
-        int32_t out[ARGUMENTS];
+        const uint32_t words = rows[i].words;
+        int32_t in[ARGUMENTS_MAX];
+        int32_t out[ARGUMENTS_MAX];
         vector_restart();
         timing_begin(&rows_timing);
         for (uint32_t k = 0; k < TIMING_TYPICAL; k++) {
-            vector_typical(in, typical, ARGUMENTS);
+            vector_typical(in, typical, words);
             timing_add_typical(&rows_timing, timing_once(rows[i].timer, in, out));
         }
-        for (uint32_t k = 0; k < vector_extreme_count(ARGUMENTS); k++) {
-            vector_extreme(in, any, ARGUMENTS, k);
+        for (uint32_t k = 0; k < vector_extreme_count(words); k++) {
+            vector_extreme(in, any, words, k);
             timing_add_extreme(&rows_timing, timing_once(rows[i].timer, in, out));
         }
         const struct timing_figures figures = timing_figures(&rows_timing);

@@ -32,11 +32,11 @@ SWEEPS = {
     "advance": ((I32,) * 3, (I32,) * 2),
     "pi_hold": ((I32,) * 3, (I32,)),
     "pi_saturate": ((I32,) * 3, (I32,) * 2),
-    "elementary": ((I32,), (I32,) * 2),
+    "sat16": ((I32,), (I32,)),
 }
 # Lib.h and LibFoc.h: fields in, fields out
 API = {"Clarke_Lib_Do": (3, 2), "InvClarke_Lib_Do": (2, 3), "Park_Lib_Do": (4, 2), "InvPark_Lib_Do": (4, 2),
-       "Clarke3_Lib_Do": (3, 2), "ClarkeBC_Lib_Do": (3, 2), "ClarkeCA_Lib_Do": (3, 2), "Polar_Lib_Do": (2, 2)}
+       "Clarke3_Lib_Do": (3, 2), "ClarkeBC_Lib_Do": (3, 2), "ClarkeCA_Lib_Do": (3, 2), "Polar_Lib_Do": (2, 2), "SVM_Lib_Do": (3, 3)}
 
 
 def constant(header, name):
@@ -92,6 +92,14 @@ class Library:
         base = ctypes.addressof(memory)
         getattr(self.dll, name)(ctypes.c_void_p(base + 24), ctypes.c_void_p(base + 4 * start))
         return tuple(memory[start:start + count_out])
+
+    def pi_api(self, state, sample, overlap=None):
+        """PI_Lib_Do once: (output, state afterwards). With overlap the output is that field of the input."""
+        memory, fields = (ctypes.c_int32 * 4)(*sample, 0), (ctypes.c_int32 * 3)(*state)
+        start = 3 if overlap is None else overlap
+        self.dll.PI_Lib_Do(memory, fields, ctypes.c_void_p(ctypes.addressof(memory) + 4 * start))
+        assert overlap is not None or tuple(memory[:3]) == tuple(sample)
+        return memory[start], tuple(fields)
 
     def pi_steps(self, pi, errors, limit):
         """Run the controller; returns outputs and integrals."""

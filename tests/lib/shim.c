@@ -40,7 +40,7 @@ void shim_svm(size_t n, const int32_t *a, const int32_t *b, const int32_t *c, in
 void shim_svm_middle(size_t n, const int32_t *a, const int32_t *b, int32_t *middle);
 void shim_deadtime(size_t n, const int32_t *current, const uint32_t *fraction, int32_t *share);
 void shim_advance(size_t n, const int32_t *x, const int32_t *y, const int32_t *turn, int32_t *x_out, int32_t *y_out);
-void shim_elementary(size_t n, const int32_t *x, int32_t *sat16, int32_t *unsigned_from_q30);
+void shim_sat16(size_t n, const int32_t *x, int32_t *sat16);
 void shim_pi(size_t n, struct pi_q15 *pi, const int32_t *error, const int32_t *limit, int32_t *output,
              int32_t *integral);
 void shim_pi_hold(size_t n, const int32_t *step, const int32_t *unlimited, const int32_t *output, int32_t *held);
@@ -228,11 +228,10 @@ void shim_advance(size_t n, const int32_t *x, const int32_t *y, const int32_t *t
     }
 }
 
-void shim_elementary(size_t n, const int32_t *x, int32_t *sat16, int32_t *unsigned_from_q30)
+void shim_sat16(size_t n, const int32_t *x, int32_t *sat16)
 {
     for (size_t k = 0; k < n; k++) {
         sat16[k] = q15_sat16(x[k]);
-        unsigned_from_q30[k] = q15_unsigned_from_q30(x[k]);
     }
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The rest of the family under the address and undefined-behaviour sanitizers, over the ends of the stated ranges and random
- * values: nothing may overflow inside. What the results must be is tested in test_clarke3.py and test_polar.py; here their
+ * values: nothing may overflow inside. What the results must be is tested in test_clarke3.py, test_polar.py and test_pi_svm.py; here their
  * checksum is printed, so that all are computed.
  */
 #include <stdio.h>
@@ -61,15 +61,22 @@ static void functions(int32_t a, int32_t b, int32_t c)
     clarkeoutput_type out[3];
     polaroutput_type polar;
     sincosoutput_type angle;
+    pistate_type state = {.kp_q9 = c, .ki_q15 = b, .integral_q9 = a};
+    pioutput_type asked;
+    svmoutput_type centred;
 
     Clarke3_Lib_Do(&in, &out[0]);
     ClarkeBC_Lib_Do(&in, &out[1]);
     ClarkeCA_Lib_Do(&in, &out[2]);
     Polar_Lib_Do(&vector, &polar);
     SinCos_Lib_Do((uint32_t)c, &angle);
+    PI_Lib_Do(&(piinput_type){a, b, c}, &state, &asked);
+    SVM_Lib_Do(&(svminput_type){a, b, c}, &centred);
     add(out[0].ibeta ^ out[1].ibeta ^ out[2].ibeta);
     add(polar.magnitude);
     add(angle.sin);
+    add(asked.output ^ state.integral_q9);
+    add(centred.va ^ centred.vb ^ centred.vc);
 }
 
 int main(void)

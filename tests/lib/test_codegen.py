@@ -88,7 +88,8 @@ def test_assembly_checks_trig_frac(frac):
 def test_family_has_no_branch_on_data(frac):
     """One loop, of a fixed number of turns, in Polar_Lib_Do."""
     found = functions(ROOT / "lib" / "LibFoc.c", f"-DLIB_TRIG_FRAC={frac}")
-    assert set(found) == {"Clarke3_Lib_Do", "ClarkeBC_Lib_Do", "ClarkeCA_Lib_Do", "SinCos_Lib_Do", "Polar_Lib_Do"}
+    assert set(found) == {"Clarke3_Lib_Do", "ClarkeBC_Lib_Do", "ClarkeCA_Lib_Do", "SinCos_Lib_Do", "Polar_Lib_Do", "PI_Lib_Do",
+                          "SVM_Lib_Do"}
     for name, body in found.items():
         assert len(branches(body)) == (name == "Polar_Lib_Do"), branches(body)
         assert not [line for line in body if re.match(r"[su]div", line)]

@@ -20,6 +20,11 @@ int main(void)
     parkoutput_type rotor;
     polarinput_type vector;
     polaroutput_type polar;
+    piinput_type sample = {1000, 400, 500};
+    pistate_type controller = {512, 32, 0};
+    pioutput_type asked;
+    svminput_type phases = {300, -100, -200};
+    svmoutput_type centred;
     three.ia = 2100;
     three.ib = 600;
     three.ic = 600;
@@ -38,6 +43,11 @@ int main(void)
     ClarkeBC_Lib_Do(&three, &two);
     if (two.ialpha != 600) {
         return 1;
+    }
+    PI_Lib_Do(&sample, &controller, &asked);
+    SVM_Lib_Do(&phases, &centred);
+    if (asked.output != 500 || controller.integral_q9 != 0 || centred.va != 250 || centred.vb != -150) {
+        return 2;
     }
     ClarkeCA_Lib_Do(&three, &two);
     return two.ialpha == 2100 && polar.magnitude == 1000 && polar.angle_q32 == 3221225472u ? 0 : 1;

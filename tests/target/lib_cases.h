@@ -217,7 +217,7 @@ static inline struct lib_result lib_case_run(enum lib_case which, const struct l
     case CASE_INVPARK:
         return lib_case_api(which, v);
     case CASE_SATURATIONS:
-        return (struct lib_result){{q15_sat16(v->in[0]), q15_unsigned_from_q30(v->in[1]), q15_abs(v->in[2] | 1)}};
+        return (struct lib_result){{q15_sat16(v->in[0]), q15_sat16(v->in[1]), q15_abs(v->in[2] | 1)}};
     case CASE_COSSIN: {
         const cossin_t out = cossin_q15((uint32_t)v->in[0]);
 
