@@ -3,10 +3,10 @@
  * The rest of the family around Lib.h, in its style: the general Clarke transform and its other two-sensor forms, sine and
  * cosine from an angle, angle and length of a vector, a PI controller, and space-vector modulation. C and C++.
  *
- * What Lib.h says of all its functions holds here too: the whole int32_t range, rounding to nearest with ties up, saturation
- * to INT32_MIN / INT32_MAX and no wrapping, input and output may overlap, re-entrant, no state of their own, no branch on
- * data, any context. Pointers must not be null. Cycles, worst data, call and return included (`make bench`): Clarke3 109, ClarkeBC 60,
- * ClarkeCA 53, SinCos 42, Polar 940, PI 83, SVM 44.
+ * What Lib.h says of all its functions holds here too, but for the rounding of the PI controller: the whole int32_t range,
+ * rounding to nearest with ties up, saturation to INT32_MIN / INT32_MAX and no wrapping, input and output may overlap,
+ * re-entrant, no state of their own, no branch on data, any context. Pointers must not be null. Cycles, worst data, call and
+ * return included (`make bench`): Clarke3 109, ClarkeBC 60, ClarkeCA 53, SinCos 42, Polar 940, PI 83, SVM 44.
  */
 #ifndef LIB_FOC_H
 #define LIB_FOC_H
@@ -111,7 +111,8 @@ void Polar_Lib_Do(const polarinput_type *polarinput_ptr, polaroutput_type *polar
  * (K. J. Astrom, T. Hagglund, "PID Controllers", 2nd ed., 1995: section 3.5, conditional integration). Where the output is
  * limited, the integral takes no step that leads further; steps back are always taken.
  * Every value of every field is taken as the nearest of its range, and what follows is exact: error -98303...98303, limit
- * 0...32766, kp and ki as their fields say, the integral within +-2^29. The output is rounded down, the integral's step rounded down to 2^-9; so nothing wraps.
+ * 0...32766, kp and ki as their fields say, the integral within +-2^29. The output is rounded down, the
+ * integral's step rounded down to 2^-9; so nothing wraps.
  * Re-entrant with a state for each context. Input and output may overlap; the state lies apart.
  */
 void PI_Lib_Do(const piinput_type *piinput_ptr, pistate_type *pistate_ptr, pioutput_type *pioutput_ptr);

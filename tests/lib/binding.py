@@ -36,7 +36,8 @@ SWEEPS = {
 }
 # Lib.h and LibFoc.h: fields in, fields out
 API = {"Clarke_Lib_Do": (3, 2), "InvClarke_Lib_Do": (2, 3), "Park_Lib_Do": (4, 2), "InvPark_Lib_Do": (4, 2),
-       "Clarke3_Lib_Do": (3, 2), "ClarkeBC_Lib_Do": (3, 2), "ClarkeCA_Lib_Do": (3, 2), "Polar_Lib_Do": (2, 2), "SVM_Lib_Do": (3, 3)}
+       "Clarke3_Lib_Do": (3, 2), "ClarkeBC_Lib_Do": (3, 2), "ClarkeCA_Lib_Do": (3, 2), "Polar_Lib_Do": (2, 2),
+       "SVM_Lib_Do": (3, 3)}
 
 
 def constant(header, name):

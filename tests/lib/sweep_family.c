@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The rest of the family under the address and undefined-behaviour sanitizers, over the ends of the stated ranges and random
- * values: nothing may overflow inside. What the results must be is tested in test_clarke3.py, test_polar.py and test_pi_svm.py; here their
- * checksum is printed, so that all are computed.
+ * values: nothing may overflow inside. What the results must be is tested in test_clarke3.py, test_polar.py and
+ * test_pi_svm.py; here their checksum is printed, so that all are computed.
  */
 #include <stdio.h>
 
