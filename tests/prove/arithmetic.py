@@ -4,7 +4,9 @@ Three ways to evaluate a specification, which is written once in whole numbers: 
 re-checked with these), as z3 bit-vectors too wide to overflow (compared with the instructions), and as z3 integers (for
 bounds of error). A specification uses + - and constant factors, and the functions here for everything else.
 """
+import operator
 from fractions import Fraction
+from functools import reduce
 from math import isqrt
 
 import z3
@@ -37,6 +39,10 @@ class Arithmetic:
     def within(self, x, low, high):
         return self.both(x >= low, x <= high)
 
+    def wrap32(self, x):
+        """x plus a multiple of 2^32, in INT32_MIN...INT32_MAX."""
+        return x - 2**32 * self.floor(x + 2**31, 32)
+
     def odd(self, x):
         return x - 2 * self.floor(x, 1) == 1
 
@@ -56,6 +62,15 @@ class Numbers(Arithmetic):
 
     def product(self, x, y):
         return x * y
+
+
+def _low_word(x):
+    """The low 32 bits of a term, sums and products taken apart: so that equal sums become equal terms."""
+    if x.decl().kind() in (z3.Z3_OP_BADD, z3.Z3_OP_BSUB, z3.Z3_OP_BMUL, z3.Z3_OP_BNEG):
+        first, *others = [_low_word(child) for child in x.children()]
+        operation = {z3.Z3_OP_BADD: operator.add, z3.Z3_OP_BSUB: operator.sub, z3.Z3_OP_BMUL: operator.mul}
+        return reduce(operation[x.decl().kind()], others, first) if others else -first
+    return z3.Extract(31, 0, x)
 
 
 class Bits(Arithmetic):
@@ -82,6 +97,9 @@ class Bits(Arithmetic):
 
     def floor(self, x, bits):
         return x >> bits
+
+    def wrap32(self, x):
+        return self.value(z3.simplify(_low_word(x)))
 
     def _low(self, x):
         if isinstance(x, int):

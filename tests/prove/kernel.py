@@ -47,6 +47,7 @@ class Kernel:
     overlap: bool = False  # the two pointers may point into the same object
     table: Table = None  # that the code reads
     pins: dict = field(default_factory=dict)  # input: constants that make products exact in a counter-example
+    cases: object = None  # (o, v) -> conditions that are tried one by one, and what none of them covers: saves the solver time
     bounds: tuple = ()  # (output, (o, v) -> exact real value, largest error in LSB): proved over the integers
 
     @property

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Holds the instructions of a kernel against its specification, for all inputs."""
 import random
+from types import SimpleNamespace
 
 import z3
 from arithmetic import Bits, Integers, Numbers, INT32_MAX, INT32_MIN
@@ -31,6 +32,8 @@ class Comparison:
         self.values = {name: self.o.value(term, kernel.signed(name)) for name, term in self.run.inputs.items()}
         self.wanted = kernel.specified(self.o, self.values, frac)
         self.assumed = [kernel.assumed(self.o, self.values)]
+        cases = kernel.cases(self.o, SimpleNamespace(**self.values)) if kernel.cases else [z3.BoolVal(True)]
+        self.cases = [*cases, z3.Not(z3.Or(*cases))]
 
     def _ask(self, condition):
         """A model in which the condition holds, or None. What follows without the exact products is found much sooner."""
@@ -58,9 +61,10 @@ class Comparison:
         for what, condition in self._claims():
             if z3.is_true(z3.simplify(condition)):
                 continue
-            model = self._ask(z3.Not(condition))
-            if model is not None:
-                return what, model
+            for case in self.cases:
+                model = self._ask(z3.And(case, z3.Not(condition)))
+                if model is not None:
+                    return what, model
         return None
 
     def inputs_of(self, model):

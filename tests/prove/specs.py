@@ -4,6 +4,7 @@ The table of kernels: what each shall compute, written from the contracts in the
 To add one: a function in kernels.c if it is inline, a specification and an entry here.
 """
 from fractions import Fraction
+from itertools import permutations
 
 from kernel import Kernel, Pointer, Table, Value
 
@@ -121,8 +122,77 @@ def invpark_q15(o, v):
     return {"beta": o.round(along, 15), "alpha": o.round(across, 15)}
 
 
+# ---- control ------------------------------------------------------------------------------------------------------------
+PI_KP, PI_KI, PI_ERROR, PI_LIMIT, PI_INTEGRAL = 16384, 21845, 98303, 32766, 2**29
+ADVANCE_TURN, ADVANCE_XY = 19660, 65535
+
+
+def within_product(o, x, y, largest):
+    """A fact about every product of factors in range, of which the solver knows the range alone."""
+    return o.within(o.product(x, y), -largest, largest)
+
+
+def held(o, step, wanted, output):
+    """The step, but for the part that leads further than the limit."""
+    return o.select(wanted > output, o.min(step, 0), o.select(wanted < output, o.max(step, 0), step))
+
+
+def limited(o, wanted, step, limit):
+    output = o.clamp(wanted, -limit, limit)
+    return output, held(o, step, wanted, output)
+
+
+def pi_hold(o, v):
+    return {"held": held(o, v.step, v.wanted, v.output)}
+
+
+def pi_saturate(o, v):
+    return dict(zip(("output", "step"), limited(o, v.output, v.step, v.limit)))
+
+
+def pi_step(o, v):
+    """Not saturated to 16 bits: no limit reaches these."""
+    wanted = o.floor(o.product(v.kp, v.error) + v.integral, 9)
+    output, step = limited(o, wanted, o.product(v.ki, v.error), v.limit)
+    return {"output": output, "integral": v.integral + o.floor(step, 6)}
+
+
+def pi_in_range(o, v):
+    return o.both(within_product(o, v.kp, v.error, PI_KP * PI_ERROR), within_product(o, v.ki, v.error, PI_KI * PI_ERROR))
+
+
+def extremes(o, a, b, c):
+    return o.max(o.max(a, b), c), o.min(o.min(a, b), c)
+
+
+def svm_half(o, v):
+    """(max + min) / 2 of a, b and c = -a - b, rounded down; up where c is larger than both others."""
+    c = -v.a - v.b
+    largest, smallest = extremes(o, v.a, v.b, c)
+    total = largest + smallest
+    return o.select(c > o.max(v.a, v.b), o.ceil(total, 1), o.floor(total, 1)), c
+
+
+def svm_middle(o, v):
+    return {"middle": svm_half(o, v)[0]}
+
+
+def orders(o, x, y, z):
+    """The six orders that three values can have."""
+    return [o.both(a >= b, b >= c) for a, b, c in permutations((x, y, z))]
+
+
+def sum_within(end):
+    return lambda o, v: o.within(v.a + v.b, -end, end)
+
+
 def struct(name, *fields):
     return Pointer(name, fields)
+
+
+def state(name, fields, written):
+    """A struct that is read and of which some fields are written."""
+    return Pointer(name, fields, written, written)
 
 
 def output(*fields):
@@ -176,4 +246,20 @@ Q15 = [
            assume=lambda o, v: q15_in_range(o, v, v.q, v.d), pins={"cos": Q15_TRIG, "sin": Q15_TRIG}),
 ]
 
-KERNELS = LIB + Q15
+PI_STATE = state("pi", ("kp", "ki", "integral"), ("integral",))
+PI_RANGES = {"kp": (0, PI_KP), "ki": (0, PI_KI), "integral": (-PI_INTEGRAL, PI_INTEGRAL), "error": (-PI_ERROR, PI_ERROR),
+             "limit": (0, PI_LIMIT)}
+PI_TEXT = f"|kp error| <= {PI_KP} {PI_ERROR} and |ki error| <= {PI_KI} {PI_ERROR}, as their ranges make it"
+PI_ERRORS = (-PI_ERROR, PI_ERROR, -1, 1, 0, 32767, -20000)
+CONTROL = [
+    Kernel("prove_pi_step", (PI_STATE, Value("error"), Value("limit")), pi_step, ranges=PI_RANGES, result="output",
+           assume=pi_in_range, assumption=PI_TEXT, pins={"error": PI_ERRORS}),
+    Kernel("prove_pi_hold", (Value("step"), Value("wanted"), Value("output")), pi_hold, result="held"),
+    Kernel("prove_pi_saturate", (state("limited", ("output", "step"), ("output", "step")), Value("limit")), pi_saturate,
+           ranges={"limit": (0, 2**31 - 1)}),
+    Kernel("prove_svm_middle", (Value("a"), Value("b")), svm_middle, result="middle", assume=sum_within(2**30 - 1),
+           ranges={"a": (1 - 2**30, 2**30 - 1), "b": (1 - 2**30, 2**30 - 1)}, assumption="|a + b| < 2^30",
+           cases=lambda o, v: orders(o, v.a, v.b, -v.a - v.b)),
+]
+
+KERNELS = LIB + Q15 + CONTROL
