@@ -253,7 +253,8 @@ PI_TEXT = f"|kp error| <= {PI_KP} {PI_ERROR} and |ki error| <= {PI_KI} {PI_ERROR
 PI_ERRORS = (-PI_ERROR, PI_ERROR, -1, 1, 0, 32767, -20000)
 CONTROL = [
     Kernel("prove_pi_step", (PI_STATE, Value("error"), Value("limit")), pi_step, ranges=PI_RANGES, result="output",
-           assume=pi_in_range, assumption=PI_TEXT, pins={"error": PI_ERRORS}),
+           assume=pi_in_range, assumption=PI_TEXT,
+           pins={"error": PI_ERRORS, "kp": (PI_KP, 1, 512, 0, 300, PI_KP - 1, 3), "ki": (1, PI_KI, 64, 5000, PI_KI, 0, 777)}),
     Kernel("prove_pi_hold", (Value("step"), Value("wanted"), Value("output")), pi_hold, result="held"),
     Kernel("prove_pi_saturate", (state("limited", ("output", "step"), ("output", "step")), Value("limit")), pi_saturate,
            ranges={"limit": (0, 2**31 - 1)}),
