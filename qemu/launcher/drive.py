@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from .data import check_pair, load_inverter, load_motor
 
 RPM = math.pi / 30  # rad/s in one rpm
+ON_TIME_S = 0.85    # offsets of the sensors, then alignment: 0.78 s, which does not depend on the motor
+SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
 
 
 @dataclass
@@ -42,22 +44,51 @@ class Drive:
         return min(0.6 * rated, headroom_v / (crossover * electrical["lq_h"]))
 
     def names(self):
-        """What expressions in scenario files may use."""
-        rating, control = self.motor["rating"], self.motor["control"]
-        inverter = self.inverter
+        """What expressions in scenario files may use. Nominal values: neither SPREAD nor DETUNE moves them.
+
+        ratings    rated_torque_Nm, rated_current_A (peak), rated_speed_rpm, pole_pairs, torque_per_ampere (N m per peak
+                   ampere, linear machine with i_d = 0), max_torque_Nm (what i_max then gives)
+        limits     speed_max_rpm, overspeed_rpm, ramp_rpm_s, i_max_A, i_trip_A, i_align_A, v_min_V, v_max_V, oc_trip_A
+        stage      vbus_V, i_range_A, v_range_V, encoder_counts
+        loops      current_bw_hz, speed_bw_hz, speed_tau_s (1 / (2 pi speed_bw_hz)), linear_step_A (see there)
+        speeds     whole rpm, shares of speed_max_rpm: work_rpm 0.375 (1500 of 4000), mid_rpm 0.25, low_rpm 0.125,
+                   slow_rpm 0.0075 (30 of 4000; at least 1)
+        inertia    inertia_kgm2 (rotor and load), rotor_inertia_kgm2, t_mech_s (inertia * rated speed / rated torque: from 0 to
+                   rated speed with rated torque), accel_torque_Nm (what the ramp takes), load_accel_rad_s2 (rated torque /
+                   inertia)
+        times      ramp_time_s (0 to work_rpm at the ramp), max_ramp_time_s (0 to speed_max_rpm), turn_time_s (one turn at
+                   work_rpm), electrical_tau_s (lq_h / resistance_ohm), on_time_s (from `on` to OPERATION_ENABLED with
+                   alignment, rounded up)
+        units      rad_s_per_rpm
+        """
+        rating, control, electrical = self.motor["rating"], self.motor["control"], self.motor["electrical"]
+        speeds = {name: max(1, round(share * control["speed_max_rpm"])) for name, share in SPEED_SHARES.items()}
+        ramp = control["ramp_rpm_s"]
         return {
             "rated_torque_Nm": rating["rated_torque_nm"], "rated_current_A": rating["rated_current_a"],
-            "rated_speed_rpm": rating["rated_speed_rpm"], "speed_max_rpm": self.params["speed_max_rpm"],
-            "overspeed_rpm": self.params["overspeed_rpm"], "i_max_A": self.params["i_max_ma"] / 1000,
-            "i_trip_A": self.params["i_trip_ma"] / 1000, "i_align_A": self.params["i_align_ma"] / 1000,
-            "v_min_V": self.params["v_min_mv"] / 1000, "v_max_V": self.params["v_max_mv"] / 1000,
-            "vbus_V": inverter["supply"]["vbus_v"], "i_range_A": inverter["sensor"]["i_range_a"],
-            "v_range_V": inverter["sensor"]["v_range_v"], "oc_trip_A": inverter["bridge"]["oc_trip_a"],
-            "linear_step_A": self.linear_step_a, "torque_per_ampere": self.torque_per_ampere,
-            "pole_pairs": self.motor["electrical"]["pole_pairs"],
-            "encoder_counts": self.motor["encoder"]["counts_per_rev"], "ramp_rpm_s": self.params["ramp_rpm_s"],
-            "rad_s_per_rpm": RPM, "current_bw_hz": control["current_bw_hz"],
+            "rated_speed_rpm": rating["rated_speed_rpm"], "pole_pairs": electrical["pole_pairs"],
+            "torque_per_ampere": self.torque_per_ampere, "max_torque_Nm": self.torque_per_ampere * self._param_a("i_max_ma"),
+            "speed_max_rpm": self.params["speed_max_rpm"], "overspeed_rpm": self.params["overspeed_rpm"],
+            "ramp_rpm_s": self.params["ramp_rpm_s"], "i_max_A": self._param_a("i_max_ma"),
+            "i_trip_A": self._param_a("i_trip_ma"), "i_align_A": self._param_a("i_align_ma"),
+            "v_min_V": self._param_a("v_min_mv"), "v_max_V": self._param_a("v_max_mv"),
+            "oc_trip_A": self.inverter["bridge"]["oc_trip_a"], "vbus_V": self.inverter["supply"]["vbus_v"],
+            "i_range_A": self.inverter["sensor"]["i_range_a"], "v_range_V": self.inverter["sensor"]["v_range_v"],
+            "encoder_counts": self.motor["encoder"]["counts_per_rev"], "current_bw_hz": control["current_bw_hz"],
+            "speed_bw_hz": control["speed_bw_hz"], "speed_tau_s": 1 / (2 * math.pi * control["speed_bw_hz"]),
+            "linear_step_A": self.linear_step_a, **speeds,
+            "inertia_kgm2": self.inertia_kgm2, "rotor_inertia_kgm2": self.motor["mechanical"]["inertia_kgm2"],
+            "t_mech_s": self.inertia_kgm2 * rating["rated_speed_rpm"] * RPM / rating["rated_torque_nm"],
+            "accel_torque_Nm": self.inertia_kgm2 * ramp * RPM,
+            "load_accel_rad_s2": rating["rated_torque_nm"] / self.inertia_kgm2,
+            "ramp_time_s": speeds["work_rpm"] / ramp, "max_ramp_time_s": control["speed_max_rpm"] / ramp,
+            "turn_time_s": 60 / speeds["work_rpm"], "on_time_s": ON_TIME_S,
+            "electrical_tau_s": electrical["lq_h"] / electrical["resistance_ohm"], "rad_s_per_rpm": RPM,
         }
+
+    def _param_a(self, name):
+        """A parameter in thousandths, as amperes or volts."""
+        return self.params[name] / 1000
 
 
 def load_drive(motor_name, overrides=None):
