@@ -255,6 +255,14 @@ def _tolerance(raw, where):
     return value
 
 
+def _published(raw, where):
+    """A value that deviations are relative to."""
+    value = _number(raw, where)
+    if value == 0:
+        raise LauncherError(f"{where}: 0 has no relative tolerance")
+    return value
+
+
 def _checks(raw, where):
     if not isinstance(raw, dict):
         raise LauncherError(f"{where}: [check] is not a table")
@@ -263,7 +271,8 @@ def _checks(raw, where):
         place = f"{where}: [check] {key}"
         if not isinstance(entry, dict) or set(entry) != {"value", "tolerance_percent", "source"}:
             raise LauncherError(f"{place}: write {{ value = ..., tolerance_percent = ..., source = ... }}")
-        checks[key] = Check(_number(entry["value"], place), _tolerance(entry["tolerance_percent"], place), str(entry["source"]))
+        checks[key] = Check(_published(entry["value"], place), _tolerance(entry["tolerance_percent"], place),
+                            str(entry["source"]))
     return checks
 
 
@@ -282,4 +291,6 @@ def _points(raw, where):
         numbers = {key: _number(value, f"{place}: {key}") for key, value in entry.items() if key != "source"}
         tolerance = _tolerance(numbers.pop("tolerance_percent"), place)
         points.append(Point(numbers.pop("i_d_a"), numbers.pop("i_q_a"), numbers, tolerance, str(entry["source"])))
+        for key, value in numbers.items():
+            _published(value, f"{place}: {key}")
     return points
