@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, console, debug, models, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT, SPREAD, DETUNE, QEMU
-and BUILD."""
+"""Command line: run, console, debug, models, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT, SPREAD, DETUNE,
+QEMU and BUILD."""
 import argparse
 import os
 import sys

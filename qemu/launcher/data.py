@@ -18,7 +18,8 @@ from .schema import BY_RULE, INVERTER_TABLES, MOTOR_TABLES, PLANT_TABLES
 from .spread import START_ANGLE, Spread
 
 _TINY = 1e-12
-_POINT_KEYS = {"i_d_a", "i_q_a", "psi_d_wb", "psi_q_wb", "l_dd_h", "l_qq_h", "l_dq_h", "torque_nm", "tolerance_percent", "source"}
+_POINT_KEYS = {"i_d_a", "i_q_a", "psi_d_wb", "psi_q_wb", "l_dd_h", "l_qq_h", "l_dq_h", "torque_nm", "tolerance_percent",
+               "source"}
 
 
 @dataclass
@@ -201,7 +202,7 @@ def _table(raw, keys, table, where):
 
 def _entry(raw, key, where):
     if not isinstance(raw, dict) or not {"value", "source"} <= set(raw) <= {"value", "source", "spread", "spread_abs", "like"}:
-        raise LauncherError(f"{where}: write {{ value = ..., source = \"...\" }}, if need be with spread or spread_abs, and like")
+        raise LauncherError(f"{where}: write {{ value = ..., source = \"...\" }} (and spread or spread_abs, like)")
     if not isinstance(raw["source"], str) or not raw["source"].strip():
         raise LauncherError(f"{where}: the source is empty")
     return _checked(raw["value"], key, where), raw["source"]

@@ -94,7 +94,8 @@ def test_spread_moves_the_plant_and_not_the_firmware():
     items = [dict(twin_items(drive)) for drive in (nominal, first, second)]
     assert items[0] == dict(twin_items(load_drive(MOTOR, spread=0, seed=9)))
     for key in ("motor.resistance_ohm", "motor.flux_wb", "motor.inertia_kgm2", "load.inertia_kgm2", "motor.sat_a_d0",
-                "motor.winding_rise_k", "sensor.i_offset_a_lsb", "sensor.i_gain_b", "inverter.vbus_v", "motor.initial_angle_rad"):
+                "motor.winding_rise_k", "sensor.i_offset_a_lsb", "sensor.i_gain_b", "inverter.vbus_v",
+                "motor.initial_angle_rad"):
         assert len({item[key] for item in items}) == 3, key
     for table, entries in nominal.motor.spreads.items():
         for key, spread in entries.items():
@@ -173,10 +174,12 @@ def test_ranges_come_from_the_image(elf):
 
 @pytest.mark.parametrize("change, detune, complaint", [
     ({"motor": {"encoder": {"counts_per_rev": 60}}}, "",
-     r"teknic_m2310p.toml: \[encoder\] counts_per_rev 60: the firmware takes 64..65536 \(parameter encoder_counts 64..65536, here 60\)"),
+     r"teknic_m2310p.toml: \[encoder\] counts_per_rev 60: the firmware takes 64..65536"
+     r" \(parameter encoder_counts 64..65536, here 60\)"),
     ({"motor": {"electrical": {"ld_h": 1e-7, "lq_h": 1e-7}}}, "", r"\[electrical\] ld_h 1e-07: the firmware takes 1e-06..1 "),
     ({"motor": {"control": {"speed_bw_hz": 500}}}, "", r"\[control\] speed_bw_hz 500: the firmware takes 1..200"),
-    ({"inverter": {"sensor": {"i_range_a": 3000}}}, "", r"lv24_drv8323.toml: \[sensor\] i_range_a 3000: the firmware takes 0.1..2000"),
+    ({"inverter": {"sensor": {"i_range_a": 3000}}}, "",
+     r"lv24_drv8323.toml: \[sensor\] i_range_a 3000: the firmware takes 0.1..2000"),
     ({"params": {"pole_pairs": 0}}, "", "override: the firmware takes pole_pairs 1..50, not 0"),
     ({}, "flux_uwb*0.001", r"DETUNE flux_uwb\*0.001: the firmware takes flux_uwb 10..10000000, not 6"),
 ])
@@ -215,7 +218,8 @@ def test_rules_keep_to_the_sensors_and_to_the_bus(motor):
     drive = load_drive(motor)
     rule, electrical, rating = by_rule(motor), drive.motor["electrical"], drive.motor["rating"]
     sensor, bridge = drive.inverter["sensor"], drive.inverter["bridge"]
-    assert rule["i_max_a"] <= 0.85 * rule["i_trip_a"] and rule["i_trip_a"] <= 0.9501 * min(sensor["i_range_a"], bridge["oc_trip_a"])
+    assert rule["i_max_a"] <= 0.85 * rule["i_trip_a"]
+    assert rule["i_trip_a"] <= 0.9501 * min(sensor["i_range_a"], bridge["oc_trip_a"])
     assert rule["i_align_a"] < rule["i_max_a"] and rule["speed_max_rpm"] < rule["overspeed_rpm"]
     # the voltage at rated torque and the largest speed, worked out anew
     i_q = rating["rated_torque_nm"] / (1.5 * electrical["pole_pairs"] * electrical["flux_wb"])
@@ -285,7 +289,8 @@ def test_shipped_maps_belong_to_their_linear_values(name):
     psi = fluxes(m, 0, 0, (electrical["flux_wb"], 0.0))
     np.testing.assert_allclose(psi, (electrical["flux_wb"], 0.0), rtol=2e-3, atol=1e-9)
     if not motor["saturation"]["sat_a_d0"]:
-        np.testing.assert_allclose(np.diag(np.linalg.inv(jacobian(m, psi))), (electrical["ld_h"], electrical["lq_h"]), rtol=1e-4)
+        np.testing.assert_allclose(np.diag(np.linalg.inv(jacobian(m, psi))), (electrical["ld_h"], electrical["lq_h"]),
+                                   rtol=1e-4)
 
 
 def test_tolerances_stretch_the_map_and_keep_it_reciprocal():

@@ -14,10 +14,10 @@ from launcher.paths import REPO
 
 @pytest.fixture(scope="module")
 def tuning(tmp_path_factory):
-    """tuning_compute as a function from {parameter: value} to its complaint, or None. The order of struct params is SOURCES'."""
+    """tuning_compute as a function from {parameter: value} to its complaint, or None. struct params has the order of SOURCES."""
     library = tmp_path_factory.mktemp("tuning") / "tuning.so"
-    subprocess.run([os.environ.get("HOSTCC") or "cc", "-shared", "-fPIC", "-O1", "-I.", "firmware/tuning.c", "lib/polar.c", "-o",
-                    str(library)], cwd=REPO, check=True)
+    subprocess.run([os.environ.get("HOSTCC") or "cc", "-shared", "-fPIC", "-O1", "-I.", "firmware/tuning.c", "lib/polar.c",
+                    "-o", str(library)], cwd=REPO, check=True)
     compute = ctypes.CDLL(str(library)).tuning_compute
     compute.restype = ctypes.c_char_p
 
