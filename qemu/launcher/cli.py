@@ -61,6 +61,7 @@ def _run(options):
     from .paths import shown
     from .plot import draw
     from .qemu import ProgressLine
+    from .refusals import complaint
     from .report import print_report, write_json
     from .simulate import DEFAULT_MOTOR, DEFAULT_SCENARIO, simulate
 
@@ -72,6 +73,9 @@ def _run(options):
     draw(result, result.out_dir / "run.png")
     print_report(result, print)
     print(f"written: {', '.join(shown(result.out_dir / name) for name in ('trace.csv', 'report.json', 'run.png'))}")
+    refused = complaint(result.figures)
+    if refused:
+        print(f"mssfoc: {refused}", file=sys.stderr)
     return 0 if result.passed else 1
 
 
