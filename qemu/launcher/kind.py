@@ -10,6 +10,8 @@ import numpy as np
 
 from .errors import LauncherError
 
+AFTERMATH_S = 0.005  # of the alignment, which is no part of the operation
+
 
 @dataclass
 class Kind:
@@ -47,8 +49,13 @@ class Run:
         return next((code for code, text in self.enums.get("state", {}).items() if text == f"DRIVE_{name}"), -1)
 
     def in_operation(self, window):
-        """Which rows of a window find the drive in operation; a complaint when none does."""
+        """Which rows of a window find the drive in operation; a complaint when none does.
+
+        The first of each stretch are left out: the current of the alignment is still there.
+        """
         rows = window["state"] == self.state_code("OPERATION_ENABLED")
+        last_out = np.maximum.accumulate(np.where(rows, -np.inf, window["t_s"]))
+        rows &= window["t_s"] - last_out > AFTERMATH_S
         if not rows.any():
             raise LauncherError("the drive was never in operation in the window")
         return rows

@@ -88,7 +88,7 @@ KINDS = {
     "i_d_deviation": Kind(_i_d_deviation, ["from_s", "to_s"], "% of rated",
                           "i_d of the plant at the sampling instants less the firmware's reference", ("rms", "largest")),
     "i_d_in_operation": Kind(_i_d_in_operation, ["from_s?", "to_s?"], "% of rated",
-                             "as i_d_deviation, over all samples that find the drive in operation", ("rms", "largest")),
+                             "as i_d_deviation, over all samples in operation from 5 ms after it began", ("rms", "largest")),
     "distortion": Kind(_distortion, ["from_s", "to_s"], "% of fundamental",
                        "true phase current at the sampling instants, where the ripple is zero: all that is neither mean nor"
                        " fundamental, harmonics and inter-harmonics, worst phase"),
@@ -97,7 +97,8 @@ KINDS = {
     "peak_current": Kind(_peak_current, ["from_s?", "to_s?"], "% of i_max", "largest |phase current|, continuous, not sampled"),
     "peak_current_a": Kind(_peak_current_a, ["from_s?", "to_s?"], "A", "largest |phase current|, continuous, not sampled"),
     "angle_error": Kind(_angle_error, ["from_s?", "to_s?"], "deg el.",
-                        "field angle the firmware uses for a sample against the rotor's at its instant, in operation",
+                        "field angle the firmware uses for a sample against the rotor's at its instant, in operation from 5 ms"
+                        " after it began",
                         ("mean", "largest")),
     "step_rise": Kind(_step_rise, ["at_s", "to_s"], "us",
                       "true i_q, 10-90 %, from the step of the firmware's reference"),
