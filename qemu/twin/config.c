@@ -211,6 +211,8 @@ static void read_line(const struct reader *r, char *line)
     }
     if (strcmp(word, "trace") == 0) {
         c->trace_path = strdup(rest);
+    } else if (strcmp(word, "csv") == 0) {
+        c->csv_path = strdup(rest);
     } else if (strcmp(word, "progress") == 0) {
         c->progress_path = strdup(rest);
     } else if (strcmp(word, "irqlog") == 0) {

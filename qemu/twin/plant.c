@@ -83,7 +83,7 @@ static void trigger(struct plant *p)
         adc_start(&p->adc, code, p->now + sim_from_s(p->sensors.p.adc_conversion_s));
     }
     if (p->on_trigger) {
-        struct plant_row row;
+        struct plant_row row = {0};
         describe(p, &row);
         p->on_trigger(p->context, &row);
     }

@@ -26,6 +26,11 @@ struct plant_row {
     unsigned gates;
     bool live;
     double winding_c;
+    double i_rms_a[3];     /* over the time since the trigger before, ripple included */
+    double i_peak_a[3];    /* largest |i| of that time */
+    double torque_mean_nm; /* of that time */
+    double load_speed_rad_s, magnet_c;
+    unsigned hall;
 };
 
 struct plant {
