@@ -296,8 +296,10 @@ static void check_complete(const struct reader *r, bool motor_only)
     if (sinks != 0 && sinks != 1) {
         fail(r, "inverter.supply_sinks is 0 or 1");
     }
-    if (c->plant.motor.pole_pairs != floor(c->plant.motor.pole_pairs)) {
-        fail(r, "motor.pole_pairs is a whole number");
+    double i_max_a = c->plant.inverter.oc_trip_a; /* not a number: not given */
+    const char *wrong = motor_params_check(&c->plant.motor, &c->plant.load, isnan(i_max_a) ? 0 : i_max_a);
+    if (wrong) {
+        fail(r, "%s", wrong);
     }
 }
 

@@ -58,7 +58,7 @@ static void describe(struct plant *p, struct plant_row *row)
     row->theta_mech_rad = m->theta_rad;
     row->speed_rad_s = m->speed_rad_s;
     row->torque_nm = motor_torque_nm(m);
-    row->load_nm = m->load_nm;
+    row->load_nm = m->load_nm + m->hoist_nm;
     row->bus_v = p->inverter.bus_v;
     for (int k = 0; k < 3; k++) {
         row->duty[k] = length_s > 0 ? sim_to_s(p->high_time[k]) / length_s : 0;
