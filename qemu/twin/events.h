@@ -18,6 +18,7 @@ enum event_kind {
     EVENT_SENSOR_GAIN,
     EVENT_SENSOR_OFFSET,
     EVENT_SENSOR_STUCK,
+    EVENT_SENSOR_SINE,
     EVENT_DRIVER_FAULT,
     EVENT_SHORT,
     EVENT_ENCODER_CUT,
@@ -39,6 +40,7 @@ struct event {
     int other_phase;
     bool on; /* of a 0|1 argument; false for "off" */
     double number;
+    double second, third; /* of an event with more numbers */
     uint32_t address, word;
     const char *text; /* for the console; belongs to the event */
 };
