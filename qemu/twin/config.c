@@ -287,9 +287,9 @@ static void check_complete(const struct reader *r, bool motor_only)
             fail(r, "a console event needs 'console CHARDEV_ID'");
         }
     }
-    const struct sensor_params *s = &c->plant.sensors;
-    if (!motor_only && (s->encoder_counts != floor(s->encoder_counts) || s->adc_bits != floor(s->adc_bits))) {
-        fail(r, "sensor.encoder_counts and sensor.adc_bits are whole numbers");
+    const char *conflict = motor_only ? NULL : sensor_conflict(&c->plant.sensors);
+    if (conflict) {
+        fail(r, "%s", conflict);
     }
     check_cycles(r);
     double sinks = c->plant.inverter.supply_sinks;

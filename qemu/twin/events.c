@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Arguments: t rest of the line, n number, s number from 0, i integer, b 0|1, p phase, q pair of terminals,
- * r resistance or off, c ADC code or off, f fraction 0.001...1, x the word off, a address, w 32-bit word,
- * h 16-bit word. */
+/* Arguments: t rest of the line, n number, y second number, z third number, s number from 0, i integer, b 0|1, p phase,
+ * q pair of terminals, r resistance or off, c ADC code or off, f fraction 0.001...1, x the word off, a address,
+ * w 32-bit word, h 16-bit word. */
 static const struct syntax {
     const char *name;
     enum event_kind kind;
@@ -31,6 +31,7 @@ static const struct syntax {
     {"sensor_gain", EVENT_SENSOR_GAIN, "pn", "sensor_gain A|B|C GAIN"},
     {"sensor_offset", EVENT_SENSOR_OFFSET, "pn", "sensor_offset A|B|C LSB"},
     {"sensor_stuck", EVENT_SENSOR_STUCK, "pc", "sensor_stuck A|B|C CODE|off (0...4095)"},
+    {"sensor_sine", EVENT_SENSOR_SINE, "nyz", "sensor_sine AMPERES HZ ANGLE_RAD"},
     {"driver_fault", EVENT_DRIVER_FAULT, "b", "driver_fault 0|1"},
     {"short", EVENT_SHORT, "qr", "short AB|BC|CA OHM|off (0.0001...100)"},
     {"winding_short", EVENT_WINDING_SHORT, "pfr", "winding_short A|B|C FRACTION OHM|off (0.001...1, 0.0001...100)"},
@@ -81,6 +82,10 @@ static bool argument(char type, const char *word, struct event *e)
     switch (type) {
     case 'n':
         return number(word, -1e5, 1e5, &e->number);
+    case 'y':
+        return number(word, -1e5, 1e5, &e->second);
+    case 'z':
+        return number(word, -1e5, 1e5, &e->third);
     case 's':
         return number(word, 0, 1e6, &e->number);
     case 'i':

@@ -21,6 +21,7 @@ enum event_kind {
     EVENT_SENSOR_GAIN,
     EVENT_SENSOR_OFFSET,
     EVENT_SENSOR_STUCK,
+    EVENT_SENSOR_SINE,
     EVENT_DRIVER_FAULT,
     EVENT_SHORT,
     EVENT_WINDING_SHORT,
@@ -43,6 +44,7 @@ struct event {
     int other_phase;
     bool on; /* of a 0|1 argument; false for "off" */
     double number;
+    double second, third; /* of an event with more numbers */
     double fraction; /* 0 to 1 */
     uint32_t address, word;
     const char *text; /* for the console; belongs to the event */

@@ -249,6 +249,9 @@ static double advance_step(struct inverter *inv, struct motor *motor, double dt_
     inv->energy_supply_j += inv->p.vbus_v * charge_as;
     inv->energy_bridge_j += middle_v * drawn_a * dt_s;
     inv->overcurrent = comparators(inv, st.i_a);
+    if (inv->on_step) {
+        inv->on_step(inv->on_step_context, dt_s, i_start_a, st.i_a);
+    }
     return dt_s;
 }
 

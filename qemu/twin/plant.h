@@ -11,6 +11,7 @@
 #include "encoder.h"
 #include "gate.h"
 #include "inverter.h"
+#include "meter.h"
 #include "motor.h"
 #include "sensors.h"
 #include "simtime.h"
@@ -41,9 +42,12 @@ struct plant {
     struct inverter inverter;
     struct motor motor;
     struct sensors sensors;
+    struct meter meter;
 
-    sim_ps now;     /* how far the physics has come */
-    unsigned gates; /* out of GATE */
+    sim_ps sample_at[3]; /* of a current that the running conversion has not sampled yet; else SIM_NEVER */
+    sim_ps next_sample;  /* the first of them */
+    sim_ps now;          /* how far the physics has come */
+    unsigned gates;      /* out of GATE */
     sim_ps row_start;
     sim_ps high_time[3]; /* of the high-side gates since row_start */
     double row_alpha_vs, row_beta_vs;

@@ -138,6 +138,9 @@ static void play(const struct event *e)
     case EVENT_SENSOR_STUCK:
         disturb_sensor(e, &board.plant->sensors.current[e->phase]);
         break;
+    case EVENT_SENSOR_SINE:
+        sensors_inject(&board.plant->sensors, e->number, e->second, e->third, e->t_s);
+        break;
     case EVENT_DRIVER_FAULT:
         gate_set_driver_fault(&board.plant->gate, e->on);
         plant_update_gates(board.plant);
