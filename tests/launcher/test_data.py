@@ -149,3 +149,16 @@ def test_expressions():
     for bad in ("__import__('os')", "a.real", "a[0]", "'text'", "c", "a if b else a", "lambda: 1", "a ** 9", "True"):
         with pytest.raises(LauncherError):
             number(bad, names)
+
+
+@pytest.mark.parametrize("motor", available(MOTORS))
+def test_names_follow_from_ratings_and_inertia(motor):
+    drive = load_drive(motor)
+    names, control = drive.names(), drive.motor["control"]
+    assert names["work_rpm"] == round(0.375 * control["speed_max_rpm"]) and names["slow_rpm"] >= 1
+    assert names["ramp_time_s"] * control["ramp_rpm_s"] == pytest.approx(names["work_rpm"])
+    # rated torque turns the inertia from rest to rated speed in t_mech_s
+    reached = names["rated_torque_Nm"] / names["inertia_kgm2"] * names["t_mech_s"] / names["rad_s_per_rpm"]
+    assert reached == pytest.approx(names["rated_speed_rpm"])
+    assert names["accel_torque_Nm"] * names["ramp_time_s"] == pytest.approx(
+        names["inertia_kgm2"] * names["work_rpm"] * math.pi / 30)
