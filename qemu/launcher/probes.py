@@ -5,6 +5,7 @@ The image has no code for this. The twin reads the memory at these addresses onc
 """
 from dataclasses import dataclass
 
+import numpy as np
 from elftools.common.exceptions import ELFError
 from elftools.elf.elffile import ELFFile
 
@@ -193,7 +194,8 @@ WATCH = [
     ("v_d_V", "current_loop.v_d_q15", _VOLTAGE, False),
     ("v_q_V", "current_loop.v_q_q15", _VOLTAGE, False),
     ("vbus_fw_V", "current_loop.vbus_q15", _VOLTAGE, False),
-    ("angle_fw_q32", "current_loop.pll.angle_q32", _ONE, False),
+    ("angle_next_q32", "current_loop.pll.angle_q32", _ONE, False),
+    ("angle_offset_q32", "current_loop.angle_offset_q32", _ONE, False),
     ("speed_fw_rpm", "speed_loop.speed_rpm_q4", _Q4, True),
     ("speed_ref_rpm", "speed_loop.speed_ref_rpm_q4", _Q4, True),
     ("state", "drive.state", _ONE, True),
@@ -217,3 +219,16 @@ def make_probes(symbols, drive):
             continue
         probes.append(Probe(column, variable.address, variable.type, scales.get(unit, unit)))
     return probes, {column: symbols.enum(tag) for column, tag in ENUM_COLUMNS.items()}
+
+
+def add_belief(trace):
+    """Adds angle_fw_rad: the electrical angle of the field, unwrapped, that the firmware took for the sample of each row.
+
+    A row shows the firmware's memory after its interrupt has answered the row's sample. By then the observer holds its
+    prediction for the next sample (lib/pll.h); the angle that this sample was turned by stands in the row before.
+    """
+    if "angle_next_q32" not in trace or "angle_offset_q32" not in trace:
+        return
+    predicted = np.concatenate([trace["angle_next_q32"][:1], trace["angle_next_q32"][:-1]])
+    turns = (predicted + trace["angle_offset_q32"]) / 2.0 ** 32
+    trace["angle_fw_rad"] = np.unwrap(2 * np.pi * (turns % 1.0))

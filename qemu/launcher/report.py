@@ -9,6 +9,7 @@ import numpy as np
 from .drive import twin_items
 from .load import load_lines, load_values
 from .paths import REPO
+from .refusals import complaint
 from .simulate import write
 
 
@@ -33,6 +34,9 @@ def print_report(result, out):
     failed = [figure.name for figure in result.figures.values() if figure.passed is False]
     limited = sum(figure.limited for figure in result.figures.values())
     out(f"{len(failed)} of {limited} limits failed: {', '.join(failed)}" if failed else f"all {limited} limits hold")
+    refused = complaint(result.figures)
+    if refused:
+        out(refused)
 
 
 def verdict(figure):

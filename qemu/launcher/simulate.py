@@ -8,12 +8,14 @@ import numpy as np
 from .config import twin_config
 from .drive import load_drive
 from .errors import LauncherError
-from .figures import Run, measure
+from .figures import measure
+from .kind import Run
 from .load import CURRENT_LOOP, cpu_load, load_irqlog
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
-from .probes import Symbols, make_probes
+from .probes import Symbols, add_belief, make_probes
 from .qemu import Image, Qemu, command, escape, run_to_end
+from .refusals import NAME, judge, typed
 from .scenario import load_scenario
 from .trace import add_truth, load_trace
 
@@ -96,9 +98,12 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
         raise LauncherError(f"the run ended at {trace['t_s'][-1]:.4f} s instead of {plan.end_s:g} s"
                             f" (see {shown(files['log'])})")
     add_truth(trace, drive.motor["electrical"]["pole_pairs"])
+    add_belief(trace)
     text = files["console"].read_text(errors="replace").replace("\r\n", "\n").replace("\r", "\n")
     log = load_irqlog(files["irqlog"])
-    figures = measure(plan, Run(trace, text, drive, enums, log["t_s"][log["exception"] == CURRENT_LOOP]))
+    finished = Run(trace, text, drive, enums, plan.names, plan.steps, log["t_s"][log["exception"] == CURRENT_LOOP])
+    figures = measure(plan, finished)
+    figures[NAME] = judge(plan, finished, typed(plan, drive))
     load = cpu_load(log, float(np.median(np.diff(trace["t_s"]))))
     return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols, load, files["irqlog"])
 
