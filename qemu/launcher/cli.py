@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, console, debug, models, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT, SPREAD, DETUNE, QEMU
-and BUILD."""
+"""Command line: run, console, debug, models, campaign, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT, SPREAD,
+DETUNE, QEMU and BUILD."""
 import argparse
 import os
 import sys
@@ -61,7 +61,28 @@ def _parser():
             command.add_argument("--out", default=None, help="folder for the results (default: run/ of the build folder)")
         if name == "debug":
             command.add_argument("--port", type=int, default=1234, help="GDB port")
+    _add_campaign(commands)
     return parser
+
+
+def _add_campaign(commands):
+    """`campaign` and `case`, which it calls for each run."""
+    campaign = commands.add_parser("campaign", help="motors x scenarios x seeds x detunings: one table of worst cases")
+    campaign.set_defaults(function=_campaign)
+    for option, variable, text in (("--motors", "MOTORS", "names, separated by blanks (default: all)"),
+                                   ("--scenarios", "SCENARIOS", "names, separated by blanks (default: all)"),
+                                   ("--seeds", "SEEDS", "runs of each (default: 8, for faults 1)"),
+                                   ("--detunes", "DETUNES", "what the drive is told wrongly, separated by ';'"),
+                                   ("--jobs", "JOBS", "runs at a time (default: one a processor)"),
+                                   ("--sshlogin", "SSHLOGIN", "machines to use, as GNU parallel takes them")):
+        campaign.add_argument(option, default=os.environ.get(variable) or None, help=text)
+    case = commands.add_parser("case", help="one run of a campaign")
+    case.set_defaults(function=_case)
+    case.add_argument("key", help="MOTOR/SCENARIO/SEED or MOTOR/SCENARIO/SEED/DETUNE")
+    case.add_argument("--cases", required=True, help="folder for its result")
+    for command in (campaign, case):
+        command.add_argument("--build", default=None, help="build folder (default: $BUILD or build)")
+        command.add_argument("--qemu", default=None, help="qemu-system-arm to use (default: $QEMU)")
 
 
 def _run(options):
@@ -106,6 +127,31 @@ def _models(options):
     from .model_check import check_models
 
     return check_models(options.motor, options.build, print)
+
+
+def _campaign(options):
+    from .campaign import plan, play
+    from .campaign_report import report
+
+    cases = plan((options.motors or "").split(), (options.scenarios or "").split(), _count(options.seeds, "SEEDS"),
+                 [detune.strip() for detune in (options.detunes or "").split(";")])
+    folder, outcomes = play(cases, options.build, options.qemu, _count(options.jobs, "JOBS"), options.sshlogin)
+    return report(outcomes, folder.parent, print)
+
+
+def _count(text, what):
+    if text is None:
+        return None
+    if not text.isdigit() or not 1 <= int(text) <= 10000:
+        raise LauncherError(f"{what} '{text}' is not a whole number from 1 to 10000")
+    return int(text)
+
+
+def _case(options):
+    from .campaign import parse_case, run_case
+
+    run_case(parse_case(options.key), options.cases, options.build, options.qemu)
+    return 0
 
 
 def _list(_options):
