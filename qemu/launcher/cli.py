@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, console, debug, models, list. Options fall back to MOTOR, SCENARIO, SEED, QEMU and BUILD."""
+"""Command line: run, console, debug, models, campaign, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT, SPREAD,
+DETUNE, QEMU and BUILD."""
 import argparse
 import os
 import sys
@@ -35,26 +36,53 @@ def _parser():
                                  ("console", _console, "live console of a running drive in this terminal"),
                                  ("debug", _debug, "QEMU halted with a GDB port"),
                                  ("models", _models, "motor models against their data sheets"),
-                                 ("list", _list, "motors and scenarios there are")):
+                                 ("list", _list, "motors and scenarios there are"),
+                                 ("keys", _keys, "what a motor or inverter file may hold")):
         command = commands.add_parser(name, help=text, description=text)
         command.set_defaults(function=function)
         command.add_argument("--build", default=None, help="build folder (default: $BUILD or build)")
-        if name == "list":
+        if name in ("list", "keys"):
             continue
-        # models: all of them, unless one is asked for here
-        command.add_argument("--motor", default=os.environ.get("MOTOR") or None if name != "models" else None,
-                             help="file of qemu/motors")
+        command.add_argument("--motor", default=os.environ.get("MOTOR") or None,
+                             help="file of qemu/motors, or path to a .toml" + (" (default: all)" if name == "models" else ""))
         if name == "models":
             continue
         command.add_argument("--qemu", default=None, help="qemu-system-arm to use (default: $QEMU)")
-        command.add_argument("--seed", default=os.environ.get("SEED") or "1", help="of the noise")
+        command.add_argument("--seed", default=os.environ.get("SEED") or "1", help="of noise, tolerances, start angle")
+        command.add_argument("--plant", default=os.environ.get("PLANT") or "full",
+                             help="full, ideal, or either and changes: full,-saturation (default: $PLANT or full)")
+        command.add_argument("--spread", default=os.environ.get("SPREAD") or "1",
+                             help="factor of the tolerances that the seed draws from, 0: nominal (default: $SPREAD or 1)")
+        command.add_argument("--detune", default=os.environ.get("DETUNE") or "",
+                             help="what the firmware is told wrongly: 'resistance_mohm*1.3 flux_uwb*0.8' (default: $DETUNE)")
         command.add_argument("--scenario", help="file of qemu/scenarios",
                              default=os.environ.get("SCENARIO") or None if name == "run" else None)
         if name == "run":
             command.add_argument("--out", default=None, help="folder for the results (default: run/ of the build folder)")
         if name == "debug":
             command.add_argument("--port", type=int, default=1234, help="GDB port")
+    _add_campaign(commands)
     return parser
+
+
+def _add_campaign(commands):
+    """`campaign` and `case`, which it calls for each run."""
+    campaign = commands.add_parser("campaign", help="motors x scenarios x seeds x detunings: one table of worst cases")
+    campaign.set_defaults(function=_campaign)
+    for option, variable, text in (("--motors", "MOTORS", "names, separated by blanks (default: all)"),
+                                   ("--scenarios", "SCENARIOS", "names, separated by blanks (default: all)"),
+                                   ("--seeds", "SEEDS", "runs of each (default: 8, for faults 1)"),
+                                   ("--detunes", "DETUNES", "what the drive is told wrongly, separated by ';'"),
+                                   ("--jobs", "JOBS", "runs at a time (default: one a processor)"),
+                                   ("--sshlogin", "SSHLOGIN", "machines to use, as GNU parallel takes them")):
+        campaign.add_argument(option, default=os.environ.get(variable) or None, help=text)
+    case = commands.add_parser("case", help="one run of a campaign")
+    case.set_defaults(function=_case)
+    case.add_argument("key", help="MOTOR/SCENARIO/SEED or MOTOR/SCENARIO/SEED/DETUNE")
+    case.add_argument("--cases", required=True, help="folder for its result")
+    for command in (campaign, case):
+        command.add_argument("--build", default=None, help="build folder (default: $BUILD or build)")
+        command.add_argument("--qemu", default=None, help="qemu-system-arm to use (default: $QEMU)")
 
 
 def _run(options):
@@ -67,7 +95,7 @@ def _run(options):
 
     motor, scenario = options.motor or DEFAULT_MOTOR, options.scenario or DEFAULT_SCENARIO
     progress = ProgressLine(f"{scenario} on {motor}")
-    result = simulate(scenario, motor, options.seed, options.out, options.build, options.qemu, show=progress)
+    result = simulate(scenario, motor, options.seed, options.out, options.build, options.qemu, show=progress, **_plant(options))
     progress.done()
     write_json(result, result.out_dir / "report.json")
     draw(result, result.out_dir / "run.png")
@@ -79,11 +107,16 @@ def _run(options):
     return 0 if result.passed else 1
 
 
+def _plant(options):
+    return {"plant": options.plant, "spread": options.spread, "detune": options.detune}
+
+
 def _console(options):
     from .console import live_console
     from .simulate import DEFAULT_MOTOR
 
-    return live_console(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario)
+    return live_console(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
+                        **_plant(options))
 
 
 def _debug(options):
@@ -91,13 +124,38 @@ def _debug(options):
     from .simulate import DEFAULT_MOTOR
 
     return debug_session(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
-                         options.port)
+                         options.port, **_plant(options))
 
 
 def _models(options):
     from .model_check import check_models
 
     return check_models(options.motor, options.build, print)
+
+
+def _campaign(options):
+    from .campaign import plan, play
+    from .campaign_report import report
+
+    cases = plan((options.motors or "").split(), (options.scenarios or "").split(), _count(options.seeds, "SEEDS"),
+                 [detune.strip() for detune in (options.detunes or "").split(";")])
+    folder, outcomes = play(cases, options.build, options.qemu, _count(options.jobs, "JOBS"), options.sshlogin)
+    return report(outcomes, folder.parent, print)
+
+
+def _count(text, what):
+    if text is None:
+        return None
+    if not text.isdigit() or not 1 <= int(text) <= 10000:
+        raise LauncherError(f"{what} '{text}' is not a whole number from 1 to 10000")
+    return int(text)
+
+
+def _case(options):
+    from .campaign import parse_case, run_case
+
+    run_case(parse_case(options.key), options.cases, options.build, options.qemu)
+    return 0
 
 
 def _list(_options):
@@ -110,4 +168,11 @@ def _list(_options):
     print("scenarios")
     for name in available(SCENARIOS):
         print(f"  {name:<22} {read_toml(SCENARIOS / f'{name}.toml').get('title', '')}")
+    return 0
+
+
+def _keys(_options):
+    from .schema import page_lines
+
+    print("\n".join(page_lines()))
     return 0

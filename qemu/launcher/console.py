@@ -14,6 +14,7 @@ from dataclasses import replace
 from .config import twin_config
 from .drive import load_drive
 from .errors import LauncherError
+from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
 from .probes import Symbols
 from .qemu import Image, Qemu, command, progress_s
@@ -25,20 +26,20 @@ PACE_S = 0.02      # how often the two times are compared
 LEAD_S = 0.1       # how far simulated time may be ahead
 
 
-def live_console(motor, seed, build=None, qemu=None, scenario=None):
-    """Runs until the user ends it. Returns the exit status of QEMU."""
-    drive, arguments, environment, progress = _prepared(motor, seed, build, qemu, scenario)
+def live_console(motor, seed, build=None, qemu=None, scenario=None, **plant):
+    """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread and detune, as simulate() has them."""
+    drive, arguments, environment, progress = _prepared(motor, seed, build, qemu, scenario, plant)
     print(f"{drive.motor.name} on {drive.inverter.name}. Its parameters are typed for you; then try:\n"
           "  on     (wait a second)     speed 1500     status     speed 0     off     help\n"
           "To leave: Ctrl-A, then x.\n", flush=True)
     return _run(arguments, environment, progress)
 
 
-def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234):
+def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, **plant):
     """QEMU halted at the reset vector with a GDB port; prints how to attach."""
     if not 1 <= port <= 65535:
         raise LauncherError(f"port {port} is outside 1..65535")
-    _, arguments, environment, _ = _prepared(motor, seed, build, qemu, scenario,
+    _, arguments, environment, _ = _prepared(motor, seed, build, qemu, scenario, plant,
                                              ["-S", "-gdb", f"tcp:127.0.0.1:{port}"])
     elf = shown(build_dir(build) / "mssfoc.elf")
     print(f"Halted at the reset vector. Attach from another terminal:\n"
@@ -49,8 +50,9 @@ def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234):
     return _run(arguments, environment)
 
 
-def _prepared(motor, seed, build, qemu, scenario, extra=()):
-    drive = load_drive(motor)
+def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
+    seed = check_seed(seed)
+    drive = load_drive(motor, seed=seed, **plant)
     if scenario:
         plan = replace(load_scenario(scenario, drive), end_s=None)
     else:
@@ -58,9 +60,11 @@ def _prepared(motor, seed, build, qemu, scenario, extra=()):
     build = build_dir(build)
     checked, image = Qemu(qemu), Image(build)
     out_dir = build / "console"
+    symbols = Symbols(image.elf)
+    check_ranges(drive, ranges_of(symbols))
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
-    write(config, twin_config(drive, plan, check_seed(seed), [], {"progress": files["progress"]}, Symbols(image.elf)))
+    write(config, twin_config(drive, plan, seed, [], {"progress": files["progress"]}, symbols))
     line = command(checked, image, config, "stdio,id=console,mux=on,signal=off", extra)
     return drive, line, checked.environment(), files["progress"]
 

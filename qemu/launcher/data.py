@@ -1,47 +1,24 @@
 # SPDX-License-Identifier: MIT
 """Motor and inverter data files: load, check every entry, and work out what other parts need from them.
 
-An entry is `key = { value = 0.36, source = "..." }`; a value without a source is an error, so is an unknown key.
+An entry is `key = { value = 0.36, source = "..." }`, if need be with a tolerance (spread.py): `spread = 0.1` or
+`spread_abs = 5`, and `like = "other_key"` when both lie on the same side of their ranges. A value without a source is an error,
+so is an unknown key. What keys there are says schema.py; docs/motors.md is the same for readers.
 """
 import math
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from .errors import LauncherError
 from .paths import INVERTERS, MOTORS, shown
+from .rules import control_by_rule
+from .saturation import saturation_of
+from .schema import BY_RULE, INVERTER_TABLES, MOTOR_TABLES, PLANT_TABLES
+from .spread import START_ANGLE, Spread
 
 _TINY = 1e-12
-
-# table -> key -> (lowest, highest) allowed value; a key ends with its unit
-MOTOR_TABLES = {
-    "electrical": {"pole_pairs": (1, 50), "resistance_ohm": (1e-4, 1e3), "ld_h": (1e-7, 10), "lq_h": (1e-7, 10),
-                   "flux_wb": (1e-6, 100)},
-    "mechanical": {"inertia_kgm2": (1e-9, 1e3), "friction_viscous_nms": (0, 1e3), "friction_coulomb_nm": (0, 1e4),
-                   "cogging_nm": (0, 1e4), "cogging_per_rev": (1, 10000)},
-    "thermal": {"copper_tempco_per_k": (0, 0.01), "thermal_resistance_k_w": (1e-4, 1e4),
-                "thermal_capacity_j_k": (1e-3, 1e7), "ambient_c": (-55, 125)},
-    "rating": {"rated_current_a": (1e-3, 1e4), "rated_torque_nm": (1e-6, 1e5), "rated_speed_rpm": (1, 2e5),
-               "max_speed_rpm": (1, 2e5)},
-    "encoder": {"counts_per_rev": (4, 65536), "index_angle_rad": (0, 2 * math.pi)},
-    "start": {"initial_angle_rad": (-2 * math.pi, 2 * math.pi)},
-    "load": {"inertia_ratio": (0, 1e4), "viscous_nms": (0, 1e3)},
-    "control": {"i_max_a": (0.01, 2000), "i_trip_a": (0.01, 2000), "i_align_a": (0.01, 2000),
-                "speed_max_rpm": (1, 30000), "overspeed_rpm": (1, 32000), "ramp_rpm_s": (1, 1000000),
-                "current_bw_hz": (10, 2000), "speed_bw_hz": (1, 200)},
-}
-INVERTER_TABLES = {
-    "supply": {"vbus_v": (1, 2000), "supply_resistance_ohm": (0, 100), "supply_sinks": (0, 1),
-               "bus_capacitance_f": (1e-7, 10)},
-    "bridge": {"r_on_ohm": (1e-5, 100), "diode_v": (0, 10), "turn_on_delay_s": (0, 5e-6), "turn_off_delay_s": (0, 5e-6),
-               "oc_trip_a": (0.01, 1e5)},
-    "sensor": {"i_range_a": (0.1, 2000), "v_range_v": (1, 2000), "adc_bits": (8, 16), "adc_conversion_s": (0, 2e-6),
-               "i_noise_lsb": (0, 100), "v_noise_lsb": (0, 100), "i_offset_a_lsb": (-500, 500),
-               "i_offset_b_lsb": (-500, 500), "i_offset_c_lsb": (-500, 500), "i_gain_a": (0.5, 1.5),
-               "i_gain_b": (0.5, 1.5), "i_gain_c": (0.5, 1.5)},
-    "protection": {"v_min_v": (1, 2000), "v_max_v": (1, 2000)},
-}
-_INTEGERS = {"pole_pairs", "counts_per_rev", "cogging_per_rev", "supply_sinks", "adc_bits"}
+_POINT_KEYS = {"i_d_a", "i_q_a", "psi_d_wb", "psi_q_wb", "l_dd_h", "l_qq_h", "l_dq_h", "torque_nm", "tolerance_percent", "source"}
 
 
 @dataclass
@@ -53,29 +30,56 @@ class Check:
 
 
 @dataclass
+class Point:
+    """Published values of the magnetic map at one current: {"psi_d_wb": ...}, each within tolerance_percent."""
+    i_d_a: float
+    i_q_a: float
+    values: dict
+    tolerance_percent: float
+    source: str
+
+
+@dataclass
 class Device:
-    """A checked data file: `values[table][key]` are numbers, `sources[table][key]` say where they are from."""
+    """A checked data file: `values[table][key]` are numbers, `sources[table][key]` say where they are from, for those that the
+    file gives; `spreads[table][key]` their tolerances; `pinned` holds (table, key) that no draw moves."""
+    kind: str
+    tables: dict
     key: str
     name: str
     summary: str
     path: Path
     values: dict
     sources: dict
+    spreads: dict
     documents: dict
     checks: dict
+    points: list
     inverter: str = ""
+    pinned: set = field(default_factory=set)
 
     def __getitem__(self, table):
         return self.values[table]
 
+    @property
+    def where(self):
+        """The file, as messages call it."""
+        return shown(self.path)
+
     def override(self, changes):
-        """Replaces values: {table: {key: number}}; used by tests and sweeps."""
-        tables = MOTOR_TABLES if self.inverter else INVERTER_TABLES
+        """Replaces values: {table: {key: number}}; used by tests and sweeps. No draw moves them."""
         for table, entries in changes.items():
             for key, value in entries.items():
-                if key not in tables.get(table, {}):
+                if key not in self.tables.get(table, {}):
                     raise LauncherError(f"{self.key}: no parameter {table}.{key} to override")
-                self.values[table][key] = _checked(value, tables[table][key], key, f"{self.key}: [{table}] {key}")
+                self.values[table][key] = _checked(value, self.tables[table][key], f"{self.key}: [{table}] {key}")
+                self.spreads[table].pop(key, None)
+                self.pinned.add((table, key))
+
+    def saturation(self):
+        """The Saturation of a motor, or None."""
+        return saturation_of(self["saturation"], self["electrical"], self["rating"]["rated_current_a"],
+                             f"{self.where}: [saturation]")
 
 
 def available(folder):
@@ -90,7 +94,7 @@ def read_toml(path):
             return tomllib.load(file)
     except OSError as error:
         raise LauncherError(f"cannot read {shown(path)}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise LauncherError(f"{shown(path)}: {error}") from error
 
 
@@ -104,93 +108,178 @@ def find(name, folder, what):
 
 
 def load_motor(name):
-    """The motor `name` (a file of qemu/motors/, or a path to a .toml)."""
-    motor = _load(find(name, MOTORS, "motor"), MOTOR_TABLES, needs_inverter=True)
-    rating, control = motor["rating"], motor["control"]
-    where = shown(motor.path)
-    if motor["electrical"]["lq_h"] < motor["electrical"]["ld_h"] * 0.5:
+    """The motor `name` (a file of qemu/motors/, or a path to a .toml). Its [control] may still lack what follows by rule."""
+    motor = _load(find(name, MOTORS, "motor"), "motor", MOTOR_TABLES)
+    rating, electrical, load = motor["rating"], motor["electrical"], motor["load"]
+    where = motor.where
+    if electrical["lq_h"] < electrical["ld_h"] * 0.5:
         raise LauncherError(f"{where}: lq_h is less than half of ld_h: are the axes exchanged?")
-    if control["i_max_a"] > control["i_trip_a"]:
-        raise LauncherError(f"{where}: [control] i_max_a is above i_trip_a")
-    if rating["rated_speed_rpm"] > rating["max_speed_rpm"] or control["speed_max_rpm"] > rating["max_speed_rpm"]:
-        raise LauncherError(f"{where}: rated_speed_rpm or speed_max_rpm is above max_speed_rpm")
+    if rating["rated_speed_rpm"] > rating["max_speed_rpm"]:
+        raise LauncherError(f"{where}: rated_speed_rpm is above max_speed_rpm")
+    if load["stiction_nm"] and load["stiction_nm"] < load["coulomb_nm"]:
+        raise LauncherError(f"{where}: [load] stiction_nm is below coulomb_nm")
+    motor.saturation()
     return motor
 
 
-def load_inverter(name):
-    """The inverter `name` (a file of qemu/inverters/, or a path to a .toml)."""
-    inverter = _load(find(name, INVERTERS, "inverter"), INVERTER_TABLES, needs_inverter=False)
+def load_inverter(name, beside=None):
+    """The inverter `name` (a file of qemu/inverters/, or a path to a .toml; `beside`: from that file's folder, too)."""
+    if beside is not None and str(name).endswith(".toml") and (Path(beside).parent / name).is_file():
+        name = Path(beside).parent / name
+    inverter = _load(find(name, INVERTERS, "inverter"), "inverter", INVERTER_TABLES)
     supply, protection = inverter["supply"], inverter["protection"]
     if not protection["v_min_v"] < supply["vbus_v"] < protection["v_max_v"] < inverter["sensor"]["v_range_v"]:
-        raise LauncherError(f"{shown(inverter.path)}: v_min_v < vbus_v < v_max_v < v_range_v does not hold")
+        raise LauncherError(f"{inverter.where}: v_min_v < vbus_v < v_max_v < v_range_v does not hold")
+    if supply["chopper_ohm"] and not supply["vbus_v"] < supply["chopper_off_v"] < supply["chopper_on_v"]:
+        raise LauncherError(f"{inverter.where}: vbus_v < chopper_off_v < chopper_on_v does not hold")
     return inverter
 
 
-def check_pair(motor, inverter):
-    """The motor's limits must fit the inverter's sensors and comparators."""
-    control, sensor = motor["control"], inverter["sensor"]
-    if control["i_trip_a"] > 0.95 * sensor["i_range_a"] or control["i_trip_a"] >= inverter["bridge"]["oc_trip_a"]:
-        raise LauncherError(f"{motor.key}: i_trip_a {control['i_trip_a']} A does not fit inverter {inverter.key}"
-                            f" (range {sensor['i_range_a']} A, comparators {inverter['bridge']['oc_trip_a']} A)")
+def complete(motor, inverter):
+    """Fills in what [control] leaves to rules.py, and checks that the motor's limits fit the inverter."""
+    control, by_rule = motor["control"], control_by_rule(motor, inverter)
+    for key, value in by_rule.items():
+        if control[key] is BY_RULE:
+            if value <= 0:
+                raise LauncherError(f"{motor.where}: the bus of {inverter.key} cannot even drive rated current at standstill:"
+                                    " rated_torque_nm, resistance_ohm, vbus_v?")
+            control[key] = value
+            motor.sources["control"][key] = "by rule: qemu/launcher/rules.py"
+    sensor, trip = inverter["sensor"], control["i_trip_a"]
+    if control["i_max_a"] > trip:
+        raise LauncherError(f"{motor.where}: [control] i_max_a is above i_trip_a")
+    if control["speed_max_rpm"] > motor["rating"]["max_speed_rpm"]:
+        raise LauncherError(f"{motor.where}: [control] speed_max_rpm is above max_speed_rpm")
+    if trip > 0.95 * sensor["i_range_a"] or trip >= inverter["bridge"]["oc_trip_a"]:
+        raise LauncherError(f"{motor.where}: [control] i_trip_a {trip:g} A does not fit inverter {inverter.key} (range"
+                            f" {sensor['i_range_a']:g} A, comparators {inverter['bridge']['oc_trip_a']:g} A)")
 
 
-def _load(path, tables, needs_inverter):
+def _load(path, kind, tables):
     where = shown(path)
     raw = read_toml(path)
-    known = set(tables) | {"name", "summary", "documents", "check"} | ({"inverter"} if needs_inverter else set())
+    texts = ["name", "summary"] + (["inverter"] if kind == "motor" else [])
     for key in raw:
-        if key not in known:
+        if key not in {*tables, *texts, "documents", "check", "point"}:
             raise LauncherError(f"{where}: unknown entry '{key}'")
-    texts = {}
-    for key in ["name", "summary"] + (["inverter"] if needs_inverter else []):
-        if not isinstance(raw.get(key), str) or not raw[key]:
+    for key in texts:
+        if not isinstance(raw.get(key), str) or not raw[key].strip():
             raise LauncherError(f"{where}: '{key}' is missing")
-        texts[key] = raw[key]
-    values, sources = {}, {}
+    device = Device(kind=kind, tables=tables, key=path.stem, path=path, values={}, sources={}, spreads={},
+                    documents=_documents(raw.get("documents", {}), where), checks=_checks(raw.get("check", {}), where),
+                    points=_points(raw.get("point", []), where), **{key: raw[key] for key in texts})
     for table, keys in tables.items():
-        values[table], sources[table] = _table(raw.get(table), keys, f"{where}: [{table}]")
-    return Device(key=path.stem, path=path, values=values, sources=sources, documents=raw.get("documents", {}),
-                  checks=_checks(raw.get("check", {}), where), **texts)
+        device.values[table], device.sources[table], device.spreads[table] = _table(raw.get(table), keys, table, where)
+    return device
 
 
-def _table(raw, keys, where):
+def _table(raw, keys, table, where):
+    """(values, sources, spreads) of one table; what it lacks has its default."""
+    where = f"{where}: [{table}]"
+    if raw is None:
+        if any(key.required for key in keys.values()):
+            raise LauncherError(f"{where} is missing")
+        raw = {}
     if not isinstance(raw, dict):
-        raise LauncherError(f"{where} is missing")
-    for key in raw:
-        if key not in keys:
-            raise LauncherError(f"{where}: unknown key '{key}'")
-    values, sources = {}, {}
-    for key, limits in keys.items():
-        if key not in raw:
-            raise LauncherError(f"{where}: '{key}' is missing")
-        entry = raw[key]
-        if not isinstance(entry, dict) or set(entry) != {"value", "source"}:
-            raise LauncherError(f"{where} {key}: write {{ value = ..., source = \"...\" }}")
-        if not isinstance(entry["source"], str) or not entry["source"].strip():
-            raise LauncherError(f"{where} {key}: the source is empty")
-        values[key] = _checked(entry["value"], limits, key, f"{where} {key}")
-        sources[key] = entry["source"]
-    return values, sources
+        raise LauncherError(f"{where} is not a table")
+    for name in raw:
+        if name not in keys:
+            raise LauncherError(f"{where}: unknown key '{name}'")
+    values, sources, spreads = {}, {}, {}
+    for name, key in keys.items():
+        if name in raw:
+            values[name], sources[name] = _entry(raw[name], key, f"{where} {name}")
+            spread = _spread(raw[name], name, key, table, keys, where)
+            if spread is not None:
+                spreads[name] = spread
+        elif key.required:
+            raise LauncherError(f"{where}: '{name}' is missing")
+        else:
+            values[name] = key.default
+    return values, sources, spreads
 
 
-def _checked(value, limits, key, where):
+def _entry(raw, key, where):
+    if not isinstance(raw, dict) or not {"value", "source"} <= set(raw) <= {"value", "source", "spread", "spread_abs", "like"}:
+        raise LauncherError(f"{where}: write {{ value = ..., source = \"...\" }}, if need be with spread or spread_abs, and like")
+    if not isinstance(raw["source"], str) or not raw["source"].strip():
+        raise LauncherError(f"{where}: the source is empty")
+    return _checked(raw["value"], key, where), raw["source"]
+
+
+def _spread(raw, name, key, table, keys, where):
+    """The Spread of an entry, or None."""
+    given = {"spread", "spread_abs", "like"} & set(raw)
+    if not given:
+        return None
+    where = f"{where} {name}"
+    if key.integer or (table not in PLANT_TABLES and (table, name) != START_ANGLE):
+        raise LauncherError(f"{where}: takes no spread")
+    if raw.get("like", name) not in keys:
+        raise LauncherError(f"{where}: like = {raw['like']!r} is no key of [{table}]")
+    relative, absolute = (_number(raw.get(word, 0), f"{where}: {word}") for word in ("spread", "spread_abs"))
+    if relative == 0 and absolute == 0:
+        raise LauncherError(f"{where}: like without spread or spread_abs")
+    if not 0 <= relative < 1 or absolute < 0:
+        raise LauncherError(f"{where}: spread must be 0 or more and below 1, spread_abs 0 or more")
+    return Spread(relative, absolute, raw.get("like", ""))
+
+
+def _number(value, where):
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise LauncherError(f"{where}: {value!r} is not a number")
-    if not limits[0] - _TINY <= value <= limits[1] + _TINY:
-        raise LauncherError(f"{where}: {value:g} is outside {limits[0]:g}..{limits[1]:g}")
-    if key in _INTEGERS:
-        if value != int(value):
-            raise LauncherError(f"{where}: {value:g} is not a whole number")
-        return int(value)
     return float(value)
 
 
+def _checked(value, key, where):
+    number = _number(value, where)
+    if not key.low - _TINY <= number <= key.high + _TINY:
+        raise LauncherError(f"{where}: {number:g} is outside {key.low:g}..{key.high:g}")
+    if not key.integer:
+        return number
+    if number != int(number):
+        raise LauncherError(f"{where}: {number:g} is not a whole number")
+    return int(number)
+
+
+def _documents(raw, where):
+    if not isinstance(raw, dict) or not all(isinstance(text, str) for text in raw.values()):
+        raise LauncherError(f"{where}: [documents] holds texts: TAG = \"...\"")
+    return raw
+
+
+def _tolerance(raw, where):
+    value = _number(raw, f"{where}: tolerance_percent")
+    if not 0 <= value <= 100:
+        raise LauncherError(f"{where}: tolerance_percent {value:g} is outside 0..100")
+    return value
+
+
 def _checks(raw, where):
+    if not isinstance(raw, dict):
+        raise LauncherError(f"{where}: [check] is not a table")
     checks = {}
     for key, entry in raw.items():
-        if not isinstance(entry, dict) or set(entry) != {"value", "tolerance_percent", "source"}:
-            raise LauncherError(f"{where}: [check] {key}: write {{ value = ..., tolerance_percent = ..., source = ... }}")
         place = f"{where}: [check] {key}"
-        checks[key] = Check(_checked(entry["value"], (-1e9, 1e9), key, place),
-                            _checked(entry["tolerance_percent"], (0, 100), key, place), str(entry["source"]))
+        if not isinstance(entry, dict) or set(entry) != {"value", "tolerance_percent", "source"}:
+            raise LauncherError(f"{place}: write {{ value = ..., tolerance_percent = ..., source = ... }}")
+        checks[key] = Check(_number(entry["value"], place), _tolerance(entry["tolerance_percent"], place), str(entry["source"]))
     return checks
+
+
+def _points(raw, where):
+    if not isinstance(raw, list) or not all(isinstance(entry, dict) for entry in raw):
+        raise LauncherError(f"{where}: write [[point]]")
+    points = []
+    for index, entry in enumerate(raw):
+        place = f"{where}: point {index + 1}"
+        for key in entry:
+            if key not in _POINT_KEYS:
+                raise LauncherError(f"{place}: unknown key '{key}'")
+        for key in ("i_d_a", "i_q_a", "tolerance_percent", "source"):
+            if key not in entry:
+                raise LauncherError(f"{place}: '{key}' is missing")
+        numbers = {key: _number(value, f"{place}: {key}") for key, value in entry.items() if key != "source"}
+        tolerance = _tolerance(numbers.pop("tolerance_percent"), place)
+        points.append(Point(numbers.pop("i_d_a"), numbers.pop("i_q_a"), numbers, tolerance, str(entry["source"])))
+    return points

@@ -3,20 +3,36 @@
 import math
 from dataclasses import dataclass, field
 
-from .data import check_pair, load_inverter, load_motor
+from .data import complete, load_inverter, load_motor
+from .effects import parse_plant
+from .params import coarse_notes, detuned, exact_params
+from .schema import SECTIONS
+from .spread import check_spread, drawn
 
 RPM = math.pi / 30  # rad/s in one rpm
 ON_TIME_S = 0.85    # offsets of the sensors, then alignment: 0.78 s, which does not depend on the motor
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
+_TWIN_NAMES = {"counts_per_rev": "encoder_counts"}  # where a key of the data file has another name in the twin
+_ALWAYS = {"motor.copper_tempco_per_k", "inverter.diode_v"}  # whose default in the twin is not neutral
 
 
 @dataclass
 class Drive:
-    """The pair, with the load's inertia and the console parameters worked out. `params` may be changed before a run."""
+    """The pair, with the load's inertia and the console parameters worked out. `params` may be changed before a run.
+
+    `motor` and `inverter` are nominal, as the firmware knows them. The plant is what `plant`, `spread` and `seed` make of them:
+    see plant_items(). `notes` are lines for the report; `changed` says which parameters are not from the data files, and why.
+    """
     motor: object
     inverter: object
+    plant: object = field(default_factory=parse_plant)
+    spread: float = 0.0
+    seed: int = 1
+    detune: str = ""
     params: dict = field(default_factory=dict)
+    changed: dict = field(default_factory=dict)
+    notes: list = field(default_factory=list)
 
     @property
     def load_inertia_kgm2(self):
@@ -97,46 +113,29 @@ class Drive:
         return self.params[name] / 1000
 
 
-def load_drive(motor_name, overrides=None):
-    """The motor by name, its inverter, and overrides: {"motor": {table: {key: value}}, "inverter": ..., "params": ...}."""
+def load_drive(motor_name, overrides=None, plant="full", spread=0, seed=1, detune=""):
+    """The motor by name, its inverter, and overrides: {"motor": {table: {key: value}}, "inverter": ..., "params": ...}.
+
+    plant, spread, seed, detune   as PLANT (effects.py), SPREAD (spread.py), SEED and DETUNE (params.py)
+    """
     overrides = overrides or {}
     motor = load_motor(motor_name)
     motor.override(overrides.get("motor", {}))
-    inverter = load_inverter(motor.inverter)
+    inverter = load_inverter(motor.inverter, motor.path)
     inverter.override(overrides.get("inverter", {}))
-    check_pair(motor, inverter)
-    drive = Drive(motor, inverter)
-    drive.params = console_params(drive)
+    complete(motor, inverter)
+    drive = Drive(motor, inverter, parse_plant(plant), check_spread(spread), seed, str(detune or "").strip())
+    exact = exact_params(drive)
+    drive.notes = coarse_notes(exact)
+    drive.params, drive.changed = detuned({name: round(value) for name, value in exact.items()}, drive.detune)
     drive.params.update(overrides.get("params", {}))
+    drive.changed.update(dict.fromkeys(overrides.get("params", {}), "override"))
     return drive
 
 
 def console_params(drive):
-    """The firmware's parameters as integers in the unit that ends their name (firmware/params.h)."""
-    electrical, control = drive.motor["electrical"], drive.motor["control"]
-    sensor, protection = drive.inverter["sensor"], drive.inverter["protection"]
-    exact = {
-        "pole_pairs": electrical["pole_pairs"],
-        "encoder_counts": drive.motor["encoder"]["counts_per_rev"],
-        "resistance_mohm": electrical["resistance_ohm"] * 1e3,
-        "ld_uh": electrical["ld_h"] * 1e6,
-        "lq_uh": electrical["lq_h"] * 1e6,
-        "flux_uwb": electrical["flux_wb"] * 1e6,
-        "inertia_gcm2": drive.inertia_kgm2 * 1e7,
-        "i_range_ma": sensor["i_range_a"] * 1e3,
-        "v_range_mv": sensor["v_range_v"] * 1e3,
-        "i_max_ma": control["i_max_a"] * 1e3,
-        "i_trip_ma": control["i_trip_a"] * 1e3,
-        "i_align_ma": control["i_align_a"] * 1e3,
-        "v_min_mv": protection["v_min_v"] * 1e3,
-        "v_max_mv": protection["v_max_v"] * 1e3,
-        "speed_max_rpm": control["speed_max_rpm"],
-        "overspeed_rpm": control["overspeed_rpm"],
-        "ramp_rpm_s": control["ramp_rpm_s"],
-        "current_bw_hz": control["current_bw_hz"],
-        "speed_bw_hz": control["speed_bw_hz"],
-    }
-    return {name: max(1, round(value)) for name, value in exact.items()}
+    """The firmware's parameters as the data files have them: integers in the unit that ends their name."""
+    return {name: round(value) for name, value in exact_params(drive).items()}
 
 
 def preamble(drive):
@@ -145,13 +144,31 @@ def preamble(drive):
 
 
 def twin_items(drive):
-    """(section.key, value) pairs of the plant for the twin's configuration."""
-    motor, inverter = drive.motor, drive.inverter
-    items = [(f"motor.{key}", value) for table in ("electrical", "mechanical", "thermal", "start")
-             for key, value in motor[table].items()]
-    items += [("load.inertia_kgm2", drive.load_inertia_kgm2), ("load.viscous_nms", motor["load"]["viscous_nms"])]
-    items += [(f"inverter.{key}", value) for table in ("supply", "bridge") for key, value in inverter[table].items()]
-    items += [(f"sensor.{key}", value) for key, value in inverter["sensor"].items()]
-    items += [("sensor.encoder_counts", motor["encoder"]["counts_per_rev"]),
-              ("sensor.index_angle_rad", motor["encoder"]["index_angle_rad"])]
-    return items
+    """(section.key, value) pairs of the plant for the twin's configuration. Optional keys at their defaults are left out."""
+    items = {}
+    for device in (drive.motor, drive.inverter):
+        values = drawn(device, drive.seed, drive.spread)
+        for table, keys in device.tables.items():
+            if table in SECTIONS and table != "saturation":
+                items.update(_items(SECTIONS[table], keys, values[table]))
+        if device.kind == "motor":
+            items["load.inertia_kgm2"] = values["mechanical"]["inertia_kgm2"] * values["load"]["inertia_ratio"]
+            items.update(_saturation_items(device, values["electrical"]))
+    return list(drive.plant.apply(items).items())
+
+
+def _items(section, keys, values):
+    for name, key in keys.items():
+        item = f"{section}.{_TWIN_NAMES.get(name, name)}"
+        if name != "inertia_ratio" and (key.required or values[name] != key.default or item in _ALWAYS):
+            yield item, values[name]
+
+
+def _saturation_items(motor, electrical):
+    """The map's coefficients; tolerances of the inductances and of the magnets stretch it as a whole."""
+    saturation, nominal = motor.saturation(), motor["electrical"]
+    if saturation is None:
+        return {}
+    ratio = {key: electrical[key] / nominal[key] for key in ("ld_h", "lq_h", "flux_wb")}
+    scaled = saturation.scaled(ratio["ld_h"], ratio["lq_h"], ratio["flux_wb"])
+    return {f"motor.{key}": value for key, value in scaled.keys().items()}

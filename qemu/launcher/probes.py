@@ -47,7 +47,8 @@ class Symbols:
                     raise LauncherError(f"{shown(elf_path)} has no debug information (built without -g?)")
                 self._dwarf = elf.get_dwarf_info()
                 self._functions = self._function_addresses(elf)
-                self._code = {name: self._halfword(elf, address) for name, address in self._functions.items()}
+                self._segments = [(segment["p_vaddr"], segment.data()) for segment in elf.iter_segments()
+                                  if segment["p_type"] == "PT_LOAD"]
                 self._collect()
         except OSError as error:
             raise LauncherError(f"cannot read {shown(elf_path)}: {error.strerror} (run make first)") from error
@@ -74,12 +75,11 @@ class Symbols:
         return {} if table is None else {symbol.name: symbol["st_value"] & ~1 for symbol in table.iter_symbols()
                                          if symbol["st_info"]["type"] == "STT_FUNC"}
 
-    @staticmethod
-    def _halfword(elf, address):
-        for segment in elf.iter_segments():
-            offset = address - segment["p_vaddr"]
-            if segment["p_type"] == "PT_LOAD" and 0 <= offset <= segment["p_filesz"] - 2:
-                return int.from_bytes(segment.data()[offset:offset + 2], "little")
+    def _bytes(self, address, size):
+        """What the image loads there, or None."""
+        for start, data in self._segments:
+            if start <= address and address - start + size <= len(data):
+                return data[address - start:address - start + size]
         return None
 
     def _add_variable(self, die):
@@ -137,9 +137,25 @@ class Symbols:
 
     def code16(self, name):
         """The first halfword of a function's code, or a clear line."""
-        if self._code.get(name) is None:
+        code = self._bytes(self._functions[name], 2) if name in self._functions else None
+        if code is None:
             raise LauncherError(f"{shown(self.path)} has no function '{name}'")
-        return self._code[name]
+        return int.from_bytes(code, "little")
+
+    def integer(self, name, size, signed=False):
+        """The value a constant variable (or a member of one) has in the image, or a clear line."""
+        variable = self.find(name)
+        data = None if variable is None else self._bytes(variable.address, size)
+        if data is None:
+            raise LauncherError(f"{shown(self.path)} has no constant called '{name}'")
+        return int.from_bytes(data, "little", signed=signed)
+
+    def text(self, address, longest=64):
+        """The zero-terminated text at an address of the image."""
+        text = bytearray()
+        while len(text) < longest and (byte := self._bytes(address + len(text), 1)) not in (None, b"\0"):
+            text += byte
+        return text.decode("ascii", errors="replace")
 
     def _member(self, kind, name):
         if kind is None or kind.tag not in ("DW_TAG_structure_type", "DW_TAG_union_type"):

@@ -33,7 +33,8 @@ _PHASE, _PAIR, _FLAG, _NUMBER, _WORD = "phase", "pair", "flag", "number", "word"
 
 # event kind -> the forms of its arguments; "number|off" takes either
 EVENTS = {
-    "load_nm": [_NUMBER], "lock": [_FLAG], "spin_rad_s": [_NUMBER], "spin": ["off"],
+    "load_nm": [_NUMBER], "load_fan": [_NUMBER], "load_coulomb": [_NUMBER], "load_hoist": [_NUMBER],
+    "lock": [_FLAG], "spin_rad_s": [_NUMBER], "spin": ["off"], "winding_short": [_PHASE, _NUMBER, "number|off"],
     "supply_v": [_NUMBER], "supply_sinks": [_FLAG],
     "sensor_add": [_PHASE, _NUMBER], "sensor_gain": [_PHASE, _NUMBER], "sensor_offset": [_PHASE, _NUMBER],
     "sensor_stuck": [_PHASE, "number|off"], "driver_fault": [_FLAG], "short": [_PAIR, "number|off"],

@@ -11,6 +11,7 @@ from .errors import LauncherError
 from .figures import measure
 from .kind import Run
 from .load import CURRENT_LOOP, cpu_load, load_irqlog
+from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
 from .probes import Symbols, add_belief, make_probes
 from .qemu import Image, Qemu, command, escape, run_to_end
@@ -58,12 +59,14 @@ def check_seed(seed):
 
 
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
-             show=None, dumps=None, cycles=None, way_of=None):
+             show=None, dumps=None, cycles=None, way_of=None, plant="full", spread=1, detune=""):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
     motor      name of a file in qemu/motors, or path to one
-    seed       of all noise: the same seed gives the same trace to the byte
+    seed       of all noise, of the tolerances and of the start angle: the same seed gives the same trace to the byte
+    plant      which effects the plant has (effects.py); spread: how far its parameters scatter (spread.py), 0 is nominal
+    detune     what the firmware is told wrongly (params.py)
     out_dir    where twin.cfg, trace.csv, irq.csv, console.txt and qemu.log go (default: run/ of the build folder)
     overrides  {"motor": {table: {key: value}}, "inverter": {...}, "params": {"i_max_ma": 5000}}
     dumps      {file name: (address, bytes)}: memory of the target, written to that file in out_dir when the run ends
@@ -72,12 +75,13 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     show       called as it goes, with the simulated seconds done and in all
     """
     seed = check_seed(seed)
-    drive = load_drive(motor, overrides)
+    drive = load_drive(motor, overrides, plant, spread, seed, detune)
     plan = load_scenario(scenario, drive)
     build = build_dir(build)
     checked_qemu = Qemu(qemu)
     image = Image(build)
     symbols = Symbols(image.elf)
+    check_ranges(drive, ranges_of(symbols))
     probes, enums = make_probes(symbols, drive)
     out_dir = Path(out_dir) if out_dir else build / "run"
     files = prepare(out_dir)

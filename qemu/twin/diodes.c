@@ -47,7 +47,7 @@ static void settle_joined(struct inverter *inv, const struct motor *motor, const
         return;
     }
     double sum_a = i_motor_a[x] + i_motor_a[y];
-    double step_a = LONGEST_JOINED_STEP_S * (inv->bus_v + 2 * inv->p.diode_v) / fmin(motor->p.ld_h, motor->p.lq_h);
+    double step_a = LONGEST_JOINED_STEP_S * (inv->bus_v + 2 * inv->p.diode_v) / motor_min_inductance_h(motor);
     enum leg_state needed = take_over(sum_a);
     bool conducted = inv->leg[x] == needed || inv->leg[y] == needed;
     bool fresh = inv->leg[x] == LEG_JUST_OFF || inv->leg[y] == LEG_JUST_OFF;

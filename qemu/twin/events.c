@@ -8,8 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Arguments: t rest of the line, n number, s number from 0, i integer, b 0|1, p phase, q pair of terminals,
- * r resistance or off, c ADC code or off, x the word off, a address, w 32-bit word, h 16-bit word. */
+/* Arguments: t rest of the line, n number, y second number, z third number, s number from 0, i integer, b 0|1, p phase,
+ * q pair of terminals, r resistance or off, c ADC code or off, f fraction 0.001...1, x the word off, a address,
+ * w 32-bit word, h 16-bit word. */
 static const struct syntax {
     const char *name;
     enum event_kind kind;
@@ -18,6 +19,9 @@ static const struct syntax {
 } kinds[] = {
     {"console", EVENT_CONSOLE, "t", "console TEXT"},
     {"load_nm", EVENT_LOAD, "n", "load_nm TORQUE"},
+    {"load_fan", EVENT_LOAD_FAN, "s", "load_fan NM_PER_SQUARE_OF_RAD_S"},
+    {"load_coulomb", EVENT_LOAD_COULOMB, "s", "load_coulomb TORQUE"},
+    {"load_hoist", EVENT_LOAD_HOIST, "n", "load_hoist TORQUE"},
     {"lock", EVENT_LOCK, "b", "lock 0|1"},
     {"spin_rad_s", EVENT_SPIN, "n", "spin_rad_s SPEED"},
     {"spin", EVENT_SPIN_OFF, "x", "spin off"},
@@ -27,8 +31,10 @@ static const struct syntax {
     {"sensor_gain", EVENT_SENSOR_GAIN, "pn", "sensor_gain A|B|C GAIN"},
     {"sensor_offset", EVENT_SENSOR_OFFSET, "pn", "sensor_offset A|B|C LSB"},
     {"sensor_stuck", EVENT_SENSOR_STUCK, "pc", "sensor_stuck A|B|C CODE|off (0...4095)"},
+    {"sensor_sine", EVENT_SENSOR_SINE, "nyz", "sensor_sine AMPERES HZ ANGLE_RAD"},
     {"driver_fault", EVENT_DRIVER_FAULT, "b", "driver_fault 0|1"},
     {"short", EVENT_SHORT, "qr", "short AB|BC|CA OHM|off (0.0001...100)"},
+    {"winding_short", EVENT_WINDING_SHORT, "pfr", "winding_short A|B|C FRACTION OHM|off (0.001...1, 0.0001...100)"},
     {"encoder_cut", EVENT_ENCODER_CUT, "b", "encoder_cut 0|1"},
     {"encoder_freeze", EVENT_ENCODER_FREEZE, "b", "encoder_freeze 0|1"},
     {"encoder_illegal", EVENT_ENCODER_ILLEGAL, "", "encoder_illegal"},
@@ -76,6 +82,10 @@ static bool argument(char type, const char *word, struct event *e)
     switch (type) {
     case 'n':
         return number(word, -1e5, 1e5, &e->number);
+    case 'y':
+        return number(word, -1e5, 1e5, &e->second);
+    case 'z':
+        return number(word, -1e5, 1e5, &e->third);
     case 's':
         return number(word, 0, 1e6, &e->number);
     case 'i':
@@ -102,6 +112,8 @@ static bool argument(char type, const char *word, struct event *e)
         }
         e->number = whole;
         return true;
+    case 'f':
+        return number(word, 1e-3, 1, &e->fraction);
     case 'x':
         return strcmp(word, "off") == 0;
     case 'a':

@@ -9,6 +9,9 @@
 enum event_kind {
     EVENT_CONSOLE,
     EVENT_LOAD,
+    EVENT_LOAD_FAN,
+    EVENT_LOAD_COULOMB,
+    EVENT_LOAD_HOIST,
     EVENT_LOCK,
     EVENT_SPIN,
     EVENT_SPIN_OFF,
@@ -18,8 +21,10 @@ enum event_kind {
     EVENT_SENSOR_GAIN,
     EVENT_SENSOR_OFFSET,
     EVENT_SENSOR_STUCK,
+    EVENT_SENSOR_SINE,
     EVENT_DRIVER_FAULT,
     EVENT_SHORT,
+    EVENT_WINDING_SHORT,
     EVENT_ENCODER_CUT,
     EVENT_ENCODER_FREEZE,
     EVENT_ENCODER_ILLEGAL,
@@ -39,6 +44,8 @@ struct event {
     int other_phase;
     bool on; /* of a 0|1 argument; false for "off" */
     double number;
+    double second, third; /* of an event with more numbers */
+    double fraction; /* 0 to 1 */
     uint32_t address, word;
     const char *text; /* for the console; belongs to the event */
 };

@@ -201,7 +201,7 @@ static double locate_event(struct step *st, double dt_s, double margin_start_a)
 static double longest_step_s(const struct inverter *inv, const struct motor *motor, const struct circuit *c)
 {
     double dt_s = fmin(LONGEST_STEP_S, motor_max_step_s(motor, c->r_max_ohm));
-    double ringing_s = sqrt(fmin(motor->p.ld_h, motor->p.lq_h) * inv->p.bus_capacitance_f);
+    double ringing_s = sqrt(motor_min_inductance_h(motor) * inv->p.bus_capacitance_f);
     dt_s = fmin(dt_s, 0.1 * ringing_s);
     if (inv->short_from >= 0) {
         dt_s = fmin(dt_s, LONGEST_JOINED_STEP_S);
@@ -249,6 +249,9 @@ static double advance_step(struct inverter *inv, struct motor *motor, double dt_
     inv->energy_supply_j += inv->p.vbus_v * charge_as;
     inv->energy_bridge_j += middle_v * drawn_a * dt_s;
     inv->overcurrent = comparators(inv, st.i_a);
+    if (inv->on_step) {
+        inv->on_step(inv->on_step_context, dt_s, i_start_a, st.i_a);
+    }
     return dt_s;
 }
 

@@ -50,6 +50,10 @@ struct inverter {
     double short_ohm;
     bool overcurrent;                        /* the comparators' outputs now */
     double energy_supply_j, energy_bridge_j; /* out of the ideal source; out of the bus into the bridge */
+
+    /* Told of each step once bridge and motor are at its end: no leg has changed in it, leg currents at both ends. */
+    void (*on_step)(void *context, double dt_s, const double from_a[3], const double to_a[3]);
+    void *on_step_context;
 };
 
 void inverter_init(struct inverter *inv, const struct inverter_params *p);

@@ -1,14 +1,34 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* Takes the motor model alone to the test bench and measures what data sheets state. No formula of the model is used
- * here: every figure comes from voltages applied to motor_step() and currents, torque and speed read back.
+ * here: every figure comes from voltages applied to motor_step() and currents, torque, speed and work read back.
  *
- *   modelcheck CONFIG [bus_v=VOLTS] [rated_a_rms=AMPERES]
+ *   modelcheck CONFIG [bus_v=VOLTS] [rated_a_rms=AMPERES] [map=ID,IQ]... [drag_rpm=RPM]...
  *
  * Prints lines "name value unit". bus_v is the supply of the no-load and stall points (default: inverter.vbus_v of the
- * configuration); rated_a_rms is a phase current. "six_step" figures are for block commutation with ideal switches: two
- * terminals driven, the third floating, commutated every 60 electrical degrees. "sine" figures are for a balanced
- * sinusoidal supply in phase with the EMF, of the largest amplitude a bus of bus_v gives without distortion,
- * bus_v/sqrt(3). The winding is held at 25 degrees. */
+ * configuration); rated_a_rms is a phase current. The winding and the magnets are held at 25 degrees.
+ *
+ *   back_emf_line_line_peak, back_emf_line_line_rms, back_emf_phase_peak     of the fundamental
+ *   open_circuit_flux                   Wb, its flux linkage
+ *   emf_harmonic_5 ... emf_harmonic_19  % of the fundamental, signed as the keys emf_N; only those that are not zero
+ *   magnet_tempco                       %/K, measured between 25 and 100 degrees
+ *   resistance_line_line
+ *   inductance_d, inductance_q, inductance_line_line_mean   incremental, at zero current, mean over the position
+ *   permeance_6, permeance_12           % by which 1/inductance_d varies over the position
+ *   torque_constant_peak, torque_constant_rms, rated_torque  current in q, mean over the position
+ *   torque_ripple_rated                 %, peak to peak of the mean, cogging left out; with rated_a_rms
+ *   stall_*, no_load_*, torque_constant_six_step, mechanical_time_constant   only of machines with magnets
+ *   cogging_peak_to_peak                Nm, on the shaft
+ *   map_psi_d@ID,IQ  map_psi_q@ID,IQ    Vs, for each map=ID,IQ (peak amperes); harmonics left out as in published maps
+ *   map_l_dd@ID,IQ  map_l_dq@ID,IQ  map_l_qq@ID,IQ   H, incremental
+ *   map_torque@ID,IQ                    Nm
+ *   drag_torque@RPM                     Nm, mean, that turns the unpowered motor alone, for each drag_rpm=RPM
+ *   iron_power@RPM                      W, the iron's part of it
+ *   two_mass_resonance, two_mass_antiresonance   Hz, if load.stiffness_nm_rad is not zero
+ *   energy_balance_error                relative to the turnover of a driven cycle, every effect of the file on
+ *
+ * "six_step" figures are for block commutation with ideal switches: two terminals driven, the third floating,
+ * commutated every 60 electrical degrees. "sine" figures are for a balanced sinusoidal supply in phase with the EMF, of
+ * the largest amplitude a bus of bus_v gives without distortion, bus_v/sqrt(3). */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* Permanent-magnet synchronous machine with a star point that is not connected, and what hangs on its shaft.
+/* Synchronous machine, with magnets or without, with a star point that is not connected, and what hangs on its shaft.
  *
  * Conventions: amplitude-invariant transforms; phase current positive into the motor; electrical angle 0 has the
  * magnet's flux along phase A; SI units. The machine sees its supply as a linear source, so that it need not know what
@@ -9,33 +9,9 @@
 
 #include <stdbool.h>
 
-#include "keys.h"
-
-struct motor_params {
-    double pole_pairs;
-    double resistance_ohm; /* of one phase, at 25 degrees */
-    double ld_h;
-    double lq_h;
-    double flux_wb; /* peak flux linkage of one phase */
-    double inertia_kgm2;
-    double friction_coulomb_nm;
-    double friction_viscous_nms;
-    double cogging_nm; /* peak */
-    double cogging_per_rev;
-    double copper_tempco_per_k;
-    double thermal_resistance_k_w; /* winding to ambient */
-    double thermal_capacity_j_k;
-    double ambient_c;
-    double initial_angle_rad;
-};
-
-struct load_params {
-    double inertia_kgm2;
-    double viscous_nms;
-};
-
-extern const struct config_key motor_keys[];
-extern const struct config_key load_keys[];
+#include "motor_field.h"
+#include "motor_params.h"
+#include "winding_short.h"
 
 /* The voltage of terminal k against any common reference is emf_v[k] - sum over l of r_ohm[k][l] * i[l]. A held phase
  * carries no current: its terminal floats, or its wire is broken; emf_v and r_ohm of it do not matter. */
@@ -50,19 +26,36 @@ enum shaft { SHAFT_FREE, SHAFT_LOCKED, SHAFT_SPUN };
 struct motor {
     struct motor_params p;
     struct load_params load;
+    struct motor_field field;
 
-    double i_d_a, i_q_a;
-    double speed_rad_s; /* mechanical */
-    double theta_rad;   /* mechanical, continuous over turns */
+    struct dq psi_vs;        /* flux linkage, the electrical state */
+    double i_d_a, i_q_a;     /* currents that go with it; motor_set_current() sets both */
+    double loop_a;           /* in shorted turns, beside them */
+    double speed_rad_s;      /* mechanical */
+    double theta_rad;        /* mechanical, continuous over turns */
+    double load_speed_rad_s; /* the same as speed_rad_s on a rigid shaft */
+    double twist_rad;        /* of a compliant shaft */
     double winding_c;
+    double field_c;      /* temperature of the magnets that the field is for; it follows in small steps */
     double sin_e, cos_e; /* of the electrical angle, kept with theta_rad */
 
     enum shaft shaft;
-    bool stuck;     /* free, but held by Coulomb friction */
-    double load_nm; /* external torque against positive rotation, whatever the speed */
+    bool stuck;      /* free, but held by friction */
+    bool load_stuck; /* the load behind a compliant shaft */
+    double load_nm;  /* external torque against positive rotation, whatever the speed */
+    double hoist_nm; /* the same of a load on a ratchet: it turns nothing from rest */
+    struct winding_short fault;
 
-    double volt_alpha_vs, volt_beta_vs; /* integrals of the phase voltages against the star point */
-    double energy_in_j, energy_copper_j, energy_airgap_j;
+    /* Integrals since the beginning. */
+    double volt_alpha_vs, volt_beta_vs; /* of the phase voltages against the star point */
+    double torque_nms;
+    double alpha2_a2s, beta2_a2s,
+        alpha_beta_a2s; /* of products of the terminals' currents: see motor_square_current() */
+    double energy_in_j, energy_copper_j, energy_fault_j, energy_airgap_j;
+    double energy_iron_j, energy_friction_j; /* friction: also of the load and in the shaft between */
+    double energy_load_j;                    /* done on load_nm, hoist_nm and the fan */
+    double energy_driver_j;                  /* of whoever spins the shaft, into it */
+    double peak_a[3];                        /* largest |current| of each terminal since somebody set it to zero */
 };
 
 void motor_init(struct motor *m, const struct motor_params *p, const struct load_params *load);
@@ -70,21 +63,36 @@ void motor_init(struct motor *m, const struct motor_params *p, const struct load
 /* Advances by dt_s with the given source (fourth-order Runge-Kutta). The caller keeps dt_s below motor_max_step_s(). */
 void motor_step(struct motor *m, const struct motor_source *source, double dt_s);
 
-/* Longest step that resolves L/R (with source_r_ohm in series) and the electrical angle. */
+/* Longest step that resolves L/R (with source_r_ohm in series), the angle and the shaft. */
 double motor_max_step_s(const struct motor *m, double source_r_ohm);
+/* The smallest incremental inductance of any direction, as saturated as the machine is now. */
+double motor_min_inductance_h(const struct motor *m);
 
+/* Of the terminals. */
 void motor_currents(const struct motor *m, double i_a[3]);
+/* The integral of the square of each, for effective values. */
+void motor_square_currents(const struct motor *m, double square_a2s[3]);
+/* False, and no change, if the flux map does not reach there. */
+bool motor_set_current(struct motor *m, double i_d_a, double i_q_a);
 /* Voltages of the terminals against the star point now, floating ones included. */
 void motor_star_voltages(const struct motor *m, const struct motor_source *source, double v_v[3]);
-/* Removes the last rounding of a current that has just become zero. */
+/* Removes the last rounding of a current that has just become zero; of one that flows, the flux its wire takes along. */
 void motor_hold_phase(struct motor *m, int phase);
 
 double motor_torque_nm(const struct motor *m); /* electromagnetic, in the air gap */
 double motor_resistance_ohm(const struct motor *m);
+double motor_magnet_c(const struct motor *m);
 double motor_magnetic_energy_j(const struct motor *m);
+/* Kinetic energy, the twisted shaft's and the cogging's. */
+double motor_mechanical_energy_j(const struct motor *m);
 
+/* Holds the motor's shaft. */
 void motor_lock(struct motor *m, bool locked);
+/* Somebody drives the shaft at this speed: behind a compliant one, the load. */
 void motor_spin(struct motor *m, double speed_rad_s);
 void motor_release(struct motor *m);
+/* Turns of one phase shorted, a fraction of them over a resistance. */
+void motor_short_winding(struct motor *m, int phase, double fraction, double r_ohm);
+void motor_mend_winding(struct motor *m);
 
 #endif

@@ -14,6 +14,22 @@ static void disturb_motor(const struct event *e, struct motor *m)
     case EVENT_LOAD:
         m->load_nm = e->number;
         break;
+    case EVENT_LOAD_FAN:
+        m->load.fan_nms2 = e->number;
+        break;
+    case EVENT_LOAD_COULOMB:
+        m->load.coulomb_nm = e->number;
+        break;
+    case EVENT_LOAD_HOIST:
+        m->hoist_nm = e->number;
+        break;
+    case EVENT_WINDING_SHORT:
+        if (e->on) {
+            motor_short_winding(m, e->phase, e->fraction, e->number);
+        } else {
+            motor_mend_winding(m);
+        }
+        break;
     case EVENT_LOCK:
         motor_lock(m, e->on);
         break;
@@ -101,6 +117,10 @@ static void play(const struct event *e)
         console_type(e->text);
         break;
     case EVENT_LOAD:
+    case EVENT_LOAD_FAN:
+    case EVENT_LOAD_COULOMB:
+    case EVENT_LOAD_HOIST:
+    case EVENT_WINDING_SHORT:
     case EVENT_LOCK:
     case EVENT_SPIN:
     case EVENT_SPIN_OFF:
@@ -117,6 +137,9 @@ static void play(const struct event *e)
     case EVENT_SENSOR_OFFSET:
     case EVENT_SENSOR_STUCK:
         disturb_sensor(e, &board.plant->sensors.current[e->phase]);
+        break;
+    case EVENT_SENSOR_SINE:
+        sensors_inject(&board.plant->sensors, e->number, e->second, e->third, e->t_s);
         break;
     case EVENT_DRIVER_FAULT:
         gate_set_driver_fault(&board.plant->gate, e->on);

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A build folder without a real QEMU: a small ELF with the variables that are watched, and a program that plays QEMU."""
+import re
 import shutil
 import subprocess
 import sys
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+ROOT = Path(__file__).resolve().parents[2]
 WATCHED = """
 #include <stdint.h>
 enum drive_state { DRIVE_OFF, DRIVE_ON = 4 };
@@ -21,6 +23,10 @@ struct current_loop {
 };
 struct speed_loop { int32_t speed_rpm_q4, speed_ref_rpm_q4; };
 struct drive { word state; word fault; };
+struct param_info { const char *name; int32_t min, max, initial; unsigned offset; };
+extern const struct param_info param_table[]; extern const unsigned param_count;
+const struct param_info param_table[] = { PARAMS };
+const unsigned param_count = sizeof param_table / sizeof param_table[0];
 extern struct current_loop current_loop;
 struct current_loop current_loop = { .i_d_q15 = 1 };
 struct speed_loop speed_loop;
@@ -81,7 +87,9 @@ def elf(tmp_path_factory):
     if compiler is None:
         pytest.fail("arm-none-eabi-gcc is not installed")
     folder = tmp_path_factory.mktemp("elf")
-    (folder / "watched.c").write_text(WATCHED)
+    rows = re.findall(r"^ +PARAM\((\w+), (\d+), (\d+), (\d+)\)", (ROOT / "firmware/params.c").read_text(), re.MULTILINE)
+    params = ", ".join(f'{{"{name}", {low}, {high}, {start}, 0}}' for name, low, high, start in rows)
+    (folder / "watched.c").write_text(WATCHED.replace("PARAMS", params))
     subprocess.run([compiler, "-mcpu=cortex-m3", "-mthumb", "-g3", "-O1", "-nostdlib", "-ffreestanding", "-Ttext=0x100",
                     "-Tdata=0x20000000", "-Wl,--no-warn-rwx-segments", "watched.c", "-o", "mssfoc.elf"], cwd=folder,
                    check=True)

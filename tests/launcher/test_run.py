@@ -12,6 +12,7 @@ from launcher import LauncherError, simulate
 from launcher.paths import REPO
 from launcher.qemu import Qemu
 
+VARIABLES = ("MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "QEMU", "BUILD")
 SCENARIO = {"key": "test", "title": "a test", "end_s": 0.1, "preamble_s": 0.01,
             "step": [{"t_s": 0.02, "console": "on"}, {"t_s": 0.05, "event": "load_nm", "args": ["rated_torque_Nm"]}],
             "figure": [{"name": "current", "kind": "maximum", "column": "abs(i_a_A)", "min": 1.99, "max": 2.01},
@@ -106,7 +107,7 @@ def test_a_qemu_beside_the_installed_one_finds_its_own_files(tmp_path, fake_qemu
 
 def run(build, *arguments, **environment):
     """The command line as a user gives it; PATH without surprises from his environment."""
-    clean = {key: value for key, value in os.environ.items() if key not in ("MOTOR", "SCENARIO", "SEED", "QEMU", "BUILD")}
+    clean = {key: value for key, value in os.environ.items() if key not in VARIABLES}
     return subprocess.run([sys.executable, str(REPO / "qemu" / "run.py"), *arguments], capture_output=True, text=True,
                           env={**clean, "BUILD": str(build), **environment}, cwd=REPO, check=False)
 

@@ -132,7 +132,7 @@ static void freewheel(void)
     ip.supply_resistance_ohm = 0;
     struct bridge p = bridge_on_bench(&ip);
     motor_lock(&p.m, true);
-    p.m.i_d_a = i0;
+    motor_set_current(&p.m, i0, 0);
     bridge_gates(&p, A_HIGH_BC_LOW);
     bridge_gates(&p, 0);
     bridge_advance(&p, 10e-6);

@@ -172,8 +172,7 @@ static void torque(void)
     for (int n = 0; n < 100; n++) {
         struct motor m = bench_motor_at(any_real(-PI, PI));
         const double h = 1e-5;
-        m.i_d_a = any_real(-20, 20);
-        m.i_q_a = any_real(-20, 20);
+        motor_set_current(&m, any_real(-20, 20), any_real(-20, 20));
         double c = cos(4 * m.theta_rad), s = sin(4 * m.theta_rad);
         double alpha = m.i_d_a * c - m.i_q_a * s, beta = m.i_d_a * s + m.i_q_a * c;
         double work = (coenergy(alpha, beta, m.theta_rad + h) - coenergy(alpha, beta, m.theta_rad - h)) / (2 * h);
@@ -181,9 +180,9 @@ static void torque(void)
     }
     check_near("torque with saliency against virtual work, worst (N m)", error_nm, 0, 1e-7);
     struct motor m = bench_motor_at(0);
-    m.i_q_a = 10;
+    motor_set_current(&m, 0, 10);
     check_near("torque of 10 A in q: 1.5 p psi i (N m)", motor_torque_nm(&m), 0.45, 1e-12);
-    m.i_d_a = -5;
+    motor_set_current(&m, -5, 10);
     check_near("with -5 A in d the reluctance adds (N m)", motor_torque_nm(&m), 0.45 + 6 * -0.1e-3 * -50, 1e-12);
 }
 

@@ -99,7 +99,7 @@ static void thermal_rise(void)
     const double i = 10, v = i * bench_motor.resistance_ohm;
     struct motor_source source = bench_vector(v, 0);
     motor_lock(&m, true);
-    m.i_d_a = i;
+    motor_set_current(&m, i, 0);
     bench_run_motor(&m, &source, 0.2);
     double heat_w = 1.5 * bench_motor.resistance_ohm * i * i, final_k = heat_w * 2;
     check_near("thermal: one time constant (K)", m.winding_c - 25, final_k * (1 - exp(-1)), 1e-3);

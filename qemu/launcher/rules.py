@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""[control] by rule: what a motor file leaves out follows from its ratings and from the inverter.
+
+    i_max_a        1.5 times rated current, at most 85 % of i_trip_a
+    i_trip_a       1.4 times that, at most 95 % of the sensors' range and of the comparators' threshold
+    i_align_a      70 % of rated current: far above friction and cogging
+    speed_max_rpm  the least of max_speed_rpm, of what the bus gives at rated torque, of 980 Hz electrical (the firmware's speeds
+                   end at 1187 Hz, over-speed is 1.2 times this) and of 26000 rpm
+    overspeed_rpm  1.2 times speed_max_rpm
+    ramp_rpm_s     0 to speed_max_rpm in 0.8 s, or with half of rated torque if that takes longer
+    current_bw_hz  1000, speed_bw_hz 60
+
+The bus gives 85 % of vbus/sqrt(3): dead time takes 8 %, the rest is for control and for a supply that sags. Rated torque takes
+the EMF, the resistive drop of a winding at 105 degC (1.31 times) and the voltage of L_q, with i_d = 0. Three digits are kept.
+"""
+import math
+
+USABLE = 0.85
+HOT = 1.31
+SPEED_SHARE_OF_TRIP = 1.2
+LARGEST_HZ, LARGEST_RPM = 980.0, 26000.0
+RPM = math.pi / 30
+
+
+def control_by_rule(motor, inverter):
+    """{key: value} of a whole [control] table."""
+    rated_a, rating = motor["rating"]["rated_current_a"], motor["rating"]
+    most_a = 0.95 * min(inverter["sensor"]["i_range_a"], inverter["bridge"]["oc_trip_a"])
+    trip_a = min(1.4 * 1.5 * rated_a, most_a)
+    speed = min(rating["max_speed_rpm"], speed_of_bus_rpm(motor, inverter), LARGEST_RPM,
+                LARGEST_HZ * 60 / motor["electrical"]["pole_pairs"])
+    speed = _three_digits(speed)
+    inertia = motor["mechanical"]["inertia_kgm2"] * (1 + motor["load"]["inertia_ratio"])
+    slope = min(speed / 0.8, 0.5 * rating["rated_torque_nm"] / inertia / RPM)
+    return {"i_max_a": _three_digits(min(1.5 * rated_a, 0.85 * trip_a)), "i_trip_a": _three_digits(trip_a),
+            "i_align_a": _three_digits(0.7 * rated_a), "speed_max_rpm": speed,
+            "overspeed_rpm": math.ceil(SPEED_SHARE_OF_TRIP * speed), "ramp_rpm_s": _three_digits(slope),
+            "current_bw_hz": 1000.0, "speed_bw_hz": 60.0}
+
+
+def speed_of_bus_rpm(motor, inverter):
+    """The speed at which rated torque, with i_d = 0, takes USABLE of the bus: a quadratic in the electrical speed."""
+    electrical = motor["electrical"]
+    available_v = USABLE * inverter["supply"]["vbus_v"] / math.sqrt(3)
+    i_q = motor["rating"]["rated_torque_nm"] / (1.5 * electrical["pole_pairs"] * electrical["flux_wb"])
+    drop_v = HOT * electrical["resistance_ohm"] * i_q
+    a = electrical["flux_wb"] ** 2 + (electrical["lq_h"] * i_q) ** 2
+    b, c = electrical["flux_wb"] * drop_v, drop_v ** 2 - available_v ** 2
+    if c >= 0:
+        return 0.0
+    return (math.sqrt(b * b - a * c) - b) / a / electrical["pole_pairs"] / RPM
+
+
+def _three_digits(value):
+    """Rounded down, so that a limit stays one."""
+    if value <= 0:
+        return 0.0
+    unit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return float(f"{math.floor(value / unit + 1e-9) * unit:.6g}")

@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "motor_field.h"
+
+#include <string.h>
+
+void motor_field_init(struct motor_field *f, const struct motor_params *p)
+{
+    const double below[FIELD_ORDERS] = {p->emf_5 / 5, p->emf_11 / 11, p->emf_17 / 17};
+    const double above[FIELD_ORDERS] = {p->emf_7 / 7, p->emf_13 / 13, p->emf_19 / 19};
+    memset(f, 0, sizeof *f);
+    motor_map_init(&f->map, p);
+    for (int k = 0; k < FIELD_ORDERS; k++) {
+        f->share_d[k] = above[k] + below[k];
+        f->share_q[k] = above[k] - below[k];
+        if (above[k] != 0 || below[k] != 0) {
+            f->emf_harmonics = true;
+            f->highest_order = 6 * (k + 1);
+        }
+    }
+    f->eps_6 = p->permeance_6;
+    f->eps_12 = p->permeance_12;
+    f->permeance_varies = f->eps_6 != 0 || f->eps_12 != 0;
+    f->highest_order = fmax(f->highest_order, f->eps_12 != 0 ? 12 : f->permeance_varies ? 6 : 0);
+    f->pole_pairs = p->pole_pairs;
+}
+
+/* Cosine and sine of 6, 12 and 18 times the angle, by multiplying complex numbers. */
+static inline void multiples(double s, double c, double cos_k[FIELD_ORDERS], double sin_k[FIELD_ORDERS])
+{
+    double c2 = c * c - s * s, s2 = 2 * s * c;
+    double c3 = c2 * c - s2 * s, s3 = c2 * s + s2 * c;
+    cos_k[0] = c3 * c3 - s3 * s3;
+    sin_k[0] = 2 * s3 * c3;
+    cos_k[1] = cos_k[0] * cos_k[0] - sin_k[0] * sin_k[0];
+    sin_k[1] = 2 * sin_k[0] * cos_k[0];
+    cos_k[2] = cos_k[1] * cos_k[0] - sin_k[1] * sin_k[0];
+    sin_k[2] = cos_k[1] * sin_k[0] + sin_k[1] * cos_k[0];
+}
+
+static void add_harmonics(const struct motor_field *f, double s, double c, struct field_point *at)
+{
+    double cos_k[FIELD_ORDERS], sin_k[FIELD_ORDERS];
+    multiples(s, c, cos_k, sin_k);
+    for (int k = 0; f->emf_harmonics && k < FIELD_ORDERS; k++) {
+        double d = f->map.psi_f_vs * f->share_d[k], q = f->map.psi_f_vs * f->share_q[k];
+        int order = 6 * (k + 1);
+        at->magnet.d += d * cos_k[k];
+        at->magnet.q += q * sin_k[k];
+        at->turn.d -= order * d * sin_k[k];
+        at->turn.q += order * q * cos_k[k];
+    }
+    at->permeance += f->eps_6 * cos_k[0] + f->eps_12 * cos_k[1];
+    at->permeance_turn -= 6 * f->eps_6 * sin_k[0] + 12 * f->eps_12 * sin_k[1];
+}
+
+void motor_field_at(const struct motor_field *f, struct dq psi, double s, double c, struct field_point *at)
+{
+    *at = (struct field_point){.magnet = {f->map.psi_f_vs, 0}, .permeance = 1};
+    if (f->highest_order > 0) {
+        add_harmonics(f, s, c, at);
+    }
+    at->own = (struct dq){psi.d - (at->magnet.d - f->map.psi_f_vs), psi.q - at->magnet.q};
+    at->f = motor_map_current(&f->map, at->own);
+    at->i = (struct dq){at->permeance * at->f.d, at->permeance * at->f.q};
+    double work = psi.d * at->i.q - psi.q * at->i.d + at->i.d * at->turn.d + at->i.q * at->turn.q;
+    at->torque_nm = 1.5 * f->pole_pairs * work;
+    if (f->permeance_varies) {
+        at->torque_nm -= f->pole_pairs * at->permeance_turn * motor_map_energy(&f->map, at->own);
+    }
+}
+
+struct slopes motor_field_slopes(const struct motor_field *f, const struct field_point *at)
+{
+    struct slopes g = motor_map_slopes(&f->map, at->own);
+    return (struct slopes){at->permeance * g.dd, at->permeance * g.dq, at->permeance * g.qq};
+}
+
+double motor_field_energy(const struct motor_field *f, const struct field_point *at)
+{
+    return at->permeance * motor_map_energy(&f->map, at->own);
+}

@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "motor_map.h"
+
+#include <string.h>
+
+/* Exponents are whole and below 16: no pow() in what runs fifty times a PWM period. */
+static inline double power(double x, unsigned n)
+{
+    double x2 = x * x, x4 = x2 * x2;
+    double low = (n & 1 ? x : 1) * (n & 2 ? x2 : 1);
+    return low * (n & 4 ? x4 : 1) * (n & 8 ? x4 * x4 : 1);
+}
+
+/* Of the bridges: x^2, x^W and the conductance G_b. */
+struct bridge_point {
+    double d, xx, xw, conductance;
+};
+
+static inline struct bridge_point bridge_at(const struct motor_map *m, struct dq psi)
+{
+    struct bridge_point b = {.d = psi.d - m->psi_n_vs};
+    b.xx = b.d * b.d + m->k_q * psi.q * psi.q;
+    b.xw = m->w == 2 ? b.xx : b.xx * b.xx;
+    b.conductance = m->a_b * b.xw / (1 + m->a_bp * b.xw);
+    return b;
+}
+
+struct dq motor_map_current(const struct motor_map *m, struct dq psi)
+{
+    if (m->linear) {
+        return (struct dq){m->a_d0 * (psi.d - m->psi_f_vs), m->a_q0 * psi.q};
+    }
+    double d = fabs(psi.d), q = fabs(psi.q);
+    double cross = m->a_dq * power(d, m->u) * power(q, m->v);
+    double by_d = m->a_d0 + m->a_dd * power(d, m->s) + cross * q * q / (m->v + 2);
+    double by_q = m->a_q0 + m->a_qq * power(q, m->t) + cross * d * d / (m->u + 2);
+    struct dq i = {psi.d * by_d - m->i_f_a, psi.q * by_q};
+    if (m->bridges) {
+        struct bridge_point b = bridge_at(m, psi);
+        i.d += b.conductance * b.d;
+        i.q += b.conductance * m->k_q * psi.q;
+    }
+    return i;
+}
+
+struct slopes motor_map_slopes(const struct motor_map *m, struct dq psi)
+{
+    if (m->linear) {
+        return (struct slopes){m->a_d0, 0, m->a_q0};
+    }
+    double d = fabs(psi.d), q = fabs(psi.q);
+    double cross = m->a_dq * power(d, m->u) * power(q, m->v);
+    struct slopes g = {
+        .dd = m->a_d0 + (m->s + 1) * m->a_dd * power(d, m->s) + cross * q * q * (m->u + 1) / (m->v + 2),
+        .dq = cross * psi.d * psi.q,
+        .qq = m->a_q0 + (m->t + 1) * m->a_qq * power(q, m->t) + cross * d * d * (m->v + 1) / (m->u + 2),
+    };
+    if (m->bridges) {
+        struct bridge_point b = bridge_at(m, psi);
+        double below = 1 + m->a_bp * b.xw;
+        double slope_over_x = m->w * m->a_b * (m->w == 2 ? 1 : b.xx) / (below * below);
+        g.dd += b.conductance + slope_over_x * b.d * b.d;
+        g.dq += slope_over_x * m->k_q * b.d * psi.q;
+        g.qq += m->k_q * (b.conductance + slope_over_x * m->k_q * psi.q * psi.q);
+    }
+    return g;
+}
+
+/* Integral of G_b x dx. */
+static double bridge_energy(const struct motor_map *m, struct dq psi)
+{
+    struct bridge_point b = bridge_at(m, psi);
+    if (m->a_bp == 0) {
+        return m->a_b * b.xw * b.xx / (m->w + 2);
+    }
+    double root = sqrt(m->a_bp);
+    double rest = m->w == 2 ? log1p(m->a_bp * b.xx) / m->a_bp : atan(root * b.xx) / root;
+    return m->a_b / m->a_bp * (b.xx - rest) / 2;
+}
+
+static double energy_formula(const struct motor_map *m, struct dq psi)
+{
+    double d = fabs(psi.d), q = fabs(psi.q);
+    double self_d = d * d * (m->a_d0 / 2 + m->a_dd * power(d, m->s) / (m->s + 2)) - m->i_f_a * psi.d;
+    double self_q = q * q * (m->a_q0 / 2 + m->a_qq * power(q, m->t) / (m->t + 2));
+    double cross = m->a_dq * power(d, m->u + 2) * power(q, m->v + 2) / ((m->u + 2) * (m->v + 2));
+    return 1.5 * (self_d + self_q + cross + (m->bridges ? bridge_energy(m, psi) : 0));
+}
+
+double motor_map_energy(const struct motor_map *m, struct dq psi)
+{
+    if (m->linear) {
+        double from_f = psi.d - m->psi_f_vs;
+        return 0.75 * (m->a_d0 * from_f * from_f + m->a_q0 * psi.q * psi.q);
+    }
+    return energy_formula(m, psi) - m->energy_f;
+}
+
+/* ---- the magnets ---- */
+
+/* The flux linkage at which i_d is zero; i_d rises with it. */
+static double without_current(const struct motor_map *m)
+{
+    double low = 0, high = 1e-9;
+    while (motor_map_current(m, (struct dq){high, 0}).d < 0 && high < 1e3) {
+        high *= 2;
+    }
+    for (int n = 0; n < 100 && motor_map_current(m, (struct dq){0, 0}).d < 0; n++) {
+        double middle = (low + high) / 2;
+        *(motor_map_current(m, (struct dq){middle, 0}).d < 0 ? &low : &high) = middle;
+    }
+    return low;
+}
+
+/* The distance x from psi_n at which the bridges carry the current i: G_b(x) x = i. */
+static double bridge_distance(const struct motor_map *m, double i_a)
+{
+    double low = 0, high = 1e-9;
+    struct motor_map alone = {.bridges = true, .w = m->w, .a_b = m->a_b, .a_bp = m->a_bp};
+    while (motor_map_current(&alone, (struct dq){high, 0}).d < fabs(i_a) && high < 1e3) {
+        high *= 2;
+    }
+    for (int n = 0; n < 60; n++) {
+        double middle = (low + high) / 2;
+        *(motor_map_current(&alone, (struct dq){middle, 0}).d < fabs(i_a) ? &low : &high) = middle;
+    }
+    return i_a < 0 ? -low : low;
+}
+
+void motor_map_magnet(struct motor_map *m, double share)
+{
+    m->psi_f_vs = m->cold_psi_f_vs * share;
+    if (m->linear) {
+        return;
+    }
+    struct motor_map iron = *m; /* what the core alone takes at that flux */
+    iron.bridges = false;
+    iron.i_f_a = 0;
+    double core_a = motor_map_current(&iron, (struct dq){m->psi_f_vs, 0}).d;
+    if (m->bridges) {
+        m->i_f_a = m->cold_i_f_a * share;
+        m->psi_n_vs = m->psi_f_vs + bridge_distance(m, core_a - m->i_f_a);
+    } else {
+        m->i_f_a = core_a;
+    }
+    m->energy_f = energy_formula(m, (struct dq){m->psi_f_vs, 0});
+}
+
+void motor_map_init(struct motor_map *m, const struct motor_params *p)
+{
+    memset(m, 0, sizeof *m);
+    m->linear = p->sat_a_d0 == 0;
+    if (m->linear) {
+        m->a_d0 = 1 / p->ld_h;
+        m->a_q0 = 1 / p->lq_h;
+        m->cold_psi_f_vs = m->psi_f_vs = p->flux_wb;
+        return;
+    }
+    *m = (struct motor_map){
+        .bridges = p->sat_a_b > 0,
+        .s = (unsigned)p->sat_s,
+        .t = (unsigned)p->sat_t,
+        .u = (unsigned)p->sat_u,
+        .v = (unsigned)p->sat_v,
+        .w = (unsigned)p->sat_w,
+        .a_d0 = p->sat_a_d0,
+        .a_dd = p->sat_a_dd,
+        .a_q0 = p->sat_a_q0,
+        .a_qq = p->sat_a_qq,
+        .a_dq = p->sat_a_dq,
+        .a_b = p->sat_a_b,
+        .a_bp = p->sat_a_bp,
+        .k_q = p->sat_k_q,
+        .cold_i_f_a = p->sat_i_f_a,
+        .i_f_a = p->sat_i_f_a,
+        .psi_n_vs = p->sat_psi_n_wb,
+    };
+    m->psi_f_vs = m->cold_psi_f_vs = without_current(m);
+    m->energy_f = energy_formula(m, (struct dq){m->psi_f_vs, 0});
+}
+
+/* ---- the other way round ---- */
+
+/* Newton's method; a whole step may overshoot, because the powers are steep. */
+bool motor_map_flux(const struct motor_map *m, struct dq i, struct dq *psi)
+{
+    struct dq off = motor_map_current(m, *psi = (struct dq){m->psi_f_vs, 0});
+    off = (struct dq){off.d - i.d, off.q - i.q};
+    double error_a = hypot(off.d, off.q), share = 1;
+    for (int n = 0; n < 200 && error_a > 0 && share > 1e-6; n++) {
+        struct dq step = slopes_solve(motor_map_slopes(m, *psi), off);
+        struct dq next = {psi->d - share * step.d, psi->q - share * step.q};
+        struct dq got = motor_map_current(m, next);
+        struct dq next_off = {got.d - i.d, got.q - i.q};
+        double next_a = hypot(next_off.d, next_off.q);
+        if (next_a < error_a) {
+            *psi = next;
+            off = next_off;
+            error_a = next_a;
+            share = 1;
+        } else {
+            share /= 2;
+        }
+    }
+    return error_a <= 1e-9 * (1 + hypot(i.d, i.q));
+}
+
+bool motor_map_monotone(const struct motor_map *m, double i_max_a)
+{
+    const int directions = 48, rings = 10;
+    const double turn = 6.283185307179586;
+    for (int n = 0; n < directions * rings; n++) {
+        double i_a = i_max_a * (1 + n / directions) / rings, angle = turn * (n % directions) / directions;
+        struct dq psi;
+        if (!motor_map_flux(m, (struct dq){i_a * cos(angle), i_a * sin(angle)}, &psi)) {
+            return false;
+        }
+        struct slopes g = motor_map_slopes(m, psi);
+        if (!(g.dd > 0 && slopes_determinant(g) > 0)) {
+            return false;
+        }
+    }
+    return true;
+}
