@@ -19,6 +19,7 @@ void motor_field_init(struct motor_field *f, const struct motor_params *p)
     }
     f->eps_6 = p->permeance_6;
     f->eps_12 = p->permeance_12;
+    f->permeance_max = 1 + fabs(f->eps_6) + fabs(f->eps_12);
     f->permeance_varies = f->eps_6 != 0 || f->eps_12 != 0;
     f->highest_order = fmax(f->highest_order, f->eps_12 != 0 ? 12 : f->permeance_varies ? 6 : 0);
     f->pole_pairs = p->pole_pairs;
@@ -60,12 +61,13 @@ void motor_field_at(const struct motor_field *f, struct dq psi, double s, double
         add_harmonics(f, s, c, at);
     }
     at->own = (struct dq){psi.d - (at->magnet.d - f->map.psi_f_vs), psi.q - at->magnet.q};
-    at->f = motor_map_current(&f->map, at->own);
+    at->f = f->permeance_varies ? motor_map_current_energy(&f->map, at->own, &at->map_j)
+                                : motor_map_current(&f->map, at->own);
     at->i = (struct dq){at->permeance * at->f.d, at->permeance * at->f.q};
     double work = psi.d * at->i.q - psi.q * at->i.d + at->i.d * at->turn.d + at->i.q * at->turn.q;
     at->torque_nm = 1.5 * f->pole_pairs * work;
     if (f->permeance_varies) {
-        at->torque_nm -= f->pole_pairs * at->permeance_turn * motor_map_energy(&f->map, at->own);
+        at->torque_nm -= f->pole_pairs * at->permeance_turn * at->map_j;
     }
 }
 

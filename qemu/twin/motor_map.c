@@ -25,45 +25,29 @@ static inline struct bridge_point bridge_at(const struct motor_map *m, struct dq
     return b;
 }
 
-struct dq motor_map_current(const struct motor_map *m, struct dq psi)
+/* The powers of a flux linkage that current and energy share. */
+struct map_point {
+    double dd, qq;         /* squares */
+    double self_d, self_q; /* |d|^S, |q|^T */
+    double cross;          /* |d|^U |q|^V */
+};
+
+static inline struct map_point map_at(const struct motor_map *m, struct dq psi)
 {
-    if (m->linear) {
-        return (struct dq){m->a_d0 * (psi.d - m->psi_f_vs), m->a_q0 * psi.q};
-    }
     double d = fabs(psi.d), q = fabs(psi.q);
-    double cross = m->a_dq * power(d, m->u) * power(q, m->v);
-    double by_d = m->a_d0 + m->a_dd * power(d, m->s) + cross * q * q / (m->v + 2);
-    double by_q = m->a_q0 + m->a_qq * power(q, m->t) + cross * d * d / (m->u + 2);
-    struct dq i = {psi.d * by_d - m->i_f_a, psi.q * by_q};
+    return (struct map_point){d * d, q * q, power(d, m->s), power(q, m->t), power(d, m->u) * power(q, m->v)};
+}
+
+static inline struct dq current_at(const struct motor_map *m, struct dq psi, const struct map_point *at)
+{
+    struct dq i = {psi.d * (m->a_d0 + m->a_dd * at->self_d + m->dq_by_v * at->cross * at->qq) - m->i_f_a,
+                   psi.q * (m->a_q0 + m->a_qq * at->self_q + m->dq_by_u * at->cross * at->dd)};
     if (m->bridges) {
         struct bridge_point b = bridge_at(m, psi);
         i.d += b.conductance * b.d;
         i.q += b.conductance * m->k_q * psi.q;
     }
     return i;
-}
-
-struct slopes motor_map_slopes(const struct motor_map *m, struct dq psi)
-{
-    if (m->linear) {
-        return (struct slopes){m->a_d0, 0, m->a_q0};
-    }
-    double d = fabs(psi.d), q = fabs(psi.q);
-    double cross = m->a_dq * power(d, m->u) * power(q, m->v);
-    struct slopes g = {
-        .dd = m->a_d0 + (m->s + 1) * m->a_dd * power(d, m->s) + cross * q * q * (m->u + 1) / (m->v + 2),
-        .dq = cross * psi.d * psi.q,
-        .qq = m->a_q0 + (m->t + 1) * m->a_qq * power(q, m->t) + cross * d * d * (m->v + 1) / (m->u + 2),
-    };
-    if (m->bridges) {
-        struct bridge_point b = bridge_at(m, psi);
-        double below = 1 + m->a_bp * b.xw;
-        double slope_over_x = m->w * m->a_b * (m->w == 2 ? 1 : b.xx) / (below * below);
-        g.dd += b.conductance + slope_over_x * b.d * b.d;
-        g.dq += slope_over_x * m->k_q * b.d * psi.q;
-        g.qq += m->k_q * (b.conductance + slope_over_x * m->k_q * psi.q * psi.q);
-    }
-    return g;
 }
 
 /* Integral of G_b x dx. */
@@ -78,22 +62,62 @@ static double bridge_energy(const struct motor_map *m, struct dq psi)
     return m->a_b / m->a_bp * (b.xx - rest) / 2;
 }
 
-static double energy_formula(const struct motor_map *m, struct dq psi)
+static inline double energy_at(const struct motor_map *m, struct dq psi, const struct map_point *at)
 {
-    double d = fabs(psi.d), q = fabs(psi.q);
-    double self_d = d * d * (m->a_d0 / 2 + m->a_dd * power(d, m->s) / (m->s + 2)) - m->i_f_a * psi.d;
-    double self_q = q * q * (m->a_q0 / 2 + m->a_qq * power(q, m->t) / (m->t + 2));
-    double cross = m->a_dq * power(d, m->u + 2) * power(q, m->v + 2) / ((m->u + 2) * (m->v + 2));
+    double self_d = at->dd * (m->a_d0 / 2 + m->energy_dd * at->self_d) - m->i_f_a * psi.d;
+    double self_q = at->qq * (m->a_q0 / 2 + m->energy_qq * at->self_q);
+    double cross = m->energy_dq * at->cross * at->dd * at->qq;
     return 1.5 * (self_d + self_q + cross + (m->bridges ? bridge_energy(m, psi) : 0));
+}
+
+struct dq motor_map_current(const struct motor_map *m, struct dq psi)
+{
+    if (m->linear) {
+        return (struct dq){m->a_d0 * (psi.d - m->psi_f_vs), m->a_q0 * psi.q};
+    }
+    struct map_point at = map_at(m, psi);
+    return current_at(m, psi, &at);
+}
+
+struct dq motor_map_current_energy(const struct motor_map *m, struct dq psi, double *energy_j)
+{
+    if (m->linear) {
+        struct dq i = motor_map_current(m, psi);
+        *energy_j = 0.75 * (i.d * (psi.d - m->psi_f_vs) + i.q * psi.q);
+        return i;
+    }
+    struct map_point at = map_at(m, psi);
+    *energy_j = energy_at(m, psi, &at) - m->energy_f;
+    return current_at(m, psi, &at);
 }
 
 double motor_map_energy(const struct motor_map *m, struct dq psi)
 {
+    double energy_j;
+    motor_map_current_energy(m, psi, &energy_j);
+    return energy_j;
+}
+
+struct slopes motor_map_slopes(const struct motor_map *m, struct dq psi)
+{
     if (m->linear) {
-        double from_f = psi.d - m->psi_f_vs;
-        return 0.75 * (m->a_d0 * from_f * from_f + m->a_q0 * psi.q * psi.q);
+        return (struct slopes){m->a_d0, 0, m->a_q0};
     }
-    return energy_formula(m, psi) - m->energy_f;
+    struct map_point at = map_at(m, psi);
+    struct slopes g = {
+        .dd = m->a_d0 + (m->s + 1) * m->a_dd * at.self_d + (m->u + 1) * m->dq_by_v * at.cross * at.qq,
+        .dq = m->a_dq * at.cross * psi.d * psi.q,
+        .qq = m->a_q0 + (m->t + 1) * m->a_qq * at.self_q + (m->v + 1) * m->dq_by_u * at.cross * at.dd,
+    };
+    if (m->bridges) {
+        struct bridge_point b = bridge_at(m, psi);
+        double below = 1 + m->a_bp * b.xw;
+        double slope_over_x = m->w * m->a_b * (m->w == 2 ? 1 : b.xx) / (below * below);
+        g.dd += b.conductance + slope_over_x * b.d * b.d;
+        g.dq += slope_over_x * m->k_q * b.d * psi.q;
+        g.qq += m->k_q * (b.conductance + slope_over_x * m->k_q * psi.q * psi.q);
+    }
+    return g;
 }
 
 /* ---- the magnets ---- */
@@ -143,7 +167,8 @@ void motor_map_magnet(struct motor_map *m, double share)
     } else {
         m->i_f_a = core_a;
     }
-    m->energy_f = energy_formula(m, (struct dq){m->psi_f_vs, 0});
+    m->energy_f = 0;
+    m->energy_f = motor_map_energy(m, (struct dq){m->psi_f_vs, 0});
 }
 
 void motor_map_init(struct motor_map *m, const struct motor_params *p)
@@ -171,12 +196,18 @@ void motor_map_init(struct motor_map *m, const struct motor_params *p)
         .a_b = p->sat_a_b,
         .a_bp = p->sat_a_bp,
         .k_q = p->sat_k_q,
+        .dq_by_v = p->sat_a_dq / (p->sat_v + 2),
+        .dq_by_u = p->sat_a_dq / (p->sat_u + 2),
+        .energy_dd = p->sat_a_dd / (p->sat_s + 2),
+        .energy_qq = p->sat_a_qq / (p->sat_t + 2),
+        .energy_dq = p->sat_a_dq / ((p->sat_u + 2) * (p->sat_v + 2)),
         .cold_i_f_a = p->sat_i_f_a,
         .i_f_a = p->sat_i_f_a,
         .psi_n_vs = p->sat_psi_n_wb,
     };
     m->psi_f_vs = m->cold_psi_f_vs = without_current(m);
-    m->energy_f = energy_formula(m, (struct dq){m->psi_f_vs, 0});
+    m->energy_f = 0;
+    m->energy_f = motor_map_energy(m, (struct dq){m->psi_f_vs, 0});
 }
 
 /* ---- the other way round ---- */
