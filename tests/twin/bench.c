@@ -39,6 +39,7 @@ const struct sensor_params bench_sensors = {
     .i_gain_b = 1,
     .i_gain_c = 1,
     .encoder_counts = 4000,
+    .encoder_index_counts = 1,
 };
 
 struct plant_params bench_plant(void)
@@ -93,6 +94,29 @@ void bench_before_trigger(struct plant *p, const struct plant_params *params)
     bench_start(p, params, (uint32_t[3]){BENCH_PERIOD_COUNTS / 2, BENCH_PERIOD_COUNTS / 2, BENCH_PERIOD_COUNTS / 2});
     bench_run(p, 0.98e-3);
     plant_advance(p, plant_next_trigger(p) - sim_from_s(1e-6));
+}
+
+static void keep_row(void *row, const struct plant_row *of_trigger)
+{
+    *(struct plant_row *)row = *of_trigger;
+}
+
+struct plant_row bench_convert(struct plant *p, double codes[3])
+{
+    struct plant_row row;
+    p->on_trigger = keep_row;
+    p->context = &row;
+    bench_write(p, ADC_CONTROL, 1);
+    while (bench_read(p, ADC_STATUS) == 0) {
+        bench_run(p, 1e-6);
+    }
+    for (unsigned k = 0; k < 3; k++) {
+        codes[k] = (int32_t)bench_read(p, ADC_IA + 4 * k) / 16.0;
+    }
+    bench_write(p, ADC_STATUS, 3);
+    bench_write(p, ADC_CONTROL, 0);
+    p->on_trigger = NULL;
+    return row;
 }
 
 struct motor bench_motor_at(double electrical_rad)

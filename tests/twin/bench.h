@@ -58,6 +58,9 @@ void bench_start(struct plant *p, const struct plant_params *params, const uint3
 /* A fresh plant with all legs at half, whose next trigger comes 1 us after the return. */
 void bench_before_trigger(struct plant *p, const struct plant_params *params);
 
+/* The next conversion of a plant whose ADC is off: codes from the middle, and the truth at its trigger. */
+struct plant_row bench_convert(struct plant *p, double codes[3]);
+
 /* The bench's motor alone, turned to an electrical angle. */
 struct motor bench_motor_at(double electrical_rad);
 void bench_run_motor(struct motor *m, const struct motor_source *source, double duration_s);
