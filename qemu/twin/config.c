@@ -290,9 +290,9 @@ static void check_complete(const struct reader *r, bool motor_only)
         fail(r, "sensor.encoder_counts and sensor.adc_bits are whole numbers");
     }
     check_cycles(r);
-    double sinks = c->plant.inverter.supply_sinks;
-    if (sinks != 0 && sinks != 1) {
-        fail(r, "inverter.supply_sinks is 0 or 1");
+    const char *mismatch = motor_only ? NULL : inverter_mismatch(&c->plant.inverter);
+    if (mismatch) {
+        fail(r, "inverter: %s", mismatch);
     }
     if (c->plant.motor.pole_pairs != floor(c->plant.motor.pole_pairs)) {
         fail(r, "motor.pole_pairs is a whole number");
