@@ -6,7 +6,6 @@ whenever the host is, and the firmware rightly sees its loop stop. Real time com
 moment whenever it has run ahead. On a slow machine the motor's time is slower than the clock on the wall.
 """
 import signal
-import subprocess
 import sys
 import time
 from dataclasses import replace
@@ -16,7 +15,7 @@ from .drive import load_drive
 from .errors import LauncherError
 from .paths import build_dir, shown
 from .probes import Symbols
-from .qemu import Image, Qemu, command, progress_s
+from .qemu import Image, Qemu, command, progress_s, start
 from .scenario import Scenario, load_scenario
 from .simulate import check_seed, prepare, write
 
@@ -66,10 +65,7 @@ def _prepared(motor, seed, build, qemu, scenario, extra=()):
 
 
 def _run(arguments, environment, progress=None):
-    try:
-        process = subprocess.Popen(arguments, env=environment)
-    except OSError as error:
-        raise LauncherError(f"cannot start {arguments[0]}: {error.strerror}") from error
+    process = start(arguments, environment)
     try:
         return process.wait() if progress is None else _keep_pace(process, progress)
     except KeyboardInterrupt:
