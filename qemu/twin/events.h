@@ -47,7 +47,7 @@ struct event {
     bool on; /* of a 0|1 argument; false for "off" */
     double number;
     double second, third; /* of an event with more numbers */
-    double fraction; /* 0 to 1 */
+    double fraction;      /* 0 to 1 */
     uint32_t address, word;
     const char *text; /* for the console; belongs to the event */
 };

@@ -29,7 +29,7 @@ static struct bridge with_drops(double i_a)
     p.flux_wb = 0;
     motor_init(&b.m, &p, &bench_no_load);
     motor_lock(&b.m, true);
-    b.m.i_d_a = i_a;
+    motor_set_current(&b.m, i_a, 0);
     return b;
 }
 
@@ -92,7 +92,7 @@ static void decay(void)
     ip.oc_trip_a = 100;
     struct bridge b = bridge_on_bench(&ip);
     motor_lock(&b.m, true);
-    b.m.i_d_a = 12;
+    motor_set_current(&b.m, 12, 0);
     bridge_gates(&b, ALL_LOW);
     bridge_advance(&b, 50e-6);
     /* A drops its constant part in one direction, B and C in the other: 2/3 of two of them, beside R i */

@@ -68,12 +68,12 @@ static void voltage_error(void)
         double i_a = of_corner[n / 2] * (n % 2 ? -corner_a : corner_a);
         struct bridge b = ideal_bridge(QOSS_C, 10, 0);
         char name[80];
-        b.m.i_d_a = i_a;
+        motor_set_current(&b.m, i_a, 0);
         cycle_error_v(&b, 20e-6);
         snprintf(name, sizeof name, "mean voltage error of a leg at %.3f A (V)", i_a);
         check_near(name, cycle_error_v(&b, 20e-6), closed_form_v(i_a), 1e-3 * full_v);
         b = ideal_bridge(0, 10, 0);
-        b.m.i_d_a = i_a;
+        motor_set_current(&b.m, i_a, 0);
         cycle_error_v(&b, 20e-6);
         check_near("without output charge: the full dead time (V)", cycle_error_v(&b, 20e-6), -copysign(full_v, i_a),
                    1e-9);
@@ -131,7 +131,7 @@ static void swing(const char *name, double i0_a, double inductance_h, double dur
     struct bridge b = ideal_bridge(QOSS_C, inductance_h, diode_v);
     char text[100];
     bridge_gates(&b, BC_LOW | GATE_HIGH(0));
-    b.m.i_d_a = i0_a;
+    motor_set_current(&b.m, i0_a, 0);
     bridge_gates(&b, BC_LOW);
     bridge_advance(&b, duration_s);
     struct swing s = integrate(i0_a, inductance_h, diode_v, duration_s);
@@ -161,7 +161,7 @@ static void comes_to_rest(void)
     struct bridge b = bridge_on_bench(&ip);
     motor_lock(&b.m, true);
     bridge_gates(&b, A_HIGH_BC_LOW);
-    b.m.i_d_a = 0.02;
+    motor_set_current(&b.m, 0.02, 0);
     bridge_gates(&b, 0);
     bridge_advance(&b, 100e-6);
     check_true("all off: every leg has come to rest",
@@ -180,7 +180,7 @@ static void charge_of_a_swing(void)
 {
     struct bridge b = ideal_bridge(QOSS_C, 10, 0);
     bridge_gates(&b, BC_LOW | GATE_HIGH(0));
-    b.m.i_d_a = 2;
+    motor_set_current(&b.m, 2, 0);
     bridge_gates(&b, BC_LOW);
     double before_j = b.inv.energy_supply_j, edges_j = b.inv.energy_edges_j, stored_j = coss_stored_j(&b.inv),
            motor_j = b.m.energy_in_j;
