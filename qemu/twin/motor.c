@@ -62,7 +62,7 @@ void motor_init(struct motor *m, const struct motor_params *p, const struct load
     motor_field_init(&m->field, p);
     m->min_inductance_h = fmin(p->ld_h, p->lq_h) / m->field.permeance_max;
     m->longest_turn_rad = longest_turn_rad(m);
-    m->longest_shaft_s = shaft_max_step_s(m);
+    shaft_init(m);
     sincos(p->pole_pairs * m->theta_rad, &m->sin_e, &m->cos_e);
     motor_follow_temperature(m);
     motor_set_current(m, 0, 0);

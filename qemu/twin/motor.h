@@ -21,6 +21,12 @@ struct motor_source {
     bool held[3];
 };
 
+#define COGGING_TERMS 3
+
+struct cogging {
+    double per_rev, sin_nm, cos_nm; /* of per_rev times the rotor's angle, times the amplitude */
+};
+
 enum shaft { SHAFT_FREE, SHAFT_LOCKED, SHAFT_SPUN };
 
 struct motor {
@@ -46,6 +52,8 @@ struct motor {
     bool load_stuck; /* the load behind a compliant shaft */
     double load_nm;  /* external torque against positive rotation, whatever the speed */
     double hoist_nm; /* the same of a load on a ratchet: it turns nothing from rest */
+    struct cogging cogging[COGGING_TERMS];
+    int cogging_terms, cogging_age;
     struct winding_short fault;
     double longest_turn_rad, longest_shaft_s; /* what a step has to resolve of harmonics and shaft */
 

@@ -31,7 +31,8 @@ struct motor_map {
     double a_d0, a_dd, a_q0, a_qq, a_dq, a_b, a_bp, k_q;
     double dq_by_v, dq_by_u;                /* a_dq/(V+2), a_dq/(U+2) */
     double energy_dd, energy_qq, energy_dq; /* the same coefficients integrated */
-    double cold_psi_f_vs, cold_i_f_a;       /* of the magnets at 25 degrees */
+    double one_over_bp, a_b_over_2bp;
+    double cold_psi_f_vs, cold_i_f_a; /* of the magnets at 25 degrees */
     /* as warm as the magnets are: */
     double psi_n_vs, i_f_a;
     double psi_f_vs; /* flux linkage without current */

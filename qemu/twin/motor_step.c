@@ -26,6 +26,8 @@
 struct step_constants {
     const struct motor *m;
     const struct motor_source *source;
+    double emf_alpha_v, emf_beta_v; /* of the source, in the stator's two axes */
+    double r_alpha_ohm, r_beta_ohm, r_mixed_ohm;
     double resistance_ohm;
     double loop_ohm;     /* of shorted turns */
     double iron_per_wb2; /* 1 / psi_f^2 */
@@ -110,21 +112,19 @@ static void hold_three(const struct step_constants *k, struct instant *at)
 }
 
 /* The terminals' voltages as the source gives them. */
-static inline struct dq source_voltage(const struct motor_source *src, const struct instant *at)
+static inline struct dq source_voltage(const struct step_constants *k, const struct instant *at)
 {
-    double i[3], v[3];
-    to_phases(at->i, at->s, at->c, i);
-    for (int n = 0; n < 3; n++) {
-        v[n] = src->emf_v[n] - src->r_ohm[n][0] * i[0] - src->r_ohm[n][1] * i[1] - src->r_ohm[n][2] * i[2];
-    }
-    return from_phases(v, at->s, at->c);
+    double i_alpha = at->i.d * at->c - at->i.q * at->s, i_beta = at->i.d * at->s + at->i.q * at->c;
+    double alpha = k->emf_alpha_v - k->r_alpha_ohm * i_alpha - k->r_mixed_ohm * i_beta;
+    double beta = k->emf_beta_v - k->r_mixed_ohm * i_alpha - k->r_beta_ohm * i_beta;
+    return (struct dq){alpha * at->c + beta * at->s, beta * at->c - alpha * at->s};
 }
 
 static void electrical(const struct step_constants *k, const double y[STATES], struct instant *at)
 {
     const struct motor *m = k->m;
     struct dq psi = {y[PSI_D], y[PSI_Q]};
-    turn_by(m->p.pole_pairs * (y[THETA] - k->shaft.theta_start_rad), m->sin_e, m->cos_e, &at->s, &at->c);
+    turn_by(m->p.pole_pairs * (y[THETA] - m->theta_rad), m->sin_e, m->cos_e, &at->s, &at->c);
     motor_field_at(&m->field, psi, at->s, at->c, &at->field);
     at->speed_e = m->p.pole_pairs * y[SPEED];
     at->i = at->field.i;
@@ -135,7 +135,7 @@ static void electrical(const struct step_constants *k, const double y[STATES], s
         at->i = with_loop(&m->fault, at->i, at->fault, y[LOOP]);
         at->loop_slope = -k->loop_ohm * m->fault.loop_per_h * y[LOOP];
     }
-    struct dq v = source_voltage(k->source, at);
+    struct dq v = source_voltage(k, at);
     at->v = (struct dq){0, 0};
     at->slope = (struct dq){at->speed_e * psi.q - k->resistance_ohm * at->field.i.d,
                             -at->speed_e * psi.d - k->resistance_ohm * at->field.i.q};
@@ -217,10 +217,23 @@ static void runge_kutta(const struct step_constants *k, double y[SLOPES], double
     }
 }
 
+static void begin_source(struct step_constants *k)
+{
+    const double *e = k->source->emf_v, (*r)[3] = k->source->r_ohm;
+    double to_b = (r[0][1] + r[1][0]) / 2, to_c = (r[0][2] + r[2][0]) / 2, between = (r[1][2] + r[2][1]) / 2;
+    double own = (r[1][1] + r[2][2]) / 2;
+    k->emf_alpha_v = (2 * e[0] - e[1] - e[2]) / 3;
+    k->emf_beta_v = (e[1] - e[2]) / SQRT3;
+    k->r_alpha_ohm = (2 * r[0][0] - 2 * (to_b + to_c) + own + between) / 3;
+    k->r_beta_ohm = own - between;
+    k->r_mixed_ohm = (to_b - to_c - (r[1][1] - r[2][2]) / 2) / SQRT3;
+}
+
 static void begin(struct step_constants *k)
 {
     const struct motor *m = k->m;
     double psi_f = m->field.map.cold_psi_f_vs;
+    begin_source(k);
     k->resistance_ohm = motor_resistance_ohm(m);
     k->iron_per_wb2 = psi_f > 0 ? 1 / (psi_f * psi_f) : 1;
     k->loop_ohm = m->fault.present ? winding_short_loop_ohm(&m->fault, k->resistance_ohm) : 0;
@@ -244,11 +257,11 @@ static void take_over(struct motor *m, const double y[SLOPES])
 {
     if (y[THETA] != m->theta_rad) {
         sincos(m->p.pole_pairs * y[THETA], &m->sin_e, &m->cos_e);
+        shaft_turn(m, y[THETA]);
     }
     m->psi_vs = (struct dq){y[PSI_D], y[PSI_Q]};
     m->loop_a = y[LOOP];
     m->speed_rad_s = y[SPEED];
-    m->theta_rad = y[THETA];
     m->load_speed_rad_s = y[LOAD_SPEED];
     m->twist_rad = y[TWIST];
     m->volt_alpha_vs += y[VOLT_ALPHA];
@@ -311,7 +324,7 @@ void motor_step(struct motor *m, const struct motor_source *source, double dt_s)
 
 void motor_star_voltages(const struct motor *m, const struct motor_source *source, double v_v[3])
 {
-    struct step_constants k = {.m = m, .source = source, .shaft.theta_start_rad = m->theta_rad};
+    struct step_constants k = {.m = m, .source = source};
     double y[STATES] = {m->psi_vs.d, m->psi_vs.q, m->loop_a, m->speed_rad_s, m->theta_rad};
     struct instant at;
     begin(&k);

@@ -25,6 +25,9 @@ $(BUILD)/qemu/modelcheck: $(MODELCHECK_OBJECTS)
 	$(call say,LD)
 	$(Q)$(HOSTCC) $^ -o $@ -lm
 
+# Half of the plant's time goes into these.
+$(patsubst %,$(BUILD)/qemu/twin/%.o,motor_step motor_field motor_map shaft): TWIN_CFLAGS += -O3
+
 # Called for every instruction: pairs of counts written one by one and read together as a vector would stall it each time.
 $(BUILD)/qemu/twin/cycles.o: TWIN_CFLAGS += -fno-tree-slp-vectorize
 

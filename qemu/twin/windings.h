@@ -35,12 +35,6 @@ static inline void to_phases(struct dq x, double s, double c, double abc[3])
     abc[2] = -0.5 * alpha - SQRT3 / 2 * beta;
 }
 
-static inline struct dq from_phases(const double abc[3], double s, double c)
-{
-    double alpha = (2 * abc[0] - abc[1] - abc[2]) / 3, beta = (abc[1] - abc[2]) / SQRT3;
-    return (struct dq){alpha * c + beta * s, beta * c - alpha * s};
-}
-
 /* Shorted turns draw fraction * loop_a beside the field's current of their phase; two thirds of it stand on its axis. */
 static inline struct dq with_loop(const struct winding_short *f, struct dq i, struct dq fault, double loop_a)
 {

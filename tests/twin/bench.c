@@ -17,6 +17,70 @@ const struct motor_params bench_motor = {
     .ambient_c = 25,
 };
 
+const struct motor_params bench_syrm = {
+    .pole_pairs = 2,
+    .resistance_ohm = 0.54,
+    .sat_a_d0 = 17.4,
+    .sat_a_dd = 373,
+    .sat_s = 5,
+    .sat_a_q0 = 52.1,
+    .sat_a_qq = 658,
+    .sat_t = 1,
+    .sat_a_dq = 1120,
+    .sat_u = 1,
+    .sat_w = 2,
+    .inertia_kgm2 = 0.015,
+    .thermal_resistance_k_w = 1,
+    .thermal_capacity_j_k = 1e4,
+    .ambient_c = 25,
+};
+
+const struct motor_params bench_baldor = {
+    .pole_pairs = 2,
+    .resistance_ohm = 0.63,
+    .sat_a_d0 = 3.96,
+    .sat_a_dd = 28.46,
+    .sat_s = 4,
+    .sat_a_q0 = 5.89,
+    .sat_a_qq = 2.672,
+    .sat_t = 6,
+    .sat_a_dq = 41.52,
+    .sat_u = 1,
+    .sat_v = 1,
+    .sat_a_b = 81.75,
+    .sat_a_bp = 1,
+    .sat_w = 2,
+    .sat_k_q = 0.1,
+    .sat_psi_n_wb = 0.804,
+    .inertia_kgm2 = 0.05,
+    .thermal_resistance_k_w = 1,
+    .thermal_capacity_j_k = 1e4,
+    .ambient_c = 25,
+};
+
+const struct motor_params bench_thor = {
+    .pole_pairs = 2,
+    .resistance_ohm = 0.2,
+    .sat_a_d0 = 28.51,
+    .sat_a_dd = 128.8,
+    .sat_s = 2,
+    .sat_a_q0 = 20.64,
+    .sat_a_qq = 5756,
+    .sat_t = 6,
+    .sat_a_dq = 4247,
+    .sat_u = 1,
+    .sat_v = 1,
+    .sat_a_b = 7360,
+    .sat_a_bp = 17.69,
+    .sat_w = 2,
+    .sat_k_q = 0.1398,
+    .sat_psi_n_wb = 0.2196,
+    .inertia_kgm2 = 4.228e-3,
+    .thermal_resistance_k_w = 1,
+    .thermal_capacity_j_k = 1e4,
+    .ambient_c = 25,
+};
+
 const struct load_params bench_no_load = {0};
 const struct motor_source bench_open_terminals = {.held = {true, true, true}};
 
