@@ -167,9 +167,10 @@ static void pieces(void)
     meter_read(&m, &r);
     check_near("without time: the last current", r.i_rms_a[0], 6, 0);
     check_near("and torque", r.torque_mean_nm, 4, 0);
-    meter_add(&m, 1, (double[3]){1, 0, 0}, (double[3]){1, 0, 0}, 4);
+    meter_add(&m, 1, (double[3]){1, -2, 0}, (double[3]){1, 0, 0}, 4);
     meter_read(&m, &r);
     check_near("each reading starts anew", r.i_peak_a[0] + r.i_rms_a[0], 2, 1e-12);
+    check_near("a peak where the piece begins", r.i_peak_a[1], 2, 0);
 }
 
 int main(void)

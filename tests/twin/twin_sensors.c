@@ -178,6 +178,35 @@ static void seeds(void)
     check_true("another seed, other codes", memcmp(first, second, sizeof first) != 0);
 }
 
+/* Streams of one seed: the product of two has the mean zero, unless one is the other, shifted or not. */
+static void streams_of_one_seed(void)
+{
+    enum { STREAMS = 4, DRAWS = 4000, SHIFTS = 10 };
+    static double drawn[STREAMS][DRAWS];
+    for (int n = 0; n < STREAMS; n++) {
+        struct random r;
+        random_seed(&r, 12);
+        if (n > 0) {
+            random_seed_stream(&r, 12, (enum random_stream)n);
+        }
+        for (int k = 0; k < DRAWS; k++) {
+            drawn[n][k] = random_gaussian(&r);
+        }
+    }
+    double worst = 0;
+    for (int pair = 0; pair < STREAMS * STREAMS; pair++) {
+        const double *one = drawn[pair / STREAMS], *other = drawn[pair % STREAMS];
+        for (int shift = 0; shift < SHIFTS && one != other; shift++) {
+            double sum = 0;
+            for (int k = 0; k + shift < DRAWS; k++) {
+                sum += one[k] * other[k + shift];
+            }
+            worst = fmax(worst, fabs(sum) / DRAWS);
+        }
+    }
+    check_near("correlation of two streams of a seed", worst, 0, 5 / sqrt(DRAWS));
+}
+
 int main(void)
 {
     scale();
@@ -186,5 +215,6 @@ int main(void)
     noise();
     gaussian();
     seeds();
+    streams_of_one_seed();
     return check_end();
 }
