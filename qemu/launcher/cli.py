@@ -3,6 +3,7 @@
 DETUNE, QEMU and BUILD."""
 import argparse
 import os
+import signal
 import sys
 
 from .errors import LauncherError
@@ -11,6 +12,7 @@ from .errors import LauncherError
 def main(argv=None):
     """Returns the exit status: 0 all limits hold, 1 a limit failed, 2 the run could not be made."""
     options = _parser().parse_args(argv)
+    _end_in_order()
     try:
         return options.function(options)
     except LauncherError as error:
@@ -21,6 +23,16 @@ def main(argv=None):
         return 130
     except BrokenPipeError:
         return 2
+
+
+def _end_in_order():
+    """A signal that ends the launcher unwinds it, and with it QEMU."""
+    def leave(number, _frame):
+        print(f"mssfoc: ended by {signal.Signals(number).name}", file=sys.stderr)
+        sys.exit(128 + number)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:  # nohup
+            signal.signal(number, leave)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -95,7 +107,8 @@ def _run(options):
 
     motor, scenario = options.motor or DEFAULT_MOTOR, options.scenario or DEFAULT_SCENARIO
     progress = ProgressLine(f"{scenario} on {motor}")
-    result = simulate(scenario, motor, options.seed, options.out, options.build, options.qemu, show=progress, **_plant(options))
+    result = simulate(scenario, motor, options.seed, options.out, options.build, options.qemu, show=progress, csv=True,
+                      **_plant(options))
     progress.done()
     write_json(result, result.out_dir / "report.json")
     draw(result, result.out_dir / "run.png")

@@ -82,7 +82,7 @@ def test_nothing_old_passes_for_a_result(build, fake_qemu):
     (build / "run" / "report.json").write_text("{}")
     with pytest.raises(LauncherError):
         simulate(SCENARIO, build=build, qemu=fake_qemu("lockup"))
-    assert not (build / "run" / "trace.csv").exists() and not (build / "run" / "report.json").exists()
+    assert not (build / "run" / "trace.bin").exists() and not (build / "run" / "report.json").exists()
 
 
 @pytest.mark.parametrize("missing", ["mssfoc.hex", "mssfoc.elf", "qemu/twin.so"])
