@@ -22,7 +22,8 @@ _NUMBERS = {(1, False): "u8", (1, True): "s8", (2, False): "u16", (2, True): "s1
 def described(elf_path):
     """{"producer": text, "functions": {name: [address, first halfword or None]}, "variables": {name: [address, type]},
     "enums": {tag: [[value, name]]}, "types": [...], "segments": [[address, what is loaded there, in hex]]}; a type is an
-    index into "types", or None. A type has "size" (bytes or None), "number" ("s32", ... or ""), "members" ({name: [offset, type]}) and "element" (type of an array's elements).
+    index into "types", or None. A type has "size" (bytes or None), "number" ("s32", ... or ""),
+    "members" ({name: [offset, type]}) and "element" (type of an array's elements).
     """
     try:
         content = Path(elf_path).read_bytes()
