@@ -10,10 +10,10 @@
     [[figure]] name = "...", kind = "speed_error", ... , and limits: max = 0.5 and/or min = ..., or equal = ...
 
 Times, arguments of events and of figures are numbers or expressions over the names of the drive (Drive.names()) and over
-labels, in whatever order they are written; a label is the instant of its step, which need not do anything. In console texts and in the title an
-expression in braces is replaced, `torque {0.1 * rated_current_A:.2f}`, and "@parameters" types all `set` lines again. In
-poke and poke_rom, `&name` is the address of a variable or function of the image and `*name` the first 16 bits of code of a
-function.
+labels, in whatever order they are written; a label is the instant of its step, which need not do anything. In console texts
+and in the title an expression in braces is replaced, `torque {0.1 * rated_current_A:.2f}`, and "@parameters" types all `set`
+lines again. In poke and poke_rom, `&name` is the address of a variable or function of the image and `*name` the first 16
+bits of code of a function.
 
 A step that repeats itself has `each = { hz = [50, 100] }`, which is a name for its expressions, `every_s`, how long each
 lasts, and may have `end_label`, the instant after the last.

@@ -92,6 +92,12 @@ static void disturb_sensor(const struct event *e, struct current_sensor *sensor)
     }
 }
 
+/* The direction stands still and counts from where the rotor's d axis is now. */
+static void inject(const struct event *e, const struct motor *m, struct sensors *sensors)
+{
+    sensors_inject(sensors, e->number, e->second, m->p.pole_pairs * m->theta_rad + e->third, e->t_s);
+}
+
 static void disturb_encoder(const struct event *e, struct encoder *encoder)
 {
     switch (e->kind) {
@@ -151,7 +157,7 @@ static void play(const struct event *e)
         disturb_sensor(e, &board.plant->sensors.current[e->phase]);
         break;
     case EVENT_SENSOR_SINE:
-        sensors_inject(&board.plant->sensors, e->number, e->second, e->third, e->t_s);
+        inject(e, &board.plant->motor, &board.plant->sensors);
         break;
     case EVENT_DRIVER_FAULT:
         gate_set_driver_fault(&board.plant->gate, e->on);
