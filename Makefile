@@ -46,7 +46,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware))
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything results run test size lint clean help tools console debug flash models twin target-tests
+.PHONY: all everything results run test size lint clean help tools console debug flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -120,6 +120,10 @@ models: tools
 	@$(MAKE) --no-print-directory -s -j2 twin
 	@$(PYTHON) qemu/run.py models
 
+campaign: tools
+	@$(MAKE) --no-print-directory -s -j2 all twin
+	@$(PYTHON) qemu/run.py campaign
+
 console debug: tools
 	@$(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) qemu/run.py $@
@@ -155,6 +159,8 @@ help:
 	@echo 'make console         a live console of a running drive'
 	@echo 'make debug           QEMU halted, with a GDB port'
 	@echo 'make models          the motor models against their data sheets        [MOTOR=name, otherwise all]'
+	@echo 'make campaign        motors x scenarios x seeds: one table of worst cases, pictures of the spread'
+	@echo '                     [MOTORS="a b" SCENARIOS="a b" SEEDS=n DETUNES="x*1.3;y*0.8" JOBS=n SSHLOGIN=hosts]'
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
 	@echo 'make results         write the measured figures into README.md and docs/results.md'
 	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, console, debug, models, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT, SPREAD, DETUNE,
-QEMU and BUILD."""
+"""Command line: run, console, debug, models, campaign, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT, SPREAD,
+DETUNE, QEMU and BUILD."""
 import argparse
 import os
+import signal
 import sys
 
 from .errors import LauncherError
@@ -11,6 +12,7 @@ from .errors import LauncherError
 def main(argv=None):
     """Returns the exit status: 0 all limits hold, 1 a limit failed, 2 the run could not be made."""
     options = _parser().parse_args(argv)
+    _end_in_order()
     try:
         return options.function(options)
     except LauncherError as error:
@@ -21,6 +23,16 @@ def main(argv=None):
         return 130
     except BrokenPipeError:
         return 2
+
+
+def _end_in_order():
+    """A signal that ends the launcher unwinds it, and with it QEMU."""
+    def leave(number, _frame):
+        print(f"mssfoc: ended by {signal.Signals(number).name}", file=sys.stderr)
+        sys.exit(128 + number)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:  # nohup
+            signal.signal(number, leave)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -61,24 +73,50 @@ def _parser():
             command.add_argument("--out", default=None, help="folder for the results (default: run/ of the build folder)")
         if name == "debug":
             command.add_argument("--port", type=int, default=1234, help="GDB port")
+    _add_campaign(commands)
     return parser
+
+
+def _add_campaign(commands):
+    """`campaign` and `case`, which it calls for each run."""
+    campaign = commands.add_parser("campaign", help="motors x scenarios x seeds x detunings: one table of worst cases")
+    campaign.set_defaults(function=_campaign)
+    for option, variable, text in (("--motors", "MOTORS", "names, separated by blanks (default: all)"),
+                                   ("--scenarios", "SCENARIOS", "names, separated by blanks (default: all)"),
+                                   ("--seeds", "SEEDS", "runs of each (default: 8, for faults 1)"),
+                                   ("--detunes", "DETUNES", "what the drive is told wrongly, separated by ';'"),
+                                   ("--jobs", "JOBS", "runs at a time (default: one a processor)"),
+                                   ("--sshlogin", "SSHLOGIN", "machines to use, as GNU parallel takes them")):
+        campaign.add_argument(option, default=os.environ.get(variable) or None, help=text)
+    case = commands.add_parser("case", help="one run of a campaign")
+    case.set_defaults(function=_case)
+    case.add_argument("key", help="MOTOR/SCENARIO/SEED or MOTOR/SCENARIO/SEED/DETUNE")
+    case.add_argument("--cases", required=True, help="folder for its result")
+    for command in (campaign, case):
+        command.add_argument("--build", default=None, help="build folder (default: $BUILD or build)")
+        command.add_argument("--qemu", default=None, help="qemu-system-arm to use (default: $QEMU)")
 
 
 def _run(options):
     from .paths import shown
     from .plot import draw
     from .qemu import ProgressLine
+    from .refusals import complaint
     from .report import print_report, write_json
     from .simulate import DEFAULT_MOTOR, DEFAULT_SCENARIO, simulate
 
     motor, scenario = options.motor or DEFAULT_MOTOR, options.scenario or DEFAULT_SCENARIO
     progress = ProgressLine(f"{scenario} on {motor}")
-    result = simulate(scenario, motor, options.seed, options.out, options.build, options.qemu, show=progress, **_plant(options))
+    result = simulate(scenario, motor, options.seed, options.out, options.build, options.qemu, show=progress, csv=True,
+                      **_plant(options))
     progress.done()
     write_json(result, result.out_dir / "report.json")
     draw(result, result.out_dir / "run.png")
     print_report(result, print)
     print(f"written: {', '.join(shown(result.out_dir / name) for name in ('trace.csv', 'report.json', 'run.png'))}")
+    refused = complaint(result.figures)
+    if refused:
+        print(f"mssfoc: {refused}", file=sys.stderr)
     return 0 if result.passed else 1
 
 
@@ -106,6 +144,31 @@ def _models(options):
     from .model_check import check_models
 
     return check_models(options.motor, options.build, print)
+
+
+def _campaign(options):
+    from .campaign import plan, play
+    from .campaign_report import report
+
+    cases = plan((options.motors or "").split(), (options.scenarios or "").split(), _count(options.seeds, "SEEDS"),
+                 [detune.strip() for detune in (options.detunes or "").split(";")])
+    folder, outcomes = play(cases, options.build, options.qemu, _count(options.jobs, "JOBS"), options.sshlogin)
+    return report(outcomes, folder.parent, print)
+
+
+def _count(text, what):
+    if text is None:
+        return None
+    if not text.isdigit() or not 1 <= int(text) <= 10000:
+        raise LauncherError(f"{what} '{text}' is not a whole number from 1 to 10000")
+    return int(text)
+
+
+def _case(options):
+    from .campaign import parse_case, run_case
+
+    run_case(parse_case(options.key), options.cases, options.build, options.qemu)
+    return 0
 
 
 def _list(_options):

@@ -6,7 +6,6 @@ whenever the host is, and the firmware rightly sees its loop stop. Real time com
 moment whenever it has run ahead. On a slow machine the motor's time is slower than the clock on the wall.
 """
 import signal
-import subprocess
 import sys
 import time
 from dataclasses import replace
@@ -17,7 +16,7 @@ from .errors import LauncherError
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
 from .probes import Symbols
-from .qemu import Image, Qemu, command, progress_s
+from .qemu import Image, Qemu, command, progress_s, start
 from .scenario import Scenario, load_scenario
 from .simulate import check_seed, prepare, write
 
@@ -70,10 +69,7 @@ def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
 
 
 def _run(arguments, environment, progress=None):
-    try:
-        process = subprocess.Popen(arguments, env=environment)
-    except OSError as error:
-        raise LauncherError(f"cannot start {arguments[0]}: {error.strerror}") from error
+    process = start(arguments, environment)
     try:
         return process.wait() if progress is None else _keep_pace(process, progress)
     except KeyboardInterrupt:

@@ -11,6 +11,7 @@ from .spread import check_spread, drawn
 
 RPM = math.pi / 30  # rad/s in one rpm
 ON_TIME_S = 0.85    # offsets of the sensors, then alignment: 0.78 s, which does not depend on the motor
+SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
 _TWIN_NAMES = {"counts_per_rev": "encoder_counts"}  # where a key of the data file has another name in the twin
 _ALWAYS = {"motor.copper_tempco_per_k", "inverter.diode_v"}  # whose default in the twin is not neutral
@@ -72,14 +73,16 @@ class Drive:
         inertia    inertia_kgm2 (rotor and load), rotor_inertia_kgm2, t_mech_s (inertia * rated speed / rated torque: from 0 to
                    rated speed with rated torque), accel_torque_Nm (what the ramp takes), load_accel_rad_s2 (rated torque /
                    inertia)
+        losses     resistance_ohm, bus_energy_J (what brings the bus from vbus_V to v_max_V)
         times      ramp_time_s (0 to work_rpm at the ramp), max_ramp_time_s (0 to speed_max_rpm), turn_time_s (one turn at
                    work_rpm), electrical_tau_s (lq_h / resistance_ohm), on_time_s (from `on` to OPERATION_ENABLED with
-                   alignment, rounded up)
+                   alignment, rounded up), settle_s (after a step or a ramp), steady_s (a window of rest: a turn or more)
         units      rad_s_per_rpm
         """
         rating, control, electrical = self.motor["rating"], self.motor["control"], self.motor["electrical"]
         speeds = {name: max(1, round(share * control["speed_max_rpm"])) for name, share in SPEED_SHARES.items()}
-        ramp = control["ramp_rpm_s"]
+        ramp, speed_tau_s, supply = control["ramp_rpm_s"], 1 / (2 * math.pi * control["speed_bw_hz"]), self.inverter["supply"]
+        turn_time_s = 60 / speeds["work_rpm"]
         return {
             "rated_torque_Nm": rating["rated_torque_nm"], "rated_current_A": rating["rated_current_a"],
             "rated_speed_rpm": rating["rated_speed_rpm"], "pole_pairs": electrical["pole_pairs"],
@@ -91,14 +94,17 @@ class Drive:
             "oc_trip_A": self.inverter["bridge"]["oc_trip_a"], "vbus_V": self.inverter["supply"]["vbus_v"],
             "i_range_A": self.inverter["sensor"]["i_range_a"], "v_range_V": self.inverter["sensor"]["v_range_v"],
             "encoder_counts": self.motor["encoder"]["counts_per_rev"], "current_bw_hz": control["current_bw_hz"],
-            "speed_bw_hz": control["speed_bw_hz"], "speed_tau_s": 1 / (2 * math.pi * control["speed_bw_hz"]),
+            "speed_bw_hz": control["speed_bw_hz"], "speed_tau_s": speed_tau_s,
             "linear_step_A": self.linear_step_a, **speeds,
             "inertia_kgm2": self.inertia_kgm2, "rotor_inertia_kgm2": self.motor["mechanical"]["inertia_kgm2"],
             "t_mech_s": self.inertia_kgm2 * rating["rated_speed_rpm"] * RPM / rating["rated_torque_nm"],
             "accel_torque_Nm": self.inertia_kgm2 * ramp * RPM,
             "load_accel_rad_s2": rating["rated_torque_nm"] / self.inertia_kgm2,
             "ramp_time_s": speeds["work_rpm"] / ramp, "max_ramp_time_s": control["speed_max_rpm"] / ramp,
-            "turn_time_s": 60 / speeds["work_rpm"], "on_time_s": ON_TIME_S,
+            "turn_time_s": turn_time_s, "on_time_s": ON_TIME_S,
+            "settle_s": max(0.2, SETTLE_TAUS * speed_tau_s), "steady_s": max(0.25, turn_time_s),
+            "resistance_ohm": electrical["resistance_ohm"],
+            "bus_energy_J": supply["bus_capacitance_f"] / 2 * (self._param_a("v_max_mv") ** 2 - supply["vbus_v"] ** 2),
             "electrical_tau_s": electrical["lq_h"] / electrical["resistance_ohm"], "rad_s_per_rpm": RPM,
         }
 

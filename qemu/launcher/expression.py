@@ -54,6 +54,14 @@ def _value(node, names, text):
     raise LauncherError(f"'{text}' holds something other than numbers, names and arithmetic")
 
 
+def names_in(text):
+    """The names that an expression uses; none of what is no expression."""
+    try:
+        return {node.id for node in ast.walk(ast.parse(str(text).strip(), mode="eval")) if isinstance(node, ast.Name)}
+    except (SyntaxError, ValueError):
+        return set()
+
+
 def number(text_or_number, names):
     """A float from a TOML number or an expression string."""
     if isinstance(text_or_number, bool):

@@ -6,6 +6,7 @@ import numpy as np
 
 from .errors import LauncherError
 from .paths import shown
+from .recording import read_recording
 
 CORE_HZ = 100e6  # docs/fabric.md: core, fabric and PWM run on one clock
 CURRENT_LOOP, SLOW_LOOP = 50, 30  # exception numbers: FabricIrq0 and Timer1, 16 beyond their interrupts' numbers
@@ -15,17 +16,10 @@ COLUMNS = ("t_s", "exception", "start_ns", "start_pwm_ns", "cycles", "instructio
 
 def load_irqlog(path):
     """{column: array} of the twin's irqlog (qemu/twin/irqlog.h), one row for each exception that has returned."""
-    try:
-        with open(path, encoding="ascii") as file:
-            names = file.readline().strip().split(",")
-            data = np.loadtxt(file, delimiter=",", ndmin=2)
-    except OSError as error:
-        raise LauncherError(f"no log of interrupts: cannot read {shown(path)}: {error.strerror}") from error
-    except ValueError as error:
-        raise LauncherError(f"{shown(path)} is damaged: {error}") from error
-    if tuple(names) != COLUMNS or (data.size and data.shape[1] != len(names)):
+    log = read_recording(path, "log of interrupts")
+    if tuple(log) != COLUMNS:
         raise LauncherError(f"{shown(path)} has other columns than {','.join(COLUMNS)}")
-    return {name: data[:, index] if data.size else np.empty(0) for index, name in enumerate(names)}
+    return log
 
 
 @dataclass

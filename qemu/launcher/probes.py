@@ -3,18 +3,14 @@
 
 The image has no code for this. The twin reads the memory at these addresses once a PWM period.
 """
+import base64
 from dataclasses import dataclass
 
-from elftools.common.exceptions import ELFError
-from elftools.elf.elffile import ELFFile
+import numpy as np
 
+from .dwarf import described
 from .errors import LauncherError
 from .paths import shown
-
-_TRANSPARENT = ("DW_TAG_typedef", "DW_TAG_const_type", "DW_TAG_volatile_type")
-_SIGNED_ENCODINGS = (0x05, 0x06)  # DW_ATE_signed, DW_ATE_signed_char
-_UNSIGNED_ENCODINGS = (0x02, 0x07, 0x08)  # DW_ATE_boolean, DW_ATE_unsigned, DW_ATE_unsigned_char
-_TYPES = {(1, False): "u8", (1, True): "s8", (2, False): "u16", (2, True): "s16", (4, False): "u32", (4, True): "s32"}
 
 
 @dataclass
@@ -39,40 +35,11 @@ class Symbols:
 
     def __init__(self, elf_path):
         self.path = elf_path
-        try:
-            with open(elf_path, "rb") as file:
-                elf = ELFFile(file)
-                if not elf.has_dwarf_info():
-                    raise LauncherError(f"{shown(elf_path)} has no debug information (built without -g?)")
-                self._dwarf = elf.get_dwarf_info()
-                self._functions = self._function_addresses(elf)
-                self._segments = [(segment["p_vaddr"], segment.data()) for segment in elf.iter_segments()
-                                  if segment["p_type"] == "PT_LOAD"]
-                self._collect()
-        except OSError as error:
-            raise LauncherError(f"cannot read {shown(elf_path)}: {error.strerror} (run make first)") from error
-        except ELFError as error:
-            raise LauncherError(f"{shown(elf_path)} is not an ELF file: {error}") from error
-
-    def _collect(self):
-        """Variables with a fixed address (name -> address, type DIE), enums by tag, and the compiler's own description."""
-        self._globals, self._enums, self.producer = {}, {}, ""
-        for unit in self._dwarf.iter_CUs():
-            top = unit.get_top_DIE()
-            if "DW_AT_producer" in top.attributes:
-                self.producer = self.producer or top.attributes["DW_AT_producer"].value.decode(errors="replace")
-            for die in top.iter_children():
-                if die.tag == "DW_TAG_variable":
-                    self._add_variable(die)
-                elif die.tag == "DW_TAG_enumeration_type" and "DW_AT_name" in die.attributes:
-                    self._enums.setdefault(die.attributes["DW_AT_name"].value.decode(), die)
-
-    @staticmethod
-    def _function_addresses(elf):
-        """name -> address of the first instruction (bit 0, the Thumb mark, cleared)."""
-        table = elf.get_section_by_name(".symtab")
-        return {} if table is None else {symbol.name: symbol["st_value"] & ~1 for symbol in table.iter_symbols()
-                                         if symbol["st_info"]["type"] == "STT_FUNC"}
+        known = described(elf_path)
+        self.producer = known["producer"]
+        self._functions, self._variables, self._types = known["functions"], known["variables"], known["types"]
+        self._enums = known["enums"]
+        self._segments = [(start, base64.b64decode(data)) for start, data in known["segments"]]
 
     def _bytes(self, address, size):
         """What the image loads there, or None."""
@@ -81,49 +48,22 @@ class Symbols:
                 return data[address - start:address - start + size]
         return None
 
-    def _add_variable(self, die):
-        location = die.attributes.get("DW_AT_location")
-        if location is None or not isinstance(location.value, list):
-            return
-        if len(location.value) != 5 or location.value[0] != 0x03:  # DW_OP_addr and 32 bits
-            return
-        declared = die
-        if "DW_AT_specification" in die.attributes:  # declared in a header first
-            declared = die.get_DIE_from_attribute("DW_AT_specification")
-        if "DW_AT_name" in declared.attributes:
-            typed = die if "DW_AT_type" in die.attributes else declared
-            name = declared.attributes["DW_AT_name"].value.decode()
-            self._globals[name] = (int.from_bytes(bytes(location.value[1:]), "little"), self._type(typed))
-
     def enum(self, tag):
         """value -> enumerator of `enum tag`, empty when there is none of that name."""
-        die = self._enums.get(tag)
-        if die is None:
-            return {}
-        return {child.attributes["DW_AT_const_value"].value: child.attributes["DW_AT_name"].value.decode()
-                for child in die.iter_children() if child.tag == "DW_TAG_enumerator"}
-
-    @staticmethod
-    def _type(die):
-        """The type of a DIE without typedefs and qualifiers, or None."""
-        while die is not None and "DW_AT_type" in die.attributes:
-            die = die.get_DIE_from_attribute("DW_AT_type")
-            if die.tag not in _TRANSPARENT:
-                return die
-        return None
+        return dict(self._enums.get(tag, []))
 
     def find(self, name):
         """The Variable of a dotted name, or None when the image has none of that name."""
         head, *members = name.replace("[", ".[").split(".")
-        if head not in self._globals:
+        if head not in self._variables:
             return None
-        address, kind = self._globals[head]
+        address, kind = self._variables[head]
         for member in members:
             step = self._element(kind, member) if member.startswith("[") else self._member(kind, member)
             if step is None:
                 return None
             address, kind = address + step[0], step[1]
-        return self._variable(name, address, kind)
+        return Variable(name, address, "" if kind is None else self._types[kind]["number"])
 
     def address(self, name):
         """The address of a variable or a function, or a clear line."""
@@ -157,30 +97,13 @@ class Symbols:
         return text.decode("ascii", errors="replace")
 
     def _member(self, kind, name):
-        if kind is None or kind.tag not in ("DW_TAG_structure_type", "DW_TAG_union_type"):
-            return None
-        for child in kind.iter_children():
-            if child.tag == "DW_TAG_member" and child.attributes.get("DW_AT_name") is not None \
-                    and child.attributes["DW_AT_name"].value.decode() == name:
-                offset = child.attributes.get("DW_AT_data_member_location")
-                return (offset.value if offset else 0), self._type(child)
-        return None
+        return None if kind is None else self._types[kind]["members"].get(name)
 
     def _element(self, kind, index_text):
-        if kind is None or kind.tag != "DW_TAG_array_type" or not index_text[1:-1].isdigit():
+        element = None if kind is None else self._types[kind]["element"]
+        if element is None or not index_text[1:-1].isdigit():
             return None
-        element = self._type(kind)
-        return int(index_text[1:-1]) * element.attributes["DW_AT_byte_size"].value, element
-
-    @staticmethod
-    def _variable(name, address, kind):
-        if kind is None or "DW_AT_byte_size" not in kind.attributes:
-            return Variable(name, address, "")
-        size = kind.attributes["DW_AT_byte_size"].value
-        encoding = kind.attributes["DW_AT_encoding"].value if "DW_AT_encoding" in kind.attributes else None
-        if kind.tag != "DW_TAG_enumeration_type" and encoding not in _SIGNED_ENCODINGS + _UNSIGNED_ENCODINGS:
-            return Variable(name, address, "")
-        return Variable(name, address, _TYPES.get((size, encoding in _SIGNED_ENCODINGS), ""))
+        return int(index_text[1:-1]) * self._types[element]["size"], element
 
 
 # column of the trace, variable in the image, what one raw unit is worth, needed for the report
@@ -193,7 +116,8 @@ WATCH = [
     ("v_d_V", "current_loop.v_d_q15", _VOLTAGE, False),
     ("v_q_V", "current_loop.v_q_q15", _VOLTAGE, False),
     ("vbus_fw_V", "current_loop.vbus_q15", _VOLTAGE, False),
-    ("angle_fw_q32", "current_loop.pll.angle_q32", _ONE, False),
+    ("angle_next_q32", "current_loop.pll.angle_q32", _ONE, False),
+    ("angle_offset_q32", "current_loop.angle_offset_q32", _ONE, False),
     ("speed_fw_rpm", "speed_loop.speed_rpm_q4", _Q4, True),
     ("speed_ref_rpm", "speed_loop.speed_ref_rpm_q4", _Q4, True),
     ("state", "drive.state", _ONE, True),
@@ -217,3 +141,16 @@ def make_probes(symbols, drive):
             continue
         probes.append(Probe(column, variable.address, variable.type, scales.get(unit, unit)))
     return probes, {column: symbols.enum(tag) for column, tag in ENUM_COLUMNS.items()}
+
+
+def add_belief(trace):
+    """Adds angle_fw_rad: the electrical angle of the field, unwrapped, that the firmware took for the sample of each row.
+
+    A row shows the firmware's memory after its interrupt has answered the row's sample. By then the observer holds its
+    prediction for the next sample (lib/pll.h); the angle that this sample was turned by stands in the row before.
+    """
+    if "angle_next_q32" not in trace or "angle_offset_q32" not in trace:
+        return
+    predicted = np.concatenate([trace["angle_next_q32"][:1], trace["angle_next_q32"][:-1]])
+    turns = (predicted + trace["angle_offset_q32"]) / 2.0 ** 32
+    trace["angle_fw_rad"] = np.unwrap(2 * np.pi * (turns % 1.0))

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Finding QEMU, starting it with the twin, and watching it until the run ends."""
+import ctypes
+import functools
 import os
 import re
+import select
 import shutil
 import signal
 import subprocess
@@ -14,7 +17,11 @@ from .paths import shown
 
 MACHINE = "emcraft-sf2"
 DEFAULT_QEMU = "qemu-system-arm"
-STALL_S = 120.0  # wall time without progress after which a run is given up
+STALL_S = 300.0  # wall time without progress after which a run is given up
+LOOK_S = 0.1     # how often progress is read
+
+_PR_SET_PDEATHSIG = 1
+_LIBC = ctypes.CDLL(None)
 
 
 class Qemu:
@@ -26,11 +33,8 @@ class Qemu:
         if found is None:
             raise LauncherError(f"QEMU '{wanted}' is not a program (apt-get install qemu-system-arm, or QEMU=path)")
         self.path = found
-        self.version = (self._ask("--version").splitlines() or [""])[0]
-        if "QEMU emulator version" not in self.version:
-            raise LauncherError(f"'{wanted}' is not a QEMU: its --version says '{self.version[:60]}'")
-        if not re.search(rf"^{MACHINE}\s", self._ask("-M", "help"), re.MULTILINE):
-            raise LauncherError(f"'{wanted}' does not know the machine {MACHINE}: is it qemu-system-arm?")
+        status = os.stat(found)
+        self.version = _checked_version(found, wanted, status.st_mtime_ns, status.st_size)
 
     @property
     def number(self):
@@ -39,30 +43,51 @@ class Qemu:
 
     def data_arguments(self):
         """-L for a QEMU unpacked beside the installed one, whose firmware files lie in its own share/qemu."""
-        share = self._prefix() / "share" / "qemu"
-        return ["-L", str(share)] if self._unpacked() and share.is_dir() else []
+        return _data_arguments(self.path)
 
     def environment(self):
         """The same for its loadable modules: it would take the installed QEMU's, find that they do not fit, and abort."""
-        modules = sorted(self._prefix().glob("lib*/*/qemu")) if self._unpacked() else []
-        if not modules or "QEMU_MODULE_DIR" in os.environ:
-            return None
-        return {**os.environ, "QEMU_MODULE_DIR": str(modules[0])}
+        return _environment(self.path)
 
-    def _prefix(self):
-        return Path(self.path).resolve().parent.parent
 
-    def _unpacked(self):
-        return self._prefix() not in (Path("/usr"), Path("/usr/local"))
+def _prefix(path):
+    return Path(path).resolve().parent.parent
 
-    def _ask(self, *arguments):
-        try:
-            answer = subprocess.run([self.path, *self.data_arguments(), *arguments], stdin=subprocess.DEVNULL,
-                                    capture_output=True, text=True, timeout=30, check=False,
-                                    env=self.environment())
-        except (OSError, subprocess.TimeoutExpired, UnicodeDecodeError) as error:
-            raise LauncherError(f"cannot run '{self.path}': {error}") from error
-        return (answer.stdout or answer.stderr).strip()
+
+def _unpacked(path):
+    return _prefix(path) not in (Path("/usr"), Path("/usr/local"))
+
+
+def _data_arguments(path):
+    share = _prefix(path) / "share" / "qemu"
+    return ["-L", str(share)] if _unpacked(path) and share.is_dir() else []
+
+
+def _environment(path):
+    modules = sorted(_prefix(path).glob("lib*/*/qemu")) if _unpacked(path) else []
+    if not modules or "QEMU_MODULE_DIR" in os.environ:
+        return None
+    return {**os.environ, "QEMU_MODULE_DIR": str(modules[0])}
+
+
+@functools.lru_cache
+def _checked_version(path, wanted, *_file):
+    """The first line of --version, from a program that turns out to be what is needed. Asked once for each file."""
+    version = (_ask(path, "--version").splitlines() or [""])[0]
+    if "QEMU emulator version" not in version:
+        raise LauncherError(f"'{wanted}' is not a QEMU: its --version says '{version[:60]}'")
+    if not re.search(rf"^{MACHINE}\s", _ask(path, "-M", "help"), re.MULTILINE):
+        raise LauncherError(f"'{wanted}' does not know the machine {MACHINE}: is it qemu-system-arm?")
+    return version
+
+
+def _ask(path, *arguments):
+    try:
+        answer = subprocess.run([path, *_data_arguments(path), *arguments], stdin=subprocess.DEVNULL,
+                                capture_output=True, text=True, timeout=30, check=False, env=_environment(path))
+    except (OSError, subprocess.TimeoutExpired, UnicodeDecodeError) as error:
+        raise LauncherError(f"cannot run '{path}': {error}") from error
+    return (answer.stdout or answer.stderr).strip()
 
 
 class Image:
@@ -93,14 +118,25 @@ def command(qemu, image, config, console, extra=()):
             "-device", f"loader,file={escape(image.hex)}", *extra]
 
 
+def start(arguments, environment, **files):
+    """QEMU as a process that ends when the launcher does, however that ends."""
+    launcher = os.getpid()
+
+    def die_with_launcher():
+        _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != launcher:  # it died before
+            os._exit(1)
+
+    try:
+        return subprocess.Popen(arguments, env=environment, preexec_fn=die_with_launcher, **files)
+    except OSError as error:
+        raise LauncherError(f"cannot start {arguments[0]}: {error.strerror}") from error
+
+
 def run_to_end(arguments, environment, end_s, progress_path, stderr_path, show=None):
     """Runs QEMU until the twin ends it; `show(now_s, end_s)` is called as it goes. Raises with the reason of a failure."""
     with open(stderr_path, "wb") as stderr:
-        try:
-            process = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=stderr, stderr=stderr,
-                                       env=environment)
-        except OSError as error:
-            raise LauncherError(f"cannot start {arguments[0]}: {error.strerror}") from error
+        process = start(arguments, environment, stdin=subprocess.DEVNULL, stdout=stderr, stderr=stderr)
         try:
             _watch(process, end_s, progress_path, show)
         except BaseException:
@@ -113,18 +149,19 @@ def run_to_end(arguments, environment, end_s, progress_path, stderr_path, show=N
 
 def _watch(process, end_s, progress_path, show):
     reached, since = -1.0, time.monotonic()
-    while True:
-        try:
-            process.wait(timeout=0.1)
-            return
-        except subprocess.TimeoutExpired:
+    descriptor = os.pidfd_open(process.pid)
+    try:
+        while not select.select([descriptor], [], [], LOOK_S)[0]:
             now_s = progress_s(progress_path)
-        if now_s > reached:
-            reached, since = now_s, time.monotonic()
-        if show and end_s:
-            show(min(max(reached, 0.0), end_s), end_s)
-        if time.monotonic() - since > STALL_S:
-            raise LauncherError(f"QEMU made no progress for {STALL_S:g} s after {max(reached, 0):.3f} s of simulated time")
+            if now_s > reached:
+                reached, since = now_s, time.monotonic()
+            if show and end_s:
+                show(min(max(reached, 0.0), end_s), end_s)
+            if time.monotonic() - since > STALL_S:
+                raise LauncherError(f"QEMU made no progress for {STALL_S:g} s after {max(reached, 0):.3f} s of simulated time")
+    finally:
+        os.close(descriptor)
+    process.wait()
 
 
 def progress_s(path):

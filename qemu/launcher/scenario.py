@@ -1,24 +1,33 @@
 # SPDX-License-Identifier: MIT
 """Scenario files: what happens when, and what must hold. Everything is relative to the motor, so one serves them all.
 
-    title = "..."            end_s = 4.7            preamble_s = 0.05     (leave out: the parameters are not typed)
+    title = "..."            end_s = "off + 0.05"         preamble_s = 0.05     (leave out: the parameters are not typed)
     base = ["common/at_load"]      steps and figures of other files to have as well
-    [[step]]   t_s = 1.3, and either   console = "speed 1500"
-                               or      event = "load_nm", args = ["rated_torque_Nm"]
+    expect_refusal = "regex"       lines of the console that the drive must refuse; any other refusal fails the run
+    [let]      pull_Nm = "min(rated_torque_Nm, 2)"                names for expressions that are needed more than once
+    [[step]]   t_s = "up + ramp_time_s + 0.6", label = "load", and either   console = "speed {work_rpm}"
+                                                               or           event = "load_nm", args = ["rated_torque_Nm"]
     [[figure]] name = "...", kind = "speed_error", ... , and limits: max = 0.5 and/or min = ..., or equal = ...
 
-In console texts an expression in braces is replaced, `torque {0.1 * rated_current_A:.2f}`, and "@parameters" types all
-`set` lines again; arguments of events and of figures may be expressions as they are. In poke and poke_rom, `&name` is the
-address of a variable or function of the image and `*name` the first 16 bits of code of a function.
+Times, arguments of events and of figures are numbers or expressions over the names of the drive (Drive.names()) and over
+labels, in whatever order they are written; a label is the instant of its step, which need not do anything. In console texts
+and in the title an expression in braces is replaced, `torque {0.1 * rated_current_A:.2f}`, and "@parameters" types all `set`
+lines again. In poke and poke_rom, `&name` is the address of a variable or function of the image and `*name` the first 16
+bits of code of a function.
+
+A step that repeats itself has `each = { hz = [50, 100] }`, which is a name for its expressions, `every_s`, how long each
+lasts, and may have `end_label`, the instant after the last.
 """
+import functools
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from .data import find, read_toml
 from .drive import preamble
 from .errors import LauncherError
 from .expression import fill, number
 from .paths import SCENARIOS, shown
+from .timeline import Timeline
 
 _PHASE, _PAIR, _FLAG, _NUMBER, _WORD = "phase", "pair", "flag", "number", "word"
 
@@ -29,11 +38,13 @@ EVENTS = {
     "supply_v": [_NUMBER], "supply_sinks": [_FLAG],
     "sensor_add": [_PHASE, _NUMBER], "sensor_gain": [_PHASE, _NUMBER], "sensor_offset": [_PHASE, _NUMBER],
     "sensor_stuck": [_PHASE, "number|off"], "driver_fault": [_FLAG], "short": [_PAIR, "number|off"],
+    "sensor_sine": [_NUMBER, _NUMBER, _NUMBER],
     "encoder_cut": [_FLAG], "encoder_freeze": [_FLAG], "encoder_illegal": [], "encoder_slip": [_NUMBER],
     "irq_delay": [_NUMBER], "irq_block": [_FLAG], "watchdog_reset": [], "phase_open": [_PHASE, _FLAG],
+    "phase_swap": ["pair|off"], "chopper": [_FLAG],
     "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
 }
-_FORMS = {_PHASE: r"[ABC]", _PAIR: r"AB|BC|CA", _FLAG: r"[01]", _WORD: r"[&*]?[\w.\[\]]+", "off": r"off"}
+_FORMS = {_PHASE: r"[ABC]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]", _WORD: r"[&*]?[\w.\[\]]+", "off": r"off"}
 
 
 @dataclass
@@ -53,6 +64,11 @@ class Scenario:
     preamble_s: float
     steps: list
     figures: list
+    names: dict = field(default_factory=dict)   # of the drive and of the labels
+    expect_refusal: str = ""
+
+
+_ENTRIES = ("key", "title", "end_s", "preamble_s", "base", "expect_refusal", "let", "step", "figure")
 
 
 def load_scenario(source, drive):
@@ -63,22 +79,63 @@ def load_scenario(source, drive):
         path = find(source, SCENARIOS, "scenario")
         key, raw, where = path.stem, read_toml(path), shown(path)
     for entry in raw:
-        if entry not in ("key", "title", "end_s", "preamble_s", "base", "step", "figure"):
+        if entry not in _ENTRIES:
             raise LauncherError(f"{where}: unknown entry '{entry}'")
-    names = drive.names()
-    steps, figures = [], []
+    timeline = Timeline(drive.names())
+    entries, figures = [], []
     for part, part_where in [*_bases(raw.get("base", []), where), (raw, where)]:
-        for index, entry in enumerate(_entries(part, "step", part_where)):
-            steps += _steps(entry, drive, f"{part_where}: step {index + 1}")
+        _let(part.get("let", {}), timeline, part_where)
+        entries += [(entry, f"{part_where}: step {n + 1}") for n, entry in enumerate(_entries(part, "step", part_where))]
         figures += [dict(entry) for entry in _entries(part, "figure", part_where)]
-    end_s = _seconds(raw, "end_s", names, where)
-    preamble_s = _seconds(raw, "preamble_s", names, where) if "preamble_s" in raw else None
-    for step in steps:
-        if not 0 <= step.t_s <= end_s:
-            raise LauncherError(f"{where}: a step at {step.t_s:g} s is outside 0..{end_s:g} s")
+    for entry, step_where in entries:
+        _label(entry, timeline, step_where)
+    steps = [step for entry, step_where in entries for step in _steps(entry, drive, timeline, step_where)]
     steps.sort(key=lambda step: step.t_s)
-    return Scenario(key=key, title=str(raw.get("title", key)), end_s=end_s, preamble_s=preamble_s, steps=steps,
-                    figures=figures)
+    plan = Scenario(key, _text(raw.get("title", key), timeline, where), _seconds(raw, "end_s", timeline, where),
+                    _seconds(raw, "preamble_s", timeline, where) if "preamble_s" in raw else None, steps, figures,
+                    timeline.names, _regex(raw.get("expect_refusal", ""), where))
+    _check(plan, drive, where)
+    return plan
+
+
+def _check(plan, drive, where):
+    """What the drive could not do is said before the run, unless the scenario is there to be refused."""
+    limits = {**drive.params}
+    for step in plan.steps:
+        if not 0 <= step.t_s <= plan.end_s:
+            raise LauncherError(f"{where}: a step at {step.t_s:g} s is outside 0..{plan.end_s:g} s")
+        words = step.text.split()
+        if plan.expect_refusal:
+            continue
+        if len(words) == 3 and words[0] == "set" and re.fullmatch(r"\d{1,9}", words[2]):
+            limits[words[1]] = int(words[2])
+        for command, parameter, unit, scale in (("speed", "speed_max_rpm", "rpm", 1), ("torque", "i_max_ma", "A", 1000)):
+            if len(words) == 2 and words[0] == command and re.fullmatch(r"[-+]?\d{1,9}(\.\d+)?", words[1]) \
+                    and abs(float(words[1])) * scale > limits[parameter]:
+                raise LauncherError(f"{where}: '{step.text}' at {step.t_s:g} s is beyond {drive.motor.name}'s {parameter}:"
+                                    f" {limits[parameter] / scale:g} {unit}")
+
+
+def _let(table, timeline, where):
+    if not isinstance(table, dict):
+        raise LauncherError(f"{where}: write [let]")
+    for name, value in table.items():
+        timeline.define(name, functools.partial(timeline.number, value), where)
+
+
+def _text(text, timeline, where):
+    try:
+        return fill(str(text), timeline.names)
+    except LauncherError as error:
+        raise LauncherError(f"{where}: {error}") from error
+
+
+def _regex(text, where):
+    try:
+        re.compile(text)
+    except (re.error, TypeError) as error:
+        raise LauncherError(f"{where}: expect_refusal '{text}': {error}") from error
+    return text
 
 
 def _bases(names, where):
@@ -87,8 +144,8 @@ def _bases(names, where):
     for name in names if isinstance(names, list) else [names]:
         path = SCENARIOS / f"{name}.toml"
         part = read_toml(path)
-        if set(part) - {"step", "figure"}:
-            raise LauncherError(f"{where}: base {name} may have only [[step]] and [[figure]]")
+        if set(part) - {"let", "step", "figure"}:
+            raise LauncherError(f"{where}: base {name} may have only [let], [[step]] and [[figure]]")
         parts.append((part, shown(path)))
     return parts
 
@@ -100,33 +157,62 @@ def _entries(part, key, where):
     return entries
 
 
-def _seconds(raw, key, names, where):
+def _seconds(raw, key, timeline, where):
     if key not in raw:
         raise LauncherError(f"{where}: '{key}' is missing")
-    try:
-        value = number(raw[key], names)
-    except LauncherError as error:
-        raise LauncherError(f"{where}: {key}: {error}") from error
-    if not 0 <= value <= 3600:
-        raise LauncherError(f"{where}: {key} {value:g} is outside 0..3600 s")
-    return value
+    return timeline.seconds(raw[key], f"{where}: {key}")
 
 
-def _steps(entry, drive, where):
-    """One entry is one step, but for "@parameters"."""
-    if entry.get("console") == "@parameters":
-        t_s = _seconds(entry, "t_s", drive.names(), where)
-        return [Step(t_s, "console", [], text) for text in preamble(drive)]
-    return [_step(entry, drive.names(), where)]
+# ---- steps ---------------------------------------------------------------------------------------------------------
+
+def _label(entry, timeline, where):
+    """Makes the labels of a step known; what they are is worked out later."""
+    if "label" in entry:
+        timeline.define(entry["label"], lambda: _seconds(entry, "t_s", timeline, where), where)
+    if "end_label" in entry:
+        timeline.define(entry["end_label"], lambda: list(_instants(entry, timeline, where))[-1][0], where)
 
 
-def _step(entry, names, where):
-    unknown = set(entry) - {"t_s", "console", "event", "args", "note"}
+def _instants(entry, timeline, where):
+    """(seconds, {name: value}) of each time a step takes place; of one that repeats itself, the end as well."""
+    t_s = _seconds(entry, "t_s", timeline, where)
+    if "each" not in entry:
+        if "every_s" in entry or "end_label" in entry:
+            raise LauncherError(f"{where}: 'every_s' and 'end_label' need 'each'")
+        yield t_s, {}
+        return
+    each = entry["each"]
+    if not isinstance(each, dict) or len(each) != 1 or not isinstance(next(iter(each.values())), list) \
+            or not next(iter(each.values())):
+        raise LauncherError(f"{where}: write each = {{ name = [values] }}")
+    (name, values), = each.items()
+    for value in values:
+        more = {name: timeline.number(value)}
+        yield t_s, more
+        if "every_s" not in entry:
+            raise LauncherError(f"{where}: 'every_s' is missing")
+        t_s += timeline.seconds(entry["every_s"], f"{where}: every_s", more)
+    yield t_s, {}
+
+
+def _steps(entry, drive, timeline, where):
+    """One entry is one step, but for "@parameters" and for one that repeats itself."""
+    unknown = set(entry) - {"t_s", "label", "each", "every_s", "end_label", "console", "event", "args", "note"}
     if unknown:
         raise LauncherError(f"{where}: unknown key '{sorted(unknown)[0]}'")
-    if ("console" in entry) == ("event" in entry):
+    what = [key for key in ("console", "event") if key in entry]
+    if len(what) > 1 or (not what and "label" not in entry):
         raise LauncherError(f"{where}: give either 'console' or 'event'")
-    t_s = _seconds(entry, "t_s", names, where)
+    if not what:
+        return []
+    instants = list(_instants(entry, timeline, where))
+    instants = instants[:-1] if "each" in entry else instants
+    if entry.get("console") == "@parameters":
+        return [Step(instants[0][0], "console", [], text) for text in preamble(drive)]
+    return [_step(entry, t_s, {**timeline.names, **more}, where) for t_s, more in instants]
+
+
+def _step(entry, t_s, names, where):
     try:
         if "console" in entry:
             if not isinstance(entry["console"], str):

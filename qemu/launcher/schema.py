@@ -48,7 +48,7 @@ MOTOR_TABLES = {
     "saturation": {
         "loss_d": Key(0, 0.9, 0.0, "short form: share of ld_h that is lost at i_d = at_a, i_q = 0"),
         "loss_q": Key(0, 0.9, 0.0, "short form: share of lq_h (incremental) that is lost at i_q = at_a, i_d = 0"),
-        "loss_flux": Key(0, 0.9, 0.0, "short form: share of the magnets' flux, so of torque, that is lost at i_q = at_a, i_d = 0"),
+        "loss_flux": Key(0, 0.9, 0.0, "short form: share of the magnets' flux, so of torque, lost at i_q = at_a, i_d = 0"),
         "at_a": Key(1e-3, 1e4, BY_RULE, "short form: the current of the three above; 1.5 times rated_current_a if left out"),
         "sat_a_d0": Key(0, 1e9, 0.0, "full form: coefficients of the current as a function of flux (A/Vs^n), below"),
         "sat_a_dd": Key(0, 1e15, 0.0, "full form"),

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Measurements on arrays, as one would make them on an oscilloscope: no knowledge of motors or files."""
+"""Measurements on arrays, as one would make them on an oscilloscope or a network analyser: no knowledge of motors or files."""
+from dataclasses import dataclass
+
 import numpy as np
 
 from .errors import LauncherError
@@ -27,49 +29,6 @@ def step_response(t, y, start, final):
     return rise, max(0.0, (float(unit.max()) - 1.0) * 100)
 
 
-def bandwidth_from_step(t, y, start, final):
-    """The -3 dB frequency of the system whose step response is y.
-
-    The derivative of a step response is the impulse response; its spectrum is the frequency response. y must have settled
-    at the end. The first crossing of 1/sqrt(2) of the value at f -> 0 is interpolated. None when it never falls that low.
-    """
-    dt = float(t[1] - t[0])
-    unit = (np.asarray(y) - start) / (final - start)
-    impulse = np.diff(unit, prepend=unit[0])
-    size = 1 << max(14, int(np.ceil(np.log2(len(impulse)))) + 2)
-    gain = np.abs(np.fft.rfft(impulse, size))
-    frequency = np.fft.rfftfreq(size, dt)
-    return crossing_time(frequency, gain / gain[0], np.sqrt(0.5), rising=False)
-
-
-def whole_periods(angle_rad):
-    """(first, last) indices of the largest number of whole turns of an unwrapped angle; the end is exclusive."""
-    turns = np.abs(angle_rad - angle_rad[0]) / (2 * np.pi)
-    count = int(turns[-1])
-    if count < 1:
-        raise LauncherError("less than one electrical period in the window")
-    return 0, int(np.searchsorted(turns, count))
-
-
-def thd_percent(y, angle_rad, harmonics=40):
-    """Total harmonic distortion: rms of harmonics 2..`harmonics` over that of the fundamental, in percent.
-
-    A Fourier series in the electrical angle is fitted to the samples of whole periods by least squares, so it needs
-    neither equal steps of the angle nor a whole number of samples a period.
-    """
-    first, last = whole_periods(angle_rad)
-    angle = angle_rad[first:last]
-    per_period = len(angle) / (np.abs(angle[-1] - angle[0]) / (2 * np.pi))
-    orders = np.arange(1, max(2, min(harmonics, int(per_period / 2.5))) + 1)
-    phases = np.outer(angle, orders)
-    basis = np.hstack([np.ones((len(angle), 1)), np.cos(phases), np.sin(phases)])
-    fit = np.linalg.lstsq(basis, y[first:last], rcond=None)[0]
-    size = np.hypot(fit[1:len(orders) + 1], fit[len(orders) + 1:])
-    if size[0] == 0:
-        raise LauncherError("no fundamental in the window")
-    return float(np.sqrt(np.sum(size[1:] ** 2)) / size[0] * 100)
-
-
 def settling_time(t, error, band):
     """How long after t[0] |error| stays within `band` for good; None when it does not."""
     outside = np.flatnonzero(np.abs(error) > band)
@@ -78,3 +37,113 @@ def settling_time(t, error, band):
     if outside[-1] == len(error) - 1:
         return None
     return float(t[outside[-1] + 1] - t[0])
+
+
+def whole_periods(from_s, to_s, period_s):
+    """How many periods lie between two times, an integer: rounded up, since the one in which it happens counts.
+
+    A hundredth of a period is taken for what numbers in seconds lose, so that exactly three periods are never four.
+    """
+    return max(0, int(np.ceil((to_s - from_s) / period_s - 0.01)))
+
+
+# ---- distortion ----------------------------------------------------------------------------------------------------
+
+@dataclass
+class Fundamental:
+    """y = dc + cosine cos(angle) + sine sin(angle) + rest, with the least possible rest."""
+    dc: float
+    cosine: float
+    sine: float
+    rest: np.ndarray
+
+    @property
+    def rms(self):
+        return float(np.hypot(self.cosine, self.sine)) / np.sqrt(2)
+
+
+def fundamental(y, angle_rad):
+    """What turns with the angle, by least squares: neither equal steps of the angle nor whole periods are needed."""
+    if abs(angle_rad[-1] - angle_rad[0]) < 2 * np.pi:
+        raise LauncherError("less than one electrical period in the window")
+    basis = np.stack([np.ones_like(angle_rad), np.cos(angle_rad), np.sin(angle_rad)])
+    dc, cosine, sine = np.linalg.solve(basis @ basis.T, basis @ y)
+    found = Fundamental(float(dc), float(cosine), float(sine), y - (dc + cosine * basis[1] + sine * basis[2]))
+    if found.rms == 0:
+        raise LauncherError("no fundamental in the window")
+    return found
+
+
+def distortion_percent(y, angle_rad):
+    """Everything in y but its mean and its fundamental, harmonics and inter-harmonics alike, over the fundamental (rms)."""
+    found = fundamental(y, angle_rad)
+    return float(np.sqrt(np.mean(found.rest ** 2))) / found.rms * 100
+
+
+def distortion_with_ripple_percent(y, rms, angle_rad):
+    """The same with what happens between the samples: rms[n] is y's root mean square from sample n-1 to n.
+
+    What mean and fundamental contribute to each rms is worked out for the very angle that was passed, so the small
+    difference does not depend on where the window ends.
+    """
+    found = fundamental(y, angle_rad)
+    before, after = angle_rad[:-1], angle_rad[1:]
+    size, phase = np.hypot(found.cosine, found.sine), np.arctan2(found.sine, found.cosine)
+    half, middle = (after - before) / 2, (after + before) / 2 - phase
+    single = np.cos(middle) * np.sinc(half / np.pi)  # mean of cos(angle - phase) over a sample's time
+    double = np.cos(2 * middle) * np.sinc(2 * half / np.pi)
+    known = found.dc ** 2 + 2 * found.dc * size * single + size ** 2 / 2 * (1 + double)
+    return float(np.sqrt(max(0.0, np.mean(rms[1:] ** 2 - known)))) / found.rms * 100
+
+
+# ---- frequency response --------------------------------------------------------------------------------------------
+
+def response_at(t, y, hz):
+    """The part of y at `hz` as a complex number, relative to sin(2 pi hz t); mean and a drift of y are set aside."""
+    phase = 2 * np.pi * hz * t
+    basis = np.stack([np.ones_like(t), t - t.mean(), np.sin(phase), np.cos(phase)])
+    _, _, in_phase, quadrature = np.linalg.solve(basis @ basis.T, basis @ y)
+    return complex(in_phase, quadrature)
+
+
+@dataclass
+class Loop:
+    """A closed loop T measured at rising frequencies, and what follows from it for the open loop L = T / (1 - T)."""
+    hz: np.ndarray
+    closed: np.ndarray
+
+    @property
+    def opened(self):
+        return self.closed / (1 - self.closed)
+
+    def bandwidth_hz(self):
+        """Where |T| falls below -3 dB, or None."""
+        return self._falls_to(np.abs(self.closed), np.sqrt(0.5))
+
+    def lag_hz(self, degrees=90.0):
+        """Where T lags by so many degrees, or None."""
+        lag = -np.unwrap(np.angle(self.closed))
+        lag -= 2 * np.pi * np.round(lag[0] / (2 * np.pi))
+        crossed = crossing_time(np.log(self.hz), lag, np.radians(degrees))
+        return None if crossed is None else float(np.exp(crossed))
+
+    def crossover_hz(self):
+        """Where |L| falls below 1, or None."""
+        return self._falls_to(np.abs(self.opened), 1.0)
+
+    def phase_margin_deg(self):
+        """180 degrees less the lag of L at its crossover, or None."""
+        crossover = self.crossover_hz()
+        if crossover is None:
+            return None
+        phase = np.unwrap(np.angle(self.opened))
+        phase -= 2 * np.pi * np.round((phase[0] + np.pi / 2) / (2 * np.pi))  # an integrator's -90 degrees at the low end
+        return 180.0 + float(np.degrees(np.interp(np.log(crossover), np.log(self.hz), phase)))
+
+    def sensitivity_peak(self):
+        """The largest |1 - T|: by how much the loop amplifies what disturbs it, at its worst measured frequency."""
+        return float(np.abs(1 - self.closed).max())
+
+    def _falls_to(self, gain, level):
+        crossed = crossing_time(np.log(self.hz), np.log(gain), np.log(level), rising=False)
+        return None if crossed is None else float(np.exp(crossed))

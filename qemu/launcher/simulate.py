@@ -8,12 +8,14 @@ import numpy as np
 from .config import twin_config
 from .drive import load_drive
 from .errors import LauncherError
-from .figures import Run, measure
+from .figures import measure
+from .kind import Run
 from .load import CURRENT_LOOP, cpu_load, load_irqlog
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
-from .probes import Symbols, make_probes
+from .probes import Symbols, add_belief, make_probes
 from .qemu import Image, Qemu, command, escape, run_to_end
+from .refusals import NAME, judge, typed
 from .scenario import load_scenario
 from .trace import add_truth, load_trace
 
@@ -57,7 +59,7 @@ def check_seed(seed):
 
 
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
-             show=None, dumps=None, cycles=None, way_of=None, plant="full", spread=1, detune=""):
+             show=None, dumps=None, cycles=None, way_of=None, plant="full", spread=1, detune="", csv=False):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
@@ -65,11 +67,12 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     seed       of all noise, of the tolerances and of the start angle: the same seed gives the same trace to the byte
     plant      which effects the plant has (effects.py); spread: how far its parameters scatter (spread.py), 0 is nominal
     detune     what the firmware is told wrongly (params.py)
-    out_dir    where twin.cfg, trace.csv, irq.csv, console.txt and qemu.log go (default: run/ of the build folder)
+    out_dir    where twin.cfg, trace.bin, irq.bin, console.txt and qemu.log go (default: run/ of the build folder)
     overrides  {"motor": {table: {key: value}}, "inverter": {...}, "params": {"i_max_ma": 5000}}
     dumps      {file name: (address, bytes)}: memory of the target, written to that file in out_dir when the run ends
     cycles     {"apb_read": 3, ...}: wait cycles of the buses, where not the twin's defaults (qemu/twin/cycles_keys.c)
     way_of     an exception whose way through its handler goes to irqpath.csv, once for each duration (qemu/twin/irqpath.h)
+    csv        whether the trace is to be had as text as well, in trace.csv
     show       called as it goes, with the simulated seconds done and in all
     """
     seed = check_seed(seed)
@@ -85,7 +88,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
-    written = {key: files[key] for key in ("trace", "progress", "irqlog")}
+    written = {key: files[key] for key in ("trace", "progress", "irqlog", *(["csv"] if csv else []))}
     way = (way_of, (out_dir / "irqpath.csv").resolve()) if way_of else None
     write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles, way))
     console = f"file,id=console,path={escape(files['console'])}"
@@ -96,17 +99,20 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
         raise LauncherError(f"the run ended at {trace['t_s'][-1]:.4f} s instead of {plan.end_s:g} s"
                             f" (see {shown(files['log'])})")
     add_truth(trace, drive.motor["electrical"]["pole_pairs"])
+    add_belief(trace)
     text = files["console"].read_text(errors="replace").replace("\r\n", "\n").replace("\r", "\n")
     log = load_irqlog(files["irqlog"])
-    figures = measure(plan, Run(trace, text, drive, enums, log["t_s"][log["exception"] == CURRENT_LOOP]))
+    finished = Run(trace, text, drive, enums, plan.names, plan.steps, log["t_s"][log["exception"] == CURRENT_LOOP])
+    figures = measure(plan, finished)
+    figures[NAME] = judge(plan, finished, typed(plan, drive))
     load = cpu_load(log, float(np.median(np.diff(trace["t_s"]))))
     return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols, load, files["irqlog"])
 
 
 def prepare(out_dir):
     """Makes the folder and clears what an earlier run left, so that nothing old can pass for a result."""
-    files = {"trace": out_dir / "trace.csv", "progress": out_dir / "progress", "console": out_dir / "console.txt",
-             "log": out_dir / "qemu.log", "irqlog": out_dir / "irq.csv"}
+    files = {"trace": out_dir / "trace.bin", "csv": out_dir / "trace.csv", "progress": out_dir / "progress",
+             "console": out_dir / "console.txt", "log": out_dir / "qemu.log", "irqlog": out_dir / "irq.bin"}
     try:
         out_dir.mkdir(parents=True, exist_ok=True)
         for name in [*files.values(), out_dir / "report.json", out_dir / "run.png"]:

@@ -6,10 +6,13 @@ import numpy as np
 
 from .errors import LauncherError
 from .paths import shown
+from .recording import read_recording
 
 # columns the twin always writes, in any order; the probes of the firmware follow
 PLANT_COLUMNS = ("t_s", "v_a_V", "v_b_V", "v_c_V", "i_a_A", "i_b_A", "i_c_A", "theta_mech_rad", "speed_rad_s", "torque_Nm",
-                 "load_Nm", "vbus_V", "duty_a", "duty_b", "duty_c", "gates", "gate_live", "winding_C")
+                 "load_Nm", "vbus_V", "duty_a", "duty_b", "duty_c", "gates", "gate_live", "winding_C", "i_a_rms_A", "i_b_rms_A",
+                 "i_c_rms_A", "i_a_peak_A", "i_b_peak_A", "i_c_peak_A", "torque_mean_Nm", "load_speed_rad_s", "magnet_C",
+                 "hall")
 
 
 class Trace(dict):
@@ -28,23 +31,14 @@ class Trace(dict):
 
 
 def load_trace(path):
-    """Reads trace.csv and checks that it is whole."""
-    try:
-        with open(path, encoding="ascii") as file:
-            names = file.readline().strip().split(",")
-            data = np.loadtxt(file, delimiter=",", ndmin=2)
-    except OSError as error:
-        raise LauncherError(f"no trace: cannot read {shown(path)}: {error.strerror}") from error
-    except ValueError as error:
-        raise LauncherError(f"{shown(path)} is damaged: {error}") from error
-    if data.shape[0] < 2:
-        raise LauncherError(f"{shown(path)} has no samples")
-    if data.shape[1] != len(names):
-        raise LauncherError(f"{shown(path)} has {data.shape[1]} columns under {len(names)} names")
-    missing = [name for name in PLANT_COLUMNS if name not in names]
+    """Reads the twin's trace and checks that it is whole."""
+    trace = Trace(read_recording(path, "trace"))
+    missing = [name for name in PLANT_COLUMNS if name not in trace]
     if missing:
         raise LauncherError(f"{shown(path)} has no column '{missing[0]}'")
-    return Trace({name: np.ascontiguousarray(data[:, index]) for index, name in enumerate(names)})
+    if trace.rows < 2:
+        raise LauncherError(f"{shown(path)} has no samples")
+    return trace
 
 
 def add_truth(trace, pole_pairs):

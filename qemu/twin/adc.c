@@ -78,6 +78,11 @@ void adc_start(struct adc *a, const uint32_t code[4], sim_ps done_at)
     a->done_at = done_at;
 }
 
+void adc_sample(struct adc *a, int channel, uint32_t code)
+{
+    a->sampled[channel] = code;
+}
+
 static uint32_t current_q15(uint32_t code, uint32_t offset)
 {
     int32_t value = CURRENT_Q15_PER_CODE * (int32_t)code - (int32_t)offset;

@@ -26,6 +26,8 @@ void adc_write(struct adc *a, uint32_t offset, uint32_t value);
 /* True if a trigger now starts a conversion. */
 bool adc_listens(const struct adc *a);
 void adc_start(struct adc *a, const uint32_t code[4], sim_ps done_at);
+/* The code of a channel that is sampled after the start. */
+void adc_sample(struct adc *a, int channel, uint32_t code);
 /* Ends the conversion; true if it was an overrun. */
 bool adc_finish(struct adc *a);
 bool adc_overran(const struct adc *a);

@@ -211,6 +211,8 @@ static void read_line(const struct reader *r, char *line)
     }
     if (strcmp(word, "trace") == 0) {
         c->trace_path = strdup(rest);
+    } else if (strcmp(word, "csv") == 0) {
+        c->csv_path = strdup(rest);
     } else if (strcmp(word, "progress") == 0) {
         c->progress_path = strdup(rest);
     } else if (strcmp(word, "irqlog") == 0) {
@@ -285,14 +287,14 @@ static void check_complete(const struct reader *r, bool motor_only)
             fail(r, "a console event needs 'console CHARDEV_ID'");
         }
     }
-    const struct sensor_params *s = &c->plant.sensors;
-    if (!motor_only && (s->encoder_counts != floor(s->encoder_counts) || s->adc_bits != floor(s->adc_bits))) {
-        fail(r, "sensor.encoder_counts and sensor.adc_bits are whole numbers");
+    const char *conflict = motor_only ? NULL : sensor_conflict(&c->plant.sensors);
+    if (conflict) {
+        fail(r, "%s", conflict);
     }
     check_cycles(r);
-    double sinks = c->plant.inverter.supply_sinks;
-    if (sinks != 0 && sinks != 1) {
-        fail(r, "inverter.supply_sinks is 0 or 1");
+    const char *mismatch = motor_only ? NULL : inverter_mismatch(&c->plant.inverter);
+    if (mismatch) {
+        fail(r, "inverter: %s", mismatch);
     }
     double i_max_a = c->plant.inverter.oc_trip_a; /* not a number: not given */
     const char *wrong = motor_params_check(&c->plant.motor, &c->plant.load, isnan(i_max_a) ? 0 : i_max_a);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* The twin's configuration file: one item a line, `#` starts a comment line.
  *
- *   trace PATH | progress PATH | seed N | end T_S | console CHARDEV_ID
+ *   trace PATH | csv PATH                                                         (trace.h: the same as text)
+ *   progress PATH | seed N | end T_S | console CHARDEV_ID
  *   irqlog PATH                                                                   (irqlog.h)
  *   irqpath EXCEPTION PATH                                                        (irqpath.h)
  *   dwt cycles|instructions                                                       (what DWT_CYCCNT counts)
@@ -37,9 +38,9 @@ struct dump {
 };
 
 struct config {
-    char *trace_path, *progress_path, *irqlog_path, *irqpath_path, *console_id; /* NULL if not given */
-    double end_s;                                                               /* 0: runs until QEMU is ended */
-    bool count_instructions;                                                    /* what DWT_CYCCNT counts */
+    char *trace_path, *csv_path, *progress_path, *irqlog_path, *irqpath_path, *console_id; /* NULL if not given */
+    double end_s;            /* 0: runs until QEMU is ended */
+    bool count_instructions; /* what DWT_CYCCNT counts */
     struct cycles_params cycles;
     struct plant_params plant;
     struct probe *probes;

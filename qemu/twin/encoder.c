@@ -68,18 +68,22 @@ static void move(struct encoder *e, int64_t edges)
     e->position = (uint32_t)modulo((int64_t)e->position + counts, e->counts);
 }
 
-void encoder_follow(struct encoder *e, int64_t edges, int64_t index_edge, int64_t edges_per_turn)
+static bool counts(const struct encoder *e)
+{
+    return (e->control & ENABLE) && !e->cut && !e->frozen;
+}
+
+void encoder_follow(struct encoder *e, int64_t edges, const struct index_pulse *pulse)
 {
     int64_t moved = edges - e->edges;
     if (moved == 0) {
         return;
     }
     /* The last index that was entered on the way, counted back from where the shaft is now. */
-    int64_t beyond =
-        moved > 0 ? modulo(edges - index_edge, edges_per_turn) : -modulo(index_edge - edges, edges_per_turn);
+    int64_t beyond = moved > 0 ? modulo(edges - pulse->first, pulse->turn) : -modulo(pulse->last - edges, pulse->turn);
     bool crossed = moved > 0 ? beyond < moved : beyond > moved;
     e->edges = edges;
-    if (!(e->control & ENABLE) || e->cut || e->frozen) {
+    if (!counts(e)) {
         return;
     }
     move(e, moved - (crossed ? beyond : 0));
@@ -87,6 +91,13 @@ void encoder_follow(struct encoder *e, int64_t edges, int64_t index_edge, int64_
         e->index = e->position;
         e->status |= INDEX_SEEN;
         move(e, beyond);
+    }
+}
+
+void encoder_miscount(struct encoder *e, int64_t edges)
+{
+    if (counts(e)) {
+        move(e, edges);
     }
 }
 

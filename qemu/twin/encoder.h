@@ -18,8 +18,16 @@ void encoder_reset(struct encoder *e, int64_t edges);
 uint32_t encoder_read(const struct encoder *e, uint32_t offset);
 void encoder_write(struct encoder *e, uint32_t offset, uint32_t value);
 
-/* The shaft has moved to `edges`. The index pulse is one edge long, at index_edge of every edges_per_turn. */
-void encoder_follow(struct encoder *e, int64_t edges, int64_t index_edge, int64_t edges_per_turn);
+/* Where the index pulse is high: from the edge `first` through `last` of every turn of `turn` edges. */
+struct index_pulse {
+    int64_t first, last, turn;
+};
+
+/* The shaft has moved to `edges`. INDEX is taken where the pulse rises: at its first edge, or at its last when the shaft
+ * turns backwards. */
+void encoder_follow(struct encoder *e, int64_t edges, const struct index_pulse *pulse);
+/* On the last way some edges were lost (negative, the shaft turning forwards) or counted twice. */
+void encoder_miscount(struct encoder *e, int64_t edges);
 void encoder_latch(struct encoder *e);
 /* ILLEGAL or SIGNAL_LOST. */
 bool encoder_faulty(const struct encoder *e);

@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Arguments: t rest of the line, n number, s number from 0, i integer, b 0|1, p phase, q pair of terminals,
- * r resistance or off, c ADC code or off, f fraction 0.001...1, x the word off, a address, w 32-bit word,
- * h 16-bit word. */
+/* Arguments: t rest of the line, n number, y second number, z third number, s number from 0, i integer, b 0|1, p phase,
+ * q pair of terminals, Q pair of terminals or off, r resistance or off, c ADC code or off, f fraction 0.001...1,
+ * x the word off, a address, w 32-bit word, h 16-bit word. */
 static const struct syntax {
     const char *name;
     enum event_kind kind;
@@ -31,6 +31,7 @@ static const struct syntax {
     {"sensor_gain", EVENT_SENSOR_GAIN, "pn", "sensor_gain A|B|C GAIN"},
     {"sensor_offset", EVENT_SENSOR_OFFSET, "pn", "sensor_offset A|B|C LSB"},
     {"sensor_stuck", EVENT_SENSOR_STUCK, "pc", "sensor_stuck A|B|C CODE|off (0...4095)"},
+    {"sensor_sine", EVENT_SENSOR_SINE, "nyz", "sensor_sine AMPERES HZ ANGLE_RAD (electrical, from the d axis)"},
     {"driver_fault", EVENT_DRIVER_FAULT, "b", "driver_fault 0|1"},
     {"short", EVENT_SHORT, "qr", "short AB|BC|CA OHM|off (0.0001...100)"},
     {"winding_short", EVENT_WINDING_SHORT, "pfr", "winding_short A|B|C FRACTION OHM|off (0.001...1, 0.0001...100)"},
@@ -42,6 +43,8 @@ static const struct syntax {
     {"irq_block", EVENT_IRQ_BLOCK, "b", "irq_block 0|1"},
     {"watchdog_reset", EVENT_WATCHDOG_RESET, "", "watchdog_reset"},
     {"phase_open", EVENT_PHASE_OPEN, "pb", "phase_open A|B|C 0|1"},
+    {"phase_swap", EVENT_PHASE_SWAP, "Q", "phase_swap AB|BC|CA|off"},
+    {"chopper", EVENT_CHOPPER, "b", "chopper 0|1"},
     {"poke", EVENT_POKE, "aw", "poke ADDRESS WORD"},
     {"poke_rom", EVENT_POKE_ROM, "ah", "poke_rom ADDRESS HALFWORD"},
 };
@@ -81,6 +84,10 @@ static bool argument(char type, const char *word, struct event *e)
     switch (type) {
     case 'n':
         return number(word, -1e5, 1e5, &e->number);
+    case 'y':
+        return number(word, -1e5, 1e5, &e->second);
+    case 'z':
+        return number(word, -1e5, 1e5, &e->third);
     case 's':
         return number(word, 0, 1e6, &e->number);
     case 'i':
@@ -93,6 +100,9 @@ static bool argument(char type, const char *word, struct event *e)
         return word[0] >= 'A' && word[0] <= 'C' && word[1] == '\0';
     case 'q':
         return terminals(word, e);
+    case 'Q':
+        e->on = strcmp(word, "off") != 0;
+        return !e->on || terminals(word, e);
     case 'r':
     case 'c':
         if (strcmp(word, "off") == 0) {

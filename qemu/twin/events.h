@@ -21,6 +21,7 @@ enum event_kind {
     EVENT_SENSOR_GAIN,
     EVENT_SENSOR_OFFSET,
     EVENT_SENSOR_STUCK,
+    EVENT_SENSOR_SINE,
     EVENT_DRIVER_FAULT,
     EVENT_SHORT,
     EVENT_WINDING_SHORT,
@@ -32,6 +33,8 @@ enum event_kind {
     EVENT_IRQ_BLOCK,
     EVENT_WATCHDOG_RESET,
     EVENT_PHASE_OPEN,
+    EVENT_PHASE_SWAP,
+    EVENT_CHOPPER,
     EVENT_POKE,
     EVENT_POKE_ROM,
 };
@@ -43,7 +46,8 @@ struct event {
     int other_phase;
     bool on; /* of a 0|1 argument; false for "off" */
     double number;
-    double fraction; /* 0 to 1 */
+    double second, third; /* of an event with more numbers */
+    double fraction;      /* 0 to 1 */
     uint32_t address, word;
     const char *text; /* for the console; belongs to the event */
 };

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "irqlog.h"
 
-#include <errno.h>
-#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cycles.h"
+#include "recording.h"
 
 #define DEEPEST      64
 #define LINES        128
@@ -29,7 +28,7 @@ struct line {
     uint64_t count;
 };
 
-static FILE *file;
+static struct recording log_file;
 static sim_ps (*time_now)(void);
 static struct frame frames[DEEPEST];
 static unsigned depth;
@@ -37,21 +36,16 @@ static struct line lines[LINES];
 
 void irqlog_open(const char *path, sim_ps (*time)(void))
 {
-    file = fopen(path, "w");
-    if (!file) {
-        fprintf(stderr, "mssfoc twin: irqlog %s: %s\n", path, strerror(errno));
-        exit(1);
-    }
-    setvbuf(file, NULL, _IOLBF, BUFSIZ); /* QEMU may be killed, and the rows so far are the evidence */
+    static const char *const names[] = {"t_s",        "exception",    "start_ns",       "start_pwm_ns",
+                                        "cycles",     "instructions", "latency_cycles", "preempted_cycles",
+                                        "cycles_low", "chained"};
+    recording_open(&log_file, "irqlog", path, names, sizeof names / sizeof names[0]);
     time_now = time;
-    fputs(
-        "t_s,exception,start_ns,start_pwm_ns,cycles,instructions,latency_cycles,preempted_cycles,cycles_low,chained\n",
-        file);
 }
 
 void irqlog_line_rose(unsigned exception, sim_ps at, sim_ps period_start)
 {
-    if (file && exception < LINES) {
+    if (recording_is_open(&log_file) && exception < LINES) {
         lines[exception] = (struct line){true, at, period_start, cycles_total().high};
     }
 }
@@ -71,7 +65,7 @@ static void note_line(struct frame *f)
 
 void irqlog_entered(unsigned exception, unsigned entry_cycles)
 {
-    if (!file) {
+    if (!recording_is_open(&log_file)) {
         return;
     }
     if (depth == DEEPEST) {
@@ -88,7 +82,7 @@ void irqlog_entered(unsigned exception, unsigned entry_cycles)
 
 void irqlog_returned(bool chained)
 {
-    if (!file || depth == 0) {
+    if (!recording_is_open(&log_file) || depth == 0) {
         return;
     }
     struct frame *f = &frames[--depth];
@@ -96,10 +90,17 @@ void irqlog_returned(bool chained)
     uint64_t low = end.low - f->begin.low, high = end.high - f->begin.high;
     /* The instruction now announced is the first one after the return. */
     uint64_t executed = cycles_instructions() - f->instructions;
-    fprintf(file, "%.9f,%u,%" PRId64 ",%" PRId64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%d\n",
-            sim_to_s(f->t), f->exception, f->start_ns, f->start_pwm_ns, high - f->preempted.high,
-            executed - f->preempted_instructions, f->latency, f->preempted.high, low - f->preempted.low,
-            f->chained + 2 * chained);
+    double *row = recording_row(&log_file);
+    *row++ = sim_to_s(f->t);
+    *row++ = f->exception;
+    *row++ = (double)f->start_ns;
+    *row++ = (double)f->start_pwm_ns;
+    *row++ = (double)(high - f->preempted.high);
+    *row++ = (double)(executed - f->preempted_instructions);
+    *row++ = (double)f->latency;
+    *row++ = (double)f->preempted.high;
+    *row++ = (double)(low - f->preempted.low);
+    *row++ = f->chained + 2 * chained;
     if (depth > 0) {
         struct frame *below = &frames[depth - 1];
         below->preempted.low += low;
@@ -110,7 +111,7 @@ void irqlog_returned(bool chained)
 
 void irqlog_pwm_written(uint64_t done)
 {
-    if (file && depth > 0) {
+    if (recording_is_open(&log_file) && depth > 0) {
         struct frame *f = &frames[depth - 1];
         f->latency = done - f->begin.high - f->preempted.high;
     }
@@ -124,7 +125,5 @@ void irqlog_reset(void)
 
 void irqlog_flush(void)
 {
-    if (file) {
-        fflush(file);
-    }
+    recording_flush(&log_file);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* A CSV file with one row for each exception that was taken and has returned, in the order of return:
+/* A recording (recording.h) with one row for each exception that was taken and has returned, in the order of return:
  *
  *   t_s               when its line rose; for an exception without a line that the twin drives, when it was taken
  *   exception         its number (IRQ n is 16 + n)

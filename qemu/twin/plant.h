@@ -11,6 +11,7 @@
 #include "encoder.h"
 #include "gate.h"
 #include "inverter.h"
+#include "meter.h"
 #include "motor.h"
 #include "sensors.h"
 #include "simtime.h"
@@ -26,6 +27,11 @@ struct plant_row {
     unsigned gates;
     bool live;
     double winding_c;
+    double i_rms_a[3];     /* over the time since the trigger before, ripple included */
+    double i_peak_a[3];    /* largest |i| of that time */
+    double torque_mean_nm; /* of that time */
+    double load_speed_rad_s, magnet_c;
+    unsigned hall;
 };
 
 struct plant {
@@ -36,9 +42,12 @@ struct plant {
     struct inverter inverter;
     struct motor motor;
     struct sensors sensors;
+    struct meter meter;
 
-    sim_ps now;     /* how far the physics has come */
-    unsigned gates; /* out of GATE */
+    sim_ps sample_at[3]; /* of a current that the running conversion has not sampled yet; else SIM_NEVER */
+    sim_ps next_sample;  /* the first of them */
+    sim_ps now;          /* how far the physics has come */
+    unsigned gates;      /* out of GATE */
     sim_ps row_start;
     sim_ps high_time[3]; /* of the high-side gates since row_start */
     double row_alpha_vs, row_beta_vs;

@@ -8,6 +8,7 @@
 #include "qemu_api.h"
 
 #include "qemu_registers.h"
+#include "qemu_sleep.h"
 
 #include <dlfcn.h>
 #include <stdio.h>
@@ -143,6 +144,7 @@ static void attached(uint64_t id, unsigned cpu)
         return;
     }
     attach_hook();
+    vm_sleep_prepare();
     if (vm.runstate_is_running()) {
         state_changed(NULL, true, 0);
     } else {
@@ -177,7 +179,9 @@ static void accessed(unsigned cpu, uint32_t info, uint64_t address, void *unused
 static void about_to_sleep(unsigned cpu, void *unused)
 {
     (void)unused;
-    vm.icount_update(vm.qemu_get_cpu((int)cpu));
+    opaque *core = vm.qemu_get_cpu((int)cpu);
+    vm.icount_update(core);
+    vm_sleep_ahead(core);
 }
 
 static bool is_wfi(const opaque *instruction)

@@ -11,6 +11,15 @@ void random_seed(struct random *r, uint64_t seed)
     r->have_spare = 0;
 }
 
+/* SplitMix64 runs through one cycle of 2^64 states whatever the seed: scattered starts keep the streams apart. */
+void random_seed_stream(struct random *r, uint64_t seed, enum random_stream stream)
+{
+    random_seed(r, seed);
+    uint64_t scattered = random_u64(r);
+    random_seed(r, scattered + (uint64_t)stream);
+    random_seed(r, random_u64(r));
+}
+
 uint64_t random_u64(struct random *r)
 {
     r->state += 0x9E3779B97F4A7C15u;
@@ -41,4 +50,9 @@ double random_gaussian(struct random *r)
     r->spare = y * scale;
     r->have_spare = 1;
     return x * scale;
+}
+
+double random_exponential(struct random *r)
+{
+    return -log((double)((random_u64(r) >> 11) + 1) * 0x1p-53);
 }

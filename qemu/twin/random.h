@@ -11,8 +11,14 @@ struct random {
     int have_spare;
 };
 
+/* The sources of noise beside the converter's, which takes the seed itself. */
+enum random_stream { STREAM_EDGE_NOISE = 1, STREAM_LOST_COUNTS, STREAM_EXTRA_COUNTS };
+
 void random_seed(struct random *r, uint64_t seed);
+/* One of many sequences of the same seed: each source of noise takes its own, and none shifts another. */
+void random_seed_stream(struct random *r, uint64_t seed, enum random_stream stream);
 uint64_t random_u64(struct random *r);
-double random_gaussian(struct random *r); /* mean 0, standard deviation 1 */
+double random_gaussian(struct random *r);    /* mean 0, standard deviation 1 */
+double random_exponential(struct random *r); /* mean 1 */
 
 #endif

@@ -54,6 +54,16 @@ static void disturb_inverter(const struct event *e, struct inverter *inv)
     case EVENT_PHASE_OPEN:
         inverter_open_wire(inv, e->phase, e->on);
         break;
+    case EVENT_PHASE_SWAP:
+        if (e->on) {
+            inverter_swap_wires(inv, e->phase, e->other_phase);
+        } else {
+            inverter_swap_off(inv);
+        }
+        break;
+    case EVENT_CHOPPER:
+        inverter_chopper(inv, e->on);
+        break;
     default:
         if (e->on) {
             inverter_short(inv, e->phase, e->other_phase, e->number);
@@ -80,6 +90,12 @@ static void disturb_sensor(const struct event *e, struct current_sensor *sensor)
         sensor->stuck_code = e->on ? (int)e->number : -1;
         break;
     }
+}
+
+/* The direction stands still and counts from where the rotor's d axis is now. */
+static void inject(const struct event *e, const struct motor *m, struct sensors *sensors)
+{
+    sensors_inject(sensors, e->number, e->second, m->p.pole_pairs * m->theta_rad + e->third, e->t_s);
 }
 
 static void disturb_encoder(const struct event *e, struct encoder *encoder)
@@ -130,6 +146,8 @@ static void play(const struct event *e)
     case EVENT_SUPPLY_SINKS:
     case EVENT_SHORT:
     case EVENT_PHASE_OPEN:
+    case EVENT_PHASE_SWAP:
+    case EVENT_CHOPPER:
         disturb_inverter(e, &board.plant->inverter);
         break;
     case EVENT_SENSOR_ADD:
@@ -137,6 +155,9 @@ static void play(const struct event *e)
     case EVENT_SENSOR_OFFSET:
     case EVENT_SENSOR_STUCK:
         disturb_sensor(e, &board.plant->sensors.current[e->phase]);
+        break;
+    case EVENT_SENSOR_SINE:
+        inject(e, &board.plant->motor, &board.plant->sensors);
         break;
     case EVENT_DRIVER_FAULT:
         gate_set_driver_fault(&board.plant->gate, e->on);

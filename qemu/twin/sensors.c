@@ -4,41 +4,75 @@
 #include <math.h>
 #include <string.h>
 
-#define CODES    4096
-#define MIDDLE   2048
-#define TURN_RAD 6.283185307179586
+#define CODES      4096
+#define MIDDLE     2048
+#define TURN_RAD   6.283185307179586
+#define LONG_AGO_S 1.0
 
-#define KEY(field, lo, hi, init) \
-    { \
-#field, offsetof(struct sensor_params, field), lo, hi, init \
-    }
-const struct config_key sensor_keys[] = {
-    KEY(i_range_a, 1e-3, 1e5, CONFIG_REQUIRED),
-    KEY(v_range_v, 1e-3, 1e5, CONFIG_REQUIRED),
-    KEY(adc_bits, 6, 12, 12),
-    KEY(adc_conversion_s, 1e-8, 2e-6, 1.5e-6),
-    KEY(i_noise_lsb, 0, 1000, 0),
-    KEY(v_noise_lsb, 0, 1000, 0),
-    KEY(i_offset_a_lsb, -CODES, CODES, 0),
-    KEY(i_offset_b_lsb, -CODES, CODES, 0),
-    KEY(i_offset_c_lsb, -CODES, CODES, 0),
-    KEY(i_gain_a, -10, 10, 1),
-    KEY(i_gain_b, -10, 10, 1),
-    KEY(i_gain_c, -10, 10, 1),
-    KEY(encoder_counts, 4, 1e6, 4096),
-    KEY(index_angle_rad, -1e6, 1e6, 0),
-    CONFIG_KEYS_END,
-};
-#undef KEY
+static const double drift_weight[3] = {1, -1, 0};
 
 void sensors_init(struct sensors *s, const struct sensor_params *p, uint64_t seed)
 {
+    const double gain[3] = {p->i_gain_a, p->i_gain_b, p->i_gain_c};
+    const double offset_lsb[3] = {p->i_offset_a_lsb, p->i_offset_b_lsb, p->i_offset_c_lsb};
     memset(s, 0, sizeof *s);
     s->p = *p;
-    s->current[0] = (struct current_sensor){p->i_gain_a, p->i_offset_a_lsb, 0, -1};
-    s->current[1] = (struct current_sensor){p->i_gain_b, p->i_offset_b_lsb, 0, -1};
-    s->current[2] = (struct current_sensor){p->i_gain_c, p->i_offset_c_lsb, 0, -1};
+    for (int k = 0; k < 3; k++) {
+        s->current[k] = (struct current_sensor){.gain = gain[k], .offset_lsb = offset_lsb[k], .stuck_code = -1};
+        amplifier_init(&s->current[k].amplifier);
+    }
+    s->lag_s = p->amp_hz > 0 ? 1 / (TURN_RAD * p->amp_hz) : 0;
+    s->follows = p->amp_hz > 0 || p->ring_lsb != 0 || p->edge_noise_lsb > 0;
+    disc_init(&s->disc, p, seed);
+    hall_init(&s->hall, p);
     random_seed(&s->noise, seed);
+    random_seed_stream(&s->edge_noise, seed, STREAM_EDGE_NOISE);
+}
+
+void sensors_follow(struct sensors *s, const struct leg_view leg[3], double dt_s)
+{
+    double left = s->lag_s > 0 ? exp(-dt_s / s->lag_s) : 0;
+    for (int k = 0; k < 3; k++) {
+        amplifier_follow(&s->current[k].amplifier, &leg[k], dt_s, s->lag_s, left);
+    }
+}
+
+/* ---- one conversion ---- */
+
+void sensors_draw_noise(struct sensors *s)
+{
+    for (int k = 0; k < 3; k++) {
+        s->current[k].noise_lsb = s->p.i_noise_lsb * random_gaussian(&s->noise);
+    }
+    for (int k = 0; k < 3 && s->p.edge_noise_lsb > 0; k++) {
+        s->current[k].edge_noise_lsb = s->p.edge_noise_lsb * random_gaussian(&s->edge_noise);
+    }
+    s->bus_noise_lsb = s->p.v_noise_lsb * random_gaussian(&s->noise);
+}
+
+/* The low pass has answered the sine from rest since its start. */
+static double injected_a(const struct sensors *s, int k, double t_s)
+{
+    const struct injection *i = &s->sine;
+    if (i->amplitude_a == 0) {
+        return 0;
+    }
+    double phase_rad = TURN_RAD * i->hz * (t_s - i->start_s), lag_rad = TURN_RAD * i->hz * s->lag_s;
+    double settling = s->lag_s > 0 ? lag_rad * exp(-(t_s - i->start_s) / s->lag_s) : 0;
+    double shape = (sin(phase_rad) - lag_rad * cos(phase_rad) + settling) / (1 + lag_rad * lag_rad);
+    return i->amplitude_a * shape * cos(i->angle_rad - k * TURN_RAD / 3);
+}
+
+static double edge_noise_lsb(const struct sensors *s, int k)
+{
+    if (s->p.edge_noise_lsb == 0) {
+        return 0;
+    }
+    double since_s = LONG_AGO_S;
+    for (int leg = 0; leg < 3; leg++) {
+        since_s = fmin(since_s, s->current[leg].amplifier.since_edge_s);
+    }
+    return s->current[k].edge_noise_lsb * exp(-since_s / s->p.edge_noise_tau_s);
 }
 
 /* Rounds to the converter's step and clips; a converter of fewer bits leaves the low ones zero. */
@@ -49,25 +83,27 @@ static uint32_t quantise(const struct sensors *s, double code)
     return (uint32_t)fmin(fmax(whole, 0), CODES - step);
 }
 
-void sensors_sample(struct sensors *s, const double i_a[3], double bus_v, uint32_t code[4])
+uint32_t sensors_current_code(const struct sensors *s, int k, double t_s, double input_a)
 {
-    for (int k = 0; k < 3; k++) {
-        const struct current_sensor *c = &s->current[k];
-        double lsb = (i_a[k] * c->gain + c->add_a) / s->p.i_range_a * MIDDLE + c->offset_lsb;
-        lsb += s->p.i_noise_lsb * random_gaussian(&s->noise);
-        code[k] = c->stuck_code >= 0 ? (uint32_t)c->stuck_code : quantise(s, MIDDLE + lsb);
+    const struct current_sensor *c = &s->current[k];
+    if (c->stuck_code >= 0) {
+        return (uint32_t)c->stuck_code;
     }
-    double bus_lsb = bus_v / s->p.v_range_v * CODES + s->p.v_noise_lsb * random_gaussian(&s->noise);
-    code[3] = quantise(s, bus_lsb);
+    double seen_a = (s->lag_s > 0 ? c->amplifier.out_a : input_a) + injected_a(s, k, t_s);
+    double gain = c->gain * (1 + drift_weight[k] * s->p.i_gain_drift_per_s * t_s);
+    double offset_lsb = c->offset_lsb + drift_weight[k] * s->p.i_offset_drift_lsb_s * t_s;
+    double lsb = (seen_a * gain + c->add_a) / s->p.i_range_a * MIDDLE + offset_lsb;
+    lsb += amplifier_ringing_lsb(&c->amplifier, &s->p);
+    lsb += c->noise_lsb + edge_noise_lsb(s, k);
+    return quantise(s, MIDDLE + lsb);
 }
 
-int64_t sensors_encoder_edges(const struct sensors *s, double theta_rad)
+uint32_t sensors_bus_code(const struct sensors *s, double bus_v)
 {
-    return (int64_t)floor(theta_rad / TURN_RAD * s->p.encoder_counts);
+    return quantise(s, bus_v / s->p.v_range_v * CODES + s->bus_noise_lsb);
 }
 
-int64_t sensors_index_edge(const struct sensors *s)
+void sensors_inject(struct sensors *s, double amplitude_a, double hz, double angle_rad, double start_s)
 {
-    double turn = s->p.index_angle_rad / TURN_RAD;
-    return (int64_t)floor((turn - floor(turn)) * s->p.encoder_counts);
+    s->sine = (struct injection){amplitude_a, hz, angle_rad, start_s};
 }

@@ -1,47 +1,66 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* From the true currents and bus voltage to the codes of a 12-bit converter, and from the shaft to encoder counts. */
+/* From the true currents and bus voltage to the codes of a 12-bit converter. What it makes of the current x at the
+ * amplifier's input, in codes from the middle:
+ *
+ *   ((lowpass(x) + sine) gain (1 + w gain_drift t) + added) 2048 / range + offset + w offset_drift t + ringing
+ *       + noise + edge noise exp(-t_e / tau),  t_e since the last edge of any leg
+ *
+ * The amplifiers drift apart: w is 1 for A, -1 for B, 0 for C; what all three have in common would cancel in the
+ * transform to two axes. */
 #ifndef TWIN_SENSORS_H
 #define TWIN_SENSORS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "keys.h"
+#include "amplifier.h"
+#include "disc.h"
+#include "hall.h"
 #include "random.h"
-
-struct sensor_params {
-    double i_range_a; /* at 2048 codes from the middle */
-    double v_range_v; /* at code 4096 */
-    double adc_bits;
-    double adc_conversion_s;
-    double i_noise_lsb, v_noise_lsb; /* standard deviation */
-    double i_offset_a_lsb, i_offset_b_lsb, i_offset_c_lsb;
-    double i_gain_a, i_gain_b, i_gain_c;
-    double encoder_counts; /* edges of A and B in a turn */
-    double index_angle_rad;
-};
-
-extern const struct config_key sensor_keys[];
+#include "sensor_keys.h"
 
 struct current_sensor {
     double gain;
     double offset_lsb;
     double add_a;
     int stuck_code; /* negative: not stuck */
+    struct amplifier amplifier;
+    double noise_lsb, edge_noise_lsb; /* drawn for the present conversion; the latter right after an edge */
+};
+
+/* A current along a stationary electrical direction that all three amplifiers see beside their own, shunts too while
+ * their low sides are off. */
+struct injection {
+    double amplitude_a; /* 0: none */
+    double hz;
+    double angle_rad;
+    double start_s;
 };
 
 struct sensors {
     struct sensor_params p;
     struct current_sensor current[3];
-    struct random noise;
+    struct injection sine;
+    struct disc disc;
+    struct hall hall;
+    struct random noise, edge_noise;
+    double bus_noise_lsb;
+    double lag_s; /* of the amplifiers */
+    bool follows; /* the legs matter between two samples, too */
 };
 
 void sensors_init(struct sensors *s, const struct sensor_params *p, uint64_t seed);
-/* Codes of the three currents and of the bus voltage, with one draw of noise each. */
-void sensors_sample(struct sensors *s, const double i_a[3], double bus_v, uint32_t code[4]);
 
-/* Edges of A and B since angle 0, and the count within a turn at which the index pulse stands. */
-int64_t sensors_encoder_edges(const struct sensors *s, double theta_rad);
-int64_t sensors_index_edge(const struct sensors *s);
+/* The legs as they were for the last dt_s; needed only if `follows`. */
+void sensors_follow(struct sensors *s, const struct leg_view leg[3], double dt_s);
+
+/* A conversion: once the noise, at its trigger, then each channel at its time. */
+void sensors_draw_noise(struct sensors *s);
+/* input_a: the current at the amplifier's input now. */
+uint32_t sensors_current_code(const struct sensors *s, int k, double t_s, double input_a);
+uint32_t sensors_bus_code(const struct sensors *s, double bus_v);
+
+/* From start_s on, sin(2 pi hz (t - start_s)) times the amplitude; the sine before it ends. */
+void sensors_inject(struct sensors *s, double amplitude_a, double hz, double angle_rad, double start_s);
 
 #endif

@@ -1,137 +1,139 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* Numbers are written as scaled integers: several times faster than printf, and there is no "-0.0000". */
-#define _GNU_SOURCE
 #include "trace.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-#define BUFFER_BYTES (1u << 18)
-#define NUMBER_BYTES 32
+#include "recording.h"
+#include "trace_csv.h"
 
-static int file = -1;
-static char buffer[BUFFER_BYTES];
-static size_t used;
-static struct plant_row waiting;
-static bool row_waits;
-static const struct probe *columns;
+static const struct {
+    const char *name;
+    int decimals; /* in the CSV */
+} fixed[] = {
+    {"t_s", 9},
+    {"v_a_V", 4},
+    {"v_b_V", 4},
+    {"v_c_V", 4},
+    {"i_a_A", 5},
+    {"i_b_A", 5},
+    {"i_c_A", 5},
+    {"theta_mech_rad", 6},
+    {"speed_rad_s", 4},
+    {"torque_Nm", 7},
+    {"load_Nm", 7},
+    {"vbus_V", 4},
+    {"duty_a", 6},
+    {"duty_b", 6},
+    {"duty_c", 6},
+    {"gates", 0},
+    {"gate_live", 0},
+    {"winding_C", 3},
+    {"i_a_rms_A", 5},
+    {"i_b_rms_A", 5},
+    {"i_c_rms_A", 5},
+    {"i_a_peak_A", 5},
+    {"i_b_peak_A", 5},
+    {"i_c_peak_A", 5},
+    {"torque_mean_Nm", 7},
+    {"load_speed_rad_s", 4},
+    {"magnet_C", 3},
+    {"hall", 0},
+};
+#define FIXED (sizeof fixed / sizeof fixed[0])
+
+static struct recording recording;
+static double *waiting; /* a row, its probes not yet known */
+static bool row_waits, wanted;
 static size_t column_count;
 
-static const char fixed_columns[] =
-    "t_s,v_a_V,v_b_V,v_c_V,i_a_A,i_b_A,i_c_A,theta_mech_rad,speed_rad_s,torque_Nm,load_Nm,vbus_V,"
-    "duty_a,duty_b,duty_c,gates,gate_live,winding_C";
-
-void trace_flush(void)
+static void *room(size_t count, size_t size)
 {
-    size_t done = 0;
-    while (file >= 0 && done < used) {
-        ssize_t n = write(file, buffer + done, used - done);
-        if (n <= 0) {
-            break;
-        }
-        done += (size_t)n;
-    }
-    used = 0;
-}
-
-static void put_text(const char *text)
-{
-    size_t length = strlen(text);
-    if (used + length > BUFFER_BYTES) {
-        trace_flush();
-    }
-    memcpy(buffer + used, text, length);
-    used += length;
-}
-
-static void put_number(double value, int decimals, char after)
-{
-    static const double scale[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
-    char digits[NUMBER_BYTES];
-    int n = NUMBER_BYTES;
-    double scaled = value * scale[decimals];
-    if (!(fabs(scaled) < 9e18)) {
-        put_text(isnan(value) ? "nan" : "inf");
-        buffer[used++] = after;
-        return;
-    }
-    int64_t whole = llround(scaled);
-    bool negative = whole < 0;
-    uint64_t rest = negative ? -(uint64_t)whole : (uint64_t)whole;
-    digits[--n] = after;
-    for (int place = 0; rest || place <= decimals; place++) {
-        if (place == decimals && decimals) {
-            digits[--n] = '.';
-        }
-        digits[--n] = (char)('0' + rest % 10);
-        rest /= 10;
-    }
-    if (negative) {
-        digits[--n] = '-';
-    }
-    memcpy(buffer + used, digits + n, (size_t)(NUMBER_BYTES - n));
-    used += (size_t)(NUMBER_BYTES - n);
-}
-
-void trace_open(const char *path, const struct probe *probes, size_t probe_count)
-{
-    file = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (file < 0) {
-        fprintf(stderr, "mssfoc twin: trace %s: %s\n", path, strerror(errno));
+    void *array = calloc(count, size);
+    if (!array) {
+        fputs("mssfoc twin: out of memory\n", stderr);
         exit(1);
     }
-    columns = probes;
-    column_count = probe_count;
-    put_text(fixed_columns);
-    for (size_t n = 0; n < probe_count; n++) {
-        put_text(",");
-        put_text(probes[n].name);
+    return array;
+}
+
+void trace_open(const char *path, const char *csv_path, const struct probe *probes, size_t probe_count)
+{
+    column_count = FIXED + probe_count;
+    const char **names = room(column_count, sizeof *names);
+    int *decimals = room(column_count, sizeof *decimals); /* stays, with the CSV */
+    waiting = room(column_count, sizeof *waiting);
+    for (size_t n = 0; n < column_count; n++) {
+        names[n] = n < FIXED ? fixed[n].name : probes[n - FIXED].name;
+        decimals[n] = n < FIXED ? fixed[n].decimals : probes[n - FIXED].scale == 1 ? 0 : 6;
     }
-    put_text("\n");
-    trace_flush();
+    if (path) {
+        recording_open(&recording, "trace", path, names, column_count);
+    }
+    if (csv_path) {
+        trace_csv_open(csv_path, names, decimals, column_count);
+    }
+    free(names);
+    wanted = path || csv_path;
+}
+
+/* The number that its decimal form is: it compares with a scenario's times as one expects. */
+static double whole_ns(double t_s)
+{
+    return (double)llround(t_s * 1e9) / 1e9;
+}
+
+static double *put_phases(double *next, const double phases[3])
+{
+    memcpy(next, phases, 3 * sizeof *phases);
+    return next + 3;
 }
 
 void trace_row(const struct plant_row *row)
 {
-    waiting = *row;
-    row_waits = file >= 0;
+    if (!wanted) {
+        return;
+    }
+    double *next = waiting;
+    *next++ = whole_ns(row->t_s);
+    next = put_phases(next, row->v_mean_v);
+    next = put_phases(next, row->i_a);
+    *next++ = row->theta_mech_rad;
+    *next++ = row->speed_rad_s;
+    *next++ = row->torque_nm;
+    *next++ = row->load_nm;
+    *next++ = row->bus_v;
+    next = put_phases(next, row->duty);
+    *next++ = row->gates;
+    *next++ = row->live;
+    *next++ = row->winding_c;
+    next = put_phases(next, row->i_rms_a);
+    next = put_phases(next, row->i_peak_a);
+    *next++ = row->torque_mean_nm;
+    *next++ = row->load_speed_rad_s;
+    *next++ = row->magnet_c;
+    *next++ = row->hall;
+    row_waits = true;
 }
 
 void trace_complete_row(const double *probe_values)
 {
-    const struct plant_row *r = &waiting;
     if (!row_waits) {
         return;
     }
     row_waits = false;
-    if (used + (20 + column_count) * NUMBER_BYTES > BUFFER_BYTES) {
-        trace_flush();
+    memcpy(waiting + FIXED, probe_values, (column_count - FIXED) * sizeof *probe_values);
+    if (recording_is_open(&recording)) {
+        memcpy(recording_row(&recording), waiting, column_count * sizeof *waiting);
     }
-    put_number(r->t_s, 9, ',');
-    for (int k = 0; k < 3; k++) {
-        put_number(r->v_mean_v[k], 4, ',');
-    }
-    for (int k = 0; k < 3; k++) {
-        put_number(r->i_a[k], 5, ',');
-    }
-    put_number(r->theta_mech_rad, 6, ',');
-    put_number(r->speed_rad_s, 4, ',');
-    put_number(r->torque_nm, 7, ',');
-    put_number(r->load_nm, 7, ',');
-    put_number(r->bus_v, 4, ',');
-    for (int k = 0; k < 3; k++) {
-        put_number(r->duty[k], 6, ',');
-    }
-    put_number(r->gates, 0, ',');
-    put_number(r->live, 0, ',');
-    put_number(r->winding_c, 3, column_count ? ',' : '\n');
-    for (size_t n = 0; n < column_count; n++) {
-        put_number(probe_values[n], columns[n].scale == 1 ? 0 : 6, n + 1 < column_count ? ',' : '\n');
-    }
+    trace_csv_row(waiting);
+}
+
+void trace_flush(void)
+{
+    recording_flush(&recording);
+    trace_csv_flush();
 }

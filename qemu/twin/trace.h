@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* The recorder: one CSV row per ADC trigger. Fixed formatting, so that equal runs give equal files. */
+/* The recorder: one row per ADC trigger, as a recording (recording.h), and for a reader of text as CSV. */
 #ifndef TWIN_TRACE_H
 #define TWIN_TRACE_H
 
@@ -8,8 +8,8 @@
 #include "config.h"
 #include "plant.h"
 
-/* Opens the file and writes the header; ends the process with one line if that fails. */
-void trace_open(const char *path, const struct probe *probes, size_t probe_count);
+/* Either path may be NULL. A file that cannot be written ends the process with one line. */
+void trace_open(const char *path, const char *csv_path, const struct probe *probes, size_t probe_count);
 /* Keeps the row until the probes that belong to it are known: just before the next one, or at the end. */
 void trace_row(const struct plant_row *row);
 /* Writes the row that is waiting, with what the probes read now. */

@@ -228,6 +228,12 @@ static void system_reset(void *unused)
 
 /* ---- the end, and what is written on the way ---- */
 
+static void flush(void)
+{
+    trace_flush();
+    irqlog_flush();
+}
+
 static void report_progress(void *unused)
 {
     (void)unused;
@@ -244,7 +250,7 @@ static void report_progress(void *unused)
     }
     fputc('\n', progress);
     fflush(progress);
-    trace_flush();
+    flush();
     plant_changed();
     vm_timer_at(progress_timer, vm_now_ns() + PROGRESS_NS);
 }
@@ -258,7 +264,7 @@ static void finish(void)
     finished = true;
     read_probes();
     trace_complete_row(probe_values);
-    trace_flush();
+    flush();
     dump_write(config.dumps, config.dump_count);
 }
 
@@ -273,7 +279,7 @@ static void end_of_run(void *unused)
 /* QEMU aborts when the guest locks up; the rows so far are the evidence. */
 static void aborted(int number)
 {
-    trace_flush();
+    flush();
     signal(number, SIG_DFL);
     raise(number);
 }
@@ -395,9 +401,7 @@ static void open_outputs(void)
         fputs("mssfoc twin: out of memory\n", stderr);
         exit(1);
     }
-    if (config.trace_path) {
-        trace_open(config.trace_path, config.probes, config.probe_count);
-    }
+    trace_open(config.trace_path, config.csv_path, config.probes, config.probe_count);
     dump_open(config.dumps, config.dump_count);
     if (config.irqlog_path) {
         irqlog_open(config.irqlog_path, executing_at);

@@ -6,7 +6,6 @@ the target without adding to what is measured, and come from the twin's log of i
 current_loop.latency (entry, its 12 cycles included, to the last write to CorePWM) and current_loop.interrupt (entry and exit
 included).
 """
-import csv
 import re
 import subprocess
 import time
@@ -19,6 +18,7 @@ from launcher.errors import LauncherError
 from launcher.paths import REPO, build_dir, shown
 from launcher.probes import Symbols
 from launcher.qemu import Image, Qemu, command, escape, run_to_end
+from launcher.recording import read_recording
 from launcher.scenario import load_scenario
 
 MOTOR = "teknic_m2310p"
@@ -158,14 +158,10 @@ def closed_loop(build, out_dir, seed, settings=()):
 
 def read_irqlog(path):
     """Whole interrupts of the current loop, which nothing can preempt; those chained to another's end are shorter."""
-    whole, latency, instructions = [], [], []
-    with open(path, newline="") as stream:
-        for line in csv.DictReader(stream):
-            alone = int(line["exception"]) == CURRENT_LOOP_EXCEPTION and line["chained"] == "0"
-            if alone and float(line["t_s"]) >= EXCLUDED_BEFORE_S:
-                whole.append(int(line["cycles"]))
-                latency.append(int(line["latency_cycles"]))
-                instructions.append(int(line["instructions"]))
+    log = read_recording(path, "log of interrupts")
+    wanted = (log["exception"] == CURRENT_LOOP_EXCEPTION) & (log["chained"] == 0) & (log["t_s"] >= EXCLUDED_BEFORE_S)
+    whole, latency, instructions = (log[name][wanted].astype(int).tolist()
+                                    for name in ("cycles", "latency_cycles", "instructions"))
     if not whole:
         raise LauncherError(f"{shown(path)} has no interrupt of the current loop")
     counted = _spread(instructions)

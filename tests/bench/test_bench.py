@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bench.measure import read_irqlog, read_table
@@ -34,15 +35,16 @@ def test_a_damaged_table_is_refused(damage, complaint):
 
 def test_log_of_interrupts(tmp_path):
     log = tmp_path / "irqlog"
-    head = "t_s,exception,cycles,instructions,latency_cycles,chained\n"
-    log.write_text(head + "0.001,50,9,9,9,0\n0.02,50,700,500,600,0\n0.03,30,99,9,0,0\n0.04,50,694,500,594,1\n"
-                   "0.05,50,702,501,602,0\n0.06,50,701,500,601,0\n")
-    rows = read_irqlog(log)
-    assert rows["current_loop.interrupt"] == {
+    head = b"t_s,exception,cycles,instructions,latency_cycles,chained\n"
+    rows = [(0.001, 50, 9, 9, 9, 0), (0.02, 50, 700, 500, 600, 0), (0.03, 30, 99, 9, 0, 0), (0.04, 50, 694, 500, 594, 1),
+            (0.05, 50, 702, 501, 602, 0), (0.06, 50, 701, 500, 601, 0)]
+    log.write_bytes(head + np.array(rows, "<f8").tobytes())
+    found = read_irqlog(log)
+    assert found["current_loop.interrupt"] == {
         "interrupts": 3, "instructions": 500, "instructions_min": 500, "instructions_max": 501,
         "cycles_min": 700, "cycles_median": 701, "cycles_max": 702}
-    assert rows["current_loop.latency"]["cycles_max"] == 602
-    log.write_text(head + "0.03,30,99,9,0,0\n")
+    assert found["current_loop.latency"]["cycles_max"] == 602
+    log.write_bytes(head + np.array(rows[2], "<f8").tobytes())
     with pytest.raises(LauncherError, match="no interrupt of the current loop"):
         read_irqlog(log)
 

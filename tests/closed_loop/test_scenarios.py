@@ -33,6 +33,6 @@ def test_one_seed_one_trace_another_seed_another(tmp_path):
     traces = []
     for name, seed in (("a", 7), ("b", 7), ("c", 8)):
         simulate(short, seed=seed, out_dir=tmp_path / name)
-        traces.append((tmp_path / name / "trace.csv").read_bytes())
+        traces.append((tmp_path / name / "trace.bin").read_bytes())
     assert traces[0] == traces[1]
     assert traces[0] != traces[2]

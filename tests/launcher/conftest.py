@@ -38,10 +38,10 @@ void _start(void);
 void _start(void) { for (;;) { function(); } }
 """
 
-# Plays QEMU: answers --version and -M help, reads the twin's configuration, writes a trace and a console, ends as told.
+# Plays QEMU: answers --version and -M help, reads the twin's configuration, writes recordings and a console, ends as told.
 FAKE_QEMU = """
 #!{python}
-import math, os, sys
+import array, math, os, sys
 argv = sys.argv[1:]
 behaviour = {behaviour!r}
 if "--version" in argv:
@@ -53,27 +53,33 @@ config = [line.split(None, 1) for line in open(value("-plugin").split("config=")
 items = dict((key, rest.strip()) for key, rest in config)
 probes = [rest.split()[0] for key, rest in config if key == "probe"]
 typed = [rest.split(None, 2)[2].strip() for key, rest in config if key == "event" and rest.split()[1] == "console"]
-open(value("-chardev").split("path=")[1], "w").write("".join("> " + line + "\\r\\nok\\r\\n" for line in typed))
+open(value("-chardev").split("path=")[1], "w").write("".join(
+    "> " + line + "\\r\\n" + ("error: it does not want to" if behaviour == "refuses " + line else "ok") + "\\r\\n" for line in typed))
 if behaviour == "lockup":
     sys.stderr.write("qemu: fatal: Lockup: can't escalate 3 to HardFault\\n"); sys.stderr.flush(); os.abort()
 if behaviour == "bad config":
     sys.stderr.write("mssfoc twin: twin.cfg:3: unknown key\\n"); sys.exit(1)
 end = float(items["end"]) if behaviour != "short" else float(items["end"]) / 2
-with open(items["trace"], "w") as out:
-    out.write("{columns}," + ",".join(probes) + "\\n")
+def write(key, names, rows):
+    with open(items[key], "wb") as out:
+        out.write((",".join(names) + "\\n").encode())
+        array.array("d", [number for row in rows for number in row]).tofile(out)
+def trace():
     for n in range(1, round(end * 20000)):
         t = n / 20000; w = 100.0; angle = w * t
         row = dict(t_s=t, speed_rad_s=w, theta_mech_rad=angle, vbus_V=24, gates=5, gate_live=1)
         for k, phase in enumerate("abc"):
             row["i_%s_A" % phase] = -2.0 * math.sin(4 * angle - k * 2 * math.pi / 3)
-        names = "{columns}".split(",") + probes
-        out.write(",".join("%.6f" % row.get(name, 0) for name in names) + "\\n")
-with open(items["irqlog"], "w") as out:
-    out.write("{irq_columns}\\n")
+            row["i_%s_rms_A" % phase] = row["i_%s_peak_A" % phase] = abs(row["i_%s_A" % phase])
+        yield [row.get(name, 0) for name in columns]
+def interrupts():
     for n in range(1, round(end * 20000)):
-        out.write("%.9f,50,800,1800,%d,400,550,0,690,0\\n" % (n / 20000, 700 if n % 2 else 650))
+        yield n / 20000, 50, 800, 1800, 700 if n % 2 else 650, 400, 550, 0, 690, 0
         if n % 20 == 0:
-            out.write("%.9f,30,0,0,400,300,0,700,400,0\\n" % (n / 20000))
+            yield n / 20000, 30, 0, 0, 400, 300, 0, 700, 400, 0
+columns = "{columns}".split(",") + probes
+write("trace", columns, trace())
+write("irqlog", "{irq_columns}".split(","), interrupts())
 open(items["progress"], "w").write(str(end) + "\\n")
 """
 

@@ -48,13 +48,13 @@ def test_in_the_report(build, fake_qemu):
     assert values["slow_loop"]["percent"] == pytest.approx(0.4, abs=0.01)
 
 
-@pytest.mark.parametrize("text, complaint", [
-    ("t_s,exception\n0.1,50\n", "has other columns"),
-    (",".join(COLUMNS) + "\n0.1,50,not,a,number,1,1,1,1,1\n", "is damaged"),
+@pytest.mark.parametrize("names, numbers, complaint", [
+    (("t_s", "exception"), 2, "has other columns"),
+    (COLUMNS, 2 * len(COLUMNS) - 1, "is damaged"),
 ])
-def test_a_log_that_is_none(tmp_path, text, complaint):
-    (tmp_path / "irq.csv").write_text(text)
+def test_a_log_that_is_none(tmp_path, names, numbers, complaint):
+    (tmp_path / "irq.bin").write_bytes(",".join(names).encode() + b"\n" + np.ones(numbers).tobytes())
     with pytest.raises(LauncherError, match=complaint):
-        load_irqlog(tmp_path / "irq.csv")
+        load_irqlog(tmp_path / "irq.bin")
     with pytest.raises(LauncherError, match="cannot read"):
-        load_irqlog(tmp_path / "none.csv")
+        load_irqlog(tmp_path / "none.bin")

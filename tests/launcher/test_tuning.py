@@ -14,7 +14,7 @@ from launcher.paths import REPO
 
 @pytest.fixture(scope="module")
 def tuning(tmp_path_factory):
-    """tuning_compute as a function from {parameter: value} to its complaint, or None. struct params has the order of SOURCES."""
+    """tuning_compute from {parameter: value} to its complaint, or None. struct params has the order of SOURCES."""
     library = tmp_path_factory.mktemp("tuning") / "tuning.so"
     subprocess.run([os.environ.get("HOSTCC") or "cc", "-shared", "-fPIC", "-O1", "-I.", "firmware/tuning.c", "lib/polar.c",
                     "-o", str(library)], cwd=REPO, check=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from launcher.config import twin_config
 from launcher.drive import load_drive
-from launcher.qemu import Qemu, command, escape
+from launcher.qemu import Qemu, command, escape, start
 from launcher.scenario import load_scenario
 
 BUILD = Path(os.environ.get("BUILD", "build"))
@@ -19,6 +19,16 @@ class _Image:
     def __init__(self, elf):
         self.hex = Path(elf).resolve()
         self.plugin = (BUILD / "qemu" / "twin.so").resolve()
+
+
+def _end(process):
+    """In order, so that what the twin recorded reaches its files; by force if it does not heed that."""
+    process.terminate()
+    try:
+        process.wait(timeout=30)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
 
 
 def run_image(elf, out_dir, config_lines=(), wall_s=120):
@@ -33,7 +43,7 @@ def run_image(elf, out_dir, config_lines=(), wall_s=120):
     config.write_text(text + "".join(line + "\n" for line in config_lines))
     arguments = command(qemu, _Image(elf), config, f"file,id=console,path={escape(console)}")
     with open(out_dir / "qemu.log", "wb") as log:
-        process = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=qemu.environment())
+        process = start(arguments, qemu.environment(), stdin=subprocess.DEVNULL, stdout=log, stderr=log)
         try:
             limit = time.monotonic() + wall_s
             while process.poll() is None and time.monotonic() < limit:
@@ -41,7 +51,6 @@ def run_image(elf, out_dir, config_lines=(), wall_s=120):
                     break
                 time.sleep(0.05)
         finally:
-            process.kill()
-            process.wait()
+            _end(process)
     said = console.read_text(errors="replace") if console.exists() else ""
     return said + (out_dir / "qemu.log").read_text(errors="replace")

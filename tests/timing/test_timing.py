@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The cycle model, read by DWT on the target: against counts made by hand, and against published silicon."""
-import csv
 import re
 
 import pytest
+
+from launcher.load import load_irqlog
 
 from cases import HAND_COUNTED, PUBLISHED, TOLERANCE, measured, run, sequences
 
@@ -30,9 +31,9 @@ def test_instructions_in_place_of_cycles(tmp_path):
 
 
 def test_interrupt_log(tmp_path):
-    run("rules", tmp_path, [f"irqlog {tmp_path / 'irq.csv'}"])
-    rows = list(csv.DictReader((tmp_path / "irq.csv").open()))
-    assert [tuple(int(row[key]) for key in ("exception", "cycles", "instructions", "chained")) for row in rows] == [
+    run("rules", tmp_path, [f"irqlog {tmp_path / 'irq.bin'}"])
+    log = load_irqlog(tmp_path / "irq.bin")
+    assert list(zip(*(log[key] for key in ("exception", "cycles", "instructions", "chained")))) == [
         (SVC, 12 + 1 + 12, 2, 0),
         (SVC, 12 + 11, 6, 2),
         (PENDSV, 6 + 6 + 12, 2, 1),

@@ -18,7 +18,7 @@ wcet: tools
 	@$(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) qemu/run.py run --scenario default --out $(BUILD)/wcet >/dev/null
 	@$(PYTHON) qemu/run.py run --scenario fault_overcurrent --out $(BUILD)/wcet/fault >/dev/null
-	@$(PYTHON) tests/tools/wcet.py $(MSSFOC_IMAGE).elf --measured $(BUILD)/wcet/irq.csv --tripped $(BUILD)/wcet/fault/irq.csv
+	@$(PYTHON) tests/tools/wcet.py $(MSSFOC_IMAGE).elf --measured $(BUILD)/wcet/irq.bin --tripped $(BUILD)/wcet/fault/irq.bin
 
 jitter: tools
 	@$(MAKE) --no-print-directory -s -j2 all twin

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 import disasm
+import numpy as np
 import pytest
 import wcet
 from addresses import Constants, region_of
@@ -136,12 +137,16 @@ def test_the_current_loop_is_free_of_loops_and_a_trip_costs_more(image):
 
 def test_measured_above_the_bound_fails(image, tmp_path, capsys):
     found = wcet.bound(image, Waits())
-    log = tmp_path / "irq.csv"
+    log = tmp_path / "irq.bin"
+
+    def write(*rows):
+        log.write_bytes(b"t_s,exception,cycles,latency_cycles\n" + np.array(rows, "<f8").tobytes())
+
     for over, status in ((0, 0), (1, 1)):
-        log.write_text("t_s,exception,cycles,latency_cycles\n0.1,30,99999,0\n"
-                       f"0.2,50,{found.whole + over},{found.latency}\n0.3,50,{found.whole - 9},{found.latency - 5}\n")
+        write((0.1, 30, 99999, 0), (0.2, 50, found.whole + over, found.latency),
+              (0.3, 50, found.whole - 9, found.latency - 5))
         assert wcet.show(found, Waits(), log) == status
-    log.write_text(f"t_s,exception,cycles,latency_cycles\n0.1,50,{found.fault + 1},{found.latency}\n")
+    write((0.1, 50, found.fault + 1, found.latency))
     assert wcet.show(found, Waits(), tripped=log) == 1
     assert "measured: 2 interrupts" in capsys.readouterr().out
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Worst-case cycles of the current loop's interrupt, from the instructions of the linked image.
 
-usage: wcet.py IMAGE.elf [KEY=N ...] [--measured IRQ.csv] [--tripped IRQ.csv] [--path]
+usage: wcet.py IMAGE.elf [KEY=N ...] [--measured LOG] [--tripped LOG] [--path]
        KEY: apb_read, apb_write, ppb, esram, envm_wait, cache (0 or 1): the twin's keys cycles.*, with its defaults
        --measured   a log of interrupts (irqlog) to set beside the bound; fails if the bound is below
        --tripped    the same of a run that ends in a fault of the current loop
@@ -10,14 +10,19 @@ usage: wcet.py IMAGE.elf [KEY=N ...] [--measured IRQ.csv] [--tripped IRQ.csv] [-
 The longest way must be free of loops. What only a sample that trips executes is a bound of its own. Cycles of entry and
 exit are included; interrupts that are more urgent do not exist; the code is in the cache unless cache=0.
 """
-import csv
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
-from addresses import Constants
-from disasm import Image, ImageError
-from longest import Longest
-from timing import ENTRY, EXIT, REFILL, Costs, Waits, default_waits
+ROOT = Path(__file__).resolve().parents[2]
+if str(ROOT / "qemu") not in sys.path:
+    sys.path.insert(0, str(ROOT / "qemu"))
+
+from addresses import Constants  # noqa: E402
+from disasm import Image, ImageError  # noqa: E402
+from launcher.recording import read_recording  # noqa: E402
+from longest import Longest  # noqa: E402
+from timing import ENTRY, EXIT, REFILL, Costs, Waits, default_waits  # noqa: E402
 
 HANDLER, EXCEPTION = "FabricIrq0_IRQHandler", 50
 FAULT_CALLS = ("current_loop_fault", "fault_raise")
@@ -57,11 +62,11 @@ def bound(image, waits, handler=HANDLER):
 
 def measured(path):
     """(most cycles, most cycles to the last PWM write, interrupts) of the current loop in a log of interrupts."""
-    with open(path, encoding="ascii", newline="") as stream:
-        rows = [row for row in csv.DictReader(stream) if int(row["exception"]) == EXCEPTION]
-    if not rows:
+    log = read_recording(path, "log of interrupts")
+    current = log["exception"] == EXCEPTION
+    if not current.any():
         raise ImageError(f"{path} has no interrupt of the current loop")
-    return max(int(r["cycles"]) for r in rows), max(int(r["latency_cycles"]) for r in rows), len(rows)
+    return int(log["cycles"][current].max()), int(log["latency_cycles"][current].max()), int(current.sum())
 
 
 def waits_from(words):

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "disc.h"
+
+#define TURN_RAD   6.283185307179586
+#define NEAR_EDGES 1e-6 /* so close to an edge the count is always computed: rounding must not decide */
+
+static void miscount_init(struct miscount *m, double per_turn, double edges_per_turn, uint64_t seed,
+                          enum random_stream stream)
+{
+    random_seed_stream(&m->random, seed, stream);
+    m->mean_gap = per_turn > 0 ? edges_per_turn / per_turn : 0;
+    m->next = m->mean_gap * random_exponential(&m->random);
+}
+
+void disc_init(struct disc *d, const struct sensor_params *p, uint64_t seed)
+{
+    double turn = p->index_angle_rad / TURN_RAD, a = 4 * p->encoder_asymmetry, phase = 4 * p->encoder_phase;
+    *d = (struct disc){
+        .edges_per_turn = p->encoder_counts,
+        .shift = {-a, phase - a, a, phase + a},
+        .ecc_rad = p->encoder_ecc_rad,
+        .ecc_phase_rad = p->encoder_ecc_phase_rad,
+        .from_rad = 1,
+        .to_rad = 0,
+    };
+    d->index.turn = (int64_t)p->encoder_counts;
+    d->index.first = (int64_t)floor((turn - floor(turn)) * p->encoder_counts);
+    d->index.last = d->index.first + (int64_t)p->encoder_index_counts - 1;
+    miscount_init(&d->lost, p->encoder_lost_per_rev, p->encoder_counts, seed, STREAM_LOST_COUNTS);
+    miscount_init(&d->extra, p->encoder_extra_per_rev, p->encoder_counts, seed, STREAM_EXTRA_COUNTS);
+}
+
+/* In edges from angle 0. */
+static double edge_at(const struct disc *d, int64_t n)
+{
+    return (double)n + d->shift[n & 3];
+}
+
+/* The shown angle moves at most 1 + ecc times as far as the shaft does. */
+static void keep_window(struct disc *d, double theta_rad, double before, double after)
+{
+    double shaft_rad = TURN_RAD / d->edges_per_turn / (1 + d->ecc_rad);
+    d->from_rad = theta_rad - (before - NEAR_EDGES) * shaft_rad;
+    d->to_rad = theta_rad + (after - NEAR_EDGES) * shaft_rad;
+}
+
+int64_t disc_edges(struct disc *d, double theta_rad)
+{
+    if (theta_rad >= d->from_rad && theta_rad < d->to_rad) {
+        return d->edges;
+    }
+    double shown_rad = theta_rad;
+    if (d->ecc_rad != 0) {
+        shown_rad += d->ecc_rad * sin(theta_rad - d->ecc_phase_rad);
+    }
+    double at = shown_rad / TURN_RAD * d->edges_per_turn;
+    int64_t n = (int64_t)floor(at);
+    /* An edge is displaced by less than the distance of two, so it can only be one off. */
+    if (at < edge_at(d, n)) {
+        n--;
+    } else if (at >= edge_at(d, n + 1)) {
+        n++;
+    }
+    d->edges = n;
+    keep_window(d, theta_rad, at - edge_at(d, n), edge_at(d, n + 1) - at);
+    return n;
+}
+
+static int64_t miscounts(struct miscount *m, int64_t passed)
+{
+    int64_t count = 0;
+    if (m->mean_gap == 0) {
+        return 0;
+    }
+    for (m->next -= (double)passed; m->next <= 0; count++) {
+        m->next += m->mean_gap * random_exponential(&m->random);
+    }
+    return count;
+}
+
+int64_t disc_miscounts(struct disc *d, int64_t moved)
+{
+    int64_t passed = moved < 0 ? -moved : moved;
+    int64_t more = miscounts(&d->extra, passed) - miscounts(&d->lost, passed);
+    return moved < 0 ? -more : more;
+}

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: MIT
+"""The campaign's own arithmetic: which cases, which worst, and that no failure and no success goes unnoticed."""
+import csv
+import io
+import json
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from launcher.campaign import Case, parse_case, plan, play, run_case
+from launcher.campaign_table import as_csv, as_markdown, badness, load_expected, reasons, rows, surprises
+from launcher.errors import LauncherError
+
+NAMES = st.from_regex(r"[a-z][a-z0-9_]{0,12}", fullmatch=True)
+NUMBERS = st.floats(-1e6, 1e6, allow_nan=False)
+
+
+def figure(value, name="f", **limits):
+    entry = {"name": name, "value": value, "unit": "", "min": None, "max": None, "equal": None, **limits}
+    low, high = entry["min"], entry["max"]
+    holds = value is not None and (low is None or value >= low) and (high is None or value <= high)
+    if entry["equal"] is not None:
+        holds = value == entry["equal"]
+    return {**entry, "passed": holds if limits else None}
+
+
+def outcome(*figures, error=None):
+    return {"passed": error is None and all(f["passed"] is not False for f in figures), "error": error,
+            "figures": list(figures)}
+
+
+@given(NAMES, NAMES, st.integers(0, 2**32 - 1), st.sampled_from(["", "resistance_mohm*1.3", "ld_uh*0.5 lq_uh*0.5"]))
+def test_a_key_names_its_case(motor, scenario, seed, detune):
+    case = Case(motor, scenario, seed, detune)
+    assert parse_case(case.key) == case
+    assert f"MOTOR={motor} SCENARIO={scenario} SEED={seed}" in case.command and detune in case.command
+
+
+@pytest.mark.parametrize("key", ["", "a", "a/b", "a/b/c", "a/b/-1", "a/b/1.5"])
+def test_a_damaged_key_is_refused(key):
+    with pytest.raises(LauncherError, match="is not MOTOR/SCENARIO/SEED"):
+        parse_case(key)
+
+
+def test_every_motor_meets_every_scenario():
+    cases = plan()
+    assert len(set(cases)) == len(cases)
+    motors, scenarios = {c.motor for c in cases}, {c.scenario for c in cases}
+    for scenario in scenarios:
+        seeds = 1 if scenario.startswith("fault_") else 8
+        assert {(c.motor, c.seed) for c in cases if c.scenario == scenario} == {
+            (motor, seed) for motor in motors for seed in range(1, seeds + 1)}
+
+
+def test_a_choice_is_kept_and_a_wrong_one_refused():
+    cases = plan(["teknic_m2310p"], ["idle"], 3, ["", "flux_uwb*0.8"])
+    assert [c.key for c in cases][:2] == ["teknic_m2310p/idle/1", "teknic_m2310p/idle/1/flux_uwb*0.8"] and len(cases) == 6
+    with pytest.raises(LauncherError, match="no motor 'bogus'; there are: "):
+        plan(["bogus"])
+
+
+@given(NUMBERS, NUMBERS)
+def test_the_worse_of_two_is_the_one_nearer_to_its_limit(a, b):
+    low, high = sorted((a, b))
+    assert badness(figure(low, max=5.0)) <= badness(figure(high, max=5.0))
+    assert badness(figure(low, min=5.0)) >= badness(figure(high, min=5.0))
+
+
+def test_what_could_not_be_measured_is_the_worst():
+    assert badness(figure(None, max=1.0)) == math.inf
+    assert badness(figure("OVERSPEED", equal="NONE")) == math.inf > badness(figure("NONE", equal="NONE"))
+
+
+def test_the_table_names_the_worst_case_and_what_repeats_it():
+    outcomes = {Case("m", "s", seed): outcome(figure(value, "dip", max=10.0)) for seed, value in enumerate((3.0, 12.0, 4.0))}
+    (row,) = rows(outcomes)
+    assert (row.worst, row.where.seed, row.failed, row.cases, row.median) == (12.0, 1, 1, 3, 4.0)
+    (line,) = list(csv.DictReader(io.StringIO(as_csv([row]))))
+    assert line["repeat"] == "make run MOTOR=m SCENARIO=s SEED=1" and line["worst"] == "12"
+    page = as_markdown(outcomes, {})
+    assert "**1**/3" in page and "NOT EXPECTED" in page and "dip: 12" in page
+
+
+def test_no_failure_and_no_success_is_a_surprise_without_being_said():
+    good, bad, lost = outcome(figure(1.0, max=2.0)), outcome(figure(3.0, max=2.0)), outcome(error="QEMU aborted")
+    cases = [Case("m", "s", n) for n in range(4)]
+    outcomes = dict(zip(cases, (good, bad, lost, good)))
+    unexpected, mended = surprises(outcomes, {cases[1]: "known", cases[3]: "known", Case("x", "y", 1): "not run"})
+    assert list(unexpected) == [cases[2]] and reasons(lost) == "QEMU aborted"
+    assert list(mended) == [cases[3]]
+
+
+def test_the_shipped_list_is_whole():
+    known = {(case.motor, case.scenario) for case in plan()}
+    for case, cause in load_expected().items():
+        assert (case.motor, case.scenario) in known, f"{case.key} names nothing that there is"
+        assert len(cause.split()) > 3, f"{case.key} has no cause"
+
+
+@pytest.mark.parametrize("text, complaint", [
+    ("[[cause]]\ntext = 'why it fails'\n", "has 'text' and 'cases'"),
+    ("[[cause]]\ntext = ''\ncases = []\n", "has 'text' and 'cases'"),
+    ("[[cause]]\ntext = 'why'\ncases = ['a/b/1', 'a/b/1']\n", "stands there twice"),
+    ("[[cause]]\ntext = 'why'\ncases = ['a/b']\n", "is not MOTOR/SCENARIO/SEED"),
+    ("[[cause]\n", "expected.toml"),
+])
+def test_a_damaged_list_is_refused(text, complaint, tmp_path):
+    path = tmp_path / "expected.toml"
+    path.write_text(text)
+    with pytest.raises(LauncherError, match=complaint):
+        load_expected(path)
+
+
+def test_a_run_that_cannot_be_made_is_a_failure_with_its_reason(tmp_path):
+    case = Case("teknic_m2310p", "idle", 1)
+    run_case(case, tmp_path, qemu="no-such-qemu")
+    kept = json.loads(case.file(tmp_path).read_text())
+    assert not kept["passed"] and "no-such-qemu" in kept["error"]
+
+
+def test_a_campaign_goes_on_where_it_stopped():
+    cases = plan(["teknic_m2310p", "maxon_ec45flat"], ["idle"], 1)
+    folder, outcomes = play(cases)
+    assert set(outcomes) == set(cases) and all(outcome["figures"] for outcome in outcomes.values())
+    files = {case: case.file(folder) for case in cases}
+    before = files[cases[0]].stat().st_mtime_ns
+    expected = files[cases[1]].read_text()
+    files[cases[1]].unlink()
+    play(cases)
+    assert files[cases[0]].stat().st_mtime_ns == before
+    assert files[cases[1]].read_text() == expected

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""Times that follow from each other, steps that repeat themselves, what the drive could not do, and what it refused."""
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from launcher import LauncherError
+from launcher.data import MOTORS, available
+from launcher.drive import load_drive
+from launcher.kind import Run
+from launcher.paths import SCENARIOS
+from launcher.refusals import judge, refusals
+from launcher.scenario import load_scenario
+from launcher.trace import Trace
+
+TEKNIC = "teknic_m2310p"
+
+
+def load(steps, motor=TEKNIC, **more):
+    return load_scenario({"end_s": 10, "step": steps, **more}, load_drive(motor))
+
+
+def times(plan):
+    return [step.t_s for step in plan.steps]
+
+
+def test_labels_may_be_used_before_they_are_written():
+    plan = load([{"t_s": "up + ramp_time_s + pause_s", "event": "load_nm", "args": [1]},
+                 {"t_s": "on + 0.5", "label": "up", "console": "speed {work_rpm}"},
+                 {"t_s": 0.2, "label": "on", "console": "on"},
+                 {"t_s": "up + 1", "label": "end"}],
+                end_s="end + 0.5", let={"pause_s": "2 * half_s", "half_s": 0.3})
+    assert times(plan) == pytest.approx([0.2, 0.7, 0.7 + 0.3 + 0.6]) and plan.end_s == pytest.approx(2.2)
+    assert plan.names["end"] == pytest.approx(1.7) and [step.text for step in plan.steps[:2]] == ["on", "speed 1500"]
+
+
+def test_a_step_that_repeats_itself():
+    plan = load([{"t_s": "a", "each": {"hz": [50, 100, "2 * 100"]}, "every_s": "1 / hz", "end_label": "done",
+                  "event": "sensor_sine", "args": ["rated_current_A", "hz", "0"]},
+                 {"t_s": 1.0, "label": "a"}, {"t_s": "done", "event": "sensor_sine", "args": ["0", "0", "0"]}])
+    assert times(plan) == pytest.approx([1.0, 1.02, 1.03, 1.035])
+    assert [step.args[1] for step in plan.steps] == ["50", "100", "200", "0"]
+
+
+@pytest.mark.parametrize("steps, complaint", [
+    ([{"t_s": "a + 1", "label": "b"}, {"t_s": "b", "label": "a"}], "depends on itself: b -> a -> b"),
+    ([{"t_s": 1, "label": "a"}, {"t_s": 1, "label": "a"}], "the name 'a' is taken"),
+    ([{"t_s": 1, "label": "work_rpm"}], "the name 'work_rpm' is taken"),
+    ([{"t_s": 1, "label": "two words"}], "is not one word"),
+    ([{"t_s": "nowhere", "console": "on"}], "unknown name 'nowhere'"),
+    ([{"t_s": "1 +", "console": "on"}], "is not an expression"),
+    ([{"t_s": 1, "every_s": 1, "console": "on"}], "need 'each'"),
+    ([{"t_s": 1, "each": {"x": []}, "every_s": 1, "console": "on"}], "write each"),
+    ([{"t_s": 1, "each": {"x": [1]}, "console": "on"}], "'every_s' is missing"),
+    ([{"t_s": -1, "label": "a"}], "-1 s is outside"),
+])
+def test_times_that_make_no_sense(steps, complaint):
+    with pytest.raises(LauncherError, match=complaint):
+        load(steps)
+
+
+@pytest.mark.parametrize("line, complaint", [
+    ("speed {speed_max_rpm + 1}", r"'speed 4001' at 1 s is beyond Teknic M-2310P-LN-04K's speed_max_rpm: 4000 rpm"),
+    ("speed -4001", "beyond"),
+    ("torque {i_max_A + 0.1}", r"'torque 10.75' at 1 s is beyond .*'s i_max_ma: 10.65 A"),
+])
+def test_what_is_beyond_the_motor_is_said_before_the_run(line, complaint):
+    with pytest.raises(LauncherError, match=complaint) as raised:
+        load([{"t_s": 1, "console": line}])
+    assert "\n" not in str(raised.value)
+    assert load([{"t_s": 1, "console": line}], expect_refusal="beyond").steps
+
+
+def test_limits_are_those_that_the_scenario_itself_has_set():
+    steps = [{"t_s": 0.5, "console": "set speed_max_rpm 4500"}, {"t_s": 1, "console": "speed 4400"}]
+    assert len(load(steps).steps) == 2
+
+
+@pytest.mark.parametrize("motor", available(MOTORS))
+@pytest.mark.parametrize("name", available(SCENARIOS))
+def test_shipped_scenarios_assert_that_the_drive_was_on(name, motor):
+    plan = load_scenario(name, load_drive(motor))
+    assert any(step.text == "on" for step in plan.steps)
+    asked = [figure for figure in plan.figures if figure["kind"] == "state" and figure["equal"] == "OPERATION_ENABLED"]
+    assert asked, "nothing says that the drive was on"
+    assert plan.end_s < 20, "longer than anybody waits"
+
+
+# ---- refusals ------------------------------------------------------------------------------------------------------
+
+CONSOLE = """mssfoc 0.1.0
+> set pole_pairs 4
+ok
+> on
+error: the bus voltage is below v_min_mv; see 'status'
+> speed 100
+error: the drive is not in operation; use 'on' and wait for it
+> status
+state: switch on disabled
+"""
+TYPED = [(0.05, "set pole_pairs 4"), (0.2, "on"), (1.2, "speed 100"), (1.5, "status")]
+
+
+def verdict(expect="", console=CONSOLE, fault_from_s=9.0):
+    t = np.arange(0, 2, 0.001)
+    trace = Trace({"t_s": t, "fault": np.where(t < fault_from_s, 0.0, 5.0)})
+    run = Run(trace, console, None, {"fault": {5: "FAULT_ENCODER"}}, {})
+    return judge(SimpleNamespace(expect_refusal=expect), run, TYPED)
+
+
+def test_refusals_know_their_line_and_its_time():
+    found = refusals(CONSOLE, TYPED)
+    assert [(r.line, r.t_s) for r in found] == [("on", 0.2), ("speed 100", 1.2)]
+    assert found[0].answer == "the bus voltage is below v_min_mv; see 'status'"
+
+
+def test_the_first_refusal_is_named():
+    figure = verdict()
+    assert figure.passed is False
+    assert figure.value == "'on' at 0.200 s: the bus voltage is below v_min_mv; see 'status'"
+    assert verdict(console="> on\nok\n").passed
+
+
+def test_a_fault_that_was_there_before_is_named_with_it():
+    found = verdict(expect="^on: ", fault_from_s=0.9).value
+    assert found.startswith("'speed 100' at 1.200 s: ") and found.endswith("(fault ENCODER since 0.900 s)")
+
+
+def test_expected_refusals_must_come_and_others_must_not():
+    assert verdict(expect="^on: .*v_min|^speed").passed
+    assert verdict(expect="^on: ").passed is False
+    figure = verdict(expect="never", console="> on\nok\n")
+    assert figure.passed is False and figure.value == "nothing, but 'never' was expected"
+    with pytest.raises(LauncherError, match="expect_refusal"):
+        load([{"t_s": 1, "console": "on"}], expect_refusal="(")
