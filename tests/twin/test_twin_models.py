@@ -11,8 +11,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 TWIN = ROOT / "qemu" / "twin"
-MODELS = ("motor", "bus", "circuit", "diodes", "inverter", "legs", "meter", "sensor_keys", "sensors", "amplifier", "disc",
-          "hall", "random", "corepwm", "adc", "encoder", "gate", "plant", "events")
+MODELS = ("motor", "bus", "circuit", "diodes", "inverter", "legs", "meter", "sampling", "sensor_keys", "sensors",
+          "amplifier", "disc", "hall", "random", "corepwm", "adc", "encoder", "gate", "plant", "events")
 PROGRAMS = sorted(path.stem for path in HERE.glob("twin_*.c"))
 FLAGS = ["-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-fsanitize=address,undefined",
          "-fno-sanitize-recover=all", f"-I{TWIN}", f"-I{HERE}"]
