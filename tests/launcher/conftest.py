@@ -70,7 +70,7 @@ def trace():
         row = dict(t_s=t, speed_rad_s=w, theta_mech_rad=angle, vbus_V=24, gates=5, gate_live=1)
         for k, phase in enumerate("abc"):
             row["i_%s_A" % phase] = -2.0 * math.sin(4 * angle - k * 2 * math.pi / 3)
-            row["i_%s_rms_A" % phase] = row["i_%s_peak_A" % phase] = abs(row["i_%s_A" % phase])
+            row["i_%s_mean_A" % phase] = row["i_%s_A" % phase]; row["i_%s_rms_A" % phase] = row["i_%s_peak_A" % phase] = abs(row["i_%s_A" % phase])
         yield [row.get(name, 0) for name in columns]
 def interrupts():
     for n in range(1, round(end * 20000)):

@@ -38,6 +38,7 @@ def made(drive, length_s=0.5, rpm=1500.0, i_d=0.0, i_q=2.0, steps=(), **columns)
     for index, phase in enumerate("abc"):
         turned = theta - index * 2 * math.pi / 3
         trace[f"i_{phase}_A"] = i_d * np.cos(turned) - i_q * np.sin(turned)
+        trace[f"i_{phase}_mean_A"] = trace[f"i_{phase}_A"]
         trace[f"i_{phase}_rms_A"] = np.abs(trace[f"i_{phase}_A"])
         trace[f"i_{phase}_peak_A"] = np.abs(trace[f"i_{phase}_A"])
     trace = add_truth(Trace(trace), drive.motor["electrical"]["pole_pairs"])
