@@ -73,10 +73,9 @@ def badness(figure):
         return math.inf
     if isinstance(value, str):
         return 0.0
-    parts = [value / figure["max"] if figure["max"] else value] if figure["max"] is not None else []
-    if figure["min"] is not None:
-        parts.append(figure["min"] / value if value > 0 < figure["min"] else figure["min"] - value)
-    return max(parts) if parts else abs(value)
+    beyond = [] if figure["max"] is None else [(value - figure["max"]) / (abs(figure["max"]) or 1)]
+    beyond += [] if figure["min"] is None else [(figure["min"] - value) / (abs(figure["min"]) or 1)]
+    return 1 + max(beyond) if beyond else abs(value)
 
 
 def rows(outcomes):
@@ -98,8 +97,8 @@ def rows(outcomes):
 def limit_text(figure):
     if figure["equal"] is not None:
         return f"= {figure['equal']}"
-    return " and ".join([f">= {figure['min']:.4g}"] * (figure["min"] is not None)
-                        + [f"<= {figure['max']:.4g}"] * (figure["max"] is not None))
+    low = [] if figure["min"] is None else [f">= {figure['min']:.4g}"]
+    return " and ".join(low + ([] if figure["max"] is None else [f"<= {figure['max']:.4g}"]))
 
 
 def _value(value):

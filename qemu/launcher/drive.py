@@ -144,24 +144,26 @@ def preamble(drive):
 
 
 def twin_items(drive):
-    """(section.key, value) pairs of the plant for the twin's configuration. Optional keys at their defaults are left out."""
-    items = {}
+    """(section.key, value) pairs of the plant for the twin's configuration. What is at its neutral default is left out."""
+    items, defaults = {}, {}
     for device in (drive.motor, drive.inverter):
         values = drawn(device, drive.seed, drive.spread)
-        for table, keys in device.tables.items():
-            if table in SECTIONS and table != "saturation":
-                items.update(_items(SECTIONS[table], keys, values[table]))
+        for table, key, item in _plant_keys(device):
+            items[item], defaults[item] = values[table][key], device.tables[table][key].default
         if device.kind == "motor":
             items["load.inertia_kgm2"] = values["mechanical"]["inertia_kgm2"] * values["load"]["inertia_ratio"]
             items.update(_saturation_items(device, values["electrical"]))
-    return list(drive.plant.apply(items).items())
+    return [(item, value) for item, value in drive.plant.apply(items).items()
+            if item in _ALWAYS or value != defaults.get(item)]
 
 
-def _items(section, keys, values):
-    for name, key in keys.items():
-        item = f"{section}.{_TWIN_NAMES.get(name, name)}"
-        if name != "inertia_ratio" and (key.required or values[name] != key.default or item in _ALWAYS):
-            yield item, values[name]
+def _plant_keys(device):
+    """(table, key, section.key of the twin) of everything the twin takes as it stands in the file."""
+    for table, keys in device.tables.items():
+        if table in SECTIONS and table != "saturation":
+            for key in keys:
+                if key != "inertia_ratio":
+                    yield table, key, f"{SECTIONS[table]}.{_TWIN_NAMES.get(key, key)}"
 
 
 def _saturation_items(motor, electrical):

@@ -4,6 +4,7 @@
 Reading DWARF takes a third of a second, so the answer is kept beside the ELF. It is told to be of this very ELF, and of this
 very reader, by a hash of both; runs in parallel may write it at the same time, for each replaces the file whole.
 """
+import base64
 import hashlib
 import json
 import os
@@ -20,10 +21,9 @@ _NUMBERS = {(1, False): "u8", (1, True): "s8", (2, False): "u16", (2, True): "s1
 
 
 def described(elf_path):
-    """{"producer": text, "functions": {name: [address, first halfword or None]}, "variables": {name: [address, type]},
-    "enums": {tag: [[value, name]]}, "types": [...], "segments": [[address, what is loaded there, in hex]]}; a type is an
-    index into "types", or None. A type has "size" (bytes or None), "number" ("s32", ... or ""),
-    "members" ({name: [offset, type]}) and "element" (type of an array's elements).
+    """{"producer": text, "functions": {name: address}, "variables": {name: [address, type]}, "enums": {tag: [[value, name]]},
+    "segments": [[address, base64]], "types": [...]}; a type is an index into "types", or None. A type has "size" (bytes or
+    None), "number" ("s32", ... or ""), "members" ({name: [offset, type]}) and "element" (type of an array's elements).
     """
     try:
         content = Path(elf_path).read_bytes()
@@ -66,9 +66,7 @@ def _read(elf_path):
             elf = ELFFile(file)
             if not elf.has_dwarf_info():
                 raise LauncherError(f"{shown(elf_path)} has no debug information (built without -g?)")
-            segments = [(s["p_vaddr"], s.data()) for s in elf.iter_segments() if s["p_type"] == "PT_LOAD"]
-            return {**_Reader().read(elf.get_dwarf_info()), "functions": _functions(elf, segments),
-                    "segments": [[start, data.hex()] for start, data in segments]}
+            return {**_Reader().read(elf.get_dwarf_info()), "functions": _functions(elf), "segments": _segments(elf)}
     except ELFError as error:
         raise LauncherError(f"{shown(elf_path)} is not an ELF file: {error}") from error
 
@@ -76,19 +74,14 @@ def _read(elf_path):
 def _functions(elf, segments):
     """The address of the first instruction has bit 0, the Thumb mark, cleared."""
     table = elf.get_section_by_name(".symtab")
-    found = {}
-    for symbol in table.iter_symbols() if table else ():
-        if symbol["st_info"]["type"] == "STT_FUNC":
-            address = symbol["st_value"] & ~1
-            found[symbol.name] = [address, _halfword(segments, address)]
-    return found
+    return {symbol.name: symbol["st_value"] & ~1 for symbol in (table.iter_symbols() if table else ())
+            if symbol["st_info"]["type"] == "STT_FUNC"}
 
 
-def _halfword(segments, address):
-    for start, data in segments:
-        if 0 <= address - start <= len(data) - 2:
-            return int.from_bytes(data[address - start:address - start + 2], "little")
-    return None
+def _segments(elf):
+    """What the image loads, and where."""
+    return [[segment["p_vaddr"], base64.b64encode(segment.data()).decode()] for segment in elf.iter_segments()
+            if segment["p_type"] == "PT_LOAD"]
 
 
 class _Reader:

@@ -3,6 +3,7 @@
 
 The image has no code for this. The twin reads the memory at these addresses once a PWM period.
 """
+import base64
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +39,7 @@ class Symbols:
         self.producer = known["producer"]
         self._functions, self._variables, self._types = known["functions"], known["variables"], known["types"]
         self._enums = known["enums"]
-        self._segments = [(start, bytes.fromhex(data)) for start, data in known["segments"]]
+        self._segments = [(start, base64.b64decode(data)) for start, data in known["segments"]]
 
     def _bytes(self, address, size):
         """What the image loads there, or None."""
@@ -70,15 +71,15 @@ class Symbols:
         if variable is not None:
             return variable.address
         if name in self._functions:
-            return self._functions[name][0]
+            return self._functions[name]
         raise LauncherError(f"{shown(self.path)} has no variable or function '{name}'")
 
     def code16(self, name):
         """The first halfword of a function's code, or a clear line."""
-        _, halfword = self._functions.get(name, (0, None))
-        if halfword is None:
+        code = self._bytes(self._functions[name], 2) if name in self._functions else None
+        if code is None:
             raise LauncherError(f"{shown(self.path)} has no function '{name}'")
-        return halfword
+        return int.from_bytes(code, "little")
 
     def integer(self, name, size, signed=False):
         """The value a constant variable (or a member of one) has in the image, or a clear line."""

@@ -16,6 +16,7 @@ at i_d = 0 loses.
 from dataclasses import dataclass, fields, replace
 
 from .errors import LauncherError
+from .schema import BY_RULE, MOTOR_TABLES
 
 SHORT = ("loss_d", "loss_q", "loss_flux", "at_a")
 
@@ -34,7 +35,7 @@ class Saturation:
     v: float = 0.0
     a_b: float = 0.0
     a_bp: float = 0.0
-    w: float = 0.0
+    w: float = 2.0
     k_q: float = 0.0
     psi_n_wb: float = 0.0
     i_f_a: float = 0.0
@@ -58,14 +59,16 @@ class Saturation:
 
 def saturation_of(table, electrical, rated_current_a, where):
     """The Saturation of a checked [saturation] table, or None when there is none."""
-    short = {key: table[key] for key in SHORT if table.get(key)}
-    full = {key: value for key, value in table.items() if key not in SHORT and value}
+    given = {key: value for key, value in table.items() if value != MOTOR_TABLES["saturation"][key].default}
+    short = {key: value for key, value in given.items() if key in SHORT}
+    full = {key: value for key, value in given.items() if key not in SHORT}
     if short and full:
         raise LauncherError(f"{where}: give either loss_d, loss_q, loss_flux or the coefficients sat_..., not both")
     if full:
         return _full(full, where)
-    losses = [table.get(key, 0.0) for key in SHORT[:3]]
-    return from_losses(electrical, *losses, table.get("at_a") or 1.5 * rated_current_a, where) if any(losses) else None
+    losses = [table[key] for key in SHORT[:3]]
+    at_a = 1.5 * rated_current_a if table["at_a"] is BY_RULE else table["at_a"]
+    return from_losses(electrical, *losses, at_a, where) if any(losses) else None
 
 
 def _full(given, where):

@@ -33,7 +33,7 @@ def _whole(low, high, default, meaning):
 
 def _cogging(prefix):
     which = "cogging torque" if prefix == "cogging" else "a further one"
-    return {f"{prefix}_nm": Key(0, 1e4, 0.0, f"{which}: amplitude of nm * sin(per_rev * angle + rad)"),
+    return {f"{prefix}_nm": Key(0, 1e3, 0.0, f"{which}: amplitude of nm * sin(per_rev * angle + rad)"),
             f"{prefix}_per_rev": _whole(1, 10000, 1, "its periods in one turn: a multiple of poles and slots"),
             f"{prefix}_rad": Key(-_TURN, _TURN, 0.0, "its phase")}
 
@@ -52,19 +52,19 @@ MOTOR_TABLES = {
         "at_a": Key(1e-3, 1e4, BY_RULE, "short form: the current of the three above; 1.5 times rated_current_a if left out"),
         "sat_a_d0": Key(0, 1e9, 0.0, "full form: coefficients of the current as a function of flux (A/Vs^n), below"),
         "sat_a_dd": Key(0, 1e15, 0.0, "full form"),
-        "sat_s": Key(0, 20, 0.0, "full form: exponent S"),
+        "sat_s": Key(0, 8, 0.0, "full form: exponent S"),
         "sat_a_q0": Key(0, 1e9, 0.0, "full form"),
         "sat_a_qq": Key(0, 1e15, 0.0, "full form"),
-        "sat_t": Key(0, 20, 0.0, "full form: exponent T"),
+        "sat_t": Key(0, 8, 0.0, "full form: exponent T"),
         "sat_a_dq": Key(0, 1e15, 0.0, "full form"),
-        "sat_u": Key(0, 20, 0.0, "full form: exponent U"),
-        "sat_v": Key(0, 20, 0.0, "full form: exponent V"),
+        "sat_u": Key(0, 8, 0.0, "full form: exponent U"),
+        "sat_v": Key(0, 8, 0.0, "full form: exponent V"),
         "sat_a_b": Key(0, 1e15, 0.0, "full form: iron bridges beside the magnets"),
         "sat_a_bp": Key(0, 1e15, 0.0, "full form: iron bridges"),
-        "sat_w": Key(0, 20, 0.0, "full form: exponent W"),
+        "sat_w": Key(2, 4, 2.0, "full form: exponent W"),
         "sat_k_q": Key(0, 100, 0.0, "full form: how much of the q flux passes the bridges"),
         "sat_psi_n_wb": Key(0, 10, 0.0, "full form: flux of the magnets behind the bridges"),
-        "sat_i_f_a": Key(0, 1e6, 0.0, "full form: magnets in series with a linear gap, i_d -= sat_i_f_a")},
+        "sat_i_f_a": Key(0, 1e5, 0.0, "full form: magnets in series with a linear gap, i_d -= sat_i_f_a")},
     "harmonics": {
         **{f"emf_{n}": Key(-0.5, 0.5, 0.0, f"harmonic {n} of the phase EMF, share of the fundamental, signed")
            for n in (5, 7, 11, 13, 17, 19)},
@@ -85,7 +85,7 @@ MOTOR_TABLES = {
         "ambient_c": Key(-55, 125, 25.0, "temperature around the motor"),
         "winding_rise_k": Key(0, 200, 0.0, "winding above ambient at the start"),
         "magnet_tempco_per_k": Key(-0.01, 0, 0.0, "of the flux: NdFeB -0.0011, ferrite -0.002; reference 25 degC"),
-        "magnet_share": Key(0, 1, 0.0, "magnets: ambient + share * (winding - ambient)")},
+        "magnet_share": Key(0, 1, 0.5, "magnets: ambient + share * (winding - ambient)")},
     "rating": {
         "rated_current_a": Key(1e-3, 1e4, REQUIRED, "continuous, one phase, peak"),
         "rated_torque_nm": Key(1e-6, 1e5, REQUIRED, "continuous"),
@@ -94,7 +94,7 @@ MOTOR_TABLES = {
     "encoder": {
         "counts_per_rev": _whole(4, 1000000, REQUIRED, "all four edges of A and B counted"),
         "index_angle_rad": Key(-_TURN, _TURN, 0.0, "of the index pulse"),
-        "encoder_asymmetry": Key(-0.4, 0.4, 0.0, "high part of A and B longer than half a line, share of a line"),
+        "encoder_asymmetry": Key(-0.125, 0.125, 0.0, "A and B are high for half a line and twice this, share of a line"),
         "encoder_phase": Key(-0.2, 0.2, 0.0, "B away from 90 degrees after A, share of a line"),
         "encoder_ecc_rad": Key(0, 0.1, 0.0, "eccentricity: error once a turn, amplitude, mechanical"),
         "encoder_ecc_phase_rad": Key(-_TURN, _TURN, 0.0, "its phase"),
@@ -111,11 +111,11 @@ MOTOR_TABLES = {
     "load": {
         "inertia_ratio": Key(0, 1e4, 0.0, "inertia of the load, as a multiple of the rotor's"),
         "viscous_nms": Key(0, 1e3, 0.0, "its friction over speed"),
-        "stiffness_nm_rad": Key(0, 1e9, 0.0, "of the coupling; 0: rigid"),
-        "damping_nms": Key(0, 1e6, 0.0, "of the coupling"),
-        "coulomb_nm": Key(0, 1e4, 0.0, "its friction while it slides"),
-        "stiction_nm": Key(0, 1e4, 0.0, "what breaks it away; at least coulomb_nm"),
-        "stribeck_rad_s": Key(0, 1e4, 0.0, "speed over which stiction gives way to sliding"),
+        "stiffness_nm_rad": Key(0, 1e8, 0.0, "of the coupling; 0: rigid"),
+        "damping_nms": Key(0, 1e3, 0.0, "of the coupling"),
+        "coulomb_nm": Key(0, 1e3, 0.0, "its friction while it slides"),
+        "stiction_nm": Key(0, 1e3, 0.0, "what breaks it away; at least coulomb_nm"),
+        "stribeck_rad_s": Key(1e-3, 1e4, 1.0, "speed over which stiction gives way to sliding"),
         "fan_nms2": Key(0, 1e3, 0.0, "torque over speed squared")},
     "control": {
         "i_max_a": Key(1e-3, 1e4, BY_RULE, "limit of the current reference, peak"),
@@ -130,13 +130,12 @@ MOTOR_TABLES = {
 
 INVERTER_TABLES = {
     "supply": {
-        "vbus_v": Key(1, 2000, REQUIRED, "of the supply without load"),
+        "vbus_v": Key(1, 2000, REQUIRED, "of the supply without load; of a rectifier, the peak of its pulses"),
         "bus_capacitance_f": Key(1e-7, 10, REQUIRED, "of the bus"),
         "supply_resistance_ohm": Key(0, 100, 0.05, "with leads"),
         "supply_sinks": _whole(0, 1, 1, "1: takes current back"),
         "supply_inductance_h": Key(0, 1, 0.0, "with leads"),
         "bus_esr_ohm": Key(0, 100, 0.0, "of the bus capacitor"),
-        "bus_esl_h": Key(0, 1e-3, 0.0, "of the bus capacitor and its path"),
         "rectifier_hz": Key(0, 1000, 0.0, "mains frequency of a six-pulse rectifier, which takes nothing back; 0: direct current"),
         "supply_r2_ohm": Key(0, 100, 0.0, "battery: its slow branch"),
         "supply_c2_f": Key(0, 1e6, 0.0, "battery: its slow branch"),
@@ -149,7 +148,7 @@ INVERTER_TABLES = {
         "oc_blanking_s": Key(0, 1e-4, 0.0, "how long a comparator must see it"),
         "oc_delay_s": Key(0, 1e-4, 0.0, "from there to the gates"),
         "switch_v": Key(0, 10, 0.0, "constant part of a conducting switch's drop (IGBT)"),
-        "diode_v": Key(0, 10, 0.8, "of a diode"),
+        "diode_v": Key(0, 5, 0.8, "of a diode"),
         "diode_ohm": Key(0, 10, 0.0, "slope of a diode"),
         "coss_c": Key(0, 1e-3, 0.0, "charge of one switch's output capacitance at vbus_v, coulomb"),
         "turn_on_delay_s": Key(0, 5e-6, 0.0, "of driver and switch"),
@@ -163,11 +162,11 @@ INVERTER_TABLES = {
         "amp_hz": Key(0, 1e9, 0.0, "bandwidth of the amplifiers; 0: ideal"),
         "ring_lsb": Key(0, 2048, 0.0, "ringing after an own edge: amplitude"),
         "ring_hz": Key(0, 1e9, 0.0, "its frequency"),
-        "ring_tau_s": Key(0, 1e-3, 0.0, "its decay"),
+        "ring_tau_s": Key(1e-9, 1e-3, 1e-7, "its decay"),
         "edge_noise_lsb": Key(0, 2048, 0.0, "disturbance after any edge, rms"),
-        "edge_noise_tau_s": Key(0, 1e-3, 0.0, "its decay"),
-        "skew_b_s": Key(0, 5e-6, 0.0, "B is sampled this much after A"),
-        "skew_c_s": Key(0, 5e-6, 0.0, "C after A"),
+        "edge_noise_tau_s": Key(1e-9, 1e-3, 1e-7, "its decay"),
+        "skew_b_s": Key(0, 2e-6, 0.0, "B is sampled this much after A"),
+        "skew_c_s": Key(0, 2e-6, 0.0, "C after A"),
         "i_noise_lsb": Key(0, 100, 0.0, "noise of the currents, rms"),
         "v_noise_lsb": Key(0, 100, 0.0, "noise of the voltage, rms"),
         **{f"i_offset_{k}_lsb": Key(-500, 500, 0.0, f"offset of phase {k.upper()}") for k in "abc"},

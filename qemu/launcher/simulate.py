@@ -59,7 +59,7 @@ def check_seed(seed):
 
 
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
-             show=None, dumps=None, cycles=None, way_of=None, csv=False, plant="full", spread=1, detune=""):
+             show=None, dumps=None, cycles=None, way_of=None, plant="full", spread=1, detune="", csv=False):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form

@@ -4,90 +4,158 @@
 #include <math.h>
 #include <string.h>
 
+#define KNEE_SHARE 0.01 /* of the trip level: below it, a switch's constant drop falls to zero with its current */
+
 bool circuit_floats(const struct inverter *inv, int k)
 {
     return inv->leg[k] == LEG_BLOCKED || inv->leg[k] == LEG_JUST_OFF;
 }
 
-void circuit_leg_source(const struct inverter *inv, int k, double *emf_v, double *r_ohm)
+double circuit_bus_share(enum leg_state leg)
 {
-    switch (inv->leg[k]) {
+    switch (leg) {
     case LEG_HIGH:
-        *emf_v = inv->bus_v;
-        *r_ohm = inv->p.r_on_ohm;
-        break;
-    case LEG_LOW:
-        *emf_v = 0;
-        *r_ohm = inv->p.r_on_ohm;
-        break;
-    case LEG_BOTH:
-        *emf_v = inv->bus_v / 2;
-        *r_ohm = inv->p.r_on_ohm / 2;
-        break;
-    case LEG_DIODE_LO:
-        *emf_v = -inv->p.diode_v;
-        *r_ohm = 0;
-        break;
     case LEG_DIODE_HI:
-        *emf_v = inv->bus_v + inv->p.diode_v;
-        *r_ohm = 0;
-        break;
-    default: /* nothing flows */
-        *emf_v = 0;
-        *r_ohm = 0;
-        break;
+        return 1;
+    case LEG_BOTH:
+    case LEG_SWING:
+        return 0.5;
+    default:
+        return 0;
     }
 }
 
-/* Two terminals joined by R: the current s from x to y follows from the two sources and the motor's currents. */
+/* One leg: v = share * bus + emf_v - r_ohm * i. */
+struct branch {
+    double share, emf_v, r_ohm;
+};
+
+/* The drop follows the current of the step's start. */
+static struct branch switch_on(const struct inverter *inv, double share, double i_a)
+{
+    struct branch b = {share, 0, inv->p.r_on_ohm};
+    double knee_a = KNEE_SHARE * inv->p.oc_trip_a;
+    if (fabs(i_a) < knee_a) {
+        b.r_ohm += inv->p.switch_v / knee_a;
+    } else {
+        b.emf_v = i_a > 0 ? -inv->p.switch_v : inv->p.switch_v;
+    }
+    return b;
+}
+
+static struct branch branch_of(const struct inverter *inv, int k, double dt_s)
+{
+    const struct inverter_params *p = &inv->p;
+    switch (inv->leg[k]) {
+    case LEG_HIGH:
+        return switch_on(inv, 1, inv->leg_a[k]);
+    case LEG_LOW:
+        return switch_on(inv, 0, inv->leg_a[k]);
+    case LEG_BOTH:
+        return (struct branch){0.5, 0, p->r_on_ohm / 2};
+    case LEG_DIODE_LO:
+        return (struct branch){0, -p->diode_v, p->diode_ohm};
+    case LEG_DIODE_HI:
+        return (struct branch){1, p->diode_v, p->diode_ohm};
+    case LEG_SWING:
+        return (struct branch){0, inv->node[k].v, dt_s / (2 * inv->node_f)};
+    default: /* nothing flows */
+        return (struct branch){0, 0, 0};
+    }
+}
+
+double circuit_leg_v(const struct inverter *inv, int k, double i_a)
+{
+    struct branch b = branch_of(inv, k, 0);
+    return b.share * inv->bus_v + b.emf_v - b.r_ohm * i_a;
+}
+
+double circuit_switch_w(const struct inverter *inv, int k, double mean_a, double square_a2)
+{
+    struct branch b = switch_on(inv, 0, inv->leg_a[k]);
+    return b.r_ohm * square_a2 - b.emf_v * mean_a;
+}
+
+/* A floating terminal joined to one that is held by its leg: its motor current flows there and on through R. */
+static void hang(struct circuit *c, int floating, int held, double short_ohm)
+{
+    struct motor_source *src = &c->source;
+    for (int l = 0; l < 3; l++) {
+        src->r_ohm[l][floating] = src->r_ohm[l][held];
+    }
+    memcpy(src->r_ohm[floating], src->r_ohm[held], sizeof src->r_ohm[held]);
+    src->r_ohm[floating][floating] += short_ohm;
+    src->emf_v[floating] = src->emf_v[held];
+}
+
+/* Two terminals held by their legs and joined: the current s from x to y follows from R s = v_x - v_y, where s adds to
+ * the motor's current in x and takes from that in y. */
+static void join(struct circuit *c, int x, int y, double short_ohm)
+{
+    struct motor_source *src = &c->source;
+    double by_s_ohm[3], gain_ohm[3];
+    for (int l = 0; l < 3; l++) {
+        by_s_ohm[l] = src->r_ohm[l][x] - src->r_ohm[l][y];
+        gain_ohm[l] = src->r_ohm[x][l] - src->r_ohm[y][l];
+    }
+    double loop_ohm = short_ohm + by_s_ohm[x] - by_s_ohm[y];
+    c->short_emf_a = (src->emf_v[x] - src->emf_v[y]) / loop_ohm;
+    for (int l = 0; l < 3; l++) {
+        c->short_gain[l] = -gain_ohm[l] / loop_ohm;
+        src->emf_v[l] -= by_s_ohm[l] * c->short_emf_a;
+        for (int n = 0; n < 3; n++) {
+            src->r_ohm[l][n] -= by_s_ohm[l] * gain_ohm[n] / loop_ohm;
+        }
+    }
+}
+
 static void add_short(const struct inverter *inv, struct circuit *c)
 {
     int x = inv->short_from, y = inv->short_to, other = 3 - x - y;
     bool float_x = circuit_floats(inv, x), float_y = circuit_floats(inv, y);
-    struct motor_source *src = &c->source;
-    double r_x = src->r_ohm[x][x], r_y = src->r_ohm[y][y], e_x = src->emf_v[x], e_y = src->emf_v[y];
 
     c->r_max_ohm = fmax(c->r_max_ohm, inv->short_ohm);
     if (!float_x && !float_y) {
-        double loop_ohm = inv->short_ohm + r_x + r_y;
-        c->short_emf_a = (e_x - e_y) / loop_ohm;
-        c->short_gain[x] = -r_x / loop_ohm;
-        c->short_gain[y] = r_y / loop_ohm;
-        src->emf_v[x] = e_x - r_x * c->short_emf_a;
-        src->emf_v[y] = e_y + r_y * c->short_emf_a;
-        src->r_ohm[x][x] = r_x - r_x * r_x / loop_ohm;
-        src->r_ohm[y][y] = r_y - r_y * r_y / loop_ohm;
-        src->r_ohm[x][y] = src->r_ohm[y][x] = r_x * r_y / loop_ohm;
+        join(c, x, y, inv->short_ohm);
     } else if (!float_y) {
         c->short_gain[x] = -1;
-        src->emf_v[x] = e_y;
-        src->r_ohm[x][x] = r_y + inv->short_ohm;
-        src->r_ohm[x][y] = src->r_ohm[y][x] = r_y;
+        hang(c, x, y, inv->short_ohm);
     } else if (!float_x) {
         c->short_gain[y] = 1;
-        src->emf_v[y] = e_x;
-        src->r_ohm[y][y] = r_x + inv->short_ohm;
-        src->r_ohm[y][x] = src->r_ohm[x][y] = r_x;
+        hang(c, y, x, inv->short_ohm);
     } else {
         c->short_gain[x] = -1;
-        src->r_ohm[x][x] = inv->short_ohm;
-        src->held[other] = true; /* the joined pair floats, so nothing can return through the third wire */
+        c->source.r_ohm[x][x] = inv->short_ohm;
+        c->source.held[other] = true; /* the joined pair floats, so nothing can return through the third wire */
     }
-    src->held[x] = inv->wire_open[x];
-    src->held[y] = inv->wire_open[y];
+    c->source.held[x] = inv->wire_open[x];
+    c->source.held[y] = inv->wire_open[y];
 }
 
-void circuit_build(const struct inverter *inv, struct circuit *c)
+void circuit_build(const struct inverter *inv, struct bus_view bus, double dt_s, struct circuit *c)
 {
     memset(c, 0, sizeof *c);
     for (int k = 0; k < 3; k++) {
-        circuit_leg_source(inv, k, &c->source.emf_v[k], &c->source.r_ohm[k][k]);
+        struct branch b = branch_of(inv, k, dt_s);
+        double common_ohm = b.share * bus.ohm;
+        c->source.emf_v[k] = b.share * bus.open_v + b.emf_v;
         c->source.held[k] = circuit_floats(inv, k) || inv->wire_open[k];
-        c->r_max_ohm = fmax(c->r_max_ohm, c->source.r_ohm[k][k]);
+        if (common_ohm > 0) {
+            for (int l = 0; l < 3; l++) {
+                c->source.r_ohm[k][l] = common_ohm * circuit_bus_share(inv->leg[l]);
+            }
+        }
+        c->source.r_ohm[k][k] += b.r_ohm;
+        c->r_max_ohm = fmax(c->r_max_ohm, inv->leg[k] == LEG_SWING ? 0 : c->source.r_ohm[k][k]);
     }
     if (inv->short_from >= 0) {
         add_short(inv, c);
     }
+}
+
+void circuit_build_now(const struct inverter *inv, struct circuit *c)
+{
+    circuit_build(inv, (struct bus_view){inv->bus_v, 0}, 0, c);
 }
 
 void circuit_leg_currents(const struct inverter *inv, const struct circuit *c, const double i_motor_a[3], double i_a[3])

@@ -292,9 +292,9 @@ static void check_complete(const struct reader *r, bool motor_only)
         fail(r, "%s", conflict);
     }
     check_cycles(r);
-    double sinks = c->plant.inverter.supply_sinks;
-    if (sinks != 0 && sinks != 1) {
-        fail(r, "inverter.supply_sinks is 0 or 1");
+    const char *mismatch = motor_only ? NULL : inverter_mismatch(&c->plant.inverter);
+    if (mismatch) {
+        fail(r, "inverter: %s", mismatch);
     }
     double i_max_a = c->plant.inverter.oc_trip_a; /* not a number: not given */
     const char *wrong = motor_params_check(&c->plant.motor, &c->plant.load, isnan(i_max_a) ? 0 : i_max_a);

@@ -5,6 +5,9 @@
 
 #include <math.h>
 
+#include "coss.h"
+#include "terminals.h"
+
 #define RAIL_MARGIN_V 1e-6
 
 static bool is_off(const struct inverter *inv, int k)
@@ -29,9 +32,21 @@ static enum leg_state take_over(double i_a)
 static void settle_just_off(struct inverter *inv, const double i_motor_a[3])
 {
     for (int k = 0; k < 3; k++) {
-        if (inv->leg[k] == LEG_JUST_OFF) {
-            inv->leg[k] = inv->wire_open[k] ? LEG_BLOCKED : take_over(i_motor_a[k]);
+        if (inv->leg[k] != LEG_JUST_OFF) {
+            continue;
         }
+        if (coss_can_swing(inv, k)) {
+            coss_begin_swing(inv, k, 1);
+        } else {
+            coss_enter(inv, k, inv->wire_open[k] ? LEG_BLOCKED : take_over(i_motor_a[k]));
+        }
+    }
+}
+
+static void block_if_off(struct inverter *inv, int k)
+{
+    if (is_off(inv, k)) {
+        coss_enter(inv, k, LEG_BLOCKED);
     }
 }
 
@@ -42,20 +57,20 @@ static void settle_joined(struct inverter *inv, const struct motor *motor, const
 {
     int x = inv->short_from, y = inv->short_to;
     if (!is_off(inv, x) || !is_off(inv, y)) {
-        inv->leg[x] = is_off(inv, x) ? LEG_BLOCKED : inv->leg[x];
-        inv->leg[y] = is_off(inv, y) ? LEG_BLOCKED : inv->leg[y];
+        block_if_off(inv, x);
+        block_if_off(inv, y);
         return;
     }
     double sum_a = i_motor_a[x] + i_motor_a[y];
-    double step_a = LONGEST_JOINED_STEP_S * (inv->bus_v + 2 * inv->p.diode_v) / motor_min_inductance_h(motor);
+    double step_a = LONGEST_JOINED_STEP_S * (inv->bus_v + 2 * inv->p.diode_v) / terminals_inductance_h(motor);
     enum leg_state needed = take_over(sum_a);
     bool conducted = inv->leg[x] == needed || inv->leg[y] == needed;
     bool fresh = inv->leg[x] == LEG_JUST_OFF || inv->leg[y] == LEG_JUST_OFF;
     if (!conducted && !fresh && fabs(sum_a) < 2 * step_a) {
         needed = LEG_BLOCKED; /* it has only just passed zero */
     }
-    inv->leg[x] = needed;
-    inv->leg[y] = needed;
+    coss_enter(inv, x, needed);
+    coss_enter(inv, y, needed);
 }
 
 /* Ends the diodes whose current has ended. True if there was one. */
@@ -65,10 +80,15 @@ static bool settle_conducting(struct inverter *inv, const double i_a[3])
     for (int k = 0; k < 3; k++) {
         bool lower_ends = inv->leg[k] == LEG_DIODE_LO && i_a[k] < DIODE_ZERO_A;
         bool upper_ends = inv->leg[k] == LEG_DIODE_HI && i_a[k] > -DIODE_ZERO_A;
-        if (lower_ends || upper_ends) {
-            inv->leg[k] = LEG_BLOCKED;
-            changed = true;
+        if (!lower_ends && !upper_ends) {
+            continue;
         }
+        if (coss_can_swing(inv, k)) {
+            coss_begin_swing(inv, k, 0);
+        } else {
+            coss_enter(inv, k, LEG_BLOCKED);
+        }
+        changed = true;
     }
     return changed;
 }
@@ -78,7 +98,7 @@ static bool start_diode(struct inverter *inv, const struct motor *motor, const s
 {
     double star_v[3], neutral_v = 0;
     int reference = -1, top = -1, bottom = -1;
-    motor_star_voltages(motor, &c->source, star_v);
+    terminals_star_voltages(inv, motor, &c->source, star_v);
     for (int k = 0; k < 3; k++) {
         if (inv->wire_open[k]) {
             continue;
@@ -86,10 +106,8 @@ static bool start_diode(struct inverter *inv, const struct motor *motor, const s
         top = top < 0 || star_v[k] > star_v[top] ? k : top;
         bottom = bottom < 0 || star_v[k] < star_v[bottom] ? k : bottom;
         if (!circuit_floats(inv, k)) {
-            double emf_v, r_ohm;
-            circuit_leg_source(inv, k, &emf_v, &r_ohm);
             reference = k;
-            neutral_v = emf_v - r_ohm * i_a[k] - star_v[k];
+            neutral_v = circuit_leg_v(inv, k, i_a[k]) - star_v[k];
         }
     }
     double high_v = inv->bus_v + inv->p.diode_v + RAIL_MARGIN_V, low_v = -inv->p.diode_v - RAIL_MARGIN_V;
@@ -98,8 +116,8 @@ static bool start_diode(struct inverter *inv, const struct motor *motor, const s
         if (top < 0 || star_v[top] - star_v[bottom] <= high_v - low_v) {
             return false;
         }
-        inv->leg[top] = LEG_DIODE_HI;
-        inv->leg[bottom] = LEG_DIODE_LO;
+        coss_enter(inv, top, LEG_DIODE_HI);
+        coss_enter(inv, bottom, LEG_DIODE_LO);
         return true;
     }
     int worst = -1;
@@ -115,37 +133,38 @@ static bool start_diode(struct inverter *inv, const struct motor *motor, const s
     if (worst < 0) {
         return false;
     }
-    inv->leg[worst] = neutral_v + star_v[worst] > high_v ? LEG_DIODE_HI : LEG_DIODE_LO;
+    coss_enter(inv, worst, neutral_v + star_v[worst] > high_v ? LEG_DIODE_HI : LEG_DIODE_LO);
     return true;
 }
 
 void diodes_settle(struct inverter *inv, struct motor *motor, struct circuit *c)
 {
     double i_motor_a[3], i_a[3];
-    motor_currents(motor, i_motor_a);
+    terminals_currents(inv, motor, i_motor_a);
     if (inv->short_from >= 0) {
         settle_joined(inv, motor, i_motor_a);
     }
     settle_just_off(inv, i_motor_a);
+    coss_settle(inv, i_motor_a);
     for (int round = 0; round < 6; round++) {
-        circuit_build(inv, c);
+        circuit_build_now(inv, c);
         circuit_leg_currents(inv, c, i_motor_a, i_a);
         /* A diode started in an earlier round has no current yet, so only the first round ends diodes. */
         bool changed = round == 0 && settle_conducting(inv, i_a);
         if (changed) {
-            circuit_build(inv, c);
+            circuit_build_now(inv, c);
         }
         for (int k = 0; k < 3; k++) {
             if (c->source.held[k]) {
-                motor_hold_phase(motor, k);
+                terminals_hold(inv, motor, k);
             }
         }
-        motor_currents(motor, i_motor_a);
+        terminals_currents(inv, motor, i_motor_a);
         circuit_leg_currents(inv, c, i_motor_a, i_a);
         changed |= start_diode(inv, motor, c, i_a);
         if (!changed) {
             return;
         }
     }
-    circuit_build(inv, c);
+    circuit_build_now(inv, c);
 }

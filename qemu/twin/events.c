@@ -9,8 +9,8 @@
 #include <string.h>
 
 /* Arguments: t rest of the line, n number, y second number, z third number, s number from 0, i integer, b 0|1, p phase,
- * q pair of terminals, r resistance or off, c ADC code or off, f fraction 0.001...1, x the word off, a address,
- * w 32-bit word, h 16-bit word. */
+ * q pair of terminals, Q pair of terminals or off, r resistance or off, c ADC code or off, f fraction 0.001...1,
+ * x the word off, a address, w 32-bit word, h 16-bit word. */
 static const struct syntax {
     const char *name;
     enum event_kind kind;
@@ -43,6 +43,8 @@ static const struct syntax {
     {"irq_block", EVENT_IRQ_BLOCK, "b", "irq_block 0|1"},
     {"watchdog_reset", EVENT_WATCHDOG_RESET, "", "watchdog_reset"},
     {"phase_open", EVENT_PHASE_OPEN, "pb", "phase_open A|B|C 0|1"},
+    {"phase_swap", EVENT_PHASE_SWAP, "Q", "phase_swap AB|BC|CA|off"},
+    {"chopper", EVENT_CHOPPER, "b", "chopper 0|1"},
     {"poke", EVENT_POKE, "aw", "poke ADDRESS WORD"},
     {"poke_rom", EVENT_POKE_ROM, "ah", "poke_rom ADDRESS HALFWORD"},
 };
@@ -98,6 +100,9 @@ static bool argument(char type, const char *word, struct event *e)
         return word[0] >= 'A' && word[0] <= 'C' && word[1] == '\0';
     case 'q':
         return terminals(word, e);
+    case 'Q':
+        e->on = strcmp(word, "off") != 0;
+        return !e->on || terminals(word, e);
     case 'r':
     case 'c':
         if (strcmp(word, "off") == 0) {

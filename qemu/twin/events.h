@@ -33,6 +33,8 @@ enum event_kind {
     EVENT_IRQ_BLOCK,
     EVENT_WATCHDOG_RESET,
     EVENT_PHASE_OPEN,
+    EVENT_PHASE_SWAP,
+    EVENT_CHOPPER,
     EVENT_POKE,
     EVENT_POKE_ROM,
 };
@@ -45,7 +47,7 @@ struct event {
     bool on; /* of a 0|1 argument; false for "off" */
     double number;
     double second, third; /* of an event with more numbers */
-    double fraction; /* 0 to 1 */
+    double fraction;      /* 0 to 1 */
     uint32_t address, word;
     const char *text; /* for the console; belongs to the event */
 };

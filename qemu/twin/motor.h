@@ -21,6 +21,12 @@ struct motor_source {
     bool held[3];
 };
 
+#define COGGING_TERMS 3
+
+struct cogging {
+    double per_rev, sin_nm, cos_nm; /* of per_rev times the rotor's angle, times the amplitude */
+};
+
 enum shaft { SHAFT_FREE, SHAFT_LOCKED, SHAFT_SPUN };
 
 struct motor {
@@ -29,7 +35,9 @@ struct motor {
     struct motor_field field;
 
     struct dq psi_vs;        /* flux linkage, the electrical state */
-    double i_d_a, i_q_a;     /* currents that go with it; motor_set_current() sets both */
+    double i_d_a, i_q_a;     /* what follows from it: currents; motor_set_current() sets both */
+    double torque_nm;        /* in the air gap */
+    double min_inductance_h; /* incremental, of any direction */
     double loop_a;           /* in shorted turns, beside them */
     double speed_rad_s;      /* mechanical */
     double theta_rad;        /* mechanical, continuous over turns */
@@ -44,7 +52,10 @@ struct motor {
     bool load_stuck; /* the load behind a compliant shaft */
     double load_nm;  /* external torque against positive rotation, whatever the speed */
     double hoist_nm; /* the same of a load on a ratchet: it turns nothing from rest */
+    struct cogging cogging[COGGING_TERMS];
+    int cogging_terms, cogging_age;
     struct winding_short fault;
+    double longest_turn_rad, longest_shaft_s; /* what a step has to resolve of harmonics and shaft */
 
     /* Integrals since the beginning. */
     double volt_alpha_vs, volt_beta_vs; /* of the phase voltages against the star point */
@@ -65,8 +76,6 @@ void motor_step(struct motor *m, const struct motor_source *source, double dt_s)
 
 /* Longest step that resolves L/R (with source_r_ohm in series), the angle and the shaft. */
 double motor_max_step_s(const struct motor *m, double source_r_ohm);
-/* The smallest incremental inductance of any direction, as saturated as the machine is now. */
-double motor_min_inductance_h(const struct motor *m);
 
 /* Of the terminals. */
 void motor_currents(const struct motor *m, double i_a[3]);
@@ -79,7 +88,8 @@ void motor_star_voltages(const struct motor *m, const struct motor_source *sourc
 /* Removes the last rounding of a current that has just become zero; of one that flows, the flux its wire takes along. */
 void motor_hold_phase(struct motor *m, int phase);
 
-double motor_torque_nm(const struct motor *m); /* electromagnetic, in the air gap */
+double motor_torque_nm(const struct motor *m);
+double motor_min_inductance_h(const struct motor *m);
 double motor_resistance_ohm(const struct motor *m);
 double motor_magnet_c(const struct motor *m);
 double motor_magnetic_energy_j(const struct motor *m);

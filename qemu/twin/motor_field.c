@@ -19,6 +19,7 @@ void motor_field_init(struct motor_field *f, const struct motor_params *p)
     }
     f->eps_6 = p->permeance_6;
     f->eps_12 = p->permeance_12;
+    f->permeance_max = 1 + fabs(f->eps_6) + fabs(f->eps_12);
     f->permeance_varies = f->eps_6 != 0 || f->eps_12 != 0;
     f->highest_order = fmax(f->highest_order, f->eps_12 != 0 ? 12 : f->permeance_varies ? 6 : 0);
     f->pole_pairs = p->pole_pairs;
@@ -41,16 +42,16 @@ static void add_harmonics(const struct motor_field *f, double s, double c, struc
 {
     double cos_k[FIELD_ORDERS], sin_k[FIELD_ORDERS];
     multiples(s, c, cos_k, sin_k);
-    for (int k = 0; f->emf_harmonics && k < FIELD_ORDERS; k++) {
-        double d = f->map.psi_f_vs * f->share_d[k], q = f->map.psi_f_vs * f->share_q[k];
-        int order = 6 * (k + 1);
-        at->magnet.d += d * cos_k[k];
-        at->magnet.q += q * sin_k[k];
-        at->turn.d -= order * d * sin_k[k];
-        at->turn.q += order * q * cos_k[k];
+    if (f->emf_harmonics) {
+        double psi_f = f->map.psi_f_vs;
+        const double *d = f->share_d, *q = f->share_q;
+        at->magnet.d += psi_f * (d[0] * cos_k[0] + d[1] * cos_k[1] + d[2] * cos_k[2]);
+        at->magnet.q = psi_f * (q[0] * sin_k[0] + q[1] * sin_k[1] + q[2] * sin_k[2]);
+        at->turn.d = -6 * psi_f * (d[0] * sin_k[0] + 2 * d[1] * sin_k[1] + 3 * d[2] * sin_k[2]);
+        at->turn.q = 6 * psi_f * (q[0] * cos_k[0] + 2 * q[1] * cos_k[1] + 3 * q[2] * cos_k[2]);
     }
     at->permeance += f->eps_6 * cos_k[0] + f->eps_12 * cos_k[1];
-    at->permeance_turn -= 6 * f->eps_6 * sin_k[0] + 12 * f->eps_12 * sin_k[1];
+    at->permeance_turn = -6 * (f->eps_6 * sin_k[0] + 2 * f->eps_12 * sin_k[1]);
 }
 
 void motor_field_at(const struct motor_field *f, struct dq psi, double s, double c, struct field_point *at)
@@ -60,12 +61,13 @@ void motor_field_at(const struct motor_field *f, struct dq psi, double s, double
         add_harmonics(f, s, c, at);
     }
     at->own = (struct dq){psi.d - (at->magnet.d - f->map.psi_f_vs), psi.q - at->magnet.q};
-    at->f = motor_map_current(&f->map, at->own);
+    at->f = f->permeance_varies ? motor_map_current_energy(&f->map, at->own, &at->map_j)
+                                : motor_map_current(&f->map, at->own);
     at->i = (struct dq){at->permeance * at->f.d, at->permeance * at->f.q};
     double work = psi.d * at->i.q - psi.q * at->i.d + at->i.d * at->turn.d + at->i.q * at->turn.q;
     at->torque_nm = 1.5 * f->pole_pairs * work;
     if (f->permeance_varies) {
-        at->torque_nm -= f->pole_pairs * at->permeance_turn * motor_map_energy(&f->map, at->own);
+        at->torque_nm -= f->pole_pairs * at->permeance_turn * at->map_j;
     }
 }
 

@@ -20,6 +20,7 @@ struct motor_field {
     bool emf_harmonics, permeance_varies;
     double share_d[FIELD_ORDERS], share_q[FIELD_ORDERS]; /* of psi_f */
     double eps_6, eps_12;
+    double permeance_max; /* an upper bound */
     double pole_pairs;
     double highest_order; /* per electrical turn; 0: nothing varies */
 };
@@ -33,6 +34,7 @@ struct field_point {
     struct dq turn;        /* dpsi_h/dth */
     double permeance;      /* e */
     double permeance_turn; /* de/dth */
+    double map_j;          /* energy of the map, known where the permeance varies */
     double torque_nm;
 };
 

@@ -3,12 +3,30 @@
 
 #include <string.h>
 
-/* Exponents are whole and below 16: no pow() in what runs fifty times a PWM period. */
+/* Exponents are whole and at most 8: no pow() in what runs fifty times a PWM period. */
 static inline double power(double x, unsigned n)
 {
-    double x2 = x * x, x4 = x2 * x2;
-    double low = (n & 1 ? x : 1) * (n & 2 ? x2 : 1);
-    return low * (n & 4 ? x4 : 1) * (n & 8 ? x4 * x4 : 1);
+    double x2 = x * x;
+    switch (n) {
+    case 0:
+        return 1;
+    case 1:
+        return x;
+    case 2:
+        return x2;
+    case 3:
+        return x2 * x;
+    case 4:
+        return x2 * x2;
+    case 5:
+        return x2 * x2 * x;
+    case 6:
+        return x2 * x2 * x2;
+    case 7:
+        return x2 * x2 * x2 * x;
+    default:
+        return x2 * x2 * (x2 * x2);
+    }
 }
 
 /* Of the bridges: x^2, x^W and the conductance G_b. */
@@ -25,22 +43,84 @@ static inline struct bridge_point bridge_at(const struct motor_map *m, struct dq
     return b;
 }
 
+/* The powers of a flux linkage that current and energy share. */
+struct map_point {
+    double dd, qq;         /* squares */
+    double self_d, self_q; /* |d|^S, |q|^T */
+    double cross;          /* |d|^U |q|^V */
+    struct bridge_point bridge;
+};
+
+static inline void map_at(const struct motor_map *m, struct dq psi, struct map_point *at)
+{
+    double d = fabs(psi.d), q = fabs(psi.q);
+    at->dd = d * d;
+    at->qq = q * q;
+    at->self_d = power(d, m->s);
+    at->self_q = power(q, m->t);
+    at->cross = power(d, m->u) * power(q, m->v);
+    if (m->bridges) {
+        at->bridge = bridge_at(m, psi);
+    }
+}
+
+static inline struct dq current_at(const struct motor_map *m, struct dq psi, const struct map_point *at)
+{
+    struct dq i = {psi.d * (m->a_d0 + m->a_dd * at->self_d + m->dq_by_v * at->cross * at->qq) - m->i_f_a,
+                   psi.q * (m->a_q0 + m->a_qq * at->self_q + m->dq_by_u * at->cross * at->dd)};
+    if (m->bridges) {
+        i.d += at->bridge.conductance * at->bridge.d;
+        i.q += at->bridge.conductance * m->k_q * psi.q;
+    }
+    return i;
+}
+
+/* Integral of G_b x dx. */
+static inline double bridge_energy(const struct motor_map *m, const struct bridge_point *b)
+{
+    if (m->a_bp == 0) {
+        return m->a_b * b->xw * b->xx / (m->w + 2);
+    }
+    double rest = m->w == 2 ? log1p(m->a_bp * b->xx) : atan(sqrt(m->a_bp) * b->xx) * sqrt(m->a_bp);
+    return m->a_b_over_2bp * (b->xx - rest * m->one_over_bp);
+}
+
+static inline double energy_at(const struct motor_map *m, struct dq psi, const struct map_point *at)
+{
+    double self_d = at->dd * (m->a_d0 / 2 + m->energy_dd * at->self_d) - m->i_f_a * psi.d;
+    double self_q = at->qq * (m->a_q0 / 2 + m->energy_qq * at->self_q);
+    double cross = m->energy_dq * at->cross * at->dd * at->qq;
+    return 1.5 * (self_d + self_q + cross + (m->bridges ? bridge_energy(m, &at->bridge) : 0));
+}
+
 struct dq motor_map_current(const struct motor_map *m, struct dq psi)
 {
     if (m->linear) {
         return (struct dq){m->a_d0 * (psi.d - m->psi_f_vs), m->a_q0 * psi.q};
     }
-    double d = fabs(psi.d), q = fabs(psi.q);
-    double cross = m->a_dq * power(d, m->u) * power(q, m->v);
-    double by_d = m->a_d0 + m->a_dd * power(d, m->s) + cross * q * q / (m->v + 2);
-    double by_q = m->a_q0 + m->a_qq * power(q, m->t) + cross * d * d / (m->u + 2);
-    struct dq i = {psi.d * by_d - m->i_f_a, psi.q * by_q};
-    if (m->bridges) {
-        struct bridge_point b = bridge_at(m, psi);
-        i.d += b.conductance * b.d;
-        i.q += b.conductance * m->k_q * psi.q;
+    struct map_point at;
+    map_at(m, psi, &at);
+    return current_at(m, psi, &at);
+}
+
+struct dq motor_map_current_energy(const struct motor_map *m, struct dq psi, double *energy_j)
+{
+    if (m->linear) {
+        struct dq i = motor_map_current(m, psi);
+        *energy_j = 0.75 * (i.d * (psi.d - m->psi_f_vs) + i.q * psi.q);
+        return i;
     }
-    return i;
+    struct map_point at;
+    map_at(m, psi, &at);
+    *energy_j = energy_at(m, psi, &at) - m->energy_f;
+    return current_at(m, psi, &at);
+}
+
+double motor_map_energy(const struct motor_map *m, struct dq psi)
+{
+    double energy_j;
+    motor_map_current_energy(m, psi, &energy_j);
+    return energy_j;
 }
 
 struct slopes motor_map_slopes(const struct motor_map *m, struct dq psi)
@@ -48,15 +128,15 @@ struct slopes motor_map_slopes(const struct motor_map *m, struct dq psi)
     if (m->linear) {
         return (struct slopes){m->a_d0, 0, m->a_q0};
     }
-    double d = fabs(psi.d), q = fabs(psi.q);
-    double cross = m->a_dq * power(d, m->u) * power(q, m->v);
+    struct map_point at;
+    map_at(m, psi, &at);
     struct slopes g = {
-        .dd = m->a_d0 + (m->s + 1) * m->a_dd * power(d, m->s) + cross * q * q * (m->u + 1) / (m->v + 2),
-        .dq = cross * psi.d * psi.q,
-        .qq = m->a_q0 + (m->t + 1) * m->a_qq * power(q, m->t) + cross * d * d * (m->v + 1) / (m->u + 2),
+        .dd = m->a_d0 + (m->s + 1) * m->a_dd * at.self_d + (m->u + 1) * m->dq_by_v * at.cross * at.qq,
+        .dq = m->a_dq * at.cross * psi.d * psi.q,
+        .qq = m->a_q0 + (m->t + 1) * m->a_qq * at.self_q + (m->v + 1) * m->dq_by_u * at.cross * at.dd,
     };
     if (m->bridges) {
-        struct bridge_point b = bridge_at(m, psi);
+        struct bridge_point b = at.bridge;
         double below = 1 + m->a_bp * b.xw;
         double slope_over_x = m->w * m->a_b * (m->w == 2 ? 1 : b.xx) / (below * below);
         g.dd += b.conductance + slope_over_x * b.d * b.d;
@@ -64,36 +144,6 @@ struct slopes motor_map_slopes(const struct motor_map *m, struct dq psi)
         g.qq += m->k_q * (b.conductance + slope_over_x * m->k_q * psi.q * psi.q);
     }
     return g;
-}
-
-/* Integral of G_b x dx. */
-static double bridge_energy(const struct motor_map *m, struct dq psi)
-{
-    struct bridge_point b = bridge_at(m, psi);
-    if (m->a_bp == 0) {
-        return m->a_b * b.xw * b.xx / (m->w + 2);
-    }
-    double root = sqrt(m->a_bp);
-    double rest = m->w == 2 ? log1p(m->a_bp * b.xx) / m->a_bp : atan(root * b.xx) / root;
-    return m->a_b / m->a_bp * (b.xx - rest) / 2;
-}
-
-static double energy_formula(const struct motor_map *m, struct dq psi)
-{
-    double d = fabs(psi.d), q = fabs(psi.q);
-    double self_d = d * d * (m->a_d0 / 2 + m->a_dd * power(d, m->s) / (m->s + 2)) - m->i_f_a * psi.d;
-    double self_q = q * q * (m->a_q0 / 2 + m->a_qq * power(q, m->t) / (m->t + 2));
-    double cross = m->a_dq * power(d, m->u + 2) * power(q, m->v + 2) / ((m->u + 2) * (m->v + 2));
-    return 1.5 * (self_d + self_q + cross + (m->bridges ? bridge_energy(m, psi) : 0));
-}
-
-double motor_map_energy(const struct motor_map *m, struct dq psi)
-{
-    if (m->linear) {
-        double from_f = psi.d - m->psi_f_vs;
-        return 0.75 * (m->a_d0 * from_f * from_f + m->a_q0 * psi.q * psi.q);
-    }
-    return energy_formula(m, psi) - m->energy_f;
 }
 
 /* ---- the magnets ---- */
@@ -143,7 +193,8 @@ void motor_map_magnet(struct motor_map *m, double share)
     } else {
         m->i_f_a = core_a;
     }
-    m->energy_f = energy_formula(m, (struct dq){m->psi_f_vs, 0});
+    m->energy_f = 0;
+    m->energy_f = motor_map_energy(m, (struct dq){m->psi_f_vs, 0});
 }
 
 void motor_map_init(struct motor_map *m, const struct motor_params *p)
@@ -171,12 +222,20 @@ void motor_map_init(struct motor_map *m, const struct motor_params *p)
         .a_b = p->sat_a_b,
         .a_bp = p->sat_a_bp,
         .k_q = p->sat_k_q,
+        .dq_by_v = p->sat_a_dq / (p->sat_v + 2),
+        .dq_by_u = p->sat_a_dq / (p->sat_u + 2),
+        .energy_dd = p->sat_a_dd / (p->sat_s + 2),
+        .energy_qq = p->sat_a_qq / (p->sat_t + 2),
+        .energy_dq = p->sat_a_dq / ((p->sat_u + 2) * (p->sat_v + 2)),
+        .one_over_bp = 1 / p->sat_a_bp,
+        .a_b_over_2bp = p->sat_a_b / (2 * p->sat_a_bp),
         .cold_i_f_a = p->sat_i_f_a,
         .i_f_a = p->sat_i_f_a,
         .psi_n_vs = p->sat_psi_n_wb,
     };
     m->psi_f_vs = m->cold_psi_f_vs = without_current(m);
-    m->energy_f = energy_formula(m, (struct dq){m->psi_f_vs, 0});
+    m->energy_f = 0;
+    m->energy_f = motor_map_energy(m, (struct dq){m->psi_f_vs, 0});
 }
 
 /* ---- the other way round ---- */

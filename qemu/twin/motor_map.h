@@ -29,6 +29,9 @@ struct motor_map {
     bool linear, bridges;
     unsigned s, t, u, v, w;
     double a_d0, a_dd, a_q0, a_qq, a_dq, a_b, a_bp, k_q;
+    double dq_by_v, dq_by_u;                /* a_dq/(V+2), a_dq/(U+2) */
+    double energy_dd, energy_qq, energy_dq; /* the same coefficients integrated */
+    double one_over_bp, a_b_over_2bp;
     double cold_psi_f_vs, cold_i_f_a; /* of the magnets at 25 degrees */
     /* as warm as the magnets are: */
     double psi_n_vs, i_f_a;
@@ -41,6 +44,8 @@ void motor_map_init(struct motor_map *m, const struct motor_params *p);
 void motor_map_magnet(struct motor_map *m, double share);
 
 struct dq motor_map_current(const struct motor_map *m, struct dq psi);
+/* The same, and the energy at little more expense. */
+struct dq motor_map_current_energy(const struct motor_map *m, struct dq psi, double *energy_j);
 struct slopes motor_map_slopes(const struct motor_map *m, struct dq psi);
 /* Of the field, in J; zero without current. */
 double motor_map_energy(const struct motor_map *m, struct dq psi);

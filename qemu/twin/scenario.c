@@ -54,6 +54,16 @@ static void disturb_inverter(const struct event *e, struct inverter *inv)
     case EVENT_PHASE_OPEN:
         inverter_open_wire(inv, e->phase, e->on);
         break;
+    case EVENT_PHASE_SWAP:
+        if (e->on) {
+            inverter_swap_wires(inv, e->phase, e->other_phase);
+        } else {
+            inverter_swap_off(inv);
+        }
+        break;
+    case EVENT_CHOPPER:
+        inverter_chopper(inv, e->on);
+        break;
     default:
         if (e->on) {
             inverter_short(inv, e->phase, e->other_phase, e->number);
@@ -136,6 +146,8 @@ static void play(const struct event *e)
     case EVENT_SUPPLY_SINKS:
     case EVENT_SHORT:
     case EVENT_PHASE_OPEN:
+    case EVENT_PHASE_SWAP:
+    case EVENT_CHOPPER:
         disturb_inverter(e, &board.plant->inverter);
         break;
     case EVENT_SENSOR_ADD:

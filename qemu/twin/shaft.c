@@ -4,6 +4,8 @@
 
 #include "turn.h"
 
+#define COGGING_AGE_MAX 64 /* turned so often, rounding begins to add up */
+
 static inline bool is_rigid(const struct motor *m)
 {
     return m->load.stiffness_nm_rad == 0;
@@ -30,33 +32,51 @@ static inline double spring_nm(const struct motor *m, const double y[STATES])
     return m->load.stiffness_nm_rad * y[TWIST] + m->load.damping_nms * (y[SPEED] - y[LOAD_SPEED]);
 }
 
-static void cogging_begin(struct shaft_step *k)
+/* Exactly, at the present angle. */
+static void cogging_anchor(struct motor *m)
 {
-    const struct motor_params *p = &k->m->p;
+    const struct motor_params *p = &m->p;
     const double terms[COGGING_TERMS][3] = {{p->cogging_nm, p->cogging_per_rev, p->cogging_rad},
                                             {p->cogging2_nm, p->cogging2_per_rev, p->cogging2_rad},
                                             {p->cogging3_nm, p->cogging3_per_rev, p->cogging3_rad}};
-    k->cogging_terms = 0;
+    m->cogging_terms = 0;
+    m->cogging_age = 0;
     for (int n = 0; n < COGGING_TERMS; n++) {
         if (terms[n][0] != 0 && terms[n][1] != 0) {
-            struct shaft_cogging *c = &k->cogging[k->cogging_terms++];
-            double s_angle, c_angle;
-            sincos(terms[n][1] * k->m->theta_rad + terms[n][2], &s_angle, &c_angle);
-            *c = (struct shaft_cogging){terms[n][1], terms[n][0] * s_angle, terms[n][0] * c_angle};
+            double s, c;
+            sincos(terms[n][1] * m->theta_rad + terms[n][2], &s, &c);
+            m->cogging[m->cogging_terms++] = (struct cogging){terms[n][1], terms[n][0] * s, terms[n][0] * c};
         }
     }
 }
 
-static inline double cogging_nm(const struct shaft_step *k, double theta_rad)
+static inline struct cogging cogging_turned(const struct cogging *g, double angle_rad)
+{
+    struct cogging turned = {.per_rev = g->per_rev};
+    turn_by(g->per_rev * angle_rad, g->sin_nm, g->cos_nm, &turned.sin_nm, &turned.cos_nm);
+    return turned;
+}
+
+static inline double cogging_nm(const struct motor *m, double theta_rad)
 {
     double sum_nm = 0;
-    for (int n = 0; n < k->cogging_terms; n++) {
-        const struct shaft_cogging *c = &k->cogging[n];
-        double s, cosine;
-        turn_by(c->per_rev * (theta_rad - k->theta_start_rad), c->sin_start_nm, c->cos_start_nm, &s, &cosine);
-        sum_nm += s;
+    for (int n = 0; n < m->cogging_terms; n++) {
+        sum_nm += cogging_turned(&m->cogging[n], theta_rad - m->theta_rad).sin_nm;
     }
     return sum_nm;
+}
+
+void shaft_turn(struct motor *m, double theta_rad)
+{
+    double angle_rad = theta_rad - m->theta_rad;
+    m->theta_rad = theta_rad;
+    if (m->cogging_terms > 0 && ++m->cogging_age >= COGGING_AGE_MAX) {
+        cogging_anchor(m);
+        return;
+    }
+    for (int n = 0; n < m->cogging_terms; n++) {
+        m->cogging[n] = cogging_turned(&m->cogging[n], angle_rad);
+    }
 }
 
 /* ---- rest and motion ---- */
@@ -100,9 +120,8 @@ static void begin_compliant(struct shaft_step *k, struct motor *m, double pull_n
 
 void shaft_begin(struct shaft_step *k, struct motor *m, double airgap_nm)
 {
-    *k = (struct shaft_step){.m = m, .rigid = is_rigid(m), .theta_start_rad = m->theta_rad};
-    cogging_begin(k);
-    double pull_nm = airgap_nm - cogging_nm(k, m->theta_rad);
+    *k = (struct shaft_step){.m = m, .rigid = is_rigid(m)};
+    double pull_nm = airgap_nm - cogging_nm(m, m->theta_rad);
     if (k->rigid) {
         begin_rigid(k, m, pull_nm);
     } else {
@@ -131,7 +150,7 @@ void shaft_derivative(const struct shaft_step *k, const double y[STATES], double
     double friction_nm = m->p.friction_coulomb_nm * k->direction + m->p.friction_viscous_nms * speed;
     double load_friction = load_friction_nm(l, load_speed) * k->load_direction + l->viscous_nms * load_speed;
     double work_nm = m->load_nm + m->hoist_nm + l->fan_nms2 * load_speed * fabs(load_speed);
-    double on_motor_nm = airgap_nm - cogging_nm(k, y[THETA]) - drag_nm - friction_nm;
+    double on_motor_nm = airgap_nm - cogging_nm(m, y[THETA]) - drag_nm - friction_nm;
     double on_load_nm = -load_friction - work_nm;
 
     dy[THETA] = speed;
@@ -155,13 +174,19 @@ void shaft_derivative(const struct shaft_step *k, const double y[STATES], double
     dy[E_DRIVER] = m->shaft == SHAFT_SPUN ? -(on_load_nm + between_nm) * load_speed : 0;
 }
 
-double shaft_max_step_s(const struct motor *m)
+static double longest_step_s(const struct motor *m)
 {
     if (is_rigid(m)) {
         return INFINITY;
     }
     double per_inertia = 1 / m->p.inertia_kgm2 + 1 / m->load.inertia_kgm2;
     return fmin(0.1 / sqrt(m->load.stiffness_nm_rad * per_inertia), 0.3 / (m->load.damping_nms * per_inertia));
+}
+
+void shaft_init(struct motor *m)
+{
+    m->longest_shaft_s = longest_step_s(m);
+    cogging_anchor(m);
 }
 
 /* ---- from outside ---- */

@@ -13,8 +13,6 @@
 
 #include "motor.h"
 
-#define COGGING_TERMS 3
-
 /* What the integration carries: states, then what only accumulates. */
 enum {
     PSI_D,
@@ -42,18 +40,11 @@ enum {
     SLOPES
 };
 
-struct shaft_cogging {
-    double per_rev, sin_start_nm, cos_start_nm; /* of its angle at the start of the step, times the amplitude */
-};
-
 /* What stays constant within a step. */
 struct shaft_step {
     const struct motor *m;
     bool rigid, moves, load_moves;    /* by themselves: not held, stuck or driven */
     double direction, load_direction; /* of the motion that friction opposes; 0: no friction */
-    double theta_start_rad;
-    int cogging_terms;
-    struct shaft_cogging cogging[COGGING_TERMS];
 };
 
 /* Decides whether each mass moves during the next step. airgap_nm: the torque now. */
@@ -63,6 +54,8 @@ void shaft_derivative(const struct shaft_step *k, const double y[STATES], double
                       double dy[SLOPES]);
 /* A mass that would have reversed stops: whether it goes on is decided before the next step. */
 void shaft_end(const struct shaft_step *k, double y[STATES]);
-double shaft_max_step_s(const struct motor *m);
+/* The rotor has come to this angle. */
+void shaft_turn(struct motor *m, double theta_rad);
+void shaft_init(struct motor *m);
 
 #endif

@@ -7,8 +7,8 @@
 static inline void turn_by(double x, double sin_start, double cos_start, double *s, double *c)
 {
     double xx = x * x;
-    double sin_x = x * (1 - xx / 6 * (1 - xx / 20 * (1 - xx / 42 * (1 - xx / 72))));
-    double cos_x = 1 - xx / 2 * (1 - xx / 12 * (1 - xx / 30 * (1 - xx / 56 * (1 - xx / 90))));
+    double sin_x = x + x * xx * (-1 / 6.0 + xx * (1 / 120.0 + xx * (-1 / 5040.0 + xx * (1 / 362880.0))));
+    double cos_x = 1 + xx * (-0.5 + xx * (1 / 24.0 + xx * (-1 / 720.0 + xx * (1 / 40320.0 - xx * (1 / 3628800.0)))));
     *s = sin_start * cos_x + cos_start * sin_x;
     *c = cos_start * cos_x - sin_start * sin_x;
 }

@@ -7,8 +7,9 @@ TWIN_CFLAGS := -std=gnu11 -O2 -g -fPIC -fvisibility=hidden -Wall -Wextra -Wshado
     -Wmissing-prototypes -Werror
 
 # no contact with QEMU:
-TWIN_PHYSICS := motor motor_params motor_field motor_map shaft winding_short bus circuit diodes inverter legs meter \
-    sensor_keys sensors amplifier disc hall random corepwm adc encoder gate plant events config cycles_keys
+TWIN_PHYSICS := motor motor_step motor_params motor_field motor_map shaft winding_short bus supply circuit coss diodes \
+    comparators terminals inverter advance legs meter sensor_keys sensors amplifier disc hall random corepwm adc encoder \
+    gate plant events config cycles_keys
 # the rest of the plugin:
 TWIN_PLUGIN := qemu_api qemu_registers qemu_sleep cycles cycles_decode cycles_fetch cycles_rules cycles_table irqlog \
     irqpath dump dwt watchdog sysreg mmuart gpio trace trace_csv recording probes console scenario twin
@@ -23,6 +24,9 @@ $(BUILD)/qemu/twin.so: $(TWIN_OBJECTS)
 $(BUILD)/qemu/modelcheck: $(MODELCHECK_OBJECTS)
 	$(call say,LD)
 	$(Q)$(HOSTCC) $^ -o $@ -lm
+
+# Half of the plant's time goes into these.
+$(patsubst %,$(BUILD)/qemu/twin/%.o,motor_step motor_field motor_map shaft): TWIN_CFLAGS += -O3
 
 # Called for every instruction: pairs of counts written one by one and read together as a vector would stall it each time.
 $(BUILD)/qemu/twin/cycles.o: TWIN_CFLAGS += -fno-tree-slp-vectorize

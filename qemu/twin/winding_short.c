@@ -17,5 +17,6 @@ struct winding_short winding_short_at(int phase, double fraction, double r_ohm, 
     struct winding_short f = {.present = true, .phase = phase, .fraction = fraction, .r_ohm = r_ohm};
     double leakage_h = fraction * fraction * LEAKAGE_SHARE * phase_h;
     f.loop_h = fmax(leakage_h, FASTEST_LOOP_S * winding_short_loop_ohm(&f, phase_ohm));
+    f.loop_per_h = 1 / f.loop_h;
     return f;
 }

@@ -15,9 +15,10 @@
 struct winding_short {
     bool present;
     int phase;
-    double fraction; /* mu */
-    double r_ohm;    /* R_s */
-    double loop_h;   /* L */
+    double fraction;   /* mu */
+    double r_ohm;      /* R_s */
+    double loop_h;     /* L */
+    double loop_per_h; /* 1 / L; 0 without a short */
 };
 
 /* In the machine's phase of this resistance and inductance. */

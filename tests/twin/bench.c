@@ -17,6 +17,70 @@ const struct motor_params bench_motor = {
     .ambient_c = 25,
 };
 
+const struct motor_params bench_syrm = {
+    .pole_pairs = 2,
+    .resistance_ohm = 0.54,
+    .sat_a_d0 = 17.4,
+    .sat_a_dd = 373,
+    .sat_s = 5,
+    .sat_a_q0 = 52.1,
+    .sat_a_qq = 658,
+    .sat_t = 1,
+    .sat_a_dq = 1120,
+    .sat_u = 1,
+    .sat_w = 2,
+    .inertia_kgm2 = 0.015,
+    .thermal_resistance_k_w = 1,
+    .thermal_capacity_j_k = 1e4,
+    .ambient_c = 25,
+};
+
+const struct motor_params bench_baldor = {
+    .pole_pairs = 2,
+    .resistance_ohm = 0.63,
+    .sat_a_d0 = 3.96,
+    .sat_a_dd = 28.46,
+    .sat_s = 4,
+    .sat_a_q0 = 5.89,
+    .sat_a_qq = 2.672,
+    .sat_t = 6,
+    .sat_a_dq = 41.52,
+    .sat_u = 1,
+    .sat_v = 1,
+    .sat_a_b = 81.75,
+    .sat_a_bp = 1,
+    .sat_w = 2,
+    .sat_k_q = 0.1,
+    .sat_psi_n_wb = 0.804,
+    .inertia_kgm2 = 0.05,
+    .thermal_resistance_k_w = 1,
+    .thermal_capacity_j_k = 1e4,
+    .ambient_c = 25,
+};
+
+const struct motor_params bench_thor = {
+    .pole_pairs = 2,
+    .resistance_ohm = 0.2,
+    .sat_a_d0 = 28.51,
+    .sat_a_dd = 128.8,
+    .sat_s = 2,
+    .sat_a_q0 = 20.64,
+    .sat_a_qq = 5756,
+    .sat_t = 6,
+    .sat_a_dq = 4247,
+    .sat_u = 1,
+    .sat_v = 1,
+    .sat_a_b = 7360,
+    .sat_a_bp = 17.69,
+    .sat_w = 2,
+    .sat_k_q = 0.1398,
+    .sat_psi_n_wb = 0.2196,
+    .inertia_kgm2 = 4.228e-3,
+    .thermal_resistance_k_w = 1,
+    .thermal_capacity_j_k = 1e4,
+    .ambient_c = 25,
+};
+
 const struct load_params bench_no_load = {0};
 const struct motor_source bench_open_terminals = {.held = {true, true, true}};
 
@@ -39,6 +103,7 @@ const struct sensor_params bench_sensors = {
     .i_gain_b = 1,
     .i_gain_c = 1,
     .encoder_counts = 4000,
+    .encoder_index_counts = 1,
 };
 
 struct plant_params bench_plant(void)
@@ -93,6 +158,29 @@ void bench_before_trigger(struct plant *p, const struct plant_params *params)
     bench_start(p, params, (uint32_t[3]){BENCH_PERIOD_COUNTS / 2, BENCH_PERIOD_COUNTS / 2, BENCH_PERIOD_COUNTS / 2});
     bench_run(p, 0.98e-3);
     plant_advance(p, plant_next_trigger(p) - sim_from_s(1e-6));
+}
+
+static void keep_row(void *row, const struct plant_row *of_trigger)
+{
+    *(struct plant_row *)row = *of_trigger;
+}
+
+struct plant_row bench_convert(struct plant *p, double codes[3])
+{
+    struct plant_row row;
+    p->on_trigger = keep_row;
+    p->context = &row;
+    bench_write(p, ADC_CONTROL, 1);
+    while (bench_read(p, ADC_STATUS) == 0) {
+        bench_run(p, 1e-6);
+    }
+    for (unsigned k = 0; k < 3; k++) {
+        codes[k] = (int32_t)bench_read(p, ADC_IA + 4 * k) / 16.0;
+    }
+    bench_write(p, ADC_STATUS, 3);
+    bench_write(p, ADC_CONTROL, 0);
+    p->on_trigger = NULL;
+    return row;
 }
 
 struct motor bench_motor_at(double electrical_rad)

@@ -41,6 +41,9 @@ enum bench_register {
 /* Ld 0.3 mH, Lq 0.4 mH, 0.3 ohm, 7.5 mWb, 4 pole pairs; no friction, no cogging, no warming; rotor at angle 0. */
 extern const struct motor_params bench_motor;
 extern const struct load_params bench_no_load;
+/* Machines with a published saturation map (M. Hinkkanen et al. 2017; L. Lelli et al. 2024; SyR-e's THOR, fitted): the
+ * 6.7 kW synchronous reluctance machine, Baldor ECS101M0H7EF4 and THOR with magnets. No losses, no harmonics. */
+extern const struct motor_params bench_syrm, bench_baldor, bench_thor;
 /* 24 V behind 50 mohm, 1 mF, switches of 5 mohm without delays, diodes of 0.8 V, comparators at 1000 A. */
 extern const struct inverter_params bench_inverter;
 /* +-25 A, 50 V, no noise, 4000 counts. */
@@ -57,6 +60,9 @@ void bench_leg(struct plant *p, int phase, uint32_t on_counts, uint32_t dead_cou
 void bench_start(struct plant *p, const struct plant_params *params, const uint32_t on_counts[3]);
 /* A fresh plant with all legs at half, whose next trigger comes 1 us after the return. */
 void bench_before_trigger(struct plant *p, const struct plant_params *params);
+
+/* The next conversion of a plant whose ADC is off: codes from the middle, and the truth at its trigger. */
+struct plant_row bench_convert(struct plant *p, double codes[3]);
 
 /* The bench's motor alone, turned to an electrical angle. */
 struct motor bench_motor_at(double electrical_rad);

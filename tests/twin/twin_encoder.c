@@ -13,16 +13,22 @@ struct counter {
     bool enabled, reverse, index_seen;
 };
 
-static void counter_step(struct counter *c, int direction, int64_t index_edge, int64_t edges_per_turn)
+static bool pulse_is_high(const struct counter *c, const struct index_pulse *pulse)
 {
+    int64_t beyond_first = (((c->edge - pulse->first) % pulse->turn) + pulse->turn) % pulse->turn;
+    return beyond_first <= pulse->last - pulse->first;
+}
+
+static void counter_step(struct counter *c, int direction, const struct index_pulse *pulse)
+{
+    bool was_high = pulse_is_high(c, pulse);
     c->edge += direction;
     if (!c->enabled) {
         return;
     }
     c->position += c->reverse ? -direction : direction;
     c->position = (c->position + c->counts) % c->counts;
-    int64_t in_turn = ((c->edge % edges_per_turn) + edges_per_turn) % edges_per_turn;
-    if (in_turn == index_edge) {
+    if (pulse_is_high(c, pulse) && !was_high) {
         c->index = c->position;
         c->index_seen = true;
     }
@@ -52,11 +58,10 @@ static void counter_set(struct counter *c, struct encoder *e)
     encoder_write(e, 0x00, (c->enabled ? 1 : 0) | (c->reverse ? 2 : 0));
 }
 
-static void encoder_against_counting(void)
+static void encoder_against_counting(const struct index_pulse *pulse)
 {
     struct encoder e = {0};
     struct counter c = {.counts = 4096};
-    const int64_t edges_per_turn = 40, index_edge = 13;
     int64_t wrong = 0, indices = 0;
     encoder_reset(&e, 0);
     for (int n = 0; n < 20000; n++) {
@@ -64,9 +69,9 @@ static void encoder_against_counting(void)
         int jump = any_between(-120, 120);
         int64_t before = c.index;
         for (int k = 0; k < abs(jump); k++) {
-            counter_step(&c, jump > 0 ? 1 : -1, index_edge, edges_per_turn);
+            counter_step(&c, jump > 0 ? 1 : -1, pulse);
         }
-        encoder_follow(&e, c.edge, index_edge, edges_per_turn);
+        encoder_follow(&e, c.edge, pulse);
         indices += c.index != before;
         wrong += encoder_read(&e, 0x08) != c.position || encoder_read(&e, 0x10) != c.index ||
                  encoder_read(&e, 0x14) != c.index_seen || encoder_read(&e, 0x04) != c.counts;
@@ -128,6 +133,7 @@ static void encoder_index(void)
 
 static void encoder_cable(void)
 {
+    const struct index_pulse far_away = {1000, 1000, 4000};
     struct encoder e = {0};
     encoder_reset(&e, 0);
     encoder_write(&e, 0x00, 1);
@@ -140,17 +146,17 @@ static void encoder_cable(void)
     encoder_cut(&e, true);
     encoder_write(&e, 0x14, 7);
     check_hex("SIGNAL_LOST stays while it lasts", encoder_read(&e, 0x14), 4);
-    encoder_follow(&e, 10, 1000, 4000);
+    encoder_follow(&e, 10, &far_away);
     check_equal("a cut pair does not count", encoder_read(&e, 0x08), 0);
     encoder_cut(&e, false);
     check_hex("and it is a latch", encoder_read(&e, 0x14), 4);
     encoder_write(&e, 0x14, 4);
     check_hex("that clears afterwards", encoder_read(&e, 0x14), 0);
     encoder_freeze(&e, true);
-    encoder_follow(&e, 30, 1000, 4000);
+    encoder_follow(&e, 30, &far_away);
     check_equal("frozen A and B do not count", encoder_read(&e, 0x08), 0);
     encoder_freeze(&e, false);
-    encoder_follow(&e, 35, 1000, 4000);
+    encoder_follow(&e, 35, &far_away);
     check_equal("what was missed stays missed", encoder_read(&e, 0x08), 5);
     encoder_slip(&e, -7);
     check_equal("a slip shifts the count", encoder_read(&e, 0x08), 4094);
@@ -162,7 +168,9 @@ static void encoder_cable(void)
 
 int main(void)
 {
-    encoder_against_counting();
+    encoder_against_counting(&(struct index_pulse){13, 13, 40});
+    encoder_against_counting(&(struct index_pulse){13, 20, 40});
+    encoder_against_counting(&(struct index_pulse){35, 44, 40});
     encoder_registers();
     encoder_index();
     encoder_cable();

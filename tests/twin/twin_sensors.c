@@ -8,8 +8,6 @@
 
 #include "check.h"
 
-#define TURN_RAD 6.283185307179586
-
 static const struct sensor_params ideal = {
     .i_range_a = 20.48,
     .v_range_v = 40.96,
@@ -20,11 +18,20 @@ static const struct sensor_params ideal = {
     .encoder_counts = 4000,
 };
 
+static void sample(struct sensors *s, const double i_a[3], double bus_v, uint32_t code[4])
+{
+    sensors_draw_noise(s);
+    for (int k = 0; k < 3; k++) {
+        code[k] = sensors_current_code(s, k, 0, i_a[k]);
+    }
+    code[3] = sensors_bus_code(s, bus_v);
+}
+
 static void sample_of(const struct sensor_params *p, double a, double b, double c, double bus_v, uint32_t code[4])
 {
     struct sensors s;
     sensors_init(&s, p, 1);
-    sensors_sample(&s, (double[3]){a, b, c}, bus_v, code);
+    sample(&s, (double[3]){a, b, c}, bus_v, code);
 }
 
 static void check_codes(const char *name, const uint32_t code[4], int64_t a, int64_t b, int64_t c, int64_t bus)
@@ -95,7 +102,7 @@ static void errors_of_the_analogue_part(void)
     sensors_init(&s, &ideal, 1);
     s.current[0].add_a = 2;
     s.current[1].stuck_code = 99;
-    sensors_sample(&s, (double[3]){1, 1, 1}, 24, code);
+    sample(&s, (double[3]){1, 1, 1}, 24, code);
     check_codes("an added current and a stuck code", code, 2348, 99, 2148, 2400);
 }
 
@@ -111,7 +118,7 @@ static void noise(void)
     sensors_init(&s, &p, 42);
     for (int n = 0; n < count; n++) {
         uint32_t code[4];
-        sensors_sample(&s, (double[3]){0, 1, -1}, 24, code);
+        sample(&s, (double[3]){0, 1, -1}, 24, code);
         const double middle[4] = {2048, 2148, 1948, 2400};
         for (int k = 0; k < 4; k++) {
             double d = code[k] - middle[k];
@@ -157,7 +164,7 @@ static void codes_of_seed(uint64_t seed, uint32_t codes[400])
     p.i_noise_lsb = p.v_noise_lsb = 2;
     sensors_init(&s, &p, seed);
     for (int n = 0; n < 100; n++) {
-        sensors_sample(&s, (double[3]){0}, 24, codes + 4 * n);
+        sample(&s, (double[3]){0}, 24, codes + 4 * n);
     }
 }
 
@@ -171,18 +178,33 @@ static void seeds(void)
     check_true("another seed, other codes", memcmp(first, second, sizeof first) != 0);
 }
 
-static void shaft(void)
+/* Streams of one seed: the product of two has the mean zero, unless one is the other, shifted or not. */
+static void streams_of_one_seed(void)
 {
-    struct sensors s;
-    sensors_init(&s, &ideal, 1);
-    check_equal("edges at 0", sensors_encoder_edges(&s, 0), 0);
-    check_equal("edges of a turn and a half", sensors_encoder_edges(&s, 1.5 * TURN_RAD + 1e-9), 6000);
-    check_equal("just below 0", sensors_encoder_edges(&s, -1e-9), -1);
-    check_equal("a turn back", sensors_encoder_edges(&s, -TURN_RAD + 1e-9), -4000);
-    s.p.index_angle_rad = TURN_RAD / 4 + 1e-9;
-    check_equal("index", sensors_index_edge(&s), 1000);
-    s.p.index_angle_rad = -TURN_RAD / 4 + 1e-9;
-    check_equal("index before 0 is within the turn", sensors_index_edge(&s), 3000);
+    enum { STREAMS = 4, DRAWS = 4000, SHIFTS = 10 };
+    static double drawn[STREAMS][DRAWS];
+    for (int n = 0; n < STREAMS; n++) {
+        struct random r;
+        random_seed(&r, 12);
+        if (n > 0) {
+            random_seed_stream(&r, 12, (enum random_stream)n);
+        }
+        for (int k = 0; k < DRAWS; k++) {
+            drawn[n][k] = random_gaussian(&r);
+        }
+    }
+    double worst = 0;
+    for (int pair = 0; pair < STREAMS * STREAMS; pair++) {
+        const double *one = drawn[pair / STREAMS], *other = drawn[pair % STREAMS];
+        for (int shift = 0; shift < SHIFTS && one != other; shift++) {
+            double sum = 0;
+            for (int k = 0; k + shift < DRAWS; k++) {
+                sum += one[k] * other[k + shift];
+            }
+            worst = fmax(worst, fabs(sum) / DRAWS);
+        }
+    }
+    check_near("correlation of two streams of a seed", worst, 0, 5 / sqrt(DRAWS));
 }
 
 int main(void)
@@ -193,6 +215,6 @@ int main(void)
     noise();
     gaussian();
     seeds();
-    shaft();
+    streams_of_one_seed();
     return check_end();
 }

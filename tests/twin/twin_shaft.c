@@ -78,9 +78,12 @@ static void shaft_in_a_vice(void)
 /* Cogging holds the rotor at 0 like a spring of T N; small swings have the frequency sqrt(T N / J). */
 static void cogging(void)
 {
-    struct motor m = bench_motor_at(0.004 * 4);
-    m.p.cogging_nm = 5e-3;
-    m.p.cogging_per_rev = 24;
+    struct motor_params p = bench_motor;
+    struct motor m;
+    p.initial_angle_rad = 0.004;
+    p.cogging_nm = 5e-3;
+    p.cogging_per_rev = 24;
+    motor_init(&m, &p, &bench_no_load);
     const double w = sqrt(5e-3 * 24 / 1e-5), swing_rad = 0.004;
     double t_s = 0;
     while (m.theta_rad > 0 && t_s < 1) {
