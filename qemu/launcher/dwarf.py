@@ -71,7 +71,7 @@ def _read(elf_path):
         raise LauncherError(f"{shown(elf_path)} is not an ELF file: {error}") from error
 
 
-def _functions(elf, segments):
+def _functions(elf):
     """The address of the first instruction has bit 0, the Thumb mark, cleared."""
     table = elf.get_section_by_name(".symtab")
     return {symbol.name: symbol["st_value"] & ~1 for symbol in (table.iter_symbols() if table else ())

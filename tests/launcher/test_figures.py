@@ -210,7 +210,8 @@ def test_sweep_figures_are_those_of_the_transfer_function(swept):
     opened = closed / (1 - closed)
     crossover = np.argmax(np.abs(opened) < 1)
     where = {"axis": "q", "from_s": start, "to_s": end}
-    assert figures(run, "sweep_bandwidth", **where)[""] == pytest.approx(fine[np.argmax(np.abs(closed) < math.sqrt(0.5))], rel=0.03)
+    bandwidth = fine[np.argmax(np.abs(closed) < math.sqrt(0.5))]
+    assert figures(run, "sweep_bandwidth", **where)[""] == pytest.approx(bandwidth, rel=0.03)
     lag = -np.unwrap(np.angle(closed))
     assert figures(run, "sweep_lag", **where)[""] == pytest.approx(fine[np.argmax(lag > math.pi / 2)], rel=0.03)
     margin = 180 + np.degrees(np.unwrap(np.angle(opened))[crossover])
