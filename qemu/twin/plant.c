@@ -57,6 +57,7 @@ static void describe_period(struct plant *p, struct plant_row *row)
 {
     struct meter_reading r;
     meter_read(&p->meter, &r);
+    memcpy(row->i_mean_a, r.i_mean_a, sizeof row->i_mean_a);
     memcpy(row->i_rms_a, r.i_rms_a, sizeof row->i_rms_a);
     memcpy(row->i_peak_a, r.i_peak_a, sizeof row->i_peak_a);
     row->torque_mean_nm = r.torque_mean_nm;

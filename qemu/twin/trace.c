@@ -40,6 +40,9 @@ static const struct {
     {"torque_mean_Nm", 7},
     {"load_speed_rad_s", 4},
     {"magnet_C", 3},
+    {"i_a_mean_A", 5},
+    {"i_b_mean_A", 5},
+    {"i_c_mean_A", 5},
     {"hall", 0},
 };
 #define FIXED (sizeof fixed / sizeof fixed[0])
@@ -108,6 +111,7 @@ void trace_row(const struct plant_row *row)
     *next++ = row->torque_mean_nm;
     *next++ = row->load_speed_rad_s;
     *next++ = row->magnet_c;
+    next = put_phases(next, row->i_mean_a);
     *next++ = row->hall;
     row_waits = true;
 }

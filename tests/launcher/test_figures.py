@@ -38,6 +38,7 @@ def made(drive, length_s=0.5, rpm=1500.0, i_d=0.0, i_q=2.0, steps=(), **columns)
     for index, phase in enumerate("abc"):
         turned = theta - index * 2 * math.pi / 3
         trace[f"i_{phase}_A"] = i_d * np.cos(turned) - i_q * np.sin(turned)
+        trace[f"i_{phase}_mean_A"] = trace[f"i_{phase}_A"]
         trace[f"i_{phase}_rms_A"] = np.abs(trace[f"i_{phase}_A"])
         trace[f"i_{phase}_peak_A"] = np.abs(trace[f"i_{phase}_A"])
     trace = add_truth(Trace(trace), drive.motor["electrical"]["pole_pairs"])
@@ -209,7 +210,8 @@ def test_sweep_figures_are_those_of_the_transfer_function(swept):
     opened = closed / (1 - closed)
     crossover = np.argmax(np.abs(opened) < 1)
     where = {"axis": "q", "from_s": start, "to_s": end}
-    assert figures(run, "sweep_bandwidth", **where)[""] == pytest.approx(fine[np.argmax(np.abs(closed) < math.sqrt(0.5))], rel=0.03)
+    bandwidth = fine[np.argmax(np.abs(closed) < math.sqrt(0.5))]
+    assert figures(run, "sweep_bandwidth", **where)[""] == pytest.approx(bandwidth, rel=0.03)
     lag = -np.unwrap(np.angle(closed))
     assert figures(run, "sweep_lag", **where)[""] == pytest.approx(fine[np.argmax(lag > math.pi / 2)], rel=0.03)
     margin = 180 + np.degrees(np.unwrap(np.angle(opened))[crossover])
