@@ -6,56 +6,14 @@
 #include <math.h>
 #include <string.h>
 
-#include "circuit.h"
+#include "account.h"
 #include "coss.h"
 #include "diodes.h"
-#include "inverter.h"
 #include "terminals.h"
 
-#define LONGEST_STEP_S  10e-6
-#define LEAST_BUS_SHARE 0.1 /* of the supply's voltage: below it, a quotient of energy and voltage says little */
-
-/* The events to be located in a step: diodes whose current may end, and currents that reach the comparators' level. */
-struct watch {
-    bool diode[3];
-    bool level[3];
-};
-
-struct step {
-    struct inverter *inv;
-    const struct motor *before;
-    struct bridge_load load; /* at the start */
-    struct bus_view bus;
-    struct watch watch;
-    double i_start_a[3];
-    double margin_start_a;
-    struct circuit circuit;
-    struct motor after;
-    double i_a[3];   /* leg currents at the end */
-    double margin_a; /* at the end */
-};
+#define LONGEST_STEP_S 10e-6
 
 /* ---- one step, and the instants inside it ---- */
-
-/* What the bridge draws from the bus. */
-static struct bridge_load load_of(const struct inverter *inv, const double i_a[3])
-{
-    struct bridge_load load = {0, 0};
-    for (int k = 0; k < 3; k++) {
-        load.current_a += circuit_bus_share(inv->leg[k]) * i_a[k];
-        load.conductance_s += inv->leg[k] == LEG_BOTH ? 1 / (2 * inv->p.r_on_ohm) : 0;
-    }
-    if (inv->supply.plain) {
-        load.current_a += load.conductance_s * inv->bus_v;
-        load.conductance_s = 0;
-    }
-    return load;
-}
-
-static double total_a(const struct bridge_load *load, double bus_v)
-{
-    return load->current_a + load->conductance_s * bus_v;
-}
 
 static struct watch watch_for(const struct inverter *inv, const double i_start_a[3])
 {
@@ -158,73 +116,14 @@ static double longest_step_s(const struct step *st)
     return coss_swings(inv) ? fmin(dt_s, coss_longest_step_s(inv, st->before, st->i_start_a)) : dt_s;
 }
 
-/* ---- the step is taken ---- */
-
-/* Heat of the switches and diodes over a step in which every current is a straight line. */
-static double conduction_j(const struct step *st, double bus_v, double dt_s)
-{
-    const struct inverter_params *p = &st->inv->p;
-    double power_w = 0;
-    for (int k = 0; k < 3; k++) {
-        double mean_a = (st->i_start_a[k] + st->i_a[k]) / 2, half_a = (st->i_a[k] - st->i_start_a[k]) / 2;
-        double square_a2 = mean_a * mean_a + half_a * half_a / 3;
-        switch (st->inv->leg[k]) {
-        case LEG_HIGH:
-        case LEG_LOW:
-            power_w += circuit_switch_w(st->inv, k, mean_a, square_a2);
-            break;
-        case LEG_DIODE_LO:
-        case LEG_DIODE_HI:
-            power_w += p->diode_v * fabs(mean_a) + p->diode_ohm * square_a2;
-            break;
-        case LEG_BOTH:
-            power_w += (bus_v * bus_v / p->r_on_ohm + p->r_on_ohm * square_a2) / 2;
-            break;
-        default:
-            break;
-        }
-    }
-    return power_w * dt_s;
-}
-
-/* Mean of what the legs draw from the bus. The motor integrates its energy to the fourth order; what went into it, into
- * heat and into the nodes says more than the ends of the current would, which is no straight line: with 30 uH and 10 us,
- * those are off by a thousandth. The plain supply makes do with them, so that an ideal plant is what it always was. */
-static double mean_current_a(const struct step *st, double ends_a, double used_j, double dt_s)
-{
-    const struct inverter *inv = st->inv;
-    double bus_v = st->bus.open_v - st->bus.ohm * ends_a;
-    bool both = inv->leg[0] == LEG_BOTH || inv->leg[1] == LEG_BOTH || inv->leg[2] == LEG_BOTH;
-    if (inv->supply.plain || ends_a == 0 || both || inv->short_from >= 0 || bus_v < LEAST_BUS_SHARE * inv->p.vbus_v) {
-        return ends_a;
-    }
-    return used_j / (bus_v * dt_s);
-}
-
-/* Brings supply and energies to the end of the step; stored_j more is in the nodes. */
-static void account(struct step *st, double stored_j, double dt_s)
-{
-    struct inverter *inv = st->inv;
-    inv->bus_v = st->bus.open_v - st->bus.ohm * st->load.current_a;
-    double heat_j = conduction_j(st, inv->bus_v, dt_s), motor_j = st->after.energy_in_j - st->before->energy_in_j;
-    struct bridge_load end = load_of(inv, st->i_a);
-    double ends_a = (st->load.current_a + end.current_a) / 2;
-    struct bridge_load mean = {mean_current_a(st, ends_a, motor_j + heat_j + stored_j, dt_s), end.conductance_s};
-    struct supply_flow flow = supply_step(&inv->supply, &inv->p, mean, st->bus, dt_s);
-    inv->energy_supply_j += flow.source_j;
-    inv->energy_bridge_j += flow.bus_v * total_a(&mean, flow.bus_v) * dt_s;
-    inv->energy_conduction_j += heat_j;
-    inv->bus_v = supply_bus_v(&inv->supply, &inv->p, end);
-}
-
 static void compare(struct step *st, sim_ps from, sim_ps to)
 {
     struct inverter *inv = st->inv;
-    struct bridge_load end = load_of(inv, st->i_a);
-    double i_a[COMPARATORS] = {st->i_a[0], st->i_a[1], st->i_a[2], total_a(&end, inv->bus_v)};
+    struct bridge_load end = step_load(inv, st->i_a);
+    double i_a[COMPARATORS] = {st->i_a[0], st->i_a[1], st->i_a[2], step_bus_a(&end, inv->bus_v)};
     sim_ps beyond_at[COMPARATORS];
     for (int k = 0; k < COMPARATORS; k++) {
-        double start_a = k == COMPARATOR_BUS ? total_a(&st->load, inv->bus_v) : st->i_start_a[k];
+        double start_a = k == COMPARATOR_BUS ? step_bus_a(&st->load, inv->bus_v) : st->i_start_a[k];
         beyond_at[k] = fabs(start_a) > inv->p.oc_trip_a ? from : to;
     }
     comparators_follow(inv, i_a, beyond_at, to);
@@ -241,7 +140,7 @@ static void begin(struct step *st, struct motor *motor)
     terminals_currents(st->inv, motor, i_motor_a);
     circuit_leg_currents(st->inv, &st->circuit, i_motor_a, st->i_start_a);
     memcpy(st->inv->leg_a, st->i_start_a, sizeof st->i_start_a);
-    st->load = load_of(st->inv, st->i_start_a);
+    st->load = step_load(st->inv, st->i_start_a);
     st->watch = watch_for(st->inv, st->i_start_a);
     st->margin_start_a = event_margin(st->inv, &st->watch, st->i_start_a);
 }
@@ -264,7 +163,7 @@ static double advance_step(struct inverter *inv, struct motor *motor, double lef
     if (inv->short_from < 0 && st.margin_start_a > 0 && st.margin_a < -DIODE_ZERO_A) {
         dt_s = locate_event(&st, dt_s);
     }
-    account(&st, coss_move(inv, st.i_start_a, st.i_a, dt_s), dt_s);
+    account_step(&st, coss_move(inv, st.i_start_a, st.i_a, dt_s), dt_s);
     *motor = st.after;
     compare(&st, to - sim_from_s(left_s), to - sim_from_s(left_s - dt_s));
     if (inv->on_step) {

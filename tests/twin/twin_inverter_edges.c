@@ -92,7 +92,7 @@ static void hard_edges(void)
     check_near("hard edges: out of the supply (J)", b.inv.energy_supply_j, b.inv.energy_edges_j, 0.01 * QOSS_C * BUS_V);
     check_near("hard edges: no current comes of it (A)", bridge_current(&b, 0), 0, 1e-3);
 
-    /* the same out of a capacitor that nothing feeds */
+    /* the same out of a capacitor that nothing feeds, and which loses 70 mV by it */
     struct inverter_params ip = bench_inverter;
     ip.coss_c = QOSS_C;
     ip.supply_resistance_ohm = 1e3;
@@ -103,7 +103,7 @@ static void hard_edges(void)
     bridge_gates(&c, GATE_HIGH(0) | GATE_HIGH(1) | GATE_HIGH(2));
     bridge_gates(&c, ALL_LOW);
     charge_as += c.inv.supply.cap_v * ip.bus_capacitance_f;
-    check_near("hard edges: charge out of the capacitor (As)", -charge_as, 6 * QOSS_C, 1e-3 * 6 * QOSS_C);
+    check_near("hard edges: charge out of the capacitor (As)", -charge_as, 6 * QOSS_C, 5e-3 * 6 * QOSS_C);
 }
 
 /* ---- a swing in which the current changes ---- */
