@@ -8,7 +8,6 @@ from launcher import LauncherError
 from launcher.data import INVERTERS, MOTORS, available, load_inverter, load_motor
 from launcher.drive import console_params, load_drive, preamble
 from launcher.expression import evaluate, fill, number
-from launcher.paths import SCENARIOS
 from launcher.scenario import load_scenario
 
 MOTOR = (MOTORS / "teknic_m2310p.toml").read_text()
@@ -39,15 +38,6 @@ def test_shipped_motors(name):
 @pytest.mark.parametrize("name", available(INVERTERS))
 def test_shipped_inverters(name):
     assert load_inverter(name).documents
-
-
-@pytest.mark.parametrize("motor", available(MOTORS))
-@pytest.mark.parametrize("name", available(SCENARIOS))
-def test_shipped_scenarios(name, motor):
-    scenario = load_scenario(name, load_drive(motor))
-    assert scenario.steps and scenario.figures
-    assert all(step.t_s <= scenario.end_s for step in scenario.steps)
-    assert all(ord(char) < 128 for step in scenario.steps for char in step.text)
 
 
 @pytest.mark.parametrize("old, new, complaint", [
