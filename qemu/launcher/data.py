@@ -18,7 +18,8 @@ from .schema import BY_RULE, INVERTER_TABLES, MOTOR_TABLES, PLANT_TABLES
 from .spread import START_ANGLE, Spread
 
 _TINY = 1e-12
-_POINT_KEYS = {"i_d_a", "i_q_a", "psi_d_wb", "psi_q_wb", "l_dd_h", "l_qq_h", "l_dq_h", "torque_nm", "tolerance_percent", "source"}
+_POINT_KEYS = {"i_d_a", "i_q_a", "psi_d_wb", "psi_q_wb", "l_dd_h", "l_qq_h", "l_dq_h", "torque_nm", "tolerance_percent",
+               "source"}
 
 
 @dataclass
@@ -201,7 +202,7 @@ def _table(raw, keys, table, where):
 
 def _entry(raw, key, where):
     if not isinstance(raw, dict) or not {"value", "source"} <= set(raw) <= {"value", "source", "spread", "spread_abs", "like"}:
-        raise LauncherError(f"{where}: write {{ value = ..., source = \"...\" }}, if need be with spread or spread_abs, and like")
+        raise LauncherError(f"{where}: write {{ value = ..., source = \"...\" }} (and spread or spread_abs, like)")
     if not isinstance(raw["source"], str) or not raw["source"].strip():
         raise LauncherError(f"{where}: the source is empty")
     return _checked(raw["value"], key, where), raw["source"]
@@ -255,6 +256,14 @@ def _tolerance(raw, where):
     return value
 
 
+def _published(raw, where):
+    """A value that deviations are relative to."""
+    value = _number(raw, where)
+    if value == 0:
+        raise LauncherError(f"{where}: 0 has no relative tolerance")
+    return value
+
+
 def _checks(raw, where):
     if not isinstance(raw, dict):
         raise LauncherError(f"{where}: [check] is not a table")
@@ -263,7 +272,8 @@ def _checks(raw, where):
         place = f"{where}: [check] {key}"
         if not isinstance(entry, dict) or set(entry) != {"value", "tolerance_percent", "source"}:
             raise LauncherError(f"{place}: write {{ value = ..., tolerance_percent = ..., source = ... }}")
-        checks[key] = Check(_number(entry["value"], place), _tolerance(entry["tolerance_percent"], place), str(entry["source"]))
+        checks[key] = Check(_published(entry["value"], place), _tolerance(entry["tolerance_percent"], place),
+                            str(entry["source"]))
     return checks
 
 
@@ -282,4 +292,6 @@ def _points(raw, where):
         numbers = {key: _number(value, f"{place}: {key}") for key, value in entry.items() if key != "source"}
         tolerance = _tolerance(numbers.pop("tolerance_percent"), place)
         points.append(Point(numbers.pop("i_d_a"), numbers.pop("i_q_a"), numbers, tolerance, str(entry["source"])))
+        for key, value in numbers.items():
+            _published(value, f"{place}: {key}")
     return points

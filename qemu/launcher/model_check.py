@@ -2,11 +2,14 @@
 """`make models`: every motor's model on the test bench, against the points of its data sheet.
 
 build/qemu/modelcheck applies voltages to the very model the twin runs, and measures; here its figures are put beside the
-[check] entries of the motor's data file. What a data sheet defines by a formula is worked out from measured values.
+[check] and [[point]] entries of the motor's data file. What a data sheet defines by a formula is worked out from measured
+values. Nominal data, every effect on.
 """
 import math
+import re
 import subprocess
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 from .data import available
@@ -23,13 +26,16 @@ def _nominal(m, rating):
 
 
 def _voltage_at_rating(m, drive):
-    """Line-to-line rms at rated torque and speed, i_d = 0, from measured EMF, resistance and inductance."""
+    """Line-to-line rms at rated current and speed, i_d = 0, from measured flux and resistance."""
     rating = drive.motor["rating"]
-    i_q = rating["rated_torque_nm"] / m["torque_constant_peak"]
-    w = rating["rated_speed_rpm"] * RPM
-    v_q = m["back_emf_phase_peak"] * w + m["resistance_line_line"] / 2 * i_q
-    v_d = w * drive.motor["electrical"]["pole_pairs"] * m["inductance_q"] * i_q
-    return math.hypot(v_d, v_q) * math.sqrt(3 / 2)
+    i_q, w = rating["rated_current_a"], rating["rated_speed_rpm"] * RPM * drive.motor["electrical"]["pole_pairs"]
+    at = _current_text(0, i_q)
+    v_q = w * m[f"map_psi_d@{at}"] + m["resistance_line_line"] / 2 * i_q
+    return math.hypot(w * m[f"map_psi_q@{at}"], v_q) * math.sqrt(3 / 2)
+
+
+def _current_text(i_d_a, i_q_a):
+    return f"{i_d_a:g},{i_q_a:g}"
 
 
 # [check] key -> its value from the measured figures `m` and the drive
@@ -50,9 +56,21 @@ DERIVED = {
     "stall_current_a": lambda m, d: m["stall_current"],
     "mechanical_tc_s": lambda m, d: d.motor["mechanical"]["inertia_kgm2"] * m["resistance_line_line"]
         / m["torque_constant_six_step"] ** 2,
+    "open_circuit_flux_wb": lambda m, d: m["open_circuit_flux"],
+    "magnet_tempco_percent_k": lambda m, d: m["magnet_tempco"],
+    "cogging_pp_nm": lambda m, d: m["cogging_peak_to_peak"],
+    **{f"emf_{n}_percent": lambda m, d, n=n: m[f"emf_harmonic_{n}"] for n in (5, 7, 11, 13, 17, 19)},
     "nominal_speed_rpm": lambda m, d: _nominal(m, d.motor["rating"])[0],
     "nominal_current_a": lambda m, d: _nominal(m, d.motor["rating"])[1],
 }
+
+
+# the same for keys with a speed in them: drag_nm_1000rpm is drag_torque@1000
+AT_SPEED = {"drag_nm": "drag_torque", "iron_w": "iron_power"}
+# value of a [[point]] -> figure of the bench
+AT_CURRENT = {"l_dd_h": "map_l_dd", "l_qq_h": "map_l_qq", "l_dq_h": "map_l_dq", "torque_nm": "map_torque",
+              "psi_d_wb": "map_psi_d", "psi_q_wb": "map_psi_q"}
+ENERGY_TOLERANCE = 1e-4
 
 
 def check_models(motor, build, out):
@@ -63,25 +81,33 @@ def check_models(motor, build, out):
     failed = 0
     for name in [motor] if motor else available(MOTORS):
         drive = load_drive(name)
-        failed += _print_table(drive, bench(drive, program), out)
+        rows = list(_rows(drive, bench(drive, program)))
+        _print_table(drive, rows, out)
+        failed += sum(not row.within for row in rows)
     out(f"{failed} points are outside their tolerance" if failed else "every point is within its tolerance")
     return 1 if failed else 0
 
 
 def bench(drive, program):
-    """{figure: value} as modelcheck measures it on the drive's motor."""
-    rated_rms = drive.motor["rating"]["rated_current_a"] / math.sqrt(2)
+    """{figure: value} as modelcheck measures it on the drive's motor, nominal and with every effect."""
+    motor = drive.motor
+    currents = {_current_text(0, motor["rating"]["rated_current_a"]): None}
+    currents.update({_current_text(point.i_d_a, point.i_q_a): None for point in motor.points})
+    speeds = {speed: None for key in motor.checks for _, speed in [_at_speed(key)] if speed}
+    options = [f"rated_a_rms={motor['rating']['rated_current_a'] / math.sqrt(2):.9g}"]
+    options += [f"map={text}" for text in currents] + [f"drag_rpm={speed}" for speed in speeds]
     with tempfile.TemporaryDirectory() as folder:
         config = Path(folder) / "motor.cfg"
-        config.write_text("".join(f"{key} {value:.12g}\n" for key, value in twin_items(drive)))
+        config.write_text("".join(f"{key} {value:.12g}\n" for key, value in twin_items(drive)
+                                  if key.startswith(("motor.", "load.")) or key == "inverter.vbus_v"))
         try:
-            answer = subprocess.run([str(program), str(config), f"rated_a_rms={rated_rms:.9g}"], capture_output=True,
-                                    text=True, timeout=300, check=False)
+            answer = subprocess.run([str(program), str(config), *options], capture_output=True, text=True, timeout=300,
+                                    check=False)
         except (OSError, subprocess.TimeoutExpired) as error:
             raise LauncherError(f"cannot run {shown(program)}: {error}") from error
     if answer.returncode != 0:
         reason = (answer.stderr.strip().splitlines() or [f"status {answer.returncode}"])[-1]
-        raise LauncherError(f"{shown(program)} on {drive.motor.key}: {reason}")
+        raise LauncherError(f"{shown(program)} on {motor.key}: {reason}")
     return _figures(answer.stdout, program)
 
 
@@ -96,22 +122,76 @@ def _figures(text, program):
     return figures
 
 
-def _print_table(drive, measured, out):
-    """One table; returns how many points are outside their tolerance."""
+@dataclass
+class Row:
+    """One line of the table."""
+    label: str
+    model: float
+    published: float
+    deviation_percent: float
+    tolerance_percent: float
+    source: str
+
+    @property
+    def within(self):
+        return abs(self.deviation_percent) <= self.tolerance_percent
+
+
+def _at_speed(key):
+    """("drag_torque", "1000") of drag_nm_1000rpm, or (None, None)."""
+    for prefix, figure in AT_SPEED.items():
+        match = re.fullmatch(prefix + r"_(\d+)rpm", key)
+        if match:
+            return figure, match.group(1)
+    return None, None
+
+
+def is_known(key):
+    """Whether a [check] key is one that the bench can measure."""
+    return key in DERIVED or _at_speed(key)[0] is not None
+
+
+def _rows(drive, measured):
+    """Every [check], every [[point]], and the energy balance."""
+    try:
+        for key, check in drive.motor.checks.items():
+            value = _check_value(drive, key, measured)
+            yield Row(key, value, check.value, (value / check.value - 1) * 100, check.tolerance_percent, check.source)
+        for point in drive.motor.points:
+            yield from _point_rows(point, measured)
+        error = measured["energy_balance_error"]
+        yield Row("energy balance", error, 0.0, 100 * error, 100 * ENERGY_TOLERANCE, "energy in = out + heat + stored")
+    except KeyError as error:
+        raise LauncherError(f"modelcheck did not measure {error} of {drive.motor.key}") from error
+
+
+def _check_value(drive, key, measured):
+    if not is_known(key):
+        known = sorted([*DERIVED, *(f"{prefix}_<N>rpm" for prefix in AT_SPEED)])
+        raise LauncherError(f"{drive.motor.where}: [check] {key} is not one of {', '.join(known)}")
+    figure, speed = _at_speed(key)
+    return measured[f"{figure}@{speed}"] if figure else DERIVED[key](measured, drive)
+
+
+def _point_rows(point, measured):
+    """The flux as a vector, relative to its length; everything else by itself."""
+    at = _current_text(point.i_d_a, point.i_q_a)
+    values = dict(point.values)
+    if {"psi_d_wb", "psi_q_wb"} <= set(values):
+        published = complex(values.pop("psi_d_wb"), values.pop("psi_q_wb"))
+        model = complex(measured[f"map_psi_d@{at}"], measured[f"map_psi_q@{at}"])
+        yield Row(f"flux at {at} A", abs(model), abs(published), 100 * abs(model - published) / abs(published),
+                  point.tolerance_percent, point.source)
+    for key, published in values.items():
+        model = measured[f"{AT_CURRENT[key]}@{at}"]
+        yield Row(f"{key} at {at} A", model, published, (model / published - 1) * 100, point.tolerance_percent, point.source)
+
+
+def _print_table(drive, rows, out):
+    width = max(22, *(len(row.label) for row in rows))
     out(f"{drive.motor.name}")
-    out(f"  {'':<22}{'model':>12}{'data sheet':>12}{'deviation':>11}{'allowed':>9}")
-    failed = 0
-    for key, check in drive.motor.checks.items():
-        if key not in DERIVED:
-            raise LauncherError(f"{shown(drive.motor.path)}: [check] {key} is not one of {', '.join(sorted(DERIVED))}")
-        try:
-            value = DERIVED[key](measured, drive)
-        except KeyError as error:
-            raise LauncherError(f"modelcheck did not measure {error}, which {key} needs") from error
-        deviation = (value / check.value - 1) * 100
-        within = abs(deviation) <= check.tolerance_percent
-        failed += not within
-        out(f"  {key:<22}{value:>12.5g}{check.value:>12.5g}{deviation:>+10.2f}%{check.tolerance_percent:>8g}%"
-            f"  {'PASS' if within else 'FAIL'}  {check.source}")
+    out(f"  {'':<{width}}{'model':>12}{'published':>12}{'deviation':>11}{'allowed':>9}")
+    for row in rows:
+        out(f"  {row.label:<{width}}{row.model:>12.5g}{row.published:>12.5g}{row.deviation_percent:>+10.2f}%"
+            f"{row.tolerance_percent:>8g}%  {'PASS' if row.within else 'FAIL'}  {row.source}")
     out("")
-    return failed

@@ -4,8 +4,8 @@
     i_max_a        1.5 times rated current, at most 85 % of i_trip_a
     i_trip_a       1.4 times that, at most 95 % of the sensors' range and of the comparators' threshold
     i_align_a      70 % of rated current: far above friction and cogging
-    speed_max_rpm  the least of max_speed_rpm, of what the bus gives at rated torque, of 980 Hz electrical (the firmware's speeds
-                   end at 1187 Hz, over-speed is 1.2 times this) and of 26000 rpm
+    speed_max_rpm  the least of max_speed_rpm, of what the bus gives at rated torque, of 980 Hz electrical (the firmware's
+                   speeds end at 1187 Hz, over-speed is 1.2 times this) and of 26000 rpm
     overspeed_rpm  1.2 times speed_max_rpm
     ramp_rpm_s     0 to speed_max_rpm in 0.8 s, or with half of rated torque if that takes longer
     current_bw_hz  1000, speed_bw_hz 60

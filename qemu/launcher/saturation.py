@@ -47,8 +47,8 @@ class Saturation:
     def scaled(self, d, q, flux):
         """The map of a machine whose inductances are d and q times as large, with a stronger magnet.
 
-        Flux over each axis is stretched by the root of its factor, and the current divided by it: the energy stays a function of
-        the flux, so the map stays reciprocal. The magnet's flux is then scaled to `flux` times its own.
+        Flux over each axis is stretched by the root of its factor, and the current divided by it: the energy stays a function
+        of the flux, so the map stays reciprocal. The magnet's flux is then scaled to `flux` times its own.
         """
         kd, kq = d ** 0.5, q ** 0.5
         return replace(self, a_d0=self.a_d0 / kd**2, a_dd=self.a_dd / kd**(self.s + 2), a_q0=self.a_q0 / kq**2,

@@ -48,7 +48,7 @@ MOTOR_TABLES = {
     "saturation": {
         "loss_d": Key(0, 0.9, 0.0, "short form: share of ld_h that is lost at i_d = at_a, i_q = 0"),
         "loss_q": Key(0, 0.9, 0.0, "short form: share of lq_h (incremental) that is lost at i_q = at_a, i_d = 0"),
-        "loss_flux": Key(0, 0.9, 0.0, "short form: share of the magnets' flux that is lost at i_q = at_a, i_d = 0 (so, of torque)"),
+        "loss_flux": Key(0, 0.9, 0.0, "short form: share of the magnets' flux, so of torque, lost at i_q = at_a, i_d = 0"),
         "at_a": Key(1e-3, 1e4, BY_RULE, "short form: the current of the three above; 1.5 times rated_current_a if left out"),
         "sat_a_d0": Key(0, 1e9, 0.0, "full form: coefficients of the current as a function of flux (A/Vs^n), below"),
         "sat_a_dd": Key(0, 1e15, 0.0, "full form"),
@@ -136,7 +136,7 @@ INVERTER_TABLES = {
         "supply_sinks": _whole(0, 1, 1, "1: takes current back"),
         "supply_inductance_h": Key(0, 1, 0.0, "with leads"),
         "bus_esr_ohm": Key(0, 100, 0.0, "of the bus capacitor"),
-        "rectifier_hz": Key(0, 1000, 0.0, "mains frequency of a six-pulse rectifier, which takes nothing back; 0: direct current"),
+        "rectifier_hz": Key(0, 1000, 0.0, "mains frequency of a six-pulse rectifier, which never sinks; 0: direct current"),
         "supply_r2_ohm": Key(0, 100, 0.0, "battery: its slow branch"),
         "supply_c2_f": Key(0, 1e6, 0.0, "battery: its slow branch"),
         "chopper_ohm": Key(0, 1e4, 0.0, "brake resistor; 0: none"),

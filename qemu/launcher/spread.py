@@ -2,8 +2,8 @@
 """SPREAD: where in its tolerance each parameter of this very plant lies.
 
 A value with `spread = 0.1` is drawn uniformly from 0.9...1.1 of it, one with `spread_abs = 5` from 5 below to 5 above. SPREAD
-scales these ranges; 0 is the nominal plant. A draw depends on SEED and on the parameter's name only, so that a further parameter
-leaves the others where they were. The angle at which the rotor stands at first is drawn over the whole turn.
+scales these ranges; 0 is the nominal plant. A draw depends on SEED and on the parameter's name only, so that a further
+parameter leaves the others where they were. The angle at which the rotor stands at first is drawn over the whole turn.
 """
 import hashlib
 import math

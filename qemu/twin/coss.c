@@ -97,7 +97,7 @@ static double way_v(const struct inverter *inv, int k, double i_a)
 static bool at_rail(const struct inverter *inv, double way, double i_a)
 {
     double time_s = inv->node_f * way / fabs(i_a);
-    return way <= 0 || way / 2 * time_s < EDGE_ERROR_S * inv->bus_v;
+    return way <= 0 || way / 2 * time_s < EDGE_ERROR_S * inv->p.vbus_v;
 }
 
 void coss_settle(struct inverter *inv, const double i_a[3])
@@ -119,8 +119,9 @@ double coss_longest_step_s(const struct inverter *inv, const struct motor *motor
 {
     double dt_s = PART_OF_CYCLE * sqrt(terminals_inductance_h(motor) * inv->node_f);
     for (int k = 0; k < 3; k++) {
-        if (inv->leg[k] == LEG_SWING && fabs(i_a[k]) >= DIODE_ZERO_A) {
-            dt_s = fmin(dt_s, inv->node_f * way_v(inv, k, i_a[k]) / fabs(i_a[k]));
+        double way = way_v(inv, k, i_a[k]);
+        if (inv->leg[k] == LEG_SWING && fabs(i_a[k]) >= DIODE_ZERO_A && way > 0) {
+            dt_s = fmin(dt_s, inv->node_f * way / fabs(i_a[k]));
         }
     }
     return dt_s;
@@ -159,16 +160,20 @@ static void watch_direction(struct node *n, double i_a)
     n->direction = direction;
 }
 
-void coss_move(struct inverter *inv, const double i_start_a[3], const double i_end_a[3], double dt_s)
+double coss_move(struct inverter *inv, const double i_start_a[3], const double i_end_a[3], double dt_s)
 {
+    double stored_j = 0;
     for (int k = 0; k < 3; k++) {
         struct node *n = &inv->node[k];
         if (inv->leg[k] == LEG_SWING) {
-            n->v -= (i_start_a[k] + i_end_a[k]) / 2 * dt_s / inv->node_f;
+            double v = n->v - (i_start_a[k] + i_end_a[k]) / 2 * dt_s / inv->node_f;
+            stored_j += rise_j(inv, n->v, v);
+            n->v = v;
             n->swing_s += dt_s;
             watch_direction(n, i_end_a[k]);
         }
     }
+    return stored_j;
 }
 
 double coss_stored_j(const struct inverter *inv)

@@ -23,8 +23,8 @@ void coss_settle(struct inverter *inv, const double i_a[3]);
 double coss_longest_step_s(const struct inverter *inv, const struct motor *motor, const double i_a[3]);
 /* The part of a step after which no node is beyond its rail; 1 if none is at its end. */
 double coss_part_to_rail(const struct inverter *inv, const double i_start_a[3], const double i_end_a[3], double dt_s);
-/* The step is taken. */
-void coss_move(struct inverter *inv, const double i_start_a[3], const double i_end_a[3], double dt_s);
+/* The step is taken; returns what the nodes hold more. */
+double coss_move(struct inverter *inv, const double i_start_a[3], const double i_end_a[3], double dt_s);
 double coss_stored_j(const struct inverter *inv);
 
 #endif

@@ -205,28 +205,33 @@ static void let_go(struct supply *s, const struct inverter_params *p)
     s->feed_a = 0;
 }
 
+/* Takes a step if the source feeds all of it. If not, returns how long it does. */
+static double feed_through(struct supply *s, const struct inverter_params *p, struct bridge_load load, double dt_s,
+                           struct supply_flow *flow)
+{
+    if (!is_fed(s, p, load)) {
+        return 0;
+    }
+    struct supply end = *s;
+    *flow = piece(&end, p, load, true, dt_s);
+    double start_a = feed_now_a(s, p, load), end_a = sinks(p) ? 0 : feed_now_a(&end, p, load);
+    if (end_a < 0) {
+        return start_a > 0 ? dt_s * start_a / (start_a - end_a) : 0;
+    }
+    *s = end;
+    return dt_s;
+}
+
 /* A supply that does not sink lets go when its current reaches zero; the step is cut there. */
 static struct supply_flow any_step(struct supply *s, const struct inverter_params *p, struct bridge_load load,
                                    double dt_s)
 {
-    bool fed = is_fed(s, p, load);
-    if (!fed) {
+    struct supply_flow flow = {0, 0};
+    double fed_s = feed_through(s, p, load, dt_s, &flow), alone_s = dt_s - fed_s;
+    if (alone_s > 0) {
+        flow = fed_s > 0 ? piece(s, p, load, true, fed_s) : (struct supply_flow){0, 0};
         let_go(s, p);
-    }
-    struct supply before = *s;
-    double start_a = feed_now_a(s, p, load);
-    struct supply_flow flow = piece(s, p, load, fed, dt_s);
-    double end_a = fed && !sinks(p) ? feed_now_a(s, p, load) : 0;
-    if (end_a < 0 && start_a > 0) {
-        double until_s = dt_s * start_a / (start_a - end_a);
-        *s = before;
-        flow = piece(s, p, load, true, until_s);
-        let_go(s, p);
-        flow.bus_v += piece(s, p, load, false, dt_s - until_s).bus_v;
-    } else if (end_a < 0) {
-        *s = before;
-        let_go(s, p);
-        flow = piece(s, p, load, false, dt_s);
+        flow.bus_v += piece(s, p, load, false, alone_s).bus_v;
     }
     flow.bus_v /= dt_s;
     return flow;

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "trace.h"
 
-#include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -83,12 +82,6 @@ void trace_open(const char *path, const char *csv_path, const struct probe *prob
     wanted = path || csv_path;
 }
 
-/* The number that its decimal form is: it compares with a scenario's times as one expects. */
-static double whole_ns(double t_s)
-{
-    return (double)llround(t_s * 1e9) / 1e9;
-}
-
 static double *put_phases(double *next, const double phases[3])
 {
     memcpy(next, phases, 3 * sizeof *phases);
@@ -101,7 +94,7 @@ void trace_row(const struct plant_row *row)
         return;
     }
     double *next = waiting;
-    *next++ = whole_ns(row->t_s);
+    *next++ = sim_recorded_s(row->t_s);
     next = put_phases(next, row->v_mean_v);
     next = put_phases(next, row->i_a);
     *next++ = row->theta_mech_rad;

@@ -41,7 +41,7 @@ void _start(void) { for (;;) { function(); } }
 # Plays QEMU: answers --version and -M help, reads the twin's configuration, writes recordings and a console, ends as told.
 FAKE_QEMU = """
 #!{python}
-import array, math, os, sys
+import array, math, os, sys, time
 argv = sys.argv[1:]
 behaviour = {behaviour!r}
 if "--version" in argv:
@@ -57,6 +57,9 @@ answer = lambda line: "error: it does not want to" if behaviour == "refuses " + 
 open(value("-chardev").split("path=")[1], "w").write("".join("> %s\\r\\n%s\\r\\n" % (line, answer(line)) for line in typed))
 if behaviour == "lockup":
     sys.stderr.write("qemu: fatal: Lockup: can't escalate 3 to HardFault\\n"); sys.stderr.flush(); os.abort()
+if behaviour == "hang":
+    open(items["progress"] + ".pid", "w").write(str(os.getpid()) + "\\n")
+    while True: time.sleep(60)
 if behaviour == "bad config":
     sys.stderr.write("mssfoc twin: twin.cfg:3: unknown key\\n"); sys.exit(1)
 end = float(items["end"]) if behaviour != "short" else float(items["end"]) / 2

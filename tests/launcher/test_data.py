@@ -1,14 +1,21 @@
 # SPDX-License-Identifier: MIT
 """Data files: the shipped ones are whole, broken ones get one line that says what is wrong."""
 import math
+import re
+import tempfile
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from launcher import LauncherError
+from launcher.cli import main
 from launcher.data import INVERTERS, MOTORS, available, load_inverter, load_motor
-from launcher.drive import console_params, load_drive, preamble
+from launcher.drive import load_drive, preamble, twin_items
 from launcher.expression import evaluate, fill, number
+from launcher.paths import REPO
 from launcher.scenario import load_scenario
+from launcher.schema import MOTOR_TABLES, page_lines
 
 MOTOR = (MOTORS / "teknic_m2310p.toml").read_text()
 
@@ -20,19 +27,30 @@ def test_shipped_motors(name):
     assert drive.motor.checks, "nothing to check the model with"
     for key, value in drive.params.items():
         assert isinstance(value, int) and value > 0, key
-    # the console's integers must not lose what the data say
-    electrical = drive.motor["electrical"]
-    assert drive.params["resistance_mohm"] == pytest.approx(electrical["resistance_ohm"] * 1e3, rel=0.005)
-    assert drive.params["ld_uh"] == pytest.approx(electrical["ld_h"] * 1e6, rel=0.005)
-    assert drive.params["flux_uwb"] == pytest.approx(electrical["flux_wb"] * 1e6, rel=0.005)
-    assert drive.params["inertia_gcm2"] == pytest.approx(drive.inertia_kgm2 * 1e7, rel=0.005)
-    # rated torque comes from rated current, and 1500 rpm with it from the bus (i_d = 0, 2 dead times of 1 us at each end)
-    rating = drive.motor["rating"]
-    i_q = rating["rated_torque_nm"] / drive.torque_per_ampere
-    assert i_q == pytest.approx(rating["rated_current_a"], rel=0.1)
-    w = 1500 * math.pi / 30 * electrical["pole_pairs"]
+    assert drive.notes == [], "the console's integers lose what the data say"
+    # work_rpm with rated current comes from the bus (i_d = 0, 2 dead times of 1 us at each end)
+    electrical, i_q = drive.motor["electrical"], drive.motor["rating"]["rated_current_a"]
+    w = drive.names()["work_rpm"] * math.pi / 30 * electrical["pole_pairs"]
     v = math.hypot(w * electrical["flux_wb"] + electrical["resistance_ohm"] * i_q, w * electrical["lq_h"] * i_q)
     assert v < 0.92 * drive.inverter["supply"]["vbus_v"] / math.sqrt(3)
+
+
+@pytest.mark.parametrize("name", sorted(set(available(MOTORS)) - {"baldor_ecs101m0h7ef4", "thor_pmsyrm"}))
+def test_rated_torque_comes_from_rated_current(name):
+    """But of the two whose torque is half reluctance, which i_d = 0 leaves unused."""
+    drive = load_drive(name)
+    assert drive.motor["rating"]["rated_torque_nm"] / drive.torque_per_ampere == pytest.approx(
+        drive.motor["rating"]["rated_current_a"], rel=0.1)
+
+
+def test_enough_motors_of_every_kind():
+    """At least ten; among them published saturation, high speed, many poles, low and high resistance."""
+    drives = [load_drive(name) for name in available(MOTORS)]
+    tables = [drive.motor["electrical"] for drive in drives]
+    assert len(drives) >= 10 and sum(bool(drive.motor.points) for drive in drives) >= 3
+    assert max(drive.params["speed_max_rpm"] for drive in drives) > 15000
+    assert max(table["pole_pairs"] for table in tables) >= 15 and min(table["pole_pairs"] for table in tables) == 1
+    assert min(table["resistance_ohm"] for table in tables) < 0.01 and max(table["resistance_ohm"] for table in tables) > 5
 
 
 @pytest.mark.parametrize("name", available(INVERTERS))
@@ -51,23 +69,119 @@ def test_shipped_inverters(name):
     ("value = 4,", "value = 4.5,", "4.5 is not a whole number"),
     ('source = "MW: 4; TI: 4"', 'source = " "', "the source is empty"),
     ('{ value = 4, source = "MW: 4; TI: 4" }', "4", "write { value"),
-    ("value = 10.65,", "value = 16.0,", "i_max_a is above i_trip_a"),
-    ('inverter = "lv24_drv8323"', 'inverter = "none"', "no inverter 'none'; there are: hv600_sic, lv24_drv8323"),
+    ("value = 10.65,", "value = 16.0,", "[control] i_max_a is above i_trip_a"),
+    ('inverter = "lv24_drv8323"', 'inverter = "none"', "no inverter 'none'; there are: hv600_50a, hv600_sic, lv24_drv8316"),
+    ('inverter = "lv24_drv8323"', 'inverter = "none.toml"', "no inverter 'none.toml'; there are: "),
+    ("spread = 0.07", "spread = 1.07", "resistance_ohm: spread must be 0 or more and below 1"),
+    ("spread = 0.07", "spread = true", "resistance_ohm: spread: True is not a number"),
+    ('like = "ld_h"', 'like = "l_d"', "like = 'l_d' is no key of [electrical]"),
+    ("value = 4, source", "value = 4, spread = 0.1, source", "pole_pairs: takes no spread"),
+    ("value = 7.1, source", "value = 7.1, spread = 0.1, source", "rated_current_a: takes no spread"),
+    ("value = 0.08, source", "value = 0.8, source", "[saturation]: loss_d 0.8 at 10.65 A is more than the short form can give"),
+    ("value = 0.12, source", "value = 0.9, source", "the short form cannot lose 0.9 of lq_h"),
+    ("loss_flux =", "sat_a_dd =", "give either loss_d, loss_q, loss_flux or the coefficients sat_..., not both"),
+    ("value = 6000, source", "value = 3000, source", "rated_speed_rpm is above max_speed_rpm"),
+    ("value = 4.64, tolerance", "value = 0, tolerance", "[check] emf_ll_v_per_krpm: 0 has no relative tolerance"),
+    ("tolerance_percent = 1.0,", 'tolerance_percent = "1",', "tolerance_percent: '1' is not a number"),
+    ("tolerance_percent = 1.0, ", "", "write { value = ..., tolerance_percent"),
+    ("[check]", "[[point]]", "point 1: unknown key 'emf_ll_v_per_krpm'"),
+    ("[check]", "[[check]]", "[check] is not a table"),
+    ("[start]", "[[start]]", "[start] is not a table"),
+    ('MW = "', "MW = 3 # ", "[documents] holds texts"),
+    ("[mechanical]", "", "[iron]: unknown key 'inertia_kgm2'"),
+    ("[rating]", "[hall]", "[rating] is missing"),
+    ("value = 200e-6, spread = 0.1, like", "value = 50e-6, spread = 0.1, like", "are the axes exchanged?"),
+    ("0.36 per phase", "0.36 \x00per phase", "Illegal character"),
     ('inverter = "lv24_drv8323"', "", "'inverter' is missing"),
     ("[electrical]", "[electrical", "line"),
     ("value = 15.0, source", "value = 23.0, source", "does not fit inverter lv24_drv8323"),
 ])
-def test_broken_motor_file(tmp_path, old, new, complaint):
+def test_broken_motor_file(tmp_path, capsys, old, new, complaint):
     assert old in MOTOR
     path = tmp_path / "broken.toml"
     path.write_text(MOTOR.replace(old, new, 1))
     with pytest.raises(LauncherError) as raised:
         load_drive(str(path))
+    assert complaint in str(raised.value)
+    capsys.readouterr()
+    assert main(["run", "--motor", str(path)]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1 and lines[0].startswith("mssfoc: ") and complaint in lines[0]
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.integers(0, len(MOTOR)), st.integers(0, 60), st.text(max_size=8))
+def test_any_damage_is_refused_in_one_line_or_harmless(at, length, text):
+    with tempfile.NamedTemporaryFile("w", suffix=".toml", encoding="utf-8", errors="surrogateescape") as file:
+        file.write(MOTOR[:at] + text.encode("utf-8", "ignore").decode() + MOTOR[at + length:])
+        file.flush()
+        try:
+            drive = load_drive(file.name, spread=1)
+        except LauncherError as error:
+            assert "\n" not in str(error) and str(error)
+        else:
+            assert twin_items(drive) and preamble(drive)
+
+
+# What docs/motors.md calls the smallest file.
+SMALLEST = re.search(r"```toml\n(name = .*?)```", (REPO / "docs" / "motors.md").read_text(), re.S).group(1)
+
+
+def test_the_smallest_file_anywhere_on_the_disk(tmp_path):
+    (tmp_path / "mine.toml").write_text(SMALLEST)
+    drive = load_drive(str(tmp_path / "mine.toml"))
+    assert drive.motor["control"]["i_max_a"] > drive.motor["rating"]["rated_current_a"]
+    assert set(dict(twin_items(drive))) >= {"motor.pole_pairs", "sensor.encoder_counts", "load.inertia_kgm2"}
+    required = {key for table in MOTOR_TABLES.values() for key, entry in table.items() if entry.required}
+    assert set(re.findall(r"(?m)^(\w+) = \{", SMALLEST)) == required, "the smallest file is not the smallest"
+    for key in required:
+        (tmp_path / "mine.toml").write_text(re.sub(rf"(?m)^{key} = .*$", "", SMALLEST))
+        with pytest.raises(LauncherError, match=f"'{key}' is missing"):
+            load_drive(str(tmp_path / "mine.toml"))
+
+
+def test_an_inverter_beside_the_motor(tmp_path):
+    (tmp_path / "mine.toml").write_text(SMALLEST.replace('inverter = "lv24_drv8323"', 'inverter = "stage.toml"'))
+    with pytest.raises(LauncherError, match="no inverter 'stage.toml'"):
+        load_drive(str(tmp_path / "mine.toml"))
+    stage = (INVERTERS / "lv24_drv8323.toml").read_text()
+    (tmp_path / "stage.toml").write_text(stage.replace("value = 24.0", "value = 25.0"))
+    assert load_drive(str(tmp_path / "mine.toml")).inverter["supply"]["vbus_v"] == 25
+
+
+@pytest.mark.parametrize("old, new, complaint", [
+    ("value = 24.0", "value = 60.0", "v_min_v < vbus_v < v_max_v < v_range_v does not hold"),
+    ("[bridge]", "[bridge]\nchopper_ohm = 3", "unknown key 'chopper_ohm'"),
+    ("supply_sinks ", 'chopper_ohm = { value = 3, source = "x" }\nsupply_sinks ', "vbus_v < chopper_off_v < chopper_on_v"),
+    ("[bridge]", "[brigde]", "unknown entry 'brigde'"),
+    ("value = 1, source", "value = 0.5, source", "0.5 is not a whole number"),
+])
+def test_broken_inverter_file(tmp_path, old, new, complaint):
+    text = (INVERTERS / "lv24_drv8323.toml").read_text()
+    assert old in text
+    (tmp_path / "stage.toml").write_text(text.replace(old, new, 1))
+    with pytest.raises(LauncherError) as raised:
+        load_inverter(str(tmp_path / "stage.toml"))
     assert complaint in str(raised.value) and "\n" not in str(raised.value)
 
 
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"\x7fELF\x01\x01", b"[[" * 400, None])
+def test_files_that_are_none(tmp_path, content):
+    path = tmp_path / "odd.toml"
+    path.mkdir() if content is None else path.write_bytes(content)
+    with pytest.raises(LauncherError) as raised:
+        load_drive(str(path))
+    assert "\n" not in str(raised.value) and "odd.toml" in str(raised.value)
+
+
+def test_the_page_of_keys_is_up_to_date():
+    """docs/motors.md has what `qemu/run.py keys` prints."""
+    page = (REPO / "docs" / "motors.md").read_text()
+    assert "\n".join(page_lines()) in page, "put the output of 'qemu/run.py keys' into docs/motors.md"
+
+
 def test_unknown_names_list_what_there_is():
-    with pytest.raises(LauncherError, match="no motor 'none'; there are: abb_m2bj100l, maxon_ec45flat, teknic_m2310p"):
+    with pytest.raises(LauncherError, match="no motor 'none'; there are: abb_m2bj100l, .*, teknic_m2310p"):
         load_motor("none")
     with pytest.raises(LauncherError, match="no motor '../motors/teknic_m2310p'"):
         load_motor("../motors/teknic_m2310p")
@@ -83,19 +197,6 @@ def test_overrides():
         load_drive("teknic_m2310p", {"motor": {"electrical": {"nothing": 1}}})
     with pytest.raises(LauncherError, match="is outside"):
         load_drive("teknic_m2310p", {"motor": {"electrical": {"resistance_ohm": -1}}})
-
-
-def test_console_parameters_are_those_of_the_firmware():
-    """The names stand in firmware/params.c; one that is missing there would be refused, one missing here not be set."""
-    import re
-    from launcher.paths import REPO
-    table = re.findall(r"^\s+PARAM\((\w+), (\d+), (\d+), (\d+)\)", (REPO / "firmware/params.c").read_text(), re.MULTILINE)
-    assert table
-    for motor in available(MOTORS):
-        params = console_params(load_drive(motor))
-        assert set(params) == {name for name, *_ in table}
-        for name, low, high, _ in table:
-            assert int(low) <= params[name] <= int(high), (motor, name)
 
 
 @pytest.mark.parametrize("change, complaint", [
