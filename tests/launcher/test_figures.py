@@ -66,6 +66,21 @@ def test_overshoot_counts_in_the_direction_of_the_ramp(drive):
     assert figures(run, "ramp_overshoot", from_s=0.38, to_s=0.45, target_rpm=-1500)[""] == 0.0
 
 
+@pytest.mark.parametrize("ripple_rpm", [0, 45])
+def test_recovery_counts_beyond_what_remains(drive, ripple_rpm):
+    """exp(-t / 10 ms) from 150 rpm is within 15 rpm after 23 ms, whatever ripples all the time."""
+    run = made(drive, speed_rpm=lambda t: 1500 - np.where(t < 0.1, 0, 150 * np.exp(-(t - 0.1) / 0.01))
+               + ripple_rpm * np.sin(2 * math.pi * 25 * (t - 0.1 - 0.023)))
+    found = figures(run, "recovery", from_s=0.1, to_s=0.4, reference_rpm=1500)[""]
+    assert (22 < found < 24) if ripple_rpm == 0 else (15 < found < 40)
+    assert figures(run, "recovery", from_s=0.1, to_s=0.4, reference_rpm=1470)[""] is None
+
+
+def test_what_is_no_number_is_not_measured(drive):
+    run = made(drive, torque_Nm=lambda t: np.where(t > 0.3, np.nan, 0.1))
+    assert figures(run, "torque_ripple", from_s=0.1, to_s=0.4) == {"rms": None, "peak to peak": None}
+
+
 def test_torque_ripple_is_without_the_mean(drive):
     run = made(drive, torque_Nm=lambda t: 0.2 + 0.01 * np.sin(2 * math.pi * 100 * t))
     found = figures(run, "torque_ripple", from_s=0.1, to_s=0.4)
