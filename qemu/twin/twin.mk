@@ -7,7 +7,7 @@ TWIN_CFLAGS := -std=gnu11 -O2 -g -fPIC -fvisibility=hidden -Wall -Wextra -Wshado
     -Wmissing-prototypes -Werror
 
 # no contact with QEMU:
-TWIN_PHYSICS := motor bus circuit diodes inverter legs meter sampling sensor_keys sensors amplifier disc hall random corepwm \
+TWIN_PHYSICS := motor bus circuit diodes inverter meter sampling sensor_keys sensors amplifier disc hall random corepwm \
     adc encoder gate plant events config cycles_keys
 # the rest of the plugin:
 TWIN_PLUGIN := qemu_api qemu_registers cycles cycles_decode cycles_fetch cycles_rules cycles_table irqlog irqpath \

@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 TWIN = ROOT / "qemu" / "twin"
-MODELS = ("motor", "bus", "circuit", "diodes", "inverter", "legs", "meter", "sampling", "sensor_keys", "sensors",
+MODELS = ("motor", "bus", "circuit", "diodes", "inverter", "meter", "sampling", "sensor_keys", "sensors",
           "amplifier", "disc", "hall", "random", "corepwm", "adc", "encoder", "gate", "plant", "events")
 PROGRAMS = sorted(path.stem for path in HERE.glob("twin_*.c"))
 FLAGS = ["-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-fsanitize=address,undefined",
