@@ -149,7 +149,7 @@ static void swings(void)
     swing("large inductance, at the rail", 0.5, 1e-3, 0.9e-6, 0.03);
     /* 27 uH: a quarter of the ringing takes 0.98 us, and the bus changes the current by 0.6 A/us */
     swing("small inductance, the current grows", 0.05, 27e-6, 0.4e-6, 0.3);
-    swing("small inductance, it turns round", -0.15, 27e-6, 0.6e-6, 0.3);
+    swing("small inductance, it turns round", -0.15, 27e-6, 0.6e-6, 0.5);
     swing("small inductance, into the lower diode", 0.2, 27e-6, 1.2e-6, 0.3);
 }
 
