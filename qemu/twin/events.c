@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Arguments: t rest of the line, n number, s number from 0, i integer, b 0|1, p phase, q pair of terminals,
- * Q pair of terminals or off, r resistance or off, c ADC code or off, x the word off, a address, w 32-bit word, h 16-bit word. */
+/* Arguments: t rest of the line, n number, s number from 0, i integer, b 0|1, p phase, q pair of terminals, Q pair or
+ * off, r resistance or off, c ADC code or off, x the word off, a address, w 32-bit word, h 16-bit word. */
 static const struct syntax {
     const char *name;
     enum event_kind kind;

@@ -7,7 +7,8 @@ TWIN_CFLAGS := -std=gnu11 -O2 -g -fPIC -fvisibility=hidden -Wall -Wextra -Wshado
     -Wmissing-prototypes -Werror
 
 # no contact with QEMU:
-TWIN_PHYSICS := motor bus supply circuit coss diodes comparators terminals inverter account advance sensors random corepwm adc encoder gate plant events config cycles_keys
+TWIN_PHYSICS := motor bus supply circuit coss diodes comparators terminals inverter account advance sensors random \
+    corepwm adc encoder gate plant events config cycles_keys
 # the rest of the plugin:
 TWIN_PLUGIN := qemu_api qemu_registers cycles cycles_decode cycles_fetch cycles_rules cycles_table irqlog irqpath \
     dump dwt watchdog sysreg mmuart gpio trace probes console scenario twin

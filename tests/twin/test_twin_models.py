@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 TWIN = ROOT / "qemu" / "twin"
 MODELS = ("motor", "bus", "supply", "circuit", "coss", "diodes", "comparators", "terminals",
-          "inverter", "account", "advance", "sensors", "random", "corepwm", "adc", "encoder", "gate", "plant")
+          "inverter", "account", "advance", "sensors", "random", "corepwm", "adc", "encoder", "gate", "plant", "events")
 PROGRAMS = sorted(path.stem for path in HERE.glob("twin_*.c"))
 FLAGS = ["-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-fsanitize=address,undefined",
          "-fno-sanitize-recover=all", f"-I{TWIN}", f"-I{HERE}"]
