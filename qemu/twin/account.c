@@ -69,10 +69,10 @@ static bool bus_is_idle(const struct inverter *inv)
 }
 
 /* i (open_v - ohm i) = power */
-static double current_for(struct bus_view bus, double power_w)
+static double current_for(const struct bus_view *bus, double power_w)
 {
-    double root_v = sqrt(fmax(bus.open_v * bus.open_v - 4 * bus.ohm * power_w, 0));
-    return 2 * power_w / (bus.open_v + root_v);
+    double root_v = sqrt(fmax(bus->open_v * bus->open_v - 4 * bus->ohm * power_w, 0));
+    return 2 * power_w / (bus->open_v + root_v);
 }
 
 void account_step(struct step *st, double stored_j, double dt_s)
@@ -89,9 +89,9 @@ void account_step(struct step *st, double stored_j, double dt_s)
     if (closes(st, bus_v) && bus_is_idle(inv)) {
         heat_j = -motor_j - stored_j;
     } else if (closes(st, bus_v)) {
-        mean.current_a = current_for(st->bus, (motor_j + heat_j + stored_j + ripple_j) / dt_s);
+        mean.current_a = current_for(&st->bus, (motor_j + heat_j + stored_j + ripple_j) / dt_s);
     }
-    struct supply_flow flow = supply_step(&inv->supply, &inv->p, mean, st->bus, dt_s);
+    struct supply_flow flow = supply_step(&inv->supply, &inv->p, mean, &st->bus, dt_s);
     inv->supply.heat_j += ripple_j;
     inv->energy_supply_j += flow.source_j;
     inv->energy_bridge_j += flow.bus_v * step_bus_a(&mean, flow.bus_v) * dt_s - ripple_j;

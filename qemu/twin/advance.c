@@ -12,6 +12,7 @@
 #include "terminals.h"
 
 #define LONGEST_STEP_S 10e-6
+#define SWING_ZERO_A   1e-4 /* a diode that hands over to a swing need not end as exactly as one that blocks */
 
 /* ---- one step, and the instants inside it ---- */
 
@@ -54,8 +55,8 @@ static void try_step(struct step *st, double dt_s)
 /* The bus of the middle of the step serves for all of it: second order, like the mean of the drawn current. */
 static void prepare(struct step *st, double dt_s)
 {
-    st->bus = supply_middle(&st->inv->supply, &st->inv->p, st->load, dt_s);
-    circuit_build(st->inv, st->bus, dt_s, &st->circuit);
+    st->bus = supply_view(&st->inv->supply, &st->inv->p, st->load, dt_s);
+    circuit_build(st->inv, &st->bus, dt_s, &st->circuit);
 }
 
 /* Whether another length of the step is another circuit. A plain bus moves too little for that. */
@@ -72,10 +73,15 @@ static void try_length(struct step *st, double dt_s)
     try_step(st, dt_s);
 }
 
+static double zero_a(const struct inverter *inv)
+{
+    return inv->node_f > 0 ? SWING_ZERO_A : DIODE_ZERO_A;
+}
+
 /* Shortens a step that overshot so that it ends just past the event (regula falsi, Illinois variant). */
 static double locate_event(struct step *st, double dt_s)
 {
-    const double past_a = DIODE_ZERO_A / 2; /* aim beyond zero, so that the event has surely happened */
+    const double past_a = zero_a(st->inv) / 2; /* aim beyond zero, so that the event has surely happened */
     double t0 = 0, f0 = st->margin_start_a + past_a, t1 = dt_s, f1 = st->margin_a + past_a;
     for (int n = 0; n < 60 && fabs(f1) > past_a * 0.99; n++) {
         double t = t0 + (t1 - t0) * f0 / (f0 - f1);
@@ -102,7 +108,7 @@ static double longest_step_s(const struct step *st)
 {
     const struct inverter *inv = st->inv;
     double inductance_h = terminals_inductance_h(st->before);
-    double dt_s = fmin(LONGEST_STEP_S, motor_max_step_s(st->before, st->circuit.r_max_ohm));
+    double dt_s = fmin(LONGEST_STEP_S, motor_max_step_s(st->before, circuit_largest_ohm(inv)));
     dt_s = fmin(dt_s, 0.1 * sqrt(inductance_h * inv->p.bus_capacitance_f));
     dt_s = fmin(dt_s, inv->supply.longest_step_s);
     if (inv->short_from >= 0) {
@@ -121,6 +127,9 @@ static void compare(struct step *st, sim_ps from, sim_ps to)
     struct inverter *inv = st->inv;
     struct bridge_load end = step_load(inv, st->i_a);
     double i_a[COMPARATORS] = {st->i_a[0], st->i_a[1], st->i_a[2], step_bus_a(&end, inv->bus_v)};
+    if (comparators_idle(inv, i_a)) {
+        return;
+    }
     sim_ps beyond_at[COMPARATORS];
     for (int k = 0; k < COMPARATORS; k++) {
         double start_a = k == COMPARATOR_BUS ? step_bus_a(&st->load, inv->bus_v) : st->i_start_a[k];
@@ -132,17 +141,15 @@ static void compare(struct step *st, sim_ps from, sim_ps to)
 /* Settles the legs and fills in what holds at the start. */
 static void begin(struct step *st, struct motor *motor)
 {
-    double i_motor_a[3];
-    circuit_build_now(st->inv, &st->circuit);
-    if (diodes_any_off(st->inv)) {
-        diodes_settle(st->inv, motor, &st->circuit);
+    struct inverter *inv = st->inv;
+    if (diodes_any_off(inv)) {
+        diodes_settle(inv, motor);
     }
-    terminals_currents(st->inv, motor, i_motor_a);
-    circuit_leg_currents(st->inv, &st->circuit, i_motor_a, st->i_start_a);
-    memcpy(st->inv->leg_a, st->i_start_a, sizeof st->i_start_a);
-    st->load = step_load(st->inv, st->i_start_a);
-    st->watch = watch_for(st->inv, st->i_start_a);
-    st->margin_start_a = event_margin(st->inv, &st->watch, st->i_start_a);
+    inverter_leg_currents(inv, motor, st->i_start_a);
+    memcpy(inv->leg_a, st->i_start_a, sizeof st->i_start_a);
+    st->load = step_load(inv, st->i_start_a);
+    st->watch = watch_for(inv, st->i_start_a);
+    st->margin_start_a = event_margin(inv, &st->watch, st->i_start_a);
 }
 
 /* One step of at most left_s, which ends at `to` if it is not cut short; returns its length. */
@@ -160,7 +167,7 @@ static double advance_step(struct inverter *inv, struct motor *motor, double lef
         dt_s *= part;
         try_length(&st, dt_s);
     }
-    if (inv->short_from < 0 && st.margin_start_a > 0 && st.margin_a < -DIODE_ZERO_A) {
+    if (inv->short_from < 0 && st.margin_start_a > 0 && st.margin_a < -zero_a(inv)) {
         dt_s = locate_event(&st, dt_s);
     }
     account_step(&st, coss_move(inv, st.i_start_a, st.i_a, dt_s), dt_s);

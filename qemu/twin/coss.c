@@ -8,7 +8,7 @@
 
 #define EDGE_ERROR_S  0.5e-9 /* a remainder of a swing worth less than an edge displaced by this is not integrated */
 #define LONGEST_S     20e-6  /* a current that needs longer for its swing has ended */
-#define PART_OF_CYCLE 0.5    /* of sqrt(L C): the trapezoidal rule is then 2 % off in the frequency of the ringing */
+#define PART_OF_CYCLE 0.7    /* of sqrt(L C): the trapezoidal rule is then 4 % off in the frequency of the ringing */
 #define LEAST_PART    0.01   /* of a step that began at a rail without a current */
 
 bool coss_can_swing(const struct inverter *inv, int k)
