@@ -48,13 +48,15 @@ def _kept(path, key):
 
 def _keep(path, key, symbols):
     """A folder that cannot be written to costs time, nothing else."""
+    draft = None
     try:
         handle, draft = tempfile.mkstemp(prefix=path.name, dir=path.parent)
         with os.fdopen(handle, "w") as file:
             json.dump({"key": key, "symbols": symbols}, file)
         os.replace(draft, path)
     except OSError:
-        pass
+        if draft:
+            Path(draft).unlink(missing_ok=True)
 
 
 def _read(elf_path):

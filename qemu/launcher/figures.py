@@ -4,6 +4,7 @@
 A kind that gives several numbers (a mean and the largest deviation beside it) makes a figure of each; their limits are
 written `max = { mean = 0.5, largest = 2 }`.
 """
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,13 +82,18 @@ def _measure_one(entry, run, where):
     except LauncherError as error:  # the run does not show what was to be measured: the figure fails, the others count
         readings, note = None, str(error)
     for index, part in enumerate(kind.parts):
-        value = readings[index] if readings is not None and len(kind.parts) > 1 else readings
-        yield Figure(f"{name}, {part}" if part else name, kind_name, _plain(value), unit, kind.method, note=note,
+        value, why = _plain(readings[index] if readings is not None and len(kind.parts) > 1 else readings)
+        yield Figure(f"{name}, {part}" if part else name, kind_name, value, unit, kind.method, note=note or why,
                      **{key: limit[part] for key, limit in limits.items() if part in limit})
 
 
 def _plain(value):
-    return float(value) if isinstance(value, (np.floating, np.integer)) else value
+    """(value, "") as Python has it, or (None, why) of what is no number."""
+    if isinstance(value, (np.floating, np.integer)):
+        value = float(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return None, "the trace has something there that is no number"
+    return value, ""
 
 
 def _limits(entry, kind, names):

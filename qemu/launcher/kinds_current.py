@@ -34,13 +34,13 @@ def _distortion(run, from_s, to_s):
 def _distortion_with_ripple(run, from_s, to_s):
     window = run.trace.between(from_s, to_s)
     angle = run.electrical_angle(window)
-    return max(signals.distortion_with_ripple_percent(window[f"i_{phase}_A"], run.column(window, f"i_{phase}_rms_A"), angle)
+    return max(signals.distortion_with_ripple_percent(window[f"i_{phase}_mean_A"], window[f"i_{phase}_rms_A"], angle)
                for phase in PHASES)
 
 
 def _peak_current_a(run, from_s=None, to_s=None):
     window = run.window(from_s, to_s)
-    return max(run.column(window, f"i_{phase}_peak_A").max() for phase in PHASES)
+    return max(window[f"i_{phase}_peak_A"].max() for phase in PHASES)
 
 
 def _peak_current(run, from_s=None, to_s=None):
@@ -93,7 +93,7 @@ KINDS = {
                        "true phase current at the sampling instants, where the ripple is zero: all that is neither mean nor"
                        " fundamental, harmonics and inter-harmonics, worst phase"),
     "distortion_with_ripple": Kind(_distortion_with_ripple, ["from_s", "to_s"], "% of fundamental",
-                                   "the same from the root mean square of the continuous current"),
+                                   "the same of the continuous current, from its means and effective values"),
     "peak_current": Kind(_peak_current, ["from_s?", "to_s?"], "% of i_max", "largest |phase current|, continuous, not sampled"),
     "peak_current_a": Kind(_peak_current_a, ["from_s?", "to_s?"], "A", "largest |phase current|, continuous, not sampled"),
     "angle_error": Kind(_angle_error, ["from_s?", "to_s?"], "deg el.",

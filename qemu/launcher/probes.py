@@ -101,9 +101,10 @@ class Symbols:
 
     def _element(self, kind, index_text):
         element = None if kind is None else self._types[kind]["element"]
-        if element is None or not index_text[1:-1].isdigit():
+        size = None if element is None else self._types[element]["size"]
+        if size is None or not index_text[1:-1].isdigit():
             return None
-        return int(index_text[1:-1]) * self._types[element]["size"], element
+        return int(index_text[1:-1]) * size, element
 
 
 # column of the trace, variable in the image, what one raw unit is worth, needed for the report

@@ -19,7 +19,10 @@ def print_report(result, out):
     out(f"  motor     {drive.motor.name}: {rating['rated_torque_nm']:g} N m, {rating['rated_current_a']:g} A peak,"
         f" {rating['rated_speed_rpm']:g} rpm, {drive.motor['electrical']['pole_pairs']} pole pairs")
     out(f"  inverter  {drive.inverter.name}, {drive.inverter['supply']['vbus_v']:g} V")
+    out(f"  plant     {plant_text(drive)}")
     out(f"  run       {result.trace.rows} PWM periods, seed {result.seed}, {result.qemu.version}")
+    for note in drive.notes:
+        out(f"  note      {note}")
     out("")
     width = max([len(name) for name in result.figures] + [10])
     for figure in result.figures.values():
@@ -33,6 +36,12 @@ def print_report(result, out):
     failed = [figure.name for figure in result.figures.values() if figure.passed is False]
     limited = sum(figure.limited for figure in result.figures.values())
     out(f"{len(failed)} of {limited} limits failed: {', '.join(failed)}" if failed else f"all {limited} limits hold")
+
+
+def plant_text(drive):
+    """What stands behind every figure: which effects, whose values, and what the firmware was told of them."""
+    values = f"tolerances times {drive.spread:g} by the seed" if drive.spread else "nominal values"
+    return f"{drive.plant.text}; {values}" + (f"; the firmware is told {drive.detune}" if drive.detune else "")
 
 
 def verdict(figure):
@@ -60,6 +69,7 @@ def write_json(result, path):
         "motor": {"key": drive.motor.key, "name": drive.motor.name, "values": drive.motor.values},
         "inverter": {"key": drive.inverter.key, "name": drive.inverter.name, "values": drive.inverter.values},
         "console_parameters": drive.params,
+        "conditions": {"plant": drive.plant.text, "spread": drive.spread, "detune": drive.detune},
         "plant": dict(twin_items(drive)),
         "cpu_load": load_values(result.load),
         "versions": versions(result),

@@ -49,51 +49,37 @@ def whole_periods(from_s, to_s, period_s):
 
 # ---- distortion ----------------------------------------------------------------------------------------------------
 
-@dataclass
-class Fundamental:
-    """y = dc + cosine cos(angle) + sine sin(angle) + rest, with the least possible rest."""
-    dc: float
-    cosine: float
-    sine: float
-    rest: np.ndarray
-
-    @property
-    def rms(self):
-        return float(np.hypot(self.cosine, self.sine)) / np.sqrt(2)
-
-
-def fundamental(y, angle_rad):
-    """What turns with the angle, by least squares: neither equal steps of the angle nor whole periods are needed."""
+def _fitted(y, angle_rad, cosine, sine):
+    """(dc, cosine part, sine part) of y by least squares: neither equal steps of the angle nor whole periods are needed."""
     if abs(angle_rad[-1] - angle_rad[0]) < 2 * np.pi:
         raise LauncherError("less than one electrical period in the window")
-    basis = np.stack([np.ones_like(angle_rad), np.cos(angle_rad), np.sin(angle_rad)])
-    dc, cosine, sine = np.linalg.solve(basis @ basis.T, basis @ y)
-    found = Fundamental(float(dc), float(cosine), float(sine), y - (dc + cosine * basis[1] + sine * basis[2]))
-    if found.rms == 0:
+    basis = np.stack([np.ones_like(y), cosine, sine])
+    parts = np.linalg.solve(basis @ basis.T, basis @ y)
+    if not parts[1:].any():
         raise LauncherError("no fundamental in the window")
-    return found
+    return parts
 
 
 def distortion_percent(y, angle_rad):
     """Everything in y but its mean and its fundamental, harmonics and inter-harmonics alike, over the fundamental (rms)."""
-    found = fundamental(y, angle_rad)
-    return float(np.sqrt(np.mean(found.rest ** 2))) / found.rms * 100
+    cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
+    dc, c, s = _fitted(y, angle_rad, cosine, sine)
+    return float(np.sqrt(np.mean((y - dc - c * cosine - s * sine) ** 2) * 2) / np.hypot(c, s)) * 100
 
 
-def distortion_with_ripple_percent(y, rms, angle_rad):
-    """The same with what happens between the samples: rms[n] is y's root mean square from sample n-1 to n.
+def distortion_with_ripple_percent(mean, rms, angle_rad):
+    """The same of a y that is not sampled: mean[n] and rms[n] are its values over the time from angle[n-1] to angle[n].
 
-    What mean and fundamental contribute to each rms is worked out for the very angle that was passed, so the small
-    difference does not depend on where the window ends.
+    What the fundamental contributes to each is worked out for the very angle that was passed, so that the small difference
+    of large squares depends neither on where the window ends nor on when samples are taken.
     """
-    found = fundamental(y, angle_rad)
-    before, after = angle_rad[:-1], angle_rad[1:]
-    size, phase = np.hypot(found.cosine, found.sine), np.arctan2(found.sine, found.cosine)
-    half, middle = (after - before) / 2, (after + before) / 2 - phase
-    single = np.cos(middle) * np.sinc(half / np.pi)  # mean of cos(angle - phase) over a sample's time
-    double = np.cos(2 * middle) * np.sinc(2 * half / np.pi)
-    known = found.dc ** 2 + 2 * found.dc * size * single + size ** 2 / 2 * (1 + double)
-    return float(np.sqrt(max(0.0, np.mean(rms[1:] ** 2 - known)))) / found.rms * 100
+    half, middle = np.diff(angle_rad) / 2, (angle_rad[1:] + angle_rad[:-1]) / 2
+    mean, rms = mean[1:], rms[1:]
+    dc, c, s = _fitted(mean, angle_rad, np.cos(middle) * np.sinc(half / np.pi), np.sin(middle) * np.sinc(half / np.pi))
+    size, turned = np.hypot(c, s), middle - np.arctan2(s, c)
+    known = (dc ** 2 + 2 * dc * size * np.cos(turned) * np.sinc(half / np.pi)
+             + size ** 2 / 2 * (1 + np.cos(2 * turned) * np.sinc(2 * half / np.pi)))
+    return float(np.sqrt(max(0.0, np.mean(rms ** 2 - known)) * 2) / size) * 100
 
 
 # ---- frequency response --------------------------------------------------------------------------------------------

@@ -98,6 +98,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     if trace["t_s"][-1] < plan.end_s - 2e-3:
         raise LauncherError(f"the run ended at {trace['t_s'][-1]:.4f} s instead of {plan.end_s:g} s"
                             f" (see {shown(files['log'])})")
+    check_numbers(trace)
     add_truth(trace, drive.motor["electrical"]["pole_pairs"])
     add_belief(trace)
     text = files["console"].read_text(errors="replace").replace("\r\n", "\n").replace("\r", "\n")
@@ -107,6 +108,13 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     figures[NAME] = judge(plan, finished, typed(plan, drive))
     load = cpu_load(log, float(np.median(np.diff(trace["t_s"]))))
     return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols, load, files["irqlog"])
+
+
+def check_numbers(trace):
+    """A plant that has left the numbers is a defect of the twin: no figure of such a run means anything."""
+    bad = np.flatnonzero(~np.isfinite(trace["i_a_A"] + trace["speed_rad_s"] + trace["vbus_V"]))
+    if len(bad):
+        raise LauncherError(f"the simulated plant has no numbers any more from {trace['t_s'][bad[0]]:.6f} s on")
 
 
 def prepare(out_dir):

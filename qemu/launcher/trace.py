@@ -12,7 +12,7 @@ from .recording import read_recording
 PLANT_COLUMNS = ("t_s", "v_a_V", "v_b_V", "v_c_V", "i_a_A", "i_b_A", "i_c_A", "theta_mech_rad", "speed_rad_s", "torque_Nm",
                  "load_Nm", "vbus_V", "duty_a", "duty_b", "duty_c", "gates", "gate_live", "winding_C", "i_a_rms_A", "i_b_rms_A",
                  "i_c_rms_A", "i_a_peak_A", "i_b_peak_A", "i_c_peak_A", "torque_mean_Nm", "load_speed_rad_s", "magnet_C",
-                 "hall")
+                 "i_a_mean_A", "i_b_mean_A", "i_c_mean_A", "hall")
 
 
 class Trace(dict):

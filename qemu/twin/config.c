@@ -108,6 +108,16 @@ static uint32_t whole(const struct reader *r, const char *word, const char *what
     return (uint32_t)value;
 }
 
+/* True if it is the second. */
+static bool either(const struct reader *r, const char *what, const char *word, const char *first, const char *second)
+{
+    bool is_second = strcmp(word, second) == 0;
+    if (!is_second && strcmp(word, first) != 0) {
+        fail(r, "%s: '%s' is neither %s nor %s", what, word, first, second);
+    }
+    return is_second;
+}
+
 static void read_dump(const struct reader *r, char *rest)
 {
     struct config *c = r->config;
@@ -218,10 +228,9 @@ static void read_line(const struct reader *r, char *line)
     } else if (strcmp(word, "irqlog") == 0) {
         c->irqlog_path = strdup(rest);
     } else if (strcmp(word, "dwt") == 0) {
-        c->count_instructions = strcmp(rest, "instructions") == 0;
-        if (!c->count_instructions && strcmp(rest, "cycles") != 0) {
-            fail(r, "dwt: '%s' is neither cycles nor instructions", rest);
-        }
+        c->count_instructions = either(r, word, rest, "cycles", "instructions");
+    } else if (strcmp(word, "wfi") == 0) {
+        c->main_loop_wakes = either(r, word, rest, "core", "main_loop");
     } else if (strcmp(word, "console") == 0) {
         c->console_id = strdup(rest);
     } else if (strcmp(word, "seed") == 0) {

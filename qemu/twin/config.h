@@ -6,6 +6,7 @@
  *   irqlog PATH                                                                   (irqlog.h)
  *   irqpath EXCEPTION PATH                                                        (irqpath.h)
  *   dwt cycles|instructions                                                       (what DWT_CYCCNT counts)
+ *   wfi core|main_loop                                            (who moves time on in WFI, qemu_sleep.h; same results)
  *   cycles.KEY VALUE                                                              (docs/timing.md)
  *   motor.KEY VALUE | load.KEY VALUE | inverter.KEY VALUE | sensor.KEY VALUE      (SI units)
  *   dump ADDRESS BYTES PATH                                                       (memory as it is at the end of the run)
@@ -39,7 +40,8 @@ struct dump {
 
 struct config {
     char *trace_path, *csv_path, *progress_path, *irqlog_path, *irqpath_path, *console_id; /* NULL if not given */
-    double end_s;            /* 0: runs until QEMU is ended */
+    double end_s; /* 0: runs until QEMU is ended */
+    bool main_loop_wakes;
     bool count_instructions; /* what DWT_CYCCNT counts */
     struct cycles_params cycles;
     struct plant_params plant;

@@ -8,7 +8,7 @@
 
 #define EDGE_ERROR_S  0.5e-9 /* a remainder of a swing worth less than an edge displaced by this is not integrated */
 #define LONGEST_S     20e-6  /* a current that needs longer for its swing has ended */
-#define PART_OF_CYCLE 0.5    /* of sqrt(L C): the trapezoidal rule is then 2 % off in the frequency of the ringing */
+#define PART_OF_CYCLE 0.7    /* of sqrt(L C): the trapezoidal rule is then 4 % off in the frequency of the ringing */
 #define LEAST_PART    0.01   /* of a step that began at a rail without a current */
 
 bool coss_can_swing(const struct inverter *inv, int k)
@@ -26,15 +26,15 @@ static double node_v(const struct inverter *inv, int k)
 {
     switch (inv->leg[k]) {
     case LEG_HIGH:
-        return inv->bus_v;
+        return inv->supply.cap_v;
     case LEG_LOW:
         return 0;
     case LEG_BOTH:
-        return inv->bus_v / 2;
+        return inv->supply.cap_v / 2;
     case LEG_DIODE_LO:
         return -inv->p.diode_v;
     case LEG_DIODE_HI:
-        return inv->bus_v + inv->p.diode_v;
+        return inv->supply.cap_v + inv->p.diode_v;
     default:
         return inv->node[k].v;
     }
@@ -43,7 +43,7 @@ static double node_v(const struct inverter *inv, int k)
 /* What the capacitances of a node hold more at v1 than at v0. */
 static double rise_j(const struct inverter *inv, double v0, double v1)
 {
-    return inv->node_f / 2 * (v1 - v0) * (v0 + v1 - inv->bus_v);
+    return inv->node_f / 2 * (v1 - v0) * (v0 + v1 - inv->supply.cap_v);
 }
 
 /* The node jumps from v to where its new state ties it. One of its capacitances is charged out of the bus, through the
@@ -84,7 +84,7 @@ void coss_begin_swing(struct inverter *inv, int k, int turns)
 /* The rail that a current drives the node to. */
 static double rail_v(const struct inverter *inv, double i_a)
 {
-    return i_a > 0 ? -inv->p.diode_v : inv->bus_v + inv->p.diode_v;
+    return i_a > 0 ? -inv->p.diode_v : inv->supply.cap_v + inv->p.diode_v;
 }
 
 /* The way to the rail, and how long it takes this current. */
@@ -97,7 +97,7 @@ static double way_v(const struct inverter *inv, int k, double i_a)
 static bool at_rail(const struct inverter *inv, double way, double i_a)
 {
     double time_s = inv->node_f * way / fabs(i_a);
-    return way <= 0 || way / 2 * time_s < EDGE_ERROR_S * inv->bus_v;
+    return way <= 0 || way / 2 * time_s < EDGE_ERROR_S * inv->p.vbus_v;
 }
 
 void coss_settle(struct inverter *inv, const double i_a[3])
@@ -119,8 +119,9 @@ double coss_longest_step_s(const struct inverter *inv, const struct motor *motor
 {
     double dt_s = PART_OF_CYCLE * sqrt(terminals_inductance_h(motor) * inv->node_f);
     for (int k = 0; k < 3; k++) {
-        if (inv->leg[k] == LEG_SWING && fabs(i_a[k]) >= DIODE_ZERO_A) {
-            dt_s = fmin(dt_s, inv->node_f * way_v(inv, k, i_a[k]) / fabs(i_a[k]));
+        double way = way_v(inv, k, i_a[k]);
+        if (inv->leg[k] == LEG_SWING && fabs(i_a[k]) >= DIODE_ZERO_A && way > 0) {
+            dt_s = fmin(dt_s, inv->node_f * way / fabs(i_a[k]));
         }
     }
     return dt_s;
@@ -159,23 +160,27 @@ static void watch_direction(struct node *n, double i_a)
     n->direction = direction;
 }
 
-void coss_move(struct inverter *inv, const double i_start_a[3], const double i_end_a[3], double dt_s)
+double coss_move(struct inverter *inv, const double i_start_a[3], const double i_end_a[3], double dt_s)
 {
+    double stored_j = 0;
     for (int k = 0; k < 3; k++) {
         struct node *n = &inv->node[k];
         if (inv->leg[k] == LEG_SWING) {
-            n->v -= (i_start_a[k] + i_end_a[k]) / 2 * dt_s / inv->node_f;
+            double v = n->v - (i_start_a[k] + i_end_a[k]) / 2 * dt_s / inv->node_f;
+            stored_j += rise_j(inv, n->v, v);
+            n->v = v;
             n->swing_s += dt_s;
             watch_direction(n, i_end_a[k]);
         }
     }
+    return stored_j;
 }
 
 double coss_stored_j(const struct inverter *inv)
 {
     double sum_j = 0;
     for (int k = 0; k < 3; k++) {
-        double v = node_v(inv, k), above_v = inv->bus_v - v;
+        double v = node_v(inv, k), above_v = inv->supply.cap_v - v;
         sum_j += inv->node_f / 4 * (v * v + above_v * above_v);
     }
     return sum_j;

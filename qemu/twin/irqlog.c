@@ -91,7 +91,7 @@ void irqlog_returned(bool chained)
     /* The instruction now announced is the first one after the return. */
     uint64_t executed = cycles_instructions() - f->instructions;
     double *row = recording_row(&log_file);
-    *row++ = sim_to_s(f->t);
+    *row++ = sim_recorded_s(sim_to_s(f->t));
     *row++ = f->exception;
     *row++ = (double)f->start_ns;
     *row++ = (double)f->start_pwm_ns;

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#include "legs.h"
+#include "sampling.h"
 
 #define SLOT_BYTES      0x100u
 #define TRIGGER_CHANNEL 6 /* PWM7 */
@@ -13,34 +13,13 @@
 
 enum { SLOT_COREPWM, SLOT_ADC, SLOT_ENCODER, SLOT_GATE };
 
-/* The part of a leg's current that its sensor carries. */
-static double sensor_input_a(const struct plant *p, int k, double i_leg_a)
-{
-    return p->sensors.p.shunt != 0 ? leg_low_side_a(&p->inverter, k, i_leg_a) : i_leg_a;
-}
-
-/* What the inverter's step means to those who look on. */
-static void step_done(void *plant, double dt_s, const double from_a[3], const double to_a[3])
-{
-    struct plant *p = plant;
-    meter_add(&p->meter, dt_s, from_a, to_a, motor_torque_nm(&p->motor));
-    if (p->sensors.follows) {
-        struct leg_view leg[3];
-        for (int k = 0; k < 3; k++) {
-            leg[k] = (struct leg_view){sensor_input_a(p, k, from_a[k]), sensor_input_a(p, k, to_a[k]),
-                                       leg_level(&p->inverter, k)};
-        }
-        sensors_follow(&p->sensors, leg, dt_s);
-    }
-}
-
 void plant_init(struct plant *p, const struct plant_params *params)
 {
     memset(p, 0, sizeof *p);
     motor_init(&p->motor, &params->motor, &params->load);
     inverter_init(&p->inverter, &params->inverter);
     sensors_init(&p->sensors, &params->sensors, params->seed);
-    p->inverter.on_step = step_done;
+    p->inverter.on_step = sampling_follow;
     p->inverter.on_step_context = p;
     plant_reset_fabric(p);
 }
@@ -55,16 +34,11 @@ static void follow_shaft(struct plant *p)
     }
 }
 
-static void forget_samples(struct plant *p)
-{
-    p->sample_at[0] = p->sample_at[1] = p->sample_at[2] = p->next_sample = SIM_NEVER;
-}
-
 void plant_reset_fabric(struct plant *p)
 {
     corepwm_reset(&p->pwm, p->now);
     adc_reset(&p->adc);
-    forget_samples(p);
+    sampling_forget(p);
     encoder_reset(&p->encoder, disc_edges(&p->sensors.disc, p->motor.theta_rad));
     gate_reset(&p->gate);
     plant_update_gates(p);
@@ -83,6 +57,7 @@ static void describe_period(struct plant *p, struct plant_row *row)
 {
     struct meter_reading r;
     meter_read(&p->meter, &r);
+    memcpy(row->i_mean_a, r.i_mean_a, sizeof row->i_mean_a);
     memcpy(row->i_rms_a, r.i_rms_a, sizeof row->i_rms_a);
     memcpy(row->i_peak_a, r.i_peak_a, sizeof row->i_peak_a);
     row->torque_mean_nm = r.torque_mean_nm;
@@ -111,8 +86,8 @@ static void describe(struct plant *p, struct plant_row *row)
     row->gates = p->gates;
     row->live = gate_live(&p->gate);
     row->winding_c = m->winding_c;
-    row->load_speed_rad_s = m->speed_rad_s;
-    row->magnet_c = m->p.ambient_c;
+    row->load_speed_rad_s = m->load_speed_rad_s;
+    row->magnet_c = motor_magnet_c(m);
     row->hall = hall_state(&p->sensors.hall, m->p.pole_pairs * m->theta_rad);
     describe_period(p, row);
     p->row_start = p->now;
@@ -120,43 +95,11 @@ static void describe(struct plant *p, struct plant_row *row)
     p->row_beta_vs = m->volt_beta_vs;
 }
 
-static sim_ps earlier(sim_ps a, sim_ps b)
-{
-    return a < b ? a : b;
-}
-
-/* Samples the currents whose time has come. */
-static void take_samples(struct plant *p)
-{
-    double i_a[3];
-    inverter_leg_currents(&p->inverter, &p->motor, i_a);
-    for (int k = 0; k < 3; k++) {
-        if (p->sample_at[k] <= p->now) {
-            p->sample_at[k] = SIM_NEVER;
-            adc_sample(&p->adc, k,
-                       sensors_current_code(&p->sensors, k, sim_to_s(p->now), sensor_input_a(p, k, i_a[k])));
-        }
-    }
-    p->next_sample = earlier(earlier(p->sample_at[0], p->sample_at[1]), p->sample_at[2]);
-}
-
-static void start_conversion(struct plant *p)
-{
-    const struct sensor_params *s = &p->sensors.p;
-    sensors_draw_noise(&p->sensors);
-    uint32_t code[4] = {[3] = sensors_bus_code(&p->sensors, p->inverter.bus_v)};
-    adc_start(&p->adc, code, p->now + sim_from_s(s->adc_conversion_s));
-    p->sample_at[0] = p->now;
-    p->sample_at[1] = p->now + sim_from_s(s->skew_b_s);
-    p->sample_at[2] = p->now + sim_from_s(s->skew_c_s);
-    take_samples(p);
-}
-
 static void trigger(struct plant *p)
 {
     encoder_latch(&p->encoder);
     if (adc_listens(&p->adc)) {
-        start_conversion(p);
+        sampling_start(p);
     }
     if (p->on_trigger) {
         struct plant_row row = {0};
@@ -202,6 +145,11 @@ static void integrate(struct plant *p, sim_ps to)
     }
 }
 
+static sim_ps earlier(sim_ps a, sim_ps b)
+{
+    return a < b ? a : b;
+}
+
 static sim_ps next_event(const struct plant *p)
 {
     return earlier(earlier(corepwm_next_event(&p->pwm), earlier(p->next_sample, p->adc.done_at)),
@@ -221,7 +169,7 @@ static void take_events(struct plant *p, sim_ps to)
         if (next == corepwm_next_event(&p->pwm)) {
             take_pwm_event(p);
         } else if (next == p->next_sample) {
-            take_samples(p);
+            sampling_take(p);
         } else if (next == p->adc.done_at) {
             end_conversion(p);
         } else {

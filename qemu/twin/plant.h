@@ -31,6 +31,7 @@ struct plant_row {
     double i_peak_a[3];    /* largest |i| of that time */
     double torque_mean_nm; /* of that time */
     double load_speed_rad_s, magnet_c;
+    double i_mean_a[3]; /* of that time */
     unsigned hall;
 };
 

@@ -64,9 +64,13 @@ struct vm_timer *vm_timer_new(void (*expired)(void *context), void *context);
 void vm_timer_at(struct vm_timer *timer, int64_t when_ns);
 void vm_timer_stop(struct vm_timer *timer);
 
+/* At attachment. From now on the thread that executes the guest sleeps through WFI by itself (qemu_sleep.h). */
+void vm_sleep_alone(void);
+
 void vm_set_interrupt(int number, bool level);
 void vm_on_reset(void (*reset)(void *context), void *context);
-/* What a watchdog does. The reset follows once the current event is over. */
+/* What a watchdog does. The reset follows at the same virtual time, once the current event is over; so does one that the
+ * guest asks for by SYSRESETREQ. */
 void vm_request_reset(void);
 /* Ends QEMU now with exit status 0: the guest does not execute one more instruction. */
 __attribute__((noreturn)) void vm_end(void);

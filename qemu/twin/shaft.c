@@ -81,18 +81,19 @@ void shaft_turn(struct motor *m, double theta_rad)
 
 /* ---- rest and motion ---- */
 
-/* The way a mass moves, or begins to move from rest under a pull; *stuck if it does not. */
+/* The way a mass moves, or begins to move from rest under a pull: 0 if nothing depends on it. *stuck if it stays. */
 static double direction_of(double speed_rad_s, double pull_nm, double holds_nm, double hoist_nm, bool *stuck)
 {
-    bool above = pull_nm > holds_nm + fmax(hoist_nm, 0), below = pull_nm < -holds_nm + fmin(hoist_nm, 0);
-    *stuck = speed_rad_s == 0 && !above && !below;
-    if (*stuck || (holds_nm == 0 && hoist_nm == 0)) {
-        return 0; /* nothing depends on it */
+    *stuck = false;
+    if (holds_nm == 0 && hoist_nm == 0) {
+        return 0;
     }
     if (speed_rad_s != 0) {
         return speed_rad_s > 0 ? 1 : -1;
     }
-    return above ? 1 : -1;
+    bool above = pull_nm > holds_nm + fmax(hoist_nm, 0), below = pull_nm < -holds_nm + fmin(hoist_nm, 0);
+    *stuck = !above && !below;
+    return above ? 1 : below ? -1 : 0;
 }
 
 static void begin_rigid(struct shaft_step *k, struct motor *m, double pull_nm)

@@ -23,6 +23,13 @@ static inline sim_ps sim_from_s(double t_s)
     return (sim_ps)llround(t_s * 1e12);
 }
 
+/* The double that the time's decimal form in whole nanoseconds stands for, so that what is recorded compares with the
+ * times of a scenario as one expects. */
+static inline double sim_recorded_s(double t_s)
+{
+    return (double)llround(t_s * 1e9) / 1e9;
+}
+
 /* The first whole nanosecond that is not before t: QEMU's clock has no finer grain. */
 static inline int64_t sim_to_ns_up(sim_ps t)
 {

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "trace.h"
 
-#include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -41,6 +40,9 @@ static const struct {
     {"torque_mean_Nm", 7},
     {"load_speed_rad_s", 4},
     {"magnet_C", 3},
+    {"i_a_mean_A", 5},
+    {"i_b_mean_A", 5},
+    {"i_c_mean_A", 5},
     {"hall", 0},
 };
 #define FIXED (sizeof fixed / sizeof fixed[0])
@@ -80,12 +82,6 @@ void trace_open(const char *path, const char *csv_path, const struct probe *prob
     wanted = path || csv_path;
 }
 
-/* The number that its decimal form is: it compares with a scenario's times as one expects. */
-static double whole_ns(double t_s)
-{
-    return (double)llround(t_s * 1e9) / 1e9;
-}
-
 static double *put_phases(double *next, const double phases[3])
 {
     memcpy(next, phases, 3 * sizeof *phases);
@@ -98,7 +94,7 @@ void trace_row(const struct plant_row *row)
         return;
     }
     double *next = waiting;
-    *next++ = whole_ns(row->t_s);
+    *next++ = sim_recorded_s(row->t_s);
     next = put_phases(next, row->v_mean_v);
     next = put_phases(next, row->i_a);
     *next++ = row->theta_mech_rad;
@@ -115,6 +111,7 @@ void trace_row(const struct plant_row *row)
     *next++ = row->torque_mean_nm;
     *next++ = row->load_speed_rad_s;
     *next++ = row->magnet_c;
+    next = put_phases(next, row->i_mean_a);
     *next++ = row->hall;
     row_waits = true;
 }

@@ -355,6 +355,9 @@ static void attach(void)
     vm_on_reset(system_reset, NULL);
     sysreg_reset(RESET_POWER_ON);
     dwt_init(&dwt, counted);
+    if (!config.main_loop_wakes) {
+        vm_sleep_alone();
+    }
 }
 
 static void start(void)

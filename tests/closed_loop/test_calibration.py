@@ -33,7 +33,7 @@ def test_each_switching_on_finds_the_zero_anew(tmp_path):
     for on_s in (0.20, 0.70):
         steps += [{"t_s": on_s, "console": "on"}, {"t_s": on_s + 0.18, "console": "off"}]
     scenario = {"key": "calibration", "end_s": 1.2, "preamble_s": 0.05, "step": sorted(steps, key=lambda step: step["t_s"])}
-    result = simulate(scenario, out_dir=tmp_path)
+    result = simulate(scenario, out_dir=tmp_path, plant="ideal", spread=0)
 
     for from_s, expected in ((0.14, vector_of(BAD)), (0.5, 0), (1.1, 0)):
         codes, true_a = believed(result, from_s, from_s + 0.05)

@@ -14,7 +14,8 @@ def answers(tmp_path, lines, start_s=0.1, before=(), gap_s=GAP_S):
     """What the drive answers to each line, typed one after another; `before`: (time, line) typed earlier."""
     steps = [{"t_s": t, "console": line} for t, line in before]
     steps += [{"t_s": start_s + i * gap_s, "console": line} for i, line in enumerate(lines)]
-    result = simulate({"end_s": start_s + (len(lines) + 2) * gap_s, "step": steps}, out_dir=tmp_path)
+    result = simulate({"end_s": start_s + (len(lines) + 2) * gap_s, "step": steps, "expect_refusal": ".*"}, out_dir=tmp_path,
+                      plant="ideal", spread=0)
     exchanges = result.console.split("\n> ")[1:] if "\n> " in result.console else []
     replies = [part.split("\n", 1) for part in exchanges][len(before):]
     assert [echo for echo, *_ in replies[:len(lines)]] == [line for line in lines], result.console
@@ -60,7 +61,7 @@ def test_bad_input_gets_one_line_and_changes_nothing(tmp_path):
 def test_over_long_line_is_refused_whole(tmp_path):
     line = "set pole_pairs 7" + " " * 100
     result = simulate({"end_s": 0.2, "step": [{"t_s": 0.05, "console": line}, {"t_s": 0.1, "console": "get pole_pairs"}]},
-                      out_dir=tmp_path)
+                      out_dir=tmp_path, plant="ideal", spread=0)
     assert result.console.count("error: line longer than 80 characters") == 1
     assert "pole_pairs = 4 " in result.console
 

@@ -23,7 +23,8 @@ def events(t_s, kinds):
 
 def play(tmp_path, end_s, *steps):
     steps = sorted([step for part in steps for step in part], key=lambda step: step["t_s"])
-    return simulate({"key": "switch_on", "end_s": end_s, "preamble_s": 0.05, "step": steps}, out_dir=tmp_path)
+    return simulate({"key": "switch_on", "end_s": end_s, "preamble_s": 0.05, "step": steps}, out_dir=tmp_path,
+                    plant="ideal", spread=0)
 
 
 def typed(*lines):

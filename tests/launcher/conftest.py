@@ -41,7 +41,7 @@ void _start(void) { for (;;) { function(); } }
 # Plays QEMU: answers --version and -M help, reads the twin's configuration, writes recordings and a console, ends as told.
 FAKE_QEMU = """
 #!{python}
-import array, math, os, sys
+import array, math, os, sys, time
 argv = sys.argv[1:]
 behaviour = {behaviour!r}
 if "--version" in argv:
@@ -53,10 +53,13 @@ config = [line.split(None, 1) for line in open(value("-plugin").split("config=")
 items = dict((key, rest.strip()) for key, rest in config)
 probes = [rest.split()[0] for key, rest in config if key == "probe"]
 typed = [rest.split(None, 2)[2].strip() for key, rest in config if key == "event" and rest.split()[1] == "console"]
-open(value("-chardev").split("path=")[1], "w").write("".join(
-    "> " + line + "\\r\\n" + ("error: it does not want to" if behaviour == "refuses " + line else "ok") + "\\r\\n" for line in typed))
+answer = lambda line: "error: it does not want to" if behaviour == "refuses " + line else "ok"
+open(value("-chardev").split("path=")[1], "w").write("".join("> %s\\r\\n%s\\r\\n" % (line, answer(line)) for line in typed))
 if behaviour == "lockup":
     sys.stderr.write("qemu: fatal: Lockup: can't escalate 3 to HardFault\\n"); sys.stderr.flush(); os.abort()
+if behaviour == "hang":
+    open(items["progress"] + ".pid", "w").write(str(os.getpid()) + "\\n")
+    while True: time.sleep(60)
 if behaviour == "bad config":
     sys.stderr.write("mssfoc twin: twin.cfg:3: unknown key\\n"); sys.exit(1)
 end = float(items["end"]) if behaviour != "short" else float(items["end"]) / 2
@@ -70,6 +73,7 @@ def trace():
         row = dict(t_s=t, speed_rad_s=w, theta_mech_rad=angle, vbus_V=24, gates=5, gate_live=1)
         for k, phase in enumerate("abc"):
             row["i_%s_A" % phase] = -2.0 * math.sin(4 * angle - k * 2 * math.pi / 3)
+            row["i_%s_mean_A" % phase] = row["i_%s_A" % phase]
             row["i_%s_rms_A" % phase] = row["i_%s_peak_A" % phase] = abs(row["i_%s_A" % phase])
         yield [row.get(name, 0) for name in columns]
 def interrupts():

@@ -38,6 +38,7 @@ def made(drive, length_s=0.5, rpm=1500.0, i_d=0.0, i_q=2.0, steps=(), **columns)
     for index, phase in enumerate("abc"):
         turned = theta - index * 2 * math.pi / 3
         trace[f"i_{phase}_A"] = i_d * np.cos(turned) - i_q * np.sin(turned)
+        trace[f"i_{phase}_mean_A"] = trace[f"i_{phase}_A"]
         trace[f"i_{phase}_rms_A"] = np.abs(trace[f"i_{phase}_A"])
         trace[f"i_{phase}_peak_A"] = np.abs(trace[f"i_{phase}_A"])
     trace = add_truth(Trace(trace), drive.motor["electrical"]["pole_pairs"])
@@ -63,6 +64,21 @@ def test_overshoot_counts_in_the_direction_of_the_ramp(drive):
     run = made(drive, speed_rpm=lambda t: np.interp(t, [0.1, 0.3, 0.35, 0.4], [1000, -1530, -1500, -1500]))
     assert figures(run, "ramp_overshoot", from_s=0.05, to_s=0.45, target_rpm=-1500)[""] == pytest.approx(2.0, rel=0.01)
     assert figures(run, "ramp_overshoot", from_s=0.38, to_s=0.45, target_rpm=-1500)[""] == 0.0
+
+
+@pytest.mark.parametrize("ripple_rpm", [0, 45])
+def test_recovery_counts_beyond_what_remains(drive, ripple_rpm):
+    """exp(-t / 10 ms) from 150 rpm is within 15 rpm after 23 ms, whatever ripples all the time."""
+    run = made(drive, speed_rpm=lambda t: 1500 - np.where(t < 0.1, 0, 150 * np.exp(-(t - 0.1) / 0.01))
+               + ripple_rpm * np.sin(2 * math.pi * 25 * (t - 0.1 - 0.023)))
+    found = figures(run, "recovery", from_s=0.1, to_s=0.4, reference_rpm=1500)[""]
+    assert (22 < found < 24) if ripple_rpm == 0 else (15 < found < 40)
+    assert figures(run, "recovery", from_s=0.1, to_s=0.4, reference_rpm=1470)[""] is None
+
+
+def test_what_is_no_number_is_not_measured(drive):
+    run = made(drive, torque_Nm=lambda t: np.where(t > 0.3, np.nan, 0.1))
+    assert figures(run, "torque_ripple", from_s=0.1, to_s=0.4) == {"rms": None, "peak to peak": None}
 
 
 def test_torque_ripple_is_without_the_mean(drive):
@@ -209,7 +225,8 @@ def test_sweep_figures_are_those_of_the_transfer_function(swept):
     opened = closed / (1 - closed)
     crossover = np.argmax(np.abs(opened) < 1)
     where = {"axis": "q", "from_s": start, "to_s": end}
-    assert figures(run, "sweep_bandwidth", **where)[""] == pytest.approx(fine[np.argmax(np.abs(closed) < math.sqrt(0.5))], rel=0.03)
+    bandwidth = fine[np.argmax(np.abs(closed) < math.sqrt(0.5))]
+    assert figures(run, "sweep_bandwidth", **where)[""] == pytest.approx(bandwidth, rel=0.03)
     lag = -np.unwrap(np.angle(closed))
     assert figures(run, "sweep_lag", **where)[""] == pytest.approx(fine[np.argmax(lag > math.pi / 2)], rel=0.03)
     margin = 180 + np.degrees(np.unwrap(np.angle(opened))[crossover])

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
 """DWARF lookups against what the compiler's own tools say."""
+import shutil
 import subprocess
 
 import pytest
 
-from launcher import LauncherError
+from launcher import LauncherError, dwarf
 from launcher.drive import load_drive
 from launcher.probes import Symbols, make_probes
 
@@ -57,6 +58,35 @@ def test_functions(symbols, elf):
     assert symbols.code16("function") == int(first.split()[1], 16)
     with pytest.raises(LauncherError, match="no variable or function 'nothing'"):
         symbols.address("nothing")
+
+
+def test_what_is_known_is_kept_beside_the_elf(elf, tmp_path, monkeypatch):
+    image = tmp_path / "mssfoc.elf"
+    shutil.copy(elf, image)
+    first = dwarf.described(image)
+    assert not list(tmp_path.glob("*.symbols?*"))  # no draft is left
+    with monkeypatch.context() as patch:
+        patch.setattr(dwarf, "_read", lambda path: pytest.fail("read again"))
+        assert dwarf.described(image) == first
+    (tmp_path / "mssfoc.elf.symbols").write_text("{half of a")
+    assert dwarf.described(image) == first
+
+
+def test_what_is_kept_of_another_elf_does_not_count(elf, tmp_path):
+    shutil.copy(elf, tmp_path / "mssfoc.elf")
+    Symbols(tmp_path / "mssfoc.elf")
+    (tmp_path / "t.c").write_text("int other; void _start(void) { other++; }\n")
+    subprocess.run(["arm-none-eabi-gcc", "-mcpu=cortex-m3", "-g", "-nostdlib", "-Wl,--no-warn-rwx-segments", "t.c", "-o",
+                    "mssfoc.elf"], cwd=tmp_path, check=True)
+    symbols = Symbols(tmp_path / "mssfoc.elf")
+    assert symbols.find("other").type == "s32" and symbols.find("drive.fault") is None
+
+
+def test_a_folder_that_keeps_nothing(elf, tmp_path):
+    shutil.copy(elf, tmp_path / "mssfoc.elf")
+    (tmp_path / "mssfoc.elf.symbols").mkdir()
+    assert Symbols(tmp_path / "mssfoc.elf").find("drive.fault").type == "u32"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mssfoc.elf", "mssfoc.elf.symbols"]
 
 
 def test_probe_scales(symbols):

@@ -105,6 +105,15 @@ def test_a_qemu_beside_the_installed_one_finds_its_own_files(tmp_path, fake_qemu
     assert qemu.number == "9.9.9"
 
 
+def test_a_program_is_asked_again_when_it_has_changed(fake_qemu):
+    path = fake_qemu()
+    assert Qemu(path).version == Qemu(path).version
+    with open(path, "w", encoding="ascii") as program:
+        program.write("#!/bin/sh\necho no emulator\n")
+    with pytest.raises(LauncherError, match="is not a QEMU"):
+        Qemu(path)
+
+
 def run(build, *arguments, **environment):
     """The command line as a user gives it; PATH without surprises from his environment."""
     clean = {key: value for key, value in os.environ.items() if key not in VARIABLES}
@@ -182,4 +191,4 @@ def test_a_live_drive_runs_no_faster_than_the_clock(tmp_path):
     start = time.monotonic()
     process = subprocess.Popen([sys.executable, "-c", hasty, str(progress)])
     assert _keep_pace(process, progress) == 3
-    assert 1.0 - 2 * LEAD_S < time.monotonic() - start
+    assert time.monotonic() - start > 1.0 - 2 * LEAD_S  # and not how much later: that is the host's load

@@ -78,13 +78,15 @@ def test_limits_are_those_that_the_scenario_itself_has_set():
 
 
 @pytest.mark.parametrize("motor", available(MOTORS))
-@pytest.mark.parametrize("name", available(SCENARIOS))
-def test_shipped_scenarios_assert_that_the_drive_was_on(name, motor):
-    plan = load_scenario(name, load_drive(motor))
-    assert any(step.text == "on" for step in plan.steps)
-    asked = [figure for figure in plan.figures if figure["kind"] == "state" and figure["equal"] == "OPERATION_ENABLED"]
-    assert asked, "nothing says that the drive was on"
-    assert plan.end_s < 20, "longer than anybody waits"
+def test_every_shipped_scenario_fits_every_motor_and_asserts_that_the_drive_was_on(motor):
+    drive = load_drive(motor)
+    for name in available(SCENARIOS):
+        plan = load_scenario(name, drive)
+        assert any(step.text == "on" for step in plan.steps), name
+        assert all(ord(char) < 128 for step in plan.steps for char in step.text), name
+        asked = [figure for figure in plan.figures if figure["kind"] == "state" and figure["equal"] == "OPERATION_ENABLED"]
+        assert asked, f"{name}: nothing says that the drive was on"
+        assert plan.end_s < 20, f"{name}: longer than anybody waits"
 
 
 # ---- refusals ------------------------------------------------------------------------------------------------------

@@ -34,7 +34,8 @@ def measure(image, out_dir, scenario=None, **options):
     from launcher import simulate
 
     low, top = image.value("link_stack_limit"), image.value("link_stack_top")
-    result = simulate(scenario or EXERCISE, out_dir=out_dir, dumps={"stack.bin": (low, top - low)}, **options)
+    result = simulate(scenario or EXERCISE, out_dir=out_dir, dumps={"stack.bin": (low, top - low)},
+                      **{"plant": "ideal", "spread": 0, **options})
     stack = (Path(out_dir) / "stack.bin").read_bytes()
     if len(stack) != top - low:
         raise SystemExit("mssfoc: the twin did not write the whole stack")

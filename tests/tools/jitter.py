@@ -25,12 +25,14 @@ from disasm import Image, ImageError  # noqa: E402
 HANDLER, EXCEPTION, NS_PER_CYCLE = "FabricIrq0_IRQHandler", 50, 10
 FEWEST_INTERRUPTS = 100_000
 CHAINED_IN, CHAINED_OUT = 1, 2  # bits of the column `chained`
-# what the drive does when, in qemu/scenarios/operating_points.toml
-POINTS = (("bridge off", 0.06, 0.20), ("zero of the sensors, alignment", 0.20, 1.05), ("standstill", 1.10, 1.30),
-          ("60 rpm, both ways", 1.35, 1.90), ("1500 rpm", 2.25, 2.30), ("1500 rpm, rated load", 2.40, 2.65),
-          ("reversal under load", 2.65, 3.30), ("-1500 rpm, rated load", 3.35, 3.45), ("largest speed, backwards", 4.20, 4.30),
-          ("full reversal", 4.30, 6.05), ("largest speed, forwards", 6.10, 6.20), ("torque control", 6.20, 6.42),
-          ("braking to 0", 6.42, 6.75), ("quick stop", 6.75, 6.90))
+# what the drive does when, by the labels of qemu/scenarios/operating_points.toml
+POINTS = (("bridge off", "on - 0.14", "on"), ("zero of the sensors, alignment", "on", "on + on_time_s"),
+          ("standstill", "on + on_time_s + 0.05", "slow"), ("slow, both ways", "slow + 0.05", "up"),
+          ("working speed", "load - 0.05", "load"), ("working speed, rated load", "back - 0.2", "back"),
+          ("reversal under load", "back", "unload - 0.15"), ("working speed backwards, rated load", "unload - 0.1", "unload"),
+          ("largest speed, backwards", "fast - 0.1", "fast"), ("full reversal", "fast", "braking - 0.15"),
+          ("largest speed, forwards", "braking - 0.1", "braking"), ("torque control", "braking", "stop"),
+          ("braking to 0", "stop", "quick"), ("quick stop", "quick", "quick + 0.15"))
 
 
 @dataclass
@@ -132,16 +134,23 @@ def histogram(values, unit):
             for value, count in sorted(counts.items())]
 
 
-def by_point(log, trace, limit):
+def points(names):
+    """[(name, start, end)] of POINTS in seconds; `names` are those of the scenario."""
+    from launcher.expression import number
+
+    return [(name, number(start, names), number(end, names)) for name, start, end in POINTS]
+
+
+def by_point(log, trace, limit, names):
     """Table rows of the operating points."""
-    rows = [f"{'operating point':<32}{'interrupts':>10}{'cycles':>12}{'start / ns':>14}{'|v| of limit':>14}"]
+    rows = [f"{'operating point':<36}{'interrupts':>10}{'cycles':>12}{'start / ns':>14}{'|v| of limit':>14}"]
     voltage = 100 * np.hypot(trace["v_d_V"], trace["v_q_V"]) / (limit * np.maximum(trace["vbus_fw_V"], 1e-9))
-    for name, start, end in POINTS:
+    for name, start, end in points(names):
         inside = (log["t_s"] >= start) & (log["t_s"] < end)
         if not inside.any():
             raise ImageError(f"no interrupt at the operating point '{name}'")
         during = (trace["t_s"] >= start) & (trace["t_s"] < end)
-        rows.append(f"{name:<32}{inside.sum():>10}{spread(log['cycles'][inside]):>12}"
+        rows.append(f"{name:<36}{inside.sum():>10}{spread(log['cycles'][inside]):>12}"
                     f"{spread(log['start_pwm_ns'][inside]):>14}{voltage[during].max():>12.0f} %")
     return rows
 
@@ -177,11 +186,11 @@ def current_loop_only(log):
     return {name: values[chosen] for name, values in log.items()}
 
 
-def report(image, log, trace, ways, limit, out=print):
+def report(image, log, trace, ways, limit, names, out=print):
     """Prints everything there is to say about one run."""
     intrinsic = log["cycles"][log["chained"] == 0]
     out(f"{len(log['t_s'])} interrupts of the current loop")
-    for line in by_point(log, trace, limit):
+    for line in by_point(log, trace, limit, names):
         out(line)
     out(f"cycles, entry and exit included: {spread(log['cycles'])}; {spread(intrinsic)} where no other interrupt adjoins")
     for line in histogram(log["cycles"], "cycles"):
@@ -211,13 +220,14 @@ def main(arguments):
     build = Path(os.environ.get("BUILD", "build"))
     image = Image(build / "mssfoc.elf")
     options = {"motor": motor} if motor else {}
-    result = simulate("operating_points", out_dir=build / "jitter", way_of=EXCEPTION, **options)
+    result = simulate("operating_points", out_dir=build / "jitter", way_of=EXCEPTION, plant="ideal",
+                      spread=0, **options)
     if not result.passed:
         raise ImageError("the run misses a limit of its scenario: its timing would be that of a fault")
     log = current_loop_only(load_irqlog(result.irqlog))
     if len(log["t_s"]) < FEWEST_INTERRUPTS:
         raise ImageError(f"{len(log['t_s'])} interrupts, fewer than {FEWEST_INTERRUPTS}")
-    report(image, log, result.trace, read_ways(build / "jitter" / "irqpath.csv"), 1 / np.sqrt(3))
+    report(image, log, result.trace, read_ways(build / "jitter" / "irqpath.csv"), 1 / np.sqrt(3), result.scenario.names)
     draw(log, build / "jitter.png")
     print(f"drawn: {build / 'jitter.png'}")
     return 0

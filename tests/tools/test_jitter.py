@@ -70,8 +70,9 @@ def test_points_lie_in_the_scenario_and_do_not_overlap():
     from launcher.scenario import load_scenario
 
     plan = load_scenario("operating_points", load_drive("teknic_m2310p"))
-    ends = [0.0, *(end for _, _, end in jitter.POINTS)]
-    assert all(before <= start < end for before, (_, start, end) in zip(ends, jitter.POINTS)) and ends[-1] <= plan.end_s
+    points = jitter.points(plan.names)
+    ends = [0.0, *(end for _, _, end in points)]
+    assert all(before <= start < end for before, (_, start, end) in zip(ends, points)) and ends[-1] <= plan.end_s
     assert plan.end_s * 20000 > jitter.FEWEST_INTERRUPTS
 
 
@@ -82,7 +83,7 @@ def run(tmp_path_factory):
 
     folder = tmp_path_factory.mktemp("jitter")
     result = simulate({"key": "short", "end_s": 0.4, "preamble_s": 0.02, "step": [{"t_s": 0.12, "console": "on"}]},
-                      out_dir=folder, way_of=jitter.EXCEPTION)
+                      out_dir=folder, way_of=jitter.EXCEPTION, plant="ideal", spread=0)
     return jitter.current_loop_only(load_irqlog(result.irqlog)), jitter.read_ways(folder / "irqpath.csv")
 
 

@@ -157,7 +157,7 @@ def test_measured_is_below_the_bound_and_near_it(image, tmp_path, waits):
     from launcher import simulate
 
     result = simulate({"key": "short", "end_s": 0.3, "preamble_s": 0.02, "step": [{"t_s": 0.12, "console": "on"}]},
-                      out_dir=tmp_path, cycles=waits)
+                      out_dir=tmp_path, cycles=waits, plant="ideal", spread=0)
     whole, latency, count = wcet.measured(result.irqlog)
     found = wcet.bound(image, wcet.waits_from(f"{key}={value}" for key, value in waits.items()))
     assert count > 5900 and 0.95 * found.latency < latency <= found.latency and 0.95 * found.whole < whole <= found.whole
@@ -166,7 +166,7 @@ def test_measured_is_below_the_bound_and_near_it(image, tmp_path, waits):
 def test_a_trip_is_below_its_bound(image, tmp_path):
     from launcher import simulate
 
-    result = simulate("fault_overcurrent", out_dir=tmp_path)
+    result = simulate("fault_overcurrent", out_dir=tmp_path, plant="ideal", spread=0)
     whole, _, _ = wcet.measured(result.irqlog)
     assert wcet.bound(image, default_waits()).whole < whole <= wcet.bound(image, default_waits()).fault
 

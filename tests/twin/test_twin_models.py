@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 TWIN = ROOT / "qemu" / "twin"
 _PHYSICS = re.search(r"TWIN_PHYSICS := ((?:.*\\\n)*.*)\n", (TWIN / "twin.mk").read_text()).group(1)
-MODELS = [name for name in _PHYSICS.replace("\\", "").split() if name not in ("events", "config", "cycles_keys")]
+MODELS = [name for name in _PHYSICS.replace("\\", "").split() if name not in ("config", "cycles_keys")]
 PROGRAMS = sorted(path.stem for path in HERE.glob("twin_*.c"))
 FLAGS = ["-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-fsanitize=address,undefined",
          "-fno-sanitize-recover=all", f"-I{TWIN}", f"-I{HERE}"]

@@ -64,7 +64,8 @@ class Recorded:
 
 @pytest.fixture(scope="module", params=MOTORS)
 def run(request, tmp_path_factory):
-    return Recorded(simulate(SCENARIO, motor=request.param, out_dir=tmp_path_factory.mktemp(request.param)))
+    return Recorded(simulate(SCENARIO, motor=request.param, out_dir=tmp_path_factory.mktemp(request.param),
+                             plant="ideal", spread=0))
 
 
 def electrical_columns(run):

@@ -6,6 +6,7 @@
 
 #include "bench.h"
 #include "check.h"
+#include "events.h"
 
 #define PI 3.141592653589793
 
@@ -108,8 +109,22 @@ static void in_the_plant(void)
     }
 }
 
+static void as_an_event(void)
+{
+    struct event e;
+    check_true("the event is known",
+               event_parse("sensor_sine 1.5 320 -0.5", &e) == NULL && e.kind == EVENT_SENSOR_SINE);
+    check_near("amplitude", e.number, 1.5, 0);
+    check_near("frequency", e.second, 320, 0);
+    check_near("direction", e.third, -0.5, 0);
+    check_true("two numbers are not enough", event_parse("sensor_sine 1.5 320", &e) != NULL);
+    check_true("four are too many", event_parse("sensor_sine 1.5 320 0 0", &e) != NULL);
+    check_true("a word is none", event_parse("sensor_sine 1.5 x 0", &e) != NULL);
+}
+
 int main(void)
 {
+    as_an_event();
     direction_and_phase();
     beside_the_other_faults();
     through_the_low_pass();

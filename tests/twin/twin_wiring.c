@@ -114,8 +114,132 @@ static void open_wire(void)
     check_true("closed again: it carries", fabs(i_a[0]) > 0.1);
 }
 
+/* ---- two wires exchanged ---- */
+
+/* Locked, A high and the others low: the current of leg A is that of the motor's phase on its wire, and returns in equal
+ * parts; the sensors stay with the legs. */
+static void swapped(int one, int other)
+{
+    double leg_a[3], motor_a[3];
+    struct inverter_params ip = bench_inverter;
+    ip.supply_resistance_ohm = 0;
+    ip.coss_c = 100e-9;
+    struct bridge p = bridge_on_bench(&ip);
+    motor_lock(&p.m, true);
+    inverter_swap_wires(&p.inv, one, other);
+    bridge_gates(&p, A_HIGH_BC_LOW);
+    bridge_advance(&p, 30e-3);
+    inverter_leg_currents(&p.inv, &p.m, leg_a);
+    motor_currents(&p.m, motor_a);
+    double i_a = 24 / (1.5 * (0.3 + 5e-3));
+    check_near("swapped: leg A (A)", leg_a[0], i_a, 1e-6);
+    check_near("swapped: leg B (A)", leg_a[1], -i_a / 2, 1e-6);
+    check_near("swapped: the motor's phase on A's wire (A)", motor_a[one == 0 ? other : (other == 0 ? one : 0)], i_a,
+               1e-6);
+    inverter_swap_off(&p.inv);
+    bridge_advance(&p, 30e-3);
+    motor_currents(&p.m, motor_a);
+    check_near("swapped back (A)", motor_a[0], i_a, 1e-6);
+}
+
+/* Two wires exchanged turn the field the other way round. The legs' field turns slowly; where the motor's current points
+ * follows it, one way or the other. */
+static double turn_of_the_current_rad(bool swap)
+{
+    static const unsigned sixth[6] = {
+        GATE_HIGH(0) | GATE_LOW(1) | GATE_LOW(2), GATE_HIGH(0) | GATE_HIGH(1) | GATE_LOW(2),
+        GATE_LOW(0) | GATE_HIGH(1) | GATE_LOW(2), GATE_LOW(0) | GATE_HIGH(1) | GATE_HIGH(2),
+        GATE_LOW(0) | GATE_LOW(1) | GATE_HIGH(2), GATE_HIGH(0) | GATE_LOW(1) | GATE_HIGH(2)};
+    struct bridge p = bridge_on_bench(&bench_inverter);
+    double turned_rad = 0, before_rad = 0;
+    motor_lock(&p.m, true);
+    if (swap) {
+        inverter_swap_wires(&p.inv, 1, 2);
+    }
+    for (int n = 0; n < 13; n++) {
+        bridge_gates(&p, sixth[n % 6]);
+        bridge_advance(&p, 10e-3);
+        double rad = atan2(p.m.i_q_a, p.m.i_d_a); /* the rotor is locked at angle 0 */
+        turned_rad += n > 0 ? remainder(rad - before_rad, 6.283185307179586) : 0;
+        before_rad = rad;
+    }
+    return turned_rad;
+}
+
+static void swapped_field(void)
+{
+    check_near("wires as they should be: two turns forwards (rad)", turn_of_the_current_rad(false), 12.566, 0.01);
+    check_near("two exchanged: two turns backwards (rad)", turn_of_the_current_rad(true), -12.566, 0.01);
+}
+
+/* Exchanged, and beside it another fault: both are of the legs' wires, so the motor's other phase has them. */
+static void swapped_with_faults(void)
+{
+    const double short_ohm = 0.5;
+    double leg_a[3], motor_a[3], plain_leg_a[3];
+    struct inverter_params ip = bench_inverter;
+    ip.supply_resistance_ohm = 0;
+    struct bridge p = bridge_on_bench(&ip), q;
+    motor_lock(&p.m, true);
+    inverter_swap_wires(&p.inv, 0, 1);
+    inverter_open_wire(&p.inv, 0, true);
+    bridge_gates(&p, GATE_HIGH(1) | GATE_LOW(0) | GATE_LOW(2));
+    bridge_advance(&p, 30e-3);
+    motor_currents(&p.m, motor_a);
+    check_near("A's wire broken and on B: the motor's B (A)", motor_a[1], 0, 1e-9);
+    check_near("A's wire broken and on B: leg B feeds A (A)", motor_a[0], 24 / (2 * 0.305), 1e-6);
+
+    p = bridge_on_bench(&ip);
+    motor_lock(&p.m, true);
+    q = p;
+    inverter_swap_wires(&p.inv, 0, 1);
+    for (int n = 0; n < 2; n++) {
+        struct bridge *b = n ? &q : &p;
+        inverter_short(&b->inv, 0, 2, short_ohm);
+        bridge_gates(b, A_HIGH_BC_LOW);
+        bridge_advance(b, 30e-3);
+    }
+    inverter_leg_currents(&p.inv, &p.m, leg_a);
+    inverter_leg_currents(&q.inv, &q.m, plain_leg_a);
+    check_near("a short at the legs is the same for them: A (A)", leg_a[0], plain_leg_a[0], 1e-6);
+    check_near("a short at the legs is the same for them: C (A)", leg_a[2], plain_leg_a[2], 1e-6);
+}
+
+/* A short behind a bus with resistance and inductance, all effects on: Ohm's law once it is steady. */
+static void short_on_a_soft_bus(void)
+{
+    const double short_ohm = 0.5, r_on = 0.2, source_ohm = 0.3;
+    double leg_a[3], motor_a[3], v_v[3];
+    struct inverter_params ip = bench_inverter;
+    ip.supply_resistance_ohm = source_ohm;
+    ip.supply_inductance_h = 1e-6;
+    ip.bus_esr_ohm = 0.02;
+    ip.coss_c = 100e-9;
+    ip.r_on_ohm = r_on;
+    struct bridge p = bridge_on_bench(&ip);
+    motor_lock(&p.m, true);
+    bridge_gates(&p, A_HIGH_BC_LOW);
+    inverter_short(&p.inv, 0, 1, short_ohm);
+    bridge_advance(&p, 60e-3);
+    inverter_leg_currents(&p.inv, &p.m, leg_a);
+    motor_currents(&p.m, motor_a);
+    double bus_v = 24 - source_ohm * leg_a[0];
+    check_near("soft bus: at the bridge (V)", p.inv.bus_v, bus_v, 1e-4);
+    terminals(&p, bus_v, r_on, v_v);
+    check_near("soft bus: the current through the short (A)", leg_a[0] - motor_a[0], (v_v[0] - v_v[1]) / short_ohm,
+               1e-4);
+    check_near("soft bus: A and C agree on the star point (V)", v_v[2] - 0.3 * motor_a[2], v_v[0] - 0.3 * motor_a[0],
+               1e-4);
+}
+
 int main(void)
 {
+    swapped(0, 1);
+    swapped(1, 2);
+    swapped(2, 0);
+    swapped_field();
+    swapped_with_faults();
+    short_on_a_soft_bus();
     phase_short();
     short_to_an_idle_leg(0, 1);
     short_to_an_idle_leg(1, 0);

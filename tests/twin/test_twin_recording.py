@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""What a run writes: the CSV says what the recording says; and who moves time on while the core sleeps changes no byte."""
+import re
+import resource
+
+import numpy as np
+import pytest
+
+from launcher import LauncherError, simulate
+from launcher.paths import build_dir
+from launcher.qemu import Image, Qemu, command, escape, run_to_end
+
+END_S = 0.6
+PERIODS = END_S * 20000
+# typing before the PWM runs, a reset by the watchdog in between, a drive that turns
+SCENARIO = {"key": "bytes", "end_s": END_S, "preamble_s": 0.02,
+            "step": [{"t_s": 0.12, "console": "on"}, {"t_s": 0.3, "event": "watchdog_reset"},
+                     {"t_s": 0.4, "console": "status"}, {"t_s": 0.45, "console": "on"}]}
+FILES = ("trace.bin", "irq.bin", "console.txt")
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    return simulate(SCENARIO, out_dir=tmp_path_factory.mktemp("run"), csv=True)
+
+
+def again(run, folder, *lines):
+    """The same run from its own configuration with more lines in it; how often QEMU gave its processor away."""
+    text = (run.out_dir / "twin.cfg").read_text().replace(str(run.out_dir), str(folder))
+    config = folder / "twin.cfg"
+    config.write_text("".join(line + "\n" for line in (text.rstrip("\n"), *lines)))
+    qemu = Qemu()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_nvcsw
+    run_to_end(command(qemu, Image(build_dir()), config, f"file,id=console,path={escape(folder / 'console.txt')}"),
+               qemu.environment(), END_S, folder / "progress", folder / "qemu.log")
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_nvcsw - before
+
+
+def contents(folder):
+    return {name: (folder / name).read_bytes() for name in FILES}
+
+
+def test_the_csv_says_what_the_recording_says(run):
+    with open(run.out_dir / "trace.csv", encoding="ascii") as file:
+        names = file.readline().strip().split(",")
+        first = file.readline().strip().split(",")
+        file.seek(0)
+        rows = np.loadtxt(file, delimiter=",", skiprows=1)
+    assert rows.shape == (run.trace.rows, len(names)) and rows.shape[0] > 0.99 * PERIODS
+    assert set(names) < set(run.trace)
+    for name, text, column in zip(names, first, rows.T):
+        decimals = len(text.partition(".")[2])
+        np.testing.assert_allclose(column, run.trace[name], rtol=0, atol=0.500001 * 10**-decimals, err_msg=name)
+    # a time is the very number that its text stands for
+    np.testing.assert_array_equal(rows[:, 0], run.trace["t_s"])
+    assert not re.search(r"-0\.0*(,|$)", (run.out_dir / "trace.csv").read_text(), re.MULTILINE)
+
+
+def test_no_csv_unless_it_is_asked_for(run, tmp_path):
+    again(run, tmp_path)
+    assert (tmp_path / "trace.csv").read_bytes() == (run.out_dir / "trace.csv").read_bytes()
+    result = simulate({**SCENARIO, "end_s": 0.05, "step": []}, out_dir=tmp_path)
+    assert result.trace.rows > 900 and not (tmp_path / "trace.csv").exists()
+
+
+def test_sleeping_alone_changes_no_byte(run, tmp_path):
+    alone, by_main_loop = tmp_path / "alone", tmp_path / "main_loop"
+    alone.mkdir()
+    by_main_loop.mkdir()
+    # on its own the core's thread hardly ever waits; for the main loop it does so at each WFI
+    assert again(run, alone, "wfi core") < PERIODS / 4
+    assert again(run, by_main_loop, "wfi main_loop") > PERIODS
+    assert contents(alone) == contents(by_main_loop) == contents(run.out_dir)
+    assert b"state" in contents(alone)["console.txt"]
+
+
+def test_who_shall_wake_is_one_of_two(run, tmp_path):
+    with pytest.raises(LauncherError, match="wfi: 'nobody' is neither core nor main_loop"):
+        again(run, tmp_path, "wfi nobody")
+
+
+@pytest.mark.parametrize("what", ["trace", "csv", "irqlog"])
+def test_a_full_disk_ends_the_run(run, tmp_path, what):
+    with pytest.raises(LauncherError, match="cannot write a recording: No space left on device"):
+        again(run, tmp_path, f"{what} /dev/full")
