@@ -119,6 +119,8 @@ def load_motor(name):
         raise LauncherError(f"{where}: rated_speed_rpm is above max_speed_rpm")
     if load["stiction_nm"] and load["stiction_nm"] < load["coulomb_nm"]:
         raise LauncherError(f"{where}: [load] stiction_nm is below coulomb_nm")
+    if load["stiffness_nm_rad"] and not load["inertia_ratio"]:
+        raise LauncherError(f"{where}: [load] stiffness_nm_rad needs an inertia_ratio behind it")
     motor.saturation()
     return motor
 
@@ -131,6 +133,10 @@ def load_inverter(name, beside=None):
     supply, protection = inverter["supply"], inverter["protection"]
     if not protection["v_min_v"] < supply["vbus_v"] < protection["v_max_v"] < inverter["sensor"]["v_range_v"]:
         raise LauncherError(f"{inverter.where}: v_min_v < vbus_v < v_max_v < v_range_v does not hold")
+    if bool(supply["supply_r2_ohm"]) != bool(supply["supply_c2_f"]):
+        raise LauncherError(f"{inverter.where}: supply_r2_ohm and supply_c2_f go together")
+    if not supply["supply_resistance_ohm"] and not supply["supply_inductance_h"]:
+        raise LauncherError(f"{inverter.where}: [supply] needs a supply_resistance_ohm or a supply_inductance_h")
     if supply["chopper_ohm"] and not supply["vbus_v"] < supply["chopper_off_v"] < supply["chopper_on_v"]:
         raise LauncherError(f"{inverter.where}: vbus_v < chopper_off_v < chopper_on_v does not hold")
     return inverter

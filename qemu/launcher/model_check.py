@@ -70,6 +70,8 @@ AT_SPEED = {"drag_nm": "drag_torque", "iron_w": "iron_power"}
 # value of a [[point]] -> figure of the bench
 AT_CURRENT = {"l_dd_h": "map_l_dd", "l_qq_h": "map_l_qq", "l_dq_h": "map_l_dq", "torque_nm": "map_torque",
               "psi_d_wb": "map_psi_d", "psi_q_wb": "map_psi_q"}
+BLOCK_COMMUTATION = {"no_load_speed_rpm", "no_load_current_a", "torque_constant_nm_a", "speed_constant_rpm_v", "stall_torque_nm",
+                     "stall_current_a", "mechanical_tc_s", "nominal_speed_rpm", "nominal_current_a"}
 ENERGY_TOLERANCE = 1e-4
 
 
@@ -91,7 +93,7 @@ def check_models(motor, build, out):
 def _measured(name, drive, program):
     """Catalogues extrapolate what they say of block commutation from a linear machine, so these are measured on one."""
     measured = bench(drive, program)
-    if drive.motor.saturation() is None:
+    if drive.motor.saturation() is None or not BLOCK_COMMUTATION & set(drive.motor.checks):
         return measured
     return {**bench(load_drive(name, plant="full,-saturation"), program), **measured}
 

@@ -75,6 +75,8 @@ def _full(given, where):
     machine = Saturation(**{key.removeprefix("sat_"): value for key, value in given.items()})
     if machine.a_d0 <= 0 or machine.a_q0 <= 0:
         raise LauncherError(f"{where}: sat_a_d0 and sat_a_q0 must both be given and positive")
+    if machine.w not in (2, 4):
+        raise LauncherError(f"{where}: sat_w is 2 or 4")
     if machine.psi_n_wb == 0 and machine.i_f_a == 0:
         raise LauncherError(f"{where}: neither sat_psi_n_wb nor sat_i_f_a: no magnet")
     return machine

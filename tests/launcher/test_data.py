@@ -81,6 +81,7 @@ def test_shipped_inverters(name):
     ("value = 0.12, source", "value = 0.9, source", "the short form cannot lose 0.9 of lq_h"),
     ("loss_flux =", "sat_a_dd =", "give either loss_d, loss_q, loss_flux or the coefficients sat_..., not both"),
     ("value = 6000, source", "value = 3000, source", "rated_speed_rpm is above max_speed_rpm"),
+    ("value = 7.0, spread", "value = 0.0, spread", "[load] stiffness_nm_rad needs an inertia_ratio behind it"),
     ("value = 4.64, tolerance", "value = 0, tolerance", "[check] emf_ll_v_per_krpm: 0 has no relative tolerance"),
     ("tolerance_percent = 1.0,", 'tolerance_percent = "1",', "tolerance_percent: '1' is not a number"),
     ("tolerance_percent = 1.0, ", "", "write { value = ..., tolerance_percent"),
@@ -154,6 +155,7 @@ def test_an_inverter_beside_the_motor(tmp_path):
     ("[bridge]", "[bridge]\nchopper_ohm = 3", "unknown key 'chopper_ohm'"),
     ("supply_sinks ", 'chopper_ohm = { value = 3, source = "x" }\nsupply_sinks ', "vbus_v < chopper_off_v < chopper_on_v"),
     ("[bridge]", "[brigde]", "unknown entry 'brigde'"),
+    ("supply_sinks ", 'supply_c2_f = { value = 3, source = "x" }\nsupply_sinks ', "supply_r2_ohm and supply_c2_f go together"),
     ("value = 1, source", "value = 0.5, source", "0.5 is not a whole number"),
 ])
 def test_broken_inverter_file(tmp_path, old, new, complaint):

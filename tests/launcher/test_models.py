@@ -43,6 +43,33 @@ def test_the_right_model_passes_and_a_wrong_one_does_not(bench):
         assert check_models("maxon_ec45flat", bench(wrong), lambda line: None) == 1, name
 
 
+def test_points_and_energy_count(bench):
+    """Baldor: flux as a vector, inductances and torque, each wrong by itself; energy that is lost."""
+    motor = load_motor("baldor_ecs101m0h7ef4")
+    right = {"resistance_line_line": 1.26, "open_circuit_flux": 0.4767, "inductance_d": 1.0, "inductance_q": 5.02,
+             "energy_balance_error": 1e-6}
+    names = {"psi_d_wb": "map_psi_d", "psi_q_wb": "map_psi_q", "l_dd_h": "map_l_dd", "l_qq_h": "map_l_qq",
+             "torque_nm": "map_torque"}
+    for point in motor.points:
+        right.update({f"{names[key]}@{point.i_d_a:g},{point.i_q_a:g}": value for key, value in point.values.items()})
+    out = []
+    assert check_models("baldor_ecs101m0h7ef4", bench(right), out.append) == 0, out
+    assert any("flux at -6,6 A" in line for line in out)
+    for name in ("map_psi_q@-6,6", "map_l_qq@0,12.4", "map_torque@-8,9.5"):
+        assert check_models("baldor_ecs101m0h7ef4", bench(dict(right, **{name: right[name] * 1.03})), lambda line: None) == 1
+    # 3 % of the smaller component is less than 2 % of the vector
+    near = dict(right, **{"map_psi_d@-6,6": right["map_psi_d@-6,6"] * 1.03})
+    assert check_models("baldor_ecs101m0h7ef4", bench(near), lambda line: None) == 0
+    assert check_models("baldor_ecs101m0h7ef4", bench(dict(right, energy_balance_error=2e-4)), lambda line: None) == 1
+
+
+@pytest.mark.parametrize("motor", available(MOTORS))
+def test_every_shipped_motor_on_the_bench(motor):
+    """The twin's own model, at the published points; needs `make twin`."""
+    lines = []
+    assert check_models(motor, None, lines.append) == 0, "\n".join(lines)
+
+
 def test_a_bench_that_fails(bench):
     with pytest.raises(LauncherError, match="mssfoc modelcheck: broken"):
         check_models("maxon_ec45flat", bench(MAXON, status=1), print)

@@ -8,12 +8,13 @@ import pytest
 
 from launcher import LauncherError
 from launcher.data import MOTORS, available, load_inverter, load_motor
+from launcher.drive import _ALWAYS as ALWAYS
 from launcher.drive import load_drive, preamble, twin_items
 from launcher.effects import EFFECTS, parse_plant
 from launcher.params import Range, check_ranges, coarse_notes, ranges_of
 from launcher.paths import REPO
 from launcher.probes import Symbols
-from launcher.saturation import Saturation, from_losses
+from launcher.saturation import SHORT, Saturation, from_losses
 from launcher.schema import INVERTER_TABLES, MOTOR_TABLES, SECTIONS
 from launcher.spread import share
 
@@ -293,6 +294,20 @@ def test_shipped_maps_belong_to_their_linear_values(name):
                                    rtol=1e-4)
 
 
+@pytest.mark.parametrize("name", ["baldor_ecs101m0h7ef4", "thor_pmsyrm"])
+def test_published_fluxes_follow_from_the_coefficients(name):
+    """By the published equations, without the twin: within 2 % of measurement and of finite elements."""
+    motor = load_motor(name)
+    m, checked = motor.saturation(), 0
+    for point in motor.points:
+        if "psi_d_wb" in point.values:
+            published = np.array([point.values["psi_d_wb"], point.values["psi_q_wb"]])
+            psi = fluxes(m, point.i_d_a, point.i_q_a, published)
+            assert np.hypot(*(psi - published)) < 0.02 * np.hypot(*published), point
+            checked += 1
+    assert checked >= 4
+
+
 def test_tolerances_stretch_the_map_and_keep_it_reciprocal():
     m = load_motor("baldor_ecs101m0h7ef4").saturation()
     s = m.scaled(1.1, 0.9, 1.0)
@@ -304,3 +319,36 @@ def test_tolerances_stretch_the_map_and_keep_it_reciprocal():
         np.testing.assert_allclose(alike, stretch @ g @ stretch, rtol=1e-5)
         assert scaled[0, 1] == pytest.approx(scaled[1, 0], rel=1e-5)
     assert isinstance(s, Saturation)
+
+
+# ---- the twin --------------------------------------------------------------------------------------------------------
+
+def twin_keys():
+    """{section.key: (low, high, default)} of the tables in the twin's sources."""
+    words = {"CODES": 2048.0, "CONFIG_REQUIRED": math.nan, "REFERENCE_C": 25.0}
+    keys = {}
+    for path in sorted((REPO / "qemu" / "twin").glob("*.c")):
+        for struct, body in re.findall(r"offsetof\(struct (motor|load|inverter|sensor)_params, field\)(.*?)CONFIG_KEYS_END",
+                                       path.read_text(), re.S):
+            for name, *numbers in re.findall(r"KEY\((\w+), ([^,()]+), ([^,()]+), ([^,()]+)\)", body):
+                keys[f"{struct}.{name}"] = tuple(
+                    math.copysign(words[n.strip("-")], -1 if n[0] == "-" else 1) if n.strip("-") in words else float(n)
+                    for n in numbers)
+    return keys
+
+
+def test_the_twin_takes_whatever_a_file_may_hold():
+    """Same names, no narrower range, and the same default where the launcher leaves a key out."""
+    twin, names = twin_keys(), {"counts_per_rev": "encoder_counts"}
+    assert len(twin) > 100
+    for tables in (MOTOR_TABLES, INVERTER_TABLES):
+        for table, keys in tables.items():
+            for key, entry in keys.items():
+                item = f"{SECTIONS.get(table)}.{names.get(key, key)}"
+                if table not in SECTIONS or key in (*SHORT, "inertia_ratio"):
+                    continue
+                assert item in twin, f"the twin has no {item}"
+                low, high, default = twin[item]
+                assert low <= entry.low and entry.high <= high, f"{item}: {entry.low}..{entry.high}, the twin {low}..{high}"
+                if not entry.required and item not in ALWAYS and not key.endswith("_per_rev"):
+                    assert default == entry.default, f"{item}: default {entry.default}, the twin's {default}"
