@@ -201,7 +201,7 @@ static void hoist(void)
     check_true("hoist: from rest it turns nothing", m.speed_rad_s == 0 && m.theta_rad == 0);
     m.load_nm = -4.9e-3;
     coast(&m, 0.01);
-    check_true("hoist: less than its torque does not lift it", m.speed_rad_s == 0);
+    check_true("hoist: less than its torque does not lift it", m.speed_rad_s == 0 && m.theta_rad == 0);
     m.load_nm = -7e-3;
     coast(&m, 0.05);
     check_near("hoist: more lifts it with the rest (rad/s)", m.speed_rad_s, 2e-3 / j * 0.05, 1e-6);
@@ -215,6 +215,9 @@ static void hoist(void)
     check_true("hoist: it gives its energy back", m.energy_load_j < lifted_j);
     m = rigid_with(bench_no_load);
     m.hoist_nm = -5e-3;
+    m.load_nm = 4.9e-3;
+    coast(&m, 0.01);
+    check_true("hoist that pulls forwards: less does not pull it back", m.speed_rad_s == 0 && m.theta_rad == 0);
     m.load_nm = -1e-4;
     coast(&m, 0.01);
     check_near("hoist that pulls forwards: overhauls forwards (rad/s)", m.speed_rad_s, 5.1e-3 / j * 0.01, 1e-6);
