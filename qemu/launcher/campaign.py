@@ -139,7 +139,8 @@ def _run_parallel(parallel, cases, folder, build, qemu, jobs, sshlogin):
     joblog = folder / "joblog"
     joblog.unlink(missing_ok=True)  # what is done is known by its file, whoever did it
     here = _relative(folder) if sshlogin else str(folder)
-    command = [parallel, "--will-cite", "--joblog", str(joblog), "-a", str(listing), *(["--bar"] if os.isatty(2) else ["--eta"])]
+    progress = "--bar" if os.isatty(2) else "--eta"
+    command = [parallel, "--will-cite", "--joblog", str(joblog), "-a", str(listing), progress]
     command += ["-j", str(jobs)] if jobs else []
     if sshlogin:
         command += ["--sshlogin", sshlogin, "--workdir", str(REPO), "--return", f"{here}/{{= s:/:--:g; s: :_:g =}}.json"]

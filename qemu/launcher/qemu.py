@@ -84,7 +84,7 @@ def _checked_version(path, wanted, *_file):
 def _ask(path, *arguments):
     try:
         answer = subprocess.run([path, *_data_arguments(path), *arguments], stdin=subprocess.DEVNULL,
-                                capture_output=True, text=True, timeout=30, check=False, env=_environment(path))
+                                capture_output=True, text=True, timeout=STALL_S, check=False, env=_environment(path))
     except (OSError, subprocess.TimeoutExpired, UnicodeDecodeError) as error:
         raise LauncherError(f"cannot run '{path}': {error}") from error
     return (answer.stdout or answer.stderr).strip()

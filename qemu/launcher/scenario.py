@@ -44,7 +44,8 @@ EVENTS = {
     "phase_swap": ["pair|off"], "chopper": [_FLAG],
     "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
 }
-_FORMS = {_PHASE: r"[ABC]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]", _WORD: r"[&*]?[\w.\[\]]+", "off": r"off"}
+_FORMS = {_PHASE: r"[ABC]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]",
+          _WORD: r"[&*]?[\w.\[\]]+", "off": r"off"}
 
 
 @dataclass

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "amplifier.h"
 
-#define TURN_RAD   6.283185307179586
-#define LONG_AGO_S 1.0
+#define TURN_RAD 6.283185307179586
 
 void amplifier_init(struct amplifier *a)
 {

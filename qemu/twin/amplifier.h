@@ -11,6 +11,8 @@
 
 #include "sensor_keys.h"
 
+#define LONG_AGO_S 1.0 /* an edge of which nothing can be left */
+
 /* What an amplifier is given over a stretch in which the legs do not change: a current that is linear in time. */
 struct leg_view {
     double from_a, to_a;

@@ -30,20 +30,26 @@ struct branch {
     double share, emf_v, r_ohm;
 };
 
+static double knee_a(const struct inverter *inv)
+{
+    return KNEE_SHARE * inv->p.oc_trip_a;
+}
+
 /* The drop follows the current of the step's start. */
 static struct branch switch_on(const struct inverter *inv, double share, double i_a)
 {
     struct branch b = {share, 0, inv->p.r_on_ohm};
-    double knee_a = KNEE_SHARE * inv->p.oc_trip_a;
-    if (fabs(i_a) < knee_a) {
-        b.r_ohm += inv->p.switch_v / knee_a;
-    } else {
-        b.emf_v = i_a > 0 ? -inv->p.switch_v : inv->p.switch_v;
+    if (inv->p.switch_v > 0) {
+        if (fabs(i_a) < knee_a(inv)) {
+            b.r_ohm += inv->p.switch_v / knee_a(inv);
+        } else {
+            b.emf_v = i_a > 0 ? -inv->p.switch_v : inv->p.switch_v;
+        }
     }
     return b;
 }
 
-static struct branch branch_of(const struct inverter *inv, int k, double dt_s)
+static inline struct branch branch_of(const struct inverter *inv, int k, double dt_s)
 {
     const struct inverter_params *p = &inv->p;
     switch (inv->leg[k]) {
@@ -62,6 +68,16 @@ static struct branch branch_of(const struct inverter *inv, int k, double dt_s)
     default: /* nothing flows */
         return (struct branch){0, 0, 0};
     }
+}
+
+double circuit_largest_ohm(const struct inverter *inv)
+{
+    double largest_ohm = inv->short_from >= 0 ? inv->short_ohm : 0;
+    for (int k = 0; k < 3; k++) {
+        double r_ohm = inv->leg[k] == LEG_SWING ? 0 : branch_of(inv, k, 0).r_ohm;
+        largest_ohm = r_ohm > largest_ohm ? r_ohm : largest_ohm;
+    }
+    return largest_ohm + (inv->supply.plain ? 0 : inv->p.bus_esr_ohm);
 }
 
 double circuit_leg_v(const struct inverter *inv, int k, double i_a)
@@ -114,7 +130,6 @@ static void add_short(const struct inverter *inv, struct circuit *c)
     int x = inv->short_from, y = inv->short_to, other = 3 - x - y;
     bool float_x = circuit_floats(inv, x), float_y = circuit_floats(inv, y);
 
-    c->r_max_ohm = fmax(c->r_max_ohm, inv->short_ohm);
     if (!float_x && !float_y) {
         join(c, x, y, inv->short_ohm);
     } else if (!float_y) {
@@ -132,30 +147,42 @@ static void add_short(const struct inverter *inv, struct circuit *c)
     c->source.held[y] = inv->wire_open[y];
 }
 
-void circuit_build(const struct inverter *inv, struct bus_view bus, double dt_s, struct circuit *c)
+/* What the current of leg l takes from the voltages of those on the bus. */
+static void add_bus(const struct inverter *inv, double bus_ohm, const double share[3], struct circuit *c)
 {
-    memset(c, 0, sizeof *c);
+    for (int l = 0; l < 3; l++) {
+        double by_l_ohm = bus_ohm * circuit_bus_share(inv->leg[l]);
+        for (int k = 0; k < 3; k++) {
+            c->source.r_ohm[k][l] += share[k] * by_l_ohm;
+        }
+    }
+}
+
+void circuit_build(const struct inverter *inv, const struct bus_view *bus, double dt_s, struct circuit *c)
+{
+    double share[3];
+    memset(c->source.r_ohm, 0, sizeof c->source.r_ohm);
     for (int k = 0; k < 3; k++) {
         struct branch b = branch_of(inv, k, dt_s);
-        double common_ohm = b.share * bus.ohm;
-        c->source.emf_v[k] = b.share * bus.open_v + b.emf_v;
+        share[k] = b.share;
+        c->source.emf_v[k] = b.share * bus->open_v + b.emf_v;
+        c->source.r_ohm[k][k] = b.r_ohm;
         c->source.held[k] = circuit_floats(inv, k) || inv->wire_open[k];
-        if (common_ohm > 0) {
-            for (int l = 0; l < 3; l++) {
-                c->source.r_ohm[k][l] = common_ohm * circuit_bus_share(inv->leg[l]);
-            }
-        }
-        c->source.r_ohm[k][k] += b.r_ohm;
-        c->r_max_ohm = fmax(c->r_max_ohm, inv->leg[k] == LEG_SWING ? 0 : c->source.r_ohm[k][k]);
+    }
+    if (bus->ohm > 0) {
+        add_bus(inv, bus->ohm, share, c);
     }
     if (inv->short_from >= 0) {
+        memset(c->short_gain, 0, sizeof c->short_gain);
+        c->short_emf_a = 0;
         add_short(inv, c);
     }
 }
 
 void circuit_build_now(const struct inverter *inv, struct circuit *c)
 {
-    circuit_build(inv, (struct bus_view){inv->bus_v, 0}, 0, c);
+    struct bus_view bus = {.open_v = inv->bus_v};
+    circuit_build(inv, &bus, 0, c);
 }
 
 void circuit_leg_currents(const struct inverter *inv, const struct circuit *c, const double i_motor_a[3], double i_a[3])

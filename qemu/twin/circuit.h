@@ -17,7 +17,6 @@ struct circuit {
     struct motor_source source; /* by leg */
     double short_gain[3];       /* short current = short_emf_a + sum of short_gain[l] * motor current l */
     double short_emf_a;
-    double r_max_ohm;
 };
 
 /* No current can leave this leg. */
@@ -28,7 +27,9 @@ double circuit_leg_v(const struct inverter *inv, int k, double i_a);
 double circuit_switch_w(const struct inverter *inv, int k, double mean_a, double square_a2);
 /* Shares of a leg's current that the bus and the capacitances of its node supply. */
 double circuit_bus_share(enum leg_state leg);
-void circuit_build(const struct inverter *inv, struct bus_view bus, double dt_s, struct circuit *c);
+/* The largest resistance in series with a phase. */
+double circuit_largest_ohm(const struct inverter *inv);
+void circuit_build(const struct inverter *inv, const struct bus_view *bus, double dt_s, struct circuit *c);
 /* On the bus as it is now. */
 void circuit_build_now(const struct inverter *inv, struct circuit *c);
 /* Currents out of the legs from those of the motor. */

@@ -52,7 +52,7 @@ sim_ps comparators_next(const struct inverter *inv)
 {
     const struct comparators *c = &inv->comparators;
     sim_ps output = earlier(c->rise_at, c->fall_at);
-    return c->tripped ? output : earlier(output, blanked_until(inv));
+    return c->tripped || !c->any ? output : earlier(output, blanked_until(inv));
 }
 
 /* The output follows after the delay. A second trip within the delay of a release keeps the output where it is. */
@@ -76,20 +76,28 @@ static void follow_output(struct inverter *inv, sim_ps now)
     }
 }
 
+bool comparators_idle(const struct inverter *inv, const double i_a[COMPARATORS])
+{
+    const struct comparators *c = &inv->comparators;
+    double level_a = inv->p.oc_trip_a;
+    bool beyond = fabs(i_a[0]) > level_a || fabs(i_a[1]) > level_a || fabs(i_a[2]) > level_a || fabs(i_a[3]) > level_a;
+    return !beyond && !c->any && !inv->overcurrent && c->rise_at == SIM_NEVER && c->fall_at == SIM_NEVER;
+}
+
 void comparators_follow(struct inverter *inv, const double i_a[COMPARATORS], const sim_ps beyond_at[COMPARATORS],
                         sim_ps now)
 {
     struct comparators *c = &inv->comparators;
-    bool any = false;
+    c->any = false;
     for (int n = 0; n < COMPARATORS; n++) {
         if (fabs(i_a[n]) <= inv->p.oc_trip_a) {
             c->since[n] = SIM_NEVER;
         } else {
             c->since[n] = earlier(c->since[n], beyond_at[n]);
-            any = true;
+            c->any = true;
         }
     }
-    c->tripped = any && (c->tripped || blanked_until(inv) <= now);
+    c->tripped = c->any && (c->tripped || blanked_until(inv) <= now);
     if (c->tripped || inv->overcurrent || c->rise_at != SIM_NEVER) {
         follow_output(inv, now);
     }

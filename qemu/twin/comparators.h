@@ -16,6 +16,7 @@ struct inverter;
 
 struct comparators {
     sim_ps since[COMPARATORS]; /* when blanking began; SIM_NEVER: not beyond the level */
+    bool any;                  /* one of them is */
     bool tripped;              /* before the delay */
     sim_ps rise_at, fall_at;   /* of the output */
 };
@@ -26,6 +27,8 @@ bool comparators_beyond(const struct inverter *inv, int which);
 void comparators_turn_on(struct inverter *inv, int leg, sim_ps now);
 /* The next instant at which they change by themselves. */
 sim_ps comparators_next(const struct inverter *inv);
+/* With these currents nothing happens, nor is anything on its way. */
+bool comparators_idle(const struct inverter *inv, const double i_a[COMPARATORS]);
 /* A step ends at now; beyond_at is when a current that is beyond the level, and was not before, got there. */
 void comparators_follow(struct inverter *inv, const double i_a[COMPARATORS], const sim_ps beyond_at[COMPARATORS],
                         sim_ps now);

@@ -8,7 +8,7 @@
 
 #define EDGE_ERROR_S  0.5e-9 /* a remainder of a swing worth less than an edge displaced by this is not integrated */
 #define LONGEST_S     20e-6  /* a current that needs longer for its swing has ended */
-#define PART_OF_CYCLE 0.5    /* of sqrt(L C): the trapezoidal rule is then 2 % off in the frequency of the ringing */
+#define PART_OF_CYCLE 0.7    /* of sqrt(L C): the trapezoidal rule is then 4 % off in the frequency of the ringing */
 #define LEAST_PART    0.01   /* of a step that began at a rail without a current */
 
 bool coss_can_swing(const struct inverter *inv, int k)
@@ -26,15 +26,15 @@ static double node_v(const struct inverter *inv, int k)
 {
     switch (inv->leg[k]) {
     case LEG_HIGH:
-        return inv->bus_v;
+        return inv->supply.cap_v;
     case LEG_LOW:
         return 0;
     case LEG_BOTH:
-        return inv->bus_v / 2;
+        return inv->supply.cap_v / 2;
     case LEG_DIODE_LO:
         return -inv->p.diode_v;
     case LEG_DIODE_HI:
-        return inv->bus_v + inv->p.diode_v;
+        return inv->supply.cap_v + inv->p.diode_v;
     default:
         return inv->node[k].v;
     }
@@ -43,7 +43,7 @@ static double node_v(const struct inverter *inv, int k)
 /* What the capacitances of a node hold more at v1 than at v0. */
 static double rise_j(const struct inverter *inv, double v0, double v1)
 {
-    return inv->node_f / 2 * (v1 - v0) * (v0 + v1 - inv->bus_v);
+    return inv->node_f / 2 * (v1 - v0) * (v0 + v1 - inv->supply.cap_v);
 }
 
 /* The node jumps from v to where its new state ties it. One of its capacitances is charged out of the bus, through the
@@ -84,7 +84,7 @@ void coss_begin_swing(struct inverter *inv, int k, int turns)
 /* The rail that a current drives the node to. */
 static double rail_v(const struct inverter *inv, double i_a)
 {
-    return i_a > 0 ? -inv->p.diode_v : inv->bus_v + inv->p.diode_v;
+    return i_a > 0 ? -inv->p.diode_v : inv->supply.cap_v + inv->p.diode_v;
 }
 
 /* The way to the rail, and how long it takes this current. */
@@ -180,7 +180,7 @@ double coss_stored_j(const struct inverter *inv)
 {
     double sum_j = 0;
     for (int k = 0; k < 3; k++) {
-        double v = node_v(inv, k), above_v = inv->bus_v - v;
+        double v = node_v(inv, k), above_v = inv->supply.cap_v - v;
         sum_j += inv->node_f / 4 * (v * v + above_v * above_v);
     }
     return sum_j;

@@ -2,9 +2,11 @@
 /* Output capacitance. The node of a leg carries that of two switches, one to each rail, taken as linear: Qoss / vbus.
  *
  * Both off, the phase's current moves the node, dv/dt = -i / (2 C), and the bus supplies half of it. A rail ends the
- * swing in a diode; a switch that closes before charges the rest at once and turns its energy into heat. A node that
- * has found neither rail when its current has reversed, returned and ended is left where it is: what rings on is damped
- * by eddy currents that the motor has not. Two terminals that are joined have no swing. */
+ * swing in a diode; a switch that closes before charges the rest at once and turns its energy into heat. A node that has
+ * found neither rail when its current has reversed, returned and ended is left where it is: what rings on is damped by
+ * eddy currents that the motor has not. The upper rail is here that of the bus capacitor: what its resistance drops
+ * comes and goes with every edge, and a ceramic capacitor across the leg would bridge it. Two terminals that are joined
+ * have no swing. */
 #ifndef TWIN_COSS_H
 #define TWIN_COSS_H
 

@@ -137,8 +137,28 @@ static bool start_diode(struct inverter *inv, const struct motor *motor, const s
     return true;
 }
 
-void diodes_settle(struct inverter *inv, struct motor *motor, struct circuit *c)
+static void hold_open(const struct inverter *inv, struct motor *motor, const struct circuit *c)
 {
+    for (int k = 0; k < 3; k++) {
+        if (c->source.held[k]) {
+            terminals_hold(inv, motor, k);
+        }
+    }
+}
+
+/* No leg floats, no wire is open or joined to another: currents are where they are. */
+static bool all_driven(const struct inverter *inv)
+{
+    bool driven = inv->short_from < 0;
+    for (int k = 0; k < 3; k++) {
+        driven = driven && !circuit_floats(inv, k) && !inv->wire_open[k];
+    }
+    return driven;
+}
+
+void diodes_settle(struct inverter *inv, struct motor *motor)
+{
+    struct circuit c;
     double i_motor_a[3], i_a[3];
     terminals_currents(inv, motor, i_motor_a);
     if (inv->short_from >= 0) {
@@ -147,24 +167,22 @@ void diodes_settle(struct inverter *inv, struct motor *motor, struct circuit *c)
     settle_just_off(inv, i_motor_a);
     coss_settle(inv, i_motor_a);
     for (int round = 0; round < 6; round++) {
-        circuit_build_now(inv, c);
-        circuit_leg_currents(inv, c, i_motor_a, i_a);
+        circuit_build_now(inv, &c);
+        circuit_leg_currents(inv, &c, i_motor_a, i_a);
         /* A diode started in an earlier round has no current yet, so only the first round ends diodes. */
         bool changed = round == 0 && settle_conducting(inv, i_a);
+        if (all_driven(inv)) {
+            return;
+        }
         if (changed) {
-            circuit_build_now(inv, c);
+            circuit_build_now(inv, &c);
         }
-        for (int k = 0; k < 3; k++) {
-            if (c->source.held[k]) {
-                terminals_hold(inv, motor, k);
-            }
-        }
+        hold_open(inv, motor, &c);
         terminals_currents(inv, motor, i_motor_a);
-        circuit_leg_currents(inv, c, i_motor_a, i_a);
-        changed |= start_diode(inv, motor, c, i_a);
+        circuit_leg_currents(inv, &c, i_motor_a, i_a);
+        changed |= start_diode(inv, motor, &c, i_a);
         if (!changed) {
             return;
         }
     }
-    circuit_build_now(inv, c);
 }

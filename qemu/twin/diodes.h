@@ -9,8 +9,8 @@
 #define DIODE_ZERO_A          1e-6   /* a current below this has ended */
 
 bool diodes_any_off(const struct inverter *inv);
-/* Brings those legs into agreement with the motor's currents and voltages, and leaves the circuit that follows. The
- * rounding that is left of a current that has ended is taken out of the motor. */
-void diodes_settle(struct inverter *inv, struct motor *motor, struct circuit *c);
+/* Brings those legs into agreement with the motor's currents and voltages. The rounding that is left of a current that
+ * has ended is taken out of the motor. */
+void diodes_settle(struct inverter *inv, struct motor *motor);
 
 #endif

@@ -10,7 +10,8 @@ void meter_add(struct meter *m, double dt_s, const double from_a[3], const doubl
         double a = from_a[k], b = to_a[k];
         m->charge_as[k] += dt_s / 2 * (a + b);
         m->square_a2s[k] += dt_s / 3 * (a * a + a * b + b * b);
-        m->peak_a[k] = fmax(m->peak_a[k], fmax(fabs(a), fabs(b)));
+        double size_a = fabs(a) > fabs(b) ? fabs(a) : fabs(b);
+        m->peak_a[k] = size_a > m->peak_a[k] ? size_a : m->peak_a[k];
         m->i_a[k] = b;
     }
     m->torque_nms += dt_s / 2 * (m->torque_nm + torque_nm);

@@ -86,8 +86,8 @@ static void describe(struct plant *p, struct plant_row *row)
     row->gates = p->gates;
     row->live = gate_live(&p->gate);
     row->winding_c = m->winding_c;
-    row->load_speed_rad_s = m->speed_rad_s;
-    row->magnet_c = m->p.ambient_c;
+    row->load_speed_rad_s = m->load_speed_rad_s;
+    row->magnet_c = motor_magnet_c(m);
     row->hall = hall_state(&p->sensors.hall, m->p.pole_pairs * m->theta_rad);
     describe_period(p, row);
     p->row_start = p->now;

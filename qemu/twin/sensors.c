@@ -4,10 +4,9 @@
 #include <math.h>
 #include <string.h>
 
-#define CODES      4096
-#define MIDDLE     2048
-#define TURN_RAD   6.283185307179586
-#define LONG_AGO_S 1.0
+#define CODES    4096
+#define MIDDLE   2048
+#define TURN_RAD 6.283185307179586
 
 static const double drift_weight[3] = {1, -1, 0};
 

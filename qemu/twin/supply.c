@@ -86,6 +86,13 @@ static double chopper_s(const struct supply *s, const struct inverter_params *p)
     return s->chopper_on ? 1 / p->chopper_ohm : 0;
 }
 
+/* cos x for |x| <= pi/6 */
+static double cos_within_sixth(double x)
+{
+    double xx = x * x;
+    return 1 - xx / 2 * (1 - xx / 12 * (1 - xx / 30 * (1 - xx / 56 * (1 - xx / 90 * (1 - xx / 132)))));
+}
+
 /* Of the source, ahead of now. A rectifier follows the larger of the mains' line-to-line voltages. */
 static double source_v(const struct supply *s, const struct inverter_params *p, double ahead_s)
 {
@@ -93,47 +100,20 @@ static double source_v(const struct supply *s, const struct inverter_params *p, 
         return p->vbus_v;
     }
     double rad = s->mains_rad + TWO_PI * p->rectifier_hz * ahead_s;
-    return p->vbus_v * cos(rad - SIXTH_TURN_RAD * (rad < SIXTH_TURN_RAD ? 0.5 : 1.5));
+    return p->vbus_v * cos_within_sixth(rad - SIXTH_TURN_RAD * (rad < SIXTH_TURN_RAD ? 0.5 : 1.5));
 }
 
-/* Source, slow branch and inductance over a step: feed * inertia_ohm = drive_v - ohm * feed - u. */
-struct feed {
-    bool on;
-    double source_v, drive_v, ohm, inertia_ohm;
-    double slow_v, slow_ohm; /* mean on C2: slow_v + slow_ohm * feed */
-};
-
-static struct feed feed_over(const struct supply *s, const struct inverter_params *p, bool on, double dt_s)
-{
-    struct feed f = {.on = on, .source_v = source_v(s, p, dt_s / 2), .inertia_ohm = 2 * p->supply_inductance_h / dt_s};
-    if (p->supply_c2_f > 0) {
-        double half_per_f = dt_s / (2 * p->supply_c2_f), fading = 1 + half_per_f / p->supply_r2_ohm;
-        f.slow_v = s->slow_v / fading;
-        f.slow_ohm = half_per_f / fading;
-    }
-    f.drive_v = f.source_v - f.slow_v + f.inertia_ohm * s->feed_a;
-    f.ohm = p->supply_resistance_ohm + f.slow_ohm + f.inertia_ohm;
-    return f;
-}
-
-/* Capacitor and what is beside it: u = v + ohm * (feed - i). */
+/* Capacitor and what is beside it: u = v + ohm * (feed - i), in means over a step or, without a length, now. */
 struct store {
     double v, ohm;
 };
 
-static struct store store_over(const struct supply *s, const struct inverter_params *p, double shunt_s, double dt_s)
+static struct store store_over(const struct supply *s, const struct inverter_params *p, double conductance_s,
+                               double dt_s)
 {
-    double z = p->bus_esr_ohm + dt_s / (2 * p->bus_capacitance_f), share = 1 / (1 + z * shunt_s);
+    double z = p->bus_esr_ohm + dt_s / (2 * p->bus_capacitance_f);
+    double share = 1 / (1 + z * (conductance_s + chopper_s(s, p)));
     return (struct store){share * s->cap_v, share * z};
-}
-
-static struct bus_view view_of(const struct feed *f, const struct store *c)
-{
-    if (!f->on) {
-        return (struct bus_view){c->v, c->ohm};
-    }
-    double total_ohm = f->ohm + c->ohm;
-    return (struct bus_view){c->v + c->ohm * (f->drive_v - c->v) / total_ohm, c->ohm * f->ohm / total_ohm};
 }
 
 /* The source's current now; without inductance it follows from the voltages, negative if it would flow back. */
@@ -142,7 +122,7 @@ static double feed_now_a(const struct supply *s, const struct inverter_params *p
     if (p->supply_inductance_h > 0) {
         return s->feed_a;
     }
-    struct store c = store_over(s, p, load.conductance_s + chopper_s(s, p), 0);
+    struct store c = store_over(s, p, load.conductance_s, 0);
     double drive_v = source_v(s, p, 0) - s->slow_v;
     return (drive_v - c.v + c.ohm * load.current_a) / (p->supply_resistance_ohm + c.ohm);
 }
@@ -152,8 +132,30 @@ static bool is_fed(const struct supply *s, const struct inverter_params *p, stru
     if (sinks(p) || feed_now_a(s, p, load) > 0) {
         return true;
     }
-    struct store c = store_over(s, p, load.conductance_s + chopper_s(s, p), 0);
+    struct store c = store_over(s, p, load.conductance_s, 0);
     return p->supply_inductance_h > 0 && source_v(s, p, 0) - s->slow_v > c.v - c.ohm * load.current_a;
+}
+
+static struct bus_view view_over(const struct supply *s, const struct inverter_params *p, double conductance_s,
+                                 bool fed, double dt_s)
+{
+    struct store c = store_over(s, p, conductance_s, dt_s);
+    struct bus_view b = {.open_v = c.v, .ohm = c.ohm, .fed = fed, .slow_v = s->slow_v};
+    double inertia_ohm = 2 * p->supply_inductance_h / dt_s;
+    if (p->supply_c2_f > 0) {
+        double half_per_f = dt_s / (2 * p->supply_c2_f), fading = 1 + half_per_f / p->supply_r2_ohm;
+        b.slow_v = s->slow_v / fading;
+        b.slow_ohm = half_per_f / fading;
+    }
+    if (fed) {
+        b.source_v = source_v(s, p, dt_s / 2);
+        b.drive_v = b.source_v - b.slow_v + inertia_ohm * s->feed_a;
+        b.feed_ohm = p->supply_resistance_ohm + b.slow_ohm + inertia_ohm;
+        double total_ohm = b.feed_ohm + c.ohm;
+        b.open_v += c.ohm * (b.drive_v - c.v) / total_ohm;
+        b.ohm = c.ohm * b.feed_ohm / total_ohm;
+    }
+    return b;
 }
 
 static void turn_mains(struct supply *s, const struct inverter_params *p, double dt_s)
@@ -164,17 +166,12 @@ static void turn_mains(struct supply *s, const struct inverter_params *p, double
     }
 }
 
-/* One piece of a step, fed all the time or not at all. */
-static struct supply_flow piece(struct supply *s, const struct inverter_params *p, struct bridge_load load, bool fed,
-                                double dt_s)
+/* One piece of a step, fed all the time or not at all. Adds to the flow the integral of the bus's voltage. */
+static void take(struct supply *s, const struct inverter_params *p, struct bridge_load load, const struct bus_view *b,
+                 double dt_s, struct supply_flow *flow)
 {
-    double brake_s = chopper_s(s, p);
-    struct feed f = feed_over(s, p, fed, dt_s);
-    struct store c = store_over(s, p, load.conductance_s + brake_s, dt_s);
-    struct bus_view view = view_of(&f, &c);
-    double bus_v = view.open_v - view.ohm * load.current_a;
-    double feed_a = fed ? (f.drive_v - bus_v) / f.ohm : 0;
-    double slow_v = f.slow_v + f.slow_ohm * feed_a;
+    double brake_s = chopper_s(s, p), bus_v = b->open_v - b->ohm * load.current_a;
+    double feed_a = b->fed ? (b->drive_v - bus_v) / b->feed_ohm : 0, slow_v = b->slow_v + b->slow_ohm * feed_a;
     double cap_a = feed_a - load.current_a - (load.conductance_s + brake_s) * bus_v;
 
     s->heat_j += dt_s * (p->supply_resistance_ohm * feed_a * feed_a + p->bus_esr_ohm * cap_a * cap_a);
@@ -184,9 +181,38 @@ static struct supply_flow piece(struct supply *s, const struct inverter_params *
     }
     s->chopper_j += dt_s * brake_s * bus_v * bus_v;
     s->cap_v += dt_s / p->bus_capacitance_f * cap_a;
-    s->feed_a = fed && p->supply_inductance_h > 0 ? 2 * feed_a - s->feed_a : 0;
+    s->feed_a = b->fed && p->supply_inductance_h > 0 ? 2 * feed_a - s->feed_a : 0;
     turn_mains(s, p, dt_s);
-    return (struct supply_flow){bus_v * dt_s, f.source_v * feed_a * dt_s};
+    flow->bus_v += bus_v * dt_s;
+    flow->source_j += b->source_v * feed_a * dt_s;
+}
+
+/* Whatever is left of the current when the source lets go becomes heat in its diodes. */
+static void let_go(struct supply *s, const struct inverter_params *p)
+{
+    s->heat_j += p->supply_inductance_h * s->feed_a * s->feed_a / 2;
+    s->feed_a = 0;
+}
+
+/* Takes the part of a step in which the source feeds, which ends early if its current would turn round; returns the
+ * time that is left. */
+static double take_fed(struct supply *s, const struct inverter_params *p, struct bridge_load load,
+                       const struct bus_view *b, double dt_s, struct supply_flow *flow)
+{
+    struct supply before = *s;
+    take(s, p, load, b, dt_s, flow);
+    double end_a = sinks(p) ? 0 : feed_now_a(s, p, load);
+    if (end_a >= 0) {
+        return 0;
+    }
+    double start_a = feed_now_a(&before, p, load), fed_s = start_a > 0 ? dt_s * start_a / (start_a - end_a) : 0;
+    *s = before;
+    *flow = (struct supply_flow){0, 0};
+    if (fed_s > 0) {
+        struct bus_view part = view_over(s, p, load.conductance_s, true, fed_s);
+        take(s, p, load, &part, fed_s, flow);
+    }
+    return dt_s - fed_s;
 }
 
 /* Above the upper level on, below the lower off. */
@@ -198,40 +224,15 @@ static void switch_chopper(struct supply *s, const struct inverter_params *p, do
     }
 }
 
-/* Whatever is left of the current when the source lets go becomes heat in its diodes. */
-static void let_go(struct supply *s, const struct inverter_params *p)
-{
-    s->heat_j += p->supply_inductance_h * s->feed_a * s->feed_a / 2;
-    s->feed_a = 0;
-}
-
-/* Takes a step if the source feeds all of it. If not, returns how long it does. */
-static double feed_through(struct supply *s, const struct inverter_params *p, struct bridge_load load, double dt_s,
-                           struct supply_flow *flow)
-{
-    if (!is_fed(s, p, load)) {
-        return 0;
-    }
-    struct supply end = *s;
-    *flow = piece(&end, p, load, true, dt_s);
-    double start_a = feed_now_a(s, p, load), end_a = sinks(p) ? 0 : feed_now_a(&end, p, load);
-    if (end_a < 0) {
-        return start_a > 0 ? dt_s * start_a / (start_a - end_a) : 0;
-    }
-    *s = end;
-    return dt_s;
-}
-
-/* A supply that does not sink lets go when its current reaches zero; the step is cut there. */
 static struct supply_flow any_step(struct supply *s, const struct inverter_params *p, struct bridge_load load,
-                                   double dt_s)
+                                   const struct bus_view *view, double dt_s)
 {
     struct supply_flow flow = {0, 0};
-    double fed_s = feed_through(s, p, load, dt_s, &flow), alone_s = dt_s - fed_s;
+    double alone_s = view->fed ? take_fed(s, p, load, view, dt_s, &flow) : dt_s;
     if (alone_s > 0) {
-        flow = fed_s > 0 ? piece(s, p, load, true, fed_s) : (struct supply_flow){0, 0};
+        struct bus_view alone = view_over(s, p, load.conductance_s, false, alone_s);
         let_go(s, p);
-        flow.bus_v += piece(s, p, load, false, alone_s).bus_v;
+        take(s, p, load, &alone, alone_s, &flow);
     }
     flow.bus_v /= dt_s;
     return flow;
@@ -239,25 +240,23 @@ static struct supply_flow any_step(struct supply *s, const struct inverter_param
 
 /* ---- both ---- */
 
-struct bus_view supply_middle(const struct supply *s, const struct inverter_params *p, struct bridge_load load,
-                              double dt_s)
+struct bus_view supply_view(const struct supply *s, const struct inverter_params *p, struct bridge_load load,
+                            double dt_s)
 {
     if (s->plain) {
         struct bus bus = plain_bus(p);
-        return (struct bus_view){bus_voltage_after(&bus, s->cap_v, load.current_a, dt_s / 2), 0};
+        return (struct bus_view){.open_v = bus_voltage_after(&bus, s->cap_v, load.current_a, dt_s / 2)};
     }
-    struct feed f = feed_over(s, p, is_fed(s, p, load), dt_s);
-    struct store c = store_over(s, p, load.conductance_s + chopper_s(s, p), dt_s);
-    return view_of(&f, &c);
+    return view_over(s, p, load.conductance_s, is_fed(s, p, load), dt_s);
 }
 
 struct supply_flow supply_step(struct supply *s, const struct inverter_params *p, struct bridge_load load,
-                               struct bus_view view, double dt_s)
+                               const struct bus_view *view, double dt_s)
 {
     if (s->plain) {
-        return plain_step(s, p, load.current_a, view.open_v, dt_s);
+        return plain_step(s, p, load.current_a, view->open_v, dt_s);
     }
-    struct supply_flow flow = any_step(s, p, load, dt_s);
+    struct supply_flow flow = any_step(s, p, load, view, dt_s);
     switch_chopper(s, p, supply_bus_v(s, p, load));
     return flow;
 }
@@ -267,7 +266,7 @@ double supply_bus_v(const struct supply *s, const struct inverter_params *p, str
     if (s->plain) {
         return s->cap_v;
     }
-    struct store c = store_over(s, p, load.conductance_s + chopper_s(s, p), 0);
+    struct store c = store_over(s, p, load.conductance_s, 0);
     double feed_a = feed_now_a(s, p, load);
     return c.v + c.ohm * ((sinks(p) ? feed_a : fmax(feed_a, 0)) - load.current_a);
 }

@@ -31,9 +31,12 @@ struct bridge_load {
     double current_a, conductance_s;
 };
 
-/* The bus at the middle of a step: open_v - ohm * current of the bridge. */
+/* The bus over a step, in means: u = open_v - ohm * current of the bridge. */
 struct bus_view {
     double open_v, ohm;
+    bool fed; /* the source conducts */
+    /* source: feed * feed_ohm = drive_v - u; C2 carries slow_v + slow_ohm * feed */
+    double source_v, drive_v, feed_ohm, slow_v, slow_ohm;
 };
 
 /* Over a step. */
@@ -42,10 +45,11 @@ struct supply_flow {
 };
 
 void supply_init(struct supply *s, const struct inverter_params *p);
-struct bus_view supply_middle(const struct supply *s, const struct inverter_params *p, struct bridge_load load,
-                              double dt_s);
+struct bus_view supply_view(const struct supply *s, const struct inverter_params *p, struct bridge_load load,
+                            double dt_s);
+/* Takes the step for which the view was made; the load's current is now its mean. */
 struct supply_flow supply_step(struct supply *s, const struct inverter_params *p, struct bridge_load load,
-                               struct bus_view view, double dt_s);
+                               const struct bus_view *view, double dt_s);
 /* Now, with this load. */
 double supply_bus_v(const struct supply *s, const struct inverter_params *p, struct bridge_load load);
 /* A charge that leaves at once; returns the source's part of its energy. */

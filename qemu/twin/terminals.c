@@ -50,6 +50,10 @@ void terminals_step(const struct inverter *inv, struct motor *motor, const struc
 void terminals_star_voltages(const struct inverter *inv, const struct motor *motor, const struct motor_source *source,
                              double v_v[3])
 {
+    if (!exchanged(inv)) {
+        motor_star_voltages(motor, source, v_v);
+        return;
+    }
     struct motor_source s = by_phase(inv, source);
     double v_phase_v[3];
     motor_star_voltages(motor, &s, v_phase_v);

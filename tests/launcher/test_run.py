@@ -191,4 +191,4 @@ def test_a_live_drive_runs_no_faster_than_the_clock(tmp_path):
     start = time.monotonic()
     process = subprocess.Popen([sys.executable, "-c", hasty, str(progress)])
     assert _keep_pace(process, progress) == 3
-    assert 1.0 - 2 * LEAD_S < time.monotonic() - start
+    assert time.monotonic() - start > 1.0 - 2 * LEAD_S  # and not how much later: that is the host's load

@@ -158,6 +158,9 @@ int main(void)
     ip.rectifier_hz = 50;
     balance("rectifier with a chopper", 0.3e-3, &ip);
     balance("rectifier with a chopper, small inductance", 27e-6, &ip);
+    ip.supply_inductance_h = 0;
+    balance("rectifier without a choke", 0.3e-3, &ip);
+    balance("rectifier without a choke, small inductance", 27e-6, &ip);
     ip = bench_inverter;
     ip.coss_c = 115e-9;
     balance("plain supply", 0.3e-3, &ip);

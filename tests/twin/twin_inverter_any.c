@@ -40,13 +40,13 @@ static struct inverter_params any_params(void)
     return p;
 }
 
-static unsigned any_gates(void)
+static unsigned any_gates(bool faulty)
 {
     unsigned gates = 0;
     for (int k = 0; k < 3; k++) {
         gates |= (unsigned[]){0, GATE_HIGH(k), GATE_LOW(k), GATE_LOW(k)}[any_between(0, 3)];
     }
-    return any_between(0, 60) == 0 ? gates | GATE_HIGH(0) | GATE_LOW(0) : gates;
+    return faulty && any_between(0, 60) == 0 ? gates | GATE_HIGH(0) | GATE_LOW(0) : gates;
 }
 
 static void any_fault(struct bridge *b)
@@ -112,7 +112,7 @@ static double drive(struct bridge *b, bool faulty, struct worst *w)
         if (faulty) {
             any_fault(b);
         }
-        bridge_gates(b, any_gates());
+        bridge_gates(b, any_gates(faulty));
         bridge_advance(b, any_real(1e-9, 40e-6));
         watch(b, w);
     }

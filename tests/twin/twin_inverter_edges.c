@@ -92,7 +92,7 @@ static void hard_edges(void)
     check_near("hard edges: out of the supply (J)", b.inv.energy_supply_j, b.inv.energy_edges_j, 0.01 * QOSS_C * BUS_V);
     check_near("hard edges: no current comes of it (A)", bridge_current(&b, 0), 0, 1e-3);
 
-    /* the same out of a capacitor that nothing feeds */
+    /* the same out of a capacitor that nothing feeds, and which loses 70 mV by it */
     struct inverter_params ip = bench_inverter;
     ip.coss_c = QOSS_C;
     ip.supply_resistance_ohm = 1e3;
@@ -103,7 +103,7 @@ static void hard_edges(void)
     bridge_gates(&c, GATE_HIGH(0) | GATE_HIGH(1) | GATE_HIGH(2));
     bridge_gates(&c, ALL_LOW);
     charge_as += c.inv.supply.cap_v * ip.bus_capacitance_f;
-    check_near("hard edges: charge out of the capacitor (As)", -charge_as, 6 * QOSS_C, 1e-3 * 6 * QOSS_C);
+    check_near("hard edges: charge out of the capacitor (As)", -charge_as, 6 * QOSS_C, 5e-3 * 6 * QOSS_C);
 }
 
 /* ---- a swing in which the current changes ---- */
@@ -132,6 +132,7 @@ static void swing(const char *name, double i0_a, double inductance_h, double dur
     char text[100];
     bridge_gates(&b, BC_LOW | GATE_HIGH(0));
     motor_set_current(&b.m, i0_a, 0);
+    b.inv.energy_edges_j = 0;
     bridge_gates(&b, BC_LOW);
     bridge_advance(&b, duration_s);
     struct swing s = integrate(i0_a, inductance_h, diode_v, duration_s);
@@ -141,6 +142,8 @@ static void swing(const char *name, double i0_a, double inductance_h, double dur
     check_near(text, v, s.v, tolerance_v);
     snprintf(text, sizeof text, "swing, %s: current (A)", name);
     check_near(text, bridge_current(&b, 0), s.i_a, tolerance_v / ring_ohm);
+    snprintf(text, sizeof text, "swing, %s: it meets no switch, so no heat (J)", name);
+    check_near(text, b.inv.energy_edges_j, 0, 1e-3 * QOSS_C * BUS_V);
 }
 
 static void swings(void)
@@ -149,21 +152,46 @@ static void swings(void)
     swing("large inductance, at the rail", 0.5, 1e-3, 0.9e-6, 0.03);
     /* 27 uH: a quarter of the ringing takes 0.98 us, and the bus changes the current by 0.6 A/us */
     swing("small inductance, the current grows", 0.05, 27e-6, 0.4e-6, 0.3);
-    swing("small inductance, it turns round", -0.15, 27e-6, 0.6e-6, 0.3);
+    swing("small inductance, it turns round", -0.15, 27e-6, 0.6e-6, 0.5);
     swing("small inductance, into the lower diode", 0.2, 27e-6, 1.2e-6, 0.3);
 }
 
-/* All switches off with a current too small to reach a rail at once: the ringing ends, and costs nothing any more. */
+/* Next to the rail, with hardly a current, but an EMF of 21 V that makes one: the step ends at the rail all the same. A node
+ * beyond it would have to be brought back by the diode, as heat. */
+static void caught_at_the_rail(void)
+{
+    struct inverter_params ip = bench_inverter;
+    struct motor_params p = bench_motor;
+    p.ld_h = p.lq_h = 27e-6;
+    p.initial_angle_rad = 3.141592653589793 / 2 / p.pole_pairs;
+    ip.coss_c = QOSS_C;
+    struct bridge b = bridge_on_bench(&ip);
+    motor_init(&b.m, &p, &bench_no_load);
+    motor_spin(&b.m, 700);
+    bridge_gates(&b, ALL_LOW);
+    b.m.i_q_a = -0.001;
+    bridge_gates(&b, BC_LOW);
+    double edges_j = b.inv.energy_edges_j;
+    bridge_advance(&b, 0.5e-6);
+    check_equal("an EMF drives the node to the rail", b.inv.leg[0], LEG_DIODE_LO);
+    check_near("and no further: no heat (J)", b.inv.energy_edges_j, edges_j, 1e-3 * QOSS_C * BUS_V);
+}
+
+/* All switches off with a current too small to reach a rail at once: the ringing, 4 us, ends after one of its periods and
+ * costs nothing any more. */
 static void comes_to_rest(void)
 {
     struct inverter_params ip = bench_inverter;
+    struct motor_params p = bench_motor;
+    p.ld_h = p.lq_h = 27e-6;
     ip.coss_c = QOSS_C;
     struct bridge b = bridge_on_bench(&ip);
+    motor_init(&b.m, &p, &bench_no_load);
     motor_lock(&b.m, true);
     bridge_gates(&b, A_HIGH_BC_LOW);
     motor_set_current(&b.m, 0.02, 0);
     bridge_gates(&b, 0);
-    bridge_advance(&b, 100e-6);
+    bridge_advance(&b, 8e-6);
     check_true("all off: every leg has come to rest",
                b.inv.leg[0] == LEG_BLOCKED && b.inv.leg[1] == LEG_BLOCKED && b.inv.leg[2] == LEG_BLOCKED);
     check_near("all off: no current (A)", hypot(b.m.i_d_a, b.m.i_q_a), 0, 1e-12);
@@ -197,6 +225,7 @@ int main(void)
     voltage_error();
     hard_edges();
     swings();
+    caught_at_the_rail();
     comes_to_rest();
     charge_of_a_swing();
     return check_end();

@@ -33,8 +33,8 @@ static double run(struct supply *s, const struct inverter_params *p, double load
     const struct bridge_load load = {load_a, 0};
     double source_j = 0;
     for (long n = lround(duration_s / 2e-6); n > 0; n--) {
-        struct bus_view view = supply_middle(s, p, load, 2e-6);
-        struct supply_flow flow = supply_step(s, p, load, view, 2e-6);
+        struct bus_view view = supply_view(s, p, load, 2e-6);
+        struct supply_flow flow = supply_step(s, p, load, &view, 2e-6);
         source_j += flow.source_j;
         *bridge_j += flow.bus_v * load_a * 2e-6;
     }
