@@ -75,7 +75,7 @@ static double current_for(const struct bus_view *bus, double power_w)
     return 2 * power_w / (bus->open_v + root_v);
 }
 
-void account_step(struct step *st, double stored_j, double dt_s)
+struct bridge_load account_step(struct step *st, double stored_j, double dt_s)
 {
     struct inverter *inv = st->inv;
     double motor_j = st->after.energy_in_j - st->before->energy_in_j;
@@ -96,5 +96,7 @@ void account_step(struct step *st, double stored_j, double dt_s)
     inv->energy_supply_j += flow.source_j;
     inv->energy_bridge_j += flow.bus_v * step_bus_a(&mean, flow.bus_v) * dt_s - ripple_j;
     inv->energy_conduction_j += heat_j;
-    inv->bus_v = supply_bus_v(&inv->supply, &inv->p, (struct bridge_load){end_a, mean.conductance_s});
+    mean.current_a = end_a;
+    inv->bus_v = supply_bus_v(&inv->supply, &inv->p, mean);
+    return mean;
 }

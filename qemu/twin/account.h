@@ -29,7 +29,7 @@ struct step {
 struct bridge_load step_load(const struct inverter *inv, const double i_a[3]);
 double step_bus_a(const struct bridge_load *load, double bus_v);
 
-/* Brings supply and energies to the end of the step, before which the nodes have taken stored_j. */
-void account_step(struct step *st, double stored_j, double dt_s);
+/* Brings supply and energies to the end of the step, in which the nodes have taken stored_j; returns the load there. */
+struct bridge_load account_step(struct step *st, double stored_j, double dt_s);
 
 #endif

@@ -122,11 +122,10 @@ static double longest_step_s(const struct step *st)
     return coss_swings(inv) ? fmin(dt_s, coss_longest_step_s(inv, st->before, st->i_start_a)) : dt_s;
 }
 
-static void compare(struct step *st, sim_ps from, sim_ps to)
+static void compare(struct step *st, const struct bridge_load *end, sim_ps from, sim_ps to)
 {
     struct inverter *inv = st->inv;
-    struct bridge_load end = step_load(inv, st->i_a);
-    double i_a[COMPARATORS] = {st->i_a[0], st->i_a[1], st->i_a[2], step_bus_a(&end, inv->bus_v)};
+    double i_a[COMPARATORS] = {st->i_a[0], st->i_a[1], st->i_a[2], step_bus_a(end, inv->bus_v)};
     if (comparators_idle(inv, i_a)) {
         return;
     }
@@ -170,9 +169,9 @@ static double advance_step(struct inverter *inv, struct motor *motor, double lef
     if (inv->short_from < 0 && st.margin_start_a > 0 && st.margin_a < -zero_a(inv)) {
         dt_s = locate_event(&st, dt_s);
     }
-    account_step(&st, coss_move(inv, st.i_start_a, st.i_a, dt_s), dt_s);
+    struct bridge_load end = account_step(&st, coss_move(inv, st.i_start_a, st.i_a, dt_s), dt_s);
     *motor = st.after;
-    compare(&st, to - sim_from_s(left_s), to - sim_from_s(left_s - dt_s));
+    compare(&st, &end, to - sim_from_s(left_s), to - sim_from_s(left_s - dt_s));
     if (inv->on_step) {
         inv->on_step(inv->on_step_context, dt_s, st.i_start_a, st.i_a);
     }

@@ -11,20 +11,6 @@ bool circuit_floats(const struct inverter *inv, int k)
     return inv->leg[k] == LEG_BLOCKED || inv->leg[k] == LEG_JUST_OFF;
 }
 
-double circuit_bus_share(enum leg_state leg)
-{
-    switch (leg) {
-    case LEG_HIGH:
-    case LEG_DIODE_HI:
-        return 1;
-    case LEG_BOTH:
-    case LEG_SWING:
-        return 0.5;
-    default:
-        return 0;
-    }
-}
-
 /* One leg: v = share * bus + emf_v - r_ohm * i. */
 struct branch {
     double share, emf_v, r_ohm;

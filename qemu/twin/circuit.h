@@ -25,8 +25,13 @@ bool circuit_floats(const struct inverter *inv, int k);
 double circuit_leg_v(const struct inverter *inv, int k, double i_a);
 /* Heat of a switch that conducts, from mean and mean square of its current. */
 double circuit_switch_w(const struct inverter *inv, int k, double mean_a, double square_a2);
-/* Shares of a leg's current that the bus and the capacitances of its node supply. */
-double circuit_bus_share(enum leg_state leg);
+/* The share of a leg's current that comes from the bus; of a swing, the node's own charge supplies the other half. */
+static inline double circuit_bus_share(enum leg_state leg)
+{
+    static const double share[] = {
+        [LEG_HIGH] = 1, [LEG_DIODE_HI] = 1, [LEG_BOTH] = 0.5, [LEG_SWING] = 0.5, [LEG_BLOCKED] = 0};
+    return share[leg];
+}
 /* The largest resistance in series with a phase. */
 double circuit_largest_ohm(const struct inverter *inv);
 void circuit_build(const struct inverter *inv, const struct bus_view *bus, double dt_s, struct circuit *c);

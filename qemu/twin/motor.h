@@ -60,8 +60,8 @@ struct motor {
     /* Integrals since the beginning. */
     double volt_alpha_vs, volt_beta_vs; /* of the phase voltages against the star point */
     double torque_nms;
-    double alpha2_a2s, beta2_a2s,
-        alpha_beta_a2s; /* of products of the terminals' currents: see motor_square_current() */
+    /* of products of the terminals' currents, for motor_square_currents(): */
+    double alpha2_a2s, beta2_a2s, alpha_beta_a2s;
     double energy_in_j, energy_copper_j, energy_fault_j, energy_airgap_j;
     double energy_iron_j, energy_friction_j; /* friction: also of the load and in the shaft between */
     double energy_load_j;                    /* done on load_nm, hoist_nm and the fan */

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Writes the measured figures into README.md and docs/results.md, between the lines that mark them, and the plot beside.
+"""Writes the measured figures between the lines that mark them: the drive's into README.md, all others into docs/results.md;
+and the plot beside.
 
-usage: results.py          runs the default and the current-step scenario on every motor, and every fault on the first
+usage: results.py          the default run and the swept sine on every motor, and every fault on the first one
 """
 import io
 import os
@@ -14,50 +15,62 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests" / "tools")]
 
 from launcher import simulate  # noqa: E402
+from launcher.data import MOTORS, available  # noqa: E402
 from launcher.plot import draw  # noqa: E402
+from launcher.report import value_text  # noqa: E402
+from launcher.simulate import DEFAULT_MOTOR  # noqa: E402
 
 import size  # noqa: E402
 import stack  # noqa: E402
 from pages import replace_block  # noqa: E402
 
 BUILD = ROOT / os.environ.get("BUILD", "build")
-MOTORS = ["teknic_m2310p", "maxon_ec45flat", "abb_m2bj100l"]
-# row of the table -> (scenario, figure, format)
-ROWS = [
-    ("steady speed error at rated load", "default", "steady speed error, rated load", "{:.3f} %"),
-    ("speed overshoot, 0 to 1500 rpm", "default", "speed overshoot", "{:.1f} %"),
-    ("dip at the rated load step", "default", "dip at the rated load step", "{:.1f} %"),
-    ("recovered to 1 % within", "default", "recovery from the load step", "{:.0f} ms"),
-    ("largest i_d at rated load, of rated current", "default", "i_d deviation, rated load", "{:.1f} %"),
-    ("phase-current THD at rated load", "default", "phase current THD at rated load", "{:.2f} %"),
-    ("peak current, of the limit", "default", "peak current", "{:.1f} %"),
-    ("current loop: rise 10-90 %", "current_step", "i_q rise, 10-90 %", "{:.0f} us"),
-    ("current loop: overshoot", "current_step", "i_q overshoot", "{:.1f} %"),
-    ("current loop: bandwidth (-3 dB)", "current_step", "current bandwidth", "{:.0f} Hz"),
+SCENARIOS = ("default", "current_sweep")
+# column, with its condition -> scenario, figures, what each is shown with
+COLUMNS = [
+    ("speed error, rated load, steady: mean / largest", "default",
+     ("speed error, steady, rated load, mean", "speed error, steady, rated load, largest"), ("{:.3f}", "{:.2f} %")),
+    ("largest speed dip at the rated load step", "default", ("speed dip at the rated load step",), ("{:.1f} %",)),
+    ("recovered to 1 % within", "default", ("recovery to 1 % from the rated load step",), ("{:.0f} ms",)),
+    ("i_d error of rated, whole run: rms / largest", "default",
+     ("i_d error, whole run, rms", "i_d error, whole run, largest"), ("{:.1f}", "{:.1f} %")),
+    ("field angle error, electrical, whole run: mean / largest", "default",
+     ("field angle error, whole run, mean", "field angle error, whole run, largest"), ("{:.1f}", "{:.1f}°")),
+    ("current distortion, rated load, steady: without / with ripple", "default",
+     ("current distortion without ripple, rated load", "current distortion with ripple, rated load"), ("{:.1f}", "{:.1f} %")),
+    ("largest current between samples too, of i_max, whole run", "default", ("peak current, whole run",), ("{:.0f} %",)),
+    ("closed loop of i_q by swept sine: -3 dB / -90° / phase margin", "current_sweep",
+     ("bandwidth of i_q, -3 dB", "bandwidth of i_q, -90 degrees", "phase margin of i_q"), ("{:.0f}", "{:.0f} Hz", "{:.0f}°")),
 ]
 
 
 def drive_table():
-    runs = {(m, s): simulate(s, motor=m, out_dir=BUILD / "results" / m / s) for m in MOTORS
-            for s in ("default", "current_step")}
-    for (motor, scenario), result in runs.items():
-        if not result.passed:
-            raise SystemExit(f"mssfoc: {scenario} on {motor} misses a limit; see make run")
-    draw(runs[MOTORS[0], "default"], ROOT / "docs" / "run.png")
-    names = [runs[m, "default"].drive.motor.name for m in MOTORS]
-    lines = ["| `make run` | " + " | ".join(names) + " |", "|---|" + "---|" * len(names)]
-    for label, scenario, figure, form in ROWS:
-        cells = [form.format(runs[m, scenario].figures[figure].value) for m in MOTORS]
-        lines.append(f"| {label} | " + " | ".join(cells) + " |")
+    """A row for each motor; where a run misses a limit, its row says so."""
+    lines = ["| motor | " + " | ".join(column for column, *_ in COLUMNS) + " |", "|---|" + "---|" * len(COLUMNS)]
+    for motor in available(MOTORS):
+        runs = {scenario: simulate(scenario, motor=motor, out_dir=BUILD / "results" / motor / scenario)
+                for scenario in SCENARIOS}
+        if motor == DEFAULT_MOTOR:
+            draw(runs["default"], ROOT / "docs" / "run.png")
+        lines.append(f"| {runs['default'].drive.motor.name} | " + " | ".join(cells(runs)) + " |")
     return "\n".join(lines) + "\n"
 
 
+def cells(runs):
+    missed = {scenario: next((f for f in run.figures.values() if f.passed is False), None) for scenario, run in runs.items()}
+    for _, scenario, names, forms in COLUMNS:
+        if missed[scenario]:
+            yield "fails: " + value_text(missed[scenario]) if missed[scenario].equal is not None else "fails"
+        else:
+            yield " / ".join(form.format(runs[scenario].figures[name].value) for name, form in zip(names, forms))
+
+
 def fault_table():
-    lines = ["| scenario | reported | bridge off after |", "|---|---|---|"]
+    lines = ["| scenario | reported | bridge off within, PWM periods |", "|---|---|---|"]
     for path in sorted((ROOT / "qemu" / "scenarios").glob("fault_*.toml")):
-        result = simulate(path.stem, motor=MOTORS[0], out_dir=BUILD / "results" / "faults" / path.stem)
+        result = simulate(path.stem, out_dir=BUILD / "results" / "faults" / path.stem)
         off = result.figures.get("bridge off")
-        after = f"{off.value * 50:.0f} us" if off and off.value is not None else "never switched on"
+        after = str(off.value) if off and off.value is not None else "never switched on" if off is None else "not switched off"
         lines.append(f"| {result.scenario.title.removeprefix('fault at rated load: ').removeprefix('fault: ')} | "
                      f"{result.figures['faults'].value} | {after} |")
     return "\n".join(lines) + "\n"
@@ -79,10 +92,8 @@ def versions():
 
 
 def main():
-    table = drive_table()
     results = ROOT / "docs" / "results.md"
-    replace_block(ROOT / "README.md", "drive", table)
-    replace_block(results, "drive", table)
+    replace_block(ROOT / "README.md", "drive", drive_table())
     replace_block(results, "faults", fault_table())
     image = str(BUILD / "mssfoc.elf")
     replace_block(results, "size", listing(lambda: (size.image_table(image), size.library_table(str(BUILD / "libmssfoc.a")))))

@@ -188,6 +188,45 @@ static void balances(void)
     power_balance("balance of power, bridges of W = 4 (of the turnover)", p, 40, false);
 }
 
+struct seen {
+    double flux_vs, drop_v;
+};
+
+/* Of phase C's winding: its flux linkage, and the drop of what the field takes of current there. */
+static struct seen phase_c(const struct motor *m)
+{
+    double axis = 4 * m->theta_rad - 4 * PI / 3, c = cos(axis), s = sin(axis);
+    return (struct seen){m->psi_vs.d * c - m->psi_vs.q * s, m->p.resistance_ohm * (m->i_d_a * c - m->i_q_a * s)};
+}
+
+/* A floating terminal shows the change of its own flux linkage. What it shows before a step has to be what the step then
+ * does, also where the inductance varies, other phases carry current, and shorted turns of theirs lend it some. */
+static void floating_terminal(bool shorted)
+{
+    struct motor_params p = with_permeance(with_harmonics());
+    struct motor m = at_angle(p, 0.2);
+    const double dt_s = 0.5e-6;
+    double error_v = 0, v0[3], v1[3];
+    motor_spin(&m, 150);
+    if (shorted) {
+        motor_short_winding(&m, 0, 0.4, 0.01);
+    }
+    for (int n = 0; n < 20000; n++) {
+        struct motor_source source = {.emf_v = {4 * sin(600 * n * dt_s), 0, 0}, .held = {false, false, true}};
+        struct seen before = phase_c(&m);
+        motor_star_voltages(&m, &source, v0);
+        motor_step(&m, &source, dt_s);
+        motor_star_voltages(&m, &source, v1);
+        struct seen after = phase_c(&m);
+        double seen_v = (after.flux_vs - before.flux_vs) / dt_s + (before.drop_v + after.drop_v) / 2;
+        error_v = fmax(error_v, fabs(seen_v - (v0[2] + v1[2]) / 2));
+    }
+    check_near(shorted ? "the same beside shorted turns (V)"
+                       : "a floating terminal shows its flux linkage's change (V)",
+               error_v, 0, 1e-4);
+    check_between("while the others carry (A)", hypot(m.i_d_a, m.i_q_a), 0.5, 20);
+}
+
 /* ---- cogging ---- */
 
 static double potential_j(const struct motor_params *p, double theta_rad)
@@ -237,6 +276,8 @@ int main(void)
     torque();
     inductance();
     balances();
+    floating_terminal(false);
+    floating_terminal(true);
     cogging();
     return check_end();
 }

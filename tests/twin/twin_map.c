@@ -243,13 +243,31 @@ static void open_phase(void)
     check_near("open phase: nothing in it (A)", worst_a, 0, 1e-9);
 }
 
+/* A wire that breaks at full current: its flux goes, along its own axis, and what stands across that stays. */
+static void broken_wire(void)
+{
+    struct motor m = machine_at(&bench_thor, -20, 30);
+    struct dq before = m.psi_vs;
+    double i_a[3], c = cos(-2 * PI / 3), s = sin(-2 * PI / 3);
+    motor_currents(&m, i_a);
+    check_between("broken wire: it carried (A)", fabs(i_a[2]), 10, 40);
+    motor_hold_phase(&m, 2);
+    motor_currents(&m, i_a);
+    check_near("broken wire: nothing is left (A)", i_a[2], 0, 1e-12);
+    check_near("broken wire: flux linkage across its axis stays (Vs)",
+               -(m.psi_vs.d - before.d) * s + (m.psi_vs.q - before.q) * c, 0, 1e-12);
+}
+
 static void refusals(void)
 {
     struct motor_params p = bench_thor;
     check_true("THOR is accepted up to 60 A", motor_params_check(&p, &bench_no_load, 60) == NULL);
-    p.sat_s = 2.5;
-    check_true("an exponent that is not whole is refused", motor_params_check(&p, &bench_no_load, 60) != NULL);
-    p = bench_thor;
+    double *const exponents[] = {&p.sat_s, &p.sat_t, &p.sat_u, &p.sat_v};
+    for (int n = 0; n < 4; n++) {
+        *exponents[n] += 0.5;
+        check_true("an exponent that is not whole is refused", motor_params_check(&p, &bench_no_load, 60) != NULL);
+        p = bench_thor;
+    }
     p.sat_w = 3;
     check_true("W = 3 is refused", motor_params_check(&p, &bench_no_load, 60) != NULL);
     p = bench_thor;
@@ -271,6 +289,7 @@ int main(void)
     locked_rise(&machines[1], 30, 50e-3);
     locked_rise(&machines[2], 100, 5e-3);
     open_phase();
+    broken_wire();
     refusals();
     return check_end();
 }

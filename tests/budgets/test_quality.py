@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""No motor is controlled worse, and no budget of it grows stale, without a change of tests/quality.toml."""
+import pytest
+
+from budgets.quality import complaints, load_quality, measure, verdict_of_runs
+from budgets.update_quality import written
+from launcher.data import MOTORS, available
+
+QUALITY = load_quality()
+HELD = QUALITY["held"]
+
+
+@pytest.mark.parametrize("scenario", HELD)
+@pytest.mark.parametrize("motor", available(MOTORS))
+def test_quality(motor, scenario, tmp_path):
+    key = f"{motor}/{scenario}"
+    measured, why = measure(motor, scenario, HELD[scenario], tmp_path)
+    values = QUALITY["values"].get(motor, {}).get(scenario, {})
+    found = [*verdict_of_runs(key, why, QUALITY["fails"])]
+    if not why:
+        found += complaints(key, measured, values, HELD[scenario])
+    assert not found, "\n".join(["quality is not kept:", *found])
+
+
+def test_everything_is_held_with_a_reason_and_notices_a_fifth():
+    for scenario, rows in HELD.items():
+        for name, rule in rows.items():
+            where = f"{scenario}: {name}"
+            assert set(rule) == {"percent", "better", "reason"} and rule["better"] in ("lower", "higher"), where
+            assert 0 < rule["percent"] < 20 / 1.2, f"{where}: a drive 20 % worse must not pass"
+            assert len(rule["reason"]) >= 15, where
+    assert all(len(why) >= 15 for why in QUALITY["fails"].values())
+
+
+def test_every_motor_stands_there_once():
+    motors = set(available(MOTORS))
+    assert set(QUALITY["values"]) <= motors
+    for motor in motors:
+        for scenario in HELD:
+            there = scenario in QUALITY["values"].get(motor, {})
+            assert there != (f"{motor}/{scenario}" in QUALITY["fails"]), f"{motor}/{scenario}: either values or a reason"
+
+
+def test_the_file_is_as_the_update_writes_it():
+    assert written(QUALITY) == open("tests/quality.toml", encoding="utf-8").read()
+
+
+RULE = {"dip": {"percent": 10, "better": "lower", "reason": "a test"},
+        "margin": {"percent": 10, "better": "higher", "reason": "a test"}}
+
+
+@pytest.mark.parametrize("name, now, said", [
+    ("dip", 10.0, None), ("dip", 10.9, None), ("dip", 9.1, None), ("dip", 12.0, "dip: 12, budget 10 +-10 % (+20 %), worse"),
+    ("dip", 8.0, "better: tighten the budget"), ("margin", 8.0, "margin: 8, budget 10 +-10 % (-20 %), worse"),
+    ("margin", 12.0, "better: tighten the budget"), ("dip", None, "was not measured"),
+])
+def test_both_ways(name, now, said):
+    found = list(complaints("m/s", {name: now}, {name: 10.0}, RULE))
+    assert (said is None and not found) or (len(found) == 1 and said in found[0])
+
+
+def test_values_and_figures_belong_together():
+    assert "without a budget" in next(complaints("m/s", {"dip": 1.0}, {}, RULE))
+    assert "was not measured" in next(complaints("m/s", {}, {"dip": 1.0}, RULE))
+    assert "does not know it" in next(complaints("m/s", {}, {"other": 1.0}, RULE))
+    assert "budget is zero" in next(complaints("m/s", {"dip": 1.0}, {"dip": 0.0}, RULE))
+
+
+def test_expected_failures_are_strict():
+    assert not list(verdict_of_runs("m/s", "no field", {"m/s": "known"})) and not list(verdict_of_runs("m/s", "", {}))
+    assert "m/s fails: no field" in next(verdict_of_runs("m/s", "no field", {}))
+    assert "holds its limits now" in next(verdict_of_runs("m/s", "", {"m/s": "known"}))

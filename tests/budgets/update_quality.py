@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: MIT
+"""Measures the quality of control again and rewrites the values of tests/quality.toml; what is held and why stays.
+
+usage: update_quality.py [MOTOR ...]     all motors, or those named; one run a processor
+
+A run that misses a limit goes to [fails] with what it missed; a reason that stands there already stays. Look at the
+difference before committing it: every value that got worse is a decision.
+"""
+import json
+import os
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests")]
+
+from budgets.quality import QUALITY, load_quality, measure  # noqa: E402
+from launcher.data import MOTORS, available  # noqa: E402
+
+HEAD = """# SPDX-License-Identifier: MIT
+# Quality of control on the full plant: every motor, seeds and tolerances as tests/budgets/quality.py has them. A figure that
+# leaves its tolerance fails in either direction. `tests/budgets/update_quality.py` measures the values; [held] is written by
+# hand, and so are the reasons in [fails], whose runs must fail as long as they stand there.
+"""
+
+
+def _lines(table):
+    width = max((len(json.dumps(name)) for name in table), default=0)
+    for name, value in table.items():
+        if isinstance(value, dict):
+            value = "{ " + ", ".join(f"{key} = {json.dumps(entry)}" for key, entry in value.items()) + " }"
+        elif isinstance(value, str):
+            value = json.dumps(value)
+        else:
+            value = f"{value:.4g}"
+        yield f"{json.dumps(name):<{width}} = {value}"
+
+
+def written(quality):
+    """The whole file as text."""
+    parts = [HEAD]
+    for scenario, rows in quality["held"].items():
+        parts += [f"[held.{scenario}]", *_lines(rows), ""]
+    parts += ["[fails]", *_lines(dict(sorted(quality["fails"].items())))]
+    for motor, scenarios in sorted(quality["values"].items()):
+        for scenario, values in scenarios.items():
+            parts += ["", f"[values.{motor}.{scenario}]", *_lines(values)]
+    return "\n".join(parts) + "\n"
+
+
+def updated(quality, motor, scenario, measured, why):
+    """Takes one motor's scenario over; returns lines that say what changed."""
+    key, values = f"{motor}/{scenario}", quality["values"].setdefault(motor, {})
+    missing = [name for name, value in measured.items() if value is None]
+    if why or missing:
+        values.pop(scenario, None)
+        quality["fails"].setdefault(key, (why or f"not measured: {', '.join(missing)}")[:200])
+        return [f"{key} fails: {why or missing}"]
+    quality["fails"].pop(key, None)
+    before, values[scenario] = values.get(scenario, {}), {name: float(f"{value:.4g}") for name, value in measured.items()}
+    return [f"{key}: {name}: {before.get(name)} -> {now}" for name, now in values[scenario].items() if before.get(name) != now]
+
+
+def main(motors):
+    quality = load_quality()
+    cases = [(motor, scenario) for motor in motors or available(MOTORS) for scenario in quality["held"]]
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
+        found = pool.map(lambda case: measure(*case, quality["held"][case[1]], Path(folder) / "_".join(case)), cases)
+        for (motor, scenario), (measured, why) in zip(cases, found):
+            for line in updated(quality, motor, scenario, measured, why):
+                print(line, flush=True)
+    order = list(quality["held"])
+    quality["values"] = {motor: dict(sorted(rows.items(), key=lambda row: order.index(row[0])))
+                         for motor, rows in quality["values"].items() if rows}
+    QUALITY.write_text(written(quality))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
