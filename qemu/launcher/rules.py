@@ -3,7 +3,8 @@
 
     i_max_a        1.5 times rated current, at most 85 % of i_trip_a
     i_trip_a       1.4 times that, at most 95 % of the sensors' range and of the comparators' threshold
-    i_align_a      70 % of rated current: far above friction and cogging
+    i_align_a      70 % of rated current: far above friction and cogging; at most half of psi / (L_q - L_d), since beyond all of
+                   it reluctance turns the magnets away from the current
     speed_max_rpm  the least of max_speed_rpm, of what the bus gives at rated torque, of 980 Hz electrical (the firmware's
                    speeds end at 1187 Hz, over-speed is 1.2 times this) and of 26000 rpm
     overspeed_rpm  1.2 times speed_max_rpm
@@ -30,10 +31,13 @@ def control_by_rule(motor, inverter):
     speed = min(rating["max_speed_rpm"], speed_of_bus_rpm(motor, inverter), LARGEST_RPM,
                 LARGEST_HZ * 60 / motor["electrical"]["pole_pairs"])
     speed = _three_digits(speed)
+    electrical = motor["electrical"]
+    saliency_h = max(electrical["lq_h"] - electrical["ld_h"], 1e-12)
+    align_a = min(0.7 * rated_a, 0.5 * electrical["flux_wb"] / saliency_h)
     inertia = motor["mechanical"]["inertia_kgm2"] * (1 + motor["load"]["inertia_ratio"])
     slope = min(speed / 0.8, 0.5 * rating["rated_torque_nm"] / inertia / RPM)
     return {"i_max_a": _three_digits(min(1.5 * rated_a, 0.85 * trip_a)), "i_trip_a": _three_digits(trip_a),
-            "i_align_a": _three_digits(0.7 * rated_a), "speed_max_rpm": speed,
+            "i_align_a": _three_digits(align_a), "speed_max_rpm": speed,
             "overspeed_rpm": math.ceil(SPEED_SHARE_OF_TRIP * speed), "ramp_rpm_s": _three_digits(slope),
             "current_bw_hz": 1000.0, "speed_bw_hz": 60.0}
 

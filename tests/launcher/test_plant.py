@@ -231,6 +231,11 @@ def test_rules_keep_to_the_sensors_and_to_the_bus(motor):
     assert rule["ramp_rpm_s"] * math.pi / 30 * drive.inertia_kgm2 <= 0.5 * rating["rated_torque_nm"] * (1 + 1e-9)
 
 
+def test_a_salient_motor_is_aligned_gently():
+    salient = by_rule("qs138_3kw", electrical={"lq_h": 800e-6})
+    assert salient["i_align_a"] == pytest.approx(0.5 * 19.01e-3 / (800e-6 - 31e-6), rel=0.01)
+
+
 def test_a_bus_that_is_too_low(tmp_path):
     text = (MOTORS / "mjbots_mj5208.toml").read_text().replace("value = 0.375", "value = 50")
     (tmp_path / "weak.toml").write_text(text)
