@@ -45,7 +45,7 @@ def test_the_file_is_as_the_update_writes_it():
     assert written(QUALITY) == open("tests/quality.toml", encoding="utf-8").read()
 
 
-RULE = {"dip": {"percent": 10, "better": "lower", "reason": "a test"}, "margin": {"percent": 10, "better": "higher", "reason": "a test"}}
+RULE = {name: {"percent": 10, "better": better, "reason": "a test"} for name, better in (("dip", "lower"), ("margin", "higher"))}
 
 
 @pytest.mark.parametrize("name, now, said", [
