@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: MIT
 """Quality of control, held as cycles are: figures of every motor on the full plant, on fixed seeds, both ways.
 
-tests/quality.toml has what is held and why ([held.SCENARIO]), what each motor measured when that was last agreed to
-([values.MOTOR.SCENARIO]), and which runs fail today ([fails]). A figure that leaves its tolerance fails in either direction:
-upwards the drive got worse, downwards the budget no longer guards it.
+tests/quality.toml has what is held and why ([held.SCENARIO]), and what each motor measured when that was last agreed to
+([values.MOTOR.SCENARIO]). A figure that leaves its tolerance fails in either direction: upwards the drive got worse, downwards
+the budget no longer guards it. Runs that miss a limit stand in the campaign's list of expected failures, and nowhere else; a
+motor's figures are those of its other seeds.
 """
 import tomllib
 from pathlib import Path
 
 from launcher import LauncherError, simulate
+from launcher.campaign import Case
 from launcher.report import value_text
 
 ROOT = Path(__file__).resolve().parents[2]
 QUALITY = ROOT / "tests" / "quality.toml"
-SEEDS = (1, 2)  # each figure is its mean over these
+SEEDS = (1, 2)  # each figure is its mean over those of these that hold their limits
 
 
 def load_quality(path=QUALITY):
@@ -21,24 +23,25 @@ def load_quality(path=QUALITY):
         return tomllib.load(stream)
 
 
-def failures(results):
-    """Why the runs fail, in a line; empty when they hold all their limits."""
-    missed = {result.seed: [f for f in result.figures.values() if f.passed is False] for result in results}
-    return "; ".join(f"seed {seed}: {figures[0].name} is {value_text(figures[0])}, limit {figures[0].limit_text}"
-                     + (f", and {len(figures) - 1} more" if len(figures) > 1 else "")
-                     for seed, figures in missed.items() if figures)
+def failure(result):
+    """Why a run fails, in a few words; empty when it holds all its limits."""
+    missed = [figure for figure in result.figures.values() if figure.passed is False]
+    more = f", and {len(missed) - 1} more" if len(missed) > 1 else ""
+    return f"{missed[0].name} is {value_text(missed[0])}, limit {missed[0].limit_text}{more}" if missed else ""
 
 
 def measure(motor, scenario, names, out_dir, seeds=SEEDS):
-    """({figure: mean over the seeds}, why the runs fail); no figures when they do."""
-    try:
-        results = [simulate(scenario, motor=motor, seed=seed, out_dir=Path(out_dir) / str(seed)) for seed in seeds]
-    except LauncherError as error:
-        return {}, str(error).split("\n", maxsplit=1)[0]
-    why = failures(results)
-    if why:
-        return {}, why
-    return {name: mean_of(results, name) for name in names}, ""
+    """({figure: mean over the seeds that hold their limits}, {Case: why it fails, or nothing})."""
+    results, verdicts = [], {}
+    for seed in seeds:
+        case = Case(motor, scenario, seed)
+        try:
+            result = simulate(scenario, motor=motor, seed=seed, out_dir=Path(out_dir) / str(seed))
+            verdicts[case] = failure(result)
+            results += [] if verdicts[case] else [result]
+        except LauncherError as error:
+            verdicts[case] = str(error).split("\n", maxsplit=1)[0]
+    return ({name: mean_of(results, name) for name in names} if results else {}), verdicts
 
 
 def mean_of(results, name):
@@ -48,12 +51,13 @@ def mean_of(results, name):
     return sum(numbers) / len(results) if len(numbers) == len(results) else None
 
 
-def verdict_of_runs(key, why, fails):
-    """Complaints about runs as a whole: `fails` is a list of strict expectations."""
-    if why and key not in fails:
-        yield f"{key} fails: {why}"
-    if not why and key in fails:
-        yield f"{key} holds its limits now: take it out of [fails] and measure it (tests/budgets/update_quality.py)"
+def verdict_of_runs(verdicts, expected):
+    """Complaints about runs as a whole; `expected` are the campaign's strict expected failures."""
+    for case, why in verdicts.items():
+        if why and case not in expected:
+            yield f"{case.command} fails: {why}"
+        if not why and case in expected:
+            yield f"{case.command} holds its limits now: take it out of tests/campaign/expected.toml"
 
 
 def complaints(key, measured, values, held):

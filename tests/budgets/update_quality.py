@@ -3,8 +3,8 @@
 
 usage: update_quality.py [MOTOR ...]     all motors, or those named; one run a processor
 
-A run that misses a limit goes to [fails] with what it missed; a reason that stands there already stays. Look at the
-difference before committing it: every value that got worse is a decision.
+Look at the difference before committing it: every value that got worse is a decision. Runs that miss a limit are named; they
+belong into tests/campaign/expected.toml with their cause.
 """
 import json
 import os
@@ -22,7 +22,7 @@ from launcher.data import MOTORS, available  # noqa: E402
 HEAD = """# SPDX-License-Identifier: MIT
 # Quality of control on the full plant: every motor, seeds and tolerances as tests/budgets/quality.py has them. A figure that
 # leaves its tolerance fails in either direction. `tests/budgets/update_quality.py` measures the values; [held] is written by
-# hand, and so are the reasons in [fails], whose runs must fail as long as they stand there.
+# hand.
 """
 
 
@@ -43,24 +43,22 @@ def written(quality):
     parts = [HEAD]
     for scenario, rows in quality["held"].items():
         parts += [f"[held.{scenario}]", *_lines(rows), ""]
-    parts += ["[fails]", *_lines(dict(sorted(quality["fails"].items())))]
     for motor, scenarios in sorted(quality["values"].items()):
         for scenario, values in scenarios.items():
-            parts += ["", f"[values.{motor}.{scenario}]", *_lines(values)]
-    return "\n".join(parts) + "\n"
+            parts += [f"[values.{motor}.{scenario}]", *_lines(values), ""]
+    return "\n".join(parts)
 
 
-def updated(quality, motor, scenario, measured, why):
+def updated(quality, motor, scenario, measured, verdicts):
     """Takes one motor's scenario over; returns lines that say what changed."""
-    key, values = f"{motor}/{scenario}", quality["values"].setdefault(motor, {})
-    missing = [name for name, value in measured.items() if value is None]
-    if why or missing:
-        values.pop(scenario, None)
-        quality["fails"].setdefault(key, (why or f"not measured: {', '.join(missing)}")[:200])
-        return [f"{key} fails: {why or missing}"]
-    quality["fails"].pop(key, None)
-    before, values[scenario] = values.get(scenario, {}), {name: float(f"{value:.4g}") for name, value in measured.items()}
-    return [f"{key}: {name}: {before.get(name)} -> {now}" for name, now in values[scenario].items() if before.get(name) != now]
+    values = quality["values"].setdefault(motor, {})
+    lines = [f"{case.key} fails: {why}" for case, why in verdicts.items() if why]
+    before = values.pop(scenario, {})
+    known = {name: value for name, value in measured.items() if value is not None}
+    if known:
+        values[scenario] = {name: float(f"{value:.4g}") for name, value in known.items()}
+    return lines + [f"{motor}/{scenario}: {name}: {before.get(name)} -> {now}"
+                    for name, now in values.get(scenario, {}).items() if before.get(name) != now]
 
 
 def main(motors):
@@ -68,8 +66,8 @@ def main(motors):
     cases = [(motor, scenario) for motor in motors or available(MOTORS) for scenario in quality["held"]]
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
         found = pool.map(lambda case: measure(*case, quality["held"][case[1]], Path(folder) / "_".join(case)), cases)
-        for (motor, scenario), (measured, why) in zip(cases, found):
-            for line in updated(quality, motor, scenario, measured, why):
+        for (motor, scenario), (measured, verdicts) in zip(cases, found):
+            for line in updated(quality, motor, scenario, measured, verdicts):
                 print(line, flush=True)
     order = list(quality["held"])
     quality["values"] = {motor: dict(sorted(rows.items(), key=lambda row: order.index(row[0])))

@@ -89,7 +89,7 @@ def test_torque_ripple_is_without_the_mean(drive):
 
 
 def test_i_d_counts_from_the_reference_and_over_the_whole_operation(drive):
-    run = made(drive, i_d_true_A=lambda t: np.where(t < 0.104, 5.0, np.where(t < 0.2, 0.71, -0.0355)),
+    run = made(drive, i_d_true_A=lambda t: np.where(t < 0.104, 5.0, np.where(t < 0.2, 0.71, -0.1065)),
                i_d_ref_A=lambda t: np.where(t < 0.1, 0.0, np.where(t < 0.2, 0.0, -0.071)),
                state=lambda t: np.where(t < 0.1, 3, ENABLED))
     steady = figures(run, "i_d_deviation", from_s=0.3, to_s=0.4)

@@ -117,6 +117,11 @@ def test_refusals_know_their_line_and_its_time():
     assert found[0].answer == "the bus voltage is below v_min_mv; see 'status'"
 
 
+def test_of_two_lines_alike_the_refused_one_is_named():
+    found = refusals("> on\nok\n> off\nok\n> on\nerror: no\n", [(0.2, "on"), (0.5, "off"), (0.7, "on")])
+    assert [(r.line, r.t_s) for r in found] == [("on", 0.7)]
+
+
 def test_the_first_refusal_is_named():
     figure = verdict()
     assert figure.passed is False

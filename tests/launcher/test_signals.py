@@ -87,7 +87,7 @@ def test_distortion_needs_a_whole_period(measure):
 
 
 @pytest.mark.parametrize("ripple", [0.0, 0.01, 0.05])
-@pytest.mark.parametrize("frequency_hz, length_s", [(97.0, 0.25), (410.0, 0.0511), (-33.3, 0.0777)])
+@pytest.mark.parametrize("frequency_hz, length_s", [(97.0, 0.25), (410.0, 0.0511), (-33.3, 0.0777), (1000.0, 5.33e-3)])
 def test_distortion_with_ripple_counts_what_the_samples_do_not_see(ripple, frequency_hz, length_s):
     """A triangle of the PWM's frequency that is zero at every sample, but for a delay: rms of the ripple = peak / sqrt(3)."""
     fine = 200

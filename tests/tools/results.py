@@ -57,10 +57,13 @@ def drive_table():
 
 
 def cells(runs):
+    """What a run that misses a limit measures is not shown but, once, what it misses."""
     missed = {scenario: next((f for f in run.figures.values() if f.passed is False), None) for scenario, run in runs.items()}
+    said = set()
     for _, scenario, names, forms in COLUMNS:
         if missed[scenario]:
-            yield "fails: " + value_text(missed[scenario]) if missed[scenario].equal is not None else "fails"
+            yield "" if scenario in said else f"fails: {missed[scenario].name} is {value_text(missed[scenario])}"
+            said.add(scenario)
         else:
             yield " / ".join(form.format(runs[scenario].figures[name].value) for name, form in zip(names, forms))
 
