@@ -57,7 +57,7 @@ def test_some_shipped_motor_has_each_effect():
 
 
 def test_the_page_lists_the_effects():
-    page = (REPO / "docs" / "motors.md").read_text()
+    page = (REPO / "docs" / "plant.md").read_text()
     block = page[page.index("<!-- effects"):page.index("<!-- end -->")]
     assert re.findall(r"(?m)^\| `(\w+)` \|", block) == list(EFFECTS)
 
