@@ -183,6 +183,14 @@ void corepwm_take_event(struct corepwm *c)
     c->outputs = ((c->outputs | e->rise) & ~e->fall) ^ e->toggle;
 }
 
+bool corepwm_may_rise_next(const struct corepwm *c, int channel)
+{
+    if (c->next_edge >= c->edge_count) {
+        return true; /* the start of a period, whose edges are not known yet */
+    }
+    return (c->edges[c->next_edge].rise | c->edges[c->next_edge].toggle) & (1u << channel);
+}
+
 sim_ps corepwm_next_rise(const struct corepwm *c, int channel)
 {
     unsigned mask = 1u << channel;

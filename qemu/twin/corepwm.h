@@ -41,8 +41,10 @@ void corepwm_catch_up(struct corepwm *c, sim_ps now);
 sim_ps corepwm_next_event(const struct corepwm *c);
 /* Takes the event at that time. */
 void corepwm_take_event(struct corepwm *c);
-/* Earliest time at which output `channel` (0 based) can rise, no later than the truth: the end of the period if the
- * present one holds no such edge. */
+/* Whether output `channel` (0 based) may rise with the next event. */
+bool corepwm_may_rise_next(const struct corepwm *c, int channel);
+/* Earliest time at which output `channel` can rise, no later than the truth: the end of the period if the present one
+ * holds no such edge. */
 sim_ps corepwm_next_rise(const struct corepwm *c, int channel);
 
 #endif

@@ -86,11 +86,22 @@ void inverter_init(struct inverter *inv, const struct inverter_params *p)
 
 /* ---- switches ---- */
 
+/* Edges may be told ahead of the physics. One that turns a switch off anyway must not keep it on when all are turned off
+ * at an earlier time. */
+static void bring_forward(struct inverter *inv, int n, bool on, sim_ps now)
+{
+    if (!on && (inv->conduct >> n) & 1) {
+        sim_ps off_at = now + sim_from_s(inv->p.turn_off_delay_s);
+        inv->switch_at[n] = off_at < inv->switch_at[n] ? off_at : inv->switch_at[n];
+    }
+}
+
 void inverter_command(struct inverter *inv, unsigned gates, sim_ps now)
 {
     for (int n = 0; n < 6; n++) {
         bool on = (gates >> n) & 1;
         if (on == ((inv->gates >> n) & 1)) {
+            bring_forward(inv, n, on, now);
             continue;
         }
         /* A gate that returns before the switch has followed cancels the change: too short a pulse does nothing. */

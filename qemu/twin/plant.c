@@ -44,10 +44,24 @@ void plant_reset_fabric(struct plant *p)
     plant_update_gates(p);
 }
 
+static void count_high_time(struct plant *p, sim_ps until)
+{
+    for (int k = 0; k < 3; k++) {
+        p->high_time[k] += p->gates & GATE_HIGH(k) ? until - p->high_counted : 0;
+    }
+    p->high_counted = until;
+}
+
+static void command_gates(struct plant *p, sim_ps at)
+{
+    count_high_time(p, at);
+    p->gates = gate_follow(&p->gate, p->pwm.outputs);
+    inverter_command(&p->inverter, p->gates, at);
+}
+
 void plant_update_gates(struct plant *p)
 {
-    p->gates = gate_follow(&p->gate, p->pwm.outputs);
-    inverter_command(&p->inverter, p->gates, p->now);
+    command_gates(p, p->now);
     inverter_switch(&p->inverter, p->now);
 }
 
@@ -79,6 +93,7 @@ static void describe(struct plant *p, struct plant_row *row)
     row->torque_nm = motor_torque_nm(m);
     row->load_nm = m->load_nm + m->hoist_nm;
     row->bus_v = p->inverter.bus_v;
+    count_high_time(p, p->now);
     for (int k = 0; k < 3; k++) {
         row->duty[k] = length_s > 0 ? sim_to_s(p->high_time[k]) / length_s : 0;
         p->high_time[k] = 0;
@@ -110,6 +125,19 @@ static void trigger(struct plant *p)
 
 /* ---- events ---- */
 
+/* Of an edge the physics notices nothing until a switch follows it, so the integration need not stop there. A comparator
+ * that trips before such an edge is found after it; inverter_command() puts that right. */
+static bool needs_no_physics(const struct plant *p, sim_ps next)
+{
+    return next == corepwm_next_event(&p->pwm) && !corepwm_may_rise_next(&p->pwm, TRIGGER_CHANNEL);
+}
+
+static void take_pwm_edge(struct plant *p, sim_ps at)
+{
+    corepwm_take_event(&p->pwm);
+    command_gates(p, at);
+}
+
 static void take_pwm_event(struct plant *p)
 {
     unsigned before = p->pwm.outputs;
@@ -134,9 +162,6 @@ static void integrate(struct plant *p, sim_ps to)
 {
     bool was_tripped = p->inverter.overcurrent;
     sim_ps reached = inverter_advance(&p->inverter, &p->motor, p->now, to);
-    for (int k = 0; k < 3; k++) {
-        p->high_time[k] += p->gates & GATE_HIGH(k) ? reached - p->now : 0;
-    }
     p->now = reached;
     follow_shaft(p);
     if (p->inverter.overcurrent != was_tripped) {
@@ -160,6 +185,10 @@ static sim_ps next_event(const struct plant *p)
 static void take_events(struct plant *p, sim_ps to)
 {
     for (sim_ps next = next_event(p); next <= to; next = next_event(p)) {
+        if (needs_no_physics(p, next)) {
+            take_pwm_edge(p, next);
+            continue;
+        }
         if (next > p->now) {
             integrate(p, next);
             if (p->now < next) {

@@ -50,7 +50,8 @@ struct plant {
     sim_ps now;          /* how far the physics has come */
     unsigned gates;      /* out of GATE */
     sim_ps row_start;
-    sim_ps high_time[3]; /* of the high-side gates since row_start */
+    sim_ps high_time[3]; /* of the high-side gates from row_start to high_counted */
+    sim_ps high_counted;
     double row_alpha_vs, row_beta_vs;
 
     void (*on_trigger)(void *context, const struct plant_row *row);
