@@ -131,5 +131,5 @@ class Loop:
         return float(np.abs(1 - self.closed).max())
 
     def _falls_to(self, gain, level):
-        crossed = crossing_time(np.log(self.hz), np.log(gain), np.log(level), rising=False)
+        crossed = crossing_time(np.log(self.hz), np.log(np.maximum(gain, 1e-12)), np.log(level), rising=False)
         return None if crossed is None else float(np.exp(crossed))
