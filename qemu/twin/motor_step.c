@@ -18,7 +18,7 @@
 #include "windings.h"
 
 #define LONGEST_TURN_RAD   0.1  /* electrical, a step */
-#define SHORT_STEP         0.01 /* of the longest step: an error per step below 1e-7 of the change */
+#define SHORT_STEP         0.03 /* of the longest step: an error per step below 1e-7 of the change */
 #define SHORT_DETAIL       0.03 /* the same where only a small part of field or torque changes so fast */
 #define IRON_AT_REST_RAD_S 1.0  /* below about this speed the hysteresis' drag fades out */
 

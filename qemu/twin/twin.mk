@@ -3,7 +3,7 @@
 # which defines BUILD, HOSTCC, Q and say. One binary serves QEMU 7.2 to 10: the plugin chooses the interface version
 # and checks the symbols when it is loaded, and says in one line what does not fit.
 
-TWIN_CFLAGS := -std=gnu11 -O2 -g -fPIC -fvisibility=hidden -Wall -Wextra -Wshadow -Wstrict-prototypes \
+TWIN_CFLAGS := -std=gnu11 -O2 -flto=auto -g -fPIC -fvisibility=hidden -Wall -Wextra -Wshadow -Wstrict-prototypes \
     -Wmissing-prototypes -Werror
 
 # no contact with QEMU:
@@ -20,11 +20,11 @@ MODELCHECK_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) \
 
 $(BUILD)/qemu/twin.so: $(TWIN_OBJECTS)
 	$(call say,LD)
-	$(Q)$(HOSTCC) -shared -Wl,-z,defs $^ -o $@ -ldl -lm
+	$(Q)$(HOSTCC) -O2 -flto=auto -shared -Wl,-z,defs $^ -o $@ -ldl -lm
 
 $(BUILD)/qemu/modelcheck: $(MODELCHECK_OBJECTS)
 	$(call say,LD)
-	$(Q)$(HOSTCC) $^ -o $@ -lm
+	$(Q)$(HOSTCC) -O2 -flto=auto $^ -o $@ -lm
 
 # Half of the plant's time goes into these: scalars, which pay nothing when they travel as vectors.
 $(patsubst %,$(BUILD)/qemu/twin/%.o,motor_step motor_field motor_map shaft): TWIN_CFLAGS += -O3 -fno-tree-slp-vectorize
