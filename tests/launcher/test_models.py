@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 """`make models`: how figures of the bench are put beside the data sheet. The bench itself is qemu/twin/modelcheck.c."""
+from pathlib import Path
+
 import pytest
 
 from launcher import LauncherError
-from launcher.data import MOTORS, available, load_motor
-from launcher.model_check import check_models, is_known
+from launcher.data import load_motor
+from launcher.model_check import check_models, is_known, shipped
 
 # what the maxon motor's ideal model must measure; the test does not ask the twin
 MAXON = {
@@ -30,7 +32,7 @@ def bench(tmp_path):
 
 
 def test_every_check_of_a_shipped_motor_can_be_measured():
-    for name in available(MOTORS):
+    for name in shipped():
         assert all(map(is_known, load_motor(name).checks)), name
 
 
@@ -63,7 +65,7 @@ def test_points_and_energy_count(bench):
     assert check_models("baldor_ecs101m0h7ef4", bench(dict(right, energy_balance_error=2e-4)), lambda line: None) == 1
 
 
-@pytest.mark.parametrize("motor", available(MOTORS))
+@pytest.mark.parametrize("motor", shipped(), ids=lambda name: Path(name).stem)
 def test_every_shipped_motor_on_the_bench(motor):
     """The twin's own model, at the published points; needs `make twin`."""
     lines = []

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: MIT
+"""A fixed part of the campaign: every fault on one motor, everything else on three, and a drive that is told wrong values.
+
+`default` and `current_sweep` run on every motor in tests/budgets/test_quality.py.
+"""
+import pytest
+
+from launcher.campaign import FAULT_PREFIX, Case, run_case
+from launcher.campaign_table import load_expected, surprises
+from launcher.data import available
+from launcher.paths import MOTORS, SCENARIOS
+
+EXPECTED = load_expected()
+STRIDE = 5  # over the motors: each is met about equally often, and neighbours in the list are not
+DETUNED = [Case("teknic_m2310p", "default", 1, detune) for detune in
+           ("resistance_mohm*1.3 flux_uwb*0.9", "ld_uh*0.7 lq_uh*0.7", "inertia_gcm2*2")]
+
+
+def sample():
+    motors = available(MOTORS)
+    elsewhere = ("default", "current_sweep")
+    scenarios = [name for name in available(SCENARIOS) if name not in elsewhere]
+    cases = []
+    for number, scenario in enumerate(scenarios):
+        count, seed = (1, 1) if scenario.startswith(FAULT_PREFIX) else (3, 2)
+        cases += [Case(motors[(number + k * 4) * STRIDE % len(motors)], scenario, seed) for k in range(count)]
+    return cases + DETUNED
+
+
+@pytest.mark.parametrize("case", sample(), ids=lambda case: case.key)
+def test_case(case, tmp_path):
+    unexpected, mended = surprises({case: run_case(case, tmp_path)}, {case: EXPECTED[case]} if case in EXPECTED else {})
+    assert not unexpected, f"{case.command} fails: {unexpected[case]}"
+    assert not mended, f"{case.command} passes now: take it out of tests/campaign/expected.toml"
+
+
+def test_the_sample_meets_every_motor_and_scenario():
+    cases = sample()
+    assert {case.motor for case in cases} == set(available(MOTORS))
+    assert {case.scenario for case in cases} >= set(available(SCENARIOS)) - {"current_sweep"}
