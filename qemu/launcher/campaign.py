@@ -139,8 +139,8 @@ def _run_parallel(parallel, cases, folder, build, qemu, jobs, sshlogin):
     joblog = folder / "joblog"
     joblog.unlink(missing_ok=True)  # what is done is known by its file, whoever did it
     here = _relative(folder) if sshlogin else str(folder)
-    progress = "--bar" if os.isatty(2) else "--eta"
-    command = [parallel, "--will-cite", "--joblog", str(joblog), "-a", str(listing), progress]
+    command = [parallel, "--will-cite", "--joblog", str(joblog), "-a", str(listing)]
+    command += ["--bar"] if os.isatty(2) else []  # done, of how many, and an estimate of the rest
     command += ["-j", str(jobs)] if jobs else []
     if sshlogin:
         command += ["--sshlogin", sshlogin, "--workdir", str(REPO), "--return", f"{here}/{{= s:/:--:g; s: :_:g =}}.json"]
