@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Every scenario of qemu/scenarios on the flashed image and the nominal plant: all its verdicts must hold.
 
-Limits and reasons stand in the scenarios. How the drive does on the full plant is held by tests/budgets/test_quality.py and by
-the campaign.
+Limits and reasons stand in the scenarios. How the drive does on the full plant, and on every motor, is held by
+tests/budgets/test_quality.py and by the campaign.
 """
 import pytest
 
@@ -11,8 +11,6 @@ from launcher.data import available
 from launcher.paths import SCENARIOS
 from launcher.report import value_text
 
-MOTORS = ("teknic_m2310p", "maxon_ec45flat", "abb_m2bj100l")
-ON_SEVERAL_MOTORS = ("default", "current_step", "current_sweep", "idle")
 EXACT = {"plant": "ideal", "spread": 0}
 
 
@@ -20,15 +18,9 @@ def verdicts(result):
     return [f"{f.name}: {value_text(f)}, limit {f.limit_text}" for f in result.figures.values() if f.passed is False]
 
 
-@pytest.mark.parametrize("name", [s for s in available(SCENARIOS) if s not in ON_SEVERAL_MOTORS])
+@pytest.mark.parametrize("name", available(SCENARIOS))
 def test_scenario(name, tmp_path):
     assert not verdicts(simulate(name, out_dir=tmp_path, **EXACT))
-
-
-@pytest.mark.parametrize("name", ON_SEVERAL_MOTORS)
-@pytest.mark.parametrize("motor", MOTORS)
-def test_on_several_motors(name, motor, tmp_path):
-    assert not verdicts(simulate(name, motor=motor, out_dir=tmp_path, **EXACT))
 
 
 def test_the_swept_loop_is_the_one_that_was_designed(tmp_path):
