@@ -30,10 +30,16 @@ def failure(result):
     return f"{missed[0].name} is {value_text(missed[0])}, limit {missed[0].limit_text}{more}" if missed else ""
 
 
-def measure(motor, scenario, names, out_dir):
+def seeds_to_run(motor, scenario, expected):
+    """Where every run is known to fail, one is enough to notice that it does not any more."""
+    seeds = SEEDS[scenario]
+    return seeds[:1] if all(Case(motor, scenario, seed) in expected for seed in seeds) else seeds
+
+
+def measure(motor, scenario, names, out_dir, expected=()):
     """({figure: mean over the seeds that hold their limits}, {Case: why it fails, or nothing})."""
     results, verdicts = [], {}
-    for seed in SEEDS[scenario]:
+    for seed in seeds_to_run(motor, scenario, expected):
         case = Case(motor, scenario, seed)
         try:
             result = simulate(scenario, motor=motor, seed=seed, out_dir=Path(out_dir) / str(seed))

@@ -16,7 +16,7 @@ EXPECTED = load_expected()
 @pytest.mark.parametrize("scenario", HELD)
 @pytest.mark.parametrize("motor", available(MOTORS))
 def test_quality(motor, scenario, tmp_path):
-    measured, verdicts = measure(motor, scenario, HELD[scenario], tmp_path)
+    measured, verdicts = measure(motor, scenario, HELD[scenario], tmp_path, EXPECTED)
     values = QUALITY["values"].get(motor, {}).get(scenario, {})
     known = {name: value for name, value in measured.items() if value is not None or name in values}
     found = [*verdict_of_runs(verdicts, EXPECTED), *complaints(f"{motor}/{scenario}", known, values, HELD[scenario])]
