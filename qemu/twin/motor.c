@@ -106,14 +106,6 @@ void motor_currents(const struct motor *m, double i_a[3])
     to_phases(terminal_dq(m), m->sin_e, m->cos_e, i_a);
 }
 
-void motor_square_currents(const struct motor *m, double square_a2s[3])
-{
-    double own = m->alpha2_a2s / 4 + 3 * m->beta2_a2s / 4, mixed = SQRT3 / 2 * m->alpha_beta_a2s;
-    square_a2s[0] = m->alpha2_a2s;
-    square_a2s[1] = own - mixed;
-    square_a2s[2] = own + mixed;
-}
-
 bool motor_set_current(struct motor *m, double i_d_a, double i_q_a)
 {
     struct field_point at;

@@ -59,14 +59,10 @@ struct motor {
 
     /* Integrals since the beginning. */
     double volt_alpha_vs, volt_beta_vs; /* of the phase voltages against the star point */
-    double torque_nms;
-    /* of products of the terminals' currents, for motor_square_currents(): */
-    double alpha2_a2s, beta2_a2s, alpha_beta_a2s;
     double energy_in_j, energy_copper_j, energy_fault_j, energy_airgap_j;
     double energy_iron_j, energy_friction_j; /* friction: also of the load and in the shaft between */
     double energy_load_j;                    /* done on load_nm, hoist_nm and the fan */
     double energy_driver_j;                  /* of whoever spins the shaft, into it */
-    double peak_a[3];                        /* largest |current| of each terminal since somebody set it to zero */
 };
 
 void motor_init(struct motor *m, const struct motor_params *p, const struct load_params *load);
@@ -79,8 +75,6 @@ double motor_max_step_s(const struct motor *m, double source_r_ohm);
 
 /* Of the terminals. */
 void motor_currents(const struct motor *m, double i_a[3]);
-/* The integral of the square of each, for effective values. */
-void motor_square_currents(const struct motor *m, double square_a2s[3]);
 /* False, and no change, if the flux map does not reach there. */
 bool motor_set_current(struct motor *m, double i_d_a, double i_q_a);
 /* Voltages of the terminals against the star point now, floating ones included. */

@@ -163,17 +163,12 @@ static void derivative(const struct step_constants *k, const double y[STATES], d
 {
     struct instant at;
     electrical(k, y, &at);
-    double alpha_a = at.i.d * at.c - at.i.q * at.s, beta_a = at.i.d * at.s + at.i.q * at.c;
     double torque_nm = at.field.torque_nm;
     dy[PSI_D] = at.slope.d;
     dy[PSI_Q] = at.slope.q;
     dy[LOOP] = at.loop_slope;
     dy[VOLT_ALPHA] = at.v.d * at.c - at.v.q * at.s;
     dy[VOLT_BETA] = at.v.d * at.s + at.v.q * at.c;
-    dy[TORQUE] = torque_nm;
-    dy[ALPHA2] = alpha_a * alpha_a;
-    dy[BETA2] = beta_a * beta_a;
-    dy[ALPHA_BETA] = alpha_a * beta_a;
     dy[E_IN] = 1.5 * dot(at.v, at.i);
     dy[E_COPPER] = 1.5 * k->resistance_ohm * dot(at.field.i, at.field.i);
     dy[E_FAULT] = k->loop_ohm * y[LOOP] * y[LOOP];
@@ -266,10 +261,6 @@ static void take_over(struct motor *m, const double y[SLOPES])
     m->twist_rad = y[TWIST];
     m->volt_alpha_vs += y[VOLT_ALPHA];
     m->volt_beta_vs += y[VOLT_BETA];
-    m->torque_nms += y[TORQUE];
-    m->alpha2_a2s += y[ALPHA2];
-    m->beta2_a2s += y[BETA2];
-    m->alpha_beta_a2s += y[ALPHA_BETA];
     m->energy_in_j += y[E_IN];
     m->energy_copper_j += y[E_COPPER];
     m->energy_fault_j += y[E_FAULT];
@@ -279,16 +270,6 @@ static void take_over(struct motor *m, const double y[SLOPES])
     m->energy_load_j += y[E_LOAD];
     m->energy_driver_j += y[E_DRIVER];
     motor_follow_flux(m);
-}
-
-static void note_peaks(struct motor *m)
-{
-    double i_a[3];
-    motor_currents(m, i_a);
-    for (int n = 0; n < 3; n++) {
-        double size_a = fabs(i_a[n]);
-        m->peak_a[n] = size_a > m->peak_a[n] ? size_a : m->peak_a[n];
-    }
 }
 
 void motor_step(struct motor *m, const struct motor_source *source, double dt_s)
@@ -315,7 +296,6 @@ void motor_step(struct motor *m, const struct motor_source *source, double dt_s)
     } else if (k.held_count > 1) {
         motor_hold_all(m);
     }
-    note_peaks(m);
     /* Slow enough for Euler at these steps. */
     double heat_w =
         (y[E_COPPER] + y[E_FAULT] + y[E_IRON]) / dt_s - (m->winding_c - m->p.ambient_c) / m->p.thermal_resistance_k_w;

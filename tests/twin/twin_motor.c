@@ -240,38 +240,9 @@ static void as_before(void)
     check_true("it did turn", fabs(x.theta) > 1);
 }
 
-/* What the trace reports of the time between two rows: squares, peaks and torque, against the test's own sums. */
-static void integrals(void)
-{
-    const double dt_s = 0.5e-6;
-    struct motor m = bench_motor_at(0.4);
-    double squares[3] = {0}, peaks[3] = {0}, torque_nms = 0, i0_a[3], i1_a[3], got[3];
-    motor_lock(&m, true);
-    for (int n = 0; n < 4000; n++) {
-        struct motor_source source = bench_vector(8, 2 * PI * 1500 * n * dt_s);
-        motor_currents(&m, i0_a);
-        double torque_nm = motor_torque_nm(&m);
-        motor_step(&m, &source, dt_s);
-        motor_currents(&m, i1_a);
-        for (int k = 0; k < 3; k++) {
-            squares[k] += (i0_a[k] * i0_a[k] + i1_a[k] * i1_a[k]) / 2 * dt_s;
-            peaks[k] = fmax(peaks[k], fabs(i1_a[k]));
-        }
-        torque_nms += (torque_nm + motor_torque_nm(&m)) / 2 * dt_s;
-    }
-    motor_square_currents(&m, got);
-    for (int k = 0; k < 3; k++) {
-        check_near("integral of a current's square (A2s)", got[k], squares[k], 1e-5 * squares[k]);
-        check_near("peak of a current (A)", m.peak_a[k], peaks[k], 1e-12);
-    }
-    check_true("the three differ", fabs(squares[0] - squares[1]) > 1e-3 * squares[0]);
-    check_near("integral of the torque (N m s)", m.torque_nms, torque_nms, 1e-9);
-}
-
 int main(void)
 {
     as_before();
-    integrals();
     locked_rotor();
     two_terminals();
     source_resistance();
