@@ -26,8 +26,6 @@ REG_AT_OFFSET(struct encoder_regs, LATCHED, 0x0C);
 REG_AT_OFFSET(struct encoder_regs, INDEX, 0x10);
 REG_AT_OFFSET(struct encoder_regs, STATUS, 0x14);
 
-#define ENCODER REG_BLOCK(struct encoder_regs, BOARD_ENC_BASE)
-
 #define ENCODER_CONTROL_ENABLE     (1u << 0)
 #define ENCODER_CONTROL_REVERSE    (1u << 1)
 #define ENCODER_STATUS_INDEX_SEEN  (1u << 0)
@@ -42,36 +40,36 @@ REG_AT_OFFSET(struct encoder_regs, STATUS, 0x14);
  * count down when A leads B. Clears the status. Returns false, with the counter stopped, if counts is out of range or
  * does not read back. Context: thread.
  */
-bool encoder_init(uint32_t counts, bool reverse);
+bool encoder_init(struct encoder_regs *encoder, uint32_t counts, bool reverse);
 
 /* Position at the last ADC trigger, 0 ... counts-1: of the same instant as the currents. Context: any. */
-static inline uint32_t encoder_latched(void)
+static inline uint32_t encoder_latched(const struct encoder_regs *encoder)
 {
-    return ENCODER->LATCHED;
+    return encoder->LATCHED;
 }
 
 /* Position now, 0 ... counts-1. Context: any. */
-static inline uint32_t encoder_position(void)
+static inline uint32_t encoder_position(const struct encoder_regs *encoder)
 {
-    return ENCODER->POSITION;
+    return encoder->POSITION;
 }
 
 /* Position at the last rising edge of the index; valid once ENCODER_STATUS_INDEX_SEEN is set. Context: any. */
-static inline uint32_t encoder_index(void)
+static inline uint32_t encoder_index(const struct encoder_regs *encoder)
 {
-    return ENCODER->INDEX;
+    return encoder->INDEX;
 }
 
 /* ENCODER_STATUS_* bits. Context: any. */
-static inline uint32_t encoder_status(void)
+static inline uint32_t encoder_status(const struct encoder_regs *encoder)
 {
-    return ENCODER->STATUS;
+    return encoder->STATUS;
 }
 
 /* Clears the given status bits; SIGNAL_LOST stays while the signal is missing. Context: any. */
-static inline void encoder_clear(uint32_t status_bits)
+static inline void encoder_clear(struct encoder_regs *encoder, uint32_t status_bits)
 {
-    ENCODER->STATUS = status_bits;
+    encoder->STATUS = status_bits;
 }
 
 #endif

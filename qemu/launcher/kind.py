@@ -46,7 +46,7 @@ class Run:
 
     def state_code(self, name):
         """The number of a state of the drive; -1 when the image has none of that name."""
-        return next((code for code, text in self.enums.get("state", {}).items() if text == f"DRIVE_{name}"), -1)
+        return next((code for code, text in self.enums.get("state", {}).items() if text == f"AXIS_{name}"), -1)
 
     def in_operation(self, window):
         """Which rows of a window find the drive in operation; a complaint when none does.

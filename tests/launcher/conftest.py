@@ -95,7 +95,8 @@ def elf(tmp_path_factory):
     if compiler is None:
         pytest.fail("arm-none-eabi-gcc is not installed")
     folder = tmp_path_factory.mktemp("elf")
-    rows = re.findall(r"^ +PARAM\((\w+), (\d+), (\d+), (\d+)\)", (ROOT / "firmware/params.c").read_text(), re.MULTILINE)
+    rows = re.findall(r"^ +PARAM\((\w+), (\d+), (\d+), (\d+)\)", (ROOT / "firmware/settings/params.c").read_text(),
+                      re.MULTILINE)
     params = ", ".join(f'{{"{name}", {low}, {high}, {start}, 0}}' for name, low, high, start in rows)
     (folder / "watched.c").write_text(WATCHED.replace("PARAMS", params))
     subprocess.run([compiler, "-mcpu=cortex-m3", "-mthumb", "-g3", "-O1", "-nostdlib", "-ffreestanding", "-Ttext=0x100",

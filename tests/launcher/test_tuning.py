@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The firmware's own checks (firmware/tuning.c, built for this machine) take the parameters of every shipped motor."""
+"""The firmware's own checks (firmware/settings/tuning.c, built for this machine) take the parameters of every shipped motor."""
 import ctypes
 import os
 import subprocess
@@ -16,7 +16,8 @@ from launcher.paths import REPO
 def tuning(tmp_path_factory):
     """tuning_compute from {parameter: value} to its complaint, or None. struct params has the order of SOURCES."""
     library = tmp_path_factory.mktemp("tuning") / "tuning.so"
-    subprocess.run([os.environ.get("HOSTCC") or "cc", "-shared", "-fPIC", "-O1", "-I.", "firmware/tuning.c", "lib/polar.c",
+    subprocess.run([os.environ.get("HOSTCC") or "cc", "-shared", "-fPIC", "-O1", "-I.", "firmware/settings/tuning.c",
+                    "lib/polar.c",
                     "-o", str(library)], cwd=REPO, check=True)
     compute = ctypes.CDLL(str(library)).tuning_compute
     compute.restype = ctypes.c_char_p
