@@ -8,8 +8,7 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_CURRENT_INTEGRAL_GAIN] =
         "integral gain out of range: resistance_mohm or current_bw_hz does not fit v_range_mv/i_range_ma",
     [ERROR_DECOUPLING] = "decoupling out of range: ld_uh, lq_uh or flux_uwb too large for v_range_mv and i_range_ma",
-    [ERROR_I_TRIP_BEYOND_RANGE] =
-        "i_trip_ma must be at most 95 % of i_range_ma, or the sensor clips before it trips",
+    [ERROR_I_TRIP_BEYOND_RANGE] = "i_trip_ma must be at most 95 % of i_range_ma, or the sensor clips before it trips",
     [ERROR_I_MAX_BEYOND_TRIP] = "i_max_ma must be at most 85 % of i_trip_ma, to leave room for overshoot",
     [ERROR_I_ALIGN_BEYOND_MAX] = "i_align_ma must not exceed i_max_ma",
     [ERROR_V_LIMITS] = "v_min_mv must be below v_max_mv, and that at most 98 % of v_range_mv",
