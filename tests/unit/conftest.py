@@ -36,7 +36,8 @@ def build_library():
         folder = SOURCE / "build-unit"
     folder.mkdir(parents=True, exist_ok=True)
     target = folder / "firmware.so"
-    inputs = sources() + [path for pattern in ("firmware/**/*.h", "drivers/**/*.h", "lib/*.h") for path in SOURCE.glob(pattern)]
+    headers = ("firmware/**/*.h", "drivers/**/*.h", "lib/*.h")
+    inputs = sources() + [path for pattern in headers for path in SOURCE.glob(pattern)]
     inputs += [*(HERE / "host").rglob("*"), Path(__file__)]
     with open(folder / ".lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

@@ -57,7 +57,10 @@ def test_a_request_to_switch_on_leads_to_switched_on_by_way_of_ready(world, c):
     assert w.step() in ("READY", "SWITCHED_ON") and w.step(2) == "SWITCHED_ON"
 
 
-@pytest.mark.parametrize("state, request_name", itertools.product(STATES, ("switch_on", "switch_off", "quick_stop", "clear_fault")))
+REQUESTS = ("switch_on", "switch_off", "quick_stop", "clear_fault")
+
+
+@pytest.mark.parametrize("state, request_name", itertools.product(STATES, REQUESTS))
 def test_requests(world, c, state, request_name):
     """Accepted exactly where the state allows it; refused, nothing has changed."""
     w = world(state)
