@@ -42,8 +42,8 @@ def build_library():
     with open(folder / ".lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not target.exists() or target.stat().st_mtime <= max(path.stat().st_mtime for path in inputs):
-            command = [os.environ.get("HOSTCC") or "cc", *FLAGS, f"-I{HERE / 'host'}", f"-I{SOURCE}", *map(str, sources()), "-o",
-                       str(target)]
+            command = [os.environ.get("HOSTCC") or "cc", *FLAGS, f"-I{HERE / 'host'}", f"-I{SOURCE}", *map(str, sources()),
+                       "-o", str(target)]
             result = subprocess.run(command, capture_output=True, text=True)
             assert result.returncode == 0, result.stderr
     return target
