@@ -32,7 +32,8 @@ def test_the_mean_of_128_samples_to_nearest(c):
 
 def test_it_starts_from_the_offsets_in_effect(c):
     """The samples come with them subtracted."""
-    assert calibrate(c, [(5, -5, 0)] * 128, (NOMINAL + 100, NOMINAL - 100, NOMINAL))[2] == (NOMINAL + 105, NOMINAL - 105, NOMINAL)
+    assert calibrate(c, [(5, -5, 0)] * 128, (NOMINAL + 100, NOMINAL - 100, NOMINAL))[2] == (
+        NOMINAL + 105, NOMINAL - 105, NOMINAL)
 
 
 @pytest.mark.parametrize("phase", range(3))
