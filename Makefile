@@ -42,7 +42,7 @@ objects = $(patsubst %,$(BUILD)/arm/%.o,$(basename $1))
 
 LIB_OBJ      = $(call objects,$(call sources,lib))
 PLATFORM_OBJ = $(call objects,$(call sources,startup drivers/cortex drivers/mss drivers/fabric))
-FIRMWARE_OBJ = $(call objects,$(call sources,firmware))
+FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware/control firmware/commission firmware/axis firmware/system firmware/operate))
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
@@ -89,7 +89,7 @@ $(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSC
 	$(call say,HEX)
 	$(Q)$(OBJCOPY) -O binary $< $@
 
-$(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/current_loop_isr.o
+$(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/control/current_loop_isr.o
 
 $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT)
 	@mkdir -p $(@D)

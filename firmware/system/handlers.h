@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The interrupts: whose axis each is for, and their priorities. The current loop's is control/current_loop_isr.S; the slow
+ * loop is MSS timer 1, once a millisecond. Its clock comes from the same PLL as the PWM, so the two never drift.
+ */
+#ifndef FIRMWARE_SYSTEM_HANDLERS_H
+#define FIRMWARE_SYSTEM_HANDLERS_H
+
+/* Lets the current loop's interrupt through, before the axis starts; then the slow loop's, when it has. Thread, once each. */
+void handlers_start_current_loop(void);
+void handlers_start_slow_loop(void);
+
+/* Where the current loop's interrupt ends when a sample has a fault. Only the interrupt calls it. */
+void current_loop_fault(void);
+
+#endif
