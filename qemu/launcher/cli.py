@@ -85,10 +85,10 @@ def _add_campaign(commands):
                                    ("--scenarios", "SCENARIOS", "names, separated by blanks (default: all)"),
                                    ("--seeds", "SEEDS", "runs of each (default: 8, for faults 1)"),
                                    ("--detunes", "DETUNES", "what the drive is told wrongly, separated by ';'"),
-                                   ("--part", "PART", "start, wiring, supervision or detune: hostile cases, each judged by the plant"),
+                                   ("--part", "PART", "start, wiring, supervision or detune: hostile cases"),
                                    ("--case", "CASE", "one case of a part, kept whole: start:teknic_m2310p/hoist20/45"),
-                                   ("--angles", "ANGLES", "of PART=start, electrical degrees (default: every 5, and near 0, 90, ...)"),
-                                   ("--loads", "LOADS", "of PART=start: free, hoist20, friction20 ... (percent of rated torque)"),
+                                   ("--angles", "ANGLES", "of PART=start, electrical degrees (default: docs/campaign.md)"),
+                                   ("--loads", "LOADS", "of PART=start: free, hoist20, friction20, hoist50 ..."),
                                    ("--jobs", "JOBS", "runs at a time (default: one a processor)"),
                                    ("--sshlogin", "SSHLOGIN", "machines to use, as GNU parallel takes them")):
         campaign.add_argument(option, default=os.environ.get(variable) or None, help=text)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """PART=detune: a drive that is told wrong resistance, inductance, flux or inertia still works, if not as well.
 
-WHAT is SCENARIO/NAME. All limits of the scenario hold but those that say how good the speed loop is: with another inertia than it
-was told it is another loop.
+WHAT is SCENARIO/NAME. All limits of the scenario hold but those that say how good the speed loop is: with another inertia than
+it was told it is another loop.
 """
 from .errors import LauncherError
 from .part import PartCase, Setup, Verdict

@@ -8,8 +8,8 @@ rotor's d axis.
 import re
 
 from .errors import LauncherError
-from .part import (ON_S, OPERATION, PartCase, Setup, Verdict, angle_error_deg, bridge_is_off, event, excursion_deg, fault_s, first_fault,
-                   late, late_s, matches, mean_angle_deg, numbers, operation_s, scenario)
+from .part import (ON_S, OPERATION, PartCase, Setup, Verdict, angle_error_deg, bridge_is_off, event, excursion_deg, fault_s,
+                   first_fault, late, late_s, matches, mean_angle_deg, numbers, operation_s, scenario)
 
 NAME = "start"
 OFFSET_MAX_DEG = 3.0       # electrical

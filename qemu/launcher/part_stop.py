@@ -53,7 +53,8 @@ def supply(drive, chopper):
     names = drive.names()
     vbus_v, room_v = names["vbus_V"], names["v_max_V"] - names["vbus_V"]
     power_w = 2 * names["rated_torque_Nm"] * names["rated_speed_rpm"] * names["rad_s_per_rpm"]
-    brake = {"chopper_ohm": vbus_v ** 2 / power_w, "chopper_on_v": vbus_v + 0.6 * room_v, "chopper_off_v": vbus_v + 0.5 * room_v}
+    brake = {"chopper_ohm": vbus_v ** 2 / power_w, "chopper_on_v": vbus_v + 0.6 * room_v,
+             "chopper_off_v": vbus_v + 0.5 * room_v}
     return {"supply_sinks": 0, **(brake if chopper else dict.fromkeys(brake, 0.0))}
 
 
@@ -65,7 +66,8 @@ def judge(run, rpm, target_rpm, command_s, in_time_s):
     after = run.window(began, None)
     there = np.flatnonzero(after["speed_rpm"] <= target_rpm + NEAR_SHARE * rpm)
     took_s = float(after["t_s"][there[0]] - began) if len(there) else None
-    braking = run.window(began + COMMAND_TAKES_S, None if took_s is None else max(began + took_s, began + 2 * COMMAND_TAKES_S))
+    braking_s = None if took_s is None else max(took_s, 2 * COMMAND_TAKES_S)
+    braking = run.window(began + COMMAND_TAKES_S, None if took_s is None else began + braking_s)
     bus_v, rated_nm = float(after["vbus_V"].max()), run.rated("rated_torque_nm")
     against_nm = float(braking["torque_mean_Nm"].max())
     figures = {"took, s": took_s, "highest bus voltage, % of v_max": 100 * bus_v / run.names["v_max_V"],

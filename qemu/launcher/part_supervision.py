@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """PART=supervision: what goes wrong while the motor turns is found in time and named.
 
-WHAT is CAUSE/SPEED/LOAD, slip60/speed100/load50: the encoder loses 60 degrees electrical at 100 % of rated speed with a hoist of
-50 % of rated torque on the shaft. Causes: slipN, freeze, open_A, overload (twice rated torque). Stopping on a supply that takes
-nothing back is part_stop.py's.
+WHAT is CAUSE/SPEED/LOAD, slip60/speed100/load50: the encoder loses 60 degrees electrical at 100 % of rated speed with a hoist
+of 50 % of rated torque on the shaft. Causes: slipN, freeze, open_A, overload (twice rated torque). Stopping on a supply that
+takes nothing back is part_stop.py's.
 """
 import re
 

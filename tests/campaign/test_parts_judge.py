@@ -28,7 +28,7 @@ ENUMS = {"state": {READY: "DRIVE_READY", SWITCHED_ON: "DRIVE_SWITCHED_ON", OPERA
 
 def made_up(end_s=2.0, began_s=0.8, fault="", fault_s=None, offset_deg=0.0, speed_rpm=0.0, on_in_fault=False, seen=None,
             **columns):
-    """A run that goes into operation at began_s (None: never) and ends in a fault, if any; speed_rpm may be a function of time."""
+    """A run that goes into operation at began_s (None: never) and ends in a fault, if any; speed_rpm may be a function."""
     t = np.arange(0.0, end_s, PERIOD_S)
     began_s, fault_s = (math.inf if when is None else when for when in (began_s, fault_s))
     state = np.where(t >= fault_s, FAULT, np.where(t >= began_s, OPERATION, SWITCHED_ON))
