@@ -20,6 +20,7 @@ from .paths import MOTORS, QEMU_DIR, REPO, SCENARIOS, build_dir, shown
 
 FAULT_PREFIX = "fault_"
 DRIVE_SEEDS, FAULT_SEEDS = 8, 1
+TERMINATE_AGAIN_S = 0.3
 
 
 @dataclass(frozen=True)
@@ -158,9 +159,23 @@ def _run_parallel(parallel, cases, folder, build, qemu, jobs, sshlogin):
     worker = [os.environ.get("PYTHON", "/usr/bin/python3"), "qemu/run.py", "case", "{}", "--cases", here, "--build",
               _relative(build) if sshlogin else str(build)]
     worker += ["--qemu", qemu] if qemu else []
-    status = subprocess.run([*command, *worker], cwd=REPO, stdin=subprocess.DEVNULL, check=False).returncode
+    status = _wait(subprocess.Popen([*command, *worker], cwd=REPO, stdin=subprocess.DEVNULL))
     if status > 100:
         raise LauncherError(f"GNU parallel ended with status {status}: see {shown(joblog)}")
+
+
+def _wait(process):
+    """The status of GNU parallel. If the launcher is ended, so are the runs: at the second SIGTERM parallel ends them, too."""
+    try:
+        return process.wait()
+    except BaseException:
+        while process.poll() is None:
+            process.terminate()
+            try:
+                process.wait(TERMINATE_AGAIN_S)
+            except subprocess.TimeoutExpired:
+                pass
+        raise
 
 
 def _relative(path):

@@ -20,8 +20,8 @@ def late(t_s, states, kind, *args):
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    steps = [{"t_s": 0.1, "console": "on"}, late(0.2, ON, "load_nm", LOAD_NM), {"t_s": 0.3, "after_state": ON, "console": "off"},
-             late(0.05, OFF, "end"), late(0.01, "FAULT", "load_nm", 5)]
+    steps = [{"t_s": 0.1, "console": "on"}, late(0.2, ON, "load_nm", LOAD_NM),
+             {"t_s": 0.3, "after_state": ON, "console": "off"}, late(0.05, OFF, "end"), late(0.01, "FAULT", "load_nm", 5)]
     return simulate({"key": "late", "end_s": 8, "preamble_s": 0.05, "step": steps}, "teknic_m2310p",
                     plant="ideal", spread=0, out_dir=tmp_path_factory.mktemp("late"), start_angle=-90)
 
