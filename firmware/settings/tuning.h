@@ -4,7 +4,7 @@
  * per-unit formats of the hot path.
  *
  *   current   Q15, 1.0 = i_range            voltage  Q15, 1.0 = v_range
- *   speed     rpm in Q4 for people; w_q15 for the current loop, 1.0 = TUNING_SPEED_BASE_HZ electrical
+ *   speed     rpm in Q4 for people; w_q15 for the current loop, 1.0 = CONFIG_SPEED_BASE_HZ electrical
  */
 #ifndef FIRMWARE_SETTINGS_TUNING_H
 #define FIRMWARE_SETTINGS_TUNING_H
@@ -13,8 +13,7 @@
 
 #include "firmware/settings/error.h"
 #include "firmware/settings/params.h"
-
-#define TUNING_SPEED_BASE_HZ 1250 /* = PWM rate / 16: w_q15 is the observer's Q32 speed shifted right by 13 */
+#include "firmware/settings/rates.h"
 
 struct tuning {
     /* current loop */
