@@ -24,6 +24,7 @@ struct adc_regs {
     volatile uint32_t SUM_TRIP;
     volatile uint32_t V_MIN;
     volatile uint32_t V_MAX;
+    const volatile uint32_t TEMP;
 };
 
 REG_AT_OFFSET(struct adc_regs, CONTROL, 0x00);
@@ -40,9 +41,12 @@ REG_AT_OFFSET(struct adc_regs, I_TRIP, 0x28);
 REG_AT_OFFSET(struct adc_regs, SUM_TRIP, 0x2C);
 REG_AT_OFFSET(struct adc_regs, V_MIN, 0x30);
 REG_AT_OFFSET(struct adc_regs, V_MAX, 0x34);
+REG_AT_OFFSET(struct adc_regs, TEMP, 0x38);
 
 #define ADC_CONTROL_ENABLE     (1u << 0)
 #define ADC_CONTROL_IRQ_ENABLE (1u << 1)
+#define ADC_TEMP_CODES_PER_K   16
+#define ADC_TEMP_CODE_AT_0_C   800
 #define ADC_STATUS_EOC         (1u << 0)
 #define ADC_STATUS_OVERRUN     (1u << 1)
 #define ADC_STATUS_CURRENT     (1u << 4) /* of the newest conversion: a current beyond I_TRIP */
@@ -126,6 +130,12 @@ static inline struct adc_sample adc_read(const struct adc_regs *adc)
 static inline int32_t adc_vbus_q15(const struct adc_regs *adc)
 {
     return adc->VBUS;
+}
+
+/* Winding temperature, ADC_TEMP_CODES_PER_K above ADC_TEMP_CODE_AT_0_C; 0: no sensor, or no conversion yet. Context: any. */
+static inline uint32_t adc_temperature_code(void)
+{
+    return ADC->TEMP;
 }
 
 /* Conversions since the fabric's reset, modulo 2^32. Context: any. */

@@ -35,7 +35,7 @@ REG_AT_OFFSET(struct gate_regs, ID, 0x08);
 #define GATE_STATUS_OVERCURRENT_NOW  (1u << 8)
 #define GATE_STATUS_DRIVER_FAULT_NOW (1u << 9)
 
-#define GATE_ID 0x464F4302u /* "FOC", version 2 of the fabric contract */
+#define GATE_ID 0x464F4321u /* "FOC", version 2.1 of the fabric contract */
 
 /*
  * True if the fabric holds the design this firmware was written for. Read it before anything else in the fabric: with

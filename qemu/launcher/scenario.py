@@ -41,7 +41,7 @@ EVENTS = {
     "sensor_sine": [_NUMBER, _NUMBER, _NUMBER],
     "encoder_cut": [_FLAG], "encoder_freeze": [_FLAG], "encoder_illegal": [], "encoder_slip": [_NUMBER],
     "irq_delay": [_NUMBER], "irq_block": [_FLAG], "watchdog_reset": [], "phase_open": [_PHASE, _FLAG],
-    "phase_swap": ["pair|off"], "chopper": [_FLAG],
+    "encoder_reverse": [_FLAG], "temperature_c": ["number|off"], "phase_swap": ["pair|off"], "chopper": [_FLAG],
     "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
 }
 _FORMS = {_PHASE: r"[ABC]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]",

@@ -110,9 +110,21 @@ static void disturb_encoder(const struct event *e, struct encoder *encoder)
     case EVENT_ENCODER_ILLEGAL:
         encoder_illegal(encoder);
         break;
+    case EVENT_ENCODER_REVERSE:
+        encoder_reverse(encoder, e->on);
+        break;
     default:
         encoder_slip(encoder, (int64_t)e->number);
         break;
+    }
+}
+
+static void show_temperature(const struct event *e, struct thermometer *thermometer)
+{
+    if (e->on) {
+        thermometer_hold(thermometer, e->number);
+    } else {
+        thermometer_let_go(thermometer);
     }
 }
 
@@ -167,7 +179,11 @@ static void play(const struct event *e)
     case EVENT_ENCODER_FREEZE:
     case EVENT_ENCODER_ILLEGAL:
     case EVENT_ENCODER_SLIP:
+    case EVENT_ENCODER_REVERSE:
         disturb_encoder(e, &board.plant->encoder);
+        break;
+    case EVENT_TEMPERATURE:
+        show_temperature(e, &board.plant->thermometer);
         break;
     case EVENT_IRQ_DELAY:
         board.delay_interrupt(sim_from_s(e->number));
