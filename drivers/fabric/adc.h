@@ -133,9 +133,9 @@ static inline int32_t adc_vbus_q15(const struct adc_regs *adc)
 }
 
 /* Winding temperature, ADC_TEMP_CODES_PER_K above ADC_TEMP_CODE_AT_0_C; 0: no sensor, or no conversion yet. Context: any. */
-static inline uint32_t adc_temperature_code(void)
+static inline uint32_t adc_temperature_code(const struct adc_regs *adc)
 {
-    return ADC->TEMP;
+    return adc->TEMP;
 }
 
 /* Conversions since the fabric's reset, modulo 2^32. Context: any. */

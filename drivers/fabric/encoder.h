@@ -56,14 +56,14 @@ static inline uint32_t encoder_latched(const struct encoder_regs *encoder)
  * Fabric clocks of 10 ns, modulo 2^32: at the last edge that was counted before the last ADC trigger, and at that trigger.
  * Only differences mean anything. Context: any.
  */
-static inline uint32_t encoder_edge_clock(void)
+static inline uint32_t encoder_edge_clock(const struct encoder_regs *encoder)
 {
-    return ENCODER->EDGE_TIME;
+    return encoder->EDGE_TIME;
 }
 
-static inline uint32_t encoder_latch_clock(void)
+static inline uint32_t encoder_latch_clock(const struct encoder_regs *encoder)
 {
-    return ENCODER->LATCH_TIME;
+    return encoder->LATCH_TIME;
 }
 
 /* Position now, 0 ... counts-1. Context: any. */
