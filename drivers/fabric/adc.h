@@ -7,6 +7,7 @@
 #define DRIVERS_FABRIC_ADC_H
 
 #include "drivers/board.h"
+#include "drivers/clear.h"
 #include "drivers/reg.h"
 
 struct adc_regs {
@@ -95,7 +96,7 @@ void adc_set_limits(struct adc_regs *adc, int32_t i_trip_q15, int32_t sum_trip_q
 static inline uint32_t adc_take_status(struct adc_regs *adc)
 {
     const uint32_t status = adc->STATUS;
-    adc->STATUS = status;
+    reg_clear(&adc->STATUS, status);
     return status;
 }
 
@@ -116,7 +117,7 @@ static inline uint32_t adc_status(const struct adc_regs *adc)
 /* Forgets that there was an overrun. Context: any. */
 static inline void adc_clear_overrun(struct adc_regs *adc)
 {
-    adc->STATUS = ADC_STATUS_OVERRUN;
+    reg_clear(&adc->STATUS, ADC_STATUS_OVERRUN);
 }
 
 /* The newest results; all four of the same instant until the next conversion ends. Context: the ISR of the block. */

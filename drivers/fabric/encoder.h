@@ -8,6 +8,7 @@
 #define DRIVERS_FABRIC_ENCODER_H
 
 #include "drivers/board.h"
+#include "drivers/clear.h"
 #include "drivers/reg.h"
 
 struct encoder_regs {
@@ -87,7 +88,7 @@ static inline uint32_t encoder_status(const struct encoder_regs *encoder)
 /* Clears the given status bits; SIGNAL_LOST stays while the signal is missing. Context: any. */
 static inline void encoder_clear(struct encoder_regs *encoder, uint32_t status_bits)
 {
-    encoder->STATUS = status_bits;
+    reg_clear(&encoder->STATUS, status_bits);
 }
 
 #endif

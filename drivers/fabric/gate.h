@@ -8,6 +8,7 @@
 #define DRIVERS_FABRIC_GATE_H
 
 #include "drivers/board.h"
+#include "drivers/clear.h"
 #include "drivers/reg.h"
 
 struct gate_regs {
@@ -74,7 +75,7 @@ static inline uint32_t gate_status(const struct gate_regs *gate)
  */
 static inline uint32_t gate_clear(struct gate_regs *gate, uint32_t latches)
 {
-    gate->STATUS = latches & GATE_STATUS_LATCHES;
+    reg_clear(&gate->STATUS, latches & GATE_STATUS_LATCHES);
     return gate->STATUS & latches & GATE_STATUS_LATCHES;
 }
 
