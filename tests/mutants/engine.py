@@ -9,16 +9,19 @@ from mutants.ladder import Order, collect, concerned, play
 from mutants.tree import Trouble
 
 TRIES, TRIES_MORE = 4, 10  # so many faults of a file are tried for each that it owes
+PORTION = 8                # tests that a worker takes at a time when the tree as it is runs them
 
 
 class Engine:
-    """sources: what faults go into; trees: one for each worker; store: what is known; say: called with each line of progress."""
+    """sources: what faults go into; trees: one for each worker; store: what is known; say: called with each line of it."""
 
     def __init__(self, sources, trees, rungs, store, seed, say):
         self.sources, self.trees, self.rungs, self.store, self.seed, self.say = sources, trees, rungs, store, seed, say
         self.order, self.lock, self.prepared = Order(), threading.Lock(), set()
-        self.tests, self.left, self.failure = None, {}, None
-        self.judged, self.tried = {}, {}
+        self.portions, self.tests, self.measured = None, {}, {}
+        self.left, self.failure, self.judged, self.tried = {}, None, {}, {}
+        for entry in store.known.values():
+            self.order.learn(*entry["identity"].split("|")[:2], entry.get("asked", []), entry["by"])
 
     def run(self, count, files):
         """{identity: (fault, entry)} of `count` mutants, or as many as there are."""
@@ -82,7 +85,7 @@ class Engine:
             with self.lock:
                 if not known:
                     self.store.put(fault, entry)
-                self.order.learn(fault, entry.get("asked", []), entry.get("by"))
+                    self.order.learn(fault.file, fault.function, entry.get("asked", []), entry["by"])
                 if entry["outcome"] in ("noticed", "survived"):
                     done += 1
                     self.judged[fault.identity] = (fault, entry)
@@ -93,9 +96,10 @@ class Engine:
             self.left[file] = None
 
     def _tell(self, fault, entry, known):
-        by = f"by {entry['by']}" if entry["by"] else ""
+        by = f" by {entry['by']}" if entry["by"] else ""
         took = "as before" if known else f"{entry['build_s'] + entry['tests_s']:.1f} s"
-        self.say(f"{len(self.judged):4}/{self.wanted} {entry['outcome']:8} {fault.file}:{fault.line} {fault.kind} {by} ({took})")
+        count = f"{len(self.judged):4}/{self.wanted}"
+        self.say(f"{count} {entry['outcome']} {fault.file}:{fault.line} {fault.kind}{by} ({took})")
 
     def _judge(self, tree, fault):
         self._ready(tree)
@@ -105,14 +109,14 @@ class Engine:
             built = time.monotonic()
             if none:
                 return {"outcome": none, "by": "", "build_s": round(built - begun, 2), "tests_s": 0.0}
-            tests = self.order.sorted(fault, concerned(self.tests, tree.changed_products()))
+            tests = self.order.sorted(fault, concerned(self.measured.values(), tree.changed_products()))
             results = play(tree, tests) if tests else []
         finally:
-            tree.restore(fault.file)
+            tree.restore(fault.file, self.sources.texts[fault.file])
         name, what, _ = results[-1] if results else ("", "passed", 0.0)
         by = name if what != "passed" else ""
         return {"outcome": "noticed" if by else "survived", "by": by, "how": what, "rung": self.rung_of(by),
-                "asked": [asked for asked, _, _ in results], "cpu_s": {asked: cpu_s for asked, _, cpu_s in results},
+                "asked": [asked for asked, _, _ in results], "cpu_s": round(sum(cpu_s for _, _, cpu_s in results), 2),
                 "build_s": round(built - begun, 2), "tests_s": round(time.monotonic() - built, 2)}
 
     def rung_of(self, name):
@@ -124,24 +128,39 @@ class Engine:
     # ---- before the first mutant ----
 
     def _ready(self, tree):
-        """Builds a worker's tree as it is; the first sees that all tests pass and how long they take."""
+        """Builds a worker's tree as it is, and takes its part in seeing that all tests pass there and how long they take."""
         if tree in self.prepared:
             return
         tree.prepare()
         with self.lock:
-            if self.tests is None:
-                self.tests = self._measured(tree)
+            if self.portions is None:
+                self._collect(tree)
+        while not self.failure:
+            with self.lock:
+                portion = self.portions.pop() if self.portions else None
+            if portion is None:
+                break
+            self._measure(tree, portion)
         tree.keep()
+        while len(self.measured) < len(self.tests) and not self.failure:
+            time.sleep(0.05)
+        if self.failure:
+            raise self.failure
         self.prepared.add(tree)
 
-    def _measured(self, tree):
+    def _collect(self, tree):
         tests = collect(tree, self.rungs)
+        self.tests = {test.name: test for test in tests}
+        self.portions = [tests[n:n + PORTION] for n in range(0, len(tests), PORTION)]
         self.say(f"{len(tests)} tests; first on the tree as it is")
-        by_name = {test.name: test for test in tests}
-        results = play(tree, tests, to_the_end=True)
+
+    def _measure(self, tree, portion):
+        results = play(tree, portion, to_the_end=True)
         failed = [name for name, what, _ in results if what != "passed"]
-        if failed or len(results) < len(tests):
-            missing = failed or sorted(set(by_name) - {name for name, _, _ in results})
-            raise Trouble(f"the tree as it is does not pass {missing[0]}; mend that first ({len(missing)} in all)")
-        self.say(f"they take {sum(cpu_s for _, _, cpu_s in results):.0f} s of CPU")
-        return [replace(by_name[name], cpu_s=max(cpu_s, 0.01)) for name, _, cpu_s in results]
+        failed += sorted({test.name for test in portion} - {name for name, _, _ in results})
+        if failed:
+            raise Trouble(f"the tree as it is does not pass {failed[0]}; mend that first")
+        with self.lock:
+            self.measured |= {name: replace(self.tests[name], cpu_s=max(cpu_s, 0.01)) for name, _, cpu_s in results}
+            if len(self.measured) == len(self.tests):
+                self.say(f"they take {sum(test.cpu_s for test in self.measured.values()):.0f} s of CPU")

@@ -39,9 +39,11 @@ def enum_neighbours(texts):
     for where, text in texts.items():
         for region in regions(text, where):
             words = [t.text for t in region.tokens]
-            if region.kind != "type" or "enum" not in words or "{" not in words:
+            if region.kind != "type" or "{" not in words:
                 continue
             at = words.index("{")
+            if "enum" not in words[max(0, at - 2):at]:
+                continue
             members = [words[i + 1] for i in range(at, len(words) - 1) if words[i] in ("{", ",") and words[i + 1] != "}"]
             for i, name in enumerate(members):
                 neighbours[name] = tuple(members[j] for j in (i - 1, i + 1) if 0 <= j < len(members))

@@ -8,9 +8,10 @@ from collections import Counter, defaultdict
 from dataclasses import dataclass
 from pathlib import Path
 
-from mutants.tree import Trouble, digest
+from mutants.tree import Trouble, digest, last_lines
 
 CPU_TIMES, CPU_MORE_S = 4, 5.0  # a test may take this much of what it took, and this much more
+PLUGINS = str(Path(__file__).resolve().parents[1])
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def collect(tree, rungs):
         chosen = [n for n in names if (not rung.only or re.search(rung.only, n)) and
                   not (rung.without and re.search(rung.without, n))]
         if status or not chosen:
-            raise Trouble(f"rung '{rung.name}' has no tests: pytest ended with {status}:\n" + "\n".join(output.splitlines()[-8:]))
+            raise Trouble(f"rung '{rung.name}' has no tests, pytest ended with {status}:\n{last_lines(output)}")
         tests += [Test(name, rung) for name in dict.fromkeys(chosen) if name not in {t.name for t in tests}]
     if not tests:
         raise Trouble("no rung of the ladder has a test")
@@ -76,7 +77,7 @@ def play(tree, tests, to_the_end=False):
     log.write_text("")
     files = list(dict.fromkeys(test.file for test in tests))
     command = pytest_command(files, "build/tmp", "-p", "mutants.watch", *([] if to_the_end else ["-x"]))
-    status, output = tree.run(command, {"MUTANTS_PLAN": str(plan), "MUTANTS_LOG": str(log), "PYTHONPATH": "tests"})
+    status, output = tree.run(command, {"MUTANTS_PLAN": str(plan), "MUTANTS_LOG": str(log), "PYTHONPATH": PLUGINS})
     results, begun = [], None
     for line in log.read_text().splitlines():
         entry = json.loads(line)
@@ -91,7 +92,7 @@ def play(tree, tests, to_the_end=False):
         match = re.search(r"ERROR (tests/\S+?\.py|\S+\.py)", output)
         results.append((match[1] if match else files[0], "could not be collected", 0.0))
     elif status not in (0, 1) or not results or (status == 1 and all(what == "passed" for _, what, _ in results)):
-        raise Trouble(f"pytest ended with {status}:\n" + "\n".join(output.splitlines()[-15:]))
+        raise Trouble(f"pytest ended with {status}:\n" + last_lines(output))
     return results
 
 
@@ -101,15 +102,15 @@ class Order:
     def __init__(self):
         self.asked, self.noticed = defaultdict(Counter), defaultdict(Counter)
 
-    def learn(self, fault, asked, noticed_by):
-        for scope in self._scopes(fault):
+    def learn(self, file, function, asked, noticed_by):
+        for scope in self._scopes(file, function):
             self.asked[scope].update(asked)
             if noticed_by:
                 self.noticed[scope][noticed_by] += 1
 
     @staticmethod
-    def _scopes(fault):
-        return (f"{fault.file}|{fault.function}", fault.file, str(Path(fault.file).parent), "")
+    def _scopes(file, function):
+        return (f"{file}|{function}", file, str(Path(file).parent), "")
 
     def sorted(self, fault, tests):
         return sorted(tests, key=lambda test: (-self._worth(fault, test), test.name))
@@ -117,7 +118,7 @@ class Order:
     def _worth(self, fault, test):
         near = Path(fault.file).stem in test.name
         noticed, asked = (0.3 if near else 0.03), 1.0
-        for scope, weight in zip(self._scopes(fault), (4.0, 2.0, 0.5, 0.2)):
+        for scope, weight in zip(self._scopes(fault.file, fault.function), (4.0, 2.0, 0.5, 0.2)):
             noticed += weight * self.noticed[scope][test.name]
             asked += weight * self.asked[scope][test.name]
         return noticed / asked / (test.cpu_s + 0.05)

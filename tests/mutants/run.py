@@ -74,7 +74,8 @@ def play(chosen):
     trees = [Tree(made, folder / f"w{n}", chosen.cores[n % len(chosen.cores)]) for n in range(chosen.jobs)]
     store = Store(folder / "results.jsonl", ROOT, {name: digest(text) for name, text in sources.texts.items()},
                   fingerprint(ROOT, JUDGES))
-    engine = Engine(sources, trees, load_rungs(HERE / "ladder.toml"), store, chosen.seed, lambda line: print(line, flush=True))
+    rungs = load_rungs(HERE / "ladder.toml")
+    engine = Engine(sources, trees, rungs, store, chosen.seed, lambda line: print(line, flush=True))
     if chosen.list:
         return show_plan(engine, files, chosen)
     judged = engine.run(chosen.count, files)
@@ -83,9 +84,10 @@ def play(chosen):
     (folder / "result.txt").write_text(text + "\n")
     print("\n" + text)
     wrong = list(complaints(judged, reasons, sources))
+    minutes = (time.monotonic() - begun) / 60
+    print(f"\n{len(judged)} mutants in {minutes:.1f} minutes; all of them: {folder / 'result.json'}", flush=True)
     for line in wrong:
         print(f"mssfoc: {line}", file=sys.stderr)
-    print(f"\n{len(judged)} mutants in {(time.monotonic() - begun) / 60:.1f} minutes; build/mutants/result.json has all of them")
     return 1 if wrong else 0
 
 

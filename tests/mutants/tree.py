@@ -34,6 +34,10 @@ def digest(*parts):
     return total.hexdigest()[:20]
 
 
+def last_lines(text):
+    return "\n".join(text.splitlines()[-12:])
+
+
 def tracked(root):
     """The project's files: what git knows or would take, and for a folder without git all of it but build/."""
     answer = subprocess.run(["git", "ls-files", "-co", "--exclude-standard", "-z"], cwd=root, capture_output=True, text=True)
@@ -67,7 +71,7 @@ class Tree:
     def __init__(self, project, folder, cpu=None):
         self.project, self.root, self.cpu = project, folder / "tree", cpu
         self.snapshot = folder / "as_it_was"
-        self.group = None
+        self.group, self.times = None, None
         folder.mkdir(parents=True, exist_ok=True)
         self.compiler = folder / "cc"
         self.compiler.write_text(f'#!/bin/sh\nexec {os.environ.get("HOSTCC") or "cc"} "$@" -w\n')
@@ -112,7 +116,7 @@ class Tree:
         mirror(self.project.root, self.root, tracked(self.project.root), keep=("build",))
         status, output = self.run(list(self.project.command))
         if status:
-            raise Trouble("the unmutated tree does not build:\n" + "\n".join(output.splitlines()[-15:]))
+            raise Trouble("the tree as it is does not build:\n" + last_lines(output))
 
     def keep(self):
         """Takes the present products as those to go back to."""
@@ -148,7 +152,11 @@ class Tree:
 
     def insert(self, fault, text):
         """'' if there is a mutant to be tested now, or why there is none."""
-        (self.root / fault.file).write_text(fault.applied(text), encoding="utf-8")
+        path = self.root / fault.file
+        if path.read_text(encoding="utf-8") != text:
+            raise Trouble(f"{fault.file} was changed while this ran; start it again")
+        self.times = path.stat().st_atime_ns, path.stat().st_mtime_ns
+        path.write_text(fault.applied(text), encoding="utf-8")
         status, _ = self.run(list(self.project.command))
         if status:
             return "does not build"
@@ -159,8 +167,10 @@ class Tree:
         return {path for path in self._found(self.project.products)
                 if self._changed(path) and self._content(path) != self.products.get(path)}
 
-    def restore(self, file):
+    def restore(self, file, text):
         """Source and products back, with their times, so that nothing is built or kept by mistake."""
-        shutil.copy2(self.project.root / file, self.root / file)
+        (self.root / file).write_text(text, encoding="utf-8")
+        if self.times:
+            os.utime(self.root / file, ns=self.times)
         built = set(str(p.relative_to(self.snapshot)) for p in self.snapshot.rglob("*") if p.is_file())
         mirror(self.snapshot, self.root / "build", built)
