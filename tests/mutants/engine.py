@@ -84,7 +84,7 @@ class Engine:
             entry = entry or self._judge(tree, fault)
             with self.lock:
                 if not known:
-                    self.store.put(fault, entry)
+                    self.store.put(fault, entry, tree.root)
                     self.order.learn(fault.file, fault.function, entry.get("asked", []), entry["by"])
                 if entry["outcome"] in ("noticed", "survived"):
                     done += 1

@@ -26,18 +26,19 @@ class Store:
 
     def get(self, fault):
         entry = self.known.get(fault.identity)
-        return entry if entry and entry["key"] == self._key(fault, entry) else None
+        return entry if entry and entry["key"] == self._key(fault, entry, self.root) else None
 
-    def put(self, fault, entry):
+    def put(self, fault, entry, root):
+        """root: of the tree that it was judged in."""
         entry = {"identity": fault.identity, **entry}
-        entry["key"] = self._key(fault, entry)
+        entry["key"] = self._key(fault, entry, root)
         self.known[fault.identity] = entry
         with open(self.path, "a", encoding="utf-8") as out:
             out.write(json.dumps(entry) + "\n")
 
-    def _key(self, fault, entry):
+    def _key(self, fault, entry, root):
         if entry["outcome"] == "noticed":
-            return digest(self.sources[fault.file], material(self.root, entry["by"]))
+            return digest(self.sources[fault.file], material(root, entry["by"]))
         return self.everything
 
 
