@@ -70,14 +70,32 @@ def table(title, rows):
                "".join(f"{by[name] or '-':>13}" for name in names))
 
 
+def spent(judged, tried):
+    """A line for each outcome: how many and what one took."""
+    times = {}
+    for _, entry in [*judged.values(), *tried.values()]:
+        times.setdefault(entry["outcome"], []).append((entry["build_s"], entry["tests_s"]))
+    for outcome, pairs in sorted(times.items()):
+        build_s, tests_s = (sum(column) / len(pairs) for column in zip(*pairs))
+        yield f"{outcome:<14} {len(pairs):4}: {build_s:.1f} s to build and {tests_s:.1f} s of tests each"
+
+
+def noticers(judged):
+    """The tests that noticed first, most often first."""
+    by = Counter(entry["by"] for _, entry in judged.values() if entry["by"])
+    return [f"{count:4}  {name}" for name, count in sorted(by.items(), key=lambda item: (-item[1], item[0]))]
+
+
 def lines(judged, tried, reasons, sources):
     found = list(judged.values())
     yield from table("room", [(room(fault.file), entry["outcome"], entry.get("rung", "")) for fault, entry in found])
     yield ""
     yield from table("kind", [(fault.kind, entry["outcome"], entry.get("rung", "")) for fault, entry in found])
     yield ""
-    dropped = Counter(entry["outcome"] for _, entry in tried.values())
-    yield "besides: " + (", ".join(f"{count} {what}" for what, count in sorted(dropped.items())) or "nothing")
+    yield from spent(judged, tried)
+    yield ""
+    yield "noticed first by"
+    yield from noticers(judged)
     for identity, (fault, entry) in judged.items():
         if entry["outcome"] == "survived":
             yield ""
