@@ -42,7 +42,7 @@ objects = $(patsubst %,$(BUILD)/arm/%.o,$(basename $1))
 
 LIB_OBJ      = $(call objects,$(call sources,lib))
 PLATFORM_OBJ = $(call objects,$(call sources,startup drivers/cortex drivers/mss drivers/fabric))
-FIRMWARE_OBJ = $(call objects,$(call sources,firmware))
+FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware/control firmware/commission firmware/axis firmware/system firmware/operate))
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
@@ -89,7 +89,7 @@ $(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSC
 	$(call say,HEX)
 	$(Q)$(OBJCOPY) -O binary $< $@
 
-$(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/current_loop_isr.o
+$(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/control/current_loop_isr.o
 
 $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT)
 	@mkdir -p $(@D)
@@ -161,6 +161,11 @@ help:
 	@echo 'make models          the motor models against their data sheets        [MOTOR=name, otherwise all]'
 	@echo 'make campaign        motors x scenarios x seeds: one table of worst cases, pictures of the spread'
 	@echo '                     [MOTORS="a b" SCENARIOS="a b" SEEDS=n DETUNES="x*1.3;y*0.8" JOBS=n SSHLOGIN=hosts]'
+	@echo '                     PART=start        from every angle, under load     [ANGLES="0 90" LOADS="free hoist20 friction20"]'
+	@echo '                     PART=wiring       what is connected or told wrongly is named'
+	@echo '                     PART=supervision  what goes wrong while it turns is found in time; stops without a sink'
+	@echo '                     PART=detune       told wrong R, L, flux, J it still works'
+	@echo '                     CASE="start:teknic_m2310p/hoist20/45" one case of a part, with its trace (docs/campaign.md)'
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
 	@echo 'make results         write the measured figures into README.md and docs/results.md'
 	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'

@@ -22,11 +22,7 @@
 #define BOARD_WATCHDOG_LOAD_TICKS 0x4C4B7Fu /* {WDOGLOAD 0x1312D, 0x3F}: 100 ms */
 
 /* ---- fabric: 256-byte slots of CoreAPB3 behind FIC_0, so that one base register reaches every block ---- */
-#define BOARD_COREPWM_BASE      0x50000000u
-#define BOARD_ADC_BASE          0x50000100u
-#define BOARD_ENC_BASE          0x50000200u
-#define BOARD_GATE_BASE         0x50000300u
-#define BOARD_FABRIC_SLOT_BYTES 256u
+#define BOARD_FABRIC_BASE 0x50000000u
 
 /* ---- interrupts ---- */
 #define BOARD_IRQ_ADC     MSS_IRQ_FABRIC(0u) /* 34: end of conversion, level */

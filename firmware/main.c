@@ -7,18 +7,15 @@
 #include "drivers/cortex/mpu.h"
 #include "drivers/cortex/nvic.h"
 #include "drivers/cortex/scb.h"
-#include "drivers/fabric/gate.h"
 #include "drivers/mss/mmuart.h"
 #include "drivers/mss/sysreg.h"
 #include "drivers/mss/watchdog.h"
-#include "firmware/config.h"
-#include "firmware/console.h"
-#include "firmware/drive.h"
-#include "firmware/idle.h"
-#include "firmware/params.h"
-#include "firmware/postmortem.h"
-#include "firmware/slow_loop.h"
-#include "firmware/text.h"
+#include "firmware/operate/console.h"
+#include "firmware/settings/config.h"
+#include "firmware/system/axes.h"
+#include "firmware/system/handlers.h"
+#include "firmware/system/idle.h"
+#include "firmware/system/postmortem.h"
 #include "startup/startup.h"
 
 int main(void);
@@ -53,7 +50,7 @@ static enum fault check_boot(uint32_t reset_cause)
     if (!sysreg_clocks_match_board()) {
         return FAULT_CLOCK;
     }
-    if (!gate_id_ok()) {
+    if (!gate_id_ok(&FABRIC0->gate)) {
         return FAULT_FABRIC;
     }
     if (exception) {
@@ -62,43 +59,20 @@ static enum fault check_boot(uint32_t reset_cause)
     return (reset_cause & SYSREG_CAUSE_WATCHDOG) != 0u ? FAULT_WATCHDOG : FAULT_NONE;
 }
 
-/* Says once, between two lines of the user's, that a fault has been latched. */
-static void announce_fault(void)
-{
-    static uint32_t announced;
-    const uint32_t fault = drive.fault;
-    if (fault != announced) {
-        announced = fault;
-        if (fault != FAULT_NONE) {
-            text_put("\r\nfault: ");
-            text_put(fault_name(fault));
-            text_put_line("; see 'fault', then 'clear'");
-            console_prompt();
-        }
-    }
-}
-
-static void greet(void)
-{
-    text_put_line("");
-    text_put_line("mssfoc " CONFIG_VERSION ", 'help' lists the commands");
-    postmortem_print();
-}
-
 int main(void)
 {
+    static struct console console;
     const uint32_t reset_cause = sysreg_reset_cause();
     start_core();
-    params_init();
+    axis_init(&axes[0], FABRIC0);
     const enum fault boot_fault = check_boot(reset_cause);
     start_uart();
-    drive_start(boot_fault);
-    slow_loop_start();
-    greet();
-    console_prompt();
+    handlers_start_current_loop();
+    axis_start(&axes[0], boot_fault);
+    handlers_start_slow_loop();
+    console_start(&console, &axes[0]);
     for (;;) {
-        console_poll();
-        announce_fault();
+        console_poll(&console);
         idle();
     }
 }

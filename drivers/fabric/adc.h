@@ -7,6 +7,7 @@
 #define DRIVERS_FABRIC_ADC_H
 
 #include "drivers/board.h"
+#include "drivers/clear.h"
 #include "drivers/reg.h"
 
 struct adc_regs {
@@ -24,6 +25,7 @@ struct adc_regs {
     volatile uint32_t SUM_TRIP;
     volatile uint32_t V_MIN;
     volatile uint32_t V_MAX;
+    const volatile uint32_t TEMP;
 };
 
 REG_AT_OFFSET(struct adc_regs, CONTROL, 0x00);
@@ -40,11 +42,12 @@ REG_AT_OFFSET(struct adc_regs, I_TRIP, 0x28);
 REG_AT_OFFSET(struct adc_regs, SUM_TRIP, 0x2C);
 REG_AT_OFFSET(struct adc_regs, V_MIN, 0x30);
 REG_AT_OFFSET(struct adc_regs, V_MAX, 0x34);
-
-#define ADC REG_BLOCK(struct adc_regs, BOARD_ADC_BASE)
+REG_AT_OFFSET(struct adc_regs, TEMP, 0x38);
 
 #define ADC_CONTROL_ENABLE     (1u << 0)
 #define ADC_CONTROL_IRQ_ENABLE (1u << 1)
+#define ADC_TEMP_CODES_PER_K   16
+#define ADC_TEMP_CODE_AT_0_C   800
 #define ADC_STATUS_EOC         (1u << 0)
 #define ADC_STATUS_OVERRUN     (1u << 1)
 #define ADC_STATUS_CURRENT     (1u << 4) /* of the newest conversion: a current beyond I_TRIP */
@@ -59,27 +62,28 @@ struct adc_sample {
 };
 
 /*
- * Clears what is pending and responds to every trigger from now on, with an interrupt (BOARD_IRQ_ADC) at the end of
- * each conversion. The caller enables the interrupt in the NVIC at the priority it wants. Context: thread.
+ * Clears what is pending in the block and responds to every trigger from now on, with an interrupt at the end of each
+ * conversion. The NVIC is the caller's: priority, what is pending there, enable. Context: thread.
  */
-void adc_start(void);
+void adc_start(struct adc_regs *adc);
 
-/* No more conversions, no interrupt pending. One under way when it is called is dropped. Context: any. */
-void adc_stop(void);
+/* No more conversions, and the interrupt line is low on return. A conversion under way is dropped. Context: any. */
+void adc_stop(struct adc_regs *adc);
 
 /*
  * What the block subtracts from the currents: 16 times the code at zero current, 0 ... BOARD_ADC_OFFSET_MAX, in the order
  * A, B, C. In effect from the end of the next conversion on; one that ends between two of the stores takes the new of some
  * phases and the old of the others. Context: one at a time.
  */
-void adc_set_offsets(const uint32_t offset_q15[3]);
-void adc_offsets(uint32_t offset_q15[3]);
+void adc_set_offsets(struct adc_regs *adc, const uint32_t offset_q15[3]);
+void adc_offsets(const struct adc_regs *adc, uint32_t offset_q15[3]);
 
 /*
  * Beyond which magnitude of a current, which magnitude of the currents' sum, below and above which bus voltage the flags
  * of ADC_STATUS are set, Q15. After reset nothing is beyond. In effect from the end of the next conversion on. Context: any.
  */
-void adc_set_limits(int32_t i_trip_q15, int32_t sum_trip_q15, int32_t v_min_q15, int32_t v_max_q15);
+void adc_set_limits(struct adc_regs *adc, int32_t i_trip_q15, int32_t sum_trip_q15, int32_t v_min_q15,
+                    int32_t v_max_q15);
 
 /*
  * Takes the status bits and clears exactly those it saw: what comes up in between is seen next time. Call it early in the
@@ -87,52 +91,58 @@ void adc_set_limits(int32_t i_trip_q15, int32_t sum_trip_q15, int32_t v_min_q15,
  * fabric go the same way (FIC_0, CoreAPB3) and in order: once a later read of any block has returned, the line has dropped.
  * So a handler that goes on to read the fabric need not wait here; one that does not calls adc_acknowledge().
  *
- * Returns ADC_STATUS_* bits. OVERRUN: a conversion before this one was never read. Context: ISR of BOARD_IRQ_ADC.
+ * Returns ADC_STATUS_* bits. OVERRUN: a conversion before this one was never read. Context: the ISR of the block.
  */
-static inline uint32_t adc_take_status(void)
+static inline uint32_t adc_take_status(struct adc_regs *adc)
 {
-    const uint32_t status = ADC->STATUS;
-    ADC->STATUS = status;
+    const uint32_t status = adc->STATUS;
+    reg_clear(&adc->STATUS, status);
     return status;
 }
 
-/* The same, and waits until the line has dropped, by reading back. Context: ISR of BOARD_IRQ_ADC. */
-static inline uint32_t adc_acknowledge(void)
+/* The same, and waits until the line has dropped, by reading back. Context: the ISR of the block. */
+static inline uint32_t adc_acknowledge(struct adc_regs *adc)
 {
-    const uint32_t status = adc_take_status();
-    (void)ADC->STATUS;
+    const uint32_t status = adc_take_status(adc);
+    (void)adc->STATUS;
     return status;
 }
 
 /* ADC_STATUS_* bits. Context: any. */
-static inline uint32_t adc_status(void)
+static inline uint32_t adc_status(const struct adc_regs *adc)
 {
-    return ADC->STATUS;
+    return adc->STATUS;
 }
 
 /* Forgets that there was an overrun. Context: any. */
-static inline void adc_clear_overrun(void)
+static inline void adc_clear_overrun(struct adc_regs *adc)
 {
-    ADC->STATUS = ADC_STATUS_OVERRUN;
+    reg_clear(&adc->STATUS, ADC_STATUS_OVERRUN);
 }
 
-/* The newest results; all four of the same instant until the next conversion ends. Context: ISR of BOARD_IRQ_ADC. */
-static inline struct adc_sample adc_read(void)
+/* The newest results; all four of the same instant until the next conversion ends. Context: the ISR of the block. */
+static inline struct adc_sample adc_read(const struct adc_regs *adc)
 {
-    const struct adc_sample sample = {.ia_q15 = ADC->IA, .ib_q15 = ADC->IB, .ic_q15 = ADC->IC, .vbus_q15 = ADC->VBUS};
+    const struct adc_sample sample = {.ia_q15 = adc->IA, .ib_q15 = adc->IB, .ic_q15 = adc->IC, .vbus_q15 = adc->VBUS};
     return sample;
 }
 
 /* The newest bus voltage alone, Q15. Context: any. */
-static inline int32_t adc_vbus_q15(void)
+static inline int32_t adc_vbus_q15(const struct adc_regs *adc)
 {
-    return ADC->VBUS;
+    return adc->VBUS;
+}
+
+/* Winding temperature, ADC_TEMP_CODES_PER_K above ADC_TEMP_CODE_AT_0_C; 0: no sensor, or no conversion yet. Context: any. */
+static inline uint32_t adc_temperature_code(const struct adc_regs *adc)
+{
+    return adc->TEMP;
 }
 
 /* Conversions since the fabric's reset, modulo 2^32. Context: any. */
-static inline uint32_t adc_sequence(void)
+static inline uint32_t adc_sequence(const struct adc_regs *adc)
 {
-    return ADC->SEQUENCE;
+    return adc->SEQUENCE;
 }
 
 #endif

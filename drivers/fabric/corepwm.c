@@ -15,36 +15,36 @@ static bool takes_effect(const volatile uint32_t *reg, uint32_t value)
     return false;
 }
 
-bool corepwm_init(uint32_t period_counts)
+bool corepwm_init(struct corepwm_regs *pwm, uint32_t period_counts)
 {
     if (period_counts < COREPWM_PERIOD_MIN || period_counts > COREPWM_PERIOD_MAX) {
         return false;
     }
 
     /* First the outputs: from reset all edges are equal, and an enabled channel would toggle. */
-    COREPWM->PWM_ENABLE_0_7 = 0u;
-    COREPWM->PWM_ENABLE_8_15 = 0u;
-    if (!takes_effect(&COREPWM->PWM_ENABLE_0_7, 0u)) {
+    pwm->PWM_ENABLE_0_7 = 0u;
+    pwm->PWM_ENABLE_8_15 = 0u;
+    if (!takes_effect(&pwm->PWM_ENABLE_0_7, 0u)) {
         return false;
     }
 
     /* Then the time base, before any edge: under the old, short period the new edges would never come. */
-    COREPWM->PRESCALE = 0u;
-    COREPWM->PERIOD = period_counts - 1u;
-    if (!takes_effect(&COREPWM->PRESCALE, 0u) || !takes_effect(&COREPWM->PERIOD, period_counts - 1u)) {
+    pwm->PRESCALE = 0u;
+    pwm->PERIOD = period_counts - 1u;
+    if (!takes_effect(&pwm->PRESCALE, 0u) || !takes_effect(&pwm->PERIOD, period_counts - 1u)) {
         return false;
     }
 
     /* Then the edges, which the first period with SYNC_UPDATE 1 brings into effect, the trigger's last. */
-    COREPWM->SYNC_UPDATE = 0u;
-    COREPWM->PWM7_POSEDGE = 0u;
-    COREPWM->PWM7_NEGEDGE = period_counts / 2u;
+    pwm->SYNC_UPDATE = 0u;
+    pwm->PWM7_POSEDGE = 0u;
+    pwm->PWM7_NEGEDGE = period_counts / 2u;
     const uint32_t half = period_counts / 2u;
-    corepwm_write_legs(half, half, half, period_counts / 8u, period_counts);
-    if (!takes_effect(&COREPWM->PWM7_NEGEDGE, half)) {
+    corepwm_write_legs(pwm, half, half, half, period_counts / 8u, period_counts);
+    if (!takes_effect(&pwm->PWM7_NEGEDGE, half)) {
         return false;
     }
 
-    COREPWM->PWM_ENABLE_0_7 = COREPWM_ENABLE_TRIGGER;
-    return takes_effect(&COREPWM->PWM_ENABLE_0_7, COREPWM_ENABLE_TRIGGER);
+    pwm->PWM_ENABLE_0_7 = COREPWM_ENABLE_TRIGGER;
+    return takes_effect(&pwm->PWM_ENABLE_0_7, COREPWM_ENABLE_TRIGGER);
 }

@@ -61,8 +61,6 @@ REG_AT_OFFSET(struct corepwm_regs, PWM7_POSEDGE, 0x40);
 REG_AT_OFFSET(struct corepwm_regs, PWM7_NEGEDGE, 0x44);
 REG_AT_OFFSET(struct corepwm_regs, SYNC_UPDATE, 0xE4);
 
-#define COREPWM REG_BLOCK(struct corepwm_regs, BOARD_COREPWM_BASE)
-
 #define COREPWM_ENABLE_LEGS    0x3Fu /* PWM1...PWM6 */
 #define COREPWM_ENABLE_TRIGGER 0x40u /* PWM7 */
 
@@ -103,15 +101,15 @@ static inline uint32_t corepwm_on_max(uint32_t period_counts, uint32_t dead_coun
  * is out of range (nothing is changed then) or if the core does not take the values in time (the outputs stay
  * disabled). Context: thread; the waiting is bounded by COREPWM_WAIT_POLLS reads a step.
  */
-bool corepwm_init(uint32_t period_counts);
+bool corepwm_init(struct corepwm_regs *pwm, uint32_t period_counts);
 
 /*
  * Lets the six outputs follow their edges, or holds them low, from the end of the running period on. The trigger keeps
  * running. Context: any.
  */
-static inline void corepwm_enable_legs(bool on)
+static inline void corepwm_enable_legs(struct corepwm_regs *pwm, bool on)
 {
-    COREPWM->PWM_ENABLE_0_7 = COREPWM_ENABLE_TRIGGER | (on ? COREPWM_ENABLE_LEGS : 0u);
+    pwm->PWM_ENABLE_0_7 = COREPWM_ENABLE_TRIGGER | (on ? COREPWM_ENABLE_LEGS : 0u);
 }
 
 /* Puts one on-time into [COREPWM_ON_MIN, on_max]; a negative number passed as unsigned counts as 0. */
@@ -132,8 +130,9 @@ static inline uint32_t corepwm_clamp_on(uint32_t on_counts, uint32_t on_max_coun
  * Context: the current loop's ISR, once a period. Straight code, no branch; with constant dead_counts and period_counts
  * the limits cost nothing.
  */
-static inline __attribute__((always_inline)) void corepwm_write_legs(uint32_t on_a, uint32_t on_b, uint32_t on_c,
-                                                                     uint32_t dead_counts, uint32_t period_counts)
+static inline __attribute__((always_inline)) void corepwm_write_legs(struct corepwm_regs *pwm, uint32_t on_a,
+                                                                     uint32_t on_b, uint32_t on_c, uint32_t dead_counts,
+                                                                     uint32_t period_counts)
 {
     const uint32_t on_max = period_counts - 2u * dead_counts - 2u;
     const uint32_t a = corepwm_clamp_on(on_a, on_max);
@@ -143,20 +142,20 @@ static inline __attribute__((always_inline)) void corepwm_write_legs(uint32_t on
     const uint32_t rise_b = (period_counts - b) >> 1;
     const uint32_t rise_c = (period_counts - c) >> 1;
 
-    COREPWM->SYNC_UPDATE = 0u; /* should the period end in between, none of the edges is taken, rather than some */
-    COREPWM->PWM1_POSEDGE = rise_a;
-    COREPWM->PWM1_NEGEDGE = rise_a + a;
-    COREPWM->PWM2_POSEDGE = rise_a + a + dead_counts;
-    COREPWM->PWM2_NEGEDGE = rise_a - dead_counts;
-    COREPWM->PWM3_POSEDGE = rise_b;
-    COREPWM->PWM3_NEGEDGE = rise_b + b;
-    COREPWM->PWM4_POSEDGE = rise_b + b + dead_counts;
-    COREPWM->PWM4_NEGEDGE = rise_b - dead_counts;
-    COREPWM->PWM5_POSEDGE = rise_c;
-    COREPWM->PWM5_NEGEDGE = rise_c + c;
-    COREPWM->PWM6_POSEDGE = rise_c + c + dead_counts;
-    COREPWM->PWM6_NEGEDGE = rise_c - dead_counts;
-    COREPWM->SYNC_UPDATE = 1u;
+    pwm->SYNC_UPDATE = 0u; /* should the period end in between, none of the edges is taken, rather than some */
+    pwm->PWM1_POSEDGE = rise_a;
+    pwm->PWM1_NEGEDGE = rise_a + a;
+    pwm->PWM2_POSEDGE = rise_a + a + dead_counts;
+    pwm->PWM2_NEGEDGE = rise_a - dead_counts;
+    pwm->PWM3_POSEDGE = rise_b;
+    pwm->PWM3_NEGEDGE = rise_b + b;
+    pwm->PWM4_POSEDGE = rise_b + b + dead_counts;
+    pwm->PWM4_NEGEDGE = rise_b - dead_counts;
+    pwm->PWM5_POSEDGE = rise_c;
+    pwm->PWM5_NEGEDGE = rise_c + c;
+    pwm->PWM6_POSEDGE = rise_c + c + dead_counts;
+    pwm->PWM6_NEGEDGE = rise_c - dead_counts;
+    pwm->SYNC_UPDATE = 1u;
 }
 
 #endif

@@ -8,6 +8,7 @@
 #define DRIVERS_FABRIC_GATE_H
 
 #include "drivers/board.h"
+#include "drivers/clear.h"
 #include "drivers/reg.h"
 
 struct gate_regs {
@@ -19,8 +20,6 @@ struct gate_regs {
 REG_AT_OFFSET(struct gate_regs, CONTROL, 0x00);
 REG_AT_OFFSET(struct gate_regs, STATUS, 0x04);
 REG_AT_OFFSET(struct gate_regs, ID, 0x08);
-
-#define GATE REG_BLOCK(struct gate_regs, BOARD_GATE_BASE)
 
 #define GATE_CONTROL_ENABLE (1u << 0)
 
@@ -37,47 +36,47 @@ REG_AT_OFFSET(struct gate_regs, ID, 0x08);
 #define GATE_STATUS_OVERCURRENT_NOW  (1u << 8)
 #define GATE_STATUS_DRIVER_FAULT_NOW (1u << 9)
 
-#define GATE_ID 0x464F4302u /* "FOC", version 2 of the fabric contract */
+#define GATE_ID 0x464F4321u /* "FOC", version 2.1 of the fabric contract */
 
 /*
  * True if the fabric holds the design this firmware was written for. Read it before anything else in the fabric: with
  * an unprogrammed fabric this read is a bus fault or never ends (the watchdog ends that). Context: thread.
  */
-static inline bool gate_id_ok(void)
+static inline bool gate_id_ok(const struct gate_regs *gate)
 {
-    return GATE->ID == GATE_ID;
+    return gate->ID == GATE_ID;
 }
 
 /*
  * Lets the gate signals follow CorePWM. Returns whether they do now: false while a latch is set (see gate_status()).
  * Context: any.
  */
-static inline bool gate_enable(void)
+static inline bool gate_enable(struct gate_regs *gate)
 {
-    GATE->CONTROL = GATE_CONTROL_ENABLE;
-    return (GATE->STATUS & GATE_STATUS_LIVE) != 0u;
+    gate->CONTROL = GATE_CONTROL_ENABLE;
+    return (gate->STATUS & GATE_STATUS_LIVE) != 0u;
 }
 
 /* All six gate signals low. One store, needs no state and no stack: the first act of every fault. Context: any. */
-static inline __attribute__((always_inline)) void gate_disable(void)
+static inline __attribute__((always_inline)) void gate_disable(struct gate_regs *gate)
 {
-    GATE->CONTROL = 0u;
+    gate->CONTROL = 0u;
 }
 
 /* GATE_STATUS_* bits: all that can be wrong in the fabric, in one word. Context: any. */
-static inline uint32_t gate_status(void)
+static inline uint32_t gate_status(const struct gate_regs *gate)
 {
-    return GATE->STATUS;
+    return gate->STATUS;
 }
 
 /*
  * Clears the given latches and returns those of them that stay set because their input is not quiet (0: all clear).
  * Does not enable anything. Context: any.
  */
-static inline uint32_t gate_clear(uint32_t latches)
+static inline uint32_t gate_clear(struct gate_regs *gate, uint32_t latches)
 {
-    GATE->STATUS = latches & GATE_STATUS_LATCHES;
-    return GATE->STATUS & latches & GATE_STATUS_LATCHES;
+    reg_clear(&gate->STATUS, latches & GATE_STATUS_LATCHES);
+    return gate->STATUS & latches & GATE_STATUS_LATCHES;
 }
 
 #endif

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The firmware's parameters: which key of which data file each is told from, its range, and DETUNE.
 
-The ranges are the firmware's own: they are read from param_table of the image (firmware/params.c), so that no copy can differ.
+The ranges are the firmware's own: they are read from param_table of the image (firmware/settings/params.c), so that no
+copy can differ.
 What the firmware is told are the data sheets' values: neither PLANT nor SPREAD moves them. DETUNE does, to see what a wrong
 value costs: "resistance_mohm*1.3 flux_uwb*0.8 pole_pairs=5 encoder_counts+96".
 """

@@ -4,6 +4,7 @@
 The image has no code for this. The twin reads the memory at these addresses once a PWM period.
 """
 import base64
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -110,24 +111,29 @@ class Symbols:
 # column of the trace, variable in the image, what one raw unit is worth, needed for the report
 _CURRENT, _VOLTAGE, _ONE, _Q4 = "current", "voltage", 1.0, 1.0 / 16
 WATCH = [
-    ("i_d_A", "current_loop.i_d_q15", _CURRENT, True),
-    ("i_q_A", "current_loop.i_q_q15", _CURRENT, True),
-    ("i_d_ref_A", "current_loop.i_d_ref_q15", _CURRENT, True),
-    ("i_q_ref_A", "current_loop.i_q_ref_q15", _CURRENT, True),
-    ("v_d_V", "current_loop.v_d_q15", _VOLTAGE, False),
-    ("v_q_V", "current_loop.v_q_q15", _VOLTAGE, False),
-    ("vbus_fw_V", "current_loop.vbus_q15", _VOLTAGE, False),
-    ("angle_next_q32", "current_loop.pll.angle_q32", _ONE, False),
-    ("angle_offset_q32", "current_loop.angle_offset_q32", _ONE, False),
-    ("speed_fw_rpm", "speed_loop.speed_rpm_q4", _Q4, True),
-    ("speed_ref_rpm", "speed_loop.speed_ref_rpm_q4", _Q4, True),
-    ("state", "drive.state", _ONE, True),
-    ("fault", "drive.fault", _ONE, True),
+    ("i_d_A", "axes[0].loop.i_d_q15", _CURRENT, True),
+    ("i_q_A", "axes[0].loop.i_q_q15", _CURRENT, True),
+    ("i_d_ref_A", "axes[0].loop.i_d_ref_q15", _CURRENT, True),
+    ("i_q_ref_A", "axes[0].loop.i_q_ref_q15", _CURRENT, True),
+    ("v_d_V", "axes[0].loop.v_d_q15", _VOLTAGE, False),
+    ("v_q_V", "axes[0].loop.v_q_q15", _VOLTAGE, False),
+    ("vbus_fw_V", "axes[0].loop.vbus_q15", _VOLTAGE, False),
+    ("angle_next_q32", "axes[0].loop.pll.angle_q32", _ONE, False),
+    ("angle_offset_q32", "axes[0].loop.angle_offset_q32", _ONE, False),
+    ("speed_fw_rpm", "axes[0].speed.speed_rpm_q4", _Q4, True),
+    ("speed_ref_rpm", "axes[0].speed.speed_ref_rpm_q4", _Q4, True),
+    ("state", "axes[0].state", _ONE, True),
+    ("fault", "axes[0].faults.cause", _ONE, True),
 ]
 
 
 # the meaning of columns that hold an enum: the firmware keeps them as words
-ENUM_COLUMNS = {"state": "drive_state", "fault": "fault"}
+ENUM_COLUMNS = {"state": "axis_state", "fault": "fault"}
+
+
+def code_of(enum, name):
+    """The number of an enumerator that is called NAME after its prefix (READY is DRIVE_READY); -1 when there is none."""
+    return next((code for code, text in enum.items() if re.sub(r"^[A-Z]+?_", "", text) == name), -1)
 
 
 def make_probes(symbols, drive):

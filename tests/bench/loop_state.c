@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "tests/bench/loop_state.h"
 
-#include "firmware/drive.h"
+#include "firmware/system/axes.h"
 #include "lib/advance.h"
 #include "tests/bench/vectors.h"
 
@@ -9,7 +9,7 @@
 
 void loop_state_init(struct current_loop *c)
 {
-    current_loop_tune(&drive.tuning);
+    current_loop_tune(c, &axes[0].tuning);
     c->kp_d_q9 = 3 << 9;
     c->kp_q_q9 = 3 << 9;
     c->ki_q15 = 1 << 12;

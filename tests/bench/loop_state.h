@@ -6,7 +6,7 @@
 #ifndef TESTS_BENCH_LOOP_STATE_H
 #define TESTS_BENCH_LOOP_STATE_H
 
-#include "firmware/current_loop.h"
+#include "firmware/control/current_loop.h"
 
 /* Tuned as the drive is, bridge "on" as far as the loop knows, thresholds where nothing reaches them. Once. */
 void loop_state_init(struct current_loop *c);

@@ -184,7 +184,7 @@ def _cycles(values):
 def _meta(build, settings):
     """What the figures hold for. The compiler's own record in the image says how it was called."""
     producers = {}
-    for name, source in (("firmware", "firmware/current_loop.c"), ("library", "lib/trig.c"),
+    for name, source in (("firmware", "firmware/control/current_loop.c"), ("library", "lib/trig.c"),
                          ("portable_O2", "tests/bench/kernels_o2.c"), ("portable_O3", "tests/bench/kernels_o3.c")):
         producers[name] = producer(build / "bench.elf", source)
     return {"compiler": " ".join(producers["firmware"].split()[:4]),

@@ -6,7 +6,7 @@
 #include "drivers/cortex/nvic.h"
 #include "drivers/mss/mmuart.h"
 #include "drivers/mss/watchdog.h"
-#include "firmware/config.h"
+#include "firmware/settings/config.h"
 #include "startup/startup.h"
 
 #define NAME_WIDTH   26u

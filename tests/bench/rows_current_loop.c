@@ -3,11 +3,10 @@
 
 #include "drivers/board.h"
 #include "drivers/cortex/nvic.h"
-#include "drivers/fabric/adc.h"
-#include "drivers/fabric/gate.h"
+#include "drivers/fabric/fabric.h"
 #include "drivers/mss/watchdog.h"
-#include "firmware/config.h"
-#include "firmware/drive.h"
+#include "firmware/settings/config.h"
+#include "firmware/system/axes.h"
 #include "startup/startup.h"
 #include "tests/bench/loop_state.h"
 #include "tests/bench/print.h"
@@ -35,11 +34,11 @@ static struct timing_figures over_states(uint32_t (*measure)(void))
     vector_restart();
     timing_begin(&rows_timing);
     for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
-        loop_state_typical(&current_loop);
+        loop_state_typical(&axes[0].loop);
         timing_add_typical(&rows_timing, measure());
     }
     for (uint32_t i = 0; i < LOOP_STATE_EXTREMES; i++) {
-        loop_state_extreme(&current_loop, i);
+        loop_state_extreme(&axes[0].loop, i);
         timing_add_extreme(&rows_timing, measure());
     }
     return timing_figures(&rows_timing);
@@ -68,17 +67,17 @@ static void row_stolen(void)
     const uint32_t mask = cpu_irq_save();
     const uint32_t alone = spin(SPINS);
     cpu_irq_restore(mask);
-    loop_state_typical(&current_loop);
+    loop_state_typical(&axes[0].loop);
     print_flush(); /* or the console would take its share */
-    adc_start();
-    const uint32_t first = adc_sequence();
-    for (uint32_t poll = 0; poll < POLLS && adc_sequence() == first; poll++) {
+    adc_start(&FABRIC0->adc);
+    const uint32_t first = adc_sequence(&FABRIC0->adc);
+    for (uint32_t poll = 0; poll < POLLS && adc_sequence(&FABRIC0->adc) == first; poll++) {
         watchdog_refresh();
     }
-    const uint32_t before = adc_sequence();
+    const uint32_t before = adc_sequence(&FABRIC0->adc);
     const uint32_t together = spin(SPINS);
-    const uint32_t interrupts = adc_sequence() - before;
-    adc_stop();
+    const uint32_t interrupts = adc_sequence(&FABRIC0->adc) - before;
+    adc_stop(&FABRIC0->adc);
     print_note("interrupts by the ADC", interrupts);
     if (interrupts == 0u) {
         print_heading("no interrupts came: is the fabric's design loaded?");
@@ -93,31 +92,31 @@ static void row_stolen(void)
 static void convert_once(void)
 {
     nvic_disable(BOARD_IRQ_ADC);
-    adc_start();
-    const uint32_t first = adc_sequence();
-    for (uint32_t poll = 0; poll < POLLS && adc_sequence() == first; poll++) {
+    adc_start(&FABRIC0->adc);
+    const uint32_t first = adc_sequence(&FABRIC0->adc);
+    for (uint32_t poll = 0; poll < POLLS && adc_sequence(&FABRIC0->adc) == first; poll++) {
         watchdog_refresh();
     }
-    adc_stop();
+    adc_stop(&FABRIC0->adc);
     nvic_enable(BOARD_IRQ_ADC);
 }
 
 /* A bus voltage below its limit in the sample: the longest way through the interrupt. */
 static void row_trip(void)
 {
-    adc_set_limits(INT16_MAX, INT16_MAX, INT16_MAX, INT16_MAX);
+    adc_set_limits(&FABRIC0->adc, INT16_MAX, INT16_MAX, INT16_MAX, INT16_MAX);
     convert_once();
     vector_restart();
     timing_begin(&rows_timing);
     for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
-        loop_state_typical(&current_loop);
-        current_loop.status_max = GATE_STATUS_LIVE;
-        drive.fault = FAULT_NONE;
+        loop_state_typical(&axes[0].loop);
+        axes[0].loop.status_max = GATE_STATUS_LIVE;
+        axes[0].faults.cause = FAULT_NONE;
         timing_add_typical(&rows_timing, timing_once(time_handler, NULL, NULL));
     }
-    current_loop.status_max = UINT32_MAX;
-    drive.fault = FAULT_NONE;
-    adc_set_limits(INT16_MAX, INT16_MAX, 0, INT16_MAX);
+    axes[0].loop.status_max = UINT32_MAX;
+    axes[0].faults.cause = FAULT_NONE;
+    adc_set_limits(&FABRIC0->adc, INT16_MAX, INT16_MAX, 0, INT16_MAX);
     convert_once();
     const struct timing_figures figures = timing_figures(&rows_timing);
     print_row("current_loop.trip", &figures, NULL);
@@ -125,7 +124,7 @@ static void row_trip(void)
 
 void rows_current_loop(void)
 {
-    loop_state_init(&current_loop);
+    loop_state_init(&axes[0].loop);
     print_heading("current loop: called; as an interrupt, entry and exit included; what the ADC's interrupts take");
     print_handler("current_loop.called", handler_called);
     print_handler("current_loop.pended", handler_interrupting);

@@ -3,7 +3,7 @@
 
 #include "drivers/cortex/nvic.h"
 #include "drivers/mss/watchdog.h"
-#include "firmware/config.h"
+#include "firmware/settings/config.h"
 #include "startup/startup.h"
 #include "tests/bench/print.h"
 #include "tests/bench/rows.h"

@@ -2,12 +2,9 @@
 #include <stddef.h>
 
 #include "drivers/mss/mmuart.h"
-#include "firmware/commands.h"
-#include "firmware/config.h"
-#include "firmware/current_loop.h"
-#include "firmware/drive.h"
-#include "firmware/params.h"
-#include "firmware/speed_loop.h"
+#include "firmware/operate/commands.h"
+#include "firmware/settings/config.h"
+#include "firmware/system/axes.h"
 #include "startup/startup.h"
 #include "tests/bench/print.h"
 #include "tests/bench/rows.h"
@@ -18,19 +15,19 @@
 static char line[16];
 static struct tuning tuning;
 
-TIMING_FUNCTION(time_fault, fault_raise(FAULT_OVERCURRENT))
-TIMING_FUNCTION(time_command, commands_execute(line))
-TIMING_FUNCTION(time_tuning, (void)tuning_compute(&params, &tuning))
+TIMING_FUNCTION(time_fault, axis_raise(&axes[0], FAULT_OVERCURRENT))
+TIMING_FUNCTION(time_command, commands_execute(&axes[0], line))
+TIMING_FUNCTION(time_tuning, (void)tuning_compute(&axes[0].params, &tuning))
 TIMING_FUNCTION(time_uart, UART0_IRQHandler())
 
 static void row_fault(const char *name, bool first)
 {
     timing_begin(&rows_timing);
     for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
-        drive.fault = first ? FAULT_NONE : FAULT_STALL;
+        axes[0].faults.cause = first ? FAULT_NONE : FAULT_STALL;
         timing_add_typical(&rows_timing, timing_once(time_fault, NULL, NULL));
     }
-    drive.fault = FAULT_NONE;
+    axes[0].faults.cause = FAULT_NONE;
     const struct timing_figures figures = timing_figures(&rows_timing);
     print_row(name, &figures, NULL);
 }
@@ -52,13 +49,13 @@ static void row_command(const char *name, const char *text)
     vector_restart();
     timing_begin(&rows_timing);
     for (uint32_t i = 0; i < CONSOLE_ROUNDS; i++) {
-        current_loop.i_d_q15 = vector_random(-32768, 32767);
-        current_loop.i_q_q15 = vector_random(-32768, 32767);
-        current_loop.i_d_ref_q15 = vector_random(-32768, 32767);
-        current_loop.i_q_ref_q15 = vector_random(-32768, 32767);
-        current_loop.vbus_q15 = vector_random(8192, 32760);
-        speed_loop.speed_rpm_q4 = vector_random(-320000, 320000);
-        speed_loop.speed_ref_rpm_q4 = vector_random(-320000, 320000);
+        axes[0].loop.i_d_q15 = vector_random(-32768, 32767);
+        axes[0].loop.i_q_q15 = vector_random(-32768, 32767);
+        axes[0].loop.i_d_ref_q15 = vector_random(-32768, 32767);
+        axes[0].loop.i_q_ref_q15 = vector_random(-32768, 32767);
+        axes[0].loop.vbus_q15 = vector_random(8192, 32760);
+        axes[0].speed.speed_rpm_q4 = vector_random(-320000, 320000);
+        axes[0].speed.speed_ref_rpm_q4 = vector_random(-320000, 320000);
         type(text);
         const uint32_t mask = cpu_irq_save();
         timing_add_typical(&rows_timing, timing_once(time_command, NULL, NULL));

@@ -3,9 +3,8 @@
 
 #include "drivers/board.h"
 #include "drivers/cortex/nvic.h"
-#include "firmware/config.h"
-#include "firmware/drive.h"
-#include "firmware/speed_loop.h"
+#include "firmware/settings/config.h"
+#include "firmware/system/axes.h"
 #include "tests/bench/loop_state.h"
 #include "tests/bench/print.h"
 #include "tests/bench/rows.h"
@@ -15,34 +14,35 @@
 #define RPM_Q16      65536
 #define EXTREMES     512u
 
-TIMING_FUNCTION(time_measure, speed_loop_measure(&drive.tuning))
-TIMING_FUNCTION(time_limit, (void)speed_loop_current_limit(&drive.tuning))
-TIMING_FUNCTION(time_step, (void)speed_loop_step(&drive.tuning, drive.tuning.ramp_q16, drive.tuning.i_max_q15))
-TIMING_FUNCTION(time_drive_step, drive_step())
+TIMING_FUNCTION(time_measure, speed_loop_measure(&axes[0].speed, &axes[0].loop, &axes[0].tuning))
+TIMING_FUNCTION(time_limit, (void)speed_loop_current_limit(&axes[0].loop, &axes[0].tuning))
+TIMING_FUNCTION(time_step, (void)speed_loop_step(&axes[0].speed, &axes[0].tuning, axes[0].tuning.ramp_q16,
+                                                 axes[0].tuning.i_max_q15))
+TIMING_FUNCTION(time_drive_step, axis_step(&axes[0]))
 
 static uint32_t interrupting(void)
 {
     return rows_time_interrupt(BOARD_IRQ_TICK);
 }
 
-/* A drive in operation at any speed, and what drive_step() looks at besides. */
+/* A drive in operation at any speed, and what axis_step(&axes[0]) looks at besides. */
 static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, int64_t integral_q16)
 {
-    loop_state_typical(&current_loop);
-    current_loop.pll.speed_q32 = speed_q32;
-    current_loop.radius_q15 = vector_random(4000, 17000);
-    speed_loop_measure(&drive.tuning);
-    speed_loop.ref_rpm_q16 = ref_rpm * RPM_Q16;
-    speed_loop.target_rpm_q16 = target_rpm * RPM_Q16;
-    speed_loop.integral_q16 = integral_q16;
-    drive.state = DRIVE_OPERATION_ENABLED;
-    drive.fault = FAULT_NONE;
+    loop_state_typical(&axes[0].loop);
+    axes[0].loop.pll.speed_q32 = speed_q32;
+    axes[0].loop.radius_q15 = vector_random(4000, 17000);
+    speed_loop_measure(&axes[0].speed, &axes[0].loop, &axes[0].tuning);
+    axes[0].speed.ref_rpm_q16 = ref_rpm * RPM_Q16;
+    axes[0].speed.target_rpm_q16 = target_rpm * RPM_Q16;
+    axes[0].speed.integral_q16 = integral_q16;
+    axes[0].state = AXIS_OPERATION_ENABLED;
+    axes[0].faults.cause = FAULT_NONE;
 }
 
 static void set_typical(void)
 {
     const int32_t speed_q32 = vector_random(-(1 << 27), 1 << 27);
-    const int32_t rpm = tuning_rpm_q4(&drive.tuning, speed_q32) / 16;
+    const int32_t rpm = tuning_rpm_q4(&axes[0].tuning, speed_q32) / 16;
     set_state(speed_q32, rpm + vector_random(-50, 50), vector_random(-4000, 4000),
               (int64_t)vector_random(-8192, 8192) * 65536);
 }
@@ -75,16 +75,16 @@ void rows_slow_loop(void)
 {
     print_heading("slow loop, in operation: its parts, the step of the state machine, the whole interrupt");
     nvic_enable(BOARD_IRQ_TICK);
-    drive.mode = DRIVE_MODE_SPEED;
+    axes[0].mode = AXIS_MODE_SPEED;
     print_states("speed_loop_measure", time_measure, NULL);
     print_states("speed_loop_current_limit", time_limit, NULL);
     print_states("speed_loop_step", time_step, NULL);
     print_states("drive_step.speed", time_drive_step, NULL);
-    drive.mode = DRIVE_MODE_TORQUE;
+    axes[0].mode = AXIS_MODE_TORQUE;
     print_states("drive_step.torque", time_drive_step, NULL);
-    drive.mode = DRIVE_MODE_SPEED;
+    axes[0].mode = AXIS_MODE_SPEED;
     print_states("slow_loop.pended", NULL, interrupting);
     nvic_disable(BOARD_IRQ_TICK);
-    drive.state = DRIVE_SWITCH_ON_DISABLED;
-    drive.fault = FAULT_NONE;
+    axes[0].state = AXIS_SWITCH_ON_DISABLED;
+    axes[0].faults.cause = FAULT_NONE;
 }

@@ -65,8 +65,8 @@ def test_nothing_is_wrong_while_the_bridge_is_off(case, tmp_path):
     assert not faults(result)
     for from_s, to_s in ((0.0, ON_S), (0.951, 1.12)):
         assert not result.trace.between(from_s, to_s)["gates"].any()
-        assert state_at(result, to_s - 1e-3) == "DRIVE_SWITCH_ON_DISABLED"
-    assert state_at(result, 0.94) == state_at(result, 1.29) == "DRIVE_OPERATION_ENABLED"
+        assert state_at(result, to_s - 1e-3) == "AXIS_SWITCH_ON_DISABLED"
+    assert state_at(result, 0.94) == state_at(result, 1.29) == "AXIS_OPERATION_ENABLED"
 
 
 # parameters of a first switching on, those of a second, and what is beyond the limits of the first alone
@@ -109,7 +109,7 @@ def test_what_is_wrong_when_the_gates_open_is_found_at_once(cause, opens_s, tmp_
     live = live_s(result)
     assert faults(result) == ["FAULT_" + cause]
     assert live[0] == pytest.approx(opens_s, abs=1e-6) and len(live) == samples
-    assert state_at(result, opens_s + 0.01) == "DRIVE_FAULT"
+    assert state_at(result, opens_s + 0.01) == "AXIS_FAULT"
 
 
 @pytest.mark.parametrize("first, second", [("ENCODER", "OVERCURRENT"), ("ENCODER", "UNDERVOLTAGE"),
@@ -141,9 +141,9 @@ def test_an_encoder_that_was_cut_while_the_bridge_was_off_is_a_fault_of_the_next
     cut = events(0.95, [("encoder_cut", ["1"])]) + events(0.96, [("encoder_cut", ["0"])])
     result = play(tmp_path, 2.0, typed((ON_S, "on"), (0.92, "off"), (1.0, "on"), (1.2, "clear"), (1.22, "on")), cut)
     assert faults(result) == ["FAULT_ENCODER"] and "error" not in result.console
-    assert state_at(result, 1.18) == "DRIVE_FAULT"
-    assert state_at(result, 1.5) == "DRIVE_SWITCHED_ON", "it does not align anew"
-    assert state_at(result, 1.99) == "DRIVE_OPERATION_ENABLED"
+    assert state_at(result, 1.18) == "AXIS_FAULT"
+    assert state_at(result, 1.5) == "AXIS_SWITCHED_ON", "it does not align anew"
+    assert state_at(result, 1.99) == "AXIS_OPERATION_ENABLED"
 
 
 def test_conversions_that_end_are_missed_within_two_steps_of_the_slow_loop(tmp_path):

@@ -43,7 +43,7 @@ def made(drive, length_s=0.5, rpm=1500.0, i_d=0.0, i_q=2.0, steps=(), **columns)
         trace[f"i_{phase}_peak_A"] = np.abs(trace[f"i_{phase}_A"])
     trace = add_truth(Trace(trace), drive.motor["electrical"]["pole_pairs"])
     trace.update({name: value(t) if callable(value) else value for name, value in columns.items()})
-    enums = {"state": {3: "DRIVE_SWITCHED_ON", ENABLED: "DRIVE_OPERATION_ENABLED"}, "fault": {0: "FAULT_NONE", 2: "FAULT_X"}}
+    enums = {"state": {3: "AXIS_SWITCHED_ON", ENABLED: "AXIS_OPERATION_ENABLED"}, "fault": {0: "FAULT_NONE", 2: "FAULT_X"}}
     return Run(trace, "", drive, enums, drive.names(), list(steps))
 
 

@@ -166,7 +166,7 @@ def test_broken_detune(text, complaint):
 
 def test_ranges_come_from_the_image(elf):
     ranges = ranges_of(Symbols(elf))
-    source = (REPO / "firmware/params.c").read_text()
+    source = (REPO / "firmware/settings/params.c").read_text()
     rows = re.findall(r"^\s+PARAM\((\w+), (\d+), (\d+), (\d+)\)", source, re.MULTILINE)
     assert rows and ranges == {name: Range(int(low), int(high)) for name, low, high, _ in rows}
     for motor in available(MOTORS):

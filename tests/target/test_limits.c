@@ -5,9 +5,7 @@
  * at and beside the results of the one before. The bus needs a voltage.
  */
 #include "drivers/board.h"
-#include "drivers/fabric/adc.h"
-#include "drivers/fabric/corepwm.h"
-#include "drivers/fabric/gate.h"
+#include "drivers/fabric/fabric.h"
 #include "drivers/mss/timer.h"
 #include "startup/startup.h"
 #include "tests/target/harness.h"
@@ -53,7 +51,7 @@ static int32_t at_least_0(int32_t value)
 static void set_limits(int32_t i_trip, int32_t sum_trip, int32_t v_min, int32_t v_max)
 {
     limits = (struct limits){at_least_0(i_trip), at_least_0(sum_trip), at_least_0(v_min), at_least_0(v_max)};
-    adc_set_limits(limits.i_trip, limits.sum_trip, limits.v_min, limits.v_max);
+    adc_set_limits(&FABRIC0->adc, limits.i_trip, limits.sum_trip, limits.v_min, limits.v_max);
 }
 
 static void no_limits(void)
@@ -76,37 +74,37 @@ static uint32_t expected_flags(void)
 /* One conversion and no more. Returns its status, and counts what is not as it has to be. */
 static uint32_t convert(void)
 {
-    const uint32_t before = adc_sequence();
+    const uint32_t before = adc_sequence(&FABRIC0->adc);
     const uint32_t start = mss_timer2_now();
-    ADC->CONTROL = ADC_CONTROL_ENABLE;
-    while (adc_sequence() == before && mss_timer2_now() - start < 3u * PERIOD_TICKS) {
+    FABRIC0->adc.CONTROL = ADC_CONTROL_ENABLE;
+    while (adc_sequence(&FABRIC0->adc) == before && mss_timer2_now() - start < 3u * PERIOD_TICKS) {
         /* bounded */
     }
-    ADC->CONTROL = 0u;
-    missing += adc_sequence() - before != 1u ? 1u : 0u;
-    sample = adc_read();
+    FABRIC0->adc.CONTROL = 0u;
+    missing += adc_sequence(&FABRIC0->adc) - before != 1u ? 1u : 0u;
+    sample = adc_read(&FABRIC0->adc);
     const uint32_t flags = expected_flags();
     const uint32_t gate = flags != 0u ? GATE_STATUS_LIMIT : 0u;
-    const uint32_t status = adc_status();
+    const uint32_t status = adc_status(&FABRIC0->adc);
     wrong += status != (ADC_STATUS_EOC | flags) ? 1u : 0u;
-    wrong_mirrors += (gate_status() & ~GATE_STATUS_LIVE) != gate ? 1u : 0u;
-    wrong += adc_take_status() != status || adc_status() != flags ? 1u : 0u;
+    wrong_mirrors += (gate_status(&FABRIC0->gate) & ~GATE_STATUS_LIVE) != gate ? 1u : 0u;
+    wrong += adc_take_status(&FABRIC0->adc) != status || adc_status(&FABRIC0->adc) != flags ? 1u : 0u;
     return flags;
 }
 
 static void offsets(uint32_t a, uint32_t b, uint32_t c)
 {
-    adc_set_offsets((const uint32_t[3]){a, b, c});
+    adc_set_offsets(&FABRIC0->adc, (const uint32_t[3]){a, b, c});
 }
 
 /* ---- after reset ---- */
 
 static void test_reset(void)
 {
-    harness_equal("limits: I_TRIP after reset", ADC->I_TRIP, NEVER);
-    harness_equal("limits: SUM_TRIP after reset", ADC->SUM_TRIP, NEVER);
-    harness_equal("limits: V_MIN after reset", ADC->V_MIN, 0u);
-    harness_equal("limits: V_MAX after reset", ADC->V_MAX, NEVER);
+    harness_equal("limits: I_TRIP after reset", FABRIC0->adc.I_TRIP, NEVER);
+    harness_equal("limits: SUM_TRIP after reset", FABRIC0->adc.SUM_TRIP, NEVER);
+    harness_equal("limits: V_MIN after reset", FABRIC0->adc.V_MIN, 0u);
+    harness_equal("limits: V_MAX after reset", FABRIC0->adc.V_MAX, NEVER);
     limits = (struct limits){NEVER, NEVER, 0, NEVER};
     uint32_t seen = 0;
     for (uint32_t n = 0; n < 4u; n++) {
@@ -120,16 +118,16 @@ static void test_reset(void)
 
 static void test_registers(void)
 {
-    adc_set_limits(0x11111, 0x02222, 0x13333, 0x04444);
-    harness_equal("limits: I_TRIP reads back", ADC->I_TRIP, 0x11111u);
-    harness_equal("limits: SUM_TRIP", ADC->SUM_TRIP, 0x02222u);
-    harness_equal("limits: V_MIN", ADC->V_MIN, 0x13333u);
-    harness_equal("limits: V_MAX", ADC->V_MAX, 0x04444u);
-    adc_set_limits(-1, -1, -1, -1);
-    harness_equal("limits: I_TRIP has 17 bits", ADC->I_TRIP, 0x1FFFFu);
-    harness_equal("limits: SUM_TRIP has", ADC->SUM_TRIP, 0x1FFFFu);
-    harness_equal("limits: V_MIN has", ADC->V_MIN, 0x1FFFFu);
-    harness_equal("limits: V_MAX has", ADC->V_MAX, 0x1FFFFu);
+    adc_set_limits(&FABRIC0->adc, 0x11111, 0x02222, 0x13333, 0x04444);
+    harness_equal("limits: I_TRIP reads back", FABRIC0->adc.I_TRIP, 0x11111u);
+    harness_equal("limits: SUM_TRIP", FABRIC0->adc.SUM_TRIP, 0x02222u);
+    harness_equal("limits: V_MIN", FABRIC0->adc.V_MIN, 0x13333u);
+    harness_equal("limits: V_MAX", FABRIC0->adc.V_MAX, 0x04444u);
+    adc_set_limits(&FABRIC0->adc, -1, -1, -1, -1);
+    harness_equal("limits: I_TRIP has 17 bits", FABRIC0->adc.I_TRIP, 0x1FFFFu);
+    harness_equal("limits: SUM_TRIP has", FABRIC0->adc.SUM_TRIP, 0x1FFFFu);
+    harness_equal("limits: V_MIN has", FABRIC0->adc.V_MIN, 0x1FFFFu);
+    harness_equal("limits: V_MAX has", FABRIC0->adc.V_MAX, 0x1FFFFu);
     no_limits();
 }
 
@@ -194,23 +192,24 @@ static void test_flag(const char *name, uint32_t flag, const struct limits *l)
     no_limits();
     (void)convert();
     set_limits(l->i_trip, l->sum_trip, l->v_min, l->v_max);
-    harness_equal("flags: limits leave those of the results there are", adc_status(), 0u);
+    harness_equal("flags: limits leave those of the results there are", adc_status(&FABRIC0->adc), 0u);
     (void)convert();
     (void)convert();
-    harness_equal(name, adc_status(), flag);
-    ADC->STATUS = UINT32_MAX;
-    GATE->STATUS = UINT32_MAX;
-    harness_equal("flags: not cleared by writing", adc_status(), flag);
-    harness_equal("flags: LIMIT while off", gate_status(), GATE_STATUS_LIMIT);
-    harness_true("flags: LIMIT does not hold back LIVE", gate_enable());
-    harness_equal("flags: nor take it away", gate_status(), GATE_STATUS_LIVE | GATE_STATUS_LIMIT);
+    harness_equal(name, adc_status(&FABRIC0->adc), flag);
+    FABRIC0->adc.STATUS = UINT32_MAX;
+    FABRIC0->gate.STATUS = UINT32_MAX;
+    harness_equal("flags: not cleared by writing", adc_status(&FABRIC0->adc), flag);
+    harness_equal("flags: LIMIT while off", gate_status(&FABRIC0->gate), GATE_STATUS_LIMIT);
+    harness_true("flags: LIMIT does not hold back LIVE", gate_enable(&FABRIC0->gate));
+    harness_equal("flags: nor take it away", gate_status(&FABRIC0->gate), GATE_STATUS_LIVE | GATE_STATUS_LIMIT);
     (void)convert();
-    harness_equal("flags: not at the next conversion either", gate_status(), GATE_STATUS_LIVE | GATE_STATUS_LIMIT);
+    harness_equal("flags: not at the next conversion either", gate_status(&FABRIC0->gate),
+                  GATE_STATUS_LIVE | GATE_STATUS_LIMIT);
     no_limits();
-    harness_equal("flags: they stay while there is no other conversion", adc_status(), flag);
+    harness_equal("flags: they stay while there is no other conversion", adc_status(&FABRIC0->adc), flag);
     (void)convert();
-    harness_equal("flags: gone with the next", gate_status(), GATE_STATUS_LIVE);
-    gate_disable();
+    harness_equal("flags: gone with the next", gate_status(&FABRIC0->gate), GATE_STATUS_LIVE);
+    gate_disable(&FABRIC0->gate);
 }
 
 static void test_flags(void)
@@ -243,16 +242,16 @@ static void test_two_in_a_row(void)
     for (uint32_t n = 0; n < 6u; n++) {
         offsets(n % 2u == 0u ? nominal : nominal - 8000u, nominal, nominal);
         (void)convert();
-        alternating |= adc_status();
+        alternating |= adc_status(&FABRIC0->adc);
     }
     harness_equal("sum: off at every other conversion", alternating, 0u);
     (void)convert();
-    harness_equal("sum: the second in a row", adc_status(), ADC_STATUS_SUM);
-    adc_stop();
-    harness_equal("sum: the flag outlasts a stop", adc_status(), ADC_STATUS_SUM);
+    harness_equal("sum: the second in a row", adc_status(&FABRIC0->adc), ADC_STATUS_SUM);
+    adc_stop(&FABRIC0->adc);
+    harness_equal("sum: the flag outlasts a stop", adc_status(&FABRIC0->adc), ADC_STATUS_SUM);
     offsets(nominal, nominal, nominal);
     (void)convert();
-    harness_equal("sum: none", adc_status(), 0u);
+    harness_equal("sum: none", adc_status(&FABRIC0->adc), 0u);
     harness_equal("flags: all conversions as their results demand", wrong + wrong_mirrors + missing, 0u);
 }
 
@@ -260,8 +259,8 @@ int main(void)
 {
     (void)harness_begin();
     mss_timer2_start_free_running();
-    if (harness_true("limits: identity of the fabric", gate_id_ok()) &&
-        harness_true("limits: triggers come", corepwm_init(PERIOD_COUNTS))) {
+    if (harness_true("limits: identity of the fabric", gate_id_ok(&FABRIC0->gate)) &&
+        harness_true("limits: triggers come", corepwm_init(&FABRIC0->pwm, PERIOD_COUNTS))) {
         test_reset();
         test_registers();
         test_boundaries();

@@ -42,10 +42,10 @@ def vector_entries(image):
 def source_priorities(root=ROOT):
     """{exception number: priority} of every nvic_priority(IRQ, LEVEL) call in firmware/, as the compiler sees the names."""
     found = []
-    for path in sorted((root / "firmware").glob("*.c")):
+    for path in sorted((root / "firmware").rglob("*.c")):
         found += re.findall(r"\bnvic_priority\(([^,;]+),\s*([^;]+)\);", path.read_text())
     names = "".join(f"PRIORITY {irq} = {level}\n" for irq, level in found)
-    headers = '#include "firmware/config.h"\n#include "drivers/board.h"\n'
+    headers = '#include "firmware/settings/config.h"\n#include "drivers/board.h"\n'
     out = subprocess.run([os.environ.get("CROSS", "arm-none-eabi-") + "gcc", "-E", "-P", "-I", str(root), "-xc", "-"],
                          input=headers + names, capture_output=True, text=True, check=True).stdout
     priorities = {}

@@ -17,6 +17,10 @@ ALLOWED = {
     "lib": {"lib"},
     "startup": {"startup"},
 }
+# the firmware's rooms from the bottom up: each may include itself and those before it; main.c stands on top of all
+FIRMWARE_ROOMS = ("settings", "control", "commission", "axis", "system", "operate")
+# whoever may name a particular axis: main, the interrupts' handlers, and the thread's way to sleep
+NAME_AXES = {"firmware/main.c", "firmware/system/handlers.c", "firmware/system/idle.c"}
 SYSTEM_HEADERS = {"<stdint.h>", "<stddef.h>", "<stdbool.h>", "<limits.h>"}
 WIDTH = 128
 CODE = (".c", ".h", ".S", ".py", ".sh", ".ld", ".mk")
@@ -73,6 +77,36 @@ def check_includes(path, text):
                 yield number, f"{match.group(2)} is not in {room}/"
         elif match.group(2).split("/")[0] not in ALLOWED[room]:
             yield number, f"include of {match.group(2)} points up from {room}/"
+        elif room == "firmware" and level(match.group(2)) > level(str(path)):
+            yield number, f"include of {match.group(2)} points up from {path.parent}/"
+        elif match.group(2) == "firmware/system/axes.h" and str(path) not in NAME_AXES:
+            yield number, "only main and the interrupts' handlers name a particular axis"
+
+
+def level(name):
+    """How high a file of firmware/ stands; below it, everything of the other folders."""
+    parts = name.split("/")
+    if parts[0] != "firmware":
+        return -1
+    return FIRMWARE_ROOMS.index(parts[1]) if len(parts) > 2 else len(FIRMWARE_ROOMS)
+
+
+def check_circles(texts):
+    """Headers that include each other, directly or not: {path: text} of the target's files."""
+    edges = {name: re.findall(r'^\s*#\s*include\s+"([^"]+)"', text, re.M) for name, text in texts.items()}
+    done, path = set(), []
+
+    def walk(name):
+        if name in path:
+            yield Path(name), 1, "includes itself by way of " + " -> ".join(path[path.index(name) + 1:] + [name])
+        elif name not in done:
+            path.append(name)
+            for other in edges.get(name, []):
+                yield from walk(other)
+            path.pop()
+            done.add(name)
+    for name in sorted(edges):
+        yield from walk(name)
 
 
 def check_target_code(path, text):
@@ -118,6 +152,8 @@ def findings():
         for check in checks:
             for number, what in check:
                 yield path, number, what
+    yield from check_circles({str(path): (ROOT / path).read_text(encoding="utf-8") for path in files
+                              if path.parts[0] in TARGET_ROOMS and path.suffix in (".c", ".h", ".S")})
     yield from check_format([p for p in files if p.suffix in (".c", ".h")])
 
 

@@ -1,0 +1,309 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/axis.h"
+
+#include "firmware/settings/config.h"
+#include "lib/q15.h"
+
+#define STALL_MS          500u
+#define QUICK_STOP_MS     5000u
+#define LOOP_START_MS     2u /* until CorePWM's first periods have passed */
+#define QUICK_STOP_FACTOR 4  /* times the normal ramp */
+
+enum start_phase {
+    START_CALIBRATE,
+    START_PWM, /* one step for the PWM to run before the gates open */
+    START_ALIGN,
+    START_FOLLOW, /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
+};
+
+static void enter(struct axis *a, enum axis_state state)
+{
+    a->state = state;
+}
+
+static void bridge_off(struct axis *a)
+{
+    current_loop_off(&a->loop, a->fabric);
+    corepwm_enable_legs(&a->fabric->pwm, false);
+}
+
+static void begin_operation(struct axis *a)
+{
+    speed_loop_reset(&a->speed, 0);
+    a->mode = AXIS_MODE_SPEED;
+    a->speed.target_rpm_q16 = 0;
+    a->stalled_ms = 0;
+    enter(a, AXIS_OPERATION_ENABLED);
+}
+
+static void step_calibration(struct axis *a)
+{
+    switch (calibration_step(&a->calibration, &a->fabric->adc)) {
+    case CALIBRATION_DONE:
+        corepwm_enable_legs(&a->fabric->pwm, true);
+        a->start_phase = START_PWM;
+        break;
+    case CALIBRATION_OUT_OF_RANGE:
+        axis_raise(a, FAULT_CURRENT_OFFSET);
+        break;
+    case CALIBRATION_RUNNING:
+    default:
+        break;
+    }
+}
+
+static void step_alignment(struct axis *a)
+{
+    switch (alignment_step(&a->alignment, &a->loop, &a->tuning, a->speed.speed_rpm_q4)) {
+    case ALIGNMENT_DONE:
+        a->aligned = true;
+        a->start_phase = START_FOLLOW;
+        break;
+    case ALIGNMENT_NOT_FOLLOWED:
+        axis_raise(a, FAULT_ENCODER);
+        break;
+    case ALIGNMENT_RUNNING:
+    default:
+        break;
+    }
+}
+
+/* The bridge on, the field's angle from `source`. */
+static void follow(struct axis *a, enum loop_source source)
+{
+    current_loop_off(&a->loop, a->fabric);
+    if (current_loop_select(&a->loop, a->fabric, source, LOOP_SENSE_AB)) {
+        current_loop_on(&a->loop, a->fabric, &a->tuning);
+    } else {
+        axis_raise(a, FAULT_FABRIC); /* the gate does not let go */
+    }
+}
+
+static void step_switched_on(struct axis *a)
+{
+    switch (a->start_phase) {
+    case START_CALIBRATE:
+        step_calibration(a);
+        break;
+    case START_PWM:
+        if (!a->aligned) {
+            alignment_start(&a->alignment, &a->loop);
+        }
+        follow(a, a->aligned ? LOOP_ENCODER : LOOP_FORCED);
+        a->start_phase = a->aligned ? START_FOLLOW : START_ALIGN;
+        break;
+    case START_ALIGN:
+        step_alignment(a);
+        break;
+    case START_FOLLOW:
+    default:
+        if (a->loop.source != LOOP_ENCODER) {
+            follow(a, LOOP_ENCODER);
+        }
+        begin_operation(a);
+        break;
+    }
+}
+
+static void watch_for_stall(struct axis *a)
+{
+    const bool stuck = a->speed.at_limit && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
+    a->stalled_ms = stuck ? a->stalled_ms + 1u : 0u;
+    if (a->stalled_ms >= STALL_MS) {
+        axis_raise(a, FAULT_STALL);
+    }
+}
+
+static void step_operation(struct axis *a)
+{
+    const int32_t limit_q15 = speed_loop_current_limit(&a->loop, &a->tuning);
+    if (a->mode == AXIS_MODE_TORQUE) {
+        a->loop.i_q_ref_q15 = q15_clamp(a->i_command_q15, -limit_q15, limit_q15);
+        return;
+    }
+    a->loop.i_q_ref_q15 = speed_loop_step(&a->speed, &a->tuning, a->tuning.ramp_q16, limit_q15);
+    watch_for_stall(a);
+}
+
+static void step_quick_stop(struct axis *a)
+{
+    const int32_t slope = (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR;
+    a->loop.i_q_ref_q15 = speed_loop_step(&a->speed, &a->tuning, slope, speed_loop_current_limit(&a->loop, &a->tuning));
+    a->stopping_ms++;
+    const bool stands = a->speed.ref_rpm_q16 == 0 && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
+    if (stands || a->stopping_ms >= QUICK_STOP_MS) {
+        bridge_off(a);
+        enter(a, AXIS_SWITCH_ON_DISABLED);
+    }
+}
+
+static void begin_quick_stop(struct axis *a)
+{
+    if (a->mode == AXIS_MODE_TORQUE) {
+        speed_loop_reset(&a->speed, a->loop.i_q_ref_q15);
+    }
+    a->mode = AXIS_MODE_SPEED;
+    a->speed.target_rpm_q16 = 0;
+    a->stopping_ms = 0;
+    enter(a, AXIS_QUICK_STOP);
+}
+
+/* Requests were checked when they were made; what the state no longer allows is dropped. */
+static void take_request(struct axis *a)
+{
+    const uint32_t wanted = a->request;
+    a->request = AXIS_REQUEST_NONE;
+    switch (wanted) {
+    case AXIS_REQUEST_ON:
+        if (a->state == AXIS_SWITCH_ON_DISABLED) {
+            current_loop_tune(&a->loop, &a->tuning);
+            enter(a, AXIS_READY);
+        }
+        break;
+    case AXIS_REQUEST_OFF:
+        if (a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION) {
+            bridge_off(a);
+            enter(a, AXIS_SWITCH_ON_DISABLED);
+        }
+        break;
+    case AXIS_REQUEST_QUICK_STOP:
+        if (a->state == AXIS_OPERATION_ENABLED) {
+            begin_quick_stop(a);
+        }
+        break;
+    case AXIS_REQUEST_CLEAR:
+        if (a->state == AXIS_FAULT) {
+            a->faults.cause = FAULT_NONE;
+            enter(a, AXIS_SWITCH_ON_DISABLED);
+        }
+        break;
+    default:
+        break;
+    }
+}
+
+/*
+ * There must have been as many conversions as there should in the last period; one either way is phase. That the current loop
+ * took each of them the fabric watches: one that is not taken is an overrun.
+ */
+static void watch_heartbeat(struct axis *a)
+{
+    const uint32_t ran = adc_sequence(&a->fabric->adc) - a->heartbeat;
+    a->heartbeat += ran;
+    if (a->time_ms <= LOOP_START_MS) {
+        return;
+    }
+    if (ran + 1u < CONFIG_LOOPS_PER_SLOW || ran > CONFIG_LOOPS_PER_SLOW + 1u) {
+        axis_raise(a, FAULT_LOOP_STOPPED);
+    }
+}
+
+static void watch_speed(struct axis *a)
+{
+    if (a->state >= AXIS_SWITCHED_ON && a->state <= AXIS_QUICK_STOP &&
+        q15_abs(current_loop_w_q15(&a->loop)) > a->tuning.overspeed_w_q15) {
+        axis_raise(a, FAULT_OVERSPEED);
+    }
+}
+
+/*
+ * The current loop looks for latches while the bridge is on. If one is found here, the bridge is off; or conversions go
+ * unanswered, and the current loop's interrupt has stopped.
+ */
+static void watch_latches(struct axis *a)
+{
+    const uint32_t status = gate_status(&a->fabric->gate);
+    if (a->faults.cause != FAULT_NONE || (status & GATE_STATUS_LATCHES) == 0u) {
+        return;
+    }
+    const enum fault cause = fault_from_gate(status);
+    axis_raise(a, cause == FAULT_LOOP_OVERRUN ? FAULT_LOOP_STOPPED : cause);
+}
+
+static void react_to_fault(struct axis *a)
+{
+    bridge_off(a);
+    a->request = AXIS_REQUEST_NONE;
+    if (a->faults.cause == FAULT_ENCODER || a->state == AXIS_SWITCHED_ON) {
+        a->aligned = false;
+    }
+    enter(a, AXIS_FAULT_REACTION);
+}
+
+static void step_state(struct axis *a)
+{
+    switch (a->state) {
+    case AXIS_READY:
+        calibration_start(&a->calibration);
+        a->start_phase = START_CALIBRATE;
+        enter(a, AXIS_SWITCHED_ON);
+        break;
+    case AXIS_SWITCHED_ON:
+        step_switched_on(a);
+        break;
+    case AXIS_OPERATION_ENABLED:
+        step_operation(a);
+        break;
+    case AXIS_QUICK_STOP:
+        step_quick_stop(a);
+        break;
+    case AXIS_FAULT_REACTION:
+        if ((gate_status(&a->fabric->gate) & GATE_STATUS_LIVE) == 0u) {
+            enter(a, AXIS_FAULT);
+        }
+        break;
+    default:
+        break;
+    }
+}
+
+void axis_step(struct axis *a)
+{
+    a->time_ms++;
+    speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
+    watch_heartbeat(a);
+    watch_speed(a);
+    watch_latches(a);
+    if (a->faults.cause != FAULT_NONE && a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION) {
+        react_to_fault(a);
+    } else {
+        take_request(a);
+        step_state(a);
+    }
+    current_loop_follow(&a->loop, a->fabric, &a->tuning);
+}
+
+void axis_init(struct axis *a, struct fabric *fabric)
+{
+    *a = (struct axis){.fabric = fabric};
+    current_loop_init(&a->loop);
+    speed_estimate_reset(&a->speed.estimate);
+    params_init(&a->params);
+    (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
+    current_loop_tune(&a->loop, &a->tuning);
+}
+
+/* Without the expected fabric or clock a register may be anything: then nothing is written, and the drive stays off. */
+static bool fabric_in_doubt(enum fault boot_fault)
+{
+    return boot_fault == FAULT_CLOCK || boot_fault == FAULT_FABRIC;
+}
+
+static bool start_fabric(struct axis *a)
+{
+    (void)encoder_init(&a->fabric->encoder, (uint32_t)a->params.encoder_counts, false);
+    const bool running = corepwm_init(&a->fabric->pwm, CONFIG_PWM_COUNTS);
+    adc_start(&a->fabric->adc);
+    return running;
+}
+
+void axis_start(struct axis *a, enum fault boot_fault)
+{
+    enter(a, AXIS_SWITCH_ON_DISABLED);
+    if (boot_fault != FAULT_NONE) {
+        axis_raise(a, boot_fault);
+    }
+    if (!fabric_in_doubt(boot_fault) && !start_fabric(a)) {
+        axis_raise(a, FAULT_FABRIC);
+    }
+}

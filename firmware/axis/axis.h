@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * One motor's drive: everything it knows stands in struct axis, which is passed by pointer. Its state machine follows CiA 402
+ * (IEC 61800-7-201) and is stepped once a millisecond.
+ *
+ * Requests come from the thread as one word; the step carries them out. In "switched on" the drive works through its start:
+ * currents at rest, then the bridge on and the rotor pulled to a known angle.
+ */
+#ifndef FIRMWARE_AXIS_AXIS_H
+#define FIRMWARE_AXIS_AXIS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "drivers/fabric/fabric.h"
+#include "firmware/axis/fault.h"
+#include "firmware/commission/alignment.h"
+#include "firmware/commission/calibration.h"
+#include "firmware/control/current_loop.h"
+#include "firmware/control/speed_loop.h"
+#include "firmware/settings/error.h"
+#include "firmware/settings/params.h"
+#include "firmware/settings/tuning.h"
+
+enum axis_state {
+    AXIS_NOT_READY,
+    AXIS_SWITCH_ON_DISABLED,
+    AXIS_READY,
+    AXIS_SWITCHED_ON,
+    AXIS_OPERATION_ENABLED,
+    AXIS_QUICK_STOP,
+    AXIS_FAULT_REACTION,
+    AXIS_FAULT,
+};
+
+enum axis_mode {
+    AXIS_MODE_SPEED,
+    AXIS_MODE_TORQUE,
+};
+
+enum axis_request {
+    AXIS_REQUEST_NONE,
+    AXIS_REQUEST_ON,
+    AXIS_REQUEST_OFF,
+    AXIS_REQUEST_QUICK_STOP,
+    AXIS_REQUEST_CLEAR,
+};
+
+#define AXIS_STANDSTILL_RPM_Q4 (30 * 16) /* below this the motor counts as at rest */
+
+struct axis {
+    struct current_loop loop; /* first: the interrupt's, which knows its members by their offsets */
+    struct fabric *fabric;
+    struct params params; /* as set; in effect from the next switching on */
+    struct tuning tuning; /* of the last switching on */
+    struct speed_loop speed;
+    struct calibration calibration;
+    struct alignment alignment;
+    struct fault_record faults;
+    volatile uint32_t state; /* enum axis_state */
+    volatile uint32_t mode;  /* enum axis_mode */
+    volatile uint32_t time_ms;
+    volatile uint32_t request;      /* enum axis_request: the thread writes it, the slow loop takes it */
+    volatile int32_t i_command_q15; /* of torque control */
+    bool aligned;                   /* the encoder's relation to the magnets is known */
+    uint32_t start_phase;
+    uint32_t stalled_ms;
+    uint32_t stopping_ms;
+    uint32_t heartbeat; /* conversions at the last step */
+};
+
+/* Puts the axis into its first state, with initial parameters. Touches no register. Thread, once. */
+void axis_init(struct axis *a, struct fabric *fabric);
+
+/*
+ * Leaves "not ready": starts PWM, encoder and ADC, bridge off. `boot_fault` is what start-up found; after one that puts the
+ * fabric in doubt no register is touched. Thread, once.
+ */
+void axis_start(struct axis *a, enum fault boot_fault);
+
+/* One step. Slow loop. */
+void axis_step(struct axis *a);
+
+/* Off, and the fault's cause latched with a snapshot if it is the first: any context. See fault.h. */
+void axis_raise(struct axis *a, enum fault cause);
+
+/* The way out of the current loop's interrupt when a sample has a fault: finds the cause. ISR. */
+void axis_sample_fault(struct axis *a);
+
+/*
+ * Requests: thread. Each is checked here and carried out by the next step; refused, nothing has changed.
+ */
+struct outcome axis_switch_on(struct axis *a);
+struct outcome axis_switch_off(struct axis *a);
+struct outcome axis_quick_stop(struct axis *a);
+struct outcome axis_clear_fault(struct axis *a);
+struct outcome axis_command_speed(struct axis *a, int32_t rpm);
+struct outcome axis_command_current(struct axis *a, int32_t milliamp);
+
+/* Whether parameters may change now: the bridge is off and no start is under way. Thread. */
+bool axis_is_off(const struct axis *a);
+
+#endif

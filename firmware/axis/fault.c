@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/fault.h"
+
+#include "drivers/cortex/cpu.h"
+#include "firmware/axis/axis.h"
+
+static void take_snapshot(struct axis *a)
+{
+    struct fault_snapshot *const s = &a->faults.snapshot;
+    const struct adc_sample sample = adc_read(&a->fabric->adc);
+    s->time_ms = a->time_ms;
+    s->state = a->state;
+    s->i_a_q15 = sample.ia_q15;
+    s->i_b_q15 = sample.ib_q15;
+    s->i_c_q15 = sample.ic_q15;
+    s->i_d_q15 = a->loop.i_d_q15;
+    s->i_q_q15 = a->loop.i_q_q15;
+    s->vbus_q15 = sample.vbus_q15;
+    s->speed_rpm_q4 = a->speed.speed_rpm_q4;
+    s->angle_u16 = current_loop_angle_u16(&a->loop);
+    s->gate_status = gate_status(&a->fabric->gate);
+}
+
+void axis_raise(struct axis *a, enum fault cause)
+{
+    gate_disable(&a->fabric->gate);
+    const uint32_t mask = cpu_irq_save(); /* two callers must not both find it empty */
+    if (a->faults.cause == FAULT_NONE) {
+        a->faults.cause = cause;
+        take_snapshot(a);
+    }
+    cpu_irq_restore(mask);
+}
+
+enum fault fault_from_gate(uint32_t gate_flags)
+{
+    if ((gate_flags & GATE_STATUS_OVERCURRENT) != 0u) {
+        return FAULT_OVERCURRENT_HARDWARE;
+    }
+    if ((gate_flags & GATE_STATUS_DRIVER_FAULT) != 0u) {
+        return FAULT_GATE_DRIVER;
+    }
+    if ((gate_flags & GATE_STATUS_INTERLOCK) != 0u) {
+        return FAULT_INTERLOCK;
+    }
+    return (gate_flags & GATE_STATUS_LOOP_LOST) != 0u ? FAULT_LOOP_OVERRUN : FAULT_NONE;
+}
+
+enum fault fault_from_adc(uint32_t adc_flags)
+{
+    if ((adc_flags & ADC_STATUS_CURRENT) != 0u) {
+        return FAULT_OVERCURRENT;
+    }
+    if ((adc_flags & ADC_STATUS_SUM) != 0u) {
+        return FAULT_CURRENT_SUM;
+    }
+    if ((adc_flags & ADC_STATUS_VBUS_HIGH) != 0u) {
+        return FAULT_OVERVOLTAGE;
+    }
+    return (adc_flags & ADC_STATUS_VBUS_LOW) != 0u ? FAULT_UNDERVOLTAGE : FAULT_NONE;
+}
+
+/* First cause: hardware latches before what is concluded from a sample. So rare that it may branch. */
+void axis_sample_fault(struct axis *a)
+{
+    const uint32_t gate = gate_status(&a->fabric->gate);
+    const enum fault sampled = fault_from_adc(adc_status(&a->fabric->adc));
+    if ((gate & GATE_STATUS_LATCHES) != 0u) {
+        axis_raise(a, fault_from_gate(gate));
+    } else if ((gate & GATE_STATUS_ENCODER) != 0u) {
+        axis_raise(a, FAULT_ENCODER);
+    } else if (sampled != FAULT_NONE) {
+        axis_raise(a, sampled);
+    } else if ((gate & GATE_STATUS_OVERRUN) != 0u) {
+        axis_raise(a, FAULT_LOOP_OVERRUN);
+    }
+}

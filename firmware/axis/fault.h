@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Faults: one list of causes, the first one latched with a snapshot of the drive at that instant. axis_raise() does it: it
+ * switches the bridge off, always; the current loop's interrupt may break into a call from below, and then its cause stays.
+ *
+ * The order is the priority between causes seen in the same sample: what hardware found comes before what software
+ * concludes from it. docs/faults.md has a line for each.
+ */
+#ifndef FIRMWARE_AXIS_FAULT_H
+#define FIRMWARE_AXIS_FAULT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum fault {
+    FAULT_NONE,
+    FAULT_OVERCURRENT_HARDWARE, /* comparators of the power stage; the fabric has switched off already */
+    FAULT_GATE_DRIVER,          /* fault pin of the gate driver */
+    FAULT_INTERLOCK,            /* both sides of a phase commanded on */
+    FAULT_LOOP_OVERRUN,         /* a sample was not taken within its PWM period */
+    FAULT_ENCODER,              /* signal lost, or an impossible transition */
+    FAULT_OVERCURRENT,          /* a phase current beyond i_trip */
+    FAULT_CURRENT_SUM,          /* the three phase currents do not add up to zero */
+    FAULT_OVERVOLTAGE,
+    FAULT_UNDERVOLTAGE,
+    FAULT_OVERSPEED,
+    FAULT_CURRENT_OFFSET, /* a current sensor's zero is out of range */
+    FAULT_STALL,          /* full current, no motion */
+    FAULT_LOOP_STOPPED,   /* the current loop's interrupt has gone silent, or comes too often */
+    FAULT_WATCHDOG,       /* the last reset came from the watchdog */
+    FAULT_EXCEPTION,      /* the last reset followed a processor fault; the console has the details */
+    FAULT_CLOCK,          /* the clock ratios are not those of the board header */
+    FAULT_FABRIC,         /* the fabric does not carry the expected design */
+    FAULT_COUNT
+};
+
+struct fault_snapshot {
+    uint32_t time_ms;
+    uint32_t state; /* enum axis_state */
+    int32_t i_a_q15, i_b_q15, i_c_q15;
+    int32_t i_d_q15, i_q_q15;
+    int32_t vbus_q15;
+    int32_t speed_rpm_q4;
+    uint32_t angle_u16;
+    uint32_t gate_status;
+};
+
+struct fault_record {
+    volatile uint32_t cause; /* enum fault: the first, until cleared */
+    struct fault_snapshot snapshot;
+};
+
+/* The cause behind the gate block's latches; FAULT_NONE when none is set. */
+enum fault fault_from_gate(uint32_t gate_flags);
+
+/* The cause behind the ADC block's flags; FAULT_NONE when none is set. */
+enum fault fault_from_adc(uint32_t adc_flags);
+
+#endif

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT */
+/* Zero of the current sensors: the mean of their codes while the bridge is off and no current can flow. */
+#ifndef FIRMWARE_COMMISSION_CALIBRATION_H
+#define FIRMWARE_COMMISSION_CALIBRATION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "drivers/fabric/adc.h"
+
+enum calibration_result {
+    CALIBRATION_RUNNING,
+    CALIBRATION_DONE,
+    CALIBRATION_OUT_OF_RANGE, /* a zero is further than 5 % of the range from mid-scale; the old values stay */
+};
+
+struct calibration {
+    int32_t count;
+    int32_t sum_q15[3];
+};
+
+/* Begins anew. Slow loop, bridge off. */
+void calibration_start(struct calibration *k);
+
+/* One sample a millisecond, 128 of them: noise of 1 LSB rms leaves 0.09 LSB. Slow loop, bridge off. */
+enum calibration_result calibration_step(struct calibration *k, struct adc_regs *adc);
+
+#endif

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * One sample of the current loop in C, in four stages: sense -> angle -> regulate -> modulate. Each source of the angle and
+ * each scheme of sensing is an instance of its own: with both constant at the call the compiler keeps one way, without a
+ * branch, and its time is constant. current_loop_isr.S is the instance for the encoder and two sensors by hand, from which
+ * tests must not tell this apart.
+ *
+ * The conversion is acknowledged when its last value has been read, and before GATE.STATUS is: a handler that returned before
+ * its line has dropped would run twice for one sample, and nothing in the sample would show it. Accesses to the fabric
+ * keep their order on the way, so once that read has its answer the line is low.
+ */
+#ifndef FIRMWARE_CONTROL_CURRENT_LOOP_STEP_H
+#define FIRMWARE_CONTROL_CURRENT_LOOP_STEP_H
+
+#include <stdbool.h>
+
+#include "drivers/fabric/fabric.h"
+#include "firmware/control/current_loop.h"
+#include "firmware/control/stage_angle.h"
+#include "firmware/control/stage_modulate.h"
+#include "firmware/control/stage_regulate.h"
+#include "firmware/control/stage_sense.h"
+#include "lib/trig.h"
+
+/* Returns whether the sample has a fault. ISR; a test may call it with blocks of its own. */
+static inline __attribute__((always_inline)) bool current_loop_step(struct current_loop *c, struct fabric *f,
+                                                                    enum loop_source source, enum loop_scheme scheme)
+{
+    const alphabeta_t i = scheme == LOOP_SENSE_AB ? sense_ab(f) : sense_pair(c, f);
+    f->pwm.SYNC_UPDATE = 0u;
+    const cossin_t cs = cossin_q15(source == LOOP_ENCODER ? angle_of_rotor(c) : angle_of_field(c));
+    const dq_t v = regulate(c, park_q15(i, cs));
+    modulate(&f->pwm, v, cs, i, c->turn_q15);
+    f->pwm.SYNC_UPDATE = 1u;
+    angle_observe(c, f->encoder.LATCHED);
+    f->adc.STATUS = ADC_STATUS_EOC;
+    return f->gate.STATUS > c->status_max;
+}
+
+#endif

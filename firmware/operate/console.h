@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: MIT */
+/* The line editor of the console: characters in, whole lines to commands.h. */
+#ifndef FIRMWARE_OPERATE_CONSOLE_H
+#define FIRMWARE_OPERATE_CONSOLE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "firmware/axis/axis.h"
+
+#define CONSOLE_LINE_MAX 80u
+
+struct console {
+    struct axis *axis; /* the one its commands are for */
+    char line[CONSOLE_LINE_MAX + 1];
+    size_t length;
+    bool too_long;
+    bool unprintable;
+    bool last_was_cr;
+    uint32_t announced; /* enum fault that has been said */
+};
+
+/* Greets and prompts. Thread, once, when the axis has started. */
+void console_start(struct console *k, struct axis *axis);
+
+/* Takes what has been received, carries out complete lines, and says once that a fault has been latched. Thread. */
+void console_poll(struct console *k);
+
+#endif

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/operate/messages.h"
+
+static const char *const error_texts[ERROR_COUNT] = {
+    [ERROR_NONE] = "ok",
+    [ERROR_CURRENT_GAIN] =
+        "current gain out of range: ld_uh, lq_uh or current_bw_hz too large for v_range_mv/i_range_ma",
+    [ERROR_CURRENT_INTEGRAL_GAIN] =
+        "integral gain out of range: resistance_mohm or current_bw_hz does not fit v_range_mv/i_range_ma",
+    [ERROR_DECOUPLING] = "decoupling out of range: ld_uh, lq_uh or flux_uwb too large for v_range_mv and i_range_ma",
+    [ERROR_I_TRIP_BEYOND_RANGE] = "i_trip_ma must be at most 95 % of i_range_ma, or the sensor clips before it trips",
+    [ERROR_I_MAX_BEYOND_TRIP] = "i_max_ma must be at most 85 % of i_trip_ma, to leave room for overshoot",
+    [ERROR_I_ALIGN_BEYOND_MAX] = "i_align_ma must not exceed i_max_ma",
+    [ERROR_V_LIMITS] = "v_min_mv must be below v_max_mv, and that at most 98 % of v_range_mv",
+    [ERROR_SPEED_MAX_BEYOND_OVERSPEED] = "speed_max_rpm must be below overspeed_rpm",
+    [ERROR_V_MIN_BELOW_MODULATOR] = "v_min_mv must be at least a quarter of v_range_mv: the modulator's range",
+    [ERROR_SPEED_BEYOND_OBSERVER] = "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical",
+    [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gcm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
+    [ERROR_FAULT_LATCHED] = "a fault is latched; see 'fault', then 'clear'",
+    [ERROR_ALREADY_ON] = "the drive is on already",
+    [ERROR_BUS_LOW] = "the bus voltage is below v_min_mv; see 'status'",
+    [ERROR_BUS_HIGH] = "the bus voltage is above v_max_mv; see 'status'",
+    [ERROR_TURNING] = "the motor is turning; wait until it stands still",
+    [ERROR_NOT_OPERATING] = "the drive is not in operation; use 'on' and wait for it",
+    [ERROR_NO_FAULT] = "no fault is latched",
+    [ERROR_GATE_INPUT_ACTIVE] = "the cause is still there: an input of the gate driver is active",
+    [ERROR_NO_ENCODER_SIGNAL] = "the cause is still there: no encoder signal",
+    [ERROR_FABRIC] = "the cause is still there: the fabric does not carry the expected design",
+    [ERROR_CLOCK] = "the cause is still there: the clock ratios are not those of the board",
+    [ERROR_BEYOND_SPEED_MAX] = "beyond speed_max_rpm",
+    [ERROR_BEYOND_I_MAX] = "beyond i_max_ma",
+    [ERROR_DRIVE_IS_ON] = "parameters can change only while the drive is off",
+    [ERROR_BUSY] = "the last request has not been carried out yet; try again",
+};
+
+static const char *const state_names[] = {
+    [AXIS_NOT_READY] = "not ready to switch on",
+    [AXIS_SWITCH_ON_DISABLED] = "switch on disabled",
+    [AXIS_READY] = "ready to switch on",
+    [AXIS_SWITCHED_ON] = "switched on",
+    [AXIS_OPERATION_ENABLED] = "operation enabled",
+    [AXIS_QUICK_STOP] = "quick stop active",
+    [AXIS_FAULT_REACTION] = "fault reaction active",
+    [AXIS_FAULT] = "fault",
+};
+
+struct fault_text {
+    const char *name;
+    const char *hint;
+};
+
+static const struct fault_text fault_texts[FAULT_COUNT] = {
+    [FAULT_NONE] = {"none", ""},
+    [FAULT_OVERCURRENT_HARDWARE] = {"over-current (hardware)",
+                                    "short circuit? motor cable, gains, comparator threshold"},
+    [FAULT_GATE_DRIVER] = {"gate driver", "gate supply, driver temperature, bridge"},
+    [FAULT_INTERLOCK] = {"interlock", "both sides of a phase were commanded on: dead time, PWM driver"},
+    [FAULT_LOOP_OVERRUN] = {"loop overrun", "the current loop missed a sample: interrupt load, debugger halt"},
+    [FAULT_ENCODER] = {"encoder", "encoder cable, supply, line receiver"},
+    [FAULT_OVERCURRENT] = {"over-current", "current gains, i_trip_ma, load"},
+    [FAULT_CURRENT_SUM] = {"current sum", "a current sensor, its gain, or a leak to earth"},
+    [FAULT_OVERVOLTAGE] = {"over-voltage", "braking energy has nowhere to go: ramp_rpm_s, brake resistor, v_max_mv"},
+    [FAULT_UNDERVOLTAGE] = {"under-voltage", "supply, its current limit, v_min_mv"},
+    [FAULT_OVERSPEED] = {"over-speed", "overhauling load, encoder_counts, overspeed_rpm"},
+    [FAULT_CURRENT_OFFSET] = {"current offset", "a current sensor's zero is out of range: amplifier, reference"},
+    [FAULT_STALL] = {"stall", "the rotor is blocked, the load too heavy, or the encoder stands still"},
+    [FAULT_LOOP_STOPPED] = {"loop stopped", "no end-of-conversion interrupts: fabric clock, CorePWM, ADC"},
+    [FAULT_WATCHDOG] = {"watchdog reset", "the program hung or the refresh came late"},
+    [FAULT_EXCEPTION] = {"processor exception", "'fault' shows the registers"},
+    [FAULT_CLOCK] = {"clock", "clock ratios differ from drivers/board.h: Libero clock settings"},
+    [FAULT_FABRIC] = {"fabric", "the FPGA does not carry the design of docs/fabric.md"},
+};
+
+const char *message_of_error(enum error error)
+{
+    return error < ERROR_COUNT ? error_texts[error] : "unknown error";
+}
+
+const char *message_of_state(enum axis_state state)
+{
+    return state < sizeof state_names / sizeof state_names[0] ? state_names[state] : "unknown";
+}
+
+const char *message_of_fault(enum fault cause)
+{
+    return cause < FAULT_COUNT ? fault_texts[cause].name : "unknown";
+}
+
+const char *message_fault_hint(enum fault cause)
+{
+    return cause < FAULT_COUNT ? fault_texts[cause].hint : "";
+}

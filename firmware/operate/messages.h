@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: MIT */
+/* The one table of texts: whatever speaks for the drive says the same. Any context: constant strings. */
+#ifndef FIRMWARE_OPERATE_MESSAGES_H
+#define FIRMWARE_OPERATE_MESSAGES_H
+
+#include "firmware/axis/axis.h"
+
+const char *message_of_error(enum error error);
+
+const char *message_of_state(enum axis_state state);
+
+/* Fixed names, e.g. "over-current (hardware)", and a hint what to look at. */
+const char *message_of_fault(enum fault cause);
+const char *message_fault_hint(enum fault cause);
+
+#endif

@@ -1,0 +1,8 @@
+/* SPDX-License-Identifier: MIT */
+#ifndef FIRMWARE_OPERATE_POSTMORTEM_TEXT_H
+#define FIRMWARE_OPERATE_POSTMORTEM_TEXT_H
+
+/* Prints the record of the processor fault before the last reset, if there is one. Thread. */
+void postmortem_print(void);
+
+#endif

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The drive's fixed choices; rates.h has those of time. Everything a user may want to change at run time is in params.h instead.
+ */
+#ifndef FIRMWARE_SETTINGS_CONFIG_H
+#define FIRMWARE_SETTINGS_CONFIG_H
+
+#include "drivers/board.h"
+#include "firmware/settings/rates.h"
+
+#define CONFIG_VERSION "0.1.0"
+
+/* interrupt priorities: 0 is the most urgent of 16 */
+#define CONFIG_PRIORITY_CURRENT_LOOP 0u
+#define CONFIG_PRIORITY_SLOW_LOOP    4u
+#define CONFIG_PRIORITY_CONSOLE      8u
+
+#define CONFIG_CONSOLE_BAUD 115200u
+
+_Static_assert(FABRIC_HZ % CONFIG_PWM_HZ == 0,
+               "CONFIG_PWM_HZ: the PWM period must be a whole number of the fabric's counts");
+_Static_assert(CONFIG_PWM_HZ % CONFIG_SLOW_HZ == 0, "CONFIG_PWM_HZ must be a multiple of CONFIG_SLOW_HZ");
+_Static_assert(CONFIG_PWM_HZ % 16 == 0,
+               "CONFIG_PWM_HZ must be a multiple of 16: CONFIG_SPEED_BASE_HZ is a whole number");
+_Static_assert(CONFIG_PWM_HZ >= 8000 && CONFIG_PWM_HZ <= 40000, "CONFIG_PWM_HZ: tested from 8000 to 40000");
+_Static_assert(FABRIC_HZ % 1000000 == 0,
+               "FABRIC_HZ must be a whole number of megahertz: the dead time is counted in them");
+
+#endif

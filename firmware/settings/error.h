@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Why a wish was refused: an enum between the rooms. firmware/operate/messages.c has the text of each, so that whatever
+ * speaks for the drive says the same.
+ */
+#ifndef FIRMWARE_SETTINGS_ERROR_H
+#define FIRMWARE_SETTINGS_ERROR_H
+
+#include <stdint.h>
+
+enum error {
+    ERROR_NONE,
+    /* parameters that do not go together */
+    ERROR_CURRENT_GAIN,
+    ERROR_CURRENT_INTEGRAL_GAIN,
+    ERROR_DECOUPLING,
+    ERROR_SPEED_GAIN,
+    ERROR_I_TRIP_BEYOND_RANGE,
+    ERROR_I_MAX_BEYOND_TRIP,
+    ERROR_I_ALIGN_BEYOND_MAX,
+    ERROR_V_LIMITS,
+    ERROR_SPEED_MAX_BEYOND_OVERSPEED,
+    ERROR_V_MIN_BELOW_MODULATOR,
+    ERROR_SPEED_BEYOND_OBSERVER,
+    /* the state does not allow it */
+    ERROR_FAULT_LATCHED,
+    ERROR_ALREADY_ON,
+    ERROR_NOT_OPERATING,
+    ERROR_NO_FAULT,
+    ERROR_DRIVE_IS_ON,
+    ERROR_BUSY, /* an earlier request has not been carried out yet */
+    /* what was found when it was asked */
+    ERROR_BUS_LOW,
+    ERROR_BUS_HIGH,
+    ERROR_TURNING,
+    ERROR_BEYOND_SPEED_MAX,
+    ERROR_BEYOND_I_MAX,
+    /* why a fault cannot be cleared */
+    ERROR_GATE_INPUT_ACTIVE,
+    ERROR_NO_ENCODER_SIGNAL,
+    ERROR_FABRIC,
+    ERROR_CLOCK,
+    ERROR_COUNT
+};
+
+/* `value` completes the message where it has a number to name: the limit, or what would work, in the unit of the text. */
+struct outcome {
+    enum error error;
+    int32_t value;
+};
+
+static inline struct outcome outcome_of(enum error error)
+{
+    return (struct outcome){error, 0};
+}
+
+#define OUTCOME_OK outcome_of(ERROR_NONE)
+
+#endif

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/settings/params.h"
+
+#include <stdbool.h>
+
+/* clang-format off */
+#define PARAM(field, low, high, start) {#field, (low), (high), (start), offsetof(struct params, field)}
+/* clang-format on */
+
+/* The initial values are a Teknic M-2310P-LN-04K on the 24 V inverter: qemu/motors/ and qemu/inverters/ have the sources. */
+const struct param_info param_table[] = {
+    PARAM(pole_pairs, 1, 50, 4),
+    PARAM(encoder_counts, 64, 65536, 4000),
+    PARAM(resistance_mohm, 1, 100000, 360),
+    PARAM(ld_uh, 1, 1000000, 200),
+    PARAM(lq_uh, 1, 1000000, 200),
+    PARAM(flux_uwb, 10, 10000000, 6395),
+    PARAM(inertia_gcm2, 1, 50000000, 565),
+    PARAM(i_range_ma, 100, 2000000, 23571),
+    PARAM(v_range_mv, 1000, 2000000, 57528),
+    PARAM(i_max_ma, 10, 2000000, 10650),
+    PARAM(i_trip_ma, 10, 2000000, 15000),
+    PARAM(i_align_ma, 10, 2000000, 5000),
+    PARAM(v_min_mv, 1000, 2000000, 18000),
+    PARAM(v_max_mv, 1000, 2000000, 36000),
+    PARAM(speed_max_rpm, 1, 30000, 4000),
+    PARAM(overspeed_rpm, 1, 32000, 4800),
+    PARAM(ramp_rpm_s, 1, 1000000, 5000),
+    PARAM(current_bw_hz, 10, 2000, 1000),
+    PARAM(speed_bw_hz, 1, 200, 60),
+};
+
+const size_t param_count = sizeof param_table / sizeof param_table[0];
+
+static int32_t *field(struct params *p, const struct param_info *info)
+{
+    return (int32_t *)(void *)((char *)p + info->offset);
+}
+
+void params_init(struct params *p)
+{
+    for (size_t i = 0; i < param_count; i++) {
+        *field(p, &param_table[i]) = param_table[i].initial;
+    }
+}
+
+static bool same(const char *a, const char *b)
+{
+    while (*a != '\0' && *a == *b) {
+        a++;
+        b++;
+    }
+    return *a == *b;
+}
+
+const struct param_info *param_find(const char *name)
+{
+    for (size_t i = 0; i < param_count; i++) {
+        if (same(param_table[i].name, name)) {
+            return &param_table[i];
+        }
+    }
+    return NULL;
+}
+
+int32_t param_get(const struct params *p, const struct param_info *info)
+{
+    return *(const int32_t *)(const void *)((const char *)p + info->offset);
+}
+
+void param_set(struct params *p, const struct param_info *info, int32_t value)
+{
+    *field(p, info) = value;
+}

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The drive's parameters: integers in the unit that ends their name.
+ *
+ * They are set one at a time on the console while the bridge is off, each checked against its own range. What they
+ * mean together (gains, thresholds, scalings) is worked out once, when the drive is switched on: see tuning.h.
+ */
+#ifndef FIRMWARE_SETTINGS_PARAMS_H
+#define FIRMWARE_SETTINGS_PARAMS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+struct params {
+    int32_t pole_pairs;      /* pairs of poles of the motor */
+    int32_t encoder_counts;  /* counts per mechanical turn, all four edges counted */
+    int32_t resistance_mohm; /* one phase */
+    int32_t ld_uh;           /* one phase, d axis */
+    int32_t lq_uh;           /* one phase, q axis */
+    int32_t flux_uwb;        /* flux linkage of the magnets, peak, one phase */
+    int32_t inertia_gcm2;    /* rotor and load */
+    int32_t i_range_ma;      /* phase current 2048 ADC counts away from zero */
+    int32_t v_range_mv;      /* bus voltage at 4096 ADC counts */
+    int32_t i_max_ma;        /* limit of the current reference, peak */
+    int32_t i_trip_ma;       /* software over-current threshold, any phase */
+    int32_t i_align_ma;      /* d-axis current that pulls the rotor into place */
+    int32_t v_min_mv;        /* under-voltage threshold */
+    int32_t v_max_mv;        /* over-voltage threshold */
+    int32_t speed_max_rpm;   /* largest speed command */
+    int32_t overspeed_rpm;   /* over-speed threshold */
+    int32_t ramp_rpm_s;      /* slope of the speed reference */
+    int32_t current_bw_hz;   /* crossover of the current loops */
+    int32_t speed_bw_hz;     /* crossover of the speed loop */
+};
+
+struct param_info {
+    const char *name;
+    int32_t min;
+    int32_t max;
+    int32_t initial;
+    size_t offset; /* of the field in struct params */
+};
+
+extern const struct param_info param_table[];
+extern const size_t param_count;
+
+/* Sets every parameter to its initial value. */
+void params_init(struct params *p);
+
+/* The table's row for a name, or NULL. */
+const struct param_info *param_find(const char *name);
+
+int32_t param_get(const struct params *p, const struct param_info *info);
+
+/* The caller has checked the range and that the bridge is off. */
+void param_set(struct params *p, const struct param_info *info, int32_t value);
+
+#endif

@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * From physical parameters to the numbers the loops compute with: the one place where amperes, volts and rpm meet the
+ * per-unit formats of the hot path.
+ *
+ *   current   Q15, 1.0 = i_range            voltage  Q15, 1.0 = v_range
+ *   speed     rpm in Q4 for people; w_q15 for the current loop, 1.0 = CONFIG_SPEED_BASE_HZ electrical
+ */
+#ifndef FIRMWARE_SETTINGS_TUNING_H
+#define FIRMWARE_SETTINGS_TUNING_H
+
+#include <stdint.h>
+
+#include "firmware/settings/error.h"
+#include "firmware/settings/params.h"
+#include "firmware/settings/rates.h"
+
+struct tuning {
+    /* current loop */
+    int32_t kp_d_q12, kp_q_q12; /* V/A per unit */
+    int32_t ki_q17;             /* per sample */
+    int32_t x_d_q11, x_q_q11;   /* reactance at the base speed, per unit */
+    int32_t emf_q12;            /* back-EMF at the base speed, per unit */
+    int32_t i_trip_q15, i_sum_q15;
+    int32_t v_min_q15, v_max_q15;
+    int32_t overspeed_w_q15;
+    uint32_t encoder_scale_q32; /* electrical turns per encoder count */
+    /* speed estimate: units and derivation in tuning_speed.c */
+    int32_t encoder_counts;
+    uint32_t speed_per_count;   /* rpm Q15 by 256ths of a count a clock, over 16 */
+    int32_t way_per_count_q12;  /* rpm Q15 times milliseconds by 256ths of a count */
+    int32_t count_per_way_q16;  /* and back, to 65536ths of a count */
+    /* speed loop */
+    int32_t i_max_q15, i_align_q15;
+    int32_t speed_kp_q16;     /* current Q15 per rpm Q4 */
+    int32_t speed_ki_q16;     /* the same, per slow period */
+    int32_t speed_ki_min_q16; /* the least of it while edges are far apart */
+    int32_t align_kd_q16;     /* damping during alignment: current Q15 per rpm Q4 */
+    int32_t speed_accel_q8;   /* current (Q15, 16 fraction bits) per slope (rpm Q16 per millisecond) */
+    int32_t ramp_q16;         /* rpm in Q16 per millisecond */
+    int32_t rpm_q4_per_w_q32; /* see tuning_rpm_q4() */
+};
+
+/*
+ * Works out `t` from `p`. An error says which parameters do not go together, and leaves `t` unusable.
+ * Thread; takes some thousand cycles (64-bit divisions).
+ */
+struct outcome tuning_compute(const struct params *p, struct tuning *t);
+
+/* Speed in rpm (Q4) from the observer's speed in electrical turns per PWM period (Q32), rounded down. Any context. */
+static inline int32_t tuning_rpm_q4(const struct tuning *t, int32_t speed_q32)
+{
+    return (int32_t)(((int64_t)speed_q32 * t->rpm_q4_per_w_q32) >> 32);
+}
+
+/* Per-unit values from and to thousandths of an ampere or volt, rounded to nearest, for |milli| <= 4 ranges. Thread. */
+int32_t tuning_q15_from_milli(int32_t milli, int32_t range_milli);
+int32_t tuning_milli_from_q15(int32_t q15, int32_t range_milli);
+
+#endif

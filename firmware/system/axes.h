@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: MIT */
+/* The motors of this device. Only main and the interrupts' handlers name one; everything else is given a pointer. */
+#ifndef FIRMWARE_SYSTEM_AXES_H
+#define FIRMWARE_SYSTEM_AXES_H
+
+#include "firmware/axis/axis.h"
+
+#define AXIS_COUNT 1u
+
+extern struct axis axes[AXIS_COUNT];
+
+#endif
