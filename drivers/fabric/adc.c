@@ -10,7 +10,7 @@ void adc_start(struct adc_regs *adc)
 void adc_stop(struct adc_regs *adc)
 {
     adc->CONTROL = 0u;
-    adc->STATUS = ADC_STATUS_EOC | ADC_STATUS_OVERRUN;
+    reg_clear(&adc->STATUS, ADC_STATUS_EOC | ADC_STATUS_OVERRUN);
     (void)adc->STATUS; /* read back: the line has dropped when this returns */
 }
 

@@ -7,6 +7,7 @@
 #define DRIVERS_FABRIC_ADC_H
 
 #include "drivers/board.h"
+#include "drivers/clear.h"
 #include "drivers/reg.h"
 
 struct adc_regs {
@@ -24,6 +25,7 @@ struct adc_regs {
     volatile uint32_t SUM_TRIP;
     volatile uint32_t V_MIN;
     volatile uint32_t V_MAX;
+    const volatile uint32_t TEMP;
 };
 
 REG_AT_OFFSET(struct adc_regs, CONTROL, 0x00);
@@ -40,9 +42,12 @@ REG_AT_OFFSET(struct adc_regs, I_TRIP, 0x28);
 REG_AT_OFFSET(struct adc_regs, SUM_TRIP, 0x2C);
 REG_AT_OFFSET(struct adc_regs, V_MIN, 0x30);
 REG_AT_OFFSET(struct adc_regs, V_MAX, 0x34);
+REG_AT_OFFSET(struct adc_regs, TEMP, 0x38);
 
 #define ADC_CONTROL_ENABLE     (1u << 0)
 #define ADC_CONTROL_IRQ_ENABLE (1u << 1)
+#define ADC_TEMP_CODES_PER_K   16
+#define ADC_TEMP_CODE_AT_0_C   800
 #define ADC_STATUS_EOC         (1u << 0)
 #define ADC_STATUS_OVERRUN     (1u << 1)
 #define ADC_STATUS_CURRENT     (1u << 4) /* of the newest conversion: a current beyond I_TRIP */
@@ -91,7 +96,7 @@ void adc_set_limits(struct adc_regs *adc, int32_t i_trip_q15, int32_t sum_trip_q
 static inline uint32_t adc_take_status(struct adc_regs *adc)
 {
     const uint32_t status = adc->STATUS;
-    adc->STATUS = status;
+    reg_clear(&adc->STATUS, status);
     return status;
 }
 
@@ -112,7 +117,7 @@ static inline uint32_t adc_status(const struct adc_regs *adc)
 /* Forgets that there was an overrun. Context: any. */
 static inline void adc_clear_overrun(struct adc_regs *adc)
 {
-    adc->STATUS = ADC_STATUS_OVERRUN;
+    reg_clear(&adc->STATUS, ADC_STATUS_OVERRUN);
 }
 
 /* The newest results; all four of the same instant until the next conversion ends. Context: the ISR of the block. */
@@ -126,6 +131,12 @@ static inline struct adc_sample adc_read(const struct adc_regs *adc)
 static inline int32_t adc_vbus_q15(const struct adc_regs *adc)
 {
     return adc->VBUS;
+}
+
+/* Winding temperature, ADC_TEMP_CODES_PER_K above ADC_TEMP_CODE_AT_0_C; 0: no sensor, or no conversion yet. Context: any. */
+static inline uint32_t adc_temperature_code(const struct adc_regs *adc)
+{
+    return adc->TEMP;
 }
 
 /* Conversions since the fabric's reset, modulo 2^32. Context: any. */

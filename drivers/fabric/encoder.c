@@ -11,7 +11,7 @@ bool encoder_init(struct encoder_regs *encoder, uint32_t counts, bool reverse)
     if (encoder->COUNTS != counts) {
         return false;
     }
-    encoder->STATUS = ENCODER_STATUS_INDEX_SEEN | ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST;
+    reg_clear(&encoder->STATUS, ENCODER_STATUS_INDEX_SEEN | ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST);
     encoder->CONTROL = ENCODER_CONTROL_ENABLE | (reverse ? ENCODER_CONTROL_REVERSE : 0u);
     return true;
 }

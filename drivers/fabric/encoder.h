@@ -8,6 +8,7 @@
 #define DRIVERS_FABRIC_ENCODER_H
 
 #include "drivers/board.h"
+#include "drivers/clear.h"
 #include "drivers/reg.h"
 
 struct encoder_regs {
@@ -17,6 +18,8 @@ struct encoder_regs {
     const volatile uint32_t LATCHED;
     const volatile uint32_t INDEX;
     volatile uint32_t STATUS;
+    const volatile uint32_t EDGE_TIME;
+    const volatile uint32_t LATCH_TIME;
 };
 
 REG_AT_OFFSET(struct encoder_regs, CONTROL, 0x00);
@@ -25,6 +28,8 @@ REG_AT_OFFSET(struct encoder_regs, POSITION, 0x08);
 REG_AT_OFFSET(struct encoder_regs, LATCHED, 0x0C);
 REG_AT_OFFSET(struct encoder_regs, INDEX, 0x10);
 REG_AT_OFFSET(struct encoder_regs, STATUS, 0x14);
+REG_AT_OFFSET(struct encoder_regs, EDGE_TIME, 0x18);
+REG_AT_OFFSET(struct encoder_regs, LATCH_TIME, 0x1C);
 
 #define ENCODER_CONTROL_ENABLE     (1u << 0)
 #define ENCODER_CONTROL_REVERSE    (1u << 1)
@@ -48,6 +53,20 @@ static inline uint32_t encoder_latched(const struct encoder_regs *encoder)
     return encoder->LATCHED;
 }
 
+/*
+ * Fabric clocks of 10 ns, modulo 2^32: at the last edge that was counted before the last ADC trigger, and at that trigger.
+ * Only differences mean anything. Context: any.
+ */
+static inline uint32_t encoder_edge_clock(const struct encoder_regs *encoder)
+{
+    return encoder->EDGE_TIME;
+}
+
+static inline uint32_t encoder_latch_clock(const struct encoder_regs *encoder)
+{
+    return encoder->LATCH_TIME;
+}
+
 /* Position now, 0 ... counts-1. Context: any. */
 static inline uint32_t encoder_position(const struct encoder_regs *encoder)
 {
@@ -69,7 +88,7 @@ static inline uint32_t encoder_status(const struct encoder_regs *encoder)
 /* Clears the given status bits; SIGNAL_LOST stays while the signal is missing. Context: any. */
 static inline void encoder_clear(struct encoder_regs *encoder, uint32_t status_bits)
 {
-    encoder->STATUS = status_bits;
+    reg_clear(&encoder->STATUS, status_bits);
 }
 
 #endif

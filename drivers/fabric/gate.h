@@ -8,6 +8,7 @@
 #define DRIVERS_FABRIC_GATE_H
 
 #include "drivers/board.h"
+#include "drivers/clear.h"
 #include "drivers/reg.h"
 
 struct gate_regs {
@@ -35,7 +36,7 @@ REG_AT_OFFSET(struct gate_regs, ID, 0x08);
 #define GATE_STATUS_OVERCURRENT_NOW  (1u << 8)
 #define GATE_STATUS_DRIVER_FAULT_NOW (1u << 9)
 
-#define GATE_ID 0x464F4302u /* "FOC", version 2 of the fabric contract */
+#define GATE_ID 0x464F4321u /* "FOC", version 2.1 of the fabric contract */
 
 /*
  * True if the fabric holds the design this firmware was written for. Read it before anything else in the fabric: with
@@ -74,7 +75,7 @@ static inline uint32_t gate_status(const struct gate_regs *gate)
  */
 static inline uint32_t gate_clear(struct gate_regs *gate, uint32_t latches)
 {
-    gate->STATUS = latches & GATE_STATUS_LATCHES;
+    reg_clear(&gate->STATUS, latches & GATE_STATUS_LATCHES);
     return gate->STATUS & latches & GATE_STATUS_LATCHES;
 }
 

@@ -260,7 +260,7 @@ static void step_state(struct axis *a)
 void axis_step(struct axis *a)
 {
     a->time_ms++;
-    speed_loop_measure(&a->speed, &a->loop, &a->tuning);
+    speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
     watch_heartbeat(a);
     watch_speed(a);
     watch_latches(a);
@@ -277,6 +277,7 @@ void axis_init(struct axis *a, struct fabric *fabric)
 {
     *a = (struct axis){.fabric = fabric};
     current_loop_init(&a->loop);
+    speed_estimate_reset(&a->speed.estimate);
     params_init(&a->params);
     (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
     current_loop_tune(&a->loop, &a->tuning);

@@ -153,6 +153,10 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     if (problem != ERROR_NONE) {
         return outcome_of(problem);
     }
+    t->encoder_counts = p->encoder_counts;
+    t->speed_per_count = (uint32_t)scale(48000000000LL, 1, p->encoder_counts);
+    t->way_per_count_q12 = (int32_t)scale(31457280000LL, 1, p->encoder_counts);
+    t->count_per_way_q16 = (int32_t)scale(p->encoder_counts, 8388608, 3840000);
     tune_alignment(p, t);
     t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
     t->i_max_q15 = tuning_q15_from_milli(p->i_max_ma, p->i_range_ma);

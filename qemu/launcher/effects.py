@@ -24,7 +24,7 @@ EFFECTS = {
     "permeance": (_zero("motor.permeance_6", "motor.permeance_12"), {}),
     "cogging": (_zero("motor.cogging2_nm", "motor.cogging3_nm"), _zero("motor.cogging_nm")),
     "iron": (_zero("motor.iron_hysteresis_nm", "motor.iron_eddy_nms"), {}),
-    "temperature": (_zero("motor.magnet_tempco_per_k", "motor.winding_rise_k"),
+    "temperature": (_zero("motor.magnet_tempco_per_k", "motor.winding_rise_k", "motor.temperature_offset_k"),
                     _zero("motor.copper_tempco_per_k")),
     "shaft": (_zero("load.stiffness_nm_rad", "load.damping_nms"), {}),
     "friction": (_zero("load.coulomb_nm", "load.stiction_nm", "load.fan_nms2"),

@@ -85,7 +85,10 @@ MOTOR_TABLES = {
         "ambient_c": Key(-55, 125, 25.0, "temperature around the motor"),
         "winding_rise_k": Key(0, 200, 0.0, "winding above ambient at the start"),
         "magnet_tempco_per_k": Key(-0.01, 0, 0.0, "of the flux: NdFeB -0.0011, ferrite -0.002; reference 25 degC"),
-        "magnet_share": Key(0, 1, 0.5, "magnets: ambient + share * (winding - ambient)")},
+        "magnet_share": Key(0, 1, 0.5, "magnets: ambient + share * (winding - ambient)"),
+        "temperature_sensor": _whole(0, 1, 1, "1: there is a temperature sensor in the winding"),
+        "temperature_offset_k": Key(-50, 50, 0.0, "by which it is off"),
+        "temperature_lag_s": Key(1e-3, 1e3, 2.0, "with which it follows the copper")},
     "rating": {
         "rated_current_a": Key(1e-3, 1e4, REQUIRED, "continuous, one phase, peak"),
         "rated_torque_nm": Key(1e-6, 1e5, REQUIRED, "continuous"),

@@ -4,6 +4,7 @@
 #include <string.h>
 
 enum { CONTROL = 0x00, STATUS = 0x04, RESULTS = 0x08, LAST_RESULT = 0x14, SEQUENCE = 0x18 };
+enum { TEMP = 0x38 };
 enum { OFFSETS = 0x1C, LAST_OFFSET = 0x24, OFFSET_BITS = 0xFFFF, OFFSET_AFTER_RESET = 16 * 2048 };
 enum { LIMITS = 0x28, LAST_LIMIT = 0x34, LIMIT_BITS = 0x1FFFF };
 enum { I_TRIP, SUM_TRIP, V_MIN, V_MAX };
@@ -43,6 +44,8 @@ uint32_t adc_read(const struct adc *a, uint32_t offset)
         return a->status;
     case SEQUENCE:
         return a->sequence;
+    case TEMP:
+        return a->temperature;
     default:
         if (is_offset(offset)) {
             return a->offset[(offset - OFFSETS) / 4];
@@ -83,6 +86,11 @@ void adc_sample(struct adc *a, int channel, uint32_t code)
     a->sampled[channel] = code;
 }
 
+void adc_sense(struct adc *a, uint32_t code)
+{
+    a->sensed = code;
+}
+
 static uint32_t current_q15(uint32_t code, uint32_t offset)
 {
     int32_t value = CURRENT_Q15_PER_CODE * (int32_t)code - (int32_t)offset;
@@ -116,6 +124,7 @@ bool adc_finish(struct adc *a)
         a->result[k] = current_q15(a->sampled[k], a->offset[k]);
     }
     a->result[3] = BUS_Q15_PER_CODE * a->sampled[3];
+    a->temperature = a->sensed;
     compare(a);
     a->done_at = SIM_NEVER;
     a->sequence++;

@@ -16,7 +16,8 @@ struct adc {
     uint32_t result[4];  /* IA IB IC VBUS, Q15, the currents less their offsets */
     uint32_t sampled[4]; /* codes being converted */
     uint32_t sequence;
-    sim_ps done_at; /* SIM_NEVER while idle */
+    uint32_t temperature, sensed; /* codes of the winding's sensor: the result, and the one being converted */
+    sim_ps done_at;               /* SIM_NEVER while idle */
 };
 
 void adc_reset(struct adc *a);
@@ -28,6 +29,8 @@ bool adc_listens(const struct adc *a);
 void adc_start(struct adc *a, const uint32_t code[4], sim_ps done_at);
 /* The code of a channel that is sampled after the start. */
 void adc_sample(struct adc *a, int channel, uint32_t code);
+/* The code of the temperature sensor, at the start as well. */
+void adc_sense(struct adc *a, uint32_t code);
 /* Ends the conversion; true if it was an overrun. */
 bool adc_finish(struct adc *a);
 bool adc_overran(const struct adc *a);

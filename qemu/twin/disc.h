@@ -38,6 +38,14 @@ struct disc {
 void disc_init(struct disc *d, const struct sensor_params *p, uint64_t seed);
 /* Edges since angle 0. Called at every step of the integration: costs two comparisons while none passes. */
 int64_t disc_edges(struct disc *d, double theta_rad);
+/* How the shaft has moved: angles and speeds at both ends. */
+struct disc_way {
+    double from_rad, to_rad, from_rad_s, to_rad_s, length_s;
+};
+
+/* After which part of a way that moved the count by so many edges, and has just been shown to disc_edges(), the last of
+ * them passed. */
+double disc_edge_part(const struct disc *d, const struct disc_way *w, int64_t moved);
 /* What a counter adds to the count when so many edges have passed: a lost edge is not counted, an extra one twice. */
 int64_t disc_miscounts(struct disc *d, int64_t moved);
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 enum { CONTROL = 0x00, COUNTS = 0x04, POSITION = 0x08, LATCHED = 0x0C, INDEX = 0x10, STATUS = 0x14 };
+enum { EDGE_TIME = 0x18, LATCH_TIME = 0x1C };
 enum { ENABLE = 1u << 0, REVERSE = 1u << 1 };
 enum { INDEX_SEEN = 1u << 0, ILLEGAL = 1u << 1, SIGNAL_LOST = 1u << 2 };
 
@@ -13,11 +14,12 @@ enum { INDEX_SEEN = 1u << 0, ILLEGAL = 1u << 1, SIGNAL_LOST = 1u << 2 };
 
 void encoder_reset(struct encoder *e, int64_t edges)
 {
-    bool cut = e->cut, frozen = e->frozen; /* the cable does not notice a reset */
+    bool cut = e->cut, frozen = e->frozen, reversed = e->reversed; /* the cable does not notice a reset */
     memset(e, 0, sizeof *e);
     e->counts = COUNTS_AFTER_RESET;
     e->edges = edges;
     e->frozen = frozen;
+    e->reversed = reversed;
     encoder_cut(e, cut);
 }
 
@@ -36,6 +38,10 @@ uint32_t encoder_read(const struct encoder *e, uint32_t offset)
         return e->index;
     case STATUS:
         return e->status;
+    case EDGE_TIME:
+        return e->latched_edge_clock;
+    case LATCH_TIME:
+        return e->latch_clock;
     default:
         return 0;
     }
@@ -64,7 +70,8 @@ static int64_t modulo(int64_t value, int64_t divisor)
 
 static void move(struct encoder *e, int64_t edges)
 {
-    int64_t counts = e->control & REVERSE ? -edges : edges;
+    bool down = e->reversed != ((e->control & REVERSE) != 0);
+    int64_t counts = down ? -edges : edges;
     e->position = (uint32_t)modulo((int64_t)e->position + counts, e->counts);
 }
 
@@ -94,6 +101,13 @@ void encoder_follow(struct encoder *e, int64_t edges, const struct index_pulse *
     }
 }
 
+void encoder_time_edge(struct encoder *e, uint32_t clock)
+{
+    if (counts(e)) {
+        e->edge_clock = clock;
+    }
+}
+
 void encoder_miscount(struct encoder *e, int64_t edges)
 {
     if (counts(e)) {
@@ -101,9 +115,11 @@ void encoder_miscount(struct encoder *e, int64_t edges)
     }
 }
 
-void encoder_latch(struct encoder *e)
+void encoder_latch(struct encoder *e, uint32_t clock)
 {
     e->latched = e->position;
+    e->latched_edge_clock = e->edge_clock;
+    e->latch_clock = clock;
 }
 
 bool encoder_faulty(const struct encoder *e)
@@ -122,6 +138,11 @@ void encoder_cut(struct encoder *e, bool cut)
 void encoder_freeze(struct encoder *e, bool frozen)
 {
     e->frozen = frozen;
+}
+
+void encoder_reverse(struct encoder *e, bool reversed)
+{
+    e->reversed = reversed;
 }
 
 void encoder_illegal(struct encoder *e)

@@ -9,9 +9,12 @@
 struct encoder {
     uint32_t control, counts, status;
     uint32_t position, latched, index;
-    int64_t edges; /* of A and B that have been seen, signed */
-    bool cut;      /* a pair is not driven */
-    bool frozen;   /* A and B stand still whatever the shaft does */
+    uint32_t edge_clock;                      /* when the last edge was counted */
+    uint32_t latched_edge_clock, latch_clock; /* the same and the present, as of the last trigger */
+    int64_t edges;                            /* of A and B that have been seen, signed */
+    bool cut;                                 /* a pair is not driven */
+    bool reversed;                            /* A and B are exchanged */
+    bool frozen;                              /* A and B stand still whatever the shaft does */
 };
 
 void encoder_reset(struct encoder *e, int64_t edges);
@@ -26,14 +29,17 @@ struct index_pulse {
 /* The shaft has moved to `edges`. INDEX is taken where the pulse rises: at its first edge, or at its last when the shaft
  * turns backwards. */
 void encoder_follow(struct encoder *e, int64_t edges, const struct index_pulse *pulse);
+/* Of the edges just followed, the last came at this clock of the fabric. */
+void encoder_time_edge(struct encoder *e, uint32_t clock);
 /* On the last way some edges were lost (negative, the shaft turning forwards) or counted twice. */
 void encoder_miscount(struct encoder *e, int64_t edges);
-void encoder_latch(struct encoder *e);
+void encoder_latch(struct encoder *e, uint32_t clock);
 /* ILLEGAL or SIGNAL_LOST. */
 bool encoder_faulty(const struct encoder *e);
 
 void encoder_cut(struct encoder *e, bool cut);
 void encoder_freeze(struct encoder *e, bool frozen);
+void encoder_reverse(struct encoder *e, bool reversed);
 void encoder_illegal(struct encoder *e);
 void encoder_slip(struct encoder *e, int64_t counts);
 

@@ -10,7 +10,7 @@
 
 /* Arguments: t rest of the line, n number, y second number, z third number, s number from 0, i integer, b 0|1, p phase,
  * q pair of terminals, Q pair of terminals or off, r resistance or off, c ADC code or off, f fraction 0.001...1,
- * x the word off, a address, w 32-bit word, h 16-bit word. */
+ * T temperature or off, x the word off, a address, w 32-bit word, h 16-bit word. */
 static const struct syntax {
     const char *name;
     enum event_kind kind;
@@ -39,12 +39,15 @@ static const struct syntax {
     {"encoder_freeze", EVENT_ENCODER_FREEZE, "b", "encoder_freeze 0|1"},
     {"encoder_illegal", EVENT_ENCODER_ILLEGAL, "", "encoder_illegal"},
     {"encoder_slip", EVENT_ENCODER_SLIP, "i", "encoder_slip COUNTS"},
+    {"encoder_reverse", EVENT_ENCODER_REVERSE, "b", "encoder_reverse 0|1"},
+    {"temperature_c", EVENT_TEMPERATURE, "T", "temperature_c DEGREES|off (-100...300)"},
     {"irq_delay", EVENT_IRQ_DELAY, "s", "irq_delay SECONDS"},
     {"irq_block", EVENT_IRQ_BLOCK, "b", "irq_block 0|1"},
     {"watchdog_reset", EVENT_WATCHDOG_RESET, "", "watchdog_reset"},
     {"phase_open", EVENT_PHASE_OPEN, "pb", "phase_open A|B|C 0|1"},
     {"phase_swap", EVENT_PHASE_SWAP, "Q", "phase_swap AB|BC|CA|off"},
     {"chopper", EVENT_CHOPPER, "b", "chopper 0|1"},
+    {"end", EVENT_END, "", "end"},
     {"poke", EVENT_POKE, "aw", "poke ADDRESS WORD"},
     {"poke_rom", EVENT_POKE_ROM, "ah", "poke_rom ADDRESS HALFWORD"},
 };
@@ -105,12 +108,16 @@ static bool argument(char type, const char *word, struct event *e)
         return !e->on || terminals(word, e);
     case 'r':
     case 'c':
+    case 'T':
         if (strcmp(word, "off") == 0) {
             e->on = false;
             return true;
         }
         if (type == 'r') {
             return number(word, 1e-4, 100, &e->number);
+        }
+        if (type == 'T') {
+            return number(word, -100, 300, &e->number);
         }
         if (!integer(word, 4095, &whole)) {
             return false;

@@ -8,7 +8,7 @@ enum { ENABLE = 1u << 0 };
 enum { LIVE = 1u << 0, ENCODER = 1u << 5, OVERRUN = 1u << 6, LIMIT = 1u << 7 };
 enum { OVERCURRENT_NOW = 1u << 8, DRIVER_FAULT_NOW = 1u << 9 };
 
-#define ID_VALUE   0x464F4302u
+#define ID_VALUE   0x464F4321u
 #define ALL_SIX    0x3Fu
 #define HIGH_SIDES 0x15u
 

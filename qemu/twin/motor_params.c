@@ -59,6 +59,9 @@ const struct config_key motor_keys[] = {
     KEY(thermal_capacity_j_k, 1e-2, 1e6, 50),
     KEY(ambient_c, -60, 200, REFERENCE_C),
     KEY(winding_rise_k, -100, 200, 0),
+    KEY(temperature_sensor, 0, 1, 1),
+    KEY(temperature_offset_k, -50, 50, 0),
+    KEY(temperature_lag_s, 1e-3, 1e3, 2),
     KEY(initial_angle_rad, -1e6, 1e6, 0),
     CONFIG_KEYS_END,
 };
@@ -102,6 +105,9 @@ const char *motor_params_check(const struct motor_params *p, const struct load_p
 {
     if (!whole(p->pole_pairs)) {
         return "motor.pole_pairs is a whole number";
+    }
+    if (!whole(p->temperature_sensor)) {
+        return "motor.temperature_sensor is 0 or 1";
     }
     if (!whole(p->cogging_per_rev) || !whole(p->cogging2_per_rev) || !whole(p->cogging3_per_rev)) {
         return "motor.cogging_per_rev, cogging2_per_rev and cogging3_per_rev are whole numbers";

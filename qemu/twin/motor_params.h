@@ -40,7 +40,10 @@ struct motor_params {
     double thermal_resistance_k_w; /* winding to ambient */
     double thermal_capacity_j_k;
     double ambient_c;
-    double winding_rise_k; /* above ambient, to begin with */
+    double winding_rise_k;     /* above ambient, to begin with */
+    double temperature_sensor; /* 1: there is one in the winding (thermometer.h) */
+    double temperature_offset_k;
+    double temperature_lag_s;
     double initial_angle_rad;
 };
 

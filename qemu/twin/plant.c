@@ -19,19 +19,31 @@ void plant_init(struct plant *p, const struct plant_params *params)
     motor_init(&p->motor, &params->motor, &params->load);
     inverter_init(&p->inverter, &params->inverter);
     sensors_init(&p->sensors, &params->sensors, params->seed);
+    thermometer_init(&p->thermometer, &params->motor, p->motor.winding_c);
     p->inverter.on_step = sampling_follow;
     p->inverter.on_step_context = p;
     plant_reset_fabric(p);
 }
 
-static void follow_shaft(struct plant *p)
+static uint32_t fabric_clock(double t_ps)
+{
+    return (uint32_t)(int64_t)floor(t_ps / SIM_PS_PER_FABRIC_CLOCK);
+}
+
+/* The shaft as it was at `from`, when the physics went on from there to the present. */
+static void follow_shaft(struct plant *p, sim_ps from, double from_rad, double from_rad_s)
 {
     struct disc *disc = &p->sensors.disc;
-    int64_t edges = disc_edges(disc, p->motor.theta_rad), moved = edges - p->encoder.edges;
-    if (moved != 0) {
-        encoder_follow(&p->encoder, edges, &disc->index);
-        encoder_miscount(&p->encoder, disc_miscounts(disc, moved));
+    const struct motor *m = &p->motor;
+    int64_t edges = disc_edges(disc, m->theta_rad), moved = edges - p->encoder.edges;
+    if (moved == 0) {
+        return;
     }
+    struct disc_way way = {from_rad, m->theta_rad, from_rad_s, m->speed_rad_s, sim_to_s(p->now - from)};
+    double part = disc_edge_part(disc, &way, moved);
+    encoder_follow(&p->encoder, edges, &disc->index);
+    encoder_miscount(&p->encoder, disc_miscounts(disc, moved));
+    encoder_time_edge(&p->encoder, fabric_clock((double)from + part * (double)(p->now - from)));
 }
 
 void plant_reset_fabric(struct plant *p)
@@ -112,7 +124,8 @@ static void describe(struct plant *p, struct plant_row *row)
 
 static void trigger(struct plant *p)
 {
-    encoder_latch(&p->encoder);
+    encoder_latch(&p->encoder, fabric_clock((double)p->now));
+    thermometer_follow(&p->thermometer, p->motor.winding_c, p->now);
     if (adc_listens(&p->adc)) {
         sampling_start(p);
     }
@@ -161,9 +174,10 @@ static void end_conversion(struct plant *p)
 static void integrate(struct plant *p, sim_ps to)
 {
     bool was_tripped = p->inverter.overcurrent;
-    sim_ps reached = inverter_advance(&p->inverter, &p->motor, p->now, to);
-    p->now = reached;
-    follow_shaft(p);
+    sim_ps from = p->now;
+    double from_rad = p->motor.theta_rad, from_rad_s = p->motor.speed_rad_s;
+    p->now = inverter_advance(&p->inverter, &p->motor, from, to);
+    follow_shaft(p, from, from_rad, from_rad_s);
     if (p->inverter.overcurrent != was_tripped) {
         gate_set_overcurrent(&p->gate, p->inverter.overcurrent);
         plant_update_gates(p);

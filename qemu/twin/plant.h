@@ -15,6 +15,7 @@
 #include "motor.h"
 #include "sensors.h"
 #include "simtime.h"
+#include "thermometer.h"
 
 /* The truth at an ADC trigger; mean values are over the time since the trigger before. */
 struct plant_row {
@@ -43,6 +44,7 @@ struct plant {
     struct inverter inverter;
     struct motor motor;
     struct sensors sensors;
+    struct thermometer thermometer;
     struct meter meter;
 
     sim_ps sample_at[3]; /* of a current that the running conversion has not sampled yet; else SIM_NEVER */

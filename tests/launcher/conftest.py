@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 WATCHED = """
 #include <stdint.h>
-enum drive_state { DRIVE_OFF, DRIVE_ON = 4 };
+enum axis_state { AXIS_OFF, AXIS_ON = 4 };
 enum fault { FAULT_NONE, FAULT_BAD_DAY };
 typedef volatile uint32_t word;
 struct inner { int16_t small; uint8_t tiny[4]; };
@@ -20,19 +20,20 @@ struct current_loop {
     int32_t i_d_ref_q15, i_q_ref_q15, i_d_q15, i_q_q15;
     int32_t vbus_q15; uint32_t angle_u16; int32_t v_d_q15, v_q_q15;
     struct inner nested[3]; int8_t sign; float real;
+    struct { uint32_t angle_q32; } pll; uint32_t angle_offset_q32;
 };
 struct speed_loop { int32_t speed_rpm_q4, speed_ref_rpm_q4; };
-struct drive { word state; word fault; };
+struct axis { struct current_loop loop; struct speed_loop speed; struct { word cause; } faults; word state; };
 struct param_info { const char *name; int32_t min, max, initial; unsigned offset; };
 extern const struct param_info param_table[]; extern const unsigned param_count;
 const struct param_info param_table[] = { PARAMS };
 const unsigned param_count = sizeof param_table / sizeof param_table[0];
 extern struct current_loop current_loop;
 struct current_loop current_loop = { .i_d_q15 = 1 };
-struct speed_loop speed_loop;
-struct drive drive;
+extern struct axis axes[1];
+struct axis axes[1];
 static int32_t hidden;
-enum drive_state shown_state; enum fault shown_fault;
+enum axis_state shown_state; enum fault shown_fault;
 int function(void) { hidden++; return hidden; }
 void _start(void);
 void _start(void) { for (;;) { function(); } }

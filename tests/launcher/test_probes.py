@@ -32,20 +32,20 @@ def test_members(symbols, elf, name, offset, kind):
 
 
 def test_qualifiers_statics_and_declared_first(symbols, elf):
-    assert symbols.find("drive.fault").address == nm(elf, "drive") + 4
-    assert symbols.find("drive.fault").type == "u32"
+    assert symbols.find("axes[0].faults.cause").address == nm(elf, "axes") + 72
+    assert symbols.find("axes[0].faults.cause").type == "u32"
     assert symbols.find("hidden").address == nm(elf, "hidden")
 
 
 def test_what_is_not_there_or_no_number(symbols):
-    for name in ("nothing", "current_loop.nothing", "hidden.member", "current_loop[0]", "drive.state.deeper"):
+    for name in ("nothing", "current_loop.nothing", "hidden.member", "current_loop[0]", "axes[0].state.deeper"):
         assert symbols.find(name) is None
     assert symbols.find("current_loop.nested").type == ""
     assert symbols.find("current_loop.real").type == ""
 
 
 def test_enums(symbols):
-    assert symbols.enum("drive_state") == {0: "DRIVE_OFF", 4: "DRIVE_ON"}
+    assert symbols.enum("axis_state") == {0: "AXIS_OFF", 4: "AXIS_ON"}
     assert symbols.enum("fault") == {0: "FAULT_NONE", 1: "FAULT_BAD_DAY"}
     assert symbols.enum("nothing") == {}
 
@@ -79,13 +79,13 @@ def test_what_is_kept_of_another_elf_does_not_count(elf, tmp_path):
     subprocess.run(["arm-none-eabi-gcc", "-mcpu=cortex-m3", "-g", "-nostdlib", "-Wl,--no-warn-rwx-segments", "t.c", "-o",
                     "mssfoc.elf"], cwd=tmp_path, check=True)
     symbols = Symbols(tmp_path / "mssfoc.elf")
-    assert symbols.find("other").type == "s32" and symbols.find("drive.fault") is None
+    assert symbols.find("other").type == "s32" and symbols.find("axes[0].faults.cause") is None
 
 
 def test_a_folder_that_keeps_nothing(elf, tmp_path):
     shutil.copy(elf, tmp_path / "mssfoc.elf")
     (tmp_path / "mssfoc.elf.symbols").mkdir()
-    assert Symbols(tmp_path / "mssfoc.elf").find("drive.fault").type == "u32"
+    assert Symbols(tmp_path / "mssfoc.elf").find("axes[0].faults.cause").type == "u32"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mssfoc.elf", "mssfoc.elf.symbols"]
 
 
@@ -110,5 +110,5 @@ def test_a_variable_the_trace_needs_is_missing(tmp_path):
     (tmp_path / "t.c").write_text("int other; void _start(void) { other++; }\n")
     subprocess.run(["arm-none-eabi-gcc", "-mcpu=cortex-m3", "-g", "-nostdlib", "-Wl,--no-warn-rwx-segments", "t.c", "-o",
                     "t.elf"], cwd=tmp_path, check=True)
-    with pytest.raises(LauncherError, match="no number called 'current_loop.i_d_q15'"):
+    with pytest.raises(LauncherError, match="no number called 'axes.0..loop.i_d_q15'"):
         make_probes(Symbols(tmp_path / "t.elf"), load_drive("teknic_m2310p"))

@@ -2,6 +2,7 @@
 """The firmware's own checks (firmware/settings/tuning.c, built for this machine) take the parameters of every shipped motor."""
 import ctypes
 import os
+import re
 import subprocess
 
 import pytest
@@ -12,20 +13,26 @@ from launcher.params import SOURCES
 from launcher.paths import REPO
 
 
+class Outcome(ctypes.Structure):
+    """struct outcome of firmware/settings/error.h."""
+    _fields_ = [("error", ctypes.c_int), ("value", ctypes.c_int32)]
+
+
 @pytest.fixture(scope="module")
 def tuning(tmp_path_factory):
-    """tuning_compute from {parameter: value} to its complaint, or None. struct params has the order of SOURCES."""
+    """tuning_compute from {parameter: value} to the name of its complaint, or None. struct params has the order of SOURCES."""
     library = tmp_path_factory.mktemp("tuning") / "tuning.so"
     subprocess.run([os.environ.get("HOSTCC") or "cc", "-shared", "-fPIC", "-O1", "-I.", "firmware/settings/tuning.c",
                     "lib/polar.c",
                     "-o", str(library)], cwd=REPO, check=True)
     compute = ctypes.CDLL(str(library)).tuning_compute
-    compute.restype = ctypes.c_char_p
+    compute.restype = Outcome
+    names = re.findall(r"^    (ERROR_\w+),", (REPO / "firmware/settings/error.h").read_text(), re.MULTILINE)
 
     def call(params):
         values = (ctypes.c_int32 * len(SOURCES))(*(params[name] for name in SOURCES))
-        complaint = compute(values, ctypes.create_string_buffer(1024))
-        return complaint and complaint.decode()
+        error = compute(values, ctypes.create_string_buffer(4096)).error
+        return names[error] if error else None
     return call
 
 
@@ -36,6 +43,6 @@ def test_shipped_motors(tuning, motor):
 
 def test_it_can_complain(tuning):
     params = console_params(load_drive("teknic_m2310p"))
-    assert "95 %" in tuning({**params, "i_trip_ma": params["i_range_ma"]})
-    assert "1187 Hz" in tuning({**params, "pole_pairs": 20})
-    assert "speed gain" in tuning({**params, "inertia_gcm2": 50000000, "flux_uwb": 10})
+    assert "ERROR_I_TRIP_BEYOND_RANGE" == tuning({**params, "i_trip_ma": params["i_range_ma"]})
+    assert "ERROR_SPEED_BEYOND_OBSERVER" == tuning({**params, "pole_pairs": 20})
+    assert "ERROR_SPEED_GAIN" == tuning({**params, "inertia_gcm2": 50000000, "flux_uwb": 10})

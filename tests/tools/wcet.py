@@ -25,7 +25,7 @@ from longest import Longest  # noqa: E402
 from timing import ENTRY, EXIT, REFILL, Costs, Waits, default_waits  # noqa: E402
 
 HANDLER, EXCEPTION = "FabricIrq0_IRQHandler", 50
-FAULT_CALLS = ("current_loop_fault", "fault_raise")
+FAULT_CALLS = ("current_loop_fault", "axis_sample_fault", "axis_raise")
 PWM = range(0x50000000, 0x50000100)  # CorePWM, docs/fabric.md
 
 

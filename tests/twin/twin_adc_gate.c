@@ -137,7 +137,7 @@ static void gate_enable(void)
     struct gate g;
     memset(&g, 0, sizeof g);
     gate_reset(&g);
-    check_hex("GATE.ID", gate_read(&g, 0x08), 0x464F4302);
+    check_hex("GATE.ID", gate_read(&g, 0x08), 0x464F4321);
     check_hex("GATE.STATUS after reset", gate_read(&g, 0x04), 0);
     check_hex("LIVE 0: all outputs low", gate_follow(&g, 0x15), 0);
     gate_write(&g, 0x00, 0xFFFFFFFF);

@@ -34,6 +34,12 @@ static void lines(void)
     accepted("phase_swap off", EVENT_PHASE_SWAP, false, -1, -1);
     accepted("chopper 1", EVENT_CHOPPER, true, -1, -1);
     accepted("chopper 0", EVENT_CHOPPER, false, -1, -1);
+    accepted("encoder_reverse 1", EVENT_ENCODER_REVERSE, true, -1, -1);
+    accepted("temperature_c -20.5", EVENT_TEMPERATURE, true, -1, -1);
+    accepted("temperature_c off", EVENT_TEMPERATURE, false, -1, -1);
+    refused("temperature_c 301");
+    refused("temperature_c");
+    refused("encoder_reverse off");
     refused("phase_swap");
     refused("phase_swap AC");
     refused("phase_swap AB BC");

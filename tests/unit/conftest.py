@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: MIT
+"""The firmware's rooms, compiled for this machine with every undefined behaviour trapped.
+
+Registers are structures in the test's memory; the core and the console are tests/unit/host. MSSFOC_SOURCE names another tree to
+take the firmware from: a mutant's.
+"""
+import fcntl
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from unit.cinterface import Library
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
+SOURCE = Path(os.environ.get("MSSFOC_SOURCE", ROOT))
+ROOMS = ("settings", "control", "commission", "axis", "operate")
+FLAGS = ["-std=gnu11", "-O1", "-g", "-fPIC", "-shared", "-fsanitize=undefined", "-fno-sanitize-recover=all", "-Wall", "-Wextra",
+         "-Werror", "-Wno-int-to-pointer-cast"]
+
+
+def sources():
+    firmware = [path for room in ROOMS for path in sorted((SOURCE / "firmware" / room).glob("*.c"))]
+    return firmware + sorted((SOURCE / "drivers" / "fabric").glob("*.c")) + sorted(
+        path for path in (SOURCE / "lib").glob("*.c")) + sorted((HERE / "host").glob("*.c"))
+
+
+def build_library():
+    """The shared library, newer than everything it is made of; safe with several pytest workers."""
+    build = Path(os.environ.get("BUILD", "build"))
+    folder = (build if build.is_absolute() else ROOT / build) / "tests" / "unit"
+    if SOURCE != ROOT:
+        folder = SOURCE / "build-unit"
+    folder.mkdir(parents=True, exist_ok=True)
+    target = folder / "firmware.so"
+    headers = ("firmware/**/*.h", "drivers/**/*.h", "lib/*.h")
+    inputs = sources() + [path for pattern in headers for path in SOURCE.glob(pattern)]
+    inputs += [*(HERE / "host").rglob("*"), Path(__file__)]
+    with open(folder / ".lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not target.exists() or target.stat().st_mtime <= max(path.stat().st_mtime for path in inputs):
+            command = [os.environ.get("HOSTCC") or "cc", *FLAGS, f"-I{HERE / 'host'}", f"-I{SOURCE}", *map(str, sources()),
+                       "-o", str(target)]
+            result = subprocess.run(command, capture_output=True, text=True)
+            assert result.returncode == 0, result.stderr
+    return target
+
+
+def identify(fabric):
+    """The identity that the firmware looks for: as the register shows it."""
+    text = (SOURCE / "drivers/fabric/gate.h").read_text()
+    fabric.gate.ID = int(re.search(r"#define GATE_ID (0x[0-9A-F]+)u", text).group(1), 16)
+
+
+@pytest.fixture(scope="session")
+def c():
+    """Everything the firmware's headers declare: structures, enums, functions."""
+    return Library(build_library())

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: MIT
+"""The table of parameters: every row names its own field, holds its initial value in its range, and is found by its name."""
+import re
+
+from unit.conftest import SOURCE
+
+
+def fields():
+    text = (SOURCE / "firmware/settings/params.h").read_text()
+    return re.findall(r"^    int32_t (\w+);", re.search(r"struct params \{(.*?)\n\};", text, re.DOTALL).group(1), re.MULTILINE)
+
+
+def test_every_field_has_one_row_at_its_place(c):
+    names = fields()
+    assert len(names) > 15
+    params = c.params()
+    for name in names:
+        info = c.param_find(name.encode())
+        assert info, f"{name} has no row"
+        assert info.contents.name.decode() == name
+        assert info.contents.offset == getattr(c.params, name).offset, f"{name}'s row is another field's"
+        for value in (info.contents.min, info.contents.max, 12345):
+            c.param_set(params, info, value)
+            assert getattr(params, name) == value == c.param_get(params, info)
+
+
+def test_initial_values_are_in_their_ranges_and_fit_together(c):
+    params = c.params()
+    c.params_init(params)
+    for name in fields():
+        info = c.param_find(name.encode()).contents
+        assert info.min <= info.initial <= info.max
+        assert getattr(params, name) == info.initial
+    assert c.tuning_compute(params, c.tuning()).error == c.ERROR_NONE
+
+
+def test_what_is_not_there_is_not_found(c):
+    for name in ("", "pole_pair", "pole_pairss", "POLE_PAIRS", "all"):
+        assert not c.param_find(name.encode())

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: MIT
+"""The drive's state machine: every state x request x fault, against the table of CiA 402 as docs/design.md gives it."""
+import itertools
+
+import pytest
+
+from unit.conftest import identify
+
+STATES = ("SWITCH_ON_DISABLED", "READY", "SWITCHED_ON", "OPERATION_ENABLED", "QUICK_STOP", "FAULT_REACTION", "FAULT")
+LOOPS_PER_MS = 20
+
+
+class World:
+    """A fabric that works: conversions come, the gate goes live when it is enabled, the encoder stands."""
+    def __init__(self, c):
+        self.c, self.fabric, self.axis = c, c.fabric(), c.axis()
+        c.axis_init(self.axis, self.fabric)
+        identify(self.fabric)
+        self.fabric.adc.VBUS = 13670  # 24 V of 57.5 V
+        self.axis.state = c.AXIS_SWITCH_ON_DISABLED
+        for _ in range(5):
+            self.step()
+
+    def step(self, count=1):
+        for _ in range(count):
+            self.fabric.adc.SEQUENCE += LOOPS_PER_MS
+            self.fabric.gate.STATUS = self.fabric.gate.CONTROL & 1
+            self.c.axis_step(self.axis)
+        return self.state
+
+    @property
+    def state(self):
+        return next(name for name, value in self.c.enums["axis_state"].items() if value == self.axis.state)[len("AXIS_"):]
+
+    def put(self, state):
+        """Into a state as it is in the midst of it, without having gone the way."""
+        self.axis.state = self.c.enums["axis_state"]["AXIS_" + state]
+        live = state in ("SWITCHED_ON", "OPERATION_ENABLED", "QUICK_STOP")
+        self.fabric.gate.CONTROL = int(live)
+        if state in ("FAULT", "FAULT_REACTION"):
+            self.axis.faults.cause = self.c.FAULT_STALL
+        return self
+
+
+@pytest.fixture
+def world(c):
+    return lambda state=None: World(c).put(state) if state else World(c)
+
+
+def test_it_stays_off_without_a_request(world):
+    assert world().step(50) == "SWITCH_ON_DISABLED"
+
+
+def test_a_request_to_switch_on_leads_to_switched_on_by_way_of_ready(world, c):
+    w = world()
+    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert w.step() in ("READY", "SWITCHED_ON") and w.step(2) == "SWITCHED_ON"
+
+
+REQUESTS = ("switch_on", "switch_off", "quick_stop", "clear_fault")
+
+
+@pytest.mark.parametrize("state, request_name", itertools.product(STATES, REQUESTS))
+def test_requests(world, c, state, request_name):
+    """Accepted exactly where the state allows it; refused, nothing has changed."""
+    w = world(state)
+    outcome = getattr(c, "axis_" + request_name)(w.axis)
+    allowed = {"switch_on": ("SWITCH_ON_DISABLED",), "switch_off": STATES, "quick_stop": ("OPERATION_ENABLED",),
+               "clear_fault": ("FAULT",)}[request_name]
+    assert (outcome.error == c.ERROR_NONE) == (state in allowed), (state, request_name, outcome.error)
+    if outcome.error != c.ERROR_NONE:
+        assert w.state == state and w.axis.request == c.AXIS_REQUEST_NONE
+    elif request_name == "switch_off" and state not in ("FAULT", "FAULT_REACTION"):
+        assert w.step() == "SWITCH_ON_DISABLED" and w.fabric.gate.CONTROL == 0
+    elif request_name == "switch_off":
+        assert w.step(2) == "FAULT", "off does not forget a fault"
+    elif request_name == "clear_fault":
+        assert w.step() == "SWITCH_ON_DISABLED" and w.axis.faults.cause == c.FAULT_NONE
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_every_fault_in_every_state_ends_off_and_keeps_the_first_cause(world, c, state):
+    for name, cause in c.enums["fault"].items():
+        if name in ("FAULT_NONE", "FAULT_COUNT"):
+            continue
+        w = world(state)
+        first = w.axis.faults.cause or cause
+        c.axis_raise(w.axis, cause)
+        assert w.fabric.gate.CONTROL == 0, f"{name} in {state} leaves the gates on"
+        c.axis_raise(w.axis, c.FAULT_STALL)
+        assert w.axis.faults.cause == first, f"{name} in {state} does not stay the first cause"
+        w.step(3)
+        assert w.state == "FAULT" and w.fabric.pwm.PWM_ENABLE_0_7 & 0x3F == 0, f"{name} in {state}"
+        assert (w.axis.loop.i_d_ref_q15, w.axis.loop.i_q_ref_q15, w.axis.loop.kp_d_q9) == (0, 0, 0)
+        if state not in ("FAULT", "FAULT_REACTION"):
+            assert w.axis.faults.snapshot.state == c.enums["axis_state"]["AXIS_" + state], "the snapshot is of another instant"
+
+
+def test_the_bridge_goes_off_before_a_fault_is_left(world, c):
+    """Fault reaction lasts as long as the gates are live."""
+    w = world("OPERATION_ENABLED")
+    c.axis_raise(w.axis, c.FAULT_STALL)
+    w.fabric.adc.SEQUENCE += LOOPS_PER_MS
+    w.fabric.gate.STATUS = 1
+    c.axis_step(w.axis)
+    assert w.state == "FAULT_REACTION"
+    w.fabric.adc.SEQUENCE += LOOPS_PER_MS
+    c.axis_step(w.axis)
+    assert w.state == "FAULT_REACTION", "the gates are still live"
+    assert w.step() == "FAULT"
+
+
+@pytest.mark.parametrize("wrong", (0, 1, 18, 22, 40))
+def test_conversions_that_do_not_come_or_come_too_often_are_a_fault(world, c, wrong):
+    w = world()
+    w.fabric.adc.SEQUENCE += wrong - LOOPS_PER_MS
+    w.step()
+    assert w.axis.faults.cause == c.FAULT_LOOP_STOPPED
+
+
+@pytest.mark.parametrize("phase", (19, 20, 21))
+def test_one_conversion_either_way_is_phase(world, c, phase):
+    w = world()
+    w.fabric.adc.SEQUENCE += phase - LOOPS_PER_MS
+    w.step()
+    assert w.axis.faults.cause == c.FAULT_NONE
+
+
+def test_latches_that_nobody_has_seen_are_seen_by_the_slow_loop(world, c):
+    for bit, cause in ((1, "OVERCURRENT_HARDWARE"), (2, "GATE_DRIVER"), (3, "LOOP_STOPPED"), (4, "INTERLOCK")):
+        w = world("SWITCH_ON_DISABLED")
+        w.fabric.adc.SEQUENCE += LOOPS_PER_MS
+        w.fabric.gate.STATUS = 1 << bit
+        c.axis_step(w.axis)
+        assert w.axis.faults.cause == c.enums["fault"]["FAULT_" + cause]
+
+
+@pytest.mark.parametrize("sign", (1, -1))
+def test_overspeed_counts_between_switching_on_and_off(world, c, sign):
+    for state, found in zip(STATES, (False, False, True, True, True, False, False)):
+        w = world(state)
+        before = w.axis.faults.cause
+        w.axis.loop.pll.speed_q32 = sign * ((w.axis.tuning.overspeed_w_q15 + 1) << 13)
+        w.step()
+        assert (w.axis.faults.cause == c.FAULT_OVERSPEED) == found, state
+        assert found or w.axis.faults.cause == before
+
+
+@pytest.mark.parametrize("gate, adc, cause", [
+    (0x02, 0xF0, "OVERCURRENT_HARDWARE"), (0x06, 0, "OVERCURRENT_HARDWARE"), (0x04, 0, "GATE_DRIVER"), (0x14, 0, "GATE_DRIVER"),
+    (0x18, 0, "INTERLOCK"), (0x08, 0x10, "LOOP_OVERRUN"), (0x20, 0x10, "ENCODER"), (0x80, 0xF0, "OVERCURRENT"),
+    (0x80, 0xE0, "CURRENT_SUM"), (0x80, 0xC0, "OVERVOLTAGE"), (0x80, 0x80, "UNDERVOLTAGE"), (0x40, 0x02, "LOOP_OVERRUN")])
+def test_the_cause_behind_a_sample(world, c, gate, adc, cause):
+    """What hardware latched comes before what is concluded from the same sample."""
+    w = world("OPERATION_ENABLED")
+    w.fabric.gate.STATUS, w.fabric.adc.STATUS = gate, adc
+    c.axis_sample_fault(w.axis)
+    assert w.axis.faults.cause == c.enums["fault"]["FAULT_" + cause]

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""Text to and from the console, against Python's own numbers."""
+import ctypes
+from decimal import Decimal
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+INT32 = st.integers(-2**31, 2**31 - 1)
+
+
+def said(c, put, *args):
+    c.host_said_bytes.value = 0
+    put(*args)
+    return bytes(c.host_said)[:c.host_said_bytes.value].decode()
+
+
+def parsed(function, text):
+    value = ctypes.c_int32(-77)
+    ok = function(text.encode(), ctypes.byref(value))
+    assert ok or value.value == -77, "a number that is refused changes nothing"
+    return value.value if ok else None
+
+
+@given(INT32)
+@example(-2**31)
+@example(0)
+def test_whole_numbers_out(c, value):
+    assert said(c, c.text_put_int, value) == str(value)
+
+
+@given(INT32)
+@example(-2**31)
+@example(-1)
+@example(999)
+def test_thousandths_out(c, value):
+    assert said(c, c.text_put_milli, value) == ("-" if value < 0 else "") + f"{abs(value) // 1000}.{abs(value) % 1000:03}"
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_hexadecimal_out(c, value):
+    assert said(c, c.text_put_hex, value) == f"0x{value:08x}"
+
+
+@given(INT32)
+def test_whole_numbers_in(c, value):
+    inside = abs(value) < 2**31
+    assert parsed(c.text_parse_int, str(value)) == (value if inside else None)
+    if value >= 0:
+        assert parsed(c.text_parse_int, f"+{value}") == value
+
+
+@given(st.decimals(-2000000, 2000000, places=3))
+def test_thousandths_in(c, value):
+    assert parsed(c.text_parse_milli, str(value)) == int(value * 1000)
+    assert parsed(c.text_parse_int, f"{value:.3f}") is None
+
+
+@pytest.mark.parametrize("text, milli", [("1", 1000), ("1.5", 1500), (".5", 500), ("-.25", -250), ("2147483.647", 2**31 - 1),
+                                         ("-2147483.647", 1 - 2**31), ("1.", 1000)])
+def test_forms_of_a_decimal(c, text, milli):
+    assert parsed(c.text_parse_milli, text) == milli
+    assert Decimal(milli) / 1000 == Decimal(text)
+
+
+@pytest.mark.parametrize("text", ["", "-", "+", ".", "--1", "1-", "0x10", "1e3", " 1", "1 ", "1.2.3", "1.2345", "a", "1,5",
+                                  "2147483648", "-2147483649", "99999999999"])
+def test_what_is_no_number(c, text):
+    assert parsed(c.text_parse_int, text) is None
+    assert parsed(c.text_parse_milli, text) is None
+
+
+@given(st.text("ab", max_size=4), st.text("ab", max_size=4))
+def test_equal(c, one, other):
+    assert c.text_equal(one.encode(), other.encode()) == (one == other)
