@@ -18,6 +18,8 @@ the EMF, the resistive drop of a winding at 105 degC (1.31 times) and the voltag
 """
 import math
 
+from .schema import BY_RULE
+
 USABLE = 0.85
 HOT = 1.31
 SPEED_SHARE_OF_TRIP = 1.2
@@ -47,8 +49,9 @@ def control_by_rule(motor, inverter):
 
 def speed_bw_by_rule(motor, inertia_kgm2, i_max_a):
     """At the [control] values that the file has, and those of the rule where it has none."""
-    electrical, given = motor["electrical"], motor.tables_given("control")
-    i_max_a, current_bw_hz = given.get("i_max_a", i_max_a), given.get("current_bw_hz", CURRENT_BW_HZ)
+    electrical, control = motor["electrical"], motor["control"]
+    i_max_a = i_max_a if control["i_max_a"] is BY_RULE else control["i_max_a"]
+    current_bw_hz = CURRENT_BW_HZ if control["current_bw_hz"] is BY_RULE else control["current_bw_hz"]
     count_rad_s = 2 * math.pi / motor["encoder"]["counts_per_rev"] * 1000
     torque_nm = 2 * i_max_a * 1.5 * electrical["pole_pairs"] * electrical["flux_wb"]
     resolved_hz = torque_nm / (2 * math.pi * inertia_kgm2 * count_rad_s)
