@@ -57,10 +57,10 @@ static enum error tune_current_loop(const struct params *p, struct tuning *t)
     if (ki > GAIN_LIMIT || ki < 1) {
         return ERROR_CURRENT_INTEGRAL_GAIN;
     }
-    const int64_t x_d = reactance(p, p->ld_uh, TUNING_SPEED_BASE_HZ, 1 << 11);
-    const int64_t x_q = reactance(p, p->lq_uh, TUNING_SPEED_BASE_HZ, 1 << 11);
+    const int64_t x_d = reactance(p, p->ld_uh, CONFIG_SPEED_BASE_HZ, 1 << 11);
+    const int64_t x_q = reactance(p, p->lq_uh, CONFIG_SPEED_BASE_HZ, 1 << 11);
     /* volt * 1e6 = 2 pi f psi_uwb */
-    const int64_t emf = scale(scale(TWO_PI_E9 / 1000, (int64_t)p->flux_uwb * TUNING_SPEED_BASE_HZ, 1000000), 4096,
+    const int64_t emf = scale(scale(TWO_PI_E9 / 1000, (int64_t)p->flux_uwb * CONFIG_SPEED_BASE_HZ, 1000000), 4096,
                               (int64_t)p->v_range_mv * 1000);
     if (x_d > GAIN_LIMIT || x_q > GAIN_LIMIT || emf > GAIN_LIMIT) {
         return ERROR_DECOUPLING;
@@ -135,7 +135,7 @@ static enum error check_limits(const struct params *p)
     if (p->v_min_mv < p->v_range_mv / 4) {
         return ERROR_V_MIN_BELOW_MODULATOR;
     }
-    if ((int64_t)p->overspeed_rpm * p->pole_pairs > 60LL * TUNING_SPEED_BASE_HZ * 95 / 100) {
+    if ((int64_t)p->overspeed_rpm * p->pole_pairs > 60LL * CONFIG_SPEED_BASE_HZ * 95 / 100) {
         return ERROR_SPEED_BEYOND_OBSERVER;
     }
     return ERROR_NONE;
@@ -153,6 +153,10 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     if (problem != ERROR_NONE) {
         return outcome_of(problem);
     }
+    t->encoder_counts = p->encoder_counts;
+    t->speed_per_count = (uint32_t)scale(48000000000LL, 1, p->encoder_counts);
+    t->way_per_count_q12 = (int32_t)scale(31457280000LL, 1, p->encoder_counts);
+    t->count_per_way_q16 = (int32_t)scale(p->encoder_counts, 8388608, 3840000);
     tune_alignment(p, t);
     t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
     t->i_max_q15 = tuning_q15_from_milli(p->i_max_ma, p->i_range_ma);
@@ -160,7 +164,7 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     t->i_sum_q15 = t->i_trip_q15 / 4;
     t->v_min_q15 = tuning_q15_from_milli(p->v_min_mv, p->v_range_mv);
     t->v_max_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv);
-    t->overspeed_w_q15 = (int32_t)scale((int64_t)p->overspeed_rpm * p->pole_pairs, 32768, 60LL * TUNING_SPEED_BASE_HZ);
+    t->overspeed_w_q15 = (int32_t)scale((int64_t)p->overspeed_rpm * p->pole_pairs, 32768, 60LL * CONFIG_SPEED_BASE_HZ);
     t->encoder_scale_q32 =
         (uint32_t)((((uint64_t)p->pole_pairs << 32) + (uint32_t)p->encoder_counts / 2u) / (uint32_t)p->encoder_counts);
     return OUTCOME_OK;
