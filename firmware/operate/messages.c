@@ -31,7 +31,10 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_GATE_INPUT_ACTIVE] = "the cause is still there: an input of the gate driver is active",
     [ERROR_NO_ENCODER_SIGNAL] = "the cause is still there: no encoder signal",
     [ERROR_FABRIC] = "the cause is still there: the fabric does not carry the expected design",
-    [ERROR_CLOCK] = "the cause is still there: the clock ratios are not those of the board",
+    [ERROR_CLOCK] = "the cause is still there: the clock ratios are not those of the board, or a PLL is not locked",
+    [ERROR_STACK_GUARD] = "the cause is still there: the stack guard is not in effect; reset the device",
+    [ERROR_WATCHDOG_OFF] = "the cause is still there: the watchdog is not on with the board's time-out",
+    [ERROR_FABRIC_DOUBTED] = "the fabric is not touched after this fault; mend the cause, then reset the device",
     [ERROR_BEYOND_SPEED_MAX] = "beyond speed_max_rpm",
     [ERROR_BEYOND_I_MAX] = "beyond i_max_ma",
     [ERROR_DRIVE_IS_ON] = "parameters can change only while the drive is off",
@@ -72,8 +75,14 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_LOOP_STOPPED] = {"loop stopped", "no end-of-conversion interrupts: fabric clock, CorePWM, ADC"},
     [FAULT_WATCHDOG] = {"watchdog reset", "the program hung or the refresh came late"},
     [FAULT_EXCEPTION] = {"processor exception", "'fault' shows the registers"},
-    [FAULT_CLOCK] = {"clock", "clock ratios differ from drivers/board.h: Libero clock settings"},
+    [FAULT_CLOCK] = {"clock",
+                     "clock ratios differ from drivers/board.h, or a PLL is not locked: Libero clock settings"},
     [FAULT_FABRIC] = {"fabric", "the FPGA does not carry the design of docs/fabric.md"},
+    [FAULT_LOCKUP] = {"lock-up reset", "a fault inside the fault's handler: bus errors, a broken stack or memory"},
+    [FAULT_STACK_GUARD] = {"stack guard", "no memory protection unit: MPU switched off in Libero"},
+    [FAULT_WATCHDOG_OFF] = {"watchdog off", "docs/fabric.md, watchdog: enabled, reset mode, 100 ms; set in Libero"},
+    [FAULT_PLL] = {"PLL lost its lock", "reference clock, PLL supply and its filter"},
+    [FAULT_ECC] = {"memory error", "two wrong bits in a word of eSRAM or cache: supply, radiation, a worn device"},
 };
 
 const char *message_of_error(enum error error)

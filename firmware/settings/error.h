@@ -46,6 +46,9 @@ enum error {
     ERROR_NO_ENCODER_SIGNAL,
     ERROR_FABRIC,
     ERROR_CLOCK,
+    ERROR_STACK_GUARD,
+    ERROR_WATCHDOG_OFF,
+    ERROR_FABRIC_DOUBTED, /* found at start-up; only a reset looks again */
     ERROR_COUNT
 };
 
