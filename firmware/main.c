@@ -65,6 +65,7 @@ int main(void)
     const uint32_t reset_cause = sysreg_reset_cause();
     start_core();
     axis_init(&axes[0], FABRIC0);
+    axis_remember_heat(&axes[0], &axes_heat[0]);
     const enum fault boot_fault = check_boot(reset_cause);
     start_uart();
     handlers_start_current_loop();
@@ -73,6 +74,7 @@ int main(void)
     console_start(&console, &axes[0]);
     for (;;) {
         console_poll(&console);
+        axis_retry(&axes[0]);
         idle();
     }
 }

@@ -19,6 +19,7 @@ static void adopt_tuning(struct axis *a, const struct tuning *t)
         (void)encoder_init(&a->fabric->encoder, (uint32_t)a->params.encoder_counts, false);
     }
     a->tuning = *t;
+    thermal_tune(&a->thermal, &a->params);
     cpu_irq_restore(mask);
 }
 
@@ -41,6 +42,9 @@ struct outcome axis_switch_on(struct axis *a)
     if (a->loop.vbus_q15 > candidate.v_max_q15) {
         return outcome_of(ERROR_BUS_HIGH);
     }
+    if (thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal)) {
+        return outcome_of(ERROR_TOO_HOT);
+    }
     if (q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4) {
         return outcome_of(ERROR_TURNING);
     }
@@ -51,6 +55,7 @@ struct outcome axis_switch_on(struct axis *a)
 
 struct outcome axis_switch_off(struct axis *a)
 {
+    reaction_cleared_by_hand(&a->reactions);
     a->request = AXIS_REQUEST_OFF; /* always allowed, also when off */
     return OUTCOME_OK;
 }
@@ -65,6 +70,12 @@ struct outcome axis_quick_stop(struct axis *a)
 }
 
 struct outcome axis_clear_fault(struct axis *a)
+{
+    reaction_cleared_by_hand(&a->reactions);
+    return axis_clear_latches(a);
+}
+
+struct outcome axis_clear_latches(struct axis *a)
 {
     if (a->state != AXIS_FAULT) {
         return outcome_of(ERROR_NO_FAULT);

@@ -27,20 +27,25 @@ static void error_about(const char *word, const char *what)
     text_put_line(what);
 }
 
-/* A '@' in the text stands for the outcome's value. */
-static void answer(struct outcome outcome)
+/* A line in which '@' stands for the value. */
+static void put_completed(const char *text, int32_t value)
 {
-    if (outcome.error != ERROR_NONE) {
-        text_put("error: ");
-    }
-    for (const char *s = message_of_error(outcome.error); *s != '\0'; s++) {
+    for (const char *s = text; *s != '\0'; s++) {
         if (*s == '@') {
-            text_put_int(outcome.value);
+            text_put_int(value);
         } else {
             text_put_char(*s);
         }
     }
     text_put_line("");
+}
+
+static void answer(struct outcome outcome)
+{
+    if (outcome.error != ERROR_NONE) {
+        text_put("error: ");
+    }
+    put_completed(message_of_error(outcome.error), outcome.value);
 }
 
 /* "name: 1.234 unit" */
@@ -56,6 +61,29 @@ static void put_rpm(const char *name, int32_t rpm_q4)
     text_put(name);
     text_put_milli((int32_t)((int64_t)rpm_q4 * 1000 / 16));
     text_put(" rpm");
+}
+
+static void put_heat(const struct axis *a)
+{
+    text_put(", winding: ");
+    text_put_int(a->thermal.winding_q4 / 16);
+    text_put(" degC");
+    if (a->thermal.factor_q15 < Q15_ONE) {
+        text_put(", current limit held to ");
+        text_put_int(a->thermal.factor_q15 * 100 / Q15_ONE);
+        text_put(" %");
+    }
+    text_put_line("");
+}
+
+static void put_warnings(const struct axis *a)
+{
+    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
+        if (reaction_warned(&a->reactions, (enum fault)cause)) {
+            text_put("warning: ");
+            text_put_line(message_of_fault((enum fault)cause));
+        }
+    }
 }
 
 static void run_status(struct axis *a, char *const *words)
@@ -75,7 +103,8 @@ static void run_status(struct axis *a, char *const *words)
     put_milli(", q ", c->i_q_ref_q15, a->params.i_range_ma, " A");
     text_put_line("");
     put_milli("bus: ", c->vbus_q15, a->params.v_range_mv, " V");
-    text_put_line("");
+    put_heat(a);
+    put_warnings(a);
     text_put("current loop: ");
     text_put_int((int32_t)measure_current_loop_cycles(&a->time_ms));
     text_put_line(" cycles");
@@ -122,6 +151,15 @@ static void run_torque(struct axis *a, char *const *words)
     answer(axis_command_current(a, milliamp));
 }
 
+static void put_detail(const struct axis *a)
+{
+    const char *const text = message_fault_detail(a->faults.cause);
+    if (*text != '\0') {
+        text_put("found: ");
+        put_completed(text, a->faults.detail[0]);
+    }
+}
+
 static void run_fault(struct axis *a, char *const *words)
 {
     (void)words;
@@ -132,6 +170,7 @@ static void run_fault(struct axis *a, char *const *words)
         return;
     }
     const struct fault_snapshot *const s = &a->faults.snapshot;
+    put_detail(a);
     text_put("look at: ");
     text_put_line(message_fault_hint(a->faults.cause));
     text_put("at: ");
@@ -211,6 +250,50 @@ static void run_set(struct axis *a, char *const *words)
     }
 }
 
+/* A fault that leaves a choice: which, and which it has. */
+static void put_reaction(const struct axis *a, enum fault cause)
+{
+    text_put(message_of_fault(cause));
+    text_put(": ");
+    text_put(message_of_reaction(a->reactions.choice[cause]));
+    text_put("  (");
+    const char *before = "";
+    for (uint32_t choice = 0; choice < REACTION_COUNT; choice++) {
+        if (((fault_class(cause)->allowed >> choice) & 1u) != 0u) {
+            text_put(before);
+            text_put(message_of_reaction((enum reaction)choice));
+            before = ", ";
+        }
+    }
+    text_put_line(")");
+}
+
+static void run_reactions(struct axis *a, char *const *words)
+{
+    (void)words;
+    for (uint32_t cause = FAULT_NONE + 1u; cause < FAULT_COUNT; cause++) {
+        if (fault_class((enum fault)cause)->allowed != 1u << REACTION_OFF) {
+            put_reaction(a, (enum fault)cause);
+        }
+    }
+}
+
+static void run_reaction(struct axis *a, char *const *words)
+{
+    const enum fault cause = message_find_fault(words[1]);
+    uint32_t choice = 0;
+    while (choice < REACTION_COUNT && !text_equal(words[2], message_of_reaction((enum reaction)choice))) {
+        choice++;
+    }
+    if (cause == FAULT_COUNT) {
+        error_about(words[1], "no such fault; 'reaction' lists those with a choice, '_' stands for a blank");
+    } else if (choice == REACTION_COUNT) {
+        error_about(words[2], "not one of off, stop, warn");
+    } else {
+        answer(axis_choose_reaction(a, cause, (enum reaction)choice));
+    }
+}
+
 static void run_version(struct axis *a, char *const *words)
 {
     (void)a;
@@ -232,6 +315,8 @@ static const struct command commands[] = {
     {"clear", "", "forget the fault if its cause is gone", 1, run_clear},
     {"get", " PARAM", "a parameter and its range, or 'all'", 2, run_get},
     {"set", " PARAM VALUE", "change a parameter while off", 3, run_set},
+    {"reaction", "", "what follows from each fault that leaves a choice", 1, run_reactions},
+    {"reaction", " FAULT off|stop|warn", "choose it, while off", 3, run_reaction},
     {"version", "", "of this firmware", 1, run_version},
 };
 
@@ -269,6 +354,18 @@ static size_t split(char *line, char **words)
     return count;
 }
 
+/* The row of that name, and of those that share it the one that takes so many words; NULL when there is none. */
+static const struct command *find(const char *name, size_t words)
+{
+    const struct command *found = NULL;
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        if (text_equal(name, commands[i].name) && (found == NULL || commands[i].words == words)) {
+            found = &commands[i];
+        }
+    }
+    return found;
+}
+
 void commands_execute(struct axis *a, char *line)
 {
     char *words[WORDS_MAX];
@@ -276,17 +373,14 @@ void commands_execute(struct axis *a, char *line)
     if (count == 0u) {
         return;
     }
-    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
-        if (text_equal(words[0], commands[i].name)) {
-            if (count != commands[i].words) {
-                text_put("error: usage: ");
-                text_put(commands[i].name);
-                text_put_line(commands[i].arguments);
-            } else {
-                commands[i].run(a, words);
-            }
-            return;
-        }
+    const struct command *const command = find(words[0], count);
+    if (command == NULL) {
+        error_about(words[0], "unknown command; 'help' lists them");
+    } else if (count != command->words) {
+        text_put("error: usage: ");
+        text_put(command->name);
+        text_put_line(command->arguments);
+    } else {
+        command->run(a, words);
     }
-    error_about(words[0], "unknown command; 'help' lists them");
 }

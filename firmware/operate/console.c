@@ -29,6 +29,7 @@ static void start_line(struct console *k)
 
 static void finish_line(struct console *k)
 {
+    axis_hear(k->axis);
     text_put_line("");
     k->line[k->length] = '\0';
     if (k->too_long) {
@@ -92,6 +93,23 @@ static void announce_fault(struct console *k)
     }
 }
 
+/* Each once, until the drive forgets them. */
+static void announce_warnings(struct console *k)
+{
+    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
+        const uint32_t bit = 1u << (cause % 32u);
+        uint32_t *const said = &k->warned[cause / 32u];
+        if (!reaction_warned(&k->axis->reactions, (enum fault)cause)) {
+            *said &= ~bit;
+        } else if ((*said & bit) == 0u) {
+            *said |= bit;
+            text_put("\r\nwarning: ");
+            text_put_line(message_of_fault((enum fault)cause));
+            prompt(k);
+        }
+    }
+}
+
 void console_start(struct console *k, struct axis *axis)
 {
     *k = (struct console){.axis = axis};
@@ -108,4 +126,5 @@ void console_poll(struct console *k)
         take(k, c);
     }
     announce_fault(k);
+    announce_warnings(k);
 }

@@ -62,7 +62,8 @@ static enum error tune_current_loop(const struct params *p, struct tuning *t)
     /* volt * 1e6 = 2 pi f psi_uwb */
     const int64_t emf = scale(scale(TWO_PI_E9 / 1000, (int64_t)p->flux_uwb * TUNING_SPEED_BASE_HZ, 1000000), 4096,
                               (int64_t)p->v_range_mv * 1000);
-    if (x_d > GAIN_LIMIT || x_q > GAIN_LIMIT || emf > GAIN_LIMIT) {
+    const int64_t r = scale(p->resistance_mohm, 4096LL * p->i_range_ma, 1000LL * p->v_range_mv);
+    if (x_d > GAIN_LIMIT || x_q > GAIN_LIMIT || emf > GAIN_LIMIT || r > GAIN_LIMIT) {
         return ERROR_DECOUPLING;
     }
     t->kp_d_q12 = (int32_t)kp_d;
@@ -71,6 +72,7 @@ static enum error tune_current_loop(const struct params *p, struct tuning *t)
     t->x_d_q11 = (int32_t)x_d;
     t->x_q_q11 = (int32_t)x_q;
     t->emf_q12 = (int32_t)emf;
+    t->r_q12 = (int32_t)r;
     return ERROR_NONE;
 }
 
