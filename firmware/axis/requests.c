@@ -54,6 +54,7 @@ static void adopt_tuning(struct axis *a, const struct tuning *t)
     }
     a->tuning = *t;
     speed_loop_full_gains(&a->speed);
+    thermal_tune(&a->thermal, &a->params);
 }
 
 static struct outcome measured_forbids_on(const struct axis *a, const struct tuning *t)
@@ -64,6 +65,9 @@ static struct outcome measured_forbids_on(const struct axis *a, const struct tun
     }
     if (loop->vbus_q15 > t->v_max_q15) {
         return outcome_of(ERROR_BUS_HIGH);
+    }
+    if (thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal)) {
+        return outcome_of(ERROR_TOO_HOT);
     }
     const bool turns = q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4;
     return outcome_of(turns ? ERROR_TURNING : ERROR_NONE);
@@ -98,6 +102,7 @@ struct outcome axis_switch_on(struct axis *a)
 /* Always allowed, also when off. */
 struct outcome axis_switch_off(struct axis *a)
 {
+    reaction_cleared_by_hand(&a->reactions);
     if (axis_fabric_doubted(a)) {
         return OUTCOME_OK;
     }
@@ -151,6 +156,12 @@ static enum error clear_latches(struct axis *a)
 }
 
 struct outcome axis_clear_fault(struct axis *a)
+{
+    reaction_cleared_by_hand(&a->reactions);
+    return axis_clear_latches(a);
+}
+
+struct outcome axis_clear_latches(struct axis *a)
 {
     if (!settled(a) || a->state == AXIS_FAULT_REACTION) {
         return outcome_of(ERROR_BUSY);
