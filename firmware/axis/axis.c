@@ -24,6 +24,7 @@ static void bridge_off(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);
     corepwm_enable_legs(&a->fabric->pwm, false);
+    a->torque.torque_q15 = 0;
 }
 
 static void begin_operation(struct axis *a)
@@ -100,24 +101,43 @@ static void watch_for_stall(struct axis *a)
     }
 }
 
+static struct interval torque_limits_now(const struct axis *a, bool limit_speed)
+{
+    const struct torque_view view = {a->speed.speed_rpm_q4, a->tuning.i_max_q15, limit_speed};
+    return torque_limits(&a->torque, &a->loop, &a->torque_map, &a->tuning, &view);
+}
+
+static void control_speed(struct axis *a, int32_t slope_q16)
+{
+    const struct interval limits = torque_limits_now(a, false);
+    const int32_t wish_q15 = speed_loop_step(&a->speed, &a->tuning, slope_q16, &limits);
+    torque_ask(&a->torque, &a->loop, &a->torque_map, wish_q15, &limits);
+}
+
 static void step_operation(struct axis *a)
 {
-    const int32_t limit_q15 = speed_loop_current_limit(&a->loop, &a->tuning);
     if (a->mode == AXIS_MODE_TORQUE) {
-        a->loop.i_q_ref_q15 = q15_clamp(a->i_command_q15, -limit_q15, limit_q15);
+        const struct interval limits = torque_limits_now(a, true);
+        torque_ask(&a->torque, &a->loop, &a->torque_map, a->torque_command_q15, &limits);
         return;
     }
-    a->loop.i_q_ref_q15 = speed_loop_step(&a->speed, &a->tuning, a->tuning.ramp_q16, limit_q15);
+    control_speed(a, a->tuning.ramp_q16);
     watch_for_stall(a);
+}
+
+/* Time in which the rotor brakes as hard as it may is not counted: then the stop takes what the limits make of it. */
+static bool stop_takes_too_long(struct axis *a)
+{
+    a->stopping_ms++;
+    a->lingering_ms += a->speed.at_limit ? 0u : 1u;
+    return a->lingering_ms >= QUICK_STOP_MS || a->stopping_ms >= (uint32_t)a->params.stop_max_ms;
 }
 
 static void step_quick_stop(struct axis *a)
 {
-    const int32_t slope = (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR;
-    a->loop.i_q_ref_q15 = speed_loop_step(&a->speed, &a->tuning, slope, speed_loop_current_limit(&a->loop, &a->tuning));
-    a->stopping_ms++;
+    control_speed(a, (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR);
     const bool stands = a->speed.ref_rpm_q16 == 0 && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
-    if (stands || a->stopping_ms >= QUICK_STOP_MS) {
+    if (stop_takes_too_long(a) || stands) {
         bridge_off(a);
         enter(a, AXIS_SWITCH_ON_DISABLED);
     }
@@ -126,11 +146,12 @@ static void step_quick_stop(struct axis *a)
 static void begin_quick_stop(struct axis *a)
 {
     if (a->mode == AXIS_MODE_TORQUE) {
-        speed_loop_reset(&a->speed, a->loop.i_q_ref_q15);
+        speed_loop_reset(&a->speed, a->torque.torque_q15);
     }
     a->mode = AXIS_MODE_SPEED;
     a->speed.target_rpm_q16 = 0;
     a->stopping_ms = 0;
+    a->lingering_ms = 0;
     enter(a, AXIS_QUICK_STOP);
 }
 
@@ -247,6 +268,7 @@ void axis_step(struct axis *a)
 {
     a->time_ms++;
     speed_loop_measure(&a->speed, &a->loop, &a->tuning);
+    torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
     watch_heartbeat(a);
     watch_speed(a);
     watch_latches(a);
@@ -265,6 +287,7 @@ void axis_init(struct axis *a, struct fabric *fabric)
     current_loop_init(&a->loop);
     params_init(&a->params);
     (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
+    torque_map_build(&a->torque_map, &a->params, &a->tuning);
     current_loop_tune(&a->loop, &a->tuning);
 }
 

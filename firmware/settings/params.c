@@ -23,9 +23,11 @@ const struct param_info param_table[] = {
     PARAM(i_align_ma, 10, 2000000, 5000),
     PARAM(v_min_mv, 1000, 2000000, 18000),
     PARAM(v_max_mv, 1000, 2000000, 36000),
+    PARAM(bus_capacitance_uf, 1, 1000000, 1000),
     PARAM(speed_max_rpm, 1, 30000, 4000),
     PARAM(overspeed_rpm, 1, 32000, 4800),
     PARAM(ramp_rpm_s, 1, 1000000, 5000),
+    PARAM(stop_max_ms, 100, 3600000, 60000),
     PARAM(current_bw_hz, 10, 2000, 1000),
     PARAM(speed_bw_hz, 1, 200, 60),
 };

@@ -26,11 +26,13 @@ struct params {
     int32_t i_align_ma;      /* d-axis current that pulls the rotor into place */
     int32_t v_min_mv;        /* under-voltage threshold */
     int32_t v_max_mv;        /* over-voltage threshold */
-    int32_t speed_max_rpm;   /* largest speed command */
-    int32_t overspeed_rpm;   /* over-speed threshold */
-    int32_t ramp_rpm_s;      /* slope of the speed reference */
-    int32_t current_bw_hz;   /* crossover of the current loops */
-    int32_t speed_bw_hz;     /* crossover of the speed loop */
+    int32_t bus_capacitance_uf;
+    int32_t speed_max_rpm; /* largest speed command */
+    int32_t overspeed_rpm; /* over-speed threshold */
+    int32_t ramp_rpm_s;    /* slope of the speed reference */
+    int32_t stop_max_ms;   /* a quick stop that takes longer ends with the bridge off */
+    int32_t current_bw_hz; /* crossover of the current loops */
+    int32_t speed_bw_hz;   /* crossover of the speed loop */
 };
 
 struct param_info {

@@ -4,13 +4,14 @@
 #include <stdbool.h>
 
 #include "firmware/settings/config.h"
+#include "firmware/settings/mtpa.h"
 #include "lib/polar.h"
 
 /*
  * Current loop. The plant of one axis is 1/(R + sL); a PI whose zero cancels that pole leaves an integrator of crossover
  * w = 2 pi f:  Kp = w L,  Ki = w R  (for example Harnefors, Nee: "Model-based current control of AC machines using the
  * internal model control method", IEEE Trans. Ind. Appl. 34(1), 1998). Speed loop: the plant is Kt/(sJ), so
- * Kp = w J / Kt with Kt = 1.5 p psi for currents in peak amperes; the integral acts below a quarter of the crossover.
+ * Kp = w J / Kt with Kt = 1.5 p psi for currents in peak amperes (psi as mtpa.h gives it); the integral acts below a quarter of the crossover.
  *
  * Constants below are 2 pi times powers of ten and two, scaled to integers; each line says from what.
  */
@@ -78,7 +79,7 @@ static enum error tune_speed_loop(const struct params *p, struct tuning *t)
 {
     const int64_t omega_e3 = TWO_PI_E9 / 1000000 * p->speed_bw_hz; /* rad/s * 1000 */
     /* J in 1e-7 kg m^2 over Kt in 1e-9 N m/A is A/(rad/s^2) * 100 */
-    const int64_t kt_nnm = 1500LL * p->pole_pairs * p->flux_uwb;
+    const int64_t kt_nnm = scale(3LL * p->pole_pairs, mtpa_flux_nwb(p), 2);
     const int64_t na_per_rad_s2 = scale(p->inertia_gcm2, 100000000000LL, kt_nnm);
     if (na_per_rad_s2 > 10000000000LL) { /* 10 A for 1 rad/s^2; larger values would overflow below */
         return ERROR_SPEED_GAIN;
@@ -110,8 +111,24 @@ static void tune_alignment(const struct params *p, struct tuning *t)
     const int64_t kt_nnm = 1500LL * p->pole_pairs * p->flux_uwb;
     const int64_t w0_squared = scale(kt_nnm / 1000, (int64_t)p->pole_pairs * p->i_align_ma, 100LL * p->inertia_gcm2);
     const int32_t w0 = polar_root_down(w0_squared > UINT32_MAX ? UINT32_MAX : (uint32_t)w0_squared);
-    const int64_t kd = scale(t->speed_kp_q16, 1600LL * w0, TWO_PI_E9 / 1000000 * p->speed_bw_hz);
+    const int64_t kp = scale(t->speed_kp_q16, mtpa_flux_nwb(p) / 1000, p->flux_uwb); /* reluctance does not help here */
+    const int64_t kd = scale(kp > INT32_MAX ? INT32_MAX : kp, 1600LL * w0, TWO_PI_E9 / 1000000 * p->speed_bw_hz);
     t->align_kd_q16 = (int32_t)(kd > t->speed_kp_q16 ? t->speed_kp_q16 : kd);
+}
+
+#define BUS_SET_PERCENT 96 /* of v_max: see control/torque.h */
+
+/* Energy in units of what a power of 1.0 brings in a slow period: C v_range / (3 i_range) per period. */
+static void tune_torque(const struct params *p, struct tuning *t)
+{
+    const int64_t flux_nv = scale(mtpa_flux_nwb(p), TWO_PI_E9 / 1000000, 1000) * TUNING_SPEED_BASE_HZ;
+    const int64_t energy =
+        scale((int64_t)p->bus_capacitance_uf * p->v_range_mv, 1024LL * CONFIG_SLOW_HZ, 3000000LL * p->i_range_ma);
+    t->torque_emf_q11 = (int32_t)scale(flux_nv, 2048, 1000000LL * p->v_range_mv);
+    t->bus_energy_q10 = (int32_t)(energy > GAIN_LIMIT ? GAIN_LIMIT : energy);
+    const int32_t set_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv) * BUS_SET_PERCENT / 100;
+    t->bus_set_energy_q25 = ((set_q15 * set_q15) >> 15) * t->bus_energy_q10;
+    t->speed_max_rpm_q4 = p->speed_max_rpm * 16;
 }
 
 static enum error check_limits(const struct params *p)
@@ -154,6 +171,7 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
         return outcome_of(problem);
     }
     tune_alignment(p, t);
+    tune_torque(p, t);
     t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
     t->i_max_q15 = tuning_q15_from_milli(p->i_max_ma, p->i_range_ma);
     t->i_align_q15 = tuning_q15_from_milli(p->i_align_ma, p->i_range_ma);

@@ -26,7 +26,13 @@ struct tuning {
     int32_t v_min_q15, v_max_q15;
     int32_t overspeed_w_q15;
     uint32_t encoder_scale_q32; /* electrical turns per encoder count */
-    /* speed loop */
+    /* torque: see control/torque.h */
+    int32_t torque_emf_q11; /* power, per torque and speed */
+    int32_t
+        bus_energy_q10; /* energy of the bus capacitor at v_range; at most 32767: a larger one is braked into more slowly */
+    int32_t bus_set_energy_q25; /* of the highest voltage that braking brings about */
+    int32_t speed_max_rpm_q4;
+    /* speed loop: its current is the torque of torque_map.h */
     int32_t i_max_q15, i_align_q15;
     int32_t speed_kp_q16;     /* current Q15 per rpm Q4 */
     int32_t speed_ki_q16;     /* the same, per slow period */

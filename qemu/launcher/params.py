@@ -27,9 +27,11 @@ SOURCES = {
     "i_align_ma": ("motor", "control", "i_align_a", 1e3),
     "v_min_mv": ("inverter", "protection", "v_min_v", 1e3),
     "v_max_mv": ("inverter", "protection", "v_max_v", 1e3),
+    "bus_capacitance_uf": ("inverter", "supply", "bus_capacitance_f", 1e6),
     "speed_max_rpm": ("motor", "control", "speed_max_rpm", 1),
     "overspeed_rpm": ("motor", "control", "overspeed_rpm", 1),
     "ramp_rpm_s": ("motor", "control", "ramp_rpm_s", 1),
+    "stop_max_ms": ("motor", "control", "stop_max_s", 1e3),
     "current_bw_hz": ("motor", "control", "current_bw_hz", 1),
     "speed_bw_hz": ("motor", "control", "speed_bw_hz", 1),
 }

@@ -9,6 +9,7 @@
                    speeds end at 1187 Hz, over-speed is 1.2 times this) and of 26000 rpm
     overspeed_rpm  1.2 times speed_max_rpm
     ramp_rpm_s     0 to speed_max_rpm in 0.8 s, or with half of rated torque if that takes longer
+    stop_max_s     60
     current_bw_hz  1000, speed_bw_hz 60
 
 The bus gives 85 % of vbus/sqrt(3): dead time takes 8 %, the rest is for control and for a supply that sags. Rated torque takes
@@ -39,7 +40,7 @@ def control_by_rule(motor, inverter):
     return {"i_max_a": _three_digits(min(1.5 * rated_a, 0.85 * trip_a)), "i_trip_a": _three_digits(trip_a),
             "i_align_a": _three_digits(align_a), "speed_max_rpm": speed,
             "overspeed_rpm": math.ceil(SPEED_SHARE_OF_TRIP * speed), "ramp_rpm_s": _three_digits(slope),
-            "current_bw_hz": 1000.0, "speed_bw_hz": 60.0}
+            "stop_max_s": 60.0, "current_bw_hz": 1000.0, "speed_bw_hz": 60.0}
 
 
 def speed_of_bus_rpm(motor, inverter):
