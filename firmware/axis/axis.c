@@ -24,7 +24,7 @@ static void bridge_off(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);
     corepwm_enable_legs(&a->fabric->pwm, false);
-    a->torque.torque_q15 = 0;
+    torque_rest(&a->torque);
 }
 
 static void begin_operation(struct axis *a)
@@ -101,24 +101,23 @@ static void watch_for_stall(struct axis *a)
     }
 }
 
-static struct interval torque_limits_now(const struct axis *a, bool limit_speed)
+static void limit_torque(struct axis *a, bool limit_speed)
 {
     const struct torque_view view = {a->speed.speed_rpm_q4, a->tuning.i_max_q15, limit_speed};
-    return torque_limits(&a->torque, &a->loop, &a->torque_map, &a->tuning, &view);
+    torque_set_limits(&a->torque, &a->loop, &a->tuning, &view);
 }
 
 static void control_speed(struct axis *a, int32_t slope_q16)
 {
-    const struct interval limits = torque_limits_now(a, false);
-    const int32_t wish_q15 = speed_loop_step(&a->speed, &a->tuning, slope_q16, &limits);
-    torque_ask(&a->torque, &a->loop, &a->torque_map, wish_q15, &limits);
+    limit_torque(a, false);
+    torque_ask(&a->torque, &a->loop, &a->tuning, speed_loop_step(&a->speed, &a->tuning, slope_q16, &a->torque.limits));
 }
 
 static void step_operation(struct axis *a)
 {
     if (a->mode == AXIS_MODE_TORQUE) {
-        const struct interval limits = torque_limits_now(a, true);
-        torque_ask(&a->torque, &a->loop, &a->torque_map, a->torque_command_q15, &limits);
+        limit_torque(a, true);
+        torque_ask(&a->torque, &a->loop, &a->tuning, a->torque_command_q15);
         return;
     }
     control_speed(a, a->tuning.ramp_q16);
@@ -287,7 +286,7 @@ void axis_init(struct axis *a, struct fabric *fabric)
     current_loop_init(&a->loop);
     params_init(&a->params);
     (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
-    torque_map_build(&a->torque_map, &a->params, &a->tuning);
+    torque_map_build(&a->torque.map, &a->params, &a->tuning);
     current_loop_tune(&a->loop, &a->tuning);
 }
 

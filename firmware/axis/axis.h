@@ -21,7 +21,6 @@
 #include "firmware/control/torque.h"
 #include "firmware/settings/error.h"
 #include "firmware/settings/params.h"
-#include "firmware/settings/torque_map.h"
 #include "firmware/settings/tuning.h"
 
 enum axis_state {
@@ -71,7 +70,6 @@ struct axis {
     uint32_t lingering_ms; /* of these, those in which no limit held the rotor's braking back */
     uint32_t heartbeat;    /* conversions at the last step */
     struct torque_control torque;
-    struct torque_map torque_map; /* of the last switching on */
 };
 
 /* Puts the axis into its first state, with initial parameters. Touches no register. Thread, once. */

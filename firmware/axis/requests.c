@@ -45,7 +45,7 @@ struct outcome axis_switch_on(struct axis *a)
         return outcome_of(ERROR_TURNING);
     }
     adopt_tuning(a, &candidate);
-    torque_map_build(&a->torque_map, &a->params, &a->tuning);
+    torque_map_build(&a->torque.map, &a->params, &a->tuning);
     a->request = AXIS_REQUEST_ON;
     return OUTCOME_OK;
 }
@@ -114,7 +114,7 @@ struct outcome axis_command_current(struct axis *a, int32_t milliamp)
         return outcome_of(ERROR_BEYOND_I_MAX);
     }
     const int32_t current_q15 = tuning_q15_from_milli(milliamp, a->params.i_range_ma);
-    const int32_t torque_q15 = torque_map_reach(&a->torque_map, a->torque_map.current_q15, q15_abs(current_q15));
+    const int32_t torque_q15 = torque_map_reach(&a->torque.map, a->torque.map.current_q15, q15_abs(current_q15));
     a->torque_command_q15 = current_q15 < 0 ? -torque_q15 : torque_q15;
     a->mode = AXIS_MODE_TORQUE;
     return OUTCOME_OK;

@@ -39,12 +39,11 @@ int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t sl
     const int64_t feedforward_q16 = ((int64_t)t->speed_accel_q8 * moved_q16) >> 8;
     const int64_t fixed_q16 = error_q4 * t->speed_kp_q16 + feedforward_q16;
     const int64_t wanted_q16 = fixed_q16 + s->integral_q16;
-    const int64_t output_q16 = clamp(wanted_q16, low_q16, high_q16);
-    s->at_limit = output_q16 != wanted_q16;
+    s->at_limit = wanted_q16 < low_q16 || wanted_q16 > high_q16;
     /* integrate unless that would push further into the limit */
     const int64_t growth_q16 = error_q4 * t->speed_ki_q16;
     if (!s->at_limit || (growth_q16 > 0) != (wanted_q16 > 0)) {
         s->integral_q16 = clamp(s->integral_q16 + growth_q16, low_q16, high_q16);
     }
-    return (int32_t)(output_q16 >> 16);
+    return (int32_t)(clamp(wanted_q16, INT32_MIN, INT32_MAX) >> 16);
 }

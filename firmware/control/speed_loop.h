@@ -28,7 +28,7 @@ void speed_loop_measure(struct speed_loop *s, const volatile struct current_loop
 void speed_loop_reset(struct speed_loop *s, int32_t torque_q15);
 
 /*
- * One step: returns the wish for torque (torque.h), within the limits. `slope_q16` is the ramp in rpm Q16 per
+ * One step: returns the wish for torque (torque.h), which the limits do not hold back yet: they stop the integral. `slope_q16` is the ramp in rpm Q16 per
  * millisecond.
  */
 int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits);

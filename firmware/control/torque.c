@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/control/torque.h"
 
+#include "lib/limit.h"
 #include "lib/q15.h"
 
 #define SINK_SHIFT    3 /* time constant of the observed power: 8 periods */
 #define MISSING_SHIFT 2 /* of the missing energy a quarter in a period */
+#define BURN_SHIFT    4 /* from nothing to i_max in 16 periods */
 
 /* The voltage that a flux of 1.0 of the torque's unit induces: power is torque times this. */
 static int32_t emf_q15(int32_t w_q15, const struct tuning *t)
@@ -61,25 +63,67 @@ static struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4
     return interval_one_way(speed_rpm_q4, faster_q15, Q15_ONE);
 }
 
-struct interval torque_limits(const struct torque_control *s, const volatile struct current_loop *c,
-                              const struct torque_map *m, const struct tuning *t, const struct torque_view *v)
+void torque_set_limits(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
+                       const struct torque_view *v)
 {
     const int32_t w_q15 = current_loop_w_q15(c);
-    struct interval limits = interval_both_ways(voltage_limit(m, w_q15, c->radius_q15));
-    if (v->i_limit_q15 < t->i_max_q15) {
-        limits = interval_meet(limits, interval_both_ways(current_limit(m, v->i_limit_q15)));
+    s->i_limit_q15 = q15_clamp(v->i_limit_q15, 0, t->i_max_q15);
+    s->bus = bus_limits(s, w_q15, t, v->speed_rpm_q4);
+    s->limits = interval_meet(s->bus, interval_both_ways(voltage_limit(&s->map, w_q15, c->radius_q15)));
+    if (s->i_limit_q15 < t->i_max_q15) {
+        s->limits = interval_meet(s->limits, interval_both_ways(current_limit(&s->map, s->i_limit_q15)));
     }
-    limits = interval_meet(limits, bus_limits(s, w_q15, t, v->speed_rpm_q4));
-    return v->limit_speed ? interval_meet(limits, speed_limits(t, v->speed_rpm_q4)) : limits;
+    if (v->limit_speed) {
+        s->limits = interval_meet(s->limits, speed_limits(t, v->speed_rpm_q4));
+    }
 }
 
-void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct torque_map *m, int32_t wish_q15,
-                const struct interval *limits)
+/* Whether nothing but the bus holds the wish back. */
+static bool bus_decides(const struct torque_control *s, int32_t wish_q15)
 {
-    const int32_t torque_q15 = interval_clamp(*limits, wish_q15);
-    const int32_t size_q15 = q15_abs(torque_q15);
-    const int32_t i_q_q15 = torque_map_at(m, m->i_q_q15, size_q15);
-    c->i_d_ref_q15 = torque_map_at(m, m->i_d_q15, size_q15);
-    c->i_q_ref_q15 = torque_q15 < 0 ? -i_q_q15 : i_q_q15;
-    s->torque_q15 = torque_q15;
+    return wish_q15 != s->torque_q15 && (s->torque_q15 == s->bus.low || s->torque_q15 == s->bus.high);
+}
+
+static void follow_burn(struct torque_control *s, const struct tuning *t, bool wanted)
+{
+    const int32_t step_q15 = (t->i_max_q15 >> BURN_SHIFT) + 1;
+    s->burn_q15 = q15_clamp(s->burn_q15 + (wanted ? step_q15 : -step_q15), 0, t->burn_max_q15);
+}
+
+/* The q current that makes the torque beside a d current other than the map's: torque over psi - (L_q - L_d) i_d. */
+static int32_t i_q_beside(const struct tuning *t, int32_t torque_q15, int32_t i_d_q15)
+{
+    const int32_t flux_q11 = (t->emf_q12 >> 1) - (((t->x_q_q11 - t->x_d_q11) * i_d_q15) >> 15);
+    return torque_q15 * t->torque_emf_q11 / q15_max(flux_q11, 1);
+}
+
+/* Burning keeps the amplitude within its limit, and reluctance from adding to the torque. */
+static void set_burning(const struct torque_control *s, volatile struct current_loop *c, const struct tuning *t,
+                        int32_t i_d_q15, int32_t i_q_q15)
+{
+    const int32_t rest_q15 = circle_rest_q15(i_q_q15, s->i_limit_q15);
+    const int32_t burning_q15 = q15_max(i_d_q15 - s->burn_q15, -q15_min(rest_q15, t->burn_max_q15));
+    c->i_d_ref_q15 = burning_q15;
+    c->i_q_ref_q15 = q15_clamp(i_q_beside(t, s->torque_q15, burning_q15), -q15_abs(i_q_q15), q15_abs(i_q_q15));
+}
+
+void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15)
+{
+    s->torque_q15 = interval_clamp(s->limits, wish_q15);
+    follow_burn(s, t, bus_decides(s, wish_q15));
+    const int32_t size_q15 = q15_abs(s->torque_q15);
+    const int32_t i_d_q15 = torque_map_at(&s->map, s->map.i_d_q15, size_q15);
+    const int32_t i_q_q15 = torque_map_at(&s->map, s->map.i_q_q15, size_q15);
+    if (s->burn_q15 > 0) {
+        set_burning(s, c, t, i_d_q15, i_q_q15);
+        return;
+    }
+    c->i_d_ref_q15 = i_d_q15;
+    c->i_q_ref_q15 = s->torque_q15 < 0 ? -i_q_q15 : i_q_q15;
+}
+
+void torque_rest(struct torque_control *s)
+{
+    s->torque_q15 = 0;
+    s->burn_q15 = 0;
 }

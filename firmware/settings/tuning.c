@@ -128,6 +128,8 @@ static void tune_torque(const struct params *p, struct tuning *t)
     t->bus_energy_q10 = (int32_t)(energy > GAIN_LIMIT ? GAIN_LIMIT : energy);
     const int32_t set_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv) * BUS_SET_PERCENT / 100;
     t->bus_set_energy_q25 = ((set_q15 * set_q15) >> 15) * t->bus_energy_q10;
+    const int64_t cancelling_q15 = scale((int64_t)t->emf_q12 * 32768, 1, 2LL * (t->x_d_q11 > 0 ? t->x_d_q11 : 1));
+    t->burn_max_q15 = (int32_t)(cancelling_q15 < t->i_max_q15 ? cancelling_q15 : t->i_max_q15);
     t->speed_max_rpm_q4 = p->speed_max_rpm * 16;
 }
 
@@ -171,7 +173,6 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
         return outcome_of(problem);
     }
     tune_alignment(p, t);
-    tune_torque(p, t);
     t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
     t->i_max_q15 = tuning_q15_from_milli(p->i_max_ma, p->i_range_ma);
     t->i_align_q15 = tuning_q15_from_milli(p->i_align_ma, p->i_range_ma);
@@ -179,6 +180,7 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     t->v_min_q15 = tuning_q15_from_milli(p->v_min_mv, p->v_range_mv);
     t->v_max_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv);
     t->overspeed_w_q15 = (int32_t)scale((int64_t)p->overspeed_rpm * p->pole_pairs, 32768, 60LL * TUNING_SPEED_BASE_HZ);
+    tune_torque(p, t);
     t->encoder_scale_q32 =
         (uint32_t)((((uint64_t)p->pole_pairs << 32) + (uint32_t)p->encoder_counts / 2u) / (uint32_t)p->encoder_counts);
     return OUTCOME_OK;

@@ -31,6 +31,7 @@ struct tuning {
     int32_t
         bus_energy_q10; /* energy of the bus capacitor at v_range; at most 32767: a larger one is braked into more slowly */
     int32_t bus_set_energy_q25; /* of the highest voltage that braking brings about */
+    int32_t burn_max_q15;       /* largest d current for burning power: cancels the magnets' flux, at most i_max */
     int32_t speed_max_rpm_q4;
     /* speed loop: its current is the torque of torque_map.h */
     int32_t i_max_q15, i_align_q15;
