@@ -6,7 +6,8 @@
 
 #define SINK_SHIFT    3 /* time constant of the observed power: 8 periods */
 #define MISSING_SHIFT 2 /* of the missing energy a quarter in a period */
-#define BURN_SHIFT    4 /* from nothing to i_max in 16 periods */
+#define BURN_SHIFT 4 /* from nothing to i_max in 16 periods */
+#define FADE_SHIFT 4 /* and back in 16 times as many: the observed power must not lag behind */
 
 /* The voltage that a flux of 1.0 of the torque's unit induces: power is torque times this. */
 static int32_t emf_q15(int32_t w_q15, const struct tuning *t)
@@ -87,7 +88,7 @@ static bool bus_decides(const struct torque_control *s, int32_t wish_q15)
 static void follow_burn(struct torque_control *s, const struct tuning *t, bool wanted)
 {
     const int32_t step_q15 = (t->i_max_q15 >> BURN_SHIFT) + 1;
-    s->burn_q15 = q15_clamp(s->burn_q15 + (wanted ? step_q15 : -step_q15), 0, t->burn_max_q15);
+    s->burn_q15 = q15_clamp(s->burn_q15 + (wanted ? step_q15 : -(step_q15 >> FADE_SHIFT) - 1), 0, t->burn_max_q15);
 }
 
 /* The q current that makes the torque beside a d current other than the map's: torque over psi - (L_q - L_d) i_d. */
