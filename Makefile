@@ -99,7 +99,7 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 target-tests: $(TARGET_TESTS)
 
 include qemu/twin/twin.mk tests/bench/bench.mk
-include tests/prove/prove.mk
+include tests/prove/prove.mk tests/mutants/mutants.mk
 
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)
 
@@ -161,6 +161,11 @@ help:
 	@echo 'make models          the motor models against their data sheets        [MOTOR=name, otherwise all]'
 	@echo 'make campaign        motors x scenarios x seeds: one table of worst cases, pictures of the spread'
 	@echo '                     [MOTORS="a b" SCENARIOS="a b" SEEDS=n DETUNES="x*1.3;y*0.8" JOBS=n SSHLOGIN=hosts]'
+	@echo '                     PART=start        from every angle, under load     [ANGLES="0 90" LOADS="free hoist20 friction20"]'
+	@echo '                     PART=wiring       what is connected or told wrongly is named'
+	@echo '                     PART=supervision  what goes wrong while it turns is found in time; stops without a sink'
+	@echo '                     PART=detune       told wrong R, L, flux, J it still works'
+	@echo '                     CASE="start:teknic_m2310p/hoist20/45" one case of a part, with its trace (docs/campaign.md)'
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
 	@echo 'make results         write the measured figures into README.md and docs/results.md'
 	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'
@@ -171,6 +176,7 @@ help:
 	@echo 'make stack           worst-case stack of every entry point, and measured'
 	@echo 'make prove           every kernel, as assembled, against its specification, for all inputs, by a solver'
 	@echo 'make lint            formatting, warnings, layers'
+	@echo 'make mutants         faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n]'
 	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
 	@echo 'make clean           remove $(BUILD)'
 	@echo 'BUILD=dir puts every product elsewhere; PYTHON=path chooses the interpreter.'

@@ -13,6 +13,7 @@ enum start_phase {
     START_CALIBRATE,
     START_PWM, /* one step for the PWM to run before the gates open */
     START_ALIGN,
+    START_FOLLOW, /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
 };
 
 static void enter(struct axis *a, enum axis_state state)
@@ -57,7 +58,7 @@ static void step_alignment(struct axis *a)
     switch (alignment_step(&a->alignment, &a->loop, &a->tuning, a->speed.speed_rpm_q4)) {
     case ALIGNMENT_DONE:
         a->aligned = true;
-        begin_operation(a);
+        a->start_phase = START_FOLLOW;
         break;
     case ALIGNMENT_NOT_FOLLOWED:
         axis_raise(a, FAULT_ENCODER);
@@ -65,6 +66,17 @@ static void step_alignment(struct axis *a)
     case ALIGNMENT_RUNNING:
     default:
         break;
+    }
+}
+
+/* The bridge on, the field's angle from `source`. */
+static void follow(struct axis *a, enum loop_source source)
+{
+    current_loop_off(&a->loop, a->fabric);
+    if (current_loop_select(&a->loop, a->fabric, source, LOOP_SENSE_AB)) {
+        current_loop_on(&a->loop, a->fabric, &a->tuning);
+    } else {
+        axis_raise(a, FAULT_FABRIC); /* the gate does not let go */
     }
 }
 
@@ -78,16 +90,18 @@ static void step_switched_on(struct axis *a)
         if (!a->aligned) {
             alignment_start(&a->alignment, &a->loop);
         }
-        current_loop_on(&a->loop, a->fabric, &a->tuning);
-        a->start_phase = START_ALIGN;
+        follow(a, a->aligned ? LOOP_ENCODER : LOOP_FORCED);
+        a->start_phase = a->aligned ? START_FOLLOW : START_ALIGN;
         break;
     case START_ALIGN:
+        step_alignment(a);
+        break;
+    case START_FOLLOW:
     default:
-        if (a->aligned) {
-            begin_operation(a);
-        } else {
-            step_alignment(a);
+        if (a->loop.source != LOOP_ENCODER) {
+            follow(a, LOOP_ENCODER);
         }
+        begin_operation(a);
         break;
     }
 }
@@ -266,7 +280,7 @@ static void step_state(struct axis *a)
 void axis_step(struct axis *a)
 {
     a->time_ms++;
-    speed_loop_measure(&a->speed, &a->loop, &a->tuning);
+    speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
     torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
     watch_heartbeat(a);
     watch_speed(a);
@@ -284,6 +298,7 @@ void axis_init(struct axis *a, struct fabric *fabric)
 {
     *a = (struct axis){.fabric = fabric};
     current_loop_init(&a->loop);
+    speed_loop_init(&a->speed);
     params_init(&a->params);
     (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
     torque_map_build(&a->torque.map, &a->params, &a->tuning);

@@ -17,6 +17,7 @@ static void adopt_tuning(struct axis *a, const struct tuning *t)
     if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32) {
         a->aligned = false;
         (void)encoder_init(&a->fabric->encoder, (uint32_t)a->params.encoder_counts, false);
+        speed_estimate_reset(&a->speed.estimate);
     }
     a->tuning = *t;
     cpu_irq_restore(mask);

@@ -16,7 +16,7 @@
 void alignment_start(struct alignment *a, volatile struct current_loop *c)
 {
     a->time_ms = 0;
-    current_loop_force_angle(c, 0u - TURN_Q32);
+    current_loop_field(c, 0u - TURN_Q32, 0);
 }
 
 /*
@@ -38,7 +38,7 @@ static enum alignment_result finish(const struct alignment *a, volatile struct c
     }
     c->i_d_ref_q15 = 0;
     c->i_q_ref_q15 = 0;
-    current_loop_force_angle(c, 0); /* the rotor stands there: from now on the offset stays as it is */
+    current_loop_set_rotor(c, 0);
     return ALIGNMENT_DONE;
 }
 
@@ -62,7 +62,7 @@ enum alignment_result alignment_step(struct alignment *a, volatile struct curren
     } else {
         return finish(a, c);
     }
-    current_loop_force_angle(c, field_q32);
+    current_loop_field(c, field_q32, 0);
     c->i_q_ref_q15 = damping_q15(t, field_rpm_q4, speed_rpm_q4);
     return ALIGNMENT_RUNNING;
 }

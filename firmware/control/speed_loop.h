@@ -10,26 +10,36 @@
 
 #include "firmware/control/current_loop.h"
 #include "firmware/control/interval.h"
+#include "firmware/control/speed_estimate.h"
 #include "firmware/settings/tuning.h"
 
 struct speed_loop {
+    struct speed_estimate estimate;
     int32_t speed_rpm_q4;     /* measured */
     int32_t speed_ref_rpm_q4; /* after the ramp */
     int32_t target_rpm_q16;   /* before it: the command */
     int32_t ref_rpm_q16;
     int64_t integral_q16; /* torque in Q15, 16 more bits of fraction */
     bool at_limit;        /* the wish for torque is limited */
+    /* hunting */
+    int32_t calm_q14; /* what is left of the gains; 1.0 from the next switching on */
+    uint32_t swings;  /* in a row */
+    uint32_t swing_ms;
+    bool swing_negative;
 };
 
-/* Takes the measured speed over from the current loop. Every slow period, whatever the state. */
-void speed_loop_measure(struct speed_loop *s, const volatile struct current_loop *c, const struct tuning *t);
+/* Measures the speed. Every slow period, whatever the state. */
+void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t);
+
+/* Full gains, nothing known of the encoder: whenever it has been set anew, and at every switching on. Thread, masked. */
+void speed_loop_init(struct speed_loop *s);
 
 /* Starts from the present speed and torque, without a step. */
 void speed_loop_reset(struct speed_loop *s, int32_t torque_q15);
 
 /*
- * One step: returns the wish for torque (torque.h), which the limits do not hold back yet: they stop the integral. `slope_q16` is the ramp in rpm Q16 per
- * millisecond.
+ * One step: returns the wish for torque (torque.h). The limits do not hold it back, they stop the memory. `slope_q16` is the
+ * ramp in rpm Q16 per millisecond.
  */
 int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits);
 

@@ -6,8 +6,8 @@
 
 #define SINK_SHIFT    3 /* time constant of the observed power: 8 periods */
 #define MISSING_SHIFT 2 /* of the missing energy a quarter in a period */
-#define BURN_SHIFT 4 /* from nothing to i_max in 16 periods */
-#define FADE_SHIFT 4 /* and back in 16 times as many: the observed power must not lag behind */
+#define BURN_SHIFT    4 /* from nothing to i_max in 16 periods */
+#define FADE_SHIFT    4 /* and back in 16 times as many: the observed power must not lag behind */
 
 /* The voltage that a flux of 1.0 of the torque's unit induces: power is torque times this. */
 static int32_t emf_q15(int32_t w_q15, const struct tuning *t)

@@ -3,8 +3,9 @@
  * The currents of least amplitude for a torque (maximum torque per ampere) of a machine with constant inductances.
  *
  * It makes the torque 1.5 p i_q (psi - L i_d), L = L_q - L_d. Of all currents of amplitude I those with
- * i_d = (psi - sqrt(psi^2 + 8 L^2 I^2)) / (4 L) make the most of it (Morimoto, Takeda, Hirasa, Taniguchi: "Expansion of operating
- * limits for permanent magnet motor by current vector control considering inverter capacity", IEEE Trans. Ind. Appl. 26(5), 1990).
+ * i_d = (psi - sqrt(psi^2 + 8 L^2 I^2)) / (4 L) make the most of it (Morimoto, Takeda, Hirasa,
+ * Taniguchi: "Expansion of operating limits for permanent magnet motor by current vector control considering inverter
+ * capacity", IEEE Trans. Ind. Appl. 26(5), 1990).
  * With L = 0 that is i_d = 0; with L_d > L_q it is positive.
  *
  * All of it: thread, 64-bit divisions and roots.

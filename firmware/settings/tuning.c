@@ -11,7 +11,8 @@
  * Current loop. The plant of one axis is 1/(R + sL); a PI whose zero cancels that pole leaves an integrator of crossover
  * w = 2 pi f:  Kp = w L,  Ki = w R  (for example Harnefors, Nee: "Model-based current control of AC machines using the
  * internal model control method", IEEE Trans. Ind. Appl. 34(1), 1998). Speed loop: the plant is Kt/(sJ), so
- * Kp = w J / Kt with Kt = 1.5 p psi for currents in peak amperes (psi as mtpa.h gives it); the integral acts below a quarter of the crossover.
+ * Kp = w J / Kt with Kt = 1.5 p psi for currents in peak amperes, psi as mtpa.h has it; the integral acts below a quarter of
+ * the crossover.
  *
  * Constants below are 2 pi times powers of ten and two, scaled to integers; each line says from what.
  */
@@ -58,10 +59,10 @@ static enum error tune_current_loop(const struct params *p, struct tuning *t)
     if (ki > GAIN_LIMIT || ki < 1) {
         return ERROR_CURRENT_INTEGRAL_GAIN;
     }
-    const int64_t x_d = reactance(p, p->ld_uh, TUNING_SPEED_BASE_HZ, 1 << 11);
-    const int64_t x_q = reactance(p, p->lq_uh, TUNING_SPEED_BASE_HZ, 1 << 11);
+    const int64_t x_d = reactance(p, p->ld_uh, CONFIG_SPEED_BASE_HZ, 1 << 11);
+    const int64_t x_q = reactance(p, p->lq_uh, CONFIG_SPEED_BASE_HZ, 1 << 11);
     /* volt * 1e6 = 2 pi f psi_uwb */
-    const int64_t emf = scale(scale(TWO_PI_E9 / 1000, (int64_t)p->flux_uwb * TUNING_SPEED_BASE_HZ, 1000000), 4096,
+    const int64_t emf = scale(scale(TWO_PI_E9 / 1000, (int64_t)p->flux_uwb * CONFIG_SPEED_BASE_HZ, 1000000), 4096,
                               (int64_t)p->v_range_mv * 1000);
     if (x_d > GAIN_LIMIT || x_q > GAIN_LIMIT || emf > GAIN_LIMIT) {
         return ERROR_DECOUPLING;
@@ -121,7 +122,7 @@ static void tune_alignment(const struct params *p, struct tuning *t)
 /* Energy in units of what a power of 1.0 brings in a slow period: C v_range / (3 i_range) per period. */
 static void tune_torque(const struct params *p, struct tuning *t)
 {
-    const int64_t flux_nv = scale(mtpa_flux_nwb(p), TWO_PI_E9 / 1000000, 1000) * TUNING_SPEED_BASE_HZ;
+    const int64_t flux_nv = scale(mtpa_flux_nwb(p), TWO_PI_E9 / 1000000, 1000) * CONFIG_SPEED_BASE_HZ;
     const int64_t energy =
         scale((int64_t)p->bus_capacitance_uf * p->v_range_mv, 1024LL * CONFIG_SLOW_HZ, 3000000LL * p->i_range_ma);
     t->torque_emf_q11 = (int32_t)scale(flux_nv, 2048, 1000000LL * p->v_range_mv);
@@ -154,7 +155,7 @@ static enum error check_limits(const struct params *p)
     if (p->v_min_mv < p->v_range_mv / 4) {
         return ERROR_V_MIN_BELOW_MODULATOR;
     }
-    if ((int64_t)p->overspeed_rpm * p->pole_pairs > 60LL * TUNING_SPEED_BASE_HZ * 95 / 100) {
+    if ((int64_t)p->overspeed_rpm * p->pole_pairs > 60LL * CONFIG_SPEED_BASE_HZ * 95 / 100) {
         return ERROR_SPEED_BEYOND_OBSERVER;
     }
     return ERROR_NONE;
@@ -172,6 +173,10 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     if (problem != ERROR_NONE) {
         return outcome_of(problem);
     }
+    t->encoder_counts = p->encoder_counts;
+    t->speed_per_count = (uint32_t)scale(48000000000LL, 1, p->encoder_counts);
+    t->way_per_count_q12 = (int32_t)scale(31457280000LL, 1, p->encoder_counts);
+    t->count_per_way_q16 = (int32_t)scale(p->encoder_counts, 8388608, 3840000);
     tune_alignment(p, t);
     t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
     t->i_max_q15 = tuning_q15_from_milli(p->i_max_ma, p->i_range_ma);
@@ -179,7 +184,7 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     t->i_sum_q15 = t->i_trip_q15 / 4;
     t->v_min_q15 = tuning_q15_from_milli(p->v_min_mv, p->v_range_mv);
     t->v_max_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv);
-    t->overspeed_w_q15 = (int32_t)scale((int64_t)p->overspeed_rpm * p->pole_pairs, 32768, 60LL * TUNING_SPEED_BASE_HZ);
+    t->overspeed_w_q15 = (int32_t)scale((int64_t)p->overspeed_rpm * p->pole_pairs, 32768, 60LL * CONFIG_SPEED_BASE_HZ);
     tune_torque(p, t);
     t->encoder_scale_q32 =
         (uint32_t)((((uint64_t)p->pole_pairs << 32) + (uint32_t)p->encoder_counts / 2u) / (uint32_t)p->encoder_counts);

@@ -3,6 +3,7 @@
 
 #include "drivers/cortex/nvic.h"
 #include "drivers/mss/timer.h"
+#include "firmware/control/current_loop_step.h"
 #include "firmware/settings/config.h"
 #include "firmware/system/axes.h"
 #include "startup/startup.h"
@@ -14,6 +15,33 @@ void current_loop_fault(void)
     axis_sample_fault(&axes[0]);
 }
 
+/*
+ * One instance of the current loop's interrupt. Axis, fabric, source and scheme are constants here, so all addresses are
+ * immediate and no branch is left but the one to a fault.
+ */
+#define CURRENT_LOOP_HANDLER(name, axis, fabric, source, scheme) \
+    void name(void) \
+    { \
+        if (current_loop_step(&axes[axis].loop, fabric, source, scheme)) { \
+            current_loop_fault(); \
+        } \
+    }
+
+CURRENT_LOOP_HANDLER(handlers_encoder_ab, 0, FABRIC0, LOOP_ENCODER, LOOP_SENSE_AB)
+CURRENT_LOOP_HANDLER(handlers_encoder_pair, 0, FABRIC0, LOOP_ENCODER, LOOP_SENSE_PAIR)
+CURRENT_LOOP_HANDLER(handlers_forced_ab, 0, FABRIC0, LOOP_FORCED, LOOP_SENSE_AB)
+CURRENT_LOOP_HANDLER(handlers_forced_pair, 0, FABRIC0, LOOP_FORCED, LOOP_SENSE_PAIR)
+
+/* The encoder with two sensors, the way a drive spends its life, is by hand: control/current_loop_isr.S. */
+const struct loop_handlers handlers_of_axis_0 = {
+    .vector = &startup_vectors[STARTUP_SYSTEM_VECTORS + BOARD_IRQ_ADC],
+    .handler =
+        {
+            [LOOP_ENCODER] = {FabricIrq0_IRQHandler, handlers_encoder_pair},
+            [LOOP_FORCED] = {handlers_forced_ab, handlers_forced_pair},
+        },
+};
+
 void Timer1_IRQHandler(void)
 {
     mss_timer1_acknowledge();
@@ -22,6 +50,7 @@ void Timer1_IRQHandler(void)
 
 void handlers_start_current_loop(void)
 {
+    axes[0].loop.handlers = &handlers_of_axis_0;
     nvic_clear_pending(BOARD_IRQ_ADC);
     nvic_priority(BOARD_IRQ_ADC, CONFIG_PRIORITY_CURRENT_LOOP);
     nvic_enable(BOARD_IRQ_ADC);

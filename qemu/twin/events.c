@@ -47,6 +47,7 @@ static const struct syntax {
     {"phase_open", EVENT_PHASE_OPEN, "pb", "phase_open A|B|C 0|1"},
     {"phase_swap", EVENT_PHASE_SWAP, "Q", "phase_swap AB|BC|CA|off"},
     {"chopper", EVENT_CHOPPER, "b", "chopper 0|1"},
+    {"end", EVENT_END, "", "end"},
     {"poke", EVENT_POKE, "aw", "poke ADDRESS WORD"},
     {"poke_rom", EVENT_POKE_ROM, "ah", "poke_rom ADDRESS HALFWORD"},
 };

@@ -37,6 +37,7 @@ enum event_kind {
     EVENT_PHASE_OPEN,
     EVENT_PHASE_SWAP,
     EVENT_CHOPPER,
+    EVENT_END,
     EVENT_POKE,
     EVENT_POKE_ROM,
 };

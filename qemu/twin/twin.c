@@ -150,6 +150,7 @@ static void record(void *unused, const struct plant_row *row)
     read_probes();
     trace_complete_row(probe_values);
     trace_row(row);
+    scenario_look(probe_values, row->t_s);
 }
 
 static uint32_t fabric_read(void *unused, uint32_t offset)
@@ -284,6 +285,17 @@ static void aborted(int number)
     raise(number);
 }
 
+static void end_now(void)
+{
+    end_of_run(NULL);
+}
+
+__attribute__((noreturn)) static void out_of_memory(void)
+{
+    fputs("mssfoc twin: out of memory\n", stderr);
+    exit(1);
+}
+
 /* ---- putting it together ---- */
 
 static struct vm_instruction translated(uint32_t address)
@@ -372,9 +384,11 @@ static void start(void)
     if (config.console_id) {
         console_attach(config.console_id);
     }
-    scenario_start(
-        config.events, config.event_count,
-        &(struct scenario_board){&plant, sync_plant, plant_changed, delay_interrupt, block_interrupt, watchdog_bite});
+    const struct scenario_board board = {&plant,          sync_plant,    plant_changed, delay_interrupt,
+                                         block_interrupt, watchdog_bite, end_now};
+    if (!scenario_start(&config, &board)) {
+        out_of_memory();
+    }
     if (progress) {
         progress_timer = vm_timer_new(report_progress, NULL);
         vm_timer_at(progress_timer, PROGRESS_NS);
@@ -401,8 +415,7 @@ static void open_outputs(void)
 {
     probe_values = calloc(config.probe_count + 1, sizeof *probe_values);
     if (!probe_values) {
-        fputs("mssfoc twin: out of memory\n", stderr);
-        exit(1);
+        out_of_memory();
     }
     trace_open(config.trace_path, config.csv_path, config.probes, config.probe_count);
     dump_open(config.dumps, config.dump_count);
