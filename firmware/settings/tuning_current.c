@@ -8,7 +8,6 @@
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
 
-#define TWO_PI_E9 6283185307LL
 
 #define GAIN_LIMIT 32767 /* gains are 16 bit, to be multiplied with 16-bit values */
 
