@@ -26,6 +26,12 @@ void speed_loop_init(struct speed_loop *s)
     speed_estimate_reset(&s->estimate);
 }
 
+void speed_loop_full_gains(struct speed_loop *s)
+{
+    s->calm_q14 = ONE_Q14;
+    s->swings = 0;
+}
+
 void speed_loop_reset(struct speed_loop *s, int32_t i_q_ref_q15)
 {
     s->ref_rpm_q16 = s->estimate.speed_rpm_q15 * 2;
@@ -35,12 +41,18 @@ void speed_loop_reset(struct speed_loop *s, int32_t i_q_ref_q15)
     s->at_limit = false;
 }
 
-/* Moves the reference towards the command and returns by how much, in rpm Q16. */
+/*
+ * Moves the reference towards the command and returns the step that it wants, in rpm Q16. While the current is at its limit and
+ * the rotor behind, the reference waits for it; the feed-forward goes on asking for all there is.
+ */
 static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
 {
     const int64_t distance = (int64_t)s->target_rpm_q16 - s->ref_rpm_q16;
     const int32_t step = (int32_t)clamp(distance, -slope_q16, slope_q16);
-    s->ref_rpm_q16 += step;
+    const int32_t ahead_q4 = s->speed_ref_rpm_q4 - s->speed_rpm_q4;
+    if (!s->at_limit || (step > 0 ? ahead_q4 <= 0 : ahead_q4 >= 0)) {
+        s->ref_rpm_q16 += step;
+    }
     s->speed_ref_rpm_q4 = s->ref_rpm_q16 >> 12;
     return step;
 }
