@@ -177,6 +177,7 @@ help:
 	@echo '                     PART=wiring       what is connected or told wrongly is named'
 	@echo '                     PART=supervision  what goes wrong while it turns is found in time; stops without a sink'
 	@echo '                     PART=detune       told wrong R, L, flux, J it still works'
+	@echo '                     WHAT="swap_* locked" these cases of a part only'
 	@echo '                     CASE="start:teknic_m2310p/hoist20/45" one case of a part, with its trace (docs/campaign.md)'
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
 	@echo 'make results         write the measured figures into README.md and docs/results.md'

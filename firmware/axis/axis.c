@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/axis/axis.h"
 
+#include "drivers/cortex/cpu.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
@@ -148,7 +149,10 @@ static void begin_quick_stop(struct axis *a)
     enter(a, AXIS_QUICK_STOP);
 }
 
-/* Requests were checked when they were made; what the state no longer allows is dropped. */
+/*
+ * Requests were checked when they were made, against the state as it is now unless a fault or the end of a stop has come in
+ * between: then the state no longer allows them, and they are dropped.
+ */
 static void take_request(struct axis *a)
 {
     const uint32_t wanted = a->request;
@@ -190,7 +194,7 @@ static void watch_heartbeat(struct axis *a)
 {
     const uint32_t ran = adc_sequence(&a->fabric->adc) - a->heartbeat;
     a->heartbeat += ran;
-    if (a->time_ms <= LOOP_START_MS) {
+    if (axis_up_ms(a) <= LOOP_START_MS) {
         return;
     }
     if (ran + 1u < CONFIG_LOOPS_PER_SLOW || ran > CONFIG_LOOPS_PER_SLOW + 1u) {
@@ -257,9 +261,25 @@ static void step_state(struct axis *a)
     }
 }
 
+/* Where the clock wraps, both words change at once: the current loop may come in between and read them. */
+static void count_time(struct axis *a)
+{
+    if (a->time_ms != UINT32_MAX) {
+        a->time_ms++;
+        return;
+    }
+    const uint32_t mask = cpu_irq_save();
+    a->time_ms = 0;
+    a->time_wraps++;
+    cpu_irq_restore(mask);
+}
+
 void axis_step(struct axis *a)
 {
-    a->time_ms++;
+    count_time(a);
+    if (axis_fabric_doubted(a)) {
+        return;
+    }
     speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
     watch_heartbeat(a);
     watch_speed(a);
@@ -275,18 +295,12 @@ void axis_step(struct axis *a)
 
 void axis_init(struct axis *a, struct fabric *fabric)
 {
-    *a = (struct axis){.fabric = fabric};
+    *a = (struct axis){.fabric = fabric, .fabric_doubt = AXIS_FABRIC_DOUBTED};
     current_loop_init(&a->loop);
     speed_loop_init(&a->speed);
     params_init(&a->params);
     (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
     current_loop_tune(&a->loop, &a->tuning);
-}
-
-/* Without the expected fabric or clock a register may be anything: then nothing is written, and the drive stays off. */
-static bool fabric_in_doubt(enum fault boot_fault)
-{
-    return boot_fault == FAULT_CLOCK || boot_fault == FAULT_FABRIC;
 }
 
 static bool start_fabric(struct axis *a)
@@ -297,13 +311,27 @@ static bool start_fabric(struct axis *a)
     return running;
 }
 
+/* What the fabric does cannot be known: from here on nothing of it is touched. Its gates are off since the reset. */
+static void doubt_fabric(struct axis *a, enum fault cause)
+{
+    a->fabric_doubt = AXIS_FABRIC_DOUBTED;
+    axis_raise(a, cause);
+    enter(a, AXIS_FAULT);
+}
+
 void axis_start(struct axis *a, enum fault boot_fault)
 {
+    if (fault_doubts_fabric(boot_fault)) {
+        doubt_fabric(a, boot_fault);
+        return;
+    }
+    if (!start_fabric(a)) {
+        doubt_fabric(a, FAULT_FABRIC);
+        return;
+    }
+    a->fabric_doubt = 0;
     enter(a, AXIS_SWITCH_ON_DISABLED);
     if (boot_fault != FAULT_NONE) {
         axis_raise(a, boot_fault);
-    }
-    if (!fabric_in_doubt(boot_fault) && !start_fabric(a)) {
-        axis_raise(a, FAULT_FABRIC);
     }
 }
