@@ -267,6 +267,7 @@ void axis_init(struct axis *a, struct fabric *fabric)
     params_init(&a->params);
     (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
     current_loop_tune(&a->loop, &a->tuning);
+    speed_loop_tune(&a->speed, &a->tuning);
 }
 
 /* Without the expected fabric or clock a register may be anything: then nothing is written, and the drive stays off. */
