@@ -336,6 +336,7 @@ void axis_init(struct axis *a, struct fabric *fabric)
     current_loop_tune(&a->loop, &a->tuning);
     thermal_init(&a->thermal, NULL, &a->params);
     reaction_init(&a->reactions);
+    speed_loop_tune(&a->speed, &a->tuning);
 }
 
 void axis_remember_heat(struct axis *a, struct thermal_memory *memory)

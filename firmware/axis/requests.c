@@ -53,7 +53,7 @@ static void adopt_tuning(struct axis *a, const struct tuning *t)
         speed_estimate_reset(&a->speed.estimate);
     }
     a->tuning = *t;
-    speed_loop_full_gains(&a->speed);
+    speed_loop_tune(&a->speed, t);
     thermal_tune(&a->thermal, &a->params);
 }
 

@@ -12,7 +12,7 @@
     stop_max_s     60
     current_bw_hz  1000
     speed_bw_hz    60, or what firmware/settings/margins.h allows if that is less: a phase margin of 45 degrees at this
-                   current_bw_hz, and 2 i_max_a for a count of the encoder within a millisecond
+                   current_bw_hz, and 10 i_max_a for a count of the encoder within a millisecond
 
 The bus gives 85 % of vbus/sqrt(3): dead time takes 8 %, the rest is for control and for a supply that sags. Rated torque takes
 the EMF, the resistive drop of a winding at 105 degC (1.31 times) and the voltage of L_q, with i_d = 0. Three digits are kept.
@@ -55,7 +55,7 @@ def speed_bw_by_rule(motor, inertia_kgm2, i_max_a):
     i_max_a = i_max_a if control["i_max_a"] is BY_RULE else control["i_max_a"]
     current_bw_hz = CURRENT_BW_HZ if control["current_bw_hz"] is BY_RULE else control["current_bw_hz"]
     count_rad_s = 2 * math.pi / motor["encoder"]["counts_per_rev"] * 1000
-    torque_nm = 2 * i_max_a * 1.5 * electrical["pole_pairs"] * electrical["flux_wb"]
+    torque_nm = 10 * i_max_a * 1.5 * electrical["pole_pairs"] * electrical["flux_wb"]
     resolved_hz = torque_nm / (2 * math.pi * inertia_kgm2 * count_rad_s)
     largest = max((hz for hz in range(1, 201) if speed_margin_deg(hz, current_bw_hz) >= 45), default=1)
     return float(max(1, min(60, largest, math.floor(0.99 * resolved_hz))))
