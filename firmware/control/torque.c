@@ -31,16 +31,15 @@ void torque_measure(struct torque_control *s, const volatile struct current_loop
     s->energy_q25 = energy_q25;
 }
 
-static int32_t current_limit(const struct torque_map *m, int32_t i_limit_q15)
-{
-    return q15_min(torque_map_reach(m, m->current_q15, i_limit_q15), m->torque_max_q15);
-}
-
+/* What the voltage carries: it is asked only where it does not carry all, for the division and the search take their time. */
 static int32_t voltage_limit(const struct torque_map *m, int32_t w_q15, int32_t radius_q15)
 {
-    const uint32_t usable_q15 = (uint32_t)(radius_q15 * 19 / 20);
-    const int32_t flux_q15 = (int32_t)(usable_q15 * 32768u / (uint32_t)q15_max(q15_abs(w_q15), 1));
-    return flux_q15 >= m->flux_max_q15 ? m->torque_max_q15 : torque_map_reach(m, m->flux_q15, flux_q15);
+    const uint32_t w = (uint32_t)q15_abs(w_q15);
+    const uint32_t usable_q15 = (uint32_t)(radius_q15 * 19) / 20u;
+    if (w * (uint32_t)m->flux_max_q10 <= usable_q15 << 10) {
+        return m->torque_max_q15;
+    }
+    return torque_map_reach(m, m->flux_q15, (int32_t)(usable_q15 * 32768u / w));
 }
 
 static struct interval bus_limits(const struct torque_control *s, int32_t w_q15, const struct tuning *t,
@@ -51,9 +50,11 @@ static struct interval bus_limits(const struct torque_control *s, int32_t w_q15,
     }
     const int32_t missing_q15 = (t->bus_set_energy_q25 - s->energy_q25) >> (10 + MISSING_SHIFT);
     const int32_t allowed_q15 = q15_clamp(missing_q15 + (s->sink_q18 >> SINK_SHIFT), 0, 2 * Q15_ONE - 1);
-    const uint32_t emf = (uint32_t)q15_max(q15_abs(emf_q15(w_q15, t)), 1);
-    const int32_t braking_q15 = (int32_t)q15_min((int32_t)(((uint32_t)allowed_q15 << 15) / emf), Q15_ONE);
-    return interval_one_way(-w_q15, braking_q15, Q15_ONE);
+    const int32_t size_q15 = q15_abs(emf_q15(w_q15, t));
+    if (allowed_q15 >= size_q15) {
+        return interval_both_ways(Q15_ONE);
+    }
+    return interval_one_way(-w_q15, (int32_t)(((uint32_t)allowed_q15 << 15) / (uint32_t)size_q15), Q15_ONE);
 }
 
 static struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4)
@@ -68,15 +69,19 @@ void torque_set_limits(struct torque_control *s, const volatile struct current_l
                        const struct torque_view *v)
 {
     const int32_t w_q15 = current_loop_w_q15(c);
-    s->i_limit_q15 = q15_clamp(v->i_limit_q15, 0, t->i_max_q15);
-    s->bus = bus_limits(s, w_q15, t, v->speed_rpm_q4);
-    s->limits = interval_meet(s->bus, interval_both_ways(voltage_limit(&s->map, w_q15, c->radius_q15)));
-    if (s->i_limit_q15 < t->i_max_q15) {
-        s->limits = interval_meet(s->limits, interval_both_ways(current_limit(&s->map, s->i_limit_q15)));
+    const int32_t i_limit_q15 = q15_clamp(v->i_limit_q15, 0, t->i_max_q15);
+    int32_t size_q15 = voltage_limit(&s->map, w_q15, c->radius_q15);
+    if (i_limit_q15 < t->i_max_q15) {
+        size_q15 = q15_min(size_q15, torque_map_reach(&s->map, s->map.current_q15, i_limit_q15));
     }
+    const struct interval bus = bus_limits(s, w_q15, t, v->speed_rpm_q4);
+    struct interval limits = interval_meet(bus, interval_both_ways(size_q15));
     if (v->limit_speed) {
-        s->limits = interval_meet(s->limits, speed_limits(t, v->speed_rpm_q4));
+        limits = interval_meet(limits, speed_limits(t, v->speed_rpm_q4));
     }
+    s->i_limit_q15 = i_limit_q15;
+    s->bus = bus;
+    s->limits = limits;
 }
 
 /* Whether nothing but the bus holds the wish back. */

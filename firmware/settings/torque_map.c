@@ -65,5 +65,5 @@ void torque_map_build(struct torque_map *map, const struct params *p, const stru
         map->shift++;
     }
     fill(map, &m, t);
-    map->flux_max_q15 = torque_map_at(map, map->flux_q15, map->torque_max_q15);
+    map->flux_max_q10 = (torque_map_at(map, map->flux_q15, map->torque_max_q15) >> 5) + 1;
 }
