@@ -33,6 +33,7 @@ struct encoder_watch {
     uint32_t still_ms;        /* since when no count has come */
     int32_t w_moving_q15;     /* speed before that */
     int32_t dead_w_q15;       /* from this speed no shaft stands still at once */
+    uint32_t still_limit_q15; /* speed times milliseconds that make some counts */
     int32_t jump_limit_q32;
     /* index pulses: where the count was, for each direction */
     int32_t index_first[2], index_last[2];
@@ -59,7 +60,7 @@ struct speed_watch {
 /* A limit cycle: half waves of the speed error, near equally long, with much current. */
 struct cycle_watch {
     bool error_below;
-    bool softened;             /* the gains have been reduced */
+    uint32_t softened;         /* how often the gains have been reduced */
     uint32_t half_ms;          /* of the half wave that runs */
     uint32_t last_half_ms;     /* of the one before */
     uint32_t halves;           /* how many in a row were alike */
