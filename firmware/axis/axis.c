@@ -297,7 +297,7 @@ void axis_init(struct axis *a, struct fabric *fabric)
 {
     *a = (struct axis){.fabric = fabric, .fabric_doubt = AXIS_FABRIC_DOUBTED};
     current_loop_init(&a->loop);
-    speed_estimate_reset(&a->speed.estimate);
+    speed_loop_init(&a->speed);
     params_init(&a->params);
     (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
     current_loop_tune(&a->loop, &a->tuning);

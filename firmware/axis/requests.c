@@ -53,6 +53,7 @@ static void adopt_tuning(struct axis *a, const struct tuning *t)
         speed_estimate_reset(&a->speed.estimate);
     }
     a->tuning = *t;
+    speed_loop_full_gains(&a->speed);
 }
 
 static struct outcome measured_forbids_on(const struct axis *a, const struct tuning *t)

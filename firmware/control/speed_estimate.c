@@ -9,7 +9,8 @@
 #define PLACE_MAX_Q16 16384      /* a quarter of a count either way */
 #define PLACE_SHIFT   5
 #define FAST_RPM_Q15  (15000 * 32768)
-#define BOUND_Q8      288 /* an eighth over a count: edges stand a little apart from their places */
+#define MAX_Q15       (1 << 30) /* 32768 rpm, or as much way in a millisecond */
+#define BOUND_Q8      288       /* an eighth over a count: edges stand a little apart from their places */
 
 struct reading {
     uint32_t count, edge_clock, latch_clock;
@@ -48,7 +49,7 @@ static int32_t speed_of(int32_t way_q8, uint32_t clocks, const struct tuning *t)
     const uint32_t time_shift = more > 0 ? (uint32_t)more : 0u;
     const uint32_t ratio = (way << way_shift) / (time >> time_shift);
     const uint64_t speed = ((uint64_t)ratio * t->speed_per_count) >> (way_shift + time_shift - 4u);
-    const int32_t bounded = speed > INT32_MAX ? INT32_MAX : (int32_t)speed;
+    const int32_t bounded = speed > MAX_Q15 ? MAX_Q15 : (int32_t)speed;
     return way_q8 < 0 ? -bounded : bounded;
 }
 
@@ -56,7 +57,8 @@ static int32_t speed_of(int32_t way_q8, uint32_t clocks, const struct tuning *t)
 static int32_t way_q15(int32_t speed_rpm_q15, uint32_t clocks)
 {
     const int32_t ms_q16 = (int32_t)(((uint64_t)clocks * MS_Q32) >> 16);
-    return (int32_t)(((int64_t)speed_rpm_q15 * ms_q16) >> 16);
+    const int64_t way = ((int64_t)speed_rpm_q15 * ms_q16) >> 16;
+    return way > MAX_Q15 ? MAX_Q15 : (way < -MAX_Q15 ? -MAX_Q15 : (int32_t)way);
 }
 
 /* The shaft has turned by `missed` more than from the one place to the other: they are farther apart. */
@@ -99,8 +101,7 @@ static int32_t take_edge(struct speed_estimate *e, const struct reading *r, cons
 /* None has come, for so long. */
 static void wait_for_edge(struct speed_estimate *e, uint32_t clocks, const struct tuning *t)
 {
-    e->lost = e->lost || clocks > CLOCKS_LOST;
-    const int32_t bound_rpm_q15 = e->lost ? 0 : speed_of(BOUND_Q8, clocks, t);
+    const int32_t bound_rpm_q15 = speed_of(BOUND_Q8, clocks, t);
     e->speed_rpm_q15 = q15_clamp(e->speed_rpm_q15, -bound_rpm_q15, bound_rpm_q15);
     e->interval_clocks = clocks > e->interval_clocks ? clocks : e->interval_clocks;
 }
@@ -113,12 +114,20 @@ void speed_estimate_reset(struct speed_estimate *e)
 void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *encoder, const struct tuning *t)
 {
     const struct reading r = read_encoder(encoder);
+    const uint32_t age = r.latch_clock - r.edge_clock;
     int32_t turned_q15 = -e->beyond_q15;
     if (r.edge_clock != e->clock || r.count != e->count) {
         turned_q15 += take_edge(e, &r, t);
-    } else {
-        wait_for_edge(e, r.latch_clock - e->clock, t);
+    } else if (!e->lost) {
+        wait_for_edge(e, age, t);
     }
-    e->beyond_q15 = e->lost ? e->beyond_q15 : way_q15(e->speed_rpm_q15, r.latch_clock - e->clock);
-    e->travel_q15 = turned_q15 + e->beyond_q15;
+    if (age > CLOCKS_LOST || e->lost) {
+        e->lost = true;
+        e->speed_rpm_q15 = 0;
+        turned_q15 += e->beyond_q15; /* and there it stays */
+    } else {
+        e->beyond_q15 = way_q15(e->speed_rpm_q15, age);
+        turned_q15 += e->beyond_q15;
+    }
+    e->travel_q15 = turned_q15;
 }

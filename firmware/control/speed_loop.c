@@ -26,6 +26,12 @@ void speed_loop_init(struct speed_loop *s)
     speed_estimate_reset(&s->estimate);
 }
 
+void speed_loop_full_gains(struct speed_loop *s)
+{
+    s->calm_q14 = ONE_Q14;
+    s->swings = 0;
+}
+
 void speed_loop_reset(struct speed_loop *s, int32_t i_q_ref_q15)
 {
     s->ref_rpm_q16 = s->estimate.speed_rpm_q15 * 2;

@@ -30,8 +30,11 @@ struct speed_loop {
 /* Measures the speed. Every slow period, whatever the state. */
 void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t);
 
-/* Full gains, nothing known of the encoder: whenever it has been set anew, and at every switching on. Thread, masked. */
+/* The state before the first use. Thread, once. */
 void speed_loop_init(struct speed_loop *s);
+
+/* What hunting has taken of the gains comes back: at every switching on. Thread, slow loop masked. */
+void speed_loop_full_gains(struct speed_loop *s);
 
 /* Starts from the present speed and current, without a step. */
 void speed_loop_reset(struct speed_loop *s, int32_t i_q_ref_q15);

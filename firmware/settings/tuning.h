@@ -27,9 +27,9 @@ struct tuning {
     uint32_t encoder_scale_q32; /* electrical turns per encoder count */
     /* speed estimate: units and derivation in tuning_speed.c */
     int32_t encoder_counts;
-    uint32_t speed_per_count;   /* rpm Q15 by 256ths of a count a clock, over 16 */
-    int32_t way_per_count_q12;  /* rpm Q15 times milliseconds by 256ths of a count */
-    int32_t count_per_way_q16;  /* and back, to 65536ths of a count */
+    uint32_t speed_per_count;  /* rpm Q15 by 256ths of a count a clock, over 16 */
+    int32_t way_per_count_q12; /* rpm Q15 times milliseconds by 256ths of a count */
+    int32_t count_per_way_q16; /* and back, to 65536ths of a count */
     /* speed loop */
     int32_t i_max_q15, i_align_q15;
     int32_t speed_kp_q16;     /* current Q15 per rpm Q4 */
