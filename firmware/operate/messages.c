@@ -17,8 +17,10 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SPEED_BEYOND_OBSERVER] = "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical",
     [ERROR_CURRENT_MARGIN] = "current_bw_hz leaves less than 45 degrees of phase margin: at most @",
     [ERROR_SPEED_MARGIN] = "speed_bw_hz leaves less than 45 degrees of phase margin: at most @",
-    [ERROR_SPEED_RESOLUTION] = "speed_bw_hz is too much for encoder_counts with this inertia_gmm2 and i_max_ma: at most @",
-    [ERROR_SPEED_UNRESOLVED] = "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
+    [ERROR_SPEED_RESOLUTION] =
+        "speed_bw_hz is too much for encoder_counts with this inertia_gmm2 and i_max_ma: at most @",
+    [ERROR_SPEED_UNRESOLVED] =
+        "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
     [ERROR_CURRENT_TOO_SLOW] = "current_bw_hz is too small for any speed_bw_hz",
     [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gmm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
     [ERROR_FAULT_LATCHED] = "a fault is latched; see 'fault', then 'clear'",

@@ -12,7 +12,8 @@ from launcher import LauncherError, simulate
 RESET_S = 0.1
 AFTER_S = RESET_S + 0.05
 FACC1, WDOG_CR, WDOGLOAD = "0x98", "0x6C", "0x16C"
-EVERY_COMMAND = ["status", "on", "speed 100", "torque 1", "quickstop", "off", "set ramp_rpm_s 1000", "fault", "clear", "on", "off"]
+EVERY_COMMAND = ["status", "on", "speed 100", "torque 1", "quickstop", "off", "set ramp_rpm_s 1000", "fault", "clear", "on",
+                 "off"]
 
 
 def boot(tmp_path, changes=(), lines=("fault", "on", "clear", "on", "status"), reset="watchdog_reset", more=()):
@@ -68,7 +69,8 @@ def test_how_the_last_life_ended_is_said_and_can_be_cleared(reset, tmp_path):
 def test_without_the_right_clock_no_register_of_the_fabric_is_touched(case, tmp_path):
     """Neither read nor written, whatever is typed."""
     changes, name, _ = LASTING[case]
-    said, _ = boot(tmp_path, changes, lines=EVERY_COMMAND, more=[{"t_s": RESET_S - 1e-6, "event": "fabric_sealed", "args": ["1"]}])
+    said, _ = boot(tmp_path, changes, lines=EVERY_COMMAND,
+                   more=[{"t_s": RESET_S - 1e-6, "event": "fabric_sealed", "args": ["1"]}])
     assert f"fault: {name}\n" in said and "reference 0.000 rpm" in said
 
 

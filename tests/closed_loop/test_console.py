@@ -143,7 +143,7 @@ def test_of_a_paste_longer_than_the_buffer_no_damaged_line_is_carried_out(tmp_pa
 
 
 def within_a_millisecond(tmp_path, *lines, running=True):
-    """Typed without a pause; the answers, and the result. At 115200 baud a short line takes less than the slow loop's period."""
+    """Typed without a pause; the answers, and the result. A short line takes less than the slow loop's period."""
     before = [(0.1, "on"), (0.95, "speed 300")] if running else []
     result = play(tmp_path, *before, (1.3, "\n".join(lines)), (1.34, "status"), end_s=1.4)
     text = result.console[result.console.rindex("\n> " + lines[0]):]

@@ -46,7 +46,8 @@ def test_what_is_no_fault_or_error_has_a_text_too(c):
 
 def test_each_fault_is_in_the_table_of_docs_faults(c):
     rows = re.findall(r"(?m)^\| ([^|]+?) \| (?:fabric|sample|slow|boot) \|", (SOURCE / "docs/faults.md").read_text())
-    assert sorted(rows) == sorted(text(c.message_of_fault, c, "fault", name) for name in names(c, "fault") if name != "FAULT_NONE")
+    said = [text(c.message_of_fault, c, "fault", name) for name in names(c, "fault") if name != "FAULT_NONE"]
+    assert sorted(rows) == sorted(said)
 
 
 def test_texts_stand_in_one_place():
