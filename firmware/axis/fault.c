@@ -4,6 +4,35 @@
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
 
+#define OFF  (1u << REACTION_OFF)
+#define STOP (1u << REACTION_STOP)
+#define WARN (1u << REACTION_WARN)
+
+/*
+ * A stop needs a current loop, an encoder and a bridge that work. A warning needs that going on does no harm by itself. Tried
+ * again is what may pass: a supply, a load, heat.
+ */
+static const struct fault_class classes[FAULT_COUNT] = {
+    [FAULT_OVERCURRENT] = {OFF, REACTION_OFF, true},
+    [FAULT_OVERVOLTAGE] = {OFF, REACTION_OFF, true},
+    [FAULT_UNDERVOLTAGE] = {OFF, REACTION_OFF, true},
+    [FAULT_OVERSPEED] = {OFF | STOP, REACTION_OFF, false},
+    [FAULT_STALL] = {OFF | WARN, REACTION_OFF, true},
+    [FAULT_ENCODER_COUNTS] = {OFF | STOP | WARN, REACTION_OFF, false},
+    [FAULT_SPEED_DEVIATION] = {OFF | STOP | WARN, REACTION_OFF, true},
+    [FAULT_OVERTEMPERATURE] = {OFF | STOP | WARN, REACTION_STOP, true},
+    [FAULT_INVERTER_OVERLOAD] = {OFF | STOP | WARN, REACTION_STOP, true},
+    [FAULT_VOLTAGE_LIMIT] = {OFF | STOP | WARN, REACTION_WARN, true},
+    [FAULT_LIMIT_CYCLE] = {OFF | STOP | WARN, REACTION_OFF, false},
+    [FAULT_COMMAND_TIMEOUT] = {OFF | STOP | WARN, REACTION_STOP, false},
+};
+
+const struct fault_class *fault_class(enum fault cause)
+{
+    static const struct fault_class off_only = {OFF, REACTION_OFF, false};
+    return cause < FAULT_COUNT && classes[cause].allowed != 0u ? &classes[cause] : &off_only;
+}
+
 static void take_snapshot(struct axis *a)
 {
     struct fault_snapshot *const s = &a->faults.snapshot;
@@ -21,19 +50,29 @@ static void take_snapshot(struct axis *a)
     s->gate_status = gate_status(&a->fabric->gate);
 }
 
-void axis_raise(struct axis *a, enum fault cause)
+bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
 {
     if (axis_fabric_doubted(a)) { /* the gates are off since the reset, and there is nothing to read */
-        a->faults.cause = a->faults.cause == FAULT_NONE ? cause : a->faults.cause;
-        return;
+        const bool none = a->faults.cause == FAULT_NONE;
+        a->faults.cause = none ? cause : a->faults.cause;
+        return none;
     }
-    gate_disable(&a->fabric->gate);
     const uint32_t mask = cpu_irq_save(); /* two callers must not both find it empty */
-    if (a->faults.cause == FAULT_NONE) {
+    const bool first = a->faults.cause == FAULT_NONE;
+    if (first) {
         a->faults.cause = cause;
+        a->faults.detail[0] = detail_0;
+        a->faults.detail[1] = detail_1;
         take_snapshot(a);
     }
     cpu_irq_restore(mask);
+    return first;
+}
+
+void axis_raise(struct axis *a, enum fault cause)
+{
+    gate_disable(&a->fabric->gate);
+    (void)fault_latch(a, cause, 0, 0);
 }
 
 enum fault fault_from_gate(uint32_t gate_flags)

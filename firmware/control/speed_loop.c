@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/control/speed_loop.h"
 
-#include "lib/limit.h"
-
 #define ONE_Q14          (1 << 14)
 #define FULL_GAIN_CLOCKS 150000u /* 1.5 ms: while an edge comes in every step, or nearly */
 #define HUNT_MS          32u
@@ -32,34 +30,29 @@ void speed_loop_full_gains(struct speed_loop *s)
     s->swings = 0;
 }
 
-void speed_loop_reset(struct speed_loop *s, int32_t i_q_ref_q15)
+void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
 {
     s->ref_rpm_q16 = s->estimate.speed_rpm_q15 * 2;
     s->target_rpm_q16 = s->ref_rpm_q16;
     s->speed_ref_rpm_q4 = s->speed_rpm_q4;
-    s->integral_q16 = (int64_t)i_q_ref_q15 * 65536;
+    s->integral_q16 = (int64_t)torque_q15 * 65536;
     s->at_limit = false;
 }
 
-/* Moves the reference towards the command and returns by how much, in rpm Q16. */
+/*
+ * Moves the reference towards the command and returns the step that it wants, in rpm Q16. While the current is at its limit and
+ * the rotor behind, the reference waits for it; the feed-forward goes on asking for all there is.
+ */
 static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
 {
     const int64_t distance = (int64_t)s->target_rpm_q16 - s->ref_rpm_q16;
     const int32_t step = (int32_t)clamp(distance, -slope_q16, slope_q16);
-    s->ref_rpm_q16 += step;
+    const int32_t ahead_q4 = s->speed_ref_rpm_q4 - s->speed_rpm_q4;
+    if (!s->at_limit || (step > 0 ? ahead_q4 <= 0 : ahead_q4 >= 0)) {
+        s->ref_rpm_q16 += step;
+    }
     s->speed_ref_rpm_q4 = s->ref_rpm_q16 >> 12;
     return step;
-}
-
-int32_t speed_loop_current_limit(const volatile struct current_loop *c, const struct tuning *t)
-{
-    const int32_t w_q15 = q15_abs(current_loop_w_q15(c));
-    const int32_t emf_q15 = (w_q15 * t->emf_q12) >> 12;
-    const int32_t x_q15 = (w_q15 * t->x_q_q11) >> 11;
-    const int32_t usable_q15 = c->radius_q15 * 19 / 20;
-    const int32_t rest_q15 = circle_rest_q15(q15_min(emf_q15, usable_q15), usable_q15);
-    const int32_t limit_q15 = x_q15 > 0 ? (int32_t)((uint32_t)rest_q15 * 32768u / (uint32_t)x_q15) : t->i_max_q15;
-    return q15_min(limit_q15, t->i_max_q15);
 }
 
 /*
@@ -102,11 +95,12 @@ static void watch_hunting(struct speed_loop *s, int32_t answer_q15, int32_t i_ma
     }
 }
 
-int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, int32_t limit_q15)
+int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits)
 {
     const int32_t moved_q16 = ramp(s, slope_q16);
     const int32_t share = share_q14(&s->estimate);
-    const int64_t limit_q16 = (int64_t)limit_q15 * 65536;
+    const int64_t low_q16 = (int64_t)limits->low * 65536;
+    const int64_t high_q16 = (int64_t)limits->high * 65536;
     const int32_t error_q15 = (s->ref_rpm_q16 >> 1) - s->estimate.speed_rpm_q15;
     const int32_t behind_q15 = (s->ref_rpm_q16 >> 1) - s->estimate.travel_q15;
     const int32_t kp_q16 = (int32_t)(((int64_t)t->speed_kp_q16 * s->calm_q14) >> 14);
@@ -114,13 +108,12 @@ int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t sl
     const int64_t answer_q16 = (((int64_t)error_q15 * share >> 14) * kp_q16) >> 11;
     const int64_t feedforward_q16 = ((int64_t)t->speed_accel_q8 * moved_q16) >> 8;
     const int64_t wanted_q16 = answer_q16 + feedforward_q16 + s->integral_q16;
-    const int64_t output_q16 = clamp(wanted_q16, -limit_q16, limit_q16);
-    watch_hunting(s, (int32_t)(clamp(answer_q16, -limit_q16, limit_q16) >> 16), t->i_max_q15);
-    s->at_limit = output_q16 != wanted_q16;
+    watch_hunting(s, (int32_t)(clamp(answer_q16, low_q16, high_q16) >> 16), t->i_max_q15);
+    s->at_limit = wanted_q16 < low_q16 || wanted_q16 > high_q16;
     /* integrate unless that would push further into the limit */
     const int64_t growth_q16 = ((int64_t)behind_q15 * ki_q16) >> 11;
     if (!s->at_limit || (growth_q16 > 0) != (wanted_q16 > 0)) {
-        s->integral_q16 = clamp(s->integral_q16 + growth_q16, -limit_q16, limit_q16);
+        s->integral_q16 = clamp(s->integral_q16 + growth_q16, low_q16, high_q16);
     }
-    return (int32_t)(output_q16 >> 16);
+    return (int32_t)(clamp(wanted_q16, INT32_MIN, INT32_MAX) >> 16);
 }

@@ -15,7 +15,7 @@
 #define EXTREMES     512u
 
 TIMING_FUNCTION(time_measure, speed_loop_measure(&axes[0].speed, &axes[0].loop, &axes[0].tuning))
-TIMING_FUNCTION(time_limit, (void)speed_loop_current_limit(&axes[0].loop, &axes[0].tuning))
+TIMING_FUNCTION(time_limits, limits = torque_limits(&axes[0].torque, &axes[0].loop, &axes[0].torque_map, &axes[0].tuning, &view))
 TIMING_FUNCTION(time_step, (void)speed_loop_step(&axes[0].speed, &axes[0].tuning, axes[0].tuning.ramp_q16,
                                                  axes[0].tuning.i_max_q15))
 TIMING_FUNCTION(time_drive_step, axis_step(&axes[0]))

@@ -93,6 +93,7 @@ def test_two_builds_are_identical(tmp_path, image):
 # what must be at a fixed place, because an interrupt or a reset enters there; all other state lives in what is passed on
 STATE = {
     "axes": "the axes, which the interrupts' handlers name",
+    "axes_heat": "what the motors have kept of heat, which outlives a reset",
     "startup_vectors": "the vector table that the core reads",
     "uart": "the console's UART, which its interrupt serves",
     "kept": "the post-mortem record, which outlives a reset",
