@@ -23,10 +23,17 @@ static void take_snapshot(struct axis *a)
 
 void axis_raise(struct axis *a, enum fault cause)
 {
+    axis_raise_with(a, cause, 0, 0);
+}
+
+void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
+{
     gate_disable(&a->fabric->gate);
     const uint32_t mask = cpu_irq_save(); /* two callers must not both find it empty */
     if (a->faults.cause == FAULT_NONE) {
         a->faults.cause = cause;
+        a->faults.detail[0] = detail_0;
+        a->faults.detail[1] = detail_1;
         take_snapshot(a);
     }
     cpu_irq_restore(mask);

@@ -31,6 +31,15 @@ enum fault {
     FAULT_EXCEPTION,      /* the last reset followed a processor fault; the console has the details */
     FAULT_CLOCK,          /* the clock ratios are not those of the board header */
     FAULT_FABRIC,         /* the fabric does not carry the expected design */
+    FAULT_ROTOR_TURNING,     /* start: the rotor did not come to rest */
+    FAULT_OPEN_PHASE,        /* start: a phase carries no current */
+    FAULT_SENSOR_SIGN,       /* start: a current sensor counts backwards */
+    FAULT_ENCODER_DEAD,      /* start: the magnets turned, and no counts came */
+    FAULT_ENCODER_DIRECTION, /* start: encoder backwards or phase order wrong, which look alike */
+    FAULT_POLE_PAIRS,        /* start: pole_pairs does not fit the encoder's counts */
+    FAULT_ENCODER_COUNTS,    /* start: encoder_counts does not fit */
+    FAULT_ROTOR_BLOCKED,     /* start: the rotor does not follow the field */
+    FAULT_LOAD_TOO_HIGH,     /* start: the load turns the rotor out of the field */
     FAULT_COUNT
 };
 
@@ -47,6 +56,7 @@ struct fault_snapshot {
 
 struct fault_record {
     volatile uint32_t cause; /* enum fault: the first, until cleared */
+    int32_t detail[2];       /* what the cause has to tell; message_fault_detail() says what it means */
     struct fault_snapshot snapshot;
 };
 
