@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/axis/axis.h"
 
+#include "drivers/cortex/cpu.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
@@ -8,12 +9,6 @@
 #define QUICK_STOP_MS     5000u
 #define LOOP_START_MS     2u /* until CorePWM's first periods have passed */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
-
-enum start_phase {
-    START_CALIBRATE,
-    START_PWM, /* one step for the PWM to run before the gates open */
-    START_ALIGN,
-};
 
 static void enter(struct axis *a, enum axis_state state)
 {
@@ -33,62 +28,6 @@ static void begin_operation(struct axis *a)
     a->speed.target_rpm_q16 = 0;
     a->stalled_ms = 0;
     enter(a, AXIS_OPERATION_ENABLED);
-}
-
-static void step_calibration(struct axis *a)
-{
-    switch (calibration_step(&a->calibration, &a->fabric->adc)) {
-    case CALIBRATION_DONE:
-        corepwm_enable_legs(&a->fabric->pwm, true);
-        a->start_phase = START_PWM;
-        break;
-    case CALIBRATION_OUT_OF_RANGE:
-        axis_raise(a, FAULT_CURRENT_OFFSET);
-        break;
-    case CALIBRATION_RUNNING:
-    default:
-        break;
-    }
-}
-
-static void step_alignment(struct axis *a)
-{
-    switch (alignment_step(&a->alignment, &a->loop, &a->tuning, a->speed.speed_rpm_q4)) {
-    case ALIGNMENT_DONE:
-        a->aligned = true;
-        begin_operation(a);
-        break;
-    case ALIGNMENT_NOT_FOLLOWED:
-        axis_raise(a, FAULT_ENCODER);
-        break;
-    case ALIGNMENT_RUNNING:
-    default:
-        break;
-    }
-}
-
-static void step_switched_on(struct axis *a)
-{
-    switch (a->start_phase) {
-    case START_CALIBRATE:
-        step_calibration(a);
-        break;
-    case START_PWM:
-        if (!a->aligned) {
-            alignment_start(&a->alignment, &a->loop);
-        }
-        current_loop_on(&a->loop, a->fabric, &a->tuning);
-        a->start_phase = START_ALIGN;
-        break;
-    case START_ALIGN:
-    default:
-        if (a->aligned) {
-            begin_operation(a);
-        } else {
-            step_alignment(a);
-        }
-        break;
-    }
 }
 
 static void watch_for_stall(struct axis *a)
@@ -134,7 +73,10 @@ static void begin_quick_stop(struct axis *a)
     enter(a, AXIS_QUICK_STOP);
 }
 
-/* Requests were checked when they were made; what the state no longer allows is dropped. */
+/*
+ * Requests were checked when they were made, against the state as it is now unless a fault or the end of a stop has come in
+ * between: then the state no longer allows them, and they are dropped.
+ */
 static void take_request(struct axis *a)
 {
     const uint32_t wanted = a->request;
@@ -176,7 +118,7 @@ static void watch_heartbeat(struct axis *a)
 {
     const uint32_t ran = adc_sequence(&a->fabric->adc) - a->heartbeat;
     a->heartbeat += ran;
-    if (a->time_ms <= LOOP_START_MS) {
+    if (axis_up_ms(a) <= LOOP_START_MS) {
         return;
     }
     if (ran + 1u < CONFIG_LOOPS_PER_SLOW || ran > CONFIG_LOOPS_PER_SLOW + 1u) {
@@ -210,8 +152,9 @@ static void react_to_fault(struct axis *a)
 {
     bridge_off(a);
     a->request = AXIS_REQUEST_NONE;
-    if (a->faults.cause == FAULT_ENCODER || a->state == AXIS_SWITCHED_ON) {
-        a->aligned = false;
+    if (a->faults.cause == FAULT_ENCODER) {
+        a->start.aligned = false; /* and the index has to be seen anew */
+        encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
     }
     enter(a, AXIS_FAULT_REACTION);
 }
@@ -220,12 +163,13 @@ static void step_state(struct axis *a)
 {
     switch (a->state) {
     case AXIS_READY:
-        calibration_start(&a->calibration);
-        a->start_phase = START_CALIBRATE;
+        start_begin(a);
         enter(a, AXIS_SWITCHED_ON);
         break;
     case AXIS_SWITCHED_ON:
-        step_switched_on(a);
+        if (start_step(a)) {
+            begin_operation(a);
+        }
         break;
     case AXIS_OPERATION_ENABLED:
         step_operation(a);
@@ -243,10 +187,26 @@ static void step_state(struct axis *a)
     }
 }
 
+/* Where the clock wraps, both words change at once: the current loop may come in between and read them. */
+static void count_time(struct axis *a)
+{
+    if (a->time_ms != UINT32_MAX) {
+        a->time_ms++;
+        return;
+    }
+    const uint32_t mask = cpu_irq_save();
+    a->time_ms = 0;
+    a->time_wraps++;
+    cpu_irq_restore(mask);
+}
+
 void axis_step(struct axis *a)
 {
-    a->time_ms++;
-    speed_loop_measure(&a->speed, &a->loop, &a->tuning);
+    count_time(a);
+    if (axis_fabric_doubted(a)) {
+        return;
+    }
+    speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
     watch_heartbeat(a);
     watch_speed(a);
     watch_latches(a);
@@ -256,22 +216,18 @@ void axis_step(struct axis *a)
         take_request(a);
         step_state(a);
     }
-    current_loop_follow(&a->loop, a->fabric, &a->tuning);
+    start_learn_index(a);
+    current_loop_follow(&a->loop, a->fabric, start_tuning(a));
 }
 
 void axis_init(struct axis *a, struct fabric *fabric)
 {
-    *a = (struct axis){.fabric = fabric};
+    *a = (struct axis){.fabric = fabric, .fabric_doubt = AXIS_FABRIC_DOUBTED};
     current_loop_init(&a->loop);
+    speed_loop_init(&a->speed);
     params_init(&a->params);
     (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
     current_loop_tune(&a->loop, &a->tuning);
-}
-
-/* Without the expected fabric or clock a register may be anything: then nothing is written, and the drive stays off. */
-static bool fabric_in_doubt(enum fault boot_fault)
-{
-    return boot_fault == FAULT_CLOCK || boot_fault == FAULT_FABRIC;
 }
 
 static bool start_fabric(struct axis *a)
@@ -282,13 +238,27 @@ static bool start_fabric(struct axis *a)
     return running;
 }
 
+/* What the fabric does cannot be known: from here on nothing of it is touched. Its gates are off since the reset. */
+static void doubt_fabric(struct axis *a, enum fault cause)
+{
+    a->fabric_doubt = AXIS_FABRIC_DOUBTED;
+    axis_raise(a, cause);
+    enter(a, AXIS_FAULT);
+}
+
 void axis_start(struct axis *a, enum fault boot_fault)
 {
+    if (fault_doubts_fabric(boot_fault)) {
+        doubt_fabric(a, boot_fault);
+        return;
+    }
+    if (!start_fabric(a)) {
+        doubt_fabric(a, FAULT_FABRIC);
+        return;
+    }
+    a->fabric_doubt = 0;
     enter(a, AXIS_SWITCH_ON_DISABLED);
     if (boot_fault != FAULT_NONE) {
         axis_raise(a, boot_fault);
-    }
-    if (!fabric_in_doubt(boot_fault) && !start_fabric(a)) {
-        axis_raise(a, FAULT_FABRIC);
     }
 }

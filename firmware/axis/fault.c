@@ -8,7 +8,7 @@ static void take_snapshot(struct axis *a)
 {
     struct fault_snapshot *const s = &a->faults.snapshot;
     const struct adc_sample sample = adc_read(&a->fabric->adc);
-    s->time_ms = a->time_ms;
+    s->up_ms = axis_up_ms(a);
     s->state = a->state;
     s->i_a_q15 = sample.ia_q15;
     s->i_b_q15 = sample.ib_q15;
@@ -28,6 +28,10 @@ void axis_raise(struct axis *a, enum fault cause)
 
 void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
 {
+    if (axis_fabric_doubted(a)) { /* the gates are off since the reset, and there is nothing to read */
+        a->faults.cause = a->faults.cause == FAULT_NONE ? cause : a->faults.cause;
+        return;
+    }
     gate_disable(&a->fabric->gate);
     const uint32_t mask = cpu_irq_save(); /* two callers must not both find it empty */
     if (a->faults.cause == FAULT_NONE) {

@@ -24,13 +24,18 @@ enum fault {
     FAULT_OVERVOLTAGE,
     FAULT_UNDERVOLTAGE,
     FAULT_OVERSPEED,
-    FAULT_CURRENT_OFFSET, /* a current sensor's zero is out of range */
-    FAULT_STALL,          /* full current, no motion */
-    FAULT_LOOP_STOPPED,   /* the current loop's interrupt has gone silent, or comes too often */
-    FAULT_WATCHDOG,       /* the last reset came from the watchdog */
-    FAULT_EXCEPTION,      /* the last reset followed a processor fault; the console has the details */
-    FAULT_CLOCK,          /* the clock ratios are not those of the board header */
-    FAULT_FABRIC,         /* the fabric does not carry the expected design */
+    FAULT_CURRENT_OFFSET,    /* a current sensor's zero is out of range */
+    FAULT_STALL,             /* full current, no motion */
+    FAULT_LOOP_STOPPED,      /* the current loop's interrupt has gone silent, or comes too often */
+    FAULT_WATCHDOG,          /* the last reset came from the watchdog */
+    FAULT_EXCEPTION,         /* the last reset followed a processor fault; the console has the details */
+    FAULT_CLOCK,             /* the clocks are not those of the board header, or not locked */
+    FAULT_FABRIC,            /* the fabric does not carry the expected design */
+    FAULT_LOCKUP,            /* the last reset came from a lock-up: a fault inside a fault's handler */
+    FAULT_STACK_GUARD,       /* the memory protection below the stack is not in effect */
+    FAULT_WATCHDOG_OFF,      /* the watchdog is not on, or not with the board's time-out */
+    FAULT_PLL,               /* a PLL lost its lock while the program ran */
+    FAULT_ECC,               /* a word of memory could not be corrected while the program ran */
     FAULT_ROTOR_TURNING,     /* start: the rotor did not come to rest */
     FAULT_OPEN_PHASE,        /* start: a phase carries no current */
     FAULT_SENSOR_SIGN,       /* start: a current sensor counts backwards */
@@ -43,8 +48,14 @@ enum fault {
     FAULT_COUNT
 };
 
+/* Whether a fault of start-up leaves open what the fabric is, or how fast: then no register of it may be touched. */
+static inline bool fault_doubts_fabric(enum fault cause)
+{
+    return cause == FAULT_CLOCK || cause == FAULT_FABRIC;
+}
+
 struct fault_snapshot {
-    uint32_t time_ms;
+    uint64_t up_ms;
     uint32_t state; /* enum axis_state */
     int32_t i_a_q15, i_b_q15, i_c_q15;
     int32_t i_d_q15, i_q_q15;

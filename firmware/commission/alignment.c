@@ -5,14 +5,15 @@
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
-#define QUARTER_Q32   0x40000000u
+#define QUARTER_Q32    0x40000000u
 #define PERIODS_A_TURN 2 /* of the pendulum, in which the field turns once */
 #define SETTLE_PERIODS 4
 #define SETTLE_MS      60
 #define EVEN_ONE_IN    64 /* forth and back agree so far, and but for these counts */
 #define EVEN_COUNTS    6
 #define ATTEMPTS       2u
-#define AWAY_TURNS     2 /* further away from where it began no field pulls the rotor */
+#define AWAY_TURNS     2   /* further away from where it began no field pulls the rotor */
+#define OUT_DEGREES    180 /* the rotor did not stay with the field at all */
 #define DEGREES_45_Q32 0x20000000
 #define DEGREES_20_Q32 (DEGREES_45_Q32 / 9 * 4)
 
@@ -63,7 +64,7 @@ void alignment_start(struct alignment *a, volatile struct current_loop *c, const
 {
     *a = (struct alignment){.latched = latched, .field_q32 = 0u - QUARTER_Q32};
     begin_attempt(a, t, 0, encoder_q32(c, latched));
-    current_loop_force_angle(c, a->field_q32);
+    current_loop_field(c, a->field_q32, 0);
 }
 
 /* The counter runs from 0 to one turn; between two steps it moves by less than half of one. */
@@ -178,7 +179,7 @@ static bool magnets_turned(const struct alignment *a, const struct tuning *t)
 static enum alignment_result judge_fit(struct alignment *a, const struct tuning *t, int32_t two_turns)
 {
     const struct encoder_fit fit = encoder_fit(two_turns, t->pole_pairs, t->encoder_counts);
-    a->detail[0] = fit.pole_pairs;
+    a->detail[0] = fit.pole_pairs != 0 ? fit.pole_pairs : t->pole_pairs;
     a->detail[1] = fit.encoder_counts;
     switch (fit.verdict) {
     case ENCODER_POLE_PAIRS:
@@ -197,6 +198,8 @@ static enum alignment_result judge_turns(struct alignment *a, const struct tunin
     const int32_t forth = a->turn_counts[PASS_FORTH];
     const int32_t back = -a->turn_counts[PASS_BACK];
     const int32_t expected = t->encoder_counts / t->pole_pairs;
+    a->detail[0] = forth;
+    a->detail[1] = expected;
     if (q15_abs(forth) < expected / 8 && q15_abs(back) < expected / 8) {
         return magnets_turned(a, t) ? ALIGNMENT_ENCODER_DEAD : ALIGNMENT_BLOCKED;
     }
@@ -246,6 +249,7 @@ static enum alignment_result finish_pass(struct alignment *a, const struct tunin
     if (a->pass == PASS_BACK) {
         against = judge_turns(a, t);
     } else if (!whole_turn(a->pass) && !followed_with_less(a)) {
+        a->detail[0] = OUT_DEGREES;
         against = ALIGNMENT_LOAD;
     }
     if (against != ALIGNMENT_RUNNING) {
@@ -327,10 +331,11 @@ enum alignment_result alignment_step(struct alignment *a, volatile struct curren
     follow_encoder(a, t, latched);
     follow_current(a, t);
     if (carried_away(a, t)) {
+        a->detail[0] = OUT_DEGREES;
         return ALIGNMENT_LOAD;
     }
     if (a->stage != STAGE_PASS) {
-        pendulum_step(&a->rotor, c, angle_q32, a->field_q32, a->current_q15);
+        pendulum_step(&a->rotor, c, angle_q32, a->field_q32, 0, a->current_q15);
     }
     return step_stage(a, c, t, angle_q32);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/commission/field_pass.h"
 
+#include "firmware/settings/config.h"
 #include "lib/q15.h"
 
 void field_pass_start(struct field_pass *p, int32_t step_q32, uint32_t ramp_ms, uint32_t measure_ms)
@@ -26,11 +27,12 @@ static int32_t way_q32(const struct field_pass *p)
     return p->step_q32 / (int32_t)p->ramp_ms * (int32_t)(down_ms + p->ramp_ms - p->time_ms);
 }
 
-/* The encoder's sample is older than the field of the millisecond that begins: by half of the way. */
+/* The encoder's sample is a period older than the field of the millisecond that begins. */
 static void measure(struct field_pass *p, const struct pendulum *rotor, const volatile struct current_loop *c,
                     uint32_t encoder_q32, uint32_t n)
 {
-    const uint32_t lead_q32 = rotor->applied_q32 - (uint32_t)(p->step_q32 / 2) - encoder_q32;
+    const uint32_t lead_q32 =
+        rotor->applied_q32 - (uint32_t)(p->step_q32 / (int32_t)CONFIG_LOOPS_PER_SLOW) - encoder_q32;
     if (n == 0u) {
         p->reference_q32 = lead_q32;
     }
@@ -38,18 +40,19 @@ static void measure(struct field_pass *p, const struct pendulum *rotor, const vo
     p->sum_v_q_q15 += c->v_q_q15;
 }
 
-bool field_pass_step(struct field_pass *p, struct pendulum *rotor, volatile struct current_loop *c, uint32_t encoder_q32,
-                     int32_t counts, int32_t current_q15)
+bool field_pass_step(struct field_pass *p, struct pendulum *rotor, volatile struct current_loop *c,
+                     uint32_t encoder_q32, int32_t counts, int32_t current_q15)
 {
     const uint32_t n = p->time_ms - p->ramp_ms - p->ramp_ms / 2u; /* of the measurement */
-    p->field_q32 += (uint32_t)way_q32(p);
-    pendulum_step(rotor, c, encoder_q32, p->field_q32, current_q15);
+    const int32_t way = way_q32(p);
+    pendulum_step(rotor, c, encoder_q32, p->field_q32, way, current_q15);
     if (n < p->measure_ms) {
         measure(p, rotor, c, encoder_q32, n);
     }
     if (n <= p->measure_ms && n % (p->measure_ms / PASS_QUARTERS) == 0u) {
         p->counts[n / (p->measure_ms / PASS_QUARTERS)] = counts;
     }
+    p->field_q32 += (uint32_t)way;
     p->time_ms++;
     return p->time_ms > 2u * p->ramp_ms + p->ramp_ms / 2u + p->measure_ms;
 }

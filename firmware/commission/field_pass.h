@@ -21,8 +21,8 @@ struct field_pass {
     uint32_t measure_ms; /* a multiple of PASS_QUARTERS, at most PASS_MEASURE_MS_MAX */
     uint32_t time_ms;
     uint32_t field_q32;
-    uint32_t reference_q32;          /* field less encoder at the first sample measured */
-    int32_t sum_q19;                 /* of what came on top, over the samples measured */
+    uint32_t reference_q32; /* field less encoder at the first sample measured */
+    int32_t sum_q19;        /* of what came on top, over the samples measured */
     int32_t sum_v_q_q15;
     int32_t counts[PASS_QUARTERS + 1u]; /* of the encoder, as the quarters began; the last: as they ended */
 };
@@ -31,8 +31,8 @@ struct field_pass {
 void field_pass_start(struct field_pass *p, int32_t step_q32, uint32_t ramp_ms, uint32_t measure_ms);
 
 /* One millisecond; `counts` of the encoder, unwrapped. True when the field has come to rest. Slow loop. */
-bool field_pass_step(struct field_pass *p, struct pendulum *rotor, volatile struct current_loop *c, uint32_t encoder_q32,
-                     int32_t counts, int32_t current_q15);
+bool field_pass_step(struct field_pass *p, struct pendulum *rotor, volatile struct current_loop *c,
+                     uint32_t encoder_q32, int32_t counts, int32_t current_q15);
 
 /* Field less encoder, mean of the samples measured. Slow loop. */
 uint32_t field_pass_mean_q32(const struct field_pass *p);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/commission/pendulum.h"
 
+#include "firmware/settings/config.h"
 #include "lib/q15.h"
 
 #define DAMPING       3                              /* times what the filter is behind: a damping of about 0.5 */
@@ -16,7 +17,7 @@ void pendulum_start(struct pendulum *p, uint32_t encoder_q32, uint32_t field_q32
 }
 
 void pendulum_step(struct pendulum *p, volatile struct current_loop *c, uint32_t encoder_q32, uint32_t field_q32,
-                   int32_t current_q15)
+                   int32_t step_q32, int32_t current_q15)
 {
     const int32_t filter_ms = q15_max(p->period_ms / 16, 1);
     const int32_t still_q32 = q15_max(STILL_Q32, (int32_t)(c->encoder_scale_q32 / 8u * STILL_COUNT_8));
@@ -24,8 +25,9 @@ void pendulum_step(struct pendulum *p, volatile struct current_loop *c, uint32_t
     const int32_t behind_q32 = (int32_t)(p->error_q32 - p->filtered_q32);
     p->filtered_q32 += (uint32_t)(behind_q32 / filter_ms);
     p->quiet_ms = q15_abs(behind_q32 / 2) <= still_q32 / 2 ? p->quiet_ms + 1u : 0u;
-    p->applied_q32 = field_q32 - (uint32_t)(q15_clamp(behind_q32, -LARGEST_Q32 / DAMPING, LARGEST_Q32 / DAMPING) * DAMPING);
+    p->applied_q32 =
+        field_q32 - (uint32_t)(q15_clamp(behind_q32, -LARGEST_Q32 / DAMPING, LARGEST_Q32 / DAMPING) * DAMPING);
     c->i_d_ref_q15 = current_q15;
     c->i_q_ref_q15 = 0;
-    current_loop_force_angle(c, p->applied_q32);
+    current_loop_field(c, p->applied_q32, step_q32 / (int32_t)CONFIG_LOOPS_PER_SLOW);
 }

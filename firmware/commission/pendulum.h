@@ -24,9 +24,12 @@ struct pendulum {
 /* At rest on a field at `field_q32`, the encoder at `encoder_q32`. Slow loop. */
 void pendulum_start(struct pendulum *p, uint32_t encoder_q32, uint32_t field_q32);
 
-/* Sets field and current for the next millisecond. `encoder_q32`: electrical angle of the encoder. Slow loop. */
+/*
+ * Sets current and field for the next millisecond: the field stands at `field_q32` at the next sample and turns by `step_q32`
+ * until the next call. `encoder_q32`: electrical angle of the encoder. Slow loop.
+ */
 void pendulum_step(struct pendulum *p, volatile struct current_loop *c, uint32_t encoder_q32, uint32_t field_q32,
-                   int32_t current_q15);
+                   int32_t step_q32, int32_t current_q15);
 
 /* It has stood still for half a period and at least 16 ms. */
 static inline bool pendulum_settled(const struct pendulum *p)

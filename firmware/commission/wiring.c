@@ -6,11 +6,14 @@
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
-#define THIRD_Q32   0x55555555u /* 120 degrees */
-#define LARGEST_Q12 (8192 * 256) /* a fifth of the bus */
-#define RISE_MS     40u          /* a quarter more each: from the first voltage to the largest, and a while there */
-#define FALL_MS     25u
-#define SHARE_TENTH 3
+/* The whole bus in the loop's steps: half the on-time. */
+#define V_FULL_STEPS ((int32_t)CONFIG_PWM_COUNTS << (CONFIG_V_SHIFT - 1))
+
+#define THIRD_Q32      0x55555555u              /* 120 degrees */
+#define LARGEST_256THS (V_FULL_STEPS / 5 * 256) /* a fifth of the bus */
+#define RISE_MS        40u /* a quarter more each: from the first voltage to the largest, and a while there */
+#define FALL_MS        25u
+#define SHARE_TENTH    3
 
 const struct tuning wiring_tuning = {.v_min_q15 = Q15_ONE / 4};
 
@@ -21,9 +24,9 @@ void wiring_start(struct wiring *w)
 
 static void hold_voltage(const struct wiring *w, volatile struct current_loop *c)
 {
-    current_loop_force_angle(c, w->along * THIRD_Q32);
+    current_loop_field(c, w->along * THIRD_Q32, 0);
     c->integral_q_q9 = 0;
-    c->integral_d_q9 = (w->v_q12 >> 8) * 512;
+    c->integral_d_q9 = (w->v_256ths >> 8) * 512;
 }
 
 static int32_t largest(const int32_t of_q15[3])
@@ -37,15 +40,15 @@ static void keep(struct wiring *w, const int32_t i_q15[3])
     for (size_t k = 0; k < 3u; k++) {
         w->largest_q15[k] = q15_max(w->largest_q15[k], q15_abs(i_q15[k]));
     }
-    w->v_q12 = 0;
+    w->v_256ths = 0;
     w->ms = 0;
 }
 
 /* The voltage that resistance alone would take for a quarter of the current. */
-static int32_t first_q12(const struct tuning *t, const volatile struct current_loop *c)
+static int32_t first_256ths(const struct tuning *t, const volatile struct current_loop *c)
 {
-    const int32_t v_q4 = t->wiring_v_q15 / 4 * ((int32_t)CONFIG_PWM_COUNTS * 8 / 16) / (c->vbus_q15 / 16 + 1);
-    return q15_clamp(v_q4, 8, LARGEST_Q12 / 256) * 256;
+    const int32_t v_steps = t->wiring_v_q15 / 4 * (V_FULL_STEPS / 16) / (c->vbus_q15 / 16 + 1);
+    return q15_clamp(v_steps, 8, LARGEST_256THS / 256) * 256;
 }
 
 static enum wiring_result judge(struct wiring *w, const struct tuning *t)
@@ -73,17 +76,17 @@ enum wiring_result wiring_step(struct wiring *w, volatile struct current_loop *c
     const int32_t i_q15[3] = {s.ia_q15, s.ib_q15, s.ic_q15};
     const int32_t now_q15 = largest(i_q15);
     w->ms++;
-    if (w->v_q12 == 0 && (w->ms > FALL_MS || now_q15 < t->wiring_i_q15 / 4)) {
+    if (w->v_256ths == 0 && (w->ms > FALL_MS || now_q15 < t->wiring_i_q15 / 4)) {
         if (w->along == 3u) {
             return judge(w, t);
         }
-        w->v_q12 = first_q12(t, c);
+        w->v_256ths = first_256ths(t, c);
         w->ms = 0;
-    } else if (w->v_q12 != 0 && (now_q15 >= t->wiring_i_q15 || w->ms > RISE_MS)) {
+    } else if (w->v_256ths != 0 && (now_q15 >= t->wiring_i_q15 || w->ms > RISE_MS)) {
         keep(w, i_q15);
         w->along++;
     } else {
-        w->v_q12 = q15_min(w->v_q12 + w->v_q12 / 4, LARGEST_Q12);
+        w->v_256ths = q15_min(w->v_256ths + w->v_256ths / 4, LARGEST_256THS);
     }
     hold_voltage(w, c);
     return WIRING_RUNNING;

@@ -23,7 +23,7 @@ enum wiring_result {
 struct wiring {
     uint32_t along;         /* phase along which the voltage stands */
     uint32_t ms;            /* at this voltage's rise, or since it went */
-    int32_t v_q12;          /* the voltage, v_q4 and 8 more bits; 0 while the current dies away */
+    int32_t v_256ths;       /* of the loop's voltage steps; 0 while the current dies away */
     int32_t own_q15[3];     /* current of each phase with the voltage along it */
     int32_t largest_q15[3]; /* magnitude of each phase's current with the voltage along any */
     int32_t phase;          /* that the verdict is about, 1 for A; 0: no phase carries current */

@@ -9,19 +9,32 @@
 #include <stdint.h>
 
 #include "firmware/control/current_loop.h"
+#include "firmware/control/speed_estimate.h"
 #include "firmware/settings/tuning.h"
 
 struct speed_loop {
+    struct speed_estimate estimate;
     int32_t speed_rpm_q4;     /* measured */
     int32_t speed_ref_rpm_q4; /* after the ramp */
     int32_t target_rpm_q16;   /* before it: the command */
     int32_t ref_rpm_q16;
     int64_t integral_q16; /* current in Q15, 16 more bits of fraction */
     bool at_limit;        /* the current reference is limited */
+    /* hunting */
+    int32_t calm_q14; /* what is left of the gains; 1.0 from the next switching on */
+    uint32_t swings;  /* in a row */
+    uint32_t swing_ms;
+    bool swing_negative;
 };
 
-/* Takes the measured speed over from the current loop. Every slow period, whatever the state. */
-void speed_loop_measure(struct speed_loop *s, const volatile struct current_loop *c, const struct tuning *t);
+/* Measures the speed. Every slow period, whatever the state. */
+void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t);
+
+/* The state before the first use. Thread, once. */
+void speed_loop_init(struct speed_loop *s);
+
+/* What hunting has taken of the gains comes back: at every switching on. Thread, slow loop masked. */
+void speed_loop_full_gains(struct speed_loop *s);
 
 /* Starts from the present speed and current, without a step. */
 void speed_loop_reset(struct speed_loop *s, int32_t i_q_ref_q15);

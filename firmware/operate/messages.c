@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/messages.h"
 
+#include <stddef.h>
+
 static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_NONE] = "ok",
     [ERROR_CURRENT_GAIN] =
@@ -15,7 +17,14 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SPEED_MAX_BEYOND_OVERSPEED] = "speed_max_rpm must be below overspeed_rpm",
     [ERROR_V_MIN_BELOW_MODULATOR] = "v_min_mv must be at least a quarter of v_range_mv: the modulator's range",
     [ERROR_SPEED_BEYOND_OBSERVER] = "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical",
-    [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gcm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
+    [ERROR_CURRENT_MARGIN] = "current_bw_hz leaves less than 45 degrees of phase margin: at most @",
+    [ERROR_SPEED_MARGIN] = "speed_bw_hz leaves less than 45 degrees of phase margin: at most @",
+    [ERROR_SPEED_RESOLUTION] =
+        "speed_bw_hz is too much for encoder_counts with this inertia_gmm2 and i_max_ma: at most @",
+    [ERROR_SPEED_UNRESOLVED] =
+        "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
+    [ERROR_CURRENT_TOO_SLOW] = "current_bw_hz is too small for any speed_bw_hz",
+    [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gmm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
     [ERROR_FAULT_LATCHED] = "a fault is latched; see 'fault', then 'clear'",
     [ERROR_ALREADY_ON] = "the drive is on already",
     [ERROR_BUS_LOW] = "the bus voltage is below v_min_mv; see 'status'",
@@ -26,7 +35,10 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_GATE_INPUT_ACTIVE] = "the cause is still there: an input of the gate driver is active",
     [ERROR_NO_ENCODER_SIGNAL] = "the cause is still there: no encoder signal",
     [ERROR_FABRIC] = "the cause is still there: the fabric does not carry the expected design",
-    [ERROR_CLOCK] = "the cause is still there: the clock ratios are not those of the board",
+    [ERROR_CLOCK] = "the cause is still there: the clock ratios are not those of the board, or a PLL is not locked",
+    [ERROR_STACK_GUARD] = "the cause is still there: the stack guard is not in effect; reset the device",
+    [ERROR_WATCHDOG_OFF] = "the cause is still there: the watchdog is not on with the board's time-out",
+    [ERROR_FABRIC_DOUBTED] = "the fabric is not touched after this fault; mend the cause, then reset the device",
     [ERROR_BEYOND_SPEED_MAX] = "beyond speed_max_rpm",
     [ERROR_BEYOND_I_MAX] = "beyond i_max_ma",
     [ERROR_DRIVE_IS_ON] = "parameters can change only while the drive is off",
@@ -67,8 +79,40 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_LOOP_STOPPED] = {"loop stopped", "no end-of-conversion interrupts: fabric clock, CorePWM, ADC"},
     [FAULT_WATCHDOG] = {"watchdog reset", "the program hung or the refresh came late"},
     [FAULT_EXCEPTION] = {"processor exception", "'fault' shows the registers"},
-    [FAULT_CLOCK] = {"clock", "clock ratios differ from drivers/board.h: Libero clock settings"},
+    [FAULT_CLOCK] = {"clock",
+                     "clock ratios differ from drivers/board.h, or a PLL is not locked: Libero clock settings"},
     [FAULT_FABRIC] = {"fabric", "the FPGA does not carry the design of docs/fabric.md"},
+    [FAULT_LOCKUP] = {"lock-up reset", "a fault inside the fault's handler: bus errors, a broken stack or memory"},
+    [FAULT_STACK_GUARD] = {"stack guard", "no memory protection unit: MPU switched off in Libero"},
+    [FAULT_WATCHDOG_OFF] = {"watchdog off", "docs/fabric.md, watchdog: enabled, reset mode, 100 ms; set in Libero"},
+    [FAULT_PLL] = {"PLL lost its lock", "reference clock, PLL supply and its filter"},
+    [FAULT_ECC] = {"memory error", "two wrong bits in a word of eSRAM or cache: supply, radiation, a worn device"},
+    [FAULT_ROTOR_TURNING] = {"rotor turning",
+                             "something else turns the motor: wait until it stands still, close the brake"},
+    [FAULT_OPEN_PHASE] = {"open phase", "motor cable, a bridge leg, or a current sensor that shows nothing"},
+    [FAULT_SENSOR_SIGN] = {"current sensor sign", "a current sensor counts backwards: its wiring, amplifier or gain"},
+    [FAULT_ENCODER_DEAD] = {"encoder dead", "the motor turned and no counts came: encoder cable, supply, coupling"},
+    [FAULT_ENCODER_DIRECTION] = {"encoder direction or phase order",
+                                 "exchange A and B of the encoder, or two phases of the motor"},
+    [FAULT_POLE_PAIRS] = {"pole pairs", "pole_pairs does not fit the encoder's counts"},
+    [FAULT_ENCODER_COUNTS] = {"encoder counts", "encoder_counts does not fit the motor's pole_pairs"},
+    [FAULT_ROTOR_BLOCKED] = {"rotor blocked",
+                             "rotor blocked, brake not released, load too heavy, or i_align_ma too small"},
+    [FAULT_LOAD_TOO_HIGH] = {"load too high at start",
+                             "less load while it starts, or a larger i_align_ma and i_max_ma"},
+};
+
+/* '@' stands for the first detail, '#' for the second. */
+static const char *const fault_details[FAULT_COUNT] = {
+    [FAULT_ROTOR_TURNING] = "it moved by @ of # counts in 0.13 s",
+    [FAULT_OPEN_PHASE] = "phase @: 1 is A, 2 is B, 3 is C, 0 says that none carries current",
+    [FAULT_SENSOR_SIGN] = "phase @: 1 is A, 2 is B, 3 is C",
+    [FAULT_ENCODER_DEAD] = "@ counts in an electrical turn, instead of #",
+    [FAULT_ENCODER_DIRECTION] = "@ counts in an electrical turn, instead of #",
+    [FAULT_POLE_PAIRS] = "pole_pairs @ would fit, or else encoder_counts #",
+    [FAULT_ENCODER_COUNTS] = "encoder_counts # would fit",
+    [FAULT_ROTOR_BLOCKED] = "@ counts in an electrical turn, instead of #",
+    [FAULT_LOAD_TOO_HIGH] = "it turned the rotor out of the field by @ degrees electrical",
 };
 
 const char *message_of_error(enum error error)
@@ -89,4 +133,9 @@ const char *message_of_fault(enum fault cause)
 const char *message_fault_hint(enum fault cause)
 {
     return cause < FAULT_COUNT ? fault_texts[cause].hint : "";
+}
+
+const char *message_fault_detail(enum fault cause)
+{
+    return cause < FAULT_COUNT && fault_details[cause] != NULL ? fault_details[cause] : "";
 }

@@ -15,7 +15,7 @@ const struct param_info param_table[] = {
     PARAM(ld_uh, 1, 1000000, 200),
     PARAM(lq_uh, 1, 1000000, 200),
     PARAM(flux_uwb, 10, 10000000, 6395),
-    PARAM(inertia_gcm2, 1, 50000000, 565),
+    PARAM(inertia_gmm2, 1, 2100000000, 56493),
     PARAM(i_range_ma, 100, 2000000, 23571),
     PARAM(v_range_mv, 1000, 2000000, 57528),
     PARAM(i_max_ma, 10, 2000000, 10650),

@@ -18,7 +18,7 @@ struct params {
     int32_t ld_uh;           /* one phase, d axis */
     int32_t lq_uh;           /* one phase, q axis */
     int32_t flux_uwb;        /* flux linkage of the magnets, peak, one phase */
-    int32_t inertia_gcm2;    /* rotor and load */
+    int32_t inertia_gmm2;    /* rotor and load; 1e-9 kg m^2 */
     int32_t i_range_ma;      /* phase current 2048 ADC counts away from zero */
     int32_t v_range_mv;      /* bus voltage at 4096 ADC counts */
     int32_t i_max_ma;        /* limit of the current reference, peak */

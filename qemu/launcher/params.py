@@ -19,7 +19,7 @@ SOURCES = {
     "ld_uh": ("motor", "electrical", "ld_h", 1e6),
     "lq_uh": ("motor", "electrical", "lq_h", 1e6),
     "flux_uwb": ("motor", "electrical", "flux_wb", 1e6),
-    "inertia_gcm2": ("motor", "mechanical", "inertia_kgm2", 1e7),
+    "inertia_gmm2": ("motor", "mechanical", "inertia_kgm2", 1e9),
     "i_range_ma": ("inverter", "sensor", "i_range_a", 1e3),
     "v_range_mv": ("inverter", "sensor", "v_range_v", 1e3),
     "i_max_ma": ("motor", "control", "i_max_a", 1e3),
@@ -59,7 +59,7 @@ def exact_params(drive):
     """{parameter: value before rounding}, from the nominal data."""
     devices = {"motor": drive.motor, "inverter": drive.inverter}
     exact = {name: devices[file][table][key] * units for name, (file, table, key, units) in SOURCES.items()}
-    exact["inertia_gcm2"] = drive.inertia_kgm2 * 1e7  # rotor and load
+    exact["inertia_gmm2"] = drive.inertia_kgm2 * 1e9  # rotor and load
     return exact
 
 

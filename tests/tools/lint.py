@@ -19,8 +19,8 @@ ALLOWED = {
 }
 # the firmware's rooms from the bottom up: each may include itself and those before it; main.c stands on top of all
 FIRMWARE_ROOMS = ("settings", "control", "commission", "axis", "system", "operate")
-# whoever may name a particular axis: main, the interrupts' handlers, and the thread's way to sleep
-NAME_AXES = {"firmware/main.c", "firmware/system/handlers.c", "firmware/system/idle.c"}
+# whoever may name a particular axis: main and the interrupts' handlers
+NAME_AXES = {"firmware/main.c", "firmware/system/handlers.c"}
 SYSTEM_HEADERS = {"<stdint.h>", "<stddef.h>", "<stdbool.h>", "<limits.h>"}
 WIDTH = 128
 CODE = (".c", ".h", ".S", ".py", ".sh", ".ld", ".mk")

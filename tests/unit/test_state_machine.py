@@ -16,6 +16,7 @@ class World:
         self.c, self.fabric, self.axis = c, c.fabric(), c.axis()
         c.axis_init(self.axis, self.fabric)
         identify(self.fabric)
+        self.axis.fabric_doubt = 0
         self.fabric.adc.VBUS = 13670  # 24 V of 57.5 V
         self.axis.state = c.AXIS_SWITCH_ON_DISABLED
         for _ in range(5):

@@ -12,7 +12,7 @@ INT32 = st.integers(-2**31, 2**31 - 1)
 
 def said(c, put, *args):
     c.host_said_bytes.value = 0
-    put(*args)
+    put(c.text(), *args)
     return bytes(c.host_said)[:c.host_said_bytes.value].decode()
 
 
