@@ -85,7 +85,7 @@ static int32_t take_edge(struct speed_estimate *e, const struct reading *r, cons
     const uint32_t from = e->count + (uint32_t)e->backwards;
     const uint32_t to = r->count + (uint32_t)backwards;
     const int32_t edges = moved + backwards - e->backwards;
-    const int32_t way_q8 = edges * 256 + ((e->place_q16[to & 3u] - e->place_q16[from & 3u]) >> 8);
+    const int32_t way_q8 = edges * 256 + (e->place_q16[to & 3u] >> 8) - (e->place_q16[from & 3u] >> 8);
     const int32_t turned_q15 = (int32_t)(((int64_t)way_q8 * t->way_per_count_q12) >> 12);
     const uint32_t clocks = r->edge_clock - e->clock;
     if (!e->lost) {
