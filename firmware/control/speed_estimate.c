@@ -5,10 +5,10 @@
 
 #define CLOCKS_LOST   (1u << 28) /* 2.7 s without an edge: at rest, long before the clock wraps */
 #define CLOCKS_MS     100000u
-#define MS_Q31        21475u /* a clock of 10 ns in milliseconds */
-#define CLOCKS_SHORT  32768u /* below a third of a millisecond: the shaft was jerked, and its speed means nothing */
-#define PLACE_OFF_Q16 16384  /* a quarter of a count too early or too late: the speed has changed, nothing is learned */
-#define PLACE_SHIFT   5      /* 1/32 of it is believed */
+#define MS_Q31        21475u    /* a clock of 10 ns in milliseconds */
+#define CLOCKS_SHORT  32768u    /* below a third of a millisecond: the shaft was jerked, and its speed means nothing */
+#define PLACE_OFF_Q16 32768     /* half a count too early or too late: the speed has changed, nothing is learned */
+#define PLACE_SHIFT   6         /* 1/64 of it is believed */
 #define MAX_Q15       (1 << 30) /* 32768 rpm, or as much way in a millisecond */
 #define FAST_RPM_Q15  (15000 * 32768)
 #define BOUND_Q8      288 /* an eighth over a count: edges stand a little apart from their places */
