@@ -19,20 +19,24 @@ struct speed_loop {
     int32_t speed_ref_rpm_q4; /* after the ramp */
     int32_t target_rpm_q16;   /* before it: the command */
     int32_t ref_rpm_q16;
-    int64_t integral_q16; /* torque in Q15, 16 more bits of fraction */
+    int32_t integral_q16; /* torque in Q15, 16 more bits of fraction */
     bool at_limit;        /* the wish for torque is limited */
-    /* hunting */
-    int32_t calm_q14; /* what is left of the gains; 1.0 from the next switching on */
-    uint32_t swings;  /* in a row */
-    uint32_t swing_ms;
-    bool swing_negative;
+    int32_t kp_q16;       /* the tuning's gains, less what hunting has taken */
+    int32_t ki_q16;
+    uint32_t calmed;   /* how often it has: 0 from the next switching on */
+    uint32_t swings;   /* in a row */
+    uint32_t swing_ms; /* since the last */
+    int32_t swing;     /* +1 or -1: to which side the next would be */
 };
 
 /* Measures the speed. Every slow period, whatever the state. */
 void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t);
 
-/* Full gains, nothing known of the encoder: whenever it has been set anew, and at every switching on. Thread, masked. */
+/* The state before the first use. Thread, once. */
 void speed_loop_init(struct speed_loop *s);
+
+/* Takes the gains over, all of them: at every switching on. Thread, slow loop masked. */
+void speed_loop_tune(struct speed_loop *s, const struct tuning *t);
 
 /* Starts from the present speed and torque, without a step. */
 void speed_loop_reset(struct speed_loop *s, int32_t torque_q15);

@@ -15,7 +15,7 @@ const struct param_info param_table[] = {
     PARAM(ld_uh, 1, 1000000, 200),
     PARAM(lq_uh, 1, 1000000, 200),
     PARAM(flux_uwb, 10, 10000000, 6395),
-    PARAM(inertia_gcm2, 1, 50000000, 565),
+    PARAM(inertia_gmm2, 1, 2100000000, 56493),
     PARAM(i_range_ma, 100, 2000000, 23571),
     PARAM(v_range_mv, 1000, 2000000, 57528),
     PARAM(i_max_ma, 10, 2000000, 10650),
@@ -30,6 +30,17 @@ const struct param_info param_table[] = {
     PARAM(stop_max_ms, 100, 3600000, 60000),
     PARAM(current_bw_hz, 10, 2000, 1000),
     PARAM(speed_bw_hz, 1, 200, 60),
+    PARAM(i_rated_ma, 10, 2000000, 7100),
+    PARAM(t_max_c, 60, 250, 130),
+    PARAM(winding_share_pct, 1, 99, 40),
+    PARAM(winding_tau_s, 1, 10000, 60),
+    PARAM(housing_tau_s, 1, 100000, 1200),
+    PARAM(inverter_ma, 0, 2000000, 0),
+    PARAM(inverter_tau_ms, 100, 1000000, 1000),
+    PARAM(deviation_pct, 1, 100, 20),
+    PARAM(command_timeout_ms, 0, 60000, 0),
+    PARAM(retry_count, 0, 100, 0),
+    PARAM(retry_delay_ms, 10, 60000, 1000),
 };
 
 const size_t param_count = sizeof param_table / sizeof param_table[0];

@@ -20,6 +20,7 @@ struct tuning {
     int32_t kp_d_q12, kp_q_q12; /* V/A per unit */
     int32_t ki_q17;             /* per sample */
     int32_t x_d_q11, x_q_q11;   /* reactance at the base speed, per unit */
+    int32_t r_q12;              /* resistance, per unit */
     int32_t emf_q12;            /* back-EMF at the base speed, per unit */
     int32_t i_trip_q15, i_sum_q15;
     int32_t v_min_q15, v_max_q15;

@@ -2,17 +2,46 @@
 #include "firmware/system/handlers.h"
 
 #include "drivers/cortex/nvic.h"
+#include "drivers/cortex/scb.h"
+#include "drivers/mss/sysreg.h"
 #include "drivers/mss/timer.h"
 #include "firmware/control/current_loop_step.h"
 #include "firmware/settings/config.h"
 #include "firmware/system/axes.h"
+#include "firmware/system/postmortem.h"
 #include "startup/startup.h"
 
 struct axis axes[AXIS_COUNT];
+struct thermal_memory axes_heat[AXIS_COUNT] STARTUP_NOINIT;
 
 void current_loop_fault(void)
 {
     axis_sample_fault(&axes[0]);
+}
+
+/*
+ * The entry of every processor fault and of interrupts that nobody handles: bridge off before anything else, then the record,
+ * then a reset, because nothing that ran can be trusted any more. Only while start-up does not trust the fabric is the bridge
+ * left as the reset made it, which is off: a write to a fabric that does not answer would be the next fault.
+ */
+void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
+{
+    if (!axis_fabric_doubted(&axes[0])) {
+        gate_disable(&FABRIC0->gate);
+    }
+    postmortem_keep(frame, exc_return);
+    scb_system_reset();
+}
+
+/* The interrupts that should tell of it may not be wired, or may have been disabled by what they tell of. */
+static void watch_device(void)
+{
+    if (!sysreg_plls_locked()) {
+        nvic_pend(MSS_IRQ_PLL_LOCK_LOST);
+    }
+    if ((sysreg_edac_flags() & SYSREG_EDAC_FATAL) != 0u) {
+        nvic_pend(MSS_IRQ_ECC_ERROR);
+    }
 }
 
 /*
@@ -45,6 +74,7 @@ const struct loop_handlers handlers_of_axis_0 = {
 void Timer1_IRQHandler(void)
 {
     mss_timer1_acknowledge();
+    watch_device();
     axis_step(&axes[0]);
 }
 
@@ -61,4 +91,12 @@ void handlers_start_slow_loop(void)
     nvic_priority(BOARD_IRQ_TICK, CONFIG_PRIORITY_SLOW_LOOP);
     nvic_enable(BOARD_IRQ_TICK);
     mss_timer1_start_periodic(BOARD_MSS_TIMER_HZ / CONFIG_SLOW_HZ);
+}
+
+void handlers_watch_device(void)
+{
+    sysreg_edac_watch();
+    nvic_enable(MSS_IRQ_PLL_LOCK_LOST);
+    nvic_enable(MSS_IRQ_FABRIC_PLL_LOCK_LOST);
+    nvic_enable(MSS_IRQ_ECC_ERROR);
 }

@@ -12,7 +12,13 @@
 /* What current_loop_select() chooses from. */
 extern const struct loop_handlers handlers_of_axis_0;
 
-/* Lets the current loop's interrupt through, before the axis starts; then the slow loop's, when it has. Thread, once each. */
+/*
+ * Lets a lost PLL lock and a memory error that cannot be corrected end the program. Nobody handles these interrupts, so they
+ * enter as faults do, at the priority of the current loop. Thread, once.
+ */
+void handlers_watch_device(void);
+
+/* Lets the current loop's interrupt through, and the slow loop's, when the axis has started. Thread, once each. */
 void handlers_start_current_loop(void);
 void handlers_start_slow_loop(void);
 

@@ -87,6 +87,7 @@ def _add_campaign(commands):
                                    ("--detunes", "DETUNES", "what the drive is told wrongly, separated by ';'"),
                                    ("--part", "PART", "start, wiring, supervision or detune: hostile cases"),
                                    ("--case", "CASE", "one case of a part, kept whole: start:teknic_m2310p/hoist20/45"),
+                                   ("--what", "WHAT", "of a part, these cases only: quickstop/* slip60/*"),
                                    ("--angles", "ANGLES", "of PART=start, electrical degrees (default: docs/campaign.md)"),
                                    ("--loads", "LOADS", "of PART=start: free, hoist20, friction20, hoist50 ..."),
                                    ("--jobs", "JOBS", "runs at a time (default: one a processor)"),

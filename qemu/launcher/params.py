@@ -19,7 +19,7 @@ SOURCES = {
     "ld_uh": ("motor", "electrical", "ld_h", 1e6),
     "lq_uh": ("motor", "electrical", "lq_h", 1e6),
     "flux_uwb": ("motor", "electrical", "flux_wb", 1e6),
-    "inertia_gcm2": ("motor", "mechanical", "inertia_kgm2", 1e7),
+    "inertia_gmm2": ("motor", "mechanical", "inertia_kgm2", 1e9),
     "i_range_ma": ("inverter", "sensor", "i_range_a", 1e3),
     "v_range_mv": ("inverter", "sensor", "v_range_v", 1e3),
     "i_max_ma": ("motor", "control", "i_max_a", 1e3),
@@ -34,6 +34,7 @@ SOURCES = {
     "stop_max_ms": ("motor", "control", "stop_max_s", 1e3),
     "current_bw_hz": ("motor", "control", "current_bw_hz", 1),
     "speed_bw_hz": ("motor", "control", "speed_bw_hz", 1),
+    "i_rated_ma": ("motor", "rating", "rated_current_a", 1e3),
 }
 COARSE_PERCENT = 2.0  # of a value, lost to the firmware's whole units, which the report mentions
 _ITEM = re.compile(r"([a-z_0-9]+)([*/=+-])([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
@@ -61,7 +62,7 @@ def exact_params(drive):
     """{parameter: value before rounding}, from the nominal data."""
     devices = {"motor": drive.motor, "inverter": drive.inverter}
     exact = {name: devices[file][table][key] * units for name, (file, table, key, units) in SOURCES.items()}
-    exact["inertia_gcm2"] = drive.inertia_kgm2 * 1e7  # rotor and load
+    exact["inertia_gmm2"] = drive.inertia_kgm2 * 1e9  # rotor and load
     return exact
 
 
@@ -77,9 +78,9 @@ def coarse_notes(exact):
 
 def check_ranges(drive, ranges):
     """One line that names the file's key when the firmware would refuse a value."""
-    missing = sorted(set(ranges) ^ set(drive.params))
+    missing = sorted(set(drive.params) - set(ranges))
     if missing:
-        raise LauncherError(f"the image and the launcher differ in the parameter '{missing[0]}'")
+        raise LauncherError(f"the image has no parameter '{missing[0]}'")
     for name, value in drive.params.items():
         limits = ranges[name]
         if limits.low <= value <= limits.high:

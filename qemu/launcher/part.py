@@ -135,7 +135,7 @@ def excursion_deg(run, from_s, to_s):
 
 
 def matches(name, patterns):
-    """Whether a fault is among these names, each of which may hold a *."""
+    """Whether a name is among these, each of which may hold a *."""
     return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
 
 

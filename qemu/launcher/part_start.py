@@ -2,7 +2,8 @@
 """PART=start: from every angle and under load, the drive finds the rotor or says why not, and stays off.
 
 WHAT is LOAD/ANGLE: hoist20/45 is a hoist with 20 % of rated torque, which pulls against positive rotation and which a ratchet
-holds at standstill; friction20/45 is friction of that size; free/45 is neither. The angle is electrical, from phase A to the
+holds at standstill; friction20/45 is friction of that size; inertia100/45 is 100 times the rotor's inertia, rigidly coupled;
+free/45 is none of these. The angle is electrical, from phase A to the
 rotor's d axis.
 """
 import re
@@ -20,7 +21,7 @@ DECIDED_S = 0.05           # of these, the last part of the standstill
 SEEDS = 8                  # the plants that the angles go round
 LOADS = ("free", "hoist20", "hoist50", "friction20")
 # reasons for staying off that are true of a load
-ALLOWED = {"free": (), "hoist": ("LOAD_TOO_HIGH",), "friction": ("LOAD_TOO_HIGH", "ROTOR_BLOCKED")}
+ALLOWED = {"free": (), "inertia": (), "hoist": ("LOAD_TOO_HIGH",), "friction": ("LOAD_TOO_HIGH", "ROTOR_BLOCKED")}
 
 
 def angles():
@@ -37,23 +38,30 @@ def plan(motors, options):
 
 
 def _checked(load):
-    match = re.fullmatch(r"free|(hoist|friction)\d{1,3}", load)
+    match = re.fullmatch(r"free|(hoist|friction)\d{1,3}|inertia\d{1,3}(\.\d)?", load)
     if match is None:
-        raise LauncherError(f"LOADS '{load}' is none of free, hoist20, friction20 (percent of rated torque)")
+        raise LauncherError(f"LOADS '{load}' is none of free, hoist20, friction20 (percent of rated torque), inertia100 (times"
+                            " the rotor's)")
     return load
 
 
 def setup(what, drive):
     """The run of one case."""
     load, _, angle = what.partition("/")
-    kind, percent = re.fullmatch(r"([a-z]+)(\d*)", _checked(load)).groups()
+    kind, size = re.fullmatch(r"([a-z]+)([\d.]*)", _checked(load)).groups()
     degrees = numbers(angle, "angle", 0, 360)[0]
-    torque_nm = drive.names()["rated_torque_Nm"] * float(percent or 0) / 100
+    torque_nm = drive.names()["rated_torque_Nm"] * float(size or 0) / 100
     pulls = {"hoist": "load_hoist", "friction": "load_coulomb"}.get(kind)
     steps = [{"t_s": 0.0, **event(pulls, f"{torque_nm:.9g}")}] if pulls else []
     steps += [late(STAND_S, console="speed {low_rpm}"), late(STAND_S + TURN_S, **event("end"))]
     return Setup(scenario(f"start at {degrees:g} degrees, {load}", steps, LONGEST_S), lambda run: judge(run, ALLOWED[kind]),
-                 {"seed": 1 + int(degrees) % SEEDS, "start_angle": degrees})
+                 {"seed": 1 + int(degrees) % SEEDS, "start_angle": degrees, **_inertia(kind, size)})
+
+
+def _inertia(kind, size):
+    if kind != "inertia":
+        return {}
+    return {"overrides": {"motor": {"load": {"inertia_ratio": float(size), "stiffness_nm_rad": 0.0}}}}
 
 
 def judge(run, allowed):

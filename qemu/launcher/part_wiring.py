@@ -11,11 +11,13 @@ import numpy as np
 from .errors import LauncherError
 from .part import (ON_S, PartCase, Setup, Verdict, angle_error_deg, bridge_is_off, event, fault_s, first_fault, late, matches,
                    mean_angle_deg, operation_s, scenario)
+from .refusals import refusals
 
 NAME = "wiring"
 SPEED_MAX_SHARE = 0.05   # of rated speed
 OFFSET_MAX_DEG = 3.0
 LONGEST_S, STAND_S, TURN_S = 15.0, 0.1, 1.0
+DRIVEN_S = 3.0           # somebody who turns the shaft goes on doing so: there is nothing to wait for
 # A count that is 2 % off shows when the index has come twice: so many turns at less than the speed allowed, then faster.
 SLOW_SHARE, SLOW_TURNS = 0.04, 2.2
 
@@ -33,6 +35,7 @@ class Wish:
     events: tuple = ()
     detune: str = ""
     driven: bool = False  # somebody else turns the shaft
+    refusal: str = ""     # `on` may also be refused with these words
     seen_deg: float = None
     start_deg: float = 50.0
 
@@ -58,9 +61,12 @@ WISHES = {
     "encoder_cut": Wish(("ENCODER",), (("encoder_cut", "1"),)),
     "locked": Wish(("ROTOR_BLOCKED",), (("lock", "1"),)),
     "brake": Wish(("ROTOR_BLOCKED", "LOAD_TOO_HIGH"), (("load_coulomb", "5 * max_torque_Nm"),)),
-    "turning_3": Wish(("ROTOR_TURNING",), (("spin_rad_s", "0.03 * rated_speed_rpm * rad_s_per_rpm"),), driven=True),
-    "turning_30": Wish(("ROTOR_TURNING",), (("spin_rad_s", "0.3 * rated_speed_rpm * rad_s_per_rpm"),), driven=True),
-    "turning_back_10": Wish(("ROTOR_TURNING",), (("spin_rad_s", "-0.1 * rated_speed_rpm * rad_s_per_rpm"),), driven=True),
+    "turning_3": Wish(("ROTOR_TURNING",), (("spin_rad_s", "0.03 * rated_speed_rpm * rad_s_per_rpm"),), driven=True,
+                      refusal="turning"),
+    "turning_30": Wish(("ROTOR_TURNING",), (("spin_rad_s", "0.3 * rated_speed_rpm * rad_s_per_rpm"),), driven=True,
+                      refusal="turning"),
+    "turning_back_10": Wish(("ROTOR_TURNING",), (("spin_rad_s", "-0.1 * rated_speed_rpm * rad_s_per_rpm"),), driven=True,
+                      refusal="turning"),
     "sensor_A_negative": Wish(("SENSOR_SIGN", "CURRENT_SUM"), (("sensor_gain", "A", "-1"),)),
     "sensor_B_negative": Wish(("SENSOR_SIGN", "CURRENT_SUM"), (("sensor_gain", "B", "-1"),)),
 }
@@ -91,8 +97,14 @@ def setup(what, drive):
     slow_s = SLOW_TURNS * 60 / slow_rpm
     steps += [late(STAND_S, console=f"speed {slow_rpm}"), late(STAND_S + slow_s, console="speed {low_rpm}"),
               late(STAND_S + slow_s + TURN_S, **event("end"))]
-    return Setup(scenario(what, steps, LONGEST_S + slow_s), lambda run: judge(run, wish),
+    return Setup(scenario(what, steps, DRIVEN_S if wish.driven else LONGEST_S + slow_s), lambda run: judge(run, wish),
                  {"detune": wish.detune, "start_angle": wish.start_deg})
+
+
+def _refused(run, wish):
+    """Whether `on` was refused for the right reason, so that the bridge was never on."""
+    answers = [refusal.answer for refusal in refusals(run.console, []) if refusal.line == "on"]
+    return bool(wish.refusal) and any(wish.refusal in answer for answer in answers) and not run.trace["gate_live"].any()
 
 
 def judge(run, wish):
@@ -105,6 +117,8 @@ def judge(run, wish):
                "speed until then, % of rated": 100 * fastest_rpm / run.rated("rated_speed_rpm")}
     if not wish.faults:
         return _harmless(run, wish, fault, began, figures)
+    if not fault and _refused(run, wish):
+        return Verdict("refused", figures=figures)
     if not fault:
         return Verdict("not found", f"no fault; the rotor reached {fastest_rpm:.0f} rpm", figures)
     wrong = [] if matches(fault, wish.faults) else [f"{fault} instead of {' or '.join(wish.faults)}"]

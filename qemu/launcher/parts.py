@@ -8,7 +8,7 @@ from .data import available
 from .drive import load_drive
 from .errors import LauncherError
 from .kind import Run
-from .part import PartCase
+from .part import PartCase, matches
 from .paths import MOTORS
 
 PARTS = {module.NAME: module for module in (part_start, part_wiring, part_supervision, part_detune)}
@@ -36,7 +36,11 @@ def plan_part(part, motors, options):
     for name in motors:
         if name not in there_are:
             raise LauncherError(f"no motor '{name}'; there are: {', '.join(there_are)}")
-    return PARTS[part].plan(motors or there_are, options)
+    cases, wanted = PARTS[part].plan(motors or there_are, options), (options.get("what") or "").split()
+    chosen = [case for case in cases if not wanted or matches(case.what, wanted)]
+    if not chosen:
+        raise LauncherError(f"WHAT '{options['what']}' is none of the cases of {part}, for example {cases[0].what}")
+    return chosen
 
 
 def play_part_case(case, out_dir, build=None, qemu=None, **more):

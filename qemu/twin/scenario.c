@@ -6,6 +6,7 @@
 
 #include "console.h"
 #include "qemu_api.h"
+#include "sysreg.h"
 
 static struct scenario_board board;
 static struct event *queue, *next, *end; /* what is to come, in order of time; with room for all late events */
@@ -143,6 +144,30 @@ static void poke(const struct event *e)
     }
 }
 
+/* What happens to the MSS. */
+static void disturb_device(const struct event *e)
+{
+    switch (e->kind) {
+    case EVENT_FLASH_BITS:
+        sysreg_design(e->address, e->word);
+        break;
+    case EVENT_PLL_LOST:
+        sysreg_set_lock(SYSREG_MSS_PLL, !e->on);
+        board.interrupt(SYSREG_MSS_PLL_IRQ, e->on);
+        break;
+    case EVENT_FABRIC_PLL_LOST:
+        sysreg_set_lock(SYSREG_FABRIC_PLL, !e->on);
+        board.interrupt(SYSREG_FABRIC_PLL_IRQ, e->on);
+        break;
+    case EVENT_MEMORY_ERROR:
+        board.interrupt(SYSREG_ECC_IRQ, sysreg_memory_error(e->on));
+        break;
+    default:
+        board.lock_up();
+        break;
+    }
+}
+
 static void play(const struct event *e)
 {
     switch (e->kind) {
@@ -201,6 +226,22 @@ static void play(const struct event *e)
         break;
     case EVENT_END:
         board.end();
+        break;
+    case EVENT_FABRIC_OTHER:
+        board.plant->gate.id_xor = e->on ? 1u : 0u;
+        break;
+    case EVENT_FABRIC_SEALED:
+        board.seal_fabric(e->on);
+        break;
+    case EVENT_FABRIC_HANGS:
+        board.hang_fabric(e->on);
+        break;
+    case EVENT_FLASH_BITS:
+    case EVENT_PLL_LOST:
+    case EVENT_FABRIC_PLL_LOST:
+    case EVENT_MEMORY_ERROR:
+    case EVENT_LOCKUP_RESET:
+        disturb_device(e);
         break;
     case EVENT_POKE:
     case EVENT_POKE_ROM:

@@ -17,7 +17,11 @@ struct scenario_board {
     void (*delay_interrupt)(sim_ps); /* hold the next FabricIrq0 back */
     void (*block_interrupt)(bool);
     void (*watchdog_bite)(void);
-    void (*end)(void); /* of the run */
+    void (*lock_up)(void);
+    void (*interrupt)(int number, bool level); /* of the MSS */
+    void (*seal_fabric)(bool);                 /* whoever touches it ends the run */
+    void (*hang_fabric)(bool);                 /* an access never ends, so the watchdog does */
+    void (*end)(void);                         /* of the run */
 };
 
 /* False if there is no memory for it. */

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include <stddef.h>
 
-#include "drivers/mss/mmuart.h"
 #include "firmware/operate/commands.h"
 #include "firmware/settings/config.h"
 #include "firmware/system/axes.h"
@@ -14,10 +13,13 @@
 
 static char line[16];
 static struct tuning tuning;
+static struct idle rest = {.time_ms = &axes[0].time_ms};
+static struct postmortem no_record;
+static struct session session = {
+    .out = {.uart = &print_uart, .idle = &rest}, .axis = &axes[0], .last_life = &no_record};
 
 TIMING_FUNCTION(time_fault, axis_raise(&axes[0], FAULT_OVERCURRENT))
-TIMING_FUNCTION(time_command, commands_execute(&axes[0], line))
-TIMING_FUNCTION(time_map, torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning))
+TIMING_FUNCTION(time_command, commands_execute(&session, line))
 TIMING_FUNCTION(time_tuning, (void)tuning_compute(&axes[0].params, &tuning))
 TIMING_FUNCTION(time_uart, UART0_IRQHandler())
 
@@ -60,7 +62,7 @@ static void row_command(const char *name, const char *text)
         type(text);
         const uint32_t mask = cpu_irq_save();
         timing_add_typical(&rows_timing, timing_once(time_command, NULL, NULL));
-        (void)mmuart0_init(CONFIG_CONSOLE_BAUD);
+        (void)mmuart_init(&print_uart, MMUART0, CONFIG_CONSOLE_BAUD);
         cpu_irq_restore(mask);
     }
     const struct timing_figures figures = timing_figures(&rows_timing);

@@ -156,6 +156,18 @@ def test_what_is_harmless_works_at_the_angle_that_belongs_to_it(name, mirror_deg
         assert not part_wiring.judge(made_up(speed_rpm=100), wish).passed
 
 
+def test_a_refusal_that_says_why_is_as_good_as_a_fault():
+    def refused(words, live=0.0, wish="turning_3"):
+        run = made_up(began_s=None, gate_live=lambda t: np.full(len(t), live))
+        run.console = f"> on\nerror: {words}\n> "
+        return part_wiring.judge(run, part_wiring.WISHES[wish])
+    right = "the motor is turning; wait until it stands still"
+    assert refused(right).passed and refused(right).outcome == "refused"
+    assert not refused("i_max_ma must be less").passed, "another reason"
+    assert not refused(right, live=1.0).passed, "the bridge was on"
+    assert not refused(right, wish="swap_AB").passed, "nobody turned it"
+
+
 def test_every_number_of_pole_pairs_up_to_twice_is_told():
     whats = {case.what for case in plan_part("wiring", [MOTOR], {})}
     assert {f"pole_pairs={n}" for n in (1, 2, 3, 5, 6, 7, 8)} <= whats and not whats & {"pole_pairs=4", "pole_pairs=9"}
@@ -222,7 +234,7 @@ def test_a_stop_that_finishes_passes():
 @pytest.mark.parametrize("change, complaint", [
     ({"speed_rpm": 2000}, "not there after 0.8 s"), ({"fault": "OVERVOLTAGE", "fault_s": 1.2}, "OVERVOLTAGE"),
     ({"vbus_V": lambda t: 24 + 12.0 * (t > 1.3)}, "the bus rose to 36.0 V"),
-    ({"torque_mean_Nm": lambda t: 0.03 * (t > 1.2)}, "torque against the command"), ({"began_s": None}, "before the command"),
+    ({"torque_mean_Nm": lambda t: 0.05 * (t > 1.2)}, "torque against the command"), ({"began_s": None}, "before the command"),
     ({"speed_rpm": lambda t: max(0.0, 2000 - max(0.0, t - 1.001) * 2000)}, "not there after 0.8 s"),
 ])
 def test_a_stop_that_does_not_fails(change, complaint):
@@ -287,6 +299,10 @@ def test_an_unknown_part_or_motor_is_refused():
         plan_part("begin", [], {})
     with pytest.raises(LauncherError, match="no motor 'bogus'"):
         plan_part("start", ["bogus"], {})
+    with pytest.raises(LauncherError, match="WHAT 'bogus' is none of the cases of wiring, for example right"):
+        plan_part("wiring", [MOTOR], {"what": "bogus"})
+    assert [case.what for case in plan_part("wiring", [MOTOR], {"what": "counts*0.98 swap_*"})] == [
+        "counts*0.98", "swap_AB", "swap_BC", "swap_CA"]
 
 
 def test_a_run_that_could_not_be_made_fails(tmp_path):

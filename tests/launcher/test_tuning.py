@@ -45,4 +45,4 @@ def test_it_can_complain(tuning):
     params = console_params(load_drive("teknic_m2310p"))
     assert "ERROR_I_TRIP_BEYOND_RANGE" == tuning({**params, "i_trip_ma": params["i_range_ma"]})
     assert "ERROR_SPEED_BEYOND_OBSERVER" == tuning({**params, "pole_pairs": 20})
-    assert "ERROR_SPEED_GAIN" == tuning({**params, "inertia_gcm2": 50000000, "flux_uwb": 10})
+    assert "ERROR_SPEED_GAIN" == tuning({**params, "inertia_gmm2": 2100000000, "flux_uwb": 10})

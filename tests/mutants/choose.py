@@ -10,7 +10,7 @@ from mutants.faults_asm import asm_faults, instructions
 from mutants.faults_c import c_faults, decides, enum_neighbours, identifiers
 
 WEIGHT = {"function": 1.0, "table": 0.3, "macro": 0.15, "type": 0.0}  # of a line; code decides more than constants do
-SELDOM = {"volatile": 3}  # has its turn every third round: most of them leave the code as it is
+SELDOM = {"volatile": 3, "order": 2}  # these have their turn every so many rounds: most change nothing that matters
 
 
 class Sources:
@@ -76,5 +76,5 @@ def sequence(faults, seed, file):
                     used.add(chosen.line)
                     taken = True
                     yield chosen
-        if not taken and number % 3 == 0:
+        if not taken and number % 6 == 0:
             used.clear()

@@ -219,17 +219,20 @@ def small(tmp_path, monkeypatch):
     return root, tmp_path / "work"
 
 
+def project(root):
+    return Project(root, ("make", "-s", "build/level.so"), ("build/obj/*.o",), ("build/level.so",), "objcopy")
+
+
 def judge(root, work, count, keep=lambda fault: True):
     """Runs the engine with one worker on the faults that `keep` takes: {replacement: outcome}, and what it said."""
     sources, heard = Sources(root, rooms=("firmware",), also=()), []
     for name in sources.faults:
         sources.faults[name] = [fault for fault in sources.faults[name] if keep(fault)]
-    project = Project(root, ("make", "-s", "build/level.so"), ("build/obj/*.o",), ("build/level.so",), "objcopy")
     work.mkdir(exist_ok=True)
     store = Store(work / "results.jsonl", root, {name: digest(text) for name, text in sources.texts.items()},
                   fingerprint(root, ("firmware", "tests")))
     rungs = [Rung("unit", ("tests",), product="build/level.so")]
-    engine = Engine(sources, [Tree(project, work / "w0")], rungs, store, "1", heard.append)
+    engine = Engine(sources, [Tree(project(root), work / "w0")], rungs, store, "1", heard.append)
     judged = engine.run(count, list(sources.faults))
     outcomes = {f.replacement: entry["outcome"] for f, entry in [*judged.values(), *engine.tried.values()]}
     return outcomes, heard, judged, sources
@@ -285,6 +288,21 @@ def test_what_is_known_is_not_done_again_and_what_has_changed_is(small, monkeypa
     now, heard, *_ = judge(root, work, 2, lambda fault: fault.replacement in signs)
     assert now == {replacement: "noticed" for replacement in signs}
     assert ["as before" in line for line in heard if "/2" in line].count(True) == 1
+
+
+def test_what_an_interrupted_run_left_is_no_base_for_the_next(small):
+    root, work = small
+    faults = c_faults("firmware/level.c", LEVEL)
+    fault = next(fault for fault in faults if fault.replacement == "sum -= n;")
+    tree = Tree(project(root), work / "w0")
+    tree.prepare()
+    tree.keep()
+    right = tree.products
+    assert tree.insert(fault, LEVEL) == "" and tree.changed_products() == {"build/level.so"}
+    again = Tree(project(root), work / "w0")
+    again.prepare()
+    again.keep()
+    assert again.products == right and (again.root / fault.file).read_text() == LEVEL
 
 
 def test_a_tree_that_fails_as_it_is_is_no_base_for_verdicts(small):

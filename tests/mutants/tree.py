@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 FOREIGN = ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "PROBE")
+# no warning gives a mutant away, but what passes an integer for a pointer is not taken for C
+WARNINGS = "-Werror=int-conversion -Werror=incompatible-pointer-types"
 WALL_S = 3600.0  # without a verdict by then the machine is at fault, not the mutant
 
 
@@ -49,8 +51,12 @@ def tracked(root):
     return sorted(name for name in names if name and (root / name).is_file())
 
 
-def mirror(source, target, names, keep=()):
-    """Makes `target` hold exactly `names` of `source`, times included; top-level folders in `keep` are left alone."""
+def mirror(source, target, names, keep=(), same=None):
+    """Makes `target` hold exactly `names` of `source`; top-level folders in `keep` are left alone.
+
+    Without `same`, files of one time and size are taken for the same, and copies have the time of what they are copied from.
+    With it, it decides, and a copy is as new as it is.
+    """
     wanted = set(names)
     if target.exists():
         for folder, folders, files in os.walk(target):
@@ -61,10 +67,22 @@ def mirror(source, target, names, keep=()):
                     os.unlink(target / here / name)
     for name in wanted:
         one, two = source / name, target / name
-        if two.is_file() and one.stat().st_mtime_ns == two.stat().st_mtime_ns and one.stat().st_size == two.stat().st_size:
-            continue
-        two.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy2(one, two)
+        if not (two.is_file() and (same or _same_time)(one, two)):
+            two.parent.mkdir(parents=True, exist_ok=True)
+            (shutil.copy if same else shutil.copy2)(one, two)
+
+
+def _same_time(one, two):
+    a, b = one.stat(), two.stat()
+    return a.st_mtime_ns == b.st_mtime_ns and a.st_size == b.st_size
+
+
+def _same_content(one, two):
+    return one.read_bytes() == two.read_bytes()
+
+
+def inside(folder):
+    return [str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()] if folder.exists() else []
 
 
 class Tree:
@@ -74,14 +92,14 @@ class Tree:
         self.group, self.times = None, None
         folder.mkdir(parents=True, exist_ok=True)
         self.compiler = folder / "cc"
-        self.compiler.write_text(f'#!/bin/sh\nexec {os.environ.get("HOSTCC") or "cc"} "$@" -w\n')
+        self.compiler.write_text(f'#!/bin/sh\nexec {os.environ.get("HOSTCC") or "cc"} "$@" -Wno-error {WARNINGS}\n')
         self.compiler.chmod(0o755)
 
     def environment(self):
-        """Warnings are off everywhere: a mutant that a warning gives away has not been noticed by a test."""
+        """Without the user's choices, and with warnings that are no errors for whatever is built on the way."""
         kept = {key: value for key, value in os.environ.items() if key not in FOREIGN and not key.startswith("PYTEST_")}
-        return {**kept, "BUILD": "build", "HOSTCC": str(self.compiler), "MAKEFLAGS": "WARNINGS=-w", "NO_INSTALL": "1",
-                "PYTHONDONTWRITEBYTECODE": "1"}
+        return {**kept, "BUILD": "build", "HOSTCC": str(self.compiler), "NO_INSTALL": "1",
+                "MAKEFLAGS": "WARNINGS=" + WARNINGS.replace(" ", "\\ "), "PYTHONDONTWRITEBYTECODE": "1"}
 
     def run(self, command, extra=None):
         """(status, output); ends everything it started."""
@@ -112,21 +130,18 @@ class Tree:
     # ---- as it was ----
 
     def prepare(self):
-        """The project as it is, built."""
-        mirror(self.project.root, self.root, tracked(self.project.root), keep=("build",))
+        """The project as it is, built. What an interrupted run left of a mutant goes first."""
+        mirror(self.snapshot, self.root / "build", inside(self.snapshot))
+        mirror(self.project.root, self.root, tracked(self.project.root), keep=("build",), same=_same_content)
         status, output = self.run(list(self.project.command))
         if status:
             raise Trouble("the tree as it is does not build:\n" + last_lines(output))
 
     def keep(self):
         """Takes the present products as those to go back to."""
-        mirror(self.root / "build", self.snapshot, self._built())
+        mirror(self.root / "build", self.snapshot, inside(self.root / "build"))
         self.objects = {path: self._code(path) for path in self._found(self.project.objects)}
         self.products = {path: self._content(path) for path in self._found(self.project.products)}
-
-    def _built(self):
-        build = self.root / "build"
-        return [str(p.relative_to(build)) for p in build.rglob("*") if p.is_file()] if build.exists() else []
 
     def _found(self, globs):
         return sorted(str(p.relative_to(self.root)) for pattern in globs for p in self.root.glob(pattern))
@@ -172,5 +187,4 @@ class Tree:
         (self.root / file).write_text(text, encoding="utf-8")
         if self.times:
             os.utime(self.root / file, ns=self.times)
-        built = set(str(p.relative_to(self.snapshot)) for p in self.snapshot.rglob("*") if p.is_file())
-        mirror(self.snapshot, self.root / "build", built)
+        mirror(self.snapshot, self.root / "build", inside(self.snapshot))
