@@ -32,7 +32,9 @@ static void start_axis(struct axis *axis, enum fault boot_fault)
         handlers_start_current_loop();
     }
     handlers_start_slow_loop();
-    handlers_watch_device();
+    if (boot_fault != FAULT_CLOCK) {
+        handlers_watch_device(); /* or a PLL that is not locked would end each life of the program */
+    }
 }
 
 int main(void)

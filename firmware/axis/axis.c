@@ -27,6 +27,7 @@ static void bridge_off(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);
     corepwm_enable_legs(&a->fabric->pwm, false);
+    torque_rest(&a->torque);
 }
 
 static void begin_operation(struct axis *a)
@@ -107,29 +108,45 @@ static void step_switched_on(struct axis *a)
     }
 }
 
-static int32_t current_limit_q15(const struct axis *a)
+static void limit_torque(struct axis *a, bool limit_speed)
 {
-    return q15_min(speed_loop_current_limit(&a->loop, &a->tuning),
-                   thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15));
+    const struct torque_view view = {
+        .speed_rpm_q4 = a->speed.speed_rpm_q4,
+        .i_limit_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15),
+        .limit_speed = limit_speed,
+    };
+    torque_set_limits(&a->torque, &a->loop, &a->tuning, &view);
+}
+
+static void control_speed(struct axis *a, int32_t slope_q16)
+{
+    limit_torque(a, false);
+    torque_ask(&a->torque, &a->loop, &a->tuning, speed_loop_step(&a->speed, &a->tuning, slope_q16, &a->torque.limits));
 }
 
 static void step_operation(struct axis *a)
 {
-    const int32_t limit_q15 = current_limit_q15(a);
     if (a->mode == AXIS_MODE_TORQUE) {
-        a->loop.i_q_ref_q15 = q15_clamp(a->i_command_q15, -limit_q15, limit_q15);
+        limit_torque(a, true);
+        torque_ask(&a->torque, &a->loop, &a->tuning, a->torque_command_q15);
         return;
     }
-    a->loop.i_q_ref_q15 = speed_loop_step(&a->speed, &a->tuning, a->tuning.ramp_q16, limit_q15);
+    control_speed(a, a->tuning.ramp_q16);
+}
+
+/* Time in which the rotor brakes as hard as it may is not counted: then the stop takes what the limits make of it. */
+static bool stop_takes_too_long(struct axis *a)
+{
+    a->stopping_ms++;
+    a->lingering_ms += a->speed.at_limit ? 0u : 1u;
+    return a->lingering_ms >= QUICK_STOP_MS || a->stopping_ms >= (uint32_t)a->params.stop_max_ms;
 }
 
 static void step_quick_stop(struct axis *a)
 {
-    const int32_t slope = (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR;
-    a->loop.i_q_ref_q15 = speed_loop_step(&a->speed, &a->tuning, slope, current_limit_q15(a));
-    a->stopping_ms++;
+    control_speed(a, (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR);
     const bool stands = a->speed.ref_rpm_q16 == 0 && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
-    if (stands || a->stopping_ms >= QUICK_STOP_MS) {
+    if (stop_takes_too_long(a) || stands) {
         bridge_off(a);
         enter(a, AXIS_SWITCH_ON_DISABLED);
     }
@@ -138,11 +155,12 @@ static void step_quick_stop(struct axis *a)
 static void begin_quick_stop(struct axis *a)
 {
     if (a->mode == AXIS_MODE_TORQUE) {
-        speed_loop_reset(&a->speed, a->loop.i_q_ref_q15);
+        speed_loop_reset(&a->speed, a->torque.torque_q15);
     }
     a->mode = AXIS_MODE_SPEED;
     a->speed.target_rpm_q16 = 0;
     a->stopping_ms = 0;
+    a->lingering_ms = 0;
     enter(a, AXIS_QUICK_STOP);
 }
 
@@ -293,6 +311,7 @@ void axis_step(struct axis *a)
         return;
     }
     speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
+    torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
     watch_heartbeat(a);
     watch_latches(a);
     if (a->faults.cause != FAULT_NONE && a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION &&
@@ -313,9 +332,11 @@ void axis_init(struct axis *a, struct fabric *fabric)
     speed_loop_init(&a->speed);
     params_init(&a->params);
     (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
+    torque_map_build(&a->torque.map, &a->params, &a->tuning);
     current_loop_tune(&a->loop, &a->tuning);
     thermal_init(&a->thermal, NULL, &a->params);
     reaction_init(&a->reactions);
+    speed_loop_tune(&a->speed, &a->tuning);
 }
 
 void axis_remember_heat(struct axis *a, struct thermal_memory *memory)

@@ -21,6 +21,7 @@
 #include "firmware/commission/calibration.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/control/speed_loop.h"
+#include "firmware/control/torque.h"
 #include "firmware/settings/error.h"
 #include "firmware/settings/params.h"
 #include "firmware/settings/tuning.h"
@@ -63,14 +64,16 @@ struct axis {
     volatile uint32_t state; /* enum axis_state */
     volatile uint32_t mode;  /* enum axis_mode */
     volatile uint32_t time_ms;
-    volatile uint32_t request;      /* enum axis_request: the thread writes it, the slow loop takes it */
-    volatile int32_t i_command_q15; /* of torque control */
-    bool aligned;                   /* the encoder's relation to the magnets is known */
+    volatile uint32_t request;           /* enum axis_request: the thread writes it, the slow loop takes it */
+    volatile int32_t torque_command_q15; /* of torque control */
+    bool aligned;                        /* the encoder's relation to the magnets is known */
     uint32_t start_phase;
     uint32_t stopping_ms;
+    uint32_t lingering_ms;          /* of these, those in which no limit held the rotor's braking back */
     uint32_t heartbeat;             /* conversions at the last step */
     volatile uint32_t time_wraps;   /* of time_ms, once in 49.7 days */
     volatile uint32_t fabric_doubt; /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
+    struct torque_control torque;
     struct supervision supervision;
     struct thermal thermal;
     struct reactions reactions;

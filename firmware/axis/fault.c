@@ -103,11 +103,14 @@ enum fault fault_from_adc(uint32_t adc_flags)
     return (adc_flags & ADC_STATUS_VBUS_LOW) != 0u ? FAULT_UNDERVOLTAGE : FAULT_NONE;
 }
 
-/* First cause: hardware latches before what is concluded from a sample. So rare that it may branch. */
+/*
+ * First cause: hardware latches before what is concluded from a sample, and an encoder that has lost the angle before the current
+ * that follows from it. So rare that it may branch.
+ */
 void axis_sample_fault(struct axis *a)
 {
     const uint32_t gate = gate_status(&a->fabric->gate);
-    const enum fault sampled = fault_from_adc(adc_status(&a->fabric->adc));
+    const enum fault sampled = supervise_encoder_blame(a, fault_from_adc(adc_status(&a->fabric->adc)));
     if ((gate & GATE_STATUS_LATCHES) != 0u) {
         axis_raise(a, fault_from_gate(gate));
     } else if ((gate & GATE_STATUS_ENCODER) != 0u) {

@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/axis/fault.h"
 #include "firmware/control/emf.h"
 
 struct axis;
@@ -32,6 +33,7 @@ struct encoder_watch {
     uint32_t still_ms;        /* since when no count has come */
     int32_t w_moving_q15;     /* speed before that */
     int32_t dead_w_q15;       /* from this speed no shaft stands still at once */
+    uint32_t still_limit_q15; /* speed times milliseconds that make some counts */
     int32_t jump_limit_q32;
     /* index pulses: where the count was, for each direction */
     int32_t index_first[2], index_last[2];
@@ -39,11 +41,11 @@ struct encoder_watch {
     uint32_t index; /* as last read */
 };
 
-/* Phases: sums over 8 ms of the magnitudes that references and angle ask for, and of those measured. */
+/* Phases: what references and angle have asked of each while it carried nothing. */
 struct phase_watch {
-    int32_t asked_q15[3];
-    int32_t measured_q15[3];
-    int32_t enough_q15; /* of what is asked, to say anything */
+    int32_t missing_q15[3];           /* sums, a summand a millisecond */
+    int32_t i_d_ref_q15, i_q_ref_q15; /* of the last step: what the currents have followed since */
+    int32_t least_q15;                /* that can be told from nothing */
 };
 
 struct speed_watch {
@@ -58,7 +60,7 @@ struct speed_watch {
 /* A limit cycle: half waves of the speed error, near equally long, with much current. */
 struct cycle_watch {
     bool error_below;
-    bool softened;             /* the gains have been reduced */
+    uint32_t softened;         /* how often the gains have been reduced */
     uint32_t half_ms;          /* of the half wave that runs */
     uint32_t last_half_ms;     /* of the one before */
     uint32_t halves;           /* how many in a row were alike */
@@ -78,6 +80,12 @@ void supervision_begin(struct axis *a);
 
 /* One step. Slow loop, last. About 200 cycles. */
 void supervision_step(struct axis *a);
+
+/*
+ * The cause of an over-current: the encoder's, if it has just lost the angle, else what it looks like. From the current loop's
+ * interrupt, when a sample has a fault.
+ */
+enum fault supervise_encoder_blame(const struct axis *a, enum fault seen);
 
 /* The parts, in this order. */
 void supervise_encoder_begin(struct axis *a);

@@ -11,6 +11,8 @@
 #define DOUBT_BAD_MS 2u /* of them the EMF must contradict */
 #define TURNED_MS    8u /* without a jump: slow loss of counts */
 #define STILL_MS     4u
+#define STILL_MS_MAX 16u
+#define STILL_COUNTS 8u
 #define INDEX_COUNTS 2 /* from pulse to pulse */
 #define INDEX_DRIFT  4 /* from the first pulse, in the same direction */
 
@@ -20,8 +22,8 @@ static int32_t w_of(int32_t speed_q32)
 }
 
 /*
- * A shaft that can be stopped within 4 ms by the largest current, or that turns slower than a twentieth of its largest speed
- * or 4 counts a millisecond, may well stand still from one millisecond to the next.
+ * A shaft that the largest current can stop within 4 ms, or that turns slower than a twentieth of its largest speed, may well
+ * stand still from one millisecond to the next.
  */
 static int32_t dead_w_q15(const struct axis *a)
 {
@@ -29,9 +31,8 @@ static int32_t dead_w_q15(const struct axis *a)
     const uint32_t slope_q16 = (uint32_t)t->i_max_q15 * 65536u / (uint32_t)q15_max(t->speed_accel_q8, 1) * 256u;
     const int32_t by_torque_rpm = (int32_t)(slope_q16 >> 16) * 4;
     const int32_t rpm = q15_max(by_torque_rpm, a->params.speed_max_rpm / 20);
-    const int32_t counted = (int32_t)(4u * t->encoder_scale_q32 / CONFIG_LOOPS_PER_SLOW) >> 13;
     const int64_t w = (int64_t)rpm * t->overspeed_w_q15 / a->params.overspeed_rpm;
-    return q15_max(w > INT16_MAX ? INT16_MAX : (int32_t)w, counted);
+    return w > INT16_MAX ? INT16_MAX : (int32_t)w;
 }
 
 void supervise_encoder_begin(struct axis *a)
@@ -43,6 +44,8 @@ void supervise_encoder_begin(struct axis *a)
                                 .speed_q32 = a->loop.pll.speed_q32,
                                 .speed_before_q32 = a->loop.pll.speed_q32,
                                 .dead_w_q15 = dead_w_q15(a),
+                                .still_limit_q15 =
+                                    STILL_COUNTS * (a->tuning.encoder_scale_q32 >> 13) / CONFIG_LOOPS_PER_SLOW,
                                 .index = encoder_index(&a->fabric->encoder)};
     e->jump_limit_q32 = (int32_t)(coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG));
     emf_reset(&e->emf, &a->tuning);
@@ -72,13 +75,18 @@ static uint32_t latched(const struct encoder_regs *encoder, uint32_t *clock)
 }
 
 /* How far the shaft is from where its speed would have brought it, electrical. */
+static int32_t surprise_at(const struct axis *a, const struct encoder_watch *e, int32_t moved, uint32_t clock)
+{
+    const uint32_t periods = (clock - e->latch_clock + CONFIG_PWM_COUNTS / 2u) / CONFIG_PWM_COUNTS;
+    return (int32_t)((uint32_t)moved * a->tuning.encoder_scale_q32 - periods * (uint32_t)e->speed_q32);
+}
+
 static int32_t surprise_q32(struct axis *a, struct encoder_watch *e)
 {
     uint32_t clock;
     const uint32_t counts = latched(&a->fabric->encoder, &clock);
     const int32_t moved = counts_between(a, e->counts, counts);
-    const uint32_t periods = (clock - e->latch_clock + CONFIG_PWM_COUNTS / 2u) / CONFIG_PWM_COUNTS;
-    const uint32_t expected_q32 = periods * (uint32_t)e->speed_q32;
+    const int32_t surprise = surprise_at(a, e, moved, clock);
     e->counts = counts;
     e->latch_clock = clock;
     if (moved != 0) {
@@ -87,7 +95,7 @@ static int32_t surprise_q32(struct axis *a, struct encoder_watch *e)
     } else {
         e->still_ms++;
     }
-    return (int32_t)((uint32_t)moved * a->tuning.encoder_scale_q32 - expected_q32);
+    return surprise;
 }
 
 static int32_t degrees(int32_t angle_q32)
@@ -101,6 +109,18 @@ static void begin_doubt(struct encoder_watch *e, int32_t jump_q32)
     e->jump_q32 = jump_q32;
     e->w_before_q15 = w_of(e->speed_q32);
     e->against_ms = 0;
+}
+
+/*
+ * No edge for as long as eight counts should have taken: the edges' own clock tells it within a millisecond.
+ */
+static bool counts_stand(const struct axis *a, int32_t speed_q32)
+{
+    const struct encoder_regs *const encoder = &a->fabric->encoder;
+    const uint32_t quiet = encoder_latch_clock(encoder) - encoder_edge_clock(encoder);
+    const uint32_t periods = quiet / CONFIG_PWM_COUNTS;
+    return periods >= 2u &&
+           (uint64_t)periods * (uint32_t)q15_abs(speed_q32) > STILL_COUNTS * (uint64_t)a->tuning.encoder_scale_q32;
 }
 
 /*
@@ -120,7 +140,7 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e)
     if (e->doubt_ms >= DOUBT_MS - 1u) {
         return; /* the voltages of this millisecond are those from before */
     }
-    if (e->still_ms >= 2u) {
+    if (counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << 13))) {
         if (stands_with_emf(e)) {
             axis_report(a, FAULT_ENCODER_DEAD, 0, 0);
         }
@@ -151,9 +171,12 @@ static void compare_with_emf(struct axis *a, struct encoder_watch *e)
     }
 }
 
+/* No count where the speed before would have brought some by now. */
 static void watch_still(struct axis *a, const struct encoder_watch *e)
 {
-    if (e->still_ms == STILL_MS && q15_abs(e->w_moving_q15) > e->dead_w_q15) {
+    const uint32_t w_q15 = (uint32_t)q15_abs(e->w_moving_q15);
+    if (e->still_ms >= STILL_MS && e->still_ms <= STILL_MS_MAX && w_q15 > (uint32_t)e->dead_w_q15 &&
+        e->still_ms * w_q15 > e->still_limit_q15) {
         axis_report(a, FAULT_ENCODER_DEAD, 0, 0);
     }
 }
@@ -181,6 +204,22 @@ static void watch_index(struct axis *a, struct encoder_watch *e)
         }
     }
     e->index_last[way] = (int32_t)now;
+}
+
+enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
+{
+    const struct encoder_watch *const e = &a->supervision.encoder;
+    const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
+    if (seen != FAULT_OVERCURRENT || !running) {
+        return seen;
+    }
+    const struct encoder_regs *const encoder = &a->fabric->encoder;
+    const int32_t moved = counts_between(a, e->counts, encoder_latched(encoder));
+    const int32_t surprise = surprise_at(a, e, moved, encoder_latch_clock(encoder));
+    if (e->doubt_ms == 0u && q15_abs(surprise) <= e->jump_limit_q32) {
+        return seen;
+    }
+    return counts_stand(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
 }
 
 void supervise_encoder(struct axis *a)

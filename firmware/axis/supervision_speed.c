@@ -11,6 +11,7 @@
 #define CYCLE_SHORTEST 2u
 #define CYCLE_HALVES   6u
 #define SOFTENED_Q8    179 /* 0.7 */
+#define SOFTENED_MOST  5u  /* 0.17: an inertia that is told five times too large is forgiven */
 
 /* What the encoder resolves within a millisecond: two counts. */
 static int32_t resolved_rpm_q4(const struct axis *a)
@@ -22,7 +23,7 @@ void supervise_speed_begin(struct axis *a)
 {
     const int32_t share_q4 = (int32_t)((int64_t)a->params.speed_max_rpm * 16 * a->params.deviation_pct / 100);
     a->supervision.speed = (struct speed_watch){.deviation_q4 = q15_max(share_q4, resolved_rpm_q4(a))};
-    a->supervision.cycle = (struct cycle_watch){.softened = false};
+    a->supervision.cycle = (struct cycle_watch){.softened = 0};
 }
 
 static void watch_stall(struct axis *a, struct speed_watch *s)
@@ -82,8 +83,10 @@ static bool alike(uint32_t a, uint32_t b)
     return shorter * 3u + 3u >= longer * 2u;
 }
 
+/* The likely cause is an inertia that is told too large: all that is in proportion to it. */
 static void soften(struct axis *a)
 {
+    a->tuning.speed_accel_q8 = (int32_t)(((int64_t)a->tuning.speed_accel_q8 * SOFTENED_Q8) >> 8);
     a->tuning.speed_kp_q16 = (int32_t)(((int64_t)a->tuning.speed_kp_q16 * SOFTENED_Q8) >> 8);
     a->tuning.speed_ki_q16 = (int32_t)(((int64_t)a->tuning.speed_ki_q16 * SOFTENED_Q8) >> 8);
 }
@@ -103,7 +106,7 @@ static void end_half_wave(struct axis *a, struct cycle_watch *w)
     w->low_q15 = a->loop.i_q_ref_q15;
 }
 
-/* The first time the gains are reduced; if that does not help, it is a fault. */
+/* The gains are reduced, a few times; if that does not help, it is a fault. */
 static void watch_cycle(struct axis *a, struct cycle_watch *w)
 {
     const bool below = a->speed.speed_rpm_q4 < a->speed.speed_ref_rpm_q4;
@@ -122,10 +125,10 @@ static void watch_cycle(struct axis *a, struct cycle_watch *w)
         return;
     }
     w->halves = 0;
-    if (w->softened) {
+    if (w->softened == SOFTENED_MOST) {
         axis_report(a, FAULT_LIMIT_CYCLE, (int32_t)(1000u / (2u * w->last_half_ms)), 0);
     } else {
-        w->softened = true;
+        w->softened++;
         soften(a);
         axis_warn(a, FAULT_LIMIT_CYCLE);
     }

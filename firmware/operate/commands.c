@@ -175,13 +175,13 @@ static void run_fault(struct session *s, char *const *words)
     if (a->faults.cause == FAULT_NONE) {
         return;
     }
-    if (axis_fabric_doubted(a)) {
-        return; /* nothing was read */
-    }
-    const struct fault_snapshot *const f = &a->faults.snapshot;
     put_detail(s);
     text_put(&s->out, "look at: ");
     text_put_line(&s->out, message_fault_hint(a->faults.cause));
+    if (axis_fabric_doubted(a)) {
+        return; /* there was nothing to read */
+    }
+    const struct fault_snapshot *const f = &a->faults.snapshot;
     text_put(&s->out, "at: ");
     text_put_seconds(&s->out, f->up_ms);
     text_put(&s->out, " s, state ");
