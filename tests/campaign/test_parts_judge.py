@@ -273,7 +273,7 @@ def test_detuned_runs_keep_the_limits_but_those_of_quality():
 
 def test_names_of_detunings():
     assert part_detune.detune_of("R*0.5_L*2") == "resistance_mohm*0.5 ld_uh*2 lq_uh*2"
-    assert {part_detune.detune_of(name) for name in part_detune.NAMES} >= {"flux_uwb*2", "inertia_gcm2*5", "inertia_gcm2*0.2"}
+    assert {part_detune.detune_of(name) for name in part_detune.NAMES} >= {"flux_uwb*2", "inertia_gmm2*5", "inertia_gmm2*0.2"}
     with pytest.raises(LauncherError, match="no detuning 'X"):
         part_detune.detune_of("X*2")
     assert {case.motor for case in plan_part("detune", [], {})} == set(part_detune.MOTORS)
