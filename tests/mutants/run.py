@@ -39,6 +39,7 @@ def options(argv):
     parser.add_argument("--files", default="*", help="globs of the files that get faults, e.g. 'firmware/axis/*'")
     parser.add_argument("--rungs", default="", help="names of the only rungs to ask, e.g. 'unit target' (default: all)")
     parser.add_argument("--jobs", type=int, default=len(cores), help="workers (default: one a core)")
+    parser.add_argument("--keep-going", action="store_true", help="leave out tests that fail without any fault; the run fails")
     parser.add_argument("--list", action="store_true", help="only print the faults in their order")
     chosen = parser.parse_args(argv)
     if chosen.count < 1 or chosen.jobs < 1:
@@ -78,7 +79,7 @@ def play(chosen):
     trees = [Tree(made, folder / f"w{n}", chosen.cores[n % len(chosen.cores)]) for n in range(chosen.jobs)]
     store = Store(folder / "results.jsonl", ROOT, {name: digest(text) for name, text in sources.texts.items()},
                   digest(fingerprint(ROOT, JUDGES), *[rung.name for rung in rungs]))
-    engine = Engine(sources, trees, rungs, store, chosen.seed, lambda line: print(line, flush=True))
+    engine = Engine(sources, trees, rungs, store, chosen.seed, lambda line: print(line, flush=True), chosen.keep_going)
     if chosen.list:
         return show_plan(engine, files, chosen)
     judged = engine.run(chosen.count, files)
@@ -86,7 +87,7 @@ def play(chosen):
     text = "\n".join(lines(judged, engine.tried, reasons, sources))
     (folder / "result.txt").write_text(text + "\n")
     print("\n" + text)
-    wrong = list(complaints(judged, reasons, sources))
+    wrong = [f"{name} fails without any fault" for name in engine.broken] + list(complaints(judged, reasons, sources))
     minutes = (time.monotonic() - begun) / 60
     print(f"\n{len(judged)} mutants in {minutes:.1f} minutes; all of them: {folder / 'result.json'}", flush=True)
     for line in wrong:
