@@ -22,6 +22,12 @@ TIMING_FUNCTION(time_limits, torque_set_limits(&axes[0].torque, &axes[0].loop, &
 TIMING_FUNCTION(time_ask, torque_ask(&axes[0].torque, &axes[0].loop, &axes[0].tuning, axes[0].torque_command_q15))
 TIMING_FUNCTION(time_step,
                 (void)speed_loop_step(&axes[0].speed, &axes[0].tuning, axes[0].tuning.ramp_q16, &axes[0].torque.limits))
+TIMING_FUNCTION(time_follow, current_loop_follow(&axes[0].loop, axes[0].fabric, &axes[0].tuning))
+TIMING_FUNCTION(time_thermal, thermal_step(&axes[0].thermal, &axes[0].loop, 0u))
+TIMING_FUNCTION(time_encoder, supervise_encoder(&axes[0]))
+TIMING_FUNCTION(time_phases, supervise_phases(&axes[0]))
+TIMING_FUNCTION(time_deviation, supervise_speed(&axes[0]))
+TIMING_FUNCTION(time_index, start_learn_index(&axes[0]))
 TIMING_FUNCTION(time_drive_step, axis_step(&axes[0]))
 
 static uint32_t interrupting(void)
@@ -92,6 +98,12 @@ void rows_slow_loop(void)
     print_states("torque_set_limits", time_limits, NULL);
     print_states("torque_ask", time_ask, NULL);
     print_states("speed_loop_step", time_step, NULL);
+    print_states("current_loop_follow", time_follow, NULL);
+    print_states("thermal_step", time_thermal, NULL);
+    print_states("supervise_encoder", time_encoder, NULL);
+    print_states("supervise_phases", time_phases, NULL);
+    print_states("supervise_speed", time_deviation, NULL);
+    print_states("start_learn_index", time_index, NULL);
     print_states("drive_step.speed", time_drive_step, NULL);
     axes[0].mode = AXIS_MODE_TORQUE;
     print_states("drive_step.torque", time_drive_step, NULL);
