@@ -3,11 +3,12 @@
 
 WHAT is LOAD/ANGLE: hoist20/45 is a hoist with 20 % of rated torque, which pulls against positive rotation and which a ratchet
 holds at standstill; friction20/45 is friction of that size; inertia100/45 is 100 times the rotor's inertia, rigidly coupled;
-free/45 is none of these. The angle is electrical, from phase A to the
+free/45 is none of these; again/45 is part_again.py's. The angle is electrical, from phase A to the
 rotor's d axis.
 """
 import re
 
+from . import part_again
 from .errors import LauncherError
 from .part import (ON_S, OPERATION, PartCase, Setup, Verdict, angle_error_deg, bridge_is_off, event, excursion_deg, fault_s,
                    first_fault, late, late_s, matches, mean_angle_deg, numbers, operation_s, scenario)
@@ -34,7 +35,8 @@ def plan(motors, options):
     """ANGLES and LOADS thin it out."""
     wanted = [f"{angle:g}" for angle in numbers(options.get("angles") or "", "ANGLES", 0, 360)] or [f"{a}" for a in angles()]
     loads = (options.get("loads") or "").replace(",", " ").split() or LOADS
-    return [PartCase(NAME, motor, f"{load}/{angle}") for motor in motors for load in map(_checked, loads) for angle in wanted]
+    cases = [PartCase(NAME, motor, f"{load}/{angle}") for motor in motors for load in map(_checked, loads) for angle in wanted]
+    return cases + ([] if options.get("angles") or options.get("loads") else part_again.plan(motors))
 
 
 def _checked(load):
@@ -48,6 +50,8 @@ def _checked(load):
 def setup(what, drive):
     """The run of one case."""
     load, _, angle = what.partition("/")
+    if load == "again":
+        return part_again.setup(what, drive)
     kind, size = re.fullmatch(r"([a-z]+)([\d.]*)", _checked(load)).groups()
     degrees = numbers(angle, "angle", 0, 360)[0]
     torque_nm = drive.names()["rated_torque_Nm"] * float(size or 0) / 100
