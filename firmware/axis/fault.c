@@ -69,10 +69,17 @@ bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t det
     return first;
 }
 
+void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
+{
+    if (!axis_fabric_doubted(a)) {
+        gate_disable(&a->fabric->gate);
+    }
+    (void)fault_latch(a, cause, detail_0, detail_1);
+}
+
 void axis_raise(struct axis *a, enum fault cause)
 {
-    gate_disable(&a->fabric->gate);
-    (void)fault_latch(a, cause, 0, 0);
+    axis_raise_with(a, cause, 0, 0);
 }
 
 enum fault fault_from_gate(uint32_t gate_flags)

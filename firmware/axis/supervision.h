@@ -51,8 +51,9 @@ struct phase_watch {
 struct speed_watch {
     int32_t deviation_q4; /* of rpm: what is too far */
     uint32_t far_ms;
-    int32_t distance_q4; /* at the last step */
-    uint32_t losing_ms;  /* since when it grows although the current is at its limit */
+    int32_t distance_q4; /* from the reference, at the last step */
+    int32_t rate_q4;     /* its growth a millisecond, smoothed */
+    uint32_t losing_ms;  /* since when it will soon be too far, with all the current there is */
     uint32_t stalled_ms;
     uint32_t limited_ms; /* since when the voltage is limited and the current is not what it should be */
 };

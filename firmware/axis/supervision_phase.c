@@ -33,6 +33,12 @@ static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32
     return p->missing_q15[phase] > p->least_q15 << LEAST_SHIFT;
 }
 
+/* Which: 1, 2, 3; 0 if more than one. */
+static int32_t open_phase(bool a, bool b, bool c)
+{
+    return a + b + c == 1 ? a + 2 * b + 3 * c : 0;
+}
+
 void supervise_phases(struct axis *a)
 {
     struct phase_watch *const p = &a->supervision.phases;
@@ -49,6 +55,6 @@ void supervise_phases(struct axis *a)
     p->i_d_ref_q15 = a->loop.i_d_ref_q15;
     p->i_q_ref_q15 = a->loop.i_q_ref_q15;
     if (a_open || b_open || c_open) {
-        axis_report(a, FAULT_OPEN_PHASE, (a_open ? 1 : 0) + (b_open ? 2 : 0) + (c_open ? 4 : 0), 0);
+        axis_report(a, FAULT_OPEN_PHASE, open_phase(a_open, b_open, c_open), 0);
     }
 }

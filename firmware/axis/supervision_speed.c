@@ -5,7 +5,9 @@
 
 #define STALL_MS       500u
 #define FAR_MS         5u
-#define LOSING_MS      5u
+#define LOSING_MS      3u
+#define LOOK_AHEAD_MS  10
+#define RATE_SHIFT     2
 #define LIMITED_MS     100u
 #define CYCLE_LONGEST  100u /* ms of half a wave: six in 300 ms have 50 */
 #define CYCLE_SHORTEST 2u
@@ -36,21 +38,18 @@ static void watch_stall(struct axis *a, struct speed_watch *s)
 }
 
 /*
- * Two ways to have lost the speed: too far from the reference; or seven tenths of it, with all the current there is, and still going
- * away: then the load is stronger than the motor, and waiting makes it worse.
+ * Two ways to have lost the speed: it is too far from the reference; or it will be in LOOK_AHEAD_MS, although the motor does what
+ * it can: then the load is the stronger one.
  */
 static void watch_deviation(struct axis *a, struct speed_watch *s)
 {
     const int32_t error_q4 = a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4;
     const int32_t distance_q4 = q15_abs(error_q4);
-    const bool losing =
-        a->speed.at_limit && distance_q4 > s->deviation_q4 / 10 * 7 && (error_q4 < 0) == (a->loop.i_q_ref_q15 < 0);
-    if (losing && distance_q4 >= s->distance_q4) {
-        s->losing_ms++;
-    } else {
-        s->losing_ms = 0;
-    }
+    s->rate_q4 += (distance_q4 - s->distance_q4 - s->rate_q4) >> RATE_SHIFT;
     s->distance_q4 = distance_q4;
+    const bool helpless = a->speed.at_limit && (error_q4 < 0) == (a->loop.i_q_ref_q15 < 0);
+    const bool losing = helpless && s->rate_q4 > 0 && distance_q4 + LOOK_AHEAD_MS * s->rate_q4 > s->deviation_q4;
+    s->losing_ms = losing ? s->losing_ms + 1u : 0u;
     s->far_ms = distance_q4 > s->deviation_q4 ? s->far_ms + 1u : 0u;
     if (s->far_ms >= FAR_MS || s->losing_ms >= LOSING_MS) {
         axis_report(a, FAULT_SPEED_DEVIATION, error_q4 / 16, 0);

@@ -41,7 +41,7 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     axes[0].torque_command_q15 = vector_random(-20000, 20000);
     axes[0].speed.ref_rpm_q16 = ref_rpm * RPM_Q16;
     axes[0].speed.target_rpm_q16 = target_rpm * RPM_Q16;
-    axes[0].speed.integral_q16 = integral_q16;
+    axes[0].speed.integral_q16 = (int32_t)integral_q16;
     axes[0].heartbeat = adc_sequence(&axes[0].fabric->adc) - CONFIG_LOOPS_PER_SLOW; /* or the step would find a fault */
     axes[0].tuning.overspeed_w_q15 = Q15_ONE;
     axes[0].state = AXIS_OPERATION_ENABLED;

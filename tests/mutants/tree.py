@@ -52,12 +52,12 @@ def tracked(root):
 
 
 def mirror(source, target, names, keep=(), same=None):
-    """Makes `target` hold exactly `names` of `source`; top-level folders in `keep` are left alone.
+    """Makes `target` hold exactly `names` of `source` and returns what had to go; top-level folders in `keep` are left alone.
 
     Without `same`, files of one time and size are taken for the same, and copies have the time of what they are copied from.
     With it, it decides, and a copy is as new as it is.
     """
-    wanted = set(names)
+    wanted, gone = set(names), []
     if target.exists():
         for folder, folders, files in os.walk(target):
             here = Path(folder).relative_to(target)
@@ -65,11 +65,13 @@ def mirror(source, target, names, keep=(), same=None):
             for name in files:
                 if str(here / name) not in wanted:
                     os.unlink(target / here / name)
+                    gone.append(str(here / name))
     for name in wanted:
         one, two = source / name, target / name
         if not (two.is_file() and (same or _same_time)(one, two)):
             two.parent.mkdir(parents=True, exist_ok=True)
             (shutil.copy if same else shutil.copy2)(one, two)
+    return gone
 
 
 def _same_time(one, two):
@@ -132,10 +134,13 @@ class Tree:
     def prepare(self):
         """The project as it is, built. What an interrupted run left of a mutant goes first."""
         mirror(self.snapshot, self.root / "build", inside(self.snapshot))
-        mirror(self.project.root, self.root, tracked(self.project.root), keep=("build",), same=_same_content)
-        status, output = self.run(list(self.project.command))
-        if status:
-            raise Trouble("the tree as it is does not build:\n" + last_lines(output))
+        gone = mirror(self.project.root, self.root, tracked(self.project.root), keep=("build",), same=_same_content)
+        if gone or self.run(list(self.project.command))[0]:  # perhaps of products whose sources are not there any more
+            for folder in (self.root / "build", self.snapshot):
+                shutil.rmtree(folder, ignore_errors=True)
+            status, output = self.run(list(self.project.command))
+            if status:
+                raise Trouble("the tree as it is does not build:\n" + last_lines(output))
 
     def keep(self):
         """Takes the present products as those to go back to."""
