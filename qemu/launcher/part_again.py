@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
 """PART=start, the second time: with an index the offset outlives switching off, so that the next start needs no alignment.
 
-WHAT is again/ANGLE: on, a turn past the index, stop, off, on. The second start neither moves the rotor nor takes the time for it.
+WHAT is again/ANGLE: on, a turn past the index, stop, off, on. The second start neither moves the rotor nor takes the time
+for it.
 """
 import numpy as np
 
 from .errors import LauncherError
-from .part import (ON_S, OPERATION, PartCase, Setup, Verdict, angle_error_deg, event, first_fault, late, mean_angle_deg, numbers,
-                   scenario)
+from .part import (ON_S, OPERATION, PartCase, Setup, Verdict, angle_error_deg, event, first_fault, late, mean_angle_deg,
+                   numbers, scenario)
 
 NAME = "start"
 ANGLES = (0, 45, 90, 135, 180, 225, 270, 315)
