@@ -15,7 +15,7 @@ from .part import (ON_S, OPERATION, PartCase, Setup, Verdict, angle_error_deg, b
 
 NAME = "start"
 OFFSET_MAX_DEG = 3.0       # electrical
-MOVEMENT_MAX_DEG = 360.0   # electrical, until the drive is in operation
+MOVEMENT_MAX_DEG = 1080.0  # electrical: ALIGNMENT_TURNS of firmware/commission/alignment.h, to either side
 LONGEST_S = 15.0
 STAND_S, TURN_S = 0.1, 0.5  # at standstill, then turning: each is judged
 DECIDED_S = 0.05           # of these, the last part of the standstill

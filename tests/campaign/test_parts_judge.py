@@ -93,8 +93,9 @@ def test_there_is_no_third_outcome():
 
 
 def test_a_rotor_that_is_thrown_about_fails():
-    verdict = start(speed_rpm=lambda t: 600.0 if 0.3 < t < 0.35 else 0.0)
-    assert "the rotor moved by 7" in verdict.why and verdict.figures["movement, deg"] == pytest.approx(176, abs=5)
+    verdict = start(speed_rpm=lambda t: 600.0 if 0.3 < t < 0.38 else 0.0)
+    assert "the rotor moved by 11" in verdict.why and verdict.figures["movement, deg"] == pytest.approx(285, abs=5)
+    assert start(speed_rpm=lambda t: 600.0 if 0.3 < t < 0.37 else 0.0).passed
 
 
 def again(off_s=1.2, again_s=1.5, **run):
