@@ -58,7 +58,7 @@ def setup(what, drive):
     pulls = {"hoist": "load_hoist", "friction": "load_coulomb"}.get(kind)
     steps = [{"t_s": 0.0, **event(pulls, f"{torque_nm:.9g}")}] if pulls else []
     steps += [late(STAND_S, console="speed {low_rpm}"), late(STAND_S + TURN_S, **event("end"))]
-    return Setup(scenario(f"start at {degrees:g} degrees, {load}", steps, LONGEST_S), lambda run: judge(run, ALLOWED[kind]),
+    return Setup(scenario(f"start at {degrees:g} degrees, {load}", steps, LONGEST_S), lambda run: judge(run, ALLOWED[kind], kind != "hoist"),
                  {"seed": 1 + int(degrees) % SEEDS, "start_angle": degrees, **_inertia(kind, size)})
 
 
@@ -68,8 +68,11 @@ def _inertia(kind, size):
     return {"overrides": {"motor": {"load": {"inertia_ratio": float(size), "stiffness_nm_rad": 0.0}}}}
 
 
-def judge(run, allowed):
-    """In operation with the right offset, or off with a reason that is true; there is no third outcome."""
+def judge(run, allowed, bounded=True):
+    """In operation with the right offset, or off with a reason that is true; there is no third outcome.
+
+    bounded   the rotor moves no further than the method needs; a load that drives it may add to that
+    """
     fault, began = first_fault(run), operation_s(run)
     end_s = next(t for t in (began, fault_s(run), run.trace["t_s"][-1]) if t is not None)
     moved = excursion_deg(run, None, end_s + run.period_s)
@@ -86,7 +89,7 @@ def judge(run, allowed):
         error = mean_angle_deg(angle_error_deg(run, window))
         figures[f"offset error {name}, deg el."] = error
         wrong += [f"offset {error:+.1f} degrees electrical {name}"] if abs(error) > OFFSET_MAX_DEG else []
-    if figures["movement, deg el."] > MOVEMENT_MAX_DEG:
+    if bounded and figures["movement, deg el."] > MOVEMENT_MAX_DEG:
         wrong.append(f"the rotor moved by {figures['movement, deg el.']:.0f} degrees electrical")
     return Verdict("misaligned" if wrong else "operation", "; ".join(wrong), figures)
 

@@ -96,6 +96,8 @@ def test_a_rotor_that_is_thrown_about_fails():
     verdict = start(speed_rpm=lambda t: 600.0 if 0.3 < t < 0.38 else 0.0)
     assert "the rotor moved by 11" in verdict.why and verdict.figures["movement, deg"] == pytest.approx(285, abs=5)
     assert start(speed_rpm=lambda t: 600.0 if 0.3 < t < 0.37 else 0.0).passed
+    driven = made_up(speed_rpm=lambda t: 600.0 if 0.3 < t < 0.38 else 0.0)
+    assert part_start.judge(driven, (), bounded=False).passed, "a load that drives it may add to that"
 
 
 def again(off_s=1.2, again_s=1.5, **run):
