@@ -58,7 +58,8 @@ def setup(what, drive):
     pulls = {"hoist": "load_hoist", "friction": "load_coulomb"}.get(kind)
     steps = [{"t_s": 0.0, **event(pulls, f"{torque_nm:.9g}")}] if pulls else []
     steps += [late(STAND_S, console="speed {low_rpm}"), late(STAND_S + TURN_S, **event("end"))]
-    return Setup(scenario(f"start at {degrees:g} degrees, {load}", steps, LONGEST_S), lambda run: judge(run, ALLOWED[kind], kind != "hoist"),
+    return Setup(scenario(f"start at {degrees:g} degrees, {load}", steps, LONGEST_S),
+                 lambda run: judge(run, ALLOWED[kind], kind != "hoist"),
                  {"seed": 1 + int(degrees) % SEEDS, "start_angle": degrees, **_inertia(kind, size)})
 
 
