@@ -13,8 +13,9 @@
 #define RPM_Q4_LIMIT (20000 * 16)
 #define RPM_Q16      65536
 #define EXTREMES     512u
+#define MS_CLOCKS    (BOARD_FABRIC_HZ / 1000u)
 
-TIMING_FUNCTION(time_measure, speed_loop_measure(&axes[0].speed, &axes[0].loop, &axes[0].tuning))
+TIMING_FUNCTION(time_measure, speed_loop_measure(&axes[0].speed, &FABRIC0->encoder, &axes[0].tuning))
 TIMING_FUNCTION(time_limit, (void)speed_loop_current_limit(&axes[0].loop, &axes[0].tuning))
 TIMING_FUNCTION(time_step, (void)speed_loop_step(&axes[0].speed, &axes[0].tuning, axes[0].tuning.ramp_q16,
                                                  axes[0].tuning.i_max_q15))
@@ -25,13 +26,32 @@ static uint32_t interrupting(void)
     return rows_time_interrupt(BOARD_IRQ_TICK);
 }
 
+/*
+ * The encoder stands, so the step before is moved instead: the last edge came a millisecond earlier, as many counts back as a
+ * shaft of that speed turns, or none came.
+ */
+static void set_speed(int32_t rpm)
+{
+    struct speed_estimate *const e = &axes[0].speed.estimate;
+    const int32_t counts = axes[0].tuning.encoder_counts;
+    const int32_t moved = q15_clamp(rpm * (counts / 4) / 15000, -(counts / 4) + 1, counts / 4 - 1);
+    const int32_t count = (int32_t)encoder_latched(&FABRIC0->encoder) - moved;
+    speed_estimate_reset(e);
+    e->speed_rpm_q15 = rpm * 32768;
+    e->lost = false;
+    e->interval_clocks = MS_CLOCKS;
+    e->count = (uint32_t)(count < 0 ? count + counts : count % counts);
+    e->clock = encoder_edge_clock(&FABRIC0->encoder) - (moved != 0 ? MS_CLOCKS : 0u);
+    axes[0].speed.speed_rpm_q4 = rpm * 16;
+}
+
 /* A drive in operation at any speed, and what axis_step(&axes[0]) looks at besides. */
 static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, int64_t integral_q16)
 {
     loop_state_typical(&axes[0].loop);
     axes[0].loop.pll.speed_q32 = speed_q32;
     axes[0].loop.radius_q15 = vector_random(4000, 17000);
-    speed_loop_measure(&axes[0].speed, &axes[0].loop, &axes[0].tuning);
+    set_speed(tuning_rpm_q4(&axes[0].tuning, speed_q32) / 16);
     axes[0].speed.ref_rpm_q16 = ref_rpm * RPM_Q16;
     axes[0].speed.target_rpm_q16 = target_rpm * RPM_Q16;
     axes[0].speed.integral_q16 = integral_q16;
