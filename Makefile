@@ -2,6 +2,9 @@
 # mssfoc: field-oriented motor control for the Cortex-M3 of SmartFusion2. `make help` lists the targets.
 
 BUILD   ?= build
+ifneq ($(words $(BUILD)),1)
+$(error mssfoc: BUILD='$(BUILD)' must be one folder without a blank in its path, like BUILD=build16)
+endif
 PYTHON  ?= /usr/bin/python3
 QEMU    ?= qemu-system-arm
 HOSTCC  ?= cc

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/messages.h"
 
+#include <stddef.h>
+
 static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_NONE] = "ok",
     [ERROR_CURRENT_GAIN] =
@@ -17,8 +19,10 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SPEED_BEYOND_OBSERVER] = "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical",
     [ERROR_CURRENT_MARGIN] = "current_bw_hz leaves less than 45 degrees of phase margin: at most @",
     [ERROR_SPEED_MARGIN] = "speed_bw_hz leaves less than 45 degrees of phase margin: at most @",
-    [ERROR_SPEED_RESOLUTION] = "speed_bw_hz is too much for encoder_counts with this inertia_gmm2 and i_max_ma: at most @",
-    [ERROR_SPEED_UNRESOLVED] = "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
+    [ERROR_SPEED_RESOLUTION] =
+        "speed_bw_hz is too much for encoder_counts with this inertia_gmm2 and i_max_ma: at most @",
+    [ERROR_SPEED_UNRESOLVED] =
+        "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
     [ERROR_CURRENT_TOO_SLOW] = "current_bw_hz is too small for any speed_bw_hz",
     [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gmm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
     [ERROR_FAULT_LATCHED] = "a fault is latched; see 'fault', then 'clear'",
@@ -38,6 +42,8 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_BEYOND_SPEED_MAX] = "beyond speed_max_rpm",
     [ERROR_BEYOND_I_MAX] = "beyond i_max_ma",
     [ERROR_DRIVE_IS_ON] = "parameters can change only while the drive is off",
+    [ERROR_TOO_HOT] = "the winding or the power stage is too hot; see 'status'",
+    [ERROR_REACTION_NOT_ALLOWED] = "this fault does not allow that; 'reaction' lists what each allows",
     [ERROR_BUSY] = "the last request has not been carried out yet; try again",
 };
 
@@ -55,6 +61,7 @@ static const char *const state_names[] = {
 struct fault_text {
     const char *name;
     const char *hint;
+    const char *detail;
 };
 
 static const struct fault_text fault_texts[FAULT_COUNT] = {
@@ -83,6 +90,20 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_WATCHDOG_OFF] = {"watchdog off", "docs/fabric.md, watchdog: enabled, reset mode, 100 ms; set in Libero"},
     [FAULT_PLL] = {"PLL lost its lock", "reference clock, PLL supply and its filter"},
     [FAULT_ECC] = {"memory error", "two wrong bits in a word of eSRAM or cache: supply, radiation, a worn device"},
+    [FAULT_ENCODER_SLIP] = {"encoder slip", "coupling between encoder and shaft, disturbance on the encoder's lines",
+                            "off by @ deg electrical"},
+    [FAULT_ENCODER_DEAD] = {"encoder dead", "encoder cable, supply, disc; or the shaft was stopped by force"},
+    [FAULT_ENCODER_COUNTS] = {"encoder counts", "encoder_counts, dirt on the disc, disturbance on the encoder's lines",
+                              "@ counts from index to index"},
+    [FAULT_OPEN_PHASE] = {"open phase", "motor cable, plug, a switch of the bridge that does not close",
+                          "no current in @ (1 a, 2 b, 4 c, or their sum)"},
+    [FAULT_SPEED_DEVIATION] = {"speed deviation", "load, i_max_ma, deviation_pct", "@ rpm from the reference"},
+    [FAULT_OVERTEMPERATURE] = {"over-temperature", "load, cooling, i_rated_ma, t_max_c", "winding at @ degC"},
+    [FAULT_INVERTER_OVERLOAD] = {"inverter overload", "load, inverter_ma, inverter_tau_ms"},
+    [FAULT_VOLTAGE_LIMIT] = {"voltage limit", "supply, speed_max_rpm, flux_uwb: the bus does not drive the current"},
+    [FAULT_LIMIT_CYCLE] = {"limit cycle", "speed_bw_hz, inertia_gmm2: the speed loop swings", "at @ Hz"},
+    [FAULT_COMMAND_TIMEOUT] = {"command time-out", "the controller of this drive; command_timeout_ms",
+                               "nothing heard for @ ms"},
 };
 
 const char *message_of_error(enum error error)
@@ -98,6 +119,36 @@ const char *message_of_state(enum axis_state state)
 const char *message_of_fault(enum fault cause)
 {
     return cause < FAULT_COUNT ? fault_texts[cause].name : "unknown";
+}
+
+const char *message_fault_detail(enum fault cause)
+{
+    return cause < FAULT_COUNT && fault_texts[cause].detail != NULL ? fault_texts[cause].detail : "";
+}
+
+const char *message_of_reaction(enum reaction reaction)
+{
+    static const char *const names[REACTION_COUNT] = {"off", "stop", "warn"};
+    return reaction < REACTION_COUNT ? names[reaction] : "unknown";
+}
+
+/* A word of a command has no blanks, so '_' stands for one. */
+static bool named(const char *name, const char *word)
+{
+    while (*name != '\0' && (*name == *word || (*name == ' ' && *word == '_'))) {
+        name++;
+        word++;
+    }
+    return *name == *word;
+}
+
+enum fault message_find_fault(const char *name)
+{
+    uint32_t cause = FAULT_NONE + 1u;
+    while (cause < FAULT_COUNT && !named(fault_texts[cause].name, name)) {
+        cause++;
+    }
+    return (enum fault)cause;
 }
 
 const char *message_fault_hint(enum fault cause)

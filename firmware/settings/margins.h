@@ -11,8 +11,8 @@
  *   the delay: the estimate is the mean of a slow period, half of it old; what it asks for is held for one, half of it again;
  *   a sampling period each until it is read and taken; and half the distance of two edges, four a slow period (below that
  *   speed the estimate is older, and the loop's gains follow it: speed_loop.h).
- * Resolution: an edge that comes a count too early would, within a slow period, ask for COUNTS_ASK times the largest current.
- * Edges stand about a tenth of a count off before the estimate has learned where.
+ * Resolution. Edges stand up to a tenth of a count off, until the estimate has learned where. So much within a slow period may
+ * ask for the largest current, a count for MARGIN_COUNTS_ASK times that.
  */
 #ifndef FIRMWARE_SETTINGS_MARGINS_H
 #define FIRMWARE_SETTINGS_MARGINS_H
@@ -23,7 +23,7 @@
 #include "firmware/settings/tuning.h"
 
 #define MARGIN_DEG        45
-#define MARGIN_COUNTS_ASK 2
+#define MARGIN_COUNTS_ASK 10
 
 /* The largest current_bw_hz with the margin. */
 int32_t margin_current_bw_hz(void);

@@ -90,5 +90,9 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     if (problem == ERROR_NONE) {
         problem = tuning_speed(p, t);
     }
-    return problem == ERROR_NONE ? check_margins(p, t) : outcome_of(problem);
+    if (problem != ERROR_NONE) {
+        return outcome_of(problem);
+    }
+    tuning_torque(p, t);
+    return check_margins(p, t);
 }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Gains of the speed loop and units of the speed estimate. The plant is Kt/(sJ) with Kt = 1.5 p psi for currents in peak
- * amperes, so Kp = w J / Kt; the integral acts below a quarter of the crossover.
+ * amperes and psi as mtpa.h has it, so Kp = w J / Kt; the integral acts below a quarter of the crossover.
  */
 #include "firmware/settings/config.h"
+#include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
 #include "lib/polar.h"
@@ -41,11 +42,11 @@ static void tune_estimate(const struct params *p, struct tuning *t)
 
 static enum error tune_gains(const struct params *p, struct tuning *t)
 {
-    const int64_t flux_current = (int64_t)p->pole_pairs * p->flux_uwb * p->i_range_ma;
+    const int64_t flux_current_e3 = p->pole_pairs * mtpa_flux_nwb(p) * p->i_range_ma;
     const int64_t inertia_hz = (int64_t)p->inertia_gmm2 * p->speed_bw_hz;
-    const int64_t kp = scale(inertia_hz, KP_E3, flux_current * 1000);
-    const int64_t ki = scale(inertia_hz * p->speed_bw_hz, KI, flux_current * CONFIG_SLOW_HZ);
-    const int64_t accel = scale(p->inertia_gmm2, ACCEL_E6 / 1000 * CONFIG_SLOW_HZ, flux_current * 1000);
+    const int64_t kp = scale(inertia_hz, KP_E3, flux_current_e3);
+    const int64_t ki = scale(inertia_hz * p->speed_bw_hz, KI, flux_current_e3 / 1000 * CONFIG_SLOW_HZ);
+    const int64_t accel = scale(p->inertia_gmm2, ACCEL_E6 / 1000 * CONFIG_SLOW_HZ, flux_current_e3);
     if (kp < 1 || kp > INT32_MAX || accel > INT32_MAX) {
         return ERROR_SPEED_GAIN;
     }
@@ -67,7 +68,8 @@ static void tune_alignment(const struct params *p, struct tuning *t)
     const int64_t kt_nnm = KT_NNM_A * p->pole_pairs * p->flux_uwb;
     const int64_t w0_squared = scale(kt_nnm, (int64_t)p->pole_pairs * p->i_align_ma, 1000LL * p->inertia_gmm2);
     const int32_t w0 = polar_root_down(w0_squared > UINT32_MAX ? UINT32_MAX : (uint32_t)w0_squared);
-    const int64_t kd = scale(t->speed_kp_q16, 1600000000LL * w0, 6283185307LL * p->speed_bw_hz);
+    const int64_t kp = scale(t->speed_kp_q16, mtpa_flux_nwb(p) / 1000, p->flux_uwb); /* reluctance does not help here */
+    const int64_t kd = scale(kp > INT32_MAX ? INT32_MAX : kp, 1600000000LL * w0, TWO_PI_E9 * p->speed_bw_hz);
     t->align_kd_q16 = (int32_t)(kd > t->speed_kp_q16 ? t->speed_kp_q16 : kd);
 }
 

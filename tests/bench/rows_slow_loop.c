@@ -15,10 +15,14 @@
 #define EXTREMES     512u
 #define MS_CLOCKS    (BOARD_FABRIC_HZ / 1000u)
 
-TIMING_FUNCTION(time_measure, speed_loop_measure(&axes[0].speed, &FABRIC0->encoder, &axes[0].tuning))
-TIMING_FUNCTION(time_limit, (void)speed_loop_current_limit(&axes[0].loop, &axes[0].tuning))
-TIMING_FUNCTION(time_step, (void)speed_loop_step(&axes[0].speed, &axes[0].tuning, axes[0].tuning.ramp_q16,
-                                                 axes[0].tuning.i_max_q15))
+static const struct torque_view view = {.speed_rpm_q4 = 1000 * 16, .i_limit_q15 = INT32_MAX, .limit_speed = true};
+
+TIMING_FUNCTION(time_measure, speed_loop_measure(&axes[0].speed, &axes[0].fabric->encoder, &axes[0].tuning))
+TIMING_FUNCTION(time_watch, torque_measure(&axes[0].torque, &axes[0].loop, &axes[0].tuning, 16000))
+TIMING_FUNCTION(time_limits, torque_set_limits(&axes[0].torque, &axes[0].loop, &axes[0].tuning, &view))
+TIMING_FUNCTION(time_ask, torque_ask(&axes[0].torque, &axes[0].loop, &axes[0].tuning, axes[0].torque_command_q15))
+TIMING_FUNCTION(time_step,
+                (void)speed_loop_step(&axes[0].speed, &axes[0].tuning, axes[0].tuning.ramp_q16, &axes[0].torque.limits))
 TIMING_FUNCTION(time_drive_step, axis_step(&axes[0]))
 
 static uint32_t interrupting(void)
@@ -52,9 +56,14 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     axes[0].loop.pll.speed_q32 = speed_q32;
     axes[0].loop.radius_q15 = vector_random(4000, 17000);
     set_speed(tuning_rpm_q4(&axes[0].tuning, speed_q32) / 16);
+    axes[0].torque.energy_q25 = axes[0].tuning.bus_set_energy_q25 / 2;
+    axes[0].torque.burn_q15 = 0;
+    axes[0].torque_command_q15 = vector_random(-20000, 20000);
     axes[0].speed.ref_rpm_q16 = ref_rpm * RPM_Q16;
     axes[0].speed.target_rpm_q16 = target_rpm * RPM_Q16;
     axes[0].speed.integral_q16 = integral_q16;
+    axes[0].heartbeat = adc_sequence(&axes[0].fabric->adc) - CONFIG_LOOPS_PER_SLOW; /* or the step would find a fault */
+    axes[0].tuning.overspeed_w_q15 = Q15_ONE;
     axes[0].state = AXIS_OPERATION_ENABLED;
     axes[0].faults.cause = FAULT_NONE;
 }
@@ -73,6 +82,8 @@ static void set_extreme(uint32_t index)
     static const int32_t rpms[] = {0, 1, -1, 20000, -20000, 300, -300, 4000};
     set_state(speeds_q32[index & 7u], rpms[(index >> 3) & 7u], rpms[(index >> 6) & 7u],
               (int64_t)vector_random(-32768, 32767) * 65536);
+    axes[0].torque.energy_q25 = axes[0].tuning.bus_set_energy_q25; /* braking is limited, and burns */
+    axes[0].torque.burn_q15 = vector_random(1, axes[0].tuning.burn_max_q15);
 }
 
 static void print_states(const char *name, timer_function timer, uint32_t (*interrupt)(void))
@@ -97,7 +108,9 @@ void rows_slow_loop(void)
     nvic_enable(BOARD_IRQ_TICK);
     axes[0].mode = AXIS_MODE_SPEED;
     print_states("speed_loop_measure", time_measure, NULL);
-    print_states("speed_loop_current_limit", time_limit, NULL);
+    print_states("torque_measure", time_watch, NULL);
+    print_states("torque_set_limits", time_limits, NULL);
+    print_states("torque_ask", time_ask, NULL);
     print_states("speed_loop_step", time_step, NULL);
     print_states("drive_step.speed", time_drive_step, NULL);
     axes[0].mode = AXIS_MODE_TORQUE;

@@ -234,7 +234,7 @@ def test_a_stop_that_finishes_passes():
 @pytest.mark.parametrize("change, complaint", [
     ({"speed_rpm": 2000}, "not there after 0.8 s"), ({"fault": "OVERVOLTAGE", "fault_s": 1.2}, "OVERVOLTAGE"),
     ({"vbus_V": lambda t: 24 + 12.0 * (t > 1.3)}, "the bus rose to 36.0 V"),
-    ({"torque_mean_Nm": lambda t: 0.03 * (t > 1.2)}, "torque against the command"), ({"began_s": None}, "before the command"),
+    ({"torque_mean_Nm": lambda t: 0.05 * (t > 1.2)}, "torque against the command"), ({"began_s": None}, "before the command"),
     ({"speed_rpm": lambda t: max(0.0, 2000 - max(0.0, t - 1.001) * 2000)}, "not there after 0.8 s"),
 ])
 def test_a_stop_that_does_not_fails(change, complaint):

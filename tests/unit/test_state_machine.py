@@ -138,7 +138,7 @@ def test_latches_that_nobody_has_seen_are_seen_by_the_slow_loop(world, c):
 
 @pytest.mark.parametrize("sign", (1, -1))
 def test_overspeed_counts_between_switching_on_and_off(world, c, sign):
-    for state, found in zip(STATES, (False, False, True, True, True, False, False)):
+    for state, found in zip(STATES, (False, True, True, True, True, False, False)):  # ready is switched on within the step
         w = world(state)
         before = w.axis.faults.cause
         w.axis.loop.pll.speed_q32 = sign * ((w.axis.tuning.overspeed_w_q15 + 1) << 13)
