@@ -82,6 +82,7 @@ void adc_offsets(const struct adc_regs *adc, uint32_t offset_q15[3]);
  * Beyond which magnitude of a current, which magnitude of the currents' sum, below and above which bus voltage the flags
  * of ADC_STATUS are set, Q15. After reset nothing is beyond. In effect from the end of the next conversion on. Context: any.
  */
+#define ADC_LIMIT_NONE 0x1FFFF /* of a current and of the sum: nothing is beyond */
 void adc_set_limits(struct adc_regs *adc, int32_t i_trip_q15, int32_t sum_trip_q15, int32_t v_min_q15,
                     int32_t v_max_q15);
 
