@@ -39,7 +39,7 @@ static void set_encoder(int32_t counts, uint32_t clocks)
 }
 
 /* A drive in operation at any speed, and what axis_step(&axes[0]) looks at besides. */
-static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, int32_t integral_q16)
+static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, int32_t integral_q29)
 {
     const int32_t rpm_q4 = tuning_rpm_q4(&axes[0].tuning, speed_q32);
     const int32_t counts = rpm_q4 * axes[0].tuning.encoder_counts / (60 * 16 * 1000);
@@ -50,7 +50,7 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     axes[0].loop.radius_q15 = vector_random(4000, 17000);
     axes[0].speed.ref_rpm_q16 = ref_rpm * RPM_Q16;
     axes[0].speed.target_rpm_q16 = target_rpm * RPM_Q16;
-    axes[0].speed.integral_q16 = integral_q16;
+    axes[0].speed.integral_q29 = integral_q29;
     axes[0].state = AXIS_OPERATION_ENABLED;
     axes[0].faults.cause = FAULT_NONE;
 }
@@ -59,7 +59,7 @@ static void set_typical(void)
 {
     const int32_t speed_q32 = vector_random(-(1 << 27), 1 << 27);
     const int32_t rpm = tuning_rpm_q4(&axes[0].tuning, speed_q32) / 16;
-    set_state(speed_q32, rpm + vector_random(-50, 50), vector_random(-4000, 4000), vector_random(-8192, 8192) * 65536);
+    set_state(speed_q32, rpm + vector_random(-50, 50), vector_random(-4000, 4000), vector_random(-8192, 8192) * 16384);
 }
 
 static void set_extreme(uint32_t index)
@@ -67,7 +67,7 @@ static void set_extreme(uint32_t index)
     static const int32_t speeds_q32[] = {0, 1, -1, (1 << 28) - 1, -(1 << 28), 1 << 15, -(1 << 15), 1 << 24};
     static const int32_t rpms[] = {0, 1, -1, 20000, -20000, 300, -300, 4000};
     set_state(speeds_q32[index & 7u], rpms[(index >> 3) & 7u], rpms[(index >> 6) & 7u],
-              vector_random(-32768, 32767) * 65536);
+              vector_random(-32768, 32767) * 16384);
 }
 
 static void print_states(const char *name, timer_function timer, uint32_t (*interrupt)(void))
