@@ -16,6 +16,7 @@
 #ifndef LIB_PI_H
 #define LIB_PI_H
 
+#include "lib/factors.h"
 #include "lib/q15.h"
 
 #define PI_OUTPUT_MAX      32766 /* of the limit: below what saturates at 16 bits, or nothing would be seen to exceed it */
@@ -37,7 +38,7 @@ struct pi_q15 {
  */
 static inline int32_t pi_q15_unlimited(int32_t kp_q9, int32_t error, int32_t integral_q9)
 {
-    return q15_sat16((kp_q9 * error + integral_q9) >> 9);
+    return q15_sat16((kp_q9 * error + integral_q9) >> PI_SHIFT);
 }
 
 /**
@@ -92,7 +93,7 @@ static inline void pi_q15_saturate(int32_t *output, int32_t *step_q15, int32_t l
 /** The integral after a step, rounded down to 2^-9. Context: any. 1 cycle. */
 static inline int32_t pi_q15_integrated(int32_t integral_q9, int32_t step_q15)
 {
-    return integral_q9 + (step_q15 >> 6);
+    return integral_q9 + (step_q15 >> PI_STEP_SHIFT);
 }
 
 /**

@@ -115,6 +115,13 @@
     X(80, GPIO30_IRQHandler) \
     X(81, GPIO31_IRQHandler)
 
+/*
+ * The table the core uses: a copy of the one in flash, made at reset, so that a handler can be replaced by a store. Index:
+ * exception number, the first is the initial stack. Follow the store by a DSB (ARMv7-M, B1.5.3). Whoever stores sees to it
+ * that the interrupt's two handlers may change places at that time.
+ */
+extern void (*startup_vectors[])(void);
+
 #define STARTUP_SYSTEM_VECTORS   16u
 #define STARTUP_EXTERNAL_VECTORS 82u
 

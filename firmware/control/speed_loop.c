@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/control/speed_loop.h"
 
-#include "lib/limit.h"
-
 #define FULL_GAIN_CLOCKS 150000u /* 1.5 ms: while an edge comes in every step, or nearly */
 #define HUNT_MS          32u
 #define HUNT_SWINGS      4u
+#define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
 #define ONE_Q29          (1 << 29)
 #define CALMEST          10u /* quarters: of the gains a sixteenth is left */
 
@@ -30,40 +29,34 @@ void speed_loop_tune(struct speed_loop *s, const struct tuning *t)
 {
     s->kp_q16 = t->speed_kp_q16;
     s->ki_q16 = t->speed_ki_q16;
-    s->error_max_q15 =
-        (int32_t)(((1LL << 43) - 1) / t->speed_kp_q16 < INT32_MAX ? ((1LL << 43) - 1) / t->speed_kp_q16 : INT32_MAX);
+    s->error_max_q15 = (int32_t)clamp(ERROR_TIMES_GAIN / t->speed_kp_q16, 1, INT32_MAX);
     s->calmed = 0;
     s->swings = 0;
 }
 
-void speed_loop_reset(struct speed_loop *s, int32_t i_q_ref_q15)
+void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
 {
     s->ref_rpm_q16 = s->estimate.speed_rpm_q15 * 2;
     s->target_rpm_q16 = s->ref_rpm_q16;
     s->speed_ref_rpm_q4 = s->speed_rpm_q4;
-    s->integral_q29 = i_q_ref_q15 * (1 << 14);
+    s->integral_q29 = torque_q15 * (1 << 14);
     s->at_limit = false;
 }
 
-/* Moves the reference towards the command and returns by how much, in rpm Q16. */
+/*
+ * Moves the reference towards the command and returns the step that it wants, in rpm Q16. While the current is at its limit and
+ * the rotor behind, the reference waits for it; the feed-forward goes on asking for all there is.
+ */
 static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
 {
     const int64_t distance = (int64_t)s->target_rpm_q16 - s->ref_rpm_q16;
     const int32_t step = (int32_t)clamp(distance, -slope_q16, slope_q16);
-    s->ref_rpm_q16 += step;
+    const int32_t ahead_q4 = s->speed_ref_rpm_q4 - s->speed_rpm_q4;
+    if (!s->at_limit || (step > 0 ? ahead_q4 <= 0 : ahead_q4 >= 0)) {
+        s->ref_rpm_q16 += step;
+    }
     s->speed_ref_rpm_q4 = s->ref_rpm_q16 >> 12;
     return step;
-}
-
-int32_t speed_loop_current_limit(const volatile struct current_loop *c, const struct tuning *t)
-{
-    const int32_t w_q15 = q15_abs(current_loop_w_q15(c));
-    const int32_t emf_q15 = (w_q15 * t->emf_q12) >> 12;
-    const int32_t x_q15 = (w_q15 * t->x_q_q11) >> 11;
-    const int32_t usable_q15 = c->radius_q15 * 19 / 20;
-    const int32_t rest_q15 = circle_rest_q15(q15_min(emf_q15, usable_q15), usable_q15);
-    const int32_t limit_q15 = x_q15 > 0 ? (int32_t)((uint32_t)rest_q15 * 32768u / (uint32_t)x_q15) : t->i_max_q15;
-    return q15_min(limit_q15, t->i_max_q15);
 }
 
 /*
@@ -109,16 +102,16 @@ static int32_t answer_q29(const struct speed_loop *s, int32_t error_q15, int32_t
 
 static int32_t feedforward_q29(const struct tuning *t, int32_t moved_q16)
 {
-    const int64_t wanted_q29 = ((int64_t)t->speed_accel_q8 * moved_q16) >> 10;
-    return wanted_q29 > ONE_Q29 ? ONE_Q29 : (wanted_q29 < -ONE_Q29 ? -ONE_Q29 : (int32_t)wanted_q29);
+    return (int32_t)clamp(((int64_t)t->speed_accel_q8 * moved_q16) >> 10, -ONE_Q29, ONE_Q29);
 }
 
-/* In Q29 a current has 14 bits beyond Q15: an answer of +-2.0, a feed-forward of +-1.0 and an integral of less add up in 32. */
-int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, int32_t limit_q15)
+/* In Q29 a torque has 14 bits beyond Q15: an answer of +-2.0, a feed-forward of +-1.0 and an integral of less add up in 32. */
+int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits)
 {
     const int32_t moved_q16 = ramp(s, slope_q16);
     const int32_t ref_rpm_q15 = s->ref_rpm_q16 >> 1;
-    const int32_t limit_q29 = limit_q15 * (1 << 14);
+    const int32_t low_q29 = limits->low * (1 << 14);
+    const int32_t high_q29 = limits->high * (1 << 14);
     int32_t error_q15 = ref_rpm_q15 - s->estimate.speed_rpm_q15;
     int32_t ki_q16 = s->ki_q16;
     if (s->estimate.interval_clocks > FULL_GAIN_CLOCKS) {
@@ -128,16 +121,15 @@ int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t sl
     }
     const int32_t answer = answer_q29(s, error_q15, s->kp_q16);
     const int32_t wanted_q29 = s->integral_q29 + answer + (moved_q16 != 0 ? feedforward_q29(t, moved_q16) : 0);
-    const int32_t output_q29 = q15_clamp(wanted_q29, -limit_q29, limit_q29);
-    s->at_limit = output_q29 != wanted_q29;
     s->swing_ms++;
     if ((answer >> 14) * s->swing > t->i_max_q15 / 4) {
         count_swing(s);
     }
+    s->at_limit = wanted_q29 < low_q29 || wanted_q29 > high_q29;
     /* integrate unless that would push further into the limit */
     const int32_t growth_q29 = answer_q29(s, ref_rpm_q15 - s->estimate.travel_q15, ki_q16);
     if (!s->at_limit || (growth_q29 > 0) != (wanted_q29 > 0)) {
-        s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, -limit_q29, limit_q29);
+        s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, low_q29, high_q29);
     }
-    return output_q29 >> 14;
+    return wanted_q29 >> 14;
 }

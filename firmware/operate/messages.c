@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/messages.h"
 
+#include <stddef.h>
+
 static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_NONE] = "ok",
     [ERROR_CURRENT_GAIN] =
@@ -17,8 +19,10 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SPEED_BEYOND_OBSERVER] = "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical",
     [ERROR_CURRENT_MARGIN] = "current_bw_hz leaves less than 45 degrees of phase margin: at most @",
     [ERROR_SPEED_MARGIN] = "speed_bw_hz leaves less than 45 degrees of phase margin: at most @",
-    [ERROR_SPEED_RESOLUTION] = "speed_bw_hz is too much for encoder_counts with this inertia_gmm2 and i_max_ma: at most @",
-    [ERROR_SPEED_UNRESOLVED] = "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
+    [ERROR_SPEED_RESOLUTION] =
+        "speed_bw_hz is too much for encoder_counts with this inertia_gmm2 and i_max_ma: at most @",
+    [ERROR_SPEED_UNRESOLVED] =
+        "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
     [ERROR_CURRENT_TOO_SLOW] = "current_bw_hz is too small for any speed_bw_hz",
     [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gmm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
     [ERROR_FAULT_LATCHED] = "a fault is latched; see 'fault', then 'clear'",
@@ -31,10 +35,15 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_GATE_INPUT_ACTIVE] = "the cause is still there: an input of the gate driver is active",
     [ERROR_NO_ENCODER_SIGNAL] = "the cause is still there: no encoder signal",
     [ERROR_FABRIC] = "the cause is still there: the fabric does not carry the expected design",
-    [ERROR_CLOCK] = "the cause is still there: the clock ratios are not those of the board",
+    [ERROR_CLOCK] = "the cause is still there: the clock ratios are not those of the board, or a PLL is not locked",
+    [ERROR_STACK_GUARD] = "the cause is still there: the stack guard is not in effect; reset the device",
+    [ERROR_WATCHDOG_OFF] = "the cause is still there: the watchdog is not on with the board's time-out",
+    [ERROR_FABRIC_DOUBTED] = "the fabric is not touched after this fault; mend the cause, then reset the device",
     [ERROR_BEYOND_SPEED_MAX] = "beyond speed_max_rpm",
     [ERROR_BEYOND_I_MAX] = "beyond i_max_ma",
     [ERROR_DRIVE_IS_ON] = "parameters can change only while the drive is off",
+    [ERROR_TOO_HOT] = "the winding or the power stage is too hot; see 'status'",
+    [ERROR_REACTION_NOT_ALLOWED] = "this fault does not allow that; 'reaction' lists what each allows",
     [ERROR_BUSY] = "the last request has not been carried out yet; try again",
 };
 
@@ -52,6 +61,7 @@ static const char *const state_names[] = {
 struct fault_text {
     const char *name;
     const char *hint;
+    const char *detail;
 };
 
 static const struct fault_text fault_texts[FAULT_COUNT] = {
@@ -72,8 +82,47 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_LOOP_STOPPED] = {"loop stopped", "no end-of-conversion interrupts: fabric clock, CorePWM, ADC"},
     [FAULT_WATCHDOG] = {"watchdog reset", "the program hung or the refresh came late"},
     [FAULT_EXCEPTION] = {"processor exception", "'fault' shows the registers"},
-    [FAULT_CLOCK] = {"clock", "clock ratios differ from drivers/board.h: Libero clock settings"},
+    [FAULT_CLOCK] = {"clock",
+                     "clock ratios differ from drivers/board.h, or a PLL is not locked: Libero clock settings"},
     [FAULT_FABRIC] = {"fabric", "the FPGA does not carry the design of docs/fabric.md"},
+    [FAULT_LOCKUP] = {"lock-up reset", "a fault inside the fault's handler: bus errors, a broken stack or memory"},
+    [FAULT_STACK_GUARD] = {"stack guard", "no memory protection unit: MPU switched off in Libero"},
+    [FAULT_WATCHDOG_OFF] = {"watchdog off", "docs/fabric.md, watchdog: enabled, reset mode, 100 ms; set in Libero"},
+    [FAULT_PLL] = {"PLL lost its lock", "reference clock, PLL supply and its filter"},
+    [FAULT_ECC] = {"memory error", "two wrong bits in a word of eSRAM or cache: supply, radiation, a worn device"},
+    [FAULT_ENCODER_SLIP] = {"encoder slip", "coupling between encoder and shaft, disturbance on the encoder's lines",
+                            "off by @ deg electrical"},
+    [FAULT_ENCODER_DEAD] =
+        {"encoder dead", "the motor turned and no counts came: encoder cable, supply, coupling; or the shaft was held",
+         "@ counts in an electrical turn, instead of #"},
+    [FAULT_ENCODER_COUNTS] =
+        {"encoder counts",
+         "encoder_counts does not fit pole_pairs or the index: the setting, dirt on the disc, disturbance on the lines",
+         "encoder_counts # would fit"},
+    [FAULT_OPEN_PHASE] = {"open phase", "motor cable, plug, a bridge leg, or a current sensor that shows nothing",
+                          "phase @: 1 is A, 2 is B, 3 is C; 0: more than one"},
+    [FAULT_SPEED_DEVIATION] = {"speed deviation", "load, i_max_ma, deviation_pct", "@ rpm from the reference"},
+    [FAULT_OVERTEMPERATURE] = {"over-temperature", "load, cooling, i_rated_ma, t_max_c", "winding at @ degC"},
+    [FAULT_INVERTER_OVERLOAD] = {"inverter overload", "load, inverter_ma, inverter_tau_ms"},
+    [FAULT_VOLTAGE_LIMIT] = {"voltage limit", "supply, speed_max_rpm, flux_uwb: the bus does not drive the current"},
+    [FAULT_LIMIT_CYCLE] = {"limit cycle", "speed_bw_hz, inertia_gmm2: the speed loop swings", "at @ Hz"},
+    [FAULT_COMMAND_TIMEOUT] = {"command time-out", "the controller of this drive; command_timeout_ms",
+                               "nothing heard for @ ms"},
+    [FAULT_ROTOR_TURNING] = {"rotor turning",
+                             "something else turns the motor: wait until it stands still, close the brake",
+                             "it moved by @ of # counts in 0.13 s"},
+    [FAULT_SENSOR_SIGN] = {"current sensor sign", "a current sensor counts backwards: its wiring, amplifier or gain",
+                           "phase @: 1 is A, 2 is B, 3 is C"},
+    [FAULT_ENCODER_DIRECTION] = {"encoder direction or phase order",
+                                 "exchange A and B of the encoder, or two phases of the motor",
+                                 "@ counts in an electrical turn, instead of #"},
+    [FAULT_POLE_PAIRS] = {"pole pairs", "pole_pairs does not fit the encoder's counts",
+                          "pole_pairs @ would fit, or else encoder_counts #"},
+    [FAULT_ROTOR_BLOCKED] = {"rotor blocked",
+                             "rotor blocked, brake not released, load too heavy, or i_align_ma too small",
+                             "@ counts in an electrical turn, instead of #"},
+    [FAULT_LOAD_TOO_HIGH] = {"load too high at start", "less load while it starts, or a larger i_align_ma and i_max_ma",
+                             "it turned the rotor out of the field by @ degrees electrical"},
 };
 
 const char *message_of_error(enum error error)
@@ -89,6 +138,36 @@ const char *message_of_state(enum axis_state state)
 const char *message_of_fault(enum fault cause)
 {
     return cause < FAULT_COUNT ? fault_texts[cause].name : "unknown";
+}
+
+const char *message_fault_detail(enum fault cause)
+{
+    return cause < FAULT_COUNT && fault_texts[cause].detail != NULL ? fault_texts[cause].detail : "";
+}
+
+const char *message_of_reaction(enum reaction reaction)
+{
+    static const char *const names[REACTION_COUNT] = {"off", "stop", "warn"};
+    return reaction < REACTION_COUNT ? names[reaction] : "unknown";
+}
+
+/* A word of a command has no blanks, so '_' stands for one. */
+static bool named(const char *name, const char *word)
+{
+    while (*name != '\0' && (*name == *word || (*name == ' ' && *word == '_'))) {
+        name++;
+        word++;
+    }
+    return *name == *word;
+}
+
+enum fault message_find_fault(const char *name)
+{
+    uint32_t cause = FAULT_NONE + 1u;
+    while (cause < FAULT_COUNT && !named(fault_texts[cause].name, name)) {
+        cause++;
+    }
+    return (enum fault)cause;
 }
 
 const char *message_fault_hint(enum fault cause)

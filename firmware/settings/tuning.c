@@ -38,7 +38,7 @@ static enum error check_limits(const struct params *p)
     if (p->v_min_mv < p->v_range_mv / 4) {
         return ERROR_V_MIN_BELOW_MODULATOR;
     }
-    if ((int64_t)p->overspeed_rpm * p->pole_pairs > 60LL * TUNING_SPEED_BASE_HZ * 95 / 100) {
+    if ((int64_t)p->overspeed_rpm * p->pole_pairs > 60LL * CONFIG_SPEED_BASE_HZ * 95 / 100) {
         return ERROR_SPEED_BEYOND_OBSERVER;
     }
     return ERROR_NONE;
@@ -49,11 +49,10 @@ static void tune_limits(const struct params *p, struct tuning *t)
 {
     t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
     t->i_max_q15 = tuning_q15_from_milli(p->i_max_ma, p->i_range_ma);
-    t->i_align_q15 = tuning_q15_from_milli(p->i_align_ma, p->i_range_ma);
     t->i_sum_q15 = t->i_trip_q15 / 4;
     t->v_min_q15 = tuning_q15_from_milli(p->v_min_mv, p->v_range_mv);
     t->v_max_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv);
-    t->overspeed_w_q15 = (int32_t)scale((int64_t)p->overspeed_rpm * p->pole_pairs, 32768, 60LL * TUNING_SPEED_BASE_HZ);
+    t->overspeed_w_q15 = (int32_t)scale((int64_t)p->overspeed_rpm * p->pole_pairs, 32768, 60LL * CONFIG_SPEED_BASE_HZ);
     t->encoder_scale_q32 = (uint32_t)scale(p->pole_pairs, 1LL << 32, p->encoder_counts);
 }
 
@@ -90,5 +89,10 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     if (problem == ERROR_NONE) {
         problem = tuning_speed(p, t);
     }
-    return problem == ERROR_NONE ? check_margins(p, t) : outcome_of(problem);
+    if (problem != ERROR_NONE) {
+        return outcome_of(problem);
+    }
+    tuning_torque(p, t);
+    tuning_start(p, t);
+    return check_margins(p, t);
 }

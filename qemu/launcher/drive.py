@@ -10,7 +10,7 @@ from .schema import SECTIONS
 from .spread import check_spread, drawn
 
 RPM = math.pi / 30  # rad/s in one rpm
-ON_TIME_S = 0.85    # offsets of the sensors, then alignment: 0.78 s, which does not depend on the motor
+ON_TIME_S = 1.6
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
 _TWIN_NAMES = {"counts_per_rev": "encoder_counts"}  # where a key of the data file has another name in the twin

@@ -34,7 +34,9 @@ ROWS = {
     "PI_Lib_Do": "PI with anti-windup, every field held to its range first",
     "SVM_Lib_Do": "min-max zero sequence over 32 bits",
     "speed_loop_measure": "speed in rpm",
-    "speed_loop_current_limit": "largest current that the bus voltage controls",
+    "torque_measure": "energy of the bus, power that goes away",
+    "torque_set_limits": "torque limits of voltage, bus and speed",
+    "torque_ask": "torque to i_d and i_q",
     "speed_loop_step": "ramp and PI, 64 bit",
     "drive_step.speed": "state machine with the speed loop",
     "drive_step.torque": "state machine in torque control",
@@ -45,6 +47,7 @@ ROWS = {
     "console.unknown": "the answer to a command that does not exist",
     "console.interrupt": "UART interrupt that hands 16 characters to the transmitter",
     "tuning_compute": "parameters to gains and thresholds, at `on`",
+    "torque_map_build": "table from torque to currents of a salient machine, at `on`",
     "interrupt.latency": "request by software to the first reading in the handler",
     "interrupt.round_trip": "entry and exit around an empty handler",
 }
