@@ -9,7 +9,6 @@
                    speeds end at 1187 Hz, over-speed is 1.2 times this) and of 26000 rpm
     overspeed_rpm  1.2 times speed_max_rpm
     ramp_rpm_s     0 to speed_max_rpm in 0.8 s, or with half of rated torque if that takes longer
-    ld_apparent_h  0: as ld_h; lq_apparent_h likewise
     stop_max_s     60
     current_bw_hz  1000
     speed_bw_hz    60, or what firmware/settings/margins.h allows if that is less: a phase margin of 45 degrees at this
@@ -46,7 +45,7 @@ def control_by_rule(motor, inverter):
     return {"i_max_a": _three_digits(min(1.5 * rated_a, 0.85 * trip_a)), "i_trip_a": _three_digits(trip_a),
             "i_align_a": _three_digits(align_a), "speed_max_rpm": speed,
             "overspeed_rpm": math.ceil(SPEED_SHARE_OF_TRIP * speed), "ramp_rpm_s": _three_digits(slope),
-            "ld_apparent_h": 0.0, "lq_apparent_h": 0.0, "stop_max_s": 60.0, "current_bw_hz": CURRENT_BW_HZ,
+            "stop_max_s": 60.0, "current_bw_hz": CURRENT_BW_HZ,
             "speed_bw_hz": speed_bw_by_rule(motor, inertia, min(1.5 * rated_a, 0.85 * trip_a))}
 
 
