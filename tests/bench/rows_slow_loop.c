@@ -66,11 +66,13 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     axes[0].tuning.overspeed_w_q15 = Q15_ONE;
     axes[0].state = AXIS_OPERATION_ENABLED;
     axes[0].faults.cause = FAULT_NONE;
+    axes[0].heartbeat = adc_sequence(&axes[0].fabric->adc) - CONFIG_LOOPS_PER_SLOW; /* else it would be a fault */
+    supervision_begin(&axes[0]);
 }
 
 static void set_typical(void)
 {
-    const int32_t speed_q32 = vector_random(-(1 << 27), 1 << 27);
+    const int32_t speed_q32 = vector_random(-(1 << 26), 1 << 26); /* below over-speed */
     const int32_t rpm = tuning_rpm_q4(&axes[0].tuning, speed_q32) / 16;
     set_state(speed_q32, rpm + vector_random(-50, 50), vector_random(-4000, 4000), vector_random(-8192, 8192) * 16384);
 }
