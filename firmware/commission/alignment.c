@@ -7,17 +7,19 @@
 
 #define QUARTER_Q32    0x40000000u
 #define PERIODS_A_TURN 2 /* of the pendulum, in which the field turns once */
-#define SETTLE_PERIODS 4
+#define SETTLE_PERIODS 10
+#define SLOWER         4 /* times, at the second attempt */
 #define SETTLE_MS      60
 #define EVEN_ONE_IN    64 /* forth and back agree so far, and but for these counts */
 #define EVEN_COUNTS    6
 #define ATTEMPTS       2u
+#define GRIP_TENTHS    6
 #define AWAY_TURNS     2   /* further away from where it began no field pulls the rotor */
 #define OUT_DEGREES    180 /* the rotor did not stay with the field at all */
 #define DEGREES_45_Q32 0x20000000
 #define DEGREES_20_Q32 (DEGREES_45_Q32 / 9 * 4)
 
-/* A quarter of a turn may be off by this part of itself: a rotor that swings is measured once more, and slower. */
+/* A third of a turn may be off by this part of itself: a rotor that swings is measured once more, and slower. */
 static const int32_t EVEN_PARTS[ATTEMPTS] = {10, 3};
 
 enum stage {
@@ -46,17 +48,17 @@ static void enter(struct alignment *a, enum stage stage)
     a->stage_ms = 0;
 }
 
-/* The first attempt is quick; the second has time for five times the inertia that was told, and as much current as there is. */
+/* The first attempt is quick; the second has time for 16 times the inertia that was told, and as much current as there is. */
 static void begin_attempt(struct alignment *a, const struct tuning *t, uint32_t attempt, uint32_t angle_q32)
 {
     a->attempt = attempt;
     a->level = attempt == 0u ? 0u : t->align_levels - 1u;
-    a->rotor.sense = 1;
-    a->rotor.period_ms = attempt == 0u ? t->align[a->level].period_ms : t->align[a->level].period_ms * 5 / 2;
+    a->rotor.sense = a->even && a->turn_counts[PASS_FORTH] < 0 ? -1 : 1;
+    a->period_ms = attempt == 0u ? t->align[a->level].period_ms : t->align[a->level].period_ms * SLOWER;
     a->origin = a->counts;
     a->sense_tried = false;
     a->target_q15 = t->align[a->level].i_q15;
-    pendulum_start(&a->rotor, angle_q32, a->field_q32);
+    pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
     enter(a, STAGE_PULL);
 }
 
@@ -81,11 +83,18 @@ static void follow_encoder(struct alignment *a, const struct tuning *t, uint32_t
 /* Current follows its target within half a period. */
 static void follow_current(struct alignment *a, const struct tuning *t)
 {
-    const int32_t slope_q15 = q15_max(t->align[a->level].i_q15 * 2 / a->rotor.period_ms, 1);
+    const int32_t slope_q15 = q15_max(t->align[a->level].i_q15 * 2 / a->period_ms, 1);
     a->current_q15 += q15_clamp(a->target_q15 - a->current_q15, -slope_q15, slope_q15);
 }
 
 /* ---- pulling ---- */
+
+static void try_other_sense(struct alignment *a)
+{
+    a->sense_tried = true;
+    a->rotor.sense = -a->rotor.sense;
+    a->stage_ms = 0;
+}
 
 /*
  * Settled, or waited long enough. A rotor that is not at rest by then may be driven by its own damping, because the encoder
@@ -99,15 +108,13 @@ static bool at_rest(struct alignment *a)
     if (pendulum_settled(&a->rotor)) {
         return true;
     }
-    if ((int32_t)a->stage_ms < a->rotor.period_ms * SETTLE_PERIODS + SETTLE_MS) {
+    if ((int32_t)a->stage_ms < a->period_ms * SETTLE_PERIODS + SETTLE_MS) {
         return false;
     }
     if (a->sense_tried) {
         return true;
     }
-    a->sense_tried = true;
-    a->rotor.sense = -a->rotor.sense;
-    a->stage_ms = 0;
+    try_other_sense(a);
     return false;
 }
 
@@ -118,8 +125,8 @@ static bool whole_turn(uint32_t pass)
 
 static void begin_pass(struct alignment *a, const struct tuning *t, uint32_t pass)
 {
-    const uint32_t period_ms = (uint32_t)a->rotor.period_ms;
-    const uint32_t part_ms = (period_ms * PERIODS_A_TURN / 3u + PASS_QUARTERS) / PASS_QUARTERS * PASS_QUARTERS;
+    const uint32_t period_ms = (uint32_t)a->period_ms;
+    const uint32_t part_ms = (period_ms * PERIODS_A_TURN / 3u + PASS_THIRDS) / PASS_THIRDS * PASS_THIRDS;
     const uint32_t turn_ms = 3u * part_ms;
     const int32_t step_q32 = (int32_t)(UINT32_MAX / turn_ms);
     a->pass = pass;
@@ -140,7 +147,7 @@ static enum alignment_result step_pull(struct alignment *a)
 
 static enum alignment_result step_second(struct alignment *a, const struct tuning *t)
 {
-    const uint32_t move_ms = (uint32_t)a->rotor.period_ms / 2u + 1u;
+    const uint32_t move_ms = (uint32_t)a->period_ms / 2u + 1u;
     if (a->stage_ms <= move_ms) {
         a->field_q32 += QUARTER_Q32 / move_ms;
     } else if (at_rest(a)) {
@@ -252,6 +259,9 @@ static enum alignment_result finish_pass(struct alignment *a, const struct tunin
         a->detail[0] = OUT_DEGREES;
         against = ALIGNMENT_LOAD;
     }
+    if (against == ALIGNMENT_DIRECTION) {
+        return against; /* a whole turn backwards, evenly, forth and back: no chance */
+    }
     if (against != ALIGNMENT_RUNNING) {
         return again(a, t, angle_q32, against);
     }
@@ -317,10 +327,34 @@ static enum alignment_result step_stage(struct alignment *a, volatile struct cur
     }
 }
 
-/* While it pulls, the rotor turns by half a turn to the field and a quarter with it; further only a load that falls takes it. */
-static bool carried_away(const struct alignment *a, const struct tuning *t)
+/* A rotor that turns further than any pull takes it falls with its load: then it is held with all the current there is. */
+static void grip(struct alignment *a, const struct tuning *t)
 {
-    return a->stage < STAGE_PASS && q15_abs(a->counts - a->origin) > AWAY_TURNS * t->encoder_counts / t->pole_pairs;
+    const int32_t turn = t->encoder_counts / t->pole_pairs;
+    if (a->stage < STAGE_PASS && a->level + 1u < t->align_levels &&
+        q15_abs(a->counts - a->origin) * 10 > turn * GRIP_TENTHS) {
+        a->level = t->align_levels - 1u;
+        a->target_q15 = t->align[a->level].i_q15;
+        a->current_q15 = a->target_q15;
+    }
+}
+
+/*
+ * While it pulls, the rotor turns by half a turn to the field and a quarter with it, and swings. Further it is driven by its
+ * own damping, because the encoder counts backwards; or by a load that falls, if the other sense does not end it.
+ */
+static bool carried_away(struct alignment *a, const struct tuning *t)
+{
+    grip(a, t);
+    if (a->stage >= STAGE_PASS || q15_abs(a->counts - a->origin) <= AWAY_TURNS * t->encoder_counts / t->pole_pairs) {
+        return false;
+    }
+    if (a->sense_tried) {
+        return true;
+    }
+    try_other_sense(a);
+    a->origin = a->counts;
+    return false;
 }
 
 enum alignment_result alignment_step(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
