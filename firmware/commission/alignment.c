@@ -14,7 +14,11 @@
 #define EVEN_COUNTS    6
 #define ATTEMPTS       2u
 #define GRIP_TENTHS    6
-#define AWAY_TURNS     2   /* further away from where it began no field pulls the rotor */
+#define AWAY_TURNS     2 /* further away from where it began no field pulls the rotor */
+#define SENSE_STEP     4096
+#define SENSE_MOST     (1 << 29)
+#define SENSE_TENTHS   5 /* of a turn */
+#define FAST_Q32       (DEGREES_45_Q32 / 9)
 #define OUT_DEGREES    180 /* the rotor did not stay with the field at all */
 #define DEGREES_45_Q32 0x20000000
 #define DEGREES_20_Q32 (DEGREES_45_Q32 / 9 * 4)
@@ -53,10 +57,8 @@ static void begin_attempt(struct alignment *a, const struct tuning *t, uint32_t 
 {
     a->attempt = attempt;
     a->level = attempt == 0u ? 0u : t->align_levels - 1u;
-    a->rotor.sense = a->even && a->turn_counts[PASS_FORTH] < 0 ? -1 : 1;
     a->period_ms = attempt == 0u ? t->align[a->level].period_ms : t->align[a->level].period_ms * SLOWER;
     a->origin = a->counts;
-    a->sense_tried = false;
     a->target_q15 = t->align[a->level].i_q15;
     pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
     enter(a, STAGE_PULL);
@@ -69,8 +71,8 @@ void alignment_start(struct alignment *a, volatile struct current_loop *c, const
     current_loop_field(c, a->field_q32, 0);
 }
 
-/* The counter runs from 0 to one turn; between two steps it moves by less than half of one. */
-static void follow_encoder(struct alignment *a, const struct tuning *t, uint32_t latched)
+/* The counter runs from 0 to one turn; between two steps it moves by less than half of one. Returns by how much. */
+static int32_t follow_encoder(struct alignment *a, const struct tuning *t, uint32_t latched)
 {
     const int32_t half = t->encoder_counts / 2;
     int32_t moved = (int32_t)latched - (int32_t)a->latched;
@@ -78,6 +80,36 @@ static void follow_encoder(struct alignment *a, const struct tuning *t, uint32_t
     moved += moved < -half ? t->encoder_counts : 0;
     a->counts += moved;
     a->latched = latched;
+    return moved;
+}
+
+static void know_sense(struct alignment *a, int32_t sense, uint32_t angle_q32)
+{
+    a->rotor.sense = sense;
+    pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, a->field_q32);
+}
+
+/*
+ * Which way the encoder counts. Magnets that move induce a q voltage in the sense of their motion while they are within 90
+ * degrees of the field, and a rotor that swings is quickest where it passes the field: so what is seen as it begins to slow
+ * down says it. Until then nothing is damped, for damping in the wrong sense would drive the rotor.
+ */
+static void feel_sense(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
+                       int32_t moved)
+{
+    const int32_t seen = c->v_q_q15 / 8 * q15_clamp(moved, -SENSE_STEP, SENSE_STEP);
+    const int32_t speed_q32 = q15_abs(pendulum_speed_q32(&a->rotor));
+    if (a->rotor.sense != 0) {
+        return;
+    }
+    a->sense_now += (seen - a->sense_now) / 4;
+    a->sense_sum = q15_clamp(a->sense_sum + seen, -SENSE_MOST, SENSE_MOST);
+    a->fastest_q32 = q15_max(a->fastest_q32, speed_q32);
+    if (q15_abs(a->counts - a->origin) * 10 > t->encoder_counts / t->pole_pairs * SENSE_TENTHS) {
+        know_sense(a, a->sense_sum < 0 ? -1 : 1, angle_q32); /* it falls, and does not slow down */
+    } else if (a->fastest_q32 > FAST_Q32 && speed_q32 < a->fastest_q32 / 8 * 7) {
+        know_sense(a, a->sense_now < 0 ? -1 : 1, angle_q32);
+    }
 }
 
 /* Current follows its target within half a period. */
@@ -89,33 +121,11 @@ static void follow_current(struct alignment *a, const struct tuning *t)
 
 /* ---- pulling ---- */
 
-static void try_other_sense(struct alignment *a)
+/* Settled, or waited long enough. */
+static bool at_rest(const struct alignment *a)
 {
-    a->sense_tried = true;
-    a->rotor.sense = -a->rotor.sense;
-    a->stage_ms = 0;
-}
-
-/*
- * Settled, or waited long enough. A rotor that is not at rest by then may be driven by its own damping, because the encoder
- * counts backwards: that is tried once.
- */
-static bool at_rest(struct alignment *a)
-{
-    if (a->current_q15 != a->target_q15) {
-        return false;
-    }
-    if (pendulum_settled(&a->rotor)) {
-        return true;
-    }
-    if ((int32_t)a->stage_ms < a->period_ms * SETTLE_PERIODS + SETTLE_MS) {
-        return false;
-    }
-    if (a->sense_tried) {
-        return true;
-    }
-    try_other_sense(a);
-    return false;
+    return a->current_q15 == a->target_q15 &&
+           (pendulum_settled(&a->rotor) || (int32_t)a->stage_ms >= a->period_ms * SETTLE_PERIODS + SETTLE_MS);
 }
 
 static bool whole_turn(uint32_t pass)
@@ -339,22 +349,11 @@ static void grip(struct alignment *a, const struct tuning *t)
     }
 }
 
-/*
- * While it pulls, the rotor turns by half a turn to the field and a quarter with it, and swings. Further it is driven by its
- * own damping, because the encoder counts backwards; or by a load that falls, if the other sense does not end it.
- */
+/* While it pulls, the rotor turns by half a turn to the field and a quarter with it, and swings; further a load takes it. */
 static bool carried_away(struct alignment *a, const struct tuning *t)
 {
     grip(a, t);
-    if (a->stage >= STAGE_PASS || q15_abs(a->counts - a->origin) <= AWAY_TURNS * t->encoder_counts / t->pole_pairs) {
-        return false;
-    }
-    if (a->sense_tried) {
-        return true;
-    }
-    try_other_sense(a);
-    a->origin = a->counts;
-    return false;
+    return a->stage < STAGE_PASS && q15_abs(a->counts - a->origin) > AWAY_TURNS * t->encoder_counts / t->pole_pairs;
 }
 
 enum alignment_result alignment_step(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
@@ -362,7 +361,7 @@ enum alignment_result alignment_step(struct alignment *a, volatile struct curren
 {
     const uint32_t angle_q32 = encoder_q32(c, latched);
     a->stage_ms++;
-    follow_encoder(a, t, latched);
+    feel_sense(a, c, t, follow_encoder(a, t, latched), angle_q32);
     follow_current(a, t);
     if (carried_away(a, t)) {
         a->detail[0] = OUT_DEGREES;

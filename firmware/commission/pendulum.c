@@ -26,7 +26,7 @@ void pendulum_step(struct pendulum *p, volatile struct current_loop *c, uint32_t
 {
     const int32_t still_q32 = q15_max(STILL_Q32, (int32_t)(c->encoder_scale_q32 / 8u * STILL_COUNT_8));
     p->error_q32 = (p->sense < 0 ? 0u - encoder_q32 : encoder_q32) - field_q32;
-    const int32_t behind_q32 = (int32_t)(p->error_q32 - p->filtered_q32);
+    const int32_t behind_q32 = pendulum_speed_q32(p);
     p->filtered_q32 += (uint32_t)(behind_q32 / p->filter_ms);
     p->quiet_ms = q15_abs(behind_q32 / 2) <= still_q32 / 2 ? p->quiet_ms + 1u : 0u;
     p->applied_q32 =

@@ -14,7 +14,7 @@
 #include "firmware/control/current_loop.h"
 
 struct pendulum {
-    int32_t sense;         /* +1, or -1 once the encoder seems to count backwards */
+    int32_t sense;         /* +1, or -1 where the encoder counts backwards; 0: not known, nothing is damped */
     int32_t period_ms;     /* as far as the parameters know it */
     int32_t filter_ms;     /* what stands for the speed is late by so much */
     int32_t damping;       /* times what the filter is behind */
@@ -33,6 +33,12 @@ void pendulum_start(struct pendulum *p, int32_t period_ms, uint32_t encoder_q32,
  */
 void pendulum_step(struct pendulum *p, volatile struct current_loop *c, uint32_t encoder_q32, uint32_t field_q32,
                    int32_t step_q32, int32_t current_q15);
+
+/* By how much it turns relative to the field in `filter_ms`. */
+static inline int32_t pendulum_speed_q32(const struct pendulum *p)
+{
+    return (int32_t)(p->error_q32 - p->filtered_q32);
+}
 
 /* It has stood still for half of the time `period_ms` and at least 16 ms. */
 static inline bool pendulum_settled(const struct pendulum *p)
