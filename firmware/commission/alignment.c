@@ -13,11 +13,9 @@
 #define EVEN_ONE_IN    64 /* forth and back agree so far, and but for these counts */
 #define EVEN_COUNTS    6
 #define ATTEMPTS       2u
-#define GRIP_TENTHS    6
+#define GRIP_TENTHS    3 /* of a turn */
 #define AWAY_TURNS     2 /* further away from where it began no field pulls the rotor */
 #define SENSE_STEP     4096
-#define SENSE_MOST     (1 << 29)
-#define SENSE_TENTHS   5 /* of a turn */
 #define FAST_Q32       (DEGREES_45_Q32 / 9)
 #define OUT_DEGREES    180 /* the rotor did not stay with the field at all */
 #define DEGREES_45_Q32 0x20000000
@@ -83,32 +81,25 @@ static int32_t follow_encoder(struct alignment *a, const struct tuning *t, uint3
     return moved;
 }
 
-static void know_sense(struct alignment *a, int32_t sense, uint32_t angle_q32)
-{
-    a->rotor.sense = sense;
-    pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, a->field_q32);
-}
-
 /*
  * Which way the encoder counts. Magnets that move induce a q voltage in the sense of their motion while they are within 90
- * degrees of the field, and a rotor that swings is quickest where it passes the field: so what is seen as it begins to slow
- * down says it. Until then nothing is damped, for damping in the wrong sense would drive the rotor.
+ * degrees of the field. There they are as a rotor that swings begins to slow down; and at the latest when it has turned by a
+ * third of a turn. Until then nothing is damped, for damping in the wrong sense would drive the rotor.
  */
 static void feel_sense(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
-                       int32_t moved)
+                       int32_t moved, uint32_t angle_q32)
 {
     const int32_t seen = c->v_q_q15 / 8 * q15_clamp(moved, -SENSE_STEP, SENSE_STEP);
     const int32_t speed_q32 = q15_abs(pendulum_speed_q32(&a->rotor));
     if (a->rotor.sense != 0) {
         return;
     }
-    a->sense_now += (seen - a->sense_now) / 4;
-    a->sense_sum = q15_clamp(a->sense_sum + seen, -SENSE_MOST, SENSE_MOST);
+    a->sense += (seen - a->sense) / 4;
     a->fastest_q32 = q15_max(a->fastest_q32, speed_q32);
-    if (q15_abs(a->counts - a->origin) * 10 > t->encoder_counts / t->pole_pairs * SENSE_TENTHS) {
-        know_sense(a, a->sense_sum < 0 ? -1 : 1, angle_q32); /* it falls, and does not slow down */
-    } else if (a->fastest_q32 > FAST_Q32 && speed_q32 < a->fastest_q32 / 8 * 7) {
-        know_sense(a, a->sense_now < 0 ? -1 : 1, angle_q32);
+    const bool slows = a->fastest_q32 > FAST_Q32 && speed_q32 < a->fastest_q32 / 8 * 7;
+    if (slows || q15_abs(a->counts - a->origin) * 3 > t->encoder_counts / t->pole_pairs) {
+        a->rotor.sense = a->sense < 0 ? -1 : 1;
+        pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, a->field_q32);
     }
 }
 
@@ -155,11 +146,12 @@ static enum alignment_result step_pull(struct alignment *a)
     return ALIGNMENT_RUNNING;
 }
 
-static enum alignment_result step_second(struct alignment *a, const struct tuning *t)
+static enum alignment_result step_second(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
 {
-    const uint32_t move_ms = (uint32_t)a->period_ms / 2u + 1u;
-    if (a->stage_ms <= move_ms) {
-        a->field_q32 += QUARTER_Q32 / move_ms;
+    if (a->stage_ms ==
+        1u) { /* at once: a rotor opposite to the field would else meet it half way, with more swing than it can hold */
+        a->field_q32 += QUARTER_Q32;
+        pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, a->field_q32);
     } else if (at_rest(a)) {
         begin_pass(a, t, PASS_FORTH);
     }
@@ -326,7 +318,7 @@ static enum alignment_result step_stage(struct alignment *a, volatile struct cur
     case STAGE_PULL:
         return step_pull(a);
     case STAGE_SECOND:
-        return step_second(a, t);
+        return step_second(a, t, angle_q32);
     case STAGE_PASS:
         return step_pass(a, c, t, angle_q32);
     case STAGE_SOLVE:

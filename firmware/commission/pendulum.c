@@ -29,8 +29,11 @@ void pendulum_step(struct pendulum *p, volatile struct current_loop *c, uint32_t
     const int32_t behind_q32 = pendulum_speed_q32(p);
     p->filtered_q32 += (uint32_t)(behind_q32 / p->filter_ms);
     p->quiet_ms = q15_abs(behind_q32 / 2) <= still_q32 / 2 ? p->quiet_ms + 1u : 0u;
-    p->applied_q32 =
-        field_q32 - (uint32_t)(q15_clamp(behind_q32, -LARGEST_Q32 / DAMPING, LARGEST_Q32 / DAMPING) * DAMPING);
+    const int32_t most_q32 = LARGEST_Q32 / p->damping;
+    p->applied_q32 = field_q32;
+    if (p->sense != 0) {
+        p->applied_q32 -= (uint32_t)(q15_clamp(behind_q32, -most_q32, most_q32) * p->damping);
+    }
     c->i_d_ref_q15 = current_q15;
     c->i_q_ref_q15 = 0;
     current_loop_field(c, p->applied_q32, step_q32 / (int32_t)CONFIG_LOOPS_PER_SLOW);
