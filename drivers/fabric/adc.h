@@ -82,6 +82,7 @@ void adc_offsets(const struct adc_regs *adc, uint32_t offset_q15[3]);
  * Sets the Q15 limits: phase current, current sum, minimum and maximum bus voltage. ADC_STATUS flags what is beyond them. After
  * a reset nothing is. In effect from the end of the next conversion on. Context: any.
  */
+#define ADC_LIMIT_NONE 0x1FFFF /* of a current and of the sum: nothing is beyond */
 void adc_set_limits(struct adc_regs *adc, int32_t i_trip_q15, int32_t sum_trip_q15, int32_t v_min_q15,
                     int32_t v_max_q15);
 

@@ -15,6 +15,8 @@
 
 struct axis;
 
+#define SUPERVISION_TURNS 4u /* milliseconds in which each part has had its turn */
+
 /*
  * The encoder, against itself and against the back-EMF. A shaft does not jump: where the count is far from where the speed of a
  * millisecond ago would have brought it, the encoder is in doubt until the EMF has told, and no other fault that hangs on the
@@ -79,7 +81,7 @@ struct supervision {
 /* Begins with what the parameters say. Slow loop, when operation begins. */
 void supervision_begin(struct axis *a);
 
-/* One step. Slow loop, last. About 200 cycles. */
+/* One step. Slow loop, last. */
 void supervision_step(struct axis *a);
 
 /*
@@ -88,12 +90,17 @@ void supervision_step(struct axis *a);
  */
 enum fault supervise_encoder_blame(const struct axis *a, enum fault seen);
 
-/* The parts, in this order. */
+/* The same for a phase that has begun to carry nothing; for an over-current and a speed that is lost. ISR and slow loop. */
+enum fault supervise_phases_blame(const struct axis *a, enum fault seen);
+
+/* The parts. */
 void supervise_encoder_begin(struct axis *a);
-void supervise_encoder(struct axis *a);
+void supervise_encoder(struct axis *a, bool its_turn); /* every millisecond; at its turn the EMF, too */
 void supervise_phases_begin(struct axis *a);
-void supervise_phases(struct axis *a);
+void supervise_phases(struct axis *a); /* every second */
 void supervise_speed_begin(struct axis *a);
-void supervise_speed(struct axis *a);
+void supervise_speed(struct axis *a);   /* every second */
+void supervise_cycle(struct axis *a);   /* every millisecond */
+void supervise_voltage(struct axis *a); /* every SUPERVISION_TURNS */
 
 #endif

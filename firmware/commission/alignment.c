@@ -7,17 +7,21 @@
 
 #define QUARTER_Q32    0x40000000u
 #define PERIODS_A_TURN 2 /* of the pendulum, in which the field turns once */
-#define SETTLE_PERIODS 4
+#define SETTLE_PERIODS 10
+#define SLOWER         4 /* times, at the second attempt */
 #define SETTLE_MS      60
 #define EVEN_ONE_IN    64 /* forth and back agree so far, and but for these counts */
 #define EVEN_COUNTS    6
 #define ATTEMPTS       2u
-#define AWAY_TURNS     2   /* further away from where it began no field pulls the rotor */
+#define GRIP_TENTHS    3 /* of a turn */
+#define AWAY_TURNS     2 /* further away from where it began no field pulls the rotor */
+#define SENSE_STEP     4096
+#define FAST_Q32       (DEGREES_45_Q32 / 9)
 #define OUT_DEGREES    180 /* the rotor did not stay with the field at all */
 #define DEGREES_45_Q32 0x20000000
 #define DEGREES_20_Q32 (DEGREES_45_Q32 / 9 * 4)
 
-/* A quarter of a turn may be off by this part of itself: a rotor that swings is measured once more, and slower. */
+/* A third of a turn may be off by this part of itself: a rotor that swings is measured once more, and slower. */
 static const int32_t EVEN_PARTS[ATTEMPTS] = {10, 3};
 
 enum stage {
@@ -46,17 +50,15 @@ static void enter(struct alignment *a, enum stage stage)
     a->stage_ms = 0;
 }
 
-/* The first attempt is quick; the second has time for five times the inertia that was told, and as much current as there is. */
+/* The first attempt is quick; the second has time for 16 times the inertia that was told, and as much current as there is. */
 static void begin_attempt(struct alignment *a, const struct tuning *t, uint32_t attempt, uint32_t angle_q32)
 {
     a->attempt = attempt;
     a->level = attempt == 0u ? 0u : t->align_levels - 1u;
-    a->rotor.sense = 1;
-    a->rotor.period_ms = attempt == 0u ? t->align[a->level].period_ms : t->align[a->level].period_ms * 5 / 2;
+    a->period_ms = attempt == 0u ? t->align[a->level].period_ms : t->align[a->level].period_ms * SLOWER;
     a->origin = a->counts;
-    a->sense_tried = false;
     a->target_q15 = t->align[a->level].i_q15;
-    pendulum_start(&a->rotor, angle_q32, a->field_q32);
+    pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
     enter(a, STAGE_PULL);
 }
 
@@ -67,8 +69,8 @@ void alignment_start(struct alignment *a, volatile struct current_loop *c, const
     current_loop_field(c, a->field_q32, 0);
 }
 
-/* The counter runs from 0 to one turn; between two steps it moves by less than half of one. */
-static void follow_encoder(struct alignment *a, const struct tuning *t, uint32_t latched)
+/* The counter runs from 0 to one turn; between two steps it moves by less than half of one. Returns by how much. */
+static int32_t follow_encoder(struct alignment *a, const struct tuning *t, uint32_t latched)
 {
     const int32_t half = t->encoder_counts / 2;
     int32_t moved = (int32_t)latched - (int32_t)a->latched;
@@ -76,39 +78,45 @@ static void follow_encoder(struct alignment *a, const struct tuning *t, uint32_t
     moved += moved < -half ? t->encoder_counts : 0;
     a->counts += moved;
     a->latched = latched;
+    return moved;
+}
+
+/*
+ * Which way the encoder counts. Magnets that move induce a q voltage in the sense of their motion while they are within 90
+ * degrees of the field. There they are as a rotor that swings begins to slow down; and at the latest when it has turned by a
+ * third of a turn. Until then nothing is damped, for damping in the wrong sense would drive the rotor.
+ */
+static void feel_sense(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
+                       int32_t moved, uint32_t angle_q32)
+{
+    const int32_t seen = c->v_q_q15 / 8 * q15_clamp(moved, -SENSE_STEP, SENSE_STEP);
+    const int32_t speed_q32 = q15_abs(pendulum_speed_q32(&a->rotor));
+    if (a->rotor.sense != 0) {
+        return;
+    }
+    a->sense += (seen - a->sense) / 4;
+    a->fastest_q32 = q15_max(a->fastest_q32, speed_q32);
+    const bool slows = a->fastest_q32 > FAST_Q32 && speed_q32 < a->fastest_q32 / 8 * 7;
+    if (slows || q15_abs(a->counts - a->origin) * 3 > t->encoder_counts / t->pole_pairs) {
+        a->rotor.sense = a->sense < 0 ? -1 : 1;
+        pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, a->field_q32);
+    }
 }
 
 /* Current follows its target within half a period. */
 static void follow_current(struct alignment *a, const struct tuning *t)
 {
-    const int32_t slope_q15 = q15_max(t->align[a->level].i_q15 * 2 / a->rotor.period_ms, 1);
+    const int32_t slope_q15 = q15_max(t->align[a->level].i_q15 * 2 / a->period_ms, 1);
     a->current_q15 += q15_clamp(a->target_q15 - a->current_q15, -slope_q15, slope_q15);
 }
 
 /* ---- pulling ---- */
 
-/*
- * Settled, or waited long enough. A rotor that is not at rest by then may be driven by its own damping, because the encoder
- * counts backwards: that is tried once.
- */
-static bool at_rest(struct alignment *a)
+/* Settled, or waited long enough. */
+static bool at_rest(const struct alignment *a)
 {
-    if (a->current_q15 != a->target_q15) {
-        return false;
-    }
-    if (pendulum_settled(&a->rotor)) {
-        return true;
-    }
-    if ((int32_t)a->stage_ms < a->rotor.period_ms * SETTLE_PERIODS + SETTLE_MS) {
-        return false;
-    }
-    if (a->sense_tried) {
-        return true;
-    }
-    a->sense_tried = true;
-    a->rotor.sense = -a->rotor.sense;
-    a->stage_ms = 0;
-    return false;
+    return a->current_q15 == a->target_q15 &&
+           (pendulum_settled(&a->rotor) || (int32_t)a->stage_ms >= a->period_ms * SETTLE_PERIODS + SETTLE_MS);
 }
 
 static bool whole_turn(uint32_t pass)
@@ -118,8 +126,8 @@ static bool whole_turn(uint32_t pass)
 
 static void begin_pass(struct alignment *a, const struct tuning *t, uint32_t pass)
 {
-    const uint32_t period_ms = (uint32_t)a->rotor.period_ms;
-    const uint32_t part_ms = (period_ms * PERIODS_A_TURN / 3u + PASS_QUARTERS) / PASS_QUARTERS * PASS_QUARTERS;
+    const uint32_t period_ms = (uint32_t)a->period_ms;
+    const uint32_t part_ms = (period_ms * PERIODS_A_TURN / 3u + PASS_THIRDS) / PASS_THIRDS * PASS_THIRDS;
     const uint32_t turn_ms = 3u * part_ms;
     const int32_t step_q32 = (int32_t)(UINT32_MAX / turn_ms);
     a->pass = pass;
@@ -138,11 +146,12 @@ static enum alignment_result step_pull(struct alignment *a)
     return ALIGNMENT_RUNNING;
 }
 
-static enum alignment_result step_second(struct alignment *a, const struct tuning *t)
+static enum alignment_result step_second(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
 {
-    const uint32_t move_ms = (uint32_t)a->rotor.period_ms / 2u + 1u;
-    if (a->stage_ms <= move_ms) {
-        a->field_q32 += QUARTER_Q32 / move_ms;
+    if (a->stage_ms ==
+        1u) { /* at once: a rotor opposite to the field would else meet it half way, with more swing than it can hold */
+        a->field_q32 += QUARTER_Q32;
+        pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, a->field_q32);
     } else if (at_rest(a)) {
         begin_pass(a, t, PASS_FORTH);
     }
@@ -252,6 +261,9 @@ static enum alignment_result finish_pass(struct alignment *a, const struct tunin
         a->detail[0] = OUT_DEGREES;
         against = ALIGNMENT_LOAD;
     }
+    if (against == ALIGNMENT_DIRECTION) {
+        return against; /* a whole turn backwards, evenly, forth and back: no chance */
+    }
     if (against != ALIGNMENT_RUNNING) {
         return again(a, t, angle_q32, against);
     }
@@ -306,7 +318,7 @@ static enum alignment_result step_stage(struct alignment *a, volatile struct cur
     case STAGE_PULL:
         return step_pull(a);
     case STAGE_SECOND:
-        return step_second(a, t);
+        return step_second(a, t, angle_q32);
     case STAGE_PASS:
         return step_pass(a, c, t, angle_q32);
     case STAGE_SOLVE:
@@ -317,9 +329,22 @@ static enum alignment_result step_stage(struct alignment *a, volatile struct cur
     }
 }
 
-/* While it pulls, the rotor turns by half a turn to the field and a quarter with it; further only a load that falls takes it. */
-static bool carried_away(const struct alignment *a, const struct tuning *t)
+/* A rotor that turns further than any pull takes it falls with its load: then it is held with all the current there is. */
+static void grip(struct alignment *a, const struct tuning *t)
 {
+    const int32_t turn = t->encoder_counts / t->pole_pairs;
+    if (a->stage < STAGE_PASS && a->level + 1u < t->align_levels &&
+        q15_abs(a->counts - a->origin) * 10 > turn * GRIP_TENTHS) {
+        a->level = t->align_levels - 1u;
+        a->target_q15 = t->align[a->level].i_q15;
+        a->current_q15 = a->target_q15;
+    }
+}
+
+/* While it pulls, the rotor turns by half a turn to the field and a quarter with it, and swings; further a load takes it. */
+static bool carried_away(struct alignment *a, const struct tuning *t)
+{
+    grip(a, t);
     return a->stage < STAGE_PASS && q15_abs(a->counts - a->origin) > AWAY_TURNS * t->encoder_counts / t->pole_pairs;
 }
 
@@ -328,7 +353,7 @@ enum alignment_result alignment_step(struct alignment *a, volatile struct curren
 {
     const uint32_t angle_q32 = encoder_q32(c, latched);
     a->stage_ms++;
-    follow_encoder(a, t, latched);
+    feel_sense(a, c, t, follow_encoder(a, t, latched), angle_q32);
     follow_current(a, t);
     if (carried_away(a, t)) {
         a->detail[0] = OUT_DEGREES;

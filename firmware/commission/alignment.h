@@ -41,12 +41,14 @@ struct alignment {
     uint32_t level; /* of TUNING_ALIGN_LEVELS: how much current */
     uint32_t pass;
     uint32_t stage_ms;
-    int32_t counts;   /* of the encoder since the start */
+    int32_t period_ms; /* of the rotor, or more: times are measured by it */
+    int32_t counts;    /* of the encoder since the start */
+    int32_t sense;     /* mean of the last milliseconds of the q voltage times the encoder's motion */
+    int32_t fastest_q32;
     int32_t origin;   /* counts when this attempt began */
     uint32_t latched; /* counter at the last step */
     uint32_t field_q32;
     int32_t current_q15, target_q15;
-    bool sense_tried;
     bool even; /* the whole turns were */
     struct pendulum rotor;
     struct field_pass passing;

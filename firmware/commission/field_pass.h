@@ -12,19 +12,20 @@
 
 #include "firmware/commission/pendulum.h"
 
-#define PASS_QUARTERS       4u
+#define PASS_THIRDS         3u
 #define PASS_MEASURE_MS_MAX 8000u
 
 struct field_pass {
     int32_t step_q32;    /* field's speed, per millisecond, and its sign */
     uint32_t ramp_ms;    /* from rest to that speed, and back; half of it runs before the measurement */
-    uint32_t measure_ms; /* a multiple of PASS_QUARTERS, at most PASS_MEASURE_MS_MAX */
+    uint32_t measure_ms; /* a multiple of PASS_THIRDS, at most PASS_MEASURE_MS_MAX */
     uint32_t time_ms;
     uint32_t field_q32;
     uint32_t reference_q32; /* field less encoder at the first sample measured */
     int32_t sum_q19;        /* of what came on top, over the samples measured */
     int32_t sum_v_q_q15;
-    int32_t counts[PASS_QUARTERS + 1u]; /* of the encoder, as the quarters began; the last: as they ended */
+    int32_t sum_counts[PASS_THIRDS]; /* of the encoder, over each third, from where the first began */
+    int32_t first_counts;
 };
 
 /* From rest at p->field_q32 on. Slow loop. */
@@ -37,12 +38,16 @@ bool field_pass_step(struct field_pass *p, struct pendulum *rotor, volatile stru
 /* Field less encoder, mean of the samples measured. Slow loop. */
 uint32_t field_pass_mean_q32(const struct field_pass *p);
 
-/* Whether the encoder went as evenly as a rotor does that follows: each quarter off by less than one `part`-th of it. */
+/*
+ * Whether the encoder went as evenly as a rotor does that follows: both ways from a third to the next agree to
+ * one `part`-th. Slow loop.
+ */
 bool field_pass_even(const struct field_pass *p, int32_t part);
 
-static inline int32_t field_pass_counts(const struct field_pass *p)
-{
-    return p->counts[PASS_QUARTERS] - p->counts[0];
-}
+/*
+ * Counts of the encoder for the way of the field that was measured: from the mean of the first third to that of the last, which
+ * a rotor that sticks and slips does not shift, and half of that on top. Slow loop.
+ */
+int32_t field_pass_counts(const struct field_pass *p);
 
 #endif

@@ -45,8 +45,8 @@ enum loop_scheme {
 /* The two bits say whose place the sum of the others takes. */
 enum loop_pair {
     LOOP_PAIR_AB = 0,
-    LOOP_PAIR_BC = -0x7FFFFFFF - 1,
-    LOOP_PAIR_CA = 0x40000000,
+    LOOP_PAIR_BC = INT32_MIN,
+    LOOP_PAIR_CA = 1 << 30,
 };
 
 /* An axis's instances of the interrupt, and the vector that chooses one of them. */

@@ -243,10 +243,10 @@ FabricIrq0_IRQHandler:                                  @ 12  entry
 
 /* stage: protection and return */
         cmp     r1, r6                                  @  1
-        bhi     loop_fault                              @  1
+        bhi     .Lloop_fault                            @  1
         pop     {r4-r11, pc}                            @ 10
                                                         @ 12  exit
-loop_fault:
+.Lloop_fault:
         pop     {r4-r11, lr}
         .cfi_def_cfa_offset 0
         .cfi_restore lr

@@ -30,16 +30,21 @@ static struct reading read_encoder(const struct encoder_regs *encoder)
 }
 
 /*
- * Counts turned. Above a quarter of a turn a millisecond more than half a turn may be meant, in the direction it turns.
+ * The counter has gone round, or the shaft has turned by more than a quarter: above a quarter of a turn a millisecond more
+ * than half a turn is meant, in the direction it turns.
  */
+static __attribute__((noinline)) int32_t unwrapped(int32_t moved, int32_t speed_rpm_q15, int32_t counts)
+{
+    const int32_t quarters = speed_rpm_q15 > FAST_RPM_Q15 ? 1 : (speed_rpm_q15 < -FAST_RPM_Q15 ? 3 : 2);
+    const int32_t least = -(counts >> 2) * quarters;
+    const int32_t beyond = moved - least;
+    return moved + (beyond < 0 ? counts : (beyond >= counts ? -counts : 0));
+}
+
 static int32_t counts_moved(const struct speed_estimate *e, uint32_t count, int32_t counts)
 {
-    const int32_t ahead = e->speed_rpm_q15 > FAST_RPM_Q15 ? 1 : (e->speed_rpm_q15 < -FAST_RPM_Q15 ? 3 : 2);
-    const int32_t least = -(counts >> 2) * ahead;
-    int32_t moved = (int32_t)(count - e->count) - least;
-    moved += moved < 0 ? counts : 0;
-    moved -= moved >= counts ? counts : 0;
-    return moved + least;
+    const int32_t moved = (int32_t)(count - e->count);
+    return q15_abs(moved) <= counts >> 2 ? moved : unwrapped(moved, e->speed_rpm_q15, counts);
 }
 
 static int32_t limited(int64_t x)

@@ -12,7 +12,7 @@
 /* An i_align so far below i_max says that more would turn the magnets away: then there is no more. */
 #define ALIGN_RANGE 4
 
-#define ALIGN_LEAST_MS 20      /* a quicker rotor is led slowly enough as well */
+#define ALIGN_LEAST_MS 30      /* a quicker rotor is led slowly enough as well */
 #define ALIGN_MOST_MS2 2250000 /* 1.5 s: two and a half times that is the longest swing that is waited for */
 
 /* The rotor swings about a field of current I with w0^2 = p Kt I / J. */

@@ -35,31 +35,46 @@ static uint32_t interrupting(void)
     return rows_time_interrupt(BOARD_IRQ_TICK);
 }
 
+/* What the encoder shows has come since the last step: so many counts, in so many of its clocks; or nothing has. */
+static void set_encoder(int32_t rpm_q4, uint32_t clocks)
+{
+    const struct encoder_regs *const encoder = &axes[0].fabric->encoder;
+    struct speed_estimate *const e = &axes[0].speed.estimate;
+    const int32_t counts = rpm_q4 * axes[0].tuning.encoder_counts / (60 * 16 * 1000);
+    e->speed_rpm_q15 = rpm_q4 * (1 << 11);
+    e->count = encoder_latched(encoder) - (uint32_t)counts;
+    e->clock = encoder_edge_clock(encoder) - (counts != 0 ? clocks : 0u);
+    e->interval_clocks = clocks;
+    e->lost = false;
+}
+
 /* A drive in operation at any speed, and what axis_step(&axes[0]) looks at besides. */
-static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, int64_t integral_q16)
+static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, int32_t integral_q29)
 {
     loop_state_typical(&axes[0].loop);
     axes[0].loop.pll.speed_q32 = speed_q32;
     axes[0].loop.radius_q15 = vector_random(4000, 17000);
     axes[0].speed.speed_rpm_q4 = tuning_rpm_q4(&axes[0].tuning, speed_q32);
+    set_encoder(axes[0].speed.speed_rpm_q4, (uint32_t)vector_random(90000, 110000));
     axes[0].torque.energy_q25 = axes[0].tuning.bus_set_energy_q25 / 2;
     axes[0].torque.burn_q15 = 0;
     axes[0].torque_command_q15 = vector_random(-20000, 20000);
     axes[0].speed.ref_rpm_q16 = ref_rpm * RPM_Q16;
     axes[0].speed.target_rpm_q16 = target_rpm * RPM_Q16;
-    axes[0].speed.integral_q16 = (int32_t)integral_q16;
+    axes[0].speed.integral_q29 = integral_q29;
     axes[0].heartbeat = adc_sequence(&axes[0].fabric->adc) - CONFIG_LOOPS_PER_SLOW; /* or the step would find a fault */
     axes[0].tuning.overspeed_w_q15 = Q15_ONE;
     axes[0].state = AXIS_OPERATION_ENABLED;
     axes[0].faults.cause = FAULT_NONE;
+    axes[0].heartbeat = adc_sequence(&axes[0].fabric->adc) - CONFIG_LOOPS_PER_SLOW; /* else it would be a fault */
+    supervision_begin(&axes[0]);
 }
 
 static void set_typical(void)
 {
-    const int32_t speed_q32 = vector_random(-(1 << 27), 1 << 27);
+    const int32_t speed_q32 = vector_random(-(1 << 26), 1 << 26); /* below over-speed */
     const int32_t rpm = tuning_rpm_q4(&axes[0].tuning, speed_q32) / 16;
-    set_state(speed_q32, rpm + vector_random(-50, 50), vector_random(-4000, 4000),
-              (int64_t)vector_random(-8192, 8192) * 65536);
+    set_state(speed_q32, rpm + vector_random(-50, 50), vector_random(-4000, 4000), vector_random(-8192, 8192) * 16384);
 }
 
 static void set_extreme(uint32_t index)
@@ -67,7 +82,7 @@ static void set_extreme(uint32_t index)
     static const int32_t speeds_q32[] = {0, 1, -1, (1 << 28) - 1, -(1 << 28), 1 << 15, -(1 << 15), 1 << 24};
     static const int32_t rpms[] = {0, 1, -1, 20000, -20000, 300, -300, 4000};
     set_state(speeds_q32[index & 7u], rpms[(index >> 3) & 7u], rpms[(index >> 6) & 7u],
-              (int64_t)vector_random(-32768, 32767) * 65536);
+              vector_random(-32768, 32767) * 16384);
     axes[0].torque.energy_q25 = axes[0].tuning.bus_set_energy_q25; /* braking is limited, and burns */
     axes[0].torque.burn_q15 = vector_random(1, axes[0].tuning.burn_max_q15);
 }

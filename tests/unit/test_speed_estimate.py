@@ -70,7 +70,7 @@ class Shaft:
 
 
 def seconds_of(lines, rpm, edges):
-    return max(0.3, edges / (rpm / 60 * 4 * lines))
+    return max(1.0, edges / (rpm / 60 * 4 * lines))
 
 
 @pytest.mark.parametrize("lines", LINES)
