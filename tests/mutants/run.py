@@ -26,7 +26,7 @@ JUDGES = ("firmware", "drivers", "startup", "lib", "linker", "qemu", "tests", "M
 def project(root):
     cross = os.environ.get("CROSS") or "arm-none-eabi-"
     build = [f"build/mssfoc{end}" for end in (".elf", ".hex", ".bin", "-envm.hex")]
-    return Project(root, ("make", "-s", *build, "build/libmssfoc.a", "twin", "target-tests"),
+    return Project(root, ("make", "-s"), (*build, "build/libmssfoc.a", "twin", "target-tests"),
                    tuple(f"build/arm/{room}/**/*.o" for room in ("firmware", "drivers", "startup")),
                    ("build/mssfoc.elf", "build/tests/target/*.elf"), cross + "objcopy")
 

@@ -220,7 +220,7 @@ def small(tmp_path, monkeypatch):
 
 
 def project(root):
-    return Project(root, ("make", "-s", "build/level.so"), ("build/obj/*.o",), ("build/level.so",), "objcopy")
+    return Project(root, ("make", "-s"), ("build/level.so",), ("build/obj/*.o",), ("build/level.so",), "objcopy")
 
 
 def judge(root, work, count, keep=lambda fault: True, **more):

@@ -18,7 +18,8 @@ WALL_S = 3600.0  # without a verdict by then the machine is at fault, not the mu
 class Project:
     """What is built, and what of it is looked at."""
     root: Path
-    command: tuple             # builds all products
+    make: tuple                # make and its options
+    targets: tuple             # all products
     objects: tuple             # globs of the objects that the faults' files are compiled into
     products: tuple            # globs of what tests run
     objcopy: str
@@ -135,12 +136,15 @@ class Tree:
         """The project as it is, built. What an interrupted run left of a mutant goes first."""
         mirror(self.snapshot, self.root / "build", inside(self.snapshot))
         gone = mirror(self.project.root, self.root, tracked(self.project.root), keep=("build",), same=_same_content)
-        if gone or self.run(list(self.project.command))[0]:  # perhaps of products whose sources are not there any more
+        if gone or self.build(self.project.targets)[0]:  # perhaps of products whose sources are not there any more
             for folder in (self.root / "build", self.snapshot):
                 shutil.rmtree(folder, ignore_errors=True)
-            status, output = self.run(list(self.project.command))
+            status, output = self.build(self.project.targets)
             if status:
                 raise Trouble("the tree as it is does not build:\n" + last_lines(output))
+
+    def build(self, targets):
+        return self.run([*self.project.make, *targets])
 
     def keep(self):
         """Takes the present products as those to go back to."""
@@ -177,11 +181,12 @@ class Tree:
             raise Trouble(f"{fault.file} was changed while this ran; start it again")
         self.times = path.stat().st_atime_ns, path.stat().st_mtime_ns
         path.write_text(fault.applied(text), encoding="utf-8")
-        status, _ = self.run(list(self.project.command))
-        if status:
+        if self.build(self.objects)[0]:  # alone: many a fault in a header changes none of them
             return "does not build"
-        changed = [path for path in self._found(self.project.objects) if self._changed(path)]
-        return "" if any(self._code(path) != self.objects.get(path) for path in changed) else "same code"
+        changed = [path for path in self.objects if self._changed(path)]
+        if all(self._code(path) == self.objects[path] for path in changed):
+            return "same code"
+        return "does not build" if self.build(self.project.targets)[0] else ""
 
     def changed_products(self):
         return {path for path in self._found(self.project.products)
