@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Limits in closed loop: a supply that does not sink, a brake chopper, torque control without load, rated torque by reluctance."""
+"""Limits in closed loop: supplies that do not sink, a brake chopper, torque control without load, torque by reluctance."""
 import numpy as np
 import pytest
 
@@ -128,7 +128,8 @@ def test_reluctance_holds_rated_torque(tmp_path):
     """THOR needs 15 A of negative d current for it: with i_d = 0 its largest current makes half."""
     motor, names = "thor_pmsyrm", load_drive("thor_pmsyrm").names()
     load_s = up_s(motor) + names["ramp_time_s"] + 0.3
-    steps = [{"t_s": up_s(motor), "console": "speed {work_rpm}"}, {"t_s": load_s, "event": "load_nm", "args": ["rated_torque_Nm"]}]
+    steps = [{"t_s": up_s(motor), "console": "speed {work_rpm}"},
+             {"t_s": load_s, "event": "load_nm", "args": ["rated_torque_Nm"]}]
     result = play(tmp_path, motor, steps, load_s + 0.8, plant="ideal,+saturation")
     assert not faults(result)
     held = result.trace.between(load_s + 0.6, load_s + 0.8)
