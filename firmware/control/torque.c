@@ -34,7 +34,7 @@ static int32_t voltage_limit(const struct torque_map *m, int32_t w_q15, int32_t 
     if (w * (uint32_t)m->flux_max_q10 <= usable_q15 << 10) {
         return m->torque_max_q15;
     }
-    return torque_map_reach(m, m->flux_q15, (int32_t)(usable_q15 * 32768u / w));
+    return q15_min(torque_map_reach(m, m->flux_q15, (int32_t)(usable_q15 * 32768u / w)), m->torque_max_q15);
 }
 
 static struct interval bus_limits(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4)
