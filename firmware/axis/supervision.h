@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What is watched while the motor runs, once a millisecond, after everything else of the slow loop: each part concludes from what
- * it sees and reports a fault; what follows is axis/reaction.h's. The order is that in which one fault could pass for another:
- * encoder, phases, then what the speed and current loops make of them.
+ * What is watched while the motor runs, once a millisecond, after everything else of the slow loop. Each part reports a fault;
+ * what follows is axis/reaction.h's. The order is that in which one fault could pass for another: encoder, phases, then what
+ * the speed and current loops make of them.
  */
 #ifndef FIRMWARE_AXIS_SUPERVISION_H
 #define FIRMWARE_AXIS_SUPERVISION_H
@@ -90,8 +90,11 @@ void supervision_step(struct axis *a);
  */
 enum fault supervise_encoder_blame(const struct axis *a, enum fault seen);
 
-/* The same for a phase that has begun to carry nothing; for an over-current and a speed that is lost. ISR and slow loop. */
-enum fault supervise_phases_blame(const struct axis *a, enum fault seen);
+/*
+ * The phases (1 a, 2 b, 4 c) that have begun to carry nothing: too short a time for a fault of their own, long enough to be the
+ * cause of an over-current or of a speed that is lost. Any context.
+ */
+uint32_t supervise_phases_suspects(const struct axis *a);
 
 /* The parts. */
 void supervise_encoder_begin(struct axis *a);

@@ -124,8 +124,8 @@ static bool counts_stand(const struct axis *a, int32_t speed_q32)
 }
 
 /*
- * Counts that stand still where the EMF is as before, or where it cannot tell, are a dead encoder's. Where it has gone, the shaft
- * was stopped.
+ * Counts that stand still where the EMF is as before, or where it cannot tell, are a dead encoder's. Where it has gone, the
+ * shaft was stopped.
  */
 static bool stands_with_emf(const struct encoder_watch *e)
 {

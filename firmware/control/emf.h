@@ -9,7 +9,7 @@
  * wrong flux changes its length only. A wrong resistance turns it by what flows in d; a wrong Lq by Lq i_q / psi, and that is
  * learnt while the motor turns, since it comes with the load and a slip of the encoder does not.
  *
- * Voltages Q15 of v_range, currents Q15 of i_range, speed as current_loop_w_q15(). Context: slow loop, once a millisecond, after
+ * Voltages Q15 of v_range, currents Q15 of i_range, speed as current_loop_w_q15(). Context: slow loop, after
  * current_loop_follow().
  */
 #ifndef FIRMWARE_CONTROL_EMF_H
