@@ -24,18 +24,19 @@ struct axis;
  */
 struct encoder_watch {
     struct emf emf;
-    uint32_t counts;          /* at the last step */
-    uint32_t latch_clock;     /* the fabric's clock then */
-    int32_t speed_q32;        /* the observer's then */
-    int32_t speed_before_q32; /* and a step before */
-    uint32_t doubt_ms;        /* how much longer the encoder is in doubt */
-    int32_t jump_q32;         /* by which it got there, electrical */
-    int32_t w_before_q15;     /* speed before the jump */
-    uint32_t against_ms;      /* since when the EMF says something else */
-    uint32_t still_ms;        /* since when no count has come */
-    int32_t w_moving_q15;     /* speed before that */
-    int32_t dead_w_q15;       /* from this speed no shaft stands still at once */
-    uint32_t still_limit_q15; /* speed times milliseconds that make some counts */
+    uint32_t counts;              /* at the last step */
+    uint32_t latch_clock;         /* the fabric's clock then */
+    int32_t speed_q32;            /* the observer's then */
+    int32_t speed_before_q32;     /* and a step before */
+    uint32_t doubt_ms;            /* how much longer the encoder is in doubt */
+    int32_t jump_q32;             /* by which it got there, electrical */
+    int32_t w_before_q15;         /* speed before the jump */
+    struct emf_vector emf_before; /* and the EMF then */
+    uint32_t against_ms;          /* since when the EMF says something else */
+    uint32_t still_ms;            /* since when no count has come */
+    int32_t w_moving_q15;         /* speed before that */
+    int32_t dead_w_q15;           /* from this speed no shaft stands still at once */
+    uint32_t still_limit_q15;     /* speed times milliseconds that make some counts */
     int32_t jump_limit_q32;
     /* index pulses: where the count was, for each direction */
     int32_t index_first[2], index_last[2];

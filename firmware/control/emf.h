@@ -57,8 +57,13 @@ static inline bool emf_is_clear(const struct emf *e)
     return e->expected_q15 > 4 * e->unsure_q15;
 }
 
-/* What one of the vectors says of the encoder's angle, at a speed of this sign. */
-enum emf_verdict emf_judge(const struct emf *e, const struct emf_vector *v, bool backwards);
+/* What the filtered vector says of the encoder's angle, at a speed of this sign. */
+enum emf_verdict emf_judge(const struct emf *e, bool backwards);
+
+/*
+ * What the last sample says, compared with `before`: what was in d then for other reasons still is, so there is less to allow for.
+ */
+enum emf_verdict emf_judge_change(const struct emf *e, const struct emf_vector *before, bool backwards);
 
 /* The angle from the q axis that belongs to the speed's sign, degrees, -180...180. Cold: a fault's detail. */
 int32_t emf_angle_deg(const struct emf_vector *v, bool backwards);
