@@ -29,6 +29,7 @@ static void begin_operation(struct axis *a)
     a->mode = AXIS_MODE_SPEED;
     a->speed.target_rpm_q16 = 0;
     supervision_begin(a);
+    axis_hear(a);
     enter(a, AXIS_OPERATION_ENABLED);
 }
 
@@ -101,7 +102,6 @@ static void take_request(struct axis *a)
         if (a->state == AXIS_SWITCH_ON_DISABLED) {
             current_loop_tune(&a->loop, &a->tuning);
             reaction_begin(&a->reactions);
-            axis_hear(a);
             enter(a, AXIS_READY);
         }
         break;

@@ -111,23 +111,28 @@ enum fault fault_from_adc(uint32_t adc_flags)
 }
 
 /* An over-current may follow from something that has just begun and would be found in a moment. */
-static enum fault traced_back(const struct axis *a, enum fault seen)
+static void raise_overcurrent(struct axis *a)
 {
-    return seen == FAULT_OVERCURRENT ? supervise_encoder_blame(a, supervise_phases_blame(a, seen)) : seen;
+    const uint32_t phases = supervise_phases_suspects(a);
+    gate_disable(&a->fabric->gate);
+    (void)fault_latch(a, phases != 0u ? FAULT_OPEN_PHASE : supervise_encoder_blame(a, FAULT_OVERCURRENT),
+                      (int32_t)phases, 0);
 }
 
 /*
- * First cause: hardware latches before what is concluded from a sample, and what makes an over-current before
- * it. So rare that it may branch.
+ * First cause: hardware latches before what is concluded from a sample, and what makes an over-current before it.
+ * So rare that it may branch.
  */
 void axis_sample_fault(struct axis *a)
 {
     const uint32_t gate = gate_status(&a->fabric->gate);
-    const enum fault sampled = traced_back(a, fault_from_adc(adc_status(&a->fabric->adc)));
+    const enum fault sampled = fault_from_adc(adc_status(&a->fabric->adc));
     if ((gate & GATE_STATUS_LATCHES) != 0u) {
         axis_raise(a, fault_from_gate(gate));
     } else if ((gate & GATE_STATUS_ENCODER) != 0u) {
         axis_raise(a, FAULT_ENCODER);
+    } else if (sampled == FAULT_OVERCURRENT) {
+        raise_overcurrent(a);
     } else if (sampled != FAULT_NONE) {
         axis_raise(a, sampled);
     } else if ((gate & GATE_STATUS_OVERRUN) != 0u) {

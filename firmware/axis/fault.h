@@ -78,7 +78,7 @@ struct fault_record {
     struct fault_snapshot snapshot;
 };
 
-/* What follows from a fault. Each class allows some; hardware's and whatever leaves the motor without control only the first. */
+/* What follows from a fault. Each class allows some; hardware's, and what leaves the motor without control, only the first. */
 enum reaction {
     REACTION_OFF,  /* bridge off at once */
     REACTION_STOP, /* quick stop, then off; the fault is latched all the same */

@@ -37,7 +37,7 @@ static void watch_commands(struct axis *a)
     }
 }
 
-static void watch_the_rest(struct axis *a)
+static void watch_what_is_slow(struct axis *a)
 {
     supervise_voltage(a);
     watch_temperature(a);
@@ -59,7 +59,7 @@ static void step_running(struct axis *a)
         supervise_speed(a);
     }
     if (turn == 3u) {
-        watch_the_rest(a);
+        watch_what_is_slow(a);
     }
 }
 

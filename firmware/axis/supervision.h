@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What is watched while the motor runs, once a millisecond, after everything else of the slow loop: each part concludes from what
- * it sees and reports a fault; what follows is axis/reaction.h's. The order is that in which one fault could pass for another:
- * encoder, phases, then what the speed and current loops make of them.
+ * What is watched while the motor runs, once a millisecond, after everything else of the slow loop. Each part reports a fault;
+ * what follows is axis/reaction.h's. The order is that in which one fault could pass for another: encoder, phases, then what
+ * the speed and current loops make of them.
  */
 #ifndef FIRMWARE_AXIS_SUPERVISION_H
 #define FIRMWARE_AXIS_SUPERVISION_H
@@ -24,18 +24,19 @@ struct axis;
  */
 struct encoder_watch {
     struct emf emf;
-    uint32_t counts;          /* at the last step */
-    uint32_t latch_clock;     /* the fabric's clock then */
-    int32_t speed_q32;        /* the observer's then */
-    int32_t speed_before_q32; /* and a step before */
-    uint32_t doubt_ms;        /* how much longer the encoder is in doubt */
-    int32_t jump_q32;         /* by which it got there, electrical */
-    int32_t w_before_q15;     /* speed before the jump */
-    uint32_t against_ms;      /* since when the EMF says something else */
-    uint32_t still_ms;        /* since when no count has come */
-    int32_t w_moving_q15;     /* speed before that */
-    int32_t dead_w_q15;       /* from this speed no shaft stands still at once */
-    uint32_t still_limit_q15; /* speed times milliseconds that make some counts */
+    uint32_t counts;              /* at the last step */
+    uint32_t latch_clock;         /* the fabric's clock then */
+    int32_t speed_q32;            /* the observer's then */
+    int32_t speed_before_q32;     /* and a step before */
+    uint32_t doubt_ms;            /* how much longer the encoder is in doubt */
+    int32_t jump_q32;             /* by which it got there, electrical */
+    int32_t w_before_q15;         /* speed before the jump */
+    struct emf_vector emf_before; /* and the EMF then */
+    uint32_t against_ms;          /* since when the EMF says something else */
+    uint32_t still_ms;            /* since when no count has come */
+    int32_t w_moving_q15;         /* speed before that */
+    int32_t dead_w_q15;           /* from this speed no shaft stands still at once */
+    uint32_t still_limit_q15;     /* speed times milliseconds that make some counts */
     int32_t jump_limit_q32;
     /* index pulses: where the count was, for each direction */
     int32_t index_first[2], index_last[2];
@@ -90,8 +91,11 @@ void supervision_step(struct axis *a);
  */
 enum fault supervise_encoder_blame(const struct axis *a, enum fault seen);
 
-/* The same for a phase that has begun to carry nothing; for an over-current and a speed that is lost. ISR and slow loop. */
-enum fault supervise_phases_blame(const struct axis *a, enum fault seen);
+/*
+ * The phases (1 a, 2 b, 4 c) that have begun to carry nothing: too short a time for a fault of their own, long enough to be the
+ * cause of an over-current or of a speed that is lost. Any context.
+ */
+uint32_t supervise_phases_suspects(const struct axis *a);
 
 /* The parts. */
 void supervise_encoder_begin(struct axis *a);

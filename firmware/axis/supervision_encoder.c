@@ -108,6 +108,7 @@ static void begin_doubt(struct encoder_watch *e, int32_t jump_q32)
     e->doubt_ms = DOUBT_MS;
     e->jump_q32 = jump_q32;
     e->w_before_q15 = w_of(e->speed_q32);
+    e->emf_before = e->emf.filtered;
     e->against_ms = 0;
 }
 
@@ -124,8 +125,8 @@ static bool counts_stand(const struct axis *a, int32_t speed_q32)
 }
 
 /*
- * Counts that stand still where the EMF is as before, or where it cannot tell, are a dead encoder's. Where it has gone, the shaft
- * was stopped.
+ * Counts that stand still where the EMF is as before, or where it cannot tell, are a dead encoder's. Where it has gone, the
+ * shaft was stopped.
  */
 static bool stands_with_emf(const struct encoder_watch *e)
 {
@@ -146,7 +147,7 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e)
         }
         return;
     }
-    if (clear && emf_judge(&e->emf, &e->emf.now, e->w_before_q15 < 0) == EMF_AGREES) {
+    if (clear && emf_judge_change(&e->emf, &e->emf_before, e->w_before_q15 < 0) == EMF_AGREES) {
         return;
     }
     e->against_ms++;
@@ -159,8 +160,7 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e)
 static void compare_with_emf(struct axis *a, struct encoder_watch *e)
 {
     const bool backwards = e->speed_q32 < 0;
-    const enum emf_verdict verdict =
-        emf_is_clear(&e->emf) ? emf_judge(&e->emf, &e->emf.filtered, backwards) : EMF_AGREES;
+    const enum emf_verdict verdict = emf_is_clear(&e->emf) ? emf_judge(&e->emf, backwards) : EMF_AGREES;
     if (verdict == EMF_AGREES) {
         e->against_ms = e->against_ms == 0u ? 0u : e->against_ms - 1u;
         return;

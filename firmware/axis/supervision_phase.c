@@ -14,12 +14,15 @@ void supervise_phases_begin(struct axis *a)
     a->supervision.phases = (struct phase_watch){.least_q15 = a->tuning.i_max_q15 >> LEAST_SHIFT};
 }
 
-enum fault supervise_phases_blame(const struct axis *a, enum fault seen)
+uint32_t supervise_phases_suspects(const struct axis *a)
 {
     const struct phase_watch *const p = &a->supervision.phases;
-    const int32_t most_q15 = q15_max(q15_max(p->missing_q15[0], p->missing_q15[1]), p->missing_q15[2]);
     const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
-    return running && most_q15 > p->least_q15 * SUSPECT ? FAULT_OPEN_PHASE : seen;
+    uint32_t suspects = 0;
+    for (uint32_t phase = 0; running && phase < 3u; phase++) {
+        suspects |= p->missing_q15[phase] > p->least_q15 * SUSPECT ? 1u << phase : 0u;
+    }
+    return suspects;
 }
 
 static int32_t size(const abc_t *i)
@@ -28,8 +31,9 @@ static int32_t size(const abc_t *i)
 }
 
 /*
- * A phase that carries a quarter of what is asked of it is whole. One that carries less is open when what was asked has added up
- * to half of i_max, every second millisecond: a few of them under load. Where the others carry little, too, the voltage may be short: that takes longer.
+ * A phase that carries a quarter of what is asked of it is whole. One that carries less is open when what was asked, every
+ * second millisecond, has added up to half of i_max. Where the others carry little, too, the voltage may be short: that takes
+ * longer.
  */
 static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32_t measured_q15, uint32_t weight_shift)
 {

@@ -39,8 +39,8 @@ static void watch_stall(struct axis *a, struct speed_watch *s)
 }
 
 /*
- * Two ways to have lost the speed: it is too far from the reference; or it will be in LOOK_AHEAD_MS, although the motor does what
- * it can: then the load is the stronger one.
+ * Two ways to have lost the speed: it is too far from the reference; or it will be in LOOK_AHEAD_MS, although the motor does
+ * what it can: then the load is the stronger one.
  */
 static void watch_deviation(struct axis *a, struct speed_watch *s)
 {
@@ -54,7 +54,9 @@ static void watch_deviation(struct axis *a, struct speed_watch *s)
     s->losing_ms = losing ? s->losing_ms + STEP_MS : 0u;
     s->far_ms = distance_q4 > s->deviation_q4 ? s->far_ms + STEP_MS : 0u;
     if (s->far_ms >= FAR_MS || s->losing_ms >= LOSING_MS) {
-        axis_report(a, supervise_phases_blame(a, FAULT_SPEED_DEVIATION), error_q4 / 16, 0);
+        const uint32_t phases = supervise_phases_suspects(a);
+        axis_report(a, phases != 0u ? FAULT_OPEN_PHASE : FAULT_SPEED_DEVIATION,
+                    phases != 0u ? (int32_t)phases : error_q4 / 16, 0);
     }
 }
 

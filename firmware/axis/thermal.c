@@ -13,7 +13,7 @@
 #define DERATE_Q4         (10 * 16)
 #define LOSS_MAX_Q10      (20 << 10) /* of the rated loss: more does not last until the next update */
 #define TOP_Q20           ((1 << 20) + (1 << 20) / 20)
-#define INVERTER_BAND_Q20 ((1 << 20) / 10)
+#define INVERTER_BAND_Q15 (Q15_ONE / 10)
 
 /* The part of the way to its end that a body of this time constant goes in one update; at most all of it. */
 static int32_t rate_q31(int32_t tau_ms)
@@ -103,7 +103,7 @@ static void update(struct thermal *th, uint32_t mean_q20, uint32_t sensor_code)
     th->factor_q15 = factor_q15(th->max_q4 - th->winding_q4, DERATE_Q4);
     if (th->inverter_q10 != 0) {
         follow(&th->inverter_q20, loss_q10(mean_q20, th->inverter_q10) << 10, th->inverter_rate_q31);
-        th->factor_q15 = q15_min(th->factor_q15, factor_q15(TOP_Q20 - th->inverter_q20, INVERTER_BAND_Q20));
+        th->factor_q15 = q15_min(th->factor_q15, factor_q15((TOP_Q20 - th->inverter_q20) >> 5, INVERTER_BAND_Q15));
     }
 }
 

@@ -77,15 +77,24 @@ static int32_t unlearnt_q15(const struct emf *e)
     return (e->reaction_q15 * (4 * EMF_LEARNT_STEPS - 3 * e->learnt)) / (4 * EMF_LEARNT_STEPS);
 }
 
-enum emf_verdict emf_judge(const struct emf *e, const struct emf_vector *v, bool backwards)
+static enum emf_verdict judge(const struct emf *e, int32_t d_q15, int32_t along_q15, int32_t reaction_q15)
 {
-    const int32_t along_q15 = backwards ? -v->q_q15 : v->q_q15;
-    const int32_t allowed_q15 = e->slack_q15 + unlearnt_q15(e);
     if (along_q15 < -e->unsure_q15) {
         return EMF_REVERSED;
     }
     const int32_t length_q15 = q15_max(along_q15, e->expected_q15 / 2);
-    return q15_abs(v->d_q15) > allowed_q15 + ((length_q15 * TURNED_Q15) >> 15) ? EMF_TURNED : EMF_AGREES;
+    const int32_t allowed_q15 = e->slack_q15 + reaction_q15 + ((length_q15 * TURNED_Q15) >> 15);
+    return q15_abs(d_q15) > allowed_q15 ? EMF_TURNED : EMF_AGREES;
+}
+
+enum emf_verdict emf_judge(const struct emf *e, bool backwards)
+{
+    return judge(e, e->filtered.d_q15, backwards ? -e->filtered.q_q15 : e->filtered.q_q15, unlearnt_q15(e));
+}
+
+enum emf_verdict emf_judge_change(const struct emf *e, const struct emf_vector *before, bool backwards)
+{
+    return judge(e, e->now.d_q15 - before->d_q15, backwards ? -e->now.q_q15 : e->now.q_q15, e->reaction_q15 / 4);
 }
 
 int32_t emf_angle_deg(const struct emf_vector *v, bool backwards)

@@ -9,7 +9,7 @@
  * wrong flux changes its length only. A wrong resistance turns it by what flows in d; a wrong Lq by Lq i_q / psi, and that is
  * learnt while the motor turns, since it comes with the load and a slip of the encoder does not.
  *
- * Voltages Q15 of v_range, currents Q15 of i_range, speed as current_loop_w_q15(). Context: slow loop, once a millisecond, after
+ * Voltages Q15 of v_range, currents Q15 of i_range, speed as current_loop_w_q15(). Context: slow loop, after
  * current_loop_follow().
  */
 #ifndef FIRMWARE_CONTROL_EMF_H
@@ -57,8 +57,13 @@ static inline bool emf_is_clear(const struct emf *e)
     return e->expected_q15 > 4 * e->unsure_q15;
 }
 
-/* What one of the vectors says of the encoder's angle, at a speed of this sign. */
-enum emf_verdict emf_judge(const struct emf *e, const struct emf_vector *v, bool backwards);
+/* What the filtered vector says of the encoder's angle, at a speed of this sign. */
+enum emf_verdict emf_judge(const struct emf *e, bool backwards);
+
+/*
+ * What the last sample says, compared with `before`: what was in d then for other reasons still is, so there is less to allow for.
+ */
+enum emf_verdict emf_judge_change(const struct emf *e, const struct emf_vector *before, bool backwards);
 
 /* The angle from the q axis that belongs to the speed's sign, degrees, -180...180. Cold: a fault's detail. */
 int32_t emf_angle_deg(const struct emf_vector *v, bool backwards);
