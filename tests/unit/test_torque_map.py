@@ -15,8 +15,8 @@ MACHINES = {
     "slightly salient": {"lq_uh": 201},
     "reversed": {"ld_uh": 400},
     "reluctance": {"ld_uh": 4730, "lq_uh": 20000, "flux_uwb": 133700, "i_range_ma": 50000, "v_range_mv": 500000,
-                   "i_max_ma": 33000, "i_trip_ma": 44000, "v_min_mv": 200000, "v_max_mv": 410000, "current_bw_hz": 300},
-    "hardly a magnet": {"lq_uh": 600, "flux_uwb": 100, "speed_bw_hz": 1, "inertia_gcm2": 1},
+                   "i_max_ma": 33000, "i_trip_ma": 44000, "v_min_mv": 200000, "v_max_mv": 410000, "current_bw_hz": 300, "speed_bw_hz": 30},
+    "hardly a magnet": {"lq_uh": 600, "flux_uwb": 100, "speed_bw_hz": 1, "inertia_gmm2": 100},
     "small current": {"lq_uh": 400, "i_max_ma": 100, "i_align_ma": 50},
 }
 
@@ -109,7 +109,7 @@ def test_what_torque_is_worth(c, name):
     flux_wb = least_current(params, 1.0)[2]
     assert c.mtpa_flux_nwb(params) * 1e-9 == pytest.approx(flux_wb, rel=1e-5)
     kt = 1.5 * params.pole_pairs * flux_wb
-    kp = 2 * math.pi * params.speed_bw_hz * params.inertia_gcm2 * 1e-7 / kt  # A per rad/s
+    kp = 2 * math.pi * params.speed_bw_hz * params.inertia_gmm2 * 1e-9 / kt  # A per rad/s
     kp_q16 = kp / (params.i_range_ma * 1e-3) * Q15 * 65536 * (math.pi / 30) / 16
     assert tuning.speed_kp_q16 == pytest.approx(kp_q16, rel=1e-3, abs=1)
     emf = 2 * math.pi * 1250 * flux_wb / (params.v_range_mv * 1e-3)
