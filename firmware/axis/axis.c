@@ -127,10 +127,7 @@ static void take_request(struct axis *a)
     }
 }
 
-/*
- * There must have been as many conversions as there should in the last period; one either way is phase. That the current loop
- * took each of them the fabric watches: one that is not taken is an overrun.
- */
+/* Expect CONFIG_LOOPS_PER_SLOW conversions +-1 since the last step; the fabric detects unread ones. */
 static void watch_heartbeat(struct axis *a)
 {
     const uint32_t ran = adc_sequence(&a->fabric->adc) - a->heartbeat;

@@ -93,7 +93,7 @@ static void follow_burn(struct torque_control *s, const struct tuning *t, bool w
 /* The q current that makes the torque beside a d current other than the map's: torque over psi - (L_q - L_d) i_d. */
 static int32_t i_q_beside(const struct tuning *t, int32_t torque_q15, int32_t i_d_q15)
 {
-    const int32_t flux_q11 = (t->emf_q12 >> 1) - (((t->x_q_q11 - t->x_d_q11) * i_d_q15) >> 15);
+    const int32_t flux_q11 = (t->emf_q12 >> 1) - ((t->saliency_q11 * i_d_q15) >> 15);
     return torque_q15 * t->torque_emf_q11 / q15_max(flux_q11, 1);
 }
 

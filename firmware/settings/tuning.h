@@ -41,6 +41,7 @@ struct tuning {
     int32_t bus_energy_q10;     /* energy of the bus capacitor at v_range */
     int32_t bus_set_energy_q25; /* of the highest voltage that braking brings about */
     int32_t burn_max_q15;       /* largest d current for burning power: cancels the magnets' flux, at most i_max */
+    int32_t saliency_q11;       /* apparent x_q - x_d */
     int32_t speed_max_rpm_q4;
     /* speed estimate: units and derivation in tuning_speed.c */
     int32_t encoder_counts;

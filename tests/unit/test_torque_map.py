@@ -15,7 +15,7 @@ MACHINES = {
     "slightly salient": {"lq_uh": 201},
     "reversed": {"ld_uh": 400},
     "reluctance": {"ld_uh": 4730, "lq_uh": 20000, "flux_uwb": 133700, "i_range_ma": 50000, "v_range_mv": 500000,
-                   "i_max_ma": 33000, "i_trip_ma": 44000, "v_min_mv": 200000, "v_max_mv": 410000, "current_bw_hz": 300, "speed_bw_hz": 30},
+                   "i_max_ma": 33000, "i_trip_ma": 44000, "v_min_mv": 200000, "v_max_mv": 410000, "current_bw_hz": 300, "speed_bw_hz": 20},
     "hardly a magnet": {"lq_uh": 600, "flux_uwb": 100, "speed_bw_hz": 1, "inertia_gmm2": 100},
     "small current": {"lq_uh": 400, "i_max_ma": 100, "i_align_ma": 50},
 }
@@ -61,7 +61,7 @@ def test_nodes_are_currents_of_least_amplitude(c, name):
         # half a unit of current, where torque rises by up to 2 for 1
         assert want_torque / full == pytest.approx(torque, abs=1.2 / Q15)
         volt_d = tuning.emf_q12 / 4096 + tuning.x_d_q11 / 2048 * i_d
-        assert table.flux_q15[n] / Q15 == pytest.approx(math.hypot(volt_d, tuning.x_q_q11 / 2048 * i_q), abs=3 / Q15)
+        assert table.flux_q15[n] / Q15 == pytest.approx(math.hypot(volt_d, tuning.x_q_q11 / 2048 * i_q), abs=5 / Q15)
 
 
 @pytest.mark.parametrize("name", MACHINES)
@@ -108,12 +108,31 @@ def test_what_torque_is_worth(c, name):
     params, tuning, _ = built(c, MACHINES[name])
     flux_wb = least_current(params, 1.0)[2]
     assert c.mtpa_flux_nwb(params) * 1e-9 == pytest.approx(flux_wb, rel=1e-5)
-    kt = 1.5 * params.pole_pairs * flux_wb
-    kp = 2 * math.pi * params.speed_bw_hz * params.inertia_gmm2 * 1e-9 / kt  # A per rad/s
-    kp_q16 = kp / (params.i_range_ma * 1e-3) * Q15 * 65536 * (math.pi / 30) / 16
-    assert tuning.speed_kp_q16 == pytest.approx(kp_q16, rel=1e-3, abs=1)
     emf = 2 * math.pi * 1250 * flux_wb / (params.v_range_mv * 1e-3)
     assert tuning.torque_emf_q11 / 2048 == pytest.approx(emf, abs=1 / 2048)
+
+
+def test_the_speed_gain_goes_by_what_torque_is_worth(c):
+    """The same inertia: twice the torque for a torque of 1.0, half the gain."""
+    products = [tuning.speed_kp_q16 * tuning.torque_emf_q11
+                for _, tuning, _ in (built(c, MACHINES[name]) for name in ("surface", "salient", "reversed"))]
+    assert products[1:] == pytest.approx(products[:1] * 2, rel=2e-3)
+
+
+def test_apparent_inductances_make_the_map_and_nothing_else(c):
+    """Saturated iron: MTPA and flux go by flux over current, the current loop by small changes."""
+    _, plain, plain_table = built(c, MACHINES["salient"])
+    params, tuning, table = built(c, {**MACHINES["salient"], "ld_apparent_uh": 250, "lq_apparent_uh": 1200})
+    for name in ("kp_d_q12", "kp_q_q12", "x_d_q11", "x_q_q11"):
+        assert getattr(tuning, name) == getattr(plain, name)
+    params.ld_uh, params.lq_uh = 250, 1200
+    for n in range(NODES):
+        i_d, i_q, _ = least_current(params, table.current_q15[n] / Q15)
+        assert (table.i_d_q15[n] / Q15, table.i_q_q15[n] / Q15) == pytest.approx((i_d, i_q), abs=1.5 / Q15)
+        volt_d = tuning.emf_q12 / 4096 + tuning.x_d_q11 / 2048 * 250 / 200 * i_d
+        volt_q = tuning.x_q_q11 / 2048 * 1200 / 400 * i_q
+        assert table.flux_q15[n] / Q15 == pytest.approx(math.hypot(volt_d, volt_q), abs=5 / Q15)
+    assert table.i_d_q15[NODES - 1] < 1.5 * plain_table.i_d_q15[NODES - 1]
 
 
 EXTREME = {"flux_uwb": (10, 10000000), "ld_uh": (1, 1000000), "lq_uh": (1, 1000000), "i_range_ma": (100, 2000000)}
