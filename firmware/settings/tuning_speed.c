@@ -25,7 +25,8 @@
 #define TURN_WAY  (60000LL * 32768)
 #define TURN_RATE (60LL * BOARD_FABRIC_HZ * 32768)
 
-_Static_assert(CONFIG_SLOW_HZ == 1000, "the estimate counts in milliseconds, and takes them for slow periods; so does KI");
+_Static_assert(CONFIG_SLOW_HZ == 1000,
+               "the estimate counts in milliseconds, and takes them for slow periods; so does KI");
 
 static void tune_estimate(const struct params *p, struct tuning *t)
 {

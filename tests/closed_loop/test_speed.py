@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from launcher import simulate
+from launcher.drive import ON_TIME_S
 
-ON_S, UP_S = 0.15, 1.05
+ON_S = 0.15
+UP_S = ON_S + ON_TIME_S
 
 
 def play(tmp_path, lines, *steps, end_s, **how):

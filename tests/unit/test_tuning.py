@@ -2,6 +2,7 @@
 """Every number of struct tuning against exact rationals, over random parameters of the whole ranges and the shipped motors."""
 import math
 import random
+import re
 from fractions import Fraction
 
 import pytest
@@ -12,8 +13,9 @@ from unit.conftest import SOURCE
 
 PI = Fraction(314159265358979323846264338328, 10**29)
 PWM_HZ, SLOW_HZ, BASE_HZ = 20000, 1000, 1250
-REFUSED_BEFORE = ("ERROR_SPEED_BEYOND_OBSERVER", "ERROR_SPEED_MAX_BEYOND_OVERSPEED", "ERROR_V_LIMITS", "ERROR_V_MIN_BELOW_MODULATOR",
-                  "ERROR_I_TRIP_BEYOND_RANGE", "ERROR_I_MAX_BEYOND_TRIP", "ERROR_I_ALIGN_BEYOND_MAX")
+REFUSED_BEFORE = ("ERROR_SPEED_BEYOND_OBSERVER", "ERROR_SPEED_MAX_BEYOND_OVERSPEED", "ERROR_V_LIMITS",
+                  "ERROR_V_MIN_BELOW_MODULATOR", "ERROR_I_TRIP_BEYOND_RANGE", "ERROR_I_MAX_BEYOND_TRIP",
+                  "ERROR_I_ALIGN_BEYOND_MAX")
 CONSTANTS = Fraction(1, 10**8)  # relative, by which the C constants are rounded
 REFUSED_FOR_GAINS = ("ERROR_CURRENT_GAIN", "ERROR_CURRENT_INTEGRAL_GAIN", "ERROR_DECOUPLING", "ERROR_SPEED_GAIN")
 
@@ -34,8 +36,8 @@ def compute(c, values):
 
 
 def ranges():
-    import re
-    rows = re.findall(r"^\s+PARAM\((\w+), (-?\d+), (-?\d+), (-?\d+)\)", (SOURCE / "firmware/settings/params.c").read_text(), re.MULTILINE)
+    source = (SOURCE / "firmware/settings/params.c").read_text()
+    rows = re.findall(r"^\s+PARAM\((\w+), (-?\d+), (-?\d+), (-?\d+)\)", source, re.MULTILINE)
     return {name: (int(low), int(high)) for name, low, high, _ in rows}
 
 
@@ -114,7 +116,8 @@ def test_any_parameters(c):
         fits = {"ERROR_CURRENT_GAIN": max(value["kp_d_q12"], value["kp_q_q12"]) < 32767.5,
                 "ERROR_CURRENT_INTEGRAL_GAIN": 0.5 <= value["ki_q17"] < 32767.5,
                 "ERROR_DECOUPLING": max(value[name] for name in ("x_d_q11", "x_q_q11", "emf_q12", "r_q12")) < 32767.5,
-                "ERROR_SPEED_GAIN": value["speed_kp_q16"] >= 0.5 and max(value["speed_kp_q16"], value["speed_accel_q8"]) < 2**31}
+                "ERROR_SPEED_GAIN": (value["speed_kp_q16"] >= 0.5
+                                     and max(value["speed_kp_q16"], value["speed_accel_q8"]) < 2**31)}
         misfit = next((name for name in REFUSED_FOR_GAINS if not fits[name]), None)
         if error in REFUSED_BEFORE:
             continue
