@@ -95,7 +95,7 @@ static int32_t take_edge(struct speed_estimate *e, const struct reading *r, cons
     const uint32_t clocks = r->edge_clock - e->clock;
     if (!e->lost) {
         const int32_t before_rpm_q15 = e->speed_rpm_q15;
-        e->speed_rpm_q15 = edges != 0 ? speed_of(way_q8, clocks, t) : 0;
+        e->speed_rpm_q15 = speed_of(way_q8, clocks, t);
         e->interval_clocks = clocks;
         if (q15_abs(edges) <= EDGES_LEARNED) {
             learn(e, from, to, way_q15(before_rpm_q15 - e->speed_rpm_q15, clocks), t);
