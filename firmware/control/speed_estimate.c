@@ -4,12 +4,12 @@
 #include "lib/q15.h"
 
 #define CLOCKS_LOST   (1u << 28) /* 2.7 s without an edge: at rest, long before the clock wraps */
-#define CLOCKS_MS     100000u
-#define MS_Q31        21475u    /* a clock of 10 ns in milliseconds */
-#define CLOCKS_SHORT  32768u    /* below a third of a millisecond: the shaft was jerked, and its speed means nothing */
-#define PLACE_OFF_Q16 32768     /* half a count too early or too late: the speed has changed, nothing is learned */
-#define PLACE_SHIFT   6         /* 1/64 of it is believed */
-#define MAX_Q15       (1 << 30) /* 32768 rpm, or as much way in a millisecond */
+#define MS_Q29        5369u      /* a clock of 10 ns in milliseconds */
+#define CLOCKS_SHORT  32768u     /* below a third of a millisecond: the shaft was jerked, and its speed means nothing */
+#define PLACE_OFF_Q16 32768      /* half a count too early or too late: the speed has changed, nothing is learned */
+#define PLACE_SHIFT   6          /* 1/64 of it is believed */
+#define EDGES_LEARNED 32         /* in a step; beyond, their places have been learned on the way */
+#define MAX_Q15       (1 << 30)  /* 32768 rpm, or as much way in a millisecond */
 #define FAST_RPM_Q15  (15000 * 32768)
 #define BOUND_Q8      288 /* an eighth over a count: edges stand a little apart from their places */
 
@@ -63,13 +63,13 @@ static int32_t speed_of(int32_t way_q8, uint32_t clocks, const struct tuning *t)
     return limited(((int64_t)way_q8 * of_a_part) >> 12);
 }
 
-/* The way of a speed in a time. */
+/* The way of a speed in a time; up to 2.6 ms without a second long product. */
 static int32_t way_q15(int32_t speed_rpm_q15, uint32_t clocks)
 {
-    if (clocks < CLOCKS_MS) {
-        return (int32_t)(((int64_t)speed_rpm_q15 * (int32_t)(clocks * MS_Q31)) >> 31);
+    if (clocks < 1u << 18) {
+        return (int32_t)(((int64_t)speed_rpm_q15 * (int32_t)(clocks * MS_Q29)) >> 29);
     }
-    return limited(((int64_t)speed_rpm_q15 * (int32_t)(((uint64_t)clocks * MS_Q31) >> 15)) >> 16);
+    return limited(((int64_t)speed_rpm_q15 * (int32_t)(((uint64_t)clocks * MS_Q29) >> 13)) >> 16);
 }
 
 /* At the speed before, the shaft would have turned so much farther: so the two edges are. What one gains the other loses. */
@@ -95,9 +95,11 @@ static int32_t take_edge(struct speed_estimate *e, const struct reading *r, cons
     const uint32_t clocks = r->edge_clock - e->clock;
     if (!e->lost) {
         const int32_t before_rpm_q15 = e->speed_rpm_q15;
-        e->speed_rpm_q15 = edges != 0 ? speed_of(way_q8, clocks, t) : 0;
+        e->speed_rpm_q15 = speed_of(way_q8, clocks, t);
         e->interval_clocks = clocks;
-        learn(e, from, to, way_q15(before_rpm_q15 - e->speed_rpm_q15, clocks), t);
+        if (q15_abs(edges) <= EDGES_LEARNED) {
+            learn(e, from, to, way_q15(before_rpm_q15 - e->speed_rpm_q15, clocks), t);
+        }
     }
     e->count = r->count;
     e->backwards = backwards;

@@ -2,7 +2,8 @@
 /*
  * What bandwidths leave a phase margin of MARGIN_DEG: the drive refuses more, and names the largest that works. Thread.
  *
- * Current loop. Between sample and new voltage passes a period, the plant integrates: L(z) = a / (z (z - 1)), a = 2 pi f / f_pwm.
+ * Current loop. Between sample and new voltage passes a period, the plant integrates: L(z) = a / (z (z - 1)) with
+ * a = 2 pi f / f_pwm.
  * |L| = 1 where a = 2 sin(x / 2), x in radians a sample, and the margin there is 90 degrees - 1.5 x: 45 degrees at x = 30.
  *
  * Speed loop. L = w/s (1 + w/(4s)) crosses over at 1.0291 w. From the 90 degrees there go

@@ -30,17 +30,17 @@ ZERO_WAIT = ("cycles.apb_read 0", "cycles.apb_write 0")
 
 # Both directions, with and without load, standstill and the steps between them; no fault.
 CLOSED_LOOP = {
-    "key": "bench", "title": "what the benchmark runs in closed loop", "end_s": 5.3, "preamble_s": 0.05,
+    "key": "bench", "title": "what the benchmark runs in closed loop", "end_s": 6.05, "preamble_s": 0.05,
     "step": [
         {"t_s": 0.20, "console": "on"},
-        {"t_s": 1.10, "console": "speed 1500"},
-        {"t_s": 1.30, "event": "load_nm", "args": ["rated_torque_Nm"]},
-        {"t_s": 1.50, "event": "load_nm", "args": ["0"]},
-        {"t_s": 1.60, "console": "speed -1500"},
-        {"t_s": 2.60, "event": "load_nm", "args": ["-rated_torque_Nm"]},
-        {"t_s": 3.20, "console": "speed 50"},
-        {"t_s": 4.20, "console": "speed 3000"},
-        {"t_s": 5.20, "console": "status"},
+        {"t_s": 1.85, "console": "speed 1500"},
+        {"t_s": 2.05, "event": "load_nm", "args": ["rated_torque_Nm"]},
+        {"t_s": 2.25, "event": "load_nm", "args": ["0"]},
+        {"t_s": 2.35, "console": "speed -1500"},
+        {"t_s": 3.35, "event": "load_nm", "args": ["-rated_torque_Nm"]},
+        {"t_s": 3.95, "console": "speed 50"},
+        {"t_s": 4.95, "console": "speed 3000"},
+        {"t_s": 5.95, "console": "status"},
     ],
 }
 

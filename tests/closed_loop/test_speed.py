@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from launcher import simulate
+from launcher.drive import ON_TIME_S
 
-ON_S, UP_S = 0.15, 1.05
+ON_S = 0.15
+UP_S = ON_S + ON_TIME_S
 
 
 def play(tmp_path, lines, *steps, end_s, **how):
@@ -61,8 +63,9 @@ def test_it_stands_still(tmp_path, lines):
 
 @pytest.mark.parametrize("factor, largest_dip", [(5, 20), (1, 20)])
 def test_an_inertia_five_times_too_large_ends_in_no_limit_cycle(tmp_path, factor, largest_dip):
-    load_nm, load_s = 0.2724, UP_S + 0.8
-    result = play(tmp_path, 0, said(UP_S, "speed 1500"), {"t_s": load_s, "event": "load_nm", "args": [load_nm]},
+    up_s = UP_S + 0.3 * (factor - 1)  # the alignment takes longer, too
+    load_s = up_s + 0.8
+    result = play(tmp_path, 0, said(up_s, "speed 1500"), {"t_s": load_s, "event": "load_nm", "args": [0.2724]},
                   end_s=load_s + 0.5, detune=f"inertia_gmm2*{factor}")
     dip = result.trace.between(load_s, load_s + 0.2)
     steady = result.trace.between(load_s + 0.3, load_s + 0.5)

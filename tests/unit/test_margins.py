@@ -71,9 +71,9 @@ def test_the_limits_by_themselves(c):
     assert c.margin_speed_bw_hz(1) == 0 or speed_margin(1, 1) > 44.9
 
 
-def count_asks_a(p, speed_bw_hz):
+def count_asks_a(c, p, speed_bw_hz):
     """What a count within a slow period makes the speed loop ask for."""
-    inertia, kt = p["inertia_gmm2"] * 1e-9, 1.5 * p["pole_pairs"] * p["flux_uwb"] * 1e-6
+    inertia, kt = p["inertia_gmm2"] * 1e-9, 1.5 * p["pole_pairs"] * c.mtpa_flux_nwb(struct(c, p)) * 1e-9
     return inertia / kt * 2 * math.pi * speed_bw_hz * (2 * math.pi / p["encoder_counts"] / SLOW_S)
 
 
@@ -87,14 +87,14 @@ def test_the_encoders_limit(c):
         error, works, tuning = compute(c, p)
         if error == "ERROR_SPEED_RESOLUTION":
             refused += 1
-            assert count_asks_a(p, p["speed_bw_hz"]) > 9.99 * p["i_max_ma"] / 1000
+            assert count_asks_a(c, p, p["speed_bw_hz"]) > 9.99 * p["i_max_ma"] / 1000
             assert works == c.margin_resolution_bw_hz(struct(c, p), tuning)
-            assert count_asks_a(p, works) <= 10.01 * p["i_max_ma"] / 1000 <= count_asks_a(p, works + 1.05)
+            assert count_asks_a(c, p, works) <= 10.01 * p["i_max_ma"] / 1000 <= count_asks_a(c, p, works + 1.05)
             assert compute(c, {**p, "speed_bw_hz": works})[0] == "ERROR_NONE"
         else:
             assert error in ("ERROR_NONE", "ERROR_SPEED_UNRESOLVED")
-            assert count_asks_a(p, 1 if error != "ERROR_NONE" else p["speed_bw_hz"]) > 9.99 * p["i_max_ma"] / 1000 \
-                or error == "ERROR_NONE" and count_asks_a(p, p["speed_bw_hz"]) <= 10.01 * p["i_max_ma"] / 1000
+            assert count_asks_a(c, p, 1 if error != "ERROR_NONE" else p["speed_bw_hz"]) > 9.99 * p["i_max_ma"] / 1000 \
+                or error == "ERROR_NONE" and count_asks_a(c, p, p["speed_bw_hz"]) <= 10.01 * p["i_max_ma"] / 1000
     assert refused > 30
 
 

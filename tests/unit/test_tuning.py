@@ -2,6 +2,7 @@
 """Every number of struct tuning against exact rationals, over random parameters of the whole ranges and the shipped motors."""
 import math
 import random
+import re
 from fractions import Fraction
 
 import pytest
@@ -12,8 +13,9 @@ from unit.conftest import SOURCE
 
 PI = Fraction(314159265358979323846264338328, 10**29)
 PWM_HZ, SLOW_HZ, BASE_HZ = 20000, 1000, 1250
-REFUSED_BEFORE = ("ERROR_SPEED_BEYOND_OBSERVER", "ERROR_SPEED_MAX_BEYOND_OVERSPEED", "ERROR_V_LIMITS", "ERROR_V_MIN_BELOW_MODULATOR",
-                  "ERROR_I_TRIP_BEYOND_RANGE", "ERROR_I_MAX_BEYOND_TRIP", "ERROR_I_ALIGN_BEYOND_MAX")
+REFUSED_BEFORE = ("ERROR_SPEED_BEYOND_OBSERVER", "ERROR_SPEED_MAX_BEYOND_OVERSPEED", "ERROR_V_LIMITS",
+                  "ERROR_V_MIN_BELOW_MODULATOR", "ERROR_I_TRIP_BEYOND_RANGE", "ERROR_I_MAX_BEYOND_TRIP",
+                  "ERROR_I_ALIGN_BEYOND_MAX")
 CONSTANTS = Fraction(1, 10**8)  # relative, by which the C constants are rounded
 REFUSED_FOR_GAINS = ("ERROR_CURRENT_GAIN", "ERROR_CURRENT_INTEGRAL_GAIN", "ERROR_DECOUPLING", "ERROR_SPEED_GAIN")
 
@@ -34,8 +36,8 @@ def compute(c, values):
 
 
 def ranges():
-    import re
-    rows = re.findall(r"^\s+PARAM\((\w+), (\d+), (\d+), (\d+)\)", (SOURCE / "firmware/settings/params.c").read_text(), re.MULTILINE)
+    source = (SOURCE / "firmware/settings/params.c").read_text()
+    rows = re.findall(r"^\s+PARAM\((\w+), (-?\d+), (-?\d+), (-?\d+)\)", source, re.MULTILINE)
     return {name: (int(low), int(high)) for name, low, high, _ in rows}
 
 
@@ -45,7 +47,7 @@ def shipped(motor="teknic_m2310p"):
 
 def drawn(draw):
     """Any parameters of their ranges, evenly over the decades; limits put in order, so that most get as far as the gains."""
-    p = {name: min(high, max(low, round(math.exp(draw.uniform(math.log(low), math.log(high))))))
+    p = {name: min(high, max(low, round(math.exp(draw.uniform(math.log(max(low, 1)), math.log(high))))))
          for name, (low, high) in ranges().items()}
     p["i_trip_ma"] = max(10, p["i_range_ma"] * draw.randint(50, 95) // 100)
     p["i_max_ma"] = max(10, p["i_trip_ma"] * draw.randint(30, 85) // 100)
@@ -57,11 +59,11 @@ def drawn(draw):
     return p
 
 
-def exact(p):
+def exact(c, p):
     """What the header promises, unrounded."""
     per_unit = Fraction(p["i_range_ma"], p["v_range_mv"])
     reactance = {axis: 2 * PI * Fraction(p[f"l{axis}_uh"], 10**6) * per_unit for axis in "dq"}
-    kt = Fraction(3, 2) * p["pole_pairs"] * Fraction(p["flux_uwb"], 10**6)
+    kt = Fraction(3, 2) * p["pole_pairs"] * Fraction(c.mtpa_flux_nwb(struct(c, p)), 10**9)
     amperes = Fraction(p["inertia_gmm2"], 10**9) / kt  # per rad/s^2
     q15 = Fraction(32768 * 1000, p["i_range_ma"])
     w = 2 * PI * p["speed_bw_hz"]
@@ -72,13 +74,13 @@ def exact(p):
         "kp_d_q12": reactance["d"] * p["current_bw_hz"] * 4096, "kp_q_q12": reactance["q"] * p["current_bw_hz"] * 4096,
         "ki_q17": 2 * PI * p["current_bw_hz"] * Fraction(p["resistance_mohm"], 1000) * per_unit / PWM_HZ * 2**17,
         "x_d_q11": reactance["d"] * BASE_HZ * 2048, "x_q_q11": reactance["q"] * BASE_HZ * 2048,
+        "r_q12": Fraction(p["resistance_mohm"], 1000) * per_unit * 4096,
         "emf_q12": 2 * PI * BASE_HZ * Fraction(p["flux_uwb"], 1000) / p["v_range_mv"] * 4096,
         "speed_kp_q16": kp, "speed_ki_q16": kp * w / 4 / SLOW_HZ,
         "speed_accel_q8": amperes * (2 * PI / 60) / 65536 * SLOW_HZ * q15 * 65536 * 256,
         "speed_ki_min_q16": min(round(i_max_q15) * 65536 / count / 100, kp * w / 4 / SLOW_HZ),
         "ramp_q16": Fraction(p["ramp_rpm_s"] * 65536, SLOW_HZ),
         "i_trip_q15": Fraction(p["i_trip_ma"] * 32768, p["i_range_ma"]), "i_max_q15": i_max_q15,
-        "i_align_q15": Fraction(p["i_align_ma"] * 32768, p["i_range_ma"]),
         "v_min_q15": Fraction(p["v_min_mv"] * 32768, p["v_range_mv"]),
         "v_max_q15": Fraction(p["v_max_mv"] * 32768, p["v_range_mv"]),
         "overspeed_w_q15": Fraction(p["overspeed_rpm"] * p["pole_pairs"] * 32768, 60 * BASE_HZ),
@@ -90,8 +92,8 @@ def exact(p):
     }
 
 
-def check(tuning, p):
-    for name, value in exact(p).items():
+def check(c, tuning, p):
+    for name, value in exact(c, p).items():
         error = abs(getattr(tuning, name) - value)
         assert error <= Fraction(1, 2) + CONSTANTS * value, f"{name} {getattr(tuning, name)}, exactly {float(value)}: {p}"
 
@@ -100,7 +102,7 @@ def check(tuning, p):
 def test_shipped_motors(c, motor):
     error, _, tuning = compute(c, shipped(motor))
     assert error == "ERROR_NONE"
-    check(tuning, shipped(motor))
+    check(c, tuning, shipped(motor))
 
 
 def test_any_parameters(c):
@@ -110,17 +112,18 @@ def test_any_parameters(c):
         p = drawn(draw)
         error, _, tuning = compute(c, p)
         seen[error] = seen.get(error, 0) + 1
-        value = exact(p)
+        value = exact(c, p)
         fits = {"ERROR_CURRENT_GAIN": max(value["kp_d_q12"], value["kp_q_q12"]) < 32767.5,
                 "ERROR_CURRENT_INTEGRAL_GAIN": 0.5 <= value["ki_q17"] < 32767.5,
-                "ERROR_DECOUPLING": max(value["x_d_q11"], value["x_q_q11"], value["emf_q12"]) < 32767.5,
-                "ERROR_SPEED_GAIN": value["speed_kp_q16"] >= 0.5 and max(value["speed_kp_q16"], value["speed_accel_q8"]) < 2**31}
+                "ERROR_DECOUPLING": max(value[name] for name in ("x_d_q11", "x_q_q11", "emf_q12", "r_q12")) < 32767.5,
+                "ERROR_SPEED_GAIN": (value["speed_kp_q16"] >= 0.5
+                                     and max(value["speed_kp_q16"], value["speed_accel_q8"]) < 2**31)}
         misfit = next((name for name in REFUSED_FOR_GAINS if not fits[name]), None)
         if error in REFUSED_BEFORE:
             continue
         assert (error if error in REFUSED_FOR_GAINS else None) == misfit, p
         if misfit is None:
-            check(tuning, p)
+            check(c, tuning, p)
     assert min(seen.get(name, 0) for name in ("ERROR_NONE", *REFUSED_FOR_GAINS)) > 20, seen
 
 
