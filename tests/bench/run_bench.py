@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """make bench: measures, prints the table and what has changed, and writes build/bench.json, build/cycles.md, all of it,
-docs/benchmarks.md, the bounds in docs/cycles.md and tests/bench/baseline.json; committing the last three accepts the figures."""
+docs/benchmarks.md, the bounds in docs/cycles.md and tests/bench/baseline.json; to commit the last three accepts them."""
 import argparse
 import json
 import os

@@ -10,8 +10,8 @@ OWN_HZ = 20000  # of firmware/settings/rates.h: the ordinary build is this one
 
 
 def overrides(hz):
-    """For simulate() and load_drive(): a bandwidth of the current loop that a slow sample rate leaves its phase margin."""
-    return {"params": {"current_bw_hz": min(1000, hz // 20)}}
+    """For simulate() and load_drive(): bandwidths that a slow sample rate leaves their phase margin."""
+    return {"params": {"current_bw_hz": min(1000, hz // 20), "speed_bw_hz": 60 if hz >= OWN_HZ else 40}}
 
 
 def make(build, *targets, **choices):
