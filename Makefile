@@ -193,7 +193,7 @@ help:
 	@echo 'make stack           worst-case stack of every entry point, and measured'
 	@echo 'make prove           every kernel, as assembled, against its specification, for all inputs, by a solver'
 	@echo 'make lint            formatting, warnings, layers'
-	@echo 'make mutants         faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n]'
+	@echo 'make mutants         faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n RUNGS="names"]'
 	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
 	@echo 'make clean           remove $(BUILD)'
 	@echo 'PWM_HZ=n DEAD_TIME_NS=n build for another rate, 8000...40000, or dead time (firmware/settings/rates.h)'

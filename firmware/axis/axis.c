@@ -11,13 +11,6 @@
 #define LOOP_START_MS     2u /* until CorePWM's first periods have passed */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
 
-enum start_phase {
-    START_CALIBRATE,
-    START_PWM, /* one step for the PWM to run before the gates open */
-    START_ALIGN,
-    START_FOLLOW, /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
-};
-
 static void enter(struct axis *a, enum axis_state state)
 {
     a->state = state;
@@ -37,75 +30,6 @@ static void begin_operation(struct axis *a)
     a->speed.target_rpm_q16 = 0;
     supervision_begin(a);
     enter(a, AXIS_OPERATION_ENABLED);
-}
-
-static void step_calibration(struct axis *a)
-{
-    switch (calibration_step(&a->calibration, &a->fabric->adc)) {
-    case CALIBRATION_DONE:
-        corepwm_enable_legs(&a->fabric->pwm, true);
-        a->start_phase = START_PWM;
-        break;
-    case CALIBRATION_OUT_OF_RANGE:
-        axis_raise(a, FAULT_CURRENT_OFFSET);
-        break;
-    case CALIBRATION_RUNNING:
-    default:
-        break;
-    }
-}
-
-static void step_alignment(struct axis *a)
-{
-    switch (alignment_step(&a->alignment, &a->loop, &a->tuning, a->speed.speed_rpm_q4)) {
-    case ALIGNMENT_DONE:
-        a->aligned = true;
-        a->start_phase = START_FOLLOW;
-        break;
-    case ALIGNMENT_NOT_FOLLOWED:
-        axis_raise(a, FAULT_ENCODER);
-        break;
-    case ALIGNMENT_RUNNING:
-    default:
-        break;
-    }
-}
-
-/* The bridge on, the field's angle from `source`. */
-static void follow(struct axis *a, enum loop_source source)
-{
-    current_loop_off(&a->loop, a->fabric);
-    if (current_loop_select(&a->loop, a->fabric, source, LOOP_SENSE_AB)) {
-        current_loop_on(&a->loop, a->fabric, &a->tuning);
-    } else {
-        axis_raise(a, FAULT_FABRIC); /* the gate does not let go */
-    }
-}
-
-static void step_switched_on(struct axis *a)
-{
-    switch (a->start_phase) {
-    case START_CALIBRATE:
-        step_calibration(a);
-        break;
-    case START_PWM:
-        if (!a->aligned) {
-            alignment_start(&a->alignment, &a->loop);
-        }
-        follow(a, a->aligned ? LOOP_ENCODER : LOOP_FORCED);
-        a->start_phase = a->aligned ? START_FOLLOW : START_ALIGN;
-        break;
-    case START_ALIGN:
-        step_alignment(a);
-        break;
-    case START_FOLLOW:
-    default:
-        if (a->loop.source != LOOP_ENCODER) {
-            follow(a, LOOP_ENCODER);
-        }
-        begin_operation(a);
-        break;
-    }
 }
 
 static void limit_torque(struct axis *a, bool limit_speed)
@@ -203,10 +127,7 @@ static void take_request(struct axis *a)
     }
 }
 
-/*
- * There must have been as many conversions as there should in the last period; one either way is phase. That the current loop
- * took each of them the fabric watches: one that is not taken is an overrun.
- */
+/* Expect CONFIG_LOOPS_PER_SLOW conversions +-1 since the last step; the fabric detects unread ones. */
 static void watch_heartbeat(struct axis *a)
 {
     const uint32_t ran = adc_sequence(&a->fabric->adc) - a->heartbeat;
@@ -245,8 +166,9 @@ static void react_to_fault(struct axis *a)
     bridge_off(a);
     a->request = AXIS_REQUEST_NONE;
     a->reactions.stopping = false;
-    if (spoils_alignment(a->faults.cause) || a->state == AXIS_SWITCHED_ON) {
-        a->aligned = false;
+    if (spoils_alignment(a->faults.cause)) {
+        a->start.aligned = false; /* and the index has to be seen anew */
+        encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
     }
     enter(a, AXIS_FAULT_REACTION);
 }
@@ -255,12 +177,13 @@ static void step_state(struct axis *a)
 {
     switch (a->state) {
     case AXIS_READY:
-        calibration_start(&a->calibration);
-        a->start_phase = START_CALIBRATE;
+        start_begin(a);
         enter(a, AXIS_SWITCHED_ON);
         break;
     case AXIS_SWITCHED_ON:
-        step_switched_on(a);
+        if (start_step(a)) {
+            begin_operation(a);
+        }
         break;
     case AXIS_OPERATION_ENABLED:
         step_operation(a);
@@ -321,7 +244,8 @@ void axis_step(struct axis *a)
         take_request(a);
         step_state(a);
     }
-    current_loop_follow(&a->loop, a->fabric, &a->tuning);
+    start_learn_index(a);
+    current_loop_follow(&a->loop, a->fabric, start_tuning(a));
     supervision_step(a);
 }
 

@@ -15,10 +15,9 @@
 #include "drivers/fabric/fabric.h"
 #include "firmware/axis/fault.h"
 #include "firmware/axis/reaction.h"
+#include "firmware/axis/start.h"
 #include "firmware/axis/supervision.h"
 #include "firmware/axis/thermal.h"
-#include "firmware/commission/alignment.h"
-#include "firmware/commission/calibration.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/control/speed_loop.h"
 #include "firmware/control/torque.h"
@@ -58,16 +57,13 @@ struct axis {
     struct params params; /* as set; in effect from the next switching on */
     struct tuning tuning; /* of the last switching on */
     struct speed_loop speed;
-    struct calibration calibration;
-    struct alignment alignment;
+    struct start start;
     struct fault_record faults;
     volatile uint32_t state; /* enum axis_state */
     volatile uint32_t mode;  /* enum axis_mode */
     volatile uint32_t time_ms;
     volatile uint32_t request;           /* enum axis_request: the thread writes it, the slow loop takes it */
     volatile int32_t torque_command_q15; /* of torque control */
-    bool aligned;                        /* the encoder's relation to the magnets is known */
-    uint32_t start_phase;
     uint32_t stopping_ms;
     uint32_t lingering_ms;          /* of these, those in which no limit held the rotor's braking back */
     uint32_t heartbeat;             /* conversions at the last step */
@@ -121,6 +117,8 @@ void axis_raise(struct axis *a, enum fault cause);
 
 /* Latches without switching off; whether it was the first. For axis_raise() and axis/reaction.c. Any context. */
 bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
+/* The same with what the cause has to tell: fault_record.detail. */
+void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
 
 /* The way out of the current loop's interrupt when a sample has a fault: finds the cause. ISR. */
 void axis_sample_fault(struct axis *a);

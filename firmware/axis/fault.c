@@ -69,10 +69,17 @@ bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t det
     return first;
 }
 
+void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
+{
+    if (!axis_fabric_doubted(a)) {
+        gate_disable(&a->fabric->gate);
+    }
+    (void)fault_latch(a, cause, detail_0, detail_1);
+}
+
 void axis_raise(struct axis *a, enum fault cause)
 {
-    gate_disable(&a->fabric->gate);
-    (void)fault_latch(a, cause, 0, 0);
+    axis_raise_with(a, cause, 0, 0);
 }
 
 enum fault fault_from_gate(uint32_t gate_flags)
@@ -103,14 +110,20 @@ enum fault fault_from_adc(uint32_t adc_flags)
     return (adc_flags & ADC_STATUS_VBUS_LOW) != 0u ? FAULT_UNDERVOLTAGE : FAULT_NONE;
 }
 
+/* An over-current may follow from something that has just begun and would be found in a moment. */
+static enum fault traced_back(const struct axis *a, enum fault seen)
+{
+    return seen == FAULT_OVERCURRENT ? supervise_encoder_blame(a, supervise_phases_blame(a, seen)) : seen;
+}
+
 /*
- * First cause: hardware latches before what is concluded from a sample, and an encoder that has lost the angle before the current
- * that follows from it. So rare that it may branch.
+ * First cause: hardware latches before what is concluded from a sample, and what makes an over-current before
+ * it. So rare that it may branch.
  */
 void axis_sample_fault(struct axis *a)
 {
     const uint32_t gate = gate_status(&a->fabric->gate);
-    const enum fault sampled = supervise_encoder_blame(a, fault_from_adc(adc_status(&a->fabric->adc)));
+    const enum fault sampled = traced_back(a, fault_from_adc(adc_status(&a->fabric->adc)));
     if ((gate & GATE_STATUS_LATCHES) != 0u) {
         axis_raise(a, fault_from_gate(gate));
     } else if ((gate & GATE_STATUS_ENCODER) != 0u) {

@@ -46,6 +46,12 @@ enum fault {
     FAULT_VOLTAGE_LIMIT,     /* the bus does not drive the current that is wanted */
     FAULT_LIMIT_CYCLE,       /* the speed loop swings by itself */
     FAULT_COMMAND_TIMEOUT,   /* nobody has spoken for too long */
+    FAULT_ROTOR_TURNING,     /* start: the rotor did not come to rest */
+    FAULT_SENSOR_SIGN,       /* start: a current sensor counts backwards */
+    FAULT_ENCODER_DIRECTION, /* start: encoder backwards or phase order wrong, which look alike */
+    FAULT_POLE_PAIRS,        /* start: pole_pairs does not fit the encoder's counts */
+    FAULT_ROTOR_BLOCKED,     /* start: the rotor does not follow the field */
+    FAULT_LOAD_TOO_HIGH,     /* start: the load turns the rotor out of the field */
     FAULT_COUNT
 };
 
@@ -68,7 +74,7 @@ struct fault_snapshot {
 
 struct fault_record {
     volatile uint32_t cause; /* enum fault: the first, until cleared */
-    int32_t detail[2];       /* figures that belong to the cause */
+    int32_t detail[2];       /* what the cause has to tell; message_fault_detail() says what it means */
     struct fault_snapshot snapshot;
 };
 

@@ -48,7 +48,7 @@ static enum error state_forbids_on(const struct axis *a)
 static void adopt_tuning(struct axis *a, const struct tuning *t)
 {
     if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32) {
-        a->aligned = false;
+        start_forget(a);
         (void)encoder_init(&a->fabric->encoder, (uint32_t)a->params.encoder_counts, false);
         speed_estimate_reset(&a->speed.estimate);
     }

@@ -37,17 +37,39 @@ static void watch_commands(struct axis *a)
     }
 }
 
+static void watch_the_rest(struct axis *a)
+{
+    supervise_voltage(a);
+    watch_temperature(a);
+    watch_commands(a);
+}
+
+/* Half of the parts in one millisecond, half in the next; what is slow, in every fourth. */
+static void step_running(struct axis *a)
+{
+    const uint32_t turn = a->time_ms % SUPERVISION_TURNS;
+    supervise_encoder(a, turn == 1u);
+    if (a->supervision.encoder.doubt_ms != 0u) {
+        return;
+    }
+    supervise_cycle(a);
+    if (turn % 2u == 0u) {
+        supervise_phases(a);
+    } else {
+        supervise_speed(a);
+    }
+    if (turn == 3u) {
+        watch_the_rest(a);
+    }
+}
+
 void supervision_step(struct axis *a)
 {
-    thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
+    if (a->time_ms % SUPERVISION_TURNS == 3u) {
+        thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
+    }
     if (a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP) {
-        supervise_encoder(a);
-        if (a->supervision.encoder.doubt_ms == 0u) {
-            supervise_phases(a);
-            supervise_speed(a);
-        }
-        watch_temperature(a);
-        watch_commands(a);
+        step_running(a);
     }
     if (a->state >= AXIS_SWITCHED_ON && a->state <= AXIS_QUICK_STOP) {
         watch_overspeed(a);

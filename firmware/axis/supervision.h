@@ -15,6 +15,8 @@
 
 struct axis;
 
+#define SUPERVISION_TURNS 4u /* milliseconds in which each part has had its turn */
+
 /*
  * The encoder, against itself and against the back-EMF. A shaft does not jump: where the count is far from where the speed of a
  * millisecond ago would have brought it, the encoder is in doubt until the EMF has told, and no other fault that hangs on the
@@ -51,8 +53,9 @@ struct phase_watch {
 struct speed_watch {
     int32_t deviation_q4; /* of rpm: what is too far */
     uint32_t far_ms;
-    int32_t distance_q4; /* at the last step */
-    uint32_t losing_ms;  /* since when it grows although the current is at its limit */
+    int32_t distance_q4; /* from the reference, at the last step */
+    int32_t rate_q4;     /* its growth a millisecond, smoothed */
+    uint32_t losing_ms;  /* since when it will soon be too far, with all the current there is */
     uint32_t stalled_ms;
     uint32_t limited_ms; /* since when the voltage is limited and the current is not what it should be */
 };
@@ -78,7 +81,7 @@ struct supervision {
 /* Begins with what the parameters say. Slow loop, when operation begins. */
 void supervision_begin(struct axis *a);
 
-/* One step. Slow loop, last. About 200 cycles. */
+/* One step. Slow loop, last. */
 void supervision_step(struct axis *a);
 
 /*
@@ -87,12 +90,17 @@ void supervision_step(struct axis *a);
  */
 enum fault supervise_encoder_blame(const struct axis *a, enum fault seen);
 
-/* The parts, in this order. */
+/* The same for a phase that has begun to carry nothing; for an over-current and a speed that is lost. ISR and slow loop. */
+enum fault supervise_phases_blame(const struct axis *a, enum fault seen);
+
+/* The parts. */
 void supervise_encoder_begin(struct axis *a);
-void supervise_encoder(struct axis *a);
+void supervise_encoder(struct axis *a, bool its_turn); /* every millisecond; at its turn the EMF, too */
 void supervise_phases_begin(struct axis *a);
-void supervise_phases(struct axis *a);
+void supervise_phases(struct axis *a); /* every second */
 void supervise_speed_begin(struct axis *a);
-void supervise_speed(struct axis *a);
+void supervise_speed(struct axis *a);   /* every second */
+void supervise_cycle(struct axis *a);   /* every millisecond */
+void supervise_voltage(struct axis *a); /* every SUPERVISION_TURNS */
 
 #endif

@@ -9,7 +9,7 @@
 #define DEGREES(n)   ((n)*11930464u) /* Q32 */
 #define DOUBT_MS     8u
 #define DOUBT_BAD_MS 2u /* of them the EMF must contradict */
-#define TURNED_MS    8u /* without a jump: slow loss of counts */
+#define TURNED_TIMES 3u /* of those every SUPERVISION_TURNS, without a jump: slow loss of counts */
 #define STILL_MS     4u
 #define STILL_MS_MAX 16u
 #define STILL_COUNTS 8u
@@ -142,7 +142,7 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e)
     }
     if (counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << 13))) {
         if (stands_with_emf(e)) {
-            axis_report(a, FAULT_ENCODER_DEAD, 0, 0);
+            axis_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
         }
         return;
     }
@@ -165,8 +165,8 @@ static void compare_with_emf(struct axis *a, struct encoder_watch *e)
         e->against_ms = e->against_ms == 0u ? 0u : e->against_ms - 1u;
         return;
     }
-    e->against_ms += verdict == EMF_REVERSED ? 3u : 1u;
-    if (e->against_ms >= TURNED_MS) {
+    e->against_ms += verdict == EMF_REVERSED ? 2u : 1u;
+    if (e->against_ms >= TURNED_TIMES) {
         axis_report(a, FAULT_ENCODER_SLIP, emf_angle_deg(&e->emf.filtered, backwards), 0);
     }
 }
@@ -175,9 +175,8 @@ static void compare_with_emf(struct axis *a, struct encoder_watch *e)
 static void watch_still(struct axis *a, const struct encoder_watch *e)
 {
     const uint32_t w_q15 = (uint32_t)q15_abs(e->w_moving_q15);
-    if (e->still_ms >= STILL_MS && e->still_ms <= STILL_MS_MAX && w_q15 > (uint32_t)e->dead_w_q15 &&
-        e->still_ms * w_q15 > e->still_limit_q15) {
-        axis_report(a, FAULT_ENCODER_DEAD, 0, 0);
+    if (e->still_ms <= STILL_MS_MAX && w_q15 > (uint32_t)e->dead_w_q15 && e->still_ms * w_q15 > e->still_limit_q15) {
+        axis_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
     }
 }
 
@@ -200,7 +199,7 @@ static void watch_index(struct axis *a, struct encoder_watch *e)
         const int32_t off = counts_between(a, (uint32_t)e->index_last[way], now);
         const int32_t drift = counts_between(a, (uint32_t)e->index_first[way], now);
         if (q15_abs(off) > INDEX_COUNTS || q15_abs(drift) > INDEX_DRIFT) {
-            axis_report(a, FAULT_ENCODER_COUNTS, a->params.encoder_counts + (way == 0u ? off : -off), drift);
+            axis_report(a, FAULT_ENCODER_COUNTS, drift, a->params.encoder_counts + (way == 0u ? off : -off));
         }
     }
     e->index_last[way] = (int32_t)now;
@@ -210,7 +209,7 @@ enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
     const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
-    if (seen != FAULT_OVERCURRENT || !running) {
+    if (!running) {
         return seen;
     }
     const struct encoder_regs *const encoder = &a->fabric->encoder;
@@ -222,20 +221,29 @@ enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
     return counts_stand(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
 }
 
-void supervise_encoder(struct axis *a)
+static void look_at_emf(struct axis *a, struct encoder_watch *e)
+{
+    emf_step(&e->emf, &a->loop, &a->tuning, e->doubt_ms != 0u ? e->w_before_q15 : current_loop_w_q15(&a->loop));
+    if (e->doubt_ms != 0u) {
+        resolve_doubt(a, e);
+    } else {
+        compare_with_emf(a, e);
+        watch_index(a, e);
+    }
+}
+
+void supervise_encoder(struct axis *a, bool its_turn)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
     const int32_t surprise = surprise_q32(a, e);
     if (e->doubt_ms == 0u && q15_abs(surprise) > e->jump_limit_q32) {
         begin_doubt(e, surprise);
     }
-    emf_step(&e->emf, &a->loop, &a->tuning, e->doubt_ms != 0u ? e->w_before_q15 : current_loop_w_q15(&a->loop));
-    if (e->doubt_ms != 0u) {
-        resolve_doubt(a, e);
-    } else {
-        compare_with_emf(a, e);
+    if (its_turn || e->doubt_ms != 0u) {
+        look_at_emf(a, e);
+    }
+    if (e->still_ms >= STILL_MS) {
         watch_still(a, e);
-        watch_index(a, e);
     }
     e->speed_before_q32 = e->speed_q32;
     e->speed_q32 = a->loop.pll.speed_q32;

@@ -6,11 +6,20 @@
 
 #define SIN60_Q15   28378
 #define LEAST_SHIFT 4 /* a sixteenth of i_max */
+#define SUSPECT     2 /* of the smallest summands: a phase that may be the cause of something else */
 #define ALL_SHIFT   4 /* for how much it counts where no phase carries what is asked */
 
 void supervise_phases_begin(struct axis *a)
 {
     a->supervision.phases = (struct phase_watch){.least_q15 = a->tuning.i_max_q15 >> LEAST_SHIFT};
+}
+
+enum fault supervise_phases_blame(const struct axis *a, enum fault seen)
+{
+    const struct phase_watch *const p = &a->supervision.phases;
+    const int32_t most_q15 = q15_max(q15_max(p->missing_q15[0], p->missing_q15[1]), p->missing_q15[2]);
+    const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
+    return running && most_q15 > p->least_q15 * SUSPECT ? FAULT_OPEN_PHASE : seen;
 }
 
 static int32_t size(const abc_t *i)
@@ -20,7 +29,7 @@ static int32_t size(const abc_t *i)
 
 /*
  * A phase that carries a quarter of what is asked of it is whole. One that carries less is open when what was asked has added up
- * to i_max: a few milliseconds under load. Where the others carry little, too, the voltage may be short: that takes longer.
+ * to half of i_max, every second millisecond: a few of them under load. Where the others carry little, too, the voltage may be short: that takes longer.
  */
 static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32_t measured_q15, uint32_t weight_shift)
 {
@@ -30,7 +39,13 @@ static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32
     }
     const bool carries = q15_abs(measured_q15) >= size_q15 >> 2;
     p->missing_q15[phase] = carries ? 0 : p->missing_q15[phase] + (size_q15 >> weight_shift);
-    return p->missing_q15[phase] > p->least_q15 << LEAST_SHIFT;
+    return p->missing_q15[phase] > p->least_q15 << (LEAST_SHIFT - 1);
+}
+
+/* Which: 1, 2, 3; 0 if more than one. */
+static int32_t open_phase(bool a, bool b, bool c)
+{
+    return a + b + c == 1 ? a + 2 * b + 3 * c : 0;
 }
 
 void supervise_phases(struct axis *a)
@@ -49,6 +64,6 @@ void supervise_phases(struct axis *a)
     p->i_d_ref_q15 = a->loop.i_d_ref_q15;
     p->i_q_ref_q15 = a->loop.i_q_ref_q15;
     if (a_open || b_open || c_open) {
-        axis_report(a, FAULT_OPEN_PHASE, (a_open ? 1 : 0) + (b_open ? 2 : 0) + (c_open ? 4 : 0), 0);
+        axis_report(a, FAULT_OPEN_PHASE, open_phase(a_open, b_open, c_open), 0);
     }
 }

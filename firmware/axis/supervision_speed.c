@@ -4,8 +4,11 @@
 #include "lib/q15.h"
 
 #define STALL_MS       500u
-#define FAR_MS         5u
-#define LOSING_MS      5u
+#define STEP_MS        2u /* from turn to turn of what looks at the speed */
+#define FAR_MS         4u
+#define LOSING_MS      4u
+#define LOOK_AHEAD_MS  10
+#define RATE_SHIFT     1
 #define LIMITED_MS     100u
 #define CYCLE_LONGEST  100u /* ms of half a wave: six in 300 ms have 50 */
 #define CYCLE_SHORTEST 2u
@@ -29,46 +32,45 @@ void supervise_speed_begin(struct axis *a)
 static void watch_stall(struct axis *a, struct speed_watch *s)
 {
     const bool stuck = a->speed.at_limit && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
-    s->stalled_ms = stuck ? s->stalled_ms + 1u : 0u;
+    s->stalled_ms = stuck ? s->stalled_ms + STEP_MS : 0u;
     if (s->stalled_ms >= STALL_MS) {
         axis_report(a, FAULT_STALL, 0, 0);
     }
 }
 
 /*
- * Two ways to have lost the speed: too far from the reference; or seven tenths of it, with all the current there is, and still going
- * away: then the load is stronger than the motor, and waiting makes it worse.
+ * Two ways to have lost the speed: it is too far from the reference; or it will be in LOOK_AHEAD_MS, although the motor does what
+ * it can: then the load is the stronger one.
  */
 static void watch_deviation(struct axis *a, struct speed_watch *s)
 {
     const int32_t error_q4 = a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4;
     const int32_t distance_q4 = q15_abs(error_q4);
-    const bool losing =
-        a->speed.at_limit && distance_q4 > s->deviation_q4 / 10 * 7 && (error_q4 < 0) == (a->loop.i_q_ref_q15 < 0);
-    if (losing && distance_q4 >= s->distance_q4) {
-        s->losing_ms++;
-    } else {
-        s->losing_ms = 0;
-    }
+    s->rate_q4 += (distance_q4 - s->distance_q4 - s->rate_q4) >> RATE_SHIFT;
     s->distance_q4 = distance_q4;
-    s->far_ms = distance_q4 > s->deviation_q4 ? s->far_ms + 1u : 0u;
+    const bool helpless = a->speed.at_limit && (error_q4 < 0) == (a->loop.i_q_ref_q15 < 0);
+    const bool losing =
+        helpless && s->rate_q4 > 0 && distance_q4 + LOOK_AHEAD_MS / (int32_t)STEP_MS * s->rate_q4 > s->deviation_q4;
+    s->losing_ms = losing ? s->losing_ms + STEP_MS : 0u;
+    s->far_ms = distance_q4 > s->deviation_q4 ? s->far_ms + STEP_MS : 0u;
     if (s->far_ms >= FAR_MS || s->losing_ms >= LOSING_MS) {
-        axis_report(a, FAULT_SPEED_DEVIATION, error_q4 / 16, 0);
+        axis_report(a, supervise_phases_blame(a, FAULT_SPEED_DEVIATION), error_q4 / 16, 0);
     }
 }
 
 /* The modulator gives all it can, and a tenth of i_max is missing or too much. */
-static void watch_voltage(struct axis *a, struct speed_watch *s)
+void supervise_voltage(struct axis *a)
 {
+    struct speed_watch *const s = &a->supervision.speed;
     const struct current_loop *const c = &a->loop;
     const int32_t missing_q15 = q15_abs(c->i_q_ref_q15 - c->i_q_q15) + q15_abs(c->i_d_ref_q15 - c->i_d_q15);
     const int32_t radius_q15 = c->radius_q15 - (c->radius_q15 >> 5);
     const bool limited = missing_q15 > a->tuning.i_max_q15 / 10 &&
                          c->v_d_q15 * c->v_d_q15 + c->v_q_q15 * c->v_q_q15 > radius_q15 * radius_q15;
     if (limited) {
-        s->limited_ms += 1u;
+        s->limited_ms += SUPERVISION_TURNS;
     } else {
-        s->limited_ms -= s->limited_ms != 0u ? 1u : 0u;
+        s->limited_ms -= s->limited_ms != 0u ? SUPERVISION_TURNS : 0u;
     }
     if (s->limited_ms >= LIMITED_MS) {
         axis_report(a, FAULT_VOLTAGE_LIMIT, 0, 0);
@@ -96,7 +98,8 @@ static void end_half_wave(struct axis *a, struct cycle_watch *w)
     const int32_t high_q15 = q15_max(w->high_q15, w->last_high_q15);
     const int32_t low_q15 = q15_min(w->low_q15, w->last_low_q15);
     const bool swings = high_q15 - low_q15 > a->tuning.i_max_q15 / 2;
-    const bool counts = swings && w->half_ms >= CYCLE_SHORTEST && alike(w->half_ms, w->last_half_ms);
+    const bool counts =
+        swings && w->half_ms >= CYCLE_SHORTEST && w->half_ms <= CYCLE_LONGEST && alike(w->half_ms, w->last_half_ms);
     w->halves = counts ? w->halves + 1u : 0u;
     w->last_half_ms = w->half_ms;
     w->last_high_q15 = w->high_q15;
@@ -106,24 +109,14 @@ static void end_half_wave(struct axis *a, struct cycle_watch *w)
     w->low_q15 = a->loop.i_q_ref_q15;
 }
 
-/* The gains are reduced, a few times; if that does not help, it is a fault. */
-static void watch_cycle(struct axis *a, struct cycle_watch *w)
+static bool speed_controlled(const struct axis *a)
 {
-    const bool below = a->speed.speed_rpm_q4 < a->speed.speed_ref_rpm_q4;
-    w->half_ms += w->half_ms < CYCLE_LONGEST ? 1u : 0u;
-    w->high_q15 = q15_max(w->high_q15, a->loop.i_q_ref_q15);
-    w->low_q15 = q15_min(w->low_q15, a->loop.i_q_ref_q15);
-    if (w->half_ms == CYCLE_LONGEST) {
-        w->halves = 0;
-    }
-    if (below == w->error_below) {
-        return;
-    }
-    w->error_below = below;
-    end_half_wave(a, w);
-    if (w->halves < CYCLE_HALVES) {
-        return;
-    }
+    return a->state == AXIS_OPERATION_ENABLED && a->mode == AXIS_MODE_SPEED;
+}
+
+/* The gains are reduced, a few times; if that does not help, it is a fault. */
+static void end_cycle(struct axis *a, struct cycle_watch *w)
+{
     w->halves = 0;
     if (w->softened == SOFTENED_MOST) {
         axis_report(a, FAULT_LIMIT_CYCLE, (int32_t)(1000u / (2u * w->last_half_ms)), 0);
@@ -134,14 +127,27 @@ static void watch_cycle(struct axis *a, struct cycle_watch *w)
     }
 }
 
-void supervise_speed(struct axis *a)
+void supervise_cycle(struct axis *a)
 {
-    struct supervision *const s = &a->supervision;
-    watch_voltage(a, &s->speed);
-    if (a->state != AXIS_OPERATION_ENABLED || a->mode != AXIS_MODE_SPEED) {
+    struct cycle_watch *const w = &a->supervision.cycle;
+    const bool below = a->speed.speed_rpm_q4 < a->speed.speed_ref_rpm_q4;
+    w->half_ms++;
+    w->high_q15 = q15_max(w->high_q15, a->loop.i_q_ref_q15);
+    w->low_q15 = q15_min(w->low_q15, a->loop.i_q_ref_q15);
+    if (below == w->error_below) {
         return;
     }
-    watch_deviation(a, &s->speed);
-    watch_stall(a, &s->speed);
-    watch_cycle(a, &s->cycle);
+    w->error_below = below;
+    end_half_wave(a, w);
+    if (w->halves >= CYCLE_HALVES && speed_controlled(a)) {
+        end_cycle(a, w);
+    }
+}
+
+void supervise_speed(struct axis *a)
+{
+    if (speed_controlled(a)) {
+        watch_deviation(a, &a->supervision.speed);
+        watch_stall(a, &a->supervision.speed);
+    }
 }

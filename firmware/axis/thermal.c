@@ -6,6 +6,7 @@
 #include "drivers/fabric/adc.h"
 #include "lib/q15.h"
 
+#define SAMPLES           (THERMAL_PERIOD_MS / THERMAL_STEP_MS)
 #define AMBIENT_C         40
 #define AMBIENT_Q4        (AMBIENT_C * 16)
 #define COPPER_ZERO_C     235 /* below zero: where copper's resistance, followed in a straight line, would end */
@@ -112,8 +113,8 @@ void thermal_step(struct thermal *th, const volatile struct current_loop *c, uin
     const int32_t q_q10 = c->i_q_q15 >> 5;
     th->i_squared_q20 += (uint32_t)(d_q10 * d_q10 + q_q10 * q_q10);
     th->samples++;
-    if (th->samples == THERMAL_PERIOD_MS) {
-        update(th, th->i_squared_q20 / THERMAL_PERIOD_MS, sensor_code);
+    if (th->samples == SAMPLES) {
+        update(th, th->i_squared_q20 / SAMPLES, sensor_code);
         th->samples = 0;
         th->i_squared_q20 = 0;
     }

@@ -21,6 +21,7 @@
 #include "firmware/settings/params.h"
 
 #define THERMAL_PERIOD_MS 100
+#define THERMAL_STEP_MS   4
 #define THERMAL_MARK      0x7E3A1C05u
 
 /* In RAM that a reset does not clear. */
@@ -53,7 +54,7 @@ void thermal_init(struct thermal *th, struct thermal_memory *memory, const struc
 /* Takes the parameters. What is warm stays warm. Thread, bridge off; 64-bit divisions. */
 void thermal_tune(struct thermal *th, const struct params *p);
 
-/* One sample of the currents, every millisecond, whatever the state; `sensor_code` as adc_temperature_code(). Slow loop. */
+/* One sample of the currents, every THERMAL_STEP_MS, whatever the state; `sensor_code` as adc_temperature_code(). Slow loop. */
 void thermal_step(struct thermal *th, const volatile struct current_loop *c, uint32_t sensor_code);
 
 /* What is left of the current limit. Any context. */

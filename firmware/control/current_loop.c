@@ -89,7 +89,7 @@ static int32_t v_q15(int32_t v_steps, int32_t vbus_q15)
     return v_steps * vbus_q15 / V_FULL_STEPS;
 }
 
-/* What it shows to others. */
+/* Publishes values for status and trace. */
 static void publish(volatile struct current_loop *c, const struct fabric *f)
 {
     c->vbus_q15 = adc_vbus_q15(&f->adc);

@@ -8,7 +8,7 @@
  * millisecond: gains for the present bus voltage, the feed-forward, thresholds (they stand in the ADC block). What it believes
  * can be watched in the structure while the motor turns.
  *
- * The interrupt breaks into everything else, so whoever is below it takes the structure as volatile: then every access is
+ * The interrupt breaks into everything else, so less urgent code takes the structure as volatile: then every access is
  * made, once, and in the order that is written.
  *
  * Inside the loop voltages are in steps of 2^-CONFIG_V_SHIFT counts of half the on-time. So the bus voltage is in the gains,

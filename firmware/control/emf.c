@@ -5,9 +5,9 @@
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-#define FILTER_SHIFT    2 /* of the filtered vector: 4 ms */
+#define FILTER_SHIFT    1 /* of the filtered vector: two steps */
 #define DEAD_TIME_SHIFT 6 /* a dead time of 1 us at 20 kHz costs 2 % of the bus; most of it is compensated */
-#define LEARN_SHIFT     9 /* a 512th of Lq a millisecond */
+#define LEARN_SHIFT     7 /* a 128th of Lq a step */
 #define LQ_MAX_Q19      (32767 << 8)
 #define EMF_MAX_Q15     131071
 #define TURNED_Q15      8780 /* the tangent of 15 degrees */
@@ -29,7 +29,7 @@ static void learn(struct emf *e, const struct tuning *t, int32_t reaction_q15)
     const bool too_small = (e->filtered.d_q15 < 0) == (reaction_q15 > 0);
     e->lq_q19 =
         q15_clamp(e->lq_q19 + (too_small ? step_q19 : -step_q19), told_q19 / 4, q15_min(told_q19, LQ_MAX_Q19 / 4) * 4);
-    e->learnt_ms = q15_min(e->learnt_ms + 1, EMF_LEARNT_MS);
+    e->learnt = q15_min(e->learnt + 1, EMF_LEARNT_STEPS);
 }
 
 static int32_t limited(int32_t e_q15)
@@ -74,7 +74,7 @@ void emf_step(struct emf *e, const volatile struct current_loop *c, const struct
 /* What Lq may still be wrong by: all of it at first, a quarter once it is learnt. */
 static int32_t unlearnt_q15(const struct emf *e)
 {
-    return (e->reaction_q15 * (4 * EMF_LEARNT_MS - 3 * e->learnt_ms)) / (4 * EMF_LEARNT_MS);
+    return (e->reaction_q15 * (4 * EMF_LEARNT_STEPS - 3 * e->learnt)) / (4 * EMF_LEARNT_STEPS);
 }
 
 enum emf_verdict emf_judge(const struct emf *e, const struct emf_vector *v, bool backwards)

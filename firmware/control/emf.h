@@ -40,10 +40,10 @@ struct emf {
     int32_t reaction_q15;       /* |w Lq i_q| */
     int32_t i_q_q15;            /* of the last step */
     int32_t lq_q19;             /* reactance of q at the base speed as learnt */
-    int32_t learnt_ms;          /* for how long there was something to learn from; at most EMF_LEARNT_MS */
+    int32_t learnt;             /* for how long there was something to learn from; at most EMF_LEARNT_STEPS */
 };
 
-#define EMF_LEARNT_MS 512
+#define EMF_LEARNT_STEPS 128
 
 /* Forgets what was learnt. At `on`. */
 void emf_reset(struct emf *e, const struct tuning *t);

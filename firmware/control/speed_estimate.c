@@ -5,10 +5,10 @@
 
 #define CLOCKS_LOST   (1u << 28) /* 2.7 s without an edge: at rest, long before the clock wraps */
 #define CLOCKS_MS     100000u
-#define MS_Q31        21475u /* a clock of 10 ns in milliseconds */
-#define CLOCKS_SHORT  32768u /* below a third of a millisecond: the shaft was jerked, and its speed means nothing */
-#define PLACE_OFF_Q16 16384  /* a quarter of a count too early or too late: the speed has changed, nothing is learned */
-#define PLACE_SHIFT   5      /* 1/32 of it is believed */
+#define MS_Q31        21475u    /* a clock of 10 ns in milliseconds */
+#define CLOCKS_SHORT  32768u    /* below a third of a millisecond: the shaft was jerked, and its speed means nothing */
+#define PLACE_OFF_Q16 32768     /* half a count too early or too late: the speed has changed, nothing is learned */
+#define PLACE_SHIFT   6         /* 1/64 of it is believed */
 #define MAX_Q15       (1 << 30) /* 32768 rpm, or as much way in a millisecond */
 #define FAST_RPM_Q15  (15000 * 32768)
 #define BOUND_Q8      288 /* an eighth over a count: edges stand a little apart from their places */
@@ -30,16 +30,21 @@ static struct reading read_encoder(const struct encoder_regs *encoder)
 }
 
 /*
- * Counts turned. Above a quarter of a turn a millisecond more than half a turn may be meant, in the direction it turns.
+ * The counter has gone round, or the shaft has turned by more than a quarter: above a quarter of a turn a millisecond more
+ * than half a turn is meant, in the direction it turns.
  */
+static __attribute__((noinline)) int32_t unwrapped(int32_t moved, int32_t speed_rpm_q15, int32_t counts)
+{
+    const int32_t quarters = speed_rpm_q15 > FAST_RPM_Q15 ? 1 : (speed_rpm_q15 < -FAST_RPM_Q15 ? 3 : 2);
+    const int32_t least = -(counts >> 2) * quarters;
+    const int32_t beyond = moved - least;
+    return moved + (beyond < 0 ? counts : (beyond >= counts ? -counts : 0));
+}
+
 static int32_t counts_moved(const struct speed_estimate *e, uint32_t count, int32_t counts)
 {
-    const int32_t ahead = e->speed_rpm_q15 > FAST_RPM_Q15 ? 1 : (e->speed_rpm_q15 < -FAST_RPM_Q15 ? 3 : 2);
-    const int32_t least = -(counts >> 2) * ahead;
-    int32_t moved = (int32_t)(count - e->count) - least;
-    moved += moved < 0 ? counts : 0;
-    moved -= moved >= counts ? counts : 0;
-    return moved + least;
+    const int32_t moved = (int32_t)(count - e->count);
+    return q15_abs(moved) <= counts >> 2 ? moved : unwrapped(moved, e->speed_rpm_q15, counts);
 }
 
 static int32_t limited(int64_t x)
@@ -85,7 +90,7 @@ static int32_t take_edge(struct speed_estimate *e, const struct reading *r, cons
     const uint32_t from = e->count + (uint32_t)e->backwards;
     const uint32_t to = r->count + (uint32_t)backwards;
     const int32_t edges = moved + backwards - e->backwards;
-    const int32_t way_q8 = edges * 256 + ((e->place_q16[to & 3u] - e->place_q16[from & 3u]) >> 8);
+    const int32_t way_q8 = edges * 256 + (e->place_q16[to & 3u] >> 8) - (e->place_q16[from & 3u] >> 8);
     const int32_t turned_q15 = (int32_t)(((int64_t)way_q8 * t->way_per_count_q12) >> 12);
     const uint32_t clocks = r->edge_clock - e->clock;
     if (!e->lost) {

@@ -4,13 +4,9 @@
 #define FULL_GAIN_CLOCKS 150000u /* 1.5 ms: while an edge comes in every step, or nearly */
 #define HUNT_MS          32u
 #define HUNT_SWINGS      4u
+#define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
+#define ONE_Q29          (1 << 29)
 #define CALMEST          10u /* quarters: of the gains a sixteenth is left */
-
-/* A current beside which any other is small; of three the sum fits. */
-static int32_t limited(int64_t x)
-{
-    return x > INT32_MAX ? INT32_MAX : (x < -INT32_MAX ? -INT32_MAX : (int32_t)x);
-}
 
 static int64_t clamp(int64_t x, int64_t low, int64_t high)
 {
@@ -33,6 +29,7 @@ void speed_loop_tune(struct speed_loop *s, const struct tuning *t)
 {
     s->kp_q16 = t->speed_kp_q16;
     s->ki_q16 = t->speed_ki_q16;
+    s->error_max_q15 = (int32_t)clamp(ERROR_TIMES_GAIN / t->speed_kp_q16, 1, INT32_MAX);
     s->calmed = 0;
     s->swings = 0;
 }
@@ -42,7 +39,7 @@ void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
     s->ref_rpm_q16 = s->estimate.speed_rpm_q15 * 2;
     s->target_rpm_q16 = s->ref_rpm_q16;
     s->speed_ref_rpm_q4 = s->speed_rpm_q4;
-    s->integral_q16 = torque_q15 * 65536;
+    s->integral_q29 = torque_q15 * (1 << 14);
     s->at_limit = false;
 }
 
@@ -97,10 +94,24 @@ static void count_swing(struct speed_loop *s)
     }
 }
 
+/* A large gain for a small error; the product has 13 bits too many. */
+static int32_t answer_q29(const struct speed_loop *s, int32_t error_q15, int32_t gain_q16)
+{
+    return (int32_t)(((int64_t)q15_clamp(error_q15, -s->error_max_q15, s->error_max_q15) * gain_q16) >> 13);
+}
+
+static int32_t feedforward_q29(const struct tuning *t, int32_t moved_q16)
+{
+    return (int32_t)clamp(((int64_t)t->speed_accel_q8 * moved_q16) >> 10, -ONE_Q29, ONE_Q29);
+}
+
+/* In Q29 a torque has 14 bits beyond Q15: an answer of +-2.0, a feed-forward of +-1.0 and an integral of less add up in 32. */
 int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits)
 {
     const int32_t moved_q16 = ramp(s, slope_q16);
     const int32_t ref_rpm_q15 = s->ref_rpm_q16 >> 1;
+    const int32_t low_q29 = limits->low * (1 << 14);
+    const int32_t high_q29 = limits->high * (1 << 14);
     int32_t error_q15 = ref_rpm_q15 - s->estimate.speed_rpm_q15;
     int32_t ki_q16 = s->ki_q16;
     if (s->estimate.interval_clocks > FULL_GAIN_CLOCKS) {
@@ -108,20 +119,17 @@ int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t sl
         ki_q16 = memory_q16(s, t, share);
         error_q15 = (int32_t)(((int64_t)error_q15 * share) >> 14);
     }
-    const int32_t answer_q16 = limited(((int64_t)error_q15 * s->kp_q16) >> 11);
-    const int32_t growth_q16 = limited(((int64_t)(ref_rpm_q15 - s->estimate.travel_q15) * ki_q16) >> 11);
-    const int32_t feedforward_q16 = limited(((int64_t)t->speed_accel_q8 * moved_q16) >> 8);
-    const int32_t low_q16 = limits->low * 65536;
-    const int32_t high_q16 = limits->high * 65536;
-    const int64_t wanted_q16 = (int64_t)answer_q16 + feedforward_q16 + s->integral_q16;
+    const int32_t answer = answer_q29(s, error_q15, s->kp_q16);
+    const int32_t wanted_q29 = s->integral_q29 + answer + (moved_q16 != 0 ? feedforward_q29(t, moved_q16) : 0);
     s->swing_ms++;
-    if (answer_q16 / 65536 * s->swing > t->i_max_q15 / 4) {
+    if ((answer >> 14) * s->swing > t->i_max_q15 / 4) {
         count_swing(s);
     }
-    s->at_limit = wanted_q16 < low_q16 || wanted_q16 > high_q16;
+    s->at_limit = wanted_q29 < low_q29 || wanted_q29 > high_q29;
     /* integrate unless that would push further into the limit */
-    if (!s->at_limit || (growth_q16 > 0) != (wanted_q16 > 0)) {
-        s->integral_q16 = (int32_t)clamp((int64_t)s->integral_q16 + growth_q16, low_q16, high_q16);
+    const int32_t growth_q29 = answer_q29(s, ref_rpm_q15 - s->estimate.travel_q15, ki_q16);
+    if (!s->at_limit || (growth_q29 > 0) != (wanted_q29 > 0)) {
+        s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, low_q29, high_q29);
     }
-    return (int32_t)(clamp(wanted_q16, INT32_MIN, INT32_MAX) >> 16);
+    return wanted_q29 >> 14;
 }

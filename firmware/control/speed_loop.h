@@ -19,14 +19,15 @@ struct speed_loop {
     int32_t speed_ref_rpm_q4; /* after the ramp */
     int32_t target_rpm_q16;   /* before it: the command */
     int32_t ref_rpm_q16;
-    int32_t integral_q16; /* torque in Q15, 16 more bits of fraction */
+    int32_t integral_q29; /* torque in Q15, 14 more bits of fraction */
     bool at_limit;        /* the wish for torque is limited */
     int32_t kp_q16;       /* the tuning's gains, less what hunting has taken */
     int32_t ki_q16;
-    uint32_t calmed;   /* how often it has: 0 from the next switching on */
-    uint32_t swings;   /* in a row */
-    uint32_t swing_ms; /* since the last */
-    int32_t swing;     /* +1 or -1: to which side the next would be */
+    int32_t error_max_q15; /* beyond it the answer is twice the range anyway */
+    uint32_t calmed;       /* how often it has: 0 from the next switching on */
+    uint32_t swings;       /* in a row */
+    uint32_t swing_ms;     /* since the last */
+    int32_t swing;         /* +1 or -1: to which side the next would be */
 };
 
 /* Measures the speed. Every slow period, whatever the state. */

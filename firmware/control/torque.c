@@ -9,12 +9,6 @@
 #define BURN_SHIFT    4 /* from nothing to i_max in 16 periods */
 #define FADE_SHIFT    4 /* and back in 16 times as many: the observed power must not lag behind */
 
-/* The voltage that a flux of 1.0 of the torque's unit induces: power is torque times this. */
-static int32_t emf_q15(int32_t w_q15, const struct tuning *t)
-{
-    return q15_sat16((w_q15 * t->torque_emf_q11) >> 11);
-}
-
 static int32_t bus_energy_q25(int32_t vbus_q15, const struct tuning *t)
 {
     return ((vbus_q15 * vbus_q15) >> 15) * t->bus_energy_q10;
@@ -25,7 +19,8 @@ void torque_measure(struct torque_control *s, const volatile struct current_loop
 {
     const int32_t energy_q25 = bus_energy_q25(vbus_q15, t);
     const int32_t growth_q15 = (energy_q25 - s->energy_q25) >> 10;
-    const int32_t braking_q15 = -((s->torque_q15 * emf_q15(current_loop_w_q15(c), t)) >> 15);
+    s->emf_q15 = q15_sat16((current_loop_w_q15(c) * t->torque_emf_q11) >> 11);
+    const int32_t braking_q15 = -((s->torque_q15 * s->emf_q15) >> 15);
     const int32_t sink_q18 = s->sink_q18 + braking_q15 - growth_q15 - (s->sink_q18 >> SINK_SHIFT);
     s->sink_q18 = q15_clamp(sink_q18, 0, Q15_ONE << SINK_SHIFT);
     s->energy_q25 = energy_q25;
@@ -39,22 +34,21 @@ static int32_t voltage_limit(const struct torque_map *m, int32_t w_q15, int32_t 
     if (w * (uint32_t)m->flux_max_q10 <= usable_q15 << 10) {
         return m->torque_max_q15;
     }
-    return torque_map_reach(m, m->flux_q15, (int32_t)(usable_q15 * 32768u / w));
+    return q15_min(torque_map_reach(m, m->flux_q15, (int32_t)(usable_q15 * 32768u / w)), m->torque_max_q15);
 }
 
-static struct interval bus_limits(const struct torque_control *s, int32_t w_q15, const struct tuning *t,
-                                  int32_t speed_rpm_q4)
+static struct interval bus_limits(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4)
 {
     if (q15_abs(speed_rpm_q4) < TORQUE_BUS_FREE_RPM_Q4) {
         return interval_both_ways(Q15_ONE);
     }
     const int32_t missing_q15 = (t->bus_set_energy_q25 - s->energy_q25) >> (10 + MISSING_SHIFT);
     const int32_t allowed_q15 = q15_clamp(missing_q15 + (s->sink_q18 >> SINK_SHIFT), 0, 2 * Q15_ONE - 1);
-    const int32_t size_q15 = q15_abs(emf_q15(w_q15, t));
+    const int32_t size_q15 = q15_abs(s->emf_q15);
     if (allowed_q15 >= size_q15) {
         return interval_both_ways(Q15_ONE);
     }
-    return interval_one_way(-w_q15, (int32_t)(((uint32_t)allowed_q15 << 15) / (uint32_t)size_q15), Q15_ONE);
+    return interval_one_way(-s->emf_q15, (int32_t)(((uint32_t)allowed_q15 << 15) / (uint32_t)size_q15), Q15_ONE);
 }
 
 static struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4)
@@ -74,7 +68,7 @@ void torque_set_limits(struct torque_control *s, const volatile struct current_l
     if (i_limit_q15 < t->i_max_q15) {
         size_q15 = q15_min(size_q15, torque_map_reach(&s->map, s->map.current_q15, i_limit_q15));
     }
-    const struct interval bus = bus_limits(s, w_q15, t, v->speed_rpm_q4);
+    const struct interval bus = bus_limits(s, t, v->speed_rpm_q4);
     struct interval limits = interval_meet(bus, interval_both_ways(size_q15));
     if (v->limit_speed) {
         limits = interval_meet(limits, speed_limits(t, v->speed_rpm_q4));
@@ -99,7 +93,7 @@ static void follow_burn(struct torque_control *s, const struct tuning *t, bool w
 /* The q current that makes the torque beside a d current other than the map's: torque over psi - (L_q - L_d) i_d. */
 static int32_t i_q_beside(const struct tuning *t, int32_t torque_q15, int32_t i_d_q15)
 {
-    const int32_t flux_q11 = (t->emf_q12 >> 1) - (((t->x_q_q11 - t->x_d_q11) * i_d_q15) >> 15);
+    const int32_t flux_q11 = (t->emf_q12 >> 1) - ((t->saliency_q11 * i_d_q15) >> 15);
     return torque_q15 * t->torque_emf_q11 / q15_max(flux_q11, 1);
 }
 

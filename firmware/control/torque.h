@@ -42,6 +42,7 @@ struct torque_control {
     struct interval limits; /* what the limiters leave in common */
     struct interval bus;    /* what the bus alone allows */
     int32_t i_limit_q15;    /* of the currents' amplitude */
+    int32_t emf_q15;        /* power that a torque of 1.0 makes at the present speed */
     int32_t energy_q25;     /* of the bus capacitor */
     int32_t sink_q18;       /* power that goes away while the motor brakes; >= 0 */
     int32_t burn_q15;       /* d current against the magnets that makes no torque; >= 0 */

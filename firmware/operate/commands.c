@@ -28,12 +28,12 @@ static void error_about(struct session *s, const char *word, const char *what)
     text_put_line(&s->out, what);
 }
 
-/* A line in which '@' stands for the value. */
-static void put_completed(struct session *s, const char *text, int32_t value)
+/* A '@' in the text stands for the first value, a '#' for the second. */
+static void put_filled(struct session *s, const char *text, int32_t first, int32_t second)
 {
     for (; *text != '\0'; text++) {
-        if (*text == '@') {
-            text_put_int(&s->out, value);
+        if (*text == '@' || *text == '#') {
+            text_put_int(&s->out, *text == '@' ? first : second);
         } else {
             text_put_char(&s->out, *text);
         }
@@ -46,7 +46,7 @@ static void answer(struct session *s, struct outcome outcome)
     if (outcome.error != ERROR_NONE) {
         text_put(&s->out, "error: ");
     }
-    put_completed(s, message_of_error(outcome.error), outcome.value);
+    put_filled(s, message_of_error(outcome.error), outcome.value, 0);
 }
 
 /* "name: 1.234 unit" */
@@ -161,7 +161,7 @@ static void put_detail(struct session *s)
     const char *const text = message_fault_detail(s->axis->faults.cause);
     if (*text != '\0') {
         text_put(&s->out, "found: ");
-        put_completed(s, text, s->axis->faults.detail[0]);
+        put_filled(s, text, s->axis->faults.detail[0], s->axis->faults.detail[1]);
     }
 }
 

@@ -15,7 +15,7 @@ int64_t mtpa_root(int64_t square)
 
 struct mtpa_machine mtpa_machine(const struct params *p)
 {
-    const int64_t difference_uh = (int64_t)p->lq_uh - p->ld_uh;
+    const int64_t difference_uh = (int64_t)mtpa_lq_uh(p) - mtpa_ld_uh(p);
     struct mtpa_machine m = {.magnet = 1000LL * p->flux_uwb, .reversed = difference_uh < 0};
     m.saliency = (m.reversed ? -difference_uh : difference_uh) * p->i_range_ma;
     for (; m.magnet >= 1 << 28 || m.saliency >= 1 << 28; m.shift++) {

@@ -6,7 +6,8 @@
  * i_d = (psi - sqrt(psi^2 + 8 L^2 I^2)) / (4 L) make the most of it (Morimoto, Takeda, Hirasa,
  * Taniguchi: "Expansion of operating limits for permanent magnet motor by current vector control considering inverter
  * capacity", IEEE Trans. Ind. Appl. 26(5), 1990).
- * With L = 0 that is i_d = 0; with L_d > L_q it is positive.
+ * With L = 0 that is i_d = 0; with L_d > L_q it is positive. The inductances are apparent ones, flux over current: where iron
+ * saturates, those that the current loops see, of small changes, may be a third of them.
  *
  * All of it: thread, 64-bit divisions and roots.
  */
@@ -27,6 +28,17 @@ struct mtpa_machine {
     int32_t shift;
     bool reversed; /* L_d > L_q: i_d is positive */
 };
+
+/* Inductances as torque and flux see them. */
+static inline int32_t mtpa_ld_uh(const struct params *p)
+{
+    return p->ld_apparent_uh > 0 ? p->ld_apparent_uh : p->ld_uh;
+}
+
+static inline int32_t mtpa_lq_uh(const struct params *p)
+{
+    return p->lq_apparent_uh > 0 ? p->lq_apparent_uh : p->lq_uh;
+}
 
 /* Amplitudes, Q20 of i_range; torque in units of their own, up to 2^51. */
 struct mtpa_point {

@@ -14,6 +14,8 @@ const struct param_info param_table[] = {
     PARAM(resistance_mohm, 1, 100000, 360),
     PARAM(ld_uh, 1, 1000000, 200),
     PARAM(lq_uh, 1, 1000000, 200),
+    PARAM(ld_apparent_uh, 0, 1000000, 0),
+    PARAM(lq_apparent_uh, 0, 1000000, 0),
     PARAM(flux_uwb, 10, 10000000, 6395),
     PARAM(inertia_gmm2, 1, 2100000000, 56493),
     PARAM(i_range_ma, 100, 2000000, 23571),

@@ -17,6 +17,8 @@ struct params {
     int32_t resistance_mohm;    /* one phase */
     int32_t ld_uh;              /* one phase, d axis */
     int32_t lq_uh;              /* one phase, q axis */
+    int32_t ld_apparent_uh;     /* where iron saturates: flux over current at rated current, for MTPA; 0: as ld_uh */
+    int32_t lq_apparent_uh;     /* the same, q axis */
     int32_t flux_uwb;           /* flux linkage of the magnets, peak, one phase */
     int32_t inertia_gmm2;       /* rotor and load; 1e-9 kg m^2 */
     int32_t i_range_ma;         /* phase current 2048 ADC counts away from zero */

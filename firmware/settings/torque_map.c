@@ -23,15 +23,18 @@ static int32_t q15_of_q20(int64_t x_q20)
     return (int32_t)((x_q20 + 16) >> 5);
 }
 
-static int32_t flux_q15(const struct tuning *t, int32_t i_d_q15, int32_t i_q_q15)
+static int32_t flux_q15(const struct params *p, const struct tuning *t, int32_t i_d_q15, int32_t i_q_q15)
 {
-    const int64_t d = (int64_t)t->emf_q12 * 8 + (((int64_t)t->x_d_q11 * i_d_q15) >> 11);
-    const int64_t q = ((int64_t)t->x_q_q11 * i_q_q15) >> 11;
+    const int64_t d_q26 = (int64_t)t->x_d_q11 * i_d_q15 * mtpa_ld_uh(p) / p->ld_uh;
+    const int64_t q_q26 = (int64_t)t->x_q_q11 * i_q_q15 * mtpa_lq_uh(p) / p->lq_uh;
+    const int64_t d = (int64_t)t->emf_q12 * 8 + d_q26 / 2048;
+    const int64_t q = q_q26 / 2048;
     return (int32_t)mtpa_root(d * d + q * q);
 }
 
 /* The nodes one after the other: torque grows ever faster with current, so no step is longer than the one before. */
-static void fill(struct torque_map *map, const struct mtpa_machine *m, const struct tuning *t)
+static void fill(struct torque_map *map, const struct mtpa_machine *m, const struct params *params,
+                 const struct tuning *t)
 {
     const int64_t unit = mtpa_point(m, MTPA_ONE_Q20).torque >> 8;
     int64_t last_q20 = 0;
@@ -48,7 +51,7 @@ static void fill(struct torque_map *map, const struct mtpa_machine *m, const str
         map->i_d_q15[n] = m->reversed ? q15_of_q20(p.i_d_q20) : -q15_of_q20(p.i_d_q20);
         map->i_q_q15[n] = q15_of_q20(p.i_q_q20);
         map->current_q15[n] = q15_of_q20(i_q20);
-        map->flux_q15[n] = flux_q15(t, map->i_d_q15[n], map->i_q_q15[n]);
+        map->flux_q15[n] = flux_q15(params, t, map->i_d_q15[n], map->i_q_q15[n]);
     }
 }
 
@@ -64,6 +67,6 @@ void torque_map_build(struct torque_map *map, const struct params *p, const stru
     while ((TORQUE_NODES - 1) << map->shift <= map->torque_max_q15) {
         map->shift++;
     }
-    fill(map, &m, t);
+    fill(map, &m, p, t);
     map->flux_max_q10 = (torque_map_at(map, map->flux_q15, map->torque_max_q15) >> 5) + 1;
 }

@@ -49,7 +49,6 @@ static void tune_limits(const struct params *p, struct tuning *t)
 {
     t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
     t->i_max_q15 = tuning_q15_from_milli(p->i_max_ma, p->i_range_ma);
-    t->i_align_q15 = tuning_q15_from_milli(p->i_align_ma, p->i_range_ma);
     t->i_sum_q15 = t->i_trip_q15 / 4;
     t->v_min_q15 = tuning_q15_from_milli(p->v_min_mv, p->v_range_mv);
     t->v_max_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv);
@@ -94,5 +93,6 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
         return outcome_of(problem);
     }
     tuning_torque(p, t);
+    tuning_start(p, t);
     return check_margins(p, t);
 }

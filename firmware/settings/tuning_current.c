@@ -8,7 +8,6 @@
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
 
-
 #define GAIN_LIMIT 32767 /* gains are 16 bit, to be multiplied with 16-bit values */
 
 /* The reactance w L as a fraction of v_range/i_range, times `one`: uH are 1e-6 H, 2 pi has 6 decimals more. */

@@ -7,7 +7,6 @@
 #include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
-#include "lib/polar.h"
 
 /*
  * Kp in Q15 of i_range with 16 more bits, per rpm/16, is KP J f / (p psi i_range) with J in g mm^2 (1e-9 kg m^2), psi in uWb
@@ -18,9 +17,6 @@
 #define KP_E3    58874483510LL
 #define KI       92479822LL
 #define ACCEL_E6 585635317037LL
-
-/* Kt in 1e-9 N m/A is 1500 p psi; p psi i_range stays below 1e15. */
-#define KT_NNM_A 1500LL
 
 /* While the edges are far apart, a count behind weighs this part of i_max. */
 #define COUNT_WEIGHS 100
@@ -59,26 +55,11 @@ static enum error tune_gains(const struct params *p, struct tuning *t)
     return ERROR_NONE;
 }
 
-/*
- * During alignment the rotor swings about the field with w0^2 = Kt p I / J. The torque that damps it with D = 0.8 is 2 D w0 J
- * per rad/s: the share 2 D w0 / w of what the speed loop's gain w J would give.
- */
-static void tune_alignment(const struct params *p, struct tuning *t)
-{
-    const int64_t kt_nnm = KT_NNM_A * p->pole_pairs * p->flux_uwb;
-    const int64_t w0_squared = scale(kt_nnm, (int64_t)p->pole_pairs * p->i_align_ma, 1000LL * p->inertia_gmm2);
-    const int32_t w0 = polar_root_down(w0_squared > UINT32_MAX ? UINT32_MAX : (uint32_t)w0_squared);
-    const int64_t kp = scale(t->speed_kp_q16, mtpa_flux_nwb(p) / 1000, p->flux_uwb); /* reluctance does not help here */
-    const int64_t kd = scale(kp > INT32_MAX ? INT32_MAX : kp, 1600000000LL * w0, TWO_PI_E9 * p->speed_bw_hz);
-    t->align_kd_q16 = (int32_t)(kd > t->speed_kp_q16 ? t->speed_kp_q16 : kd);
-}
-
 enum error tuning_speed(const struct params *p, struct tuning *t)
 {
     const enum error problem = tune_gains(p, t);
     if (problem == ERROR_NONE) {
         tune_estimate(p, t);
-        tune_alignment(p, t);
     }
     return problem;
 }

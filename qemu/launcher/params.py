@@ -18,6 +18,8 @@ SOURCES = {
     "resistance_mohm": ("motor", "electrical", "resistance_ohm", 1e3),
     "ld_uh": ("motor", "electrical", "ld_h", 1e6),
     "lq_uh": ("motor", "electrical", "lq_h", 1e6),
+    "ld_apparent_uh": ("motor", "control", "ld_apparent_h", 1e6),
+    "lq_apparent_uh": ("motor", "control", "lq_apparent_h", 1e6),
     "flux_uwb": ("motor", "electrical", "flux_wb", 1e6),
     "inertia_gmm2": ("motor", "mechanical", "inertia_kgm2", 1e9),
     "i_range_ma": ("inverter", "sensor", "i_range_a", 1e3),

@@ -60,7 +60,7 @@ PAST = {"watchdog_reset": "watchdog reset", "lockup_reset": "lock-up reset"}
 
 @pytest.mark.parametrize("reset", PAST)
 def test_how_the_last_life_ended_is_said_and_can_be_cleared(reset, tmp_path):
-    said, _ = boot(tmp_path, reset=reset, lines=("fault", "on", "clear", "on", *["version"] * 9, "status"))
+    said, _ = boot(tmp_path, reset=reset, lines=("fault", "on", "clear", "on", *["version"] * 13, "status"))
     assert f"fault: {PAST[reset]}\n" in said and said.count("error:") == 1, said
     assert "state: operation enabled" in said
 
@@ -70,7 +70,7 @@ def test_without_the_right_clock_no_register_of_the_fabric_is_touched(case, tmp_
     """Neither read nor written, whatever is typed."""
     changes, name, _ = LASTING[case]
     said, _ = boot(tmp_path, changes, lines=EVERY_COMMAND,
-                   more=[{"t_s": RESET_S - 1e-6, "event": "fabric_sealed", "args": ["1"]}])
+                   more=[{"t_s": RESET_S, "event": "fabric_sealed", "args": ["1"]}])
     assert f"fault: {name}\n" in said and "reference 0.000 rpm" in said
 
 
@@ -99,7 +99,7 @@ def test_a_fabric_that_does_not_answer_is_not_asked_twice(tmp_path):
 def test_a_processor_fault_with_a_fabric_in_doubt_leaves_it_alone(tmp_path):
     """An undefined instruction in the thread: the entry that switches off must not touch what may not answer."""
     said, result = boot(tmp_path, [("pll_lost", "1")], lines=("fault",), more=[
-        {"t_s": RESET_S - 1e-6, "event": "fabric_sealed", "args": ["1"]},
+        {"t_s": RESET_S, "event": "fabric_sealed", "args": ["1"]},
         {"t_s": AFTER_S - 0.02, "event": "poke_rom", "args": ["&idle", "0xDE00"]},
         {"t_s": AFTER_S - 0.018, "event": "poke_rom", "args": ["&idle", "*idle"]}])
     assert "usage fault (6)" in said and "fault: clock\n" in said, result.console

@@ -63,6 +63,29 @@ def test_masks_are_put_back(c, axis, name):
         assert basepri.value == 0
 
 
+@pytest.mark.parametrize("name", ["on", "quickstop", "speed", "torque"])
+def test_what_the_slow_loop_does_just_before_it_is_held_counts(c, axis, name):
+    """A fault comes at the last moment: what was looked at before is looked at again, or only then."""
+    basepri, at_level = ctypes.c_uint32.in_dll(c._library, "host_basepri"), []
+
+    def slow_loop_steps(level):
+        at_level.append(level)
+        if level:
+            axis.state, axis.faults.cause = c.AXIS_FAULT_REACTION, c.FAULT_STALL
+    axis.state = c.AXIS_SWITCH_ON_DISABLED if name == "on" else c.AXIS_OPERATION_ENABLED
+    axis.kept_alive.adc.VBUS = axis.loop.vbus_q15 = 13670
+    axis.speed.target_rpm_q16 = -77
+    hook = ctypes.CFUNCTYPE(None, ctypes.c_uint32)(slow_loop_steps)
+    slot = ctypes.c_void_p.in_dll(c._library, "host_on_mask")
+    slot.value = ctypes.cast(hook, ctypes.c_void_p).value
+    try:
+        assert call(c, axis, name) == (c.ERROR_FAULT_LATCHED if name == "on" else c.ERROR_NOT_OPERATING)
+    finally:
+        slot.value = None
+    assert at_level == [4, 0] and basepri.value == 0, "the level of the slow loop, and back"
+    assert axis.request == c.AXIS_REQUEST_NONE and axis.mode == c.AXIS_MODE_SPEED and axis.speed.target_rpm_q16 == -77
+
+
 @pytest.mark.parametrize("fault, error", [("CLOCK", "CLOCK"), ("STACK_GUARD", "STACK_GUARD"), ("WATCHDOG_OFF", "WATCHDOG_OFF"),
                                           ("NONE", "NONE")])
 def test_a_fault_is_not_cleared_while_the_device_lacks_something(c, axis, fault, error):

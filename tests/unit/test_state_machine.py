@@ -141,6 +141,7 @@ def test_overspeed_counts_between_switching_on_and_off(world, c, sign):
     for state, found in zip(STATES, (False, True, True, True, True, False, False)):  # ready is switched on within the step
         w = world(state)
         before = w.axis.faults.cause
+        w.axis.speed.ref_rpm_q16 = 1 << 24  # a quick stop is not over yet
         w.axis.loop.pll.speed_q32 = sign * ((w.axis.tuning.overspeed_w_q15 + 1) << 13)
         w.step()
         assert (w.axis.faults.cause == c.FAULT_OVERSPEED) == found, state

@@ -9,6 +9,7 @@
 
 uint32_t host_primask, host_basepri, host_sleeps, host_watchdog_served;
 void (*host_on_sleep)(void);
+void (*host_on_mask)(uint32_t level);
 
 uint32_t host_device_fault; /* enum fault that the device has now */
 
