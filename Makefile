@@ -186,7 +186,7 @@ help:
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
 	@echo 'make results         write the measured figures into README.md and docs/results.md'
 	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'
-	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md and docs/cycles.md'
+	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md'
 	@echo 'make timing          the cycle model against hand-counted and published cases'
 	@echo 'make wcet            worst-case cycles of the current loop, and measured'
 	@echo 'make jitter          cycles and start of each current-loop interrupt, $(BUILD)/jitter.png'

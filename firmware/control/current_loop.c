@@ -208,10 +208,3 @@ void current_loop_set_rotor(volatile struct current_loop *c, uint32_t angle_q32)
 {
     c->angle_offset_q32 = angle_q32 - c->pll.angle_q32;
 }
-
-/* Until the next call the field goes along with the rotor: so that it is right in the middle of the time. */
-void current_loop_force_angle(volatile struct current_loop *c, uint32_t angle_q32)
-{
-    const uint32_t halfway_q32 = (uint32_t)c->pll.speed_q32 * (CONFIG_LOOPS_PER_SLOW / 2);
-    c->angle_offset_q32 = angle_q32 - c->pll.angle_q32 - halfway_q32;
-}

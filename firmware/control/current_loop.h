@@ -136,9 +136,6 @@ static inline void current_loop_pair(volatile struct current_loop *c, enum loop_
     c->pair = pair;
 }
 
-/* Of LOOP_ENCODER: lets the field stand at an angle until the next call. Slow loop, every millisecond. */
-void current_loop_force_angle(volatile struct current_loop *c, uint32_t angle_q32);
-
 /* Gains and feed-forward for the present bus voltage, speed and references. Slow loop, every millisecond, last. */
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);
 

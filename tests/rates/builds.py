@@ -1,11 +1,17 @@
 # SPDX-License-Identifier: MIT
 """The firmware at other PWM rates: one build folder for each, below the one in use, with the same twin."""
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
 RATES_HZ = (8000, 10000, 16000, 20000, 32000, 40000)
 OWN_HZ = 20000  # of firmware/settings/rates.h: the ordinary build is this one
+
+
+def overrides(hz):
+    """For simulate() and load_drive(): bandwidths that a slow sample rate leaves their phase margin."""
+    return {"params": {"current_bw_hz": min(1000, hz // 20), "speed_bw_hz": 60 if hz >= OWN_HZ else 40}}
 
 
 def make(build, *targets, **choices):
@@ -23,6 +29,8 @@ def build_of(hz, *targets):
     done = make(build, *targets, PWM_HZ="" if hz == OWN_HZ else hz)
     if done.returncode != 0:
         raise AssertionError(f"the build at {hz} Hz failed: {done.stderr[-2000:]}")
-    if hz != OWN_HZ and not (build / "qemu").exists():
-        (build / "qemu").symlink_to((own / "qemu").resolve())
+    twin = build / "qemu"
+    if hz != OWN_HZ and not twin.is_symlink():
+        shutil.rmtree(twin, ignore_errors=True)  # of a `make` by hand: it may be old
+        twin.symlink_to((own / "qemu").resolve())
     return build.resolve()

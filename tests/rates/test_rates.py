@@ -9,7 +9,7 @@ import pytest
 
 from launcher import simulate
 from launcher.load import CURRENT_LOOP, load_irqlog
-from rates.builds import RATES_HZ, build_of, make
+from rates.builds import RATES_HZ, build_of, make, overrides
 from target.runner import CLOSING, run_image
 
 ON_S, RPM, LOAD_S, END_S = 0.1, 1200, 1.35, 1.6
@@ -23,7 +23,7 @@ def run(request, tmp_path_factory):
     build = build_of(request.param, "mssfoc.elf", "mssfoc.hex")
     out = tmp_path_factory.mktemp(f"at{request.param}")
     return request.param, simulate(PLAN, out_dir=out, build=build, plant="ideal", spread=0,
-                                   start_angle=30), load_irqlog(out / "irq.bin")
+                                   start_angle=30, overrides=overrides(request.param)), load_irqlog(out / "irq.bin")
 
 
 def test_the_loops_run_in_step(run):
