@@ -5,6 +5,7 @@
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
+#define JUMP_MS        8u /* for a quarter turn: a rotor opposite to the field must not meet it half way */
 #define QUARTER_Q32    0x40000000u
 #define PERIODS_A_TURN 2 /* of the pendulum, in which the field turns once */
 #define SETTLE_PERIODS 10
@@ -14,15 +15,17 @@
 #define EVEN_COUNTS    6
 #define ATTEMPTS       2u
 #define GRIP_TENTHS    3 /* of a turn */
-#define AWAY_TURNS     2 /* further away from where it began no field pulls the rotor */
+#define GRIP_MS        5
+#define AWAY_TURNS     3 /* further from where it began no field pulls the rotor */
 #define SENSE_STEP     4096
+#define FAST_COUNTS    4
 #define FAST_Q32       (DEGREES_45_Q32 / 9)
 #define OUT_DEGREES    180 /* the rotor did not stay with the field at all */
 #define DEGREES_45_Q32 0x20000000
 #define DEGREES_20_Q32 (DEGREES_45_Q32 / 9 * 4)
 
 /* A third of a turn may be off by this part of itself: a rotor that swings is measured once more, and slower. */
-static const int32_t EVEN_PARTS[ATTEMPTS] = {10, 3};
+static const int32_t EVEN_PARTS[ATTEMPTS] = {20, 3};
 
 enum stage {
     STAGE_PULL,   /* current rises a quarter turn before the first angle, the rotor swings and settles */
@@ -57,6 +60,7 @@ static void begin_attempt(struct alignment *a, const struct tuning *t, uint32_t 
     a->level = attempt == 0u ? 0u : t->align_levels - 1u;
     a->period_ms = attempt == 0u ? t->align[a->level].period_ms : t->align[a->level].period_ms * SLOWER;
     a->origin = a->counts;
+    a->gripped = false;
     a->target_q15 = t->align[a->level].i_q15;
     pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
     enter(a, STAGE_PULL);
@@ -96,17 +100,19 @@ static void feel_sense(struct alignment *a, const volatile struct current_loop *
     }
     a->sense += (seen - a->sense) / 4;
     a->fastest_q32 = q15_max(a->fastest_q32, speed_q32);
-    const bool slows = a->fastest_q32 > FAST_Q32 && speed_q32 < a->fastest_q32 / 8 * 7;
+    const bool slows = a->fastest_q32 > q15_max(FAST_Q32, FAST_COUNTS * (int32_t)c->encoder_scale_q32) &&
+                       speed_q32 < a->fastest_q32 / 2;
     if (slows || q15_abs(a->counts - a->origin) * 3 > t->encoder_counts / t->pole_pairs) {
         a->rotor.sense = a->sense < 0 ? -1 : 1;
         pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, a->field_q32);
     }
 }
 
-/* Current follows its target within half a period. */
+/* Current follows its target within half a period; to hold a rotor that falls, at once. */
 static void follow_current(struct alignment *a, const struct tuning *t)
 {
-    const int32_t slope_q15 = q15_max(t->align[a->level].i_q15 * 2 / a->period_ms, 1);
+    const int32_t half_ms = a->gripped ? GRIP_MS : a->period_ms / 2;
+    const int32_t slope_q15 = q15_max(t->align[a->level].i_q15 / half_ms, 1);
     a->current_q15 += q15_clamp(a->target_q15 - a->current_q15, -slope_q15, slope_q15);
 }
 
@@ -148,9 +154,8 @@ static enum alignment_result step_pull(struct alignment *a)
 
 static enum alignment_result step_second(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
 {
-    if (a->stage_ms ==
-        1u) { /* at once: a rotor opposite to the field would else meet it half way, with more swing than it can hold */
-        a->field_q32 += QUARTER_Q32;
+    if (a->stage_ms <= JUMP_MS) {
+        a->field_q32 += QUARTER_Q32 / JUMP_MS;
         pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, a->field_q32);
     } else if (at_rest(a)) {
         begin_pass(a, t, PASS_FORTH);
@@ -182,7 +187,7 @@ static bool magnets_turned(const struct alignment *a, const struct tuning *t)
     const int32_t seen_q15 = (a->turn_v_q_q15[PASS_FORTH] - a->turn_v_q_q15[PASS_BACK]) / n / 2;
     const int32_t emf_q15 = (w_q15 * t->emf_q12) >> 12;
     const int32_t reactive_q15 = ((w_q15 * a->target_q15) >> 15) * q15_max(t->x_d_q11, t->x_q_q11) >> 11;
-    return seen_q15 > emf_q15 / 2 + reactive_q15;
+    return seen_q15 > emf_q15 / 4 + reactive_q15; /* a rotor that swings undamped shows less than half of it */
 }
 
 static enum alignment_result judge_fit(struct alignment *a, const struct tuning *t, int32_t two_turns)
@@ -223,7 +228,7 @@ static bool followed_with_less(const struct alignment *a)
 {
     const int32_t third = (a->turn_counts[PASS_FORTH] - a->turn_counts[PASS_BACK]) / 6;
     const int32_t moved = q15_abs(field_pass_counts(&a->passing));
-    return q15_abs(moved - third) * 4 < third;
+    return q15_abs(moved - third) * (a->attempt == 0u ? 10 : 4) < third;
 }
 
 static void keep_pass(struct alignment *a)
@@ -250,6 +255,12 @@ static void begin_solve(struct alignment *a, const struct tuning *t)
     enter(a, STAGE_SOLVE);
 }
 
+static bool encoder_fits(const struct alignment *a, const struct tuning *t)
+{
+    const int32_t two_turns = q15_abs(a->turn_counts[PASS_FORTH] - a->turn_counts[PASS_BACK]);
+    return encoder_fit(two_turns, t->pole_pairs, t->encoder_counts).verdict == ENCODER_FITS;
+}
+
 static enum alignment_result finish_pass(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
 {
     enum alignment_result against = ALIGNMENT_RUNNING;
@@ -261,7 +272,7 @@ static enum alignment_result finish_pass(struct alignment *a, const struct tunin
         a->detail[0] = OUT_DEGREES;
         against = ALIGNMENT_LOAD;
     }
-    if (against == ALIGNMENT_DIRECTION) {
+    if (against == ALIGNMENT_DIRECTION && encoder_fits(a, t)) {
         return against; /* a whole turn backwards, evenly, forth and back: no chance */
     }
     if (against != ALIGNMENT_RUNNING) {
@@ -337,15 +348,16 @@ static void grip(struct alignment *a, const struct tuning *t)
         q15_abs(a->counts - a->origin) * 10 > turn * GRIP_TENTHS) {
         a->level = t->align_levels - 1u;
         a->target_q15 = t->align[a->level].i_q15;
-        a->current_q15 = a->target_q15;
+        a->gripped = true;
     }
 }
 
 /* While it pulls, the rotor turns by half a turn to the field and a quarter with it, and swings; further a load takes it. */
 static bool carried_away(struct alignment *a, const struct tuning *t)
 {
+    const int32_t turns = a->stage < STAGE_PASS ? AWAY_TURNS : ALIGNMENT_TURNS;
     grip(a, t);
-    return a->stage < STAGE_PASS && q15_abs(a->counts - a->origin) > AWAY_TURNS * t->encoder_counts / t->pole_pairs;
+    return q15_abs(a->counts - a->origin) > turns * t->encoder_counts / t->pole_pairs;
 }
 
 enum alignment_result alignment_step(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,

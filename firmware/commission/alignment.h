@@ -7,7 +7,8 @@
  * encoder_counts are right, their sign the direction, the field's lead over the encoder the offset (field_pass.h), and what
  * the lead grows by with less current the load (load_angle.h). Nothing is taken for granted: what does not follow is named.
  *
- * The rotor turns by at most ALIGNMENT_TURNS electrical turns to either side of where it stood, unless a load drives it.
+ * The rotor turns by two and a half electrical turns, as pole_pairs says them, to either side of where it stood; one that
+ * turns by more than ALIGNMENT_TURNS is driven by a load, and let go.
  * The current is i_align, or where that does not do, as much as i_max.
  */
 #ifndef FIRMWARE_COMMISSION_ALIGNMENT_H
@@ -22,7 +23,7 @@
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/tuning.h"
 
-#define ALIGNMENT_TURNS 3
+#define ALIGNMENT_TURNS 6
 
 enum alignment_result {
     ALIGNMENT_RUNNING,
@@ -49,7 +50,8 @@ struct alignment {
     uint32_t latched; /* counter at the last step */
     uint32_t field_q32;
     int32_t current_q15, target_q15;
-    bool even; /* the whole turns were */
+    bool gripped; /* it fell, and more current caught it */
+    bool even;    /* the whole turns were */
     struct pendulum rotor;
     struct field_pass passing;
     int32_t turn_counts[2]; /* of the whole turns, forth and back */
