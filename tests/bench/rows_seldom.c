@@ -20,7 +20,6 @@ static struct session session = {
 
 TIMING_FUNCTION(time_fault, axis_raise(&axes[0], FAULT_OVERCURRENT))
 TIMING_FUNCTION(time_command, commands_execute(&session, line))
-TIMING_FUNCTION(time_map, torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning))
 TIMING_FUNCTION(time_tuning, (void)tuning_compute(&axes[0].params, &tuning))
 TIMING_FUNCTION(time_map, torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning))
 TIMING_FUNCTION(time_uart, UART0_IRQHandler())
