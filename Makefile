@@ -2,6 +2,9 @@
 # mssfoc: field-oriented motor control for the Cortex-M3 of SmartFusion2. `make help` lists the targets.
 
 BUILD   ?= build
+ifneq ($(words $(BUILD)),1)
+$(error mssfoc: BUILD='$(BUILD)' must be one folder without a blank in its path, like BUILD=build16)
+endif
 PYTHON  ?= /usr/bin/python3
 QEMU    ?= qemu-system-arm
 HOSTCC  ?= cc
@@ -102,6 +105,7 @@ $(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSC
 	$(Q)$(OBJCOPY) -O binary $< $@
 
 $(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/control/current_loop_isr.o
+$(BUILD)/tests/target/test_two_axes.elf: $(filter-out %/current_loop_isr.o,$(call objects,$(call sources,$(addprefix firmware/,settings control commission axis))))
 
 $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT)
 	@mkdir -p $(@D)
@@ -182,14 +186,14 @@ help:
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
 	@echo 'make results         write the measured figures into README.md and docs/results.md'
 	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'
-	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md and docs/cycles.md'
+	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md'
 	@echo 'make timing          the cycle model against hand-counted and published cases'
 	@echo 'make wcet            worst-case cycles of the current loop, and measured'
 	@echo 'make jitter          cycles and start of each current-loop interrupt, $(BUILD)/jitter.png'
 	@echo 'make stack           worst-case stack of every entry point, and measured'
 	@echo 'make prove           every kernel, as assembled, against its specification, for all inputs, by a solver'
 	@echo 'make lint            formatting, warnings, layers'
-	@echo 'make mutants         faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n]'
+	@echo 'make mutants         faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n RUNGS="names"]'
 	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
 	@echo 'make clean           remove $(BUILD)'
 	@echo 'PWM_HZ=n DEAD_TIME_NS=n build for another rate, 8000...40000, or dead time (firmware/settings/rates.h)'

@@ -32,7 +32,9 @@ static void start_axis(struct axis *axis, enum fault boot_fault)
         handlers_start_current_loop();
     }
     handlers_start_slow_loop();
-    handlers_watch_device();
+    if (boot_fault != FAULT_CLOCK) {
+        handlers_watch_device(); /* or a PLL that is not locked would end each life of the program */
+    }
 }
 
 int main(void)
@@ -41,6 +43,7 @@ int main(void)
     struct console console;
     struct idle rest = {.time_ms = &axes[0].time_ms};
     axis_init(&axes[0], FABRIC0); /* first: from here on a processor fault knows that the fabric is in doubt */
+    axis_remember_heat(&axes[0], &axes_heat[0]);
     boot_core();
     const enum fault boot_fault = boot_check(FABRIC0, &last_life);
     start_uart();
@@ -52,6 +55,7 @@ int main(void)
                             });
     for (;;) {
         console_poll(&console);
+        axis_retry(&axes[0]);
         idle(&rest);
     }
 }

@@ -38,8 +38,8 @@ static inline void pll_reset(struct pll *pll, uint32_t angle_q32)
 }
 
 /**
- * One sample with gains kp = 2^-kp_shift, ki = 2^-ki_shift; critically damped where ki_shift = 2 kp_shift + 2: x = 2^-(kp_shift +
- * 1). Range: |speed| < 1/2 turn a sample. Context: ISR, one caller an instance. 4 cycles, loads and stores apart.
+ * One sample with gains kp = 2^-kp_shift and ki = 2^-ki_shift. A double pole, at x = 2^-(kp_shift + 1), where ki_shift is
+ * 2 kp_shift + 2. Range: |speed| < 1/2 turn a sample. Context: ISR, one caller an instance. 4 cycles, loads and stores apart.
  */
 static inline void pll_track(struct pll *pll, uint32_t measured_q32, unsigned kp_shift, unsigned ki_shift)
 {

@@ -153,7 +153,7 @@ struct fault_frame {
  * inside that locks the core up, which this device answers with a reset. If it returns, the core stops in an endless
  * loop and the watchdog ends that.
  *
- * Weak: the default does nothing. Whoever drives a bridge defines it, and switches the bridge off first.
+ * Weak: the default does nothing. An image that drives a bridge defines it and switches the bridge off first.
  */
 void fault_taken(const struct fault_frame *frame, uint32_t exc_return);
 

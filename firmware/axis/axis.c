@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/axis/axis.h"
 
+#include <stddef.h>
+
 #include "drivers/cortex/cpu.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
-#define STALL_MS          500u
 #define QUICK_STOP_MS     5000u
 #define LOOP_START_MS     2u /* until CorePWM's first periods have passed */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
@@ -19,6 +20,7 @@ static void bridge_off(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);
     corepwm_enable_legs(&a->fabric->pwm, false);
+    torque_rest(&a->torque);
 }
 
 static void begin_operation(struct axis *a)
@@ -26,37 +28,50 @@ static void begin_operation(struct axis *a)
     speed_loop_reset(&a->speed, 0);
     a->mode = AXIS_MODE_SPEED;
     a->speed.target_rpm_q16 = 0;
-    a->stalled_ms = 0;
+    supervision_begin(a);
+    axis_hear(a);
     enter(a, AXIS_OPERATION_ENABLED);
 }
 
-static void watch_for_stall(struct axis *a)
+static void limit_torque(struct axis *a, bool limit_speed)
 {
-    const bool stuck = a->speed.at_limit && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
-    a->stalled_ms = stuck ? a->stalled_ms + 1u : 0u;
-    if (a->stalled_ms >= STALL_MS) {
-        axis_raise(a, FAULT_STALL);
-    }
+    const struct torque_view view = {
+        .speed_rpm_q4 = a->speed.speed_rpm_q4,
+        .i_limit_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15),
+        .limit_speed = limit_speed,
+    };
+    torque_set_limits(&a->torque, &a->loop, &a->tuning, &view);
+}
+
+static void control_speed(struct axis *a, int32_t slope_q16)
+{
+    limit_torque(a, false);
+    torque_ask(&a->torque, &a->loop, &a->tuning, speed_loop_step(&a->speed, &a->tuning, slope_q16, &a->torque.limits));
 }
 
 static void step_operation(struct axis *a)
 {
-    const int32_t limit_q15 = speed_loop_current_limit(&a->loop, &a->tuning);
     if (a->mode == AXIS_MODE_TORQUE) {
-        a->loop.i_q_ref_q15 = q15_clamp(a->i_command_q15, -limit_q15, limit_q15);
+        limit_torque(a, true);
+        torque_ask(&a->torque, &a->loop, &a->tuning, a->torque_command_q15);
         return;
     }
-    a->loop.i_q_ref_q15 = speed_loop_step(&a->speed, &a->tuning, a->tuning.ramp_q16, limit_q15);
-    watch_for_stall(a);
+    control_speed(a, a->tuning.ramp_q16);
+}
+
+/* Time in which the rotor brakes as hard as it may is not counted: then the stop takes what the limits make of it. */
+static bool stop_takes_too_long(struct axis *a)
+{
+    a->stopping_ms++;
+    a->lingering_ms += a->speed.at_limit ? 0u : 1u;
+    return a->lingering_ms >= QUICK_STOP_MS || a->stopping_ms >= (uint32_t)a->params.stop_max_ms;
 }
 
 static void step_quick_stop(struct axis *a)
 {
-    const int32_t slope = (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR;
-    a->loop.i_q_ref_q15 = speed_loop_step(&a->speed, &a->tuning, slope, speed_loop_current_limit(&a->loop, &a->tuning));
-    a->stopping_ms++;
+    control_speed(a, (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR);
     const bool stands = a->speed.ref_rpm_q16 == 0 && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
-    if (stands || a->stopping_ms >= QUICK_STOP_MS) {
+    if (stop_takes_too_long(a) || stands) {
         bridge_off(a);
         enter(a, AXIS_SWITCH_ON_DISABLED);
     }
@@ -65,11 +80,12 @@ static void step_quick_stop(struct axis *a)
 static void begin_quick_stop(struct axis *a)
 {
     if (a->mode == AXIS_MODE_TORQUE) {
-        speed_loop_reset(&a->speed, a->loop.i_q_ref_q15);
+        speed_loop_reset(&a->speed, a->torque.torque_q15);
     }
     a->mode = AXIS_MODE_SPEED;
     a->speed.target_rpm_q16 = 0;
     a->stopping_ms = 0;
+    a->lingering_ms = 0;
     enter(a, AXIS_QUICK_STOP);
 }
 
@@ -85,6 +101,7 @@ static void take_request(struct axis *a)
     case AXIS_REQUEST_ON:
         if (a->state == AXIS_SWITCH_ON_DISABLED) {
             current_loop_tune(&a->loop, &a->tuning);
+            reaction_begin(&a->reactions);
             enter(a, AXIS_READY);
         }
         break;
@@ -110,10 +127,7 @@ static void take_request(struct axis *a)
     }
 }
 
-/*
- * There must have been as many conversions as there should in the last period; one either way is phase. That the current loop
- * took each of them the fabric watches: one that is not taken is an overrun.
- */
+/* Expect CONFIG_LOOPS_PER_SLOW conversions +-1 since the last step; the fabric detects unread ones. */
 static void watch_heartbeat(struct axis *a)
 {
     const uint32_t ran = adc_sequence(&a->fabric->adc) - a->heartbeat;
@@ -123,14 +137,6 @@ static void watch_heartbeat(struct axis *a)
     }
     if (ran + 1u < CONFIG_LOOPS_PER_SLOW || ran > CONFIG_LOOPS_PER_SLOW + 1u) {
         axis_raise(a, FAULT_LOOP_STOPPED);
-    }
-}
-
-static void watch_speed(struct axis *a)
-{
-    if (a->state >= AXIS_SWITCHED_ON && a->state <= AXIS_QUICK_STOP &&
-        q15_abs(current_loop_w_q15(&a->loop)) > a->tuning.overspeed_w_q15) {
-        axis_raise(a, FAULT_OVERSPEED);
     }
 }
 
@@ -148,11 +154,19 @@ static void watch_latches(struct axis *a)
     axis_raise(a, cause == FAULT_LOOP_OVERRUN ? FAULT_LOOP_STOPPED : cause);
 }
 
+/* What the encoder counts is no longer what alignment found. */
+static bool spoils_alignment(uint32_t cause)
+{
+    return cause == FAULT_ENCODER || cause == FAULT_ENCODER_SLIP || cause == FAULT_ENCODER_DEAD ||
+           cause == FAULT_ENCODER_COUNTS;
+}
+
 static void react_to_fault(struct axis *a)
 {
     bridge_off(a);
     a->request = AXIS_REQUEST_NONE;
-    if (a->faults.cause == FAULT_ENCODER) {
+    a->reactions.stopping = false;
+    if (spoils_alignment(a->faults.cause)) {
         a->start.aligned = false; /* and the index has to be seen anew */
         encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
     }
@@ -200,6 +214,19 @@ static void count_time(struct axis *a)
     cpu_irq_restore(mask);
 }
 
+/* A fault whose reaction is a controlled stop: as long as the bridge is on, and nothing else has switched it off. */
+static bool stops_under_control(struct axis *a)
+{
+    const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
+    if (!a->reactions.stopping || !running || (gate_status(&a->fabric->gate) & GATE_STATUS_LIVE) == 0u) {
+        return false;
+    }
+    if (a->state == AXIS_OPERATION_ENABLED) {
+        begin_quick_stop(a);
+    }
+    return true;
+}
+
 void axis_step(struct axis *a)
 {
     count_time(a);
@@ -207,10 +234,11 @@ void axis_step(struct axis *a)
         return;
     }
     speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
+    torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
     watch_heartbeat(a);
-    watch_speed(a);
     watch_latches(a);
-    if (a->faults.cause != FAULT_NONE && a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION) {
+    if (a->faults.cause != FAULT_NONE && a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION &&
+        !stops_under_control(a)) {
         react_to_fault(a);
     } else {
         take_request(a);
@@ -218,6 +246,7 @@ void axis_step(struct axis *a)
     }
     start_learn_index(a);
     current_loop_follow(&a->loop, a->fabric, start_tuning(a));
+    supervision_step(a);
 }
 
 void axis_init(struct axis *a, struct fabric *fabric)
@@ -227,7 +256,16 @@ void axis_init(struct axis *a, struct fabric *fabric)
     speed_loop_init(&a->speed);
     params_init(&a->params);
     (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
+    torque_map_build(&a->torque.map, &a->params, &a->tuning);
     current_loop_tune(&a->loop, &a->tuning);
+    thermal_init(&a->thermal, NULL, &a->params);
+    reaction_init(&a->reactions);
+    speed_loop_tune(&a->speed, &a->tuning);
+}
+
+void axis_remember_heat(struct axis *a, struct thermal_memory *memory)
+{
+    thermal_init(&a->thermal, memory, &a->params);
 }
 
 static bool start_fabric(struct axis *a)

@@ -14,9 +14,13 @@
 
 #include "drivers/fabric/fabric.h"
 #include "firmware/axis/fault.h"
+#include "firmware/axis/reaction.h"
 #include "firmware/axis/start.h"
+#include "firmware/axis/supervision.h"
+#include "firmware/axis/thermal.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/control/speed_loop.h"
+#include "firmware/control/torque.h"
 #include "firmware/settings/error.h"
 #include "firmware/settings/params.h"
 #include "firmware/settings/tuning.h"
@@ -58,13 +62,18 @@ struct axis {
     volatile uint32_t state; /* enum axis_state */
     volatile uint32_t mode;  /* enum axis_mode */
     volatile uint32_t time_ms;
-    volatile uint32_t request;      /* enum axis_request: the thread writes it, the slow loop takes it */
-    volatile int32_t i_command_q15; /* of torque control */
-    uint32_t stalled_ms;
+    volatile uint32_t request;           /* enum axis_request: the thread writes it, the slow loop takes it */
+    volatile int32_t torque_command_q15; /* of torque control */
     uint32_t stopping_ms;
+    uint32_t lingering_ms;          /* of these, those in which no limit held the rotor's braking back */
     uint32_t heartbeat;             /* conversions at the last step */
     volatile uint32_t time_wraps;   /* of time_ms, once in 49.7 days */
     volatile uint32_t fabric_doubt; /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
+    struct torque_control torque;
+    struct supervision supervision;
+    struct thermal thermal;
+    struct reactions reactions;
+    volatile uint32_t command_ms; /* when somebody last spoke to the drive */
 };
 
 /* One value and no other, so that a stray write does not keep a fault from switching the bridge off. */
@@ -90,6 +99,9 @@ static inline bool axis_fabric_doubted(const struct axis *a)
 /* Puts the axis into its first state, with initial parameters and a fabric in doubt. Touches no register. Thread, once. */
 void axis_init(struct axis *a, struct fabric *fabric);
 
+/* Where the temperatures are kept over a reset, and what has been kept there. Thread, once, after axis_init(). */
+void axis_remember_heat(struct axis *a, struct thermal_memory *memory);
+
 /*
  * Leaves "not ready": starts PWM, encoder and ADC, bridge off. `boot_fault` is what start-up found. After one that puts the
  * fabric in doubt, the axis is in "fault" and stays there, and neither reads nor writes a register of the fabric until a reset:
@@ -103,6 +115,8 @@ void axis_step(struct axis *a);
 /* Off, and the fault's cause latched with a snapshot if it is the first: any context. See fault.h. */
 void axis_raise(struct axis *a, enum fault cause);
 
+/* Latches without switching off; whether it was the first. For axis_raise() and axis/reaction.c. Any context. */
+bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
 /* The same with what the cause has to tell: fault_record.detail. */
 void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
 
@@ -119,8 +133,15 @@ struct outcome axis_switch_on(struct axis *a);
 struct outcome axis_switch_off(struct axis *a);
 struct outcome axis_quick_stop(struct axis *a);
 struct outcome axis_clear_fault(struct axis *a);
+struct outcome axis_clear_latches(struct axis *a); /* the same without a person's say: the count of retries goes on */
 struct outcome axis_command_speed(struct axis *a, int32_t rpm);
 struct outcome axis_command_current(struct axis *a, int32_t milliamp);
+
+/* Somebody has spoken to the drive. Thread. */
+static inline void axis_hear(struct axis *a)
+{
+    a->command_ms = a->time_ms;
+}
 
 /* Whether parameters may change now: the bridge is off and no start is under way. Thread; waits as requests do. */
 bool axis_is_off(const struct axis *a);

@@ -4,6 +4,35 @@
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
 
+#define OFF  (1u << REACTION_OFF)
+#define STOP (1u << REACTION_STOP)
+#define WARN (1u << REACTION_WARN)
+
+/*
+ * A stop needs a current loop, an encoder and a bridge that work. A warning needs that going on does no harm by itself. Tried
+ * again is what may pass: a supply, a load, heat.
+ */
+static const struct fault_class classes[FAULT_COUNT] = {
+    [FAULT_OVERCURRENT] = {OFF, REACTION_OFF, true},
+    [FAULT_OVERVOLTAGE] = {OFF, REACTION_OFF, true},
+    [FAULT_UNDERVOLTAGE] = {OFF, REACTION_OFF, true},
+    [FAULT_OVERSPEED] = {OFF | STOP, REACTION_OFF, false},
+    [FAULT_STALL] = {OFF | WARN, REACTION_OFF, true},
+    [FAULT_ENCODER_COUNTS] = {OFF | STOP | WARN, REACTION_OFF, false},
+    [FAULT_SPEED_DEVIATION] = {OFF | STOP | WARN, REACTION_OFF, true},
+    [FAULT_OVERTEMPERATURE] = {OFF | STOP | WARN, REACTION_STOP, true},
+    [FAULT_INVERTER_OVERLOAD] = {OFF | STOP | WARN, REACTION_STOP, true},
+    [FAULT_VOLTAGE_LIMIT] = {OFF | STOP | WARN, REACTION_WARN, true},
+    [FAULT_LIMIT_CYCLE] = {OFF | STOP | WARN, REACTION_OFF, false},
+    [FAULT_COMMAND_TIMEOUT] = {OFF | STOP | WARN, REACTION_STOP, false},
+};
+
+const struct fault_class *fault_class(enum fault cause)
+{
+    static const struct fault_class off_only = {OFF, REACTION_OFF, false};
+    return cause < FAULT_COUNT && classes[cause].allowed != 0u ? &classes[cause] : &off_only;
+}
+
 static void take_snapshot(struct axis *a)
 {
     struct fault_snapshot *const s = &a->faults.snapshot;
@@ -21,26 +50,36 @@ static void take_snapshot(struct axis *a)
     s->gate_status = gate_status(&a->fabric->gate);
 }
 
-void axis_raise(struct axis *a, enum fault cause)
-{
-    axis_raise_with(a, cause, 0, 0);
-}
-
-void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
+bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
 {
     if (axis_fabric_doubted(a)) { /* the gates are off since the reset, and there is nothing to read */
-        a->faults.cause = a->faults.cause == FAULT_NONE ? cause : a->faults.cause;
-        return;
+        const bool none = a->faults.cause == FAULT_NONE;
+        a->faults.cause = none ? cause : a->faults.cause;
+        return none;
     }
-    gate_disable(&a->fabric->gate);
     const uint32_t mask = cpu_irq_save(); /* two callers must not both find it empty */
-    if (a->faults.cause == FAULT_NONE) {
+    const bool first = a->faults.cause == FAULT_NONE;
+    if (first) {
         a->faults.cause = cause;
         a->faults.detail[0] = detail_0;
         a->faults.detail[1] = detail_1;
         take_snapshot(a);
     }
     cpu_irq_restore(mask);
+    return first;
+}
+
+void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
+{
+    if (!axis_fabric_doubted(a)) {
+        gate_disable(&a->fabric->gate);
+    }
+    (void)fault_latch(a, cause, detail_0, detail_1);
+}
+
+void axis_raise(struct axis *a, enum fault cause)
+{
+    axis_raise_with(a, cause, 0, 0);
 }
 
 enum fault fault_from_gate(uint32_t gate_flags)
@@ -71,7 +110,19 @@ enum fault fault_from_adc(uint32_t adc_flags)
     return (adc_flags & ADC_STATUS_VBUS_LOW) != 0u ? FAULT_UNDERVOLTAGE : FAULT_NONE;
 }
 
-/* First cause: hardware latches before what is concluded from a sample. So rare that it may branch. */
+/* An over-current may follow from something that has just begun and would be found in a moment. */
+static void raise_overcurrent(struct axis *a)
+{
+    const uint32_t phases = supervise_phases_suspects(a);
+    gate_disable(&a->fabric->gate);
+    (void)fault_latch(a, phases != 0u ? FAULT_OPEN_PHASE : supervise_encoder_blame(a, FAULT_OVERCURRENT),
+                      (int32_t)phases, 0);
+}
+
+/*
+ * First cause: hardware latches before what is concluded from a sample, and what makes an over-current before it.
+ * So rare that it may branch.
+ */
 void axis_sample_fault(struct axis *a)
 {
     const uint32_t gate = gate_status(&a->fabric->gate);
@@ -80,6 +131,8 @@ void axis_sample_fault(struct axis *a)
         axis_raise(a, fault_from_gate(gate));
     } else if ((gate & GATE_STATUS_ENCODER) != 0u) {
         axis_raise(a, FAULT_ENCODER);
+    } else if (sampled == FAULT_OVERCURRENT) {
+        raise_overcurrent(a);
     } else if (sampled != FAULT_NONE) {
         axis_raise(a, sampled);
     } else if ((gate & GATE_STATUS_OVERRUN) != 0u) {

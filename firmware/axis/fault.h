@@ -36,13 +36,20 @@ enum fault {
     FAULT_WATCHDOG_OFF,      /* the watchdog is not on, or not with the board's time-out */
     FAULT_PLL,               /* a PLL lost its lock while the program ran */
     FAULT_ECC,               /* a word of memory could not be corrected while the program ran */
+    FAULT_ENCODER_SLIP,      /* the counted angle is not the rotor's */
+    FAULT_ENCODER_DEAD,      /* no counts although the rotor turns */
+    FAULT_ENCODER_COUNTS,    /* the index does not come where the count says */
+    FAULT_OPEN_PHASE,        /* a phase carries no current that should */
+    FAULT_SPEED_DEVIATION,   /* the speed has left its reference */
+    FAULT_OVERTEMPERATURE,   /* the winding is beyond t_max */
+    FAULT_INVERTER_OVERLOAD, /* I2t of the power stage */
+    FAULT_VOLTAGE_LIMIT,     /* the bus does not drive the current that is wanted */
+    FAULT_LIMIT_CYCLE,       /* the speed loop swings by itself */
+    FAULT_COMMAND_TIMEOUT,   /* nobody has spoken for too long */
     FAULT_ROTOR_TURNING,     /* start: the rotor did not come to rest */
-    FAULT_OPEN_PHASE,        /* start: a phase carries no current */
     FAULT_SENSOR_SIGN,       /* start: a current sensor counts backwards */
-    FAULT_ENCODER_DEAD,      /* start: the magnets turned, and no counts came */
     FAULT_ENCODER_DIRECTION, /* start: encoder backwards or phase order wrong, which look alike */
     FAULT_POLE_PAIRS,        /* start: pole_pairs does not fit the encoder's counts */
-    FAULT_ENCODER_COUNTS,    /* start: encoder_counts does not fit */
     FAULT_ROTOR_BLOCKED,     /* start: the rotor does not follow the field */
     FAULT_LOAD_TOO_HIGH,     /* start: the load turns the rotor out of the field */
     FAULT_COUNT
@@ -70,6 +77,23 @@ struct fault_record {
     int32_t detail[2];       /* what the cause has to tell; message_fault_detail() says what it means */
     struct fault_snapshot snapshot;
 };
+
+/* What follows from a fault. Each class allows some; hardware's, and what leaves the motor without control, only the first. */
+enum reaction {
+    REACTION_OFF,  /* bridge off at once */
+    REACTION_STOP, /* quick stop, then off; the fault is latched all the same */
+    REACTION_WARN, /* operation goes on, the console says it once */
+    REACTION_COUNT
+};
+
+struct fault_class {
+    uint8_t allowed; /* a bit for each enum reaction */
+    uint8_t initial; /* enum reaction */
+    bool retry;      /* may be cleared and tried again without a person */
+};
+
+/* Never NULL; of an unknown cause, that which allows nothing but off. Any context. */
+const struct fault_class *fault_class(enum fault cause);
 
 /* The cause behind the gate block's latches; FAULT_NONE when none is set. */
 enum fault fault_from_gate(uint32_t gate_flags);

@@ -53,7 +53,8 @@ static void adopt_tuning(struct axis *a, const struct tuning *t)
         speed_estimate_reset(&a->speed.estimate);
     }
     a->tuning = *t;
-    speed_loop_full_gains(&a->speed);
+    speed_loop_tune(&a->speed, t);
+    thermal_tune(&a->thermal, &a->params);
 }
 
 static struct outcome measured_forbids_on(const struct axis *a, const struct tuning *t)
@@ -64,6 +65,9 @@ static struct outcome measured_forbids_on(const struct axis *a, const struct tun
     }
     if (loop->vbus_q15 > t->v_max_q15) {
         return outcome_of(ERROR_BUS_HIGH);
+    }
+    if (thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal)) {
+        return outcome_of(ERROR_TOO_HOT);
     }
     const bool turns = q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4;
     return outcome_of(turns ? ERROR_TURNING : ERROR_NONE);
@@ -82,6 +86,7 @@ struct outcome axis_switch_on(struct axis *a)
     if (problem.error != ERROR_NONE) {
         return problem;
     }
+    torque_map_build(&a->torque.map, &a->params, &candidate); /* nobody looks at it while the bridge is off */
     const uint32_t held = hold_slow_loop();
     problem = measured_forbids_on(a, &candidate);
     if (problem.error == ERROR_NONE) {
@@ -98,6 +103,7 @@ struct outcome axis_switch_on(struct axis *a)
 /* Always allowed, also when off. */
 struct outcome axis_switch_off(struct axis *a)
 {
+    reaction_cleared_by_hand(&a->reactions);
     if (axis_fabric_doubted(a)) {
         return OUTCOME_OK;
     }
@@ -152,6 +158,12 @@ static enum error clear_latches(struct axis *a)
 
 struct outcome axis_clear_fault(struct axis *a)
 {
+    reaction_cleared_by_hand(&a->reactions);
+    return axis_clear_latches(a);
+}
+
+struct outcome axis_clear_latches(struct axis *a)
+{
     if (!settled(a) || a->state == AXIS_FAULT_REACTION) {
         return outcome_of(ERROR_BUSY);
     }
@@ -183,7 +195,7 @@ static enum error set_speed(struct axis *a, int32_t rpm)
         return ERROR_BEYOND_SPEED_MAX;
     }
     if (a->mode != AXIS_MODE_SPEED) {
-        speed_loop_reset(&a->speed, a->loop.i_q_ref_q15);
+        speed_loop_reset(&a->speed, a->torque.torque_q15);
         a->mode = AXIS_MODE_SPEED;
     }
     a->speed.target_rpm_q16 = rpm * 65536;
@@ -198,7 +210,9 @@ static enum error set_current(struct axis *a, int32_t milliamp)
     if (milliamp > a->params.i_max_ma || milliamp < -a->params.i_max_ma) {
         return ERROR_BEYOND_I_MAX;
     }
-    a->i_command_q15 = tuning_q15_from_milli(milliamp, a->params.i_range_ma);
+    const int32_t current_q15 = tuning_q15_from_milli(milliamp, a->params.i_range_ma);
+    const int32_t torque_q15 = torque_map_reach(&a->torque.map, a->torque.map.current_q15, q15_abs(current_q15));
+    a->torque_command_q15 = current_q15 < 0 ? -torque_q15 : torque_q15;
     a->mode = AXIS_MODE_TORQUE;
     return ERROR_NONE;
 }

@@ -51,8 +51,8 @@ _Static_assert(V_FULL_STEPS % 8 == 0, "the gains take an eighth of it");
 #define TURN_PER_W_Q15 19302
 
 /*
- * The largest turn, at 0.62 CONFIG_SPEED_BASE_HZ; beyond it the voltages lag. Larger ones could turn a saturated voltage back inside
- * the circle, where the integral would not see that it is limited.
+ * The largest turn, at 0.62 CONFIG_SPEED_BASE_HZ; beyond it the voltages lag. Larger ones could turn a saturated voltage back
+ * inside the circle, where the integral would not see that it is limited.
  */
 #define TURN_MAX_Q15 11900
 
@@ -89,7 +89,7 @@ static int32_t v_q15(int32_t v_steps, int32_t vbus_q15)
     return v_steps * vbus_q15 / V_FULL_STEPS;
 }
 
-/* What it shows to others. */
+/* Publishes values for status and trace. */
 static void publish(volatile struct current_loop *c, const struct fabric *f)
 {
     c->vbus_q15 = adc_vbus_q15(&f->adc);
@@ -154,22 +154,30 @@ void current_loop_follow(volatile struct current_loop *c, const struct fabric *f
     decouple(c, t, w_q15, vbus_q15);
 }
 
+/*
+ * The order matters, and tests/tools/test_order.py finds it in the object code. What is old must not trip what is new: overrun
+ * and limits before the gates open. The integrals are empty before anything reaches the motor. Faults count once the gates are
+ * open, and not before, when the status is another.
+ */
 void current_loop_on(volatile struct current_loop *c, struct fabric *f, const struct tuning *t)
 {
+    const int32_t sum_q15 =
+        c->scheme == LOOP_SENSE_PAIR ? ADC_LIMIT_NONE : t->i_sum_q15; /* one of the three may be blind */
+    adc_clear_overrun(&f->adc);
+    adc_set_limits(&f->adc, t->i_trip_q15, sum_q15, t->v_min_q15, t->v_max_q15);
     c->i_d_ref_q15 = 0;
     c->i_q_ref_q15 = 0;
     rest(c);
-    adc_clear_overrun(&f->adc);
-    adc_set_limits(&f->adc, t->i_trip_q15, t->i_sum_q15, t->v_min_q15, t->v_max_q15);
     (void)gate_enable(&f->gate);
     c->status_max = GATE_STATUS_LIVE;
     current_loop_follow(c, f, t);
 }
 
+/* The gates first, whatever else. */
 void current_loop_off(volatile struct current_loop *c, struct fabric *f)
 {
-    c->status_max = UINT32_MAX;
     gate_disable(&f->gate);
+    c->status_max = UINT32_MAX;
     c->i_d_ref_q15 = 0;
     c->i_q_ref_q15 = 0;
     rest(c);
@@ -199,11 +207,4 @@ void current_loop_field(volatile struct current_loop *c, uint32_t angle_q32, int
 void current_loop_set_rotor(volatile struct current_loop *c, uint32_t angle_q32)
 {
     c->angle_offset_q32 = angle_q32 - c->pll.angle_q32;
-}
-
-/* Until the next call the field goes along with the rotor: so that it is right in the middle of the time. */
-void current_loop_force_angle(volatile struct current_loop *c, uint32_t angle_q32)
-{
-    const uint32_t halfway_q32 = (uint32_t)c->pll.speed_q32 * (CONFIG_LOOPS_PER_SLOW / 2);
-    c->angle_offset_q32 = angle_q32 - c->pll.angle_q32 - halfway_q32;
 }

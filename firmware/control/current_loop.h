@@ -8,7 +8,7 @@
  * millisecond: gains for the present bus voltage, the feed-forward, thresholds (they stand in the ADC block). What it believes
  * can be watched in the structure while the motor turns.
  *
- * The interrupt breaks into everything else, so whoever is below it takes the structure as volatile: then every access is
+ * The interrupt breaks into everything else, so less urgent code takes the structure as volatile: then every access is
  * made, once, and in the order that is written.
  *
  * Inside the loop voltages are in steps of 2^-CONFIG_V_SHIFT counts of half the on-time. So the bus voltage is in the gains,
@@ -45,8 +45,8 @@ enum loop_scheme {
 /* The two bits say whose place the sum of the others takes. */
 enum loop_pair {
     LOOP_PAIR_AB = 0,
-    LOOP_PAIR_BC = -0x7FFFFFFF - 1,
-    LOOP_PAIR_CA = 0x40000000,
+    LOOP_PAIR_BC = INT32_MIN,
+    LOOP_PAIR_CA = 1 << 30,
 };
 
 /* An axis's instances of the interrupt, and the vector that chooses one of them. */
@@ -135,9 +135,6 @@ static inline void current_loop_pair(volatile struct current_loop *c, enum loop_
 {
     c->pair = pair;
 }
-
-/* Of LOOP_ENCODER: lets the field stand at an angle until the next call. Slow loop, every millisecond. */
-void current_loop_force_angle(volatile struct current_loop *c, uint32_t angle_q32);
 
 /* Gains and feed-forward for the present bus voltage, speed and references. Slow loop, every millisecond, last. */
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The current loop's interrupt for the encoder and two sensors, by hand. current_loop_step.h says in C what it computes; here
- * stands how, with the cycles of each line first in its remark (docs/timing.md; a memory that answers at once).
+ * The current loop's interrupt for the encoder and two sensors, written by hand. current_loop_step.h is the C reference; each
+ * remark begins with its cycle count (docs/timing.md; for memory without wait cycles).
  *
  * No branch but the one that ends a sample with a fault; the same instructions whatever the data. Values stay in registers from
  * the ADC to the edges. Loads stand in runs, since a load after a load takes one cycle instead of two, and a store after a load
@@ -243,10 +243,10 @@ FabricIrq0_IRQHandler:                                  @ 12  entry
 
 /* stage: protection and return */
         cmp     r1, r6                                  @  1
-        bhi     loop_fault                              @  1
+        bhi     .Lloop_fault                            @  1
         pop     {r4-r11, pc}                            @ 10
                                                         @ 12  exit
-loop_fault:
+.Lloop_fault:
         pop     {r4-r11, lr}
         .cfi_def_cfa_offset 0
         .cfi_restore lr

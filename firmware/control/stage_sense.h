@@ -2,7 +2,7 @@
 /*
  * First stage of the current loop: two measured phase currents to a vector, Q15 of the sensors' range. ISR, constant time.
  *
- * The sensors are the ADC block's, saturated to +-32767; any two of them make a vector of length <= 65534 (lib/transform_q15.h).
+ * What the ADC block gives is saturated to +-32767, so any two of it make a vector of length <= 65534 (lib/transform_q15.h).
  */
 #ifndef FIRMWARE_CONTROL_STAGE_SENSE_H
 #define FIRMWARE_CONTROL_STAGE_SENSE_H

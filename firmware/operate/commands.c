@@ -64,6 +64,29 @@ static void put_rpm(struct session *s, const char *name, int32_t rpm_q4)
     text_put(&s->out, " rpm");
 }
 
+static void put_heat(struct session *s)
+{
+    text_put(&s->out, ", winding: ");
+    text_put_int(&s->out, s->axis->thermal.winding_q4 / 16);
+    text_put(&s->out, " degC");
+    if (s->axis->thermal.factor_q15 < Q15_ONE) {
+        text_put(&s->out, ", current limit held to ");
+        text_put_int(&s->out, s->axis->thermal.factor_q15 * 100 / Q15_ONE);
+        text_put(&s->out, " %");
+    }
+    text_put_line(&s->out, "");
+}
+
+static void put_warnings(struct session *s)
+{
+    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
+        if (reaction_warned(&s->axis->reactions, (enum fault)cause)) {
+            text_put(&s->out, "warning: ");
+            text_put_line(&s->out, message_of_fault((enum fault)cause));
+        }
+    }
+}
+
 static void run_status(struct session *s, char *const *words)
 {
     (void)words;
@@ -82,7 +105,8 @@ static void run_status(struct session *s, char *const *words)
     put_milli(s, ", q ", now.i_q_ref_q15, i_range_ma, " A");
     text_put_line(&s->out, "");
     put_milli(s, "bus: ", now.vbus_q15, s->axis->params.v_range_mv, " V");
-    text_put_line(&s->out, "");
+    put_heat(s);
+    put_warnings(s);
     text_put(&s->out, "current loop: ");
     text_put_int(&s->out, (int32_t)measure_current_loop_cycles(&s->axis->time_ms));
     text_put_line(&s->out, " cycles");
@@ -132,6 +156,15 @@ static void run_torque(struct session *s, char *const *words)
     answer(s, axis_command_current(s->axis, milliamp));
 }
 
+static void put_detail(struct session *s)
+{
+    const char *const text = message_fault_detail(s->axis->faults.cause);
+    if (*text != '\0') {
+        text_put(&s->out, "found: ");
+        put_filled(s, text, s->axis->faults.detail[0], s->axis->faults.detail[1]);
+    }
+}
+
 static void run_fault(struct session *s, char *const *words)
 {
     (void)words;
@@ -142,16 +175,13 @@ static void run_fault(struct session *s, char *const *words)
     if (a->faults.cause == FAULT_NONE) {
         return;
     }
-    if (axis_fabric_doubted(a)) {
-        return; /* nothing was read */
-    }
-    const struct fault_snapshot *const f = &a->faults.snapshot;
+    put_detail(s);
     text_put(&s->out, "look at: ");
     text_put_line(&s->out, message_fault_hint(a->faults.cause));
-    if (*message_fault_detail(a->faults.cause) != '\0') {
-        text_put(&s->out, "found: ");
-        put_filled(s, message_fault_detail(a->faults.cause), a->faults.detail[0], a->faults.detail[1]);
+    if (axis_fabric_doubted(a)) {
+        return; /* there was nothing to read */
     }
+    const struct fault_snapshot *const f = &a->faults.snapshot;
     text_put(&s->out, "at: ");
     text_put_seconds(&s->out, f->up_ms);
     text_put(&s->out, " s, state ");
@@ -229,6 +259,50 @@ static void run_set(struct session *s, char *const *words)
     }
 }
 
+/* A fault that leaves a choice: which, and which it has. */
+static void put_reaction(struct session *s, enum fault cause)
+{
+    text_put(&s->out, message_of_fault(cause));
+    text_put(&s->out, ": ");
+    text_put(&s->out, message_of_reaction(s->axis->reactions.choice[cause]));
+    text_put(&s->out, "  (");
+    const char *before = "";
+    for (uint32_t choice = 0; choice < REACTION_COUNT; choice++) {
+        if (((fault_class(cause)->allowed >> choice) & 1u) != 0u) {
+            text_put(&s->out, before);
+            text_put(&s->out, message_of_reaction((enum reaction)choice));
+            before = ", ";
+        }
+    }
+    text_put_line(&s->out, ")");
+}
+
+static void run_reactions(struct session *s, char *const *words)
+{
+    (void)words;
+    for (uint32_t cause = FAULT_NONE + 1u; cause < FAULT_COUNT; cause++) {
+        if (fault_class((enum fault)cause)->allowed != 1u << REACTION_OFF) {
+            put_reaction(s, (enum fault)cause);
+        }
+    }
+}
+
+static void run_reaction(struct session *s, char *const *words)
+{
+    const enum fault cause = message_find_fault(words[1]);
+    uint32_t choice = 0;
+    while (choice < REACTION_COUNT && !text_equal(words[2], message_of_reaction((enum reaction)choice))) {
+        choice++;
+    }
+    if (cause == FAULT_COUNT) {
+        error_about(s, words[1], "no such fault; 'reaction' lists those with a choice, '_' stands for a blank");
+    } else if (choice == REACTION_COUNT) {
+        error_about(s, words[2], "not one of off, stop, warn");
+    } else {
+        answer(s, axis_choose_reaction(s->axis, cause, (enum reaction)choice));
+    }
+}
+
 static void run_version(struct session *s, char *const *words)
 {
     (void)words;
@@ -251,6 +325,8 @@ static const struct command commands[] = {
     {"clear", "", "forget the fault if its cause is gone", 1, run_clear},
     {"get", " PARAM", "a parameter and its range, or 'all'", 2, run_get},
     {"set", " PARAM VALUE", "change a parameter while off", 3, run_set},
+    {"reaction", "", "what follows from each fault that leaves a choice", 1, run_reactions},
+    {"reaction", " FAULT off|stop|warn", "choose it, while off", 3, run_reaction},
     {"version", "", "of this firmware", 1, run_version},
 };
 
@@ -287,6 +363,18 @@ static size_t split(char *line, char **words)
     return count;
 }
 
+/* The row of that name, and of those that share it the one that takes so many words; NULL when there is none. */
+static const struct command *find(const char *name, size_t words)
+{
+    const struct command *found = NULL;
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        if (text_equal(name, commands[i].name) && (found == NULL || commands[i].words == words)) {
+            found = &commands[i];
+        }
+    }
+    return found;
+}
+
 void commands_execute(struct session *s, char *line)
 {
     char *words[WORDS_MAX];
@@ -294,17 +382,14 @@ void commands_execute(struct session *s, char *line)
     if (count == 0u) {
         return;
     }
-    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
-        if (text_equal(words[0], commands[i].name)) {
-            if (count != commands[i].words) {
-                text_put(&s->out, "error: usage: ");
-                text_put(&s->out, commands[i].name);
-                text_put_line(&s->out, commands[i].arguments);
-            } else {
-                commands[i].run(s, words);
-            }
-            return;
-        }
+    const struct command *const command = find(words[0], count);
+    if (command == NULL) {
+        error_about(s, words[0], "unknown command; 'help' lists them");
+    } else if (count != command->words) {
+        text_put(&s->out, "error: usage: ");
+        text_put(&s->out, command->name);
+        text_put_line(&s->out, command->arguments);
+    } else {
+        command->run(s, words);
     }
-    error_about(s, words[0], "unknown command; 'help' lists them");
 }

@@ -38,6 +38,7 @@ static void start_line(struct console *k)
 
 static void finish_line(struct console *k)
 {
+    axis_hear(k->session.axis);
     text_put_line(out(k), "");
     k->line[k->length] = '\0';
     if (k->incomplete) {
@@ -103,6 +104,23 @@ static void announce_fault(struct console *k)
     }
 }
 
+/* Each once, until the drive forgets them. */
+static void announce_warnings(struct console *k)
+{
+    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
+        const uint32_t bit = 1u << (cause % 32u);
+        uint32_t *const said = &k->warned[cause / 32u];
+        if (!reaction_warned(&k->session.axis->reactions, (enum fault)cause)) {
+            *said &= ~bit;
+        } else if ((*said & bit) == 0u) {
+            *said |= bit;
+            text_put(out(k), "\r\nwarning: ");
+            text_put_line(out(k), message_of_fault((enum fault)cause));
+            prompt(k);
+        }
+    }
+}
+
 void console_start(struct console *k, const struct session *session)
 {
     *k = (struct console){.session = *session};
@@ -119,4 +137,5 @@ void console_poll(struct console *k)
         take(k, c);
     }
     announce_fault(k);
+    announce_warnings(k);
 }

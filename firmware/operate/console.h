@@ -18,7 +18,8 @@ struct console {
     bool unprintable;
     bool incomplete; /* characters of this line were lost on the way */
     bool last_was_cr;
-    uint32_t announced; /* enum fault that has been said */
+    uint32_t announced;              /* enum fault that has been said */
+    uint32_t warned[REACTION_WORDS]; /* warnings that have been said */
 };
 
 /* Greets and prompts. Thread, once, when the axis has started. */

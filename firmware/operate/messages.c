@@ -42,6 +42,8 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_BEYOND_SPEED_MAX] = "beyond speed_max_rpm",
     [ERROR_BEYOND_I_MAX] = "beyond i_max_ma",
     [ERROR_DRIVE_IS_ON] = "parameters can change only while the drive is off",
+    [ERROR_TOO_HOT] = "the winding or the power stage is too hot; see 'status'",
+    [ERROR_REACTION_NOT_ALLOWED] = "this fault does not allow that; 'reaction' lists what each allows",
     [ERROR_BUSY] = "the last request has not been carried out yet; try again",
 };
 
@@ -59,6 +61,7 @@ static const char *const state_names[] = {
 struct fault_text {
     const char *name;
     const char *hint;
+    const char *detail;
 };
 
 static const struct fault_text fault_texts[FAULT_COUNT] = {
@@ -87,32 +90,39 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_WATCHDOG_OFF] = {"watchdog off", "docs/fabric.md, watchdog: enabled, reset mode, 100 ms; set in Libero"},
     [FAULT_PLL] = {"PLL lost its lock", "reference clock, PLL supply and its filter"},
     [FAULT_ECC] = {"memory error", "two wrong bits in a word of eSRAM or cache: supply, radiation, a worn device"},
+    [FAULT_ENCODER_SLIP] = {"encoder slip", "coupling between encoder and shaft, disturbance on the encoder's lines",
+                            "off by @ deg electrical"},
+    [FAULT_ENCODER_DEAD] =
+        {"encoder dead", "the motor turned and no counts came: encoder cable, supply, coupling; or the shaft was held",
+         "@ counts in an electrical turn, instead of #"},
+    [FAULT_ENCODER_COUNTS] =
+        {"encoder counts",
+         "encoder_counts does not fit pole_pairs or the index: the setting, dirt on the disc, disturbance on the lines",
+         "encoder_counts # would fit"},
+    [FAULT_OPEN_PHASE] = {"open phase", "motor cable, plug, a bridge leg, or a current sensor that shows nothing",
+                          "phase @: 1 is A, 2 is B, 3 is C; 0: more than one"},
+    [FAULT_SPEED_DEVIATION] = {"speed deviation", "load, i_max_ma, deviation_pct", "@ rpm from the reference"},
+    [FAULT_OVERTEMPERATURE] = {"over-temperature", "load, cooling, i_rated_ma, t_max_c", "winding at @ degC"},
+    [FAULT_INVERTER_OVERLOAD] = {"inverter overload", "load, inverter_ma, inverter_tau_ms"},
+    [FAULT_VOLTAGE_LIMIT] = {"voltage limit", "supply, speed_max_rpm, flux_uwb: the bus does not drive the current"},
+    [FAULT_LIMIT_CYCLE] = {"limit cycle", "speed_bw_hz, inertia_gmm2: the speed loop swings", "at @ Hz"},
+    [FAULT_COMMAND_TIMEOUT] = {"command time-out", "the controller of this drive; command_timeout_ms",
+                               "nothing heard for @ ms"},
     [FAULT_ROTOR_TURNING] = {"rotor turning",
-                             "something else turns the motor: wait until it stands still, close the brake"},
-    [FAULT_OPEN_PHASE] = {"open phase", "motor cable, a bridge leg, or a current sensor that shows nothing"},
-    [FAULT_SENSOR_SIGN] = {"current sensor sign", "a current sensor counts backwards: its wiring, amplifier or gain"},
-    [FAULT_ENCODER_DEAD] = {"encoder dead", "the motor turned and no counts came: encoder cable, supply, coupling"},
+                             "something else turns the motor: wait until it stands still, close the brake",
+                             "it moved by @ of # counts in 0.13 s"},
+    [FAULT_SENSOR_SIGN] = {"current sensor sign", "a current sensor counts backwards: its wiring, amplifier or gain",
+                           "phase @: 1 is A, 2 is B, 3 is C"},
     [FAULT_ENCODER_DIRECTION] = {"encoder direction or phase order",
-                                 "exchange A and B of the encoder, or two phases of the motor"},
-    [FAULT_POLE_PAIRS] = {"pole pairs", "pole_pairs does not fit the encoder's counts"},
-    [FAULT_ENCODER_COUNTS] = {"encoder counts", "encoder_counts does not fit the motor's pole_pairs"},
+                                 "exchange A and B of the encoder, or two phases of the motor",
+                                 "@ counts in an electrical turn, instead of #"},
+    [FAULT_POLE_PAIRS] = {"pole pairs", "pole_pairs does not fit the encoder's counts",
+                          "pole_pairs @ would fit, or else encoder_counts #"},
     [FAULT_ROTOR_BLOCKED] = {"rotor blocked",
-                             "rotor blocked, brake not released, load too heavy, or i_align_ma too small"},
-    [FAULT_LOAD_TOO_HIGH] = {"load too high at start",
-                             "less load while it starts, or a larger i_align_ma and i_max_ma"},
-};
-
-/* '@' stands for the first detail, '#' for the second. */
-static const char *const fault_details[FAULT_COUNT] = {
-    [FAULT_ROTOR_TURNING] = "it moved by @ of # counts in 0.13 s",
-    [FAULT_OPEN_PHASE] = "phase @: 1 is A, 2 is B, 3 is C, 0 says that none carries current",
-    [FAULT_SENSOR_SIGN] = "phase @: 1 is A, 2 is B, 3 is C",
-    [FAULT_ENCODER_DEAD] = "@ counts in an electrical turn, instead of #",
-    [FAULT_ENCODER_DIRECTION] = "@ counts in an electrical turn, instead of #",
-    [FAULT_POLE_PAIRS] = "pole_pairs @ would fit, or else encoder_counts #",
-    [FAULT_ENCODER_COUNTS] = "encoder_counts # would fit",
-    [FAULT_ROTOR_BLOCKED] = "@ counts in an electrical turn, instead of #",
-    [FAULT_LOAD_TOO_HIGH] = "it turned the rotor out of the field by @ degrees electrical",
+                             "rotor blocked, brake not released, load too heavy, or i_align_ma too small",
+                             "@ counts in an electrical turn, instead of #"},
+    [FAULT_LOAD_TOO_HIGH] = {"load too high at start", "less load while it starts, or a larger i_align_ma and i_max_ma",
+                             "it turned the rotor out of the field by @ degrees electrical"},
 };
 
 const char *message_of_error(enum error error)
@@ -130,12 +140,37 @@ const char *message_of_fault(enum fault cause)
     return cause < FAULT_COUNT ? fault_texts[cause].name : "unknown";
 }
 
+const char *message_fault_detail(enum fault cause)
+{
+    return cause < FAULT_COUNT && fault_texts[cause].detail != NULL ? fault_texts[cause].detail : "";
+}
+
+const char *message_of_reaction(enum reaction reaction)
+{
+    static const char *const names[REACTION_COUNT] = {"off", "stop", "warn"};
+    return reaction < REACTION_COUNT ? names[reaction] : "unknown";
+}
+
+/* A word of a command has no blanks, so '_' stands for one. */
+static bool named(const char *name, const char *word)
+{
+    while (*name != '\0' && (*name == *word || (*name == ' ' && *word == '_'))) {
+        name++;
+        word++;
+    }
+    return *name == *word;
+}
+
+enum fault message_find_fault(const char *name)
+{
+    uint32_t cause = FAULT_NONE + 1u;
+    while (cause < FAULT_COUNT && !named(fault_texts[cause].name, name)) {
+        cause++;
+    }
+    return (enum fault)cause;
+}
+
 const char *message_fault_hint(enum fault cause)
 {
     return cause < FAULT_COUNT ? fault_texts[cause].hint : "";
-}
-
-const char *message_fault_detail(enum fault cause)
-{
-    return cause < FAULT_COUNT && fault_details[cause] != NULL ? fault_details[cause] : "";
 }

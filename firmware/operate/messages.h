@@ -16,4 +16,9 @@ const char *message_fault_hint(enum fault cause);
 /* What fault_record.detail means, "" if nothing: '@' stands for the first value, '#' for the second. */
 const char *message_fault_detail(enum fault cause);
 
+/* The fault whose name this is, with '_' for its blanks; FAULT_COUNT when there is none. */
+enum fault message_find_fault(const char *name);
+
+const char *message_of_reaction(enum reaction reaction);
+
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The drive's fixed choices; rates.h has those of time. Everything a user may want to change at run time is in params.h instead.
+ * The drive's fixed choices; those of time stand in rates.h. What a user may want to change at run time is in params.h instead.
  */
 #ifndef FIRMWARE_SETTINGS_CONFIG_H
 #define FIRMWARE_SETTINGS_CONFIG_H

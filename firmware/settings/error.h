@@ -41,6 +41,8 @@ enum error {
     ERROR_TURNING,
     ERROR_BEYOND_SPEED_MAX,
     ERROR_BEYOND_I_MAX,
+    ERROR_TOO_HOT,
+    ERROR_REACTION_NOT_ALLOWED,
     /* why a fault cannot be cleared */
     ERROR_GATE_INPUT_ACTIVE,
     ERROR_NO_ENCODER_SIGNAL,

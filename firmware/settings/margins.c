@@ -2,7 +2,6 @@
 #include "firmware/settings/margins.h"
 
 #include "firmware/settings/config.h"
-#include "firmware/settings/scale.h"
 #include "lib/polar.h"
 
 #define TURN_U16         65536
@@ -48,8 +47,8 @@ int32_t margin_speed_bw_hz(int32_t current_bw_hz)
 /* A count a slow period is 60 * CONFIG_SLOW_HZ / counts rpm; the gain grows with the bandwidth. */
 int32_t margin_resolution_bw_hz(const struct params *p, const struct tuning *t)
 {
-    const int64_t allowed_q16 = (int64_t)MARGIN_COUNTS_ASK * t->i_max_q15 * 65536;
-    const int64_t asked = (int64_t)t->speed_kp_q16 * 60 * 16 * CONFIG_SLOW_HZ;
-    const int64_t bw = scale(allowed_q16 * p->encoder_counts, 2 * p->speed_bw_hz, asked) / 2; /* rounded down */
+    const int64_t allowed_q16 = (int64_t)MARGIN_COUNTS_ASK * t->i_max_q15 * 65536 * p->encoder_counts; /* below 2^51 */
+    const int64_t asked_q16 = (int64_t)t->speed_kp_q16 * 60 * 16 * CONFIG_SLOW_HZ;
+    const int64_t bw = allowed_q16 * p->speed_bw_hz / asked_q16;
     return bw > INT32_MAX ? INT32_MAX : (int32_t)bw;
 }

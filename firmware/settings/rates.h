@@ -35,8 +35,9 @@
 #define CONFIG_RADIUS(steps) ((CONFIG_PWM_COUNTS - 4 * CONFIG_DEAD_COUNTS - 8) * (steps) / 2 * 18919 / 32768)
 
 /*
- * The loop's voltages are in steps of 2^-CONFIG_V_SHIFT counts of half the on-time: as fine as leaves the radius within 16 bits,
- * and so above half of that. The observer's gains keep its double pole near 1250 rad/s (lib/pll.h): 2^-(kp + 1) a period.
+ * The loop's voltages are in steps of 2^-CONFIG_V_SHIFT counts of half the on-time: as fine as leaves the radius within 16
+ * bits, and so above half of that. The observer's gains keep its double pole near 1250 rad/s (lib/pll.h): 2^-(kp + 1) a
+ * period.
  */
 #if CONFIG_RADIUS(32) <= 32766
 #define CONFIG_V_SHIFT 5

@@ -20,7 +20,7 @@ int64_t scale(int64_t a, int64_t b, int64_t c)
     const uint64_t divisor = (uint64_t)c, half = divisor / 2u;
     rest.low += half;
     rest.high += rest.low < half;
-    if (rest.high >= divisor / 2u) { /* the quotient would have 64 bits, or nearly */
+    if (rest.high >= divisor) { /* the quotient would have more than 64 bits */
         return INT64_MAX;
     }
     uint64_t quotient = 0;

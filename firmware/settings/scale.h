@@ -5,6 +5,8 @@
 
 #include <stdint.h>
 
+#define TWO_PI_E9 6283185307LL /* 2 pi, 9 decimals */
+
 /*
  * a b / c rounded to nearest, halves upwards; INT64_MAX where it is larger. The product has 128 bits. Range: a, b >= 0,
  * c > 0. Thread: some thousand cycles.

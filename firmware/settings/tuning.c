@@ -89,8 +89,10 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     if (problem == ERROR_NONE) {
         problem = tuning_speed(p, t);
     }
-    if (problem == ERROR_NONE) {
-        tuning_start(p, t);
+    if (problem != ERROR_NONE) {
+        return outcome_of(problem);
     }
-    return problem == ERROR_NONE ? check_margins(p, t) : outcome_of(problem);
+    tuning_torque(p, t);
+    tuning_start(p, t);
+    return check_margins(p, t);
 }

@@ -30,17 +30,25 @@ struct tuning {
     int32_t kp_d_q12, kp_q_q12; /* V/A per unit */
     int32_t ki_q17;             /* per sample */
     int32_t x_d_q11, x_q_q11;   /* reactance at the base speed, per unit */
+    int32_t r_q12;              /* resistance, per unit */
     int32_t emf_q12;            /* back-EMF at the base speed, per unit */
     int32_t i_trip_q15, i_sum_q15;
     int32_t v_min_q15, v_max_q15;
     int32_t overspeed_w_q15;
     uint32_t encoder_scale_q32; /* electrical turns per encoder count */
+    /* torque: see control/torque.h */
+    int32_t torque_emf_q11;     /* power, per torque and speed */
+    int32_t bus_energy_q10;     /* energy of the bus capacitor at v_range */
+    int32_t bus_set_energy_q25; /* of the highest voltage that braking brings about */
+    int32_t burn_max_q15;       /* largest d current for burning power: cancels the magnets' flux, at most i_max */
+    int32_t saliency_q11;       /* apparent x_q - x_d */
+    int32_t speed_max_rpm_q4;
     /* speed estimate: units and derivation in tuning_speed.c */
     int32_t encoder_counts;
     uint32_t speed_per_count;  /* rpm Q15 by 256ths of a count a clock, over 16 */
     int32_t way_per_count_q12; /* rpm Q15 times milliseconds by 256ths of a count */
     int32_t count_per_way_q16; /* and back, to 65536ths of a count */
-    /* speed loop */
+    /* speed loop: its current is the torque of torque_map.h */
     int32_t i_max_q15;
     int32_t speed_kp_q16;     /* current Q15 per rpm Q4 */
     int32_t speed_ki_q16;     /* the same, per slow period */

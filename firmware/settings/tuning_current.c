@@ -8,8 +8,6 @@
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
 
-#define TWO_PI_E9 6283185307LL
-
 #define GAIN_LIMIT 32767 /* gains are 16 bit, to be multiplied with 16-bit values */
 
 /* The reactance w L as a fraction of v_range/i_range, times `one`: uH are 1e-6 H, 2 pi has 6 decimals more. */
@@ -45,12 +43,14 @@ static enum error tune_decoupling(const struct params *p, struct tuning *t)
     /* 2 pi f psi: uWb over mV are 1e-3, 2 pi has 6 decimals more */
     const int64_t emf =
         scale((int64_t)p->flux_uwb * CONFIG_SPEED_BASE_HZ, TWO_PI_E9 * 4096 / 1000, p->v_range_mv * 1000000000LL);
-    if (x_d > GAIN_LIMIT || x_q > GAIN_LIMIT || emf > GAIN_LIMIT) {
+    const int64_t r = scale(p->resistance_mohm, 4096LL * p->i_range_ma, 1000LL * p->v_range_mv);
+    if (x_d > GAIN_LIMIT || x_q > GAIN_LIMIT || emf > GAIN_LIMIT || r > GAIN_LIMIT) {
         return ERROR_DECOUPLING;
     }
     t->x_d_q11 = (int32_t)x_d;
     t->x_q_q11 = (int32_t)x_q;
     t->emf_q12 = (int32_t)emf;
+    t->r_q12 = (int32_t)r;
     return ERROR_NONE;
 }
 

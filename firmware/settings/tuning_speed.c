@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Gains of the speed loop and units of the speed estimate. The plant is Kt/(sJ) with Kt = 1.5 p psi for currents in peak
- * amperes, so Kp = w J / Kt; the integral acts below a quarter of the crossover.
+ * amperes and psi as mtpa.h has it, so Kp = w J / Kt; the integral acts below a quarter of the crossover.
  */
 #include "firmware/settings/config.h"
+#include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
 
@@ -24,7 +25,8 @@
 #define TURN_WAY  (60000LL * 32768)
 #define TURN_RATE (60LL * BOARD_FABRIC_HZ * 32768)
 
-_Static_assert(CONFIG_SLOW_HZ == 1000, "the estimate counts in milliseconds, and takes them for slow periods");
+_Static_assert(CONFIG_SLOW_HZ == 1000,
+               "the estimate counts in milliseconds, and takes them for slow periods; so does KI");
 
 static void tune_estimate(const struct params *p, struct tuning *t)
 {
@@ -37,11 +39,11 @@ static void tune_estimate(const struct params *p, struct tuning *t)
 
 static enum error tune_gains(const struct params *p, struct tuning *t)
 {
-    const int64_t flux_current = (int64_t)p->pole_pairs * p->flux_uwb * p->i_range_ma;
+    const int64_t flux_current_e3 = p->pole_pairs * mtpa_flux_nwb(p) * p->i_range_ma;
     const int64_t inertia_hz = (int64_t)p->inertia_gmm2 * p->speed_bw_hz;
-    const int64_t kp = scale(inertia_hz, KP_E3, flux_current * 1000);
-    const int64_t ki = scale(inertia_hz * p->speed_bw_hz, KI, flux_current * CONFIG_SLOW_HZ);
-    const int64_t accel = scale(p->inertia_gmm2, ACCEL_E6 / 1000 * CONFIG_SLOW_HZ, flux_current * 1000);
+    const int64_t kp = scale(inertia_hz, KP_E3, flux_current_e3);
+    const int64_t ki = scale(inertia_hz * p->speed_bw_hz, KI, flux_current_e3);
+    const int64_t accel = scale(p->inertia_gmm2, ACCEL_E6 / 1000 * CONFIG_SLOW_HZ, flux_current_e3);
     if (kp < 1 || kp > INT32_MAX || accel > INT32_MAX) {
         return ERROR_SPEED_GAIN;
     }

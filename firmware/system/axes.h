@@ -8,5 +8,6 @@
 #define AXIS_COUNT 1u
 
 extern struct axis axes[AXIS_COUNT];
+extern struct thermal_memory axes_heat[AXIS_COUNT]; /* a reset leaves it alone */
 
 #endif

@@ -12,6 +12,7 @@
 #include "startup/startup.h"
 
 struct axis axes[AXIS_COUNT];
+struct thermal_memory axes_heat[AXIS_COUNT] STARTUP_NOINIT;
 
 void current_loop_fault(void)
 {

@@ -79,7 +79,7 @@ class Drive:
         """What expressions in scenario files may use. Nominal values: neither SPREAD nor DETUNE moves them.
 
         ratings    rated_torque_Nm, rated_current_A (peak), rated_speed_rpm, pole_pairs, torque_per_ampere (N m per peak
-                   ampere, linear machine with i_d = 0), max_torque_Nm (what i_max then gives)
+                   ampere, linear machine with i_d = 0), max_torque_Nm (what i_max then gives; by reluctance it may be more)
         limits     speed_max_rpm, overspeed_rpm, ramp_rpm_s, i_max_A, i_trip_A, i_align_A, v_min_V, v_max_V, oc_trip_A
         stage      vbus_V, i_range_A, v_range_V, encoder_counts
         loops      current_bw_hz, speed_bw_hz, speed_tau_s (1 / (2 pi speed_bw_hz)), linear_step_A (see there)

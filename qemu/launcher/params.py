@@ -18,6 +18,8 @@ SOURCES = {
     "resistance_mohm": ("motor", "electrical", "resistance_ohm", 1e3),
     "ld_uh": ("motor", "electrical", "ld_h", 1e6),
     "lq_uh": ("motor", "electrical", "lq_h", 1e6),
+    "ld_apparent_uh": ("motor", "control", "ld_apparent_h", 1e6),
+    "lq_apparent_uh": ("motor", "control", "lq_apparent_h", 1e6),
     "flux_uwb": ("motor", "electrical", "flux_wb", 1e6),
     "inertia_gmm2": ("motor", "mechanical", "inertia_kgm2", 1e9),
     "i_range_ma": ("inverter", "sensor", "i_range_a", 1e3),
@@ -27,11 +29,14 @@ SOURCES = {
     "i_align_ma": ("motor", "control", "i_align_a", 1e3),
     "v_min_mv": ("inverter", "protection", "v_min_v", 1e3),
     "v_max_mv": ("inverter", "protection", "v_max_v", 1e3),
+    "bus_capacitance_uf": ("inverter", "supply", "bus_capacitance_f", 1e6),
     "speed_max_rpm": ("motor", "control", "speed_max_rpm", 1),
     "overspeed_rpm": ("motor", "control", "overspeed_rpm", 1),
     "ramp_rpm_s": ("motor", "control", "ramp_rpm_s", 1),
+    "stop_max_ms": ("motor", "control", "stop_max_s", 1e3),
     "current_bw_hz": ("motor", "control", "current_bw_hz", 1),
     "speed_bw_hz": ("motor", "control", "speed_bw_hz", 1),
+    "i_rated_ma": ("motor", "rating", "rated_current_a", 1e3),
 }
 COARSE_PERCENT = 2.0  # of a value, lost to the firmware's whole units, which the report mentions
 _ITEM = re.compile(r"([a-z_0-9]+)([*/=+-])([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
@@ -75,9 +80,9 @@ def coarse_notes(exact):
 
 def check_ranges(drive, ranges):
     """One line that names the file's key when the firmware would refuse a value."""
-    missing = sorted(set(ranges) ^ set(drive.params))
+    missing = sorted(set(drive.params) - set(ranges))
     if missing:
-        raise LauncherError(f"the image and the launcher differ in the parameter '{missing[0]}'")
+        raise LauncherError(f"the image has no parameter '{missing[0]}'")
     for name, value in drive.params.items():
         limits = ranges[name]
         if limits.low <= value <= limits.high:

@@ -11,7 +11,7 @@ NAME = "detune"
 MOTORS = ("teknic_m2310p", "maxon_ec22", "hoverboard_350w")  # a servo, a spindle of little inertia, a hub motor
 SCENARIO_NAMES = ("default", "reversal_under_load", "low_speed")
 QUALITY = {"load_dip", "recovery", "ramp_overshoot"}  # kinds of figures that are not judged
-_PARAMETERS = {"R": ("resistance_mohm",), "L": ("ld_uh", "lq_uh"), "flux": ("flux_uwb",), "J": ("inertia_gcm2",)}
+_PARAMETERS = {"R": ("resistance_mohm",), "L": ("ld_uh", "lq_uh"), "flux": ("flux_uwb",), "J": ("inertia_gmm2",)}
 NAMES = ("R*0.5", "R*2", "L*0.5", "L*2", "flux*0.5", "flux*2", "J*0.2", "J*0.5", "J*2", "J*5", "R*2_L*0.5", "R*0.5_L*2",
          "flux*2_J*0.2", "flux*0.5_J*5", "R*0.5_L*0.5_flux*0.5_J*0.2", "R*2_L*2_flux*2_J*5")
 

@@ -7,6 +7,7 @@ back has to go into its own losses, so that it takes longer; with one there is n
 import numpy as np
 
 from .errors import LauncherError
+from .kinds_speed import moving_mean
 from .part import OPERATION, PartCase, Setup, Verdict, event, first_fault, late, late_s, scenario
 
 NAME = "supervision"
@@ -15,7 +16,8 @@ START_LONGEST_S = 10.0
 LONGEST_S = 20.0          # without a chopper
 CHOPPED_SLOWER = 1.5      # with one: times the ramp
 NEAR_SHARE = 0.1          # of the speed: so near to its end a ramp rounds off
-SIGN_TOLERANCE = 0.1      # of rated torque: ripple, and the torque that carries friction before the command
+SIGN_TOLERANCE = 0.15     # of rated torque: ripple, and the torque that carries friction before the command
+SMOOTHED_S = 0.02         # a speed loop that works swings around what the ramp takes, a limiter pushes for longer
 COMMAND_TAKES_S = 0.02
 
 
@@ -69,7 +71,7 @@ def judge(run, rpm, target_rpm, command_s, in_time_s):
     braking_s = None if took_s is None else max(took_s, 2 * COMMAND_TAKES_S)
     braking = run.window(began + COMMAND_TAKES_S, None if took_s is None else began + braking_s)
     bus_v, rated_nm = float(after["vbus_V"].max()), run.rated("rated_torque_nm")
-    against_nm = float(braking["torque_mean_Nm"].max())
+    against_nm = float(moving_mean(braking["torque_mean_Nm"], max(1, round(SMOOTHED_S / run.period_s))).max())
     figures = {"took, s": took_s, "highest bus voltage, % of v_max": 100 * bus_v / run.names["v_max_V"],
                "torque against the command, % of rated": 100 * max(0.0, against_nm) / rated_nm}
     wrong = [fault] if fault else []

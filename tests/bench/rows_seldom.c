@@ -21,6 +21,7 @@ static struct session session = {
 TIMING_FUNCTION(time_fault, axis_raise(&axes[0], FAULT_OVERCURRENT))
 TIMING_FUNCTION(time_command, commands_execute(&session, line))
 TIMING_FUNCTION(time_tuning, (void)tuning_compute(&axes[0].params, &tuning))
+TIMING_FUNCTION(time_map, torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning))
 TIMING_FUNCTION(time_uart, UART0_IRQHandler())
 
 static void row_fault(const char *name, bool first)
@@ -89,6 +90,18 @@ static void row_tuning(void)
     print_row("tuning_compute", &figures, NULL);
 }
 
+/* With saliency, which the initial motor does not have. */
+static void row_map(void)
+{
+    axes[0].params.lq_uh *= 2;
+    timing_begin(&rows_timing);
+    timing_add_typical(&rows_timing, timing_once(time_map, NULL, NULL));
+    const struct timing_figures figures = timing_figures(&rows_timing);
+    print_row("torque_map_build", &figures, NULL);
+    axes[0].params.lq_uh /= 2;
+    torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning);
+}
+
 void rows_seldom(void)
 {
     print_heading("faults: the first, which takes the snapshot, and any later one; the console; tuning");
@@ -98,4 +111,5 @@ void rows_seldom(void)
     row_command("console.unknown", "no such");
     row_uart();
     row_tuning();
+    row_map();
 }

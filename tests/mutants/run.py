@@ -26,7 +26,7 @@ JUDGES = ("firmware", "drivers", "startup", "lib", "linker", "qemu", "tests", "M
 def project(root):
     cross = os.environ.get("CROSS") or "arm-none-eabi-"
     build = [f"build/mssfoc{end}" for end in (".elf", ".hex", ".bin", "-envm.hex")]
-    return Project(root, ("make", "-s", *build, "build/libmssfoc.a", "twin", "target-tests"),
+    return Project(root, ("make", "-s"), (*build, "build/libmssfoc.a", "twin", "target-tests"),
                    tuple(f"build/arm/{room}/**/*.o" for room in ("firmware", "drivers", "startup")),
                    ("build/mssfoc.elf", "build/tests/target/*.elf"), cross + "objcopy")
 
@@ -37,7 +37,9 @@ def options(argv):
     parser.add_argument("--count", type=int, default=220, help="how many mutants (default: 220)")
     parser.add_argument("--seed", default="1", help="of the choice: the same seed, the same mutants (default: 1)")
     parser.add_argument("--files", default="*", help="globs of the files that get faults, e.g. 'firmware/axis/*'")
+    parser.add_argument("--rungs", default="", help="names of the only rungs to ask, e.g. 'unit target' (default: all)")
     parser.add_argument("--jobs", type=int, default=len(cores), help="workers (default: one a core)")
+    parser.add_argument("--keep-going", action="store_true", help="leave out tests that fail without any fault; the run fails")
     parser.add_argument("--list", action="store_true", help="only print the faults in their order")
     chosen = parser.parse_args(argv)
     if chosen.count < 1 or chosen.jobs < 1:
@@ -69,13 +71,15 @@ def play(chosen):
     files = [name for name in sources.faults if any(fnmatch.fnmatch(name, glob) for glob in chosen.files.split())]
     if not any(sources.faults[name] for name in files):
         raise Trouble(f"FILES='{chosen.files}' names no file with anything to break")
+    rungs = [rung for rung in load_rungs(HERE / "ladder.toml") if not chosen.rungs or rung.name in chosen.rungs.split()]
+    if not rungs:
+        raise Trouble(f"RUNGS='{chosen.rungs}' names no rung of tests/mutants/ladder.toml")
     reasons = load_reasons(HERE / "equivalent.toml")
     made = project(ROOT)
     trees = [Tree(made, folder / f"w{n}", chosen.cores[n % len(chosen.cores)]) for n in range(chosen.jobs)]
     store = Store(folder / "results.jsonl", ROOT, {name: digest(text) for name, text in sources.texts.items()},
-                  fingerprint(ROOT, JUDGES))
-    rungs = load_rungs(HERE / "ladder.toml")
-    engine = Engine(sources, trees, rungs, store, chosen.seed, lambda line: print(line, flush=True))
+                  digest(fingerprint(ROOT, JUDGES), *[rung.name for rung in rungs]))
+    engine = Engine(sources, trees, rungs, store, chosen.seed, lambda line: print(line, flush=True), chosen.keep_going)
     if chosen.list:
         return show_plan(engine, files, chosen)
     judged = engine.run(chosen.count, files)
@@ -83,7 +87,7 @@ def play(chosen):
     text = "\n".join(lines(judged, engine.tried, reasons, sources))
     (folder / "result.txt").write_text(text + "\n")
     print("\n" + text)
-    wrong = list(complaints(judged, reasons, sources))
+    wrong = [f"{name} fails without any fault" for name in engine.broken] + list(complaints(judged, reasons, sources))
     minutes = (time.monotonic() - begun) / 60
     print(f"\n{len(judged)} mutants in {minutes:.1f} minutes; all of them: {folder / 'result.json'}", flush=True)
     for line in wrong:

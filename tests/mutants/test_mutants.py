@@ -220,10 +220,10 @@ def small(tmp_path, monkeypatch):
 
 
 def project(root):
-    return Project(root, ("make", "-s", "build/level.so"), ("build/obj/*.o",), ("build/level.so",), "objcopy")
+    return Project(root, ("make", "-s"), ("build/level.so",), ("build/obj/*.o",), ("build/level.so",), "objcopy")
 
 
-def judge(root, work, count, keep=lambda fault: True):
+def judge(root, work, count, keep=lambda fault: True, **more):
     """Runs the engine with one worker on the faults that `keep` takes: {replacement: outcome}, and what it said."""
     sources, heard = Sources(root, rooms=("firmware",), also=()), []
     for name in sources.faults:
@@ -232,7 +232,7 @@ def judge(root, work, count, keep=lambda fault: True):
     store = Store(work / "results.jsonl", root, {name: digest(text) for name, text in sources.texts.items()},
                   fingerprint(root, ("firmware", "tests")))
     rungs = [Rung("unit", ("tests",), product="build/level.so")]
-    engine = Engine(sources, [Tree(project(root), work / "w0")], rungs, store, "1", heard.append)
+    engine = Engine(sources, [Tree(project(root), work / "w0")], rungs, store, "1", heard.append, **more)
     judged = engine.run(count, list(sources.faults))
     outcomes = {f.replacement: entry["outcome"] for f, entry in [*judged.values(), *engine.tried.values()]}
     return outcomes, heard, judged, sources
@@ -313,6 +313,14 @@ def test_a_tree_that_fails_as_it_is_is_no_base_for_verdicts(small):
     (root / "firmware" / "level.c").write_text("int seen(int level)\n{\n    return 1 + nothing;\n}\n")
     with pytest.raises(Trouble, match="does not build"):
         judge(root, work, 1)
+
+
+def test_what_fails_without_a_fault_can_be_left_out_and_is_named(small):
+    root, work = small
+    (root / "tests" / "test_more.py").write_text(SEEN_TEST.replace("10", "11").replace("test_seen", "test_broken"))
+    outcomes, heard, *_ = judge(root, work, 1, lambda fault: fault.replacement == "sum -= n;", keep_going=True)
+    assert outcomes == {"sum -= n;": "noticed"}
+    assert "left out: tests/test_more.py::test_broken fails without any fault" in heard
 
 
 def test_stale_and_unreasoned_entries_are_complained_of(small, tmp_path):

@@ -18,7 +18,8 @@ WALL_S = 3600.0  # without a verdict by then the machine is at fault, not the mu
 class Project:
     """What is built, and what of it is looked at."""
     root: Path
-    command: tuple             # builds all products
+    make: tuple                # make and its options
+    targets: tuple             # all products
     objects: tuple             # globs of the objects that the faults' files are compiled into
     products: tuple            # globs of what tests run
     objcopy: str
@@ -52,12 +53,12 @@ def tracked(root):
 
 
 def mirror(source, target, names, keep=(), same=None):
-    """Makes `target` hold exactly `names` of `source`; top-level folders in `keep` are left alone.
+    """Makes `target` hold exactly `names` of `source` and returns what had to go; top-level folders in `keep` are left alone.
 
     Without `same`, files of one time and size are taken for the same, and copies have the time of what they are copied from.
     With it, it decides, and a copy is as new as it is.
     """
-    wanted = set(names)
+    wanted, gone = set(names), []
     if target.exists():
         for folder, folders, files in os.walk(target):
             here = Path(folder).relative_to(target)
@@ -65,11 +66,13 @@ def mirror(source, target, names, keep=(), same=None):
             for name in files:
                 if str(here / name) not in wanted:
                     os.unlink(target / here / name)
+                    gone.append(str(here / name))
     for name in wanted:
         one, two = source / name, target / name
         if not (two.is_file() and (same or _same_time)(one, two)):
             two.parent.mkdir(parents=True, exist_ok=True)
             (shutil.copy if same else shutil.copy2)(one, two)
+    return gone
 
 
 def _same_time(one, two):
@@ -132,10 +135,16 @@ class Tree:
     def prepare(self):
         """The project as it is, built. What an interrupted run left of a mutant goes first."""
         mirror(self.snapshot, self.root / "build", inside(self.snapshot))
-        mirror(self.project.root, self.root, tracked(self.project.root), keep=("build",), same=_same_content)
-        status, output = self.run(list(self.project.command))
-        if status:
-            raise Trouble("the tree as it is does not build:\n" + last_lines(output))
+        gone = mirror(self.project.root, self.root, tracked(self.project.root), keep=("build",), same=_same_content)
+        if gone or self.build(self.project.targets)[0]:  # perhaps of products whose sources are not there any more
+            for folder in (self.root / "build", self.snapshot):
+                shutil.rmtree(folder, ignore_errors=True)
+            status, output = self.build(self.project.targets)
+            if status:
+                raise Trouble("the tree as it is does not build:\n" + last_lines(output))
+
+    def build(self, targets):
+        return self.run([*self.project.make, *targets])
 
     def keep(self):
         """Takes the present products as those to go back to."""
@@ -172,11 +181,12 @@ class Tree:
             raise Trouble(f"{fault.file} was changed while this ran; start it again")
         self.times = path.stat().st_atime_ns, path.stat().st_mtime_ns
         path.write_text(fault.applied(text), encoding="utf-8")
-        status, _ = self.run(list(self.project.command))
-        if status:
+        if self.build(self.objects)[0]:  # alone: many a fault in a header changes none of them
             return "does not build"
-        changed = [path for path in self._found(self.project.objects) if self._changed(path)]
-        return "" if any(self._code(path) != self.objects.get(path) for path in changed) else "same code"
+        changed = [path for path in self.objects if self._changed(path)]
+        if all(self._code(path) == self.objects[path] for path in changed):
+            return "same code"
+        return "does not build" if self.build(self.project.targets)[0] else ""
 
     def changed_products(self):
         return {path for path in self._found(self.project.products)

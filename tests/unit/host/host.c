@@ -7,8 +7,9 @@
 #include "firmware/system/idle.h"
 #include "firmware/system/measure.h"
 
-uint32_t host_primask, host_basepri, host_sleeps;
+uint32_t host_primask, host_basepri, host_sleeps, host_watchdog_served;
 void (*host_on_sleep)(void);
+void (*host_on_mask)(uint32_t level);
 
 uint32_t host_device_fault; /* enum fault that the device has now */
 
@@ -58,6 +59,7 @@ uint32_t sysreg_edac_corrected(void)
 void idle_serve_watchdog(struct idle *i)
 {
     (void)i;
+    host_watchdog_served++;
 }
 
 void idle(struct idle *i)

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/reaction.h"
+
+#include "drivers/fabric/gate.h"
+#include "firmware/axis/axis.h"
+#include "lib/q15.h"
+
+#define GOOD_MS 10000u
+
+void reaction_init(struct reactions *r)
+{
+    *r = (struct reactions){.stopping = false};
+    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
+        r->choice[cause] = fault_class((enum fault)cause)->initial;
+    }
+}
+
+bool reaction_warned(const struct reactions *r, enum fault cause)
+{
+    return ((r->warnings[cause / 32u] >> (cause % 32u)) & 1u) != 0u;
+}
+
+void reaction_begin(struct reactions *r)
+{
+    for (uint32_t n = 0; n < REACTION_WORDS; n++) {
+        r->warnings[n] = 0;
+    }
+}
+
+void axis_warn(struct axis *a, enum fault cause)
+{
+    a->reactions.warnings[cause / 32u] |= 1u << (cause % 32u);
+}
+
+static bool can_stop(const struct axis *a)
+{
+    return a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
+}
+
+void axis_report(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
+{
+    struct reactions *const r = &a->reactions;
+    const uint32_t choice = r->choice[cause];
+    if (choice == REACTION_WARN) {
+        axis_warn(a, cause);
+    } else if (choice == REACTION_STOP && can_stop(a)) {
+        r->stopping = fault_latch(a, cause, detail_0, detail_1) || r->stopping;
+    } else {
+        axis_raise_with(a, cause, detail_0, detail_1);
+    }
+}
+
+struct outcome axis_choose_reaction(struct axis *a, enum fault cause, enum reaction choice)
+{
+    if (!axis_is_off(a)) {
+        return outcome_of(ERROR_DRIVE_IS_ON);
+    }
+    if (((fault_class(cause)->allowed >> choice) & 1u) == 0u) {
+        return outcome_of(ERROR_REACTION_NOT_ALLOWED);
+    }
+    a->reactions.choice[cause] = (uint8_t)choice;
+    return OUTCOME_OK;
+}
+
+void reaction_cleared_by_hand(struct reactions *r)
+{
+    r->retries = 0;
+    r->waiting = false;
+    r->switching_on = false;
+}
+
+/* Beyond what `clear` and `on` look at. */
+static bool cause_is_gone(const struct axis *a)
+{
+    return a->thermal.factor_q15 == Q15_ONE;
+}
+
+/* A fault that may pass is latched and the count is not used up: after the delay it is cleared. */
+static void retry_clear(struct axis *a)
+{
+    struct reactions *const r = &a->reactions;
+    if (!fault_class((enum fault)a->faults.cause)->retry || r->retries >= (uint32_t)a->params.retry_count) {
+        return;
+    }
+    if (!r->waiting) {
+        r->waiting = true;
+        r->latched_ms = a->time_ms;
+    } else if (a->time_ms - r->latched_ms >= (uint32_t)a->params.retry_delay_ms && cause_is_gone(a) &&
+               axis_clear_latches(a).error == ERROR_NONE) {
+        r->waiting = false;
+        r->switching_on = true;
+        r->retries++;
+    }
+}
+
+static void count_good_time(struct axis *a)
+{
+    if (a->state != AXIS_OPERATION_ENABLED) {
+        a->reactions.good_since_ms = a->time_ms;
+    } else if (a->time_ms - a->reactions.good_since_ms >= GOOD_MS) {
+        a->reactions.retries = 0;
+    }
+}
+
+void axis_retry(struct axis *a)
+{
+    count_good_time(a);
+    if (a->state == AXIS_FAULT && a->request == AXIS_REQUEST_NONE) {
+        retry_clear(a);
+    } else if (a->reactions.switching_on && axis_is_off(a) && axis_switch_on(a).error == ERROR_NONE) {
+        a->reactions.switching_on = false; /* refused, the cause is still there: the next time round */
+    }
+}

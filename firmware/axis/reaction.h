@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What the drive does about a fault: the choice of each (off, controlled stop, warning), and whether it tries again by itself.
+ *
+ * Only what the slow loop finds leaves a choice. What hardware or the current loop finds is raised (axis_raise) and is off.
+ */
+#ifndef FIRMWARE_AXIS_REACTION_H
+#define FIRMWARE_AXIS_REACTION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/axis/fault.h"
+#include "firmware/settings/error.h"
+
+struct axis;
+
+#define REACTION_WORDS ((FAULT_COUNT + 31u) / 32u)
+
+struct reactions {
+    uint8_t choice[FAULT_COUNT];                /* enum reaction */
+    volatile uint32_t warnings[REACTION_WORDS]; /* a bit for each fault that was only a warning, since `on` */
+    volatile bool stopping;                     /* a fault is latched, and a quick stop on its way */
+    uint32_t retries;                           /* since the last 10 s of good operation, or a person's `clear` */
+    uint32_t latched_ms;                        /* when the thread saw the fault that it may try again after */
+    bool waiting;                               /* for that */
+    bool switching_on;                          /* cleared by itself, `on` is due */
+    uint32_t good_since_ms;
+};
+
+/* The initial choice of each fault. Thread, once. */
+void reaction_init(struct reactions *r);
+
+/* A fault of the slow loop's: does what is chosen for it. Slow loop. */
+void axis_report(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
+
+/* Says so, and nothing else happens. Slow loop. */
+void axis_warn(struct axis *a, enum fault cause);
+
+/* Sets a choice, or refuses one that the fault's class does not allow. Thread, bridge off. */
+struct outcome axis_choose_reaction(struct axis *a, enum fault cause, enum reaction choice);
+
+/* Whether a fault was a warning since `on`. Any context. */
+bool reaction_warned(const struct reactions *r, enum fault cause);
+
+/* Forgets the warnings. Slow loop, at `on`. */
+void reaction_begin(struct reactions *r);
+
+/* A person has cleared the fault: the count of retries begins anew. Thread. */
+void reaction_cleared_by_hand(struct reactions *r);
+
+/* The retry policy: clears what may be cleared and switches on again, when it is time. Thread, whenever it has time. */
+void axis_retry(struct axis *a);
+
+#endif

@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What is watched while the motor runs, once a millisecond, after everything else of the slow loop. Each part reports a fault;
+ * what follows is axis/reaction.h's. The order is that in which one fault could pass for another: encoder, phases, then what
+ * the speed and current loops make of them.
+ */
+#ifndef FIRMWARE_AXIS_SUPERVISION_H
+#define FIRMWARE_AXIS_SUPERVISION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/axis/fault.h"
+#include "firmware/control/emf.h"
+
+struct axis;
+
+#define SUPERVISION_TURNS 4u /* milliseconds in which each part has had its turn */
+
+/*
+ * The encoder, against itself and against the back-EMF. A shaft does not jump: where the count is far from where the speed of a
+ * millisecond ago would have brought it, the encoder is in doubt until the EMF has told, and no other fault that hangs on the
+ * angle is believed. Where the EMF is too small to tell, the jump alone decides.
+ */
+struct encoder_watch {
+    struct emf emf;
+    uint32_t counts;              /* at the last step */
+    uint32_t latch_clock;         /* the fabric's clock then */
+    int32_t speed_q32;            /* the observer's then */
+    int32_t speed_before_q32;     /* and a step before */
+    uint32_t doubt_ms;            /* how much longer the encoder is in doubt */
+    int32_t jump_q32;             /* by which it got there, electrical */
+    int32_t w_before_q15;         /* speed before the jump */
+    struct emf_vector emf_before; /* and the EMF then */
+    uint32_t against_ms;          /* since when the EMF says something else */
+    uint32_t still_ms;            /* since when no count has come */
+    int32_t w_moving_q15;         /* speed before that */
+    int32_t dead_w_q15;           /* from this speed no shaft stands still at once */
+    uint32_t still_limit_q15;     /* speed times milliseconds that make some counts */
+    int32_t jump_limit_q32;
+    /* index pulses: where the count was, for each direction */
+    int32_t index_first[2], index_last[2];
+    bool index_known[2];
+    uint32_t index; /* as last read */
+};
+
+/* Phases: what references and angle have asked of each while it carried nothing. */
+struct phase_watch {
+    int32_t missing_q15[3];           /* sums, a summand a millisecond */
+    int32_t i_d_ref_q15, i_q_ref_q15; /* of the last step: what the currents have followed since */
+    int32_t least_q15;                /* that can be told from nothing */
+};
+
+struct speed_watch {
+    int32_t deviation_q4; /* of rpm: what is too far */
+    uint32_t far_ms;
+    int32_t distance_q4; /* from the reference, at the last step */
+    int32_t rate_q4;     /* its growth a millisecond, smoothed */
+    uint32_t losing_ms;  /* since when it will soon be too far, with all the current there is */
+    uint32_t stalled_ms;
+    uint32_t limited_ms; /* since when the voltage is limited and the current is not what it should be */
+};
+
+/* A limit cycle: half waves of the speed error, near equally long, with much current. */
+struct cycle_watch {
+    bool error_below;
+    uint32_t softened;         /* how often the gains have been reduced */
+    uint32_t half_ms;          /* of the half wave that runs */
+    uint32_t last_half_ms;     /* of the one before */
+    uint32_t halves;           /* how many in a row were alike */
+    int32_t low_q15, high_q15; /* extremes of the current in this half wave and the last */
+    int32_t last_low_q15, last_high_q15;
+};
+
+struct supervision {
+    struct encoder_watch encoder;
+    struct phase_watch phases;
+    struct speed_watch speed;
+    struct cycle_watch cycle;
+};
+
+/* Begins with what the parameters say. Slow loop, when operation begins. */
+void supervision_begin(struct axis *a);
+
+/* One step. Slow loop, last. */
+void supervision_step(struct axis *a);
+
+/*
+ * The cause of an over-current: the encoder's, if it has just lost the angle, else what it looks like. From the current loop's
+ * interrupt, when a sample has a fault.
+ */
+enum fault supervise_encoder_blame(const struct axis *a, enum fault seen);
+
+/*
+ * The phases (1 a, 2 b, 4 c) that have begun to carry nothing: too short a time for a fault of their own, long enough to be the
+ * cause of an over-current or of a speed that is lost. Any context.
+ */
+uint32_t supervise_phases_suspects(const struct axis *a);
+
+/* The parts. */
+void supervise_encoder_begin(struct axis *a);
+void supervise_encoder(struct axis *a, bool its_turn); /* every millisecond; at its turn the EMF, too */
+void supervise_phases_begin(struct axis *a);
+void supervise_phases(struct axis *a); /* every second */
+void supervise_speed_begin(struct axis *a);
+void supervise_speed(struct axis *a);   /* every second */
+void supervise_cycle(struct axis *a);   /* every millisecond */
+void supervise_voltage(struct axis *a); /* every SUPERVISION_TURNS */
+
+#endif

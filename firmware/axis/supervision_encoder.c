@@ -1,0 +1,250 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/axis.h"
+#include "firmware/axis/supervision.h"
+#include "firmware/settings/config.h"
+#include "lib/q15.h"
+
+#define JUMP_DEG     20u
+#define JUMP_COUNTS  3u              /* of a coarse encoder: less is noise of its edges */
+#define DEGREES(n)   ((n)*11930464u) /* Q32 */
+#define DOUBT_MS     8u
+#define DOUBT_BAD_MS 2u /* of them the EMF must contradict */
+#define TURNED_TIMES 3u /* of those every SUPERVISION_TURNS, without a jump: slow loss of counts */
+#define STILL_MS     4u
+#define STILL_MS_MAX 16u
+#define STILL_COUNTS 8u
+#define INDEX_COUNTS 2 /* from pulse to pulse */
+#define INDEX_DRIFT  4 /* from the first pulse, in the same direction */
+
+static int32_t w_of(int32_t speed_q32)
+{
+    return q15_sat16(speed_q32 >> 13);
+}
+
+/*
+ * A shaft that the largest current can stop within 4 ms, or that turns slower than a twentieth of its largest speed, may well
+ * stand still from one millisecond to the next.
+ */
+static int32_t dead_w_q15(const struct axis *a)
+{
+    const struct tuning *const t = &a->tuning;
+    const uint32_t slope_q16 = (uint32_t)t->i_max_q15 * 65536u / (uint32_t)q15_max(t->speed_accel_q8, 1) * 256u;
+    const int32_t by_torque_rpm = (int32_t)(slope_q16 >> 16) * 4;
+    const int32_t rpm = q15_max(by_torque_rpm, a->params.speed_max_rpm / 20);
+    const int64_t w = (int64_t)rpm * t->overspeed_w_q15 / a->params.overspeed_rpm;
+    return w > INT16_MAX ? INT16_MAX : (int32_t)w;
+}
+
+void supervise_encoder_begin(struct axis *a)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
+    const uint32_t coarse_q32 = JUMP_COUNTS * a->tuning.encoder_scale_q32;
+    *e = (struct encoder_watch){.counts = encoder_latched(&a->fabric->encoder),
+                                .latch_clock = encoder_latch_clock(&a->fabric->encoder),
+                                .speed_q32 = a->loop.pll.speed_q32,
+                                .speed_before_q32 = a->loop.pll.speed_q32,
+                                .dead_w_q15 = dead_w_q15(a),
+                                .still_limit_q15 =
+                                    STILL_COUNTS * (a->tuning.encoder_scale_q32 >> 13) / CONFIG_LOOPS_PER_SLOW,
+                                .index = encoder_index(&a->fabric->encoder)};
+    e->jump_limit_q32 = (int32_t)(coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG));
+    emf_reset(&e->emf, &a->tuning);
+}
+
+/* By how many counts `now` is after `before`, the shorter way round. */
+static int32_t counts_between(const struct axis *a, uint32_t before, uint32_t now)
+{
+    const int32_t turn = a->params.encoder_counts;
+    const int32_t between = (int32_t)(now - before);
+    if (between > turn / 2) {
+        return between - turn;
+    }
+    return between < -turn / 2 ? between + turn : between;
+}
+
+/* Position and time of one ADC trigger: read again if the next one came in between. */
+static uint32_t latched(const struct encoder_regs *encoder, uint32_t *clock)
+{
+    *clock = encoder_latch_clock(encoder);
+    const uint32_t counts = encoder_latched(encoder);
+    if (encoder_latch_clock(encoder) == *clock) {
+        return counts;
+    }
+    *clock = encoder_latch_clock(encoder);
+    return encoder_latched(encoder);
+}
+
+/* How far the shaft is from where its speed would have brought it, electrical. */
+static int32_t surprise_at(const struct axis *a, const struct encoder_watch *e, int32_t moved, uint32_t clock)
+{
+    const uint32_t periods = (clock - e->latch_clock + CONFIG_PWM_COUNTS / 2u) / CONFIG_PWM_COUNTS;
+    return (int32_t)((uint32_t)moved * a->tuning.encoder_scale_q32 - periods * (uint32_t)e->speed_q32);
+}
+
+static int32_t surprise_q32(struct axis *a, struct encoder_watch *e)
+{
+    uint32_t clock;
+    const uint32_t counts = latched(&a->fabric->encoder, &clock);
+    const int32_t moved = counts_between(a, e->counts, counts);
+    const int32_t surprise = surprise_at(a, e, moved, clock);
+    e->counts = counts;
+    e->latch_clock = clock;
+    if (moved != 0) {
+        e->still_ms = 0;
+        e->w_moving_q15 = w_of(e->speed_before_q32);
+    } else {
+        e->still_ms++;
+    }
+    return surprise;
+}
+
+static int32_t degrees(int32_t angle_q32)
+{
+    return ((angle_q32 >> 16) * 360) >> 16;
+}
+
+static void begin_doubt(struct encoder_watch *e, int32_t jump_q32)
+{
+    e->doubt_ms = DOUBT_MS;
+    e->jump_q32 = jump_q32;
+    e->w_before_q15 = w_of(e->speed_q32);
+    e->emf_before = e->emf.filtered;
+    e->against_ms = 0;
+}
+
+/*
+ * No edge for as long as eight counts should have taken: the edges' own clock tells it within a millisecond.
+ */
+static bool counts_stand(const struct axis *a, int32_t speed_q32)
+{
+    const struct encoder_regs *const encoder = &a->fabric->encoder;
+    const uint32_t quiet = encoder_latch_clock(encoder) - encoder_edge_clock(encoder);
+    const uint32_t periods = quiet / CONFIG_PWM_COUNTS;
+    return periods >= 2u &&
+           (uint64_t)periods * (uint32_t)q15_abs(speed_q32) > STILL_COUNTS * (uint64_t)a->tuning.encoder_scale_q32;
+}
+
+/*
+ * Counts that stand still where the EMF is as before, or where it cannot tell, are a dead encoder's. Where it has gone, the
+ * shaft was stopped.
+ */
+static bool stands_with_emf(const struct encoder_watch *e)
+{
+    const int32_t there_q15 = q15_max(q15_abs(e->emf.now.d_q15), q15_abs(e->emf.now.q_q15));
+    return !emf_is_clear(&e->emf) || there_q15 > e->emf.expected_q15 / 3;
+}
+
+static void resolve_doubt(struct axis *a, struct encoder_watch *e)
+{
+    const bool clear = emf_is_clear(&e->emf);
+    e->doubt_ms--;
+    if (e->doubt_ms >= DOUBT_MS - 1u) {
+        return; /* the voltages of this millisecond are those from before */
+    }
+    if (counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << 13))) {
+        if (stands_with_emf(e)) {
+            axis_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
+        }
+        return;
+    }
+    if (clear && emf_judge_change(&e->emf, &e->emf_before, e->w_before_q15 < 0) == EMF_AGREES) {
+        return;
+    }
+    e->against_ms++;
+    if (!clear || e->against_ms >= DOUBT_BAD_MS) {
+        axis_report(a, FAULT_ENCODER_SLIP, degrees(e->jump_q32), 0);
+    }
+}
+
+/* No jump, but the EMF stands elsewhere: counts that were lost one by one, or a jump while the EMF could not tell. */
+static void compare_with_emf(struct axis *a, struct encoder_watch *e)
+{
+    const bool backwards = e->speed_q32 < 0;
+    const enum emf_verdict verdict = emf_is_clear(&e->emf) ? emf_judge(&e->emf, backwards) : EMF_AGREES;
+    if (verdict == EMF_AGREES) {
+        e->against_ms = e->against_ms == 0u ? 0u : e->against_ms - 1u;
+        return;
+    }
+    e->against_ms += verdict == EMF_REVERSED ? 2u : 1u;
+    if (e->against_ms >= TURNED_TIMES) {
+        axis_report(a, FAULT_ENCODER_SLIP, emf_angle_deg(&e->emf.filtered, backwards), 0);
+    }
+}
+
+/* No count where the speed before would have brought some by now. */
+static void watch_still(struct axis *a, const struct encoder_watch *e)
+{
+    const uint32_t w_q15 = (uint32_t)q15_abs(e->w_moving_q15);
+    if (e->still_ms <= STILL_MS_MAX && w_q15 > (uint32_t)e->dead_w_q15 && e->still_ms * w_q15 > e->still_limit_q15) {
+        axis_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
+    }
+}
+
+/* A pulse must come where the last one in this direction came; the pulse has a width, so the other has its own place. */
+static void watch_index(struct axis *a, struct encoder_watch *e)
+{
+    const uint32_t now = encoder_index(&a->fabric->encoder);
+    if (now == e->index) {
+        return;
+    }
+    e->index = now;
+    const uint32_t way = e->speed_q32 < 0 ? 1u : 0u;
+    if (q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4) {
+        return; /* it may have come from either side */
+    }
+    if (!e->index_known[way]) {
+        e->index_known[way] = true;
+        e->index_first[way] = (int32_t)now;
+    } else {
+        const int32_t off = counts_between(a, (uint32_t)e->index_last[way], now);
+        const int32_t drift = counts_between(a, (uint32_t)e->index_first[way], now);
+        if (q15_abs(off) > INDEX_COUNTS || q15_abs(drift) > INDEX_DRIFT) {
+            axis_report(a, FAULT_ENCODER_COUNTS, drift, a->params.encoder_counts + (way == 0u ? off : -off));
+        }
+    }
+    e->index_last[way] = (int32_t)now;
+}
+
+enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
+{
+    const struct encoder_watch *const e = &a->supervision.encoder;
+    const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
+    if (!running) {
+        return seen;
+    }
+    const struct encoder_regs *const encoder = &a->fabric->encoder;
+    const int32_t moved = counts_between(a, e->counts, encoder_latched(encoder));
+    const int32_t surprise = surprise_at(a, e, moved, encoder_latch_clock(encoder));
+    if (e->doubt_ms == 0u && q15_abs(surprise) <= e->jump_limit_q32) {
+        return seen;
+    }
+    return counts_stand(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
+}
+
+static void look_at_emf(struct axis *a, struct encoder_watch *e)
+{
+    emf_step(&e->emf, &a->loop, &a->tuning, e->doubt_ms != 0u ? e->w_before_q15 : current_loop_w_q15(&a->loop));
+    if (e->doubt_ms != 0u) {
+        resolve_doubt(a, e);
+    } else {
+        compare_with_emf(a, e);
+        watch_index(a, e);
+    }
+}
+
+void supervise_encoder(struct axis *a, bool its_turn)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
+    const int32_t surprise = surprise_q32(a, e);
+    if (e->doubt_ms == 0u && q15_abs(surprise) > e->jump_limit_q32) {
+        begin_doubt(e, surprise);
+    }
+    if (its_turn || e->doubt_ms != 0u) {
+        look_at_emf(a, e);
+    }
+    if (e->still_ms >= STILL_MS) {
+        watch_still(a, e);
+    }
+    e->speed_before_q32 = e->speed_q32;
+    e->speed_q32 = a->loop.pll.speed_q32;
+}

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/axis.h"
+#include "firmware/axis/supervision.h"
+#include "lib/q15.h"
+#include "lib/trig.h"
+
+#define SIN60_Q15   28378
+#define LEAST_SHIFT 4 /* a sixteenth of i_max */
+#define SUSPECT     2 /* of the smallest summands: a phase that may be the cause of something else */
+#define ALL_SHIFT   4 /* for how much it counts where no phase carries what is asked */
+
+void supervise_phases_begin(struct axis *a)
+{
+    a->supervision.phases = (struct phase_watch){.least_q15 = a->tuning.i_max_q15 >> LEAST_SHIFT};
+}
+
+uint32_t supervise_phases_suspects(const struct axis *a)
+{
+    const struct phase_watch *const p = &a->supervision.phases;
+    const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
+    uint32_t suspects = 0;
+    for (uint32_t phase = 0; running && phase < 3u; phase++) {
+        suspects |= p->missing_q15[phase] > p->least_q15 * SUSPECT ? 1u << phase : 0u;
+    }
+    return suspects;
+}
+
+static int32_t size(const abc_t *i)
+{
+    return q15_abs(i->a) + q15_abs(i->b) + q15_abs(i->c);
+}
+
+/*
+ * A phase that carries a quarter of what is asked of it is whole. One that carries less is open when what was asked, every
+ * second millisecond, has added up to half of i_max. Where the others carry little, too, the voltage may be short: that takes
+ * longer.
+ */
+static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32_t measured_q15, uint32_t weight_shift)
+{
+    const int32_t size_q15 = q15_abs(asked_q15);
+    if (size_q15 < p->least_q15) {
+        return false; /* this says nothing */
+    }
+    const bool carries = q15_abs(measured_q15) >= size_q15 >> 2;
+    p->missing_q15[phase] = carries ? 0 : p->missing_q15[phase] + (size_q15 >> weight_shift);
+    return p->missing_q15[phase] > p->least_q15 << (LEAST_SHIFT - 1);
+}
+
+/* Which: 1, 2, 3; 0 if more than one. */
+static int32_t open_phase(bool a, bool b, bool c)
+{
+    return a + b + c == 1 ? a + 2 * b + 3 * c : 0;
+}
+
+void supervise_phases(struct axis *a)
+{
+    struct phase_watch *const p = &a->supervision.phases;
+    const cossin_t cs = cossin_q15(a->loop.pll.angle_q32 + a->loop.angle_offset_q32);
+    const int32_t alpha_q15 = (p->i_d_ref_q15 * cs.cos - p->i_q_ref_q15 * cs.sin) >> 15;
+    const int32_t beta_q15 = (p->i_d_ref_q15 * cs.sin + p->i_q_ref_q15 * cs.cos) >> 15;
+    const int32_t b_q15 = ((beta_q15 * SIN60_Q15) >> 15) - (alpha_q15 >> 1);
+    const abc_t asked = {alpha_q15, b_q15, -alpha_q15 - b_q15};
+    const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
+    const uint32_t weight_shift = size(&measured) > size(&asked) >> 1 ? 0u : ALL_SHIFT;
+    const bool a_open = open(p, 0, asked.a, measured.a, weight_shift);
+    const bool b_open = open(p, 1, asked.b, measured.b, weight_shift);
+    const bool c_open = open(p, 2, asked.c, measured.c, weight_shift);
+    p->i_d_ref_q15 = a->loop.i_d_ref_q15;
+    p->i_q_ref_q15 = a->loop.i_q_ref_q15;
+    if (a_open || b_open || c_open) {
+        axis_report(a, FAULT_OPEN_PHASE, open_phase(a_open, b_open, c_open), 0);
+    }
+}

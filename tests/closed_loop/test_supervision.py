@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""What supervision finds on the motor in the twin: the first fault, when, and what the shaft and the currents did until then."""
+import math
+
+import numpy as np
+import pytest
+
+from launcher import simulate
+from launcher.drive import load_drive
+
+TEKNIC = "teknic_m2310p"
+RUN_UP_S = 0.1
+OVERSHOOT = 0.03  # of i_trip, within the sample period in which it is passed
+UNTIL_S = {"load_nm": 0.3, "temperature_c": 0.3}
+
+
+def play(tmp_path, motor, share, load, happens, lines=(), overrides=None, detune=""):
+    """Runs up to a share of the largest speed, loads the shaft with a share of rated torque, and then something happens."""
+    names = load_drive(motor, overrides, detune=detune).names()
+    rpm = round(share * names["speed_max_rpm"])
+    up_s = 0.15 + names["on_time_s"]
+    loaded_s = up_s + rpm / names["ramp_rpm_s"] + RUN_UP_S
+    at_s = loaded_s + 0.12
+    kind, *args = happens
+    if kind == "encoder_slip":
+        args = [round(args[0] / 360 * names["encoder_counts"] / names["pole_pairs"])]
+    steps = [{"t_s": 0.14, "console": line} for line in lines]
+    steps += [{"t_s": 0.15, "console": "on"}, {"t_s": up_s, "console": f"speed {rpm}"},
+              {"t_s": loaded_s, "event": "load_nm", "args": [f"{load} * rated_torque_Nm"]},
+              {"t_s": at_s, "event": kind, "args": [str(arg) for arg in args]}]
+    end_s = at_s + UNTIL_S.get(kind, 0.06)
+    result = simulate({"key": "supervision", "end_s": end_s, "preamble_s": 0.05, "step": steps}, motor, out_dir=tmp_path,
+                      overrides=overrides, detune=detune)
+    return result, Outcome(result, names, rpm, at_s)
+
+
+class Outcome:
+    def __init__(self, result, names, rpm, at_s):
+        trace, codes = result.trace, result.trace["fault"]
+        rows = np.flatnonzero(np.diff(codes, prepend=0))
+        found = [(result.enums["fault"][int(codes[row])], trace["t_s"][row]) for row in rows if codes[row]]
+        self.fault = found[0][0].removeprefix("FAULT_") if found else "NONE"
+        self.after_ms = (found[0][1] - at_s) * 1e3 if found else math.inf
+        on = (trace["t_s"] >= at_s) & (trace["gate_live"] > 0)
+        self.still_on = bool(trace["gate_live"][-1] > 0)
+        error = np.abs(trace["speed_rad_s"] * 30 / math.pi - rpm)[on]
+        self.error_percent = 100 * error.max() / names["speed_max_rpm"] if on.any() else 0.0
+        peak = max(np.abs(trace[f"i_{phase}_A"])[on].max() for phase in "abc") if on.any() else 0.0
+        self.peak_share = peak / names["i_trip_A"]
+
+    def __repr__(self):
+        return f"{self.fault} after {self.after_ms:.2f} ms, speed error {self.error_percent:.1f} %, peak {self.peak_share:.2f}"
+
+
+CASES = [
+    # motor, speed, load, what happens, fault, within ms
+    (TEKNIC, 1.0, 0.5, ("encoder_slip", 30), "ENCODER_SLIP", 20),
+    (TEKNIC, 1.0, 0.5, ("encoder_slip", 180), "ENCODER_SLIP", 20),
+    (TEKNIC, 0.1, 1.0, ("encoder_slip", -90), "ENCODER_SLIP", 20),
+    ("abb_m2bj100l", 0.5, 1.0, ("encoder_slip", 60), "ENCODER_SLIP", 20),
+    (TEKNIC, 1.0, 0.5, ("encoder_freeze", 1), "ENCODER_DEAD", 20),
+    (TEKNIC, 0.1, 1.0, ("encoder_freeze", 1), "ENCODER_DEAD", 20),
+    (TEKNIC, 0.5, 1.0, ("phase_open", "A", 1), "OPEN_PHASE", 30),
+    ("maxon_ec22", 0.1, 1.0, ("phase_open", "C", 1), "OPEN_PHASE", 30),
+    (TEKNIC, 0.5, 0.1, ("load_nm", "2 * rated_torque_Nm"), "SPEED_DEVIATION", 100),
+    ("abb_m2bj100l", 0.1, 1.0, ("load_nm", "2 * rated_torque_Nm"), "SPEED_DEVIATION", 100),
+]
+
+
+@pytest.mark.parametrize("motor, share, load, happens, fault, within_ms", CASES)
+def test_the_right_fault_comes_first_and_in_time(motor, share, load, happens, fault, within_ms, tmp_path):
+    _, seen = play(tmp_path, motor, share, load, happens)
+    assert seen.fault == fault and 0 <= seen.after_ms <= within_ms and not seen.still_on, seen
+    assert seen.error_percent < 20 and seen.peak_share <= 1 + OVERSHOOT, seen
+
+
+def test_a_controlled_stop_brings_the_shaft_to_rest_before_the_bridge_is_off(tmp_path):
+    """Nobody speaks after the last command."""
+    result, seen = play(tmp_path, TEKNIC, 0.25, 0.0, ("load_nm", "0"), overrides={"params": {"command_timeout_ms": 300}})
+    assert seen.fault == "COMMAND_TIMEOUT" and not seen.still_on
+    trace = result.trace
+    off = np.flatnonzero((trace["gate_live"][:-1] > 0) & (trace["gate_live"][1:] == 0))[-1]
+    assert abs(trace["speed_rad_s"][off]) * 30 / math.pi < 40
+    assert trace["t_s"][off] - trace["t_s"][np.flatnonzero(trace["fault"])[0]] > 0.03
+    assert "fault: command time-out" in result.console
+
+
+def test_a_warning_is_announced_once_and_the_motor_runs_on(tmp_path):
+    result, seen = play(tmp_path, TEKNIC, 0.5, 0.1, ("load_nm", "1.7 * rated_torque_Nm"), ["reaction speed_deviation warn"])
+    assert seen.fault == "NONE" and seen.still_on
+    assert result.console.count("warning: speed deviation") == 1
+
+
+def test_an_inertia_told_five_times_too_large_softens_the_speed_loop(tmp_path):
+    result, seen = play(tmp_path, TEKNIC, 0.25, 0.5, ("load_nm", "0"), detune="inertia_gcm2*5")
+    assert seen.fault == "NONE" and seen.still_on and result.console.count("warning: limit cycle") == 1
+
+
+def test_a_hot_winding_is_seen_by_its_sensor_and_stops_the_motor(tmp_path):
+    result, seen = play(tmp_path, TEKNIC, 0.25, 0.3, ("temperature_c", "140"))
+    assert seen.fault == "OVERTEMPERATURE" and seen.after_ms < 110
+    assert seen.error_percent < 26, "the quick stop is under way"
+    assert "fault: over-temperature" in result.console

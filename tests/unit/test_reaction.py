@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: MIT
+"""What follows from a fault: the choice that its class allows, the controlled stop, the warning, and trying again."""
+import pytest
+
+from unit.test_state_machine import World
+
+CHOICES = ("OFF", "STOP", "WARN")
+# off alone: hardware, and whatever leaves the motor without control
+OFF_ONLY = ("OVERCURRENT_HARDWARE", "GATE_DRIVER", "INTERLOCK", "LOOP_OVERRUN", "ENCODER", "OVERCURRENT", "CURRENT_SUM",
+            "OVERVOLTAGE", "UNDERVOLTAGE", "CURRENT_OFFSET", "LOOP_STOPPED", "WATCHDOG", "EXCEPTION", "CLOCK", "FABRIC",
+            "ENCODER_SLIP", "ENCODER_DEAD", "OPEN_PHASE")
+
+
+@pytest.fixture
+def world(c):
+    def made(state="OPERATION_ENABLED", **choices):
+        w = World(c)
+        for cause, choice in choices.items():
+            assert choose(w, cause, choice).error == c.ERROR_NONE
+        c.supervision_begin(w.axis)
+        return w.put(state)
+    return made
+
+
+def choose(w, cause, choice):
+    return w.c.axis_choose_reaction(w.axis, w.c.enums["fault"]["FAULT_" + cause], CHOICES.index(choice))
+
+
+def cause(w):
+    names = w.c.enums["fault"]
+    return next(name for name, value in names.items() if value == w.axis.faults.cause)[len("FAULT_"):]
+
+
+def report(w, name):
+    w.c.axis_report(w.axis, w.c.enums["fault"]["FAULT_" + name], 7, 8)
+
+
+@pytest.mark.parametrize("name", OFF_ONLY)
+def test_what_leaves_the_motor_without_control_can_only_be_off(world, c, name):
+    w = world("SWITCH_ON_DISABLED")
+    for choice in CHOICES:
+        assert (choose(w, name, choice).error == c.ERROR_NONE) == (choice == "OFF")
+    w.put("OPERATION_ENABLED")
+    report(w, name)
+    assert w.fabric.gate.CONTROL == 0 and cause(w) == name and list(w.axis.faults.detail) == [7, 8]
+
+
+def test_choices_are_made_while_off(world, c):
+    w = world("OPERATION_ENABLED")
+    assert choose(w, "SPEED_DEVIATION", "WARN").error == c.ERROR_DRIVE_IS_ON
+
+
+def test_a_warning_is_remembered_until_the_next_on_and_changes_nothing(world, c):
+    w = world(SPEED_DEVIATION="WARN")
+    report(w, "SPEED_DEVIATION")
+    assert w.step(2) == "OPERATION_ENABLED" and cause(w) == "NONE" and w.fabric.gate.CONTROL == 1
+    assert c.reaction_warned(w.axis.reactions, c.FAULT_SPEED_DEVIATION)
+    assert not c.reaction_warned(w.axis.reactions, c.FAULT_STALL)
+    w.put("SWITCH_ON_DISABLED")
+    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    w.step()
+    assert not c.reaction_warned(w.axis.reactions, c.FAULT_SPEED_DEVIATION)
+
+
+def test_a_stop_is_a_quick_stop_with_the_fault_latched_then_off(world, c):
+    w = world(OVERTEMPERATURE="STOP")
+    w.axis.speed.ref_rpm_q16 = 1000 * 65536
+    report(w, "OVERTEMPERATURE")
+    assert cause(w) == "OVERTEMPERATURE" and w.fabric.gate.CONTROL == 1
+    assert w.step() == "QUICK_STOP" and w.axis.speed.target_rpm_q16 == 0
+    assert w.step(3) == "QUICK_STOP" and w.fabric.gate.CONTROL == 1
+    w.axis.speed.ref_rpm_q16 = 0
+    w.step(4)
+    assert w.state == "FAULT" and w.fabric.gate.CONTROL == 0 and cause(w) == "OVERTEMPERATURE"
+    assert not w.axis.reactions.stopping
+
+
+def test_what_comes_during_a_stop_switches_off_and_the_first_cause_stays(world, c):
+    w = world(OVERTEMPERATURE="STOP")
+    report(w, "OVERTEMPERATURE")
+    w.step()
+    c.axis_raise(w.axis, c.FAULT_OVERCURRENT)
+    assert w.fabric.gate.CONTROL == 0
+    assert w.step(3) == "FAULT" and cause(w) == "OVERTEMPERATURE"
+
+
+def test_where_there_is_nothing_to_stop_a_stop_is_off(world):
+    w = world("SWITCHED_ON", OVERTEMPERATURE="STOP")
+    report(w, "OVERTEMPERATURE")
+    assert w.fabric.gate.CONTROL == 0
+
+
+def retrying(world, name, **params):
+    w = world()
+    for key, value in params.items():
+        setattr(w.axis.params, key, value)
+    w.c.axis_raise(w.axis, w.c.enums["fault"]["FAULT_" + name])
+    w.step(3)
+    assert w.state == "FAULT"
+    return w
+
+
+def wait(w, ms):
+    for _ in range(ms):
+        w.c.axis_retry(w.axis)
+        w.step()
+    return w.state
+
+
+def test_it_tries_again_as_often_as_it_may(world, c):
+    w = retrying(world, "UNDERVOLTAGE", retry_count=2, retry_delay_ms=100)
+    assert wait(w, 90) == "FAULT"
+    assert wait(w, 20) == "SWITCHED_ON" and w.axis.reactions.retries == 1
+    for left in (True, False):
+        c.axis_raise(w.axis, c.FAULT_UNDERVOLTAGE)
+        w.step(3)
+        assert (wait(w, 120) != "FAULT") == left
+    assert c.axis_clear_fault(w.axis).error == c.ERROR_NONE and w.axis.reactions.retries == 0, "a person has seen it"
+
+
+def test_it_waits_for_the_cause_to_go(world, c):
+    w = retrying(world, "UNDERVOLTAGE", retry_count=1, retry_delay_ms=100)
+    w.fabric.adc.VBUS = 5000
+    assert wait(w, 400) == "SWITCH_ON_DISABLED", "cleared; `on` refuses the voltage"
+    w.fabric.adc.VBUS = 13670
+    assert wait(w, 5) == "SWITCHED_ON"
+
+
+def test_off_ends_the_waiting(world, c):
+    w = retrying(world, "UNDERVOLTAGE", retry_count=1, retry_delay_ms=100)
+    w.fabric.adc.VBUS = 5000
+    wait(w, 200)
+    c.axis_switch_off(w.axis)
+    w.step()
+    w.fabric.adc.VBUS = 13670
+    assert wait(w, 50) == "SWITCH_ON_DISABLED"
+
+
+@pytest.mark.parametrize("name", ("GATE_DRIVER", "ENCODER_SLIP", "OPEN_PHASE", "OVERSPEED", "COMMAND_TIMEOUT"))
+def test_what_does_not_pass_by_itself_is_not_tried_again(world, name):
+    w = retrying(world, name, retry_count=5, retry_delay_ms=10)
+    assert wait(w, 100) == "FAULT"
+
+
+def test_good_operation_gives_the_retries_back(world, c):
+    w = world()
+    w.axis.reactions.retries = 3
+    c.axis_retry(w.axis)
+    w.axis.state = c.AXIS_SWITCHED_ON
+    c.axis_retry(w.axis)
+    w.axis.state = c.AXIS_OPERATION_ENABLED
+    w.axis.time_ms += 9_999
+    c.axis_retry(w.axis)
+    assert w.axis.reactions.retries == 3
+    w.axis.time_ms += 1
+    c.axis_retry(w.axis)
+    assert w.axis.reactions.retries == 0
+
+
+def test_too_hot_is_refused(world, c):
+    w = world("SWITCH_ON_DISABLED")
+    w.axis.thermal.winding_q4 = w.axis.thermal.max_q4 + 1
+    assert c.axis_switch_on(w.axis).error == c.ERROR_TOO_HOT

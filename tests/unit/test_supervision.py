@@ -1,0 +1,339 @@
+# SPDX-License-Identifier: MIT
+"""Supervision against a motor in formulas: turning without error nothing is found, with one error the fault of its name."""
+import math
+
+import pytest
+
+from unit.conftest import identify
+
+LOOPS, CLOCKS = 20, 100_000  # of a millisecond
+BASE_HZ = 1250
+
+
+class Motor:
+    """A motor in steady state behind the registers: i_d = 0, current as asked, an encoder, voltages by its equations."""
+
+    def __init__(self, c, rpm=3000, i_a=4.0, **params):
+        self.c, self.fabric, self.axis = c, c.fabric(), c.axis()
+        c.axis_init(self.axis, self.fabric)
+        identify(self.fabric)
+        for name, value in params.items():
+            setattr(self.axis.params, name, value)
+        c.tuning_compute(self.axis.params, self.axis.tuning)
+        c.thermal_tune(self.axis.thermal, self.axis.params)
+        self.p = self.axis.params
+        self.range_a, self.range_v = self.p.i_range_ma / 1e3, self.p.v_range_mv / 1e3
+        self.counts, self.slip, self.frozen, self.open_phase, self.shown_rpm = 0.0, 0, False, None, None
+        self.r, self.lq, self.psi = 0.36, 200e-6, 6.395e-3
+        self.rpm, self.i_a, self.at_limit, self.extra_v = rpm, i_a, False, 0.0
+        self.fabric.adc.VBUS = 13670
+        self.axis.loop.vbus_q15, self.axis.loop.radius_q15 = 13670, 7300
+        self.axis.state, self.axis.mode = c.AXIS_OPERATION_ENABLED, c.AXIS_MODE_SPEED
+        self.fabric.gate.STATUS = 1
+        self.axis.speed.speed_ref_rpm_q4 = rpm * 16
+        self.see()
+        c.supervision_begin(self.axis)
+
+    @property
+    def hz(self):
+        return self.rpm / 60 * self.p.pole_pairs
+
+    def see(self):
+        """What the registers and the current loop hold now."""
+        loop, turn = self.axis.loop, self.p.encoder_counts
+        believed_rpm = self.rpm if self.shown_rpm is None else self.shown_rpm
+        hz = believed_rpm / 60 * self.p.pole_pairs
+        if not self.frozen:
+            self.fabric.encoder.LATCHED = round(self.counts + self.slip) % turn
+            self.fabric.encoder.EDGE_TIME = self.fabric.encoder.LATCH_TIME
+        loop.pll.speed_q32 = round(hz / 20000 * 2**32)
+        loop.pll.angle_q32 = round((self.counts + self.slip) * self.p.pole_pairs / turn * 2**32) % 2**32
+        w = 2 * math.pi * self.hz
+        off = -2 * math.pi * self.slip * self.p.pole_pairs / turn  # where the rotor is, from where the encoder has it
+        v_d = -w * self.lq * self.i_a - w * self.psi * math.sin(off)
+        v_q = self.r * self.i_a + w * self.psi * math.cos(off) + self.extra_v
+        lag = 2 * math.pi * hz * 75e-6
+        loop.turn_q15 = round(lag * 32768)
+        loop.v_d_q15 = self.volt(v_d * math.cos(lag) - v_q * math.sin(lag))
+        loop.v_q_q15 = self.volt(v_q * math.cos(lag) + v_d * math.sin(lag))
+        loop.i_d_q15, loop.i_q_q15 = 0, self.ampere(self.i_a)
+        loop.i_q_ref_q15 = self.ampere(self.i_a)
+        theta = (self.counts + self.slip) * self.p.pole_pairs / turn * 2 * math.pi
+        phases = [-self.i_a * math.sin(theta - n * 2 * math.pi / 3) for n in range(3)]
+        if self.open_phase is not None:
+            phases[self.open_phase] = 0.0
+        self.fabric.adc.IA, self.fabric.adc.IB, self.fabric.adc.IC = map(self.ampere, phases)
+        self.axis.speed.speed_rpm_q4 = round(believed_rpm * 16)
+        self.axis.speed.at_limit = self.at_limit
+
+    def volt(self, value):
+        return round(value / self.range_v * 32768)
+
+    def ampere(self, value):
+        return round(value / self.range_a * 32768)
+
+    def step(self, count=1, before=None):
+        for _ in range(count):
+            self.axis.time_ms += 1
+            self.counts += self.rpm / 60000 * self.p.encoder_counts
+            self.fabric.encoder.LATCH_TIME = (self.fabric.encoder.LATCH_TIME + CLOCKS) % 2**32
+            if before:
+                before(self)
+            self.see()
+            self.c.supervision_step(self.axis)
+        return self
+
+    @property
+    def fault(self):
+        names = self.c.enums["fault"]
+        return next(name for name, value in names.items() if value == self.axis.faults.cause)[len("FAULT_"):]
+
+    def until_fault(self, most_ms, before=None):
+        """Steps until something is found: after how many milliseconds, or None."""
+        for n in range(1, most_ms + 1):
+            self.step(1, before)
+            if self.axis.faults.cause:
+                return n
+        return None
+
+
+@pytest.fixture
+def motor(c):
+    return lambda *args, **params: Motor(c, *args, **params)
+
+
+@pytest.mark.parametrize("rpm", (4000, -4000, 1500, 400, -30, 0))
+@pytest.mark.parametrize("i_a", (0.0, 7.1, -10.0))
+@pytest.mark.parametrize("told", ({}, {"resistance_mohm": 720}, {"resistance_mohm": 180}, {"flux_uwb": 12790},
+                                  {"flux_uwb": 3197}, {"ld_uh": 400, "lq_uh": 400}, {"ld_uh": 100, "lq_uh": 100}))
+def test_a_good_motor_runs_on_whatever_the_drive_was_told(motor, rpm, i_a, told):
+    m = motor(rpm, i_a, **told)
+    m.step(700)
+    assert m.fault == "NONE" and m.axis.supervision.encoder.doubt_ms == 0 and not any(m.axis.reactions.warnings)
+
+
+def slip(degrees):
+    def happens(m):
+        m.slip = round(degrees / 360 / m.p.pole_pairs * m.p.encoder_counts)
+    return happens
+
+
+@pytest.mark.parametrize("degrees", (30, -30, 60, 90, -120, 180))
+@pytest.mark.parametrize("rpm, i_a", ((4000, 7.1), (-4000, -7.1), (2000, 2.0), (400, 7.1), (-400, 0.3)))
+def test_a_slip_is_found_within_four_milliseconds_at_any_speed(motor, degrees, rpm, i_a):
+    m = motor(rpm, i_a)
+    m.step(600)
+    assert m.until_fault(4, slip(degrees)) and m.fault == "ENCODER_SLIP"
+    assert m.fabric.gate.CONTROL == 0
+    found = m.axis.faults.detail[0]
+    assert min(abs(found - degrees), abs(abs(found) - abs(degrees))) <= 2
+
+
+def test_counts_that_go_one_by_one_are_found_by_the_emf(motor):
+    m = motor(3000, 2.0)
+    m.step(600)
+
+    def lose(world):
+        world.slip -= 1
+
+    ms = m.until_fault(400, lose)
+    lost_deg = 0.36 * ms
+    assert m.fault == "ENCODER_SLIP" and 15 < lost_deg < 35
+    assert abs(m.axis.faults.detail[0] - lost_deg) < 6
+
+
+def test_a_shaft_that_is_turned_by_somebody_else_is_no_slip(motor):
+    """It jumps to another speed, and the EMF goes along."""
+    m = motor(1500, 0.0)
+    m.step(50)
+    m.rpm = 3500
+    m.axis.speed.speed_ref_rpm_q4 = 3500 * 16
+    assert m.until_fault(1) is None and m.axis.supervision.encoder.doubt_ms > 0, "it did jump"
+    m.step(30)
+    assert m.fault == "NONE"
+
+
+@pytest.mark.parametrize("rpm, within_ms", ((4000, 3), (400, 5)))
+def test_a_frozen_encoder_is_dead(motor, rpm, within_ms):
+    m = motor(rpm, 3.0)
+    m.step(50)
+    shown = [rpm]
+
+    def freeze(world):
+        shown[0] *= 0.3  # as the observer's speed runs out
+        world.frozen, world.shown_rpm = True, shown[0]
+
+    assert m.until_fault(within_ms, freeze) and m.fault == "ENCODER_DEAD"
+
+
+def test_a_shaft_that_is_stopped_by_force_is_no_dead_encoder(motor):
+    m = motor(4000, 3.0)
+    m.step(50)
+    m.rpm = 0
+    m.axis.speed.speed_ref_rpm_q4 = 0
+    m.step(3)
+    assert m.fault == "NONE"
+
+
+def test_in_doubt_no_other_fault_is_believed(motor):
+    """A slip of half a turn makes the observer's speed beyond any limit for some milliseconds."""
+    m = motor(4000, 7.1)
+    m.step(600)
+    m.shown_rpm = 7500
+    assert m.until_fault(4, slip(180)) and m.fault == "ENCODER_SLIP"
+
+
+def pulse(m, at):
+    m.fabric.encoder.INDEX = at % m.p.encoder_counts
+
+
+@pytest.mark.parametrize("off, found", ((0, False), (2, False), (-2, False), (3, True), (-40, True)))
+def test_the_index_comes_after_whole_turns(motor, off, found):
+    m = motor(1500, 1.0)
+    for at in (1000, 1000 + off):
+        m.step(40)
+        pulse(m, at)
+    m.step(4)
+    assert (m.fault == "ENCODER_COUNTS") == found
+    assert not found or m.axis.faults.detail[0] == m.p.encoder_counts + off
+
+
+def test_a_pulse_has_a_place_for_each_direction_and_does_not_wander(motor):
+    m = motor(1500, 1.0)
+    m.step(8)
+    pulse(m, 1000)
+    m.step(8)
+    m.rpm = m.shown_rpm = -1500
+    m.axis.speed.speed_ref_rpm_q4 = -1500 * 16
+    m.axis.supervision.encoder.speed_q32 *= -1
+    m.step(8)
+    pulse(m, 1040)
+    m.step(8)
+    assert m.fault == "NONE", "the pulse is 40 counts wide"
+    for at in (1042, 1044, 1046):
+        pulse(m, at)
+        m.step(8)
+    assert m.fault == "ENCODER_COUNTS", "two counts each time add up"
+
+
+@pytest.mark.parametrize("phase", (0, 1, 2))
+@pytest.mark.parametrize("rpm, i_a, within_ms", ((4000, 7.1, 10), (400, 7.1, 40), (1500, -2.0, 40)))
+def test_an_open_phase_has_its_name(motor, phase, rpm, i_a, within_ms):
+    m = motor(rpm, i_a)
+    m.step(100)
+    m.open_phase = phase
+    assert m.until_fault(within_ms) and m.fault == "OPEN_PHASE" and m.axis.faults.detail[0] == 1 << phase
+
+
+def test_little_current_says_nothing_of_the_phases(motor):
+    m = motor(1500, 0.5)
+    m.open_phase = 0
+    m.step(200)
+    assert m.fault == "NONE"
+
+
+def test_an_over_current_is_the_encoders_or_the_phases_where_it_follows_from_them(motor, c):
+    def sampled(m):
+        m.fabric.gate.STATUS, m.fabric.adc.STATUS = 0x81, 1 << 4
+        c.axis_sample_fault(m.axis)
+        return m.fault
+
+    m = motor(3000, 5.0).step(20)
+    assert sampled(m) == "OVERCURRENT"
+    m = motor(3000, 5.0).step(20)
+    m.fabric.encoder.LATCHED = (m.fabric.encoder.LATCHED + 500) % 4000
+    assert sampled(m) == "ENCODER_SLIP"
+    m = motor(3000, 7.0).step(20)
+    m.open_phase = 1
+    for _ in range(40):
+        m.step()
+        if m.axis.supervision.phases.missing_q15[1] > 2 * m.axis.supervision.phases.least_q15:
+            break
+    assert m.fault == "NONE" and sampled(m) == "OPEN_PHASE" and m.axis.faults.detail[0] == 2
+
+
+def test_the_speed_leaves_its_reference(motor):
+    """Four fifths of a fifth of speed_max are near enough for ever; beyond a fifth it takes some milliseconds."""
+    m = motor(1000, 2.0)
+    m.axis.speed.speed_ref_rpm_q4 = 1790 * 16
+    m.step(100)
+    assert m.fault == "NONE"
+    m.axis.speed.speed_ref_rpm_q4 = 1810 * 16
+    assert 3 <= m.until_fault(8) and m.fault == "SPEED_DEVIATION" and abs(m.axis.faults.detail[0] - 810) <= 1
+
+
+def test_a_load_that_is_the_stronger_one_is_found_before_a_fifth(motor):
+    m = motor(2000, 10.6)
+    m.at_limit = True
+
+    def drag(world):
+        world.rpm -= 20
+
+    assert m.until_fault(60, drag) and m.fault == "SPEED_DEVIATION"
+    assert 400 < 2000 - m.rpm < 800
+
+
+def test_heavy_acceleration_is_none(motor, c):
+    """The reference waits for the rotor while the current is at its limit, and goes on with it."""
+    speed, tuning = c.speed_loop(), motor().axis.tuning
+    speed.target_rpm_q16 = 3000 * 65536
+    rpm = 0.0
+    for _ in range(400):
+        speed.speed_rpm_q4 = round(rpm * 16)
+        c.speed_loop_step(speed, tuning, 50 * 65536, 1000)
+        assert speed.at_limit and abs(speed.speed_ref_rpm_q4 / 16 - rpm) < 120
+        rpm += 5  # a tenth of the ramp
+    assert rpm == 2000
+
+
+def test_the_voltage_is_short_for_a_tenth_of_a_second(motor, c):
+    m = motor(3000, 4.0)
+    see = m.see
+
+    def limited(world):
+        world.axis.loop.radius_q15 = 4000
+
+    def see_short():
+        see()
+        m.axis.loop.i_q_ref_q15 += m.axis.tuning.i_max_q15 // 5
+    m.see = see_short
+    m.step(90, limited)
+    assert not c.reaction_warned(m.axis.reactions, c.FAULT_VOLTAGE_LIMIT)
+    m.step(20, limited)
+    assert c.reaction_warned(m.axis.reactions, c.FAULT_VOLTAGE_LIMIT) and m.fault == "NONE"
+
+
+def swing(half_ms, rpm, i_a):
+    def happens(m):
+        up = (m.axis.time_ms // half_ms) % 2
+        m.axis.speed.speed_ref_rpm_q4 = round((m.rpm + (rpm if up else -rpm)) * 16)
+        m.i_a = i_a if up else -i_a
+    return happens
+
+
+def test_a_limit_cycle_first_softens_the_speed_loop_then_is_a_fault(motor, c):
+    m = motor(1000, 0.0)
+    kp = m.axis.tuning.speed_kp_q16
+    m.step(60, swing(6, 20, 5.0))
+    assert c.reaction_warned(m.axis.reactions, c.FAULT_LIMIT_CYCLE) and m.fault == "NONE"
+    assert m.axis.tuning.speed_kp_q16 == pytest.approx(0.7 * kp, rel=0.01)
+    assert m.until_fault(400, swing(6, 20, 5.0)) and m.fault == "LIMIT_CYCLE"
+    assert m.axis.tuning.speed_kp_q16 == pytest.approx(0.7**5 * kp, rel=0.02)
+    assert m.axis.faults.detail[0] == pytest.approx(83, abs=1)
+
+
+@pytest.mark.parametrize("half_ms, i_a", ((6, 2.0), (200, 5.0)))
+def test_little_current_or_a_slow_swing_is_none(motor, half_ms, i_a):
+    m = motor(1000, 0.0)
+    m.step(2000, swing(half_ms, 20, i_a))
+    assert m.fault == "NONE" and not any(m.axis.reactions.warnings)
+
+
+def test_nobody_speaks(motor):
+    m = motor(1000, 1.0, command_timeout_ms=200)
+    m.c.reaction_begin(m.axis.reactions)
+    m.axis.command_ms = m.axis.time_ms
+    m.step(198)
+    assert m.fault == "NONE"
+    m.step(8)
+    assert m.fault == "COMMAND_TIMEOUT" and m.axis.reactions.stopping and m.fabric.gate.STATUS == 1, "a controlled stop"

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: MIT
+"""The thermal model against its differential equations in floating point."""
+import ctypes
+
+import pytest
+
+SHARE, TAU_W, TAU_H, T_MAX, AMBIENT, ZERO = 0.4, 60, 1200, 130, 40, 235
+
+
+class Model:
+    """What firmware/axis/thermal.h says, solved in small steps."""
+    def __init__(self):
+        self.winding = self.housing = 0.0
+
+    def follow(self, seconds, share_of_rated):
+        rise = T_MAX - AMBIENT
+        for _ in range(round(seconds * 10)):
+            loss = share_of_rated**2 * (ZERO + self.celsius) / (ZERO + T_MAX)
+            self.winding += (SHARE * rise * loss - self.winding) * 0.1 / TAU_W
+            self.housing += ((1 - SHARE) * rise * loss - self.housing) * 0.1 / TAU_H
+        return self.celsius
+
+    @property
+    def celsius(self):
+        return AMBIENT + self.winding + self.housing
+
+
+class Warm:
+    def __init__(self, c, memory=None, **params):
+        self.c, self.axis, self.thermal = c, c.axis(), c.thermal()
+        c.axis_init(self.axis, c.fabric())
+        for name, value in params.items():
+            setattr(self.axis.params, name, value)
+        self.memory = memory
+        c.thermal_init(self.thermal, memory, self.axis.params)
+
+    def follow(self, seconds, share_of_rated, sensor=0):
+        self.axis.loop.i_q_q15 = round(share_of_rated * 7.1 / 23.571 * 32768)
+        for _ in range(round(seconds * 250)):
+            self.c.thermal_step(self.thermal, self.axis.loop, sensor)
+        return self.thermal.winding_q4 / 16
+
+
+@pytest.fixture
+def warm(c):
+    return lambda *args, **params: Warm(c, *args, **params)
+
+
+@pytest.mark.parametrize("share", (0.5, 1.0, 1.5))
+def test_it_warms_and_cools_as_its_equations_say(warm, share):
+    model, th = Model(), warm()
+    for seconds, current in ((30, share), (120, share), (200, 0.0)):
+        assert th.follow(seconds, current) == pytest.approx(model.follow(seconds, current), abs=0.6)
+
+
+def test_rated_current_for_ever_ends_at_t_max(warm):
+    th = warm(winding_tau_s=1, housing_tau_s=20)
+    assert th.follow(160, 1.0) == pytest.approx(T_MAX, abs=0.6)
+
+
+def test_the_limit_falls_over_the_last_ten_kelvin(warm):
+    th = warm(winding_tau_s=1, housing_tau_s=1)
+    factors = {}
+    for _ in range(200):
+        celsius = th.follow(0.1, 1.2)
+        factors[celsius] = th.thermal.factor_q15 / 32768
+    for celsius, factor in factors.items():
+        assert factor == pytest.approx(min(1, max(0, (T_MAX - celsius) / 10)), abs=1e-4)
+    assert max(factors.values()) == 1.0 and min(factors.values()) == 0.0
+
+
+def test_the_warmer_of_model_and_sensor_counts(warm):
+    th = warm()
+    assert th.follow(0.2, 0.0, sensor=800 + 16 * 20) == AMBIENT
+    assert th.follow(0.2, 0.0, sensor=800 + 16 * 125) == 125
+    assert th.thermal.factor_q15 == pytest.approx(16384, abs=2)
+    assert th.follow(0.2, 0.0, sensor=0) == AMBIENT, "none is fitted"
+
+
+def test_the_power_stage_has_a_body_of_its_own(warm):
+    th = warm(inverter_ma=7100, inverter_tau_ms=1000)
+    th.follow(2.5, 1.0)
+    assert th.thermal.inverter_q20 / 2**20 == pytest.approx(0.92, abs=0.01) and th.thermal.factor_q15 == 32768
+    th.follow(0.2, 1.5)
+    assert 1.1 < th.thermal.inverter_q20 / 2**20 < 1.25 and th.thermal.factor_q15 == 0
+    th = warm(inverter_ma=0)
+    th.follow(3, 3.0)
+    assert th.thermal.inverter_q20 == 0
+
+
+def test_heat_outlives_a_reset_but_not_a_loss_of_the_memory(warm, c):
+    memory = c.thermal_memory()
+    before = warm(memory)
+    hot = before.follow(60, 1.5)
+    after = warm(memory)
+    assert after.follow(0.2, 0.0) == pytest.approx(hot, abs=1)
+    for word in range(ctypes.sizeof(memory) // 4):
+        spoilt = c.thermal_memory.from_buffer_copy(memory)
+        (ctypes.c_uint32 * 4).from_buffer(spoilt)[word] ^= 0x10000
+        assert warm(spoilt).follow(0.2, 0.0) == AMBIENT
+
+
+def test_an_impossible_current_overflows_nothing(warm):
+    th = warm(i_rated_ma=10, winding_tau_s=1, housing_tau_s=1, inverter_ma=10, inverter_tau_ms=100)
+    th.axis.loop.i_d_q15 = th.axis.loop.i_q_q15 = -65534
+    for _ in range(5000):
+        th.c.thermal_step(th.thermal, th.axis.loop, 4095)
+    assert th.thermal.winding_q4 / 16 > 1000 and th.thermal.factor_q15 == 0
