@@ -51,6 +51,16 @@ static int32_t first_256ths(const struct tuning *t, const volatile struct curren
     return q15_clamp(v_steps, 8, LARGEST_256THS / 256) * 256;
 }
 
+/* What still flows from the phase before is not this one's: windings of much inductance take longer than is waited. */
+static void begin(struct wiring *w, const int32_t i_q15[3], int32_t v_256ths)
+{
+    for (size_t k = 0; k < 3u; k++) {
+        w->before_q15[k] = i_q15[k];
+    }
+    w->v_256ths = v_256ths;
+    w->ms = 0;
+}
+
 static enum wiring_result judge(struct wiring *w, const struct tuning *t)
 {
     const int32_t most_q15 = largest(w->largest_q15);
@@ -74,16 +84,15 @@ enum wiring_result wiring_step(struct wiring *w, volatile struct current_loop *c
 {
     const struct adc_sample s = adc_read(adc);
     const int32_t i_q15[3] = {s.ia_q15, s.ib_q15, s.ic_q15};
-    const int32_t now_q15 = largest(i_q15);
+    const int32_t rise_q15[3] = {i_q15[0] - w->before_q15[0], i_q15[1] - w->before_q15[1], i_q15[2] - w->before_q15[2]};
     w->ms++;
-    if (w->v_256ths == 0 && (w->ms > FALL_MS || now_q15 < t->wiring_i_q15 / 4)) {
+    if (w->v_256ths == 0 && (w->ms > FALL_MS || largest(i_q15) < t->wiring_i_q15 / 4)) {
         if (w->along == 3u) {
             return judge(w, t);
         }
-        w->v_256ths = first_256ths(t, c);
-        w->ms = 0;
-    } else if (w->v_256ths != 0 && (now_q15 >= t->wiring_i_q15 || w->ms > RISE_MS)) {
-        keep(w, i_q15);
+        begin(w, i_q15, first_256ths(t, c));
+    } else if (w->v_256ths != 0 && (largest(rise_q15) >= t->wiring_i_q15 || w->ms > RISE_MS)) {
+        keep(w, rise_q15);
         w->along++;
     } else {
         w->v_256ths = q15_min(w->v_256ths + w->v_256ths / 4, LARGEST_256THS);

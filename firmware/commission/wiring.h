@@ -24,8 +24,9 @@ struct wiring {
     uint32_t along;         /* phase along which the voltage stands */
     uint32_t ms;            /* at this voltage's rise, or since it went */
     int32_t v_256ths;       /* of the loop's voltage steps; 0 while the current dies away */
-    int32_t own_q15[3];     /* current of each phase with the voltage along it */
-    int32_t largest_q15[3]; /* magnitude of each phase's current with the voltage along any */
+    int32_t before_q15[3];  /* the currents when the voltage began */
+    int32_t own_q15[3];     /* by how much each phase's current rose with the voltage along it */
+    int32_t largest_q15[3]; /* the most that each phase's current changed by with the voltage along any */
     int32_t phase;          /* that the verdict is about, 1 for A; 0: no phase carries current */
 };
 

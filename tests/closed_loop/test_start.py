@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: MIT
+"""A start on the plant: it finds the encoder's offset within 3 degrees, or stays off and names what it found."""
+import numpy as np
+import pytest
+
+from launcher import simulate
+from launcher.drive import load_drive
+
+ON_S = 0.12
+
+
+def play(tmp_path, end_s, motor="teknic_m2310p", events=(), typed=(), angle_deg=60):
+    """`events` before the drive is switched on; `typed` parameters."""
+    pole_pairs = load_drive(motor).motor["electrical"]["pole_pairs"]
+    steps = [{"t_s": 0.06, "event": kind, "args": args} for kind, args in events]
+    steps += [{"t_s": 0.06 + 0.004 * n, "console": f"set {line}"} for n, line in enumerate(typed)]
+    steps += [{"t_s": ON_S, "console": "on"}, {"t_s": end_s - 0.03, "console": "fault"}]
+    return simulate({"key": "start", "end_s": end_s, "preamble_s": 0.05, "step": sorted(steps, key=lambda step: step["t_s"])},
+                    motor=motor, out_dir=tmp_path, spread=0,
+                    overrides={"motor": {"start": {"initial_angle_rad": float(np.radians(angle_deg) / pole_pairs)}}})
+
+
+def faults(result):
+    codes = result.trace["fault"]
+    return [result.enums["fault"][int(code)] for code in codes[np.flatnonzero(np.diff(codes, prepend=0))] if code]
+
+
+def electrical(result):
+    return result.drive.motor["electrical"]["pole_pairs"] * result.trace["theta_mech_rad"]
+
+
+def operating(result):
+    names = {name: code for code, name in result.enums["state"].items()}
+    return np.flatnonzero(result.trace["state"] == names["AXIS_OPERATION_ENABLED"])
+
+
+def error_deg(result):
+    """Field's angle against the magnets', just after operation has begun."""
+    rows = operating(result)[20:60]
+    off = result.trace["angle_fw_rad"][rows] - electrical(result)[rows]
+    return float(np.degrees(np.angle(np.mean(np.exp(1j * off)))))
+
+
+def turns_away(result):
+    angle = electrical(result)
+    return float(np.abs(angle - angle[0]).max() / (2 * np.pi))
+
+
+@pytest.mark.parametrize("angle_deg", [0, 90, 180, 270])
+def test_the_offset_is_found(angle_deg, tmp_path):
+    result = play(tmp_path, 1.6, angle_deg=angle_deg)
+    assert not faults(result) and abs(error_deg(result)) < 3
+    assert turns_away(result) < 2.6, "docs/design.md states the bound"
+
+
+@pytest.mark.parametrize("kind, share", [("load_hoist", 0.2), ("load_coulomb", 0.5)])
+def test_it_is_found_under_load(kind, share, tmp_path):
+    torque = str(share * load_drive("teknic_m2310p").motor["rating"]["rated_torque_nm"])
+    result = play(tmp_path, 3.8, events=[(kind, [torque])], angle_deg=150)
+    assert not faults(result) and abs(error_deg(result)) < 3
+
+
+# what is wrong -> the fault, what `fault` says it found, how long it may take
+WRONG = {
+    "phase A open": (dict(events=[("phase_open", ["A", "1"])]), "OPEN_PHASE", "phase 1:", 0.5),
+    "phase C open": (dict(events=[("phase_open", ["C", "1"])]), "OPEN_PHASE", "phase 3:", 0.5),
+    "sensor A reversed": (dict(events=[("sensor_gain", ["A", "-1"])]), "SENSOR_SIGN", "phase 1:", 0.5),
+    "sensor B reversed": (dict(events=[("sensor_gain", ["B", "-1"])]), "SENSOR_SIGN", "phase 2:", 0.5),
+    "sensor C reversed": (dict(events=[("sensor_gain", ["C", "-1"])]), "SENSOR_SIGN", "phase 3:", 0.5),
+    "turned from outside": (dict(events=[("spin_rad_s", ["1"])]), "ROTOR_TURNING", "of 4000 counts", 1.5),
+    "blocked": (dict(events=[("lock", ["1"])]), "ROTOR_BLOCKED", "0 counts in an electrical turn, instead of 1000", 4.0),
+    "encoder dead": (dict(events=[("encoder_freeze", ["1"])]), "ENCODER_DEAD", "0 counts", 4.0),
+    "phases A and B": (dict(events=[("phase_swap", ["AB"])]), "ENCODER_DIRECTION", "instead of 1000", 2.0),
+    "phases C and A": (dict(events=[("phase_swap", ["CA"])]), "ENCODER_DIRECTION", "instead of 1000", 2.0),
+    "five pole pairs": (dict(typed=["pole_pairs 5"]), "POLE_PAIRS", "pole_pairs 4 would fit, or else encoder_counts 5000", 4.0),
+    "2 % more counts": (dict(typed=["encoder_counts 4080"]), "ENCODER_COUNTS", "encoder_counts 4000 would fit", 4.0),
+    "2 % fewer counts": (dict(typed=["encoder_counts 3920"]), "ENCODER_COUNTS", "encoder_counts 4000 would fit", 4.0),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_is_wrong_is_named_and_the_drive_stays_off(case, tmp_path):
+    wrong, fault, found, end_s = WRONG[case]
+    result = play(tmp_path, end_s, **wrong)
+    assert faults(result) == ["FAULT_" + fault], result.console[-600:]
+    assert f"found: {found}" in result.console or found in result.console.partition("found: ")[2].partition("\n")[0]
+    assert not operating(result).size and not result.trace["gates"][-20:].any()
+    rated_rpm = result.drive.motor["rating"]["rated_speed_rpm"]
+    assert case == "turned from outside" or np.abs(result.trace["speed_rpm"]).max() < 0.25 * rated_rpm
+
+
+def test_with_the_index_the_offset_outlives_an_encoder_fault(tmp_path):
+    """The motor turns past the index, the cable is pulled, the rotor is turned past the index again: no alignment, same offset."""
+    typed = [(ON_S, "on"), (1.5, "speed 300"), (2.0, "speed 0"), (2.3, "off"), (2.32, "on"), (2.65, "clear"), (3.15, "on")]
+    steps = [{"t_s": t_s, "console": line} for t_s, line in typed]
+    steps += [{"t_s": 2.6, "event": "encoder_cut", "args": ["1"]}, {"t_s": 2.61, "event": "encoder_cut", "args": ["0"]},
+              {"t_s": 2.7, "event": "spin_rad_s", "args": ["30"]}, {"t_s": 3.0, "event": "spin_rad_s", "args": ["0"]},
+              {"t_s": 3.1, "event": "spin", "args": ["off"]}]
+    result = simulate({"key": "start", "end_s": 3.6, "preamble_s": 0.05, "step": sorted(steps, key=lambda step: step["t_s"])},
+                      out_dir=tmp_path, plant="ideal", spread=0)
+    assert faults(result) == ["FAULT_ENCODER"]
+    again = operating(result)[result.trace["t_s"][operating(result)] > 3.15]
+    assert again.size and result.trace["t_s"][again[0]] < 3.15 + 0.2, "it did not align anew"
+    off = result.trace["angle_fw_rad"][again[20:60]] - electrical(result)[again[20:60]]
+    assert abs(np.degrees(np.angle(np.mean(np.exp(1j * off))))) < 3
