@@ -44,8 +44,10 @@ class Motor:
         believed_rpm = self.rpm if self.shown_rpm is None else self.shown_rpm
         hz = believed_rpm / 60 * self.p.pole_pairs
         if not self.frozen:
-            self.fabric.encoder.LATCHED = round(self.counts + self.slip) % turn
-            self.fabric.encoder.EDGE_TIME = self.fabric.encoder.LATCH_TIME
+            latched = round(self.counts + self.slip) % turn
+            if latched != self.fabric.encoder.LATCHED:
+                self.fabric.encoder.EDGE_TIME = self.fabric.encoder.LATCH_TIME
+            self.fabric.encoder.LATCHED = latched
         loop.pll.speed_q32 = round(hz / 20000 * 2**32)
         loop.pll.angle_q32 = round((self.counts + self.slip) * self.p.pole_pairs / turn * 2**32) % 2**32
         w = 2 * math.pi * self.hz
@@ -129,6 +131,18 @@ def test_a_slip_is_found_within_four_milliseconds_at_any_speed(motor, degrees, r
     assert min(abs(found - degrees), abs(abs(found) - abs(degrees))) <= 2
 
 
+def test_a_jump_where_the_emf_cannot_tell_is_believed_at_once(motor):
+    m = motor(200, 7.1).step(50)
+    assert m.until_fault(2, slip(60)) and m.fault == "ENCODER_SLIP"
+
+
+def test_full_current_and_no_motion_for_half_a_second(motor):
+    m = motor(0, 10.6)
+    m.axis.speed.speed_ref_rpm_q4 = 100 * 16
+    m.at_limit = True
+    assert 495 <= m.until_fault(520) <= 505 and m.fault == "STALL"
+
+
 def test_counts_that_go_one_by_one_are_found_by_the_emf(motor):
     m = motor(3000, 2.0)
     m.step(600)
@@ -171,7 +185,7 @@ def test_a_shaft_that_is_stopped_by_force_is_no_dead_encoder(motor):
     m.step(50)
     m.rpm = 0
     m.axis.speed.speed_ref_rpm_q4 = 0
-    m.step(3)
+    m.step(30)
     assert m.fault == "NONE"
 
 
@@ -313,10 +327,11 @@ def swing(half_ms, rpm, i_a):
 
 def test_a_limit_cycle_first_softens_the_speed_loop_then_is_a_fault(motor, c):
     m = motor(1000, 0.0)
-    kp = m.axis.tuning.speed_kp_q16
+    kp, accel = m.axis.tuning.speed_kp_q16, m.axis.tuning.speed_accel_q8
     m.step(60, swing(6, 20, 5.0))
     assert c.reaction_warned(m.axis.reactions, c.FAULT_LIMIT_CYCLE) and m.fault == "NONE"
     assert m.axis.tuning.speed_kp_q16 == pytest.approx(0.7 * kp, rel=0.01)
+    assert m.axis.tuning.speed_accel_q8 == pytest.approx(0.7 * accel, rel=0.01)
     assert m.until_fault(400, swing(6, 20, 5.0)) and m.fault == "LIMIT_CYCLE"
     assert m.axis.tuning.speed_kp_q16 == pytest.approx(0.7**5 * kp, rel=0.02)
     assert m.axis.faults.detail[0] == pytest.approx(83, abs=1)
