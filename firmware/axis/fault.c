@@ -116,7 +116,7 @@ static void raise_overcurrent(struct axis *a)
     const uint32_t phases = supervise_phases_suspects(a);
     gate_disable(&a->fabric->gate);
     (void)fault_latch(a, phases != 0u ? FAULT_OPEN_PHASE : supervise_encoder_blame(a, FAULT_OVERCURRENT),
-                      (int32_t)phases, 0);
+                      supervise_phase_of(phases), 0);
 }
 
 /*

@@ -56,7 +56,7 @@ static void watch_deviation(struct axis *a, struct speed_watch *s)
     if (s->far_ms >= FAR_MS || s->losing_ms >= LOSING_MS) {
         const uint32_t phases = supervise_phases_suspects(a);
         axis_report(a, phases != 0u ? FAULT_OPEN_PHASE : FAULT_SPEED_DEVIATION,
-                    phases != 0u ? (int32_t)phases : error_q4 / 16, 0);
+                    phases != 0u ? supervise_phase_of(phases) : error_q4 / 16, 0);
     }
 }
 
