@@ -90,7 +90,7 @@ def test_what_is_wrong_is_named_and_the_drive_stays_off(case, tmp_path):
 
 
 def test_with_the_index_the_offset_outlives_an_encoder_fault(tmp_path):
-    """The motor turns past the index, the cable is pulled, the rotor is turned past the index again: no alignment, same offset."""
+    """The motor turns past the index, the cable is pulled, the rotor is turned past it again: no alignment, same offset."""
     typed = [(ON_S, "on"), (1.5, "speed 300"), (2.0, "speed 0"), (2.3, "off"), (2.32, "on"), (2.65, "clear"), (3.15, "on")]
     steps = [{"t_s": t_s, "console": line} for t_s, line in typed]
     steps += [{"t_s": 2.6, "event": "encoder_cut", "args": ["1"]}, {"t_s": 2.61, "event": "encoder_cut", "args": ["0"]},
