@@ -45,7 +45,7 @@ def test_what_is_no_fault_or_error_has_a_text_too(c):
 
 
 def test_each_fault_is_in_the_table_of_docs_faults(c):
-    rows = re.findall(r"(?m)^\| ([^|]+?) \| (?:fabric|sample|slow|boot) \|", (SOURCE / "docs/faults.md").read_text())
+    rows = re.findall(r"(?m)^\| ([^|]+?) \| (?:fabric|sample|slow|start|boot) \|", (SOURCE / "docs/faults.md").read_text())
     said = [text(c.message_of_fault, c, "fault", name) for name in names(c, "fault") if name != "FAULT_NONE"]
     assert sorted(rows) == sorted(said)
 
