@@ -2,6 +2,9 @@
 # mssfoc: field-oriented motor control for the Cortex-M3 of SmartFusion2. `make help` lists the targets.
 
 BUILD   ?= build
+ifneq ($(words $(BUILD)),1)
+$(error mssfoc: BUILD='$(BUILD)' must be one folder without a blank in its path, like BUILD=build16)
+endif
 PYTHON  ?= /usr/bin/python3
 QEMU    ?= qemu-system-arm
 HOSTCC  ?= cc
@@ -20,11 +23,16 @@ PROBE    ?=
 
 LIB_TRIG_FRAC ?= 15
 
+# empty: firmware/settings/rates.h has its own
+PWM_HZ       ?=
+DEAD_TIME_NS ?=
+CHOICES = -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC) $(PWM_HZ:%=-DCONFIG_PWM_HZ=%) $(DEAD_TIME_NS:%=-DCONFIG_DEAD_TIME_NS=%)
+
 WARNINGS = -Wall -Wextra -Wconversion -Wshadow -Wundef -Wmissing-prototypes -Wstrict-prototypes -Werror
 CPU      = -mcpu=cortex-m3 -mthumb
 CFLAGS_ARM = $(CPU) -std=c11 -ffreestanding -O2 -g3 -I. $(WARNINGS) -ffunction-sections -fdata-sections \
              -fno-delete-null-pointer-checks -fno-common -fno-tree-loop-distribute-patterns \
-             -fstack-usage -fcallgraph-info=su -ffile-prefix-map=$(CURDIR)=. -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC)
+             -fstack-usage -fcallgraph-info=su -ffile-prefix-map=$(CURDIR)=. $(CHOICES)
 LDSCRIPT = linker/m2s010.ld
 LDFLAGS_ARM = $(CPU) -nostdlib -T $(LDSCRIPT) -Wl,--gc-sections -Wl,--fatal-warnings -Wl,--build-id=none
 MSSFOC_IMAGE = $(BUILD)/mssfoc
@@ -55,15 +63,22 @@ include tests/tools/bounds.mk
 all: | tools
 all: $(addprefix $(MSSFOC_IMAGE),.elf .hex .bin -envm.hex) $(BUILD)/libmssfoc.a
 
-$(BUILD)/arm/%.o: %.c Makefile
+# Renewed when the choices are others than those the objects in BUILD were made with.
+$(BUILD)/choices: FORCE
+	@mkdir -p $(@D)
+	@echo '$(CHOICES)' | cmp -s - $@ || echo '$(CHOICES)' > $@
+
+FORCE:
+
+$(BUILD)/arm/%.o: %.c Makefile $(BUILD)/choices
 	@mkdir -p $(@D)
 	$(call say,CC)
 	$(Q)$(CC_ARM) $(CFLAGS_ARM) -MMD -MP -c $< -o $@
 
-$(BUILD)/arm/%.o: %.S Makefile
+$(BUILD)/arm/%.o: %.S Makefile $(BUILD)/choices
 	@mkdir -p $(@D)
 	$(call say,AS)
-	$(Q)$(CC_ARM) $(CPU) -g3 -I. -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC) -MMD -MP -c $< -o $@
+	$(Q)$(CC_ARM) $(CPU) -g3 -I. $(CHOICES) -MMD -MP -c $< -o $@
 
 $(BUILD)/libmssfoc.a: $(LIB_OBJ)
 	@rm -f $@
@@ -90,6 +105,7 @@ $(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSC
 	$(Q)$(OBJCOPY) -O binary $< $@
 
 $(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/control/current_loop_isr.o
+$(BUILD)/tests/target/test_two_axes.elf: $(filter-out %/current_loop_isr.o,$(call objects,$(call sources,$(addprefix firmware/,settings control commission axis))))
 
 $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT)
 	@mkdir -p $(@D)
@@ -99,7 +115,7 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 target-tests: $(TARGET_TESTS)
 
 include qemu/twin/twin.mk tests/bench/bench.mk
-include tests/prove/prove.mk
+include tests/prove/prove.mk tests/mutants/mutants.mk
 
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)
 
@@ -161,18 +177,26 @@ help:
 	@echo 'make models          the motor models against their data sheets        [MOTOR=name, otherwise all]'
 	@echo 'make campaign        motors x scenarios x seeds: one table of worst cases, pictures of the spread'
 	@echo '                     [MOTORS="a b" SCENARIOS="a b" SEEDS=n DETUNES="x*1.3;y*0.8" JOBS=n SSHLOGIN=hosts]'
+	@echo '                     PART=start        from every angle, under load     [ANGLES="0 90" LOADS="free hoist20 friction20"]'
+	@echo '                     PART=wiring       what is connected or told wrongly is named'
+	@echo '                     PART=supervision  what goes wrong while it turns is found in time; stops without a sink'
+	@echo '                     PART=detune       told wrong R, L, flux, J it still works'
+	@echo '                     WHAT="swap_* locked" these cases of a part only'
+	@echo '                     CASE="start:teknic_m2310p/hoist20/45" one case of a part, with its trace (docs/campaign.md)'
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
 	@echo 'make results         write the measured figures into README.md and docs/results.md'
 	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'
-	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md and docs/cycles.md'
+	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md'
 	@echo 'make timing          the cycle model against hand-counted and published cases'
 	@echo 'make wcet            worst-case cycles of the current loop, and measured'
 	@echo 'make jitter          cycles and start of each current-loop interrupt, $(BUILD)/jitter.png'
 	@echo 'make stack           worst-case stack of every entry point, and measured'
 	@echo 'make prove           every kernel, as assembled, against its specification, for all inputs, by a solver'
 	@echo 'make lint            formatting, warnings, layers'
+	@echo 'make mutants         faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n RUNGS="names"]'
 	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
 	@echo 'make clean           remove $(BUILD)'
+	@echo 'PWM_HZ=n DEAD_TIME_NS=n build for another rate, 8000...40000, or dead time (firmware/settings/rates.h)'
 	@echo 'BUILD=dir puts every product elsewhere; PYTHON=path chooses the interpreter.'
 
 -include $(shell find $(BUILD)/arm -name '*.d' 2>/dev/null)

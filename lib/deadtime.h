@@ -7,6 +7,7 @@
 #ifndef LIB_DEADTIME_H
 #define LIB_DEADTIME_H
 
+#include "lib/factors.h"
 #include "lib/q15.h"
 
 /** The share for full compensation, and the current from which it is due: 2^9 LSB, 1.6 % of the range. */
@@ -24,10 +25,10 @@ static inline __attribute__((always_inline)) int32_t deadtime_share_q7(int32_t c
 #if defined(__ARM_ARCH_7M__) && !defined(LIB_PORTABLE) && defined(__OPTIMIZE__) /* fraction must be seen constant */
     int32_t result;
 
-    __asm__("ssat %0, #8, %1, asr %2" : "=r"(result) : "r"(current), "i"(fraction + 2U));
+    __asm__("ssat %0, #8, %1, asr %2" : "=r"(result) : "r"(current), "i"(fraction + DEADTIME_SHIFT));
     return result;
 #else
-    return q15_clamp(current >> (fraction + 2U), -DEADTIME_FULL, DEADTIME_FULL - 1);
+    return q15_clamp(current >> (fraction + DEADTIME_SHIFT), -DEADTIME_FULL, DEADTIME_FULL - 1);
 #endif
 }
 

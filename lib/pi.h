@@ -10,15 +10,16 @@
  * part allows it. The alternative, to pull the integral down by whatever the output exceeds, was not taken: one step of the
  * reference then empties it through the proportional part, and the disturbance it held must be learnt again.
  *
- * A feed-forward is part of the integral: who knows by how much the output should change adds that to it. It
- * costs the hot path nothing, and the anti-windup knows of it.
+ * A feed-forward is part of the integral. A caller that knows the required change adds it to the integral; the hot path pays
+ * nothing, and the anti-windup takes it into account.
  */
 #ifndef LIB_PI_H
 #define LIB_PI_H
 
+#include "lib/factors.h"
 #include "lib/q15.h"
 
-#define PI_OUTPUT_MAX      32766 /* of the limit: below what saturates at 16 bits, or nothing would be seen to exceed it */
+#define PI_OUTPUT_MAX      32766 /* largest limit: just below 16-bit saturation, so exceeding it stays detectable */
 #define PI_ERROR_MAX       98303 /* |reference| <= 32768 less |measured| <= 65535 */
 #define PI_KP_MAX_Q9       16384 /* 32.0: with the largest error and integral still below 2^31 */
 #define PI_KI_MAX_Q15      21845 /* 0.67, likewise */
@@ -28,7 +29,8 @@
 struct pi_q15 {
     int32_t kp_q9;
     int32_t ki_q15;
-    int32_t integral_q9; /* stays within +-(32768 + the largest step) by itself; who adds to it keeps to +-2^29 */
+    int32_t
+        integral_q9; /* stays within +-(32768 + the largest step) by itself; callers that add to it must stay within +-2^29 */
 };
 
 /**
@@ -37,7 +39,7 @@ struct pi_q15 {
  */
 static inline int32_t pi_q15_unlimited(int32_t kp_q9, int32_t error, int32_t integral_q9)
 {
-    return q15_sat16((kp_q9 * error + integral_q9) >> 9);
+    return q15_sat16((kp_q9 * error + integral_q9) >> PI_SHIFT);
 }
 
 /**
@@ -92,7 +94,7 @@ static inline void pi_q15_saturate(int32_t *output, int32_t *step_q15, int32_t l
 /** The integral after a step, rounded down to 2^-9. Context: any. 1 cycle. */
 static inline int32_t pi_q15_integrated(int32_t integral_q9, int32_t step_q15)
 {
-    return integral_q9 + (step_q15 >> 6);
+    return integral_q9 + (step_q15 >> PI_STEP_SHIFT);
 }
 
 /**

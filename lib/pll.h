@@ -21,10 +21,8 @@
 #ifndef LIB_PLL_H
 #define LIB_PLL_H
 
+#include "lib/factors.h"
 #include "lib/q15.h"
-
-#define PLL_KP_SHIFT 3
-#define PLL_KI_SHIFT 8
 
 /** The speed is in turns per sample: 2^32 = one turn a sample. */
 struct pll {
@@ -39,13 +37,22 @@ static inline void pll_reset(struct pll *pll, uint32_t angle_q32)
     pll->speed_q32 = 0;
 }
 
-/** One sample. Range: |speed| < 1/2 turn a sample. Context: ISR, one caller an instance. 4 cycles, loads and stores apart. */
-static inline void pll_step(struct pll *pll, uint32_t measured_q32)
+/**
+ * One sample with gains kp = 2^-kp_shift and ki = 2^-ki_shift. A double pole, at x = 2^-(kp_shift + 1), where ki_shift is
+ * 2 kp_shift + 2. Range: |speed| < 1/2 turn a sample. Context: ISR, one caller an instance. 4 cycles, loads and stores apart.
+ */
+static inline void pll_track(struct pll *pll, uint32_t measured_q32, unsigned kp_shift, unsigned ki_shift)
 {
     const int32_t error_q32 = (int32_t)(measured_q32 - pll->angle_q32);
 
-    pll->speed_q32 = (int32_t)((uint32_t)pll->speed_q32 + (uint32_t)(error_q32 >> PLL_KI_SHIFT));
-    pll->angle_q32 += (uint32_t)(error_q32 >> PLL_KP_SHIFT) + (uint32_t)pll->speed_q32;
+    pll->speed_q32 = (int32_t)((uint32_t)pll->speed_q32 + (uint32_t)(error_q32 >> ki_shift));
+    pll->angle_q32 += (uint32_t)(error_q32 >> kp_shift) + (uint32_t)pll->speed_q32;
+}
+
+/** The same with the gains above. */
+static inline void pll_step(struct pll *pll, uint32_t measured_q32)
+{
+    pll_track(pll, measured_q32, PLL_KP_SHIFT, PLL_KI_SHIFT);
 }
 
 #endif

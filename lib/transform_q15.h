@@ -12,16 +12,17 @@
 #ifndef LIB_TRANSFORM_Q15_H
 #define LIB_TRANSFORM_Q15_H
 
+#include "lib/factors.h"
 #include "lib/q15.h"
 
 /**
  * sum / sqrt(3), the beta of every Clarke transform. Range: |sum| <= 98304. Result within 0.534 LSB (swept over all sums).
  *
- * 2/sqrt(3) is 1 + 20277 / 2^17 + 7e-7; half of it, rounded: two roundings down nest, so that only 7e-7 is lost.
+ * 2/sqrt(3) is 1 + CLARKE_FACTOR_Q17 / 2^17 + 7e-7; half of it, rounded: two roundings down nest, so that only 7e-7 is lost.
  */
 static inline int32_t clarke_beta_q15(int32_t sum)
 {
-    return (sum + ((sum * 20277) >> 17) + 1) >> 1;
+    return (sum + ((sum * CLARKE_FACTOR_Q17) >> CLARKE_SHIFT) + 1) >> 1;
 }
 
 /**
@@ -61,11 +62,11 @@ static inline alphabeta_t invpark_q15(dq_t v, cossin_t angle)
  * Range: |(alpha, beta)| <= 65534. Result: a exact, b and c within 0.534 LSB (swept over all beta); a tie (beta = 0, alpha
  * odd) goes up in b and down in c; a + b + c = 0 always. In registers 7 cycles.
  *
- * sqrt(3)/2 in Q15 is 28378 - 1/16 - 0.017.
+ * sqrt(3)/2 in Q15 is SIN60_Q15 - 1/16 - 0.017.
  */
 static inline abc_t invclarke_q15(alphabeta_t v)
 {
-    const int32_t beta_q30 = v.beta * 28378 - (v.beta >> 4);
+    const int32_t beta_q30 = v.beta * SIN60_Q15 - (v.beta >> 4);
     const int32_t b = q15_from_q30(beta_q30 - v.alpha * Q15_HALF);
 
     return (abc_t){v.alpha, b, -(v.alpha + b)};

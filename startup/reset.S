@@ -20,6 +20,7 @@
     .equ    RESET_SOURCE_CR, 0x400380B0     /* SYSREG, UG0331 system registers */
     .equ    POWER_ON,        0x1            /* RESET_SOURCE_CR b0 */
     .equ    SCB_VTOR,        0xE000ED08
+    .equ    VECTORS_SIZE,    4 * (16 + 82)  /* startup.h */
     .equ    SCB_CCR,         0xE000ED14
     .equ    CCR_STKALIGN,    0x200
     .equ    STACK_PAINT,     0xC5A3C5A3     /* STARTUP_STACK_PAINT */
@@ -78,6 +79,19 @@ copy:
 copy_test:
     cmp     r0, r1
     blo     copy
+
+    /* The vectors, and from here on the core takes them from their copy. */
+    ldr     r0, =startup_vectors
+    ldr     r1, =startup_vectors + VECTORS_SIZE
+    ldr     r2, =vectors
+copy_vector:
+    ldr     r3, [r2], #4
+    str     r3, [r0], #4
+    cmp     r0, r1
+    blo     copy_vector
+    ldr     r0, =startup_vectors
+    ldr     r1, =SCB_VTOR
+    str     r0, [r1]
 
     /* 8-byte aligned exception frames; the reset value of this bit differs between revisions of the core. */
     ldr     r0, =SCB_CCR

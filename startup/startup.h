@@ -115,6 +115,13 @@
     X(80, GPIO30_IRQHandler) \
     X(81, GPIO31_IRQHandler)
 
+/*
+ * The table the core uses: a copy of the one in flash, made at reset, so that a handler can be replaced by a store. Index:
+ * exception number, the first is the initial stack. Follow the store by a DSB (ARMv7-M, B1.5.3). Whoever stores sees to it
+ * that the interrupt's two handlers may change places at that time.
+ */
+extern void (*startup_vectors[])(void);
+
 #define STARTUP_SYSTEM_VECTORS   16u
 #define STARTUP_EXTERNAL_VECTORS 82u
 
@@ -146,7 +153,7 @@ struct fault_frame {
  * inside that locks the core up, which this device answers with a reset. If it returns, the core stops in an endless
  * loop and the watchdog ends that.
  *
- * Weak: the default does nothing. Whoever drives a bridge defines it, and switches the bridge off first.
+ * Weak: the default does nothing. An image that drives a bridge defines it and switches the bridge off first.
  */
 void fault_taken(const struct fault_frame *frame, uint32_t exc_return);
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The vector table: 16 vectors of the core and the 82 interrupts of the device.
+ * The vector table: 16 vectors of the core and the 82 interrupts of the device. The one in flash is for reset, and is copied
+ * to eSRAM there: so vectors can change, and taking an interrupt never waits for the flash.
  */
 #include "startup/startup.h"
 
@@ -42,3 +43,6 @@ __attribute__((section(".vectors"), used)) const struct vector_table vectors = {
     .external = { STARTUP_EXTERNAL_HANDLERS(EXTERNAL_VECTOR) },
 };
 /* clang-format on */
+
+__attribute__((section(".vectors_in_use"), used))
+vector_t startup_vectors[STARTUP_SYSTEM_VECTORS + STARTUP_EXTERNAL_VECTORS];

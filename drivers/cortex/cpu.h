@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Single instructions of the core which C has no word for: masking, barriers, sleep. ARMv7-M ARM, B1.4 and A7.7.
+ * Core instructions that C cannot express: masking, barriers, sleep. ARMv7-M ARM, B1.4 and A7.7.
  * Context of all of them: any, privileged (this project never leaves privileged mode).
  */
 #ifndef DRIVERS_CORTEX_CPU_H

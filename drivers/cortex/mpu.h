@@ -28,11 +28,18 @@ REG_AT_OFFSET(struct mpu_regs, RASR, 0x10);
 #define MPU_TYPE_DREGION    (0xFFu << 8)
 #define MPU_CTRL_ENABLE     (1u << 0)
 #define MPU_CTRL_PRIVDEFENA (1u << 2)
+#define MPU_RBAR_ADDR       0xFFFFFFE0u
 #define MPU_RASR_ENABLE     (1u << 0)
 #define MPU_RASR_SIZE_SHIFT 1u
 #define MPU_RASR_AP_NONE    (0u << 24)
 #define MPU_RASR_XN         (1u << 28)
 #define MPU_GUARD_REGION    7u /* the highest number wins where regions overlap */
+
+static inline uint32_t mpu_guard_rasr(uint32_t size)
+{
+    const uint32_t log2_size = 31u - (uint32_t)__builtin_clz(size);
+    return MPU_RASR_XN | MPU_RASR_AP_NONE | ((log2_size - 1u) << MPU_RASR_SIZE_SHIFT) | MPU_RASR_ENABLE;
+}
 
 /*
  * Forbids every access to [base, base + size) and leaves the default memory map everywhere else. HardFault and NMI are
@@ -47,15 +54,24 @@ static inline bool mpu_guard_stack(uint32_t base, uint32_t size)
     if (!describable || (MPU->TYPE & MPU_TYPE_DREGION) == 0u) {
         return false;
     }
-    const uint32_t log2_size = 31u - (uint32_t)__builtin_clz(size);
     MPU->CTRL = 0u;
     MPU->RNR = MPU_GUARD_REGION;
     MPU->RBAR = base;
-    MPU->RASR = MPU_RASR_XN | MPU_RASR_AP_NONE | ((log2_size - 1u) << MPU_RASR_SIZE_SHIFT) | MPU_RASR_ENABLE;
+    MPU->RASR = mpu_guard_rasr(size);
     MPU->CTRL = MPU_CTRL_PRIVDEFENA | MPU_CTRL_ENABLE;
     cpu_dsb();
     cpu_isb();
     return true;
+}
+
+/* Whether mpu_guard_stack() with these arguments is in effect, read back from the unit. Context: thread. */
+static inline bool mpu_guards(uint32_t base, uint32_t size)
+{
+    if ((MPU->CTRL & MPU_CTRL_ENABLE) == 0u) {
+        return false;
+    }
+    MPU->RNR = MPU_GUARD_REGION;
+    return (MPU->RBAR & MPU_RBAR_ADDR) == base && MPU->RASR == mpu_guard_rasr(size);
 }
 
 #endif

@@ -63,7 +63,7 @@ struct adc_sample {
 
 /*
  * Clears what is pending in the block and responds to every trigger from now on, with an interrupt at the end of each
- * conversion. The NVIC is the caller's: priority, what is pending there, enable. Context: thread.
+ * conversion. The caller sets up the NVIC: priority, pending flag, enable. Context: thread.
  */
 void adc_start(struct adc_regs *adc);
 
@@ -79,9 +79,10 @@ void adc_set_offsets(struct adc_regs *adc, const uint32_t offset_q15[3]);
 void adc_offsets(const struct adc_regs *adc, uint32_t offset_q15[3]);
 
 /*
- * Beyond which magnitude of a current, which magnitude of the currents' sum, below and above which bus voltage the flags
- * of ADC_STATUS are set, Q15. After reset nothing is beyond. In effect from the end of the next conversion on. Context: any.
+ * Sets the Q15 limits: phase current, current sum, minimum and maximum bus voltage. ADC_STATUS flags what is beyond them. After
+ * a reset nothing is. In effect from the end of the next conversion on. Context: any.
  */
+#define ADC_LIMIT_NONE 0x1FFFF /* of a current and of the sum: nothing is beyond */
 void adc_set_limits(struct adc_regs *adc, int32_t i_trip_q15, int32_t sum_trip_q15, int32_t v_min_q15,
                     int32_t v_max_q15);
 
@@ -120,10 +121,20 @@ static inline void adc_clear_overrun(struct adc_regs *adc)
     reg_clear(&adc->STATUS, ADC_STATUS_OVERRUN);
 }
 
-/* The newest results; all four of the same instant until the next conversion ends. Context: the ISR of the block. */
+/*
+ * The newest results, all four of the same conversion: if one ends between the reads, they are read again, once, since the next
+ * is a PWM period away. Context: any.
+ */
 static inline struct adc_sample adc_read(const struct adc_regs *adc)
 {
-    const struct adc_sample sample = {.ia_q15 = adc->IA, .ib_q15 = adc->IB, .ic_q15 = adc->IC, .vbus_q15 = adc->VBUS};
+    struct adc_sample sample;
+    uint32_t sequence;
+    uint32_t attempts = 2;
+    do {
+        sequence = adc->SEQUENCE;
+        sample = (struct adc_sample){.ia_q15 = adc->IA, .ib_q15 = adc->IB, .ic_q15 = adc->IC, .vbus_q15 = adc->VBUS};
+        attempts--;
+    } while (adc->SEQUENCE != sequence && attempts > 0u);
     return sample;
 }
 

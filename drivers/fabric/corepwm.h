@@ -127,8 +127,8 @@ static inline uint32_t corepwm_clamp_on(uint32_t on_counts, uint32_t on_max_coun
  * period_counts: as given to corepwm_init(); dead_counts: any for which corepwm_on_max() is not 0, which the caller has
  * made sure of once.
  *
- * Context: the current loop's ISR, once a period. Straight code, no branch; with constant dead_counts and period_counts
- * the limits cost nothing.
+ * Context: one at a time. The drive calls it at start-up, with the outputs off; from then on the current loop writes the edges
+ * itself. Straight code, no branch; with constant dead_counts and period_counts the limits cost nothing.
  */
 static inline __attribute__((always_inline)) void corepwm_write_legs(struct corepwm_regs *pwm, uint32_t on_a,
                                                                      uint32_t on_b, uint32_t on_c, uint32_t dead_counts,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * MMUART_0 behind two ring buffers.
+ * An MMUART behind two ring buffers.
  *
  * The transmitter's interrupt is the delicate part. In a 16550 it is raised when the FIFO runs empty and when ETBEI is
  * switched on while it is empty, and it is dropped by reading IIR or writing THR. So it must not be relied on as an
@@ -21,25 +21,13 @@
 /* Sixteen characters of ten bits at 9600 baud last 1.7 million clocks; a poll is at least four. */
 #define EMERGENCY_POLLS 420000u
 
-_Static_assert((MMUART0_TX_BYTES & (MMUART0_TX_BYTES - 1u)) == 0u, "a power of two: indices run free and are masked");
-_Static_assert((MMUART0_RX_BYTES & (MMUART0_RX_BYTES - 1u)) == 0u, "a power of two: indices run free and are masked");
+_Static_assert((MMUART_TX_BYTES & (MMUART_TX_BYTES - 1u)) == 0u, "a power of two: indices run free and are masked");
+_Static_assert((MMUART_RX_BYTES & (MMUART_RX_BYTES - 1u)) == 0u, "a power of two: indices run free and are masked");
 
-/* head: characters ever written, tail: characters ever read; each has one writer. */
-static struct {
-    volatile uint32_t head;
-    volatile uint32_t tail;
-    volatile char data[MMUART0_TX_BYTES];
-} tx;
+/* Stored with a character in whose neighbourhood others are missing. */
+#define RX_LOSS 0x100u
 
-static struct {
-    volatile uint32_t head;
-    volatile uint32_t tail;
-    volatile char data[MMUART0_RX_BYTES];
-} rx;
-
-static volatile struct mmuart_counters counters;
-
-bool mmuart0_init(uint32_t baud)
+bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)
 {
     if (baud == 0u || baud > BOARD_APB0_HZ / 32u) {
         return false;
@@ -52,134 +40,159 @@ bool mmuart0_init(uint32_t baud)
     }
 
     sysreg_release_reset(SYSREG_RESET_MMUART0);
-    MMUART0->IER = 0u;
-    MMUART0->IEM = 0u;
-    MMUART0->MM1 = 0u;
-    MMUART0->MM2 = 0u;
-    MMUART0->GFR = 0u;
-    MMUART0->TTG = 0u;
-    MMUART0->RTO = 0u;
-    MMUART0->MCR = 0u;
+    regs->IER = 0u;
+    regs->IEM = 0u;
+    regs->MM1 = 0u;
+    regs->MM2 = 0u;
+    regs->GFR = 0u;
+    regs->TTG = 0u;
+    regs->RTO = 0u;
+    regs->MCR = 0u;
 
-    MMUART0->LCR = MMUART_LCR_DLAB;
-    MMUART0->DMR = divisor >> 8;
-    MMUART0->DLR = divisor & 0xFFu;
-    MMUART0->LCR = MMUART_LCR_8N1;
-    MMUART0->DFR = divisor_64ths & 63u;
-    MMUART0->MM0 = MMUART_MM0_EFBR;
+    regs->LCR = MMUART_LCR_DLAB;
+    regs->DMR = divisor >> 8;
+    regs->DLR = divisor & 0xFFu;
+    regs->LCR = MMUART_LCR_8N1;
+    regs->DFR = divisor_64ths & 63u;
+    regs->MM0 = MMUART_MM0_EFBR;
 
     /* Receive trigger 1 (bits 7:6 = 0): no character waits for a time-out. */
-    MMUART0->FCR = MMUART_FCR_FIFO_ENABLE | MMUART_FCR_CLEAR_RX | MMUART_FCR_CLEAR_TX;
+    regs->FCR = MMUART_FCR_FIFO_ENABLE | MMUART_FCR_CLEAR_RX | MMUART_FCR_CLEAR_TX;
 
-    tx.head = tx.tail = 0u;
-    rx.head = rx.tail = 0u;
-    counters.tx_dropped = 0u;
-    counters.rx_dropped = 0u;
-    counters.rx_overruns = 0u;
-    counters.rx_errors = 0u;
-    MMUART0->IER = IER_RECEIVE;
+    u->tx_head = u->tx_tail = 0u;
+    u->rx_head = u->rx_tail = 0u;
+    u->rx_suspects = 0u;
+    u->counters = (struct mmuart_counters){0};
+    u->regs = regs;
+    regs->IER = IER_RECEIVE;
     return true;
 }
 
-size_t mmuart0_free_space(void)
+size_t mmuart_free_space(const struct mmuart *u)
 {
-    return MMUART0_TX_BYTES - (tx.head - tx.tail);
+    return MMUART_TX_BYTES - (u->tx_head - u->tx_tail);
 }
 
-bool mmuart0_put(char character)
+bool mmuart_put(struct mmuart *u, char character)
 {
-    if (mmuart0_free_space() == 0u) {
-        counters.tx_dropped++;
+    if (mmuart_free_space(u) == 0u) {
+        u->counters.tx_dropped++;
         return false;
     }
-    const uint32_t head = tx.head;
-    tx.data[head % MMUART0_TX_BYTES] = character;
-    tx.head = head + 1u;
-    MMUART0->IER = IER_BOTH;
+    const uint32_t head = u->tx_head;
+    u->tx_data[head % MMUART_TX_BYTES] = character;
+    u->tx_head = head + 1u;
+    u->regs->IER = IER_BOTH;
     return true;
 }
 
-bool mmuart0_is_idle(void)
+bool mmuart_is_idle(const struct mmuart *u)
 {
-    return tx.head == tx.tail && (MMUART0->LSR & MMUART_LSR_TEMT) != 0u;
+    return u->tx_head == u->tx_tail && (u->regs->LSR & MMUART_LSR_TEMT) != 0u;
 }
 
-bool mmuart0_get(char *character)
+bool mmuart_get(struct mmuart *u, char *character, bool *loss)
 {
-    const uint32_t tail = rx.tail;
-    if (rx.head == tail) {
+    const uint32_t tail = u->rx_tail;
+    if (u->rx_head == tail) {
         return false;
     }
-    *character = rx.data[tail % MMUART0_RX_BYTES];
-    rx.tail = tail + 1u;
+    const uint32_t received = u->rx_data[tail % MMUART_RX_BYTES];
+    u->rx_tail = tail + 1u;
+    *character = (char)(uint8_t)received;
+    *loss = *loss || (received & RX_LOSS) != 0u;
     return true;
 }
 
-/* Stores a received character, with the LSR that was read before it: reading LSR clears the error bits. */
-static void receive(uint32_t lsr, char character)
+/* The next `count` characters will carry the mark of a loss. */
+static void suspect(struct mmuart *u, uint32_t count)
+{
+    if (u->rx_suspects < count) {
+        u->rx_suspects = count;
+    }
+}
+
+static void store(struct mmuart *u, char character)
+{
+    uint32_t received = (uint8_t)character;
+    if (u->rx_suspects > 0u) {
+        u->rx_suspects--;
+        received |= RX_LOSS;
+    }
+    const uint32_t head = u->rx_head;
+    u->rx_data[head % MMUART_RX_BYTES] = (uint16_t)received;
+    u->rx_head = head + 1u;
+}
+
+/*
+ * Takes a received character, with the LSR that was read before it: reading LSR clears the error bits. After an overrun this
+ * character is good; the gap comes behind the ones that the FIFO holds, so everything up to the first one behind it is suspect.
+ */
+static void receive(struct mmuart *u, uint32_t lsr, char character)
 {
     if ((lsr & MMUART_LSR_OE) != 0u) {
-        counters.rx_overruns++; /* a later character was lost; this one is good */
+        u->counters.rx_overruns++;
+        suspect(u, MMUART_FIFO_BYTES + 1u);
     }
     if ((lsr & (MMUART_LSR_PE | MMUART_LSR_FE | MMUART_LSR_BI)) != 0u) {
-        counters.rx_errors++;
-    } else if (rx.head - rx.tail == MMUART0_RX_BYTES) {
-        counters.rx_dropped++;
+        u->counters.rx_errors++;
+        suspect(u, 1u);
+    } else if (u->rx_head - u->rx_tail == MMUART_RX_BYTES) {
+        u->counters.rx_dropped++;
+        suspect(u, 1u);
     } else {
-        const uint32_t head = rx.head;
-        rx.data[head % MMUART0_RX_BYTES] = character;
-        rx.head = head + 1u;
+        store(u, character);
     }
 }
 
 /* The FIFO is empty: fill it, or say that there is nothing more to send. */
-static void transmit(void)
+static void transmit(struct mmuart *u)
 {
-    uint32_t tail = tx.tail;
-    for (uint32_t room = MMUART_FIFO_BYTES; room > 0u && tail != tx.head; room--) {
-        MMUART0->THR = (uint8_t)tx.data[tail % MMUART0_TX_BYTES];
+    uint32_t tail = u->tx_tail;
+    for (uint32_t room = MMUART_FIFO_BYTES; room > 0u && tail != u->tx_head; room--) {
+        u->regs->THR = (uint8_t)u->tx_data[tail % MMUART_TX_BYTES];
         tail++;
-        tx.tail = tail;
+        u->tx_tail = tail;
     }
-    if (tail == tx.head) {
-        MMUART0->IER = IER_RECEIVE;
+    if (tail == u->tx_head) {
+        u->regs->IER = IER_RECEIVE;
     }
 }
 
-void mmuart0_irq_handler(void)
+void mmuart_irq_handler(struct mmuart *u)
 {
-    (void)MMUART0->IIR; /* drops the transmitter's interrupt */
-    uint32_t lsr = MMUART0->LSR;
+    (void)u->regs->IIR; /* drops the transmitter's interrupt */
+    uint32_t lsr = u->regs->LSR;
     for (uint32_t room = MMUART_FIFO_BYTES; room > 0u && (lsr & MMUART_LSR_DR) != 0u; room--) {
-        receive(lsr, (char)MMUART0->RBR);
-        lsr = MMUART0->LSR;
+        receive(u, lsr, (char)u->regs->RBR);
+        lsr = u->regs->LSR;
     }
     if ((lsr & MMUART_LSR_THRE) != 0u) {
-        transmit();
+        transmit(u);
     }
 }
 
-struct mmuart_counters mmuart0_counters(void)
+struct mmuart_counters mmuart_counters(const struct mmuart *u)
 {
     return (struct mmuart_counters){
-        .tx_dropped = counters.tx_dropped,
-        .rx_dropped = counters.rx_dropped,
-        .rx_overruns = counters.rx_overruns,
-        .rx_errors = counters.rx_errors,
+        .tx_dropped = u->counters.tx_dropped,
+        .rx_dropped = u->counters.rx_dropped,
+        .rx_overruns = u->counters.rx_overruns,
+        .rx_errors = u->counters.rx_errors,
     };
 }
 
-bool mmuart0_emergency_write(const char *text)
+bool mmuart_emergency_write(struct mmuart_regs *regs, const char *text)
 {
-    MMUART0->IER = 0u;
+    regs->IER = 0u;
     for (; *text != '\0'; text++) {
         uint32_t polls = EMERGENCY_POLLS;
-        while ((MMUART0->LSR & MMUART_LSR_THRE) == 0u) {
+        while ((regs->LSR & MMUART_LSR_THRE) == 0u) {
             if (--polls == 0u) {
                 return false;
             }
         }
-        MMUART0->THR = (uint8_t)*text;
+        regs->THR = (uint8_t)*text;
     }
     return true;
 }

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * MMUART_0, the console: 8N1, interrupt-driven, with a ring buffer each way (UG0331, MMUART chapter; 16550 register
- * model with additions). Nothing here waits except mmuart0_emergency_write(), and that is bounded.
+ * MMUART: 8N1, interrupt-driven, with a ring buffer each way (UG0331, MMUART chapter; 16550 register model with
+ * additions). Nothing here waits except mmuart_emergency_write(), and that is bounded.
  *
- * One thread-level writer and reader, one interrupt handler.
+ * A struct mmuart has one writer and one reader, both in the thread, and one interrupt handler.
  */
 #ifndef DRIVERS_MSS_MMUART_H
 #define DRIVERS_MSS_MMUART_H
@@ -89,55 +89,71 @@ REG_AT_OFFSET(struct mmuart_regs, ADR, 0x50);
 #define MMUART_MM0_EFBR        (1u << 7)
 #define MMUART_FIFO_BYTES      16u
 
-/* Characters the buffers hold. */
-#define MMUART0_TX_BYTES 1024u
-#define MMUART0_RX_BYTES 128u
+/* Characters that the buffers hold. */
+#define MMUART_TX_BYTES 1024u
+#define MMUART_RX_BYTES 128u
 
-/* What went wrong on the line since mmuart0_init(). */
+/* What went wrong on the line since mmuart_init(). */
 struct mmuart_counters {
-    uint32_t tx_dropped;  /* mmuart0_put() with the buffer full */
+    uint32_t tx_dropped;  /* mmuart_put() with the buffer full */
     uint32_t rx_dropped;  /* received with the buffer full */
     uint32_t rx_overruns; /* lost in the receiver because the handler came too late */
     uint32_t rx_errors;   /* characters thrown away: framing, parity, break */
 };
 
+/* Heads count characters ever written, tails characters ever read; each has one writer. */
+struct mmuart {
+    struct mmuart_regs *regs;
+    volatile uint32_t tx_head, tx_tail;
+    volatile uint32_t rx_head, rx_tail;
+    volatile uint32_t rx_suspects; /* so many of the next characters will be marked as next to a loss */
+    volatile struct mmuart_counters counters;
+    volatile char tx_data[MMUART_TX_BYTES];
+    volatile uint16_t rx_data[MMUART_RX_BYTES]; /* the character, and whether others are missing near it */
+};
+
 /*
  * Releases the block's reset, sets 8N1 at `baud` and empties both buffers. The rate is BOARD_APB0_HZ / (16 (n + f/64)),
  * rounded to the nearest: at 115200 baud from 100 MHz it is 0.006 % off. The caller enables MSS_IRQ_UART0 in the NVIC
- * and lets UART0_IRQHandler call mmuart0_irq_handler().
+ * and lets UART0_IRQHandler call mmuart_irq_handler().
  *
  * Returns false and leaves the block alone if the divisor does not fit: baud above BOARD_APB0_HZ/32 or below
  * BOARD_APB0_HZ/2^20. Context: thread.
  */
-bool mmuart0_init(uint32_t baud);
+bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud);
 
 /*
  * Puts a character into the transmit buffer; never waits. Returns false and counts it in tx_dropped when there is no
  * room. Context: thread, one writer.
  */
-bool mmuart0_put(char character);
+bool mmuart_put(struct mmuart *u, char character);
 
-/* Characters mmuart0_put() will take now without dropping any. Context: thread. */
-size_t mmuart0_free_space(void);
+/* Characters that mmuart_put() will take now without dropping any. Context: thread. */
+size_t mmuart_free_space(const struct mmuart *u);
 
 /* True when everything has left, including the last stop bit. Context: thread. */
-bool mmuart0_is_idle(void);
+bool mmuart_is_idle(const struct mmuart *u);
 
-/* Takes the oldest received character. Returns false if there is none. Context: thread, one reader. */
-bool mmuart0_get(char *character);
+/*
+ * Takes the oldest received character; returns false if there is none. Sets *loss, and never clears it, when characters near
+ * this one are missing: dropped for want of room, damaged on the line, or overrun in the receiver. The first character behind
+ * a gap always says so; after an overrun up to 16 before it do, too, because the receiver does not tell where the gap is.
+ * Context: thread, one reader.
+ */
+bool mmuart_get(struct mmuart *u, char *character, bool *loss);
 
 /* Serves receiver and transmitter; at most 16 characters each way a call. Context: UART0_IRQHandler only. */
-void mmuart0_irq_handler(void);
+void mmuart_irq_handler(struct mmuart *u);
 
 /* Context: thread. Values of one instant are not guaranteed among each other. */
-struct mmuart_counters mmuart0_counters(void);
+struct mmuart_counters mmuart_counters(const struct mmuart *u);
 
 /*
  * Writes a string by polling, past the buffers and with the block's interrupts off from then on; for the fault path,
- * where nothing else can be relied on. Gives up at the first character the transmitter does not take in the time of 16,
+ * where nothing else can be relied on. Gives up at the first character that the transmitter does not take in the time of 16,
  * so it returns even from a dead line. Returns whether all went out to the transmitter. Context: fault; works without
- * mmuart0_init() too, at whatever rate is set.
+ * mmuart_init() too, at whatever rate is set.
  */
-bool mmuart0_emergency_write(const char *text);
+bool mmuart_emergency_write(struct mmuart_regs *regs, const char *text);
 
 #endif

@@ -26,6 +26,17 @@ uint32_t sysreg_reset_cause(void)
     return cause;
 }
 
+void sysreg_edac_watch(void)
+{
+    SYSREG->EDAC_SR = SYSREG_EDAC_ALL;
+    SYSREG->EDAC_IRQ_ENABLE = SYSREG_EDAC_FATAL;
+}
+
+uint32_t sysreg_edac_corrected(void)
+{
+    return (SYSREG->ESRAM0_EDAC_CNT & 0xFFFFu) + (SYSREG->ESRAM1_EDAC_CNT & 0xFFFFu);
+}
+
 /* Codes 0, 1, 2, 4, 5, 6 are 1, 2, 4, 8, 16, 32; there is no 3. */
 static uint32_t divisor(uint32_t facc1, uint32_t shift)
 {

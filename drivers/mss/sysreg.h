@@ -36,13 +36,18 @@ struct sysreg_regs {
     volatile uint32_t MSSDDR_FACC2_CR;
     uint32_t reserved_0a0[4];
     volatile uint32_t RESET_SOURCE_CR;
-    uint32_t reserved_0b4[38];
+    uint32_t reserved_0b4[15]; /* cache and DDR bridge counters */
+    const volatile uint32_t ESRAM0_EDAC_CNT;
+    const volatile uint32_t ESRAM1_EDAC_CNT;
+    uint32_t reserved_0f8[21];
     const volatile uint32_t DEVICE_VERSION;
     const volatile uint32_t MSSDDR_PLL_STATUS;
     uint32_t reserved_154[6];
     const volatile uint32_t WDOGLOAD;
     const volatile uint32_t WDOGMVRP;
-    uint32_t reserved_174[10];
+    uint32_t reserved_174[7];
+    volatile uint32_t EDAC_SR; /* write 1 clears */
+    uint32_t reserved_194[2];
     volatile uint32_t WDOGTIMEOUTEVENT;
 };
 
@@ -63,10 +68,13 @@ REG_AT_OFFSET(struct sysreg_regs, EDAC_IRQ_ENABLE, 0x078);
 REG_AT_OFFSET(struct sysreg_regs, MSSDDR_FACC1_CR, 0x098);
 REG_AT_OFFSET(struct sysreg_regs, MSSDDR_FACC2_CR, 0x09C);
 REG_AT_OFFSET(struct sysreg_regs, RESET_SOURCE_CR, 0x0B0);
+REG_AT_OFFSET(struct sysreg_regs, ESRAM0_EDAC_CNT, 0xF0);
+REG_AT_OFFSET(struct sysreg_regs, ESRAM1_EDAC_CNT, 0xF4);
 REG_AT_OFFSET(struct sysreg_regs, DEVICE_VERSION, 0x14C);
 REG_AT_OFFSET(struct sysreg_regs, MSSDDR_PLL_STATUS, 0x150);
 REG_AT_OFFSET(struct sysreg_regs, WDOGLOAD, 0x16C);
 REG_AT_OFFSET(struct sysreg_regs, WDOGMVRP, 0x170);
+REG_AT_OFFSET(struct sysreg_regs, EDAC_SR, 0x190);
 REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 
 #define SYSREG REG_BLOCK(struct sysreg_regs, 0x40038000u)
@@ -95,7 +103,12 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 
 #define SYSREG_FACC1_GLMUX_SEL           (1u << 12) /* 1: running from the standby clock, not the PLL */
 #define SYSREG_FACC1_CONTROLLER_PLL_INIT (1u << 26) /* 1: clock bring-up not finished */
+#define SYSREG_PLL_STATUS_FABRIC_LOCK    (1u << 0)
 #define SYSREG_PLL_STATUS_MPLL_LOCK      (1u << 1)
+
+/* EDAC_SR and EDAC_IRQ_ENABLE: a pair of bits each for eSRAM_0, eSRAM_1 and the cache; the even ones were corrected */
+#define SYSREG_EDAC_FATAL 0x2Au /* two bits of a word were wrong */
+#define SYSREG_EDAC_ALL   0x3Fu
 
 /*
  * Switches the instruction cache on for the code at 0 (off after reset): without it every fetch waits for eNVM. Context:
@@ -120,6 +133,25 @@ struct sysreg_clocks {
 
 /* Context: any. */
 struct sysreg_clocks sysreg_clock_ratios(void);
+
+/* Whether the PLL of the MSS and the one of the fabric are locked. One read. Context: any. */
+static inline bool sysreg_plls_locked(void)
+{
+    const uint32_t both = SYSREG_PLL_STATUS_FABRIC_LOCK | SYSREG_PLL_STATUS_MPLL_LOCK;
+    return (SYSREG->MSSDDR_PLL_STATUS & both) == both;
+}
+
+/* What the memories' error correction has found since sysreg_edac_watch(): SYSREG_EDAC_* bits. Context: any. */
+static inline uint32_t sysreg_edac_flags(void)
+{
+    return SYSREG->EDAC_SR;
+}
+
+/* Forgets what was found before, and lets errors that cannot be corrected raise MSS_IRQ_ECC_ERROR. Context: thread. */
+void sysreg_edac_watch(void);
+
+/* Words of eSRAM that were read with one bit wrong, and corrected, since the last reset; each block counts to 65535. */
+uint32_t sysreg_edac_corrected(void);
 
 /* Whether the clocks are what board.h says, as far as the device knows: ratios and source, not rates. Context: any. */
 bool sysreg_clocks_match_board(void);

@@ -57,6 +57,12 @@ static inline uint32_t watchdog_timeout_ticks(void)
     return WATCHDOG->WDOGLOAD;
 }
 
+/* Whether it is on, with the board's time-out: a program that hangs is ended as docs/faults.md says. Context: any. */
+static inline bool watchdog_is_as_designed(void)
+{
+    return watchdog_is_enabled() && watchdog_timeout_ticks() == BOARD_WATCHDOG_LOAD_TICKS;
+}
+
 /* Ticks of BOARD_WATCHDOG_HZ left. Context: any. */
 static inline uint32_t watchdog_remaining_ticks(void)
 {

@@ -3,18 +3,13 @@
 
 #include <stddef.h>
 
+#include "drivers/cortex/cpu.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
 #define QUICK_STOP_MS     5000u
 #define LOOP_START_MS     2u /* until CorePWM's first periods have passed */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
-
-enum start_phase {
-    START_CALIBRATE,
-    START_PWM, /* one step for the PWM to run before the gates open */
-    START_ALIGN,
-};
 
 static void enter(struct axis *a, enum axis_state state)
 {
@@ -25,6 +20,7 @@ static void bridge_off(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);
     corepwm_enable_legs(&a->fabric->pwm, false);
+    torque_rest(&a->torque);
 }
 
 static void begin_operation(struct axis *a)
@@ -37,85 +33,45 @@ static void begin_operation(struct axis *a)
     enter(a, AXIS_OPERATION_ENABLED);
 }
 
-static void step_calibration(struct axis *a)
+static void limit_torque(struct axis *a, bool limit_speed)
 {
-    switch (calibration_step(&a->calibration, &a->fabric->adc)) {
-    case CALIBRATION_DONE:
-        corepwm_enable_legs(&a->fabric->pwm, true);
-        a->start_phase = START_PWM;
-        break;
-    case CALIBRATION_OUT_OF_RANGE:
-        axis_raise(a, FAULT_CURRENT_OFFSET);
-        break;
-    case CALIBRATION_RUNNING:
-    default:
-        break;
-    }
+    const struct torque_view view = {
+        .speed_rpm_q4 = a->speed.speed_rpm_q4,
+        .i_limit_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15),
+        .limit_speed = limit_speed,
+    };
+    torque_set_limits(&a->torque, &a->loop, &a->tuning, &view);
 }
 
-static void step_alignment(struct axis *a)
+static void control_speed(struct axis *a, int32_t slope_q16)
 {
-    switch (alignment_step(&a->alignment, &a->loop, &a->tuning, a->speed.speed_rpm_q4)) {
-    case ALIGNMENT_DONE:
-        a->aligned = true;
-        begin_operation(a);
-        break;
-    case ALIGNMENT_NOT_FOLLOWED:
-        axis_raise(a, FAULT_ENCODER);
-        break;
-    case ALIGNMENT_RUNNING:
-    default:
-        break;
-    }
-}
-
-static void step_switched_on(struct axis *a)
-{
-    switch (a->start_phase) {
-    case START_CALIBRATE:
-        step_calibration(a);
-        break;
-    case START_PWM:
-        if (!a->aligned) {
-            alignment_start(&a->alignment, &a->loop);
-        }
-        current_loop_on(&a->loop, a->fabric, &a->tuning);
-        a->start_phase = START_ALIGN;
-        break;
-    case START_ALIGN:
-    default:
-        if (a->aligned) {
-            begin_operation(a);
-        } else {
-            step_alignment(a);
-        }
-        break;
-    }
-}
-
-static int32_t current_limit_q15(const struct axis *a)
-{
-    return q15_min(speed_loop_current_limit(&a->loop, &a->tuning),
-                   thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15));
+    limit_torque(a, false);
+    torque_ask(&a->torque, &a->loop, &a->tuning, speed_loop_step(&a->speed, &a->tuning, slope_q16, &a->torque.limits));
 }
 
 static void step_operation(struct axis *a)
 {
-    const int32_t limit_q15 = current_limit_q15(a);
     if (a->mode == AXIS_MODE_TORQUE) {
-        a->loop.i_q_ref_q15 = q15_clamp(a->i_command_q15, -limit_q15, limit_q15);
+        limit_torque(a, true);
+        torque_ask(&a->torque, &a->loop, &a->tuning, a->torque_command_q15);
         return;
     }
-    a->loop.i_q_ref_q15 = speed_loop_step(&a->speed, &a->tuning, a->tuning.ramp_q16, limit_q15);
+    control_speed(a, a->tuning.ramp_q16);
+}
+
+/* Time in which the rotor brakes as hard as it may is not counted: then the stop takes what the limits make of it. */
+static bool stop_takes_too_long(struct axis *a)
+{
+    a->stopping_ms++;
+    a->lingering_ms += a->speed.at_limit ? 0u : 1u;
+    return a->lingering_ms >= QUICK_STOP_MS || a->stopping_ms >= (uint32_t)a->params.stop_max_ms;
 }
 
 static void step_quick_stop(struct axis *a)
 {
-    const int32_t slope = (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR;
-    a->loop.i_q_ref_q15 = speed_loop_step(&a->speed, &a->tuning, slope, current_limit_q15(a));
-    a->stopping_ms++;
+    control_speed(a, (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR);
     const bool stands = a->speed.ref_rpm_q16 == 0 && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
-    if (stands || a->stopping_ms >= QUICK_STOP_MS) {
+    if (stop_takes_too_long(a) || stands) {
         bridge_off(a);
         enter(a, AXIS_SWITCH_ON_DISABLED);
     }
@@ -124,15 +80,19 @@ static void step_quick_stop(struct axis *a)
 static void begin_quick_stop(struct axis *a)
 {
     if (a->mode == AXIS_MODE_TORQUE) {
-        speed_loop_reset(&a->speed, a->loop.i_q_ref_q15);
+        speed_loop_reset(&a->speed, a->torque.torque_q15);
     }
     a->mode = AXIS_MODE_SPEED;
     a->speed.target_rpm_q16 = 0;
     a->stopping_ms = 0;
+    a->lingering_ms = 0;
     enter(a, AXIS_QUICK_STOP);
 }
 
-/* Requests were checked when they were made; what the state no longer allows is dropped. */
+/*
+ * Requests were checked when they were made, against the state as it is now unless a fault or the end of a stop has come in
+ * between: then the state no longer allows them, and they are dropped.
+ */
 static void take_request(struct axis *a)
 {
     const uint32_t wanted = a->request;
@@ -167,15 +127,12 @@ static void take_request(struct axis *a)
     }
 }
 
-/*
- * There must have been as many conversions as there should in the last period; one either way is phase. That the current loop
- * took each of them the fabric watches: one that is not taken is an overrun.
- */
+/* Expect CONFIG_LOOPS_PER_SLOW conversions +-1 since the last step; the fabric detects unread ones. */
 static void watch_heartbeat(struct axis *a)
 {
     const uint32_t ran = adc_sequence(&a->fabric->adc) - a->heartbeat;
     a->heartbeat += ran;
-    if (a->time_ms <= LOOP_START_MS) {
+    if (axis_up_ms(a) <= LOOP_START_MS) {
         return;
     }
     if (ran + 1u < CONFIG_LOOPS_PER_SLOW || ran > CONFIG_LOOPS_PER_SLOW + 1u) {
@@ -209,8 +166,9 @@ static void react_to_fault(struct axis *a)
     bridge_off(a);
     a->request = AXIS_REQUEST_NONE;
     a->reactions.stopping = false;
-    if (spoils_alignment(a->faults.cause) || a->state == AXIS_SWITCHED_ON) {
-        a->aligned = false;
+    if (spoils_alignment(a->faults.cause)) {
+        a->start.aligned = false; /* and the index has to be seen anew */
+        encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
     }
     enter(a, AXIS_FAULT_REACTION);
 }
@@ -219,12 +177,13 @@ static void step_state(struct axis *a)
 {
     switch (a->state) {
     case AXIS_READY:
-        calibration_start(&a->calibration);
-        a->start_phase = START_CALIBRATE;
+        start_begin(a);
         enter(a, AXIS_SWITCHED_ON);
         break;
     case AXIS_SWITCHED_ON:
-        step_switched_on(a);
+        if (start_step(a)) {
+            begin_operation(a);
+        }
         break;
     case AXIS_OPERATION_ENABLED:
         step_operation(a);
@@ -242,6 +201,19 @@ static void step_state(struct axis *a)
     }
 }
 
+/* Where the clock wraps, both words change at once: the current loop may come in between and read them. */
+static void count_time(struct axis *a)
+{
+    if (a->time_ms != UINT32_MAX) {
+        a->time_ms++;
+        return;
+    }
+    const uint32_t mask = cpu_irq_save();
+    a->time_ms = 0;
+    a->time_wraps++;
+    cpu_irq_restore(mask);
+}
+
 /* A fault whose reaction is a controlled stop: as long as the bridge is on, and nothing else has switched it off. */
 static bool stops_under_control(struct axis *a)
 {
@@ -257,8 +229,12 @@ static bool stops_under_control(struct axis *a)
 
 void axis_step(struct axis *a)
 {
-    a->time_ms++;
-    speed_loop_measure(&a->speed, &a->loop, &a->tuning);
+    count_time(a);
+    if (axis_fabric_doubted(a)) {
+        return;
+    }
+    speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
+    torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
     watch_heartbeat(a);
     watch_latches(a);
     if (a->faults.cause != FAULT_NONE && a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION &&
@@ -268,30 +244,28 @@ void axis_step(struct axis *a)
         take_request(a);
         step_state(a);
     }
-    current_loop_follow(&a->loop, a->fabric, &a->tuning);
+    start_learn_index(a);
+    current_loop_follow(&a->loop, a->fabric, start_tuning(a));
     supervision_step(a);
 }
 
 void axis_init(struct axis *a, struct fabric *fabric)
 {
-    *a = (struct axis){.fabric = fabric};
+    *a = (struct axis){.fabric = fabric, .fabric_doubt = AXIS_FABRIC_DOUBTED};
     current_loop_init(&a->loop);
+    speed_loop_init(&a->speed);
     params_init(&a->params);
     (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
+    torque_map_build(&a->torque.map, &a->params, &a->tuning);
     current_loop_tune(&a->loop, &a->tuning);
     thermal_init(&a->thermal, NULL, &a->params);
     reaction_init(&a->reactions);
+    speed_loop_tune(&a->speed, &a->tuning);
 }
 
 void axis_remember_heat(struct axis *a, struct thermal_memory *memory)
 {
     thermal_init(&a->thermal, memory, &a->params);
-}
-
-/* Without the expected fabric or clock a register may be anything: then nothing is written, and the drive stays off. */
-static bool fabric_in_doubt(enum fault boot_fault)
-{
-    return boot_fault == FAULT_CLOCK || boot_fault == FAULT_FABRIC;
 }
 
 static bool start_fabric(struct axis *a)
@@ -302,13 +276,27 @@ static bool start_fabric(struct axis *a)
     return running;
 }
 
+/* What the fabric does cannot be known: from here on nothing of it is touched. Its gates are off since the reset. */
+static void doubt_fabric(struct axis *a, enum fault cause)
+{
+    a->fabric_doubt = AXIS_FABRIC_DOUBTED;
+    axis_raise(a, cause);
+    enter(a, AXIS_FAULT);
+}
+
 void axis_start(struct axis *a, enum fault boot_fault)
 {
+    if (fault_doubts_fabric(boot_fault)) {
+        doubt_fabric(a, boot_fault);
+        return;
+    }
+    if (!start_fabric(a)) {
+        doubt_fabric(a, FAULT_FABRIC);
+        return;
+    }
+    a->fabric_doubt = 0;
     enter(a, AXIS_SWITCH_ON_DISABLED);
     if (boot_fault != FAULT_NONE) {
         axis_raise(a, boot_fault);
-    }
-    if (!fabric_in_doubt(boot_fault) && !start_fabric(a)) {
-        axis_raise(a, FAULT_FABRIC);
     }
 }

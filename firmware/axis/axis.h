@@ -15,12 +15,12 @@
 #include "drivers/fabric/fabric.h"
 #include "firmware/axis/fault.h"
 #include "firmware/axis/reaction.h"
+#include "firmware/axis/start.h"
 #include "firmware/axis/supervision.h"
 #include "firmware/axis/thermal.h"
-#include "firmware/commission/alignment.h"
-#include "firmware/commission/calibration.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/control/speed_loop.h"
+#include "firmware/control/torque.h"
 #include "firmware/settings/error.h"
 #include "firmware/settings/params.h"
 #include "firmware/settings/tuning.h"
@@ -57,33 +57,55 @@ struct axis {
     struct params params; /* as set; in effect from the next switching on */
     struct tuning tuning; /* of the last switching on */
     struct speed_loop speed;
-    struct calibration calibration;
-    struct alignment alignment;
+    struct start start;
     struct fault_record faults;
     volatile uint32_t state; /* enum axis_state */
     volatile uint32_t mode;  /* enum axis_mode */
     volatile uint32_t time_ms;
-    volatile uint32_t request;      /* enum axis_request: the thread writes it, the slow loop takes it */
-    volatile int32_t i_command_q15; /* of torque control */
-    bool aligned;                   /* the encoder's relation to the magnets is known */
-    uint32_t start_phase;
+    volatile uint32_t request;           /* enum axis_request: the thread writes it, the slow loop takes it */
+    volatile int32_t torque_command_q15; /* of torque control */
     uint32_t stopping_ms;
-    uint32_t heartbeat; /* conversions at the last step */
+    uint32_t lingering_ms;          /* of these, those in which no limit held the rotor's braking back */
+    uint32_t heartbeat;             /* conversions at the last step */
+    volatile uint32_t time_wraps;   /* of time_ms, once in 49.7 days */
+    volatile uint32_t fabric_doubt; /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
+    struct torque_control torque;
     struct supervision supervision;
     struct thermal thermal;
     struct reactions reactions;
     volatile uint32_t command_ms; /* when somebody last spoke to the drive */
 };
 
-/* Puts the axis into its first state, with initial parameters. Touches no register. Thread, once. */
+/* One value and no other, so that a stray write does not keep a fault from switching the bridge off. */
+#define AXIS_FABRIC_DOUBTED 0xD0B7FABCu
+
+/* What an operator sees, all of it of one instant. */
+struct axis_status {
+    uint32_t state; /* enum axis_state */
+    uint32_t fault; /* enum fault */
+    int32_t speed_rpm_q4, speed_ref_rpm_q4;
+    int32_t i_d_q15, i_q_q15;
+    int32_t i_d_ref_q15, i_q_ref_q15;
+    int32_t vbus_q15;
+    uint64_t up_ms;
+};
+
+/* Whether no register of the fabric may be touched. Any context. */
+static inline bool axis_fabric_doubted(const struct axis *a)
+{
+    return a->fabric_doubt == AXIS_FABRIC_DOUBTED;
+}
+
+/* Puts the axis into its first state, with initial parameters and a fabric in doubt. Touches no register. Thread, once. */
 void axis_init(struct axis *a, struct fabric *fabric);
 
 /* Where the temperatures are kept over a reset, and what has been kept there. Thread, once, after axis_init(). */
 void axis_remember_heat(struct axis *a, struct thermal_memory *memory);
 
 /*
- * Leaves "not ready": starts PWM, encoder and ADC, bridge off. `boot_fault` is what start-up found; after one that puts the
- * fabric in doubt no register is touched. Thread, once.
+ * Leaves "not ready": starts PWM, encoder and ADC, bridge off. `boot_fault` is what start-up found. After one that puts the
+ * fabric in doubt, the axis is in "fault" and stays there, and neither reads nor writes a register of the fabric until a reset:
+ * the gates are off because reset leaves them so. Thread, once.
  */
 void axis_start(struct axis *a, enum fault boot_fault);
 
@@ -95,12 +117,17 @@ void axis_raise(struct axis *a, enum fault cause);
 
 /* Latches without switching off; whether it was the first. For axis_raise() and axis/reaction.c. Any context. */
 bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
+/* The same with what the cause has to tell: fault_record.detail. */
+void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
 
 /* The way out of the current loop's interrupt when a sample has a fault: finds the cause. ISR. */
 void axis_sample_fault(struct axis *a);
 
 /*
- * Requests: thread. Each is checked here and carried out by the next step; refused, nothing has changed.
+ * Requests: thread. Each is checked here, against the state that the requests before it have led to, and carried out by the
+ * next step. Refused, nothing has changed. A request that comes within the same millisecond as the one before waits for the
+ * slow loop to take that one; if the slow loop is dead it gives up after a few milliseconds (ERROR_BUSY), and switching off
+ * closes the gates by itself.
  */
 struct outcome axis_switch_on(struct axis *a);
 struct outcome axis_switch_off(struct axis *a);
@@ -116,7 +143,13 @@ static inline void axis_hear(struct axis *a)
     a->command_ms = a->time_ms;
 }
 
-/* Whether parameters may change now: the bridge is off and no start is under way. Thread. */
+/* Whether parameters may change now: the bridge is off and no start is under way. Thread; waits as requests do. */
 bool axis_is_off(const struct axis *a);
+
+/* Thread. Holds the current loop back for about 40 cycles. */
+struct axis_status axis_status(const struct axis *a);
+
+/* Milliseconds since the start, which do not wrap. Any context. */
+uint64_t axis_up_ms(const struct axis *a);
 
 #endif

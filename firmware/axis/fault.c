@@ -37,7 +37,7 @@ static void take_snapshot(struct axis *a)
 {
     struct fault_snapshot *const s = &a->faults.snapshot;
     const struct adc_sample sample = adc_read(&a->fabric->adc);
-    s->time_ms = a->time_ms;
+    s->up_ms = axis_up_ms(a);
     s->state = a->state;
     s->i_a_q15 = sample.ia_q15;
     s->i_b_q15 = sample.ib_q15;
@@ -52,6 +52,11 @@ static void take_snapshot(struct axis *a)
 
 bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
 {
+    if (axis_fabric_doubted(a)) { /* the gates are off since the reset, and there is nothing to read */
+        const bool none = a->faults.cause == FAULT_NONE;
+        a->faults.cause = none ? cause : a->faults.cause;
+        return none;
+    }
     const uint32_t mask = cpu_irq_save(); /* two callers must not both find it empty */
     const bool first = a->faults.cause == FAULT_NONE;
     if (first) {
@@ -64,10 +69,17 @@ bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t det
     return first;
 }
 
+void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
+{
+    if (!axis_fabric_doubted(a)) {
+        gate_disable(&a->fabric->gate);
+    }
+    (void)fault_latch(a, cause, detail_0, detail_1);
+}
+
 void axis_raise(struct axis *a, enum fault cause)
 {
-    gate_disable(&a->fabric->gate);
-    (void)fault_latch(a, cause, 0, 0);
+    axis_raise_with(a, cause, 0, 0);
 }
 
 enum fault fault_from_gate(uint32_t gate_flags)
@@ -101,10 +113,12 @@ enum fault fault_from_adc(uint32_t adc_flags)
 /* An over-current may follow from something that has just begun and would be found in a moment. */
 static void raise_overcurrent(struct axis *a)
 {
-    const uint32_t phases = supervise_phases_suspects(a);
-    gate_disable(&a->fabric->gate);
-    (void)fault_latch(a, phases != 0u ? FAULT_OPEN_PHASE : supervise_encoder_blame(a, FAULT_OVERCURRENT),
-                      (int32_t)phases, 0);
+    int32_t phase;
+    if (supervise_phases_suspect(a, &phase)) {
+        axis_raise_with(a, FAULT_OPEN_PHASE, phase, 0);
+    } else {
+        axis_raise(a, supervise_encoder_blame(a, FAULT_OVERCURRENT));
+    }
 }
 
 /*

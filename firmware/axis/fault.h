@@ -29,8 +29,13 @@ enum fault {
     FAULT_LOOP_STOPPED,      /* the current loop's interrupt has gone silent, or comes too often */
     FAULT_WATCHDOG,          /* the last reset came from the watchdog */
     FAULT_EXCEPTION,         /* the last reset followed a processor fault; the console has the details */
-    FAULT_CLOCK,             /* the clock ratios are not those of the board header */
+    FAULT_CLOCK,             /* the clocks are not those of the board header, or not locked */
     FAULT_FABRIC,            /* the fabric does not carry the expected design */
+    FAULT_LOCKUP,            /* the last reset came from a lock-up: a fault inside a fault's handler */
+    FAULT_STACK_GUARD,       /* the memory protection below the stack is not in effect */
+    FAULT_WATCHDOG_OFF,      /* the watchdog is not on, or not with the board's time-out */
+    FAULT_PLL,               /* a PLL lost its lock while the program ran */
+    FAULT_ECC,               /* a word of memory could not be corrected while the program ran */
     FAULT_ENCODER_SLIP,      /* the counted angle is not the rotor's */
     FAULT_ENCODER_DEAD,      /* no counts although the rotor turns */
     FAULT_ENCODER_COUNTS,    /* the index does not come where the count says */
@@ -41,11 +46,23 @@ enum fault {
     FAULT_VOLTAGE_LIMIT,     /* the bus does not drive the current that is wanted */
     FAULT_LIMIT_CYCLE,       /* the speed loop swings by itself */
     FAULT_COMMAND_TIMEOUT,   /* nobody has spoken for too long */
+    FAULT_ROTOR_TURNING,     /* start: the rotor did not come to rest */
+    FAULT_SENSOR_SIGN,       /* start: a current sensor counts backwards */
+    FAULT_ENCODER_DIRECTION, /* start: encoder backwards or phase order wrong, which look alike */
+    FAULT_POLE_PAIRS,        /* start: pole_pairs does not fit the encoder's counts */
+    FAULT_ROTOR_BLOCKED,     /* start: the rotor does not follow the field */
+    FAULT_LOAD_TOO_HIGH,     /* start: the load turns the rotor out of the field */
     FAULT_COUNT
 };
 
+/* Whether a fault of start-up leaves open what the fabric is, or how fast: then no register of it may be touched. */
+static inline bool fault_doubts_fabric(enum fault cause)
+{
+    return cause == FAULT_CLOCK || cause == FAULT_FABRIC;
+}
+
 struct fault_snapshot {
-    uint32_t time_ms;
+    uint64_t up_ms;
     uint32_t state; /* enum axis_state */
     int32_t i_a_q15, i_b_q15, i_c_q15;
     int32_t i_d_q15, i_q_q15;
@@ -57,7 +74,7 @@ struct fault_snapshot {
 
 struct fault_record {
     volatile uint32_t cause; /* enum fault: the first, until cleared */
-    int32_t detail[2];       /* figures that belong to the cause */
+    int32_t detail[2];       /* what the cause has to tell; message_fault_detail() says what it means */
     struct fault_snapshot snapshot;
 };
 

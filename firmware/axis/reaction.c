@@ -46,8 +46,7 @@ void axis_report(struct axis *a, enum fault cause, int32_t detail_0, int32_t det
     } else if (choice == REACTION_STOP && can_stop(a)) {
         r->stopping = fault_latch(a, cause, detail_0, detail_1) || r->stopping;
     } else {
-        gate_disable(&a->fabric->gate);
-        (void)fault_latch(a, cause, detail_0, detail_1);
+        axis_raise_with(a, cause, detail_0, detail_1);
     }
 }
 

@@ -143,7 +143,7 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e)
     }
     if (counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << 13))) {
         if (stands_with_emf(e)) {
-            axis_report(a, FAULT_ENCODER_DEAD, 0, 0);
+            axis_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
         } else {
             e->w_moving_q15 = 0; /* that was the shaft */
         }
@@ -178,7 +178,7 @@ static void watch_still(struct axis *a, const struct encoder_watch *e)
 {
     const uint32_t w_q15 = (uint32_t)q15_abs(e->w_moving_q15);
     if (e->still_ms <= STILL_MS_MAX && w_q15 > (uint32_t)e->dead_w_q15 && e->still_ms * w_q15 > e->still_limit_q15) {
-        axis_report(a, FAULT_ENCODER_DEAD, 0, 0);
+        axis_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
     }
 }
 
@@ -201,7 +201,7 @@ static void watch_index(struct axis *a, struct encoder_watch *e)
         const int32_t off = counts_between(a, (uint32_t)e->index_last[way], now);
         const int32_t drift = counts_between(a, (uint32_t)e->index_first[way], now);
         if (q15_abs(off) > INDEX_COUNTS || q15_abs(drift) > INDEX_DRIFT) {
-            axis_report(a, FAULT_ENCODER_COUNTS, a->params.encoder_counts + (way == 0u ? off : -off), drift);
+            axis_report(a, FAULT_ENCODER_COUNTS, drift, a->params.encoder_counts + (way == 0u ? off : -off));
         }
     }
     e->index_last[way] = (int32_t)now;

@@ -1,33 +1,70 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Where the magnets are: an incremental encoder does not know, so a direct current pulls the rotor to a known angle.
+ * Where the magnets are: an incremental encoder does not know, so a direct current finds out.
  *
- * The current rises at -90 degrees electrical, the field turns to 0 and waits. A rotor that stood exactly opposite to the
- * first angle, where there is no pull, is picked up on the way. The encoder must have followed the turn: if it has not, it is
- * dead, counts the wrong way, or pole_pairs or encoder_counts is wrong, and switching on would end in a runaway.
+ * It pulls the rotor to two angles 90 degrees apart, because there is no pull from the opposite side; then the field turns one
+ * electrical turn forth and back, and a part of one with less current. Counts to a turn tell whether pole_pairs and
+ * encoder_counts are right, their sign the direction, the field's lead over the encoder the offset (field_pass.h), and what
+ * the lead grows by with less current the load (load_angle.h). Nothing is taken for granted: what does not follow is named.
+ *
+ * The rotor turns by two and a half electrical turns, as pole_pairs says them, to either side of where it stood; one that
+ * turns by more than ALIGNMENT_TURNS is driven by a load, and let go.
+ * The current is i_align, or where that does not do, as much as i_max.
  */
 #ifndef FIRMWARE_COMMISSION_ALIGNMENT_H
 #define FIRMWARE_COMMISSION_ALIGNMENT_H
 
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/commission/field_pass.h"
+#include "firmware/commission/load_angle.h"
+#include "firmware/commission/pendulum.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/tuning.h"
+
+#define ALIGNMENT_TURNS 6
 
 enum alignment_result {
     ALIGNMENT_RUNNING,
     ALIGNMENT_DONE,
-    ALIGNMENT_NOT_FOLLOWED, /* the encoder did not turn with the field */
+    ALIGNMENT_ENCODER_DEAD, /* the field turned, the magnets induced a voltage, and no counts came */
+    ALIGNMENT_DIRECTION,    /* encoder backwards or two phases exchanged */
+    ALIGNMENT_POLE_PAIRS,   /* detail: pole pairs and counts that would fit */
+    ALIGNMENT_COUNTS,       /* the same */
+    ALIGNMENT_BLOCKED,      /* nothing turned, or not evenly */
+    ALIGNMENT_LOAD,         /* detail: load angle in degrees at the larger current */
 };
 
 struct alignment {
-    uint32_t time_ms;
-    uint32_t encoder_before_turn_q32;
+    uint32_t stage;
+    uint32_t attempt;
+    uint32_t level; /* of TUNING_ALIGN_LEVELS: how much current */
+    uint32_t pass;
+    uint32_t stage_ms;
+    int32_t period_ms; /* of the rotor, or more: times are measured by it */
+    int32_t counts;    /* of the encoder since the start */
+    int32_t sense;     /* mean of the last milliseconds of the q voltage times the encoder's motion */
+    int32_t fastest_q32;
+    int32_t origin;   /* counts when this attempt began */
+    uint32_t latched; /* counter at the last step */
+    uint32_t field_q32;
+    int32_t current_q15, target_q15;
+    bool gripped; /* it fell, and more current caught it */
+    bool even;    /* the whole turns were */
+    struct pendulum rotor;
+    struct field_pass passing;
+    int32_t turn_counts[2]; /* of the whole turns, forth and back */
+    int32_t turn_v_q_q15[2];
+    struct load_angle load;
+    int32_t detail[2];
 };
 
-/* Slow loop, before the bridge is switched on. */
-void alignment_start(struct alignment *a, volatile struct current_loop *c);
+/* `latched`: the encoder's counter. Slow loop, before the bridge is switched on. */
+void alignment_start(struct alignment *a, volatile struct current_loop *c, const struct tuning *t, uint32_t latched);
 
-/* One step a millisecond, 600 in all; sets the current references and the angle. Slow loop, bridge on. */
+/* One step a millisecond; sets the current references and the angle. Slow loop, bridge on. */
 enum alignment_result alignment_step(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
-                                     int32_t speed_rpm_q4);
+                                     uint32_t latched);
 
 #endif

@@ -1,17 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The current loop: the end-of-conversion interrupt, 20 kHz, the most urgent one.
+ * The current loop: the end-of-conversion interrupt, once a PWM period, the most urgent one.
  *
- * The interrupt itself is written in assembly (current_loop_isr.S); current_loop_step.h defines in C what it computes. It
- * works with what the slow loop prepares once a millisecond: gains for the present bus voltage, the feed-forward, thresholds
- * (they stand in the ADC block). What it believes can be watched in the structure while
- * the motor turns.
+ * current_loop_step.h is the interrupt's work in C, one instance for each source of the field's angle and each scheme of
+ * sensing; the one for the encoder and two sensors stands in assembly as well (current_loop_isr.S), because it is quicker.
+ * Which one runs the vector says: current_loop_select(). The interrupt works with what the slow loop prepares once a
+ * millisecond: gains for the present bus voltage, the feed-forward, thresholds (they stand in the ADC block). What it believes
+ * can be watched in the structure while the motor turns.
  *
- * The interrupt breaks into everything else, so whoever is below it takes the structure as volatile: then every access is
+ * The interrupt breaks into everything else, so less urgent code takes the structure as volatile: then every access is
  * made, once, and in the order that is written.
  *
- * Inside the loop voltages have a unit of their own, v_q4: sixteenths of a count of half the on-time. So the bus voltage is
- * in the gains, and what the bus can give is a constant.
+ * Inside the loop voltages are in steps of 2^-CONFIG_V_SHIFT counts of half the on-time. So the bus voltage is in the gains,
+ * and what the bus can give is a constant.
  */
 #ifndef FIRMWARE_CONTROL_CURRENT_LOOP_H
 #define FIRMWARE_CONTROL_CURRENT_LOOP_H
@@ -25,8 +26,34 @@
 #include "lib/pll.h"
 #include "lib/q15.h"
 
-/* The d voltage is limited to this, about 3/4 of the circle, so that q always has its share. */
-#define LOOP_V_D_MAX_Q4 16384
+#define LOOP_V_D_MAX_STEPS (1 << (LOOP_V_D_BITS - 1))
+
+/* Where the field's angle comes from. */
+enum loop_source {
+    LOOP_ENCODER, /* the rotor's, by the encoder */
+    LOOP_FORCED,  /* current_loop_field(), whatever the rotor does */
+    LOOP_SOURCES,
+};
+
+/* Which phase currents are measured. */
+enum loop_scheme {
+    LOOP_SENSE_AB,   /* a and b: sensors in line with the phases */
+    LOOP_SENSE_PAIR, /* two of three, current_loop_pair(): shunts, of which one may be blind */
+    LOOP_SCHEMES,
+};
+
+/* The two bits say whose place the sum of the others takes. */
+enum loop_pair {
+    LOOP_PAIR_AB = 0,
+    LOOP_PAIR_BC = INT32_MIN,
+    LOOP_PAIR_CA = 1 << 30,
+};
+
+/* An axis's instances of the interrupt, and the vector that chooses one of them. */
+struct loop_handlers {
+    void (**vector)(void);
+    void (*handler[LOOP_SOURCES][LOOP_SCHEMES])(void);
+};
 
 struct current_loop {
     struct pll pll;            /* angle predicted for the next sample, and speed; of the encoder, electrical */
@@ -35,30 +62,37 @@ struct current_loop {
     /* references: written by the slow loop */
     int32_t i_d_ref_q15;
     int32_t i_q_ref_q15;
-    /* controllers: v_q4 per LSB of current; 0 while the bridge is off */
+    /* controllers: steps per LSB of current; 0 while the bridge is off */
     int32_t kp_d_q9;
     int32_t kp_q_q9;
     int32_t integral_d_q9;
     int32_t integral_q_q9;
-    int32_t turn_q15; /* by how much the rotor turns until the voltages act, radians */
+    int32_t turn_q15; /* by how much the frame turns until the voltages act, radians */
     int32_t ki_q15;   /* of both axes, per sample */
     /* the last sample in the rotor's frame, and the voltages that answer it, in the rotor's frame when they act */
     int32_t i_d_q15;
     int32_t i_q_q15;
-    int32_t v_d_q4;
-    int32_t v_q_q4;
-    uint32_t encoder_scale_q32; /* electrical turns per count */
-    uint32_t status_max;        /* a gate status above this is a fault; all ones while none counts */
-    uint16_t circle_q4[512];    /* largest |v_q| beside v_d */
+    int32_t v_d_steps;
+    int32_t v_q_steps;
+    uint32_t encoder_scale_q32;                   /* electrical turns per count */
+    uint32_t status_max;                          /* a gate status above this is a fault; all ones while none counts */
+    int32_t pair;                                 /* enum loop_pair */
+    uint32_t field_angle_q32;                     /* of LOOP_FORCED: at the next sample */
+    int32_t field_speed_q32;                      /* and a period later so much more */
+    uint16_t circle_steps[1 << LOOP_CIRCLE_BITS]; /* largest |v_q| beside v_d */
+
+    /* which instance runs: current_loop_select() alone writes these */
+    const struct loop_handlers *handlers; /* NULL: nobody's interrupt */
+    uint32_t source, scheme;
 
     /* once a millisecond */
     int32_t vbus_q15;
     int32_t v_d_q15, v_q_q15; /* the voltages, 1.0 = v_range */
     int32_t radius_q15;       /* largest voltage that the modulator makes of the bus */
-    int32_t feedforward_d_q4, feedforward_q_q4;
+    int32_t feedforward_d_steps, feedforward_q_steps;
 };
 
-/* Speed as the decoupling uses it: Q15, 1.0 = TUNING_SPEED_BASE_HZ electrical. Any context. */
+/* Electrical speed of the rotor: Q15, 1.0 = CONFIG_SPEED_BASE_HZ. Any context. */
 static inline int32_t current_loop_w_q15(const volatile struct current_loop *c)
 {
     return q15_sat16(c->pll.speed_q32 >> 13);
@@ -67,7 +101,7 @@ static inline int32_t current_loop_w_q15(const volatile struct current_loop *c)
 /* Electrical angle of the field, for display. Any context. */
 static inline uint32_t current_loop_angle_u16(const volatile struct current_loop *c)
 {
-    return (c->pll.angle_q32 + c->angle_offset_q32) >> 16;
+    return (c->source == LOOP_FORCED ? c->field_angle_q32 : c->pll.angle_q32 + c->angle_offset_q32) >> 16;
 }
 
 /* The state before the first use. Thread, once. */
@@ -80,8 +114,27 @@ void current_loop_tune(volatile struct current_loop *c, const struct tuning *t);
 void current_loop_on(volatile struct current_loop *c, struct fabric *f, const struct tuning *t);
 void current_loop_off(volatile struct current_loop *c, struct fabric *f);
 
-/* Lets the field stand at an angle, whatever the rotor does, until the next call. Slow loop, every millisecond. */
-void current_loop_force_angle(volatile struct current_loop *c, uint32_t angle_q32);
+/*
+ * Chooses the instance of the interrupt. Only while the bridge is off; otherwise returns false, and nothing has changed: the
+ * integrals hold what they learnt in the frame of the source before. Slow loop.
+ */
+bool current_loop_select(volatile struct current_loop *c, const struct fabric *f, enum loop_source source,
+                         enum loop_scheme scheme);
+
+/*
+ * Of LOOP_FORCED: the field stands at `angle_q32` at the next sample and turns by `speed_q32` a period from there, until told
+ * otherwise. The rotor's angle and speed in `pll` go on following the encoder. Slow loop, bridge on or off.
+ */
+void current_loop_field(volatile struct current_loop *c, uint32_t angle_q32, int32_t speed_q32);
+
+/* The rotor stands at this electrical angle now: from here on the encoder tells it. Slow loop. */
+void current_loop_set_rotor(volatile struct current_loop *c, uint32_t angle_q32);
+
+/* Of LOOP_SENSE_PAIR: the two currents to use from the next sample on; one store. Slow loop, bridge on or off. */
+static inline void current_loop_pair(volatile struct current_loop *c, enum loop_pair pair)
+{
+    c->pair = pair;
+}
 
 /* Gains and feed-forward for the present bus voltage, speed and references. Slow loop, every millisecond, last. */
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);

@@ -1,14 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The current loop's interrupt. current_loop_step.h says in C what it computes; here stands how, with the cycles of each line
- * first in its remark (docs/timing.md; a memory that answers at once).
+ * The current loop's interrupt for the encoder and two sensors, written by hand. current_loop_step.h is the C reference; each
+ * remark begins with its cycle count (docs/timing.md; for memory without wait cycles).
  *
  * No branch but the one that ends a sample with a fault; the same instructions whatever the data. Values stay in registers from
  * the ADC to the edges. Loads stand in runs, since a load after a load takes one cycle instead of two, and a store after a load
  * none. An IT block after an instruction of 16 bits costs nothing, hence low registers for what is compared.
+ *
+ * LOOP is the structure's address and 1: a store of it writes a 1 into bit 0 and a 0 into bit 1, which is what SYNC_UPDATE (one
+ * bit) and ADC.STATUS (EOC, but not OVERRUN) are to be given, without a register of their own. FABRIC writes a 0.
  */
 #include "drivers/fabric/offsets.h"
 #include "firmware/control/current_loop_layout.h"
+#include "lib/factors.h"
 
         .syntax unified
         .thumb
@@ -24,6 +28,8 @@
 /* The registers of one edge: phase 0...2, edge 0...3 as in struct current_edges. */
 #define EDGE(phase, edge) (FABRIC_PWM1_POSEDGE + 16 * (phase) + 4 * (edge))
 
+        .cfi_sections .debug_frame                      @ what debuggers read here; .eh_frame is not linked
+
         .section .text.FabricIrq0_IRQHandler, "ax", %progbits
         .p2align 2
         .global FabricIrq0_IRQHandler
@@ -33,25 +39,34 @@ FabricIrq0_IRQHandler:                                  @ 12  entry
         push    {r4-r11, lr}                            @ 10
         .cfi_def_cfa_offset 36
         .cfi_offset lr, -4
+        .cfi_offset r11, -8
+        .cfi_offset r10, -12
+        .cfi_offset r9, -16
+        .cfi_offset r8, -20
+        .cfi_offset r7, -24
+        .cfi_offset r6, -28
+        .cfi_offset r5, -32
+        .cfi_offset r4, -36
         mov     FABRIC, #FABRIC_BASE                    @  1  (not right before its use: that would be one more)
-        movw    LOOP, #:lower16:axes            @  1
-        movt    LOOP, #:upper16:axes            @  1
+        movw    LOOP, #:lower16:(axes + 1)              @  1
+        movt    LOOP, #:upper16:(axes + 1)              @  1
 
 /* stage: sample */
-        .global current_loop_body                       @ tests begin here, with bases of their own
-current_loop_body:
+        .if . - FabricIrq0_IRQHandler != LOOP_BODY
+        .error "LOOP_BODY is not where the handler's work begins"
+        .endif
         ldr     ALPHA, [FABRIC, #FABRIC_ADC_IA]         @  2  alpha = i_a
         ldr     BETA, [FABRIC, #FABRIC_ADC_IB]          @  1
-        ldr     r0, [LOOP, #LOOP_ANGLE]                 @  1
-        ldr     r1, [LOOP, #LOOP_ANGLE_OFFSET]          @  1
-        ldr     r2, [LOOP, #LOOP_SINE]                  @  1
-        str     FABRIC, [FABRIC, #FABRIC_SYNC_UPDATE]   @  0  edges in part are not taken (bit 0 of the base is 0)
+        ldr     r0, [LOOP, #LOOP_ANGLE - 1]             @  1
+        ldr     r1, [LOOP, #LOOP_ANGLE_OFFSET - 1]      @  1
+        ldr     r2, [LOOP, #LOOP_SINE - 1]              @  1
+        str     FABRIC, [FABRIC, #FABRIC_SYNC_UPDATE]   @  0  edges in part are not taken
 
 /* stage: Clarke, lib/transform_q15.h */
-        movw    r3, #20277                              @  1
+        movw    r3, #CLARKE_FACTOR_Q17                  @  1
         add     BETA, ALPHA, BETA, lsl #1               @  1  i_a + 2 i_b
         mul     r3, BETA, r3                            @  1
-        add     BETA, BETA, r3, asr #17                 @  1  2 beta
+        add     BETA, BETA, r3, asr #CLARKE_SHIFT       @  1  2 beta
         add     BETA, #1                                @  1
         asr     BETA, BETA, #1                          @  1
 
@@ -81,22 +96,22 @@ current_loop_body:
         adc     r4, r4, #0                              @  1  i_q
 
 /* stage: PI controllers, lib/pi.h */
-        ldr     r0, [LOOP, #LOOP_I_D_REF]               @  2
-        ldr     r1, [LOOP, #LOOP_I_Q_REF]               @  1
-        ldr     r12, [LOOP, #LOOP_KP_D]                 @  1
-        ldr     lr, [LOOP, #LOOP_KP_Q]                  @  1
-        ldr     r2, [LOOP, #LOOP_INTEGRAL_D]            @  1
-        ldr     r5, [LOOP, #LOOP_INTEGRAL_Q]            @  1
-        str     r3, [LOOP, #LOOP_I_D]                   @  0
-        str     r4, [LOOP, #LOOP_I_Q]                   @  1
+        ldr     r0, [LOOP, #LOOP_I_D_REF - 1]           @  2
+        ldr     r1, [LOOP, #LOOP_I_Q_REF - 1]           @  1
+        ldr     r12, [LOOP, #LOOP_KP_D - 1]             @  1
+        ldr     lr, [LOOP, #LOOP_KP_Q - 1]              @  1
+        ldr     r2, [LOOP, #LOOP_INTEGRAL_D - 1]        @  1
+        ldr     r5, [LOOP, #LOOP_INTEGRAL_Q - 1]        @  1
+        str     r3, [LOOP, #LOOP_I_D - 1]               @  0
+        str     r4, [LOOP, #LOOP_I_Q - 1]               @  1
         subs    r3, r0, r3                              @  1  errors
         subs    r4, r1, r4                              @  1
         mla     r0, r12, r3, r2                         @  2
         mla     r1, lr, r4, r5                          @  2
-        ssat    r0, #16, r0, asr #9                     @  1  v_d and v_q without limit
-        ssat    r1, #16, r1, asr #9                     @  1
-        ldr     r12, [LOOP, #LOOP_TURN]                 @  2
-        ldr     lr, [LOOP, #LOOP_KI]                    @  1
+        ssat    r0, #16, r0, asr #PI_SHIFT              @  1  v_d and v_q without limit
+        ssat    r1, #16, r1, asr #PI_SHIFT              @  1
+        ldr     r12, [LOOP, #LOOP_TURN - 1]             @  2
+        ldr     lr, [LOOP, #LOOP_KI - 1]                @  1
         mul     r3, lr, r3                              @  1  steps of the integrals
         mul     r4, lr, r4                              @  1
 
@@ -111,7 +126,7 @@ current_loop_body:
         add     BETA, BETA, lr, asr #15                 @  1
 
 /* stage: limit of v_d */
-        ssat    r12, #15, r0                            @  1  v_d
+        ssat    r12, #LOOP_V_D_BITS, r0                 @  1  v_d
         cmp     r0, r12                                 @  1
         it      gt                                      @  0
         andgt   r3, r3, r3, asr #31                     @  1
@@ -119,10 +134,10 @@ current_loop_body:
         biclt   r3, r3, r3, asr #31                     @  1
         asr     r0, r12, #LOOP_CIRCLE_SHIFT             @  1
         add     r0, LOOP, r0, lsl #1                    @  1
-        add     r2, r2, r3, asr #6                      @  1
-        ldrh    r0, [r0, #LOOP_CIRCLE + 2 * LOOP_CIRCLE_ZERO]@  2  largest |v_q|
-        str     r2, [LOOP, #LOOP_INTEGRAL_D]            @  0
-        str     r12, [LOOP, #LOOP_V_D]                  @  1
+        add     r2, r2, r3, asr #PI_STEP_SHIFT          @  1
+        ldrh    r0, [r0, #LOOP_CIRCLE + 2 * LOOP_CIRCLE_ZERO - 1]@  2  largest |v_q|
+        str     r2, [LOOP, #LOOP_INTEGRAL_D - 1]        @  0
+        str     r12, [LOOP, #LOOP_V_D - 1]              @  1
 
 /* stage: circle: limit of v_q */
         cmp     r1, r0                                  @  1
@@ -133,24 +148,24 @@ current_loop_body:
         itt     lt                                      @  0
         rsblt   r1, r0, #0                              @  1
         biclt   r4, r4, r4, asr #31                     @  1
-        add     r5, r5, r4, asr #6                      @  1
-        str     r5, [LOOP, #LOOP_INTEGRAL_Q]            @  1
-        str     r1, [LOOP, #LOOP_V_Q]                   @  1
+        add     r5, r5, r4, asr #PI_STEP_SHIFT          @  1
+        str     r5, [LOOP, #LOOP_INTEGRAL_Q - 1]        @  1
+        str     r1, [LOOP, #LOOP_V_Q - 1]               @  1
 
-/* stage: inverse Park and Clarke, straight to half on-times in Q19 */
+/* stage: inverse Park and Clarke, straight to half on-times */
         mul     r2, r12, COS                            @  1
         mls     r2, r1, SIN, r2                         @  2  a
         mul     r3, r1, COS                             @  1
         mla     r3, r12, SIN, r3                        @  2
-        movw    r4, #28378                              @  1  sin 60 deg, Q15
+        movw    r4, #SIN60_Q15                          @  1  sin 60 deg, Q15
         asrs    r3, r3, #15                             @  1  beta
         muls    r3, r4, r3                              @  1
         sub     r3, r3, r2, asr #1                      @  1  b
         adds    r5, r2, r3                              @  1  -c
 
 /* stage: space vector, lib/modulation.h */
-        movw    lr, #:lower16:LOOP_RISE_Q19             @  1
-        movt    lr, #:upper16:LOOP_RISE_Q19             @  1
+        movw    lr, #:lower16:LOOP_RISE                 @  1
+        movt    lr, #:upper16:LOOP_RISE                 @  1
         cmp     r2, r3                                  @  1
         ite     ge                                      @  0
         movge   r0, r2                                  @  1  max(a, b)
@@ -172,68 +187,69 @@ current_loop_body:
  * Half a dead time for the sign of each current (lib/deadtime.h). Then each phase's edges from its rise. A write to the fabric
  * occupies the bus for longer than an instruction takes, so the writes stand as far apart as there is something to do between.
  */
-        movw    r4, #7094                               @  1  sin 60 deg, Q13
+        movw    r4, #SIN60_Q13                          @  1  sin 60 deg, Q13
         mul     r4, BETA, r4                            @  1
-        ssat    lr, #8, ALPHA, asr #2                   @  1  share of i_a
+        ssat    lr, #8, ALPHA, asr #DEADTIME_SHIFT      @  1  share of i_a
         sub     r4, r4, ALPHA, lsl #12                  @  1  i_b, Q28
         add     r5, r4, ALPHA, lsl #13                  @  1  -i_c
-        mov     r8, #LOOP_DEAD_Q12                      @  1
-        movw    r12, #LOOP_PWM_COUNTS                   @  1
+        mov     r8, #LOOP_DEAD                          @  1
+        movw    r12, #CONFIG_PWM_COUNTS                 @  1
         mls     r0, lr, r8, r0                          @  2
-        asrs    r0, r0, #19                             @  1  rise of a
+        asrs    r0, r0, #LOOP_EDGE_SHIFT                @  1  rise of a
         str     r0, [FABRIC, #EDGE(0, 0)]               @  1
-        ssat    r4, #8, r4, asr #15                     @  1  share of i_b
-        ssat    r5, #8, r5, asr #15                     @  1  share of -i_c
+        ssat    r4, #8, r4, asr #(13 + DEADTIME_SHIFT)  @  1  share of i_b
+        ssat    r5, #8, r5, asr #(13 + DEADTIME_SHIFT)  @  1  share of -i_c
         sub     r3, r12, r0                             @  1
         str     r3, [FABRIC, #EDGE(0, 1)]               @  1
-        adds    r3, #LOOP_DEAD_COUNTS                   @  1
+        adds    r3, #CONFIG_DEAD_COUNTS                 @  1
         mls     r1, r4, r8, r1                          @  2
         str     r3, [FABRIC, #EDGE(0, 2)]               @  1
-        subs    r0, #LOOP_DEAD_COUNTS                   @  1
+        subs    r0, #CONFIG_DEAD_COUNTS                 @  1
         mla     r2, r5, r8, r2                          @  2
         str     r0, [FABRIC, #EDGE(0, 3)]               @  1
-        asrs    r1, r1, #19                             @  1  rise of b
+        asrs    r1, r1, #LOOP_EDGE_SHIFT                @  1  rise of b
         sub     r3, r12, r1                             @  1
         str     r1, [FABRIC, #EDGE(1, 0)]               @  1
-        asrs    r2, r2, #19                             @  1  rise of c
+        asrs    r2, r2, #LOOP_EDGE_SHIFT                @  1  rise of c
         sub     r4, r12, r2                             @  1
         str     r3, [FABRIC, #EDGE(1, 1)]               @  1
-        adds    r3, #LOOP_DEAD_COUNTS                   @  1
+        adds    r3, #CONFIG_DEAD_COUNTS                 @  1
         str     r3, [FABRIC, #EDGE(1, 2)]               @  1
-        subs    r1, #LOOP_DEAD_COUNTS                   @  1
+        subs    r1, #CONFIG_DEAD_COUNTS                 @  1
         str     r1, [FABRIC, #EDGE(1, 3)]               @  1
-        add     r5, r4, #LOOP_DEAD_COUNTS               @  1
+        add     r5, r4, #CONFIG_DEAD_COUNTS             @  1
         str     r2, [FABRIC, #EDGE(2, 0)]               @  1
-        subs    r2, #LOOP_DEAD_COUNTS                   @  1
+        subs    r2, #CONFIG_DEAD_COUNTS                 @  1
         str     r4, [FABRIC, #EDGE(2, 1)]               @  1
         str     r5, [FABRIC, #EDGE(2, 2)]               @  1
-        movs    r3, #1                                  @  1
         str     r2, [FABRIC, #EDGE(2, 3)]               @  1
-        str     r3, [FABRIC, #FABRIC_SYNC_UPDATE]       @  1  from the end of the period on
+        str     LOOP, [FABRIC, #FABRIC_SYNC_UPDATE]     @  1  from the end of the period on
 
 /* stage: observer, lib/pll.h */
         ldr     r0, [FABRIC, #FABRIC_ENC_LATCHED]       @  3  (after a store: one more)
-        ldr     r1, [FABRIC, #FABRIC_GATE_STATUS]       @  1
-        ldr     r2, [LOOP, #LOOP_ENCODER]               @  1
-        ldr     r4, [LOOP, #LOOP_ANGLE]                 @  1
-        ldr     r5, [LOOP, #LOOP_SPEED]                 @  1
-        ldr     r6, [LOOP, #LOOP_STATUS_MAX]            @  1
-        str     r3, [FABRIC, #FABRIC_ADC_STATUS]        @  0  this conversion is taken
+        ldr     r2, [LOOP, #LOOP_ENCODER_SCALE - 1]     @  1
+        ldr     r4, [LOOP, #LOOP_ANGLE - 1]             @  1
+        ldr     r5, [LOOP, #LOOP_SPEED - 1]             @  1
+        ldr     r6, [LOOP, #LOOP_STATUS_MAX - 1]        @  1
+        str     LOOP, [FABRIC, #FABRIC_ADC_STATUS]      @  0  this conversion is taken
         muls    r0, r2, r0                              @  1  measured
         subs    r0, r0, r4                              @  1  error
-        add     r5, r5, r0, asr #8                      @  1
-        add     r4, r4, r0, asr #3                      @  1
+        add     r5, r5, r0, asr #CONFIG_PLL_KI_SHIFT    @  1
+        add     r4, r4, r0, asr #CONFIG_PLL_KP_SHIFT    @  1
         adds    r4, r4, r5                              @  1
-        str     r4, [LOOP, #LOOP_ANGLE]                 @  1
-        str     r5, [LOOP, #LOOP_SPEED]                 @  1
+        ldr     r1, [FABRIC, #FABRIC_GATE_STATUS]       @  2  behind the acknowledge: the line has dropped (current_loop_step.h)
+        str     r4, [LOOP, #LOOP_ANGLE - 1]             @  0
+        str     r5, [LOOP, #LOOP_SPEED - 1]             @  1
 
 /* stage: protection and return */
         cmp     r1, r6                                  @  1
-        bhi     loop_fault                              @  1
+        bhi     .Lloop_fault                            @  1
         pop     {r4-r11, pc}                            @ 10
                                                         @ 12  exit
-loop_fault:
+.Lloop_fault:
         pop     {r4-r11, lr}
+        .cfi_def_cfa_offset 0
+        .cfi_restore lr
         b       current_loop_fault
         .cfi_endproc
         .size   FabricIrq0_IRQHandler, . - FabricIrq0_IRQHandler

@@ -1,24 +1,45 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/control/speed_loop.h"
 
-#include "lib/limit.h"
+#define FULL_GAIN_CLOCKS 150000u /* 1.5 ms: while an edge comes in every step, or nearly */
+#define HUNT_MS          32u
+#define HUNT_SWINGS      4u
+#define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
+#define ONE_Q29          (1 << 29)
+#define CALMEST          10u /* quarters: of the gains a sixteenth is left */
 
 static int64_t clamp(int64_t x, int64_t low, int64_t high)
 {
     return x < low ? low : (x > high ? high : x);
 }
 
-void speed_loop_measure(struct speed_loop *s, const volatile struct current_loop *c, const struct tuning *t)
+void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t)
 {
-    s->speed_rpm_q4 = tuning_rpm_q4(t, c->pll.speed_q32);
+    speed_estimate_step(&s->estimate, encoder, t);
+    s->speed_rpm_q4 = s->estimate.speed_rpm_q15 >> 11;
 }
 
-void speed_loop_reset(struct speed_loop *s, int32_t i_q_ref_q15)
+void speed_loop_init(struct speed_loop *s)
 {
-    s->ref_rpm_q16 = s->speed_rpm_q4 * (1 << 12);
+    *s = (struct speed_loop){.swing = 1};
+    speed_estimate_reset(&s->estimate);
+}
+
+void speed_loop_tune(struct speed_loop *s, const struct tuning *t)
+{
+    s->kp_q16 = t->speed_kp_q16;
+    s->ki_q16 = t->speed_ki_q16;
+    s->error_max_q15 = (int32_t)clamp(ERROR_TIMES_GAIN / t->speed_kp_q16, 1, INT32_MAX);
+    s->calmed = 0;
+    s->swings = 0;
+}
+
+void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
+{
+    s->ref_rpm_q16 = s->estimate.speed_rpm_q15 * 2;
     s->target_rpm_q16 = s->ref_rpm_q16;
     s->speed_ref_rpm_q4 = s->speed_rpm_q4;
-    s->integral_q16 = (int64_t)i_q_ref_q15 * 65536;
+    s->integral_q29 = torque_q15 * (1 << 14);
     s->at_limit = false;
 }
 
@@ -38,31 +59,77 @@ static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
     return step;
 }
 
-int32_t speed_loop_current_limit(const volatile struct current_loop *c, const struct tuning *t)
+/*
+ * The share of the gains that the time between two edges leaves: a loop may not answer faster than it is told. The answer to
+ * an error takes its share once, the memory of it twice: the loop becomes slower as a whole, and keeps its damping.
+ */
+static int32_t share_q14(const struct speed_estimate *e)
 {
-    const int32_t w_q15 = q15_abs(current_loop_w_q15(c));
-    const int32_t emf_q15 = (w_q15 * t->emf_q12) >> 12;
-    const int32_t x_q15 = (w_q15 * t->x_q_q11) >> 11;
-    const int32_t usable_q15 = c->radius_q15 * 19 / 20;
-    const int32_t rest_q15 = circle_rest_q15(q15_min(emf_q15, usable_q15), usable_q15);
-    const int32_t limit_q15 = x_q15 > 0 ? (int32_t)((uint32_t)rest_q15 * 32768u / (uint32_t)x_q15) : t->i_max_q15;
-    return q15_min(limit_q15, t->i_max_q15);
+    return (int32_t)((FULL_GAIN_CLOCKS << 14) / e->interval_clocks);
 }
 
-int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, int32_t limit_q15)
+/*
+ * While no edge comes a memory that forgets how to grow would leave the shaft stuck for ever: if it is to turn, so much is
+ * left that a count behind weighs a hundredth of the largest current. At rest nothing is: it does not hunt for a count.
+ */
+static int32_t memory_q16(const struct speed_loop *s, const struct tuning *t, int32_t share_q14)
+{
+    const int32_t scaled_q16 = (int32_t)(((int64_t)s->ki_q16 * (share_q14 * share_q14)) >> 28);
+    return s->ref_rpm_q16 != 0 ? q15_max(scaled_q16, q15_min(t->speed_ki_min_q16, s->ki_q16)) : scaled_q16;
+}
+
+/*
+ * A quarter of the largest current one way and the other, again and again, each time within HUNT_MS: the shaft is lighter than
+ * the gains are for, or swings against its load. Then a quarter of the gains goes, until it calms down.
+ */
+static void count_swing(struct speed_loop *s)
+{
+    s->swings = s->swing_ms < HUNT_MS ? s->swings + 1u : 0u;
+    s->swing_ms = 0;
+    s->swing = -s->swing;
+    if (s->swings >= HUNT_SWINGS && s->calmed < CALMEST) {
+        s->calmed++;
+        s->kp_q16 -= s->kp_q16 / 4;
+        s->ki_q16 -= s->ki_q16 / 4;
+    }
+}
+
+/* A large gain for a small error; the product has 13 bits too many. */
+static int32_t answer_q29(const struct speed_loop *s, int32_t error_q15, int32_t gain_q16)
+{
+    return (int32_t)(((int64_t)q15_clamp(error_q15, -s->error_max_q15, s->error_max_q15) * gain_q16) >> 13);
+}
+
+static int32_t feedforward_q29(const struct tuning *t, int32_t moved_q16)
+{
+    return (int32_t)clamp(((int64_t)t->speed_accel_q8 * moved_q16) >> 10, -ONE_Q29, ONE_Q29);
+}
+
+/* In Q29 a torque has 14 bits beyond Q15: an answer of +-2.0, a feed-forward of +-1.0 and an integral of less add up in 32. */
+int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits)
 {
     const int32_t moved_q16 = ramp(s, slope_q16);
-    const int64_t error_q4 = s->speed_ref_rpm_q4 - s->speed_rpm_q4;
-    const int64_t limit_q16 = (int64_t)limit_q15 * 65536;
-    const int64_t feedforward_q16 = ((int64_t)t->speed_accel_q8 * moved_q16) >> 8;
-    const int64_t fixed_q16 = error_q4 * t->speed_kp_q16 + feedforward_q16;
-    const int64_t wanted_q16 = fixed_q16 + s->integral_q16;
-    const int64_t output_q16 = clamp(wanted_q16, -limit_q16, limit_q16);
-    s->at_limit = output_q16 != wanted_q16;
-    /* integrate unless that would push further into the limit */
-    const int64_t growth_q16 = error_q4 * t->speed_ki_q16;
-    if (!s->at_limit || (growth_q16 > 0) != (wanted_q16 > 0)) {
-        s->integral_q16 = clamp(s->integral_q16 + growth_q16, -limit_q16, limit_q16);
+    const int32_t ref_rpm_q15 = s->ref_rpm_q16 >> 1;
+    const int32_t low_q29 = limits->low * (1 << 14);
+    const int32_t high_q29 = limits->high * (1 << 14);
+    int32_t error_q15 = ref_rpm_q15 - s->estimate.speed_rpm_q15;
+    int32_t ki_q16 = s->ki_q16;
+    if (s->estimate.interval_clocks > FULL_GAIN_CLOCKS) {
+        const int32_t share = share_q14(&s->estimate);
+        ki_q16 = memory_q16(s, t, share);
+        error_q15 = (int32_t)(((int64_t)error_q15 * share) >> 14);
     }
-    return (int32_t)(output_q16 >> 16);
+    const int32_t answer = answer_q29(s, error_q15, s->kp_q16);
+    const int32_t wanted_q29 = s->integral_q29 + answer + (moved_q16 != 0 ? feedforward_q29(t, moved_q16) : 0);
+    s->swing_ms++;
+    if ((answer >> 14) * s->swing > t->i_max_q15 / 4) {
+        count_swing(s);
+    }
+    s->at_limit = wanted_q29 < low_q29 || wanted_q29 > high_q29;
+    /* integrate unless that would push further into the limit */
+    const int32_t growth_q29 = answer_q29(s, ref_rpm_q15 - s->estimate.travel_q15, ki_q16);
+    if (!s->at_limit || (growth_q29 > 0) != (wanted_q29 > 0)) {
+        s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, low_q29, high_q29);
+    }
+    return wanted_q29 >> 14;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The speed loop: ramp, PI with feed-forward of the acceleration, current limit. Once a millisecond, in the slow loop.
+ * The speed loop: ramp, PI with feed-forward of the acceleration, limits. Once a millisecond, in the slow loop.
  */
 #ifndef FIRMWARE_CONTROL_SPEED_LOOP_H
 #define FIRMWARE_CONTROL_SPEED_LOOP_H
@@ -9,36 +9,43 @@
 #include <stdint.h>
 
 #include "firmware/control/current_loop.h"
+#include "firmware/control/interval.h"
+#include "firmware/control/speed_estimate.h"
 #include "firmware/settings/tuning.h"
 
 struct speed_loop {
+    struct speed_estimate estimate;
     int32_t speed_rpm_q4;     /* measured */
     int32_t speed_ref_rpm_q4; /* after the ramp */
     int32_t target_rpm_q16;   /* before it: the command */
     int32_t ref_rpm_q16;
-    int64_t integral_q16; /* current in Q15, 16 more bits of fraction */
-    bool at_limit;        /* the current reference is limited */
+    int32_t integral_q29; /* torque in Q15, 14 more bits of fraction */
+    bool at_limit;        /* the wish for torque is limited */
+    int32_t kp_q16;       /* the tuning's gains, less what hunting has taken */
+    int32_t ki_q16;
+    int32_t error_max_q15; /* beyond it the answer is twice the range anyway */
+    uint32_t calmed;       /* how often it has: 0 from the next switching on */
+    uint32_t swings;       /* in a row */
+    uint32_t swing_ms;     /* since the last */
+    int32_t swing;         /* +1 or -1: to which side the next would be */
 };
 
-/* Takes the measured speed over from the current loop. Every slow period, whatever the state. */
-void speed_loop_measure(struct speed_loop *s, const volatile struct current_loop *c, const struct tuning *t);
+/* Measures the speed. Every slow period, whatever the state. */
+void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t);
 
-/* Starts from the present speed and current, without a step. */
-void speed_loop_reset(struct speed_loop *s, int32_t i_q_ref_q15);
+/* The state before the first use. Thread, once. */
+void speed_loop_init(struct speed_loop *s);
 
-/*
- * The largest q current, Q15, that the bus voltage still controls at the present speed while i_d = 0; at most i_max.
- *
- * The voltage is about |w| (psi, Lq i_q) in the two axes, and must stay inside the modulator's circle (less 5 % for the
- * resistance and for control). Beyond it the d axis, which comes first, takes the voltage that q needs, and a braking
- * current runs away. 0 where the back-EMF alone fills the circle.
- */
-int32_t speed_loop_current_limit(const volatile struct current_loop *c, const struct tuning *t);
+/* Takes the gains over, all of them: at every switching on. Thread, slow loop masked. */
+void speed_loop_tune(struct speed_loop *s, const struct tuning *t);
+
+/* Starts from the present speed and torque, without a step. */
+void speed_loop_reset(struct speed_loop *s, int32_t torque_q15);
 
 /*
- * One step: returns the current reference in Q15, limited to +-limit_q15. `slope_q16` is the ramp in rpm Q16 per
- * millisecond.
+ * One step: returns the wish for torque (torque.h). The limits do not hold it back, they stop the memory. `slope_q16` is the
+ * ramp in rpm Q16 per millisecond.
  */
-int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, int32_t limit_q15);
+int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits);
 
 #endif

@@ -3,6 +3,7 @@
 
 #include <stddef.h>
 
+#include "drivers/mss/sysreg.h"
 #include "firmware/operate/messages.h"
 #include "firmware/operate/postmortem_text.h"
 #include "firmware/operate/text.h"
@@ -16,269 +17,277 @@ struct command {
     const char *arguments;
     const char *help;
     size_t words; /* of the whole line */
-    void (*run)(struct axis *a, char *const *words);
+    void (*run)(struct session *s, char *const *words);
 };
 
-static void error_about(const char *word, const char *what)
+static void error_about(struct session *s, const char *word, const char *what)
 {
-    text_put("error: ");
-    text_put(word);
-    text_put(": ");
-    text_put_line(what);
+    text_put(&s->out, "error: ");
+    text_put(&s->out, word);
+    text_put(&s->out, ": ");
+    text_put_line(&s->out, what);
 }
 
-/* A line in which '@' stands for the value. */
-static void put_completed(const char *text, int32_t value)
+/* A '@' in the text stands for the first value, a '#' for the second. */
+static void put_filled(struct session *s, const char *text, int32_t first, int32_t second)
 {
-    for (const char *s = text; *s != '\0'; s++) {
-        if (*s == '@') {
-            text_put_int(value);
+    for (; *text != '\0'; text++) {
+        if (*text == '@' || *text == '#') {
+            text_put_int(&s->out, *text == '@' ? first : second);
         } else {
-            text_put_char(*s);
+            text_put_char(&s->out, *text);
         }
     }
-    text_put_line("");
+    text_put_line(&s->out, "");
 }
 
-static void answer(struct outcome outcome)
+static void answer(struct session *s, struct outcome outcome)
 {
     if (outcome.error != ERROR_NONE) {
-        text_put("error: ");
+        text_put(&s->out, "error: ");
     }
-    put_completed(message_of_error(outcome.error), outcome.value);
+    put_filled(s, message_of_error(outcome.error), outcome.value, 0);
 }
 
 /* "name: 1.234 unit" */
-static void put_milli(const char *name, int32_t q15, int32_t range_milli, const char *unit)
+static void put_milli(struct session *s, const char *name, int32_t q15, int32_t range_milli, const char *unit)
 {
-    text_put(name);
-    text_put_milli(tuning_milli_from_q15(q15, range_milli));
-    text_put(unit);
+    text_put(&s->out, name);
+    text_put_milli(&s->out, tuning_milli_from_q15(q15, range_milli));
+    text_put(&s->out, unit);
 }
 
-static void put_rpm(const char *name, int32_t rpm_q4)
+static void put_rpm(struct session *s, const char *name, int32_t rpm_q4)
 {
-    text_put(name);
-    text_put_milli((int32_t)((int64_t)rpm_q4 * 1000 / 16));
-    text_put(" rpm");
+    text_put(&s->out, name);
+    text_put_milli(&s->out, (int32_t)((int64_t)rpm_q4 * 1000 / 16));
+    text_put(&s->out, " rpm");
 }
 
-static void put_heat(const struct axis *a)
+static void put_heat(struct session *s)
 {
-    text_put(", winding: ");
-    text_put_int(a->thermal.winding_q4 / 16);
-    text_put(" degC");
-    if (a->thermal.factor_q15 < Q15_ONE) {
-        text_put(", current limit held to ");
-        text_put_int(a->thermal.factor_q15 * 100 / Q15_ONE);
-        text_put(" %");
+    text_put(&s->out, ", winding: ");
+    text_put_int(&s->out, s->axis->thermal.winding_q4 / 16);
+    text_put(&s->out, " degC");
+    if (s->axis->thermal.factor_q15 < Q15_ONE) {
+        text_put(&s->out, ", current limit held to ");
+        text_put_int(&s->out, s->axis->thermal.factor_q15 * 100 / Q15_ONE);
+        text_put(&s->out, " %");
     }
-    text_put_line("");
+    text_put_line(&s->out, "");
 }
 
-static void put_warnings(const struct axis *a)
+static void put_warnings(struct session *s)
 {
     for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
-        if (reaction_warned(&a->reactions, (enum fault)cause)) {
-            text_put("warning: ");
-            text_put_line(message_of_fault((enum fault)cause));
+        if (reaction_warned(&s->axis->reactions, (enum fault)cause)) {
+            text_put(&s->out, "warning: ");
+            text_put_line(&s->out, message_of_fault((enum fault)cause));
         }
     }
 }
 
-static void run_status(struct axis *a, char *const *words)
+static void run_status(struct session *s, char *const *words)
 {
     (void)words;
-    const struct current_loop *const c = &a->loop;
-    text_put("state: ");
-    text_put_line(message_of_state(a->state));
-    text_put("fault: ");
-    text_put_line(message_of_fault(a->faults.cause));
-    put_rpm("speed: ", a->speed.speed_rpm_q4);
-    put_rpm(", reference ", a->speed.speed_ref_rpm_q4);
-    text_put_line("");
-    put_milli("current: d ", c->i_d_q15, a->params.i_range_ma, " A");
-    put_milli(", q ", c->i_q_q15, a->params.i_range_ma, " A");
-    put_milli(", reference d ", c->i_d_ref_q15, a->params.i_range_ma, " A");
-    put_milli(", q ", c->i_q_ref_q15, a->params.i_range_ma, " A");
-    text_put_line("");
-    put_milli("bus: ", c->vbus_q15, a->params.v_range_mv, " V");
-    put_heat(a);
-    put_warnings(a);
-    text_put("current loop: ");
-    text_put_int((int32_t)measure_current_loop_cycles(&a->time_ms));
-    text_put_line(" cycles");
-    text_put("up: ");
-    text_put_milli((int32_t)a->time_ms);
-    text_put_line(" s");
+    const struct axis_status now = axis_status(s->axis);
+    const int32_t i_range_ma = s->axis->params.i_range_ma;
+    text_put(&s->out, "state: ");
+    text_put_line(&s->out, message_of_state(now.state));
+    text_put(&s->out, "fault: ");
+    text_put_line(&s->out, message_of_fault(now.fault));
+    put_rpm(s, "speed: ", now.speed_rpm_q4);
+    put_rpm(s, ", reference ", now.speed_ref_rpm_q4);
+    text_put_line(&s->out, "");
+    put_milli(s, "current: d ", now.i_d_q15, i_range_ma, " A");
+    put_milli(s, ", q ", now.i_q_q15, i_range_ma, " A");
+    put_milli(s, ", reference d ", now.i_d_ref_q15, i_range_ma, " A");
+    put_milli(s, ", q ", now.i_q_ref_q15, i_range_ma, " A");
+    text_put_line(&s->out, "");
+    put_milli(s, "bus: ", now.vbus_q15, s->axis->params.v_range_mv, " V");
+    put_heat(s);
+    put_warnings(s);
+    text_put(&s->out, "current loop: ");
+    text_put_int(&s->out, (int32_t)measure_current_loop_cycles(&s->axis->time_ms));
+    text_put_line(&s->out, " cycles");
+    text_put(&s->out, "memory errors corrected: ");
+    text_put_int(&s->out, (int32_t)sysreg_edac_corrected());
+    text_put_line(&s->out, "");
+    text_put(&s->out, "up: ");
+    text_put_seconds(&s->out, now.up_ms);
+    text_put_line(&s->out, " s");
 }
 
-static void run_on(struct axis *a, char *const *words)
+static void run_on(struct session *s, char *const *words)
 {
     (void)words;
-    answer(axis_switch_on(a));
+    answer(s, axis_switch_on(s->axis));
 }
 
-static void run_off(struct axis *a, char *const *words)
+static void run_off(struct session *s, char *const *words)
 {
     (void)words;
-    answer(axis_switch_off(a));
+    answer(s, axis_switch_off(s->axis));
 }
 
-static void run_quick_stop(struct axis *a, char *const *words)
+static void run_quick_stop(struct session *s, char *const *words)
 {
     (void)words;
-    answer(axis_quick_stop(a));
+    answer(s, axis_quick_stop(s->axis));
 }
 
-static void run_speed(struct axis *a, char *const *words)
+static void run_speed(struct session *s, char *const *words)
 {
     int32_t rpm;
     if (!text_parse_int(words[1], &rpm)) {
-        error_about(words[1], "not a whole number of rpm");
+        error_about(s, words[1], "not a whole number of rpm");
         return;
     }
-    answer(axis_command_speed(a, rpm));
+    answer(s, axis_command_speed(s->axis, rpm));
 }
 
-static void run_torque(struct axis *a, char *const *words)
+static void run_torque(struct session *s, char *const *words)
 {
     int32_t milliamp;
     if (!text_parse_milli(words[1], &milliamp)) {
-        error_about(words[1], "not a current in amperes, like 1.5");
+        error_about(s, words[1], "not a current in amperes, like 1.5");
         return;
     }
-    answer(axis_command_current(a, milliamp));
+    answer(s, axis_command_current(s->axis, milliamp));
 }
 
-static void put_detail(const struct axis *a)
+static void put_detail(struct session *s)
 {
-    const char *const text = message_fault_detail(a->faults.cause);
+    const char *const text = message_fault_detail(s->axis->faults.cause);
     if (*text != '\0') {
-        text_put("found: ");
-        put_completed(text, a->faults.detail[0]);
+        text_put(&s->out, "found: ");
+        put_filled(s, text, s->axis->faults.detail[0], s->axis->faults.detail[1]);
     }
 }
 
-static void run_fault(struct axis *a, char *const *words)
+static void run_fault(struct session *s, char *const *words)
 {
     (void)words;
-    postmortem_print();
-    text_put("fault: ");
-    text_put_line(message_of_fault(a->faults.cause));
+    const struct axis *const a = s->axis;
+    postmortem_print(&s->out, s->last_life);
+    text_put(&s->out, "fault: ");
+    text_put_line(&s->out, message_of_fault(a->faults.cause));
     if (a->faults.cause == FAULT_NONE) {
         return;
     }
-    const struct fault_snapshot *const s = &a->faults.snapshot;
-    put_detail(a);
-    text_put("look at: ");
-    text_put_line(message_fault_hint(a->faults.cause));
-    text_put("at: ");
-    text_put_milli((int32_t)s->time_ms);
-    text_put(" s, state ");
-    text_put_line(message_of_state(s->state));
-    put_milli("phase currents: a ", s->i_a_q15, a->params.i_range_ma, " A");
-    put_milli(", b ", s->i_b_q15, a->params.i_range_ma, " A");
-    put_milli(", c ", s->i_c_q15, a->params.i_range_ma, " A");
-    put_milli("; d ", s->i_d_q15, a->params.i_range_ma, " A");
-    put_milli(", q ", s->i_q_q15, a->params.i_range_ma, " A");
-    text_put_line("");
-    put_milli("bus: ", s->vbus_q15, a->params.v_range_mv, " V");
-    put_rpm(", speed: ", s->speed_rpm_q4);
-    text_put(", angle: ");
-    text_put_int((int32_t)(s->angle_u16 * 3600u / 65536u) / 10);
-    text_put(" deg, gate status: ");
-    text_put_hex(s->gate_status);
-    text_put_line("");
+    put_detail(s);
+    text_put(&s->out, "look at: ");
+    text_put_line(&s->out, message_fault_hint(a->faults.cause));
+    if (axis_fabric_doubted(a)) {
+        return; /* there was nothing to read */
+    }
+    const struct fault_snapshot *const f = &a->faults.snapshot;
+    text_put(&s->out, "at: ");
+    text_put_seconds(&s->out, f->up_ms);
+    text_put(&s->out, " s, state ");
+    text_put_line(&s->out, message_of_state(f->state));
+    put_milli(s, "phase currents: a ", f->i_a_q15, a->params.i_range_ma, " A");
+    put_milli(s, ", b ", f->i_b_q15, a->params.i_range_ma, " A");
+    put_milli(s, ", c ", f->i_c_q15, a->params.i_range_ma, " A");
+    put_milli(s, "; d ", f->i_d_q15, a->params.i_range_ma, " A");
+    put_milli(s, ", q ", f->i_q_q15, a->params.i_range_ma, " A");
+    text_put_line(&s->out, "");
+    put_milli(s, "bus: ", f->vbus_q15, a->params.v_range_mv, " V");
+    put_rpm(s, ", speed: ", f->speed_rpm_q4);
+    text_put(&s->out, ", angle: ");
+    text_put_int(&s->out, (int32_t)(f->angle_u16 * 3600u / 65536u) / 10);
+    text_put(&s->out, " deg, gate status: ");
+    text_put_hex(&s->out, f->gate_status);
+    text_put_line(&s->out, "");
 }
 
-static void run_clear(struct axis *a, char *const *words)
+static void run_clear(struct session *s, char *const *words)
 {
     (void)words;
-    answer(axis_clear_fault(a));
+    answer(s, axis_clear_fault(s->axis));
 }
 
-static void put_param(const struct params *p, const struct param_info *info)
+static void put_param(struct session *s, const struct params *p, const struct param_info *info)
 {
-    text_put(info->name);
-    text_put(" = ");
-    text_put_int(param_get(p, info));
-    text_put("  (");
-    text_put_int(info->min);
-    text_put("...");
-    text_put_int(info->max);
-    text_put_line(")");
+    text_put(&s->out, info->name);
+    text_put(&s->out, " = ");
+    text_put_int(&s->out, param_get(p, info));
+    text_put(&s->out, "  (");
+    text_put_int(&s->out, info->min);
+    text_put(&s->out, "...");
+    text_put_int(&s->out, info->max);
+    text_put_line(&s->out, ")");
 }
 
-static void run_get(struct axis *a, char *const *words)
+static void run_get(struct session *s, char *const *words)
 {
     if (text_equal(words[1], "all")) {
         for (size_t i = 0; i < param_count; i++) {
-            put_param(&a->params, &param_table[i]);
+            put_param(s, &s->axis->params, &param_table[i]);
         }
         return;
     }
     const struct param_info *const info = param_find(words[1]);
     if (info == NULL) {
-        error_about(words[1], "no such parameter; 'get all' lists them");
+        error_about(s, words[1], "no such parameter; 'get all' lists them");
         return;
     }
-    put_param(&a->params, info);
+    put_param(s, &s->axis->params, info);
 }
 
-static void run_set(struct axis *a, char *const *words)
+static void run_set(struct session *s, char *const *words)
 {
     const struct param_info *const info = param_find(words[1]);
     int32_t value;
     if (info == NULL) {
-        error_about(words[1], "no such parameter; 'get all' lists them");
+        error_about(s, words[1], "no such parameter; 'get all' lists them");
     } else if (!text_parse_int(words[2], &value)) {
-        error_about(words[2], "not a whole number");
+        error_about(s, words[2], "not a whole number");
     } else if (value < info->min || value > info->max) {
-        text_put("error: ");
-        text_put(info->name);
-        text_put(" must be ");
-        text_put_int(info->min);
-        text_put("...");
-        text_put_int(info->max);
-        text_put_line("");
-    } else if (!axis_is_off(a)) {
-        answer(outcome_of(ERROR_DRIVE_IS_ON));
+        text_put(&s->out, "error: ");
+        text_put(&s->out, info->name);
+        text_put(&s->out, " must be ");
+        text_put_int(&s->out, info->min);
+        text_put(&s->out, "...");
+        text_put_int(&s->out, info->max);
+        text_put_line(&s->out, "");
+    } else if (!axis_is_off(s->axis)) {
+        answer(s, outcome_of(ERROR_DRIVE_IS_ON));
     } else {
-        param_set(&a->params, info, value);
-        text_put_line("ok");
+        param_set(&s->axis->params, info, value);
+        text_put_line(&s->out, "ok");
     }
 }
 
 /* A fault that leaves a choice: which, and which it has. */
-static void put_reaction(const struct axis *a, enum fault cause)
+static void put_reaction(struct session *s, enum fault cause)
 {
-    text_put(message_of_fault(cause));
-    text_put(": ");
-    text_put(message_of_reaction(a->reactions.choice[cause]));
-    text_put("  (");
+    text_put(&s->out, message_of_fault(cause));
+    text_put(&s->out, ": ");
+    text_put(&s->out, message_of_reaction(s->axis->reactions.choice[cause]));
+    text_put(&s->out, "  (");
     const char *before = "";
     for (uint32_t choice = 0; choice < REACTION_COUNT; choice++) {
         if (((fault_class(cause)->allowed >> choice) & 1u) != 0u) {
-            text_put(before);
-            text_put(message_of_reaction((enum reaction)choice));
+            text_put(&s->out, before);
+            text_put(&s->out, message_of_reaction((enum reaction)choice));
             before = ", ";
         }
     }
-    text_put_line(")");
+    text_put_line(&s->out, ")");
 }
 
-static void run_reactions(struct axis *a, char *const *words)
+static void run_reactions(struct session *s, char *const *words)
 {
     (void)words;
     for (uint32_t cause = FAULT_NONE + 1u; cause < FAULT_COUNT; cause++) {
         if (fault_class((enum fault)cause)->allowed != 1u << REACTION_OFF) {
-            put_reaction(a, (enum fault)cause);
+            put_reaction(s, (enum fault)cause);
         }
     }
 }
 
-static void run_reaction(struct axis *a, char *const *words)
+static void run_reaction(struct session *s, char *const *words)
 {
     const enum fault cause = message_find_fault(words[1]);
     uint32_t choice = 0;
@@ -286,32 +295,33 @@ static void run_reaction(struct axis *a, char *const *words)
         choice++;
     }
     if (cause == FAULT_COUNT) {
-        error_about(words[1], "no such fault; 'reaction' lists those with a choice, '_' stands for a blank");
+        error_about(s, words[1], "no such fault; 'reaction' lists those with a choice, '_' stands for a blank");
     } else if (choice == REACTION_COUNT) {
-        error_about(words[2], "not one of off, stop, warn");
+        error_about(s, words[2], "not one of off, stop, warn");
     } else {
-        answer(axis_choose_reaction(a, cause, (enum reaction)choice));
+        answer(s, axis_choose_reaction(s->axis, cause, (enum reaction)choice));
     }
 }
 
-static void run_version(struct axis *a, char *const *words)
+static void run_version(struct session *s, char *const *words)
 {
-    (void)a;
     (void)words;
-    text_put_line("mssfoc " CONFIG_VERSION);
+    text_put_line(&s->out, "mssfoc " CONFIG_VERSION);
 }
 
-static void run_help(struct axis *a, char *const *words);
+static void run_help(struct session *s, char *const *words);
 
 static const struct command commands[] = {
     {"help", "", "this list", 1, run_help},
-    {"status", "", "state, speed, currents, bus voltage", 1, run_status},
+    {"status", "", "state, fault, speed, currents, bus voltage of one instant; memory errors; time since the start", 1,
+     run_status},
     {"on", "", "calibrate, align if needed, enable operation", 1, run_on},
-    {"off", "", "bridge off at once, the motor coasts", 1, run_off},
+    {"off", "", "bridge off within a millisecond, the motor coasts", 1, run_off},
     {"quickstop", "", "brake to standstill, then off", 1, run_quick_stop},
     {"speed", " RPM", "speed control to RPM", 2, run_speed},
     {"torque", " A", "current control, q axis, peak amperes", 2, run_torque},
-    {"fault", "", "first cause and the drive's values at that instant", 1, run_fault},
+    {"fault", "", "first cause, what to look at, the drive's values at that instant; registers of a processor fault", 1,
+     run_fault},
     {"clear", "", "forget the fault if its cause is gone", 1, run_clear},
     {"get", " PARAM", "a parameter and its range, or 'all'", 2, run_get},
     {"set", " PARAM VALUE", "change a parameter while off", 3, run_set},
@@ -320,15 +330,14 @@ static const struct command commands[] = {
     {"version", "", "of this firmware", 1, run_version},
 };
 
-static void run_help(struct axis *a, char *const *words)
+static void run_help(struct session *s, char *const *words)
 {
-    (void)a;
     (void)words;
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
-        text_put(commands[i].name);
-        text_put(commands[i].arguments);
-        text_put(": ");
-        text_put_line(commands[i].help);
+        text_put(&s->out, commands[i].name);
+        text_put(&s->out, commands[i].arguments);
+        text_put(&s->out, ": ");
+        text_put_line(&s->out, commands[i].help);
     }
 }
 
@@ -366,7 +375,7 @@ static const struct command *find(const char *name, size_t words)
     return found;
 }
 
-void commands_execute(struct axis *a, char *line)
+void commands_execute(struct session *s, char *line)
 {
     char *words[WORDS_MAX];
     const size_t count = split(line, words);
@@ -375,12 +384,12 @@ void commands_execute(struct axis *a, char *line)
     }
     const struct command *const command = find(words[0], count);
     if (command == NULL) {
-        error_about(words[0], "unknown command; 'help' lists them");
+        error_about(s, words[0], "unknown command; 'help' lists them");
     } else if (count != command->words) {
-        text_put("error: usage: ");
-        text_put(command->name);
-        text_put_line(command->arguments);
+        text_put(&s->out, "error: usage: ");
+        text_put(&s->out, command->name);
+        text_put_line(&s->out, command->arguments);
     } else {
-        command->run(a, words);
+        command->run(s, words);
     }
 }

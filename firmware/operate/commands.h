@@ -3,12 +3,12 @@
 #ifndef FIRMWARE_OPERATE_COMMANDS_H
 #define FIRMWARE_OPERATE_COMMANDS_H
 
-#include "firmware/axis/axis.h"
+#include "firmware/operate/session.h"
 
 /*
  * Carries out one line and prints the answer: lines of information, "ok", or one line "error: ..." after which nothing has
  * changed. Splits `line` in place. An empty line does nothing. Thread.
  */
-void commands_execute(struct axis *a, char *line);
+void commands_execute(struct session *s, char *line);
 
 #endif

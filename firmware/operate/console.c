@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/console.h"
 
-#include "drivers/mss/mmuart.h"
 #include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
 #include "firmware/operate/postmortem_text.h"
@@ -11,11 +10,20 @@
 #define BACKSPACE '\b'
 #define DELETE    0x7F
 
-static void prompt(const struct console *k)
+static struct text *out(struct console *k)
 {
-    text_put("> ");
+    return &k->session.out;
+}
+
+static void prompt(struct console *k)
+{
+    if (k->session.out.lost) {
+        k->session.out.lost = false;
+        text_put_line(out(k), "(output was lost: the line did not take it)");
+    }
+    text_put(out(k), "> ");
     for (size_t i = 0; i < k->length; i++) {
-        text_put_char(k->line[i]);
+        text_put_char(out(k), k->line[i]);
     }
 }
 
@@ -24,20 +32,23 @@ static void start_line(struct console *k)
     k->length = 0;
     k->too_long = false;
     k->unprintable = false;
+    k->incomplete = false;
     prompt(k);
 }
 
 static void finish_line(struct console *k)
 {
-    axis_hear(k->axis);
-    text_put_line("");
+    axis_hear(k->session.axis);
+    text_put_line(out(k), "");
     k->line[k->length] = '\0';
-    if (k->too_long) {
-        text_put_line("error: line longer than 80 characters; ignored");
+    if (k->incomplete) {
+        text_put_line(out(k), "error: characters were lost; line ignored");
+    } else if (k->too_long) {
+        text_put_line(out(k), "error: line longer than 80 characters; ignored");
     } else if (k->unprintable) {
-        text_put_line("error: line with unprintable characters; ignored");
+        text_put_line(out(k), "error: line with unprintable characters; ignored");
     } else {
-        commands_execute(k->axis, k->line);
+        commands_execute(&k->session, k->line);
     }
     start_line(k);
 }
@@ -46,7 +57,7 @@ static void erase(struct console *k)
 {
     if (k->length > 0u) {
         k->length--;
-        text_put("\b \b");
+        text_put(out(k), "\b \b");
     }
 }
 
@@ -58,7 +69,7 @@ static void append(struct console *k, char c)
         k->too_long = true;
     } else {
         k->line[k->length++] = c;
-        text_put_char(c);
+        text_put_char(out(k), c);
     }
 }
 
@@ -80,15 +91,15 @@ static void take(struct console *k, char c)
 /* Between two lines of the user's. */
 static void announce_fault(struct console *k)
 {
-    const uint32_t fault = k->axis->faults.cause;
+    const uint32_t fault = k->session.axis->faults.cause;
     if (fault == k->announced) {
         return;
     }
     k->announced = fault;
     if (fault != FAULT_NONE) {
-        text_put("\r\nfault: ");
-        text_put(message_of_fault(fault));
-        text_put_line("; see 'fault', then 'clear'");
+        text_put(out(k), "\r\nfault: ");
+        text_put(out(k), message_of_fault(fault));
+        text_put_line(out(k), "; see 'fault', then 'clear'");
         prompt(k);
     }
 }
@@ -99,30 +110,30 @@ static void announce_warnings(struct console *k)
     for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
         const uint32_t bit = 1u << (cause % 32u);
         uint32_t *const said = &k->warned[cause / 32u];
-        if (!reaction_warned(&k->axis->reactions, (enum fault)cause)) {
+        if (!reaction_warned(&k->session.axis->reactions, (enum fault)cause)) {
             *said &= ~bit;
         } else if ((*said & bit) == 0u) {
             *said |= bit;
-            text_put("\r\nwarning: ");
-            text_put_line(message_of_fault((enum fault)cause));
+            text_put(out(k), "\r\nwarning: ");
+            text_put_line(out(k), message_of_fault((enum fault)cause));
             prompt(k);
         }
     }
 }
 
-void console_start(struct console *k, struct axis *axis)
+void console_start(struct console *k, const struct session *session)
 {
-    *k = (struct console){.axis = axis};
-    text_put_line("");
-    text_put_line("mssfoc " CONFIG_VERSION ", 'help' lists the commands");
-    postmortem_print();
+    *k = (struct console){.session = *session};
+    text_put_line(out(k), "");
+    text_put_line(out(k), "mssfoc " CONFIG_VERSION ", 'help' lists the commands");
+    postmortem_print(out(k), session->last_life);
     prompt(k);
 }
 
 void console_poll(struct console *k)
 {
     char c;
-    while (mmuart0_get(&c)) {
+    while (mmuart_get(k->session.out.uart, &c, &k->incomplete)) {
         take(k, c);
     }
     announce_fault(k);

@@ -13,7 +13,7 @@ const char *message_of_state(enum axis_state state);
 const char *message_of_fault(enum fault cause);
 const char *message_fault_hint(enum fault cause);
 
-/* What detail[0] of the fault's record means, '@' standing for the number; "" where it means nothing. */
+/* What fault_record.detail means, "" if nothing: '@' stands for the first value, '#' for the second. */
 const char *message_fault_detail(enum fault cause);
 
 /* The fault whose name this is, with '_' for its blanks; FAULT_COUNT when there is none. */

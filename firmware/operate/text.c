@@ -1,31 +1,54 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/text.h"
 
-#include "drivers/mss/mmuart.h"
-#include "firmware/system/idle.h"
+#include "drivers/cortex/cpu.h"
 
-void text_put_char(char c)
+#define PATIENCE_MS 20u /* a transmitter that works makes room every 1.4 ms */
+
+/*
+ * Waits for room, but no longer than a living transmitter takes. The watchdog is served when room has come, not while none
+ * comes: waiting is no sign of life.
+ */
+static bool wait_for_room(struct text *t)
 {
-    while (mmuart0_free_space() == 0u) {
-        idle();
+    if (mmuart_free_space(t->uart) > 0u) {
+        return true;
     }
-    (void)mmuart0_put(c);
+    const uint32_t since_ms = *t->idle->time_ms;
+    while (mmuart_free_space(t->uart) == 0u) {
+        if (t->given_up || *t->idle->time_ms - since_ms > PATIENCE_MS) {
+            return false;
+        }
+        cpu_wait_for_interrupt();
+    }
+    idle_serve_watchdog(t->idle);
+    return true;
 }
 
-void text_put(const char *s)
+void text_put_char(struct text *t, char c)
+{
+    t->given_up = !wait_for_room(t);
+    if (t->given_up) {
+        t->lost = true;
+    } else {
+        (void)mmuart_put(t->uart, c);
+    }
+}
+
+void text_put(struct text *t, const char *s)
 {
     for (; *s != '\0'; s++) {
-        text_put_char(*s);
+        text_put_char(t, *s);
     }
 }
 
-void text_put_line(const char *s)
+void text_put_line(struct text *t, const char *s)
 {
-    text_put(s);
-    text_put("\r\n");
+    text_put(t, s);
+    text_put(t, "\r\n");
 }
 
-static void put_unsigned(uint32_t value, unsigned least_digits)
+static void put_unsigned(struct text *t, uint32_t value, unsigned least_digits)
 {
     char digits[10];
     unsigned n = 0;
@@ -34,38 +57,46 @@ static void put_unsigned(uint32_t value, unsigned least_digits)
         value /= 10u;
     } while (value != 0u || n < least_digits);
     while (n > 0u) {
-        text_put_char(digits[--n]);
+        text_put_char(t, digits[--n]);
     }
 }
 
-static uint32_t put_sign(int32_t value)
+static uint32_t put_sign(struct text *t, int32_t value)
 {
     if (value < 0) {
-        text_put_char('-');
+        text_put_char(t, '-');
         return 0u - (uint32_t)value;
     }
     return (uint32_t)value;
 }
 
-void text_put_int(int32_t value)
+void text_put_int(struct text *t, int32_t value)
 {
-    put_unsigned(put_sign(value), 1);
+    put_unsigned(t, put_sign(t, value), 1);
 }
 
-void text_put_hex(uint32_t value)
+void text_put_hex(struct text *t, uint32_t value)
 {
-    text_put("0x");
+    text_put(t, "0x");
     for (int shift = 28; shift >= 0; shift -= 4) {
-        text_put_char("0123456789abcdef"[(value >> shift) & 15u]);
+        text_put_char(t, "0123456789abcdef"[(value >> shift) & 15u]);
     }
 }
 
-void text_put_milli(int32_t thousandths)
+void text_put_milli(struct text *t, int32_t thousandths)
 {
-    const uint32_t magnitude = put_sign(thousandths);
-    put_unsigned(magnitude / 1000u, 1);
-    text_put_char('.');
-    put_unsigned(magnitude % 1000u, 3);
+    const uint32_t magnitude = put_sign(t, thousandths);
+    put_unsigned(t, magnitude / 1000u, 1);
+    text_put_char(t, '.');
+    put_unsigned(t, magnitude % 1000u, 3);
+}
+
+/* Seconds fit 32 bits for 136 years. */
+void text_put_seconds(struct text *t, uint64_t ms)
+{
+    put_unsigned(t, (uint32_t)(ms / 1000u), 1);
+    text_put_char(t, '.');
+    put_unsigned(t, (uint32_t)(ms % 1000u), 3);
 }
 
 bool text_equal(const char *a, const char *b)

@@ -6,13 +6,27 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Output waits for room in the transmit buffer, asleep, with the watchdog served. Thread only. */
-void text_put(const char *s);
-void text_put_char(char c);
-void text_put_int(int32_t value);
-void text_put_hex(uint32_t value);        /* 0x and eight digits */
-void text_put_milli(int32_t thousandths); /* -1234 as -1.234 */
-void text_put_line(const char *s);        /* with the line's end */
+#include "drivers/mss/mmuart.h"
+#include "firmware/system/idle.h"
+
+struct text {
+    struct mmuart *uart;
+    struct idle *idle; /* the clock by which it waits, and the watchdog's service */
+    bool given_up;     /* there was no room for too long: do not wait until there is some */
+    bool lost;         /* output has been dropped; who says so clears it */
+};
+
+/*
+ * Output waits, asleep, for room in the transmit buffer. When no room comes for 20 ms the transmitter is taken for dead:
+ * from then on output is dropped without waiting, until there is room again. Thread only.
+ */
+void text_put(struct text *t, const char *s);
+void text_put_char(struct text *t, char c);
+void text_put_int(struct text *t, int32_t value);
+void text_put_hex(struct text *t, uint32_t value);        /* 0x and eight digits */
+void text_put_milli(struct text *t, int32_t thousandths); /* -1234 as -1.234 */
+void text_put_seconds(struct text *t, uint64_t ms);       /* 4294967296 as 4294967.296 */
+void text_put_line(struct text *t, const char *s);        /* with the line's end */
 
 /* Whether two strings are the same. */
 bool text_equal(const char *a, const char *b);

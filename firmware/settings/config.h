@@ -1,21 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-/* The drive's fixed choices. Everything a user may want to change at run time is in params.h instead. */
+/*
+ * The drive's fixed choices; those of time stand in rates.h. What a user may want to change at run time is in params.h instead.
+ */
 #ifndef FIRMWARE_SETTINGS_CONFIG_H
 #define FIRMWARE_SETTINGS_CONFIG_H
 
 #include "drivers/board.h"
+#include "firmware/settings/rates.h"
 
 #define CONFIG_VERSION "0.1.0"
-
-/* PWM, sampling and current loop run in step */
-#define CONFIG_PWM_HZ       20000u
-#define CONFIG_PWM_COUNTS   (BOARD_FABRIC_HZ / CONFIG_PWM_HZ)
-#define CONFIG_DEAD_TIME_NS 1000u
-#define CONFIG_DEAD_COUNTS  (BOARD_FABRIC_HZ / 1000000u * CONFIG_DEAD_TIME_NS / 1000u)
-
-/* state machine, speed loop and supervision */
-#define CONFIG_SLOW_HZ        1000u
-#define CONFIG_LOOPS_PER_SLOW (CONFIG_PWM_HZ / CONFIG_SLOW_HZ)
 
 /* interrupt priorities: 0 is the most urgent of 16 */
 #define CONFIG_PRIORITY_CURRENT_LOOP 0u
@@ -24,7 +17,13 @@
 
 #define CONFIG_CONSOLE_BAUD 115200u
 
-_Static_assert(BOARD_FABRIC_HZ % CONFIG_PWM_HZ == 0, "the PWM period is a whole number of counts");
-_Static_assert(CONFIG_PWM_HZ % CONFIG_SLOW_HZ == 0, "a slow period is a whole number of PWM periods");
+_Static_assert(FABRIC_HZ % CONFIG_PWM_HZ == 0,
+               "CONFIG_PWM_HZ: the PWM period must be a whole number of the fabric's counts");
+_Static_assert(CONFIG_PWM_HZ % CONFIG_SLOW_HZ == 0, "CONFIG_PWM_HZ must be a multiple of CONFIG_SLOW_HZ");
+_Static_assert(CONFIG_PWM_HZ % 16 == 0,
+               "CONFIG_PWM_HZ must be a multiple of 16: CONFIG_SPEED_BASE_HZ is a whole number");
+_Static_assert(CONFIG_PWM_HZ >= 8000 && CONFIG_PWM_HZ <= 40000, "CONFIG_PWM_HZ: tested from 8000 to 40000");
+_Static_assert(FABRIC_HZ % 1000000 == 0,
+               "FABRIC_HZ must be a whole number of megahertz: the dead time is counted in them");
 
 #endif

@@ -22,6 +22,12 @@ enum error {
     ERROR_SPEED_MAX_BEYOND_OVERSPEED,
     ERROR_V_MIN_BELOW_MODULATOR,
     ERROR_SPEED_BEYOND_OBSERVER,
+    /* bandwidths that leave too little margin; value: the largest that works, Hz */
+    ERROR_CURRENT_MARGIN,
+    ERROR_SPEED_MARGIN,
+    ERROR_SPEED_RESOLUTION,
+    ERROR_SPEED_UNRESOLVED, /* none works */
+    ERROR_CURRENT_TOO_SLOW, /* none works */
     /* the state does not allow it */
     ERROR_FAULT_LATCHED,
     ERROR_ALREADY_ON,
@@ -42,6 +48,9 @@ enum error {
     ERROR_NO_ENCODER_SIGNAL,
     ERROR_FABRIC,
     ERROR_CLOCK,
+    ERROR_STACK_GUARD,
+    ERROR_WATCHDOG_OFF,
+    ERROR_FABRIC_DOUBTED, /* found at start-up; only a reset looks again */
     ERROR_COUNT
 };
 

@@ -12,25 +12,29 @@
 #include <stdint.h>
 
 struct params {
-    int32_t pole_pairs;      /* pairs of poles of the motor */
-    int32_t encoder_counts;  /* counts per mechanical turn, all four edges counted */
-    int32_t resistance_mohm; /* one phase */
-    int32_t ld_uh;           /* one phase, d axis */
-    int32_t lq_uh;           /* one phase, q axis */
-    int32_t flux_uwb;        /* flux linkage of the magnets, peak, one phase */
-    int32_t inertia_gcm2;    /* rotor and load */
-    int32_t i_range_ma;      /* phase current 2048 ADC counts away from zero */
-    int32_t v_range_mv;      /* bus voltage at 4096 ADC counts */
-    int32_t i_max_ma;        /* limit of the current reference, peak */
-    int32_t i_trip_ma;       /* software over-current threshold, any phase */
-    int32_t i_align_ma;      /* d-axis current that pulls the rotor into place */
-    int32_t v_min_mv;        /* under-voltage threshold */
-    int32_t v_max_mv;        /* over-voltage threshold */
-    int32_t speed_max_rpm;   /* largest speed command */
-    int32_t overspeed_rpm;   /* over-speed threshold */
-    int32_t ramp_rpm_s;      /* slope of the speed reference */
-    int32_t current_bw_hz;   /* crossover of the current loops */
-    int32_t speed_bw_hz;     /* crossover of the speed loop */
+    int32_t pole_pairs;         /* pairs of poles of the motor */
+    int32_t encoder_counts;     /* counts per mechanical turn, all four edges counted */
+    int32_t resistance_mohm;    /* one phase */
+    int32_t ld_uh;              /* one phase, d axis */
+    int32_t lq_uh;              /* one phase, q axis */
+    int32_t ld_apparent_uh;     /* where iron saturates: flux over current at rated current, for MTPA; 0: as ld_uh */
+    int32_t lq_apparent_uh;     /* the same, q axis */
+    int32_t flux_uwb;           /* flux linkage of the magnets, peak, one phase */
+    int32_t inertia_gmm2;       /* rotor and load; 1e-9 kg m^2 */
+    int32_t i_range_ma;         /* phase current 2048 ADC counts away from zero */
+    int32_t v_range_mv;         /* bus voltage at 4096 ADC counts */
+    int32_t i_max_ma;           /* limit of the current reference, peak */
+    int32_t i_trip_ma;          /* software over-current threshold, any phase */
+    int32_t i_align_ma;         /* d-axis current that pulls the rotor into place */
+    int32_t v_min_mv;           /* under-voltage threshold */
+    int32_t v_max_mv;           /* over-voltage threshold */
+    int32_t bus_capacitance_uf; /* from the bridge to the supply, both sides of the cable */
+    int32_t speed_max_rpm;      /* largest speed command */
+    int32_t overspeed_rpm;      /* over-speed threshold */
+    int32_t ramp_rpm_s;         /* slope of the speed reference */
+    int32_t stop_max_ms;        /* a quick stop that takes longer ends with the bridge off */
+    int32_t current_bw_hz;      /* crossover of the current loops */
+    int32_t speed_bw_hz;        /* crossover of the speed loop */
     /* supervision: firmware/axis/ */
     int32_t i_rated_ma;         /* current that the motor carries for ever, peak */
     int32_t t_max_c;            /* what its winding has then, 40 degC around it; and the most that it may have */

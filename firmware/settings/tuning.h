@@ -4,7 +4,7 @@
  * per-unit formats of the hot path.
  *
  *   current   Q15, 1.0 = i_range            voltage  Q15, 1.0 = v_range
- *   speed     rpm in Q4 for people; w_q15 for the current loop, 1.0 = TUNING_SPEED_BASE_HZ electrical
+ *   speed     rpm in Q4 for people; w_q15 for the current loop, 1.0 = CONFIG_SPEED_BASE_HZ electrical
  */
 #ifndef FIRMWARE_SETTINGS_TUNING_H
 #define FIRMWARE_SETTINGS_TUNING_H
@@ -13,8 +13,17 @@
 
 #include "firmware/settings/error.h"
 #include "firmware/settings/params.h"
+#include "firmware/settings/rates.h"
 
-#define TUNING_SPEED_BASE_HZ 1250 /* = PWM rate / 16: w_q15 is the observer's Q32 speed shifted right by 13 */
+#define TUNING_ALIGN_LEVELS 2
+
+/* Currents of the alignment: as i_align says, and for a load that this does not move. */
+struct tuning_align {
+    int32_t i_q15, i_less_q15; /* the rotor hangs on the first; with the second the load is measured */
+    int32_t ratio_q15;         /* second by first */
+    int32_t saliency_q15;      /* (Lq - Ld) i by flux */
+    int32_t period_ms;         /* of the rotor's swinging about the field, as far as inertia_gmm2 is right */
+};
 
 struct tuning {
     /* current loop */
@@ -27,14 +36,31 @@ struct tuning {
     int32_t v_min_q15, v_max_q15;
     int32_t overspeed_w_q15;
     uint32_t encoder_scale_q32; /* electrical turns per encoder count */
-    /* speed loop */
-    int32_t i_max_q15, i_align_q15;
+    /* torque: see control/torque.h */
+    int32_t torque_emf_q11;     /* power, per torque and speed */
+    int32_t bus_energy_q10;     /* energy of the bus capacitor at v_range */
+    int32_t bus_set_energy_q25; /* of the highest voltage that braking brings about */
+    int32_t burn_max_q15;       /* largest d current for burning power: cancels the magnets' flux, at most i_max */
+    int32_t saliency_q11;       /* apparent x_q - x_d */
+    int32_t speed_max_rpm_q4;
+    /* speed estimate: units and derivation in tuning_speed.c */
+    int32_t encoder_counts;
+    uint32_t speed_per_count;  /* rpm Q15 by 256ths of a count a clock, over 16 */
+    int32_t way_per_count_q12; /* rpm Q15 times milliseconds by 256ths of a count */
+    int32_t count_per_way_q16; /* and back, to 65536ths of a count */
+    /* speed loop: its current is the torque of torque_map.h */
+    int32_t i_max_q15;
     int32_t speed_kp_q16;     /* current Q15 per rpm Q4 */
     int32_t speed_ki_q16;     /* the same, per slow period */
-    int32_t align_kd_q16;     /* damping during alignment: current Q15 per rpm Q4 */
+    int32_t speed_ki_min_q16; /* the least of it while edges are far apart */
     int32_t speed_accel_q8;   /* current (Q15, 16 fraction bits) per slope (rpm Q16 per millisecond) */
     int32_t ramp_q16;         /* rpm in Q16 per millisecond */
     int32_t rpm_q4_per_w_q32; /* see tuning_rpm_q4() */
+    /* start */
+    int32_t wiring_i_q15, wiring_v_q15; /* test current, and what it drops at one phase's resistance */
+    int32_t pole_pairs;
+    uint32_t align_levels; /* of those below: how many there are */
+    struct tuning_align align[TUNING_ALIGN_LEVELS];
 };
 
 /*

@@ -2,9 +2,13 @@
 #include "firmware/system/handlers.h"
 
 #include "drivers/cortex/nvic.h"
+#include "drivers/cortex/scb.h"
+#include "drivers/mss/sysreg.h"
 #include "drivers/mss/timer.h"
+#include "firmware/control/current_loop_step.h"
 #include "firmware/settings/config.h"
 #include "firmware/system/axes.h"
+#include "firmware/system/postmortem.h"
 #include "startup/startup.h"
 
 struct axis axes[AXIS_COUNT];
@@ -15,14 +19,68 @@ void current_loop_fault(void)
     axis_sample_fault(&axes[0]);
 }
 
+/*
+ * The entry of every processor fault and of interrupts that nobody handles: bridge off before anything else, then the record,
+ * then a reset, because nothing that ran can be trusted any more. Only while start-up does not trust the fabric is the bridge
+ * left as the reset made it, which is off: a write to a fabric that does not answer would be the next fault.
+ */
+void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
+{
+    if (!axis_fabric_doubted(&axes[0])) {
+        gate_disable(&FABRIC0->gate);
+    }
+    postmortem_keep(frame, exc_return);
+    scb_system_reset();
+}
+
+/* The interrupts that should tell of it may not be wired, or may have been disabled by what they tell of. */
+static void watch_device(void)
+{
+    if (!sysreg_plls_locked()) {
+        nvic_pend(MSS_IRQ_PLL_LOCK_LOST);
+    }
+    if ((sysreg_edac_flags() & SYSREG_EDAC_FATAL) != 0u) {
+        nvic_pend(MSS_IRQ_ECC_ERROR);
+    }
+}
+
+/*
+ * One instance of the current loop's interrupt. Axis, fabric, source and scheme are constants here, so all addresses are
+ * immediate and no branch is left but the one to a fault.
+ */
+#define CURRENT_LOOP_HANDLER(name, axis, fabric, source, scheme) \
+    void name(void) \
+    { \
+        if (current_loop_step(&axes[axis].loop, fabric, source, scheme)) { \
+            current_loop_fault(); \
+        } \
+    }
+
+CURRENT_LOOP_HANDLER(handlers_encoder_ab, 0, FABRIC0, LOOP_ENCODER, LOOP_SENSE_AB)
+CURRENT_LOOP_HANDLER(handlers_encoder_pair, 0, FABRIC0, LOOP_ENCODER, LOOP_SENSE_PAIR)
+CURRENT_LOOP_HANDLER(handlers_forced_ab, 0, FABRIC0, LOOP_FORCED, LOOP_SENSE_AB)
+CURRENT_LOOP_HANDLER(handlers_forced_pair, 0, FABRIC0, LOOP_FORCED, LOOP_SENSE_PAIR)
+
+/* The encoder with two sensors, the way a drive spends its life, is by hand: control/current_loop_isr.S. */
+const struct loop_handlers handlers_of_axis_0 = {
+    .vector = &startup_vectors[STARTUP_SYSTEM_VECTORS + BOARD_IRQ_ADC],
+    .handler =
+        {
+            [LOOP_ENCODER] = {FabricIrq0_IRQHandler, handlers_encoder_pair},
+            [LOOP_FORCED] = {handlers_forced_ab, handlers_forced_pair},
+        },
+};
+
 void Timer1_IRQHandler(void)
 {
     mss_timer1_acknowledge();
+    watch_device();
     axis_step(&axes[0]);
 }
 
 void handlers_start_current_loop(void)
 {
+    axes[0].loop.handlers = &handlers_of_axis_0;
     nvic_clear_pending(BOARD_IRQ_ADC);
     nvic_priority(BOARD_IRQ_ADC, CONFIG_PRIORITY_CURRENT_LOOP);
     nvic_enable(BOARD_IRQ_ADC);
@@ -33,4 +91,12 @@ void handlers_start_slow_loop(void)
     nvic_priority(BOARD_IRQ_TICK, CONFIG_PRIORITY_SLOW_LOOP);
     nvic_enable(BOARD_IRQ_TICK);
     mss_timer1_start_periodic(BOARD_MSS_TIMER_HZ / CONFIG_SLOW_HZ);
+}
+
+void handlers_watch_device(void)
+{
+    sysreg_edac_watch();
+    nvic_enable(MSS_IRQ_PLL_LOCK_LOST);
+    nvic_enable(MSS_IRQ_FABRIC_PLL_LOCK_LOST);
+    nvic_enable(MSS_IRQ_ECC_ERROR);
 }

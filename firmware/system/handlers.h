@@ -1,14 +1,32 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The interrupts: whose axis each is for, and their priorities. The current loop's is control/current_loop_isr.S; the slow
- * loop is MSS timer 1, once a millisecond. Its clock comes from the same PLL as the PWM, so the two never drift.
+ * The interrupts: whose axis each is for, and their priorities. The current loop has one handler for each source of the angle
+ * and each scheme of sensing, and control/current_loop.h chooses; the slow loop is MSS timer 1, once a millisecond. Its clock
+ * comes from the same PLL as the PWM, so the two never drift.
  */
 #ifndef FIRMWARE_SYSTEM_HANDLERS_H
 #define FIRMWARE_SYSTEM_HANDLERS_H
 
-/* Lets the current loop's interrupt through, before the axis starts; then the slow loop's, when it has. Thread, once each. */
+#include "firmware/control/current_loop.h"
+
+/* What current_loop_select() chooses from. */
+extern const struct loop_handlers handlers_of_axis_0;
+
+/*
+ * Lets a lost PLL lock and a memory error that cannot be corrected end the program. Nobody handles these interrupts, so they
+ * enter as faults do, at the priority of the current loop. Thread, once.
+ */
+void handlers_watch_device(void);
+
+/* Lets the current loop's interrupt through, and the slow loop's, when the axis has started. Thread, once each. */
 void handlers_start_current_loop(void);
 void handlers_start_slow_loop(void);
+
+/* The current loop of axis 0 in C. The first is not in the table of handlers: the one in assembly stands in its place. */
+void handlers_encoder_ab(void);
+void handlers_encoder_pair(void);
+void handlers_forced_ab(void);
+void handlers_forced_pair(void);
 
 /* Where the current loop's interrupt ends when a sample has a fault. Only the interrupt calls it. */
 void current_loop_fault(void);

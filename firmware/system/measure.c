@@ -6,8 +6,8 @@
 #include "lib/q15.h"
 
 /*
- * The longest gap between two looks at the counter is an interrupt; the shortest is what looking takes. The first gap is too
- * short for that: it has no turn of the loop in it. None is kept by a branch, which would lengthen the next.
+ * The longest gap between counter reads contains the interrupt; subtract the shortest. The first gap does not count as the
+ * shortest, because no turn of the loop is in it. Branch-free, since a branch would lengthen the next gap.
  */
 static uint32_t longest_gap(void)
 {

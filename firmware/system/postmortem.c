@@ -2,58 +2,63 @@
 #include "firmware/system/postmortem.h"
 
 #include <stddef.h>
-#include <stdint.h>
 
 #include "drivers/cortex/scb.h"
-#include "drivers/fabric/fabric.h"
-#include "startup/startup.h"
+#include "drivers/mss/sysreg.h"
 
-static struct postmortem kept STARTUP_NOINIT;
-static struct postmortem collected;
+#define FAULT_MARK 0x50D1E5E5u
+#define PROBE_MARK 0x9A0BE5E5u
+
+/* Lives through a reset, so its place is fixed, and nothing in it is trusted without its mark and sum. */
+static struct {
+    uint32_t probe; /* PROBE_MARK while one is under way */
+    uint32_t mark;
+    struct postmortem record;
+    uint32_t check; /* sum of the record's words */
+} kept STARTUP_NOINIT;
 
 static uint32_t checksum(const struct postmortem *p)
 {
     const uint32_t *const words = (const uint32_t *)(const void *)p;
     uint32_t sum = 0;
-    for (size_t i = 0; i < offsetof(struct postmortem, check) / sizeof *words; i++) {
+    for (size_t i = 0; i < sizeof *p / sizeof *words; i++) {
         sum += words[i];
     }
     return sum;
 }
 
-/*
- * The entry of every processor fault and of interrupts that nobody expects: bridge off before anything else, then the
- * record, then a reset, because nothing that ran can be trusted any more.
- */
-void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
+void postmortem_keep(const struct fault_frame *frame, uint32_t exc_return)
 {
     static const struct fault_frame no_frame;
 
-    gate_disable(&FABRIC0->gate);
-    kept.mark = POSTMORTEM_MARK;
-    kept.exception = startup_exception_number();
-    kept.frame_valid = frame != NULL;
-    kept.frame = frame != NULL ? *frame : no_frame;
-    kept.exc_return = exc_return;
-    kept.cfsr = SCB->CFSR;
-    kept.hfsr = SCB->HFSR;
-    kept.mmfar = SCB->MMFAR;
-    kept.bfar = SCB->BFAR;
-    kept.check = checksum(&kept);
-    scb_system_reset();
+    kept.mark = FAULT_MARK;
+    kept.record.valid = true;
+    kept.record.exception = startup_exception_number();
+    kept.record.frame_valid = frame != NULL;
+    kept.record.frame = frame != NULL ? *frame : no_frame;
+    kept.record.exc_return = exc_return;
+    kept.record.cfsr = SCB->CFSR;
+    kept.record.hfsr = SCB->HFSR;
+    kept.record.mmfar = SCB->MMFAR;
+    kept.record.bfar = SCB->BFAR;
+    kept.record.edac = sysreg_edac_flags();
+    kept.check = checksum(&kept.record);
 }
 
-bool postmortem_collect(void)
+struct postmortem postmortem_collect(void)
 {
-    const bool valid = kept.mark == POSTMORTEM_MARK && kept.check == checksum(&kept);
-    if (valid) {
-        collected = kept;
+    struct postmortem found = {.valid = false};
+    if (kept.mark == FAULT_MARK && kept.check == checksum(&kept.record)) {
+        found = kept.record;
     }
+    found.probe_died = kept.probe == PROBE_MARK;
     kept.mark = 0;
-    return valid;
+    kept.probe = 0;
+    return found;
 }
 
-const struct postmortem *postmortem_record(void)
+void postmortem_probe(bool under_way)
 {
-    return collected.mark == POSTMORTEM_MARK ? &collected : NULL;
+    kept.probe = under_way ? PROBE_MARK : 0u;
+    cpu_dsb();
 }

@@ -9,24 +9,35 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "drivers/mss/irq.h"
 #include "startup/startup.h"
 
-#define POSTMORTEM_MARK 0x50D1E5E5u
+/* Interrupts that nobody handles, so that the fault entry does. */
+#define POSTMORTEM_MSS_PLL    (STARTUP_SYSTEM_VECTORS + MSS_IRQ_PLL_LOCK_LOST)
+#define POSTMORTEM_FABRIC_PLL (STARTUP_SYSTEM_VECTORS + MSS_IRQ_FABRIC_PLL_LOCK_LOST)
+#define POSTMORTEM_ECC        (STARTUP_SYSTEM_VECTORS + MSS_IRQ_ECC_ERROR)
 
 struct postmortem {
-    uint32_t mark;
+    bool valid;         /* a processor fault came before the last reset; the rest describes it */
+    bool probe_died;    /* the last life ended between postmortem_probe(true) and postmortem_probe(false) */
     uint32_t exception; /* number: 2 NMI, 3 hard fault, 4 memory, 5 bus, 6 usage, 16 + n interrupt n */
-    uint32_t frame_valid;
+    bool frame_valid;
     struct fault_frame frame;
     uint32_t exc_return;
     uint32_t cfsr, hfsr, mmfar, bfar;
-    uint32_t check; /* sum of all words before it */
+    uint32_t edac; /* SYSREG_EDAC_* flags of the memories */
 };
 
-/* Whether the last reset followed a processor fault. Takes the record over; call once, early. Thread. */
-bool postmortem_collect(void);
+/* Writes the record. Only the fault entry calls it; the reset that must follow is the caller's. */
+void postmortem_keep(const struct fault_frame *frame, uint32_t exc_return);
 
-/* The record that was collected; NULL when there is none. Any context. */
-const struct postmortem *postmortem_record(void);
+/* Takes over what the last life of the program left behind, and forgets it there. Thread, once, early. */
+struct postmortem postmortem_collect(void);
+
+/*
+ * Says that the program is about to touch hardware that may not answer, or that it did. If it does not live to say the latter,
+ * be it by a fault or by the watchdog, the next life knows. Thread.
+ */
+void postmortem_probe(bool under_way);
 
 #endif

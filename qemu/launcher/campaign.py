@@ -7,6 +7,7 @@ an interrupted campaign goes on where it stopped, and nothing of an older build 
 import hashlib
 import json
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -19,6 +20,7 @@ from .paths import MOTORS, QEMU_DIR, REPO, SCENARIOS, build_dir, shown
 
 FAULT_PREFIX = "fault_"
 DRIVE_SEEDS, FAULT_SEEDS = 8, 1
+TERMINATE_AGAIN_S = 0.3
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,12 @@ class Case:
         return f"make run MOTOR={self.motor} SCENARIO={self.scenario} SEED={self.seed}{detune}"
 
     def file(self, folder):
-        return Path(folder) / (self.key.replace("/", "--").replace(" ", "_") + ".json")
+        return Path(folder) / file_name(self.key)
+
+
+def file_name(key):
+    """Of a case's result."""
+    return re.sub(r"[:/]", "--", key).replace(" ", "_") + ".json"
 
 
 def parse_case(key):
@@ -84,11 +91,16 @@ def run_case(case, folder, build=None, qemu=None):
                         "figures": [_figure(figure) for figure in result.figures.values()]}
         except LauncherError as error:
             outcome |= {"passed": False, "error": str(error).split("\n")[0], "figures": []}
-    file = case.file(folder)
-    part = file.with_suffix(f".{os.getpid()}")
-    part.write_text(json.dumps(outcome) + "\n")
-    os.replace(part, file)
+    keep(case, outcome, folder)
     return outcome
+
+
+def keep(case, outcome, folder):
+    """Leaves the case's file, whole or not at all."""
+    file = case.file(folder)
+    begun = file.with_suffix(f".{os.getpid()}")
+    begun.write_text(json.dumps(outcome) + "\n")
+    os.replace(begun, file)
 
 
 def _figure(figure):
@@ -143,13 +155,27 @@ def _run_parallel(parallel, cases, folder, build, qemu, jobs, sshlogin):
     command += ["--bar"] if os.isatty(2) else []  # done, of how many, and an estimate of the rest
     command += ["-j", str(jobs)] if jobs else []
     if sshlogin:
-        command += ["--sshlogin", sshlogin, "--workdir", str(REPO), "--return", f"{here}/{{= s:/:--:g; s: :_:g =}}.json"]
+        command += ["--sshlogin", sshlogin, "--workdir", str(REPO), "--return", f"{here}/{{= s,[:/],--,g; s: :_:g =}}.json"]
     worker = [os.environ.get("PYTHON", "/usr/bin/python3"), "qemu/run.py", "case", "{}", "--cases", here, "--build",
               _relative(build) if sshlogin else str(build)]
     worker += ["--qemu", qemu] if qemu else []
-    status = subprocess.run([*command, *worker], cwd=REPO, stdin=subprocess.DEVNULL, check=False).returncode
+    status = _wait(subprocess.Popen([*command, *worker], cwd=REPO, stdin=subprocess.DEVNULL))
     if status > 100:
         raise LauncherError(f"GNU parallel ended with status {status}: see {shown(joblog)}")
+
+
+def _wait(process):
+    """The status of GNU parallel. If the launcher is ended, so are the runs: at the second SIGTERM parallel ends them, too."""
+    try:
+        return process.wait()
+    except BaseException:
+        while process.poll() is None:
+            process.terminate()
+            try:
+                process.wait(TERMINATE_AGAIN_S)
+            except subprocess.TimeoutExpired:
+                pass
+        raise
 
 
 def _relative(path):

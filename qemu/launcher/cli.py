@@ -85,12 +85,17 @@ def _add_campaign(commands):
                                    ("--scenarios", "SCENARIOS", "names, separated by blanks (default: all)"),
                                    ("--seeds", "SEEDS", "runs of each (default: 8, for faults 1)"),
                                    ("--detunes", "DETUNES", "what the drive is told wrongly, separated by ';'"),
+                                   ("--part", "PART", "start, wiring, supervision or detune: hostile cases"),
+                                   ("--case", "CASE", "one case of a part, kept whole: start:teknic_m2310p/hoist20/45"),
+                                   ("--what", "WHAT", "of a part, these cases only: quickstop/* slip60/*"),
+                                   ("--angles", "ANGLES", "of PART=start, electrical degrees (default: docs/campaign.md)"),
+                                   ("--loads", "LOADS", "of PART=start: free, hoist20, friction20, hoist50 ..."),
                                    ("--jobs", "JOBS", "runs at a time (default: one a processor)"),
                                    ("--sshlogin", "SSHLOGIN", "machines to use, as GNU parallel takes them")):
         campaign.add_argument(option, default=os.environ.get(variable) or None, help=text)
     case = commands.add_parser("case", help="one run of a campaign")
     case.set_defaults(function=_case)
-    case.add_argument("key", help="MOTOR/SCENARIO/SEED or MOTOR/SCENARIO/SEED/DETUNE")
+    case.add_argument("key", help="MOTOR/SCENARIO/SEED or MOTOR/SCENARIO/SEED/DETUNE, or PART:MOTOR/WHAT")
     case.add_argument("--cases", required=True, help="folder for its result")
     for command in (campaign, case):
         command.add_argument("--build", default=None, help="build folder (default: $BUILD or build)")
@@ -150,10 +155,24 @@ def _campaign(options):
     from .campaign import plan, play
     from .campaign_report import report
 
+    if options.part or options.case:
+        return _part(options)
     cases = plan((options.motors or "").split(), (options.scenarios or "").split(), _count(options.seeds, "SEEDS"),
                  [detune.strip() for detune in (options.detunes or "").split(";")])
     folder, outcomes = play(cases, options.build, options.qemu, _count(options.jobs, "JOBS"), options.sshlogin)
     return report(outcomes, folder.parent, print)
+
+
+def _part(options):
+    from .campaign import play
+    from .part_report import report_case, report_part
+    from .parts import parse, plan_part
+
+    if options.case:
+        return report_case(parse(options.case), options.build, options.qemu, print)
+    cases = plan_part(options.part, (options.motors or "").split(), vars(options))
+    folder, outcomes = play(cases, options.build, options.qemu, _count(options.jobs, "JOBS"), options.sshlogin)
+    return report_part(options.part, outcomes, folder.parent, print)
 
 
 def _count(text, what):
@@ -166,8 +185,12 @@ def _count(text, what):
 
 def _case(options):
     from .campaign import parse_case, run_case
+    from .parts import is_part, parse, run_part_case
 
-    run_case(parse_case(options.key), options.cases, options.build, options.qemu)
+    if is_part(options.key):
+        run_part_case(parse(options.key), options.cases, options.build, options.qemu)
+    else:
+        run_case(parse_case(options.key), options.cases, options.build, options.qemu)
     return 0
 
 

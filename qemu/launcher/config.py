@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: MIT
 """The text file that configures the twin for one run (format: qemu/twin, one item a line)."""
 from .drive import preamble, twin_items
+from .errors import LauncherError
+from .probes import code_of
 
 
 def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cycles=None,
-                way_of=None):
+                way_of=None, enums=None):
     """The whole file as text.
 
     `files` has the paths "trace" and "progress", or is empty for a live console; `probes` are the columns read from the
     target's memory; `symbols` resolves the names in poke events; `dumps` are (address, bytes, path) of memory to be kept at
     the end; `cycles` are wait cycles that differ from the twin's defaults;
-    `way_of` is (exception, path) of a log of the way through its handler.
+    `way_of` is (exception, path) of a log of the way through its handler; `enums` are the meanings of columns, which steps that
+    wait for a state need.
     """
     lines = [f"# {drive.motor.name} on {drive.inverter.name}; {scenario.title}"]
     lines += [f"{key} {path}" for key, path in files.items()]
@@ -24,15 +27,23 @@ def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cy
     lines += [f"dump 0x{address:08x} {size} {path}" for address, size, path in dumps]
     if scenario.preamble_s is not None:
         lines += [f"event {scenario.preamble_s:.9g} console {text}" for text in preamble(drive)]
-    lines += [_event(step, symbols) for step in scenario.steps]
+    lines += [f"event {_event(step, symbols)}" for step in scenario.steps]
+    lines += [f"after state={_codes(step.after, enums)} {_event(step, symbols)}" for step in scenario.late]
     return "\n".join(lines) + "\n"
 
 
 def _event(step, symbols):
     if step.kind == "console":
-        return f"event {step.t_s:.9g} console {step.text}"
+        return f"{step.t_s:.9g} console {step.text}"
     words = [_resolved(word, symbols) for word in step.args]
-    return " ".join(["event", f"{step.t_s:.9g}", step.kind] + words)
+    return " ".join([f"{step.t_s:.9g}", step.kind] + words)
+
+
+def _codes(states, enums):
+    codes = [code_of((enums or {}).get("state", {}), state) for state in states]
+    if -1 in codes:
+        raise LauncherError(f"the image has no state '{states[codes.index(-1)]}', for which a step waits")
+    return ",".join(str(code) for code in codes)
 
 
 def _resolved(word, symbols):

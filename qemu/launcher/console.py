@@ -15,7 +15,7 @@ from .drive import load_drive
 from .errors import LauncherError
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
-from .probes import Symbols
+from .probes import Symbols, make_probes
 from .qemu import Image, Qemu, command, progress_s, start
 from .scenario import Scenario, load_scenario
 from .simulate import check_seed, prepare, write
@@ -63,7 +63,8 @@ def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
     check_ranges(drive, ranges_of(symbols))
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
-    write(config, twin_config(drive, plan, seed, [], {"progress": files["progress"]}, symbols))
+    probes, enums = make_probes(symbols, drive) if plan.late else ([], None)
+    write(config, twin_config(drive, plan, seed, probes, {"progress": files["progress"]}, symbols, enums=enums))
     line = command(checked, image, config, "stdio,id=console,mux=on,signal=off", extra)
     return drive, line, checked.environment(), files["progress"]
 

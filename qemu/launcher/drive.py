@@ -10,7 +10,9 @@ from .schema import SECTIONS
 from .spread import check_spread, drawn
 
 RPM = math.pi / 30  # rad/s in one rpm
-ON_TIME_S = 0.85    # offsets of the sensors, then alignment: 0.78 s, which does not depend on the motor
+REST_TIME_S = 0.35  # of a start: offsets of the sensors, 0.13 s, and the wiring, up to 0.2 s
+ON_PERIODS = 24     # of the rotor's swinging about the field, that an alignment takes; 20 if it settles at once
+AGAIN_PERIODS = 40  # if the inertia that was told is far too small, so that a second attempt is needed
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
 _TWIN_NAMES = {"counts_per_rev": "encoder_counts"}  # where a key of the data file has another name in the twin
@@ -48,6 +50,19 @@ class Drive:
         return 1.5 * self.motor["electrical"]["pole_pairs"] * self.motor["electrical"]["flux_wb"]
 
     @property
+    def on_time_s(self):
+        """From `on` to operation, at most, without load: what the firmware's alignment makes of its parameters.
+
+        The rotor hangs on i_align like a pendulum, w0^2 = p Kt I / J; firmware/settings/tuning_start.c has the same.
+        """
+        told, true = (self._swing_s(inertia) for inertia in (self.params["inertia_gmm2"] * 1e-9, self.inertia_kgm2))
+        return REST_TIME_S + ON_PERIODS * told + (AGAIN_PERIODS * true if told < 0.6 * true else 0)
+
+    def _swing_s(self, inertia_kgm2):
+        stiffness = self.motor["electrical"]["pole_pairs"] * self.torque_per_ampere * self._param_a("i_align_ma")
+        return min(max(2 * math.pi * math.sqrt(inertia_kgm2 / stiffness), 0.03), 1.5)
+
+    @property
     def linear_step_a(self):
         """The largest current step that stays a linear one.
 
@@ -64,7 +79,7 @@ class Drive:
         """What expressions in scenario files may use. Nominal values: neither SPREAD nor DETUNE moves them.
 
         ratings    rated_torque_Nm, rated_current_A (peak), rated_speed_rpm, pole_pairs, torque_per_ampere (N m per peak
-                   ampere, linear machine with i_d = 0), max_torque_Nm (what i_max then gives)
+                   ampere, linear machine with i_d = 0), max_torque_Nm (what i_max then gives; by reluctance it may be more)
         limits     speed_max_rpm, overspeed_rpm, ramp_rpm_s, i_max_A, i_trip_A, i_align_A, v_min_V, v_max_V, oc_trip_A
         stage      vbus_V, i_range_A, v_range_V, encoder_counts
         loops      current_bw_hz, speed_bw_hz, speed_tau_s (1 / (2 pi speed_bw_hz)), linear_step_A (see there)
@@ -76,7 +91,7 @@ class Drive:
         losses     resistance_ohm, bus_energy_J (what brings the bus from vbus_V to v_max_V)
         times      ramp_time_s (0 to work_rpm at the ramp), max_ramp_time_s (0 to speed_max_rpm), turn_time_s (one turn at
                    work_rpm), electrical_tau_s (lq_h / resistance_ohm), on_time_s (from `on` to OPERATION_ENABLED with
-                   alignment, rounded up), settle_s (after a step or a ramp), steady_s (a window of rest: a turn or more)
+                   alignment, at most), settle_s (after a step or a ramp), steady_s (a window of rest: a turn or more)
         units      rad_s_per_rpm
         """
         rating, control, electrical = self.motor["rating"], self.motor["control"], self.motor["electrical"]
@@ -101,7 +116,7 @@ class Drive:
             "accel_torque_Nm": self.inertia_kgm2 * ramp * RPM,
             "load_accel_rad_s2": rating["rated_torque_nm"] / self.inertia_kgm2,
             "ramp_time_s": speeds["work_rpm"] / ramp, "max_ramp_time_s": control["speed_max_rpm"] / ramp,
-            "turn_time_s": turn_time_s, "on_time_s": ON_TIME_S,
+            "turn_time_s": turn_time_s, "on_time_s": self.on_time_s,
             "settle_s": max(0.2, SETTLE_TAUS * speed_tau_s), "steady_s": max(0.25, turn_time_s),
             "resistance_ohm": electrical["resistance_ohm"],
             "bus_energy_J": supply["bus_capacitance_f"] / 2 * (self._param_a("v_max_mv") ** 2 - supply["vbus_v"] ** 2),

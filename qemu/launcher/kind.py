@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .errors import LauncherError
+from .probes import code_of
 
 AFTERMATH_S = 0.005  # of the alignment, which is no part of the operation
 
@@ -34,6 +35,7 @@ class Run:
     names: dict               # of the drive and of the scenario's labels, for expressions
     steps: list = field(default_factory=list)
     loop_starts_s: object = ()  # of the current loop's interrupts, by the twin's log
+    figures: dict = field(default_factory=dict)  # what the scenario itself has measured
 
     @property
     def period_s(self):
@@ -46,7 +48,7 @@ class Run:
 
     def state_code(self, name):
         """The number of a state of the drive; -1 when the image has none of that name."""
-        return next((code for code, text in self.enums.get("state", {}).items() if text == f"AXIS_{name}"), -1)
+        return code_of(self.enums.get("state", {}), name)
 
     def in_operation(self, window):
         """Which rows of a window find the drive in operation; a complaint when none does.

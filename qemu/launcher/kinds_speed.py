@@ -27,7 +27,7 @@ def _load_dip(run, from_s, to_s, reference_rpm):
 
 def _recovery(run, from_s, to_s, reference_rpm, band_percent=1.0):
     window = run.trace.between(from_s, to_s)
-    error = _moving_mean(window["speed_rpm"], max(1, round(SMOOTHED_S / run.period_s))) - reference_rpm
+    error = moving_mean(window["speed_rpm"], max(1, round(SMOOTHED_S / run.period_s))) - reference_rpm
     last, band = error[-len(error) // 4:], band_percent / 100 * abs(reference_rpm)
     if abs(last.mean()) > band:
         return None
@@ -35,7 +35,7 @@ def _recovery(run, from_s, to_s, reference_rpm, band_percent=1.0):
     return None if settled is None else settled * 1000
 
 
-def _moving_mean(y, width):
+def moving_mean(y, width):
     """So that encoder and cogging ripple does not count as not settled."""
     padded = np.concatenate([np.full(width - 1, y[0]), y])
     total = np.cumsum(np.concatenate([[0.0], padded]))

@@ -18,8 +18,10 @@ SOURCES = {
     "resistance_mohm": ("motor", "electrical", "resistance_ohm", 1e3),
     "ld_uh": ("motor", "electrical", "ld_h", 1e6),
     "lq_uh": ("motor", "electrical", "lq_h", 1e6),
+    "ld_apparent_uh": ("motor", "control", "ld_apparent_h", 1e6),
+    "lq_apparent_uh": ("motor", "control", "lq_apparent_h", 1e6),
     "flux_uwb": ("motor", "electrical", "flux_wb", 1e6),
-    "inertia_gcm2": ("motor", "mechanical", "inertia_kgm2", 1e7),
+    "inertia_gmm2": ("motor", "mechanical", "inertia_kgm2", 1e9),
     "i_range_ma": ("inverter", "sensor", "i_range_a", 1e3),
     "v_range_mv": ("inverter", "sensor", "v_range_v", 1e3),
     "i_max_ma": ("motor", "control", "i_max_a", 1e3),
@@ -27,9 +29,11 @@ SOURCES = {
     "i_align_ma": ("motor", "control", "i_align_a", 1e3),
     "v_min_mv": ("inverter", "protection", "v_min_v", 1e3),
     "v_max_mv": ("inverter", "protection", "v_max_v", 1e3),
+    "bus_capacitance_uf": ("inverter", "supply", "bus_capacitance_f", 1e6),
     "speed_max_rpm": ("motor", "control", "speed_max_rpm", 1),
     "overspeed_rpm": ("motor", "control", "overspeed_rpm", 1),
     "ramp_rpm_s": ("motor", "control", "ramp_rpm_s", 1),
+    "stop_max_ms": ("motor", "control", "stop_max_s", 1e3),
     "current_bw_hz": ("motor", "control", "current_bw_hz", 1),
     "speed_bw_hz": ("motor", "control", "speed_bw_hz", 1),
     "i_rated_ma": ("motor", "rating", "rated_current_a", 1e3),
@@ -60,7 +64,7 @@ def exact_params(drive):
     """{parameter: value before rounding}, from the nominal data."""
     devices = {"motor": drive.motor, "inverter": drive.inverter}
     exact = {name: devices[file][table][key] * units for name, (file, table, key, units) in SOURCES.items()}
-    exact["inertia_gcm2"] = drive.inertia_kgm2 * 1e7  # rotor and load
+    exact["inertia_gmm2"] = drive.inertia_kgm2 * 1e9  # rotor and load
     return exact
 
 

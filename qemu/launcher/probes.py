@@ -4,6 +4,7 @@
 The image has no code for this. The twin reads the memory at these addresses once a PWM period.
 """
 import base64
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,6 +129,11 @@ WATCH = [
 
 # the meaning of columns that hold an enum: the firmware keeps them as words
 ENUM_COLUMNS = {"state": "axis_state", "fault": "fault"}
+
+
+def code_of(enum, name):
+    """The number of an enumerator that is called NAME after its prefix (READY is DRIVE_READY); -1 when there is none."""
+    return next((code for code, text in enum.items() if re.sub(r"^[A-Z]+?_", "", text) == name), -1)
 
 
 def make_probes(symbols, drive):

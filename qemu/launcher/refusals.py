@@ -29,7 +29,8 @@ class Refusal:
 def typed(plan, drive):
     """[(seconds, line)] of everything that the scenario types, in order."""
     lines = [(plan.preamble_s, text) for text in preamble(drive)] if plan.preamble_s is not None else []
-    return lines + [(step.t_s, step.text) for step in plan.steps if step.kind == "console"]
+    lines += [(step.t_s, step.text) for step in plan.steps if step.kind == "console"]
+    return lines + [(None, step.text) for step in plan.late if step.kind == "console"]
 
 
 def refusals(console, lines):

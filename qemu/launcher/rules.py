@@ -9,17 +9,23 @@
                    speeds end at 1187 Hz, over-speed is 1.2 times this) and of 26000 rpm
     overspeed_rpm  1.2 times speed_max_rpm
     ramp_rpm_s     0 to speed_max_rpm in 0.8 s, or with half of rated torque if that takes longer
-    current_bw_hz  1000, speed_bw_hz 60
+    stop_max_s     60
+    current_bw_hz  1000
+    speed_bw_hz    60, or what firmware/settings/margins.h allows if that is less: a phase margin of 45 degrees at this
+                   current_bw_hz, and 10 i_max_a for a count of the encoder within a millisecond
 
 The bus gives 85 % of vbus/sqrt(3): dead time takes 8 %, the rest is for control and for a supply that sags. Rated torque takes
 the EMF, the resistive drop of a winding at 105 degC (1.31 times) and the voltage of L_q, with i_d = 0. Three digits are kept.
 """
 import math
 
+from .schema import BY_RULE
+
 USABLE = 0.85
 HOT = 1.31
 SPEED_SHARE_OF_TRIP = 1.2
 LARGEST_HZ, LARGEST_RPM = 980.0, 26000.0
+CURRENT_BW_HZ = 1000.0
 RPM = math.pi / 30
 
 
@@ -39,7 +45,26 @@ def control_by_rule(motor, inverter):
     return {"i_max_a": _three_digits(min(1.5 * rated_a, 0.85 * trip_a)), "i_trip_a": _three_digits(trip_a),
             "i_align_a": _three_digits(align_a), "speed_max_rpm": speed,
             "overspeed_rpm": math.ceil(SPEED_SHARE_OF_TRIP * speed), "ramp_rpm_s": _three_digits(slope),
-            "current_bw_hz": 1000.0, "speed_bw_hz": 60.0}
+            "stop_max_s": 60.0, "current_bw_hz": CURRENT_BW_HZ,
+            "speed_bw_hz": speed_bw_by_rule(motor, inertia, min(1.5 * rated_a, 0.85 * trip_a))}
+
+
+def speed_bw_by_rule(motor, inertia_kgm2, i_max_a):
+    """At the [control] values that the file has, and those of the rule where it has none."""
+    electrical, control = motor["electrical"], motor["control"]
+    i_max_a = i_max_a if control["i_max_a"] is BY_RULE else control["i_max_a"]
+    current_bw_hz = CURRENT_BW_HZ if control["current_bw_hz"] is BY_RULE else control["current_bw_hz"]
+    count_rad_s = 2 * math.pi / motor["encoder"]["counts_per_rev"] * 1000
+    torque_nm = 10 * i_max_a * 1.5 * electrical["pole_pairs"] * electrical["flux_wb"]
+    resolved_hz = torque_nm / (2 * math.pi * inertia_kgm2 * count_rad_s)
+    largest = max((hz for hz in range(1, 201) if speed_margin_deg(hz, current_bw_hz) >= 45), default=1)
+    return float(max(1, min(60, largest, math.floor(0.99 * resolved_hz))))
+
+
+def speed_margin_deg(speed_bw_hz, current_bw_hz):
+    """Of the speed loop, as firmware/settings/margins.h derives it: 1 kHz slow loop, 20 kHz samples."""
+    crossover_hz = 1.0291 * speed_bw_hz
+    return 90 - 13.66 - math.degrees(math.atan(crossover_hz / current_bw_hz)) - 360 * crossover_hz * (1 + 0.05 + 0.125) * 1e-3
 
 
 def speed_of_bus_rpm(motor, inverter):

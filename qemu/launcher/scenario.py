@@ -15,6 +15,9 @@ and in the title an expression in braces is replaced, `torque {0.1 * rated_curre
 lines again. In poke and poke_rom, `&name` is the address of a variable or function of the image and `*name` the first 16
 bits of code of a function.
 
+A step with after_state = "OPERATION_ENABLED" waits for that state, or for several in turn, "OPERATION_ENABLED READY"; its t_s
+counts from there. The event "end" ends the run before end_s, which is then the latest end.
+
 A step that repeats itself has `each = { hz = [50, 100] }`, which is a name for its expressions, `every_s`, how long each
 lasts, and may have `end_label`, the instant after the last.
 """
@@ -29,6 +32,8 @@ from .expression import fill, number
 from .paths import SCENARIOS, shown
 from .timeline import Timeline
 
+LATE_STATES_MAX = 4  # as qemu/twin/config.h has it
+
 _PHASE, _PAIR, _FLAG, _NUMBER, _WORD = "phase", "pair", "flag", "number", "word"
 
 # event kind -> the forms of its arguments; "number|off" takes either
@@ -42,7 +47,9 @@ EVENTS = {
     "encoder_cut": [_FLAG], "encoder_freeze": [_FLAG], "encoder_illegal": [], "encoder_slip": [_NUMBER],
     "irq_delay": [_NUMBER], "irq_block": [_FLAG], "watchdog_reset": [], "phase_open": [_PHASE, _FLAG],
     "encoder_reverse": [_FLAG], "temperature_c": ["number|off"], "phase_swap": ["pair|off"], "chopper": [_FLAG],
-    "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
+    "fabric_other": [_FLAG], "fabric_sealed": [_FLAG], "fabric_hangs": [_FLAG], "flash_bits": [_WORD, _WORD],
+    "pll_lost": [_FLAG], "fabric_pll_lost": [_FLAG], "memory_error": [_FLAG], "lockup_reset": [],
+    "end": [], "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
 }
 _FORMS = {_PHASE: r"[ABC]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]",
           _WORD: r"[&*]?[\w.\[\]]+", "off": r"off"}
@@ -55,6 +62,7 @@ class Step:
     kind: str
     args: list
     text: str = ""
+    after: tuple = ()  # states that must be seen before, in turn; then t_s counts from there
 
 
 @dataclass
@@ -67,6 +75,11 @@ class Scenario:
     figures: list
     names: dict = field(default_factory=dict)   # of the drive and of the labels
     expect_refusal: str = ""
+    late: list = field(default_factory=list)    # steps that wait for a state
+
+    @property
+    def may_end_early(self):
+        return any(step.kind == "end" for step in [*self.steps, *self.late])
 
 
 _ENTRIES = ("key", "title", "end_s", "preamble_s", "base", "expect_refusal", "let", "step", "figure")
@@ -91,10 +104,11 @@ def load_scenario(source, drive):
     for entry, step_where in entries:
         _label(entry, timeline, step_where)
     steps = [step for entry, step_where in entries for step in _steps(entry, drive, timeline, step_where)]
-    steps.sort(key=lambda step: step.t_s)
+    late = sorted((step for step in steps if step.after), key=lambda step: step.t_s)
+    steps = sorted((step for step in steps if not step.after), key=lambda step: step.t_s)
     plan = Scenario(key, _text(raw.get("title", key), timeline, where), _seconds(raw, "end_s", timeline, where),
                     _seconds(raw, "preamble_s", timeline, where) if "preamble_s" in raw else None, steps, figures,
-                    timeline.names, _regex(raw.get("expect_refusal", ""), where))
+                    timeline.names, _regex(raw.get("expect_refusal", ""), where), late)
     _check(plan, drive, where)
     return plan
 
@@ -102,7 +116,7 @@ def load_scenario(source, drive):
 def _check(plan, drive, where):
     """What the drive could not do is said before the run, unless the scenario is there to be refused."""
     limits = {**drive.params}
-    for step in plan.steps:
+    for step in [*plan.steps, *plan.late]:
         if not 0 <= step.t_s <= plan.end_s:
             raise LauncherError(f"{where}: a step at {step.t_s:g} s is outside 0..{plan.end_s:g} s")
         words = step.text.split()
@@ -198,7 +212,7 @@ def _instants(entry, timeline, where):
 
 def _steps(entry, drive, timeline, where):
     """One entry is one step, but for "@parameters" and for one that repeats itself."""
-    unknown = set(entry) - {"t_s", "label", "each", "every_s", "end_label", "console", "event", "args", "note"}
+    unknown = set(entry) - {"t_s", "after_state", "label", "each", "every_s", "end_label", "console", "event", "args", "note"}
     if unknown:
         raise LauncherError(f"{where}: unknown key '{sorted(unknown)[0]}'")
     what = [key for key in ("console", "event") if key in entry]
@@ -208,12 +222,20 @@ def _steps(entry, drive, timeline, where):
         return []
     instants = list(_instants(entry, timeline, where))
     instants = instants[:-1] if "each" in entry else instants
+    after = _after(entry, where)
     if entry.get("console") == "@parameters":
-        return [Step(instants[0][0], "console", [], text) for text in preamble(drive)]
-    return [_step(entry, t_s, {**timeline.names, **more}, where) for t_s, more in instants]
+        return [Step(instants[0][0], "console", [], text, after) for text in preamble(drive)]
+    return [_step(entry, t_s, after, {**timeline.names, **more}, where) for t_s, more in instants]
 
 
-def _step(entry, t_s, names, where):
+def _after(entry, where):
+    states = str(entry.get("after_state", "")).split()
+    if "after_state" in entry and not 1 <= len(states) <= LATE_STATES_MAX:
+        raise LauncherError(f"{where}: after_state takes one to {LATE_STATES_MAX} names of states")
+    return tuple(states)
+
+
+def _step(entry, t_s, after, names, where):
     try:
         if "console" in entry:
             if not isinstance(entry["console"], str):
@@ -221,8 +243,8 @@ def _step(entry, t_s, names, where):
             text = fill(entry["console"], names)
             if not text.isprintable():
                 raise LauncherError("console text must be one printable line")
-            return Step(t_s, "console", [], text)
-        return Step(t_s, entry["event"], event_args(entry["event"], entry.get("args", []), names))
+            return Step(t_s, "console", [], text, after)
+        return Step(t_s, entry["event"], event_args(entry["event"], entry.get("args", []), names), after=after)
     except LauncherError as error:
         raise LauncherError(f"{where}: {error}") from error
 

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
 """One run from data files to figures: the launcher's heart, and the interface for tests."""
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from .config import twin_config
+from .data import load_motor
 from .drive import load_drive
 from .errors import LauncherError
 from .figures import measure
@@ -59,7 +61,8 @@ def check_seed(seed):
 
 
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
-             show=None, dumps=None, cycles=None, way_of=None, plant="full", spread=1, detune="", csv=False):
+             show=None, dumps=None, cycles=None, way_of=None, plant="full", spread=1, detune="", csv=False,
+             start_angle=None):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
@@ -67,6 +70,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     seed       of all noise, of the tolerances and of the start angle: the same seed gives the same trace to the byte
     plant      which effects the plant has (effects.py); spread: how far its parameters scatter (spread.py), 0 is nominal
     detune     what the firmware is told wrongly (params.py)
+    start_angle  electrical degrees from phase A to the rotor's d axis at first, whatever the seed draws
     out_dir    where twin.cfg, trace.bin, irq.bin, console.txt and qemu.log go (default: run/ of the build folder)
     overrides  {"motor": {table: {key: value}}, "inverter": {...}, "params": {"i_max_ma": 5000}}
     dumps      {file name: (address, bytes)}: memory of the target, written to that file in out_dir when the run ends
@@ -76,7 +80,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     show       called as it goes, with the simulated seconds done and in all
     """
     seed = check_seed(seed)
-    drive = load_drive(motor, overrides, plant, spread, seed, detune)
+    drive = load_drive(motor, with_start_angle(overrides, motor, start_angle), plant, spread, seed, detune)
     plan = load_scenario(scenario, drive)
     build = build_dir(build)
     checked_qemu = Qemu(qemu)
@@ -90,12 +94,12 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
     written = {key: files[key] for key in ("trace", "progress", "irqlog", *(["csv"] if csv else []))}
     way = (way_of, (out_dir / "irqpath.csv").resolve()) if way_of else None
-    write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles, way))
+    write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles, way, enums))
     console = f"file,id=console,path={escape(files['console'])}"
     run_to_end(command(checked_qemu, image, config, console), checked_qemu.environment(), plan.end_s,
                files["progress"], files["log"], show)
     trace = load_trace(files["trace"])
-    if trace["t_s"][-1] < plan.end_s - 2e-3:
+    if trace["t_s"][-1] < plan.end_s - 2e-3 and not plan.may_end_early:
         raise LauncherError(f"the run ended at {trace['t_s'][-1]:.4f} s instead of {plan.end_s:g} s"
                             f" (see {shown(files['log'])})")
     check_numbers(trace)
@@ -108,6 +112,15 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     figures[NAME] = judge(plan, finished, typed(plan, drive))
     load = cpu_load(log, float(np.median(np.diff(trace["t_s"]))))
     return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols, load, files["irqlog"])
+
+
+def with_start_angle(overrides, motor, degrees):
+    """The overrides with the rotor at this electrical angle; as they are if it is None."""
+    if degrees is None:
+        return overrides
+    angle_rad = math.radians(degrees % 360) / load_motor(motor)["electrical"]["pole_pairs"]
+    of_motor = (overrides or {}).get("motor", {})
+    return {**(overrides or {}), "motor": {**of_motor, "start": {"initial_angle_rad": angle_rad}}}
 
 
 def check_numbers(trace):

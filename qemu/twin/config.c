@@ -169,15 +169,21 @@ static void read_probe(const struct reader *r, char *rest)
     fail(r, "probe %s: unknown type '%s'", p->name, type);
 }
 
+static double event_time(const struct reader *r, const char *word)
+{
+    double t_s = number(r, word, "time of the event");
+    if (t_s < 0 || t_s > 1e6) {
+        fail(r, "the time of an event is 0...1e6 s");
+    }
+    return t_s;
+}
+
 static void read_event(const struct reader *r, char *rest)
 {
     struct config *c = r->config;
     c->events = grown(c->events, c->event_count, sizeof *c->events);
     struct event *e = &c->events[c->event_count];
-    e->t_s = number(r, next_word(&rest), "time of the event");
-    if (e->t_s < 0 || e->t_s > 1e6) {
-        fail(r, "the time of an event is 0...1e6 s");
-    }
+    e->t_s = event_time(r, next_word(&rest));
     const char *wrong = event_parse(rest + strspn(rest, " \t"), e);
     if (wrong) {
         fail(r, "%s", wrong);
@@ -189,6 +195,39 @@ static void read_event(const struct reader *r, char *rest)
         c->events[n] = c->events[n - 1];
     }
     c->events[n] = moving;
+}
+
+static size_t probe_named(const struct reader *r, const char *name)
+{
+    for (size_t n = 0; n < r->config->probe_count; n++) {
+        if (strcmp(r->config->probes[n].name, name) == 0) {
+            return n;
+        }
+    }
+    fail(r, "after: there is no probe '%s' yet", name);
+}
+
+static void read_late_event(const struct reader *r, char *rest)
+{
+    struct config *c = r->config;
+    c->late = grown(c->late, c->late_count, sizeof *c->late);
+    struct late_event *late = &c->late[c->late_count++];
+    char *values = next_word(&rest), *name = strsep(&values, "="), *value;
+    late->probe = probe_named(r, name);
+    while (values && (value = strsep(&values, ","))) {
+        if (late->count == LATE_VALUES_MAX) {
+            fail(r, "after: at most %d values", LATE_VALUES_MAX);
+        }
+        late->values[late->count++] = number(r, value, name);
+    }
+    if (late->count == 0) {
+        fail(r, "expected: after PROBE=VALUE,... T_S KIND ARGUMENTS...");
+    }
+    late->event.t_s = event_time(r, next_word(&rest));
+    const char *wrong = event_parse(rest + strspn(rest, " \t"), &late->event);
+    if (wrong) {
+        fail(r, "%s", wrong);
+    }
 }
 
 static void read_section_key(const struct reader *r, const char *word, char *rest)
@@ -256,6 +295,8 @@ static void read_line(const struct reader *r, char *line)
         read_probe(r, rest);
     } else if (strcmp(word, "event") == 0) {
         read_event(r, rest);
+    } else if (strcmp(word, "after") == 0) {
+        read_late_event(r, rest);
     } else {
         read_section_key(r, word, rest);
     }
@@ -291,10 +332,15 @@ static void check_complete(const struct reader *r, bool motor_only)
             }
         }
     }
+    bool types = false;
     for (size_t n = 0; n < c->event_count; n++) {
-        if (c->events[n].kind == EVENT_CONSOLE && !c->console_id) {
-            fail(r, "a console event needs 'console CHARDEV_ID'");
-        }
+        types = types || c->events[n].kind == EVENT_CONSOLE;
+    }
+    for (size_t n = 0; n < c->late_count; n++) {
+        types = types || c->late[n].event.kind == EVENT_CONSOLE;
+    }
+    if (types && !c->console_id) {
+        fail(r, "a console event needs 'console CHARDEV_ID'");
     }
     const char *conflict = motor_only ? NULL : sensor_conflict(&c->plant.sensors);
     if (conflict) {

@@ -12,6 +12,7 @@
  *   dump ADDRESS BYTES PATH                                                       (memory as it is at the end of the run)
  *   probe NAME ADDRESS TYPE SCALE                                                 (TYPE: s32 u32 s16 u16 s8 u8)
  *   event T_S KIND ARGUMENTS...                                                   (events.c)
+ *   after PROBE=VALUE,VALUE... T_S KIND ARGUMENTS...      (T_S after the probe, given before, has had these values in turn)
  */
 #ifndef TWIN_CONFIG_H
 #define TWIN_CONFIG_H
@@ -23,6 +24,8 @@
 #include "cycles.h"
 #include "events.h"
 #include "plant.h"
+
+#define LATE_VALUES_MAX 4
 
 struct probe {
     char *name;
@@ -36,6 +39,14 @@ struct probe {
 struct dump {
     char *path;
     uint32_t address, bytes;
+};
+
+/* An event whose time depends on what the target does. */
+struct late_event {
+    size_t probe;
+    double values[LATE_VALUES_MAX];
+    size_t count, seen; /* of the values */
+    struct event event; /* its time is counted from when the last value is seen */
 };
 
 struct config {
@@ -52,6 +63,8 @@ struct config {
     size_t dump_count;
     struct event *events; /* in order of time, equal times in order of the file */
     size_t event_count;
+    struct late_event *late;
+    size_t late_count;
 };
 
 /* Anything wrong ends the process with one line on stderr and status 1. With motor_only, the keys of inverter and

@@ -9,6 +9,9 @@
 #define VECTORS       98     /* 16 of the core, 82 of SmartFusion2 */
 #define FIRST_HANDLER 2
 
+/* Where the vector table may stand: where reset finds it, and where the firmware's linker script puts its copy. */
+static const uint32_t tables[] = {0, 0x2000FA00};
+
 typedef void reader(uint32_t address, void *bytes, size_t length);
 
 struct entry {
@@ -18,18 +21,17 @@ struct entry {
 };
 
 static struct entry *slots[SLOTS];
-static uint32_t vectors[VECTORS];
-static bool vectors_known;
 
+/* Memory that holds something else there does no harm: what is no handler has no exception's number. */
 static bool is_handler(uint32_t address, reader *read)
 {
-    if (!vectors_known) {
-        read(0, vectors, sizeof vectors);
-        vectors_known = true;
-    }
-    for (int n = FIRST_HANDLER; n < VECTORS; n++) {
-        if (vectors[n] == (address | 1)) {
-            return true;
+    for (size_t t = 0; t < sizeof tables / sizeof tables[0]; t++) {
+        uint32_t vectors[VECTORS];
+        read(tables[t], vectors, sizeof vectors);
+        for (int n = FIRST_HANDLER; n < VECTORS; n++) {
+            if (vectors[n] == (address | 1)) {
+                return true;
+            }
         }
     }
     return false;

@@ -7,8 +7,8 @@
 
 #include "cycles_decode.h"
 
-/* The instruction at this address as memory holds it now. `read` copies target memory; the vector table is looked for at
- * address 0 and is read once, at the first call. */
+/* The instruction at this address as memory holds it now. `read` copies target memory; whether a vector points
+ * there is looked up at the first call for it: a handler must be in its vector before its code is executed. */
 const struct cycles_op *cycles_lookup(uint32_t address, void (*read)(uint32_t address, void *bytes, size_t length));
 
 #endif

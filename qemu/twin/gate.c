@@ -47,7 +47,7 @@ uint32_t gate_read(const struct gate *g, uint32_t offset)
     case STATUS:
         return status(g);
     case ID:
-        return ID_VALUE;
+        return ID_VALUE ^ g->id_xor;
     default:
         return 0;
     }

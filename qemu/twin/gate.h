@@ -14,6 +14,7 @@ enum gate_latch {
 };
 
 struct gate {
+    uint32_t id_xor; /* not 0: another design */
     bool enabled;
     uint32_t latches;
     /* inputs as they are now */

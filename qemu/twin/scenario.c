@@ -1,11 +1,17 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "scenario.h"
 
+#include <stdlib.h>
+#include <string.h>
+
 #include "console.h"
 #include "qemu_api.h"
+#include "sysreg.h"
 
 static struct scenario_board board;
-static const struct event *next, *end;
+static struct event *queue, *next, *end; /* what is to come, in order of time; with room for all late events */
+static struct late_event *late;
+static size_t late_count;
 static struct vm_timer *timer;
 
 static void disturb_motor(const struct event *e, struct motor *m)
@@ -138,6 +144,30 @@ static void poke(const struct event *e)
     }
 }
 
+/* What happens to the MSS. */
+static void disturb_device(const struct event *e)
+{
+    switch (e->kind) {
+    case EVENT_FLASH_BITS:
+        sysreg_design(e->address, e->word);
+        break;
+    case EVENT_PLL_LOST:
+        sysreg_set_lock(SYSREG_MSS_PLL, !e->on);
+        board.interrupt(SYSREG_MSS_PLL_IRQ, e->on);
+        break;
+    case EVENT_FABRIC_PLL_LOST:
+        sysreg_set_lock(SYSREG_FABRIC_PLL, !e->on);
+        board.interrupt(SYSREG_FABRIC_PLL_IRQ, e->on);
+        break;
+    case EVENT_MEMORY_ERROR:
+        board.interrupt(SYSREG_ECC_IRQ, sysreg_memory_error(e->on));
+        break;
+    default:
+        board.lock_up();
+        break;
+    }
+}
+
 static void play(const struct event *e)
 {
     switch (e->kind) {
@@ -194,10 +224,36 @@ static void play(const struct event *e)
     case EVENT_WATCHDOG_RESET:
         board.watchdog_bite();
         break;
+    case EVENT_END:
+        board.end();
+        break;
+    case EVENT_FABRIC_OTHER:
+        board.plant->gate.id_xor = e->on ? 1u : 0u;
+        break;
+    case EVENT_FABRIC_SEALED:
+        board.seal_fabric(e->on);
+        break;
+    case EVENT_FABRIC_HANGS:
+        board.hang_fabric(e->on);
+        break;
+    case EVENT_FLASH_BITS:
+    case EVENT_PLL_LOST:
+    case EVENT_FABRIC_PLL_LOST:
+    case EVENT_MEMORY_ERROR:
+    case EVENT_LOCKUP_RESET:
+        disturb_device(e);
+        break;
     case EVENT_POKE:
     case EVENT_POKE_ROM:
         poke(e);
         break;
+    }
+}
+
+static void wait_for_next(void)
+{
+    if (next < end) {
+        vm_timer_at(timer, sim_to_ns_up(sim_from_s(next->t_s)));
     }
 }
 
@@ -209,18 +265,43 @@ static void play_due(void *unused)
         play(next++);
     }
     board.changed();
-    if (next < end) {
-        vm_timer_at(timer, sim_to_ns_up(sim_from_s(next->t_s)));
+    wait_for_next();
+}
+
+static void enqueue(struct event e)
+{
+    struct event *place = end++;
+    for (; place > next && place[-1].t_s > e.t_s; place--) {
+        *place = place[-1];
+    }
+    *place = e;
+    wait_for_next();
+}
+
+void scenario_look(const double *probe_values, double now_s)
+{
+    for (struct late_event *l = late; l < late + late_count; l++) {
+        if (l->seen < l->count && probe_values[l->probe] == l->values[l->seen] && ++l->seen == l->count) {
+            struct event e = l->event;
+            e.t_s += now_s;
+            enqueue(e);
+        }
     }
 }
 
-void scenario_start(const struct event *events, size_t count, const struct scenario_board *the_board)
+bool scenario_start(const struct config *config, const struct scenario_board *the_board)
 {
     board = *the_board;
-    next = events;
-    end = events + count;
-    timer = vm_timer_new(play_due, NULL);
-    if (count) {
-        vm_timer_at(timer, sim_to_ns_up(sim_from_s(next->t_s)));
+    late = config->late;
+    late_count = config->late_count;
+    queue = calloc(config->event_count + late_count + 1, sizeof *queue);
+    if (!queue) {
+        return false;
     }
+    memcpy(queue, config->events, config->event_count * sizeof *queue);
+    next = queue;
+    end = queue + config->event_count;
+    timer = vm_timer_new(play_due, NULL);
+    wait_for_next();
+    return true;
 }

@@ -3,9 +3,9 @@
 #ifndef TWIN_SCENARIO_H
 #define TWIN_SCENARIO_H
 
-#include <stddef.h>
+#include <stdbool.h>
 
-#include "events.h"
+#include "config.h"
 #include "plant.h"
 #include "simtime.h"
 
@@ -17,8 +17,16 @@ struct scenario_board {
     void (*delay_interrupt)(sim_ps); /* hold the next FabricIrq0 back */
     void (*block_interrupt)(bool);
     void (*watchdog_bite)(void);
+    void (*lock_up)(void);
+    void (*interrupt)(int number, bool level); /* of the MSS */
+    void (*seal_fabric)(bool);                 /* whoever touches it ends the run */
+    void (*hang_fabric)(bool);                 /* an access never ends, so the watchdog does */
+    void (*end)(void);                         /* of the run */
 };
 
-void scenario_start(const struct event *events, size_t count, const struct scenario_board *board);
+/* False if there is no memory for it. */
+bool scenario_start(const struct config *config, const struct scenario_board *board);
+/* The probes have these values now: what waits for them begins to count. */
+void scenario_look(const double *probe_values, double now_s);
 
 #endif

@@ -4,7 +4,8 @@
 
 #include "turn.h"
 
-#define COGGING_AGE_MAX 64 /* turned so often, rounding begins to add up */
+#define RATCHET_SHARE   0.25 /* of what a hoist pulls: what it takes to let it down from rest, so that cogging does not */
+#define COGGING_AGE_MAX 64   /* turned so often, rounding begins to add up */
 
 static inline bool is_rigid(const struct motor *m)
 {
@@ -91,7 +92,9 @@ static double direction_of(double speed_rad_s, double pull_nm, double holds_nm, 
     if (speed_rad_s != 0) {
         return speed_rad_s > 0 ? 1 : -1;
     }
-    bool above = pull_nm > holds_nm + fmax(hoist_nm, 0), below = pull_nm < -holds_nm + fmin(hoist_nm, 0);
+    double up_nm = holds_nm + fmax(hoist_nm, -RATCHET_SHARE * hoist_nm);
+    double down_nm = holds_nm + fmax(-hoist_nm, RATCHET_SHARE * hoist_nm);
+    bool above = pull_nm > up_nm, below = pull_nm < -down_nm;
     *stuck = !above && !below;
     return above ? 1 : below ? -1 : 0;
 }

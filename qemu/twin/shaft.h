@@ -7,7 +7,8 @@
  *
  * A rigid shaft adds the two. Friction is Coulomb's, on the load's side with stiction (Stribeck's curve, as a rational
  * function of the speed): T_c + (T_stiction - T_c) / (1 + (w/w_s)^2) against the motion. A mass at rest stays there until
- * the other torques exceed T_stiction; the hoist's ratchet holds what the hoist pulls on top of that. */
+ * the other torques exceed T_stiction; the hoist's ratchet holds what the hoist pulls on top of that, and lets it down only
+ * against a quarter of it. */
 #ifndef TWIN_SHAFT_H
 #define TWIN_SHAFT_H
 

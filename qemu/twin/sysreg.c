@@ -1,31 +1,54 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "sysreg.h"
 
+#include <stddef.h>
+
 enum {
     EDAC_CR = 0x38,
     SOFT_RESET_CR = 0x48,
-    WDOG_CR = 0x6C,
+    WDOG_CR = SYSREG_WDOG_CR,
+    EDAC_IRQ_ENABLE = 0x78,
     FACC1_CR = 0x98,
     RESET_SOURCE_CR = 0xB0,
+    ESRAM0_EDAC_CNT = 0xF0,
+    ESRAM1_EDAC_CNT = 0xF4,
     PLL_STATUS = 0x150,
-    WDOGLOAD = 0x16C,
+    WDOGLOAD = SYSREG_WDOGLOAD,
     WDOGMVRP = 0x170,
+    EDAC_SR = 0x190,
 };
 
 #define ALL 0xFFFFFFFFu
 /* Released by the design: eNVM_0, eSRAM_0/1, TIMER, MMUART_0, fabric, FIC_0, GPIO and its outputs. */
 #define HELD_IN_RESET (0x07FFFFFFu & ~(1u << 0 | 3u << 2 | 1u << 6 | 1u << 7 | 1u << 16 | 1u << 18 | 0x1Fu << 20))
+#define EDAC_FLAGS    0x3FFFu
+#define ONE_BIT       (1u << 0) /* of eSRAM_0, in EDAC_SR and EDAC_IRQ_ENABLE */
+#define TWO_BITS      (1u << 1)
 
 struct sysreg_word sysreg_words[SYSREG_WORDS] = {
-    {RESET_SOURCE_CR, 0, ALL, 0}, /* first: sysreg_reset() relies on it */
-    {EDAC_CR, 0x3, ALL, 0},       /* SECDED on both eSRAMs */
-    {SOFT_RESET_CR, HELD_IN_RESET, ALL, 0},
-    {WDOG_CR, 0x1, 0, 0},    /* enabled, reset mode */
-    {FACC1_CR, 0, ALL, 0},   /* every divisor 1, clocked from the PLL */
-    {PLL_STATUS, 0x3, 0, 0}, /* both locked */
-    {WDOGLOAD, 0x1312D, 0, 0},
-    {WDOGMVRP, ALL, 0, 0},
+    {RESET_SOURCE_CR, 0, ALL, 0, 0}, /* first: sysreg_reset() relies on it */
+    {EDAC_CR, 0x3, ALL, 0, 0},       /* SECDED on both eSRAMs */
+    {SOFT_RESET_CR, HELD_IN_RESET, ALL, 0, 0},
+    {WDOG_CR, 0x1, 0, 0, 0}, /* enabled, reset mode */
+    {EDAC_IRQ_ENABLE, 0, ALL, 0, 0},
+    {FACC1_CR, 0, ALL, 0, 0}, /* every divisor 1, clocked from the PLL */
+    {ESRAM0_EDAC_CNT, 0, 0, 0, 0},
+    {ESRAM1_EDAC_CNT, 0, 0, 0, 0},
+    {PLL_STATUS, 0x3, 0, 0, 0}, /* both locked */
+    {WDOGLOAD, 0x1312D, 0, 0, 0},
+    {WDOGMVRP, ALL, 0, 0, 0},
+    {EDAC_SR, 0, 0, EDAC_FLAGS, 0},
 };
+
+static struct sysreg_word *word_at(uint32_t offset)
+{
+    for (int n = 0; n < SYSREG_WORDS; n++) {
+        if (sysreg_words[n].offset == offset) {
+            return &sysreg_words[n];
+        }
+    }
+    return NULL;
+}
 
 uint32_t sysreg_read(void *word, uint32_t offset)
 {
@@ -38,7 +61,7 @@ void sysreg_write(void *word, uint32_t offset, uint32_t value)
 {
     struct sysreg_word *w = word;
     (void)offset;
-    w->value = (w->value & ~w->writable) | (value & w->writable);
+    w->value = (w->value & ~w->writable & ~(value & w->clears)) | (value & w->writable);
 }
 
 void sysreg_reset(enum reset_cause cause)
@@ -48,4 +71,32 @@ void sysreg_reset(enum reset_cause cause)
         sysreg_words[n].value = sysreg_words[n].initial;
     }
     sysreg_words[0].value = cause == RESET_POWER_ON ? (uint32_t)cause : earlier_causes | (uint32_t)cause;
+}
+
+void sysreg_design(uint32_t offset, uint32_t word)
+{
+    struct sysreg_word *w = word_at(offset);
+    if (w) {
+        w->initial = word;
+    }
+}
+
+uint32_t sysreg_value(uint32_t offset)
+{
+    return word_at(offset)->value;
+}
+
+void sysreg_set_lock(enum sysreg_pll pll, bool locked)
+{
+    struct sysreg_word *w = word_at(PLL_STATUS);
+    w->value = locked ? w->value | pll : w->value & ~(uint32_t)pll;
+    w->initial = w->value;
+}
+
+bool sysreg_memory_error(bool fatal)
+{
+    const uint32_t flag = fatal ? TWO_BITS : ONE_BIT;
+    word_at(EDAC_SR)->value |= flag;
+    word_at(ESRAM0_EDAC_CNT)->value += fatal ? 1u << 16 : 1u;
+    return (word_at(EDAC_IRQ_ENABLE)->value & flag) != 0;
 }

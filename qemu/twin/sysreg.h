@@ -4,24 +4,40 @@
 #ifndef TWIN_SYSREG_H
 #define TWIN_SYSREG_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #define SYSREG_BASE 0x40038000u
 
-enum reset_cause { RESET_POWER_ON = 1u << 0, RESET_SOFT = 1u << 3, RESET_WATCHDOG = 1u << 5 };
+enum reset_cause { RESET_POWER_ON = 1u << 0, RESET_SOFT = 1u << 3, RESET_LOCKUP = 1u << 4, RESET_WATCHDOG = 1u << 5 };
 
 struct sysreg_word {
     uint32_t offset;
     uint32_t initial;  /* from the flash bits of the design, at every reset */
     uint32_t writable; /* mask */
+    uint32_t clears;   /* mask of bits that writing 1 clears */
     uint32_t value;
 };
 
-#define SYSREG_WORDS 8
+#define SYSREG_WORDS 12
 extern struct sysreg_word sysreg_words[SYSREG_WORDS];
 
 uint32_t sysreg_read(void *word, uint32_t offset);
 void sysreg_write(void *word, uint32_t offset, uint32_t value);
 void sysreg_reset(enum reset_cause cause);
+
+/* The design's bits of a register that the table has: in effect from the next reset on. */
+void sysreg_design(uint32_t offset, uint32_t word);
+uint32_t sysreg_value(uint32_t offset);
+
+/* Locks do not care about a reset. */
+enum sysreg_pll { SYSREG_FABRIC_PLL = 1u << 0, SYSREG_MSS_PLL = 1u << 1 };
+void sysreg_set_lock(enum sysreg_pll pll, bool locked);
+
+/* A word of eSRAM_0 is read with one bit wrong, or with two. Returns whether that raises the interrupt. */
+bool sysreg_memory_error(bool fatal);
+
+enum { SYSREG_MSS_PLL_IRQ = 23, SYSREG_ECC_IRQ = 29, SYSREG_FABRIC_PLL_IRQ = 32 };
+enum { SYSREG_WDOG_CR = 0x6C, SYSREG_WDOGLOAD = 0x16C };
 
 #endif

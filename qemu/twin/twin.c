@@ -43,7 +43,8 @@ static struct mmuart_extension mmuart;
 static struct gpio gpio;
 static double *probe_values;
 static FILE *progress;
-static bool watchdog_bit;
+static enum reset_cause reset_cause = RESET_SOFT; /* of the reset that comes next */
+static bool fabric_sealed, fabric_hung;
 static bool started;
 
 static struct vm_timer *watchdog_timer, *interrupt_timer, *progress_timer, *end_timer;
@@ -150,11 +151,47 @@ static void record(void *unused, const struct plant_row *row)
     read_probes();
     trace_complete_row(probe_values);
     trace_row(row);
+    scenario_look(probe_values, row->t_s);
+}
+
+static void watchdog_bite(void)
+{
+    reset_cause = RESET_WATCHDOG;
+    vm_request_reset();
+}
+
+static void lock_up(void)
+{
+    reset_cause = RESET_LOCKUP;
+    vm_request_reset();
+}
+
+static void seal_fabric(bool sealed)
+{
+    fabric_sealed = sealed;
+}
+
+static void hang_fabric(bool hangs)
+{
+    fabric_hung = hangs;
+}
+
+/* Before each access. The 100 ms until the watchdog ends one that hangs are left out: nothing would happen in them. */
+static void fabric_accessed(const char *how, uint32_t offset)
+{
+    if (fabric_sealed) {
+        fprintf(stderr, "mssfoc twin: the sealed fabric is %s at offset 0x%x\n", how, (unsigned)offset);
+        exit(1);
+    }
+    if (fabric_hung) {
+        watchdog_bite();
+    }
 }
 
 static uint32_t fabric_read(void *unused, uint32_t offset)
 {
     (void)unused;
+    fabric_accessed("read", offset);
     uint32_t value = plant_read(&plant, offset, present());
     plant_changed();
     return value;
@@ -163,6 +200,7 @@ static uint32_t fabric_read(void *unused, uint32_t offset)
 static void fabric_write(void *unused, uint32_t offset, uint32_t value)
 {
     (void)unused;
+    fabric_accessed("written", offset);
     plant_write(&plant, offset, value, present());
     plant_changed();
     if (offset == COREPWM_SYNC_UPDATE) {
@@ -172,12 +210,6 @@ static void fabric_write(void *unused, uint32_t offset, uint32_t value)
 
 /* ---- watchdog ---- */
 
-static void watchdog_bite(void)
-{
-    watchdog_bit = true;
-    vm_request_reset();
-}
-
 static void watchdog_expired(void *unused)
 {
     (void)unused;
@@ -186,7 +218,11 @@ static void watchdog_expired(void *unused)
 
 static void watchdog_rearm(void)
 {
-    vm_timer_at(watchdog_timer, sim_to_ns_up(watchdog.expires_at));
+    if (watchdog.expires_at == SIM_NEVER) {
+        vm_timer_stop(watchdog_timer);
+    } else {
+        vm_timer_at(watchdog_timer, sim_to_ns_up(watchdog.expires_at));
+    }
 }
 
 static uint32_t watchdog_region_read(void *unused, uint32_t offset)
@@ -212,8 +248,9 @@ static void system_reset(void *unused)
     }
     sync_plant();
     plant_reset_fabric(&plant);
-    sysreg_reset(watchdog_bit ? RESET_WATCHDOG : RESET_SOFT);
-    watchdog_bit = false;
+    sysreg_reset(reset_cause);
+    reset_cause = RESET_SOFT;
+    vm_set_interrupt(SYSREG_ECC_IRQ, false);
     memset(&mmuart, 0, sizeof mmuart);
     memset(&gpio, 0, sizeof gpio);
     dwt_reset(&dwt);
@@ -282,6 +319,17 @@ static void aborted(int number)
     flush();
     signal(number, SIG_DFL);
     raise(number);
+}
+
+static void end_now(void)
+{
+    end_of_run(NULL);
+}
+
+__attribute__((noreturn)) static void out_of_memory(void)
+{
+    fputs("mssfoc twin: out of memory\n", stderr);
+    exit(1);
 }
 
 /* ---- putting it together ---- */
@@ -372,9 +420,12 @@ static void start(void)
     if (config.console_id) {
         console_attach(config.console_id);
     }
-    scenario_start(
-        config.events, config.event_count,
-        &(struct scenario_board){&plant, sync_plant, plant_changed, delay_interrupt, block_interrupt, watchdog_bite});
+    const struct scenario_board board = {&plant,          sync_plant,    plant_changed, delay_interrupt,
+                                         block_interrupt, watchdog_bite, lock_up,       vm_set_interrupt,
+                                         seal_fabric,     hang_fabric,   end_now};
+    if (!scenario_start(&config, &board)) {
+        out_of_memory();
+    }
     if (progress) {
         progress_timer = vm_timer_new(report_progress, NULL);
         vm_timer_at(progress_timer, PROGRESS_NS);
@@ -401,8 +452,7 @@ static void open_outputs(void)
 {
     probe_values = calloc(config.probe_count + 1, sizeof *probe_values);
     if (!probe_values) {
-        fputs("mssfoc twin: out of memory\n", stderr);
-        exit(1);
+        out_of_memory();
     }
     trace_open(config.trace_path, config.csv_path, config.probes, config.probe_count);
     dump_open(config.dumps, config.dump_count);

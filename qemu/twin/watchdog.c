@@ -3,6 +3,8 @@
  * mode (reset). UG0331, watchdog chapter. */
 #include "watchdog.h"
 
+#include "sysreg.h"
+
 enum {
     VALUE = 0x00,
     LOAD = 0x04,
@@ -13,11 +15,16 @@ enum {
     STATUS = 0x18,
 };
 
-#define LOAD_TICKS          0x4C4B7Fu
 #define NO_FORBIDDEN_WINDOW 0xFFFFFFFFu
 #define REFRESH_KEY         0xAC15DE42u
 #define TICK_PS             20000
 #define CONTROL_BITS        7u
+
+/* Six ones are appended to what the design sets. */
+static uint32_t load_ticks(void)
+{
+    return sysreg_value(SYSREG_WDOGLOAD) << 6 | 0x3Fu;
+}
 
 void watchdog_init(struct watchdog *w, void (*reset)(void))
 {
@@ -28,20 +35,22 @@ void watchdog_init(struct watchdog *w, void (*reset)(void))
 
 void watchdog_reload(struct watchdog *w, sim_ps now)
 {
-    w->expires_at = now + (sim_ps)LOAD_TICKS * TICK_PS;
+    w->expires_at = (sysreg_value(SYSREG_WDOG_CR) & 1u) != 0 ? now + (sim_ps)load_ticks() * TICK_PS : SIM_NEVER;
 }
 
 uint32_t watchdog_read(const struct watchdog *w, uint32_t offset, sim_ps now)
 {
     switch (offset) {
     case VALUE:
-        return w->expires_at > now ? (uint32_t)((w->expires_at - now) / TICK_PS) : 0;
+        return w->expires_at == SIM_NEVER ? load_ticks()
+               : w->expires_at > now      ? (uint32_t)((w->expires_at - now) / TICK_PS)
+                                          : 0;
     case LOAD:
-        return LOAD_TICKS;
+        return load_ticks();
     case MVRP:
         return NO_FORBIDDEN_WINDOW;
     case ENABLE:
-        return 1;
+        return sysreg_value(SYSREG_WDOG_CR) & 1u;
     case CONTROL:
         return w->control;
     case STATUS:

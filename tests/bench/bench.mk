@@ -8,7 +8,7 @@ BENCH_FIRMWARE = $(filter-out %/main.o,$(FIRMWARE_OBJ))
 # The reference builds differ in this alone.
 $(BUILD)/bench/kernels_o3.o: BENCH_LEVEL := -O3
 
-$(BUILD)/bench/%.o: tests/bench/%.c tests/bench/bench.mk Makefile
+$(BUILD)/bench/%.o: tests/bench/%.c tests/bench/bench.mk Makefile $(BUILD)/choices
 	@mkdir -p $(@D)
 	$(call say,CC)
 	$(Q)$(CC_ARM) $(CFLAGS_ARM) $(BENCH_LEVEL) -MMD -MP -c $< -o $@

@@ -15,32 +15,34 @@ from elftools.elf.elffile import ELFFile
 from launcher.config import twin_config
 from launcher.drive import load_drive
 from launcher.errors import LauncherError
+from launcher.load import cpu_load, load_irqlog
 from launcher.paths import REPO, build_dir, shown
 from launcher.probes import Symbols
 from launcher.qemu import Image, Qemu, command, escape, run_to_end
 from launcher.recording import read_recording
 from launcher.scenario import load_scenario
+from rates.builds import RATES_HZ, build_of, overrides
 
 MOTOR = "teknic_m2310p"
 CLOSING = re.compile(r"(?m)^bench: (\d+) rows\r?$")
 WALL_S = 300.0
 CURRENT_LOOP_EXCEPTION = 16 + 34  # FabricIrq0
-EXCLUDED_BEFORE_S = 0.01          # start-up
+EXCLUDED_BEFORE_S = 1.10          # start-up and alignment, which has a handler of its own
 ZERO_WAIT = ("cycles.apb_read 0", "cycles.apb_write 0")
 
 # Both directions, with and without load, standstill and the steps between them; no fault.
 CLOSED_LOOP = {
-    "key": "bench", "title": "what the benchmark runs in closed loop", "end_s": 5.3, "preamble_s": 0.05,
+    "key": "bench", "title": "what the benchmark runs in closed loop", "end_s": 6.05, "preamble_s": 0.05,
     "step": [
         {"t_s": 0.20, "console": "on"},
-        {"t_s": 1.10, "console": "speed 1500"},
-        {"t_s": 1.30, "event": "load_nm", "args": ["rated_torque_Nm"]},
-        {"t_s": 1.50, "event": "load_nm", "args": ["0"]},
-        {"t_s": 1.60, "console": "speed -1500"},
-        {"t_s": 2.60, "event": "load_nm", "args": ["-rated_torque_Nm"]},
-        {"t_s": 3.20, "console": "speed 50"},
-        {"t_s": 4.20, "console": "speed 3000"},
-        {"t_s": 5.20, "console": "status"},
+        {"t_s": 1.85, "console": "speed 1500"},
+        {"t_s": 2.05, "event": "load_nm", "args": ["rated_torque_Nm"]},
+        {"t_s": 2.25, "event": "load_nm", "args": ["0"]},
+        {"t_s": 2.35, "console": "speed -1500"},
+        {"t_s": 3.35, "event": "load_nm", "args": ["-rated_torque_Nm"]},
+        {"t_s": 3.95, "console": "speed 50"},
+        {"t_s": 4.95, "console": "speed 3000"},
+        {"t_s": 5.95, "console": "status"},
     ],
 }
 
@@ -69,7 +71,28 @@ def measure(build=None, seed=1, settings=()):
     rows.update(closed_loop(build, out_dir / "closed_loop", seed, settings))
     ideal = closed_loop(build, out_dir / "zero_wait", seed, ZERO_WAIT)
     rows.update({f"{name}.zero_wait": row for name, row in ideal.items()})
+    rows.update(handlers_without_wait(build, out_dir, seed))
+    rows.update(at_other_rates(out_dir, seed, settings))
     rows["_meta"] = _meta(build, settings)
+    return rows
+
+
+def handlers_without_wait(build, out_dir, seed):
+    """The rows handler.* of the benchmark image once more, on a bus that does not wait."""
+    cycles = read_table(run_image(build, out_dir / "cycles_zero", seed, ["dwt cycles", *ZERO_WAIT]))
+    instructions = read_table(run_image(build, out_dir / "instructions_zero", seed, ["dwt instructions", *ZERO_WAIT]))
+    return {f"{name}.zero_wait": _row(cycles[name], instructions[name]) for name in cycles if name.startswith("handler.")}
+
+
+def at_other_rates(out_dir, seed, settings):
+    """The current loop's interrupt of the firmware built for each PWM rate, and what share of the core the loops take."""
+    rows = {}
+    for hz in RATES_HZ:
+        folder = out_dir / f"rate{hz}"
+        found = closed_loop(build_of(hz, "mssfoc.elf", "mssfoc.hex"), folder, seed, settings, overrides(hz))
+        load = cpu_load(load_irqlog(folder / "irqlog"), 1 / hz)
+        rows[f"rate.{hz}"] = {**found["current_loop.interrupt"], "slow_loop_mean": round(load.slow_loop.mean_cycles),
+                              "load_percent": round(100 - load.rest_percent, 2)}
     return rows
 
 
@@ -140,9 +163,9 @@ def _row(cycles, instructions):
     return row
 
 
-def closed_loop(build, out_dir, seed, settings=()):
+def closed_loop(build, out_dir, seed, settings=(), changed=None):
     """The two rows of the current loop's interrupt, from the twin's log of a run of the drive."""
-    qemu, image, drive = Qemu(), Image(build), load_drive(MOTOR)
+    qemu, image, drive = Qemu(), Image(build), load_drive(MOTOR, changed)
     out_dir.mkdir(parents=True, exist_ok=True)
     paths = {name: (out_dir / name).resolve() for name in ("progress", "irqlog", "console", "qemu.log", "twin.cfg")}
     plan = load_scenario(CLOSED_LOOP, drive)

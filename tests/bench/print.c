@@ -4,7 +4,6 @@
 #include <stddef.h>
 
 #include "drivers/cortex/nvic.h"
-#include "drivers/mss/mmuart.h"
 #include "drivers/mss/watchdog.h"
 #include "firmware/settings/config.h"
 #include "startup/startup.h"
@@ -14,21 +13,23 @@
 
 static uint32_t rows;
 
+struct mmuart print_uart;
+
 void UART0_IRQHandler(void)
 {
-    mmuart0_irq_handler();
+    mmuart_irq_handler(&print_uart);
 }
 
 void print_start(uint32_t baud)
 {
     nvic_priority(BOARD_IRQ_CONSOLE, CONFIG_PRIORITY_CONSOLE);
     nvic_enable(BOARD_IRQ_CONSOLE);
-    (void)mmuart0_init(baud);
+    (void)mmuart_init(&print_uart, MMUART0, baud);
 }
 
 static void put(char character)
 {
-    while (!mmuart0_put(character)) {
+    while (!mmuart_put(&print_uart, character)) {
         watchdog_refresh();
     }
 }
@@ -111,7 +112,7 @@ void print_row(const char *name, const struct timing_figures *figures, const str
 
 void print_flush(void)
 {
-    while (!mmuart0_is_idle()) {
+    while (!mmuart_is_idle(&print_uart)) {
         watchdog_refresh();
     }
 }

@@ -11,7 +11,10 @@
 
 #include <stdint.h>
 
+#include "drivers/mss/mmuart.h"
 #include "tests/bench/timing.h"
+
+extern struct mmuart print_uart; /* where it goes; its transmit buffer may be used for other text between two rows */
 
 /* What stands beside the arithmetic rows. */
 struct print_comparison {

@@ -13,6 +13,14 @@ ROWS = {
     "current_loop.pended": "the interrupt as the target alone sees it: raised by software, with and without",
     "current_loop.stolen": "what an interrupt by the ADC takes from the program below, mean",
     "current_loop.called": "the handler called as a function",
+    "handler.assembly": "the same with each handler in the vector: encoder, a and b, by hand",
+    "handler.encoder_ab": "encoder, a and b, in C",
+    "handler.encoder_pair": "encoder, two of three currents",
+    "handler.forced_ab": "prescribed angle, a and b",
+    "handler.forced_pair": "prescribed angle, two of three currents",
+    **{f"handler.{name}.zero_wait": "likewise, with a bus that does not wait"
+       for name in ("assembly", "encoder_ab", "encoder_pair", "forced_ab", "forced_pair")},
+    **{f"rate.{hz}": f"the interrupt in closed loop at {hz / 1000:g} kHz" for hz in (8000, 10000, 16000, 20000, 32000, 40000)},
     "current_loop.trip": "called, with a bus voltage below its limit in the sample: cause, latch and snapshot",
     "clarke_q15.registers": "the kernel alone, arguments and results in registers",
     "park_q15.registers": "likewise",
@@ -34,7 +42,9 @@ ROWS = {
     "PI_Lib_Do": "PI with anti-windup, every field held to its range first",
     "SVM_Lib_Do": "min-max zero sequence over 32 bits",
     "speed_loop_measure": "speed in rpm",
-    "speed_loop_current_limit": "largest current that the bus voltage controls",
+    "torque_measure": "energy of the bus, power that goes away",
+    "torque_set_limits": "torque limits of voltage, bus and speed",
+    "torque_ask": "torque to i_d and i_q",
     "speed_loop_step": "ramp and PI, 64 bit",
     "drive_step.speed": "state machine with the speed loop",
     "drive_step.torque": "state machine in torque control",
@@ -45,9 +55,13 @@ ROWS = {
     "console.unknown": "the answer to a command that does not exist",
     "console.interrupt": "UART interrupt that hands 16 characters to the transmitter",
     "tuning_compute": "parameters to gains and thresholds, at `on`",
+    "torque_map_build": "table from torque to currents of a salient machine, at `on`",
     "interrupt.latency": "request by software to the first reading in the handler",
     "interrupt.round_trip": "entry and exit around an empty handler",
 }
+
+
+LOOP_ROWS = ("current_loop.", "handler.")
 
 
 def is_row(name):
@@ -92,7 +106,7 @@ def changes(figures, earlier):
 
 def markdown(figures):
     """The text of docs/benchmarks.md."""
-    return "\n".join([*_opening(figures), *_current_loop(figures), *_library(figures),
+    return "\n".join([*_opening(figures), *_current_loop(figures), *_rates(figures), *_library(figures),
                       *_others(figures), *_peers(), *_method()]) + "\n"
 
 
@@ -125,8 +139,22 @@ def _cells(row):
 def _current_loop(figures):
     yield from ("## The current loop", "", _line("row", "instructions", "min", "median", "max", "what"),
                 "|---|--:|--:|--:|--:|---|")
-    for name in [name for name in ROWS if name.startswith("current_loop.")]:
+    for name in [name for name in ROWS if name.startswith(LOOP_ROWS)]:
         yield _line(f"`{name}`", *_cells(figures[name]), ROWS[name])
+    yield ""
+
+
+def _rates(figures):
+    yield from ("## PWM rates", "", "The firmware built for each rate (`make PWM_HZ=n`), in closed loop; the core's share of"
+                " all interrupts together.", "",
+                _line("PWM", "current loop, cycles", "of the period", "slow loop, mean cycles", "core's share"),
+                "|--:|--:|--:|--:|--:|")
+    for name, row in figures.items():
+        if name.startswith("rate."):
+            hz = int(name.removeprefix("rate."))
+            share = 100 * row["cycles_max"] * hz / figures["_meta"]["core_hz"]
+            yield _line(f"{hz / 1000:g} kHz", row["cycles_max"], f"{share:.1f} %", row["slow_loop_mean"],
+                        f"{row['load_percent']:.1f} %")
     yield ""
 
 
@@ -148,7 +176,7 @@ def _library(figures):
 def _others(figures):
     yield from ("## The rest", "", _line("row", "instructions", "min", "median", "max", "what"), "|---|--:|--:|--:|--:|---|")
     for name in ROWS:
-        if not name.startswith("current_loop."):
+        if not name.startswith((*LOOP_ROWS, "rate.")):
             yield _line(f"`{name}`", *_cells(figures[name]), ROWS[name])
     yield ""
 

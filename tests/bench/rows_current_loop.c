@@ -7,6 +7,7 @@
 #include "drivers/mss/watchdog.h"
 #include "firmware/settings/config.h"
 #include "firmware/system/axes.h"
+#include "firmware/system/handlers.h"
 #include "startup/startup.h"
 #include "tests/bench/loop_state.h"
 #include "tests/bench/print.h"
@@ -48,6 +49,26 @@ static void print_handler(const char *name, uint32_t (*measure)(void))
 {
     const struct timing_figures figures = over_states(measure);
     print_row(name, &figures, NULL);
+}
+
+/* The interrupt with this handler in its vector. */
+static void row_handler(const char *name, void (*handler)(void))
+{
+    void (*const before)(void) = *handlers_of_axis_0.vector;
+    *handlers_of_axis_0.vector = handler;
+    cpu_dsb();
+    print_handler(name, handler_interrupting);
+    *handlers_of_axis_0.vector = before;
+    cpu_dsb();
+}
+
+static void rows_handlers(void)
+{
+    row_handler("handler.assembly", FabricIrq0_IRQHandler);
+    row_handler("handler.encoder_ab", handlers_encoder_ab);
+    row_handler("handler.encoder_pair", handlers_encoder_pair);
+    row_handler("handler.forced_ab", handlers_forced_ab);
+    row_handler("handler.forced_pair", handlers_forced_pair);
 }
 
 /* Turns on the spot: the same instructions every time, so that what it takes longer was taken by interrupts. */
@@ -128,6 +149,7 @@ void rows_current_loop(void)
     print_heading("current loop: called; as an interrupt, entry and exit included; what the ADC's interrupts take");
     print_handler("current_loop.called", handler_called);
     print_handler("current_loop.pended", handler_interrupting);
+    rows_handlers();
     row_stolen();
     row_trip();
 }

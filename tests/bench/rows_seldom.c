@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include <stddef.h>
 
-#include "drivers/mss/mmuart.h"
 #include "firmware/operate/commands.h"
 #include "firmware/settings/config.h"
 #include "firmware/system/axes.h"
@@ -14,10 +13,15 @@
 
 static char line[16];
 static struct tuning tuning;
+static struct idle rest = {.time_ms = &axes[0].time_ms};
+static struct postmortem no_record;
+static struct session session = {
+    .out = {.uart = &print_uart, .idle = &rest}, .axis = &axes[0], .last_life = &no_record};
 
 TIMING_FUNCTION(time_fault, axis_raise(&axes[0], FAULT_OVERCURRENT))
-TIMING_FUNCTION(time_command, commands_execute(&axes[0], line))
+TIMING_FUNCTION(time_command, commands_execute(&session, line))
 TIMING_FUNCTION(time_tuning, (void)tuning_compute(&axes[0].params, &tuning))
+TIMING_FUNCTION(time_map, torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning))
 TIMING_FUNCTION(time_uart, UART0_IRQHandler())
 
 static void row_fault(const char *name, bool first)
@@ -59,7 +63,7 @@ static void row_command(const char *name, const char *text)
         type(text);
         const uint32_t mask = cpu_irq_save();
         timing_add_typical(&rows_timing, timing_once(time_command, NULL, NULL));
-        (void)mmuart0_init(CONFIG_CONSOLE_BAUD);
+        (void)mmuart_init(&print_uart, MMUART0, CONFIG_CONSOLE_BAUD);
         cpu_irq_restore(mask);
     }
     const struct timing_figures figures = timing_figures(&rows_timing);
@@ -86,6 +90,18 @@ static void row_tuning(void)
     print_row("tuning_compute", &figures, NULL);
 }
 
+/* With saliency, which the initial motor does not have. */
+static void row_map(void)
+{
+    axes[0].params.lq_uh *= 2;
+    timing_begin(&rows_timing);
+    timing_add_typical(&rows_timing, timing_once(time_map, NULL, NULL));
+    const struct timing_figures figures = timing_figures(&rows_timing);
+    print_row("torque_map_build", &figures, NULL);
+    axes[0].params.lq_uh /= 2;
+    torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning);
+}
+
 void rows_seldom(void)
 {
     print_heading("faults: the first, which takes the snapshot, and any later one; the console; tuning");
@@ -95,4 +111,5 @@ void rows_seldom(void)
     row_command("console.unknown", "no such");
     row_uart();
     row_tuning();
+    row_map();
 }

@@ -14,10 +14,20 @@
 #define RPM_Q16      65536
 #define EXTREMES     512u
 
-TIMING_FUNCTION(time_measure, speed_loop_measure(&axes[0].speed, &axes[0].loop, &axes[0].tuning))
-TIMING_FUNCTION(time_limit, (void)speed_loop_current_limit(&axes[0].loop, &axes[0].tuning))
-TIMING_FUNCTION(time_step, (void)speed_loop_step(&axes[0].speed, &axes[0].tuning, axes[0].tuning.ramp_q16,
-                                                 axes[0].tuning.i_max_q15))
+static const struct torque_view view = {.speed_rpm_q4 = 1000 * 16, .i_limit_q15 = INT32_MAX, .limit_speed = true};
+
+TIMING_FUNCTION(time_measure, speed_loop_measure(&axes[0].speed, &axes[0].fabric->encoder, &axes[0].tuning))
+TIMING_FUNCTION(time_watch, torque_measure(&axes[0].torque, &axes[0].loop, &axes[0].tuning, 16000))
+TIMING_FUNCTION(time_limits, torque_set_limits(&axes[0].torque, &axes[0].loop, &axes[0].tuning, &view))
+TIMING_FUNCTION(time_ask, torque_ask(&axes[0].torque, &axes[0].loop, &axes[0].tuning, axes[0].torque_command_q15))
+TIMING_FUNCTION(time_step,
+                (void)speed_loop_step(&axes[0].speed, &axes[0].tuning, axes[0].tuning.ramp_q16, &axes[0].torque.limits))
+TIMING_FUNCTION(time_follow, current_loop_follow(&axes[0].loop, axes[0].fabric, &axes[0].tuning))
+TIMING_FUNCTION(time_thermal, thermal_step(&axes[0].thermal, &axes[0].loop, 0u))
+TIMING_FUNCTION(time_encoder, supervise_encoder(&axes[0], true))
+TIMING_FUNCTION(time_phases, supervise_phases(&axes[0]))
+TIMING_FUNCTION(time_deviation, supervise_speed(&axes[0]))
+TIMING_FUNCTION(time_index, start_learn_index(&axes[0]))
 TIMING_FUNCTION(time_drive_step, axis_step(&axes[0]))
 
 static uint32_t interrupting(void)
@@ -25,16 +35,35 @@ static uint32_t interrupting(void)
     return rows_time_interrupt(BOARD_IRQ_TICK);
 }
 
+/* What the encoder shows has come since the last step: so many counts, in so many of its clocks; or nothing has. */
+static void set_encoder(int32_t rpm_q4, uint32_t clocks)
+{
+    const struct encoder_regs *const encoder = &axes[0].fabric->encoder;
+    struct speed_estimate *const e = &axes[0].speed.estimate;
+    const int32_t counts = rpm_q4 * axes[0].tuning.encoder_counts / (60 * 16 * 1000);
+    e->speed_rpm_q15 = rpm_q4 * (1 << 11);
+    e->count = encoder_latched(encoder) - (uint32_t)counts;
+    e->clock = encoder_edge_clock(encoder) - (counts != 0 ? clocks : 0u);
+    e->interval_clocks = clocks;
+    e->lost = false;
+}
+
 /* A drive in operation at any speed, and what axis_step(&axes[0]) looks at besides. */
-static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, int64_t integral_q16)
+static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, int32_t integral_q29)
 {
     loop_state_typical(&axes[0].loop);
     axes[0].loop.pll.speed_q32 = speed_q32;
     axes[0].loop.radius_q15 = vector_random(4000, 17000);
-    speed_loop_measure(&axes[0].speed, &axes[0].loop, &axes[0].tuning);
+    axes[0].speed.speed_rpm_q4 = tuning_rpm_q4(&axes[0].tuning, speed_q32);
+    set_encoder(axes[0].speed.speed_rpm_q4, (uint32_t)vector_random(90000, 110000));
+    axes[0].torque.energy_q25 = axes[0].tuning.bus_set_energy_q25 / 2;
+    axes[0].torque.burn_q15 = 0;
+    axes[0].torque_command_q15 = vector_random(-20000, 20000);
     axes[0].speed.ref_rpm_q16 = ref_rpm * RPM_Q16;
     axes[0].speed.target_rpm_q16 = target_rpm * RPM_Q16;
-    axes[0].speed.integral_q16 = integral_q16;
+    axes[0].speed.integral_q29 = integral_q29;
+    axes[0].heartbeat = adc_sequence(&axes[0].fabric->adc) - CONFIG_LOOPS_PER_SLOW; /* or the step would find a fault */
+    axes[0].tuning.overspeed_w_q15 = Q15_ONE;
     axes[0].state = AXIS_OPERATION_ENABLED;
     axes[0].faults.cause = FAULT_NONE;
     axes[0].heartbeat = adc_sequence(&axes[0].fabric->adc) - CONFIG_LOOPS_PER_SLOW; /* else it would be a fault */
@@ -45,8 +74,7 @@ static void set_typical(void)
 {
     const int32_t speed_q32 = vector_random(-(1 << 26), 1 << 26); /* below over-speed */
     const int32_t rpm = tuning_rpm_q4(&axes[0].tuning, speed_q32) / 16;
-    set_state(speed_q32, rpm + vector_random(-50, 50), vector_random(-4000, 4000),
-              (int64_t)vector_random(-8192, 8192) * 65536);
+    set_state(speed_q32, rpm + vector_random(-50, 50), vector_random(-4000, 4000), vector_random(-8192, 8192) * 16384);
 }
 
 static void set_extreme(uint32_t index)
@@ -54,7 +82,9 @@ static void set_extreme(uint32_t index)
     static const int32_t speeds_q32[] = {0, 1, -1, (1 << 28) - 1, -(1 << 28), 1 << 15, -(1 << 15), 1 << 24};
     static const int32_t rpms[] = {0, 1, -1, 20000, -20000, 300, -300, 4000};
     set_state(speeds_q32[index & 7u], rpms[(index >> 3) & 7u], rpms[(index >> 6) & 7u],
-              (int64_t)vector_random(-32768, 32767) * 65536);
+              vector_random(-32768, 32767) * 16384);
+    axes[0].torque.energy_q25 = axes[0].tuning.bus_set_energy_q25; /* braking is limited, and burns */
+    axes[0].torque.burn_q15 = vector_random(1, axes[0].tuning.burn_max_q15);
 }
 
 static void print_states(const char *name, timer_function timer, uint32_t (*interrupt)(void))
@@ -79,8 +109,16 @@ void rows_slow_loop(void)
     nvic_enable(BOARD_IRQ_TICK);
     axes[0].mode = AXIS_MODE_SPEED;
     print_states("speed_loop_measure", time_measure, NULL);
-    print_states("speed_loop_current_limit", time_limit, NULL);
+    print_states("torque_measure", time_watch, NULL);
+    print_states("torque_set_limits", time_limits, NULL);
+    print_states("torque_ask", time_ask, NULL);
     print_states("speed_loop_step", time_step, NULL);
+    print_states("current_loop_follow", time_follow, NULL);
+    print_states("thermal_step", time_thermal, NULL);
+    print_states("supervise_encoder", time_encoder, NULL);
+    print_states("supervise_phases", time_phases, NULL);
+    print_states("supervise_speed", time_deviation, NULL);
+    print_states("start_learn_index", time_index, NULL);
     print_states("drive_step.speed", time_drive_step, NULL);
     axes[0].mode = AXIS_MODE_TORQUE;
     print_states("drive_step.torque", time_drive_step, NULL);

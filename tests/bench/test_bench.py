@@ -36,8 +36,8 @@ def test_a_damaged_table_is_refused(damage, complaint):
 def test_log_of_interrupts(tmp_path):
     log = tmp_path / "irqlog"
     head = b"t_s,exception,cycles,instructions,latency_cycles,chained\n"
-    rows = [(0.001, 50, 9, 9, 9, 0), (0.02, 50, 700, 500, 600, 0), (0.03, 30, 99, 9, 0, 0), (0.04, 50, 694, 500, 594, 1),
-            (0.05, 50, 702, 501, 602, 0), (0.06, 50, 701, 500, 601, 0)]
+    rows = [(0.001, 50, 9, 9, 9, 0), (2.02, 50, 700, 500, 600, 0), (2.03, 30, 99, 9, 0, 0), (2.04, 50, 694, 500, 594, 1),
+            (2.05, 50, 702, 501, 602, 0), (2.06, 50, 701, 500, 601, 0)]
     log.write_bytes(head + np.array(rows, "<f8").tobytes())
     found = read_irqlog(log)
     assert found["current_loop.interrupt"] == {

@@ -7,6 +7,7 @@ import pytest
 from launcher import simulate
 from launcher.drive import console_params, load_drive
 
+OPERATION_S = 1.6  # when a drive that was switched on at 0.1 s is in operation
 GAP_S = 0.02  # between lines: an answer of 200 characters at 115200 baud takes 17 ms
 
 
@@ -74,7 +75,7 @@ def test_help_names_every_command(tmp_path):
     text = answers(tmp_path, ["help"], gap_s=0.2)[0]
     commands = {line.split(":")[0].split()[0] for line in text.split("\n")}
     assert commands == {"help", "status", "on", "off", "quickstop", "speed", "torque", "fault", "clear", "get", "set",
-                        "version"}
+                        "version", "reaction"}
 
 
 def test_set_and_get(tmp_path):
@@ -98,21 +99,85 @@ def test_parameters_that_do_not_fit_together_keep_the_drive_off(tmp_path, settin
 
 
 def test_parameters_cannot_change_while_the_drive_is_on(tmp_path):
-    replies = answers(tmp_path, ["set pole_pairs 5", "on", "get pole_pairs"], start_s=1.2, before=[(0.1, "on")])
+    replies = answers(tmp_path, ["set pole_pairs 5", "on", "get pole_pairs"], start_s=OPERATION_S, before=[(0.1, "on")])
     assert replies[0] == "error: parameters can change only while the drive is off"
     assert replies[1] == "error: the drive is on already"
     assert replies[2].startswith("pole_pairs = 4 ")
 
 
 def test_commands_beyond_limits_change_nothing_while_running(tmp_path):
-    replies = answers(tmp_path, ["speed 300", "speed 30000", "torque 100", "status"], start_s=1.2, before=[(0.1, "on")],
+    replies = answers(tmp_path, ["speed 300", "speed 30000", "torque 100", "status"], start_s=OPERATION_S, before=[(0.1, "on")],
                       gap_s=0.15)
     assert replies[:3] == ["ok", "error: beyond speed_max_rpm", "error: beyond i_max_ma"]
     assert "state: operation enabled" in replies[3] and "reference 300.000 rpm" in replies[3]
 
 
 def test_a_fresh_image_has_the_parameters_of_the_default_motor_and_starts_with_them(tmp_path):
-    replies = answers(tmp_path, ["get all", "on", "status"], gap_s=0.9)
+    replies = answers(tmp_path, ["get all", "on", "status"], gap_s=1.4)
     fresh = {name: int(value) for name, value in re.findall(r"(?m)^(\w+) = (-?\d+) ", replies[0])}
-    assert fresh == console_params(load_drive("teknic_m2310p"))
+    told = console_params(load_drive("teknic_m2310p"))
+    assert {name: fresh[name] for name in told} == told
     assert replies[1] == "ok" and "state: operation enabled" in replies[2]
+
+
+def play(tmp_path, *steps, end_s):
+    """Events, and lines that are typed behind each other without a pause, at their times; the console afterwards."""
+    typed = [{"t_s": t_s, "console": line} for t_s, *what in steps if len(what) == 1 for line in what[0].split("\n")]
+    steps = typed + [{"t_s": t_s, "event": what[0], "args": list(what[1:])} for t_s, *what in steps if len(what) > 1]
+    return simulate({"key": "console", "end_s": end_s, "preamble_s": 0.05, "step": sorted(steps, key=lambda s: s["t_s"]),
+                     "expect_refusal": ".*"}, out_dir=tmp_path, plant="ideal", spread=0)
+
+
+LOST = "error: characters were lost; line ignored"
+
+
+def test_of_a_paste_longer_than_the_buffer_no_damaged_line_is_carried_out(tmp_path):
+    """The thread is held up for 50 ms, in which 576 characters come and the buffer holds 128."""
+    values = [100000 + n for n in range(60)]
+    paste = "\n".join(f"set ramp_rpm_s {value}" for value in values)
+    result = play(tmp_path, (0.099, "poke_rom", "&console_poll", "0xE7FE"), (0.1, paste),
+                  (0.149, "poke_rom", "&console_poll", "*console_poll"), (0.3, "version"), (0.35, "get ramp_rpm_s"), end_s=0.4)
+    exchanges = [part.split("\n") for part in result.console[result.console.index("> set ramp_rpm_s 100000"):].split("\n> ")]
+    carried_out = [echo.removeprefix("> ") for echo, *reply in exchanges if reply and reply[0] == "ok"]
+    assert 0 < len(carried_out) < len(values) and sum(reply == [LOST] for _, *reply in exchanges) == 1, result.console
+    assert set(carried_out) <= {f"set ramp_rpm_s {value}" for value in values}, "a line that nobody has typed"
+    assert int(re.findall(r"ramp_rpm_s = (\d+) ", result.console)[-1]) == values[-1], "it goes on behind the gap"
+
+
+def within_a_millisecond(tmp_path, *lines, running=True):
+    """Typed without a pause; the answers, and the result. A short line takes less than the slow loop's period."""
+    at_s = OPERATION_S + 0.2 if running else 0.1
+    before = [(0.1, "on"), (OPERATION_S, "speed 300")] if running else []
+    result = play(tmp_path, *before, (at_s, "\n".join(lines)), (at_s + 0.04, "status"), end_s=at_s + 0.1)
+    text = result.console[result.console.rindex("\n> " + lines[0]):]
+    return [part.split("\n")[1] for part in text.split("\n> ")[1:len(lines) + 1]], result, text
+
+
+def test_off_and_on_are_both_carried_out(tmp_path):
+    answered, result, text = within_a_millisecond(tmp_path, "off", "set ramp_rpm_s 999", "get ramp_rpm_s")
+    assert answered == ["ok", "ok", "ramp_rpm_s = 999  (1...1000000)"]
+    answered, result, text = within_a_millisecond(tmp_path / "on", "off", "on", running=False)
+    assert answered == ["ok", "ok"] and "state: switched on" in text
+
+
+def test_clear_and_on_are_both_carried_out(tmp_path):
+    result = play(tmp_path, (0.1, "driver_fault", "1"), (0.11, "driver_fault", "0"), (0.2, "clear\non"), (0.25, "status"),
+                  end_s=0.3)
+    assert result.console.count("\nok") >= 2 and "state: switched on" in result.console
+    assert "error:" not in result.console
+
+
+def test_a_command_behind_a_quick_stop_is_refused_and_the_motor_stops(tmp_path):
+    answered, result, text = within_a_millisecond(tmp_path, "quickstop", "speed 500", "torque 1")
+    refused = "error: the drive is not in operation; use 'on' and wait for it"
+    assert answered == ["ok", refused, refused]
+    assert result.trace.between(OPERATION_S + 0.29, OPERATION_S + 0.3)["speed_rad_s"].max() < 1
+
+
+def test_the_uptime_does_not_wrap(tmp_path):
+    """49.7 days after the start 32 bits of milliseconds are used up."""
+    result = play(tmp_path, (0.1, "poke", "&axes[0].time_ms", "0xFFFFFFB0"), (0.12, "status"), (0.2, "status"),
+                  (0.24, "driver_fault", "1"), (0.26, "fault"), end_s=0.3)
+    first, second = (float(value) for value in re.findall(r"up: (\d+\.\d+) s", result.console))
+    assert first == pytest.approx(4294967.216 + 0.02, abs=0.005) and second == pytest.approx(first + 0.08, abs=0.005)
+    assert float(re.search(r"\nat: (\d+\.\d+) s", result.console).group(1)) == pytest.approx(first + 0.12, abs=0.005)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What supervision finds on the motor in the twin: the first fault, when, and what the shaft and the currents did until then."""
+"""What supervision finds on the motor in the twin: the first fault, when, and what shaft and currents did until then."""
 import math
 
 import numpy as np

@@ -88,3 +88,21 @@ def test_two_builds_are_identical(tmp_path, image):
     subprocess.run(["make", "-s", "-j2", f"BUILD={tmp_path}/again", "all"], check=True, capture_output=True,
                    env={k: v for k, v in os.environ.items() if not k.startswith("MAKE")})
     assert (tmp_path / "again" / "mssfoc.bin").read_bytes() == image
+
+
+# what must be at a fixed place, because an interrupt or a reset enters there; all other state lives in what is passed on
+STATE = {
+    "axes": "the axes, which the interrupts' handlers name",
+    "axes_heat": "what the motors have kept of heat, which outlives a reset",
+    "startup_vectors": "the vector table that the core reads",
+    "uart": "the console's UART, which its interrupt serves",
+    "kept": "the post-mortem record, which outlives a reset",
+}
+
+
+def test_there_is_no_other_state_than_what_has_a_reason():
+    with open(BUILD / "mssfoc.elf", "rb") as stream:
+        symbols = ELFFile(stream).get_section_by_name(".symtab")
+        objects = {symbol.name for symbol in symbols.iter_symbols()
+                   if symbol["st_info"]["type"] == "STT_OBJECT" and symbol["st_value"] >= 0x20000000}
+    assert objects == set(STATE)

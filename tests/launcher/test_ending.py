@@ -68,6 +68,22 @@ def test_a_launcher_that_is_killed_takes_qemu_with_it(running):
     assert until(lambda: not alive(qemu)), "QEMU runs on"
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_campaign_that_is_ended_takes_its_runs_with_it(build, fake_qemu, tmp_path, number):
+    environment = {**os.environ, "BUILD": str(build), "QEMU": fake_qemu("hang"), "TMPDIR": str(tmp_path)}
+    command = [sys.executable, str(REPO / "qemu" / "run.py"), "campaign", "--motors", "teknic_m2310p", "--scenarios", "idle",
+               "--seeds", "4", "--jobs", "2"]
+    launcher = subprocess.Popen(command, env=environment, cwd=REPO, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    notes = until(lambda: len(found := [n for n in tmp_path.glob("mssfoc-*/progress.pid") if n.read_text()]) == 2 and found)
+    assert notes, "the runs did not begin"
+    pids = [int(note.read_text()) for note in notes]
+    launcher.send_signal(number)
+    launcher.communicate(timeout=PATIENCE_S)
+    assert launcher.returncode == (130 if number == signal.SIGINT else 128 + number)
+    assert not any(until(lambda pid=pid: not alive(pid)) is None for pid in pids), "QEMU runs on"
+    assert not list((build / "campaign").glob("*/*.json")), "a run that was ended is no result"
+
+
 def test_nohup_is_heeded(running):
     launcher, qemu = running(preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
     launcher.send_signal(signal.SIGHUP)

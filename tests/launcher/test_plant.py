@@ -198,9 +198,9 @@ def test_an_image_with_other_parameters(elf):
 
 
 def test_coarse_units_are_noted():
-    bare = {"motor": {"mechanical": {"inertia_kgm2": 2.39e-7}, "load": {"inertia_ratio": 0}}}
+    bare = {"motor": {"mechanical": {"inertia_kgm2": 2.39e-9}, "load": {"inertia_ratio": 0}}}
     assert load_drive(MOTOR, bare).notes == [
-        "inertia_gcm2: the firmware takes whole units, 2.39 becomes 2 (-16.3 %)"]
+        "inertia_gmm2: the firmware takes whole units, 2.39 becomes 2 (-16.3 %)"]
     assert coarse_notes({"a": 100.4, "b": 50.0, "c": 24.5}) == ["c: the firmware takes whole units, 24.5 becomes 24 (-2.0 %)"]
 
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from launcher import LauncherError
+from launcher.config import twin_config
 from launcher.data import MOTORS, available
 from launcher.drive import load_drive
 from launcher.kind import Run
 from launcher.paths import SCENARIOS
-from launcher.refusals import judge, refusals
+from launcher.refusals import judge, refusals, typed
 from launcher.scenario import load_scenario
 from launcher.trace import Trace
 
@@ -33,6 +34,28 @@ def test_labels_may_be_used_before_they_are_written():
                 end_s="end + 0.5", let={"pause_s": "2 * half_s", "half_s": 0.3})
     assert times(plan) == pytest.approx([0.2, 0.7, 0.7 + 0.3 + 0.6]) and plan.end_s == pytest.approx(2.2)
     assert plan.names["end"] == pytest.approx(1.7) and [step.text for step in plan.steps[:2]] == ["on", "speed 1500"]
+
+
+def test_steps_that_wait_for_a_state():
+    plan = load([{"t_s": 0.2, "console": "on"}, {"t_s": 0.4, "after_state": "ON", "event": "end"},
+                 {"t_s": "ramp_time_s", "after_state": "ON OFF", "console": "speed {work_rpm}"}])
+    assert times(plan) == [0.2] and plan.may_end_early and [step.after for step in plan.late] == [("ON", "OFF"), ("ON",)]
+    enums = {"state": {3: "DRIVE_OFF", 4: "DRIVE_ON"}}
+    text = twin_config(load_drive(TEKNIC), plan, 1, [], {}, enums=enums)
+    assert "event 0.2 console on\nafter state=4,3 0.3 console speed 1500\nafter state=4 0.4 end\n" in text
+    for enums in (None, {"state": {3: "DRIVE_OFF"}}):
+        with pytest.raises(LauncherError, match="has no state 'ON', for which a step waits"):
+            twin_config(load_drive(TEKNIC), plan, 1, [], {}, enums=enums)
+    assert (None, "speed 1500") in typed(plan, load_drive(TEKNIC))
+    assert not load([{"t_s": 1, "console": "on"}]).may_end_early
+
+
+@pytest.mark.parametrize("step, complaint", [
+    ({"t_s": 1, "after_state": ""}, "one to 4 names of states"), ({"t_s": 1, "after_state": "A B C D E"}, "one to 4 names"),
+    ({"t_s": 11, "after_state": "ON"}, "outside 0..10 s")])
+def test_steps_that_cannot_wait(step, complaint):
+    with pytest.raises(LauncherError, match=complaint):
+        load([{**step, "event": "end"}])
 
 
 def test_a_step_that_repeats_itself():

@@ -67,3 +67,22 @@ def test_wrong_names_are_named(variable, value):
 def test_wrong_trig_fraction_does_not_build(tmp_path):
     result = run("make", "-s", f"BUILD={tmp_path}", "LIB_TRIG_FRAC=32", f"{tmp_path}/libmssfoc.a")
     assert result.returncode != 0 and "LIB_TRIG_FRAC" in result.stderr
+
+
+def test_another_trig_fraction_in_the_same_folder_is_another_library(tmp_path):
+    library = tmp_path / "libmssfoc.a"
+    contents = []
+    for fraction in ("15", "16", "16", "15"):
+        result = run("make", "-s", f"BUILD={tmp_path}", f"LIB_TRIG_FRAC={fraction}", str(library))
+        assert result.returncode == 0, result.stderr
+        contents.append((library.read_bytes(), library.stat().st_mtime_ns))
+    first, second, again, back = contents
+    assert first[0] != second[0] and back[0] == first[0]
+    assert again == second, "nothing to do is nothing done"
+
+
+@pytest.mark.parametrize("build", ["two words", ""])
+def test_a_build_folder_that_make_cannot_handle_is_named(build):
+    result = run("make", "-s", f"BUILD={build}", "all")
+    assert result.returncode != 0 and result.stderr.count("\n") == 1, result.stderr
+    assert f"mssfoc: BUILD='{build}' must be one folder without a blank" in result.stderr

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The current loop's interrupt against its definition, bit for bit: the assembly runs on a loop and a fabric of the test's own,
- * current_loop_step.h on copies of them, and everything either has written is compared. Random data over the whole ranges
- * and their corners. And what must hold of the edges whatever the data: inside the period, in order, a dead time apart.
+ * The current loop's interrupt, bit for bit. The assembly runs on a loop and a fabric of the test's own, its counterpart in C
+ * (current_loop_step.h) on copies of them, and everything either has written is compared. The other instances in C are held
+ * against that one: given the angle that the field is to have, and the currents that the pair stands for, it must come to the
+ * same. Random data over the whole ranges and their corners. And what must hold of the edges whatever the data: inside the
+ * period, in order, a dead time apart.
  */
 #include "firmware/control/current_loop_step.h"
 
-#include "drivers/fabric/offsets.h"
 #include "drivers/mss/watchdog.h"
 #include "lib/limit.h"
 #include "tests/target/harness.h"
 
-#define STEPS        200000u
-#define FABRIC_WORDS 0x100u
+#define STEPS 100000u
 
 uint32_t axes[1]; /* what the handler itself would use; not touched here */
 
@@ -24,17 +24,22 @@ void current_loop_fault(void)
     faults++;
 }
 
+#define TEXT(x)   #x
+#define NUMBER(x) TEXT(x)
+
 /* The handler after its first four instructions, with both bases given: it returns to the caller as from the interrupt. */
-void run_body(struct current_loop *loop, uint32_t *fabric);
+void run_body(struct current_loop *loop, struct fabric *fabric);
 __asm__(".text\n"
         ".syntax unified\n"
         ".thumb_func\n"
         ".global run_body\n"
         ".type run_body, %function\n"
         "run_body: push {r4-r11, lr}\n"
-        "mov r11, r0\n"
+        "add r11, r0, #1\n"
         "mov r10, r1\n"
-        "b current_loop_body\n");
+        "b FabricIrq0_IRQHandler + " NUMBER(LOOP_BODY) "\n");
+
+static const int32_t pairs[3] = {LOOP_PAIR_AB, LOOP_PAIR_BC, LOOP_PAIR_CA};
 
 static uint32_t random_state = 0x2545F491u;
 
@@ -57,14 +62,14 @@ static int32_t any(int32_t limit)
     return (int32_t)(next() % (2u * (uint32_t)limit + 1u)) - limit;
 }
 
-/* The circle of a modulator that uses all but its dead times, as the firmware's, in sixteenths of a count. */
+/* The circle of a modulator that uses all but its dead times, as the firmware's. */
 static void prepare(struct current_loop *c)
 {
-    const int32_t radius_q4 = (LOOP_PWM_COUNTS - 4 * LOOP_DEAD_COUNTS - 8) * 8 * 18919 / 32768;
+    const int32_t radius = (CONFIG_PWM_COUNTS - 4 * CONFIG_DEAD_COUNTS - 8) * 18919 / 65536 * (1 << CONFIG_V_SHIFT);
     *c = (struct current_loop){.sine = trig_chords, .status_max = 1u};
     for (int32_t n = 0; n < 512; n++) {
         const int32_t low = (n - LOOP_CIRCLE_ZERO) * (1 << LOOP_CIRCLE_SHIFT);
-        c->circle_q4[n] = (uint16_t)circle_rest_q15(low < 0 ? -low : low + (1 << LOOP_CIRCLE_SHIFT) - 1, radius_q4);
+        c->circle_steps[n] = (uint16_t)circle_rest_q15(low < 0 ? -low : low + (1 << LOOP_CIRCLE_SHIFT) - 1, radius);
     }
 }
 
@@ -78,10 +83,13 @@ static void fill(struct current_loop *c)
     c->kp_d_q9 = (int32_t)(next() % (PI_KP_MAX_Q9 + 1));
     c->kp_q_q9 = (next() & 7u) != 0u ? (int32_t)(next() % 1024u) : PI_KP_MAX_Q9;
     c->ki_q15 = (next() & 7u) != 0u ? (int32_t)(next() % 4096u) : PI_KI_MAX_Q15;
-    c->integral_d_q9 = any(50000000);
-    c->integral_q_q9 = any(50000000);
+    c->integral_d_q9 = any(PI_INTEGRAL_MAX_Q9);
+    c->integral_q_q9 = any(PI_INTEGRAL_MAX_Q9);
     c->turn_q15 = any(ADVANCE_MAX_Q15);
     c->encoder_scale_q32 = next();
+    c->field_angle_q32 = next();
+    c->field_speed_q32 = any(1 << 28);
+    c->pair = pairs[next() % 3u];
 }
 
 /* What changes from step to step; the circle does not. */
@@ -108,47 +116,165 @@ static uint32_t differences(const void *x, const void *y, uint32_t words)
 /* Rises and falls of the high side at edges[0] and [1], falls and rises of the low side at [3] and [2]. */
 static bool in_order(const uint32_t *edges)
 {
-    return edges[3] >= 1u && edges[3] + LOOP_DEAD_COUNTS == edges[0] && edges[0] < edges[1] &&
-           edges[1] + LOOP_DEAD_COUNTS == edges[2] && edges[2] <= LOOP_PWM_COUNTS - 1u;
+    return edges[3] >= 1u && edges[3] + CONFIG_DEAD_COUNTS == edges[0] && edges[0] < edges[1] &&
+           edges[1] + CONFIG_DEAD_COUNTS == edges[2] && edges[2] <= CONFIG_PWM_COUNTS - 1u;
+}
+
+struct side {
+    struct current_loop loop;
+    struct fabric fabric;
+};
+
+/* Two alike, ready for a sample whose gate status is a fault or not. */
+static void draw(struct side *x, struct side *y, uint32_t gate)
+{
+    fill(&x->loop);
+    copy(&y->loop, &x->loop);
+    const struct adc_sample i = {.ia_q15 = any(32767), .ib_q15 = any(32767), .ic_q15 = any(32767)};
+    const uint32_t latched = next() % 65536u;
+    struct fabric *const fabrics[2] = {&x->fabric, &y->fabric};
+    for (uint32_t n = 0; n < 2u; n++) {
+        uint32_t *const words = (uint32_t *)fabrics[n];
+        words[offsetof(struct fabric, adc.IA) / 4u] = (uint32_t)i.ia_q15;
+        words[offsetof(struct fabric, adc.IB) / 4u] = (uint32_t)i.ib_q15;
+        words[offsetof(struct fabric, adc.IC) / 4u] = (uint32_t)i.ic_q15;
+        words[offsetof(struct fabric, encoder.LATCHED) / 4u] = latched;
+        fabrics[n]->gate.STATUS = gate;
+        fabrics[n]->pwm.SYNC_UPDATE = 98u;
+        fabrics[n]->adc.STATUS = 98u;
+    }
+}
+
+/* What the registers make of what was written: one bit of SYNC_UPDATE; EOC and OVERRUN of STATUS are cleared by a 1. */
+static bool handed_over(const struct side *s)
+{
+    return (s->fabric.pwm.SYNC_UPDATE & 1u) == 1u &&
+           (s->fabric.adc.STATUS & (ADC_STATUS_EOC | ADC_STATUS_OVERRUN)) == ADC_STATUS_EOC;
+}
+
+static bool all_in_order(const struct side *s)
+{
+    const uint32_t *const edges = (const uint32_t *)&s->fabric + offsetof(struct fabric, pwm.PWM1_POSEDGE) / 4u;
+    return in_order(&edges[0]) && in_order(&edges[4]) && in_order(&edges[8]);
+}
+
+static bool same_edges(const struct side *x, const struct side *y)
+{
+    return differences((const uint32_t *)&x->fabric + offsetof(struct fabric, pwm.PWM1_POSEDGE) / 4u,
+                       (const uint32_t *)&y->fabric + offsetof(struct fabric, pwm.PWM1_POSEDGE) / 4u, 12u) == 0u;
+}
+
+static bool same_state(const struct side *x, const struct side *y)
+{
+    return differences(&x->loop, &y->loop, LOOP_CIRCLE / 4u) == 0u;
+}
+
+struct count {
+    uint32_t state, edges, disordered, not_handed_over, faults;
+};
+
+static void compare(struct count *wrong, const struct side *tested, const struct side *expected)
+{
+    wrong->state += same_state(tested, expected) ? 0u : 1u;
+    wrong->edges += same_edges(tested, expected) ? 0u : 1u;
+    wrong->disordered += all_in_order(tested) ? 0u : 1u;
+    wrong->not_handed_over += handed_over(tested) ? 0u : 1u;
+}
+
+static struct side tested, expected;
+
+static void say(const char *title, const struct count *wrong)
+{
+    harness_note(title, STEPS);
+    harness_equal("nothing beyond the members of the interrupt has changed",
+                  differences(&tested.loop, &expected.loop, sizeof tested.loop / 4u), 0u);
+    harness_equal("states that differ", wrong->state, 0u);
+    harness_equal("edges that differ", wrong->edges, 0u);
+    harness_equal("edges out of the period or out of order", wrong->disordered, 0u);
+    harness_equal("samples not acknowledged or edges not handed over", wrong->not_handed_over, 0u);
+    harness_equal("faults missed or made up", wrong->faults, 0u);
+}
+
+static void test_assembly(void)
+{
+    struct count wrong = {0};
+    for (uint32_t step = 0; step < STEPS; step++) {
+        const uint32_t gate = (next() & 3u) == 0u ? 2u : 1u;
+        draw(&tested, &expected, gate);
+        faults = 0;
+        run_body(&tested.loop, &tested.fabric);
+        const bool fault = current_loop_step(&expected.loop, &expected.fabric, LOOP_ENCODER, LOOP_SENSE_AB);
+        compare(&wrong, &tested, &expected);
+        wrong.faults += faults == gate - 1u && fault == (gate > 1u) ? 0u : 1u;
+        watchdog_refresh();
+    }
+    say("assembly against C: steps", &wrong);
+}
+
+/* What the pair stands for, spelled out. */
+static void replace_unmeasured(struct side *s)
+{
+    uint32_t *const i = (uint32_t *)&s->fabric + offsetof(struct fabric, adc.IA) / 4u;
+    if (s->loop.pair == LOOP_PAIR_BC) {
+        i[0] = 0u - i[1] - i[2];
+    } else if (s->loop.pair == LOOP_PAIR_CA) {
+        i[1] = 0u - i[0] - i[2];
+    }
+}
+
+/*
+ * The expected side is the encoder's instance, led to the field's angle by its offset. Afterwards the tested side's field has
+ * turned by its speed, and nothing else may differ.
+ */
+static void test_instance(const char *title, enum loop_source source, enum loop_scheme scheme,
+                          bool (*step_tested)(struct current_loop *, struct fabric *))
+{
+    struct count wrong = {0};
+    for (uint32_t step = 0; step < STEPS / 4u; step++) {
+        draw(&tested, &expected, (next() & 3u) == 0u ? 2u : 1u);
+        const uint32_t offset_q32 = expected.loop.angle_offset_q32;
+        if (scheme == LOOP_SENSE_PAIR) {
+            replace_unmeasured(&expected);
+        }
+        if (source == LOOP_FORCED) {
+            expected.loop.angle_offset_q32 = expected.loop.field_angle_q32 - expected.loop.pll.angle_q32;
+        }
+        const bool fault = step_tested(&tested.loop, &tested.fabric);
+        const bool wanted = current_loop_step(&expected.loop, &expected.fabric, LOOP_ENCODER, LOOP_SENSE_AB);
+        if (source == LOOP_FORCED) {
+            expected.loop.angle_offset_q32 = offset_q32;
+            expected.loop.field_angle_q32 += (uint32_t)expected.loop.field_speed_q32;
+        }
+        compare(&wrong, &tested, &expected);
+        wrong.faults += fault == wanted ? 0u : 1u;
+        watchdog_refresh();
+    }
+    say(title, &wrong);
+}
+
+static bool step_encoder_pair(struct current_loop *c, struct fabric *f)
+{
+    return current_loop_step(c, f, LOOP_ENCODER, LOOP_SENSE_PAIR);
+}
+
+static bool step_forced_ab(struct current_loop *c, struct fabric *f)
+{
+    return current_loop_step(c, f, LOOP_FORCED, LOOP_SENSE_AB);
+}
+
+static bool step_forced_pair(struct current_loop *c, struct fabric *f)
+{
+    return current_loop_step(c, f, LOOP_FORCED, LOOP_SENSE_PAIR);
 }
 
 int main(void)
 {
-    static struct current_loop loop, expected;
-    static uint32_t fabric[FABRIC_WORDS];
-    uint32_t wrong_state = 0, wrong_edges = 0, disordered = 0, unsynchronised = 0, wrong_faults = 0;
-
     harness_begin();
-    prepare(&loop);
-    prepare(&expected);
-    for (uint32_t step = 0; step < STEPS; step++) {
-        struct current_edges edges;
-        const uint32_t fault = (next() & 3u) == 0u ? 2u : 1u;
-        fill(&loop);
-        copy(&expected, &loop);
-        fabric[FABRIC_ADC_IA / 4] = (uint32_t)any(32767);
-        fabric[FABRIC_ADC_IB / 4] = (uint32_t)any(32767);
-        fabric[FABRIC_ENC_LATCHED / 4] = next() % 65536u;
-        fabric[FABRIC_GATE_STATUS / 4] = fault;
-        fabric[FABRIC_SYNC_UPDATE / 4] = 99u;
-        fabric[FABRIC_ADC_STATUS / 4] = 99u;
-        faults = 0;
-        current_loop_step(&expected, (int32_t)fabric[FABRIC_ADC_IA / 4], (int32_t)fabric[FABRIC_ADC_IB / 4],
-                          fabric[FABRIC_ENC_LATCHED / 4], &edges);
-        run_body(&loop, fabric);
-        wrong_state += differences(&loop, &expected, LOOP_CIRCLE / 4u) != 0u ? 1u : 0u;
-        wrong_edges += differences(&fabric[FABRIC_PWM1_POSEDGE / 4], &edges, 12u) != 0u ? 1u : 0u;
-        disordered += in_order(&edges.count[0]) && in_order(&edges.count[4]) && in_order(&edges.count[8]) ? 0u : 1u;
-        unsynchronised += fabric[FABRIC_SYNC_UPDATE / 4] == 1u && fabric[FABRIC_ADC_STATUS / 4] == 1u ? 0u : 1u;
-        wrong_faults += faults == fault - 1u ? 0u : 1u;
-        watchdog_refresh();
-    }
-    harness_note("steps", STEPS);
-    harness_equal("nothing else has changed", differences(&loop, &expected, sizeof loop / 4u), 0u);
-    harness_equal("states that differ from the definition", wrong_state, 0u);
-    harness_equal("edges that differ from the definition", wrong_edges, 0u);
-    harness_equal("edges out of the period or out of order", disordered, 0u);
-    harness_equal("samples not taken or edges not handed over", unsynchronised, 0u);
-    harness_equal("faults missed or made up", wrong_faults, 0u);
+    prepare(&tested.loop);
+    prepare(&expected.loop);
+    test_assembly();
+    test_instance("encoder, two of three: steps", LOOP_ENCODER, LOOP_SENSE_PAIR, step_encoder_pair);
+    test_instance("forced, a and b: steps", LOOP_FORCED, LOOP_SENSE_AB, step_forced_ab);
+    test_instance("forced, two of three: steps", LOOP_FORCED, LOOP_SENSE_PAIR, step_forced_pair);
     harness_end();
 }

@@ -18,6 +18,7 @@ extern uint32_t link_bss_end[];
 
 static volatile uint32_t in_data = DATA_VALUE;
 static volatile uint32_t in_bss;
+extern const uint32_t vectors[];
 static STARTUP_NOINIT volatile uint32_t kept;
 
 enum stage {
@@ -38,11 +39,12 @@ static uint32_t guard_last_word(void)
     return (uint32_t)(uintptr_t)link_stack_limit - 4u;
 }
 
-/* RAM nobody owns, between .bss and .noinit. */
+/* RAM nobody owns, between .bss and the vectors. */
 static uint32_t free_words_other_than(uint32_t value)
 {
+    const volatile uint32_t *const end = (const volatile uint32_t *)(uintptr_t)startup_vectors;
     uint32_t count = 0;
-    for (const volatile uint32_t *word = link_bss_end; word < link_noinit_start; word++) {
+    for (const volatile uint32_t *word = link_bss_end; word < end; word++) {
         count += *word != value ? 1u : 0u;
     }
     return count;
@@ -58,11 +60,24 @@ static void dirty_everything(void)
     kept = KEPT_VALUE;
 }
 
+static uint32_t vectors_other_than_in_flash(void)
+{
+    const volatile uint32_t *const flash = (const volatile uint32_t *)(uintptr_t)vectors;
+    const volatile uint32_t *const used = (const volatile uint32_t *)(uintptr_t)startup_vectors;
+    uint32_t count = 0;
+    for (uint32_t n = 0; n < STARTUP_SYSTEM_VECTORS + STARTUP_EXTERNAL_VECTORS; n++) {
+        count += used[n] != flash[n] ? 1u : 0u;
+    }
+    return count;
+}
+
 static void check_memory(void)
 {
     harness_equal("startup: .data has its initial value", in_data, DATA_VALUE);
     harness_equal("startup: .bss is zero", in_bss, 0u);
     harness_equal("startup: free RAM is zero", free_words_other_than(0u), 0u);
+    harness_equal("startup: the core takes vectors from RAM", SCB->VTOR, (uint32_t)(uintptr_t)startup_vectors);
+    harness_equal("startup: where they are those in flash", vectors_other_than_in_flash(), 0u);
     const uint32_t stack_bytes = (uint32_t)(uintptr_t)link_stack_top - (uint32_t)(uintptr_t)link_stack_limit;
     harness_between("startup: stack is painted, and in use", (uint32_t)startup_stack_unused_bytes(), stack_bytes - 512u,
                     stack_bytes - 8u);
@@ -73,7 +88,6 @@ static void power_on(void)
     harness_equal("startup: cause is power-on", harness_reset_cause(), SYSREG_CAUSE_POWER_ON);
     check_memory();
     harness_equal("startup: .noinit is zero after power-on", kept, 0u);
-    harness_equal("startup: vector table at 0", SCB->VTOR, 0u);
     harness_true("startup: frames are 8-byte aligned", (SCB->CCR & SCB_CCR_STKALIGN) != 0u);
     dirty_everything();
     harness_next_stage(AFTER_SOFT_RESET);

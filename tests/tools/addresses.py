@@ -8,6 +8,7 @@ CODE, RAM, APB, PPB = "code", "RAM", "APB", "PPB"
 CODE_BUS, SYSTEM_BUS, PRIVATE_BUS = "code bus", "system bus", "private peripheral bus"
 _BUS = {CODE: CODE_BUS, RAM: SYSTEM_BUS, APB: SYSTEM_BUS, PPB: PRIVATE_BUS}
 _NO_RESULT = re.compile(r"^(cmp|cmn|tst|teq|b|cbn?z|it[te]*|nop|msr|dsb|dmb|isb|cps\w*|wfi|push|tbb|tbh|bx|bl|blx)$")
+KEPT_POINTERS = {("axes", 12): "trig_chords"}  # axes[0].loop.sine, LOOP_SINE: current_loop_init()
 _REGISTER = re.compile(r"\b(r\d\d?|sl|fp|ip|sp|lr|pc)\b")
 CLOBBERED_BY_CALL = ("r0", "r1", "r2", "r3", "ip", "lr")
 
@@ -125,9 +126,12 @@ class Constants:
         return None
 
     def _initial_pointer(self, address, exact):
-        """A pointer in RAM that is initialised to a constant table is taken to stay there."""
+        """A pointer in RAM that is initialised to a constant table is taken to stay there; KEPT_POINTERS are set at start."""
         if not exact or region_of(address) != RAM:
             return None
+        for (name, offset), table in KEPT_POINTERS.items():
+            if name in self.image.objects and address == self.image.objects[name][0] + offset:
+                return self.image.objects[table][0], False
         try:
             value = self.image.word(address)
         except ImageError:

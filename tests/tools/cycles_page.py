@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The generated parts of docs/cycles.md: where the cycles of the library and of the current loop go.
-
-`make bench` writes them; what stands between them in the document is written by hand and kept.
+"""Where the cycles of the library and of the current loop go: `make bench` writes build/cycles.md, every instruction of them,
+and renews the table of lower bounds in docs/cycles.md, which is otherwise written by hand.
 """
 import re
 import tomllib
@@ -156,16 +155,25 @@ def listed(step, sources):
     return f"{step.cycles:>3}  {step.text:<38} {step.why:<34} {sources.note(step)[:NOTE_WIDTH]}".rstrip()
 
 
-def written(page, figures, build):
-    """The page with all its blocks renewed from the figures of `make bench` and the images they were measured with."""
+PAGE_TOP = """# Every instruction, and its cycles
+
+Written by `make bench`, from the images it measured: data at their worst, memory that answers at once. docs/timing.md has the
+rules, docs/cycles.md what the figures mean. An instruction without a rule takes one cycle as data processing does.
+"""
+
+
+def listings(figures, build):
+    """The text of build/cycles.md, from the figures of `make bench` and the images they were measured with."""
     bench, firmware = Image(build / "bench.elf"), Image(build / "mssfoc.elf")
-    blocks = {
-        "summary": summary(figures),
-        "library": (text for row in LIBRARY for text in function_section(bench, figures, row, True)),
-        "kernels": (text for row in kernel_rows(bench, figures)
-                    for text in function_section(bench, figures, row, False)),
-        "loop": loop_section(firmware, figures),
-    }
-    for name, lines in blocks.items():
-        page = replaced(page, name, "\n".join(lines).rstrip("\n") + "\n", "docs/cycles.md")
-    return page
+    parts = [
+        ("The library", (text for row in LIBRARY for text in function_section(bench, figures, row, True))),
+        ("The Q15 kernels, as functions with data in memory; in the current loop they are inlined",
+         (text for row in kernel_rows(bench, figures) for text in function_section(bench, figures, row, False))),
+        ("The current loop", loop_section(firmware, figures)),
+    ]
+    return PAGE_TOP + "".join(f"\n## {title}\n\n" + "\n".join(lines).rstrip("\n") + "\n" for title, lines in parts)
+
+
+def with_summary(page, figures):
+    """docs/cycles.md with its table renewed."""
+    return replaced(page, "summary", "\n".join(summary(figures)) + "\n", "docs/cycles.md")

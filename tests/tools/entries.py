@@ -11,6 +11,7 @@ from disasm import ImageError
 ROOT = Path(__file__).resolve().parents[2]
 SYSTEM_VECTORS = 16
 RESET, SVCALL = 1, 11
+CHOICES = "handlers_of_axis_"  # firmware/system/handlers.c
 HARDWARE_FRAME = 32 + 4  # eight words, and one that aligns the stack to 8 bytes (ARMv7-M, B1.5.7)
 
 
@@ -23,7 +24,8 @@ class Entry:
 
 
 def vector_entries(image):
-    """(reset, fault function, [Entry of every other handler], without priorities) from the image's vector table.
+    """(reset, fault function, [Entry of every other handler], without priorities) from the image's vector table and from
+    what may take a place in it later.
 
     The fault function is the one that vectors 2...6 and all interrupts without an owner end in.
     """
@@ -36,7 +38,19 @@ def vector_entries(image):
     fault = functions[3]  # HardFault
     entries = [Entry(number, function) for number, function in functions.items()
                if number != RESET and function is not fault]
+    entries += [Entry(number, function) for number, others in choices(image).items() for function in others
+                if Entry(number, function) not in entries]
     return functions[RESET], fault, entries
+
+
+def choices(image):
+    """{exception number: [functions]} that the image's struct loop_handlers offer to a vector (control/current_loop.h)."""
+    found = {}
+    for name, (start, size) in image.objects.items():
+        if name.startswith(CHOICES):
+            number = (image.word(start) - image.value("startup_vectors")) // 4
+            found[number] = [image.functions_at[image.word(at) & ~1] for at in range(start + 4, start + size, 4)]
+    return found
 
 
 def source_priorities(root=ROOT):

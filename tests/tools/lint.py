@@ -19,8 +19,10 @@ ALLOWED = {
 }
 # the firmware's rooms from the bottom up: each may include itself and those before it; main.c stands on top of all
 FIRMWARE_ROOMS = ("settings", "control", "commission", "axis", "system", "operate")
-# whoever may name a particular axis: main, the interrupts' handlers, and the thread's way to sleep
-NAME_AXES = {"firmware/main.c", "firmware/system/handlers.c", "firmware/system/idle.c"}
+# whoever may name a particular axis: main and the interrupts' handlers
+NAME_AXES = {"firmware/main.c", "firmware/system/handlers.c"}
+# who may keep state between calls: where an interrupt, a reset or the core itself enters; tests/image names each variable
+KEEP_STATE = {"firmware/main.c", "firmware/system/postmortem.c"}
 SYSTEM_HEADERS = {"<stdint.h>", "<stddef.h>", "<stdbool.h>", "<limits.h>"}
 WIDTH = 128
 CODE = (".c", ".h", ".S", ".py", ".sh", ".ld", ".mk")
@@ -119,6 +121,15 @@ def check_target_code(path, text):
             yield number, "a register address outside drivers/"
 
 
+STATIC_VARIABLE = re.compile(r"^\s*static (?!inline\b)(?!.*\bconst\b)[^(]*$")
+
+
+def check_state(path, text):
+    for number, line in enumerate(without_comments(text).split("\n"), 1):
+        if STATIC_VARIABLE.match(line) and str(path) not in KEEP_STATE:
+            yield number, "a static variable: pass state on, in struct axis or a structure of its own"
+
+
 def check_format(paths):
     tool = "clang-format-14"
     result = subprocess.run([tool, "--dry-run", "-Werror", "--style=file", *map(str, paths)], cwd=ROOT,
@@ -147,6 +158,8 @@ def findings():
         checks = [] if path.name == "Makefile" else [check_text(path, text)]
         if path.parts[0] in TARGET_ROOMS and path.suffix in (".c", ".h", ".S"):
             checks += [check_includes(path, text), check_target_code(path, text)]
+        if path.parts[0] in TARGET_ROOMS and path.suffix == ".c":
+            checks.append(check_state(path, text))
         if path.suffix == ".py":
             checks.append(check_python(path))
         for check in checks:

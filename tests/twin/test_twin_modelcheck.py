@@ -109,6 +109,17 @@ def test_events_of_the_machine(tmp_path, event, right):
     assert answer.returncode == 1 and complaint in answer.stderr
 
 
+@pytest.mark.parametrize("line, complaint", [
+    ("after state=4,2 0.1 end", "two currents ID,IQ"), ("after stat=4 0.1 end", "there is no probe 'stat' yet"),
+    ("after state 0.1 end", "expected: after PROBE=VALUE"), ("after state=4,x 0.1 end", "'x' is not a number"),
+    ("after state=1,2,3,4,5 0.1 end", "at most 4 values"), ("after state=4 -1 end", "is 0...1e6 s"),
+    ("after state=4 0.1 lock 2", "wrong arguments, expected: lock 0|1"), ("after state=4 0.1 end now", "wrong arguments"),
+    ("after state=4 0.1 console on", "needs 'console CHARDEV_ID'")])
+def test_events_that_wait(tmp_path, line, complaint):
+    answer = bench(tmp_path, THOR, None, "map=x", lines=["probe state 0x20000000 u32 1", line])
+    assert answer.returncode == 1 and complaint in answer.stderr
+
+
 @pytest.mark.parametrize("argument, status", [("map=1", 1), ("map=1,2,3", 1), ("drag_rpm=0", 1), ("speed=3", 2)])
 def test_wrong_arguments(tmp_path, argument, status):
     answer = bench(tmp_path, THOR, None, argument)

@@ -138,5 +138,5 @@ def test_power_balance(run):
     shaft_w = run.torque_nm * means(run.trace["speed_rad_s"])
     missing_w = electrical_w - copper_w - rates(field_j) - shaft_w
     # what is missing is the copper loss of the current ripple, not in these means
-    assert abs(missing_w.mean()) < 1e-3 * electrical_w.mean()
+    assert abs(missing_w.mean()) < 1e-3 * np.abs(electrical_w).mean()  # driven and braked alike: their sum says nothing
     assert rms(blocks(missing_w)) < 1e-3 * np.abs(electrical_w).max()

@@ -210,18 +210,24 @@ static void hoist(void)
     coast(&m, 0.05);
     check_true("hoist: without drive it stops and is held", m.speed_rad_s == 0 && m.stuck);
     double lifted_j = m.energy_load_j;
-    m.load_nm = 1e-4;
+    m.load_nm = 1.2e-3;
     coast(&m, 0.01);
-    check_near("hoist: lowered, it overhauls (rad/s)", m.speed_rad_s, -5.1e-3 / j * 0.01, 1e-6);
+    check_true("hoist: it is not let down by less than a quarter", m.speed_rad_s == 0 && m.stuck);
+    m.load_nm = 1.3e-3;
+    coast(&m, 0.01);
+    check_near("hoist: lowered, it overhauls (rad/s)", m.speed_rad_s, -6.3e-3 / j * 0.01, 1e-6);
     check_true("hoist: it gives its energy back", m.energy_load_j < lifted_j);
     m = rigid_with(bench_no_load);
     m.hoist_nm = -5e-3;
     m.load_nm = 4.9e-3;
     coast(&m, 0.01);
     check_true("hoist that pulls forwards: less does not pull it back", m.speed_rad_s == 0 && m.theta_rad == 0);
-    m.load_nm = -1e-4;
+    m.load_nm = -1.2e-3;
     coast(&m, 0.01);
-    check_near("hoist that pulls forwards: overhauls forwards (rad/s)", m.speed_rad_s, 5.1e-3 / j * 0.01, 1e-6);
+    check_true("hoist that pulls forwards: nor is it by less than a quarter", m.speed_rad_s == 0 && m.stuck);
+    m.load_nm = -1.3e-3;
+    coast(&m, 0.01);
+    check_near("hoist that pulls forwards: overhauls forwards (rad/s)", m.speed_rad_s, 6.3e-3 / j * 0.01, 1e-6);
 }
 
 static void refusals(void)

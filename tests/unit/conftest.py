@@ -23,7 +23,7 @@ FLAGS = ["-std=gnu11", "-O1", "-g", "-fPIC", "-shared", "-fsanitize=undefined", 
 
 
 def sources():
-    firmware = [path for room in ROOMS for path in sorted((SOURCE / "firmware" / room).glob("*.c"))]
+    firmware = [path for room in ROOMS for path in sorted((SOURCE / "firmware" / room).glob("*.c")) if path.name != "device.c"]
     return firmware + sorted((SOURCE / "drivers" / "fabric").glob("*.c")) + sorted(
         path for path in (SOURCE / "lib").glob("*.c")) + sorted((HERE / "host").glob("*.c"))
 

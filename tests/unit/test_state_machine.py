@@ -16,6 +16,7 @@ class World:
         self.c, self.fabric, self.axis = c, c.fabric(), c.axis()
         c.axis_init(self.axis, self.fabric)
         identify(self.fabric)
+        self.axis.fabric_doubt = 0
         self.fabric.adc.VBUS = 13670  # 24 V of 57.5 V
         self.axis.state = c.AXIS_SWITCH_ON_DISABLED
         for _ in range(5):
@@ -141,6 +142,7 @@ def test_overspeed_counts_between_switching_on_and_off(world, c, sign):
     for state, found in zip(STATES, (False, True, True, True, True, False, False)):
         w = world(state)
         before = w.axis.faults.cause
+        w.axis.speed.ref_rpm_q16 = 1 << 24  # a quick stop is not over yet
         w.axis.loop.pll.speed_q32 = sign * ((w.axis.tuning.overspeed_w_q15 + 1) << 13)
         w.step()
         assert (w.axis.faults.cause == c.FAULT_OVERSPEED) == found, state

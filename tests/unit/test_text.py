@@ -12,7 +12,7 @@ INT32 = st.integers(-2**31, 2**31 - 1)
 
 def said(c, put, *args):
     c.host_said_bytes.value = 0
-    put(*args)
+    put(c.text(), *args)
     return bytes(c.host_said)[:c.host_said_bytes.value].decode()
 
 
@@ -74,3 +74,57 @@ def test_what_is_no_number(c, text):
 @given(st.text("ab", max_size=4), st.text("ab", max_size=4))
 def test_equal(c, one, other):
     assert c.text_equal(one.encode(), other.encode()) == (one == other)
+
+
+class Line:
+    """A transmitter with a clock: `room` characters, and a millisecond a wait; `alive`: each wait makes room for one."""
+    def __init__(self, c, room, alive):
+        self.c, self.alive, self.ms = c, alive, ctypes.c_uint32(2**32 - 5)
+        self.sleeps = ctypes.c_uint32.in_dll(c._library, "host_sleeps")
+        self.idle = c.structs["idle"]()
+        self.idle.time_ms = ctypes.pointer(self.ms)
+        self.text = c.structs["text"]()
+        self.text.idle = ctypes.pointer(self.idle)
+        c.host_said_bytes.value = len(c.host_said) - room
+        self.sleeps.value = c.host_watchdog_served.value = 0
+        self.hook = ctypes.CFUNCTYPE(None)(self.wait)
+        ctypes.c_void_p.in_dll(c._library, "host_on_sleep").value = ctypes.cast(self.hook, ctypes.c_void_p).value
+
+    def wait(self):
+        self.ms.value += 1
+        if self.alive:
+            self.c.host_said_bytes.value -= 1
+
+    def put(self, text):
+        before = self.sleeps.value
+        self.c.text_put(self.text, text)
+        return self.sleeps.value - before
+
+
+@pytest.fixture
+def line(c):
+    yield lambda room, alive: Line(c, room, alive)
+    ctypes.c_void_p.in_dll(c._library, "host_on_sleep").value = None
+
+
+def test_output_waits_for_a_transmitter_that_lives(c, line):
+    t = line(3, alive=True)
+    assert t.put(b"hello") == 2 and bytes(c.host_said)[-1:] == b"o"
+    assert not t.text.lost and c.host_watchdog_served.value == 2, "each room that came is a sign of life"
+
+
+def test_output_gives_up_a_transmitter_that_is_dead(c, line):
+    t = line(0, alive=False)
+    assert 20 <= t.put(b"hello") <= 22, "one patience for the first character, none for the rest"
+    assert t.text.lost and c.host_watchdog_served.value == 0, "waiting is no sign of life"
+    assert t.put(b"again") == 0
+    c.host_said_bytes.value -= 8
+    assert t.put(b"back") == 0 and bytes(c.host_said)[-8:-4] == b"back", "where there is room, it goes on"
+    assert t.put(b"more") == 0 and 20 <= t.put(b"!") <= 22, "and has patience again"
+
+
+@given(st.integers(0, 2**32 * 1000 - 1))
+@example(2**32)
+@example(999)
+def test_seconds_out(c, ms):
+    assert said(c, c.text_put_seconds, ms) == f"{ms // 1000}.{ms % 1000:03}"

@@ -3,31 +3,40 @@
 #include "drivers/cortex/cpu.h"
 #include "drivers/mss/mmuart.h"
 #include "drivers/mss/sysreg.h"
+#include "firmware/axis/device.h"
 #include "firmware/system/idle.h"
 #include "firmware/system/measure.h"
-#include "firmware/system/postmortem.h"
 
-uint32_t host_primask, host_basepri, host_sleeps;
+uint32_t host_primask, host_basepri, host_sleeps, host_watchdog_served;
 void (*host_on_sleep)(void);
+void (*host_on_mask)(uint32_t level);
 
-bool host_clocks_match = true;
+uint32_t host_device_fault; /* enum fault that the device has now */
 
 /* the console: what the firmware has said, what it is told */
 char host_said[65536], host_heard[4096];
 uint32_t host_said_bytes, host_heard_bytes, host_heard_taken;
 
-bool sysreg_clocks_match_board(void)
+bool device_guard_stack(void)
 {
-    return host_clocks_match;
+    return true;
 }
 
-size_t mmuart0_free_space(void)
+enum fault device_fault(void)
 {
+    return (enum fault)host_device_fault;
+}
+
+size_t mmuart_free_space(const struct mmuart *u)
+{
+    (void)u;
     return sizeof host_said - host_said_bytes;
 }
 
-bool mmuart0_get(char *character)
+bool mmuart_get(struct mmuart *u, char *character, bool *loss)
 {
+    (void)u;
+    (void)loss;
     if (host_heard_taken == host_heard_bytes) {
         return false;
     }
@@ -35,14 +44,27 @@ bool mmuart0_get(char *character)
     return true;
 }
 
-bool mmuart0_put(char character)
+bool mmuart_put(struct mmuart *u, char character)
 {
+    (void)u;
     host_said[host_said_bytes++] = character;
     return true;
 }
 
-void idle(void)
+uint32_t sysreg_edac_corrected(void)
 {
+    return 0u;
+}
+
+void idle_serve_watchdog(struct idle *i)
+{
+    (void)i;
+    host_watchdog_served++;
+}
+
+void idle(struct idle *i)
+{
+    (void)i;
     cpu_wait_for_interrupt();
 }
 
@@ -50,9 +72,4 @@ uint32_t measure_current_loop_cycles(const volatile uint32_t *time_ms)
 {
     (void)time_ms;
     return 217u;
-}
-
-const struct postmortem *postmortem_record(void)
-{
-    return NULL;
 }

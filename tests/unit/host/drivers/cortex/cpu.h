@@ -10,6 +10,9 @@ extern uint32_t host_primask, host_basepri, host_sleeps;
 /* Called in place of a wait for an interrupt: a test lets time pass here. */
 extern void (*host_on_sleep)(void);
 
+/* Called before interrupts below a level are held back, 0 lets them come: a test may be such an interrupt. */
+extern void (*host_on_mask)(uint32_t level);
+
 static inline uint32_t cpu_irq_save(void)
 {
     const uint32_t before = host_primask;
@@ -35,6 +38,9 @@ static inline void cpu_irq_disable(void)
 static inline uint32_t cpu_mask_below(uint32_t level)
 {
     const uint32_t before = host_basepri;
+    if (host_on_mask != 0) {
+        host_on_mask(level);
+    }
     host_basepri = level & 15u;
     return before;
 }

@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/start.h"
+
+#include "firmware/axis/axis.h"
+#include "lib/q15.h"
+
+#define TURNING_TRIES 8u /* of 128 ms each: so long a rotor may run out */
+
+enum start_phase {
+    START_CALIBRATE,
+    START_PWM, /* one step for the PWM to run before the gates open */
+    START_WIRING,
+    START_ALIGN,
+    START_FOLLOW, /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
+};
+
+static uint32_t latched(const struct axis *a)
+{
+    return encoder_latched(&a->fabric->encoder);
+}
+
+/* ---- index ---- */
+
+static bool index_seen(const struct axis *a)
+{
+    return (encoder_status(&a->fabric->encoder) & ENCODER_STATUS_INDEX_SEEN) != 0u;
+}
+
+static uint32_t index_q32(const struct axis *a)
+{
+    return encoder_index(&a->fabric->encoder) * a->loop.encoder_scale_q32;
+}
+
+void start_learn_index(struct axis *a)
+{
+    if (a->start.aligned && !a->start.index_known && index_seen(a)) {
+        a->start.index_offset_q32 = a->loop.angle_offset_q32 + index_q32(a);
+        a->start.index_known = true;
+    }
+}
+
+static void take_offset_from_index(struct axis *a)
+{
+    if (!a->start.aligned && a->start.index_known && index_seen(a)) {
+        a->loop.angle_offset_q32 = a->start.index_offset_q32 - index_q32(a);
+        a->start.aligned = true;
+    }
+}
+
+void start_forget(struct axis *a)
+{
+    a->start.aligned = false;
+    a->start.index_known = false;
+}
+
+/* ---- the way ---- */
+
+void start_begin(struct axis *a)
+{
+    struct start *const s = &a->start;
+    take_offset_from_index(a);
+    if (!s->aligned) { /* the observer's angle may be of another scale */
+        pll_reset(&a->loop.pll, latched(a) * a->loop.encoder_scale_q32);
+    }
+    calibration_start(&s->calibration);
+    s->latched = latched(a);
+    s->tries = 0;
+    s->phase = START_CALIBRATE;
+}
+
+/* In counts, since the zero of the sensors was begun: the shorter way round. */
+static int32_t moved(const struct axis *a)
+{
+    const int32_t way = (int32_t)latched(a) - (int32_t)a->start.latched;
+    const int32_t size = q15_abs(way);
+    return q15_min(size, a->tuning.encoder_counts - size);
+}
+
+/* An aligned drive may start turning; whose angle has to be found must stand. */
+static void leave_calibration(struct axis *a)
+{
+    struct start *const s = &a->start;
+    if (s->aligned || moved(a) <= 2 + a->tuning.encoder_counts / 1024) {
+        corepwm_enable_legs(&a->fabric->pwm, true);
+        s->phase = START_PWM;
+        return;
+    }
+    s->tries++;
+    if (s->tries >= TURNING_TRIES) {
+        axis_raise_with(a, FAULT_ROTOR_TURNING, moved(a), a->tuning.encoder_counts);
+    }
+    calibration_start(&s->calibration);
+    s->latched = latched(a);
+}
+
+static void step_calibration(struct axis *a)
+{
+    switch (calibration_step(&a->start.calibration, &a->fabric->adc)) {
+    case CALIBRATION_DONE:
+        leave_calibration(a);
+        break;
+    case CALIBRATION_OUT_OF_RANGE:
+        axis_raise(a, FAULT_CURRENT_OFFSET);
+        break;
+    case CALIBRATION_RUNNING:
+    default:
+        break;
+    }
+}
+
+static void step_wiring(struct axis *a)
+{
+    struct start *const s = &a->start;
+    switch (wiring_step(&s->wiring, &a->loop, &a->tuning, &a->fabric->adc)) {
+    case WIRING_GOOD:
+        alignment_start(&s->alignment, &a->loop, &a->tuning, latched(a));
+        s->phase = START_ALIGN;
+        break;
+    case WIRING_OPEN:
+        axis_raise_with(a, FAULT_OPEN_PHASE, s->wiring.phase, 0);
+        break;
+    case WIRING_SIGN:
+        axis_raise_with(a, FAULT_SENSOR_SIGN, s->wiring.phase, 0);
+        break;
+    case WIRING_RUNNING:
+    default:
+        break;
+    }
+}
+
+static const enum fault fault_of_alignment[] = {
+    [ALIGNMENT_ENCODER_DEAD] = FAULT_ENCODER_DEAD, [ALIGNMENT_DIRECTION] = FAULT_ENCODER_DIRECTION,
+    [ALIGNMENT_POLE_PAIRS] = FAULT_POLE_PAIRS,     [ALIGNMENT_COUNTS] = FAULT_ENCODER_COUNTS,
+    [ALIGNMENT_BLOCKED] = FAULT_ROTOR_BLOCKED,     [ALIGNMENT_LOAD] = FAULT_LOAD_TOO_HIGH,
+};
+
+static void step_alignment(struct axis *a)
+{
+    struct alignment *const m = &a->start.alignment;
+    const enum alignment_result result = alignment_step(m, &a->loop, &a->tuning, latched(a));
+    if (result == ALIGNMENT_DONE) {
+        a->start.aligned = true;
+        a->start.phase = START_FOLLOW;
+    } else if (result != ALIGNMENT_RUNNING) {
+        axis_raise_with(a, fault_of_alignment[result], m->detail[0], m->detail[1]);
+    }
+}
+
+/* The bridge on, the field's angle from `source`. */
+static void follow(struct axis *a, enum loop_source source)
+{
+    current_loop_off(&a->loop, a->fabric);
+    if (current_loop_select(&a->loop, a->fabric, source, LOOP_SENSE_AB)) {
+        current_loop_on(&a->loop, a->fabric, &a->tuning);
+    } else {
+        axis_raise(a, FAULT_FABRIC); /* the gate does not let go */
+    }
+}
+
+bool start_step(struct axis *a)
+{
+    struct start *const s = &a->start;
+    switch (s->phase) {
+    case START_CALIBRATE:
+        step_calibration(a);
+        return false;
+    case START_PWM:
+        follow(a, s->aligned ? LOOP_ENCODER : LOOP_FORCED);
+        wiring_start(&s->wiring);
+        s->phase = s->aligned ? START_FOLLOW : START_WIRING;
+        return false;
+    case START_WIRING:
+        step_wiring(a);
+        return false;
+    case START_ALIGN:
+        step_alignment(a);
+        return false;
+    case START_FOLLOW:
+    default:
+        if (a->loop.source != LOOP_ENCODER) {
+            follow(a, LOOP_ENCODER);
+        }
+        return true;
+    }
+}
+
+const struct tuning *start_tuning(const struct axis *a)
+{
+    return a->state == AXIS_SWITCHED_ON && a->start.phase == START_WIRING ? &wiring_tuning : &a->tuning;
+}

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT */
+/* What others may know of a running axis. */
+#include "drivers/cortex/cpu.h"
+#include "firmware/axis/axis.h"
+
+uint64_t axis_up_ms(const struct axis *a)
+{
+    uint32_t wraps;
+    uint32_t ms;
+    do {
+        wraps = a->time_wraps;
+        ms = a->time_ms;
+    } while (wraps != a->time_wraps);
+    return ((uint64_t)wraps << 32) | ms;
+}
+
+struct axis_status axis_status(const struct axis *a)
+{
+    const volatile struct current_loop *const loop = &a->loop;
+    const uint32_t mask = cpu_irq_save();
+    const struct axis_status status = {
+        .state = a->state,
+        .fault = a->faults.cause,
+        .speed_rpm_q4 = a->speed.speed_rpm_q4,
+        .speed_ref_rpm_q4 = a->speed.speed_ref_rpm_q4,
+        .i_d_q15 = loop->i_d_q15,
+        .i_q_q15 = loop->i_q_q15,
+        .i_d_ref_q15 = loop->i_d_ref_q15,
+        .i_q_ref_q15 = loop->i_q_ref_q15,
+        .vbus_q15 = loop->vbus_q15,
+        .up_ms = axis_up_ms(a),
+    };
+    cpu_irq_restore(mask);
+    return status;
+}

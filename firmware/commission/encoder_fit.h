@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * How many counts the encoder gave to an electrical turn, against what pole_pairs and encoder_counts promise. If they do not
+ * fit, one of the two is wrong, and one electrical turn cannot always say which: where another whole number of pole pairs
+ * would do, that is named first, since pole pairs come in whole numbers and counts as often as not do not fit then; four times
+ * the counts are lines taken for counts. Either way both values that would fit are told.
+ */
+#ifndef FIRMWARE_COMMISSION_ENCODER_FIT_H
+#define FIRMWARE_COMMISSION_ENCODER_FIT_H
+
+#include <stdint.h>
+
+enum encoder_fit_verdict {
+    ENCODER_FITS,
+    ENCODER_POLE_PAIRS,
+    ENCODER_COUNTS,
+};
+
+struct encoder_fit {
+    enum encoder_fit_verdict verdict;
+    int32_t pole_pairs;     /* that would fit if encoder_counts is right; 0: none would */
+    int32_t encoder_counts; /* that would fit if pole_pairs is right */
+};
+
+/*
+ * `counts_two_turns`: counts of two electrical turns, one each way, positive. 1.3 % is the least that is told: eccentricity
+ * of the disc and the rotor's swinging stay below it, two counts in a hundred do not. Slow loop; 32-bit divisions.
+ */
+struct encoder_fit encoder_fit(int32_t counts_two_turns, int32_t pole_pairs, int32_t encoder_counts);
+
+#endif

@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/control/speed_estimate.h"
+
+#include "lib/q15.h"
+
+#define CLOCKS_LOST   (1u << 28) /* 2.7 s without an edge: at rest, long before the clock wraps */
+#define MS_Q29        5369u      /* a clock of 10 ns in milliseconds */
+#define CLOCKS_SHORT  32768u     /* below a third of a millisecond: the shaft was jerked, and its speed means nothing */
+#define PLACE_OFF_Q16 32768      /* half a count too early or too late: the speed has changed, nothing is learned */
+#define PLACE_SHIFT   6          /* 1/64 of it is believed */
+#define EDGES_LEARNED 32         /* in a step; beyond, their places have been learned on the way */
+#define MAX_Q15       (1 << 30)  /* 32768 rpm, or as much way in a millisecond */
+#define FAST_RPM_Q15  (15000 * 32768)
+#define BOUND_Q8      288 /* an eighth over a count: edges stand a little apart from their places */
+
+struct reading {
+    uint32_t count, edge_clock, latch_clock;
+};
+
+/* All three of one trigger: if another came meanwhile, they are read again, and a third cannot be so near. */
+static struct reading read_encoder(const struct encoder_regs *encoder)
+{
+    struct reading r;
+    uint32_t before;
+    do {
+        before = encoder_latch_clock(encoder);
+        r = (struct reading){encoder_latched(encoder), encoder_edge_clock(encoder), encoder_latch_clock(encoder)};
+    } while (r.latch_clock != before);
+    return r;
+}
+
+/*
+ * The counter has gone round, or the shaft has turned by more than a quarter: above a quarter of a turn a millisecond more
+ * than half a turn is meant, in the direction it turns.
+ */
+static __attribute__((noinline)) int32_t unwrapped(int32_t moved, int32_t speed_rpm_q15, int32_t counts)
+{
+    const int32_t quarters = speed_rpm_q15 > FAST_RPM_Q15 ? 1 : (speed_rpm_q15 < -FAST_RPM_Q15 ? 3 : 2);
+    const int32_t least = -(counts >> 2) * quarters;
+    const int32_t beyond = moved - least;
+    return moved + (beyond < 0 ? counts : (beyond >= counts ? -counts : 0));
+}
+
+static int32_t counts_moved(const struct speed_estimate *e, uint32_t count, int32_t counts)
+{
+    const int32_t moved = (int32_t)(count - e->count);
+    return q15_abs(moved) <= counts >> 2 ? moved : unwrapped(moved, e->speed_rpm_q15, counts);
+}
+
+static int32_t limited(int64_t x)
+{
+    return x > MAX_Q15 ? MAX_Q15 : (x < -MAX_Q15 ? -MAX_Q15 : (int32_t)x);
+}
+
+/*
+ * way_q8 counts in so many clocks, as a speed. The reciprocal's 15 bits at a millisecond become fewer as the edges grow apart,
+ * and the speed smaller; what has been turned is counted, not integrated.
+ */
+static int32_t speed_of(int32_t way_q8, uint32_t clocks, const struct tuning *t)
+{
+    const uint32_t reciprocal_q32 = UINT32_MAX / (clocks < CLOCKS_SHORT ? CLOCKS_SHORT : clocks);
+    const int32_t of_a_part = (int32_t)(((uint64_t)reciprocal_q32 * t->speed_per_count) >> 16);
+    return limited(((int64_t)way_q8 * of_a_part) >> 12);
+}
+
+/* The way of a speed in a time; up to 2.6 ms without a second long product. */
+static int32_t way_q15(int32_t speed_rpm_q15, uint32_t clocks)
+{
+    if (clocks < 1u << 18) {
+        return (int32_t)(((int64_t)speed_rpm_q15 * (int32_t)(clocks * MS_Q29)) >> 29);
+    }
+    return limited(((int64_t)speed_rpm_q15 * (int32_t)(((uint64_t)clocks * MS_Q29) >> 13)) >> 16);
+}
+
+/* At the speed before, the shaft would have turned so much farther: so the two edges are. What one gains the other loses. */
+static void learn(struct speed_estimate *e, uint32_t from, uint32_t to, int32_t farther_q15, const struct tuning *t)
+{
+    const int32_t off_q16 = (int32_t)(((int64_t)farther_q15 * t->count_per_way_q16) >> 16);
+    if (q15_abs(off_q16) < PLACE_OFF_Q16) {
+        e->place_q16[to & 3u] += off_q16 >> PLACE_SHIFT;
+        e->place_q16[from & 3u] -= off_q16 >> PLACE_SHIFT;
+    }
+}
+
+/* An edge has come. Returns the way from the one before. */
+static int32_t take_edge(struct speed_estimate *e, const struct reading *r, const struct tuning *t)
+{
+    const int32_t moved = counts_moved(e, r->count, t->encoder_counts);
+    const int32_t backwards = moved != 0 ? (moved < 0) : e->backwards;
+    const uint32_t from = e->count + (uint32_t)e->backwards;
+    const uint32_t to = r->count + (uint32_t)backwards;
+    const int32_t edges = moved + backwards - e->backwards;
+    const int32_t way_q8 = edges * 256 + (e->place_q16[to & 3u] >> 8) - (e->place_q16[from & 3u] >> 8);
+    const int32_t turned_q15 = (int32_t)(((int64_t)way_q8 * t->way_per_count_q12) >> 12);
+    const uint32_t clocks = r->edge_clock - e->clock;
+    if (!e->lost) {
+        const int32_t before_rpm_q15 = e->speed_rpm_q15;
+        e->speed_rpm_q15 = speed_of(way_q8, clocks, t);
+        e->interval_clocks = clocks;
+        if (q15_abs(edges) <= EDGES_LEARNED) {
+            learn(e, from, to, way_q15(before_rpm_q15 - e->speed_rpm_q15, clocks), t);
+        }
+    }
+    e->count = r->count;
+    e->backwards = backwards;
+    e->clock = r->edge_clock;
+    e->lost = false;
+    return turned_q15;
+}
+
+/* None has come, for so long. */
+static void wait_for_edge(struct speed_estimate *e, uint32_t clocks, const struct tuning *t)
+{
+    const int32_t bound_rpm_q15 = speed_of(BOUND_Q8, clocks, t);
+    e->speed_rpm_q15 = q15_clamp(e->speed_rpm_q15, -bound_rpm_q15, bound_rpm_q15);
+    e->interval_clocks = clocks > e->interval_clocks ? clocks : e->interval_clocks;
+}
+
+void speed_estimate_reset(struct speed_estimate *e)
+{
+    *e = (struct speed_estimate){.interval_clocks = CLOCKS_LOST, .lost = true};
+}
+
+void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *encoder, const struct tuning *t)
+{
+    const struct reading r = read_encoder(encoder);
+    const uint32_t age = r.latch_clock - r.edge_clock;
+    int32_t turned_q15 = -e->beyond_q15;
+    if (r.edge_clock != e->clock || r.count != e->count) {
+        turned_q15 += take_edge(e, &r, t);
+    } else if (!e->lost) {
+        wait_for_edge(e, age, t);
+    }
+    if (age > CLOCKS_LOST || e->lost) {
+        e->lost = true;
+        e->speed_rpm_q15 = 0;
+        turned_q15 += e->beyond_q15; /* and there it stays */
+    } else {
+        e->beyond_q15 = way_q15(e->speed_rpm_q15, age);
+        turned_q15 += e->beyond_q15;
+    }
+    e->travel_q15 = turned_q15;
+}

@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/control/torque.h"
+
+#include "lib/limit.h"
+#include "lib/q15.h"
+
+#define SINK_SHIFT    3 /* time constant of the observed power: 8 periods */
+#define MISSING_SHIFT 2 /* of the missing energy a quarter in a period */
+#define BURN_SHIFT    4 /* from nothing to i_max in 16 periods */
+#define FADE_SHIFT    4 /* and back in 16 times as many: the observed power must not lag behind */
+
+static int32_t bus_energy_q25(int32_t vbus_q15, const struct tuning *t)
+{
+    return ((vbus_q15 * vbus_q15) >> 15) * t->bus_energy_q10;
+}
+
+void torque_measure(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
+                    int32_t vbus_q15)
+{
+    const int32_t energy_q25 = bus_energy_q25(vbus_q15, t);
+    const int32_t growth_q15 = (energy_q25 - s->energy_q25) >> 10;
+    s->emf_q15 = q15_sat16((current_loop_w_q15(c) * t->torque_emf_q11) >> 11);
+    const int32_t braking_q15 = -((s->torque_q15 * s->emf_q15) >> 15);
+    const int32_t sink_q18 = s->sink_q18 + braking_q15 - growth_q15 - (s->sink_q18 >> SINK_SHIFT);
+    s->sink_q18 = q15_clamp(sink_q18, 0, Q15_ONE << SINK_SHIFT);
+    s->energy_q25 = energy_q25;
+}
+
+/* What the voltage carries: it is asked only where it does not carry all, for the division and the search take their time. */
+static int32_t voltage_limit(const struct torque_map *m, int32_t w_q15, int32_t radius_q15)
+{
+    const uint32_t w = (uint32_t)q15_abs(w_q15);
+    const uint32_t usable_q15 = (uint32_t)(radius_q15 * 19) / 20u;
+    if (w * (uint32_t)m->flux_max_q10 <= usable_q15 << 10) {
+        return m->torque_max_q15;
+    }
+    return q15_min(torque_map_reach(m, m->flux_q15, (int32_t)(usable_q15 * 32768u / w)), m->torque_max_q15);
+}
+
+static struct interval bus_limits(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4)
+{
+    if (q15_abs(speed_rpm_q4) < TORQUE_BUS_FREE_RPM_Q4) {
+        return interval_both_ways(Q15_ONE);
+    }
+    const int32_t missing_q15 = (t->bus_set_energy_q25 - s->energy_q25) >> (10 + MISSING_SHIFT);
+    const int32_t allowed_q15 = q15_clamp(missing_q15 + (s->sink_q18 >> SINK_SHIFT), 0, 2 * Q15_ONE - 1);
+    const int32_t size_q15 = q15_abs(s->emf_q15);
+    if (allowed_q15 >= size_q15) {
+        return interval_both_ways(Q15_ONE);
+    }
+    return interval_one_way(-s->emf_q15, (int32_t)(((uint32_t)allowed_q15 << 15) / (uint32_t)size_q15), Q15_ONE);
+}
+
+static struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4)
+{
+    const int32_t room_rpm_q4 = t->speed_max_rpm_q4 - q15_abs(speed_rpm_q4);
+    const int64_t faster_q16 = (int64_t)q15_max(room_rpm_q4, 0) * t->speed_kp_q16;
+    const int32_t faster_q15 = faster_q16 >> 16 > Q15_ONE ? Q15_ONE : (int32_t)(faster_q16 >> 16);
+    return interval_one_way(speed_rpm_q4, faster_q15, Q15_ONE);
+}
+
+void torque_set_limits(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
+                       const struct torque_view *v)
+{
+    const int32_t w_q15 = current_loop_w_q15(c);
+    const int32_t i_limit_q15 = q15_clamp(v->i_limit_q15, 0, t->i_max_q15);
+    int32_t size_q15 = voltage_limit(&s->map, w_q15, c->radius_q15);
+    if (i_limit_q15 < t->i_max_q15) {
+        size_q15 = q15_min(size_q15, torque_map_reach(&s->map, s->map.current_q15, i_limit_q15));
+    }
+    const struct interval bus = bus_limits(s, t, v->speed_rpm_q4);
+    struct interval limits = interval_meet(bus, interval_both_ways(size_q15));
+    if (v->limit_speed) {
+        limits = interval_meet(limits, speed_limits(t, v->speed_rpm_q4));
+    }
+    s->i_limit_q15 = i_limit_q15;
+    s->bus = bus;
+    s->limits = limits;
+}
+
+/* Whether nothing but the bus holds the wish back. */
+static bool bus_decides(const struct torque_control *s, int32_t wish_q15)
+{
+    return wish_q15 != s->torque_q15 && (s->torque_q15 == s->bus.low || s->torque_q15 == s->bus.high);
+}
+
+static void follow_burn(struct torque_control *s, const struct tuning *t, bool wanted)
+{
+    const int32_t step_q15 = (t->i_max_q15 >> BURN_SHIFT) + 1;
+    s->burn_q15 = q15_clamp(s->burn_q15 + (wanted ? step_q15 : -(step_q15 >> FADE_SHIFT) - 1), 0, t->burn_max_q15);
+}
+
+/* The q current that makes the torque beside a d current other than the map's: torque over psi - (L_q - L_d) i_d. */
+static int32_t i_q_beside(const struct tuning *t, int32_t torque_q15, int32_t i_d_q15)
+{
+    const int32_t flux_q11 = (t->emf_q12 >> 1) - ((t->saliency_q11 * i_d_q15) >> 15);
+    return torque_q15 * t->torque_emf_q11 / q15_max(flux_q11, 1);
+}
+
+/* Burning keeps the amplitude within its limit, and reluctance from adding to the torque. */
+static void set_burning(const struct torque_control *s, volatile struct current_loop *c, const struct tuning *t,
+                        int32_t i_d_q15, int32_t i_q_q15)
+{
+    const int32_t rest_q15 = circle_rest_q15(i_q_q15, s->i_limit_q15);
+    const int32_t burning_q15 = q15_max(i_d_q15 - s->burn_q15, -q15_min(rest_q15, t->burn_max_q15));
+    c->i_d_ref_q15 = burning_q15;
+    c->i_q_ref_q15 = q15_clamp(i_q_beside(t, s->torque_q15, burning_q15), -q15_abs(i_q_q15), q15_abs(i_q_q15));
+}
+
+void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15)
+{
+    s->torque_q15 = interval_clamp(s->limits, wish_q15);
+    follow_burn(s, t, bus_decides(s, wish_q15));
+    const int32_t size_q15 = q15_abs(s->torque_q15);
+    const int32_t i_d_q15 = torque_map_at(&s->map, s->map.i_d_q15, size_q15);
+    const int32_t i_q_q15 = torque_map_at(&s->map, s->map.i_q_q15, size_q15);
+    if (s->burn_q15 > 0) {
+        set_burning(s, c, t, i_d_q15, i_q_q15);
+        return;
+    }
+    c->i_d_ref_q15 = i_d_q15;
+    c->i_q_ref_q15 = s->torque_q15 < 0 ? -i_q_q15 : i_q_q15;
+}
+
+void torque_rest(struct torque_control *s)
+{
+    s->torque_q15 = 0;
+    s->burn_q15 = 0;
+}

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * From a wish for torque to i_d and i_q: the one place that speed control, torque control and every stop ask. Once a
+ * millisecond, in the slow loop.
+ *
+ * Limits by construction: each limiter yields an interval that contains 0 (interval.h), and the wish is clamped to what they
+ * leave in common. Nothing is added after that, so no limiter can turn a torque round.
+ *
+ *   current   i_max, or less if the thermal model asks for it
+ *   voltage   the largest torque whose flux the bus voltage still carries at the present speed, less 5 % for the resistance
+ *             and for control. Beyond it the d axis, which comes first, takes the voltage that q needs, and a braking current
+ *             runs away. Nothing where the magnets' flux alone fills the circle
+ *   bus       braking only: what keeps the bus voltage below v_max, whatever the supply takes back
+ *   speed     torque control only: the speed controller's own proportional part towards speed_max, so as stable as that is
+ *
+ * The bus. Of the power that braking puts in, a part goes away (windings, iron, chopper, supply) and the rest charges the
+ * capacitor: dW/dt = P - S, W = C v^2 / 2. S is observed from the two others. Allowed is what S takes, and in each
+ * millisecond a quarter of the energy that is missing up to v_set, 4 % below v_max: the voltage creeps up to v_set and stays,
+ * whatever S is (compare Hur, Jung, Nam: "A fast dynamic DC-link power-balancing scheme for a PWM converter-inverter system",
+ * IEEE Trans. Ind. Electron. 48(4), 2001). S contains the losses, so neither R nor friction need be known.
+ *
+ * Where the bus allows less than is wished, a current against the magnets burns power in the windings: it makes no torque,
+ * lowers the voltage, and S grows by it. It ends where it cancels the magnets' flux.
+ */
+#ifndef FIRMWARE_CONTROL_TORQUE_H
+#define FIRMWARE_CONTROL_TORQUE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/control/current_loop.h"
+#include "firmware/control/interval.h"
+#include "firmware/settings/torque_map.h"
+#include "firmware/settings/tuning.h"
+
+/* Below this speed the bus sets no limit: what a rotor gives back there is less than its windings take. */
+#define TORQUE_BUS_FREE_RPM_Q4 (30 * 16)
+
+/* Power is per unit, Q15: 1.0 = 1.5 v_range i_range. Energy: what that brings in a slow period, with 10 more bits. */
+struct torque_control {
+    int32_t torque_q15;     /* asked for in the last step, after the limits */
+    struct interval limits; /* what the limiters leave in common */
+    struct interval bus;    /* what the bus alone allows */
+    int32_t i_limit_q15;    /* of the currents' amplitude */
+    int32_t emf_q15;        /* power that a torque of 1.0 makes at the present speed */
+    int32_t energy_q25;     /* of the bus capacitor */
+    int32_t sink_q18;       /* power that goes away while the motor brakes; >= 0 */
+    int32_t burn_q15;       /* d current against the magnets that makes no torque; >= 0 */
+    struct torque_map map;  /* of the last switching on */
+};
+
+/* What the limits depend on besides speed and voltage. */
+struct torque_view {
+    int32_t speed_rpm_q4;
+    int32_t i_limit_q15; /* of the thermal model; i_max where it sets none */
+    bool limit_speed;
+};
+
+/* Watches the bus, with its voltage of now: the current loop's is a period old. Every slow period, whatever the state. */
+void torque_measure(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
+                    int32_t vbus_q15);
+
+/* Works out s->limits. Every slow period in operation, before a wish is made. */
+void torque_set_limits(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
+                       const struct torque_view *v);
+
+/* Sets both current references for the wish, as far as the limits go. */
+void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15);
+
+/* The bridge goes off. */
+void torque_rest(struct torque_control *s);
+
+#endif

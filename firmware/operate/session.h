@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: MIT */
+/* Who talks to whom: what a command needs to carry out its line and to answer. */
+#ifndef FIRMWARE_OPERATE_SESSION_H
+#define FIRMWARE_OPERATE_SESSION_H
+
+#include "firmware/axis/axis.h"
+#include "firmware/operate/text.h"
+#include "firmware/system/postmortem.h"
+
+struct session {
+    struct text out;
+    struct axis *axis;                  /* the one that commands are for */
+    const struct postmortem *last_life; /* how the last life of the program ended */
+};
+
+#endif

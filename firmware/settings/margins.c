@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/settings/margins.h"
+
+#include "firmware/settings/config.h"
+#include "lib/polar.h"
+
+#define TURN_U16         65536
+#define MARGIN_U16       (TURN_U16 * MARGIN_DEG / 360)
+#define INTEGRAL_LAG_U16 2486     /* 13.654 degrees */
+#define CROSSOVER_E4     10291    /* of the speed loop over its bandwidth */
+#define SPEED_BW_MAX_HZ  1024     /* where bisection begins: beyond any */
+#define SIN_15_OVER_PI   823846LL /* 2 sin(15 degrees) / (2 pi) in 1e-7 */
+
+/* Of the speed loop, in microseconds: see margins.h. */
+#define SLOW_US  (1000000 / (int32_t)CONFIG_SLOW_HZ)
+#define LOOP_US  (1000000 / (int32_t)CONFIG_PWM_HZ)
+#define DELAY_US (SLOW_US + LOOP_US + SLOW_US / 8)
+
+int32_t margin_current_bw_hz(void)
+{
+    return (int32_t)(CONFIG_PWM_HZ * SIN_15_OVER_PI / 10000000);
+}
+
+int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz)
+{
+    const int32_t crossover_e4 = speed_bw_hz * CROSSOVER_E4;
+    const int32_t current_lag = (int32_t)(atan2_q32(crossover_e4, current_bw_hz * 10000) >> 16);
+    const int32_t delay = (int32_t)((int64_t)crossover_e4 * DELAY_US * TURN_U16 / 10000000000LL);
+    return TURN_U16 / 4 - INTEGRAL_LAG_U16 - current_lag - delay;
+}
+
+int32_t margin_speed_bw_hz(int32_t current_bw_hz)
+{
+    int32_t works = 0;
+    int32_t fails = SPEED_BW_MAX_HZ;
+    while (fails - works > 1) {
+        const int32_t middle = (works + fails) / 2;
+        if (margin_of_speed_u16(middle, current_bw_hz) >= MARGIN_U16) {
+            works = middle;
+        } else {
+            fails = middle;
+        }
+    }
+    return works;
+}
+
+/* A count a slow period is 60 * CONFIG_SLOW_HZ / counts rpm; the gain grows with the bandwidth. */
+int32_t margin_resolution_bw_hz(const struct params *p, const struct tuning *t)
+{
+    const int64_t allowed_q16 = (int64_t)MARGIN_COUNTS_ASK * t->i_max_q15 * 65536 * p->encoder_counts; /* below 2^51 */
+    const int64_t asked_q16 = (int64_t)t->speed_kp_q16 * 60 * 16 * CONFIG_SLOW_HZ;
+    const int64_t bw = allowed_q16 * p->speed_bw_hz / asked_q16;
+    return bw > INT32_MAX ? INT32_MAX : (int32_t)bw;
+}

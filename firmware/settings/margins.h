@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What bandwidths leave a phase margin of MARGIN_DEG: the drive refuses more, and names the largest that works. Thread.
+ *
+ * Current loop. Between sample and new voltage passes a period, the plant integrates: L(z) = a / (z (z - 1)) with
+ * a = 2 pi f / f_pwm.
+ * |L| = 1 where a = 2 sin(x / 2), x in radians a sample, and the margin there is 90 degrees - 1.5 x: 45 degrees at x = 30.
+ *
+ * Speed loop. L = w/s (1 + w/(4s)) crosses over at 1.0291 w. From the 90 degrees there go
+ *   13.65 degrees to the integral, atan(1/4.1166),
+ *   the lag of the current loop, atan(1.0291 f / current_bw_hz),
+ *   the delay: the estimate is the mean of a slow period, half of it old; what it asks for is held for one, half of it again;
+ *   a sampling period each until it is read and taken; and half the distance of two edges, four a slow period (below that
+ *   speed the estimate is older, and the loop's gains follow it: speed_loop.h).
+ * Resolution. Edges stand up to a tenth of a count off, until the estimate has learned where. So much within a slow period may
+ * ask for the largest current, a count for MARGIN_COUNTS_ASK times that.
+ */
+#ifndef FIRMWARE_SETTINGS_MARGINS_H
+#define FIRMWARE_SETTINGS_MARGINS_H
+
+#include <stdint.h>
+
+#include "firmware/settings/params.h"
+#include "firmware/settings/tuning.h"
+
+#define MARGIN_DEG        45
+#define MARGIN_COUNTS_ASK 10
+
+/* The largest current_bw_hz with the margin. */
+int32_t margin_current_bw_hz(void);
+
+/* The phase margin of the speed loop at a bandwidth, in 65536ths of a turn. Range: 1 Hz and more. */
+int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz);
+
+/* The largest speed_bw_hz with the margin; 0 if there is none. Some hundred cycles a bit. */
+int32_t margin_speed_bw_hz(int32_t current_bw_hz);
+
+/* The largest speed_bw_hz that the encoder resolves with this inertia: of `t`, whose gains are for p's bandwidth. */
+int32_t margin_resolution_bw_hz(const struct params *p, const struct tuning *t);
+
+#endif

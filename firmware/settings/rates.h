@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The PWM rate, the dead time and all that follows from them and from the fabric's clock, as plain numbers: C and assembly
+ * read the same. Change the first two here or give them to make (PWM_HZ=40000 DEAD_TIME_NS=500): the rest follows, or
+ * config.h stops the compiler and says why.
+ */
+#ifndef FIRMWARE_SETTINGS_RATES_H
+#define FIRMWARE_SETTINGS_RATES_H
+
+#include "drivers/fabric/offsets.h"
+
+#ifndef CONFIG_PWM_HZ
+#define CONFIG_PWM_HZ 20000
+#endif
+#ifndef CONFIG_DEAD_TIME_NS
+#define CONFIG_DEAD_TIME_NS 1000
+#endif
+
+/* PWM, sampling and current loop run in step. A dead time between two counts is rounded up. */
+#define CONFIG_PWM_COUNTS  (FABRIC_HZ / CONFIG_PWM_HZ)
+#define CONFIG_DEAD_COUNTS ((FABRIC_HZ / 1000000 * CONFIG_DEAD_TIME_NS + 999) / 1000)
+
+/* state machine, speed loop and supervision */
+#define CONFIG_SLOW_HZ        1000
+#define CONFIG_LOOPS_PER_SLOW (CONFIG_PWM_HZ / CONFIG_SLOW_HZ)
+
+/* Electrical frequency that is 1.0 in w_q15: 1/16 turn a period, because w_q15 is the observer's Q32 speed shifted by 13. */
+#define CONFIG_SPEED_BASE_HZ (CONFIG_PWM_HZ / 16)
+
+/*
+ * Radius of the voltage circle, in counts of half the on-time: a phase reaches Vbus/sqrt(3) with space vectors, and of each
+ * half of the period two dead times are lost, because the edges of both sides and their dead times must fit into the period.
+ * Some counts are kept for rounding.
+ */
+#define CONFIG_RADIUS(steps) ((CONFIG_PWM_COUNTS - 4 * CONFIG_DEAD_COUNTS - 8) * (steps) / 2 * 18919 / 32768)
+
+/*
+ * The loop's voltages are in steps of 2^-CONFIG_V_SHIFT counts of half the on-time: as fine as leaves the radius within 16
+ * bits, and so above half of that. The observer's gains keep its double pole near 1250 rad/s (lib/pll.h): 2^-(kp + 1) a
+ * period.
+ */
+#if CONFIG_RADIUS(32) <= 32766
+#define CONFIG_V_SHIFT 5
+#elif CONFIG_RADIUS(16) <= 32766
+#define CONFIG_V_SHIFT 4
+#else
+#define CONFIG_V_SHIFT 3
+#endif
+
+#if CONFIG_PWM_HZ > 28000
+#define CONFIG_PLL_KP_SHIFT 4
+#elif CONFIG_PWM_HZ > 14000
+#define CONFIG_PLL_KP_SHIFT 3
+#else
+#define CONFIG_PLL_KP_SHIFT 2
+#endif
+#define CONFIG_PLL_KI_SHIFT (2 * CONFIG_PLL_KP_SHIFT + 2)
+
+#define CONFIG_RADIUS_STEPS CONFIG_RADIUS(1 << CONFIG_V_SHIFT)
+
+#endif

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/settings/torque_map.h"
+
+#include "firmware/settings/mtpa.h"
+#include "lib/q15.h"
+
+/* The current between `from` and `to`, Q20, that makes `torque`: halving, since torque grows with current. */
+static int64_t current_of(const struct mtpa_machine *m, int64_t torque, int64_t from, int64_t to)
+{
+    while (to - from > 1) {
+        const int64_t middle = (from + to) / 2;
+        if (mtpa_point(m, middle).torque < torque) {
+            from = middle;
+        } else {
+            to = middle;
+        }
+    }
+    return to;
+}
+
+static int32_t q15_of_q20(int64_t x_q20)
+{
+    return (int32_t)((x_q20 + 16) >> 5);
+}
+
+static int32_t flux_q15(const struct params *p, const struct tuning *t, int32_t i_d_q15, int32_t i_q_q15)
+{
+    const int64_t d_q26 = (int64_t)t->x_d_q11 * i_d_q15 * mtpa_ld_uh(p) / p->ld_uh;
+    const int64_t q_q26 = (int64_t)t->x_q_q11 * i_q_q15 * mtpa_lq_uh(p) / p->lq_uh;
+    const int64_t d = (int64_t)t->emf_q12 * 8 + d_q26 / 2048;
+    const int64_t q = q_q26 / 2048;
+    return (int32_t)mtpa_root(d * d + q * q);
+}
+
+/* The nodes one after the other: torque grows ever faster with current, so no step is longer than the one before. */
+static void fill(struct torque_map *map, const struct mtpa_machine *m, const struct params *params,
+                 const struct tuning *t)
+{
+    const int64_t unit = mtpa_point(m, MTPA_ONE_Q20).torque >> 8;
+    int64_t last_q20 = 0;
+    int64_t step_q20 = 2 * MTPA_ONE_Q20;
+    for (int32_t n = 0; n < TORQUE_NODES; n++) {
+        const int64_t torque_q15 = (int64_t)n << map->shift;
+        int64_t i_q20 = torque_q15 * 32;
+        if (m->saliency != 0 && n > 0) {
+            i_q20 = current_of(m, (unit * torque_q15) >> 7, last_q20, last_q20 + step_q20);
+            step_q20 = i_q20 - last_q20 + 2;
+            last_q20 = i_q20;
+        }
+        const struct mtpa_point p = m->saliency != 0 ? mtpa_point(m, i_q20) : (struct mtpa_point){.i_q_q20 = i_q20};
+        map->i_d_q15[n] = m->reversed ? q15_of_q20(p.i_d_q20) : -q15_of_q20(p.i_d_q20);
+        map->i_q_q15[n] = q15_of_q20(p.i_q_q20);
+        map->current_q15[n] = q15_of_q20(i_q20);
+        map->flux_q15[n] = flux_q15(params, t, map->i_d_q15[n], map->i_q_q15[n]);
+    }
+}
+
+void torque_map_build(struct torque_map *map, const struct params *p, const struct tuning *t)
+{
+    const struct mtpa_machine m = mtpa_machine(p);
+    map->torque_max_q15 = t->i_max_q15;
+    if (m.saliency != 0) {
+        const int64_t unit = mtpa_point(&m, MTPA_ONE_Q20).torque >> 8;
+        map->torque_max_q15 = (int32_t)(((mtpa_point(&m, (int64_t)t->i_max_q15 * 32).torque >> 8) << 15) / unit);
+    }
+    map->shift = 0;
+    while ((TORQUE_NODES - 1) << map->shift <= map->torque_max_q15) {
+        map->shift++;
+    }
+    fill(map, &m, p, t);
+    map->flux_max_q10 = (torque_map_at(map, map->flux_q15, map->torque_max_q15) >> 5) + 1;
+}

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Gains of the current loop. The plant of one axis is 1/(R + sL); a PI whose zero cancels that pole leaves an integrator of
+ * crossover w = 2 pi f:  Kp = w L,  Ki = w R  (for example Harnefors, Nee: "Model-based current control of AC machines using
+ * the internal model control method", IEEE Trans. Ind. Appl. 34(1), 1998).
+ */
+#include "firmware/settings/config.h"
+#include "firmware/settings/scale.h"
+#include "firmware/settings/tuning_parts.h"
+
+#define GAIN_LIMIT 32767 /* gains are 16 bit, to be multiplied with 16-bit values */
+
+/* The reactance w L as a fraction of v_range/i_range, times `one`: uH are 1e-6 H, 2 pi has 6 decimals more. */
+static int64_t reactance(const struct params *p, int32_t inductance_uh, int32_t frequency_hz, int64_t one)
+{
+    return scale((int64_t)inductance_uh * frequency_hz * p->i_range_ma, TWO_PI_E9 * one / 1000,
+                 p->v_range_mv * 1000000000000LL);
+}
+
+static enum error tune_gains(const struct params *p, struct tuning *t)
+{
+    const int64_t kp_d = reactance(p, p->ld_uh, p->current_bw_hz, 1 << 12);
+    const int64_t kp_q = reactance(p, p->lq_uh, p->current_bw_hz, 1 << 12);
+    if (kp_d > GAIN_LIMIT || kp_q > GAIN_LIMIT) {
+        return ERROR_CURRENT_GAIN;
+    }
+    /* Ki Ts: mohm are 1e-3 ohm, 2 pi has 3 decimals more */
+    const int64_t ki = scale((int64_t)p->resistance_mohm * p->current_bw_hz * p->i_range_ma,
+                             TWO_PI_E9 * (1 << 17) / 1000000, (int64_t)p->v_range_mv * CONFIG_PWM_HZ * 1000000);
+    if (ki > GAIN_LIMIT || ki < 1) {
+        return ERROR_CURRENT_INTEGRAL_GAIN;
+    }
+    t->kp_d_q12 = (int32_t)kp_d;
+    t->kp_q_q12 = (int32_t)kp_q;
+    t->ki_q17 = (int32_t)ki;
+    return ERROR_NONE;
+}
+
+static enum error tune_decoupling(const struct params *p, struct tuning *t)
+{
+    const int64_t x_d = reactance(p, p->ld_uh, CONFIG_SPEED_BASE_HZ, 1 << 11);
+    const int64_t x_q = reactance(p, p->lq_uh, CONFIG_SPEED_BASE_HZ, 1 << 11);
+    /* 2 pi f psi: uWb over mV are 1e-3, 2 pi has 6 decimals more */
+    const int64_t emf =
+        scale((int64_t)p->flux_uwb * CONFIG_SPEED_BASE_HZ, TWO_PI_E9 * 4096 / 1000, p->v_range_mv * 1000000000LL);
+    const int64_t r = scale(p->resistance_mohm, 4096LL * p->i_range_ma, 1000LL * p->v_range_mv);
+    if (x_d > GAIN_LIMIT || x_q > GAIN_LIMIT || emf > GAIN_LIMIT || r > GAIN_LIMIT) {
+        return ERROR_DECOUPLING;
+    }
+    t->x_d_q11 = (int32_t)x_d;
+    t->x_q_q11 = (int32_t)x_q;
+    t->emf_q12 = (int32_t)emf;
+    t->r_q12 = (int32_t)r;
+    return ERROR_NONE;
+}
+
+enum error tuning_current(const struct params *p, struct tuning *t)
+{
+    const enum error problem = tune_gains(p, t);
+    return problem != ERROR_NONE ? problem : tune_decoupling(p, t);
+}

@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: MIT */
+/* What tuning_compute() is made of: each part fills its own fields, and says what it cannot express. Thread. */
+#ifndef FIRMWARE_SETTINGS_TUNING_PARTS_H
+#define FIRMWARE_SETTINGS_TUNING_PARTS_H
+
+#include "firmware/settings/tuning.h"
+
+enum error tuning_current(const struct params *p, struct tuning *t);
+enum error tuning_speed(const struct params *p, struct tuning *t); /* after the limits of the currents */
+void tuning_torque(const struct params *p, struct tuning *t);      /* after both */
+void tuning_start(const struct params *p, struct tuning *t);
+
+#endif

@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Gains of the speed loop and units of the speed estimate. The plant is Kt/(sJ) with Kt = 1.5 p psi for currents in peak
+ * amperes and psi as mtpa.h has it, so Kp = w J / Kt; the integral acts below a quarter of the crossover.
+ */
+#include "firmware/settings/config.h"
+#include "firmware/settings/mtpa.h"
+#include "firmware/settings/scale.h"
+#include "firmware/settings/tuning_parts.h"
+
+/*
+ * Kp in Q15 of i_range with 16 more bits, per rpm/16, is KP J f / (p psi i_range) with J in g mm^2 (1e-9 kg m^2), psi in uWb
+ * and i_range in mA: KP = 2 pi (2 pi / 60) / 16 * 2^31 / 1.5. Ki is that times 2 pi f / 4, over the slow periods of a second.
+ * The same current for an acceleration of 1 rpm/65536 a slow period, in Q8: ACCEL = 2 pi / 60 * 2^31 / 2^16 * 2^8 / 1.5 times
+ * the slow periods of a second.
+ */
+#define KP_E3    58874483510LL
+#define KI       92479822LL
+#define ACCEL_E6 585635317037LL
+
+/* While the edges are far apart, a count behind weighs this part of i_max. */
+#define COUNT_WEIGHS 100
+
+/* A turn a minute in the estimate's unit of way, rpm Q15 times milliseconds; 256 and 65536 parts of a count. */
+#define TURN_WAY  (60000LL * 32768)
+#define TURN_RATE (60LL * BOARD_FABRIC_HZ * 32768)
+
+_Static_assert(CONFIG_SLOW_HZ == 1000,
+               "the estimate counts in milliseconds, and takes them for slow periods; so does KI");
+
+static void tune_estimate(const struct params *p, struct tuning *t)
+{
+    t->encoder_counts = p->encoder_counts;
+    t->speed_per_count = (uint32_t)scale(TURN_RATE / 16 / 256, 1, p->encoder_counts);
+    t->way_per_count_q12 = (int32_t)scale(TURN_WAY / 256 * 4096, 1, p->encoder_counts);
+    t->count_per_way_q16 = (int32_t)scale(p->encoder_counts, 65536LL * 65536, TURN_WAY);
+    t->rpm_q4_per_w_q32 = (int32_t)(60LL * 16 * CONFIG_PWM_HZ / p->pole_pairs);
+}
+
+static enum error tune_gains(const struct params *p, struct tuning *t)
+{
+    const int64_t flux_current_e3 = p->pole_pairs * mtpa_flux_nwb(p) * p->i_range_ma;
+    const int64_t inertia_hz = (int64_t)p->inertia_gmm2 * p->speed_bw_hz;
+    const int64_t kp = scale(inertia_hz, KP_E3, flux_current_e3);
+    const int64_t ki = scale(inertia_hz * p->speed_bw_hz, KI, flux_current_e3);
+    const int64_t accel = scale(p->inertia_gmm2, ACCEL_E6 / 1000 * CONFIG_SLOW_HZ, flux_current_e3);
+    if (kp < 1 || kp > INT32_MAX || accel > INT32_MAX) {
+        return ERROR_SPEED_GAIN;
+    }
+    const int64_t ki_min = scale((int64_t)t->i_max_q15 * p->encoder_counts, 65536LL * 2048, COUNT_WEIGHS * TURN_WAY);
+    t->speed_kp_q16 = (int32_t)kp;
+    t->speed_ki_q16 = (int32_t)ki;
+    t->speed_ki_min_q16 = (int32_t)(ki_min < ki ? ki_min : ki);
+    t->speed_accel_q8 = (int32_t)accel;
+    t->ramp_q16 = (int32_t)scale(p->ramp_rpm_s, 65536, CONFIG_SLOW_HZ);
+    return ERROR_NONE;
+}
+
+enum error tuning_speed(const struct params *p, struct tuning *t)
+{
+    const enum error problem = tune_gains(p, t);
+    if (problem == ERROR_NONE) {
+        tune_estimate(p, t);
+    }
+    return problem;
+}

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: MIT */
+/* Currents and times of the start, from what the parameters say of the motor. */
+#include "firmware/settings/scale.h"
+#include "firmware/settings/tuning_parts.h"
+#include "lib/polar.h"
+
+#define FOUR_PI_SQUARED_E9 39478417604LL
+
+/* Above this share of psi / (Lq - Ld) reluctance takes too much of the magnets' pull. */
+#define ALIGN_SALIENCY_MOST_Q15 16384
+
+/* An i_align so far below i_max says that more would turn the magnets away: then there is no more. */
+#define ALIGN_RANGE 4
+
+#define ALIGN_LEAST_MS 30      /* a quicker rotor is led slowly enough as well */
+#define ALIGN_MOST_MS2 2250000 /* 1.5 s: two and a half times that is the longest swing that is waited for */
+
+/* The rotor swings about a field of current I with w0^2 = p Kt I / J. */
+static int32_t align_period_ms(const struct params *p, int64_t i_ma)
+{
+    const int64_t kt_nnm = 1500LL * p->pole_pairs * p->flux_uwb;
+    const int64_t w0_squared_e3 = scale(kt_nnm, p->pole_pairs * i_ma, p->inertia_gmm2); /* (rad/s)^2 * 1000 */
+    const int64_t period_squared_ms2 = scale(FOUR_PI_SQUARED_E9, 1, w0_squared_e3 < 1 ? 1 : w0_squared_e3);
+    const int32_t period_ms =
+        polar_root_down((uint32_t)(period_squared_ms2 > ALIGN_MOST_MS2 ? ALIGN_MOST_MS2 : period_squared_ms2));
+    return period_ms < ALIGN_LEAST_MS ? ALIGN_LEAST_MS : period_ms;
+}
+
+static struct tuning_align align_level(const struct params *p, int64_t i_ma, int32_t ratio_q15)
+{
+    const int64_t difference_uh = p->lq_uh > p->ld_uh ? p->lq_uh - p->ld_uh : 0;
+    const int64_t saliency_q15 = scale(difference_uh * i_ma, 32768, p->flux_uwb * 1000LL);
+    const int32_t i_q15 = tuning_q15_from_milli((int32_t)i_ma, p->i_range_ma);
+    return (struct tuning_align){
+        .i_q15 = i_q15,
+        .i_less_q15 = (i_q15 * ratio_q15) >> 15,
+        .ratio_q15 = ratio_q15,
+        .saliency_q15 = (int32_t)(saliency_q15 > ALIGN_SALIENCY_MOST_Q15 ? ALIGN_SALIENCY_MOST_Q15 : saliency_q15),
+        .period_ms = align_period_ms(p, i_ma),
+    };
+}
+
+static int64_t largest_align_ma(const struct params *p)
+{
+    const int64_t difference_uh = p->lq_uh - p->ld_uh;
+    const int64_t turns_away_ma = difference_uh > 0 ? scale(p->flux_uwb, 500, difference_uh) : p->i_max_ma;
+    const int64_t most_ma = (int64_t)p->i_align_ma * ALIGN_RANGE < p->i_max_ma ? p->i_align_ma : p->i_max_ma;
+    return most_ma < turns_away_ma ? most_ma : turns_away_ma;
+}
+
+/* A tenth of i_trip: with one sensor reversed the sum of the currents is twice that, and trips at a quarter. */
+static void tune_wiring(const struct params *p, struct tuning *t)
+{
+    t->wiring_i_q15 = tuning_q15_from_milli(p->i_trip_ma / 10, p->i_range_ma);
+    const int64_t drop_mv = scale(p->i_trip_ma / 10, p->resistance_mohm, 1000);
+    t->wiring_v_q15 =
+        tuning_q15_from_milli((int32_t)(drop_mv < p->v_range_mv ? drop_mv : p->v_range_mv), p->v_range_mv);
+}
+
+static void tune_alignment(const struct params *p, struct tuning *t)
+{
+    const int64_t most_ma = largest_align_ma(p);
+    t->pole_pairs = p->pole_pairs;
+    t->align_levels = most_ma > p->i_align_ma ? 2u : 1u;
+    t->align[0] = align_level(p, p->i_align_ma, 16384);
+    t->align[1] = align_level(p, most_ma, 19661); /* 0.6: a load of half of i_max is held with it as well */
+}
+
+void tuning_start(const struct params *p, struct tuning *t)
+{
+    tune_alignment(p, t);
+    tune_wiring(p, t);
+}

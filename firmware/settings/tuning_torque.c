@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT */
+/* What the limits of torque need: the largest flux, the energy of the bus, what may be burnt in the windings. */
+#include "firmware/settings/config.h"
+#include "firmware/settings/mtpa.h"
+#include "firmware/settings/scale.h"
+#include "firmware/settings/tuning_parts.h"
+
+#define LARGEST 32767 /* 16 bits, to be multiplied with 16-bit values */
+
+#define SALIENCY_MOST 65535 /* times a current: 32 bits */
+
+#define BUS_SET_PERCENT 96 /* of v_max: see control/torque.h */
+
+/* Energy in units of what a power of 1.0 brings in a slow period: C v_range / (3 i_range) per period. */
+void tuning_torque(const struct params *p, struct tuning *t)
+{
+    const int64_t flux_nv = scale(mtpa_flux_nwb(p), TWO_PI_E9 / 1000000, 1000) * CONFIG_SPEED_BASE_HZ;
+    const int64_t energy =
+        scale((int64_t)p->bus_capacitance_uf * p->v_range_mv, 1024LL * CONFIG_SLOW_HZ, 3000000LL * p->i_range_ma);
+    t->torque_emf_q11 = (int32_t)scale(flux_nv, 2048, 1000000LL * p->v_range_mv);
+    t->bus_energy_q10 = (int32_t)(energy > LARGEST ? LARGEST : energy);
+    const int32_t set_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv) * BUS_SET_PERCENT / 100;
+    t->bus_set_energy_q25 = ((set_q15 * set_q15) >> 15) * t->bus_energy_q10;
+    const int64_t x_d_q11 = (int64_t)t->x_d_q11 * mtpa_ld_uh(p) / p->ld_uh;
+    const int64_t x_q_q11 = (int64_t)t->x_q_q11 * mtpa_lq_uh(p) / p->lq_uh;
+    const int64_t cancelling_q15 = scale((int64_t)t->emf_q12 * 32768, 1, 2 * (x_d_q11 > 0 ? x_d_q11 : 1));
+    const int64_t difference_q11 = x_q_q11 - x_d_q11;
+    t->saliency_q11 = (int32_t)(difference_q11 > SALIENCY_MOST ? SALIENCY_MOST : difference_q11);
+    t->burn_max_q15 = (int32_t)(cancelling_q15 < t->i_max_q15 ? cancelling_q15 : t->i_max_q15);
+    t->speed_max_rpm_q4 = p->speed_max_rpm * 16;
+}

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/system/boot.h"
+
+#include "drivers/cortex/dwt.h"
+#include "drivers/cortex/scb.h"
+#include "drivers/mss/sysreg.h"
+#include "drivers/mss/watchdog.h"
+#include "firmware/axis/device.h"
+
+void boot_core(void)
+{
+    sysreg_enable_cache();
+    scb_enable_faults();
+    (void)device_guard_stack(); /* device_fault() looks whether it is there */
+    (void)dwt_init();           /* without a cycle counter 'status' shows no cycles, and that is all */
+    sysreg_release_reset(SYSREG_RESET_TIMER | SYSREG_RESET_MMUART0 | SYSREG_RESET_FIC0);
+    watchdog_refresh();
+}
+
+/*
+ * A fabric without a design may answer with a bus fault, or never. Either ends this life of the program; the next one finds
+ * the mark, leaves the fabric alone, and can say so.
+ */
+static bool fabric_answers(const struct fabric *fabric)
+{
+    postmortem_probe(true);
+    const bool right = gate_id_ok(&fabric->gate);
+    postmortem_probe(false);
+    return right;
+}
+
+static enum fault fault_of_last_life(uint32_t reset_cause, const struct postmortem *last)
+{
+    if ((reset_cause & SYSREG_CAUSE_LOCKUP) != 0u) {
+        return FAULT_LOCKUP;
+    }
+    if (last->valid && last->exception == POSTMORTEM_ECC) {
+        return FAULT_ECC;
+    }
+    if (last->valid && (last->exception == POSTMORTEM_MSS_PLL || last->exception == POSTMORTEM_FABRIC_PLL)) {
+        return FAULT_PLL;
+    }
+    if (last->valid) {
+        return FAULT_EXCEPTION;
+    }
+    return (reset_cause & SYSREG_CAUSE_WATCHDOG) != 0u ? FAULT_WATCHDOG : FAULT_NONE;
+}
+
+enum fault boot_check(const struct fabric *fabric, struct postmortem *last)
+{
+    *last = postmortem_collect();
+    const enum fault past = fault_of_last_life(sysreg_reset_cause(), last);
+    const enum fault present = device_fault();
+    if (present == FAULT_CLOCK) {
+        return present;
+    }
+    if (last->probe_died || !fabric_answers(fabric)) {
+        return FAULT_FABRIC;
+    }
+    return present != FAULT_NONE ? present : past;
+}

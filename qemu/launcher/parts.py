@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""`make campaign PART=...`: the parts there are, their cases, and how one is played."""
+import tempfile
+
+from . import part_detune, part_start, part_supervision, part_wiring
+from .campaign import keep
+from .data import available
+from .drive import load_drive
+from .errors import LauncherError
+from .kind import Run
+from .part import PartCase, matches
+from .paths import MOTORS
+
+PARTS = {module.NAME: module for module in (part_start, part_wiring, part_supervision, part_detune)}
+
+
+def is_part(key):
+    """Whether a key is one of a part's case."""
+    return ":" in key.partition("/")[0]
+
+
+def parse(key):
+    """A PartCase from its key."""
+    part, _, rest = key.strip().partition(":")
+    motor, _, what = rest.partition("/")
+    if part not in PARTS or not what:
+        raise LauncherError(f"'{key}' is not PART:MOTOR/WHAT with PART one of {', '.join(PARTS)}")
+    return PartCase(part, motor, what)
+
+
+def plan_part(part, motors, options):
+    """Every case of a part. `motors`: names, or none for all; `options`: of the command line, by name."""
+    if part not in PARTS:
+        raise LauncherError(f"no PART '{part}'; there are: {', '.join(PARTS)}")
+    there_are = available(MOTORS)
+    for name in motors:
+        if name not in there_are:
+            raise LauncherError(f"no motor '{name}'; there are: {', '.join(there_are)}")
+    cases, wanted = PARTS[part].plan(motors or there_are, options), (options.get("what") or "").split()
+    chosen = [case for case in cases if not wanted or matches(case.what, wanted)]
+    if not chosen:
+        raise LauncherError(f"WHAT '{options['what']}' is none of the cases of {part}, for example {cases[0].what}")
+    return chosen
+
+
+def play_part_case(case, out_dir, build=None, qemu=None, **more):
+    """(Result, Verdict) of a case."""
+    from .simulate import simulate
+
+    setup = PARTS[case.part].setup(case.what, load_drive(case.motor))
+    result = simulate(setup.scenario, case.motor, out_dir=out_dir, build=build, qemu=qemu, **setup.arguments, **more)
+    run = Run(result.trace, result.console, result.drive, result.enums, result.scenario.names, result.scenario.steps,
+              figures=result.figures)
+    return result, setup.judge(run)
+
+
+def run_part_case(case, folder, build=None, qemu=None):
+    """Plays the case and leaves its file. A run that could not be made is a failure, too."""
+    outcome = {"part": case.part, "motor": case.motor, "what": case.what}
+    with tempfile.TemporaryDirectory(prefix="mssfoc-") as scratch:
+        try:
+            result, verdict = play_part_case(case, scratch, build, qemu)
+            outcome |= {"outcome": verdict.outcome, "passed": verdict.passed, "why": verdict.why, "figures": verdict.figures,
+                        "simulated_s": float(result.trace["t_s"][-1])}
+        except LauncherError as error:
+            outcome |= {"outcome": "no run", "passed": False, "why": str(error).split("\n")[0], "figures": {},
+                        "simulated_s": None}
+    keep(case, outcome, folder)
+    return outcome

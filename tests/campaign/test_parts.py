@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: MIT
+"""A handful of cases of each part of the campaign, against the strict list of those that fail today."""
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from launcher.parts import PARTS, parse, plan_part, run_part_case
+
+EXPECTED_FILE = Path(__file__).with_name("expected_parts.toml")
+SAMPLE = [
+    "start:teknic_m2310p/free/90", "start:abb_m2bj100l/free/270", "start:dys_be8108/friction20/180",
+    "start:maxon_ec22/hoist20/1", "start:teknic_m2310p/hoist50/225", "start:teknic_m2310p/again/135",
+    "wiring:teknic_m2310p/pole_pairs=5", "wiring:maxon_ec45flat/counts*1.02", "wiring:estun_emj04apb22/encoder_reversed",
+    "wiring:teknic_m2310p/swap_BC", "wiring:teknic_m2310p/reversed_and_CA", "wiring:mjbots_mj5208/open_B",
+    "wiring:qs138_3kw/encoder_frozen", "wiring:teknic_m2310p/locked", "wiring:teknic_m2310p/turning_3",
+    "wiring:teknic_m2310p/sensor_B_negative", "wiring:teknic_m2310p/brake",
+    "supervision:teknic_m2310p/slip60/speed100/load50", "supervision:hoverboard_350w/slip120/speed50/load100",
+    "supervision:teknic_m2310p/freeze/speed100/load50", "supervision:maxon_ec45flat/open_A/speed50/load50",
+    "supervision:teknic_m2310p/overload/speed50/load50", "supervision:teknic_m2310p/quickstop/no_chopper",
+    "supervision:teknic_m2310p/reversal/no_chopper", "supervision:estun_emj04apb22/reversal/chopper",
+    "detune:teknic_m2310p/default/J*5", "detune:maxon_ec22/default/L*2", "detune:hoverboard_350w/default/R*2_L*0.5",
+]
+
+
+def expected(path=EXPECTED_FILE):
+    """{PartCase: cause}"""
+    return {parse(key): cause["text"] for cause in tomllib.loads(path.read_text()).get("cause", []) for key in cause["cases"]}
+
+
+@pytest.mark.parametrize("case", [parse(key) for key in SAMPLE], ids=lambda case: case.key)
+def test_case(case, tmp_path):
+    outcome, known = run_part_case(case, tmp_path), expected()
+    assert outcome["passed"] or case in known, f"{case.command} fails: {outcome['outcome']}: {outcome['why']}"
+    assert not outcome["passed"] or case not in known, f"{case.command} passes now: take it out of {EXPECTED_FILE.name}"
+
+
+def test_the_sample_is_of_every_part_and_the_list_of_the_sample():
+    cases = [parse(key) for key in SAMPLE]
+    assert {case.part for case in cases} == set(PARTS) and set(expected()) <= set(cases)
+    for case in cases:
+        load, *rest = case.what.split("/")
+        options = {"angles": rest[0], "loads": load} if case.part == "start" and load != "again" else {}
+        planned = plan_part(case.part, [case.motor], {**options, "motors": case.motor})
+        assert case in planned, f"{case.key} is no case of its part"

@@ -1,0 +1,350 @@
+# SPDX-License-Identifier: MIT
+"""Judgements of the campaign's parts, on traces that are made up: what is right passes, and each way to be wrong fails."""
+import math
+
+import numpy as np
+import pytest
+
+from launcher import part_again, part_detune, part_start, part_stop, part_supervision, part_wiring
+from launcher.campaign import file_name
+from launcher.drive import load_drive
+from launcher.errors import LauncherError
+from launcher.figures import Figure
+from launcher.kind import Run
+from launcher.part import PartCase, angle_error_deg, mean_angle_deg
+from launcher.part_report import as_markdown, counts, report_part, worst_cases
+from launcher.parts import PARTS, is_part, parse, plan_part, run_part_case
+from launcher.trace import Trace
+
+MOTOR = "teknic_m2310p"
+DRIVE = load_drive(MOTOR)
+POLE_PAIRS, RATED_RPM = 4, 4000
+PERIOD_S = 1e-3
+READY, SWITCHED_ON, OPERATION, FAULT = 2, 3, 4, 7
+FAULTS = ["NONE", "ENCODER_SLIP", "LOAD_TOO_HIGH", "OPEN_PHASE", "PHASE_ORDER", "ENCODER_DIRECTION", "STALL", "OVERVOLTAGE"]
+ENUMS = {"state": {READY: "DRIVE_READY", SWITCHED_ON: "DRIVE_SWITCHED_ON", OPERATION: "DRIVE_OPERATION_ENABLED",
+                   FAULT: "DRIVE_FAULT"}, "fault": {code: f"FAULT_{name}" for code, name in enumerate(FAULTS)}}
+
+
+def made_up(end_s=2.0, began_s=0.8, fault="", fault_s=None, offset_deg=0.0, speed_rpm=0.0, on_in_fault=False, seen=None,
+            **columns):
+    """A run that goes into operation at began_s (None: never) and ends in a fault, if any; speed_rpm may be a function."""
+    t = np.arange(0.0, end_s, PERIOD_S)
+    began_s, fault_s = (math.inf if when is None else when for when in (began_s, fault_s))
+    state = np.where(t >= fault_s, FAULT, np.where(t >= began_s, OPERATION, SWITCHED_ON))
+    speed = np.array([speed_rpm(time) for time in t]) if callable(speed_rpm) else np.full(len(t), float(speed_rpm))
+    theta = 0.3 + np.cumsum(speed) * PERIOD_S * math.pi / 30
+    electrical = POLE_PAIRS * theta
+    live = (t < fault_s) | on_in_fault
+    trace = Trace({"t_s": t, "state": state, "fault": np.where(t >= fault_s, FAULTS.index(fault or "NONE"), 0),
+                   "theta_mech_rad": theta, "speed_rpm": speed, "gates": np.where(live, 21, 0), "gate_live": live.astype(float),
+                   "angle_fw_rad": (seen(electrical) if seen else electrical) + np.radians(offset_deg),
+                   "vbus_V": np.full(len(t), 24.0), "torque_mean_Nm": np.zeros(len(t)),
+                   **{f"i_{phase}_peak_A": np.full(len(t), 5.0) for phase in "abc"}})
+    trace.update({name: value(t) for name, value in columns.items()})
+    return Run(trace, "", DRIVE, ENUMS, DRIVE.names())
+
+
+# ---- angles ----------------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("offset", [0, 2.5, -170, 179, 180, 181, -359])
+def test_angles_are_compared_around_the_circle(offset):
+    run = made_up(offset_deg=offset, speed_rpm=100)
+    error = mean_angle_deg(angle_error_deg(run, run.window()))
+    assert math.cos(math.radians(error - offset)) == pytest.approx(1) and -180 <= error <= 180
+
+
+# ---- start -----------------------------------------------------------------------------------------------------------
+
+def start(allowed=(), **run):
+    return part_start.judge(made_up(**run), allowed)
+
+
+def test_a_start_at_the_right_angle_passes():
+    verdict = start(offset_deg=2.9, speed_rpm=lambda t: 100.0 * (t > 0.9))
+    assert verdict.passed and verdict.outcome == "operation"
+    assert verdict.figures["offset error standing, deg el."] == pytest.approx(2.9)
+    assert verdict.figures["time to operation, s"] == pytest.approx(0.68)
+
+
+@pytest.mark.parametrize("offset", [3.1, -3.1, 90, 180])
+def test_a_wrong_angle_fails(offset):
+    verdict = start(offset_deg=offset)
+    assert not verdict.passed and verdict.outcome == "misaligned" and "degrees electrical standing" in verdict.why
+
+
+def test_an_angle_that_goes_wrong_while_turning_fails():
+    slipping = start(speed_rpm=lambda t: 100.0 * (t > 0.95), seen=lambda angle: angle + 0.03 * (angle - POLE_PAIRS * 0.3))
+    assert not slipping.passed and "turning" in slipping.why and "standing" not in slipping.why
+
+
+def test_a_fault_needs_a_reason_that_is_true():
+    off = {"began_s": None, "fault": "LOAD_TOO_HIGH", "fault_s": 0.5, "end_s": 0.6}
+    assert start(("LOAD_TOO_HIGH",), **off).passed
+    assert "is no reason here" in start((), **off).why and "is no reason here" in start(("ROTOR_BLOCKED",), **off).why
+    assert "the bridge is on" in start(("LOAD_TOO_HIGH",), **off, on_in_fault=True).why
+    later = start(("LOAD_TOO_HIGH",), fault="LOAD_TOO_HIGH", fault_s=1.0, end_s=1.1)
+    assert "after it had begun to operate" in later.why, "a reason that is found in operation comes too late"
+
+
+def test_there_is_no_third_outcome():
+    verdict = start(began_s=None)
+    assert not verdict.passed and verdict.outcome == "undecided"
+
+
+def test_a_rotor_that_is_thrown_about_fails():
+    verdict = start(speed_rpm=lambda t: 600.0 if 0.3 < t < 0.38 else 0.0)
+    assert "the rotor moved by 11" in verdict.why and verdict.figures["movement, deg"] == pytest.approx(285, abs=5)
+    assert start(speed_rpm=lambda t: 600.0 if 0.3 < t < 0.37 else 0.0).passed
+    driven = made_up(speed_rpm=lambda t: 600.0 if 0.3 < t < 0.38 else 0.0)
+    assert part_start.judge(driven, (), bounded=False).passed, "a load that drives it may add to that"
+
+
+def again(off_s=1.2, again_s=1.5, **run):
+    def states(t):
+        return np.where((t >= 0.8) & (t < off_s) | (t >= again_s), OPERATION, np.where(t < 0.8, SWITCHED_ON, READY))
+    return part_again.judge(made_up(state=states, **run))
+
+
+def test_a_second_start_that_knows_the_offset_passes():
+    verdict = again()
+    assert verdict.passed and verdict.figures["time to operation again, s"] == pytest.approx(0.1, abs=0.005)
+
+
+@pytest.mark.parametrize("change, complaint", [
+    ({"again_s": 1.72}, "it took 0.32 s"), ({"offset_deg": 4}, "offset +4.0 degrees"),
+    ({"again_s": 9}, "did not operate again"),
+    ({"speed_rpm": lambda t: 5.0 if 1.42 < t < 1.46 else 0.0}, "the rotor moved by 4."), ({"off_s": 9}, "was not switched off"),
+    ({"fault": "STALL", "fault_s": 1.45}, "STALL"), ({"off_s": 0.1, "again_s": 9}, "it never operated"),
+])
+def test_a_second_start_that_aligns_again_fails(change, complaint):
+    verdict = again(**change)
+    assert not verdict.passed and complaint in verdict.why
+
+
+def test_angles_of_the_issue():
+    angles = part_start.angles()
+    assert {0, 5, 85, 86, 89, 90, 91, 94, 95, 175, 176, 359, 355} <= set(angles) and 84 not in angles and 360 not in angles
+    assert len(angles) == len(set(angles)) == 104
+    assert len(plan_part("start", [MOTOR], {})) == 104 * 4 + 8
+    assert [case.what for case in plan_part("start", [MOTOR], {"angles": "0 90.5", "loads": "free"})] == ["free/0", "free/90.5"]
+    for options, complaint in (({"angles": "400"}, "ANGLES '400'"), ({"loads": "hoist"}, "LOADS 'hoist'")):
+        with pytest.raises(LauncherError, match=complaint):
+            plan_part("start", [MOTOR], options)
+
+
+# ---- wiring ----------------------------------------------------------------------------------------------------------
+
+SWAPPED = part_wiring.WISHES["swap_AB"]
+STOPPED = {"began_s": None, "fault": "PHASE_ORDER", "fault_s": 0.5, "end_s": 0.6}
+
+
+def test_what_is_wrong_is_named():
+    verdict = part_wiring.judge(made_up(**STOPPED), SWAPPED)
+    assert verdict.passed and verdict.outcome == "named"
+    neighbour = part_wiring.judge(made_up(**{**STOPPED, "fault": "ENCODER_DIRECTION"}), SWAPPED)
+    assert neighbour.passed and neighbour.outcome == "ENCODER_DIRECTION"
+
+
+@pytest.mark.parametrize("change, complaint", [
+    ({"fault": "STALL"}, "STALL instead of PHASE_ORDER or ENCODER_DIRECTION"), ({"on_in_fault": True}, "the bridge is on"),
+    ({"speed_rpm": 201}, "201 rpm were reached before"), ({"speed_rpm": -201}, "201 rpm were reached before"),
+    ({"fault": "", "fault_s": None}, "no fault"), ({"fault": "", "fault_s": None, "began_s": 0.3}, "no fault"),
+])
+def test_what_is_not_named_in_time_fails(change, complaint):
+    verdict = part_wiring.judge(made_up(**{**STOPPED, **change}), SWAPPED)
+    assert not verdict.passed and complaint in verdict.why
+
+
+def test_what_happens_after_the_fault_is_no_speed_before_it():
+    late = made_up(**STOPPED, speed_rpm=lambda t: 500.0 if t > 0.55 else 0.0)
+    assert part_wiring.judge(late, SWAPPED).passed
+
+
+def test_somebody_else_may_turn_the_shaft_as_fast_as_he_likes():
+    wish = part_wiring.WISHES["turning_30"]
+    assert wish.driven and not part_wiring.judge(made_up(**STOPPED, speed_rpm=1200), wish).passed
+    named = made_up(**{**STOPPED, "fault": "STALL"}, speed_rpm=1200)
+    assert part_wiring.judge(named, part_wiring.Wish(("STALL",), driven=True)).passed
+
+
+@pytest.mark.parametrize("name, mirror_deg", [("right", None), ("reversed_and_AB", 120), ("reversed_and_BC", 0),
+                                              ("reversed_and_CA", 240)])
+def test_what_is_harmless_works_at_the_angle_that_belongs_to_it(name, mirror_deg):
+    wish = part_wiring.WISHES[name]
+    seen = None if mirror_deg is None else lambda angle: np.radians(mirror_deg) - angle
+    assert part_wiring.judge(made_up(speed_rpm=100, seen=seen), wish).passed
+    assert "offset" in part_wiring.judge(made_up(speed_rpm=100, seen=seen, offset_deg=5), wish).why
+    assert "although nothing is wrong" in part_wiring.judge(made_up(**STOPPED), wish).why
+    assert "no operation" in part_wiring.judge(made_up(began_s=None), wish).why
+    if mirror_deg is not None:
+        assert not part_wiring.judge(made_up(speed_rpm=100), wish).passed
+
+
+def test_a_refusal_that_says_why_is_as_good_as_a_fault():
+    def refused(words, live=0.0, wish="turning_3"):
+        run = made_up(began_s=None, gate_live=lambda t: np.full(len(t), live))
+        run.console = f"> on\nerror: {words}\n> "
+        return part_wiring.judge(run, part_wiring.WISHES[wish])
+    right = "the motor is turning; wait until it stands still"
+    assert refused(right).passed and refused(right).outcome == "refused"
+    assert not refused("i_max_ma must be less").passed, "another reason"
+    assert not refused(right, live=1.0).passed, "the bridge was on"
+    assert not refused(right, wish="swap_AB").passed, "nobody turned it"
+
+
+def test_every_number_of_pole_pairs_up_to_twice_is_told():
+    whats = {case.what for case in plan_part("wiring", [MOTOR], {})}
+    assert {f"pole_pairs={n}" for n in (1, 2, 3, 5, 6, 7, 8)} <= whats and not whats & {"pole_pairs=4", "pole_pairs=9"}
+    assert {"counts*0.98", "counts*1.02", "counts*1.024", "counts*0.5", "counts*2"} <= whats
+
+
+# ---- supervision -----------------------------------------------------------------------------------------------------
+
+SLIP = {"rpm": 2000, "cause_s": 0.2, "in_time_s": 0.02, "faults": ("ENCODER_SLIP",), "may_hold": False}
+FOUND = {"speed_rpm": 2000, "fault": "ENCODER_SLIP", "fault_s": 1.011, "end_s": 1.1}  # the cause is at 1.001
+
+
+def test_a_slip_that_is_found_in_time_passes():
+    verdict = part_supervision.judge(made_up(**FOUND), **SLIP)
+    assert verdict.passed and verdict.outcome == "ENCODER_SLIP" and verdict.figures["found after, ms"] == pytest.approx(10)
+
+
+@pytest.mark.parametrize("change, complaint", [
+    ({"fault": "STALL"}, "STALL instead of ENCODER_SLIP"), ({"fault_s": 1.022}, "found after 21.0 ms"),
+    ({"fault_s": None, "fault": ""}, "no fault"), ({"on_in_fault": True}, "the bridge is on"),
+    ({"speed_rpm": lambda t: 2000 if t < 1.005 else 1199}, "the speed was 801 rpm off"),
+    ({"fault_s": 0.9}, "before the cause"), ({"began_s": None, "fault_s": 0.5}, "before the cause"),
+    ({"i_b_peak_A": lambda t: np.where(t > 1.05, 16.0, 1.0)}, "16.0 A with i_trip 15.0 A"),
+])
+def test_a_slip_that_is_not_fails(change, complaint):
+    verdict = part_supervision.judge(made_up(**{**FOUND, **change}), **SLIP)
+    assert not verdict.passed and complaint in verdict.why
+
+
+def test_after_the_fault_the_motor_may_coast():
+    assert part_supervision.judge(made_up(**{**FOUND, "speed_rpm": lambda t: 2000 if t < 1.02 else 900}), **SLIP).passed
+
+
+def test_what_it_can_hold_it_may_hold():
+    limits = {**SLIP, "may_hold": True}
+    assert part_supervision.judge(made_up(speed_rpm=lambda t: 2000 - 500 * (1.0 < t < 1.2)), **limits).outcome == "held"
+    stopped = part_supervision.judge(made_up(speed_rpm=lambda t: 400 * (t < 1.05)), **{**limits, "rpm": 400})
+    assert "no fault" in stopped.why, "a motor that stands still does not hold its speed"
+
+
+@pytest.mark.parametrize("what", sorted({case.what for case in plan_part("supervision", [MOTOR], {})}))
+def test_every_case_of_supervision_makes_a_scenario(what):
+    from launcher.scenario import load_scenario
+
+    setup = part_supervision.setup(what, DRIVE)
+    plan = load_scenario(setup.scenario, DRIVE)
+    assert plan.late and plan.may_end_early and max(step.t_s for step in plan.late) < plan.end_s
+
+
+# ---- stopping --------------------------------------------------------------------------------------------------------
+
+STOP = {"rpm": 2000, "target_rpm": 0, "command_s": 0.2, "in_time_s": 0.8}
+
+
+def braking(t):
+    return max(0.0, 2000 - max(0.0, t - 1.001) * 4000)
+
+
+def test_a_stop_that_finishes_passes():
+    verdict = part_stop.judge(made_up(speed_rpm=braking), **STOP)
+    assert verdict.passed and verdict.figures["took, s"] == pytest.approx(0.45, abs=0.01)
+
+
+@pytest.mark.parametrize("change, complaint", [
+    ({"speed_rpm": 2000}, "not there after 0.8 s"), ({"fault": "OVERVOLTAGE", "fault_s": 1.2}, "OVERVOLTAGE"),
+    ({"vbus_V": lambda t: 24 + 12.0 * (t > 1.3)}, "the bus rose to 36.0 V"),
+    ({"torque_mean_Nm": lambda t: 0.05 * (t > 1.2)}, "torque against the command"), ({"began_s": None}, "before the command"),
+    ({"speed_rpm": lambda t: max(0.0, 2000 - max(0.0, t - 1.001) * 2000)}, "not there after 0.8 s"),
+])
+def test_a_stop_that_does_not_fails(change, complaint):
+    verdict = part_stop.judge(made_up(**{"speed_rpm": braking, **change}), **STOP)
+    assert not verdict.passed and complaint in verdict.why
+
+
+def test_torque_that_holds_the_speed_reached_is_not_against_the_command():
+    assert part_stop.judge(made_up(speed_rpm=braking, torque_mean_Nm=lambda t: 0.2 * (t > 1.47)), **STOP).passed
+
+
+def test_a_reversal_is_there_when_the_other_speed_is():
+    turning = {**STOP, "target_rpm": -2000, "in_time_s": 0.9}
+    halfway = part_stop.judge(made_up(speed_rpm=braking), **turning)
+    assert "not there" in halfway.why
+    assert part_stop.judge(made_up(speed_rpm=lambda t: max(-2000, 2000 - max(0, t - 1.001) * 5000)), **turning).passed
+
+
+def test_supplies_that_do_not_sink():
+    bare, braked = part_stop.supply(DRIVE, False), part_stop.supply(DRIVE, True)
+    assert bare["supply_sinks"] == braked["supply_sinks"] == 0 and not bare["chopper_ohm"]
+    assert 24 < braked["chopper_off_v"] < braked["chopper_on_v"] < DRIVE.names()["v_max_V"]
+    assert 24 ** 2 / braked["chopper_ohm"] == pytest.approx(2 * 0.2724 * 4000 * math.pi / 30)
+
+
+# ---- detune ----------------------------------------------------------------------------------------------------------
+
+def test_detuned_runs_keep_the_limits_but_those_of_quality():
+    def judged(kind, value):
+        run = made_up()
+        run.figures = {"f": Figure("f", kind, value, "%", "", max=5.0)}
+        return part_detune.judge(run)
+    assert judged("speed_error", 4.0).passed and judged("load_dip", 40.0).passed
+    assert "f: 6 %, limit <= 5" in judged("speed_error", 6.0).why and not judged("all_faults", None).passed
+
+
+def test_names_of_detunings():
+    assert part_detune.detune_of("R*0.5_L*2") == "resistance_mohm*0.5 ld_uh*2 lq_uh*2"
+    assert {part_detune.detune_of(name) for name in part_detune.NAMES} >= {"flux_uwb*2", "inertia_gmm2*5", "inertia_gmm2*0.2"}
+    with pytest.raises(LauncherError, match="no detuning 'X"):
+        part_detune.detune_of("X*2")
+    assert {case.motor for case in plan_part("detune", [], {})} == set(part_detune.MOTORS)
+
+
+# ---- keys, files, reports --------------------------------------------------------------------------------------------
+
+def test_every_case_has_a_key_and_a_file_of_its_own():
+    cases = [case for part in PARTS for case in plan_part(part, [MOTOR, "maxon_ec22"], {})]
+    assert all(is_part(case.key) and parse(case.key) == case for case in cases)
+    assert len({file_name(case.key) for case in cases}) == len(cases)
+    assert not is_part("teknic_m2310p/default/1/ld_uh*2")
+
+
+@pytest.mark.parametrize("key", ["begin:m/x", "start:m", "start:m/", "start"])
+def test_a_damaged_key_is_refused(key):
+    with pytest.raises(LauncherError, match="is not PART:MOTOR/WHAT"):
+        parse(key)
+
+
+def test_an_unknown_part_or_motor_is_refused():
+    with pytest.raises(LauncherError, match="no PART 'begin'; there are: start, wiring, supervision, detune"):
+        plan_part("begin", [], {})
+    with pytest.raises(LauncherError, match="no motor 'bogus'"):
+        plan_part("start", ["bogus"], {})
+    with pytest.raises(LauncherError, match="WHAT 'bogus' is none of the cases of wiring, for example right"):
+        plan_part("wiring", [MOTOR], {"what": "bogus"})
+    assert [case.what for case in plan_part("wiring", [MOTOR], {"what": "counts*0.98 swap_*"})] == [
+        "counts*0.98", "swap_AB", "swap_BC", "swap_CA"]
+
+
+def test_a_run_that_could_not_be_made_fails(tmp_path):
+    outcome = run_part_case(PartCase("wiring", MOTOR, "bogus"), tmp_path)
+    assert not outcome["passed"] and "no wiring 'bogus'" in outcome["why"]
+
+
+def test_the_report_shows_outcomes_worst_cases_and_failures(tmp_path):
+    cases = [PartCase("start", motor, f"free/{angle}") for motor in ("a", "b") for angle in (0, 5)]
+    outcomes = {case: {"outcome": "operation", "passed": True, "why": "", "figures": {"error": -0.5 * n}}
+                for n, case in enumerate(cases)}
+    said = []
+    assert report_part("start", outcomes, tmp_path, said.append) == 0 and "4 runs, 0 failed" in said[0]
+    outcomes[cases[3]] = {"outcome": "misaligned", "passed": False, "why": "offset", "figures": {"error": 7.0}}
+    assert report_part("start", outcomes, tmp_path, said.append) == 1
+    assert 'FAIL make campaign CASE="start:b/free/5"' in "\n".join(said)
+    page = as_markdown("start", outcomes)
+    assert page == (tmp_path / "start.md").read_text() and "| b | 1 | 1 | 1/2 |" in counts(outcomes)
+    assert '| error | 7 | 1 | `make campaign CASE="start:b/free/0"` |' in worst_cases(outcomes)
+    assert report_part("start", {}, tmp_path, said.append) == 1, "nothing run is nothing shown"

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: MIT
+"""What start-up finds: each with a name, the bridge off, `on` refused; and what the fabric is not touched for.
+
+The board is changed while the drive runs, and a reset brings the change into effect, as a power-on would.
+"""
+import re
+
+import pytest
+
+from launcher import LauncherError, simulate
+
+RESET_S = 0.1
+AFTER_S = RESET_S + 0.05
+FACC1, WDOG_CR, WDOGLOAD = "0x98", "0x6C", "0x16C"
+EVERY_COMMAND = ["status", "on", "speed 100", "torque 1", "quickstop", "off", "set ramp_rpm_s 1000", "fault", "clear", "on",
+                 "off"]
+
+
+def boot(tmp_path, changes=(), lines=("fault", "on", "clear", "on", "status"), reset="watchdog_reset", more=()):
+    """The console after the reset, and the result. `changes` are events just before it; `more` at their own times."""
+    steps = [{"t_s": RESET_S - 0.001, "event": kind, "args": args} for kind, *args in changes]
+    steps += [{"t_s": RESET_S, "event": reset, "args": []}] if reset else []
+    steps += more
+    steps += [{"t_s": AFTER_S + 0.1 * n, "console": line} for n, line in enumerate(lines)]
+    end_s = AFTER_S + 0.1 * (len(lines) + 1)
+    steps += [{"t_s": end_s - 1e-3, "event": "end", "args": []}]  # the trace has no rows while the PWM does not run
+    result = simulate({"key": "boot", "end_s": end_s, "preamble_s": 0.001,
+                       "step": sorted(steps, key=lambda step: step["t_s"]), "expect_refusal": ".*"}, out_dir=tmp_path,
+                      plant="ideal", spread=0)
+    return result.console.split("'help' lists the commands")[-1], result
+
+
+# What the device lacks stays a fault until it is mended and the device reset; `clear` says so.
+LASTING = {
+    "clock, another ratio": ([("flash_bits", FACC1, "0x4")], "clock", "the fabric is not touched"),
+    "clock, from standby": ([("flash_bits", FACC1, "0x1000")], "clock", "the fabric is not touched"),
+    "clock, PLL not locked": ([("pll_lost", "1")], "clock", "the fabric is not touched"),
+    "clock, fabric's PLL not locked": ([("fabric_pll_lost", "1")], "clock", "the fabric is not touched"),
+    "another design": ([("fabric_other", "1")], "fabric", "the fabric is not touched"),
+    "watchdog off": ([("flash_bits", WDOG_CR, "0")], "watchdog off", "the cause is still there: the watchdog"),
+    "watchdog too slow": ([("flash_bits", WDOGLOAD, "0x1312E")], "watchdog off", "the cause is still there: the watchdog"),
+    # the function that sets the guard returns at once
+    "no stack guard": ([("poke_rom", "&device_guard_stack", "0x4770")], "stack guard", "the cause is still there: the stack"),
+}
+
+
+@pytest.mark.parametrize("case", LASTING)
+def test_what_the_device_lacks_keeps_the_drive_off(case, tmp_path):
+    changes, name, refusal = LASTING[case]
+    said, result = boot(tmp_path, changes)
+    assert f"fault: {name}\n" in said, said
+    assert said.count("error: a fault is latched") == 2, said
+    assert refusal in said and "state: fault" in said
+    assert not result.trace["gates"].any()
+
+
+# How the last life ended is a fault that can be cleared; then the drive starts.
+PAST = {"watchdog_reset": "watchdog reset", "lockup_reset": "lock-up reset"}
+
+
+@pytest.mark.parametrize("reset", PAST)
+def test_how_the_last_life_ended_is_said_and_can_be_cleared(reset, tmp_path):
+    said, _ = boot(tmp_path, reset=reset, lines=("fault", "on", "clear", "on", *["version"] * 13, "status"))
+    assert f"fault: {PAST[reset]}\n" in said and said.count("error:") == 1, said
+    assert "state: operation enabled" in said
+
+
+@pytest.mark.parametrize("case", [case for case in LASTING if case.startswith("clock")])
+def test_without_the_right_clock_no_register_of_the_fabric_is_touched(case, tmp_path):
+    """Neither read nor written, whatever is typed."""
+    changes, name, _ = LASTING[case]
+    said, _ = boot(tmp_path, changes, lines=EVERY_COMMAND,
+                   more=[{"t_s": RESET_S, "event": "fabric_sealed", "args": ["1"]}])
+    assert f"fault: {name}\n" in said and "reference 0.000 rpm" in said
+
+
+def test_with_another_design_the_identity_is_read_and_nothing_is_touched(tmp_path):
+    said, _ = boot(tmp_path, [("fabric_other", "1")], lines=EVERY_COMMAND,
+                   more=[{"t_s": RESET_S + 0.001, "event": "fabric_sealed", "args": ["1"]}])
+    assert "fault: fabric\n" in said and "reference 0.000 rpm" in said
+
+
+def test_the_seal_notices(tmp_path):
+    with pytest.raises(LauncherError, match="sealed fabric is"):
+        boot(tmp_path, more=[{"t_s": RESET_S + 0.001, "event": "fabric_sealed", "args": ["1"]}])
+
+
+def test_a_fabric_that_does_not_answer_is_not_asked_twice(tmp_path):
+    """The first life hangs in the first access, which the watchdog ends; the second one says so."""
+    said, result = boot(tmp_path, [("fabric_hangs", "1")], lines=EVERY_COMMAND, reset=None)
+    assert "fault: fabric\n" in said
+    assert len(re.findall("'help' lists the commands", result.console)) == 2, "the life that hung has not come to it"
+    again, _ = boot(tmp_path / "mended", [("fabric_hangs", "1")], lines=("version", "fault"), reset=None,
+                    more=[{"t_s": AFTER_S + 0.01, "event": "fabric_hangs", "args": ["0"]},
+                          {"t_s": AFTER_S + 0.02, "event": "watchdog_reset", "args": []}])
+    assert "fault: watchdog reset\n" in again, "a reset looks again"
+
+
+def test_a_processor_fault_with_a_fabric_in_doubt_leaves_it_alone(tmp_path):
+    """An undefined instruction in the thread: the entry that switches off must not touch what may not answer."""
+    said, result = boot(tmp_path, [("pll_lost", "1")], lines=("fault",), more=[
+        {"t_s": RESET_S, "event": "fabric_sealed", "args": ["1"]},
+        {"t_s": AFTER_S - 0.02, "event": "poke_rom", "args": ["&idle", "0xDE00"]},
+        {"t_s": AFTER_S - 0.018, "event": "poke_rom", "args": ["&idle", "*idle"]}])
+    assert "usage fault (6)" in said and "fault: clock\n" in said, result.console

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: MIT
+"""What the processor's side can suffer while the motor turns: the bridge is off at once, the next life says why."""
+import numpy as np
+import pytest
+
+from launcher import simulate
+
+ON_S, SPEED_S, INJECT_S = 0.1, 1.6, 1.85
+PERIOD_S = 50e-6
+EDAC_IRQ_ENABLE = "0x40038078"
+
+
+def run(tmp_path, *events, end_s=INJECT_S + 0.2, lines=()):
+    steps = [{"t_s": ON_S, "console": "on"}, {"t_s": SPEED_S, "console": "speed 600"}]
+    steps += [{"t_s": t_s, "event": kind, "args": list(args)} for t_s, kind, *args in events]
+    steps += [{"t_s": t_s, "console": text} for t_s, text in lines]
+    return simulate({"key": "device", "end_s": end_s, "preamble_s": 0.05, "step": sorted(steps, key=lambda step: step["t_s"]),
+                     "expect_refusal": ".*"}, out_dir=tmp_path, plant="ideal", spread=0)
+
+
+def gates_on_s(result):
+    """When a gate was on, after the injection."""
+    t_s = result.trace["t_s"][result.trace["gates"] > 0]
+    return t_s[t_s > INJECT_S] - INJECT_S
+
+
+def faults(result):
+    codes = result.trace["fault"]
+    changes = codes[np.flatnonzero(np.diff(codes, prepend=0))]
+    return [result.enums["fault"][int(code)] for code in changes if code]
+
+
+CASES = {
+    "pll_lost": ("FAULT_PLL", "the MSS PLL lost its lock (39)"),
+    "fabric_pll_lost": ("FAULT_PLL", "the fabric's PLL lost its lock (48)"),
+    "memory_error": ("FAULT_ECC", "a memory error that cannot be corrected (45)"),
+}
+
+
+@pytest.mark.parametrize("event", CASES)
+def test_what_cannot_be_trusted_any_more_ends_the_program_with_the_bridge_off(event, tmp_path):
+    cause, said = CASES[event]
+    events = [(INJECT_S, event, "1")]
+    if event != "memory_error":
+        events.append((INJECT_S + 50e-6, event, "0"))  # it locks again, before the next life looks
+    result = run(tmp_path, *events, lines=[(INJECT_S + 0.1, "clear"), (INJECT_S + 0.15, "status")])
+    assert len(gates_on_s(result)) <= 1, "off before the next period begins"
+    assert faults(result) == [cause]
+    assert f"processor exception before the last reset: {said}" in result.console
+    assert "state: switch on disabled" in result.console.split("> clear")[-1]
+
+
+def test_a_memory_error_whose_interrupt_is_not_enabled_is_found_by_the_slow_loop(tmp_path):
+    """Traffic on FIC_0 can take the enabling bits back on this device (docs/fabric.md)."""
+    result = run(tmp_path, (INJECT_S - 0.01, "poke", EDAC_IRQ_ENABLE, "0"), (INJECT_S, "memory_error", "1"))
+    assert faults(result) == ["FAULT_ECC"] and len(gates_on_s(result)) <= 21
+
+
+def test_a_corrected_error_is_counted_and_disturbs_nothing(tmp_path):
+    events = [(INJECT_S + n * 1e-3, "memory_error", "0") for n in range(3)]
+    result = run(tmp_path, *events, lines=[(INJECT_S + 0.05, "status")])
+    assert not faults(result) and "memory errors corrected: 3\n" in result.console
+    assert "state: operation enabled" in result.console

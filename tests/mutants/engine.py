@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: MIT
+"""Puts fault after fault into copies of the project, on all cores, and notes who notices."""
+import threading
+import time
+from dataclasses import replace
+
+from mutants.choose import sequence, shares
+from mutants.ladder import Order, collect, concerned, play
+from mutants.tree import Trouble
+
+TRIES, TRIES_MORE = 4, 10  # so many faults of a file are tried for each that it owes
+PORTION = 8                # tests that a worker takes at a time when the tree as it is runs them
+
+
+class Engine:
+    """sources: what faults go into; trees: one for each worker; store: what is known; say: called with each line of it."""
+
+    def __init__(self, sources, trees, rungs, store, seed, say, keep_going=False):
+        self.sources, self.trees, self.rungs, self.store, self.seed, self.say = sources, trees, rungs, store, seed, say
+        self.keep_going, self.broken = keep_going, []  # tests that fail without any fault
+        self.order, self.lock, self.prepared = Order(), threading.Lock(), set()
+        self.portions, self.tests, self.measured = None, {}, {}
+        self.left, self.failure, self.judged, self.tried = {}, None, {}, {}
+        for entry in store.known.values():
+            self.order.learn(*entry["identity"].split("|")[:2], entry.get("asked", []), entry["by"])
+
+    def run(self, count, files):
+        """{identity: (fault, entry)} of `count` mutants, or as many as there are."""
+        self.left = {file: sequence(self.sources.faults[file], self.seed, file) for file in files}
+        weights = {file: self.sources.weights[file] for file in files if self.sources.faults[file]}
+        owed = shares(weights, count, self.sources.decides & set(weights))
+        while sum(owed.values()) and not self.failure:
+            self.wanted = sum(owed.values()) + len(self.judged)
+            self._share_out(owed)
+            short = count - len(self.judged)
+            rest = {file: weight for file, weight in weights.items() if self.left[file] is not None}
+            owed = shares(rest, short) if rest and short > 0 else {}
+        if self.failure:
+            raise self.failure
+        return self.judged
+
+    def plan(self, count, files):
+        """The faults that would be tried first, without judging any."""
+        weights = {file: self.sources.weights[file] for file in files if self.sources.faults[file]}
+        for file, number in shares(weights, count, self.sources.decides & set(weights)).items():
+            for fault, _ in zip(sequence(self.sources.faults[file], self.seed, file), range(number)):
+                yield file, fault
+
+    def _share_out(self, owed):
+        queue = sorted((file for file in owed if owed[file]), key=lambda file: (-owed[file], file))
+        threads = [threading.Thread(target=self._work, args=(tree, queue, owed), daemon=True) for tree in self.trees]
+        for thread in threads:
+            thread.start()
+        try:
+            for thread in threads:
+                while thread.is_alive():
+                    thread.join(0.2)
+        except BaseException:
+            self.failure = KeyboardInterrupt()
+            for tree in self.trees:
+                tree.stop()
+            raise
+
+    def _work(self, tree, queue, owed):
+        try:
+            while not self.failure:
+                with self.lock:
+                    if not queue:
+                        return
+                    file = queue.pop(0)
+                self._file(tree, file, owed[file])
+        except BaseException as error:  # of a thread: the main one ends the run with it
+            self.failure = self.failure or error
+
+    def _file(self, tree, file, count):
+        done = tried = 0
+        while done < count and tried < TRIES * count + TRIES_MORE and not self.failure:
+            fault = next(self.left[file], None)
+            if fault is None:
+                self.left[file] = None
+                return
+            tried += 1
+            entry = self.store.get(fault)
+            known = entry is not None
+            entry = entry or self._judge(tree, fault)
+            with self.lock:
+                if not known:
+                    self.store.put(fault, entry, tree.root)
+                    self.order.learn(fault.file, fault.function, entry.get("asked", []), entry["by"])
+                if entry["outcome"] in ("noticed", "survived"):
+                    done += 1
+                    self.judged[fault.identity] = (fault, entry)
+                    self._tell(fault, entry, known)
+                else:
+                    self.tried[fault.identity] = (fault, entry)
+        if done < count:
+            self.left[file] = None
+
+    def _tell(self, fault, entry, known):
+        by = f" by {entry['by']}" if entry["by"] else ""
+        took = "as before" if known else f"{entry['build_s'] + entry['tests_s']:.1f} s"
+        count = f"{len(self.judged):4}/{self.wanted}"
+        self.say(f"{count} {entry['outcome']} {fault.file}:{fault.line} {fault.kind}{by} ({took})")
+
+    def _judge(self, tree, fault):
+        self._ready(tree)
+        begun = time.monotonic()
+        try:
+            none = tree.insert(fault, self.sources.texts[fault.file])
+            built = time.monotonic()
+            if none:
+                return {"outcome": none, "by": "", "build_s": round(built - begun, 2), "tests_s": 0.0}
+            tests = self.order.sorted(fault, concerned(self.measured.values(), tree.changed_products()))
+            results = play(tree, tests) if tests else []
+        finally:
+            tree.restore(fault.file, self.sources.texts[fault.file])
+        name, what, _ = results[-1] if results else ("", "passed", 0.0)
+        by = name if what != "passed" else ""
+        return {"outcome": "noticed" if by else "survived", "by": by, "how": what, "rung": self.rung_of(by),
+                "asked": [asked for asked, _, _ in results], "cpu_s": round(sum(cpu_s for _, _, cpu_s in results), 2),
+                "build_s": round(built - begun, 2), "tests_s": round(time.monotonic() - built, 2)}
+
+    def rung_of(self, name):
+        for rung in self.rungs:
+            if any(name.split("::")[0] == place or name.startswith(place.rstrip("/") + "/") for place in rung.tests):
+                return rung.name
+        return ""
+
+    # ---- before the first mutant ----
+
+    def _ready(self, tree):
+        """Builds a worker's tree as it is, and takes its part in seeing that all tests pass there and how long they take."""
+        if tree in self.prepared:
+            return
+        tree.prepare()
+        with self.lock:
+            if self.portions is None:
+                self._collect(tree)
+        while not self.failure:
+            with self.lock:
+                portion = self.portions.pop() if self.portions else None
+            if portion is None:
+                break
+            self._measure(tree, portion)
+        tree.keep()
+        while len(self.measured) < len(self.tests) and not self.failure:
+            time.sleep(0.05)
+        if self.failure:
+            raise self.failure
+        self.prepared.add(tree)
+
+    def _collect(self, tree):
+        tests = collect(tree, self.rungs)
+        self.tests = {test.name: test for test in tests}
+        self.portions = [tests[n:n + PORTION] for n in range(0, len(tests), PORTION)]
+        self.say(f"{len(tests)} tests; first on the tree as it is")
+
+    def _measure(self, tree, portion):
+        results = play(tree, portion, to_the_end=True)
+        failed = [name for name, what, _ in results if what != "passed"]
+        failed += sorted({test.name for test in portion} - {name for name, _, _ in results})
+        if failed and not self.keep_going:
+            raise Trouble(f"the tree as it is does not pass {failed[0]}; mend that first, or leave it out by KEEP_GOING=1")
+        with self.lock:
+            self.broken += failed
+            for name in failed:
+                del self.tests[name]
+                self.say(f"left out: {name} fails without any fault")
+            self.measured |= {name: replace(self.tests[name], cpu_s=max(cpu_s, 0.01)) for name, _, cpu_s in results
+                              if name in self.tests}
+            if len(self.measured) == len(self.tests):
+                self.say(f"they take {sum(test.cpu_s for test in self.measured.values()):.0f} s of CPU")

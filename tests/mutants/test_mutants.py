@@ -1,0 +1,333 @@
+# SPDX-License-Identifier: MIT
+"""The engine of `make mutants`: every kind of fault is what it says, the choice is reproducible, and the verdicts are right."""
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from mutants import ladder
+from mutants.choose import Sources, sequence, shares
+from mutants.ctext import NotUnderstood, regions, walk
+from mutants.engine import Engine
+from mutants.fault import KINDS
+from mutants.faults_asm import asm_faults
+from mutants.faults_c import c_faults, enum_neighbours
+from mutants.ladder import Rung
+from mutants.report import complaints, diff, load_reasons, table
+from mutants.store import Store, fingerprint
+from mutants.tree import Project, Tree, Trouble, digest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+SAMPLE = textwrap.dedent("""\
+    #include <stdbool.h>
+    enum mode { MODE_OFF, MODE_SLOW, MODE_FAST };
+    struct axis { volatile int count; enum mode mode; int i_d_ref, i_q_ref; };
+    #define LIMIT 500u /* a remark with + and < */
+    #define MASK  (1u << 3)
+    static const int steps[] = {1, 200};
+    extern int f(int a, int b); void g(void); bool h(int);
+    int work(struct axis *x, const int *p)
+    {
+        int sum = -x->i_d_ref + *p * 3; // a - b
+        g();
+        sum = f(sum, 7);
+        x->count = sum & 0xF0u;
+        if (sum >= 20 && x->mode == MODE_SLOW) {
+            return 4;
+        }
+        for (int i = 0; i < 9; i++) {
+            sum += steps[i & 1] << 2;
+        }
+        switch (x->mode) {
+        case MODE_FAST:
+            g();
+            break;
+        default:
+            break;
+        }
+        while (!h(sum) && (unsigned)sum < LIMIT) {
+            sum -= MASK;
+        }
+        if (h(x->i_q_ref)) {
+            x->mode = MODE_OFF;
+        } else {
+            x->count++;
+        }
+        return h(sum) ? ~sum : true;
+    }
+    """)
+C_EXPECTED = {
+    "sign": ["int sum = x->i_d_ref + *p * 3;", "int sum = -x->i_d_ref - *p * 3;", "sum -= steps[i & 1] << 2;", "x->count--;"],
+    "operator": ["int sum = -x->i_d_ref + *p / 3;", "x->count = sum | 0xF0u;", "sum += steps[i & 1] >> 2;",
+                 "return h(sum) ? sum : true;"],
+    "constant": ["#define LIMIT 1000u", "#define LIMIT 250u", "x->count = sum & 0xE0u;", "static const int steps[] = {1, 400};",
+                 "if (sum >= 40 && x->mode == MODE_SLOW) {"],
+    "off by one": ["sum = f(sum, 8);", "for (int i = 0; i <= 9; i++) {", "if (sum > 20 && x->mode == MODE_SLOW) {",
+                   "#define MASK (1u << 4)", "return 3;"],
+    "condition": ["if (sum < 20 && x->mode == MODE_SLOW) {", "if (sum >= 20 || x->mode == MODE_SLOW) {",
+                  "if (!(h(x->i_q_ref))) {", "while (h(sum) && (unsigned)sum < LIMIT) {", "if (true) {"],
+    "dropped statement": [";", "x->mode = MODE_OFF; => ;"],
+    "dropped check": ["if (false) {"],
+    "order": ["x->count = sum & 0xF0u; sum = f(sum, 7);"],
+    "arguments": ["sum = f(7, sum);"],
+    "operand": ["int sum = -x->i_q_ref + *p * 3;", "if (h(x->i_d_ref)) {"],
+    "state": ["case MODE_SLOW:", "x->mode = MODE_SLOW;", "return h(sum) ? ~sum : false;"],
+    "volatile": ["struct axis { int count; enum mode mode; int i_d_ref, i_q_ref; };"],
+}
+
+ASSEMBLY = textwrap.dedent("""\
+    /* a remark: add r0, r0, #1 */
+            .equ    ROOM, 32
+            .type   work, %function
+    work:
+            push    {r4, lr}
+            ldr     r0, [r1, #AXIS_D]       @ first
+            ldr     r2, [r1, #AXIS_Q]
+            sub     r0, r0, r2, asr #3
+            subs    r3, r2, r0
+            cmp     r0, r3
+            itt     gt
+            movgt   r1, r0
+            andgt   r4, r4, r4, asr #31
+            blo     work
+            pop     {r4, pc}
+    """)
+ASM_EXPECTED = {
+    "dropped statement": ["cmp r0, r3 => "],
+    "constant": [".equ ROOM, 64"],
+    "operand": ["ldr r0, [r1, #AXIS_Q]"],
+    "operator": ["add r0, r0, r2, asr #3", "sub r0, r0, r2, lsr #3"],
+    "off by one": ["sub r0, r0, r2, asr #4", "itt ge movge r1, r0 andge r4, r4, r4, asr #31", "bls work"],
+    "condition": ["itt le movle r1, r0 andle r4, r4, r4, asr #31", "bhs work"],
+    "arguments": ["subs r3, r0, r2", "cmp r3, r0"],
+    "order": ["subs r3, r2, r0 sub r0, r0, r2, asr #3"],
+}
+
+
+def said(faults, kind):
+    return {text for f in faults if f.kind == kind for text in (f.replacement, f"{f.original} => {f.replacement}")}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_fault_in_c(kind):
+    faults = c_faults("a.c", SAMPLE, enums=enum_neighbours({"a.c": SAMPLE}))
+    assert set(C_EXPECTED[kind]) <= said(faults, kind), said(faults, kind)
+    assert all(f.applied(SAMPLE).count("\n") == SAMPLE.count("\n") for f in faults)
+
+
+@pytest.mark.parametrize("kind", ASM_EXPECTED)
+def test_every_kind_of_fault_in_assembly(kind):
+    faults = asm_faults("a.S", ASSEMBLY)
+    assert set(ASM_EXPECTED[kind]) <= said(faults, kind), said(faults, kind)
+    assert {f.function for f in faults} == {"work", "ROOM"}
+
+
+def test_remarks_includes_declarations_and_types_have_no_faults():
+    lines = {f.line for f in c_faults("a.c", SAMPLE)}
+    assert not lines & {1, 2, 7, 8}
+    assert not any("remark" in f.original + f.replacement for f in c_faults("a.c", SAMPLE))
+    assert not any(f.line == 1 for f in asm_faults("a.S", ASSEMBLY))
+
+
+def test_statements_are_found_whatever_is_nested():
+    text = "void f(void)\n{\n    if (a)\n        do {\n            x = (int[]){1, 2}[0];\n        } while (b);\n    else\n"
+    kinds = [statement.kind for statement in walk(regions(text + "        c();\n}\n")[0].body)]
+    assert kinds == ["block", "if", "do", "block", "expression", "expression"]
+    with pytest.raises(NotUnderstood, match="a.c"):
+        regions("void f(void)\n{\n    int x = 1\n}\n", "a.c")
+
+
+@pytest.fixture(scope="module")
+def sources():
+    return Sources(ROOT)
+
+
+def test_every_file_of_the_drive_is_understood(sources):
+    assert len(sources.texts) > 40
+    identities = [fault.identity for faults in sources.faults.values() for fault in faults]
+    assert len(set(identities)) == len(identities) > 3000
+    assert all(sources.faults[name] for name in sources.decides)
+    assert {fault.kind for faults in sources.faults.values() for fault in faults} == set(KINDS)
+    for name, faults in sources.faults.items():
+        text = sources.texts[name]
+        assert all(f.applied(text) != text and f.applied(text).count("\n") == text.count("\n") for f in faults[::7])
+
+
+def test_every_explained_survivor_is_a_fault_that_there_is(sources):
+    present = {fault.identity for faults in sources.faults.values() for fault in faults}
+    assert not set(load_reasons(ROOT / "tests" / "mutants" / "equivalent.toml")) - present
+
+
+def test_the_choice_is_the_seeds_and_outlives_other_lines():
+    def order(seed, text=SAMPLE):
+        return [f.identity for f in sequence(c_faults("a.c", text), seed, "a.c")]
+    assert order("1") == order("1") and sorted(order("1")) == sorted(order("2")) and order("1") != order("2")
+    assert order("1", "\n/* more */\n" + SAMPLE) == order("1")
+    first = list(sequence(c_faults("a.c", SAMPLE), "1", "a.c"))[:8]
+    assert len({f.line for f in first}) == 8 and len({f.kind for f in first}) >= 7
+
+
+def test_shares_are_by_weight_and_leave_no_file_with_a_decision_out():
+    assert shares({"a": 60, "b": 30, "c": 10}, 10) == {"a": 6, "b": 3, "c": 1}
+    given = shares({"a": 1000, "b": 500, "c": 1, "d": 1}, 20, {"c"})
+    assert given["c"] == 1 and given["d"] == 0 and sum(given.values()) == 20 and given["a"] > given["b"]
+    assert shares({"a": 5, "b": 1}, 1, {"a", "b"}) == {"a": 1, "b": 1}
+
+
+# ---- the engine on a small project of its own ----
+
+LEVEL = textwrap.dedent("""\
+    #define UNSEEN 12345
+    int seen(int level)
+    {
+        int sum = 0;
+        for (int n = 0; n < level; n++) {
+            sum += n;
+        }
+        return sum;
+    }
+    int unseen(int level)
+    {
+        return level + UNSEEN;
+    }
+    """)
+SEEN_TEST = textwrap.dedent("""\
+    import ctypes
+    from pathlib import Path
+
+    def test_seen():
+        assert ctypes.CDLL(str(Path("build/level.so").resolve())).seen(5) == 10
+    """)
+MAKEFILE = textwrap.dedent("""\
+    build/level.so: build/obj/level.o
+    \tcc -shared $< -o $@
+    build/obj/level.o: firmware/level.c
+    \t@mkdir -p build/obj
+    \tcc -O1 -g -fPIC -c $< -o $@
+    """)
+
+
+@pytest.fixture
+def small(tmp_path, monkeypatch):
+    """A project with one file, one test, and a folder for the engine."""
+    monkeypatch.setattr(ladder, "CPU_MORE_S", 1.0)
+    root = tmp_path / "project"
+    for name, text in {"firmware/level.c": LEVEL, "tests/test_seen.py": SEEN_TEST, "Makefile": MAKEFILE}.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(text)
+    return root, tmp_path / "work"
+
+
+def project(root):
+    return Project(root, ("make", "-s"), ("build/level.so",), ("build/obj/*.o",), ("build/level.so",), "objcopy")
+
+
+def judge(root, work, count, keep=lambda fault: True, **more):
+    """Runs the engine with one worker on the faults that `keep` takes: {replacement: outcome}, and what it said."""
+    sources, heard = Sources(root, rooms=("firmware",), also=()), []
+    for name in sources.faults:
+        sources.faults[name] = [fault for fault in sources.faults[name] if keep(fault)]
+    work.mkdir(exist_ok=True)
+    store = Store(work / "results.jsonl", root, {name: digest(text) for name, text in sources.texts.items()},
+                  fingerprint(root, ("firmware", "tests")))
+    rungs = [Rung("unit", ("tests",), product="build/level.so")]
+    engine = Engine(sources, [Tree(project(root), work / "w0")], rungs, store, "1", heard.append, **more)
+    judged = engine.run(count, list(sources.faults))
+    outcomes = {f.replacement: entry["outcome"] for f, entry in [*judged.values(), *engine.tried.values()]}
+    return outcomes, heard, judged, sources
+
+
+def test_what_matters_is_noticed_and_what_does_not_is_not(small):
+    wanted = {"sum -= n;": "noticed", "for (int n = 0; n < level; n--) {": "noticed",
+              "for (int n = 1; n < level; n++) {": "survived", "return level - UNSEEN;": "survived"}
+    outcomes, heard, judged, sources = judge(*small, 4, lambda fault: fault.replacement in wanted)
+    assert outcomes == wanted
+    assert any("noticed firmware/level.c:6 sign by tests/test_seen.py::test_seen" in line for line in heard)
+    found = list(complaints(judged, {}, sources))
+    assert len(found) == 3 and found[0] == "2 of 4 noticed, at least 95 % are asked for" and "nothing notices" in found[1]
+    rows = list(table("kind", [(f.kind, entry["outcome"], entry["rung"]) for f, entry in judged.values()]))
+    assert [line.split() for line in (rows[0], rows[-1])] == [["kind", "mutants", "noticed", "unit"],
+                                                              ["all", "4", "2", "50", "%", "2"]]
+    one = next(fault for fault, entry in judged.values() if fault.kind == "sign" and entry["outcome"] == "noticed")
+    assert "-        sum += n;\n+        sum -= n;" in diff(one, LEVEL)
+    assert (small[1] / "w0" / "tree" / "firmware" / "level.c").read_text() == LEVEL
+
+
+def test_a_mutant_that_does_not_build_or_is_the_same_code_does_not_count(small):
+    root, work = small
+    more = "int unused = 7;\n    unused = 8;\n    return sum;"
+    (root / "firmware" / "level.c").write_text(LEVEL.replace("return sum;", more))
+    outcomes, _, judged, _ = judge(root, work, 2, lambda fault: fault.replacement in (
+        "int unused = 8;", "int unused = 6;", "sum -= n;", "return level / UNSEEN;", ";") and "return" not in fault.original)
+    assert outcomes["int unused = 8;"] == "same code" and len(judged) == 2
+    assert {entry["outcome"] for _, entry in judged.values()} == {"noticed"}
+
+
+def test_a_mutant_that_does_not_end_is_stopped_and_noticed(small):
+    root, work = small
+    (root / "firmware" / "level.c").write_text(LEVEL.replace("int sum = 0;", (
+        "int sum = 0;\n    volatile int rest = 3;\n    while (rest > 0) {\n        rest--;\n    }")))
+    outcomes, _, judged, _ = judge(root, work, 1, lambda fault: fault.original == "rest--;" and fault.replacement == ";")
+    [(_, entry)] = judged.values()
+    assert entry["outcome"] == "noticed" and entry["how"].startswith("did not end")
+
+
+def test_what_is_known_is_not_done_again_and_what_has_changed_is(small, monkeypatch):
+    root, work = small
+    signs = {"sum -= n;", "return level - UNSEEN;"}
+    first, heard, *_ = judge(root, work, 2, lambda fault: fault.replacement in signs)
+    with open(work / "results.jsonl", "a") as out:
+        out.write('{"identity": "cut o')
+    with monkeypatch.context() as patch:
+        patch.setattr(Tree, "run", lambda *_: pytest.fail("nothing was left to do"))
+        again, heard, *_ = judge(root, work, 2, lambda fault: fault.replacement in signs)
+    assert again == first and all("as before" in line for line in heard)
+
+    (root / "tests" / "test_more.py").write_text(SEEN_TEST.replace("seen(5) == 10", "unseen(1) == 12346"))
+    now, heard, *_ = judge(root, work, 2, lambda fault: fault.replacement in signs)
+    assert now == {replacement: "noticed" for replacement in signs}
+    assert ["as before" in line for line in heard if "/2" in line].count(True) == 1
+
+
+def test_what_an_interrupted_run_left_is_no_base_for_the_next(small):
+    root, work = small
+    faults = c_faults("firmware/level.c", LEVEL)
+    fault = next(fault for fault in faults if fault.replacement == "sum -= n;")
+    tree = Tree(project(root), work / "w0")
+    tree.prepare()
+    tree.keep()
+    right = tree.products
+    assert tree.insert(fault, LEVEL) == "" and tree.changed_products() == {"build/level.so"}
+    again = Tree(project(root), work / "w0")
+    again.prepare()
+    again.keep()
+    assert again.products == right and (again.root / fault.file).read_text() == LEVEL
+
+
+def test_a_tree_that_fails_as_it_is_is_no_base_for_verdicts(small):
+    root, work = small
+    (root / "tests" / "test_seen.py").write_text(SEEN_TEST.replace("10", "11"))
+    with pytest.raises(Trouble, match="does not pass tests/test_seen.py::test_seen"):
+        judge(root, work, 1)
+    (root / "firmware" / "level.c").write_text("int seen(int level)\n{\n    return 1 + nothing;\n}\n")
+    with pytest.raises(Trouble, match="does not build"):
+        judge(root, work, 1)
+
+
+def test_what_fails_without_a_fault_can_be_left_out_and_is_named(small):
+    root, work = small
+    (root / "tests" / "test_more.py").write_text(SEEN_TEST.replace("10", "11").replace("test_seen", "test_broken"))
+    outcomes, heard, *_ = judge(root, work, 1, lambda fault: fault.replacement == "sum -= n;", keep_going=True)
+    assert outcomes == {"sum -= n;": "noticed"}
+    assert "left out: tests/test_more.py::test_broken fails without any fault" in heard
+
+
+def test_stale_and_unreasoned_entries_are_complained_of(small, tmp_path):
+    *_, judged, sources = judge(*small, 1, lambda fault: fault.replacement == "sum -= n;")
+    noticed = next(iter(judged))
+    found = list(complaints(judged, {noticed: "a reason", "firmware/gone.c|f|a|b|1": "a reason"}, sources))
+    assert len(found) == 2 and "is noticed now" in found[0] and "no such fault any more" in found[1]
+    (tmp_path / "e.toml").write_text('[[mutant]]\nfile = "a"\nfunction = "f"\noriginal = "x"\nreplacement = "y"\nreason = ""\n')
+    with pytest.raises(ValueError, match="without reason"):
+        load_reasons(tmp_path / "e.toml")

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: MIT */
+#include "rotor.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "firmware/settings/config.h"
+
+#define SUBSTEPS 2
+#define TURN     (2 * M_PI)
+
+struct rotor {
+    const struct rotor_case *k;
+    double p, flux_wb, angle_rad, speed_rad_s, kt_nm, load_nm, friction_nm, cogging_nm, inertia_kgm2;
+    double i_range_a, v_range_v, least_rad, most_rad;
+    int32_t zero; /* of the encoder's counter */
+    bool stuck;
+};
+
+static uint32_t counter(const struct rotor *r, int32_t told)
+{
+    const int32_t now = (int32_t)floor(r->angle_rad * r->k->counts / TURN) - r->zero;
+    const int32_t seen = r->k->dead ? 0 : (r->k->backwards ? -now : now);
+    return (uint32_t)((seen % told + told) % told);
+}
+
+/* The ratchet of a hoist holds at rest what the hoist pulls, and friction holds what is left. */
+static bool breaks_loose(struct rotor *r, double torque_nm)
+{
+    const double up_nm = r->friction_nm + fmax(r->load_nm, 0), down_nm = r->friction_nm + fmax(-r->load_nm, 0);
+    r->speed_rad_s = torque_nm > up_nm ? 1e-9 : -1e-9;
+    return torque_nm > up_nm || torque_nm < -down_nm;
+}
+
+static void turn(struct rotor *r, double field_rad, double current_a, double dt_s)
+{
+    const double lead = field_rad - r->p * r->angle_rad;
+    const double saliency_h = (r->k->lq_uh - r->k->ld_uh) * 1e-6;
+    const double torque_nm = r->kt_nm * current_a * sin(lead) * (1 - saliency_h * current_a * cos(lead) / r->flux_wb) -
+                             r->cogging_nm * sin(r->k->cogging_per_rev * r->angle_rad);
+    if (r->k->locked) {
+        return;
+    }
+    if (r->stuck && !breaks_loose(r, torque_nm)) {
+        r->speed_rad_s = 0;
+        return;
+    }
+    r->stuck = false;
+    const double way = r->speed_rad_s > 0 ? 1 : -1;
+    const double next = r->speed_rad_s + (torque_nm - r->load_nm - r->friction_nm * way) / r->inertia_kgm2 * dt_s;
+    r->stuck = next * way <= 0;
+    r->speed_rad_s = r->stuck ? 0 : next;
+    r->angle_rad += r->speed_rad_s * dt_s;
+}
+
+/* The current loop is taken to be perfect; what it would put out for that on the q axis is what the magnets induce. */
+static void run_millisecond(struct rotor *r, struct current_loop *c)
+{
+    for (uint32_t n = 0; n < CONFIG_LOOPS_PER_SLOW; n++) {
+        const double field_rad = c->field_angle_q32 / 4294967296.0 * TURN;
+        const double current_a = c->i_d_ref_q15 / 32768.0 * r->i_range_a;
+        for (int s = 0; s < SUBSTEPS; s++) {
+            turn(r, field_rad, current_a, 1.0 / CONFIG_PWM_HZ / SUBSTEPS);
+        }
+        const double emf_v = r->speed_rad_s * r->p * r->flux_wb * cos(field_rad - r->p * r->angle_rad);
+        const double field_rad_s = c->field_speed_q32 / 4294967296.0 * TURN * CONFIG_PWM_HZ;
+        const double inductance_h = (r->k->locked ? (r->k->ld_uh + r->k->lq_uh) / 2.0 : r->k->ld_uh) * 1e-6;
+        const double v_q_v = emf_v + field_rad_s * inductance_h * current_a;
+        c->v_q_q15 = (int32_t)lrint(v_q_v / r->v_range_v * 32768);
+        c->field_angle_q32 += (uint32_t)c->field_speed_q32;
+    }
+    r->least_rad = fmin(r->least_rad, r->angle_rad);
+    r->most_rad = fmax(r->most_rad, r->angle_rad);
+}
+
+static struct rotor made(const struct rotor_case *k, const struct params *p)
+{
+    struct rotor r = {.k = k, .p = k->pole_pairs, .flux_wb = k->flux_uwb * 1e-6, .stuck = true};
+    r.angle_rad = r.least_rad = r.most_rad = k->start_deg / 360.0 * TURN / r.p;
+    r.kt_nm = 1.5 * r.p * r.flux_wb;
+    r.load_nm = k->hoist_unm * 1e-6;
+    r.friction_nm = k->friction_unm * 1e-6;
+    r.cogging_nm = k->cogging_unm * 1e-6;
+    r.inertia_kgm2 = k->inertia_gmm2 * 1e-9;
+    r.i_range_a = p->i_range_ma / 1000.0;
+    r.v_range_v = p->v_range_mv / 1000.0;
+    r.zero = (int32_t)floor(r.angle_rad * k->counts / TURN);
+    return r;
+}
+
+void rotor_align(const struct rotor_case *k, const struct params *p, struct rotor_outcome *out)
+{
+    struct tuning t;
+    struct current_loop c;
+    struct alignment a;
+    struct rotor r = made(k, p);
+    memset(&c, 0, sizeof c);
+    (void)tuning_compute(p, &t); /* the speed loop's margins are not of interest here */
+    c.encoder_scale_q32 = t.encoder_scale_q32;
+    alignment_start(&a, &c, &t, 0);
+    out->result = ALIGNMENT_RUNNING;
+    for (out->time_ms = 0; out->result == ALIGNMENT_RUNNING && out->time_ms < 200000; out->time_ms++) {
+        run_millisecond(&r, &c);
+        out->result = alignment_step(&a, &c, &t, counter(&r, p->encoder_counts));
+    }
+    const double believed = counter(&r, p->encoder_counts) * (double)c.encoder_scale_q32 + c.angle_offset_q32;
+    out->error_mdeg = (int32_t)lrint(remainder(believed / 4294967296.0 - r.p * r.angle_rad / TURN, 1) * 360e3);
+    out->moved_mturn = (int32_t)lrint(
+        fmax(r.most_rad - k->start_deg / 360.0 * TURN / r.p, k->start_deg / 360.0 * TURN / r.p - r.least_rad) * r.p /
+        TURN * 1000);
+    out->detail[0] = a.detail[0];
+    out->detail[1] = a.detail[1];
+}

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: MIT
+"""What `on` refuses for its margin, against the loop's own frequency response; and that the value it offers works."""
+import cmath
+import math
+import random
+
+import pytest
+from launcher.data import MOTORS, available
+from launcher.rules import speed_margin_deg
+
+from unit.test_tuning import compute, shipped, struct
+
+PWM_HZ, SLOW_S, LOOP_S = 20000, 1e-3, 50e-6
+
+
+def crossover(gain):
+    """Where |gain(w)| falls through 1, rad/s."""
+    low, high = 1e-3, 1e6
+    while high / low > 1 + 1e-12:
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if abs(gain(middle)) > 1 else (low, middle)
+    return low
+
+
+def current_margin_deg(bandwidth_hz):
+    a = 2 * math.pi * bandwidth_hz / PWM_HZ
+
+    def loop(w):
+        z = cmath.exp(1j * w / PWM_HZ)
+        return a / (z * (z - 1))
+    return 180 + math.degrees(cmath.phase(loop(crossover(lambda w: loop(min(w, PWM_HZ * math.pi))))))
+
+
+def speed_margin(bandwidth_hz, current_bw_hz):
+    w0, delay_s = 2 * math.pi * bandwidth_hz, SLOW_S + LOOP_S + SLOW_S / 8
+
+    def loop(w):
+        return w0 / (1j * w) * (1 + w0 / 4 / (1j * w))
+    w = crossover(loop)
+    return 180 + math.degrees(cmath.phase(loop(w))) - math.degrees(math.atan(w / (2 * math.pi * current_bw_hz)) + w * delay_s)
+
+
+def test_the_current_loops_limit(c):
+    limit = c.margin_current_bw_hz()
+    assert current_margin_deg(limit) >= 45 > current_margin_deg(limit + 1)
+    p = shipped()
+    assert compute(c, {**p, "current_bw_hz": limit})[0] == "ERROR_NONE"
+    assert compute(c, {**p, "current_bw_hz": limit + 1})[:2] == ("ERROR_CURRENT_MARGIN", limit)
+
+
+def test_the_speed_loops_margin(c):
+    for speed_bw_hz in (1, 5, 20, 60, 100, 200):
+        for current_bw_hz in (50, 300, 1000, 1647):
+            expected = speed_margin(speed_bw_hz, current_bw_hz)
+            assert c.margin_of_speed_u16(speed_bw_hz, current_bw_hz) * 360 / 65536 == pytest.approx(expected, abs=0.03)
+            assert speed_margin_deg(speed_bw_hz, current_bw_hz) == pytest.approx(expected, abs=0.03)
+
+
+@pytest.mark.parametrize("current_bw_hz", [60, 200, 500, 1000, 1647])
+def test_the_speed_loops_limit(c, current_bw_hz):
+    limit = c.margin_speed_bw_hz(current_bw_hz)
+    assert speed_margin(limit, current_bw_hz) > 44.97 and speed_margin(limit + 1, current_bw_hz) < 45.03
+    p = {**shipped(), "encoder_counts": 40000, "current_bw_hz": current_bw_hz}
+    assert compute(c, {**p, "speed_bw_hz": limit})[0] == "ERROR_NONE"
+    assert compute(c, {**p, "speed_bw_hz": limit + 1})[:2] == ("ERROR_SPEED_MARGIN", limit)
+    assert compute(c, {**p, "speed_bw_hz": 200})[:2] == ("ERROR_SPEED_MARGIN", limit)
+
+
+def test_the_limits_by_themselves(c):
+    assert (c.margin_current_bw_hz(), c.margin_speed_bw_hz(1000)) == (1647, 63)
+    assert c.margin_speed_bw_hz(1) == 0 or speed_margin(1, 1) > 44.9
+
+
+def count_asks_a(c, p, speed_bw_hz):
+    """What a count within a slow period makes the speed loop ask for."""
+    inertia, kt = p["inertia_gmm2"] * 1e-9, 1.5 * p["pole_pairs"] * c.mtpa_flux_nwb(struct(c, p)) * 1e-9
+    return inertia / kt * 2 * math.pi * speed_bw_hz * (2 * math.pi / p["encoder_counts"] / SLOW_S)
+
+
+def test_the_encoders_limit(c):
+    """A tenth of a count may ask for i_max."""
+    draw, refused = random.Random(5), 0
+    for _ in range(300):
+        motor = draw.choice(available(MOTORS))
+        p = {**shipped(motor), "encoder_counts": draw.choice([64, 100, 400, 1000, 4000])}
+        p["inertia_gmm2"] = round(p["inertia_gmm2"] * draw.uniform(0.2, 20))
+        error, works, tuning = compute(c, p)
+        if error == "ERROR_SPEED_RESOLUTION":
+            refused += 1
+            assert count_asks_a(c, p, p["speed_bw_hz"]) > 9.99 * p["i_max_ma"] / 1000
+            assert works == c.margin_resolution_bw_hz(struct(c, p), tuning)
+            assert count_asks_a(c, p, works) <= 10.01 * p["i_max_ma"] / 1000 <= count_asks_a(c, p, works + 1.05)
+            assert compute(c, {**p, "speed_bw_hz": works})[0] == "ERROR_NONE"
+        else:
+            assert error in ("ERROR_NONE", "ERROR_SPEED_UNRESOLVED")
+            assert count_asks_a(c, p, 1 if error != "ERROR_NONE" else p["speed_bw_hz"]) > 9.99 * p["i_max_ma"] / 1000 \
+                or error == "ERROR_NONE" and count_asks_a(c, p, p["speed_bw_hz"]) <= 10.01 * p["i_max_ma"] / 1000
+    assert refused > 30
+
+
+def test_every_shipped_motor_has_its_margin_and_no_less_than_could_be(c):
+    for motor in available(MOTORS):
+        p = shipped(motor)
+        assert speed_margin(p["speed_bw_hz"], p["current_bw_hz"]) >= 45
+        assert compute(c, {**p, "inertia_gmm2": 5 * p["inertia_gmm2"]})[0] == "ERROR_NONE", "room for a wrong inertia"
