@@ -92,8 +92,8 @@ void supervision_step(struct axis *a);
 enum fault supervise_encoder_blame(const struct axis *a, enum fault seen);
 
 /*
- * Whether a phase has begun to carry nothing, and which (as in the fault's detail): too short a time for a fault of its own, long
- * enough to be the cause of an over-current or of a speed that is lost. Any context.
+ * Whether a phase has begun to carry nothing, and which (as in the fault's detail): too short a time for a fault of its own,
+ * long enough to be the cause of an over-current or of a speed that is lost. Any context.
  */
 bool supervise_phases_suspect(const struct axis *a, int32_t *phase);
 
