@@ -147,11 +147,15 @@ static void watch_heartbeat(struct axis *a)
 static void watch_latches(struct axis *a)
 {
     const uint32_t status = gate_status(&a->fabric->gate);
-    if (a->faults.cause != FAULT_NONE || (status & GATE_STATUS_LATCHES) == 0u) {
+    if (a->faults.cause != FAULT_NONE) {
         return;
     }
-    const enum fault cause = fault_from_gate(status);
-    axis_raise(a, cause == FAULT_LOOP_OVERRUN ? FAULT_LOOP_STOPPED : cause);
+    if ((status & GATE_STATUS_LATCHES) != 0u) {
+        const enum fault cause = fault_from_gate(status);
+        axis_raise(a, cause == FAULT_LOOP_OVERRUN ? FAULT_LOOP_STOPPED : cause);
+    } else if (current_loop_is_on(&a->loop) && (status & GATE_STATUS_LIVE) == 0u) {
+        axis_raise(a, FAULT_GATES_OFF);
+    }
 }
 
 /* What the encoder counts is no longer what alignment found. */

@@ -52,6 +52,7 @@ enum fault {
     FAULT_POLE_PAIRS,        /* start: pole_pairs does not fit the encoder's counts */
     FAULT_ROTOR_BLOCKED,     /* start: the rotor does not follow the field */
     FAULT_LOAD_TOO_HIGH,     /* start: the load turns the rotor out of the field */
+    FAULT_GATES_OFF,         /* the fabric has switched the gates off and latched no cause */
     FAULT_COUNT
 };
 

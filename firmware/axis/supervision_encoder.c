@@ -144,6 +144,8 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e)
     if (counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << 13))) {
         if (stands_with_emf(e)) {
             axis_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
+        } else {
+            e->w_moving_q15 = 0; /* that was the shaft */
         }
         return;
     }

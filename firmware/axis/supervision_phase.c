@@ -14,15 +14,22 @@ void supervise_phases_begin(struct axis *a)
     a->supervision.phases = (struct phase_watch){.least_q15 = a->tuning.i_max_q15 >> LEAST_SHIFT};
 }
 
-uint32_t supervise_phases_suspects(const struct axis *a)
+/* Which: 1, 2, 3; 0 if more than one. */
+static int32_t open_phase(bool a, bool b, bool c)
+{
+    return a + b + c == 1 ? a + 2 * b + 3 * c : 0;
+}
+
+bool supervise_phases_suspect(const struct axis *a, int32_t *phase)
 {
     const struct phase_watch *const p = &a->supervision.phases;
     const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
-    uint32_t suspects = 0;
-    for (uint32_t phase = 0; running && phase < 3u; phase++) {
-        suspects |= p->missing_q15[phase] > p->least_q15 * SUSPECT ? 1u << phase : 0u;
-    }
-    return suspects;
+    const int32_t least_q15 = p->least_q15 * SUSPECT;
+    const bool a_open = p->missing_q15[0] > least_q15;
+    const bool b_open = p->missing_q15[1] > least_q15;
+    const bool c_open = p->missing_q15[2] > least_q15;
+    *phase = open_phase(a_open, b_open, c_open);
+    return running && (a_open || b_open || c_open);
 }
 
 static int32_t size(const abc_t *i)
@@ -44,12 +51,6 @@ static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32
     const bool carries = q15_abs(measured_q15) >= size_q15 >> 2;
     p->missing_q15[phase] = carries ? 0 : p->missing_q15[phase] + (size_q15 >> weight_shift);
     return p->missing_q15[phase] > p->least_q15 << (LEAST_SHIFT - 1);
-}
-
-/* Which: 1, 2, 3; 0 if more than one. */
-static int32_t open_phase(bool a, bool b, bool c)
-{
-    return a + b + c == 1 ? a + 2 * b + 3 * c : 0;
 }
 
 void supervise_phases(struct axis *a)

@@ -104,6 +104,12 @@ static inline uint32_t current_loop_angle_u16(const volatile struct current_loop
     return (c->source == LOOP_FORCED ? c->field_angle_q32 : c->pll.angle_q32 + c->angle_offset_q32) >> 16;
 }
 
+/* Whether the controllers work and the thresholds count. Any context. */
+static inline bool current_loop_is_on(const volatile struct current_loop *c)
+{
+    return c->status_max != UINT32_MAX;
+}
+
 /* The state before the first use. Thread, once. */
 void current_loop_init(struct current_loop *c);
 

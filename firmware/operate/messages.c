@@ -123,6 +123,7 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
                              "@ counts in an electrical turn, instead of #"},
     [FAULT_LOAD_TOO_HIGH] = {"load too high at start", "less load while it starts, or a larger i_align_ma and i_max_ma",
                              "it turned the rotor out of the field by @ degrees electrical"},
+    [FAULT_GATES_OFF] = {"gates off", "the fabric let go and says no cause: its design, its reset or clock"},
 };
 
 const char *message_of_error(enum error error)

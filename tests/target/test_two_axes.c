@@ -151,8 +151,8 @@ int main(void)
     harness_equal("the second, beside the first and alone", differences(together[1], alone[1]), 0u);
     harness_note("faults of the first", first.faults);
     harness_note("and the last of them", first.axis.faults.cause);
-    harness_between("steps with the bridge on, the first", first.live_steps, STEPS / 3u, STEPS);
-    harness_between("and the second", second.live_steps, STEPS / 3u, STEPS);
+    harness_between("steps with the bridge on, the first", first.live_steps, STEPS / 10u, STEPS);
+    harness_between("and the second", second.live_steps, STEPS / 10u, STEPS);
     harness_between("steps of its alignment, the first", first.forced_steps, STEPS / 10u, STEPS);
     harness_between("and the second", second.forced_steps, STEPS / 10u, STEPS);
     harness_end();

@@ -103,7 +103,7 @@ class Library:
         if known is not None and ctypes.sizeof(known) == die.attributes["DW_AT_byte_size"].value:
             self._made[die.offset] = known  # the same header in another translation unit
             return
-        kind = self._made[die.offset] = type(name or "anonymous", (base,), {})
+        kind = self._made[die.offset] = type(name or "anonymous", (base,), {"__slots__": ()})  # no member but C's
         if name:
             self.structs[name] = kind
         members = [child for child in die.iter_children() if child.tag == "DW_TAG_member"]

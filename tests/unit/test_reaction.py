@@ -77,8 +77,9 @@ def test_a_stop_is_a_quick_stop_with_the_fault_latched_then_off(world, c):
 
 def test_what_comes_during_a_stop_switches_off_and_the_first_cause_stays(world, c):
     w = world(OVERTEMPERATURE="STOP")
+    w.axis.speed.ref_rpm_q16 = 1000 * 65536
     report(w, "OVERTEMPERATURE")
-    w.step()
+    assert w.step() == "QUICK_STOP"
     c.axis_raise(w.axis, c.FAULT_OVERCURRENT)
     assert w.fabric.gate.CONTROL == 0
     assert w.step(3) == "FAULT" and cause(w) == "OVERTEMPERATURE"
@@ -124,6 +125,23 @@ def test_it_waits_for_the_cause_to_go(world, c):
     assert wait(w, 400) == "SWITCH_ON_DISABLED", "cleared; `on` refuses the voltage"
     w.fabric.adc.VBUS = 13670
     assert wait(w, 5) == "SWITCHED_ON"
+
+
+def test_it_waits_until_it_is_cool(world, c):
+    w = retrying(world, "OVERTEMPERATURE", retry_count=1, retry_delay_ms=100)
+    w.fabric.adc.TEMP = 800 + 16 * 125
+    assert wait(w, 500) == "FAULT"
+    w.fabric.adc.TEMP = 800 + 16 * 100
+    assert wait(w, 210) == "SWITCHED_ON"
+
+
+def test_heat_takes_the_current(world, c):
+    w = world()
+    w.axis.mode, w.axis.torque_command_q15 = c.AXIS_MODE_TORQUE, 30000
+    w.axis.thermal.factor_q15 = 8192
+    w.axis.loop.radius_q15 = 7000
+    w.step()
+    assert w.axis.torque.i_limit_q15 == w.axis.tuning.i_max_q15 // 4
 
 
 def test_off_ends_the_waiting(world, c):

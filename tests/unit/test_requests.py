@@ -18,8 +18,8 @@ def axis(c):
     axis.fabric_doubt = 0
     axis.state = c.AXIS_OPERATION_ENABLED
     fabric.gate.CONTROL = 1
-    axis.kept_alive = fabric
-    return axis
+    yield axis
+    del fabric  # alive until here
 
 
 def call(c, axis, name):
@@ -39,12 +39,12 @@ def test_with_a_dead_slow_loop_a_second_request_is_refused_and_the_first_stays(c
 def test_with_a_dead_slow_loop_off_shuts_the_gates_by_itself(c, axis):
     axis.request = c.AXIS_REQUEST_QUICK_STOP
     assert c.axis_switch_off(axis).error == c.ERROR_NONE
-    assert axis.kept_alive.gate.CONTROL == 0 and axis.request == c.AXIS_REQUEST_OFF
+    assert axis.fabric.contents.gate.CONTROL == 0 and axis.request == c.AXIS_REQUEST_OFF
 
 
 def test_off_leaves_the_gates_to_a_slow_loop_that_lives(c, axis):
     assert c.axis_switch_off(axis).error == c.ERROR_NONE
-    assert axis.kept_alive.gate.CONTROL == 1 and axis.request == c.AXIS_REQUEST_OFF
+    assert axis.fabric.contents.gate.CONTROL == 1 and axis.request == c.AXIS_REQUEST_OFF
 
 
 def test_parameters_cannot_change_while_a_request_is_under_way(c, axis):
@@ -73,7 +73,7 @@ def test_what_the_slow_loop_does_just_before_it_is_held_counts(c, axis, name):
         if level:
             axis.state, axis.faults.cause = c.AXIS_FAULT_REACTION, c.FAULT_STALL
     axis.state = c.AXIS_SWITCH_ON_DISABLED if name == "on" else c.AXIS_OPERATION_ENABLED
-    axis.kept_alive.adc.VBUS = axis.loop.vbus_q15 = 13670
+    axis.fabric.contents.adc.VBUS = axis.loop.vbus_q15 = 13670
     axis.speed.target_rpm_q16 = -77
     hook = ctypes.CFUNCTYPE(None, ctypes.c_uint32)(slow_loop_steps)
     slot = ctypes.c_void_p.in_dll(c._library, "host_on_mask")

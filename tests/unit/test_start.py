@@ -2,6 +2,7 @@
 """The start's decisions: load angle against the torque function, counts against pole pairs, and whole alignments of a rotor on
 a perfect current source (host/rotor.c): every angle, load, inertia and everything that can be told wrongly."""
 import math
+from types import SimpleNamespace
 
 import pytest
 
@@ -137,8 +138,8 @@ def align(c, name, start_deg=30, inertia=None, told_inertia=1, hoist=0.0, coulom
         setattr(case, key, value)
     params = params_of(c, name, inertia_gmm2=max(1, round(inertia * told_inertia)), **(told or {}))
     c.rotor_align(case, params, outcome)
-    outcome.name = next(key for key, value in c.enums["alignment_result"].items() if value == outcome.result)
-    return outcome
+    name = next(key for key, value in c.enums["alignment_result"].items() if value == outcome.result)
+    return SimpleNamespace(name=name, **{member: getattr(outcome, member) for member, _ in outcome._fields_})
 
 
 ANGLES = sorted({*range(0, 360, 15), 89, 91, 179, 181, 269, 271, 359, 1})

@@ -136,12 +136,22 @@ def test_latches_that_nobody_has_seen_are_seen_by_the_slow_loop(world, c):
         assert w.axis.faults.cause == c.enums["fault"]["FAULT_" + cause]
 
 
+@pytest.mark.parametrize("on", (True, False))
+def test_gates_that_go_off_without_a_latch_are_a_fault_while_the_loop_is_on(world, c, on):
+    w = world("OPERATION_ENABLED" if on else "SWITCH_ON_DISABLED")
+    w.axis.loop.status_max = 1 if on else 0xFFFFFFFF
+    w.fabric.adc.SEQUENCE += LOOPS_PER_MS
+    w.fabric.gate.STATUS = 0
+    c.axis_step(w.axis)
+    assert w.axis.faults.cause == (c.FAULT_GATES_OFF if on else c.FAULT_NONE)
+
+
 @pytest.mark.parametrize("sign", (1, -1))
 def test_overspeed_counts_between_switching_on_and_off(world, c, sign):
-    """The step that leaves READY ends switched on, and the look at the speed comes last."""
+    """The step that leaves READY ends switched on, and the look at the speed comes last. Unaligned, the observer begins anew."""
     for state, found in zip(STATES, (False, True, True, True, True, False, False)):
         w = world(state)
-        before = w.axis.faults.cause
+        before, w.axis.start.aligned = w.axis.faults.cause, True
         w.axis.speed.ref_rpm_q16 = 1 << 24  # a quick stop is not over yet
         w.axis.loop.pll.speed_q32 = sign * ((w.axis.tuning.overspeed_w_q15 + 1) << 13)
         w.step()
