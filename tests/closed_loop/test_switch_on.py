@@ -6,7 +6,6 @@ import pytest
 from launcher import simulate
 
 ON_S = 0.15
-PERIOD_S = 50e-6
 ZERO_MEASURED_S = 0.4e-3  # before the gates open: the sensors' zero is known, one that is off now stays off
 
 BEYOND = {
@@ -84,7 +83,7 @@ def test_the_limits_are_those_of_the_last_switching_on(case, opens_s, tmp_path):
     again_s = 0.25 + ON_S
     again_opens_s = 0.25 + opens_s
     lines = [(0.12 + 0.005 * n, "set " + line) for n, line in enumerate(first)]
-    lines += [(ON_S, "on"), (0.35, "off"), (0.36, "set " + second), (again_s, "on")]
+    lines += [(ON_S, "on"), (0.282, "off"), (0.36, "set " + second), (again_s, "on")]
     event_s = again_opens_s - ZERO_MEASURED_S if kind == "sensor_add" else 0.38
     result = play(tmp_path, again_opens_s + 0.02, typed(*lines), events(event_s, [(kind, args)]))
     assert result.trace.between(again_opens_s, again_opens_s + 0.02)["gate_live"].all(), result.console[-400:]
