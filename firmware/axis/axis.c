@@ -260,7 +260,6 @@ void axis_init(struct axis *a, struct fabric *fabric)
     speed_loop_init(&a->speed);
     params_init(&a->params);
     (void)tuning_compute(&a->params, &a->tuning); /* the initial values fit: a test says so */
-    torque_map_build(&a->torque.map, &a->params, &a->tuning);
     current_loop_tune(&a->loop, &a->tuning);
     thermal_init(&a->thermal, NULL, &a->params);
     reaction_init(&a->reactions);

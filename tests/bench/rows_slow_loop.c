@@ -14,6 +14,8 @@
 #define RPM_Q16      65536
 #define EXTREMES     512u
 
+static uint32_t found; /* faults */
+
 static const struct torque_view view = {.speed_rpm_q4 = 1000 * 16, .i_limit_q15 = INT32_MAX, .limit_speed = true};
 
 TIMING_FUNCTION(time_measure, speed_loop_measure(&axes[0].speed, &axes[0].fabric->encoder, &axes[0].tuning))
@@ -46,6 +48,8 @@ static void set_encoder(int32_t rpm_q4, uint32_t clocks)
     e->clock = encoder_edge_clock(encoder) - (counts != 0 ? clocks : 0u);
     e->interval_clocks = clocks;
     e->lost = false;
+    axes[0].supervision.encoder.counts = e->count;
+    axes[0].supervision.encoder.latch_clock = encoder_latch_clock(encoder) - CONFIG_PWM_COUNTS * CONFIG_LOOPS_PER_SLOW;
 }
 
 /* A drive in operation at any speed, and what axis_step(&axes[0]) looks at besides. */
@@ -55,19 +59,18 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     axes[0].loop.pll.speed_q32 = speed_q32;
     axes[0].loop.radius_q15 = vector_random(4000, 17000);
     axes[0].speed.speed_rpm_q4 = tuning_rpm_q4(&axes[0].tuning, speed_q32);
-    set_encoder(axes[0].speed.speed_rpm_q4, (uint32_t)vector_random(90000, 110000));
     axes[0].torque.energy_q25 = axes[0].tuning.bus_set_energy_q25 / 2;
     axes[0].torque.burn_q15 = 0;
     axes[0].torque_command_q15 = vector_random(-20000, 20000);
     axes[0].speed.ref_rpm_q16 = ref_rpm * RPM_Q16;
     axes[0].speed.target_rpm_q16 = target_rpm * RPM_Q16;
     axes[0].speed.integral_q29 = integral_q29;
-    axes[0].heartbeat = adc_sequence(&axes[0].fabric->adc) - CONFIG_LOOPS_PER_SLOW; /* or the step would find a fault */
     axes[0].tuning.overspeed_w_q15 = Q15_ONE;
     axes[0].state = AXIS_OPERATION_ENABLED;
     axes[0].faults.cause = FAULT_NONE;
     axes[0].heartbeat = adc_sequence(&axes[0].fabric->adc) - CONFIG_LOOPS_PER_SLOW; /* else it would be a fault */
     supervision_begin(&axes[0]);
+    set_encoder(axes[0].speed.speed_rpm_q4, (uint32_t)vector_random(90000, 110000));
 }
 
 static void set_typical(void)
@@ -79,12 +82,18 @@ static void set_typical(void)
 
 static void set_extreme(uint32_t index)
 {
-    static const int32_t speeds_q32[] = {0, 1, -1, (1 << 28) - 1, -(1 << 28), 1 << 15, -(1 << 15), 1 << 24};
+    static const int32_t speeds_q32[] = {0, 1, -1, (1 << 28) - 1, (1 << 13) - (1 << 28), 1 << 15, -(1 << 15), 1 << 24};
     static const int32_t rpms[] = {0, 1, -1, 20000, -20000, 300, -300, 4000};
     set_state(speeds_q32[index & 7u], rpms[(index >> 3) & 7u], rpms[(index >> 6) & 7u],
               vector_random(-32768, 32767) * 16384);
     axes[0].torque.energy_q25 = axes[0].tuning.bus_set_energy_q25; /* braking is limited, and burns */
     axes[0].torque.burn_q15 = vector_random(1, axes[0].tuning.burn_max_q15);
+}
+
+/* A step that finds a fault is another step, and not one of those that count. */
+static void count_fault(void)
+{
+    found += axes[0].faults.cause != FAULT_NONE ? 1u : 0u;
 }
 
 static void print_states(const char *name, timer_function timer, uint32_t (*interrupt)(void))
@@ -94,10 +103,12 @@ static void print_states(const char *name, timer_function timer, uint32_t (*inte
     for (uint32_t i = 0; i < TIMING_TYPICAL; i++) {
         set_typical();
         timing_add_typical(&rows_timing, interrupt != NULL ? interrupt() : timing_once(timer, NULL, NULL));
+        count_fault();
     }
     for (uint32_t i = 0; i < EXTREMES; i++) {
         set_extreme(i);
         timing_add_extreme(&rows_timing, interrupt != NULL ? interrupt() : timing_once(timer, NULL, NULL));
+        count_fault();
     }
     const struct timing_figures figures = timing_figures(&rows_timing);
     print_row(name, &figures, NULL);
@@ -106,6 +117,10 @@ static void print_states(const char *name, timer_function timer, uint32_t (*inte
 void rows_slow_loop(void)
 {
     print_heading("slow loop, in operation: its parts, the step of the state machine, the whole interrupt");
+    found = 0;
+    torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning);
+    (void)gate_enable(&axes[0].fabric->gate); /* CorePWM holds the legs low */
+    axes[0].loop.status_max = GATE_STATUS_LIVE;
     nvic_enable(BOARD_IRQ_TICK);
     axes[0].mode = AXIS_MODE_SPEED;
     print_states("speed_loop_measure", time_measure, NULL);
@@ -125,6 +140,9 @@ void rows_slow_loop(void)
     axes[0].mode = AXIS_MODE_SPEED;
     print_states("slow_loop.pended", NULL, interrupting);
     nvic_disable(BOARD_IRQ_TICK);
+    gate_disable(&axes[0].fabric->gate);
+    axes[0].loop.status_max = UINT32_MAX;
+    print_note("faults found", found);
     axes[0].state = AXIS_SWITCH_ON_DISABLED;
     axes[0].faults.cause = FAULT_NONE;
 }

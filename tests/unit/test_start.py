@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The start's decisions: load angle against the torque function, counts against pole pairs, wiring, and whole alignments of a
-rotor on a perfect current source (host/rotor.c): every angle, load, inertia and everything that can be told wrongly."""
+"""The start's decisions: load angle against the torque function, counts against pole pairs, and whole alignments of a rotor on
+a perfect current source (host/rotor.c): every angle, load, inertia and everything that can be told wrongly."""
 import math
 from types import SimpleNamespace
 
@@ -8,8 +8,8 @@ import pytest
 
 TURN = 2 ** 32
 
-# pole pairs, counts, ohm, Ld, Lq (uH), flux (uWb), inertia (g mm2), of the rotor alone, i_align, i_max, range (mA),
-# v range (mV), rated torque, friction, cogging (uN m), cogging periods a turn
+# pole pairs, counts, ohm, Ld, Lq (uH), flux (uWb), inertia (g mm2), of the rotor alone, i_align, i_max, range (mA), v range
+# (mV), rated torque, friction, cogging (uN m), cogging periods a turn
 MOTORS = {
     "teknic": (4, 4000, 360, 200, 200, 6395, 56490, 7060, 5000, 10650, 23571, 57528, 272000, 2720, 2720, 24),
     "maxon_ec22": (1, 2048, 321, 27, 27, 3924, 1910, 240, 2660, 5700, 11000, 57528, 21000, 640, 0, 1),
