@@ -182,7 +182,8 @@ def test_reactions(operator, c):
     ("torque 1", "error: the drive is not in operation; use 'on' and wait for it"),
     ("speed 1.5", "error: 1.5: not a whole number of rpm"), ("torque x", "error: x: not a current in amperes, like 1.5"),
     ("speed", "error: usage: speed RPM"), ("speed 1 2", "error: usage: speed RPM"), ("on now", "error: usage: on"),
-    ("get", "error: usage: get PARAM"), ("set a", "error: usage: set PARAM VALUE"), ("set a 1 2", "error: usage: set PARAM VALUE"),
+    ("get", "error: usage: get PARAM"), ("set a", "error: usage: set PARAM VALUE"),
+    ("set a 1 2", "error: usage: set PARAM VALUE"),
     ("set a 1 2 3 4", "error: usage: set PARAM VALUE"), ("bogus", "error: bogus: unknown command; 'help' lists them")])
 def test_answers(operator, line, answer):
     assert operator(line) == [answer]
