@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The way from `on` to operation, one millisecond at a time: which step comes when, what ends it, and what the index remembers."""
+"""The way from `on` to operation, one millisecond at a time: which step comes when, what ends it, what the index keeps."""
 import ctypes
 
 import pytest

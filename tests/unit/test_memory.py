@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The four functions that the compiler may call by itself, under other names: every size, offset and overlap, against Python."""
+"""The four functions that the compiler may call by itself, under other names: sizes, offsets and overlaps, against Python."""
 import ctypes
 import os
 import random
@@ -18,7 +18,8 @@ def own(tmp_path_factory):
     target = tmp_path_factory.mktemp("memory") / "memory.so"
     subprocess.run([os.environ.get("HOSTCC") or "cc", "-std=c11", "-O1", "-shared", "-fPIC", "-fno-builtin",
                     "-fno-tree-loop-distribute-patterns", "-fsanitize=undefined", "-fno-sanitize-recover=all",
-                    *(f"-D{name}=own_{name}" for name in NAMES), str(SOURCE / "startup/memory.c"), "-o", str(target)], check=True)
+                    *(f"-D{name}=own_{name}" for name in NAMES), str(SOURCE / "startup/memory.c"), "-o",
+                    str(target)], check=True)
     library = ctypes.CDLL(str(target))
     for name in NAMES:
         function = getattr(library, "own_" + name)
