@@ -100,6 +100,9 @@ uint32_t supervise_phases_suspects(const struct axis *a);
 /* Which, of such bits, as FAULT_OPEN_PHASE tells it: 1, 2, 3; 0 if more than one. Any context. */
 int32_t supervise_phase_of(uint32_t phases);
 
+/* No count has come where some were due: in a few milliseconds it will be known, and the speed says nothing until then. */
+bool supervise_encoder_may_be_dead(const struct axis *a);
+
 /* The parts. */
 void supervise_encoder_begin(struct axis *a);
 void supervise_encoder(struct axis *a, bool its_turn); /* every millisecond; at its turn the EMF, too */

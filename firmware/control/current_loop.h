@@ -90,6 +90,8 @@ struct current_loop {
     int32_t v_d_q15, v_q_q15; /* the voltages, 1.0 = v_range */
     int32_t radius_q15;       /* largest voltage that the modulator makes of the bus */
     int32_t feedforward_d_steps, feedforward_q_steps;
+    const struct tuning *gains_of; /* what the gains are from, NULL: none are set; and the bus voltage they are for */
+    int32_t gains_vbus_q15;
 };
 
 /* Electrical speed of the rotor: Q15, 1.0 = CONFIG_SPEED_BASE_HZ. Any context. */
