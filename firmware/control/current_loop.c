@@ -115,8 +115,8 @@ static int32_t publish(volatile struct current_loop *c, const struct fabric *f)
 }
 
 /*
- * The knee of the dead time's compensation is as wide as the ripple: below it the sign of the sampled current is not that of the
- * current when its leg switches, and to compensate would be a negative resistance.
+ * The knee of the dead time's compensation is as wide as the ripple: below it the sign of the sampled current is not that of
+ * the current when its leg switches, and to compensate would be a negative resistance.
  */
 static void follow_ripple(volatile struct current_loop *c)
 {
