@@ -30,6 +30,7 @@ struct tuning {
     int32_t kp_d_q12, kp_q_q12; /* V/A per unit */
     int32_t ki_q17;             /* per sample */
     int32_t x_d_q11, x_q_q11;   /* reactance at the base speed, per unit */
+    int32_t x_q_apparent_q11;   /* the same of flux by current, where iron saturates; 17 bits */
     int32_t r_q12;              /* resistance, per unit */
     int32_t emf_q12;            /* back-EMF at the base speed, per unit */
     int32_t i_trip_q15, i_sum_q15;
