@@ -9,6 +9,7 @@
 #ifndef FIRMWARE_SETTINGS_TUNING_H
 #define FIRMWARE_SETTINGS_TUNING_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "firmware/settings/error.h"
@@ -61,6 +62,8 @@ struct tuning {
     int32_t pole_pairs;
     uint32_t align_levels; /* of those below: how many there are */
     struct tuning_align align[TUNING_ALIGN_LEVELS];
+    bool reluctant; /* reluctance outweighs the magnets: it holds the rotor at the start, and tells their axis */
+    int32_t saliency_v_q15; /* alternating voltage that does */
 };
 
 /*

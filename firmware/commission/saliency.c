@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/commission/saliency.h"
+
+#include <stddef.h>
+
+#include "firmware/settings/config.h"
+#include "lib/polar.h"
+#include "lib/q15.h"
+#include "lib/trig.h"
+
+#define V_FULL_STEPS ((int32_t)CONFIG_PWM_COUNTS << (CONFIG_V_SHIFT - 1))
+#define STEP_Q32     (0x80000000u / SALIENCY_ANGLES)
+
+/*
+ * The voltage, in halves, of each millisecond, and what the current read at its beginning counts for: what the whole waves
+ * change it by. A steady drift, be it offset or a turning rotor, counts for nothing.
+ */
+static const int32_t HALVES[] = {1, -2, 2, -2, 2, -1};
+static const int32_t WEIGHTS[] = {0, 1, -2, 2, -2, 1};
+#define PATTERN_MS (sizeof HALVES / sizeof HALVES[0])
+
+void saliency_start(struct saliency *s, int32_t v_q15)
+{
+    *s = (struct saliency){.v_q15 = v_q15};
+}
+
+static void hold_voltage(volatile struct current_loop *c, uint32_t angle, int32_t v_q15)
+{
+    const int32_t v_steps = v_q15 * (V_FULL_STEPS / 16) / (c->vbus_q15 / 16 + 1);
+    current_loop_field(c, angle * STEP_Q32, 0);
+    c->integral_q_q9 = 0;
+    c->integral_d_q9 = q15_clamp(v_steps, -LOOP_V_D_MAX_STEPS, LOOP_V_D_MAX_STEPS - 1) * 512;
+}
+
+/* This angle's part of the sums, relative to the encoder. */
+static void keep(struct saliency *s, uint32_t encoder_q32)
+{
+    const cossin_t twice = cossin_q15(2u * (s->angle * STEP_Q32 - encoder_q32));
+    s->sum_re_q15 += (s->response_d_q15 * twice.cos - s->response_q_q15 * twice.sin) >> 15;
+    s->sum_im_q15 += (s->response_d_q15 * twice.sin + s->response_q_q15 * twice.cos) >> 15;
+    s->sum_straight_q15 += s->response_d_q15;
+    s->response_d_q15 = 0;
+    s->response_q_q15 = 0;
+    s->angle++;
+    s->ms = 0;
+}
+
+bool saliency_step(struct saliency *s, volatile struct current_loop *c, uint32_t encoder_q32)
+{
+    if (s->angle == SALIENCY_ANGLES) {
+        c->integral_d_q9 = 0;
+        return true;
+    }
+    s->response_d_q15 += WEIGHTS[s->ms] * c->i_d_q15 / 8;
+    s->response_q_q15 += WEIGHTS[s->ms] * c->i_q_q15 / 8;
+    hold_voltage(c, s->angle, s->v_q15 / 2 * HALVES[s->ms]);
+    s->ms++;
+    if (s->ms == PATTERN_MS) {
+        keep(s, encoder_q32);
+    }
+    return false;
+}
+
+uint32_t saliency_offset_q32(const struct saliency *s)
+{
+    return atan2_q32(s->sum_im_q15, s->sum_re_q15) / 2u;
+}
+
+bool saliency_seen(const struct saliency *s)
+{
+    return q15_max(q15_abs(s->sum_re_q15), q15_abs(s->sum_im_q15)) * 10 > q15_abs(s->sum_straight_q15);
+}
