@@ -75,6 +75,8 @@ static void begin_attempt(struct alignment *a, const struct tuning *t, uint32_t 
     a->level = attempt == 0u ? 0u : t->align_levels - 1u;
     a->period_ms = attempt == 0u ? t->align[a->level].period_ms : t->align[a->level].period_ms * SLOWER;
     a->origin = a->counts;
+    a->sense = 0;
+    a->fastest_q32 = 0;
     a->gripped = false;
     a->target_q15 = t->align[a->level].i_q15;
     pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
@@ -106,7 +108,8 @@ static int32_t follow_encoder(struct alignment *a, const struct tuning *t, uint3
 /*
  * Which way the encoder counts. Magnets that move induce a q voltage in the sense of their motion while they are within 90
  * degrees of the field. There they are as a rotor that swings begins to slow down; and at the latest when it has turned by a
- * third of a turn. Until then nothing is damped, for damping in the wrong sense would drive the rotor.
+ * third of a turn. Until then nothing is damped, for damping in the wrong sense would drive the rotor. Where reluctance holds
+ * the rotor the voltage's sense changes beyond 45 degrees from the hold, and the sum of all the way counts.
  */
 static void feel_sense(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
                        int32_t moved, uint32_t angle_q32)
@@ -116,7 +119,7 @@ static void feel_sense(struct alignment *a, const volatile struct current_loop *
     if (a->rotor.sense != 0 || a->stage >= STAGE_DROP) {
         return;
     }
-    a->sense += (seen - a->sense) / 4;
+    a->sense += t->reluctant ? seen / 16 : (seen - a->sense) / 4;
     a->fastest_q32 = q15_max(a->fastest_q32, speed_q32);
     const bool slows = a->fastest_q32 > q15_max(FAST_Q32, FAST_COUNTS * (int32_t)c->encoder_scale_q32) &&
                        speed_q32 < a->fastest_q32 / 2;
