@@ -367,7 +367,7 @@ static enum alignment_result step_drop(struct alignment *a, volatile struct curr
     c->i_d_ref_q15 = 0;
     current_loop_field(c, a->field_q32, 0);
     if (a->still_ms >= STILL_MS) {
-        saliency_start(&a->axis, t->saliency_v_q15);
+        saliency_start(&a->axis, t->saliency_v_q15, t->saliency_i_q15);
         enter(a, STAGE_AXIS);
     } else if (a->stage_ms > STILL_MOST_MS) {
         a->detail[0] = OUT_DEGREES;

@@ -21,14 +21,15 @@
 struct saliency {
     uint32_t angle; /* which one */
     uint32_t ms;    /* of the voltage's pattern there */
-    int32_t v_q15;
+    int32_t v_q15, i_q15;
+    int32_t steady_d_q15, steady_q_q15;     /* voltage on top of the alternating one */
     int32_t response_d_q15, response_q_q15; /* at this angle, so far */
     int32_t sum_re_q15, sum_im_q15;
     int32_t sum_straight_q15; /* of the responses along the voltage, Y0 */
 };
 
-/* `v_q15`: the voltage; in a millisecond it takes the current from one peak to the other. Slow loop. */
-void saliency_start(struct saliency *s, int32_t v_q15);
+/* `v_q15`: the voltage; along the magnets it takes the current by `i_q15`, from peak to peak, in a millisecond. Slow loop. */
+void saliency_start(struct saliency *s, int32_t v_q15, int32_t i_q15);
 
 /*
  * One step a millisecond; true when all is measured, and no voltage is held any more. The current loop holds voltages

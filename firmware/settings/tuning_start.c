@@ -88,6 +88,7 @@ static void tune_reluctant(const struct params *p, struct tuning *t)
     const int64_t v_mv = scale(p->ld_uh, p->i_max_ma / SALIENCY_I_PART, SALIENCY_US);
     t->align[0] = reluctant_level(p, i_ma < p->i_max_ma ? i_ma : p->i_max_ma);
     t->align[1] = reluctant_level(p, p->i_max_ma);
+    t->saliency_i_q15 = tuning_q15_from_milli(p->i_max_ma / SALIENCY_I_PART, p->i_range_ma);
     t->align_levels = i_ma < p->i_max_ma ? 2u : 1u;
     t->saliency_v_q15 =
         tuning_q15_from_milli((int32_t)(v_mv < p->v_max_mv / 4 ? v_mv : p->v_max_mv / 4), p->v_range_mv);
