@@ -35,7 +35,7 @@ void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
     scb_system_reset();
 }
 
-/* The interrupts that should tell of it may not be wired, or may have been disabled by what they tell of: looked at in turns. */
+/* The interrupts that should tell of it may not be wired, or may have been disabled by what they tell of. In turns. */
 static void watch_device(void)
 {
     if (axes[0].time_ms % WATCH_DEVICE_MS != 0u) {
