@@ -113,10 +113,12 @@ enum fault fault_from_adc(uint32_t adc_flags)
 /* An over-current may follow from something that has just begun and would be found in a moment. */
 static void raise_overcurrent(struct axis *a)
 {
-    const uint32_t phases = supervise_phases_suspects(a);
-    gate_disable(&a->fabric->gate);
-    (void)fault_latch(a, phases != 0u ? FAULT_OPEN_PHASE : supervise_encoder_blame(a, FAULT_OVERCURRENT),
-                      supervise_phase_of(phases), 0);
+    int32_t phase;
+    if (supervise_phases_suspect(a, &phase)) {
+        axis_raise_with(a, FAULT_OPEN_PHASE, phase, 0);
+    } else {
+        axis_raise(a, supervise_encoder_blame(a, FAULT_OVERCURRENT));
+    }
 }
 
 /*

@@ -51,6 +51,7 @@ void start_forget(struct axis *a)
 {
     a->start.aligned = false;
     a->start.index_known = false;
+    a->start.rescaled = true;
 }
 
 /* ---- the way ---- */
@@ -59,8 +60,9 @@ void start_begin(struct axis *a)
 {
     struct start *const s = &a->start;
     take_offset_from_index(a);
-    if (!s->aligned) { /* the observer's angle may be of another scale */
+    if (s->rescaled) {
         pll_reset(&a->loop.pll, latched(a) * a->loop.encoder_scale_q32);
+        s->rescaled = false;
     }
     calibration_start(&s->calibration);
     s->latched = latched(a);

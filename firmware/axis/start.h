@@ -26,6 +26,7 @@ struct start {
     struct wiring wiring;
     struct alignment alignment;
     bool aligned;              /* the encoder's relation to the magnets is known: angle_offset_q32 of the loop */
+    bool rescaled;             /* the observer's angle is still of the scale before */
     bool index_known;          /* and that of the index */
     uint32_t index_offset_q32; /* the field's angle at the index */
 };

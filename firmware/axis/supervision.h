@@ -92,13 +92,10 @@ void supervision_step(struct axis *a);
 enum fault supervise_encoder_blame(const struct axis *a, enum fault seen);
 
 /*
- * The phases (bits: 1 a, 2 b, 4 c) that have begun to carry nothing: too short a time for a fault of their own, long enough to
- * be the cause of an over-current or of a speed that is lost. Any context.
+ * Whether a phase has begun to carry nothing, and which (as in the fault's detail): too short a time for a fault of its own,
+ * long enough to be the cause of an over-current or of a speed that is lost. Any context.
  */
-uint32_t supervise_phases_suspects(const struct axis *a);
-
-/* Which, of such bits, as FAULT_OPEN_PHASE tells it: 1, 2, 3; 0 if more than one. Any context. */
-int32_t supervise_phase_of(uint32_t phases);
+bool supervise_phases_suspect(const struct axis *a, int32_t *phase);
 
 /* No count has come where some were due: in a few milliseconds it will be known, and the speed says nothing until then. */
 bool supervise_encoder_may_be_dead(const struct axis *a);

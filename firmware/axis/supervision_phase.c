@@ -14,21 +14,22 @@ void supervise_phases_begin(struct axis *a)
     a->supervision.phases = (struct phase_watch){.least_q15 = a->tuning.i_max_q15 >> LEAST_SHIFT};
 }
 
-uint32_t supervise_phases_suspects(const struct axis *a)
+/* Which: 1, 2, 3; 0 if more than one. */
+static int32_t open_phase(bool a, bool b, bool c)
+{
+    return a + b + c == 1 ? a + 2 * b + 3 * c : 0;
+}
+
+bool supervise_phases_suspect(const struct axis *a, int32_t *phase)
 {
     const struct phase_watch *const p = &a->supervision.phases;
     const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
-    uint32_t suspects = 0;
-    for (uint32_t phase = 0; running && phase < 3u; phase++) {
-        suspects |= p->missing_q15[phase] > p->least_q15 * SUSPECT ? 1u << phase : 0u;
-    }
-    return suspects;
-}
-
-int32_t supervise_phase_of(uint32_t phases)
-{
-    static const uint8_t phase_of[8] = {[1] = 1, [2] = 2, [4] = 3};
-    return phase_of[phases & 7u];
+    const int32_t least_q15 = p->least_q15 * SUSPECT;
+    const bool a_open = p->missing_q15[0] > least_q15;
+    const bool b_open = p->missing_q15[1] > least_q15;
+    const bool c_open = p->missing_q15[2] > least_q15;
+    *phase = open_phase(a_open, b_open, c_open);
+    return running && (a_open || b_open || c_open);
 }
 
 static int32_t size(const abc_t *i)
@@ -62,12 +63,12 @@ void supervise_phases(struct axis *a)
     const abc_t asked = {alpha_q15, b_q15, -alpha_q15 - b_q15};
     const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
     const uint32_t weight_shift = size(&measured) > size(&asked) >> 1 ? 0u : ALL_SHIFT;
-    const uint32_t opened = (open(p, 0, asked.a, measured.a, weight_shift) ? 1u : 0u) |
-                            (open(p, 1, asked.b, measured.b, weight_shift) ? 2u : 0u) |
-                            (open(p, 2, asked.c, measured.c, weight_shift) ? 4u : 0u);
+    const bool a_open = open(p, 0, asked.a, measured.a, weight_shift);
+    const bool b_open = open(p, 1, asked.b, measured.b, weight_shift);
+    const bool c_open = open(p, 2, asked.c, measured.c, weight_shift);
     p->i_d_ref_q15 = a->loop.i_d_ref_q15;
     p->i_q_ref_q15 = a->loop.i_q_ref_q15;
-    if (opened != 0u) {
-        axis_report(a, FAULT_OPEN_PHASE, supervise_phase_of(opened), 0);
+    if (a_open || b_open || c_open) {
+        axis_report(a, FAULT_OPEN_PHASE, open_phase(a_open, b_open, c_open), 0);
     }
 }

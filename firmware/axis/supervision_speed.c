@@ -53,10 +53,14 @@ static void watch_deviation(struct axis *a, struct speed_watch *s)
         helpless && s->rate_q4 > 0 && distance_q4 + LOOK_AHEAD_MS / (int32_t)STEP_MS * s->rate_q4 > s->deviation_q4;
     s->losing_ms = losing ? s->losing_ms + STEP_MS : 0u;
     s->far_ms = distance_q4 > s->deviation_q4 ? s->far_ms + STEP_MS : 0u;
-    if ((s->far_ms >= FAR_MS || s->losing_ms >= LOSING_MS) && !supervise_encoder_may_be_dead(a)) {
-        const uint32_t phases = supervise_phases_suspects(a);
-        axis_report(a, phases != 0u ? FAULT_OPEN_PHASE : FAULT_SPEED_DEVIATION,
-                    phases != 0u ? supervise_phase_of(phases) : error_q4 / 16, 0);
+    int32_t phase;
+    if ((s->far_ms < FAR_MS && s->losing_ms < LOSING_MS) || supervise_encoder_may_be_dead(a)) {
+        return;
+    }
+    if (supervise_phases_suspect(a, &phase)) {
+        axis_report(a, FAULT_OPEN_PHASE, phase, 0);
+    } else {
+        axis_report(a, FAULT_SPEED_DEVIATION, error_q4 / 16, 0);
     }
 }
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Whether each phase carries current and its sensor counts the right way, before anything turns: a voltage along one phase after
- * the other, raised until a small current flows. The voltage is held, not a current: a loop around a sensor of the wrong
- * sign would run away. The current stays below what the sum of the currents would trip at with one sensor reversed.
+ * Whether each phase carries current and its sensor counts the right way, before anything turns: a voltage along one phase
+ * after the other, raised until a small current flows. The voltage is held, not a current: a loop around a sensor of the
+ * wrong sign would run away. The current stays below what the sum of the currents would trip at with one sensor reversed.
  */
 #ifndef FIRMWARE_COMMISSION_WIRING_H
 #define FIRMWARE_COMMISSION_WIRING_H

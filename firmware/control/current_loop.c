@@ -8,6 +8,7 @@
 #include "drivers/fabric/fabric.h"
 #include "firmware/settings/config.h"
 #include "lib/advance.h"
+#include "lib/deadtime.h"
 #include "lib/limit.h"
 #include "lib/pi.h"
 #include "lib/trig.h"
@@ -47,6 +48,9 @@ _Static_assert(CONFIG_RADIUS_STEPS > LOOP_V_D_MAX_STEPS,
 #define V_FULL_STEPS (CONFIG_PWM_COUNTS << (CONFIG_V_SHIFT - 1))
 _Static_assert(V_FULL_STEPS % 8 == 0, "the gains take an eighth of it");
 
+/* Beyond 32 knees, half of the range, nothing is left to compensate. */
+#define DEAD_SHIFT_MAX 5
+
 /* 1.5 periods at a speed of 1.0 = 1/16 turn a period, in radians */
 #define TURN_PER_W_Q15 19302
 
@@ -74,6 +78,8 @@ void current_loop_init(struct current_loop *c)
 void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
 {
     c->encoder_scale_q32 = t->encoder_scale_q32;
+    c->ripple_q10 = t->ripple_q10;
+    c->dead_shift = 0;
 }
 
 /* ---- once a millisecond ---- */
@@ -109,8 +115,19 @@ static int32_t publish(volatile struct current_loop *c, const struct fabric *f)
 }
 
 /*
- * The gains hold for the bus as it is, within 1/128: less is not worth three divisions. kp + ki: see lib/pi.h.
+ * The knee of the dead time's compensation is as wide as the ripple: below it the sign of the sampled current is not that of the
+ * current when its leg switches, and to compensate would be a negative resistance.
  */
+static void follow_ripple(volatile struct current_loop *c)
+{
+    const int32_t d_q15 = q15_abs(c->v_d_q15);
+    const int32_t q_q15 = q15_abs(c->v_q_q15);
+    const int32_t v_q15 = q15_max(d_q15, q_q15) + q15_min(d_q15, q_q15) / 2;
+    const uint32_t knees = (uint32_t)(v_q15 / 2 * c->ripple_q10) / (512u * DEADTIME_KNEE_Q15);
+    c->dead_shift = knees == 0u ? 0u : (uint32_t)q15_min(32 - __builtin_clz(knees), DEAD_SHIFT_MAX);
+}
+
+/* The gains hold for the bus as it is, within 1/128: less is not worth three divisions. kp + ki: see lib/pi.h. */
 static void set_gains(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
 {
     const int32_t off_q15 = q15_abs(vbus_q15 - c->gains_vbus_q15);
@@ -167,6 +184,9 @@ void current_loop_follow(volatile struct current_loop *c, const struct fabric *f
 {
     const int32_t w_q15 = frame_w_q15(c);
     const int32_t bus_q15 = publish(c, f);
+    if (c->ripple_q10 != 0) {
+        follow_ripple(c);
+    }
     c->turn_q15 = q15_clamp((w_q15 * TURN_PER_W_Q15) >> 15, -TURN_MAX_Q15, TURN_MAX_Q15);
     if (c->status_max == UINT32_MAX) {
         rest(c);
@@ -206,6 +226,12 @@ void current_loop_off(volatile struct current_loop *c, struct fabric *f)
     rest(c);
 }
 
+static void (*handler(const volatile struct current_loop *c, enum loop_source source, enum loop_scheme scheme))(void)
+{
+    const bool rippled = c->ripple_q10 != 0 && source == LOOP_ENCODER && scheme == LOOP_SENSE_AB;
+    return rippled ? c->handlers->rippled : c->handlers->handler[source][scheme];
+}
+
 bool current_loop_select(volatile struct current_loop *c, const struct fabric *f, enum loop_source source,
                          enum loop_scheme scheme)
 {
@@ -215,7 +241,7 @@ bool current_loop_select(volatile struct current_loop *c, const struct fabric *f
     c->source = source;
     c->scheme = scheme;
     if (c->handlers != NULL) {
-        *c->handlers->vector = c->handlers->handler[source][scheme];
+        *c->handlers->vector = handler(c, source, scheme);
         cpu_dsb(); /* the next interrupt finds it */
     }
     return true;

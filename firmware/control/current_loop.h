@@ -53,6 +53,7 @@ enum loop_pair {
 struct loop_handlers {
     void (**vector)(void);
     void (*handler[LOOP_SOURCES][LOOP_SCHEMES])(void);
+    void (*rippled)(void); /* in place of [LOOP_ENCODER][LOOP_SENSE_AB], whose dead_shift is 0 */
 };
 
 struct current_loop {
@@ -90,6 +91,8 @@ struct current_loop {
     int32_t v_d_q15, v_q_q15; /* the voltages, 1.0 = v_range */
     int32_t radius_q15;       /* largest voltage that the modulator makes of the bus */
     int32_t feedforward_d_steps, feedforward_q_steps;
+    int32_t ripple_q10;  /* of the tuning: where there is any, C handlers serve, which know dead_shift */
+    uint32_t dead_shift; /* the current from which dead time is compensated in full is 2^dead_shift times the knee */
     const struct tuning *gains_of; /* what the gains are from, NULL: none are set; and the bus voltage they are for */
     int32_t gains_vbus_q15;
 };

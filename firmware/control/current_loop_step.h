@@ -30,7 +30,7 @@ static inline __attribute__((always_inline)) bool current_loop_step(struct curre
     f->pwm.SYNC_UPDATE = 0u;
     const cossin_t cs = cossin_q15(source == LOOP_ENCODER ? angle_of_rotor(c) : angle_of_field(c));
     const dq_t v = regulate(c, park_q15(i, cs));
-    modulate(&f->pwm, v, cs, i, c->turn_q15);
+    modulate(&f->pwm, v, cs, i, c->turn_q15, c->dead_shift);
     f->pwm.SYNC_UPDATE = 1u;
     angle_observe(c, f->encoder.LATCHED);
     f->adc.STATUS = ADC_STATUS_EOC;

@@ -61,7 +61,8 @@ static inline bool emf_is_clear(const struct emf *e)
 enum emf_verdict emf_judge(const struct emf *e, bool backwards);
 
 /*
- * What the last sample says, compared with `before`: what was in d then for other reasons still is, so there is less to allow for.
+ * What the last sample says, compared with `before`: what was in d then for other reasons still is, so there is less to allow
+ * for.
  */
 enum emf_verdict emf_judge_change(const struct emf *e, const struct emf_vector *before, bool backwards);
 

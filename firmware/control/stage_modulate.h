@@ -5,7 +5,7 @@
  *
  * Every edge is right for any voltage inside the circle and any current: a compensation is within half a dead time, and the
  * circle keeps room for it; tests/target checks it at the corners. The currents, too, are those of 1.5 periods later
- * (stage_regulate.h): they choose the sign of the compensation.
+ * (stage_regulate.h): they choose the sign of the compensation. `dead_shift` widens its knee: 0...5, and 0 is what the assembly has.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_MODULATE_H
 #define FIRMWARE_CONTROL_STAGE_MODULATE_H
@@ -34,7 +34,8 @@ static inline void modulate_phase(volatile uint32_t *edges, int32_t rise_fractio
 }
 
 /* SYNC_UPDATE is 0 meanwhile: edges in part are not taken. */
-static inline void modulate(struct corepwm_regs *pwm, dq_t v, cossin_t cs, alphabeta_t i, int32_t turn_q15)
+static inline void modulate(struct corepwm_regs *pwm, dq_t v, cossin_t cs, alphabeta_t i, int32_t turn_q15,
+                            uint32_t dead_shift)
 {
     const int32_t a = v.d * cs.cos - v.q * cs.sin; /* half the on-time, LOOP_EDGE_SHIFT fraction bits */
     const int32_t beta_steps = (v.q * cs.cos + v.d * cs.sin) >> 15;
@@ -45,9 +46,10 @@ static inline void modulate(struct corepwm_regs *pwm, dq_t v, cossin_t cs, alpha
     advance_q15(&i.alpha, &i.beta, turn_q15);
     const int32_t i_b_q28 = i.beta * SIN60_Q13 - i.alpha * (1 << (SIN60_SHIFT - 1));
     const int32_t minus_i_c_q28 = i_b_q28 + i.alpha * (1 << SIN60_SHIFT);
-    modulate_phase(&pwm->PWM1_POSEDGE, base - a - deadtime_share_q7(i.alpha, 0) * LOOP_DEAD);
-    modulate_phase(&pwm->PWM3_POSEDGE, base - b - deadtime_share_q7(i_b_q28, SIN60_SHIFT) * LOOP_DEAD);
-    modulate_phase(&pwm->PWM5_POSEDGE, base + minus_c + deadtime_share_q7(minus_i_c_q28, SIN60_SHIFT) * LOOP_DEAD);
+    modulate_phase(&pwm->PWM1_POSEDGE, base - a - deadtime_share_q7(i.alpha >> dead_shift, 0) * LOOP_DEAD);
+    modulate_phase(&pwm->PWM3_POSEDGE, base - b - deadtime_share_q7(i_b_q28 >> dead_shift, SIN60_SHIFT) * LOOP_DEAD);
+    modulate_phase(&pwm->PWM5_POSEDGE,
+                   base + minus_c + deadtime_share_q7(minus_i_c_q28 >> dead_shift, SIN60_SHIFT) * LOOP_DEAD);
 }
 
 #endif

@@ -36,6 +36,7 @@ struct tuning {
     int32_t v_min_q15, v_max_q15;
     int32_t overspeed_w_q15;
     uint32_t encoder_scale_q32; /* electrical turns per encoder count */
+    int32_t ripple_q10; /* of a phase's current where it crosses zero, amplitude per voltage; 0: too small to matter */
     /* torque: see control/torque.h */
     int32_t torque_emf_q11;     /* power, per torque and speed */
     int32_t bus_energy_q10;     /* energy of the bus capacitor at v_range */

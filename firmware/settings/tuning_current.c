@@ -7,6 +7,7 @@
 #include "firmware/settings/config.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
+#include "lib/deadtime.h"
 
 #define GAIN_LIMIT 32767 /* gains are 16 bit, to be multiplied with 16-bit values */
 
@@ -54,8 +55,22 @@ static enum error tune_decoupling(const struct params *p, struct tuning *t)
     return ERROR_NONE;
 }
 
+/*
+ * Where a phase's voltage crosses zero, the leg switches in the middle of the time in which the two others stand apart. Before
+ * that both drive its current away by a third of the bus, for sqrt(3)/4 v/vbus of a period: by v T / L / (4 sqrt(3)). While the
+ * current is smaller it changes its sign within the period, and dead time costs nothing (lib/deadtime.h).
+ */
+static void tune_ripple(const struct params *p, struct tuning *t)
+{
+    const int32_t least_uh = p->ld_uh < p->lq_uh ? p->ld_uh : p->lq_uh;
+    const int64_t q10 = scale(p->v_range_mv * 147804LL, 1000, (int64_t)least_uh * CONFIG_PWM_HZ * p->i_range_ma);
+    const int64_t largest_q15 = scale(q10 * 18919, p->v_max_mv, 1024LL * p->v_range_mv); /* v_max by sqrt(3) */
+    t->ripple_q10 = largest_q15 < 2 * DEADTIME_KNEE_Q15 ? 0 : (int32_t)(q10 > GAIN_LIMIT ? GAIN_LIMIT : q10);
+}
+
 enum error tuning_current(const struct params *p, struct tuning *t)
 {
     const enum error problem = tune_gains(p, t);
+    tune_ripple(p, t);
     return problem != ERROR_NONE ? problem : tune_decoupling(p, t);
 }

@@ -74,6 +74,7 @@ const struct loop_handlers handlers_of_axis_0 = {
             [LOOP_ENCODER] = {FabricIrq0_IRQHandler, handlers_encoder_pair},
             [LOOP_FORCED] = {handlers_forced_ab, handlers_forced_pair},
         },
+    .rippled = handlers_encoder_ab,
 };
 
 void Timer1_IRQHandler(void)

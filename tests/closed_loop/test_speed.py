@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from launcher import simulate
-from launcher.drive import ON_TIME_S
+from launcher.drive import load_drive
 
 ON_S = 0.15
-UP_S = ON_S + ON_TIME_S
+UP_S = ON_S + load_drive("teknic_m2310p").on_time_s
 
 
 def play(tmp_path, lines, *steps, end_s, **how):

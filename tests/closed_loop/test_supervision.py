@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What supervision finds on the motor in the twin: the first fault, when, and what the shaft and the currents did until then."""
+"""What supervision finds on the motor in the twin: the first fault, when, and what shaft and currents did until then."""
 import math
 
 import numpy as np
@@ -76,7 +76,7 @@ def test_the_right_fault_comes_first_and_in_time(motor, share, load, happens, fa
 
 def test_a_controlled_stop_brings_the_shaft_to_rest_before_the_bridge_is_off(tmp_path):
     """Nobody speaks after the last command."""
-    result, seen = play(tmp_path, TEKNIC, 0.25, 0.0, ("load_nm", "0"), overrides={"params": {"command_timeout_ms": 300}})
+    result, seen = play(tmp_path, TEKNIC, 0.25, 0.0, ("load_nm", "0"), overrides={"params": {"command_timeout_ms": 600}})
     assert seen.fault == "COMMAND_TIMEOUT" and not seen.still_on
     trace = result.trace
     off = np.flatnonzero((trace["gate_live"][:-1] > 0) & (trace["gate_live"][1:] == 0))[-1]
@@ -92,7 +92,7 @@ def test_a_warning_is_announced_once_and_the_motor_runs_on(tmp_path):
 
 
 def test_an_inertia_told_five_times_too_large_softens_the_speed_loop(tmp_path):
-    result, seen = play(tmp_path, TEKNIC, 0.25, 0.5, ("load_nm", "0"), detune="inertia_gcm2*5")
+    result, seen = play(tmp_path, TEKNIC, 0.25, 0.5, ("load_nm", "0"), detune="inertia_gmm2*5")
     assert seen.fault == "NONE" and seen.still_on and result.console.count("warning: limit cycle") == 1
 
 

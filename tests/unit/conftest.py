@@ -10,6 +10,7 @@ import re
 import subprocess
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 from unit.cinterface import Library
@@ -20,6 +21,12 @@ SOURCE = Path(os.environ.get("MSSFOC_SOURCE", ROOT))
 ROOMS = ("settings", "control", "commission", "axis", "operate")
 FLAGS = ["-std=gnu11", "-O1", "-g", "-fPIC", "-shared", "-fsanitize=undefined", "-fno-sanitize-recover=all", "-Wall", "-Wextra",
          "-Werror", "-Wno-int-to-pointer-cast"]
+
+
+# the same numbers every time, and no verdict that depends on how fast they come
+hypothesis.settings.register_profile("unit", deadline=None, derandomize=True, database=None, suppress_health_check=list(
+    hypothesis.HealthCheck))
+hypothesis.settings.load_profile("unit")
 
 
 def sources():

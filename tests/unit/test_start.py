@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The start's decisions: load angle against the torque function, counts against pole pairs, wiring, and whole alignments of a
-rotor on a perfect current source (host/rotor.c): every angle, load, inertia and everything that can be told wrongly."""
+"""The start's decisions: load angle against the torque function, counts against pole pairs, and whole alignments of a rotor on
+a perfect current source (host/rotor.c): every angle, load, inertia and everything that can be told wrongly."""
 import math
 from types import SimpleNamespace
 
@@ -8,8 +8,8 @@ import pytest
 
 TURN = 2 ** 32
 
-# pole pairs, counts, ohm, Ld, Lq (uH), flux (uWb), inertia (g mm2), of the rotor alone, i_align, i_max, range (mA), v range (mV),
-# rated torque, friction, cogging (uN m), cogging periods a turn
+# pole pairs, counts, ohm, Ld, Lq (uH), flux (uWb), inertia (g mm2), of the rotor alone, i_align, i_max, range (mA), v range
+# (mV), rated torque, friction, cogging (uN m), cogging periods a turn
 MOTORS = {
     "teknic": (4, 4000, 360, 200, 200, 6395, 56490, 7060, 5000, 10650, 23571, 57528, 272000, 2720, 2720, 24),
     "maxon_ec22": (1, 2048, 321, 27, 27, 3924, 1910, 240, 2660, 5700, 11000, 57528, 21000, 640, 0, 1),
@@ -120,9 +120,9 @@ def params_of(c, name, **told):
     params = c.params()
     c.params_init(params)
     for key, value in dict(pole_pairs=pairs, encoder_counts=counts, resistance_mohm=ohm, ld_uh=ld, lq_uh=lq, flux_uwb=flux,
-                           inertia_gmm2=inertia, i_align_ma=i_align, i_max_ma=i_max, i_trip_ma=i_max * 5 // 4 + 1, i_range_ma=i_range,
-                           v_range_mv=v_range, v_min_mv=v_range // 3, v_max_mv=v_range // 10 * 9, speed_max_rpm=300,
-                           overspeed_rpm=400, speed_bw_hz=10, current_bw_hz=500).items():
+                           inertia_gmm2=inertia, i_align_ma=i_align, i_max_ma=i_max, i_trip_ma=i_max * 5 // 4 + 1,
+                           i_range_ma=i_range, v_range_mv=v_range, v_min_mv=v_range // 3, v_max_mv=v_range // 10 * 9,
+                           speed_max_rpm=300, overspeed_rpm=400, speed_bw_hz=10, current_bw_hz=500).items():
         setattr(params, key, told.get(key, value))
     return params
 

@@ -148,7 +148,7 @@ def test_gates_that_go_off_without_a_latch_are_a_fault_while_the_loop_is_on(worl
 
 @pytest.mark.parametrize("sign", (1, -1))
 def test_overspeed_counts_between_switching_on_and_off(world, c, sign):
-    """The step that leaves READY ends switched on, and the look at the speed comes last. Unaligned, the observer begins anew."""
+    """The step that leaves READY ends switched on, and the look at the speed comes last. The observer's goes on if aligned."""
     for state, found in zip(STATES, (False, True, True, True, True, False, False)):
         w = world(state)
         before, w.axis.start.aligned = w.axis.faults.cause, True

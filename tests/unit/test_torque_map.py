@@ -15,7 +15,8 @@ MACHINES = {
     "slightly salient": {"lq_uh": 201},
     "reversed": {"ld_uh": 400},
     "reluctance": {"ld_uh": 4730, "lq_uh": 20000, "flux_uwb": 133700, "i_range_ma": 50000, "v_range_mv": 500000,
-                   "i_max_ma": 33000, "i_trip_ma": 44000, "v_min_mv": 200000, "v_max_mv": 410000, "current_bw_hz": 300, "speed_bw_hz": 20},
+                   "i_max_ma": 33000, "i_trip_ma": 44000, "v_min_mv": 200000, "v_max_mv": 410000, "current_bw_hz": 300,
+                   "speed_bw_hz": 20},
     "hardly a magnet": {"lq_uh": 600, "flux_uwb": 100, "speed_bw_hz": 1, "inertia_gmm2": 100},
     "small current": {"lq_uh": 400, "i_max_ma": 100, "i_align_ma": 50},
 }

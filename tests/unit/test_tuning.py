@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Every number of struct tuning against exact rationals, over random parameters of the whole ranges and the shipped motors."""
+import functools
 import math
 import random
 import re
@@ -41,8 +42,13 @@ def ranges():
     return {name: (int(low), int(high)) for name, low, high, _ in rows}
 
 
-def shipped(motor="teknic_m2310p"):
+@functools.cache
+def _told(motor):
     return console_params(load_drive(motor))
+
+
+def shipped(motor="teknic_m2310p"):
+    return dict(_told(motor))
 
 
 def drawn(draw):
@@ -156,3 +162,94 @@ def test_each_limit_where_it_is(c, error, name, limit, beyond):
     assert compute(c, p)[0] == "ERROR_NONE"
     p[name] += beyond
     assert compute(c, p)[0] == error
+
+
+def exact_torque_and_start(c, p):
+    """The rest of struct tuning, from the motor in SI units: (exact, how far it may be off)."""
+    volt, ampere = Fraction(p["v_range_mv"], 1000), Fraction(p["i_range_ma"], 1000)
+    flux = Fraction(c.mtpa_flux_nwb(struct(c, p)), 10**9)
+    psi, i_max = Fraction(p["flux_uwb"], 10**6), Fraction(p["i_max_ma"], 1000)
+    x_d, x_q = (2 * PI * BASE_HZ * Fraction(p[f"l{axis}_apparent_uh"] or p[f"l{axis}_uh"], 10**6) * ampere / volt for axis in "dq")
+    emf = 2 * PI * BASE_HZ * psi / volt
+    coarser = sum(Fraction(p[f"l{axis}_apparent_uh"] or p[f"l{axis}_uh"], p[f"l{axis}_uh"]) for axis in "dq")  # than x_d, x_q
+    farad = Fraction(p["bus_capacitance_uf"], 10**6)
+    energy = farad * volt / (3 * ampere) * SLOW_HZ * 1024
+    exact = {
+        "torque_emf_q11": (2 * PI * BASE_HZ * flux / volt * 2048, Fraction(3, 2)),
+        "bus_energy_q10": (min(energy, 32767), Fraction(1, 2)),
+        "burn_max_q15": (min(emf / x_d, i_max / ampere) * 32768, 40),
+        "saliency_q11": (min((x_q - x_d) * 2048, 65535), 2 + coarser / 2),
+        "speed_max_rpm_q4": (p["speed_max_rpm"] * 16, 0), "pole_pairs": (p["pole_pairs"], 0),
+        "wiring_i_q15": (Fraction(p["i_trip_ma"], 10000) / ampere * 32768, Fraction(1, 2) + 33 / ampere),
+        "rpm_q4_per_w_q32": (Fraction(60 * 16 * PWM_HZ, p["pole_pairs"]), 1),
+        "i_sum_q15": (Fraction(p["i_trip_ma"] * 32768, p["i_range_ma"]) / 4, 2),
+    }
+    drop = min(Fraction(p["i_trip_ma"], 10000) * Fraction(p["resistance_mohm"], 1000), volt)
+    exact["wiring_v_q15"] = (drop / volt * 32768, 1 + Fraction(p["resistance_mohm"] + 1000, 10**6) / volt * 32768)
+    return exact
+
+
+def pendulum_ms(p, i_ma):
+    """A rotor in a field of this current: w0^2 = p Kt I / J."""
+    kt = 1.5 * p["pole_pairs"] * p["flux_uwb"] * 1e-6
+    period = 2 * math.pi * math.sqrt(p["inertia_gmm2"] * 1e-9 / (p["pole_pairs"] * kt * i_ma * 1e-3)) * 1000
+    return min(max(period, 30), 1500)
+
+
+def check_levels(tuning, p):
+    """i_align first; then i_max, or as much as leaves half of the pull of the magnets, where i_align is not far below."""
+    difference = (p["lq_uh"] - p["ld_uh"]) * 1e-6
+    most = p["i_max_ma"] if p["i_align_ma"] * 4 >= p["i_max_ma"] else p["i_align_ma"]
+    if difference > 0:
+        most = min(most, p["flux_uwb"] * 1e-3 / 2 / difference)
+    assert tuning.align_levels == (2 if math.floor(most + 0.5) > p["i_align_ma"] else 1)
+    for level, i_ma, ratio in zip(tuning.align, (p["i_align_ma"], most), (0.5, 0.6)):
+        assert level.i_q15 == pytest.approx(i_ma / p["i_range_ma"] * 32768, abs=0.51 + 17000 / p["i_range_ma"])
+        assert level.ratio_q15 == round(ratio * 32768) and abs(level.i_less_q15 - ratio * level.i_q15) <= 1
+        reluctance = min(max(difference, 0) * i_ma * 1e-3 / (p["flux_uwb"] * 1e-6), 0.5)
+        assert level.saliency_q15 == pytest.approx(reluctance * 32768, abs=0.51 + 33 * reluctance / i_ma * 1000, rel=1e-3)
+        assert level.period_ms == pytest.approx(pendulum_ms(p, i_ma), abs=1.1, rel=0.002)
+
+
+@pytest.mark.parametrize("motor", available(MOTORS))
+@pytest.mark.parametrize("changes", ({}, {"lq_uh": 3}, {"ld_uh": 0.2, "flux_uwb": 0.2}, {"i_align_ma": 0.2}, {"inertia_gmm2": 100},
+                                     {"inertia_gmm2": 0.01}, {"bus_capacitance_uf": 300}, {"resistance_mohm": 3}))
+def test_torque_and_start_of_the_motors(c, motor, changes):
+    p = shipped(motor)
+    for name, factor in changes.items():
+        p[name] = max(1, round(p[name] * factor))
+    tuning = compute(c, p)[2]
+    if not tuning.pole_pairs:
+        pytest.skip("refused before the start is worked out")
+    for name, (value, off) in exact_torque_and_start(c, p).items():
+        assert abs(getattr(tuning, name) - value) <= off, f"{name} {getattr(tuning, name)}, exactly {float(value)}"
+    set_q15 = tuning.v_max_q15 * 96 // 100
+    assert tuning.bus_set_energy_q25 == (set_q15**2 >> 15) * tuning.bus_energy_q10
+    check_levels(tuning, p)
+
+
+def test_thousandths_to_units_and_back(c):
+    for milli, range_milli, q15 in ((0, 1000, 0), (1000, 1000, 32768), (-1000, 1000, -32768), (1, 65536, 1), (-1, 65536, -1),
+                                    (1, 65537, 0), (4000, 1000, 131072), (-333, 1000, -10912), (333, 1000, 10912)):
+        assert c.tuning_q15_from_milli(milli, range_milli) == q15
+    for q15, range_milli, milli in ((0, 1000, 0), (32768, 1000, 1000), (-32768, 1000, -1000), (16384, 1, 1), (16383, 1, 0),
+                                    (-16384, 1, 0), (-16385, 1, -1), (131071, 2000000, 7999939)):
+        assert c.tuning_milli_from_q15(q15, range_milli) == milli
+
+
+def test_the_observers_speed_in_rpm(c):
+    _, _, tuning = compute(c, shipped())
+    for rpm in (0, 1, 4000, -4000, -1):
+        speed_q32 = round(rpm / 60 * 4 / PWM_HZ * 2**32)
+        assert abs(speed_q32 * tuning.rpm_q4_per_w_q32 / 2**32 - rpm * 16) < 0.01
+
+
+@pytest.mark.parametrize("name", ("i_trip_ma", "i_max_ma", "i_align_ma", "v_max_mv", "v_min_mv", "overspeed_rpm"))
+def test_limits_hold_where_32_bits_would_not(c, name):
+    """The largest parameters: each check still finds its own."""
+    p = {**shipped(), "i_range_ma": 2000000, "v_range_mv": 2000000, "i_trip_ma": 1900000, "i_max_ma": 1615000,
+         "i_align_ma": 1615000, "v_max_mv": 1960000, "v_min_mv": 500000, "resistance_mohm": 100}
+    before = {error for error, *_ in LIMITS}
+    assert compute(c, p)[0] not in before
+    p[name] += -1 if name == "v_min_mv" else 1 if name != "overspeed_rpm" else 32000
+    assert compute(c, p)[0] in before

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A rotor with friction, cogging and a hoist on a perfect current source: what the alignment works on, thousands of times a second. */
+/* A rotor with friction, cogging and a hoist on a perfect current source: what the alignment works on, quickly. */
 #ifndef TESTS_UNIT_HOST_ROTOR_H
 #define TESTS_UNIT_HOST_ROTOR_H
 

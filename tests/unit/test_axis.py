@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: MIT
+"""One motor's drive, step by step: what starts it, what each state does to fabric and loops, and what a fault keeps."""
+import ctypes
+
+import pytest
+
+from unit.test_state_machine import World
+
+
+INDEX_SEEN = 1
+
+
+@pytest.fixture
+def world(c):
+    return lambda state=None: World(c).put(state) if state else World(c)
+
+
+@pytest.fixture
+def fresh(c):
+    """An axis as it is after power-up: its registers take their values at once."""
+    w = World(c)
+    c.axis_init(w.axis, w.fabric)
+    return w
+
+
+def test_the_first_state_touches_no_register(c):
+    axis, fabric = c.axis(), c.fabric()
+    ctypes.memset(ctypes.addressof(fabric), 0xA5, ctypes.sizeof(fabric))
+    c.axis_init(axis, fabric)
+    assert bytes(fabric) == b"\xA5" * ctypes.sizeof(fabric)
+    assert axis.state == c.AXIS_NOT_READY and axis.fabric_doubt == 0xD0B7FABC and axis.faults.cause == c.FAULT_NONE
+    assert axis.torque.map.torque_max_q15 in (0, axis.tuning.i_max_q15)  # built here, or at the first `on`
+    assert axis.loop.encoder_scale_q32 == axis.tuning.encoder_scale_q32 == round(4 * 2**32 / 4000)
+    assert axis.loop.status_max == 2**32 - 1 and axis.speed.kp_q16 == axis.tuning.speed_kp_q16 > 0
+    assert axis.thermal.factor_q15 == 32768 and axis.thermal.max_q4 == 130 * 16
+    assert axis.reactions.choice[c.FAULT_VOLTAGE_LIMIT] == c.REACTION_WARN
+
+
+def test_start_brings_up_encoder_pwm_and_adc(c, fresh):
+    w = fresh
+    c.axis_start(w.axis, c.FAULT_NONE)
+    assert (w.axis.state, w.axis.faults.cause, w.axis.fabric_doubt) == (c.AXIS_SWITCH_ON_DISABLED, c.FAULT_NONE, 0)
+    assert (w.fabric.encoder.COUNTS, w.fabric.encoder.CONTROL) == (4000, 1)
+    assert w.fabric.pwm.PERIOD == 4999 and w.fabric.pwm.PWM_ENABLE_0_7 == 0x40, "the trigger, and no leg"
+    assert w.fabric.adc.CONTROL == 3 and w.fabric.gate.CONTROL == 0
+
+
+@pytest.mark.parametrize("cause", ("WATCHDOG", "EXCEPTION", "STACK_GUARD"))
+def test_start_with_a_fault_that_leaves_the_fabric_alone(c, fresh, cause):
+    w = fresh
+    c.axis_start(w.axis, c.enums["fault"]["FAULT_" + cause])
+    assert w.axis.faults.cause == c.enums["fault"]["FAULT_" + cause] and w.fabric.adc.CONTROL == 3
+    assert w.axis.state == c.AXIS_SWITCH_ON_DISABLED and w.step(3) == "FAULT"
+
+
+@pytest.mark.parametrize("cause", ("CLOCK", "FABRIC"))
+def test_start_with_a_fabric_in_doubt_writes_nothing(c, fresh, cause):
+    w = fresh
+    before = bytes(w.fabric)
+    c.axis_start(w.axis, c.enums["fault"]["FAULT_" + cause])
+    assert bytes(w.fabric) == before and w.axis.state == c.AXIS_FAULT and w.axis.fabric_doubt == 0xD0B7FABC
+    c.axis_step(w.axis)
+    assert w.axis.time_ms == 1 and bytes(w.fabric) == before, "the clock goes on, and nothing else"
+
+
+def test_the_snapshot_is_of_everything(c, world):
+    w = world("OPERATION_ENABLED")
+    adc, loop = w.fabric.adc, w.axis.loop
+    adc.IA, adc.IB, adc.IC, adc.VBUS = -11, 22, -33, 14444
+    loop.i_d_q15, loop.i_q_q15, loop.pll.angle_q32, loop.angle_offset_q32 = 55, -66, 0x70000000, 0x10000000
+    w.axis.speed.speed_rpm_q4, w.axis.time_ms, w.axis.time_wraps = -777, 888, 1
+    w.fabric.gate.STATUS = 0x81
+    c.axis_raise_with(w.axis, c.FAULT_ENCODER_SLIP, 30, -40)
+    s = w.axis.faults.snapshot
+    assert (s.i_a_q15, s.i_b_q15, s.i_c_q15, s.vbus_q15, s.i_d_q15, s.i_q_q15) == (-11, 22, -33, 14444, 55, -66)
+    assert (s.speed_rpm_q4, s.up_ms, s.angle_u16, s.gate_status) == (-777, 2**32 + 888, 0x8000, 0x81)
+    assert s.state == c.AXIS_OPERATION_ENABLED and list(w.axis.faults.detail) == [30, -40]
+    adc.IA = 99
+    c.axis_raise_with(w.axis, c.FAULT_STALL, 1, 2)
+    assert s.i_a_q15 == -11 and list(w.axis.faults.detail) == [30, -40], "the first one stays"
+
+
+@pytest.mark.parametrize("cause, spoils", (("ENCODER", True), ("ENCODER_SLIP", True), ("ENCODER_DEAD", True),
+                                           ("ENCODER_COUNTS", True), ("OVERCURRENT", False), ("STALL", False)))
+def test_an_encoder_fault_makes_the_alignment_void(c, world, cause, spoils):
+    w = world("OPERATION_ENABLED")
+    w.axis.start.aligned, w.fabric.encoder.STATUS = True, INDEX_SEEN
+    c.axis_raise(w.axis, c.enums["fault"]["FAULT_" + cause])
+    w.step(2)
+    assert w.axis.start.aligned != spoils and w.fabric.encoder.STATUS == (0 if spoils else INDEX_SEEN)
+
+
+def running(w, speed_rpm=1000):
+    w.axis.speed.ref_rpm_q16 = w.axis.speed.target_rpm_q16 = speed_rpm * 65536
+    w.axis.loop.radius_q15 = 12000
+    return w
+
+
+def test_quick_stop_brakes_with_four_times_the_ramp(c, world):
+    w = running(world("OPERATION_ENABLED"))
+    assert c.axis_quick_stop(w.axis).error == c.ERROR_NONE
+    assert w.step() == "QUICK_STOP" and w.axis.speed.target_rpm_q16 == 0
+    w.axis.speed.at_limit = False
+    before = w.axis.speed.ref_rpm_q16
+    w.step()
+    assert before - w.axis.speed.ref_rpm_q16 == 4 * w.axis.tuning.ramp_q16
+
+
+@pytest.mark.parametrize("limited, ends_ms", ((False, 5000), (True, 7000)))
+def test_quick_stop_ends_in_time(c, world, limited, ends_ms):
+    """5 s without braking as hard as it may; and stop_max_ms whatever it does."""
+    w = running(world("OPERATION_ENABLED"))
+    w.axis.params.stop_max_ms = 7000
+    c.axis_quick_stop(w.axis)
+    if not limited:  # a speed loop that asks for nothing
+        w.axis.speed.kp_q16 = w.axis.speed.ki_q16 = w.axis.tuning.speed_accel_q8 = w.axis.tuning.speed_ki_min_q16 = 0
+    for ms in range(1, 8000):
+        w.axis.speed.ref_rpm_q16 = 1000 * 65536
+        c.supervision_begin(w.axis)
+        if w.step() != "QUICK_STOP":
+            break
+    assert ms == ends_ms and w.state == "SWITCH_ON_DISABLED" and w.fabric.gate.CONTROL == 0
+
+
+def turn(w, rpm, ms):
+    for _ in range(ms):
+        w.fabric.encoder.LATCH_TIME = w.fabric.encoder.EDGE_TIME = (w.fabric.encoder.LATCH_TIME + 100000) % 2**32
+        w.fabric.encoder.LATCHED = (w.fabric.encoder.LATCHED + rpm * 4000 // 60000) % 4000
+        w.step()
+
+
+def test_a_quick_stop_out_of_torque_control_takes_up_speed_and_torque(c, world):
+    w = world()
+    turn(w, 600, 30)
+    w.put("OPERATION_ENABLED")
+    assert abs(w.axis.speed.speed_rpm_q4 - 600 * 16) <= 16
+    w.axis.mode, w.axis.torque.torque_q15, w.axis.torque_command_q15 = c.AXIS_MODE_TORQUE, -2000, -2000
+    w.axis.request = c.AXIS_REQUEST_QUICK_STOP
+    w.axis.stopping_ms = w.axis.lingering_ms = 4000
+    turn(w, 600, 1)
+    assert w.state == "QUICK_STOP" and w.axis.mode == c.AXIS_MODE_SPEED and w.axis.stopping_ms <= 1
+    assert abs(w.axis.speed.ref_rpm_q16 / 65536 - 600) < 25 and abs(w.axis.speed.integral_q29 / 2**14 + 2000) < 500
+
+
+def test_it_stands_below_thirty_rpm_with_the_reference_at_zero(c, world):
+    w = world("QUICK_STOP")
+    w.axis.speed.ref_rpm_q16 = 0
+    assert w.step() == "SWITCH_ON_DISABLED"
+    assert w.axis.torque.torque_q15 == 0 and w.axis.torque.burn_q15 == 0
+
+
+def test_operation_begins_at_rest_in_speed_control(c, world):
+    w = world("SWITCHED_ON")
+    w.axis.mode, w.axis.speed.target_rpm_q16, w.axis.command_ms = c.AXIS_MODE_TORQUE, 999, 0
+    w.axis.speed.integral_q29, w.axis.supervision.speed.far_ms = 77777, 3
+    w.axis.start.phase, w.axis.loop.source, w.axis.start.aligned = 4, c.LOOP_ENCODER, True
+    assert w.step() == "OPERATION_ENABLED"
+    assert w.axis.mode == c.AXIS_MODE_SPEED and w.axis.speed.target_rpm_q16 == 0 and w.axis.speed.integral_q29 == 0
+    assert w.axis.command_ms == w.axis.time_ms and w.axis.supervision.speed.deviation_q4 == 4000 * 16 // 5
+
+
+def test_torque_control_asks_for_the_command_within_the_limits(c, world):
+    w = running(world("OPERATION_ENABLED"), 0)
+    c.torque_map_build(w.axis.torque.map, w.axis.params, w.axis.tuning)
+    assert c.axis_command_current(w.axis, -3000).error == c.ERROR_NONE
+    w.step()
+    expected = -3000 * 32768 / w.axis.params.i_range_ma
+    assert abs(w.axis.loop.i_q_ref_q15 - expected) <= 2 and w.axis.loop.i_d_ref_q15 == 0
+    assert c.axis_command_speed(w.axis, 100).error == c.ERROR_NONE
+    assert w.axis.mode == c.AXIS_MODE_SPEED and w.axis.speed.integral_q29 == w.axis.torque.torque_q15 << 14
+
+
+@pytest.mark.parametrize("function, limit, error", (("axis_command_speed", "speed_max_rpm", "ERROR_BEYOND_SPEED_MAX"),
+                                                    ("axis_command_current", "i_max_ma", "ERROR_BEYOND_I_MAX")))
+def test_commands_end_where_the_parameters_say(c, world, function, limit, error):
+    w = world("OPERATION_ENABLED")
+    most = getattr(w.axis.params, limit)
+    command = getattr(c, function)
+    for value, found in ((most, "ERROR_NONE"), (-most, "ERROR_NONE"), (most + 1, error), (-most - 1, error)):
+        assert command(w.axis, value).error == getattr(c, found)
+
+
+@pytest.mark.parametrize("vbus, rpm_q4, error", [
+    (13670, 0, "NONE"), (10253, 0, "NONE"), (10252, 0, "BUS_LOW"), (20506, 0, "NONE"), (20507, 0, "BUS_HIGH"),
+    (13670, 480, "NONE"), (13670, 481, "TURNING"), (13670, -481, "TURNING")])
+def test_what_is_measured_forbids_on(c, world, vbus, rpm_q4, error):
+    w = world()
+    assert (w.axis.tuning.v_min_q15, w.axis.tuning.v_max_q15) == (10253, 20506)
+    w.axis.loop.vbus_q15, w.axis.speed.speed_rpm_q4 = vbus, rpm_q4
+    assert c.axis_switch_on(w.axis).error == c.enums["error"]["ERROR_" + error]
+    assert w.axis.request == (c.AXIS_REQUEST_ON if error == "NONE" else c.AXIS_REQUEST_NONE)
+
+
+def test_on_adopts_the_parameters_and_nothing_before(c, world):
+    w = world()
+    w.axis.params.i_max_ma, w.axis.params.t_max_c, w.axis.params.speed_bw_hz = 8000, 100, 30
+    w.step()
+    before = w.axis.tuning.i_max_q15
+    w.axis.start.aligned = True
+    assert before == round(10650 * 32768 / 23571)
+    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert w.axis.tuning.i_max_q15 == round(8000 * 32768 / 23571) == w.axis.torque.map.torque_max_q15
+    assert w.axis.thermal.max_q4 == 1600 and w.axis.speed.kp_q16 == w.axis.tuning.speed_kp_q16
+    assert w.axis.start.aligned, "the encoder is the same"
+
+
+def test_another_encoder_makes_the_alignment_void(c, world):
+    w = world()
+    w.axis.start.aligned = w.axis.start.index_known = True
+    w.axis.params.encoder_counts = 8000
+    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert not w.axis.start.aligned and not w.axis.start.index_known
+    assert w.fabric.encoder.COUNTS == 8000
+    w.step()
+    assert w.axis.loop.encoder_scale_q32 == round(4 * 2**32 / 8000)
+
+
+def test_what_clear_needs(c, world):
+    w = world("FAULT")
+    w.fabric.encoder.STATUS = 0
+    w.fabric.gate.ID = 1
+    assert c.axis_clear_fault(w.axis).error == c.ERROR_FABRIC
+    w.fabric.gate.ID = 0x464F4321
+    assert c.axis_clear_fault(w.axis).error == c.ERROR_NONE and w.axis.request == c.AXIS_REQUEST_CLEAR
+    assert w.step() == "SWITCH_ON_DISABLED"
+    assert c.axis_clear_fault(w.axis).error == c.ERROR_NO_FAULT
+
+
+def test_status_is_of_everything(c, world):
+    w = world("OPERATION_ENABLED")
+    loop, speed = w.axis.loop, w.axis.speed
+    loop.i_d_q15, loop.i_q_q15, loop.i_d_ref_q15, loop.i_q_ref_q15, loop.vbus_q15 = 1, 2, 3, 4, 5
+    speed.speed_rpm_q4, speed.speed_ref_rpm_q4, w.axis.time_ms = 6, 7, 8
+    s = c.axis_status(w.axis)
+    assert (s.i_d_q15, s.i_q_q15, s.i_d_ref_q15, s.i_q_ref_q15, s.vbus_q15, s.speed_rpm_q4, s.speed_ref_rpm_q4, s.up_ms) == (
+        1, 2, 3, 4, 5, 6, 7, 8)
+    assert (s.state, s.fault) == (c.AXIS_OPERATION_ENABLED, c.FAULT_NONE)
+
+
+def test_the_heartbeat_is_not_listened_to_in_the_first_two_milliseconds(c):
+    w = World(c)
+    w.axis.time_ms = 0
+    for ms in (1, 2, 3):
+        c.axis_step(w.axis)
+        assert (w.axis.faults.cause == c.FAULT_LOOP_STOPPED) == (ms == 3)
+
+
+def test_heat_lowers_the_limit_of_both_modes(c, world):
+    for mode in (c.AXIS_MODE_SPEED, c.AXIS_MODE_TORQUE):
+        w = running(world("OPERATION_ENABLED"), 0)
+        c.torque_map_build(w.axis.torque.map, w.axis.params, w.axis.tuning)
+        w.axis.mode, w.axis.thermal.factor_q15 = mode, 16384
+        w.step()
+        assert w.axis.torque.i_limit_q15 == w.axis.tuning.i_max_q15 // 2
+        assert w.axis.torque.limits.high <= w.axis.tuning.i_max_q15 // 2 + 1

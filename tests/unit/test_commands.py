@@ -1,0 +1,281 @@
+# SPDX-License-Identifier: MIT
+"""What the console says to each command, to the letter: each value at its place, with its unit, and each refusal."""
+import ctypes
+import re
+
+import pytest
+
+from unit.conftest import SOURCE, identify
+
+VERSION = "mssfoc " + re.search(r'CONFIG_VERSION "(.*)"', (SOURCE / "firmware/settings/config.h").read_text())[1]
+I_RANGE_MA, V_RANGE_MV = 32768, 65536  # so that a step of Q15 is 1 mA, and 2 mV
+
+
+class Operator:
+    """Somebody who types at the console of an axis, and what he is told."""
+
+    def __init__(self, c):
+        self.c, self.fabric, self.axis, self.last_life = c, c.fabric(), c.axis(), c.postmortem()
+        c.axis_init(self.axis, self.fabric)
+        identify(self.fabric)
+        self.axis.fabric_doubt = 0
+        self.axis.state = c.AXIS_SWITCH_ON_DISABLED
+        self.axis.params.i_range_ma, self.axis.params.v_range_mv = I_RANGE_MA, V_RANGE_MV
+        self.console, session = c.console(), c.session()
+        session.axis, session.last_life = ctypes.pointer(self.axis), ctypes.pointer(self.last_life)
+        c.host_heard_bytes.value = c.host_heard_taken.value = c.host_said_bytes.value = 0
+        c.console_start(self.console, session)
+        self.greeting = self.heard()
+
+    def heard(self):
+        text = bytes(self.c.host_said)[:self.c.host_said_bytes.value].decode()
+        self.c.host_said_bytes.value = 0
+        return text
+
+    def type(self, text):
+        """What comes back, echo and prompt included."""
+        ctypes.memmove(self.c.host_heard, text, len(text))
+        self.c.host_heard_bytes.value, self.c.host_heard_taken.value = len(text), 0
+        self.c.console_poll(self.console)
+        return self.heard()
+
+    def __call__(self, line):
+        """The lines that answer a command."""
+        said = self.type(line.encode() + b"\r")
+        assert said.startswith(line + "\r\n") and said.endswith("\r\n> ")
+        return said[len(line) + 2:-len("\r\n> ")].split("\r\n") if said != line + "\r\n> " else []
+
+
+@pytest.fixture
+def operator(c):
+    return Operator(c)
+
+
+def test_the_greeting(operator):
+    assert operator.greeting == f"\r\n{VERSION}, 'help' lists the commands\r\n> "
+
+
+def fill(axis):
+    """Every value another one."""
+    loop, speed = axis.loop, axis.speed
+    speed.speed_rpm_q4, speed.speed_ref_rpm_q4 = -24001, 16 * 1600 + 8
+    loop.i_d_q15, loop.i_q_q15, loop.i_d_ref_q15, loop.i_q_ref_q15 = -101, 2002, -303, 4004
+    loop.vbus_q15 = 12000
+    axis.thermal.winding_q4, axis.thermal.factor_q15 = 16 * 83 + 15, 32768
+    axis.time_ms, axis.time_wraps = 5017, 0
+
+
+def test_status(operator, c):
+    fill(operator.axis)
+    operator.axis.state, operator.axis.faults.cause = c.AXIS_QUICK_STOP, c.FAULT_OVERTEMPERATURE
+    operator.type(b"")  # announced
+    assert operator("status") == [
+        "state: quick stop active", "fault: over-temperature", "speed: -1500.062 rpm, reference 1600.500 rpm",
+        "current: d -0.101 A, q 2.002 A, reference d -0.303 A, q 4.004 A", "bus: 24.000 V, winding: 83 degC",
+        "current loop: 217 cycles", "memory errors corrected: 0", "up: 5.017 s"]
+
+
+def test_status_of_a_hot_motor_that_was_warned_of(operator, c):
+    operator.axis.thermal.factor_q15 = 32767
+    assert ", current limit held to 99 %" in operator("status")[4]
+    operator.axis.thermal.factor_q15 = 8192
+    operator.axis.time_wraps = 1
+    for cause in (c.FAULT_VOLTAGE_LIMIT, c.FAULT_LIMIT_CYCLE):
+        c.axis_warn(operator.axis, cause)
+    operator.type(b"")
+    said = operator("status")
+    assert said[4].endswith(" degC, current limit held to 25 %")
+    assert said[5:7] == ["warning: voltage limit", "warning: limit cycle"] and said[-1] == "up: 4294967.296 s"
+
+
+def test_fault_without_one(operator):
+    assert operator("fault") == ["fault: none"]
+
+
+def test_fault(operator, c):
+    axis = operator.axis
+    axis.faults.cause, axis.faults.detail[0], axis.faults.detail[1] = c.FAULT_ENCODER_DEAD, -3, 1000
+    snapshot = axis.faults.snapshot
+    snapshot.up_ms, snapshot.state = 2**32 + 1, c.AXIS_OPERATION_ENABLED
+    snapshot.i_a_q15, snapshot.i_b_q15, snapshot.i_c_q15 = 1001, -2002, 3003
+    snapshot.i_d_q15, snapshot.i_q_q15, snapshot.vbus_q15 = -4004, 5005, 6000
+    snapshot.speed_rpm_q4, snapshot.angle_u16, snapshot.gate_status = 24008, 49152, 0x89ABCDEF
+    operator.type(b"")
+    assert operator("fault") == [
+        "fault: encoder dead", "found: -3 counts in an electrical turn, instead of 1000",
+        "look at: the motor turned and no counts came: encoder cable, supply, coupling; or the shaft was held",
+        "at: 4294967.297 s, state operation enabled",
+        "phase currents: a 1.001 A, b -2.002 A, c 3.003 A; d -4.004 A, q 5.005 A",
+        "bus: 12.000 V, speed: 1500.500 rpm, angle: 270 deg, gate status: 0x89abcdef"]
+    axis.faults.cause = c.FAULT_STALL
+    operator.type(b"")
+    assert not any(line.startswith("found") for line in operator("fault")), "a stall has nothing to add"
+
+
+def test_fault_of_a_fabric_in_doubt_has_no_values(operator, c):
+    operator.axis.fabric_doubt, operator.axis.faults.cause = 0xD0B7FABC, c.FAULT_FABRIC
+    operator.type(b"")
+    assert operator("fault") == ["fault: fabric", "look at: the FPGA does not carry the design of docs/fabric.md"]
+
+
+def died(life):
+    life.valid, life.exception, life.frame_valid, life.exc_return = True, 5, True, 0xFFFFFFF9
+    for number, name in enumerate(("r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr")):
+        setattr(life.frame, name, 0x11111111 * (number + 1))
+    life.cfsr, life.hfsr, life.mmfar, life.bfar, life.edac = 0xA0, 0xB1, 0xC2, 0xD3, 0xE4
+
+
+def test_registers_of_the_last_life(operator):
+    died(operator.last_life)
+    assert operator("fault") == [
+        "processor exception before the last reset: bus fault (5)", "  pc 0x77777777 lr 0x66666666 xpsr 0x88888888",
+        "  r0 0x11111111 r1 0x22222222 r2 0x33333333 r3 0x44444444 r12 0x55555555",
+        "  cfsr 0x000000a0 hfsr 0x000000b1 mmfar 0x000000c2 bfar 0x000000d3 exc_return 0xfffffff9 edac 0x000000e4",
+        "fault: none"]
+    operator.last_life.frame_valid = False
+    assert operator("fault")[1] == "  no frame: the stack was not usable"
+
+
+@pytest.mark.parametrize("number, name", [
+    (2, "NMI"), (3, "hard fault"), (4, "memory fault"), (5, "bus fault"), (6, "usage fault"), (7, "unexpected interrupt"),
+    (16 + 23, "the MSS PLL lost its lock"), (16 + 32, "the fabric's PLL lost its lock"),
+    (16 + 29, "a memory error that cannot be corrected"), (16 + 30, "unexpected interrupt")])
+def test_names_of_exceptions(operator, number, name):
+    died(operator.last_life)
+    operator.last_life.exception = number
+    assert operator("fault")[0] == f"processor exception before the last reset: {name} ({number})"
+
+
+def test_parameters(operator):
+    assert operator("get pole_pairs") == ["pole_pairs = 4  (1...50)"]
+    lines = operator("get all")
+    names = [name for name, _ in operator.c.params._fields_]
+    assert [line.split(" = ")[0] for line in lines] == names
+    assert operator("set pole_pairs 7") == ["ok"] and operator.axis.params.pole_pairs == 7
+    assert operator("set pole_pairs 50") == ["ok"] and operator("set pole_pairs 1") == ["ok"]
+    for wrong in ("0", "51"):
+        assert operator(f"set pole_pairs {wrong}") == ["error: pole_pairs must be 1...50"]
+    assert operator("set pole_pairs x") == ["error: x: not a whole number"]
+    for line in ("set pole_pear 1", "get pole_pear"):
+        assert operator(line) == ["error: pole_pear: no such parameter; 'get all' lists them"]
+    operator.axis.state = operator.c.AXIS_OPERATION_ENABLED
+    assert operator("set pole_pairs 7") == ["error: parameters can change only while the drive is off"]
+    assert operator.axis.params.pole_pairs == 1
+
+
+def test_reactions(operator, c):
+    every = operator("reaction")
+    assert "over-voltage" not in " ".join(every)
+    assert every[0] == "over-speed: off  (off, stop)" and "voltage limit: warn  (off, stop, warn)" in every
+    assert operator("reaction voltage_limit stop") == ["ok"]
+    assert operator.axis.reactions.choice[c.FAULT_VOLTAGE_LIMIT] == c.REACTION_STOP
+    assert operator("reaction over-speed warn")[0].startswith("error: this fault does not allow that")
+    assert operator("reaction over-spee warn")[0].startswith("error: over-spee: no such fault")
+    assert operator("reaction none off")[0].startswith("error: none: no such fault")
+    assert operator("reaction stall of") == ["error: of: not one of off, stop, warn"]
+
+
+@pytest.mark.parametrize("line, answer", [
+    ("on", "error: the bus voltage is below v_min_mv; see 'status'"), ("off", "ok"), ("version", VERSION),
+    ("quickstop", "error: the drive is not in operation; use 'on' and wait for it"), ("clear", "error: no fault is latched"),
+    ("speed 100", "error: the drive is not in operation; use 'on' and wait for it"),
+    ("torque 1", "error: the drive is not in operation; use 'on' and wait for it"),
+    ("speed 1.5", "error: 1.5: not a whole number of rpm"), ("torque x", "error: x: not a current in amperes, like 1.5"),
+    ("speed", "error: usage: speed RPM"), ("speed 1 2", "error: usage: speed RPM"), ("on now", "error: usage: on"),
+    ("get", "error: usage: get PARAM"), ("set a", "error: usage: set PARAM VALUE"),
+    ("set a 1 2", "error: usage: set PARAM VALUE"),
+    ("set a 1 2 3 4", "error: usage: set PARAM VALUE"), ("bogus", "error: bogus: unknown command; 'help' lists them")])
+def test_answers(operator, line, answer):
+    assert operator(line) == [answer]
+
+
+def test_what_works_is_passed_on(operator, c):
+    axis = operator.axis
+    axis.state = c.AXIS_OPERATION_ENABLED
+    assert operator("speed -1234") == ["ok"] and axis.speed.target_rpm_q16 == -1234 * 65536
+    assert operator("speed 4001") == ["error: beyond speed_max_rpm"]
+    assert operator("torque -1.5") == ["ok"] and axis.mode == c.AXIS_MODE_TORQUE and axis.torque_command_q15 < 0
+    assert operator("quickstop") == ["ok"] and axis.request == c.AXIS_REQUEST_QUICK_STOP
+    axis.request, axis.state = c.AXIS_REQUEST_NONE, c.AXIS_SWITCH_ON_DISABLED
+    axis.loop.vbus_q15 = 20000
+    axis.params.i_range_ma, axis.params.v_range_mv = 23571, 57528
+    assert operator("on") == ["ok"] and axis.request == c.AXIS_REQUEST_ON
+
+
+def test_an_error_shows_what_would_work(operator):
+    operator.axis.params.i_range_ma, operator.axis.params.v_range_mv = 23571, 57528
+    operator.axis.params.current_bw_hz = 1648
+    assert operator("on") == ["error: current_bw_hz leaves less than 45 degrees of phase margin: at most 1647"]
+
+
+def test_help_has_a_line_for_each_command(operator):
+    lines = operator("help")
+    assert [line.split(":")[0] for line in lines] == [
+        "help", "status", "on", "off", "quickstop", "speed RPM", "torque A", "fault", "clear", "get PARAM", "set PARAM VALUE",
+        "reaction", "reaction FAULT off|stop|warn", "version"]
+    assert all(len(line.split(": ", 1)[1]) > 5 for line in lines)
+
+
+def test_blanks_and_empty_lines(operator):
+    assert operator("   version  ") == [VERSION] and operator("") == [] and operator("   ") == []
+    assert operator("  get   pole_pairs ") == ["pole_pairs = 4  (1...50)"]
+
+
+def test_the_line_can_be_mended(operator):
+    assert operator.type(b"\b\x7fvetsion") == "vetsion"
+    assert operator.type(b"\b\x7f\b\b\b") == "\b \b" * 5
+    assert operator.type(b"rsion\r") == f"rsion\r\n{VERSION}\r\n> "
+
+
+@pytest.mark.parametrize("end, count", ((b"\r", 1), (b"\n", 1), (b"\r\n", 1), (b"\n\r", 2), (b"\n\n", 2), (b"\r\r", 2)))
+def test_ends_of_lines(operator, end, count):
+    assert operator.type(end).count("> ") == count
+    assert operator.type(b"version" + end).count(VERSION) == 1
+
+
+def test_lines_that_are_not_carried_out(operator, c):
+    ok, long = "version" + " " * 73, "version" + " " * 74
+    assert len(ok) == 80 and "mssfoc" in operator.type(ok.encode() + b"\r")
+    assert operator.type(long.encode() + b"\r").endswith("error: line longer than 80 characters; ignored\r\n> ")
+    for odd in (b"\x1f", b"\x00"):
+        assert operator.type(odd + b"version\r").endswith("error: line with unprintable characters; ignored\r\n> ")
+    operator.console.incomplete = True
+    assert operator.type(b"version\r").endswith("error: characters were lost; line ignored\r\n> ")
+    assert "mssfoc" in operator.type(b"version\r"), "the next line is another"
+
+
+def test_lost_output_is_said(operator):
+    operator.console.session.out.lost = True
+    assert operator.type(b"\r") == "\r\n(output was lost: the line did not take it)\r\n> "
+    assert operator.type(b"\r") == "\r\n> "
+
+
+def test_a_fault_is_announced_once_and_the_line_stays(operator, c):
+    operator.type(b"stat")
+    operator.axis.faults.cause = c.FAULT_STALL
+    assert operator.type(b"") == "\r\nfault: stall; see 'fault', then 'clear'\r\n> stat"
+    assert operator.type(b"") == ""
+    operator.axis.faults.cause = c.FAULT_NONE
+    assert operator.type(b"") == ""
+    operator.axis.faults.cause = c.FAULT_STALL
+    assert operator.type(b"").count("stall") == 1, "it has come again"
+
+
+def test_warnings_are_announced_once_each(operator, c):
+    for cause in (c.FAULT_VOLTAGE_LIMIT, c.FAULT_LIMIT_CYCLE):
+        c.axis_warn(operator.axis, cause)
+    assert operator.type(b"") == "\r\nwarning: voltage limit\r\n> \r\nwarning: limit cycle\r\n> "
+    c.axis_warn(operator.axis, c.FAULT_STALL)
+    assert operator.type(b"") == "\r\nwarning: stall\r\n> "
+    c.reaction_begin(operator.axis.reactions)
+    assert operator.type(b"") == ""
+    c.axis_warn(operator.axis, c.FAULT_VOLTAGE_LIMIT)
+    assert operator.type(b"") == "\r\nwarning: voltage limit\r\n> "
+
+
+def test_a_line_is_heard_by_the_supervision(operator):
+    operator.axis.time_ms, operator.axis.command_ms = 777, 0
+    operator.type(b"versio")
+    assert operator.axis.command_ms == 0
+    operator.type(b"n\r")
+    assert operator.axis.command_ms == 777

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: MIT
+"""What the slow loop prepares for the current loop, against exact fractions: volts over ohms, henries, webers and the bus."""
+import random
+from fractions import Fraction
+
+import pytest
+
+from unit.test_tuning import PI, compute, shipped
+
+PWM_COUNTS, V_SHIFT, PWM_HZ = 5000, 4, 20000
+FULL = PWM_COUNTS * 2 ** (V_SHIFT - 1)  # steps of half a period: the bus voltage
+KI_MAX, KP_MAX, TURN_MAX = 21845, 16384, 11900
+LIVE = 1
+
+
+@pytest.fixture
+def loop(c):
+    """A loop that works, of the initial motor on 24 V."""
+    loop, fabric, tuning = c.current_loop(), c.fabric(), compute(c, shipped())[2]
+    c.current_loop_init(loop)
+    c.current_loop_tune(loop, tuning)
+    fabric.adc.VBUS = 13670
+    c.current_loop_on(loop, fabric, tuning)
+    return loop, fabric, tuning
+
+
+def near(got, exact, off=1):
+    assert abs(got - exact) <= off, (got, float(exact))
+
+
+def test_before_the_first_use(c):
+    loop = c.current_loop()
+    c.current_loop_init(loop)
+    assert loop.status_max == 2**32 - 1 and loop.sine and loop.source == c.LOOP_ENCODER and not loop.handlers
+    assert (loop.kp_d_q9, loop.kp_q_q9, loop.ki_q15, loop.i_d_ref_q15, loop.i_q_ref_q15) == (0, 0, 0, 0, 0)
+
+
+def test_the_circle_is_what_v_d_leaves(c):
+    """The largest |v_q| beside the farthest v_d of its interval: never outside the circle, and no more than a step inside."""
+    loop = c.current_loop()
+    c.current_loop_init(loop)
+    count = len(loop.circle_steps)
+    radius = max(loop.circle_steps) + 1
+    width = 32768 // count
+    for n, most in enumerate(loop.circle_steps):
+        low = (n - count // 2) * width
+        farthest = max(abs(low), abs(low + width - 1))
+        assert farthest**2 + most**2 <= radius**2 or most == 0, n
+        assert farthest >= radius or most >= (radius**2 - farthest**2) ** 0.5 - 6, n
+
+
+def test_switching_on_sets_the_thresholds_and_clears_what_is_old(c, loop):
+    loop, fabric, tuning = loop
+    assert (fabric.adc.I_TRIP, fabric.adc.SUM_TRIP, fabric.adc.V_MIN, fabric.adc.V_MAX) == (
+        tuning.i_trip_q15, tuning.i_sum_q15, tuning.v_min_q15, tuning.v_max_q15)
+    assert fabric.gate.CONTROL == 1 and loop.status_max == LIVE
+    loop.i_d_ref_q15, loop.i_q_ref_q15, loop.integral_d_q9, loop.integral_q_q9 = 7, 8, 9, 10
+    loop.feedforward_d_steps, loop.feedforward_q_steps = 11, 12
+    fabric.adc.STATUS = 2
+    c.current_loop_on(loop, fabric, tuning)
+    assert fabric.adc.STATUS == 0
+    assert (loop.i_d_ref_q15, loop.i_q_ref_q15, loop.integral_d_q9, loop.integral_q_q9) == (0, 0, 0, 0)
+    assert (loop.feedforward_d_steps, loop.feedforward_q_steps) == (0, 0) and loop.kp_d_q9 > 0
+
+
+def test_switching_off(c, loop):
+    loop, fabric, tuning = loop
+    loop.i_d_ref_q15, loop.i_q_ref_q15, loop.integral_d_q9, loop.integral_q_q9 = 7, 8, 9, 10
+    loop.feedforward_d_steps, loop.feedforward_q_steps = 11, 12
+    c.current_loop_off(loop, fabric)
+    for _ in range(2):
+        assert fabric.gate.CONTROL == 0 and loop.status_max == 2**32 - 1
+        assert (loop.i_d_ref_q15, loop.i_q_ref_q15, loop.integral_d_q9, loop.integral_q_q9) == (0, 0, 0, 0)
+        assert (loop.kp_d_q9, loop.kp_q_q9, loop.ki_q15, loop.feedforward_d_steps, loop.feedforward_q_steps) == (0,) * 5
+        c.current_loop_follow(loop, fabric, tuning)  # changes nothing of that
+
+
+def test_with_one_blind_sensor_the_sum_says_nothing(c, loop):
+    loop, fabric, tuning = loop
+    loop.scheme = c.LOOP_SENSE_PAIR
+    c.current_loop_on(loop, fabric, tuning)
+    assert fabric.adc.SUM_TRIP > 65535 and fabric.adc.I_TRIP == tuning.i_trip_q15
+
+
+@pytest.mark.parametrize("vbus_q15", (13670, 10300, 20000, 5000))
+def test_gains_are_those_of_the_motor_on_this_bus(c, loop, vbus_q15):
+    """Kp = w L, Ki Ts = w R Ts; in steps per LSB of current, and kp + ki (lib/pi.h). No bus is taken below v_min."""
+    loop, fabric, tuning = loop
+    p = {**shipped(), "lq_uh": 350}
+    tuning = compute(c, p)[2]
+    fabric.adc.VBUS = vbus_q15
+    c.current_loop_follow(loop, fabric, tuning)
+    bus_v = Fraction(max(vbus_q15, tuning.v_min_q15), 32768) * Fraction(p["v_range_mv"], 1000)
+    ampere = Fraction(p["i_range_ma"], 1000) / 32768
+    w = 2 * PI * p["current_bw_hz"]
+    ki = w * Fraction(p["resistance_mohm"], 1000) / PWM_HZ * ampere / bus_v * FULL * 32768
+    near(loop.ki_q15, ki, 3)
+    for axis in "dq":
+        kp = w * Fraction(p[f"l{axis}_uh"], 10**6) * ampere / bus_v * FULL * 512
+        near(getattr(loop, f"kp_{axis}_q9"), kp + ki / 64, 3)
+
+
+def test_gains_stay_within_what_the_controller_takes(c, loop):
+    loop, fabric, tuning = loop
+    tuning.kp_d_q12, tuning.kp_q_q12, tuning.ki_q17, tuning.v_min_q15, fabric.adc.VBUS = 32767, 32767, 32767, 4000, 9000
+    c.current_loop_follow(loop, fabric, tuning)
+    assert (loop.kp_d_q9, loop.kp_q_q9, loop.ki_q15) == (KP_MAX, KP_MAX, KI_MAX)
+
+
+def frame(loop, c, hz, forced):
+    """The rotor at `hz`, or the field while the rotor does something else."""
+    w_q32 = round(hz / PWM_HZ * 2**32)
+    loop.source = c.LOOP_FORCED if forced else c.LOOP_ENCODER
+    loop.field_speed_q32 = w_q32 if forced else -99999999
+    loop.pll.speed_q32 = 88888888 if forced else w_q32
+
+
+@pytest.mark.parametrize("forced", (False, True))
+@pytest.mark.parametrize("hz", (0, 100, -100, 700, -700, 1249, -1249))
+def test_the_frame_turns_on_until_the_voltages_act(c, loop, hz, forced):
+    """For a period and a half, in radians; limited where the voltages would leave the circle."""
+    loop, fabric, tuning = loop
+    frame(loop, c, hz, forced)
+    c.current_loop_follow(loop, fabric, tuning)
+    exact = Fraction(3, 2) * hz / PWM_HZ * 2 * PI * 32768
+    near(loop.turn_q15, max(-TURN_MAX, min(TURN_MAX, exact)), 2)
+
+
+@pytest.mark.parametrize("forced", (False, True))
+def test_decoupling_in_volts(c, loop, forced):
+    """v_d = -w Lq i_q, v_q = w (Ld i_d + psi): added to the integrals as it changes, and once."""
+    loop, fabric, _ = loop
+    p = {**shipped(), "ld_uh": 300, "lq_uh": 500, "current_bw_hz": 500}
+    tuning = compute(c, p)[2]
+    draw = random.Random(2)
+    integral_d, integral_q = 1000, -2000
+    loop.integral_d_q9, loop.integral_q_q9 = integral_d, integral_q
+    for _ in range(200):
+        hz = draw.uniform(-300, 300)
+        i_d, i_q, vbus = draw.randint(-12000, 3000), draw.randint(-12000, 12000), draw.randint(11000, 20000)
+        frame(loop, c, hz, forced)
+        loop.i_d_ref_q15, loop.i_q_ref_q15, fabric.adc.VBUS = i_d, i_q, vbus
+        c.current_loop_follow(loop, fabric, tuning)
+        ampere, bus_v = p["i_range_ma"] / 1000 / 32768, vbus / 32768 * p["v_range_mv"] / 1000
+        w = 2 * float(PI) * hz
+        v_d = -w * p["lq_uh"] * 1e-6 * i_q * ampere
+        v_q = w * (p["ld_uh"] * 1e-6 * i_d * ampere + p["flux_uwb"] * 1e-6)
+        near(loop.feedforward_d_steps, v_d / bus_v * FULL, 10)
+        near(loop.feedforward_q_steps, v_q / bus_v * FULL, 10)
+        assert loop.integral_d_q9 == integral_d + loop.feedforward_d_steps * 512
+        assert loop.integral_q_q9 == integral_q + loop.feedforward_q_steps * 512
+
+
+def test_no_feed_forward_beyond_the_range(c, loop):
+    loop, fabric, tuning = loop
+    tuning.emf_q12 = 32767
+    frame(loop, c, 1200, False)
+    c.current_loop_follow(loop, fabric, tuning)
+    assert loop.feedforward_q_steps == 32768 * FULL // 13670
+
+
+def test_what_is_published(c, loop):
+    loop, fabric, tuning = loop
+    fabric.adc.VBUS, loop.v_d_steps, loop.v_q_steps = 14000, -5000, 12345
+    c.current_loop_follow(loop, fabric, tuning)
+    assert loop.vbus_q15 == 14000
+    near(loop.v_d_q15, Fraction(-5000 * 14000, FULL))
+    near(loop.v_q_q15, Fraction(12345 * 14000, FULL))
+    radius = max(loop.circle_steps)
+    near(loop.radius_q15, Fraction(radius * 14000, FULL), 2)
+
+
+def test_another_handler_only_while_the_bridge_is_off(c, loop):
+    loop, fabric, _ = loop
+    fabric.gate.STATUS = LIVE
+    assert not c.current_loop_select(loop, fabric, c.LOOP_FORCED, c.LOOP_SENSE_PAIR)
+    assert (loop.source, loop.scheme) == (c.LOOP_ENCODER, c.LOOP_SENSE_AB)
+    fabric.gate.STATUS = 0
+    assert c.current_loop_select(loop, fabric, c.LOOP_FORCED, c.LOOP_SENSE_PAIR)
+    assert (loop.source, loop.scheme) == (c.LOOP_FORCED, c.LOOP_SENSE_PAIR)
+
+
+def test_the_prescribed_field_and_the_rotors_place(c, loop):
+    loop, _, _ = loop
+    c.current_loop_field(loop, 0x12345678, -77)
+    assert (loop.field_angle_q32, loop.field_speed_q32) == (0x12345678, -77)
+    loop.pll.angle_q32 = 0xF0000000
+    c.current_loop_set_rotor(loop, 0x10000000)
+    assert loop.angle_offset_q32 == 0x20000000

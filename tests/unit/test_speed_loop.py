@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: MIT
+"""The speed loop's step against a model in whole numbers of its own, and what the model cannot say: that it is a PI at all."""
+import random
+from types import SimpleNamespace
+
+import pytest
+
+from unit.test_tuning import compute, shipped
+
+FULL_GAIN_CLOCKS, ONE_Q29, HUNT_MS = 150000, 1 << 29, 32
+
+
+def clamp(x, low, high):
+    return max(low, min(high, x))
+
+
+class Model:
+    """Torque wanted of a speed, by the equations: units as in the header, floor where bits go."""
+
+    def __init__(self, tuning):
+        self.t, self.kp, self.ki, self.integral = tuning, tuning.speed_kp_q16, tuning.speed_ki_q16, 0
+        self.error_max = clamp(((1 << 43) - 1) // self.kp, 1, 2**31 - 1)
+        self.ref = self.target = self.swings = self.swing_ms = self.calmed = 0
+        self.swing, self.at_limit = 1, False
+
+    def answer(self, error, gain):
+        return clamp(error, -self.error_max, self.error_max) * gain >> 13
+
+    def step(self, now, slope, low, high):
+        move = clamp(self.target - self.ref, -slope, slope)
+        ahead_q4 = (self.ref >> 12) - now.rpm_q4
+        behind = ahead_q4 > 0 if move > 0 else ahead_q4 < 0
+        if not (self.at_limit and behind):
+            self.ref += move
+        ref_q15, ki = self.ref >> 1, self.ki
+        error = ref_q15 - now.rpm_q15
+        if now.interval > FULL_GAIN_CLOCKS:
+            share = (FULL_GAIN_CLOCKS << 14) // now.interval
+            scaled = self.ki * share * share >> 28
+            ki = max(scaled, min(self.t.speed_ki_min_q16, self.ki)) if self.ref else scaled
+            error = error * share >> 14
+        answer = self.answer(error, self.kp)
+        wanted = self.integral + answer + clamp(self.t.speed_accel_q8 * move >> 10, -ONE_Q29, ONE_Q29)
+        growth_of = (ref_q15 - now.travel_q15, ki)
+        self.hunt(answer >> 14)
+        self.at_limit = not low << 14 <= wanted <= high << 14
+        growth = self.answer(*growth_of)
+        if not self.at_limit or (growth > 0) != (wanted > 0):
+            self.integral = clamp(self.integral + growth, low << 14, high << 14)
+        return wanted >> 14
+
+    def hunt(self, answer):
+        self.swing_ms += 1
+        if answer * self.swing > self.t.i_max_q15 // 4:
+            self.swings = self.swings + 1 if self.swing_ms < HUNT_MS else 0
+            self.swing_ms, self.swing = 0, -self.swing
+            if self.swings >= 4 and self.calmed < 10:
+                self.calmed += 1
+                self.kp -= self.kp // 4
+                self.ki -= self.ki // 4
+
+
+def made(c, **params):
+    tuning = compute(c, {**shipped(), **params})[2]
+    speed = c.speed_loop()
+    c.speed_loop_init(speed)
+    c.speed_loop_tune(speed, tuning)
+    return speed, tuning
+
+
+def show(speed, now):
+    speed.estimate.speed_rpm_q15, speed.estimate.travel_q15 = now.rpm_q15, now.travel_q15
+    speed.estimate.interval_clocks, speed.speed_rpm_q4 = now.interval, now.rpm_q4
+
+
+def seen(rpm, travel=None, interval=1000):
+    rpm_q15 = round(rpm * 32768)
+    return SimpleNamespace(rpm_q15=rpm_q15, rpm_q4=rpm_q15 >> 11, interval=interval,
+                           travel_q15=rpm_q15 if travel is None else round(travel * 32768))
+
+
+@pytest.mark.parametrize("spread, interval", ((2, 1000), (30, 1000), (400, 1000), (5, 400000), (100, 3000000), (4, None)))
+def test_each_step_is_the_models(c, spread, interval):
+    draw = random.Random(spread)
+    for _ in range(12):
+        speed, tuning = made(c, speed_bw_hz=draw.choice((5, 20, 60)))
+        model = Model(tuning)
+        rpm = 0.0
+        for n in range(150):
+            if n % 40 == 0:
+                target = draw.choice((0, 1, -3, 500, -1500, 4000)) * 65536
+                slope = draw.choice((tuning.ramp_q16, 4 * tuning.ramp_q16, 65536 * 100))
+                low, high = -draw.choice((0, 300, 14805)), draw.choice((0, 300, 14805))
+            speed.target_rpm_q16 = model.target = target
+            rpm = clamp(model.ref / 65536 + draw.uniform(-spread, spread), -5000, 5000)
+            now = seen(rpm, rpm + draw.uniform(-1, 1), interval or draw.choice((1000, 149999, 150000, 150001, 900000)))
+            show(speed, now)
+            wanted = c.speed_loop_step(speed, tuning, slope, c.interval(low, high))
+            assert wanted == model.step(now, slope, low, high), n
+            assert (speed.integral_q29, speed.ref_rpm_q16, speed.at_limit) == (model.integral, model.ref, model.at_limit), n
+            assert (speed.kp_q16, speed.ki_q16, speed.calmed) == (model.kp, model.ki, model.calmed), n
+            assert speed.speed_ref_rpm_q4 == model.ref >> 12
+
+
+def test_the_gains_in_amperes_per_rpm(c):
+    """A step of the error answers with Kp at once, and grows with Ki each millisecond."""
+    speed, tuning = made(c, speed_bw_hz=20)
+    show(speed, seen(-2))
+    limits = c.interval(-14805, 14805)
+    kp, ki = tuning.speed_kp_q16 * 32 / 65536, tuning.speed_ki_q16 * 32 / 65536  # of 2 rpm in Q4
+    for n in range(20):
+        assert abs(c.speed_loop_step(speed, tuning, 1000, limits) - (kp + n * ki)) <= 1
+    assert speed.integral_q29 > 0
+
+
+def test_acceleration_is_fed_forward(c):
+    """What the inertia needs for the ramp, and nothing once the ramp has ended."""
+    speed, tuning = made(c)
+    speed.target_rpm_q16 = 10 * 65536
+    slope = 2 * 65536
+    asked = []
+    for _ in range(7):
+        show(speed, seen(speed.ref_rpm_q16 / 65536 + min(2, 10 - speed.ref_rpm_q16 / 65536)))
+        asked.append(c.speed_loop_step(speed, tuning, slope, c.interval(-14805, 14805)))
+    ampere_q15 = tuning.speed_accel_q8 * slope / 2**24
+    assert all(abs(a - ampere_q15) < 2 for a in asked[:5]) and all(abs(a) < 2 for a in asked[5:])
+
+
+def test_hunting_takes_the_gains_back_until_a_sixteenth(c):
+    speed, tuning = made(c)
+    limits = c.interval(-14805, 14805)
+    kp, swings = tuning.speed_kp_q16, 0
+    for n in range(2000):
+        show(speed, seen(3000 if n // 10 % 2 else -3000))
+        c.speed_loop_step(speed, tuning, 1000, limits)
+        swings = max(swings, speed.swings)
+        assert n < 35 or speed.calmed > 0, "the fifth swing calms it"
+    assert speed.calmed == 10 and speed.kp_q16 == pytest.approx(kp * 0.75**10, rel=0.01) and swings > 4
+    c.speed_loop_tune(speed, tuning)
+    assert (speed.kp_q16, speed.ki_q16, speed.calmed, speed.swings) == (kp, tuning.speed_ki_q16, 0, 0)
+
+
+def test_swings_that_come_slowly_are_no_hunting(c):
+    speed, tuning = made(c)
+    for n in range(1000):
+        show(speed, seen(300 if n // 33 % 2 else -300))
+        c.speed_loop_step(speed, tuning, 1000, c.interval(-14805, 14805))
+    assert speed.calmed == 0
+
+
+def test_reset_takes_up_what_is(c):
+    speed, _ = made(c)
+    show(speed, seen(1234.5))
+    speed.at_limit = True
+    c.speed_loop_reset(speed, -1000)
+    assert speed.ref_rpm_q16 == speed.target_rpm_q16 == 1234.5 * 65536
+    assert speed.speed_ref_rpm_q4 == 1234.5 * 16 and speed.integral_q29 == -1000 << 14 and not speed.at_limit
+
+
+def test_the_smallest_gain_leaves_no_error_beyond_reach(c):
+    speed, tuning = made(c)
+    tuning.speed_kp_q16 = 1
+    c.speed_loop_tune(speed, tuning)
+    assert speed.error_max_q15 == 2**31 - 1
+    tuning.speed_kp_q16 = 2**31 - 1
+    c.speed_loop_tune(speed, tuning)
+    assert speed.error_max_q15 == ((1 << 43) - 1) // (2**31 - 1)
+
+
+def test_speed_is_told_in_sixteenths(c):
+    speed, tuning = made(c)
+    encoder = c.encoder_regs()
+    c.speed_loop_measure(speed, encoder, tuning)
+    assert speed.speed_rpm_q4 == speed.estimate.speed_rpm_q15 >> 11
