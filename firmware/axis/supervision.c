@@ -56,6 +56,7 @@ static void step_running(struct axis *a, uint32_t turn)
         supervise_phases(a);
     } else {
         supervise_speed(a);
+        supervise_phases_remember(a);
     }
     if (turn == 3u) {
         watch_what_is_slow(a);

@@ -47,7 +47,7 @@ struct encoder_watch {
 /* Phases: what references and angle have asked of each while it carried nothing. */
 struct phase_watch {
     int32_t missing_q15[3];           /* sums, a summand a millisecond */
-    int32_t i_d_ref_q15, i_q_ref_q15; /* of the last step: what the currents have followed since */
+    int32_t i_d_ref_q15, i_q_ref_q15; /* of the millisecond before: what the currents have followed since */
     int32_t least_q15;                /* that can be told from nothing */
 };
 
@@ -104,7 +104,8 @@ bool supervise_encoder_may_be_dead(const struct axis *a);
 void supervise_encoder_begin(struct axis *a);
 void supervise_encoder(struct axis *a, bool its_turn); /* every millisecond; at its turn the EMF, too */
 void supervise_phases_begin(struct axis *a);
-void supervise_phases(struct axis *a); /* every second */
+void supervise_phases(struct axis *a);          /* every second */
+void supervise_phases_remember(struct axis *a); /* in the millisecond before */
 void supervise_speed_begin(struct axis *a);
 void supervise_speed(struct axis *a);   /* every second */
 void supervise_cycle(struct axis *a);   /* every millisecond */

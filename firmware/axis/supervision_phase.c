@@ -38,19 +38,35 @@ static int32_t size(const abc_t *i)
 }
 
 /*
+ * What is asked may be 15 degrees from what was measured: a fast rotor turns by that in a period or two. Nearer than that to
+ * its zero a whole phase may carry nothing, and at 500 Hz it is there each time that it is looked at.
+ */
+static int32_t least_that_tells(const struct phase_watch *p, const abc_t *asked)
+{
+    return q15_max(p->least_q15, size(asked) / 5); /* the size is 1.73 to 2 times the amplitude */
+}
+
+/*
  * A phase that carries a quarter of what is asked of it is whole. One that carries less is open when what was asked, every
  * second millisecond, has added up to half of i_max. Where the others carry little, too, the voltage may be short: that takes
  * longer.
  */
-static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32_t measured_q15, uint32_t weight_shift)
+static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32_t measured_q15, int32_t least_q15,
+                 uint32_t weight_shift)
 {
     const int32_t size_q15 = q15_abs(asked_q15);
-    if (size_q15 < p->least_q15) {
+    if (size_q15 < least_q15) {
         return false; /* this says nothing */
     }
     const bool carries = q15_abs(measured_q15) >= size_q15 >> 2;
     p->missing_q15[phase] = carries ? 0 : p->missing_q15[phase] + (size_q15 >> weight_shift);
     return p->missing_q15[phase] > p->least_q15 << (LEAST_SHIFT - 1);
+}
+
+void supervise_phases_remember(struct axis *a)
+{
+    a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
+    a->supervision.phases.i_q_ref_q15 = a->loop.i_q_ref_q15;
 }
 
 void supervise_phases(struct axis *a)
@@ -63,11 +79,10 @@ void supervise_phases(struct axis *a)
     const abc_t asked = {alpha_q15, b_q15, -alpha_q15 - b_q15};
     const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
     const uint32_t weight_shift = size(&measured) > size(&asked) >> 1 ? 0u : ALL_SHIFT;
-    const bool a_open = open(p, 0, asked.a, measured.a, weight_shift);
-    const bool b_open = open(p, 1, asked.b, measured.b, weight_shift);
-    const bool c_open = open(p, 2, asked.c, measured.c, weight_shift);
-    p->i_d_ref_q15 = a->loop.i_d_ref_q15;
-    p->i_q_ref_q15 = a->loop.i_q_ref_q15;
+    const int32_t least_q15 = least_that_tells(p, &asked);
+    const bool a_open = open(p, 0, asked.a, measured.a, least_q15, weight_shift);
+    const bool b_open = open(p, 1, asked.b, measured.b, least_q15, weight_shift);
+    const bool c_open = open(p, 2, asked.c, measured.c, least_q15, weight_shift);
     if (a_open || b_open || c_open) {
         axis_report(a, FAULT_OPEN_PHASE, open_phase(a_open, b_open, c_open), 0);
     }

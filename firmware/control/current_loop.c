@@ -79,7 +79,7 @@ void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
 {
     c->encoder_scale_q32 = t->encoder_scale_q32;
     c->ripple_q10 = t->ripple_q10;
-    c->dead_shift = 0;
+    c->dead_shift = 0u;
 }
 
 /* ---- once a millisecond ---- */
@@ -115,8 +115,8 @@ static int32_t publish(volatile struct current_loop *c, const struct fabric *f)
 }
 
 /*
- * The knee of the dead time's compensation is as wide as the ripple: below it the sign of the sampled current is not that of the
- * current when its leg switches, and to compensate would be a negative resistance.
+ * The knee of the dead time's compensation is as wide as the ripple: below it the sign of the sampled current is not that of
+ * the current when its leg switches, and to compensate would be a negative resistance.
  */
 static void follow_ripple(volatile struct current_loop *c)
 {
@@ -127,7 +127,9 @@ static void follow_ripple(volatile struct current_loop *c)
     c->dead_shift = knees == 0u ? 0u : (uint32_t)q15_min(32 - __builtin_clz(knees), DEAD_SHIFT_MAX);
 }
 
-/* The gains hold for the bus as it is, within 1/128: less is not worth three divisions. kp + ki: see lib/pi.h. */
+/*
+ * The gains hold for the bus as it is, within 1/128: less is not worth three divisions. kp + ki: see lib/pi.h.
+ */
 static void set_gains(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
 {
     const int32_t off_q15 = q15_abs(vbus_q15 - c->gains_vbus_q15);

@@ -9,6 +9,7 @@
 #ifndef FIRMWARE_SETTINGS_TUNING_H
 #define FIRMWARE_SETTINGS_TUNING_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "firmware/settings/error.h"
@@ -30,6 +31,7 @@ struct tuning {
     int32_t kp_d_q12, kp_q_q12; /* V/A per unit */
     int32_t ki_q17;             /* per sample */
     int32_t x_d_q11, x_q_q11;   /* reactance at the base speed, per unit */
+    int32_t x_q_apparent_q11;   /* the same of flux by current, where iron saturates; 17 bits */
     int32_t r_q12;              /* resistance, per unit */
     int32_t emf_q12;            /* back-EMF at the base speed, per unit */
     int32_t i_trip_q15, i_sum_q15;
@@ -62,6 +64,9 @@ struct tuning {
     int32_t pole_pairs;
     uint32_t align_levels; /* of those below: how many there are */
     struct tuning_align align[TUNING_ALIGN_LEVELS];
+    bool reluctant; /* reluctance outweighs the magnets: it holds the rotor at the start, and tells their axis */
+    int32_t saliency_v_q15; /* alternating voltage that does, and the current from peak to peak */
+    int32_t saliency_i_q15;
 };
 
 /*

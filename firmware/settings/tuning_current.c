@@ -5,11 +5,14 @@
  * the internal model control method", IEEE Trans. Ind. Appl. 34(1), 1998).
  */
 #include "firmware/settings/config.h"
+#include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
 #include "lib/deadtime.h"
 
-#define GAIN_LIMIT 32767 /* gains are 16 bit, to be multiplied with 16-bit values */
+#define RIPPLE_KNEES   4 /* below that the current loop copes, and the quicker handler may serve */
+#define APPARENT_LIMIT 131071
+#define GAIN_LIMIT     32767 /* gains are 16 bit, to be multiplied with 16-bit values */
 
 /* The reactance w L as a fraction of v_range/i_range, times `one`: uH are 1e-6 H, 2 pi has 6 decimals more. */
 static int64_t reactance(const struct params *p, int32_t inductance_uh, int32_t frequency_hz, int64_t one)
@@ -41,6 +44,7 @@ static enum error tune_decoupling(const struct params *p, struct tuning *t)
 {
     const int64_t x_d = reactance(p, p->ld_uh, CONFIG_SPEED_BASE_HZ, 1 << 11);
     const int64_t x_q = reactance(p, p->lq_uh, CONFIG_SPEED_BASE_HZ, 1 << 11);
+    const int64_t apparent = reactance(p, mtpa_lq_uh(p), CONFIG_SPEED_BASE_HZ, 1 << 11);
     /* 2 pi f psi: uWb over mV are 1e-3, 2 pi has 6 decimals more */
     const int64_t emf =
         scale((int64_t)p->flux_uwb * CONFIG_SPEED_BASE_HZ, TWO_PI_E9 * 4096 / 1000, p->v_range_mv * 1000000000LL);
@@ -48,6 +52,7 @@ static enum error tune_decoupling(const struct params *p, struct tuning *t)
     if (x_d > GAIN_LIMIT || x_q > GAIN_LIMIT || emf > GAIN_LIMIT || r > GAIN_LIMIT) {
         return ERROR_DECOUPLING;
     }
+    t->x_q_apparent_q11 = (int32_t)(apparent > APPARENT_LIMIT ? APPARENT_LIMIT : apparent);
     t->x_d_q11 = (int32_t)x_d;
     t->x_q_q11 = (int32_t)x_q;
     t->emf_q12 = (int32_t)emf;
@@ -63,9 +68,9 @@ static enum error tune_decoupling(const struct params *p, struct tuning *t)
 static void tune_ripple(const struct params *p, struct tuning *t)
 {
     const int32_t least_uh = p->ld_uh < p->lq_uh ? p->ld_uh : p->lq_uh;
-    const int64_t q10 = scale(p->v_range_mv * 147804LL, 1000, (int64_t)least_uh * CONFIG_PWM_HZ * p->i_range_ma);
+    const int64_t q10 = scale(p->v_range_mv * 147801669LL, 1, (int64_t)least_uh * CONFIG_PWM_HZ * p->i_range_ma);
     const int64_t largest_q15 = scale(q10 * 18919, p->v_max_mv, 1024LL * p->v_range_mv); /* v_max by sqrt(3) */
-    t->ripple_q10 = largest_q15 < 2 * DEADTIME_KNEE_Q15 ? 0 : (int32_t)(q10 > GAIN_LIMIT ? GAIN_LIMIT : q10);
+    t->ripple_q10 = largest_q15 < RIPPLE_KNEES * DEADTIME_KNEE_Q15 ? 0 : (int32_t)(q10 > GAIN_LIMIT ? GAIN_LIMIT : q10);
 }
 
 enum error tuning_current(const struct params *p, struct tuning *t)

@@ -80,6 +80,9 @@ def exact(c, p):
         "kp_d_q12": reactance["d"] * p["current_bw_hz"] * 4096, "kp_q_q12": reactance["q"] * p["current_bw_hz"] * 4096,
         "ki_q17": 2 * PI * p["current_bw_hz"] * Fraction(p["resistance_mohm"], 1000) * per_unit / PWM_HZ * 2**17,
         "x_d_q11": reactance["d"] * BASE_HZ * 2048, "x_q_q11": reactance["q"] * BASE_HZ * 2048,
+        "x_q_apparent_q11": min(2 * PI * Fraction(p["lq_apparent_uh"] or p["lq_uh"], 10**6) * per_unit * BASE_HZ * 2048,
+                                131071),
+        "ripple_q10": ripple_q10(p),
         "r_q12": Fraction(p["resistance_mohm"], 1000) * per_unit * 4096,
         "emf_q12": 2 * PI * BASE_HZ * Fraction(p["flux_uwb"], 1000) / p["v_range_mv"] * 4096,
         "speed_kp_q16": kp, "speed_ki_q16": kp * w / 4 / SLOW_HZ,
@@ -96,6 +99,15 @@ def exact(c, p):
         "way_per_count_q12": Fraction(60 * 1000 * 32768 * 4096, 256 * p["encoder_counts"]),
         "count_per_way_q16": Fraction(p["encoder_counts"] * 2**32, 60 * 1000 * 32768),
     }
+
+
+def ripple_q10(p):
+    """Amplitude of a phase's ripple where its voltage is zero, by voltage; 0 if at v_max it is under 4 knees of 1/64."""
+    inductance = Fraction(min(p["ld_uh"], p["lq_uh"]), 10**6)
+    period_by_root_48 = Fraction(1, PWM_HZ) / Fraction(6928203230, 10**9)
+    value = period_by_root_48 / inductance * Fraction(p["v_range_mv"], p["i_range_ma"])
+    largest = Fraction(round(value * 1024), 1024) * Fraction(p["v_max_mv"], p["v_range_mv"]) * Fraction(18919, 32768)
+    return 0 if largest < Fraction(4, 64) else min(value * 1024, 32767)
 
 
 def check(c, tuning, p):
@@ -169,9 +181,10 @@ def exact_torque_and_start(c, p):
     volt, ampere = Fraction(p["v_range_mv"], 1000), Fraction(p["i_range_ma"], 1000)
     flux = Fraction(c.mtpa_flux_nwb(struct(c, p)), 10**9)
     psi, i_max = Fraction(p["flux_uwb"], 10**6), Fraction(p["i_max_ma"], 1000)
-    x_d, x_q = (2 * PI * BASE_HZ * Fraction(p[f"l{axis}_apparent_uh"] or p[f"l{axis}_uh"], 10**6) * ampere / volt for axis in "dq")
+    apparent_uh = [p[f"l{axis}_apparent_uh"] or p[f"l{axis}_uh"] for axis in "dq"]
+    x_d, x_q = (2 * PI * BASE_HZ * Fraction(uh, 10**6) * ampere / volt for uh in apparent_uh)
     emf = 2 * PI * BASE_HZ * psi / volt
-    coarser = sum(Fraction(p[f"l{axis}_apparent_uh"] or p[f"l{axis}_uh"], p[f"l{axis}_uh"]) for axis in "dq")  # than x_d, x_q
+    coarser = Fraction(apparent_uh[0], p["ld_uh"]) + Fraction(apparent_uh[1], p["lq_uh"])  # than x_d and x_q
     farad = Fraction(p["bus_capacitance_uf"], 10**6)
     energy = farad * volt / (3 * ampere) * SLOW_HZ * 1024
     exact = {
@@ -212,8 +225,9 @@ def check_levels(tuning, p):
 
 
 @pytest.mark.parametrize("motor", available(MOTORS))
-@pytest.mark.parametrize("changes", ({}, {"lq_uh": 3}, {"ld_uh": 0.2, "flux_uwb": 0.2}, {"i_align_ma": 0.2}, {"inertia_gmm2": 100},
-                                     {"inertia_gmm2": 0.01}, {"bus_capacitance_uf": 300}, {"resistance_mohm": 3}))
+@pytest.mark.parametrize("changes", (
+    {}, {"lq_uh": 3}, {"ld_uh": 0.2, "flux_uwb": 0.2}, {"i_align_ma": 0.2}, {"inertia_gmm2": 100}, {"inertia_gmm2": 0.01},
+    {"bus_capacitance_uf": 300}, {"resistance_mohm": 3}))
 def test_torque_and_start_of_the_motors(c, motor, changes):
     p = shipped(motor)
     for name, factor in changes.items():
