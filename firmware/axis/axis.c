@@ -10,6 +10,8 @@
 #define QUICK_STOP_MS     5000u
 #define LOOP_START_MS     2u /* until CorePWM's first periods have passed */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
+#define LIMITS_MS         2u /* supervision_step() has less to do in these than in the others */
+#define INDEX_MS          4u
 
 static void enter(struct axis *a, enum axis_state state)
 {
@@ -23,36 +25,44 @@ static void bridge_off(struct axis *a)
     torque_rest(&a->torque);
 }
 
+static void limit_torque(struct axis *a)
+{
+    const struct torque_view view = {
+        .speed_rpm_q4 = a->speed.speed_rpm_q4,
+        .i_limit_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15),
+        .limit_speed = a->mode == AXIS_MODE_TORQUE,
+    };
+    torque_set_limits(&a->torque, &a->loop, &a->tuning, &view);
+}
+
 static void begin_operation(struct axis *a)
 {
     speed_loop_reset(&a->speed, 0);
     a->mode = AXIS_MODE_SPEED;
     a->speed.target_rpm_q16 = 0;
+    limit_torque(a);
     supervision_begin(a);
     axis_hear(a);
     enter(a, AXIS_OPERATION_ENABLED);
 }
 
-static void limit_torque(struct axis *a, bool limit_speed)
+static void limit_torque_in_turn(struct axis *a)
 {
-    const struct torque_view view = {
-        .speed_rpm_q4 = a->speed.speed_rpm_q4,
-        .i_limit_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15),
-        .limit_speed = limit_speed,
-    };
-    torque_set_limits(&a->torque, &a->loop, &a->tuning, &view);
+    if (a->time_ms % LIMITS_MS == 0u) {
+        limit_torque(a);
+    }
 }
 
 static void control_speed(struct axis *a, int32_t slope_q16)
 {
-    limit_torque(a, false);
+    limit_torque_in_turn(a);
     torque_ask(&a->torque, &a->loop, &a->tuning, speed_loop_step(&a->speed, &a->tuning, slope_q16, &a->torque.limits));
 }
 
 static void step_operation(struct axis *a)
 {
     if (a->mode == AXIS_MODE_TORQUE) {
-        limit_torque(a, true);
+        limit_torque_in_turn(a);
         torque_ask(&a->torque, &a->loop, &a->tuning, a->torque_command_q15);
         return;
     }
@@ -132,7 +142,7 @@ static void watch_heartbeat(struct axis *a)
 {
     const uint32_t ran = adc_sequence(&a->fabric->adc) - a->heartbeat;
     a->heartbeat += ran;
-    if (axis_up_ms(a) <= LOOP_START_MS) {
+    if (a->time_ms <= LOOP_START_MS) { /* and once in 49.7 days for so long */
         return;
     }
     if (ran + 1u < CONFIG_LOOPS_PER_SLOW || ran > CONFIG_LOOPS_PER_SLOW + 1u) {
@@ -245,10 +255,14 @@ void axis_step(struct axis *a)
         !stops_under_control(a)) {
         react_to_fault(a);
     } else {
-        take_request(a);
+        if (a->request != AXIS_REQUEST_NONE) {
+            take_request(a);
+        }
         step_state(a);
     }
-    start_learn_index(a);
+    if (a->time_ms % INDEX_MS == 0u) {
+        start_learn_index(a);
+    }
     current_loop_follow(&a->loop, a->fabric, start_tuning(a));
     supervision_step(a);
 }

@@ -188,5 +188,8 @@ bool start_step(struct axis *a)
 
 const struct tuning *start_tuning(const struct axis *a)
 {
-    return a->state == AXIS_SWITCHED_ON && a->start.phase == START_WIRING ? &wiring_tuning : &a->tuning;
+    const struct start *const s = &a->start;
+    const bool voltage =
+        s->phase == START_WIRING || (s->phase == START_ALIGN && alignment_holds_voltage(&s->alignment));
+    return a->state == AXIS_SWITCHED_ON && voltage ? &wiring_tuning : &a->tuning;
 }

@@ -40,7 +40,7 @@ bool start_step(struct axis *a);
 /* What current_loop_follow() is to be given. Slow loop. */
 const struct tuning *start_tuning(const struct axis *a);
 
-/* Takes the offset of the index from a drive whose offset is known. Slow loop, every millisecond, bridge on. */
+/* Takes the offset of the index from a drive whose offset is known. Slow loop, now and then, bridge on. */
 void start_learn_index(struct axis *a);
 
 /* The encoder's scale has changed: nothing is known any more. Thread, bridge off. */

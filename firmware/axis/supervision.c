@@ -45,9 +45,8 @@ static void watch_what_is_slow(struct axis *a)
 }
 
 /* Half of the parts in one millisecond, half in the next; what is slow, in every fourth. */
-static void step_running(struct axis *a)
+static void step_running(struct axis *a, uint32_t turn)
 {
-    const uint32_t turn = a->time_ms % SUPERVISION_TURNS;
     supervise_encoder(a, turn == 1u);
     if (a->supervision.encoder.doubt_ms != 0u) {
         return;
@@ -66,13 +65,15 @@ static void step_running(struct axis *a)
 
 void supervision_step(struct axis *a)
 {
-    if (a->time_ms % SUPERVISION_TURNS == 3u) {
+    const uint32_t turn = a->time_ms % SUPERVISION_TURNS;
+    const uint32_t state = a->state;
+    if (turn == 3u) {
         thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
     }
-    if (a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP) {
-        step_running(a);
+    if (state == AXIS_OPERATION_ENABLED || state == AXIS_QUICK_STOP) {
+        step_running(a, turn);
     }
-    if (a->state >= AXIS_SWITCHED_ON && a->state <= AXIS_QUICK_STOP) {
+    if (state >= AXIS_SWITCHED_ON && state <= AXIS_QUICK_STOP) {
         watch_overspeed(a);
     }
 }

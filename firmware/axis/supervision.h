@@ -97,6 +97,9 @@ enum fault supervise_encoder_blame(const struct axis *a, enum fault seen);
  */
 bool supervise_phases_suspect(const struct axis *a, int32_t *phase);
 
+/* No count has come where some were due: in a few milliseconds it will be known, and the speed says nothing until then. */
+bool supervise_encoder_may_be_dead(const struct axis *a);
+
 /* The parts. */
 void supervise_encoder_begin(struct axis *a);
 void supervise_encoder(struct axis *a, bool its_turn); /* every millisecond; at its turn the EMF, too */

@@ -173,13 +173,25 @@ static void compare_with_emf(struct axis *a, struct encoder_watch *e)
     }
 }
 
-/* No count where the speed before would have brought some by now. */
-static void watch_still(struct axis *a, const struct encoder_watch *e)
+/* No count where the speed before would have brought enough to tell by now, or a share of it: 1/share. */
+static bool counts_are_due(const struct encoder_watch *e, uint32_t share)
 {
     const uint32_t w_q15 = (uint32_t)q15_abs(e->w_moving_q15);
-    if (e->still_ms <= STILL_MS_MAX && w_q15 > (uint32_t)e->dead_w_q15 && e->still_ms * w_q15 > e->still_limit_q15) {
+    return e->still_ms <= STILL_MS_MAX && w_q15 > (uint32_t)e->dead_w_q15 &&
+           e->still_ms * w_q15 * share > e->still_limit_q15;
+}
+
+static void watch_still(struct axis *a, const struct encoder_watch *e)
+{
+    if (counts_are_due(e, 1)) {
         axis_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
     }
+}
+
+bool supervise_encoder_may_be_dead(const struct axis *a)
+{
+    const struct encoder_watch *const e = &a->supervision.encoder;
+    return e->still_ms != 0u && counts_are_due(e, 4);
 }
 
 /* A pulse must come where the last one in this direction came; the pulse has a width, so the other has its own place. */

@@ -58,7 +58,7 @@ static void watch_deviation(struct axis *a, struct speed_watch *s)
     s->losing_ms = losing ? s->losing_ms + STEP_MS : 0u;
     s->far_ms = distance_q4 > s->deviation_q4 ? s->far_ms + STEP_MS : 0u;
     int32_t phase;
-    if (s->far_ms < FAR_MS && s->losing_ms < LOSING_MS) {
+    if ((s->far_ms < FAR_MS && s->losing_ms < LOSING_MS) || supervise_encoder_may_be_dead(a)) {
         return;
     }
     if (supervise_phases_suspect(a, &phase)) {

@@ -21,6 +21,10 @@
 #define FAST_COUNTS    4
 #define FAST_Q32       (DEGREES_45_Q32 / 9)
 #define OUT_DEGREES    180 /* the rotor did not stay with the field at all */
+#define STILL_MS       12u
+#define STILL_MOST_MS  1000u
+#define AXIS_APART_Q32 (DEGREES_45_Q32 / 9 * 2)
+#define NORTH_Q32      (DEGREES_45_Q32 / 9 * 16) /* 80 degrees */
 #define DEGREES_45_Q32 0x20000000
 #define DEGREES_20_Q32 (DEGREES_45_Q32 / 9 * 4)
 
@@ -33,6 +37,8 @@ enum stage {
     STAGE_PASS,
     STAGE_SOLVE,
     STAGE_RELEASE, /* current down to nothing */
+    STAGE_DROP,    /* the same, at once, and the rotor comes to rest */
+    STAGE_AXIS, /* of reluctant machines, before the pull and after the passes: where the magnets are, but for half a turn */
 };
 
 enum pass {
@@ -53,6 +59,15 @@ static void enter(struct alignment *a, enum stage stage)
     a->stage_ms = 0;
 }
 
+static void begin_drop(struct alignment *a, bool turned)
+{
+    a->turned = turned;
+    a->target_q15 = 0;
+    a->current_q15 = 0;
+    a->still_ms = 0;
+    enter(a, STAGE_DROP);
+}
+
 /* The first attempt is quick; the second has time for 16 times the inertia that was told, and as much current as there is. */
 static void begin_attempt(struct alignment *a, const struct tuning *t, uint32_t attempt, uint32_t angle_q32)
 {
@@ -60,10 +75,15 @@ static void begin_attempt(struct alignment *a, const struct tuning *t, uint32_t 
     a->level = attempt == 0u ? 0u : t->align_levels - 1u;
     a->period_ms = attempt == 0u ? t->align[a->level].period_ms : t->align[a->level].period_ms * SLOWER;
     a->origin = a->counts;
+    a->sense = 0;
+    a->fastest_q32 = 0;
     a->gripped = false;
     a->target_q15 = t->align[a->level].i_q15;
     pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
     enter(a, STAGE_PULL);
+    if (t->reluctant) {
+        begin_drop(a, false);
+    }
 }
 
 void alignment_start(struct alignment *a, volatile struct current_loop *c, const struct tuning *t, uint32_t latched)
@@ -88,17 +108,18 @@ static int32_t follow_encoder(struct alignment *a, const struct tuning *t, uint3
 /*
  * Which way the encoder counts. Magnets that move induce a q voltage in the sense of their motion while they are within 90
  * degrees of the field. There they are as a rotor that swings begins to slow down; and at the latest when it has turned by a
- * third of a turn. Until then nothing is damped, for damping in the wrong sense would drive the rotor.
+ * third of a turn. Until then nothing is damped, for damping in the wrong sense would drive the rotor. Where reluctance holds
+ * the rotor the voltage's sense changes beyond 45 degrees from the hold, and the sum of all the way counts.
  */
 static void feel_sense(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
                        int32_t moved, uint32_t angle_q32)
 {
     const int32_t seen = c->v_q_q15 / 8 * q15_clamp(moved, -SENSE_STEP, SENSE_STEP);
     const int32_t speed_q32 = q15_abs(pendulum_speed_q32(&a->rotor));
-    if (a->rotor.sense != 0) {
+    if (a->rotor.sense != 0 || a->stage >= STAGE_DROP) {
         return;
     }
-    a->sense += (seen - a->sense) / 4;
+    a->sense += t->reluctant ? seen / 16 : (seen - a->sense) / 4;
     a->fastest_q32 = q15_max(a->fastest_q32, speed_q32);
     const bool slows = a->fastest_q32 > q15_max(FAST_Q32, FAST_COUNTS * (int32_t)c->encoder_scale_q32) &&
                        speed_q32 < a->fastest_q32 / 2;
@@ -111,12 +132,25 @@ static void feel_sense(struct alignment *a, const volatile struct current_loop *
 /* Current follows its target within half a period; to hold a rotor that falls, at once. */
 static void follow_current(struct alignment *a, const struct tuning *t)
 {
-    const int32_t half_ms = a->gripped ? GRIP_MS : a->period_ms / 2;
+    const int32_t half_ms = a->gripped || t->reluctant ? GRIP_MS : a->period_ms / 2;
     const int32_t slope_q15 = q15_max(t->align[a->level].i_q15 / half_ms, 1);
     a->current_q15 += q15_clamp(a->target_q15 - a->current_q15, -slope_q15, slope_q15);
 }
 
 /* ---- pulling ---- */
+
+/*
+ * The magnets' axis is known, but not its sense: a field across them is never opposite to where reluctance holds the rotor,
+ * which swings by no more than 90 degrees less the angle that the magnets keep from the current.
+ */
+static void pull_across(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
+{
+    a->first_offset_q32 = saliency_offset_q32(&a->axis);
+    a->field_q32 = angle_q32 + a->first_offset_q32 + QUARTER_Q32;
+    pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
+    a->target_q15 = t->align[a->level].i_q15;
+    enter(a, STAGE_PULL);
+}
 
 /* Settled, or waited long enough. */
 static bool at_rest(const struct alignment *a)
@@ -144,9 +178,11 @@ static void begin_pass(struct alignment *a, const struct tuning *t, uint32_t pas
     enter(a, STAGE_PASS);
 }
 
-static enum alignment_result step_pull(struct alignment *a)
+static enum alignment_result step_pull(struct alignment *a, const struct tuning *t)
 {
-    if (at_rest(a)) {
+    if (at_rest(a) && t->reluctant) {
+        begin_pass(a, t, PASS_FORTH);
+    } else if (at_rest(a)) {
         enter(a, STAGE_SECOND);
     }
     return ALIGNMENT_RUNNING;
@@ -278,7 +314,9 @@ static enum alignment_result finish_pass(struct alignment *a, const struct tunin
     if (against != ALIGNMENT_RUNNING) {
         return again(a, t, angle_q32, against);
     }
-    if (a->pass == PASS_BACK_LESS) {
+    if (t->reluctant && a->pass == PASS_BACK) {
+        begin_drop(a, true);
+    } else if (a->pass == PASS_BACK_LESS) {
         begin_solve(a, t);
     } else {
         begin_pass(a, t, a->pass + 1u);
@@ -322,18 +360,82 @@ static enum alignment_result step_release(struct alignment *a, volatile struct c
     return ALIGNMENT_DONE;
 }
 
+/* ---- where reluctance outweighs the magnets ---- */
+
+static enum alignment_result step_drop(struct alignment *a, volatile struct current_loop *c, const struct tuning *t)
+{
+    c->i_d_ref_q15 = 0;
+    current_loop_field(c, a->field_q32, 0);
+    if (a->still_ms >= STILL_MS) {
+        saliency_start(&a->axis, t->saliency_v_q15, t->saliency_i_q15);
+        enter(a, STAGE_AXIS);
+    } else if (a->stage_ms > STILL_MOST_MS) {
+        a->detail[0] = OUT_DEGREES;
+        return ALIGNMENT_LOAD;
+    }
+    return ALIGNMENT_RUNNING;
+}
+
+/* By how much two offsets differ that are known but for half a turn. */
+static int32_t apart_q32(uint32_t x_q32, uint32_t y_q32)
+{
+    return q15_abs((int32_t)(2u * (x_q32 - y_q32)) / 2);
+}
+
+/*
+ * The rotor hung on the field with its north pole within 90 degrees of it: that tells the axis's sense. Friction and load
+ * have shifted it one way or the other; too near to 90 degrees nothing is told.
+ */
+static enum alignment_result judge_axis(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
+                                        uint32_t angle_q32)
+{
+    uint32_t offset_q32 = saliency_offset_q32(&a->axis);
+    if (!saliency_seen(&a->axis) || apart_q32(offset_q32, a->first_offset_q32) > AXIS_APART_Q32) {
+        return again(a, t, angle_q32, ALIGNMENT_BLOCKED);
+    }
+    if (q15_abs((int32_t)(a->load.back_q32[0] - offset_q32) / 2) > (int32_t)(QUARTER_Q32 / 2)) {
+        offset_q32 += 2u * QUARTER_Q32;
+    }
+    const int32_t forth_q32 = q15_abs((int32_t)(a->load.forth_q32[0] - offset_q32) / 2);
+    const int32_t back_q32 = q15_abs((int32_t)(a->load.back_q32[0] - offset_q32) / 2);
+    const int32_t most_q32 = q15_max(forth_q32, back_q32);
+    if (most_q32 > NORTH_Q32 / 2) {
+        a->detail[0] = most_q32 / (DEGREES_45_Q32 / 90);
+        return again(a, t, angle_q32, ALIGNMENT_LOAD);
+    }
+    c->angle_offset_q32 = offset_q32;
+    return ALIGNMENT_DONE;
+}
+
+static enum alignment_result step_axis(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
+                                       uint32_t angle_q32)
+{
+    if (!saliency_step(&a->axis, c, angle_q32)) {
+        return ALIGNMENT_RUNNING;
+    }
+    if (a->turned) {
+        return judge_axis(a, c, t, angle_q32);
+    }
+    pull_across(a, t, angle_q32);
+    return ALIGNMENT_RUNNING;
+}
+
 static enum alignment_result step_stage(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                         uint32_t angle_q32)
 {
     switch (a->stage) {
     case STAGE_PULL:
-        return step_pull(a);
+        return step_pull(a, t);
     case STAGE_SECOND:
         return step_second(a, t, angle_q32);
     case STAGE_PASS:
         return step_pass(a, c, t, angle_q32);
     case STAGE_SOLVE:
         return step_solve(a, t, angle_q32);
+    case STAGE_DROP:
+        return step_drop(a, c, t);
+    case STAGE_AXIS:
+        return step_axis(a, c, t, angle_q32);
     case STAGE_RELEASE:
     default:
         return step_release(a, c);
@@ -344,7 +446,7 @@ static enum alignment_result step_stage(struct alignment *a, volatile struct cur
 static void grip(struct alignment *a, const struct tuning *t)
 {
     const int32_t turn = t->encoder_counts / t->pole_pairs;
-    if (a->stage < STAGE_PASS && a->level + 1u < t->align_levels &&
+    if (!t->reluctant && a->stage < STAGE_PASS && a->level + 1u < t->align_levels &&
         q15_abs(a->counts - a->origin) * 10 > turn * GRIP_TENTHS) {
         a->level = t->align_levels - 1u;
         a->target_q15 = t->align[a->level].i_q15;
@@ -360,18 +462,25 @@ static bool carried_away(struct alignment *a, const struct tuning *t)
     return q15_abs(a->counts - a->origin) > turns * t->encoder_counts / t->pole_pairs;
 }
 
+bool alignment_holds_voltage(const struct alignment *a)
+{
+    return a->stage == STAGE_AXIS;
+}
+
 enum alignment_result alignment_step(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                      uint32_t latched)
 {
     const uint32_t angle_q32 = encoder_q32(c, latched);
+    const int32_t moved = follow_encoder(a, t, latched);
     a->stage_ms++;
-    feel_sense(a, c, t, follow_encoder(a, t, latched), angle_q32);
+    a->still_ms = moved == 0 ? a->still_ms + 1u : 0u;
+    feel_sense(a, c, t, moved, angle_q32);
     follow_current(a, t);
     if (carried_away(a, t)) {
         a->detail[0] = OUT_DEGREES;
         return ALIGNMENT_LOAD;
     }
-    if (a->stage != STAGE_PASS) {
+    if (a->stage < STAGE_DROP && a->stage != STAGE_PASS) {
         pendulum_step(&a->rotor, c, angle_q32, a->field_q32, 0, a->current_q15);
     }
     return step_stage(a, c, t, angle_q32);

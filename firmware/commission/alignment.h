@@ -20,6 +20,7 @@
 #include "firmware/commission/field_pass.h"
 #include "firmware/commission/load_angle.h"
 #include "firmware/commission/pendulum.h"
+#include "firmware/commission/saliency.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/tuning.h"
 
@@ -57,6 +58,10 @@ struct alignment {
     int32_t turn_counts[2]; /* of the whole turns, forth and back */
     int32_t turn_v_q_q15[2];
     struct load_angle load;
+    struct saliency axis;
+    uint32_t first_offset_q32; /* of the axis, before anything turned */
+    uint32_t still_ms;         /* since the encoder's last count */
+    bool turned;               /* the passes are done */
     int32_t detail[2];
 };
 
@@ -66,5 +71,8 @@ void alignment_start(struct alignment *a, volatile struct current_loop *c, const
 /* One step a millisecond; sets the current references and the angle. Slow loop, bridge on. */
 enum alignment_result alignment_step(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                      uint32_t latched);
+
+/* The current loop is to hold voltages (wiring_tuning). Slow loop, after the step. */
+bool alignment_holds_voltage(const struct alignment *a);
 
 #endif

@@ -79,14 +79,23 @@ void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
 {
     c->encoder_scale_q32 = t->encoder_scale_q32;
     c->ripple_q10 = t->ripple_q10;
+    c->dead_shift = 0u;
 }
 
 /* ---- once a millisecond ---- */
 
-/* A voltage of the per-unit system in the loop's unit. */
-static int32_t v_steps(int32_t v_q15, int32_t vbus_q15)
+/*
+ * A voltage of the per-unit system in the loop's unit, by the reciprocal of the bus voltage: one division does for both axes,
+ * and its 17 bits are as fine as a step.
+ */
+static uint32_t steps_per_v_q14(int32_t vbus_q15)
 {
-    return q15_clamp(v_q15, -Q15_ONE, Q15_ONE) * V_FULL_STEPS / vbus_q15;
+    return ((uint32_t)V_FULL_STEPS << 14) / (uint32_t)vbus_q15;
+}
+
+static int32_t v_steps(int32_t v_q15, uint32_t per_v_q14)
+{
+    return (int32_t)(((int64_t)q15_clamp(v_q15, -Q15_ONE, Q15_ONE) * (int32_t)per_v_q14) >> 14);
 }
 
 static int32_t v_q15(int32_t v_steps, int32_t vbus_q15)
@@ -94,18 +103,20 @@ static int32_t v_q15(int32_t v_steps, int32_t vbus_q15)
     return v_steps * vbus_q15 / V_FULL_STEPS;
 }
 
-/* Publishes values for status and trace. */
-static void publish(volatile struct current_loop *c, const struct fabric *f)
+/* Publishes values for status and trace, and for what watches the drive. */
+static int32_t publish(volatile struct current_loop *c, const struct fabric *f)
 {
-    c->vbus_q15 = adc_vbus_q15(&f->adc);
-    c->radius_q15 = v_q15(CONFIG_RADIUS_STEPS, c->vbus_q15);
-    c->v_d_q15 = v_q15(c->v_d_steps, c->vbus_q15);
-    c->v_q_q15 = v_q15(c->v_q_steps, c->vbus_q15);
+    const int32_t vbus_q15 = adc_vbus_q15(&f->adc);
+    c->vbus_q15 = vbus_q15;
+    c->radius_q15 = v_q15(CONFIG_RADIUS_STEPS, vbus_q15);
+    c->v_d_q15 = v_q15(c->v_d_steps, vbus_q15);
+    c->v_q_q15 = v_q15(c->v_q_steps, vbus_q15);
+    return vbus_q15;
 }
 
 /*
- * The knee of the dead time's compensation is as wide as the ripple: below it the sign of the sampled current is not that of the
- * current when its leg switches, and to compensate would be a negative resistance.
+ * The knee of the dead time's compensation is as wide as the ripple: below it the sign of the sampled current is not that of
+ * the current when its leg switches, and to compensate would be a negative resistance.
  */
 static void follow_ripple(volatile struct current_loop *c)
 {
@@ -116,29 +127,41 @@ static void follow_ripple(volatile struct current_loop *c)
     c->dead_shift = knees == 0u ? 0u : (uint32_t)q15_min(32 - __builtin_clz(knees), DEAD_SHIFT_MAX);
 }
 
-/* The gains hold for the bus as it is. kp + ki: see lib/pi.h. */
+/*
+ * The gains hold for the bus as it is, within 1/128: less is not worth three divisions. kp + ki: see lib/pi.h.
+ */
 static void set_gains(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
 {
+    const int32_t off_q15 = q15_abs(vbus_q15 - c->gains_vbus_q15);
+    if (off_q15 * 128 <= vbus_q15 && c->gains_of == t) {
+        return;
+    }
     const int32_t ki_q15 = q15_min(t->ki_q17 * (V_FULL_STEPS / 4) / vbus_q15, PI_KI_MAX_Q15);
     c->kp_d_q9 = q15_min(t->kp_d_q12 * (V_FULL_STEPS / 8) / vbus_q15 + (ki_q15 >> 6), PI_KP_MAX_Q9);
     c->kp_q_q9 = q15_min(t->kp_q_q12 * (V_FULL_STEPS / 8) / vbus_q15 + (ki_q15 >> 6), PI_KP_MAX_Q9);
     c->ki_q15 = ki_q15;
+    c->gains_vbus_q15 = vbus_q15;
+    c->gains_of = t;
 }
 
 /* The feed-forward is part of the integral (lib/pi.h): what it has changed by is added there. */
 static void feed_forward(volatile int32_t *integral_q9, volatile int32_t *present_steps, int32_t wanted_steps)
 {
-    cpu_add(integral_q9, (wanted_steps - *present_steps) * (1 << PI_SHIFT));
-    *present_steps = wanted_steps;
+    const int32_t change_steps = wanted_steps - *present_steps;
+    if (change_steps != 0) {
+        cpu_add(integral_q9, change_steps * (1 << PI_SHIFT));
+        *present_steps = wanted_steps;
+    }
 }
 
 /* The axes disturb each other and the magnets disturb q: v_d = ... - w Lq i_q, v_q = ... + w (Ld i_d + psi). */
 static void decouple(volatile struct current_loop *c, const struct tuning *t, int32_t w_q15, int32_t vbus_q15)
 {
+    const uint32_t per_v_q14 = steps_per_v_q14(vbus_q15);
     const int32_t d_q15 = -(((w_q15 * c->i_q_ref_q15) >> 15) * t->x_q_q11 >> 11);
     const int32_t q_q15 = (((w_q15 * c->i_d_ref_q15) >> 15) * t->x_d_q11 >> 11) + ((w_q15 * t->emf_q12) >> 12);
-    feed_forward(&c->integral_d_q9, &c->feedforward_d_steps, v_steps(d_q15, vbus_q15));
-    feed_forward(&c->integral_q_q9, &c->feedforward_q_steps, v_steps(q_q15, vbus_q15));
+    feed_forward(&c->integral_d_q9, &c->feedforward_d_steps, v_steps(d_q15, per_v_q14));
+    feed_forward(&c->integral_q_q9, &c->feedforward_q_steps, v_steps(q_q15, per_v_q14));
 }
 
 static void rest(volatile struct current_loop *c)
@@ -150,6 +173,7 @@ static void rest(volatile struct current_loop *c)
     c->integral_q_q9 = 0;
     c->feedforward_d_steps = 0;
     c->feedforward_q_steps = 0;
+    c->gains_of = NULL;
 }
 
 /* Speed of the frame in which the currents are regulated: the rotor's, or the prescribed field's. */
@@ -161,14 +185,16 @@ static int32_t frame_w_q15(const volatile struct current_loop *c)
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t)
 {
     const int32_t w_q15 = frame_w_q15(c);
-    publish(c, f);
-    follow_ripple(c);
+    const int32_t bus_q15 = publish(c, f);
+    if (c->ripple_q10 != 0) {
+        follow_ripple(c);
+    }
     c->turn_q15 = q15_clamp((w_q15 * TURN_PER_W_Q15) >> 15, -TURN_MAX_Q15, TURN_MAX_Q15);
     if (c->status_max == UINT32_MAX) {
         rest(c);
         return;
     }
-    const int32_t vbus_q15 = q15_max(c->vbus_q15, t->v_min_q15);
+    const int32_t vbus_q15 = q15_max(bus_q15, t->v_min_q15);
     set_gains(c, t, vbus_q15);
     decouple(c, t, w_q15, vbus_q15);
 }

@@ -93,6 +93,8 @@ struct current_loop {
     int32_t feedforward_d_steps, feedforward_q_steps;
     int32_t ripple_q10;  /* of the tuning: where there is any, C handlers serve, which know dead_shift */
     uint32_t dead_shift; /* the current from which dead time is compensated in full is 2^dead_shift times the knee */
+    const struct tuning *gains_of; /* what the gains are from, NULL: none are set; and the bus voltage they are for */
+    int32_t gains_vbus_q15;
 };
 
 /* Electrical speed of the rotor: Q15, 1.0 = CONFIG_SPEED_BASE_HZ. Any context. */

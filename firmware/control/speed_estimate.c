@@ -47,9 +47,12 @@ static int32_t counts_moved(const struct speed_estimate *e, uint32_t count, int3
     return q15_abs(moved) <= counts >> 2 ? moved : unwrapped(moved, e->speed_rpm_q15, counts);
 }
 
-static int32_t limited(int64_t x)
+/* x / 2^shift, at most +-MAX_Q15: the upper word tells. */
+static inline int32_t limited(int64_t x, uint32_t shift)
 {
-    return x > MAX_Q15 ? MAX_Q15 : (x < -MAX_Q15 ? -MAX_Q15 : (int32_t)x);
+    const int32_t high = (int32_t)(x >> 32);
+    const int32_t most = MAX_Q15 >> (32u - shift);
+    return high >= most ? MAX_Q15 : (high < -most ? -MAX_Q15 : (int32_t)(x >> shift));
 }
 
 /*
@@ -60,7 +63,7 @@ static int32_t speed_of(int32_t way_q8, uint32_t clocks, const struct tuning *t)
 {
     const uint32_t reciprocal_q32 = UINT32_MAX / (clocks < CLOCKS_SHORT ? CLOCKS_SHORT : clocks);
     const int32_t of_a_part = (int32_t)(((uint64_t)reciprocal_q32 * t->speed_per_count) >> 16);
-    return limited(((int64_t)way_q8 * of_a_part) >> 12);
+    return limited((int64_t)way_q8 * of_a_part, 12);
 }
 
 /* The way of a speed in a time; up to 2.6 ms without a second long product. */
@@ -69,7 +72,7 @@ static int32_t way_q15(int32_t speed_rpm_q15, uint32_t clocks)
     if (clocks < 1u << 18) {
         return (int32_t)(((int64_t)speed_rpm_q15 * (int32_t)(clocks * MS_Q29)) >> 29);
     }
-    return limited(((int64_t)speed_rpm_q15 * (int32_t)(((uint64_t)clocks * MS_Q29) >> 13)) >> 16);
+    return limited((int64_t)speed_rpm_q15 * (int32_t)(((uint64_t)clocks * MS_Q29) >> 13), 16);
 }
 
 /* At the speed before, the shaft would have turned so much farther: so the two edges are. What one gains the other loses. */

@@ -43,14 +43,23 @@ void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
     s->at_limit = false;
 }
 
+/* From `here` to `target`, `most` at most; their distance may take 32 bits and a sign. */
+static int32_t towards(int32_t target, int32_t here, int32_t most)
+{
+    const uint32_t distance = (uint32_t)target - (uint32_t)here;
+    if (target >= here) {
+        return distance < (uint32_t)most ? (int32_t)distance : most;
+    }
+    return -distance < (uint32_t)most ? (int32_t)distance : -most;
+}
+
 /*
  * Moves the reference towards the command and returns the step that it wants, in rpm Q16. While the current is at its limit and
  * the rotor behind, the reference waits for it; the feed-forward goes on asking for all there is.
  */
 static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
 {
-    const int64_t distance = (int64_t)s->target_rpm_q16 - s->ref_rpm_q16;
-    const int32_t step = (int32_t)clamp(distance, -slope_q16, slope_q16);
+    const int32_t step = towards(s->target_rpm_q16, s->ref_rpm_q16, slope_q16);
     const int32_t ahead_q4 = s->speed_ref_rpm_q4 - s->speed_rpm_q4;
     if (!s->at_limit || (step > 0 ? ahead_q4 <= 0 : ahead_q4 >= 0)) {
         s->ref_rpm_q16 += step;

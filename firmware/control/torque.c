@@ -110,7 +110,10 @@ static void set_burning(const struct torque_control *s, volatile struct current_
 void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15)
 {
     s->torque_q15 = interval_clamp(s->limits, wish_q15);
-    follow_burn(s, t, bus_decides(s, wish_q15));
+    const bool burn = bus_decides(s, wish_q15);
+    if (burn || s->burn_q15 != 0) {
+        follow_burn(s, t, burn);
+    }
     const int32_t size_q15 = q15_abs(s->torque_q15);
     const int32_t i_d_q15 = torque_map_at(&s->map, s->map.i_d_q15, size_q15);
     const int32_t i_q_q15 = torque_map_at(&s->map, s->map.i_q_q15, size_q15);

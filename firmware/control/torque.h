@@ -15,8 +15,8 @@
  *
  * The bus. Of the power that braking puts in, a part goes away (windings, iron, chopper, supply) and the rest charges the
  * capacitor: dW/dt = P - S, W = C v^2 / 2. S is observed from the two others. Allowed is what S takes, and in each
- * millisecond a quarter of the energy that is missing up to v_set, 4 % below v_max: the voltage creeps up to v_set and stays,
- * whatever S is (compare Hur, Jung, Nam: "A fast dynamic DC-link power-balancing scheme for a PWM converter-inverter system",
+ * millisecond a quarter of the energy that was missing up to v_set, 4 % below v_max, when the limits were worked out, so half of
+ * it until they are anew: the voltage creeps up to v_set and stays, whatever S is (compare Hur, Jung, Nam: "A fast dynamic DC-link power-balancing scheme for a PWM converter-inverter system",
  * IEEE Trans. Ind. Electron. 48(4), 2001). S contains the losses, so neither R nor friction need be known.
  *
  * Where the bus allows less than is wished, a current against the magnets burns power in the windings: it makes no torque,
@@ -60,7 +60,7 @@ struct torque_view {
 void torque_measure(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                     int32_t vbus_q15);
 
-/* Works out s->limits. Every slow period in operation, before a wish is made. */
+/* Works out s->limits. Every second slow period in operation, before a wish is made. */
 void torque_set_limits(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                        const struct torque_view *v);
 

@@ -9,6 +9,7 @@
 #ifndef FIRMWARE_SETTINGS_TUNING_H
 #define FIRMWARE_SETTINGS_TUNING_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "firmware/settings/error.h"
@@ -63,6 +64,9 @@ struct tuning {
     int32_t pole_pairs;
     uint32_t align_levels; /* of those below: how many there are */
     struct tuning_align align[TUNING_ALIGN_LEVELS];
+    bool reluctant; /* reluctance outweighs the magnets: it holds the rotor at the start, and tells their axis */
+    int32_t saliency_v_q15; /* alternating voltage that does, and the current from peak to peak */
+    int32_t saliency_i_q15;
 };
 
 /*

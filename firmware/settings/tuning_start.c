@@ -15,6 +15,10 @@
 #define ALIGN_LEAST_MS 30      /* a quicker rotor is led slowly enough as well */
 #define ALIGN_MOST_MS2 2250000 /* 1.5 s: two and a half times that is the longest swing that is waited for */
 
+/* From peak to peak the current of the saliency's measurement is this part of i_max, in a millisecond that it half settles. */
+#define SALIENCY_I_PART 5
+#define SALIENCY_US     900
+
 /* The rotor swings about a field of current I with w0^2 = p Kt I / J. */
 static int32_t align_period_ms(const struct params *p, int64_t i_ma)
 {
@@ -48,6 +52,48 @@ static int64_t largest_align_ma(const struct params *p)
     return most_ma < turns_away_ma ? most_ma : turns_away_ma;
 }
 
+/* ---- machines whose reluctance outweighs their magnets ---- */
+
+static int64_t apparent_difference_uh(const struct params *p)
+{
+    const int64_t ld_uh = p->ld_apparent_uh != 0 ? p->ld_apparent_uh : p->ld_uh;
+    const int64_t lq_uh = p->lq_apparent_uh != 0 ? p->lq_apparent_uh : p->lq_uh;
+    return lq_uh > ld_uh ? lq_uh - ld_uh : 0;
+}
+
+/* Of psi / (Lq - Ld) that many times the current: the angle is acos(1/3) then, and the rotor held twice as firmly. */
+#define RELUCTANT_TIMES 3
+
+/* From here on the way by the magnets' pull leaves them too little current. */
+#define RELUCTANT_FROM_TENTHS 15
+
+/* Swings of a machine at the angle acos(x), x = psi / (Lq - Ld) I: w0^2 = p Kt I / J (1 - x^2) / x. */
+static struct tuning_align reluctant_level(const struct params *p, int64_t i_ma)
+{
+    const int64_t x_q15 = scale(p->flux_uwb * 1000LL, 32768, apparent_difference_uh(p) * i_ma);
+    const int64_t firmer_q15 = scale(32768LL * 32768 - x_q15 * x_q15, 1, x_q15);
+    struct tuning_align level = align_level(p, i_ma, 32768);
+    level.period_ms = align_period_ms(p, scale(i_ma, firmer_q15, 32768));
+    return level;
+}
+
+static void tune_reluctant(const struct params *p, struct tuning *t)
+{
+    const int64_t by_i_max = apparent_difference_uh(p) * p->i_max_ma; /* nWb */
+    t->reluctant = by_i_max * 10 > p->flux_uwb * 1000LL * RELUCTANT_FROM_TENTHS;
+    if (!t->reluctant) {
+        return;
+    }
+    const int64_t i_ma = scale(p->flux_uwb * 1000LL, RELUCTANT_TIMES, apparent_difference_uh(p));
+    const int64_t v_mv = scale(p->ld_uh, p->i_max_ma / SALIENCY_I_PART, SALIENCY_US);
+    t->align[0] = reluctant_level(p, i_ma < p->i_max_ma ? i_ma : p->i_max_ma);
+    t->align[1] = reluctant_level(p, p->i_max_ma);
+    t->saliency_i_q15 = tuning_q15_from_milli(p->i_max_ma / SALIENCY_I_PART, p->i_range_ma);
+    t->align_levels = i_ma < p->i_max_ma ? 2u : 1u;
+    t->saliency_v_q15 =
+        tuning_q15_from_milli((int32_t)(v_mv < p->v_max_mv / 4 ? v_mv : p->v_max_mv / 4), p->v_range_mv);
+}
+
 /* A tenth of i_trip: with one sensor reversed the sum of the currents is twice that, and trips at a quarter. */
 static void tune_wiring(const struct params *p, struct tuning *t)
 {
@@ -69,5 +115,6 @@ static void tune_alignment(const struct params *p, struct tuning *t)
 void tuning_start(const struct params *p, struct tuning *t)
 {
     tune_alignment(p, t);
+    tune_reluctant(p, t);
     tune_wiring(p, t);
 }

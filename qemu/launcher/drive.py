@@ -64,7 +64,7 @@ class Drive:
 
     @property
     def slower(self):
-        """The speed loop takes its gain from inertia and torque constant as told; its bandwidth follows from those there are."""
+        """The speed loop takes its gain from inertia and flux as told; its bandwidth follows from those there are."""
         told = self.params["inertia_gmm2"] * 1e-9 / (self.params["flux_uwb"] * 1e-6)
         return max(1.0, self.inertia_kgm2 / self.motor["electrical"]["flux_wb"] / told)
 

@@ -34,6 +34,13 @@ class Library:
                 return table[name]
         raise AttributeError(f"the library has no '{name}' in its debug information")
 
+    def address_of_static(self, name, beside):
+        """Where a static variable stands, by the symbols: as far from `beside`, which can be found by its name."""
+        with open(self._library._name, "rb") as file:
+            symbols = ELFFile(file).get_section_by_name(".symtab")
+            static, known = (symbols.get_symbol_by_name(one)[0]["st_value"] for one in (name, beside))
+        return ctypes.addressof(ctypes.c_char.in_dll(self._library, beside)) + static - known
+
     def _take(self, die):
         name = _name(die)
         if die.tag == "DW_TAG_structure_type" and name and "DW_AT_declaration" not in die.attributes:
@@ -42,9 +49,10 @@ class Library:
             self.enums[name] = _members(die)
         elif die.tag == "DW_TAG_subprogram" and "DW_AT_external" in die.attributes and "DW_AT_low_pc" in die.attributes:
             self._function(name, die)
-        elif die.tag == "DW_TAG_variable" and name and "DW_AT_location" in die.attributes and hasattr(self._library, name):
-            kind = self._of(die)
-            if kind is not None:
+        elif die.tag == "DW_TAG_variable" and "DW_AT_location" in die.attributes:
+            declared = die.get_DIE_from_attribute("DW_AT_specification") if "DW_AT_specification" in die.attributes else die
+            name, kind = _name(declared), self._of(declared)
+            if kind is not None and hasattr(self._library, name):
                 setattr(self, name, kind.in_dll(self._library, name))
 
     def _function(self, name, die):

@@ -35,14 +35,22 @@ def sources():
         path for path in (SOURCE / "lib").glob("*.c")) + sorted((HERE / "host").glob("*.c"))
 
 
-def build_library():
+def system_sources():
+    """The rooms below the console with the system's, and the drivers of the processor's side."""
+    left_out = (SOURCE / "firmware" / "operate", HERE / "host")
+    return [path for path in sources() if path.parent not in left_out] + sorted(
+        (SOURCE / "firmware" / "system").glob("*.c")) + [SOURCE / "firmware/axis/device.c"] + [
+            SOURCE / "drivers/mss" / name for name in ("sysreg.c", "timer.c")] + sorted((HERE / "host" / "system").glob("*.c"))
+
+
+def build_library(name="firmware.so", sources=sources):
     """The shared library, newer than everything it is made of; safe with several pytest workers."""
     build = Path(os.environ.get("BUILD", "build"))
     folder = (build if build.is_absolute() else ROOT / build) / "tests" / "unit"
     if SOURCE != ROOT:
         folder = SOURCE / "build-unit"
     folder.mkdir(parents=True, exist_ok=True)
-    target = folder / "firmware.so"
+    target = folder / name
     headers = ("firmware/**/*.h", "drivers/**/*.h", "lib/*.h")
     inputs = sources() + [path for pattern in headers for path in SOURCE.glob(pattern)]
     inputs += [*(HERE / "host").rglob("*"), Path(__file__)]
@@ -60,6 +68,12 @@ def identify(fabric):
     """The identity that the firmware looks for: as the register shows it."""
     text = (SOURCE / "drivers/fabric/gate.h").read_text()
     fabric.gate.ID = int(re.search(r"#define GATE_ID (0x[0-9A-F]+)u", text).group(1), 16)
+
+
+@pytest.fixture(scope="session")
+def system():
+    """The device's side: registers stand at their own addresses, so that no test may forget to map them (test_system.py)."""
+    return Library(build_library("system.so", system_sources))
 
 
 @pytest.fixture(scope="session")

@@ -181,9 +181,10 @@ def exact_torque_and_start(c, p):
     volt, ampere = Fraction(p["v_range_mv"], 1000), Fraction(p["i_range_ma"], 1000)
     flux = Fraction(c.mtpa_flux_nwb(struct(c, p)), 10**9)
     psi, i_max = Fraction(p["flux_uwb"], 10**6), Fraction(p["i_max_ma"], 1000)
-    x_d, x_q = (2 * PI * BASE_HZ * Fraction(p[f"l{axis}_apparent_uh"] or p[f"l{axis}_uh"], 10**6) * ampere / volt for axis in "dq")
+    apparent_uh = [p[f"l{axis}_apparent_uh"] or p[f"l{axis}_uh"] for axis in "dq"]
+    x_d, x_q = (2 * PI * BASE_HZ * Fraction(uh, 10**6) * ampere / volt for uh in apparent_uh)
     emf = 2 * PI * BASE_HZ * psi / volt
-    coarser = sum(Fraction(p[f"l{axis}_apparent_uh"] or p[f"l{axis}_uh"], p[f"l{axis}_uh"]) for axis in "dq")  # than x_d, x_q
+    coarser = Fraction(apparent_uh[0], p["ld_uh"]) + Fraction(apparent_uh[1], p["lq_uh"])  # than x_d and x_q
     farad = Fraction(p["bus_capacitance_uf"], 10**6)
     energy = farad * volt / (3 * ampere) * SLOW_HZ * 1024
     exact = {
@@ -224,8 +225,9 @@ def check_levels(tuning, p):
 
 
 @pytest.mark.parametrize("motor", available(MOTORS))
-@pytest.mark.parametrize("changes", ({}, {"lq_uh": 3}, {"ld_uh": 0.2, "flux_uwb": 0.2}, {"i_align_ma": 0.2}, {"inertia_gmm2": 100},
-                                     {"inertia_gmm2": 0.01}, {"bus_capacitance_uf": 300}, {"resistance_mohm": 3}))
+@pytest.mark.parametrize("changes", (
+    {}, {"lq_uh": 3}, {"ld_uh": 0.2, "flux_uwb": 0.2}, {"i_align_ma": 0.2}, {"inertia_gmm2": 100}, {"inertia_gmm2": 0.01},
+    {"bus_capacitance_uf": 300}, {"resistance_mohm": 3}))
 def test_torque_and_start_of_the_motors(c, motor, changes):
     p = shipped(motor)
     for name, factor in changes.items():

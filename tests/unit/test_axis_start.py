@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: MIT
+"""The way from `on` to operation, one millisecond at a time: which step comes when, what ends it, what the index keeps."""
+import ctypes
+
+import pytest
+
+from unit.test_axis import INDEX_SEEN
+from unit.test_state_machine import World
+
+CALIBRATION_MS, CALIBRATE, PWM, WIRING, ALIGN, FOLLOW = 128, 0, 1, 2, 3, 4
+
+
+@pytest.fixture
+def starting(c):
+    """An axis whose start has just begun."""
+    def made(aligned):
+        w = World(c)
+        w.fabric.adc.OFFSET_A = w.fabric.adc.OFFSET_B = w.fabric.adc.OFFSET_C = 32768
+        w.axis.start.aligned = aligned
+        w.axis.loop.vbus_q15 = 13670
+        assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+        assert w.step() == "SWITCHED_ON"
+        return w
+    return made
+
+
+def cause(w):
+    return next(name for name, value in w.c.enums["fault"].items() if value == w.axis.faults.cause)[len("FAULT_"):]
+
+
+def test_an_aligned_drive_needs_the_zero_of_its_sensors_and_a_step_for_the_pwm(c, starting):
+    w = starting(True)
+    w.step(CALIBRATION_MS - 1)
+    assert w.axis.start.phase == CALIBRATE and w.fabric.pwm.PWM_ENABLE_0_7 & 0x3F == 0
+    w.step()
+    assert w.axis.start.phase == PWM and w.fabric.pwm.PWM_ENABLE_0_7 & 0x3F == 0x3F and w.fabric.gate.CONTROL == 0
+    w.step()
+    assert w.axis.start.phase == FOLLOW and w.fabric.gate.CONTROL == 1 and w.axis.loop.source == c.LOOP_ENCODER
+    assert w.axis.loop.kp_d_q9 > 0
+    assert w.step() == "OPERATION_ENABLED" and cause(w) == "NONE"
+
+
+def test_an_unaligned_one_prescribes_the_field_and_looks_at_its_wiring(c, starting):
+    w = starting(False)
+    w.step(CALIBRATION_MS)
+    assert w.axis.start.phase == PWM
+    w.step()
+    assert w.axis.start.phase == WIRING and w.axis.loop.source == c.LOOP_FORCED and w.fabric.gate.CONTROL == 1
+    assert w.axis.loop.kp_d_q9 == w.axis.loop.ki_q15 == 0, "a voltage is held, no current"
+    w.step(400)
+    assert cause(w) == "OPEN_PHASE" and w.axis.faults.detail[0] == 0 and w.fabric.gate.CONTROL == 0
+
+
+def test_gains_come_with_the_alignment(c, starting):
+    w = starting(False)
+    w.step(CALIBRATION_MS + 1)
+    assert c.start_tuning(w.axis).contents.kp_d_q12 == 0
+    w.axis.start.phase = ALIGN
+    assert c.start_tuning(w.axis).contents.kp_d_q12 == w.axis.tuning.kp_d_q12 > 0
+    w.axis.start.phase, w.axis.state = WIRING, c.AXIS_OPERATION_ENABLED
+    assert c.start_tuning(w.axis).contents.kp_d_q12 == w.axis.tuning.kp_d_q12
+
+
+@pytest.mark.parametrize("aligned, counts, fault", ((False, 6, "ROTOR_TURNING"), (False, -6, "ROTOR_TURNING"),
+                                                    (False, 5, None), (True, 6, None)))
+def test_a_rotor_whose_angle_is_unknown_must_stand(starting, aligned, counts, fault):
+    """Two counts and a 1024th of a turn of 4000 are at rest; eight times may it be found turning."""
+    w = starting(aligned)
+    w.fabric.encoder.LATCHED = 3
+    w.axis.start.latched = 3
+    for _ in range(8):
+        w.step(CALIBRATION_MS - 1)
+        w.fabric.encoder.LATCHED = (w.fabric.encoder.LATCHED + counts) % 4000
+        assert cause(w) == "NONE"
+        w.step()
+        if not fault:
+            break
+    assert cause(w) == (fault or "NONE")
+    assert fault is None or list(w.axis.faults.detail) == [6, 4000]
+    assert fault is not None or w.axis.start.phase == PWM
+
+
+def test_a_sensor_whose_zero_is_off(starting):
+    w = starting(True)
+    w.fabric.adc.IB = 4000
+    w.step(CALIBRATION_MS)
+    assert cause(w) == "CURRENT_OFFSET"
+
+
+def test_gates_that_do_not_let_go_are_the_fabrics(c, starting):
+    w = starting(True)
+    w.step(CALIBRATION_MS)
+    w.fabric.adc.SEQUENCE += 20
+    w.fabric.gate.STATUS = 1
+    c.axis_step(w.axis)
+    assert cause(w) == "FABRIC"
+
+
+@pytest.mark.parametrize("phase, cause_name", ((1, "OPEN_PHASE"), (2, "SENSOR_SIGN")))
+def test_what_the_wiring_shows(c, starting, phase, cause_name):
+    w = starting(False)
+    w.step(CALIBRATION_MS + 1)
+    wiring = w.axis.start.wiring
+    wiring.along, wiring.v_256ths, wiring.ms = 3, 0, 99
+    i = w.axis.tuning.wiring_i_q15
+    for k in range(3):
+        wiring.largest_q15[k] = i if (cause_name, k) != ("OPEN_PHASE", phase) else i // 10
+        wiring.own_q15[k] = -i if (cause_name, k) == ("SENSOR_SIGN", phase) else i
+    w.step()
+    assert cause(w) == cause_name and w.axis.faults.detail[0] == phase + 1
+
+
+def test_a_good_wiring_leads_to_the_alignment(c, starting):
+    w = starting(False)
+    w.step(CALIBRATION_MS + 1)
+    wiring = w.axis.start.wiring
+    wiring.along, wiring.ms = 3, 99
+    for k in range(3):
+        wiring.largest_q15[k] = wiring.own_q15[k] = w.axis.tuning.wiring_i_q15
+    w.step()
+    assert w.axis.start.phase == ALIGN and cause(w) == "NONE"
+
+
+def test_the_index_is_learnt_once_by_an_aligned_drive(c, starting):
+    w = starting(True)
+    scale = w.axis.loop.encoder_scale_q32
+    w.axis.loop.angle_offset_q32 = 0x11111111
+    w.step()
+    assert not w.axis.start.index_known, "it has not been seen"
+    w.fabric.encoder.STATUS, w.fabric.encoder.INDEX = INDEX_SEEN, 123
+    w.step()
+    assert w.axis.start.index_known and w.axis.start.index_offset_q32 == (0x11111111 + 123 * scale) % 2**32
+    w.fabric.encoder.INDEX = 456
+    w.step()
+    assert w.axis.start.index_offset_q32 == (0x11111111 + 123 * scale) % 2**32
+
+
+def test_an_unaligned_drive_learns_no_index(starting):
+    w = starting(False)
+    w.fabric.encoder.STATUS, w.fabric.encoder.INDEX = INDEX_SEEN, 123
+    w.step(3)
+    assert not w.axis.start.index_known
+
+
+@pytest.mark.parametrize("seen, known, aligned", ((1, True, True), (0, True, False), (1, False, False)))
+def test_the_offset_comes_back_with_the_index(c, seen, known, aligned):
+    w = World(c)
+    w.axis.start.index_known, w.axis.start.index_offset_q32 = known, 0x40000000
+    w.fabric.encoder.STATUS, w.fabric.encoder.INDEX = INDEX_SEEN * seen, 50
+    w.axis.loop.vbus_q15, w.axis.loop.angle_offset_q32 = 13670, 7
+    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    w.step()
+    assert w.axis.start.aligned == aligned
+    assert w.axis.loop.angle_offset_q32 == ((0x40000000 - 50 * w.axis.loop.encoder_scale_q32) % 2**32 if aligned else 7)
+
+
+@pytest.mark.parametrize("result, fault", (
+    ("ENCODER_DEAD", "ENCODER_DEAD"), ("DIRECTION", "ENCODER_DIRECTION"), ("POLE_PAIRS", "POLE_PAIRS"),
+    ("COUNTS", "ENCODER_COUNTS"), ("BLOCKED", "ROTOR_BLOCKED"), ("LOAD", "LOAD_TOO_HIGH")))
+def test_each_result_of_the_alignment_has_its_fault(c, result, fault):
+    table = ctypes.cast(c.address_of_static("fault_of_alignment", "host_primask"), ctypes.POINTER(ctypes.c_uint32))
+    assert table[c.enums["alignment_result"]["ALIGNMENT_" + result]] == c.enums["fault"]["FAULT_" + fault]

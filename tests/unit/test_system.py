@@ -1,0 +1,312 @@
+# SPDX-License-Identifier: MIT
+"""The device's side of the program: boot, what ends a life and what the next one knows of it, clocks, guard, watchdog, idle.
+
+The processor's registers are memory at their own addresses.
+"""
+import ctypes
+import itertools
+
+import pytest
+
+SYSREG, TIMER, WATCHDOG, DWT, NVIC, SCB, MPU, FABRIC = (
+    0x40038000, 0x40004000, 0x40005000, 0xE0001000, 0xE000E100, 0xE000ED00, 0xE000ED90, 0x50000000)
+PAGES = (0x40004000, 0x40005000, 0x40038000, 0xE0001000, 0xE000E000, 0x50000000)
+READ_WRITE, PRIVATE_FIXED_ANONYMOUS = 3, 0x100022  # MAP_FIXED_NOREPLACE: nothing of this process stands there
+PLL_LOST, FABRIC_PLL_LOST, ECC_ERROR, TICK, ADC_IRQ = 23, 32, 29, 14, 34
+KEY, LOAD = 0xAC15DE42, 0x4C4B7F
+
+
+@pytest.fixture(scope="module")
+def memory():
+    libc = ctypes.CDLL(None, use_errno=True)
+    libc.mmap.restype, libc.mmap.argtypes = ctypes.c_void_p, [ctypes.c_void_p, ctypes.c_size_t] + [ctypes.c_int] * 3 + [
+        ctypes.c_long]
+    for page in PAGES:
+        assert libc.mmap(page, 4096, READ_WRITE, PRIVATE_FIXED_ANONYMOUS, -1, 0) == page
+    yield
+    for page in PAGES:
+        libc.munmap(ctypes.c_void_p(page), ctypes.c_size_t(4096))
+
+
+class Device:
+    """The registers of a healthy device, and what is in RAM after power-on."""
+
+    def __init__(self, system):
+        for page in PAGES:
+            ctypes.memset(page, 0, 4096)
+        self.c = system
+        self.sysreg = system.sysreg_regs.from_address(SYSREG)
+        self.timer = system.mss_timer_regs.from_address(TIMER)
+        self.watchdog = system.watchdog_regs.from_address(WATCHDOG)
+        self.nvic, self.scb = system.nvic_regs.from_address(NVIC), system.scb_regs.from_address(SCB)
+        self.mpu, self.fabric = system.mpu_regs.from_address(MPU), system.fabric.from_address(FABRIC)
+        self.dwt = system.dwt_regs.from_address(DWT)
+        self.sysreg.MSSDDR_PLL_STATUS = 3
+        self.watchdog.WDOGENABLE, self.watchdog.WDOGLOAD = 1, LOAD
+        self.mpu.TYPE = 8 << 8
+        self.fabric.gate.ID = 0x464F4321
+        system.postmortem_collect()  # forgets the test before
+
+    def fault(self):
+        return self.name(self.c.device_fault())
+
+    def name(self, cause):
+        return next(name for name, value in self.c.enums["fault"].items() if value == cause)[len("FAULT_"):]
+
+    def boot(self):
+        """(boot_check()'s fault, how the last life ended)."""
+        last = self.c.postmortem()
+        return self.name(self.c.boot_check(self.fabric, last)), last
+
+
+@pytest.fixture
+def device(system, memory):
+    return Device(system)
+
+
+# ---- the device ------------------------------------------------------------------------------------------------------
+
+def test_a_guarded_device_lacks_nothing(device, system):
+    assert device.fault() == "STACK_GUARD"
+    assert system.device_guard_stack() and device.fault() == "NONE"
+    base = ctypes.addressof(ctypes.c_uint32.in_dll(system._library, "link_stack_guard_start")) & 0xFFFFFFFF
+    assert (device.mpu.RNR, device.mpu.RBAR, device.mpu.CTRL) == (7, base, 5)
+    assert device.mpu.RASR == 1 << 28 | 7 << 1 | 1, "256 bytes, no access, nothing to execute"
+
+
+@pytest.mark.parametrize("block, register, value, found", [
+    ("sysreg", "MSSDDR_PLL_STATUS", 0, "CLOCK"), ("sysreg", "MSSDDR_PLL_STATUS", 1, "CLOCK"),
+    ("sysreg", "MSSDDR_PLL_STATUS", 2, "CLOCK"), ("sysreg", "MSSDDR_FACC1_CR", 1 << 12, "CLOCK"),
+    ("sysreg", "MSSDDR_FACC1_CR", 1 << 26, "CLOCK"), ("sysreg", "MSSDDR_FACC1_CR", 1 << 2, "CLOCK"),
+    ("sysreg", "MSSDDR_FACC1_CR", 1 << 5, "CLOCK"), ("sysreg", "MSSDDR_FACC1_CR", 1 << 13, "CLOCK"),
+    ("sysreg", "MSSDDR_FACC1_CR", 1 << 9, "CLOCK"), ("sysreg", "MSSDDR_FACC1_CR", 3 << 9, "CLOCK"),
+    ("sysreg", "MSSDDR_FACC1_CR", 4 << 2 | 4 << 5 | 4 << 9 | 4 << 13, "NONE"),
+    ("mpu", "CTRL", 4, "STACK_GUARD"), ("mpu", "RBAR", 0x100, "STACK_GUARD"), ("mpu", "RASR", 0, "STACK_GUARD"),
+    ("watchdog", "WDOGENABLE", 0, "WATCHDOG_OFF"), ("watchdog", "WDOGLOAD", LOAD + 1, "WATCHDOG_OFF")])
+def test_what_a_device_may_lack(device, system, block, register, value, found):
+    system.device_guard_stack()
+    setattr(getattr(device, block), register, value)
+    assert device.fault() == found
+
+
+def test_the_gravest_comes_first(device):
+    device.watchdog.WDOGENABLE = 0
+    assert device.fault() == "STACK_GUARD"
+    device.sysreg.MSSDDR_PLL_STATUS = 1
+    assert device.fault() == "CLOCK"
+
+
+def test_without_a_protection_unit_there_is_no_guard(device, system):
+    device.mpu.TYPE = 0
+    assert not system.device_guard_stack() and device.mpu.CTRL == 0 and device.fault() == "STACK_GUARD"
+
+
+# ---- boot ------------------------------------------------------------------------------------------------------------
+
+def test_the_core_is_set_up(device, system):
+    device.sysreg.SOFT_RESET_CR = 0xFFFFFFFF
+    device.dwt.CYCCNT = 77
+    system.boot_core()
+    assert device.sysreg.CC_CR == 1 and device.sysreg.CC_REGION_CR == 1
+    assert device.scb.CCR == 1 << 4 and device.scb.SHCSR == 7 << 16
+    assert device.fault() == "NONE", "the guard stands"
+    assert device.dwt.CTRL == 1 and device.dwt.CYCCNT == 0 and ctypes.c_uint32.from_address(0xE000EDFC).value == 1 << 24
+    assert device.sysreg.SOFT_RESET_CR == 0xFFFFFFFF & ~(1 << 6 | 1 << 7 | 1 << 18)
+    assert device.watchdog.WDOGREFRESH == KEY
+
+
+def test_a_first_life(device, system):
+    system.boot_core()
+    found, last = device.boot()
+    assert found == "NONE" and not last.valid and not last.probe_died
+
+
+@pytest.mark.parametrize("cause, exception, found", [
+    (1 << 5, None, "WATCHDOG"), (1 << 4, None, "LOCKUP"), (1 << 4 | 1 << 5, 3, "LOCKUP"), (1 << 3, None, "NONE"),
+    (1 << 0, None, "NONE"), (1 << 3, 3, "EXCEPTION"), (1 << 5, 3, "EXCEPTION"), (1 << 3, 16 + ECC_ERROR, "ECC"),
+    (1 << 3, 16 + PLL_LOST, "PLL"), (1 << 3, 16 + FABRIC_PLL_LOST, "PLL"), (1 << 3, 16 + 31, "EXCEPTION")])
+def test_how_the_last_life_ended(device, system, cause, exception, found):
+    system.boot_core()
+    device.sysreg.RESET_SOURCE_CR = cause
+    if exception:
+        system.host_exception.value = exception
+        system.postmortem_keep(None, 0xFFFFFFF9)
+    assert device.boot()[0] == found
+    assert device.sysreg.RESET_SOURCE_CR == 0 and device.boot()[0] == "NONE", "the next life does not hear of it again"
+
+
+def test_what_is_so_now_is_graver_than_what_was(device, system):
+    system.boot_core()
+    for lacks, found in (({"WDOGENABLE": 0}, "WATCHDOG_OFF"), ({}, "WATCHDOG")):
+        device.watchdog.WDOGENABLE = 1
+        for name, value in lacks.items():
+            setattr(device.watchdog, name, value)
+        device.sysreg.RESET_SOURCE_CR = 1 << 5
+        assert device.boot()[0] == found
+
+
+def test_another_fabric(device, system):
+    system.boot_core()
+    device.fabric.gate.ID = 0x464F4320
+    device.sysreg.RESET_SOURCE_CR = 1 << 5
+    assert device.boot()[0] == "FABRIC"
+    device.sysreg.MSSDDR_PLL_STATUS = 0
+    assert device.boot()[0] == "CLOCK", "then nothing of the fabric is read"
+
+
+def test_a_fabric_that_ended_the_last_life_is_left_alone(device, system):
+    """The mark stands while the identity is read, and not after it."""
+    system.boot_core()
+    system.postmortem_probe(True)
+    assert device.boot()[0] == "FABRIC"
+    assert device.boot()[0] == "NONE", "it is forgotten"
+    system.postmortem_probe(True)
+    system.postmortem_probe(False)
+    assert not system.postmortem_collect().probe_died
+    device.boot()
+    assert not system.postmortem_collect().probe_died, "the fabric answered"
+
+
+# ---- what is left after a fault --------------------------------------------------------------------------------------
+
+NAMES = ("r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr")
+
+
+def keep(device, frame=True):
+    device.scb.CFSR, device.scb.HFSR, device.scb.MMFAR, device.scb.BFAR = 0xA1, 0xB2, 0xC3, 0xD4
+    device.sysreg.EDAC_SR, device.c.host_exception.value = 0x15, 5
+    taken = device.c.fault_frame()
+    for number, name in enumerate(NAMES):
+        setattr(taken, name, 0x01010101 * (number + 1))
+    device.c.postmortem_keep(taken if frame else None, 0xFFFFFFF1)
+
+
+def test_the_record_has_everything(device, system):
+    keep(device)
+    last = system.postmortem_collect()
+    assert last.valid and last.frame_valid and not last.probe_died
+    assert (last.exception, last.exc_return) == (5, 0xFFFFFFF1)
+    assert (last.cfsr, last.hfsr, last.mmfar, last.bfar, last.edac) == (0xA1, 0xB2, 0xC3, 0xD4, 0x15)
+    assert [getattr(last.frame, name) for name in NAMES] == [0x01010101 * (n + 1) for n in range(8)]
+    assert not system.postmortem_collect().valid, "once"
+
+
+def test_a_record_without_a_frame(device, system):
+    keep(device)
+    keep(device, frame=False)
+    last = system.postmortem_collect()
+    assert last.valid and not last.frame_valid and not any(getattr(last.frame, name) for name in NAMES)
+
+
+def test_a_record_that_has_suffered_is_none(device, system):
+    """Whichever word has changed: the mark, each of the record, the sum."""
+    words = ctypes.sizeof(system.postmortem) // 4
+    kept = system.address_of_static("kept", "host_exception") + 4  # behind the probe's mark: mark, record, sum
+    for word in range(words + 2):
+        keep(device)
+        at = ctypes.c_uint32.from_address(kept + 4 * word)
+        at.value ^= 0x100
+        assert not system.postmortem_collect().valid, word
+        at.value ^= 0x100
+
+
+# ---- idle, measurement, interrupts -----------------------------------------------------------------------------------
+
+def test_the_watchdog_is_served_while_the_slow_loop_lives(device, system):
+    clock, idle = ctypes.c_uint32(5), system.structs["idle"]()
+    idle.time_ms = ctypes.pointer(clock)
+    for now, served in ((5, True), (5, False), (6, True), (6, False), (2, True)):
+        device.watchdog.WDOGREFRESH, clock.value = 0, now
+        system.idle_serve_watchdog(idle)
+        assert (device.watchdog.WDOGREFRESH == KEY) == served
+
+
+def test_idle_sleeps_and_serves(device, system):
+    clock, idle = ctypes.c_uint32(1), system.structs["idle"]()
+    idle.time_ms = ctypes.pointer(clock)
+    system.host_sleeps.value = 0
+    system._library.idle(ctypes.byref(idle))
+    assert system.host_sleeps.value == 1 and device.watchdog.WDOGREFRESH == KEY
+
+
+@pytest.mark.parametrize("slow_at, asked", ((None, 1), (700, 2)))
+def test_cycles_of_the_current_loop(device, system, slow_at, asked):
+    """The longest gap less the shortest; once more where the slow loop has come in between."""
+    clock, now, reads = ctypes.c_uint32(0), [0], itertools.count()
+
+    def cycles():
+        read = next(reads)
+        now[0] += 7 + (210 if read % 400 == 300 else 0) + (900 if read == slow_at else 0)
+        clock.value += read == slow_at
+        return now[0] % 2**32
+
+    hook = ctypes.CFUNCTYPE(ctypes.c_uint32)(cycles)
+    slot = ctypes.c_void_p.in_dll(system._library, "host_on_cycles")
+    slot.value = ctypes.cast(hook, ctypes.c_void_p).value
+    assert system.measure_current_loop_cycles(ctypes.byref(clock)) == 210
+    assert asked * 10000 <= now[0] < asked * 10000 + 2000
+
+
+def test_the_current_loops_interrupt(device, system):
+    axis = system.axes[0]
+    axis.loop.handlers = None
+    system.handlers_start_current_loop()
+    assert device.nvic.ISER[ADC_IRQ // 32] == 1 << ADC_IRQ % 32 and device.nvic.IPR[ADC_IRQ] == 0
+    assert device.nvic.ICPR[ADC_IRQ // 32] == 1 << ADC_IRQ % 32
+    table = axis.loop.handlers.contents
+    place = ctypes.cast(table.vector, ctypes.c_void_p).value
+    vectors = ctypes.addressof(ctypes.c_void_p.in_dll(system._library, "startup_vectors"))
+    assert place == vectors + (16 + ADC_IRQ) * ctypes.sizeof(ctypes.c_void_p)
+    names = (("FabricIrq0_IRQHandler", "handlers_encoder_pair"), ("handlers_forced_ab", "handlers_forced_pair"))
+    for source, row in enumerate(names):
+        for scheme, name in enumerate(row):
+            expected = ctypes.cast(getattr(system._library, name), ctypes.c_void_p).value
+            assert ctypes.cast(table.handler[source][scheme], ctypes.c_void_p).value == expected, name
+
+
+def test_the_slow_loops_interrupt(device, system):
+    device.nvic.IPR[TICK] = 0xFF
+    system.handlers_start_slow_loop()
+    assert device.nvic.ISER[0] == 1 << TICK and device.nvic.IPR[TICK] == 4 << 4
+    assert (device.timer.TIM1_LOADVAL, device.timer.TIM1_CTRL) == (100000, 5)
+
+
+def test_the_device_is_watched(device, system):
+    system.handlers_watch_device()
+    assert device.sysreg.EDAC_IRQ_ENABLE == 0x2A and device.sysreg.EDAC_SR == 0x3F
+    assert device.nvic.ISER[0] == 1 << ECC_ERROR and device.nvic.ISER[1] == 1 << FABRIC_PLL_LOST - 32
+
+
+@pytest.mark.parametrize("pll, edac, pended", ((3, 0, 0), (1, 0, 1 << PLL_LOST), (2, 0, 1 << PLL_LOST), (3, 0x15, 0),
+                                               (3, 2, 1 << ECC_ERROR), (3, 8, 1 << ECC_ERROR), (3, 0x20, 1 << ECC_ERROR)))
+def test_each_millisecond(device, system, pll, edac, pended):
+    device.sysreg.MSSDDR_PLL_STATUS, device.sysreg.EDAC_SR = pll, edac
+    axis = system.axes[0]
+    axis.fabric_doubt = 0xD0B7FABC
+    before = axis.time_ms
+    system.Timer1_IRQHandler()
+    assert device.nvic.ISPR[0] == pended and axis.time_ms == before + 1 and device.timer.TIM1_RIS == 1
+
+
+def test_a_sample_with_a_fault_is_the_axis(device, system):
+    axis = system.axes[0]
+    axis.fabric_doubt, axis.fabric, axis.faults.cause = 0, ctypes.pointer(device.fabric), system.FAULT_NONE
+    device.fabric.gate.STATUS, device.fabric.gate.CONTROL = 4, 1
+    system.current_loop_fault()
+    assert axis.faults.cause == system.FAULT_GATE_DRIVER and device.fabric.gate.CONTROL == 0
+
+
+@pytest.mark.parametrize("handler, frame", (("encoder_ab", "pll"), ("encoder_pair", "pll"), ("forced_ab", "field"),
+                                            ("forced_pair", "field")))
+def test_each_handler_in_c_runs_its_loop(device, system, handler, frame):
+    """The field of the forced ones goes on by its speed; the status is looked at by all."""
+    axis = system.axes[0]
+    system.axis_init(axis, device.fabric)
+    axis.fabric_doubt = 0
+    system.current_loop_field(axis.loop, 1000, 77)
+    getattr(system, "handlers_" + handler)()
+    assert (axis.loop.field_angle_q32 == 1077) == (frame == "field")
+    assert axis.faults.cause == system.FAULT_NONE and device.fabric.pwm.SYNC_UPDATE == 1
+    axis.loop.status_max, device.fabric.gate.STATUS = 1, 2
+    getattr(system, "handlers_" + handler)()
+    assert axis.faults.cause == system.FAULT_OVERCURRENT_HARDWARE
