@@ -21,6 +21,7 @@
 #define FAST_COUNTS    4
 #define FAST_Q32       (DEGREES_45_Q32 / 9)
 #define OUT_DEGREES    180 /* the rotor did not stay with the field at all */
+#define SPREAD_Q15     500 /* 0.9 degrees at the larger current; an offset that is 3 degrees off shows 550 and more */
 #define STILL_MS       12u
 #define STILL_MOST_MS  1000u
 #define AXIS_APART_Q32 (DEGREES_45_Q32 / 9 * 2)
@@ -340,7 +341,8 @@ static enum alignment_result step_solve(struct alignment *a, const struct tuning
     }
     const int32_t largest_q32 = load_angle_largest_q32(&a->load);
     a->detail[0] = largest_q32 / (DEGREES_45_Q32 / 45);
-    if (largest_q32 > (a->attempt == 0u ? DEGREES_20_Q32 : DEGREES_45_Q32)) {
+    const bool doubtful = load_angle_spread_q15(&a->load) > SPREAD_Q15;
+    if (doubtful || largest_q32 > (a->attempt == 0u ? DEGREES_20_Q32 : DEGREES_45_Q32)) {
         return again(a, t, angle_q32, ALIGNMENT_LOAD);
     }
     a->target_q15 = 0;
