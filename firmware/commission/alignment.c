@@ -150,6 +150,7 @@ static void pull_across(struct alignment *a, const struct tuning *t, uint32_t an
     a->field_q32 = angle_q32 + a->first_offset_q32 + QUARTER_Q32;
     pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
     a->target_q15 = t->align[a->level].i_q15;
+    a->origin = a->counts;
     enter(a, STAGE_PULL);
 }
 
@@ -179,9 +180,18 @@ static void begin_pass(struct alignment *a, const struct tuning *t, uint32_t pas
     enter(a, STAGE_PASS);
 }
 
+/*
+ * Reluctance holds the rotor behind the field or ahead of it. Ahead, friction would take it to the other side as the field
+ * begins to turn; a quarter turn of the field does that at rest.
+ */
+static bool leads_the_field(const struct alignment *a)
+{
+    return (a->counts - a->origin) * a->rotor.sense < 0;
+}
+
 static enum alignment_result step_pull(struct alignment *a, const struct tuning *t)
 {
-    if (at_rest(a) && t->reluctant) {
+    if (at_rest(a) && t->reluctant && !leads_the_field(a)) {
         begin_pass(a, t, PASS_FORTH);
     } else if (at_rest(a)) {
         enter(a, STAGE_SECOND);
