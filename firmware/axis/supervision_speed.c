@@ -32,7 +32,11 @@ void supervise_speed_begin(struct axis *a)
 static void watch_stall(struct axis *a, struct speed_watch *s)
 {
     const bool stuck = a->speed.at_limit && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
-    s->stalled_ms = stuck ? s->stalled_ms + STEP_MS : 0u;
+    if (stuck) {
+        s->stalled_ms += STEP_MS;
+    } else { /* a count more or less of a shaft that gives does not begin it anew */
+        s->stalled_ms -= s->stalled_ms != 0u ? STEP_MS : 0u;
+    }
     if (s->stalled_ms >= STALL_MS) {
         axis_report(a, FAULT_STALL, 0, 0);
     }

@@ -63,6 +63,12 @@ class Drive:
         return min(max(2 * math.pi * math.sqrt(inertia_kgm2 / stiffness), 0.03), 1.5)
 
     @property
+    def slower(self):
+        """The speed loop takes its gain from inertia and flux as told; its bandwidth follows from those there are."""
+        told = self.params["inertia_gmm2"] * 1e-9 / (self.params["flux_uwb"] * 1e-6)
+        return max(1.0, self.inertia_kgm2 / self.motor["electrical"]["flux_wb"] / told)
+
+    @property
     def linear_step_a(self):
         """The largest current step that stays a linear one.
 
@@ -76,13 +82,14 @@ class Drive:
         return min(0.6 * rated, headroom_v / (crossover * electrical["lq_h"]))
 
     def names(self):
-        """What expressions in scenario files may use. Nominal values: neither SPREAD nor DETUNE moves them.
+        """What expressions in scenario files may use. Nominal values, which neither SPREAD nor DETUNE moves, but for `slower`.
 
         ratings    rated_torque_Nm, rated_current_A (peak), rated_speed_rpm, pole_pairs, torque_per_ampere (N m per peak
                    ampere, linear machine with i_d = 0), max_torque_Nm (what i_max then gives; by reluctance it may be more)
         limits     speed_max_rpm, overspeed_rpm, ramp_rpm_s, i_max_A, i_trip_A, i_align_A, v_min_V, v_max_V, oc_trip_A
         stage      vbus_V, i_range_A, v_range_V, encoder_counts
-        loops      current_bw_hz, speed_bw_hz, speed_tau_s (1 / (2 pi speed_bw_hz)), linear_step_A (see there)
+        loops      current_bw_hz, speed_bw_hz, speed_tau_s (1 / (2 pi speed_bw_hz)), linear_step_A (see there), slower (by how
+                   much less the speed loop answers if DETUNE tells a smaller inertia or a larger flux than there is; or 1)
         speeds     whole rpm, shares of speed_max_rpm: work_rpm 0.375 (1500 of 4000), mid_rpm 0.25, low_rpm 0.125,
                    slow_rpm 0.0075 (30 of 4000; at least 1)
         inertia    inertia_kgm2 (rotor and load), rotor_inertia_kgm2, t_mech_s (inertia * rated speed / rated torque: from 0 to
@@ -110,7 +117,7 @@ class Drive:
             "i_range_A": self.inverter["sensor"]["i_range_a"], "v_range_V": self.inverter["sensor"]["v_range_v"],
             "encoder_counts": self.motor["encoder"]["counts_per_rev"], "current_bw_hz": control["current_bw_hz"],
             "speed_bw_hz": control["speed_bw_hz"], "speed_tau_s": speed_tau_s,
-            "linear_step_A": self.linear_step_a, **speeds,
+            "linear_step_A": self.linear_step_a, "slower": self.slower, **speeds,
             "inertia_kgm2": self.inertia_kgm2, "rotor_inertia_kgm2": self.motor["mechanical"]["inertia_kgm2"],
             "t_mech_s": self.inertia_kgm2 * rating["rated_speed_rpm"] * RPM / rating["rated_torque_nm"],
             "accel_torque_Nm": self.inertia_kgm2 * ramp * RPM,
