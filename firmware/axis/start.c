@@ -4,7 +4,8 @@
 #include "firmware/axis/axis.h"
 #include "lib/q15.h"
 
-#define TURNING_TRIES 8u /* of 128 ms each: so long a rotor may run out */
+#define DRIVEN_DEGREES 180
+#define TURNING_TRIES  8u /* of 128 ms each: so long a rotor may run out */
 
 enum start_phase {
     START_CALIBRATE,
@@ -110,6 +111,12 @@ static void step_calibration(struct axis *a)
     }
 }
 
+/* A third of an electrical turn: few test currents turn a rotor so far, and magnets that turn induce currents of any sign. */
+static bool driven(const struct axis *a)
+{
+    return moved(a) * 3 * a->tuning.pole_pairs > a->tuning.encoder_counts;
+}
+
 static void step_wiring(struct axis *a)
 {
     struct start *const s = &a->start;
@@ -122,7 +129,11 @@ static void step_wiring(struct axis *a)
         axis_raise_with(a, FAULT_OPEN_PHASE, s->wiring.phase, 0);
         break;
     case WIRING_SIGN:
-        axis_raise_with(a, FAULT_SENSOR_SIGN, s->wiring.phase, 0);
+        if (driven(a)) {
+            axis_raise_with(a, FAULT_LOAD_TOO_HIGH, DRIVEN_DEGREES, 0);
+        } else {
+            axis_raise_with(a, FAULT_SENSOR_SIGN, s->wiring.phase, 0);
+        }
         break;
     case WIRING_RUNNING:
     default:

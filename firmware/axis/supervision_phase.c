@@ -47,9 +47,10 @@ static int32_t least_that_tells(const struct phase_watch *p, const abc_t *asked)
 }
 
 /*
- * A phase that carries a quarter of what is asked of it is whole. One that carries less is open when what was asked, every
- * second millisecond, has added up to half of i_max. Where the others carry little, too, the voltage may be short: that takes
- * longer.
+ * A phase that carries an eighth of what is asked of it is whole. One that carries less is open when what was asked, every
+ * second millisecond, has added up to half of i_max, a quarter of it at most at a time: a current that is still on its way, while
+ * the voltage is at its limit, may pass its zero once or twice. Where the others carry little, too, the voltage may be short: that
+ * takes longer.
  */
 static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32_t measured_q15, int32_t least_q15,
                  uint32_t weight_shift)
@@ -58,8 +59,9 @@ static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32
     if (size_q15 < least_q15) {
         return false; /* this says nothing */
     }
-    const bool carries = q15_abs(measured_q15) >= size_q15 >> 2;
-    p->missing_q15[phase] = carries ? 0 : p->missing_q15[phase] + (size_q15 >> weight_shift);
+    const bool carries = q15_abs(measured_q15) >= size_q15 >> 3;
+    const int32_t counts_q15 = q15_min(size_q15, p->least_q15 << (LEAST_SHIFT - 2));
+    p->missing_q15[phase] = carries ? 0 : p->missing_q15[phase] + (counts_q15 >> weight_shift);
     return p->missing_q15[phase] > p->least_q15 << (LEAST_SHIFT - 1);
 }
 

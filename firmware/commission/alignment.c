@@ -21,6 +21,7 @@
 #define FAST_COUNTS    4
 #define FAST_Q32       (DEGREES_45_Q32 / 9)
 #define OUT_DEGREES    180 /* the rotor did not stay with the field at all */
+#define SPREAD_Q15     500 /* 0.9 degrees at the larger current; an offset that is 3 degrees off shows 550 and more */
 #define STILL_MS       12u
 #define STILL_MOST_MS  1000u
 #define AXIS_APART_Q32 (DEGREES_45_Q32 / 9 * 2)
@@ -149,6 +150,7 @@ static void pull_across(struct alignment *a, const struct tuning *t, uint32_t an
     a->field_q32 = angle_q32 + a->first_offset_q32 + QUARTER_Q32;
     pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
     a->target_q15 = t->align[a->level].i_q15;
+    a->origin = a->counts;
     enter(a, STAGE_PULL);
 }
 
@@ -178,9 +180,18 @@ static void begin_pass(struct alignment *a, const struct tuning *t, uint32_t pas
     enter(a, STAGE_PASS);
 }
 
+/*
+ * Reluctance holds the rotor behind the field or ahead of it. Ahead, friction would take it to the other side as the field
+ * begins to turn; a quarter turn of the field does that at rest.
+ */
+static bool leads_the_field(const struct alignment *a)
+{
+    return (a->counts - a->origin) * a->rotor.sense < 0;
+}
+
 static enum alignment_result step_pull(struct alignment *a, const struct tuning *t)
 {
-    if (at_rest(a) && t->reluctant) {
+    if (at_rest(a) && t->reluctant && !leads_the_field(a)) {
         begin_pass(a, t, PASS_FORTH);
     } else if (at_rest(a)) {
         enter(a, STAGE_SECOND);
@@ -340,7 +351,8 @@ static enum alignment_result step_solve(struct alignment *a, const struct tuning
     }
     const int32_t largest_q32 = load_angle_largest_q32(&a->load);
     a->detail[0] = largest_q32 / (DEGREES_45_Q32 / 45);
-    if (largest_q32 > (a->attempt == 0u ? DEGREES_20_Q32 : DEGREES_45_Q32)) {
+    const bool doubtful = load_angle_spread_q15(&a->load) > SPREAD_Q15;
+    if (doubtful || largest_q32 > (a->attempt == 0u ? DEGREES_20_Q32 : DEGREES_45_Q32)) {
         return again(a, t, angle_q32, ALIGNMENT_LOAD);
     }
     a->target_q15 = 0;

@@ -43,6 +43,13 @@ bool load_angle_step(struct load_angle *a)
     return a->steps >= STEPS;
 }
 
+int32_t load_angle_spread_q15(const struct load_angle *a)
+{
+    const uint32_t offset_q32 = load_angle_offset_q32(a);
+    return q15_abs(load_angle_torque_q15(Q15_ONE, a->saliency_q15, a->forth_q32[0] - offset_q32) -
+                   load_angle_torque_q15(a->ratio_q15, a->saliency_q15, a->forth_q32[1] - offset_q32));
+}
+
 int32_t load_angle_largest_q32(const struct load_angle *a)
 {
     const uint32_t offset_q32 = load_angle_offset_q32(a);

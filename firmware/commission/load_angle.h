@@ -35,6 +35,12 @@ static inline uint32_t load_angle_offset_q32(const struct load_angle *a)
     return a->centre_q32 + (uint32_t)a->low_q32;
 }
 
+/*
+ * By how much the torques that both currents show going one way still differ, as an angle at the larger current: none if a
+ * load and friction are all there is. Stick and slip shows here.
+ */
+int32_t load_angle_spread_q15(const struct load_angle *a);
+
 /* By how much the field led the rotor at the larger current, the greater of both ways. */
 int32_t load_angle_largest_q32(const struct load_angle *a);
 

@@ -11,8 +11,6 @@
 #include "firmware/system/postmortem.h"
 #include "startup/startup.h"
 
-#define WATCH_DEVICE_MS 8u
-
 struct axis axes[AXIS_COUNT];
 struct thermal_memory axes_heat[AXIS_COUNT] STARTUP_NOINIT;
 
@@ -35,12 +33,9 @@ void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
     scb_system_reset();
 }
 
-/* The interrupts that should tell of it may not be wired, or may have been disabled by what they tell of: looked at in turns. */
+/* The interrupts that should tell of it may not be wired, or may have been disabled by what they tell of. */
 static void watch_device(void)
 {
-    if (axes[0].time_ms % WATCH_DEVICE_MS != 0u) {
-        return;
-    }
     if (!sysreg_plls_locked()) {
         nvic_pend(MSS_IRQ_PLL_LOCK_LOST);
     }

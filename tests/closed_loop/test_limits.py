@@ -33,9 +33,9 @@ def fast_then(tmp_path, motor, command, after_s, **kwargs):
     return play(tmp_path, motor, steps, then_s + after_s, **kwargs), then_s
 
 
-def up_s(motor):
+def up_s(motor, overrides=None):
     """When the drive is on."""
-    return ON_S + load_drive(motor).names()["on_time_s"] + 0.05
+    return ON_S + load_drive(motor, overrides).names()["on_time_s"] + 0.05
 
 
 def faults(result):
@@ -81,9 +81,9 @@ HEAVY = {"motor": {"load": {"inertia_ratio": 300}}, "params": {"ramp_rpm_s": 200
 
 def heavy_stop(tmp_path, seconds, **params):
     """A rotor that is braked for longer than five seconds, which were once all that a stop got."""
-    up = up_s("teknic_m2310p")
-    steps = [{"t_s": up, "console": "speed 2000"}, {"t_s": up + 2, "console": "quickstop"}]
     overrides = {**HEAVY, **NO_SINK, "params": {**HEAVY["params"], **params}}
+    up = up_s("teknic_m2310p", overrides)
+    steps = [{"t_s": up, "console": "speed 2000"}, {"t_s": up + 2, "console": "quickstop"}]
     result = play(tmp_path, "teknic_m2310p", steps, up + 2 + seconds, overrides=overrides)
     assert not faults(result)
     after = result.trace.between(up + 2, result.trace["t_s"][-1])

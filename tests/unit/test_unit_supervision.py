@@ -181,6 +181,19 @@ def test_a_frozen_encoder_is_dead(motor, rpm, within_ms):
     assert m.until_fault(within_ms, freeze) and m.fault == "ENCODER_DEAD"
 
 
+@pytest.mark.parametrize("turn", range(4))
+def test_a_frozen_encoder_is_no_lost_speed(motor, turn):
+    """With the current at its limit the speed seems to be lost first, or not, as the turns of supervision fall."""
+    m = motor(400, 3.0)
+    m.at_limit = True
+    m.step(48 + turn)
+
+    def freeze(world):
+        world.frozen, world.shown_rpm = True, 0.3 * (world.shown_rpm or 400)
+
+    assert m.until_fault(6, freeze) and m.fault == "ENCODER_DEAD"
+
+
 def test_a_shaft_that_is_stopped_by_force_is_no_dead_encoder(motor):
     m = motor(4000, 3.0)
     m.step(50)
