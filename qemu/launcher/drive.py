@@ -11,6 +11,7 @@ from .spread import check_spread, drawn
 
 RPM = math.pi / 30  # rad/s in one rpm
 REST_TIME_S = 0.35  # of a start: offsets of the sensors, 0.13 s, and the wiring, up to 0.2 s
+AXES_TIME_S = 0.4   # in which the axis of reluctance is measured, twice
 ON_PERIODS = 24     # of the rotor's swinging about the field, that an alignment takes; 20 if it settles at once
 AGAIN_PERIODS = 40  # if the inertia that was told is far too small, so that a second attempt is needed
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
@@ -53,14 +54,35 @@ class Drive:
     def on_time_s(self):
         """From `on` to operation, at most, without load: what the firmware's alignment makes of its parameters.
 
-        The rotor hangs on i_align like a pendulum, w0^2 = p Kt I / J; firmware/settings/tuning_start.c has the same.
+        The rotor hangs on the current like a pendulum, w0^2 = p Kt I / J; firmware/settings/tuning_start.c has the same.
         """
         told, true = (self._swing_s(inertia) for inertia in (self.params["inertia_gmm2"] * 1e-9, self.inertia_kgm2))
-        return REST_TIME_S + ON_PERIODS * told + (AGAIN_PERIODS * true if told < 0.6 * true else 0)
+        rest_s = REST_TIME_S + (AXES_TIME_S if self._reluctant else 0)
+        return rest_s + ON_PERIODS * told + (AGAIN_PERIODS * true if told < 0.6 * true else 0)
 
     def _swing_s(self, inertia_kgm2):
-        stiffness = self.motor["electrical"]["pole_pairs"] * self.torque_per_ampere * self._param_a("i_align_ma")
+        stiffness = self.motor["electrical"]["pole_pairs"] * self.torque_per_ampere * self._holding_a
         return min(max(2 * math.pi * math.sqrt(inertia_kgm2 / stiffness), 0.03), 1.5)
+
+    @property
+    def _turns_away_a(self):
+        """The current at which reluctance holds the rotor across it as firmly as magnets hold it along: psi / (Lq - Ld)."""
+        flux, ld, lq = self.params["flux_uwb"], *(
+            self.params[f"{axis}_apparent_uh"] or self.params[f"{axis}_uh"] for axis in ("ld", "lq"))
+        return flux / (lq - ld) if lq > ld else math.inf
+
+    @property
+    def _reluctant(self):
+        return self._param_a("i_max_ma") > 1.5 * self._turns_away_a
+
+    @property
+    def _holding_a(self):
+        """What the rotor hangs on at the start: i_align, or that with which magnets alone would hold it as reluctance does."""
+        if not self._reluctant:
+            return self._param_a("i_align_ma")
+        current = min(3 * self._turns_away_a, self._param_a("i_max_ma"))
+        share = self._turns_away_a / current
+        return current * (1 - share * share) / share
 
     @property
     def slower(self):
