@@ -55,7 +55,7 @@ def test_the_axis_is_found_wherever_it_is(c, ratio):
     for axis_deg in range(0, 360, 7):
         for encoder_deg in (0, 77, 200):
             s, found = measured(c, axis_deg, ratio, encoder_deg=encoder_deg)
-            assert abs(off(found, axis_deg - encoder_deg)) < 0.2 and c.saliency_seen(s), (axis_deg, encoder_deg, found)
+            assert abs(off(found, axis_deg - encoder_deg)) < 0.4 and c.saliency_seen(s), (axis_deg, encoder_deg, found)
 
 
 def test_a_standing_current_and_a_rocking_rotor_do_not_matter(c):
