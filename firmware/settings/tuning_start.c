@@ -97,11 +97,18 @@ static void tune_reluctant(const struct params *p, struct tuning *t)
         tuning_q15_from_milli((int32_t)(v_mv < p->v_max_mv / 4 ? v_mv : p->v_max_mv / 4), p->v_range_mv);
 }
 
-/* A tenth of i_trip: with one sensor reversed the sum of the currents is twice that, and trips at a quarter. */
+/*
+ * A tenth of i_trip: with one sensor reversed the sum of the currents is twice that, and trips at a quarter. A reluctant machine
+ * gets less, which stands in its large inductance for longer: it must not be running when its axis is measured.
+ */
+#define WIRING_PART           10
+#define WIRING_PART_RELUCTANT 30
+
 static void tune_wiring(const struct params *p, struct tuning *t)
 {
-    t->wiring_i_q15 = tuning_q15_from_milli(p->i_trip_ma / 10, p->i_range_ma);
-    const int64_t drop_mv = scale(p->i_trip_ma / 10, p->resistance_mohm, 1000);
+    const int32_t i_ma = p->i_trip_ma / (t->reluctant ? WIRING_PART_RELUCTANT : WIRING_PART);
+    t->wiring_i_q15 = tuning_q15_from_milli(i_ma, p->i_range_ma);
+    const int64_t drop_mv = scale(i_ma, p->resistance_mohm, 1000);
     t->wiring_v_q15 =
         tuning_q15_from_milli((int32_t)(drop_mv < p->v_range_mv ? drop_mv : p->v_range_mv), p->v_range_mv);
 }
