@@ -27,7 +27,7 @@ MOTOR = "teknic_m2310p"
 CLOSING = re.compile(r"(?m)^bench: (\d+) rows\r?$")
 WALL_S = 300.0
 CURRENT_LOOP_EXCEPTION = 16 + 34  # FabricIrq0
-EXCLUDED_BEFORE_S = 1.10          # start-up and alignment, which has a handler of its own
+EXCLUDED_BEFORE_S = 1.60          # start-up and alignment, which has a handler of its own
 ZERO_WAIT = ("cycles.apb_read 0", "cycles.apb_write 0")
 
 # Both directions, with and without load, standstill and the steps between them; no fault.
