@@ -48,9 +48,9 @@ static int32_t least_that_tells(const struct phase_watch *p, const abc_t *asked)
 
 /*
  * A phase that carries an eighth of what is asked of it is whole. One that carries less is open when what was asked, every
- * second millisecond, has added up to half of i_max, a quarter of it at most at a time: a current that is still on its way, while
- * the voltage is at its limit, may pass its zero once or twice. Where the others carry little, too, the voltage may be short: that
- * takes longer.
+ * second millisecond, has added up to half of i_max, a quarter of it at most at a time: a current that is still on its way,
+ * while the voltage is at its limit, may pass its zero once or twice. Where the others carry little, too, the voltage may be
+ * short: that takes longer.
  */
 static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32_t measured_q15, int32_t least_q15,
                  uint32_t weight_shift)

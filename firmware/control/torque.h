@@ -17,7 +17,8 @@
  * capacitor: dW/dt = P - S, W = C v^2 / 2. S is observed from the two others. Allowed is what S takes, and in each
  * millisecond a quarter of the energy that was missing up to v_set, 4 % below v_max, when the limits were worked out, so half
  * of it until they are anew: the voltage creeps up to v_set and stays, whatever S is (compare Hur, Jung, Nam: "A fast dynamic
- * DC-link power-balancing scheme for a PWM converter-inverter system", IEEE Trans. Ind. Electron. 48(4), 2001). S contains the losses, so neither R nor friction need be known.
+ * DC-link power-balancing scheme for a PWM converter-inverter system", IEEE Trans. Ind. Electron. 48(4), 2001). S contains the
+ * losses, so neither R nor friction need be known.
  *
  * Where the bus allows less than is wished, a current against the magnets burns power in the windings: it makes no torque,
  * lowers the voltage, and S grows by it. It ends where it cancels the magnets' flux.
