@@ -117,6 +117,15 @@ static bool driven(const struct axis *a)
     return moved(a) * 3 * a->tuning.pole_pairs > a->tuning.encoder_counts;
 }
 
+static void raise_of_wiring(struct axis *a, enum fault fault)
+{
+    if (driven(a)) {
+        axis_raise_with(a, FAULT_LOAD_TOO_HIGH, DRIVEN_DEGREES, 0);
+    } else {
+        axis_raise_with(a, fault, a->start.wiring.phase, 0);
+    }
+}
+
 static void step_wiring(struct axis *a)
 {
     struct start *const s = &a->start;
@@ -126,14 +135,10 @@ static void step_wiring(struct axis *a)
         s->phase = START_ALIGN;
         break;
     case WIRING_OPEN:
-        axis_raise_with(a, FAULT_OPEN_PHASE, s->wiring.phase, 0);
+        raise_of_wiring(a, FAULT_OPEN_PHASE);
         break;
     case WIRING_SIGN:
-        if (driven(a)) {
-            axis_raise_with(a, FAULT_LOAD_TOO_HIGH, DRIVEN_DEGREES, 0);
-        } else {
-            axis_raise_with(a, FAULT_SENSOR_SIGN, s->wiring.phase, 0);
-        }
+        raise_of_wiring(a, FAULT_SENSOR_SIGN);
         break;
     case WIRING_RUNNING:
     default:

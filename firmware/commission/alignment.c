@@ -23,7 +23,7 @@
 #define OUT_DEGREES    180 /* the rotor did not stay with the field at all */
 #define SPREAD_Q15     500 /* 0.9 degrees at the larger current; an offset that is 3 degrees off shows 550 and more */
 #define STILL_MS       12u
-#define STILL_MOST_MS  1000u
+#define STILL_MOST_MS  2000u
 #define AXIS_APART_Q32 (DEGREES_45_Q32 / 9 * 2)
 #define NORTH_Q32      (DEGREES_45_Q32 / 9 * 16) /* 80 degrees */
 #define DEGREES_45_Q32 0x20000000
@@ -76,6 +76,7 @@ static void begin_attempt(struct alignment *a, const struct tuning *t, uint32_t 
     a->level = attempt == 0u ? 0u : t->align_levels - 1u;
     a->period_ms = attempt == 0u ? t->align[a->level].period_ms : t->align[a->level].period_ms * SLOWER;
     a->origin = a->counts;
+    a->silent = false;
     a->sense = 0;
     a->fastest_q32 = 0;
     a->gripped = false;
@@ -262,6 +263,10 @@ static enum alignment_result judge_turns(struct alignment *a, const struct tunin
     a->detail[0] = forth;
     a->detail[1] = expected;
     if (q15_abs(forth) < expected / 8 && q15_abs(back) < expected / 8) {
+        if (t->reluctant) {
+            a->silent = true; /* a locked rotor of much saliency induces as well: the axis will tell */
+            return ALIGNMENT_RUNNING;
+        }
         return magnets_turned(a, t) ? ALIGNMENT_ENCODER_DEAD : ALIGNMENT_BLOCKED;
     }
     if (!a->even || q15_abs(forth - back) > q15_abs(forth + back) / EVEN_ONE_IN + EVEN_COUNTS) {
@@ -402,7 +407,11 @@ static enum alignment_result judge_axis(struct alignment *a, volatile struct cur
                                         uint32_t angle_q32)
 {
     uint32_t offset_q32 = saliency_offset_q32(&a->axis);
-    if (!saliency_seen(&a->axis) || apart_q32(offset_q32, a->first_offset_q32) > AXIS_APART_Q32) {
+    const bool apart = !saliency_seen(&a->axis) || apart_q32(offset_q32, a->first_offset_q32) > AXIS_APART_Q32;
+    if (a->silent) {
+        return again(a, t, angle_q32, apart ? ALIGNMENT_ENCODER_DEAD : ALIGNMENT_BLOCKED);
+    }
+    if (apart) {
         return again(a, t, angle_q32, ALIGNMENT_BLOCKED);
     }
     if (q15_abs((int32_t)(a->load.back_q32[0] - offset_q32) / 2) > (int32_t)(QUARTER_Q32 / 2)) {

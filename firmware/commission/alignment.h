@@ -62,6 +62,7 @@ struct alignment {
     uint32_t first_offset_q32; /* of the axis, before anything turned */
     uint32_t still_ms;         /* since the encoder's last count */
     bool turned;               /* the passes are done */
+    bool silent;               /* and the encoder counted nothing */
     int32_t detail[2];
 };
 

@@ -209,8 +209,33 @@ def pendulum_ms(p, i_ma):
     return min(max(period, 30), 1500)
 
 
+def apparent_difference_h(p):
+    ld, lq = (p[f"l{axis}_apparent_uh"] or p[f"l{axis}_uh"] for axis in "dq")
+    return max(lq - ld, 0) * 1e-6
+
+
+def check_reluctant(tuning, p):
+    """Three times psi / (Lq - Ld), then i_max; the rotor hangs at acos(x), x = psi / (Lq - Ld) I: (1 - x^2) / x as firmly."""
+    psi, difference, i_max = p["flux_uwb"] * 1e-6, apparent_difference_h(p), p["i_max_ma"]
+    first = min(3000 * psi / difference, i_max)
+    assert tuning.align_levels == (2 if round(first) < i_max else 1)
+    for level, i_ma in zip(tuning.align, (first, i_max)):
+        assert level.i_q15 == pytest.approx(i_ma / p["i_range_ma"] * 32768, abs=0.51 + 17000 / p["i_range_ma"])
+        assert level.i_less_q15 == level.i_q15
+        x = psi / (difference * i_ma * 1e-3)
+        assert level.period_ms == pytest.approx(pendulum_ms(p, i_ma * (1 - x * x) / x), abs=1.1, rel=0.005)
+    assert tuning.saliency_i_q15 == pytest.approx(i_max // 5 / p["i_range_ma"] * 32768, abs=0.51)
+    v_mv = min(p["ld_uh"] * (i_max // 5) / 900, p["v_max_mv"] // 4)
+    assert tuning.saliency_v_q15 == pytest.approx(v_mv / p["v_range_mv"] * 32768, abs=0.51 + 17000 / p["v_range_mv"])
+
+
 def check_levels(tuning, p):
     """i_align first; then i_max, or as much as leaves half of the pull of the magnets, where i_align is not far below."""
+    reluctant = apparent_difference_h(p) * p["i_max_ma"] * 1e-3 > 1.5 * p["flux_uwb"] * 1e-6
+    assert bool(tuning.reluctant) == reluctant
+    if reluctant:
+        check_reluctant(tuning, p)
+        return
     difference = (p["lq_uh"] - p["ld_uh"]) * 1e-6
     most = p["i_max_ma"] if p["i_align_ma"] * 4 >= p["i_max_ma"] else p["i_align_ma"]
     if difference > 0:
@@ -231,7 +256,7 @@ def check_levels(tuning, p):
 def test_torque_and_start_of_the_motors(c, motor, changes):
     p = shipped(motor)
     for name, factor in changes.items():
-        p[name] = max(1, round(p[name] * factor))
+        p[name] = min(max(1, round(p[name] * factor)), ranges()[name][1])
     tuning = compute(c, p)[2]
     if not tuning.pole_pairs:
         pytest.skip("refused before the start is worked out")

@@ -11,7 +11,8 @@ def calibrate(c, samples, offsets=(NOMINAL,) * 3):
     adc, calibration = c.adc_regs(), c.calibration()
     adc.OFFSET_A, adc.OFFSET_B, adc.OFFSET_C = offsets
     calibration.count = 99  # a start forgets what was before
-    calibration.sum_q15[0] = 12345
+    for phase in range(3):
+        calibration.sum_q15[phase] = 12345
     c.calibration_start(calibration)
     for count, sample in enumerate(samples, 1):
         adc.IA, adc.IB, adc.IC = sample

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+"""The magnets' axis from alternating voltages, on windings of two inductances; which motors are started that way."""
+import cmath
+import math
+
+import pytest
+
+from test_start import MOTORS, TURN, params_of
+
+V_Q15, I_Q15, VBUS_Q15 = 2000, 1500, 16384
+STEPS_MS = 1e-3
+
+
+def measured(c, axis_deg, ratio=3.0, bias=0j, encoder_deg=0.0, emf=0j):
+    """The offset found in degrees; currents in Q15. `bias` flows at the start, `emf` drives it (per millisecond)."""
+    s, loop = c.saliency(), c.current_loop()
+    loop.vbus_q15 = VBUS_Q15
+    axis, current, volts = math.radians(axis_deg), bias, 0j
+    c.saliency_start(s, V_Q15, I_Q15)
+    for _ in range(200):
+        seen = current * cmath.exp(-2j * math.pi * loop.field_angle_q32 / TURN)
+        loop.i_d_q15, loop.i_q_q15 = round(seen.real), round(seen.imag)
+        if c.saliency_step(s, loop, round(encoder_deg / 360 * TURN) % TURN):
+            return s, (c.saliency_offset_q32(s) * 360 / TURN)
+        frame = cmath.exp(2j * math.pi * loop.field_angle_q32 / TURN)
+        volts = complex(loop.integral_d_q9, loop.integral_q_q9) * frame
+        along = volts * cmath.exp(-1j * axis)
+        full = STEP_PER_V * V_Q15
+        current += complex(along.real, along.imag / ratio) / full * I_Q15 * cmath.exp(1j * axis) + emf
+    raise AssertionError("it never ends")
+
+
+def steps_per_v(c):
+    """What the loop's integral is for one LSB of voltage."""
+    s, loop = c.saliency(), c.current_loop()
+    loop.vbus_q15 = VBUS_Q15
+    c.saliency_start(s, V_Q15, I_Q15)
+    c.saliency_step(s, loop, 0)
+    c.saliency_step(s, loop, 0)
+    return -loop.integral_d_q9 / V_Q15
+
+
+@pytest.fixture(autouse=True)
+def scaled(c):
+    global STEP_PER_V
+    STEP_PER_V = steps_per_v(c)
+
+
+def off(found_deg, axis_deg):
+    return (found_deg - axis_deg + 90) % 180 - 90
+
+
+@pytest.mark.parametrize("ratio", [1.5, 3, 6])
+def test_the_axis_is_found_wherever_it_is(c, ratio):
+    for axis_deg in range(0, 360, 7):
+        for encoder_deg in (0, 77, 200):
+            s, found = measured(c, axis_deg, ratio, encoder_deg=encoder_deg)
+            assert abs(off(found, axis_deg - encoder_deg)) < 0.4 and c.saliency_seen(s), (axis_deg, encoder_deg, found)
+
+
+def test_a_standing_current_and_a_rocking_rotor_do_not_matter(c):
+    for axis_deg in (5, 60, 140):
+        for disturbance in (dict(bias=900 + 300j), dict(emf=12 - 20j), dict(bias=-700j, emf=15)):
+            _, found = measured(c, axis_deg, **disturbance)
+            assert abs(off(found, axis_deg)) < 0.5, (axis_deg, disturbance, found)
+
+
+def test_a_round_rotor_has_no_axis(c):
+    s, _ = measured(c, 30, 1.05)
+    assert not c.saliency_seen(s)
+
+
+def test_who_is_started_that_way(c):
+    """A motor of 134 mWb whose apparent inductances are 18 mH apart, 33 A; and none of the ordinary ones."""
+    tuning = c.tuning()
+    for name in MOTORS:
+        c.tuning_compute(params_of(c, name), tuning)
+        assert not tuning.reluctant, name
+    told = dict(ld_uh=4730, lq_uh=5370, ld_apparent_uh=2600, lq_apparent_uh=20500, flux_uwb=133700, inertia_gmm2=14798000,
+                i_max_ma=33000, i_trip_ma=45600, i_range_ma=50000, i_align_ma=2200, pole_pairs=2, encoder_counts=8192,
+                resistance_mohm=200)
+    params = params_of(c, "abb", **{key: told[key] for key in told if key not in ("ld_apparent_uh", "lq_apparent_uh")})
+    params.ld_apparent_uh, params.lq_apparent_uh = told["ld_apparent_uh"], told["lq_apparent_uh"]
+    c.tuning_compute(params, tuning)
+    assert tuning.reluctant and tuning.align_levels == 2
+    assert tuning.align[0].i_q15 == pytest.approx(32768 * 3 * 0.1337 / 0.0179 / 50, rel=0.01)
+    assert 90 < tuning.align[0].period_ms < 140, "129 ms by the finite-element map"
