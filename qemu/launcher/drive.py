@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from .data import complete, load_inverter, load_motor
 from .effects import parse_plant
 from .params import coarse_notes, detuned, exact_params
+from .saturation import inverse_at_rest
 from .schema import SECTIONS
 from .spread import check_spread, drawn
 
@@ -65,6 +66,19 @@ class Drive:
         return min(max(2 * math.pi * math.sqrt(inertia_kgm2 / stiffness), 0.03), 1.5)
 
     @property
+    def stiffer(self):
+        """(d, q): the inductances that the current loop is tuned for, by those without current; 1 where iron saturates little.
+
+        A data file with a measured map has those of the rated current, where there is least. At a smaller current the loop's
+        crossover lies between what it was tuned to and this share of it.
+        """
+        saturation, electrical = self.motor.saturation(), self.motor["electrical"]
+        if saturation is None:
+            return 1.0, 1.0
+        by_ld, by_lq = inverse_at_rest(saturation, electrical["flux_wb"])
+        return min(1.0, electrical["ld_h"] * by_ld), min(1.0, electrical["lq_h"] * by_lq)
+
+    @property
     def _turns_away_a(self):
         """The current at which reluctance holds the rotor across it as firmly as magnets hold it along: psi / (Lq - Ld)."""
         flux, ld, lq = self.params["flux_uwb"], *(
@@ -111,7 +125,8 @@ class Drive:
         limits     speed_max_rpm, overspeed_rpm, ramp_rpm_s, i_max_A, i_trip_A, i_align_A, v_min_V, v_max_V, oc_trip_A
         stage      vbus_V, i_range_A, v_range_V, encoder_counts
         loops      current_bw_hz, speed_bw_hz, speed_tau_s (1 / (2 pi speed_bw_hz)), linear_step_A (see there), slower (by how
-                   much less the speed loop answers if DETUNE tells a smaller inertia or a larger flux than there is; or 1)
+                   much less the speed loop answers if DETUNE tells a smaller inertia or a larger flux than there is; or 1),
+                   stiffer_d, stiffer_q (inductances as tuned for, by those without current, where iron saturates; or 1)
         speeds     whole rpm, shares of speed_max_rpm: work_rpm 0.375 (1500 of 4000), mid_rpm 0.25, low_rpm 0.125,
                    slow_rpm 0.0075 (30 of 4000; at least 1)
         inertia    inertia_kgm2 (rotor and load), rotor_inertia_kgm2, t_mech_s (inertia * rated speed / rated torque: from 0 to
@@ -139,7 +154,8 @@ class Drive:
             "i_range_A": self.inverter["sensor"]["i_range_a"], "v_range_V": self.inverter["sensor"]["v_range_v"],
             "encoder_counts": self.motor["encoder"]["counts_per_rev"], "current_bw_hz": control["current_bw_hz"],
             "speed_bw_hz": control["speed_bw_hz"], "speed_tau_s": speed_tau_s,
-            "linear_step_A": self.linear_step_a, "slower": self.slower, **speeds,
+            "stiffer_d": self.stiffer[0], "stiffer_q": self.stiffer[1], "linear_step_A": self.linear_step_a,
+            "slower": self.slower, **speeds,
             "inertia_kgm2": self.inertia_kgm2, "rotor_inertia_kgm2": self.motor["mechanical"]["inertia_kgm2"],
             "t_mech_s": self.inertia_kgm2 * rating["rated_speed_rpm"] * RPM / rating["rated_torque_nm"],
             "accel_torque_Nm": self.inertia_kgm2 * ramp * RPM,

@@ -138,6 +138,15 @@ def inverse_inductances(m, psi_d, psi_q):
             m.a_q0 + 3 * m.a_qq * psi_q**2 + m.a_dq / 2 * psi_d**2)
 
 
+def inverse_at_rest(m, flux_wb):
+    """(1 / L_d, 1 / L_q), incremental, without current, where the flux is `flux_wb` in d: of any machine, bridges included."""
+    off = abs(flux_wb - m.psi_n_wb) ** m.w
+    bridge = m.a_b * off / (1 + m.a_bp * off)
+    cross = m.a_dq / (m.u + 2) * flux_wb ** (m.u + 2) if m.v == 0 else 0.0
+    return (m.a_d0 + (m.s + 1) * m.a_dd * flux_wb**m.s + bridge * (1 + m.w / (1 + m.a_bp * off)),
+            m.a_q0 + cross + m.k_q * bridge)
+
+
 def _monotone(m, flux_wb, reach_wb):
     """Whether current determines flux for every flux within twice the reach of at_a."""
     for n in range(-20, 21):
