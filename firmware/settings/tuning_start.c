@@ -98,8 +98,8 @@ static void tune_reluctant(const struct params *p, struct tuning *t)
 }
 
 /*
- * A tenth of i_trip: with one sensor reversed the sum of the currents is twice that, and trips at a quarter. A reluctant machine
- * gets less, which stands in its large inductance for longer: it must not be running when its axis is measured.
+ * A tenth of i_trip: with one sensor reversed the sum of the currents is twice that, and trips at a quarter. A reluctant
+ * machine gets less, which stands in its large inductance for longer: it must not be running when its axis is measured.
  */
 #define WIRING_PART           10
 #define WIRING_PART_RELUCTANT 30
