@@ -66,13 +66,14 @@ static int64_t apparent_difference_uh(const struct params *p)
 
 /* From here on the way by the magnets' pull leaves them too little current. */
 #define RELUCTANT_FROM_TENTHS 15
-#define RELUCTANT_MOST_Q15    21846 /* so much is x then; with hardly a magnet a milliampere is too coarse for it */
+
+#define RELUCTANT_X_LEAST_Q15 328 /* 0.01: there is next to no magnet */
 
 /* Swings of a machine at the angle acos(x), x = psi / (Lq - Ld) I: w0^2 = p Kt I / J (1 - x^2) / x. */
 static struct tuning_align reluctant_level(const struct params *p, int64_t i_ma)
 {
-    const int64_t share_q15 = scale(p->flux_uwb * 1000LL, 32768, apparent_difference_uh(p) * i_ma);
-    const int64_t x_q15 = share_q15 < 1 ? 1 : share_q15 > RELUCTANT_MOST_Q15 ? RELUCTANT_MOST_Q15 : share_q15;
+    const int64_t seen_q15 = scale(p->flux_uwb * 1000LL, 32768, apparent_difference_uh(p) * i_ma);
+    const int64_t x_q15 = seen_q15 > RELUCTANT_X_LEAST_Q15 ? seen_q15 : RELUCTANT_X_LEAST_Q15;
     const int64_t firmer_q15 = scale(32768LL * 32768 - x_q15 * x_q15, 1, x_q15);
     struct tuning_align level = align_level(p, i_ma, 32768);
     level.period_ms = align_period_ms(p, scale(i_ma, firmer_q15, 32768));
@@ -87,7 +88,7 @@ static void tune_reluctant(const struct params *p, struct tuning *t)
         return;
     }
     const int64_t wanted_ma = scale(p->flux_uwb * 1000LL, RELUCTANT_TIMES, apparent_difference_uh(p));
-    const int64_t i_ma = wanted_ma < 1 ? 1 : wanted_ma;
+    const int64_t i_ma = wanted_ma > p->i_max_ma / 4 ? wanted_ma : p->i_max_ma / 4 + 1;
     const int64_t v_mv = scale(p->ld_uh, p->i_max_ma / SALIENCY_I_PART, SALIENCY_US);
     t->align[0] = reluctant_level(p, i_ma < p->i_max_ma ? i_ma : p->i_max_ma);
     t->align[1] = reluctant_level(p, p->i_max_ma);
@@ -99,7 +100,7 @@ static void tune_reluctant(const struct params *p, struct tuning *t)
 
 /*
  * A tenth of i_trip: with one sensor reversed the sum of the currents is twice that, and trips at a quarter. A reluctant
- * machine gets less, which stands in its large inductance for longer: it must not be running when its axis is measured.
+ * machine gets less, for its large inductance holds the current longer: it must not run when its axis is measured.
  */
 #define WIRING_PART           10
 #define WIRING_PART_RELUCTANT 30
