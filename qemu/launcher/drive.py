@@ -13,7 +13,7 @@ from .spread import check_spread, drawn
 RPM = math.pi / 30  # rad/s in one rpm
 REST_TIME_S = 0.35  # of a start: offsets of the sensors, 0.13 s, and the wiring, up to 0.2 s
 AXES_TIME_S = 0.4   # in which the axis of reluctance is measured, twice
-ON_PERIODS = 24     # of the rotor's swinging about the field, that an alignment takes; 20 if it settles at once
+ON_PERIODS = 28     # of the rotor swinging about the field, that an alignment takes; 15 to 20, 25 if it was just let go
 AGAIN_PERIODS = 40  # if the inertia that was told is far too small, so that a second attempt is needed
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
