@@ -176,6 +176,15 @@ def test_each_limit_where_it_is(c, error, name, limit, beyond):
     assert compute(c, p)[0] == error
 
 
+def is_reluctant(p):
+    return apparent_difference_h(p) * p["i_max_ma"] * 1e-3 > 1.5 * p["flux_uwb"] * 1e-6
+
+
+def wiring_a(p):
+    """A tenth of i_trip, a thirtieth of it where the inductance holds the current longer."""
+    return Fraction(p["i_trip_ma"], 30000 if is_reluctant(p) else 10000)
+
+
 def exact_torque_and_start(c, p):
     """The rest of struct tuning, from the motor in SI units: (exact, how far it may be off)."""
     volt, ampere = Fraction(p["v_range_mv"], 1000), Fraction(p["i_range_ma"], 1000)
@@ -193,11 +202,11 @@ def exact_torque_and_start(c, p):
         "burn_max_q15": (min(emf / x_d, i_max / ampere) * 32768, 40),
         "saliency_q11": (min((x_q - x_d) * 2048, 65535), 2 + coarser / 2),
         "speed_max_rpm_q4": (p["speed_max_rpm"] * 16, 0), "pole_pairs": (p["pole_pairs"], 0),
-        "wiring_i_q15": (Fraction(p["i_trip_ma"], 10000) / ampere * 32768, Fraction(1, 2) + 33 / ampere),
+        "wiring_i_q15": (wiring_a(p) / ampere * 32768, Fraction(1, 2) + 33 / ampere),
         "rpm_q4_per_w_q32": (Fraction(60 * 16 * PWM_HZ, p["pole_pairs"]), 1),
         "i_sum_q15": (Fraction(p["i_trip_ma"] * 32768, p["i_range_ma"]) / 4, 2),
     }
-    drop = min(Fraction(p["i_trip_ma"], 10000) * Fraction(p["resistance_mohm"], 1000), volt)
+    drop = min(wiring_a(p) * Fraction(p["resistance_mohm"], 1000), volt)
     exact["wiring_v_q15"] = (drop / volt * 32768, 1 + Fraction(p["resistance_mohm"] + 1000, 10**6) / volt * 32768)
     return exact
 
@@ -215,9 +224,12 @@ def apparent_difference_h(p):
 
 
 def check_reluctant(tuning, p):
-    """Three times psi / (Lq - Ld), then i_max; the rotor hangs at acos(x), x = psi / (Lq - Ld) I: (1 - x^2) / x as firmly."""
+    """Three times psi / (Lq - Ld), a quarter of i_max at least, then i_max.
+
+    The rotor hangs at acos(x), x = psi / (Lq - Ld) I: (1 - x^2) / x as firmly.
+    """
     psi, difference, i_max = p["flux_uwb"] * 1e-6, apparent_difference_h(p), p["i_max_ma"]
-    first = min(3000 * psi / difference, i_max)
+    first = min(max(3000 * psi / difference, i_max // 4 + 1), i_max)
     assert tuning.align_levels == (2 if round(first) < i_max else 1)
     for level, i_ma in zip(tuning.align, (first, i_max)):
         assert level.i_q15 == pytest.approx(i_ma / p["i_range_ma"] * 32768, abs=0.51 + 17000 / p["i_range_ma"])
@@ -231,9 +243,8 @@ def check_reluctant(tuning, p):
 
 def check_levels(tuning, p):
     """i_align first; then i_max, or as much as leaves half of the pull of the magnets, where i_align is not far below."""
-    reluctant = apparent_difference_h(p) * p["i_max_ma"] * 1e-3 > 1.5 * p["flux_uwb"] * 1e-6
-    assert bool(tuning.reluctant) == reluctant
-    if reluctant:
+    assert bool(tuning.reluctant) == is_reluctant(p)
+    if is_reluctant(p):
         check_reluctant(tuning, p)
         return
     difference = (p["lq_uh"] - p["ld_uh"]) * 1e-6
