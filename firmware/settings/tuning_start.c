@@ -85,6 +85,7 @@ static void tune_reluctant(const struct params *p, struct tuning *t)
     const int64_t by_i_max = apparent_difference_uh(p) * p->i_max_ma; /* nWb */
     t->reluctant = by_i_max * 10 > p->flux_uwb * 1000LL * RELUCTANT_FROM_TENTHS;
     if (!t->reluctant) {
+        t->saliency_v_q15 = t->saliency_i_q15 = 0;
         return;
     }
     const int64_t wanted_ma = scale(p->flux_uwb * 1000LL, RELUCTANT_TIMES, apparent_difference_uh(p));
