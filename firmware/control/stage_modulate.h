@@ -35,8 +35,7 @@ static inline void modulate_phase(volatile uint32_t *edges, int32_t rise_fractio
 }
 
 /* SYNC_UPDATE is 0 meanwhile: edges in part are not taken. */
-static inline void modulate(struct corepwm_regs *pwm, dq_t v, cossin_t cs, alphabeta_t i, int32_t turn_q15,
-                            uint32_t dead_shift)
+static inline void modulate(struct corepwm_regs *pwm, dq_t v, cossin_t cs, alphabeta_t i, int32_t turn_q15)
 {
     const int32_t a = v.d * cs.cos - v.q * cs.sin; /* half the on-time, LOOP_EDGE_SHIFT fraction bits */
     const int32_t beta_steps = (v.q * cs.cos + v.d * cs.sin) >> 15;
@@ -47,10 +46,10 @@ static inline void modulate(struct corepwm_regs *pwm, dq_t v, cossin_t cs, alpha
     advance_q15(&i.alpha, &i.beta, turn_q15);
     const int32_t i_b_q28 = i.beta * SIN60_Q13 - i.alpha * (1 << (SIN60_SHIFT - 1));
     const int32_t minus_i_c_q28 = i_b_q28 + i.alpha * (1 << SIN60_SHIFT);
-    modulate_phase(&pwm->PWM1_POSEDGE, base - a - deadtime_share_q7(i.alpha >> dead_shift, 0) * LOOP_DEAD);
-    modulate_phase(&pwm->PWM3_POSEDGE, base - b - deadtime_share_q7(i_b_q28 >> dead_shift, SIN60_SHIFT) * LOOP_DEAD);
+    modulate_phase(&pwm->PWM1_POSEDGE, base - a - deadtime_share_q7(i.alpha, 0) * LOOP_DEAD);
+    modulate_phase(&pwm->PWM3_POSEDGE, base - b - deadtime_share_q7(i_b_q28, SIN60_SHIFT) * LOOP_DEAD);
     modulate_phase(&pwm->PWM5_POSEDGE,
-                   base + minus_c + deadtime_share_q7(minus_i_c_q28 >> dead_shift, SIN60_SHIFT) * LOOP_DEAD);
+                   base + minus_c + deadtime_share_q7(minus_i_c_q28, SIN60_SHIFT) * LOOP_DEAD);
 }
 
 #endif

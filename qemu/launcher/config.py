@@ -18,8 +18,9 @@ def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cy
     lines = [f"# {drive.motor.name} on {drive.inverter.name}; {scenario.title}"]
     lines += [f"{key} {path}" for key, path in files.items()]
     lines += [f"seed {seed}", "console console"]
-    if scenario.end_s is not None:
-        lines.append(f"end {scenario.end_s:.9g}")
+    steps, late, end_s = scenario.split()
+    if end_s is not None:
+        lines.append(f"end {end_s:.9g}")
     lines += [f"{key} {value:.12g}" for key, value in twin_items(drive)]
     lines += [f"probe {p.column} 0x{p.address:08x} {p.type} {p.scale:.12g}" for p in probes]
     lines += [f"cycles.{key} {value}" for key, value in (cycles or {}).items()]
@@ -27,8 +28,8 @@ def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cy
     lines += [f"dump 0x{address:08x} {size} {path}" for address, size, path in dumps]
     if scenario.preamble_s is not None:
         lines += [f"event {scenario.preamble_s:.9g} console {text}" for text in preamble(drive)]
-    lines += [f"event {_event(step, symbols)}" for step in scenario.steps]
-    lines += [f"after state={_codes(step.after, enums)} {_event(step, symbols)}" for step in scenario.late]
+    lines += [f"event {_event(step, symbols)}" for step in steps]
+    lines += [f"after state={_codes(step.after, enums)} {_event(step, symbols)}" for step in late]
     return "\n".join(lines) + "\n"
 
 

@@ -63,7 +63,7 @@ def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
     check_ranges(drive, ranges_of(symbols))
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
-    probes, enums = make_probes(symbols, drive) if plan.late else ([], None)
+    probes, enums = make_probes(symbols, drive) if plan.late or plan.holds else ([], None)
     write(config, twin_config(drive, plan, seed, probes, {"progress": files["progress"]}, symbols, enums=enums))
     line = command(checked, image, config, "stdio,id=console,mux=on,signal=off", extra)
     return drive, line, checked.environment(), files["progress"]

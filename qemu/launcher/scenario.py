@@ -18,12 +18,17 @@ bits of code of a function.
 A step with after_state = "OPERATION_ENABLED" waits for that state, or for several in turn, "OPERATION_ENABLED READY"; its t_s
 counts from there. The event "end" ends the run before end_s, which is then the latest end.
 
+A step with a label may have hold_for = "OPERATION_ENABLED": it and all that is planned for later happen as much earlier or
+later as the state is reached before or after its t_s, and its label is the instant when it was. So a start takes as long as it
+takes. A second one waits for its states once the first was reached: hold_for = "FAULT OPERATION_ENABLED". A run in which a
+state is never reached ends late, with failures.
+
 A step that repeats itself has `each = { hz = [50, 100] }`, which is a name for its expressions, `every_s`, how long each
 lasts, and may have `end_label`, the instant after the last.
 """
 import functools
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from .data import find, read_toml
 from .drive import preamble
@@ -32,6 +37,7 @@ from .expression import fill, number
 from .paths import SCENARIOS, shown
 from .timeline import Timeline
 
+HOLD_MORE = 2        # times what is planned until the last hold: then the run ends without it
 LATE_STATES_MAX = 4  # as qemu/twin/config.h has it
 
 _PHASE, _PAIR, _FLAG, _NUMBER, _WORD = "phase", "pair", "flag", "number", "word"
@@ -66,6 +72,14 @@ class Step:
 
 
 @dataclass
+class Hold:
+    """Whatever is planned for t_s or later waits until the drive has been in all these states, in turn."""
+    label: str
+    states: tuple
+    t_s: float
+
+
+@dataclass
 class Scenario:
     key: str
     title: str
@@ -76,17 +90,36 @@ class Scenario:
     names: dict = field(default_factory=dict)   # of the drive and of the labels
     expect_refusal: str = ""
     late: list = field(default_factory=list)    # steps that wait for a state
+    holds: list = field(default_factory=list)
 
     @property
     def may_end_early(self):
-        return any(step.kind == "end" for step in [*self.steps, *self.late])
+        return bool(self.holds) or any(step.kind == "end" for step in [*self.steps, *self.late])
+
+    def split(self):
+        """(steps at fixed times, steps that wait for a state, the latest end), as the twin is to have them."""
+        if not self.holds:
+            return self.steps, self.late, self.end_s
+        ends = [] if self.end_s is None else [Step(self.end_s, "end", [])]
+        fixed, late = [], list(self.late)
+        for step in [*self.steps, *ends]:
+            hold = next((hold for hold in reversed(self.holds) if hold.t_s <= step.t_s), None)
+            if hold is None:
+                fixed.append(step)
+            else:
+                late.append(replace(step, t_s=step.t_s - hold.t_s, after=hold.states))
+        latest_s = self.end_s and self.end_s + HOLD_MORE * self.holds[-1].t_s
+        return fixed, sorted(late, key=lambda step: step.t_s), latest_s
 
 
 _ENTRIES = ("key", "title", "end_s", "preamble_s", "base", "expect_refusal", "let", "step", "figure")
 
 
-def load_scenario(source, drive):
-    """A scenario by name, path or as a dict of the same form, resolved for the drive."""
+def load_scenario(source, drive, held_s=None):
+    """A scenario by name, path or as a dict of the same form, resolved for the drive.
+
+    held_s   {label: seconds} of each hold_for whose states were reached, once that is known
+    """
     if isinstance(source, dict):
         key, raw, where = source.get("key", "scenario"), source, "scenario"
     else:
@@ -102,13 +135,13 @@ def load_scenario(source, drive):
         entries += [(entry, f"{part_where}: step {n + 1}") for n, entry in enumerate(_entries(part, "step", part_where))]
         figures += [dict(entry) for entry in _entries(part, "figure", part_where)]
     for entry, step_where in entries:
-        _label(entry, timeline, step_where)
+        _label(entry, timeline, step_where, held_s)
     steps = [step for entry, step_where in entries for step in _steps(entry, drive, timeline, step_where)]
     late = sorted((step for step in steps if step.after), key=lambda step: step.t_s)
     steps = sorted((step for step in steps if not step.after), key=lambda step: step.t_s)
     plan = Scenario(key, _text(raw.get("title", key), timeline, where), _seconds(raw, "end_s", timeline, where),
                     _seconds(raw, "preamble_s", timeline, where) if "preamble_s" in raw else None, steps, figures,
-                    timeline.names, _regex(raw.get("expect_refusal", ""), where), late)
+                    timeline.names, _regex(raw.get("expect_refusal", ""), where), late, _holds(entries, timeline, where))
     _check(plan, drive, where)
     return plan
 
@@ -180,9 +213,26 @@ def _seconds(raw, key, timeline, where):
 
 # ---- steps ---------------------------------------------------------------------------------------------------------
 
-def _label(entry, timeline, where):
+def _holds(entries, timeline, where):
+    """In turn; each waits for the states of those before it as well."""
+    holding = [entry for entry, _ in entries if "hold_for" in entry]
+    if any("label" not in entry for entry in holding):
+        raise LauncherError(f"{where}: a step with hold_for needs a label")
+    holds, states = [], ()
+    for entry in sorted(holding, key=lambda entry: timeline.names[entry["label"]]):
+        states += tuple(str(entry["hold_for"]).split())
+        holds.append(Hold(entry["label"], states, timeline.names[entry["label"]]))
+    if holds and not all(1 <= len(hold.states) <= LATE_STATES_MAX for hold in holds):
+        raise LauncherError(f"{where}: hold_for takes one to {LATE_STATES_MAX} names of states in all")
+    return holds
+
+
+def _label(entry, timeline, where, held_s):
     """Makes the labels of a step known; what they are is worked out later."""
-    if "label" in entry:
+    label = entry.get("label")
+    if "hold_for" in entry and label in (held_s or {}):
+        timeline.define(label, lambda: held_s[label], where)
+    elif "label" in entry:
         timeline.define(entry["label"], lambda: _seconds(entry, "t_s", timeline, where), where)
     if "end_label" in entry:
         timeline.define(entry["end_label"], lambda: list(_instants(entry, timeline, where))[-1][0], where)
@@ -212,7 +262,7 @@ def _instants(entry, timeline, where):
 
 def _steps(entry, drive, timeline, where):
     """One entry is one step, but for "@parameters" and for one that repeats itself."""
-    unknown = set(entry) - {"t_s", "after_state", "label", "each", "every_s", "end_label", "console", "event", "args", "note"}
+    unknown = set(entry) - {"t_s", "after_state", "hold_for", "label", "each", "every_s", "end_label", "console", "event", "args", "note"}
     if unknown:
         raise LauncherError(f"{where}: unknown key '{sorted(unknown)[0]}'")
     what = [key for key in ("console", "event") if key in entry]

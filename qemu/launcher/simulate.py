@@ -15,7 +15,7 @@ from .kind import Run
 from .load import CURRENT_LOOP, cpu_load, load_irqlog
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
-from .probes import Symbols, add_belief, make_probes
+from .probes import Symbols, add_belief, code_of, make_probes
 from .qemu import Image, Qemu, command, escape, run_to_end
 from .refusals import NAME, judge, typed
 from .scenario import load_scenario
@@ -96,9 +96,10 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     way = (way_of, (out_dir / "irqpath.csv").resolve()) if way_of else None
     write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles, way, enums))
     console = f"file,id=console,path={escape(files['console'])}"
-    run_to_end(command(checked_qemu, image, config, console), checked_qemu.environment(), plan.end_s,
+    run_to_end(command(checked_qemu, image, config, console), checked_qemu.environment(), plan.split()[2],
                files["progress"], files["log"], show)
     trace = load_trace(files["trace"])
+    plan = as_held(plan, scenario, drive, trace, enums)
     if trace["t_s"][-1] < plan.end_s - 2e-3 and not plan.may_end_early:
         raise LauncherError(f"the run ended at {trace['t_s'][-1]:.4f} s instead of {plan.end_s:g} s"
                             f" (see {shown(files['log'])})")
@@ -112,6 +113,21 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     figures[NAME] = judge(plan, finished, typed(plan, drive))
     load = cpu_load(log, float(np.median(np.diff(trace["t_s"]))))
     return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols, load, files["irqlog"])
+
+
+def as_held(plan, scenario, drive, trace, enums):
+    """The plan with the instants at which its holds were over. The twin sees a state one period after its row."""
+    held_s = {}
+    for hold in plan.holds:
+        row = 0
+        for state in hold.states:
+            found = np.flatnonzero(trace["state"][row:] == code_of(enums["state"], state))
+            if len(found) == 0:
+                break
+            row += int(found[0])
+        else:
+            held_s[hold.label] = float(trace["t_s"][row] + trace["t_s"][1] - trace["t_s"][0])
+    return load_scenario(scenario, drive, held_s) if held_s else plan
 
 
 def with_start_angle(overrides, motor, degrees):

@@ -14,7 +14,7 @@ OVERSHOOT = 0.03  # of i_trip, within the sample period in which it is passed
 UNTIL_S = {"load_nm": 0.3, "temperature_c": 0.3}
 
 
-def play(tmp_path, motor, share, load, happens, lines=(), overrides=None, detune=""):
+def play(tmp_path, motor, share, load, happens, lines=(), overrides=None, detune="", until_s=None):
     """Runs up to a share of the largest speed, loads the shaft with a share of rated torque, and then something happens."""
     names = load_drive(motor, overrides, detune=detune).names()
     rpm = round(share * names["speed_max_rpm"])
@@ -28,7 +28,7 @@ def play(tmp_path, motor, share, load, happens, lines=(), overrides=None, detune
     steps += [{"t_s": 0.15, "console": "on"}, {"t_s": up_s, "console": f"speed {rpm}"},
               {"t_s": loaded_s, "event": "load_nm", "args": [f"{load} * rated_torque_Nm"]},
               {"t_s": at_s, "event": kind, "args": [str(arg) for arg in args]}]
-    end_s = at_s + UNTIL_S.get(kind, 0.06)
+    end_s = at_s + (until_s or UNTIL_S.get(kind, 0.06))
     result = simulate({"key": "supervision", "end_s": end_s, "preamble_s": 0.05, "step": steps}, motor, out_dir=tmp_path,
                       overrides=overrides, detune=detune)
     return result, Outcome(result, names, rpm, at_s)
@@ -76,7 +76,8 @@ def test_the_right_fault_comes_first_and_in_time(motor, share, load, happens, fa
 
 def test_a_controlled_stop_brings_the_shaft_to_rest_before_the_bridge_is_off(tmp_path):
     """Nobody speaks after the last command."""
-    result, seen = play(tmp_path, TEKNIC, 0.25, 0.0, ("load_nm", "0"), overrides={"params": {"command_timeout_ms": 600}})
+    result, seen = play(tmp_path, TEKNIC, 0.25, 0.0, ("load_nm", "0"), until_s=0.7,
+                        overrides={"params": {"command_timeout_ms": 900}})
     assert seen.fault == "COMMAND_TIMEOUT" and not seen.still_on
     trace = result.trace
     off = np.flatnonzero((trace["gate_live"][:-1] > 0) & (trace["gate_live"][1:] == 0))[-1]

@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 WATCHED = """
 #include <stdint.h>
-enum axis_state { AXIS_OFF, AXIS_ON = 4 };
+enum axis_state { AXIS_OFF, AXIS_ON = 4, AXIS_OPERATION_ENABLED, AXIS_FAULT };
 enum fault { FAULT_NONE, FAULT_BAD_DAY };
 typedef volatile uint32_t word;
 struct inner { int16_t small; uint8_t tiny[4]; };

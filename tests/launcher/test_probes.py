@@ -45,7 +45,7 @@ def test_what_is_not_there_or_no_number(symbols):
 
 
 def test_enums(symbols):
-    assert symbols.enum("axis_state") == {0: "AXIS_OFF", 4: "AXIS_ON"}
+    assert symbols.enum("axis_state") == {0: "AXIS_OFF", 4: "AXIS_ON", 5: "AXIS_OPERATION_ENABLED", 6: "AXIS_FAULT"}
     assert symbols.enum("fault") == {0: "FAULT_NONE", 1: "FAULT_BAD_DAY"}
     assert symbols.enum("nothing") == {}
 

@@ -13,6 +13,7 @@ from launcher.kind import Run
 from launcher.paths import SCENARIOS
 from launcher.refusals import judge, refusals, typed
 from launcher.scenario import load_scenario
+from launcher.simulate import as_held
 from launcher.trace import Trace
 
 TEKNIC = "teknic_m2310p"
@@ -48,6 +49,39 @@ def test_steps_that_wait_for_a_state():
             twin_config(load_drive(TEKNIC), plan, 1, [], {}, enums=enums)
     assert (None, "speed 1500") in typed(plan, load_drive(TEKNIC))
     assert not load([{"t_s": 1, "console": "on"}]).may_end_early
+
+
+HELD = {"end_s": "again + 1", "step": [
+    {"t_s": 0.2, "label": "on", "console": "on"}, {"t_s": "on + 2", "label": "started", "hold_for": "ON"},
+    {"t_s": "started + 0.1", "console": "speed 100"},
+    {"t_s": "started + 3", "label": "again", "hold_for": "OFF ON"}, {"t_s": "again + 0.2", "console": "off"}]}
+STATES = {"state": {3: "DRIVE_OFF", 4: "DRIVE_ON"}}
+
+
+def test_what_comes_after_a_hold_moves_with_it():
+    drive = load_drive(TEKNIC)
+    plan = load_scenario(HELD, drive)
+    lines = twin_config(drive, plan, 1, [], {}, enums=STATES).splitlines()
+    assert lines[-4] == "event 0.2 console on"
+    assert lines[-3:] == ["after state=4 0.1 console speed 100", "after state=4,3,4 0.2 console off", "after state=4,3,4 1 end"]
+    assert f"end {6.2 + 2 * 5.2:g}" in lines
+
+
+@pytest.mark.parametrize("states, speed_s, off_s", [
+    ([3, 3, 3, 3, 3], 2.3, 5.4), ([3, 4, 4, 4, 4], 4.1, 7.2), ([3, 4, 4, 3, 3], 4.1, 7.2), ([3, 4, 3, 4, 4], 4.1, 6.2)])
+def test_a_plan_knows_when_its_holds_were_over(states, speed_s, off_s):
+    drive = load_drive(TEKNIC)
+    plan = load_scenario(HELD, drive)
+    trace = {"t_s": np.arange(2.0, 7.0), "state": np.array(states)}
+    assert times(as_held(plan, HELD, drive, trace, STATES)) == pytest.approx([0.2, speed_s, off_s])
+
+
+@pytest.mark.parametrize("steps, complaint", [
+    ([{"t_s": 1, "hold_for": "ON", "event": "end"}], "needs a label"), ([{"t_s": 1, "label": "a", "hold_for": ""}], "one to 4"),
+    ([{"t_s": n, "label": f"l{n}", "hold_for": "ON A B"} for n in (1, 2)], "one to 4 names of states in all")])
+def test_what_cannot_hold(steps, complaint):
+    with pytest.raises(LauncherError, match=complaint):
+        load(steps)
 
 
 @pytest.mark.parametrize("step, complaint", [
