@@ -48,8 +48,7 @@ static inline void modulate(struct corepwm_regs *pwm, dq_t v, cossin_t cs, alpha
     const int32_t minus_i_c_q28 = i_b_q28 + i.alpha * (1 << SIN60_SHIFT);
     modulate_phase(&pwm->PWM1_POSEDGE, base - a - deadtime_share_q7(i.alpha, 0) * LOOP_DEAD);
     modulate_phase(&pwm->PWM3_POSEDGE, base - b - deadtime_share_q7(i_b_q28, SIN60_SHIFT) * LOOP_DEAD);
-    modulate_phase(&pwm->PWM5_POSEDGE,
-                   base + minus_c + deadtime_share_q7(minus_i_c_q28, SIN60_SHIFT) * LOOP_DEAD);
+    modulate_phase(&pwm->PWM5_POSEDGE, base + minus_c + deadtime_share_q7(minus_i_c_q28, SIN60_SHIFT) * LOOP_DEAD);
 }
 
 #endif
