@@ -262,8 +262,8 @@ def _instants(entry, timeline, where):
 
 def _steps(entry, drive, timeline, where):
     """One entry is one step, but for "@parameters" and for one that repeats itself."""
-    unknown = set(entry) - {"t_s", "after_state", "hold_for", "label", "each", "every_s", "end_label", "console", "event", "args",
-                            "note"}
+    known = {"t_s", "after_state", "hold_for", "label", "each", "every_s", "end_label", "console", "event", "args", "note"}
+    unknown = set(entry) - known
     if unknown:
         raise LauncherError(f"{where}: unknown key '{sorted(unknown)[0]}'")
     what = [key for key in ("console", "event") if key in entry]
