@@ -5,8 +5,8 @@
  *
  * Every edge is right for any voltage inside the circle and any current: a compensation is within half a dead time, and the
  * circle keeps room for it; tests/target checks it at the corners. The currents, too, are those of 1.5 periods later
- * (stage_regulate.h): they choose the sign of the compensation. A caller
- * that gives them halved widens its knee to twice the current, and so on.
+ * (stage_regulate.h): they choose the sign of the compensation. A caller that gives them halved widens its knee to twice the
+ * current, and so on.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_MODULATE_H
 #define FIRMWARE_CONTROL_STAGE_MODULATE_H
