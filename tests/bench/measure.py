@@ -56,10 +56,11 @@ class _BenchImage:
                 raise LauncherError(f"{shown(path)} is missing: run make bench-image twin first")
 
 
-def measure(build=None, seed=1, settings=()):
+def measure(build=None, seed=1, settings=(), variants=True):
     """{row: {"instructions": ..., "cycles_min": ..., ...}, "_meta": {...}}.
 
     settings   more lines for the twin's configuration: wait states, for example "cycles.apb_read 0"
+    variants   whether to measure without wait states and at other PWM rates as well
     """
     build = build_dir(build)
     out_dir = build / "bench" / f"run{seed}"
@@ -69,10 +70,11 @@ def measure(build=None, seed=1, settings=()):
         raise LauncherError("the two runs of the benchmark image gave different rows")
     rows = {name: _row(cycles[name], instructions[name]) for name in cycles}
     rows.update(closed_loop(build, out_dir / "closed_loop", seed, settings))
-    ideal = closed_loop(build, out_dir / "zero_wait", seed, ZERO_WAIT)
-    rows.update({f"{name}.zero_wait": row for name, row in ideal.items()})
-    rows.update(handlers_without_wait(build, out_dir, seed))
-    rows.update(at_other_rates(out_dir, seed, settings))
+    if variants:
+        ideal = closed_loop(build, out_dir / "zero_wait", seed, ZERO_WAIT)
+        rows.update({f"{name}.zero_wait": row for name, row in ideal.items()})
+        rows.update(handlers_without_wait(build, out_dir, seed))
+        rows.update(at_other_rates(out_dir, seed, settings))
     rows["_meta"] = _meta(build, settings)
     return rows
 

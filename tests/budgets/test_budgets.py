@@ -43,9 +43,9 @@ def test_stack():
 
 def test_figures_do_not_depend_on_the_seed(measured):
     # how many interrupts stood apart from others, and so were counted, is chance; what each took is not
-    first, second = ({row: {k: v for k, v in figures.items() if k != "interrupts"} for row, figures in measured[seed].items()}
+    first, second = ({row: {k: v for k, v in measured[seed][row].items() if k != "interrupts"} for row in measured["2"]}
                      for seed in ("1", "2"))
-    assert first == second
+    assert first == second and len(first) > 60
 
 
 def test_three_ways_to_the_same_interrupt(bench):

@@ -18,7 +18,7 @@ SAMPLE = [
     "supervision:teknic_m2310p/slip60/speed100/load50", "supervision:hoverboard_350w/slip120/speed50/load100",
     "supervision:teknic_m2310p/freeze/speed100/load50", "supervision:maxon_ec45flat/open_A/speed50/load50",
     "supervision:teknic_m2310p/overload/speed50/load50", "supervision:teknic_m2310p/quickstop/no_chopper",
-    "supervision:teknic_m2310p/reversal/no_chopper", "supervision:estun_emj04apb22/reversal/chopper",
+    "supervision:estun_emj04apb22/reversal/chopper",
     "detune:teknic_m2310p/default/J*5", "detune:maxon_ec22/default/L*2", "detune:hoverboard_350w/default/R*2_L*0.5",
 ]
 
