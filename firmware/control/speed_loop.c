@@ -118,9 +118,8 @@ static int32_t feedforward_q29(const struct tuning *t, int32_t moved_q16)
 }
 
 /*
- * The mean of the last wishes. A coupling swings at some hundred hertz, where the loop's delay makes the damping of a speed loop its
- * contrary, and the load's inertia does not count: a mean over two steps takes away 500 Hz, over three 333 Hz, and most of what
- * lies around.
+ * The mean of the last wishes. A coupling swings at some hundred hertz, where the load's inertia does not count and the loop's
+ * delay turns its damping round: a mean over two steps takes away 500 Hz, over three 333 Hz, and most of what lies around.
  */
 static int32_t mean_q15(struct speed_loop *s, int32_t mean_ms, int32_t wish_q15)
 {
