@@ -138,10 +138,25 @@ static void set_gains(volatile struct current_loop *c, const struct tuning *t, i
     }
     const int32_t ki_q15 = q15_min(t->ki_q17 * (V_FULL_STEPS / 4) / vbus_q15, PI_KI_MAX_Q15);
     c->kp_d_q9 = q15_min(t->kp_d_q12 * (V_FULL_STEPS / 8) / vbus_q15 + (ki_q15 >> 6), PI_KP_MAX_Q9);
-    c->kp_q_q9 = q15_min(t->kp_q_q12 * (V_FULL_STEPS / 8) / vbus_q15 + (ki_q15 >> 6), PI_KP_MAX_Q9);
+    c->kp_q_rated_q9 = q15_min(t->kp_q_q12 * (V_FULL_STEPS / 8) / vbus_q15, PI_KP_MAX_Q9);
+    c->kp_q_q9 = q15_min(c->kp_q_rated_q9 + (ki_q15 >> 6), PI_KP_MAX_Q9);
     c->ki_q15 = ki_q15;
     c->gains_vbus_q15 = vbus_q15;
     c->gains_of = t;
+}
+
+/*
+ * Where iron saturates, q's gain is that of the inductance at the present current: a gain for rated current leaves a loop of an
+ * eighth of its bandwidth without load. The larger of wish and measurement counts, for too small a gain is slow and too large a
+ * one unstable: while the current falls from a large one, the gain waits for it. Only in the rotor's frame, that is its q axis.
+ */
+static void follow_iron(volatile struct current_loop *c, const struct tuning *t)
+{
+    const int32_t i_q15 = q15_min(q15_max(q15_abs(c->i_q_ref_q15), q15_abs(c->i_q_q15)), Q15_ONE);
+    const uint32_t square_q15 = (uint32_t)(i_q15 * i_q15) >> 15;
+    const uint32_t stiffness_q15 = (uint32_t)t->iron_rest_q15 + ((square_q15 * (uint32_t)t->iron_grows_q10) >> 10);
+    const uint32_t kp_q9 = ((uint32_t)c->kp_q_rated_q9 << 15) / stiffness_q15 + ((uint32_t)c->ki_q15 >> 6);
+    c->kp_q_q9 = q15_min((int32_t)kp_q9, PI_KP_MAX_Q9);
 }
 
 /* The feed-forward is part of the integral (lib/pi.h): what it has changed by is added there. */
@@ -196,6 +211,9 @@ void current_loop_follow(volatile struct current_loop *c, const struct fabric *f
     }
     const int32_t vbus_q15 = q15_max(bus_q15, t->v_min_q15);
     set_gains(c, t, vbus_q15);
+    if (t->iron_grows_q10 != 0 && c->source == LOOP_ENCODER) {
+        follow_iron(c, t);
+    }
     decouple(c, t, w_q15, vbus_q15);
 }
 

@@ -55,8 +55,8 @@ static void allow(struct emf *e, const struct tuning *t, const struct emf_vector
     const int32_t both_q15 = (q15_abs(i->d_q15) + q15_abs(i->q_q15)) / 2;
     const int32_t step_q15 = inductive(e, moved_q15);
     e->unsure_q15 = ((t->r_q12 * both_q15) >> 12) + dead_q15;
-    e->slack_q15 =
-        ((t->r_q12 * q15_abs(i->d_q15)) >> 12) + dead_q15 + ((q15_min(step_q15, Q15_ONE) * MILLISECOND_Q15) >> 15);
+    e->moving_q15 = (q15_min(step_q15, Q15_ONE) * MILLISECOND_Q15) >> 15;
+    e->slack_q15 = ((t->r_q12 * q15_abs(i->d_q15)) >> 12) + dead_q15 + e->moving_q15;
 }
 
 void emf_step(struct emf *e, const volatile struct current_loop *c, const struct tuning *t, int32_t w_q15)
@@ -89,7 +89,7 @@ static int32_t unlearnt_q15(const struct emf *e)
 
 static enum emf_verdict judge(const struct emf *e, int32_t d_q15, int32_t along_q15, int32_t reaction_q15)
 {
-    if (along_q15 < -e->unsure_q15) {
+    if (along_q15 < -e->unsure_q15 - e->moving_q15) {
         return EMF_REVERSED;
     }
     const int32_t length_q15 = q15_max(along_q15, e->expected_q15 / 2);

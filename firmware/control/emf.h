@@ -36,11 +36,12 @@ struct emf {
     struct emf_vector filtered; /* over 4 ms */
     int32_t expected_q15;       /* |w| psi as the parameters have it */
     int32_t unsure_q15;         /* what resistance and dead time may hide, half of R taken for unknown */
-    int32_t slack_q15;          /* by how much d may be off: R i_d, L di/dt and dead time */
-    int32_t reaction_q15;       /* |w Lq i_q| */
-    int32_t i_q_q15;            /* of the last step */
-    int32_t lq_q19;             /* reactance of q at the base speed as learnt */
-    int32_t learnt;             /* for how long there was something to learn from; at most EMF_LEARNT_STEPS */
+    int32_t moving_q15;   /* L di/dt of q: in its voltage while a current is on its way, and may turn that round */
+    int32_t slack_q15;    /* by how much d may be off: R i_d, L di/dt and dead time */
+    int32_t reaction_q15; /* |w Lq i_q| */
+    int32_t i_q_q15;      /* of the last step */
+    int32_t lq_q19;       /* reactance of q at the base speed as learnt */
+    int32_t learnt;       /* for how long there was something to learn from; at most EMF_LEARNT_STEPS */
 };
 
 #define EMF_LEARNT_STEPS 128

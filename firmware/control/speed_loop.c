@@ -41,6 +41,9 @@ void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
     s->speed_ref_rpm_q4 = s->speed_rpm_q4;
     s->integral_q29 = torque_q15 * (1 << 14);
     s->at_limit = false;
+    for (uint32_t n = 0; n < SPEED_MEAN_MOST_MS - 1; n++) {
+        s->before_q15[n] = torque_q15;
+    }
 }
 
 /* From `here` to `target`, `most` at most; their distance may take 32 bits and a sign. */
@@ -114,6 +117,23 @@ static int32_t feedforward_q29(const struct tuning *t, int32_t moved_q16)
     return (int32_t)clamp(((int64_t)t->speed_accel_q8 * moved_q16) >> 10, -ONE_Q29, ONE_Q29);
 }
 
+/*
+ * The mean of the last wishes. A coupling swings at some hundred hertz, where the load's inertia does not count and the loop's
+ * delay turns its damping round: a mean over two steps takes away 500 Hz, over three 333 Hz, and most of what lies around.
+ */
+static int32_t mean_q15(struct speed_loop *s, int32_t mean_ms, int32_t wish_q15)
+{
+    int32_t sum_q15 = wish_q15;
+    int32_t later_q15 = wish_q15;
+    for (int32_t n = 0; n < mean_ms - 1; n++) {
+        const int32_t wished_q15 = s->before_q15[n];
+        s->before_q15[n] = later_q15;
+        sum_q15 += wished_q15;
+        later_q15 = wished_q15;
+    }
+    return sum_q15 / mean_ms;
+}
+
 /* In Q29 a torque has 14 bits beyond Q15: an answer of +-2.0, a feed-forward of +-1.0 and an integral of less add up in 32. */
 int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits)
 {
@@ -140,5 +160,5 @@ int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t sl
     if (!s->at_limit || (growth_q29 > 0) != (wanted_q29 > 0)) {
         s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, low_q29, high_q29);
     }
-    return wanted_q29 >> 14;
+    return t->torque_mean_ms > 1 ? mean_q15(s, t->torque_mean_ms, wanted_q29 >> 14) : wanted_q29 >> 14;
 }

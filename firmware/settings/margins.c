@@ -21,21 +21,22 @@ int32_t margin_current_bw_hz(void)
     return (int32_t)(CONFIG_PWM_HZ * SIN_15_OVER_PI / 10000000);
 }
 
-int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz)
+int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz, int32_t torque_mean_ms)
 {
     const int32_t crossover_e4 = speed_bw_hz * CROSSOVER_E4;
     const int32_t current_lag = (int32_t)(atan2_q32(crossover_e4, current_bw_hz * 10000) >> 16);
-    const int32_t delay = (int32_t)((int64_t)crossover_e4 * DELAY_US * TURN_U16 / 10000000000LL);
+    const int32_t delay_us = DELAY_US + (torque_mean_ms - 1) * (SLOW_US / 2);
+    const int32_t delay = (int32_t)((int64_t)crossover_e4 * delay_us * TURN_U16 / 10000000000LL);
     return TURN_U16 / 4 - INTEGRAL_LAG_U16 - current_lag - delay;
 }
 
-int32_t margin_speed_bw_hz(int32_t current_bw_hz)
+int32_t margin_speed_bw_hz(int32_t current_bw_hz, int32_t torque_mean_ms)
 {
     int32_t works = 0;
     int32_t fails = SPEED_BW_MAX_HZ;
     while (fails - works > 1) {
         const int32_t middle = (works + fails) / 2;
-        if (margin_of_speed_u16(middle, current_bw_hz) >= MARGIN_U16) {
+        if (margin_of_speed_u16(middle, current_bw_hz, torque_mean_ms) >= MARGIN_U16) {
             works = middle;
         } else {
             fails = middle;

@@ -10,6 +10,7 @@
  *   13.65 degrees to the integral, atan(1/4.1166),
  *   the lag of the current loop, atan(1.0291 f / current_bw_hz),
  *   the delay: the estimate is the mean of a slow period, half of it old; what it asks for is held for one, half of it again;
+ *   half of one for each further one in the mean of torque_mean_ms;
  *   a sampling period each until it is read and taken; and half the distance of two edges, four a slow period (below that
  *   speed the estimate is older, and the loop's gains follow it: speed_loop.h).
  * Resolution. Edges stand up to a tenth of a count off, until the estimate has learned where. So much within a slow period may
@@ -30,10 +31,10 @@
 int32_t margin_current_bw_hz(void);
 
 /* The phase margin of the speed loop at a bandwidth, in 65536ths of a turn. Range: 1 Hz and more. */
-int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz);
+int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz, int32_t torque_mean_ms);
 
 /* The largest speed_bw_hz with the margin; 0 if there is none. Some hundred cycles a bit. */
-int32_t margin_speed_bw_hz(int32_t current_bw_hz);
+int32_t margin_speed_bw_hz(int32_t current_bw_hz, int32_t torque_mean_ms);
 
 /* The largest speed_bw_hz that the encoder resolves with this inertia: of `t`, whose gains are for p's bandwidth. */
 int32_t margin_resolution_bw_hz(const struct params *p, const struct tuning *t);

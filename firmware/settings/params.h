@@ -19,6 +19,7 @@ struct params {
     int32_t lq_uh;              /* one phase, q axis */
     int32_t ld_apparent_uh;     /* where iron saturates: flux over current at rated current, for MTPA; 0: as ld_uh */
     int32_t lq_apparent_uh;     /* the same, q axis */
+    int32_t lq_rest_uh;         /* where iron saturates: q axis without current, as lq_uh is at i_rated; 0: as lq_uh */
     int32_t flux_uwb;           /* flux linkage of the magnets, peak, one phase */
     int32_t inertia_gmm2;       /* rotor and load; 1e-9 kg m^2 */
     int32_t i_range_ma;         /* phase current 2048 ADC counts away from zero */
@@ -35,6 +36,7 @@ struct params {
     int32_t stop_max_ms;        /* a quick stop that takes longer ends with the bridge off */
     int32_t current_bw_hz;      /* crossover of the current loops */
     int32_t speed_bw_hz;        /* crossover of the speed loop */
+    int32_t torque_mean_ms; /* where a shaft swings: the speed loop asks for the mean over so long; 1: for each wish */
     /* supervision: firmware/axis/ */
     int32_t i_rated_ma;         /* current that the motor carries for ever, peak */
     int32_t t_max_c;            /* what its winding has then, 40 degC around it; and the most that it may have */

@@ -72,7 +72,7 @@ static struct outcome check_margins(const struct params *p, const struct tuning 
     if (p->speed_bw_hz > resolved_hz) {
         return resolved_hz < 1 ? outcome_of(ERROR_SPEED_UNRESOLVED) : refuse(ERROR_SPEED_RESOLUTION, resolved_hz);
     }
-    const int32_t speed_bw_hz = margin_speed_bw_hz(p->current_bw_hz);
+    const int32_t speed_bw_hz = margin_speed_bw_hz(p->current_bw_hz, p->torque_mean_ms);
     if (p->speed_bw_hz > speed_bw_hz) {
         return speed_bw_hz < 1 ? outcome_of(ERROR_CURRENT_TOO_SLOW) : refuse(ERROR_SPEED_MARGIN, speed_bw_hz);
     }

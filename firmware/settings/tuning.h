@@ -30,6 +30,8 @@ struct tuning {
     /* current loop */
     int32_t kp_d_q12, kp_q_q12; /* V/A per unit */
     int32_t ki_q17;             /* per sample */
+    int32_t iron_rest_q15;      /* L_q at rated current by that at another, i: this at i = 0, */
+    int32_t iron_grows_q10;     /* and so much more times i^2; 0: iron does not saturate */
     int32_t x_d_q11, x_q_q11;   /* reactance at the base speed, per unit */
     int32_t x_q_apparent_q11;   /* the same of flux by current, where iron saturates; 17 bits */
     int32_t r_q12;              /* resistance, per unit */
@@ -57,6 +59,7 @@ struct tuning {
     int32_t speed_ki_q16;     /* the same, per slow period */
     int32_t speed_ki_min_q16; /* the least of it while edges are far apart */
     int32_t speed_accel_q8;   /* current (Q15, 16 fraction bits) per slope (rpm Q16 per millisecond) */
+    int32_t torque_mean_ms;   /* the wish for torque is the mean over so many steps */
     int32_t ramp_q16;         /* rpm in Q16 per millisecond */
     int32_t rpm_q4_per_w_q32; /* see tuning_rpm_q4() */
     /* start */

@@ -52,6 +52,7 @@ static enum error tune_gains(const struct params *p, struct tuning *t)
     t->speed_ki_q16 = (int32_t)ki;
     t->speed_ki_min_q16 = (int32_t)(ki_min < ki ? ki_min : ki);
     t->speed_accel_q8 = (int32_t)accel;
+    t->torque_mean_ms = p->torque_mean_ms;
     t->ramp_q16 = (int32_t)scale(p->ramp_rpm_s, 65536, CONFIG_SLOW_HZ);
     return ERROR_NONE;
 }

@@ -70,13 +70,14 @@ class Drive:
         """(d, q): the inductances that the current loop is tuned for, by those without current; 1 where iron saturates little.
 
         A data file with a measured map has those of the rated current, where there is least. At a smaller current the loop's
-        crossover lies between what it was tuned to and this share of it.
+        crossover lies between what it was tuned to and this share of it. In q it follows the current if lq_rest_h is told.
         """
         saturation, electrical = self.motor.saturation(), self.motor["electrical"]
         if saturation is None:
             return 1.0, 1.0
         by_ld, by_lq = inverse_at_rest(saturation, electrical["flux_wb"])
-        return min(1.0, electrical["ld_h"] * by_ld), min(1.0, electrical["lq_h"] * by_lq)
+        tuned_lq_h = max(electrical["lq_h"], self.motor["control"]["lq_rest_h"])
+        return min(1.0, electrical["ld_h"] * by_ld), min(1.0, tuned_lq_h * by_lq)
 
     @property
     def _turns_away_a(self):

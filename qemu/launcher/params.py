@@ -20,6 +20,7 @@ SOURCES = {
     "lq_uh": ("motor", "electrical", "lq_h", 1e6),
     "ld_apparent_uh": ("motor", "control", "ld_apparent_h", 1e6),
     "lq_apparent_uh": ("motor", "control", "lq_apparent_h", 1e6),
+    "lq_rest_uh": ("motor", "control", "lq_rest_h", 1e6),
     "flux_uwb": ("motor", "electrical", "flux_wb", 1e6),
     "inertia_gmm2": ("motor", "mechanical", "inertia_kgm2", 1e9),
     "i_range_ma": ("inverter", "sensor", "i_range_a", 1e3),
@@ -36,6 +37,7 @@ SOURCES = {
     "stop_max_ms": ("motor", "control", "stop_max_s", 1e3),
     "current_bw_hz": ("motor", "control", "current_bw_hz", 1),
     "speed_bw_hz": ("motor", "control", "speed_bw_hz", 1),
+    "torque_mean_ms": ("motor", "control", "torque_mean_s", 1e3),
     "i_rated_ma": ("motor", "rating", "rated_current_a", 1e3),
 }
 COARSE_PERCENT = 2.0  # of a value, lost to the firmware's whole units, which the report mentions

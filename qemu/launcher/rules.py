@@ -57,14 +57,15 @@ def speed_bw_by_rule(motor, inertia_kgm2, i_max_a):
     count_rad_s = 2 * math.pi / motor["encoder"]["counts_per_rev"] * 1000
     torque_nm = 10 * i_max_a * 1.5 * electrical["pole_pairs"] * electrical["flux_wb"]
     resolved_hz = torque_nm / (2 * math.pi * inertia_kgm2 * count_rad_s)
-    largest = max((hz for hz in range(1, 201) if speed_margin_deg(hz, current_bw_hz) >= 45), default=1)
+    mean_ms = control["torque_mean_s"] * 1e3
+    largest = max((hz for hz in range(1, 201) if speed_margin_deg(hz, current_bw_hz, mean_ms) >= 45), default=1)
     return float(max(1, min(60, largest, math.floor(0.99 * resolved_hz))))
 
 
-def speed_margin_deg(speed_bw_hz, current_bw_hz):
+def speed_margin_deg(speed_bw_hz, current_bw_hz, mean_ms=1):
     """Of the speed loop, as firmware/settings/margins.h derives it: 1 kHz slow loop, 20 kHz samples."""
-    crossover_hz = 1.0291 * speed_bw_hz
-    return 90 - 13.66 - math.degrees(math.atan(crossover_hz / current_bw_hz)) - 360 * crossover_hz * (1 + 0.05 + 0.125) * 1e-3
+    crossover_hz, delay_s = 1.0291 * speed_bw_hz, (1 + 0.05 + 0.125 + (mean_ms - 1) / 2) * 1e-3
+    return 90 - 13.66 - math.degrees(math.atan(crossover_hz / current_bw_hz)) - 360 * crossover_hz * delay_s
 
 
 def speed_of_bus_rpm(motor, inverter):

@@ -129,9 +129,11 @@ MOTOR_TABLES = {
         "ramp_rpm_s": Key(1e-3, 1e9, BY_RULE, "slope of the speed reference"),
         "ld_apparent_h": Key(0, 10, 0.0, "flux over current at rated current, for MTPA, where iron saturates; 0: as ld_h"),
         "lq_apparent_h": Key(0, 10, 0.0, "the same, q axis"),
+        "lq_rest_h": Key(0, 10, 0.0, "where lq_h is that of rated current: of q without current, incremental; 0: as lq_h"),
         "stop_max_s": Key(0.1, 3600, BY_RULE, "a quick stop that takes longer ends with the bridge off"),
         "current_bw_hz": Key(1, 1e5, BY_RULE, "crossover of the current loops"),
-        "speed_bw_hz": Key(1e-2, 1e4, BY_RULE, "crossover of the speed loop")},
+        "speed_bw_hz": Key(1e-2, 1e4, BY_RULE, "crossover of the speed loop"),
+        "torque_mean_s": Key(1e-3, 4e-3, 1e-3, "where a shaft swings: the speed loop asks for the mean torque over so long")},
 }
 
 INVERTER_TABLES = {

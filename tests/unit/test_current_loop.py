@@ -100,11 +100,54 @@ def test_gains_are_those_of_the_motor_on_this_bus(c, loop, vbus_q15):
         near(getattr(loop, f"kp_{axis}_q9"), kp + ki / 64, 3)
 
 
+IRON = {"lq_uh": 350, "lq_rest_uh": 2100, "i_rated_ma": 8000}
+
+
+@pytest.mark.parametrize("wish_a, flows_a", [(0, 0), (2, 0), (8, 8), (0, 8), (-8, 1), (10, 1)])
+def test_where_iron_saturates_qs_gain_is_that_of_the_present_current(c, loop, wish_a, flows_a):
+    """1 / L grows with the square of the larger current, from 1 / lq_rest to 1 / lq at the rated one. d's gain stays."""
+    loop, fabric, _ = loop
+    p = {**shipped(), **IRON}
+    tuning = compute(c, p)[2]
+    per_a = Fraction(32768 * 1000, p["i_range_ma"])
+    loop.i_q_ref_q15, loop.i_q_q15 = round(wish_a * per_a), round(flows_a * per_a)
+    c.current_loop_follow(loop, fabric, tuning)
+    square = Fraction(max(abs(wish_a), flows_a), 8)**2
+    inductance = 1 / (Fraction(1, 2100) + square * (Fraction(1, 350) - Fraction(1, 2100)))
+    ampere = Fraction(p["i_range_ma"], 1000) / 32768
+    bus_v = Fraction(13670, 32768) * Fraction(p["v_range_mv"], 1000)
+    ki, exact = Fraction(loop.ki_q15, 64), 2 * PI * p["current_bw_hz"] * inductance / 10**6 * ampere / bus_v * FULL * 512
+    assert loop.kp_q_q9 == pytest.approx(float(exact + ki), rel=0.01)
+    before = loop.kp_d_q9
+    loop.i_q_ref_q15 = loop.i_q_q15 = 0
+    c.current_loop_follow(loop, fabric, tuning)
+    assert loop.kp_d_q9 == before and loop.kp_q_q9 == pytest.approx(float(exact * 2100 / inductance + ki), rel=0.01)
+
+
+def test_a_prescribed_field_has_no_q_axis_of_the_rotor(c, loop):
+    """There the rotor's d may lie: with the gain of its q without current the loop would swing."""
+    loop, fabric, _ = loop
+    tuning = compute(c, {**shipped(), **IRON})[2]
+    plain = compute(c, {**shipped(), **IRON, "lq_rest_uh": 0})[2]
+    loop.source = c.LOOP_FORCED
+    c.current_loop_follow(loop, fabric, plain)
+    gain = loop.kp_q_q9
+    c.current_loop_follow(loop, fabric, tuning)
+    assert loop.kp_q_q9 == gain
+    loop.source = c.LOOP_ENCODER
+    c.current_loop_follow(loop, fabric, tuning)
+    assert loop.kp_q_q9 > 5 * gain
+
+
 def test_gains_stay_within_what_the_controller_takes(c, loop):
     loop, fabric, tuning = loop
     tuning.kp_d_q12, tuning.kp_q_q12, tuning.ki_q17, tuning.v_min_q15, fabric.adc.VBUS = 32767, 32767, 32767, 4000, 9000
     c.current_loop_follow(loop, fabric, tuning)
     assert (loop.kp_d_q9, loop.kp_q_q9, loop.ki_q15) == (KP_MAX, KP_MAX, KI_MAX)
+    for wish in (0, -32768, 32767):
+        tuning.iron_rest_q15, tuning.iron_grows_q10, loop.i_q_ref_q15 = 1, 65535, wish
+        c.current_loop_follow(loop, fabric, tuning)
+        assert 0 < loop.kp_q_q9 <= KP_MAX
 
 
 def frame(loop, c, hz, forced):

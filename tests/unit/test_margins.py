@@ -31,8 +31,8 @@ def current_margin_deg(bandwidth_hz):
     return 180 + math.degrees(cmath.phase(loop(crossover(lambda w: loop(min(w, PWM_HZ * math.pi))))))
 
 
-def speed_margin(bandwidth_hz, current_bw_hz):
-    w0, delay_s = 2 * math.pi * bandwidth_hz, SLOW_S + LOOP_S + SLOW_S / 8
+def speed_margin(bandwidth_hz, current_bw_hz, mean_ms=1):
+    w0, delay_s = 2 * math.pi * bandwidth_hz, SLOW_S + LOOP_S + SLOW_S / 8 + (mean_ms - 1) / 2 * SLOW_S
 
     def loop(w):
         return w0 / (1j * w) * (1 + w0 / 4 / (1j * w))
@@ -51,24 +51,27 @@ def test_the_current_loops_limit(c):
 def test_the_speed_loops_margin(c):
     for speed_bw_hz in (1, 5, 20, 60, 100, 200):
         for current_bw_hz in (50, 300, 1000, 1647):
-            expected = speed_margin(speed_bw_hz, current_bw_hz)
-            assert c.margin_of_speed_u16(speed_bw_hz, current_bw_hz) * 360 / 65536 == pytest.approx(expected, abs=0.03)
-            assert speed_margin_deg(speed_bw_hz, current_bw_hz) == pytest.approx(expected, abs=0.03)
+            for mean_ms in (1, 2, 3, 4):
+                loop = speed_bw_hz, current_bw_hz, mean_ms
+                expected = speed_margin(*loop)
+                assert c.margin_of_speed_u16(*loop) * 360 / 65536 == pytest.approx(expected, abs=0.03)
+                assert speed_margin_deg(*loop) == pytest.approx(expected, abs=0.03)
 
 
+@pytest.mark.parametrize("mean_ms", [1, 3])
 @pytest.mark.parametrize("current_bw_hz", [60, 200, 500, 1000, 1647])
-def test_the_speed_loops_limit(c, current_bw_hz):
-    limit = c.margin_speed_bw_hz(current_bw_hz)
-    assert speed_margin(limit, current_bw_hz) > 44.97 and speed_margin(limit + 1, current_bw_hz) < 45.03
-    p = {**shipped(), "encoder_counts": 40000, "current_bw_hz": current_bw_hz}
+def test_the_speed_loops_limit(c, current_bw_hz, mean_ms):
+    limit = c.margin_speed_bw_hz(current_bw_hz, mean_ms)
+    assert speed_margin(limit, current_bw_hz, mean_ms) > 44.97 and speed_margin(limit + 1, current_bw_hz, mean_ms) < 45.03
+    p = {**shipped(), "encoder_counts": 40000, "current_bw_hz": current_bw_hz, "torque_mean_ms": mean_ms}
     assert compute(c, {**p, "speed_bw_hz": limit})[0] == "ERROR_NONE"
     assert compute(c, {**p, "speed_bw_hz": limit + 1})[:2] == ("ERROR_SPEED_MARGIN", limit)
     assert compute(c, {**p, "speed_bw_hz": 200})[:2] == ("ERROR_SPEED_MARGIN", limit)
 
 
 def test_the_limits_by_themselves(c):
-    assert (c.margin_current_bw_hz(), c.margin_speed_bw_hz(1000)) == (1647, 63)
-    assert c.margin_speed_bw_hz(1) == 0 or speed_margin(1, 1) > 44.9
+    assert (c.margin_current_bw_hz(), c.margin_speed_bw_hz(1000, 1), c.margin_speed_bw_hz(1000, 3)) == (1647, 63, 36)
+    assert c.margin_speed_bw_hz(1, 1) == 0 or speed_margin(1, 1) > 44.9
 
 
 def count_asks_a(c, p, speed_bw_hz):
@@ -101,5 +104,5 @@ def test_the_encoders_limit(c):
 def test_every_shipped_motor_has_its_margin_and_no_less_than_could_be(c):
     for motor in available(MOTORS):
         p = shipped(motor)
-        assert speed_margin(p["speed_bw_hz"], p["current_bw_hz"]) >= 45
+        assert speed_margin(p["speed_bw_hz"], p["current_bw_hz"], p["torque_mean_ms"]) >= 45
         assert compute(c, {**p, "inertia_gmm2": 5 * p["inertia_gmm2"]})[0] == "ERROR_NONE", "room for a wrong inertia"

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The speed loop's step against a model in whole numbers of its own, and what the model cannot say: that it is a PI at all."""
+import math
 import random
 from types import SimpleNamespace
 
@@ -146,6 +147,42 @@ def test_swings_that_come_slowly_are_no_hunting(c):
         show(speed, seen(300 if n // 33 % 2 else -300))
         c.speed_loop_step(speed, tuning, 1000, c.interval(-14805, 14805))
     assert speed.calmed == 0
+
+
+@pytest.mark.parametrize("mean_ms", [1, 2, 3, 4])
+def test_the_wish_is_the_mean_of_the_last(c, mean_ms):
+    """Of each wish as it would be without; from the torque of the reset on."""
+    draw = random.Random(mean_ms)
+    alone, smooth = made(c)[0], made(c)[0]
+    tuning = made(c)[1]
+    limits, wished = c.interval(-14805, 14805), [1000] * 4
+    c.speed_loop_reset(alone, 1000)
+    c.speed_loop_reset(smooth, 1000)
+    for n in range(60):
+        now = seen(draw.uniform(-30, 30))
+        show(alone, now)
+        show(smooth, now)
+        tuning.torque_mean_ms = 1
+        wished.append(c.speed_loop_step(alone, tuning, 1000, limits))
+        tuning.torque_mean_ms = mean_ms
+        asked = c.speed_loop_step(smooth, tuning, 1000, limits)
+        assert asked == int(sum(wished[-mean_ms:]) / mean_ms), n
+        assert smooth.integral_q29 == alone.integral_q29
+    assert max(wished) - min(wished) > 1000
+
+
+@pytest.mark.parametrize("mean_ms, swing_ms", [(2, 2), (3, 3), (4, 4)])
+def test_a_swing_of_as_many_steps_is_not_answered(c, mean_ms, swing_ms):
+    """Without a mean it is: what is asked then goes to and fro with the error."""
+    asked = {}
+    for mean in (1, mean_ms):
+        speed, tuning = made(c)
+        tuning.torque_mean_ms, tuning.speed_ki_q16, speed.ki_q16 = mean, 0, 0
+        asked[mean] = []
+        for n in range(40):
+            show(speed, seen(10 * math.cos(2 * math.pi * n / swing_ms)))
+            asked[mean].append(c.speed_loop_step(speed, tuning, 1000, c.interval(-14805, 14805)))
+    assert max(map(abs, asked[1][8:])) > 100 and max(map(abs, asked[mean_ms][8:])) <= 1
 
 
 def test_reset_takes_up_what_is(c):

@@ -82,7 +82,7 @@ def exact(c, p):
         "x_d_q11": reactance["d"] * BASE_HZ * 2048, "x_q_q11": reactance["q"] * BASE_HZ * 2048,
         "x_q_apparent_q11": min(2 * PI * Fraction(p["lq_apparent_uh"] or p["lq_uh"], 10**6) * per_unit * BASE_HZ * 2048,
                                 131071),
-        "ripple_q10": ripple_q10(p),
+        "ripple_q10": ripple_q10(p), **iron(p), "torque_mean_ms": Fraction(p["torque_mean_ms"]),
         "r_q12": Fraction(p["resistance_mohm"], 1000) * per_unit * 4096,
         "emf_q12": 2 * PI * BASE_HZ * Fraction(p["flux_uwb"], 1000) / p["v_range_mv"] * 4096,
         "speed_kp_q16": kp, "speed_ki_q16": kp * w / 4 / SLOW_HZ,
@@ -99,6 +99,16 @@ def exact(c, p):
         "way_per_count_q12": Fraction(60 * 1000 * 32768 * 4096, 256 * p["encoder_counts"]),
         "count_per_way_q16": Fraction(p["encoder_counts"] * 2**32, 60 * 1000 * 32768),
     }
+
+
+def iron(p):
+    """1 / L_q over that at rated current: at rest, and what it grows by with the square of the current."""
+    rated_q15 = round(Fraction(p["i_rated_ma"] * 32768, p["i_range_ma"]))
+    if p["lq_rest_uh"] <= p["lq_uh"] or rated_q15 == 0:
+        return {"iron_rest_q15": 32768, "iron_grows_q10": 0}
+    rest = Fraction(p["lq_uh"] * 32768, p["lq_rest_uh"])
+    grows = Fraction((32768 - round(rest)) * 2**10 * 2**15, rated_q15**2)
+    return {"iron_rest_q15": rest, "iron_grows_q10": min(grows, 65535)}
 
 
 def ripple_q10(p):

@@ -157,6 +157,31 @@ def test_counts_that_go_one_by_one_are_found_by_the_emf(motor):
     assert abs(m.axis.faults.detail[0] - lost_deg) < 6
 
 
+@pytest.mark.parametrize("turned_deg, verdict", ((0, "AGREES"), (180, "REVERSED")))
+def test_the_voltage_that_moves_a_current_is_no_reversed_rotor(motor, turned_deg, verdict):
+    """L di/dt, larger than the EMF and against it, for as long as the current moves; then a reversed rotor shows again."""
+    m = motor(2000, 9.0, resistance_mohm=50, lq_uh=2000, ld_uh=2000)
+    m.r, m.lq = 0.05, 2e-3
+    emf, fell_v = m.c.emf(), m.lq * 4.0 / 1e-3
+    m.c.emf_reset(emf, m.axis.tuning)
+
+    def look():
+        m.see()
+        m.c.emf_step(emf, m.axis.loop, m.axis.tuning, round(m.hz / BASE_HZ * 32768))
+        return m.c.emf_judge(emf, False)
+
+    look()
+    assert fell_v > 1.4 * 2 * math.pi * m.hz * m.psi
+    m.extra_v = -fell_v
+    for _ in range(4):
+        m.i_a -= 4.0
+        assert look() == m.c.EMF_AGREES
+    assert emf.filtered.q_q15 < -emf.unsure_q15, "without it this would be called reversed"
+    m.extra_v = 0.0
+    slip(turned_deg)(m)
+    assert [look() for _ in range(4)][-1] == getattr(m.c, f"EMF_{verdict}")
+
+
 def test_a_shaft_that_is_turned_by_somebody_else_is_no_slip(motor):
     """It jumps to another speed, and the EMF goes along."""
     m = motor(1500, 0.0)
