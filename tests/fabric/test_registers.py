@@ -49,6 +49,7 @@ def test_a_change_of_the_description_is_noticed(tmp_path, product):
     (lambda spec: spec["block"][0]["register"][0]["field"][0].update(bits="32"), "are not allowed"),
     (lambda spec: spec["block"][0]["register"][0]["field"][0].update(access="W"), "are not allowed"),
     (lambda spec: spec["block"][1].update(slot=0), "slot 0 is taken"),
+    (lambda spec: spec["block"][3]["register"][3]["field"][1].update(name="ON"), "two things would be called GATE_CHOPPER_ON"),
 ])
 def test_a_contradiction_is_refused(change, said):
     spec = copy.deepcopy(SPEC)

@@ -58,6 +58,10 @@ def checked(spec):
             offsets.add(register["offset"])
             names.add(register["name"])
             check_fields(where, register)
+    macros = re.findall(r"^`define (\w+)", verilog_header(spec), re.M)
+    twice = {name for name in macros if macros.count(name) > 1}
+    if twice:
+        raise Wrong(f"two things would be called {', '.join(sorted(twice))}")
     return spec
 
 
@@ -109,7 +113,7 @@ def verilog_header(spec):
     out = ["// SPDX-License-Identifier: MIT\n",
            f"// Generated from {SOURCE} by drivers/fabric/rtl/generate.py: change it there.\n",
            "//   <block>_<register>         word address in its slot\n",
-           "//   ..._RESET                  value after a reset\n",
+           "//   ..._RESET                  value after a reset, as wide as the register's highest bit asks\n",
            "//   ..._WRITABLE, ..._READABLE bits that keep what is written; bits that are not always 0\n",
            "//   ..._<field>                its bits, for a part-select; ..._<field>_LSB the lowest\n",
            "`ifndef MSSFOC_REGS_VH\n`define MSSFOC_REGS_VH\n\n",
@@ -119,7 +123,8 @@ def verilog_header(spec):
         for register in block["register"]:
             name = f"{block['name']}_{register['name']}"
             out.append(f"`define {name} 6'h{register['offset'] // 4:02X}\n")
-            out.append(f"`define {name}_RESET 32'h{register['reset']:08X}\n")
+            width = max(bits_of(field)[0] for field in register["field"]) + 1
+            out.append(f"`define {name}_RESET {width}'h{register['reset']:X}\n")
             out.append(f"`define {name}_WRITABLE 32'h{mask_of(fields_with(register, *WRITTEN)):08X}\n")
             out.append(f"`define {name}_READABLE 32'h{mask_of(fields_with(register, 'RO', 'RW', 'RW1C')):08X}\n")
             for field in register["field"]:
