@@ -113,6 +113,45 @@
 `define PWM_COMPARE_C_READABLE 32'h0000FFFF
 `define PWM_COMPARE_C_COUNT 15:0
 `define PWM_COMPARE_C_COUNT_LSB 0
+// by word address, for proofs
+`define PWM_WRITABLE_AT(a) ((a) == 6'h00 ? 32'h7 : \
+    (a) == 6'h02 ? 32'hFFFF : \
+    (a) == 6'h03 ? 32'hFF : \
+    (a) == 6'h04 ? 32'hFF : \
+    (a) == 6'h05 ? 32'h3 : \
+    (a) == 6'h06 ? 32'h1FFFF : \
+    (a) == 6'h07 ? 32'h3FFFF : \
+    (a) == 6'h08 ? 32'h3FFFF : \
+    (a) == 6'h0A ? 32'hFFFF : \
+    (a) == 6'h0B ? 32'hFFFF : \
+    (a) == 6'h0C ? 32'hFFFF : \
+    32'h0)
+`define PWM_READABLE_AT(a) ((a) == 6'h00 ? 32'h7 : \
+    (a) == 6'h01 ? 32'h77 : \
+    (a) == 6'h02 ? 32'hFFFF : \
+    (a) == 6'h03 ? 32'hFF : \
+    (a) == 6'h04 ? 32'hFF : \
+    (a) == 6'h05 ? 32'h3 : \
+    (a) == 6'h06 ? 32'h1FFFF : \
+    (a) == 6'h07 ? 32'h3FFFF : \
+    (a) == 6'h08 ? 32'h3FFFF : \
+    (a) == 6'h09 ? 32'hFFFF : \
+    (a) == 6'h0A ? 32'hFFFF : \
+    (a) == 6'h0B ? 32'hFFFF : \
+    (a) == 6'h0C ? 32'hFFFF : \
+    32'h0)
+`define PWM_RESET_AT(a) ((a) == 6'h02 ? 32'h9C4 : \
+    (a) == 6'h03 ? 32'hFF : \
+    (a) == 6'h04 ? 32'hFF : \
+    (a) == 6'h06 ? 32'h9C4 : \
+    (a) == 6'h09 ? 32'h9C4 : \
+    32'h0)
+`define PWM_LOCKED_AT(a) ((a) == 6'h02 ? 32'h1 : \
+    (a) == 6'h03 ? 32'h1 : \
+    (a) == 6'h04 ? 32'h1 : \
+    (a) == 6'h05 ? 32'h1 : \
+    (a) == 6'h06 ? 32'h1 : \
+    32'h0)
 
 // ADC: sampler of three phase currents and the bus voltage
 `define ADC_SLOT 2'd1
@@ -218,6 +257,40 @@
 `define ADC_TEMP_READABLE 32'h00000FFF
 `define ADC_TEMP_CODE 11:0
 `define ADC_TEMP_CODE_LSB 0
+// by word address, for proofs
+`define ADC_WRITABLE_AT(a) ((a) == 6'h00 ? 32'h3 : \
+    (a) == 6'h07 ? 32'hFFFF : \
+    (a) == 6'h08 ? 32'hFFFF : \
+    (a) == 6'h09 ? 32'hFFFF : \
+    (a) == 6'h0A ? 32'h1FFFF : \
+    (a) == 6'h0B ? 32'h1FFFF : \
+    (a) == 6'h0C ? 32'h1FFFF : \
+    (a) == 6'h0D ? 32'h1FFFF : \
+    32'h0)
+`define ADC_READABLE_AT(a) ((a) == 6'h00 ? 32'h3 : \
+    (a) == 6'h01 ? 32'hF3 : \
+    (a) == 6'h02 ? 32'hFFFFFFFF : \
+    (a) == 6'h03 ? 32'hFFFFFFFF : \
+    (a) == 6'h04 ? 32'hFFFFFFFF : \
+    (a) == 6'h05 ? 32'hFFFFFFFF : \
+    (a) == 6'h06 ? 32'hFFFFFFFF : \
+    (a) == 6'h07 ? 32'hFFFF : \
+    (a) == 6'h08 ? 32'hFFFF : \
+    (a) == 6'h09 ? 32'hFFFF : \
+    (a) == 6'h0A ? 32'h1FFFF : \
+    (a) == 6'h0B ? 32'h1FFFF : \
+    (a) == 6'h0C ? 32'h1FFFF : \
+    (a) == 6'h0D ? 32'h1FFFF : \
+    (a) == 6'h0E ? 32'hFFF : \
+    32'h0)
+`define ADC_RESET_AT(a) ((a) == 6'h07 ? 32'h8000 : \
+    (a) == 6'h08 ? 32'h8000 : \
+    (a) == 6'h09 ? 32'h8000 : \
+    (a) == 6'h0A ? 32'h1FFFF : \
+    (a) == 6'h0B ? 32'h1FFFF : \
+    (a) == 6'h0D ? 32'h1FFFF : \
+    32'h0)
+`define ADC_LOCKED_AT(a) (32'h0)
 
 // ENC: incremental encoder
 `define ENC_SLOT 2'd2
@@ -275,6 +348,22 @@
 `define ENC_LATCH_TIME_READABLE 32'hFFFFFFFF
 `define ENC_LATCH_TIME_CLOCKS 31:0
 `define ENC_LATCH_TIME_CLOCKS_LSB 0
+// by word address, for proofs
+`define ENC_WRITABLE_AT(a) ((a) == 6'h00 ? 32'h3 : \
+    (a) == 6'h01 ? 32'h1FFFF : \
+    32'h0)
+`define ENC_READABLE_AT(a) ((a) == 6'h00 ? 32'h3 : \
+    (a) == 6'h01 ? 32'h1FFFF : \
+    (a) == 6'h02 ? 32'h1FFFF : \
+    (a) == 6'h03 ? 32'h1FFFF : \
+    (a) == 6'h04 ? 32'h1FFFF : \
+    (a) == 6'h05 ? 32'h7 : \
+    (a) == 6'h06 ? 32'hFFFFFFFF : \
+    (a) == 6'h07 ? 32'hFFFFFFFF : \
+    32'h0)
+`define ENC_RESET_AT(a) ((a) == 6'h01 ? 32'h1000 : \
+    32'h0)
+`define ENC_LOCKED_AT(a) (32'h0)
 
 // GATE: the bridge's switch, its latches, the brake chopper, identity
 `define GATE_SLOT 2'd3
@@ -352,5 +441,24 @@
 `define GATE_AXES_INDEX_LSB 0
 `define GATE_AXES_COUNT 7:4
 `define GATE_AXES_COUNT_LSB 4
+// by word address, for proofs
+`define GATE_WRITABLE_AT(a) ((a) == 6'h00 ? 32'h1 : \
+    (a) == 6'h03 ? 32'h1 : \
+    (a) == 6'h04 ? 32'h7FFF : \
+    (a) == 6'h05 ? 32'h7FFF : \
+    32'h0)
+`define GATE_READABLE_AT(a) ((a) == 6'h00 ? 32'h1 : \
+    (a) == 6'h01 ? 32'h7FFF : \
+    (a) == 6'h02 ? 32'hFFFFFFFF : \
+    (a) == 6'h03 ? 32'h3 : \
+    (a) == 6'h04 ? 32'h7FFF : \
+    (a) == 6'h05 ? 32'h7FFF : \
+    (a) == 6'h06 ? 32'hFF : \
+    32'h0)
+`define GATE_RESET_AT(a) ((a) == 6'h02 ? 32'h464F4330 : \
+    (a) == 6'h04 ? 32'h7FFF : \
+    (a) == 6'h05 ? 32'h7FFF : \
+    32'h0)
+`define GATE_LOCKED_AT(a) (32'h0)
 
 `endif
