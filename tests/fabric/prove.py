@@ -46,14 +46,14 @@ def model(top, proof, out, rtl=RTL):
         raise Unproved("no property was found in the model")
 
 
-def prove(top, proof, rtl=RTL):
-    """Raises Unproved unless every property of the module holds for all inputs, for ever."""
+def prove(top, proof, rtl=RTL, further=2):
+    """Raises Unproved unless every property of the module holds for all inputs, for ever; `further` lengthens the base case."""
     with tempfile.TemporaryDirectory() as folder:
         smt = Path(folder) / f"{top}.smt2"
         model(top, proof, smt, rtl)
         for what, option in (("base case", []), ("induction", ["-i"])):
             # unrolled: z3 is lost in functions over an uninterpreted state, and done with plain bit vectors in no time
-            clocks = proof["depth"] + (0 if option else 2)
+            clocks = proof["depth"] + (0 if option else further)
             command = ["yosys-smtbmc", "-s", "z3", "--unroll", "--noprogress", *option, "-t", str(clocks), str(smt)]
             code, log = solve(command)
             if code or "Status: PASSED" not in log:

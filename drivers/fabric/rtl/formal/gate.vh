@@ -25,6 +25,7 @@ always @* if (f_ran) begin
     // what the processor reads: nothing is on while LIVE is 0, or while a latch shows
     if (sel && addr == `GATE_STATUS) begin
         if (!rdata[`GATE_STATUS_LIVE]) assert (!f_any);
+        else assert (enable && !latched);
         if (rdata[`GATE_STATUS_OVERCURRENT] || rdata[`GATE_STATUS_DRIVER_FAULT] || rdata[`GATE_STATUS_LOOP_LOST]
             || rdata[`GATE_STATUS_INTERLOCK] || rdata[`GATE_STATUS_STO_A] || rdata[`GATE_STATUS_STO_B]
             || rdata[`GATE_STATUS_CLOCK_LOST]) assert (!f_any);

@@ -45,6 +45,12 @@ always @(posedge clk) if (f_ran) begin
 end
 // the three phases of a set act together in the modes that wait for an end
 always @* if (f_ran && !once && running) assert (waiting == 3'b000 || waiting == 3'b111);
+// a write to COMPARE_C commits the three, and nothing else does
+always @(posedge clk) if (f_ran && $past(rst_n)) begin
+    if ($past(sel && write && addr == `PWM_COMPARE_C)) assert (waiting == 3'b111);
+    else assert ((waiting & ~$past(waiting)) == 3'b000);
+    if ($past(sel && write && (addr == `PWM_COMPARE_A || addr == `PWM_COMPARE_B))) assert (waiting == 3'b000);
+end
 // which ends a mode takes
 always @* if (f_ran) begin
     if (mode == 2'd0) assert (load == to_valley);

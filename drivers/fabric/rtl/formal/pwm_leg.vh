@@ -35,18 +35,18 @@ always @(posedge clk) begin
         {f_for_high, f_for_low, f_from_high, f_from_low} <= 22'd0;
     end
 end
-// clocks for which the wish has been the same
-reg [10:0] f_still;
-reg        f_wish;
-wire [10:0] f_steady = (wish == f_wish) ? f_still : 11'd0;
-always @(posedge clk) begin
-    f_wish  <= wish;
-    f_still <= !rst_n || !enable ? 11'd0 : &f_steady ? f_steady : f_steady + 11'd1;
-end
+// clocks within which a wish must be obeyed, counted from its last change or from enabling; and clocks that it still takes
+reg [10:0]  f_within;
+reg         f_wish, f_steady;
 wire [10:0] f_left = left == 8'd0 ? 11'd1 : {3'd0, left};
-wire [10:0] f_wait = on ? (side == wish ? 11'd0 : f_left + {3'd0, f_dead})
-                        : f_left + (side == wish ? 11'd0 : {3'd0, f_shortest} + {3'd0, f_dead});
-wire [10:0] f_most = {3'd0, f_dead} + {3'd0, f_dead} + {3'd0, f_shortest};
+wire [10:0] f_both = {3'd0, f_dead} + {3'd0, f_shortest};
+wire [10:0] f_due  = f_steady && wish == f_wish ? f_within : f_both + {3'd0, f_dead};
+wire [10:0] f_wait = on ? (side == wish ? 11'd0 : f_left + {3'd0, f_dead}) : side == wish ? f_left : f_left + f_both;
+always @(posedge clk) begin
+    f_wish   <= wish;
+    f_steady <= rst_n && enable;
+    f_within <= f_due == 11'd0 ? 11'd0 : f_due - 11'd1;
+end
 
 always @* if (f_ran) begin
     // never both; none while not enabled
@@ -56,34 +56,41 @@ always @* if (f_ran) begin
     if (low) assert (f_since_high >= {2'd0, f_dead});
     if (high) assert (f_since_low >= {2'd0, f_dead});
     // a change of the wish that lasts is obeyed, within this many clocks
-    if (enable && rst_n && f_steady >= f_most) assert (wish ? high : low);
+    if (enable && f_due == 11'd0) assert (wish ? high : low);
 end
-always @(posedge clk) if (f_ran && $past(rst_n) && rst_n && enable && $past(enable)) begin
+reg f_was_high, f_was_low, f_was_wish, f_was_enabled;
+always @(posedge clk) begin
+    f_was_high    <= high;
+    f_was_low     <= low;
+    f_was_wish    <= wish;
+    f_was_enabled <= enable && rst_n && f_ran;
+end
+always @* if (enable && f_was_enabled) begin
     // no pulse shorter than the shortest
-    if ($past(high) && !high) assert (f_for_high >= {2'd0, f_shortest});
-    if ($past(low) && !low) assert (f_for_low >= {2'd0, f_shortest});
+    if (f_was_high && !high) assert (f_for_high >= {2'd0, f_shortest});
+    if (f_was_low && !low) assert (f_for_low >= {2'd0, f_shortest});
     // the dead time is not longer than asked
-    if (!$past(low) && low && f_from_high) assert (f_since_high == {2'd0, f_dead});
-    if (!$past(high) && high && f_from_low) assert (f_since_low == {2'd0, f_dead});
-    // a pulse ends at once when it is long enough
-    if ($past(on) && on && f_for_high > {2'd0, f_shortest} && side) assert ($past(wish));
-    if ($past(on) && on && f_for_low > {2'd0, f_shortest} && !side) assert (!$past(wish));
+    if (!f_was_low && low && f_from_high) assert (f_since_high == {2'd0, f_dead});
+    if (!f_was_high && high && f_from_low) assert (f_since_low == {2'd0, f_dead});
+    // a pulse that is long enough ends at once
+    if (high && f_for_high > {2'd0, f_shortest}) assert (f_was_wish);
+    if (low && f_for_low > {2'd0, f_shortest}) assert (!f_was_wish);
 end
 // what induction needs to know besides
 always @* if (f_ran && enable) begin
     if (!on) begin
         assert (left <= dead);
-        assert (!side || f_since_low + {2'd0, left} >= {2'd0, dead});
-        assert (side || f_since_high + {2'd0, left} >= {2'd0, dead});
-        if (f_from_high && !side) assert (f_since_high + f_left[9:0] == {2'd0, f_dead});
-        if (f_from_low && side) assert (f_since_low + f_left[9:0] == {2'd0, f_dead});
+        assert (!side || {1'b0, f_since_low} + {3'd0, left} >= {3'd0, dead});
+        assert (side || {1'b0, f_since_high} + {3'd0, left} >= {3'd0, dead});
+        if (f_from_high && !side) assert ({1'b0, f_since_high} + f_left == {3'd0, f_dead});
+        if (f_from_low && side) assert ({1'b0, f_since_low} + f_left == {3'd0, f_dead});
         assert (!(f_from_high && side) && !(f_from_low && !side));
     end else begin
         assert (left <= shortest);
-        assert (!side || f_for_high + {2'd0, left} >= {2'd0, shortest});
-        assert (side || f_for_low + {2'd0, left} >= {2'd0, shortest});
-        assert (side ? f_for_high + f_left[9:0] <= {2'd0, f_shortest} || left <= 8'd1
-                     : f_for_low + f_left[9:0] <= {2'd0, f_shortest} || left <= 8'd1);
+        assert (!side || {1'b0, f_for_high} + {3'd0, left} >= {3'd0, shortest});
+        assert (side || {1'b0, f_for_low} + {3'd0, left} >= {3'd0, shortest});
+        assert (side ? {1'b0, f_for_high} + f_left <= {3'd0, f_shortest} || left <= 8'd1
+                     : {1'b0, f_for_low} + f_left <= {3'd0, f_shortest} || left <= 8'd1);
     end
-    assert (f_steady + f_wait <= f_most || f_wait == 11'd0);
+    assert (f_wait <= f_due);
 end
