@@ -156,17 +156,21 @@
 // ADC: sampler of three phase currents and the bus voltage
 `define ADC_SLOT 2'd1
 `define ADC_CONTROL 6'h00
-`define ADC_CONTROL_RESET 2'h0
-`define ADC_CONTROL_WRITABLE 32'h00000003
-`define ADC_CONTROL_READABLE 32'h00000003
+`define ADC_CONTROL_RESET 4'h0
+`define ADC_CONTROL_WRITABLE 32'h0000000F
+`define ADC_CONTROL_READABLE 32'h0000000F
 `define ADC_CONTROL_ENABLE 0
 `define ADC_CONTROL_ENABLE_LSB 0
 `define ADC_CONTROL_IRQ_ENABLE 1
 `define ADC_CONTROL_IRQ_ENABLE_LSB 1
+`define ADC_CONTROL_RECONSTRUCT 2
+`define ADC_CONTROL_RECONSTRUCT_LSB 2
+`define ADC_CONTROL_MODULATORS 3
+`define ADC_CONTROL_MODULATORS_LSB 3
 `define ADC_STATUS 6'h01
-`define ADC_STATUS_RESET 8'h0
+`define ADC_STATUS_RESET 9'h0
 `define ADC_STATUS_WRITABLE 32'h00000000
-`define ADC_STATUS_READABLE 32'h000000F3
+`define ADC_STATUS_READABLE 32'h000001F3
 `define ADC_STATUS_EOC 0
 `define ADC_STATUS_EOC_LSB 0
 `define ADC_STATUS_OVERRUN 1
@@ -179,6 +183,8 @@
 `define ADC_STATUS_VBUS_HIGH_LSB 6
 `define ADC_STATUS_VBUS_LOW 7
 `define ADC_STATUS_VBUS_LOW_LSB 7
+`define ADC_STATUS_TRIP 8
+`define ADC_STATUS_TRIP_LSB 8
 `define ADC_IA 6'h02
 `define ADC_IA_RESET 32'h0
 `define ADC_IA_WRITABLE 32'h00000000
@@ -257,8 +263,58 @@
 `define ADC_TEMP_READABLE 32'h00000FFF
 `define ADC_TEMP_CODE 11:0
 `define ADC_TEMP_CODE_LSB 0
+`define ADC_VALID 6'h0F
+`define ADC_VALID_RESET 3'h0
+`define ADC_VALID_WRITABLE 32'h00000000
+`define ADC_VALID_READABLE 32'h00000007
+`define ADC_VALID_A 0
+`define ADC_VALID_A_LSB 0
+`define ADC_VALID_B 1
+`define ADC_VALID_B_LSB 1
+`define ADC_VALID_C 2
+`define ADC_VALID_C_LSB 2
+`define ADC_GAIN_A 6'h10
+`define ADC_GAIN_A_RESET 8'h0
+`define ADC_GAIN_A_WRITABLE 32'h000000FF
+`define ADC_GAIN_A_READABLE 32'h000000FF
+`define ADC_GAIN_A_VALUE 7:0
+`define ADC_GAIN_A_VALUE_LSB 0
+`define ADC_GAIN_B 6'h11
+`define ADC_GAIN_B_RESET 8'h0
+`define ADC_GAIN_B_WRITABLE 32'h000000FF
+`define ADC_GAIN_B_READABLE 32'h000000FF
+`define ADC_GAIN_B_VALUE 7:0
+`define ADC_GAIN_B_VALUE_LSB 0
+`define ADC_GAIN_C 6'h12
+`define ADC_GAIN_C_RESET 8'h0
+`define ADC_GAIN_C_WRITABLE 32'h000000FF
+`define ADC_GAIN_C_READABLE 32'h000000FF
+`define ADC_GAIN_C_VALUE 7:0
+`define ADC_GAIN_C_VALUE_LSB 0
+`define ADC_SETTLE 6'h13
+`define ADC_SETTLE_RESET 12'h0
+`define ADC_SETTLE_WRITABLE 32'h00000FFF
+`define ADC_SETTLE_READABLE 32'h00000FFF
+`define ADC_SETTLE_CLOCKS 11:0
+`define ADC_SETTLE_CLOCKS_LSB 0
+`define ADC_MODULATOR 6'h14
+`define ADC_MODULATOR_RESET 13'h511
+`define ADC_MODULATOR_WRITABLE 32'h00001F33
+`define ADC_MODULATOR_READABLE 32'h00001F33
+`define ADC_MODULATOR_OSR 1:0
+`define ADC_MODULATOR_OSR_LSB 0
+`define ADC_MODULATOR_TRIP_OSR 5:4
+`define ADC_MODULATOR_TRIP_OSR_LSB 4
+`define ADC_MODULATOR_CLOCKS 12:8
+`define ADC_MODULATOR_CLOCKS_LSB 8
+`define ADC_MODULATOR_TRIP 6'h15
+`define ADC_MODULATOR_TRIP_RESET 17'h1FFFF
+`define ADC_MODULATOR_TRIP_WRITABLE 32'h0001FFFF
+`define ADC_MODULATOR_TRIP_READABLE 32'h0001FFFF
+`define ADC_MODULATOR_TRIP_VALUE 16:0
+`define ADC_MODULATOR_TRIP_VALUE_LSB 0
 // by word address, for proofs
-`define ADC_WRITABLE_AT(a) ((a) == 6'h00 ? 32'h3 : \
+`define ADC_WRITABLE_AT(a) ((a) == 6'h00 ? 32'hF : \
     (a) == 6'h07 ? 32'hFFFF : \
     (a) == 6'h08 ? 32'hFFFF : \
     (a) == 6'h09 ? 32'hFFFF : \
@@ -266,9 +322,15 @@
     (a) == 6'h0B ? 32'h1FFFF : \
     (a) == 6'h0C ? 32'h1FFFF : \
     (a) == 6'h0D ? 32'h1FFFF : \
+    (a) == 6'h10 ? 32'hFF : \
+    (a) == 6'h11 ? 32'hFF : \
+    (a) == 6'h12 ? 32'hFF : \
+    (a) == 6'h13 ? 32'hFFF : \
+    (a) == 6'h14 ? 32'h1F33 : \
+    (a) == 6'h15 ? 32'h1FFFF : \
     32'h0)
-`define ADC_READABLE_AT(a) ((a) == 6'h00 ? 32'h3 : \
-    (a) == 6'h01 ? 32'hF3 : \
+`define ADC_READABLE_AT(a) ((a) == 6'h00 ? 32'hF : \
+    (a) == 6'h01 ? 32'h1F3 : \
     (a) == 6'h02 ? 32'hFFFFFFFF : \
     (a) == 6'h03 ? 32'hFFFFFFFF : \
     (a) == 6'h04 ? 32'hFFFFFFFF : \
@@ -282,6 +344,13 @@
     (a) == 6'h0C ? 32'h1FFFF : \
     (a) == 6'h0D ? 32'h1FFFF : \
     (a) == 6'h0E ? 32'hFFF : \
+    (a) == 6'h0F ? 32'h7 : \
+    (a) == 6'h10 ? 32'hFF : \
+    (a) == 6'h11 ? 32'hFF : \
+    (a) == 6'h12 ? 32'hFF : \
+    (a) == 6'h13 ? 32'hFFF : \
+    (a) == 6'h14 ? 32'h1F33 : \
+    (a) == 6'h15 ? 32'h1FFFF : \
     32'h0)
 `define ADC_RESET_AT(a) ((a) == 6'h07 ? 32'h8000 : \
     (a) == 6'h08 ? 32'h8000 : \
@@ -289,10 +358,12 @@
     (a) == 6'h0A ? 32'h1FFFF : \
     (a) == 6'h0B ? 32'h1FFFF : \
     (a) == 6'h0D ? 32'h1FFFF : \
+    (a) == 6'h14 ? 32'h511 : \
+    (a) == 6'h15 ? 32'h1FFFF : \
     32'h0)
 `define ADC_LOCKED_AT(a) (32'h0)
 
-// ENC: incremental encoder
+// ENC: incremental encoder and Hall switches
 `define ENC_SLOT 2'd2
 `define ENC_CONTROL 6'h00
 `define ENC_CONTROL_RESET 2'h0
@@ -309,22 +380,22 @@
 `define ENC_COUNTS_VALUE 16:0
 `define ENC_COUNTS_VALUE_LSB 0
 `define ENC_POSITION 6'h02
-`define ENC_POSITION_RESET 17'h0
+`define ENC_POSITION_RESET 16'h0
 `define ENC_POSITION_WRITABLE 32'h00000000
-`define ENC_POSITION_READABLE 32'h0001FFFF
-`define ENC_POSITION_VALUE 16:0
+`define ENC_POSITION_READABLE 32'h0000FFFF
+`define ENC_POSITION_VALUE 15:0
 `define ENC_POSITION_VALUE_LSB 0
 `define ENC_LATCHED 6'h03
-`define ENC_LATCHED_RESET 17'h0
+`define ENC_LATCHED_RESET 16'h0
 `define ENC_LATCHED_WRITABLE 32'h00000000
-`define ENC_LATCHED_READABLE 32'h0001FFFF
-`define ENC_LATCHED_VALUE 16:0
+`define ENC_LATCHED_READABLE 32'h0000FFFF
+`define ENC_LATCHED_VALUE 15:0
 `define ENC_LATCHED_VALUE_LSB 0
 `define ENC_INDEX 6'h04
-`define ENC_INDEX_RESET 17'h0
+`define ENC_INDEX_RESET 16'h0
 `define ENC_INDEX_WRITABLE 32'h00000000
-`define ENC_INDEX_READABLE 32'h0001FFFF
-`define ENC_INDEX_VALUE 16:0
+`define ENC_INDEX_READABLE 32'h0000FFFF
+`define ENC_INDEX_VALUE 15:0
 `define ENC_INDEX_VALUE_LSB 0
 `define ENC_STATUS 6'h05
 `define ENC_STATUS_RESET 3'h0
@@ -348,18 +419,44 @@
 `define ENC_LATCH_TIME_READABLE 32'hFFFFFFFF
 `define ENC_LATCH_TIME_CLOCKS 31:0
 `define ENC_LATCH_TIME_CLOCKS_LSB 0
+`define ENC_FILTER 6'h08
+`define ENC_FILTER_RESET 16'h0
+`define ENC_FILTER_WRITABLE 32'h0000FFFF
+`define ENC_FILTER_READABLE 32'h0000FFFF
+`define ENC_FILTER_ENCODER 7:0
+`define ENC_FILTER_ENCODER_LSB 0
+`define ENC_FILTER_HALL 15:8
+`define ENC_FILTER_HALL_LSB 8
+`define ENC_HALL 6'h09
+`define ENC_HALL_RESET 7'h0
+`define ENC_HALL_WRITABLE 32'h00000000
+`define ENC_HALL_READABLE 32'h00000077
+`define ENC_HALL_LATCHED 2:0
+`define ENC_HALL_LATCHED_LSB 0
+`define ENC_HALL_NOW 6:4
+`define ENC_HALL_NOW_LSB 4
+`define ENC_HALL_TIME 6'h0A
+`define ENC_HALL_TIME_RESET 32'h0
+`define ENC_HALL_TIME_WRITABLE 32'h00000000
+`define ENC_HALL_TIME_READABLE 32'hFFFFFFFF
+`define ENC_HALL_TIME_CLOCKS 31:0
+`define ENC_HALL_TIME_CLOCKS_LSB 0
 // by word address, for proofs
 `define ENC_WRITABLE_AT(a) ((a) == 6'h00 ? 32'h3 : \
     (a) == 6'h01 ? 32'h1FFFF : \
+    (a) == 6'h08 ? 32'hFFFF : \
     32'h0)
 `define ENC_READABLE_AT(a) ((a) == 6'h00 ? 32'h3 : \
     (a) == 6'h01 ? 32'h1FFFF : \
-    (a) == 6'h02 ? 32'h1FFFF : \
-    (a) == 6'h03 ? 32'h1FFFF : \
-    (a) == 6'h04 ? 32'h1FFFF : \
+    (a) == 6'h02 ? 32'hFFFF : \
+    (a) == 6'h03 ? 32'hFFFF : \
+    (a) == 6'h04 ? 32'hFFFF : \
     (a) == 6'h05 ? 32'h7 : \
     (a) == 6'h06 ? 32'hFFFFFFFF : \
     (a) == 6'h07 ? 32'hFFFFFFFF : \
+    (a) == 6'h08 ? 32'hFFFF : \
+    (a) == 6'h09 ? 32'h77 : \
+    (a) == 6'h0A ? 32'hFFFFFFFF : \
     32'h0)
 `define ENC_RESET_AT(a) ((a) == 6'h01 ? 32'h1000 : \
     32'h0)
