@@ -97,8 +97,8 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
     always @*
         case (addr)
         `GATE_CONTROL:     value = {31'd0, enable};
-        `GATE_STATUS:      value = {17'd0, pins_2[3:2], pin_latches[4:2], pins_2[1:0], limit, overrun, encoder_faulty, interlock,
-                                    loop_lost, pin_latches[1:0], enable && !settled};
+        `GATE_STATUS:      value = {17'd0, pins_2[3:2], pin_latches[4:2], pins_2[1:0], limit, overrun, encoder_faulty,
+                                    interlock, loop_lost, pin_latches[1:0], enable && !settled};
         `GATE_ID:          value = `GATE_ID_RESET;
         `GATE_CHOPPER:     value = {30'd0, pin_chopper, chopper_enable};
         `GATE_CHOPPER_ON:  value = {17'd0, chopper_on};

@@ -58,8 +58,8 @@ always @* if (f_ran) begin
     assert (sync_out == to_valley);
 end
 // triggers: one clock after their count in their direction, and no others
-always @(posedge clk) if (f_ran && $past(rst_n))
-    assert (trigger == ($past(running) && (($past(count) == $past(trigger_1[15:0]) && $past(rising ? trigger_1[17] : trigger_1[16]))
-                                       || ($past(count) == $past(trigger_2[15:0]) && $past(rising ? trigger_2[17] : trigger_2[16])))));
+wire f_first  = count == trigger_1[15:0] && (rising ? trigger_1[17] : trigger_1[16]);
+wire f_second = count == trigger_2[15:0] && (rising ? trigger_2[17] : trigger_2[16]);
+always @(posedge clk) if (f_ran && $past(rst_n)) assert (trigger == $past(running && (f_first || f_second)));
 // braking wishes all low sides, running what the compares say
 always @* if (f_ran) assert (wish_leg == (brake ? 3'd0 : wish));
