@@ -65,7 +65,7 @@ always @(posedge clk) begin
     f_was_wish    <= wish;
     f_was_enabled <= enable && rst_n && f_ran;
 end
-always @* if (enable && f_was_enabled) begin
+always @* if (f_ran && enable && f_was_enabled) begin
     // no pulse shorter than the shortest
     if (f_was_high && !high) assert (f_for_high >= {2'd0, f_shortest});
     if (f_was_low && !low) assert (f_for_low >= {2'd0, f_shortest});
