@@ -45,7 +45,7 @@ def run(binary, bits, osr, trip_osr, clocks, every, limit, ones, folder):
     plus = dict(osr=osr, trip_osr=trip_osr, clocks=clocks, every=every, limit=limit, length=len(bits) - 4, ones=ones, bits=path)
     shown = subprocess.run(["vvp", "-n", binary, *(f"+{k}={v}" for k, v in plus.items())], capture_output=True, text=True,
                            timeout=300, check=True).stdout
-    return [line.split() for line in shown.splitlines()]
+    return [line.split() for line in shown.splitlines() if line.split()[0] in ("start", "code", "trip", "event", "period")]
 
 
 def lines_of(bits, ones):
@@ -53,6 +53,9 @@ def lines_of(bits, ones):
 
 
 def moving(bits, taps, first):
+    """Before the first bit the pins are 0."""
+    if first < 0:
+        return moving([0] * -first + bits, taps, 0)
     return sum(tap * bit for tap, bit in zip(taps, bits[first:first + len(taps)]))
 
 
@@ -74,7 +77,7 @@ def judge(rows, bits, osr, trip_osr, clocks, limit, ones):
         elif what == "trip":
             # the newest bit is the one before the take's; two more are in the integrators' delay
             found = [first for first in range(numbers[0] - 3 * trip_osr - 4, numbers[0] - 3 * trip_osr + 4)
-                     if first >= 0 and numbers[1:] == [code(moving(line, trip_taps, first), trip_osr) for line in lines]]
+                     if first >= -1 and numbers[1:] == [code(moving(line, trip_taps, first), trip_osr) for line in lines]]
             assert found, f"trip path {numbers} is of no window"
             assert trips < 2 or numbers[0] - last == trip_osr, f"trip path after {numbers[0] - last} bits"
             last, trips = numbers[0], trips + 1
@@ -105,8 +108,8 @@ def cases():
 
 def settling(binary, folder):
     """A step at the trigger is whole in the first code after it: nothing older than 3 OSR bits counts."""
-    osr, length = 64, 64 * 12
-    for shift in range(-3, 2):
+    length = 64 * 12
+    for shift in (-3, -1, 3):      # the first three taps are 1, 3, 6 of OSR cubed: less than a code together before the third
         bits = [int(k >= 64 * 4 + shift) for k in range(length)]
         rows = run(binary, bits, 1, 1, 5, 64 * 4, 40000, length, folder)
         starts = [int(r[1]) for r in rows if r[0] == "start"]
