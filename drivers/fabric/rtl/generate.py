@@ -131,8 +131,20 @@ def verilog_header(spec):
                 high, low = bits_of(field)
                 out.append(f"`define {name}_{field['name']} {f'{high}:{low}' if high > low else high}\n")
                 out.append(f"`define {name}_{field['name']}_LSB {low}\n")
+        out.append("// by word address, for proofs\n")
+        out.append(by_address(block, "WRITABLE_AT", lambda register: mask_of(fields_with(register, *WRITTEN))))
+        out.append(by_address(block, "READABLE_AT", lambda register: mask_of(fields_with(register, "RO", "RW", "RW1C"))))
+        out.append(by_address(block, "RESET_AT", lambda register: register["reset"]))
+        out.append(by_address(block, "LOCKED_AT", lambda register: 1 if register.get("locked") else 0))
     out.append("\n`endif\n")
     return "".join(out)
+
+
+def by_address(block, name, value):
+    """A macro that picks one word of each register by its address, and 0 where there is none."""
+    picks = [f"(a) == 6'h{register['offset'] // 4:02X} ? 32'h{value(register):X} : \\\n    "
+             for register in block["register"] if value(register)]
+    return f"`define {block['name']}_{name}(a) ({''.join(picks)}32'h0)\n"
 
 
 def svd_field(field):

@@ -113,6 +113,45 @@
 `define PWM_COMPARE_C_READABLE 32'h0000FFFF
 `define PWM_COMPARE_C_COUNT 15:0
 `define PWM_COMPARE_C_COUNT_LSB 0
+// by word address, for proofs
+`define PWM_WRITABLE_AT(a) ((a) == 6'h00 ? 32'h7 : \
+    (a) == 6'h02 ? 32'hFFFF : \
+    (a) == 6'h03 ? 32'hFF : \
+    (a) == 6'h04 ? 32'hFF : \
+    (a) == 6'h05 ? 32'h3 : \
+    (a) == 6'h06 ? 32'h1FFFF : \
+    (a) == 6'h07 ? 32'h3FFFF : \
+    (a) == 6'h08 ? 32'h3FFFF : \
+    (a) == 6'h0A ? 32'hFFFF : \
+    (a) == 6'h0B ? 32'hFFFF : \
+    (a) == 6'h0C ? 32'hFFFF : \
+    32'h0)
+`define PWM_READABLE_AT(a) ((a) == 6'h00 ? 32'h7 : \
+    (a) == 6'h01 ? 32'h77 : \
+    (a) == 6'h02 ? 32'hFFFF : \
+    (a) == 6'h03 ? 32'hFF : \
+    (a) == 6'h04 ? 32'hFF : \
+    (a) == 6'h05 ? 32'h3 : \
+    (a) == 6'h06 ? 32'h1FFFF : \
+    (a) == 6'h07 ? 32'h3FFFF : \
+    (a) == 6'h08 ? 32'h3FFFF : \
+    (a) == 6'h09 ? 32'hFFFF : \
+    (a) == 6'h0A ? 32'hFFFF : \
+    (a) == 6'h0B ? 32'hFFFF : \
+    (a) == 6'h0C ? 32'hFFFF : \
+    32'h0)
+`define PWM_RESET_AT(a) ((a) == 6'h02 ? 32'h9C4 : \
+    (a) == 6'h03 ? 32'hFF : \
+    (a) == 6'h04 ? 32'hFF : \
+    (a) == 6'h06 ? 32'h9C4 : \
+    (a) == 6'h09 ? 32'h9C4 : \
+    32'h0)
+`define PWM_LOCKED_AT(a) ((a) == 6'h02 ? 32'h1 : \
+    (a) == 6'h03 ? 32'h1 : \
+    (a) == 6'h04 ? 32'h1 : \
+    (a) == 6'h05 ? 32'h1 : \
+    (a) == 6'h06 ? 32'h1 : \
+    32'h0)
 
 // ADC: sampler of three phase currents and the bus voltage
 `define ADC_SLOT 2'd1
@@ -274,6 +313,55 @@
 `define ADC_MODULATOR_TRIP_READABLE 32'h0001FFFF
 `define ADC_MODULATOR_TRIP_VALUE 16:0
 `define ADC_MODULATOR_TRIP_VALUE_LSB 0
+// by word address, for proofs
+`define ADC_WRITABLE_AT(a) ((a) == 6'h00 ? 32'hF : \
+    (a) == 6'h07 ? 32'hFFFF : \
+    (a) == 6'h08 ? 32'hFFFF : \
+    (a) == 6'h09 ? 32'hFFFF : \
+    (a) == 6'h0A ? 32'h1FFFF : \
+    (a) == 6'h0B ? 32'h1FFFF : \
+    (a) == 6'h0C ? 32'h1FFFF : \
+    (a) == 6'h0D ? 32'h1FFFF : \
+    (a) == 6'h10 ? 32'hFF : \
+    (a) == 6'h11 ? 32'hFF : \
+    (a) == 6'h12 ? 32'hFF : \
+    (a) == 6'h13 ? 32'hFFF : \
+    (a) == 6'h14 ? 32'h1F33 : \
+    (a) == 6'h15 ? 32'h1FFFF : \
+    32'h0)
+`define ADC_READABLE_AT(a) ((a) == 6'h00 ? 32'hF : \
+    (a) == 6'h01 ? 32'h1F3 : \
+    (a) == 6'h02 ? 32'hFFFFFFFF : \
+    (a) == 6'h03 ? 32'hFFFFFFFF : \
+    (a) == 6'h04 ? 32'hFFFFFFFF : \
+    (a) == 6'h05 ? 32'hFFFFFFFF : \
+    (a) == 6'h06 ? 32'hFFFFFFFF : \
+    (a) == 6'h07 ? 32'hFFFF : \
+    (a) == 6'h08 ? 32'hFFFF : \
+    (a) == 6'h09 ? 32'hFFFF : \
+    (a) == 6'h0A ? 32'h1FFFF : \
+    (a) == 6'h0B ? 32'h1FFFF : \
+    (a) == 6'h0C ? 32'h1FFFF : \
+    (a) == 6'h0D ? 32'h1FFFF : \
+    (a) == 6'h0E ? 32'hFFF : \
+    (a) == 6'h0F ? 32'h7 : \
+    (a) == 6'h10 ? 32'hFF : \
+    (a) == 6'h11 ? 32'hFF : \
+    (a) == 6'h12 ? 32'hFF : \
+    (a) == 6'h13 ? 32'hFFF : \
+    (a) == 6'h14 ? 32'h1F33 : \
+    (a) == 6'h15 ? 32'h1FFFF : \
+    32'h0)
+`define ADC_RESET_AT(a) ((a) == 6'h07 ? 32'h8000 : \
+    (a) == 6'h08 ? 32'h8000 : \
+    (a) == 6'h09 ? 32'h8000 : \
+    (a) == 6'h0A ? 32'h1FFFF : \
+    (a) == 6'h0B ? 32'h1FFFF : \
+    (a) == 6'h0D ? 32'h1FFFF : \
+    (a) == 6'h14 ? 32'h511 : \
+    (a) == 6'h15 ? 32'h1FFFF : \
+    32'h0)
+`define ADC_LOCKED_AT(a) (32'h0)
 
 // ENC: incremental encoder and Hall switches
 `define ENC_SLOT 2'd2
@@ -353,6 +441,26 @@
 `define ENC_HALL_TIME_READABLE 32'hFFFFFFFF
 `define ENC_HALL_TIME_CLOCKS 31:0
 `define ENC_HALL_TIME_CLOCKS_LSB 0
+// by word address, for proofs
+`define ENC_WRITABLE_AT(a) ((a) == 6'h00 ? 32'h3 : \
+    (a) == 6'h01 ? 32'h1FFFF : \
+    (a) == 6'h08 ? 32'hFFFF : \
+    32'h0)
+`define ENC_READABLE_AT(a) ((a) == 6'h00 ? 32'h3 : \
+    (a) == 6'h01 ? 32'h1FFFF : \
+    (a) == 6'h02 ? 32'hFFFF : \
+    (a) == 6'h03 ? 32'hFFFF : \
+    (a) == 6'h04 ? 32'hFFFF : \
+    (a) == 6'h05 ? 32'h7 : \
+    (a) == 6'h06 ? 32'hFFFFFFFF : \
+    (a) == 6'h07 ? 32'hFFFFFFFF : \
+    (a) == 6'h08 ? 32'hFFFF : \
+    (a) == 6'h09 ? 32'h77 : \
+    (a) == 6'h0A ? 32'hFFFFFFFF : \
+    32'h0)
+`define ENC_RESET_AT(a) ((a) == 6'h01 ? 32'h1000 : \
+    32'h0)
+`define ENC_LOCKED_AT(a) (32'h0)
 
 // GATE: the bridge's switch, its latches, the brake chopper, identity
 `define GATE_SLOT 2'd3
@@ -430,5 +538,24 @@
 `define GATE_AXES_INDEX_LSB 0
 `define GATE_AXES_COUNT 7:4
 `define GATE_AXES_COUNT_LSB 4
+// by word address, for proofs
+`define GATE_WRITABLE_AT(a) ((a) == 6'h00 ? 32'h1 : \
+    (a) == 6'h03 ? 32'h1 : \
+    (a) == 6'h04 ? 32'h7FFF : \
+    (a) == 6'h05 ? 32'h7FFF : \
+    32'h0)
+`define GATE_READABLE_AT(a) ((a) == 6'h00 ? 32'h1 : \
+    (a) == 6'h01 ? 32'h7FFF : \
+    (a) == 6'h02 ? 32'hFFFFFFFF : \
+    (a) == 6'h03 ? 32'h3 : \
+    (a) == 6'h04 ? 32'h7FFF : \
+    (a) == 6'h05 ? 32'h7FFF : \
+    (a) == 6'h06 ? 32'hFF : \
+    32'h0)
+`define GATE_RESET_AT(a) ((a) == 6'h02 ? 32'h464F4330 : \
+    (a) == 6'h04 ? 32'h7FFF : \
+    (a) == 6'h05 ? 32'h7FFF : \
+    32'h0)
+`define GATE_LOCKED_AT(a) (32'h0)
 
 `endif

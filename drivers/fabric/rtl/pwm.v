@@ -73,13 +73,14 @@ module pwm (
                          .rising(rising), .to_valley(to_valley), .to_peak(to_peak));
 
     wire [47:0] newest = {compare_c, compare_b, compare_a};
+    wire [2:0]  wish_leg = wish & {3{!brake}};
     genvar k;
     generate
         for (k = 0; k < 3; k = k + 1) begin : leg
             pwm_compare updates (.clk(clk), .rst_n(rst_n), .running(running), .count(count), .rising(rising), .load(load),
                                  .once(once), .newest(newest[16*k +: 16]), .commit(commit), .withdraw(withdraw),
                                  .wish(wish[k]), .waiting(waiting[k]), .fell_back(fell_back[k]));
-            pwm_leg half_bridge (.clk(clk), .rst_n(rst_n), .enable(live && (running || brake)), .wish(wish[k] && !brake),
+            pwm_leg half_bridge (.clk(clk), .rst_n(rst_n), .enable(live && (running || brake)), .wish(wish_leg[k]),
                                  .dead(dead), .shortest(min_pulse), .high(high[k]), .low(low[k]));
         end
     endgenerate
