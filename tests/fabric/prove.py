@@ -36,8 +36,9 @@ def model(top, proof, out, rtl=RTL):
     """Writes the SMT-LIB model of a module; raises Unproved when yosys refuses it."""
     below = " ".join(f"{rtl}/{name}.v" for name in proof["files"][1:])
     # the parts below are read without their own promises, and so without what those take for granted
+    choice = "".join(f"chparam -set {name} {value} {top}; " for name, value in proof.get("parameters", {}).items())
     script = (f"read_verilog -I{rtl} {below}; " if below else "") + (
-              f"read_verilog -formal -I{rtl} {rtl}/{top}.v; prep -top {top} -flatten; async2sync; dffunmap; "
+              f"read_verilog -formal -I{rtl} {rtl}/{top}.v; {choice}prep -top {top} -flatten; async2sync; dffunmap; "
               f"write_smt2 -wires {out}")
     run = subprocess.run(["yosys", "-q", "-p", script], capture_output=True, text=True, cwd=rtl)
     if run.returncode or not out.is_file():
@@ -46,12 +47,16 @@ def model(top, proof, out, rtl=RTL):
         raise Unproved("no property was found in the model")
 
 
-def prove(top, proof, rtl=RTL, further=2):
+STEPS = {"base case": [], "induction": ["-i"]}
+
+
+def prove(top, proof, rtl=RTL, further=2, steps=tuple(STEPS)):
     """Raises Unproved unless every property of the module holds for all inputs, for ever; `further` lengthens the base case."""
     with tempfile.TemporaryDirectory() as folder:
         smt = Path(folder) / f"{top}.smt2"
         model(top, proof, smt, rtl)
-        for what, option in (("base case", []), ("induction", ["-i"])):
+        for what in steps:
+            option = STEPS[what]
             # unrolled: z3 is lost in functions over an uninterpreted state, and done with plain bit vectors in no time
             clocks = proof["depth"] + (0 if option else further)
             command = ["yosys-smtbmc", "-s", "z3", "--unroll", "--noprogress", *option, "-t", str(clocks), str(smt)]
