@@ -1,18 +1,31 @@
 // SPDX-License-Identifier: MIT
 // What the arithmetic promises, from the first reset on: results and flags change together, at `finish` only, and are what
-// the contract's formulas make of codes and settings, provided that neither changed on the way.
+// the contract's formulas make of codes and settings, provided that neither changed on the way. The formulas work in plain
+// integers from what the inputs were at the start, one formula in the clock in which the block does the same, so that a solver
+// need not follow a long chain of arithmetic over many clocks.
 reg f_ran = 1'b0;
 always @(posedge clk) f_ran <= f_ran || !rst_n;
 
-wire [255:0] f_inputs = {code_a, code_b, code_c, code_v, valid_in, reconstruct, offset_a, offset_b, offset_c, gain_a, gain_b,
-                         gain_c, i_trip, sum_trip, v_min, v_max};
-reg  [255:0] f_inputs_was;
-reg          f_steady = 1'b0;       // since the start of this run
+reg [15:0] f_code_a, f_code_b, f_code_c, f_offset_a, f_offset_b, f_offset_c;
+reg [7:0]  f_gain_a, f_gain_b, f_gain_c;
+reg [11:0] f_code_v;
+reg [2:0]  f_valid;
+reg        f_reconstruct;
+reg [16:0] f_i_trip, f_sum_trip, f_v_min, f_v_max;
+reg        f_steady = 1'b0;         // nothing has changed since the start
+wire       f_same = f_steady && {f_code_a, f_code_b, f_code_c, f_code_v, f_valid, f_reconstruct} ==
+                                {code_a, code_b, code_c, code_v, valid_in, reconstruct} &&
+                    {f_offset_a, f_offset_b, f_offset_c, f_gain_a, f_gain_b, f_gain_c, f_i_trip, f_sum_trip, f_v_min, f_v_max} ==
+                    {offset_a, offset_b, offset_c, gain_a, gain_b, gain_c, i_trip, sum_trip, v_min, v_max};
 always @(posedge clk) begin
-    f_inputs_was <= f_inputs;
-    f_steady     <= rst_n && (step == 4'd0 || (f_steady && f_inputs == f_inputs_was));
+    f_steady <= rst_n && (step == 4'd0 || f_same);
+    if (step == 4'd0) begin
+        {f_code_a, f_code_b, f_code_c, f_code_v, f_valid, f_reconstruct} <=
+            {code_a, code_b, code_c, code_v, valid_in, reconstruct};
+        {f_offset_a, f_offset_b, f_offset_c, f_gain_a, f_gain_b, f_gain_c, f_i_trip, f_sum_trip, f_v_min, f_v_max} <=
+            {offset_a, offset_b, offset_c, gain_a, gain_b, gain_c, i_trip, sum_trip, v_min, v_max};
+    end
 end
-wire f_same = f_steady && f_inputs == f_inputs_was;     // up to and with this clock
 
 // the formulas, in plain integers
 function signed [31:0] f_held(input signed [31:0] x);
@@ -28,56 +41,90 @@ function signed [31:0] f_trimmed(input signed [31:0] x, input signed [24:0] f_pr
     f_trimmed = f_held(x + (($signed({{7{f_product[24]}}, f_product}) + 1024) >>> 11));
 endfunction
 
-// the product is any function of the two factors, in the range of the product: what holds for all functions holds for the product
-wire signed [31:0] f_la = f_less(code_a, offset_a), f_lb = f_less(code_b, offset_b), f_lc = f_less(code_c, offset_c);
-(* anyseq *) reg signed [24:0] f_pa;
-(* anyseq *) reg signed [24:0] f_pb;
-(* anyseq *) reg signed [24:0] f_pc;
+// the product is any function of the two factors, in the range of the product: what holds for all functions holds for the one
+(* anyseq *) reg signed [24:0] f_any_a;
+(* anyseq *) reg signed [24:0] f_any_b;
+(* anyseq *) reg signed [24:0] f_any_c;
+reg signed [24:0] f_pa, f_pb, f_pc;
 localparam signed [24:0] F_MOST = 65535 * 128;
-always @* begin
-    assume (f_pa <= F_MOST && f_pa >= -F_MOST);
-    assume (f_pb <= F_MOST && f_pb >= -F_MOST);
-    assume (f_pc <= F_MOST && f_pc >= -F_MOST);
-end
 always @(posedge clk) begin
-    if (f_inputs == f_inputs_was)
-        assume (f_pa == $past(f_pa) && f_pb == $past(f_pb) && f_pc == $past(f_pc));
-    if (less_offset == f_la[16:0] && gain == gain_a)
-        assume (multiplied == f_pa);
-    if (less_offset == f_lb[16:0] && gain == gain_b)
-        assume (multiplied == f_pb);
-    if (less_offset == f_lc[16:0] && gain == gain_c)
-        assume (multiplied == f_pc);
+    assume (f_any_a <= F_MOST && f_any_a >= -F_MOST);
+    assume (f_any_b <= F_MOST && f_any_b >= -F_MOST);
+    assume (f_any_c <= F_MOST && f_any_c >= -F_MOST);
+    if (step == 4'd1)
+        {f_pa, f_pb, f_pc} <= {f_any_a, f_any_b, f_any_c};
+    if (step >= 4'd2) begin
+        if (less_offset == f_la[16:0] && gain == f_gain_a)
+            assume (multiplied == f_pa);
+        if (less_offset == f_lb[16:0] && gain == f_gain_b)
+            assume (multiplied == f_pb);
+        if (less_offset == f_lc[16:0] && gain == f_gain_c)
+            assume (multiplied == f_pc);
+    end
 end
-wire signed [31:0] f_a0 = f_trimmed(f_la, f_pa), f_b0 = f_trimmed(f_lb, f_pb), f_c0 = f_trimmed(f_lc, f_pc);
-wire signed [31:0] f_a = reconstruct && valid_in == 3'b110 ? f_held(-f_b0 - f_c0) : f_a0;
-wire signed [31:0] f_b = reconstruct && valid_in == 3'b101 ? f_held(-f_a0 - f_c0) : f_b0;
-wire signed [31:0] f_c = reconstruct && valid_in == 3'b011 ? f_held(-f_a0 - f_b0) : f_c0;
-wire signed [31:0] f_v = {17'd0, code_v, 3'd0};
-wire signed [31:0] f_sum = f_a + f_b + f_c;
-wire f_current = f_size(f_a) > $signed({15'd0, i_trip}) || f_size(f_b) > $signed({15'd0, i_trip}) ||
-                 f_size(f_c) > $signed({15'd0, i_trip});
-wire f_sum_off = f_size(f_sum) > $signed({15'd0, sum_trip});
 
-wire [31:0] f_a_now = {{16{a[15]}}, a}, f_b_now = {{16{b[15]}}, b}, f_c_now = {{16{c[15]}}, c};
+reg signed [31:0] f_la, f_lb, f_lc, f_a, f_b, f_c, f_sum;
+reg               f_high, f_low, f_off_a, f_off_b, f_off_c;
+wire signed [31:0] f_v = $signed({17'd0, f_code_v, 3'd0});
+always @(posedge clk)
+    case (step)
+    4'd1: begin
+        f_la   <= f_less(f_code_a, f_offset_a);
+        f_lb   <= f_less(f_code_b, f_offset_b);
+        f_lc   <= f_less(f_code_c, f_offset_c);
+        f_high <= f_v > $signed({15'd0, f_v_max});
+    end
+    4'd2: f_low <= f_v < $signed({15'd0, f_v_min});
+    4'd3: f_a <= f_trimmed(f_la, f_pa);
+    4'd4: f_b <= f_trimmed(f_lb, f_pb);
+    4'd5: f_c <= f_trimmed(f_lc, f_pc);
+    4'd6:
+        if (f_reconstruct)
+            case (f_valid)
+            3'b110: f_a <= f_held(-f_b - f_c);
+            3'b101: f_b <= f_held(-f_a - f_c);
+            3'b011: f_c <= f_held(-f_a - f_b);
+            default: ;
+            endcase
+    4'd7: begin
+        f_sum   <= f_a + f_b + f_c;
+        f_off_a <= f_size(f_a) > $signed({15'd0, f_i_trip});
+    end
+    4'd8: f_off_b <= f_size(f_b) > $signed({15'd0, f_i_trip});
+    4'd9: f_off_c <= f_size(f_c) > $signed({15'd0, f_i_trip});
+    default: ;
+    endcase
+wire f_sum_off = f_size(f_sum) > $signed({15'd0, f_sum_trip});
+
+// where each value stands at each step
+function signed [31:0] f_wide(input [15:0] x);
+    f_wide = {{16{x[15]}}, x};
+endfunction
+function f_fits(input signed [31:0] x, input signed [31:0] f_most);
+    f_fits = x <= f_most && x >= -f_most;
+endfunction
 always @(posedge clk) if (f_ran) begin
     assert (step <= 4'd10);
     if (f_same) begin
-        // where each value stands at each step
+        if (step >= 4'd2) begin
+            assert (f_fits(f_la, 65535) && f_fits(f_lb, 65535) && f_fits(f_lc, 65535));
+            assert (f_pa <= F_MOST && f_pa >= -F_MOST && f_pb <= F_MOST && f_pb >= -F_MOST && f_pc <= F_MOST && f_pc >= -F_MOST);
+            assert (high_off == f_high);
+            assert (f_lb == f_less(f_code_b, f_offset_b) && f_lc == f_less(f_code_c, f_offset_c));
+        end
         if (step == 4'd2) assert (less_offset == f_la[16:0]);
         if (step == 4'd3) assert (less_offset == f_lb[16:0] && base == f_la[16:0] && product == f_pa);
         if (step == 4'd4) assert (less_offset == f_lc[16:0] && base == f_lb[16:0] && product == f_pb);
         if (step == 4'd5) assert (base == f_lc[16:0] && product == f_pc);
-        if (step == 4'd4 || step == 4'd5 || step == 4'd6) assert (f_a_now == f_a0);
-        if (step == 4'd5 || step == 4'd6) assert (f_b_now == f_b0);
-        if (step == 4'd6) assert (f_c_now == f_c0 && kept == (reconstruct ? valid_in : 3'b111));
-        if (step >= 4'd7) assert (f_a_now == f_a && f_b_now == f_b && f_c_now == f_c);
-        if (step >= 4'd8) assert (sum == f_sum[17:0]);
-        if (step >= 4'd2) assert (high_off == (f_v > $signed({15'd0, v_max})));
-        if (step >= 4'd3) assert (low_off == (f_v < $signed({15'd0, v_min})));
-        if (step == 4'd8) assert (current_off == (f_size(f_a) > $signed({15'd0, i_trip})));
-        if (step == 4'd9) assert (current_off == (f_size(f_a) > $signed({15'd0, i_trip}) || f_size(f_b) > $signed({15'd0, i_trip})));
-        if (step == 4'd10) assert (current_off == f_current);
+        if (step >= 4'd3) assert (low_off == f_low);
+        if (step >= 4'd4) assert (f_wide(a) == f_a && f_fits(f_a, 32767));
+        if (step >= 4'd5) assert (f_wide(b) == f_b && f_fits(f_b, 32767));
+        if (step >= 4'd6) assert (f_wide(c) == f_c && f_fits(f_c, 32767));
+        if (step == 4'd6) assert (kept == (f_reconstruct ? f_valid : 3'b111));
+        if (step >= 4'd8) assert (f_sum == {{14{sum[17]}}, sum} && f_fits(f_sum, 98301));
+        if (step == 4'd8) assert (current_off == f_off_a);
+        if (step == 4'd9) assert (current_off == (f_off_a || f_off_b));
+        if (step == 4'd10) assert (current_off == (f_off_a || f_off_b || f_off_c));
     end
 end
 
@@ -92,14 +139,11 @@ always @(posedge clk) if (f_ran) begin
     else begin
         assert (v == $past(code_v) && valid == $past(valid_in));
         if ($past(f_same)) begin
-            assert ({{16{ia[15]}}, ia} == $past(f_a));
-            assert ({{16{ib[15]}}, ib} == $past(f_b));
-            assert ({{16{ic[15]}}, ic} == $past(f_c));
-            assert (beyond_current == $past(f_current));
+            assert (f_wide(ia) == $past(f_a) && f_wide(ib) == $past(f_b) && f_wide(ic) == $past(f_c));
+            assert (beyond_current == ($past(f_off_a) || $past(f_off_b) || $past(f_off_c)));
             assert (sum_was_off == $past(f_sum_off));
             assert (beyond_sum == ($past(f_sum_off) && $past(sum_was_off)));
-            assert (beyond_v_high == ($past(f_v) > $signed({15'd0, $past(v_max)})));
-            assert (beyond_v_low == ($past(f_v) < $signed({15'd0, $past(v_min)})));
+            assert (beyond_v_high == $past(f_high) && beyond_v_low == $past(f_low));
         end
     end
     if ($past(rst_n) && !$past(finish))
