@@ -155,6 +155,7 @@ module bench;
             if (n % 7 == 3) begin   // not acknowledged: overrun at the next, which is the same sample again
                 trigger = 1; @(negedge clk); trigger = 0; repeat (60) @(negedge clk);
                 if (!overrun) fail("overrun", overrun, 1);
+                same("TEMP while the sensor is read", 8'h38, temp);
                 n = n + 1;
                 was_off = 0;        // whatever it was: clear it by a sample with the sum within its limit
                 put(8'h2C, 131071); put(8'h04, 3); trigger = 1; @(negedge clk); trigger = 0; repeat (60) @(negedge clk);

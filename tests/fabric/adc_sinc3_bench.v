@@ -16,11 +16,11 @@ module bench;
     adc_modulators dut (.clk(clk), .rst_n(rst_n), .enable(enable), .osr(osr), .trip_osr(trip_osr), .clocks(clocks), .start(start),
                         .pin_clock(mod_clock), .pin_data(data), .done(done), .codes(codes),
                         .offsets({3{16'd32768}}), .limit(limit), .trip(trip), .trip_event(trip_event));
-    // a modulator brings its next bit 15 ns after the rising edge
+    // a modulator brings its next bit 12 ns after the rising edge
     always @(posedge mod_clock) begin
         if (last_rise != 0) period = $time - last_rise;
         last_rise = $time;
-        #15 data = {at >= ones, !bits[at], bits[at]};
+        #12 data = {at >= ones, !bits[at], bits[at]};
         at = at + 1;
     end
     // bit `at` is at the pins when `at` edges have come and the next is not there yet
@@ -48,8 +48,11 @@ module bench;
         next = every;
         while (at < length) begin
             @(negedge clk);
-            start = at >= next;
+            // at each place of the modulators' period in turn
+            n = at >= next ? n + 1 : 0;
+            start = n > (next / every * 3) % clocks;
             if (start) begin
+                n = 0;
                 $display("start %0d", at);
                 next = next + every;
             end

@@ -66,21 +66,6 @@ def prove_by_sat(top, proof, rtl, clocks):
         raise Unproved("base case: a run from reset" if broken else "induction: not proved")
 
 
-STEPS = {"base case": [], "induction": ["-i"]}
-
-
-def prove_by_sat(top, proof, rtl, clocks):
-    """The same induction by the SAT solver that is built into yosys: where z3 gets lost in arithmetic."""
-    script = (flattened(top, proof, rtl) + "memory_map; async2sync; dffunmap; opt_clean; "
-              f"sat -tempinduct -prove-asserts -set-assumes -seq 0 -maxsteps {clocks} -verify")
-    code, log = solve(["yosys", "-p", script])
-    if "Import proof for assert" not in log:
-        raise Unproved("yosys: " + log.strip().split("\n")[-1])
-    if code or "Induction step proven: SUCCESS!" not in log:
-        raise Unproved("induction: not proved" if "proof failed" in log else
-                       "base case: a run from reset" if "model found: FAIL!" in log else complaint(log))
-
-
 def prove(top, proof, rtl=RTL, further=2, steps=tuple(STEPS)):
     """Raises Unproved unless every property of the module holds for all inputs, for ever; `further` lengthens the base case."""
     if proof.get("engine") == "sat":
