@@ -32,13 +32,18 @@ class Unproved(Exception):
     """Why a property is not proved: a counterexample in the base case or in the induction step, or a tool's complaint."""
 
 
+def flattened(top, proof, rtl):
+    """Commands of yosys that read a module and make one flat netlist of it and its promises."""
+    below = " ".join(f"{rtl}/{name}.v" for name in proof["files"][1:])
+    choice = "".join(f"chparam -set {name} {value} {top}; " for name, value in proof.get("parameters", {}).items())
+    # the parts below are read without their own promises, and so without what those take for granted
+    return ((f"read_verilog -I{rtl} {below}; " if below else "")
+            + f"read_verilog -formal -I{rtl} {rtl}/{top}.v; {choice}prep -top {top} -flatten; ")
+
+
 def model(top, proof, out, rtl=RTL):
     """Writes the SMT-LIB model of a module; raises Unproved when yosys refuses it."""
-    below = " ".join(f"{rtl}/{name}.v" for name in proof["files"][1:])
-    # the parts below are read without their own promises, and so without what those take for granted
-    script = (f"read_verilog -I{rtl} {below}; " if below else "") + (
-              f"read_verilog -formal -I{rtl} {rtl}/{top}.v; prep -top {top} -flatten; async2sync; dffunmap; "
-              f"write_smt2 -wires {out}")
+    script = flattened(top, proof, rtl) + f"async2sync; dffunmap; write_smt2 -wires {out}"
     run = subprocess.run(["yosys", "-q", "-p", script], capture_output=True, text=True, cwd=rtl)
     if run.returncode or not out.is_file():
         raise Unproved("yosys: " + (run.stderr.strip().split("\n") or ["?"])[-1])
@@ -46,11 +51,12 @@ def model(top, proof, out, rtl=RTL):
         raise Unproved("no property was found in the model")
 
 
+STEPS = {"base case": [], "induction": ["-i"]}
+
+
 def prove_by_sat(top, proof, rtl):
     """The same induction by the SAT solver that is built into yosys: where z3 gets lost in arithmetic."""
-    below = " ".join(f"{rtl}/{name}.v" for name in proof["files"][1:])
-    script = (f"read_verilog -I{rtl} {below}; read_verilog -formal -I{rtl} {rtl}/{top}.v; prep -top {top} -flatten; "
-              "memory_map; async2sync; dffunmap; opt_clean; "
+    script = (flattened(top, proof, rtl) + "memory_map; async2sync; dffunmap; opt_clean; "
               f"sat -tempinduct -prove-asserts -set-assumes -seq 0 -maxsteps {proof['depth']} -verify")
     code, log = solve(["yosys", "-p", script])
     if "Import proof for assert" not in log:
@@ -60,7 +66,7 @@ def prove_by_sat(top, proof, rtl):
                        "base case: a run from reset" if "model found: FAIL!" in log else complaint(log))
 
 
-def prove(top, proof, rtl=RTL, further=2):
+def prove(top, proof, rtl=RTL, further=2, steps=tuple(STEPS)):
     """Raises Unproved unless every property of the module holds for all inputs, for ever; `further` lengthens the base case."""
     if proof.get("engine") == "sat":
         prove_by_sat(top, proof, rtl)
@@ -68,7 +74,8 @@ def prove(top, proof, rtl=RTL, further=2):
     with tempfile.TemporaryDirectory() as folder:
         smt = Path(folder) / f"{top}.smt2"
         model(top, proof, smt, rtl)
-        for what, option in (("base case", []), ("induction", ["-i"])):
+        for what in steps:
+            option = STEPS[what]
             # unrolled: z3 is lost in functions over an uninterpreted state, and done with plain bit vectors in no time
             clocks = proof["depth"] + (0 if option else further)
             command = ["yosys-smtbmc", "-s", "z3", "--unroll", "--noprogress", *option, "-t", str(clocks), str(smt)]

@@ -69,4 +69,8 @@ module fabric #(parameter AXES = 1) (
     assign pslverr = |axis_pslverr;
 
     wire unused = &{1'b0, valleys};
+
+`ifdef FORMAL
+`include "formal/fabric.vh"
+`endif
 endmodule

@@ -77,4 +77,8 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
         .vbus(vbus), .pin_overcurrent(pin_overcurrent || trip), .pin_driver_fault(pin_driver_fault), .pin_sto_a_n(pin_sto_a_n),
         .pin_sto_b_n(pin_sto_b_n), .pin_clock_ok(pin_clock_ok), .live(live), .pin_high(pin_high), .pin_low(pin_low),
         .pin_chopper(pin_chopper));
+
+`ifdef FORMAL
+`include "formal/fabric_axis.vh"
+`endif
 endmodule
