@@ -46,12 +46,13 @@ def curve(code):
 
 
 def text():
-    rows = "\n".join(f"        7'd{n}: {{start, rise}} = {{12'd{start}, 8'd{rise}}};" for n, (start, rise) in CHORDS.items())
+    rows = "\n".join(f"        7'd{n}: {{start, rise}} = {{12'd{start}, 8'd{rise}}};"
+                     for n, (start, rise) in CHORDS.items())
+    below, above = celsius_of(FIRST * CHORD), celsius_of((LAST + 1) * CHORD)
     return f"""// SPDX-License-Identifier: MIT
-// Written by tests/fabric/adc_curve.py: change it there. From the code of a PT1000 below {PULL_UP:.0f} ohms, measured against its
-// supply, to TEMP: 16 codes a kelvin, 800 at 0 degC. Chords of {CHORD} codes. What lies outside {celsius_of(FIRST * CHORD):.0f} ... \
-{celsius_of((LAST + 1) * CHORD):.0f} degC is taken for
-// a broken or missing sensor: 0.
+// Written by tests/fabric/adc_curve.py: change it there. From the code of a PT1000 below {PULL_UP:.0f} ohms, measured against
+// its supply, to TEMP: 16 codes a kelvin, 800 at 0 degC. Chords of {CHORD} codes. What lies outside {below:.0f} ... {above:.0f} degC is
+// taken for a broken or missing sensor: 0.
 module adc_curve (
     input  wire [11:0] code,
     output wire [11:0] temp
