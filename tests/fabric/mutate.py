@@ -17,7 +17,7 @@ import prove
 
 ROOT = prove.ROOT
 MUTANTS = ROOT / "tests/fabric/mutants.toml"
-# clocks by which the runs from reset are longer than a proof needs
+# clocks by which the runs from reset are longer than a proof needs, unless the proof says `further`
 FURTHER = 6
 
 
@@ -42,7 +42,7 @@ def mutated(name, old, new):
 def sound(top, proof):
     """Without a fault no run from reset may break a promise, or refuting would mean nothing."""
     try:
-        prove.prove(top, proof, further=FURTHER, steps=["base case"])
+        prove.prove(top, proof, further=proof.get("further", FURTHER), steps=["base case"])
     except prove.Unproved as why:
         raise Misplaced(f"{top} does not hold without a fault: {why}") from None
 
@@ -56,7 +56,7 @@ def refuted(fault, proofs):
         shutil.copytree(prove.RTL, rtl)
         (rtl / f"{name}.v").write_text(text, encoding="utf-8")
         try:
-            prove.prove(top, proofs[top], rtl, FURTHER)
+            prove.prove(top, proofs[top], rtl, proofs[top].get("further", FURTHER))
         except prove.Unproved as why:
             if "yosys" in str(why):
                 raise Misplaced(f"{name}.v with {new!r}: {why}") from None
