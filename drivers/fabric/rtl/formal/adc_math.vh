@@ -16,8 +16,9 @@ reg        f_steady = 1'b0;         // nothing has changed since the start
 wire       f_same = f_steady &&
                     {f_code_a, f_code_b, f_code_c, f_code_v, f_valid, f_reconstruct} ==
                     {code_a, code_b, code_c, code_v, valid_in, reconstruct} &&
-                    {f_offset_a, f_offset_b, f_offset_c, f_gain_a, f_gain_b, f_gain_c, f_i_trip, f_sum_trip, f_v_min, f_v_max} ==
-                    {offset_a, offset_b, offset_c, gain_a, gain_b, gain_c, i_trip, sum_trip, v_min, v_max};
+                    {f_offset_a, f_offset_b, f_offset_c, f_gain_a, f_gain_b, f_gain_c} ==
+                    {offset_a, offset_b, offset_c, gain_a, gain_b, gain_c} &&
+                    {f_i_trip, f_sum_trip, f_v_min, f_v_max} == {i_trip, sum_trip, v_min, v_max};
 always @(posedge clk) begin
     f_steady <= rst_n && (step == 4'd0 || f_same);
     if (step == 4'd0) begin
