@@ -161,7 +161,8 @@ module bench;
                 same("TEMP while the sensor is read", 8'h38, temp);
                 n = n + 1;
                 was_off = 0;        // whatever it was: clear it by a sample with the sum within its limit
-                put(8'h2C, 131071); put(8'h04, 3); trigger = 1; @(negedge clk); trigger = 0;
+                put(8'h2C, 131071); put(8'h04, 3);
+                trigger = 1; @(negedge clk); trigger = 0;
                 repeat (60) @(negedge clk);
                 n = n + 1;
             end
@@ -173,8 +174,8 @@ module bench;
         end
         faults = faults + first_a.faults + first_b.faults + second_a.faults + second_b.faults + sensor.faults;
         if (first_a.frames < CONVERSIONS || sensor.frames < CONVERSIONS / 2) fail("frames", first_a.frames, CONVERSIONS);
-        $display("%0s: %0d conversions, %0d faults, trigger to interrupt %0d clocks", faults == 0 ? "PASS" : "FAIL", CONVERSIONS,
-                 faults, longest);
+        $display("%0s: %0d conversions, %0d faults, trigger to interrupt %0d clocks", faults == 0 ? "PASS" : "FAIL",
+                 CONVERSIONS, faults, longest);
         $finish;
     end
 endmodule

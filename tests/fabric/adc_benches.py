@@ -49,7 +49,8 @@ def frames(rtl, conversions=2000):
     with tempfile.TemporaryDirectory() as folder:
         binary = Path(folder) / "bench"
         built = subprocess.run(["iverilog", "-g2005", f"-I{rtl}", f"-Pbench.CONVERSIONS={conversions}", "-o", binary,
-                                HERE / "adc_bench.v", *(Path(rtl) / f"{name}.v" for name in ADC)], capture_output=True, text=True)
+                                HERE / "adc_bench.v", *(Path(rtl) / f"{name}.v" for name in ADC)],
+                               capture_output=True, text=True)
         if built.returncode:
             return False, "FAIL " + built.stderr
         shown = subprocess.run(["vvp", "-n", binary], capture_output=True, text=True, timeout=300).stdout

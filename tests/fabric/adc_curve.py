@@ -51,8 +51,8 @@ def text():
     below, above = celsius_of(FIRST * CHORD), celsius_of((LAST + 1) * CHORD)
     return f"""// SPDX-License-Identifier: MIT
 // Written by tests/fabric/adc_curve.py: change it there. From the code of a PT1000 below {PULL_UP:.0f} ohms, measured against
-// its supply, to TEMP: 16 codes a kelvin, 800 at 0 degC. Chords of {CHORD} codes. What lies outside {below:.0f} ... {above:.0f} degC
-// is taken for a broken or missing sensor: 0.
+// its supply, to TEMP: 16 codes a kelvin, 800 at 0 degC. Chords of {CHORD} codes. Outside
+// {below:.0f} ... {above:.0f} degC it is taken for broken or missing: 0.
 module adc_curve (
     input  wire        clk,
     input  wire        rst_n,
