@@ -2,7 +2,7 @@
 # `make fabric`: the RTL in drivers/fabric/rtl, checked, proved, attacked and counted: docs/fabric3.md. Included by the top
 # Makefile, which defines PYTHON.
 
-FABRIC_STEPS = fabric-stale fabric-lint fabric-synthesis fabric-proofs fabric-mutants
+FABRIC_STEPS = fabric-stale fabric-lint fabric-synthesis fabric-proofs fabric-benches fabric-mutants
 
 # All steps run, whatever the others say; one that fails makes the whole fail.
 fabric: tools
@@ -19,6 +19,9 @@ fabric-synthesis:
 
 fabric-proofs:
 	@$(PYTHON) tests/fabric/prove.py
+
+fabric-benches:
+	@$(PYTHON) tests/fabric/adc_benches.py && $(PYTHON) tests/fabric/adc_benches.py --faults
 
 fabric-mutants:
 	@$(PYTHON) tests/fabric/mutate.py

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The quick part of `make fabric`: lint, two small proofs and that faults break them, and the whole fabric used over its bus."""
+"""The quick part of `make fabric`: lint, two small proofs, a fault that breaks one, and the whole fabric used over its bus."""
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +14,8 @@ import mutate  # noqa: E402
 import prove  # noqa: E402
 import synthesis  # noqa: E402
 
+# filters, a multiplier and a table: adc_benches.py holds them against exact arithmetic
+SIMULATED = {"adc_modulators", "adc_multiply", "adc_curve", "sinc3", "sinc3_comb"}
 PERIOD, DEAD, SHORTEST = 1000, 50, 20   # as in bench_pwm.v, which measures over two periods
 
 
@@ -46,7 +48,8 @@ def test_every_fault_has_its_place():
 
 def test_every_module_is_proved_or_stands_below_a_proof():
     proved = {name for proof in prove.load().values() for name in proof["files"]}
-    assert {path.stem for path in prove.RTL.glob("*.v")} <= proved | {"adc_curve"}
+    stand_ins = {name for name in proved if name.startswith("formal/")}
+    assert {path.stem for path in prove.RTL.glob("*.v")} == (proved - stand_ins) | SIMULATED
 
 
 @pytest.mark.parametrize("change, said", [(2, ["pwm CFG: 102, allowed 100"]), (0, []), (-5, []),

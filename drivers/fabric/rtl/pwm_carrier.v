@@ -17,10 +17,18 @@ module pwm_carrier (
     output wire        to_valley,     // the next clock is the valley
     output wire        to_peak        // the next clock is the peak
 );
-    // `>=` and `<=` rather than `==`: from any start, and with a period of 0, the carrier finds its way
-    wire [16:0] next = {1'b0, count} + (rising ? 17'd1 : 17'h1FFFF);
+    // `>=` and `<=` rather than `==`: from any start, and with a period of 0, the carrier finds its way. The last count before
+    // the valley is kept in a register, so that no adder stands before the comparison; PERIOD holds still while it runs.
+    reg  [15:0] last;
+    wire [15:0] next = count + {{15{!rising}}, 1'b1};
 
-    assign to_valley = running && rising && next >= {1'b0, period};
+    always @(posedge clk)
+        if (!rst_n)
+            last <= 16'd0;
+        else
+            last <= period == 16'd0 ? 16'd0 : period - 16'd1;
+
+    assign to_valley = running && rising && count >= last;
     assign to_peak   = running && !rising && count <= 16'd1;
 
     always @(posedge clk)
@@ -39,7 +47,7 @@ module pwm_carrier (
             count  <= 16'd0;
             rising <= 1'b1;
         end else
-            count <= next[15:0];
+            count <= next;
 
 `ifdef FORMAL
 `include "formal/pwm_carrier.vh"
