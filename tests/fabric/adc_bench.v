@@ -3,8 +3,8 @@
 // contract's formulas in integers, real multiplier and curve included. Prints a line a fault; the last line is the verdict.
 `timescale 1ns / 100ps
 
-// AD7356: the frame as the data sheet has it (Rev. A, page 18). Data is unknown from HOLD to ACCESS after each falling edge; both
-// include the way through the FPGA's pins. Times of CS and SCLK are the limits the bench asks of the RTL.
+// AD7356: the frame as the data sheet has it (Rev. A, page 18). Data is unknown from HOLD to ACCESS after each falling edge;
+// both include the way through the FPGA's pins. Times of CS and SCLK are the limits the bench asks of the RTL.
 module ad7356 #(parameter real HOLD = 3.5, parameter real ACCESS = 18.0, parameter FALLS = 14, parameter ZEROS = 2,
                 parameter real LOW_HIGH = 5.0, parameter real PERIOD = 12.5, parameter real SETUP = 5.0) (
     input wire cs_n, input wire sclk, input wire [11:0] analogue, output reg sdata
@@ -13,7 +13,9 @@ module ad7356 #(parameter real HOLD = 3.5, parameter real ACCESS = 18.0, paramet
     integer falls, frames, faults;
     reg open;
     real cs_at, fall_at, rise_at;
-    initial begin open = 0; falls = 0; frames = 0; faults = 0; sdata = 1'bz; cs_at = -1000; fall_at = -1000; rise_at = -1000; end
+    initial begin
+        open = 0; falls = 0; frames = 0; faults = 0; sdata = 1'bz; cs_at = -1000; fall_at = -1000; rise_at = -1000;
+    end
     always @(negedge cs_n) begin
         held = {4'd0, analogue};
         open = 1;
@@ -105,10 +107,11 @@ module bench;
     function integer some(input integer most); some = $unsigned($random) % (most + 1); endfunction
     function [11:0] code(input integer kind); code = kind == 0 ? 12'd0 : kind == 1 ? 12'd4095 : some(4095); endfunction
 
-    integer o_a, o_b, o_c, g_a, g_b, g_c, i_trip, s_trip, v_min, v_max, rebuild, settle, valid, e_a, e_b, e_c, e_s, flags, was_off;
+    integer o_a, o_b, o_c, g_a, g_b, g_c, i_trip, s_trip, v_min, v_max, rebuild, settle, valid;
+    integer e_a, e_b, e_c, e_s, flags, was_off;
     integer temp, temp_next;
     reg [11:0] curve_in; wire [11:0] curve_out;
-    adc_curve curve (.code(curve_in), .temp(curve_out));
+    adc_curve curve (.clk(clk), .rst_n(rst_n), .code(curve_in), .temp(curve_out));
     initial begin
         {a_a, a_b, a_c, a_v, a_t} = 0; was_off = 0; temp_next = 0;
         repeat (4) @(negedge clk);
@@ -158,19 +161,21 @@ module bench;
                 same("TEMP while the sensor is read", 8'h38, temp);
                 n = n + 1;
                 was_off = 0;        // whatever it was: clear it by a sample with the sum within its limit
-                put(8'h2C, 131071); put(8'h04, 3); trigger = 1; @(negedge clk); trigger = 0; repeat (60) @(negedge clk);
+                put(8'h2C, 131071); put(8'h04, 3);
+                trigger = 1; @(negedge clk); trigger = 0;
+                repeat (60) @(negedge clk);
                 n = n + 1;
             end
             put(8'h04, 3);
             get(8'h04);
             if ((got & 3) != 0) fail("STATUS acknowledged", got & 3, 0);
             repeat (140) @(negedge clk);
-            curve_in = a_t; #1 temp_next = curve_out;
+            curve_in = a_t; @(negedge clk); temp_next = curve_out;
         end
         faults = faults + first_a.faults + first_b.faults + second_a.faults + second_b.faults + sensor.faults;
         if (first_a.frames < CONVERSIONS || sensor.frames < CONVERSIONS / 2) fail("frames", first_a.frames, CONVERSIONS);
-        $display("%0s: %0d conversions, %0d faults, trigger to interrupt %0d clocks", faults == 0 ? "PASS" : "FAIL", CONVERSIONS,
-                 faults, longest);
+        $display("%0s: %0d conversions, %0d faults, trigger to interrupt %0d clocks", faults == 0 ? "PASS" : "FAIL",
+                 CONVERSIONS, faults, longest);
         $finish;
     end
 endmodule

@@ -25,7 +25,7 @@ FAULTS = (
     ("adc", ".HALF(4), .FALLS(16)", ".HALF(1), .FALLS(16)", "frames"),
     ("adc", ".HALF(4), .FALLS(16)", ".HALF(4), .FALLS(15)", "frames"),
     ("adc", ".start(busy && there)", ".start(busy)", "frames"),
-    ("adc", "if (temp_done)\n                temp_next <= temp_code;", "temp_next <= temp_code;", "frames"),
+    ("adc", "if (temp_looked_up)\n                temp_next <= temp_code;", "temp_next <= temp_code;", "frames"),
     ("adc_multiply", "x * y", "x * y + 25'sd2048", "frames"),
     ("adc_multiply", "input  wire signed [7:0]  y", "input  wire [7:0]  y", "frames"),
     ("sinc3", "second + first", "second + first + {24'd0, data}", "sinc3"),
@@ -38,7 +38,8 @@ FAULTS = (
     ("adc_modulators", "warm != 3'd4", "warm != 3'd3", "sinc3"),
     ("adc_modulators", "warm == 3'd4", "warm >= 3'd3", "sinc3"),
     ("adc_modulators", "magnitude > limit", "magnitude < limit", "sinc3"),
-    ("adc_modulators", "3'd3:    {code, offset} = {trip_codes[47:32]", "3'd3:    {code, offset} = {trip_codes[15:0]", "sinc3"),
+    ("adc_modulators", "3'd3:    {code, offset} = {trip_codes[47:32]", "3'd3:    {code, offset} = {trip_codes[15:0]",
+     "sinc3"),
     ("adc_modulators", "clocks < 5'd5 ? 5'd4", "clocks < 5'd5 ? 5'd3", "sinc3"),
     ("adc_modulators", "strobe <= pin_clock && count == 5'd0;", "strobe <= pin_clock && count == 5'd2;", "sinc3"),
 )
@@ -48,7 +49,8 @@ def frames(rtl, conversions=2000):
     with tempfile.TemporaryDirectory() as folder:
         binary = Path(folder) / "bench"
         built = subprocess.run(["iverilog", "-g2005", f"-I{rtl}", f"-Pbench.CONVERSIONS={conversions}", "-o", binary,
-                                HERE / "adc_bench.v", *(Path(rtl) / f"{name}.v" for name in ADC)], capture_output=True, text=True)
+                                HERE / "adc_bench.v", *(Path(rtl) / f"{name}.v" for name in ADC)],
+                               capture_output=True, text=True)
         if built.returncode:
             return False, "FAIL " + built.stderr
         shown = subprocess.run(["vvp", "-n", binary], capture_output=True, text=True, timeout=300).stdout

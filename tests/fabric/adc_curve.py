@@ -51,24 +51,33 @@ def text():
     below, above = celsius_of(FIRST * CHORD), celsius_of((LAST + 1) * CHORD)
     return f"""// SPDX-License-Identifier: MIT
 // Written by tests/fabric/adc_curve.py: change it there. From the code of a PT1000 below {PULL_UP:.0f} ohms, measured against
-// its supply, to TEMP: 16 codes a kelvin, 800 at 0 degC. Chords of {CHORD} codes. What lies outside {below:.0f} ... {above:.0f} degC is
-// taken for a broken or missing sensor: 0.
+// its supply, to TEMP: 16 codes a kelvin, 800 at 0 degC. Chords of {CHORD} codes. Outside
+// {below:.0f} ... {above:.0f} degC it is taken for broken or missing: 0.
 module adc_curve (
+    input  wire        clk,
+    input  wire        rst_n,
     input  wire [11:0] code,
-    output wire [11:0] temp
+    output wire [11:0] temp         // a clock after the code
 );
-    reg [11:0] start;
-    reg [7:0]  rise;
+    reg [11:0] start, start_now;
+    reg [7:0]  rise, rise_now;
+    reg [4:0]  way;                 // along the chord
     always @*
         case (code[11:5])
 {rows}
         default: {{start, rise}} = 20'd0;
         endcase
 
-    wire [12:0] way = {{5'd0, rise}} * {{8'd0, code[4:0]}};
-    assign temp = start + {{4'd0, way[12:5]}};
+    always @(posedge clk)
+        if (!rst_n)
+            {{start_now, rise_now, way}} <= 25'd0;
+        else
+            {{start_now, rise_now, way}} <= {{start, rise, code[4:0]}};
 
-    wire unused = &{{1'b0, way[4:0]}};
+    wire [12:0] risen = {{5'd0, rise_now}} * {{8'd0, way}};
+    assign temp = start_now + {{4'd0, risen[12:5]}};
+
+    wire unused = &{{1'b0, risen[4:0]}};
 endmodule
 """
 

@@ -13,8 +13,8 @@ module bench;
     wire       mod_clock, done, trip, trip_event;
     wire [47:0] codes;
     reg  [16:0] limit;
-    adc_modulators dut (.clk(clk), .rst_n(rst_n), .enable(enable), .osr(osr), .trip_osr(trip_osr), .clocks(clocks), .start(start),
-                        .pin_clock(mod_clock), .pin_data(data), .done(done), .codes(codes),
+    adc_modulators dut (.clk(clk), .rst_n(rst_n), .enable(enable), .osr(osr), .trip_osr(trip_osr), .clocks(clocks),
+                        .start(start), .pin_clock(mod_clock), .pin_data(data), .done(done), .codes(codes),
                         .offsets({3{16'd32768}}), .limit(limit), .trip(trip), .trip_event(trip_event));
     // a modulator brings its next bit 12 ns after the rising edge
     always @(posedge mod_clock) begin
@@ -27,7 +27,8 @@ module bench;
     reg [15:0] trip_codes [0:2];
     always @(posedge clk) begin
         if (done) $display("code %0d %0d %0d %0d", at, codes[15:0], codes[31:16], codes[47:32]);
-        if (dut.step == 3'd1) $display("trip %0d %0d %0d %0d", at, dut.trip_codes[15:0], dut.trip_codes[31:16], dut.trip_codes[47:32]);
+        if (dut.step == 3'd1)
+            $display("trip %0d %0d %0d %0d", at, dut.trip_codes[15:0], dut.trip_codes[31:16], dut.trip_codes[47:32]);
         if (trip_event) $display("event %0d", at);
     end
     integer n = 0, next;

@@ -131,10 +131,11 @@ module adc #(parameter SPI_HALF = 1) (  // see adc_spi.v
     wire [11:0] temp_raw, temp_code;
     reg  [11:0] temp_next, temp;
     wire        temp_done;
+    reg         temp_looked_up;
     adc_spi #(.HALF(4), .FALLS(16), .LINES(1)) thermometer (
         .clk(clk), .rst_n(rst_n), .enable(1'b1), .start(sample), .cs_n(pin_temp_cs_n), .sclk(pin_temp_sclk),
         .sdata(pin_temp_sdata), .done(temp_done), .codes(temp_raw));
-    adc_curve curve (.code(temp_raw), .temp(temp_code));
+    adc_curve curve (.clk(clk), .rst_n(rst_n), .code(temp_raw), .temp(temp_code));
 
     // the end: an acknowledgement in the same clock is of the conversion before
     reg         eoc, overrun_seen, trip_seen;
@@ -150,6 +151,7 @@ module adc #(parameter SPI_HALF = 1) (  // see adc_spi.v
             trip_seen      <= 1'b0;
             sequence_count <= 32'd0;
             sample         <= 1'b0;
+            temp_looked_up <= 1'b0;
             temp_next      <= 12'd0;
             temp           <= 12'd0;
         end else begin
@@ -157,7 +159,8 @@ module adc #(parameter SPI_HALF = 1) (  // see adc_spi.v
             overrun_seen <= overrun_event || (overrun_seen && !(clears && wdata[`ADC_STATUS_OVERRUN]));
             trip_seen    <= trip_event || (trip_seen && !(clears && wdata[`ADC_STATUS_TRIP]));
             sample       <= finish;
-            if (temp_done)
+            temp_looked_up <= temp_done;
+            if (temp_looked_up)
                 temp_next <= temp_code;
             if (finish) begin
                 sequence_count <= sequence_count + 32'd1;

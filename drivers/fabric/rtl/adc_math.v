@@ -47,23 +47,17 @@ module adc_math (
 
     // offset and gain: phase k is subtracted in step k, multiplied in step k + 1, rounded and clamped in step k + 2
     reg  [15:0] code, offset;
-    reg  [7:0]  gain;
-    always @* begin
+    reg  [7:0]  gain, gain_now;         // the latter goes with less_offset
+    always @*
         case (step)
-        4'd2:    {code, offset} = {code_b, offset_b};
-        4'd3:    {code, offset} = {code_c, offset_c};
-        default: {code, offset} = {code_a, offset_a};
+        4'd2:    {code, offset, gain} = {code_b, offset_b, gain_b};
+        4'd3:    {code, offset, gain} = {code_c, offset_c, gain_c};
+        default: {code, offset, gain} = {code_a, offset_a, gain_a};
         endcase
-        case (step)
-        4'd3:    gain = gain_b;
-        4'd4:    gain = gain_c;
-        default: gain = gain_a;
-        endcase
-    end
     reg  [16:0] less_offset, base;      // signed
     reg  [24:0] product;                // of base and gain, signed
     wire [24:0] multiplied;
-    adc_multiply multiply (.x(less_offset), .y(gain), .product(multiplied));
+    adc_multiply multiply (.x(less_offset), .y(gain_now), .product(multiplied));
 
     wire [24:0] rounded = product + 25'd1024;
     wire [18:0] scaled  = {{2{base[16]}}, base} + {{5{rounded[24]}}, rounded[24:11]};
@@ -79,32 +73,38 @@ module adc_math (
     wire [18:0] missing = 19'd0 - {{2{others[16]}}, others};
     wire [15:0] rebuilt = clamp(missing);
 
-    // one comparison a step; the sum is the only value of more than 16 bits
-    reg  [17:0] sum;
-    reg  [17:0] value;
+    // one comparison a step, of the magnitude that the step before made; the sum is the only value of more than 16 bits
+    reg  [17:0] sum, value, magnitude;
     reg  [16:0] limit;
-    always @*
+    always @* begin
         case (step)
-        4'd1:    {value, limit} = {{3'd0, code_v, 3'd0}, v_max};
-        4'd2:    {value, limit} = {{3'd0, code_v, 3'd0}, v_min};
-        4'd7:    {value, limit} = {{2{a[15]}}, a, i_trip};
-        4'd8:    {value, limit} = {{2{b[15]}}, b, i_trip};
-        4'd9:    {value, limit} = {{2{c[15]}}, c, i_trip};
-        default: {value, limit} = {sum, sum_trip};
+        4'd7:    value = {{2{a[15]}}, a};
+        4'd8:    value = {{2{b[15]}}, b};
+        4'd9:    value = {{2{c[15]}}, c};
+        4'd10:   value = sum;
+        default: value = {3'd0, code_v, 3'd0};
         endcase
-    wire [17:0] magnitude = value[17] ? 18'd0 - value : value;
+        case (step)
+        4'd2:    limit = v_max;
+        4'd3:    limit = v_min;
+        4'd11:   limit = sum_trip;
+        default: limit = i_trip;
+        endcase
+    end
     wire [18:0] room      = {2'b00, limit} - {1'b0, magnitude};
     wire        greater   = room[18];
     wire        less      = !greater && room != 19'd0;
 
     reg current_off, high_off, low_off, sum_was_off;
 
-    assign finish = enable && step == 4'd10;
+    assign finish = enable && step == 4'd11;
 
     always @(posedge clk)
         if (!rst_n) begin
             step           <= 4'd0;
             less_offset    <= 17'd0;
+            gain_now       <= 8'd0;
+            magnitude      <= 18'd0;
             base           <= 17'd0;
             product        <= 25'd0;
             a              <= 16'd0;
@@ -132,14 +132,18 @@ module adc_math (
                 step <= step + 4'd1;
 
             less_offset <= {1'b0, code} - {1'b0, offset};
+            gain_now    <= gain;
+            magnitude   <= value[17] ? 18'd0 - value : value;
             base        <= less_offset;
             product     <= multiplied;
             sum         <= {{2{a[15]}}, a} + {{2{b[15]}}, b} + {{2{c[15]}}, c};
 
             case (step)
-            4'd1: high_off <= greater;
-            4'd2: low_off <= less;
-            4'd3: a <= current;
+            4'd2: high_off <= greater;
+            4'd3: begin
+                low_off <= less;
+                a       <= current;
+            end
             4'd4: b <= current;
             4'd5: begin
                 c    <= current;
@@ -153,8 +157,8 @@ module adc_math (
                 if (kept == 3'b011)
                     c <= rebuilt;
             end
-            4'd7: current_off <= greater;
-            4'd8, 4'd9: current_off <= current_off || greater;
+            4'd8: current_off <= greater;
+            4'd9, 4'd10: current_off <= current_off || greater;
             default: ;
             endcase
 

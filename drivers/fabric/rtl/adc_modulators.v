@@ -26,14 +26,16 @@ module adc_modulators (
     // the modulators' clock, and a strobe per bit
     reg  [4:0] count;
     reg        strobe;
-    wire [4:0] last = clocks < 5'd5 ? 5'd4 : clocks - 5'd1;
+    reg  [4:0] last;
     wire       ends = count >= last;
     always @(posedge clk)
         if (!on) begin
             count     <= 5'd0;
             pin_clock <= 1'b0;
             strobe    <= 1'b0;
+            last      <= 5'd4;
         end else begin
+            last   <= clocks < 5'd5 ? 5'd4 : clocks - 5'd1;
             count  <= ends ? 5'd0 : count + 5'd1;
             strobe <= pin_clock && count == 5'd0;   // when sync[1] is what the pin was at the edge
             if (ends)
@@ -103,12 +105,11 @@ module adc_modulators (
 
     assign done = readies[0] && takes == 3'd0;
 
-    // the fast path against its limit, one phase a clock
+    // the fast path against its limit, one phase a clock: subtracted in steps 1 to 3, compared two steps later
     reg  [2:0]  step;
     reg         any;
-    reg  [16:0] less_offset;
-    wire [16:0] magnitude = less_offset[16] ? 17'd0 - less_offset : less_offset;
-    wire        beyond    = magnitude > limit;
+    reg  [16:0] less_offset, magnitude;
+    wire        beyond = magnitude > limit;
     reg  [15:0] code, offset;
     always @*
         case (step)
@@ -121,17 +122,19 @@ module adc_modulators (
             step        <= 3'd0;
             any         <= 1'b0;
             less_offset <= 17'd0;
+            magnitude   <= 17'd0;
             trip        <= 1'b0;
             trip_event  <= 1'b0;
         end else begin
             less_offset <= {1'b0, code} - {1'b0, offset};
-            trip_event  <= step == 3'd4 && (any || beyond);
+            magnitude   <= less_offset[16] ? 17'd0 - less_offset : less_offset;
+            trip_event  <= step == 3'd5 && (any || beyond);
             if (trip_readies[0] && warm == 3'd4)
                 step <= 3'd1;
             else if (step != 3'd0)
-                step <= step == 3'd4 ? 3'd0 : step + 3'd1;
-            any <= step >= 3'd2 && (any || beyond);
-            if (step == 3'd4)
+                step <= step == 3'd5 ? 3'd0 : step + 3'd1;
+            any <= step >= 3'd3 && (any || beyond);
+            if (step == 3'd5)
                 trip <= any || beyond;
         end
 

@@ -54,7 +54,8 @@ always @(posedge clk) if (f_ran) begin
     if (sel)
         case ({addr, 2'b00})
         8'h00: assert (rdata == {28'd0, f_control});
-        8'h04: assert (rdata == {23'd0, trip_seen, beyond_v_low, beyond_v_high, beyond_sum, beyond_current, 2'd0, overrun, eoc});
+        8'h04: assert (rdata == {23'd0, trip_seen, beyond_v_low, beyond_v_high, beyond_sum, beyond_current, 2'd0, overrun,
+                                 eoc});
         8'h08: assert (rdata == {{16{ia[15]}}, ia});
         8'h0C: assert (rdata == {{16{ib[15]}}, ib});
         8'h10: assert (rdata == {{16{ic[15]}}, ic});
@@ -84,14 +85,14 @@ always @(posedge clk) if (f_ran) begin
     assert (vbus == {v, 3'd0});
 end
 
-// the arithmetic ends ten clocks after its start: adc_math.vh proves it
+// the arithmetic ends eleven clocks after its start: adc_math.vh proves it
 reg [3:0] f_step;
 always @(posedge clk)
     if (!rst_n || !enable || finish)
         f_step <= 4'd0;
     else if (f_step != 4'd0 || (busy && there))
         f_step <= f_step + 4'd1;
-always @* assume (finish == (enable && f_step == 4'd10));
+always @* assume (finish == (enable && f_step == 4'd11));
 
 wire [98:0] f_shown = {ia, ib, ic, v, valid, beyond_current, beyond_sum, beyond_v_high, beyond_v_low, sequence_count};
 wire        f_clear = sel && write && {addr, 2'b00} == 8'h04;
@@ -123,7 +124,7 @@ always @(posedge clk) if (f_ran) begin
         if ($past(finish))
             assert (valid == $past(f_valid));
     end
-    assert (f_step <= 4'd10);
+    assert (f_step <= 4'd11);
     if (finish)
         assert (busy);
     if (f_step != 4'd0 && enable)
