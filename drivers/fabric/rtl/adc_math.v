@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+// From codes to results: offset, gain, clamp, reconstruction of a phase that was not valid, limits. One subtracter, one
+// multiplier and one comparator serve all values in turn; results and flags change together in the last step.
+//
+// Each setting is used in one step only, so a setting written during the steps acts on some of the values and not on others.
+module adc_math (
+    input  wire        clk,
+    input  wire        rst_n,
+    input  wire        enable,          // 0 drops what is under way
+    input  wire        start,           // the inputs are there and stay until `finish`
+    input  wire [15:0] code_a,          // 16 times a 12 bit code, or 16 bits of a modulator
+    input  wire [15:0] code_b,
+    input  wire [15:0] code_c,
+    input  wire [11:0] code_v,
+    input  wire [2:0]  valid_in,        // C, B, A
+    // settings
+    input  wire        reconstruct,
+    input  wire [15:0] offset_a,
+    input  wire [15:0] offset_b,
+    input  wire [15:0] offset_c,
+    input  wire [7:0]  gain_a,          // signed: the gain less 1, in 1/2048
+    input  wire [7:0]  gain_b,
+    input  wire [7:0]  gain_c,
+    input  wire [16:0] i_trip,
+    input  wire [16:0] sum_trip,
+    input  wire [16:0] v_min,
+    input  wire [16:0] v_max,
+    // results
+    output wire        finish,          // they change with the end of this clock
+    output reg  [15:0] ia,              // signed, -32767...+32767
+    output reg  [15:0] ib,
+    output reg  [15:0] ic,
+    output reg  [11:0] v,               // VBUS / 8
+    output reg  [2:0]  valid,
+    output reg         beyond_current,
+    output reg         beyond_sum,
+    output reg         beyond_v_high,
+    output reg         beyond_v_low
+);
+    reg [3:0] step;                     // 0: idle
+
+    // -32767...+32767 of more bits, signed
+    function [15:0] clamp(input [18:0] x);
+        clamp = x[18] ? (x[17:15] != 3'b111 || x[14:0] == 15'd0 ? 16'h8001 : x[15:0])
+                      : (x[17:15] != 3'b000 ? 16'h7FFF : x[15:0]);
+    endfunction
+
+    // offset and gain: phase k is subtracted in step k, multiplied in step k + 1, rounded and clamped in step k + 2
+    reg  [15:0] code, offset;
+    reg  [7:0]  gain, gain_now;         // the latter goes with less_offset
+    always @*
+        case (step)
+        4'd2:    {code, offset, gain} = {code_b, offset_b, gain_b};
+        4'd3:    {code, offset, gain} = {code_c, offset_c, gain_c};
+        default: {code, offset, gain} = {code_a, offset_a, gain_a};
+        endcase
+    reg  [16:0] less_offset, base;      // signed
+    reg  [24:0] product;                // of base and gain, signed
+    wire [24:0] multiplied;
+    adc_multiply multiply (.x(less_offset), .y(gain_now), .product(multiplied));
+
+    wire [24:0] rounded = product + 25'd1024;
+    wire [18:0] scaled  = {{2{base[16]}}, base} + {{5{rounded[24]}}, rounded[24:11]};
+    wire [15:0] current = clamp(scaled);
+    wire        unused  = &{1'b0, rounded[10:0]};
+
+    // the phase that is not valid, if it is one: minus the sum of the others
+    reg  [15:0] a, b, c;
+    reg  [2:0]  kept;                   // valid_in at the step that used it
+    wire [15:0] other_1 = kept[0] ? a : b;
+    wire [15:0] other_2 = kept[2] ? c : b;
+    wire [16:0] others  = {other_1[15], other_1} + {other_2[15], other_2};
+    wire [18:0] missing = 19'd0 - {{2{others[16]}}, others};
+    wire [15:0] rebuilt = clamp(missing);
+
+    // one comparison a step, of the magnitude that the step before made; the sum is the only value of more than 16 bits
+    reg  [17:0] sum, value, magnitude;
+    reg  [16:0] limit;
+    always @* begin
+        case (step)
+        4'd7:    value = {{2{a[15]}}, a};
+        4'd8:    value = {{2{b[15]}}, b};
+        4'd9:    value = {{2{c[15]}}, c};
+        4'd10:   value = sum;
+        default: value = {3'd0, code_v, 3'd0};
+        endcase
+        case (step)
+        4'd2:    limit = v_max;
+        4'd3:    limit = v_min;
+        4'd11:   limit = sum_trip;
+        default: limit = i_trip;
+        endcase
+    end
+    wire [18:0] room      = {2'b00, limit} - {1'b0, magnitude};
+    wire        greater   = room[18];
+    wire        less      = !greater && room != 19'd0;
+
+    reg current_off, high_off, low_off, sum_was_off;
+
+    assign finish = enable && step == 4'd11;
+
+    always @(posedge clk)
+        if (!rst_n) begin
+            step           <= 4'd0;
+            less_offset    <= 17'd0;
+            gain_now       <= 8'd0;
+            magnitude      <= 18'd0;
+            base           <= 17'd0;
+            product        <= 25'd0;
+            a              <= 16'd0;
+            b              <= 16'd0;
+            c              <= 16'd0;
+            kept           <= 3'd0;
+            sum            <= 18'd0;
+            current_off    <= 1'b0;
+            high_off       <= 1'b0;
+            low_off        <= 1'b0;
+            sum_was_off    <= 1'b0;
+            ia             <= 16'd0;
+            ib             <= 16'd0;
+            ic             <= 16'd0;
+            v              <= 12'd0;
+            valid          <= 3'd0;
+            beyond_current <= 1'b0;
+            beyond_sum     <= 1'b0;
+            beyond_v_high  <= 1'b0;
+            beyond_v_low   <= 1'b0;
+        end else begin
+            if (!enable || finish)
+                step <= 4'd0;
+            else if (start || step != 4'd0)
+                step <= step + 4'd1;
+
+            less_offset <= {1'b0, code} - {1'b0, offset};
+            gain_now    <= gain;
+            magnitude   <= value[17] ? 18'd0 - value : value;
+            base        <= less_offset;
+            product     <= multiplied;
+            sum         <= {{2{a[15]}}, a} + {{2{b[15]}}, b} + {{2{c[15]}}, c};
+
+            case (step)
+            4'd2: high_off <= greater;
+            4'd3: begin
+                low_off <= less;
+                a       <= current;
+            end
+            4'd4: b <= current;
+            4'd5: begin
+                c    <= current;
+                kept <= reconstruct ? valid_in : 3'b111;
+            end
+            4'd6: begin
+                if (kept == 3'b110)
+                    a <= rebuilt;
+                if (kept == 3'b101)
+                    b <= rebuilt;
+                if (kept == 3'b011)
+                    c <= rebuilt;
+            end
+            4'd8: current_off <= greater;
+            4'd9, 4'd10: current_off <= current_off || greater;
+            default: ;
+            endcase
+
+            if (finish) begin
+                {ia, ib, ic, v} <= {a, b, c, code_v};
+                valid           <= valid_in;
+                beyond_current  <= current_off;
+                beyond_sum      <= greater && sum_was_off;
+                sum_was_off     <= greater;
+                beyond_v_high   <= high_off;
+                beyond_v_low    <= low_off;
+            end
+        end
+
+`ifdef FORMAL
+`include "formal/adc_math.vh"
+`endif
+endmodule

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+// One axis: the bus side, the four blocks, and the wires between them.
+module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
+    input  wire        clk,
+    input  wire        rst_n,
+    // APB3, selected for this axis' window
+    input  wire        psel,
+    input  wire        penable,
+    input  wire        pwrite,
+    input  wire [9:0]  paddr,
+    input  wire [31:0] pwdata,
+    output wire [31:0] prdata,
+    output wire        pready,
+    output wire        pslverr,
+    output wire        irq,               // the end of a conversion, level
+    // the carriers of two axes
+    input  wire        sync_in,
+    output wire        sync_out,
+    // the power stage
+    output wire [2:0]  pin_high,          // C, B, A
+    output wire [2:0]  pin_low,
+    output wire        pin_chopper,
+    input  wire        pin_overcurrent,
+    input  wire        pin_driver_fault,
+    input  wire        pin_sto_a_n,       // 0 stops
+    input  wire        pin_sto_b_n,
+    input  wire        pin_clock_ok,      // lock of the clock's PLL
+    // converters and modulators
+    output wire        pin_cs_n,
+    output wire        pin_sclk,
+    input  wire [3:0]  pin_sdata,         // bus voltage, C, B, A
+    output wire        pin_temp_cs_n,
+    output wire        pin_temp_sclk,
+    input  wire        pin_temp_sdata,
+    output wire        pin_mod_clock,
+    input  wire [2:0]  pin_mod_data,      // C, B, A
+    // encoder and Hall switches
+    input  wire        pin_a,
+    input  wire        pin_b,
+    input  wire        pin_index,
+    input  wire        pin_lost,
+    input  wire [2:0]  pin_hall
+);
+    wire [3:0]   sel;
+    wire         write;
+    wire [7:2]   addr;
+    wire [31:0]  wdata;
+    wire [127:0] rdata;
+
+    apb_slave bus (.clk(clk), .rst_n(rst_n), .psel(psel), .penable(penable), .pwrite(pwrite), .paddr(paddr), .pwdata(pwdata),
+                   .prdata(prdata), .pready(pready), .pslverr(pslverr), .sel(sel), .write(write), .addr(addr), .wdata(wdata),
+                   .rdata(rdata));
+
+    wire        live, trigger, overrun_event, overrun, limit, sample, trip, faulty;
+    wire [2:0]  high, low;
+    wire [14:0] vbus;
+    localparam  CAN_FOLLOW = AXIS != 0;
+
+    pwm carrier_and_legs (.clk(clk), .rst_n(rst_n), .sel(sel[0]), .write(write), .addr(addr), .wdata(wdata),
+                          .rdata(rdata[31:0]), .live(live), .sync_in(sync_in), .can_follow(CAN_FOLLOW), .sync_out(sync_out),
+                          .trigger(trigger), .high(high), .low(low));
+
+    adc sampler (.clk(clk), .rst_n(rst_n), .sel(sel[1]), .write(write), .addr(addr), .wdata(wdata), .rdata(rdata[63:32]),
+                 .trigger(trigger), .low(pin_low), .irq(irq), .overrun_event(overrun_event), .overrun(overrun), .limit(limit),
+                 .sample(sample), .vbus(vbus), .trip(trip), .pin_cs_n(pin_cs_n), .pin_sclk(pin_sclk), .pin_sdata(pin_sdata),
+                 .pin_temp_cs_n(pin_temp_cs_n), .pin_temp_sclk(pin_temp_sclk), .pin_temp_sdata(pin_temp_sdata),
+                 .pin_mod_clock(pin_mod_clock), .pin_mod_data(pin_mod_data));
+
+    encoder shaft (.clk(clk), .rst_n(rst_n), .sel(sel[2]), .write(write), .addr(addr), .wdata(wdata), .rdata(rdata[95:64]),
+                   .trigger(trigger), .pin_a(pin_a), .pin_b(pin_b), .pin_index(pin_index), .pin_lost(pin_lost),
+                   .pin_hall(pin_hall), .faulty(faulty));
+
+    // the modulators' fast path is one more comparator of the power stage
+    gate #(.AXIS(AXIS), .AXES(AXES)) bridge (
+        .clk(clk), .rst_n(rst_n), .sel(sel[3]), .write(write), .addr(addr), .wdata(wdata), .rdata(rdata[127:96]), .high(high),
+        .low(low), .overrun_event(overrun_event), .overrun(overrun), .limit(limit), .encoder_faulty(faulty), .sample(sample),
+        .vbus(vbus), .pin_overcurrent(pin_overcurrent || trip), .pin_driver_fault(pin_driver_fault), .pin_sto_a_n(pin_sto_a_n),
+        .pin_sto_b_n(pin_sto_b_n), .pin_clock_ok(pin_clock_ok), .live(live), .pin_high(pin_high), .pin_low(pin_low),
+        .pin_chopper(pin_chopper));
+
+`ifdef FORMAL
+`include "formal/fabric_axis.vh"
+`endif
+endmodule

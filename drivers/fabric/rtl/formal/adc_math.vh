@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+// What the arithmetic promises, from the first reset on: results and flags change together, at `finish` only, and are what
+// the contract's formulas make of codes and settings, provided that neither changed on the way. The formulas work in plain
+// integers from what the inputs were at the start, one formula in the clock in which the block does the same, so that a solver
+// need not follow a long chain of arithmetic over many clocks.
+reg f_ran = 1'b0;
+always @(posedge clk) f_ran <= f_ran || !rst_n;
+
+reg [15:0] f_code_a, f_code_b, f_code_c, f_offset_a, f_offset_b, f_offset_c;
+reg [7:0]  f_gain_a, f_gain_b, f_gain_c;
+reg [11:0] f_code_v;
+reg [2:0]  f_valid;
+reg        f_reconstruct;
+reg [16:0] f_i_trip, f_sum_trip, f_v_min, f_v_max;
+reg        f_steady = 1'b0;         // nothing has changed since the start
+wire       f_same = f_steady &&
+                    {f_code_a, f_code_b, f_code_c, f_code_v, f_valid, f_reconstruct} ==
+                    {code_a, code_b, code_c, code_v, valid_in, reconstruct} &&
+                    {f_offset_a, f_offset_b, f_offset_c, f_gain_a, f_gain_b, f_gain_c} ==
+                    {offset_a, offset_b, offset_c, gain_a, gain_b, gain_c} &&
+                    {f_i_trip, f_sum_trip, f_v_min, f_v_max} == {i_trip, sum_trip, v_min, v_max};
+always @(posedge clk) begin
+    f_steady <= rst_n && (step == 4'd0 || f_same);
+    if (step == 4'd0) begin
+        {f_code_a, f_code_b, f_code_c, f_code_v, f_valid, f_reconstruct} <=
+            {code_a, code_b, code_c, code_v, valid_in, reconstruct};
+        {f_offset_a, f_offset_b, f_offset_c, f_gain_a, f_gain_b, f_gain_c, f_i_trip, f_sum_trip, f_v_min, f_v_max} <=
+            {offset_a, offset_b, offset_c, gain_a, gain_b, gain_c, i_trip, sum_trip, v_min, v_max};
+    end
+end
+
+// the formulas, in plain integers
+function signed [31:0] f_held(input signed [31:0] x);
+    f_held = x > 32767 ? 32767 : x < -32767 ? -32767 : x;
+endfunction
+function signed [31:0] f_size(input signed [31:0] x);
+    f_size = x < 0 ? -x : x;
+endfunction
+function signed [31:0] f_less(input [15:0] f_code, input [15:0] f_offset);
+    f_less = $signed({16'd0, f_code}) - $signed({16'd0, f_offset});
+endfunction
+function signed [31:0] f_trimmed(input signed [31:0] x, input signed [24:0] f_product);
+    f_trimmed = f_held(x + (($signed({{7{f_product[24]}}, f_product}) + 1024) >>> 11));
+endfunction
+
+// the product is any function of the two factors, in the range of the product: what holds for all functions holds for the one
+(* anyseq *) reg signed [24:0] f_any_a;
+(* anyseq *) reg signed [24:0] f_any_b;
+(* anyseq *) reg signed [24:0] f_any_c;
+reg signed [24:0] f_pa, f_pb, f_pc;
+localparam signed [24:0] F_MOST = 65535 * 128;
+always @(posedge clk) begin
+    assume (f_any_a <= F_MOST && f_any_a >= -F_MOST);
+    assume (f_any_b <= F_MOST && f_any_b >= -F_MOST);
+    assume (f_any_c <= F_MOST && f_any_c >= -F_MOST);
+    if (step == 4'd1)
+        {f_pa, f_pb, f_pc} <= {f_any_a, f_any_b, f_any_c};
+    if (step >= 4'd2) begin
+        if (less_offset == f_la[16:0] && gain_now == f_gain_a)
+            assume (multiplied == f_pa);
+        if (less_offset == f_lb[16:0] && gain_now == f_gain_b)
+            assume (multiplied == f_pb);
+        if (less_offset == f_lc[16:0] && gain_now == f_gain_c)
+            assume (multiplied == f_pc);
+    end
+end
+
+reg signed [31:0] f_la, f_lb, f_lc, f_a, f_b, f_c, f_sum;
+reg               f_high, f_low, f_off_a, f_off_b, f_off_c;
+wire signed [31:0] f_v = $signed({17'd0, f_code_v, 3'd0});
+always @(posedge clk)
+    case (step)
+    4'd1: begin
+        f_la   <= f_less(f_code_a, f_offset_a);
+        f_lb   <= f_less(f_code_b, f_offset_b);
+        f_lc   <= f_less(f_code_c, f_offset_c);
+    end
+    4'd2: f_high <= f_v > $signed({15'd0, f_v_max});
+    4'd3: begin
+        f_low <= f_v < $signed({15'd0, f_v_min});
+        f_a   <= f_trimmed(f_la, f_pa);
+    end
+    4'd4: f_b <= f_trimmed(f_lb, f_pb);
+    4'd5: f_c <= f_trimmed(f_lc, f_pc);
+    4'd6:
+        if (f_reconstruct)
+            case (f_valid)
+            3'b110: f_a <= f_held(-f_b - f_c);
+            3'b101: f_b <= f_held(-f_a - f_c);
+            3'b011: f_c <= f_held(-f_a - f_b);
+            default: ;
+            endcase
+    4'd7: f_sum <= f_a + f_b + f_c;
+    4'd8: f_off_a <= f_size(f_a) > $signed({15'd0, f_i_trip});
+    4'd9: f_off_b <= f_size(f_b) > $signed({15'd0, f_i_trip});
+    4'd10: f_off_c <= f_size(f_c) > $signed({15'd0, f_i_trip});
+    default: ;
+    endcase
+wire f_sum_off = f_size(f_sum) > $signed({15'd0, f_sum_trip});
+
+// where each value stands at each step
+function signed [31:0] f_wide(input [15:0] x);
+    f_wide = {{16{x[15]}}, x};
+endfunction
+function f_fits(input signed [31:0] x, input signed [31:0] f_most);
+    f_fits = x <= f_most && x >= -f_most;
+endfunction
+always @(posedge clk) if (f_ran) begin
+    assert (step <= 4'd11);
+    if (f_same) begin
+        if (step >= 4'd2) begin
+            assert (f_fits(f_la, 65535) && f_fits(f_lb, 65535) && f_fits(f_lc, 65535));
+            assert (f_fits(f_pa, F_MOST) && f_fits(f_pb, F_MOST) && f_fits(f_pc, F_MOST));
+            assert (f_lb == f_less(f_code_b, f_offset_b) && f_lc == f_less(f_code_c, f_offset_c));
+        end
+        if (step == 4'd2) assert (less_offset == f_la[16:0] && gain_now == f_gain_a);
+        if (step == 4'd3) assert (less_offset == f_lb[16:0] && gain_now == f_gain_b && base == f_la[16:0] && product == f_pa);
+        if (step == 4'd4) assert (less_offset == f_lc[16:0] && gain_now == f_gain_c && base == f_lb[16:0] && product == f_pb);
+        if (step == 4'd5) assert (base == f_lc[16:0] && product == f_pc);
+        if (step == 4'd2 || step == 4'd3) assert ({14'd0, magnitude} == f_v);
+        if (step >= 4'd3) assert (high_off == f_high);
+        if (step >= 4'd4) assert (low_off == f_low);
+        if (step == 4'd8) assert ({14'd0, magnitude} == f_size(f_a));
+        if (step == 4'd9) assert ({14'd0, magnitude} == f_size(f_b));
+        if (step == 4'd10) assert ({14'd0, magnitude} == f_size(f_c));
+        if (step == 4'd11) assert ({14'd0, magnitude} == f_size(f_sum));
+        if (step >= 4'd4) assert (f_wide(a) == f_a && f_fits(f_a, 32767));
+        if (step >= 4'd5) assert (f_wide(b) == f_b && f_fits(f_b, 32767));
+        if (step >= 4'd6) assert (f_wide(c) == f_c && f_fits(f_c, 32767));
+        if (step == 4'd6) assert (kept == (f_reconstruct ? f_valid : 3'b111));
+        if (step >= 4'd8) assert (f_sum == {{14{sum[17]}}, sum} && f_fits(f_sum, 98301));
+        if (step == 4'd9) assert (current_off == f_off_a);
+        if (step == 4'd10) assert (current_off == (f_off_a || f_off_b));
+        if (step == 4'd11) assert (current_off == (f_off_a || f_off_b || f_off_c));
+    end
+end
+
+// what is seen from outside
+always @(posedge clk) if (f_ran) begin
+    if (!$past(rst_n)) begin
+        assert (step == 4'd0);
+        assert ({ia, ib, ic, v, valid, beyond_current, beyond_sum, beyond_v_high, beyond_v_low} == 67'd0);
+    end else if (!$past(finish))
+        assert ({ia, ib, ic, v, valid, beyond_current, beyond_sum, beyond_v_high, beyond_v_low} ==
+                $past({ia, ib, ic, v, valid, beyond_current, beyond_sum, beyond_v_high, beyond_v_low}));
+    else begin
+        assert (v == $past(code_v) && valid == $past(valid_in));
+        if ($past(f_same)) begin
+            assert (f_wide(ia) == $past(f_a) && f_wide(ib) == $past(f_b) && f_wide(ic) == $past(f_c));
+            assert (beyond_current == ($past(f_off_a) || $past(f_off_b) || $past(f_off_c)));
+            assert (sum_was_off == $past(f_sum_off));
+            assert (beyond_sum == ($past(f_sum_off) && $past(sum_was_off)));
+            assert (beyond_v_high == $past(f_high) && beyond_v_low == $past(f_low));
+        end
+    end
+    if ($past(rst_n) && !$past(finish))
+        assert (sum_was_off == $past(sum_was_off));
+    // eleven clocks from start to finish, and none without a start
+    if ($past(rst_n) && $past(enable))
+        assert (step == ($past(step) == 4'd11 ? 4'd0 : $past(step) != 4'd0 || $past(start) ? $past(step) + 4'd1 : 4'd0));
+    if ($past(rst_n) && !$past(enable))
+        assert (step == 4'd0);
+    assert (finish == (enable && step == 4'd11));
+end

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// What an axis promises from pin to pin, with any ADC and any encoder: that the blocks are wired to each other and to the pins
+// as they should be.
+`include "mssfoc_regs.vh"
+reg f_ran = 1'b0;
+always @(posedge clk) f_ran <= 1'b1;
+always @* if (!f_ran) assume (!rst_n);
+
+wire f_any = |pin_high || |pin_low;
+always @* if (f_ran) begin
+    // in the same clock
+    if (!rst_n || !pin_clock_ok || !pin_sto_a_n || !pin_sto_b_n || pin_overcurrent || pin_driver_fault) assert (!f_any);
+    if (overrun_event || trip) assert (!f_any);
+    if (!live) assert (!f_any);
+    assert ((pin_high & pin_low) == 3'd0);
+    assert ((high & low) == 3'd0);
+    // every pin is that of its own phase and side
+    assert ((pin_high & ~high) == 3'd0 && (pin_low & ~low) == 3'd0);
+    assert (CAN_FOLLOW == (AXIS != 0));
+end
+// over the bus: identity, the number of this axis, and the bits that GATE shows of the other blocks
+reg [9:0] f_at;
+reg       f_read, f_faulty, f_overrun, f_limit;
+always @(posedge clk) begin
+    f_read    <= rst_n && psel && !penable && !pwrite;
+    f_at      <= paddr;
+    f_faulty  <= faulty;
+    f_overrun <= overrun;
+    f_limit   <= limit;
+end
+always @* if (f_ran && f_read) begin
+    if (f_at == 10'h308) assert (prdata == 32'h464F4330);
+    if (f_at == {2'd3, `GATE_AXES, 2'd0}) assert (prdata[3:0] == AXIS && prdata[7:4] == AXES && prdata[31:8] == 24'd0);
+    if (f_at == {2'd3, `GATE_STATUS, 2'd0}) begin
+        assert (prdata[`GATE_STATUS_ENCODER] == f_faulty && prdata[`GATE_STATUS_OVERRUN] == f_overrun);
+        assert (prdata[`GATE_STATUS_LIMIT] == f_limit);
+    end
+    if (f_at[9:8] == 2'd0 && f_at[7:2] > `PWM_COMPARE_C) assert (prdata == 32'd0);
+    if (f_at[1:0] != 2'd0) assert (prdata == 32'd0);
+end

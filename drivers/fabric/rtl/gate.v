@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+// Slot 3 of an axis, GATE: the bridge's switch. An input that says stop cuts all six outputs in the same clock, by logic
+// alone; behind two flip-flops it sets its latch, which clears ENABLE. Pin, flip-flops and latch cut one after the other
+// without a gap, so that a pulse on a pin that one clock edge has seen is never followed by outputs.
+`include "mssfoc_regs.vh"
+module gate #(parameter AXIS = 0, parameter AXES = 1) (
+    input  wire        clk,
+    input  wire        rst_n,
+    // register port: rdata is 0 unless selected, so that slots can be ORed
+    input  wire        sel,
+    input  wire        write,
+    input  wire [7:2]  addr,
+    input  wire [31:0] wdata,
+    output wire [31:0] rdata,
+    // from the other blocks
+    input  wire [2:0]  high,              // what PWM wishes: C, B, A
+    input  wire [2:0]  low,
+    input  wire        overrun_event,     // an ADC overrun happens in this clock
+    input  wire        overrun,           // ADC.STATUS has OVERRUN
+    input  wire        limit,             // ADC.STATUS has a flag of its limits
+    input  wire        encoder_faulty,
+    input  wire        sample,            // `vbus` is new in this clock
+    input  wire [14:0] vbus,
+    // pins, asynchronous
+    input  wire        pin_overcurrent,
+    input  wire        pin_driver_fault,
+    input  wire        pin_sto_a_n,       // 0 stops
+    input  wire        pin_sto_b_n,
+    input  wire        pin_clock_ok,      // lock of the clock's PLL
+    output wire        live,              // to PWM
+    output wire [2:0]  pin_high,
+    output wire [2:0]  pin_low,
+    output wire        pin_chopper
+);
+    // order of the pins and their latches: clock, STO B, STO A, driver, over-current
+    wire [4:0] pins = {!pin_clock_ok, !pin_sto_b_n, !pin_sto_a_n, pin_driver_fault, pin_overcurrent};
+    reg  [4:0] pins_1, pins_2, pin_latches;
+    wire [4:0] asked = pins | pins_1 | pins_2;
+
+    reg        enable, loop_lost, interlock;
+    reg        chopper_enable;
+    reg [14:0] chopper_on, chopper_off;
+
+    wire both      = |(high & low);
+    wire lost_now  = overrun_event && enable;
+    wire latched   = |pin_latches || loop_lost || interlock;
+    wire settled   = |pins_2 || both || lost_now || latched;  // what flip-flops may see: pins only behind two of them
+    wire cut       = settled || |asked;
+    wire writes    = sel && write;
+    wire clears    = writes && addr == `GATE_STATUS;
+    wire follows   = enable && !cut && rst_n;
+
+    assign pin_high = high & {3{follows}};
+    assign pin_low  = low & {3{follows}};
+    assign live     = enable;
+
+    // a latch clears only by a 1 written while its input is quiet
+    wire [4:0] clear_pins = {wdata[`GATE_STATUS_CLOCK_LOST], wdata[`GATE_STATUS_STO_B], wdata[`GATE_STATUS_STO_A],
+                             wdata[`GATE_STATUS_DRIVER_FAULT], wdata[`GATE_STATUS_OVERCURRENT]} & {5{clears}};
+
+    always @(posedge clk)
+        if (!rst_n) begin
+            pins_1         <= 5'd0;
+            pins_2         <= 5'd0;
+            pin_latches    <= 5'd0;
+            loop_lost      <= 1'b0;
+            interlock      <= 1'b0;
+            enable         <= 1'b0;
+            chopper_enable <= 1'b0;
+            chopper_on     <= `GATE_CHOPPER_ON_RESET;
+            chopper_off    <= `GATE_CHOPPER_OFF_RESET;
+        end else begin
+            pins_1      <= pins;
+            pins_2      <= pins_1;
+            pin_latches <= pins_2 | (pin_latches & ~(clear_pins & ~asked));
+            loop_lost   <= lost_now || (loop_lost && !(clears && wdata[`GATE_STATUS_LOOP_LOST]));
+            interlock   <= both || (interlock && !(clears && wdata[`GATE_STATUS_INTERLOCK]));
+            if (writes && addr == `GATE_CONTROL)
+                enable <= wdata[`GATE_CONTROL_ENABLE] && !settled;
+            else if (settled)
+                enable <= 1'b0;
+            if (writes && addr == `GATE_CHOPPER)
+                chopper_enable <= wdata[`GATE_CHOPPER_ENABLE];
+            if (writes && addr == `GATE_CHOPPER_ON)
+                chopper_on <= wdata[`GATE_CHOPPER_ON_VALUE];
+            if (writes && addr == `GATE_CHOPPER_OFF)
+                chopper_off <= wdata[`GATE_CHOPPER_OFF_VALUE];
+        end
+
+    wire chopping;
+    chopper brake_chopper (.clk(clk), .rst_n(rst_n), .enable(chopper_enable), .sample(sample), .vbus(vbus),
+                           .on_above(chopper_on), .off_at(chopper_off), .on(chopping));
+    assign pin_chopper = chopping && chopper_enable && pin_clock_ok && rst_n;
+
+    localparam [3:0] INDEX = AXIS[3:0], COUNT = AXES[3:0];
+    reg [31:0] value;
+    always @*
+        case (addr)
+        `GATE_CONTROL:     value = {31'd0, enable};
+        `GATE_STATUS:      value = {17'd0, pins_2[3:2], pin_latches[4:2], pins_2[1:0], limit, overrun, encoder_faulty,
+                                    interlock, loop_lost, pin_latches[1:0], enable && !settled};
+        `GATE_ID:          value = `GATE_ID_RESET;
+        `GATE_CHOPPER:     value = {30'd0, pin_chopper, chopper_enable};
+        `GATE_CHOPPER_ON:  value = {17'd0, chopper_on};
+        `GATE_CHOPPER_OFF: value = {17'd0, chopper_off};
+        `GATE_AXES:        value = {24'd0, COUNT, INDEX};
+        default:           value = 32'd0;
+        endcase
+    assign rdata = sel ? value : 32'd0;
+
+    wire unused = &{1'b0, wdata[31:15]};
+
+`ifdef FORMAL
+`include "formal/gate.vh"
+`endif
+endmodule

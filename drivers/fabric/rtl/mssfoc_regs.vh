@@ -1,0 +1,561 @@
+// SPDX-License-Identifier: MIT
+// Generated from drivers/fabric/registers.toml by drivers/fabric/rtl/generate.py: change it there.
+//   <block>_<register>         word address in its slot
+//   ..._RESET                  value after a reset, as wide as the register's highest bit asks
+//   ..._WRITABLE, ..._READABLE bits that keep what is written; bits that are not always 0
+//   ..._<field>                its bits, for a part-select; ..._<field>_LSB the lowest
+`ifndef MSSFOC_REGS_VH
+`define MSSFOC_REGS_VH
+
+`define CONTRACT_SLOTS 4
+
+// PWM: three half bridges with dead time, and the ADC's triggers
+`define PWM_SLOT 2'd0
+`define PWM_CONTROL 6'h00
+`define PWM_CONTROL_RESET 3'h0
+`define PWM_CONTROL_WRITABLE 32'h00000007
+`define PWM_CONTROL_READABLE 32'h00000007
+`define PWM_CONTROL_RUN 0
+`define PWM_CONTROL_RUN_LSB 0
+`define PWM_CONTROL_BRAKE 1
+`define PWM_CONTROL_BRAKE_LSB 1
+`define PWM_CONTROL_FOLLOW 2
+`define PWM_CONTROL_FOLLOW_LSB 2
+`define PWM_STATUS 6'h01
+`define PWM_STATUS_RESET 7'h0
+`define PWM_STATUS_WRITABLE 32'h00000000
+`define PWM_STATUS_READABLE 32'h00000077
+`define PWM_STATUS_RUNNING 0
+`define PWM_STATUS_RUNNING_LSB 0
+`define PWM_STATUS_RISING 1
+`define PWM_STATUS_RISING_LSB 1
+`define PWM_STATUS_WAITING 2
+`define PWM_STATUS_WAITING_LSB 2
+`define PWM_STATUS_FELL_BACK_A 4
+`define PWM_STATUS_FELL_BACK_A_LSB 4
+`define PWM_STATUS_FELL_BACK_B 5
+`define PWM_STATUS_FELL_BACK_B_LSB 5
+`define PWM_STATUS_FELL_BACK_C 6
+`define PWM_STATUS_FELL_BACK_C_LSB 6
+`define PWM_PERIOD 6'h02
+`define PWM_PERIOD_RESET 16'h9C4
+`define PWM_PERIOD_WRITABLE 32'h0000FFFF
+`define PWM_PERIOD_READABLE 32'h0000FFFF
+`define PWM_PERIOD_COUNT 15:0
+`define PWM_PERIOD_COUNT_LSB 0
+`define PWM_DEAD 6'h03
+`define PWM_DEAD_RESET 8'hFF
+`define PWM_DEAD_WRITABLE 32'h000000FF
+`define PWM_DEAD_READABLE 32'h000000FF
+`define PWM_DEAD_CLOCKS 7:0
+`define PWM_DEAD_CLOCKS_LSB 0
+`define PWM_MIN_PULSE 6'h04
+`define PWM_MIN_PULSE_RESET 8'hFF
+`define PWM_MIN_PULSE_WRITABLE 32'h000000FF
+`define PWM_MIN_PULSE_READABLE 32'h000000FF
+`define PWM_MIN_PULSE_CLOCKS 7:0
+`define PWM_MIN_PULSE_CLOCKS_LSB 0
+`define PWM_MODE 6'h05
+`define PWM_MODE_RESET 2'h0
+`define PWM_MODE_WRITABLE 32'h00000003
+`define PWM_MODE_READABLE 32'h00000003
+`define PWM_MODE_UPDATE 1:0
+`define PWM_MODE_UPDATE_LSB 0
+`define PWM_PHASE 6'h06
+`define PWM_PHASE_RESET 17'h9C4
+`define PWM_PHASE_WRITABLE 32'h0001FFFF
+`define PWM_PHASE_READABLE 32'h0001FFFF
+`define PWM_PHASE_COUNT 15:0
+`define PWM_PHASE_COUNT_LSB 0
+`define PWM_PHASE_RISING 16
+`define PWM_PHASE_RISING_LSB 16
+`define PWM_TRIGGER_1 6'h07
+`define PWM_TRIGGER_1_RESET 18'h0
+`define PWM_TRIGGER_1_WRITABLE 32'h0003FFFF
+`define PWM_TRIGGER_1_READABLE 32'h0003FFFF
+`define PWM_TRIGGER_1_COUNT 15:0
+`define PWM_TRIGGER_1_COUNT_LSB 0
+`define PWM_TRIGGER_1_FALLING 16
+`define PWM_TRIGGER_1_FALLING_LSB 16
+`define PWM_TRIGGER_1_RISING 17
+`define PWM_TRIGGER_1_RISING_LSB 17
+`define PWM_TRIGGER_2 6'h08
+`define PWM_TRIGGER_2_RESET 18'h0
+`define PWM_TRIGGER_2_WRITABLE 32'h0003FFFF
+`define PWM_TRIGGER_2_READABLE 32'h0003FFFF
+`define PWM_TRIGGER_2_COUNT 15:0
+`define PWM_TRIGGER_2_COUNT_LSB 0
+`define PWM_TRIGGER_2_FALLING 16
+`define PWM_TRIGGER_2_FALLING_LSB 16
+`define PWM_TRIGGER_2_RISING 17
+`define PWM_TRIGGER_2_RISING_LSB 17
+`define PWM_COUNT 6'h09
+`define PWM_COUNT_RESET 16'h9C4
+`define PWM_COUNT_WRITABLE 32'h00000000
+`define PWM_COUNT_READABLE 32'h0000FFFF
+`define PWM_COUNT_COUNT 15:0
+`define PWM_COUNT_COUNT_LSB 0
+`define PWM_COMPARE_A 6'h0A
+`define PWM_COMPARE_A_RESET 16'h0
+`define PWM_COMPARE_A_WRITABLE 32'h0000FFFF
+`define PWM_COMPARE_A_READABLE 32'h0000FFFF
+`define PWM_COMPARE_A_COUNT 15:0
+`define PWM_COMPARE_A_COUNT_LSB 0
+`define PWM_COMPARE_B 6'h0B
+`define PWM_COMPARE_B_RESET 16'h0
+`define PWM_COMPARE_B_WRITABLE 32'h0000FFFF
+`define PWM_COMPARE_B_READABLE 32'h0000FFFF
+`define PWM_COMPARE_B_COUNT 15:0
+`define PWM_COMPARE_B_COUNT_LSB 0
+`define PWM_COMPARE_C 6'h0C
+`define PWM_COMPARE_C_RESET 16'h0
+`define PWM_COMPARE_C_WRITABLE 32'h0000FFFF
+`define PWM_COMPARE_C_READABLE 32'h0000FFFF
+`define PWM_COMPARE_C_COUNT 15:0
+`define PWM_COMPARE_C_COUNT_LSB 0
+// by word address, for proofs
+`define PWM_WRITABLE_AT(a) ((a) == 6'h00 ? 32'h7 : \
+    (a) == 6'h02 ? 32'hFFFF : \
+    (a) == 6'h03 ? 32'hFF : \
+    (a) == 6'h04 ? 32'hFF : \
+    (a) == 6'h05 ? 32'h3 : \
+    (a) == 6'h06 ? 32'h1FFFF : \
+    (a) == 6'h07 ? 32'h3FFFF : \
+    (a) == 6'h08 ? 32'h3FFFF : \
+    (a) == 6'h0A ? 32'hFFFF : \
+    (a) == 6'h0B ? 32'hFFFF : \
+    (a) == 6'h0C ? 32'hFFFF : \
+    32'h0)
+`define PWM_READABLE_AT(a) ((a) == 6'h00 ? 32'h7 : \
+    (a) == 6'h01 ? 32'h77 : \
+    (a) == 6'h02 ? 32'hFFFF : \
+    (a) == 6'h03 ? 32'hFF : \
+    (a) == 6'h04 ? 32'hFF : \
+    (a) == 6'h05 ? 32'h3 : \
+    (a) == 6'h06 ? 32'h1FFFF : \
+    (a) == 6'h07 ? 32'h3FFFF : \
+    (a) == 6'h08 ? 32'h3FFFF : \
+    (a) == 6'h09 ? 32'hFFFF : \
+    (a) == 6'h0A ? 32'hFFFF : \
+    (a) == 6'h0B ? 32'hFFFF : \
+    (a) == 6'h0C ? 32'hFFFF : \
+    32'h0)
+`define PWM_RESET_AT(a) ((a) == 6'h02 ? 32'h9C4 : \
+    (a) == 6'h03 ? 32'hFF : \
+    (a) == 6'h04 ? 32'hFF : \
+    (a) == 6'h06 ? 32'h9C4 : \
+    (a) == 6'h09 ? 32'h9C4 : \
+    32'h0)
+`define PWM_LOCKED_AT(a) ((a) == 6'h02 ? 32'h1 : \
+    (a) == 6'h03 ? 32'h1 : \
+    (a) == 6'h04 ? 32'h1 : \
+    (a) == 6'h05 ? 32'h1 : \
+    (a) == 6'h06 ? 32'h1 : \
+    32'h0)
+
+// ADC: sampler of three phase currents and the bus voltage
+`define ADC_SLOT 2'd1
+`define ADC_CONTROL 6'h00
+`define ADC_CONTROL_RESET 4'h0
+`define ADC_CONTROL_WRITABLE 32'h0000000F
+`define ADC_CONTROL_READABLE 32'h0000000F
+`define ADC_CONTROL_ENABLE 0
+`define ADC_CONTROL_ENABLE_LSB 0
+`define ADC_CONTROL_IRQ_ENABLE 1
+`define ADC_CONTROL_IRQ_ENABLE_LSB 1
+`define ADC_CONTROL_RECONSTRUCT 2
+`define ADC_CONTROL_RECONSTRUCT_LSB 2
+`define ADC_CONTROL_MODULATORS 3
+`define ADC_CONTROL_MODULATORS_LSB 3
+`define ADC_STATUS 6'h01
+`define ADC_STATUS_RESET 9'h0
+`define ADC_STATUS_WRITABLE 32'h00000000
+`define ADC_STATUS_READABLE 32'h000001F3
+`define ADC_STATUS_EOC 0
+`define ADC_STATUS_EOC_LSB 0
+`define ADC_STATUS_OVERRUN 1
+`define ADC_STATUS_OVERRUN_LSB 1
+`define ADC_STATUS_CURRENT 4
+`define ADC_STATUS_CURRENT_LSB 4
+`define ADC_STATUS_SUM 5
+`define ADC_STATUS_SUM_LSB 5
+`define ADC_STATUS_VBUS_HIGH 6
+`define ADC_STATUS_VBUS_HIGH_LSB 6
+`define ADC_STATUS_VBUS_LOW 7
+`define ADC_STATUS_VBUS_LOW_LSB 7
+`define ADC_STATUS_TRIP 8
+`define ADC_STATUS_TRIP_LSB 8
+`define ADC_IA 6'h02
+`define ADC_IA_RESET 32'h0
+`define ADC_IA_WRITABLE 32'h00000000
+`define ADC_IA_READABLE 32'hFFFFFFFF
+`define ADC_IA_VALUE 31:0
+`define ADC_IA_VALUE_LSB 0
+`define ADC_IB 6'h03
+`define ADC_IB_RESET 32'h0
+`define ADC_IB_WRITABLE 32'h00000000
+`define ADC_IB_READABLE 32'hFFFFFFFF
+`define ADC_IB_VALUE 31:0
+`define ADC_IB_VALUE_LSB 0
+`define ADC_IC 6'h04
+`define ADC_IC_RESET 32'h0
+`define ADC_IC_WRITABLE 32'h00000000
+`define ADC_IC_READABLE 32'hFFFFFFFF
+`define ADC_IC_VALUE 31:0
+`define ADC_IC_VALUE_LSB 0
+`define ADC_VBUS 6'h05
+`define ADC_VBUS_RESET 32'h0
+`define ADC_VBUS_WRITABLE 32'h00000000
+`define ADC_VBUS_READABLE 32'hFFFFFFFF
+`define ADC_VBUS_VALUE 31:0
+`define ADC_VBUS_VALUE_LSB 0
+`define ADC_SEQUENCE 6'h06
+`define ADC_SEQUENCE_RESET 32'h0
+`define ADC_SEQUENCE_WRITABLE 32'h00000000
+`define ADC_SEQUENCE_READABLE 32'hFFFFFFFF
+`define ADC_SEQUENCE_COUNT 31:0
+`define ADC_SEQUENCE_COUNT_LSB 0
+`define ADC_OFFSET_A 6'h07
+`define ADC_OFFSET_A_RESET 16'h8000
+`define ADC_OFFSET_A_WRITABLE 32'h0000FFFF
+`define ADC_OFFSET_A_READABLE 32'h0000FFFF
+`define ADC_OFFSET_A_VALUE 15:0
+`define ADC_OFFSET_A_VALUE_LSB 0
+`define ADC_OFFSET_B 6'h08
+`define ADC_OFFSET_B_RESET 16'h8000
+`define ADC_OFFSET_B_WRITABLE 32'h0000FFFF
+`define ADC_OFFSET_B_READABLE 32'h0000FFFF
+`define ADC_OFFSET_B_VALUE 15:0
+`define ADC_OFFSET_B_VALUE_LSB 0
+`define ADC_OFFSET_C 6'h09
+`define ADC_OFFSET_C_RESET 16'h8000
+`define ADC_OFFSET_C_WRITABLE 32'h0000FFFF
+`define ADC_OFFSET_C_READABLE 32'h0000FFFF
+`define ADC_OFFSET_C_VALUE 15:0
+`define ADC_OFFSET_C_VALUE_LSB 0
+`define ADC_I_TRIP 6'h0A
+`define ADC_I_TRIP_RESET 17'h1FFFF
+`define ADC_I_TRIP_WRITABLE 32'h0001FFFF
+`define ADC_I_TRIP_READABLE 32'h0001FFFF
+`define ADC_I_TRIP_VALUE 16:0
+`define ADC_I_TRIP_VALUE_LSB 0
+`define ADC_SUM_TRIP 6'h0B
+`define ADC_SUM_TRIP_RESET 17'h1FFFF
+`define ADC_SUM_TRIP_WRITABLE 32'h0001FFFF
+`define ADC_SUM_TRIP_READABLE 32'h0001FFFF
+`define ADC_SUM_TRIP_VALUE 16:0
+`define ADC_SUM_TRIP_VALUE_LSB 0
+`define ADC_V_MIN 6'h0C
+`define ADC_V_MIN_RESET 17'h0
+`define ADC_V_MIN_WRITABLE 32'h0001FFFF
+`define ADC_V_MIN_READABLE 32'h0001FFFF
+`define ADC_V_MIN_VALUE 16:0
+`define ADC_V_MIN_VALUE_LSB 0
+`define ADC_V_MAX 6'h0D
+`define ADC_V_MAX_RESET 17'h1FFFF
+`define ADC_V_MAX_WRITABLE 32'h0001FFFF
+`define ADC_V_MAX_READABLE 32'h0001FFFF
+`define ADC_V_MAX_VALUE 16:0
+`define ADC_V_MAX_VALUE_LSB 0
+`define ADC_TEMP 6'h0E
+`define ADC_TEMP_RESET 12'h0
+`define ADC_TEMP_WRITABLE 32'h00000000
+`define ADC_TEMP_READABLE 32'h00000FFF
+`define ADC_TEMP_CODE 11:0
+`define ADC_TEMP_CODE_LSB 0
+`define ADC_VALID 6'h0F
+`define ADC_VALID_RESET 3'h0
+`define ADC_VALID_WRITABLE 32'h00000000
+`define ADC_VALID_READABLE 32'h00000007
+`define ADC_VALID_A 0
+`define ADC_VALID_A_LSB 0
+`define ADC_VALID_B 1
+`define ADC_VALID_B_LSB 1
+`define ADC_VALID_C 2
+`define ADC_VALID_C_LSB 2
+`define ADC_GAIN_A 6'h10
+`define ADC_GAIN_A_RESET 8'h0
+`define ADC_GAIN_A_WRITABLE 32'h000000FF
+`define ADC_GAIN_A_READABLE 32'h000000FF
+`define ADC_GAIN_A_VALUE 7:0
+`define ADC_GAIN_A_VALUE_LSB 0
+`define ADC_GAIN_B 6'h11
+`define ADC_GAIN_B_RESET 8'h0
+`define ADC_GAIN_B_WRITABLE 32'h000000FF
+`define ADC_GAIN_B_READABLE 32'h000000FF
+`define ADC_GAIN_B_VALUE 7:0
+`define ADC_GAIN_B_VALUE_LSB 0
+`define ADC_GAIN_C 6'h12
+`define ADC_GAIN_C_RESET 8'h0
+`define ADC_GAIN_C_WRITABLE 32'h000000FF
+`define ADC_GAIN_C_READABLE 32'h000000FF
+`define ADC_GAIN_C_VALUE 7:0
+`define ADC_GAIN_C_VALUE_LSB 0
+`define ADC_SETTLE 6'h13
+`define ADC_SETTLE_RESET 12'h0
+`define ADC_SETTLE_WRITABLE 32'h00000FFF
+`define ADC_SETTLE_READABLE 32'h00000FFF
+`define ADC_SETTLE_CLOCKS 11:0
+`define ADC_SETTLE_CLOCKS_LSB 0
+`define ADC_MODULATOR 6'h14
+`define ADC_MODULATOR_RESET 13'h511
+`define ADC_MODULATOR_WRITABLE 32'h00001F33
+`define ADC_MODULATOR_READABLE 32'h00001F33
+`define ADC_MODULATOR_OSR 1:0
+`define ADC_MODULATOR_OSR_LSB 0
+`define ADC_MODULATOR_TRIP_OSR 5:4
+`define ADC_MODULATOR_TRIP_OSR_LSB 4
+`define ADC_MODULATOR_CLOCKS 12:8
+`define ADC_MODULATOR_CLOCKS_LSB 8
+`define ADC_MODULATOR_TRIP 6'h15
+`define ADC_MODULATOR_TRIP_RESET 17'h1FFFF
+`define ADC_MODULATOR_TRIP_WRITABLE 32'h0001FFFF
+`define ADC_MODULATOR_TRIP_READABLE 32'h0001FFFF
+`define ADC_MODULATOR_TRIP_VALUE 16:0
+`define ADC_MODULATOR_TRIP_VALUE_LSB 0
+// by word address, for proofs
+`define ADC_WRITABLE_AT(a) ((a) == 6'h00 ? 32'hF : \
+    (a) == 6'h07 ? 32'hFFFF : \
+    (a) == 6'h08 ? 32'hFFFF : \
+    (a) == 6'h09 ? 32'hFFFF : \
+    (a) == 6'h0A ? 32'h1FFFF : \
+    (a) == 6'h0B ? 32'h1FFFF : \
+    (a) == 6'h0C ? 32'h1FFFF : \
+    (a) == 6'h0D ? 32'h1FFFF : \
+    (a) == 6'h10 ? 32'hFF : \
+    (a) == 6'h11 ? 32'hFF : \
+    (a) == 6'h12 ? 32'hFF : \
+    (a) == 6'h13 ? 32'hFFF : \
+    (a) == 6'h14 ? 32'h1F33 : \
+    (a) == 6'h15 ? 32'h1FFFF : \
+    32'h0)
+`define ADC_READABLE_AT(a) ((a) == 6'h00 ? 32'hF : \
+    (a) == 6'h01 ? 32'h1F3 : \
+    (a) == 6'h02 ? 32'hFFFFFFFF : \
+    (a) == 6'h03 ? 32'hFFFFFFFF : \
+    (a) == 6'h04 ? 32'hFFFFFFFF : \
+    (a) == 6'h05 ? 32'hFFFFFFFF : \
+    (a) == 6'h06 ? 32'hFFFFFFFF : \
+    (a) == 6'h07 ? 32'hFFFF : \
+    (a) == 6'h08 ? 32'hFFFF : \
+    (a) == 6'h09 ? 32'hFFFF : \
+    (a) == 6'h0A ? 32'h1FFFF : \
+    (a) == 6'h0B ? 32'h1FFFF : \
+    (a) == 6'h0C ? 32'h1FFFF : \
+    (a) == 6'h0D ? 32'h1FFFF : \
+    (a) == 6'h0E ? 32'hFFF : \
+    (a) == 6'h0F ? 32'h7 : \
+    (a) == 6'h10 ? 32'hFF : \
+    (a) == 6'h11 ? 32'hFF : \
+    (a) == 6'h12 ? 32'hFF : \
+    (a) == 6'h13 ? 32'hFFF : \
+    (a) == 6'h14 ? 32'h1F33 : \
+    (a) == 6'h15 ? 32'h1FFFF : \
+    32'h0)
+`define ADC_RESET_AT(a) ((a) == 6'h07 ? 32'h8000 : \
+    (a) == 6'h08 ? 32'h8000 : \
+    (a) == 6'h09 ? 32'h8000 : \
+    (a) == 6'h0A ? 32'h1FFFF : \
+    (a) == 6'h0B ? 32'h1FFFF : \
+    (a) == 6'h0D ? 32'h1FFFF : \
+    (a) == 6'h14 ? 32'h511 : \
+    (a) == 6'h15 ? 32'h1FFFF : \
+    32'h0)
+`define ADC_LOCKED_AT(a) (32'h0)
+
+// ENC: incremental encoder and Hall switches
+`define ENC_SLOT 2'd2
+`define ENC_CONTROL 6'h00
+`define ENC_CONTROL_RESET 2'h0
+`define ENC_CONTROL_WRITABLE 32'h00000003
+`define ENC_CONTROL_READABLE 32'h00000003
+`define ENC_CONTROL_ENABLE 0
+`define ENC_CONTROL_ENABLE_LSB 0
+`define ENC_CONTROL_REVERSE 1
+`define ENC_CONTROL_REVERSE_LSB 1
+`define ENC_COUNTS 6'h01
+`define ENC_COUNTS_RESET 17'h1000
+`define ENC_COUNTS_WRITABLE 32'h0001FFFF
+`define ENC_COUNTS_READABLE 32'h0001FFFF
+`define ENC_COUNTS_VALUE 16:0
+`define ENC_COUNTS_VALUE_LSB 0
+`define ENC_POSITION 6'h02
+`define ENC_POSITION_RESET 16'h0
+`define ENC_POSITION_WRITABLE 32'h00000000
+`define ENC_POSITION_READABLE 32'h0000FFFF
+`define ENC_POSITION_VALUE 15:0
+`define ENC_POSITION_VALUE_LSB 0
+`define ENC_LATCHED 6'h03
+`define ENC_LATCHED_RESET 16'h0
+`define ENC_LATCHED_WRITABLE 32'h00000000
+`define ENC_LATCHED_READABLE 32'h0000FFFF
+`define ENC_LATCHED_VALUE 15:0
+`define ENC_LATCHED_VALUE_LSB 0
+`define ENC_INDEX 6'h04
+`define ENC_INDEX_RESET 16'h0
+`define ENC_INDEX_WRITABLE 32'h00000000
+`define ENC_INDEX_READABLE 32'h0000FFFF
+`define ENC_INDEX_VALUE 15:0
+`define ENC_INDEX_VALUE_LSB 0
+`define ENC_STATUS 6'h05
+`define ENC_STATUS_RESET 3'h0
+`define ENC_STATUS_WRITABLE 32'h00000000
+`define ENC_STATUS_READABLE 32'h00000007
+`define ENC_STATUS_INDEX_SEEN 0
+`define ENC_STATUS_INDEX_SEEN_LSB 0
+`define ENC_STATUS_ILLEGAL 1
+`define ENC_STATUS_ILLEGAL_LSB 1
+`define ENC_STATUS_SIGNAL_LOST 2
+`define ENC_STATUS_SIGNAL_LOST_LSB 2
+`define ENC_EDGE_TIME 6'h06
+`define ENC_EDGE_TIME_RESET 32'h0
+`define ENC_EDGE_TIME_WRITABLE 32'h00000000
+`define ENC_EDGE_TIME_READABLE 32'hFFFFFFFF
+`define ENC_EDGE_TIME_CLOCKS 31:0
+`define ENC_EDGE_TIME_CLOCKS_LSB 0
+`define ENC_LATCH_TIME 6'h07
+`define ENC_LATCH_TIME_RESET 32'h0
+`define ENC_LATCH_TIME_WRITABLE 32'h00000000
+`define ENC_LATCH_TIME_READABLE 32'hFFFFFFFF
+`define ENC_LATCH_TIME_CLOCKS 31:0
+`define ENC_LATCH_TIME_CLOCKS_LSB 0
+`define ENC_FILTER 6'h08
+`define ENC_FILTER_RESET 16'h0
+`define ENC_FILTER_WRITABLE 32'h0000FFFF
+`define ENC_FILTER_READABLE 32'h0000FFFF
+`define ENC_FILTER_ENCODER 7:0
+`define ENC_FILTER_ENCODER_LSB 0
+`define ENC_FILTER_HALL 15:8
+`define ENC_FILTER_HALL_LSB 8
+`define ENC_HALL 6'h09
+`define ENC_HALL_RESET 7'h0
+`define ENC_HALL_WRITABLE 32'h00000000
+`define ENC_HALL_READABLE 32'h00000077
+`define ENC_HALL_LATCHED 2:0
+`define ENC_HALL_LATCHED_LSB 0
+`define ENC_HALL_NOW 6:4
+`define ENC_HALL_NOW_LSB 4
+`define ENC_HALL_TIME 6'h0A
+`define ENC_HALL_TIME_RESET 32'h0
+`define ENC_HALL_TIME_WRITABLE 32'h00000000
+`define ENC_HALL_TIME_READABLE 32'hFFFFFFFF
+`define ENC_HALL_TIME_CLOCKS 31:0
+`define ENC_HALL_TIME_CLOCKS_LSB 0
+// by word address, for proofs
+`define ENC_WRITABLE_AT(a) ((a) == 6'h00 ? 32'h3 : \
+    (a) == 6'h01 ? 32'h1FFFF : \
+    (a) == 6'h08 ? 32'hFFFF : \
+    32'h0)
+`define ENC_READABLE_AT(a) ((a) == 6'h00 ? 32'h3 : \
+    (a) == 6'h01 ? 32'h1FFFF : \
+    (a) == 6'h02 ? 32'hFFFF : \
+    (a) == 6'h03 ? 32'hFFFF : \
+    (a) == 6'h04 ? 32'hFFFF : \
+    (a) == 6'h05 ? 32'h7 : \
+    (a) == 6'h06 ? 32'hFFFFFFFF : \
+    (a) == 6'h07 ? 32'hFFFFFFFF : \
+    (a) == 6'h08 ? 32'hFFFF : \
+    (a) == 6'h09 ? 32'h77 : \
+    (a) == 6'h0A ? 32'hFFFFFFFF : \
+    32'h0)
+`define ENC_RESET_AT(a) ((a) == 6'h01 ? 32'h1000 : \
+    32'h0)
+`define ENC_LOCKED_AT(a) (32'h0)
+
+// GATE: the bridge's switch, its latches, the brake chopper, identity
+`define GATE_SLOT 2'd3
+`define GATE_CONTROL 6'h00
+`define GATE_CONTROL_RESET 1'h0
+`define GATE_CONTROL_WRITABLE 32'h00000001
+`define GATE_CONTROL_READABLE 32'h00000001
+`define GATE_CONTROL_ENABLE 0
+`define GATE_CONTROL_ENABLE_LSB 0
+`define GATE_STATUS 6'h01
+`define GATE_STATUS_RESET 15'h0
+`define GATE_STATUS_WRITABLE 32'h00000000
+`define GATE_STATUS_READABLE 32'h00007FFF
+`define GATE_STATUS_LIVE 0
+`define GATE_STATUS_LIVE_LSB 0
+`define GATE_STATUS_OVERCURRENT 1
+`define GATE_STATUS_OVERCURRENT_LSB 1
+`define GATE_STATUS_DRIVER_FAULT 2
+`define GATE_STATUS_DRIVER_FAULT_LSB 2
+`define GATE_STATUS_LOOP_LOST 3
+`define GATE_STATUS_LOOP_LOST_LSB 3
+`define GATE_STATUS_INTERLOCK 4
+`define GATE_STATUS_INTERLOCK_LSB 4
+`define GATE_STATUS_ENCODER 5
+`define GATE_STATUS_ENCODER_LSB 5
+`define GATE_STATUS_OVERRUN 6
+`define GATE_STATUS_OVERRUN_LSB 6
+`define GATE_STATUS_LIMIT 7
+`define GATE_STATUS_LIMIT_LSB 7
+`define GATE_STATUS_OVERCURRENT_NOW 8
+`define GATE_STATUS_OVERCURRENT_NOW_LSB 8
+`define GATE_STATUS_DRIVER_FAULT_NOW 9
+`define GATE_STATUS_DRIVER_FAULT_NOW_LSB 9
+`define GATE_STATUS_STO_A 10
+`define GATE_STATUS_STO_A_LSB 10
+`define GATE_STATUS_STO_B 11
+`define GATE_STATUS_STO_B_LSB 11
+`define GATE_STATUS_CLOCK_LOST 12
+`define GATE_STATUS_CLOCK_LOST_LSB 12
+`define GATE_STATUS_STO_A_NOW 13
+`define GATE_STATUS_STO_A_NOW_LSB 13
+`define GATE_STATUS_STO_B_NOW 14
+`define GATE_STATUS_STO_B_NOW_LSB 14
+`define GATE_ID 6'h02
+`define GATE_ID_RESET 32'h464F4330
+`define GATE_ID_WRITABLE 32'h00000000
+`define GATE_ID_READABLE 32'hFFFFFFFF
+`define GATE_ID_VALUE 31:0
+`define GATE_ID_VALUE_LSB 0
+`define GATE_CHOPPER 6'h03
+`define GATE_CHOPPER_RESET 2'h0
+`define GATE_CHOPPER_WRITABLE 32'h00000001
+`define GATE_CHOPPER_READABLE 32'h00000003
+`define GATE_CHOPPER_ENABLE 0
+`define GATE_CHOPPER_ENABLE_LSB 0
+`define GATE_CHOPPER_CHOPPING 1
+`define GATE_CHOPPER_CHOPPING_LSB 1
+`define GATE_CHOPPER_ON 6'h04
+`define GATE_CHOPPER_ON_RESET 15'h7FFF
+`define GATE_CHOPPER_ON_WRITABLE 32'h00007FFF
+`define GATE_CHOPPER_ON_READABLE 32'h00007FFF
+`define GATE_CHOPPER_ON_VALUE 14:0
+`define GATE_CHOPPER_ON_VALUE_LSB 0
+`define GATE_CHOPPER_OFF 6'h05
+`define GATE_CHOPPER_OFF_RESET 15'h7FFF
+`define GATE_CHOPPER_OFF_WRITABLE 32'h00007FFF
+`define GATE_CHOPPER_OFF_READABLE 32'h00007FFF
+`define GATE_CHOPPER_OFF_VALUE 14:0
+`define GATE_CHOPPER_OFF_VALUE_LSB 0
+`define GATE_AXES 6'h06
+`define GATE_AXES_RESET 8'h0
+`define GATE_AXES_WRITABLE 32'h00000000
+`define GATE_AXES_READABLE 32'h000000FF
+`define GATE_AXES_INDEX 3:0
+`define GATE_AXES_INDEX_LSB 0
+`define GATE_AXES_COUNT 7:4
+`define GATE_AXES_COUNT_LSB 4
+// by word address, for proofs
+`define GATE_WRITABLE_AT(a) ((a) == 6'h00 ? 32'h1 : \
+    (a) == 6'h03 ? 32'h1 : \
+    (a) == 6'h04 ? 32'h7FFF : \
+    (a) == 6'h05 ? 32'h7FFF : \
+    32'h0)
+`define GATE_READABLE_AT(a) ((a) == 6'h00 ? 32'h1 : \
+    (a) == 6'h01 ? 32'h7FFF : \
+    (a) == 6'h02 ? 32'hFFFFFFFF : \
+    (a) == 6'h03 ? 32'h3 : \
+    (a) == 6'h04 ? 32'h7FFF : \
+    (a) == 6'h05 ? 32'h7FFF : \
+    (a) == 6'h06 ? 32'hFF : \
+    32'h0)
+`define GATE_RESET_AT(a) ((a) == 6'h02 ? 32'h464F4330 : \
+    (a) == 6'h04 ? 32'h7FFF : \
+    (a) == 6'h05 ? 32'h7FFF : \
+    32'h0)
+`define GATE_LOCKED_AT(a) (32'h0)
+
+`endif

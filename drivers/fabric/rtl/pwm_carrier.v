@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// The carrier: a distance from the peak (middle of the high sides' on-time), from PERIOD at the valley down to 0 and up
+// again, one step a clock, each end once: 2 PERIOD clocks a period. Falling it passes PERIOD ... 1, rising 0 ... PERIOD - 1.
+`include "mssfoc_regs.vh"
+module pwm_carrier (
+    input  wire        clk,
+    input  wire        rst_n,
+    input  wire        run,
+    input  wire        follow,        // wait for `sync` before the first step
+    input  wire        sync,          // the axis to follow is at its valley in the next clock
+    input  wire [15:0] period,
+    input  wire [15:0] start_count,
+    input  wire        start_rising,
+    output reg         running,
+    output reg  [15:0] count,
+    output reg         rising,
+    output wire        to_valley,     // the next clock is the valley
+    output wire        to_peak        // the next clock is the peak
+);
+    // `>=` and `<=` rather than `==`: from any start, and with a period of 0, the carrier finds its way. The last count before
+    // the valley is kept in a register, so that no adder stands before the comparison; PERIOD holds still while it runs.
+    reg  [15:0] last;
+    wire [15:0] next = count + {{15{!rising}}, 1'b1};
+
+    always @(posedge clk)
+        if (!rst_n)
+            last <= 16'd0;
+        else
+            last <= period == 16'd0 ? 16'd0 : period - 16'd1;
+
+    assign to_valley = running && rising && count >= last;
+    assign to_peak   = running && !rising && count <= 16'd1;
+
+    always @(posedge clk)
+        if (!rst_n) begin
+            running <= 1'b0;
+            count   <= `PWM_COUNT_RESET;
+            rising  <= 1'b0;
+        end else if (!run || !running) begin
+            running <= run && (!follow || sync);
+            count   <= start_count;
+            rising  <= start_rising;
+        end else if (to_valley) begin
+            count  <= period;
+            rising <= 1'b0;
+        end else if (to_peak) begin
+            count  <= 16'd0;
+            rising <= 1'b1;
+        end else
+            count <= next;
+
+`ifdef FORMAL
+`include "formal/pwm_carrier.vh"
+`endif
+endmodule

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: MIT
+"""The RTL without a warning in three tools: Verilator, Icarus and yosys. Prints one line a tool, exits 1 on a finding."""
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+RTL = ROOT / "drivers/fabric/rtl"
+TOP = "fabric"
+WIDTH = 128
+
+
+def commands(rtl, axes):
+    sources = [str(path) for path in sorted(rtl.glob("*.v"))]
+    return {
+        "verilator": ["verilator", "--lint-only", "-Wall", "--language", "1364-2005", f"-I{rtl}", "--top-module", TOP,
+                      f"-GAXES={axes}", str(rtl / f"{TOP}.v")],
+        "iverilog": ["iverilog", "-Wall", "-g2005", f"-I{rtl}", f"-P{TOP}.AXES={axes}", "-o", "/dev/null", "-s", TOP, *sources],
+        "yosys": ["yosys", "-q", "-p", f"read_verilog -I{rtl} {' '.join(sources)}; chparam -set AXES {axes} {TOP}; "
+                  f"hierarchy -check -top {TOP}; proc; flatten; opt_clean; check -assert"],
+    }
+
+
+def findings(rtl=RTL):
+    """[(tool, what it says)]: what a tool says at all is a finding, for one axis and for two."""
+    found = []
+    for axes in (1, 2):
+        for tool, command in commands(rtl, axes).items():
+            run = subprocess.run(command, capture_output=True, text=True)
+            said = [line for line in (run.stdout + run.stderr).split("\n") if line.strip() and not timescale(line)]
+            if run.returncode or said:
+                found.append((tool, said[0] if said else f"exit code {run.returncode}"))
+    return found
+
+
+def timescale(line):
+    """Icarus' note on what this RTL does on purpose: it has no delays and so no timescale."""
+    return "timescale" in line
+
+
+def texts(rtl=RTL):
+    """House rules of the text itself."""
+    for path in sorted([*rtl.glob("*.v"), *rtl.glob("formal/*")]):
+        lines = path.read_text(encoding="utf-8").split("\n")
+        if "SPDX-License-Identifier: MIT" not in lines[0]:
+            yield path.name, "no SPDX line"
+        for number, line in enumerate(lines, 1):
+            if len(line) > WIDTH or line != line.rstrip() or "\t" in line:
+                yield path.name, f"line {number}: longer than {WIDTH}, or blanks or tabs that should not be"
+
+
+def main():
+    found = [*findings(), *texts()]
+    for tool, text in found:
+        print(f"lint {tool}: {text}")
+    if not found:
+        print("lint: no warning in verilator, iverilog, yosys; 1 axis and 2")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: MIT
+"""Cells and levels of logic of each block on SmartFusion2, by yosys' synth_sf2, against tests/fabric/budgets.toml.
+
+synthesis.py [--update]   prints one line a block; exits 1 if a budget is not kept; --update writes the figures as budgets
+
+Levels count, from flip-flop or input to flip-flop or output, look-up tables (CFG) and carry chains entered (ARI1); `carries`
+are the bits that a carry runs through on the path with most levels, which are several times faster than a level.
+"""
+import json
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+RTL = ROOT / "drivers/fabric/rtl"
+BUDGETS = ROOT / "tests/fabric/budgets.toml"
+BLOCKS = ("pwm", "adc", "encoder", "gate", "apb_slave", "fabric")
+FIGURES = ("CFG", "ARI1", "SLE", "MACC", "levels")
+SLACK_PERCENT, SLACK_LEAST = 5, 4
+STOPS = ("SLE", "MACC")
+OUTPUTS = {"Y", "S", "FCO", "Q"}
+
+
+def netlist(block, out):
+    """The flat netlist of a block, as yosys' JSON."""
+    sources = " ".join(map(str, sorted(RTL.glob("*.v"))))
+    script = f"read_verilog -I{RTL} {sources}; synth_sf2 -top {block} -noiobs; write_json {out}"
+    subprocess.run(["yosys", "-q", "-p", script], check=True, cwd=RTL)
+    return json.loads(out.read_text(encoding="utf-8"))["modules"][block]
+
+
+def kind(cell):
+    name = cell["type"]
+    return "CFG" if name.startswith("CFG") else "MACC" if name.startswith("MACC") else name
+
+
+def cells(module):
+    """{kind: count}; SLE are flip-flops, ARI1 a bit of an adder or comparator, CFG a look-up table."""
+    return Counter(kind(cell) for cell in module["cells"].values())
+
+
+def longest(module):
+    """(levels, bits of carry) of the path with most levels; raises RecursionError on a loop without a flip-flop."""
+    driver = {}
+    for name, cell in module["cells"].items():
+        if kind(cell) not in STOPS:
+            for port, bits in cell["connections"].items():
+                if port in OUTPUTS:
+                    driver.update({(bit, ): (name, port) for bit in bits if isinstance(bit, int)})
+    known = {}
+
+    def arrive(bit):
+        if not isinstance(bit, int) or (bit, ) not in driver:
+            return 0, 0
+        if bit in known:
+            return known[bit]
+        name, port = driver[(bit, )]
+        cell = module["cells"][name]
+        best = (0, 0)
+        for pin, bits in cell["connections"].items():
+            if pin in OUTPUTS:
+                continue
+            levels, carries = arrive(bits[0])
+            carried = kind(cell) == "ARI1" and pin == "FCI"
+            best = max(best, (levels, carries + 1) if carried and port == "FCO" else (levels + 1, carries))
+        known[bit] = best
+        return best
+
+    sys.setrecursionlimit(20000)
+    ends = [bit for cell in module["cells"].values() if kind(cell) in STOPS
+            for pin, bits in cell["connections"].items() if pin not in OUTPUTS for bit in bits]
+    ends += [bit for port in module["ports"].values() if port["direction"] == "output" for bit in port["bits"]]
+    return max(map(arrive, ends))
+
+
+def measure(block):
+    """{figure: number} of a block, and the carry bits of its longest path."""
+    with tempfile.TemporaryDirectory() as folder:
+        module = netlist(block, Path(folder) / "netlist.json")
+    counts = cells(module)
+    levels, carries = longest(module)
+    return {**{name: counts[name] for name in FIGURES[:-1]}, "levels": levels, "carries": carries}
+
+
+def complaints(block, figures, budgets):
+    """One line for each figure above its budget, or far below it."""
+    if block not in budgets:
+        yield f"{block} has no budget"
+        return
+    for name in FIGURES:
+        allowed, figure = budgets[block][name], figures[name]
+        slack = max(1 if name == "levels" else SLACK_LEAST, allowed * SLACK_PERCENT // 100)
+        if figure > allowed:
+            yield f"{block} {name}: {figure}, allowed {allowed}"
+        elif figure < allowed - slack:
+            yield f"{block} {name}: {figure}, far below its budget of {allowed}; tighten it"
+
+
+def write(found):
+    rows = [f"{block} = {{ {', '.join(f'{name} = {figures[name]}' for name in FIGURES)} }}\n"
+            for block, figures in found.items()]
+    BUDGETS.write_text("# SPDX-License-Identifier: MIT\n"
+                       "# Cells and levels of logic of each block, held both ways by tests/fabric/synthesis.py; `fabric`\n"
+                       "# is all of one axis. Renewed by `synthesis.py --update`, with the reason in the commit.\n"
+                       + "".join(rows),
+                       encoding="utf-8")
+
+
+def main(arguments):
+    with ThreadPoolExecutor(2) as pool:
+        found = dict(zip(BLOCKS, pool.map(measure, BLOCKS)))
+    for block, figures in found.items():
+        print(f"synthesis {block}: " + ", ".join(f"{figures[name]} {name}" for name in FIGURES)
+              + f" ({figures['carries']} carries)")
+    if arguments == ["--update"]:
+        write(found)
+    budgets = tomllib.loads(BUDGETS.read_text(encoding="utf-8"))
+    lines = [line for block, figures in found.items() for line in complaints(block, figures, budgets)]
+    lines += [f"{block}: a budget for something that is not there" for block in set(budgets) - set(BLOCKS)]
+    for line in lines:
+        print(f"synthesis: {line}")
+    return 1 if lines else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+"""The quick part of `make fabric`: lint, two small proofs, a fault that breaks one, and the whole fabric used over its bus."""
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).resolve().parent
+sys.path.insert(0, str(FOLDER))
+
+import lint  # noqa: E402
+import mutate  # noqa: E402
+import prove  # noqa: E402
+import synthesis  # noqa: E402
+
+# filters, a multiplier and a table: adc_benches.py holds them against exact arithmetic
+SIMULATED = {"adc_modulators", "adc_multiply", "adc_curve", "sinc3", "sinc3_comb"}
+PERIOD, DEAD, SHORTEST = 1000, 50, 20   # as in bench_pwm.v, which measures over two periods
+
+
+def test_no_tool_warns():
+    assert lint.findings() == [] and list(lint.texts()) == []
+
+
+def test_a_warning_is_noticed(tmp_path):
+    (tmp_path / "fabric.v").write_text("module fabric #(parameter AXES = 1) (input wire a, output wire b);\n"
+                                       "    assign b = c;\nendmodule\n", encoding="utf-8")
+    assert {tool for tool, _ in lint.findings(tmp_path)} == {"verilator", "iverilog", "yosys"}
+
+
+@pytest.mark.parametrize("top", ["apb_slave", "chopper"])
+def test_a_small_proof(top):
+    prove.prove(top, prove.load()[top])
+
+
+def test_a_fault_is_refuted():
+    fault = next(fault for fault in mutate.load() if fault[0] == "apb_slave")
+    assert mutate.refuted(fault, prove.load()) == "base case"
+
+
+def test_every_fault_has_its_place():
+    proofs, faults = prove.load(), mutate.load()
+    assert len(faults) >= 40 and len(set(faults)) == len(faults)
+    for name, old, new, top in faults:
+        assert mutate.mutated(name, old, new) and top in proofs
+
+
+def test_every_module_is_proved_or_stands_below_a_proof():
+    proved = {name for proof in prove.load().values() for name in proof["files"]}
+    stand_ins = {name for name in proved if name.startswith("formal/")}
+    assert {path.stem for path in prove.RTL.glob("*.v")} == (proved - stand_ins) | SIMULATED
+
+
+@pytest.mark.parametrize("change, said", [(2, ["pwm CFG: 102, allowed 100"]), (0, []), (-5, []),
+                                          (-6, ["pwm CFG: 94, far below its budget of 100; tighten it"])])
+def test_budgets_hold_both_ways(change, said):
+    budget = {"CFG": 100, "ARI1": 10, "SLE": 10, "MACC": 0, "levels": 5}
+    assert list(synthesis.complaints("pwm", {**budget, "CFG": 100 + change}, {"pwm": budget})) == said
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    """{what: [numbers]} of bench_pwm.v."""
+    out = tmp_path_factory.mktemp("bench") / "bench"
+    sources = [FOLDER / "bench_pwm.v", *sorted(prove.RTL.glob("*.v"))]
+    subprocess.run(["iverilog", "-g2005", f"-I{prove.RTL}", "-o", out, "-s", "bench", *sources], check=True)
+    run = subprocess.run(["vvp", "-n", out], capture_output=True, text=True, check=True)
+    return {line.split()[0]: line.split()[1:] for line in run.stdout.strip().split("\n") if line.strip()}
+
+
+def test_identity(bench):
+    assert bench["id0"] == bench["id1"] == ["464f4330"] and bench["id2"] == ["0"] and bench["axes1"] == ["21"]
+
+
+def test_on_times_are_exact(bench):
+    compares = (300, 500, 700)
+    high = [str(2 * (2 * compare - DEAD)) for compare in compares]
+    low = [str(2 * (2 * (PERIOD - compare) - DEAD)) for compare in compares]
+    assert bench["high"] == [*high, "low", *low, "pulses", "2"] and bench["both"] == ["0"]
+
+
+def test_carriers_are_shifted(bench):
+    """Axis 1 starts at 500 when axis 0 is at its valley. Its COUNT is read three clocks after that of axis 0; both fall."""
+    assert bench["count0"] == [str(PERIOD)] and bench["count1"] == ["497"] and bench["status1"] == ["1"]
+
+
+def test_extremes(bench):
+    assert bench["short"] == ["high", str(2 * SHORTEST), "pulses", "2"]
+    assert bench["ends"] == ["high", "0", str(4 * PERIOD), "low", str(4 * PERIOD), "0"]
+    assert bench["brake"] == ["high", "0", "low", str(2 * PERIOD)]
+
+
+def test_stops(bench):
+    assert bench["sto"] == ["high", "0", "low", "0"]
+    assert bench["latched"] == ["400"] and bench["refused"] == ["0"] and bench["cleared"] == ["1"]
+    assert bench["lost"] == ["48", "triggers", "3"]
