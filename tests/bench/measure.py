@@ -56,12 +56,18 @@ class _BenchImage:
                 raise LauncherError(f"{shown(path)} is missing: run make bench-image twin first")
 
 
-def measure(build=None, seed=1, settings=(), variants=True):
+def measure(build=None, seed=1, settings=()):
     """{row: {"instructions": ..., "cycles_min": ..., ...}, "_meta": {...}}.
 
     settings   more lines for the twin's configuration: wait states, for example "cycles.apb_read 0"
-    variants   whether to measure without wait states and at other PWM rates as well
     """
+    rows = {**measure_as_built(build, seed, settings), **measure_variants(build, seed, settings)}
+    rows["_meta"] = rows.pop("_meta")
+    return rows
+
+
+def measure_as_built(build=None, seed=1, settings=()):
+    """All rows of the image as it is, and "_meta"."""
     build = build_dir(build)
     out_dir = build / "bench" / f"run{seed}"
     cycles = read_table(run_image(build, out_dir / "cycles", seed, ["dwt cycles", *settings]))
@@ -70,12 +76,17 @@ def measure(build=None, seed=1, settings=(), variants=True):
         raise LauncherError("the two runs of the benchmark image gave different rows")
     rows = {name: _row(cycles[name], instructions[name]) for name in cycles}
     rows.update(closed_loop(build, out_dir / "closed_loop", seed, settings))
-    if variants:
-        ideal = closed_loop(build, out_dir / "zero_wait", seed, ZERO_WAIT)
-        rows.update({f"{name}.zero_wait": row for name, row in ideal.items()})
-        rows.update(handlers_without_wait(build, out_dir, seed))
-        rows.update(at_other_rates(out_dir, seed, settings))
-    rows["_meta"] = _meta(build, settings)
+    return {**rows, "_meta": _meta(build, settings)}
+
+
+def measure_variants(build=None, seed=1, settings=()):
+    """The rows without wait states, and of the firmware built for other PWM rates."""
+    build = build_dir(build)
+    out_dir = build / "bench" / f"run{seed}"
+    ideal = closed_loop(build, out_dir / "zero_wait", seed, ZERO_WAIT)
+    rows = {f"{name}.zero_wait": row for name, row in ideal.items()}
+    rows.update(handlers_without_wait(build, out_dir, seed))
+    rows.update(at_other_rates(out_dir, seed, settings))
     return rows
 
 

@@ -10,18 +10,17 @@ import numpy as np
 import pytest
 
 from launcher import simulate
-from launcher.drive import load_drive
 from launcher.load import CURRENT_LOOP, load_irqlog
 from rates.builds import RATES_HZ, build_of, make, overrides
 from target.runner import CLOSING, run_image
 
 FIGURES = json.loads(Path("tests/bench/baseline.json").read_text())
-ON_S, RPM = 0.1, 1200
-LOAD_S = round(load_drive("teknic_m2310p").on_time_s + 0.6, 2)
-END_S = LOAD_S + 0.25
-PLAN = {"key": "rates", "end_s": END_S, "preamble_s": 0.05, "step": [
-    {"t_s": ON_S, "console": "on"}, {"t_s": "on_time_s + 0.15", "console": f"speed {RPM}"},
-    {"t_s": LOAD_S, "event": "load_nm", "args": ["0.5 * rated_torque_Nm"]}]}
+RPM = 1200
+PLAN = {"key": "rates", "end_s": "load + 0.25", "preamble_s": 0.05, "step": [
+    {"t_s": 0.1, "label": "on", "console": "on"},
+    {"t_s": "on + on_time_s", "label": "started", "hold_for": "OPERATION_ENABLED"},
+    {"t_s": "started + 0.05", "console": f"speed {RPM}"},
+    {"t_s": "started + 0.5", "label": "load", "event": "load_nm", "args": ["0.5 * rated_torque_Nm"]}]}
 
 
 @pytest.fixture(scope="module", params=RATES_HZ)
@@ -35,14 +34,15 @@ def run(request, tmp_path_factory):
 def test_the_loops_run_in_step(run):
     hz, result, log = run
     assert np.median(np.diff(result.trace["t_s"])) == pytest.approx(1 / hz, rel=1e-6)
-    assert (log["exception"] == CURRENT_LOOP).sum() == pytest.approx(END_S * hz, rel=0.002)
+    assert (log["exception"] == CURRENT_LOOP).sum() == pytest.approx(result.scenario.end_s * hz, rel=0.002)
     assert not result.trace["fault"].any()
 
 
 def test_speed_and_current_are_to_scale(run):
     """Of the plant, not of what the firmware says; and the load is carried by as much current as it takes."""
     _, result, _ = run
-    unloaded, loaded = result.trace.between(LOAD_S - 0.05, LOAD_S), result.trace.between(END_S - 0.1, END_S)
+    load_s = result.scenario.names["load"]
+    unloaded, loaded = result.trace.between(load_s - 0.05, load_s), result.trace.between(load_s + 0.15, load_s + 0.25)
     for part in (unloaded, loaded):
         assert part["speed_rad_s"].mean() == pytest.approx(RPM * 2 * np.pi / 60, rel=0.003)
         assert abs(part["i_d_A"]).mean() < 0.02 * result.drive.params["i_max_ma"] / 1000
@@ -53,7 +53,7 @@ def test_speed_and_current_are_to_scale(run):
 def test_the_interrupt_takes_as_long_as_at_any_rate(run):
     """Nothing but immediates differs. Where the ripple widens the knee of the dead time, the compiler's handler serves."""
     hz, result, log = run
-    operating = (log["exception"] == CURRENT_LOOP) & (log["chained"] == 0) & (log["t_s"] > LOAD_S)
+    operating = (log["exception"] == CURRENT_LOOP) & (log["chained"] == 0) & (log["t_s"] > result.scenario.names["load"])
     like_hz = 20000 if hz >= 16000 else 8000
     assert set(log["cycles"][operating]) == {FIGURES[f"rate.{like_hz}"]["cycles_max"]}
 
