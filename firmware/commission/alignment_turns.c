@@ -1,0 +1,181 @@
+/* SPDX-License-Identifier: MIT */
+/* The field turns forth and back: what the rotor that follows says of encoder and load. */
+#include "firmware/commission/alignment_parts.h"
+#include "firmware/commission/encoder_fit.h"
+#include "firmware/settings/config.h"
+#include "lib/q15.h"
+
+#define PERIODS_A_TURN 2  /* of the pendulum, in which the field turns once */
+#define EVEN_ONE_IN    64 /* forth and back agree so far, and but for these counts */
+#define EVEN_COUNTS    6
+#define SPREAD_Q15     500 /* 0.9 degrees at the larger current; an offset that is 3 degrees off shows 550 and more */
+#define DEGREES_20_Q32 (DEGREES_45_Q32 / 9 * 4)
+
+/* A third of a turn may be off by this part of itself: a rotor that swings is measured once more, and slower. */
+static const int32_t EVEN_PARTS[ALIGNMENT_ATTEMPTS] = {20, 3};
+
+static bool whole_turn(uint32_t pass)
+{
+    return pass < PASS_FORTH_LESS;
+}
+
+void alignment_begin_pass(struct alignment *a, const struct tuning *t, uint32_t pass)
+{
+    const uint32_t period_ms = (uint32_t)a->period_ms;
+    const uint32_t part_ms = (period_ms * PERIODS_A_TURN / 3u + PASS_THIRDS) / PASS_THIRDS * PASS_THIRDS;
+    const uint32_t turn_ms = 3u * part_ms;
+    const int32_t step_q32 = (int32_t)(UINT32_MAX / turn_ms);
+    a->pass = pass;
+    a->target_q15 = whole_turn(pass) ? t->align[a->level].i_q15 : t->align[a->level].i_less_q15;
+    a->passing.field_q32 = a->field_q32;
+    field_pass_start(&a->passing, (pass & 1u) == 0u ? step_q32 : -step_q32, period_ms,
+                     whole_turn(pass) ? turn_ms : part_ms);
+    alignment_enter(a, STAGE_PASS);
+}
+
+/*
+ * Whether magnets turned with the field: what they induce is half of the difference of v_q between both ways, beside what the
+ * winding's own inductance does. Resistance and dead time cancel.
+ */
+static bool magnets_turned(const struct alignment *a, const struct tuning *t)
+{
+    const int32_t n = (int32_t)a->passing.measure_ms;
+    const int32_t w_q15 = q15_abs(a->passing.step_q32) / (int32_t)CONFIG_LOOPS_PER_SLOW >> 13;
+    const int32_t seen_q15 = (a->turn_v_q_q15[PASS_FORTH] - a->turn_v_q_q15[PASS_BACK]) / n / 2;
+    const int32_t emf_q15 = (w_q15 * t->emf_q12) >> 12;
+    const int32_t reactive_q15 = ((w_q15 * a->target_q15) >> 15) * q15_max(t->x_d_q11, t->x_q_q11) >> 11;
+    return seen_q15 > emf_q15 / 4 + reactive_q15; /* a rotor that swings undamped shows less than half of it */
+}
+
+static enum alignment_result judge_fit(struct alignment *a, const struct tuning *t, int32_t two_turns)
+{
+    const struct encoder_fit fit = encoder_fit(two_turns, t->pole_pairs, t->encoder_counts);
+    a->detail[0] = fit.pole_pairs != 0 ? fit.pole_pairs : t->pole_pairs;
+    a->detail[1] = fit.encoder_counts;
+    switch (fit.verdict) {
+    case ENCODER_POLE_PAIRS:
+        return ALIGNMENT_POLE_PAIRS;
+    case ENCODER_COUNTS:
+        return ALIGNMENT_COUNTS;
+    case ENCODER_FITS:
+    default:
+        return ALIGNMENT_RUNNING;
+    }
+}
+
+/* Both whole turns are done: what speaks against this encoder, if anything. */
+static enum alignment_result judge_turns(struct alignment *a, const struct tuning *t)
+{
+    const int32_t forth = a->turn_counts[PASS_FORTH];
+    const int32_t back = -a->turn_counts[PASS_BACK];
+    const int32_t expected = t->encoder_counts / t->pole_pairs;
+    a->detail[0] = forth;
+    a->detail[1] = expected;
+    if (q15_abs(forth) < expected / 8 && q15_abs(back) < expected / 8) {
+        if (t->reluctant) {
+            a->silent = true; /* a locked rotor of much saliency induces as well: the axis will tell */
+            return ALIGNMENT_RUNNING;
+        }
+        return magnets_turned(a, t) ? ALIGNMENT_ENCODER_DEAD : ALIGNMENT_BLOCKED;
+    }
+    if (!a->even || q15_abs(forth - back) > q15_abs(forth + back) / EVEN_ONE_IN + EVEN_COUNTS) {
+        return ALIGNMENT_BLOCKED;
+    }
+    return forth + back < 0 ? ALIGNMENT_DIRECTION : judge_fit(a, t, forth + back);
+}
+
+/* With less current a rotor that followed before may not: then the load is too much for that. */
+static bool followed_with_less(const struct alignment *a)
+{
+    const int32_t third = (a->turn_counts[PASS_FORTH] - a->turn_counts[PASS_BACK]) / 6;
+    const int32_t moved = q15_abs(field_pass_counts(&a->passing));
+    return q15_abs(moved - third) * (a->attempt == 0u ? 10 : 4) < third;
+}
+
+static void keep_pass(struct alignment *a)
+{
+    const uint32_t mean_q32 = field_pass_mean_q32(&a->passing);
+    const uint32_t less = whole_turn(a->pass) ? 0u : 1u;
+    if ((a->pass & 1u) == 0u) {
+        a->load.forth_q32[less] = mean_q32;
+    } else {
+        a->load.back_q32[less] = mean_q32;
+    }
+    if (whole_turn(a->pass)) {
+        a->turn_counts[a->pass] = field_pass_counts(&a->passing);
+        a->turn_v_q_q15[a->pass] = a->passing.sum_v_q_q15;
+        a->even = field_pass_even(&a->passing, EVEN_PARTS[a->attempt]) && (a->pass == PASS_FORTH || a->even);
+    }
+}
+
+static void begin_solve(struct alignment *a, const struct tuning *t)
+{
+    a->load.saliency_q15 = t->align[a->level].saliency_q15;
+    a->load.ratio_q15 = t->align[a->level].ratio_q15;
+    load_angle_start(&a->load);
+    alignment_enter(a, STAGE_SOLVE);
+}
+
+static bool encoder_fits(const struct alignment *a, const struct tuning *t)
+{
+    const int32_t two_turns = q15_abs(a->turn_counts[PASS_FORTH] - a->turn_counts[PASS_BACK]);
+    return encoder_fit(two_turns, t->pole_pairs, t->encoder_counts).verdict == ENCODER_FITS;
+}
+
+static enum alignment_result finish_pass(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
+{
+    enum alignment_result against = ALIGNMENT_RUNNING;
+    a->field_q32 = a->passing.field_q32;
+    keep_pass(a);
+    if (a->pass == PASS_BACK) {
+        against = judge_turns(a, t);
+    } else if (!whole_turn(a->pass) && !followed_with_less(a)) {
+        a->detail[0] = ALIGNMENT_OUT_DEGREES;
+        against = ALIGNMENT_LOAD;
+    }
+    if (against == ALIGNMENT_DIRECTION && encoder_fits(a, t)) {
+        return against; /* a whole turn backwards, evenly, forth and back: no chance */
+    }
+    if (against != ALIGNMENT_RUNNING) {
+        return alignment_again(a, t, angle_q32, against);
+    }
+    if (t->reluctant && a->pass == PASS_BACK) {
+        alignment_begin_drop(a, true);
+    } else if (a->pass == PASS_BACK_LESS) {
+        begin_solve(a, t);
+    } else {
+        alignment_begin_pass(a, t, a->pass + 1u);
+    }
+    return ALIGNMENT_RUNNING;
+}
+
+static enum alignment_result step_pass(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
+                                       uint32_t angle_q32)
+{
+    if (!field_pass_step(&a->passing, &a->rotor, c, angle_q32, a->counts, a->current_q15)) {
+        return ALIGNMENT_RUNNING;
+    }
+    return finish_pass(a, t, angle_q32);
+}
+
+static enum alignment_result step_solve(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
+{
+    if (!load_angle_step(&a->load)) {
+        return ALIGNMENT_RUNNING;
+    }
+    const int32_t largest_q32 = load_angle_largest_q32(&a->load);
+    a->detail[0] = largest_q32 / (DEGREES_45_Q32 / 45);
+    const bool doubtful = load_angle_spread_q15(&a->load) > SPREAD_Q15;
+    if (doubtful || largest_q32 > (a->attempt == 0u ? DEGREES_20_Q32 : DEGREES_45_Q32)) {
+        return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
+    }
+    a->target_q15 = 0;
+    alignment_enter(a, STAGE_RELEASE);
+    return ALIGNMENT_RUNNING;
+}
+
+enum alignment_result alignment_step_turns(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
+                                           uint32_t angle_q32)
+{
+    return a->stage == STAGE_PASS ? step_pass(a, c, t, angle_q32) : step_solve(a, t, angle_q32);
+}
