@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/commission/pull_speed.h"
+
+#include "firmware/settings/config.h"
+#include "lib/q15.h"
+
+#define SHARE_BITS  8 /* of the current */
+#define FADE        2 /* full current up to this part of the speed */
+#define FALLS       2 /* times the speed */
+#define SURE        4 /* this part of what the magnets induce at that speed, or of the resistance's drop, is sure */
+#define LARGEST_Q32 (1 << 29) /* an eighth of a turn in a millisecond: nothing is so fast here */
+
+static int32_t emf_q15(const struct tuning *t)
+{
+    return ((t->align_way_q32 / (int32_t)CONFIG_LOOPS_PER_SLOW >> 13) * t->emf_q12) >> 12;
+}
+
+/* While the current flows, a resistance told wrongly hides what is induced: from then on the encoder has to show it. */
+static void see_braking(struct pull_speed *s, const struct tuning *t, int32_t v_d_q15)
+{
+    const int32_t drop_q15 = (s->i_d_q15 * t->r_q12) >> 12;
+    s->e_d_q15 = v_d_q15 - drop_q15;
+    const int32_t size_q32 = q15_abs(s->speed_q32);
+    const bool fast = size_q32 > t->align_way_q32 / FADE;
+    if (fast && !s->brakes && s->e_d_q15 < -(emf_q15(t) / FADE + q15_abs(drop_q15) / SURE)) {
+        s->brakes = true;
+        s->slowest_q32 = size_q32;
+    }
+    s->slowest_q32 = q15_min(s->slowest_q32, size_q32);
+    s->brakes = s->brakes && fast && size_q32 - s->slowest_q32 < t->align_way_q32 / SURE;
+}
+
+void pull_speed_step(struct pull_speed *s, const volatile struct current_loop *c, const struct tuning *t,
+                     int32_t moved_q32)
+{
+    s->speed_q32 += (q15_clamp(moved_q32, -LARGEST_Q32, LARGEST_Q32) - s->speed_q32) / t->align_way_ms;
+    see_braking(s, t, c->v_d_q15);
+    s->i_d_q15 = c->i_d_q15;
+}
+
+int32_t pull_speed_current_q15(const struct pull_speed *s, const struct tuning *t, int32_t current_q15)
+{
+    const int32_t left_q32 = q15_max(t->align_way_q32 - q15_abs(s->speed_q32), 0);
+    const int32_t share = left_q32 / (t->align_way_q32 / FADE >> SHARE_BITS);
+    return s->brakes ? current_q15 : (current_q15 * q15_min(share, 1 << SHARE_BITS)) >> SHARE_BITS;
+}
+
+bool pull_speed_falls(const struct pull_speed *s, const struct tuning *t)
+{
+    return q15_abs(s->speed_q32) / FALLS > t->align_way_q32;
+}
