@@ -48,7 +48,9 @@ struct alignment {
     int32_t period_ms; /* of the rotor, or more: times are measured by it */
     int32_t counts;    /* of the encoder since the start */
     struct encoder_sense turned_with;
-    int64_t sense_sum;   /* q voltage times the encoder's motion since the field was last at rest */
+    int64_t sense_sum; /* q voltage times the encoder's motion since the field was last at rest */
+    int32_t v_q_sum_q15;
+    uint32_t swing_ms;
     int32_t swing_from;  /* counts then */
     int32_t furthest;    /* away from there since then */
     int32_t fastest_q32; /* since then */

@@ -9,12 +9,14 @@
 #define TURN_PARTS  24
 #define SWING_PARTS 2 /* of a turn: further than a rotor bounces between its teeth */
 #define FAR_PARTS   10
-#define LIKELY_Q15  6000  /* of encoder_sense.h: a sixth of a turn */
+#define LIKELY_Q15  12000 /* of encoder_sense.h: a quarter of a turn */
 #define SURE_Q15    28000 /* half a turn, or some swings */
 
 void alignment_begin_swing(struct alignment *a)
 {
     a->sense_sum = 0;
+    a->v_q_sum_q15 = 0;
+    a->swing_ms = 0;
     a->swing_from = a->counts;
     a->furthest = 0;
     a->fastest_q32 = 0;
@@ -31,6 +33,8 @@ static void follow_swing(struct alignment *a, const volatile struct current_loop
 {
     encoder_sense_step(&a->turned_with, a->speed.e_d_q15, c->v_q_q15, field_q32, angle_q32, moved);
     a->sense_sum += c->v_q_q15 * moved;
+    a->v_q_sum_q15 += c->v_q_q15;
+    a->swing_ms++;
     a->fastest_q32 = q15_max(a->fastest_q32, q15_abs(a->speed.speed_q32));
     a->furthest = q15_max(a->furthest, q15_abs(a->counts - a->swing_from));
 }
@@ -48,6 +52,16 @@ static bool comes_back(const struct alignment *a, const struct tuning *t)
     return a->furthest > turn_parts(t, SWING_PARTS) && q15_abs(a->counts - a->swing_from) < a->furthest / 2;
 }
 
+/*
+ * Near the field the q voltage has the sense of the motion: what it has in common with the motion, without what is constant in
+ * it. Of a reluctant machine the constant part counts, too: its rotor hardly swings.
+ */
+static int64_t voltage_with_motion(const struct alignment *a, const struct tuning *t)
+{
+    const int64_t constant = (int64_t)a->v_q_sum_q15 * (a->counts - a->swing_from);
+    return t->reluctant ? a->sense_sum : a->sense_sum * (int64_t)a->swing_ms - constant;
+}
+
 /* Since this attempt began. */
 static bool has_moved(const struct alignment *a, const struct tuning *t, int32_t parts)
 {
@@ -56,10 +70,10 @@ static bool has_moved(const struct alignment *a, const struct tuning *t, int32_t
 
 /*
  * Which way the encoder counts (encoder_sense.h). Until that is known nothing is damped, for damping in the wrong sense would
- * drive the rotor. A voltage as small as this one shows it when the rotor has swung forth and half way back: what dead time adds
- * has cancelled by then. One that swings by less than a sixth of a turn is near the field, where the q voltage has the sense of
- * the motion. A rotor that does not swing at all follows the first pass, which leaves no doubt; and none either is left in one
- * that is about to turn back after half a turn. At full speed the field must not move: it would take the rotor on.
+ * drive the rotor. Voltages are small here; they show it when the rotor has swung forth and half way back, for what dead time
+ * adds has cancelled by then. One that swings by less than a quarter of a turn is near the field (voltage_with_motion). One that
+ * does not swing at all follows the first pass, which leaves no doubt; nor does half a turn, if the rotor is about to turn back:
+ * at full speed the field must not move, it would take the rotor on.
  *
  * Where reluctance holds the rotor the voltage's sense changes beyond 45 degrees from the hold, and all of the way counts.
  */
@@ -77,7 +91,7 @@ void alignment_feel_sense(struct alignment *a, const volatile struct current_loo
     if (sure || (swung && q15_abs(shown_q15) > LIKELY_Q15)) {
         a->rotor.sense = shown_q15 < 0 ? -1 : 1;
     } else if (swung) {
-        a->rotor.sense = a->sense_sum < 0 ? -1 : 1;
+        a->rotor.sense = voltage_with_motion(a, t) < 0 ? -1 : 1;
     }
     if (a->rotor.sense != 0) {
         pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, field_q32);

@@ -158,6 +158,17 @@ def test_from_every_angle(c, name):
         assert seen.moved_mturn <= (4000 if name == "dys" else 2600), "docs/design.md states the bound"
 
 
+@pytest.mark.parametrize("name", MOTORS)
+@pytest.mark.parametrize("along, across", [(0.8, 0), (-0.8, 0), (0.5, 0.5), (0.5, -0.5), (-0.5, -0.5)])
+def test_dead_time_does_not_turn_the_encoder_round(c, name, along, across):
+    """Voltages that are off by as much as the magnets induce at the speed of the pull."""
+    pairs, flux, speed_max = MOTORS[name][0], MOTORS[name][5], MOTORS[name][-1]
+    emf_mv = flux * 1e-3 * pairs * 0.02 * speed_max * math.tau / 60
+    for degrees in range(0, 360, 20):
+        seen = align(c, name, degrees, along_mv=round(along * emf_mv), across_mv=round(across * emf_mv))
+        assert seen.name == "ALIGNMENT_DONE" and abs(seen.error_mdeg) < 1500, (degrees, seen.name, seen.error_mdeg)
+
+
 @pytest.mark.parametrize("name", ["teknic", "maxon_ec22", "dys"])
 @pytest.mark.parametrize("told", [0.2, 1, 5])
 @pytest.mark.parametrize("inertia", [0.5, 1, 10, 100])

@@ -68,9 +68,11 @@ static void run_millisecond(struct rotor *r, struct current_loop *c)
         const double field_rad_s = c->field_speed_q32 / 4294967296.0 * TURN * CONFIG_PWM_HZ;
         const double inductance_h = (r->k->locked ? (r->k->ld_uh + r->k->lq_uh) / 2.0 : r->k->ld_uh) * 1e-6;
         const double along_v = r->speed_rad_s * r->p * r->flux_wb * sin(field_rad - r->p * r->angle_rad);
+        const double left = current_a > 0 ? 1e-3 : 0;
         c->i_d_q15 = c->i_d_ref_q15;
-        r->v_d_q15 = (int32_t)lrint((along_v + r->k->resistance_mohm * 1e-3 * current_a) / r->v_range_v * 32768);
-        const double v_q_v = emf_v + field_rad_s * inductance_h * current_a;
+        const double v_d_v = along_v + r->k->resistance_mohm * 1e-3 * current_a + r->k->along_mv * left;
+        r->v_d_q15 = (int32_t)lrint(v_d_v / r->v_range_v * 32768);
+        const double v_q_v = emf_v + field_rad_s * inductance_h * current_a + r->k->across_mv * left;
         c->v_q_q15 = (int32_t)lrint(v_q_v / r->v_range_v * 32768);
         c->field_angle_q32 += (uint32_t)c->field_speed_q32;
     }

@@ -13,6 +13,7 @@ struct rotor_case {
     int32_t inertia_gmm2;
     int32_t start_deg; /* electrical */
     int32_t hoist_unm, friction_unm, cogging_unm, cogging_per_rev;
+    int32_t along_mv, across_mv; /* what dead time leaves in the voltages while current flows */
     bool backwards, dead, locked;
 };
 
