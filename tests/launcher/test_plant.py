@@ -17,6 +17,7 @@ from launcher.probes import Symbols
 from launcher.saturation import SHORT, Saturation, from_losses
 from launcher.schema import INVERTER_TABLES, MOTOR_TABLES, SECTIONS
 from launcher.spread import share
+from tools.param_rows import param_rows
 
 MOTOR = "teknic_m2310p"
 
@@ -166,9 +167,8 @@ def test_broken_detune(text, complaint):
 
 def test_ranges_come_from_the_image(elf):
     ranges = ranges_of(Symbols(elf))
-    source = (REPO / "firmware/settings/params.c").read_text()
-    rows = re.findall(r"^\s+PARAM\((\w+), (\d+), (\d+), (\d+)\)", source, re.MULTILINE)
-    assert rows and ranges == {name: Range(int(low), int(high)) for name, low, high, _ in rows}
+    rows = param_rows()
+    assert rows and ranges == {name: Range(low, high) for name, (low, high, _) in rows.items()}
     for motor in available(MOTORS):
         check_ranges(load_drive(motor), ranges)
 

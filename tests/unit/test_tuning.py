@@ -3,14 +3,13 @@
 import functools
 import math
 import random
-import re
 from fractions import Fraction
 
 import pytest
 from launcher.data import MOTORS, available
 from launcher.drive import console_params, load_drive
 
-from unit.conftest import SOURCE
+from tools.param_rows import param_rows
 
 PI = Fraction(314159265358979323846264338328, 10**29)
 PWM_HZ, SLOW_HZ, BASE_HZ = 20000, 1000, 1250
@@ -37,9 +36,7 @@ def compute(c, values):
 
 
 def ranges():
-    source = (SOURCE / "firmware/settings/params.c").read_text()
-    rows = re.findall(r"^\s+PARAM\((\w+), (-?\d+), (-?\d+), (-?\d+)\)", source, re.MULTILINE)
-    return {name: (int(low), int(high)) for name, low, high, _ in rows}
+    return {name: (low, high) for name, (low, high, _) in param_rows().items()}
 
 
 @functools.cache
