@@ -12,8 +12,9 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from places import RTL, includes
+
 HERE = Path(__file__).resolve().parent
-RTL = HERE.parents[1] / "drivers/fabric/rtl"
 ADC = ("adc", "adc_spi", "adc_valid", "adc_math", "adc_multiply", "adc_modulators", "sinc3", "sinc3_comb", "adc_curve")
 
 # (file, text, other text, bench): no proof covers these lines
@@ -48,8 +49,8 @@ FAULTS = (
 def frames(rtl, conversions=2000):
     with tempfile.TemporaryDirectory() as folder:
         binary = Path(folder) / "bench"
-        built = subprocess.run(["iverilog", "-g2005", f"-I{rtl}", f"-Pbench.CONVERSIONS={conversions}", "-o", binary,
-                                HERE / "adc_bench.v", *(Path(rtl) / f"{name}.v" for name in ADC)],
+        built = subprocess.run(["iverilog", "-g2005", *includes(rtl), f"-Pbench.CONVERSIONS={conversions}", "-o",
+                                binary, HERE / "adc_bench.v", *(Path(rtl) / f"{name}.v" for name in ADC)],
                                capture_output=True, text=True)
         if built.returncode:
             return False, "FAIL " + built.stderr

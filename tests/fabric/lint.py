@@ -2,10 +2,9 @@
 """The RTL without a warning in three tools: Verilator, Icarus and yosys. Prints one line a tool, exits 1 on a finding."""
 import subprocess
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-RTL = ROOT / "drivers/fabric/rtl"
+from places import RTL, includes
+
 TOP = "fabric"
 WIDTH = 128
 
@@ -13,11 +12,12 @@ WIDTH = 128
 def commands(rtl, axes):
     sources = [str(path) for path in sorted(rtl.glob("*.v"))]
     return {
-        "verilator": ["verilator", "--lint-only", "-Wall", "--language", "1364-2005", f"-I{rtl}", "--top-module", TOP,
-                      f"-GAXES={axes}", str(rtl / f"{TOP}.v")],
-        "iverilog": ["iverilog", "-Wall", "-g2005", f"-I{rtl}", f"-P{TOP}.AXES={axes}", "-o", "/dev/null", "-s", TOP, *sources],
-        "yosys": ["yosys", "-q", "-p", f"read_verilog -I{rtl} {' '.join(sources)}; chparam -set AXES {axes} {TOP}; "
-                  f"hierarchy -check -top {TOP}; proc; flatten; opt_clean; check -assert"],
+        "verilator": ["verilator", "--lint-only", "-Wall", "--language", "1364-2005", *includes(rtl), "--top-module",
+                      TOP, f"-GAXES={axes}", str(rtl / f"{TOP}.v")],
+        "iverilog": ["iverilog", "-Wall", "-g2005", *includes(rtl), f"-P{TOP}.AXES={axes}", "-o", "/dev/null", "-s", TOP,
+                     *sources],
+        "yosys": ["yosys", "-q", "-p", f"read_verilog {' '.join([*includes(rtl), *sources])}; "
+                  f"chparam -set AXES {axes} {TOP}; hierarchy -check -top {TOP}; proc; flatten; opt_clean; check -assert"],
     }
 
 

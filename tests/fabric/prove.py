@@ -13,8 +13,8 @@ import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-RTL = ROOT / "drivers/fabric/rtl"
+from places import ROOT, RTL, includes
+
 PROOFS = ROOT / "tests/fabric/proofs.toml"
 # only so that a solver that is lost does not stay for ever: more than ten times what the longest proof takes
 SECONDS = 1200
@@ -37,8 +37,9 @@ def flattened(top, proof, rtl):
     below = " ".join(f"{rtl}/{name}.v" for name in proof["files"][1:])
     choice = "".join(f"chparam -set {name} {value} {top}; " for name, value in proof.get("parameters", {}).items())
     # the parts below are read without their own promises, and so without what those take for granted
-    return ((f"read_verilog -I{rtl} {below}; " if below else "")
-            + f"read_verilog -formal -I{rtl} {rtl}/{top}.v; {choice}prep -top {top} -flatten; ")
+    folders = " ".join(includes(rtl))
+    return ((f"read_verilog {folders} {below}; " if below else "")
+            + f"read_verilog -formal {folders} {rtl}/{top}.v; {choice}prep -top {top} -flatten; ")
 
 
 def model(top, proof, out, rtl=RTL):
