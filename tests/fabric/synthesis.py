@@ -105,7 +105,7 @@ def write(found):
             for block, figures in found.items()]
     BUDGETS.write_text("# SPDX-License-Identifier: MIT\n"
                        "# Cells and levels of logic of each block, held both ways by tests/fabric/synthesis.py; `fabric`\n"
-                       "# is all of one axis. Renewed by `synthesis.py --update`, with the reason in the commit.\n"
+                       "# is a fabric of one axis. Renewed by `synthesis.py --update`, with the reason in the commit.\n"
                        + "".join(rows),
                        encoding="utf-8")
 
