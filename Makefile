@@ -124,7 +124,7 @@ twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qem
 tools:
 	@.ci/tools
 
-everything: all twin target-tests
+everything: all twin target-tests registers
 
 
 # ---- using it --------------------------------------------------------------------------------------------------------
@@ -193,6 +193,7 @@ help:
 	@echo 'make stack           worst-case stack of every entry point, and measured'
 	@echo 'make prove           every kernel, as assembled, against its specification, for all inputs, by a solver'
 	@echo 'make fabric          the RTL: lint in three tools, proofs by induction, faults that they must refute, cells and levels'
+	@echo 'make registers       the fabric'\''s registers for C, Verilog and debuggers, into $(BUILD)/fabric/'
 	@echo 'make lint            formatting, warnings, layers'
 	@echo 'make mutants         faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n RUNGS="names"]'
 	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'

@@ -4,8 +4,7 @@
 #include "firmware/axis/axis.h"
 #include "lib/q15.h"
 
-#define DRIVEN_DEGREES 180
-#define TURNING_TRIES  8u /* of 128 ms each: so long a rotor may run out */
+#define TURNING_TRIES 8u /* of 128 ms each: so long a rotor may run out */
 
 enum start_phase {
     START_CALIBRATE,
@@ -120,7 +119,7 @@ static bool driven(const struct axis *a)
 static void raise_of_wiring(struct axis *a, enum fault fault)
 {
     if (driven(a)) {
-        axis_raise_with(a, FAULT_LOAD_TOO_HIGH, DRIVEN_DEGREES, 0);
+        axis_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
     } else {
         axis_raise_with(a, fault, a->start.wiring.phase, 0);
     }

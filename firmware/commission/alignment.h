@@ -28,6 +28,9 @@
 
 #define ALIGNMENT_TURNS 6
 
+/* Load angle that a fault shows where the rotor did not stay with the field at all. */
+#define ALIGNMENT_OUT_DEGREES 180
+
 enum alignment_result {
     ALIGNMENT_RUNNING,
     ALIGNMENT_DONE,

@@ -9,10 +9,9 @@
 
 #include "firmware/commission/alignment.h"
 
-#define ALIGNMENT_ATTEMPTS    2u
-#define ALIGNMENT_OUT_DEGREES 180 /* the rotor did not stay with the field at all */
-#define DEGREES_45_Q32        0x20000000
-#define QUARTER_Q32           0x40000000u
+#define ALIGNMENT_ATTEMPTS 2u
+#define DEGREES_45_Q32     0x20000000
+#define QUARTER_Q32        0x40000000u
 
 enum stage {
     STAGE_PULL,   /* current rises a quarter turn before the first angle, the rotor swings and settles */

@@ -4,12 +4,12 @@
 #include <stddef.h>
 
 #include "firmware/settings/config.h"
+#include "lib/pi.h"
 #include "lib/polar.h"
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-#define V_FULL_STEPS ((int32_t)CONFIG_PWM_COUNTS << (CONFIG_V_SHIFT - 1))
-#define STEP_Q32     (0x80000000u / SALIENCY_ANGLES)
+#define STEP_Q32 (0x80000000u / SALIENCY_ANGLES)
 
 /*
  * The voltage, in halves, of each millisecond, and what the current read at its beginning counts for: what the whole waves
@@ -27,8 +27,8 @@ void saliency_start(struct saliency *s, int32_t v_q15, int32_t i_q15)
 
 static int32_t integral_q9(const volatile struct current_loop *c, int32_t v_q15)
 {
-    const int32_t v_steps = v_q15 * (V_FULL_STEPS / 16) / (c->vbus_q15 / 16 + 1);
-    return q15_clamp(v_steps, -LOOP_V_D_MAX_STEPS / 2, LOOP_V_D_MAX_STEPS / 2) * 512;
+    const int32_t v_steps = v_q15 * (CONFIG_BUS_STEPS / 16) / (c->vbus_q15 / 16 + 1);
+    return q15_clamp(v_steps, -LOOP_V_D_MAX_STEPS / 2, LOOP_V_D_MAX_STEPS / 2) * (1 << PI_SHIFT);
 }
 
 static void hold_voltage(const struct saliency *s, volatile struct current_loop *c, int32_t v_q15)

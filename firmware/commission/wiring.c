@@ -4,13 +4,11 @@
 #include <stddef.h>
 
 #include "firmware/settings/config.h"
+#include "lib/pi.h"
 #include "lib/q15.h"
 
-/* The whole bus in the loop's steps: half the on-time. */
-#define V_FULL_STEPS ((int32_t)CONFIG_PWM_COUNTS << (CONFIG_V_SHIFT - 1))
-
-#define THIRD_Q32      0x55555555u              /* 120 degrees */
-#define LARGEST_256THS (V_FULL_STEPS / 5 * 256) /* a fifth of the bus */
+#define THIRD_Q32      0x55555555u                  /* 120 degrees */
+#define LARGEST_256THS (CONFIG_BUS_STEPS / 5 * 256) /* a fifth of the bus */
 #define RISE_MS        40u /* a quarter more each: from the first voltage to the largest, and a while there */
 #define FALL_MS        25u
 #define SHARE_TENTH    3
@@ -26,7 +24,7 @@ static void hold_voltage(const struct wiring *w, volatile struct current_loop *c
 {
     current_loop_field(c, w->along * THIRD_Q32, 0);
     c->integral_q_q9 = 0;
-    c->integral_d_q9 = (w->v_256ths >> 8) * 512;
+    c->integral_d_q9 = (w->v_256ths >> 8) * (1 << PI_SHIFT);
 }
 
 static int32_t largest(const int32_t of_q15[3])
@@ -47,7 +45,7 @@ static void keep(struct wiring *w, const int32_t i_q15[3])
 /* The voltage that resistance alone would take for a quarter of the current. */
 static int32_t first_256ths(const struct tuning *t, const volatile struct current_loop *c)
 {
-    const int32_t v_steps = t->wiring_v_q15 / 4 * (V_FULL_STEPS / 16) / (c->vbus_q15 / 16 + 1);
+    const int32_t v_steps = t->wiring_v_q15 / 4 * (CONFIG_BUS_STEPS / 16) / (c->vbus_q15 / 16 + 1);
     return q15_clamp(v_steps, 8, LARGEST_256THS / 256) * 256;
 }
 

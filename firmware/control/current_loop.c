@@ -44,9 +44,8 @@ _Static_assert(CONFIG_RADIUS_STEPS <= PI_OUTPUT_MAX,
 _Static_assert(CONFIG_RADIUS_STEPS > LOOP_V_D_MAX_STEPS,
                "dead time too long for the PWM period, or the period too short: v_d alone could leave the circle");
 
-/* Volts of the per-unit system become steps by this over the bus voltage: v / vbus of half a period. */
-#define V_FULL_STEPS (CONFIG_PWM_COUNTS << (CONFIG_V_SHIFT - 1))
-_Static_assert(V_FULL_STEPS % 8 == 0, "the gains take an eighth of it");
+/* Volts of the per-unit system become steps by CONFIG_BUS_STEPS over the bus voltage. */
+_Static_assert(CONFIG_BUS_STEPS % 8 == 0, "the gains take an eighth of it");
 
 /* Beyond 32 knees, half of the range, nothing is left to compensate. */
 #define DEAD_SHIFT_MAX 5
@@ -90,7 +89,7 @@ void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
  */
 static uint32_t steps_per_v_q14(int32_t vbus_q15)
 {
-    return ((uint32_t)V_FULL_STEPS << 14) / (uint32_t)vbus_q15;
+    return ((uint32_t)CONFIG_BUS_STEPS << 14) / (uint32_t)vbus_q15;
 }
 
 static int32_t v_steps(int32_t v_q15, uint32_t per_v_q14)
@@ -100,7 +99,7 @@ static int32_t v_steps(int32_t v_q15, uint32_t per_v_q14)
 
 static int32_t v_q15(int32_t v_steps, int32_t vbus_q15)
 {
-    return v_steps * vbus_q15 / V_FULL_STEPS;
+    return v_steps * vbus_q15 / CONFIG_BUS_STEPS;
 }
 
 /* Publishes values for status and trace, and for what watches the drive. */
@@ -136,9 +135,9 @@ static void set_gains(volatile struct current_loop *c, const struct tuning *t, i
     if (off_q15 * 128 <= vbus_q15 && c->gains_of == t) {
         return;
     }
-    const int32_t ki_q15 = q15_min(t->ki_q17 * (V_FULL_STEPS / 4) / vbus_q15, PI_KI_MAX_Q15);
-    c->kp_d_q9 = q15_min(t->kp_d_q12 * (V_FULL_STEPS / 8) / vbus_q15 + (ki_q15 >> 6), PI_KP_MAX_Q9);
-    c->kp_q_rated_q9 = q15_min(t->kp_q_q12 * (V_FULL_STEPS / 8) / vbus_q15, PI_KP_MAX_Q9);
+    const int32_t ki_q15 = q15_min(t->ki_q17 * (CONFIG_BUS_STEPS / 4) / vbus_q15, PI_KI_MAX_Q15);
+    c->kp_d_q9 = q15_min(t->kp_d_q12 * (CONFIG_BUS_STEPS / 8) / vbus_q15 + (ki_q15 >> 6), PI_KP_MAX_Q9);
+    c->kp_q_rated_q9 = q15_min(t->kp_q_q12 * (CONFIG_BUS_STEPS / 8) / vbus_q15, PI_KP_MAX_Q9);
     c->kp_q_q9 = q15_min(c->kp_q_rated_q9 + (ki_q15 >> 6), PI_KP_MAX_Q9);
     c->ki_q15 = ki_q15;
     c->gains_vbus_q15 = vbus_q15;

@@ -13,8 +13,6 @@
 #include "firmware/control/speed_estimate.h"
 #include "firmware/settings/tuning.h"
 
-#define SPEED_MEAN_MOST_MS 4
-
 struct speed_loop {
     struct speed_estimate estimate;
     int32_t speed_rpm_q4;     /* measured */
@@ -25,12 +23,12 @@ struct speed_loop {
     bool at_limit;        /* the wish for torque is limited */
     int32_t kp_q16;       /* the tuning's gains, less what hunting has taken */
     int32_t ki_q16;
-    int32_t error_max_q15;                      /* beyond it the answer is twice the range anyway */
-    uint32_t calmed;                            /* how often it has: 0 from the next switching on */
-    uint32_t swings;                            /* in a row */
-    uint32_t swing_ms;                          /* since the last */
-    int32_t before_q15[SPEED_MEAN_MOST_MS - 1]; /* what was wished for in the last steps, latest first */
-    int32_t swing;                              /* +1 or -1: to which side the next would be */
+    int32_t error_max_q15;                             /* beyond it the answer is twice the range anyway */
+    uint32_t calmed;                                   /* how often it has: 0 from the next switching on */
+    uint32_t swings;                                   /* in a row */
+    uint32_t swing_ms;                                 /* since the last */
+    int32_t swing;                                     /* +1 or -1: to which side the next would be */
+    int32_t before_q15[PARAM_TORQUE_MEAN_MOST_MS - 1]; /* what was wished for in the last steps, latest first */
 };
 
 /* Measures the speed. Every slow period, whatever the state. */

@@ -33,7 +33,7 @@ const struct param_info param_table[] = {
     PARAM(stop_max_ms, 100, 3600000, 60000),
     PARAM(current_bw_hz, 10, 2000, 1000),
     PARAM(speed_bw_hz, 1, 200, 60),
-    PARAM(torque_mean_ms, 1, 4, 1),
+    PARAM(torque_mean_ms, 1, PARAM_TORQUE_MEAN_MOST_MS, 1),
     PARAM(i_rated_ma, 10, 2000000, 7100),
     PARAM(t_max_c, 60, 250, 130),
     PARAM(winding_share_pct, 1, 99, 40),

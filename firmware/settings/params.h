@@ -11,6 +11,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* The speed loop keeps as many of its wishes. */
+#define PARAM_TORQUE_MEAN_MOST_MS 4
+
 struct params {
     int32_t pole_pairs;         /* pairs of poles of the motor */
     int32_t encoder_counts;     /* counts per mechanical turn, all four edges counted */

@@ -58,4 +58,7 @@
 
 #define CONFIG_RADIUS_STEPS CONFIG_RADIUS(1 << CONFIG_V_SHIFT)
 
+/* The whole bus in those steps. */
+#define CONFIG_BUS_STEPS (CONFIG_PWM_COUNTS << (CONFIG_V_SHIFT - 1))
+
 #endif

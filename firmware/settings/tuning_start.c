@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Currents and times of the start, from what the parameters say of the motor. */
+#include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
 #include "lib/polar.h"
@@ -56,9 +57,8 @@ static int64_t largest_align_ma(const struct params *p)
 
 static int64_t apparent_difference_uh(const struct params *p)
 {
-    const int64_t ld_uh = p->ld_apparent_uh != 0 ? p->ld_apparent_uh : p->ld_uh;
-    const int64_t lq_uh = p->lq_apparent_uh != 0 ? p->lq_apparent_uh : p->lq_uh;
-    return lq_uh > ld_uh ? lq_uh - ld_uh : 0;
+    const int64_t difference_uh = mtpa_lq_uh(p) - mtpa_ld_uh(p);
+    return difference_uh > 0 ? difference_uh : 0;
 }
 
 /* Of psi / (Lq - Ld) that many times the current: the angle is acos(1/3) then, and the rotor held twice as firmly. */

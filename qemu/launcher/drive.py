@@ -53,7 +53,9 @@ class Drive:
 
     @property
     def on_time_s(self):
-        """From `on` to operation, at most, without load: what the firmware's alignment makes of its parameters.
+        """From `on` to operation without load, as scenarios plan it: what the firmware's alignment makes of its parameters.
+
+        Most starts are shorter. One that needs a further attempt may be longer: 9.2 s of abb_m2bj100l with seed 2.
 
         The rotor hangs on the current like a pendulum, w0^2 = p Kt I / J; firmware/settings/tuning_start.c has the same.
         """
@@ -136,7 +138,8 @@ class Drive:
         losses     resistance_ohm, bus_energy_J (what brings the bus from vbus_V to v_max_V)
         times      ramp_time_s (0 to work_rpm at the ramp), max_ramp_time_s (0 to speed_max_rpm), turn_time_s (one turn at
                    work_rpm), electrical_tau_s (lq_h / resistance_ohm), on_time_s (from `on` to OPERATION_ENABLED with
-                   alignment, at most), settle_s (after a step or a ramp), steady_s (a window of rest: a turn or more)
+                   alignment, as planned: few starts take longer), settle_s (after a step or a ramp), steady_s (a window of
+                   rest: a turn or more)
         units      rad_s_per_rpm
         """
         rating, control, electrical = self.motor["rating"], self.motor["control"], self.motor["electrical"]

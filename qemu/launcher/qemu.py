@@ -134,7 +134,10 @@ def start(arguments, environment, **files):
 
 
 def run_to_end(arguments, environment, end_s, progress_path, stderr_path, show=None):
-    """Runs QEMU until the twin ends it; `show(now_s, end_s)` is called as it goes. Raises with the reason of a failure."""
+    """Runs QEMU until the twin ends it, and raises with the reason of a failure.
+
+    `show(now_s, end_s)` is called as it goes. `end_s` is when the run is planned to end: it may end earlier or later.
+    """
     with open(stderr_path, "wb") as stderr:
         process = start(arguments, environment, stdin=subprocess.DEVNULL, stdout=stderr, stderr=stderr)
         try:
@@ -156,7 +159,7 @@ def _watch(process, end_s, progress_path, show):
             if now_s > reached:
                 reached, since = now_s, time.monotonic()
             if show and end_s:
-                show(min(max(reached, 0.0), end_s), end_s)
+                show(max(reached, 0.0), end_s)
             if time.monotonic() - since > STALL_S:
                 raise LauncherError(f"QEMU made no progress for {STALL_S:g} s after {max(reached, 0):.3f} s of simulated time")
     finally:
@@ -204,12 +207,12 @@ class ProgressLine:
 
     def __call__(self, now_s, end_s):
         if self.live:
-            bar = "#" * int(now_s / end_s * 30)
-            self.stream.write(f"\r{self.label} [{bar:<30}] {now_s:.2f} of {end_s:g} s simulated ")
+            bar = "#" * min(30, int(now_s / end_s * 30))
+            self.stream.write(f"\r{self.label} [{bar:<30}] {now_s:.2f} of {end_s:.2f} s simulated ")
             self.stream.flush()
         elif int(now_s / end_s * 4) > self.quarter:
             self.quarter = int(now_s / end_s * 4)
-            self.stream.write(f"{self.label}: {now_s:.2f} of {end_s:g} s simulated\n")
+            self.stream.write(f"{self.label}: {now_s:.2f} of {end_s:.2f} s simulated\n")
             self.stream.flush()
 
     def done(self):

@@ -77,7 +77,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     cycles     {"apb_read": 3, ...}: wait cycles of the buses, where not the twin's defaults (qemu/twin/cycles_keys.c)
     way_of     an exception whose way through its handler goes to irqpath.csv, once for each duration (qemu/twin/irqpath.h)
     csv        whether the trace is to be had as text as well, in trace.csv
-    show       called as it goes, with the simulated seconds done and in all
+    show       called as it goes, with the simulated seconds done and planned: a late start makes a run longer
     """
     seed = check_seed(seed)
     drive = load_drive(motor, with_start_angle(overrides, motor, start_angle), plant, spread, seed, detune)
@@ -96,7 +96,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     way = (way_of, (out_dir / "irqpath.csv").resolve()) if way_of else None
     write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles, way, enums))
     console = f"file,id=console,path={escape(files['console'])}"
-    run_to_end(command(checked_qemu, image, config, console), checked_qemu.environment(), plan.split()[2],
+    run_to_end(command(checked_qemu, image, config, console), checked_qemu.environment(), plan.end_s,
                files["progress"], files["log"], show)
     trace = load_trace(files["trace"])
     plan = as_held(plan, scenario, drive, trace, enums)

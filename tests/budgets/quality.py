@@ -15,7 +15,8 @@ from launcher.report import value_text
 
 ROOT = Path(__file__).resolve().parents[2]
 QUALITY = ROOT / "tests" / "quality.toml"
-SEEDS = {"default": (1,), "current_sweep": (1,)}  # each figure is its mean over those of them that hold their limits
+# {scenario: seeds to run}; a figure is the mean of the runs that keep all limits of the scenario
+SEEDS = {"default": (1,), "current_sweep": (1,)}
 
 
 def load_quality(path=QUALITY):

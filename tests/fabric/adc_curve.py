@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Writes drivers/fabric/rtl/adc_curve.v, or with --check says whether it is stale: codes of TEMP out of a PT1000's.
+"""The curve of the winding's sensor (drivers/fabric/rtl/adc_curve.v), simulated for every code, against the exact one.
 
-R(T) of IEC 60751: 1000 (1 + A T + B T^2 + C (T - 100) T^3), C only below 0 degC. The sensor hangs below PULL_UP at the
-converter's own supply, which is its reference, so that only the ratio counts.
+R(T) of a PT1000 by IEC 60751: 1000 (1 + A T + B T^2 + C (T - 100) T^3), C only below 0 degC. The sensor hangs below PULL_UP at
+the converter's own supply, which is its reference, so that only the ratio counts.
 """
-import sys
+import subprocess
+import tempfile
 from pathlib import Path
 
-TARGET = Path(__file__).resolve().parents[2] / "drivers/fabric/rtl/adc_curve.v"
 A, B, C = 3.9083e-3, -5.775e-7, -4.183e-12
 PULL_UP = 2200.0
 PER_KELVIN, AT_0_C, LARGEST = 16, 800, 4095
@@ -15,6 +15,7 @@ CHORD = 32
 
 
 def raw(celsius):
+    """The converter's code, with its fraction."""
     ohm = 1000 * (1 + A * celsius + B * celsius ** 2 + (C * (celsius - 100) * celsius ** 3 if celsius < 0 else 0))
     return 4096 * ohm / (ohm + PULL_UP)
 
@@ -28,68 +29,35 @@ def celsius_of(code):
 
 
 def exact(code):
+    """In codes of TEMP."""
     return AT_0_C + PER_KELVIN * celsius_of(code)
 
 
-FIRST = int(raw(-50 + 1 / PER_KELVIN)) // CHORD + 1
+# the whole chords between the smallest TEMP that is not 0 and the largest that fits
+FIRST = int(raw((1 - AT_0_C) / PER_KELVIN)) // CHORD + 1
 LAST = int(raw((LARGEST - AT_0_C) / PER_KELVIN)) // CHORD - 1
-CHORDS = {n: (round(exact(n * CHORD)), round(exact((n + 1) * CHORD)) - round(exact(n * CHORD)))
-          for n in range(FIRST, LAST + 1)}
 
 
-def curve(code):
-    """What the hardware computes."""
-    if code // CHORD not in CHORDS:
+def wanted(code):
+    """On the chord between two rounded points of the exact curve, rounded down; 0 outside."""
+    n, way = divmod(code, CHORD)
+    if not FIRST <= n <= LAST:
         return 0
-    start, rise = CHORDS[code // CHORD]
-    return start + (rise * (code % CHORD) // CHORD)
+    start, end = round(exact(n * CHORD)), round(exact((n + 1) * CHORD))
+    return start + (end - start) * way // CHORD
 
 
-def text():
-    rows = "\n".join(f"        7'd{n}: {{start, rise}} = {{12'd{start}, 8'd{rise}}};"
-                     for n, (start, rise) in CHORDS.items())
-    below, above = celsius_of(FIRST * CHORD), celsius_of((LAST + 1) * CHORD)
-    return f"""// SPDX-License-Identifier: MIT
-// Written by tests/fabric/adc_curve.py: change it there. From the code of a PT1000 below {PULL_UP:.0f} ohms, measured against
-// its supply, to TEMP: 16 codes a kelvin, 800 at 0 degC. Chords of {CHORD} codes. Outside
-// {below:.0f} ... {above:.0f} degC it is taken for broken or missing: 0.
-module adc_curve (
-    input  wire        clk,
-    input  wire        rst_n,
-    input  wire [11:0] code,
-    output wire [11:0] temp         // a clock after the code
-);
-    reg [11:0] start, start_now;
-    reg [7:0]  rise, rise_now;
-    reg [4:0]  way;                 // along the chord
-    always @*
-        case (code[11:5])
-{rows}
-        default: {{start, rise}} = 20'd0;
-        endcase
-
-    always @(posedge clk)
-        if (!rst_n)
-            {{start_now, rise_now, way}} <= 25'd0;
-        else
-            {{start_now, rise_now, way}} <= {{start, rise, code[4:0]}};
-
-    wire [12:0] risen = {{5'd0, rise_now}} * {{8'd0, way}};
-    assign temp = start_now + {{4'd0, risen[12:5]}};
-
-    wire unused = &{{1'b0, risen[4:0]}};
-endmodule
-"""
-
-
-def worst_kelvin():
-    return max(abs(curve(code) - exact(code)) for code in range(FIRST * CHORD, (LAST + 1) * CHORD)) / PER_KELVIN
-
-
-if __name__ == "__main__":
-    if "--check" in sys.argv:
-        if TARGET.read_text(encoding="utf-8") != text():
-            sys.exit("drivers/fabric/rtl/adc_curve.v is stale: run tests/fabric/adc_curve.py")
-    else:
-        TARGET.write_text(text(), encoding="utf-8")
-    print(f"curve of the winding's sensor: {len(CHORDS)} chords, at most {worst_kelvin():.2f} K off")
+def judge(rtl):
+    """(whether every code is right, a line that says so)."""
+    with tempfile.TemporaryDirectory() as folder:
+        binary = Path(folder) / "bench"
+        subprocess.run(["iverilog", "-g2005", "-o", binary, Path(__file__).with_name("adc_curve_bench.v"),
+                        Path(rtl) / "adc_curve.v"], check=True)
+        shown = subprocess.run(["vvp", "-n", binary], capture_output=True, text=True, check=True).stdout.split()
+    wrong = [code for code in range(4096) if shown[code:code + 1] != [str(wanted(code))]]
+    if wrong:
+        return False, f"FAIL curve: {shown[wrong[0]:wrong[0] + 1]} for code {wrong[0]}, not {wanted(wrong[0])}"
+    inside = range(FIRST * CHORD, (LAST + 1) * CHORD)
+    worst_kelvin = max(abs(int(shown[code]) - exact(code)) for code in inside) / PER_KELVIN
+    return True, (f"PASS: curve: all codes; {LAST + 1 - FIRST} chords from {celsius_of(inside[0]):.0f} to "
+                  f"{celsius_of(inside[-1] + 1):.0f} degC, at most {worst_kelvin:.2f} K off")

@@ -2,22 +2,21 @@
 """The RTL without a warning in three tools: Verilator, Icarus and yosys. Prints one line a tool, exits 1 on a finding."""
 import subprocess
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-RTL = ROOT / "drivers/fabric/rtl"
+from places import RTL, includes
+
 TOP = "fabric"
-WIDTH = 128
 
 
 def commands(rtl, axes):
     sources = [str(path) for path in sorted(rtl.glob("*.v"))]
     return {
-        "verilator": ["verilator", "--lint-only", "-Wall", "--language", "1364-2005", f"-I{rtl}", "--top-module", TOP,
-                      f"-GAXES={axes}", str(rtl / f"{TOP}.v")],
-        "iverilog": ["iverilog", "-Wall", "-g2005", f"-I{rtl}", f"-P{TOP}.AXES={axes}", "-o", "/dev/null", "-s", TOP, *sources],
-        "yosys": ["yosys", "-q", "-p", f"read_verilog -I{rtl} {' '.join(sources)}; chparam -set AXES {axes} {TOP}; "
-                  f"hierarchy -check -top {TOP}; proc; flatten; opt_clean; check -assert"],
+        "verilator": ["verilator", "--lint-only", "-Wall", "--language", "1364-2005", *includes(rtl), "--top-module",
+                      TOP, f"-GAXES={axes}", str(rtl / f"{TOP}.v")],
+        "iverilog": ["iverilog", "-Wall", "-g2005", *includes(rtl), f"-P{TOP}.AXES={axes}", "-o", "/dev/null", "-s", TOP,
+                     *sources],
+        "yosys": ["yosys", "-q", "-p", f"read_verilog {' '.join([*includes(rtl), *sources])}; "
+                  f"chparam -set AXES {axes} {TOP}; hierarchy -check -top {TOP}; proc; flatten; opt_clean; check -assert"],
     }
 
 
@@ -38,19 +37,8 @@ def timescale(line):
     return "timescale" in line
 
 
-def texts(rtl=RTL):
-    """House rules of the text itself."""
-    for path in sorted([*rtl.glob("*.v"), *rtl.glob("formal/*")]):
-        lines = path.read_text(encoding="utf-8").split("\n")
-        if "SPDX-License-Identifier: MIT" not in lines[0]:
-            yield path.name, "no SPDX line"
-        for number, line in enumerate(lines, 1):
-            if len(line) > WIDTH or line != line.rstrip() or "\t" in line:
-                yield path.name, f"line {number}: longer than {WIDTH}, or blanks or tabs that should not be"
-
-
 def main():
-    found = [*findings(), *texts()]
+    found = findings()
     for tool, text in found:
         print(f"lint {tool}: {text}")
     if not found:

@@ -14,10 +14,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import prove
+from places import ROOT, RTL
 
-ROOT = prove.ROOT
 MUTANTS = ROOT / "tests/fabric/mutants.toml"
-# clocks by which the runs from reset are longer than a proof needs, unless the proof says `further`
+# by how many clocks runs from reset are longer than the proof's depth, unless the proof has its own `further`
 FURTHER = 6
 
 
@@ -33,7 +33,7 @@ class Misplaced(Exception):
 
 
 def mutated(name, old, new):
-    text = (prove.RTL / f"{name}.v").read_text(encoding="utf-8")
+    text = (RTL / f"{name}.v").read_text(encoding="utf-8")
     if text.count(old) != 1 or old == new:
         raise Misplaced(f"{name}.v has {text.count(old)} times: {old!r}")
     return text.replace(old, new)
@@ -53,7 +53,7 @@ def refuted(fault, proofs):
     text = mutated(name, old, new)
     with tempfile.TemporaryDirectory() as folder:
         rtl = Path(folder) / "rtl"
-        shutil.copytree(prove.RTL, rtl)
+        shutil.copytree(RTL, rtl)
         (rtl / f"{name}.v").write_text(text, encoding="utf-8")
         try:
             prove.prove(top, proofs[top], rtl, proofs[top].get("further", FURTHER))

@@ -15,8 +15,8 @@ from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-RTL = ROOT / "drivers/fabric/rtl"
+from places import ROOT, RTL, includes
+
 BUDGETS = ROOT / "tests/fabric/budgets.toml"
 BLOCKS = ("pwm", "adc", "encoder", "gate", "apb_slave", "fabric")
 FIGURES = ("CFG", "ARI1", "SLE", "MACC", "levels")
@@ -27,8 +27,8 @@ OUTPUTS = {"Y", "S", "FCO", "Q"}
 
 def netlist(block, out):
     """The flat netlist of a block, as yosys' JSON."""
-    sources = " ".join(map(str, sorted(RTL.glob("*.v"))))
-    script = f"read_verilog -I{RTL} {sources}; synth_sf2 -top {block} -noiobs; write_json {out}"
+    sources = " ".join([*includes(), *map(str, sorted(RTL.glob("*.v")))])
+    script = f"read_verilog {sources}; synth_sf2 -top {block} -noiobs; write_json {out}"
     subprocess.run(["yosys", "-q", "-p", script], check=True, cwd=RTL)
     return json.loads(out.read_text(encoding="utf-8"))["modules"][block]
 
@@ -105,7 +105,7 @@ def write(found):
             for block, figures in found.items()]
     BUDGETS.write_text("# SPDX-License-Identifier: MIT\n"
                        "# Cells and levels of logic of each block, held both ways by tests/fabric/synthesis.py; `fabric`\n"
-                       "# is all of one axis. Renewed by `synthesis.py --update`, with the reason in the commit.\n"
+                       "# is a fabric of one axis. Renewed by `synthesis.py --update`, with the reason in the commit.\n"
                        + "".join(rows),
                        encoding="utf-8")
 

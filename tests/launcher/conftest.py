@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
 """A build folder without a real QEMU: a small ELF with the variables that are watched, and a program that plays QEMU."""
-import re
 import shutil
 import subprocess
 import sys
@@ -9,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from tools.param_rows import param_rows
+
 WATCHED = """
 #include <stdint.h>
 enum axis_state { AXIS_OFF, AXIS_ON = 4, AXIS_OPERATION_ENABLED, AXIS_FAULT };
@@ -96,9 +96,7 @@ def elf(tmp_path_factory):
     if compiler is None:
         pytest.fail("arm-none-eabi-gcc is not installed")
     folder = tmp_path_factory.mktemp("elf")
-    rows = re.findall(r"^ +PARAM\((\w+), (\d+), (\d+), (\d+)\)", (ROOT / "firmware/settings/params.c").read_text(),
-                      re.MULTILINE)
-    params = ", ".join(f'{{"{name}", {low}, {high}, {start}, 0}}' for name, low, high, start in rows)
+    params = ", ".join(f'{{"{name}", {low}, {high}, {start}, 0}}' for name, (low, high, start) in param_rows().items())
     (folder / "watched.c").write_text(WATCHED.replace("PARAMS", params))
     subprocess.run([compiler, "-mcpu=cortex-m3", "-mthumb", "-g3", "-O1", "-nostdlib", "-ffreestanding", "-Ttext=0x100",
                     "-Tdata=0x20000000", "-Wl,--no-warn-rwx-segments", "watched.c", "-o", "mssfoc.elf"], cwd=folder,

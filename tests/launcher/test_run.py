@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The whole path with a program that plays QEMU, and every way it can go wrong: one clear line and a status that is not 0."""
+import io
 import json
 import os
 import subprocess
@@ -10,7 +11,7 @@ import pytest
 
 from launcher import LauncherError, simulate
 from launcher.paths import REPO
-from launcher.qemu import Qemu
+from launcher.qemu import ProgressLine, Qemu
 
 VARIABLES = ("MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "QEMU", "BUILD")
 SCENARIO = {"key": "test", "title": "a test", "end_s": 0.1, "preamble_s": 0.01,
@@ -192,3 +193,13 @@ def test_a_live_drive_runs_no_faster_than_the_clock(tmp_path):
     process = subprocess.Popen([sys.executable, "-c", hasty, str(progress)])
     assert _keep_pace(process, progress) == 3
     assert time.monotonic() - start > 1.0 - 2 * LEAD_S  # and not how much later: that is the host's load
+
+
+@pytest.mark.parametrize("live, said", [(False, "run: 1.20 of 1.00 s simulated\n"),
+                                        (True, f"\rrun [{'#' * 30}] 1.20 of 1.00 s simulated ")])
+def test_progress_past_the_planned_end(live, said):
+    """A late start makes a run longer than planned."""
+    stream = io.StringIO()
+    stream.isatty = lambda: live
+    ProgressLine("run", stream)(1.2, 1.0)
+    assert stream.getvalue() == said

@@ -3,13 +3,13 @@
 import functools
 import math
 import random
-import re
 from fractions import Fraction
 
 import pytest
 from launcher.data import MOTORS, available
 from launcher.drive import console_params, load_drive
 
+from tools.param_rows import param_rows
 from unit.conftest import SOURCE
 
 PI = Fraction(314159265358979323846264338328, 10**29)
@@ -37,9 +37,7 @@ def compute(c, values):
 
 
 def ranges():
-    source = (SOURCE / "firmware/settings/params.c").read_text()
-    rows = re.findall(r"^\s+PARAM\((\w+), (-?\d+), (-?\d+), (-?\d+)\)", source, re.MULTILINE)
-    return {name: (int(low), int(high)) for name, low, high, _ in rows}
+    return {name: (low, high) for name, (low, high, _) in param_rows(SOURCE).items()}
 
 
 @functools.cache

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Written by tests/fabric/adc_curve.py: change it there. From the code of a PT1000 below 2200 ohms, measured against
-// its supply, to TEMP: 16 codes a kelvin, 800 at 0 degC. Chords of 32 codes. Outside
-// -44 ... 202 degC it is taken for broken or missing: 0.
+// From the code of a PT1000 below 2200 ohms, measured against its supply, to TEMP: 16 codes a kelvin, 800 at 0 degC. Chords of
+// 32 codes between rounded points of the exact curve, which tests/fabric/adc_curve.py knows. Outside -44...202 degC the sensor
+// is taken for broken or missing: 0.
 module adc_curve (
     input  wire        clk,
     input  wire        rst_n,

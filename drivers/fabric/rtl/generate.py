@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Makes of drivers/fabric/registers.toml everything that repeats it; --check says what is stale instead, and exits 1.
+"""Makes everything that repeats drivers/fabric/registers.toml. `make registers` writes the files into build/fabric/.
 
-    drivers/fabric/contract3.h            offsets, masks and resets for C
-    drivers/fabric/rtl/mssfoc_regs.vh     the same for the RTL's decode
-    drivers/fabric/mssfoc.svd             CMSIS-SVD, for debuggers
-    docs/fabric3.md                       its tables, between markers
+generate.py contract3.h        prints offsets, masks and resets for C
+generate.py mssfoc_regs.vh     the same for the RTL's decode
+generate.py mssfoc.svd         CMSIS-SVD, for debuggers
+generate.py                    renews the tables of docs/fabric3.md, between their markers
+generate.py --check            says whether those are stale, and exits 1 if they are
 """
 import re
 import sys
@@ -14,6 +15,7 @@ from xml.sax.saxutils import escape
 
 ROOT = Path(__file__).resolve().parents[3]
 SOURCE = "drivers/fabric/registers.toml"
+PAGE = "docs/fabric3.md"
 ACCESS = {"RO": "read-only", "RW": "read-write", "RW1C": "read-write", "WO": "write-only"}
 WRITTEN = ("RW", "WO")
 NAME = re.compile(r"[A-Z][A-Z0-9_]*\Z")
@@ -80,7 +82,7 @@ def check_fields(where, register):
 
 
 def aligned(rows):
-    """#define lines, their values below each other, as clang-format-14 would have them."""
+    """#define lines, their values below each other."""
     width = max(len(name) for name, _ in rows)
     return "".join(f"#define {name:<{width}} {value}\n" for name, value in rows)
 
@@ -203,42 +205,44 @@ def field_text(register, field):
 
 
 def page(spec, text):
-    """docs/fabric3.md with the tables between its markers renewed."""
+    """The page with the tables between its markers renewed."""
     for block in spec["block"]:
         begin, end = f"<!-- registers {block['name']} -->\n", f"<!-- end {block['name']} -->\n"
         if text.count(begin) != 1 or text.count(end) != 1:
-            raise Wrong(f"docs/fabric3.md: the markers of {block['name']} are not there once each")
+            raise Wrong(f"{PAGE}: the markers of {block['name']} are not there once each")
         head, rest = text.split(begin)
         text = head + begin + table(block) + end + rest.split(end)[1]
     return text
 
 
-def products(root=ROOT):
-    """{path: text} of everything that is generated."""
+PRODUCTS = {"contract3.h": c_header, "mssfoc_regs.vh": verilog_header, "mssfoc.svd": svd}
+
+
+def described(root=ROOT):
     with open(root / SOURCE, "rb") as stream:
-        spec = checked(tomllib.load(stream))
-    return {
-        "drivers/fabric/contract3.h": c_header(spec),
-        "drivers/fabric/rtl/mssfoc_regs.vh": verilog_header(spec),
-        "drivers/fabric/mssfoc.svd": svd(spec),
-        "docs/fabric3.md": page(spec, (root / "docs/fabric3.md").read_text(encoding="utf-8")),
-    }
+        return checked(tomllib.load(stream))
 
 
-def stale(root=ROOT):
-    return [path for path, text in products(root).items()
-            if not (root / path).is_file() or (root / path).read_text(encoding="utf-8") != text]
+def renewed_page(root=ROOT):
+    """(its text, its text with fresh tables)."""
+    text = (root / PAGE).read_text(encoding="utf-8")
+    return text, page(described(root), text)
 
 
 def main(arguments):
     try:
         if arguments == ["--check"]:
-            found = stale()
-            for path in found:
-                print(f"{path} is stale: run drivers/fabric/rtl/generate.py", file=sys.stderr)
-            return 1 if found else 0
-        for path, text in products().items():
-            (ROOT / path).write_text(text, encoding="utf-8")
+            old, new = renewed_page()
+            if old != new:
+                print(f"{PAGE} is stale: run drivers/fabric/rtl/generate.py", file=sys.stderr)
+                return 1
+        elif not arguments:
+            (ROOT / PAGE).write_text(renewed_page()[1], encoding="utf-8")
+        elif len(arguments) == 1 and arguments[0] in PRODUCTS:
+            sys.stdout.write(PRODUCTS[arguments[0]](described()))
+        else:
+            print(__doc__, file=sys.stderr)
+            return 1
     except (Wrong, KeyError, tomllib.TOMLDecodeError) as error:
         print(f"{SOURCE}: {error}", file=sys.stderr)
         return 1
