@@ -71,9 +71,9 @@ static bool has_moved(const struct alignment *a, const struct tuning *t, int32_t
 /*
  * Which way the encoder counts (encoder_sense.h). Until that is known nothing is damped, for damping in the wrong sense would
  * drive the rotor. Voltages are small here; they show it when the rotor has swung forth and half way back, for what dead time
- * adds has cancelled by then. One that swings by less than a quarter of a turn is near the field (voltage_with_motion). One that
- * does not swing at all follows the first pass, which leaves no doubt; nor does half a turn, if the rotor is about to turn back:
- * at full speed the field must not move, it would take the rotor on.
+ * adds has cancelled by then. One that swings by less than a quarter of a turn is near the field (voltage_with_motion). One
+ * that does not swing at all follows the first pass, which leaves no doubt; nor does half a turn, if the rotor is about to turn
+ * back: at full speed the field must not move, it would take the rotor on.
  *
  * Where reluctance holds the rotor the voltage's sense changes beyond 45 degrees from the hold, and all of the way counts.
  */
