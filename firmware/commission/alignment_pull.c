@@ -98,6 +98,7 @@ static enum alignment_result step_second(struct alignment *a, const struct tunin
     const uint32_t jump_ms = a->attempt == 0u ? JUMP_MS : (uint32_t)a->period_ms / 2u;
     if (a->stage_ms <= jump_ms) {
         a->field_q32 += QUARTER_Q32 / jump_ms;
+        pull_speed_field_moves(&a->speed);
         pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, a->field_q32);
         alignment_begin_swing(a);
     } else if ((int32_t)(a->stage_ms - jump_ms) <= a->rotor.period_ms / TURNS_BACK) {

@@ -4,10 +4,12 @@
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
-#define SHARE_BITS  8 /* of the current */
-#define FADE        2 /* full current up to this part of the speed */
-#define FALLS       2 /* times the speed */
-#define SURE        4 /* this part of what the magnets induce at that speed, or of the resistance's drop, is sure */
+#define SHARE_BITS  8  /* of the current */
+#define FADE        2  /* full current up to this part of the speed */
+#define FALLS       2  /* times the speed */
+#define STEADY      16 /* part of the current: if it changes by more, inductance takes the voltage */
+#define GAINS       2  /* this part of the speed */
+#define SURE        4  /* this part of what the magnets induce at that speed, or of the resistance's drop, is sure */
 #define LARGEST_Q32 (1 << 29) /* an eighth of a turn in a millisecond: nothing is so fast here */
 
 static int32_t emf_q15(const struct tuning *t)
@@ -16,13 +18,13 @@ static int32_t emf_q15(const struct tuning *t)
 }
 
 /* While the current flows, a resistance told wrongly hides what is induced: from then on the encoder has to show it. */
-static void see_braking(struct pull_speed *s, const struct tuning *t, int32_t v_d_q15)
+static void see_braking(struct pull_speed *s, const struct tuning *t, int32_t v_d_q15, bool steady)
 {
     const int32_t drop_q15 = (s->i_d_q15 * t->r_q12) >> 12;
     s->e_d_q15 = v_d_q15 - drop_q15;
     const int32_t size_q32 = q15_abs(s->speed_q32);
     const bool fast = size_q32 > t->align_way_q32 / FADE;
-    if (fast && !s->brakes && s->e_d_q15 < -(emf_q15(t) / FADE + q15_abs(drop_q15) / SURE)) {
+    if (fast && steady && !s->brakes && s->e_d_q15 < -(emf_q15(t) / FADE + q15_abs(drop_q15) / SURE)) {
         s->brakes = true;
         s->slowest_q32 = size_q32;
     }
@@ -34,7 +36,10 @@ void pull_speed_step(struct pull_speed *s, const volatile struct current_loop *c
                      int32_t moved_q32)
 {
     s->speed_q32 += (q15_clamp(moved_q32, -LARGEST_Q32, LARGEST_Q32) - s->speed_q32) / t->align_way_ms;
-    see_braking(s, t, c->v_d_q15);
+    const bool steady = q15_abs(c->i_d_q15 - s->i_d_q15) < t->align[0].i_q15 / STEADY;
+    see_braking(s, t, c->v_d_q15, steady);
+    const int32_t size_q32 = q15_abs(s->speed_q32);
+    s->let_go_q32 = s->brakes || size_q32 < t->align_way_q32 ? INT32_MAX : q15_min(s->let_go_q32, size_q32);
     s->i_d_q15 = c->i_d_q15;
 }
 
@@ -45,7 +50,13 @@ int32_t pull_speed_current_q15(const struct pull_speed *s, const struct tuning *
     return s->brakes ? current_q15 : (current_q15 * q15_min(share, 1 << SHARE_BITS)) >> SHARE_BITS;
 }
 
+void pull_speed_field_moves(struct pull_speed *s)
+{
+    s->brakes = false;
+}
+
 bool pull_speed_falls(const struct pull_speed *s, const struct tuning *t)
 {
-    return q15_abs(s->speed_q32) / FALLS > t->align_way_q32;
+    const int32_t size_q32 = q15_abs(s->speed_q32);
+    return size_q32 / FALLS > t->align_way_q32 && size_q32 - s->let_go_q32 > t->align_way_q32 / GAINS;
 }

@@ -21,6 +21,7 @@ struct pull_speed {
     int32_t e_d_q15;   /* what the magnets induced along the field in the millisecond that ended */
     bool brakes;       /* the rotor was seen to have passed the field, and slows since then */
     int32_t slowest_q32;
+    int32_t let_go_q32; /* the lowest speed since there is no current; large while there is some */
 };
 
 /* `moved_q32`: electrical way by the encoder in the millisecond that ends. Slow loop. */
@@ -30,7 +31,10 @@ void pull_speed_step(struct pull_speed *s, const volatile struct current_loop *c
 /* As much of the current as pulls no further than to that speed. Slow loop. */
 int32_t pull_speed_current_q15(const struct pull_speed *s, const struct tuning *t, int32_t current_q15);
 
-/* So fast without current no field makes it: a load drives it. Slow loop. */
+/* The field moves: what is induced then tells nothing. Slow loop. */
+void pull_speed_field_moves(struct pull_speed *s);
+
+/* It is fast and gains speed without current: a load drives it. Slow loop. */
 bool pull_speed_falls(const struct pull_speed *s, const struct tuning *t);
 
 #endif
