@@ -75,11 +75,11 @@ bool alignment_carried_away(struct alignment *a, const struct tuning *t)
     return q15_abs(a->counts - a->origin) > turns * t->encoder_counts / t->pole_pairs;
 }
 
-/* Settled, or waited long enough. */
+/* Settled, or waited long enough: longer if nothing damps it. */
 static bool at_rest(const struct alignment *a)
 {
-    return a->current_q15 == a->target_q15 &&
-           (pendulum_settled(&a->rotor) || (int32_t)a->stage_ms >= a->period_ms * SETTLE_PERIODS + SETTLE_MS);
+    const int32_t most_ms = a->period_ms * SETTLE_PERIODS * (a->rotor.sense == 0 ? 2 : 1) + SETTLE_MS;
+    return a->current_q15 == a->target_q15 && (pendulum_settled(&a->rotor) || (int32_t)a->stage_ms >= most_ms);
 }
 
 static enum alignment_result step_first(struct alignment *a, const struct tuning *t)

@@ -18,10 +18,13 @@
 struct pull_speed {
     int32_t speed_q32; /* electrical turns per millisecond, over tuning.align_way_ms */
     int32_t i_d_q15;   /* at the sample that v_d_q15 of the loop is of */
+    int32_t drop_q15;  /* of the resistance */
     int32_t e_d_q15;   /* what the magnets induced along the field in the millisecond that ended */
+    int32_t along_q15; /* the same, filtered; 0 while the current changes */
     bool brakes;       /* the rotor was seen to have passed the field, and slows since then */
     int32_t slowest_q32;
-    int32_t let_go_q32; /* the lowest speed since there is no current; large while there is some */
+    int32_t free_ms;    /* since it is fast and without current */
+    int32_t let_go_q32; /* the lowest speed since then */
 };
 
 /* `moved_q32`: electrical way by the encoder in the millisecond that ends. Slow loop. */

@@ -269,9 +269,41 @@ def test_a_rotor_that_gains_speed_is_not_braked(c):
     assert not speed.brakes and c.pull_speed_current_q15(speed, tuning, 1000) == 0
 
 
-def test_a_load_makes_it_faster_than_a_field_does(c):
-    assert not c.pull_speed_falls(*pulled(c, 1.9))
-    assert all(c.pull_speed_falls(*pulled(c, share)) for share in (2.1, -2.1))
+def falls(c, way, last_share, steps=200):
+    """Whether it falls once the speed has risen evenly to so much of what is allowed."""
+    speed, tuning = pulled(c, 0)
+    for step in range(steps):
+        share = way * last_share * (step + 1) / steps
+        c.pull_speed_step(speed, c.current_loop(), tuning, round(share * tuning.align_way_q32))
+    return c.pull_speed_falls(speed, tuning)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_load_makes_it_faster_than_a_field_does(c, way):
+    assert not falls(c, way, 1.9)
+    assert falls(c, way, 2.2)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_speed_that_the_pull_has_left_is_no_fall(c, way):
+    assert not c.pull_speed_falls(*pulled(c, 3 * way))
+
+
+def test_a_field_that_moves_is_no_braking(c):
+    speed, tuning = pulled(c, 1.5, v_d_q15=-400)
+    assert speed.brakes
+    c.pull_speed_field_moves(speed)
+    assert c.pull_speed_current_q15(speed, tuning, 1000) == 0
+
+
+def test_a_current_that_changes_is_no_braking(c):
+    speed, tuning = pulled(c, 1.5)
+    loop = c.current_loop()
+    loop.v_d_q15 = -400
+    for step in range(20):
+        loop.i_d_q15 = tuning.align[0].i_q15 // 8 * (step % 2)
+        c.pull_speed_step(speed, loop, tuning, round(1.5 * tuning.align_way_q32))
+        assert not speed.brakes
 
 
 def test_a_count_that_jumps_does_not_overflow(c):
