@@ -108,7 +108,8 @@ def setup(what, drive):
 def _refused(run, wish):
     """Whether `on` was refused for the right reason, so that the bridge was never on."""
     answers = [refusal.answer for refusal in refusals(run.console, []) if refusal.line == "on"]
-    return bool(wish.refusal) and any(re.search(wish.refusal, answer) for answer in answers) and not run.trace["gate_live"].any()
+    right = bool(wish.refusal) and any(re.search(wish.refusal, answer) for answer in answers)
+    return right and not run.trace["gate_live"].any()
 
 
 def judge(run, wish):

@@ -301,7 +301,7 @@ def test_a_current_that_changes_is_no_braking(c):
     loop = c.current_loop()
     loop.v_d_q15 = -400
     for step in range(20):
-        loop.i_d_q15 = tuning.align[0].i_q15 // 8 * (step % 2)
+        loop.i_d_q15 = tuning.align[0].i_q15 // 8 * ((step + 1) % 2)
         c.pull_speed_step(speed, loop, tuning, round(1.5 * tuning.align_way_q32))
         assert not speed.brakes
 
