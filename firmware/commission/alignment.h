@@ -58,7 +58,9 @@ struct alignment {
     int32_t furthest;    /* away from there since then */
     int32_t fastest_q32; /* since then */
     int32_t origin;      /* counts when this attempt began */
-    uint32_t latched;    /* counter at the last step */
+    int32_t jump_from;   /* counts when the field did */
+    uint32_t ratio;   /* of what the rotor moved as the field jumped, and what it should have; 8: right, or not known */
+    uint32_t latched; /* counter at the last step */
     uint32_t field_q32;
     int32_t current_q15, target_q15;
     struct pull_speed speed;

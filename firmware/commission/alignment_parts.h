@@ -10,6 +10,7 @@
 #include "firmware/commission/alignment.h"
 
 #define ALIGNMENT_ATTEMPTS 2u
+#define RATIO_ONE          8u
 #define DEGREES_45_Q32     0x20000000
 #define QUARTER_Q32        0x40000000u
 

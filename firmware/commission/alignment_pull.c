@@ -7,6 +7,7 @@
 #define SETTLE_PERIODS 10
 #define SETTLE_MS      60
 #define SLOWER         4 /* times, at the second attempt */
+#define RATIO_MOST     32
 #define GRIP_MS        5
 #define AWAY_TURNS     3 /* further from where it began no field pulls the rotor */
 #define TURNS_BACK     4 /* part of a period: a field that jumps may meet the rotor moving away from it */
@@ -22,6 +23,7 @@ void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32
     encoder_sense_start(&a->turned_with);
     alignment_begin_swing(a);
     a->gripped = false;
+    a->ratio = RATIO_ONE;
     a->target_q15 = t->align[a->level].i_q15;
     pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
     alignment_enter(a, STAGE_PULL);
@@ -87,9 +89,21 @@ static enum alignment_result step_first(struct alignment *a, const struct tuning
     if (at_rest(a) && t->reluctant && !alignment_leads_the_field(a)) {
         alignment_begin_pass(a, t, PASS_FORTH);
     } else if (at_rest(a)) {
+        a->jump_from = a->counts;
         alignment_enter(a, STAGE_SECOND);
     }
     return ALIGNMENT_RUNNING;
+}
+
+/*
+ * With too many pole pairs told, or counts, the rotor goes further than a quarter turn as it is told: the field shall turn
+ * slower then, for the rotor is faster than it seems. Friction alone changes that little.
+ */
+static void judge_jump(struct alignment *a, const struct tuning *t)
+{
+    const int32_t quarter = t->encoder_counts / t->pole_pairs / 4 + 1;
+    const int32_t seen = q15_abs(a->counts - a->jump_from) * (int32_t)RATIO_ONE / quarter;
+    a->ratio = (uint32_t)q15_clamp(seen, (int32_t)RATIO_ONE, RATIO_MOST);
 }
 
 /* A second attempt has more current, and takes the rotor along. */
@@ -104,6 +118,7 @@ static enum alignment_result step_second(struct alignment *a, const struct tunin
     } else if ((int32_t)(a->stage_ms - jump_ms) <= a->rotor.period_ms / TURNS_BACK) {
         alignment_begin_swing(a);
     } else if (at_rest(a)) {
+        judge_jump(a, t);
         alignment_begin_pass(a, t, PASS_FORTH);
     }
     return ALIGNMENT_RUNNING;

@@ -125,11 +125,11 @@ static void tune_alignment(const struct params *p, struct tuning *t)
 }
 
 /*
- * At the start nothing turns faster than 2 % of speed_max, for with counts or pole pairs told wrongly that may be 4 %; but a
- * sixth of a turn in a period of the swing is allowed, or a motor for slow work would never come to rest. The encoder tells
+ * At the start nothing turns faster than 1.6 % of speed_max, for with counts or pole pairs told wrongly that may be 3.2 %; but
+ * a sixth of a turn in a period of the swing is allowed, or a motor for slow work would never come to rest. The encoder tells
  * such a speed by four counts.
  */
-#define WAY_PER_RPM_E3 1431656LL /* 2 % of a turn by 60000 ms, Q32 */
+#define WAY_PER_RPM_E3 1145325LL /* 1.6 % of a turn by 60000 ms, Q32 */
 #define SWING_PART     6
 #define WAY_COUNTS     4
 #define WAY_PERIOD     8
