@@ -18,7 +18,7 @@ NAME = "wiring"
 SPEED_MAX_SHARE = 0.05   # of rated speed
 OFFSET_MAX_DEG = 3.0
 DEAD_SHARE = 0.2         # where the encoder counts nothing: the firmware cannot see the speed either
-LONGEST_S, STAND_S, TURN_S = 25.0, 0.1, 1.0
+LONGEST_S, STAND_S, TURN_S = 35.0, 0.1, 1.0
 DRIVEN_S = 3.0           # somebody who turns the shaft goes on doing so: there is nothing to wait for
 # A count that is 2 % off shows when the index has come twice: so many turns at less than the speed allowed, then faster.
 SLOW_SHARE, SLOW_TURNS = 0.04, 2.2
