@@ -26,7 +26,9 @@ LIB_TRIG_FRAC ?= 15
 # empty: firmware/settings/rates.h has its own
 PWM_HZ       ?=
 DEAD_TIME_NS ?=
-CHOICES = -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC) $(PWM_HZ:%=-DCONFIG_PWM_HZ=%) $(DEAD_TIME_NS:%=-DCONFIG_DEAD_TIME_NS=%)
+MIN_PULSE_NS ?=
+CHOICES = -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC) $(PWM_HZ:%=-DCONFIG_PWM_HZ=%) $(DEAD_TIME_NS:%=-DCONFIG_DEAD_TIME_NS=%) \
+          $(MIN_PULSE_NS:%=-DCONFIG_MIN_PULSE_NS=%)
 
 WARNINGS = -Wall -Wextra -Wconversion -Wshadow -Wundef -Wmissing-prototypes -Wstrict-prototypes -Werror
 CPU      = -mcpu=cortex-m3 -mthumb
@@ -79,6 +81,10 @@ $(BUILD)/arm/%.o: %.S Makefile $(BUILD)/choices
 	@mkdir -p $(@D)
 	$(call say,AS)
 	$(Q)$(CC_ARM) $(CPU) -g3 -I. $(CHOICES) -MMD -MP -c $< -o $@
+
+# the one object that knows what registers.toml says
+$(BUILD)/arm/drivers/fabric/contract.o: CFLAGS_ARM += -I$(BUILD)/fabric
+$(BUILD)/arm/drivers/fabric/contract.o: $(BUILD)/fabric/contract3.h
 
 $(BUILD)/libmssfoc.a: $(LIB_OBJ)
 	@rm -f $@

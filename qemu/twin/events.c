@@ -33,6 +33,7 @@ static const struct syntax {
     {"sensor_stuck", EVENT_SENSOR_STUCK, "pc", "sensor_stuck A|B|C CODE|off (0...4095)"},
     {"sensor_sine", EVENT_SENSOR_SINE, "nyz", "sensor_sine AMPERES HZ ANGLE_RAD (electrical, from the d axis)"},
     {"driver_fault", EVENT_DRIVER_FAULT, "b", "driver_fault 0|1"},
+    {"sto", EVENT_STO, "ib", "sto A|B 0|1 (1: the input asks to stop)"},
     {"short", EVENT_SHORT, "qr", "short AB|BC|CA OHM|off (0.0001...100)"},
     {"winding_short", EVENT_WINDING_SHORT, "pfr", "winding_short A|B|C FRACTION OHM|off (0.001...1, 0.0001...100)"},
     {"encoder_cut", EVENT_ENCODER_CUT, "b", "encoder_cut 0|1"},

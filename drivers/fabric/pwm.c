@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT */
+#include "drivers/fabric/pwm.h"
+
+#define EIGHT_BITS 255u
+
+static bool fits(const struct pwm_setup *s)
+{
+    return s->half_counts >= PWM_HALF_MIN && s->half_counts <= PWM_HALF_MAX && s->dead_counts - 1u < EIGHT_BITS &&
+           s->min_pulse_counts - 1u < EIGHT_BITS && s->dead_counts < s->half_counts;
+}
+
+/* Reading back finds another design, and a carrier that has not come to rest. */
+static bool holds(volatile uint32_t *reg, uint32_t value)
+{
+    *reg = value;
+    return *reg == value;
+}
+
+static bool set_up(struct pwm_regs *pwm, const struct pwm_setup *s)
+{
+    const uint32_t sample_counts = s->half_counts - s->dead_counts / 2u;
+    return holds(&pwm->PERIOD, s->half_counts) && holds(&pwm->DEAD, s->dead_counts) &&
+           holds(&pwm->MIN_PULSE, s->min_pulse_counts) && holds(&pwm->MODE, (uint32_t)s->update) &&
+           holds(&pwm->PHASE, s->half_counts) && holds(&pwm->TRIGGER_1, sample_counts | PWM_TRIGGER_FALLING) &&
+           holds(&pwm->TRIGGER_2, 0u);
+}
+
+bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup)
+{
+    pwm->CONTROL = 0u;
+    if (!fits(setup) || (pwm->STATUS & PWM_STATUS_RUNNING) != 0u || !set_up(pwm, setup)) {
+        return false;
+    }
+    pwm->COMPARE_A = setup->half_counts / 2u;
+    pwm->COMPARE_B = setup->half_counts / 2u;
+    pwm->COMPARE_C = setup->half_counts / 2u;
+    pwm->CONTROL = PWM_CONTROL_RUN;
+    return (pwm->STATUS & PWM_STATUS_RUNNING) != 0u;
+}
