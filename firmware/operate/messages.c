@@ -66,6 +66,8 @@ struct fault_text {
 
 static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_NONE] = {"none", ""},
+    [FAULT_STO_A] = {"safe torque off A", "the first input asked to stop: whoever switched it, its line, its supply"},
+    [FAULT_STO_B] = {"safe torque off B", "the second input asked to stop: whoever switched it, its line, its supply"},
     [FAULT_OVERCURRENT_HARDWARE] = {"over-current (hardware)",
                                     "short circuit? motor cable, gains, comparator threshold"},
     [FAULT_GATE_DRIVER] = {"gate driver", "gate supply, driver temperature, bridge"},
@@ -79,7 +81,7 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_OVERSPEED] = {"over-speed", "overhauling load, encoder_counts, overspeed_rpm"},
     [FAULT_CURRENT_OFFSET] = {"current offset", "a current sensor's zero is out of range: amplifier, reference"},
     [FAULT_STALL] = {"stall", "the rotor is blocked, the load too heavy, or the encoder stands still"},
-    [FAULT_LOOP_STOPPED] = {"loop stopped", "no end-of-conversion interrupts: fabric clock, CorePWM, ADC"},
+    [FAULT_LOOP_STOPPED] = {"loop stopped", "no end-of-conversion interrupts: fabric clock, PWM, ADC"},
     [FAULT_WATCHDOG] = {"watchdog reset", "the program hung or the refresh came late"},
     [FAULT_EXCEPTION] = {"processor exception", "'fault' shows the registers"},
     [FAULT_CLOCK] = {"clock",

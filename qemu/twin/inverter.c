@@ -57,7 +57,8 @@ const char *inverter_mismatch(const struct inverter_params *p)
         return "bus_esr_ohm, chopper_ohm, rectifier_hz, supply_c2_f need a supply_resistance_ohm or "
                "supply_inductance_h";
     }
-    if (p->chopper_ohm > 0 && p->chopper_on_v > 0 && !(p->vbus_v < p->chopper_off_v && p->chopper_off_v <= p->chopper_on_v)) {
+    if (p->chopper_ohm > 0 && p->chopper_on_v > 0 &&
+        !(p->vbus_v < p->chopper_off_v && p->chopper_off_v <= p->chopper_on_v)) {
         return "a chopper with levels needs vbus_v < chopper_off_v <= chopper_on_v";
     }
     if (p->coss_c > 0 && p->vbus_v == 0) {

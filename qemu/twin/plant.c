@@ -131,7 +131,8 @@ static void show_hall(struct plant *p)
     double electrical_rad_s = p->motor.p.pole_pairs * p->motor.speed_rad_s;
     unsigned state = hall_state(h, electrical_rad);
     if (state != p->encoder.hall) {
-        double ago_s = electrical_rad_s == 0 ? 0 : hall_since_rad(h, electrical_rad, electrical_rad_s > 0) / electrical_rad_s;
+        double ago_s =
+            electrical_rad_s == 0 ? 0 : hall_since_rad(h, electrical_rad, electrical_rad_s > 0) / electrical_rad_s;
         encoder_show_hall(&p->encoder, state, fabric_clock((double)p->now - 1e12 * ago_s));
     }
 }
