@@ -9,20 +9,21 @@ static bool fits(const struct pwm_setup *s)
            s->min_pulse_counts - 1u < EIGHT_BITS && s->dead_counts < s->half_counts;
 }
 
-/* The carrier starts and rests a clock behind its switch; a read takes longer, except where the fabric's clock is slow. */
+/* The carrier rests a clock behind its switch; a read takes longer, except where the fabric's clock is slow. */
 #define POLLS 16u
 
-static bool carrier_comes_to(const struct pwm_regs *pwm, uint32_t running)
+static bool comes_to_rest(struct pwm_regs *pwm)
 {
+    pwm->CONTROL = 0u;
     for (uint32_t poll = 0; poll < POLLS; poll++) {
-        if ((pwm->STATUS & PWM_STATUS_RUNNING) == running) {
+        if ((pwm->STATUS & PWM_STATUS_RUNNING) == 0u) {
             return true;
         }
     }
     return false;
 }
 
-/* Reading back finds another design, and a carrier that has not come to rest. */
+/* Reading back finds another design. */
 static bool holds(volatile uint32_t *reg, uint32_t value)
 {
     *reg = value;
@@ -40,13 +41,11 @@ static bool set_up(struct pwm_regs *pwm, const struct pwm_setup *s)
 
 bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup)
 {
-    pwm->CONTROL = 0u;
-    if (!fits(setup) || !carrier_comes_to(pwm, 0u) || !set_up(pwm, setup)) {
+    if (!comes_to_rest(pwm) || !fits(setup) || !set_up(pwm, setup)) {
         return false;
     }
     pwm->COMPARE_A = setup->half_counts / 2u;
     pwm->COMPARE_B = setup->half_counts / 2u;
     pwm->COMPARE_C = setup->half_counts / 2u;
-    pwm->CONTROL = PWM_CONTROL_RUN;
-    return carrier_comes_to(pwm, PWM_STATUS_RUNNING);
+    return holds(&pwm->CONTROL, PWM_CONTROL_RUN);
 }

@@ -62,8 +62,8 @@ struct pwm_setup {
  * time for which the low sides conduct: dead time delays each edge of a leg that turns something on, so that this middle lies
  * half a dead time behind the valley.
  *
- * Returns false, with the PWM at rest, if a value is out of range or a register does not read back; or if the carrier does not
- * run. Context: thread.
+ * Returns false, with the PWM at rest, if a value is out of range, the carrier does not come to rest, or a register does not
+ * read back. Whether it runs, the conversions show. Context: thread.
  */
 bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup);
 
