@@ -119,7 +119,7 @@ void rows_slow_loop(void)
     print_heading("slow loop, in operation: its parts, the step of the state machine, the whole interrupt");
     found = 0;
     torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning);
-    (void)gate_enable(&axes[0].fabric->gate); /* CorePWM holds the legs low */
+    (void)gate_enable(&axes[0].fabric->gate); /* all legs alike, and no motor turns */
     axes[0].loop.status_max = GATE_STATUS_LIVE;
     nvic_enable(BOARD_IRQ_TICK);
     axes[0].mode = AXIS_MODE_SPEED;
