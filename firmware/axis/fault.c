@@ -82,7 +82,7 @@ void axis_raise(struct axis *a, enum fault cause)
     axis_raise_with(a, cause, 0, 0);
 }
 
-/* Safe torque off first: who asks for it may well take the drivers' supply as well. No loop: the current loop's bound of cycles. */
+/* Safe torque off first: who asks for it may well take the drivers' supply, too. No loop: the interrupt's time has a bound. */
 enum fault fault_from_gate(uint32_t gate_flags)
 {
     if ((gate_flags & GATE_STATUS_STO_A) != 0u) {
