@@ -26,7 +26,7 @@ KEEP_STATE = {"firmware/main.c", "firmware/system/postmortem.c"}
 GENERATED = ("contract3.h",)  # by `make registers`, into build/fabric/
 SYSTEM_HEADERS = {"<stdint.h>", "<stddef.h>", "<stdbool.h>", "<limits.h>"}
 WIDTH = 128
-CODE = (".c", ".h", ".S", ".py", ".sh", ".ld", ".mk")
+CODE = (".c", ".h", ".S", ".py", ".sh", ".ld", ".mk", ".v", ".vh")
 
 FORBIDDEN_ON_TARGET = (
     (re.compile(r"\b(float|double)\b"), "floating point"),
