@@ -14,14 +14,14 @@
 #define BOARD_APB0_HZ      100000000u /* MMUART_0, MSS timer */
 #define BOARD_APB1_HZ      100000000u /* GPIO */
 #define BOARD_FIC0_HZ      100000000u
-#define BOARD_FABRIC_HZ    100000000u    /* CorePWM counts */
+#define BOARD_FABRIC_HZ    100000000u    /* PWM counts */
 #define BOARD_MSS_TIMER_HZ BOARD_APB0_HZ /* no prescaler */
 #define BOARD_WATCHDOG_HZ  50000000u     /* internal RC oscillator, +-5 % */
 
 /* ---- watchdog, set in Libero ---- */
 #define BOARD_WATCHDOG_LOAD_TICKS 0x4C4B7Fu /* {WDOGLOAD 0x1312D, 0x3F}: 100 ms */
 
-/* ---- fabric: 256-byte slots of CoreAPB3 behind FIC_0, so that one base register reaches every block ---- */
+/* ---- fabric: 256-byte slots behind FIC_0, so that one base register reaches every block ---- */
 #define BOARD_FABRIC_BASE 0x50000000u
 
 /* ---- interrupts ---- */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * ADC sampler in fabric slot 1: three phase currents and the bus voltage, taken at the same instant once a PWM period,
+ * ADC sampler in fabric slot 1: three phase currents and the bus voltage, taken at the same instant, at the PWM's triggers,
  * in Q15 of their ranges. Registers: docs/fabric.md, slot 1.
  */
 #ifndef DRIVERS_FABRIC_ADC_H
@@ -26,34 +26,28 @@ struct adc_regs {
     volatile uint32_t V_MIN;
     volatile uint32_t V_MAX;
     const volatile uint32_t TEMP;
+    const volatile uint32_t VALID;
+    volatile uint32_t GAIN_A;
+    volatile uint32_t GAIN_B;
+    volatile uint32_t GAIN_C;
+    volatile uint32_t SETTLE;
+    volatile uint32_t MODULATOR;
+    volatile uint32_t MODULATOR_TRIP;
 };
 
-REG_AT_OFFSET(struct adc_regs, CONTROL, 0x00);
-REG_AT_OFFSET(struct adc_regs, STATUS, 0x04);
-REG_AT_OFFSET(struct adc_regs, IA, 0x08);
-REG_AT_OFFSET(struct adc_regs, IB, 0x0C);
-REG_AT_OFFSET(struct adc_regs, IC, 0x10);
-REG_AT_OFFSET(struct adc_regs, VBUS, 0x14);
-REG_AT_OFFSET(struct adc_regs, SEQUENCE, 0x18);
-REG_AT_OFFSET(struct adc_regs, OFFSET_A, 0x1C);
-REG_AT_OFFSET(struct adc_regs, OFFSET_B, 0x20);
-REG_AT_OFFSET(struct adc_regs, OFFSET_C, 0x24);
-REG_AT_OFFSET(struct adc_regs, I_TRIP, 0x28);
-REG_AT_OFFSET(struct adc_regs, SUM_TRIP, 0x2C);
-REG_AT_OFFSET(struct adc_regs, V_MIN, 0x30);
-REG_AT_OFFSET(struct adc_regs, V_MAX, 0x34);
-REG_AT_OFFSET(struct adc_regs, TEMP, 0x38);
-
-#define ADC_CONTROL_ENABLE     (1u << 0)
-#define ADC_CONTROL_IRQ_ENABLE (1u << 1)
-#define ADC_TEMP_CODES_PER_K   16
-#define ADC_TEMP_CODE_AT_0_C   800
-#define ADC_STATUS_EOC         (1u << 0)
-#define ADC_STATUS_OVERRUN     (1u << 1)
-#define ADC_STATUS_CURRENT     (1u << 4) /* of the newest conversion: a current beyond I_TRIP */
-#define ADC_STATUS_SUM         (1u << 5) /* the sum of the currents beyond SUM_TRIP, for the second time in a row */
-#define ADC_STATUS_VBUS_HIGH   (1u << 6)
-#define ADC_STATUS_VBUS_LOW    (1u << 7)
+#define ADC_CONTROL_ENABLE      (1u << 0)
+#define ADC_CONTROL_IRQ_ENABLE  (1u << 1)
+#define ADC_CONTROL_RECONSTRUCT (1u << 2)
+#define ADC_CONTROL_MODULATORS  (1u << 3)
+#define ADC_TEMP_CODES_PER_K    16
+#define ADC_TEMP_CODE_AT_0_C    800
+#define ADC_STATUS_EOC          (1u << 0)
+#define ADC_STATUS_OVERRUN      (1u << 1)
+#define ADC_STATUS_CURRENT      (1u << 4) /* of the newest conversion: a current beyond I_TRIP */
+#define ADC_STATUS_SUM          (1u << 5) /* the sum of the currents beyond SUM_TRIP, for the second time in a row */
+#define ADC_STATUS_VBUS_HIGH    (1u << 6)
+#define ADC_STATUS_VBUS_LOW     (1u << 7)
+#define ADC_STATUS_TRIP         (1u << 8) /* the fast path of a modulator was beyond its limit; stays until cleared */
 
 /* One set of results, Q15 of the ranges. Out of the bridge is positive. */
 struct adc_sample {
@@ -89,7 +83,7 @@ void adc_set_limits(struct adc_regs *adc, int32_t i_trip_q15, int32_t sum_trip_q
 /*
  * Takes the status bits and clears exactly those it saw: what comes up in between is seen next time. Call it early in the
  * handler: one that returns before its line has dropped is entered again. The write is posted, but all accesses to the
- * fabric go the same way (FIC_0, CoreAPB3) and in order: once a later read of any block has returned, the line has dropped.
+ * fabric go the same way (FIC_0) and in order: once a later read of any block has returned, the line has dropped.
  * So a handler that goes on to read the fabric need not wait here; one that does not calls adc_acknowledge().
  *
  * Returns ADC_STATUS_* bits. OVERRUN: a conversion before this one was never read. Context: the ISR of the block.

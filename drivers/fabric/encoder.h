@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Incremental encoder counter in fabric slot 2. Registers: docs/fabric.md, slot 2.
+ * Incremental encoder counter and Hall switches in fabric slot 2. Registers: docs/fabric.md, slot 2.
  *
  * The counter starts at 0 wherever the rotor stands. Only the index is absolute.
  */
@@ -20,16 +20,10 @@ struct encoder_regs {
     volatile uint32_t STATUS;
     const volatile uint32_t EDGE_TIME;
     const volatile uint32_t LATCH_TIME;
+    volatile uint32_t FILTER;
+    const volatile uint32_t HALL;
+    const volatile uint32_t HALL_TIME;
 };
-
-REG_AT_OFFSET(struct encoder_regs, CONTROL, 0x00);
-REG_AT_OFFSET(struct encoder_regs, COUNTS, 0x04);
-REG_AT_OFFSET(struct encoder_regs, POSITION, 0x08);
-REG_AT_OFFSET(struct encoder_regs, LATCHED, 0x0C);
-REG_AT_OFFSET(struct encoder_regs, INDEX, 0x10);
-REG_AT_OFFSET(struct encoder_regs, STATUS, 0x14);
-REG_AT_OFFSET(struct encoder_regs, EDGE_TIME, 0x18);
-REG_AT_OFFSET(struct encoder_regs, LATCH_TIME, 0x1C);
 
 #define ENCODER_CONTROL_ENABLE     (1u << 0)
 #define ENCODER_CONTROL_REVERSE    (1u << 1)

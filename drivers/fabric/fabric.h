@@ -8,16 +8,16 @@
 
 #include "drivers/board.h"
 #include "drivers/fabric/adc.h"
-#include "drivers/fabric/corepwm.h"
 #include "drivers/fabric/encoder.h"
 #include "drivers/fabric/gate.h"
+#include "drivers/fabric/pwm.h"
 #include "drivers/reg.h"
 
 #define FABRIC_SLOT_WORDS 64u
 
 struct fabric {
     union {
-        struct corepwm_regs pwm;
+        struct pwm_regs pwm;
         uint32_t slot_0[FABRIC_SLOT_WORDS];
     };
     union {

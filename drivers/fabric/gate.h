@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Gate-driver enable and protection latches in fabric slot 3. Registers: docs/fabric.md, slot 3.
+ * Gate-driver enable, protection latches and brake chopper in fabric slot 3. Registers: docs/fabric.md, slot 3.
  *
- * This is the switch of the bridge: while LIVE is 0 all six gate signals are low, whatever CorePWM does.
+ * This is the switch of the bridge: while LIVE is 0 all six gate signals are low, whatever the PWM does.
  */
 #ifndef DRIVERS_FABRIC_GATE_H
 #define DRIVERS_FABRIC_GATE_H
@@ -15,28 +15,37 @@ struct gate_regs {
     volatile uint32_t CONTROL;
     volatile uint32_t STATUS;
     const volatile uint32_t ID;
+    volatile uint32_t CHOPPER;
+    volatile uint32_t CHOPPER_ON;
+    volatile uint32_t CHOPPER_OFF;
+    const volatile uint32_t AXES;
 };
-
-REG_AT_OFFSET(struct gate_regs, CONTROL, 0x00);
-REG_AT_OFFSET(struct gate_regs, STATUS, 0x04);
-REG_AT_OFFSET(struct gate_regs, ID, 0x08);
 
 #define GATE_CONTROL_ENABLE (1u << 0)
 
-#define GATE_STATUS_LIVE         (1u << 0)
-#define GATE_STATUS_OVERCURRENT  (1u << 1) /* latch: a comparator of the power stage */
-#define GATE_STATUS_DRIVER_FAULT (1u << 2) /* latch: fault pin of the gate driver */
-#define GATE_STATUS_LOOP_LOST    (1u << 3) /* latch: an ADC overrun while live */
-#define GATE_STATUS_INTERLOCK    (1u << 4) /* latch: both sides of a phase commanded on */
-#define GATE_STATUS_LATCHES \
-    (GATE_STATUS_OVERCURRENT | GATE_STATUS_DRIVER_FAULT | GATE_STATUS_LOOP_LOST | GATE_STATUS_INTERLOCK)
+#define GATE_STATUS_LIVE             (1u << 0)
+#define GATE_STATUS_OVERCURRENT      (1u << 1) /* latch: a comparator of the power stage */
+#define GATE_STATUS_DRIVER_FAULT     (1u << 2) /* latch: fault pin of the gate driver */
+#define GATE_STATUS_LOOP_LOST        (1u << 3) /* latch: an ADC overrun while live */
+#define GATE_STATUS_INTERLOCK        (1u << 4) /* latch: both sides of a phase commanded on */
 #define GATE_STATUS_ENCODER          (1u << 5) /* as it is now: ENC.STATUS has ILLEGAL or SIGNAL_LOST */
 #define GATE_STATUS_OVERRUN          (1u << 6) /* as it is now: ADC.STATUS has OVERRUN */
 #define GATE_STATUS_LIMIT            (1u << 7) /* as it is now: ADC.STATUS has a flag of its limits */
 #define GATE_STATUS_OVERCURRENT_NOW  (1u << 8)
 #define GATE_STATUS_DRIVER_FAULT_NOW (1u << 9)
+#define GATE_STATUS_STO_A            (1u << 10) /* latch: first input of safe torque off */
+#define GATE_STATUS_STO_B            (1u << 11) /* latch: second input */
+#define GATE_STATUS_CLOCK_LOST       (1u << 12) /* latch: the PLL of the fabric's clock lost its lock */
+#define GATE_STATUS_STO_A_NOW        (1u << 13)
+#define GATE_STATUS_STO_B_NOW        (1u << 14)
+#define GATE_STATUS_LATCHES \
+    (GATE_STATUS_OVERCURRENT | GATE_STATUS_DRIVER_FAULT | GATE_STATUS_LOOP_LOST | GATE_STATUS_INTERLOCK | \
+     GATE_STATUS_STO_A | GATE_STATUS_STO_B | GATE_STATUS_CLOCK_LOST)
 
-#define GATE_ID 0x464F4321u /* "FOC", version 2.1 of the fabric contract */
+#define GATE_CHOPPER_ENABLE   (1u << 0)
+#define GATE_CHOPPER_CHOPPING (1u << 1)
+
+#define GATE_ID 0x464F4330u /* "FOC", version 3.0 of the fabric contract */
 
 /*
  * True if the fabric holds the design this firmware was written for. Read it before anything else in the fabric: with
@@ -48,7 +57,7 @@ static inline bool gate_id_ok(const struct gate_regs *gate)
 }
 
 /*
- * Lets the gate signals follow CorePWM. Returns whether they do now: false while a latch is set (see gate_status()).
+ * Lets the gate signals follow the PWM. Returns whether they do now: false while a latch is set (see gate_status()).
  * Context: any.
  */
 static inline bool gate_enable(struct gate_regs *gate)
@@ -77,6 +86,22 @@ static inline uint32_t gate_clear(struct gate_regs *gate, uint32_t latches)
 {
     reg_clear(&gate->STATUS, latches & GATE_STATUS_LATCHES);
     return gate->STATUS & latches & GATE_STATUS_LATCHES;
+}
+
+/*
+ * The brake chopper: its resistor takes from the bus from `on_q15` up, until the bus is down at `off_q15`, both Q15 of the
+ * voltage range, 0 ... 32767. The fabric does it by itself, with the bridge on or off, as long as the ADC converts. Thresholds
+ * that do not stand apart, or none (0), switch it off for good. Context: thread.
+ */
+static inline void gate_set_chopper(struct gate_regs *gate, int32_t on_q15, int32_t off_q15)
+{
+    gate->CHOPPER = 0u;
+    if (off_q15 <= 0 || off_q15 >= on_q15) {
+        return;
+    }
+    gate->CHOPPER_ON = (uint32_t)on_q15;
+    gate->CHOPPER_OFF = (uint32_t)off_q15;
+    gate->CHOPPER = GATE_CHOPPER_ENABLE;
 }
 
 #endif

@@ -8,7 +8,7 @@
 #include "lib/q15.h"
 
 #define QUICK_STOP_MS     5000u
-#define LOOP_START_MS     2u /* until CorePWM's first periods have passed */
+#define LOOP_START_MS     2u /* until the PWM's first periods have passed */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
 #define LIMITS_MS         2u /* supervision_step() has less to do in these than in the others */
 #define INDEX_MS          4u
@@ -21,7 +21,6 @@ static void enter(struct axis *a, enum axis_state state)
 static void bridge_off(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);
-    corepwm_enable_legs(&a->fabric->pwm, false);
     torque_rest(&a->torque);
 }
 
@@ -111,6 +110,7 @@ static void take_request(struct axis *a)
     case AXIS_REQUEST_ON:
         if (a->state == AXIS_SWITCH_ON_DISABLED) {
             current_loop_tune(&a->loop, &a->tuning);
+            gate_set_chopper(&a->fabric->gate, a->tuning.chopper_on_q15, a->tuning.chopper_off_q15);
             reaction_begin(&a->reactions);
             enter(a, AXIS_READY);
         }
@@ -285,10 +285,17 @@ void axis_remember_heat(struct axis *a, struct thermal_memory *memory)
     thermal_init(&a->thermal, memory, &a->params);
 }
 
+static const struct pwm_setup pwm_setup = {
+    .half_counts = CONFIG_HALF_COUNTS,
+    .dead_counts = CONFIG_DEAD_COUNTS,
+    .min_pulse_counts = CONFIG_MIN_PULSE_COUNTS,
+    .update = PWM_UPDATE_VALLEY,
+};
+
 static bool start_fabric(struct axis *a)
 {
     (void)encoder_init(&a->fabric->encoder, (uint32_t)a->params.encoder_counts, false);
-    const bool running = corepwm_init(&a->fabric->pwm, CONFIG_PWM_COUNTS);
+    const bool running = pwm_init(&a->fabric->pwm, &pwm_setup);
     adc_start(&a->fabric->adc);
     return running;
 }

@@ -82,8 +82,18 @@ void axis_raise(struct axis *a, enum fault cause)
     axis_raise_with(a, cause, 0, 0);
 }
 
+/* Safe torque off first: who asks for it may well take the drivers' supply, too. No loop: the interrupt's time has a bound. */
 enum fault fault_from_gate(uint32_t gate_flags)
 {
+    if ((gate_flags & GATE_STATUS_STO_A) != 0u) {
+        return FAULT_STO_A;
+    }
+    if ((gate_flags & GATE_STATUS_STO_B) != 0u) {
+        return FAULT_STO_B;
+    }
+    if ((gate_flags & GATE_STATUS_CLOCK_LOST) != 0u) {
+        return FAULT_PLL;
+    }
     if ((gate_flags & GATE_STATUS_OVERCURRENT) != 0u) {
         return FAULT_OVERCURRENT_HARDWARE;
     }

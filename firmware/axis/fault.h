@@ -14,6 +14,8 @@
 
 enum fault {
     FAULT_NONE,
+    FAULT_STO_A,                /* first input of safe torque off; the fabric has switched off already */
+    FAULT_STO_B,                /* second input */
     FAULT_OVERCURRENT_HARDWARE, /* comparators of the power stage; the fabric has switched off already */
     FAULT_GATE_DRIVER,          /* fault pin of the gate driver */
     FAULT_INTERLOCK,            /* both sides of a phase commanded on */

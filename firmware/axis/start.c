@@ -8,7 +8,6 @@
 
 enum start_phase {
     START_CALIBRATE,
-    START_PWM, /* one step for the PWM to run before the gates open */
     START_WIRING,
     START_ALIGN,
     START_FOLLOW, /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
@@ -78,13 +77,31 @@ static int32_t moved(const struct axis *a)
     return q15_min(size, a->tuning.encoder_counts - size);
 }
 
+/* The bridge on, the field's angle from `source`. */
+static void follow(struct axis *a, enum loop_source source)
+{
+    current_loop_off(&a->loop, a->fabric);
+    if (current_loop_select(&a->loop, a->fabric, source, LOOP_SENSE_AB)) {
+        current_loop_on(&a->loop, a->fabric, &a->tuning);
+    } else {
+        axis_raise(a, FAULT_FABRIC); /* the gate does not let go */
+    }
+}
+
+static void open_gates(struct axis *a)
+{
+    struct start *const s = &a->start;
+    follow(a, s->aligned ? LOOP_ENCODER : LOOP_FORCED);
+    wiring_start(&s->wiring);
+    s->phase = s->aligned ? START_FOLLOW : START_WIRING;
+}
+
 /* An aligned drive may start turning; whose angle has to be found must stand. */
 static void leave_calibration(struct axis *a)
 {
     struct start *const s = &a->start;
     if (s->aligned || moved(a) <= 2 + a->tuning.encoder_counts / 1024) {
-        corepwm_enable_legs(&a->fabric->pwm, true);
-        s->phase = START_PWM;
+        open_gates(a);
         return;
     }
     s->tries++;
@@ -163,28 +180,12 @@ static void step_alignment(struct axis *a)
     }
 }
 
-/* The bridge on, the field's angle from `source`. */
-static void follow(struct axis *a, enum loop_source source)
-{
-    current_loop_off(&a->loop, a->fabric);
-    if (current_loop_select(&a->loop, a->fabric, source, LOOP_SENSE_AB)) {
-        current_loop_on(&a->loop, a->fabric, &a->tuning);
-    } else {
-        axis_raise(a, FAULT_FABRIC); /* the gate does not let go */
-    }
-}
-
 bool start_step(struct axis *a)
 {
     struct start *const s = &a->start;
     switch (s->phase) {
     case START_CALIBRATE:
         step_calibration(a);
-        return false;
-    case START_PWM:
-        follow(a, s->aligned ? LOOP_ENCODER : LOOP_FORCED);
-        wiring_start(&s->wiring);
-        s->phase = s->aligned ? START_FOLLOW : START_WIRING;
         return false;
     case START_WIRING:
         step_wiring(a);

@@ -39,6 +39,8 @@ AT(LOOP_CIRCLE, circle_steps);
 #endif
 _Static_assert(CONFIG_DEAD_COUNTS > 0 && CONFIG_DEAD_COUNTS < 256,
                "dead time: 10 to 2550 ns, the assembly's immediates");
+_Static_assert(CONFIG_MIN_PULSE_COUNTS > 0 && CONFIG_MIN_PULSE_COUNTS < 256,
+               "shortest pulse: 10 to 2550 ns, the PWM's register");
 _Static_assert(CONFIG_RADIUS_STEPS <= PI_OUTPUT_MAX,
                "PWM period too long for the voltage's steps: lower CONFIG_V_SHIFT");
 _Static_assert(CONFIG_RADIUS_STEPS > LOOP_V_D_MAX_STEPS,

@@ -4,11 +4,11 @@
  * remark begins with its cycle count (docs/timing.md; for memory without wait cycles).
  *
  * No branch but the one that ends a sample with a fault; the same instructions whatever the data. Values stay in registers from
- * the ADC to the edges. Loads stand in runs, since a load after a load takes one cycle instead of two, and a store after a load
- * none. An IT block after an instruction of 16 bits costs nothing, hence low registers for what is compared.
+ * the ADC to the compares. Loads stand in runs, since a load after a load takes one cycle instead of two, and a store after a
+ * load none. An IT block after an instruction of 16 bits costs nothing, hence low registers for what is compared.
  *
- * LOOP is the structure's address and 1: a store of it writes a 1 into bit 0 and a 0 into bit 1, which is what SYNC_UPDATE (one
- * bit) and ADC.STATUS (EOC, but not OVERRUN) are to be given, without a register of their own. FABRIC writes a 0.
+ * LOOP is the structure's address and 1: a store of it writes what ADC.STATUS is to be given, a 1 for EOC and a 0 for OVERRUN
+ * and TRIP, without a register of its own (axes.h).
  */
 #include "drivers/fabric/offsets.h"
 #include "firmware/control/current_loop_layout.h"
@@ -24,9 +24,6 @@
 #define BETA   r9
 #define SIN    r6
 #define COS    r7
-
-/* The registers of one edge: phase 0...2, edge 0...3 as in struct current_edges. */
-#define EDGE(phase, edge) (FABRIC_PWM1_POSEDGE + 16 * (phase) + 4 * (edge))
 
         .cfi_sections .debug_frame                      @ what debuggers read here; .eh_frame is not linked
 
@@ -60,7 +57,6 @@ FabricIrq0_IRQHandler:                                  @ 12  entry
         ldr     r0, [LOOP, #LOOP_ANGLE - 1]             @  1
         ldr     r1, [LOOP, #LOOP_ANGLE_OFFSET - 1]      @  1
         ldr     r2, [LOOP, #LOOP_SINE - 1]              @  1
-        str     FABRIC, [FABRIC, #FABRIC_SYNC_UPDATE]   @  0  edges in part are not taken
 
 /* stage: Clarke, lib/transform_q15.h */
         movw    r3, #CLARKE_FACTOR_Q17                  @  1
@@ -148,98 +144,77 @@ FabricIrq0_IRQHandler:                                  @ 12  entry
         itt     lt                                      @  0
         rsblt   r1, r0, #0                              @  1
         biclt   r4, r4, r4, asr #31                     @  1
-        add     r5, r5, r4, asr #PI_STEP_SHIFT          @  1
-        str     r5, [LOOP, #LOOP_INTEGRAL_Q - 1]        @  1
-        str     r1, [LOOP, #LOOP_V_Q - 1]               @  1
 
 /* stage: inverse Park and Clarke, straight to half on-times */
         mul     r2, r12, COS                            @  1
         mls     r2, r1, SIN, r2                         @  2  a
         mul     r3, r1, COS                             @  1
         mla     r3, r12, SIN, r3                        @  2
-        movw    r4, #SIN60_Q15                          @  1  sin 60 deg, Q15
+        movw    r0, #SIN60_Q15                          @  1  sin 60 deg, Q15
         asrs    r3, r3, #15                             @  1  beta
-        muls    r3, r4, r3                              @  1
+        muls    r3, r0, r3                              @  1
         sub     r3, r3, r2, asr #1                      @  1  b
-        adds    r5, r2, r3                              @  1  -c
+        adds    r6, r2, r3                              @  1  -c
 
 /* stage: space vector, lib/modulation.h */
-        movw    lr, #:lower16:LOOP_RISE                 @  1
-        movt    lr, #:upper16:LOOP_RISE                 @  1
+        movt    r0, #:upper16:LOOP_HALF                 @  1  (its lower half is sin 60 deg)
         cmp     r2, r3                                  @  1
         ite     ge                                      @  0
-        movge   r0, r2                                  @  1  max(a, b)
-        movlt   r0, r3                                  @  1
-        subs    r1, r0, r5                              @  1  -min(a, b)
-        add     r4, lr, r5, asr #1                      @  1  the edge at zero voltage
-        cmp     r5, r1                                  @  1
+        movge   r7, r2                                  @  1  max(a, b)
+        movlt   r7, r3                                  @  1
+        sub     r12, r7, r6                             @  1  -min(a, b)
+        sub     lr, r0, r6, asr #1                      @  1  the compare at zero voltage
+        cmp     r6, r12                                 @  1
         it      gt                                      @  0
-        addgt   r4, lr, r1, asr #1                      @  1
-        cmn     r5, r0                                  @  1
+        subgt   lr, r0, r12, asr #1                     @  1
+        cmn     r6, r7                                  @  1
         it      lt                                      @  0
-        sublt   r4, lr, r0, asr #1                      @  1
-        subs    r0, r4, r2                              @  1  rise of a
-        subs    r1, r4, r3                              @  1  rise of b
-        adds    r2, r4, r5                              @  1  rise of c
+        addlt   lr, r0, r7, asr #1                      @  1
+        add     r2, lr                                  @  1  half on-time of a
+        add     r3, lr                                  @  1  of b
+        sub     r6, lr, r6                              @  1  of c
 
-/* stage: dead time and edges */
+/* stage: dead time and compares */
 /*
- * Half a dead time for the sign of each current (lib/deadtime.h). Then each phase's edges from its rise. A write to the fabric
- * occupies the bus for longer than an instruction takes, so the writes stand as far apart as there is something to do between.
+ * Half a dead time for the sign of each current (lib/deadtime.h). A write to the fabric occupies the bus for longer than an
+ * instruction takes, so the writes stand apart.
  */
-        movw    r4, #SIN60_Q13                          @  1  sin 60 deg, Q13
-        mul     r4, BETA, r4                            @  1
-        ssat    lr, #8, ALPHA, asr #DEADTIME_SHIFT      @  1  share of i_a
-        sub     r4, r4, ALPHA, lsl #12                  @  1  i_b, Q28
-        add     r5, r4, ALPHA, lsl #13                  @  1  -i_c
-        mov     r8, #LOOP_DEAD                          @  1
-        movw    r12, #CONFIG_PWM_COUNTS                 @  1
-        mls     r0, lr, r8, r0                          @  2
-        asrs    r0, r0, #LOOP_EDGE_SHIFT                @  1  rise of a
-        str     r0, [FABRIC, #EDGE(0, 0)]               @  1
-        ssat    r4, #8, r4, asr #(13 + DEADTIME_SHIFT)  @  1  share of i_b
-        ssat    r5, #8, r5, asr #(13 + DEADTIME_SHIFT)  @  1  share of -i_c
-        sub     r3, r12, r0                             @  1
-        str     r3, [FABRIC, #EDGE(0, 1)]               @  1
-        adds    r3, #CONFIG_DEAD_COUNTS                 @  1
-        mls     r1, r4, r8, r1                          @  2
-        str     r3, [FABRIC, #EDGE(0, 2)]               @  1
-        subs    r0, #CONFIG_DEAD_COUNTS                 @  1
-        mla     r2, r5, r8, r2                          @  2
-        str     r0, [FABRIC, #EDGE(0, 3)]               @  1
-        asrs    r1, r1, #LOOP_EDGE_SHIFT                @  1  rise of b
-        sub     r3, r12, r1                             @  1
-        str     r1, [FABRIC, #EDGE(1, 0)]               @  1
-        asrs    r2, r2, #LOOP_EDGE_SHIFT                @  1  rise of c
-        sub     r4, r12, r2                             @  1
-        str     r3, [FABRIC, #EDGE(1, 1)]               @  1
-        adds    r3, #CONFIG_DEAD_COUNTS                 @  1
-        str     r3, [FABRIC, #EDGE(1, 2)]               @  1
-        subs    r1, #CONFIG_DEAD_COUNTS                 @  1
-        str     r1, [FABRIC, #EDGE(1, 3)]               @  1
-        add     r5, r4, #CONFIG_DEAD_COUNTS             @  1
-        str     r2, [FABRIC, #EDGE(2, 0)]               @  1
-        subs    r2, #CONFIG_DEAD_COUNTS                 @  1
-        str     r4, [FABRIC, #EDGE(2, 1)]               @  1
-        str     r5, [FABRIC, #EDGE(2, 2)]               @  1
-        str     r2, [FABRIC, #EDGE(2, 3)]               @  1
-        str     LOOP, [FABRIC, #FABRIC_SYNC_UPDATE]     @  1  from the end of the period on
+        ssat    r0, #8, ALPHA, asr #DEADTIME_SHIFT      @  1  share of i_a
+        mov     r12, #LOOP_DEAD                         @  1
+        movw    r7, #SIN60_Q13                          @  1  sin 60 deg, Q13
+        mla     r2, r0, r12, r2                         @  2
+        asrs    r2, r2, #LOOP_COMPARE_SHIFT             @  1
+        str     r2, [FABRIC, #FABRIC_COMPARE_A]         @  1
+        mul     r7, BETA, r7                            @  1
+        sub     r7, r7, ALPHA, lsl #12                  @  1  i_b, Q28
+        add     r0, r7, ALPHA, lsl #13                  @  1  -i_c
+        ssat    r7, #8, r7, asr #(13 + DEADTIME_SHIFT)  @  1  share of i_b
+        mla     r3, r7, r12, r3                         @  2
+        asrs    r3, r3, #LOOP_COMPARE_SHIFT             @  1
+        str     r3, [FABRIC, #FABRIC_COMPARE_B]         @  1
+        ssat    r0, #8, r0, asr #(13 + DEADTIME_SHIFT)  @  1  share of -i_c
+        mls     r6, r0, r12, r6                         @  2
+        asrs    r6, r6, #LOOP_COMPARE_SHIFT             @  1
+        str     r6, [FABRIC, #FABRIC_COMPARE_C]         @  1  all three, from the next valley on
 
 /* stage: observer, lib/pll.h */
-        ldr     r0, [FABRIC, #FABRIC_ENC_LATCHED]       @  3  (after a store: one more)
+        str     r1, [LOOP, #LOOP_V_Q - 1]               @  1
+        add     r5, r5, r4, asr #PI_STEP_SHIFT          @  1  (and the next load is not right after a store)
+        ldr     r0, [FABRIC, #FABRIC_ENC_LATCHED]       @  2
         ldr     r2, [LOOP, #LOOP_ENCODER_SCALE - 1]     @  1
         ldr     r4, [LOOP, #LOOP_ANGLE - 1]             @  1
-        ldr     r5, [LOOP, #LOOP_SPEED - 1]             @  1
+        ldr     r7, [LOOP, #LOOP_SPEED - 1]             @  1
         ldr     r6, [LOOP, #LOOP_STATUS_MAX - 1]        @  1
         str     LOOP, [FABRIC, #FABRIC_ADC_STATUS]      @  0  this conversion is taken
+        str     r5, [LOOP, #LOOP_INTEGRAL_Q - 1]        @  1
         muls    r0, r2, r0                              @  1  measured
         subs    r0, r0, r4                              @  1  error
-        add     r5, r5, r0, asr #CONFIG_PLL_KI_SHIFT    @  1
+        add     r7, r7, r0, asr #CONFIG_PLL_KI_SHIFT    @  1
         add     r4, r4, r0, asr #CONFIG_PLL_KP_SHIFT    @  1
-        adds    r4, r4, r5                              @  1
+        adds    r4, r4, r7                              @  1
         ldr     r1, [FABRIC, #FABRIC_GATE_STATUS]       @  2  behind the acknowledge: the line has dropped (current_loop_step.h)
         str     r4, [LOOP, #LOOP_ANGLE - 1]             @  0
-        str     r5, [LOOP, #LOOP_SPEED - 1]             @  1
+        str     r7, [LOOP, #LOOP_SPEED - 1]             @  1
 
 /* stage: protection and return */
         cmp     r1, r6                                  @  1

@@ -7,6 +7,7 @@
 #define FIRMWARE_CONTROL_CURRENT_LOOP_LAYOUT_H
 
 #include "firmware/settings/rates.h"
+#include "lib/factors.h"
 
 #define LOOP_ANGLE         0
 #define LOOP_SPEED         4
@@ -35,15 +36,18 @@
 #define LOOP_CIRCLE_SHIFT (LOOP_V_D_BITS - LOOP_CIRCLE_BITS) /* of v_d, to a place */
 #define LOOP_CIRCLE_ZERO  (1 << (LOOP_CIRCLE_BITS - 1))      /* the place for v_d = 0 */
 
-/* Fraction of an edge: a voltage in steps times a sine in Q15. */
-#define LOOP_EDGE_SHIFT (CONFIG_V_SHIFT + 15)
+/* Fraction of a compare: a voltage in steps times a sine in Q15. */
+#define LOOP_COMPARE_SHIFT (CONFIG_V_SHIFT + 15)
 
-/* The edge of a high side at zero voltage: a quarter of the period, and what the dead time shifts; and a half to round */
-#define LOOP_RISE \
-    (((CONFIG_PWM_COUNTS + 2 * CONFIG_DEAD_COUNTS) << (LOOP_EDGE_SHIFT - 2)) + (1 << (LOOP_EDGE_SHIFT - 1)))
+/*
+ * The compare at zero voltage: half of half a period, and a half to round. The lower half word is the factor that the assembly
+ * has in its register at that point; by so much, 0.1 counts, all three phases are longer, which no line voltage shows.
+ */
+#define LOOP_HALF \
+    ((((CONFIG_HALF_COUNTS << (LOOP_COMPARE_SHIFT - 1)) + (1 << (LOOP_COMPARE_SHIFT - 1))) & ~0xFFFF) | SIN60_Q15)
 
 /* Half a dead time, for each 1/128 of share */
-#define LOOP_DEAD (CONFIG_DEAD_COUNTS << (LOOP_EDGE_SHIFT - 8))
+#define LOOP_DEAD (CONFIG_DEAD_COUNTS << (LOOP_COMPARE_SHIFT - 8))
 
 /* Where the handler in assembly begins its work, in bytes: tests enter there, with bases of their own. */
 #define LOOP_BODY 16

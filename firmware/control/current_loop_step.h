@@ -29,11 +29,9 @@ static inline __attribute__((always_inline)) bool current_loop_step(struct curre
     const alphabeta_t i = scheme == LOOP_SENSE_AB ? sense_ab(f) : sense_pair(c, f);
     /* Here and not where it is used: the compiler has registers left for it. */
     const alphabeta_t coarse = {i.alpha >> c->dead_shift, i.beta >> c->dead_shift};
-    f->pwm.SYNC_UPDATE = 0u;
     const cossin_t cs = cossin_q15(source == LOOP_ENCODER ? angle_of_rotor(c) : angle_of_field(c));
     const dq_t v = regulate(c, park_q15(i, cs));
     modulate(&f->pwm, v, cs, coarse, c->turn_q15);
-    f->pwm.SYNC_UPDATE = 1u;
     angle_observe(c, f->encoder.LATCHED);
     f->adc.STATUS = ADC_STATUS_EOC;
     return f->gate.STATUS > c->status_max;

@@ -13,6 +13,8 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_I_TRIP_BEYOND_RANGE] = "i_trip_ma must be at most 95 % of i_range_ma, or the sensor clips before it trips",
     [ERROR_I_MAX_BEYOND_TRIP] = "i_max_ma must be at most 85 % of i_trip_ma, to leave room for overshoot",
     [ERROR_I_ALIGN_BEYOND_MAX] = "i_align_ma must not exceed i_max_ma",
+    [ERROR_CHOPPER_LEVELS] =
+        "chopper_off_mv must be above 0 and by 0.1 % of v_range_mv below chopper_on_mv, and that below v_max_mv",
     [ERROR_V_LIMITS] = "v_min_mv must be below v_max_mv, and that at most 98 % of v_range_mv",
     [ERROR_SPEED_MAX_BEYOND_OVERSPEED] = "speed_max_rpm must be below overspeed_rpm",
     [ERROR_V_MIN_BELOW_MODULATOR] = "v_min_mv must be at least a quarter of v_range_mv: the modulator's range",
@@ -66,6 +68,8 @@ struct fault_text {
 
 static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_NONE] = {"none", ""},
+    [FAULT_STO_A] = {"safe torque off A", "the first input asked to stop: whoever switched it, its line, its supply"},
+    [FAULT_STO_B] = {"safe torque off B", "the second input asked to stop: whoever switched it, its line, its supply"},
     [FAULT_OVERCURRENT_HARDWARE] = {"over-current (hardware)",
                                     "short circuit? motor cable, gains, comparator threshold"},
     [FAULT_GATE_DRIVER] = {"gate driver", "gate supply, driver temperature, bridge"},
@@ -79,7 +83,7 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_OVERSPEED] = {"over-speed", "overhauling load, encoder_counts, overspeed_rpm"},
     [FAULT_CURRENT_OFFSET] = {"current offset", "a current sensor's zero is out of range: amplifier, reference"},
     [FAULT_STALL] = {"stall", "the rotor is blocked, the load too heavy, or the encoder stands still"},
-    [FAULT_LOOP_STOPPED] = {"loop stopped", "no end-of-conversion interrupts: fabric clock, CorePWM, ADC"},
+    [FAULT_LOOP_STOPPED] = {"loop stopped", "no end-of-conversion interrupts: fabric clock, PWM, ADC"},
     [FAULT_WATCHDOG] = {"watchdog reset", "the program hung or the refresh came late"},
     [FAULT_EXCEPTION] = {"processor exception", "'fault' shows the registers"},
     [FAULT_CLOCK] = {"clock",

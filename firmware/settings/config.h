@@ -17,8 +17,8 @@
 
 #define CONFIG_CONSOLE_BAUD 115200u
 
-_Static_assert(FABRIC_HZ % CONFIG_PWM_HZ == 0,
-               "CONFIG_PWM_HZ: the PWM period must be a whole number of the fabric's counts");
+_Static_assert(FABRIC_HZ % (2 * CONFIG_PWM_HZ) == 0,
+               "CONFIG_PWM_HZ: half a PWM period must be a whole number of the fabric's counts");
 _Static_assert(CONFIG_PWM_HZ % CONFIG_SLOW_HZ == 0, "CONFIG_PWM_HZ must be a multiple of CONFIG_SLOW_HZ");
 _Static_assert(CONFIG_PWM_HZ % 16 == 0,
                "CONFIG_PWM_HZ must be a multiple of 16: CONFIG_SPEED_BASE_HZ is a whole number");

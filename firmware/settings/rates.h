@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The PWM rate, the dead time and all that follows from them and from the fabric's clock, as plain numbers: C and assembly
- * read the same. Change the first two here or give them to make (PWM_HZ=40000 DEAD_TIME_NS=500): the rest follows, or
- * config.h stops the compiler and says why.
+ * The PWM rate, the dead time, the shortest pulse and all that follows from them and from the fabric's clock, as plain numbers:
+ * C and assembly read the same. Change the first three here or give them to make (PWM_HZ=40000 DEAD_TIME_NS=500
+ * MIN_PULSE_NS=100): the rest follows, or config.h stops the compiler and says why.
  */
 #ifndef FIRMWARE_SETTINGS_RATES_H
 #define FIRMWARE_SETTINGS_RATES_H
@@ -15,10 +15,15 @@
 #ifndef CONFIG_DEAD_TIME_NS
 #define CONFIG_DEAD_TIME_NS 1000
 #endif
+#ifndef CONFIG_MIN_PULSE_NS
+#define CONFIG_MIN_PULSE_NS 20
+#endif
 
-/* PWM, sampling and current loop run in step. A dead time between two counts is rounded up. */
-#define CONFIG_PWM_COUNTS  (FABRIC_HZ / CONFIG_PWM_HZ)
-#define CONFIG_DEAD_COUNTS ((FABRIC_HZ / 1000000 * CONFIG_DEAD_TIME_NS + 999) / 1000)
+/* PWM, sampling and current loop run in step. A time between two counts is rounded up. */
+#define CONFIG_HALF_COUNTS      (FABRIC_HZ / (2 * CONFIG_PWM_HZ))
+#define CONFIG_PWM_COUNTS       (2 * CONFIG_HALF_COUNTS)
+#define CONFIG_DEAD_COUNTS      ((FABRIC_HZ / 1000000 * CONFIG_DEAD_TIME_NS + 999) / 1000)
+#define CONFIG_MIN_PULSE_COUNTS ((FABRIC_HZ / 1000000 * CONFIG_MIN_PULSE_NS + 999) / 1000)
 
 /* state machine, speed loop and supervision */
 #define CONFIG_SLOW_HZ        1000
@@ -29,10 +34,11 @@
 
 /*
  * Radius of the voltage circle, in counts of half the on-time: a phase reaches Vbus/sqrt(3) with space vectors, and of each
- * half of the period two dead times are lost, because the edges of both sides and their dead times must fit into the period.
- * Some counts are kept for rounding.
+ * half of the period two dead times are lost: each side's shortest pulse must fit beside the dead times and their compensation.
+ * Four counts are kept for rounding.
  */
-#define CONFIG_RADIUS(steps) ((CONFIG_PWM_COUNTS - 4 * CONFIG_DEAD_COUNTS - 8) * (steps) / 2 * 18919 / 32768)
+#define CONFIG_RADIUS(steps) \
+    ((CONFIG_PWM_COUNTS - 4 * CONFIG_DEAD_COUNTS - 2 * CONFIG_MIN_PULSE_COUNTS - 4) * (steps) / 2 * 18919 / 32768)
 
 /*
  * The loop's voltages are in steps of 2^-CONFIG_V_SHIFT counts of half the on-time: as fine as leaves the radius within 16

@@ -7,6 +7,12 @@
 
 #define AXIS_COUNT 1u
 
+/*
+ * The interrupt's assembly acknowledges a conversion by storing the first axis's address and 1 to ADC.STATUS: of the bits that
+ * clear something the address must have none.
+ */
+#define AXES_ALIGNMENT 512
+
 extern struct axis axes[AXIS_COUNT];
 extern struct thermal_memory axes_heat[AXIS_COUNT]; /* a reset leaves it alone */
 

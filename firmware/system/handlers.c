@@ -11,7 +11,10 @@
 #include "firmware/system/postmortem.h"
 #include "startup/startup.h"
 
-struct axis axes[AXIS_COUNT];
+_Alignas(AXES_ALIGNMENT) struct axis axes[AXIS_COUNT];
+_Static_assert(AXES_ALIGNMENT > (ADC_STATUS_EOC | ADC_STATUS_OVERRUN | ADC_STATUS_TRIP),
+               "an address would clear them, too");
+
 struct thermal_memory axes_heat[AXIS_COUNT] STARTUP_NOINIT;
 
 void current_loop_fault(void)

@@ -40,7 +40,7 @@ from .timeline import Timeline
 HOLD_MORE = 2        # times what is planned until the last hold: then the run ends without it
 LATE_STATES_MAX = 4  # as qemu/twin/config.h has it
 
-_PHASE, _PAIR, _FLAG, _NUMBER, _WORD = "phase", "pair", "flag", "number", "word"
+_PHASE, _PAIR, _FLAG, _NUMBER, _WORD, _INPUT = "phase", "pair", "flag", "number", "word", "input"
 
 # event kind -> the forms of its arguments; "number|off" takes either
 EVENTS = {
@@ -48,7 +48,8 @@ EVENTS = {
     "lock": [_FLAG], "spin_rad_s": [_NUMBER], "spin": ["off"], "winding_short": [_PHASE, _NUMBER, "number|off"],
     "supply_v": [_NUMBER], "supply_sinks": [_FLAG],
     "sensor_add": [_PHASE, _NUMBER], "sensor_gain": [_PHASE, _NUMBER], "sensor_offset": [_PHASE, _NUMBER],
-    "sensor_stuck": [_PHASE, "number|off"], "driver_fault": [_FLAG], "short": [_PAIR, "number|off"],
+    "sensor_stuck": [_PHASE, "number|off"], "driver_fault": [_FLAG], "sto": [_INPUT, _FLAG],
+    "short": [_PAIR, "number|off"],
     "sensor_sine": [_NUMBER, _NUMBER, _NUMBER],
     "encoder_cut": [_FLAG], "encoder_freeze": [_FLAG], "encoder_illegal": [], "encoder_slip": [_NUMBER],
     "irq_delay": [_NUMBER], "irq_block": [_FLAG], "watchdog_reset": [], "phase_open": [_PHASE, _FLAG],
@@ -57,7 +58,7 @@ EVENTS = {
     "pll_lost": [_FLAG], "fabric_pll_lost": [_FLAG], "memory_error": [_FLAG], "lockup_reset": [],
     "end": [], "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
 }
-_FORMS = {_PHASE: r"[ABC]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]",
+_FORMS = {_PHASE: r"[ABC]", _INPUT: r"[AB]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]",
           _WORD: r"[&*]?[\w.\[\]]+", "off": r"off"}
 
 

@@ -4,15 +4,25 @@
 #include <string.h>
 
 enum { CONTROL = 0x00, STATUS = 0x04, RESULTS = 0x08, LAST_RESULT = 0x14, SEQUENCE = 0x18 };
-enum { TEMP = 0x38 };
+enum {
+    TEMP = 0x38,
+    VALID = 0x3C,
+    GAINS = 0x40,
+    LAST_GAIN = 0x48,
+    SETTLE = 0x4C,
+    MODULATOR = 0x50,
+    MODULATOR_TRIP = 0x54
+};
 enum { OFFSETS = 0x1C, LAST_OFFSET = 0x24, OFFSET_BITS = 0xFFFF, OFFSET_AFTER_RESET = 16 * 2048 };
 enum { LIMITS = 0x28, LAST_LIMIT = 0x34, LIMIT_BITS = 0x1FFFF };
 enum { I_TRIP, SUM_TRIP, V_MIN, V_MAX };
 enum { CURRENT_Q15_PER_CODE = 16, BUS_Q15_PER_CODE = 8, LARGEST_Q15 = 32767 };
-enum { ENABLE = 1u << 0, IRQ_ENABLE = 1u << 1 };
+enum { ENABLE = 1u << 0, IRQ_ENABLE = 1u << 1, RECONSTRUCT = 1u << 2, MODULATORS = 1u << 3 };
+enum { ALL_PHASES = 7, SETTLE_BITS = 0xFFF, MODULATOR_BITS = 0x1F33, MODULATOR_AFTER_RESET = 0x0511, GAIN_SHIFT = 11 };
 enum { EOC = 1u << 0, OVERRUN = 1u << 1 };
 enum { CURRENT = 1u << 4, SUM = 1u << 5, VBUS_HIGH = 1u << 6, VBUS_LOW = 1u << 7 };
 
+#define CONTROL_BITS (ENABLE | IRQ_ENABLE | RECONSTRUCT | MODULATORS)
 #define BEYOND_LIMIT (CURRENT | SUM | VBUS_HIGH | VBUS_LOW)
 
 void adc_reset(struct adc *a)
@@ -22,12 +32,18 @@ void adc_reset(struct adc *a)
     for (int k = 0; k < 3; k++) {
         a->offset[k] = OFFSET_AFTER_RESET;
     }
-    a->limit[I_TRIP] = a->limit[SUM_TRIP] = a->limit[V_MAX] = LIMIT_BITS;
+    a->limit[I_TRIP] = a->limit[SUM_TRIP] = a->limit[V_MAX] = a->modulator_trip = LIMIT_BITS;
+    a->modulator = MODULATOR_AFTER_RESET;
 }
 
 static bool is_offset(uint32_t offset)
 {
     return offset >= OFFSETS && offset <= LAST_OFFSET;
+}
+
+static bool is_gain(uint32_t offset)
+{
+    return offset >= GAINS && offset <= LAST_GAIN;
 }
 
 static bool is_limit(uint32_t offset)
@@ -46,7 +62,18 @@ uint32_t adc_read(const struct adc *a, uint32_t offset)
         return a->sequence;
     case TEMP:
         return a->temperature;
+    case VALID:
+        return a->valid;
+    case SETTLE:
+        return a->settle;
+    case MODULATOR:
+        return a->modulator;
+    case MODULATOR_TRIP:
+        return a->modulator_trip;
     default:
+        if (is_gain(offset)) {
+            return a->gain[(offset - GAINS) / 4];
+        }
         if (is_offset(offset)) {
             return a->offset[(offset - OFFSETS) / 4];
         }
@@ -60,7 +87,18 @@ uint32_t adc_read(const struct adc *a, uint32_t offset)
 void adc_write(struct adc *a, uint32_t offset, uint32_t value)
 {
     if (offset == CONTROL) {
-        a->control = value & (ENABLE | IRQ_ENABLE);
+        a->control = value & CONTROL_BITS;
+        if (!(a->control & ENABLE)) { /* what is under way is dropped */
+            a->done_at = SIM_NEVER;
+        }
+    } else if (offset == SETTLE) {
+        a->settle = value & SETTLE_BITS;
+    } else if (offset == MODULATOR) {
+        a->modulator = value & MODULATOR_BITS;
+    } else if (offset == MODULATOR_TRIP) {
+        a->modulator_trip = value & LIMIT_BITS;
+    } else if (is_gain(offset)) {
+        a->gain[(offset - GAINS) / 4] = value & 0xFF;
     } else if (offset == STATUS) {
         a->status &= ~(value & (EOC | OVERRUN));
     } else if (is_offset(offset)) {
@@ -75,8 +113,32 @@ bool adc_listens(const struct adc *a)
     return (a->control & ENABLE) && a->done_at == SIM_NEVER;
 }
 
-void adc_start(struct adc *a, const uint32_t code[4], sim_ps done_at)
+void adc_see_gates(struct adc *a, unsigned gates, sim_ps at)
 {
+    for (int k = 0; k < 3; k++) {
+        unsigned phase = 1u << k;
+        bool low = gates & (2u << (2 * k));
+        if (low && !(a->low_sides & phase)) {
+            a->low_since[k] = at;
+        }
+        a->low_sides = low ? a->low_sides | phase : a->low_sides & ~phase;
+    }
+}
+
+/* Phases whose low side has been on for long enough. */
+static uint32_t settled(const struct adc *a, sim_ps now)
+{
+    uint32_t phases = 0;
+    for (int k = 0; k < 3; k++) {
+        sim_ps clocks = a->low_sides & (1u << k) ? (now - a->low_since[k]) / SIM_PS_PER_FABRIC_CLOCK : 0;
+        phases |= clocks >= a->settle ? 1u << k : 0u;
+    }
+    return phases;
+}
+
+void adc_start(struct adc *a, const uint32_t code[4], sim_ps now, sim_ps done_at)
+{
+    a->valid_sampled = settled(a, now);
     memcpy(a->sampled, code, sizeof a->sampled);
     a->done_at = done_at;
 }
@@ -91,10 +153,27 @@ void adc_sense(struct adc *a, uint32_t code)
     a->sensed = code;
 }
 
-static uint32_t current_q15(uint32_t code, uint32_t offset)
+static uint32_t clamped(int32_t value)
 {
-    int32_t value = CURRENT_Q15_PER_CODE * (int32_t)code - (int32_t)offset;
     return (uint32_t)(value < -LARGEST_Q15 ? -LARGEST_Q15 : (value > LARGEST_Q15 ? LARGEST_Q15 : value));
+}
+
+/* No modulators are fitted to this board: their lines are at 0, and so are their codes. */
+static uint32_t current_q15(const struct adc *a, int k)
+{
+    int32_t code = a->control & MODULATORS ? 0 : CURRENT_Q15_PER_CODE * (int32_t)a->sampled[k];
+    int32_t less_offset = code - (int32_t)a->offset[k], gain = (int8_t)a->gain[k];
+    return clamped(less_offset + ((less_offset * gain + (1 << (GAIN_SHIFT - 1))) >> GAIN_SHIFT));
+}
+
+/* The one phase that is not valid becomes minus the sum of the others. */
+static void reconstruct(struct adc *a)
+{
+    for (int k = 0; k < 3; k++) {
+        if (a->valid_sampled == (ALL_PHASES & ~(1u << k))) {
+            a->result[k] = clamped(-(int32_t)(a->result[(k + 1) % 3] + a->result[(k + 2) % 3]));
+        }
+    }
 }
 
 static int32_t magnitude(uint32_t q15)
@@ -121,8 +200,12 @@ bool adc_finish(struct adc *a)
 {
     bool overrun = a->status & EOC;
     for (int k = 0; k < 3; k++) {
-        a->result[k] = current_q15(a->sampled[k], a->offset[k]);
+        a->result[k] = current_q15(a, k);
     }
+    if (a->control & RECONSTRUCT) {
+        reconstruct(a);
+    }
+    a->valid = a->valid_sampled;
     a->result[3] = BUS_Q15_PER_CODE * a->sampled[3];
     a->temperature = a->sensed;
     compare(a);
@@ -140,6 +223,11 @@ bool adc_overran(const struct adc *a)
 bool adc_beyond_limit(const struct adc *a)
 {
     return a->status & BEYOND_LIMIT;
+}
+
+uint32_t adc_vbus(const struct adc *a)
+{
+    return a->result[3];
 }
 
 bool adc_interrupt(const struct adc *a)

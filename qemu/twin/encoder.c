@@ -4,7 +4,8 @@
 #include <string.h>
 
 enum { CONTROL = 0x00, COUNTS = 0x04, POSITION = 0x08, LATCHED = 0x0C, INDEX = 0x10, STATUS = 0x14 };
-enum { EDGE_TIME = 0x18, LATCH_TIME = 0x1C };
+enum { EDGE_TIME = 0x18, LATCH_TIME = 0x1C, FILTER = 0x20, HALL = 0x24, HALL_TIME = 0x28 };
+enum { HALL_NOW_SHIFT = 4, FILTER_BITS = 0xFFFF };
 enum { ENABLE = 1u << 0, REVERSE = 1u << 1 };
 enum { INDEX_SEEN = 1u << 0, ILLEGAL = 1u << 1, SIGNAL_LOST = 1u << 2 };
 
@@ -42,6 +43,12 @@ uint32_t encoder_read(const struct encoder *e, uint32_t offset)
         return e->latched_edge_clock;
     case LATCH_TIME:
         return e->latch_clock;
+    case FILTER:
+        return e->filter;
+    case HALL:
+        return e->hall << HALL_NOW_SHIFT | e->latched_hall;
+    case HALL_TIME:
+        return e->latched_hall_clock;
     default:
         return 0;
     }
@@ -54,6 +61,8 @@ void encoder_write(struct encoder *e, uint32_t offset, uint32_t value)
     } else if (offset == COUNTS) {
         e->counts = value < COUNTS_MIN ? COUNTS_MIN : (value > COUNTS_MAX ? COUNTS_MAX : value);
         e->position = 0;
+    } else if (offset == FILTER) {
+        e->filter = value & FILTER_BITS;
     } else if (offset == STATUS) {
         e->status &= ~value;
         if (e->cut) {
@@ -115,11 +124,19 @@ void encoder_miscount(struct encoder *e, int64_t edges)
     }
 }
 
+void encoder_show_hall(struct encoder *e, uint32_t hall, uint32_t changed_clock)
+{
+    e->hall_clock = e->hall == hall ? e->hall_clock : changed_clock;
+    e->hall = hall;
+}
+
 void encoder_latch(struct encoder *e, uint32_t clock)
 {
     e->latched = e->position;
     e->latched_edge_clock = e->edge_clock;
     e->latch_clock = clock;
+    e->latched_hall = e->hall;
+    e->latched_hall_clock = e->hall_clock;
 }
 
 bool encoder_faulty(const struct encoder *e)

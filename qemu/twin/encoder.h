@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* Fabric slot 2: the incremental encoder counter (docs/fabric.md), and what can go wrong on its cable. */
+/* Fabric slot 2: the incremental encoder counter and the Hall inputs (docs/fabric.md), and what can go wrong on its cable. */
 #ifndef TWIN_ENCODER_H
 #define TWIN_ENCODER_H
 
@@ -11,6 +11,9 @@ struct encoder {
     uint32_t position, latched, index;
     uint32_t edge_clock;                      /* when the last edge was counted */
     uint32_t latched_edge_clock, latch_clock; /* the same and the present, as of the last trigger */
+    uint32_t filter;                          /* kept; inputs of this model are clean */
+    uint32_t hall, latched_hall;              /* the Hall switches now, and as of the last trigger */
+    uint32_t hall_clock, latched_hall_clock;  /* when they changed, and as of the last trigger */
     int64_t edges;                            /* of A and B that have been seen, signed */
     bool cut;                                 /* a pair is not driven */
     bool reversed;                            /* A and B are exchanged */
@@ -33,6 +36,8 @@ void encoder_follow(struct encoder *e, int64_t edges, const struct index_pulse *
 void encoder_time_edge(struct encoder *e, uint32_t clock);
 /* On the last way some edges were lost (negative, the shaft turning forwards) or counted twice. */
 void encoder_miscount(struct encoder *e, int64_t edges);
+/* The Hall switches as they are, and when they came to be so if they have changed since they were shown last. */
+void encoder_show_hall(struct encoder *e, uint32_t hall, uint32_t changed_clock);
 void encoder_latch(struct encoder *e, uint32_t clock);
 /* ILLEGAL or SIGNAL_LOST. */
 bool encoder_faulty(const struct encoder *e);

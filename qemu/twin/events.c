@@ -10,7 +10,7 @@
 
 /* Arguments: t rest of the line, n number, y second number, z third number, s number from 0, i integer, b 0|1, p phase,
  * q pair of terminals, Q pair of terminals or off, r resistance or off, c ADC code or off, f fraction 0.001...1,
- * T temperature or off, x the word off, a address, w 32-bit word, h 16-bit word. */
+ * S one of two inputs, T temperature or off, x the word off, a address, w 32-bit word, h 16-bit word. */
 static const struct syntax {
     const char *name;
     enum event_kind kind;
@@ -33,6 +33,7 @@ static const struct syntax {
     {"sensor_stuck", EVENT_SENSOR_STUCK, "pc", "sensor_stuck A|B|C CODE|off (0...4095)"},
     {"sensor_sine", EVENT_SENSOR_SINE, "nyz", "sensor_sine AMPERES HZ ANGLE_RAD (electrical, from the d axis)"},
     {"driver_fault", EVENT_DRIVER_FAULT, "b", "driver_fault 0|1"},
+    {"sto", EVENT_STO, "Sb", "sto A|B 0|1 (1: the input asks to stop)"},
     {"short", EVENT_SHORT, "qr", "short AB|BC|CA OHM|off (0.0001...100)"},
     {"winding_short", EVENT_WINDING_SHORT, "pfr", "winding_short A|B|C FRACTION OHM|off (0.001...1, 0.0001...100)"},
     {"encoder_cut", EVENT_ENCODER_CUT, "b", "encoder_cut 0|1"},
@@ -109,6 +110,9 @@ static bool argument(char type, const char *word, struct event *e)
     case 'p':
         e->phase = word[0] - 'A';
         return word[0] >= 'A' && word[0] <= 'C' && word[1] == '\0';
+    case 'S':
+        e->phase = word[0] - 'A';
+        return (word[0] == 'A' || word[0] == 'B') && word[1] == '\0';
     case 'q':
         return terminals(word, e);
     case 'Q':

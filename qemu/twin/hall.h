@@ -5,6 +5,8 @@
 #ifndef TWIN_HALL_H
 #define TWIN_HALL_H
 
+#include <stdbool.h>
+
 #include "sensor_keys.h"
 
 struct hall {
@@ -13,5 +15,7 @@ struct hall {
 
 void hall_init(struct hall *h, const struct sensor_params *p);
 unsigned hall_state(const struct hall *h, double electrical_rad);
+/* How far the shaft has turned since the last switch changed, within half a turn; negative: backwards. */
+double hall_since_rad(const struct hall *h, double electrical_rad, bool forwards);
 
 #endif

@@ -57,8 +57,9 @@ const char *inverter_mismatch(const struct inverter_params *p)
         return "bus_esr_ohm, chopper_ohm, rectifier_hz, supply_c2_f need a supply_resistance_ohm or "
                "supply_inductance_h";
     }
-    if (p->chopper_ohm > 0 && !(p->vbus_v < p->chopper_off_v && p->chopper_off_v <= p->chopper_on_v)) {
-        return "chopper_ohm needs vbus_v < chopper_off_v <= chopper_on_v";
+    if (p->chopper_ohm > 0 && p->chopper_on_v > 0 &&
+        !(p->vbus_v < p->chopper_off_v && p->chopper_off_v <= p->chopper_on_v)) {
+        return "a chopper with levels needs vbus_v < chopper_off_v <= chopper_on_v";
     }
     if (p->coss_c > 0 && p->vbus_v == 0) {
         return "coss_c needs a vbus_v";
@@ -199,6 +200,11 @@ void inverter_swap_wires(struct inverter *inv, int one, int other)
     inverter_swap_off(inv);
     inv->feeds[one] = other;
     inv->feeds[other] = one;
+}
+
+void inverter_chop(struct inverter *inv, bool on)
+{
+    inv->supply.chopper_asked = on;
 }
 
 void inverter_chopper(struct inverter *inv, bool enabled)

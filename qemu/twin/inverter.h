@@ -113,7 +113,9 @@ void inverter_open_wire(struct inverter *inv, int phase, bool open);
 /* The wires of two legs exchanged, at the motor's terminals. */
 void inverter_swap_wires(struct inverter *inv, int one, int other);
 void inverter_swap_off(struct inverter *inv);
-/* Enables the brake chopper, if there is one. */
+/* The fabric switches the brake chopper, if there is one. */
+void inverter_chop(struct inverter *inv, bool on);
+/* Connects its resistor, or not. */
 void inverter_chopper(struct inverter *inv, bool enabled);
 
 #endif

@@ -7,7 +7,7 @@
  *   start_pwm_ns      the same from the start of the PWM period
  *   cycles            entry to return, both included, without what other exceptions took in between
  *   instructions      likewise
- *   latency_cycles    entry to the last write of CorePWM's SYNC_UPDATE, both included; 0 if there was none
+ *   latency_cycles    entry to the last write of the PWM's COMPARE_C, both included; 0 if there was none
  *   preempted_cycles  what other exceptions took in between
  *   cycles_low        lower bound of `cycles`, which is the upper
  *   chained           b0: entered by tail-chaining (6 cycles in place of 12); b1: left so (0 in place of 12)
@@ -26,7 +26,7 @@ void irqlog_open(const char *path, sim_ps (*time)(void));
 void irqlog_line_rose(unsigned exception, sim_ps at, sim_ps period_start);
 void irqlog_entered(unsigned exception, unsigned entry_cycles);
 void irqlog_returned(bool chained);
-/* The instruction under way writes SYNC_UPDATE; its write is done at this count. */
+/* The instruction under way writes COMPARE_C; its write is done at this count. */
 void irqlog_pwm_written(uint64_t done);
 void irqlog_reset(void);
 void irqlog_flush(void);

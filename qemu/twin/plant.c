@@ -7,11 +7,10 @@
 
 #include "sampling.h"
 
-#define SLOT_BYTES      0x100u
-#define TRIGGER_CHANNEL 6 /* PWM7 */
-#define SQRT3           1.7320508075688772
+#define SLOT_BYTES 0x100u
+#define SQRT3      1.7320508075688772
 
-enum { SLOT_COREPWM, SLOT_ADC, SLOT_ENCODER, SLOT_GATE };
+enum { SLOT_PWM, SLOT_ADC, SLOT_ENCODER, SLOT_GATE };
 
 void plant_init(struct plant *p, const struct plant_params *params)
 {
@@ -48,7 +47,7 @@ static void follow_shaft(struct plant *p, sim_ps from, double from_rad, double f
 
 void plant_reset_fabric(struct plant *p)
 {
-    corepwm_reset(&p->pwm, p->now);
+    pwm_reset(&p->pwm, p->now);
     adc_reset(&p->adc);
     sampling_forget(p);
     encoder_reset(&p->encoder, disc_edges(&p->sensors.disc, p->motor.theta_rad));
@@ -67,7 +66,10 @@ static void count_high_time(struct plant *p, sim_ps until)
 static void command_gates(struct plant *p, sim_ps at)
 {
     count_high_time(p, at);
+    pwm_catch_up(&p->pwm, at);
+    pwm_set_live(&p->pwm, gate_live(&p->gate));
     p->gates = gate_follow(&p->gate, p->pwm.outputs);
+    adc_see_gates(&p->adc, p->gates, at);
     inverter_command(&p->inverter, p->gates, at);
 }
 
@@ -115,15 +117,29 @@ static void describe(struct plant *p, struct plant_row *row)
     row->winding_c = m->winding_c;
     row->load_speed_rad_s = m->load_speed_rad_s;
     row->magnet_c = motor_magnet_c(m);
-    row->hall = hall_state(&p->sensors.hall, m->p.pole_pairs * m->theta_rad);
+    row->hall = p->encoder.hall;
     describe_period(p, row);
     p->row_start = p->now;
     p->row_alpha_vs = m->volt_alpha_vs;
     p->row_beta_vs = m->volt_beta_vs;
 }
 
+static void show_hall(struct plant *p)
+{
+    const struct hall *h = &p->sensors.hall;
+    double electrical_rad = p->motor.p.pole_pairs * p->motor.theta_rad;
+    double electrical_rad_s = p->motor.p.pole_pairs * p->motor.speed_rad_s;
+    unsigned state = hall_state(h, electrical_rad);
+    if (state != p->encoder.hall) {
+        double ago_s =
+            electrical_rad_s == 0 ? 0 : hall_since_rad(h, electrical_rad, electrical_rad_s > 0) / electrical_rad_s;
+        encoder_show_hall(&p->encoder, state, fabric_clock((double)p->now - 1e12 * ago_s));
+    }
+}
+
 static void trigger(struct plant *p)
 {
+    show_hall(p);
     encoder_latch(&p->encoder, fabric_clock((double)p->now));
     thermometer_follow(&p->thermometer, p->motor.winding_c, p->now);
     if (adc_listens(&p->adc)) {
@@ -142,25 +158,29 @@ static void trigger(struct plant *p)
  * that trips before such an edge is found after it; inverter_command() puts that right. */
 static bool needs_no_physics(const struct plant *p, sim_ps next)
 {
-    return next == corepwm_next_event(&p->pwm) && !corepwm_may_rise_next(&p->pwm, TRIGGER_CHANNEL);
+    return next == pwm_next_event(&p->pwm) && !pwm_triggers_next(&p->pwm);
 }
 
 static void take_pwm_edge(struct plant *p, sim_ps at)
 {
-    corepwm_take_event(&p->pwm);
-    command_gates(p, at);
+    (void)pwm_take_event(&p->pwm);
+    if (p->pwm.outputs != p->gates) {
+        command_gates(p, at);
+    }
 }
 
 static void take_pwm_event(struct plant *p)
 {
-    unsigned before = p->pwm.outputs;
-    corepwm_take_event(&p->pwm);
-    if (p->pwm.outputs != before) {
-        plant_update_gates(p);
-        if (p->pwm.outputs & ~before & (1u << TRIGGER_CHANNEL)) {
-            trigger(p);
-        }
+    bool triggers = pwm_take_event(&p->pwm);
+    plant_update_gates(p);
+    if (triggers) {
+        trigger(p);
     }
+}
+
+static void follow_chopper(struct plant *p)
+{
+    inverter_chop(&p->inverter, gate_chops(&p->gate));
 }
 
 static void end_conversion(struct plant *p)
@@ -169,6 +189,9 @@ static void end_conversion(struct plant *p)
         gate_adc_overrun(&p->gate);
         plant_update_gates(p);
     }
+    adc_sense(&p->adc, thermometer_code(&p->thermometer));
+    chopper_sample(&p->gate.chopper, adc_vbus(&p->adc), p->now);
+    follow_chopper(p);
 }
 
 static void integrate(struct plant *p, sim_ps to)
@@ -179,7 +202,7 @@ static void integrate(struct plant *p, sim_ps to)
     p->now = inverter_advance(&p->inverter, &p->motor, from, to);
     follow_shaft(p, from, from_rad, from_rad_s);
     if (p->inverter.overcurrent != was_tripped) {
-        gate_set_overcurrent(&p->gate, p->inverter.overcurrent);
+        gate_pin(&p->gate, GATE_OVERCURRENT, p->inverter.overcurrent);
         plant_update_gates(p);
     }
 }
@@ -191,8 +214,8 @@ static sim_ps earlier(sim_ps a, sim_ps b)
 
 static sim_ps next_event(const struct plant *p)
 {
-    return earlier(earlier(corepwm_next_event(&p->pwm), earlier(p->next_sample, p->adc.done_at)),
-                   inverter_next_switch(&p->inverter));
+    return earlier(earlier(pwm_next_event(&p->pwm), earlier(p->next_sample, p->adc.done_at)),
+                   earlier(p->gate.chopper.old_at, inverter_next_switch(&p->inverter)));
 }
 
 /* Takes the events up to and including `to`; the physics stays at the last of them. */
@@ -209,17 +232,20 @@ static void take_events(struct plant *p, sim_ps to)
                 continue; /* the comparators tripped on the way: that may have added an earlier event */
             }
         }
-        if (next == corepwm_next_event(&p->pwm)) {
+        if (next == pwm_next_event(&p->pwm)) {
             take_pwm_event(p);
         } else if (next == p->next_sample) {
             sampling_take(p);
         } else if (next == p->adc.done_at) {
             end_conversion(p);
+        } else if (next == p->gate.chopper.old_at) {
+            chopper_grow_old(&p->gate.chopper);
+            follow_chopper(p);
         } else {
             inverter_switch(&p->inverter, p->now);
         }
     }
-    corepwm_catch_up(&p->pwm, to);
+    pwm_catch_up(&p->pwm, to);
 }
 
 void plant_advance(struct plant *p, sim_ps to)
@@ -233,7 +259,7 @@ void plant_advance(struct plant *p, sim_ps to)
 
 sim_ps plant_next_trigger(const struct plant *p)
 {
-    return corepwm_next_rise(&p->pwm, TRIGGER_CHANNEL);
+    return pwm_next_trigger(&p->pwm);
 }
 
 sim_ps plant_next_conversion_end(const struct plant *p)
@@ -250,11 +276,11 @@ sim_ps plant_next_conversion_end(const struct plant *p)
 
 /* ---- registers ---- */
 
-/* CorePWM and the ADC change at events only, so that an access to them need not interrupt the integration; position and
+/* PWM and ADC change at events only, so that an access to them need not interrupt the integration; position and
  * comparators follow the physics all the time. */
 static void reach(struct plant *p, uint32_t slot, sim_ps now)
 {
-    if (slot == SLOT_COREPWM || slot == SLOT_ADC) {
+    if (slot == SLOT_PWM || slot == SLOT_ADC) {
         take_events(p, now);
     } else {
         plant_advance(p, now);
@@ -266,11 +292,12 @@ uint32_t plant_read(struct plant *p, uint32_t offset, sim_ps now)
     uint32_t slot = offset / SLOT_BYTES, within = offset % SLOT_BYTES;
     reach(p, slot, now);
     switch (slot) {
-    case SLOT_COREPWM:
-        return corepwm_read(&p->pwm, within);
+    case SLOT_PWM:
+        return pwm_read(&p->pwm, within);
     case SLOT_ADC:
         return adc_read(&p->adc, within);
     case SLOT_ENCODER:
+        show_hall(p);
         return encoder_read(&p->encoder, within);
     case SLOT_GATE:
         gate_mirror(&p->gate, encoder_faulty(&p->encoder), adc_overran(&p->adc), adc_beyond_limit(&p->adc));
@@ -285,11 +312,15 @@ void plant_write(struct plant *p, uint32_t offset, uint32_t value, sim_ps now)
     uint32_t slot = offset / SLOT_BYTES, within = offset % SLOT_BYTES;
     reach(p, slot, now);
     switch (slot) {
-    case SLOT_COREPWM:
-        corepwm_write(&p->pwm, within, value);
+    case SLOT_PWM:
+        pwm_write(&p->pwm, within, value);
+        plant_update_gates(p);
         break;
     case SLOT_ADC:
         adc_write(&p->adc, within, value);
+        if (p->adc.done_at == SIM_NEVER) {
+            sampling_forget(p);
+        }
         break;
     case SLOT_ENCODER:
         encoder_write(&p->encoder, within, value);
@@ -297,6 +328,7 @@ void plant_write(struct plant *p, uint32_t offset, uint32_t value, sim_ps now)
     case SLOT_GATE:
         gate_write(&p->gate, within, value);
         plant_update_gates(p);
+        follow_chopper(p);
         break;
     default:
         break;

@@ -7,12 +7,12 @@
 #include <stdint.h>
 
 #include "adc.h"
-#include "corepwm.h"
 #include "encoder.h"
 #include "gate.h"
 #include "inverter.h"
 #include "meter.h"
 #include "motor.h"
+#include "pwm.h"
 #include "sensors.h"
 #include "simtime.h"
 #include "thermometer.h"
@@ -37,7 +37,7 @@ struct plant_row {
 };
 
 struct plant {
-    struct corepwm pwm;
+    struct pwm pwm;
     struct adc adc;
     struct encoder encoder;
     struct gate gate;

@@ -50,8 +50,7 @@ void sampling_start(struct plant *p)
     const struct sensor_params *s = &p->sensors.p;
     sensors_draw_noise(&p->sensors);
     uint32_t code[4] = {[3] = sensors_bus_code(&p->sensors, p->inverter.bus_v)};
-    adc_sense(&p->adc, thermometer_code(&p->thermometer));
-    adc_start(&p->adc, code, p->now + sim_from_s(s->adc_conversion_s));
+    adc_start(&p->adc, code, p->now, p->now + sim_from_s(s->adc_conversion_s));
     p->sample_at[0] = p->now;
     p->sample_at[1] = p->now + sim_from_s(s->skew_b_s);
     p->sample_at[2] = p->now + sim_from_s(s->skew_c_s);

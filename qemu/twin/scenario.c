@@ -125,6 +125,12 @@ static void disturb_encoder(const struct event *e, struct encoder *encoder)
     }
 }
 
+static void ask_to_stop(enum gate_latch pin, bool stops)
+{
+    gate_pin(&board.plant->gate, pin, stops);
+    plant_update_gates(board.plant);
+}
+
 static void show_temperature(const struct event *e, struct thermometer *thermometer)
 {
     if (e->on) {
@@ -157,6 +163,7 @@ static void disturb_device(const struct event *e)
         break;
     case EVENT_FABRIC_PLL_LOST:
         sysreg_set_lock(SYSREG_FABRIC_PLL, !e->on);
+        ask_to_stop(GATE_CLOCK_LOST, e->on);
         board.interrupt(SYSREG_FABRIC_PLL_IRQ, e->on);
         break;
     case EVENT_MEMORY_ERROR:
@@ -202,8 +209,10 @@ static void play(const struct event *e)
         inject(e, &board.plant->motor, &board.plant->sensors);
         break;
     case EVENT_DRIVER_FAULT:
-        gate_set_driver_fault(&board.plant->gate, e->on);
-        plant_update_gates(board.plant);
+        ask_to_stop(GATE_DRIVER_FAULT, e->on);
+        break;
+    case EVENT_STO:
+        ask_to_stop(e->phase == 0 ? GATE_STO_A : GATE_STO_B, e->on);
         break;
     case EVENT_ENCODER_CUT:
     case EVENT_ENCODER_FREEZE:

@@ -215,12 +215,13 @@ static double take_fed(struct supply *s, const struct inverter_params *p, struct
     return dt_s - fed_s;
 }
 
-/* Above the upper level on, below the lower off. */
+/* One with levels of its own: above the upper level on, below the lower off. Any other does what the fabric asks. */
 static void switch_chopper(struct supply *s, const struct inverter_params *p, double bus_v)
 {
     if (p->chopper_ohm > 0) {
         double level_v = s->chopper_on ? p->chopper_off_v : p->chopper_on_v;
-        s->chopper_on = s->chopper_enabled && bus_v > level_v;
+        bool wanted = p->chopper_on_v > 0 ? bus_v > level_v : s->chopper_asked;
+        s->chopper_on = s->chopper_enabled && wanted;
     }
 }
 

@@ -20,7 +20,8 @@ struct supply {
     double slow_v;    /* on C2 */
     double mains_rad; /* since the last crossing of two phases, 0...pi/3 */
     bool chopper_enabled, chopper_on;
-    bool plain; /* R and C only: first order, in closed form (bus.h) */
+    bool chopper_asked; /* by the fabric; heard where the chopper has no levels of its own */
+    bool plain;         /* R and C only: first order, in closed form (bus.h) */
     double longest_step_s;
     double heat_j, chopper_j; /* in the resistances; in the brake resistor */
 };

@@ -72,7 +72,7 @@ static void update_interrupt(void)
     if (level != interrupt_level) {
         interrupt_level = level;
         if (level) {
-            irqlog_line_rose(IRQ_EXCEPTION + FABRIC_IRQ0, present(), plant.pwm.period_start);
+            irqlog_line_rose(IRQ_EXCEPTION + FABRIC_IRQ0, present(), plant.pwm.valley_at);
         }
         vm_set_interrupt(FABRIC_IRQ0, level);
     }
@@ -203,7 +203,7 @@ static void fabric_write(void *unused, uint32_t offset, uint32_t value)
     fabric_accessed("written", offset);
     plant_write(&plant, offset, value, present());
     plant_changed();
-    if (offset == COREPWM_SYNC_UPDATE) {
+    if (offset == PWM_COMPARE_C_OFFSET) {
         irqlog_pwm_written(cycles_sampled(FABRIC_BASE + offset) + 1 + (uint64_t)config.cycles.apb_write);
     }
 }

@@ -3,7 +3,7 @@
 // contract's formulas in integers, real multiplier and curve included. Prints a line a fault; the last line is the verdict.
 `timescale 1ns / 100ps
 
-// AD7356: the frame as the data sheet has it (Rev. A, page 18); its times in nanoseconds are unconfirmed (docs/fabric3.md).
+// AD7356: the frame as the data sheet has it (Rev. A, page 18); its times in nanoseconds are unconfirmed (docs/fabric.md).
 // Data is unknown from HOLD to ACCESS after each falling edge; both include the way through the FPGA's pins. Times of CS and
 // SCLK are the limits that the RTL must keep.
 module ad7356 #(parameter real HOLD = 3.5, parameter real ACCESS = 18.0, parameter FALLS = 14, parameter ZEROS = 2,

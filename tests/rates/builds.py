@@ -5,7 +5,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-RATES_HZ = (8000, 10000, 16000, 20000, 32000, 40000)
+RATES_HZ = (8000, 10000, 16000, 20000, 40000)
 OWN_HZ = 20000  # of firmware/settings/rates.h: the ordinary build is this one
 
 

@@ -68,7 +68,7 @@ def test_assembly_equals_c(hz, tmp_path):
 @pytest.mark.parametrize("choices, reason", [
     ({"PWM_HZ": 25000}, "CONFIG_PWM_HZ must be a multiple of 16"),
     ({"PWM_HZ": 16500}, "CONFIG_PWM_HZ must be a multiple of CONFIG_SLOW_HZ"),
-    ({"PWM_HZ": 24000}, "a whole number of the fabric's counts"),
+    ({"PWM_HZ": 32000}, "half a PWM period must be a whole number of the fabric's counts"),
     ({"PWM_HZ": 4000}, "tested from 8000 to 40000"),
     ({"PWM_HZ": 50000}, "tested from 8000 to 40000"),
     ({"DEAD_TIME_NS": 2600}, "dead time: 10 to 2550 ns"),

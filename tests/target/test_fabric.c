@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Drivers of the fabric blocks against docs/fabric.md: CorePWM's ways, the edges for every on-time, the ADC's end of
- * conversion, the encoder's counter and the gate's latches.
- *
- * One test commands both sides of a phase on, to see the interlock: on a real power stage run it without bus voltage.
+ * Drivers of the fabric blocks against docs/fabric.md: the PWM's settings and when a set of compares acts, the ADC's end of
+ * conversion, the encoder's counter, the gate's latches and the brake chopper.
  */
 #include "drivers/board.h"
 #include "drivers/cortex/nvic.h"
@@ -13,8 +11,10 @@
 #include "startup/startup.h"
 #include "tests/target/harness.h"
 
-#define PERIOD_COUNTS   5000u
+#define HALF_COUNTS     2500u
+#define PERIOD_COUNTS   (2u * HALF_COUNTS)
 #define DEAD_COUNTS     50u
+#define MIN_COUNTS      10u
 #define TICKS_PER_COUNT (BOARD_MSS_TIMER_HZ / BOARD_FABRIC_HZ)
 #define PERIOD_TICKS    (PERIOD_COUNTS * TICKS_PER_COUNT)
 
@@ -28,155 +28,88 @@ static void wait_counts(uint32_t counts)
     }
 }
 
-/* ---- CorePWM ---- */
+/* ---- PWM ---- */
 
-static volatile uint32_t *const edge_regs[12] = {
-    &FABRIC0->pwm.PWM1_POSEDGE, &FABRIC0->pwm.PWM1_NEGEDGE, &FABRIC0->pwm.PWM2_POSEDGE, &FABRIC0->pwm.PWM2_NEGEDGE,
-    &FABRIC0->pwm.PWM3_POSEDGE, &FABRIC0->pwm.PWM3_NEGEDGE, &FABRIC0->pwm.PWM4_POSEDGE, &FABRIC0->pwm.PWM4_NEGEDGE,
-    &FABRIC0->pwm.PWM5_POSEDGE, &FABRIC0->pwm.PWM5_NEGEDGE, &FABRIC0->pwm.PWM6_POSEDGE, &FABRIC0->pwm.PWM6_NEGEDGE,
-};
+static const struct pwm_setup setup = {HALF_COUNTS, DEAD_COUNTS, MIN_COUNTS, PWM_UPDATE_VALLEY};
 
-/*
- * What is wrong with the edges in effect for a wanted on-time: each has to be where docs/fabric.md puts it for the
- * on-time held to its limits, inside 1 ... P-1, in the order low off, high on, high off, low on, with the dead time
- * between the sides. Returns a count of violations.
- */
-static uint32_t edge_violations(uint32_t leg, uint32_t wanted, uint32_t dead, uint32_t period)
+static bool refused(struct pwm_setup wrong)
 {
-    const uint32_t high_on = *edge_regs[4u * leg];
-    const uint32_t high_off = *edge_regs[4u * leg + 1u];
-    const uint32_t low_on = *edge_regs[4u * leg + 2u];
-    const uint32_t low_off = *edge_regs[4u * leg + 3u];
+    return !pwm_init(&FABRIC0->pwm, &wrong) && FABRIC0->pwm.CONTROL == 0u;
+}
 
-    const uint32_t max = period - 2u * dead - 2u;
-    uint32_t on = wanted;
-    if ((wanted & 0x80000000u) != 0u || wanted == 0u) {
-        on = 1u;
-    } else if (wanted > max) {
-        on = max;
+static void test_pwm_init(void)
+{
+    struct pwm_regs *const pwm = &FABRIC0->pwm;
+    harness_true("pwm: refuses a period too short", refused((struct pwm_setup){PWM_HALF_MIN - 1u, 5u, 1u, 0u}));
+    harness_true("pwm: refuses a period over 16 bits", refused((struct pwm_setup){PWM_HALF_MAX + 1u, 50u, 10u, 0u}));
+    harness_true("pwm: refuses no dead time", refused((struct pwm_setup){2500u, 0u, 10u, 0u}));
+    harness_true("pwm: refuses a dead time over 8 bits", refused((struct pwm_setup){2500u, 256u, 10u, 0u}));
+    harness_true("pwm: refuses one that takes all", refused((struct pwm_setup){50u, 50u, 10u, 0u}));
+    harness_true("pwm: refuses no shortest pulse", refused((struct pwm_setup){2500u, 50u, 0u, 0u}));
+    harness_true("pwm: refuses one over 8 bits", refused((struct pwm_setup){2500u, 50u, 256u, 0u}));
+    harness_true("pwm: refuses a mode there is not", refused((struct pwm_setup){2500u, 50u, 10u, 4u}));
+    harness_true("pwm: comes up", pwm_init(pwm, &setup));
+    harness_equal("pwm: runs", pwm->CONTROL, PWM_CONTROL_RUN);
+    harness_equal("pwm: dead time", pwm->DEAD, DEAD_COUNTS);
+    harness_equal("pwm: shortest pulse", pwm->MIN_PULSE, MIN_COUNTS);
+    harness_equal("pwm: triggers in the middle of the low sides' time", pwm->TRIGGER_1,
+                  (HALF_COUNTS - DEAD_COUNTS / 2u) | PWM_TRIGGER_FALLING);
+    harness_equal("pwm: once a period", pwm->TRIGGER_2, 0u);
+    harness_equal("pwm: all phases at half", pwm->COMPARE_C, HALF_COUNTS / 2u);
+    harness_true("pwm: comes up again, already running", pwm_init(pwm, &setup));
+}
+
+/* What the legs depend on holds still while the carrier runs. */
+static void test_pwm_locked(void)
+{
+    struct pwm_regs *const pwm = &FABRIC0->pwm;
+    volatile uint32_t *const settings[5] = {&pwm->PERIOD, &pwm->DEAD, &pwm->MIN_PULSE, &pwm->MODE, &pwm->PHASE};
+    for (uint32_t n = 0; n < 5u; n++) {
+        const uint32_t before = *settings[n];
+        *settings[n] = 3u;
+        harness_equal("pwm: a setting written while it runs is not taken", *settings[n], before);
     }
-    const uint32_t first = (period - on) / 2u;
-    uint32_t violations = 0;
-    violations += high_on != first || high_off != first + on ? 1u : 0u;
-    violations += low_off != first - dead || low_on != first + on + dead ? 1u : 0u;
-    violations += low_off < 1u || low_on > period - 1u ? 1u : 0u;
-    violations += high_on - low_off != dead || low_on - high_off != dead ? 1u : 0u;
-    violations += high_off <= high_on || low_on <= low_off ? 1u : 0u;
-    return violations;
 }
 
-/* Every on-time from below 0 to beyond the period, on all legs at different values, read back when in effect. */
-static uint32_t sweep(uint32_t period, uint32_t dead)
+/* Waits until the carrier has just left the valley, and so for a set that waits for it. */
+static void wait_valley(void)
 {
-    uint32_t violations = 0;
-    for (uint32_t i = 0; i <= period + 4u; i++) {
-        const uint32_t a = i - 2u; /* begins at -2 */
-        const uint32_t b = period + 2u - i;
-        const uint32_t c = (i * 7u) % (period + 1u);
-        corepwm_write_legs(&FABRIC0->pwm, a, b, c, dead, period);
-        wait_counts(period + 20u);
-        violations += edge_violations(0u, a, dead, period);
-        violations += edge_violations(1u, b, dead, period);
-        violations += edge_violations(2u, c, dead, period);
-        watchdog_refresh();
-    }
-    return violations;
-}
-
-static void test_corepwm_init(void)
-{
-    harness_true("corepwm: refuses a period too short", !corepwm_init(&FABRIC0->pwm, COREPWM_PERIOD_MIN - 1u));
-    harness_true("corepwm: refuses a period over 16 bits", !corepwm_init(&FABRIC0->pwm, COREPWM_PERIOD_MAX + 1u));
-    harness_true("corepwm: comes up", corepwm_init(&FABRIC0->pwm, PERIOD_COUNTS));
-    harness_equal("corepwm: prescale in effect", FABRIC0->pwm.PRESCALE, 0u);
-    harness_equal("corepwm: period in effect", FABRIC0->pwm.PERIOD, PERIOD_COUNTS - 1u);
-    harness_equal("corepwm: only the trigger is enabled", FABRIC0->pwm.PWM_ENABLE_0_7, COREPWM_ENABLE_TRIGGER);
-    harness_equal("corepwm: trigger at 0", FABRIC0->pwm.PWM7_POSEDGE, 0u);
-    harness_true("corepwm: trigger's edges differ", FABRIC0->pwm.PWM7_NEGEDGE != 0u);
-    harness_equal("corepwm: legs prepared at half",
-                  edge_violations(0u, PERIOD_COUNTS / 2u, PERIOD_COUNTS / 8u, PERIOD_COUNTS), 0u);
-    harness_true("corepwm: comes up again, already running", corepwm_init(&FABRIC0->pwm, PERIOD_COUNTS));
-    harness_equal("corepwm: longest on-time", corepwm_on_max(PERIOD_COUNTS, DEAD_COUNTS), PERIOD_COUNTS - 102u);
-    harness_equal("corepwm: none if the dead time eats the period", corepwm_on_max(100u, 50u), 0u);
-}
-
-static uint32_t legs_violations(uint32_t on)
-{
-    return edge_violations(0u, on, DEAD_COUNTS, PERIOD_COUNTS) + edge_violations(1u, on, DEAD_COUNTS, PERIOD_COUNTS) +
-           edge_violations(2u, on, DEAD_COUNTS, PERIOD_COUNTS);
-}
-
-/* Writes new edges and waits for them; returns timer 2 just after the period end that brought them. */
-static uint32_t period_end(uint32_t on)
-{
-    corepwm_write_legs(&FABRIC0->pwm, on, on, on, DEAD_COUNTS, PERIOD_COUNTS);
-    const uint32_t start = mss_timer2_now();
-    const uint32_t last = (PERIOD_COUNTS - on) / 2u - DEAD_COUNTS;
-    while (FABRIC0->pwm.PWM6_NEGEDGE != last && mss_timer2_now() - start < 2u * PERIOD_TICKS) {
+    for (uint32_t poll = 0; poll < 10u * PERIOD_COUNTS && (FABRIC0->pwm.STATUS & PWM_STATUS_RISING) == 0u; poll++) {
         /* bounded */
     }
-    return mss_timer2_now();
-}
-
-/*
- * Begins an update at every count from 80 before the end of a period to 20 after it, so that the end falls between any
- * two of its stores, and counts the updates of which only a part was in effect afterwards.
- */
-static uint32_t torn_updates(void)
-{
-    uint32_t torn = 0;
-    for (uint32_t lead = 0; lead <= 100u; lead++) {
-        const uint32_t begin = period_end(1000u) + (PERIOD_COUNTS - 80u + lead) * TICKS_PER_COUNT;
-        while ((int32_t)(mss_timer2_now() - begin) < 0) {
-            /* time passes */
-        }
-        corepwm_write_legs(&FABRIC0->pwm, 3000u, 3000u, 3000u, DEAD_COUNTS, PERIOD_COUNTS);
-        wait_counts(100u);
-        torn += legs_violations(1000u) != 0u && legs_violations(3000u) != 0u ? 1u : 0u;
+    for (uint32_t poll = 0; poll < 10u * PERIOD_COUNTS && (FABRIC0->pwm.STATUS & PWM_STATUS_RISING) != 0u; poll++) {
+        /* bounded */
     }
-    return torn;
 }
 
-/* New edges come together, at the end of a period and not before; without SYNC_UPDATE not at all. */
-static void test_corepwm_update(void)
+static void write_compares(uint32_t counts)
 {
-    corepwm_write_legs(&FABRIC0->pwm, 1000u, 1000u, 1000u, DEAD_COUNTS, PERIOD_COUNTS);
-    wait_counts(PERIOD_COUNTS + 20u);
-    harness_equal("corepwm: edges in effect after a period", FABRIC0->pwm.PWM1_POSEDGE, 2000u);
-
-    FABRIC0->pwm.SYNC_UPDATE = 0u;
-    FABRIC0->pwm.PWM1_POSEDGE = 1999u;
-    wait_counts(2u * PERIOD_COUNTS);
-    harness_equal("corepwm: without SYNC_UPDATE the old edge stays", FABRIC0->pwm.PWM1_POSEDGE, 2000u);
-    FABRIC0->pwm.SYNC_UPDATE = 1u;
-    wait_counts(PERIOD_COUNTS + 20u);
-    harness_equal("corepwm: with it the new one comes", FABRIC0->pwm.PWM1_POSEDGE, 1999u);
-
-    /* All twelve change at one instant: watched from the first to change, none of the others is old. */
-    (void)period_end(3000u);
-    harness_equal("corepwm: edges change together", legs_violations(3000u), 0u);
-    harness_equal("corepwm: none is taken alone when the period ends while they are written", torn_updates(), 0u);
-
-    corepwm_enable_legs(&FABRIC0->pwm, true);
-    wait_counts(PERIOD_COUNTS + 20u);
-    harness_equal("corepwm: legs enabled", FABRIC0->pwm.PWM_ENABLE_0_7, COREPWM_ENABLE_TRIGGER | COREPWM_ENABLE_LEGS);
-    corepwm_enable_legs(&FABRIC0->pwm, false);
-    wait_counts(PERIOD_COUNTS + 20u);
-    harness_equal("corepwm: legs disabled, trigger not", FABRIC0->pwm.PWM_ENABLE_0_7, COREPWM_ENABLE_TRIGGER);
+    FABRIC0->pwm.COMPARE_A = counts;
+    FABRIC0->pwm.COMPARE_B = counts;
+    FABRIC0->pwm.COMPARE_C = counts;
 }
 
-static void test_corepwm_edges(void)
+static bool waits(void)
 {
-    harness_equal("corepwm: edges for every on-time, P 5000, dead 50", sweep(PERIOD_COUNTS, DEAD_COUNTS), 0u);
-    uint32_t violations = 0;
-    for (uint32_t dead = 0; dead <= 8u; dead++) {
-        (void)corepwm_init(&FABRIC0->pwm, 200u);
-        violations += sweep(200u, dead);
-        (void)corepwm_init(&FABRIC0->pwm, 201u);
-        violations += sweep(201u, dead);
-    }
-    harness_equal("corepwm: edges for every on-time, P 200 and 201, dead 0...8", violations, 0u);
-    harness_true("corepwm: back to 20 kHz", corepwm_init(&FABRIC0->pwm, PERIOD_COUNTS));
+    return (FABRIC0->pwm.STATUS & PWM_STATUS_WAITING) != 0u;
+}
+
+static void test_pwm_update(void)
+{
+    wait_valley();
+    FABRIC0->pwm.COMPARE_A = 1000u;
+    FABRIC0->pwm.COMPARE_B = 1000u;
+    harness_true("pwm: two of three compares are no set", !waits());
+    FABRIC0->pwm.COMPARE_C = 1000u;
+    harness_true("pwm: the third commits it", waits());
+    wait_counts(HALF_COUNTS + 100u);
+    harness_true("pwm: it passes the peak", waits());
+    wait_valley();
+    harness_true("pwm: and acts at the valley", !waits());
+    write_compares(1200u);
+    FABRIC0->pwm.COMPARE_A = 1300u;
+    harness_true("pwm: a write of the next set withdraws one that waits", !waits());
+    harness_equal("pwm: compares read as written", FABRIC0->pwm.COMPARE_A, 1300u);
 }
 
 /* ---- ADC ---- */
@@ -306,17 +239,14 @@ static void test_encoder(void)
 
 /* ---- gate ---- */
 
-/* Everything the gate's status shows while all legs go through their on-times in steps of a twentieth. */
-static uint32_t on_times_status(uint32_t dead_counts, bool live)
+/* Everything the gate's status shows while all legs go through their on-times in steps of a twentieth, and beyond. */
+static uint32_t on_times_status(void)
 {
     uint32_t status = 0;
-    for (uint32_t on = 0; on <= PERIOD_COUNTS; on += PERIOD_COUNTS / 20u) {
-        corepwm_write_legs(&FABRIC0->pwm, on, on, on, dead_counts, PERIOD_COUNTS);
-        corepwm_enable_legs(&FABRIC0->pwm, true);
+    for (uint32_t compare = 0; compare <= HALF_COUNTS + HALF_COUNTS / 20u; compare += HALF_COUNTS / 20u) {
+        write_compares(compare);
         wait_counts(PERIOD_COUNTS + 20u);
-        if (live) {
-            (void)gate_enable(&FABRIC0->gate);
-        }
+        (void)gate_enable(&FABRIC0->gate);
         wait_counts(2u * PERIOD_COUNTS);
         status |= gate_status(&FABRIC0->gate);
     }
@@ -345,26 +275,37 @@ static void test_gate(void)
     harness_equal("gate: clearing it", gate_clear(&FABRIC0->gate, GATE_STATUS_LOOP_LOST), 0u);
     harness_equal("gate: does not enable", gate_status(&FABRIC0->gate), 0u);
 
-    /*
-     * The edges the driver writes never overlap. With one count of dead time real switches would, as they take longer
-     * than that: gates off. All legs alike, so that there is no voltage on the motor.
-     */
-    harness_equal("gate: no interlock from end to end with one count of dead time", on_times_status(1u, false), 0u);
-    harness_equal("gate: nothing from end to end when live", on_times_status(DEAD_COUNTS, true), GATE_STATUS_LIVE);
-
-    /* Edges that do overlap: both sides of phase A on for 100 counts. */
-    corepwm_write_legs(&FABRIC0->pwm, 3000u, 3000u, 3000u, DEAD_COUNTS, PERIOD_COUNTS);
-    wait_counts(PERIOD_COUNTS + 20u);
-    FABRIC0->pwm.SYNC_UPDATE = 0u;
-    FABRIC0->pwm.PWM2_POSEDGE = 3900u;
-    FABRIC0->pwm.PWM2_NEGEDGE = 900u;
-    FABRIC0->pwm.SYNC_UPDATE = 1u;
-    wait_counts(3u * PERIOD_COUNTS);
-    harness_equal("gate: overlapping edges are INTERLOCK", gate_status(&FABRIC0->gate), GATE_STATUS_INTERLOCK);
-    corepwm_enable_legs(&FABRIC0->pwm, false);
-    wait_counts(PERIOD_COUNTS + 20u);
-    harness_equal("gate: interlock clears", gate_clear(&FABRIC0->gate, GATE_STATUS_INTERLOCK), 0u);
+    /* All legs alike, so that there is no voltage on the motor. */
+    harness_equal("gate: nothing from end to end when live", on_times_status(), GATE_STATUS_LIVE);
+    write_compares(HALF_COUNTS / 2u);
     gate_disable(&FABRIC0->gate);
+    harness_equal("gate: no input of safe torque off asks",
+                  gate_status(&FABRIC0->gate) & (GATE_STATUS_STO_A_NOW | GATE_STATUS_STO_B_NOW), 0u);
+}
+
+static void test_chopper(void)
+{
+    struct gate_regs *const gate = &FABRIC0->gate;
+    harness_equal("chopper: off after a reset", gate->CHOPPER, 0u);
+    gate_set_chopper(gate, 30000, 29000);
+    harness_equal("chopper: enabled, and quiet at this voltage", gate->CHOPPER, GATE_CHOPPER_ENABLE);
+    harness_equal("chopper: on above", gate->CHOPPER_ON, 30000u);
+    harness_equal("chopper: off at", gate->CHOPPER_OFF, 29000u);
+    gate_set_chopper(gate, 29000, 29000);
+    harness_equal("chopper: levels that do not stand apart switch it off", gate->CHOPPER, 0u);
+    gate_set_chopper(gate, 30000, 29000);
+    gate_set_chopper(gate, 0, 0);
+    harness_equal("chopper: none", gate->CHOPPER, 0u);
+
+    /* Of a bus that is far above: it chops from the first sample on. */
+    gate_set_chopper(gate, 2, 1);
+    FABRIC0->adc.CONTROL = ADC_CONTROL_ENABLE;
+    wait_counts(2u * PERIOD_COUNTS);
+    harness_equal("chopper: chops", gate->CHOPPER, GATE_CHOPPER_ENABLE | GATE_CHOPPER_CHOPPING);
+    adc_stop(&FABRIC0->adc);
+    wait_counts(66000u);
+    harness_equal("chopper: not without samples", gate->CHOPPER, GATE_CHOPPER_ENABLE);
+    gate_set_chopper(gate, 0, 0);
 }
 
 int main(void)
@@ -372,12 +313,13 @@ int main(void)
     (void)harness_begin();
     mss_timer2_start_free_running();
     if (harness_true("gate: identity of the fabric", gate_id_ok(&FABRIC0->gate))) {
-        test_corepwm_init();
-        test_corepwm_update();
+        test_pwm_init();
+        test_pwm_locked();
+        test_pwm_update();
         test_adc();
         test_encoder();
         test_gate();
-        test_corepwm_edges();
+        test_chopper();
     }
     harness_end();
 }

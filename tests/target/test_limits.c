@@ -255,12 +255,14 @@ static void test_two_in_a_row(void)
     harness_equal("flags: all conversions as their results demand", wrong + wrong_mirrors + missing, 0u);
 }
 
+static const struct pwm_setup setup = {PERIOD_COUNTS / 2u, 50u, 10u, PWM_UPDATE_VALLEY};
+
 int main(void)
 {
     (void)harness_begin();
     mss_timer2_start_free_running();
     if (harness_true("limits: identity of the fabric", gate_id_ok(&FABRIC0->gate)) &&
-        harness_true("limits: triggers come", corepwm_init(&FABRIC0->pwm, PERIOD_COUNTS))) {
+        harness_true("limits: triggers come", pwm_init(&FABRIC0->pwm, &setup))) {
         test_reset();
         test_registers();
         test_boundaries();

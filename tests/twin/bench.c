@@ -126,30 +126,37 @@ void bench_run(struct plant *p, double duration_s)
     plant_advance(p, p->now + sim_from_s(duration_s));
 }
 
-static void channel(struct plant *p, int n, uint32_t pos_edge, uint32_t neg_edge)
+void bench_compare(struct plant *p, int phase, uint32_t counts)
 {
-    bench_write(p, PWM_POSEDGE_1 + 8 * (unsigned)(n - 1), pos_edge);
-    bench_write(p, PWM_NEGEDGE_1 + 8 * (unsigned)(n - 1), neg_edge);
+    bench_write(p, PWM_COMPARE_A + 4 * (unsigned)phase, counts);
+    if (phase != 2) {
+        bench_write(p, PWM_COMPARE_C, bench_read(p, PWM_COMPARE_C));
+    }
 }
 
-void bench_leg(struct plant *p, int phase, uint32_t on_counts, uint32_t dead_counts)
+void bench_leg(struct plant *p, int phase, uint32_t on_counts)
 {
-    uint32_t on = (BENCH_PERIOD_COUNTS - on_counts) / 2, off = on + on_counts;
-    channel(p, 2 * phase + 1, on, off);
-    channel(p, 2 * phase + 2, off + dead_counts, on - dead_counts);
+    bench_compare(p, phase, (on_counts + BENCH_DEAD_COUNTS) / 2);
+}
+
+/* The middle of the low sides' time lies half a dead time behind the valley; triggers and gates a clock behind their counts. */
+void bench_trigger_at(struct plant *p, uint32_t count)
+{
+    const uint32_t half = BENCH_PERIOD_COUNTS / 2, place = (count + BENCH_DEAD_COUNTS / 2) % BENCH_PERIOD_COUNTS;
+    bench_write(p, PWM_TRIGGER_1, place < half ? (half - place) | 1u << 16 : (place - half) | 1u << 17);
 }
 
 void bench_start(struct plant *p, const struct plant_params *params, const uint32_t on_counts[3])
 {
     plant_init(p, params);
-    bench_write(p, PWM_PRESCALE, 0);
-    bench_write(p, PWM_PERIOD, BENCH_PERIOD_COUNTS - 1);
+    bench_write(p, PWM_PERIOD, BENCH_PERIOD_COUNTS / 2);
+    bench_write(p, PWM_DEAD, BENCH_DEAD_COUNTS);
+    bench_write(p, PWM_MIN_PULSE, 1);
     for (int k = 0; k < 3; k++) {
-        bench_leg(p, k, on_counts[k], BENCH_DEAD_COUNTS);
+        bench_leg(p, k, on_counts[k]);
     }
-    channel(p, 7, 0, 100);
-    bench_write(p, PWM_SYNC_UPDATE, 1);
-    bench_write(p, PWM_ENABLE, 0x7F);
+    bench_trigger_at(p, 0);
+    bench_write(p, PWM_CONTROL, 1);
     bench_write(p, GATE_CONTROL, 1);
 }
 

@@ -7,12 +7,13 @@
 #include "plant.h"
 
 enum bench_register {
-    PWM_PRESCALE = 0x0000,
-    PWM_PERIOD = 0x0004,
-    PWM_ENABLE = 0x0008,
-    PWM_POSEDGE_1 = 0x0010,
-    PWM_NEGEDGE_1 = 0x0014,
-    PWM_SYNC_UPDATE = 0x00E4,
+    PWM_CONTROL = 0x0000,
+    PWM_PERIOD = 0x0008,
+    PWM_DEAD = 0x000C,
+    PWM_MIN_PULSE = 0x0010,
+    PWM_TRIGGER_1 = 0x001C,
+    PWM_COMPARE_A = 0x0028,
+    PWM_COMPARE_C = 0x0030,
     ADC_CONTROL = 0x0100,
     ADC_STATUS = 0x0104,
     ADC_IA = 0x0108,
@@ -24,6 +25,11 @@ enum bench_register {
     ADC_V_MIN = 0x0130,
     ADC_V_MAX = 0x0134,
     ADC_TEMP = 0x0138,
+    ADC_VALID = 0x013C,
+    ADC_GAIN_A = 0x0140,
+    ADC_SETTLE = 0x014C,
+    ADC_MODULATOR = 0x0150,
+    ADC_MODULATOR_TRIP = 0x0154,
     ENC_CONTROL = 0x0200,
     ENC_COUNTS = 0x0204,
     ENC_POSITION = 0x0208,
@@ -32,9 +38,16 @@ enum bench_register {
     ENC_STATUS = 0x0214,
     ENC_EDGE_TIME = 0x0218,
     ENC_LATCH_TIME = 0x021C,
+    ENC_FILTER = 0x0220,
+    ENC_HALL = 0x0224,
+    ENC_HALL_TIME = 0x0228,
     GATE_CONTROL = 0x0300,
     GATE_STATUS = 0x0304,
     GATE_ID = 0x0308,
+    GATE_CHOPPER = 0x030C,
+    GATE_CHOPPER_ON = 0x0310,
+    GATE_CHOPPER_OFF = 0x0314,
+    GATE_AXES = 0x0318,
 };
 
 #define BENCH_PERIOD_COUNTS 5000 /* 20 kHz */
@@ -57,9 +70,13 @@ uint32_t bench_read(struct plant *p, enum bench_register r);
 void bench_write(struct plant *p, enum bench_register r, uint32_t value);
 void bench_run(struct plant *p, double duration_s);
 
-/* Edges of one leg for an on-time of the high side, by the table of docs/fabric.md. */
-void bench_leg(struct plant *p, int phase, uint32_t on_counts, uint32_t dead_counts);
-/* A fresh plant that switches at 20 kHz with these on-times, LIVE, triggers at count 0, ADC off. */
+/* The compare of a phase, in effect with the others from the next valley on. */
+void bench_compare(struct plant *p, int phase, uint32_t counts);
+/* The same for an on-time of the high side, dead time taken off. */
+void bench_leg(struct plant *p, int phase, uint32_t on_counts);
+/* Where in the period the trigger comes: 0 is the middle of the low sides' time. */
+void bench_trigger_at(struct plant *p, uint32_t count);
+/* A fresh plant that switches at 20 kHz with these on-times, LIVE, triggers in the middle of the low sides' time, ADC off. */
 void bench_start(struct plant *p, const struct plant_params *params, const uint32_t on_counts[3]);
 /* A fresh plant with all legs at half, whose next trigger comes 1 us after the return. */
 void bench_before_trigger(struct plant *p, const struct plant_params *params);

@@ -19,7 +19,8 @@ static void adc_conversion(void)
     check_hex("ADC.CONTROL after reset", bench_read(&p, ADC_CONTROL), 0);
     check_equal("ADC off: no conversion", bench_read(&p, ADC_SEQUENCE), 0);
     bench_write(&p, ADC_CONTROL, 0xFFFFFFFF);
-    check_hex("ADC.CONTROL: unused bits read 0", bench_read(&p, ADC_CONTROL), 3);
+    check_hex("ADC.CONTROL: unused bits read 0", bench_read(&p, ADC_CONTROL), 0xF);
+    bench_write(&p, ADC_CONTROL, 3);
 
     bench_run(&p, 2.4e-6);
     check_hex("1.4 us after the trigger: no EOC", bench_read(&p, ADC_STATUS), 0);
@@ -71,7 +72,7 @@ static void adc_overrun(void)
     check_true("off: no trigger", !adc_listens(&a));
     adc_write(&a, 0x00, 1);
     check_true("on and idle: the trigger starts a conversion", adc_listens(&a));
-    adc_start(&a, (uint32_t[4]){1, 2, 3, 4}, 0);
+    adc_start(&a, (uint32_t[4]){1, 2, 3, 4}, 0, 0);
     check_true("busy: no second trigger", !adc_listens(&a));
     adc_finish(&a);
     check_equal("SEQUENCE wraps at 32 bit", adc_read(&a, 0x18), 0);
@@ -83,7 +84,7 @@ static int32_t converted(struct adc *a, uint32_t phase, uint32_t code, uint32_t 
     uint32_t codes[4] = {0};
     codes[phase] = code;
     adc_write(a, 0x1C + 4 * phase, offset);
-    adc_start(a, codes, 0);
+    adc_start(a, codes, 0, 0);
     adc_finish(a);
     return (int32_t)adc_read(a, 0x08 + 4 * phase);
 }
@@ -97,7 +98,7 @@ static void adc_results(void)
         adc_write(&a, 0x1C + 4 * k, 0xFFFF0000 + 30000 + k);
         check_equal("OFFSET_x has 16 bits", adc_read(&a, 0x1C + 4 * k), 30000 + k);
     }
-    adc_start(&a, (uint32_t[4]){2001, 2002, 2003, 2004}, 0);
+    adc_start(&a, (uint32_t[4]){2001, 2002, 2003, 2004}, 0, 0);
     adc_finish(&a);
     for (uint32_t k = 0; k < 3; k++) {
         check_equal("IA IB IC in order, less their offsets", (int32_t)adc_read(&a, 0x08 + 4 * k),
@@ -118,9 +119,59 @@ static void adc_results(void)
         check_equal("held at the lower end", converted(&a, k, 0, 65535), -32767);
     }
     check_equal("VBUS from 0", adc_read(&a, 0x14), 0);
-    adc_start(&a, (uint32_t[4]){0, 0, 0, 4095}, 0);
+    adc_start(&a, (uint32_t[4]){0, 0, 0, 4095}, 0, 0);
     adc_finish(&a);
     check_equal("VBUS to 32760, whatever the offsets", adc_read(&a, 0x14), 32760);
+}
+
+/* Gains, phases that are not valid, and what takes their place. */
+static void adc_gains_and_valid(void)
+{
+    struct adc a;
+    adc_reset(&a);
+    adc_write(&a, 0x40, 0x17F);
+    adc_write(&a, 0x44, 0x80);
+    check_hex("GAIN_A has 8 bits", adc_read(&a, 0x40), 0x7F);
+    adc_start(&a, (uint32_t[4]){3048, 3048, 1048, 0}, 0, 0);
+    adc_finish(&a);
+    check_equal("a gain of 1 + 127/2048, rounded", (int32_t)adc_read(&a, 0x08), 16992);
+    check_equal("of 1 - 128/2048", (int32_t)adc_read(&a, 0x0C), 15000);
+    check_equal("of 1", (int32_t)adc_read(&a, 0x10), -16000);
+    check_hex("SETTLE 0: all valid", adc_read(&a, 0x3C), 7);
+
+    adc_reset(&a);
+    adc_write(&a, 0x4C, 0xF0FF);
+    check_hex("SETTLE has 12 bits", adc_read(&a, 0x4C), 0xFF);
+    adc_see_gates(&a, 0x2A, 0);
+    adc_see_gates(&a, 0x29, 1000);     /* A high */
+    adc_see_gates(&a, 0x2A, 20000000); /* and low again */
+    adc_start(&a, (uint32_t[4]){1000, 2148, 2248, 0}, 20000000 + 0xFE * 10000, 0);
+    adc_finish(&a);
+    check_hex("A's low side has just come on", adc_read(&a, 0x3C), 6);
+    check_equal("its result is the sensor's", (int32_t)adc_read(&a, 0x08), 16 * (1000 - 2048));
+    adc_write(&a, 0x00, 4);
+    adc_start(&a, (uint32_t[4]){1000, 2148, 2248, 0}, 20000000 + 0xFE * 10000, 0);
+    adc_finish(&a);
+    check_equal("RECONSTRUCT: minus the sum of the others", (int32_t)adc_read(&a, 0x08), -16 * 300);
+    adc_start(&a, (uint32_t[4]){1000, 2148, 2248, 0}, 20000000 + 0xFF * 10000, 0);
+    adc_finish(&a);
+    check_hex("after SETTLE clocks it is valid", adc_read(&a, 0x3C), 7);
+    check_equal("and measured", (int32_t)adc_read(&a, 0x08), 16 * (1000 - 2048));
+    check_hex("MODULATOR after reset", adc_read(&a, 0x50), 0x511);
+    check_hex("MODULATOR_TRIP after reset", adc_read(&a, 0x54), 0x1FFFF);
+}
+
+static void adc_off_drops_what_is_under_way(void)
+{
+    struct plant_params params = bench_plant();
+    struct plant p;
+    bench_before_trigger(&p, &params);
+    bench_write(&p, ADC_CONTROL, 1);
+    bench_run(&p, 1.5e-6);
+    bench_write(&p, ADC_CONTROL, 0);
+    bench_write(&p, ADC_CONTROL, 1);
+    bench_run(&p, 10e-6);
+    check_equal("switched off within a conversion: none ends", bench_read(&p, ADC_SEQUENCE), 0);
 }
 
 /* ---- slot 3: GATE ---- */
@@ -137,7 +188,7 @@ static void gate_enable(void)
     struct gate g;
     memset(&g, 0, sizeof g);
     gate_reset(&g);
-    check_hex("GATE.ID", gate_read(&g, 0x08), 0x464F4321);
+    check_hex("GATE.ID", gate_read(&g, 0x08), 0x464F4330);
     check_hex("GATE.STATUS after reset", gate_read(&g, 0x04), 0);
     check_hex("LIVE 0: all outputs low", gate_follow(&g, 0x15), 0);
     gate_write(&g, 0x00, 0xFFFFFFFF);
@@ -151,17 +202,17 @@ static void gate_enable(void)
     check_hex("off again", gate_follow(&g, 0x2A), 0);
 }
 
-/* An input with a latch: set by `set`, seen in STATUS as `latch`, and live as `now`. */
-static void gate_input(void (*set)(struct gate *, bool), uint32_t latch, uint32_t now)
+/* An input with a latch: named by its latch, seen in STATUS as `latch`, and live as `now`. */
+static void gate_input(enum gate_latch pin, uint32_t latch, uint32_t now)
 {
     struct gate g;
     gate_start(&g);
-    set(&g, true);
+    gate_pin(&g, pin, true);
     check_hex("an input trips: latch and input, LIVE 0", gate_read(&g, 0x04), latch | now);
     check_hex("and clears ENABLE", gate_read(&g, 0x00), 0);
     gate_write(&g, 0x04, latch);
     check_hex("no clearing while the input is active", gate_read(&g, 0x04), latch | now);
-    set(&g, false);
+    gate_pin(&g, pin, false);
     check_hex("the latch outlasts its input", gate_read(&g, 0x04), latch);
     gate_write(&g, 0x00, 1);
     check_hex("ENABLE is ignored while a latch is set", gate_read(&g, 0x00), 0);
@@ -172,7 +223,7 @@ static void gate_input(void (*set)(struct gate *, bool), uint32_t latch, uint32_
     check_hex("which does not enable", gate_read(&g, 0x00), 0);
     gate_write(&g, 0x00, 1);
     check_hex("now it enables", gate_read(&g, 0x04), 1);
-    set(&g, true);
+    gate_pin(&g, pin, true);
     gate_reset(&g);
     check_hex("a reset does not silence the input", gate_read(&g, 0x04), latch | now);
 }
@@ -199,22 +250,86 @@ static void gate_interlock(void)
     check_hex("nor a high side and the next phase's low side", gate_follow(&g, 0x06), 0x06);
 }
 
-/* All the way from CorePWM's registers to the switches. */
-static void gate_in_the_plant(void)
+/* All the way from a pin to the switches. */
+static void a_stop_in_the_plant(enum gate_latch pin, uint32_t latch)
 {
     struct plant_params params = bench_plant();
     struct plant p;
     bench_start(&p, &params, half_on);
     bench_run(&p, 1e-3);
-    check_hex("live at count 0: the low sides", p.gates & 0x3F, 0x2A);
-    bench_write(&p, PWM_NEGEDGE_1 + 8, 1300); /* low side of A now ends 50 counts after its high side begins */
-    sim_ps overlap = plant_next_trigger(&p) + 1250 * (sim_ps)SIM_PS_PER_FABRIC_CLOCK;
-    plant_advance(&p, overlap - 1);
-    check_hex("live up to the overlap", bench_read(&p, GATE_STATUS), 1);
-    plant_advance(&p, overlap);
-    check_hex("INTERLOCK at the overlap", bench_read(&p, GATE_STATUS), 0x10);
-    check_hex("and all six off within the clock", p.inverter.conduct, 0);
-    check_true("no leg shoots through", p.inverter.leg[0] != LEG_BOTH);
+    check_hex("live in the valley: the low sides", p.gates & 0x3F, 0x2A);
+    gate_pin(&p.gate, pin, true);
+    plant_update_gates(&p);
+    check_hex("a pin asks to stop: all six off at once", p.gates, 0);
+    check_hex("and what the switches follow", p.inverter.gates, 0);
+    check_hex("the latch says which", bench_read(&p, GATE_STATUS) & 0x1FFF, latch);
+    bench_run(&p, 1e-4);
+    check_hex("none comes back", p.gates, 0);
+    gate_pin(&p.gate, pin, false);
+    bench_write(&p, GATE_STATUS, latch);
+    bench_run(&p, 1e-4);
+    check_hex("not by clearing alone", p.gates, 0);
+    bench_write(&p, GATE_CONTROL, 1);
+    check_hex("after ENABLE a dead time passes", p.gates, 0);
+    bench_run(&p, 2e-6);
+    check_true("then they follow the PWM", p.gates != 0);
+}
+
+/* ---- the brake chopper ---- */
+
+static void convert_once(struct plant *p)
+{
+    uint32_t sequence = bench_read(p, ADC_SEQUENCE);
+    bench_write(p, ADC_CONTROL, 1);
+    while (bench_read(p, ADC_SEQUENCE) == sequence) {
+        bench_run(p, 1e-6);
+    }
+    bench_write(p, ADC_STATUS, 3);
+    bench_write(p, ADC_CONTROL, 0);
+}
+
+static bool chops_at(struct plant *p, double bus_v)
+{
+    p->inverter.p.vbus_v = bus_v; /* the supply sinks and has little resistance */
+    for (int n = 0; n < 5; n++) {
+        bench_run(p, 0.4e-3);
+        convert_once(p);
+    }
+    return bench_read(p, GATE_CHOPPER) & 2u;
+}
+
+static void chopper(void)
+{
+    struct plant_params params = bench_plant();
+    struct plant p;
+    params.inverter.supply_sinks = 1;
+    params.inverter.chopper_ohm = 100;
+    bench_start(&p, &params, half_on);
+    bench_write(&p, GATE_CONTROL, 0); /* it needs neither LIVE nor the legs */
+    check_hex("thresholds after reset", bench_read(&p, GATE_CHOPPER_ON), 0x7FFF);
+    check_hex("both", bench_read(&p, GATE_CHOPPER_OFF), 0x7FFF);
+    bench_write(&p, GATE_CHOPPER_ON, 0xFFFF0000 | 28 * 32768 / 50);
+    bench_write(&p, GATE_CHOPPER_OFF, 26 * 32768 / 50);
+    check_equal("15 bits", bench_read(&p, GATE_CHOPPER_ON), 28 * 32768 / 50);
+    check_true("not enabled: off", !chops_at(&p, 30));
+    bench_write(&p, GATE_CHOPPER, 3);
+    check_hex("CHOPPING is read-only", bench_read(&p, GATE_CHOPPER), 1);
+    check_true("between the two, from below: off", !chops_at(&p, 27));
+    check_true("above: on", chops_at(&p, 30));
+    check_true("and so is the resistor", p.inverter.supply.chopper_on);
+    check_true("between the two, from above: on", chops_at(&p, 27.3));
+    check_true("below: off", !chops_at(&p, 25));
+    bench_run(&p, 1e-4);
+    check_true("and so is the resistor", !p.inverter.supply.chopper_on);
+    check_true("on again", chops_at(&p, 30));
+    bench_run(&p, 0.6e-3);
+    check_hex("0.6 ms after the last sample: still", bench_read(&p, GATE_CHOPPER), 3);
+    bench_run(&p, 0.1e-3);
+    check_hex("0.7 ms after it: off", bench_read(&p, GATE_CHOPPER), 1);
+    check_true("resistor, too", !p.inverter.supply.chopper_on);
+    chops_at(&p, 30);
+    gate_pin(&p.gate, GATE_CLOCK_LOST, true);
+    check_hex("no clock, no chopping", bench_read(&p, GATE_CHOPPER), 1);
 }
 
 /* One read tells everything that can be wrong: what ENC.STATUS and ADC.STATUS show is in GATE.STATUS, and no more. */
@@ -251,11 +366,18 @@ int main(void)
     adc_conversion();
     adc_overrun();
     adc_results();
+    adc_gains_and_valid();
+    adc_off_drops_what_is_under_way();
     gate_shows_the_encoder();
     gate_enable();
-    gate_input(gate_set_overcurrent, 0x2, 0x100);
-    gate_input(gate_set_driver_fault, 0x4, 0x200);
+    gate_input(GATE_OVERCURRENT, 0x2, 0x100);
+    gate_input(GATE_DRIVER_FAULT, 0x4, 0x200);
+    gate_input(GATE_STO_A, 0x400, 0x2000);
+    gate_input(GATE_STO_B, 0x800, 0x4000);
+    gate_input(GATE_CLOCK_LOST, 0x1000, 0);
     gate_interlock();
-    gate_in_the_plant();
+    a_stop_in_the_plant(GATE_STO_A, 0x400);
+    a_stop_in_the_plant(GATE_STO_B, 0x800);
+    chopper();
     return check_end();
 }

@@ -61,7 +61,7 @@ static void start_settled(struct plant *p, const struct plant_params *params)
     motor_lock(&p->motor, true);
     bench_run(p, 10e-3);
     for (int k = 0; k < 3; k++) {
-        bench_leg(p, k, 2500, BENCH_DEAD_COUNTS);
+        bench_leg(p, k, 2500);
     }
     bench_run(p, 100e-6);
 }
@@ -69,8 +69,7 @@ static void start_settled(struct plant *p, const struct plant_params *params)
 /* At another count of the period. */
 static struct plant_row convert_at(struct plant *p, uint32_t count, double codes[3])
 {
-    bench_write(p, PWM_POSEDGE_1 + 8 * 6, count);
-    bench_write(p, PWM_NEGEDGE_1 + 8 * 6, count + 60);
+    bench_trigger_at(p, count);
     bench_run(p, 150e-6);
     return bench_convert(p, codes);
 }

@@ -55,9 +55,8 @@ static void set_vector(struct plant *p, double share, double lead_rad)
 {
     double rad = p->motor.p.pole_pairs * p->motor.theta_rad + lead_rad;
     for (int k = 0; k < 3; k++) {
-        bench_leg(p, k, (uint32_t)lround(2500 + 2300 * share * cos(rad - k * 2 * PI / 3)), BENCH_DEAD_COUNTS);
+        bench_leg(p, k, (uint32_t)lround(2500 + 2300 * share * cos(rad - k * 2 * PI / 3)));
     }
-    bench_write(p, PWM_SYNC_UPDATE, 1);
 }
 
 /* Spun at a speed whose EMF is half the bus, with a vector that drives, brakes or hardly does either. */

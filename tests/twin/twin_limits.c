@@ -38,7 +38,7 @@ static uint32_t convert(struct adc *a, int32_t ia, int32_t ib, int32_t ic, uint3
         code[k] = i_q15[k] > 0 ? 4095 : 0;
         adc_write(a, OFFSET_A + 4 * k, 16 * code[k] - (uint32_t)i_q15[k]);
     }
-    adc_start(a, code, 0);
+    adc_start(a, code, 0, 0);
     adc_finish(a);
     uint32_t status = adc_read(a, STATUS);
     adc_write(a, STATUS, EOC);
@@ -242,9 +242,9 @@ static void flags_are_read_only(void)
     adc_write(&a, STATUS, 0xFFFFFFFF);
     check_hex("and not cleared by writing", adc_read(&a, STATUS), CURRENT | SUM | VBUS_HIGH | VBUS_LOW);
     check_true("nor an overrun", !adc_overran(&a));
-    adc_start(&a, (uint32_t[4]){2048, 2048, 2048, 0}, 0);
+    adc_start(&a, (uint32_t[4]){2048, 2048, 2048, 0}, 0, 0);
     adc_finish(&a);
-    adc_start(&a, (uint32_t[4]){2048, 2048, 2048, 0}, 0);
+    adc_start(&a, (uint32_t[4]){2048, 2048, 2048, 0}, 0, 0);
     adc_finish(&a);
     check_hex("EOC and OVERRUN stand beside them", adc_read(&a, STATUS) & (EOC | OVERRUN | VBUS_LOW), 0x83);
     adc_write(&a, STATUS, OVERRUN);

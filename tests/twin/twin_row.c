@@ -59,22 +59,20 @@ static double itself(double i_a)
     return i_a;
 }
 
-static void leg(struct plant *p, unsigned k, uint32_t rise, uint32_t fall)
-{
-    bench_write(p, PWM_POSEDGE_1 + 16 * k, rise);
-    bench_write(p, PWM_NEGEDGE_1 + 16 * k, fall);
-    bench_write(p, PWM_POSEDGE_1 + 16 * k + 8, fall);
-    bench_write(p, PWM_NEGEDGE_1 + 16 * k + 8, rise);
-}
-
+/* On for an odd number of counts, with a dead time of one, from the trigger on; the other phases stay low. */
 static void start_ripple(struct plant *p, const struct plant_params *params, uint32_t on_counts)
 {
+    const uint32_t compare = (on_counts + 1) / 2;
     bench_start(p, params, (uint32_t[3]){2500, 2500, 2500});
     motor_lock(&p->motor, true);
-    leg(p, 0, 0, on_counts);
-    for (unsigned k = 1; k < 3; k++) { /* low from their next falling edge on */
-        leg(p, k, 2 * BENCH_PERIOD_COUNTS, 4990);
-    }
+    bench_write(p, PWM_CONTROL, 0);
+    bench_run(p, 1e-6);
+    bench_write(p, PWM_DEAD, 1);
+    bench_compare(p, 0, compare);
+    bench_compare(p, 1, 0);
+    bench_compare(p, 2, 0);
+    bench_write(p, PWM_TRIGGER_1, (compare - 1) | 1u << 16);
+    bench_write(p, PWM_CONTROL, 1);
     p->on_trigger = keep_row;
     bench_run(p, 6e-3);
 }
@@ -113,9 +111,9 @@ static void mean_torque(void)
 {
     const double angle_rad = -1.1;
     struct plant_params params = rippling(angle_rad);
-    struct ripple r = ripple_of(&params, 1000);
+    struct ripple r = ripple_of(&params, 1001);
     struct plant p;
-    start_ripple(&p, &params, 1000);
+    start_ripple(&p, &params, 1001);
     double nm_per_a = -1.5 * 4 * 7.5e-3 * sin(angle_rad);
     double expected_nm = nm_per_a * mean_of(&r, itself);
     check_near("torque at the trigger (Nm)", last_row.torque_nm, nm_per_a * r.valley_a, 1e-3 * expected_nm);
@@ -175,8 +173,8 @@ static void pieces(void)
 
 int main(void)
 {
-    currents_with_their_ripple(1000);
-    currents_with_their_ripple(2700);
+    currents_with_their_ripple(1001);
+    currents_with_their_ripple(2701);
     mean_torque();
     current_of_the_legs();
     shaft_and_magnets();

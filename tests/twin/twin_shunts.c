@@ -44,7 +44,7 @@ static void start_with_current(struct plant *p, const struct plant_params *param
     motor_lock(&p->motor, true);
     bench_run(p, 10e-3);
     for (int k = 0; k < 3; k++) {
-        bench_leg(p, k, 2500, BENCH_DEAD_COUNTS);
+        bench_leg(p, k, 2500);
     }
     bench_run(p, 100e-6);
 }
@@ -72,25 +72,16 @@ static void check_phases(const char *name, struct plant *p, const bool seen[3])
     }
 }
 
-/* The low side goes off first and stays off. */
-static void always_high(struct plant *p, unsigned phase)
-{
-    bench_write(p, PWM_POSEDGE_1 + 16 * phase, 150);
-    bench_write(p, PWM_NEGEDGE_1 + 16 * phase, 2 * BENCH_PERIOD_COUNTS);
-    bench_write(p, PWM_POSEDGE_1 + 16 * phase + 8, 2 * BENCH_PERIOD_COUNTS);
-    bench_write(p, PWM_NEGEDGE_1 + 16 * phase + 8, 1);
-}
-
-/* Triggers at count 0, where the low sides conduct, unless a leg is at 100 %. */
+/* Triggers where the low sides conduct, unless a leg is at 100 %. */
 static void blind_at_full_duty(double shunt)
 {
     struct plant_params params = lasting(shunt);
     struct plant p;
     start_with_current(&p, &params, true);
     check_phases("low sides on: each phase is seen", &p, (bool[3]){true, true, true});
-    always_high(&p, 0);
-    bench_leg(&p, 1, 4700, BENCH_DEAD_COUNTS);
-    bench_leg(&p, 2, 4700, BENCH_DEAD_COUNTS);
+    bench_compare(&p, 0, BENCH_PERIOD_COUNTS / 2);
+    bench_leg(&p, 1, 4700);
+    bench_leg(&p, 2, 4700);
     check_phases("100 %: no current in the shunt", &p, (bool[3]){shunt == 0, true, true});
 }
 
@@ -102,8 +93,7 @@ static void dead_time(double shunt, bool into_a)
     for (int n = 0; n < 2; n++) {
         struct plant p;
         start_with_current(&p, &params, into_a);
-        bench_write(&p, PWM_POSEDGE_1 + 8 * 6, in_dead_time[n]);
-        bench_write(&p, PWM_NEGEDGE_1 + 8 * 6, in_dead_time[n] + 100);
+        bench_trigger_at(&p, in_dead_time[n]);
         bool lower_a = shunt == 0 || into_a, lower_bc = shunt == 0 || !into_a;
         check_phases("dead time: what the lower diodes carry", &p, (bool[3]){lower_a, lower_bc, lower_bc});
     }

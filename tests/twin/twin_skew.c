@@ -19,8 +19,7 @@ static void start_on_a_slope(struct plant *p, double skew_b_s, double skew_c_s)
     params.sensors.skew_c_s = skew_c_s;
     bench_start(p, &params, (uint32_t[3]){1000, 200, 200});
     motor_lock(&p->motor, true);
-    bench_write(p, PWM_POSEDGE_1 + 8 * 6, 2100);
-    bench_write(p, PWM_NEGEDGE_1 + 8 * 6, 2200);
+    bench_trigger_at(p, 2100);
     bench_run(p, 70e-6);
 }
 
@@ -44,10 +43,7 @@ static void end_of_the_conversion(void)
     struct plant p;
     start_on_a_slope(&p, 0.4e-6, 1.4e-6);
     bench_write(&p, ADC_CONTROL, 1);
-    sim_ps trigger_at = p.pwm.period_start + 2100 * (sim_ps)SIM_PS_PER_FABRIC_CLOCK;
-    while (trigger_at < p.now) {
-        trigger_at += BENCH_PERIOD_PS;
-    }
+    sim_ps trigger_at = plant_next_trigger(&p);
     plant_advance(&p, trigger_at + sim_from_s(1.5e-6) - 1);
     check_hex("no EOC before the conversion's time", bench_read(&p, ADC_STATUS), 0);
     plant_advance(&p, trigger_at + sim_from_s(1.5e-6));

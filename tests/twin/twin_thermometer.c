@@ -68,7 +68,9 @@ static void in_the_plant(void)
     bench_run(&p, 2e-6); /* the trigger was 1 us ago, the end is 1.5 us after it */
     check_equal("during it", bench_read(&p, ADC_TEMP), 0);
     bench_run(&p, 1e-6);
-    check_near("with the other results", bench_read(&p, ADC_TEMP), 800 + 60 * 16, 1);
+    check_equal("it follows the conversion", bench_read(&p, ADC_TEMP), 0);
+    bench_run(&p, 50e-6);
+    check_near("and shows with the next one's results", bench_read(&p, ADC_TEMP), 800 + 60 * 16, 1);
     bench_write(&p, ADC_TEMP, 5);
     check_near("read-only", bench_read(&p, ADC_TEMP), 800 + 60 * 16, 1);
     p.motor.winding_c = 160;

@@ -41,7 +41,7 @@ def test_start_brings_up_encoder_pwm_and_adc(c, fresh):
     c.axis_start(w.axis, c.FAULT_NONE)
     assert (w.axis.state, w.axis.faults.cause, w.axis.fabric_doubt) == (c.AXIS_SWITCH_ON_DISABLED, c.FAULT_NONE, 0)
     assert (w.fabric.encoder.COUNTS, w.fabric.encoder.CONTROL) == (4000, 1)
-    assert w.fabric.pwm.PERIOD == 4999 and w.fabric.pwm.PWM_ENABLE_0_7 == 0x40, "the trigger, and no leg"
+    assert w.fabric.pwm.PERIOD == 2500 and w.fabric.pwm.CONTROL == 1 and w.fabric.gate.CONTROL == 0
     assert w.fabric.adc.CONTROL == 3 and w.fabric.gate.CONTROL == 0
 
 
@@ -220,7 +220,7 @@ def test_what_clear_needs(c, world):
     w.fabric.encoder.STATUS = 0
     w.fabric.gate.ID = 1
     assert c.axis_clear_fault(w.axis).error == c.ERROR_FABRIC
-    w.fabric.gate.ID = 0x464F4321
+    w.fabric.gate.ID = 0x464F4330
     assert c.axis_clear_fault(w.axis).error == c.ERROR_NONE and w.axis.request == c.AXIS_REQUEST_CLEAR
     assert w.step() == "SWITCH_ON_DISABLED"
     assert c.axis_clear_fault(w.axis).error == c.ERROR_NO_FAULT

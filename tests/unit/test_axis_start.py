@@ -7,7 +7,7 @@ import pytest
 from unit.test_axis import INDEX_SEEN
 from unit.test_state_machine import World
 
-CALIBRATION_MS, CALIBRATE, PWM, WIRING, ALIGN, FOLLOW = 128, 0, 1, 2, 3, 4
+CALIBRATION_MS, CALIBRATE, WIRING, ALIGN, FOLLOW = 128, 0, 1, 2, 3
 
 
 @pytest.fixture
@@ -28,12 +28,10 @@ def cause(w):
     return next(name for name, value in w.c.enums["fault"].items() if value == w.axis.faults.cause)[len("FAULT_"):]
 
 
-def test_an_aligned_drive_needs_the_zero_of_its_sensors_and_a_step_for_the_pwm(c, starting):
+def test_an_aligned_drive_needs_the_zero_of_its_sensors(c, starting):
     w = starting(True)
     w.step(CALIBRATION_MS - 1)
-    assert w.axis.start.phase == CALIBRATE and w.fabric.pwm.PWM_ENABLE_0_7 & 0x3F == 0
-    w.step()
-    assert w.axis.start.phase == PWM and w.fabric.pwm.PWM_ENABLE_0_7 & 0x3F == 0x3F and w.fabric.gate.CONTROL == 0
+    assert w.axis.start.phase == CALIBRATE and w.fabric.gate.CONTROL == 0
     w.step()
     assert w.axis.start.phase == FOLLOW and w.fabric.gate.CONTROL == 1 and w.axis.loop.source == c.LOOP_ENCODER
     assert w.axis.loop.kp_d_q9 > 0
@@ -43,8 +41,6 @@ def test_an_aligned_drive_needs_the_zero_of_its_sensors_and_a_step_for_the_pwm(c
 def test_an_unaligned_one_prescribes_the_field_and_looks_at_its_wiring(c, starting):
     w = starting(False)
     w.step(CALIBRATION_MS)
-    assert w.axis.start.phase == PWM
-    w.step()
     assert w.axis.start.phase == WIRING and w.axis.loop.source == c.LOOP_FORCED and w.fabric.gate.CONTROL == 1
     assert w.axis.loop.kp_d_q9 == w.axis.loop.ki_q15 == 0, "a voltage is held, no current"
     w.step(400)
@@ -53,7 +49,7 @@ def test_an_unaligned_one_prescribes_the_field_and_looks_at_its_wiring(c, starti
 
 def test_gains_come_with_the_alignment(c, starting):
     w = starting(False)
-    w.step(CALIBRATION_MS + 1)
+    w.step(CALIBRATION_MS)
     assert c.start_tuning(w.axis).contents.kp_d_q12 == 0
     w.axis.start.phase = ALIGN
     assert c.start_tuning(w.axis).contents.kp_d_q12 == w.axis.tuning.kp_d_q12 > 0
@@ -77,7 +73,7 @@ def test_a_rotor_whose_angle_is_unknown_must_stand(starting, aligned, counts, fa
             break
     assert cause(w) == (fault or "NONE")
     assert fault is None or list(w.axis.faults.detail) == [6, 4000]
-    assert fault is not None or w.axis.start.phase == PWM
+    assert fault is not None or w.axis.start.phase == (FOLLOW if aligned else WIRING)
 
 
 def test_a_sensor_whose_zero_is_off(starting):
@@ -89,7 +85,7 @@ def test_a_sensor_whose_zero_is_off(starting):
 
 def test_gates_that_do_not_let_go_are_the_fabrics(c, starting):
     w = starting(True)
-    w.step(CALIBRATION_MS)
+    w.step(CALIBRATION_MS - 1)
     w.fabric.adc.SEQUENCE += 20
     w.fabric.gate.STATUS = 1
     c.axis_step(w.axis)
@@ -99,7 +95,7 @@ def test_gates_that_do_not_let_go_are_the_fabrics(c, starting):
 @pytest.mark.parametrize("phase, cause_name", ((1, "OPEN_PHASE"), (2, "SENSOR_SIGN")))
 def test_what_the_wiring_shows(c, starting, phase, cause_name):
     w = starting(False)
-    w.step(CALIBRATION_MS + 1)
+    w.step(CALIBRATION_MS)
     wiring = w.axis.start.wiring
     wiring.along, wiring.v_256ths, wiring.ms = 3, 0, 99
     i = w.axis.tuning.wiring_i_q15
@@ -112,7 +108,7 @@ def test_what_the_wiring_shows(c, starting, phase, cause_name):
 
 def test_a_good_wiring_leads_to_the_alignment(c, starting):
     w = starting(False)
-    w.step(CALIBRATION_MS + 1)
+    w.step(CALIBRATION_MS)
     wiring = w.axis.start.wiring
     wiring.along, wiring.ms = 3, 99
     for k in range(3):

@@ -91,7 +91,7 @@ def test_every_fault_in_every_state_ends_off_and_keeps_the_first_cause(world, c,
         c.axis_raise(w.axis, c.FAULT_STALL)
         assert w.axis.faults.cause == first, f"{name} in {state} does not stay the first cause"
         w.step(3)
-        assert w.state == "FAULT" and w.fabric.pwm.PWM_ENABLE_0_7 & 0x3F == 0, f"{name} in {state}"
+        assert w.state == "FAULT" and w.fabric.gate.CONTROL == 0, f"{name} in {state}"
         assert (w.axis.loop.i_d_ref_q15, w.axis.loop.i_q_ref_q15, w.axis.loop.kp_d_q9) == (0, 0, 0)
         if state not in ("FAULT", "FAULT_REACTION"):
             assert w.axis.faults.snapshot.state == c.enums["axis_state"]["AXIS_" + state], "the snapshot is of another instant"
@@ -128,7 +128,9 @@ def test_one_conversion_either_way_is_phase(world, c, phase):
 
 
 def test_latches_that_nobody_has_seen_are_seen_by_the_slow_loop(world, c):
-    for bit, cause in ((1, "OVERCURRENT_HARDWARE"), (2, "GATE_DRIVER"), (3, "LOOP_STOPPED"), (4, "INTERLOCK")):
+    for bit, cause in (
+            (1, "OVERCURRENT_HARDWARE"), (2, "GATE_DRIVER"), (3, "LOOP_STOPPED"), (4, "INTERLOCK"),
+            (10, "STO_A"), (11, "STO_B"), (12, "PLL")):
         w = world("SWITCH_ON_DISABLED")
         w.fabric.adc.SEQUENCE += LOOPS_PER_MS
         w.fabric.gate.STATUS = 1 << bit
@@ -160,6 +162,7 @@ def test_overspeed_counts_between_switching_on_and_off(world, c, sign):
 
 
 @pytest.mark.parametrize("gate, adc, cause", [
+    (0x1C1E, 0, "STO_A"), (0x181E, 0, "STO_B"), (0x101E, 0, "PLL"), (0x0C04, 0xF0, "STO_A"),
     (0x02, 0xF0, "OVERCURRENT_HARDWARE"), (0x06, 0, "OVERCURRENT_HARDWARE"), (0x04, 0, "GATE_DRIVER"), (0x14, 0, "GATE_DRIVER"),
     (0x18, 0, "INTERLOCK"), (0x08, 0x10, "LOOP_OVERRUN"), (0x20, 0x10, "ENCODER"), (0x80, 0xF0, "OVERCURRENT"),
     (0x80, 0xE0, "CURRENT_SUM"), (0x80, 0xC0, "OVERVOLTAGE"), (0x80, 0x80, "UNDERVOLTAGE"), (0x40, 0x02, "LOOP_OVERRUN")])

@@ -45,7 +45,7 @@ class Device:
         self.sysreg.MSSDDR_PLL_STATUS = 3
         self.watchdog.WDOGENABLE, self.watchdog.WDOGLOAD = 1, LOAD
         self.mpu.TYPE = 8 << 8
-        self.fabric.gate.ID = 0x464F4321
+        self.fabric.gate.ID = 0x464F4330
         system.postmortem_collect()  # forgets the test before
 
     def fault(self):
@@ -161,7 +161,7 @@ def test_what_is_so_now_is_graver_than_what_was(device, system):
 
 def test_another_fabric(device, system):
     system.boot_core()
-    device.fabric.gate.ID = 0x464F4320
+    device.fabric.gate.ID = 0x464F4321
     device.sysreg.RESET_SOURCE_CR = 1 << 5
     assert device.boot()[0] == "FABRIC"
     device.sysreg.MSSDDR_PLL_STATUS = 0
@@ -324,7 +324,7 @@ def test_each_handler_in_c_runs_its_loop(device, system, handler, frame):
     system.current_loop_field(axis.loop, 1000, 77)
     getattr(system, "handlers_" + handler)()
     assert (axis.loop.field_angle_q32 == 1077) == (frame == "field")
-    assert axis.faults.cause == system.FAULT_NONE and device.fabric.pwm.SYNC_UPDATE == 1
+    assert axis.faults.cause == system.FAULT_NONE and device.fabric.pwm.COMPARE_C != 0
     axis.loop.status_max, device.fabric.gate.STATUS = 1, 2
     getattr(system, "handlers_" + handler)()
     assert axis.faults.cause == system.FAULT_OVERCURRENT_HARDWARE

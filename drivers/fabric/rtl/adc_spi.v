@@ -5,7 +5,7 @@
 //
 // FALLS 14, two AD7356 (dual, simultaneously sampling, 5 MSPS; Analog Devices, data sheet Rev. A, "Serial interface", page 18):
 // two leading zeros, twelve bits. SCLK is clk / (2 HALF): 50 MHz at HALF 1 and 100 MHz, where the part takes 80 (unconfirmed:
-// docs/fabric3.md). A bit is taken in the clock that launches the next falling edge, 20 ns after its own was launched: what
+// docs/fabric.md). A bit is taken in the clock that launches the next falling edge, 20 ns after its own was launched: what
 // the part and both ways through the FPGA's pins need must be less. Boards with longer ways, or isolators, set HALF 2 in adc.v.
 // From CS to the last bit: 27 half periods, 270 ns.
 //

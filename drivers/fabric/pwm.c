@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT */
+#include "drivers/fabric/pwm.h"
+
+#define EIGHT_BITS 255u
+
+static bool fits(const struct pwm_setup *s)
+{
+    return s->half_counts >= PWM_HALF_MIN && s->half_counts <= PWM_HALF_MAX && s->dead_counts - 1u < EIGHT_BITS &&
+           s->min_pulse_counts - 1u < EIGHT_BITS && s->dead_counts < s->half_counts;
+}
+
+/* The carrier rests a clock behind its switch; a read takes longer, except where the fabric's clock is slow. */
+#define POLLS 16u
+
+static bool comes_to_rest(struct pwm_regs *pwm)
+{
+    pwm->CONTROL = 0u;
+    for (uint32_t poll = 0; poll < POLLS; poll++) {
+        if ((pwm->STATUS & PWM_STATUS_RUNNING) == 0u) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Reading back finds another design. */
+static bool holds(volatile uint32_t *reg, uint32_t value)
+{
+    *reg = value;
+    return *reg == value;
+}
+
+static bool set_up(struct pwm_regs *pwm, const struct pwm_setup *s)
+{
+    const uint32_t sample_counts = s->half_counts - s->dead_counts / 2u;
+    return holds(&pwm->PERIOD, s->half_counts) && holds(&pwm->DEAD, s->dead_counts) &&
+           holds(&pwm->MIN_PULSE, s->min_pulse_counts) && holds(&pwm->MODE, (uint32_t)s->update) &&
+           holds(&pwm->PHASE, s->half_counts) && holds(&pwm->TRIGGER_1, sample_counts | PWM_TRIGGER_FALLING) &&
+           holds(&pwm->TRIGGER_2, 0u);
+}
+
+bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup)
+{
+    if (!comes_to_rest(pwm) || !fits(setup) || !set_up(pwm, setup)) {
+        return false;
+    }
+    pwm->COMPARE_A = setup->half_counts / 2u;
+    pwm->COMPARE_B = setup->half_counts / 2u;
+    pwm->COMPARE_C = setup->half_counts / 2u;
+    return holds(&pwm->CONTROL, PWM_CONTROL_RUN);
+}

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * PWM in fabric slot 0: three half bridges on one centred carrier, and the ADC's triggers. Registers: docs/fabric.md, slot 0.
+ *
+ * The block makes dead times and shortest pulses by itself; a phase has one compare, half of its on-time in counts, and a write
+ * of phase C's hands over all three. What the legs depend on can be set only while the carrier rests: a write to it while it
+ * runs is ignored.
+ *
+ * The carrier runs from start-up on, since the ADC's triggers come from it. The bridge's switch is GATE: gate.h.
+ */
+#ifndef DRIVERS_FABRIC_PWM_H
+#define DRIVERS_FABRIC_PWM_H
+
+#include "drivers/board.h"
+#include "drivers/reg.h"
+
+struct pwm_regs {
+    volatile uint32_t CONTROL;
+    const volatile uint32_t STATUS;
+    volatile uint32_t PERIOD;
+    volatile uint32_t DEAD;
+    volatile uint32_t MIN_PULSE;
+    volatile uint32_t MODE;
+    volatile uint32_t PHASE;
+    volatile uint32_t TRIGGER_1;
+    volatile uint32_t TRIGGER_2;
+    const volatile uint32_t COUNT;
+    volatile uint32_t COMPARE_A;
+    volatile uint32_t COMPARE_B;
+    volatile uint32_t COMPARE_C;
+};
+
+#define PWM_CONTROL_RUN     (1u << 0)
+#define PWM_CONTROL_BRAKE   (1u << 1)
+#define PWM_CONTROL_FOLLOW  (1u << 2)
+#define PWM_STATUS_RUNNING  (1u << 0)
+#define PWM_STATUS_RISING   (1u << 1)
+#define PWM_STATUS_WAITING  (1u << 2)
+#define PWM_TRIGGER_FALLING (1u << 16)
+#define PWM_TRIGGER_RISING  (1u << 17)
+
+/* Half a period in counts: shorter ones have no room for a trigger and an interrupt, longer ones no bits. */
+#define PWM_HALF_MIN 16u
+#define PWM_HALF_MAX 65535u
+
+/* When a set of compares takes effect. */
+enum pwm_update {
+    PWM_UPDATE_VALLEY, /* in the middle of the low sides' time */
+    PWM_UPDATE_ENDS,   /* there and in the middle of the high sides' time */
+    PWM_UPDATE_ONCE,   /* at once, phase by phase where it can; otherwise at the next end */
+};
+
+struct pwm_setup {
+    uint32_t half_counts;      /* half a period, PWM_HALF_MIN ... PWM_HALF_MAX fabric clocks */
+    uint32_t dead_counts;      /* 1 ... 255 */
+    uint32_t min_pulse_counts; /* 1 ... 255 */
+    enum pwm_update update;
+};
+
+/*
+ * Stops the PWM, sets it up and starts it, all phases at half on-time. The ADC is triggered once a period, in the middle of the
+ * time for which the low sides conduct: dead time delays each edge of a leg that turns something on, so that this middle lies
+ * half a dead time behind the valley.
+ *
+ * Returns false, with the PWM at rest, if a value is out of range, the carrier does not come to rest, or a register does not
+ * read back. Whether it runs, the conversions show. Context: thread.
+ */
+bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup);
+
+#endif
