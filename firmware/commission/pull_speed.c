@@ -4,14 +4,16 @@
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
-#define SHARE_BITS  8  /* of the current */
-#define FADE        2  /* full current up to this part of the speed */
-#define FALLS       2  /* times the speed */
-#define STEADY      16 /* part of the current: if it changes by more, inductance takes the voltage */
-#define ALONG_MS    2
-#define LATE        2
-#define GAINS       2 /* this part of the speed */
-#define SURE        4 /* this part of what the magnets induce at that speed, or of the resistance's drop, is sure */
+#define SHARE_BITS 8  /* of the current */
+#define FADE       2  /* full current up to this part of the speed */
+#define FALLS      2  /* times the speed */
+#define STEADY     16 /* part of the current: if it changes by more, inductance takes the voltage */
+#define ALONG_MS   2
+#define LATE       2
+#define GAINS      2 /* this part of the speed */
+#define SURE       4 /* this part of the speed */
+#define DOUBT \
+    5 /* eighths of the resistance's drop: half of it is not there if the resistance is told twice too large */
 #define LARGEST_Q32 (1 << 29) /* an eighth of a turn in a millisecond: nothing is so fast here */
 
 static int32_t emf_q15(const struct tuning *t)
@@ -34,7 +36,7 @@ static void see_braking(struct pull_speed *s, const struct tuning *t)
 {
     const int32_t size_q32 = q15_abs(s->speed_q32);
     const bool fast = size_q32 > t->align_way_q32 / FADE;
-    if (fast && !s->brakes && s->along_q15 < -(emf_q15(t) / FADE + q15_abs(s->drop_q15) / SURE)) {
+    if (fast && !s->brakes && s->along_q15 < -(emf_q15(t) / FADE + q15_abs(s->drop_q15) * DOUBT / 8)) {
         s->brakes = true;
         s->slowest_q32 = size_q32;
     }
