@@ -15,11 +15,6 @@ import pytest
 
 from launcher import simulate
 
-# alignment, acceleration, rated load, reversal: excites every parameter
-SCENARIO = {"key": "identification", "end_s": 1.9, "preamble_s": 0.05,
-            "step": [{"t_s": 0.15, "console": "on"}, {"t_s": 1.15, "console": "speed 1500"},
-                     {"t_s": 1.5, "event": "load_nm", "args": ["rated_torque_Nm"]},
-                     {"t_s": 1.65, "console": "speed -1500"}]}
 MOTORS = ("teknic_m2310p", "abb_m2bj100l")  # without saliency, and with: Lq/Ld = 1.42
 PERIOD_S = 50e-6
 ROWS_PER_BLOCK = 20  # mechanics is slow: 1 ms makes the rounding of the speed column small
@@ -60,6 +55,17 @@ class Recorded:
         self.i_ab, self.v_ab = space_vector(trace, "i", "A"), space_vector(trace, "v", "V")[1:]
         self.i_dq = self.i_ab / self.turned
         self.torque_nm = means(trace["torque_Nm"])
+
+
+def late(t_s, **what):
+    return {"t_s": t_s, "after_state": "OPERATION_ENABLED", **what}
+
+
+# alignment, acceleration, rated load, reversal: excites every parameter
+SCENARIO = {"key": "identification", "end_s": 12.0, "preamble_s": 0.05,
+            "step": [{"t_s": 0.15, "console": "on"}, late(0.05, console="speed 1500"),
+                     late(0.40, event="load_nm", args=["rated_torque_Nm"]), late(0.55, console="speed -1500"),
+                     late(0.80, event="end", args=[])]}
 
 
 @pytest.fixture(scope="module", params=MOTORS)
@@ -118,7 +124,7 @@ def test_identified_inertia_and_friction(run):
     cogging = means(np.sin(m["cogging_per_rev"] * trace["theta_mech_rad"]))
     columns = np.stack([blocks(c) for c in (rates(trace["speed_rad_s"]), np.sign(speed), speed, cogging)], axis=1)
     driving_nm = blocks(run.torque_nm - means(trace["load_Nm"]))
-    turning = blocks((np.abs(speed) > 5).astype(float)) == 1  # stuck, friction is whatever it has to be
+    turning = blocks((np.abs(speed) > 20).astype(float)) == 1  # stuck or slow, friction is whatever it has to be
     assert np.count_nonzero(turning) > 500
     found, *_ = np.linalg.lstsq(columns[turning], driving_nm[turning], rcond=None)
     inertia_kgm2, coulomb_nm, viscous_nms, cogging_nm = found
