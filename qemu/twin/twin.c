@@ -61,7 +61,7 @@ static sim_ps present(void)
 static void update_interrupt(void)
 {
     static bool was_wanted;
-    bool wanted = adc_interrupt(&plant.adc), rises = wanted && !was_wanted;
+    bool wanted = plant.fabric->interrupt, rises = wanted && !was_wanted;
     was_wanted = wanted;
     if (rises && hold_next_interrupt) {
         interrupt_held_until = present() + hold_next_interrupt;
@@ -72,7 +72,7 @@ static void update_interrupt(void)
     if (level != interrupt_level) {
         interrupt_level = level;
         if (level) {
-            irqlog_line_rose(IRQ_EXCEPTION + FABRIC_IRQ0, present(), plant.pwm.valley_at);
+            irqlog_line_rose(IRQ_EXCEPTION + FABRIC_IRQ0, present(), plant.fabric->valley_at);
         }
         vm_set_interrupt(FABRIC_IRQ0, level);
     }
