@@ -21,7 +21,7 @@ struct adc {
     uint32_t settle, modulator, modulator_trip;
     uint32_t valid, valid_sampled; /* phases, of the results and of the running conversion */
     unsigned low_sides;            /* a bit for each phase whose low side is on */
-    sim_ps low_since[3];
+    sim_ps low_since[3], low_until[3];
     sim_ps done_at; /* SIM_NEVER while idle */
 };
 

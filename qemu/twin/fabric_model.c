@@ -7,7 +7,7 @@
 
 #define SLOT_BYTES 0x100u
 
-enum { SLOT_PWM, SLOT_ADC, SLOT_ENCODER, SLOT_GATE };
+enum { SLOT_PWM, SLOT_ADC, SLOT_ENCODER, SLOT_GATE, SLOTS };
 
 static struct fabric_model *model(struct fabric *f)
 {
@@ -84,11 +84,13 @@ static unsigned take_pwm_event(struct fabric_model *m, sim_ps at)
     return triggers ? FABRIC_TRIGGERED : 0;
 }
 
+/* An overrun is found, and cuts the gates, a clock before the results are there. */
 static unsigned end_conversion(struct fabric_model *m)
 {
     sim_ps at = m->adc.done_at;
     if (adc_finish(&m->adc)) {
         gate_adc_overrun(&m->gate);
+        adc_see_gates(&m->adc, gate_live(&m->gate) ? m->fabric.gates : 0, at - SIM_PS_PER_FABRIC_CLOCK);
         drive_gates(m, at);
     }
     chopper_sample(&m->gate.chopper, adc_vbus(&m->adc), at);
@@ -216,7 +218,7 @@ static uint32_t read(struct fabric *f, uint32_t offset, sim_ps now)
     struct fabric_model *m = model(f);
     uint32_t within = offset % SLOT_BYTES;
     catch_up(f, now);
-    switch (offset / SLOT_BYTES) {
+    switch (offset % 4 != 0 ? SLOTS : offset / SLOT_BYTES) {
     case SLOT_PWM:
         return pwm_read(&m->pwm, within);
     case SLOT_ADC:
@@ -236,7 +238,7 @@ static void write(struct fabric *f, uint32_t offset, uint32_t value, sim_ps now)
     struct fabric_model *m = model(f);
     uint32_t within = offset % SLOT_BYTES;
     catch_up(f, now);
-    switch (offset / SLOT_BYTES) {
+    switch (offset % 4 != 0 ? SLOTS : offset / SLOT_BYTES) {
     case SLOT_PWM:
         pwm_write(&m->pwm, within, value);
         break;
