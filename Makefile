@@ -130,7 +130,7 @@ twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qem
 tools:
 	@.ci/tools
 
-everything: all twin target-tests registers
+everything: all twin target-tests registers lockstep
 
 
 # ---- using it --------------------------------------------------------------------------------------------------------

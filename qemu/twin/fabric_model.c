@@ -89,8 +89,11 @@ static unsigned end_conversion(struct fabric_model *m)
 {
     sim_ps at = m->adc.done_at;
     if (adc_finish(&m->adc)) {
+        bool cut = gate_live(&m->gate);
         gate_adc_overrun(&m->gate);
-        adc_see_gates(&m->adc, gate_live(&m->gate) ? m->fabric.gates : 0, at - SIM_PS_PER_FABRIC_CLOCK);
+        if (cut) {
+            adc_see_cut(&m->adc, at - SIM_PS_PER_FABRIC_CLOCK);
+        }
         drive_gates(m, at);
     }
     chopper_sample(&m->gate.chopper, adc_vbus(&m->adc), at);

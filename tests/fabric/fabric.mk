@@ -4,7 +4,14 @@
 
 FABRIC_GENERATE = drivers/fabric/rtl/generate.py
 FABRIC_REGISTERS = $(addprefix $(BUILD)/fabric/,contract3.h mssfoc_regs.vh mssfoc.svd)
-FABRIC_STEPS = fabric-stale fabric-lint fabric-synthesis fabric-proofs fabric-benches fabric-mutants
+FABRIC_STEPS = fabric-stale fabric-lint fabric-synthesis fabric-proofs fabric-benches fabric-lockstep fabric-mutants
+FABRIC_RTL = $(wildcard drivers/fabric/rtl/*.v)
+
+HOSTCXX ?= g++
+VERILATOR ?= verilator
+VERILATE = $(VERILATOR) --cc -O3 -Wall --x-assign fast --x-initial fast --language 1364-2005 -Idrivers/fabric/rtl \
+    -I$(BUILD)/fabric --top-module fabric_axis drivers/fabric/rtl/fabric_axis.v
+VERILATED_INCLUDE = $(shell $(VERILATOR) --getenv VERILATOR_ROOT)/include
 
 registers: $(FABRIC_REGISTERS)
 
@@ -31,10 +38,39 @@ fabric-synthesis:
 fabric-proofs:
 	@$(PYTHON) tests/fabric/prove.py
 
+LOCKSTEP = $(BUILD)/fabric/lockstep
+LOCKSTEP_MODELS = pwm adc encoder gate chopper fabric_model
+LOCKSTEP_SOURCES = $(wildcard tests/fabric/lockstep/*.cpp)
+
+$(LOCKSTEP)/rtl.a: $(FABRIC_RTL) $(FABRIC_REGISTERS) tests/fabric/fabric.mk
+	@mkdir -p $(@D)
+	$(call say,VERILATE)
+	$(Q)$(VERILATE) --coverage-line --Mdir $(@D)/rtl
+	$(Q)$(MAKE) -s -C $(@D)/rtl -f Vfabric_axis.mk OPT_FAST=-O2 OPT_SLOW=-O1 Vfabric_axis__ALL.a verilated.o \
+	    verilated_cov.o verilated_threads.o > $(@D)/rtl.log 2>&1 || { tail -n 5 $(@D)/rtl.log; exit 1; }
+	@rm -f $@
+	$(Q)ar rcs $@ $(@D)/rtl/*.o
+
+# not the twin's objects: those wait for link-time optimisation by its own compiler
+$(LOCKSTEP)/%.o: qemu/twin/%.c $(wildcard qemu/twin/*.h) tests/fabric/fabric.mk
+	@mkdir -p $(@D)
+	$(call say,CC)
+	$(Q)$(HOSTCC) -std=gnu11 -O2 -Wall -Wextra -Wshadow -Werror -c $< -o $@
+
+$(LOCKSTEP)/lockstep: $(LOCKSTEP_SOURCES) $(wildcard tests/fabric/lockstep/*.h) $(LOCKSTEP_MODELS:%=$(LOCKSTEP)/%.o) $(LOCKSTEP)/rtl.a
+	$(call say,LD)
+	$(Q)$(HOSTCXX) -std=c++17 -O2 -Wall -Wextra -Wshadow -Werror -Iqemu/twin -I$(LOCKSTEP)/rtl -isystem $(VERILATED_INCLUDE) \
+	    -DVM_COVERAGE=1 $(LOCKSTEP_SOURCES) $(filter %.o %.a,$^) -o $@ -lm -lpthread
+
+lockstep: $(LOCKSTEP)/lockstep
+
+fabric-lockstep: $(LOCKSTEP)/lockstep
+	@$(PYTHON) tests/fabric/lockstep.py $< 10000000
+
 fabric-benches:
 	@$(PYTHON) tests/fabric/adc_benches.py && $(PYTHON) tests/fabric/adc_benches.py --faults
 
 fabric-mutants:
 	@$(PYTHON) tests/fabric/mutate.py
 
-.PHONY: fabric registers $(FABRIC_STEPS)
+.PHONY: fabric registers lockstep $(FABRIC_STEPS)

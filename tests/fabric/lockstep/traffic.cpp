@@ -88,7 +88,7 @@ bus_access gate_access(random_source &r, const manner &)
 
 manner any_manner(random_source &r)
 {
-    uint32_t period = r.one_in(4) ? 2 + r.below(30) : 30 + r.below(400);
+    uint32_t period = r.one_in(4) ? 2 + r.below(30) : r.one_in(20) ? 5000 : 30 + r.below(400);
     return {period, r.below(period / 3 + 2), r.below(period / 4 + 2), 1 + r.below(r.one_in(3) ? 3 : 40)};
 }
 
