@@ -204,7 +204,7 @@ help:
 	@echo 'make mutants         faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n RUNGS="names"]'
 	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
 	@echo 'make clean           remove $(BUILD)'
-	@echo 'PWM_HZ=n DEAD_TIME_NS=n build for another rate, 8000...40000, or dead time (firmware/settings/rates.h)'
+	@echo 'PWM_HZ=n DEAD_TIME_NS=n MIN_PULSE_NS=n build for another rate, 8000...40000, dead time or pulse (firmware/settings/rates.h)'
 	@echo 'BUILD=dir puts every product elsewhere; PYTHON=path chooses the interpreter.'
 
 -include $(shell find $(BUILD)/arm -name '*.d' 2>/dev/null)

@@ -110,6 +110,7 @@ static void take_request(struct axis *a)
     case AXIS_REQUEST_ON:
         if (a->state == AXIS_SWITCH_ON_DISABLED) {
             current_loop_tune(&a->loop, &a->tuning);
+            gate_set_chopper(&a->fabric->gate, a->tuning.chopper_on_q15, a->tuning.chopper_off_q15);
             reaction_begin(&a->reactions);
             enter(a, AXIS_READY);
         }

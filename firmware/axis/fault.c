@@ -82,26 +82,28 @@ void axis_raise(struct axis *a, enum fault cause)
     axis_raise_with(a, cause, 0, 0);
 }
 
+/* Safe torque off first: who asks for it may well take the drivers' supply, too. No loop: the interrupt's time has a bound. */
 enum fault fault_from_gate(uint32_t gate_flags)
 {
-    static const struct {
-        uint32_t latch;
-        enum fault cause;
-    } ranked[] = {
-        {GATE_STATUS_STO_A, FAULT_STO_A}, /* first: who asks for it may well take the drivers' supply as well */
-        {GATE_STATUS_STO_B, FAULT_STO_B},
-        {GATE_STATUS_CLOCK_LOST, FAULT_PLL},
-        {GATE_STATUS_OVERCURRENT, FAULT_OVERCURRENT_HARDWARE},
-        {GATE_STATUS_DRIVER_FAULT, FAULT_GATE_DRIVER},
-        {GATE_STATUS_INTERLOCK, FAULT_INTERLOCK},
-        {GATE_STATUS_LOOP_LOST, FAULT_LOOP_OVERRUN},
-    };
-    for (uint32_t n = 0; n < sizeof ranked / sizeof ranked[0]; n++) {
-        if ((gate_flags & ranked[n].latch) != 0u) {
-            return ranked[n].cause;
-        }
+    if ((gate_flags & GATE_STATUS_STO_A) != 0u) {
+        return FAULT_STO_A;
     }
-    return FAULT_NONE;
+    if ((gate_flags & GATE_STATUS_STO_B) != 0u) {
+        return FAULT_STO_B;
+    }
+    if ((gate_flags & GATE_STATUS_CLOCK_LOST) != 0u) {
+        return FAULT_PLL;
+    }
+    if ((gate_flags & GATE_STATUS_OVERCURRENT) != 0u) {
+        return FAULT_OVERCURRENT_HARDWARE;
+    }
+    if ((gate_flags & GATE_STATUS_DRIVER_FAULT) != 0u) {
+        return FAULT_GATE_DRIVER;
+    }
+    if ((gate_flags & GATE_STATUS_INTERLOCK) != 0u) {
+        return FAULT_INTERLOCK;
+    }
+    return (gate_flags & GATE_STATUS_LOOP_LOST) != 0u ? FAULT_LOOP_OVERRUN : FAULT_NONE;
 }
 
 enum fault fault_from_adc(uint32_t adc_flags)

@@ -4,11 +4,11 @@
  * remark begins with its cycle count (docs/timing.md; for memory without wait cycles).
  *
  * No branch but the one that ends a sample with a fault; the same instructions whatever the data. Values stay in registers from
- * the ADC to the compares. Loads stand in runs, since a load after a load takes one cycle instead of two, and a store after a load
- * none. An IT block after an instruction of 16 bits costs nothing, hence low registers for what is compared.
+ * the ADC to the compares. Loads stand in runs, since a load after a load takes one cycle instead of two, and a store after a
+ * load none. An IT block after an instruction of 16 bits costs nothing, hence low registers for what is compared.
  *
- * LOOP is the structure's address and 1: a store of it writes what ADC.STATUS is to be given, a 1 for EOC and a 0 for OVERRUN and
- * TRIP, without a register of its own (axes.h).
+ * LOOP is the structure's address and 1: a store of it writes what ADC.STATUS is to be given, a 1 for EOC and a 0 for OVERRUN
+ * and TRIP, without a register of its own (axes.h).
  */
 #include "drivers/fabric/offsets.h"
 #include "firmware/control/current_loop_layout.h"

@@ -40,8 +40,8 @@
 #define LOOP_COMPARE_SHIFT (CONFIG_V_SHIFT + 15)
 
 /*
- * The compare at zero voltage: half of half a period, and a half to round. The lower half word is the factor that the assembly has
- * in its register at that point; by so much, 0.1 counts, all three phases are longer, which no line voltage shows.
+ * The compare at zero voltage: half of half a period, and a half to round. The lower half word is the factor that the assembly
+ * has in its register at that point; by so much, 0.1 counts, all three phases are longer, which no line voltage shows.
  */
 #define LOOP_HALF \
     ((((CONFIG_HALF_COUNTS << (LOOP_COMPARE_SHIFT - 1)) + (1 << (LOOP_COMPARE_SHIFT - 1))) & ~0xFFFF) | SIN60_Q15)

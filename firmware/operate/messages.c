@@ -13,6 +13,8 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_I_TRIP_BEYOND_RANGE] = "i_trip_ma must be at most 95 % of i_range_ma, or the sensor clips before it trips",
     [ERROR_I_MAX_BEYOND_TRIP] = "i_max_ma must be at most 85 % of i_trip_ma, to leave room for overshoot",
     [ERROR_I_ALIGN_BEYOND_MAX] = "i_align_ma must not exceed i_max_ma",
+    [ERROR_CHOPPER_LEVELS] =
+        "chopper_off_mv must be above 0 and by 0.1 % of v_range_mv below chopper_on_mv, and that below v_max_mv",
     [ERROR_V_LIMITS] = "v_min_mv must be below v_max_mv, and that at most 98 % of v_range_mv",
     [ERROR_SPEED_MAX_BEYOND_OVERSPEED] = "speed_max_rpm must be below overspeed_rpm",
     [ERROR_V_MIN_BELOW_MODULATOR] = "v_min_mv must be at least a quarter of v_range_mv: the modulator's range",

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The PWM rate, the dead time, the shortest pulse and all that follows from them and from the fabric's clock, as plain numbers: C and assembly
- * read the same. Change the first three here or give them to make (PWM_HZ=40000 DEAD_TIME_NS=500 MIN_PULSE_NS=100): the rest follows, or
- * config.h stops the compiler and says why.
+ * The PWM rate, the dead time, the shortest pulse and all that follows from them and from the fabric's clock, as plain numbers:
+ * C and assembly read the same. Change the first three here or give them to make (PWM_HZ=40000 DEAD_TIME_NS=500
+ * MIN_PULSE_NS=100): the rest follows, or config.h stops the compiler and says why.
  */
 #ifndef FIRMWARE_SETTINGS_RATES_H
 #define FIRMWARE_SETTINGS_RATES_H

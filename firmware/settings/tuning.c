@@ -32,6 +32,10 @@ static enum error check_limits(const struct params *p)
     if (p->v_min_mv >= p->v_max_mv || p->v_max_mv > p->v_range_mv * 98LL / 100) {
         return ERROR_V_LIMITS;
     }
+    if (p->chopper_on_mv != 0 && (p->chopper_on_mv >= p->v_max_mv || p->chopper_off_mv == 0 ||
+                                  p->chopper_off_mv > p->chopper_on_mv - p->v_range_mv / 1000)) {
+        return ERROR_CHOPPER_LEVELS;
+    }
     if (p->speed_max_rpm >= p->overspeed_rpm) {
         return ERROR_SPEED_MAX_BEYOND_OVERSPEED;
     }
@@ -52,6 +56,8 @@ static void tune_limits(const struct params *p, struct tuning *t)
     t->i_sum_q15 = t->i_trip_q15 / 4;
     t->v_min_q15 = tuning_q15_from_milli(p->v_min_mv, p->v_range_mv);
     t->v_max_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv);
+    t->chopper_on_q15 = tuning_q15_from_milli(p->chopper_on_mv, p->v_range_mv);
+    t->chopper_off_q15 = tuning_q15_from_milli(p->chopper_off_mv, p->v_range_mv);
     t->overspeed_w_q15 = (int32_t)scale((int64_t)p->overspeed_rpm * p->pole_pairs, 32768, 60LL * CONFIG_SPEED_BASE_HZ);
     t->encoder_scale_q32 = (uint32_t)scale(p->pole_pairs, 1LL << 32, p->encoder_counts);
 }

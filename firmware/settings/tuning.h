@@ -38,6 +38,7 @@ struct tuning {
     int32_t emf_q12;            /* back-EMF at the base speed, per unit */
     int32_t i_trip_q15, i_sum_q15;
     int32_t v_min_q15, v_max_q15;
+    int32_t chopper_on_q15, chopper_off_q15; /* 0: there is none */
     int32_t overspeed_w_q15;
     uint32_t encoder_scale_q32; /* electrical turns per encoder count */
     int32_t ripple_q10; /* of a phase's current where it crosses zero, amplitude per voltage; 0: too small to matter */

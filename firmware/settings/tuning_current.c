@@ -44,7 +44,8 @@ static enum error tune_gains(const struct params *p, struct tuning *t)
 
 /*
  * In q, where reluctance machines saturate, 1 / L is taken to grow with the square of the current: 1 / lq_rest without one,
- * 1 / lq at the rated one. Along MTPA that is within 11 % of a finite-element map up to 1.2 times rated current.
+ * 1 / lq at the rated one. Along MTPA that is within 11 % of two machines whose maps are known, up to 1.2 times rated current
+ * (tests/unit/test_iron.py).
  */
 static void tune_iron(const struct params *p, struct tuning *t)
 {

@@ -18,6 +18,7 @@ AGAIN_PERIODS = 40  # if the inertia that was told is far too small, so that a s
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
 _TWIN_NAMES = {"counts_per_rev": "encoder_counts"}  # where a key of the data file has another name in the twin
+_TOLD = {"chopper_on_v", "chopper_off_v"}  # the drive is: it switches the chopper
 _ALWAYS = {"motor.copper_tempco_per_k", "inverter.diode_v"}  # whose default in the twin is not neutral
 
 
@@ -226,7 +227,7 @@ def _plant_keys(device):
     for table, keys in device.tables.items():
         if table in SECTIONS and table != "saturation":
             for key in keys:
-                if key != "inertia_ratio":
+                if key != "inertia_ratio" and key not in _TOLD:
                     yield table, key, f"{SECTIONS[table]}.{_TWIN_NAMES.get(key, key)}"
 
 

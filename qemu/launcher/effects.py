@@ -34,7 +34,7 @@ EFFECTS = {
     "comparators": (_zero("inverter.oc_blanking_s", "inverter.oc_delay_s"), {}),
     "bus": (_zero("inverter.bus_esr_ohm"), {}),
     "supply": (_zero("inverter.supply_inductance_h", "inverter.rectifier_hz", "inverter.supply_r2_ohm",
-                     "inverter.supply_c2_f", "inverter.chopper_ohm", "inverter.chopper_on_v", "inverter.chopper_off_v"), {}),
+                     "inverter.supply_c2_f", "inverter.chopper_ohm"), {}),
     "shunts": (_zero("sensor.shunt"), {}),
     "amplifier": (_zero("sensor.amp_hz"), {}),
     "ringing": (_zero("sensor.ring_lsb"), {}),

@@ -30,6 +30,8 @@ SOURCES = {
     "i_align_ma": ("motor", "control", "i_align_a", 1e3),
     "v_min_mv": ("inverter", "protection", "v_min_v", 1e3),
     "v_max_mv": ("inverter", "protection", "v_max_v", 1e3),
+    "chopper_on_mv": ("inverter", "supply", "chopper_on_v", 1e3),
+    "chopper_off_mv": ("inverter", "supply", "chopper_off_v", 1e3),
     "bus_capacitance_uf": ("inverter", "supply", "bus_capacitance_f", 1e6),
     "speed_max_rpm": ("motor", "control", "speed_max_rpm", 1),
     "overspeed_rpm": ("motor", "control", "overspeed_rpm", 1),

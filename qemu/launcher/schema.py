@@ -148,7 +148,7 @@ INVERTER_TABLES = {
         "supply_r2_ohm": Key(0, 100, 0.0, "battery: its slow branch"),
         "supply_c2_f": Key(0, 1e6, 0.0, "battery: its slow branch"),
         "chopper_ohm": Key(0, 1e4, 0.0, "brake resistor; 0: none"),
-        "chopper_on_v": Key(0, 2000, 0.0, "bus voltage that switches it on"),
+        "chopper_on_v": Key(0, 2000, 0.0, "bus voltage above which the drive switches it on"),
         "chopper_off_v": Key(0, 2000, 0.0, "and off")},
     "bridge": {
         "r_on_ohm": Key(1e-5, 10, REQUIRED, "of a conducting switch"),

@@ -15,7 +15,7 @@ struct hall {
 
 void hall_init(struct hall *h, const struct sensor_params *p);
 unsigned hall_state(const struct hall *h, double electrical_rad);
-/* By how much the angle was less, the shaft going forwards (negative: more), when the last switch changed; within half a turn. */
+/* How far the shaft has turned since the last switch changed, within half a turn; negative: backwards. */
 double hall_since_rad(const struct hall *h, double electrical_rad, bool forwards);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* state(n + 1) = step(state(n)), where n counts clocks. quiet() says for how many clocks step() would do nothing but count; glide()
- * does these at once. A write acts on the state at its time: what the RTL does in the clock of the access. */
+/* state(n + 1) = step(state(n)), where n counts clocks. quiet() says for how many clocks step() would do nothing but count;
+ * glide() does these at once. A write acts on the state at its time: what the RTL does in the clock of the access. */
 #include "pwm.h"
 
 #include <string.h>

@@ -3,7 +3,7 @@
 
 The image is run twice: once with DWT's CYCCNT counting cycles, once with it counting instructions. Two rows cannot be had on
 the target without adding to what is measured, and come from the twin's log of interrupts in a run of the drive:
-current_loop.latency (entry, its 12 cycles included, to the last write to CorePWM) and current_loop.interrupt (entry and exit
+current_loop.latency (entry, its 12 cycles included, to the last write to the PWM) and current_loop.interrupt (entry and exit
 included).
 """
 import re

@@ -6,7 +6,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 
 ROWS = {
-    "current_loop.latency": "exception entry to the last write to CorePWM, entry's 12 cycles included",
+    "current_loop.latency": "exception entry to the last write to the PWM, entry's 12 cycles included",
     "current_loop.interrupt": "the whole interrupt, entry and exit included, in closed loop",
     "current_loop.latency.zero_wait": "the same with a bus to fabric and peripherals that does not wait",
     "current_loop.interrupt.zero_wait": "likewise: what can be compared with others' figures",

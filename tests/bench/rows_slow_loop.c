@@ -119,7 +119,8 @@ void rows_slow_loop(void)
     print_heading("slow loop, in operation: its parts, the step of the state machine, the whole interrupt");
     found = 0;
     torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning);
-    (void)gate_enable(&axes[0].fabric->gate); /* CorePWM holds the legs low */
+    axes[0].fabric->pwm.CONTROL = 0u; /* at rest: no leg turns on */
+    (void)gate_enable(&axes[0].fabric->gate);
     axes[0].loop.status_max = GATE_STATUS_LIVE;
     nvic_enable(BOARD_IRQ_TICK);
     axes[0].mode = AXIS_MODE_SPEED;
@@ -141,6 +142,7 @@ void rows_slow_loop(void)
     print_states("slow_loop.pended", NULL, interrupting);
     nvic_disable(BOARD_IRQ_TICK);
     gate_disable(&axes[0].fabric->gate);
+    axes[0].fabric->pwm.CONTROL = PWM_CONTROL_RUN;
     axes[0].loop.status_max = UINT32_MAX;
     print_note("faults found", found);
     axes[0].state = AXIS_SWITCH_ON_DISABLED;

@@ -130,6 +130,22 @@ def test_a_latch_while_switching_on_keeps_the_gates_shut(opens_s, tmp_path):
     assert not result.trace["gates"].any()
 
 
+@pytest.mark.parametrize("which", "AB")
+def test_each_input_of_safe_torque_off_cuts_the_bridge_by_itself_and_is_named(which, opens_s, tmp_path):
+    """In the same clock: no row of the trace after it shows a gate on. It stays so until cleared, which needs a quiet input."""
+    stop_s, free_s = opens_s + 0.01, opens_s + 0.03
+    result = play(tmp_path, opens_s + 0.06, typed((ON_S, "on"), (free_s - 0.01, "clear"), (free_s + 0.01, "clear")),
+                  events(stop_s, [("sto", [which, "1"])]), events(free_s, [("sto", [which, "0"])]))
+    assert faults(result) == [f"FAULT_STO_{which}"]
+    assert live_s(result)[-1] <= stop_s and not result.trace.between(stop_s + 1e-6, opens_s + 0.06)["gates"].any()
+    assert state_at(result, free_s + 0.005) == "AXIS_FAULT" and state_at(result, opens_s + 0.055) == "AXIS_SWITCH_ON_DISABLED"
+
+
+def test_an_input_that_asks_to_stop_keeps_the_gates_shut(tmp_path):
+    result = play(tmp_path, 0.4, typed((ON_S, "on")), events(0.1, [("sto", ["B", "1"])]))
+    assert faults(result) == ["FAULT_STO_B"] and not result.trace["gates"].any()
+
+
 def test_a_latch_is_found_while_the_bridge_is_off(tmp_path):
     result = play(tmp_path, 0.12, events(0.1, [("driver_fault", ["1"])]))
     assert faults(result) == ["FAULT_GATE_DRIVER"]

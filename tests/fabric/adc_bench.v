@@ -3,8 +3,9 @@
 // contract's formulas in integers, real multiplier and curve included. Prints a line a fault; the last line is the verdict.
 `timescale 1ns / 100ps
 
-// AD7356: the frame as the data sheet has it (Rev. A, page 18). Data is unknown from HOLD to ACCESS after each falling edge;
-// both include the way through the FPGA's pins. Times of CS and SCLK are the limits the bench asks of the RTL.
+// AD7356: the frame as the data sheet has it (Rev. A, page 18); its times in nanoseconds are unconfirmed (docs/fabric.md).
+// Data is unknown from HOLD to ACCESS after each falling edge; both include the way through the FPGA's pins. Times of CS and
+// SCLK are the limits that the RTL must keep.
 module ad7356 #(parameter real HOLD = 3.5, parameter real ACCESS = 18.0, parameter FALLS = 14, parameter ZEROS = 2,
                 parameter real LOW_HIGH = 5.0, parameter real PERIOD = 12.5, parameter real SETUP = 5.0) (
     input wire cs_n, input wire sclk, input wire [11:0] analogue, output reg sdata
@@ -126,7 +127,7 @@ module bench;
             put(8'h00, 3 | rebuild << 2);
             a_a = code(some(9)); a_b = code(some(9)); a_c = code(some(9)); a_v = code(some(9)); a_t = some(4095);
             if (some(3) == 0) begin o_a = 16 * a_a; put(8'h1C, o_a); end
-            // low sides: on long enough, one clock less, or off
+            // low sides: on for long enough, or one clock less
             low = 0; valid = 0;
             repeat (2) @(negedge clk);
             k = some(7); low = k; repeat (1) @(negedge clk);
@@ -136,13 +137,13 @@ module bench;
             if (cs_n) fail("CS", cs_n, 0);
             steps = 0;
             while (!irq && steps < 1000) begin
-                // the inputs may move as soon as they are held, and a trigger now means nothing
+                // the inputs may move once they are held, and a trigger during a conversion is ignored
                 if (steps == 3) {a_a, a_b, a_c, a_v} = {$random, $random};
                 trigger = steps == 20;
                 @(negedge clk); steps = steps + 1;
             end
             if (steps > longest) longest = steps;
-            // what was sampled is in the models
+            // the models keep what was sampled
             e_a = result(first_a.held, o_a, g_a); e_b = result(first_b.held, o_b, g_b); e_c = result(second_a.held, o_c, g_c);
             if (rebuild && valid == 6) e_a = held(-e_b - e_c);
             if (rebuild && valid == 5) e_b = held(-e_a - e_c);
@@ -155,12 +156,12 @@ module bench;
             same("STATUS", 8'h04, flags | 1); same("IA", 8'h08, e_a); same("IB", 8'h0C, e_b); same("IC", 8'h10, e_c);
             same("VBUS", 8'h14, 8 * second_b.held); same("SEQUENCE", 8'h18, n + 1); same("VALID", 8'h3C, valid);
             same("TEMP", 8'h38, temp);
-            if (n % 7 == 3) begin   // not acknowledged: overrun at the next, which is the same sample again
+            if (n % 7 == 3) begin   // without an acknowledgement the next conversion is an overrun
                 trigger = 1; @(negedge clk); trigger = 0; repeat (60) @(negedge clk);
                 if (!overrun) fail("overrun", overrun, 1);
                 same("TEMP while the sensor is read", 8'h38, temp);
                 n = n + 1;
-                was_off = 0;        // whatever it was: clear it by a sample with the sum within its limit
+                was_off = 0;        // by a sample with the sum within its limit
                 put(8'h2C, 131071); put(8'h04, 3);
                 trigger = 1; @(negedge clk); trigger = 0;
                 repeat (60) @(negedge clk);

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The sinc3 filters of the ADC block against exact arithmetic: the third power of a moving sum, in Python's integers.
 
-Each case plays bits to the block in Icarus and compares every code of both paths with the moving sums of the bits that the
-contract names: 3 OSR - 2 bits, the first after the trigger; the fast path all the time. Impulse, step, full scale, constant
-densities of a second-order modulator, noise.
+Each case plays bits to the block in Icarus and compares every code of both paths with the moving sum of the bits that the
+contract names: 3 OSR - 2 bits, from the first after the trigger on; the fast path all the time. The bits are an impulse, a
+step, full scale, noise, and constant levels through a second-order modulator.
 """
 import os
 import random
@@ -25,7 +25,7 @@ def window(osr):
 
 
 def code(total, osr):
-    """16 bits of OSR cubed; all ones is one too many."""
+    """The sum over OSR cubed in 16 bits; all ones would be one more than fits."""
     return min(65535, total * 65536 // osr ** 3)
 
 
@@ -75,7 +75,7 @@ def judge(rows, bits, osr, trip_osr, clocks, limit, ones):
             assert start + 3 * osr <= numbers[0] <= start + 3 * osr + 2, f"code at bit {numbers[0]}, started at {start}"
             start, codes = None, codes + 1
         elif what == "trip":
-            # the newest bit is the one before the take's; two more are in the integrators' delay
+            # where the window lies is not promised to the bit: the integrators delay it by two
             found = [first for first in range(numbers[0] - 3 * trip_osr - 4, numbers[0] - 3 * trip_osr + 4)
                      if first >= -1 and numbers[1:] == [code(moving(line, trip_taps, first), trip_osr) for line in lines]]
             assert found, f"trip path {numbers} is of no window"

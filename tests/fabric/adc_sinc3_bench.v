@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Plays bits from a file to the modulators' inputs at the modulators' own clock and prints what comes out; adc_sinc3.py wrote
-// the bits and judges. Bits of A are inverted for B; C is all ones from the bit ONES on, else 0.
+// Plays bits from a file to the modulators' inputs at the modulators' own clock and prints what comes out; adc_sinc3.py writes
+// the bits and judges. B gets the bits of A inverted; C gets zeros up to bit ONES and ones from there on.
 `timescale 1ns / 100ps
 module bench;
     reg clk = 0, rst_n = 0, enable = 0, start = 0;
@@ -23,7 +23,7 @@ module bench;
         #12 data = {at >= ones, !bits[at], bits[at]};
         at = at + 1;
     end
-    // bit `at` is at the pins when `at` edges have come and the next is not there yet
+    // `at` counts the bits that the modulators have brought
     reg [15:0] trip_codes [0:2];
     always @(posedge clk) begin
         if (done) $display("code %0d %0d %0d %0d", at, codes[15:0], codes[31:16], codes[47:32]);
@@ -49,7 +49,7 @@ module bench;
         next = every;
         while (at < length) begin
             @(negedge clk);
-            // at each place of the modulators' period in turn
+            // starts at each clock of the modulators' period in turn
             n = at >= next ? n + 1 : 0;
             start = n > (next / every * 3) % clocks;
             if (start) begin

@@ -51,7 +51,7 @@ module bench;
         was_high = high[0];
         was_cs   = cs_n[0];
     end
-    task periods(input integer count);  // from the middle of a valley's half on, `count` periods of 2000 clocks
+    task periods(input integer count);  // clears what was counted, then counts for so many periods of 2000 clocks
         begin
             for (k = 0; k < 6; k = k + 1) begin on_high[k] = 0; on_low[k] = 0; end
             pulses = 0; triggers = 0;
@@ -111,7 +111,7 @@ module bench;
         put('h304, 'h400);
         put('h300, 1);
         get(28'h304, value); $display("cleared %0h", value);
-        put('h100, 1);                                  // samples that nobody fetches: the second is an overrun
+        put('h100, 1);                                  // nobody acknowledges the samples: the second is an overrun
         periods(3);
         get(28'h304, value); $display("lost %0h triggers %0d", value, triggers);
         $display("both %0d", both);

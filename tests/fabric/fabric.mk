@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# `make fabric`: the RTL in drivers/fabric/rtl, checked, proved, attacked and counted: docs/fabric3.md. `make registers`: what
+# `make fabric`: the RTL in drivers/fabric/rtl, checked, proved, attacked and counted: docs/fabric.md. `make registers`: what
 # C, Verilog and debuggers need to know of the registers. Included by the top Makefile, which defines PYTHON, BUILD and `say`.
 
 FABRIC_GENERATE = drivers/fabric/rtl/generate.py
@@ -25,7 +25,7 @@ fabric: tools
 	@$(MAKE) --no-print-directory -s -k $(FABRIC_STEPS)
 
 fabric-stale:
-	@$(PYTHON) $(FABRIC_GENERATE) --check && echo 'registers: the tables of docs/fabric3.md are up to date'
+	@$(PYTHON) $(FABRIC_GENERATE) --check && echo 'registers: the tables of docs/fabric.md are up to date'
 
 fabric-lint fabric-synthesis fabric-proofs fabric-benches fabric-mutants: registers
 

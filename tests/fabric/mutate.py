@@ -17,7 +17,7 @@ import prove
 from places import ROOT, RTL
 
 MUTANTS = ROOT / "tests/fabric/mutants.toml"
-# clocks by which the runs from reset are longer than a proof needs, unless the proof says `further`
+# by how many clocks runs from reset are longer than the proof's depth, unless the proof has its own `further`
 FURTHER = 6
 
 

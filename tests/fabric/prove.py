@@ -16,7 +16,7 @@ from pathlib import Path
 from places import ROOT, RTL, includes
 
 PROOFS = ROOT / "tests/fabric/proofs.toml"
-# only so that a solver that is lost does not stay for ever: more than ten times what the longest proof takes
+# so that a lost solver ends: more than ten times what the longest proof takes
 SECONDS = 1200
 
 
@@ -36,7 +36,7 @@ def flattened(top, proof, rtl):
     """Commands of yosys that read a module and make one flat netlist of it and its promises."""
     below = " ".join(f"{rtl}/{name}.v" for name in proof["files"][1:])
     choice = "".join(f"chparam -set {name} {value} {top}; " for name, value in proof.get("parameters", {}).items())
-    # the parts below are read without their own promises, and so without what those take for granted
+    # the modules below are read without their own promises, and so without what those take for granted
     folders = " ".join(includes(rtl))
     return ((f"read_verilog {folders} {below}; " if below else "")
             + f"read_verilog -formal {folders} {rtl}/{top}.v; {choice}prep -top {top} -flatten; ")
@@ -77,7 +77,7 @@ def prove(top, proof, rtl=RTL, further=2, steps=tuple(STEPS)):
         model(top, proof, smt, rtl)
         for what in steps:
             option = STEPS[what]
-            # unrolled: z3 is lost in functions over an uninterpreted state, and done with plain bit vectors in no time
+            # unrolled: z3 gets lost in functions of an uninterpreted state, but not in plain bit vectors
             clocks = proof["depth"] + (0 if option else further)
             command = ["yosys-smtbmc", "-s", "z3", "--unroll", "--noprogress", *option, "-t", str(clocks), str(smt)]
             code, log = solve(command)

@@ -25,9 +25,17 @@ STOPS = ("SLE", "MACC")
 OUTPUTS = {"Y", "S", "FCO", "Q"}
 
 
+def bare(folder):
+    """Writes the RTL without comments: yosys names cells by their lines, and its mapping depends on the names."""
+    for path in sorted(RTL.glob("*.v")):
+        lines = (line.partition("//")[0].rstrip() for line in path.read_text(encoding="utf-8").split("\n"))
+        (folder / path.name).write_text("".join(f"{line}\n" for line in lines if line), encoding="utf-8")
+        yield str(folder / path.name)
+
+
 def netlist(block, out):
     """The flat netlist of a block, as yosys' JSON."""
-    sources = " ".join([*includes(), *map(str, sorted(RTL.glob("*.v")))])
+    sources = " ".join([*includes(), *bare(out.parent)])
     script = f"read_verilog {sources}; synth_sf2 -top {block} -noiobs; write_json {out}"
     subprocess.run(["yosys", "-q", "-p", script], check=True, cwd=RTL)
     return json.loads(out.read_text(encoding="utf-8"))["modules"][block]
@@ -105,7 +113,7 @@ def write(found):
             for block, figures in found.items()]
     BUDGETS.write_text("# SPDX-License-Identifier: MIT\n"
                        "# Cells and levels of logic of each block, held both ways by tests/fabric/synthesis.py; `fabric`\n"
-                       "# is all of one axis. Renewed by `synthesis.py --update`, with the reason in the commit.\n"
+                       "# is a fabric of one axis. Renewed by `synthesis.py --update`, with the reason in the commit.\n"
                        + "".join(rows),
                        encoding="utf-8")
 

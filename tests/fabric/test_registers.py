@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is generated from drivers/fabric/registers.toml follows it; the tables of docs/fabric3.md are up to date."""
+"""What is generated from drivers/fabric/registers.toml follows it; the tables of docs/fabric.md are up to date."""
 import copy
 import importlib.util
 import os

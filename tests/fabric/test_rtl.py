@@ -22,7 +22,7 @@ PERIOD, DEAD, SHORTEST = 1000, 50, 20   # as in bench_pwm.v, which measures over
 
 
 def test_no_tool_warns():
-    assert lint.findings() == [] and list(lint.texts()) == []
+    assert lint.findings() == []
 
 
 def test_a_warning_is_noticed(tmp_path):

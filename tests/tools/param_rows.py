@@ -3,12 +3,13 @@
 import re
 from pathlib import Path
 
-SETTINGS = Path(__file__).resolve().parents[2] / "firmware/settings"
+ROOT = Path(__file__).resolve().parents[2]
 ROW = re.compile(r"^ +PARAM\((\w+), (\w+), (\w+), (\w+)\)", re.MULTILINE)
 
 
-def param_rows():
+def param_rows(source=ROOT):
     """{parameter: (least, most, initial)}; a bound with a name has its value from params.h."""
-    named = dict(re.findall(r"^#define (\w+) (\d+)$", (SETTINGS / "params.h").read_text(encoding="utf-8"), re.MULTILINE))
-    rows = ROW.findall((SETTINGS / "params.c").read_text(encoding="utf-8"))
+    settings = source / "firmware/settings"
+    named = dict(re.findall(r"^#define (\w+) (\d+)$", (settings / "params.h").read_text(encoding="utf-8"), re.MULTILINE))
+    rows = ROW.findall((settings / "params.c").read_text(encoding="utf-8"))
     return {name: tuple(int(named.get(bound, bound)) for bound in bounds) for name, *bounds in rows}

@@ -143,7 +143,7 @@ def test_the_current_loop_is_free_of_loops_and_a_trip_costs_more(image, number):
     found = wcet.bound(image, Waits(), handler)
     assert 150 < found.latency < found.whole < found.fault
     slower = wcet.bound(image, default_waits(), handler)
-    assert found.latency + 6 * 3 < slower.latency < slower.whole
+    assert found.latency + 4 * 3 <= slower.latency < slower.whole  # two currents and two of the compares, at least
 
 
 def test_measured_above_the_bound_fails(image, tmp_path, capsys):

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* The PWM, which the twin computes from event to event, against one that goes from clock to clock: registers as the RTL has them
- * (drivers/fabric/rtl/pwm*.v), all of which take their next value at once, with none of the twin's shortcuts. Small periods, so
- * that compares at an end and beyond it, pulses too short, and writes just before and after each of them come up all the time.
- * Then what the page promises, in numbers. */
+/* The PWM, which the twin computes from event to event, against one that goes from clock to clock: registers as the RTL has
+ * them (drivers/fabric/rtl/pwm*.v), all of which take their next value at once, with none of the twin's shortcuts. Small
+ * periods, so that compares at an end and beyond it, pulses too short, and writes just before and after each of them come up
+ * all the time. Then what the page promises, in numbers. */
 #include "pwm.h"
 
 #include <string.h>

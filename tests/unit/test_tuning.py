@@ -10,10 +10,11 @@ from launcher.data import MOTORS, available
 from launcher.drive import console_params, load_drive
 
 from tools.param_rows import param_rows
+from unit.conftest import SOURCE
 
 PI = Fraction(314159265358979323846264338328, 10**29)
 PWM_HZ, SLOW_HZ, BASE_HZ = 20000, 1000, 1250
-REFUSED_BEFORE = ("ERROR_SPEED_BEYOND_OBSERVER", "ERROR_SPEED_MAX_BEYOND_OVERSPEED", "ERROR_V_LIMITS",
+REFUSED_BEFORE = ("ERROR_SPEED_BEYOND_OBSERVER", "ERROR_SPEED_MAX_BEYOND_OVERSPEED", "ERROR_V_LIMITS", "ERROR_CHOPPER_LEVELS",
                   "ERROR_V_MIN_BELOW_MODULATOR", "ERROR_I_TRIP_BEYOND_RANGE", "ERROR_I_MAX_BEYOND_TRIP",
                   "ERROR_I_ALIGN_BEYOND_MAX")
 CONSTANTS = Fraction(1, 10**8)  # relative, by which the C constants are rounded
@@ -36,7 +37,7 @@ def compute(c, values):
 
 
 def ranges():
-    return {name: (low, high) for name, (low, high, _) in param_rows().items()}
+    return {name: (low, high) for name, (low, high, _) in param_rows(SOURCE).items()}
 
 
 @functools.cache
@@ -51,12 +52,14 @@ def shipped(motor="teknic_m2310p"):
 def drawn(draw):
     """Any parameters of their ranges, evenly over the decades; limits put in order, so that most get as far as the gains."""
     p = {name: min(high, max(low, round(math.exp(draw.uniform(math.log(max(low, 1)), math.log(high))))))
-         for name, (low, high) in ranges().items()}
+         for name, (low, high) in ranges().items() if not name.startswith("chopper")}
     p["i_trip_ma"] = max(10, p["i_range_ma"] * draw.randint(50, 95) // 100)
     p["i_max_ma"] = max(10, p["i_trip_ma"] * draw.randint(30, 85) // 100)
     p["i_align_ma"] = max(10, p["i_max_ma"] * draw.randint(20, 100) // 100)
     p["v_max_mv"] = p["v_range_mv"] * draw.randint(60, 98) // 100
     p["v_min_mv"] = max(1000, p["v_range_mv"] * draw.randint(25, 50) // 100)
+    p["chopper_on_mv"] = p["v_max_mv"] * (0, 90, 99)[p["v_max_mv"] % 3] // 100
+    p["chopper_off_mv"] = p["v_max_mv"] * 85 // 100
     p["speed_max_rpm"] = draw.randint(1, max(1, min(20000, 60000 // p["pole_pairs"])))
     p["overspeed_rpm"] = p["speed_max_rpm"] + draw.randint(1, 100)
     return p
@@ -89,6 +92,8 @@ def exact(c, p):
         "i_trip_q15": Fraction(p["i_trip_ma"] * 32768, p["i_range_ma"]), "i_max_q15": i_max_q15,
         "v_min_q15": Fraction(p["v_min_mv"] * 32768, p["v_range_mv"]),
         "v_max_q15": Fraction(p["v_max_mv"] * 32768, p["v_range_mv"]),
+        "chopper_on_q15": Fraction(p["chopper_on_mv"] * 32768, p["v_range_mv"]),
+        "chopper_off_q15": Fraction(p["chopper_off_mv"] * 32768, p["v_range_mv"]),
         "overspeed_w_q15": Fraction(p["overspeed_rpm"] * p["pole_pairs"] * 32768, 60 * BASE_HZ),
         "encoder_scale_q32": Fraction(p["pole_pairs"] * 2**32, p["encoder_counts"]),
         "encoder_counts": Fraction(p["encoder_counts"]),
@@ -172,6 +177,15 @@ LIMITS = [
     ("ERROR_V_MIN_BELOW_MODULATOR", "v_min_mv", lambda p: p["v_range_mv"] // 4, -1),
     ("ERROR_SPEED_BEYOND_OBSERVER", "overspeed_rpm", lambda p: 60 * BASE_HZ * 95 // 100 // p["pole_pairs"], +1),
 ]
+
+
+@pytest.mark.parametrize("on_mv, off_mv, fits", ((35999, 35900, True), (36000, 35000, False), (30000, 0, False), (0, 0, True),
+                                                 (0, 35000, True), (30000, 30000, False), (30000, 29940, True),
+                                                 (30000, 29941, False)))
+def test_levels_of_the_chopper(c, on_mv, off_mv, fits):
+    """Of a range of 60 V, whose thousandth must lie between them, and a limit of 36 V."""
+    p = {**shipped(), "v_range_mv": 60000, "chopper_on_mv": on_mv, "chopper_off_mv": off_mv}
+    assert compute(c, p)[0] == ("ERROR_NONE" if fits else "ERROR_CHOPPER_LEVELS")
 
 
 @pytest.mark.parametrize("error, name, limit, beyond", LIMITS)

@@ -2,7 +2,7 @@
 // Slot 1 of an axis, ADC: takes a sample at each trigger, from serial converters or from 1-bit modulators, and shows results,
 // flags and the end of the conversion at one instant. A trigger during a conversion is ignored.
 `include "mssfoc_regs.vh"
-module adc #(parameter SPI_HALF = 1) (  // see adc_spi.v
+module adc (
     input  wire        clk,
     input  wire        rst_n,
     // register port: rdata is 0 unless selected, so that slots can be ORed
@@ -38,6 +38,7 @@ module adc #(parameter SPI_HALF = 1) (  // see adc_spi.v
     reg  [11:0] settle;
     reg  [1:0]  osr, trip_osr;
     reg  [4:0]  mod_clocks;
+    localparam [12:0] MODULATOR_RESET = `ADC_MODULATOR_RESET;
 
     wire writes = sel && write;
     wire clears = writes && addr == `ADC_STATUS;
@@ -56,9 +57,9 @@ module adc #(parameter SPI_HALF = 1) (  // see adc_spi.v
             gain_b     <= `ADC_GAIN_B_RESET;
             gain_c     <= `ADC_GAIN_C_RESET;
             settle     <= `ADC_SETTLE_RESET;
-            osr        <= 2'd1;
-            trip_osr   <= 2'd1;
-            mod_clocks <= 5'd5;
+            osr        <= MODULATOR_RESET[`ADC_MODULATOR_OSR];
+            trip_osr   <= MODULATOR_RESET[`ADC_MODULATOR_TRIP_OSR];
+            mod_clocks <= MODULATOR_RESET[`ADC_MODULATOR_CLOCKS];
             mod_trip   <= `ADC_MODULATOR_TRIP_RESET;
         end else if (writes)
             case (addr)
@@ -102,7 +103,7 @@ module adc #(parameter SPI_HALF = 1) (  // see adc_spi.v
                 valid_sampled <= valid_now;
         end
 
-    adc_spi #(.HALF(SPI_HALF), .FALLS(14), .LINES(4)) converters (
+    adc_spi #(.HALF(1), .FALLS(14), .LINES(4)) converters (
         .clk(clk), .rst_n(rst_n), .enable(enable), .start(accept), .cs_n(pin_cs_n), .sclk(pin_sclk), .sdata(pin_sdata),
         .done(spi_done), .codes(spi_codes));
 
@@ -127,7 +128,7 @@ module adc #(parameter SPI_HALF = 1) (  // see adc_spi.v
         .beyond_current(beyond_current), .beyond_sum(beyond_sum), .beyond_v_high(beyond_v_high),
         .beyond_v_low(beyond_v_low));
 
-    // the winding's temperature follows each conversion, and shows with the next
+    // the winding's temperature is read after each conversion, and shows with the next one
     wire [11:0] temp_raw, temp_code;
     reg  [11:0] temp_next, temp;
     wire        temp_done;
@@ -137,7 +138,7 @@ module adc #(parameter SPI_HALF = 1) (  // see adc_spi.v
         .sdata(pin_temp_sdata), .done(temp_done), .codes(temp_raw));
     adc_curve curve (.clk(clk), .rst_n(rst_n), .code(temp_raw), .temp(temp_code));
 
-    // the end: an acknowledgement in the same clock is of the conversion before
+    // the end of a conversion: an acknowledgement in the same clock belongs to the one before
     reg         eoc, overrun_seen, trip_seen;
     reg  [31:0] sequence_count;
     wire        eoc_kept = eoc && !(clears && wdata[`ADC_STATUS_EOC]);

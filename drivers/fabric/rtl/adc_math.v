@@ -47,7 +47,7 @@ module adc_math (
 
     // offset and gain: phase k is subtracted in step k, multiplied in step k + 1, rounded and clamped in step k + 2
     reg  [15:0] code, offset;
-    reg  [7:0]  gain, gain_now;         // the latter goes with less_offset
+    reg  [7:0]  gain, gain_now;         // gain_now belongs to the phase in less_offset
     always @*
         case (step)
         4'd2:    {code, offset, gain} = {code_b, offset_b, gain_b};
@@ -64,16 +64,16 @@ module adc_math (
     wire [15:0] current = clamp(scaled);
     wire        unused  = &{1'b0, rounded[10:0]};
 
-    // the phase that is not valid, if it is one: minus the sum of the others
+    // a single phase that is not valid becomes minus the sum of the other two
     reg  [15:0] a, b, c;
-    reg  [2:0]  kept;                   // valid_in at the step that used it
+    reg  [2:0]  kept;                   // valid_in, or all with reconstruction off
     wire [15:0] other_1 = kept[0] ? a : b;
     wire [15:0] other_2 = kept[2] ? c : b;
     wire [16:0] others  = {other_1[15], other_1} + {other_2[15], other_2};
     wire [18:0] missing = 19'd0 - {{2{others[16]}}, others};
     wire [15:0] rebuilt = clamp(missing);
 
-    // one comparison a step, of the magnitude that the step before made; the sum is the only value of more than 16 bits
+    // one comparison a step, of the magnitude from the step before; only the sum has more than 16 bits
     reg  [17:0] sum, value, magnitude;
     reg  [16:0] limit;
     always @* begin

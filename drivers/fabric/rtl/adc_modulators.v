@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Three 1-bit modulators that this block clocks. Each bit is taken at the rising edge after the one that brought it, behind two
-// flip-flops. Two paths out of the same integrators: results, whose three takes after the trigger see nothing but bits that
-// came after it (so they belong to the instant 1.5 OSR bits after the trigger), and a faster one that runs all the time and
-// trips. A modulator without supply gives all zeros or ones, which is full scale, so that any trip below full scale sees it.
+// flip-flops. The same integrators feed two paths. The results consist only of bits that came after the trigger, so they
+// belong to the instant 1.5 OSR bits after it. The fast path runs all the time and trips. A modulator without supply gives all
+// zeros or ones, which is full scale, so that any trip below full scale sees it.
 module adc_modulators (
     input  wire        clk,
     input  wire        rst_n,
@@ -44,7 +44,7 @@ module adc_modulators (
                 pin_clock <= 1'b0;
         end
 
-    // takes of the results: the bit after the start, and each OSR bits later, four in all
+    // a result takes the integral four times: at the first bit after the start, and every OSR bits from then on
     reg  [2:0] takes;                 // still to come
     reg  [7:0] bits;                  // until the next
     wire [7:0] spacing = {osr == 2'd3, osr >= 2'd2, osr >= 2'd1, 5'b11111};
@@ -62,7 +62,7 @@ module adc_modulators (
         end else if (strobe && bits != 8'd0)
             bits <= bits - 8'd1;
 
-    // takes of the fast path; what the first three show began before the first bit
+    // the fast path takes it every TRIP_OSR bits; the first three values reach back before the first bit
     reg  [4:0] trip_bits;
     reg  [2:0] warm;
     wire [4:0] trip_spacing = {trip_osr >= 2'd2, trip_osr >= 2'd1, 3'b111};
@@ -93,7 +93,7 @@ module adc_modulators (
                                        .ready(readies[k]));
         sinc3_comb #(.WIDTH(16)) trip_comb (.clk(clk), .rst_n(on), .take(trip_take), .integral(integral[15:0]),
                                             .value(trip_value), .ready(trip_readies[k]));
-        // all ones is OSR cubed, one more than 16 bits can say
+        // all ones is OSR cubed, which is one more than fits
         assign codes[16*k +: 16] = osr == 2'd0 ? (value[15] ? 16'hFFFF : {value[14:0], 1'b0})
                                  : osr == 2'd1 ? (value[18] ? 16'hFFFF : value[17:2])
                                  : osr == 2'd2 ? (value[21] ? 16'hFFFF : value[20:5])

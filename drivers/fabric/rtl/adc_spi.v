@@ -4,9 +4,10 @@
 // FALLS. LINES converters share CS and SCLK.
 //
 // FALLS 14, two AD7356 (dual, simultaneously sampling, 5 MSPS; Analog Devices, data sheet Rev. A, "Serial interface", page 18):
-// two leading zeros, twelve bits. SCLK is clk / (2 HALF): 50 MHz of the part's 80 at HALF 1 and 100 MHz. A bit is taken in the
-// clock that launches the next falling edge, 20 ns after its own was launched: what the part and both ways through the FPGA's
-// pins need must be less. Boards with longer ways, or isolators, take HALF 2. From CS to the last bit: 27 half periods, 270 ns.
+// two leading zeros, twelve bits. SCLK is clk / (2 HALF): 50 MHz at HALF 1 and 100 MHz, where the part takes 80 (unconfirmed:
+// docs/fabric.md). A bit is taken in the clock that launches the next falling edge, 20 ns after its own was launched: what
+// the part and both ways through the FPGA's pins need must be less. Boards with longer ways, or isolators, set HALF 2 in adc.v.
+// From CS to the last bit: 27 half periods, 270 ns.
 //
 // FALLS 16, AD7476A (single; data sheet Rev. F, timing, page 7): four leading zeros; at most 20 MHz, data 40 ns after the edge.
 module adc_spi #(parameter HALF = 1, parameter FALLS = 14, parameter LINES = 4) (   // HALF 1...4

@@ -10,7 +10,7 @@ module adc_valid (
 );
     genvar k;
     generate for (k = 0; k < 3; k = k + 1) begin : phase
-        reg [11:0] on_for;          // clocks, held at its most
+        reg [11:0] on_for;          // clocks, 4095 at most
         always @(posedge clk)
             if (!rst_n || !low[k])
                 on_for <= 12'd0;

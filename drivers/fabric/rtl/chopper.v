@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The brake chopper: on above one bus voltage, off at another or below, judged at each new sample by one comparator. A
-// sample that has grown old (65535 clocks) turns it off, so that a sampler at rest cannot keep the resistor on.
+// The brake chopper: it turns on above one bus voltage and off at another or below; one comparator decides at each new sample.
+// After 65536 clocks without a sample it turns off, so that a sampler at rest cannot keep the resistor on.
 module chopper (
     input  wire        clk,
     input  wire        rst_n,
@@ -11,7 +11,7 @@ module chopper (
     input  wire [14:0] off_at,
     output reg         on
 );
-    reg [15:0] age;                 // clocks since the last sample, held at the end
+    reg [15:0] age;                 // clocks since the last sample, 65535 at most
     wire       old = &age;
 
     always @(posedge clk)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Slot 2 of an axis, ENC: incremental encoder and Hall switches behind registers. What belongs to one instant is latched at
-// the ADC's trigger: position, time of its last edge, Hall state, time of its last edge, and the time itself.
+// Slot 2 of an axis, ENC: incremental encoder and Hall switches behind registers. The ADC's trigger latches what belongs to
+// one instant: the position, the Hall state, the time of the last edge of each, and the time itself.
 `include "mssfoc_regs.vh"
 module encoder (
     input  wire        clk,
@@ -44,7 +44,7 @@ module encoder (
     encoder_filter filter_b (.clk(clk), .rst_n(rst_n), .tick(1'b1), .length(filter_encoder), .pin(pin_b), .level(b));
     encoder_filter filter_z (.clk(clk), .rst_n(rst_n), .tick(1'b1), .length(filter_encoder), .pin(pin_index), .level(z));
 
-    // COUNTS is held to 4 ... 65536
+    // COUNTS is held to 4...65536
     wire [15:0] load_top = wdata[31:2] == 30'd0 ? 16'd3 : wdata > 32'd65535 ? 16'hFFFF : wdata[15:0] - 16'd1;
 
     encoder_count count (.clk(clk), .rst_n(rst_n), .enable(control[0]), .reverse(control[1]), .lost(lost), .a(a), .b(b),
@@ -85,7 +85,7 @@ module encoder (
             if (counted)
                 edge_now <= now;
             if (indexed)
-                index <= position_next;     // an edge in the same clock belongs to the index
+                index <= position_next;     // a count in the same clock comes before the index
             if (trigger) begin
                 latched    <= position;
                 edge_time  <= edge_now;

@@ -12,7 +12,7 @@ module encoder_count (
     input  wire        load,          // take `load_top` and start at 0
     input  wire [15:0] load_top,
     output reg  [15:0] top,           // counts of a revolution less one
-    output reg  [15:0] position,      // 0 ... top
+    output reg  [15:0] position,      // 0...top
     output wire [15:0] position_next, // as it will be after this clock
     output wire        counted,       // an edge is counted in this clock
     output wire        illegal

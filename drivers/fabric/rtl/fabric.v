@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The whole fabric: AXES axes (1 ... 15) on one APB3 port of FIC_0, axis k at its base + 0x400 k. Pins of axis k stand at
-// index k, or in the k-th group, of their vectors. Axis 0 leads the carriers: the others can start at its valley.
+// The whole fabric: AXES axes (1...15) on one APB3 port of FIC_0, axis k at its base + 0x400 k. The pins of axis k are
+// element k, or the k-th group, of their vectors. Axis 0 leads the carriers: the others can start at its valley.
 module fabric #(parameter AXES = 1) (
     input  wire                clk,         // PCLK, 100 MHz
     input  wire                rst_n,       // MSS_RESET_N_M2F, released synchronously to clk

@@ -44,7 +44,7 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
     wire both      = |(high & low);
     wire lost_now  = overrun_event && enable;
     wire latched   = |pin_latches || loop_lost || interlock;
-    wire settled   = |pins_2 || both || lost_now || latched;  // what flip-flops may see: pins only behind two of them
+    wire settled   = |pins_2 || both || lost_now || latched;  // safe for flip-flops: pins only behind two of them
     wire cut       = settled || |asked;
     wire writes    = sel && write;
     wire clears    = writes && addr == `GATE_STATUS;

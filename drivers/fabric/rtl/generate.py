@@ -4,7 +4,7 @@
 generate.py contract3.h        prints offsets, masks and resets for C
 generate.py mssfoc_regs.vh     the same for the RTL's decode
 generate.py mssfoc.svd         CMSIS-SVD, for debuggers
-generate.py                    renews the tables of docs/fabric3.md, between their markers
+generate.py                    renews the tables of docs/fabric.md, between their markers
 generate.py --check            says whether those are stale, and exits 1 if they are
 """
 import re
@@ -15,7 +15,7 @@ from xml.sax.saxutils import escape
 
 ROOT = Path(__file__).resolve().parents[3]
 SOURCE = "drivers/fabric/registers.toml"
-PAGE = "docs/fabric3.md"
+PAGE = "docs/fabric.md"
 ACCESS = {"RO": "read-only", "RW": "read-write", "RW1C": "read-write", "WO": "write-only"}
 WRITTEN = ("RW", "WO")
 NAME = re.compile(r"[A-Z][A-Z0-9_]*\Z")

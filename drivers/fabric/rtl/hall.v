@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Three Hall switches: their filtered state now, and the state with the time of its last edge as both were at the last
-// trigger. The filter counts in steps of 16 clocks, since Hall edges are slow and noisy.
+// Three Hall switches: their filtered state now, and the state and the time of its last edge at the last trigger. The filter
+// counts in steps of 16 clocks, since Hall edges are slow and noisy.
 module hall (
     input  wire        clk,
     input  wire        rst_n,
@@ -20,7 +20,7 @@ module hall (
     encoder_filter filter_b (.clk(clk), .rst_n(rst_n), .tick(tick), .length(length), .pin(pin[1]), .level(state[1]));
     encoder_filter filter_c (.clk(clk), .rst_n(rst_n), .tick(tick), .length(length), .pin(pin[2]), .level(state[2]));
 
-    // `state_was` and `edge_now` change together, so what the trigger takes always belongs together
+    // `state_was` and `edge_now` change together, so what the trigger latches always belongs together
     always @(posedge clk)
         if (!rst_n) begin
             state_was <= 3'd0;

@@ -32,7 +32,7 @@ module pwm (
     wire        commit = writes && addr == `PWM_COMPARE_C;
     wire        withdraw = writes && (addr == `PWM_COMPARE_A || addr == `PWM_COMPARE_B);
 
-    // What the legs depend on holds still while they are in use, so that no pulse is cut by a change of it.
+    // What the legs depend on is locked while they are in use, so that no change of it cuts a pulse.
     always @(posedge clk)
         if (!rst_n) begin
             {follow, brake, run} <= 3'b000;

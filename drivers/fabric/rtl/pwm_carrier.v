@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The carrier: a distance from the peak (middle of the high sides' on-time), from PERIOD at the valley down to 0 and up
-// again, one step a clock, each end once: 2 PERIOD clocks a period. Falling it passes PERIOD ... 1, rising 0 ... PERIOD - 1.
+// The carrier counts the distance from the peak (the middle of the high sides' on-time): from PERIOD at the valley down to 0
+// and up again, one step a clock, each end once: 2 PERIOD clocks a period. Falling, it passes PERIOD...1; rising,
+// 0...PERIOD - 1.
 `include "mssfoc_regs.vh"
 module pwm_carrier (
     input  wire        clk,
@@ -17,8 +18,9 @@ module pwm_carrier (
     output wire        to_valley,     // the next clock is the valley
     output wire        to_peak        // the next clock is the peak
 );
-    // `>=` and `<=` rather than `==`: from any start, and with a period of 0, the carrier finds its way. The last count before
-    // the valley is kept in a register, so that no adder stands before the comparison; PERIOD holds still while it runs.
+    // `>=` and `<=` rather than `==`, so that the carrier turns from any start, and with a period of 0. The last count before
+    // the valley is kept in a register, so that no adder stands before the comparison; PERIOD holds still while the carrier
+    // runs.
     reg  [15:0] last;
     wire [15:0] next = count + {{15{!rising}}, 1'b1};
 

@@ -2,8 +2,8 @@
 // One phase's compare: when a new on-time takes effect, and what the phase wishes now. The high side is wished on for
 // `compare` clocks before the peak and as many after it: falling while count <= compare, rising while count < compare.
 //
-// Each half period has at most one change of the wish, in one direction. A new compare at once keeps it so if its change and
-// that of the old one are both still to come; if not, the old one stays until the next end, and `fell_back` says so.
+// The wish changes at most once in each half period, in one direction. With `once`, a new compare acts at once if its change
+// and that of the old one are both still to come; if not, the old one stays until the next end, and `fell_back` says so.
 module pwm_compare (
     input  wire        clk,
     input  wire        rst_n,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One half bridge: the wish for one side becomes two gates. Between one side and the other both are off for `dead` clocks,
-// and a side that is on stays on for `shortest` clocks; each counts as 1 if it is 0. A wish that comes too early waits: a
-// pulse too short is stretched, no change that lasts is lost. Not enabled, both gates are off at once, and a dead time
+// and a side that is on stays on for `shortest` clocks; 0 counts as 1 for both. A wish that comes too early waits: a pulse
+// too short is stretched, and no change that lasts is lost. Without `enable` both gates are off at once; after it a dead time
 // passes before the first turns on.
 module pwm_leg (
     input  wire       clk,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One trigger of the ADC: a pulse of one clock after the carrier has passed a count in a chosen direction.
+// One trigger of the ADC: a pulse in the clock after the carrier has a chosen count in a chosen direction.
 module pwm_trigger (
     input  wire        clk,
     input  wire        rst_n,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The three integrators of a sinc3 filter for a 1-bit modulator. They wrap: what sinc3_comb makes of them is exact as long as
-// the result itself fits. 25 bits hold an OSR of 256 (256 cubed, all ones); a shorter filter takes as many of the low bits.
-// Each integrator takes the former one's value of the clock before, which shortens the path and delays the filter by two bits.
+// The three integrators of a sinc3 filter for a 1-bit modulator. They wrap, yet sinc3_comb's result is exact as long as it fits
+// itself: 25 bits hold all ones at an OSR of 256, which is 256 cubed; a shorter filter needs only the low bits. Each integrator
+// takes the one before it as it was at the last bit, which shortens the path and delays the filter by two bits.
 module sinc3 (
     input  wire        clk,
     input  wire        rst_n,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The differences of a sinc3 filter: at each `take` the third difference of the integral over the last three takes. One
-// subtracter does the three in turn; four clocks must lie between takes.
+// subtracter does the three in turn, so at least four clocks must lie between takes.
 module sinc3_comb #(parameter WIDTH = 25) (
     input  wire             clk,
     input  wire             rst_n,

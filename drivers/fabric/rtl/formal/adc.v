@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Stands for adc.v in the proof of fabric_axis.v: any outputs at any time; on its register port 0 unless selected.
-module adc #(parameter SPI_HALF = 1) (
+module adc (
     input  wire        clk, rst_n, sel, write,
     input  wire [7:2]  addr,
     input  wire [31:0] wdata,

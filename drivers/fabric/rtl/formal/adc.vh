@@ -106,7 +106,7 @@ always @(posedge clk) if (f_ran) begin
     if (!$past(rst_n))
         assert ({f_shown, temp, eoc, overrun, trip_seen} == 114'd0 && !busy && !irq);
     else begin
-        // all that is new comes at one instant, with EOC and the next SEQUENCE
+        // everything new comes at one instant, with EOC and the next SEQUENCE
         if (f_shown != $past(f_shown) || temp != $past(temp))
             assert ($past(finish));
         assert (sequence_count == $past(sequence_count) + ($past(finish) ? 32'd1 : 32'd0));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Stands for adc_math.v in the proof of adc.v: any results, which change at `finish` only; adc_math.vh proves that of the real.
+// Stands for adc_math.v in the proof of adc.v: any results, which change at `finish` only; adc_math.vh proves that of it.
 module adc_math (
     input  wire        clk, rst_n, enable, start,
     input  wire [15:0] code_a, code_b, code_c,

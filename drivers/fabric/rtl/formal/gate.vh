@@ -79,11 +79,11 @@ generate for (f_k = 0; f_k < 7; f_k = f_k + 1) begin : f_latch
         if (!$past(f_latches[f_k]) && f_latches[f_k])
             assert (f_k < 2 ? $past(f_noisy[f_k]) : $past(f_noisy_2[f_k]));
     end
-    // a noise is a latch one clock later inside, three clocks later from a pin
+    // a fault sets its latch: one clock later from inside, three clocks later from a pin
     always @(posedge clk) if (f_ran && $past(rst_n) && (f_k < 2 ? $past(f_noisy[f_k]) : $past(f_noisy_2[f_k])))
         assert (f_latches[f_k]);
 end endgenerate
-// ENABLE comes by a write only, goes with every latch, and obeys a write otherwise
+// ENABLE is set by a write only, cleared by every latch, and otherwise obeys writes
 always @(posedge clk) if (f_ran && $past(rst_n)) begin
     if (enable && !$past(enable)) assert ($past(sel && write && addr == `GATE_CONTROL && wdata[0]) && !$past(latched));
     if ($past(sel && write && addr == `GATE_CONTROL && !wdata[0])) assert (!enable);
