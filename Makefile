@@ -19,6 +19,7 @@ SEED     ?= 1
 PLANT    ?=
 SPREAD   ?=
 DETUNE   ?=
+FABRIC   ?= model
 PROBE    ?=
 
 LIB_TRIG_FRAC ?= 15
@@ -43,7 +44,7 @@ MSSFOC_IMAGE = $(BUILD)/mssfoc
 Q := $(if $(V),,@)
 say = $(if $(V)$(findstring s,$(firstword -$(MAKEFLAGS))),,@echo "  $1  $@")
 
-export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE PROBE HOSTCC CROSS
+export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC PROBE HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1
 
 # ---- the image and the library ---------------------------------------------------------------------------------------
@@ -133,9 +134,11 @@ tools:
 everything: all twin target-tests registers lockstep
 
 
+VERILATED = $(if $(filter rtl,$(FABRIC)),axis)
+
 # ---- using it --------------------------------------------------------------------------------------------------------
 run: tools
-	@$(MAKE) --no-print-directory -s -j2 all twin
+	@$(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py run
 
 models: tools
@@ -147,7 +150,7 @@ campaign: tools
 	@$(PYTHON) qemu/run.py campaign
 
 console debug: tools
-	@$(MAKE) --no-print-directory -s -j2 all twin
+	@$(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py $@
 
 flash: tools

@@ -33,6 +33,8 @@ struct fabric {
     unsigned gates; /* to the drivers; bit 2k the high side of phase k, bit 2k+1 its low side */
     bool live, chops, interrupt;
     sim_ps valley_at; /* of the carrier, the last one */
+    sim_ps ahead; /* how far an access took the fabric, which may be beyond its time: the bus has clocks of its own */
+    bool prompt;  /* its pins have to be shown in time: the physics may never stay behind */
 };
 
 /* Times never decrease from call to call, but those of events, which may be ahead of all others by what the bus takes. */
@@ -43,14 +45,14 @@ struct fabric_ops {
     void (*write)(struct fabric *f, uint32_t offset, uint32_t value, sim_ps now);
 
     /* No wire changes by itself before this time; SIM_NEVER: not at all. */
-    sim_ps (*next_event)(const struct fabric *f);
+    sim_ps (*next_event)(struct fabric *f);
     /* The physics, and what it shows at the pins, must have come that far before the event is taken. */
-    bool (*needs_physics)(const struct fabric *f);
+    bool (*needs_physics)(struct fabric *f);
     unsigned (*take_event)(struct fabric *f);
     void (*catch_up)(struct fabric *f, sim_ps now);
     /* Times no later than those of the next trigger, and of the end of the next conversion; SIM_NEVER: none in sight. */
-    sim_ps (*next_trigger)(const struct fabric *f);
-    sim_ps (*next_conversion_end)(const struct fabric *f);
+    sim_ps (*next_trigger)(struct fabric *f);
+    sim_ps (*next_conversion_end)(struct fabric *f);
 
     /* After a trigger: whether it starts a conversion; then its codes A B C and bus voltage; later those of channels that are
      * sampled behind the trigger. */

@@ -58,14 +58,14 @@ static sim_ps earlier(sim_ps a, sim_ps b)
     return a < b ? a : b;
 }
 
-static sim_ps next_event(const struct fabric *f)
+static sim_ps next_event(struct fabric *f)
 {
     const struct fabric_model *m = looked_at(f);
     return earlier(pwm_next_event(&m->pwm), earlier(m->adc.done_at, m->gate.chopper.old_at));
 }
 
 /* Of an edge the physics notices nothing until a switch follows it. */
-static bool needs_physics(const struct fabric *f)
+static bool needs_physics(struct fabric *f)
 {
     const struct fabric_model *m = looked_at(f);
     return next_event(f) != pwm_next_event(&m->pwm) || pwm_triggers_next(&m->pwm);
@@ -121,12 +121,12 @@ static void catch_up(struct fabric *f, sim_ps now)
     pwm_catch_up(&model(f)->pwm, now);
 }
 
-static sim_ps next_trigger(const struct fabric *f)
+static sim_ps next_trigger(struct fabric *f)
 {
     return pwm_next_trigger(&looked_at(f)->pwm);
 }
 
-static sim_ps next_conversion_end(const struct fabric *f)
+static sim_ps next_conversion_end(struct fabric *f)
 {
     const struct fabric_model *m = looked_at(f);
     if (m->adc.done_at != SIM_NEVER) {

@@ -9,6 +9,7 @@
 
 #define SLOT_BYTES 0x100u
 #define SQRT3      1.7320508075688772
+#define ACCESS_PS  (8 * SIM_PS_PER_FABRIC_CLOCK)
 
 enum { SLOT_PWM, SLOT_ADC, SLOT_ENCODER };
 
@@ -24,7 +25,7 @@ void plant_init(struct plant *p, const struct plant_params *params)
     p->inverter.on_step = sampling_follow;
     p->inverter.on_step_context = p;
     fabric_model_init(&p->model, sim_from_s(params->sensors.adc_conversion_s));
-    p->fabric = &p->model.fabric;
+    p->fabric = params->fabric ? params->fabric : &p->model.fabric;
     plant_reset_fabric(p);
 }
 
@@ -227,7 +228,6 @@ static void take_events(struct plant *p, sim_ps to)
             inverter_switch(&p->inverter, p->now);
         }
     }
-    p->fabric->ops->catch_up(p->fabric, to);
 }
 
 void plant_advance(struct plant *p, sim_ps to)
@@ -237,6 +237,7 @@ void plant_advance(struct plant *p, sim_ps to)
         integrate(p, to);
         take_events(p, to); /* a trip opens the switches after their delay */
     }
+    p->fabric->ops->catch_up(p->fabric, to);
 }
 
 sim_ps plant_next_trigger(const struct plant *p)
@@ -251,31 +252,50 @@ sim_ps plant_next_conversion_end(const struct plant *p)
 
 /* ---- registers ---- */
 
-/* PWM and ADC change at events only, so that an access to them need not interrupt the integration; position and
- * comparators follow the physics all the time. */
+/* PWM and ADC change at events only, so that an access to them need not interrupt the integration, unless the fabric is prompt;
+ * position and comparators follow the physics all the time. */
 static void reach(struct plant *p, uint32_t slot, sim_ps now)
 {
-    if (slot == SLOT_PWM || slot == SLOT_ADC) {
+    if (!p->fabric->prompt && (slot == SLOT_PWM || slot == SLOT_ADC)) {
         take_events(p, now);
     } else {
         plant_advance(p, now);
     }
 }
 
+/* An access takes a prompt fabric a few clocks ahead, in which it must not wait for a sample. */
+static sim_ps time_of_access(const struct plant *p, sim_ps now)
+{
+    bool waits = p->fabric->prompt && p->next_sample < now + ACCESS_PS;
+    return waits && p->next_sample > now ? p->next_sample : now;
+}
+
+/* What came up during an access is taken with it. */
+static void follow_access(struct plant *p)
+{
+    if (p->fabric->ahead > p->now) {
+        take_events(p, p->fabric->ahead);
+    }
+}
+
 uint32_t plant_read(struct plant *p, uint32_t offset, sim_ps now)
 {
     uint32_t slot = offset / SLOT_BYTES;
-    reach(p, slot, now);
+    sim_ps at = time_of_access(p, now);
+    reach(p, slot, at);
     if (slot == SLOT_ENCODER) {
         show_hall(p);
     }
-    return p->fabric->ops->read(p->fabric, offset, now);
+    uint32_t value = p->fabric->ops->read(p->fabric, offset, at);
+    follow_access(p);
+    return value;
 }
 
 void plant_write(struct plant *p, uint32_t offset, uint32_t value, sim_ps now)
 {
-    reach(p, offset / SLOT_BYTES, now);
-    p->fabric->ops->write(p->fabric, offset, value, now);
+    sim_ps at = time_of_access(p, now);
+    reach(p, offset / SLOT_BYTES, at);
+    p->fabric->ops->write(p->fabric, offset, value, at);
     if (p->fabric->gates != p->gates) {
         follow_gates(p, p->now);
     }
@@ -283,4 +303,5 @@ void plant_write(struct plant *p, uint32_t offset, uint32_t value, sim_ps now)
     if (!p->fabric->ops->converting(p->fabric)) {
         sampling_forget(p);
     }
+    follow_access(p);
 }

@@ -63,6 +63,7 @@ struct plant_params {
     struct inverter_params inverter;
     struct sensor_params sensors;
     uint64_t seed;
+    struct fabric *fabric; /* NULL: the C models */
 };
 
 void plant_init(struct plant *p, const struct plant_params *params);

@@ -16,6 +16,7 @@
 #include "cycles_table.h"
 #include "dump.h"
 #include "dwt.h"
+#include "fabric_rtl.h"
 #include "gpio.h"
 #include "irqlog.h"
 #include "irqpath.h"
@@ -480,6 +481,7 @@ int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
     }
     vm_resolve();
     config_load(&config, argv[0] + strlen(option), false);
+    config.plant.fabric = config.fabric_path ? fabric_rtl_open(config.fabric_path) : NULL;
     plant_init(&plant, &config.plant);
     plant.on_trigger = record;
     open_outputs();
