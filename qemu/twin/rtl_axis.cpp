@@ -11,8 +11,27 @@ struct rtl_axis {
     uint64_t seen = 0; /* outputs, as a key */
 };
 
+#if VERILATOR_VERSION_INTEGER == 5006000
+void Vfabric_axis___024root___eval_nba(Vfabric_axis___024root *root);
+#endif
+
 namespace
 {
+/* A clock with still inputs, clk being 0 before and behind it. eval() would ask twice what the inputs have done and when the clock
+ * rises; the version whose inner names are known here goes to the registers directly, half as long again as fast. */
+void one_clock(Vfabric_axis &top)
+{
+#if VERILATOR_VERSION_INTEGER == 5006000
+    top.rootp->__VnbaTriggered.at(0) = 1;
+    Vfabric_axis___024root___eval_nba(top.rootp);
+#else
+    top.clk = 1;
+    top.eval();
+    top.clk = 0;
+    top.eval();
+#endif
+}
+
 void drive(Vfabric_axis &top, const rtl_inputs &in)
 {
     top.rst_n = in.rst_n;
@@ -84,10 +103,7 @@ uint64_t run(rtl_axis *axis, uint64_t clocks, rtl_outputs *out)
     Vfabric_axis &top = axis->top;
     uint64_t n = 0, key = axis->seen;
     while (n < clocks && key == axis->seen) {
-        top.clk = 1;
-        top.eval();
-        top.clk = 0;
-        top.eval();
+        one_clock(top);
         n++;
         key = key_of(top);
     }
