@@ -1,29 +1,47 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "rtl_axis.h"
 
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
 #include "Vfabric_axis.h"
 #include "Vfabric_axis___024root.h"
 #include "verilated.h"
+
+enum { WORTH_IT = 12, PATIENCE = 6 }; /* clocks: a try costs about as many */
 
 struct rtl_axis {
     VerilatedContext context;
     Vfabric_axis top{&context, ""};
     uint64_t seen = 0; /* outputs, as a key */
+    int rest = 0;      /* clocks before the next try to take many at once */
+    bool checks = std::getenv("MSSFOC_EVERY_CLOCK") != nullptr;
 };
 
 #if VERILATOR_VERSION_INTEGER == 5006000
+#define INNER_NAMES /* of this version are known here */
 void Vfabric_axis___024root___eval_nba(Vfabric_axis___024root *root);
+void Vfabric_axis___024root___eval_settle(Vfabric_axis___024root *root);
 #endif
 
 namespace
 {
+using root_type = Vfabric_axis___024root;
+
+#define PWM(root, name)        (root)->fabric_axis__DOT__carrier_and_legs__DOT__##name
+#define UPDATES(root, k, name) PWM(root, leg__BRA__##k##__KET____DOT__updates__DOT__##name)
+#define BRIDGE(root, k, name)  PWM(root, leg__BRA__##k##__KET____DOT__half_bridge__DOT__##name)
+#define LOW_FOR(root, k)       (root)->fabric_axis__DOT__sampler__DOT__shunts__DOT__phase__BRA__##k##__KET____DOT__on_for
+
 /* A clock with still inputs, clk being 0 before and behind it. eval() would ask twice what the inputs have done and when the clock
- * rises; the version whose inner names are known here goes to the registers directly, half as long again as fast. */
+ * rises. */
 void one_clock(Vfabric_axis &top)
 {
-#if VERILATOR_VERSION_INTEGER == 5006000
+#ifdef INNER_NAMES
     top.rootp->__VnbaTriggered.at(0) = 1;
     Vfabric_axis___024root___eval_nba(top.rootp);
+    top.rootp->__VnbaTriggered.at(0) = 0;
 #else
     top.clk = 1;
     top.eval();
@@ -98,13 +116,172 @@ void settle(rtl_axis *axis, const rtl_inputs *in, rtl_outputs *out)
     *out = outputs(axis->top);
 }
 
+#ifdef INNER_NAMES
+/* ---- many clocks at once ---- */
+
+/* The registers that go on counting while nothing else happens. */
+struct counters {
+    int64_t count, now, age, left[3], low_for[3];
+};
+
+counters counters_of(const root_type *root)
+{
+    return {PWM(root, carrier__DOT__count),
+            root->fabric_axis__DOT__shaft__DOT__now,
+            root->fabric_axis__DOT__bridge__DOT__brake_chopper__DOT__age,
+            {BRIDGE(root, 0, left), BRIDGE(root, 1, left), BRIDGE(root, 2, left)},
+            {LOW_FOR(root, 0), LOW_FOR(root, 1), LOW_FOR(root, 2)}};
+}
+
+void set_counters(root_type *root, const counters &c)
+{
+    PWM(root, count) = PWM(root, carrier__DOT__count) = (uint16_t)c.count;
+    root->fabric_axis__DOT__shaft__DOT__now = (uint32_t)c.now;
+    root->fabric_axis__DOT__bridge__DOT__brake_chopper__DOT__age = (uint16_t)c.age;
+    BRIDGE(root, 0, left) = (uint8_t)c.left[0];
+    BRIDGE(root, 1, left) = (uint8_t)c.left[1];
+    BRIDGE(root, 2, left) = (uint8_t)c.left[2];
+    LOW_FOR(root, 0) = (uint16_t)c.low_for[0];
+    LOW_FOR(root, 1) = (uint16_t)c.low_for[1];
+    LOW_FOR(root, 2) = (uint16_t)c.low_for[2];
+}
+
+int64_t extrapolated(int64_t before, int64_t after, int64_t clocks)
+{
+    return after + (after - before) * clocks;
+}
+
+/* Where counters that went from a to b in one clock are so many clocks later. */
+counters later(const counters &a, const counters &b, int64_t clocks)
+{
+    counters c = {extrapolated(a.count, b.count, clocks), extrapolated(a.now, b.now, clocks),
+                  extrapolated(a.age, b.age, clocks), {}, {}};
+    for (int k = 0; k < 3; k++) {
+        c.left[k] = extrapolated(a.left[k], b.left[k], clocks);
+        c.low_for[k] = extrapolated(a.low_for[k], b.low_for[k], clocks);
+    }
+    return c;
+}
+
+int64_t lesser(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
+
+/* For how many clocks no counter reaches what something compares it with. */
+int64_t until_compared(const root_type *root)
+{
+    bool rising = PWM(root, carrier__DOT__rising);
+    int64_t count = PWM(root, carrier__DOT__count), last = (int64_t)PWM(root, period) - 1;
+    const int64_t against[] = {UPDATES(root, 0, compare),
+                               UPDATES(root, 1, compare),
+                               UPDATES(root, 2, compare),
+                               PWM(root, trigger_1) & 0xFFFF,
+                               PWM(root, trigger_2) & 0xFFFF,
+                               rising ? last : 1};
+    counters c = counters_of(root);
+    int64_t clocks = INT32_MAX;
+    for (int64_t value : against) {
+        int64_t way = rising ? value - count : count - value;
+        clocks = way >= 0 && PWM(root, carrier__DOT__running) ? lesser(clocks, way) : clocks;
+    }
+    for (int k = 0; k < 3; k++) {
+        clocks = c.left[k] > 1 ? lesser(clocks, c.left[k] - 1) : clocks;
+        clocks = c.low_for[k] < 0xFFF ? lesser(clocks, 0xFFF - c.low_for[k]) : clocks;
+    }
+    return c.age < 0xFFFF ? lesser(clocks, 0xFFFF - c.age) : clocks;
+}
+
+struct state {
+    alignas(root_type) unsigned char bytes[sizeof(root_type)];
+
+    void keep(const root_type *root)
+    {
+        std::memcpy(bytes, static_cast<const void *>(root), sizeof bytes);
+    }
+    void put_back(root_type *root) const
+    {
+        std::memcpy(static_cast<void *>(root), bytes, sizeof bytes);
+    }
+    bool is(const root_type *root) const
+    {
+        return std::memcmp(bytes, static_cast<const void *>(root), sizeof bytes) == 0;
+    }
+};
+
+void follow(root_type *root, const counters &c)
+{
+    set_counters(root, c);
+    Vfabric_axis___024root___eval_settle(root);
+}
+
+/* Every clock of a glide besides, for tests: the state is the same to the last bit. */
+void check(rtl_axis *axis, const state &start, int64_t clocks)
+{
+    state glided;
+    glided.keep(axis->top.rootp);
+    start.put_back(axis->top.rootp);
+    for (int64_t n = 0; n < clocks; n++) {
+        one_clock(axis->top);
+    }
+    Vfabric_axis___024root___eval_settle(axis->top.rootp);
+    if (!glided.is(axis->top.rootp)) {
+        std::fprintf(stderr, "mssfoc twin: FABRIC=rtl: %lld clocks at once are not what they are one by one\n", (long long)clocks);
+        std::exit(1);
+    }
+}
+
+/* One clock. If all it did is to count, the same again up to the next comparison, at once: counters are set, and the logic behind
+ * them settles. Returns the clocks it took. */
+int64_t glide(rtl_axis *axis, int64_t most)
+{
+    root_type *root = axis->top.rootp;
+    int64_t clocks = lesser(most, until_compared(root));
+    if (clocks < WORTH_IT || root->fabric_axis__DOT__shaft__DOT__hall_state != axis->top.pin_hall) {
+        one_clock(axis->top);
+        return 1;
+    }
+    state before, after;
+    Vfabric_axis___024root___eval_settle(root);
+    before.keep(root);
+    counters from = counters_of(root);
+    one_clock(axis->top);
+    Vfabric_axis___024root___eval_settle(root);
+    after.keep(root);
+    counters to = counters_of(root);
+    before.put_back(root);
+    follow(root, to);
+    if (!after.is(root)) {
+        after.put_back(root);
+        axis->rest = PATIENCE;
+        return 1;
+    }
+    follow(root, later(from, to, clocks - 1));
+    if (axis->checks) {
+        check(axis, before, clocks);
+    }
+    return clocks;
+}
+#else
+int64_t glide(rtl_axis *axis, int64_t)
+{
+    one_clock(axis->top);
+    return 1;
+}
+#endif
+
 uint64_t run(rtl_axis *axis, uint64_t clocks, rtl_outputs *out)
 {
     Vfabric_axis &top = axis->top;
     uint64_t n = 0, key = axis->seen;
     while (n < clocks && key == axis->seen) {
-        one_clock(top);
-        n++;
+        if (axis->rest > 0) {
+            axis->rest--;
+            one_clock(top);
+            n++;
+        } else {
+            n += (uint64_t)glide(axis, (int64_t)(clocks - n));
+        }
         key = key_of(top);
     }
     axis->seen = key;
@@ -112,35 +289,31 @@ uint64_t run(rtl_axis *axis, uint64_t clocks, rtl_outputs *out)
     return n;
 }
 
-#define PWM(name)      root->fabric_axis__DOT__carrier_and_legs__DOT__##name
-#define CARRIER(name)  PWM(carrier__DOT__##name)
-#define UPDATES(k, name) PWM(leg__BRA__##k##__KET____DOT__updates__DOT__##name)
-#define BRIDGE(k, name)  PWM(leg__BRA__##k##__KET____DOT__half_bridge__DOT__##name)
 #define LOOK_AT_LEG(k)                                                                                                 \
-    pwm->compare[k] = UPDATES(k, compare);                                                                             \
-    pwm->waiting[k] = UPDATES(k, waiting);                                                                             \
-    pwm->side[k] = BRIDGE(k, side);                                                                                    \
-    pwm->on[k] = BRIDGE(k, on);                                                                                        \
-    pwm->left[k] = BRIDGE(k, left)
+    pwm->compare[k] = UPDATES(root, k, compare);                                                                       \
+    pwm->waiting[k] = UPDATES(root, k, waiting);                                                                       \
+    pwm->side[k] = BRIDGE(root, k, side);                                                                              \
+    pwm->on[k] = BRIDGE(root, k, on);                                                                                  \
+    pwm->left[k] = BRIDGE(root, k, left)
 
 void look(const rtl_axis *axis, rtl_pwm *pwm)
 {
-    const Vfabric_axis___024root *root = axis->top.rootp;
-    pwm->control = (uint32_t)PWM(run) | (uint32_t)PWM(brake) << 1;
-    pwm->period = PWM(period);
-    pwm->phase = PWM(phase);
-    pwm->dead = PWM(dead);
-    pwm->min_pulse = PWM(min_pulse);
-    pwm->mode = PWM(mode);
-    pwm->trigger[0] = PWM(trigger_1);
-    pwm->trigger[1] = PWM(trigger_2);
-    pwm->newest[0] = PWM(compare_a);
-    pwm->newest[1] = PWM(compare_b);
-    pwm->newest[2] = PWM(compare_c);
-    pwm->count = CARRIER(count);
-    pwm->running = CARRIER(running);
-    pwm->rising = CARRIER(rising);
-    pwm->fresh = UPDATES(0, fresh);
+    const root_type *root = axis->top.rootp;
+    pwm->control = (uint32_t)PWM(root, run) | (uint32_t)PWM(root, brake) << 1;
+    pwm->period = PWM(root, period);
+    pwm->phase = PWM(root, phase);
+    pwm->dead = PWM(root, dead);
+    pwm->min_pulse = PWM(root, min_pulse);
+    pwm->mode = PWM(root, mode);
+    pwm->trigger[0] = PWM(root, trigger_1);
+    pwm->trigger[1] = PWM(root, trigger_2);
+    pwm->newest[0] = PWM(root, compare_a);
+    pwm->newest[1] = PWM(root, compare_b);
+    pwm->newest[2] = PWM(root, compare_c);
+    pwm->count = PWM(root, carrier__DOT__count);
+    pwm->running = PWM(root, carrier__DOT__running);
+    pwm->rising = PWM(root, carrier__DOT__rising);
+    pwm->fresh = UPDATES(root, 0, fresh);
     LOOK_AT_LEG(0);
     LOOK_AT_LEG(1);
     LOOK_AT_LEG(2);
