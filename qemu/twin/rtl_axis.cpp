@@ -163,6 +163,21 @@ counters later(const counters &a, const counters &b, int64_t clocks)
     return c;
 }
 
+bool one_of(int64_t step, int64_t other)
+{
+    return step == 0 || step == other;
+}
+
+/* From a to b each has counted its way, or rested. One that was set anew has not. */
+bool counted(const counters &a, const counters &b, bool rising)
+{
+    bool all = one_of(b.count - a.count, rising ? 1 : -1) && b.now - a.now == 1 && one_of(b.age - a.age, 1);
+    for (int k = 0; k < 3; k++) {
+        all = all && one_of(b.left[k] - a.left[k], -1) && one_of(b.low_for[k] - a.low_for[k], 1);
+    }
+    return all;
+}
+
 int64_t lesser(int64_t a, int64_t b)
 {
     return a < b ? a : b;
@@ -249,9 +264,10 @@ int64_t glide(rtl_axis *axis, int64_t most)
     Vfabric_axis___024root___eval_settle(root);
     after.keep(root);
     counters to = counters_of(root);
+    bool as_ever = counted(from, to, PWM(root, carrier__DOT__rising));
     before.put_back(root);
     follow(root, to);
-    if (!after.is(root)) {
+    if (!as_ever || !after.is(root)) {
         after.put_back(root);
         axis->rest = PATIENCE;
         return 1;
