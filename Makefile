@@ -131,7 +131,7 @@ twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qem
 tools:
 	@.ci/tools
 
-everything: all twin target-tests registers lockstep
+everything: all twin target-tests registers lockstep axis
 
 
 VERILATED = $(if $(filter rtl,$(FABRIC)),axis)
@@ -180,6 +180,7 @@ help:
 	@echo 'make                 the image $(MSSFOC_IMAGE).{elf,hex,bin}, $(MSSFOC_IMAGE)-envm.hex and $(BUILD)/libmssfoc.a'
 	@echo 'make run             run the drive in QEMU on a motor, report, plot    [MOTOR=name SCENARIO=name SEED=n QEMU=path]'
 	@echo '                     the plant: [PLANT=full|ideal|full,-effect... SPREAD=factor DETUNE="parameter*1.3 ..."] (docs/motors.md)'
+	@echo '                     the fabric: [FABRIC=model|rtl] C models, or the RTL, verilated, in their place (docs/fabric.md)'
 	@echo 'make test            all tests                                         [QEMU=path]'
 	@echo 'make console         a live console of a running drive'
 	@echo 'make debug           QEMU halted, with a GDB port'

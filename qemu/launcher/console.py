@@ -66,8 +66,8 @@ def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     probes, enums = make_probes(symbols, drive) if plan.late or plan.holds else ([], None)
-    write(config, twin_config(drive, plan, seed, probes, {"progress": files["progress"], **fabric_files(fabric, build)}, symbols,
-                              enums=enums))
+    written = {"progress": files["progress"], **fabric_files(fabric, build)}
+    write(config, twin_config(drive, plan, seed, probes, written, symbols, enums=enums))
     line = command(checked, image, config, "stdio,id=console,mux=on,signal=off", extra)
     return drive, line, checked.environment(), files["progress"]
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* A serial converter at its pins, of the kind that the RTL reads (drivers/fabric/rtl/adc_spi.v): CS falling samples and brings a
- * zero, each falling edge of SCLK the next bit, MSB first. AD7356 (Analog Devices, Rev. A, page 18): two leading zeros;
+/* A serial converter at its pins, of the kind that the RTL reads (drivers/fabric/rtl/adc_spi.v): CS falling samples and brings
+ * a zero, each falling edge of SCLK the next bit, MSB first. AD7356 (Analog Devices, Rev. A, page 18): two leading zeros;
  * AD7476A (Rev. F, page 7): four. 12 bits both. */
 #ifndef TWIN_CONVERTER_H
 #define TWIN_CONVERTER_H

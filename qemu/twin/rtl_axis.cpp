@@ -34,8 +34,8 @@ using root_type = Vfabric_axis___024root;
 #define BRIDGE(root, k, name)  PWM(root, leg__BRA__##k##__KET____DOT__half_bridge__DOT__##name)
 #define LOW_FOR(root, k)       (root)->fabric_axis__DOT__sampler__DOT__shunts__DOT__phase__BRA__##k##__KET____DOT__on_for
 
-/* A clock with still inputs, clk being 0 before and behind it. eval() would ask twice what the inputs have done and when the clock
- * rises. */
+/* A clock with still inputs, clk being 0 before and behind it. eval() would ask twice what the inputs have done and when the
+ * clock rises. */
 void one_clock(Vfabric_axis &top)
 {
 #ifdef INNER_NAMES
@@ -154,8 +154,11 @@ int64_t extrapolated(int64_t before, int64_t after, int64_t clocks)
 /* Where counters that went from a to b in one clock are so many clocks later. */
 counters later(const counters &a, const counters &b, int64_t clocks)
 {
-    counters c = {extrapolated(a.count, b.count, clocks), extrapolated(a.now, b.now, clocks),
-                  extrapolated(a.age, b.age, clocks), {}, {}};
+    counters c = {extrapolated(a.count, b.count, clocks),
+                  extrapolated(a.now, b.now, clocks),
+                  extrapolated(a.age, b.age, clocks),
+                  {},
+                  {}};
     for (int k = 0; k < 3; k++) {
         c.left[k] = extrapolated(a.left[k], b.left[k], clocks);
         c.low_for[k] = extrapolated(a.low_for[k], b.low_for[k], clocks);
@@ -188,12 +191,8 @@ int64_t until_compared(const root_type *root)
 {
     bool rising = PWM(root, carrier__DOT__rising);
     int64_t count = PWM(root, carrier__DOT__count), last = (int64_t)PWM(root, period) - 1;
-    const int64_t against[] = {UPDATES(root, 0, compare),
-                               UPDATES(root, 1, compare),
-                               UPDATES(root, 2, compare),
-                               PWM(root, trigger_1) & 0xFFFF,
-                               PWM(root, trigger_2) & 0xFFFF,
-                               rising ? last : 1};
+    const int64_t against[] = {UPDATES(root, 0, compare),     UPDATES(root, 1, compare),     UPDATES(root, 2, compare),
+                               PWM(root, trigger_1) & 0xFFFF, PWM(root, trigger_2) & 0xFFFF, rising ? last : 1};
     counters c = counters_of(root);
     int64_t clocks = INT32_MAX;
     for (int64_t value : against) {
@@ -241,13 +240,14 @@ void check(rtl_axis *axis, const state &start, int64_t clocks)
     }
     Vfabric_axis___024root___eval_settle(axis->top.rootp);
     if (!glided.is(axis->top.rootp)) {
-        std::fprintf(stderr, "mssfoc twin: FABRIC=rtl: %lld clocks at once are not what they are one by one\n", (long long)clocks);
+        std::fprintf(stderr, "mssfoc twin: FABRIC=rtl: %lld clocks at once are not what they are one by one\n",
+                     (long long)clocks);
         std::exit(1);
     }
 }
 
-/* One clock. If all it did is to count, the same again up to the next comparison, at once: counters are set, and the logic behind
- * them settles. Returns the clocks it took. */
+/* One clock. If all it did is to count, the same again up to the next comparison, at once: counters are set, and the logic
+ * behind them settles. Returns the clocks it took. */
 int64_t glide(rtl_axis *axis, int64_t most)
 {
     root_type *root = axis->top.rootp;
@@ -305,11 +305,11 @@ uint64_t run(rtl_axis *axis, uint64_t clocks, rtl_outputs *out)
     return n;
 }
 
-#define LOOK_AT_LEG(k)                                                                                                 \
-    pwm->compare[k] = UPDATES(root, k, compare);                                                                       \
-    pwm->waiting[k] = UPDATES(root, k, waiting);                                                                       \
-    pwm->side[k] = BRIDGE(root, k, side);                                                                              \
-    pwm->on[k] = BRIDGE(root, k, on);                                                                                  \
+#define LOOK_AT_LEG(k) \
+    pwm->compare[k] = UPDATES(root, k, compare); \
+    pwm->waiting[k] = UPDATES(root, k, waiting); \
+    pwm->side[k] = BRIDGE(root, k, side); \
+    pwm->on[k] = BRIDGE(root, k, on); \
     pwm->left[k] = BRIDGE(root, k, left)
 
 void look(const rtl_axis *axis, rtl_pwm *pwm)

@@ -12,6 +12,7 @@ VERILATOR ?= verilator
 VERILATE = $(VERILATOR) --cc -O3 -Wall --x-assign fast --x-initial fast --language 1364-2005 -Idrivers/fabric/rtl \
     -I$(BUILD)/fabric --top-module fabric_axis drivers/fabric/rtl/fabric_axis.v
 VERILATED_INCLUDE = $(shell $(VERILATOR) --getenv VERILATOR_ROOT)/include
+HOST_WARNINGS = -Wall -Wextra -Wshadow -Werror
 
 registers: $(FABRIC_REGISTERS)
 
@@ -48,8 +49,8 @@ $(BUILD)/fabric/axis.so: $(FABRIC_RTL) $(FABRIC_REGISTERS) qemu/twin/rtl_axis.cp
 	$(Q)$(VERILATE) qemu/twin/rtl_axis.vlt --Mdir $(AXIS)
 	$(Q)$(MAKE) -s -C $(AXIS) -f Vfabric_axis.mk OPT_FAST='-O3 -fPIC' OPT_SLOW='-O1 -fPIC' OPT_GLOBAL='-O2 -fPIC' \
 	    Vfabric_axis__ALL.a verilated.o verilated_threads.o > $(AXIS)/log 2>&1 || { tail -n 5 $(AXIS)/log; exit 1; }
-	$(Q)$(HOSTCXX) -std=c++17 -O3 -fPIC -shared -Wall -Wextra -Wshadow -Werror -Iqemu/twin -I$(AXIS) \
-	    -isystem $(VERILATED_INCLUDE) -isystem $(VERILATED_INCLUDE)/vltstd qemu/twin/rtl_axis.cpp $(AXIS)/Vfabric_axis__ALL.a $(AXIS)/verilated.o \
+	$(Q)$(HOSTCXX) -std=c++17 -O3 -fPIC -shared $(HOST_WARNINGS) -Iqemu/twin -I$(AXIS) -isystem $(VERILATED_INCLUDE) \
+	    -isystem $(VERILATED_INCLUDE)/vltstd qemu/twin/rtl_axis.cpp $(AXIS)/Vfabric_axis__ALL.a $(AXIS)/verilated.o \
 	    $(AXIS)/verilated_threads.o -o $@ -lpthread
 
 axis: $(BUILD)/fabric/axis.so
@@ -71,11 +72,12 @@ $(LOCKSTEP)/rtl.a: $(FABRIC_RTL) $(FABRIC_REGISTERS) tests/fabric/fabric.mk
 $(LOCKSTEP)/%.o: qemu/twin/%.c $(wildcard qemu/twin/*.h) tests/fabric/fabric.mk
 	@mkdir -p $(@D)
 	$(call say,CC)
-	$(Q)$(HOSTCC) -std=gnu11 -O2 -Wall -Wextra -Wshadow -Werror -c $< -o $@
+	$(Q)$(HOSTCC) -std=gnu11 -O2 $(HOST_WARNINGS) -c $< -o $@
 
-$(LOCKSTEP)/lockstep: $(LOCKSTEP_SOURCES) $(wildcard tests/fabric/lockstep/*.h) $(LOCKSTEP_MODELS:%=$(LOCKSTEP)/%.o) $(LOCKSTEP)/rtl.a
+$(LOCKSTEP)/lockstep: $(LOCKSTEP_SOURCES) $(wildcard tests/fabric/lockstep/*.h)
+$(LOCKSTEP)/lockstep: $(LOCKSTEP_MODELS:%=$(LOCKSTEP)/%.o) $(LOCKSTEP)/rtl.a
 	$(call say,LD)
-	$(Q)$(HOSTCXX) -std=c++17 -O2 -Wall -Wextra -Wshadow -Werror -Iqemu/twin -I$(LOCKSTEP)/rtl -isystem $(VERILATED_INCLUDE) \
+	$(Q)$(HOSTCXX) -std=c++17 -O2 $(HOST_WARNINGS) -Iqemu/twin -I$(LOCKSTEP)/rtl -isystem $(VERILATED_INCLUDE) \
 	    -DVM_COVERAGE=1 $(LOCKSTEP_SOURCES) $(filter %.o %.a,$^) -o $@ -lm -lpthread
 
 lockstep: $(LOCKSTEP)/lockstep

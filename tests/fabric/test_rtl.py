@@ -103,5 +103,7 @@ def test_lockstep_with_the_twin():
     """In `make fabric` ten times as long. The program is made by `make lockstep`, of which `make test` takes care."""
     code, text, hits = lockstep.play(places.REGISTERS / "lockstep" / "lockstep", 1000000, seed=2)
     assert code == 0, text
-    assert "no difference in 1000000 clocks" in text
-    assert list(lockstep.coverage_lines(hits))[1:] == []
+    assert int(text.split("no difference in ")[1].split()[0]) >= 1000000
+    every, writable = map(len, lockstep.offsets())
+    assert f"{every} of {every} read, {writable} of {writable} written" in lockstep.registers_line(text)
+    assert len(list(lockstep.coverage_lines(hits))) <= 3    # the longer run must take them all

@@ -25,7 +25,16 @@ extern "C" {
 
 namespace
 {
-enum { CONVERSION = 40, FRAME = 28, TEMP_FRAME = 128, TEMP_READY = 127, MATH = 13, SETTLES = 4, RUN_CLOCKS = 20000 };
+enum {
+    CONVERSION = 40,
+    FRAME = 28,
+    TEMP_FRAME = 128,
+    TEMP_READY = 127,
+    MATH = 13,
+    SETTLES = 4,
+    RUN_CLOCKS = 20000,
+    DOZING_CLOCKS = 90000
+};
 enum { SLOT = 0x300, ADC_SLOT = 0x100, ENC_SLOT = 0x200, GATE_SLOT = 0x300 };
 enum { ADC_STATUS = 0x104, ENC_COUNTS = 0x204, ENC_STATUS = 0x214, ENC_HALL = 0x224, GATE_STATUS = 0x304 };
 enum { EOC = 1 };
@@ -51,7 +60,7 @@ class run
         fabric_model_init(&model, CONVERSION * CLOCK_PS);
         f->ops->reset(f, 0);
     }
-    bool play(int64_t clocks);
+    bool play();
 
   private:
     Vfabric_axis &top;
@@ -68,7 +77,8 @@ class run
     uint32_t expected = 0, idle_for = 0;
     unsigned set_up = 0;
 
-    int64_t frame_from = -1, frame_to = -1, finish = -1, temp_from = -1, temp_ready = -1, settled_at = 0, triggered_at = -1, results_at = -1;
+    int64_t frame_from = -1, frame_to = -1, finish = -1, temp_from = -1, temp_ready = -1, settled_at = 0,
+            triggered_at = -1, results_at = -1;
     bool cuts = false, chopped = false;
     uint32_t sampled[4] = {}, temperature = 0;
     converter line_of[4] = {}, thermometer = {};
@@ -141,7 +151,7 @@ void run::drive_bus()
         if (phase == SETUP) {
             set_up++;
             now = x;
-            idle_for = set_up < 20 ? 0 : random.below(how.gap);
+            idle_for = rest_after(random, how, set_up);
         }
     }
     top.psel = phase != IDLE;
@@ -220,8 +230,8 @@ unsigned gates_of(const Vfabric_axis &top)
     return gates;
 }
 
-/* The RTL lets go in the clock that finds the overrun, the model with the results a clock later; the chopper hears of a sample a
- * clock after the results. */
+/* The RTL lets go in the clock that finds the overrun, the model with the results a clock later; the chopper hears of a sample
+ * a clock after the results. */
 bool run::compare()
 {
     bool framed = n >= frame_from && n <= frame_to;
@@ -372,8 +382,9 @@ void run::take_events()
     }
 }
 
-bool run::play(int64_t clocks)
+bool run::play()
 {
+    int64_t clocks = how.dozes ? DOZING_CLOCKS : RUN_CLOCKS;
     for (n = 0; n < clocks; n++, count.clocks++) {
         drive_bus();
         drive_stops();
@@ -418,18 +429,26 @@ bool reset(Vfabric_axis &top)
     return off;
 }
 
+void report_offsets(const bool words[0x100])
+{
+    std::printf("lockstep: offsets");
+    for (int n = 0; n < 0x100; n++) {
+        if (words[n]) {
+            std::printf(" %d", 4 * n);
+        }
+    }
+    std::printf("\n");
+}
+
 int report(const tally &t, uint64_t seed)
 {
-    int read = 0, written = 0;
-    for (int n = 0; n < 0x100; n++) {
-        read += t.read[n];
-        written += t.written[n];
-    }
-    std::printf("lockstep: no difference in %lld clocks (seed %llu): %lld reads of %d words, %lld writes of %d, "
-                "%lld gate edges, %lld conversions, %lld overruns, %lld stop edges, %lld encoder edges, %lld clocks chopping\n",
-                (long long)t.clocks, (unsigned long long)seed, (long long)t.reads, read, (long long)t.writes, written,
+    std::printf("lockstep: no difference in %lld clocks (seed %llu): %lld reads, %lld writes, %lld gate edges, "
+                "%lld conversions, %lld overruns, %lld stop edges, %lld encoder edges, %lld clocks chopping\n",
+                (long long)t.clocks, (unsigned long long)seed, (long long)t.reads, (long long)t.writes,
                 (long long)t.gate_changes, (long long)t.conversions, (long long)t.overruns, (long long)t.stops,
                 (long long)t.edges, (long long)t.chops);
+    report_offsets(t.read);
+    report_offsets(t.written);
     return 0;
 }
 } // namespace
@@ -447,7 +466,7 @@ int main(int argc, char **argv)
     auto count = std::make_unique<tally>();
     for (uint64_t k = 0; count->clocks < clocks; k++) {
         auto one = std::make_unique<run>(*top, seed * 1000003 + k, *count);
-        if (!reset(*top) || !one->play(RUN_CLOCKS)) {
+        if (!reset(*top) || !one->play()) {
             std::printf("lockstep: run %llu of seed %llu\n", (unsigned long long)k, (unsigned long long)seed);
             return 1;
         }

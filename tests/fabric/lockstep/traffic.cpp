@@ -4,7 +4,8 @@
 namespace
 {
 enum { PWM = 0x000, ADC = 0x100, ENC = 0x200, GATE = 0x300 };
-enum { RUN = 1, TRIGGER_BITS = 0x30000, NO_MODULATORS = 0x7 };
+enum { SET_UP = 17 };
+enum { RUN = 1, TRIGGER_BITS = 0x30000, AT_VALLEY = 0x10000, NO_MODULATORS = 0x7 };
 
 uint32_t any_trigger(random_source &r, const manner &m)
 {
@@ -88,24 +89,41 @@ bus_access gate_access(random_source &r, const manner &)
 
 manner any_manner(random_source &r)
 {
-    uint32_t period = r.one_in(4) ? 2 + r.below(30) : r.one_in(20) ? 5000 : 30 + r.below(400);
-    return {period, r.below(period / 3 + 2), r.below(period / 4 + 2), 1 + r.below(r.one_in(3) ? 3 : 40)};
+    uint32_t period = r.one_in(4) ? 2 + r.below(30) : r.one_in(6) ? 5000 : 30 + r.below(400);
+    return {period, r.below(period / 3 + 2), r.below(period / 4 + 2), 1 + r.below(r.one_in(3) ? 3 : 40), r.one_in(12)};
 }
 
 bool first_access(random_source &r, const manner &m, unsigned n, bus_access *a)
 {
-    const bus_access all[] = {{true, PWM + 0x08, m.period},      {true, PWM + 0x0C, m.dead},
-                          {true, PWM + 0x10, m.pulse},       {true, PWM + 0x14, r.word() & 3},
-                          {true, PWM + 0x18, m.period},      {true, PWM + 0x1C, any_trigger(r, m)},
-                          {true, PWM + 0x28, m.period / 2},  {true, PWM + 0x2C, m.period / 3},
-                          {true, PWM + 0x30, m.period / 4},  {true, ENC + 0x04, r.one_in(2) ? 40u : 4096u},
-                          {true, ENC + 0x00, 1},             {true, ADC + 0x00, 3},
-                          {true, GATE + 0x0C, 1},            {true, GATE + 0x10, 20000},
-                          {true, GATE + 0x14, 15000},        {true, GATE + 0x00, 1},
-                          {true, PWM + 0x00, RUN}};
-    bool more = n < sizeof all / sizeof all[0];
-    *a = more ? all[n] : *a;
-    return more;
+    const bus_access all[] = {{true, PWM + 0x08, m.period},
+                              {true, PWM + 0x0C, m.dead},
+                              {true, PWM + 0x10, m.pulse},
+                              {true, PWM + 0x14, r.word() & 3},
+                              {true, PWM + 0x18, m.period},
+                              {true, PWM + 0x1C, m.dozes ? m.period | AT_VALLEY : any_trigger(r, m)},
+                              {true, PWM + 0x28, m.period / 2},
+                              {true, PWM + 0x2C, m.period / 3},
+                              {true, PWM + 0x30, m.period / 4},
+                              {true, ENC + 0x04, r.one_in(2) ? 40u : 4096u},
+                              {true, ENC + 0x00, 1},
+                              {true, ADC + 0x00, 3},
+                              {true, GATE + 0x0C, 1},
+                              {true, GATE + 0x10, m.dozes ? 0u : 20000u},
+                              {true, GATE + 0x14, m.dozes ? 0u : 15000u},
+                              {true, GATE + 0x00, 1},
+                              {true, PWM + 0x00, RUN}};
+    constexpr unsigned COUNT = sizeof all / sizeof all[0];
+    static_assert(COUNT == SET_UP, "the rests below count on it");
+    *a = n < COUNT ? all[n] : bus_access{true, ADC + 0x00, 0};
+    return n < COUNT + m.dozes;
+}
+
+uint32_t rest_after(random_source &r, const manner &m, unsigned n)
+{
+    if (n < SET_UP) {
+        return 0;
+    }
+    return m.dozes && n <= SET_UP + 1 ? (n == SET_UP ? 3 * m.period : 70000) : r.below(m.gap);
 }
 
 bus_access any_access(random_source &r, const manner &m)
