@@ -64,6 +64,7 @@ enum alignment_result alignment_step(struct alignment *a, volatile struct curren
     const int32_t moved = follow_encoder(a, t, latched);
     a->stage_ms++;
     a->still_ms = moved == 0 ? a->still_ms + 1u : 0u;
+    pull_speed_step(&a->speed, c, t, (int32_t)encoder_q32(c, (uint32_t)moved));
     alignment_feel_sense(a, c, t, moved, angle_q32);
     alignment_follow_current(a, t);
     if (alignment_carried_away(a, t)) {
@@ -71,7 +72,7 @@ enum alignment_result alignment_step(struct alignment *a, volatile struct curren
         return ALIGNMENT_LOAD;
     }
     if (a->stage < STAGE_DROP && a->stage != STAGE_PASS) {
-        pendulum_step(&a->rotor, c, angle_q32, a->field_q32, 0, a->current_q15);
+        pendulum_step(&a->rotor, c, angle_q32, a->field_q32, 0, alignment_pull_current_q15(a, t));
     }
     return step_stage(a, c, t, angle_q32);
 }

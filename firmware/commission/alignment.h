@@ -17,9 +17,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/commission/encoder_sense.h"
 #include "firmware/commission/field_pass.h"
 #include "firmware/commission/load_angle.h"
 #include "firmware/commission/pendulum.h"
+#include "firmware/commission/pull_speed.h"
 #include "firmware/commission/saliency.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/tuning.h"
@@ -48,14 +50,23 @@ struct alignment {
     uint32_t stage_ms;
     int32_t period_ms; /* of the rotor, or more: times are measured by it */
     int32_t counts;    /* of the encoder since the start */
-    int32_t sense;     /* mean of the last milliseconds of the q voltage times the encoder's motion */
-    int32_t fastest_q32;
-    int32_t origin;   /* counts when this attempt began */
+    struct encoder_sense turned_with;
+    int64_t sense_sum; /* q voltage times the encoder's motion since the field was last at rest */
+    int32_t v_q_sum_q15;
+    uint32_t swing_ms;
+    int32_t swing_from;  /* counts then */
+    int32_t furthest;    /* away from there since then */
+    int32_t fastest_q32; /* since then */
+    int32_t origin;      /* counts when this attempt began */
+    int32_t jump_from;   /* counts when the field did */
+    uint32_t ratio;   /* of what the rotor moved as the field jumped, and what it should have; 8: right, or not known */
     uint32_t latched; /* counter at the last step */
     uint32_t field_q32;
     int32_t current_q15, target_q15;
+    struct pull_speed speed;
     bool gripped; /* it fell, and more current caught it */
     bool even;    /* the whole turns were */
+    bool lost;    /* with less current the rotor did not follow */
     struct pendulum rotor;
     struct field_pass passing;
     int32_t turn_counts[2]; /* of the whole turns, forth and back */

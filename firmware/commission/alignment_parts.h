@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What the parts of the alignment share; nobody else includes this. Each part has a file: pulling (alignment_pull.c),
- * turning and what it proves (alignment_turns.c), the axis of reluctant machines (alignment_reluctant.c). Slow loop.
+ * What the parts of the alignment share; nobody else includes this. Each part has a file: pulling (alignment_pull.c), the
+ * encoder's sense (alignment_sense.c), turning and what it proves (alignment_turns.c), the axis of reluctant machines
+ * (alignment_reluctant.c). Slow loop.
  */
 #ifndef FIRMWARE_COMMISSION_ALIGNMENT_PARTS_H
 #define FIRMWARE_COMMISSION_ALIGNMENT_PARTS_H
@@ -9,6 +10,7 @@
 #include "firmware/commission/alignment.h"
 
 #define ALIGNMENT_ATTEMPTS 2u
+#define RATIO_ONE          8u
 #define DEGREES_45_Q32     0x20000000
 #define QUARTER_Q32        0x40000000u
 
@@ -44,14 +46,22 @@ void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32
 enum alignment_result alignment_again(struct alignment *a, const struct tuning *t, uint32_t angle_q32,
                                       enum alignment_result otherwise);
 
-/* Before each step: which way the encoder counts, the current on its way, and whether a load takes the rotor away. */
-void alignment_feel_sense(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
-                          int32_t moved, uint32_t angle_q32);
+/* Before each step: the current on its way, and whether a load takes the rotor away. */
 void alignment_follow_current(struct alignment *a, const struct tuning *t);
+int32_t alignment_pull_current_q15(const struct alignment *a, const struct tuning *t);
 bool alignment_carried_away(struct alignment *a, const struct tuning *t);
 
 /* One step of STAGE_PULL or STAGE_SECOND. */
 enum alignment_result alignment_step_pull(struct alignment *a, const struct tuning *t, uint32_t angle_q32);
+
+/* ---- the encoder's sense ---- */
+
+/* The field is at rest from here on, and the rotor may swing. */
+void alignment_begin_swing(struct alignment *a);
+
+/* Before each step, the encoder having moved by `moved` counts to `angle_q32`. */
+void alignment_feel_sense(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
+                          int32_t moved, uint32_t angle_q32);
 
 /* ---- turning ---- */
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The rotor is pulled to two angles of the field; which way its encoder counts shows on the way. */
+/* The rotor is pulled to two angles of the field. */
 #include "firmware/commission/alignment_parts.h"
 #include "lib/q15.h"
 
@@ -7,12 +7,10 @@
 #define SETTLE_PERIODS 10
 #define SETTLE_MS      60
 #define SLOWER         4 /* times, at the second attempt */
-#define GRIP_TENTHS    3 /* of a turn */
+#define RATIO_MOST     32
 #define GRIP_MS        5
 #define AWAY_TURNS     3 /* further from where it began no field pulls the rotor */
-#define SENSE_STEP     4096
-#define FAST_COUNTS    4
-#define FAST_Q32       (DEGREES_45_Q32 / 9)
+#define TURNS_BACK     4 /* part of a period: a field that jumps may meet the rotor moving away from it */
 
 /* The first attempt is quick; the second has time for 16 times the inertia that was told, and as much current as there is. */
 void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32_t attempt, uint32_t angle_q32)
@@ -22,9 +20,10 @@ void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32
     a->period_ms = attempt == 0u ? t->align[a->level].period_ms : t->align[a->level].period_ms * SLOWER;
     a->origin = a->counts;
     a->silent = false;
-    a->sense = 0;
-    a->fastest_q32 = 0;
+    encoder_sense_start(&a->turned_with);
+    alignment_begin_swing(a);
     a->gripped = false;
+    a->ratio = RATIO_ONE;
     a->target_q15 = t->align[a->level].i_q15;
     pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
     alignment_enter(a, STAGE_PULL);
@@ -44,30 +43,6 @@ enum alignment_result alignment_again(struct alignment *a, const struct tuning *
     return ALIGNMENT_RUNNING;
 }
 
-/*
- * Which way the encoder counts. Magnets that move induce a q voltage in the sense of their motion while they are within 90
- * degrees of the field. There they are as a rotor that swings begins to slow down; and at the latest when it has turned by a
- * third of a turn. Until then nothing is damped, for damping in the wrong sense would drive the rotor. Where reluctance holds
- * the rotor the voltage's sense changes beyond 45 degrees from the hold, and the sum of all the way counts.
- */
-void alignment_feel_sense(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
-                          int32_t moved, uint32_t angle_q32)
-{
-    const int32_t seen = c->v_q_q15 / 8 * q15_clamp(moved, -SENSE_STEP, SENSE_STEP);
-    const int32_t speed_q32 = q15_abs(pendulum_speed_q32(&a->rotor));
-    if (a->rotor.sense != 0 || a->stage >= STAGE_DROP) {
-        return;
-    }
-    a->sense += t->reluctant ? seen / 16 : (seen - a->sense) / 4;
-    a->fastest_q32 = q15_max(a->fastest_q32, speed_q32);
-    const bool slows = a->fastest_q32 > q15_max(FAST_Q32, FAST_COUNTS * (int32_t)c->encoder_scale_q32) &&
-                       speed_q32 < a->fastest_q32 / 2;
-    if (slows || q15_abs(a->counts - a->origin) * 3 > t->encoder_counts / t->pole_pairs) {
-        a->rotor.sense = a->sense < 0 ? -1 : 1;
-        pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, a->field_q32);
-    }
-}
-
 /* Current follows its target within half a period; to hold a rotor that falls, at once. */
 void alignment_follow_current(struct alignment *a, const struct tuning *t)
 {
@@ -76,15 +51,21 @@ void alignment_follow_current(struct alignment *a, const struct tuning *t)
     a->current_q15 += q15_clamp(a->target_q15 - a->current_q15, -slope_q15, slope_q15);
 }
 
-/* A rotor that turns further than any pull takes it falls with its load: then it is held with all the current there is. */
+/* A reluctant machine is held where it is first pulled across its magnets, and swings by less. */
+int32_t alignment_pull_current_q15(const struct alignment *a, const struct tuning *t)
+{
+    return a->gripped || t->reluctant ? a->current_q15 : pull_speed_current_q15(&a->speed, t, a->current_q15);
+}
+
+/* A rotor that runs away without current falls with its load: then it is held with all the current there is. */
 static void grip(struct alignment *a, const struct tuning *t)
 {
-    const int32_t turn = t->encoder_counts / t->pole_pairs;
-    if (!t->reluctant && a->stage < STAGE_PASS && a->level + 1u < t->align_levels &&
-        q15_abs(a->counts - a->origin) * 10 > turn * GRIP_TENTHS) {
+    if (!t->reluctant && a->stage < STAGE_PASS && !a->gripped && pull_speed_falls(&a->speed, t)) {
         a->level = t->align_levels - 1u;
         a->target_q15 = t->align[a->level].i_q15;
         a->gripped = true;
+        a->rotor.sense = 0; /* while it fell it may have been anywhere to the field */
+        alignment_begin_swing(a);
     }
 }
 
@@ -96,11 +77,11 @@ bool alignment_carried_away(struct alignment *a, const struct tuning *t)
     return q15_abs(a->counts - a->origin) > turns * t->encoder_counts / t->pole_pairs;
 }
 
-/* Settled, or waited long enough. */
+/* Settled, or waited long enough: longer if nothing damps it. */
 static bool at_rest(const struct alignment *a)
 {
-    return a->current_q15 == a->target_q15 &&
-           (pendulum_settled(&a->rotor) || (int32_t)a->stage_ms >= a->period_ms * SETTLE_PERIODS + SETTLE_MS);
+    const int32_t most_ms = a->period_ms * SETTLE_PERIODS * (a->rotor.sense == 0 ? 2 : 1) + SETTLE_MS;
+    return a->current_q15 == a->target_q15 && (pendulum_settled(&a->rotor) || (int32_t)a->stage_ms >= most_ms);
 }
 
 static enum alignment_result step_first(struct alignment *a, const struct tuning *t)
@@ -108,17 +89,36 @@ static enum alignment_result step_first(struct alignment *a, const struct tuning
     if (at_rest(a) && t->reluctant && !alignment_leads_the_field(a)) {
         alignment_begin_pass(a, t, PASS_FORTH);
     } else if (at_rest(a)) {
+        a->jump_from = a->counts;
         alignment_enter(a, STAGE_SECOND);
     }
     return ALIGNMENT_RUNNING;
 }
 
+/*
+ * With too many pole pairs told, or counts, the rotor goes further than a quarter turn as it is told: the field shall turn
+ * slower then, for the rotor is faster than it seems. Friction alone changes that little.
+ */
+static void judge_jump(struct alignment *a, const struct tuning *t)
+{
+    const int32_t quarter = t->encoder_counts / t->pole_pairs / 4 + 1;
+    const int32_t seen = q15_abs(a->counts - a->jump_from) * (int32_t)RATIO_ONE / quarter;
+    a->ratio = (uint32_t)q15_clamp(seen, (int32_t)RATIO_ONE, RATIO_MOST);
+}
+
+/* A second attempt has more current, and takes the rotor along. */
 static enum alignment_result step_second(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
 {
-    if (a->stage_ms <= JUMP_MS) {
-        a->field_q32 += QUARTER_Q32 / JUMP_MS;
+    const uint32_t jump_ms = a->attempt == 0u ? JUMP_MS : (uint32_t)a->period_ms / 2u;
+    if (a->stage_ms <= jump_ms) {
+        a->field_q32 += QUARTER_Q32 / jump_ms;
+        pull_speed_field_moves(&a->speed);
         pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, a->field_q32);
+        alignment_begin_swing(a);
+    } else if ((int32_t)(a->stage_ms - jump_ms) <= a->rotor.period_ms / TURNS_BACK) {
+        alignment_begin_swing(a);
     } else if (at_rest(a)) {
+        judge_jump(a, t);
         alignment_begin_pass(a, t, PASS_FORTH);
     }
     return ALIGNMENT_RUNNING;

@@ -8,8 +8,8 @@
 #define PERIODS_A_TURN 2  /* of the pendulum, in which the field turns once */
 #define EVEN_ONE_IN    64 /* forth and back agree so far, and but for these counts */
 #define EVEN_COUNTS    6
-#define SPREAD_Q15     500 /* 0.9 degrees at the larger current; an offset that is 3 degrees off shows 550 and more */
-#define DEGREES_20_Q32 (DEGREES_45_Q32 / 9 * 4)
+#define SPREAD_Q15     450 /* 0.8 degrees at the larger current; an offset that is 3 degrees off shows more */
+#define DEGREES_12_Q32 (DEGREES_45_Q32 / 15 * 4)
 
 /* A third of a turn may be off by this part of itself: a rotor that swings is measured once more, and slower. */
 static const int32_t EVEN_PARTS[ALIGNMENT_ATTEMPTS] = {20, 3};
@@ -19,10 +19,27 @@ static bool whole_turn(uint32_t pass)
     return pass < PASS_FORTH_LESS;
 }
 
+/* From here on the rotor is held, and may have all the current: teeth and friction count for less. */
+static void hold_firmly(struct alignment *a, const struct tuning *t)
+{
+    a->level = t->align_levels - 1u;
+    a->rotor.period_ms = t->align[a->level].period_ms; /* its damping stays: it was right before */
+    if (a->attempt == 0u) {
+        a->period_ms = a->rotor.period_ms;
+    }
+}
+
 void alignment_begin_pass(struct alignment *a, const struct tuning *t, uint32_t pass)
 {
+    if (pass == PASS_FORTH && !t->reluctant) {
+        hold_firmly(a, t);
+    }
     const uint32_t period_ms = (uint32_t)a->period_ms;
-    const uint32_t part_ms = (period_ms * PERIODS_A_TURN / 3u + PASS_THIRDS) / PASS_THIRDS * PASS_THIRDS;
+    const uint32_t quick_ms = period_ms * PERIODS_A_TURN;
+    const uint32_t slow_ms =
+        UINT32_MAX / (uint32_t)t->align_way_q32 / 3u * 4u; /* leaves room for what the rotor swings */
+    const uint32_t wanted_ms = slow_ms > quick_ms ? slow_ms : quick_ms;
+    const uint32_t part_ms = (wanted_ms / 3u + PASS_THIRDS) / PASS_THIRDS * PASS_THIRDS;
     const uint32_t turn_ms = 3u * part_ms;
     const int32_t step_q32 = (int32_t)(UINT32_MAX / turn_ms);
     a->pass = pass;
@@ -84,12 +101,16 @@ static enum alignment_result judge_turns(struct alignment *a, const struct tunin
     return forth + back < 0 ? ALIGNMENT_DIRECTION : judge_fit(a, t, forth + back);
 }
 
-/* With less current a rotor that followed before may not: then the load is too much for that. */
-static bool followed_with_less(const struct alignment *a)
+/*
+ * With less current a rotor that followed before may not: then the load is too much for that. One that stuck or swung is taken
+ * back all the same, so that a second attempt begins where the first did; one that falls is not.
+ */
+static bool lost_with_less(struct alignment *a)
 {
     const int32_t third = (a->turn_counts[PASS_FORTH] - a->turn_counts[PASS_BACK]) / 6;
-    const int32_t moved = q15_abs(field_pass_counts(&a->passing));
-    return q15_abs(moved - third) * (a->attempt == 0u ? 10 : 4) < third;
+    const int32_t off = q15_abs(q15_abs(field_pass_counts(&a->passing)) - third);
+    a->lost = off * (a->attempt == 0u ? 10 : 4) >= third || (a->lost && a->pass == PASS_BACK_LESS);
+    return a->lost && (a->pass == PASS_BACK_LESS || off >= third);
 }
 
 static void keep_pass(struct alignment *a)
@@ -129,7 +150,7 @@ static enum alignment_result finish_pass(struct alignment *a, const struct tunin
     keep_pass(a);
     if (a->pass == PASS_BACK) {
         against = judge_turns(a, t);
-    } else if (!whole_turn(a->pass) && !followed_with_less(a)) {
+    } else if (!whole_turn(a->pass) && lost_with_less(a)) {
         a->detail[0] = ALIGNMENT_OUT_DEGREES;
         against = ALIGNMENT_LOAD;
     }
@@ -166,7 +187,7 @@ static enum alignment_result step_solve(struct alignment *a, const struct tuning
     const int32_t largest_q32 = load_angle_largest_q32(&a->load);
     a->detail[0] = largest_q32 / (DEGREES_45_Q32 / 45);
     const bool doubtful = load_angle_spread_q15(&a->load) > SPREAD_Q15;
-    if (doubtful || largest_q32 > (a->attempt == 0u ? DEGREES_20_Q32 : DEGREES_45_Q32)) {
+    if (doubtful || largest_q32 > (a->attempt == 0u ? DEGREES_12_Q32 : DEGREES_45_Q32)) {
         return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
     }
     a->target_q15 = 0;

@@ -68,7 +68,9 @@ struct tuning {
     int32_t pole_pairs;
     uint32_t align_levels; /* of those below: how many there are */
     struct tuning_align align[TUNING_ALIGN_LEVELS];
-    bool reluctant; /* reluctance outweighs the magnets: it holds the rotor at the start, and tells their axis */
+    int32_t align_way_q32; /* electrical turns per millisecond: no field pulls the rotor faster */
+    int32_t align_way_ms;  /* over which the encoder tells that speed */
+    bool reluctant;        /* reluctance outweighs the magnets: it holds the rotor at the start, and tells their axis */
     int32_t saliency_v_q15; /* alternating voltage that does, and the current from peak to peak */
     int32_t saliency_i_q15;
 };

@@ -39,7 +39,11 @@ static void tune_estimate(const struct params *p, struct tuning *t)
 
 static enum error tune_gains(const struct params *p, struct tuning *t)
 {
-    const int64_t flux_current_e3 = p->pole_pairs * mtpa_flux_nwb(p) * p->i_range_ma;
+    const int64_t flux_nwb = p->pole_pairs * mtpa_flux_nwb(p);
+    if (flux_nwb > INT64_MAX / p->i_range_ma) {
+        return ERROR_SPEED_GAIN;
+    }
+    const int64_t flux_current_e3 = flux_nwb * p->i_range_ma;
     const int64_t inertia_hz = (int64_t)p->inertia_gmm2 * p->speed_bw_hz;
     const int64_t kp = scale(inertia_hz, KP_E3, flux_current_e3);
     const int64_t ki = scale(inertia_hz * p->speed_bw_hz, KI, flux_current_e3);

@@ -124,9 +124,30 @@ static void tune_alignment(const struct params *p, struct tuning *t)
     t->align[1] = align_level(p, most_ma, 19661); /* 0.6: a load of half of i_max is held with it as well */
 }
 
+/*
+ * At the start nothing turns faster than 1.6 % of speed_max, for with counts or pole pairs told wrongly that may be 3.2 %; but
+ * a sixth of a turn in a period of the swing is allowed, or a motor for slow work would never come to rest. The encoder tells
+ * such a speed by four counts.
+ */
+#define WAY_PER_RPM_E3 1145325LL /* 1.6 % of a turn by 60000 ms, Q32 */
+#define SWING_PART     6
+#define WAY_COUNTS     4
+#define WAY_PERIOD     8
+
+static void tune_way(const struct params *p, struct tuning *t)
+{
+    const int64_t told_q32 = scale((int64_t)p->speed_max_rpm * p->pole_pairs, WAY_PER_RPM_E3, 1000);
+    const int64_t least_q32 = (1LL << 32) / (SWING_PART * t->align[0].period_ms);
+    const int32_t most_ms = t->align[0].period_ms / WAY_PERIOD;
+    t->align_way_q32 = (int32_t)(told_q32 > least_q32 ? told_q32 : least_q32);
+    const int64_t way_ms = scale(WAY_COUNTS, t->encoder_scale_q32, t->align_way_q32);
+    t->align_way_ms = way_ms < 1 ? 1 : way_ms < most_ms ? (int32_t)way_ms : most_ms;
+}
+
 void tuning_start(const struct params *p, struct tuning *t)
 {
     tune_alignment(p, t);
+    tune_way(p, t);
     tune_reluctant(p, t);
     tune_wiring(p, t);
 }

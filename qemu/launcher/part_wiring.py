@@ -4,6 +4,7 @@
 Of what cannot be told apart by looking at currents and counts (a turned encoder and two exchanged phases; pole pairs and
 counts whose ratio is the same) either name will do; what the case is really called comes first.
 """
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,11 +17,14 @@ from .refusals import refusals
 NAME = "wiring"
 SPEED_MAX_SHARE = 0.05   # of rated speed
 OFFSET_MAX_DEG = 3.0
-LONGEST_S, STAND_S, TURN_S = 15.0, 0.1, 1.0
+DEAD_SHARE = 0.2         # where the encoder counts nothing: the firmware cannot see the speed either
+LONGEST_S, STAND_S, TURN_S = 35.0, 0.1, 1.0
 DRIVEN_S = 3.0           # somebody who turns the shaft goes on doing so: there is nothing to wait for
 # A count that is 2 % off shows when the index has come twice: so many turns at less than the speed allowed, then faster.
 SLOW_SHARE, SLOW_TURNS = 0.04, 2.2
 
+# Pole pairs decide which speeds and bandwidths are possible: with others than the motor's `on` may be refused, nothing moving.
+BEYOND = "pole_pairs|speed_bw_hz"
 REVERSED = ("encoder_reverse", "1")
 DIRECTION, RATIO = ("ENCODER_DIRECTION", "PHASE_ORDER"), ("POLE_PAIRS", "ENCODER_COUNTS")
 
@@ -35,13 +39,13 @@ class Wish:
     events: tuple = ()
     detune: str = ""
     driven: bool = False  # somebody else turns the shaft
-    refusal: str = ""     # `on` may also be refused with these words
+    refusal: str = ""     # `on` may also be refused with words that match this
     seen_deg: float = None
     start_deg: float = 50.0
 
 
-def _told(faults, detune):
-    return Wish(faults, detune=detune)
+def _told(faults, detune, refusal=""):
+    return Wish(faults, detune=detune, refusal=refusal)
 
 
 WISHES = {
@@ -74,7 +78,7 @@ WISHES = {
 
 def wishes_of(pole_pairs):
     """{name: Wish}: the list, and every number of pole pairs from 1 to twice the motor's."""
-    told = {f"pole_pairs={n}": _told(RATIO, f"pole_pairs={n}") for n in range(1, 2 * pole_pairs + 1) if n != pole_pairs}
+    told = {f"pole_pairs={n}": _told(RATIO, f"pole_pairs={n}", BEYOND) for n in range(1, 2 * pole_pairs + 1) if n != pole_pairs}
     return {**WISHES, **told}
 
 
@@ -97,21 +101,22 @@ def setup(what, drive):
     slow_s = SLOW_TURNS * 60 / slow_rpm
     steps += [late(STAND_S, console=f"speed {slow_rpm}"), late(STAND_S + slow_s, console="speed {low_rpm}"),
               late(STAND_S + slow_s + TURN_S, **event("end"))]
-    return Setup(scenario(what, steps, DRIVEN_S if wish.driven else LONGEST_S + slow_s), lambda run: judge(run, wish),
+    return Setup(scenario(what, steps, (DRIVEN_S if wish.driven else LONGEST_S) + slow_s), lambda run: judge(run, wish),
                  {"detune": wish.detune, "start_angle": wish.start_deg})
 
 
 def _refused(run, wish):
     """Whether `on` was refused for the right reason, so that the bridge was never on."""
     answers = [refusal.answer for refusal in refusals(run.console, []) if refusal.line == "on"]
-    return bool(wish.refusal) and any(wish.refusal in answer for answer in answers) and not run.trace["gate_live"].any()
+    right = bool(wish.refusal) and any(re.search(wish.refusal, answer) for answer in answers)
+    return right and not run.trace["gate_live"].any()
 
 
 def judge(run, wish):
     """The right name before 5 % of rated speed; or operation with the right angle where nothing is wrong."""
     fault, began = first_fault(run), operation_s(run)
     until_s = fault_s(run) if fault else run.trace["t_s"][-1]
-    limit_rpm = SPEED_MAX_SHARE * run.rated("rated_speed_rpm")
+    limit_rpm = (DEAD_SHARE if "ENCODER_DEAD" in wish.faults else SPEED_MAX_SHARE) * run.rated("rated_speed_rpm")
     fastest_rpm = float(np.abs(run.window(None, until_s + run.period_s)["speed_rpm"]).max())
     figures = {"time to decision, s": (until_s if fault else began or until_s) - ON_S,
                "speed until then, % of rated": 100 * fastest_rpm / run.rated("rated_speed_rpm")}

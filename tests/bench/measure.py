@@ -27,22 +27,22 @@ MOTOR = "teknic_m2310p"
 CLOSING = re.compile(r"(?m)^bench: (\d+) rows\r?$")
 WALL_S = 300.0
 CURRENT_LOOP_EXCEPTION = 16 + 34  # FabricIrq0
-EXCLUDED_BEFORE_S = 1.60          # start-up and alignment, which has a handler of its own
+EXCLUDED_BEFORE_S = 1.95          # start-up and alignment, which has a handler of its own
 ZERO_WAIT = ("cycles.apb_read 0", "cycles.apb_write 0")
 
 # Both directions, with and without load, standstill and the steps between them; no fault.
 CLOSED_LOOP = {
-    "key": "bench", "title": "what the benchmark runs in closed loop", "end_s": 6.05, "preamble_s": 0.05,
+    "key": "bench", "title": "what the benchmark runs in closed loop", "end_s": 6.25, "preamble_s": 0.05,
     "step": [
         {"t_s": 0.20, "console": "on"},
-        {"t_s": 1.85, "console": "speed 1500"},
-        {"t_s": 2.05, "event": "load_nm", "args": ["rated_torque_Nm"]},
-        {"t_s": 2.25, "event": "load_nm", "args": ["0"]},
-        {"t_s": 2.35, "console": "speed -1500"},
-        {"t_s": 3.35, "event": "load_nm", "args": ["-rated_torque_Nm"]},
-        {"t_s": 3.95, "console": "speed 50"},
-        {"t_s": 4.95, "console": "speed 3000"},
-        {"t_s": 5.95, "console": "status"},
+        {"t_s": 2.05, "console": "speed 1500"},
+        {"t_s": 2.25, "event": "load_nm", "args": ["rated_torque_Nm"]},
+        {"t_s": 2.45, "event": "load_nm", "args": ["0"]},
+        {"t_s": 2.55, "console": "speed -1500"},
+        {"t_s": 3.55, "event": "load_nm", "args": ["-rated_torque_Nm"]},
+        {"t_s": 4.15, "console": "speed 50"},
+        {"t_s": 5.15, "console": "speed 3000"},
+        {"t_s": 6.15, "console": "status"},
     ],
 }
 

@@ -262,6 +262,14 @@ def check_reluctant(tuning, p):
     assert tuning.saliency_v_q15 == pytest.approx(v_mv / p["v_range_mv"] * 32768, abs=0.51 + 17000 / p["v_range_mv"])
 
 
+def check_way(tuning, p, period_ms):
+    """1.6 % of speed_max, or a sixth of a turn in a period of the swing if that is more; over as long as four counts take."""
+    told = Fraction(2 * p["speed_max_rpm"] * p["pole_pairs"], 125 * 60000) * 2**32
+    assert tuning.align_way_q32 == pytest.approx(float(max(told, 2**32 // (6 * period_ms))), rel=1e-6, abs=1)
+    counts_ms = 4 * p["pole_pairs"] / p["encoder_counts"] * 2**32 / tuning.align_way_q32
+    assert tuning.align_way_ms == pytest.approx(min(max(counts_ms, 1), period_ms // 8), abs=0.51)
+
+
 def check_levels(tuning, p):
     """i_align first; then i_max, or as much as leaves half of the pull of the magnets, where i_align is not far below."""
     assert bool(tuning.reluctant) == is_reluctant(p)
@@ -297,6 +305,8 @@ def test_torque_and_start_of_the_motors(c, motor, changes):
     set_q15 = tuning.v_max_q15 * 96 // 100
     assert tuning.bus_set_energy_q25 == (set_q15**2 >> 15) * tuning.bus_energy_q10
     check_levels(tuning, p)
+    if not tuning.reluctant:
+        check_way(tuning, p, tuning.align[0].period_ms)
 
 
 def test_thousandths_to_units_and_back(c):

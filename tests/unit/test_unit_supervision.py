@@ -105,6 +105,18 @@ def motor(c):
     return lambda *args, **params: Motor(c, *args, **params)
 
 
+@pytest.mark.parametrize("inertia_gmm2", (500, 8000, 100000))
+def test_below_what_speed_a_still_encoder_may_be_a_shaft_at_rest(c, motor, inertia_gmm2):
+    """What the largest current stops within 4 ms, and a twentieth of the largest speed."""
+    seen = motor(inertia_gmm2=inertia_gmm2)
+    p, watch = seen.p, seen.axis.supervision.encoder
+    torque_nm = 1.5 * p.pole_pairs * p.flux_uwb * 1e-6 * p.i_max_ma * 1e-3
+    in_4_ms_rpm = 0.004 * torque_nm / (inertia_gmm2 * 1e-9) * 60 / math.tau
+    rpm = max(in_4_ms_rpm, p.speed_max_rpm / 20)
+    w_q15 = min(rpm * seen.axis.tuning.overspeed_w_q15 / p.overspeed_rpm, 32767)
+    assert watch.dead_w_q15 == pytest.approx(w_q15, rel=0.03, abs=2)
+
+
 @pytest.mark.parametrize("rpm", (4000, -4000, 1500, 400, -30, 0))
 @pytest.mark.parametrize("i_a", (0.0, 7.1, -10.0))
 @pytest.mark.parametrize("told", ({}, {"resistance_mohm": 720}, {"resistance_mohm": 180}, {"flux_uwb": 12790},

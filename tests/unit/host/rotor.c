@@ -12,8 +12,9 @@
 struct rotor {
     const struct rotor_case *k;
     double p, flux_wb, angle_rad, speed_rad_s, kt_nm, load_nm, friction_nm, cogging_nm, inertia_kgm2;
-    double i_range_a, v_range_v, least_rad, most_rad;
-    int32_t zero; /* of the encoder's counter */
+    double i_range_a, v_range_v, least_rad, most_rad, fastest_rad_s;
+    int32_t v_d_q15; /* published with the next millisecond, as the slow loop does it last */
+    int32_t zero;    /* of the encoder's counter */
     bool stuck;
 };
 
@@ -51,6 +52,7 @@ static void turn(struct rotor *r, double field_rad, double current_a, double dt_
     r->stuck = next * way <= 0;
     r->speed_rad_s = r->stuck ? 0 : next;
     r->angle_rad += r->speed_rad_s * dt_s;
+    r->fastest_rad_s = fmax(r->fastest_rad_s, fabs(r->speed_rad_s));
 }
 
 /* The current loop is taken to be perfect; what it would put out for that on the q axis is what the magnets induce. */
@@ -65,7 +67,12 @@ static void run_millisecond(struct rotor *r, struct current_loop *c)
         const double emf_v = r->speed_rad_s * r->p * r->flux_wb * cos(field_rad - r->p * r->angle_rad);
         const double field_rad_s = c->field_speed_q32 / 4294967296.0 * TURN * CONFIG_PWM_HZ;
         const double inductance_h = (r->k->locked ? (r->k->ld_uh + r->k->lq_uh) / 2.0 : r->k->ld_uh) * 1e-6;
-        const double v_q_v = emf_v + field_rad_s * inductance_h * current_a;
+        const double along_v = r->speed_rad_s * r->p * r->flux_wb * sin(field_rad - r->p * r->angle_rad);
+        const double left = current_a > 0 ? 1e-3 : 0;
+        c->i_d_q15 = c->i_d_ref_q15;
+        const double v_d_v = along_v + r->k->resistance_mohm * 1e-3 * current_a + r->k->along_mv * left;
+        r->v_d_q15 = (int32_t)lrint(v_d_v / r->v_range_v * 32768);
+        const double v_q_v = emf_v + field_rad_s * inductance_h * current_a + r->k->across_mv * left;
         c->v_q_q15 = (int32_t)lrint(v_q_v / r->v_range_v * 32768);
         c->field_angle_q32 += (uint32_t)c->field_speed_q32;
     }
@@ -100,14 +107,18 @@ void rotor_align(const struct rotor_case *k, const struct params *p, struct roto
     alignment_start(&a, &c, &t, 0);
     out->result = ALIGNMENT_RUNNING;
     for (out->time_ms = 0; out->result == ALIGNMENT_RUNNING && out->time_ms < 200000; out->time_ms++) {
+        const double before_rad_s = r.fastest_rad_s;
         run_millisecond(&r, &c);
+        out->fastest_ms = r.fastest_rad_s > before_rad_s ? out->time_ms : out->fastest_ms;
         out->result = alignment_step(&a, &c, &t, counter(&r, p->encoder_counts));
+        c.v_d_q15 = r.v_d_q15;
     }
     const double believed = counter(&r, p->encoder_counts) * (double)c.encoder_scale_q32 + c.angle_offset_q32;
     out->error_mdeg = (int32_t)lrint(remainder(believed / 4294967296.0 - r.p * r.angle_rad / TURN, 1) * 360e3);
     out->moved_mturn = (int32_t)lrint(
         fmax(r.most_rad - k->start_deg / 360.0 * TURN / r.p, k->start_deg / 360.0 * TURN / r.p - r.least_rad) * r.p /
         TURN * 1000);
+    out->fastest_mrpm = (int32_t)lrint(r.fastest_rad_s / TURN * 60e3);
     out->detail[0] = a.detail[0];
     out->detail[1] = a.detail[1];
 }

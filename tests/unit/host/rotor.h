@@ -9,16 +9,18 @@
 #include "firmware/commission/alignment.h"
 
 struct rotor_case {
-    int32_t pole_pairs, counts, flux_uwb, ld_uh, lq_uh;
+    int32_t pole_pairs, counts, resistance_mohm, flux_uwb, ld_uh, lq_uh;
     int32_t inertia_gmm2;
     int32_t start_deg; /* electrical */
     int32_t hoist_unm, friction_unm, cogging_unm, cogging_per_rev;
+    int32_t along_mv, across_mv; /* what dead time leaves in the voltages while current flows */
     bool backwards, dead, locked;
 };
 
 struct rotor_outcome {
     int32_t result; /* enum alignment_result */
     int32_t error_mdeg, time_ms, moved_mturn;
+    int32_t fastest_mrpm, fastest_ms; /* and when */
     int32_t detail[2];
 };
 
