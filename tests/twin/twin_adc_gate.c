@@ -338,6 +338,7 @@ static void gate_shows_the_encoder(void)
     struct plant p;
     bench_start(&p, &params, half_on);
     bench_run(&p, 1e-3);
+    bench_write(&p, ENC_CONTROL, 1);
     p.model.encoder.status |= 1;
     check_hex("INDEX_SEEN is nothing wrong", bench_read(&p, GATE_STATUS), 0x01);
     encoder_illegal(&p.model.encoder);
