@@ -17,6 +17,7 @@ from launcher import simulate
 
 MOTORS = ("teknic_m2310p", "abb_m2bj100l")  # without saliency, and with: Lq/Ld = 1.42
 PERIOD_S = 50e-6
+RECORDED_S = 1.7  # the end of the alignment, and all that the drive is told then
 ROWS_PER_BLOCK = 20  # mechanics is slow: 1 ms makes the rounding of the speed column small
 
 
@@ -45,7 +46,8 @@ class Recorded:
     """Quantities at the rows, from the trace, and the motor file's own values."""
 
     def __init__(self, result):
-        trace = result.trace.between(0.2, 1.9)
+        end_s = result.trace["t_s"][-1]
+        trace = result.trace.between(end_s - RECORDED_S, end_s - PERIOD_S)
         motor = result.drive.motor
         self.trace, self.motor = trace, {**motor["electrical"], **motor["mechanical"]}
         self.inertia_kgm2 = self.motor["inertia_kgm2"] * (1 + motor["load"]["inertia_ratio"])
