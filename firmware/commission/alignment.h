@@ -9,7 +9,7 @@
  *
  * The rotor turns by two and a half electrical turns, as pole_pairs says them, to either side of where it stood; one that
  * turns by more than ALIGNMENT_TURNS is driven by a load, and let go.
- * The current is i_align, or where that does not do, as much as i_max.
+ * The pull takes i_align, the turns as much as i_max; a second attempt takes that from the beginning.
  */
 #ifndef FIRMWARE_COMMISSION_ALIGNMENT_H
 #define FIRMWARE_COMMISSION_ALIGNMENT_H

@@ -4,16 +4,15 @@
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
-#define SHARE_BITS 8  /* of the current */
-#define FADE       2  /* full current up to this part of the speed */
-#define FALLS      2  /* times the speed */
-#define STEADY     16 /* part of the current: if it changes by more, inductance takes the voltage */
-#define ALONG_MS   2
-#define LATE       2
-#define GAINS      2 /* this part of the speed */
-#define SURE       4 /* this part of the speed */
-#define DOUBT \
-    5 /* eighths of the resistance's drop: half of it is not there if the resistance is told twice too large */
+#define SHARE_BITS  8         /* of the current */
+#define FADE        2         /* full current up to this part of the speed */
+#define FALLS       2         /* times the speed */
+#define STEADY      16        /* part of the current: if it changes by more, inductance takes the voltage */
+#define ALONG_MS    2         /* one noisy sample is no braking */
+#define LATE        2         /* times align_way_ms: so late does the encoder tell the speed */
+#define GAINS       2         /* a rotor that falls gains this part of the allowed speed */
+#define SURE        4         /* one that gains this part of it is not braked */
+#define DOUBT       5         /* eighths of R i: with a resistance told twice too large, half of R i is not there */
 #define LARGEST_Q32 (1 << 29) /* an eighth of a turn in a millisecond: nothing is so fast here */
 
 static int32_t emf_q15(const struct tuning *t)
@@ -26,7 +25,7 @@ static void feel_field(struct pull_speed *s, const volatile struct current_loop 
 {
     const bool steady = q15_abs(c->i_d_q15 - s->i_d_q15) < t->align[0].i_q15 / STEADY;
     s->drop_q15 = (s->i_d_q15 * t->r_q12) >> 12;
-    s->e_d_q15 = c->v_d_q15 - s->drop_q15;
+    s->e_d_q15 = q15_sat16(c->v_d_q15 - s->drop_q15); /* whatever the resistance is told to be */
     s->along_q15 = steady ? s->along_q15 + (s->e_d_q15 - s->along_q15) / ALONG_MS : 0;
     s->i_d_q15 = c->i_d_q15;
 }

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""PART=wiring: what is connected or told wrongly is found and named before the rotor passes 5 % of rated speed.
+"""PART=wiring: what is connected or told wrongly is found and named before the rotor passes 5 % of rated speed (20 % where the
+encoder counts nothing).
 
 Of what cannot be told apart by looking at currents and counts (a turned encoder and two exchanged phases; pole pairs and
 counts whose ratio is the same) either name will do; what the case is really called comes first.

@@ -9,23 +9,19 @@ import os
 
 import pytest
 
+from unit.register_pages import NO_ACCESS, PAGES, READ_WRITE, protect
+
 SYSREG, TIMER, WATCHDOG, DWT, NVIC, SCB, MPU, FABRIC = (
     0x40038000, 0x40004000, 0x40005000, 0xE0001000, 0xE000E100, 0xE000ED00, 0xE000ED90, 0x50000000)
-PAGES = (0x40004000, 0x40005000, 0x40038000, 0xE0001000, 0xE000E000, 0x50000000)  # kept free by tests/conftest.py
-NO_ACCESS, READ_WRITE = 0, 3
 PLL_LOST, FABRIC_PLL_LOST, ECC_ERROR, TICK, ADC_IRQ = 23, 32, 29, 14, 34
 KEY, LOAD = 0xAC15DE42, 0x4C4B7F
 
 
 @pytest.fixture(scope="module")
 def memory():
-    libc = ctypes.CDLL(None)
-    libc.mprotect.argtypes = [ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int]
-    for page in PAGES:
-        assert libc.mprotect(page, 4096, READ_WRITE) == 0
+    protect(READ_WRITE)
     yield
-    for page in PAGES:
-        libc.mprotect(page, 4096, NO_ACCESS)
+    protect(NO_ACCESS)
 
 
 class Device:
