@@ -49,3 +49,11 @@ bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup)
     pwm->COMPARE_C = setup->half_counts / 2u;
     return holds(&pwm->CONTROL, PWM_CONTROL_RUN);
 }
+
+bool pwm_set_update(struct pwm_regs *pwm, enum pwm_update update)
+{
+    if (pwm->MODE == (uint32_t)update) {
+        return true;
+    }
+    return comes_to_rest(pwm) && holds(&pwm->MODE, (uint32_t)update) && holds(&pwm->CONTROL, PWM_CONTROL_RUN);
+}

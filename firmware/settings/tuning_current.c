@@ -5,6 +5,7 @@
  * the internal model control method", IEEE Trans. Ind. Appl. 34(1), 1998).
  */
 #include "firmware/settings/config.h"
+#include "firmware/settings/delay.h"
 #include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
@@ -96,6 +97,8 @@ static void tune_ripple(const struct params *p, struct tuning *t)
 enum error tuning_current(const struct params *p, struct tuning *t)
 {
     const enum error problem = tune_gains(p, t);
+    t->update = (enum pwm_update)p->pwm_update;
+    t->delay_halves = delay_halves(t->update);
     tune_ripple(p, t);
     tune_iron(p, t);
     return problem != ERROR_NONE ? problem : tune_decoupling(p, t);
