@@ -40,6 +40,7 @@ struct pwm_regs {
 #define PWM_STATUS_RISING    (1u << 1)
 #define PWM_STATUS_WAITING   (1u << 2)
 #define PWM_STATUS_FELL_BACK (7u << 4) /* any phase */
+#define PWM_PHASE_RISING     (1u << 16)
 #define PWM_TRIGGER_FALLING  (1u << 16)
 #define PWM_TRIGGER_RISING   (1u << 17)
 
@@ -73,8 +74,9 @@ bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup);
 
 /*
  * Another mode of update, nothing else changed; nothing at all is written if it is the present one. The carrier rests for the
- * write, so the bridge must be off; the next trigger comes up to a period earlier than it would have. Returns false, with the
- * PWM at rest, if that does not come about. Context: any, while nobody else sets up the PWM. Some 30 accesses at most.
+ * write, so the bridge must be off, and goes on from where it stood: one period is some 50 clocks longer. Returns false, with
+ * the PWM at rest, if that does not come about. Near an end it waits, for 5 us at most. Context: any that the current loop's
+ * interrupt may break into, while nobody else sets up the PWM.
  */
 bool pwm_set_update(struct pwm_regs *pwm, enum pwm_update update);
 
