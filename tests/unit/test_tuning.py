@@ -62,6 +62,7 @@ def drawn(draw):
     p["chopper_off_mv"] = p["v_max_mv"] * 85 // 100
     p["speed_max_rpm"] = draw.randint(1, max(1, min(20000, 60000 // p["pole_pairs"])))
     p["overspeed_rpm"] = p["speed_max_rpm"] + draw.randint(1, 100)
+    p["pwm_update"] = draw.randint(0, 2)
     return p
 
 
@@ -77,6 +78,7 @@ def exact(c, p):
     count = Fraction(60 * SLOW_HZ * 16, p["encoder_counts"])  # a count a slow period, rpm Q4
     i_max_q15 = Fraction(p["i_max_ma"] * 32768, p["i_range_ma"])
     return {
+        "update": Fraction(p["pwm_update"]), "delay_halves": Fraction(3 - p["pwm_update"]),
         "kp_d_q12": reactance["d"] * p["current_bw_hz"] * 4096, "kp_q_q12": reactance["q"] * p["current_bw_hz"] * 4096,
         "ki_q17": 2 * PI * p["current_bw_hz"] * Fraction(p["resistance_mohm"], 1000) * per_unit / PWM_HZ * 2**17,
         "x_d_q11": reactance["d"] * BASE_HZ * 2048, "x_q_q11": reactance["q"] * BASE_HZ * 2048,
