@@ -56,8 +56,8 @@ _Static_assert(CONFIG_BUS_STEPS % 8 == 0, "the gains take an eighth of it");
 #define TURN_PER_HALF_Q15 6434
 
 /*
- * The largest turn, at 0.62 CONFIG_SPEED_BASE_HZ for 1.5 periods; beyond it the voltages lag. Larger ones could turn a saturated voltage back
- * inside the circle, where the integral would not see that it is limited.
+ * The largest turn, at 0.62 CONFIG_SPEED_BASE_HZ for 1.5 periods; beyond it the voltages lag. Larger ones could turn a
+ * saturated voltage back inside the circle, where the integral would not see that it is limited.
  */
 #define TURN_MAX_Q15 11900
 

@@ -27,7 +27,7 @@ LIMITS_HZ = 1647, 2636, 3183
 
 
 def current_margin_deg(bandwidth_hz, update):
-    """From what each change of a phase does: it rises by the newest voltage only at once, and falls by an old one only at the valley."""
+    """A phase rises by the newest voltage only in mode 2, and falls by an old one only in mode 0."""
     a = 2 * math.pi * bandwidth_hz / PWM_HZ
 
     def loop(w):
