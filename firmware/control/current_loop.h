@@ -91,13 +91,13 @@ struct current_loop {
     int32_t v_d_q15, v_q_q15; /* the voltages, 1.0 = v_range */
     int32_t radius_q15;       /* largest voltage that the modulator makes of the bus */
     int32_t feedforward_d_steps, feedforward_q_steps;
-    int32_t ripple_q10;     /* of the tuning: where there is any, C handlers serve, which know dead_shift */
-    int32_t turn_per_w_q15; /* by how much the frame turns until the voltages act, at a speed of 1.0 */
-    uint32_t fell_back;     /* milliseconds whose newest voltage could not act at once: of a phase on for too long */
-    uint32_t dead_shift;    /* the current from which dead time is compensated in full is 2^dead_shift times the knee */
+    int32_t ripple_q10;  /* of the tuning: where there is any, C handlers serve, which know dead_shift */
+    uint32_t dead_shift; /* the current from which dead time is compensated in full is 2^dead_shift times the knee */
     const struct tuning *gains_of; /* what the gains are from, NULL: none are set; and the bus voltage they are for */
     int32_t gains_vbus_q15;
-    int32_t kp_q_rated_q9; /* of q without kp + ki: where iron saturates, at rated current */
+    int32_t kp_q_rated_q9;  /* of q without kp + ki: where iron saturates, at rated current */
+    int32_t turn_per_w_q15; /* by how much the frame turns until the voltages act, at a speed of 1.0 */
+    uint32_t fell_back;     /* milliseconds since the tuning in which the newest voltage had to wait for an end */
 };
 
 /* Electrical speed of the rotor: Q15, 1.0 = CONFIG_SPEED_BASE_HZ. Any context. */
