@@ -10,7 +10,7 @@
     overspeed_rpm  1.2 times speed_max_rpm
     ramp_rpm_s     0 to speed_max_rpm in 0.8 s, or with half of rated torque if that takes longer
     stop_max_s     60
-    current_bw_hz  1000 where voltages act at the valley, 1300 at both ends, 1750 at once (pwm_update 0, 1, 2)
+    current_bw_hz  1000 where voltages act at the valley, 1300 at both ends, 2000 at once (pwm_update 0, 1, 2)
     speed_bw_hz    60, or what firmware/settings/margins.h allows if that is less: a phase margin of 45 degrees at this
                    current_bw_hz, and 10 i_max_a for a count of the encoder within a millisecond
 
@@ -25,7 +25,7 @@ USABLE = 0.85
 HOT = 1.31
 SPEED_SHARE_OF_TRIP = 1.2
 LARGEST_HZ, LARGEST_RPM = 980.0, 26000.0
-CURRENT_BW_HZ = (1000.0, 1300.0, 1750.0)  # by pwm_update
+CURRENT_BW_HZ = (1000.0, 1300.0, 2000.0)  # by pwm_update
 RPM = math.pi / 30
 
 
