@@ -19,6 +19,7 @@ SEED     ?= 1
 PLANT    ?=
 SPREAD   ?=
 DETUNE   ?=
+FABRIC   ?= model
 PROBE    ?=
 
 LIB_TRIG_FRAC ?= 15
@@ -43,7 +44,7 @@ MSSFOC_IMAGE = $(BUILD)/mssfoc
 Q := $(if $(V),,@)
 say = $(if $(V)$(findstring s,$(firstword -$(MAKEFLAGS))),,@echo "  $1  $@")
 
-export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE PROBE HOSTCC CROSS
+export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC PROBE HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1
 
 # ---- the image and the library ---------------------------------------------------------------------------------------
@@ -130,12 +131,14 @@ twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qem
 tools:
 	@.ci/tools
 
-everything: all twin target-tests registers
+everything: all twin target-tests registers lockstep axis
 
+
+VERILATED = $(if $(filter rtl,$(FABRIC)),axis)
 
 # ---- using it --------------------------------------------------------------------------------------------------------
 run: tools
-	@$(MAKE) --no-print-directory -s -j2 all twin
+	@$(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py run
 
 models: tools
@@ -147,7 +150,7 @@ campaign: tools
 	@$(PYTHON) qemu/run.py campaign
 
 console debug: tools
-	@$(MAKE) --no-print-directory -s -j2 all twin
+	@$(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py $@
 
 flash: tools
@@ -177,6 +180,7 @@ help:
 	@echo 'make                 the image $(MSSFOC_IMAGE).{elf,hex,bin}, $(MSSFOC_IMAGE)-envm.hex and $(BUILD)/libmssfoc.a'
 	@echo 'make run             run the drive in QEMU on a motor, report, plot    [MOTOR=name SCENARIO=name SEED=n QEMU=path]'
 	@echo '                     the plant: [PLANT=full|ideal|full,-effect... SPREAD=factor DETUNE="parameter*1.3 ..."] (docs/motors.md)'
+	@echo '                     the fabric: [FABRIC=model|rtl] C models, or the RTL, verilated, in their place (docs/fabric.md)'
 	@echo 'make test            all tests                                         [QEMU=path]'
 	@echo 'make console         a live console of a running drive'
 	@echo 'make debug           QEMU halted, with a GDB port'

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Command line: run, console, debug, models, campaign, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT, SPREAD,
-DETUNE, QEMU and BUILD."""
+DETUNE, FABRIC, QEMU and BUILD."""
 import argparse
 import os
 import signal
@@ -67,6 +67,8 @@ def _parser():
                              help="factor of the tolerances that the seed draws from, 0: nominal (default: $SPREAD or 1)")
         command.add_argument("--detune", default=os.environ.get("DETUNE") or "",
                              help="what the firmware is told wrongly: 'resistance_mohm*1.3 flux_uwb*0.8' (default: $DETUNE)")
+        command.add_argument("--fabric", default=os.environ.get("FABRIC") or "model",
+                             help="model: the twin's C models; rtl: the verilated RTL (default: $FABRIC or model)")
         command.add_argument("--scenario", help="file of qemu/scenarios",
                              default=os.environ.get("SCENARIO") or None if name == "run" else None)
         if name == "run":
@@ -126,7 +128,7 @@ def _run(options):
 
 
 def _plant(options):
-    return {"plant": options.plant, "spread": options.spread, "detune": options.detune}
+    return {"plant": options.plant, "spread": options.spread, "detune": options.detune, "fabric": options.fabric}
 
 
 def _console(options):

@@ -14,6 +14,9 @@ RPM = math.pi / 30  # rad/s in one rpm
 REST_TIME_S = 0.35  # of a start: offsets of the sensors, 0.13 s, and the wiring, up to 0.2 s
 AXES_TIME_S = 0.4   # in which the axis of reluctance is measured, twice
 ON_PERIODS = 28     # of the rotor swinging about the field, that an alignment takes; 15 to 20, 25 if it was just let go
+WAY_SHARE = 0.016      # of speed_max, with which the field turns at most
+WAY_TURNS = 2.7        # for which it does, electrical
+WAY_PERIODS = 8        # of ON_PERIODS, if the way takes longer
 AGAIN_PERIODS = 40  # if the inertia that was told is far too small, so that a second attempt is needed
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
@@ -62,7 +65,9 @@ class Drive:
         """
         told, true = (self._swing_s(inertia) for inertia in (self.params["inertia_gmm2"] * 1e-9, self.inertia_kgm2))
         rest_s = REST_TIME_S + (AXES_TIME_S if self._reluctant else 0)
-        return rest_s + ON_PERIODS * told + (AGAIN_PERIODS * true if told < 0.6 * true else 0)
+        way_hz = WAY_SHARE * self.params["speed_max_rpm"] / 60 * self.params["pole_pairs"]
+        slow_s = max(WAY_TURNS / way_hz - WAY_PERIODS * told, 0)
+        return rest_s + slow_s + ON_PERIODS * told + (AGAIN_PERIODS * true if told < 0.6 * true else 0)
 
     def _swing_s(self, inertia_kgm2):
         stiffness = self.motor["electrical"]["pole_pairs"] * self.torque_per_ampere * self._holding_a

@@ -90,6 +90,21 @@ def _ask(path, *arguments):
     return (answer.stdout or answer.stderr).strip()
 
 
+FABRICS = {"model": None, "rtl": "fabric/axis.so"}
+
+
+def fabric_files(fabric, build):
+    """The item of the twin's configuration for FABRIC=model or rtl."""
+    if fabric not in FABRICS:
+        raise LauncherError(f"FABRIC '{fabric}' is neither model, the twin's C models, nor rtl, the verilated RTL")
+    if FABRICS[fabric] is None:
+        return {}
+    library = build / FABRICS[fabric]
+    if not library.is_file():
+        raise LauncherError(f"{shown(library)} is missing: run make axis first (needs verilator and g++)")
+    return {"fabric": library.resolve()}
+
+
 class Image:
     """The products of a build that a run needs, each checked to be there."""
 

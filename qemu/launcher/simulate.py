@@ -16,7 +16,7 @@ from .load import CURRENT_LOOP, cpu_load, load_irqlog
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
 from .probes import Symbols, add_belief, code_of, make_probes
-from .qemu import Image, Qemu, command, escape, run_to_end
+from .qemu import Image, Qemu, command, escape, fabric_files, run_to_end
 from .refusals import NAME, judge, typed
 from .scenario import load_scenario
 from .trace import add_truth, load_trace
@@ -62,7 +62,7 @@ def check_seed(seed):
 
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
              show=None, dumps=None, cycles=None, way_of=None, plant="full", spread=1, detune="", csv=False,
-             start_angle=None):
+             start_angle=None, fabric="model"):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
@@ -76,6 +76,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     dumps      {file name: (address, bytes)}: memory of the target, written to that file in out_dir when the run ends
     cycles     {"apb_read": 3, ...}: wait cycles of the buses, where not the twin's defaults (qemu/twin/cycles_keys.c)
     way_of     an exception whose way through its handler goes to irqpath.csv, once for each duration (qemu/twin/irqpath.h)
+    fabric     model, the twin's C models, or rtl, the verilated RTL
     csv        whether the trace is to be had as text as well, in trace.csv
     show       called as it goes, with the simulated seconds done and planned: a late start makes a run longer
     """
@@ -93,6 +94,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     config = out_dir / "twin.cfg"
     kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
     written = {key: files[key] for key in ("trace", "progress", "irqlog", *(["csv"] if csv else []))}
+    written.update(fabric_files(fabric, build))
     way = (way_of, (out_dir / "irqpath.csv").resolve()) if way_of else None
     write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles, way, enums))
     console = f"file,id=console,path={escape(files['console'])}"

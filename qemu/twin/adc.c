@@ -120,17 +120,29 @@ void adc_see_gates(struct adc *a, unsigned gates, sim_ps at)
         bool low = gates & (2u << (2 * k));
         if (low && !(a->low_sides & phase)) {
             a->low_since[k] = at;
+        } else if (!low && (a->low_sides & phase)) {
+            a->low_until[k] = at;
         }
         a->low_sides = low ? a->low_sides | phase : a->low_sides & ~phase;
     }
 }
 
-/* Phases whose low side has been on for long enough. */
+void adc_see_cut(struct adc *a, sim_ps at)
+{
+    for (int k = 0; k < 3; k++) {
+        bool was_low = a->low_sides & (1u << k) || a->low_until[k] > at;
+        a->low_until[k] = was_low ? at : a->low_until[k];
+    }
+    a->low_sides = 0;
+}
+
+/* Phases whose low side has been on for long enough up to now, even if it goes off in this instant. */
 static uint32_t settled(const struct adc *a, sim_ps now)
 {
     uint32_t phases = 0;
     for (int k = 0; k < 3; k++) {
-        sim_ps clocks = a->low_sides & (1u << k) ? (now - a->low_since[k]) / SIM_PS_PER_FABRIC_CLOCK : 0;
+        bool conducted = a->low_sides & (1u << k) || a->low_until[k] == now;
+        sim_ps clocks = conducted ? (now - a->low_since[k]) / SIM_PS_PER_FABRIC_CLOCK : 0;
         phases |= clocks >= a->settle ? 1u << k : 0u;
     }
     return phases;

@@ -266,6 +266,8 @@ static void read_line(const struct reader *r, char *line)
         c->progress_path = strdup(rest);
     } else if (strcmp(word, "irqlog") == 0) {
         c->irqlog_path = strdup(rest);
+    } else if (strcmp(word, "fabric") == 0) {
+        c->fabric_path = strdup(rest);
     } else if (strcmp(word, "dwt") == 0) {
         c->count_instructions = either(r, word, rest, "cycles", "instructions");
     } else if (strcmp(word, "wfi") == 0) {

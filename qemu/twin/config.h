@@ -51,7 +51,8 @@ struct late_event {
 
 struct config {
     char *trace_path, *csv_path, *progress_path, *irqlog_path, *irqpath_path, *console_id; /* NULL if not given */
-    double end_s; /* 0: runs until QEMU is ended */
+    char *fabric_path; /* library of the verilated RTL; NULL: the C models */
+    double end_s;      /* 0: runs until QEMU is ended */
     bool main_loop_wakes;
     bool count_instructions; /* what DWT_CYCCNT counts */
     struct cycles_params cycles;

@@ -164,7 +164,9 @@ void encoder_reverse(struct encoder *e, bool reversed)
 
 void encoder_illegal(struct encoder *e)
 {
-    e->status |= ILLEGAL;
+    if (counts(e)) {
+        e->status |= ILLEGAL;
+    }
 }
 
 void encoder_slip(struct encoder *e, int64_t counts)

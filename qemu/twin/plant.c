@@ -9,8 +9,11 @@
 
 #define SLOT_BYTES 0x100u
 #define SQRT3      1.7320508075688772
+#define ACCESS_PS  (8 * SIM_PS_PER_FABRIC_CLOCK)
 
-enum { SLOT_PWM, SLOT_ADC, SLOT_ENCODER, SLOT_GATE };
+enum { SLOT_PWM, SLOT_ADC, SLOT_ENCODER };
+
+static void follow_gates(struct plant *p, sim_ps at);
 
 void plant_init(struct plant *p, const struct plant_params *params)
 {
@@ -21,12 +24,9 @@ void plant_init(struct plant *p, const struct plant_params *params)
     thermometer_init(&p->thermometer, &params->motor, p->motor.winding_c);
     p->inverter.on_step = sampling_follow;
     p->inverter.on_step_context = p;
+    fabric_model_init(&p->model, sim_from_s(params->sensors.adc_conversion_s));
+    p->fabric = params->fabric ? params->fabric : &p->model.fabric;
     plant_reset_fabric(p);
-}
-
-static uint32_t fabric_clock(double t_ps)
-{
-    return (uint32_t)(int64_t)floor(t_ps / SIM_PS_PER_FABRIC_CLOCK);
 }
 
 /* The shaft as it was at `from`, when the physics went on from there to the present. */
@@ -34,25 +34,24 @@ static void follow_shaft(struct plant *p, sim_ps from, double from_rad, double f
 {
     struct disc *disc = &p->sensors.disc;
     const struct motor *m = &p->motor;
-    int64_t edges = disc_edges(disc, m->theta_rad), moved = edges - p->encoder.edges;
+    int64_t edges = disc_edges(disc, m->theta_rad), moved = edges - p->edges;
     if (moved == 0) {
         return;
     }
-    struct disc_way way = {from_rad, m->theta_rad, from_rad_s, m->speed_rad_s, sim_to_s(p->now - from)};
-    double part = disc_edge_part(disc, &way, moved);
-    encoder_follow(&p->encoder, edges, &disc->index);
-    encoder_miscount(&p->encoder, disc_miscounts(disc, moved));
-    encoder_time_edge(&p->encoder, fabric_clock((double)from + part * (double)(p->now - from)));
+    struct disc_way of_disc = {from_rad, m->theta_rad, from_rad_s, m->speed_rad_s, sim_to_s(p->now - from)};
+    double part = disc_edge_part(disc, &of_disc, moved);
+    struct shaft_way way = {edges, moved, disc_miscounts(disc, moved), from,
+                            (double)from + part * (double)(p->now - from)};
+    p->fabric->ops->turn(p->fabric, &way, &disc->index);
+    p->edges = edges;
 }
 
 void plant_reset_fabric(struct plant *p)
 {
-    pwm_reset(&p->pwm, p->now);
-    adc_reset(&p->adc);
+    p->edges = disc_edges(&p->sensors.disc, p->motor.theta_rad);
+    p->fabric->ops->reset(p->fabric, p->now);
     sampling_forget(p);
-    encoder_reset(&p->encoder, disc_edges(&p->sensors.disc, p->motor.theta_rad));
-    gate_reset(&p->gate);
-    plant_update_gates(p);
+    follow_gates(p, p->now);
 }
 
 static void count_high_time(struct plant *p, sim_ps until)
@@ -66,17 +65,21 @@ static void count_high_time(struct plant *p, sim_ps until)
 static void command_gates(struct plant *p, sim_ps at)
 {
     count_high_time(p, at);
-    pwm_catch_up(&p->pwm, at);
-    pwm_set_live(&p->pwm, gate_live(&p->gate));
-    p->gates = gate_follow(&p->gate, p->pwm.outputs);
-    adc_see_gates(&p->adc, p->gates, at);
+    p->gates = p->fabric->gates;
     inverter_command(&p->inverter, p->gates, at);
 }
 
-void plant_update_gates(struct plant *p)
+static void follow_gates(struct plant *p, sim_ps at)
 {
-    command_gates(p, p->now);
+    command_gates(p, at);
     inverter_switch(&p->inverter, p->now);
+    inverter_chop(&p->inverter, p->fabric->chops);
+}
+
+void plant_stop(struct plant *p, enum gate_latch which, bool stops)
+{
+    p->fabric->ops->stop(p->fabric, which, stops, p->now);
+    follow_gates(p, p->now);
 }
 
 /* ---- a row for the recorder, then the sample ---- */
@@ -113,11 +116,11 @@ static void describe(struct plant *p, struct plant_row *row)
         p->high_time[k] = 0;
     }
     row->gates = p->gates;
-    row->live = gate_live(&p->gate);
+    row->live = p->fabric->live;
     row->winding_c = m->winding_c;
     row->load_speed_rad_s = m->load_speed_rad_s;
     row->magnet_c = motor_magnet_c(m);
-    row->hall = p->encoder.hall;
+    row->hall = p->hall;
     describe_period(p, row);
     p->row_start = p->now;
     p->row_alpha_vs = m->volt_alpha_vs;
@@ -130,19 +133,18 @@ static void show_hall(struct plant *p)
     double electrical_rad = p->motor.p.pole_pairs * p->motor.theta_rad;
     double electrical_rad_s = p->motor.p.pole_pairs * p->motor.speed_rad_s;
     unsigned state = hall_state(h, electrical_rad);
-    if (state != p->encoder.hall) {
+    if (state != p->hall) {
         double ago_s =
             electrical_rad_s == 0 ? 0 : hall_since_rad(h, electrical_rad, electrical_rad_s > 0) / electrical_rad_s;
-        encoder_show_hall(&p->encoder, state, fabric_clock((double)p->now - 1e12 * ago_s));
+        p->hall = state;
+        p->fabric->ops->show_hall(p->fabric, state, (double)p->now - 1e12 * ago_s);
     }
 }
 
 static void trigger(struct plant *p)
 {
-    show_hall(p);
-    encoder_latch(&p->encoder, fabric_clock((double)p->now));
     thermometer_follow(&p->thermometer, p->motor.winding_c, p->now);
-    if (adc_listens(&p->adc)) {
+    if (p->fabric->ops->listens(p->fabric)) {
         sampling_start(p);
     }
     if (p->on_trigger) {
@@ -154,44 +156,32 @@ static void trigger(struct plant *p)
 
 /* ---- events ---- */
 
-/* Of an edge the physics notices nothing until a switch follows it, so the integration need not stop there. A comparator
- * that trips before such an edge is found after it; inverter_command() puts that right. */
+/* The integration need not stop there. A comparator that trips before such an edge is found after it; inverter_command() puts
+ * that right. */
 static bool needs_no_physics(const struct plant *p, sim_ps next)
 {
-    return next == pwm_next_event(&p->pwm) && !pwm_triggers_next(&p->pwm);
+    return next == p->fabric->ops->next_event(p->fabric) && !p->fabric->ops->needs_physics(p->fabric);
 }
 
-static void take_pwm_edge(struct plant *p, sim_ps at)
+static void take_edge(struct plant *p, sim_ps at)
 {
-    (void)pwm_take_event(&p->pwm);
-    if (p->pwm.outputs != p->gates) {
+    (void)p->fabric->ops->take_event(p->fabric);
+    if (p->fabric->gates != p->gates) {
         command_gates(p, at);
     }
 }
 
-static void take_pwm_event(struct plant *p)
+static void take_fabric_event(struct plant *p)
 {
-    bool triggers = pwm_take_event(&p->pwm);
-    plant_update_gates(p);
-    if (triggers) {
+    show_hall(p);
+    unsigned what = p->fabric->ops->take_event(p->fabric);
+    follow_gates(p, p->now);
+    if (what & FABRIC_TRIGGERED) {
         trigger(p);
     }
-}
-
-static void follow_chopper(struct plant *p)
-{
-    inverter_chop(&p->inverter, gate_chops(&p->gate));
-}
-
-static void end_conversion(struct plant *p)
-{
-    if (adc_finish(&p->adc)) {
-        gate_adc_overrun(&p->gate);
-        plant_update_gates(p);
+    if (what & FABRIC_CONVERTED) {
+        p->fabric->ops->sense(p->fabric, thermometer_code(&p->thermometer));
     }
-    adc_sense(&p->adc, thermometer_code(&p->thermometer));
-    chopper_sample(&p->gate.chopper, adc_vbus(&p->adc), p->now);
-    follow_chopper(p);
 }
 
 static void integrate(struct plant *p, sim_ps to)
@@ -202,8 +192,7 @@ static void integrate(struct plant *p, sim_ps to)
     p->now = inverter_advance(&p->inverter, &p->motor, from, to);
     follow_shaft(p, from, from_rad, from_rad_s);
     if (p->inverter.overcurrent != was_tripped) {
-        gate_pin(&p->gate, GATE_OVERCURRENT, p->inverter.overcurrent);
-        plant_update_gates(p);
+        plant_stop(p, GATE_OVERCURRENT, p->inverter.overcurrent);
     }
 }
 
@@ -214,8 +203,7 @@ static sim_ps earlier(sim_ps a, sim_ps b)
 
 static sim_ps next_event(const struct plant *p)
 {
-    return earlier(earlier(pwm_next_event(&p->pwm), earlier(p->next_sample, p->adc.done_at)),
-                   earlier(p->gate.chopper.old_at, inverter_next_switch(&p->inverter)));
+    return earlier(earlier(p->fabric->ops->next_event(p->fabric), p->next_sample), inverter_next_switch(&p->inverter));
 }
 
 /* Takes the events up to and including `to`; the physics stays at the last of them. */
@@ -223,7 +211,7 @@ static void take_events(struct plant *p, sim_ps to)
 {
     for (sim_ps next = next_event(p); next <= to; next = next_event(p)) {
         if (needs_no_physics(p, next)) {
-            take_pwm_edge(p, next);
+            take_edge(p, next);
             continue;
         }
         if (next > p->now) {
@@ -232,20 +220,14 @@ static void take_events(struct plant *p, sim_ps to)
                 continue; /* the comparators tripped on the way: that may have added an earlier event */
             }
         }
-        if (next == pwm_next_event(&p->pwm)) {
-            take_pwm_event(p);
+        if (next == p->fabric->ops->next_event(p->fabric)) {
+            take_fabric_event(p);
         } else if (next == p->next_sample) {
             sampling_take(p);
-        } else if (next == p->adc.done_at) {
-            end_conversion(p);
-        } else if (next == p->gate.chopper.old_at) {
-            chopper_grow_old(&p->gate.chopper);
-            follow_chopper(p);
         } else {
             inverter_switch(&p->inverter, p->now);
         }
     }
-    pwm_catch_up(&p->pwm, to);
 }
 
 void plant_advance(struct plant *p, sim_ps to)
@@ -255,82 +237,71 @@ void plant_advance(struct plant *p, sim_ps to)
         integrate(p, to);
         take_events(p, to); /* a trip opens the switches after their delay */
     }
+    p->fabric->ops->catch_up(p->fabric, to);
 }
 
 sim_ps plant_next_trigger(const struct plant *p)
 {
-    return pwm_next_trigger(&p->pwm);
+    return p->fabric->ops->next_trigger(p->fabric);
 }
 
 sim_ps plant_next_conversion_end(const struct plant *p)
 {
-    if (p->adc.done_at != SIM_NEVER) {
-        return p->adc.done_at;
-    }
-    sim_ps trigger_at = plant_next_trigger(p);
-    if (!adc_listens(&p->adc) || trigger_at == SIM_NEVER) {
-        return SIM_NEVER;
-    }
-    return trigger_at + sim_from_s(p->sensors.p.adc_conversion_s);
+    return p->fabric->ops->next_conversion_end(p->fabric);
 }
 
 /* ---- registers ---- */
 
-/* PWM and ADC change at events only, so that an access to them need not interrupt the integration; position and
- * comparators follow the physics all the time. */
+/* PWM and ADC change at events only, so that an access to them need not interrupt the integration, unless the fabric is prompt;
+ * position and comparators follow the physics all the time. */
 static void reach(struct plant *p, uint32_t slot, sim_ps now)
 {
-    if (slot == SLOT_PWM || slot == SLOT_ADC) {
+    if (!p->fabric->prompt && (slot == SLOT_PWM || slot == SLOT_ADC)) {
         take_events(p, now);
     } else {
         plant_advance(p, now);
     }
 }
 
+/* An access takes a prompt fabric a few clocks ahead, in which it must not wait for a sample. */
+static sim_ps time_of_access(const struct plant *p, sim_ps now)
+{
+    bool waits = p->fabric->prompt && p->next_sample < now + ACCESS_PS;
+    return waits && p->next_sample > now ? p->next_sample : now;
+}
+
+/* What came up during an access is taken with it. */
+static void follow_access(struct plant *p)
+{
+    if (p->fabric->ahead > p->now) {
+        take_events(p, p->fabric->ahead);
+    }
+}
+
 uint32_t plant_read(struct plant *p, uint32_t offset, sim_ps now)
 {
-    uint32_t slot = offset / SLOT_BYTES, within = offset % SLOT_BYTES;
-    reach(p, slot, now);
-    switch (slot) {
-    case SLOT_PWM:
-        return pwm_read(&p->pwm, within);
-    case SLOT_ADC:
-        return adc_read(&p->adc, within);
-    case SLOT_ENCODER:
+    uint32_t slot = offset / SLOT_BYTES;
+    sim_ps at = time_of_access(p, now);
+    reach(p, slot, at);
+    if (slot == SLOT_ENCODER) {
         show_hall(p);
-        return encoder_read(&p->encoder, within);
-    case SLOT_GATE:
-        gate_mirror(&p->gate, encoder_faulty(&p->encoder), adc_overran(&p->adc), adc_beyond_limit(&p->adc));
-        return gate_read(&p->gate, within);
-    default:
-        return 0;
     }
+    uint32_t value = p->fabric->ops->read(p->fabric, offset, at);
+    follow_access(p);
+    return value;
 }
 
 void plant_write(struct plant *p, uint32_t offset, uint32_t value, sim_ps now)
 {
-    uint32_t slot = offset / SLOT_BYTES, within = offset % SLOT_BYTES;
-    reach(p, slot, now);
-    switch (slot) {
-    case SLOT_PWM:
-        pwm_write(&p->pwm, within, value);
-        plant_update_gates(p);
-        break;
-    case SLOT_ADC:
-        adc_write(&p->adc, within, value);
-        if (p->adc.done_at == SIM_NEVER) {
-            sampling_forget(p);
-        }
-        break;
-    case SLOT_ENCODER:
-        encoder_write(&p->encoder, within, value);
-        break;
-    case SLOT_GATE:
-        gate_write(&p->gate, within, value);
-        plant_update_gates(p);
-        follow_chopper(p);
-        break;
-    default:
-        break;
+    sim_ps at = time_of_access(p, now);
+    reach(p, offset / SLOT_BYTES, at);
+    p->fabric->ops->write(p->fabric, offset, value, at);
+    if (p->fabric->gates != p->gates) {
+        follow_gates(p, p->now);
     }
+    inverter_chop(&p->inverter, p->fabric->chops);
+    if (!p->fabric->ops->converting(p->fabric)) {
+        sampling_forget(p);
+    }
+    follow_access(p);
 }

@@ -6,13 +6,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "adc.h"
-#include "encoder.h"
-#include "gate.h"
+#include "fabric_model.h"
 #include "inverter.h"
 #include "meter.h"
 #include "motor.h"
-#include "pwm.h"
 #include "sensors.h"
 #include "simtime.h"
 #include "thermometer.h"
@@ -37,10 +34,8 @@ struct plant_row {
 };
 
 struct plant {
-    struct pwm pwm;
-    struct adc adc;
-    struct encoder encoder;
-    struct gate gate;
+    struct fabric *fabric;
+    struct fabric_model model;
     struct inverter inverter;
     struct motor motor;
     struct sensors sensors;
@@ -50,7 +45,9 @@ struct plant {
     sim_ps sample_at[3]; /* of a current that the running conversion has not sampled yet; else SIM_NEVER */
     sim_ps next_sample;  /* the first of them */
     sim_ps now;          /* how far the physics has come */
-    unsigned gates;      /* out of GATE */
+    unsigned gates;      /* as the inverter knows them */
+    unsigned hall;       /* as the fabric was shown it */
+    int64_t edges;       /* of the encoder, likewise */
     sim_ps row_start;
     sim_ps high_time[3]; /* of the high-side gates from row_start to high_counted */
     sim_ps high_counted;
@@ -66,6 +63,7 @@ struct plant_params {
     struct inverter_params inverter;
     struct sensor_params sensors;
     uint64_t seed;
+    struct fabric *fabric; /* NULL: the C models */
 };
 
 void plant_init(struct plant *p, const struct plant_params *params);
@@ -82,7 +80,7 @@ void plant_write(struct plant *p, uint32_t offset, uint32_t value, sim_ps now);
 sim_ps plant_next_trigger(const struct plant *p);
 sim_ps plant_next_conversion_end(const struct plant *p);
 
-/* After changing an input of the gate block from outside. */
-void plant_update_gates(struct plant *p);
+/* A pin of the fabric asks to stop, or no longer: driver fault, STO, clock. */
+void plant_stop(struct plant *p, enum gate_latch which, bool stops);
 
 #endif

@@ -119,7 +119,7 @@ static int64_t quiet(const struct pwm *p)
     return clocks;
 }
 
-static void plan(struct pwm *p)
+void pwm_plan(struct pwm *p)
 {
     int64_t clocks = quiet(p);
     p->next_clock = clocks == FOREVER ? FOREVER : p->clock + clocks + 1;
@@ -236,7 +236,7 @@ void pwm_reset(struct pwm *p, sim_ps now)
     p->clock = now / SIM_PS_PER_FABRIC_CLOCK;
     p->rested_at = p->clock - 1;
     p->valley_at = now;
-    plan(p);
+    pwm_plan(p);
 }
 
 uint32_t pwm_read(const struct pwm *p, uint32_t offset)
@@ -321,7 +321,7 @@ void pwm_write(struct pwm *p, uint32_t offset, uint32_t value)
     } else {
         write_setting(p, offset, value);
     }
-    plan(p);
+    pwm_plan(p);
 }
 
 void pwm_set_live(struct pwm *p, bool live)
@@ -329,7 +329,7 @@ void pwm_set_live(struct pwm *p, bool live)
     if (p->live != live) {
         p->live = live;
         drive(p);
-        plan(p);
+        pwm_plan(p);
     }
 }
 
@@ -352,7 +352,7 @@ bool pwm_take_event(struct pwm *p)
     glide(p, p->next_clock - 1 - p->clock);
     step(p);
     drive(p);
-    plan(p);
+    pwm_plan(p);
     return triggers;
 }
 

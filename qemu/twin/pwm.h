@@ -55,5 +55,7 @@ bool pwm_take_event(struct pwm *p);
 bool pwm_triggers_next(const struct pwm *p);
 /* Time of the next trigger, or earlier. */
 sim_ps pwm_next_trigger(const struct pwm *p);
+/* After its state was filled in from outside: finds the next event again. */
+void pwm_plan(struct pwm *p);
 
 #endif

@@ -39,7 +39,7 @@ void sampling_take(struct plant *p)
         if (p->sample_at[k] <= p->now) {
             p->sample_at[k] = SIM_NEVER;
             uint32_t code = sensors_current_code(&p->sensors, k, sim_to_s(p->now), carried_a(p, k, i_a[k]));
-            adc_sample(&p->adc, k, code);
+            p->fabric->ops->sample(p->fabric, k, code);
         }
     }
     find_next(p);
@@ -50,7 +50,7 @@ void sampling_start(struct plant *p)
     const struct sensor_params *s = &p->sensors.p;
     sensors_draw_noise(&p->sensors);
     uint32_t code[4] = {[3] = sensors_bus_code(&p->sensors, p->inverter.bus_v)};
-    adc_start(&p->adc, code, p->now, p->now + sim_from_s(s->adc_conversion_s));
+    p->fabric->ops->convert(p->fabric, code, p->now);
     p->sample_at[0] = p->now;
     p->sample_at[1] = p->now + sim_from_s(s->skew_b_s);
     p->sample_at[2] = p->now + sim_from_s(s->skew_c_s);

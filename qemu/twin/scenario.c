@@ -104,31 +104,26 @@ static void inject(const struct event *e, const struct motor *m, struct sensors 
     sensors_inject(sensors, e->number, e->second, m->p.pole_pairs * m->theta_rad + e->third, e->t_s);
 }
 
-static void disturb_encoder(const struct event *e, struct encoder *encoder)
+static void disturb_encoder(const struct event *e)
 {
+    struct fabric *f = board.plant->fabric;
     switch (e->kind) {
     case EVENT_ENCODER_CUT:
-        encoder_cut(encoder, e->on);
+        f->ops->disturb_cable(f, CABLE_CUT, e->on);
         break;
     case EVENT_ENCODER_FREEZE:
-        encoder_freeze(encoder, e->on);
+        f->ops->disturb_cable(f, CABLE_FROZEN, e->on);
         break;
     case EVENT_ENCODER_ILLEGAL:
-        encoder_illegal(encoder);
+        f->ops->disturb_cable(f, CABLE_ILLEGAL, 0);
         break;
     case EVENT_ENCODER_REVERSE:
-        encoder_reverse(encoder, e->on);
+        f->ops->disturb_cable(f, CABLE_REVERSED, e->on);
         break;
     default:
-        encoder_slip(encoder, (int64_t)e->number);
+        f->ops->disturb_cable(f, CABLE_SLIP, (int64_t)e->number);
         break;
     }
-}
-
-static void ask_to_stop(enum gate_latch pin, bool stops)
-{
-    gate_pin(&board.plant->gate, pin, stops);
-    plant_update_gates(board.plant);
 }
 
 static void show_temperature(const struct event *e, struct thermometer *thermometer)
@@ -163,7 +158,7 @@ static void disturb_device(const struct event *e)
         break;
     case EVENT_FABRIC_PLL_LOST:
         sysreg_set_lock(SYSREG_FABRIC_PLL, !e->on);
-        ask_to_stop(GATE_CLOCK_LOST, e->on);
+        plant_stop(board.plant, GATE_CLOCK_LOST, e->on);
         board.interrupt(SYSREG_FABRIC_PLL_IRQ, e->on);
         break;
     case EVENT_MEMORY_ERROR:
@@ -209,17 +204,17 @@ static void play(const struct event *e)
         inject(e, &board.plant->motor, &board.plant->sensors);
         break;
     case EVENT_DRIVER_FAULT:
-        ask_to_stop(GATE_DRIVER_FAULT, e->on);
+        plant_stop(board.plant, GATE_DRIVER_FAULT, e->on);
         break;
     case EVENT_STO:
-        ask_to_stop(e->phase == 0 ? GATE_STO_A : GATE_STO_B, e->on);
+        plant_stop(board.plant, e->phase == 0 ? GATE_STO_A : GATE_STO_B, e->on);
         break;
     case EVENT_ENCODER_CUT:
     case EVENT_ENCODER_FREEZE:
     case EVENT_ENCODER_ILLEGAL:
     case EVENT_ENCODER_SLIP:
     case EVENT_ENCODER_REVERSE:
-        disturb_encoder(e, &board.plant->encoder);
+        disturb_encoder(e);
         break;
     case EVENT_TEMPERATURE:
         show_temperature(e, &board.plant->thermometer);
@@ -237,7 +232,7 @@ static void play(const struct event *e)
         board.end();
         break;
     case EVENT_FABRIC_OTHER:
-        board.plant->gate.id_xor = e->on ? 1u : 0u;
+        board.plant->fabric->ops->disguise(board.plant->fabric, e->on);
         break;
     case EVENT_FABRIC_SEALED:
         board.seal_fabric(e->on);

@@ -16,6 +16,7 @@
 #include "cycles_table.h"
 #include "dump.h"
 #include "dwt.h"
+#include "fabric_rtl.h"
 #include "gpio.h"
 #include "irqlog.h"
 #include "irqpath.h"
@@ -61,7 +62,7 @@ static sim_ps present(void)
 static void update_interrupt(void)
 {
     static bool was_wanted;
-    bool wanted = adc_interrupt(&plant.adc), rises = wanted && !was_wanted;
+    bool wanted = plant.fabric->interrupt, rises = wanted && !was_wanted;
     was_wanted = wanted;
     if (rises && hold_next_interrupt) {
         interrupt_held_until = present() + hold_next_interrupt;
@@ -72,7 +73,7 @@ static void update_interrupt(void)
     if (level != interrupt_level) {
         interrupt_level = level;
         if (level) {
-            irqlog_line_rose(IRQ_EXCEPTION + FABRIC_IRQ0, present(), plant.pwm.valley_at);
+            irqlog_line_rose(IRQ_EXCEPTION + FABRIC_IRQ0, present(), plant.fabric->valley_at);
         }
         vm_set_interrupt(FABRIC_IRQ0, level);
     }
@@ -480,6 +481,7 @@ int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
     }
     vm_resolve();
     config_load(&config, argv[0] + strlen(option), false);
+    config.plant.fabric = config.fabric_path ? fabric_rtl_open(config.fabric_path) : NULL;
     plant_init(&plant, &config.plant);
     plant.on_trigger = record;
     open_outputs();

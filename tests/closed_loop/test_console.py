@@ -7,7 +7,7 @@ import pytest
 from launcher import simulate
 from launcher.drive import console_params, load_drive
 
-OPERATION_S = 1.6  # when a drive that was switched on at 0.1 s is in operation
+OPERATION_S = 2.1  # when a drive that was switched on at 0.1 s is in operation
 GAP_S = 0.02  # between lines: an answer of 200 characters at 115200 baud takes 17 ms
 
 
@@ -113,7 +113,7 @@ def test_commands_beyond_limits_change_nothing_while_running(tmp_path):
 
 
 def test_a_fresh_image_has_the_parameters_of_the_default_motor_and_starts_with_them(tmp_path):
-    replies = answers(tmp_path, ["get all", "on", "status"], gap_s=1.4)
+    replies = answers(tmp_path, ["get all", "on", "status"], gap_s=2.0)
     fresh = {name: int(value) for name, value in re.findall(r"(?m)^(\w+) = (-?\d+) ", replies[0])}
     told = console_params(load_drive("teknic_m2310p"))
     assert {name: fresh[name] for name in told} == told

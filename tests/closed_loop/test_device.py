@@ -5,7 +5,7 @@ import pytest
 
 from launcher import simulate
 
-ON_S, SPEED_S, INJECT_S = 0.1, 1.6, 1.85
+ON_S, SPEED_S, INJECT_S = 0.1, 2.1, 2.35
 PERIOD_S = 50e-6
 EDAC_IRQ_ENABLE = "0x40038078"
 

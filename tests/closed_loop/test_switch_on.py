@@ -59,13 +59,13 @@ def test_nothing_is_wrong_while_the_bridge_is_off(case, tmp_path):
     """Before the first switching on, when no limit is set, and after one, when they are; then the drive starts as ever."""
     begin = BEYOND.get(case, [("irq_block", ["1"])])
     end = [("sensor_add", ["A", "0"]), ("supply_v", ["vbus_V"]), ("irq_block", ["0"])]
-    result = play(tmp_path, 1.9, events(0.12, begin), events(0.14, end), typed((ON_S, "on"), (1.55, "off")),
-                  events(1.57, begin), events(1.65, end), typed((1.72, "on")))
+    result = play(tmp_path, 2.4, events(0.12, begin), events(0.14, end), typed((ON_S, "on"), (2.05, "off")),
+                  events(2.07, begin), events(2.15, end), typed((2.22, "on")))
     assert not faults(result)
-    for from_s, to_s in ((0.0, ON_S), (1.551, 1.72)):
+    for from_s, to_s in ((0.0, ON_S), (2.051, 2.22)):
         assert not result.trace.between(from_s, to_s)["gates"].any()
         assert state_at(result, to_s - 1e-3) == "AXIS_SWITCH_ON_DISABLED"
-    assert state_at(result, 1.54) == state_at(result, 1.89) == "AXIS_OPERATION_ENABLED"
+    assert state_at(result, 2.04) == state_at(result, 2.39) == "AXIS_OPERATION_ENABLED"
 
 
 # parameters of a first switching on, those of a second, and what is beyond the limits of the first alone
@@ -152,13 +152,13 @@ def test_a_latch_is_found_while_the_bridge_is_off(tmp_path):
 
 
 def test_an_encoder_that_was_cut_while_the_bridge_was_off_is_a_fault_of_the_next_switching_on(tmp_path):
-    """The gates open 0.13 s after `on`; an alignment takes 1.1 s more, an aligned drive is ready at once."""
-    cut = events(1.55, [("encoder_cut", ["1"])]) + events(1.56, [("encoder_cut", ["0"])])
-    result = play(tmp_path, 3.4, typed((ON_S, "on"), (1.52, "off"), (1.6, "on"), (1.8, "clear"), (1.82, "on")), cut)
+    """The gates open 0.13 s after `on`; an alignment takes 1.6 s more, an aligned drive is ready at once."""
+    cut = events(2.05, [("encoder_cut", ["1"])]) + events(2.06, [("encoder_cut", ["0"])])
+    result = play(tmp_path, 4.4, typed((ON_S, "on"), (2.02, "off"), (2.1, "on"), (2.3, "clear"), (2.32, "on")), cut)
     assert faults(result) == ["FAULT_ENCODER"] and "error" not in result.console
-    assert state_at(result, 1.78) == "AXIS_FAULT"
-    assert state_at(result, 2.1) == "AXIS_SWITCHED_ON", "it does not align anew"
-    assert state_at(result, 3.39) == "AXIS_OPERATION_ENABLED"
+    assert state_at(result, 2.28) == "AXIS_FAULT"
+    assert state_at(result, 2.6) == "AXIS_SWITCHED_ON", "it does not align anew"
+    assert state_at(result, 4.39) == "AXIS_OPERATION_ENABLED"
 
 
 def test_conversions_that_end_are_missed_within_two_steps_of_the_slow_loop(tmp_path):

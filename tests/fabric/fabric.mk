@@ -4,7 +4,15 @@
 
 FABRIC_GENERATE = drivers/fabric/rtl/generate.py
 FABRIC_REGISTERS = $(addprefix $(BUILD)/fabric/,contract3.h mssfoc_regs.vh mssfoc.svd)
-FABRIC_STEPS = fabric-stale fabric-lint fabric-synthesis fabric-proofs fabric-benches fabric-mutants
+FABRIC_STEPS = fabric-stale fabric-lint fabric-synthesis fabric-proofs fabric-benches fabric-lockstep fabric-mutants
+FABRIC_RTL = $(wildcard drivers/fabric/rtl/*.v)
+
+HOSTCXX ?= g++
+VERILATOR ?= verilator
+VERILATE = $(VERILATOR) --cc -O3 -Wall --x-assign fast --x-initial fast --language 1364-2005 -Idrivers/fabric/rtl \
+    -I$(BUILD)/fabric --top-module fabric_axis drivers/fabric/rtl/fabric_axis.v
+VERILATED_INCLUDE = $(shell $(VERILATOR) --getenv VERILATOR_ROOT)/include
+HOST_WARNINGS = -Wall -Wextra -Wshadow -Werror
 
 registers: $(FABRIC_REGISTERS)
 
@@ -31,10 +39,56 @@ fabric-synthesis:
 fabric-proofs:
 	@$(PYTHON) tests/fabric/prove.py
 
+# the RTL that `make run FABRIC=rtl` puts into the twin; lean: no coverage, no tracing
+AXIS = $(BUILD)/fabric/axis
+AXIS_HEADERS = qemu/twin/rtl_axis.h qemu/twin/rtl_axis.vlt
+
+$(BUILD)/fabric/axis.so: $(FABRIC_RTL) $(FABRIC_REGISTERS) qemu/twin/rtl_axis.cpp $(AXIS_HEADERS) tests/fabric/fabric.mk
+	@mkdir -p $(AXIS)
+	$(call say,VERILATE)
+	$(Q)$(VERILATE) qemu/twin/rtl_axis.vlt --Mdir $(AXIS)
+	$(Q)$(MAKE) -s -C $(AXIS) -f Vfabric_axis.mk OPT_FAST='-O3 -fPIC' OPT_SLOW='-O1 -fPIC' OPT_GLOBAL='-O2 -fPIC' \
+	    Vfabric_axis__ALL.a verilated.o verilated_threads.o > $(AXIS)/log 2>&1 || { tail -n 5 $(AXIS)/log; exit 1; }
+	$(Q)$(HOSTCXX) -std=c++17 -O3 -fPIC -shared $(HOST_WARNINGS) -Iqemu/twin -I$(AXIS) -isystem $(VERILATED_INCLUDE) \
+	    -isystem $(VERILATED_INCLUDE)/vltstd qemu/twin/rtl_axis.cpp $(AXIS)/Vfabric_axis__ALL.a $(AXIS)/verilated.o \
+	    $(AXIS)/verilated_threads.o -o $@ -lpthread
+
+axis: $(BUILD)/fabric/axis.so
+
+LOCKSTEP = $(BUILD)/fabric/lockstep
+LOCKSTEP_MODELS = pwm adc encoder gate chopper fabric_model
+LOCKSTEP_SOURCES = $(wildcard tests/fabric/lockstep/*.cpp)
+
+$(LOCKSTEP)/rtl.a: $(FABRIC_RTL) $(FABRIC_REGISTERS) tests/fabric/fabric.mk
+	@mkdir -p $(@D)
+	$(call say,VERILATE)
+	$(Q)$(VERILATE) --coverage-line --Mdir $(@D)/rtl
+	$(Q)$(MAKE) -s -C $(@D)/rtl -f Vfabric_axis.mk OPT_FAST=-O2 OPT_SLOW=-O1 Vfabric_axis__ALL.a verilated.o \
+	    verilated_cov.o verilated_threads.o > $(@D)/rtl.log 2>&1 || { tail -n 5 $(@D)/rtl.log; exit 1; }
+	@rm -f $@
+	$(Q)ar rcs $@ $(@D)/rtl/*.o
+
+# not the twin's objects: those wait for link-time optimisation by its own compiler
+$(LOCKSTEP)/%.o: qemu/twin/%.c $(wildcard qemu/twin/*.h) tests/fabric/fabric.mk
+	@mkdir -p $(@D)
+	$(call say,CC)
+	$(Q)$(HOSTCC) -std=gnu11 -O2 $(HOST_WARNINGS) -c $< -o $@
+
+$(LOCKSTEP)/lockstep: $(LOCKSTEP_SOURCES) $(wildcard tests/fabric/lockstep/*.h)
+$(LOCKSTEP)/lockstep: $(LOCKSTEP_MODELS:%=$(LOCKSTEP)/%.o) $(LOCKSTEP)/rtl.a
+	$(call say,LD)
+	$(Q)$(HOSTCXX) -std=c++17 -O2 $(HOST_WARNINGS) -Iqemu/twin -I$(LOCKSTEP)/rtl -isystem $(VERILATED_INCLUDE) \
+	    -DVM_COVERAGE=1 $(LOCKSTEP_SOURCES) $(filter %.o %.a,$^) -o $@ -lm -lpthread
+
+lockstep: $(LOCKSTEP)/lockstep
+
+fabric-lockstep: $(LOCKSTEP)/lockstep
+	@$(PYTHON) tests/fabric/lockstep.py $< 10000000
+
 fabric-benches:
 	@$(PYTHON) tests/fabric/adc_benches.py && $(PYTHON) tests/fabric/adc_benches.py --faults
 
 fabric-mutants:
 	@$(PYTHON) tests/fabric/mutate.py
 
-.PHONY: fabric registers $(FABRIC_STEPS)
+.PHONY: fabric registers lockstep axis $(FABRIC_STEPS)

@@ -10,6 +10,7 @@ FOLDER = Path(__file__).resolve().parent
 sys.path.insert(0, str(FOLDER))
 
 import lint  # noqa: E402
+import lockstep  # noqa: E402
 import mutate  # noqa: E402
 import places  # noqa: E402
 import prove  # noqa: E402
@@ -96,3 +97,13 @@ def test_stops(bench):
     assert bench["sto"] == ["high", "0", "low", "0"]
     assert bench["latched"] == ["400"] and bench["refused"] == ["0"] and bench["cleared"] == ["1"]
     assert bench["lost"] == ["48", "triggers", "3"]
+
+
+def test_lockstep_with_the_twin():
+    """In `make fabric` ten times as long. The program is made by `make lockstep`, of which `make test` takes care."""
+    code, text, hits = lockstep.play(places.REGISTERS / "lockstep" / "lockstep", 1000000, seed=2)
+    assert code == 0, text
+    assert int(text.split("no difference in ")[1].split()[0]) >= 1000000
+    every, writable = map(len, lockstep.offsets())
+    assert f"{every} of {every} read, {writable} of {writable} written" in lockstep.registers_line(text)
+    assert len(list(lockstep.coverage_lines(hits))) <= 3    # the longer run must take them all

@@ -11,14 +11,14 @@ if str(ROOT / "qemu") not in sys.path:
 PAINT = (0xC5A3C5A3).to_bytes(4, "little")  # STARTUP_STACK_PAINT, startup/startup.h
 # every command of the console and every state of the drive, so that the run goes as deep as a person can make it go
 EXERCISE = {
-    "key": "stack_exercise", "title": "every command and state, for the deepest stack", "end_s": 3.7, "preamble_s": 0.05,
+    "key": "stack_exercise", "title": "every command and state, for the deepest stack", "end_s": 4.3, "preamble_s": 0.05,
     "step": [{"t_s": t, "console": text} for t, text in (
         (0.20, "help"), (0.36, "get all"), (0.50, "status"), (0.55, "fault"), (0.58, "bogus"), (0.60, "set speed_max_rpm 1"),
-        (0.63, "@parameters"), (0.70, "clear"), (0.72, "version"), (0.75, "on"), (2.10, "speed 1500"), (2.50, "status"),
-        (2.60, "torque 1.5"), (2.65, "speed -500"), (2.80, "quickstop"), (3.00, "off"), (3.05, "on"),
-        (3.30, "speed 500"), (3.50, "fault"))]
-    + [{"t_s": 2.20, "event": "load_nm", "args": ["rated_torque_Nm"]}, {"t_s": 2.5, "event": "load_nm", "args": ["0"]},
-       {"t_s": 3.45, "event": "encoder_cut", "args": ["1"]}]}
+        (0.63, "@parameters"), (0.70, "clear"), (0.72, "version"), (0.75, "on"), (2.70, "speed 1500"), (3.10, "status"),
+        (3.20, "torque 1.5"), (3.25, "speed -500"), (3.40, "quickstop"), (3.60, "off"), (3.65, "on"),
+        (3.90, "speed 500"), (4.10, "fault"))]
+    + [{"t_s": 2.80, "event": "load_nm", "args": ["rated_torque_Nm"]}, {"t_s": 3.10, "event": "load_nm", "args": ["0"]},
+       {"t_s": 4.05, "event": "encoder_cut", "args": ["1"]}]}
 
 
 def used(stack):

@@ -26,7 +26,7 @@ KEEP_STATE = {"firmware/main.c", "firmware/system/postmortem.c"}
 GENERATED = ("contract3.h",)  # by `make registers`, into build/fabric/
 SYSTEM_HEADERS = {"<stdint.h>", "<stddef.h>", "<stdbool.h>", "<limits.h>"}
 WIDTH = 128
-CODE = (".c", ".h", ".S", ".py", ".sh", ".ld", ".mk", ".v", ".vh")
+CODE = (".c", ".cpp", ".h", ".S", ".py", ".sh", ".ld", ".mk", ".v", ".vh")
 
 FORBIDDEN_ON_TARGET = (
     (re.compile(r"\b(float|double)\b"), "floating point"),
@@ -168,7 +168,7 @@ def findings():
                 yield path, number, what
     yield from check_circles({str(path): (ROOT / path).read_text(encoding="utf-8") for path in files
                               if path.parts[0] in TARGET_ROOMS and path.suffix in (".c", ".h", ".S")})
-    yield from check_format([p for p in files if p.suffix in (".c", ".h")])
+    yield from check_format([p for p in files if p.suffix in (".c", ".cpp", ".h")])
 
 
 def main():

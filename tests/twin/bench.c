@@ -108,7 +108,7 @@ const struct sensor_params bench_sensors = {
 
 struct plant_params bench_plant(void)
 {
-    return (struct plant_params){bench_motor, bench_no_load, bench_inverter, bench_sensors, 1};
+    return (struct plant_params){bench_motor, bench_no_load, bench_inverter, bench_sensors, 1, NULL};
 }
 
 uint32_t bench_read(struct plant *p, enum bench_register r)

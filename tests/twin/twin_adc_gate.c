@@ -25,15 +25,15 @@ static void adc_conversion(void)
     bench_run(&p, 2.4e-6);
     check_hex("1.4 us after the trigger: no EOC", bench_read(&p, ADC_STATUS), 0);
     check_equal("results hold until the end", bench_read(&p, ADC_VBUS), 0);
-    check_true("no interrupt yet", !adc_interrupt(&p.adc));
+    check_true("no interrupt yet", !adc_interrupt(&p.model.adc));
     bench_run(&p, 0.2e-6);
     check_hex("1.6 us after it: EOC", bench_read(&p, ADC_STATUS), 1);
     check_equal("SEQUENCE counts it", bench_read(&p, ADC_SEQUENCE), 1);
     check_near("VBUS is there", bench_read(&p, ADC_VBUS), 24.0 / 50 * 32768, 8);
     check_near("IA is there", (int32_t)bench_read(&p, ADC_IA), 0, 16);
-    check_true("interrupt", adc_interrupt(&p.adc));
+    check_true("interrupt", adc_interrupt(&p.model.adc));
     bench_write(&p, ADC_CONTROL, 1);
-    check_true("no interrupt without IRQ_ENABLE", !adc_interrupt(&p.adc));
+    check_true("no interrupt without IRQ_ENABLE", !adc_interrupt(&p.model.adc));
     bench_write(&p, ADC_STATUS, 2);
     check_hex("writing OVERRUN leaves EOC", bench_read(&p, ADC_STATUS), 1);
     bench_write(&p, ADC_STATUS, 1);
@@ -258,14 +258,13 @@ static void a_stop_in_the_plant(enum gate_latch pin, uint32_t latch)
     bench_start(&p, &params, half_on);
     bench_run(&p, 1e-3);
     check_hex("live in the valley: the low sides", p.gates & 0x3F, 0x2A);
-    gate_pin(&p.gate, pin, true);
-    plant_update_gates(&p);
+    plant_stop(&p, pin, true);
     check_hex("a pin asks to stop: all six off at once", p.gates, 0);
     check_hex("and what the switches follow", p.inverter.gates, 0);
     check_hex("the latch says which", bench_read(&p, GATE_STATUS) & 0x1FFF, latch);
     bench_run(&p, 1e-4);
     check_hex("none comes back", p.gates, 0);
-    gate_pin(&p.gate, pin, false);
+    plant_stop(&p, pin, false);
     bench_write(&p, GATE_STATUS, latch);
     bench_run(&p, 1e-4);
     check_hex("not by clearing alone", p.gates, 0);
@@ -328,7 +327,7 @@ static void chopper(void)
     check_hex("0.7 ms after it: off", bench_read(&p, GATE_CHOPPER), 1);
     check_true("resistor, too", !p.inverter.supply.chopper_on);
     chops_at(&p, 30);
-    gate_pin(&p.gate, GATE_CLOCK_LOST, true);
+    plant_stop(&p, GATE_CLOCK_LOST, true);
     check_hex("no clock, no chopping", bench_read(&p, GATE_CHOPPER), 1);
 }
 
@@ -339,9 +338,10 @@ static void gate_shows_the_encoder(void)
     struct plant p;
     bench_start(&p, &params, half_on);
     bench_run(&p, 1e-3);
-    p.encoder.status |= 1;
+    bench_write(&p, ENC_CONTROL, 1);
+    p.model.encoder.status |= 1;
     check_hex("INDEX_SEEN is nothing wrong", bench_read(&p, GATE_STATUS), 0x01);
-    encoder_illegal(&p.encoder);
+    encoder_illegal(&p.model.encoder);
     check_hex("ILLEGAL: ENCODER; no latch, LIVE stays", bench_read(&p, GATE_STATUS), 0x21);
     bench_write(&p, GATE_STATUS, 0x20);
     check_hex("not cleared here", bench_read(&p, GATE_STATUS), 0x21);
@@ -351,11 +351,11 @@ static void gate_shows_the_encoder(void)
     check_hex("it does not hold back ENABLE", bench_read(&p, GATE_STATUS), 0x21);
     bench_write(&p, ENC_STATUS, 0x2);
     check_hex("but there", bench_read(&p, GATE_STATUS), 0x01);
-    encoder_cut(&p.encoder, true);
+    encoder_cut(&p.model.encoder, true);
     check_hex("SIGNAL_LOST: ENCODER", bench_read(&p, GATE_STATUS), 0x21);
     bench_write(&p, ENC_STATUS, 0x4);
     check_hex("as long as it lasts", bench_read(&p, GATE_STATUS), 0x21);
-    encoder_cut(&p.encoder, false);
+    encoder_cut(&p.model.encoder, false);
     bench_write(&p, ENC_STATUS, 0x4);
     check_hex("and no longer", bench_read(&p, GATE_STATUS), 0x01);
     check_hex("slots end at 256 bytes", plant_read(&p, 0x400, p.now), 0);

@@ -94,13 +94,13 @@ static void what_is_not_counted(void)
     bench_run(&p, 1e-3);
     uint32_t last = bench_read(&p, ENC_EDGE_TIME), latch = bench_read(&p, ENC_LATCH_TIME);
     check_true("edges are timed", last != 0 && latch - last < 100000);
-    encoder_freeze(&p.encoder, true);
+    encoder_freeze(&p.model.encoder, true);
     bench_run(&p, 1e-3);
     uint32_t frozen = bench_read(&p, ENC_EDGE_TIME);
     bench_run(&p, 1e-3);
     check_equal("a frozen encoder has no further edges", bench_read(&p, ENC_EDGE_TIME), frozen);
     check_equal("but time goes on: 2 ms", bench_read(&p, ENC_LATCH_TIME) - latch, 200000);
-    encoder_freeze(&p.encoder, false);
+    encoder_freeze(&p.model.encoder, false);
     bench_run(&p, 1e-3);
     check_true("and edges come again", bench_read(&p, ENC_EDGE_TIME) - frozen > 100000);
     bench_write(&p, ENC_CONTROL, 0);

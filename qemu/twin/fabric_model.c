@@ -1,0 +1,272 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* Events at the same time are taken in the order of the signal path: PWM, end of a conversion, chopper. */
+#include "fabric_model.h"
+
+#include <math.h>
+#include <string.h>
+
+#define SLOT_BYTES 0x100u
+
+enum { SLOT_PWM, SLOT_ADC, SLOT_ENCODER, SLOT_GATE, SLOTS };
+
+static struct fabric_model *model(struct fabric *f)
+{
+    return (struct fabric_model *)f;
+}
+
+static const struct fabric_model *looked_at(const struct fabric *f)
+{
+    return (const struct fabric_model *)f;
+}
+
+static uint32_t fabric_clock(double t_ps)
+{
+    return (uint32_t)(int64_t)floor(t_ps / SIM_PS_PER_FABRIC_CLOCK);
+}
+
+static void show_wires(struct fabric_model *m)
+{
+    m->fabric.live = gate_live(&m->gate);
+    m->fabric.chops = gate_chops(&m->gate);
+    m->fabric.interrupt = adc_interrupt(&m->adc);
+    m->fabric.valley_at = m->pwm.valley_at;
+}
+
+static void drive_gates(struct fabric_model *m, sim_ps at)
+{
+    pwm_catch_up(&m->pwm, at);
+    pwm_set_live(&m->pwm, gate_live(&m->gate));
+    m->fabric.gates = gate_follow(&m->gate, m->pwm.outputs);
+    adc_see_gates(&m->adc, m->fabric.gates, at);
+    show_wires(m);
+}
+
+static void reset(struct fabric *f, sim_ps now)
+{
+    struct fabric_model *m = model(f);
+    pwm_reset(&m->pwm, now);
+    adc_reset(&m->adc);
+    encoder_reset(&m->encoder, m->encoder.edges);
+    gate_reset(&m->gate);
+    drive_gates(m, now);
+}
+
+/* ---- events ---- */
+
+static sim_ps earlier(sim_ps a, sim_ps b)
+{
+    return a < b ? a : b;
+}
+
+static sim_ps next_event(struct fabric *f)
+{
+    const struct fabric_model *m = looked_at(f);
+    return earlier(pwm_next_event(&m->pwm), earlier(m->adc.done_at, m->gate.chopper.old_at));
+}
+
+/* Of an edge the physics notices nothing until a switch follows it. */
+static bool needs_physics(struct fabric *f)
+{
+    const struct fabric_model *m = looked_at(f);
+    return next_event(f) != pwm_next_event(&m->pwm) || pwm_triggers_next(&m->pwm);
+}
+
+static unsigned take_pwm_event(struct fabric_model *m, sim_ps at)
+{
+    bool triggers = pwm_take_event(&m->pwm);
+    m->fabric.valley_at = m->pwm.valley_at;
+    if (triggers || m->pwm.outputs != m->fabric.gates) {
+        drive_gates(m, at);
+    }
+    if (triggers) {
+        encoder_latch(&m->encoder, fabric_clock((double)at));
+    }
+    return triggers ? FABRIC_TRIGGERED : 0;
+}
+
+/* An overrun is found, and cuts the gates, a clock before the results are there. */
+static unsigned end_conversion(struct fabric_model *m)
+{
+    sim_ps at = m->adc.done_at;
+    if (adc_finish(&m->adc)) {
+        bool cut = gate_live(&m->gate);
+        gate_adc_overrun(&m->gate);
+        if (cut) {
+            adc_see_cut(&m->adc, at - SIM_PS_PER_FABRIC_CLOCK);
+        }
+        drive_gates(m, at);
+    }
+    chopper_sample(&m->gate.chopper, adc_vbus(&m->adc), at);
+    show_wires(m);
+    return FABRIC_CONVERTED;
+}
+
+static unsigned take_event(struct fabric *f)
+{
+    struct fabric_model *m = model(f);
+    sim_ps at = next_event(f);
+    if (at == pwm_next_event(&m->pwm)) {
+        return take_pwm_event(m, at);
+    }
+    if (at == m->adc.done_at) {
+        return end_conversion(m);
+    }
+    chopper_grow_old(&m->gate.chopper);
+    show_wires(m);
+    return 0;
+}
+
+static void catch_up(struct fabric *f, sim_ps now)
+{
+    pwm_catch_up(&model(f)->pwm, now);
+}
+
+static sim_ps next_trigger(struct fabric *f)
+{
+    return pwm_next_trigger(&looked_at(f)->pwm);
+}
+
+static sim_ps next_conversion_end(struct fabric *f)
+{
+    const struct fabric_model *m = looked_at(f);
+    if (m->adc.done_at != SIM_NEVER) {
+        return m->adc.done_at;
+    }
+    sim_ps trigger_at = pwm_next_trigger(&m->pwm);
+    return !adc_listens(&m->adc) || trigger_at == SIM_NEVER ? SIM_NEVER : trigger_at + m->conversion;
+}
+
+/* ---- converters ---- */
+
+static bool listens(const struct fabric *f)
+{
+    return adc_listens(&looked_at(f)->adc);
+}
+
+static void convert(struct fabric *f, const uint32_t code[4], sim_ps now)
+{
+    struct fabric_model *m = model(f);
+    adc_start(&m->adc, code, now, now + m->conversion);
+}
+
+static void sample(struct fabric *f, int channel, uint32_t code)
+{
+    adc_sample(&model(f)->adc, channel, code);
+}
+
+static bool converting(const struct fabric *f)
+{
+    return looked_at(f)->adc.done_at != SIM_NEVER;
+}
+
+static void sense(struct fabric *f, uint32_t code)
+{
+    adc_sense(&model(f)->adc, code);
+}
+
+/* ---- pins ---- */
+
+static void stop(struct fabric *f, enum gate_latch which, bool stops, sim_ps now)
+{
+    struct fabric_model *m = model(f);
+    gate_pin(&m->gate, which, stops);
+    drive_gates(m, now);
+}
+
+static void turn(struct fabric *f, const struct shaft_way *way, const struct index_pulse *pulse)
+{
+    struct encoder *e = &model(f)->encoder;
+    e->edges = way->edges - way->moved;
+    encoder_follow(e, way->edges, pulse);
+    encoder_miscount(e, way->miscounted);
+    encoder_time_edge(e, fabric_clock(way->last_edge_ps));
+}
+
+static void show_hall(struct fabric *f, unsigned state, double changed_ps)
+{
+    encoder_show_hall(&model(f)->encoder, state, fabric_clock(changed_ps));
+}
+
+static void disturb_cable(struct fabric *f, enum cable_fault fault, int64_t value)
+{
+    struct encoder *e = &model(f)->encoder;
+    switch (fault) {
+    case CABLE_CUT:
+        encoder_cut(e, value != 0);
+        break;
+    case CABLE_FROZEN:
+        encoder_freeze(e, value != 0);
+        break;
+    case CABLE_REVERSED:
+        encoder_reverse(e, value != 0);
+        break;
+    case CABLE_ILLEGAL:
+        encoder_illegal(e);
+        break;
+    default:
+        encoder_slip(e, value);
+        break;
+    }
+}
+
+static void disguise(struct fabric *f, bool other)
+{
+    model(f)->gate.id_xor = other ? 1u : 0u;
+}
+
+/* ---- registers ---- */
+
+static uint32_t read(struct fabric *f, uint32_t offset, sim_ps now)
+{
+    struct fabric_model *m = model(f);
+    uint32_t within = offset % SLOT_BYTES;
+    catch_up(f, now);
+    switch (offset % 4 != 0 ? SLOTS : offset / SLOT_BYTES) {
+    case SLOT_PWM:
+        return pwm_read(&m->pwm, within);
+    case SLOT_ADC:
+        return adc_read(&m->adc, within);
+    case SLOT_ENCODER:
+        return encoder_read(&m->encoder, within);
+    case SLOT_GATE:
+        gate_mirror(&m->gate, encoder_faulty(&m->encoder), adc_overran(&m->adc), adc_beyond_limit(&m->adc));
+        return gate_read(&m->gate, within);
+    default:
+        return 0;
+    }
+}
+
+static void write(struct fabric *f, uint32_t offset, uint32_t value, sim_ps now)
+{
+    struct fabric_model *m = model(f);
+    uint32_t within = offset % SLOT_BYTES;
+    catch_up(f, now);
+    switch (offset % 4 != 0 ? SLOTS : offset / SLOT_BYTES) {
+    case SLOT_PWM:
+        pwm_write(&m->pwm, within, value);
+        break;
+    case SLOT_ADC:
+        adc_write(&m->adc, within, value);
+        break;
+    case SLOT_ENCODER:
+        encoder_write(&m->encoder, within, value);
+        break;
+    case SLOT_GATE:
+        gate_write(&m->gate, within, value);
+        break;
+    default:
+        break;
+    }
+    drive_gates(m, now);
+}
+
+void fabric_model_init(struct fabric_model *m, sim_ps conversion)
+{
+    static const struct fabric_ops ops = {
+        reset,   read,    write,  next_event, needs_physics, take_event, catch_up, next_trigger, next_conversion_end,
+        listens, convert, sample, converting, sense,         stop,       turn,     show_hall,    disturb_cable,
+        disguise};
+    memset(m, 0, sizeof *m);
+    m->fabric.ops = &ops;
+    m->conversion = conversion;
+}

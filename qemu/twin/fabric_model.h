@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The fabric as C models of its four blocks, and the wires between them. */
+#ifndef TWIN_FABRIC_MODEL_H
+#define TWIN_FABRIC_MODEL_H
+
+#include "adc.h"
+#include "fabric.h"
+#include "pwm.h"
+
+struct fabric_model {
+    struct fabric fabric; /* first: the plant knows no more of it */
+    struct pwm pwm;
+    struct adc adc;
+    struct encoder encoder;
+    struct gate gate;
+    sim_ps conversion; /* from the trigger to its end */
+};
+
+void fabric_model_init(struct fabric_model *m, sim_ps conversion);
+
+#endif

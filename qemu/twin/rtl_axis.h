@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The verilated fabric_axis as a shared library: clocks and pins. The one function it exports is rtl_axis_open(). */
+#ifndef TWIN_RTL_AXIS_H
+#define TWIN_RTL_AXIS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define RTL_AXIS_VERSION 1
+
+struct rtl_inputs {
+    bool rst_n, psel, penable, pwrite;
+    uint16_t paddr;
+    uint32_t pwdata;
+    bool overcurrent, driver_fault, sto_a_n, sto_b_n, clock_ok;
+    uint8_t sdata, hall; /* bits: bus voltage C B A; C B A */
+    bool temp_sdata, a, b, index, lost;
+};
+
+struct rtl_outputs {
+    uint32_t prdata;
+    uint8_t high, low; /* bits: C B A */
+    bool chopper, irq, cs_n, sclk, temp_cs_n, temp_sclk;
+    bool trigger, live; /* wires between the blocks */
+};
+
+/* Registers of the PWM, to tell how long it will decide nothing. */
+struct rtl_pwm {
+    uint32_t control, period, phase, dead, min_pulse, mode, trigger[2], count;
+    uint32_t newest[3], compare[3], left[3];
+    bool running, rising, waiting[3], fresh, side[3], on[3];
+};
+
+struct rtl_axis;
+
+struct rtl_axis_calls {
+    unsigned version;
+    struct rtl_axis *(*create)(void);
+    /* What the outputs are with these inputs, in the present clock. */
+    void (*settle)(struct rtl_axis *axis, const struct rtl_inputs *in, struct rtl_outputs *out);
+    /* At most so many clocks with still inputs; ends behind the first that changes an output. Returns how many it took. */
+    uint64_t (*run)(struct rtl_axis *axis, uint64_t clocks, struct rtl_outputs *out);
+    void (*look)(const struct rtl_axis *axis, struct rtl_pwm *pwm);
+};
+
+const struct rtl_axis_calls *rtl_axis_open(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
