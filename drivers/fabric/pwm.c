@@ -49,3 +49,31 @@ bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup)
     pwm->COMPARE_C = setup->half_counts / 2u;
     return holds(&pwm->CONTROL, PWM_CONTROL_RUN);
 }
+
+/* So far from either end neither a trigger nor a turn comes between looking and stopping. */
+#define END_COUNTS 256u
+#define END_POLLS  128u
+
+/* Where the carrier is, as PHASE wants it; if it does not move, the valley. */
+static uint32_t position(const struct pwm_regs *pwm)
+{
+    const uint32_t half_counts = pwm->PERIOD;
+    for (uint32_t poll = 0; poll < END_POLLS; poll++) {
+        const uint32_t rising = pwm->STATUS & PWM_STATUS_RISING;
+        const uint32_t count = pwm->COUNT;
+        if (count > END_COUNTS && count + END_COUNTS < half_counts) {
+            return rising == 0u ? count : count | PWM_PHASE_RISING;
+        }
+    }
+    return half_counts;
+}
+
+bool pwm_set_update(struct pwm_regs *pwm, enum pwm_update update)
+{
+    if (pwm->MODE == (uint32_t)update) {
+        return true;
+    }
+    const uint32_t from = position(pwm);
+    return comes_to_rest(pwm) && holds(&pwm->MODE, (uint32_t)update) && holds(&pwm->PHASE, from) &&
+           holds(&pwm->CONTROL, PWM_CONTROL_RUN);
+}

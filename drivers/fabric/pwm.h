@@ -11,6 +11,9 @@
 #ifndef DRIVERS_FABRIC_PWM_H
 #define DRIVERS_FABRIC_PWM_H
 
+#include <stdbool.h>
+#include <stdint.h>
+
 #include "drivers/board.h"
 #include "drivers/reg.h"
 
@@ -30,14 +33,16 @@ struct pwm_regs {
     volatile uint32_t COMPARE_C;
 };
 
-#define PWM_CONTROL_RUN     (1u << 0)
-#define PWM_CONTROL_BRAKE   (1u << 1)
-#define PWM_CONTROL_FOLLOW  (1u << 2)
-#define PWM_STATUS_RUNNING  (1u << 0)
-#define PWM_STATUS_RISING   (1u << 1)
-#define PWM_STATUS_WAITING  (1u << 2)
-#define PWM_TRIGGER_FALLING (1u << 16)
-#define PWM_TRIGGER_RISING  (1u << 17)
+#define PWM_CONTROL_RUN      (1u << 0)
+#define PWM_CONTROL_BRAKE    (1u << 1)
+#define PWM_CONTROL_FOLLOW   (1u << 2)
+#define PWM_STATUS_RUNNING   (1u << 0)
+#define PWM_STATUS_RISING    (1u << 1)
+#define PWM_STATUS_WAITING   (1u << 2)
+#define PWM_STATUS_FELL_BACK (7u << 4) /* any phase */
+#define PWM_PHASE_RISING     (1u << 16)
+#define PWM_TRIGGER_FALLING  (1u << 16)
+#define PWM_TRIGGER_RISING   (1u << 17)
 
 /* Half a period in counts: shorter ones have no room for a trigger and an interrupt, longer ones no bits. */
 #define PWM_HALF_MIN 16u
@@ -66,5 +71,19 @@ struct pwm_setup {
  * read back. Whether it runs, the conversions show. Context: thread.
  */
 bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup);
+
+/*
+ * Another mode of update, nothing else changed; nothing at all is written if it is the present one. The carrier rests for the
+ * write, so the bridge must be off, and goes on from where it stood: one period is some 50 clocks longer. Returns false, with
+ * the PWM at rest, if that does not come about. Near an end it waits, for 5 us at most. Context: any that the current loop's
+ * interrupt may break into, while nobody else sets up the PWM.
+ */
+bool pwm_set_update(struct pwm_regs *pwm, enum pwm_update update);
+
+/* Whether a phase of the newest set of compares could not act at once and waited for the next end. Any context. */
+static inline bool pwm_fell_back(const struct pwm_regs *pwm)
+{
+    return (pwm->STATUS & PWM_STATUS_FELL_BACK) != 0u;
+}
 
 #endif

@@ -98,6 +98,18 @@ static void begin_quick_stop(struct axis *a)
     enter(a, AXIS_QUICK_STOP);
 }
 
+static void make_ready(struct axis *a)
+{
+    if (!pwm_set_update(&a->fabric->pwm, a->tuning.update)) {
+        axis_raise(a, FAULT_FABRIC);
+        return;
+    }
+    current_loop_tune(&a->loop, &a->tuning);
+    gate_set_chopper(&a->fabric->gate, a->tuning.chopper_on_q15, a->tuning.chopper_off_q15);
+    reaction_begin(&a->reactions);
+    enter(a, AXIS_READY);
+}
+
 /*
  * Requests were checked when they were made, against the state as it is now unless a fault or the end of a stop has come in
  * between: then the state no longer allows them, and they are dropped.
@@ -109,10 +121,7 @@ static void take_request(struct axis *a)
     switch (wanted) {
     case AXIS_REQUEST_ON:
         if (a->state == AXIS_SWITCH_ON_DISABLED) {
-            current_loop_tune(&a->loop, &a->tuning);
-            gate_set_chopper(&a->fabric->gate, a->tuning.chopper_on_q15, a->tuning.chopper_off_q15);
-            reaction_begin(&a->reactions);
-            enter(a, AXIS_READY);
+            make_ready(a);
         }
         break;
     case AXIS_REQUEST_OFF:

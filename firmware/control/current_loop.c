@@ -52,12 +52,12 @@ _Static_assert(CONFIG_BUS_STEPS % 8 == 0, "the gains take an eighth of it");
 /* Beyond 32 knees, half of the range, nothing is left to compensate. */
 #define DEAD_SHIFT_MAX 5
 
-/* 1.5 periods at a speed of 1.0 = 1/16 turn a period, in radians */
-#define TURN_PER_W_Q15 19302
+/* Half a period at a speed of 1.0 = 1/16 turn a period, in radians. */
+#define TURN_PER_HALF_Q15 6434
 
 /*
- * The largest turn, at 0.62 CONFIG_SPEED_BASE_HZ; beyond it the voltages lag. Larger ones could turn a saturated voltage back
- * inside the circle, where the integral would not see that it is limited.
+ * The largest turn, at 0.62 CONFIG_SPEED_BASE_HZ for 1.5 periods; beyond it the voltages lag. Larger ones could turn a
+ * saturated voltage back inside the circle, where the integral would not see that it is limited.
  */
 #define TURN_MAX_Q15 11900
 
@@ -80,6 +80,8 @@ void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
 {
     c->encoder_scale_q32 = t->encoder_scale_q32;
     c->ripple_q10 = t->ripple_q10;
+    c->turn_per_w_q15 = t->delay_halves * TURN_PER_HALF_Q15;
+    c->fell_back = 0u;
     c->dead_shift = 0u;
 }
 
@@ -110,6 +112,7 @@ static int32_t publish(volatile struct current_loop *c, const struct fabric *f)
     const int32_t vbus_q15 = adc_vbus_q15(&f->adc);
     c->vbus_q15 = vbus_q15;
     c->radius_q15 = v_q15(CONFIG_RADIUS_STEPS, vbus_q15);
+    c->fell_back += pwm_fell_back(&f->pwm) ? 1u : 0u;
     c->v_d_q15 = v_q15(c->v_d_steps, vbus_q15);
     c->v_q_q15 = v_q15(c->v_q_steps, vbus_q15);
     return vbus_q15;
@@ -205,7 +208,7 @@ void current_loop_follow(volatile struct current_loop *c, const struct fabric *f
     if (c->ripple_q10 != 0) {
         follow_ripple(c);
     }
-    c->turn_q15 = q15_clamp((w_q15 * TURN_PER_W_Q15) >> 15, -TURN_MAX_Q15, TURN_MAX_Q15);
+    c->turn_q15 = q15_clamp((w_q15 * c->turn_per_w_q15) >> 15, -TURN_MAX_Q15, TURN_MAX_Q15);
     if (c->status_max == UINT32_MAX) {
         rest(c);
         return;

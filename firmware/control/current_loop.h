@@ -95,7 +95,9 @@ struct current_loop {
     uint32_t dead_shift; /* the current from which dead time is compensated in full is 2^dead_shift times the knee */
     const struct tuning *gains_of; /* what the gains are from, NULL: none are set; and the bus voltage they are for */
     int32_t gains_vbus_q15;
-    int32_t kp_q_rated_q9; /* of q without kp + ki: where iron saturates, at rated current */
+    int32_t kp_q_rated_q9;  /* of q without kp + ki: where iron saturates, at rated current */
+    int32_t turn_per_w_q15; /* by how much the frame turns until the voltages act, at a speed of 1.0 */
+    uint32_t fell_back;     /* milliseconds since the tuning in which the newest voltage had to wait for an end */
 };
 
 /* Electrical speed of the rotor: Q15, 1.0 = CONFIG_SPEED_BASE_HZ. Any context. */

@@ -6,7 +6,7 @@
  * A compare is half of the time for which a phase's high side is wished on; the dead time shortens either side's by itself.
  * Each lies within the period, with a shortest pulse at least on both sides, for any voltage inside the circle and any current:
  * a compensation is within half a dead time, and the circle keeps room for it; tests/target checks it at the corners. The
- * currents, too, are those of 1.5 periods later (stage_regulate.h): they choose the sign of the compensation. A caller that
+ * currents, too, are those of when the voltages act (stage_regulate.h): they choose the sign of the compensation. A caller that
  * gives them halved widens its knee to twice the current, and so on.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_MODULATE_H

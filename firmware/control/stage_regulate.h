@@ -2,9 +2,9 @@
 /*
  * Third stage of the current loop: currents to voltages, in the frame of the field. ISR, constant time.
  *
- * The voltages computed from the sample at the start of period k take effect at the start of period k+1 and act, on average, in
- * its middle: 1.5 periods after the sample. The frame has turned on by then, and the voltages with it (lib/advance.h). v_d
- * is limited first, by a constant; what the circle leaves for v_q comes from a table (lib/limit.h).
+ * The voltages computed from a sample act, on average, a half to one and a half periods later (settings/delay.h). The frame has
+ * turned on by then, and the voltages with it (lib/advance.h). v_d is limited first, by a constant; what the circle leaves for
+ * v_q comes from a table (lib/limit.h).
  */
 #ifndef FIRMWARE_CONTROL_STAGE_REGULATE_H
 #define FIRMWARE_CONTROL_STAGE_REGULATE_H

@@ -87,6 +87,18 @@ static void put_warnings(struct session *s)
     }
 }
 
+/* The newest voltage of each millisecond is looked at, since the last `on`. */
+static void put_update(struct session *s)
+{
+    text_put(&s->out, "voltages act: ");
+    text_put(&s->out, message_of_update(s->axis->tuning.update));
+    if (s->axis->tuning.update == PWM_UPDATE_ONCE) {
+        text_put(&s->out, ", milliseconds in which one had to wait for the next end: ");
+        text_put_int(&s->out, (int32_t)s->axis->loop.fell_back);
+    }
+    text_put_line(&s->out, "");
+}
+
 static void run_status(struct session *s, char *const *words)
 {
     (void)words;
@@ -110,6 +122,7 @@ static void run_status(struct session *s, char *const *words)
     text_put(&s->out, "current loop: ");
     text_put_int(&s->out, (int32_t)measure_current_loop_cycles(&s->axis->time_ms));
     text_put_line(&s->out, " cycles");
+    put_update(s);
     text_put(&s->out, "memory errors corrected: ");
     text_put_int(&s->out, (int32_t)sysreg_edac_corrected());
     text_put_line(&s->out, "");
@@ -121,7 +134,13 @@ static void run_status(struct session *s, char *const *words)
 static void run_on(struct session *s, char *const *words)
 {
     (void)words;
-    answer(s, axis_switch_on(s->axis));
+    const struct outcome outcome = axis_switch_on(s->axis);
+    answer(s, outcome);
+    if (outcome.error == ERROR_NONE) {
+        text_put(&s->out, "phase margin of the current loop: ");
+        text_put_int(&s->out, s->axis->tuning.current_margin_u16 * 360 / 65536);
+        text_put_line(&s->out, " degrees");
+    }
 }
 
 static void run_off(struct session *s, char *const *words)

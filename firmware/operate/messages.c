@@ -19,7 +19,7 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SPEED_MAX_BEYOND_OVERSPEED] = "speed_max_rpm must be below overspeed_rpm",
     [ERROR_V_MIN_BELOW_MODULATOR] = "v_min_mv must be at least a quarter of v_range_mv: the modulator's range",
     [ERROR_SPEED_BEYOND_OBSERVER] = "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical",
-    [ERROR_CURRENT_MARGIN] = "current_bw_hz leaves less than 45 degrees of phase margin: at most @",
+    [ERROR_CURRENT_MARGIN] = "current_bw_hz leaves too little phase margin with this pwm_update: at most @",
     [ERROR_SPEED_MARGIN] = "speed_bw_hz leaves less than 45 degrees of phase margin: at most @",
     [ERROR_SPEED_RESOLUTION] =
         "speed_bw_hz is too much for encoder_counts with this inertia_gmm2 and i_max_ma: at most @",
@@ -154,6 +154,12 @@ const char *message_of_reaction(enum reaction reaction)
 {
     static const char *const names[REACTION_COUNT] = {"off", "stop", "warn"};
     return reaction < REACTION_COUNT ? names[reaction] : "unknown";
+}
+
+const char *message_of_update(enum pwm_update update)
+{
+    static const char *const names[] = {"at the valley", "at both ends", "at once"};
+    return update < sizeof names / sizeof names[0] ? names[update] : "unknown";
 }
 
 /* A word of a command has no blanks, so '_' stands for one. */

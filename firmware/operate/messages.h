@@ -21,4 +21,7 @@ enum fault message_find_fault(const char *name);
 
 const char *message_of_reaction(enum reaction reaction);
 
+/* When voltages act. */
+const char *message_of_update(enum pwm_update update);
+
 #endif

@@ -2,23 +2,42 @@
 #include "firmware/settings/margins.h"
 
 #include "firmware/settings/config.h"
+#include "firmware/settings/delay.h"
 #include "lib/polar.h"
 
 #define TURN_U16         65536
 #define MARGIN_U16       (TURN_U16 * MARGIN_DEG / 360)
-#define INTEGRAL_LAG_U16 2486     /* 13.654 degrees */
-#define CROSSOVER_E4     10291    /* of the speed loop over its bandwidth */
-#define SPEED_BW_MAX_HZ  1024     /* where bisection begins: beyond any */
-#define SIN_15_OVER_PI   823846LL /* 2 sin(15 degrees) / (2 pi) in 1e-7 */
+#define INTEGRAL_LAG_U16 2486 /* 13.654 degrees */
+#define PI_Q15           102944LL
+#define Q15_UNITY        32768
+#define CROSSOVER_E4     10291 /* of the speed loop over its bandwidth */
+#define SPEED_BW_MAX_HZ  1024  /* where bisection begins: beyond any */
 
 /* Of the speed loop, in microseconds: see margins.h. */
 #define SLOW_US  (1000000 / (int32_t)CONFIG_SLOW_HZ)
 #define LOOP_US  (1000000 / (int32_t)CONFIG_PWM_HZ)
 #define DELAY_US (SLOW_US + LOOP_US + SLOW_US / 8)
 
-int32_t margin_current_bw_hz(void)
+/* a / (2 pi) at the limit, in 1e-7: 2 sin(15), 2 tan(22.5), 2 sin(30 degrees). */
+static const int32_t largest_e7[] = {
+    [PWM_UPDATE_VALLEY] = 823846,
+    [PWM_UPDATE_ENDS] = 1318483,
+    [PWM_UPDATE_ONCE] = 1591549,
+};
+
+int32_t margin_current_bw_hz(enum pwm_update update)
 {
-    return (int32_t)(CONFIG_PWM_HZ * SIN_15_OVER_PI / 10000000);
+    return (int32_t)((int64_t)CONFIG_PWM_HZ * largest_e7[update] / 10000000);
+}
+
+/* x / 2 is the angle whose sine, or tangent, is a / 2. */
+int32_t margin_of_current_u16(int32_t current_bw_hz, enum pwm_update update)
+{
+    const int32_t half_q15 = (int32_t)(current_bw_hz * PI_Q15 / CONFIG_PWM_HZ);
+    const int32_t beside_q15 = update == PWM_UPDATE_ENDS
+                                   ? Q15_UNITY
+                                   : polar_root_down((uint32_t)(Q15_UNITY * Q15_UNITY - half_q15 * half_q15));
+    return TURN_U16 / 4 - delay_halves(update) * (int32_t)(atan2_q32(half_q15, beside_q15) >> 16);
 }
 
 int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz, int32_t torque_mean_ms)

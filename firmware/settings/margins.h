@@ -2,9 +2,8 @@
 /*
  * What bandwidths leave a phase margin of MARGIN_DEG: the drive refuses more, and names the largest that works. Thread.
  *
- * Current loop. Between sample and new voltage passes a period, the plant integrates: L(z) = a / (z (z - 1)) with
- * a = 2 pi f / f_pwm.
- * |L| = 1 where a = 2 sin(x / 2), x in radians a sample, and the margin there is 90 degrees - 1.5 x: 45 degrees at x = 30.
+ * Current loop: delay.h. With voltages that act at once the limit is a = 1, 60 degrees of margin: there a sample's whole error
+ * is gone at the next one. More would overshoot and swing from sample to sample, long before the margin is 45 degrees.
  *
  * Speed loop. L = w/s (1 + w/(4s)) crosses over at 1.0291 w. From the 90 degrees there go
  *   13.65 degrees to the integral, atan(1/4.1166),
@@ -28,7 +27,10 @@
 #define MARGIN_COUNTS_ASK 10
 
 /* The largest current_bw_hz with the margin. */
-int32_t margin_current_bw_hz(void);
+int32_t margin_current_bw_hz(enum pwm_update update);
+
+/* The phase margin of the current loops at a bandwidth, in 65536ths of a turn. Range: up to the largest bandwidth. */
+int32_t margin_of_current_u16(int32_t current_bw_hz, enum pwm_update update);
 
 /* The phase margin of the speed loop at a bandwidth, in 65536ths of a turn. Range: 1 Hz and more. */
 int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz, int32_t torque_mean_ms);

@@ -40,7 +40,8 @@ struct params {
     int32_t ramp_rpm_s;         /* slope of the speed reference */
     int32_t stop_max_ms;        /* a quick stop that takes longer ends with the bridge off */
     int32_t current_bw_hz;      /* crossover of the current loops */
-    int32_t speed_bw_hz;        /* crossover of the speed loop */
+    int32_t pwm_update;  /* when voltages act: 0 from the next valley on, 1 from the next end on, 2 at once (delay.h) */
+    int32_t speed_bw_hz; /* crossover of the speed loop */
     int32_t torque_mean_ms; /* where a shaft swings: the speed loop asks for the mean over so long; 1: for each wish */
     /* supervision: firmware/axis/ */
     int32_t i_rated_ma;         /* current that the motor carries for ever, peak */

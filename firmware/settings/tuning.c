@@ -68,12 +68,13 @@ static struct outcome refuse(enum error error, int32_t works)
 }
 
 /* The bandwidths against what they would leave. */
-static struct outcome check_margins(const struct params *p, const struct tuning *t)
+static struct outcome check_margins(const struct params *p, struct tuning *t)
 {
-    const int32_t current_bw_hz = margin_current_bw_hz();
+    const int32_t current_bw_hz = margin_current_bw_hz(t->update);
     if (p->current_bw_hz > current_bw_hz) {
         return refuse(ERROR_CURRENT_MARGIN, current_bw_hz);
     }
+    t->current_margin_u16 = margin_of_current_u16(p->current_bw_hz, t->update);
     const int32_t resolved_hz = margin_resolution_bw_hz(p, t);
     if (p->speed_bw_hz > resolved_hz) {
         return resolved_hz < 1 ? outcome_of(ERROR_SPEED_UNRESOLVED) : refuse(ERROR_SPEED_RESOLUTION, resolved_hz);

@@ -12,6 +12,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "drivers/fabric/pwm.h"
 #include "firmware/settings/error.h"
 #include "firmware/settings/params.h"
 #include "firmware/settings/rates.h"
@@ -28,6 +29,9 @@ struct tuning_align {
 
 struct tuning {
     /* current loop */
+    enum pwm_update update;
+    int32_t delay_halves;       /* from sample to voltage, half PWM periods: delay.h */
+    int32_t current_margin_u16; /* phase margin, in 65536ths of a turn */
     int32_t kp_d_q12, kp_q_q12; /* V/A per unit */
     int32_t ki_q17;             /* per sample */
     int32_t iron_rest_q15;      /* L_q at rated current by that at another, i: this at i = 0, */

@@ -5,6 +5,7 @@
  * the internal model control method", IEEE Trans. Ind. Appl. 34(1), 1998).
  */
 #include "firmware/settings/config.h"
+#include "firmware/settings/delay.h"
 #include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
@@ -15,6 +16,9 @@
 #define IRON_GROWS_LIMIT 65535 /* times a square of a current: 32 bits */
 #define Q15_UNITY        32768
 #define GAIN_LIMIT       32767 /* gains are 16 bit, to be multiplied with 16-bit values */
+#define KP_LIMIT         131071
+
+_Static_assert((int64_t)KP_LIMIT *(CONFIG_BUS_STEPS / 8) <= INT32_MAX, "the current loop multiplies kp with so much");
 
 /* The reactance w L as a fraction of v_range/i_range, times `one`: uH are 1e-6 H, 2 pi has 6 decimals more. */
 static int64_t reactance(const struct params *p, int32_t inductance_uh, int32_t frequency_hz, int64_t one)
@@ -27,7 +31,7 @@ static enum error tune_gains(const struct params *p, struct tuning *t)
 {
     const int64_t kp_d = reactance(p, p->ld_uh, p->current_bw_hz, 1 << 12);
     const int64_t kp_q = reactance(p, p->lq_uh, p->current_bw_hz, 1 << 12);
-    if (kp_d > GAIN_LIMIT || kp_q > GAIN_LIMIT) {
+    if (kp_d > KP_LIMIT || kp_q > KP_LIMIT) {
         return ERROR_CURRENT_GAIN;
     }
     /* Ki Ts: mohm are 1e-3 ohm, 2 pi has 3 decimals more */
@@ -96,6 +100,8 @@ static void tune_ripple(const struct params *p, struct tuning *t)
 enum error tuning_current(const struct params *p, struct tuning *t)
 {
     const enum error problem = tune_gains(p, t);
+    t->update = (enum pwm_update)p->pwm_update;
+    t->delay_halves = delay_halves(t->update);
     tune_ripple(p, t);
     tune_iron(p, t);
     return problem != ERROR_NONE ? problem : tune_decoupling(p, t);

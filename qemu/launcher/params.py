@@ -38,6 +38,7 @@ SOURCES = {
     "ramp_rpm_s": ("motor", "control", "ramp_rpm_s", 1),
     "stop_max_ms": ("motor", "control", "stop_max_s", 1e3),
     "current_bw_hz": ("motor", "control", "current_bw_hz", 1),
+    "pwm_update": ("motor", "control", "pwm_update", 1),
     "speed_bw_hz": ("motor", "control", "speed_bw_hz", 1),
     "torque_mean_ms": ("motor", "control", "torque_mean_s", 1e3),
     "i_rated_ma": ("motor", "rating", "rated_current_a", 1e3),

@@ -132,6 +132,7 @@ MOTOR_TABLES = {
         "lq_rest_h": Key(0, 10, 0.0, "where lq_h is that of rated current: of q without current, incremental; 0: as lq_h"),
         "stop_max_s": Key(0.1, 3600, BY_RULE, "a quick stop that takes longer ends with the bridge off"),
         "current_bw_hz": Key(1, 1e5, BY_RULE, "crossover of the current loops"),
+        "pwm_update": _whole(0, 2, 0, "when voltages act: 0 from the next valley on, 1 from the next end on, 2 at once"),
         "speed_bw_hz": Key(1e-2, 1e4, BY_RULE, "crossover of the speed loop"),
         "torque_mean_s": Key(1e-3, 4e-3, 1e-3, "where a shaft swings: the speed loop asks for the mean torque over so long")},
 }

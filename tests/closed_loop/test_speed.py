@@ -80,5 +80,5 @@ def test_bandwidths_that_would_not_be_stable_are_refused_with_what_would_work(tm
              said(0.24, "on"), said(0.25, "set speed_bw_hz 63"), said(0.26, "set current_bw_hz 1800"), said(0.27, "on")]
     result = play(tmp_path, 0, *lines, end_s=0.3)
     assert result.console.count("speed_bw_hz leaves less than 45 degrees of phase margin: at most 63") == 2
-    assert "current_bw_hz leaves less than 45 degrees of phase margin: at most 1647" in result.console
+    assert "current_bw_hz leaves too little phase margin with this pwm_update: at most 1647" in result.console
     assert not result.trace.between(0.22, 0.3)["gate_live"].any()

@@ -112,6 +112,69 @@ static void test_pwm_update(void)
     harness_equal("pwm: compares read as written", FABRIC0->pwm.COMPARE_A, 1300u);
 }
 
+/* Whether a set written shortly behind the valley still waits: at once, behind the peak, behind the next valley. */
+static uint32_t waits_in(enum pwm_update update)
+{
+    harness_true("pwm: another mode", pwm_set_update(&FABRIC0->pwm, update));
+    harness_equal("pwm: it is the one", FABRIC0->pwm.MODE, (uint32_t)update);
+    wait_valley();
+    write_compares(update == PWM_UPDATE_ONCE ? 1400u : 1100u);
+    wait_counts(4u);
+    uint32_t waiting = waits() ? 1u : 0u;
+    wait_counts(HALF_COUNTS + 100u);
+    waiting |= waits() ? 2u : 0u;
+    wait_valley();
+    return waiting | (waits() ? 4u : 0u);
+}
+
+static void test_pwm_modes(void)
+{
+    harness_equal("pwm: at the valley", waits_in(PWM_UPDATE_VALLEY), 3u);
+    harness_equal("pwm: at the next end", waits_in(PWM_UPDATE_ENDS), 1u);
+    harness_equal("pwm: at once", waits_in(PWM_UPDATE_ONCE), 0u);
+    harness_true("pwm: nothing had to wait", !pwm_fell_back(&FABRIC0->pwm));
+    wait_valley();
+    wait_counts(200u);
+    write_compares(HALF_COUNTS - 100u);
+    wait_counts(4u);
+    harness_true("pwm: too late for so long a pulse", waits() && pwm_fell_back(&FABRIC0->pwm));
+    wait_counts(HALF_COUNTS);
+    harness_true("pwm: it acts from the peak on", !waits() && pwm_fell_back(&FABRIC0->pwm));
+    wait_valley();
+    wait_counts(200u);
+    write_compares(1000u);
+    wait_counts(4u);
+    harness_true("pwm: too late to shorten it as well", waits() && pwm_fell_back(&FABRIC0->pwm));
+    wait_valley();
+    wait_counts(200u);
+    write_compares(1200u);
+    wait_counts(4u);
+    harness_true("pwm: the next set acts at once again", !waits() && !pwm_fell_back(&FABRIC0->pwm));
+}
+
+/* Counts from the valley, 0 ... 2 HALF_COUNTS - 1. */
+static uint32_t way(void)
+{
+    const uint32_t count = FABRIC0->pwm.COUNT;
+    return (FABRIC0->pwm.STATUS & PWM_STATUS_RISING) != 0u ? HALF_COUNTS + count : HALF_COUNTS - count;
+}
+
+/* From any place: behind the valley, half way down, half way up, before the valley. */
+static void test_pwm_goes_on(void)
+{
+    static const uint32_t places[4] = {50u, HALF_COUNTS / 2u, HALF_COUNTS * 3u / 2u, 2u * HALF_COUNTS - 400u};
+    for (uint32_t n = 0; n < 4u; n++) {
+        wait_valley();
+        wait_counts(places[n]);
+        const uint32_t from = way();
+        harness_true("pwm: mode changed on the way", pwm_set_update(&FABRIC0->pwm, (enum pwm_update)(n & 1u)));
+        const uint32_t gone = way() - from;
+        harness_true("pwm: the carrier goes on from where it stood", gone < 500u);
+        harness_true("pwm: it runs", (FABRIC0->pwm.STATUS & PWM_STATUS_RUNNING) != 0u);
+    }
+    harness_true("pwm: the mode of the other tests", pwm_set_update(&FABRIC0->pwm, PWM_UPDATE_VALLEY));
+}
+
 /* ---- ADC ---- */
 
 static volatile uint32_t adc_calls, adc_first_tick, adc_last_tick, adc_statuses, adc_still_set, adc_sequence_steps;
@@ -316,6 +379,8 @@ int main(void)
         test_pwm_init();
         test_pwm_locked();
         test_pwm_update();
+        test_pwm_modes();
+        test_pwm_goes_on();
         test_adc();
         test_encoder();
         test_gate();

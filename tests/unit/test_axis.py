@@ -253,3 +253,23 @@ def test_heat_lowers_the_limit_of_both_modes(c, world):
         w.step()
         assert w.axis.torque.i_limit_q15 == w.axis.tuning.i_max_q15 // 2
         assert w.axis.torque.limits.high <= w.axis.tuning.i_max_q15 // 2 + 1
+
+
+@pytest.mark.parametrize("update", (0, 1, 2))
+def test_switching_on_tells_the_pwm_when_voltages_act(c, world, update):
+    """While the gates are off. What it is set to already stays untouched."""
+    w = world("SWITCH_ON_DISABLED")
+    w.axis.params.pwm_update, pwm = update, w.fabric.pwm
+    pwm.MODE, pwm.PERIOD, pwm.COUNT, pwm.PHASE, pwm.STATUS = 1, 2500, 1000, 77, 0
+    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert w.step() == "SWITCHED_ON" and w.fabric.gate.CONTROL == 0
+    assert (pwm.MODE, pwm.PHASE, pwm.CONTROL) == ((1, 77, pwm.CONTROL) if update == 1 else (update, 1000, 1))
+    assert w.axis.tuning.delay_halves == 3 - update
+
+
+def test_a_pwm_that_takes_no_other_mode_is_a_fault(c, world):
+    w = world("SWITCH_ON_DISABLED")
+    w.axis.params.pwm_update, w.fabric.pwm.STATUS = 2, 1  # it goes on running
+    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    w.step(3)
+    assert w.axis.faults.cause == c.FAULT_FABRIC and w.fabric.gate.CONTROL == 0 and w.fabric.pwm.MODE == 0

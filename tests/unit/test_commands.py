@@ -72,7 +72,12 @@ def test_status(operator, c):
     assert operator("status") == [
         "state: quick stop active", "fault: over-temperature", "speed: -1500.062 rpm, reference 1600.500 rpm",
         "current: d -0.101 A, q 2.002 A, reference d -0.303 A, q 4.004 A", "bus: 24.000 V, winding: 83 degC",
-        "current loop: 217 cycles", "memory errors corrected: 0", "up: 5.017 s"]
+        "current loop: 217 cycles", "voltages act: at the valley", "memory errors corrected: 0", "up: 5.017 s"]
+    operator.axis.tuning.update, operator.axis.loop.fell_back = c.PWM_UPDATE_ENDS, 77
+    operator.type(b"")
+    assert operator("status")[6] == "voltages act: at both ends"
+    operator.axis.tuning.update = c.PWM_UPDATE_ONCE
+    assert operator("status")[6] == "voltages act: at once, milliseconds in which one had to wait for the next end: 77"
 
 
 def test_status_of_a_hot_motor_that_was_warned_of(operator, c):
@@ -199,13 +204,13 @@ def test_what_works_is_passed_on(operator, c):
     axis.request, axis.state = c.AXIS_REQUEST_NONE, c.AXIS_SWITCH_ON_DISABLED
     axis.loop.vbus_q15 = 20000
     axis.params.i_range_ma, axis.params.v_range_mv = 23571, 57528
-    assert operator("on") == ["ok"] and axis.request == c.AXIS_REQUEST_ON
+    assert operator("on") == ["ok", "phase margin of the current loop: 62 degrees"] and axis.request == c.AXIS_REQUEST_ON
 
 
 def test_an_error_shows_what_would_work(operator):
     operator.axis.params.i_range_ma, operator.axis.params.v_range_mv = 23571, 57528
     operator.axis.params.current_bw_hz = 1648
-    assert operator("on") == ["error: current_bw_hz leaves less than 45 degrees of phase margin: at most 1647"]
+    assert operator("on") == ["error: current_bw_hz leaves too little phase margin with this pwm_update: at most 1647"]
 
 
 def test_help_has_a_line_for_each_command(operator):

@@ -158,15 +158,28 @@ def frame(loop, c, hz, forced):
     loop.pll.speed_q32 = 88888888 if forced else w_q32
 
 
+@pytest.mark.parametrize("update, periods", ((0, Fraction(3, 2)), (1, 1), (2, Fraction(1, 2))))
 @pytest.mark.parametrize("forced", (False, True))
 @pytest.mark.parametrize("hz", (0, 100, -100, 700, -700, 1249, -1249))
-def test_the_frame_turns_on_until_the_voltages_act(c, loop, hz, forced):
-    """For a period and a half, in radians; limited where the voltages would leave the circle."""
+def test_the_frame_turns_on_until_the_voltages_act(c, loop, hz, forced, update, periods):
+    """By when they act, in radians; limited where the voltages would leave the circle."""
     loop, fabric, tuning = loop
+    tuning = compute(c, {**shipped(), "pwm_update": update})[2]
+    c.current_loop_tune(loop, tuning)
     frame(loop, c, hz, forced)
     c.current_loop_follow(loop, fabric, tuning)
-    exact = Fraction(3, 2) * hz / PWM_HZ * 2 * PI * 32768
+    exact = periods * hz / PWM_HZ * 2 * PI * 32768
     near(loop.turn_q15, max(-TURN_MAX, min(TURN_MAX, exact)), 2)
+
+
+def test_voltages_that_had_to_wait_are_counted_from_on_to_on(c, loop):
+    loop, fabric, tuning = loop
+    for status, count in ((0x03, 0), (0x13, 1), (0x43, 2), (0x73, 3), (0x07, 3), (0x20, 4)):
+        fabric.pwm.STATUS = status
+        c.current_loop_follow(loop, fabric, tuning)
+        assert loop.fell_back == count
+    c.current_loop_tune(loop, tuning)
+    assert loop.fell_back == 0
 
 
 @pytest.mark.parametrize("forced", (False, True))

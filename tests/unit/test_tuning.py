@@ -62,6 +62,7 @@ def drawn(draw):
     p["chopper_off_mv"] = p["v_max_mv"] * 85 // 100
     p["speed_max_rpm"] = draw.randint(1, max(1, min(20000, 60000 // p["pole_pairs"])))
     p["overspeed_rpm"] = p["speed_max_rpm"] + draw.randint(1, 100)
+    p["pwm_update"] = draw.randint(0, 2)
     return p
 
 
@@ -77,6 +78,7 @@ def exact(c, p):
     count = Fraction(60 * SLOW_HZ * 16, p["encoder_counts"])  # a count a slow period, rpm Q4
     i_max_q15 = Fraction(p["i_max_ma"] * 32768, p["i_range_ma"])
     return {
+        "update": Fraction(p["pwm_update"]), "delay_halves": Fraction(3 - p["pwm_update"]),
         "kp_d_q12": reactance["d"] * p["current_bw_hz"] * 4096, "kp_q_q12": reactance["q"] * p["current_bw_hz"] * 4096,
         "ki_q17": 2 * PI * p["current_bw_hz"] * Fraction(p["resistance_mohm"], 1000) * per_unit / PWM_HZ * 2**17,
         "x_d_q11": reactance["d"] * BASE_HZ * 2048, "x_q_q11": reactance["q"] * BASE_HZ * 2048,
@@ -143,7 +145,7 @@ def test_any_parameters(c):
         error, _, tuning = compute(c, p)
         seen[error] = seen.get(error, 0) + 1
         value = exact(c, p)
-        fits = {"ERROR_CURRENT_GAIN": max(value["kp_d_q12"], value["kp_q_q12"]) < 32767.5,
+        fits = {"ERROR_CURRENT_GAIN": max(value["kp_d_q12"], value["kp_q_q12"]) < 131071.5,
                 "ERROR_CURRENT_INTEGRAL_GAIN": 0.5 <= value["ki_q17"] < 32767.5,
                 "ERROR_DECOUPLING": max(value[name] for name in ("x_d_q11", "x_q_q11", "emf_q12", "r_q12")) < 32767.5,
                 "ERROR_SPEED_GAIN": (value["speed_kp_q16"] >= 0.5

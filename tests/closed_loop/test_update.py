@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: MIT
+"""When voltages act (parameter pwm_update): the loop is the one that firmware/settings/delay.h derives, in each mode; at once
+is quicker than at the valley; modes change while off; a phase that cannot act at once, at full modulation, does no harm."""
+import cmath
+import math
+import re
+
+import numpy as np
+import pytest
+
+from launcher import simulate
+from launcher.drive import load_drive
+
+VALLEY, ENDS, ONCE = range(3)
+PWM_HZ, ON_S = 20000, 0.15
+MOTOR = "teknic_m2310p"
+
+
+def sweep(tmp_path, update, current_bw_hz, detune="", **plant):
+    params = {"pwm_update": update, "current_bw_hz": current_bw_hz}
+    result = simulate("current_sweep", out_dir=tmp_path, overrides={"params": params}, detune=detune, **plant)
+    assert result.figures["faults"].value == "NONE"
+    value = {name: figure.value for name, figure in result.figures.items()}
+    return {axis: (value[f"phase margin of i_{axis}"], value[f"bandwidth of i_{axis}, -90 degrees"]) for axis in "qd"}
+
+
+def expected(update, current_bw_hz):
+    """(phase margin in degrees, Hz at which the closed loop lags by 90) of a D(z) / (z - 1)."""
+    a = 2 * math.pi * current_bw_hz / PWM_HZ
+    hz = np.linspace(1, PWM_HZ / 2, 200000)
+    z = np.exp(2j * math.pi * hz / PWM_HZ)
+    loop = a * {VALLEY: 1 / z, ENDS: (1 + 1 / z) / 2, ONCE: 1}[update] / (z - 1)
+    crossover = np.flatnonzero(np.abs(loop) < 1)[0]
+    closed = np.unwrap(np.angle(loop / (1 + loop)))
+    return 180 + math.degrees(cmath.phase(loop[crossover])), hz[np.flatnonzero(closed < -math.pi / 2)[0]]
+
+
+@pytest.mark.parametrize("update, current_bw_hz", [(VALLEY, 1000), (ENDS, 1000), (ENDS, 1300), (ONCE, 1000), (ONCE, 2000)])
+def test_the_swept_loop_is_the_one_that_was_derived(tmp_path, update, current_bw_hz):
+    margin_deg, lag_hz = expected(update, current_bw_hz)
+    for measured_deg, measured_hz in sweep(tmp_path, update, current_bw_hz, plant="ideal", spread=0).values():
+        assert measured_deg == pytest.approx(margin_deg, abs=2)
+        assert measured_hz == pytest.approx(lag_hz, rel=0.04)
+
+
+@pytest.mark.parametrize("detune, least_hz, least_deg", [
+    ("", 3500, 60), ("ld_uh/0.7 lq_uh/0.7", 3500, 35), ("ld_uh/1.5 lq_uh/1.5", 2400, 35)])
+def test_at_once_on_the_full_plant_and_with_inductances_told_wrongly(tmp_path, detune, least_hz, least_deg):
+    for measured_deg, measured_hz in sweep(tmp_path, ONCE, 2000, detune, plant="full", spread=1).values():
+        assert measured_hz >= least_hz and measured_deg >= least_deg
+
+
+def test_a_step_at_once_does_not_overshoot(tmp_path):
+    result = simulate("current_step", out_dir=tmp_path, overrides={"params": {"pwm_update": ONCE, "current_bw_hz": 2000}})
+    assert result.passed and result.figures["i_q overshoot, linear step"].value <= 5
+    wish, current = result.trace["i_q_ref_A"], result.trace["i_q_true_A"]
+    jump = int(np.argmax(np.diff(wish))) + 1
+    low, high = np.mean(current[jump - 100:jump - 1]), np.mean(current[jump + 100:jump + 300])
+    assert np.abs(current[jump + 7:jump + 300] - high).max() < 0.05 * (high - low)
+
+
+def said(t_s, text):
+    return {"t_s": t_s, "console": text}
+
+
+def play(tmp_path, steps, end_s, overrides=None):
+    scenario = {"key": "update", "end_s": end_s, "preamble_s": 0.05, "step": [said(ON_S, "on"), *steps],
+                "figure": [{"name": "overruns", "kind": "overruns", "max": 0}]}
+    return simulate(scenario, motor=MOTOR, out_dir=tmp_path, overrides=overrides, plant="full", spread=1)
+
+
+def faults(result):
+    return {result.enums["fault"][int(code)] for code in np.unique(result.trace["fault"])} - {"FAULT_NONE"}
+
+
+def test_modes_change_while_off_and_only_then(tmp_path):
+    """No sample is lost and none comes twice, and the alignment holds."""
+    up_s = ON_S + load_drive(MOTOR).names()["on_time_s"] + 0.05
+    steps = [said(up_s, "speed 600"), said(up_s + 0.3, "quickstop")]
+    then_s = up_s + 0.8
+    for update in (ONCE, ENDS, VALLEY):
+        steps += [said(then_s, f"set pwm_update {update}"), said(then_s + 0.02, "on"), said(then_s + 0.2, "status"),
+                  said(then_s + 0.25, "speed 600"), said(then_s + 0.6, "quickstop")]
+        then_s += 1.1
+    result = play(tmp_path, steps, then_s)
+    assert not faults(result)
+    assert result.figures["overruns"].value == 0
+    assert re.findall(r"voltages act: ([a-z ]+)", result.console) == ["at once", "at both ends", "at the valley"]
+    assert re.findall(r"loop: (\d+) degrees", result.console) == ["62", "80", "72", "62"]
+    window = result.trace.between(then_s - 0.75, then_s - 0.5)
+    assert np.mean(window["speed_rad_s"]) * 30 / math.pi == pytest.approx(600, rel=0.02)
+
+
+def test_a_mode_is_not_changed_while_on(tmp_path):
+    up_s = ON_S + load_drive(MOTOR).names()["on_time_s"] + 0.05
+    result = play(tmp_path, [said(up_s, "set pwm_update 2")], up_s + 0.1)
+    assert "parameters can change only while the drive is off" in result.console
+
+
+@pytest.mark.parametrize("current_bw_hz", [2000, 3183])
+def test_full_modulation_at_once(tmp_path, current_bw_hz):
+    """A bus too low for the speed: the voltage stands at its circle, each phase's longest pulses act half a period late."""
+    ripple = {}
+    for update, bandwidth_hz in ((VALLEY, 1000), (ONCE, current_bw_hz)):
+        overrides = {"inverter": {"supply": {"vbus_v": 19.5}}, "params": {"pwm_update": update, "current_bw_hz": bandwidth_hz}}
+        up_s = ON_S + load_drive(MOTOR, overrides).names()["on_time_s"] + 0.05
+        steps = [said(up_s, "speed 4000"), {"t_s": up_s + 1.2, "event": "load_nm", "args": [0.05]}, said(up_s + 1.7, "status")]
+        result = play(tmp_path, steps, up_s + 1.8, overrides)
+        assert not faults(result)
+        window = result.trace.between(up_s + 1.4, up_s + 1.7)
+        assert 3000 < np.mean(window["speed_rad_s"]) * 30 / math.pi < 3900
+        ripple[update] = np.std(window["i_d_true_A"])
+    waited_ms = int(re.search(r"had to wait for the next end: (\d+)", result.console)[1])
+    assert waited_ms > 500
+    assert ripple[ONCE] < 1.1 * ripple[VALLEY]
