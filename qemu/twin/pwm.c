@@ -43,7 +43,7 @@ static bool legs_enabled(const struct pwm *p)
 
 static bool leg_wish(const struct pwm *p, int k)
 {
-    return wish(p, k) && !(p->control & BRAKE);
+    return p->running && !(p->control & BRAKE) && wish(p, k);
 }
 
 /* ---- for how long nothing is decided ---- */
@@ -215,8 +215,8 @@ static void glide(struct pwm *p, int64_t clocks)
             leg->left = leg->left > clocks ? leg->left - (uint32_t)clocks : (leg->left > 1 ? 1 : leg->left);
         } else {
             uint32_t before = p->rising ? p->count + way - 1 : p->count - way + 1;
-            bool wished = wish_for(p->compare[k].active, p->running ? before : p->count, p->rising);
-            *leg = (struct pwm_leg){wished && !(p->control & BRAKE), false, p->dead};
+            bool wished = wish_for(p->compare[k].active, before, p->rising);
+            *leg = (struct pwm_leg){wished && p->running && !(p->control & BRAKE), false, p->dead};
         }
     }
     p->count = p->rising ? p->count + way : p->count - way;

@@ -62,7 +62,7 @@ static unsigned outputs(const struct reference *r)
 static void clock_leg(const struct reference *r, struct reference *n, int k)
 {
     const struct reference_leg *leg = &r->leg[k];
-    bool wish = wished(r, r->active[k]) && !(r->control & 2);
+    bool wish = r->running && !(r->control & 2) && wished(r, r->active[k]);
     if (!enabled(r)) {
         n->leg[k] = (struct reference_leg){wish, false, r->dead};
     } else if (leg->left / 2 != 0) {
@@ -349,8 +349,8 @@ static void brake(void)
     pwm_write(&p, 0x00, 2);
     reach(&p, 59 * clock_ps);
     check_hex("not before a dead time", p.outputs, 0);
-    reach(&p, 78 * clock_ps); /* a leg that wished high at rest keeps to its shortest pulse first */
-    check_hex("BRAKE: the low sides, whatever the compares say", p.outputs, 0x2A);
+    reach(&p, 62 * clock_ps);
+    check_hex("BRAKE: the low sides, and no high side first, whatever the compares say", p.outputs, 0x2A);
     pwm_set_live(&p, false);
     check_hex("and off at once without LIVE", p.outputs, 0);
 }

@@ -73,7 +73,7 @@ module pwm (
                          .rising(rising), .to_valley(to_valley), .to_peak(to_peak));
 
     wire [47:0] newest = {compare_c, compare_b, compare_a};
-    wire [2:0]  wish_leg = wish & {3{!brake}};
+    wire [2:0]  wish_leg = wish & {3{running && !brake}}; // not at rest, or a brake from there would begin with a high side
     genvar k;
     generate
         for (k = 0; k < 3; k = k + 1) begin : leg

@@ -61,5 +61,6 @@ end
 wire f_first  = count == trigger_1[15:0] && (rising ? trigger_1[17] : trigger_1[16]);
 wire f_second = count == trigger_2[15:0] && (rising ? trigger_2[17] : trigger_2[16]);
 always @(posedge clk) if (f_ran && $past(rst_n)) assert (trigger == $past(running && (f_first || f_second)));
-// while braking the wish is all low sides, while running what the compares say
-always @* if (f_ran) assert (wish_leg == (brake ? 3'd0 : wish));
+// at rest and while braking the wish is all low sides, else what the compares say: so a brake from rest turns no high side on
+// (pwm_leg.vh)
+always @* if (f_ran) assert (wish_leg == (brake || !running ? 3'd0 : wish));

@@ -76,6 +76,10 @@ always @* if (f_ran && enable && f_was_enabled) begin
     if (high && f_for_high > {2'd0, f_shortest}) assert (f_was_wish);
     if (low && f_for_low > {2'd0, f_shortest}) assert (!f_was_wish);
 end
+// no high side that nobody has wished since the leg was off
+reg f_wished;
+always @(posedge clk) f_wished <= rst_n && (wish || (enable && f_wished));
+always @* if (f_ran && !(f_wished || f_was_reset)) assert (!side && !high);
 // what induction needs to know besides
 always @* if (f_ran && enable) begin
     if (!on) begin
