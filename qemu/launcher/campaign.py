@@ -79,14 +79,15 @@ def _chosen(wanted, there_are, what):
 
 # ---- one case ------------------------------------------------------------------------------------------------------
 
-def run_case(case, folder, build=None, qemu=None):
+def run_case(case, folder, build=None, qemu=None, aligned=False):
     """Plays the case and leaves its file. A run that could not be made is a result, too: its error is in the file."""
     from .simulate import simulate
 
     outcome = {"motor": case.motor, "scenario": case.scenario, "seed": case.seed, "detune": case.detune}
     with tempfile.TemporaryDirectory(prefix="mssfoc-") as scratch:
         try:
-            result = simulate(case.scenario, case.motor, case.seed, scratch, build, qemu, detune=case.detune)
+            result = simulate(case.scenario, case.motor, case.seed, scratch, build, qemu, detune=case.detune,
+                              aligned=aligned)
             outcome |= {"passed": result.passed, "error": None, "simulated_s": result.scenario.end_s,
                         "figures": [_figure(figure) for figure in result.figures.values()]}
         except LauncherError as error:

@@ -69,6 +69,8 @@ def _parser():
                              help="what the firmware is told wrongly: 'resistance_mohm*1.3 flux_uwb*0.8' (default: $DETUNE)")
         command.add_argument("--fabric", default=os.environ.get("FABRIC") or "model",
                              help="model: the twin's C models; rtl: the verilated RTL (default: $FABRIC or model)")
+        command.add_argument("--start", default=os.environ.get("START") or "found", choices=("found", "aligned"),
+                             help="found: the drive finds where its rotor stands; aligned: it knows (default: $START or found)")
         command.add_argument("--scenario", help="file of qemu/scenarios",
                              default=os.environ.get("SCENARIO") or None if name == "run" else None)
         if name == "run":
@@ -128,7 +130,8 @@ def _run(options):
 
 
 def _plant(options):
-    return {"plant": options.plant, "spread": options.spread, "detune": options.detune, "fabric": options.fabric}
+    return {"plant": options.plant, "spread": options.spread, "detune": options.detune, "fabric": options.fabric,
+            "aligned": options.start == "aligned"}
 
 
 def _console(options):

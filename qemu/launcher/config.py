@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The text file that configures the twin for one run (format: qemu/twin, one item a line)."""
+from . import aligned
 from .drive import preamble, twin_items
 from .errors import LauncherError
 from .probes import code_of
@@ -29,6 +30,7 @@ def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cy
     if scenario.preamble_s is not None:
         lines += [f"event {scenario.preamble_s:.9g} console {text}" for text in preamble(drive)]
     lines += [f"event {_event(step, symbols)}" for step in steps]
+    lines += aligned.lines(symbols, enums) if drive.aligned else []
     lines += [f"after state={_codes(step.after, enums)} {_event(step, symbols)}" for step in late]
     return "\n".join(lines) + "\n"
 

@@ -26,7 +26,8 @@ LEAD_S = 0.1       # how far simulated time may be ahead
 
 
 def live_console(motor, seed, build=None, qemu=None, scenario=None, **plant):
-    """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric as in simulate()."""
+    """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric, aligned, as
+    simulate() has them."""
     drive, arguments, environment, progress = _prepared(motor, seed, build, qemu, scenario, plant)
     print(f"{drive.motor.name} on {drive.inverter.name}. Its parameters are typed for you; then try:\n"
           "  on     (wait a second)     speed 1500     status     speed 0     off     help\n"
@@ -65,7 +66,7 @@ def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
     check_ranges(drive, ranges_of(symbols))
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
-    probes, enums = make_probes(symbols, drive) if plan.late or plan.holds else ([], None)
+    probes, enums = make_probes(symbols, drive) if plan.late or plan.holds or drive.aligned else ([], None)
     written = {"progress": files["progress"], **fabric_files(fabric, build)}
     write(config, twin_config(drive, plan, seed, probes, written, symbols, enums=enums))
     line = command(checked, image, config, "stdio,id=console,mux=on,signal=off", extra)

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field
 
+from .aligned import ON_TIME_S
 from .data import complete, load_inverter, load_motor
 from .effects import parse_plant
 from .params import coarse_notes, detuned, exact_params
@@ -31,6 +32,7 @@ class Drive:
 
     `motor` and `inverter` are nominal, as the firmware knows them. The plant is what `plant`, `spread` and `seed` make of them:
     see plant_items(). `notes` are lines for the report; `changed` says which parameters are not from the data files, and why.
+    `aligned`: the firmware gets to know where the rotor stands (aligned.py).
     """
     motor: object
     inverter: object
@@ -41,6 +43,7 @@ class Drive:
     params: dict = field(default_factory=dict)
     changed: dict = field(default_factory=dict)
     notes: list = field(default_factory=list)
+    aligned: bool = False
 
     @property
     def load_inertia_kgm2(self):
@@ -63,6 +66,8 @@ class Drive:
 
         The rotor hangs on the current like a pendulum, w0^2 = p Kt I / J; firmware/settings/tuning_start.c has the same.
         """
+        if self.aligned:
+            return ON_TIME_S
         told, true = (self._swing_s(inertia) for inertia in (self.params["inertia_gmm2"] * 1e-9, self.inertia_kgm2))
         rest_s = REST_TIME_S + (AXES_TIME_S if self._reluctant else 0)
         way_hz = WAY_SHARE * self.params["speed_max_rpm"] / 60 * self.params["pole_pairs"]
@@ -183,7 +188,7 @@ class Drive:
         return self.params[name] / 1000
 
 
-def load_drive(motor_name, overrides=None, plant="full", spread=0, seed=1, detune=""):
+def load_drive(motor_name, overrides=None, plant="full", spread=0, seed=1, detune="", aligned=False):
     """The motor by name, its inverter, and overrides: {"motor": {table: {key: value}}, "inverter": ..., "params": ...}.
 
     plant, spread, seed, detune   as PLANT (effects.py), SPREAD (spread.py), SEED and DETUNE (params.py)
@@ -194,7 +199,7 @@ def load_drive(motor_name, overrides=None, plant="full", spread=0, seed=1, detun
     inverter = load_inverter(motor.inverter, motor.path)
     inverter.override(overrides.get("inverter", {}))
     complete(motor, inverter)
-    drive = Drive(motor, inverter, parse_plant(plant), check_spread(spread), seed, str(detune or "").strip())
+    drive = Drive(motor, inverter, parse_plant(plant), check_spread(spread), seed, str(detune or "").strip(), aligned=aligned)
     exact = exact_params(drive)
     drive.notes = coarse_notes(exact)
     drive.params, drive.changed = detuned({name: round(value) for name, value in exact.items()}, drive.detune)

@@ -62,7 +62,7 @@ def check_seed(seed):
 
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
              show=None, dumps=None, cycles=None, way_of=None, plant="full", spread=1, detune="", csv=False,
-             start_angle=None, fabric="model"):
+             start_angle=None, fabric="model", aligned=False):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
@@ -71,6 +71,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     plant      which effects the plant has (effects.py); spread: how far its parameters scatter (spread.py), 0 is nominal
     detune     what the firmware is told wrongly (params.py)
     start_angle  electrical degrees from phase A to the rotor's d axis at first, whatever the seed draws
+    aligned    whether the firmware knows where the rotor stands, so that its start is short (aligned.py)
     out_dir    where twin.cfg, trace.bin, irq.bin, console.txt and qemu.log go (default: run/ of the build folder)
     overrides  {"motor": {table: {key: value}}, "inverter": {...}, "params": {"i_max_ma": 5000}}
     dumps      {file name: (address, bytes)}: memory of the target, written to that file in out_dir when the run ends
@@ -81,7 +82,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     show       called as it goes, with the simulated seconds done and planned: a late start makes a run longer
     """
     seed = check_seed(seed)
-    drive = load_drive(motor, with_start_angle(overrides, motor, start_angle), plant, spread, seed, detune)
+    drive = load_drive(motor, with_start_angle(overrides, motor, start_angle), plant, spread, seed, detune, aligned)
     plan = load_scenario(scenario, drive)
     build = build_dir(build)
     checked_qemu = Qemu(qemu)

@@ -59,6 +59,7 @@ static const struct syntax {
     {"lockup_reset", EVENT_LOCKUP_RESET, "", "lockup_reset"},
     {"poke", EVENT_POKE, "aw", "poke ADDRESS WORD"},
     {"poke_rom", EVENT_POKE_ROM, "ah", "poke_rom ADDRESS HALFWORD"},
+    {"poke_offset", EVENT_POKE_OFFSET, "aw", "poke_offset ADDRESS ADDRESS_OF_ANGLE"},
 };
 
 static bool number(const char *word, double min, double max, double *value)

@@ -49,6 +49,7 @@ enum event_kind {
     EVENT_LOCKUP_RESET,
     EVENT_POKE,
     EVENT_POKE_ROM,
+    EVENT_POKE_OFFSET,
 };
 
 struct event {

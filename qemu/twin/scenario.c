@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "scenario.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "console.h"
 #include "qemu_api.h"
 #include "sysreg.h"
+
+#define TURN_RAD 6.283185307179586
 
 static struct scenario_board board;
 static struct event *queue, *next, *end; /* what is to come, in order of time; with room for all late events */
@@ -145,6 +148,24 @@ static void poke(const struct event *e)
     }
 }
 
+static uint32_t read_word(uint32_t address)
+{
+    uint8_t b[4];
+    vm_read_memory(address, b, sizeof b);
+    return b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
+}
+
+/* By how much the d axis is ahead of the angle that stands at the second address, 2^32 a turn. */
+static void poke_offset(struct event e)
+{
+    const struct motor *m = &board.plant->motor;
+    const double turns = m->p.pole_pairs * m->theta_rad / TURN_RAD;
+    const uint32_t axis = (uint32_t)(int64_t)llround((turns - floor(turns)) * 4294967296.0);
+    e.kind = EVENT_POKE;
+    e.word = axis - read_word(e.word);
+    poke(&e);
+}
+
 /* What happens to the MSS. */
 static void disturb_device(const struct event *e)
 {
@@ -250,6 +271,9 @@ static void play(const struct event *e)
     case EVENT_POKE:
     case EVENT_POKE_ROM:
         poke(e);
+        break;
+    case EVENT_POKE_OFFSET:
+        poke_offset(*e);
         break;
     }
 }

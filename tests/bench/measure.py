@@ -17,7 +17,7 @@ from launcher.drive import load_drive
 from launcher.errors import LauncherError
 from launcher.load import cpu_load, load_irqlog
 from launcher.paths import REPO, build_dir, shown
-from launcher.probes import Symbols
+from launcher.probes import Symbols, make_probes
 from launcher.qemu import Image, Qemu, command, escape, run_to_end
 from launcher.recording import read_recording
 from launcher.scenario import load_scenario
@@ -27,22 +27,22 @@ MOTOR = "teknic_m2310p"
 CLOSING = re.compile(r"(?m)^bench: (\d+) rows\r?$")
 WALL_S = 300.0
 CURRENT_LOOP_EXCEPTION = 16 + 34  # FabricIrq0
-EXCLUDED_BEFORE_S = 1.95          # start-up and alignment, which has a handler of its own
+EXCLUDED_BEFORE_S = 0.45          # start-up and the sensors' zeros, which have a handler of their own
 ZERO_WAIT = ("cycles.apb_read 0", "cycles.apb_write 0")
 
 # Both directions, with and without load, standstill and the steps between them; no fault.
 CLOSED_LOOP = {
-    "key": "bench", "title": "what the benchmark runs in closed loop", "end_s": 6.25, "preamble_s": 0.05,
+    "key": "bench", "title": "what the benchmark runs in closed loop", "end_s": 3.6, "preamble_s": 0.05,
     "step": [
-        {"t_s": 0.20, "console": "on"},
-        {"t_s": 2.05, "console": "speed 1500"},
-        {"t_s": 2.25, "event": "load_nm", "args": ["rated_torque_Nm"]},
-        {"t_s": 2.45, "event": "load_nm", "args": ["0"]},
-        {"t_s": 2.55, "console": "speed -1500"},
-        {"t_s": 3.55, "event": "load_nm", "args": ["-rated_torque_Nm"]},
-        {"t_s": 4.15, "console": "speed 50"},
-        {"t_s": 5.15, "console": "speed 3000"},
-        {"t_s": 6.15, "console": "status"},
+        {"t_s": 0.15, "console": "on"},
+        {"t_s": 0.50, "console": "speed 1500"},
+        {"t_s": 0.85, "event": "load_nm", "args": ["rated_torque_Nm"]},
+        {"t_s": 1.05, "event": "load_nm", "args": ["0"]},
+        {"t_s": 1.15, "console": "speed -1500"},
+        {"t_s": 1.80, "event": "load_nm", "args": ["-rated_torque_Nm"]},
+        {"t_s": 2.10, "console": "speed 50"},
+        {"t_s": 2.70, "console": "speed 3000"},
+        {"t_s": 3.45, "console": "status"},
     ],
 }
 
@@ -178,12 +178,14 @@ def _row(cycles, instructions):
 
 def closed_loop(build, out_dir, seed, settings=(), changed=None):
     """The two rows of the current loop's interrupt, from the twin's log of a run of the drive."""
-    qemu, image, drive = Qemu(), Image(build), load_drive(MOTOR, changed)
+    qemu, image, drive = Qemu(), Image(build), load_drive(MOTOR, changed, aligned=True)
     out_dir.mkdir(parents=True, exist_ok=True)
     paths = {name: (out_dir / name).resolve() for name in ("progress", "irqlog", "console", "qemu.log", "twin.cfg")}
     plan = load_scenario(CLOSED_LOOP, drive)
     files = {"progress": paths["progress"], "irqlog": paths["irqlog"]}
-    text = twin_config(drive, plan, seed, [], files, Symbols(image.elf))
+    symbols = Symbols(image.elf)
+    probes, enums = make_probes(symbols, drive)
+    text = twin_config(drive, plan, seed, probes, files, symbols, enums=enums)
     paths["twin.cfg"].write_text(text + "".join(f"{line}\n" for line in settings))
     arguments = command(qemu, image, paths["twin.cfg"], f"file,id=console,path={escape(paths['console'])}")
     run_to_end(arguments, qemu.environment(), plan.end_s, paths["progress"], paths["qemu.log"])

@@ -7,7 +7,7 @@ import pytest
 from launcher import simulate
 from launcher.drive import console_params, load_drive
 
-OPERATION_S = 2.1  # when a drive that was switched on at 0.1 s is in operation
+OPERATION_S = 0.4  # when a drive that was switched on at 0.1 s, and knows where its rotor stands, is in operation
 GAP_S = 0.02  # between lines: an answer of 200 characters at 115200 baud takes 17 ms
 
 
@@ -16,7 +16,7 @@ def answers(tmp_path, lines, start_s=0.1, before=(), gap_s=GAP_S):
     steps = [{"t_s": t, "console": line} for t, line in before]
     steps += [{"t_s": start_s + i * gap_s, "console": line} for i, line in enumerate(lines)]
     result = simulate({"end_s": start_s + (len(lines) + 2) * gap_s, "step": steps, "expect_refusal": ".*"}, out_dir=tmp_path,
-                      plant="ideal", spread=0)
+                      plant="ideal", spread=0, aligned=True)
     exchanges = result.console.split("\n> ")[1:] if "\n> " in result.console else []
     replies = [part.split("\n", 1) for part in exchanges][len(before):]
     assert [echo for echo, *_ in replies[:len(lines)]] == [line for line in lines], result.console
@@ -62,7 +62,7 @@ def test_bad_input_gets_one_line_and_changes_nothing(tmp_path):
 def test_over_long_line_is_refused_whole(tmp_path):
     line = "set pole_pairs 7" + " " * 100
     result = simulate({"end_s": 0.2, "step": [{"t_s": 0.05, "console": line}, {"t_s": 0.1, "console": "get pole_pairs"}]},
-                      out_dir=tmp_path, plant="ideal", spread=0)
+                      out_dir=tmp_path, plant="ideal", spread=0, aligned=True)
     assert result.console.count("error: line longer than 80 characters") == 1
     assert "pole_pairs = 4 " in result.console
 
@@ -113,7 +113,7 @@ def test_commands_beyond_limits_change_nothing_while_running(tmp_path):
 
 
 def test_a_fresh_image_has_the_parameters_of_the_default_motor_and_starts_with_them(tmp_path):
-    replies = answers(tmp_path, ["get all", "on", "status"], gap_s=2.0)
+    replies = answers(tmp_path, ["get all", "on", "status"], gap_s=0.5)
     fresh = {name: int(value) for name, value in re.findall(r"(?m)^(\w+) = (-?\d+) ", replies[0])}
     told = console_params(load_drive("teknic_m2310p"))
     assert {name: fresh[name] for name in told} == told
@@ -125,7 +125,7 @@ def play(tmp_path, *steps, end_s):
     typed = [{"t_s": t_s, "console": line} for t_s, *what in steps if len(what) == 1 for line in what[0].split("\n")]
     steps = typed + [{"t_s": t_s, "event": what[0], "args": list(what[1:])} for t_s, *what in steps if len(what) > 1]
     return simulate({"key": "console", "end_s": end_s, "preamble_s": 0.05, "step": sorted(steps, key=lambda s: s["t_s"]),
-                     "expect_refusal": ".*"}, out_dir=tmp_path, plant="ideal", spread=0)
+                     "expect_refusal": ".*"}, out_dir=tmp_path, plant="ideal", spread=0, aligned=True)
 
 
 LOST = "error: characters were lost; line ignored"

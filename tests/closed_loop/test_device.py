@@ -5,7 +5,7 @@ import pytest
 
 from launcher import simulate
 
-ON_S, SPEED_S, INJECT_S = 0.1, 2.1, 2.35
+ON_S, SPEED_S, INJECT_S = 0.1, 0.4, 0.65
 PERIOD_S = 50e-6
 EDAC_IRQ_ENABLE = "0x40038078"
 
@@ -15,7 +15,7 @@ def run(tmp_path, *events, end_s=INJECT_S + 0.2, lines=()):
     steps += [{"t_s": t_s, "event": kind, "args": list(args)} for t_s, kind, *args in events]
     steps += [{"t_s": t_s, "console": text} for t_s, text in lines]
     return simulate({"key": "device", "end_s": end_s, "preamble_s": 0.05, "step": sorted(steps, key=lambda step: step["t_s"]),
-                     "expect_refusal": ".*"}, out_dir=tmp_path, plant="ideal", spread=0)
+                     "expect_refusal": ".*"}, out_dir=tmp_path, plant="ideal", spread=0, aligned=True)
 
 
 def gates_on_s(result):

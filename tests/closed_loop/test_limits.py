@@ -13,12 +13,9 @@ THREE = ["teknic_m2310p", "abb_m2bj100l", "maxon_ec45flat"]
 
 
 def play(tmp_path, motor, steps, end_s, overrides=None, **kwargs):
-    """The start is not what this is about: the rotor stands where the field will."""
-    angle = {"initial_angle_rad": -np.pi / 2 / load_drive(motor).names()["pole_pairs"]}
-    overrides = {**(overrides or {}), "motor": {**(overrides or {}).get("motor", {}), "start": angle}}
     scenario = {"key": "limits", "end_s": end_s, "preamble_s": 0.05,
                 "step": sorted([{"t_s": ON_S, "console": "on"}, *steps], key=lambda step: step["t_s"])}
-    result = simulate(scenario, motor=motor, out_dir=tmp_path, overrides=overrides,
+    result = simulate(scenario, motor=motor, out_dir=tmp_path, overrides=overrides, aligned=True,
                       **{"plant": "ideal", "spread": 0, **kwargs})
     assert result.figures["refused by the drive"].passed is not False, result.figures["refused by the drive"].value
     return result
@@ -35,7 +32,7 @@ def fast_then(tmp_path, motor, command, after_s, **kwargs):
 
 def up_s(motor, overrides=None):
     """When the drive is on."""
-    return ON_S + load_drive(motor, overrides).names()["on_time_s"] + 0.05
+    return ON_S + load_drive(motor, overrides, aligned=True).on_time_s + 0.05
 
 
 def faults(result):

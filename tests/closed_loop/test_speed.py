@@ -8,13 +8,13 @@ from launcher import simulate
 from launcher.drive import load_drive
 
 ON_S = 0.15
-UP_S = ON_S + load_drive("teknic_m2310p").on_time_s
+UP_S = ON_S + load_drive("teknic_m2310p", aligned=True).on_time_s
 
 
 def play(tmp_path, lines, *steps, end_s, **how):
     changes = {"motor": {"encoder": {"counts_per_rev": 4 * lines}}} if lines else {}
     scenario = {"key": "speed", "end_s": end_s, "preamble_s": 0.05, "step": [{"t_s": ON_S, "console": "on"}, *steps]}
-    return simulate(scenario, out_dir=tmp_path, overrides=changes, **how)
+    return simulate(scenario, out_dir=tmp_path, overrides=changes, aligned=True, **how)
 
 
 def said(t_s, text):
@@ -63,9 +63,8 @@ def test_it_stands_still(tmp_path, lines):
 
 @pytest.mark.parametrize("factor, largest_dip", [(5, 20), (1, 20)])
 def test_an_inertia_five_times_too_large_ends_in_no_limit_cycle(tmp_path, factor, largest_dip):
-    up_s = UP_S + 0.3 * (factor - 1)  # the alignment takes longer, too
-    load_s = up_s + 0.8
-    result = play(tmp_path, 0, said(up_s, "speed 1500"), {"t_s": load_s, "event": "load_nm", "args": [0.2724]},
+    load_s = UP_S + 0.8
+    result = play(tmp_path, 0, said(UP_S, "speed 1500"), {"t_s": load_s, "event": "load_nm", "args": [0.2724]},
                   end_s=load_s + 0.5, detune=f"inertia_gmm2*{factor}")
     dip = result.trace.between(load_s, load_s + 0.2)
     steady = result.trace.between(load_s + 0.3, load_s + 0.5)

@@ -16,7 +16,7 @@ UNTIL_S = {"load_nm": 0.3, "temperature_c": 0.3}
 
 def play(tmp_path, motor, share, load, happens, lines=(), overrides=None, detune="", until_s=None):
     """Runs up to a share of the largest speed, loads the shaft with a share of rated torque, and then something happens."""
-    names = load_drive(motor, overrides, detune=detune).names()
+    names = load_drive(motor, overrides, detune=detune, aligned=True).names()
     rpm = round(share * names["speed_max_rpm"])
     up_s = 0.15 + names["on_time_s"]
     loaded_s = up_s + rpm / names["ramp_rpm_s"] + RUN_UP_S
@@ -30,7 +30,7 @@ def play(tmp_path, motor, share, load, happens, lines=(), overrides=None, detune
               {"t_s": at_s, "event": kind, "args": [str(arg) for arg in args]}]
     end_s = at_s + (until_s or UNTIL_S.get(kind, 0.06))
     result = simulate({"key": "supervision", "end_s": end_s, "preamble_s": 0.05, "step": steps}, motor, out_dir=tmp_path,
-                      overrides=overrides, detune=detune)
+                      overrides=overrides, detune=detune, aligned=True)
     return result, Outcome(result, names, rpm, at_s)
 
 

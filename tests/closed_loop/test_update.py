@@ -51,7 +51,8 @@ def test_at_once_on_the_full_plant_and_with_inductances_told_wrongly(tmp_path, d
 
 
 def test_a_step_at_once_does_not_overshoot(tmp_path):
-    result = simulate("current_step", out_dir=tmp_path, overrides={"params": {"pwm_update": ONCE, "current_bw_hz": 2000}})
+    result = simulate("current_step", out_dir=tmp_path, overrides={"params": {"pwm_update": ONCE, "current_bw_hz": 2000}},
+                      aligned=True)
     assert result.passed and result.figures["i_q overshoot, linear step"].value <= 5
     wish, current = result.trace["i_q_ref_A"], result.trace["i_q_true_A"]
     jump = int(np.argmax(np.diff(wish))) + 1
@@ -66,7 +67,7 @@ def said(t_s, text):
 def play(tmp_path, steps, end_s, overrides=None):
     scenario = {"key": "update", "end_s": end_s, "preamble_s": 0.05, "step": [said(ON_S, "on"), *steps],
                 "figure": [{"name": "overruns", "kind": "overruns", "max": 0}]}
-    return simulate(scenario, motor=MOTOR, out_dir=tmp_path, overrides=overrides, plant="full", spread=1)
+    return simulate(scenario, motor=MOTOR, out_dir=tmp_path, overrides=overrides, plant="full", spread=1, aligned=True)
 
 
 def faults(result):
@@ -75,7 +76,7 @@ def faults(result):
 
 def test_modes_change_while_off_and_only_then(tmp_path):
     """No sample is lost and none comes twice, and the alignment holds."""
-    up_s = ON_S + load_drive(MOTOR).names()["on_time_s"] + 0.05
+    up_s = ON_S + load_drive(MOTOR, aligned=True).on_time_s + 0.05
     steps = [said(up_s, "speed 600"), said(up_s + 0.3, "quickstop")]
     then_s = up_s + 0.8
     for update in (ONCE, ENDS, VALLEY):
@@ -92,7 +93,7 @@ def test_modes_change_while_off_and_only_then(tmp_path):
 
 
 def test_a_mode_is_not_changed_while_on(tmp_path):
-    up_s = ON_S + load_drive(MOTOR).names()["on_time_s"] + 0.05
+    up_s = ON_S + load_drive(MOTOR, aligned=True).on_time_s + 0.05
     result = play(tmp_path, [said(up_s, "set pwm_update 2")], up_s + 0.1)
     assert "parameters can change only while the drive is off" in result.console
 
@@ -103,7 +104,7 @@ def test_full_modulation_at_once(tmp_path, current_bw_hz):
     ripple = {}
     for update, bandwidth_hz in ((VALLEY, 1000), (ONCE, current_bw_hz)):
         overrides = {"inverter": {"supply": {"vbus_v": 19.5}}, "params": {"pwm_update": update, "current_bw_hz": bandwidth_hz}}
-        up_s = ON_S + load_drive(MOTOR, overrides).names()["on_time_s"] + 0.05
+        up_s = ON_S + load_drive(MOTOR, overrides, aligned=True).on_time_s + 0.05
         steps = [said(up_s, "speed 4000"), {"t_s": up_s + 1.2, "event": "load_nm", "args": [0.05]}, said(up_s + 1.7, "status")]
         result = play(tmp_path, steps, up_s + 1.8, overrides)
         assert not faults(result)

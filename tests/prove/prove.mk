@@ -15,8 +15,15 @@ prove-objects: $(BUILD)/libmssfoc.a $(BUILD)/prove/kernels.o
 	        $(BUILD)/prove/$$frac/libmssfoc.a || exit 1; \
 	done
 
+# what is no kernel, but small enough to be tried out: the root of every square
+$(BUILD)/prove/sweep_root: tests/lib/sweep_root.c $(wildcard lib/*.[ch])
+	@mkdir -p $(@D)
+	$(call say,HOSTCC)
+	$(Q)$(HOSTCC) -std=c11 -O2 -Wall -Wextra -Werror -I. tests/lib/sweep_root.c lib/polar.c -o $@
+
 prove: tools
-	@$(MAKE) --no-print-directory -s -j2 prove-objects
+	@$(MAKE) --no-print-directory -s -j2 prove-objects $(BUILD)/prove/sweep_root
+	@$(BUILD)/prove/sweep_root
 	@$(PYTHON) tests/prove/prove.py $(BUILD)/libmssfoc.a $(BUILD)/prove/kernels.o $(BUILD)/prove
 
 .PHONY: prove prove-objects

@@ -28,7 +28,7 @@ def run(request, tmp_path_factory):
     build = build_of(request.param, "mssfoc.elf", "mssfoc.hex")
     out = tmp_path_factory.mktemp(f"at{request.param}")
     return request.param, simulate(PLAN, out_dir=out, build=build, plant="ideal", spread=0,
-                                   start_angle=30, overrides=overrides(request.param)), load_irqlog(out / "irq.bin")
+                                   aligned=True, overrides=overrides(request.param)), load_irqlog(out / "irq.bin")
 
 
 def test_the_loops_run_in_step(run):
