@@ -27,7 +27,7 @@ static void pull_across(struct alignment *a, const struct tuning *t, uint32_t an
     a->field_q32 = angle_q32 + a->first_offset_q32 + QUARTER_Q32;
     pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
     a->target_q15 =
-        t->align[a->level].i_q15 / 4 * 3; /* reluctance still outweighs the magnets, and the rotor swings slower */
+        t->align[a->level].i_q15 / 3 * 2; /* reluctance still outweighs the magnets, and the rotor swings slower */
     a->origin = a->counts;
     alignment_enter(a, STAGE_PULL);
 }
