@@ -8,6 +8,7 @@
 #define PERIODS_A_TURN 2  /* of the pendulum, in which the field turns once */
 #define EVEN_ONE_IN    64 /* forth and back agree so far, and but for these counts */
 #define EVEN_COUNTS    6
+#define SILENT_PART    60  /* of the way expected: with one pole pair told, fifty turn the rotor by more */
 #define SPREAD_Q15     450 /* 0.8 degrees at the larger current; an offset that is 3 degrees off shows more */
 #define DEGREES_12_Q32 (DEGREES_45_Q32 / 15 * 4)
 
@@ -45,7 +46,8 @@ void alignment_begin_pass(struct alignment *a, const struct tuning *t, uint32_t 
     a->pass = pass;
     a->target_q15 = whole_turn(pass) ? t->align[a->level].i_q15 : t->align[a->level].i_less_q15;
     a->passing.field_q32 = a->field_q32;
-    field_pass_start(&a->passing, (pass & 1u) == 0u ? step_q32 : -step_q32, period_ms,
+    /* With too many pole pairs told, the rotor swings slower than it was told to, by as much. */
+    field_pass_start(&a->passing, (pass & 1u) == 0u ? step_q32 : -step_q32, period_ms * a->ratio / RATIO_ONE,
                      whole_turn(pass) ? turn_ms : part_ms);
     alignment_enter(a, STAGE_PASS);
 }
@@ -88,7 +90,7 @@ static enum alignment_result judge_turns(struct alignment *a, const struct tunin
     const int32_t expected = t->encoder_counts / t->pole_pairs;
     a->detail[0] = forth;
     a->detail[1] = expected;
-    if (q15_abs(forth) < expected / 8 && q15_abs(back) < expected / 8) {
+    if (q15_abs(forth) < expected / SILENT_PART && q15_abs(back) < expected / SILENT_PART) {
         if (t->reluctant) {
             a->silent = true; /* a locked rotor of much saliency induces as well: the axis will tell */
             return ALIGNMENT_RUNNING;

@@ -6,11 +6,12 @@ Of what cannot be told apart by looking at currents and counts (a turned encoder
 counts whose ratio is the same) either name will do; what the case is really called comes first.
 """
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .errors import LauncherError
+from .params import detuned
 from .part import (ON_S, PartCase, Setup, Verdict, angle_error_deg, bridge_is_off, event, fault_s, first_fault, late, matches,
                    mean_angle_deg, operation_s, scenario)
 from .refusals import refusals
@@ -20,6 +21,7 @@ SPEED_MAX_SHARE = 0.05   # of rated speed
 OFFSET_MAX_DEG = 3.0
 DEAD_SHARE = 0.2         # where the encoder counts nothing: the firmware cannot see the speed either
 LONGEST_S, STAND_S, TURN_S = 35.0, 0.1, 1.0
+STARTS = 3               # or as long as so many starts with what is told: few pole pairs and a slow motor take long
 DRIVEN_S = 3.0           # somebody who turns the shaft goes on doing so: there is nothing to wait for
 # A count that is 2 % off shows when the index has come twice: so many turns at less than the speed allowed, then faster.
 SLOW_SHARE, SLOW_TURNS = 0.04, 2.2
@@ -102,8 +104,14 @@ def setup(what, drive):
     slow_s = SLOW_TURNS * 60 / slow_rpm
     steps += [late(STAND_S, console=f"speed {slow_rpm}"), late(STAND_S + slow_s, console="speed {low_rpm}"),
               late(STAND_S + slow_s + TURN_S, **event("end"))]
-    return Setup(scenario(what, steps, (DRIVEN_S if wish.driven else LONGEST_S) + slow_s), lambda run: judge(run, wish),
+    longest_s = DRIVEN_S if wish.driven else max(LONGEST_S, STARTS * told_on_time_s(drive, wish.detune))
+    return Setup(scenario(what, steps, longest_s + slow_s), lambda run: judge(run, wish),
                  {"detune": wish.detune, "start_angle": wish.start_deg})
+
+
+def told_on_time_s(drive, detune):
+    """How long a start takes with what the drive is told."""
+    return replace(drive, params=detuned(drive.params, detune)[0]).on_time_s
 
 
 def _refused(run, wish):

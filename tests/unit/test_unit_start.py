@@ -220,7 +220,6 @@ def test_what_is_wrong_is_named(c, name):
 # What the rotor's speed may reach where something is told or connected wrongly: a twentieth of speed_max.
 WRONG = {"backwards": dict(backwards=True), "pairs_more": lambda pairs: pairs + 1, "pairs_double": lambda pairs: 2 * pairs,
          "fewer_counts": 0.98, "more_counts": 1.02}
-SHORT_OF_IT = {("hoverboard", "pairs_double"): 0.056}
 
 
 @pytest.mark.parametrize("wrong", WRONG)
@@ -235,8 +234,7 @@ def test_what_is_wrong_is_named_before_the_rotor_is_fast(c, name, wrong):
     for degrees in (5, 50, 95, 140, 185, 230, 275, 320):
         seen = align(c, name, degrees, coulomb=0.02, **how)
         assert seen.name in ("ALIGNMENT_DIRECTION", "ALIGNMENT_POLE_PAIRS", "ALIGNMENT_COUNTS"), (degrees, seen.name)
-        most = SHORT_OF_IT.get((name, wrong), 0.05)
-        assert seen.fastest_mrpm < most * 1000 * speed_max, (degrees, seen.fastest_mrpm / 1000, seen.fastest_ms)
+        assert seen.fastest_mrpm < 50 * speed_max, (degrees, seen.fastest_mrpm / 1000, seen.fastest_ms)
 
 
 # ---- the speed of the pull ----
