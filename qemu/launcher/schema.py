@@ -166,7 +166,7 @@ INVERTER_TABLES = {
         "i_range_a": Key(0.1, 1e4, REQUIRED, "phase current 2048 counts from the middle"),
         "v_range_v": Key(1, 1e4, REQUIRED, "bus voltage at 4096 counts"),
         "adc_bits": _whole(8, 12, 12, "of the converter"),
-        "adc_conversion_s": Key(1e-8, 2e-6, 1.5e-6, "of the converter"),
+        "adc_conversion_s": Key(1e-8, 2e-6, 4e-7, "of the converter"),
         "shunt": _whole(0, 1, 0, "1: low-side shunts, which see a phase only while its low side conducts"),
         "amp_hz": Key(0, 1e9, 0.0, "bandwidth of the amplifiers; 0: ideal"),
         "ring_lsb": Key(0, 2048, 0.0, "ringing after an own edge: amplitude"),

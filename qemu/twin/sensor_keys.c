@@ -13,7 +13,7 @@ const struct config_key sensor_keys[] = {
     KEY(i_range_a, 1e-3, 1e5, CONFIG_REQUIRED),
     KEY(v_range_v, 1e-3, 1e5, CONFIG_REQUIRED),
     KEY(adc_bits, 6, 12, 12),
-    KEY(adc_conversion_s, 1e-8, 2e-6, 1.5e-6),
+    KEY(adc_conversion_s, 1e-8, 2e-6, 4e-7),
     KEY(skew_b_s, 0, 2e-6, 0),
     KEY(skew_c_s, 0, 2e-6, 0),
     KEY(i_noise_lsb, 0, 1000, 0),

@@ -10,6 +10,7 @@ import pytest
 
 from launcher import simulate
 from launcher.drive import load_drive
+from launcher.load import CURRENT_LOOP, load_irqlog
 
 VALLEY, ENDS, ONCE = range(3)
 PWM_HZ, ON_S = 20000, 0.15
@@ -92,6 +93,17 @@ def test_modes_change_while_off_and_only_then(tmp_path):
     assert re.findall(r"loop: (\d+) degrees", result.console) == ["62", "80", "72", "62"]
     window = result.trace.between(then_s - 0.75, then_s - 0.5)
     assert np.mean(window["speed_rad_s"]) * 30 / math.pi == pytest.approx(600, rel=0.02)
+
+
+def test_a_new_voltage_stands_soon_behind_its_sample(tmp_path):
+    """Conversion, the wait for the core, and all up to the last compare, which acts in the clock after the next."""
+    up_s = ON_S + load_drive(MOTOR, aligned=True).on_time_s
+    result = play(tmp_path, [said(up_s, "speed 1000")], up_s + 0.2, {"params": {"pwm_update": ONCE}})
+    log = load_irqlog(result.irqlog)
+    loops = (log["exception"] == CURRENT_LOOP) & (log["chained"] == 0) & (log["t_s"] > up_s)
+    conversion_ns = result.drive.inverter["sensor"]["adc_conversion_s"] * 1e9
+    late_ns = conversion_ns + log["start_ns"][loops] + 10 * log["latency_cycles"][loops] + 20
+    assert len(late_ns) > 1000 and 2000 < late_ns.min() and late_ns.max() <= 2400
 
 
 def test_a_mode_is_not_changed_while_on(tmp_path):

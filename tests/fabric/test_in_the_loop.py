@@ -8,7 +8,6 @@ from launcher.probes import code_of
 
 END_S, ON_S, SPEED_S = 2.35, 0.15, 2.0
 STEPS = [{"t_s": ON_S, "console": "on"}, {"t_s": SPEED_S, "console": "speed 1000"}]
-CONVERSION_S = 40 * 10e-9    # as the RTL's, so that what remains is of the instants and the encoder's lines
 # What a row may differ by: while the start feels for the rotor, which friction holds and lets go, and then. Measured: 2.2 A and
 # 1.4 rad/s, then 0.03 A and 0.02 rad/s.
 STARTING = {"i_a_A": 4.0, "i_b_A": 4.0, "i_c_A": 4.0, "vbus_V": 0.08, "speed_rad_s": 4.0, "theta_mech_rad": 0.02,
@@ -19,8 +18,7 @@ RUNNING = {"i_a_A": 0.15, "i_b_A": 0.15, "i_c_A": 0.15, "vbus_V": 0.01, "speed_r
 
 def play(folder, fabric, end_s=END_S):
     steps = [step for step in STEPS if step["t_s"] < end_s]
-    return simulate({"key": "loop", "end_s": end_s, "preamble_s": 0.05, "step": steps}, out_dir=folder, fabric=fabric,
-                    overrides={"inverter": {"sensor": {"adc_conversion_s": CONVERSION_S}}})
+    return simulate({"key": "loop", "end_s": end_s, "preamble_s": 0.05, "step": steps}, out_dir=folder, fabric=fabric)
 
 
 @pytest.fixture(scope="module")
