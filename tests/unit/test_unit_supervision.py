@@ -404,3 +404,15 @@ def test_nobody_speaks(motor):
     assert m.fault == "NONE"
     m.step(8)
     assert m.fault == "COMMAND_TIMEOUT" and m.axis.reactions.stopping and m.fabric.gate.STATUS == 1, "a controlled stop"
+
+
+@pytest.mark.parametrize("rpm", (3000, -3000))
+@pytest.mark.parametrize("late_ms", (0, 1))
+def test_a_shaft_that_is_stopped_is_no_dead_encoder(motor, rpm, late_ms):
+    """The voltages of the millisecond in which it stops may still be those from before."""
+    m = motor(rpm, 4.0)
+    m.step(600)
+    m.frozen = True
+    m.step(late_ms)
+    m.rpm = m.axis.speed.speed_ref_rpm_q4 = 0
+    assert (m.until_fault(60), m.fault) == (None, "NONE")
