@@ -131,6 +131,8 @@ def _immediates(text, one):
         if match[1]:
             value, place = int(match[1], 0), (at + 1, at + 1 + len(match[1]))
             news = (value + 1, value - 1) if 0 < value <= 32 else (value + 1,) if value == 0 else (value * 2, value // 2)
+            if value == 31 and text[one.start:at].endswith("asr "):
+                news = (30,)  # by 32 places the sign is spread as by 31
             for new in news:
                 yield one.function, "off by one" if value <= 32 else "constant", ((*place, str(new)),)
         elif match[2]:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What the slow loop prepares for the current loop, against exact fractions: volts over ohms, henries, webers and the bus."""
+import ctypes
 import random
 from fractions import Fraction
 
@@ -234,6 +235,23 @@ def test_another_handler_only_while_the_bridge_is_off(c, loop):
     fabric.gate.STATUS = 0
     assert c.current_loop_select(loop, fabric, c.LOOP_FORCED, c.LOOP_SENSE_PAIR)
     assert (loop.source, loop.scheme) == (c.LOOP_FORCED, c.LOOP_SENSE_PAIR)
+
+
+@pytest.mark.parametrize("ripple", (0, 100))
+def test_the_vector_follows_source_scheme_and_ripple(c, loop, ripple):
+    """Only the hand-written handler knows no ripple; another one has its place then."""
+    loop, fabric, _ = loop
+    handlers, vector = c.loop_handlers(), ctypes.c_void_p(1)
+    numbers = {(source, scheme): 16 * (1 + 2 * source + scheme) for source in range(2) for scheme in range(2)}
+    for (source, scheme), number in numbers.items():
+        handlers.handler[source][scheme] = number
+    handlers.rippled = 256
+    handlers.vector = ctypes.cast(ctypes.pointer(vector), type(handlers.vector))
+    loop.handlers, loop.ripple_q10, fabric.gate.STATUS = ctypes.pointer(handlers), ripple, 0
+    for (source, scheme), number in numbers.items():
+        assert c.current_loop_select(loop, fabric, source, scheme)
+        by_hand = (source, scheme) == (c.LOOP_ENCODER, c.LOOP_SENSE_AB)
+        assert vector.value == (256 if by_hand and ripple else number)
 
 
 def test_the_prescribed_field_and_the_rotors_place(c, loop):
