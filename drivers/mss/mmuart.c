@@ -24,20 +24,21 @@
 _Static_assert((MMUART_TX_BYTES & (MMUART_TX_BYTES - 1u)) == 0u, "a power of two: indices run free and are masked");
 _Static_assert((MMUART_RX_BYTES & (MMUART_RX_BYTES - 1u)) == 0u, "a power of two: indices run free and are masked");
 
+/* The divisor has 16 bits and is at least 2. */
+#define BAUD_LEAST (BOARD_APB0_HZ / (1u << 20) + 1u)
+#define BAUD_MOST  (BOARD_APB0_HZ / 32u)
+
 /* Stored with a character in whose neighbourhood others are missing. */
 #define RX_LOSS 0x100u
 
 bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)
 {
-    if (baud == 0u || baud > BOARD_APB0_HZ / 32u) {
+    if (baud < BAUD_LEAST || baud > BAUD_MOST) {
         return false;
     }
     /* 64ths of the divisor: 64 PCLK / (16 baud), rounded. */
     const uint32_t divisor_64ths = (4u * BOARD_APB0_HZ + baud / 2u) / baud;
     const uint32_t divisor = divisor_64ths >> 6;
-    if (divisor > 0xFFFFu) {
-        return false;
-    }
 
     sysreg_release_reset(SYSREG_RESET_MMUART0);
     regs->IER = 0u;
@@ -59,8 +60,8 @@ bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)
     /* Receive trigger 1 (bits 7:6 = 0): no character waits for a time-out. */
     regs->FCR = MMUART_FCR_FIFO_ENABLE | MMUART_FCR_CLEAR_RX | MMUART_FCR_CLEAR_TX;
 
-    u->tx_head = u->tx_tail = 0u;
-    u->rx_head = u->rx_tail = 0u;
+    u->tx_head = u->tx_tail; /* empty, wherever that is */
+    u->rx_head = u->rx_tail;
     u->rx_suspects = 0u;
     u->counters = (struct mmuart_counters){0};
     u->regs = regs;

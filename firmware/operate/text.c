@@ -52,10 +52,10 @@ static void put_unsigned(struct text *t, uint32_t value, unsigned least_digits)
 {
     char digits[10];
     unsigned n = 0;
-    do {
+    while (value != 0u || n < least_digits) {
         digits[n++] = (char)('0' + value % 10u);
         value /= 10u;
-    } while (value != 0u || n < least_digits);
+    }
     while (n > 0u) {
         text_put_char(t, digits[--n]);
     }

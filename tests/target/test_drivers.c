@@ -352,6 +352,7 @@ static void test_uart(void)
     harness_true("uart: refuses 0 baud", !mmuart_init(&uart, MMUART0, 0u));
     harness_true("uart: refuses more than PCLK/32", !mmuart_init(&uart, MMUART0, BOARD_APB0_HZ / 32u + 1u));
     harness_true("uart: refuses a divisor over 16 bits", !mmuart_init(&uart, MMUART0, BOARD_APB0_HZ / (1u << 20)));
+    harness_true("uart: takes the largest", mmuart_init(&uart, MMUART0, BOARD_APB0_HZ / (1u << 20) + 1u));
     harness_true("uart: PCLK/32", mmuart_init(&uart, MMUART0, BOARD_APB0_HZ / 32u));
     harness_equal("uart: divisor 2", divisor_64ths(), 2u << 6);
     harness_true("uart: 115200 baud", mmuart_init(&uart, MMUART0, 115200u));
