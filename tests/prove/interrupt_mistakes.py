@@ -12,7 +12,7 @@ from proof import Refuted
 from subject import BEFORE
 
 TRIES = 24  # mutations of a stage
-LEAST = 12  # times as many as are wanted of each stage
+LEAST = 8  # times as many as are wanted of each stage
 NOTHING_TO_SEE = ("entry",)  # another base: an address of nothing known
 
 

@@ -45,36 +45,24 @@ def fixture_image(admitted):
     return Image(BUILD / "mssfoc.elf")
 
 
-@pytest.fixture(scope="module", name="proved")
-def fixture_proved(image, admitted):
-    """(subject, cut points, codes), once all is proved."""
+def test_both_handlers_are_proved_and_mistakes_are_refuted(image, admitted):
     subject = Subject(image, admitted)
     prove_interrupt.prove_ranges(subject, admitted, quiet)
+    assert subject.spans["COMPARE_A"].low >= 0 and subject.spans["COMPARE_A"].high <= subject.k.half_counts
     subject.draw()
     codes, cuts = {name: image.code(*names) for name, names in prove_interrupt.CODE.items()}, subject.cuts()
     prove_interrupt.prove_codes(subject, cuts, codes, quiet)
-    return subject, cuts, codes
-
-
-def test_both_handlers_are_proved(proved):
-    subject, cuts, _ = proved
     assert cuts.asked > 50 and cuts.sums
-    assert subject.spans["COMPARE_A"].low >= 0 and subject.spans["COMPARE_A"].high <= subject.k.half_counts
-
-
-def test_a_mistake_in_a_few_stages_is_refuted(proved):
-    subject, cuts, codes = proved
     code = codes[prove_interrupt.BY_HAND]
     queues = by_stage(code, prove_interrupt.SOURCE)
     for stage in ("Clarke", "Park", "space vector", "dead time and compares", "observer", "protection and return"):
         assert any(refute(subject, cuts, code, (stage, *mutant), quiet) for mutant in queues[stage][:4]), stage
 
 
-def test_a_stage_whose_mistakes_do_not_show_is_told(proved, monkeypatch):
-    subject, cuts, codes = proved
+def test_a_stage_whose_mistakes_do_not_show_is_told(image, monkeypatch):
     monkeypatch.setattr("interrupt_mistakes.refute", lambda *_: False)
     with pytest.raises(Refuted, match="no mutation of stage"):
-        mutate(subject, cuts, codes[prove_interrupt.BY_HAND], prove_interrupt.SOURCE, 1, quiet)
+        mutate(None, None, image.code(prove_interrupt.BY_HAND), prove_interrupt.SOURCE, 1, quiet)
 
 
 def test_the_source_names_the_stage_of_each_instruction():
