@@ -31,13 +31,15 @@ class Arrays(Arithmetic):
     """64-bit integers, which hold the sum of two products of 32-bit ones."""
 
     def __init__(self, tables):
-        self.tables, self.found = {name: np.array(words, dtype=np.int64) for name, words in tables.items()}, {}
+        self.tables = {name: np.array(words, dtype=np.int64) for name, words in tables.items()}
+        self.found, self.sums = {}, {}
 
     def cut(self, name, value):
         self.found[name] = value
         return value
 
-    def bounded(self, _, value):
+    def bounded(self, name, value):
+        self.sums[name] = value
         return value
 
     def word(self, table, index):

@@ -96,9 +96,9 @@ class Subject:
         self.drawn = {name: _draw(generator, span) for name, span in self.all.items()}
         o = Arrays(self.words)
         chain.sample(o, self.k, SimpleNamespace(**self.drawn))
-        self.computed = o.found
-        for name, values in o.found.items():
-            if not self.spans[name].low <= values.min() <= values.max() <= self.spans[name].high:
+        self.computed, spans = o.found, self.known | self.spans
+        for name, values in (*o.found.items(), *o.sums.items()):
+            if not spans[name].low <= values.min() <= values.max() <= spans[name].high:
                 raise Refuted(f"{name} is {values.min()}...{values.max()} in samples")
 
     def drawn_state(self, number):
@@ -110,6 +110,9 @@ class Subject:
         inputs = {f"before {name}": self.before[name] for name in BEFORE}
         cuts = Cuts(inputs, spans, states, self.tables)
         chain.sample(cuts, self.k, SimpleNamespace(**{name: cuts.value(self.before[name]) for name in BEFORE}))
+        for what, condition in cuts.obligations:
+            if not cuts.always(condition):
+                raise Refuted(f"not for all states: {what}")
         return cuts
 
     # ---- running -------------------------------------------------------------------------------------------------
