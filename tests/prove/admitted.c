@@ -163,6 +163,7 @@ int main(int argc, char **argv)
     tell("IB", FABRIC_ADC_IB);
     tell("LATCHED", FABRIC_ENC_LATCHED);
     tell("GATE_STATUS", FABRIC_GATE_STATUS);
+    tell("turn_max", LOOP_TURN_MAX_Q15);
     tell("integral_max", PI_INTEGRAL_MAX_Q9);
     current_loop_init(&loop);
     walk(argc > 1 ? (uint32_t)strtoul(argv[1], NULL, 0) : 1000u);

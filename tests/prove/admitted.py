@@ -4,7 +4,7 @@ import subprocess
 from types import SimpleNamespace
 
 from arrays import Span
-from invariant import FULL, INTEGRAL, STATE
+from invariant import FULL, INTEGRAL, state
 from proof import Refuted
 
 V_MIN_LEAST = 8186  # v_min is 1000 mV, or at least a quarter of v_range in whole mV (tuning.c): the least is 1000 of 4003
@@ -21,11 +21,11 @@ class Admitted:
 
     def check(self):
         """Is what the slow loop writes within the invariant? Returns how many sets of parameters were admitted."""
-        seen = self.spans
+        seen, wanted = self.spans, state(self.k)
         for name in ("kp_d_q9", "kp_q_q9", "ki_q15", "turn_q15"):
-            _within(name, seen[name], STATE[name])
+            _within(name, seen[name], wanted[name])
         for name in ("i_d_ref_q15", "i_q_ref_q15"):
-            _within(name, seen["i_ref"], STATE[name])
+            _within(name, seen["i_ref"], wanted[name])
         for name in ("feedforward_d_steps", "feedforward_q_steps"):
             _within(name, seen[name], Span(-self.feedforward_most, self.feedforward_most))
         _within("dead_shift", seen["dead_shift"], Span(0, 0))

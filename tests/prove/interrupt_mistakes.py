@@ -9,7 +9,6 @@ from disassembly import Unknown
 from machine import Misbehaviour
 from mutation import mutations
 from proof import Refuted
-from subject import BEFORE
 
 TRIES = 24  # mutations of a stage
 LEAST = 8  # times as many as are wanted of each stage
@@ -74,7 +73,7 @@ def refute(subject, cuts, code, mutant, say):
     wanted, wrong = comparison.expected(values), comparison.concrete(changed, values)
     if wrong == wanted or comparison.concrete(code, values) != wanted:
         raise Refuted(f"the counter-example to {what} is none: {values}")
-    shown = " ".join(f"{name}={values[name]}" for name in BEFORE)
+    shown = " ".join(f"{name}={values[name]}" for name in subject.inside)
     say(f"  {stage}: {what}", f"refuted by {shown}: {differences(wrong, wanted)}")
     return True
 

@@ -11,7 +11,7 @@ import numpy as np
 import z3
 from arithmetic import Integers
 from arrays import Arrays, Intervals, Span
-from invariant import FULL, INPUTS, INTEGRAL, STATE
+from invariant import FULL, INPUTS, INTEGRAL
 from proof import TIME_LIMIT_MS, Refuted
 from specs import svm_half
 
@@ -116,16 +116,16 @@ def _holds(what, o, claim):
         raise Refuted(f"not so for all values: {what}")
 
 
-def never_fuller(k, circle, turned):
+def never_fuller(k, state, circle, turned):
     """
     A full integral takes no step further: the wish is at the end of 16 bits, and even turned it lies beyond the limit. For d
     by intervals; for q with every turned d, and what the circle leaves beside it.
     """
-    most = STATE["i_d_ref_q15"].high + 65535
+    most = state["i_d_ref_q15"].high + 65535
     for full, sign in ((Span(FULL, INTEGRAL), 1), (Span(-INTEGRAL, -FULL), -1)):
         for errors in (Span(0, most), Span(-most, 0)):
             o = Intervals({"circle": Span(min(circle), max(circle))}, {})
-            v = STATE | {name: errors for name in ("i_d_ref_q15", "i_q_ref_q15")}
+            v = state | {name: errors for name in ("i_d_ref_q15", "i_q_ref_q15")}
             v |= {name: full for name in ("integral_d_q9", "integral_q_q9")}
             chain.regulate(o, k, SimpleNamespace(**v), Span(0, 0), Span(0, 0))
             further = errors.high * sign > 0 or errors.low * sign > 0
@@ -134,7 +134,7 @@ def never_fuller(k, circle, turned):
                 _takes_no_step("q", o.found["held_q"], sign)
             elif o.found["wanted_q"] != Span(32767, 32767) and o.found["wanted_q"] != Span(-32768, -32768):
                 raise Refuted("a full integral of q is not at the end of 16 bits")
-    _q_is_limited(k, circle, np.arange(turned.low, turned.high + 1))
+    _q_is_limited(k, circle, state["turn_q15"].high, np.arange(turned.low, turned.high + 1))
 
 
 def _takes_no_step(axis, held, sign):
@@ -142,10 +142,10 @@ def _takes_no_step(axis, held, sign):
         raise Refuted(f"a full integral of {axis} takes a step further")
 
 
-def _q_is_limited(k, circle, turned_d):
+def _q_is_limited(k, circle, turn, turned_d):
     """A wish of 32767, turned by whatever is allowed, is beyond what the circle leaves; so is -32768, all the more."""
     half = 1 << k.v_d_bits - 1
     place = (np.clip(turned_d, -half, half - 1) >> k.circle_shift) + (1 << k.circle_bits - 1)
-    turned_back = (STATE["turn_q15"].high * np.abs(turned_d) >> 15) + 1
+    turned_back = (turn * np.abs(turned_d) >> 15) + 1
     if (32767 - turned_back <= np.array(circle)[place]).any():
         raise Refuted("a full integral of q takes a step further")

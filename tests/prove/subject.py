@@ -10,7 +10,7 @@ import z3
 from arrays import Arrays, Intervals, Span, Words
 from cuts import Cuts
 from evaluate import States
-from invariant import ANY, CONSTANT, INPUTS, INTEGRAL, STATE
+from invariant import ANY, CONSTANT, INPUTS, INTEGRAL, state
 from interrupt import Interrupt, Place
 from machine import Products
 from proof import Refuted
@@ -18,7 +18,6 @@ from proof import Refuted
 SAMPLES = 20000
 FAULT = "axis_sample_fault"
 REGISTERS = ("COMPARE_A", "COMPARE_B", "COMPARE_C", "ADC_STATUS", "IA", "IB", "LATCHED", "GATE_STATUS")
-BEFORE = STATE | INPUTS
 
 
 @dataclass(frozen=True)
@@ -52,6 +51,7 @@ class Concrete:
 class Subject:
     def __init__(self, image, admitted):
         self.image, self.k = image, admitted.k
+        self.inside = state(admitted.k) | INPUTS
         self.words = {"chords": image.words("trig_chords"), "circle": admitted.circle}
         self.tables = {name: Table.of(words) for name, words in self.words.items()}
         self.axis = image.address("axes")
@@ -60,7 +60,7 @@ class Subject:
         places = {"chords": (image.address("trig_chords"), len(self.words["chords"]), 4),
                   "circle": (self.axis + self.k.circle_offset, len(self.words["circle"]), 2)}
         self.place = Place(self.axis, members, self.k.fabric_base, registers, places)
-        self.all = dict.fromkeys(sorted(members.values()), ANY) | BEFORE
+        self.all = dict.fromkeys(sorted(members.values()), ANY) | self.inside
         self.before = {name: z3.BitVec(f"before {name}", 32) for name in self.all}
 
     # ---- what is known without the code --------------------------------------------------------------------------
@@ -74,14 +74,14 @@ class Subject:
     def find_spans(self):
         """Of every value of the chain, whatever the state; an OverflowError where 32 bits do not hold it."""
         o = Intervals({name: table.span for name, table in self.tables.items()}, self.known)
-        chain.sample(o, self.k, SimpleNamespace(**BEFORE))
+        chain.sample(o, self.k, SimpleNamespace(**self.inside))
         self.spans = o.found
         for name, indices in o.indices.items():
             if min(i.low for i in indices) < 0 or max(i.high for i in indices) >= len(self.words[name]):
                 raise Refuted(f"table {name} is read outside")
 
     def hold_integrals(self):
-        lemmas.never_fuller(self.k, self.words["circle"], self.spans["voltage_x"])
+        lemmas.never_fuller(self.k, self.inside, self.words["circle"], self.spans["voltage_x"])
         step = max(-self.spans[f"held_{axis}"].low for axis in "dq") >> 6
         if lemmas.FULL + step + 1 > INTEGRAL:
             raise Refuted("one step may fill an integral")
@@ -106,10 +106,10 @@ class Subject:
 
     def cuts(self):
         states = States(SAMPLES, {f"before {name}": values for name, values in self.drawn.items()} | self.computed)
-        spans = {f"before {name}": span for name, span in BEFORE.items()} | self.known | self.spans | {None: ANY}
-        inputs = {f"before {name}": self.before[name] for name in BEFORE}
+        spans = {f"before {name}": span for name, span in self.inside.items()} | self.known | self.spans | {None: ANY}
+        inputs = {f"before {name}": self.before[name] for name in self.inside}
         cuts = Cuts(inputs, spans, states, self.tables)
-        chain.sample(cuts, self.k, SimpleNamespace(**{name: cuts.value(self.before[name]) for name in BEFORE}))
+        chain.sample(cuts, self.k, SimpleNamespace(**{name: cuts.value(self.before[name]) for name in self.inside}))
         for what, condition in cuts.obligations:
             if not cuts.always(condition):
                 raise Refuted(f"not for all states: {what}")

@@ -88,20 +88,17 @@ def test_a_handler_that_does_otherwise_is_refuted(image, admitted, constant, off
 
 @pytest.mark.parametrize("name, wider", [("kp_d_q9", Span(0, 17000)), ("IA", Span(-40000, 40000))])
 def test_outside_of_the_invariant_products_wrap(image, admitted, monkeypatch, name, wider):
-    for state in (invariant.STATE, invariant.INPUTS):
-        if name in state:
-            monkeypatch.setitem(state, name, wider)
-    monkeypatch.setattr("subject.BEFORE", invariant.STATE | invariant.INPUTS)
+    monkeypatch.setitem(invariant.INPUTS if name in invariant.INPUTS else invariant.STATE, name, wider)
     subject = Subject(image, admitted)
     subject.measure()
     with pytest.raises(OverflowError):
         subject.find_spans()
 
 
-def test_a_turn_too_large_lets_integrals_grow(image, admitted, monkeypatch):
+def test_a_turn_too_large_lets_integrals_grow(image, admitted):
     subject = Subject(image, admitted)
     prove_interrupt.prove_ranges(subject, admitted, quiet)
-    monkeypatch.setitem(invariant.STATE, "turn_q15", Span(-19660, 19660))
+    subject.inside["turn_q15"] = Span(-19660, 19660)
     with pytest.raises(Refuted, match="integral of [dq]"):
         subject.hold_integrals()
 
