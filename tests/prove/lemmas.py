@@ -116,12 +116,12 @@ def _holds(what, o, claim):
         raise Refuted(f"not so for all values: {what}")
 
 
-def never_fuller(k, state, circle, turned):
+def never_fuller(k, state, circle, spans):
     """
     A full integral takes no step further: the wish is at the end of 16 bits, and even turned it lies beyond the limit. For d
     by intervals; for q with every turned d, and what the circle leaves beside it.
     """
-    most = state["i_d_ref_q15"].high + 65535
+    most = max(-spans["error_d"].low, spans["error_d"].high)
     for full, sign in ((Span(FULL, INTEGRAL), 1), (Span(-INTEGRAL, -FULL), -1)):
         for errors in (Span(0, most), Span(-most, 0)):
             o = Intervals({"circle": Span(min(circle), max(circle))}, {})
@@ -134,6 +134,7 @@ def never_fuller(k, state, circle, turned):
                 _takes_no_step("q", o.found["held_q"], sign)
             elif o.found["wanted_q"] != Span(32767, 32767) and o.found["wanted_q"] != Span(-32768, -32768):
                 raise Refuted("a full integral of q is not at the end of 16 bits")
+    turned = spans["voltage_x"]
     _q_is_limited(k, circle, state["turn_q15"].high, np.arange(turned.low, turned.high + 1))
 
 

@@ -81,7 +81,7 @@ class Subject:
                 raise Refuted(f"table {name} is read outside")
 
     def hold_integrals(self):
-        lemmas.never_fuller(self.k, self.inside, self.words["circle"], self.spans["voltage_x"])
+        lemmas.never_fuller(self.k, self.inside, self.words["circle"], self.spans)
         step = max(-self.spans[f"held_{axis}"].low for axis in "dq") >> 6
         if lemmas.FULL + step + 1 > INTEGRAL:
             raise Refuted("one step may fill an integral")
