@@ -202,7 +202,7 @@ help:
 	@echo 'make wcet            worst-case cycles of the current loop, and measured'
 	@echo 'make jitter          cycles and start of each current-loop interrupt, $(BUILD)/jitter.png'
 	@echo 'make stack           worst-case stack of every entry point, and measured'
-	@echo 'make prove           every kernel, as assembled, against its specification, for all inputs, by a solver'
+	@echo 'make prove           every kernel and the interrupt, as assembled, for all inputs, by a solver'
 	@echo 'make fabric          the RTL: lint in three tools, proofs by induction, faults that they must refute, cells and levels'
 	@echo 'make registers       the fabric'\''s registers for C, Verilog and debuggers, into $(BUILD)/fabric/'
 	@echo 'make lint            formatting, warnings, layers'

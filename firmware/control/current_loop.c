@@ -55,12 +55,6 @@ _Static_assert(CONFIG_BUS_STEPS % 8 == 0, "the gains take an eighth of it");
 /* Half a period at a speed of 1.0 = 1/16 turn a period, in radians. */
 #define TURN_PER_HALF_Q15 6434
 
-/*
- * The largest turn, at 0.62 CONFIG_SPEED_BASE_HZ for 1.5 periods; beyond it the voltages lag. Larger ones could turn a
- * saturated voltage back inside the circle, where the integral would not see that it is limited.
- */
-#define TURN_MAX_Q15 11900
-
 static void fill_circle(struct current_loop *c)
 {
     for (int32_t n = 0; n < 1 << LOOP_CIRCLE_BITS; n++) {
@@ -208,7 +202,7 @@ void current_loop_follow(volatile struct current_loop *c, const struct fabric *f
     if (c->ripple_q10 != 0) {
         follow_ripple(c);
     }
-    c->turn_q15 = q15_clamp((w_q15 * c->turn_per_w_q15) >> 15, -TURN_MAX_Q15, TURN_MAX_Q15);
+    c->turn_q15 = q15_clamp((w_q15 * c->turn_per_w_q15) >> 15, -LOOP_TURN_MAX_Q15, LOOP_TURN_MAX_Q15);
     if (c->status_max == UINT32_MAX) {
         rest(c);
         return;

@@ -28,6 +28,13 @@
 
 #define LOOP_V_D_MAX_STEPS (1 << (LOOP_V_D_BITS - 1))
 
+/*
+ * The largest turn, at 0.62 CONFIG_SPEED_BASE_HZ for 1.5 periods, at 0.41 where the circle is large; beyond it the voltages
+ * lag. Larger ones could turn a saturated voltage back inside the circle, where the integral would not see that it is limited:
+ * make prove.
+ */
+#define LOOP_TURN_MAX_Q15 (CONFIG_RADIUS_STEPS > 23200 ? 8000 : 11900)
+
 /* Where the field's angle comes from. */
 enum loop_source {
     LOOP_ENCODER, /* the rotor's, by the encoder */

@@ -57,7 +57,8 @@ static void tune_iron(const struct params *p, struct tuning *t)
     t->iron_rest_q15 = Q15_UNITY;
     t->iron_grows_q10 = 0;
     if (p->lq_rest_uh > p->lq_uh && rated_q15 > 0) {
-        t->iron_rest_q15 = (int32_t)scale(p->lq_uh, Q15_UNITY, p->lq_rest_uh);
+        const int32_t rest_q15 = (int32_t)scale(p->lq_uh, Q15_UNITY, p->lq_rest_uh);
+        t->iron_rest_q15 = rest_q15 < 1 ? 1 : rest_q15; /* the current loop divides by it */
         const int64_t grows_q10 =
             scale((int64_t)(Q15_UNITY - t->iron_rest_q15) << 10, Q15_UNITY, (int64_t)rated_q15 * rated_q15);
         t->iron_grows_q10 = (int32_t)(grows_q10 > IRON_GROWS_LIMIT ? IRON_GROWS_LIMIT : grows_q10);

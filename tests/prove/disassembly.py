@@ -15,7 +15,7 @@ SETS_FLAGS = ("mov", "mvn", "add", "adc", "sub", "sbc", "rsb", "and", "orr", "eo
               "rrx", "mul", "neg")
 NEVER_SETS = ("movw", "movt", "addw", "subw", "cmp", "cmn", "tst", "teq", "mla", "mls", "smull", "umull", "smlal", "umlal",
               "ssat", "usat", "sbfx", "ubfx", "bfi", "bfc", "sxth", "uxth", "sxtb", "uxtb", "clz", "ldr", "str", "ldrd", "strd",
-              "ldrh", "ldrsh", "strh", "ldmia", "stmia", "ldmdb", "stmdb", "push", "pop", "nop", "bx")
+              "ldrh", "ldrsh", "strh", "ldmia", "stmia", "ldmdb", "stmdb", "push", "pop", "nop", "bx", "b")
 REGISTERS = {f"r{n}": n for n in range(16)} | {"sl": 10, "fp": 11, "ip": 12, "sp": 13, "lr": 14, "pc": 15}
 
 
@@ -45,6 +45,11 @@ class Mem:
     offset: object  # Imm or Reg
     shift: Shift
     mode: str  # "offset", "pre", "post"
+
+
+@dataclass(frozen=True)
+class Target:
+    address: int
 
 
 @dataclass(frozen=True)
@@ -126,6 +131,8 @@ def _operand(text):
         return Imm(_number(text))
     if text in REGISTERS:
         return Reg(REGISTERS[text])
+    if match := re.match(r"([0-9a-f]+) <", text):
+        return Target(int(match.group(1), 16))
     return _shift(text)
 
 

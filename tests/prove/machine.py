@@ -38,7 +38,7 @@ def always_equal(a, b):
     return solver.check(a != b) == z3.unsat
 
 
-def _name(term):
+def short_name(term):
     """A name of its own for each term: the same variable in two runs must mean the same."""
     return hashlib.sha256(term.sexpr().encode()).hexdigest()[:16]
 
@@ -67,7 +67,7 @@ class Products:
         exact = z3.SignExt(32, a) * z3.SignExt(32, b)
         if z3.is_bv_value(a):
             return z3.simplify(exact)
-        product = z3.BitVec(f"product {_name(a)} {_name(b)}", 64)
+        product = z3.BitVec(f"product {short_name(a)} {short_name(b)}", 64)
         if z3.is_bv_value(b):
             self.definitions.append(product == exact)
             self.facts.append(self._between(z3.SignExt(32, a), b.as_signed_long(), product))
@@ -109,7 +109,7 @@ class Lookups:
         for other, found in self.known:
             if index.eq(other):
                 return found
-        found = z3.BitVec(f"word {_name(index)}", 32)
+        found = z3.BitVec(f"word {short_name(index)}", 32)
         self.facts += [found >= self.range[0], found <= self.range[1]]
         self.facts += [z3.Implies(index == other, found == word_there) for other, word_there in self.known]
         self.known.append((index, found))

@@ -8,7 +8,7 @@ OPPOSITE = {"eq": "ne", "cs": "cc", "mi": "pl", "vs": "vc", "hi": "ls", "ge": "l
 OPPOSITE |= {value: key for key, value in OPPOSITE.items()}
 OTHER = {"add": "sub", "sub": "add", "adc": "add", "sbc": "sub", "lsr": "asr", "asr": "lsr", "mla": "mls", "mls": "mla",
          "orr": "and", "bic": "and", "eor": "orr", "mvn": "mov", "ubfx": "sbfx", "sbfx": "ubfx"}
-KEPT = ("push", "pop", "stmdb", "ldmia", "bx", "nop", "ldr", "ldrd", "str", "strd")  # of these none is dropped
+KEPT = ("push", "pop", "stmdb", "ldmia", "bx", "nop", "ldr", "ldrd", "str", "strd", "b")  # of these none is dropped
 ORDERED = {"sub": (1, 2), "sbc": (1, 2), "rsb": (1, 2), "bic": (1, 2), "smull": (0, 1), "smlal": (0, 1), "mla": (2, 3),
            "mls": (2, 3), "ldrd": (0, 1), "strd": (0, 1)}
 SHIFTS = ("lsl", "lsr", "asr", "ror")

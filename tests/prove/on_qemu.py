@@ -14,7 +14,8 @@ import z3
 from disassembly import Reg
 from machine import Machine, Products, Stack
 
-MEMORY = ("ldr", "str", "ldrd", "strd", "ldmia", "stmia", "stmdb", "push", "pop", "bx", "nop")
+MEMORY = ("ldr", "str", "ldrd", "strd", "ldrh", "ldmia", "stmia", "stmdb", "push", "pop", "b", "bx", "nop")
+SHIFTS = ("lsl", "lsr", "asr", "ror")
 STATES = 24  # for each instruction
 WORDS = 16  # r0-r12, lr, flags, one spare
 CORNERS = (0, 1, 2, 0x7FFFFFFF, 0x80000000, 0x80000001, 0xFFFFFFFF, 0xFFFF8000, 0x8000, 0x7FFF, 0x40000000)
@@ -72,7 +73,8 @@ def instructions(codes):
     found = {}
     for code in codes:
         for i in code.instructions:
-            if i.base not in MEMORY and not i.symbol and Reg(13) not in i.operands:
+            by_register = i.base in SHIFTS and isinstance(i.operands[-1], Reg)  # by a known number (interrupt.py)
+            if i.base not in MEMORY and not i.symbol and not by_register and Reg(13) not in i.operands:
                 found.setdefault(re.sub(r"\.[nw]\b", "", i.text), i)
     return found
 

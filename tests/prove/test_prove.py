@@ -15,6 +15,7 @@ import on_qemu  # noqa: E402
 import proof  # noqa: E402
 from kernel import Kernel, Pointer, Value  # noqa: E402
 from machine import Machine, Misbehaviour  # noqa: E402
+from prove_interrupt import CODE  # noqa: E402
 from specs import KERNELS  # noqa: E402
 
 CROSS = os.environ.get("CROSS", "arm-none-eabi-")
@@ -85,6 +86,8 @@ def test_the_machine_agrees_with_qemu(tmp_path, monkeypatch):
     names = {kernel.symbol for kernel in KERNELS}
     files = [build / "libmssfoc.a", build / "prove" / "kernels.o", *build.glob("prove/*/libmssfoc.a")]
     codes = [body for file in files for body in disassembly.functions(file, names).values()]
+    subprocess.run(["make", "-s", "interrupt-objects"], check=True)
+    codes += disassembly.functions(build / "mssfoc.elf", set(CODE)).values()
     qemu = os.environ.get("QEMU", "qemu-system-arm")
     count, wrong = on_qemu.differences(codes, tmp_path, CROSS, qemu)
     assert count > 1000 and not wrong, wrong[:5]

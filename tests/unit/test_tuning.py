@@ -111,8 +111,8 @@ def iron(p):
     if p["lq_rest_uh"] <= p["lq_uh"] or rated_q15 == 0:
         return {"iron_rest_q15": 32768, "iron_grows_q10": 0}
     rest = Fraction(p["lq_uh"] * 32768, p["lq_rest_uh"])
-    grows = Fraction((32768 - round(rest)) * 2**10 * 2**15, rated_q15**2)
-    return {"iron_rest_q15": rest, "iron_grows_q10": min(grows, 65535)}
+    grows = Fraction((32768 - max(round(rest), 1)) * 2**10 * 2**15, rated_q15**2)
+    return {"iron_rest_q15": max(rest, 1), "iron_grows_q10": min(grows, 65535)}
 
 
 def ripple_q10(p):
