@@ -19,6 +19,11 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SPEED_MAX_BEYOND_OVERSPEED] = "speed_max_rpm must be below overspeed_rpm",
     [ERROR_V_MIN_BELOW_MODULATOR] = "v_min_mv must be at least a quarter of v_range_mv: the modulator's range",
     [ERROR_SPEED_BEYOND_OBSERVER] = "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical",
+    [ERROR_SAMPLES_OF_SHUNTS] =
+        "pwm_samples 2 needs sensors in line with the phases: low_side_shunts see nothing at every second sample",
+    [ERROR_SAMPLES_AT_VALLEY] =
+        "pwm_samples 2 needs pwm_update 1 or 2: at the valley every second sample goes unanswered",
+    [ERROR_SAMPLES_TOO_FAST] = "pwm_samples 2 needs a PWM of 20 kHz or less",
     [ERROR_CURRENT_MARGIN] = "current_bw_hz leaves too little phase margin with this pwm_update: at most @",
     [ERROR_SPEED_MARGIN] = "speed_bw_hz leaves less than 45 degrees of phase margin: at most @",
     [ERROR_SPEED_RESOLUTION] =

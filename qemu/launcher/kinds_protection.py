@@ -69,10 +69,11 @@ def enumerator(run, column, code):
 
 
 def _overruns(run):
-    """Current-loop interrupts that did not come once per PWM period, by the twin's log, and overrun faults."""
+    """Samples that were not followed by one current-loop interrupt, by the twin's log, and overrun faults."""
     count = sum(1 for code in np.unique(run.trace["fault"]) if enumerator(run, "fault", code) == "LOOP_OVERRUN")
     if len(run.loop_starts_s) > 1:
-        count += int(np.count_nonzero(np.round(np.diff(run.loop_starts_s) / run.period_s) != 1))
+        samples_s = run.trace.between(run.loop_starts_s[0], run.loop_starts_s[-1])["t_s"]
+        count += int(np.count_nonzero(np.diff(np.searchsorted(run.loop_starts_s, samples_s)) != 1))
     return count
 
 
