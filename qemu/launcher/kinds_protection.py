@@ -26,7 +26,7 @@ def _bridge_off(run, since, after_s=0.0):
     t = run.trace["t_s"]
     first = int(np.searchsorted(t, start))
     off = np.flatnonzero((run.trace["gates"][first:] == 0) & (run.trace["gate_live"][first:] == 0))
-    return None if len(off) == 0 else whole_periods(start, t[first + off[0]], run.period_s)
+    return None if len(off) == 0 else whole_periods(start, t[first + off[0]], run.pwm_period_s)
 
 
 def _gates_on_after(run, from_s, to_s):

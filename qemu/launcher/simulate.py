@@ -114,7 +114,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     finished = Run(trace, text, drive, enums, plan.names, plan.steps, log["t_s"][log["exception"] == CURRENT_LOOP])
     figures = measure(plan, finished)
     figures[NAME] = judge(plan, finished, typed(plan, drive))
-    load = cpu_load(log, float(np.median(np.diff(trace["t_s"][:100]))))  # one sample a period until the first `on`
+    load = cpu_load(log, finished.pwm_period_s)
     return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols, load, files["irqlog"])
 
 
