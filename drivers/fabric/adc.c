@@ -36,3 +36,12 @@ void adc_set_limits(struct adc_regs *adc, int32_t i_trip_q15, int32_t sum_trip_q
     adc->V_MIN = (uint32_t)v_min_q15;
     adc->V_MAX = (uint32_t)v_max_q15;
 }
+
+struct adc_sample adc_read_next(const struct adc_regs *adc, uint32_t polls)
+{
+    const uint32_t newest = adc->SEQUENCE;
+    for (uint32_t poll = 0; poll < polls && adc->SEQUENCE == newest; poll++) {
+        /* bounded */
+    }
+    return adc_read(adc);
+}

@@ -132,6 +132,9 @@ static inline struct adc_sample adc_read(const struct adc_regs *adc)
     return sample;
 }
 
+/* As adc_read(), of the conversion after the newest one; of that again if none ends within so many reads. Context: any. */
+struct adc_sample adc_read_next(const struct adc_regs *adc, uint32_t polls);
+
 /* The newest bus voltage alone, Q15. Context: any. */
 static inline int32_t adc_vbus_q15(const struct adc_regs *adc)
 {

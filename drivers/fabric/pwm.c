@@ -77,3 +77,8 @@ bool pwm_set_update(struct pwm_regs *pwm, enum pwm_update update)
     return comes_to_rest(pwm) && holds(&pwm->MODE, (uint32_t)update) && holds(&pwm->PHASE, from) &&
            holds(&pwm->CONTROL, PWM_CONTROL_RUN);
 }
+
+bool pwm_set_samples(struct pwm_regs *pwm, uint32_t samples)
+{
+    return holds(&pwm->TRIGGER_2, samples == 2u ? pwm->DEAD / 2u | PWM_TRIGGER_RISING : 0u);
+}

@@ -65,7 +65,7 @@ struct pwm_setup {
 /*
  * Stops the PWM, sets it up and starts it, all phases at half on-time. The ADC is triggered once a period, in the middle of the
  * time for which the low sides conduct: dead time delays each edge of a leg that turns something on, so that this middle lies
- * half a dead time behind the valley.
+ * half a dead time behind the valley, and that of the high sides as far behind the peak.
  *
  * Returns false, with the PWM at rest, if a value is out of range, the carrier does not come to rest, or a register does not
  * read back. Whether it runs, the conversions show. Context: thread.
@@ -79,6 +79,12 @@ bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup);
  * interrupt may break into, while nobody else sets up the PWM.
  */
 bool pwm_set_update(struct pwm_regs *pwm, enum pwm_update update);
+
+/*
+ * Samples a period: 1, in the middle of the low sides' time, or 2, in that of the high sides' as well. In effect at once,
+ * whatever the carrier does. Returns false if the register does not read back. Context: any, while nobody else sets up the PWM.
+ */
+bool pwm_set_samples(struct pwm_regs *pwm, uint32_t samples);
 
 /* Whether a phase of the newest set of compares could not act at once and waited for the next end. Any context. */
 static inline bool pwm_fell_back(const struct pwm_regs *pwm)

@@ -8,7 +8,7 @@
 #include "lib/q15.h"
 
 #define QUICK_STOP_MS     5000u
-#define LOOP_START_MS     2u /* until the PWM's first periods have passed */
+#define LOOP_START_MS     2u /* until the PWM's first periods have passed, or the first of another number of samples */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
 #define LIMITS_MS         2u /* supervision_step() has less to do in these than in the others */
 #define INDEX_MS          4u
@@ -100,10 +100,12 @@ static void begin_quick_stop(struct axis *a)
 
 static void make_ready(struct axis *a)
 {
-    if (!pwm_set_update(&a->fabric->pwm, a->tuning.update)) {
+    if (!pwm_set_update(&a->fabric->pwm, a->tuning.update) ||
+        !pwm_set_samples(&a->fabric->pwm, (uint32_t)a->tuning.samples)) {
         axis_raise(a, FAULT_FABRIC);
         return;
     }
+    a->paced_ms = a->loop.loops_per_slow == a->tuning.loops_per_slow ? a->paced_ms : a->time_ms;
     current_loop_tune(&a->loop, &a->tuning);
     gate_set_chopper(&a->fabric->gate, a->tuning.chopper_on_q15, a->tuning.chopper_off_q15);
     reaction_begin(&a->reactions);
@@ -146,15 +148,16 @@ static void take_request(struct axis *a)
     }
 }
 
-/* Expect CONFIG_LOOPS_PER_SLOW conversions +-1 since the last step; the fabric detects unread ones. */
+/* Expect the conversions of a millisecond, +-1, since the last step; the fabric detects unread ones. */
 static void watch_heartbeat(struct axis *a)
 {
     const uint32_t ran = adc_sequence(&a->fabric->adc) - a->heartbeat;
+    const uint32_t expected = (uint32_t)a->loop.loops_per_slow;
     a->heartbeat += ran;
-    if (a->time_ms <= LOOP_START_MS) { /* and once in 49.7 days for so long */
+    if (a->time_ms - a->paced_ms <= LOOP_START_MS) { /* and once in 49.7 days for so long */
         return;
     }
-    if (ran + 1u < CONFIG_LOOPS_PER_SLOW || ran > CONFIG_LOOPS_PER_SLOW + 1u) {
+    if (ran + 1u < expected || ran > expected + 1u) {
         axis_raise(a, FAULT_LOOP_STOPPED);
     }
 }

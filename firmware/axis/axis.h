@@ -67,6 +67,7 @@ struct axis {
     uint32_t stopping_ms;
     uint32_t lingering_ms;          /* of these, those in which no limit held the rotor's braking back */
     uint32_t heartbeat;             /* conversions at the last step */
+    uint32_t paced_ms;              /* when their number a millisecond was last chosen */
     volatile uint32_t time_wraps;   /* of time_ms, once in 49.7 days */
     volatile uint32_t fabric_doubt; /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
     struct torque_control torque;

@@ -52,6 +52,7 @@ static void adopt_tuning(struct axis *a, const struct tuning *t)
         (void)encoder_init(&a->fabric->encoder, (uint32_t)a->params.encoder_counts, false);
         speed_estimate_reset(&a->speed.estimate);
     }
+    a->start.unseen = a->start.unseen || t->samples > a->tuning.samples;
     a->tuning = *t;
     speed_loop_tune(&a->speed, t);
     thermal_tune(&a->thermal, &a->params);

@@ -91,9 +91,10 @@ static void follow(struct axis *a, enum loop_source source)
 static void open_gates(struct axis *a)
 {
     struct start *const s = &a->start;
-    follow(a, s->aligned ? LOOP_ENCODER : LOOP_FORCED);
+    const bool known = s->aligned && !s->unseen;
+    follow(a, known ? LOOP_ENCODER : LOOP_FORCED);
     wiring_start(&s->wiring);
-    s->phase = s->aligned ? START_FOLLOW : START_WIRING;
+    s->phase = known ? START_FOLLOW : START_WIRING;
 }
 
 /* An aligned drive may start turning; whose angle has to be found must stand. */
@@ -147,8 +148,9 @@ static void step_wiring(struct axis *a)
     struct start *const s = &a->start;
     switch (wiring_step(&s->wiring, &a->loop, &a->tuning, &a->fabric->adc)) {
     case WIRING_GOOD:
+        s->unseen = false;
         alignment_start(&s->alignment, &a->loop, &a->tuning, latched(a));
-        s->phase = START_ALIGN;
+        s->phase = s->aligned ? START_FOLLOW : START_ALIGN;
         break;
     case WIRING_OPEN:
         raise_of_wiring(a, FAULT_OPEN_PHASE);

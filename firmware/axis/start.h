@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The way from "ready" to "operation enabled": zero of the sensors, the rotor at rest, bridge on, wiring, alignment. Each step
- * that fails raises a fault with its name. A drive whose offset is known needs the first and the third only.
+ * that fails raises a fault with its name. A drive whose offset is known needs the first and the third only, and the wiring
+ * when the second sample of a period is new to it.
  *
  * Known it is from an alignment on, as long as the encoder has counted without a fault; or, once the index has been seen with a
  * known offset, whenever the index has been seen again.
@@ -28,6 +29,7 @@ struct start {
     bool aligned;              /* the encoder's relation to the magnets is known: angle_offset_q32 of the loop */
     bool rescaled;             /* the observer's angle is still of the scale before */
     bool index_known;          /* and that of the index */
+    bool unseen;               /* what the sensors show in the second sample of a period */
     uint32_t index_offset_q32; /* the field's angle at the index */
 };
 

@@ -16,9 +16,9 @@
 #define INDEX_COUNTS 2 /* from pulse to pulse */
 #define INDEX_DRIFT  4 /* from the first pulse, in the same direction */
 
-static int32_t w_of(int32_t speed_q32)
+static int32_t w_of(const struct axis *a, int32_t speed_q32)
 {
-    return q15_sat16(speed_q32 >> 13);
+    return q15_sat16(speed_q32 >> a->loop.w_shift);
 }
 
 /*
@@ -45,7 +45,7 @@ void supervise_encoder_begin(struct axis *a)
                                 .speed_before_q32 = a->loop.pll.speed_q32,
                                 .dead_w_q15 = dead_w_q15(a),
                                 .still_limit_q15 =
-                                    STILL_COUNTS * (a->tuning.encoder_scale_q32 >> 13) / CONFIG_LOOPS_PER_SLOW,
+                                    STILL_COUNTS * (a->tuning.encoder_scale_q32 >> 13) / CONFIG_PERIODS_PER_SLOW,
                                 .index = encoder_index(&a->fabric->encoder)};
     e->jump_limit_q32 = (int32_t)(coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG));
     emf_reset(&e->emf, &a->tuning);
@@ -77,8 +77,9 @@ static uint32_t latched(const struct encoder_regs *encoder, uint32_t *clock)
 /* How far the shaft is from where its speed would have brought it, electrical. */
 static int32_t surprise_at(const struct axis *a, const struct encoder_watch *e, int32_t moved, uint32_t clock)
 {
-    const uint32_t periods = (clock - e->latch_clock + CONFIG_PWM_COUNTS / 2u) / CONFIG_PWM_COUNTS;
-    return (int32_t)((uint32_t)moved * a->tuning.encoder_scale_q32 - periods * (uint32_t)e->speed_q32);
+    const uint32_t loop_counts = (uint32_t)a->tuning.loop_counts;
+    const uint32_t samples = (clock - e->latch_clock + loop_counts / 2u) / loop_counts;
+    return (int32_t)((uint32_t)moved * a->tuning.encoder_scale_q32 - samples * (uint32_t)e->speed_q32);
 }
 
 static int32_t surprise_q32(struct axis *a, struct encoder_watch *e)
@@ -91,7 +92,7 @@ static int32_t surprise_q32(struct axis *a, struct encoder_watch *e)
     e->latch_clock = clock;
     if (moved != 0) {
         e->still_ms = 0;
-        e->w_moving_q15 = w_of(e->speed_before_q32);
+        e->w_moving_q15 = w_of(a, e->speed_before_q32);
     } else {
         e->still_ms++;
     }
@@ -103,11 +104,11 @@ static int32_t degrees(int32_t angle_q32)
     return ((angle_q32 >> 16) * 360) >> 16;
 }
 
-static void begin_doubt(struct encoder_watch *e, int32_t jump_q32)
+static void begin_doubt(const struct axis *a, struct encoder_watch *e, int32_t jump_q32)
 {
     e->doubt_ms = DOUBT_MS;
     e->jump_q32 = jump_q32;
-    e->w_before_q15 = w_of(e->speed_q32);
+    e->w_before_q15 = w_of(a, e->speed_q32);
     e->emf_before = e->emf.filtered;
     e->against_ms = 0;
 }
@@ -119,9 +120,9 @@ static bool counts_stand(const struct axis *a, int32_t speed_q32)
 {
     const struct encoder_regs *const encoder = &a->fabric->encoder;
     const uint32_t quiet = encoder_latch_clock(encoder) - encoder_edge_clock(encoder);
-    const uint32_t periods = quiet / CONFIG_PWM_COUNTS;
-    return periods >= 2u &&
-           (uint64_t)periods * (uint32_t)q15_abs(speed_q32) > STILL_COUNTS * (uint64_t)a->tuning.encoder_scale_q32;
+    const uint32_t samples = quiet / (uint32_t)a->tuning.loop_counts;
+    return samples >= 2u &&
+           (uint64_t)samples * (uint32_t)q15_abs(speed_q32) > STILL_COUNTS * (uint64_t)a->tuning.encoder_scale_q32;
 }
 
 /*
@@ -141,7 +142,7 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e)
     if (e->doubt_ms >= DOUBT_MS - 1u) {
         return; /* the voltages of this millisecond are those from before */
     }
-    if (counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << 13))) {
+    if (counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << a->loop.w_shift))) {
         if (stands_with_emf(e)) {
             axis_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
         } else {
@@ -251,7 +252,7 @@ void supervise_encoder(struct axis *a, bool its_turn)
     struct encoder_watch *const e = &a->supervision.encoder;
     const int32_t surprise = surprise_q32(a, e);
     if (e->doubt_ms == 0u && q15_abs(surprise) > e->jump_limit_q32) {
-        begin_doubt(e, surprise);
+        begin_doubt(a, e, surprise);
     }
     if (its_turn || e->doubt_ms != 0u) {
         look_at_emf(a, e);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/commission/field_pass.h"
 
-#include "firmware/settings/config.h"
 #include "lib/q15.h"
 
 void field_pass_start(struct field_pass *p, int32_t step_q32, uint32_t ramp_ms, uint32_t measure_ms)
@@ -30,12 +29,11 @@ static int32_t way_q32(const struct field_pass *p)
     return p->step_q32 / (int32_t)p->ramp_ms * (int32_t)(down_ms + p->ramp_ms - p->time_ms);
 }
 
-/* The encoder's sample is a period older than the field of the millisecond that begins. */
+/* The encoder's sample is one older than the field of the millisecond that begins. */
 static void measure(struct field_pass *p, const struct pendulum *rotor, const volatile struct current_loop *c,
                     uint32_t encoder_q32, int32_t counts, uint32_t n)
 {
-    const uint32_t lead_q32 =
-        rotor->applied_q32 - (uint32_t)(p->step_q32 / (int32_t)CONFIG_LOOPS_PER_SLOW) - encoder_q32;
+    const uint32_t lead_q32 = rotor->applied_q32 - (uint32_t)(p->step_q32 / c->loops_per_slow) - encoder_q32;
     if (n == 0u) {
         p->reference_q32 = lead_q32;
         p->first_counts = counts;

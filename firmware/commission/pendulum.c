@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/commission/pendulum.h"
 
-#include "firmware/settings/config.h"
 #include "lib/q15.h"
 
 #define DAMPING       3 /* of about 0.4 */
@@ -36,5 +35,5 @@ void pendulum_step(struct pendulum *p, volatile struct current_loop *c, uint32_t
     }
     c->i_d_ref_q15 = current_q15;
     c->i_q_ref_q15 = 0;
-    current_loop_field(c, p->applied_q32, step_q32 / (int32_t)CONFIG_LOOPS_PER_SLOW);
+    current_loop_field(c, p->applied_q32, step_q32 / c->loops_per_slow);
 }

@@ -12,6 +12,7 @@
 #define RISE_MS        40u /* a quarter more each: from the first voltage to the largest, and a while there */
 #define FALL_MS        25u
 #define SHARE_TENTH    3
+#define BLIND_PART     4
 
 const struct tuning wiring_tuning = {.v_min_q15 = Q15_ONE / 4};
 
@@ -67,7 +68,7 @@ static enum wiring_result judge(struct wiring *w, const struct tuning *t)
     }
     for (size_t k = 0; k < 3u; k++) {
         w->phase = (int32_t)k + 1;
-        if (w->largest_q15[k] * 10 < most_q15 * SHARE_TENTH) {
+        if (w->blind[k] || w->largest_q15[k] * 10 < most_q15 * SHARE_TENTH) {
             return WIRING_OPEN;
         }
         if (w->own_q15[k] < 0) {
@@ -77,11 +78,27 @@ static enum wiring_result judge(struct wiring *w, const struct tuning *t)
     return WIRING_GOOD;
 }
 
+/* The larger of a phase's currents in both samples; or the one there is. The other is less than a quarter of it: blind. */
+static void look(struct wiring *w, const struct tuning *t, const struct adc_regs *adc, int32_t i_q15[3])
+{
+    const struct adc_sample s = adc_read(adc);
+    const struct adc_sample next = t->samples == 2 ? adc_read_next(adc, (uint32_t)t->loop_counts) : s;
+    const int32_t first_q15[3] = {s.ia_q15, s.ib_q15, s.ic_q15};
+    const int32_t second_q15[3] = {next.ia_q15, next.ib_q15, next.ic_q15};
+    for (size_t k = 0; k < 3u; k++) {
+        const bool more = q15_abs(second_q15[k]) > q15_abs(first_q15[k]);
+        const int32_t less_q15 = more ? first_q15[k] : second_q15[k];
+        i_q15[k] = more ? second_q15[k] : first_q15[k];
+        w->blind[k] = w->blind[k] ||
+                      (q15_abs(i_q15[k]) >= t->wiring_i_q15 / 4 && q15_abs(less_q15) < q15_abs(i_q15[k]) / BLIND_PART);
+    }
+}
+
 enum wiring_result wiring_step(struct wiring *w, volatile struct current_loop *c, const struct tuning *t,
                                const struct adc_regs *adc)
 {
-    const struct adc_sample s = adc_read(adc);
-    const int32_t i_q15[3] = {s.ia_q15, s.ib_q15, s.ic_q15};
+    int32_t i_q15[3];
+    look(w, t, adc, i_q15);
     const int32_t rise_q15[3] = {i_q15[0] - w->before_q15[0], i_q15[1] - w->before_q15[1], i_q15[2] - w->before_q15[2]};
     w->ms++;
     if (w->v_256ths == 0 && (w->ms > FALL_MS || largest(i_q15) < t->wiring_i_q15 / 4)) {

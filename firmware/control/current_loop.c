@@ -52,6 +52,9 @@ _Static_assert(CONFIG_BUS_STEPS % 8 == 0, "the gains take an eighth of it");
 /* Beyond 32 knees, half of the range, nothing is left to compensate. */
 #define DEAD_SHIFT_MAX 5
 
+/* With one sample a period: rates.h. */
+#define W_SHIFT 13u
+
 /* Half a period at a speed of 1.0 = 1/16 turn a period, in radians. */
 #define TURN_PER_HALF_Q15 6434
 
@@ -66,15 +69,18 @@ static void fill_circle(struct current_loop *c)
 
 void current_loop_init(struct current_loop *c)
 {
-    *c = (struct current_loop){.sine = trig_chords, .status_max = UINT32_MAX};
+    *c = (struct current_loop){
+        .sine = trig_chords, .status_max = UINT32_MAX, .loops_per_slow = CONFIG_PERIODS_PER_SLOW, .w_shift = W_SHIFT};
     fill_circle(c);
 }
 
 void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
 {
     c->encoder_scale_q32 = t->encoder_scale_q32;
+    c->loops_per_slow = t->loops_per_slow;
+    c->w_shift = W_SHIFT + 1u - (uint32_t)t->samples;
     c->ripple_q10 = t->ripple_q10;
-    c->turn_per_w_q15 = t->delay_halves * TURN_PER_HALF_Q15;
+    c->turn_per_w_q15 = t->delay_halves * TURN_PER_HALF_Q15 / t->samples;
     c->fell_back = 0u;
     c->dead_shift = 0u;
 }
@@ -192,7 +198,7 @@ static void rest(volatile struct current_loop *c)
 /* Speed of the frame in which the currents are regulated: the rotor's, or the prescribed field's. */
 static int32_t frame_w_q15(const volatile struct current_loop *c)
 {
-    return c->source == LOOP_FORCED ? q15_sat16(c->field_speed_q32 >> 13) : current_loop_w_q15(c);
+    return c->source == LOOP_FORCED ? q15_sat16(c->field_speed_q32 >> c->w_shift) : current_loop_w_q15(c);
 }
 
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t)

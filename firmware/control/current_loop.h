@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The current loop: the end-of-conversion interrupt, once a PWM period, the most urgent one.
+ * The current loop: the end-of-conversion interrupt, once or twice a PWM period, the most urgent one.
  *
  * current_loop_step.h is the interrupt's work in C, one instance for each source of the field's angle and each scheme of
  * sensing; the one for the encoder and two sensors stands in assembly as well (current_loop_isr.S), because it is quicker.
@@ -86,7 +86,7 @@ struct current_loop {
     uint32_t status_max;                          /* a gate status above this is a fault; all ones while none counts */
     int32_t pair;                                 /* enum loop_pair */
     uint32_t field_angle_q32;                     /* of LOOP_FORCED: at the next sample */
-    int32_t field_speed_q32;                      /* and a period later so much more */
+    int32_t field_speed_q32;                      /* and a sample later so much more */
     uint16_t circle_steps[1 << LOOP_CIRCLE_BITS]; /* largest |v_q| beside v_d */
 
     /* which instance runs: current_loop_select() alone writes these */
@@ -103,6 +103,8 @@ struct current_loop {
     const struct tuning *gains_of; /* what the gains are from, NULL: none are set; and the bus voltage they are for */
     int32_t gains_vbus_q15;
     int32_t kp_q_rated_q9;  /* of q without kp + ki: where iron saturates, at rated current */
+    int32_t loops_per_slow; /* samples a millisecond */
+    uint32_t w_shift;       /* from a speed a sample, Q32, to one a PWM period, w_q15 */
     int32_t turn_per_w_q15; /* by how much the frame turns until the voltages act, at a speed of 1.0 */
     uint32_t fell_back;     /* milliseconds since the tuning in which the newest voltage had to wait for an end */
 };
@@ -110,7 +112,7 @@ struct current_loop {
 /* Electrical speed of the rotor: Q15, 1.0 = CONFIG_SPEED_BASE_HZ. Any context. */
 static inline int32_t current_loop_w_q15(const volatile struct current_loop *c)
 {
-    return q15_sat16(c->pll.speed_q32 >> 13);
+    return q15_sat16(c->pll.speed_q32 >> c->w_shift);
 }
 
 /* Electrical angle of the field, for display. Any context. */
@@ -128,7 +130,7 @@ static inline bool current_loop_is_on(const volatile struct current_loop *c)
 /* The state before the first use. Thread, once. */
 void current_loop_init(struct current_loop *c);
 
-/* Takes what does not depend on the bus: the encoder's scale. Slow loop or thread, bridge off. */
+/* Takes what does not depend on the bus: the encoder's scale, how often it is sampled. Slow loop or thread, bridge off. */
 void current_loop_tune(volatile struct current_loop *c, const struct tuning *t);
 
 /* From now on the controllers work and the thresholds count, or neither does. Slow loop. */
@@ -143,7 +145,7 @@ bool current_loop_select(volatile struct current_loop *c, const struct fabric *f
                          enum loop_scheme scheme);
 
 /*
- * Of LOOP_FORCED: the field stands at `angle_q32` at the next sample and turns by `speed_q32` a period from there, until told
+ * Of LOOP_FORCED: the field stands at `angle_q32` at the next sample and turns by `speed_q32` a sample from there, until told
  * otherwise. The rotor's angle and speed in `pll` go on following the encoder. Slow loop, bridge on or off.
  */
 void current_loop_field(volatile struct current_loop *c, uint32_t angle_q32, int32_t speed_q32);

@@ -92,6 +92,9 @@ static void put_update(struct session *s)
 {
     text_put(&s->out, "voltages act: ");
     text_put(&s->out, message_of_update(s->axis->tuning.update));
+    if (s->axis->tuning.samples == 2) {
+        text_put(&s->out, ", two samples a period");
+    }
     if (s->axis->tuning.update == PWM_UPDATE_ONCE) {
         text_put(&s->out, ", milliseconds in which one had to wait for the next end: ");
         text_put_int(&s->out, (int32_t)s->axis->loop.fell_back);

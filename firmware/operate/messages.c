@@ -19,6 +19,11 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SPEED_MAX_BEYOND_OVERSPEED] = "speed_max_rpm must be below overspeed_rpm",
     [ERROR_V_MIN_BELOW_MODULATOR] = "v_min_mv must be at least a quarter of v_range_mv: the modulator's range",
     [ERROR_SPEED_BEYOND_OBSERVER] = "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical",
+    [ERROR_SAMPLES_OF_SHUNTS] =
+        "pwm_samples 2 needs sensors in line with the phases: low_side_shunts see nothing at every second sample",
+    [ERROR_SAMPLES_AT_VALLEY] =
+        "pwm_samples 2 needs pwm_update 1 or 2: at the valley every second sample goes unanswered",
+    [ERROR_SAMPLES_TOO_FAST] = "pwm_samples 2 needs a PWM of 20 kHz or less",
     [ERROR_CURRENT_MARGIN] = "current_bw_hz leaves too little phase margin with this pwm_update: at most @",
     [ERROR_SPEED_MARGIN] = "speed_bw_hz leaves less than 45 degrees of phase margin: at most @",
     [ERROR_SPEED_RESOLUTION] =
@@ -103,7 +108,8 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
         {"encoder counts",
          "encoder_counts does not fit pole_pairs or the index: the setting, dirt on the disc, disturbance on the lines",
          "encoder_counts # would fit"},
-    [FAULT_OPEN_PHASE] = {"open phase", "motor cable, plug, a bridge leg, or a current sensor that shows nothing",
+    [FAULT_OPEN_PHASE] = {"open phase",
+                          "motor cable, plug, a bridge leg, or a current sensor that shows nothing: low_side_shunts?",
                           "phase @: 1 is A, 2 is B, 3 is C; 0: more than one"},
     [FAULT_SPEED_DEVIATION] = {"speed deviation", "load, i_max_ma, deviation_pct", "@ rpm from the reference"},
     [FAULT_OVERTEMPERATURE] = {"over-temperature", "load, cooling, i_rated_ma, t_max_c", "winding at @ degC"},

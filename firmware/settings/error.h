@@ -22,6 +22,9 @@ enum error {
     ERROR_CHOPPER_LEVELS,
     ERROR_SPEED_MAX_BEYOND_OVERSPEED,
     ERROR_V_MIN_BELOW_MODULATOR,
+    ERROR_SAMPLES_OF_SHUNTS,
+    ERROR_SAMPLES_AT_VALLEY,
+    ERROR_SAMPLES_TOO_FAST,
     ERROR_SPEED_BEYOND_OBSERVER,
     /* bandwidths that leave too little margin; value: the largest that works, Hz */
     ERROR_CURRENT_MARGIN,

@@ -15,8 +15,8 @@
 
 /* Of the speed loop, in microseconds: see margins.h. */
 #define SLOW_US  (1000000 / (int32_t)CONFIG_SLOW_HZ)
-#define LOOP_US  (1000000 / (int32_t)CONFIG_PWM_HZ)
-#define DELAY_US (SLOW_US + LOOP_US + SLOW_US / 8)
+#define PWM_US   (1000000 / (int32_t)CONFIG_PWM_HZ)
+#define DELAY_US (SLOW_US + PWM_US + SLOW_US / 8)
 
 /* a / (2 pi) at the limit, in 1e-7: 2 sin(15), 2 tan(22.5), 2 sin(30 degrees). */
 static const int32_t largest_e7[] = {
@@ -25,19 +25,19 @@ static const int32_t largest_e7[] = {
     [PWM_UPDATE_ONCE] = 1591549,
 };
 
-int32_t margin_current_bw_hz(enum pwm_update update)
+int32_t margin_current_bw_hz(enum pwm_update update, int32_t samples)
 {
-    return (int32_t)((int64_t)CONFIG_PWM_HZ * largest_e7[update] / 10000000);
+    return (int32_t)((int64_t)CONFIG_PWM_HZ * samples * largest_e7[delay_alike(update, samples)] / 10000000);
 }
 
 /* x / 2 is the angle whose sine, or tangent, is a / 2. */
-int32_t margin_of_current_u16(int32_t current_bw_hz, enum pwm_update update)
+int32_t margin_of_current_u16(int32_t current_bw_hz, enum pwm_update update, int32_t samples)
 {
-    const int32_t half_q15 = (int32_t)(current_bw_hz * PI_Q15 / CONFIG_PWM_HZ);
-    const int32_t beside_q15 = update == PWM_UPDATE_ENDS
+    const int32_t half_q15 = (int32_t)(current_bw_hz * PI_Q15 / (CONFIG_PWM_HZ * samples));
+    const int32_t beside_q15 = delay_alike(update, samples) == PWM_UPDATE_ENDS
                                    ? Q15_UNITY
                                    : polar_root_down((uint32_t)(Q15_UNITY * Q15_UNITY - half_q15 * half_q15));
-    return TURN_U16 / 4 - delay_halves(update) * (int32_t)(atan2_q32(half_q15, beside_q15) >> 16);
+    return TURN_U16 / 4 - delay_halves(update, samples) * (int32_t)(atan2_q32(half_q15, beside_q15) >> 16);
 }
 
 int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz, int32_t torque_mean_ms)

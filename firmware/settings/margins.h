@@ -10,8 +10,8 @@
  *   the lag of the current loop, atan(1.0291 f / current_bw_hz),
  *   the delay: the estimate is the mean of a slow period, half of it old; what it asks for is held for one, half of it again;
  *   half of one for each further one in the mean of torque_mean_ms;
- *   a sampling period each until it is read and taken; and half the distance of two edges, four a slow period (below that
- *   speed the estimate is older, and the loop's gains follow it: speed_loop.h).
+ *   a PWM period until it is read and taken, however often that is sampled; and half the distance of two edges, four a slow
+ *   period (below that speed the estimate is older, and the loop's gains follow it: speed_loop.h).
  * Resolution. Edges stand up to a tenth of a count off, until the estimate has learned where. So much within a slow period may
  * ask for the largest current, a count for MARGIN_COUNTS_ASK times that.
  */
@@ -26,11 +26,11 @@
 #define MARGIN_DEG        45
 #define MARGIN_COUNTS_ASK 10
 
-/* The largest current_bw_hz with the margin. */
-int32_t margin_current_bw_hz(enum pwm_update update);
+/* The largest current_bw_hz with the margin, with so many samples a PWM period. */
+int32_t margin_current_bw_hz(enum pwm_update update, int32_t samples);
 
 /* The phase margin of the current loops at a bandwidth, in 65536ths of a turn. Range: up to the largest bandwidth. */
-int32_t margin_of_current_u16(int32_t current_bw_hz, enum pwm_update update);
+int32_t margin_of_current_u16(int32_t current_bw_hz, enum pwm_update update, int32_t samples);
 
 /* The phase margin of the speed loop at a bandwidth, in 65536ths of a turn. Range: 1 Hz and more. */
 int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz, int32_t torque_mean_ms);

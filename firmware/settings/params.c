@@ -35,6 +35,8 @@ const struct param_info param_table[] = {
     PARAM(stop_max_ms, 100, 3600000, 60000),
     PARAM(current_bw_hz, 10, 6400, 1000),
     PARAM(pwm_update, 0, 2, 0),
+    PARAM(pwm_samples, 1, 2, 1),
+    PARAM(low_side_shunts, 0, 1, 1),
     PARAM(speed_bw_hz, 1, 200, 60),
     PARAM(torque_mean_ms, 1, PARAM_TORQUE_MEAN_MOST_MS, 1),
     PARAM(i_rated_ma, 10, 2000000, 7100),

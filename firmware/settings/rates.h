@@ -19,17 +19,25 @@
 #define CONFIG_MIN_PULSE_NS 20
 #endif
 
-/* PWM, sampling and current loop run in step. A time between two counts is rounded up. */
+/*
+ * PWM, sampling and current loop run in step: a sample each period, or two where the parameter pwm_samples says so, up to the
+ * highest rate of the loop that is tested. A time between two counts is rounded up.
+ */
 #define CONFIG_HALF_COUNTS      (FABRIC_HZ / (2 * CONFIG_PWM_HZ))
 #define CONFIG_PWM_COUNTS       (2 * CONFIG_HALF_COUNTS)
 #define CONFIG_DEAD_COUNTS      ((FABRIC_HZ / 1000000 * CONFIG_DEAD_TIME_NS + 999) / 1000)
 #define CONFIG_MIN_PULSE_COUNTS ((FABRIC_HZ / 1000000 * CONFIG_MIN_PULSE_NS + 999) / 1000)
 
-/* state machine, speed loop and supervision */
-#define CONFIG_SLOW_HZ        1000
-#define CONFIG_LOOPS_PER_SLOW (CONFIG_PWM_HZ / CONFIG_SLOW_HZ)
+#define CONFIG_LOOP_HZ_MAX 40000
 
-/* Electrical frequency that is 1.0 in w_q15: 1/16 turn a period, because w_q15 is the observer's Q32 speed shifted by 13. */
+/* state machine, speed loop and supervision */
+#define CONFIG_SLOW_HZ          1000
+#define CONFIG_PERIODS_PER_SLOW (CONFIG_PWM_HZ / CONFIG_SLOW_HZ)
+
+/*
+ * Electrical frequency that is 1.0 in w_q15: 1/16 turn a PWM period, because w_q15 is the observer's Q32 speed shifted by 13,
+ * or by 12 with two samples a period.
+ */
 #define CONFIG_SPEED_BASE_HZ (CONFIG_PWM_HZ / 16)
 
 /*
@@ -43,7 +51,7 @@
 /*
  * The loop's voltages are in steps of 2^-CONFIG_V_SHIFT counts of half the on-time: as fine as leaves the radius within 16
  * bits, and so above half of that. The observer's gains keep its double pole near 1250 rad/s (lib/pll.h): 2^-(kp + 1) a
- * period.
+ * sample; near 2500 rad/s with two of them a period, for the handler is the same.
  */
 #if CONFIG_RADIUS(32) <= 32766
 #define CONFIG_V_SHIFT 5

@@ -17,6 +17,20 @@ int32_t tuning_milli_from_q15(int32_t q15, int32_t range_milli)
     return (int32_t)(((int64_t)q15 * range_milli + 16384) >> 15);
 }
 
+static enum error check_samples(const struct params *p)
+{
+    if (p->pwm_samples == 1) {
+        return ERROR_NONE;
+    }
+    if (p->low_side_shunts != 0) {
+        return ERROR_SAMPLES_OF_SHUNTS;
+    }
+    if (p->pwm_update == PWM_UPDATE_VALLEY) {
+        return ERROR_SAMPLES_AT_VALLEY;
+    }
+    return p->pwm_samples * CONFIG_PWM_HZ > CONFIG_LOOP_HZ_MAX ? ERROR_SAMPLES_TOO_FAST : ERROR_NONE;
+}
+
 static enum error check_limits(const struct params *p)
 {
     const int64_t range = p->i_range_ma;
@@ -45,7 +59,7 @@ static enum error check_limits(const struct params *p)
     if ((int64_t)p->overspeed_rpm * p->pole_pairs > 60LL * CONFIG_SPEED_BASE_HZ * 95 / 100) {
         return ERROR_SPEED_BEYOND_OBSERVER;
     }
-    return ERROR_NONE;
+    return check_samples(p);
 }
 
 /* Before the speed loop's gains: they take their measure from the limits. */
@@ -70,11 +84,11 @@ static struct outcome refuse(enum error error, int32_t works)
 /* The bandwidths against what they would leave. */
 static struct outcome check_margins(const struct params *p, struct tuning *t)
 {
-    const int32_t current_bw_hz = margin_current_bw_hz(t->update);
+    const int32_t current_bw_hz = margin_current_bw_hz(t->update, t->samples);
     if (p->current_bw_hz > current_bw_hz) {
         return refuse(ERROR_CURRENT_MARGIN, current_bw_hz);
     }
-    t->current_margin_u16 = margin_of_current_u16(p->current_bw_hz, t->update);
+    t->current_margin_u16 = margin_of_current_u16(p->current_bw_hz, t->update, t->samples);
     const int32_t resolved_hz = margin_resolution_bw_hz(p, t);
     if (p->speed_bw_hz > resolved_hz) {
         return resolved_hz < 1 ? outcome_of(ERROR_SPEED_UNRESOLVED) : refuse(ERROR_SPEED_RESOLUTION, resolved_hz);
@@ -90,6 +104,7 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
 {
     enum error problem = check_limits(p);
     if (problem == ERROR_NONE) {
+        tuning_rates(p, t);
         tune_limits(p, t);
         problem = tuning_current(p, t);
     }

@@ -28,9 +28,13 @@ struct tuning_align {
 };
 
 struct tuning {
+    /* how often the currents are sampled, and the current loop runs */
+    int32_t samples; /* a PWM period */
+    int32_t loop_hz, loops_per_slow;
+    int32_t loop_counts; /* fabric clocks from a sample to the next */
     /* current loop */
     enum pwm_update update;
-    int32_t delay_halves;       /* from sample to voltage, half PWM periods: delay.h */
+    int32_t delay_halves;       /* from sample to voltage, halves of the time between two samples: delay.h */
     int32_t current_margin_u16; /* phase margin, in 65536ths of a turn */
     int32_t kp_d_q12, kp_q_q12; /* V/A per unit */
     int32_t ki_q17;             /* per sample */
@@ -85,7 +89,7 @@ struct tuning {
  */
 struct outcome tuning_compute(const struct params *p, struct tuning *t);
 
-/* Speed in rpm (Q4) from the observer's speed in electrical turns per PWM period (Q32), rounded down. Any context. */
+/* Speed in rpm (Q4) from the observer's speed in electrical turns per sample (Q32), rounded down. Any context. */
 static inline int32_t tuning_rpm_q4(const struct tuning *t, int32_t speed_q32)
 {
     return (int32_t)(((int64_t)speed_q32 * t->rpm_q4_per_w_q32) >> 32);

@@ -36,7 +36,7 @@ static enum error tune_gains(const struct params *p, struct tuning *t)
     }
     /* Ki Ts: mohm are 1e-3 ohm, 2 pi has 3 decimals more */
     const int64_t ki = scale((int64_t)p->resistance_mohm * p->current_bw_hz * p->i_range_ma,
-                             TWO_PI_E9 * (1 << 17) / 1000000, (int64_t)p->v_range_mv * CONFIG_PWM_HZ * 1000000);
+                             TWO_PI_E9 * (1 << 17) / 1000000, (int64_t)p->v_range_mv * t->loop_hz * 1000000);
     if (ki > GAIN_LIMIT || ki < 1) {
         return ERROR_CURRENT_INTEGRAL_GAIN;
     }
@@ -98,11 +98,19 @@ static void tune_ripple(const struct params *p, struct tuning *t)
     t->ripple_q10 = largest_q15 < RIPPLE_KNEES * DEADTIME_KNEE_Q15 ? 0 : (int32_t)(q10 > GAIN_LIMIT ? GAIN_LIMIT : q10);
 }
 
+void tuning_rates(const struct params *p, struct tuning *t)
+{
+    t->samples = p->pwm_samples;
+    t->loop_hz = CONFIG_PWM_HZ * t->samples;
+    t->loops_per_slow = CONFIG_PERIODS_PER_SLOW * t->samples;
+    t->loop_counts = CONFIG_PWM_COUNTS / t->samples;
+}
+
 enum error tuning_current(const struct params *p, struct tuning *t)
 {
     const enum error problem = tune_gains(p, t);
     t->update = (enum pwm_update)p->pwm_update;
-    t->delay_halves = delay_halves(t->update);
+    t->delay_halves = delay_halves(t->update, t->samples);
     tune_ripple(p, t);
     tune_iron(p, t);
     return problem != ERROR_NONE ? problem : tune_decoupling(p, t);

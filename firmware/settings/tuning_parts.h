@@ -5,6 +5,7 @@
 
 #include "firmware/settings/tuning.h"
 
+void tuning_rates(const struct params *p, struct tuning *t); /* first */
 enum error tuning_current(const struct params *p, struct tuning *t);
 enum error tuning_speed(const struct params *p, struct tuning *t); /* after the limits of the currents */
 void tuning_torque(const struct params *p, struct tuning *t);      /* after both */

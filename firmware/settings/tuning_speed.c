@@ -34,7 +34,7 @@ static void tune_estimate(const struct params *p, struct tuning *t)
     t->speed_per_count = (uint32_t)scale(TURN_RATE / 16 / 256, 1, p->encoder_counts);
     t->way_per_count_q12 = (int32_t)scale(TURN_WAY / 256 * 4096, 1, p->encoder_counts);
     t->count_per_way_q16 = (int32_t)scale(p->encoder_counts, 65536LL * 65536, TURN_WAY);
-    t->rpm_q4_per_w_q32 = (int32_t)(60LL * 16 * CONFIG_PWM_HZ / p->pole_pairs);
+    t->rpm_q4_per_w_q32 = (int32_t)(60LL * 16 * t->loop_hz / p->pole_pairs);
 }
 
 static enum error tune_gains(const struct params *p, struct tuning *t)

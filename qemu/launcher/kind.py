@@ -38,7 +38,13 @@ class Run:
     figures: dict = field(default_factory=dict)  # what the scenario itself has measured
 
     @property
+    def pwm_period_s(self):
+        """Until the first `on` it has one sample, whatever is set."""
+        return float(np.median(np.diff(self.trace["t_s"][:100])))
+
+    @property
     def period_s(self):
+        """From a sample to the next."""
         return float(np.median(np.diff(self.trace["t_s"])))
 
     def window(self, from_s=None, to_s=None):

@@ -26,7 +26,7 @@ def _bridge_off(run, since, after_s=0.0):
     t = run.trace["t_s"]
     first = int(np.searchsorted(t, start))
     off = np.flatnonzero((run.trace["gates"][first:] == 0) & (run.trace["gate_live"][first:] == 0))
-    return None if len(off) == 0 else whole_periods(start, t[first + off[0]], run.period_s)
+    return None if len(off) == 0 else whole_periods(start, t[first + off[0]], run.pwm_period_s)
 
 
 def _gates_on_after(run, from_s, to_s):
@@ -69,10 +69,11 @@ def enumerator(run, column, code):
 
 
 def _overruns(run):
-    """Current-loop interrupts that did not come once per PWM period, by the twin's log, and overrun faults."""
+    """Samples that were not followed by one current-loop interrupt, by the twin's log, and overrun faults."""
     count = sum(1 for code in np.unique(run.trace["fault"]) if enumerator(run, "fault", code) == "LOOP_OVERRUN")
     if len(run.loop_starts_s) > 1:
-        count += int(np.count_nonzero(np.round(np.diff(run.loop_starts_s) / run.period_s) != 1))
+        samples_s = run.trace.between(run.loop_starts_s[0], run.loop_starts_s[-1])["t_s"]
+        count += int(np.count_nonzero(np.diff(np.searchsorted(run.loop_starts_s, samples_s)) != 1))
     return count
 
 

@@ -10,7 +10,8 @@
     overspeed_rpm  1.2 times speed_max_rpm
     ramp_rpm_s     0 to speed_max_rpm in 0.8 s, or with half of rated torque if that takes longer
     stop_max_s     60
-    current_bw_hz  1000 where voltages act at the valley, 1300 at both ends, 2000 at once (pwm_update 0, 1, 2)
+    current_bw_hz  1000 where voltages act at the valley, 1300 at both ends, 2000 at once (pwm_update 0, 1, 2); with two
+                   samples a period 2000 at both ends, 4000 at once
     speed_bw_hz    60, or what firmware/settings/margins.h allows if that is less: a phase margin of 45 degrees at this
                    current_bw_hz, and 10 i_max_a for a count of the encoder within a millisecond
 
@@ -25,7 +26,7 @@ USABLE = 0.85
 HOT = 1.31
 SPEED_SHARE_OF_TRIP = 1.2
 LARGEST_HZ, LARGEST_RPM = 980.0, 26000.0
-CURRENT_BW_HZ = (1000.0, 1300.0, 2000.0)  # by pwm_update
+CURRENT_BW_HZ = {1: (1000.0, 1300.0, 2000.0), 2: (2000.0, 2000.0, 4000.0)}  # by pwm_samples and pwm_update
 RPM = math.pi / 30
 
 
@@ -45,16 +46,19 @@ def control_by_rule(motor, inverter):
     return {"i_max_a": _three_digits(min(1.5 * rated_a, 0.85 * trip_a)), "i_trip_a": _three_digits(trip_a),
             "i_align_a": _three_digits(align_a), "speed_max_rpm": speed,
             "overspeed_rpm": math.ceil(SPEED_SHARE_OF_TRIP * speed), "ramp_rpm_s": _three_digits(slope),
-            "stop_max_s": 60.0, "current_bw_hz": CURRENT_BW_HZ[int(motor["control"]["pwm_update"])],
+            "stop_max_s": 60.0, "current_bw_hz": current_bw_by_rule(motor["control"]),
             "speed_bw_hz": speed_bw_by_rule(motor, inertia, min(1.5 * rated_a, 0.85 * trip_a))}
+
+
+def current_bw_by_rule(control):
+    return CURRENT_BW_HZ[int(control["pwm_samples"])][int(control["pwm_update"])]
 
 
 def speed_bw_by_rule(motor, inertia_kgm2, i_max_a):
     """At the [control] values that the file has, and those of the rule where it has none."""
     electrical, control = motor["electrical"], motor["control"]
     i_max_a = i_max_a if control["i_max_a"] is BY_RULE else control["i_max_a"]
-    by_rule_hz = CURRENT_BW_HZ[int(control["pwm_update"])]
-    current_bw_hz = by_rule_hz if control["current_bw_hz"] is BY_RULE else control["current_bw_hz"]
+    current_bw_hz = current_bw_by_rule(control) if control["current_bw_hz"] is BY_RULE else control["current_bw_hz"]
     count_rad_s = 2 * math.pi / motor["encoder"]["counts_per_rev"] * 1000
     torque_nm = 10 * i_max_a * 1.5 * electrical["pole_pairs"] * electrical["flux_wb"]
     resolved_hz = torque_nm / (2 * math.pi * inertia_kgm2 * count_rad_s)

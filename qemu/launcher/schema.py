@@ -133,6 +133,7 @@ MOTOR_TABLES = {
         "stop_max_s": Key(0.1, 3600, BY_RULE, "a quick stop that takes longer ends with the bridge off"),
         "current_bw_hz": Key(1, 1e5, BY_RULE, "crossover of the current loops"),
         "pwm_update": _whole(0, 2, 0, "when voltages act: 0 from the next valley on, 1 from the next end on, 2 at once"),
+        "pwm_samples": _whole(1, 2, 1, "of the currents, a PWM period; 2: with pwm_update 1 or 2, and no shunts"),
         "speed_bw_hz": Key(1e-2, 1e4, BY_RULE, "crossover of the speed loop"),
         "torque_mean_s": Key(1e-3, 4e-3, 1e-3, "where a shaft swings: the speed loop asks for the mean torque over so long")},
 }

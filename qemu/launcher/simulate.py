@@ -114,12 +114,12 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     finished = Run(trace, text, drive, enums, plan.names, plan.steps, log["t_s"][log["exception"] == CURRENT_LOOP])
     figures = measure(plan, finished)
     figures[NAME] = judge(plan, finished, typed(plan, drive))
-    load = cpu_load(log, float(np.median(np.diff(trace["t_s"]))))
+    load = cpu_load(log, finished.pwm_period_s)
     return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols, load, files["irqlog"])
 
 
 def as_held(plan, scenario, drive, trace, enums):
-    """The plan with the instants at which its holds were over. The twin sees a state one period after its row."""
+    """The plan with the instants at which its holds were over. The twin sees a state when the row after its own begins."""
     held_s = {}
     for hold in plan.holds:
         row = 0
@@ -129,7 +129,7 @@ def as_held(plan, scenario, drive, trace, enums):
                 break
             row += int(found[0])
         else:
-            held_s[hold.label] = float(trace["t_s"][row] + trace["t_s"][1] - trace["t_s"][0])
+            held_s[hold.label] = float(trace["t_s"][min(row + 1, len(trace["t_s"]) - 1)])
     return load_scenario(scenario, drive, held_s) if held_s else plan
 
 

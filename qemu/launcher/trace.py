@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The trace of a run: one row a PWM period, columns by name, plus quantities worked out from the plant's own truth."""
+"""The trace of a run: one row a sample of the currents, columns by name, plus what follows from the plant's own truth."""
 import math
 
 import numpy as np

@@ -21,7 +21,7 @@ from launcher.probes import Symbols, make_probes
 from launcher.qemu import Image, Qemu, command, escape, run_to_end
 from launcher.recording import read_recording
 from launcher.scenario import load_scenario
-from rates.builds import RATES_HZ, build_of, overrides
+from rates.builds import OWN_HZ, RATES_HZ, build_of, overrides
 
 MOTOR = "teknic_m2310p"
 CLOSING = re.compile(r"(?m)^bench: (\d+) rows\r?$")
@@ -29,6 +29,8 @@ WALL_S = 300.0
 CURRENT_LOOP_EXCEPTION = 16 + 34  # FabricIrq0
 EXCLUDED_BEFORE_S = 0.45          # start-up and the sensors' zeros, which have a handler of their own
 ZERO_WAIT = ("cycles.apb_read 0", "cycles.apb_write 0")
+
+TWO_SAMPLES = {"motor": {"control": {"pwm_update": 2, "pwm_samples": 2}}, "inverter": {"sensor": {"shunt": 0}}}
 
 # Both directions, with and without load, standstill and the steps between them; no fault.
 CLOSED_LOOP = {
@@ -98,15 +100,20 @@ def handlers_without_wait(build, out_dir, seed):
 
 
 def at_other_rates(out_dir, seed, settings):
-    """The current loop's interrupt of the firmware built for each PWM rate, and what share of the core the loops take."""
-    rows = {}
-    for hz in RATES_HZ:
-        folder = out_dir / f"rate{hz}"
-        found = closed_loop(build_of(hz, "mssfoc.elf", "mssfoc.hex"), folder, seed, settings, overrides(hz))
-        load = cpu_load(load_irqlog(folder / "irqlog"), 1 / hz)
-        rows[f"rate.{hz}"] = {**found["current_loop.interrupt"], "slow_loop_mean": round(load.slow_loop.mean_cycles),
-                              "load_percent": round(100 - load.rest_percent, 2)}
-    return rows
+    """The current loop's interrupt of the firmware built for each PWM rate, and what share of the core the loops take.
+
+    With two samples a period only from when they are taken.
+    """
+    rows = {f"rate.{hz}": _share(hz, out_dir / f"rate{hz}", seed, settings, overrides(hz)) for hz in RATES_HZ}
+    return {**rows, f"rate.{OWN_HZ}.two": _share(OWN_HZ, out_dir / "two", seed, settings, TWO_SAMPLES, EXCLUDED_BEFORE_S)}
+
+
+def _share(hz, folder, seed, settings, changed, from_s=0):
+    found = closed_loop(build_of(hz, "mssfoc.elf", "mssfoc.hex"), folder, seed, settings, changed)
+    log = load_irqlog(folder / "irqlog")
+    load = cpu_load({name: column[log["t_s"] >= from_s] for name, column in log.items()}, 1 / hz)
+    return {**found["current_loop.interrupt"], "slow_loop_mean": round(load.slow_loop.mean_cycles),
+            "load_percent": round(100 - load.rest_percent, 2)}
 
 
 def run_image(build, out_dir, seed, settings):

@@ -21,6 +21,7 @@ ROWS = {
     **{f"handler.{name}.zero_wait": "likewise, with a bus that does not wait"
        for name in ("assembly", "encoder_ab", "encoder_pair", "forced_ab", "forced_pair")},
     **{f"rate.{hz}": f"the interrupt in closed loop at {hz / 1000:g} kHz" for hz in (8000, 10000, 16000, 20000, 32000, 40000)},
+    "rate.20000.two": "the same with two samples a period",
     "current_loop.trip": "called, with a bus voltage below its limit in the sample: cause, latch and snapshot",
     "clarke_q15.registers": "the kernel alone, arguments and results in registers",
     "park_q15.registers": "likewise",
@@ -152,15 +153,15 @@ def _current_loop(figures):
 
 def _rates(figures):
     yield from ("## PWM rates", "", "The firmware built for each rate (`make PWM_HZ=n`), in closed loop; the core's share of"
-                " all interrupts together.", "",
+                " all interrupts together. With two samples a period (`pwm_samples`) from when they are taken.", "",
                 _line("PWM", "current loop, cycles", "of the period", "slow loop, mean cycles", "core's share"),
                 "|--:|--:|--:|--:|--:|")
     for name, row in figures.items():
         if name.startswith("rate."):
-            hz = int(name.removeprefix("rate."))
-            share = 100 * row["cycles_max"] * hz / figures["_meta"]["core_hz"]
-            yield _line(f"{hz / 1000:g} kHz", row["cycles_max"], f"{share:.1f} %", row["slow_loop_mean"],
-                        f"{row['load_percent']:.1f} %")
+            hz, _, two = name.removeprefix("rate.").partition(".")
+            share = 100 * row["cycles_max"] * int(hz) * (2 if two else 1) / figures["_meta"]["core_hz"]
+            what = f"{int(hz) / 1000:g} kHz{', two samples a period' if two else ''}"
+            yield _line(what, row["cycles_max"], f"{share:.1f} %", row["slow_loop_mean"], f"{row['load_percent']:.1f} %")
     yield ""
 
 

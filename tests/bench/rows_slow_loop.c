@@ -49,7 +49,8 @@ static void set_encoder(int32_t rpm_q4, uint32_t clocks)
     e->interval_clocks = clocks;
     e->lost = false;
     axes[0].supervision.encoder.counts = e->count;
-    axes[0].supervision.encoder.latch_clock = encoder_latch_clock(encoder) - CONFIG_PWM_COUNTS * CONFIG_LOOPS_PER_SLOW;
+    axes[0].supervision.encoder.latch_clock =
+        encoder_latch_clock(encoder) - CONFIG_PWM_COUNTS * CONFIG_PERIODS_PER_SLOW;
 }
 
 /* A drive in operation at any speed, and what axis_step(&axes[0]) looks at besides. */
@@ -68,7 +69,7 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     axes[0].tuning.overspeed_w_q15 = Q15_ONE;
     axes[0].state = AXIS_OPERATION_ENABLED;
     axes[0].faults.cause = FAULT_NONE;
-    axes[0].heartbeat = adc_sequence(&axes[0].fabric->adc) - CONFIG_LOOPS_PER_SLOW; /* else it would be a fault */
+    axes[0].heartbeat = adc_sequence(&axes[0].fabric->adc) - CONFIG_PERIODS_PER_SLOW; /* else it would be a fault */
     supervision_begin(&axes[0]);
     set_encoder(axes[0].speed.speed_rpm_q4, (uint32_t)vector_random(90000, 110000));
 }

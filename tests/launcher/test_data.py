@@ -36,6 +36,15 @@ def test_shipped_motors(name):
     assert v < 0.92 * drive.inverter["supply"]["vbus_v"] / math.sqrt(3)
 
 
+@pytest.mark.parametrize("name, shunts", [("dys_be8108", 1), ("estun_emj04apb22", 0)])
+def test_two_samples_a_period_are_told_with_what_they_need(name, shunts):
+    one = load_drive(name)
+    assert not {"pwm_samples", "low_side_shunts"} & set(one.params)
+    for update, current_bw_hz in ((1, 2000), (2, 4000)):
+        told = load_drive(name, {"motor": {"control": {"pwm_samples": 2, "pwm_update": update}}}).params
+        assert (told["pwm_samples"], told["low_side_shunts"], told["current_bw_hz"]) == (2, shunts, current_bw_hz)
+
+
 @pytest.mark.parametrize("name", sorted(set(available(MOTORS)) - {"baldor_ecs101m0h7ef4", "thor_pmsyrm"}))
 def test_rated_torque_comes_from_rated_current(name):
     """But of the two whose torque is half reluctance, which i_d = 0 leaves unused."""

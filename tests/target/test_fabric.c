@@ -238,6 +238,33 @@ static void test_adc_offsets(void)
     adc_start(&FABRIC0->adc);
 }
 
+/* The second one comes half a period later, and the driver waits for it. */
+static void test_two_samples(void)
+{
+    FABRIC0->adc.CONTROL = ADC_CONTROL_ENABLE;
+    harness_true("pwm: two samples a period", pwm_set_samples(&FABRIC0->pwm, 2u));
+    harness_equal("pwm: the other in the middle of the high sides' time", FABRIC0->pwm.TRIGGER_2,
+                  (DEAD_COUNTS / 2u) | PWM_TRIGGER_RISING);
+    wait_counts(2u * PERIOD_COUNTS);
+    const uint32_t before = adc_sequence(&FABRIC0->adc);
+    wait_counts(10u * PERIOD_COUNTS);
+    harness_between("adc: two conversions a period", adc_sequence(&FABRIC0->adc) - before, 20u, 21u);
+    uint32_t clock = encoder_latch_clock(&FABRIC0->encoder);
+    const uint32_t newest = adc_sequence(&FABRIC0->adc);
+    (void)adc_read_next(&FABRIC0->adc, PERIOD_COUNTS);
+    harness_equal("adc: the next one is waited for", adc_sequence(&FABRIC0->adc) - newest, 1u);
+    harness_equal("adc: half a period later", encoder_latch_clock(&FABRIC0->encoder) - clock, HALF_COUNTS);
+    harness_true("pwm: one sample a period", pwm_set_samples(&FABRIC0->pwm, 1u));
+    wait_counts(2u * PERIOD_COUNTS);
+    clock = adc_sequence(&FABRIC0->adc);
+    wait_counts(10u * PERIOD_COUNTS);
+    harness_between("adc: one conversion a period", adc_sequence(&FABRIC0->adc) - clock, 10u, 11u);
+    adc_stop(&FABRIC0->adc);
+    const uint32_t stopped = adc_sequence(&FABRIC0->adc);
+    (void)adc_read_next(&FABRIC0->adc, 10u);
+    harness_equal("adc: one that does not come is not waited for", adc_sequence(&FABRIC0->adc), stopped);
+}
+
 static void test_adc(void)
 {
     const uint32_t idle = adc_sequence(&FABRIC0->adc);
@@ -258,6 +285,9 @@ static void test_adc(void)
     harness_equal("adc: acknowledged", adc_still_set, 0u);
 
     test_adc_offsets();
+    adc_stop(&FABRIC0->adc);
+    test_two_samples();
+    adc_start(&FABRIC0->adc);
     wait_counts(3u * PERIOD_COUNTS);
     harness_true("adc: pending while nobody serves it", nvic_is_pending(BOARD_IRQ_ADC));
     harness_equal("adc: overrun shows in the gate's status", gate_status(&FABRIC0->gate), GATE_STATUS_OVERRUN);

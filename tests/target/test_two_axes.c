@@ -82,7 +82,7 @@ static void step(struct station *s)
     s->steps++;
     s->live_steps += s->fabric.gate.STATUS & GATE_STATUS_LIVE;
     s->forced_steps += a->loop.source == LOOP_FORCED ? s->fabric.gate.STATUS & GATE_STATUS_LIVE : 0u;
-    if (s->steps % CONFIG_LOOPS_PER_SLOW != 0u) {
+    if (s->steps % CONFIG_PERIODS_PER_SLOW != 0u) {
         return;
     }
     axis_step(a);

@@ -267,6 +267,23 @@ def test_switching_on_tells_the_pwm_when_voltages_act(c, world, update):
     assert w.axis.tuning.delay_halves == 3 - update
 
 
+def test_switching_on_tells_the_pwm_how_often_to_sample(c, world):
+    """Half a dead time behind the peak as well; and the heartbeat is given two milliseconds to become another."""
+    w = world("SWITCH_ON_DISABLED")
+    p, pwm = w.axis.params, w.fabric.pwm
+    p.pwm_update, p.pwm_samples, p.low_side_shunts, pwm.MODE, pwm.DEAD = 2, 2, 0, 2, 100
+    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert w.step() == "SWITCHED_ON" and pwm.TRIGGER_2 == 50 | 1 << 17
+    for conversions, cause in ((40, 0), (20, 0), (40, 0), (39, 0), (41, 0), (20, c.FAULT_LOOP_STOPPED)):
+        w.fabric.adc.SEQUENCE += conversions - 20
+        w.step()
+        assert w.axis.faults.cause == cause
+    w = world("SWITCH_ON_DISABLED")
+    w.fabric.pwm.TRIGGER_2 = 50 | 1 << 17
+    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert w.step() == "SWITCHED_ON" and w.fabric.pwm.TRIGGER_2 == 0
+
+
 def test_a_pwm_that_takes_no_other_mode_is_a_fault(c, world):
     w = world("SWITCH_ON_DISABLED")
     w.axis.params.pwm_update, w.fabric.pwm.STATUS = 2, 1  # it goes on running

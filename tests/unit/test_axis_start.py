@@ -117,6 +117,43 @@ def test_a_good_wiring_leads_to_the_alignment(c, starting):
     assert w.axis.start.phase == ALIGN and cause(w) == "NONE"
 
 
+def test_a_sensor_that_shows_nothing_in_every_second_sample_is_named(c, starting):
+    w = starting(False)
+    w.step(CALIBRATION_MS)
+    wiring = w.axis.start.wiring
+    wiring.along, wiring.ms, wiring.blind[2] = 3, 99, True
+    for k in range(3):
+        wiring.largest_q15[k] = wiring.own_q15[k] = w.axis.tuning.wiring_i_q15
+    w.step()
+    assert cause(w) == "OPEN_PHASE" and w.axis.faults.detail[0] == 3
+
+
+def test_the_second_sample_is_looked_at_before_it_is_trusted(c, starting):
+    """Once, by a drive that is aligned, too; which keeps its alignment."""
+    w = starting(True)
+    assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
+    p = w.axis.params
+    p.pwm_samples, p.pwm_update, p.low_side_shunts, w.fabric.pwm.MODE = 2, 2, 0, 2
+    for phase in (WIRING, FOLLOW):
+        assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+        w.fabric.adc.SEQUENCE += w.axis.loop.loops_per_slow - 20
+        w.step()
+        for _ in range(CALIBRATION_MS):
+            w.fabric.adc.SEQUENCE += 20
+            w.step()
+        assert w.axis.start.phase == phase and w.axis.start.aligned and cause(w) == "NONE"
+        wiring = w.axis.start.wiring
+        wiring.along, wiring.ms = 3, 99
+        for k in range(3):
+            wiring.largest_q15[k] = wiring.own_q15[k] = w.axis.tuning.wiring_i_q15
+        w.fabric.adc.SEQUENCE += 20
+        w.step()
+        assert w.axis.start.phase == FOLLOW and not w.axis.start.unseen
+        assert c.axis_switch_off(w.axis).error == c.ERROR_NONE
+        w.fabric.adc.SEQUENCE += 20
+        w.step()
+
+
 def test_the_index_is_learnt_once_by_an_aligned_drive(c, starting):
     w = starting(True)
     scale = w.axis.loop.encoder_scale_q32

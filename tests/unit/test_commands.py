@@ -77,7 +77,10 @@ def test_status(operator, c):
     operator.type(b"")
     assert operator("status")[6] == "voltages act: at both ends"
     operator.axis.tuning.update = c.PWM_UPDATE_ONCE
-    assert operator("status")[6] == "voltages act: at once, milliseconds in which one had to wait for the next end: 77"
+    waited = ", milliseconds in which one had to wait for the next end: 77"
+    assert operator("status")[6] == "voltages act: at once" + waited
+    operator.axis.tuning.samples = 2
+    assert operator("status")[6] == "voltages act: at once, two samples a period" + waited
 
 
 def test_status_of_a_hot_motor_that_was_warned_of(operator, c):
@@ -211,6 +214,19 @@ def test_an_error_shows_what_would_work(operator):
     operator.axis.params.i_range_ma, operator.axis.params.v_range_mv = 23571, 57528
     operator.axis.params.current_bw_hz = 1648
     assert operator("on") == ["error: current_bw_hz leaves too little phase margin with this pwm_update: at most 1647"]
+
+
+def test_two_samples_a_period_where_every_second_one_is_for_nothing(operator):
+    operator("set pwm_samples 2")
+    blind = "error: pwm_samples 2 needs sensors in line with the phases: low_side_shunts see nothing at every second sample"
+    assert operator("on") == [blind]
+    operator("set low_side_shunts 0")
+    unanswered = "error: pwm_samples 2 needs pwm_update 1 or 2: at the valley every second sample goes unanswered"
+    assert operator("on") == [unanswered]
+    operator("set pwm_update 2")
+    operator("set current_bw_hz 6367")
+    assert operator("on") == ["error: current_bw_hz leaves too little phase margin with this pwm_update: at most 6366"]
+    assert operator("set pwm_samples 3") == ["error: pwm_samples must be 1...2"]
 
 
 def test_help_has_a_line_for_each_command(operator):

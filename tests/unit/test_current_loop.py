@@ -182,6 +182,27 @@ def test_the_frame_turns_on_until_the_voltages_act(c, loop, hz, forced, update, 
     near(loop.turn_q15, max(-TURN_MAX, min(TURN_MAX, exact)), 2)
 
 
+@pytest.mark.parametrize("update, periods", ((1, Fraction(3, 4)), (2, Fraction(1, 4))))
+@pytest.mark.parametrize("forced", (False, True))
+@pytest.mark.parametrize("hz", (0, 700, -700, 1249, -1249))
+def test_two_samples_see_the_same_speed_and_act_sooner(c, loop, hz, forced, update, periods):
+    """The observer's speed is that of half a period; as w_q15 it is what it was, and so is all that is made of it."""
+    loop, fabric, _ = loop
+    told = {**shipped(), "pwm_update": update, "low_side_shunts": 0}
+    tunings = [compute(c, {**told, "pwm_samples": samples})[2] for samples in (1, 2)]
+    seen = []
+    for samples, tuning in zip((1, 2), tunings):
+        c.current_loop_tune(loop, tuning)
+        frame(loop, c, Fraction(hz, samples), forced)
+        loop.i_d_ref_q15, loop.i_q_ref_q15, loop.feedforward_d_steps, loop.feedforward_q_steps = -3000, 5000, 0, 0
+        c.current_loop_follow(loop, fabric, tuning)
+        rpm_q4 = round(Fraction(hz, samples) / PWM_HZ * 2**32) * tuning.rpm_q4_per_w_q32 >> 32
+        seen.append((loop.feedforward_d_steps, loop.feedforward_q_steps, rpm_q4))
+    near(loop.turn_q15, periods * hz / PWM_HZ * 2 * PI * 32768, 2)
+    assert seen[0] == pytest.approx(seen[1], abs=2)
+    assert loop.loops_per_slow == 40
+
+
 def test_voltages_that_had_to_wait_are_counted_from_on_to_on(c, loop):
     loop, fabric, tuning = loop
     for status, count in ((0x03, 0), (0x13, 1), (0x43, 2), (0x73, 3), (0x07, 3), (0x20, 4)):

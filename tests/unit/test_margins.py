@@ -22,19 +22,27 @@ def crossover(gain):
     return low
 
 
-UPDATES = range(3)  # at the valley, at both ends, at once
-LIMITS_HZ = 1647, 2636, 3183
+# (pwm_update, pwm_samples): at the valley, at both ends, at once; two samples at both ends, at once
+MODES = {(0, 1): 1647, (1, 1): 2636, (2, 1): 3183, (1, 2): 3295, (2, 2): 6366}
 
 
-def current_margin_deg(bandwidth_hz, update):
-    """A phase rises by the newest voltage only in mode 2, and falls by an old one only in mode 0."""
-    a = 2 * math.pi * bandwidth_hz / PWM_HZ
+def current_margin_deg(bandwidth_hz, update, samples=1):
+    """A phase rises by the newest voltage only in mode 2, and falls by an old one only in mode 0.
+
+    With two samples it rises after the one and falls after the other, by an old one unless it acts at once.
+    """
+    loop_hz = PWM_HZ * samples
+    a = 2 * math.pi * bandwidth_hz / loop_hz
 
     def loop(w):
-        z = cmath.exp(1j * w / PWM_HZ)
-        rise, fall = (1 if update == 2 else 1 / z), (1 / z if update == 0 else 1)
+        z = cmath.exp(1j * w / loop_hz)
+        rise, fall = (1 if update == 2 else 1 / z), (1 / z if update == 0 or samples == 2 and update == 1 else 1)
         return a * (rise + fall) / 2 / (z - 1)
-    return 180 + math.degrees(cmath.phase(loop(crossover(lambda w: loop(min(w, PWM_HZ * math.pi))))))
+    return 180 + math.degrees(cmath.phase(loop(crossover(lambda w: loop(min(w, loop_hz * math.pi))))))
+
+
+def mode(update, samples):
+    return {**shipped(), "pwm_update": update, "pwm_samples": samples, "low_side_shunts": 0}
 
 
 def speed_margin(bandwidth_hz, current_bw_hz, mean_ms=1):
@@ -46,22 +54,23 @@ def speed_margin(bandwidth_hz, current_bw_hz, mean_ms=1):
     return 180 + math.degrees(cmath.phase(loop(w))) - math.degrees(math.atan(w / (2 * math.pi * current_bw_hz)) + w * delay_s)
 
 
-@pytest.mark.parametrize("update", UPDATES)
-def test_the_current_loops_limit(c, update):
-    limit, degrees = c.margin_current_bw_hz(update), 60 if update == 2 else 45
-    assert current_margin_deg(limit, update) >= degrees > current_margin_deg(limit + 1, update)
-    assert limit == LIMITS_HZ[update]
-    p = {**shipped(), "pwm_update": update}
+@pytest.mark.parametrize("update, samples", MODES)
+def test_the_current_loops_limit(c, update, samples):
+    limit, degrees = c.margin_current_bw_hz(update, samples), 60 if update == 2 else 45
+    assert current_margin_deg(limit, update, samples) >= degrees > current_margin_deg(limit + 1, update, samples)
+    assert limit == MODES[update, samples]
+    p = mode(update, samples)
     assert compute(c, {**p, "current_bw_hz": limit})[0] == "ERROR_NONE"
     assert compute(c, {**p, "current_bw_hz": limit + 1})[:2] == ("ERROR_CURRENT_MARGIN", limit)
 
 
-@pytest.mark.parametrize("update", UPDATES)
+@pytest.mark.parametrize("update, samples", MODES)
 @pytest.mark.parametrize("share", (0.01, 0.3, 0.6, 1))
-def test_the_current_loops_margin(c, update, share):
-    bandwidth_hz = round(share * LIMITS_HZ[update])
-    tuning = compute(c, {**shipped(), "pwm_update": update, "current_bw_hz": bandwidth_hz, "speed_bw_hz": 1})[2]
-    assert tuning.current_margin_u16 * 360 / 65536 == pytest.approx(current_margin_deg(bandwidth_hz, update), abs=0.03)
+def test_the_current_loops_margin(c, update, samples, share):
+    bandwidth_hz = round(share * MODES[update, samples])
+    tuning = compute(c, {**mode(update, samples), "current_bw_hz": bandwidth_hz, "speed_bw_hz": 1})[2]
+    expected = current_margin_deg(bandwidth_hz, update, samples)
+    assert tuning.current_margin_u16 * 360 / 65536 == pytest.approx(expected, abs=0.03)
 
 
 def test_the_speed_loops_margin(c):
@@ -86,7 +95,7 @@ def test_the_speed_loops_limit(c, current_bw_hz, mean_ms):
 
 
 def test_the_limits_by_themselves(c):
-    assert (c.margin_current_bw_hz(0), c.margin_speed_bw_hz(1000, 1), c.margin_speed_bw_hz(1000, 3)) == (1647, 63, 36)
+    assert (c.margin_current_bw_hz(0, 1), c.margin_speed_bw_hz(1000, 1), c.margin_speed_bw_hz(1000, 3)) == (1647, 63, 36)
     assert c.margin_speed_bw_hz(1, 1) == 0 or speed_margin(1, 1) > 44.9
 
 

@@ -31,6 +31,7 @@ def step(c, machine, wish, **state):
     """One step of a drive in this state; returns the current loop with its references."""
     _, tuning, torque = machine
     loop, view = c.current_loop(), c.torque_view()
+    c.current_loop_init(loop)
     loop.pll.speed_q32 = state.get("w_q15", 0) * 8192
     loop.radius_q15 = state.get("radius_q15", 12000)
     view.speed_rpm_q4 = state.get("speed_rpm_q4", 0)
@@ -165,6 +166,7 @@ def test_the_observed_power_is_what_went_away(c, machines):
     assert c.tuning_compute(params, tuning).error == c.ERROR_NONE
     params.bus_capacitance_uf = 1000
     loop = c.current_loop()
+    c.current_loop_init(loop)
     loop.pll.speed_q32 = 8000 * 8192
     unit_w = 1.5 * 57.528 * 23.571
     torque.torque_q15 = -round(100 / unit_w * Q15 * Q15 / (tuning.torque_emf_q11 * 8000 / 2048))

@@ -22,7 +22,9 @@ REFUSED_FOR_GAINS = ("ERROR_CURRENT_GAIN", "ERROR_CURRENT_INTEGRAL_GAIN", "ERROR
 
 
 def struct(c, values):
+    """What is not told keeps its initial value."""
     params = c.params()
+    c.params_init(params)
     for name, value in values.items():
         setattr(params, name, value)
     return params
@@ -62,8 +64,13 @@ def drawn(draw):
     p["chopper_off_mv"] = p["v_max_mv"] * 85 // 100
     p["speed_max_rpm"] = draw.randint(1, max(1, min(20000, 60000 // p["pole_pairs"])))
     p["overspeed_rpm"] = p["speed_max_rpm"] + draw.randint(1, 100)
-    p["pwm_update"] = draw.randint(0, 2)
+    p["pwm_update"], p["pwm_samples"] = draw.choice(((0, 1), (1, 1), (2, 1), (1, 2), (2, 2)))
+    p["low_side_shunts"] = 2 - p["pwm_samples"]
     return p
+
+
+def samples(p):
+    return p.get("pwm_samples", 1)
 
 
 def exact(c, p):
@@ -78,9 +85,12 @@ def exact(c, p):
     count = Fraction(60 * SLOW_HZ * 16, p["encoder_counts"])  # a count a slow period, rpm Q4
     i_max_q15 = Fraction(p["i_max_ma"] * 32768, p["i_range_ma"])
     return {
-        "update": Fraction(p["pwm_update"]), "delay_halves": Fraction(3 - p["pwm_update"]),
+        "update": Fraction(p["pwm_update"]),
+        "delay_halves": Fraction(3 if (p["pwm_update"], samples(p)) == (1, 2) else 3 - p["pwm_update"]),
+        "samples": Fraction(samples(p)), "loop_hz": Fraction(PWM_HZ * samples(p)),
+        "loops_per_slow": Fraction(PWM_HZ * samples(p), SLOW_HZ), "loop_counts": Fraction(10**8, PWM_HZ * samples(p)),
         "kp_d_q12": reactance["d"] * p["current_bw_hz"] * 4096, "kp_q_q12": reactance["q"] * p["current_bw_hz"] * 4096,
-        "ki_q17": 2 * PI * p["current_bw_hz"] * Fraction(p["resistance_mohm"], 1000) * per_unit / PWM_HZ * 2**17,
+        "ki_q17": 2 * PI * p["current_bw_hz"] * Fraction(p["resistance_mohm"], 1000) * per_unit / (PWM_HZ * samples(p)) * 2**17,
         "x_d_q11": reactance["d"] * BASE_HZ * 2048, "x_q_q11": reactance["q"] * BASE_HZ * 2048,
         "x_q_apparent_q11": min(2 * PI * Fraction(p["lq_apparent_uh"] or p["lq_uh"], 10**6) * per_unit * BASE_HZ * 2048,
                                 131071),
@@ -130,11 +140,22 @@ def check(c, tuning, p):
         assert error <= Fraction(1, 2) + CONSTANTS * value, f"{name} {getattr(tuning, name)}, exactly {float(value)}: {p}"
 
 
+@pytest.mark.parametrize("told", ({}, {"pwm_samples": 2, "pwm_update": 2, "low_side_shunts": 0}))
 @pytest.mark.parametrize("motor", available(MOTORS))
-def test_shipped_motors(c, motor):
-    error, _, tuning = compute(c, shipped(motor))
+def test_shipped_motors(c, motor, told):
+    p = {**shipped(motor), **told}
+    error, _, tuning = compute(c, p)
     assert error == "ERROR_NONE"
-    check(c, tuning, shipped(motor))
+    check(c, tuning, p)
+
+
+def test_two_samples_a_period_are_refused_where_every_second_one_is_for_nothing(c):
+    two = {**shipped(), "pwm_samples": 2, "pwm_update": 2, "low_side_shunts": 0}
+    assert compute(c, two)[0] == "ERROR_NONE"
+    assert compute(c, {**two, "low_side_shunts": 1})[0] == "ERROR_SAMPLES_OF_SHUNTS"
+    assert compute(c, {**two, "pwm_update": 0})[0] == "ERROR_SAMPLES_AT_VALLEY"
+    one = {**shipped(), "pwm_samples": 1, "pwm_update": 0}
+    assert [compute(c, {**one, "low_side_shunts": shunts})[0] for shunts in (0, 1)] == ["ERROR_NONE"] * 2
 
 
 def test_any_parameters(c):
@@ -226,7 +247,7 @@ def exact_torque_and_start(c, p):
         "saliency_q11": (min((x_q - x_d) * 2048, 65535), 2 + coarser / 2),
         "speed_max_rpm_q4": (p["speed_max_rpm"] * 16, 0), "pole_pairs": (p["pole_pairs"], 0),
         "wiring_i_q15": (wiring_a(p) / ampere * 32768, Fraction(1, 2) + 33 / ampere),
-        "rpm_q4_per_w_q32": (Fraction(60 * 16 * PWM_HZ, p["pole_pairs"]), 1),
+        "rpm_q4_per_w_q32": (Fraction(60 * 16 * PWM_HZ * samples(p), p["pole_pairs"]), 1),
         "i_sum_q15": (Fraction(p["i_trip_ma"] * 32768, p["i_range_ma"]) / 4, 2),
     }
     drop = min(wiring_a(p) * Fraction(p["resistance_mohm"], 1000), volt)

@@ -58,14 +58,15 @@ static void turn(struct rotor *r, double field_rad, double current_a, double dt_
 /* The current loop is taken to be perfect; what it would put out for that on the q axis is what the magnets induce. */
 static void run_millisecond(struct rotor *r, struct current_loop *c)
 {
-    for (uint32_t n = 0; n < CONFIG_LOOPS_PER_SLOW; n++) {
+    const double loop_hz = CONFIG_SLOW_HZ * (double)c->loops_per_slow;
+    for (int32_t n = 0; n < c->loops_per_slow; n++) {
         const double field_rad = c->field_angle_q32 / 4294967296.0 * TURN;
         const double current_a = c->i_d_ref_q15 / 32768.0 * r->i_range_a;
         for (int s = 0; s < SUBSTEPS; s++) {
-            turn(r, field_rad, current_a, 1.0 / CONFIG_PWM_HZ / SUBSTEPS);
+            turn(r, field_rad, current_a, 1.0 / loop_hz / SUBSTEPS);
         }
         const double emf_v = r->speed_rad_s * r->p * r->flux_wb * cos(field_rad - r->p * r->angle_rad);
-        const double field_rad_s = c->field_speed_q32 / 4294967296.0 * TURN * CONFIG_PWM_HZ;
+        const double field_rad_s = c->field_speed_q32 / 4294967296.0 * TURN * loop_hz;
         const double inductance_h = (r->k->locked ? (r->k->ld_uh + r->k->lq_uh) / 2.0 : r->k->ld_uh) * 1e-6;
         const double along_v = r->speed_rad_s * r->p * r->flux_wb * sin(field_rad - r->p * r->angle_rad);
         const double left = current_a > 0 ? 1e-3 : 0;
@@ -101,9 +102,9 @@ void rotor_align(const struct rotor_case *k, const struct params *p, struct roto
     struct current_loop c;
     struct alignment a;
     struct rotor r = made(k, p);
-    memset(&c, 0, sizeof c);
+    current_loop_init(&c);
     (void)tuning_compute(p, &t); /* the speed loop's margins are not of interest here */
-    c.encoder_scale_q32 = t.encoder_scale_q32;
+    current_loop_tune(&c, &t);
     alignment_start(&a, &c, &t, 0);
     out->result = ALIGNMENT_RUNNING;
     for (out->time_ms = 0; out->result == ALIGNMENT_RUNNING && out->time_ms < 200000; out->time_ms++) {
