@@ -91,5 +91,6 @@ def test_the_machine_agrees_with_qemu(tmp_path, monkeypatch):
     qemu = os.environ.get("QEMU", "qemu-system-arm")
     count, wrong = on_qemu.differences(codes, tmp_path, CROSS, qemu)
     assert count > 1000 and not wrong, wrong[:5]
+    adding_carries = [body for body in codes if any(one.base == "adc" for one in body.instructions)][:1]
     monkeypatch.setattr(Machine, "do_adc", Machine.do_add)
-    assert on_qemu.differences(codes, tmp_path, CROSS, qemu)[1]
+    assert on_qemu.differences(adding_carries, tmp_path, CROSS, qemu)[1]
