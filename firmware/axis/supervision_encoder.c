@@ -44,8 +44,8 @@ void supervise_encoder_begin(struct axis *a)
                                 .speed_q32 = a->loop.pll.speed_q32,
                                 .speed_before_q32 = a->loop.pll.speed_q32,
                                 .dead_w_q15 = dead_w_q15(a),
-                                .still_limit_q15 =
-                                    STILL_COUNTS * (a->tuning.encoder_scale_q32 >> 13) / CONFIG_PERIODS_PER_SLOW,
+                                .still_limit_q15 = STILL_COUNTS * (a->tuning.encoder_scale_q32 >> CONFIG_W_SHIFT) /
+                                                   CONFIG_PERIODS_PER_SLOW,
                                 .index = encoder_index(&a->fabric->encoder)};
     e->jump_limit_q32 = (int32_t)(coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG));
     emf_reset(&e->emf, &a->tuning);

@@ -17,7 +17,7 @@
 
 static int32_t emf_q15(const struct tuning *t)
 {
-    return ((t->align_way_q32 / (int32_t)CONFIG_PERIODS_PER_SLOW >> 13) * t->emf_q12) >> 12;
+    return ((t->align_way_q32 / (int32_t)CONFIG_PERIODS_PER_SLOW >> CONFIG_W_SHIFT) * t->emf_q12) >> 12;
 }
 
 /* Inductance takes voltage while the current changes. */

@@ -52,9 +52,6 @@ _Static_assert(CONFIG_BUS_STEPS % 8 == 0, "the gains take an eighth of it");
 /* Beyond 32 knees, half of the range, nothing is left to compensate. */
 #define DEAD_SHIFT_MAX 5
 
-/* With one sample a period: rates.h. */
-#define W_SHIFT 13u
-
 /* Half a period at a speed of 1.0 = 1/16 turn a period, in radians. */
 #define TURN_PER_HALF_Q15 6434
 
@@ -69,8 +66,10 @@ static void fill_circle(struct current_loop *c)
 
 void current_loop_init(struct current_loop *c)
 {
-    *c = (struct current_loop){
-        .sine = trig_chords, .status_max = UINT32_MAX, .loops_per_slow = CONFIG_PERIODS_PER_SLOW, .w_shift = W_SHIFT};
+    *c = (struct current_loop){.sine = trig_chords,
+                               .status_max = UINT32_MAX,
+                               .loops_per_slow = CONFIG_PERIODS_PER_SLOW,
+                               .w_shift = CONFIG_W_SHIFT};
     fill_circle(c);
 }
 
@@ -78,7 +77,7 @@ void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
 {
     c->encoder_scale_q32 = t->encoder_scale_q32;
     c->loops_per_slow = t->loops_per_slow;
-    c->w_shift = W_SHIFT + 1u - (uint32_t)t->samples;
+    c->w_shift = CONFIG_W_SHIFT + 1u - (uint32_t)t->samples;
     c->ripple_q10 = t->ripple_q10;
     c->turn_per_w_q15 = t->delay_halves * TURN_PER_HALF_Q15 / t->samples;
     c->fell_back = 0u;

@@ -39,6 +39,7 @@
  * or by 12 with two samples a period.
  */
 #define CONFIG_SPEED_BASE_HZ (CONFIG_PWM_HZ / 16)
+#define CONFIG_W_SHIFT       13u
 
 /*
  * Radius of the voltage circle, in counts of half the on-time: a phase reaches Vbus/sqrt(3) with space vectors, and of each

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Two samples a period (parameter pwm_samples): the loop is the one that firmware/settings/delay.h derives, twice as quick as
 with one; a drive that was told wrongly that its sensors are in line with the phases says so."""
-import cmath
 import math
 import re
 
 import numpy as np
 import pytest
 
+from closed_loop.swept import derived, seen
 from launcher import simulate
 from launcher.data import read_toml
 from launcher.drive import load_drive
@@ -18,6 +18,7 @@ from rates.builds import build_of
 ENDS, ONCE = 1, 2
 LOOP_HZ, ON_S = 40000, 0.15
 SHUNTS, IN_LINE = "teknic_m2310p", "estun_emj04apb22"  # what their inverters have
+DELAYS = {ENDS: lambda back: back, ONCE: lambda back: 1}  # back: half a period
 SWEPT_HZ = [50, 200, 500, 800, 1200, 1600, 2000, 2500, 3000, 3500, 4000, 5000, 6000, 7000, 8000, 9500, 11500]
 
 
@@ -29,31 +30,17 @@ def two(update=ONCE, current_bw_hz=None, **inverter):
 
 
 def sweep(tmp_path, overrides, **settings):
-    """{axis: (phase margin in degrees, Hz at which the closed loop lags by 90)}"""
     plan = {"key": "current_sweep", **read_toml(SCENARIOS / "current_sweep.toml")}
     for step in plan["step"]:
         if "each" in step:
             step["each"] = {"hz": SWEPT_HZ}
     result = simulate(plan, out_dir=tmp_path, overrides=overrides, **settings)
-    assert result.figures["faults"].value == "NONE"
-    value = {name: figure.value for name, figure in result.figures.items()}
-    return {axis: (value[f"phase margin of i_{axis}"], value[f"bandwidth of i_{axis}, -90 degrees"]) for axis in "qd"}
-
-
-def expected(update, current_bw_hz):
-    """The same of a D(z) / (z - 1), z half a period."""
-    a = 2 * math.pi * current_bw_hz / LOOP_HZ
-    hz = np.linspace(1, LOOP_HZ / 2, 200000)
-    z = np.exp(2j * math.pi * hz / LOOP_HZ)
-    loop = a * {ENDS: 1 / z, ONCE: 1}[update] / (z - 1)
-    crossover = np.flatnonzero(np.abs(loop) < 1)[0]
-    closed = np.unwrap(np.angle(loop / (1 + loop)))
-    return 180 + math.degrees(cmath.phase(loop[crossover])), hz[np.flatnonzero(closed < -math.pi / 2)[0]]
+    return seen(result)
 
 
 @pytest.mark.parametrize("update, current_bw_hz", [(ENDS, 2000), (ONCE, 4000), (ONCE, 5500)])
 def test_the_swept_loop_is_the_one_that_was_derived(tmp_path, update, current_bw_hz):
-    margin_deg, lag_hz = expected(update, current_bw_hz)
+    margin_deg, lag_hz = derived(DELAYS[update], current_bw_hz, LOOP_HZ)
     for measured_deg, measured_hz in sweep(tmp_path, two(update, current_bw_hz), plant="ideal", spread=0).values():
         assert measured_deg == pytest.approx(margin_deg, abs=2.5)
         assert measured_hz == pytest.approx(lag_hz, rel=0.04)

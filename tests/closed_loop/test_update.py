@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: MIT
 """When voltages act (parameter pwm_update): the loop is the one that firmware/settings/delay.h derives, in each mode; at once
 is quicker than at the valley; modes change while off; a phase that cannot act at once, at full modulation, does no harm."""
-import cmath
 import math
 import re
 
 import numpy as np
 import pytest
 
+from closed_loop.swept import derived, seen
 from launcher import simulate
 from launcher.drive import load_drive
 from launcher.load import CURRENT_LOOP, load_irqlog
 
 VALLEY, ENDS, ONCE = range(3)
 PWM_HZ, ON_S = 20000, 0.15
+DELAYS = {VALLEY: lambda back: back, ENDS: lambda back: (1 + back) / 2, ONCE: lambda back: 1}  # back: a period
 MOTOR = "teknic_m2310p"
 STANDS_DEG = 60  # the sweep turns the rotor by 30 degrees: then no phase is near zero, where its dead time bends the response
 
@@ -22,25 +23,12 @@ def sweep(tmp_path, update, current_bw_hz, detune="", **plant):
     params = {"pwm_update": update, "current_bw_hz": current_bw_hz}
     result = simulate("current_sweep", out_dir=tmp_path, overrides={"params": params}, detune=detune, aligned=True,
                       start_angle=STANDS_DEG, **plant)
-    assert result.figures["faults"].value == "NONE"
-    value = {name: figure.value for name, figure in result.figures.items()}
-    return {axis: (value[f"phase margin of i_{axis}"], value[f"bandwidth of i_{axis}, -90 degrees"]) for axis in "qd"}
-
-
-def expected(update, current_bw_hz):
-    """(phase margin in degrees, Hz at which the closed loop lags by 90) of a D(z) / (z - 1)."""
-    a = 2 * math.pi * current_bw_hz / PWM_HZ
-    hz = np.linspace(1, PWM_HZ / 2, 200000)
-    z = np.exp(2j * math.pi * hz / PWM_HZ)
-    loop = a * {VALLEY: 1 / z, ENDS: (1 + 1 / z) / 2, ONCE: 1}[update] / (z - 1)
-    crossover = np.flatnonzero(np.abs(loop) < 1)[0]
-    closed = np.unwrap(np.angle(loop / (1 + loop)))
-    return 180 + math.degrees(cmath.phase(loop[crossover])), hz[np.flatnonzero(closed < -math.pi / 2)[0]]
+    return seen(result)
 
 
 @pytest.mark.parametrize("update, current_bw_hz", [(VALLEY, 1000), (ENDS, 1000), (ENDS, 1300), (ONCE, 1000), (ONCE, 2000)])
 def test_the_swept_loop_is_the_one_that_was_derived(tmp_path, update, current_bw_hz):
-    margin_deg, lag_hz = expected(update, current_bw_hz)
+    margin_deg, lag_hz = derived(DELAYS[update], current_bw_hz, PWM_HZ)
     for measured_deg, measured_hz in sweep(tmp_path, update, current_bw_hz, plant="ideal", spread=0).values():
         assert measured_deg == pytest.approx(margin_deg, abs=2)
         assert measured_hz == pytest.approx(lag_hz, rel=0.04)

@@ -217,6 +217,14 @@ def test_what_is_wrong_is_named(c, name):
             assert seen.name == "ALIGNMENT_POLE_PAIRS" and seen.detail[0] == pairs, (degrees, wrong, seen.name)
 
 
+@pytest.mark.parametrize("name", ("hoverboard", "dys"))
+def test_one_pole_pair_told_is_no_dead_encoder(c, name):
+    """The rotor turns by a fifteenth of what is expected, and less."""
+    pairs = MOTORS[name][0]
+    seen = align(c, name, 50, told=dict(pole_pairs=1))
+    assert seen.name in ("ALIGNMENT_POLE_PAIRS", "ALIGNMENT_COUNTS") and seen.detail[0] == pairs, (seen.name, seen.detail)
+
+
 # What the rotor's speed may reach where something is told or connected wrongly: a twentieth of speed_max.
 WRONG = {"backwards": dict(backwards=True), "pairs_more": lambda pairs: pairs + 1, "pairs_double": lambda pairs: 2 * pairs,
          "fewer_counts": 0.98, "more_counts": 1.02}
