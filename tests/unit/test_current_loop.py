@@ -101,6 +101,18 @@ def test_gains_are_those_of_the_motor_on_this_bus(c, loop, vbus_q15):
         near(getattr(loop, f"kp_{axis}_q9"), kp + ki / 64, 3)
 
 
+@pytest.mark.parametrize("up", (1, -1))
+def test_gains_wait_until_the_bus_has_moved_by_one_in_128(c, loop, up):
+    loop, fabric, tuning = loop
+    before, gain = fabric.adc.VBUS, loop.kp_d_q9
+    fabric.adc.VBUS = before + up * (before // 130)
+    c.current_loop_follow(loop, fabric, tuning)
+    assert (loop.gains_vbus_q15, loop.kp_d_q9) == (before, gain)
+    fabric.adc.VBUS = before + up * (before // 126)
+    c.current_loop_follow(loop, fabric, tuning)
+    assert loop.gains_vbus_q15 == fabric.adc.VBUS and (gain - loop.kp_d_q9) * up > 0
+
+
 IRON = {"lq_uh": 350, "lq_rest_uh": 2100, "i_rated_ma": 8000}
 
 

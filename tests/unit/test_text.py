@@ -71,6 +71,12 @@ def test_what_is_no_number(c, text):
     assert parsed(c.text_parse_milli, text) is None
 
 
+@pytest.mark.parametrize("text", ["2147484", "-2147484", "3000000.", "214748365", "2147483.648"])
+def test_what_thousandths_cannot_hold(c, text):
+    """Also where the zeros that are not written make it too large."""
+    assert parsed(c.text_parse_milli, text) is None
+
+
 @given(st.text("ab", max_size=4), st.text("ab", max_size=4))
 def test_equal(c, one, other):
     assert c.text_equal(one.encode(), other.encode()) == (one == other)
