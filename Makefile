@@ -20,6 +20,7 @@ PLANT    ?=
 SPREAD   ?=
 DETUNE   ?=
 FABRIC   ?= model
+SENSORS  ?=
 PROBE    ?=
 
 LIB_TRIG_FRAC ?= 15
@@ -44,7 +45,7 @@ MSSFOC_IMAGE = $(BUILD)/mssfoc
 Q := $(if $(V),,@)
 say = $(if $(V)$(findstring s,$(firstword -$(MAKEFLAGS))),,@echo "  $1  $@")
 
-export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC START PROBE HOSTCC CROSS
+export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS START PROBE HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1
 
 # ---- the image and the library ---------------------------------------------------------------------------------------
@@ -181,6 +182,7 @@ help:
 	@echo 'make run             run the drive in QEMU on a motor, report, plot    [MOTOR=name SCENARIO=name SEED=n QEMU=path]'
 	@echo '                     the plant: [PLANT=full|ideal|full,-effect... SPREAD=factor DETUNE="parameter*1.3 ..."] (docs/motors.md)'
 	@echo '                     the fabric: [FABRIC=model|rtl] C models, or the RTL, verilated, in their place (docs/fabric.md)'
+	@echo '                     the sensors: [SENSORS=amc1306] isolated modulators instead of the converters; with FABRIC=rtl'
 	@echo '                     the start: [START=found|aligned] the drive finds where its rotor stands, or knows it'
 	@echo 'make test            all tests                                         [QEMU=path]'
 	@echo 'make console         a live console of a running drive'

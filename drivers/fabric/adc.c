@@ -7,6 +7,31 @@ void adc_start(struct adc_regs *adc)
     adc->CONTROL = ADC_CONTROL_ENABLE | ADC_CONTROL_IRQ_ENABLE;
 }
 
+/* OSR, and 16 bits in the fast path. */
+static uint32_t modulator_setting(uint32_t osr)
+{
+    uint32_t log2 = 0;
+    for (uint32_t bits = osr; bits > 32u; bits >>= 1) {
+        log2++;
+    }
+    return log2 | 1u << 4 | (uint32_t)ADC_MODULATOR_CLOCKS << 8;
+}
+
+/* The filters wait for a trigger of their own: a conversion that began without them would never end. */
+bool adc_select(struct adc_regs *adc, uint32_t osr, int32_t trip_q15)
+{
+    const uint32_t of_modulators = osr == 0u ? 0u : ADC_CONTROL_MODULATORS;
+    const uint32_t control = ADC_CONTROL_ENABLE | ADC_CONTROL_IRQ_ENABLE | of_modulators;
+    const uint32_t setting = osr == 0u ? adc->MODULATOR : modulator_setting(osr);
+    adc->MODULATOR_TRIP = (uint32_t)trip_q15;
+    if (adc->CONTROL != control || adc->MODULATOR != setting) {
+        adc_stop(adc);
+        adc->MODULATOR = setting;
+        adc->CONTROL = control;
+    }
+    return adc->CONTROL == control && adc->MODULATOR == setting && adc->MODULATOR_TRIP == (uint32_t)trip_q15;
+}
+
 void adc_stop(struct adc_regs *adc)
 {
     adc->CONTROL = 0u;

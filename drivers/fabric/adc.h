@@ -6,8 +6,11 @@
 #ifndef DRIVERS_FABRIC_ADC_H
 #define DRIVERS_FABRIC_ADC_H
 
+#include <stdbool.h>
+
 #include "drivers/board.h"
 #include "drivers/clear.h"
+#include "drivers/fabric/offsets.h"
 #include "drivers/reg.h"
 
 struct adc_regs {
@@ -60,6 +63,17 @@ struct adc_sample {
  * conversion. The caller sets up the NVIC: priority, pending flag, enable. Context: thread.
  */
 void adc_start(struct adc_regs *adc);
+
+/* Period of the modulators' clock: 20 MHz. */
+#define ADC_MODULATOR_CLOCKS (FABRIC_HZ / 20000000)
+
+/*
+ * Where the currents come from, from now on: the serial converters, with an osr of 0, or isolated modulators, whose results are
+ * of 3 osr bits after the trigger, 32, 64, 128 or 256. Beyond trip_q15, 0 ... 32767, their fast path, of 3 x 16 bits, switches
+ * the bridge off (gate.h, OVERCURRENT). Conversions go on as adc_start() has left them, but one under way is dropped; nothing is
+ * dropped if nothing changes. Returns false if a register does not read back. Context: thread or slow loop, bridge off.
+ */
+bool adc_select(struct adc_regs *adc, uint32_t osr, int32_t trip_q15);
 
 /* No more conversions, and the interrupt line is low on return. A conversion under way is dropped. Context: any. */
 void adc_stop(struct adc_regs *adc);

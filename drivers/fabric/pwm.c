@@ -30,12 +30,24 @@ static bool holds(volatile uint32_t *reg, uint32_t value)
     return *reg == value;
 }
 
+/* Before or behind an end of the carrier the count is as far from it; what it comes to is the direction. */
+static uint32_t valley_trigger(uint32_t half_counts, uint32_t behind, uint32_t early)
+{
+    return behind >= early ? (half_counts - (behind - early)) | PWM_TRIGGER_FALLING
+                           : (half_counts - (early - behind)) | PWM_TRIGGER_RISING;
+}
+
+static uint32_t peak_trigger(uint32_t behind, uint32_t early)
+{
+    return behind >= early ? (behind - early) | PWM_TRIGGER_RISING : (early - behind) | PWM_TRIGGER_FALLING;
+}
+
 static bool set_up(struct pwm_regs *pwm, const struct pwm_setup *s)
 {
-    const uint32_t sample_counts = s->half_counts - s->dead_counts / 2u;
+    const uint32_t trigger = valley_trigger(s->half_counts, s->dead_counts / 2u, 0u);
     return holds(&pwm->PERIOD, s->half_counts) && holds(&pwm->DEAD, s->dead_counts) &&
            holds(&pwm->MIN_PULSE, s->min_pulse_counts) && holds(&pwm->MODE, (uint32_t)s->update) &&
-           holds(&pwm->PHASE, s->half_counts) && holds(&pwm->TRIGGER_1, sample_counts | PWM_TRIGGER_FALLING) &&
+           holds(&pwm->PHASE, s->half_counts) && holds(&pwm->TRIGGER_1, trigger) &&
            holds(&pwm->TRIGGER_2, 0u);
 }
 
@@ -78,7 +90,9 @@ bool pwm_set_update(struct pwm_regs *pwm, enum pwm_update update)
            holds(&pwm->CONTROL, PWM_CONTROL_RUN);
 }
 
-bool pwm_set_samples(struct pwm_regs *pwm, uint32_t samples)
+bool pwm_set_samples(struct pwm_regs *pwm, uint32_t samples, uint32_t early_counts)
 {
-    return holds(&pwm->TRIGGER_2, samples == 2u ? pwm->DEAD / 2u | PWM_TRIGGER_RISING : 0u);
+    const uint32_t behind = pwm->DEAD / 2u;
+    return holds(&pwm->TRIGGER_1, valley_trigger(pwm->PERIOD, behind, early_counts)) &&
+           holds(&pwm->TRIGGER_2, samples == 2u ? peak_trigger(behind, early_counts) : 0u);
 }

@@ -81,10 +81,11 @@ bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup);
 bool pwm_set_update(struct pwm_regs *pwm, enum pwm_update update);
 
 /*
- * Samples a period: 1, in the middle of the low sides' time, or 2, in that of the high sides' as well. In effect at once,
- * whatever the carrier does. Returns false if the register does not read back. Context: any, while nobody else sets up the PWM.
+ * Samples a period: 1, in the middle of the low sides' time, or 2, in that of the high sides' as well; each triggered
+ * `early_counts` before it, less than half a period, for sensors that take so long. In effect at once, whatever the carrier does.
+ * Returns false if a register does not read back. Context: any, while nobody else sets up the PWM.
  */
-bool pwm_set_samples(struct pwm_regs *pwm, uint32_t samples);
+bool pwm_set_samples(struct pwm_regs *pwm, uint32_t samples, uint32_t early_counts);
 
 /* Whether a phase of the newest set of compares could not act at once and waited for the next end. Any context. */
 static inline bool pwm_fell_back(const struct pwm_regs *pwm)

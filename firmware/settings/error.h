@@ -25,6 +25,9 @@ enum error {
     ERROR_SAMPLES_OF_SHUNTS,
     ERROR_SAMPLES_AT_VALLEY,
     ERROR_SAMPLES_TOO_FAST,
+    ERROR_MODULATOR_OSR,
+    ERROR_MODULATOR_OF_SHUNTS,
+    ERROR_MODULATOR_TOO_SLOW,
     ERROR_SPEED_BEYOND_OBSERVER,
     /* bandwidths that leave too little margin; value: the largest that works, Hz */
     ERROR_CURRENT_MARGIN,

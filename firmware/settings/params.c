@@ -37,6 +37,7 @@ const struct param_info param_table[] = {
     PARAM(pwm_update, 0, 2, 0),
     PARAM(pwm_samples, 1, 2, 1),
     PARAM(low_side_shunts, 0, 1, 1),
+    PARAM(modulator_osr, 0, 256, 0),
     PARAM(speed_bw_hz, 1, 200, 60),
     PARAM(torque_mean_ms, 1, PARAM_TORQUE_MEAN_MOST_MS, 1),
     PARAM(i_rated_ma, 10, 2000000, 7100),

@@ -43,6 +43,7 @@ struct params {
     int32_t pwm_update;  /* when voltages act: 0 from the next valley on, 1 from the next end on, 2 at once (delay.h) */
     int32_t pwm_samples; /* of the currents a PWM period: 1, or 2 of sensors in line with the phases */
     int32_t low_side_shunts; /* 1: sensors see a phase while its low side conducts; 0: always, in line with it */
+    int32_t modulator_osr;   /* bits: currents from isolated modulators, filtered so; 0: from the serial converters */
     int32_t speed_bw_hz;     /* crossover of the speed loop */
     int32_t torque_mean_ms;  /* where a shaft swings: the speed loop asks for the mean over so long; 1: for each wish */
     /* supervision: firmware/axis/ */

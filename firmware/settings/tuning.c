@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/settings/tuning.h"
 
+#include "drivers/fabric/adc.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/margins.h"
 #include "firmware/settings/scale.h"
@@ -31,6 +32,27 @@ static enum error check_samples(const struct params *p)
     return p->pwm_samples * CONFIG_PWM_HZ > CONFIG_LOOP_HZ_MAX ? ERROR_SAMPLES_TOO_FAST : ERROR_NONE;
 }
 
+/* From the trigger to the last compare: the bits, what the filter and the arithmetic take, and the handler. */
+static int32_t modulator_counts(int32_t osr)
+{
+    return 3 * osr * ADC_MODULATOR_CLOCKS + 300;
+}
+
+static enum error check_modulators(const struct params *p)
+{
+    const int32_t osr = p->modulator_osr;
+    if (osr == 0) {
+        return ERROR_NONE;
+    }
+    if (osr < 32 || (osr & (osr - 1)) != 0) {
+        return ERROR_MODULATOR_OSR;
+    }
+    if (p->low_side_shunts != 0) {
+        return ERROR_MODULATOR_OF_SHUNTS;
+    }
+    return modulator_counts(osr) > CONFIG_PWM_COUNTS / p->pwm_samples ? ERROR_MODULATOR_TOO_SLOW : ERROR_NONE;
+}
+
 static enum error check_limits(const struct params *p)
 {
     const int64_t range = p->i_range_ma;
@@ -59,7 +81,17 @@ static enum error check_limits(const struct params *p)
     if ((int64_t)p->overspeed_rpm * p->pole_pairs > 60LL * CONFIG_SPEED_BASE_HZ * 95 / 100) {
         return ERROR_SPEED_BEYOND_OBSERVER;
     }
-    return check_samples(p);
+    const enum error problem = check_samples(p);
+    return problem != ERROR_NONE ? problem : check_modulators(p);
+}
+
+/* The fast path has fewer bits and more noise: a sixteenth of the range is kept for it. Beyond 95 % no modulator is sure. */
+static void tune_modulators(const struct params *p, struct tuning *t)
+{
+    const int32_t trip_q15 = t->i_trip_q15 + 32768 / 16, most_q15 = 32768 * 95 / 100;
+    t->modulator_osr = p->modulator_osr;
+    t->modulator_trip_q15 = trip_q15 < most_q15 ? trip_q15 : most_q15;
+    t->early_counts = 3 * p->modulator_osr * ADC_MODULATOR_CLOCKS / 2;
 }
 
 /* Before the speed loop's gains: they take their measure from the limits. */
@@ -67,6 +99,7 @@ static void tune_limits(const struct params *p, struct tuning *t)
 {
     t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
     t->i_max_q15 = tuning_q15_from_milli(p->i_max_ma, p->i_range_ma);
+    tune_modulators(p, t);
     t->i_sum_q15 = t->i_trip_q15 / 4;
     t->v_min_q15 = tuning_q15_from_milli(p->v_min_mv, p->v_range_mv);
     t->v_max_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv);

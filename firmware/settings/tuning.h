@@ -45,6 +45,9 @@ struct tuning {
     int32_t r_q12;              /* resistance, per unit */
     int32_t emf_q12;            /* back-EMF at the base speed, per unit */
     int32_t i_trip_q15, i_sum_q15;
+    int32_t modulator_osr;      /* 0: currents come from the serial converters */
+    int32_t modulator_trip_q15; /* of the modulators' fast path */
+    int32_t early_counts;       /* so much before the middle of its window a sample is triggered */
     int32_t v_min_q15, v_max_q15;
     int32_t chopper_on_q15, chopper_off_q15; /* 0: there is none */
     int32_t overspeed_w_q15;

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Command line: run, console, debug, models, campaign, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT, SPREAD,
-DETUNE, FABRIC, QEMU and BUILD."""
+DETUNE, FABRIC, SENSORS, QEMU and BUILD."""
 import argparse
 import os
 import signal
@@ -69,6 +69,8 @@ def _parser():
                              help="what the firmware is told wrongly: 'resistance_mohm*1.3 flux_uwb*0.8' (default: $DETUNE)")
         command.add_argument("--fabric", default=os.environ.get("FABRIC") or "model",
                              help="model: the twin's C models; rtl: the verilated RTL (default: $FABRIC or model)")
+        command.add_argument("--sensors", default=os.environ.get("SENSORS") or "",
+                             help="file of qemu/sensors laid over the inverter's, with --fabric rtl: amc1306 (default: $SENSORS)")
         command.add_argument("--start", default=os.environ.get("START") or "found", choices=("found", "aligned"),
                              help="found: the drive finds where its rotor stands; aligned: it knows (default: $START or found)")
         command.add_argument("--scenario", help="file of qemu/scenarios",
@@ -131,7 +133,7 @@ def _run(options):
 
 def _plant(options):
     return {"plant": options.plant, "spread": options.spread, "detune": options.detune, "fabric": options.fabric,
-            "aligned": options.start == "aligned"}
+            "sensors": options.sensors, "aligned": options.start == "aligned"}
 
 
 def _console(options):

@@ -26,7 +26,7 @@ LEAD_S = 0.1       # how far simulated time may be ahead
 
 
 def live_console(motor, seed, build=None, qemu=None, scenario=None, **plant):
-    """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric, aligned, as
+    """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric, sensors, aligned, as
     simulate() has them."""
     drive, arguments, environment, progress = _prepared(motor, seed, build, qemu, scenario, plant)
     print(f"{drive.motor.name} on {drive.inverter.name}. Its parameters are typed for you; then try:\n"
@@ -67,7 +67,7 @@ def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     probes, enums = make_probes(symbols, drive) if plan.late or plan.holds or drive.aligned else ([], None)
-    written = {"progress": files["progress"], **fabric_files(fabric, build)}
+    written = {"progress": files["progress"], **fabric_files(fabric, build, drive)}
     write(config, twin_config(drive, plan, seed, probes, written, symbols, enums=enums))
     line = command(checked, image, config, "stdio,id=console,mux=on,signal=off", extra)
     return drive, line, checked.environment(), files["progress"]

@@ -7,11 +7,11 @@ so is an unknown key. What keys there are says schema.py; docs/motors.md is the 
 """
 import math
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .errors import LauncherError
-from .paths import INVERTERS, MOTORS, shown
+from .paths import INVERTERS, MOTORS, SENSORS, shown
 from .rules import control_by_rule
 from .saturation import saturation_of
 from .schema import BY_RULE, INVERTER_TABLES, MOTOR_TABLES, PLANT_TABLES
@@ -140,6 +140,21 @@ def load_inverter(name, beside=None):
     if supply["chopper_ohm"] and not supply["vbus_v"] < supply["chopper_off_v"] < supply["chopper_on_v"]:
         raise LauncherError(f"{inverter.where}: vbus_v < chopper_off_v < chopper_on_v does not hold")
     return inverter
+
+
+def load_sensors(name):
+    """The [sensor] table of `name` (a file of qemu/sensors/, or a path to a .toml): no key of it is required."""
+    keys = {key: replace(meaning, default=0.0) for key, meaning in INVERTER_TABLES["sensor"].items()}
+    return _load(find(name, SENSORS, "sensors"), "sensors", {"sensor": keys})
+
+
+def lay_over(inverter, sensors):
+    """What the sensors' file gives takes the place of what the inverter's does."""
+    for key, source in sensors.sources["sensor"].items():
+        inverter["sensor"][key] = sensors["sensor"][key]
+        inverter.sources["sensor"][key] = f"{sensors.where}: {source}"
+        inverter.spreads["sensor"].pop(key, None)
+    inverter.spreads["sensor"].update(sensors.spreads["sensor"])
 
 
 def complete(motor, inverter):

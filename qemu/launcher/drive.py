@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 from .aligned import ON_TIME_S
-from .data import complete, load_inverter, load_motor
+from .data import complete, lay_over, load_inverter, load_motor, load_sensors
 from .effects import parse_plant
 from .params import coarse_notes, detuned, exact_params
 from .saturation import inverse_at_rest
@@ -22,7 +22,7 @@ AGAIN_PERIODS = 40  # if the inertia that was told is far too small, so that a s
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
 _TWIN_NAMES = {"counts_per_rev": "encoder_counts"}  # where a key of the data file has another name in the twin
-_TOLD = {"chopper_on_v", "chopper_off_v"}  # the drive is: it switches the chopper
+_TOLD = {"chopper_on_v", "chopper_off_v", "modulator_osr"}  # the drive is: it switches the chopper, and sets the filters
 _ALWAYS = {"motor.copper_tempco_per_k", "inverter.diode_v"}  # whose default in the twin is not neutral
 
 
@@ -188,15 +188,18 @@ class Drive:
         return self.params[name] / 1000
 
 
-def load_drive(motor_name, overrides=None, plant="full", spread=0, seed=1, detune="", aligned=False):
+def load_drive(motor_name, overrides=None, plant="full", spread=0, seed=1, detune="", aligned=False, sensors=""):
     """The motor by name, its inverter, and overrides: {"motor": {table: {key: value}}, "inverter": ..., "params": ...}.
 
     plant, spread, seed, detune   as PLANT (effects.py), SPREAD (spread.py), SEED and DETUNE (params.py)
+    sensors   a file of qemu/sensors, or path to one, laid over what the inverter's file says of its sensors
     """
     overrides = overrides or {}
     motor = load_motor(motor_name)
     motor.override(overrides.get("motor", {}))
     inverter = load_inverter(motor.inverter, motor.path)
+    if sensors:
+        lay_over(inverter, load_sensors(sensors))
     inverter.override(overrides.get("inverter", {}))
     complete(motor, inverter)
     drive = Drive(motor, inverter, parse_plant(plant), check_spread(spread), seed, str(detune or "").strip(), aligned=aligned)

@@ -41,7 +41,7 @@ EFFECTS = {
     "edge_noise": (_zero("sensor.edge_noise_lsb"), {}),
     "skew": (_zero("sensor.skew_b_s", "sensor.skew_c_s"), {}),
     "drift": (_zero("sensor.i_offset_drift_lsb_s", "sensor.i_gain_drift_per_s"), {}),
-    "noise": ({}, _zero("sensor.i_noise_lsb", "sensor.v_noise_lsb")),
+    "noise": ({}, _zero("sensor.i_noise_lsb", "sensor.v_noise_lsb", "sensor.modulator_noise")),
     "offsets": ({}, _zero("sensor.i_offset_a_lsb", "sensor.i_offset_b_lsb", "sensor.i_offset_c_lsb")),
     "gains": ({}, dict.fromkeys(("sensor.i_gain_a", "sensor.i_gain_b", "sensor.i_gain_c"), 1.0)),
     "encoder": ({**_zero("sensor.encoder_asymmetry", "sensor.encoder_phase", "sensor.encoder_ecc_rad",

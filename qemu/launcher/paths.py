@@ -7,6 +7,7 @@ QEMU_DIR = Path(__file__).resolve().parent.parent
 REPO = QEMU_DIR.parent
 MOTORS = QEMU_DIR / "motors"
 INVERTERS = QEMU_DIR / "inverters"
+SENSORS = QEMU_DIR / "sensors"
 SCENARIOS = QEMU_DIR / "scenarios"
 
 

@@ -93,10 +93,12 @@ def _ask(path, *arguments):
 FABRICS = {"model": None, "rtl": "fabric/axis.so"}
 
 
-def fabric_files(fabric, build):
+def fabric_files(fabric, build, drive):
     """The item of the twin's configuration for FABRIC=model or rtl."""
     if fabric not in FABRICS:
         raise LauncherError(f"FABRIC '{fabric}' is neither model, the twin's C models, nor rtl, the verilated RTL")
+    if FABRICS[fabric] is None and drive.inverter["sensor"]["modulators"]:
+        raise LauncherError("isolated modulators (SENSORS, [sensor] modulators) need FABRIC=rtl: the C models have none")
     if FABRICS[fabric] is None:
         return {}
     library = build / FABRICS[fabric]

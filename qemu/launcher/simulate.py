@@ -62,7 +62,7 @@ def check_seed(seed):
 
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
              show=None, dumps=None, cycles=None, way_of=None, plant="full", spread=1, detune="", csv=False,
-             start_angle=None, fabric="model", aligned=False):
+             start_angle=None, fabric="model", aligned=False, sensors=""):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
@@ -77,12 +77,13 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     dumps      {file name: (address, bytes)}: memory of the target, written to that file in out_dir when the run ends
     cycles     {"apb_read": 3, ...}: wait cycles of the buses, where not the twin's defaults (qemu/twin/cycles_keys.c)
     way_of     an exception whose way through its handler goes to irqpath.csv, once for each duration (qemu/twin/irqpath.h)
+    sensors    name of a file in qemu/sensors, or path to one, laid over the inverter's; empty: as the inverter's file says
     fabric     model, the twin's C models, or rtl, the verilated RTL
     csv        whether the trace is to be had as text as well, in trace.csv
     show       called as it goes, with the simulated seconds done and planned: a late start makes a run longer
     """
     seed = check_seed(seed)
-    drive = load_drive(motor, with_start_angle(overrides, motor, start_angle), plant, spread, seed, detune, aligned)
+    drive = load_drive(motor, with_start_angle(overrides, motor, start_angle), plant, spread, seed, detune, aligned, sensors)
     plan = load_scenario(scenario, drive)
     build = build_dir(build)
     checked_qemu = Qemu(qemu)
@@ -95,7 +96,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     config = out_dir / "twin.cfg"
     kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
     written = {key: files[key] for key in ("trace", "progress", "irqlog", *(["csv"] if csv else []))}
-    written.update(fabric_files(fabric, build))
+    written.update(fabric_files(fabric, build, drive))
     way = (way_of, (out_dir / "irqpath.csv").resolve()) if way_of else None
     write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles, way, enums))
     console = f"file,id=console,path={escape(files['console'])}"

@@ -348,6 +348,9 @@ static void check_complete(const struct reader *r, bool motor_only)
     if (conflict) {
         fail(r, "%s", conflict);
     }
+    if (!motor_only && c->plant.sensors.modulators != 0 && !c->fabric_path) {
+        fail(r, "sensor.modulators need 'fabric PATH': the C models have none");
+    }
     check_cycles(r);
     const char *mismatch = motor_only ? NULL : inverter_mismatch(&c->plant.inverter);
     if (mismatch) {

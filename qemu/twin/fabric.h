@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "bit_streams.h"
 #include "encoder.h"
 #include "gate.h"
 #include "simtime.h"
@@ -62,6 +63,9 @@ struct fabric_ops {
     bool (*converting)(const struct fabric *f);
     /* The winding's sensor, as TEMP shows it; read behind each conversion. */
     void (*sense)(struct fabric *f, uint32_t code);
+
+    /* What isolated modulators see over a step of the physics; NULL: this fabric has none. */
+    void (*modulate)(struct fabric *f, const struct stretch *seen);
 
     /* Pins. Of those that stop, the latch says which it is. */
     void (*stop)(struct fabric *f, enum gate_latch which, bool stops, sim_ps now);

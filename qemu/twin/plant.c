@@ -189,6 +189,7 @@ static void integrate(struct plant *p, sim_ps to)
     bool was_tripped = p->inverter.overcurrent;
     sim_ps from = p->now;
     double from_rad = p->motor.theta_rad, from_rad_s = p->motor.speed_rad_s;
+    p->stepped_ps = (double)from;
     p->now = inverter_advance(&p->inverter, &p->motor, from, to);
     follow_shaft(p, from, from_rad, from_rad_s);
     if (p->inverter.overcurrent != was_tripped) {

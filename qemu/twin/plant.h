@@ -45,6 +45,7 @@ struct plant {
     sim_ps sample_at[3]; /* of a current that the running conversion has not sampled yet; else SIM_NEVER */
     sim_ps next_sample;  /* the first of them */
     sim_ps now;          /* how far the physics has come */
+    double stepped_ps;   /* and within an integration */
     unsigned gates;      /* as the inverter knows them */
     unsigned hall;       /* as the fabric was shown it */
     int64_t edges;       /* of the encoder, likewise */

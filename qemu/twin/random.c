@@ -56,3 +56,12 @@ double random_exponential(struct random *r)
 {
     return -log((double)((random_u64(r) >> 11) + 1) * 0x1p-53);
 }
+
+/* Four values of 16 bits: their sum has the mean 2 (2^16 - 1) and the variance (2^32 - 1) / 3. */
+double random_bell(struct random *r)
+{
+    uint64_t bits = random_u64(r);
+    uint32_t sum = (uint32_t)(bits & 0xFFFF) + (uint32_t)(bits >> 16 & 0xFFFF) + (uint32_t)(bits >> 32 & 0xFFFF) +
+                   (uint32_t)(bits >> 48);
+    return ((double)sum - 131070.0) * 2.642899792e-5; /* by sqrt((2^32 - 1) / 3) */
+}

@@ -16,6 +16,8 @@ struct rtl_axis {
     Vfabric_axis top{&context, ""};
     uint64_t seen = 0; /* outputs, as a key */
     int rest = 0;      /* clocks before the next try to take many at once */
+    rtl_bits *bits = nullptr; /* of the modulators */
+    void *bits_of = nullptr;
     bool checks = std::getenv("MSSFOC_EVERY_CLOCK") != nullptr;
 };
 
@@ -32,6 +34,8 @@ using root_type = Vfabric_axis___024root;
 #define PWM(root, name)        (root)->fabric_axis__DOT__carrier_and_legs__DOT__##name
 #define UPDATES(root, k, name) PWM(root, leg__BRA__##k##__KET____DOT__updates__DOT__##name)
 #define BRIDGE(root, k, name)  PWM(root, leg__BRA__##k##__KET____DOT__half_bridge__DOT__##name)
+#define ADC(root, name)        (root)->fabric_axis__DOT__sampler__DOT__##name
+#define FILTERS(root, name)    ADC(root, isolated__DOT__##name)
 #define LOW_FOR(root, k)       (root)->fabric_axis__DOT__sampler__DOT__shunts__DOT__phase__BRA__##k##__KET____DOT__on_for
 
 /* A clock with still inputs, clk being 0 before and behind it. eval() would ask twice what the inputs have done and when the
@@ -67,7 +71,6 @@ void drive(Vfabric_axis &top, const rtl_inputs &in)
     top.pin_sdata = in.sdata;
     top.pin_hall = in.hall;
     top.pin_temp_sdata = in.temp_sdata;
-    top.pin_mod_data = 0;
     top.pin_a = in.a;
     top.pin_b = in.b;
     top.pin_index = in.index;
@@ -79,6 +82,7 @@ uint64_t key_of(const Vfabric_axis &top)
 {
     const Vfabric_axis___024root *root = top.rootp;
     return (uint64_t)top.prdata << 32 | (uint32_t)top.pin_high << 16 | (uint32_t)top.pin_low << 8 |
+           (uint32_t)root->fabric_axis__DOT__trip << 12 | (uint32_t)root->fabric_axis__DOT__sample << 13 |
            (uint32_t)top.pin_chopper << 7 | (uint32_t)top.irq << 6 | (uint32_t)top.pin_cs_n << 5 |
            (uint32_t)top.pin_sclk << 4 | (uint32_t)top.pin_temp_cs_n << 3 | (uint32_t)top.pin_temp_sclk << 2 |
            (uint32_t)root->fabric_axis__DOT__trigger << 1 | root->fabric_axis__DOT__live;
@@ -99,6 +103,8 @@ rtl_outputs outputs(const Vfabric_axis &top)
     out.temp_sclk = top.pin_temp_sclk;
     out.trigger = root->fabric_axis__DOT__trigger;
     out.live = root->fabric_axis__DOT__live;
+    out.trip = root->fabric_axis__DOT__trip;
+    out.converted = root->fabric_axis__DOT__sample;
     return out;
 }
 
@@ -252,7 +258,7 @@ int64_t glide(rtl_axis *axis, int64_t most)
 {
     root_type *root = axis->top.rootp;
     int64_t clocks = lesser(most, until_compared(root));
-    if (clocks < WORTH_IT || root->fabric_axis__DOT__shaft__DOT__hall_state != axis->top.pin_hall) {
+    if (clocks < WORTH_IT || ADC(root, modulators) || root->fabric_axis__DOT__shaft__DOT__hall_state != axis->top.pin_hall) {
         one_clock(axis->top);
         return 1;
     }
@@ -290,6 +296,7 @@ uint64_t run(rtl_axis *axis, uint64_t clocks, rtl_outputs *out)
 {
     Vfabric_axis &top = axis->top;
     uint64_t n = 0, key = axis->seen;
+    bool mod_clock = top.pin_mod_clock;
     while (n < clocks && key == axis->seen) {
         if (axis->rest > 0) {
             axis->rest--;
@@ -298,6 +305,10 @@ uint64_t run(rtl_axis *axis, uint64_t clocks, rtl_outputs *out)
         } else {
             n += (uint64_t)glide(axis, (int64_t)(clocks - n));
         }
+        if (top.pin_mod_clock && !mod_clock && axis->bits) {
+            top.pin_mod_data = (uint8_t)axis->bits(axis->bits_of, n);
+        }
+        mod_clock = top.pin_mod_clock;
         key = key_of(top);
     }
     axis->seen = key;
@@ -312,7 +323,63 @@ uint64_t run(rtl_axis *axis, uint64_t clocks, rtl_outputs *out)
     pwm->on[k] = BRIDGE(root, k, on); \
     pwm->left[k] = BRIDGE(root, k, left)
 
-void look(const rtl_axis *axis, rtl_pwm *pwm)
+/* ---- when the modulators' filters decide ---- */
+
+enum { COMB = 4, COMPARISON = 6, ARITHMETIC = 12 }; /* clocks: from a take to `ready`, from there to `trip`, to the results */
+
+/* Clocks up to and with the one in which the next bit is taken: the one behind COUNT 1. */
+int64_t until_bit(const root_type *root)
+{
+    int64_t period = FILTERS(root, last) + 1, count = FILTERS(root, count);
+    return (period + 1 - count) % period + 1;
+}
+
+int64_t until_trip(const root_type *root)
+{
+    int64_t step = FILTERS(root, step), comb = FILTERS(root, phase__BRA__0__KET____DOT__trip_comb__DOT__step);
+    if (!ADC(root, modulators)) {
+        return 0;
+    }
+    if (step != 0) {
+        return COMPARISON - step;
+    }
+    if (FILTERS(root, phase__BRA__0__KET____DOT__trip_comb__DOT__ready)) {
+        return COMPARISON;
+    }
+    if (comb != 0) {
+        return COMB - comb + COMPARISON;
+    }
+    int64_t period = FILTERS(root, last) + 1;
+    return until_bit(root) + FILTERS(root, trip_bits) * period + COMB - 1 + COMPARISON;
+}
+
+/* From the first take on. */
+int64_t until_last_take(const root_type *root, int64_t takes)
+{
+    return (takes - 1) * (32 << ADC(root, osr)) * (FILTERS(root, last) + 1);
+}
+
+int64_t until_results(const root_type *root)
+{
+    int64_t step = ADC(root, math__DOT__step), comb = FILTERS(root, phase__BRA__0__KET____DOT__comb__DOT__step);
+    int64_t takes = FILTERS(root, takes), bit = until_bit(root), period = FILTERS(root, last) + 1;
+    if (!ADC(root, modulators) || !ADC(root, enable)) {
+        return 0;
+    }
+    if (!ADC(root, busy)) { /* the bit that comes with the start is not taken */
+        int64_t first = bit > 1 ? bit : bit + period;
+        return root->fabric_axis__DOT__trigger ? first + until_last_take(root, 4) + COMB - 1 + ARITHMETIC : 0;
+    }
+    if (step != 0) {
+        return ARITHMETIC - step;
+    }
+    if (takes != 0) {
+        return bit + FILTERS(root, bits) * period + until_last_take(root, takes) + COMB - 1 + ARITHMETIC;
+    }
+    return ARITHMETIC + (comb != 0 ? COMB - comb : 0);
+}
+
+void look(const rtl_axis *axis, rtl_pwm *pwm, rtl_adc *adc)
 {
     const root_type *root = axis->top.rootp;
     pwm->control = (uint32_t)PWM(root, run) | (uint32_t)PWM(root, brake) << 1;
@@ -330,14 +397,21 @@ void look(const rtl_axis *axis, rtl_pwm *pwm)
     pwm->running = PWM(root, carrier__DOT__running);
     pwm->rising = PWM(root, carrier__DOT__rising);
     pwm->fresh = UPDATES(root, 0, fresh);
+    *adc = {until_trip(root), until_results(root)};
     LOOK_AT_LEG(0);
     LOOK_AT_LEG(1);
     LOOK_AT_LEG(2);
+}
+
+void modulate(rtl_axis *axis, rtl_bits *bits, void *context)
+{
+    axis->bits = bits;
+    axis->bits_of = context;
 }
 } // namespace
 
 const rtl_axis_calls *rtl_axis_open(void)
 {
-    static const rtl_axis_calls calls = {RTL_AXIS_VERSION, create, settle, run, look};
+    static const rtl_axis_calls calls = {RTL_AXIS_VERSION, create, settle, run, look, modulate};
     return &calls;
 }

@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-#define RTL_AXIS_VERSION 1
+#define RTL_AXIS_VERSION 2
 
 struct rtl_inputs {
     bool rst_n, psel, penable, pwrite;
@@ -25,7 +25,7 @@ struct rtl_outputs {
     uint32_t prdata;
     uint8_t high, low; /* bits: C B A */
     bool chopper, irq, cs_n, sclk, temp_cs_n, temp_sclk;
-    bool trigger, live; /* wires between the blocks */
+    bool trigger, live, trip, converted; /* wires between the blocks */
 };
 
 /* Registers of the PWM, to tell how long it will decide nothing. */
@@ -34,6 +34,15 @@ struct rtl_pwm {
     uint32_t newest[3], compare[3], left[3];
     bool running, rising, waiting[3], fresh, side[3], on[3];
 };
+
+/* The same of the ADC: clocks until something may happen behind them; 0: it does not by itself. */
+struct rtl_adc {
+    int64_t trip_in;    /* a new value of the modulators' fast path */
+    int64_t results_in; /* the results of modulators, if a conversion runs or is triggered now */
+};
+
+/* The modulators' clock has risen, so many clocks from the beginning of the run() on: their next bits, C B A. */
+typedef unsigned rtl_bits(void *context, uint64_t clocks);
 
 struct rtl_axis;
 
@@ -44,7 +53,9 @@ struct rtl_axis_calls {
     void (*settle)(struct rtl_axis *axis, const struct rtl_inputs *in, struct rtl_outputs *out);
     /* At most so many clocks with still inputs; ends behind the first that changes an output. Returns how many it took. */
     uint64_t (*run)(struct rtl_axis *axis, uint64_t clocks, struct rtl_outputs *out);
-    void (*look)(const struct rtl_axis *axis, struct rtl_pwm *pwm);
+    void (*look)(const struct rtl_axis *axis, struct rtl_pwm *pwm, struct rtl_adc *adc);
+    /* Without, the modulators' lines are 0. */
+    void (*modulate)(struct rtl_axis *axis, rtl_bits *bits, void *context);
 };
 
 const struct rtl_axis_calls *rtl_axis_open(void);

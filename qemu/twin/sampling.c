@@ -9,10 +9,23 @@ static double carried_a(const struct plant *p, int k, double i_leg_a)
     return p->sensors.p.shunt != 0 ? leg_low_side_a(&p->inverter, k, i_leg_a) : i_leg_a;
 }
 
+static void see(const struct plant *p, double at_ps, const double i_a[3], double share[3])
+{
+    for (int k = 0; k < 3; k++) {
+        share[k] = sensors_current_share(&p->sensors, k, at_ps * 1e-12, carried_a(p, k, i_a[k]));
+    }
+}
+
 void sampling_follow(void *plant, double dt_s, const double from_a[3], const double to_a[3])
 {
     struct plant *p = plant;
     meter_add(&p->meter, dt_s, from_a, to_a, motor_torque_nm(&p->motor));
+    bool modulated = p->sensors.p.modulators != 0 && p->fabric->ops->modulate;
+    struct stretch seen = {.from_ps = p->stepped_ps, .to_ps = p->stepped_ps + dt_s * 1e12};
+    p->stepped_ps = seen.to_ps;
+    if (modulated) {
+        see(p, seen.from_ps, from_a, seen.from);
+    }
     if (p->sensors.follows) {
         struct leg_view leg[3];
         for (int k = 0; k < 3; k++) {
@@ -20,6 +33,10 @@ void sampling_follow(void *plant, double dt_s, const double from_a[3], const dou
                 (struct leg_view){carried_a(p, k, from_a[k]), carried_a(p, k, to_a[k]), leg_level(&p->inverter, k)};
         }
         sensors_follow(&p->sensors, leg, dt_s);
+    }
+    if (modulated) {
+        see(p, seen.to_ps, to_a, seen.to);
+        p->fabric->ops->modulate(p->fabric, &seen);
     }
 }
 

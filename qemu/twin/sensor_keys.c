@@ -18,6 +18,8 @@ const struct config_key sensor_keys[] = {
     KEY(skew_c_s, 0, 2e-6, 0),
     KEY(i_noise_lsb, 0, 1000, 0),
     KEY(v_noise_lsb, 0, 1000, 0),
+    KEY(modulators, 0, 1, 0),
+    KEY(modulator_noise, 0, 0.1, 0),
     KEY(i_offset_a_lsb, -CODES, CODES, 0),
     KEY(i_offset_b_lsb, -CODES, CODES, 0),
     KEY(i_offset_c_lsb, -CODES, CODES, 0),
@@ -62,6 +64,12 @@ static const char *converter_conflict(const struct sensor_params *p)
     }
     if (!whole(p->shunt)) {
         return "sensor.shunt is 0 or 1";
+    }
+    if (!whole(p->modulators)) {
+        return "sensor.modulators is 0 or 1";
+    }
+    if (p->modulators != 0 && p->shunt != 0) {
+        return "sensor.modulators are in line with the phases: sensor.shunt is 0";
     }
     if (fmax(p->skew_b_s, p->skew_c_s) >= p->adc_conversion_s) {
         return "sensor.skew_b_s and sensor.skew_c_s are less than sensor.adc_conversion_s";

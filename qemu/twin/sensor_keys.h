@@ -14,6 +14,10 @@ struct sensor_params {
     double skew_b_s, skew_c_s;       /* B and C are sampled that much later than A and the bus */
     double i_noise_lsb, v_noise_lsb; /* standard deviation */
 
+    /* isolated modulators (bit_streams.h) in place of a converter for the currents */
+    double modulators;      /* 1: there are */
+    double modulator_noise; /* at each bit, rms, in full scales */
+
     /* current sensors (sensors.h, amplifier.h) */
     double i_offset_a_lsb, i_offset_b_lsb, i_offset_c_lsb;
     double i_gain_a, i_gain_b, i_gain_c;

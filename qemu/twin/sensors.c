@@ -82,19 +82,32 @@ static uint32_t quantise(const struct sensors *s, double code)
     return (uint32_t)fmin(fmax(whole, 0), CODES - step);
 }
 
+/* From the middle. */
+static double amplified_lsb(const struct sensors *s, int k, double t_s, double input_a)
+{
+    const struct current_sensor *c = &s->current[k];
+    double seen_a = (s->lag_s > 0 ? c->amplifier.out_a : input_a) + injected_a(s, k, t_s);
+    double gain = c->gain * (1 + drift_weight[k] * s->p.i_gain_drift_per_s * t_s);
+    double offset_lsb = c->offset_lsb + drift_weight[k] * s->p.i_offset_drift_lsb_s * t_s;
+    return (seen_a * gain + c->add_a) / s->p.i_range_a * MIDDLE + offset_lsb;
+}
+
 uint32_t sensors_current_code(const struct sensors *s, int k, double t_s, double input_a)
 {
     const struct current_sensor *c = &s->current[k];
     if (c->stuck_code >= 0) {
         return (uint32_t)c->stuck_code;
     }
-    double seen_a = (s->lag_s > 0 ? c->amplifier.out_a : input_a) + injected_a(s, k, t_s);
-    double gain = c->gain * (1 + drift_weight[k] * s->p.i_gain_drift_per_s * t_s);
-    double offset_lsb = c->offset_lsb + drift_weight[k] * s->p.i_offset_drift_lsb_s * t_s;
-    double lsb = (seen_a * gain + c->add_a) / s->p.i_range_a * MIDDLE + offset_lsb;
+    double lsb = amplified_lsb(s, k, t_s, input_a);
     lsb += amplifier_ringing_lsb(&c->amplifier, &s->p);
     lsb += c->noise_lsb + edge_noise_lsb(s, k);
     return quantise(s, MIDDLE + lsb);
+}
+
+double sensors_current_share(const struct sensors *s, int k, double t_s, double input_a)
+{
+    int stuck_code = s->current[k].stuck_code;
+    return (stuck_code >= 0 ? stuck_code - MIDDLE : amplified_lsb(s, k, t_s, input_a)) / MIDDLE;
 }
 
 uint32_t sensors_bus_code(const struct sensors *s, double bus_v)

@@ -58,6 +58,8 @@ void sensors_follow(struct sensors *s, const struct leg_view leg[3], double dt_s
 void sensors_draw_noise(struct sensors *s);
 /* input_a: the current at the amplifier's input now. */
 uint32_t sensors_current_code(const struct sensors *s, int k, double t_s, double input_a);
+/* The same for a modulator, in full scales: nothing of a converter, no edges and no ringing. */
+double sensors_current_share(const struct sensors *s, int k, double t_s, double input_a);
 uint32_t sensors_bus_code(const struct sensors *s, double bus_v);
 
 /* From start_s on, sin(2 pi hz (t - start_s)) times the amplitude; the sine before it ends. */

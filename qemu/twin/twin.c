@@ -481,7 +481,8 @@ int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
     }
     vm_resolve();
     config_load(&config, argv[0] + strlen(option), false);
-    config.plant.fabric = config.fabric_path ? fabric_rtl_open(config.fabric_path) : NULL;
+    config.plant.fabric =
+        config.fabric_path ? fabric_rtl_open(config.fabric_path, &config.plant.sensors, config.plant.seed) : NULL;
     plant_init(&plant, &config.plant);
     plant.on_trigger = record;
     open_outputs();

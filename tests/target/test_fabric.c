@@ -242,7 +242,7 @@ static void test_adc_offsets(void)
 static void test_two_samples(void)
 {
     FABRIC0->adc.CONTROL = ADC_CONTROL_ENABLE;
-    harness_true("pwm: two samples a period", pwm_set_samples(&FABRIC0->pwm, 2u));
+    harness_true("pwm: two samples a period", pwm_set_samples(&FABRIC0->pwm, 2u, 0u));
     harness_equal("pwm: the other in the middle of the high sides' time", FABRIC0->pwm.TRIGGER_2,
                   (DEAD_COUNTS / 2u) | PWM_TRIGGER_RISING);
     wait_counts(2u * PERIOD_COUNTS);
@@ -254,7 +254,7 @@ static void test_two_samples(void)
     (void)adc_read_next(&FABRIC0->adc, PERIOD_COUNTS);
     harness_equal("adc: the next one is waited for", adc_sequence(&FABRIC0->adc) - newest, 1u);
     harness_equal("adc: half a period later", encoder_latch_clock(&FABRIC0->encoder) - clock, HALF_COUNTS);
-    harness_true("pwm: one sample a period", pwm_set_samples(&FABRIC0->pwm, 1u));
+    harness_true("pwm: one sample a period", pwm_set_samples(&FABRIC0->pwm, 1u, 0u));
     wait_counts(2u * PERIOD_COUNTS);
     clock = adc_sequence(&FABRIC0->adc);
     wait_counts(10u * PERIOD_COUNTS);
