@@ -27,13 +27,14 @@ static struct plant_params with_modulators(double noise, uint64_t seed)
     return params;
 }
 
-/* Results of the trigger in the middle of the low sides' time, less the true mean current around it: amperes. */
+/* Results of a window around the middle of the low sides' time, against the true current there. */
 static void results(uint32_t modulator, double window_s, double bound_a)
 {
     static const uint32_t a_more[3] = {2900, 2500, 2200};
     struct plant_params params = with_modulators(6.6e-4, 3);
     struct plant p;
     bench_start(&p, &params, a_more);
+    bench_write(&p, PWM_TRIGGER_1, (2500u - (uint32_t)lround(window_s / 2 / 10e-9)) | 1u << 17);
     bench_write(&p, ADC_MODULATOR, modulator);
     bench_write(&p, ADC_CONTROL, ADC_ON);
     double squares = 0, largest_a = 0;
