@@ -72,8 +72,9 @@ static void results(uint32_t modulator, double window_s, double bound_a)
     check_between(name, sqrt(squares / (count - 3)), 0, bound_a);
 }
 
-/* From the instant at which a phase's current passes the limit to the gates: microseconds. A short of `ohm` between two legs. */
-static double trip_us(double ohm, uint32_t limit)
+/* From the instant at which a phase's current passes the limit to the gates: microseconds; -1: they stay. The short, of `ohm`
+ * between two legs, comes so much after some instant of the modulators' clock. */
+static double trip_us(double ohm, double after_s, uint32_t limit)
 {
     static const uint32_t apart[3] = {4000, 1000, 2500};
     struct plant_params params = with_modulators(6.6e-4, 3);
@@ -83,7 +84,7 @@ static double trip_us(double ohm, uint32_t limit)
     bench_write(&p, ADC_CONTROL, ADC_ON);
     bench_run(&p, 30e-6);
     bench_write(&p, ADC_STATUS, 1);
-    bench_run(&p, 20e-6);
+    bench_run(&p, 30e-6 + after_s); /* A high, B low */
     check_equal("fast path: quiet before the short", bench_read(&p, GATE_STATUS), 1);
     inverter_short(&p.inverter, 0, 1, ohm);
     double beyond_s = -1, t_s = 0;
@@ -106,15 +107,19 @@ static double trip_us(double ohm, uint32_t limit)
     return (t_s - beyond_s) * 1e6;
 }
 
-static void trips(void)
+/* Wherever in the fast path's raster of 0.8 us it comes. */
+static void trips(double ohm, const char *name)
 {
-    double window_us = 3 * FAST_BITS * BIT_S * 1e6, raster_us = FAST_BITS * BIT_S * 1e6;
+    double window_s = 3 * FAST_BITS * BIT_S, raster_s = FAST_BITS * BIT_S, least_us = 1e3, most_us = 0;
     uint32_t limit = (uint32_t)lround(TRIP_A / RANGE_A * 32768);
-    double hard_us = trip_us(0.2, limit), soft_us = trip_us(1.0, limit);
-    printf("ok fast path: 120 A: %.2f us, 24 A: %.2f us\n", hard_us, soft_us);
-    check_between("fast path: far beyond, us", hard_us, 0.3, window_us + raster_us + LATENCY_S * 1e6);
-    check_between("fast path: by a half more, us", soft_us, 0.5 * window_us, window_us + raster_us + LATENCY_S * 1e6);
-    check_near("fast path: no limit, no trip", trip_us(0.2, 0x1FFFF), -1, 0);
+    for (int n = 0; n < 8; n++) {
+        double us = trip_us(ohm, n * raster_s / 8, limit);
+        check_between(name, us, 0.3, (window_s + raster_s + LATENCY_S) * 1e6);
+        least_us = fmin(least_us, us);
+        most_us = fmax(most_us, us);
+    }
+    printf("ok %s: %.2f to %.2f\n", name, least_us, most_us);
+    check_true("fast path: where in the raster tells", most_us - least_us > 0.3e6 * raster_s);
 }
 
 int main(int argc, char **argv)
@@ -123,6 +128,8 @@ int main(int argc, char **argv)
     results(OSR_64, 3 * 64 * BIT_S, 0.01);
     results(0x510u, 3 * 32 * BIT_S, 0.03);
     results(0x512u, 3 * 128 * BIT_S, 0.01);
-    trips();
+    trips(0.2, "fast path: from the limit to the gates, us, 120 A at 15 A");
+    trips(1.3, "fast path: the same, 18 A at 15 A");
+    check_near("fast path: no limit, no trip", trip_us(0.2, 0, 0x1FFFF), -1, 0);
     return check_end();
 }
