@@ -45,6 +45,22 @@ def test_two_samples_a_period_are_told_with_what_they_need(name, shunts):
         assert (told["pwm_samples"], told["low_side_shunts"], told["current_bw_hz"]) == (2, shunts, current_bw_hz)
 
 
+def test_sensors_are_laid_over_the_inverter():
+    """What they give takes the place of it, tolerances and sources too; what they do not stays. The drive is told."""
+    plain, modulated = load_drive("teknic_m2310p"), load_drive("teknic_m2310p", sensors="amc1306", spread=1, seed=5)
+    sensor = modulated.inverter["sensor"]
+    assert (sensor["modulators"], sensor["shunt"], sensor["ring_lsb"]) == (1, 0, 0)
+    assert sensor["i_range_a"] == plain.inverter["sensor"]["i_range_a"] and plain.inverter["sensor"]["ring_lsb"] > 0
+    assert modulated.inverter.spreads["sensor"]["i_gain_a"].relative == 0.007
+    assert "amc1306" in modulated.inverter.sources["sensor"]["i_gain_a"]
+    told = modulated.params
+    assert (told["modulator_osr"], told["low_side_shunts"]) == (64, 0) and "modulator_osr" not in plain.params
+    items = dict(twin_items(modulated))
+    assert items["sensor.modulators"] == 1 and "sensor.modulator_osr" not in items
+    with pytest.raises(LauncherError, match="no sensors 'nothing'; there are: amc1306"):
+        load_drive("teknic_m2310p", sensors="nothing")
+
+
 @pytest.mark.parametrize("name", sorted(set(available(MOTORS)) - {"baldor_ecs101m0h7ef4", "thor_pmsyrm"}))
 def test_rated_torque_comes_from_rated_current(name):
     """But of the two whose torque is half reluctance, which i_d = 0 leaves unused."""

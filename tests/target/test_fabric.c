@@ -238,6 +238,38 @@ static void test_adc_offsets(void)
     adc_start(&FABRIC0->adc);
 }
 
+/* Early by more than half a dead time the trigger stands on the other side of the end. */
+static void test_early_triggers(void)
+{
+    harness_true("pwm: early triggers", pwm_set_samples(&FABRIC0->pwm, 2u, 480u));
+    harness_equal("pwm: before the valley", FABRIC0->pwm.TRIGGER_1,
+                  (HALF_COUNTS - (480u - DEAD_COUNTS / 2u)) | PWM_TRIGGER_RISING);
+    harness_equal("pwm: before the peak", FABRIC0->pwm.TRIGGER_2, (480u - DEAD_COUNTS / 2u) | PWM_TRIGGER_FALLING);
+    harness_true("pwm: hardly early", pwm_set_samples(&FABRIC0->pwm, 2u, 10u));
+    harness_equal("pwm: still behind the valley", FABRIC0->pwm.TRIGGER_1,
+                  (HALF_COUNTS - (DEAD_COUNTS / 2u - 10u)) | PWM_TRIGGER_FALLING);
+    harness_equal("pwm: still behind the peak", FABRIC0->pwm.TRIGGER_2, (DEAD_COUNTS / 2u - 10u) | PWM_TRIGGER_RISING);
+    harness_true("pwm: as before", pwm_set_samples(&FABRIC0->pwm, 1u, 0u));
+    harness_equal("pwm: in the middle", FABRIC0->pwm.TRIGGER_1, (HALF_COUNTS - DEAD_COUNTS / 2u) | PWM_TRIGGER_FALLING);
+}
+
+/* Registers only: this fabric's modulators show nothing. */
+static void test_select(void)
+{
+    struct adc_regs *const adc = &FABRIC0->adc;
+    harness_true("adc: modulators", adc_select(adc, 128u, 20000));
+    harness_equal("adc: 128 bits, 16 in the fast path, 20 MHz", adc->MODULATOR, 0x512u);
+    harness_equal("adc: their trip", adc->MODULATOR_TRIP, 20000u);
+    harness_equal("adc: on, with modulators", adc->CONTROL, 0xBu);
+    const uint32_t sequence = adc_sequence(adc);
+    harness_true("adc: the same again", adc_select(adc, 128u, 20001));
+    wait_counts(3u * PERIOD_COUNTS);
+    harness_true("adc: it converts", adc_sequence(adc) - sequence >= 2u);
+    harness_true("adc: the converters again", adc_select(adc, 0u, 20001));
+    harness_equal("adc: on, without", adc->CONTROL, 3u);
+    adc_stop(adc);
+}
+
 /* The second one comes half a period later, and the driver waits for it. */
 static void test_two_samples(void)
 {
@@ -287,6 +319,8 @@ static void test_adc(void)
     test_adc_offsets();
     adc_stop(&FABRIC0->adc);
     test_two_samples();
+    test_early_triggers();
+    test_select();
     adc_start(&FABRIC0->adc);
     wait_counts(3u * PERIOD_COUNTS);
     harness_true("adc: pending while nobody serves it", nvic_is_pending(BOARD_IRQ_ADC));

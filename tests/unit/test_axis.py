@@ -284,6 +284,21 @@ def test_switching_on_tells_the_pwm_how_often_to_sample(c, world):
     assert w.step() == "SWITCHED_ON" and w.fabric.pwm.TRIGGER_2 == 0
 
 
+def test_switching_on_chooses_where_currents_come_from(c, world):
+    """Registers as docs/fabric.md has them; the trigger comes 1.5 OSR bits early, at 5 clocks a bit."""
+    w = world("SWITCH_ON_DISABLED")
+    p, pwm, adc = w.axis.params, w.fabric.pwm, w.fabric.adc
+    p.low_side_shunts, pwm.DEAD, pwm.PERIOD, adc.CONTROL = 0, 100, 2500, 3
+    for osr, setting, trigger in ((64, 0x511, 2500 - 430 | 1 << 17), (32, 0x510, 2500 - 190 | 1 << 17),
+                                  (256, 0x513, 2500 - 1870 | 1 << 17), (0, 0x513, 2450 | 1 << 16)):
+        p.modulator_osr = osr
+        assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+        assert w.step() == "SWITCHED_ON"
+        assert (adc.CONTROL, adc.MODULATOR, pwm.TRIGGER_1) == (0xB if osr else 3, setting, trigger)
+        assert adc.MODULATOR_TRIP == w.axis.tuning.modulator_trip_q15 > w.axis.tuning.i_trip_q15
+        assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
+
+
 def test_a_pwm_that_takes_no_other_mode_is_a_fault(c, world):
     w = world("SWITCH_ON_DISABLED")
     w.axis.params.pwm_update, w.fabric.pwm.STATUS = 2, 1  # it goes on running
