@@ -214,15 +214,15 @@ static void stop(struct fabric *f, enum gate_latch which, bool stops, sim_ps now
     struct fabric_rtl *r = rtl_of(f);
     catch_up(f, now);
     if (which == GATE_OVERCURRENT) {
-        r->in.overcurrent = stops;
+        r->in.pin_overcurrent = stops;
     } else if (which == GATE_DRIVER_FAULT) {
-        r->in.driver_fault = stops;
+        r->in.pin_driver_fault = stops;
     } else if (which == GATE_STO_A) {
-        r->in.sto_a_n = !stops;
+        r->in.pin_sto_a_n = !stops;
     } else if (which == GATE_STO_B) {
-        r->in.sto_b_n = !stops;
+        r->in.pin_sto_b_n = !stops;
     } else {
-        r->in.clock_ok = !stops;
+        r->in.pin_clock_ok = !stops;
     }
     rtl_settle(r);
     rtl_look(r);
@@ -280,7 +280,7 @@ struct fabric *fabric_rtl_open(const char *path, const struct sensor_params *sen
     r->fabric.prompt = true;
     r->calls = load(path);
     r->axis = r->calls->create();
-    r->in.sto_a_n = r->in.sto_b_n = r->in.clock_ok = true;
+    r->in.pin_sto_a_n = r->in.pin_sto_b_n = r->in.pin_clock_ok = true;
     r->modulated = sensors->modulators != 0;
     bit_streams_init(&r->bits, sensors->modulator_noise, seed);
     if (r->modulated) {

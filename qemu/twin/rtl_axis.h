@@ -12,20 +12,26 @@ extern "C" {
 
 #define RTL_AXIS_VERSION 2
 
+/* Pins by the names of fabric_axis.v. Bits of sdata: bus voltage C B A; of hall, high and low: C B A. */
+#define RTL_INPUTS(X) \
+    X(bool, rst_n) X(bool, psel) X(bool, penable) X(bool, pwrite) X(uint16_t, paddr) X(uint32_t, pwdata) \
+    X(bool, pin_overcurrent) X(bool, pin_driver_fault) X(bool, pin_sto_a_n) X(bool, pin_sto_b_n) X(bool, pin_clock_ok) \
+    X(uint8_t, pin_sdata) X(uint8_t, pin_hall) X(bool, pin_temp_sdata) X(bool, pin_a) X(bool, pin_b) X(bool, pin_index) \
+    X(bool, pin_lost)
+#define RTL_OUTPUTS(X) \
+    X(uint32_t, prdata) X(uint8_t, pin_high) X(uint8_t, pin_low) X(bool, pin_chopper) X(bool, irq) X(bool, pin_cs_n) \
+    X(bool, pin_sclk) X(bool, pin_temp_cs_n) X(bool, pin_temp_sclk)
+/* Between the blocks; `sample`: a conversion has ended. */
+#define RTL_WIRES(X)            X(bool, trigger) X(bool, live) X(bool, trip) X(bool, sample)
+#define RTL_FIELD(type, name) type name;
+
 struct rtl_inputs {
-    bool rst_n, psel, penable, pwrite;
-    uint16_t paddr;
-    uint32_t pwdata;
-    bool overcurrent, driver_fault, sto_a_n, sto_b_n, clock_ok;
-    uint8_t sdata, hall; /* bits: bus voltage C B A; C B A */
-    bool temp_sdata, a, b, index, lost;
+    RTL_INPUTS(RTL_FIELD)
 };
 
 struct rtl_outputs {
-    uint32_t prdata;
-    uint8_t high, low; /* bits: C B A */
-    bool chopper, irq, cs_n, sclk, temp_cs_n, temp_sclk;
-    bool trigger, live, trip, converted; /* wires between the blocks */
+    RTL_OUTPUTS(RTL_FIELD)
+    RTL_WIRES(RTL_FIELD)
 };
 
 /* Registers of the PWM, to tell how long it will decide nothing. */

@@ -22,7 +22,7 @@ static unsigned gates_of(const struct rtl_outputs *out)
 {
     unsigned gates = 0;
     for (int k = 0; k < 3; k++) {
-        gates |= ((out->high >> k) & 1u) << (2 * k) | ((out->low >> k) & 1u) << (2 * k + 1);
+        gates |= ((out->pin_high >> k) & 1u) << (2 * k) | ((out->pin_low >> k) & 1u) << (2 * k + 1);
     }
     return gates;
 }
@@ -32,10 +32,10 @@ static void follow_converters(struct fabric_rtl *r)
     unsigned data = 0;
     for (int k = 0; k < 4; k++) {
         r->converter[k].code = r->code[k];
-        data |= converter_follow(&r->converter[k], AD7356_ZEROS, r->out.cs_n, r->out.sclk) ? 1u << k : 0u;
+        data |= converter_follow(&r->converter[k], AD7356_ZEROS, r->out.pin_cs_n, r->out.pin_sclk) ? 1u << k : 0u;
     }
-    r->in.sdata = (uint8_t)data;
-    r->in.temp_sdata = converter_follow(&r->thermometer, AD7476A_ZEROS, r->out.temp_cs_n, r->out.temp_sclk);
+    r->in.pin_sdata = (uint8_t)data;
+    r->in.pin_temp_sdata = converter_follow(&r->thermometer, AD7476A_ZEROS, r->out.pin_temp_cs_n, r->out.pin_temp_sclk);
 }
 
 static void note(struct fabric_rtl *r, const struct rtl_change *c)
@@ -52,8 +52,8 @@ void rtl_look(struct fabric_rtl *r)
     const struct fabric *f = &r->fabric;
     const struct rtl_change *last = r->count ? &r->event[(r->first + r->count - 1) % RTL_EVENTS_ROOM] : NULL;
     struct rtl_change before = last ? *last : (struct rtl_change){0, f->gates, f->live, f->chops, f->interrupt, false, false};
-    struct rtl_change now = {r->clock, gates_of(&r->out), r->out.live,       r->out.chopper,
-                             r->out.irq, r->out.trigger,   r->out.converted};
+    struct rtl_change now = {r->clock, gates_of(&r->out), r->out.live,       r->out.pin_chopper,
+                             r->out.irq, r->out.trigger,   r->out.sample};
     r->finish = now.converted ? INT64_MAX : r->finish;
     if (r->out.trip != r->tripped) {
         r->tripped = r->out.trip;
@@ -80,11 +80,11 @@ static void take_lines(struct fabric_rtl *r)
 {
     while (lines_next(&r->lines) <= r->clock) {
         struct line_state s = lines_take(&r->lines);
-        r->in.a = s.a;
-        r->in.b = s.b;
-        r->in.index = s.index;
-        r->in.lost = s.lost;
-        r->in.hall = s.hall;
+        r->in.pin_a = s.a;
+        r->in.pin_b = s.b;
+        r->in.pin_index = s.index;
+        r->in.pin_lost = s.lost;
+        r->in.pin_hall = s.hall;
     }
 }
 

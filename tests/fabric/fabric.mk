@@ -41,16 +41,17 @@ fabric-proofs:
 
 # the RTL that `make run FABRIC=rtl` puts into the twin; lean: no coverage, no tracing
 AXIS = $(BUILD)/fabric/axis
-AXIS_HEADERS = qemu/twin/rtl_axis.h qemu/twin/rtl_axis.vlt
+AXIS_SOURCES = $(addprefix qemu/twin/,rtl_axis.cpp rtl_glide.cpp rtl_filters.cpp rtl_look.cpp)
+AXIS_HEADERS = $(addprefix qemu/twin/,rtl_axis.h rtl_names.h rtl_axis.vlt)
 
-$(BUILD)/fabric/axis.so: $(FABRIC_RTL) $(FABRIC_REGISTERS) qemu/twin/rtl_axis.cpp $(AXIS_HEADERS) tests/fabric/fabric.mk
+$(BUILD)/fabric/axis.so: $(FABRIC_RTL) $(FABRIC_REGISTERS) $(AXIS_SOURCES) $(AXIS_HEADERS) tests/fabric/fabric.mk
 	@mkdir -p $(AXIS)
 	$(call say,VERILATE)
 	$(Q)$(VERILATE) qemu/twin/rtl_axis.vlt --Mdir $(AXIS)
 	$(Q)$(MAKE) -s -C $(AXIS) -f Vfabric_axis.mk OPT_FAST='-O3 -fPIC' OPT_SLOW='-O1 -fPIC' OPT_GLOBAL='-O2 -fPIC' \
 	    Vfabric_axis__ALL.a verilated.o verilated_threads.o > $(AXIS)/log 2>&1 || { tail -n 5 $(AXIS)/log; exit 1; }
 	$(Q)$(HOSTCXX) -std=c++17 -O3 -fPIC -shared $(HOST_WARNINGS) -Iqemu/twin -I$(AXIS) -isystem $(VERILATED_INCLUDE) \
-	    -isystem $(VERILATED_INCLUDE)/vltstd qemu/twin/rtl_axis.cpp $(AXIS)/Vfabric_axis__ALL.a $(AXIS)/verilated.o \
+	    -isystem $(VERILATED_INCLUDE)/vltstd $(AXIS_SOURCES) $(AXIS)/Vfabric_axis__ALL.a $(AXIS)/verilated.o \
 	    $(AXIS)/verilated_threads.o -o $@ -lpthread
 
 axis: $(BUILD)/fabric/axis.so
