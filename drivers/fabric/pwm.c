@@ -47,8 +47,7 @@ static bool set_up(struct pwm_regs *pwm, const struct pwm_setup *s)
     const uint32_t trigger = valley_trigger(s->half_counts, s->dead_counts / 2u, 0u);
     return holds(&pwm->PERIOD, s->half_counts) && holds(&pwm->DEAD, s->dead_counts) &&
            holds(&pwm->MIN_PULSE, s->min_pulse_counts) && holds(&pwm->MODE, (uint32_t)s->update) &&
-           holds(&pwm->PHASE, s->half_counts) && holds(&pwm->TRIGGER_1, trigger) &&
-           holds(&pwm->TRIGGER_2, 0u);
+           holds(&pwm->PHASE, s->half_counts) && holds(&pwm->TRIGGER_1, trigger) && holds(&pwm->TRIGGER_2, 0u);
 }
 
 bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup)

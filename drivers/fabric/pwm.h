@@ -82,8 +82,8 @@ bool pwm_set_update(struct pwm_regs *pwm, enum pwm_update update);
 
 /*
  * Samples a period: 1, in the middle of the low sides' time, or 2, in that of the high sides' as well; each triggered
- * `early_counts` before it, less than half a period, for sensors that take so long. In effect at once, whatever the carrier does.
- * Returns false if a register does not read back. Context: any, while nobody else sets up the PWM.
+ * `early_counts` before it, less than half a period, for sensors that take so long. In effect at once, whatever the carrier
+ * does. Returns false if a register does not read back. Context: any, while nobody else sets up the PWM.
  */
 bool pwm_set_samples(struct pwm_regs *pwm, uint32_t samples, uint32_t early_counts);
 

@@ -70,7 +70,7 @@ def _parser():
         command.add_argument("--fabric", default=os.environ.get("FABRIC") or "model",
                              help="model: the twin's C models; rtl: the verilated RTL (default: $FABRIC or model)")
         command.add_argument("--sensors", default=os.environ.get("SENSORS") or "",
-                             help="file of qemu/sensors laid over the inverter's, with --fabric rtl: amc1306 (default: $SENSORS)")
+                             help="file of qemu/sensors laid over the inverter's, with --fabric rtl (default: $SENSORS)")
         command.add_argument("--start", default=os.environ.get("START") or "found", choices=("found", "aligned"),
                              help="found: the drive finds where its rotor stands; aligned: it knows (default: $START or found)")
         command.add_argument("--scenario", help="file of qemu/scenarios",

@@ -26,8 +26,8 @@ LEAD_S = 0.1       # how far simulated time may be ahead
 
 
 def live_console(motor, seed, build=None, qemu=None, scenario=None, **plant):
-    """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric, sensors, aligned, as
-    simulate() has them."""
+    """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric, sensors, aligned,
+    as simulate() has them."""
     drive, arguments, environment, progress = _prepared(motor, seed, build, qemu, scenario, plant)
     print(f"{drive.motor.name} on {drive.inverter.name}. Its parameters are typed for you; then try:\n"
           "  on     (wait a second)     speed 1500     status     speed 0     off     help\n"

@@ -262,10 +262,13 @@ static void write(struct fabric *f, uint32_t offset, uint32_t value, sim_ps now)
 
 void fabric_model_init(struct fabric_model *m, sim_ps conversion)
 {
-    static const struct fabric_ops ops = {
-        reset,   read,    write,  next_event, needs_physics, take_event, catch_up, next_trigger, next_conversion_end,
-        listens, convert, sample, converting, sense,         NULL,       stop,     turn,         show_hall,
-        disturb_cable,disguise};
+    static const struct fabric_ops ops = {reset,         read,          write,
+                                          next_event,    needs_physics, take_event,
+                                          catch_up,      next_trigger,  next_conversion_end,
+                                          listens,       convert,       sample,
+                                          converting,    sense,         NULL,
+                                          stop,          turn,          show_hall,
+                                          disturb_cable, disguise};
     memset(m, 0, sizeof *m);
     m->fabric.ops = &ops;
     m->conversion = conversion;

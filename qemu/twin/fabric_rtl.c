@@ -70,8 +70,9 @@ static void clock_as_promised(struct fabric_rtl *r, int64_t to)
     if (r->clock < to) {
         char what[80];
         snprintf(what, sizeof what, "FABRIC=rtl: clock %lld", (long long)r->clock);
-        rtl_fail(what,
-             "the RTL decided something before the model of its PWM expects it; make lockstep tells where they differ");
+        rtl_fail(
+            what,
+            "the RTL decided something before the model of its PWM expects it; make lockstep tells where they differ");
     }
 }
 
@@ -188,8 +189,8 @@ static void sample(struct fabric *f, int channel, uint32_t code)
     }
     if (r->converter[channel].falls > AD7356_ZEROS) {
         rtl_fail("FABRIC=rtl",
-             "sensor.skew_b_s or skew_c_s is later than the converter's first bit, 50 ns behind the trigger; "
-             "less skew, or FABRIC=model, works");
+                 "sensor.skew_b_s or skew_c_s is later than the converter's first bit, 50 ns behind the trigger; "
+                 "less skew, or FABRIC=model, works");
     }
     r->code[channel] = code;
     rtl_settle(r);
@@ -268,10 +269,13 @@ static const struct rtl_axis_calls *load(const char *path)
 
 struct fabric *fabric_rtl_open(const char *path, const struct sensor_params *sensors, uint64_t seed)
 {
-    static const struct fabric_ops ops = {
-        reset,   read,   write,      next_event, needs_physics, take_event, catch_up, next_trigger, next_conversion_end,
-        listens, convert, sample, converting, sense, modulate, stop, turn, show_hall, disturb_cable,
-        disguise};
+    static const struct fabric_ops ops = {reset,         read,          write,
+                                          next_event,    needs_physics, take_event,
+                                          catch_up,      next_trigger,  next_conversion_end,
+                                          listens,       convert,       sample,
+                                          converting,    sense,         modulate,
+                                          stop,          turn,          show_hall,
+                                          disturb_cable, disguise};
     struct fabric_rtl *r = calloc(1, sizeof *r);
     if (!r) {
         rtl_fail("FABRIC=rtl", "out of memory");

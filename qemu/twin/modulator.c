@@ -4,9 +4,9 @@
 #include <math.h>
 
 /* Of the second integrator; at 25/32 of full scale it reaches (5 - u)^2 / (8 (1 - u)) = 10.2 (Schreier and Temes, 3.3). */
-#define FIRST_MOST     4.0
-#define SECOND_MOST    12.0
-#define SIGN_OF_LIFE   128u
+#define FIRST_MOST   4.0
+#define SECOND_MOST  12.0
+#define SIGN_OF_LIFE 128u
 
 static double held(double value, double most)
 {

@@ -58,7 +58,6 @@ static int64_t next_beside_pwm(const struct fabric_rtl *r)
     return r->clock < r->stops_until ? r->clock + 1 : next;
 }
 
-
 int64_t rtl_next_clock(struct fabric_rtl *r)
 {
     if (r->count) {

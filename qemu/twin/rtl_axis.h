@@ -12,6 +12,7 @@ extern "C" {
 
 #define RTL_AXIS_VERSION 2
 
+/* clang-format off */
 /* Pins by the names of fabric_axis.v. Bits of sdata: bus voltage C B A; of hall, high and low: C B A. */
 #define RTL_INPUTS(X) \
     X(bool, rst_n) X(bool, psel) X(bool, penable) X(bool, pwrite) X(uint16_t, paddr) X(uint32_t, pwdata) \
@@ -22,16 +23,16 @@ extern "C" {
     X(uint32_t, prdata) X(uint8_t, pin_high) X(uint8_t, pin_low) X(bool, pin_chopper) X(bool, irq) X(bool, pin_cs_n) \
     X(bool, pin_sclk) X(bool, pin_temp_cs_n) X(bool, pin_temp_sclk)
 /* Between the blocks; `sample`: a conversion has ended. */
-#define RTL_WIRES(X)            X(bool, trigger) X(bool, live) X(bool, trip) X(bool, sample)
+#define RTL_WIRES(X) X(bool, trigger) X(bool, live) X(bool, trip) X(bool, sample)
 #define RTL_FIELD(type, name) type name;
+/* clang-format on */
 
 struct rtl_inputs {
     RTL_INPUTS(RTL_FIELD)
 };
 
 struct rtl_outputs {
-    RTL_OUTPUTS(RTL_FIELD)
-    RTL_WIRES(RTL_FIELD)
+    RTL_OUTPUTS(RTL_FIELD) RTL_WIRES(RTL_FIELD)
 };
 
 /* Registers of the PWM, to tell how long it will decide nothing. */

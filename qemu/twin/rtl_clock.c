@@ -51,9 +51,10 @@ void rtl_look(struct fabric_rtl *r)
 {
     const struct fabric *f = &r->fabric;
     const struct rtl_change *last = r->count ? &r->event[(r->first + r->count - 1) % RTL_EVENTS_ROOM] : NULL;
-    struct rtl_change before = last ? *last : (struct rtl_change){0, f->gates, f->live, f->chops, f->interrupt, false, false};
-    struct rtl_change now = {r->clock, gates_of(&r->out), r->out.live,       r->out.pin_chopper,
-                             r->out.irq, r->out.trigger,   r->out.sample};
+    struct rtl_change before =
+        last ? *last : (struct rtl_change){0, f->gates, f->live, f->chops, f->interrupt, false, false};
+    struct rtl_change now = {r->clock,   gates_of(&r->out), r->out.live,  r->out.pin_chopper,
+                             r->out.irq, r->out.trigger,    r->out.sample};
     r->finish = now.converted ? INT64_MAX : r->finish;
     if (r->out.trip != r->tripped) {
         r->tripped = r->out.trip;

@@ -4,7 +4,11 @@
 
 namespace
 {
-enum { COMB = 4, COMPARISON = 6, ARITHMETIC = 12 }; /* clocks: from a take to `ready`, from there to `trip`, to the results */
+enum {
+    COMB = 4,
+    COMPARISON = 6,
+    ARITHMETIC = 12
+}; /* clocks: from a take to `ready`, from there to `trip`, to the results */
 
 /* Clocks up to and with the one in which the next bit is taken: the one behind COUNT 1. */
 int64_t until_bit(const root_type *root)
@@ -62,8 +66,9 @@ int64_t until_results(const root_type *root)
 
 int64_t rtl_filters_rest(const root_type *root)
 {
-    bool works = FILTERS(root, step) != 0 || FILTER(root, 0, trip_comb__DOT__step) != 0 || FILTER(root, 0, trip_comb__DOT__ready) ||
-                 FILTER(root, 0, comb__DOT__step) != 0 || FILTER(root, 0, comb__DOT__ready);
+    bool works = FILTERS(root, step) != 0 || FILTER(root, 0, trip_comb__DOT__step) != 0 ||
+                 FILTER(root, 0, trip_comb__DOT__ready) || FILTER(root, 0, comb__DOT__step) != 0 ||
+                 FILTER(root, 0, comb__DOT__ready);
     if (works) {
         return 0;
     }
@@ -75,18 +80,26 @@ int64_t rtl_filters_rest(const root_type *root)
 void rtl_look(const rtl_axis *axis, rtl_pwm *pwm, rtl_adc *adc)
 {
     const root_type *root = axis->top.rootp;
-#define LOOK(name) pwm->name = PWM(root, name);
-#define LOOK_AT_CARRIER(name) pwm->name = PWM(root, carrier__DOT__##name);
+#define LOOK(name)            pwm->name = PWM(root, name)
+#define LOOK_AT_CARRIER(name) pwm->name = PWM(root, carrier__DOT__##name)
 #define LOOK_AT_LEG(k, letter) \
     pwm->newest[k] = PWM(root, compare_##letter); \
     pwm->compare[k] = UPDATES(root, k, compare); \
     pwm->waiting[k] = UPDATES(root, k, waiting); \
     pwm->side[k] = BRIDGE(root, k, side); \
     pwm->on[k] = BRIDGE(root, k, on); \
-    pwm->left[k] = BRIDGE(root, k, left);
-    LOOK(period) LOOK(phase) LOOK(dead) LOOK(min_pulse) LOOK(mode)
-    LOOK_AT_CARRIER(count) LOOK_AT_CARRIER(running) LOOK_AT_CARRIER(rising)
-    LOOK_AT_LEG(0, a) LOOK_AT_LEG(1, b) LOOK_AT_LEG(2, c)
+    pwm->left[k] = BRIDGE(root, k, left)
+    LOOK(period);
+    LOOK(phase);
+    LOOK(dead);
+    LOOK(min_pulse);
+    LOOK(mode);
+    LOOK_AT_CARRIER(count);
+    LOOK_AT_CARRIER(running);
+    LOOK_AT_CARRIER(rising);
+    LOOK_AT_LEG(0, a);
+    LOOK_AT_LEG(1, b);
+    LOOK_AT_LEG(2, c);
     pwm->control = (uint32_t)PWM(root, run) | (uint32_t)PWM(root, brake) << 1;
     pwm->trigger[0] = PWM(root, trigger_1);
     pwm->trigger[1] = PWM(root, trigger_2);

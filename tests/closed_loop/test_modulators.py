@@ -25,8 +25,8 @@ def regulated(result):
 
 
 def current_noise_a(result):
-    """What the drive takes for i_d and i_q, less the truth at the trigger, but for its mean: modulators look later than that, by
-    half their window, in which the ripple goes on."""
+    """What the drive takes for i_d and i_q, less the truth at the trigger, but for its mean: modulators look later than that,
+    by half their window, in which the ripple goes on."""
     rows = regulated(result)
     return [float(np.std((result.trace[f"i_{axis}_A"] - result.trace[f"i_{axis}_true_A"])[rows])) for axis in "dq"]
 

@@ -8,13 +8,13 @@
 #include "check.h"
 #include "fabric_rtl.h"
 
-#define ADC_ON     0x9u /* ENABLE, MODULATORS */
-#define OSR_64     0x511u
-#define BIT_S      50e-9
-#define TRIP_A     15.0
-#define RANGE_A    25.0
-#define FAST_BITS  16
-#define LATENCY_S  (13 * 10e-9) /* of bits through flip-flops, filter, comparison */
+#define ADC_ON    0x9u /* ENABLE, MODULATORS */
+#define OSR_64    0x511u
+#define BIT_S     50e-9
+#define TRIP_A    15.0
+#define RANGE_A   25.0
+#define FAST_BITS 16
+#define LATENCY_S (13 * 10e-9) /* of bits through flip-flops, filter, comparison */
 
 static const char *library;
 

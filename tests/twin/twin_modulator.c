@@ -9,7 +9,7 @@
 #include "check.h"
 #include "modulator.h"
 
-#define SCALE 4096 /* inputs are whole numbers of it, so that a double holds everything exactly */
+#define SCALE  4096 /* inputs are whole numbers of it, so that a double holds everything exactly */
 #define LINEAR (SCALE * 25 / 32)
 
 /* ---- one modulator ---- */
