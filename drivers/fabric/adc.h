@@ -71,7 +71,8 @@ void adc_start(struct adc_regs *adc);
  * Where the currents come from, from now on: the serial converters, with an osr of 0, or isolated modulators, whose results are
  * of 3 osr bits after the trigger, 32, 64, 128 or 256. Beyond trip_q15, 0 ... 32767, their fast path, of 3 x 16 bits,
  * switches the bridge off (gate.h, OVERCURRENT). The block converts with its interrupt from then on, as behind adc_start(); a
- * conversion under way is dropped, unless nothing changes. Returns false if a register does not read back. Context: thread or slow loop, bridge off.
+ * conversion under way is dropped, unless nothing changes. Returns false if a register does not read back. Context: thread or
+ * slow loop, bridge off.
  */
 bool adc_select(struct adc_regs *adc, uint32_t osr, int32_t trip_q15);
 
