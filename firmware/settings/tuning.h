@@ -27,6 +27,16 @@ struct tuning_align {
     int32_t period_ms;         /* of the rotor's swinging about the field, as far as inertia_gmm2 is right */
 };
 
+#define TUNING_WINDOW_MOST_MS 250
+
+/* Of the profile, in units of 2^-shift counts and milliseconds: see control/profile.h. */
+struct tuning_profile {
+    int32_t shift;
+    int32_t v_max, a_max;
+    int32_t window;     /* steps over which the acceleration rises: 1 ... TUNING_WINDOW_MOST_MS */
+    int32_t window_q30; /* 1 / window, rounded down */
+};
+
 struct tuning {
     /* how often the currents are sampled, and the current loop runs */
     int32_t samples; /* a PWM period */

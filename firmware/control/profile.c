@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/control/profile.h"
+
+#include "lib/q15.h"
+
+/* A speed of the trapezoid, without its sign, in the direction of motion. */
+struct gait {
+    int32_t speed;
+    int32_t steps; /* k */
+    int32_t level; /* k a <= speed < (k + 1) a */
+};
+
+/* That speed and then a less in each step, until it stands: (k + 1) speed - a k (k + 1) / 2. */
+static int64_t stop_way(const struct gait *g)
+{
+    return ((int64_t)g->level * (g->steps + 1) >> 1) + (int64_t)(g->steps + 1) * (g->speed - g->level);
+}
+
+/* The same, if it must hold that speed for `held` steps more before it may brake. */
+static int64_t held_way(const struct gait *g, int32_t held)
+{
+    return stop_way(g) + (int64_t)held * g->speed;
+}
+
+/* `speed` is at most a away from that of `g`. */
+static struct gait gait_beside(const struct gait *g, int32_t speed, int32_t a)
+{
+    struct gait other = {speed, g->steps, g->level};
+    if (speed >= g->level + a) {
+        other.steps++;
+        other.level += a;
+    } else if (speed < g->level) {
+        other.steps--;
+        other.level -= a;
+    }
+    return other;
+}
+
+/*
+ * The largest speed of a level's own whose way, held for so long, is not beyond `way`. At the level itself it is not, and
+ * at the next it is: so what is left is below a step for each summand, which fits.
+ */
+static int32_t within(int32_t level, int32_t steps, int32_t held, int64_t way, int32_t a)
+{
+    const struct gait g = {level, steps, level};
+    const int64_t left = way - held_way(&g, held);
+    const uint32_t summands = (uint32_t)(held + steps + 1);
+    const uint32_t most = (uint32_t)(a - 1) * summands;
+    return level + (int32_t)((left < (int64_t)most ? (uint32_t)left : most) / summands);
+}
+
+/* Slower: by a at most, and not slower than the rest of the way or the limit asks for. */
+static int32_t braked(const struct gait *g, int64_t way, const struct tuning_profile *t)
+{
+    const int32_t a = t->a_max;
+    const int32_t least = q15_max(g->speed - a, 0);
+    if (g->speed > t->v_max) {
+        return q15_max(least, t->v_max);
+    }
+    const struct gait level = {g->level, g->steps, g->level};
+    if (stop_way(&level) <= way) {
+        return q15_clamp(within(g->level, g->steps, 0, way, a), least, g->speed);
+    }
+    const struct gait below = {g->level - a, g->steps - 1, g->level - a};
+    if (g->steps > 0 && stop_way(&below) <= way) {
+        return q15_clamp(within(below.level, below.steps, 0, way, a), least, g->speed);
+    }
+    return least;
+}
+
+/* Faster: by a at most, and so that it can stop in time although it must hold its speed for a while first. */
+static int32_t pushed(const struct gait *g, int64_t way, const struct tuning_profile *t)
+{
+    const int32_t a = t->a_max;
+    const int32_t held = t->window;
+    const struct gait full = gait_beside(g, q15_min(g->speed + a, t->v_max), a);
+    if (held_way(&full, held) <= way) {
+        return full.speed;
+    }
+    const struct gait above = {g->level + a, g->steps + 1, g->level + a};
+    if (held_way(&above, held) <= way) {
+        return q15_clamp(within(above.level, above.steps, held, way, a), g->speed, full.speed);
+    }
+    const struct gait level = {g->level, g->steps, g->level};
+    if (held_way(&level, held) <= way) {
+        return q15_clamp(within(g->level, g->steps, held, way, a), g->speed, full.speed);
+    }
+    return g->speed;
+}
+
+/* What is shorter than the window in units, far below a count, it creeps. */
+static int32_t begun(int32_t speed, int64_t way)
+{
+    return speed == 0 && way > 0 ? 1 : speed;
+}
+
+/* The trapezoid's next speed, in the direction of motion; `way` is what is left in it. */
+static int32_t next_speed(const struct gait *g, int64_t way, bool may_push, bool may_brake,
+                          const struct tuning_profile *t)
+{
+    if (way < stop_way(g) || g->speed > t->v_max) {
+        return may_brake || g->speed == 1 ? braked(g, way, t) : g->speed;
+    }
+    return may_push && g->speed < t->v_max ? begun(pushed(g, way, t), way) : g->speed;
+}
+
+static void step_trapezoid(struct profile *p, const struct tuning_profile *t)
+{
+    const int64_t left = p->target - p->corner;
+    const bool down = p->corner_speed < 0 || (p->corner_speed == 0 && left < 0);
+    const int32_t since_push = p->since[down ? 1 : 0];
+    const int32_t since_brake = p->since[down ? 0 : 1];
+    const struct gait now = {q15_abs(p->corner_speed), p->steps, p->level};
+    const int32_t speed =
+        next_speed(&now, down ? -left : left, since_brake > t->window, since_push > t->window, t);
+    const struct gait next = gait_beside(&now, speed, t->a_max);
+    const int32_t change = down ? now.speed - speed : speed - now.speed;
+    p->since[0] = change > 0 ? 1 : q15_min(p->since[0] + 1, t->window + 1);
+    p->since[1] = change < 0 ? 1 : q15_min(p->since[1] + 1, t->window + 1);
+    p->corner_speed = down ? -speed : speed;
+    p->steps = next.steps;
+    p->level = next.level;
+    p->corner += p->corner_speed;
+}
+
+/* The sum over the window by `window`, rounded down; what is left goes into the next step, so nothing is lost. */
+static int32_t mean(struct profile *p, const struct tuning_profile *t)
+{
+    const int32_t dividend = p->sum + p->carry;
+    int32_t quotient = (int32_t)(((int64_t)dividend * t->window_q30) >> 30);
+    int32_t rest = dividend - quotient * t->window;
+    if (rest < 0) {
+        quotient--;
+        rest += t->window;
+    } else if (rest >= t->window) {
+        quotient++;
+        rest -= t->window;
+    }
+    p->carry = rest;
+    return quotient;
+}
+
+void profile_begin(struct profile *p, const struct tuning_profile *t, int64_t position, int32_t speed)
+{
+    const int32_t size = q15_abs(speed);
+    p->target = position;
+    p->position = position;
+    p->speed = speed;
+    /* the trapezoid is ahead of its average by half of what the window holds; half a unit that this has too much is carried */
+    const int64_t ahead = (int64_t)speed * (t->window - 1);
+    p->corner = position + ((ahead + (ahead & 1)) >> 1);
+    p->carry = (ahead & 1) != 0 ? t->window / 2 : 0;
+    p->corner_speed = speed;
+    p->steps = size / t->a_max;
+    p->level = p->steps * t->a_max;
+    p->since[0] = t->window + 1;
+    p->since[1] = t->window + 1;
+    p->sum = speed * t->window;
+    p->at = 0;
+    for (int32_t n = 0; n < t->window; n++) {
+        p->past[n] = speed;
+    }
+}
+
+void profile_step(struct profile *p, const struct tuning_profile *t)
+{
+    step_trapezoid(p, t);
+    p->sum += p->corner_speed - p->past[p->at];
+    p->past[p->at] = p->corner_speed;
+    p->at = p->at + 1 < t->window ? p->at + 1 : 0;
+    p->speed = mean(p, t);
+    p->position += p->speed;
+}

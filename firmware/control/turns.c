@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/control/turns.h"
+
+/* Into -turn / 2 ... turn / 2, from less than two turns outside of it. */
+static int32_t wrapped(int32_t way, int32_t turn)
+{
+    while (way > turn >> 1) {
+        way -= turn;
+    }
+    while (way < -(turn >> 1)) {
+        way += turn;
+    }
+    return way;
+}
+
+void turns_follow(struct turns *t, uint32_t count, int32_t turn)
+{
+    t->moved += wrapped((int32_t)(count - t->count) - t->moved, turn);
+    t->count = count;
+    t->counts += t->moved;
+}
+
+int64_t turns_at(const struct turns *t, uint32_t count, int32_t turn)
+{
+    return t->counts + wrapped((int32_t)(count - t->count), turn);
+}
