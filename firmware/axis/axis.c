@@ -10,7 +10,6 @@
 #define QUICK_STOP_MS     5000u
 #define LOOP_START_MS     2u /* until the PWM's first periods have passed, or the first of another number of samples */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
-#define LIMITS_MS         2u /* supervision_step() has less to do in these than in the others */
 #define INDEX_MS          4u
 
 static void enter(struct axis *a, enum axis_state state)
@@ -24,48 +23,15 @@ static void bridge_off(struct axis *a)
     torque_rest(&a->torque);
 }
 
-static void limit_torque(struct axis *a)
-{
-    const struct torque_view view = {
-        .speed_rpm_q4 = a->speed.speed_rpm_q4,
-        .i_limit_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15),
-        .limit_speed = a->mode == AXIS_MODE_TORQUE,
-    };
-    torque_set_limits(&a->torque, &a->loop, &a->tuning, &view);
-}
-
 static void begin_operation(struct axis *a)
 {
     speed_loop_reset(&a->speed, 0);
     a->mode = AXIS_MODE_SPEED;
     a->speed.target_rpm_q16 = 0;
-    limit_torque(a);
+    modes_limit_torque(a);
     supervision_begin(a);
     axis_hear(a);
     enter(a, AXIS_OPERATION_ENABLED);
-}
-
-static void limit_torque_in_turn(struct axis *a)
-{
-    if (a->time_ms % LIMITS_MS == 0u) {
-        limit_torque(a);
-    }
-}
-
-static void control_speed(struct axis *a, int32_t slope_q16)
-{
-    limit_torque_in_turn(a);
-    torque_ask(&a->torque, &a->loop, &a->tuning, speed_loop_step(&a->speed, &a->tuning, slope_q16, &a->torque.limits));
-}
-
-static void step_operation(struct axis *a)
-{
-    if (a->mode == AXIS_MODE_TORQUE) {
-        limit_torque_in_turn(a);
-        torque_ask(&a->torque, &a->loop, &a->tuning, a->torque_command_q15);
-        return;
-    }
-    control_speed(a, a->tuning.ramp_q16);
 }
 
 /* Time in which the rotor brakes as hard as it may is not counted: then the stop takes what the limits make of it. */
@@ -78,7 +44,7 @@ static bool stop_takes_too_long(struct axis *a)
 
 static void step_quick_stop(struct axis *a)
 {
-    control_speed(a, (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR);
+    modes_control_speed(a, (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR);
     const bool stands = a->speed.ref_rpm_q16 == 0 && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
     if (stop_takes_too_long(a) || stands) {
         bridge_off(a);
@@ -88,10 +54,7 @@ static void step_quick_stop(struct axis *a)
 
 static void begin_quick_stop(struct axis *a)
 {
-    if (a->mode == AXIS_MODE_TORQUE) {
-        speed_loop_reset(&a->speed, a->torque.torque_q15);
-    }
-    a->mode = AXIS_MODE_SPEED;
+    modes_enter(a, AXIS_MODE_SPEED);
     a->speed.target_rpm_q16 = 0;
     a->stopping_ms = 0;
     a->lingering_ms = 0;
@@ -213,7 +176,7 @@ static void step_state(struct axis *a)
         }
         break;
     case AXIS_OPERATION_ENABLED:
-        step_operation(a);
+        modes_step(a);
         break;
     case AXIS_QUICK_STOP:
         step_quick_stop(a);
@@ -261,6 +224,7 @@ void axis_step(struct axis *a)
         return;
     }
     speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
+    modes_measure(a);
     torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
     watch_heartbeat(a);
     watch_latches(a);

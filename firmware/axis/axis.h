@@ -14,6 +14,7 @@
 
 #include "drivers/fabric/fabric.h"
 #include "firmware/axis/fault.h"
+#include "firmware/axis/modes.h"
 #include "firmware/axis/reaction.h"
 #include "firmware/axis/start.h"
 #include "firmware/axis/supervision.h"
@@ -36,11 +37,6 @@ enum axis_state {
     AXIS_FAULT,
 };
 
-enum axis_mode {
-    AXIS_MODE_SPEED,
-    AXIS_MODE_TORQUE,
-};
-
 enum axis_request {
     AXIS_REQUEST_NONE,
     AXIS_REQUEST_ON,
@@ -57,6 +53,7 @@ struct axis {
     struct params params; /* as set; in effect from the next switching on */
     struct tuning tuning; /* of the last switching on */
     struct speed_loop speed;
+    struct motion motion;
     struct start start;
     struct fault_record faults;
     volatile uint32_t state; /* enum axis_state */
@@ -89,6 +86,9 @@ struct axis_status {
     int32_t i_d_ref_q15, i_q_ref_q15;
     int32_t vbus_q15;
     uint64_t up_ms;
+    uint32_t mode; /* enum axis_mode */
+    bool homed;
+    int64_t position, target, error; /* counts; the latter two with a reference of position only */
 };
 
 /* Whether no register of the fabric may be touched. Any context. */
@@ -137,6 +137,12 @@ struct outcome axis_clear_fault(struct axis *a);
 struct outcome axis_clear_latches(struct axis *a); /* the same without a person's say: the count of retries goes on */
 struct outcome axis_command_speed(struct axis *a, int32_t rpm);
 struct outcome axis_command_current(struct axis *a, int32_t milliamp);
+struct outcome axis_command_position(struct axis *a, int32_t counts, bool relative); /* to the last target, or the shaft */
+struct outcome axis_command_home(struct axis *a, enum homing_method method);
+struct outcome axis_command_cyclic_position(struct axis *a, int32_t counts);
+struct outcome axis_command_cyclic_speed(struct axis *a, int32_t rpm);
+struct outcome axis_command_cyclic_current(struct axis *a, int32_t milliamp);
+struct outcome axis_set_zero(struct axis *a); /* the shaft's position is 0 from now on, on or off */
 
 /* Somebody has spoken to the drive. Thread. */
 static inline void axis_hear(struct axis *a)

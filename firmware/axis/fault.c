@@ -24,6 +24,8 @@ static const struct fault_class classes[FAULT_COUNT] = {
     [FAULT_INVERTER_OVERLOAD] = {OFF | STOP | WARN, REACTION_STOP, true},
     [FAULT_VOLTAGE_LIMIT] = {OFF | STOP | WARN, REACTION_WARN, true},
     [FAULT_LIMIT_CYCLE] = {OFF | STOP | WARN, REACTION_OFF, false},
+    [FAULT_FOLLOWING_ERROR] = {OFF | STOP | WARN, REACTION_STOP, false},
+    [FAULT_HOMING] = {OFF | STOP, REACTION_STOP, false},
     [FAULT_COMMAND_TIMEOUT] = {OFF | STOP | WARN, REACTION_STOP, false},
 };
 

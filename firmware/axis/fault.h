@@ -55,6 +55,8 @@ enum fault {
     FAULT_ROTOR_BLOCKED,     /* start: the rotor does not follow the field */
     FAULT_LOAD_TOO_HIGH,     /* start: the load turns the rotor out of the field */
     FAULT_GATES_OFF,         /* the fabric has switched the gates off and latched no cause */
+    FAULT_FOLLOWING_ERROR,   /* the shaft is not where it should be */
+    FAULT_HOMING,            /* the search for index or block found nothing */
     FAULT_COUNT
 };
 

@@ -3,14 +3,14 @@
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
 #include "firmware/axis/device.h"
+#include "firmware/axis/requests.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
 /* Twice as long as a slow loop that lives takes: each turn of the wait is at least five cycles. */
 #define PATIENCE_POLLS (2u * BOARD_M3_HZ / CONFIG_SLOW_HZ / 5u)
 
-/* Waits until the request before this one has been taken; false if nobody takes it. */
-static bool settled(const struct axis *a)
+bool request_settled(const struct axis *a)
 {
     for (uint32_t poll = 0; poll < PATIENCE_POLLS; poll++) {
         if (a->request == AXIS_REQUEST_NONE) {
@@ -20,20 +20,19 @@ static bool settled(const struct axis *a)
     return false;
 }
 
-/* What is checked and done between these two, the slow loop sees before or after, not in between. The current loop runs on. */
-static uint32_t hold_slow_loop(void)
+uint32_t request_hold(void)
 {
     return cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP);
 }
 
-static void release_slow_loop(uint32_t before)
+void request_release(uint32_t before)
 {
     (void)cpu_mask_below(before);
 }
 
 bool axis_is_off(const struct axis *a)
 {
-    return settled(a) && (a->state == AXIS_SWITCH_ON_DISABLED || a->state == AXIS_FAULT);
+    return request_settled(a) && (a->state == AXIS_SWITCH_ON_DISABLED || a->state == AXIS_FAULT);
 }
 
 static enum error state_forbids_on(const struct axis *a)
@@ -51,6 +50,8 @@ static void adopt_tuning(struct axis *a, const struct tuning *t)
         start_forget(a);
         (void)encoder_init(&a->fabric->encoder, (uint32_t)a->params.encoder_counts, false);
         speed_estimate_reset(&a->speed.estimate);
+        turns_begin(&a->motion.turns, 0);
+        a->motion.homed = false;
     }
     a->start.unseen = a->start.unseen || t->samples > a->tuning.samples;
     a->tuning = *t;
@@ -77,7 +78,7 @@ static struct outcome measured_forbids_on(const struct axis *a, const struct tun
 struct outcome axis_switch_on(struct axis *a)
 {
     struct tuning candidate;
-    if (!settled(a)) {
+    if (!request_settled(a)) {
         return outcome_of(ERROR_BUSY);
     }
     if (state_forbids_on(a) != ERROR_NONE) {
@@ -88,7 +89,7 @@ struct outcome axis_switch_on(struct axis *a)
         return problem;
     }
     torque_map_build(&a->torque.map, &a->params, &candidate); /* nobody looks at it while the bridge is off */
-    const uint32_t held = hold_slow_loop();
+    const uint32_t held = request_hold();
     problem = measured_forbids_on(a, &candidate);
     if (problem.error == ERROR_NONE) {
         problem = outcome_of(state_forbids_on(a)); /* a fault may have come meanwhile */
@@ -97,7 +98,7 @@ struct outcome axis_switch_on(struct axis *a)
         adopt_tuning(a, &candidate);
         a->request = AXIS_REQUEST_ON;
     }
-    release_slow_loop(held);
+    request_release(held);
     return problem;
 }
 
@@ -108,7 +109,7 @@ struct outcome axis_switch_off(struct axis *a)
     if (axis_fabric_doubted(a)) {
         return OUTCOME_OK;
     }
-    if (!settled(a)) {
+    if (!request_settled(a)) {
         gate_disable(&a->fabric->gate); /* the slow loop is dead: it will not */
     }
     a->request = AXIS_REQUEST_OFF;
@@ -117,15 +118,15 @@ struct outcome axis_switch_off(struct axis *a)
 
 struct outcome axis_quick_stop(struct axis *a)
 {
-    if (!settled(a)) {
+    if (!request_settled(a)) {
         return outcome_of(ERROR_BUSY);
     }
-    const uint32_t held = hold_slow_loop();
+    const uint32_t held = request_hold();
     const bool allowed = a->state == AXIS_OPERATION_ENABLED;
     if (allowed) {
         a->request = AXIS_REQUEST_QUICK_STOP;
     }
-    release_slow_loop(held);
+    request_release(held);
     return outcome_of(allowed ? ERROR_NONE : ERROR_NOT_OPERATING);
 }
 
@@ -165,7 +166,7 @@ struct outcome axis_clear_fault(struct axis *a)
 
 struct outcome axis_clear_latches(struct axis *a)
 {
-    if (!settled(a) || a->state == AXIS_FAULT_REACTION) {
+    if (!request_settled(a) || a->state == AXIS_FAULT_REACTION) {
         return outcome_of(ERROR_BUSY);
     }
     if (a->state != AXIS_FAULT) {
@@ -184,59 +185,5 @@ struct outcome axis_clear_latches(struct axis *a)
     if (problem == ERROR_NONE) {
         a->request = AXIS_REQUEST_CLEAR;
     }
-    return outcome_of(problem);
-}
-
-static enum error set_speed(struct axis *a, int32_t rpm)
-{
-    if (a->state != AXIS_OPERATION_ENABLED) {
-        return ERROR_NOT_OPERATING;
-    }
-    if (rpm > a->params.speed_max_rpm || rpm < -a->params.speed_max_rpm) {
-        return ERROR_BEYOND_SPEED_MAX;
-    }
-    if (a->mode != AXIS_MODE_SPEED) {
-        speed_loop_reset(&a->speed, a->torque.torque_q15);
-        a->mode = AXIS_MODE_SPEED;
-    }
-    a->speed.target_rpm_q16 = rpm * 65536;
-    return ERROR_NONE;
-}
-
-static enum error set_current(struct axis *a, int32_t milliamp)
-{
-    if (a->state != AXIS_OPERATION_ENABLED) {
-        return ERROR_NOT_OPERATING;
-    }
-    if (milliamp > a->params.i_max_ma || milliamp < -a->params.i_max_ma) {
-        return ERROR_BEYOND_I_MAX;
-    }
-    const int32_t current_q15 = tuning_q15_from_milli(milliamp, a->params.i_range_ma);
-    const int32_t torque_q15 = torque_map_reach(&a->torque.map, a->torque.map.current_q15, q15_abs(current_q15));
-    a->torque_command_q15 = current_q15 < 0 ? -torque_q15 : torque_q15;
-    a->mode = AXIS_MODE_TORQUE;
-    return ERROR_NONE;
-}
-
-/* The check and the values that it lets change belong together: a quick stop must not come in between. */
-struct outcome axis_command_speed(struct axis *a, int32_t rpm)
-{
-    if (!settled(a)) {
-        return outcome_of(ERROR_BUSY);
-    }
-    const uint32_t held = hold_slow_loop();
-    const enum error problem = set_speed(a, rpm);
-    release_slow_loop(held);
-    return outcome_of(problem);
-}
-
-struct outcome axis_command_current(struct axis *a, int32_t milliamp)
-{
-    if (!settled(a)) {
-        return outcome_of(ERROR_BUSY);
-    }
-    const uint32_t held = hold_slow_loop();
-    const enum error problem = set_current(a, milliamp);
-    release_slow_loop(held);
     return outcome_of(problem);
 }

@@ -14,6 +14,11 @@ uint64_t axis_up_ms(const struct axis *a)
     return ((uint64_t)wraps << 32) | ms;
 }
 
+static int64_t target(const struct axis *a)
+{
+    return a->mode == AXIS_MODE_CYCLIC_POSITION ? a->motion.cyclic.target : a->motion.profile.target;
+}
+
 struct axis_status axis_status(const struct axis *a)
 {
     const volatile struct current_loop *const loop = &a->loop;
@@ -29,6 +34,11 @@ struct axis_status axis_status(const struct axis *a)
         .i_q_ref_q15 = loop->i_q_ref_q15,
         .vbus_q15 = loop->vbus_q15,
         .up_ms = axis_up_ms(a),
+        .mode = a->mode,
+        .homed = a->motion.homed,
+        .position = a->motion.turns.counts,
+        .target = position_counts(target(a), &a->tuning),
+        .error = position_counts(a->motion.position.error, &a->tuning),
     };
     cpu_irq_restore(mask);
     return status;

@@ -119,9 +119,10 @@ static void end_half_wave(struct axis *a, struct cycle_watch *w)
     w->low_q15 = a->loop.i_q_ref_q15;
 }
 
+/* Homing looks for itself what stops the shaft. */
 static bool speed_controlled(const struct axis *a)
 {
-    return a->state == AXIS_OPERATION_ENABLED && a->mode == AXIS_MODE_SPEED;
+    return a->state == AXIS_OPERATION_ENABLED && !axis_mode_is_torque(a->mode) && a->mode != AXIS_MODE_HOMING;
 }
 
 /* The gains are reduced, a few times; if that does not help, it is a fault. */

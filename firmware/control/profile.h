@@ -38,7 +38,7 @@ struct profile {
     int32_t sum;   /* of `past` */
     int32_t carry; /* what the division of the sums by `window` has left so far */
     int32_t at;    /* the oldest of `past` */
-    int32_t past[TUNING_WINDOW_MOST_MS]; /* speeds of the trapezoid */
+    int32_t past[PARAM_JERK_MOST_MS]; /* speeds of the trapezoid */
 };
 
 /* Begins at a position and speed, as if it had had that speed for long. Slow loop, or while it is masked: about 400 cycles. */

@@ -75,9 +75,9 @@ static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
  * The share of the gains that the time between two edges leaves: a loop may not answer faster than it is told. The answer to
  * an error takes its share once, the memory of it twice: the loop becomes slower as a whole, and keeps its damping.
  */
-static int32_t share_q14(const struct speed_estimate *e)
+int32_t speed_loop_share_q14(const struct speed_estimate *e)
 {
-    return (int32_t)((FULL_GAIN_CLOCKS << 14) / e->interval_clocks);
+    return e->interval_clocks > FULL_GAIN_CLOCKS ? (int32_t)((FULL_GAIN_CLOCKS << 14) / e->interval_clocks) : 1 << 14;
 }
 
 /*
@@ -135,16 +135,15 @@ static int32_t mean_q15(struct speed_loop *s, int32_t mean_ms, int32_t wish_q15)
 }
 
 /* In Q29 a torque has 14 bits beyond Q15: an answer of +-2.0, a feed-forward of +-1.0 and an integral of less add up in 32. */
-int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits)
+static int32_t control(struct speed_loop *s, const struct tuning *t, int32_t moved_q16, const struct interval *limits)
 {
-    const int32_t moved_q16 = ramp(s, slope_q16);
     const int32_t ref_rpm_q15 = s->ref_rpm_q16 >> 1;
     const int32_t low_q29 = limits->low * (1 << 14);
     const int32_t high_q29 = limits->high * (1 << 14);
     int32_t error_q15 = ref_rpm_q15 - s->estimate.speed_rpm_q15;
     int32_t ki_q16 = s->ki_q16;
     if (s->estimate.interval_clocks > FULL_GAIN_CLOCKS) {
-        const int32_t share = share_q14(&s->estimate);
+        const int32_t share = speed_loop_share_q14(&s->estimate);
         ki_q16 = memory_q16(s, t, share);
         error_q15 = (int32_t)(((int64_t)error_q15 * share) >> 14);
     }
@@ -161,4 +160,19 @@ int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t sl
         s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, low_q29, high_q29);
     }
     return t->torque_mean_ms > 1 ? mean_q15(s, t->torque_mean_ms, wanted_q29 >> 14) : wanted_q29 >> 14;
+}
+
+int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits)
+{
+    const int32_t moved_q16 = ramp(s, slope_q16);
+    return control(s, t, moved_q16, limits);
+}
+
+int32_t speed_loop_follow(struct speed_loop *s, const struct tuning *t, int32_t ref_rpm_q16, int32_t moved_q16,
+                          const struct interval *limits)
+{
+    s->ref_rpm_q16 = ref_rpm_q16;
+    s->target_rpm_q16 = ref_rpm_q16;
+    s->speed_ref_rpm_q4 = ref_rpm_q16 >> 12;
+    return control(s, t, moved_q16, limits);
 }

@@ -49,4 +49,14 @@ void speed_loop_reset(struct speed_loop *s, int32_t torque_q15);
  */
 int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits);
 
+/* The share of its bandwidth that the time between two edges leaves the loop, Q14. */
+int32_t speed_loop_share_q14(const struct speed_estimate *e);
+
+/*
+ * The same where somebody else moves the reference: to `ref_rpm_q16` in this step, and by `moved_q16` in the next one, which
+ * its feed-forward is for.
+ */
+int32_t speed_loop_follow(struct speed_loop *s, const struct tuning *t, int32_t ref_rpm_q16, int32_t moved_q16,
+                          const struct interval *limits);
+
 #endif

@@ -102,6 +102,22 @@ static void put_update(struct session *s)
     text_put_line(&s->out, "");
 }
 
+static void put_position(struct session *s, const struct axis_status *now)
+{
+    text_put(&s->out, "mode: ");
+    text_put(&s->out, message_of_mode(now->mode));
+    text_put(&s->out, ", position: ");
+    text_put_long(&s->out, now->position);
+    if (axis_mode_is_position(now->mode)) {
+        text_put(&s->out, ", target ");
+        text_put_long(&s->out, now->target);
+        text_put(&s->out, ", following error ");
+        text_put_long(&s->out, now->error);
+    }
+    text_put(&s->out, " counts");
+    text_put_line(&s->out, now->homed ? ", homed" : "");
+}
+
 static void run_status(struct session *s, char *const *words)
 {
     (void)words;
@@ -114,6 +130,7 @@ static void run_status(struct session *s, char *const *words)
     put_rpm(s, "speed: ", now.speed_rpm_q4);
     put_rpm(s, ", reference ", now.speed_ref_rpm_q4);
     text_put_line(&s->out, "");
+    put_position(s, &now);
     put_milli(s, "current: d ", now.i_d_q15, i_range_ma, " A");
     put_milli(s, ", q ", now.i_q_q15, i_range_ma, " A");
     put_milli(s, ", reference d ", now.i_d_ref_q15, i_range_ma, " A");
@@ -176,6 +193,77 @@ static void run_torque(struct session *s, char *const *words)
         return;
     }
     answer(s, axis_command_current(s->axis, milliamp));
+}
+
+/* A whole number of `unit`, or a line that says so. */
+static bool parse_whole(struct session *s, const char *word, int32_t *value, const char *what)
+{
+    const bool whole = text_parse_int(word, value);
+    if (!whole) {
+        error_about(s, word, what);
+    }
+    return whole;
+}
+
+static void run_position(struct session *s, char *const *words)
+{
+    int32_t counts;
+    if (parse_whole(s, words[1], &counts, "not a whole number of counts")) {
+        answer(s, axis_command_position(s->axis, counts, false));
+    }
+}
+
+static void run_position_by(struct session *s, char *const *words)
+{
+    int32_t counts;
+    if (!text_equal(words[1], "by")) {
+        error_about(s, words[1], "not 'by'");
+    } else if (parse_whole(s, words[2], &counts, "not a whole number of counts")) {
+        answer(s, axis_command_position(s->axis, counts, true));
+    }
+}
+
+static void run_cyclic_position(struct session *s, char *const *words)
+{
+    int32_t counts;
+    if (parse_whole(s, words[1], &counts, "not a whole number of counts")) {
+        answer(s, axis_command_cyclic_position(s->axis, counts));
+    }
+}
+
+static void run_cyclic_speed(struct session *s, char *const *words)
+{
+    int32_t rpm;
+    if (parse_whole(s, words[1], &rpm, "not a whole number of rpm")) {
+        answer(s, axis_command_cyclic_speed(s->axis, rpm));
+    }
+}
+
+static void run_cyclic_torque(struct session *s, char *const *words)
+{
+    int32_t milliamp;
+    if (!text_parse_milli(words[1], &milliamp)) {
+        error_about(s, words[1], "not a current in amperes, like 1.5");
+        return;
+    }
+    answer(s, axis_command_cyclic_current(s->axis, milliamp));
+}
+
+static void run_home(struct session *s, char *const *words)
+{
+    if (text_equal(words[1], "index")) {
+        answer(s, axis_command_home(s->axis, HOMING_INDEX));
+    } else if (text_equal(words[1], "block")) {
+        answer(s, axis_command_home(s->axis, HOMING_BLOCK));
+    } else {
+        error_about(s, words[1], "not one of index, block");
+    }
+}
+
+static void run_zero(struct session *s, char *const *words)
+{
+    (void)words;
+    answer(s, axis_set_zero(s->axis));
 }
 
 static void put_detail(struct session *s)
@@ -342,6 +430,16 @@ static const struct command commands[] = {
     {"quickstop", "", "brake to standstill, then off", 1, run_quick_stop},
     {"speed", " RPM", "speed control to RPM", 2, run_speed},
     {"torque", " A", "current control, q axis, peak amperes", 2, run_torque},
+    {"pv", " RPM", "profile velocity: the same as speed", 2, run_speed},
+    {"pp", " COUNTS", "profile position: to COUNTS from the zero, also on the way elsewhere", 2, run_position},
+    {"pp", " by COUNTS", "so many from the last target", 3, run_position_by},
+    {"hm", " index|block", "homing: search for the encoder's index or a mechanical block, which then is position 0", 2,
+     run_home},
+    {"csp", " COUNTS", "cyclic synchronous position: there in cyclic_ms, when the next set-point is due", 2,
+     run_cyclic_position},
+    {"csv", " RPM", "cyclic synchronous velocity", 2, run_cyclic_speed},
+    {"cst", " A", "cyclic synchronous torque, q axis, peak amperes", 2, run_cyclic_torque},
+    {"zero", "", "the shaft's position is 0 from now on", 1, run_zero},
     {"fault", "", "first cause, what to look at, the drive's values at that instant; registers of a processor fault", 1,
      run_fault},
     {"clear", "", "forget the fault if its cause is gone", 1, run_clear},

@@ -34,6 +34,8 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SPEED_UNRESOLVED] =
         "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
     [ERROR_CURRENT_TOO_SLOW] = "current_bw_hz is too small for any speed_bw_hz",
+    [ERROR_POSITION_MARGIN] =
+        "position_bw_hz leaves less than 60 degrees of phase margin with this speed_bw_hz: at most @; 0 is a fifth of it",
     [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gmm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
     [ERROR_FAULT_LATCHED] = "a fault is latched; see 'fault', then 'clear'",
     [ERROR_ALREADY_ON] = "the drive is on already",
@@ -51,6 +53,9 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_FABRIC_DOUBTED] = "the fabric is not touched after this fault; mend the cause, then reset the device",
     [ERROR_BEYOND_SPEED_MAX] = "beyond speed_max_rpm",
     [ERROR_BEYOND_I_MAX] = "beyond i_max_ma",
+    [ERROR_BEYOND_CYCLE] = "farther than speed_max_rpm goes in cyclic_ms: at most @ counts from where it is",
+    [ERROR_HOMING] = "the drive is homing; wait for its end",
+    [ERROR_HOME_SPEED] = "home_rpm must not be 0, nor beyond speed_max_rpm",
     [ERROR_DRIVE_IS_ON] = "parameters can change only while the drive is off",
     [ERROR_TOO_HOT] = "the winding or the power stage is too hot; see 'status'",
     [ERROR_REACTION_NOT_ALLOWED] = "this fault does not allow that; 'reaction' lists what each allows",
@@ -66,6 +71,16 @@ static const char *const state_names[] = {
     [AXIS_QUICK_STOP] = "quick stop active",
     [AXIS_FAULT_REACTION] = "fault reaction active",
     [AXIS_FAULT] = "fault",
+};
+
+static const char *const mode_names[AXIS_MODES] = {
+    [AXIS_MODE_SPEED] = "pv (profile velocity)",
+    [AXIS_MODE_TORQUE] = "tq (torque)",
+    [AXIS_MODE_POSITION] = "pp (profile position)",
+    [AXIS_MODE_HOMING] = "hm (homing)",
+    [AXIS_MODE_CYCLIC_POSITION] = "csp (cyclic synchronous position)",
+    [AXIS_MODE_CYCLIC_SPEED] = "csv (cyclic synchronous velocity)",
+    [AXIS_MODE_CYCLIC_TORQUE] = "cst (cyclic synchronous torque)",
 };
 
 struct fault_text {
@@ -136,6 +151,10 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
                              "@ counts in an electrical turn, instead of #"},
     [FAULT_LOAD_TOO_HIGH] = {"load too high at start", "less load while it starts, or a larger i_align_ma and i_max_ma",
                              "it turned the rotor out of the field by @ degrees electrical"},
+    [FAULT_FOLLOWING_ERROR] = {"following error", "load, profile_rpm_s, following_mturn, position_bw_hz",
+                               "@ counts from where it should be"},
+    [FAULT_HOMING] = {"homing", "no index came, or no block within home_turns; or blocked on the way: home_rpm, home_pct",
+                      "gave up after @ counts"},
     [FAULT_GATES_OFF] = {"gates off", "the fabric let go and says no cause: its design, its reset or clock"},
 };
 
@@ -147,6 +166,11 @@ const char *message_of_error(enum error error)
 const char *message_of_state(enum axis_state state)
 {
     return state < sizeof state_names / sizeof state_names[0] ? state_names[state] : "unknown";
+}
+
+const char *message_of_mode(enum axis_mode mode)
+{
+    return mode < AXIS_MODES ? mode_names[mode] : "unknown";
 }
 
 const char *message_of_fault(enum fault cause)

@@ -9,6 +9,8 @@ const char *message_of_error(enum error error);
 
 const char *message_of_state(enum axis_state state);
 
+const char *message_of_mode(enum axis_mode mode);
+
 /* Fixed names, e.g. "over-current (hardware)", and a hint what to look at. */
 const char *message_of_fault(enum fault cause);
 const char *message_fault_hint(enum fault cause);

@@ -99,6 +99,23 @@ void text_put_seconds(struct text *t, uint64_t ms)
     put_unsigned(t, (uint32_t)(ms % 1000u), 3);
 }
 
+void text_put_long(struct text *t, int64_t value)
+{
+    char digits[20]; /* of 64 bits without a sign */
+    uint64_t magnitude = value < 0 ? 0u - (uint64_t)value : (uint64_t)value;
+    size_t n = 0;
+    do {
+        digits[n++] = (char)('0' + magnitude % 10u);
+        magnitude /= 10u;
+    } while (magnitude != 0u);
+    if (value < 0) {
+        text_put_char(t, '-');
+    }
+    while (n > 0u) {
+        text_put_char(t, digits[--n]);
+    }
+}
+
 bool text_equal(const char *a, const char *b)
 {
     while (*a != '\0' && *a == *b) {

@@ -35,6 +35,7 @@ enum error {
     ERROR_SPEED_RESOLUTION,
     ERROR_SPEED_UNRESOLVED, /* none works */
     ERROR_CURRENT_TOO_SLOW, /* none works */
+    ERROR_POSITION_MARGIN,
     /* the state does not allow it */
     ERROR_FAULT_LATCHED,
     ERROR_ALREADY_ON,
@@ -48,6 +49,9 @@ enum error {
     ERROR_TURNING,
     ERROR_BEYOND_SPEED_MAX,
     ERROR_BEYOND_I_MAX,
+    ERROR_BEYOND_CYCLE,
+    ERROR_HOME_SPEED,
+    ERROR_HOMING,
     ERROR_TOO_HOT,
     ERROR_REACTION_NOT_ALLOWED,
     /* why a fault cannot be cleared */

@@ -40,12 +40,25 @@ int32_t margin_of_current_u16(int32_t current_bw_hz, enum pwm_update update, int
     return TURN_U16 / 4 - delay_halves(update, samples) * (int32_t)(atan2_q32(half_q15, beside_q15) >> 16);
 }
 
+static int32_t delay_us(int32_t torque_mean_ms)
+{
+    return DELAY_US + (torque_mean_ms - 1) * (SLOW_US / 2);
+}
+
+int32_t margin_lag_u16(int32_t x_q12, const struct params *p)
+{
+    const int32_t hz_q12 = x_q12 * p->speed_bw_hz;
+    const int32_t integral = (int32_t)(atan2_q32(1 << 10, x_q12) >> 16);
+    const int32_t current = (int32_t)(atan2_q32(hz_q12, p->current_bw_hz * 4096) >> 16);
+    const int64_t turn_us = (int64_t)TURN_U16 * delay_us(p->torque_mean_ms);
+    return integral + current + (int32_t)((turn_us * hz_q12 / 1000000) >> 12);
+}
+
 int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz, int32_t torque_mean_ms)
 {
     const int32_t crossover_e4 = speed_bw_hz * CROSSOVER_E4;
     const int32_t current_lag = (int32_t)(atan2_q32(crossover_e4, current_bw_hz * 10000) >> 16);
-    const int32_t delay_us = DELAY_US + (torque_mean_ms - 1) * (SLOW_US / 2);
-    const int32_t delay = (int32_t)((int64_t)crossover_e4 * delay_us * TURN_U16 / 10000000000LL);
+    const int32_t delay = (int32_t)((int64_t)crossover_e4 * delay_us(torque_mean_ms) * TURN_U16 / 10000000000LL);
     return TURN_U16 / 4 - INTEGRAL_LAG_U16 - current_lag - delay;
 }
 

@@ -35,6 +35,12 @@ int32_t margin_of_current_u16(int32_t current_bw_hz, enum pwm_update update, int
 /* The phase margin of the speed loop at a bandwidth, in 65536ths of a turn. Range: 1 Hz and more. */
 int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz, int32_t torque_mean_ms);
 
+/*
+ * By how much the open speed loop lags beyond 90 degrees at x times its bandwidth, x Q12, in 65536ths of a turn: integral,
+ * current loop and delay. Range: 0 < x <= 2.
+ */
+int32_t margin_lag_u16(int32_t x_q12, const struct params *p);
+
 /* The largest speed_bw_hz with the margin; 0 if there is none. Some hundred cycles a bit. */
 int32_t margin_speed_bw_hz(int32_t current_bw_hz, int32_t torque_mean_ms);
 

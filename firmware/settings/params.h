@@ -14,6 +14,9 @@
 /* The speed loop keeps as many of its wishes. */
 #define PARAM_TORQUE_MEAN_MOST_MS 4
 
+/* The profile keeps as many of its speeds. */
+#define PARAM_JERK_MOST_MS 250
+
 struct params {
     int32_t pole_pairs;         /* pairs of poles of the motor */
     int32_t encoder_counts;     /* counts per mechanical turn, all four edges counted */
@@ -46,6 +49,16 @@ struct params {
     int32_t modulator_osr;   /* bits: currents from isolated modulators, filtered so; 0: from the serial converters */
     int32_t speed_bw_hz;     /* crossover of the speed loop */
     int32_t torque_mean_ms;  /* where a shaft swings: the speed loop asks for the mean over so long; 1: for each wish */
+    /* position */
+    int32_t position_bw_hz;   /* crossover of the position loop, its stiffness; 0: a fifth of speed_bw_hz */
+    int32_t profile_speed_pm; /* speed of a profile, thousandths of speed_max_rpm: the rest is there to catch up */
+    int32_t profile_rpm_s;    /* its acceleration; 0: ramp_rpm_s. 1000 s to speed_max_rpm at most */
+    int32_t profile_jerk_ms;  /* in which it rises from nothing */
+    int32_t following_mturn;  /* how far the shaft may be from where it should be, thousandths of a turn */
+    int32_t cyclic_ms;        /* from a set-point to the next, of csp, csv and cst */
+    int32_t home_rpm;         /* speed and direction in which homing searches */
+    int32_t home_pct;         /* current with which it pushes at most, of i_max_ma */
+    int32_t home_turns;       /* and how far it searches for a block */
     /* supervision: firmware/axis/ */
     int32_t i_rated_ma;         /* current that the motor carries for ever, peak */
     int32_t t_max_c;            /* what its winding has then, 40 degC around it; and the most that it may have */

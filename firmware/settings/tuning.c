@@ -3,6 +3,7 @@
 
 #include "drivers/fabric/adc.h"
 #include "firmware/settings/config.h"
+#include "firmware/settings/margin_position.h"
 #include "firmware/settings/margins.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
@@ -130,6 +131,10 @@ static struct outcome check_margins(const struct params *p, struct tuning *t)
     if (p->speed_bw_hz > speed_bw_hz) {
         return speed_bw_hz < 1 ? outcome_of(ERROR_CURRENT_TOO_SLOW) : refuse(ERROR_SPEED_MARGIN, speed_bw_hz);
     }
+    const int32_t position_bw_hz = margin_position_bw_hz(p);
+    if (p->position_bw_hz > position_bw_hz) {
+        return refuse(ERROR_POSITION_MARGIN, position_bw_hz);
+    }
     return OUTCOME_OK;
 }
 
@@ -148,6 +153,7 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
         return outcome_of(problem);
     }
     tuning_torque(p, t);
+    tuning_position(p, t);
     tuning_start(p, t);
     return check_margins(p, t);
 }

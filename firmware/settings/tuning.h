@@ -27,13 +27,11 @@ struct tuning_align {
     int32_t period_ms;         /* of the rotor's swinging about the field, as far as inertia_gmm2 is right */
 };
 
-#define TUNING_WINDOW_MOST_MS 250
-
 /* Of the profile, in units of 2^-shift counts and milliseconds: see control/profile.h. */
 struct tuning_profile {
     int32_t shift;
     int32_t v_max, a_max;
-    int32_t window;     /* steps over which the acceleration rises: 1 ... TUNING_WINDOW_MOST_MS */
+    int32_t window;     /* steps over which the acceleration rises: 1 ... PARAM_JERK_MOST_MS */
     int32_t window_q30; /* 1 / window, rounded down */
 };
 
@@ -84,6 +82,14 @@ struct tuning {
     int32_t torque_mean_ms;   /* the wish for torque is the mean over so many steps */
     int32_t ramp_q16;         /* rpm in Q16 per millisecond */
     int32_t rpm_q4_per_w_q32; /* see tuning_rpm_q4() */
+    /* position: control/position.h */
+    struct tuning_profile profile;
+    int32_t rpm_per_unit_q20;   /* rpm Q16, of a unit a millisecond */
+    int32_t position_gain_q21;  /* the same, of a unit's error */
+    int64_t following_units;    /* the largest error */
+    int32_t cyclic_ms;
+    int32_t home_rpm_q16;
+    int32_t home_i_q15;
     /* start */
     int32_t wiring_i_q15, wiring_v_q15; /* test current, and what it drops at one phase's resistance */
     int32_t pole_pairs;

@@ -9,6 +9,7 @@ void tuning_rates(const struct params *p, struct tuning *t); /* first */
 enum error tuning_current(const struct params *p, struct tuning *t);
 enum error tuning_speed(const struct params *p, struct tuning *t); /* after the limits of the currents */
 void tuning_torque(const struct params *p, struct tuning *t);      /* after both */
+void tuning_position(const struct params *p, struct tuning *t);    /* after the limits of the currents */
 void tuning_start(const struct params *p, struct tuning *t);
 
 #endif

@@ -84,7 +84,7 @@ static int64_t live(uint64_t steps)
 {
     const int32_t a = (int32_t)within(1, (int64_t)1 << within(1, 21));
     const int32_t v = (int32_t)within(a, (int64_t)1 << 22);
-    const struct tuning_profile t = limits_of(v, a, (int32_t)within(1, within(1, TUNING_WINDOW_MOST_MS)));
+    const struct tuning_profile t = limits_of(v, a, (int32_t)within(1, within(1, PARAM_JERK_MOST_MS)));
     const int64_t fastest = a < 1 << 12 ? 1000 * (int64_t)a : (int64_t)1 << 22; /* it can stop within a test's patience */
     const int32_t speed = (int32_t)within(-fastest, fastest);
     const int64_t v_limit = llabs(speed) > v ? llabs(speed) : v;

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT */
+/* What every request of the thread begins and ends with: firmware/axis/axis.h says how they work. */
+#ifndef FIRMWARE_AXIS_REQUESTS_H
+#define FIRMWARE_AXIS_REQUESTS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct axis;
+
+/* Waits until the request before this one has been taken; false if nobody takes it. Thread. */
+bool request_settled(const struct axis *a);
+
+/* What is checked and done between these two, the slow loop sees before or after, not in between. The current loop runs on. */
+uint32_t request_hold(void);
+void request_release(uint32_t before);
+
+#endif

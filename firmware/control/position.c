@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/control/position.h"
+
+#include "lib/q15.h"
+
+#define FAR_MS     4u
+#define SLOWEST    8
+#define ERROR_MOST (1 << 30)
+
+static int64_t clamp(int64_t x, int64_t low, int64_t high)
+{
+    return x < low ? low : (x > high ? high : x);
+}
+
+/* From the lower edge of its count, within it. */
+static int64_t within_count(const struct speed_estimate *e, const struct tuning *t)
+{
+    const int32_t shift = t->profile.shift;
+    const int64_t beyond_q32 = (int64_t)e->beyond_q15 * t->count_per_way_q16; /* counts */
+    return clamp((beyond_q32 >> (32 - shift)) + ((int64_t)e->backwards << shift), 0, 1LL << shift);
+}
+
+int64_t position_of_shaft(const struct turns *turns, const struct speed_estimate *e, const struct tuning *t, bool moving)
+{
+    const int64_t edge = turns->counts * (1LL << t->profile.shift);
+    return moving ? edge + within_count(e, t) : position_of_counts(turns->counts, t);
+}
+
+void position_begin(struct position_loop *p, int64_t ref, int32_t ref_speed)
+{
+    *p = (struct position_loop){.ref = ref, .ref_speed = ref_speed};
+}
+
+/* At rest a count either way is none: what the encoder shows then is where an edge lies, not where the shaft does. */
+static int64_t answered(int64_t error, const struct tuning *t)
+{
+    const int64_t count = 1LL << t->profile.shift;
+    return error - clamp(error, -count, count);
+}
+
+/* The speed loop becomes slower where edges are rare, and so does this one around it; but it does not fall asleep. */
+static int32_t share_q14(const struct speed_estimate *e)
+{
+    return q15_max(speed_loop_share_q14(e), (1 << 14) / SLOWEST);
+}
+
+static int32_t rpm_q16(const struct tuning *t, int32_t units)
+{
+    return (int32_t)(((int64_t)units * t->rpm_per_unit_q20) >> 20);
+}
+
+int32_t position_step(struct position_loop *p, int64_t next_ref, struct speed_loop *s, const struct turns *turns,
+                      const struct tuning *t, const struct interval *limits)
+{
+    const int32_t next_speed = (int32_t)(next_ref - p->ref);
+    const bool moving = next_speed != 0 || p->ref_speed != 0;
+    p->error = p->ref - position_of_shaft(turns, &s->estimate, t, moving);
+    const int32_t error = (int32_t)clamp(moving ? p->error : answered(p->error, t), -ERROR_MOST, ERROR_MOST);
+    const int32_t gain_q21 = (int32_t)(((int64_t)t->position_gain_q21 * share_q14(&s->estimate)) >> 14);
+    const int64_t answer_q16 = ((int64_t)error * gain_q21) >> 21;
+    const int64_t most_q16 = (int64_t)t->speed_max_rpm_q4 << 12;
+    const int64_t ref_q16 = clamp(rpm_q16(t, p->ref_speed) + answer_q16, -most_q16, most_q16);
+    const int32_t moved_q16 = rpm_q16(t, next_speed - p->ref_speed);
+    p->ref = next_ref;
+    p->ref_speed = next_speed;
+    return speed_loop_follow(s, t, (int32_t)ref_q16, moved_q16, limits);
+}
+
+bool position_is_lost(struct position_loop *p, const struct tuning *t)
+{
+    const bool far = p->error > t->following_units || p->error < -t->following_units;
+    p->far_ms = far ? p->far_ms + 1u : 0u;
+    return p->far_ms >= FAR_MS;
+}
