@@ -88,7 +88,8 @@ struct axis_status {
     uint64_t up_ms;
     uint32_t mode; /* enum axis_mode */
     bool homed;
-    int64_t position, target, error; /* counts; the latter two with a reference of position only */
+    int64_t position, target; /* counts; the target and the error with a reference of position only */
+    int32_t error_counts;
 };
 
 /* Whether no register of the fabric may be touched. Any context. */

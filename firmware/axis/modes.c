@@ -125,7 +125,7 @@ static void control_position(struct axis *a, int64_t next_ref)
     limit_in_turn(a);
     ask(a, position_step(&m->position, next_ref, &a->speed, &m->turns, &a->tuning, &a->torque.limits));
     if (position_is_lost(&m->position, &a->tuning)) {
-        axis_report(a, FAULT_FOLLOWING_ERROR, whole(position_counts(m->position.error, &a->tuning)), 0);
+        axis_report(a, FAULT_FOLLOWING_ERROR, m->position.error_counts, 0);
     }
 }
 

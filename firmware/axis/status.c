@@ -38,7 +38,7 @@ struct axis_status axis_status(const struct axis *a)
         .homed = a->motion.homed,
         .position = a->motion.turns.counts,
         .target = position_counts(target(a), &a->tuning),
-        .error = position_counts(a->motion.position.error, &a->tuning),
+        .error_counts = a->motion.position.error_counts,
     };
     cpu_irq_restore(mask);
     return status;

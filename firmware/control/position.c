@@ -4,7 +4,7 @@
 #include "lib/q15.h"
 
 #define FAR_MS     4u
-#define SLOWEST    8
+#define SLOWEST    16
 #define ERROR_MOST (1 << 30)
 
 static int64_t clamp(int64_t x, int64_t low, int64_t high)
@@ -38,10 +38,14 @@ static int64_t answered(int64_t error, const struct tuning *t)
     return error - clamp(error, -count, count);
 }
 
-/* The speed loop becomes slower where edges are rare, and so does this one around it; but it does not fall asleep. */
+/*
+ * The speed loop becomes slower where edges are rare, and this one around it by twice as much, for what it sees is late as
+ * well; but it does not fall asleep.
+ */
 static int32_t share_q14(const struct speed_estimate *e)
 {
-    return q15_max(speed_loop_share_q14(e), (1 << 14) / SLOWEST);
+    const int32_t share = speed_loop_share_q14(e);
+    return share == 1 << 14 ? share : q15_max(share / 2, (1 << 14) / SLOWEST);
 }
 
 static int32_t rpm_q16(const struct tuning *t, int32_t units)
@@ -55,6 +59,7 @@ int32_t position_step(struct position_loop *p, int64_t next_ref, struct speed_lo
     const int32_t next_speed = (int32_t)(next_ref - p->ref);
     const bool moving = next_speed != 0 || p->ref_speed != 0;
     p->error = p->ref - position_of_shaft(turns, &s->estimate, t, moving);
+    p->error_counts = (int32_t)clamp(position_counts(p->error, t), INT32_MIN, INT32_MAX);
     const int32_t error = (int32_t)clamp(moving ? p->error : answered(p->error, t), -ERROR_MOST, ERROR_MOST);
     const int32_t gain_q21 = (int32_t)(((int64_t)t->position_gain_q21 * share_q14(&s->estimate)) >> 14);
     const int64_t answer_q16 = ((int64_t)error * gain_q21) >> 21;

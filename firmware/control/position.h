@@ -19,10 +19,11 @@
 #include "firmware/settings/tuning.h"
 
 struct position_loop {
-    int64_t ref;       /* where the shaft should be now */
-    int32_t ref_speed; /* units a millisecond, in the millisecond that ends now */
-    int64_t error;     /* reference less shaft */
-    uint32_t far_ms;   /* since when that has been beyond the window */
+    int64_t ref;          /* where the shaft should be now */
+    int32_t ref_speed;    /* units a millisecond, in the millisecond that ends now */
+    int64_t error;        /* reference less shaft */
+    int32_t error_counts; /* the same, whole counts, rounded down */
+    uint32_t far_ms;      /* since when it has been beyond the window */
 };
 
 /* Where the shaft is. `moving`: as the edges say, else the middle of its count. Any context. */

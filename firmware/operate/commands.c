@@ -112,7 +112,7 @@ static void put_position(struct session *s, const struct axis_status *now)
         text_put(&s->out, ", target ");
         text_put_long(&s->out, now->target);
         text_put(&s->out, ", following error ");
-        text_put_long(&s->out, now->error);
+        text_put_int(&s->out, now->error_counts);
     }
     text_put(&s->out, " counts");
     text_put_line(&s->out, now->homed ? ", homed" : "");

@@ -122,13 +122,16 @@ WATCH = [
     ("angle_offset_q32", "axes[0].loop.angle_offset_q32", _ONE, False),
     ("speed_fw_rpm", "axes[0].speed.speed_rpm_q4", _Q4, True),
     ("speed_ref_rpm", "axes[0].speed.speed_ref_rpm_q4", _Q4, True),
+    ("count_fw", "axes[0].motion.turns.count", _ONE, False),
+    ("following_counts", "axes[0].motion.position.error_counts", _ONE, False),
+    ("mode", "axes[0].mode", _ONE, False),
     ("state", "axes[0].state", _ONE, True),
     ("fault", "axes[0].faults.cause", _ONE, True),
 ]
 
 
 # the meaning of columns that hold an enum: the firmware keeps them as words
-ENUM_COLUMNS = {"state": "axis_state", "fault": "fault"}
+ENUM_COLUMNS = {"state": "axis_state", "fault": "fault", "mode": "axis_mode"}
 
 
 def code_of(enum, name):

@@ -71,29 +71,30 @@ def test_status(operator, c):
     operator.type(b"")  # announced
     assert operator("status") == [
         "state: quick stop active", "fault: over-temperature", "speed: -1500.062 rpm, reference 1600.500 rpm",
+        "mode: pv (profile velocity), position: 0 counts",
         "current: d -0.101 A, q 2.002 A, reference d -0.303 A, q 4.004 A", "bus: 24.000 V, winding: 83 degC",
         "current loop: 217 cycles", "voltages act: at the valley", "memory errors corrected: 0", "up: 5.017 s"]
     operator.axis.tuning.update, operator.axis.loop.fell_back = c.PWM_UPDATE_ENDS, 77
     operator.type(b"")
-    assert operator("status")[6] == "voltages act: at both ends"
+    assert operator("status")[7] == "voltages act: at both ends"
     operator.axis.tuning.update = c.PWM_UPDATE_ONCE
     waited = ", milliseconds in which one had to wait for the next end: 77"
-    assert operator("status")[6] == "voltages act: at once" + waited
+    assert operator("status")[7] == "voltages act: at once" + waited
     operator.axis.tuning.samples = 2
-    assert operator("status")[6] == "voltages act: at once, two samples a period" + waited
+    assert operator("status")[7] == "voltages act: at once, two samples a period" + waited
 
 
 def test_status_of_a_hot_motor_that_was_warned_of(operator, c):
     operator.axis.thermal.factor_q15 = 32767
-    assert ", current limit held to 99 %" in operator("status")[4]
+    assert ", current limit held to 99 %" in operator("status")[5]
     operator.axis.thermal.factor_q15 = 8192
     operator.axis.time_wraps = 1
     for cause in (c.FAULT_VOLTAGE_LIMIT, c.FAULT_LIMIT_CYCLE):
         c.axis_warn(operator.axis, cause)
     operator.type(b"")
     said = operator("status")
-    assert said[4].endswith(" degC, current limit held to 25 %")
-    assert said[5:7] == ["warning: voltage limit", "warning: limit cycle"] and said[-1] == "up: 4294967.296 s"
+    assert said[5].endswith(" degC, current limit held to 25 %")
+    assert said[6:8] == ["warning: voltage limit", "warning: limit cycle"] and said[-1] == "up: 4294967.296 s"
 
 
 def test_fault_without_one(operator):
@@ -232,7 +233,8 @@ def test_two_samples_a_period_where_every_second_one_is_for_nothing(operator):
 def test_help_has_a_line_for_each_command(operator):
     lines = operator("help")
     assert [line.split(":")[0] for line in lines] == [
-        "help", "status", "on", "off", "quickstop", "speed RPM", "torque A", "fault", "clear", "get PARAM", "set PARAM VALUE",
+        "help", "status", "on", "off", "quickstop", "speed RPM", "torque A", "pv RPM",
+        "pp COUNTS", "pp by COUNTS", "hm index|block", "csp COUNTS", "csv RPM", "cst A", "zero", "fault", "clear", "get PARAM", "set PARAM VALUE",
         "reaction", "reaction FAULT off|stop|warn", "version"]
     assert all(len(line.split(": ", 1)[1]) > 5 for line in lines)
 
