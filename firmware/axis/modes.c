@@ -22,13 +22,13 @@ static int32_t units_of_rpm_q16(const struct tuning *t, int32_t rpm_q16)
     return units > UNITS_MOST ? UNITS_MOST : (units < -UNITS_MOST ? -UNITS_MOST : (int32_t)units);
 }
 
-/* Where the shaft is, at the speed that the speed loop asks for. */
+/* Where the shaft will be at the next step, at the speed that the speed loop asks for. */
 static void begin_position(struct axis *a)
 {
     struct motion *const m = &a->motion;
     const int32_t speed = units_of_rpm_q16(&a->tuning, a->speed.ref_rpm_q16);
     const int64_t here = position_of_shaft(&m->turns, &a->speed.estimate, &a->tuning, speed != 0);
-    position_begin(&m->position, here, speed);
+    position_begin(&m->position, here + speed, speed);
 }
 
 /* The reference of whatever held the position so far goes on. */
@@ -59,7 +59,7 @@ void modes_enter(struct axis *a, enum axis_mode mode)
     } else if (mode == AXIS_MODE_CYCLIC_SPEED) {
         cyclic_begin(&m->cyclic, a->speed.ref_rpm_q16);
     } else if (mode == AXIS_MODE_CYCLIC_TORQUE) {
-        cyclic_begin(&m->cyclic, (int64_t)a->torque.torque_q15 << 16);
+        cyclic_begin(&m->cyclic, (int64_t)a->torque.torque_q15 * 65536);
     }
     a->mode = mode;
 }
@@ -178,16 +178,13 @@ static void step_homing(struct axis *a)
         .index_seen = index_seen(a),
         .index = encoder_index(&a->fabric->encoder),
     };
+    modes_control_speed(a, a->tuning.ramp_q16);
     const enum homing_result result = homing_step(&m->homing, &view);
-    if (result == HOMING_FOUND) {
-        finish_homing(a);
-        step_profile(a);
-        return;
-    }
     if (result == HOMING_FAILED) {
         axis_report(a, FAULT_HOMING, whole(m->turns.counts - m->homing.from), 0);
+    } else if (result == HOMING_FOUND) {
+        finish_homing(a);
     }
-    modes_control_speed(a, a->tuning.ramp_q16);
 }
 
 void modes_step(struct axis *a)

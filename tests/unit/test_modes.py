@@ -1,0 +1,284 @@
+# SPDX-License-Identifier: MIT
+"""Modes: every request in every state, from every mode, with and without a fault; no transition bumps; homing; set-points."""
+import itertools
+
+import pytest
+
+from unit.test_state_machine import STATES, World
+
+MODES = ("SPEED", "TORQUE", "POSITION", "HOMING", "CYCLIC_POSITION", "CYCLIC_SPEED", "CYCLIC_TORQUE")
+# request: the mode that it brings about, and a value that is allowed
+REQUESTS = {"speed": ("SPEED", 500), "current": ("TORQUE", 1000), "position": ("POSITION", 4000, False),
+            "home": ("HOMING", 0), "cyclic_position": ("CYCLIC_POSITION", 10), "cyclic_speed": ("CYCLIC_SPEED", 500),
+            "cyclic_current": ("CYCLIC_TORQUE", 1000)}
+TORQUE_MODES = ("TORQUE", "CYCLIC_TORQUE")
+
+
+class Drive(World):
+    """A world in operation, in a mode as in the midst of it: it turns at some speed and makes some torque."""
+    def __init__(self, c, mode="SPEED", rpm=300, torque_q15=900):
+        super().__init__(c)
+        self.c.tuning_compute(self.axis.params, self.axis.tuning)
+        self.c.torque_map_build(self.axis.torque.map, self.axis.params, self.axis.tuning)
+        self.c.speed_loop_tune(self.axis.speed, self.axis.tuning)
+        self.axis.loop.radius_q15 = 7300
+        self.put("OPERATION_ENABLED")
+        self.turn(rpm)
+        self.axis.torque_command_q15 = self.axis.torque.torque_q15 = torque_q15
+        c.speed_loop_reset(self.axis.speed, torque_q15)
+        self.axis.motion.turns.counts = 10**12 + 7
+        c.modes_limit_torque(self.axis)
+        if mode != "SPEED":
+            c.modes_enter(self.axis, self.mode_code(mode))
+            if mode == "HOMING":
+                c.homing_begin(self.axis.motion.homing, c.HOMING_INDEX, self.axis.motion.turns)
+
+    def mode_code(self, mode):
+        return self.c.enums["axis_mode"]["AXIS_MODE_" + mode]
+
+    def turn(self, rpm):
+        self.axis.speed.estimate.speed_rpm_q15 = self.axis.speed.estimate.travel_q15 = rpm << 15
+        self.axis.speed.estimate.interval_clocks = 1000
+        self.axis.speed.speed_rpm_q4 = rpm * 16
+
+    @property
+    def mode(self):
+        return next(name for name, value in self.c.enums["axis_mode"].items() if value == self.axis.mode)[len("AXIS_MODE_"):]
+
+    def request(self, name):
+        return getattr(self.c, "axis_command_" + name)(self.axis, *REQUESTS[name][1:]).error
+
+    def control(self):
+        """One step of the mode alone, with the speed as it is."""
+        self.axis.time_ms += 1
+        self.c.modes_step(self.axis)
+        return self.axis.torque.torque_q15
+
+
+@pytest.mark.parametrize("state, mode, request_name, fault", itertools.product(STATES, MODES, REQUESTS, (False, True)))
+def test_every_request(c, state, mode, request_name, fault):
+    """In operation it brings its mode about; else it is refused, and nothing has changed, to the byte. A fault ends all."""
+    w = Drive(c, mode)
+    w.put(state)
+    before = bytes(w.axis)
+    error = w.request(request_name)
+    if state != "OPERATION_ENABLED":
+        assert error == c.ERROR_NOT_OPERATING and bytes(w.axis) == before
+        return
+    if request_name == "cyclic_position":
+        assert error == c.ERROR_BEYOND_CYCLE and bytes(w.axis) == before, "10 is far from where it is"
+        c.axis_set_zero(w.axis)
+        error = w.request(request_name)
+        assert mode != "HOMING" or error == c.ERROR_BEYOND_CYCLE, "nobody sets a zero while homing looks for one"
+        if mode == "HOMING":
+            return
+    assert error == c.ERROR_NONE and w.mode == REQUESTS[request_name][0]
+    if fault:
+        c.axis_raise(w.axis, c.FAULT_STALL)
+        assert w.fabric.gate.CONTROL == 0 and w.step(3) == "FAULT"
+        assert (w.axis.loop.i_d_ref_q15, w.axis.loop.i_q_ref_q15, w.axis.torque.torque_q15) == (0, 0, 0)
+        assert w.request(request_name) == c.ERROR_NOT_OPERATING
+    else:
+        assert w.step() == "OPERATION_ENABLED"
+
+
+@pytest.mark.parametrize("mode, request_name", itertools.product(MODES, ("quick_stop", "switch_off")))
+def test_every_mode_is_left_by_a_stop(c, mode, request_name):
+    w = Drive(c, mode)
+    assert getattr(c, "axis_" + request_name)(w.axis).error == c.ERROR_NONE
+    w.step()
+    if request_name == "switch_off":
+        assert w.state == "SWITCH_ON_DISABLED" and w.fabric.gate.CONTROL == 0
+    else:
+        assert w.mode == "SPEED" and w.axis.speed.target_rpm_q16 == 0
+
+
+def go_on(w):
+    """Set-points of position that go on as the shaft does."""
+    if w.mode == "CYCLIC_POSITION":
+        w.axis.motion.cyclic.step, w.axis.motion.cyclic.left = w.axis.motion.position.ref_speed, 100
+
+
+@pytest.mark.parametrize("before, after", [pair for pair in itertools.product(MODES, MODES) if pair[0] != pair[1]])
+def test_no_transition_bumps(c, before, after):
+    """The torque of the first step in a mode is that of the last step before, as far as a mode of torque has been told nothing
+    else; and the speed's reference goes on."""
+    w = Drive(c, before)
+    go_on(w)
+    if before not in TORQUE_MODES:
+        for _ in range(3):
+            w.axis.motion.turns.counts += 20  # 300 rpm
+            last = w.control()
+    else:
+        last = w.control()
+    rpm = w.axis.speed.ref_rpm_q16 / 65536
+    w.axis.torque_command_q15 = w.axis.torque.torque_q15
+    c.modes_enter(w.axis, w.mode_code(after))
+    go_on(w)
+    w.axis.speed.target_rpm_q16 = w.axis.speed.ref_rpm_q16
+    w.axis.motion.turns.counts += 20
+    now = w.control()
+    assert now == pytest.approx(last, abs=450), "3 % of i_max"
+    if after not in TORQUE_MODES:
+        assert w.axis.speed.ref_rpm_q16 / 65536 == pytest.approx(rpm, abs=9)
+
+
+def test_a_set_point_is_reached_when_the_next_is_due(c):
+    w = Drive(c, rpm=0)
+    c.axis_set_zero(w.axis)
+    assert c.axis_command_cyclic_position(w.axis, 100).error == c.ERROR_NONE
+    shift, seen = w.axis.tuning.profile.shift, []
+    for _ in range(w.axis.params.cyclic_ms):
+        w.control()
+        seen.append((w.axis.motion.position.ref >> shift))
+    assert seen == [10, 20, 30, 40, 50, 60, 70, 80, 90, 100]
+    assert c.axis_command_cyclic_speed(w.axis, 200).error == c.ERROR_NONE
+    begun = w.axis.speed.ref_rpm_q16
+    speeds = [w.control() and w.axis.speed.ref_rpm_q16 for _ in range(w.axis.params.cyclic_ms)]
+    assert speeds[-1] == 200 * 65536
+    assert all(abs(b - a - (speeds[-1] - begun) / len(speeds)) < 2 for a, b in zip([begun, *speeds], speeds)), "a straight line"
+    assert c.axis_command_cyclic_current(w.axis, 0).error == c.ERROR_NONE
+    torques = [w.control() for _ in range(w.axis.params.cyclic_ms)]
+    assert torques[-1] == 0 and all(abs(b) <= abs(a) for a, b in zip(torques, torques[1:]))
+
+
+@pytest.mark.parametrize("name, value, error", [
+    ("speed", 4001, "BEYOND_SPEED_MAX"), ("cyclic_speed", -4001, "BEYOND_SPEED_MAX"), ("current", 10651, "BEYOND_I_MAX"),
+    ("cyclic_current", -10651, "BEYOND_I_MAX"), ("cyclic_position", 2667, "BEYOND_CYCLE"), ("cyclic_position", -2667, "BEYOND_CYCLE")])
+def test_what_is_beyond_a_limit_is_refused_and_the_limit_is_not(c, name, value, error):
+    w = Drive(c, rpm=0)
+    c.axis_set_zero(w.axis)
+    before = bytes(w.axis)
+    outcome = getattr(c, "axis_command_" + name)(w.axis, value)
+    assert outcome.error == getattr(c, "ERROR_" + error) and bytes(w.axis) == before
+    assert error != "BEYOND_CYCLE" or outcome.value == 2666
+    assert getattr(c, "axis_command_" + name)(w.axis, value - (1 if value > 0 else -1)).error == c.ERROR_NONE
+
+
+def test_a_way_goes_on_from_the_last_target(c):
+    w = Drive(c, rpm=0)
+    shift = w.axis.tuning.profile.shift
+    here = w.axis.motion.turns.counts
+    c.axis_command_position(w.axis, 50, True)
+    assert w.axis.motion.profile.target >> shift == here + 50, "the first one from where the shaft is"
+    c.axis_command_position(w.axis, -20, True)
+    assert w.axis.motion.profile.target >> shift == here + 30
+    c.axis_command_position(w.axis, -20, False)
+    assert w.axis.motion.profile.target >> shift == -20
+
+
+def test_a_zero_moves_what_refers_to_it_and_nothing_else(c):
+    w = Drive(c, "POSITION", rpm=0)
+    c.axis_command_position(w.axis, 500, True)
+    for _ in range(5):
+        w.control()
+    motion = w.axis.motion
+    left, error = motion.profile.target - motion.profile.position, motion.position.ref - (motion.turns.counts << w.axis.tuning.profile.shift)
+    torque = w.axis.torque.torque_q15
+    assert c.axis_set_zero(w.axis).error == c.ERROR_NONE
+    assert motion.turns.counts == 0 and not motion.homed
+    assert motion.profile.target - motion.profile.position == left and motion.position.ref == error
+    assert w.axis.torque.torque_q15 == torque
+
+
+def test_positions_survive_off_and_on(c):
+    w = Drive(c)
+    c.axis_set_zero(w.axis)
+    c.axis_switch_off(w.axis)
+    for count in (5, 900, 2000, 3100, 100, 1200):
+        w.fabric.encoder.LATCHED = count
+        w.fabric.encoder.EDGE_TIME += 1
+        w.step()
+    assert w.state == "SWITCH_ON_DISABLED" and w.axis.motion.turns.counts == 4000 + 1200
+    w.axis.speed.speed_rpm_q4 = 0
+    w.axis.loop.vbus_q15 = 13670
+    w.axis.params.encoder_counts = 4000
+    c.axis_switch_on(w.axis)
+    assert w.axis.motion.turns.counts == 5200
+    c.axis_switch_off(w.axis)
+    w.step(3)
+    w.axis.params.encoder_counts = 8000
+    w.axis.speed.speed_rpm_q4 = 0
+    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert w.axis.motion.turns.counts == 0, "another encoder begins anew"
+
+
+# ---- homing ----
+
+def homing(c, method, rpm=30):
+    w = Drive(c, rpm=0)
+    w.axis.params.home_rpm = rpm
+    w.c.tuning_compute(w.axis.params, w.axis.tuning)
+    w.axis.motion.turns.count = w.axis.speed.estimate.count = 100
+    w.fabric.encoder.STATUS = 1  # an index of long ago
+    assert c.axis_command_home(w.axis, method).error == c.ERROR_NONE
+    assert w.axis.speed.target_rpm_q16 == rpm * 65536
+    assert w.fabric.encoder.STATUS == 0, "which does not count"
+    return w
+
+
+def test_the_index_becomes_the_zero_and_the_shaft_returns_to_it(c):
+    w = homing(c, c.HOMING_INDEX)
+    motion = w.axis.motion
+    w.control()
+    assert w.mode == "HOMING"
+    motion.turns.count, motion.turns.counts = 1200, 51200
+    w.fabric.encoder.STATUS, w.fabric.encoder.INDEX = 1, 1150
+    w.control()
+    assert w.mode == "POSITION" and motion.homed and motion.turns.counts == 50
+    assert motion.profile.target >> w.axis.tuning.profile.shift == 0
+
+
+@pytest.mark.parametrize("travel, fails", ((4999, False), (5002, True)))
+def test_no_index_within_a_turn_and_a_quarter_is_a_fault(c, travel, fails):
+    w = homing(c, c.HOMING_INDEX, -30)
+    w.axis.motion.turns.counts -= travel
+    w.control()
+    assert (w.axis.faults.cause == c.FAULT_HOMING) == fails
+    assert not fails or w.axis.faults.detail[0] == -travel
+
+
+@pytest.mark.parametrize("method, ms, fault", (("BLOCK", 100, None), ("INDEX", 500, "HOMING")))
+def test_a_shaft_that_stands_at_its_limit_is_a_block_or_a_failure(c, method, ms, fault):
+    w = homing(c, getattr(c, "HOMING_" + method))
+    motion, begun = w.axis.motion, w.axis.motion.turns.counts
+    for n in range(ms - 1):
+        w.turn(0)
+        w.axis.speed.at_limit = True
+        motion.turns.counts = begun + n % 2
+        w.control()
+        assert w.mode == "HOMING" and w.axis.faults.cause == c.FAULT_NONE, n
+    for _ in range(2):
+        w.axis.speed.at_limit = True
+        w.control()
+    if fault:
+        assert w.axis.faults.cause == c.FAULT_HOMING
+    else:
+        w.control()
+        assert w.mode == "POSITION" and motion.homed and abs(motion.turns.counts) <= 1
+        assert abs(w.axis.torque.torque_q15) < 200, "it no longer pushes"
+
+
+def test_a_shaft_that_moves_or_has_current_to_spare_is_at_no_block(c):
+    for at_limit, way in ((True, 2), (False, 0)):
+        w = homing(c, c.HOMING_BLOCK)
+        for _ in range(300):
+            w.axis.speed.at_limit = at_limit
+            w.axis.motion.turns.counts += way
+            w.control()
+            w.axis.speed.at_limit = False
+        assert w.mode == "HOMING"
+
+
+def test_homing_takes_no_more_current_than_it_may(c):
+    w = homing(c, c.HOMING_BLOCK)
+    c.modes_limit_torque(w.axis)
+    assert w.axis.torque.i_limit_q15 == w.axis.tuning.home_i_q15 < w.axis.tuning.i_max_q15
+    assert w.axis.torque.limits.high <= w.axis.tuning.home_i_q15 + 1
+
+
+@pytest.mark.parametrize("rpm", (0, 4001, -4001))
+def test_homing_needs_a_speed_that_there_is(c, rpm):
+    w = Drive(c)
+    w.axis.params.home_rpm = rpm
+    assert c.axis_command_home(w.axis, c.HOMING_INDEX).error == c.ERROR_HOME_SPEED and w.mode == "SPEED"
