@@ -56,6 +56,7 @@ int main(void)
     for (;;) {
         console_poll(&console);
         axis_retry(&axes[0]);
+        axis_learn(&axes[0]);
         idle(&rest);
     }
 }

@@ -108,10 +108,25 @@ static void ask(struct axis *a, int32_t wish_q15)
     torque_ask(&a->torque, &a->loop, &a->tuning, wish_q15);
 }
 
-void modes_control_speed(struct axis *a, int32_t slope_q16)
+/* What the speed loop may ask for beside the torque of the shaft's place; both together are limited by torque_ask(). */
+static struct interval room_for_speed_loop(struct axis *a)
 {
     limit_in_turn(a);
-    ask(a, speed_loop_step(&a->speed, &a->tuning, slope_q16, &a->torque.limits));
+    const struct interval limits = a->torque.limits;
+    const int32_t own_q15 = cogging_torque_q15(&a->motion.cogging, &a->speed.estimate, &a->tuning);
+    a->motion.cogging_q15 = own_q15;
+    return (struct interval){limits.low - own_q15, limits.high - own_q15};
+}
+
+static void ask_with_place(struct axis *a, int32_t wish_q15)
+{
+    ask(a, wish_q15 + a->motion.cogging_q15);
+}
+
+void modes_control_speed(struct axis *a, int32_t slope_q16)
+{
+    const struct interval room = room_for_speed_loop(a);
+    ask_with_place(a, speed_loop_step(&a->speed, &a->tuning, slope_q16, &room));
 }
 
 static int32_t whole(int64_t counts)
@@ -122,8 +137,8 @@ static int32_t whole(int64_t counts)
 static void control_position(struct axis *a, int64_t next_ref)
 {
     struct motion *const m = &a->motion;
-    limit_in_turn(a);
-    ask(a, position_step(&m->position, next_ref, &a->speed, &m->turns, &a->tuning, &a->torque.limits));
+    const struct interval room = room_for_speed_loop(a);
+    ask_with_place(a, position_step(&m->position, next_ref, &a->speed, &m->turns, &a->tuning, &room));
     if (position_is_lost(&m->position, &a->tuning)) {
         axis_report(a, FAULT_FOLLOWING_ERROR, m->position.error_counts, 0);
     }
@@ -139,8 +154,8 @@ static void control_cyclic_speed(struct axis *a)
 {
     const int32_t before_q16 = (int32_t)a->motion.cyclic.now;
     const int32_t now_q16 = (int32_t)cyclic_step(&a->motion.cyclic);
-    limit_in_turn(a);
-    ask(a, speed_loop_follow(&a->speed, &a->tuning, now_q16, now_q16 - before_q16, &a->torque.limits));
+    const struct interval room = room_for_speed_loop(a);
+    ask_with_place(a, speed_loop_follow(&a->speed, &a->tuning, now_q16, now_q16 - before_q16, &room));
 }
 
 static bool index_seen(const struct axis *a)
@@ -187,6 +202,18 @@ static void step_homing(struct axis *a)
     }
 }
 
+/* Back at rest when all is taken: pv then, at speed 0. */
+static void step_learning(struct axis *a)
+{
+    struct motion *const m = &a->motion;
+    cogging_learn_step(&m->learn, &m->turns, &a->speed.estimate, a->torque.torque_q15, &a->tuning);
+    a->speed.target_rpm_q16 = cogging_learn_direction(&m->learn) * a->tuning.learn_rpm_q16;
+    modes_control_speed(a, a->tuning.ramp_q16);
+    if (m->learn.phase == COGGING_DONE) {
+        modes_enter(a, AXIS_MODE_SPEED);
+    }
+}
+
 void modes_step(struct axis *a)
 {
     struct motion *const m = &a->motion;
@@ -210,6 +237,9 @@ void modes_step(struct axis *a)
     case AXIS_MODE_CYCLIC_TORQUE:
         limit_in_turn(a);
         ask(a, (int32_t)(cyclic_step(&m->cyclic) >> 16));
+        break;
+    case AXIS_MODE_LEARNING:
+        step_learning(a);
         break;
     case AXIS_MODE_SPEED:
     default:

@@ -15,7 +15,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/commission/cogging_learn.h"
 #include "firmware/commission/homing.h"
+#include "firmware/control/cogging.h"
 #include "firmware/control/cyclic.h"
 #include "firmware/control/position.h"
 #include "firmware/control/profile.h"
@@ -31,6 +33,7 @@ enum axis_mode {
     AXIS_MODE_CYCLIC_POSITION,
     AXIS_MODE_CYCLIC_SPEED,
     AXIS_MODE_CYCLIC_TORQUE,
+    AXIS_MODE_LEARNING, /* none of CiA 402: `learn cogging` */
     AXIS_MODES,
 };
 
@@ -42,6 +45,9 @@ struct motion {
     struct position_loop position;
     struct cyclic cyclic; /* units, rpm Q16, or torque in Q31 */
     struct homing homing;
+    struct cogging_map cogging;
+    int32_t cogging_q15; /* what it adds to the wish now */
+    struct cogging_learn learn;
 };
 
 /* Whether a mode sets the torque itself, without the speed loop. Any context. */
@@ -70,6 +76,9 @@ void modes_step(struct axis *a);
 
 /* The speed loop along its ramp: pv and every stop. Slow loop. */
 void modes_control_speed(struct axis *a, int32_t slope_q16);
+
+/* Takes what was learned while it turns, and ends the learning when its time has come. Thread, whenever it has time. */
+void axis_learn(struct axis *a);
 
 /* The shaft is at position 0 where it was at `counts`; references move with it. Slow loop, or while it is masked. */
 void modes_set_zero(struct axis *a, int64_t counts);

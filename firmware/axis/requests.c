@@ -52,6 +52,7 @@ static void adopt_tuning(struct axis *a, const struct tuning *t)
         speed_estimate_reset(&a->speed.estimate);
         turns_begin(&a->motion.turns, 0);
         a->motion.homed = false;
+        cogging_forget(&a->motion.cogging);
     }
     a->start.unseen = a->start.unseen || t->samples > a->tuning.samples;
     a->tuning = *t;

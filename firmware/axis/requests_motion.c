@@ -122,6 +122,38 @@ static struct outcome set_home(struct axis *a, struct set_point s)
     return OUTCOME_OK;
 }
 
+static struct outcome set_learning(struct axis *a, struct set_point s)
+{
+    (void)s;
+    if (a->mode == AXIS_MODE_LEARNING) {
+        return outcome_of(ERROR_LEARNING);
+    }
+    if (a->params.learn_rpm > a->params.speed_max_rpm) {
+        return outcome_of(ERROR_LEARN_SPEED);
+    }
+    modes_enter(a, AXIS_MODE_LEARNING);
+    cogging_learn_begin(&a->motion.learn, &a->motion.turns, &a->tuning);
+    return OUTCOME_OK;
+}
+
+struct outcome axis_learn_cogging(struct axis *a)
+{
+    return set(a, set_learning, (struct set_point){0, false});
+}
+
+/* What has been learned up to a stop is no map. */
+void axis_learn(struct axis *a)
+{
+    struct motion *const m = &a->motion;
+    struct cogging_map found;
+    if (a->mode == AXIS_MODE_LEARNING && cogging_learn_review(&m->learn, &found)) {
+        const uint32_t held = request_hold();
+        m->cogging = found;
+        cogging_set_fade(&m->cogging, a->params.speed_bw_hz);
+        request_release(held);
+    }
+}
+
 struct outcome axis_command_speed(struct axis *a, int32_t rpm)
 {
     return set(a, set_speed, (struct set_point){rpm, false});

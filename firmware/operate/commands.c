@@ -118,6 +118,25 @@ static void put_position(struct session *s, const struct axis_status *now)
     text_put_line(&s->out, now->homed ? ", homed" : "");
 }
 
+/* The first harmonics are the largest. */
+static void put_cogging(struct session *s)
+{
+    const struct cogging_map *const m = &s->axis->motion.cogging;
+    if (s->axis->mode == AXIS_MODE_LEARNING) {
+        text_put_line(&s->out, "cogging: learning");
+        return;
+    }
+    if (m->count == 0) {
+        return;
+    }
+    text_put(&s->out, "cogging: learned, times a turn:");
+    for (int32_t n = 0; n < m->count; n++) {
+        text_put(&s->out, " ");
+        text_put_int(&s->out, (int32_t)m->harmonics[n].order);
+    }
+    text_put_line(&s->out, "");
+}
+
 static void run_status(struct session *s, char *const *words)
 {
     (void)words;
@@ -131,6 +150,7 @@ static void run_status(struct session *s, char *const *words)
     put_rpm(s, ", reference ", now.speed_ref_rpm_q4);
     text_put_line(&s->out, "");
     put_position(s, &now);
+    put_cogging(s);
     put_milli(s, "current: d ", now.i_d_q15, i_range_ma, " A");
     put_milli(s, ", q ", now.i_q_q15, i_range_ma, " A");
     put_milli(s, ", reference d ", now.i_d_ref_q15, i_range_ma, " A");
@@ -257,6 +277,15 @@ static void run_home(struct session *s, char *const *words)
         answer(s, axis_command_home(s->axis, HOMING_BLOCK));
     } else {
         error_about(s, words[1], "not one of index, block");
+    }
+}
+
+static void run_learn(struct session *s, char *const *words)
+{
+    if (text_equal(words[1], "cogging")) {
+        answer(s, axis_learn_cogging(s->axis));
+    } else {
+        error_about(s, words[1], "not 'cogging'");
     }
 }
 
@@ -439,6 +468,7 @@ static const struct command commands[] = {
      run_cyclic_position},
     {"csv", " RPM", "cyclic synchronous velocity", 2, run_cyclic_speed},
     {"cst", " A", "cyclic synchronous torque, q axis, peak amperes", 2, run_cyclic_torque},
+    {"learn", " cogging", "turn slowly forth and back, and find the torque that the shaft's place asks for", 2, run_learn},
     {"zero", "", "the shaft's position is 0 from now on", 1, run_zero},
     {"fault", "", "first cause, what to look at, the drive's values at that instant; registers of a processor fault", 1,
      run_fault},

@@ -54,6 +54,8 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_BEYOND_SPEED_MAX] = "beyond speed_max_rpm",
     [ERROR_BEYOND_I_MAX] = "beyond i_max_ma",
     [ERROR_BEYOND_CYCLE] = "farther than speed_max_rpm goes in cyclic_ms: at most @ counts from where it is",
+    [ERROR_LEARNING] = "the drive is learning; wait for its end",
+    [ERROR_LEARN_SPEED] = "learn_rpm is beyond speed_max_rpm",
     [ERROR_HOMING] = "the drive is homing; wait for its end",
     [ERROR_HOME_SPEED] = "home_rpm must not be 0, nor beyond speed_max_rpm",
     [ERROR_DRIVE_IS_ON] = "parameters can change only while the drive is off",
@@ -81,6 +83,7 @@ static const char *const mode_names[AXIS_MODES] = {
     [AXIS_MODE_CYCLIC_POSITION] = "csp (cyclic synchronous position)",
     [AXIS_MODE_CYCLIC_SPEED] = "csv (cyclic synchronous velocity)",
     [AXIS_MODE_CYCLIC_TORQUE] = "cst (cyclic synchronous torque)",
+    [AXIS_MODE_LEARNING] = "learning",
 };
 
 struct fault_text {

@@ -52,6 +52,8 @@ enum error {
     ERROR_BEYOND_CYCLE,
     ERROR_HOME_SPEED,
     ERROR_HOMING,
+    ERROR_LEARNING,
+    ERROR_LEARN_SPEED,
     ERROR_TOO_HOT,
     ERROR_REACTION_NOT_ALLOWED,
     /* why a fault cannot be cleared */

@@ -49,6 +49,7 @@ const struct param_info param_table[] = {
     PARAM(home_rpm, -30000, 30000, 30),
     PARAM(home_pct, 1, 100, 20),
     PARAM(home_turns, 1, 10000, 10),
+    PARAM(learn_rpm, 1, 100, 10),
     PARAM(i_rated_ma, 10, 2000000, 7100),
     PARAM(t_max_c, 60, 250, 130),
     PARAM(winding_share_pct, 1, 99, 40),

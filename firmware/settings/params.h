@@ -59,6 +59,7 @@ struct params {
     int32_t home_rpm;         /* speed and direction in which homing searches */
     int32_t home_pct;         /* current with which it pushes at most, of i_max_ma */
     int32_t home_turns;       /* and how far it searches for a block */
+    int32_t learn_rpm;        /* speed at which cogging is learned */
     /* supervision: firmware/axis/ */
     int32_t i_rated_ma;         /* current that the motor carries for ever, peak */
     int32_t t_max_c;            /* what its winding has then, 40 degC around it; and the most that it may have */

@@ -90,6 +90,8 @@ struct tuning {
     int32_t cyclic_ms;
     int32_t home_rpm_q16;
     int32_t home_i_q15;
+    int32_t learn_rpm_q16;
+    uint32_t turn_scale_q32; /* mechanical turns per encoder count */
     /* start */
     int32_t wiring_i_q15, wiring_v_q15; /* test current, and what it drops at one phase's resistance */
     int32_t pole_pairs;

@@ -176,7 +176,7 @@ def test_a_zero_moves_what_refers_to_it_and_nothing_else(c):
     left, error = motion.profile.target - motion.profile.position, motion.position.ref - (motion.turns.counts << w.axis.tuning.profile.shift)
     torque = w.axis.torque.torque_q15
     assert c.axis_set_zero(w.axis).error == c.ERROR_NONE
-    assert motion.turns.counts == 0 and not motion.homed
+    assert motion.turns.counts == 0 and not motion.homed and motion.profile.position == motion.position.ref
     assert motion.profile.target - motion.profile.position == left and motion.position.ref == error
     assert w.axis.torque.torque_q15 == torque
 

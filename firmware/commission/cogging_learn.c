@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/commission/cogging_learn.h"
+
+#include "lib/q15.h"
+#include "lib/trig.h"
+
+#define RUN_UP_SHARE 8 /* of a turn, until the speed is steady */
+#define LEAST_SHARE  20 /* of the largest harmonic: what is smaller is noise */
+
+static void add_candidate(struct cogging_learn *l, int32_t order)
+{
+    if (order <= COGGING_ORDER_MOST && l->candidates < COGGING_CANDIDATES) {
+        l->orders[l->candidates++] = (uint16_t)order;
+    }
+}
+
+void cogging_learn_begin(struct cogging_learn *l, const struct turns *turns, const struct tuning *t)
+{
+    *l = (struct cogging_learn){.phase = COGGING_FORTH_BEGINS, .from = turns->counts};
+    for (int32_t order = 1; order <= 2; order++) {
+        if (order % t->pole_pairs != 0) {
+            add_candidate(l, order);
+        }
+    }
+    /* beyond a quarter of the counts the encoder does not show it */
+    const int32_t most = q15_min(COGGING_ORDER_MOST, t->encoder_counts / 4);
+    for (int32_t order = t->pole_pairs; order <= most; order += t->pole_pairs) {
+        add_candidate(l, order);
+    }
+}
+
+int32_t cogging_learn_direction(const struct cogging_learn *l)
+{
+    switch (l->phase) {
+    case COGGING_FORTH_BEGINS:
+    case COGGING_FORTH:
+        return 1;
+    case COGGING_BACK_BEGINS:
+    case COGGING_BACK:
+        return -1;
+    default:
+        return 0;
+    }
+}
+
+/* Each sample is of the last step: what the mean of the torques before and after it made of the speed around it. */
+static struct cogging_sample sample_of(const struct cogging_learn *l, const struct speed_estimate *e, int32_t torque_q15,
+                                       const struct tuning *t)
+{
+    const int32_t change_q16 = (e->speed_rpm_q15 - l->speed_rpm_q15) * 2;
+    const int32_t accelerating_q19 = (int32_t)(((int64_t)t->speed_accel_q8 * change_q16) >> 20);
+    return (struct cogging_sample){l->angle_q32, (torque_q15 + l->torque_q15[0]) * 8 - accelerating_q19};
+}
+
+static void put(struct cogging_learn *l, struct cogging_sample s)
+{
+    if (l->put - l->taken >= COGGING_SAMPLES) {
+        l->lost++;
+        return;
+    }
+    l->samples[l->put % COGGING_SAMPLES] = s;
+    l->put++;
+}
+
+static void next_phase(struct cogging_learn *l, int64_t counts)
+{
+    l->phase++;
+    l->from = counts;
+}
+
+void cogging_learn_step(struct cogging_learn *l, const struct turns *turns, const struct speed_estimate *e,
+                        int32_t torque_q15, const struct tuning *t)
+{
+    const int32_t direction = cogging_learn_direction(l);
+    const int64_t way = (turns->counts - l->from) * direction;
+    const bool records = l->phase == COGGING_FORTH || l->phase == COGGING_BACK;
+    if (records) {
+        put(l, sample_of(l, e, torque_q15, t));
+    }
+    if (direction != 0 && way >= (records ? t->encoder_counts : t->encoder_counts / RUN_UP_SHARE)) {
+        next_phase(l, turns->counts);
+    }
+    l->torque_q15[0] = torque_q15;
+    l->speed_rpm_q15 = e->speed_rpm_q15;
+    l->angle_q32 = cogging_angle_q32(e->count, t);
+}
+
+static void correlate(struct cogging_learn *l, const struct cogging_sample *s)
+{
+    for (int32_t n = 0; n < l->candidates; n++) {
+        const cossin_t c = cossin_q15(l->orders[n] * s->angle_q32);
+        l->cos_sum[n] += (int64_t)s->torque_q19 * c.cos;
+        l->sin_sum[n] += (int64_t)s->torque_q19 * c.sin;
+    }
+    l->used++;
+}
+
+/* Amplitudes are twice the mean product: Q19 and 15 bits, as Q23. */
+static struct cogging_harmonic harmonic(const struct cogging_learn *l, int32_t n)
+{
+    const int64_t samples = l->used > 0u ? l->used : 1;
+    return (struct cogging_harmonic){l->orders[n], (int32_t)(l->cos_sum[n] / samples >> 10),
+                                     (int32_t)(l->sin_sum[n] / samples >> 10)};
+}
+
+static int64_t power(struct cogging_harmonic h)
+{
+    return (int64_t)h.cos_q23 * h.cos_q23 + (int64_t)h.sin_q23 * h.sin_q23;
+}
+
+/* Into its place among the largest so far. */
+static void insert(struct cogging_map *m, struct cogging_harmonic h)
+{
+    int32_t place = m->count < COGGING_HARMONICS ? m->count++ : COGGING_HARMONICS - 1;
+    if (place == COGGING_HARMONICS - 1 && power(m->harmonics[place]) >= power(h)) {
+        return;
+    }
+    for (; place > 0 && power(m->harmonics[place - 1]) < power(h); place--) {
+        m->harmonics[place] = m->harmonics[place - 1];
+    }
+    m->harmonics[place] = h;
+}
+
+static void choose(const struct cogging_learn *l, struct cogging_map *m)
+{
+    *m = (struct cogging_map){.count = 0};
+    for (int32_t n = 0; n < l->candidates; n++) {
+        insert(m, harmonic(l, n));
+    }
+    const int64_t least = power(m->harmonics[0]) / (LEAST_SHARE * LEAST_SHARE);
+    while (m->count > 0 && power(m->harmonics[m->count - 1]) <= least) {
+        m->count--;
+    }
+}
+
+bool cogging_learn_review(struct cogging_learn *l, struct cogging_map *m)
+{
+    const bool last = l->phase == COGGING_REVIEW; /* before the rest is taken: then nothing comes any more */
+    while (l->taken != l->put) {
+        correlate(l, &l->samples[l->taken % COGGING_SAMPLES]);
+        l->taken++;
+    }
+    if (last) {
+        choose(l, m);
+        l->phase = COGGING_DONE;
+    }
+    return last;
+}
