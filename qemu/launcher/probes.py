@@ -124,6 +124,7 @@ WATCH = [
     ("speed_ref_rpm", "axes[0].speed.speed_ref_rpm_q4", _Q4, True),
     ("count_fw", "axes[0].motion.turns.count", _ONE, False),
     ("following_counts", "axes[0].motion.position.error_counts", _ONE, False),
+    ("cogging_A", "axes[0].motion.cogging_q15", _CURRENT, False),
     ("mode", "axes[0].mode", _ONE, False),
     ("state", "axes[0].state", _ONE, True),
     ("fault", "axes[0].faults.cause", _ONE, True),

@@ -282,3 +282,71 @@ def test_homing_needs_a_speed_that_there_is(c, rpm):
     w = Drive(c)
     w.axis.params.home_rpm = rpm
     assert c.axis_command_home(w.axis, c.HOMING_INDEX).error == c.ERROR_HOME_SPEED and w.mode == "SPEED"
+
+
+# ---- learning ----
+
+def known(c, w, q15):
+    """A map whose torque is the same everywhere: of order 0."""
+    m = w.axis.motion.cogging
+    m.count, m.harmonics[0].order, m.harmonics[0].cos_q23 = 1, 0, q15 * 256
+    c.cogging_set_fade(m, 60)
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_what_the_place_asks_for_is_added_before_the_limits_and_to_no_wish_for_torque(c, mode):
+    plain, w = Drive(c, mode, rpm=0, torque_q15=0), Drive(c, mode, rpm=0, torque_q15=0)
+    known(c, w, 700)
+    expected = 0 if mode in TORQUE_MODES else 700
+    assert w.control() - plain.control() == pytest.approx(expected, abs=2)
+    for low, high in ((-100, 300), (0, 0), (-20000, 0)):
+        w.axis.torque.limits.low, w.axis.torque.limits.high, w.axis.time_ms = low, high, 0  # the next step leaves them
+        assert low <= w.control() <= high
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_learning_begins_in_operation_only(c, state):
+    w = Drive(c, rpm=0)
+    w.put(state)
+    before = bytes(w.axis)
+    error = c.axis_learn_cogging(w.axis).error
+    if state != "OPERATION_ENABLED":
+        assert error == c.ERROR_NOT_OPERATING and bytes(w.axis) == before
+    else:
+        assert error == c.ERROR_NONE and w.mode == "LEARNING"
+        assert c.axis_learn_cogging(w.axis).error == c.ERROR_LEARNING
+
+
+def test_learning_turns_forth_and_back_and_ends_at_rest_with_a_map(c):
+    w = Drive(c, rpm=0)
+    motion = w.axis.motion
+    assert c.axis_learn_cogging(w.axis).error == c.ERROR_NONE
+    targets = []
+    for _ in range(20000):
+        rpm = w.axis.speed.target_rpm_q16 >> 16 if targets else 0
+        targets.append(rpm)
+        motion.turns.counts += rpm * 4
+        motion.turns.count = w.axis.speed.estimate.count = motion.turns.counts % 4000
+        w.control()
+        c.axis_learn(w.axis)
+        if w.mode != "LEARNING":
+            break
+    assert w.mode == "SPEED" and w.axis.speed.target_rpm_q16 == 0 and motion.cogging.count > 0
+    assert {rpm for rpm in targets} == {0, 10, -10} and targets.count(10) == pytest.approx(4500 / 40, abs=3)
+
+
+def test_a_learning_that_is_stopped_leaves_the_map_as_it_was(c):
+    w = Drive(c, rpm=0)
+    known(c, w, 123)
+    c.axis_learn_cogging(w.axis)
+    w.axis.motion.learn.phase = c.COGGING_BACK
+    c.axis_command_speed(w.axis, 0)
+    w.axis.motion.learn.phase = c.COGGING_REVIEW
+    c.axis_learn(w.axis)
+    assert w.axis.motion.cogging.count == 1 and w.axis.motion.cogging.harmonics[0].cos_q23 == 123 * 256
+
+
+def test_a_speed_for_learning_beyond_speed_max_is_refused(c):
+    w = Drive(c)
+    w.axis.params.learn_rpm, w.axis.params.speed_max_rpm = 50, 49
+    assert c.axis_learn_cogging(w.axis).error == c.ERROR_LEARN_SPEED and w.mode == "SPEED"
