@@ -44,7 +44,8 @@ static bool stop_takes_too_long(struct axis *a)
 
 static void step_quick_stop(struct axis *a)
 {
-    modes_control_speed(a, (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR);
+    modes_control_speed(a,
+                        (int32_t)q15_clamp(a->tuning.ramp_q16, 1, INT32_MAX / QUICK_STOP_FACTOR) * QUICK_STOP_FACTOR);
     const bool stands = a->speed.ref_rpm_q16 == 0 && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
     if (stop_takes_too_long(a) || stands) {
         bridge_off(a);

@@ -138,13 +138,14 @@ struct outcome axis_clear_fault(struct axis *a);
 struct outcome axis_clear_latches(struct axis *a); /* the same without a person's say: the count of retries goes on */
 struct outcome axis_command_speed(struct axis *a, int32_t rpm);
 struct outcome axis_command_current(struct axis *a, int32_t milliamp);
-struct outcome axis_command_position(struct axis *a, int32_t counts, bool relative); /* to the last target, or the shaft */
+struct outcome axis_command_position(struct axis *a, int32_t counts,
+                                     bool relative); /* to the last target, or the shaft */
 struct outcome axis_command_home(struct axis *a, enum homing_method method);
 struct outcome axis_command_cyclic_position(struct axis *a, int32_t counts);
 struct outcome axis_command_cyclic_speed(struct axis *a, int32_t rpm);
 struct outcome axis_command_cyclic_current(struct axis *a, int32_t milliamp);
 struct outcome axis_learn_cogging(struct axis *a); /* takes two turns and a bit at learn_rpm */
-struct outcome axis_set_zero(struct axis *a); /* the shaft's position is 0 from now on, on or off */
+struct outcome axis_set_zero(struct axis *a);      /* the shaft's position is 0 from now on, on or off */
 
 /* Somebody has spoken to the drive. Thread. */
 static inline void axis_hear(struct axis *a)

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The drive's commands: checked here, in the thread, and carried out by the next step of the state machine. */
+#include "firmware/axis/requests.h"
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
 #include "firmware/axis/device.h"
-#include "firmware/axis/requests.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 

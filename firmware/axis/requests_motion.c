@@ -20,8 +20,7 @@ static struct outcome set(struct axis *a, setter how, struct set_point s)
         return outcome_of(ERROR_BUSY);
     }
     const uint32_t held = request_hold();
-    const struct outcome outcome =
-        a->state == AXIS_OPERATION_ENABLED ? how(a, s) : outcome_of(ERROR_NOT_OPERATING);
+    const struct outcome outcome = a->state == AXIS_OPERATION_ENABLED ? how(a, s) : outcome_of(ERROR_NOT_OPERATING);
     request_release(held);
     return outcome;
 }

@@ -4,7 +4,7 @@
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-#define RUN_UP_SHARE 8 /* of a turn, until the speed is steady */
+#define RUN_UP_SHARE 8  /* of a turn, until the speed is steady */
 #define LEAST_SHARE  20 /* of the largest harmonic: what is smaller is noise */
 
 static void add_candidate(struct cogging_learn *l, int32_t order)
@@ -44,8 +44,8 @@ int32_t cogging_learn_direction(const struct cogging_learn *l)
 }
 
 /* Each sample is of the last step: what the mean of the torques before and after it made of the speed around it. */
-static struct cogging_sample sample_of(const struct cogging_learn *l, const struct speed_estimate *e, int32_t torque_q15,
-                                       const struct tuning *t)
+static struct cogging_sample sample_of(const struct cogging_learn *l, const struct speed_estimate *e,
+                                       int32_t torque_q15, const struct tuning *t)
 {
     const int32_t change_q16 = (e->speed_rpm_q15 - l->speed_rpm_q15) * 2;
     const int32_t accelerating_q19 = (int32_t)(((int64_t)t->speed_accel_q8 * change_q16) >> 20);

@@ -40,11 +40,11 @@ struct cogging_sample {
 };
 
 struct cogging_learn {
-    volatile uint32_t phase;  /* enum cogging_phase */
-    int64_t from;             /* counts where the phase began */
-    int32_t speed_rpm_q15;    /* at the last step */
-    int32_t torque_q15[2];    /* asked for in the last step, and in the one before */
-    uint32_t angle_q32;       /* at the last step */
+    volatile uint32_t phase;      /* enum cogging_phase */
+    int64_t from;                 /* counts where the phase began */
+    int32_t speed_rpm_q15;        /* at the last step */
+    int32_t torque_q15[2];        /* asked for in the last step, and in the one before */
+    uint32_t angle_q32;           /* at the last step */
     volatile uint32_t put, taken; /* samples so far */
     struct cogging_sample samples[COGGING_SAMPLES];
     /* the thread's */

@@ -38,11 +38,11 @@ struct homing {
 /* What is seen in a step. */
 struct homing_view {
     const struct turns *turns;
-    int32_t turn;      /* counts */
-    int64_t farthest;  /* counts: search no farther */
-    bool at_limit;     /* the current is at its limit */
-    bool index_seen;   /* since the search has begun */
-    uint32_t index;    /* and where: the counter then */
+    int32_t turn;     /* counts */
+    int64_t farthest; /* counts: search no farther */
+    bool at_limit;    /* the current is at its limit */
+    bool index_seen;  /* since the search has begun */
+    uint32_t index;   /* and where: the counter then */
 };
 
 /* Begins here. The caller forgets index pulses that came before. Slow loop, or while it is masked. */

@@ -4,8 +4,8 @@
  * turn. A few harmonics over one mechanical turn, as commission/cogging_learn.h has found them, added to the wish for torque
  * before its limits. Once a millisecond, in the slow loop.
  *
- * It works where the speed loop is quick enough to have learned it: up to the speed at which the highest harmonic comes as often
- * as the speed loop's bandwidth; from there to twice that it fades.
+ * It works up to the speed at which the highest harmonic comes as often as the speed loop's bandwidth; from there to twice that
+ * it fades.
  */
 #ifndef FIRMWARE_CONTROL_COGGING_H
 #define FIRMWARE_CONTROL_COGGING_H
@@ -23,9 +23,9 @@ struct cogging_harmonic {
 };
 
 struct cogging_map {
-    int32_t count;        /* of the harmonics; 0: none is known */
-    int32_t full_rpm_q4;  /* up to here in full, from twice that not at all */
-    int32_t fade_q15;     /* by that speed: 1 / full_rpm_q4 */
+    int32_t count;       /* of the harmonics; 0: none is known */
+    int32_t full_rpm_q4; /* up to here in full, from twice that not at all */
+    int32_t fade_q15;    /* by that speed: 1 / full_rpm_q4 */
     struct cogging_harmonic harmonics[COGGING_HARMONICS];
 };
 

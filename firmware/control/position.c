@@ -20,7 +20,8 @@ static int64_t within_count(const struct speed_estimate *e, const struct tuning 
     return clamp((beyond_q32 >> (32 - shift)) + ((int64_t)e->backwards << shift), 0, 1LL << shift);
 }
 
-int64_t position_of_shaft(const struct turns *turns, const struct speed_estimate *e, const struct tuning *t, bool moving)
+int64_t position_of_shaft(const struct turns *turns, const struct speed_estimate *e, const struct tuning *t,
+                          bool moving)
 {
     const int64_t edge = turns->counts * (1LL << t->profile.shift);
     return moving ? edge + within_count(e, t) : position_of_counts(turns->counts, t);

@@ -27,7 +27,8 @@ struct position_loop {
 };
 
 /* Where the shaft is. `moving`: as the edges say, else the middle of its count. Any context. */
-int64_t position_of_shaft(const struct turns *turns, const struct speed_estimate *e, const struct tuning *t, bool moving);
+int64_t position_of_shaft(const struct turns *turns, const struct speed_estimate *e, const struct tuning *t,
+                          bool moving);
 
 /* The middle of a count. Any context. */
 static inline int64_t position_of_counts(int64_t counts, const struct tuning *t)

@@ -111,8 +111,7 @@ static void step_trapezoid(struct profile *p, const struct tuning_profile *t)
     const int32_t since_push = p->since[down ? 1 : 0];
     const int32_t since_brake = p->since[down ? 0 : 1];
     const struct gait now = {q15_abs(p->corner_speed), p->steps, p->level};
-    const int32_t speed =
-        next_speed(&now, down ? -left : left, since_brake > t->window, since_push > t->window, t);
+    const int32_t speed = next_speed(&now, down ? -left : left, since_brake > t->window, since_push > t->window, t);
     const struct gait next = gait_beside(&now, speed, t->a_max);
     const int32_t change = down ? now.speed - speed : speed - now.speed;
     p->since[0] = change > 0 ? 1 : q15_min(p->since[0] + 1, t->window + 1);

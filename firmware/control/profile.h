@@ -29,15 +29,15 @@ struct profile {
     int64_t position; /* after the average: where the shaft should be */
     int32_t speed;    /* and by how much that moved in this step */
     /* before the average */
-    int64_t corner;      /* the trapezoid's position */
+    int64_t corner; /* the trapezoid's position */
     int32_t corner_speed;
-    int32_t steps;       /* k: |corner_speed| = level + less than a */
-    int32_t level;       /* k a */
-    int32_t since[2];    /* steps since it was accelerated upwards, downwards; window + 1 at most */
+    int32_t steps;    /* k: |corner_speed| = level + less than a */
+    int32_t level;    /* k a */
+    int32_t since[2]; /* steps since it was accelerated upwards, downwards; window + 1 at most */
     /* the average */
-    int32_t sum;   /* of `past` */
-    int32_t carry; /* what the division of the sums by `window` has left so far */
-    int32_t at;    /* the oldest of `past` */
+    int32_t sum;                      /* of `past` */
+    int32_t carry;                    /* what the division of the sums by `window` has left so far */
+    int32_t at;                       /* the oldest of `past` */
     int32_t past[PARAM_JERK_MOST_MS]; /* speeds of the trapezoid */
 };
 

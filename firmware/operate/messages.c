@@ -34,8 +34,8 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SPEED_UNRESOLVED] =
         "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
     [ERROR_CURRENT_TOO_SLOW] = "current_bw_hz is too small for any speed_bw_hz",
-    [ERROR_POSITION_MARGIN] =
-        "position_bw_hz leaves less than 60 degrees of phase margin with this speed_bw_hz: at most @; 0 is a fifth of it",
+    [ERROR_POSITION_MARGIN] = "position_bw_hz leaves less than 60 degrees of phase margin with this speed_bw_hz: at "
+                              "most @; 0 is a fifth of it",
     [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gmm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
     [ERROR_FAULT_LATCHED] = "a fault is latched; see 'fault', then 'clear'",
     [ERROR_ALREADY_ON] = "the drive is on already",
@@ -156,7 +156,8 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
                              "it turned the rotor out of the field by @ degrees electrical"},
     [FAULT_FOLLOWING_ERROR] = {"following error", "load, profile_rpm_s, following_mturn, position_bw_hz",
                                "@ counts from where it should be"},
-    [FAULT_HOMING] = {"homing", "no index came, or no block within home_turns; or blocked on the way: home_rpm, home_pct",
+    [FAULT_HOMING] = {"homing",
+                      "no index came, or no block within home_turns; or blocked on the way: home_rpm, home_pct",
                       "gave up after @ counts"},
     [FAULT_GATES_OFF] = {"gates off", "the fabric let go and says no cause: its design, its reset or clock"},
 };

@@ -26,8 +26,8 @@ void text_put_int(struct text *t, int32_t value);
 void text_put_hex(struct text *t, uint32_t value);        /* 0x and eight digits */
 void text_put_milli(struct text *t, int32_t thousandths); /* -1234 as -1.234 */
 void text_put_long(struct text *t, int64_t value);
-void text_put_seconds(struct text *t, uint64_t ms);       /* 4294967296 as 4294967.296 */
-void text_put_line(struct text *t, const char *s);        /* with the line's end */
+void text_put_seconds(struct text *t, uint64_t ms); /* 4294967296 as 4294967.296 */
+void text_put_line(struct text *t, const char *s);  /* with the line's end */
 
 /* Whether two strings are the same. */
 bool text_equal(const char *a, const char *b);

@@ -84,9 +84,9 @@ struct tuning {
     int32_t rpm_q4_per_w_q32; /* see tuning_rpm_q4() */
     /* position: control/position.h */
     struct tuning_profile profile;
-    int32_t rpm_per_unit_q20;   /* rpm Q16, of a unit a millisecond */
-    int32_t position_gain_q21;  /* the same, of a unit's error */
-    int64_t following_units;    /* the largest error */
+    int32_t rpm_per_unit_q20;  /* rpm Q16, of a unit a millisecond */
+    int32_t position_gain_q21; /* the same, of a unit's error */
+    int64_t following_units;   /* the largest error */
     int32_t cyclic_ms;
     int32_t home_rpm_q16;
     int32_t home_i_q15;

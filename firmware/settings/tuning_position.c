@@ -7,11 +7,11 @@
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
 
-#define UNITS_MOST   (1LL << 22)
-#define SHIFT_MOST   24
-#define MINUTE_MS    60000LL
-#define BW_SHARE     5 /* of the speed loop's, where none is told */
-#define MILLI        1000
+#define UNITS_MOST (1LL << 22)
+#define SHIFT_MOST 24
+#define MINUTE_MS  60000LL
+#define BW_SHARE   5 /* of the speed loop's, where none is told */
+#define MILLI      1000
 
 _Static_assert(CONFIG_SLOW_HZ == 1000, "the profile steps in milliseconds");
 _Static_assert(UNITS_MOST *PARAM_JERK_MOST_MS < 1LL << 30, "the profile's sums have 31 bits and a sign");

@@ -43,7 +43,8 @@ struct watch {
     int64_t sum, change;
 };
 
-static int hold(struct watch *w, const struct profile *p, const struct tuning_profile *t, int64_t v_limit, uint64_t step)
+static int hold(struct watch *w, const struct profile *p, const struct tuning_profile *t, int64_t v_limit,
+                uint64_t step)
 {
     const int64_t n = t->window;
     const int64_t change = p->sum - w->sum;
@@ -85,7 +86,8 @@ static int64_t live(uint64_t steps)
     const int32_t a = (int32_t)within(1, (int64_t)1 << within(1, 21));
     const int32_t v = (int32_t)within(a, (int64_t)1 << 22);
     const struct tuning_profile t = limits_of(v, a, (int32_t)within(1, within(1, PARAM_JERK_MOST_MS)));
-    const int64_t fastest = a < 1 << 12 ? 1000 * (int64_t)a : (int64_t)1 << 22; /* it can stop within a test's patience */
+    const int64_t fastest =
+        a < 1 << 12 ? 1000 * (int64_t)a : (int64_t)1 << 22; /* it can stop within a test's patience */
     const int32_t speed = (int32_t)within(-fastest, fastest);
     const int64_t v_limit = llabs(speed) > v ? llabs(speed) : v;
     struct profile p;

@@ -62,7 +62,7 @@ def test_what_is_not_known_adds_nothing(c):
 
 
 def learn(c, tuning, torque_of, friction=0.0, rpm=10.0, wobble=0.0, inertia=True):
-    """The learning at a speed that wobbles, over a shaft that needs torque_of(angle) + friction + what accelerates it, in Q15."""
+    """The learning at a speed that wobbles; the shaft needs torque_of(angle) + friction + what accelerates it, in Q15."""
     learner, turns, m = c.cogging_learn(), c.turns(), c.cogging_map()
     e = c.speed_estimate(interval_clocks=1000)
     c.cogging_learn_begin(learner, turns, tuning)
@@ -90,8 +90,9 @@ def learn(c, tuning, torque_of, friction=0.0, rpm=10.0, wobble=0.0, inertia=True
 def test_it_finds_the_harmonics_there_are_and_no_others(c):
     """Friction three times as large as the smaller one, a load, and a speed that wobbles by a fifth."""
     tuning = tuned(c)
-    found, learner = learn(c, tuning, lambda x: 500 + 300 * math.cos(24 * x) - 200 * math.sin(24 * x) + 60 * math.sin(48 * x + 1),
-                           friction=180, wobble=0.2)
+    found, learner = learn(
+        c, tuning, lambda x: 500 + 300 * math.cos(24 * x) - 200 * math.sin(24 * x) + 60 * math.sin(48 * x + 1),
+        friction=180, wobble=0.2)
     assert set(found) == {24, 48}
     assert found[24] == pytest.approx((300, -200), abs=12)
     assert found[48] == pytest.approx((60 * math.sin(1), 60 * math.cos(1)), abs=8)

@@ -234,7 +234,8 @@ def test_help_has_a_line_for_each_command(operator):
     lines = operator("help")
     assert [line.split(":")[0] for line in lines] == [
         "help", "status", "on", "off", "quickstop", "speed RPM", "torque A", "pv RPM",
-        "pp COUNTS", "pp by COUNTS", "hm index|block", "csp COUNTS", "csv RPM", "cst A", "learn cogging", "zero", "fault", "clear", "get PARAM", "set PARAM VALUE",
+        "pp COUNTS", "pp by COUNTS", "hm index|block", "csp COUNTS", "csv RPM", "cst A", "learn cogging", "zero",
+        "fault", "clear", "get PARAM", "set PARAM VALUE",
         "reaction", "reaction FAULT off|stop|warn", "version"]
     assert all(len(line.split(": ", 1)[1]) > 5 for line in lines)
 

@@ -144,7 +144,8 @@ def test_a_set_point_is_reached_when_the_next_is_due(c):
 
 @pytest.mark.parametrize("name, value, error", [
     ("speed", 4001, "BEYOND_SPEED_MAX"), ("cyclic_speed", -4001, "BEYOND_SPEED_MAX"), ("current", 10651, "BEYOND_I_MAX"),
-    ("cyclic_current", -10651, "BEYOND_I_MAX"), ("cyclic_position", 2667, "BEYOND_CYCLE"), ("cyclic_position", -2667, "BEYOND_CYCLE")])
+    ("cyclic_current", -10651, "BEYOND_I_MAX"), ("cyclic_position", 2667, "BEYOND_CYCLE"),
+    ("cyclic_position", -2667, "BEYOND_CYCLE")])
 def test_what_is_beyond_a_limit_is_refused_and_the_limit_is_not(c, name, value, error):
     w = Drive(c, rpm=0)
     c.axis_set_zero(w.axis)
@@ -173,7 +174,8 @@ def test_a_zero_moves_what_refers_to_it_and_nothing_else(c):
     for _ in range(5):
         w.control()
     motion = w.axis.motion
-    left, error = motion.profile.target - motion.profile.position, motion.position.ref - (motion.turns.counts << w.axis.tuning.profile.shift)
+    left = motion.profile.target - motion.profile.position
+    error = motion.position.ref - (motion.turns.counts << w.axis.tuning.profile.shift)
     torque = w.axis.torque.torque_q15
     assert c.axis_set_zero(w.axis).error == c.ERROR_NONE
     assert motion.turns.counts == 0 and not motion.homed and motion.profile.position == motion.position.ref

@@ -27,9 +27,11 @@ def margin_deg(p, position_bw_hz):
     return 180 + math.degrees(cmath.phase(opened(hz)))
 
 
-@pytest.mark.parametrize("speed_bw_hz, current_bw_hz, mean_ms", [(60, 1000, 1), (30, 1000, 3), (8, 1000, 1), (2, 300, 1), (36, 1000, 3)])
+@pytest.mark.parametrize("speed_bw_hz, current_bw_hz, mean_ms",
+                         [(60, 1000, 1), (30, 1000, 3), (8, 1000, 1), (2, 300, 1), (36, 1000, 3)])
 def test_the_margin_and_its_limit(c, speed_bw_hz, current_bw_hz, mean_ms):
-    p = {**shipped(), "encoder_counts": 40000, "speed_bw_hz": speed_bw_hz, "current_bw_hz": current_bw_hz, "torque_mean_ms": mean_ms}
+    p = {**shipped(), "encoder_counts": 40000, "speed_bw_hz": speed_bw_hz, "current_bw_hz": current_bw_hz,
+         "torque_mean_ms": mean_ms}
     for hz in range(1, max(2, speed_bw_hz // 2)):
         got = c.margin_of_position_u16(hz, struct(c, p)) * 360 / 65536
         assert got == pytest.approx(margin_deg(p, hz), abs=0.3), hz
@@ -47,7 +49,8 @@ def test_each_unit_and_gain_is_what_it_says(c):
     for _ in range(300):
         p = {**shipped(draw.choice(available(MOTORS))), "encoder_counts": draw.choice([400, 4000, 40000, 65536]),
              "profile_rpm_s": draw.choice([0, 37, 5000, 900000]), "profile_speed_pm": draw.randint(1, 1000),
-             "profile_jerk_ms": draw.randint(1, 250), "following_mturn": draw.randint(1, 10**6), "home_pct": draw.randint(1, 100)}
+             "profile_jerk_ms": draw.randint(1, 250), "following_mturn": draw.randint(1, 10**6),
+             "home_pct": draw.randint(1, 100)}
         error, _, t = compute(c, p)
         if error != "ERROR_NONE":
             continue

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The profile: its limits and its end under a million random targets, its time against the optimum; and the counter of turns."""
+"""The profile: its limits and its end under a million random targets, its time against the optimum; the counter of turns."""
 import math
 import os
 import random
@@ -18,8 +18,9 @@ WINDOW_MOST = 250
 @pytest.fixture(scope="module")
 def harness(tmp_path_factory):
     program = tmp_path_factory.mktemp("profile") / "harness"
-    command = [os.environ.get("HOSTCC") or "cc", "-std=gnu11", "-O2", "-fsanitize=undefined", "-fno-sanitize-recover=all", "-Wall",
-               "-Wextra", "-Werror", f"-I{SOURCE}", HERE / "profile_harness.c", SOURCE / "firmware/control/profile.c", "-o", program]
+    command = [os.environ.get("HOSTCC") or "cc", "-std=gnu11", "-O2", "-fsanitize=undefined", "-fno-sanitize-recover=all",
+               "-Wall", "-Wextra", "-Werror", f"-I{SOURCE}", HERE / "profile_harness.c",
+               SOURCE / "firmware/control/profile.c", "-o", program]
     subprocess.run(list(map(str, command)), check=True)
     return lambda *words: subprocess.run([program, *map(str, words)], capture_output=True, text=True)
 
