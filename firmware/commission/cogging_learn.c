@@ -43,13 +43,23 @@ int32_t cogging_learn_direction(const struct cogging_learn *l)
     }
 }
 
+/* Turned in the last millisecond, not against the direction. */
+static int32_t way_q7(const struct speed_estimate *e, int32_t direction)
+{
+    return q15_max((e->travel_q15 >> 8) * direction, 0);
+}
+
 /* Each sample is of the last step: what the mean of the torques before and after it made of the speed around it. */
 static struct cogging_sample sample_of(const struct cogging_learn *l, const struct speed_estimate *e,
-                                       int32_t torque_q15, const struct tuning *t)
+                                       int32_t torque_q15, int32_t direction, const struct tuning *t)
 {
     const int32_t change_q16 = (e->speed_rpm_q15 - l->speed_rpm_q15) * 2;
     const int32_t accelerating_q19 = (int32_t)(((int64_t)t->speed_accel_q8 * change_q16) >> 20);
-    return (struct cogging_sample){l->angle_q32, (torque_q15 + l->torque_q15[0]) * 8 - accelerating_q19};
+    return (struct cogging_sample){
+        .angle_q32 = l->angle_q32,
+        .torque_q19 = (torque_q15 + l->torque_q15) * 8 - accelerating_q19,
+        .way_q7 = (way_q7(e, direction) + l->way_q7) / 2,
+    };
 }
 
 static void put(struct cogging_learn *l, struct cogging_sample s)
@@ -75,32 +85,35 @@ void cogging_learn_step(struct cogging_learn *l, const struct turns *turns, cons
     const int64_t way = (turns->counts - l->from) * direction;
     const bool records = l->phase == COGGING_FORTH || l->phase == COGGING_BACK;
     if (records) {
-        put(l, sample_of(l, e, torque_q15, t));
+        put(l, sample_of(l, e, torque_q15, direction, t));
     }
     if (direction != 0 && way >= (records ? t->encoder_counts : t->encoder_counts / RUN_UP_SHARE)) {
         next_phase(l, turns->counts);
     }
-    l->torque_q15[0] = torque_q15;
+    l->torque_q15 = torque_q15;
+    l->way_q7 = way_q7(e, direction);
     l->speed_rpm_q15 = e->speed_rpm_q15;
-    l->angle_q32 = cogging_angle_q32(e->count, t);
+    l->angle_q32 = cogging_angle_q32(e, t);
 }
 
 static void correlate(struct cogging_learn *l, const struct cogging_sample *s)
 {
+    const int64_t weighed = (int64_t)s->torque_q19 * s->way_q7;
     for (int32_t n = 0; n < l->candidates; n++) {
         const cossin_t c = cossin_q15(l->orders[n] * s->angle_q32);
-        l->cos_sum[n] += (int64_t)s->torque_q19 * c.cos;
-        l->sin_sum[n] += (int64_t)s->torque_q19 * c.sin;
+        l->cos_sum[n] += weighed * c.cos;
+        l->sin_sum[n] += weighed * c.sin;
     }
+    l->way_sum_q7 += s->way_q7;
     l->used++;
 }
 
 /* Amplitudes are twice the mean product: Q19 and 15 bits, as Q23. */
 static struct cogging_harmonic harmonic(const struct cogging_learn *l, int32_t n)
 {
-    const int64_t samples = l->used > 0u ? l->used : 1;
-    return (struct cogging_harmonic){l->orders[n], (int32_t)(l->cos_sum[n] / samples >> 10),
-                                     (int32_t)(l->sin_sum[n] / samples >> 10)};
+    const int64_t way = l->way_sum_q7 > 0 ? l->way_sum_q7 : 1;
+    return (struct cogging_harmonic){l->orders[n], (int32_t)(l->cos_sum[n] / way >> 10),
+                                     (int32_t)(l->sin_sum[n] / way >> 10)};
 }
 
 static int64_t power(struct cogging_harmonic h)

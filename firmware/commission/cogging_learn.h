@@ -37,14 +37,16 @@ enum cogging_phase {
 struct cogging_sample {
     uint32_t angle_q32;
     int32_t torque_q19;
+    int32_t way_q7; /* turned around it, rpm times milliseconds: its weight, so that each place weighs the same */
 };
 
 struct cogging_learn {
     volatile uint32_t phase;      /* enum cogging_phase */
     int64_t from;                 /* counts where the phase began */
     int32_t speed_rpm_q15;        /* at the last step */
-    int32_t torque_q15[2];        /* asked for in the last step, and in the one before */
+    int32_t torque_q15;           /* asked for in the last step but one */
     uint32_t angle_q32;           /* at the last step */
+    int32_t way_q7;               /* in the last step, in the direction that is asked for */
     volatile uint32_t put, taken; /* samples so far */
     struct cogging_sample samples[COGGING_SAMPLES];
     /* the thread's */
@@ -52,7 +54,8 @@ struct cogging_learn {
     uint32_t lost;
     int32_t candidates;
     uint16_t orders[COGGING_CANDIDATES];
-    int64_t cos_sum[COGGING_CANDIDATES]; /* Q34 */
+    int64_t way_sum_q7;
+    int64_t cos_sum[COGGING_CANDIDATES]; /* Q41, below 2^60 */
     int64_t sin_sum[COGGING_CANDIDATES];
 };
 

@@ -34,7 +34,7 @@ int32_t cogging_torque_q15(const struct cogging_map *m, const struct speed_estim
     if (share == 0) {
         return 0;
     }
-    const uint32_t angle_q32 = cogging_angle_q32(e->count, t) + (uint32_t)(speed_rpm_q4 * LEAD_Q32_PER_RPM_Q4);
+    const uint32_t angle_q32 = cogging_angle_q32(e, t) + (uint32_t)(speed_rpm_q4 * LEAD_Q32_PER_RPM_Q4);
     int32_t sum_q23 = 0;
     for (int32_t n = 0; n < m->count; n++) {
         const struct cogging_harmonic *const h = &m->harmonics[n];

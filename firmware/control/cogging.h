@@ -29,10 +29,15 @@ struct cogging_map {
     struct cogging_harmonic harmonics[COGGING_HARMONICS];
 };
 
-/* How far over its turn the encoder's counter is, at the middle of its count; 2^32 = one turn. Any context. */
-static inline uint32_t cogging_angle_q32(uint32_t count, const struct tuning *t)
+/*
+ * How far over its turn the shaft is, from where the encoder's counter is 0: by the last edge, and what it has turned since.
+ * 2^32 = one turn. Any context.
+ */
+static inline uint32_t cogging_angle_q32(const struct speed_estimate *e, const struct tuning *t)
 {
-    return count * t->turn_scale_q32 + (t->turn_scale_q32 >> 1);
+    const int32_t beyond_q16 = (int32_t)(((int64_t)e->beyond_q15 * t->count_per_way_q16) >> 16); /* counts */
+    const uint32_t edge = e->count + (uint32_t)e->backwards;
+    return edge * t->turn_scale_q32 + (uint32_t)(((int64_t)beyond_q16 * t->turn_scale_q32) >> 16);
 }
 
 /* Nothing is known. Slow loop, or while it is masked. */

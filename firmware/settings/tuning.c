@@ -131,9 +131,8 @@ static struct outcome check_margins(const struct params *p, struct tuning *t)
     if (p->speed_bw_hz > speed_bw_hz) {
         return speed_bw_hz < 1 ? outcome_of(ERROR_CURRENT_TOO_SLOW) : refuse(ERROR_SPEED_MARGIN, speed_bw_hz);
     }
-    const int32_t position_bw_hz = margin_position_bw_hz(p);
-    if (p->position_bw_hz > position_bw_hz) {
-        return refuse(ERROR_POSITION_MARGIN, position_bw_hz);
+    if (p->position_bw_hz != 0 && p->position_bw_hz > margin_position_bw_hz(p)) {
+        return refuse(ERROR_POSITION_MARGIN, margin_position_bw_hz(p));
     }
     return OUTCOME_OK;
 }

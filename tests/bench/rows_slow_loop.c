@@ -24,6 +24,9 @@ TIMING_FUNCTION(time_limits, torque_set_limits(&axes[0].torque, &axes[0].loop, &
 TIMING_FUNCTION(time_ask, torque_ask(&axes[0].torque, &axes[0].loop, &axes[0].tuning, axes[0].torque_command_q15))
 TIMING_FUNCTION(time_step,
                 (void)speed_loop_step(&axes[0].speed, &axes[0].tuning, axes[0].tuning.ramp_q16, &axes[0].torque.limits))
+TIMING_FUNCTION(time_profile, profile_step(&axes[0].motion.profile, &axes[0].tuning.profile))
+TIMING_FUNCTION(time_cogging,
+                (void)cogging_torque_q15(&axes[0].motion.cogging, &axes[0].speed.estimate, &axes[0].tuning))
 TIMING_FUNCTION(time_follow, current_loop_follow(&axes[0].loop, axes[0].fabric, &axes[0].tuning))
 TIMING_FUNCTION(time_thermal, thermal_step(&axes[0].thermal, &axes[0].loop, 0u))
 TIMING_FUNCTION(time_encoder, supervise_encoder(&axes[0], true))
@@ -51,6 +54,18 @@ static void set_encoder(int32_t rpm_q4, uint32_t clocks)
     axes[0].supervision.encoder.counts = e->count;
     axes[0].supervision.encoder.latch_clock =
         encoder_latch_clock(encoder) - CONFIG_PWM_COUNTS * CONFIG_PERIODS_PER_SLOW;
+    axes[0].motion.turns = (struct turns){.counts = 1000000, .count = e->count, .moved = counts};
+}
+
+/* On its way at some speed, to somewhere near or far: it is pushed, holds its speed or brakes. */
+static void set_profile(void)
+{
+    struct motion *const m = &axes[0].motion;
+    const struct tuning *const t = &axes[0].tuning;
+    const int64_t here = position_of_counts(m->turns.counts + m->turns.moved, t);
+    profile_begin(&m->profile, &t->profile, here, vector_random(-t->profile.v_max, t->profile.v_max));
+    profile_aim(&m->profile, here + (int64_t)vector_random(-(1 << 30), 1 << 30) * (1 << vector_random(0, 8)));
+    position_begin(&m->position, m->profile.position, m->profile.speed);
 }
 
 /* A drive in operation at any speed, and what axis_step(&axes[0]) looks at besides. */
@@ -72,6 +87,7 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     axes[0].heartbeat = adc_sequence(&axes[0].fabric->adc) - CONFIG_PERIODS_PER_SLOW; /* else it would be a fault */
     supervision_begin(&axes[0]);
     set_encoder(axes[0].speed.speed_rpm_q4, (uint32_t)vector_random(90000, 110000));
+    set_profile();
 }
 
 static void set_typical(void)
@@ -139,6 +155,13 @@ void rows_slow_loop(void)
     print_states("drive_step.speed", time_drive_step, NULL);
     axes[0].mode = AXIS_MODE_TORQUE;
     print_states("drive_step.torque", time_drive_step, NULL);
+    axes[0].mode = AXIS_MODE_POSITION;
+    axes[0].motion.cogging.count = COGGING_HARMONICS;
+    axes[0].motion.cogging.full_rpm_q4 = INT32_MAX; /* at any speed */
+    print_states("profile_step", time_profile, NULL);
+    print_states("cogging_torque_q15.8", time_cogging, NULL);
+    print_states("drive_step.position", time_drive_step, NULL);
+    axes[0].motion.cogging.count = 0;
     axes[0].mode = AXIS_MODE_SPEED;
     print_states("slow_loop.pended", NULL, interrupting);
     nvic_disable(BOARD_IRQ_TICK);

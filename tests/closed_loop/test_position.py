@@ -83,8 +83,8 @@ def test_set_points_from_the_console_are_followed(tmp_path):
     assert np.mean(steady["speed_rad_s"]) / RPM == pytest.approx(300, rel=0.01)
     assert np.abs(steady["following_counts"]).max() < 25
     end = result.trace.between(go + 0.65, go + 0.7)
-    assert np.abs(end["following_counts"]).max() <= 2
-    assert counts(result)[-1] - counts(result)[np.searchsorted(result.trace["t_s"], go)] == pytest.approx(7800, abs=4)
+    assert np.abs(end["following_counts"]).max() <= 5, "after a stop from 300 rpm at once"
+    assert counts(result)[-1] - counts(result)[np.searchsorted(result.trace["t_s"], go)] == pytest.approx(7800, abs=6)
 
 
 def test_the_learned_map_takes_four_fifths_of_the_cogging_away(tmp_path):

@@ -8,6 +8,9 @@ import pytest
 from unit.test_tuning import compute, shipped
 
 
+COUNT_WAY = 60000 * 32768 / 4000  # of a count, in the estimate's unit of way
+
+
 def tuned(c, **params):
     return compute(c, {**shipped(), **params})[2]
 
@@ -22,7 +25,7 @@ def made(c, harmonics, bw_hz=60):
 
 
 def at(c, tuning, m, count, rpm=0.0):
-    e = c.speed_estimate(count=count, speed_rpm_q15=round(rpm * 32768))
+    e = c.speed_estimate(count=math.floor(count), beyond_q15=round(count % 1 * COUNT_WAY), speed_rpm_q15=round(rpm * 32768))
     return c.cogging_torque_q15(m, e, tuning)
 
 
@@ -31,8 +34,8 @@ def test_the_torque_is_the_sum_of_the_harmonics(c):
     harmonics = {24: (300, -200), 48: (-50, 77), 1: (12, 9), 8: (-400, 0)}
     m = made(c, harmonics)
     for _ in range(500):
-        count = draw.randrange(4000)
-        angle = 2 * math.pi * (count + 0.5) / 4000
+        count = draw.uniform(0, 4000)
+        angle = 2 * math.pi * count / 4000
         exact = sum(a * math.cos(n * angle) + b * math.sin(n * angle) for n, (a, b) in harmonics.items())
         assert at(c, tuning, m, count) == pytest.approx(exact, abs=1.5)
 
@@ -41,7 +44,7 @@ def test_it_leads_by_half_a_millisecond(c):
     tuning = tuned(c)
     m = made(c, {24: (0, 1000)})
     for rpm in (60, -60):
-        angle = 2 * math.pi * (0.5 / 4000 + rpm / 60 * 0.5e-3)
+        angle = 2 * math.pi * rpm / 60 * 0.5e-3
         assert at(c, tuning, m, 0, rpm) == pytest.approx(1000 * math.sin(24 * angle), abs=3)
 
 
@@ -51,7 +54,7 @@ def test_it_fades_from_where_its_highest_harmonic_is_the_bandwidth_to_twice_that
     full = 60 * 60 / 48
     for rpm, share in ((0, 1), (full, 1), (1.5 * full, 0.5), (2 * full, 0), (4000, 0)):
         for sign in (1, -1):
-            lead = math.cos(24 * 2 * math.pi * (0.5 / 4000 + sign * rpm / 60 * 0.5e-3))
+            lead = math.cos(24 * 2 * math.pi * sign * rpm / 60 * 0.5e-3)
             assert at(c, tuning, m, 0, sign * rpm) == pytest.approx(1000 * lead * share, abs=10)
 
 
@@ -62,7 +65,7 @@ def test_what_is_not_known_adds_nothing(c):
 
 
 def learn(c, tuning, torque_of, friction=0.0, rpm=10.0, wobble=0.0, inertia=True):
-    """The learning at a speed that wobbles; the shaft needs torque_of(angle) + friction + what accelerates it, in Q15."""
+    """The learning at a speed that wobbles with the cogging; the shaft needs torque_of(angle) + friction + what accelerates it, in Q15."""
     learner, turns, m = c.cogging_learn(), c.turns(), c.cogging_map()
     e = c.speed_estimate(interval_clocks=1000)
     c.cogging_learn_begin(learner, turns, tuning)
@@ -72,12 +75,13 @@ def learn(c, tuning, torque_of, friction=0.0, rpm=10.0, wobble=0.0, inertia=True
         direction = c.cogging_learn_direction(learner)
         ms += 1
         assert ms < 100000
-        now_rpm = direction * rpm * (1 + wobble * math.sin(ms / 11))
+        now_rpm = direction * rpm * (1 + wobble * math.cos(24 * 2 * math.pi * counts / 4000 + 0.5))
         counts += now_rpm / 60000 * 4000
         c.turns_follow(turns, math.floor(counts) % 4000, 4000)
-        e.count, e.speed_rpm_q15 = turns.count, round(now_rpm * 32768)
+        e.count, e.beyond_q15 = turns.count, round((counts - math.floor(counts)) * COUNT_WAY)
+        e.speed_rpm_q15 = e.travel_q15 = round(now_rpm * 32768)
         c.cogging_learn_step(learner, turns, e, round(torque), tuning)
-        next_rpm = direction * rpm * (1 + wobble * math.sin((ms + 1) / 11))
+        next_rpm = direction * rpm * (1 + wobble * math.cos(24 * 2 * math.pi * counts / 4000 + 0.5))
         torque = torque_of(2 * math.pi * counts / 4000) + friction * direction
         torque += accel_q15 * (next_rpm - before_rpm) / 2 if inertia else 0
         before_rpm = now_rpm
@@ -88,11 +92,11 @@ def learn(c, tuning, torque_of, friction=0.0, rpm=10.0, wobble=0.0, inertia=True
 
 
 def test_it_finds_the_harmonics_there_are_and_no_others(c):
-    """Friction three times as large as the smaller one, a load, and a speed that wobbles by a fifth."""
+    """Friction three times as large as the smaller one, a load, and a speed that wobbles by a third."""
     tuning = tuned(c)
     found, learner = learn(
         c, tuning, lambda x: 500 + 300 * math.cos(24 * x) - 200 * math.sin(24 * x) + 60 * math.sin(48 * x + 1),
-        friction=180, wobble=0.2)
+        friction=180, wobble=0.33)
     assert set(found) == {24, 48}
     assert found[24] == pytest.approx((300, -200), abs=12)
     assert found[48] == pytest.approx((60 * math.sin(1), 60 * math.cos(1)), abs=8)

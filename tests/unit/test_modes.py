@@ -304,6 +304,7 @@ def test_what_the_place_asks_for_is_added_before_the_limits_and_to_no_wish_for_t
     for low, high in ((-100, 300), (0, 0), (-20000, 0)):
         w.axis.torque.limits.low, w.axis.torque.limits.high, w.axis.time_ms = low, high, 0  # the next step leaves them
         assert low <= w.control() <= high
+        assert w.axis.speed.at_limit == (mode not in TORQUE_MODES and high < 700), "the memory must stop, too"
 
 
 @pytest.mark.parametrize("state", STATES)
@@ -328,6 +329,7 @@ def test_learning_turns_forth_and_back_and_ends_at_rest_with_a_map(c):
         rpm = w.axis.speed.target_rpm_q16 >> 16 if targets else 0
         targets.append(rpm)
         motion.turns.counts += rpm * 4
+        w.axis.speed.estimate.travel_q15 = rpm << 15
         motion.turns.count = w.axis.speed.estimate.count = motion.turns.counts % 4000
         w.control()
         c.axis_learn(w.axis)
