@@ -225,7 +225,7 @@ void axis_step(struct axis *a)
         return;
     }
     speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
-    modes_measure(a);
+    turns_follow(&a->motion.turns, a->speed.estimate.count, a->tuning.encoder_counts);
     torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
     watch_heartbeat(a);
     watch_latches(a);

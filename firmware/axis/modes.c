@@ -6,11 +6,6 @@
 
 #define LIMITS_MS 2u /* supervision_step() has less to do in these than in the others */
 
-void modes_measure(struct axis *a)
-{
-    turns_follow(&a->motion.turns, a->speed.estimate.count, a->tuning.encoder_counts);
-}
-
 /* ---- entering ---- */
 
 #define UNITS_MOST 8000000 /* twice speed_max: the profile's sums have 31 bits */
@@ -113,8 +108,9 @@ static struct interval room_for_speed_loop(struct axis *a)
 {
     limit_in_turn(a);
     const struct interval limits = a->torque.limits;
-    const int32_t own_q15 = cogging_torque_q15(&a->motion.cogging, &a->speed.estimate, &a->tuning);
-    a->motion.cogging_q15 = own_q15;
+    struct motion *const m = &a->motion;
+    const int32_t own_q15 = m->cogging.count > 0 ? cogging_torque_q15(&m->cogging, &a->speed.estimate, &a->tuning) : 0;
+    m->cogging_q15 = own_q15;
     return (struct interval){limits.low - own_q15, limits.high - own_q15};
 }
 

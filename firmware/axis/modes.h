@@ -62,9 +62,6 @@ static inline bool axis_mode_is_position(uint32_t mode)
     return mode == AXIS_MODE_POSITION || mode == AXIS_MODE_CYCLIC_POSITION;
 }
 
-/* Follows the shaft. Slow loop, every millisecond, whatever the state. */
-void modes_measure(struct axis *a);
-
 /* Enters a mode from any other, without a bump, after a step and before the next. Slow loop, or while it is masked. */
 void modes_enter(struct axis *a, enum axis_mode mode);
 

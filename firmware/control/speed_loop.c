@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/control/speed_loop.h"
 
-#define FULL_GAIN_CLOCKS 150000u /* 1.5 ms: while an edge comes in every step, or nearly */
 #define HUNT_MS          32u
 #define HUNT_SWINGS      4u
 #define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
@@ -72,15 +71,6 @@ static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
 }
 
 /*
- * The share of the gains that the time between two edges leaves: a loop may not answer faster than it is told. The answer to
- * an error takes its share once, the memory of it twice: the loop becomes slower as a whole, and keeps its damping.
- */
-int32_t speed_loop_share_q14(const struct speed_estimate *e)
-{
-    return e->interval_clocks > FULL_GAIN_CLOCKS ? (int32_t)((FULL_GAIN_CLOCKS << 14) / e->interval_clocks) : 1 << 14;
-}
-
-/*
  * While no edge comes a memory that forgets how to grow would leave the shaft stuck for ever: if it is to turn, so much is
  * left that a count behind weighs a hundredth of the largest current. At rest nothing is: it does not hunt for a count.
  */
@@ -135,14 +125,15 @@ static int32_t mean_q15(struct speed_loop *s, int32_t mean_ms, int32_t wish_q15)
 }
 
 /* In Q29 a torque has 14 bits beyond Q15: an answer of +-2.0, a feed-forward of +-1.0 and an integral of less add up in 32. */
-static int32_t control(struct speed_loop *s, const struct tuning *t, int32_t moved_q16, const struct interval *limits)
+static inline __attribute__((always_inline)) int32_t control(struct speed_loop *s, const struct tuning *t,
+                                                             int32_t moved_q16, const struct interval *limits)
 {
     const int32_t ref_rpm_q15 = s->ref_rpm_q16 >> 1;
     const int32_t low_q29 = limits->low * (1 << 14);
     const int32_t high_q29 = limits->high * (1 << 14);
     int32_t error_q15 = ref_rpm_q15 - s->estimate.speed_rpm_q15;
     int32_t ki_q16 = s->ki_q16;
-    if (s->estimate.interval_clocks > FULL_GAIN_CLOCKS) {
+    if (s->estimate.interval_clocks > SPEED_LOOP_FULL_GAIN_CLOCKS) {
         const int32_t share = speed_loop_share_q14(&s->estimate);
         ki_q16 = memory_q16(s, t, share);
         error_q15 = (int32_t)(((int64_t)error_q15 * share) >> 14);

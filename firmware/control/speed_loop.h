@@ -49,8 +49,17 @@ void speed_loop_reset(struct speed_loop *s, int32_t torque_q15);
  */
 int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits);
 
-/* The share of its bandwidth that the time between two edges leaves the loop, Q14. */
-int32_t speed_loop_share_q14(const struct speed_estimate *e);
+#define SPEED_LOOP_FULL_GAIN_CLOCKS 150000u /* 1.5 ms: while an edge comes in every step, or nearly */
+
+/*
+ * The share of the gains that the time between two edges leaves, Q14: a loop may not answer faster than it is told. The answer
+ * to an error takes its share once, the memory of it twice: the loop becomes slower as a whole, and keeps its damping.
+ */
+static inline int32_t speed_loop_share_q14(const struct speed_estimate *e)
+{
+    const uint32_t clocks = e->interval_clocks;
+    return clocks > SPEED_LOOP_FULL_GAIN_CLOCKS ? (int32_t)((SPEED_LOOP_FULL_GAIN_CLOCKS << 14) / clocks) : 1 << 14;
+}
 
 /*
  * The same where somebody else moves the reference: to `ref_rpm_q16` in this step, and by `moved_q16` in the next one, which
