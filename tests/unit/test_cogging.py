@@ -65,7 +65,7 @@ def test_what_is_not_known_adds_nothing(c):
 
 
 def learn(c, tuning, torque_of, friction=0.0, rpm=10.0, wobble=0.0, inertia=True):
-    """The learning at a speed that wobbles with the cogging; the shaft needs torque_of(angle) + friction + what accelerates it, in Q15."""
+    """The learning at a speed that wobbles with the cogging; the shaft needs torque_of(angle), friction and acceleration."""
     learner, turns, m = c.cogging_learn(), c.turns(), c.cogging_map()
     e = c.speed_estimate(interval_clocks=1000)
     c.cogging_learn_begin(learner, turns, tuning)
