@@ -37,29 +37,26 @@ static void watch_commands(struct axis *a)
     }
 }
 
-static void watch_what_is_slow(struct axis *a)
-{
-    supervise_voltage(a);
-    watch_temperature(a);
-    watch_commands(a);
-}
-
-/* Half of the parts in one millisecond, half in the next; what is slow, in every fourth. */
+/*
+ * Each part in its turn, so that no millisecond has much more to do than another: phases and speed every second one, what is
+ * slow every fourth. The torque limits (axis.c) fall together with the phases.
+ */
 static void step_running(struct axis *a, uint32_t turn)
 {
-    supervise_encoder(a, turn == 1u);
+    supervise_encoder(a, turn);
     if (a->supervision.encoder.doubt_ms != 0u) {
         return;
     }
-    supervise_cycle(a);
     if (turn % 2u == 0u) {
         supervise_phases(a);
-    } else {
-        supervise_speed(a);
-        supervise_phases_remember(a);
+        return;
     }
+    supervise_speed(a);
+    supervise_phases_remember(a);
     if (turn == 3u) {
-        watch_what_is_slow(a);
+        supervise_voltage(a);
+        watch_temperature(a);
+        watch_commands(a);
     }
 }
 
@@ -67,7 +64,7 @@ void supervision_step(struct axis *a)
 {
     const uint32_t turn = a->time_ms % SUPERVISION_TURNS;
     const uint32_t state = a->state;
-    if (turn == 3u) {
+    if (turn == 0u) {
         thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
     }
     if (state == AXIS_OPERATION_ENABLED || state == AXIS_QUICK_STOP) {

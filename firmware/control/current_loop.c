@@ -97,23 +97,32 @@ static uint32_t steps_per_v_q14(int32_t vbus_q15)
 
 static int32_t v_steps(int32_t v_q15, uint32_t per_v_q14)
 {
-    return (int32_t)(((int64_t)q15_clamp(v_q15, -Q15_ONE, Q15_ONE) * (int32_t)per_v_q14) >> 14);
+    return (int32_t)(((int64_t)q15_sat16(v_q15) * (int32_t)per_v_q14) >> 14);
 }
 
-static int32_t v_q15(int32_t v_steps, int32_t vbus_q15)
+/* And back: what one step is. Steps within the circle times this stay below 2^31, for the circle is 0.58 of the bus. */
+static int32_t v_per_step_q31(int32_t vbus_q15)
 {
-    return v_steps * vbus_q15 / CONFIG_BUS_STEPS;
+    return (int32_t)(((uint32_t)vbus_q15 * (0x80000000u / CONFIG_BUS_STEPS)) >> 15);
+}
+
+static int32_t v_q15(int32_t v_steps, int32_t per_step_q31)
+{
+    return (v_steps * per_step_q31) >> 16;
 }
 
 /* Publishes values for status and trace, and for what watches the drive. */
 static int32_t publish(volatile struct current_loop *c, const struct fabric *f)
 {
     const int32_t vbus_q15 = adc_vbus_q15(&f->adc);
+    const int32_t per_step_q31 = v_per_step_q31(vbus_q15);
     c->vbus_q15 = vbus_q15;
-    c->radius_q15 = v_q15(CONFIG_RADIUS_STEPS, vbus_q15);
-    c->fell_back += pwm_fell_back(&f->pwm) ? 1u : 0u;
-    c->v_d_q15 = v_q15(c->v_d_steps, vbus_q15);
-    c->v_q_q15 = v_q15(c->v_q_steps, vbus_q15);
+    c->radius_q15 = v_q15(CONFIG_RADIUS_STEPS, per_step_q31);
+    c->v_d_q15 = v_q15(c->v_d_steps, per_step_q31);
+    c->v_q_q15 = v_q15(c->v_q_steps, per_step_q31);
+    if (pwm_fell_back(&f->pwm)) {
+        c->fell_back++;
+    }
     return vbus_q15;
 }
 

@@ -32,12 +32,17 @@ class Motor:
         self.axis.state, self.axis.mode = c.AXIS_OPERATION_ENABLED, c.AXIS_MODE_SPEED
         self.fabric.gate.STATUS = 1
         self.axis.speed.speed_ref_rpm_q4 = rpm * 16
-        self.see()
+        self.look()
         c.supervision_begin(self.axis)
 
     @property
     def hz(self):
         return self.rpm / 60 * self.p.pole_pairs
+
+    def look(self):
+        """The slow loop's measurement of the speed; the speed itself is as told."""
+        self.see()
+        self.c.speed_estimate_step(self.axis.speed.estimate, self.fabric.encoder, self.axis.tuning)
 
     def see(self):
         """What the registers and the current loop hold now."""
@@ -82,7 +87,7 @@ class Motor:
             self.fabric.encoder.LATCH_TIME = (self.fabric.encoder.LATCH_TIME + CLOCKS) % 2**32
             if before:
                 before(self)
-            self.see()
+            self.look()
             self.c.supervision_step(self.axis)
         return self
 
