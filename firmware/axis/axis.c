@@ -11,7 +11,6 @@
 #define LOOP_START_MS     2u /* until the PWM's first periods have passed, or the first of another number of samples */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
 #define LIMITS_MS         2u /* supervision_step() has less to do in these than in the others */
-#define INDEX_MS          4u
 
 static void enter(struct axis *a, enum axis_state state)
 {
@@ -277,7 +276,8 @@ void axis_step(struct axis *a)
         }
         step_state(a);
     }
-    if (a->time_ms % INDEX_MS == 0u) {
+    if (a->time_ms % THERMAL_STEP_MS == 0u) {
+        thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
         start_learn_index(a);
     }
     current_loop_follow(&a->loop, a->fabric, a->state == AXIS_SWITCHED_ON ? start_tuning(a) : &a->tuning);

@@ -62,14 +62,6 @@ static int32_t counts_between(const struct axis *a, uint32_t before, uint32_t no
     return between < -turn / 2 ? between + turn : between;
 }
 
-/* How far a shaft that has moved by so many counts in so many clocks is from where `speed_q32` would have brought it, electrical. */
-static inline int32_t surprise_q32(const struct axis *a, int32_t moved, uint32_t clocks, int32_t speed_q32)
-{
-    const uint32_t loop_counts = (uint32_t)a->tuning.loop_counts;
-    const uint32_t samples = (clocks + loop_counts / 2u) / loop_counts;
-    return (int32_t)((uint32_t)moved * a->tuning.encoder_scale_q32 - samples * (uint32_t)speed_q32);
-}
-
 static int32_t degrees(int32_t angle_q32)
 {
     return ((angle_q32 >> 16) * 360) >> 16;
@@ -201,7 +193,7 @@ enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
     const struct encoder_regs *const encoder = &a->fabric->encoder;
     const struct speed_estimate *const last = &a->speed.estimate;
     const int32_t moved = counts_between(a, last->count, encoder_latched(encoder));
-    const int32_t surprise = surprise_q32(a, moved, encoder_latch_clock(encoder) - last->latch_clock, e->speed_q32);
+    const int32_t surprise = supervise_encoder_surprise_q32(&a->tuning, moved, encoder_latch_clock(encoder) - last->latch_clock, e->speed_q32);
     if (e->doubt_ms == 0u && q15_abs(surprise) <= e->jump_limit_q32) {
         return seen;
     }
@@ -222,34 +214,14 @@ static void look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
     }
 }
 
-/* What is seldom so: a jump, counts that stand, or the EMF's turn. */
-static __attribute__((noinline)) void look_closer(struct axis *a, int32_t surprise, uint32_t turn)
+void supervise_encoder(struct axis *a, int32_t surprise_q32, uint32_t turn)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
-    if (e->doubt_ms == 0u && q15_abs(surprise) > e->jump_limit_q32) {
-        begin_doubt(a, e, surprise);
+    if (e->doubt_ms == 0u && q15_abs(surprise_q32) > e->jump_limit_q32) {
+        begin_doubt(a, e, surprise_q32);
     }
     look_at_emf(a, e, turn);
     if (e->still_ms >= STILL_MS) {
         watch_still(a);
-    }
-}
-
-void supervise_encoder(struct axis *a, uint32_t turn)
-{
-    struct encoder_watch *const e = &a->supervision.encoder;
-    const struct speed_estimate *const seen = &a->speed.estimate;
-    const int32_t speed_q32 = e->speed_q32;
-    const int32_t surprise = surprise_q32(a, seen->moved, seen->step_clocks, speed_q32);
-    if (seen->moved != 0) {
-        e->still_ms = 0;
-        e->speed_moving_q32 = e->speed_before_q32;
-    } else {
-        e->still_ms++;
-    }
-    e->speed_before_q32 = speed_q32;
-    e->speed_q32 = a->loop.pll.speed_q32;
-    if (turn % 2u != 0u || e->doubt_ms != 0u || e->still_ms != 0u || q15_abs(surprise) > e->jump_limit_q32) {
-        look_closer(a, surprise, turn);
     }
 }

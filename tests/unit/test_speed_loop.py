@@ -202,10 +202,3 @@ def test_the_smallest_gain_leaves_no_error_beyond_reach(c):
     tuning.speed_kp_q16 = 2**31 - 1
     c.speed_loop_tune(speed, tuning)
     assert speed.error_max_q15 == ((1 << 43) - 1) // (2**31 - 1)
-
-
-def test_speed_is_told_in_sixteenths(c):
-    speed, tuning = made(c)
-    encoder = c.encoder_regs()
-    c.speed_loop_measure(speed, encoder, tuning)
-    assert speed.speed_rpm_q4 == speed.estimate.speed_rpm_q15 >> 11
