@@ -90,22 +90,22 @@ static bool counts_stand(const struct axis *a, int32_t speed_q32)
 
 /*
  * Counts that stand still where the EMF is as before, or where it cannot tell, are a dead encoder's. Where it has gone, the
- * shaft was stopped.
+ * shaft was stopped. To tell nothing from all of it takes less than to tell its angle: three times what may hide it, not four.
  */
 static bool stands_with_emf(const struct encoder_watch *e)
 {
     const int32_t there_q15 = q15_max(q15_abs(e->emf.now.d_q15), q15_abs(e->emf.now.q_q15));
-    return !emf_is_clear(&e->emf) || there_q15 > e->emf.expected_q15 / 3;
+    return e->emf.expected_q15 <= 3 * e->emf.unsure_q15 || there_q15 > e->emf.expected_q15 / 3;
 }
 
-static void resolve_doubt(struct axis *a, struct encoder_watch *e)
+static void resolve_doubt(struct axis *a, struct encoder_watch *e, bool stands)
 {
     const bool clear = emf_is_clear(&e->emf);
     e->doubt_ms--;
     if (e->doubt_ms >= DOUBT_MS - 1u) {
         return; /* the voltages of this millisecond are those from before */
     }
-    if (counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << a->loop.w_shift))) {
+    if (stands) {
         if (stands_with_emf(e)) {
             axis_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
         } else {
@@ -200,14 +200,26 @@ enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
     return counts_stand(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
 }
 
+/*
+ * After a jump of the count the observer's speed is that of the jump, and the rotor's is believed to be that from before. Where
+ * the counts stand, so does the frame, as the observer comes to rest: then currents react on nothing, whatever the rotor does.
+ */
+static void look_in_doubt(struct axis *a, struct encoder_watch *e)
+{
+    const bool stands = counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << a->loop.w_shift));
+    const int32_t frame_w_q15 = stands ? current_loop_w_q15(&a->loop) : e->w_before_q15;
+    emf_step(&e->emf, &a->loop, &a->tuning, (struct emf_speeds){e->w_before_q15, frame_w_q15});
+    resolve_doubt(a, e, stands);
+}
+
 /* In doubt at once, else in turns. */
 static void look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
 {
+    const int32_t w_q15 = current_loop_w_q15(&a->loop);
     if (e->doubt_ms != 0u) {
-        emf_step(&e->emf, &a->loop, &a->tuning, e->w_before_q15);
-        resolve_doubt(a, e);
+        look_in_doubt(a, e);
     } else if (turn == EMF_TURN) {
-        emf_step(&e->emf, &a->loop, &a->tuning, current_loop_w_q15(&a->loop));
+        emf_step(&e->emf, &a->loop, &a->tuning, (struct emf_speeds){w_q15, w_q15});
     } else if (turn == JUDGE_TURN) {
         compare_with_emf(a, e);
         watch_index(a, e);
