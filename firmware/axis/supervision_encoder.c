@@ -208,7 +208,7 @@ static void look_in_doubt(struct axis *a, struct encoder_watch *e)
 {
     const bool stands = counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << a->loop.w_shift));
     const int32_t frame_w_q15 = stands ? current_loop_w_q15(&a->loop) : e->w_before_q15;
-    emf_step(&e->emf, &a->loop, &a->tuning, (struct emf_speeds){e->w_before_q15, frame_w_q15});
+    emf_step(&e->emf, &a->loop, &a->tuning, e->w_before_q15, frame_w_q15);
     resolve_doubt(a, e, stands);
 }
 
@@ -219,7 +219,7 @@ static void look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
     if (e->doubt_ms != 0u) {
         look_in_doubt(a, e);
     } else if (turn == EMF_TURN) {
-        emf_step(&e->emf, &a->loop, &a->tuning, (struct emf_speeds){w_q15, w_q15});
+        emf_step(&e->emf, &a->loop, &a->tuning, w_q15, w_q15);
     } else if (turn == JUDGE_TURN) {
         compare_with_emf(a, e);
         watch_index(a, e);

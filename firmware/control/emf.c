@@ -59,21 +59,22 @@ static void allow(struct emf *e, const struct tuning *t, const struct emf_vector
     e->slack_q15 = ((t->r_q12 * q15_abs(i->d_q15)) >> 12) + dead_q15 + e->moving_q15;
 }
 
-void emf_step(struct emf *e, const volatile struct current_loop *c, const struct tuning *t, struct emf_speeds w)
+void emf_step(struct emf *e, const volatile struct current_loop *c, const struct tuning *t, int32_t rotor_w_q15,
+              int32_t frame_w_q15)
 {
     struct emf_vector v = {c->v_d_q15, c->v_q_q15};
     const struct emf_vector i = {c->i_d_q15, c->i_q_q15};
-    const int32_t reaction_q15 = reaction(e, w.frame_w_q15, i.q_q15);
+    const int32_t reaction_q15 = reaction(e, frame_w_q15, i.q_q15);
     advance_q15(&v.d_q15, &v.q_q15,
                 -c->turn_q15); /* from where the rotor was at the sample to where the voltage acts */
     e->now.d_q15 = limited(v.d_q15 - ((t->r_q12 * i.d_q15) >> 12) + reaction_q15);
-    e->now.q_q15 = limited(v.q_q15 - ((t->r_q12 * i.q_q15) >> 12) - reaction(e, w.frame_w_q15, i.d_q15));
+    e->now.q_q15 = limited(v.q_q15 - ((t->r_q12 * i.q_q15) >> 12) - reaction(e, frame_w_q15, i.d_q15));
     e->filtered.d_q15 += (e->now.d_q15 - e->filtered.d_q15) >> FILTER_SHIFT;
     e->filtered.q_q15 += (e->now.q_q15 - e->filtered.q_q15) >> FILTER_SHIFT;
 
     const int32_t moved_q15 = q15_abs(i.q_q15 - e->i_q_q15);
     e->i_q_q15 = i.q_q15;
-    e->expected_q15 = (q15_abs(w.rotor_w_q15) * t->emf_q12) >> 12;
+    e->expected_q15 = (q15_abs(rotor_w_q15) * t->emf_q12) >> 12;
     e->reaction_q15 = q15_abs(reaction_q15);
     allow(e, t, &i, moved_q15, c->vbus_q15 >> DEAD_TIME_SHIFT);
     if (e->reaction_q15 > e->expected_q15 >> 4 && moved_q15 < q15_abs(i.q_q15) >> 2) {

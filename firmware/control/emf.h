@@ -53,10 +53,8 @@ void emf_reset(struct emf *e, const struct tuning *t);
  * One sample. The magnets turn at the rotor's speed; what the armature reacts with goes by the speed of the frame that the
  * currents are regulated in. Both are the observer's unless the encoder is in doubt. About 60 cycles.
  */
-struct emf_speeds {
-    int32_t rotor_w_q15, frame_w_q15;
-};
-void emf_step(struct emf *e, const volatile struct current_loop *c, const struct tuning *t, struct emf_speeds w);
+void emf_step(struct emf *e, const volatile struct current_loop *c, const struct tuning *t, int32_t rotor_w_q15,
+              int32_t frame_w_q15);
 
 /* Whether there is enough EMF to judge by: four times what may hide it (margin m of the flux observer's literature). */
 static inline bool emf_is_clear(const struct emf *e)

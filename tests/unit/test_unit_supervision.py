@@ -185,7 +185,7 @@ def test_the_voltage_that_moves_a_current_is_no_reversed_rotor(motor, turned_deg
     def look():
         m.see()
         w_q15 = round(m.hz / BASE_HZ * 32768)
-        m.c.emf_step(emf, m.axis.loop, m.axis.tuning, m.c.emf_speeds(w_q15, w_q15))
+        m.c.emf_step(emf, m.axis.loop, m.axis.tuning, w_q15, w_q15)
         return m.c.emf_judge(emf, False)
 
     look()
