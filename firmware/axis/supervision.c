@@ -67,7 +67,8 @@ static void step_even(struct axis *a)
 
 static void step_odd(struct axis *a, uint32_t turn)
 {
-    a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15; /* what the currents follow until the phases are looked at */
+    a->supervision.phases.i_d_ref_q15 =
+        a->loop.i_d_ref_q15; /* what the currents follow until the phases are looked at */
     a->supervision.phases.i_q_ref_q15 = a->loop.i_q_ref_q15;
     watch_overspeed(a);
     supervise_speed(a);

@@ -98,8 +98,9 @@ bool supervise_phases_suspect(const struct axis *a, int32_t *phase);
 /* No count has come where some were due: in a few milliseconds it will be known, and the speed says nothing until then. */
 bool supervise_encoder_may_be_dead(const struct axis *a);
 
-/* How far a shaft that has moved by so many counts in so many clocks is from where `speed_q32` would have brought it, electrical. */
-static inline int32_t supervise_encoder_surprise_q32(const struct tuning *t, int32_t moved, uint32_t clocks, int32_t speed_q32)
+/* How far a shaft that moved by so many counts in so many clocks is from where its speed would have brought it, electrical. */
+static inline int32_t supervise_encoder_surprise_q32(const struct tuning *t, int32_t moved, uint32_t clocks,
+                                                     int32_t speed_q32)
 {
     const uint32_t loop_counts = (uint32_t)t->loop_counts;
     const uint32_t samples = (clocks + loop_counts / 2u) / loop_counts;
@@ -108,7 +109,8 @@ static inline int32_t supervise_encoder_surprise_q32(const struct tuning *t, int
 
 /* The parts. */
 void supervise_encoder_begin(struct axis *a);
-void supervise_encoder(struct axis *a, int32_t surprise_q32, uint32_t turn); /* at its turns, and where something is strange */
+void supervise_encoder(struct axis *a, int32_t surprise_q32,
+                       uint32_t turn); /* at its turns, and where something is strange */
 void supervise_phases_begin(struct axis *a);
 void supervise_phases(struct axis *a); /* every second millisecond */
 void supervise_speed_begin(struct axis *a);

@@ -193,7 +193,8 @@ enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
     const struct encoder_regs *const encoder = &a->fabric->encoder;
     const struct speed_estimate *const last = &a->speed.estimate;
     const int32_t moved = counts_between(a, last->count, encoder_latched(encoder));
-    const int32_t surprise = supervise_encoder_surprise_q32(&a->tuning, moved, encoder_latch_clock(encoder) - last->latch_clock, e->speed_q32);
+    const uint32_t clocks = encoder_latch_clock(encoder) - last->latch_clock;
+    const int32_t surprise = supervise_encoder_surprise_q32(&a->tuning, moved, clocks, e->speed_q32);
     if (e->doubt_ms == 0u && q15_abs(surprise) <= e->jump_limit_q32) {
         return seen;
     }

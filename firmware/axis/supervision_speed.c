@@ -3,17 +3,17 @@
 #include "firmware/axis/supervision.h"
 #include "lib/q15.h"
 
-#define STALL_MS       500u
-#define STEP_MS        2u /* from turn to turn of what looks at the speed */
-#define FAR_MS         4u
-#define LOSING_MS      4u
-#define LOOK_AHEAD_MS  10
-#define RATE_SHIFT     1
-#define LIMITED_MS     100u
-#define CYCLE_LONGEST  100u /* ms of half a wave: six in 300 ms have 50 */
-#define CYCLE_HALVES   6u
-#define SOFTENED_Q8    179 /* 0.7 */
-#define SOFTENED_MOST  5u  /* 0.17: an inertia that is told five times too large is forgiven */
+#define STALL_MS      500u
+#define STEP_MS       2u /* from turn to turn of what looks at the speed */
+#define FAR_MS        4u
+#define LOSING_MS     4u
+#define LOOK_AHEAD_MS 10
+#define RATE_SHIFT    1
+#define LIMITED_MS    100u
+#define CYCLE_LONGEST 100u /* ms of half a wave: six in 300 ms have 50 */
+#define CYCLE_HALVES  6u
+#define SOFTENED_Q8   179 /* 0.7 */
+#define SOFTENED_MOST 5u  /* 0.17: an inertia that is told five times too large is forgiven */
 
 /* What the encoder resolves within a millisecond: two counts. */
 static int32_t resolved_rpm_q4(const struct axis *a)
@@ -108,8 +108,7 @@ static void end_half_wave(struct axis *a, struct cycle_watch *w)
     const int32_t high_q15 = q15_max(w->high_q15, w->last_high_q15);
     const int32_t low_q15 = q15_min(w->low_q15, w->last_low_q15);
     const bool swings = high_q15 - low_q15 > a->tuning.i_max_q15 / 2;
-    const bool counts =
-        swings && w->half_ms <= CYCLE_LONGEST && alike(w->half_ms, w->last_half_ms);
+    const bool counts = swings && w->half_ms <= CYCLE_LONGEST && alike(w->half_ms, w->last_half_ms);
     w->halves = counts ? w->halves + 1u : 0u;
     w->last_half_ms = w->half_ms;
     w->last_high_q15 = w->high_q15;

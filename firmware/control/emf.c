@@ -8,7 +8,6 @@
 #define FILTER_SHIFT    1 /* of the filtered vector: two steps */
 #define DEAD_TIME_SHIFT 6 /* a dead time of 1 us at 20 kHz costs 2 % of the bus; most of it is compensated */
 #define LEARN_SHIFT     7 /* a 128th of Lq a step */
-#define LQ_MAX_Q19      (131071 << 8)
 #define EMF_MAX_Q15     131071
 #define TURNED_Q15      8780 /* the tangent of 15 degrees */
 #define MILLISECOND_Q15 4172 /* reactance at the base speed into L over 1 ms: 1000 / (2 pi 1250) */
@@ -27,8 +26,7 @@ static void learn(struct emf *e, const struct tuning *t, int32_t reaction_q15)
     const int32_t told_q19 = t->x_q_apparent_q11 << 8;
     const int32_t step_q19 = told_q19 >> LEARN_SHIFT;
     const bool too_small = (e->filtered.d_q15 < 0) == (reaction_q15 > 0);
-    e->lq_q19 =
-        q15_clamp(e->lq_q19 + (too_small ? step_q19 : -step_q19), told_q19 / 4, q15_min(told_q19, LQ_MAX_Q19 / 4) * 4);
+    e->lq_q19 = q15_clamp(e->lq_q19 + (too_small ? step_q19 : -step_q19), told_q19 / 4, told_q19 * 4);
     e->learnt = q15_min(e->learnt + 1, EMF_LEARNT_STEPS);
 }
 
@@ -37,7 +35,7 @@ static int32_t limited(int32_t e_q15)
     return q15_clamp(e_q15, -EMF_MAX_Q15, EMF_MAX_Q15);
 }
 
-/* Lq i, a voltage at the base speed: the product has up to 33 bits. */
+/* Lq i, a voltage at the base speed: the product has up to 35 bits. */
 static int32_t inductive(const struct emf *e, int32_t i_q15)
 {
     return limited((int32_t)(((int64_t)i_q15 * (e->lq_q19 >> 8)) >> 11));

@@ -207,6 +207,7 @@ def test_a_shaft_that_is_turned_by_somebody_else_is_no_slip(motor):
     m.rpm = 3500
     m.axis.speed.speed_ref_rpm_q4 = 3500 * 16
     assert m.until_fault(1) is None and m.axis.supervision.encoder.doubt_ms > 0, "it did jump"
+    assert m.step(6).axis.supervision.encoder.doubt_ms == 1, "eight milliseconds in all"
     m.step(30)
     assert m.fault == "NONE"
 
@@ -417,7 +418,7 @@ def test_nobody_speaks(motor):
 @pytest.mark.parametrize("i_a", (4.0, 10.0, -10.0))
 @pytest.mark.parametrize("lq_uh", (200, 400))
 def test_a_shaft_that_is_stopped_is_no_dead_encoder(motor, rpm, late_ms, i_a, lq_uh):
-    """The voltages of the millisecond in which it stops may still be those from before; and currents react on no rotor at rest."""
+    """The voltages of the millisecond in which it stops may be those from before; currents react on no rotor at rest."""
     m = motor(rpm, i_a, ld_uh=lq_uh, lq_uh=lq_uh)
     m.lq = lq_uh * 1e-6
     m.step(600)
