@@ -10,7 +10,7 @@
 #define QUICK_STOP_MS     5000u
 #define LOOP_START_MS     2u /* until the PWM's first periods have passed, or the first of another number of samples */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
-#define LIMITS_MS         2u /* supervision_step() has less to do in these than in the others */
+#define LIMITS_MS         2u /* together with supervision's phases, which are the shorter half */
 
 static void enter(struct axis *a, enum axis_state state)
 {

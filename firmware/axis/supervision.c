@@ -59,18 +59,11 @@ static inline bool strange(const struct encoder_watch *e, int32_t surprise_q32)
     return e->doubt_ms != 0u || e->still_ms != 0u || q15_abs(surprise_q32) > e->jump_limit_q32;
 }
 
-static void step_even(struct axis *a)
-{
-    watch_overspeed(a);
-    supervise_phases(a);
-}
-
+/* The references of now are what the currents follow until the phases are looked at. */
 static void step_odd(struct axis *a, uint32_t turn)
 {
-    a->supervision.phases.i_d_ref_q15 =
-        a->loop.i_d_ref_q15; /* what the currents follow until the phases are looked at */
+    a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
     a->supervision.phases.i_q_ref_q15 = a->loop.i_q_ref_q15;
-    watch_overspeed(a);
     supervise_speed(a);
     if (turn == 3u) {
         supervise_voltage(a);
@@ -92,10 +85,11 @@ static void step_running(struct axis *a, uint32_t turn)
             return; /* and so is its speed */
         }
     }
+    watch_overspeed(a);
     if (turn % 2u != 0u) {
         step_odd(a, turn);
     } else {
-        step_even(a);
+        supervise_phases(a);
     }
 }
 
