@@ -56,7 +56,7 @@ static inline int32_t look_at_encoder(struct axis *a)
 /* Whether that is not as it is nearly always. */
 static inline bool strange(const struct encoder_watch *e, int32_t surprise_q32)
 {
-    return e->doubt_ms != 0u || e->still_ms != 0u || q15_abs(surprise_q32) > e->jump_limit_q32;
+    return e->doubt_ms != 0u || q15_abs(surprise_q32) > e->jump_limit_q32;
 }
 
 /* The references of now are what the currents follow until the phases are looked at. */
