@@ -26,7 +26,7 @@ TIMING_FUNCTION(time_step,
                 (void)speed_loop_step(&axes[0].speed, &axes[0].tuning, axes[0].tuning.ramp_q16, &axes[0].torque.limits))
 TIMING_FUNCTION(time_follow, current_loop_follow(&axes[0].loop, axes[0].fabric, &axes[0].tuning))
 TIMING_FUNCTION(time_thermal, thermal_step(&axes[0].thermal, &axes[0].loop, 0u))
-TIMING_FUNCTION(time_encoder, supervise_encoder(&axes[0], true))
+TIMING_FUNCTION(time_encoder, supervise_encoder(&axes[0], 0, 1u))
 TIMING_FUNCTION(time_phases, supervise_phases(&axes[0]))
 TIMING_FUNCTION(time_deviation, supervise_speed(&axes[0]))
 TIMING_FUNCTION(time_index, start_learn_index(&axes[0]))
@@ -48,9 +48,7 @@ static void set_encoder(int32_t rpm_q4, uint32_t clocks)
     e->clock = encoder_edge_clock(encoder) - (counts != 0 ? clocks : 0u);
     e->interval_clocks = clocks;
     e->lost = false;
-    axes[0].supervision.encoder.counts = e->count;
-    axes[0].supervision.encoder.latch_clock =
-        encoder_latch_clock(encoder) - CONFIG_PWM_COUNTS * CONFIG_PERIODS_PER_SLOW;
+    e->latch_clock = encoder_latch_clock(encoder) - CONFIG_PWM_COUNTS * CONFIG_PERIODS_PER_SLOW;
 }
 
 /* A drive in operation at any speed, and what axis_step(&axes[0]) looks at besides. */
