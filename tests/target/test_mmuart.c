@@ -244,6 +244,8 @@ static void test_uart(void)
     harness_equal("uart: fraction in use", MMUART0->MM0, MMUART_MM0_EFBR);
     harness_true("uart: 9600 baud", mmuart_init(&uart, MMUART0, 9600u));
     harness_equal("uart: divisor 651 + 3/64", divisor_64ths(), (651u << 6) + 3u);
+    harness_true("uart: 56000 baud", mmuart_init(&uart, MMUART0, 56000u));
+    harness_equal("uart: divisor 111 + 39/64", divisor_64ths(), (111u << 6) + 39u);
     (void)mmuart_init(&uart, MMUART0, 115200u);
 
     check_full_transmit_buffer();
