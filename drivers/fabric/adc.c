@@ -17,7 +17,7 @@ static uint32_t modulator_setting(uint32_t osr)
     return log2 | 1u << 4 | (uint32_t)ADC_MODULATOR_CLOCKS << 8;
 }
 
-/* The filters wait for a trigger of their own: a conversion that began without them would never end. */
+/* Stopped, so that no result is of the old source. */
 bool adc_select(struct adc_regs *adc, uint32_t osr, int32_t trip_q15)
 {
     const uint32_t of_modulators = osr == 0u ? 0u : ADC_CONTROL_MODULATORS;

@@ -10,7 +10,6 @@
 #define QUICK_STOP_MS     5000u
 #define LOOP_START_MS     2u /* until the PWM's first periods have passed, or the first of another number of samples */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
-#define INDEX_MS          4u
 
 static void enter(struct axis *a, enum axis_state state)
 {
@@ -116,13 +115,10 @@ static void take_request(struct axis *a)
 /* Expect the conversions of a millisecond, +-1, since the last step; the fabric detects unread ones. */
 static void watch_heartbeat(struct axis *a)
 {
-    const uint32_t ran = adc_sequence(&a->fabric->adc) - a->heartbeat;
-    const uint32_t expected = (uint32_t)a->loop.loops_per_slow;
-    a->heartbeat += ran;
-    if (a->time_ms - a->paced_ms <= LOOP_START_MS) { /* and once in 49.7 days for so long */
-        return;
-    }
-    if (ran + 1u < expected || ran > expected + 1u) {
+    const uint32_t conversions = adc_sequence(&a->fabric->adc);
+    const uint32_t too_many = conversions - a->heartbeat - (uint32_t)a->loop.loops_per_slow;
+    a->heartbeat = conversions;
+    if (too_many + 1u > 2u && a->time_ms - a->paced_ms > LOOP_START_MS) { /* once in 49.7 days not for so long */
         axis_raise(a, FAULT_LOOP_STOPPED);
     }
 }
@@ -134,13 +130,13 @@ static void watch_heartbeat(struct axis *a)
 static void watch_latches(struct axis *a)
 {
     const uint32_t status = gate_status(&a->fabric->gate);
-    if (a->faults.cause != FAULT_NONE) {
+    if ((status & (GATE_STATUS_LATCHES | GATE_STATUS_LIVE)) == GATE_STATUS_LIVE || a->faults.cause != FAULT_NONE) {
         return;
     }
     if ((status & GATE_STATUS_LATCHES) != 0u) {
         const enum fault cause = fault_from_gate(status);
         axis_raise(a, cause == FAULT_LOOP_OVERRUN ? FAULT_LOOP_STOPPED : cause);
-    } else if (current_loop_is_on(&a->loop) && (status & GATE_STATUS_LIVE) == 0u) {
+    } else if (current_loop_is_on(&a->loop)) {
         axis_raise(a, FAULT_GATES_OFF);
     }
 }
@@ -164,7 +160,7 @@ static void react_to_fault(struct axis *a)
     enter(a, AXIS_FAULT_REACTION);
 }
 
-static void step_state(struct axis *a)
+static void step_other_state(struct axis *a)
 {
     switch (a->state) {
     case AXIS_READY:
@@ -175,9 +171,6 @@ static void step_state(struct axis *a)
         if (start_step(a)) {
             begin_operation(a);
         }
-        break;
-    case AXIS_OPERATION_ENABLED:
-        modes_step(a);
         break;
     case AXIS_QUICK_STOP:
         step_quick_stop(a);
@@ -192,11 +185,21 @@ static void step_state(struct axis *a)
     }
 }
 
+static void step_state(struct axis *a)
+{
+    if (a->state == AXIS_OPERATION_ENABLED) {
+        modes_step(a);
+    } else {
+        step_other_state(a);
+    }
+}
+
 /* Where the clock wraps, both words change at once: the current loop may come in between and read them. */
 static void count_time(struct axis *a)
 {
-    if (a->time_ms != UINT32_MAX) {
-        a->time_ms++;
+    const uint32_t now_ms = a->time_ms + 1u;
+    if (now_ms != 0u) {
+        a->time_ms = now_ms;
         return;
     }
     const uint32_t mask = cpu_irq_save();
@@ -238,10 +241,11 @@ void axis_step(struct axis *a)
         }
         step_state(a);
     }
-    if (a->time_ms % INDEX_MS == 0u) {
+    if (a->time_ms % THERMAL_STEP_MS == 0u) {
+        thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
         start_learn_index(a);
     }
-    current_loop_follow(&a->loop, a->fabric, start_tuning(a));
+    current_loop_follow(&a->loop, a->fabric, a->state == AXIS_SWITCHED_ON ? start_tuning(a) : &a->tuning);
     supervision_step(a);
 }
 

@@ -4,7 +4,7 @@
 #include "firmware/axis/axis.h"
 #include "lib/q15.h"
 
-#define LIMITS_MS 2u /* supervision_step() has less to do in these than in the others */
+#define LIMITS_MS 2u /* together with supervision's phases, which are the shorter half */
 
 /* ---- entering ---- */
 

@@ -11,10 +11,9 @@ void supervision_begin(struct axis *a)
     supervise_speed_begin(a);
 }
 
-/* While the encoder is in doubt its speed is, too. */
 static void watch_overspeed(struct axis *a)
 {
-    if (a->supervision.encoder.doubt_ms == 0u && q15_abs(current_loop_w_q15(&a->loop)) > a->tuning.overspeed_w_q15) {
+    if (q15_abs(current_loop_w_q15(&a->loop)) > a->tuning.overspeed_w_q15) {
         axis_report(a, FAULT_OVERSPEED, a->speed.speed_rpm_q4 / 16, 0);
     }
 }
@@ -37,43 +36,69 @@ static void watch_commands(struct axis *a)
     }
 }
 
-static void watch_what_is_slow(struct axis *a)
+/* What is to be seen of the encoder in each millisecond. Returns by how much the count is not where it should be. */
+static inline int32_t look_at_encoder(struct axis *a)
 {
-    supervise_voltage(a);
-    watch_temperature(a);
-    watch_commands(a);
+    struct encoder_watch *const e = &a->supervision.encoder;
+    const struct speed_estimate *const seen = &a->speed.estimate;
+    const int32_t speed_q32 = e->speed_q32;
+    if (seen->moved != 0) {
+        e->still_ms = 0;
+        e->speed_moving_q32 = e->speed_before_q32;
+    } else {
+        e->still_ms++;
+    }
+    e->speed_before_q32 = speed_q32;
+    e->speed_q32 = a->loop.pll.speed_q32;
+    return supervise_encoder_surprise_q32(&a->tuning, seen->moved, seen->step_clocks, speed_q32);
 }
 
-/* Half of the parts in one millisecond, half in the next; what is slow, in every fourth. */
+/* Whether that is not as it is nearly always. */
+static inline bool strange(const struct encoder_watch *e, int32_t surprise_q32)
+{
+    return e->doubt_ms != 0u || q15_abs(surprise_q32) > e->jump_limit_q32;
+}
+
+/* The references of now are what the currents follow until the phases are looked at. */
+static void step_odd(struct axis *a, uint32_t turn)
+{
+    a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
+    a->supervision.phases.i_q_ref_q15 = a->loop.i_q_ref_q15;
+    supervise_speed(a);
+    if (turn == 3u) {
+        supervise_voltage(a);
+        watch_temperature(a);
+        watch_commands(a);
+    }
+}
+
+/*
+ * Each part in its turn, so that no millisecond has much more to do than another: phases and speed every second one, what is
+ * slow every fourth. The torque limits (axis.c) fall together with the phases.
+ */
 static void step_running(struct axis *a, uint32_t turn)
 {
-    supervise_encoder(a, turn == 1u);
-    if (a->supervision.encoder.doubt_ms != 0u) {
-        return;
+    const int32_t surprise_q32 = look_at_encoder(a);
+    if (turn % 2u != 0u || strange(&a->supervision.encoder, surprise_q32)) {
+        supervise_encoder(a, surprise_q32, turn);
+        if (a->supervision.encoder.doubt_ms != 0u) {
+            return; /* and so is its speed */
+        }
     }
-    supervise_cycle(a);
-    if (turn % 2u == 0u) {
-        supervise_phases(a);
+    watch_overspeed(a);
+    if (turn % 2u != 0u) {
+        step_odd(a, turn);
     } else {
-        supervise_speed(a);
-        supervise_phases_remember(a);
-    }
-    if (turn == 3u) {
-        watch_what_is_slow(a);
+        supervise_phases(a);
     }
 }
 
 void supervision_step(struct axis *a)
 {
-    const uint32_t turn = a->time_ms % SUPERVISION_TURNS;
     const uint32_t state = a->state;
-    if (turn == 3u) {
-        thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
-    }
     if (state == AXIS_OPERATION_ENABLED || state == AXIS_QUICK_STOP) {
-        step_running(a, turn);
-    }
-    if (state >= AXIS_SWITCHED_ON && state <= AXIS_QUICK_STOP) {
+        step_running(a, a->time_ms % SUPERVISION_TURNS);
+    } else if (state == AXIS_SWITCHED_ON) {
         watch_overspeed(a);
     }
 }

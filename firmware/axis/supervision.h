@@ -24,9 +24,7 @@ struct axis;
  */
 struct encoder_watch {
     struct emf emf;
-    uint32_t counts;              /* at the last step */
-    uint32_t latch_clock;         /* the fabric's clock then */
-    int32_t speed_q32;            /* the observer's then */
+    int32_t speed_q32;            /* the observer's at the last step */
     int32_t speed_before_q32;     /* and a step before */
     uint32_t doubt_ms;            /* how much longer the encoder is in doubt */
     int32_t jump_q32;             /* by which it got there, electrical */
@@ -34,7 +32,7 @@ struct encoder_watch {
     struct emf_vector emf_before; /* and the EMF then */
     uint32_t against_ms;          /* since when the EMF says something else */
     uint32_t still_ms;            /* since when no count has come */
-    int32_t w_moving_q15;         /* speed before that */
+    int32_t speed_moving_q32;     /* the observer's speed before that */
     int32_t dead_w_q15;           /* from this speed no shaft stands still at once */
     uint32_t still_limit_q15;     /* speed times milliseconds that make some counts */
     int32_t jump_limit_q32;
@@ -100,15 +98,23 @@ bool supervise_phases_suspect(const struct axis *a, int32_t *phase);
 /* No count has come where some were due: in a few milliseconds it will be known, and the speed says nothing until then. */
 bool supervise_encoder_may_be_dead(const struct axis *a);
 
+/* How far a shaft that moved by so many counts in so many clocks is from where its speed would have brought it, electrical. */
+static inline int32_t supervise_encoder_surprise_q32(const struct tuning *t, int32_t moved, uint32_t clocks,
+                                                     int32_t speed_q32)
+{
+    const uint32_t loop_counts = (uint32_t)t->loop_counts;
+    const uint32_t samples = (clocks + loop_counts / 2u) / loop_counts;
+    return (int32_t)((uint32_t)moved * t->encoder_scale_q32 - samples * (uint32_t)speed_q32);
+}
+
 /* The parts. */
 void supervise_encoder_begin(struct axis *a);
-void supervise_encoder(struct axis *a, bool its_turn); /* every millisecond; at its turn the EMF, too */
+void supervise_encoder(struct axis *a, int32_t surprise_q32,
+                       uint32_t turn); /* at its turns, and where something is strange */
 void supervise_phases_begin(struct axis *a);
-void supervise_phases(struct axis *a);          /* every second */
-void supervise_phases_remember(struct axis *a); /* in the millisecond before */
+void supervise_phases(struct axis *a); /* every second millisecond */
 void supervise_speed_begin(struct axis *a);
 void supervise_speed(struct axis *a);   /* every second */
-void supervise_cycle(struct axis *a);   /* every millisecond */
 void supervise_voltage(struct axis *a); /* every SUPERVISION_TURNS */
 
 #endif

@@ -9,7 +9,9 @@
 #define DEGREES(n)   ((n)*11930464u) /* Q32 */
 #define DOUBT_MS     8u
 #define DOUBT_BAD_MS 2u /* of them the EMF must contradict */
-#define TURNED_TIMES 3u /* of those every SUPERVISION_TURNS, without a jump: slow loss of counts */
+#define EMF_TURN     1u /* of SUPERVISION_TURNS: it is worked out, */
+#define JUDGE_TURN   3u /* and judged */
+#define TURNED_TIMES 3u /* so often it must contradict without a jump: slow loss of counts */
 #define STILL_MS     4u
 #define STILL_MS_MAX 16u
 #define STILL_COUNTS 8u
@@ -39,9 +41,7 @@ void supervise_encoder_begin(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
     const uint32_t coarse_q32 = JUMP_COUNTS * a->tuning.encoder_scale_q32;
-    *e = (struct encoder_watch){.counts = encoder_latched(&a->fabric->encoder),
-                                .latch_clock = encoder_latch_clock(&a->fabric->encoder),
-                                .speed_q32 = a->loop.pll.speed_q32,
+    *e = (struct encoder_watch){.speed_q32 = a->loop.pll.speed_q32,
                                 .speed_before_q32 = a->loop.pll.speed_q32,
                                 .dead_w_q15 = dead_w_q15(a),
                                 .still_limit_q15 = STILL_COUNTS * (a->tuning.encoder_scale_q32 >> CONFIG_W_SHIFT) /
@@ -62,43 +62,6 @@ static int32_t counts_between(const struct axis *a, uint32_t before, uint32_t no
     return between < -turn / 2 ? between + turn : between;
 }
 
-/* Position and time of one ADC trigger: read again if the next one came in between. */
-static uint32_t latched(const struct encoder_regs *encoder, uint32_t *clock)
-{
-    *clock = encoder_latch_clock(encoder);
-    const uint32_t counts = encoder_latched(encoder);
-    if (encoder_latch_clock(encoder) == *clock) {
-        return counts;
-    }
-    *clock = encoder_latch_clock(encoder);
-    return encoder_latched(encoder);
-}
-
-/* How far the shaft is from where its speed would have brought it, electrical. */
-static int32_t surprise_at(const struct axis *a, const struct encoder_watch *e, int32_t moved, uint32_t clock)
-{
-    const uint32_t loop_counts = (uint32_t)a->tuning.loop_counts;
-    const uint32_t samples = (clock - e->latch_clock + loop_counts / 2u) / loop_counts;
-    return (int32_t)((uint32_t)moved * a->tuning.encoder_scale_q32 - samples * (uint32_t)e->speed_q32);
-}
-
-static int32_t surprise_q32(struct axis *a, struct encoder_watch *e)
-{
-    uint32_t clock;
-    const uint32_t counts = latched(&a->fabric->encoder, &clock);
-    const int32_t moved = counts_between(a, e->counts, counts);
-    const int32_t surprise = surprise_at(a, e, moved, clock);
-    e->counts = counts;
-    e->latch_clock = clock;
-    if (moved != 0) {
-        e->still_ms = 0;
-        e->w_moving_q15 = w_of(a, e->speed_before_q32);
-    } else {
-        e->still_ms++;
-    }
-    return surprise;
-}
-
 static int32_t degrees(int32_t angle_q32)
 {
     return ((angle_q32 >> 16) * 360) >> 16;
@@ -108,7 +71,7 @@ static void begin_doubt(const struct axis *a, struct encoder_watch *e, int32_t j
 {
     e->doubt_ms = DOUBT_MS;
     e->jump_q32 = jump_q32;
-    e->w_before_q15 = w_of(a, e->speed_q32);
+    e->w_before_q15 = w_of(a, e->speed_before_q32);
     e->emf_before = e->emf.filtered;
     e->against_ms = 0;
 }
@@ -127,26 +90,26 @@ static bool counts_stand(const struct axis *a, int32_t speed_q32)
 
 /*
  * Counts that stand still where the EMF is as before, or where it cannot tell, are a dead encoder's. Where it has gone, the
- * shaft was stopped.
+ * shaft was stopped. To tell nothing from all of it takes less than to tell its angle: three times what may hide it, not four.
  */
 static bool stands_with_emf(const struct encoder_watch *e)
 {
     const int32_t there_q15 = q15_max(q15_abs(e->emf.now.d_q15), q15_abs(e->emf.now.q_q15));
-    return !emf_is_clear(&e->emf) || there_q15 > e->emf.expected_q15 / 3;
+    return e->emf.expected_q15 <= 3 * e->emf.unsure_q15 || there_q15 > e->emf.expected_q15 / 3;
 }
 
-static void resolve_doubt(struct axis *a, struct encoder_watch *e)
+static void resolve_doubt(struct axis *a, struct encoder_watch *e, bool stands)
 {
     const bool clear = emf_is_clear(&e->emf);
     e->doubt_ms--;
     if (e->doubt_ms >= DOUBT_MS - 1u) {
         return; /* the voltages of this millisecond are those from before */
     }
-    if (counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << a->loop.w_shift))) {
+    if (stands) {
         if (stands_with_emf(e)) {
             axis_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
         } else {
-            e->w_moving_q15 = 0; /* that was the shaft */
+            e->speed_moving_q32 = 0; /* that was the shaft */
         }
         return;
     }
@@ -162,7 +125,7 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e)
 /* No jump, but the EMF stands elsewhere: counts that were lost one by one, or a jump while the EMF could not tell. */
 static void compare_with_emf(struct axis *a, struct encoder_watch *e)
 {
-    const bool backwards = e->speed_q32 < 0;
+    const bool backwards = e->speed_before_q32 < 0;
     const enum emf_verdict verdict = emf_is_clear(&e->emf) ? emf_judge(&e->emf, backwards) : EMF_AGREES;
     if (verdict == EMF_AGREES) {
         e->against_ms = e->against_ms == 0u ? 0u : e->against_ms - 1u;
@@ -175,24 +138,24 @@ static void compare_with_emf(struct axis *a, struct encoder_watch *e)
 }
 
 /* No count where the speed before would have brought enough to tell by now, or a share of it: 1/share. */
-static bool counts_are_due(const struct encoder_watch *e, uint32_t share)
+static bool counts_are_due(const struct axis *a, uint32_t share)
 {
-    const uint32_t w_q15 = (uint32_t)q15_abs(e->w_moving_q15);
+    const struct encoder_watch *const e = &a->supervision.encoder;
+    const uint32_t w_q15 = (uint32_t)q15_abs(w_of(a, e->speed_moving_q32));
     return e->still_ms <= STILL_MS_MAX && w_q15 > (uint32_t)e->dead_w_q15 &&
            e->still_ms * w_q15 * share > e->still_limit_q15;
 }
 
-static void watch_still(struct axis *a, const struct encoder_watch *e)
+static void watch_still(struct axis *a)
 {
-    if (counts_are_due(e, 1)) {
+    if (counts_are_due(a, 1)) {
         axis_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
     }
 }
 
 bool supervise_encoder_may_be_dead(const struct axis *a)
 {
-    const struct encoder_watch *const e = &a->supervision.encoder;
-    return e->still_ms != 0u && counts_are_due(e, 4);
+    return a->supervision.encoder.still_ms != 0u && counts_are_due(a, 4);
 }
 
 /* A pulse must come where the last one in this direction came; the pulse has a width, so the other has its own place. */
@@ -203,7 +166,7 @@ static void watch_index(struct axis *a, struct encoder_watch *e)
         return;
     }
     e->index = now;
-    const uint32_t way = e->speed_q32 < 0 ? 1u : 0u;
+    const uint32_t way = e->speed_before_q32 < 0 ? 1u : 0u;
     if (q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4) {
         return; /* it may have come from either side */
     }
@@ -228,38 +191,50 @@ enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
         return seen;
     }
     const struct encoder_regs *const encoder = &a->fabric->encoder;
-    const int32_t moved = counts_between(a, e->counts, encoder_latched(encoder));
-    const int32_t surprise = surprise_at(a, e, moved, encoder_latch_clock(encoder));
+    const struct speed_estimate *const last = &a->speed.estimate;
+    const int32_t moved = counts_between(a, last->count, encoder_latched(encoder));
+    const uint32_t clocks = encoder_latch_clock(encoder) - last->latch_clock;
+    const int32_t surprise = supervise_encoder_surprise_q32(&a->tuning, moved, clocks, e->speed_q32);
     if (e->doubt_ms == 0u && q15_abs(surprise) <= e->jump_limit_q32) {
         return seen;
     }
     return counts_stand(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
 }
 
-static void look_at_emf(struct axis *a, struct encoder_watch *e)
+/*
+ * After a jump of the count the observer's speed is that of the jump, and the rotor's is believed to be that from before. Where
+ * the counts stand, so does the frame, as the observer comes to rest: then currents react on nothing, whatever the rotor does.
+ */
+static void look_in_doubt(struct axis *a, struct encoder_watch *e)
 {
-    emf_step(&e->emf, &a->loop, &a->tuning, e->doubt_ms != 0u ? e->w_before_q15 : current_loop_w_q15(&a->loop));
+    const bool stands = counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << a->loop.w_shift));
+    const int32_t frame_w_q15 = stands ? current_loop_w_q15(&a->loop) : e->w_before_q15;
+    emf_step(&e->emf, &a->loop, &a->tuning, e->w_before_q15, frame_w_q15);
+    resolve_doubt(a, e, stands);
+}
+
+/* In doubt at once, else in turns. */
+static void look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
+{
+    const int32_t w_q15 = current_loop_w_q15(&a->loop);
     if (e->doubt_ms != 0u) {
-        resolve_doubt(a, e);
-    } else {
+        look_in_doubt(a, e);
+    } else if (turn == EMF_TURN) {
+        emf_step(&e->emf, &a->loop, &a->tuning, w_q15, w_q15);
+    } else if (turn == JUDGE_TURN) {
         compare_with_emf(a, e);
         watch_index(a, e);
     }
 }
 
-void supervise_encoder(struct axis *a, bool its_turn)
+void supervise_encoder(struct axis *a, int32_t surprise_q32, uint32_t turn)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
-    const int32_t surprise = surprise_q32(a, e);
-    if (e->doubt_ms == 0u && q15_abs(surprise) > e->jump_limit_q32) {
-        begin_doubt(a, e, surprise);
+    if (e->doubt_ms == 0u && q15_abs(surprise_q32) > e->jump_limit_q32) {
+        begin_doubt(a, e, surprise_q32);
     }
-    if (its_turn || e->doubt_ms != 0u) {
-        look_at_emf(a, e);
-    }
+    look_at_emf(a, e, turn);
     if (e->still_ms >= STILL_MS) {
-        watch_still(a, e);
+        watch_still(a);
     }
-    e->speed_before_q32 = e->speed_q32;
-    e->speed_q32 = a->loop.pll.speed_q32;
 }

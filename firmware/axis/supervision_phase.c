@@ -65,12 +65,6 @@ static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32
     return p->missing_q15[phase] > p->least_q15 << (LEAST_SHIFT - 1);
 }
 
-void supervise_phases_remember(struct axis *a)
-{
-    a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
-    a->supervision.phases.i_q_ref_q15 = a->loop.i_q_ref_q15;
-}
-
 void supervise_phases(struct axis *a)
 {
     struct phase_watch *const p = &a->supervision.phases;

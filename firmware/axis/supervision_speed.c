@@ -3,18 +3,17 @@
 #include "firmware/axis/supervision.h"
 #include "lib/q15.h"
 
-#define STALL_MS       500u
-#define STEP_MS        2u /* from turn to turn of what looks at the speed */
-#define FAR_MS         4u
-#define LOSING_MS      4u
-#define LOOK_AHEAD_MS  10
-#define RATE_SHIFT     1
-#define LIMITED_MS     100u
-#define CYCLE_LONGEST  100u /* ms of half a wave: six in 300 ms have 50 */
-#define CYCLE_SHORTEST 2u
-#define CYCLE_HALVES   6u
-#define SOFTENED_Q8    179 /* 0.7 */
-#define SOFTENED_MOST  5u  /* 0.17: an inertia that is told five times too large is forgiven */
+#define STALL_MS      500u
+#define STEP_MS       2u /* from turn to turn of what looks at the speed */
+#define FAR_MS        4u
+#define LOSING_MS     4u
+#define LOOK_AHEAD_MS 10
+#define RATE_SHIFT    1
+#define LIMITED_MS    100u
+#define CYCLE_LONGEST 100u /* ms of half a wave: six in 300 ms have 50 */
+#define CYCLE_HALVES  6u
+#define SOFTENED_Q8   179 /* 0.7 */
+#define SOFTENED_MOST 5u  /* 0.17: an inertia that is told five times too large is forgiven */
 
 /* What the encoder resolves within a millisecond: two counts. */
 static int32_t resolved_rpm_q4(const struct axis *a)
@@ -88,6 +87,7 @@ void supervise_voltage(struct axis *a)
     }
 }
 
+/* By a third, and what two looks at each end may be off. */
 static bool alike(uint32_t a, uint32_t b)
 {
     const uint32_t longer = a > b ? a : b;
@@ -108,8 +108,7 @@ static void end_half_wave(struct axis *a, struct cycle_watch *w)
     const int32_t high_q15 = q15_max(w->high_q15, w->last_high_q15);
     const int32_t low_q15 = q15_min(w->low_q15, w->last_low_q15);
     const bool swings = high_q15 - low_q15 > a->tuning.i_max_q15 / 2;
-    const bool counts =
-        swings && w->half_ms >= CYCLE_SHORTEST && w->half_ms <= CYCLE_LONGEST && alike(w->half_ms, w->last_half_ms);
+    const bool counts = swings && w->half_ms <= CYCLE_LONGEST && alike(w->half_ms, w->last_half_ms);
     w->halves = counts ? w->halves + 1u : 0u;
     w->last_half_ms = w->half_ms;
     w->last_high_q15 = w->high_q15;
@@ -138,19 +137,19 @@ static void end_cycle(struct axis *a, struct cycle_watch *w)
     }
 }
 
-void supervise_cycle(struct axis *a)
+static void watch_cycle(struct axis *a, struct cycle_watch *w)
 {
-    struct cycle_watch *const w = &a->supervision.cycle;
     const bool below = a->speed.speed_rpm_q4 < a->speed.speed_ref_rpm_q4;
-    w->half_ms++;
-    w->high_q15 = q15_max(w->high_q15, a->loop.i_q_ref_q15);
-    w->low_q15 = q15_min(w->low_q15, a->loop.i_q_ref_q15);
+    const int32_t i_q_q15 = a->loop.i_q_ref_q15;
+    w->half_ms += STEP_MS;
+    w->high_q15 = q15_max(w->high_q15, i_q_q15);
+    w->low_q15 = q15_min(w->low_q15, i_q_q15);
     if (below == w->error_below) {
         return;
     }
     w->error_below = below;
     end_half_wave(a, w);
-    if (w->halves >= CYCLE_HALVES && speed_controlled(a)) {
+    if (w->halves >= CYCLE_HALVES) {
         end_cycle(a, w);
     }
 }
@@ -158,6 +157,7 @@ void supervise_cycle(struct axis *a)
 void supervise_speed(struct axis *a)
 {
     if (speed_controlled(a)) {
+        watch_cycle(a, &a->supervision.cycle);
         watch_deviation(a, &a->supervision.speed);
         watch_stall(a, &a->supervision.speed);
     }

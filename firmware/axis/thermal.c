@@ -7,6 +7,9 @@
 #include "lib/q15.h"
 
 #define SAMPLES           (THERMAL_PERIOD_MS / THERMAL_STEP_MS)
+#define WINDING_SAMPLE    1u /* the work of an update, spread over samples */
+#define INVERTER_SAMPLE   2u
+#define LIMIT_SAMPLE      3u
 #define AMBIENT_C         40
 #define AMBIENT_Q4        (AMBIENT_C * 16)
 #define COPPER_ZERO_C     235 /* below zero: where copper's resistance, followed in a straight line, would end */
@@ -89,24 +92,35 @@ static int32_t factor_q15(int32_t left, int32_t band)
     return q15_clamp(left, 0, band) * Q15_ONE / band;
 }
 
-static void update(struct thermal *th, uint32_t mean_q20, uint32_t sensor_code)
+static void update_winding(struct thermal *th)
 {
     const int32_t model_q4 = AMBIENT_Q4 + ((th->winding_q20 + th->housing_q20) >> 16);
-    const int32_t cold = loss_q10(mean_q20, th->rated_q10);
+    const int32_t cold = loss_q10(th->mean_q20, th->rated_q10);
     const int32_t loss =
         q15_min(cold * (COPPER_ZERO_C * 16 + model_q4) / (COPPER_ZERO_C * 16 + th->max_q4), LOSS_MAX_Q10);
     follow(&th->winding_q20, end_q20(th->winding_full_q4, loss), th->winding_rate_q31);
     follow(&th->housing_q20, end_q20(th->housing_full_q4, loss), th->housing_rate_q31);
     keep(th);
+}
+
+static void update_inverter(struct thermal *th)
+{
+    if (th->inverter_q10 != 0) {
+        follow(&th->inverter_q20, loss_q10(th->mean_q20, th->inverter_q10) << 10, th->inverter_rate_q31);
+    }
+}
+
+static void update_limit(struct thermal *th, uint32_t sensor_code)
+{
     const int32_t sensed_q4 = sensor_code == 0u ? 0 : (int32_t)sensor_code - ADC_TEMP_CODE_AT_0_C;
     th->winding_q4 = q15_max(AMBIENT_Q4 + ((th->winding_q20 + th->housing_q20) >> 16), sensed_q4);
     th->factor_q15 = factor_q15(th->max_q4 - th->winding_q4, DERATE_Q4);
     if (th->inverter_q10 != 0) {
-        follow(&th->inverter_q20, loss_q10(mean_q20, th->inverter_q10) << 10, th->inverter_rate_q31);
         th->factor_q15 = q15_min(th->factor_q15, factor_q15((TOP_Q20 - th->inverter_q20) >> 5, INVERTER_BAND_Q15));
     }
 }
 
+/* The last sample closes the mean; what follows from it takes the samples after it in turn. */
 void thermal_step(struct thermal *th, const volatile struct current_loop *c, uint32_t sensor_code)
 {
     const int32_t d_q10 = c->i_d_q15 >> 5;
@@ -114,8 +128,14 @@ void thermal_step(struct thermal *th, const volatile struct current_loop *c, uin
     th->i_squared_q20 += (uint32_t)(d_q10 * d_q10 + q_q10 * q_q10);
     th->samples++;
     if (th->samples == SAMPLES) {
-        update(th, th->i_squared_q20 / SAMPLES, sensor_code);
+        th->mean_q20 = th->i_squared_q20 / SAMPLES;
         th->samples = 0;
         th->i_squared_q20 = 0;
+    } else if (th->samples == WINDING_SAMPLE) {
+        update_winding(th);
+    } else if (th->samples == INVERTER_SAMPLE) {
+        update_inverter(th);
+    } else if (th->samples == LIMIT_SAMPLE) {
+        update_limit(th, sensor_code);
     }
 }

@@ -35,6 +35,7 @@ struct thermal {
     struct thermal_memory *memory; /* NULL: none */
     uint32_t samples;              /* since the last update */
     uint32_t i_squared_q20;        /* their sum */
+    uint32_t mean_q20;             /* of the update before */
     /* of the parameters, at `on` */
     int32_t rated_q10;                                             /* i_rated, 1024 = i_range */
     int32_t inverter_q10;                                          /* 0: not watched */

@@ -86,9 +86,12 @@ static bool at_rest(const struct alignment *a)
 
 static enum alignment_result step_first(struct alignment *a, const struct tuning *t)
 {
-    if (at_rest(a) && t->reluctant && !alignment_leads_the_field(a)) {
+    if (!at_rest(a)) {
+        return ALIGNMENT_RUNNING;
+    }
+    if (t->reluctant && !alignment_leads_the_field(a)) {
         alignment_begin_pass(a, t, PASS_FORTH);
-    } else if (at_rest(a)) {
+    } else {
         a->jump_from = a->counts;
         alignment_enter(a, STAGE_SECOND);
     }

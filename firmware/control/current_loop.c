@@ -48,6 +48,7 @@ _Static_assert(CONFIG_RADIUS_STEPS > LOOP_V_D_MAX_STEPS,
 
 /* Volts of the per-unit system become steps by CONFIG_BUS_STEPS over the bus voltage. */
 _Static_assert(CONFIG_BUS_STEPS % 8 == 0, "the gains take an eighth of it");
+_Static_assert(CONFIG_BUS_STEPS < 1 << 17, "a voltage of the whole bus, with 14 more bits, fits a word");
 
 /* Beyond 32 knees, half of the range, nothing is left to compensate. */
 #define DEAD_SHIFT_MAX 5
@@ -88,32 +89,42 @@ void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
 
 /*
  * A voltage of the per-unit system in the loop's unit, by the reciprocal of the bus voltage: one division does for both axes,
- * and its 17 bits are as fine as a step.
+ * and its 17 bits are as fine as a step. More than the bus nothing can give: so it is at most CONFIG_BUS_STEPS, and the product
+ * stays below 2^31.
  */
-static uint32_t steps_per_v_q14(int32_t vbus_q15)
+static int32_t steps_per_v_q14(int32_t vbus_q15)
 {
-    return ((uint32_t)CONFIG_BUS_STEPS << 14) / (uint32_t)vbus_q15;
+    return (int32_t)(((uint32_t)CONFIG_BUS_STEPS << 14) / (uint32_t)vbus_q15);
 }
 
-static int32_t v_steps(int32_t v_q15, uint32_t per_v_q14)
+static int32_t v_steps(int32_t v_q15, int32_t vbus_q15, int32_t per_v_q14)
 {
-    return (int32_t)(((int64_t)q15_clamp(v_q15, -Q15_ONE, Q15_ONE) * (int32_t)per_v_q14) >> 14);
+    return (q15_clamp(v_q15, -vbus_q15, vbus_q15) * per_v_q14) >> 14;
 }
 
-static int32_t v_q15(int32_t v_steps, int32_t vbus_q15)
+/* And back: what one step is. Steps within the circle times this stay below 2^31, for the circle is 0.58 of the bus. */
+static int32_t v_per_step_q31(int32_t vbus_q15)
 {
-    return v_steps * vbus_q15 / CONFIG_BUS_STEPS;
+    return (int32_t)(((uint32_t)vbus_q15 * (0x80000000u / CONFIG_BUS_STEPS)) >> 15);
+}
+
+static int32_t v_q15(int32_t v_steps, int32_t per_step_q31)
+{
+    return (v_steps * per_step_q31) >> 16;
 }
 
 /* Publishes values for status and trace, and for what watches the drive. */
 static int32_t publish(volatile struct current_loop *c, const struct fabric *f)
 {
     const int32_t vbus_q15 = adc_vbus_q15(&f->adc);
+    const int32_t per_step_q31 = v_per_step_q31(vbus_q15);
     c->vbus_q15 = vbus_q15;
-    c->radius_q15 = v_q15(CONFIG_RADIUS_STEPS, vbus_q15);
-    c->fell_back += pwm_fell_back(&f->pwm) ? 1u : 0u;
-    c->v_d_q15 = v_q15(c->v_d_steps, vbus_q15);
-    c->v_q_q15 = v_q15(c->v_q_steps, vbus_q15);
+    c->radius_q15 = v_q15(CONFIG_RADIUS_STEPS, per_step_q31);
+    c->v_d_q15 = v_q15(c->v_d_steps, per_step_q31);
+    c->v_q_q15 = v_q15(c->v_q_steps, per_step_q31);
+    if (pwm_fell_back(&f->pwm)) {
+        c->fell_back++;
+    }
     return vbus_q15;
 }
 
@@ -175,11 +186,11 @@ static void feed_forward(volatile int32_t *integral_q9, volatile int32_t *presen
 /* The axes disturb each other and the magnets disturb q: v_d = ... - w Lq i_q, v_q = ... + w (Ld i_d + psi). */
 static void decouple(volatile struct current_loop *c, const struct tuning *t, int32_t w_q15, int32_t vbus_q15)
 {
-    const uint32_t per_v_q14 = steps_per_v_q14(vbus_q15);
+    const int32_t per_v_q14 = steps_per_v_q14(vbus_q15);
     const int32_t d_q15 = -(((w_q15 * c->i_q_ref_q15) >> 15) * t->x_q_q11 >> 11);
     const int32_t q_q15 = (((w_q15 * c->i_d_ref_q15) >> 15) * t->x_d_q11 >> 11) + ((w_q15 * t->emf_q12) >> 12);
-    feed_forward(&c->integral_d_q9, &c->feedforward_d_steps, v_steps(d_q15, per_v_q14));
-    feed_forward(&c->integral_q_q9, &c->feedforward_q_steps, v_steps(q_q15, per_v_q14));
+    feed_forward(&c->integral_d_q9, &c->feedforward_d_steps, v_steps(d_q15, vbus_q15, per_v_q14));
+    feed_forward(&c->integral_q_q9, &c->feedforward_q_steps, v_steps(q_q15, vbus_q15, per_v_q14));
 }
 
 static void rest(volatile struct current_loop *c)

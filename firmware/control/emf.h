@@ -49,8 +49,12 @@ struct emf {
 /* Forgets what was learnt. At `on`. */
 void emf_reset(struct emf *e, const struct tuning *t);
 
-/* One sample, at speed `w_q15`, which is the observer's unless the encoder is in doubt. About 60 cycles. */
-void emf_step(struct emf *e, const volatile struct current_loop *c, const struct tuning *t, int32_t w_q15);
+/*
+ * One sample. The magnets turn at the rotor's speed; what the armature reacts with goes by the speed of the frame that the
+ * currents are regulated in. Both are the observer's unless the encoder is in doubt. About 60 cycles.
+ */
+void emf_step(struct emf *e, const volatile struct current_loop *c, const struct tuning *t, int32_t rotor_w_q15,
+              int32_t frame_w_q15);
 
 /* Whether there is enough EMF to judge by: four times what may hide it (margin m of the flux observer's literature). */
 static inline bool emf_is_clear(const struct emf *e)

@@ -4,7 +4,8 @@
 #include "lib/q15.h"
 
 #define CLOCKS_LOST   (1u << 28) /* 2.7 s without an edge: at rest, long before the clock wraps */
-#define MS_Q29        5369u      /* a clock of 10 ns in milliseconds */
+#define MS_CLOCKS     100000u    /* of 10 ns */
+#define MS_Q29        5369u      /* a clock in milliseconds */
 #define CLOCKS_SHORT  32768u     /* below a third of a millisecond: the shaft was jerked, and its speed means nothing */
 #define PLACE_OFF_Q16 32768      /* half a count too early or too late: the speed has changed, nothing is learned */
 #define PLACE_SHIFT   6          /* 1/64 of it is believed */
@@ -55,15 +56,19 @@ static inline int32_t limited(int64_t x, uint32_t shift)
     return high >= most ? MAX_Q15 : (high < -most ? -MAX_Q15 : (int32_t)(x >> shift));
 }
 
-/*
- * way_q8 counts in so many clocks, as a speed. The reciprocal's 15 bits at a millisecond become fewer as the edges grow apart,
- * and the speed smaller; what has been turned is counted, not integrated.
- */
-static int32_t speed_of(int32_t way_q8, uint32_t clocks, const struct tuning *t)
+static inline int32_t way_of(int32_t way_q8, const struct tuning *t)
 {
-    const uint32_t reciprocal_q32 = UINT32_MAX / (clocks < CLOCKS_SHORT ? CLOCKS_SHORT : clocks);
-    const int32_t of_a_part = (int32_t)(((uint64_t)reciprocal_q32 * t->speed_per_count) >> 16);
-    return limited((int64_t)way_q8 * of_a_part, 12);
+    return (int32_t)(((int64_t)way_q8 * t->way_per_count_q12) >> 12);
+}
+
+/*
+ * A way in so many clocks, as a speed. The reciprocal's 15 bits at a millisecond become fewer as the edges grow apart, and the
+ * speed smaller; what has been turned is counted, not integrated.
+ */
+static inline int32_t speed_of(int32_t turned_q15, uint32_t clocks)
+{
+    const uint32_t per_ms_q15 = (MS_CLOCKS << 15) / (clocks < CLOCKS_SHORT ? CLOCKS_SHORT : clocks);
+    return limited((int64_t)turned_q15 * (int32_t)per_ms_q15, 15);
 }
 
 /* The way of a speed in a time; up to 2.6 ms without a second long product. */
@@ -94,16 +99,17 @@ static int32_t take_edge(struct speed_estimate *e, const struct reading *r, cons
     const uint32_t to = r->count + (uint32_t)backwards;
     const int32_t edges = moved + backwards - e->backwards;
     const int32_t way_q8 = edges * 256 + (e->place_q16[to & 3u] >> 8) - (e->place_q16[from & 3u] >> 8);
-    const int32_t turned_q15 = (int32_t)(((int64_t)way_q8 * t->way_per_count_q12) >> 12);
+    const int32_t turned_q15 = way_of(way_q8, t);
     const uint32_t clocks = r->edge_clock - e->clock;
     if (!e->lost) {
         const int32_t before_rpm_q15 = e->speed_rpm_q15;
-        e->speed_rpm_q15 = speed_of(way_q8, clocks, t);
+        e->speed_rpm_q15 = speed_of(turned_q15, clocks);
         e->interval_clocks = clocks;
         if (q15_abs(edges) <= EDGES_LEARNED) {
             learn(e, from, to, way_q15(before_rpm_q15 - e->speed_rpm_q15, clocks), t);
         }
     }
+    e->moved = moved;
     e->count = r->count;
     e->backwards = backwards;
     e->clock = r->edge_clock;
@@ -114,7 +120,7 @@ static int32_t take_edge(struct speed_estimate *e, const struct reading *r, cons
 /* None has come, for so long. */
 static void wait_for_edge(struct speed_estimate *e, uint32_t clocks, const struct tuning *t)
 {
-    const int32_t bound_rpm_q15 = speed_of(BOUND_Q8, clocks, t);
+    const int32_t bound_rpm_q15 = speed_of(way_of(BOUND_Q8, t), clocks);
     e->speed_rpm_q15 = q15_clamp(e->speed_rpm_q15, -bound_rpm_q15, bound_rpm_q15);
     e->interval_clocks = clocks > e->interval_clocks ? clocks : e->interval_clocks;
 }
@@ -129,6 +135,9 @@ void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *en
     const struct reading r = read_encoder(encoder);
     const uint32_t age = r.latch_clock - r.edge_clock;
     int32_t turned_q15 = -e->beyond_q15;
+    e->moved = 0;
+    e->step_clocks = r.latch_clock - e->latch_clock;
+    e->latch_clock = r.latch_clock;
     if (r.edge_clock != e->clock || r.count != e->count) {
         turned_q15 += take_edge(e, &r, t);
     } else if (!e->lost) {

@@ -26,6 +26,10 @@ struct speed_estimate {
     int32_t speed_rpm_q15;
     int32_t travel_q15;       /* turned since the last step, rpm times milliseconds */
     uint32_t interval_clocks; /* between the edges that the speed is from, or since the last one if that is longer */
+    /* the last reading */
+    int32_t moved;        /* counts since the one before, */
+    uint32_t step_clocks; /* which was so long ago, */
+    uint32_t latch_clock; /* and when it was: the encoder's clock at the sample */
     /* the last edge */
     uint32_t count;
     int32_t backwards; /* 1: crossed downwards, so that it is the upper end of the count */

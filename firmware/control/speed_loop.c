@@ -7,17 +7,6 @@
 #define ONE_Q29          (1 << 29)
 #define CALMEST          10u /* quarters: of the gains a sixteenth is left */
 
-static int64_t clamp(int64_t x, int64_t low, int64_t high)
-{
-    return x < low ? low : (x > high ? high : x);
-}
-
-void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t)
-{
-    speed_estimate_step(&s->estimate, encoder, t);
-    s->speed_rpm_q4 = s->estimate.speed_rpm_q15 >> 11;
-}
-
 void speed_loop_init(struct speed_loop *s)
 {
     *s = (struct speed_loop){.swing = 1};
@@ -28,7 +17,8 @@ void speed_loop_tune(struct speed_loop *s, const struct tuning *t)
 {
     s->kp_q16 = t->speed_kp_q16;
     s->ki_q16 = t->speed_ki_q16;
-    s->error_max_q15 = (int32_t)clamp(ERROR_TIMES_GAIN / t->speed_kp_q16, 1, INT32_MAX);
+    const int64_t error_max_q15 = ERROR_TIMES_GAIN / t->speed_kp_q16;
+    s->error_max_q15 = error_max_q15 > INT32_MAX ? INT32_MAX : (int32_t)error_max_q15;
     s->calmed = 0;
     s->swings = 0;
 }
@@ -102,9 +92,12 @@ static int32_t answer_q29(const struct speed_loop *s, int32_t error_q15, int32_t
     return (int32_t)(((int64_t)q15_clamp(error_q15, -s->error_max_q15, s->error_max_q15) * gain_q16) >> 13);
 }
 
+/* At most +-1.0: the product's upper word tells. */
 static int32_t feedforward_q29(const struct tuning *t, int32_t moved_q16)
 {
-    return (int32_t)clamp(((int64_t)t->speed_accel_q8 * moved_q16) >> 10, -ONE_Q29, ONE_Q29);
+    const int64_t wanted_q39 = (int64_t)t->speed_accel_q8 * moved_q16;
+    const int32_t high_q7 = (int32_t)(wanted_q39 >> 32);
+    return high_q7 >= 1 << 7 ? ONE_Q29 : (high_q7 < -(1 << 7) ? -ONE_Q29 : (int32_t)(wanted_q39 >> 10));
 }
 
 /*
@@ -141,7 +134,7 @@ static inline __attribute__((always_inline)) int32_t control(struct speed_loop *
     const int32_t answer = answer_q29(s, error_q15, s->kp_q16);
     const int32_t wanted_q29 = s->integral_q29 + answer + (moved_q16 != 0 ? feedforward_q29(t, moved_q16) : 0);
     s->swing_ms++;
-    if ((answer >> 14) * s->swing > t->i_max_q15 / 4) {
+    if ((answer >> 14) * s->swing > t->i_max_q15 >> 2) {
         count_swing(s);
     }
     s->at_limit = wanted_q29 < low_q29 || wanted_q29 > high_q29;

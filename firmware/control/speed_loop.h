@@ -32,7 +32,11 @@ struct speed_loop {
 };
 
 /* Measures the speed. Every slow period, whatever the state. */
-void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t);
+static inline void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t)
+{
+    speed_estimate_step(&s->estimate, encoder, t);
+    s->speed_rpm_q4 = s->estimate.speed_rpm_q15 >> 11;
+}
 
 /* The state before the first use. Thread, once. */
 void speed_loop_init(struct speed_loop *s);

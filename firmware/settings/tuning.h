@@ -70,7 +70,6 @@ struct tuning {
     int32_t speed_max_rpm_q4;
     /* speed estimate: units and derivation in tuning_speed.c */
     int32_t encoder_counts;
-    uint32_t speed_per_count;  /* rpm Q15 by 256ths of a count a clock, over 16 */
     int32_t way_per_count_q12; /* rpm Q15 times milliseconds by 256ths of a count */
     int32_t count_per_way_q16; /* and back, to 65536ths of a count */
     /* speed loop: its current is the torque of torque_map.h */

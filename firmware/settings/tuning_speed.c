@@ -22,8 +22,7 @@
 #define COUNT_WEIGHS 100
 
 /* A turn a minute in the estimate's unit of way, rpm Q15 times milliseconds; 256 and 65536 parts of a count. */
-#define TURN_WAY  (60000LL * 32768)
-#define TURN_RATE (60LL * BOARD_FABRIC_HZ * 32768)
+#define TURN_WAY (60000LL * 32768)
 
 _Static_assert(CONFIG_SLOW_HZ == 1000,
                "the estimate counts in milliseconds, and takes them for slow periods; so does KI");
@@ -31,7 +30,6 @@ _Static_assert(CONFIG_SLOW_HZ == 1000,
 static void tune_estimate(const struct params *p, struct tuning *t)
 {
     t->encoder_counts = p->encoder_counts;
-    t->speed_per_count = (uint32_t)scale(TURN_RATE / 16 / 256, 1, p->encoder_counts);
     t->way_per_count_q12 = (int32_t)scale(TURN_WAY / 256 * 4096, 1, p->encoder_counts);
     t->count_per_way_q16 = (int32_t)scale(p->encoder_counts, 65536LL * 65536, TURN_WAY);
     t->rpm_q4_per_w_q32 = (int32_t)(60LL * 16 * t->loop_hz / p->pole_pairs);

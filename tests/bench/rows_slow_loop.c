@@ -29,7 +29,7 @@ TIMING_FUNCTION(time_cogging,
                 (void)cogging_torque_q15(&axes[0].motion.cogging, &axes[0].speed.estimate, &axes[0].tuning))
 TIMING_FUNCTION(time_follow, current_loop_follow(&axes[0].loop, axes[0].fabric, &axes[0].tuning))
 TIMING_FUNCTION(time_thermal, thermal_step(&axes[0].thermal, &axes[0].loop, 0u))
-TIMING_FUNCTION(time_encoder, supervise_encoder(&axes[0], true))
+TIMING_FUNCTION(time_encoder, supervise_encoder(&axes[0], 0, 1u))
 TIMING_FUNCTION(time_phases, supervise_phases(&axes[0]))
 TIMING_FUNCTION(time_deviation, supervise_speed(&axes[0]))
 TIMING_FUNCTION(time_index, start_learn_index(&axes[0]))
@@ -51,9 +51,7 @@ static void set_encoder(int32_t rpm_q4, uint32_t clocks)
     e->clock = encoder_edge_clock(encoder) - (counts != 0 ? clocks : 0u);
     e->interval_clocks = clocks;
     e->lost = false;
-    axes[0].supervision.encoder.counts = e->count;
-    axes[0].supervision.encoder.latch_clock =
-        encoder_latch_clock(encoder) - CONFIG_PWM_COUNTS * CONFIG_PERIODS_PER_SLOW;
+    e->latch_clock = encoder_latch_clock(encoder) - CONFIG_PWM_COUNTS * CONFIG_PERIODS_PER_SLOW;
     axes[0].motion.turns = (struct turns){.counts = 1000000, .count = e->count, .moved = counts};
 }
 

@@ -166,6 +166,13 @@ module bench;
                 trigger = 1; @(negedge clk); trigger = 0;
                 repeat (60) @(negedge clk);
                 n = n + 1;
+                // a conversion of the serial converters under way ends, whatever MODULATORS becomes
+                put(8'h04, 3);
+                trigger = 1; @(negedge clk); trigger = 0; put(8'h00, 11); repeat (60) @(negedge clk);
+                n = n + 1;
+                get(8'h04);
+                if (got[0] != 1) fail("EOC with MODULATORS set under way", got & 1, 1);
+                put(8'h00, 3);
             end
             put(8'h04, 3);
             get(8'h04);

@@ -27,6 +27,7 @@ FAULTS = (
     ("adc", ".HALF(4), .FALLS(16)", ".HALF(1), .FALLS(16)", "frames"),
     ("adc", ".HALF(4), .FALLS(16)", ".HALF(4), .FALLS(15)", "frames"),
     ("adc", ".start(busy && there)", ".start(busy)", "frames"),
+    ("adc", "of_modulators <= modulators && (accept || of_modulators);", "of_modulators <= modulators;", "frames"),
     ("adc", "if (temp_looked_up)\n                temp_next <= temp_code;", "temp_next <= temp_code;", "frames"),
     ("adc_multiply", "x * y", "x * y + 25'sd2048", "frames"),
     ("adc_multiply", "input  wire signed [7:0]  y", "input  wire [7:0]  y", "frames"),

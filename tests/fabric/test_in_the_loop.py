@@ -16,9 +16,10 @@ RUNNING = {"i_a_A": 0.15, "i_b_A": 0.15, "i_c_A": 0.15, "vbus_V": 0.01, "speed_r
            "torque_Nm": 0.01, "winding_C": 0.02}
 
 
-def play(folder, fabric, end_s=END_S):
+def play(folder, fabric, end_s=END_S, sensors=""):
     steps = [step for step in STEPS if step["t_s"] < end_s]
-    return simulate({"key": "loop", "end_s": end_s, "preamble_s": 0.05, "step": steps}, out_dir=folder, fabric=fabric)
+    plan = {"key": "loop", "end_s": end_s, "preamble_s": 0.05, "step": steps}
+    return simulate(plan, out_dir=folder, fabric=fabric, sensors=sensors)
 
 
 @pytest.fixture(scope="module")
@@ -54,11 +55,12 @@ def test_rows_are_late_by_the_bus_alone(both):
     assert np.ptp(late_s) < 1e-9 and 0 < late_s[0] < 100e-9
 
 
-def test_clocks_at_once_are_what_they_are_one_by_one(tmp_path, monkeypatch):
+@pytest.mark.parametrize("sensors", ["", "amc1306"])
+def test_clocks_at_once_are_what_they_are_one_by_one(tmp_path, monkeypatch, sensors):
     """The library itself compares all of its state behind each stretch, and ends the run on a difference."""
-    quick = play(tmp_path / "quick", "rtl", 0.3)
+    quick = play(tmp_path / "quick", "rtl", 0.2, sensors)
     monkeypatch.setenv("MSSFOC_EVERY_CLOCK", "1")
-    checked = play(tmp_path / "checked", "rtl", 0.3)
+    checked = play(tmp_path / "checked", "rtl", 0.2, sensors)
     for column in quick.trace:
         assert np.array_equal(quick.trace[column], checked.trace[column], equal_nan=True), column
 

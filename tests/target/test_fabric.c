@@ -346,6 +346,9 @@ static void test_encoder(void)
     harness_true("encoder: refuses 3 counts", !encoder_init(&FABRIC0->encoder, ENCODER_COUNTS_MIN - 1u, false));
     harness_equal("encoder: and stays off", FABRIC0->encoder.CONTROL, 0u);
     harness_true("encoder: refuses 65537 counts", !encoder_init(&FABRIC0->encoder, ENCODER_COUNTS_MAX + 1u, false));
+    struct encoder_regs *const other =
+        (struct encoder_regs *)(void *)&FABRIC0->gate; /* latches where COUNTS should be */
+    harness_true("encoder: refuses what does not read back", !encoder_init(other, 4000u, false));
     harness_true("encoder: takes 65536 counts", encoder_init(&FABRIC0->encoder, ENCODER_COUNTS_MAX, true));
     harness_equal("encoder: counts backwards", FABRIC0->encoder.CONTROL,
                   ENCODER_CONTROL_ENABLE | ENCODER_CONTROL_REVERSE);

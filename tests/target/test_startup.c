@@ -102,7 +102,11 @@ static void guard_on(void)
     harness_true("mpu: refuses a size that is no power of two", !mpu_guard_stack(base, size - 4u));
     harness_true("mpu: refuses a size below 32", !mpu_guard_stack(base, 16u));
     harness_true("mpu: refuses a base off its size", !mpu_guard_stack(base + 32u, size));
+    MPU->RNR = MPU_GUARD_REGION - 1u; /* as somebody else may have left it */
     harness_true("mpu: guard on", mpu_guard_stack(base, size));
+    MPU->RNR = MPU_GUARD_REGION - 1u;
+    harness_equal("mpu: the region before it is not touched", MPU->RBAR & MPU_RBAR_ADDR, 0u);
+    harness_true("mpu: and reads back, whatever region was selected", mpu_guards(base, size));
 }
 
 static void after_soft_reset(void)

@@ -36,6 +36,16 @@ def test_the_first_state_touches_no_register(c):
     assert axis.reactions.choice[c.FAULT_VOLTAGE_LIMIT] == c.REACTION_WARN
 
 
+def test_the_speed_is_told_in_sixteenths(world):
+    w = world("SWITCH_ON_DISABLED")
+    for ms in range(1, 4):
+        w.fabric.encoder.LATCHED = 50 * ms
+        w.fabric.encoder.EDGE_TIME = w.fabric.encoder.LATCH_TIME = 100_000 * ms
+        w.step()
+    speed = w.axis.speed
+    assert speed.speed_rpm_q4 == speed.estimate.speed_rpm_q15 >> 11 and abs(speed.speed_rpm_q4 - 750 * 16) <= 1
+
+
 def test_start_brings_up_encoder_pwm_and_adc(c, fresh):
     w = fresh
     c.axis_start(w.axis, c.FAULT_NONE)

@@ -132,7 +132,7 @@ def test_it_waits_until_it_is_cool(world, c):
     w.fabric.adc.TEMP = 800 + 16 * 125
     assert wait(w, 500) == "FAULT"
     w.fabric.adc.TEMP = 800 + 16 * 100
-    assert wait(w, 210) == "SWITCHED_ON"
+    assert any(wait(w, 1) == "SWITCHED_ON" for _ in range(120))
 
 
 def test_heat_takes_the_current(world, c):

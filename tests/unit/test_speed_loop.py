@@ -204,8 +204,16 @@ def test_the_smallest_gain_leaves_no_error_beyond_reach(c):
     assert speed.error_max_q15 == ((1 << 43) - 1) // (2**31 - 1)
 
 
-def test_speed_is_told_in_sixteenths(c):
+@pytest.mark.parametrize("way", (1, -1))
+@pytest.mark.parametrize("beyond", (1.0, 1.5, 40.0))
+def test_the_feed_forward_is_no_more_than_the_range(c, way, beyond):
+    """An acceleration of the range's whole torque, and more."""
     speed, tuning = made(c)
-    encoder = c.encoder_regs()
-    c.speed_loop_measure(speed, encoder, tuning)
-    assert speed.speed_rpm_q4 == speed.estimate.speed_rpm_q15 >> 11
+    speed.kp_q16 = speed.ki_q16 = 0
+    slope_q16 = 1 << 21
+    tuning.speed_accel_q8 = round(beyond * 2**39 / slope_q16)
+    speed.target_rpm_q16 = way * 30000 * 65536
+    assert c.speed_loop_step(speed, tuning, slope_q16, c.interval(-32768, 32768)) == way * 32768
+    tuning.speed_accel_q8 //= round(2 * beyond)
+    assert c.speed_loop_step(speed, tuning, slope_q16, c.interval(-32768, 32768)) == pytest.approx(
+        way * 32768 * beyond / round(2 * beyond), abs=1)

@@ -81,7 +81,7 @@ def test_the_power_stage_has_a_body_of_its_own(warm):
     th = warm(inverter_ma=7100, inverter_tau_ms=1000)
     th.follow(2.5, 1.0)
     assert th.thermal.inverter_q20 / 2**20 == pytest.approx(0.92, abs=0.01) and th.thermal.factor_q15 == 32768
-    th.follow(0.2, 1.5)
+    th.follow(0.22, 1.5)
     assert 1.1 < th.thermal.inverter_q20 / 2**20 < 1.25 and th.thermal.factor_q15 == 0
     th = warm(inverter_ma=0)
     th.follow(3, 3.0)

@@ -57,7 +57,8 @@ def test_the_offset_is_free_of_load_and_friction(c, saliency, ratio):
                 while not c.load_angle_step(solver):
                     steps += 1
                 offset = (solver.centre_q32 + solver.low_q32) % TURN
-                assert steps <= 20 and abs(wrapped(offset - offset_deg / 360 * TURN)) < 0.15, (load, friction, offset_deg)
+                assert steps == 20 and solver.high_q32 - solver.low_q32 == pytest.approx(TURN / 3 / 2**20, rel=0.01)
+                assert abs(wrapped(offset - offset_deg / 360 * TURN)) < 0.15, (load, friction, offset_deg)
                 largest = max(abs(math.degrees(angle_of(load + way * friction, 1, saliency))) for way in (1, -1))
                 assert c.load_angle_largest_q32(solver) * 360 / TURN == pytest.approx(largest, abs=0.15)
 
@@ -325,6 +326,67 @@ def test_a_field_that_moves_is_no_braking(c):
     assert speed.brakes
     c.pull_speed_field_moves(speed)
     assert c.pull_speed_current_q15(speed, tuning, 1000) == 0
+
+
+def pulling(c, stage, motor="teknic"):
+    """An alignment in a stage, all its current flowing, the rotor on the field; and the tuning."""
+    tuning, loop, a = c.tuning(), c.current_loop(), c.alignment()
+    c.tuning_compute(params_of(c, motor), tuning)
+    c.current_loop_init(loop)
+    c.current_loop_tune(loop, tuning)
+    c.alignment_start(a, loop, tuning, 0)
+    a.stage, a.current_q15, a.rotor.sense = stage, a.target_q15, 1
+    return a, loop, tuning
+
+
+def test_a_field_that_jumps_forgets_the_braking(c):
+    a, _, tuning = pulling(c, c.STAGE_SECOND)
+    a.speed.brakes, a.stage_ms = True, 1
+    c.alignment_step_pull(a, tuning, 0)
+    assert not a.speed.brakes
+
+
+@pytest.mark.parametrize("stage, following", (("STAGE_PULL", "STAGE_SECOND"), ("STAGE_SECOND", "STAGE_PASS")))
+def test_each_angle_is_left_when_the_rotor_rests_on_it(c, stage, following):
+    """Settled, or after ten periods; twenty while nothing is known that could damp it. And not before the current flows."""
+    def left_after_ms(quiet_ms, sense, share):
+        a, _, tuning = pulling(c, c.enums["stage"][stage])
+        period_ms = a.period_ms
+        a.current_q15, a.rotor.sense = round(a.target_q15 * share), sense
+        a.stage_ms = 8 + period_ms // 4  # behind the field's jump
+        while a.stage == c.enums["stage"][stage] and a.stage_ms < 40 * period_ms:
+            a.stage_ms += 1
+            a.rotor.quiet_ms, ms = quiet_ms, a.stage_ms
+            c.alignment_step_pull(a, tuning, 0)
+        return ms, period_ms, a.stage == c.enums["stage"][following]
+
+    ms, period_ms, left = left_after_ms(10**6, 1, 1)
+    assert left and ms == 9 + period_ms // 4
+    assert left_after_ms(0, 1, 1) == (10 * period_ms + 60, period_ms, True)
+    assert left_after_ms(0, 0, 1) == (20 * period_ms + 60, period_ms, True)
+    assert not left_after_ms(10**6, 1, 0.5)[2]
+
+
+def test_a_rotor_that_falls_is_gripped_once_and_only_while_it_is_pulled(c):
+    for stage, reluctant, gripped in (("PULL", 0, True), ("SECOND", 0, True), ("PASS", 0, False), ("PULL", 1, False)):
+        a, _, tuning = pulling(c, c.enums["stage"]["STAGE_" + stage])
+        tuning.reluctant = reluctant
+        assert not c.alignment_carried_away(a, tuning) and not a.gripped
+        a.speed.speed_q32, a.speed.let_go_q32, a.swing_ms = 3 * tuning.align_way_q32, tuning.align_way_q32, 5
+        c.alignment_carried_away(a, tuning)
+        most = tuning.align[tuning.align_levels - 1].i_q15
+        assert (a.gripped, a.rotor.sense == 0, a.target_q15 == most, a.swing_ms == 0) == (gripped,) * 4, (stage, reluctant)
+        a.swing_ms = 5
+        c.alignment_carried_away(a, tuning)
+        assert a.swing_ms == 5
+
+
+def test_a_reluctant_rotor_that_never_stands_is_waited_for_two_seconds(c):
+    a, loop, tuning = pulling(c, c.STAGE_PULL)
+    tuning.reluctant = True
+    c.alignment_start(a, loop, tuning, 0)
+    results = [c.alignment_step(a, loop, tuning, ms % 2) for ms in range(1, 2003)]
+    assert results.index(c.ALIGNMENT_LOAD) == 2000 and a.detail[0] == 180
 
 
 def test_a_current_that_changes_is_no_braking(c):

@@ -82,23 +82,26 @@ module adc (
 
     // one conversion: sample, wait for the codes, then the arithmetic
     reg         busy, spi_held, mod_held;
+    reg         of_modulators;      // this conversion's currents, as MODULATORS was when it began and still is
     reg  [2:0]  valid_sampled;
     wire        finish, spi_done, mod_done, trip_event;
     wire [47:0] spi_codes, mod_codes;
     wire [2:0]  valid_now, valid;
     wire        accept = trigger && enable && !busy;
-    wire        there  = (spi_done || spi_held) && (mod_done || mod_held || !modulators);
+    wire        there  = (spi_done || spi_held) && (mod_done || mod_held || !of_modulators);
 
     always @(posedge clk)
         if (!rst_n || !enable) begin
             busy          <= 1'b0;
             spi_held      <= 1'b0;
             mod_held      <= 1'b0;
+            of_modulators <= 1'b0;
             valid_sampled <= 3'b000;
         end else begin
-            busy     <= accept || (busy && !finish);
-            spi_held <= busy && !finish && (spi_held || spi_done);
-            mod_held <= busy && !finish && (mod_held || mod_done);
+            busy          <= accept || (busy && !finish);
+            spi_held      <= busy && !finish && (spi_held || spi_done);
+            mod_held      <= busy && !finish && (mod_held || mod_done);
+            of_modulators <= modulators && (accept || of_modulators);
             if (accept)
                 valid_sampled <= valid_now;
         end
@@ -119,9 +122,9 @@ module adc (
     wire        beyond_current, beyond_sum, beyond_v_high, beyond_v_low;
     adc_math math (
         .clk(clk), .rst_n(rst_n), .enable(enable), .start(busy && there),
-        .code_a(modulators ? mod_codes[15:0] : {spi_codes[11:0], 4'd0}),
-        .code_b(modulators ? mod_codes[31:16] : {spi_codes[23:12], 4'd0}),
-        .code_c(modulators ? mod_codes[47:32] : {spi_codes[35:24], 4'd0}),
+        .code_a(of_modulators ? mod_codes[15:0] : {spi_codes[11:0], 4'd0}),
+        .code_b(of_modulators ? mod_codes[31:16] : {spi_codes[23:12], 4'd0}),
+        .code_c(of_modulators ? mod_codes[47:32] : {spi_codes[35:24], 4'd0}),
         .code_v(spi_codes[47:36]), .valid_in(valid_sampled), .reconstruct(reconstruct), .offset_a(offset_a),
         .offset_b(offset_b), .offset_c(offset_c), .gain_a(gain_a), .gain_b(gain_b), .gain_c(gain_c), .i_trip(i_trip),
         .sum_trip(sum_trip), .v_min(v_min), .v_max(v_max), .finish(finish), .ia(ia), .ib(ib), .ic(ic), .v(v), .valid(valid),

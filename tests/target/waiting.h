@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT */
+/* Waiting by timer 2, which test_timer.c checks. waiting_begin() first. */
+#ifndef TESTS_TARGET_WAITING_H
+#define TESTS_TARGET_WAITING_H
+
+#include "drivers/board.h"
+#include "drivers/mss/timer.h"
+
+#define US_TICKS (BOARD_MSS_TIMER_HZ / 1000000u)
+
+static inline void waiting_begin(void)
+{
+    mss_timer2_start_free_running();
+}
+
+static inline void wait_us(uint32_t us)
+{
+    const uint32_t start = mss_timer2_now();
+    while (mss_timer2_now() - start < us * US_TICKS) {
+        /* time passes */
+    }
+}
+
+#endif
