@@ -88,7 +88,7 @@ void modes_limit_torque(struct axis *a)
         .i_limit_q15 = i_limit_q15(a),
         .limit_speed = axis_mode_is_torque(a->mode),
     };
-    torque_set_limits(&a->torque, &a->loop, &a->tuning, &view);
+    torque_set_limits(&a->torque, &a->tuning, &view);
 }
 
 static void limit_in_turn(struct axis *a)

@@ -89,7 +89,7 @@ struct outcome axis_switch_on(struct axis *a)
     if (problem.error != ERROR_NONE) {
         return problem;
     }
-    torque_map_build(&a->torque.map, &a->params, &candidate); /* nobody looks at it while the bridge is off */
+    torque_build(&a->torque, &a->params, &candidate, a->loop.vbus_q15); /* nobody looks at it while the bridge is off */
     const uint32_t held = request_hold();
     problem = measured_forbids_on(a, &candidate);
     if (problem.error == ERROR_NONE) {

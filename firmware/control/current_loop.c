@@ -56,6 +56,9 @@ _Static_assert(CONFIG_BUS_STEPS < 1 << 17, "a voltage of the whole bus, with 14 
 /* Half a period at a speed of 1.0 = 1/16 turn a period, in radians. */
 #define TURN_PER_HALF_Q15 6434
 
+/* A radian in Q15 as a fraction of a turn, Q32: 2^17 / 2 pi. */
+#define TURN_Q32_PER_Q15 20861
+
 static void fill_circle(struct current_loop *c)
 {
     for (int32_t n = 0; n < 1 << LOOP_CIRCLE_BITS; n++) {
@@ -81,6 +84,7 @@ void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
     c->w_shift = CONFIG_W_SHIFT + 1u - (uint32_t)t->samples;
     c->ripple_q10 = t->ripple_q10;
     c->turn_per_w_q15 = t->delay_halves * TURN_PER_HALF_Q15 / t->samples;
+    c->weaken = (struct loop_weakening){.on = t->weakens, .v_d_max_steps = LOOP_V_D_MAX_STEPS};
     c->fell_back = 0u;
     c->dead_shift = 0u;
 }
@@ -200,6 +204,7 @@ static void rest(volatile struct current_loop *c)
     c->ki_q15 = 0;
     c->integral_d_q9 = 0;
     c->integral_q_q9 = 0;
+    c->weaken.retreat_q22 = 0;
     c->feedforward_d_steps = 0;
     c->feedforward_q_steps = 0;
     c->gains_of = NULL;
@@ -211,6 +216,12 @@ static int32_t frame_w_q15(const volatile struct current_loop *c)
     return c->source == LOOP_FORCED ? q15_sat16(c->field_speed_q32 >> c->w_shift) : current_loop_w_q15(c);
 }
 
+/* Only a rotor that the encoder tells of turns fast. */
+static bool weakens(const volatile struct current_loop *c)
+{
+    return c->weaken.on && c->source == LOOP_ENCODER;
+}
+
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t)
 {
     const int32_t w_q15 = frame_w_q15(c);
@@ -218,7 +229,10 @@ void current_loop_follow(volatile struct current_loop *c, const struct fabric *f
     if (c->ripple_q10 != 0) {
         follow_ripple(c);
     }
-    c->turn_q15 = q15_clamp((w_q15 * c->turn_per_w_q15) >> 15, -LOOP_TURN_MAX_Q15, LOOP_TURN_MAX_Q15);
+    const int32_t turn_q15 = (w_q15 * c->turn_per_w_q15) >> 15;
+    c->turn_q15 = q15_clamp(turn_q15, -LOOP_TURN_MAX_Q15, LOOP_TURN_MAX_Q15);
+    c->weaken.turn_q32 = (uint32_t)(turn_q15 * TURN_Q32_PER_Q15);
+    c->v_turn_q15 = weakens(c) ? 0 : c->turn_q15;
     if (c->status_max == UINT32_MAX) {
         rest(c);
         return;
@@ -262,6 +276,9 @@ void current_loop_off(volatile struct current_loop *c, struct fabric *f)
 
 static void (*handler(const volatile struct current_loop *c, enum loop_source source, enum loop_scheme scheme))(void)
 {
+    if (weakens(c)) {
+        return c->handlers->weakening[scheme];
+    }
     const bool rippled = c->ripple_q10 != 0 && source == LOOP_ENCODER && scheme == LOOP_SENSE_AB;
     return rippled ? c->handlers->rippled : c->handlers->handler[source][scheme];
 }

@@ -60,7 +60,18 @@ enum loop_pair {
 struct loop_handlers {
     void (**vector)(void);
     void (*handler[LOOP_SOURCES][LOOP_SCHEMES])(void);
+    void (*weakening[LOOP_SCHEMES])(void); /* in place of [LOOP_ENCODER], where the field is weakened */
     void (*rippled)(void); /* in place of [LOOP_ENCODER][LOOP_SENSE_AB], whose dead_shift is 0 */
+};
+
+/* What the instances for field weakening (stage_weaken.h) know besides. */
+struct loop_weakening {
+    bool on;               /* of the tuning: they serve */
+    uint32_t turn_q32;     /* by how much the frame turns until the voltages act: as turn_q15, without its limit */
+    int32_t v_d_max_steps; /* at most the circle */
+    int32_t gain_q15;      /* retreat, LSB of current per step of v_q beyond the circle; its sign is that of w */
+    int32_t most_q15;      /* largest retreat */
+    int32_t retreat_q22;   /* by how much i_d stays below its reference, Q15 with 7 more bits */
 };
 
 struct current_loop {
@@ -106,6 +117,8 @@ struct current_loop {
     int32_t loops_per_slow; /* samples a millisecond */
     uint32_t w_shift;       /* from a speed a sample, Q32, to one a PWM period, w_q15 */
     int32_t turn_per_w_q15; /* by how much the frame turns until the voltages act, at a speed of 1.0 */
+    int32_t v_turn_q15;     /* and by how much v_d and v_q are turned ahead of the rotor's frame when they act */
+    struct loop_weakening weaken;
     uint32_t fell_back;     /* milliseconds since the tuning in which the newest voltage had to wait for an end */
 };
 

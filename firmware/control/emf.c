@@ -64,7 +64,7 @@ void emf_step(struct emf *e, const volatile struct current_loop *c, const struct
     const struct emf_vector i = {c->i_d_q15, c->i_q_q15};
     const int32_t reaction_q15 = reaction(e, frame_w_q15, i.q_q15);
     advance_q15(&v.d_q15, &v.q_q15,
-                -c->turn_q15); /* from where the rotor was at the sample to where the voltage acts */
+                -c->v_turn_q15); /* from where the rotor was at the sample to where the voltage acts */
     e->now.d_q15 = limited(v.d_q15 - ((t->r_q12 * i.d_q15) >> 12) + reaction_q15);
     e->now.q_q15 = limited(v.q_q15 - ((t->r_q12 * i.q_q15) >> 12) - reaction(e, frame_w_q15, i.d_q15));
     e->filtered.d_q15 += (e->now.d_q15 - e->filtered.d_q15) >> FILTER_SHIFT;

@@ -20,21 +20,44 @@ void torque_measure(struct torque_control *s, const volatile struct current_loop
     const int32_t energy_q25 = bus_energy_q25(vbus_q15, t);
     const int32_t growth_q15 = (energy_q25 - s->energy_q25) >> 10;
     s->emf_q15 = q15_sat16((current_loop_w_q15(c) * t->torque_emf_q11) >> 11);
-    const int32_t braking_q15 = -((s->torque_q15 * s->emf_q15) >> 15);
-    const int32_t sink_q18 = s->sink_q18 + braking_q15 - growth_q15 - (s->sink_q18 >> SINK_SHIFT);
+    const int32_t power_q15 = (s->torque_q15 * s->emf_q15) >> 15;
+    const int32_t sink_q18 = s->sink_q18 - power_q15 - growth_q15 - (s->sink_q18 >> SINK_SHIFT);
     s->sink_q18 = q15_clamp(sink_q18, 0, Q15_ONE << SINK_SHIFT);
     s->energy_q25 = energy_q25;
+    s->vbus_q15 = vbus_q15;
+    flux_limit_step(&s->flux, c, t, vbus_q15, power_q15, s->weakening.top_q15);
+    if (s->flux.flux_q15 != FLUX_UNLIMITED) {
+        s->row = weakening_row(&s->weakening, s->flux.flux_q15);
+    }
 }
 
-/* What the voltage carries: it is asked only where it does not carry all, for the division and the search take their time. */
-static int32_t voltage_limit(const struct torque_map *m, int32_t w_q15, int32_t radius_q15)
+/* What current and voltage allow: braking less, where v_d has its limit. */
+static struct interval largest_torques(const struct torque_control *s, const struct tuning *t, int32_t i_limit_q15)
 {
-    const uint32_t w = (uint32_t)q15_abs(w_q15);
-    const uint32_t usable_q15 = (uint32_t)(radius_q15 * 19) / 20u;
-    if (w * (uint32_t)m->flux_max_q10 <= usable_q15 << 10) {
-        return m->torque_max_q15;
+    int32_t size_q15 = s->map.torque_max_q15;
+    if (i_limit_q15 < t->i_max_q15) {
+        size_q15 = q15_min(size_q15, torque_map_reach(&s->map, s->map.current_q15, i_limit_q15));
     }
-    return q15_min(torque_map_reach(m, m->flux_q15, (int32_t)(usable_q15 * 32768u / w)), m->torque_max_q15);
+    if (s->flux.flux_q15 != FLUX_UNLIMITED) {
+        size_q15 = q15_min(size_q15, weakening_torque(&s->row, i_limit_q15));
+        if (t->weakens) {
+            const int32_t i_q_most_q15 = weakening_braking_i_q(&s->weakening, s->flux.flux_q15);
+            const int32_t braking_q15 = weakening_torque_of_i_q(&s->row, &s->map, i_q_most_q15);
+            return interval_one_way(-s->emf_q15, q15_min(size_q15, braking_q15), size_q15);
+        }
+    }
+    return interval_both_ways(size_q15);
+}
+
+/* Mechanical power, driving and braking. */
+static struct interval power_limits(const struct torque_control *s, const struct tuning *t)
+{
+    const uint32_t size_q15 = (uint32_t)q15_abs(s->emf_q15);
+    const int32_t drive_q15 =
+        (uint32_t)t->power_max_q15 >= size_q15 ? Q15_ONE : (int32_t)(((uint32_t)t->power_max_q15 << 15) / size_q15);
+    const int32_t brake_q15 =
+        (uint32_t)t->regen_max_q15 >= size_q15 ? Q15_ONE : (int32_t)(((uint32_t)t->regen_max_q15 << 15) / size_q15);
+    return interval_meet(interval_one_way(s->emf_q15, drive_q15, Q15_ONE), interval_one_way(-s->emf_q15, brake_q15, Q15_ONE));
 }
 
 static struct interval bus_limits(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4)
@@ -59,17 +82,12 @@ static struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4
     return interval_one_way(speed_rpm_q4, faster_q15, Q15_ONE);
 }
 
-void torque_set_limits(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
-                       const struct torque_view *v)
+void torque_set_limits(struct torque_control *s, const struct tuning *t, const struct torque_view *v)
 {
-    const int32_t w_q15 = current_loop_w_q15(c);
     const int32_t i_limit_q15 = q15_clamp(v->i_limit_q15, 0, t->i_max_q15);
-    int32_t size_q15 = voltage_limit(&s->map, w_q15, c->radius_q15);
-    if (i_limit_q15 < t->i_max_q15) {
-        size_q15 = q15_min(size_q15, torque_map_reach(&s->map, s->map.current_q15, i_limit_q15));
-    }
     const struct interval bus = bus_limits(s, t, v->speed_rpm_q4);
-    struct interval limits = interval_meet(bus, interval_both_ways(size_q15));
+    const struct interval most = largest_torques(s, t, i_limit_q15);
+    struct interval limits = interval_meet(interval_meet(bus, power_limits(s, t)), most);
     if (v->limit_speed) {
         limits = interval_meet(limits, speed_limits(t, v->speed_rpm_q4));
     }
@@ -97,14 +115,27 @@ static int32_t i_q_beside(const struct tuning *t, int32_t torque_q15, int32_t i_
     return torque_q15 * t->torque_emf_q11 / q15_max(flux_q11, 1);
 }
 
-/* Burning keeps the amplitude within its limit, and reluctance from adding to the torque. */
+/* Burning keeps the amplitude within its limit, and reluctance from adding to the torque. It never strengthens the field. */
 static void set_burning(const struct torque_control *s, volatile struct current_loop *c, const struct tuning *t,
                         int32_t i_d_q15, int32_t i_q_q15)
 {
     const int32_t rest_q15 = circle_rest_q15(i_q_q15, s->i_limit_q15);
-    const int32_t burning_q15 = q15_max(i_d_q15 - s->burn_q15, -q15_min(rest_q15, t->burn_max_q15));
+    const int32_t most_q15 = q15_min(rest_q15, t->burn_max_q15);
+    const int32_t burning_q15 = q15_min(q15_max(i_d_q15 - s->burn_q15, -most_q15), i_d_q15);
     c->i_d_ref_q15 = burning_q15;
     c->i_q_ref_q15 = q15_clamp(i_q_beside(t, s->torque_q15, burning_q15), -q15_abs(i_q_q15), q15_abs(i_q_q15));
+}
+
+/* Those of least amplitude, unless their flux is more than the voltage carries. */
+static struct weakening_node currents_for(struct torque_control *s, int32_t torque_q15)
+{
+    s->flux.decides = torque_map_at(&s->map, s->map.flux_q15, torque_q15) > s->flux.flux_q15;
+    if (s->flux.decides) {
+        return weakening_currents(&s->row, torque_q15);
+    }
+    return (struct weakening_node){.torque_q15 = (int16_t)torque_q15,
+                                   .i_d_q15 = (int16_t)torque_map_at(&s->map, s->map.i_d_q15, torque_q15),
+                                   .i_q_q15 = (int16_t)torque_map_at(&s->map, s->map.i_q_q15, torque_q15)};
 }
 
 void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15)
@@ -114,19 +145,44 @@ void torque_ask(struct torque_control *s, volatile struct current_loop *c, const
     if (burn || s->burn_q15 != 0) {
         follow_burn(s, t, burn);
     }
-    const int32_t size_q15 = q15_abs(s->torque_q15);
-    const int32_t i_d_q15 = torque_map_at(&s->map, s->map.i_d_q15, size_q15);
-    const int32_t i_q_q15 = torque_map_at(&s->map, s->map.i_q_q15, size_q15);
+    const struct weakening_node i = currents_for(s, q15_abs(s->torque_q15));
+    s->torque_q15 = s->torque_q15 < 0 ? -i.torque_q15 : i.torque_q15;
     if (s->burn_q15 > 0) {
-        set_burning(s, c, t, i_d_q15, i_q_q15);
-        return;
+        set_burning(s, c, t, i.i_d_q15, i.i_q_q15);
+    } else {
+        c->i_d_ref_q15 = i.i_d_q15;
+        c->i_q_ref_q15 = s->torque_q15 < 0 ? -i.i_q_q15 : i.i_q_q15;
     }
-    c->i_d_ref_q15 = i_d_q15;
-    c->i_q_ref_q15 = s->torque_q15 < 0 ? -i_q_q15 : i_q_q15;
+    if (c->weaken.on) {
+        flux_limit_guide(c, t, s->vbus_q15);
+    }
 }
 
 void torque_rest(struct torque_control *s)
 {
     s->torque_q15 = 0;
     s->burn_q15 = 0;
+    flux_limit_rest(&s->flux);
+}
+
+/* Whether rated torque at speed_max takes currents that the ordinary handlers do not give, with the bus as it is. */
+static bool needs_weakening(const struct torque_control *s, const struct params *p, const struct tuning *t, int32_t vbus_q15)
+{
+    const int32_t rated_q15 = q15_min(tuning_q15_from_milli(p->i_rated_ma, p->i_range_ma), t->i_max_q15);
+    const int32_t w_q15 = (int32_t)((int64_t)p->speed_max_rpm * t->overspeed_w_q15 / p->overspeed_rpm);
+    const int32_t flux_q15 = flux_limit_at(vbus_q15, q15_max(w_q15, 1));
+    const struct weakening_row row = weakening_row(&s->weakening, flux_q15);
+    return flux_q15 < s->weakening.top_q15 && weakening_torque(&row, t->i_max_q15) <
+           torque_map_reach(&s->map, s->map.current_q15, rated_q15);
+}
+
+void torque_build(struct torque_control *s, const struct params *p, struct tuning *t, int32_t vbus_q15)
+{
+    torque_map_build(&s->map, p, t);
+    weakening_build(&s->weakening, &s->map, p, t, LOOP_V_D_MAX_STEPS);
+    t->weakens = needs_weakening(s, p, t, vbus_q15);
+    if (t->weakens) {
+        weakening_build(&s->weakening, &s->map, p, t, FLUX_V_D_MAX_STEPS);
+    }
+    flux_limit_rest(&s->flux);
 }

@@ -6,10 +6,10 @@
  * Limits by construction: each limiter yields an interval that contains 0 (interval.h), and the wish is clamped to what they
  * leave in common. Nothing is added after that, so no limiter can turn a torque round.
  *
- *   current   i_max, or less if the thermal model asks for it
- *   voltage   the largest torque whose flux the bus voltage still carries at the present speed, less 5 % for the resistance
- *             and for control. Beyond it the d axis, which comes first, takes the voltage that q needs, and a braking current
- *             runs away. Nothing where the magnets' flux alone fills the circle
+ *   current   i_max, or less if the thermal model asks for it; but never less than what a flux limit takes without torque
+ *   voltage   the most torque of the flux that the bus voltage carries at the present speed (flux_limit.h): the field is
+ *             weakened, up to the most torque per voltage (weakening.h)
+ *   power     power_max_w driving, regen_max_w braking
  *   bus       braking only: what keeps the bus voltage below v_max, whatever the supply takes back
  *   speed     torque control only: the speed controller's own proportional part towards speed_max, so as stable as that is
  *
@@ -30,7 +30,9 @@
 #include <stdint.h>
 
 #include "firmware/control/current_loop.h"
+#include "firmware/control/flux_limit.h"
 #include "firmware/control/interval.h"
+#include "firmware/control/weakening.h"
 #include "firmware/settings/torque_map.h"
 #include "firmware/settings/tuning.h"
 
@@ -44,10 +46,14 @@ struct torque_control {
     struct interval bus;    /* what the bus alone allows */
     int32_t i_limit_q15;    /* of the currents' amplitude */
     int32_t emf_q15;        /* power that a torque of 1.0 makes at the present speed */
+    int32_t vbus_q15;       /* of the last measurement */
     int32_t energy_q25;     /* of the bus capacitor */
     int32_t sink_q18;       /* power that goes away while the motor brakes; >= 0 */
     int32_t burn_q15;       /* d current against the magnets that makes no torque; >= 0 */
-    struct torque_map map;  /* of the last switching on */
+    struct flux_limit flux;
+    struct weakening_row row; /* of that limit: where it decides */
+    struct torque_map map;    /* these two: of the last switching on */
+    struct weakening weakening;
 };
 
 /* What the limits depend on besides speed and voltage. */
@@ -61,9 +67,14 @@ struct torque_view {
 void torque_measure(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                     int32_t vbus_q15);
 
+/*
+ * From parameters and their tuning to both tables; sets t->weakens, for the bus voltage as it is now. Thread, bridge off: up to
+ * 20 ms.
+ */
+void torque_build(struct torque_control *s, const struct params *p, struct tuning *t, int32_t vbus_q15);
+
 /* Works out s->limits. Every second slow period in operation, before a wish is made. */
-void torque_set_limits(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
-                       const struct torque_view *v);
+void torque_set_limits(struct torque_control *s, const struct tuning *t, const struct torque_view *v);
 
 /* Sets both current references for the wish, as far as the limits go. */
 void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15);

@@ -28,6 +28,8 @@ const struct param_info param_table[] = {
     PARAM(v_max_mv, 1000, 2000000, 36000),
     PARAM(chopper_on_mv, 0, 2000000, 0),
     PARAM(chopper_off_mv, 0, 2000000, 0),
+    PARAM(power_max_w, 1, 2000000, 2000000),
+    PARAM(regen_max_w, 0, 2000000, 2000000),
     PARAM(bus_capacitance_uf, 1, 1000000, 1000),
     PARAM(speed_max_rpm, 1, 30000, 4000),
     PARAM(overspeed_rpm, 1, 32000, 4800),

@@ -37,6 +37,8 @@ struct params {
     int32_t v_max_mv;           /* over-voltage threshold */
     int32_t chopper_on_mv;      /* bus voltage above which the brake chopper takes; 0: there is none */
     int32_t chopper_off_mv;     /* and at which it stops */
+    int32_t power_max_w;        /* mechanical power, driving */
+    int32_t regen_max_w;        /* and braking */
     int32_t bus_capacitance_uf; /* from the bridge to the supply, both sides of the cable */
     int32_t speed_max_rpm;      /* largest speed command */
     int32_t overspeed_rpm;      /* over-speed threshold */

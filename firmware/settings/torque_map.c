@@ -68,5 +68,4 @@ void torque_map_build(struct torque_map *map, const struct params *p, const stru
         map->shift++;
     }
     fill(map, &m, p, t);
-    map->flux_max_q10 = (torque_map_at(map, map->flux_q15, map->torque_max_q15) >> 5) + 1;
 }

@@ -20,7 +20,6 @@
 struct torque_map {
     int32_t shift;
     int32_t torque_max_q15; /* of i_max */
-    int32_t flux_max_q10;   /* at that torque, rounded up */
     int32_t i_d_q15[TORQUE_NODES];
     int32_t i_q_q15[TORQUE_NODES];
     int32_t current_q15[TORQUE_NODES]; /* amplitude */

@@ -68,6 +68,8 @@ struct tuning {
     int32_t burn_max_q15;       /* largest d current for burning power: cancels the magnets' flux, at most i_max */
     int32_t saliency_q11;       /* apparent x_q - x_d */
     int32_t speed_max_rpm_q4;
+    bool weakens; /* at speed_max rated torque takes a weaker field: worked out at `on`, for the bus as it is */
+    int32_t power_max_q15, regen_max_q15; /* mechanical, driving and braking: 1.0 = 1.5 v_range i_range */
     /* speed estimate: units and derivation in tuning_speed.c */
     int32_t encoder_counts;
     int32_t way_per_count_q12; /* rpm Q15 times milliseconds by 256ths of a count */

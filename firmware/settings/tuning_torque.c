@@ -9,7 +9,16 @@
 
 #define SALIENCY_MOST 65535 /* times a current: 32 bits */
 
+#define POWER_MOST 65535 /* twice the ranges: no limit, and 16 bits may be shifted by 15 more */
+
 #define BUS_SET_PERCENT 96 /* of v_max: see control/torque.h */
+
+/* By 1.5 v_range i_range. */
+static int32_t power_q15(const struct params *p, int32_t power_w)
+{
+    const int64_t power = scale(power_w * 2000000LL, 32768, 3LL * p->v_range_mv * p->i_range_ma);
+    return (int32_t)(power > POWER_MOST ? POWER_MOST : power);
+}
 
 /* Energy in units of what a power of 1.0 brings in a slow period: C v_range / (3 i_range) per period. */
 void tuning_torque(const struct params *p, struct tuning *t)
@@ -27,5 +36,7 @@ void tuning_torque(const struct params *p, struct tuning *t)
     const int64_t difference_q11 = x_q_q11 - x_d_q11;
     t->saliency_q11 = (int32_t)(difference_q11 > SALIENCY_MOST ? SALIENCY_MOST : difference_q11);
     t->burn_max_q15 = (int32_t)(cancelling_q15 < t->i_max_q15 ? cancelling_q15 : t->i_max_q15);
+    t->power_max_q15 = power_q15(p, p->power_max_w);
+    t->regen_max_q15 = power_q15(p, p->regen_max_w);
     t->speed_max_rpm_q4 = p->speed_max_rpm * 16;
 }

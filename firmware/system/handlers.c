@@ -64,6 +64,17 @@ CURRENT_LOOP_HANDLER(handlers_encoder_pair, 0, FABRIC0, LOOP_ENCODER, LOOP_SENSE
 CURRENT_LOOP_HANDLER(handlers_forced_ab, 0, FABRIC0, LOOP_FORCED, LOOP_SENSE_AB)
 CURRENT_LOOP_HANDLER(handlers_forced_pair, 0, FABRIC0, LOOP_FORCED, LOOP_SENSE_PAIR)
 
+#define WEAKENING_HANDLER(name, axis, fabric, scheme) \
+    void name(void) \
+    { \
+        if (current_loop_step_weakening(&axes[axis].loop, fabric, scheme)) { \
+            current_loop_fault(); \
+        } \
+    }
+
+WEAKENING_HANDLER(handlers_weakening_ab, 0, FABRIC0, LOOP_SENSE_AB)
+WEAKENING_HANDLER(handlers_weakening_pair, 0, FABRIC0, LOOP_SENSE_PAIR)
+
 /* The encoder with two sensors, the way a drive spends its life, is by hand: control/current_loop_isr.S. */
 const struct loop_handlers handlers_of_axis_0 = {
     .vector = &startup_vectors[STARTUP_SYSTEM_VECTORS + BOARD_IRQ_ADC],
@@ -72,6 +83,7 @@ const struct loop_handlers handlers_of_axis_0 = {
             [LOOP_ENCODER] = {FabricIrq0_IRQHandler, handlers_encoder_pair},
             [LOOP_FORCED] = {handlers_forced_ab, handlers_forced_pair},
         },
+    .weakening = {handlers_weakening_ab, handlers_weakening_pair},
     .rippled = handlers_encoder_ab,
 };
 

@@ -25,6 +25,8 @@ void handlers_start_slow_loop(void);
 /* The current loop of axis 0 in C. The first is not in the table of handlers: the one in assembly stands in its place. */
 void handlers_encoder_ab(void);
 void handlers_encoder_pair(void);
+void handlers_weakening_ab(void);
+void handlers_weakening_pair(void);
 void handlers_forced_ab(void);
 void handlers_forced_pair(void);
 

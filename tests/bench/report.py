@@ -62,7 +62,7 @@ ROWS = {
     "console.unknown": "the answer to a command that does not exist",
     "console.interrupt": "UART interrupt that hands 16 characters to the transmitter",
     "tuning_compute": "parameters to gains and thresholds, at `on`",
-    "torque_map_build": "table from torque to currents of a salient machine, at `on`",
+    "torque_build": "table from torque to currents of a salient machine, at `on`",
     "interrupt.latency": "request by software to the first reading in the handler",
     "interrupt.round_trip": "entry and exit around an empty handler",
 }

@@ -21,7 +21,7 @@ static struct session session = {
 TIMING_FUNCTION(time_fault, axis_raise(&axes[0], FAULT_OVERCURRENT))
 TIMING_FUNCTION(time_command, commands_execute(&session, line))
 TIMING_FUNCTION(time_tuning, (void)tuning_compute(&axes[0].params, &tuning))
-TIMING_FUNCTION(time_map, torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning))
+TIMING_FUNCTION(time_map, torque_build(&axes[0].torque, &axes[0].params, &axes[0].tuning, 16384))
 TIMING_FUNCTION(time_uart, UART0_IRQHandler())
 
 static void row_fault(const char *name, bool first)
@@ -97,9 +97,9 @@ static void row_map(void)
     timing_begin(&rows_timing);
     timing_add_typical(&rows_timing, timing_once(time_map, NULL, NULL));
     const struct timing_figures figures = timing_figures(&rows_timing);
-    print_row("torque_map_build", &figures, NULL);
+    print_row("torque_build", &figures, NULL);
     axes[0].params.lq_uh /= 2;
-    torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning);
+    torque_build(&axes[0].torque, &axes[0].params, &axes[0].tuning, 16384);
 }
 
 void rows_seldom(void)

@@ -20,7 +20,7 @@ static const struct torque_view view = {.speed_rpm_q4 = 1000 * 16, .i_limit_q15 
 
 TIMING_FUNCTION(time_measure, speed_loop_measure(&axes[0].speed, &axes[0].fabric->encoder, &axes[0].tuning))
 TIMING_FUNCTION(time_watch, torque_measure(&axes[0].torque, &axes[0].loop, &axes[0].tuning, 16000))
-TIMING_FUNCTION(time_limits, torque_set_limits(&axes[0].torque, &axes[0].loop, &axes[0].tuning, &view))
+TIMING_FUNCTION(time_limits, torque_set_limits(&axes[0].torque, &axes[0].tuning, &view))
 TIMING_FUNCTION(time_ask, torque_ask(&axes[0].torque, &axes[0].loop, &axes[0].tuning, axes[0].torque_command_q15))
 TIMING_FUNCTION(time_step,
                 (void)speed_loop_step(&axes[0].speed, &axes[0].tuning, axes[0].tuning.ramp_q16, &axes[0].torque.limits))
@@ -133,7 +133,7 @@ void rows_slow_loop(void)
 {
     print_heading("slow loop, in operation: its parts, the step of the state machine, the whole interrupt");
     found = 0;
-    torque_map_build(&axes[0].torque.map, &axes[0].params, &axes[0].tuning);
+    torque_build(&axes[0].torque, &axes[0].params, &axes[0].tuning, 16384);
     axes[0].fabric->pwm.CONTROL = 0u; /* at rest: no leg turns on */
     (void)gate_enable(&axes[0].fabric->gate);
     axes[0].loop.status_max = GATE_STATUS_LIVE;

@@ -171,7 +171,7 @@ def test_operation_begins_at_rest_in_speed_control(c, world):
 
 def test_torque_control_asks_for_the_command_within_the_limits(c, world):
     w = running(world("OPERATION_ENABLED"), 0)
-    c.torque_map_build(w.axis.torque.map, w.axis.params, w.axis.tuning)
+    c.torque_build(w.axis.torque, w.axis.params, w.axis.tuning, 16384)
     assert c.axis_command_current(w.axis, -3000).error == c.ERROR_NONE
     w.step()
     expected = -3000 * 32768 / w.axis.params.i_range_ma
@@ -258,7 +258,7 @@ def test_the_heartbeat_is_not_listened_to_in_the_first_two_milliseconds(c):
 def test_heat_lowers_the_limit_of_both_modes(c, world):
     for mode in (c.AXIS_MODE_SPEED, c.AXIS_MODE_TORQUE):
         w = running(world("OPERATION_ENABLED"), 0)
-        c.torque_map_build(w.axis.torque.map, w.axis.params, w.axis.tuning)
+        c.torque_build(w.axis.torque, w.axis.params, w.axis.tuning, 16384)
         w.axis.mode, w.axis.thermal.factor_q15 = mode, 16384
         w.step()
         assert w.axis.torque.i_limit_q15 == w.axis.tuning.i_max_q15 // 2

@@ -140,7 +140,7 @@ def test_heat_takes_the_current(world, c):
     w.axis.mode, w.axis.torque_command_q15 = c.AXIS_MODE_TORQUE, 30000
     w.axis.thermal.factor_q15 = 8192
     w.axis.loop.radius_q15 = 7000
-    c.torque_map_build(w.axis.torque.map, w.axis.params, w.axis.tuning)
+    c.torque_build(w.axis.torque, w.axis.params, w.axis.tuning, 16384)
     for _ in range(2):  # the limits are worked out in every second step
         w.step()
     assert w.axis.loop.i_q_ref_q15 == w.axis.tuning.i_max_q15 // 4

@@ -22,7 +22,7 @@ def machines(c):
         for key, value in changes.items():
             setattr(params, key, value)
         assert c.tuning_compute(params, tuning).error == c.ERROR_NONE
-        c.torque_map_build(torque.map, params, tuning)
+        c.torque_build(torque, params, tuning, 14000)
         made[name] = params, tuning, torque
     return made
 
@@ -42,7 +42,7 @@ def step(c, machine, wish, **state):
     torque.burn_q15 = state.get("burn_q15", 0)
     torque.energy_q25 = state.get("energy_q25", 0)
     c.torque_measure(torque, loop, tuning, state.get("vbus_q15", 14000))
-    c.torque_set_limits(torque, loop, tuning, view)
+    c.torque_set_limits(torque, tuning, view)
     c.torque_ask(torque, loop, tuning, wish)
     return loop
 

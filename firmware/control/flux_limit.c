@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/control/flux_limit.h"
+
+#include "firmware/control/stage_weaken.h"
+#include "firmware/settings/config.h"
+#include "lib/polar.h"
+#include "lib/q15.h"
+
+#define RETREAT_SHARE_Q11 717 /* 0.35: with a current loop of three samples and a delay of one and a half, 49 degrees of margin */
+#define TRIM_SHIFT     3 /* an eighth of what is missing a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
+#define TRIM_MOST      3 /* an eighth of the circle */
+#define TRIM_FRACTION  6
+#define FADE_SHIFT     4
+#define DROP_SHIFT     3 /* 8 ms: torque and flux limit depend on each other; a quicker answer could swing */
+#define DROP_MOST_Q15  (1 << 15)
+
+static int32_t circle_q15(int32_t vbus_q15)
+{
+    return (int32_t)((uint32_t)(vbus_q15 * (CONFIG_RADIUS_STEPS >> 1)) / (CONFIG_BUS_STEPS >> 1));
+}
+
+static int32_t resistive_q15(const struct tuning *t, int32_t i_q15)
+{
+    return q15_sat16((t->r_q12 * q15_sat16(i_q15)) >> 12);
+}
+
+static int32_t target_q15(int32_t vbus_q15)
+{
+    const int32_t circle = circle_q15(vbus_q15);
+    return circle - (circle >> FLUX_KEPT_SHIFT);
+}
+
+int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15)
+{
+    return (int32_t)(((uint32_t)target_q15(vbus_q15) << 15) / (uint32_t)w_q15);
+}
+
+/* v^2 - (w psi)^2, of the references and the torque of the last step. */
+static void follow_drop(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
+                        int32_t power_q15)
+{
+    const int32_t d_q15 = resistive_q15(t, c->i_d_ref_q15);
+    const int32_t q_q15 = resistive_q15(t, c->i_q_ref_q15);
+    const int32_t resistive = ((d_q15 * d_q15) >> 15) + ((q_q15 * q_q15) >> 15);
+    const int32_t driving = q15_clamp((t->r_q12 * q15_sat16(power_q15)) >> 11, -DROP_MOST_Q15, DROP_MOST_Q15);
+    s->drop_q15 += (q15_clamp(resistive + driving, -DROP_MOST_Q15, DROP_MOST_Q15) - s->drop_q15) >> DROP_SHIFT;
+}
+
+static void follow_trim(struct flux_limit *s, const volatile struct current_loop *c, int32_t target)
+{
+    if (!s->decides) {
+        s->trim_q21 -= s->trim_q21 / (1 << FADE_SHIFT);
+        return;
+    }
+    const int32_t d_q15 = c->v_d_q15;
+    const int32_t q_q15 = c->v_q_q15;
+    const int32_t length_q15 = (int32_t)polar_root((uint32_t)(d_q15 * d_q15) + (uint32_t)(q_q15 * q_q15));
+    const int32_t most_q21 = (target >> TRIM_MOST) << TRIM_FRACTION;
+    s->trim_q21 =
+        q15_clamp(s->trim_q21 + ((target - length_q15) * (1 << (TRIM_FRACTION - TRIM_SHIFT))), -most_q21, most_q21);
+}
+
+void flux_limit_step(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
+                     int32_t vbus_q15, int32_t power_q15, int32_t most_q15)
+{
+    const int32_t w_q15 = q15_abs(current_loop_w_q15(c));
+    const int32_t target = target_q15(vbus_q15);
+    follow_drop(s, c, t, power_q15);
+    follow_trim(s, c, target);
+    const int32_t usable_q15 = target + (s->trim_q21 >> TRIM_FRACTION);
+    const int32_t square_q15 = q15_max(((usable_q15 * usable_q15) >> 15) - s->drop_q15, 0);
+    const int32_t wanted_q15 = (int32_t)(((int64_t)w_q15 * most_q15) >> 15);
+    if (wanted_q15 <= Q15_ONE && (wanted_q15 * wanted_q15) >> 15 <= square_q15) {
+        s->flux_q15 = FLUX_UNLIMITED;
+        return;
+    }
+    s->flux_q15 = (int32_t)(((uint32_t)polar_root((uint32_t)square_q15 << 15) << 15) / (uint32_t)q15_max(w_q15, 1));
+}
+
+/*
+ * Driving, v_d may take nearly all: a q current that is too large then lacks v_q, and falls. Braking it would grow by that, so q
+ * keeps two thirds of the voltage.
+ */
+static int32_t v_d_max_steps(const volatile struct current_loop *c, int32_t w_q15)
+{
+    const bool braking = (c->i_q_ref_q15 ^ w_q15) < 0;
+    return braking ? LOOP_V_D_MAX_STEPS : FLUX_V_D_MAX_STEPS;
+}
+
+/* By how much i_d must fall for a step of the voltage, and of that the share that the loop bears. Nothing below half of the circle. */
+static int32_t retreat_gain_q15(const struct tuning *t, int32_t w_q15, int32_t vbus_q15)
+{
+    const int32_t size_q15 = q15_abs(w_q15);
+    if ((size_q15 * t->emf_q12) >> 12 < circle_q15(vbus_q15) >> 1) {
+        return 0;
+    }
+    const uint32_t step_q30 = ((uint32_t)vbus_q15 << 15) / CONFIG_BUS_STEPS;
+    const uint32_t reactance_q11 = (uint32_t)((size_q15 * t->x_d_q11) >> 15);
+    const uint32_t gain_q15 = step_q30 * RETREAT_SHARE_Q11 / (reactance_q11 + 1u);
+    const int32_t limited_q15 = gain_q15 > WEAKEN_GAIN_MAX_Q15 ? WEAKEN_GAIN_MAX_Q15 : (int32_t)gain_q15;
+    return w_q15 < 0 ? -limited_q15 : limited_q15;
+}
+
+void flux_limit_guide(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
+{
+    const int32_t w_q15 = current_loop_w_q15(c);
+    c->weaken.v_d_max_steps = v_d_max_steps(c, w_q15);
+    c->weaken.gain_q15 = retreat_gain_q15(t, w_q15, vbus_q15);
+    c->weaken.most_q15 = q15_clamp(t->i_max_q15 + c->i_d_ref_q15, 0, t->i_max_q15);
+}
+
+void flux_limit_rest(struct flux_limit *s)
+{
+    *s = (struct flux_limit){.flux_q15 = FLUX_UNLIMITED};
+}

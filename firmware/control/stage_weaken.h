@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The third stage where the field is weakened: as stage_regulate.h, but for two things. ISR, constant time.
+ *
+ * v_d may take what the slow loop allows, the whole circle at most: beyond the most torque per voltage of a machine with much
+ * reluctance all of the voltage stands in d. So what the circle leaves for v_q is a root and no table.
+ *
+ * Retreat. Where v_q wants more than the circle leaves, in the direction of the EMF, the EMF is too large: the bus has fallen, or the
+ * shaft is faster than the slow loop knew. i_d then goes below its reference by a share of what the missing voltage would take at
+ * w L_d, smoothed over four samples. What is missing is mostly the controller's answer to an i_q that runs away, which integrates
+ * the voltage already: a retreat that integrated as well would swing. It fills the time until the slow loop has set new references.
+ */
+#ifndef FIRMWARE_CONTROL_STAGE_WEAKEN_H
+#define FIRMWARE_CONTROL_STAGE_WEAKEN_H
+
+#include "firmware/control/current_loop.h"
+#include "lib/limit.h"
+#include "lib/pi.h"
+
+#define WEAKEN_RETREAT_SHIFT 7 /* of retreat_q22 to Q15 */
+#define WEAKEN_SMOOTH_SHIFT  2
+#define WEAKEN_GAIN_MAX_Q15  16383
+
+/* A step of the retreat: `over_steps` is what v_q lacks in the direction of the EMF, 0...65535. */
+static inline int32_t weaken_retreat_q22(int32_t retreat_q22, int32_t over_steps, int32_t gain_q15, int32_t most_q15)
+{
+    const int32_t wanted_q22 = (over_steps * gain_q15) >> (15 - WEAKEN_RETREAT_SHIFT);
+    return q15_min(retreat_q22 + ((wanted_q22 - retreat_q22) >> WEAKEN_SMOOTH_SHIFT), most_q15 << WEAKEN_RETREAT_SHIFT);
+}
+
+/* Ranges as regulate()'s; 0 <= v_d_max_steps <= CONFIG_RADIUS_STEPS, |gain_q15| <= WEAKEN_GAIN_MAX_Q15. */
+static inline dq_t regulate_weakening(struct current_loop *c, dq_t i)
+{
+    c->i_d_q15 = i.d;
+    c->i_q_q15 = i.q;
+    const int32_t retreat_q22 = c->weaken.retreat_q22;
+    const int32_t error_d = c->i_d_ref_q15 - (retreat_q22 >> WEAKEN_RETREAT_SHIFT) - i.d;
+    const int32_t error_q = c->i_q_ref_q15 - i.q;
+    const int32_t d = pi_q15_unlimited(c->kp_d_q9, error_d, c->integral_d_q9);
+    const int32_t wanted_q = pi_q15_unlimited(c->kp_q_q9, error_q, c->integral_q_q9);
+
+    int32_t v_d = d;
+    int32_t step_d = c->ki_q15 * error_d;
+    pi_q15_saturate(&v_d, &step_d, c->weaken.v_d_max_steps);
+    c->integral_d_q9 = pi_q15_integrated(c->integral_d_q9, step_d);
+
+    int32_t v_q = wanted_q;
+    int32_t step_q = c->ki_q15 * error_q;
+    pi_q15_saturate(&v_q, &step_q, circle_rest_q15(v_d, CONFIG_RADIUS_STEPS));
+    c->integral_q_q9 = pi_q15_integrated(c->integral_q_q9, step_q);
+
+    const int32_t gain_q15 = c->weaken.gain_q15;
+    const int32_t over_steps = (wanted_q - v_q) ^ (gain_q15 >> 31); /* one less where w is negative */
+    c->weaken.retreat_q22 =
+        weaken_retreat_q22(retreat_q22, q15_max(over_steps, 0), q15_abs(gain_q15), c->weaken.most_q15);
+    c->v_d_steps = v_d;
+    c->v_q_steps = v_q;
+    return (dq_t){v_d, v_q};
+}
+
+#endif

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/control/weakening.h"
+
+#include "lib/q15.h"
+
+#define PART_SHIFT 12
+#define LAST       (WEAKENING_NODES - 1)
+
+struct weakening_row weakening_row(const struct weakening *w, int32_t flux_q15)
+{
+    const struct weakening_node *const first = w->node[0];
+    if (flux_q15 <= w->low_q15) {
+        return (struct weakening_row){first, first, 0};
+    }
+    if (flux_q15 < w->base_q15) {
+        const uint32_t gap = (uint32_t)(w->base_q15 - w->low_q15);
+        const uint32_t part = ((uint32_t)(flux_q15 - w->low_q15) << 10) / gap << (PART_SHIFT - 10);
+        return (struct weakening_row){first, w->node[1], (int32_t)part};
+    }
+    const int32_t above = flux_q15 - w->base_q15;
+    const int32_t n = 1 + (above >> w->shift);
+    if (n >= w->rows - 1) {
+        const struct weakening_node *const last = w->node[w->rows - 1];
+        return (struct weakening_row){last, last, 0};
+    }
+    const uint32_t part = (uint32_t)above - ((uint32_t)(n - 1) << w->shift);
+    return (struct weakening_row){w->node[n], w->node[n + 1], (int32_t)((part << PART_SHIFT) >> w->shift)};
+}
+
+static int32_t between(int32_t lower, int32_t upper, int32_t part_q12)
+{
+    return lower + (((upper - lower) * part_q12) >> PART_SHIFT);
+}
+
+static int32_t torque_at(const struct weakening_row *r, int32_t n)
+{
+    return between(r->lower[n].torque_q15, r->upper[n].torque_q15, r->part_q12);
+}
+
+static int32_t i_q_at(const struct weakening_row *r, int32_t n)
+{
+    return between(r->lower[n].i_q_q15, r->upper[n].i_q_q15, r->part_q12);
+}
+
+static struct weakening_node node_at(const struct weakening_row *r, int32_t n)
+{
+    return (struct weakening_node){
+        .torque_q15 = (int16_t)torque_at(r, n),
+        .i_d_q15 = (int16_t)between(r->lower[n].i_d_q15, r->upper[n].i_d_q15, r->part_q12),
+        .i_q_q15 = (int16_t)i_q_at(r, n),
+    };
+}
+
+static uint32_t square(const struct weakening_node *p)
+{
+    return (uint32_t)(p->i_d_q15 * p->i_d_q15) + (uint32_t)(p->i_q_q15 * p->i_q_q15);
+}
+
+/* Along a chord the square of a current is convex: a share of squares is never too large a share of the chord. */
+static int32_t torque_within(const struct weakening_node *a, const struct weakening_node *b, uint32_t most)
+{
+    const uint32_t from = square(a);
+    const uint32_t to = square(b);
+    const uint32_t gap = ((to - from) >> PART_SHIFT) + 1u;
+    return between(a->torque_q15, b->torque_q15, q15_min((int32_t)((most - from) / gap), 1 << PART_SHIFT));
+}
+
+int32_t weakening_torque(const struct weakening_row *r, int32_t i_limit_q15)
+{
+    const uint32_t most = (uint32_t)i_limit_q15 * (uint32_t)i_limit_q15;
+    const struct weakening_node last = node_at(r, LAST);
+    if (square(&last) <= most) {
+        return last.torque_q15;
+    }
+    struct weakening_node below = node_at(r, 0);
+    if (square(&below) >= most) {
+        return 0;
+    }
+    struct weakening_node above = last;
+    int32_t n = 0;
+    for (int32_t step = LAST / 2; step > 0; step /= 2) {
+        const struct weakening_node middle = node_at(r, n + step);
+        if (square(&middle) <= most) {
+            n += step;
+            below = middle;
+        } else {
+            above = middle;
+        }
+    }
+    return torque_within(&below, &above, most);
+}
+
+int32_t weakening_braking_i_q(const struct weakening *w, int32_t flux_q15)
+{
+    const int64_t i_q_q15 = ((int64_t)flux_q15 * w->braking_i_q_q15) >> 15;
+    return i_q_q15 > INT16_MAX ? INT16_MAX : (int32_t)i_q_q15;
+}
+
+int32_t weakening_torque_of_i_q(const struct weakening_row *r, const struct torque_map *m, int32_t i_q_q15)
+{
+    if (i_q_at(r, 0) > i_q_q15) {
+        return torque_map_reach(m, m->i_q_q15, i_q_q15);
+    }
+    int32_t n = 0;
+    for (int32_t step = LAST / 2; step > 0; step /= 2) {
+        n += i_q_at(r, n + step) <= i_q_q15 ? step : 0;
+    }
+    const int32_t gap = q15_max(i_q_at(r, n + 1) - i_q_at(r, n), 1);
+    const int32_t part_q12 = (q15_clamp(i_q_q15 - i_q_at(r, n), 0, gap) << PART_SHIFT) / gap;
+    return between(torque_at(r, n), torque_at(r, n + 1), part_q12);
+}
+
+struct weakening_node weakening_currents(const struct weakening_row *r, int32_t torque_q15)
+{
+    int32_t n = 0;
+    for (int32_t step = LAST / 2; step > 0; step /= 2) {
+        n += torque_at(r, n + step) <= torque_q15 ? step : 0;
+    }
+    const struct weakening_node a = node_at(r, n);
+    const struct weakening_node b = node_at(r, n + 1);
+    const int32_t gap = q15_max(b.torque_q15 - a.torque_q15, 1);
+    const int32_t part_q12 = (q15_clamp(torque_q15 - a.torque_q15, 0, gap) << PART_SHIFT) / gap;
+    return (struct weakening_node){
+        .torque_q15 = (int16_t)between(a.torque_q15, b.torque_q15, part_q12),
+        .i_d_q15 = (int16_t)between(a.i_d_q15, b.i_d_q15, part_q12),
+        .i_q_q15 = (int16_t)between(a.i_q_q15, b.i_q_q15, part_q12),
+    };
+}

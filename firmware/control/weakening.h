@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The currents for a torque where the voltage does not carry the flux of torque_map.h: field weakening, and beyond it the most
+ * torque per voltage (MTPV).
+ *
+ * Of all currents whose flux linkage is psi, those with least amplitude for their torque begin where that contour crosses the
+ * MTPA curve, or at i_q = 0 below the magnets' own flux, and end at i_max, at the most torque that the contour has (MTPV), or
+ * where v_d would leave the current loop's range. A table has such contours as rows, 2^shift of flux apart, one exactly at
+ * the magnets' flux, where the beginnings have a kink. A row has nodes at equal steps of the flux vector's angle; near MTPV
+ * neighbouring rows are then alike but for their size (Meyer, Boecker: "Optimum control for interior permanent magnet synchronous
+ * motors (IPMSM) in constant torque and full range of flux weakening", PEMC 2006, has the order of limits).
+ *
+ * Why a table of currents. Between nodes currents are interpolated, so what is asked for is a mean of four nodes. Amplitude and flux of
+ * a mean are at most the mean of amplitudes and fluxes: a current from the table is never more than i_max, and its flux
+ * never more than the one it was asked for, whatever the step of the table. A coarse table costs torque: 0.5 % at most.
+ *
+ * Constant inductances, the apparent ones. Fluxes are as in torque_map.h: voltage at the base speed, Q15 of v_range; torque and
+ * currents, too.
+ */
+#ifndef FIRMWARE_CONTROL_WEAKENING_H
+#define FIRMWARE_CONTROL_WEAKENING_H
+
+#include <stdint.h>
+
+#include "firmware/settings/params.h"
+#include "firmware/settings/torque_map.h"
+#include "firmware/settings/tuning.h"
+
+#define WEAKENING_ROWS       26 /* the lowest one, and one every 2^shift above it */
+#define WEAKENING_NODES_BITS 4
+#define WEAKENING_NODES      ((1 << WEAKENING_NODES_BITS) + 1)
+
+struct weakening_node {
+    int16_t torque_q15, i_d_q15, i_q_q15;
+};
+
+struct weakening {
+    int32_t low_q15;  /* flux of row 0: with less none of its currents can do */
+    int32_t top_q15;  /* with so much the map's currents can do up to i_max */
+    int32_t base_q15; /* of row 1 */
+    int32_t shift;    /* from there on they stand 2^shift apart */
+    int32_t rows;
+    int32_t braking_i_q_q15; /* per flux */
+    struct weakening_node node[WEAKENING_ROWS][WEAKENING_NODES];
+};
+
+/* Between two rows: a mean of both, `part` of the upper one. */
+struct weakening_row {
+    const struct weakening_node *lower, *upper;
+    int32_t part_q12;
+};
+
+/* Fills the table for currents whose v_d is v_d_max_steps at most. `m` is the finished torque map. Thread, bridge off. */
+void weakening_build(struct weakening *w, const struct torque_map *m, const struct params *p, const struct tuning *t,
+                     int32_t v_d_max_steps);
+
+/* The row of a flux. Below the lowest one: the lowest, which has no torque; i_max then cannot weaken enough. Any context. */
+struct weakening_row weakening_row(const struct weakening *w, int32_t flux_q15);
+
+/* The largest torque of a row whose current is `i_limit_q15` at most; 0 if the row's least current is more. Any context. */
+int32_t weakening_torque(const struct weakening_row *r, int32_t i_limit_q15);
+
+/* The largest |i_q| at which a braking motor's v_d stays within LOOP_V_D_MAX_STEPS. Any context. */
+int32_t weakening_braking_i_q(const struct weakening *w, int32_t flux_q15);
+
+/* The largest torque with this i_q at most: of the row, or of the map where the row begins with more. Any context. */
+int32_t weakening_torque_of_i_q(const struct weakening_row *r, const struct torque_map *m, int32_t i_q_q15);
+
+/* The currents of a row for a torque: from 0 to the row's largest; less than the first node's is that node's. Any context. */
+struct weakening_node weakening_currents(const struct weakening_row *r, int32_t torque_q15);
+
+#endif

@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: MIT */
+/* The table of weakening.h, at `on`. Nothing is searched for but the ends of rows; a node is a flux vector, and the rest follows. */
+#include "firmware/control/current_loop.h"
+#include "firmware/control/weakening.h"
+#include "firmware/settings/config.h"
+#include "firmware/settings/mtpa.h"
+#include "firmware/settings/scale.h"
+#include "lib/limit.h"
+#include "lib/polar.h"
+#include "lib/q15.h"
+#include "lib/trig.h"
+
+#define V_D_REST     30 /* of v_d a thirtieth */
+#define LAST         (WEAKENING_NODES - 1)
+#define FLUX_LIMIT   (1 << 21) /* 64 v_range at the base speed */
+#define ANGLE_STEP   (1u << 20) /* a third of 1/4096 turn: by so much a torque that still grows is told from one that does not */
+#define HALF_TURN    (1u << 31)
+#define QUARTER_TURN (1u << 30)
+
+struct machine {
+    int32_t magnet_q15;
+    int64_t x_d_q19, x_q_q19; /* apparent reactances at the base speed */
+    int64_t torque_unit_q15;  /* the flux that makes a torque of 1.0 with a current of 1.0 */
+    int32_t i_max_q15;
+    int32_t share_most_q15; /* of the flux in q, which is v_d's; and the angle at which it has that */
+    uint32_t angle_most;
+};
+
+struct point {
+    int64_t i_d_q15, i_q_q15;
+    int64_t product_q30; /* torque as flux times current */
+};
+
+static int32_t limited(int64_t flux_q15)
+{
+    return (int32_t)(flux_q15 > FLUX_LIMIT ? FLUX_LIMIT : flux_q15);
+}
+
+/* 2 pi f psi by v_range; nWb are 1e-9, mV 1e-3, 2 pi has 9 decimals. */
+static int64_t volts_q15(const struct params *p, int64_t flux_nwb)
+{
+    return scale(flux_nwb * CONFIG_SPEED_BASE_HZ, TWO_PI_E9 / 1000 * 32768, p->v_range_mv * 1000000000000LL);
+}
+
+static int64_t reactance_q19(const struct params *p, int32_t inductance_uh)
+{
+    const int64_t x = scale(((int64_t)inductance_uh * p->i_range_ma) << 19, TWO_PI_E9 / 1000 * CONFIG_SPEED_BASE_HZ,
+                            p->v_range_mv * 1000000000000LL);
+    return x < 1 ? 1 : x;
+}
+
+/* The share of the circle that v_d has at most, less what the resistance takes. */
+static void take_v_d(struct machine *m, int32_t v_d_max_steps)
+{
+    const int32_t d_steps = q15_min(v_d_max_steps - v_d_max_steps / V_D_REST, CONFIG_RADIUS_STEPS);
+    m->share_most_q15 = d_steps * Q15_ONE / CONFIG_RADIUS_STEPS;
+    m->angle_most = atan2_q32(d_steps, circle_rest_q15(d_steps, CONFIG_RADIUS_STEPS));
+}
+
+static struct machine machine_of(const struct params *p, const struct tuning *t, int32_t v_d_max_steps)
+{
+    struct machine m = {
+        .magnet_q15 = limited(volts_q15(p, 1000LL * p->flux_uwb)),
+        .x_d_q19 = reactance_q19(p, mtpa_ld_uh(p)),
+        .x_q_q19 = reactance_q19(p, mtpa_lq_uh(p)),
+        .torque_unit_q15 = volts_q15(p, mtpa_flux_nwb(p)),
+        .i_max_q15 = t->i_max_q15,
+    };
+    m.torque_unit_q15 = m.torque_unit_q15 < 1 ? 1 : m.torque_unit_q15;
+    take_v_d(&m, v_d_max_steps);
+    return m;
+}
+
+/* A flux vector, `angle` from the magnets' axis towards q: its currents and torque. */
+static struct point point_of(const struct machine *m, int32_t flux_q15, uint32_t angle)
+{
+    const cossin_t cs = cossin_q15(angle);
+    const int64_t flux_d_q15 = ((int64_t)flux_q15 * cs.cos) >> 15;
+    const int64_t flux_q_q15 = ((int64_t)flux_q15 * cs.sin) >> 15;
+    struct point p = {.i_d_q15 = (flux_d_q15 - m->magnet_q15) * (1 << 19) / m->x_d_q19,
+                      .i_q_q15 = flux_q_q15 * (1 << 19) / m->x_q_q19};
+    p.product_q30 = flux_d_q15 * p.i_q_q15 - flux_q_q15 * p.i_d_q15;
+    return p;
+}
+
+/* Whether this angle is still within the row: the current allowed, v_d, too, and the torque grows. */
+static bool within(const struct machine *m, int32_t flux_q15, uint32_t angle)
+{
+    const struct point here = point_of(m, flux_q15, angle);
+    const int64_t square = here.i_d_q15 * here.i_d_q15 + here.i_q_q15 * here.i_q_q15;
+    return angle <= m->angle_most && square <= (int64_t)m->i_max_q15 * m->i_max_q15 &&
+           point_of(m, flux_q15, angle + ANGLE_STEP).product_q30 > here.product_q30;
+}
+
+static uint32_t end_of(const struct machine *m, int32_t flux_q15, uint32_t from)
+{
+    uint32_t end = from;
+    for (uint32_t step = QUARTER_TURN; step >= ANGLE_STEP; step /= 2u) {
+        end += end + step < HALF_TURN && within(m, flux_q15, end + step) ? step : 0u;
+    }
+    return end;
+}
+
+static struct weakening_node least_current(const struct torque_map *map, int32_t torque_q15)
+{
+    return (struct weakening_node){.torque_q15 = (int16_t)torque_q15,
+                                   .i_d_q15 = (int16_t)torque_map_at(map, map->i_d_q15, torque_q15),
+                                   .i_q_q15 = (int16_t)torque_map_at(map, map->i_q_q15, torque_q15)};
+}
+
+/* The most torque of the MTPA curve at which q has its share of this flux at most. */
+static int32_t torque_of_share(const struct machine *m, const struct torque_map *map, int32_t flux_q15)
+{
+    const int64_t flux_q_q15 = ((int64_t)flux_q15 * m->share_most_q15) >> 15;
+    const int64_t i_q_q15 = flux_q_q15 * (1 << 19) / m->x_q_q19;
+    return q15_min(torque_map_reach(map, map->i_q_q15, limited(i_q_q15)), map->torque_max_q15);
+}
+
+/* Where the contour crosses the MTPA curve, or i_q = 0. */
+static uint32_t start_of(const struct machine *m, const struct torque_map *map, int32_t flux_q15)
+{
+    if (flux_q15 <= m->magnet_q15) {
+        return 0;
+    }
+    const int32_t torque_q15 = q15_min(torque_map_reach(map, map->flux_q15, flux_q15), map->torque_max_q15);
+    const struct weakening_node p = least_current(map, torque_q15);
+    const int32_t d_q15 = m->magnet_q15 + (int32_t)((p.i_d_q15 * m->x_d_q19) >> 19);
+    return atan2_q32((int32_t)((p.i_q_q15 * m->x_q_q19) >> 19), d_q15);
+}
+
+static struct weakening_node node_of(const struct machine *m, const struct point *p)
+{
+    const int64_t torque_q15 = p->product_q30 / m->torque_unit_q15;
+    return (struct weakening_node){.torque_q15 = (int16_t)q15_clamp((int32_t)torque_q15, 0, INT16_MAX),
+                                   .i_d_q15 = (int16_t)p->i_d_q15,
+                                   .i_q_q15 = (int16_t)p->i_q_q15};
+}
+
+static void fill_alike(struct weakening_node *row, struct weakening_node all)
+{
+    for (uint32_t n = 0; n <= LAST; n++) {
+        row[n] = all;
+    }
+}
+
+/* A row that has no part beyond the MTPA curve is its last point there: i_max or v_d ends it before the flux does. */
+static void fill_row(struct weakening_node *row, const struct machine *m, const struct torque_map *map, int32_t flux_q15)
+{
+    const uint32_t start = start_of(m, map, flux_q15);
+    const uint32_t step = (end_of(m, flux_q15, start) - start) >> WEAKENING_NODES_BITS;
+    if (flux_q15 > m->magnet_q15 && step == 0u) {
+        fill_alike(row, least_current(map, torque_of_share(m, map, flux_q15)));
+        return;
+    }
+    for (uint32_t n = 0; n <= LAST; n++) {
+        const struct point p = point_of(m, flux_q15, start + n * step);
+        row[n] = node_of(m, &p);
+    }
+}
+
+/* The finest table that fits: a row at the lowest flux, some 2^shift below and above the magnets', the last not below `top`. */
+static void lay_out(struct weakening *w, int32_t magnet_q15)
+{
+    const int32_t below = magnet_q15 - w->low_q15;
+    const int32_t above = q15_max(w->top_q15 - magnet_q15, 1);
+    int32_t rows_below;
+    for (w->shift = 0;; w->shift++) {
+        rows_below = below > 0 ? (below - 1) >> w->shift : 0;
+        w->rows = 3 + rows_below + ((above - 1) >> w->shift);
+        if (w->rows <= WEAKENING_ROWS) {
+            break;
+        }
+    }
+    w->base_q15 = magnet_q15 - rows_below * (1 << w->shift);
+}
+
+/* q current by flux, at which v_d takes so much of the circle. */
+static int32_t per_flux_q15(const struct machine *m, int32_t v_d_steps)
+{
+    const int64_t per_q15 = scale(q15_min(v_d_steps, CONFIG_RADIUS_STEPS), 1LL << 34, CONFIG_RADIUS_STEPS * m->x_q_q19);
+    return (int32_t)(per_q15 > INT32_MAX ? INT32_MAX : per_q15);
+}
+
+void weakening_build(struct weakening *w, const struct torque_map *map, const struct params *p, const struct tuning *t,
+                     int32_t v_d_max_steps)
+{
+    const struct machine m = machine_of(p, t, v_d_max_steps);
+    const struct weakening_node most = least_current(map, map->torque_max_q15);
+    const int64_t q_q15 = (most.i_q_q15 * m.x_q_q19) >> 19;
+    w->braking_i_q_q15 = per_flux_q15(&m, LOOP_V_D_MAX_STEPS - LOOP_V_D_MAX_STEPS / V_D_REST);
+    w->low_q15 = q15_max(m.magnet_q15 - limited((m.i_max_q15 * m.x_d_q19) >> 19), 0);
+    w->top_q15 = q15_max(limited(torque_map_at(map, map->flux_q15, map->torque_max_q15)),
+                         limited(q_q15 * Q15_ONE / m.share_most_q15));
+    lay_out(w, m.magnet_q15);
+    const struct point lowest = point_of(&m, w->low_q15, 0);
+    fill_alike(w->node[0], (struct weakening_node){.i_d_q15 = (int16_t)q15_max((int32_t)lowest.i_d_q15, -m.i_max_q15)});
+    for (int32_t n = 1; n < w->rows - 1; n++) {
+        fill_row(w->node[n], &m, map, w->base_q15 + (n - 1) * (1 << w->shift));
+    }
+    fill_alike(w->node[w->rows - 1], most);
+}
