@@ -7,6 +7,7 @@
 #include "lib/q15.h"
 
 #define RETREAT_SHARE_Q11 717 /* 0.35: with a current loop of three samples and a delay of one and a half, 49 degrees of margin */
+#define RADIANS_PER_MS    8   /* of the base speed, at 20 kHz */
 #define TRIM_SHIFT     3 /* an eighth of what is missing a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
 #define TRIM_MOST      3 /* an eighth of the circle */
 #define TRIM_FRACTION  6
@@ -33,6 +34,12 @@ static int32_t target_q15(int32_t vbus_q15)
 int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15)
 {
     return (int32_t)(((uint32_t)target_q15(vbus_q15) << 15) / (uint32_t)w_q15);
+}
+
+/* v by L for a millisecond: a reactance at the base speed is 2 pi 1.25 radians of that, here 8. */
+int32_t flux_limit_slew_q15(const struct tuning *t, int32_t vbus_q15)
+{
+    return (circle_q15(vbus_q15) >> FLUX_KEPT_SHIFT) * (RADIANS_PER_MS << 11) / (t->x_q_q11 + 1);
 }
 
 /* v^2 - (w psi)^2, of the references and the torque of the last step. */

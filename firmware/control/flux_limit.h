@@ -24,8 +24,8 @@
 #define FLUX_UNLIMITED  INT32_MAX
 #define FLUX_KEPT_SHIFT 5 /* of the circle */
 
-/* Of v_d where the field is weakened and the motor drives: a 32nd of the circle is left, for what v_q must change. */
-#define FLUX_V_D_MAX_STEPS (CONFIG_RADIUS_STEPS - (CONFIG_RADIUS_STEPS >> 5))
+/* Of v_d where the field is weakened and the motor drives: a 128th of the circle is left, an eighth of it for v_q, for what v_q must change. */
+#define FLUX_V_D_MAX_STEPS (CONFIG_RADIUS_STEPS - (CONFIG_RADIUS_STEPS >> 7))
 
 struct flux_limit {
     int32_t flux_q15;   /* FLUX_UNLIMITED where the voltage carries any flux that is asked for */
@@ -46,6 +46,9 @@ void flux_limit_guide(volatile struct current_loop *c, const struct tuning *t, i
 
 /* The flux that this bus carries at |w|, but for the resistance. w_q15 > 0. Any context. */
 int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15);
+
+/* By how much the voltage that is kept changes a current in a millisecond, in q. Any context. */
+int32_t flux_limit_slew_q15(const struct tuning *t, int32_t vbus_q15);
 
 /* The bridge goes off. */
 void flux_limit_rest(struct flux_limit *s);

@@ -20,6 +20,7 @@
 #define WEAKEN_RETREAT_SHIFT 7 /* of retreat_q22 to Q15 */
 #define WEAKEN_SMOOTH_SHIFT  2
 #define WEAKEN_GAIN_MAX_Q15  16383
+#define WEAKEN_DEAD_STEPS    (CONFIG_RADIUS_STEPS / 16) /* harmonics of the EMF lack so much now and then */
 
 /* A step of the retreat: `over_steps` is what v_q lacks in the direction of the EMF, 0...65535. */
 static inline int32_t weaken_retreat_q22(int32_t retreat_q22, int32_t over_steps, int32_t gain_q15, int32_t most_q15)
@@ -52,7 +53,7 @@ static inline dq_t regulate_weakening(struct current_loop *c, dq_t i)
     const int32_t gain_q15 = c->weaken.gain_q15;
     const int32_t over_steps = (wanted_q - v_q) ^ (gain_q15 >> 31); /* one less where w is negative */
     c->weaken.retreat_q22 =
-        weaken_retreat_q22(retreat_q22, q15_max(over_steps, 0), q15_abs(gain_q15), c->weaken.most_q15);
+        weaken_retreat_q22(retreat_q22, q15_max(over_steps - WEAKEN_DEAD_STEPS, 0), q15_abs(gain_q15), c->weaken.most_q15);
     c->v_d_steps = v_d;
     c->v_q_steps = v_q;
     return (dq_t){v_d, v_q};

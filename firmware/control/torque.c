@@ -138,9 +138,22 @@ static struct weakening_node currents_for(struct torque_control *s, int32_t torq
                                    .i_q_q15 = (int16_t)torque_map_at(&s->map, s->map.i_q_q15, torque_q15)};
 }
 
+/*
+ * Where the flux is limited a torque grows only as quickly as the voltage that is kept can move its currents: a step would take
+ * voltage that is not there, first from q.
+ */
+static int32_t reachable(const struct torque_control *s, const struct tuning *t, int32_t torque_q15)
+{
+    if (torque_map_at(&s->map, s->map.flux_q15, q15_abs(torque_q15)) <= s->flux.flux_q15) {
+        return torque_q15;
+    }
+    const int32_t step_q15 = flux_limit_slew_q15(t, s->vbus_q15);
+    return q15_clamp(torque_q15, q15_min(s->torque_q15, 0) - step_q15, q15_max(s->torque_q15, 0) + step_q15);
+}
+
 void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15)
 {
-    s->torque_q15 = interval_clamp(s->limits, wish_q15);
+    s->torque_q15 = reachable(s, t, interval_clamp(s->limits, wish_q15));
     const bool burn = bus_decides(s, wish_q15);
     if (burn || s->burn_q15 != 0) {
         follow_burn(s, t, burn);

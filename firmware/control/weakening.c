@@ -6,25 +6,27 @@
 #define PART_SHIFT 12
 #define LAST       (WEAKENING_NODES - 1)
 
+/* Which row is the last that is not above the flux: a search by halves over rows 0...24, which 16 and 8 steps take in. */
+static int32_t row_below(const struct weakening *w, int32_t flux_q15)
+{
+    int32_t n = 0;
+    for (int32_t step = WEAKENING_BELOW; step > 0; step /= 2) {
+        n += n + step < WEAKENING_ROWS && w->flux_q15[n + step] <= flux_q15 ? step : 0;
+    }
+    return n;
+}
+
 struct weakening_row weakening_row(const struct weakening *w, int32_t flux_q15)
 {
-    const struct weakening_node *const first = w->node[0];
-    if (flux_q15 <= w->low_q15) {
-        return (struct weakening_row){first, first, 0};
+    const int32_t n = row_below(w, flux_q15);
+    const struct weakening_node *const lower = w->node[n];
+    const int32_t above_q15 = flux_q15 - w->flux_q15[n];
+    if (n == WEAKENING_ROWS - 1 || above_q15 <= 0) {
+        return (struct weakening_row){lower, lower, 0};
     }
-    if (flux_q15 < w->base_q15) {
-        const uint32_t gap = (uint32_t)(w->base_q15 - w->low_q15);
-        const uint32_t part = ((uint32_t)(flux_q15 - w->low_q15) << 10) / gap << (PART_SHIFT - 10);
-        return (struct weakening_row){first, w->node[1], (int32_t)part};
-    }
-    const int32_t above = flux_q15 - w->base_q15;
-    const int32_t n = 1 + (above >> w->shift);
-    if (n >= w->rows - 1) {
-        const struct weakening_node *const last = w->node[w->rows - 1];
-        return (struct weakening_row){last, last, 0};
-    }
-    const uint32_t part = (uint32_t)above - ((uint32_t)(n - 1) << w->shift);
-    return (struct weakening_row){w->node[n], w->node[n + 1], (int32_t)((part << PART_SHIFT) >> w->shift)};
+    const uint32_t gap_q15 = (uint32_t)(w->flux_q15[n + 1] - w->flux_q15[n]);
+    const uint32_t part_q10 = ((uint32_t)above_q15 << 10) / gap_q15;
+    return (struct weakening_row){lower, w->node[n + 1], (int32_t)(part_q10 << (PART_SHIFT - 10))};
 }
 
 static int32_t between(int32_t lower, int32_t upper, int32_t part_q12)

@@ -5,8 +5,9 @@
  *
  * Of all currents whose flux linkage is psi, those with least amplitude for their torque begin where that contour crosses the
  * MTPA curve, or at i_q = 0 below the magnets' own flux, and end at i_max, at the most torque that the contour has (MTPV), or
- * where v_d would leave the current loop's range. A table has such contours as rows, 2^shift of flux apart, one exactly at
- * the magnets' flux, where the beginnings have a kink. A row has nodes at equal steps of the flux vector's angle; near MTPV
+ * where v_d would leave the current loop's range. A table has such contours as rows: the lowest flux that i_max leaves, from
+ * there closer at first up to the magnets' own, since the end goes with the root of the distance, and as far apart again up to the largest
+ * one. A row has nodes at equal steps of the flux vector's angle; near MTPV
  * neighbouring rows are then alike but for their size (Meyer, Boecker: "Optimum control for interior permanent magnet synchronous
  * motors (IPMSM) in constant torque and full range of flux weakening", PEMC 2006, has the order of limits).
  *
@@ -26,7 +27,8 @@
 #include "firmware/settings/torque_map.h"
 #include "firmware/settings/tuning.h"
 
-#define WEAKENING_ROWS       26 /* the lowest one, and one every 2^shift above it */
+#define WEAKENING_BELOW      16 /* the row of the magnets' flux */
+#define WEAKENING_ROWS       25
 #define WEAKENING_NODES_BITS 4
 #define WEAKENING_NODES      ((1 << WEAKENING_NODES_BITS) + 1)
 
@@ -35,11 +37,8 @@ struct weakening_node {
 };
 
 struct weakening {
-    int32_t low_q15;  /* flux of row 0: with less none of its currents can do */
-    int32_t top_q15;  /* with so much the map's currents can do up to i_max */
-    int32_t base_q15; /* of row 1 */
-    int32_t shift;    /* from there on they stand 2^shift apart */
-    int32_t rows;
+    int32_t top_q15;                  /* with so much the map's currents can do up to i_max */
+    int32_t flux_q15[WEAKENING_ROWS]; /* of the rows, rising; with less than the first none of its currents can do */
     int32_t braking_i_q_q15; /* per flux */
     struct weakening_node node[WEAKENING_ROWS][WEAKENING_NODES];
 };

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The table of weakening.h, at `on`. Nothing is searched for but the ends of rows; a node is a flux vector, and the rest follows. */
 #include "firmware/control/current_loop.h"
+#include "firmware/control/flux_limit.h"
 #include "firmware/control/weakening.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/mtpa.h"
@@ -10,8 +11,9 @@
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-#define V_D_REST     30 /* of v_d a thirtieth */
+#define V_D_REST     64 /* of v_d so much */
 #define LAST         (WEAKENING_NODES - 1)
+#define ROWS_ABOVE   (WEAKENING_ROWS - 1 - WEAKENING_BELOW)
 #define FLUX_LIMIT   (1 << 21) /* 64 v_range at the base speed */
 #define ANGLE_STEP   (1u << 20) /* a third of 1/4096 turn: by so much a torque that still grows is told from one that does not */
 #define HALF_TURN    (1u << 31)
@@ -49,12 +51,13 @@ static int64_t reactance_q19(const struct params *p, int32_t inductance_uh)
     return x < 1 ? 1 : x;
 }
 
-/* The share of the circle that v_d has at most, less what the resistance takes. */
+/* What v_d allows, less the resistance's part, of the voltage that the whole flux takes. Where that is all, any angle is allowed. */
 static void take_v_d(struct machine *m, int32_t v_d_max_steps)
 {
-    const int32_t d_steps = q15_min(v_d_max_steps - v_d_max_steps / V_D_REST, CONFIG_RADIUS_STEPS);
-    m->share_most_q15 = d_steps * Q15_ONE / CONFIG_RADIUS_STEPS;
-    m->angle_most = atan2_q32(d_steps, circle_rest_q15(d_steps, CONFIG_RADIUS_STEPS));
+    const int32_t whole_steps = CONFIG_RADIUS_STEPS - (CONFIG_RADIUS_STEPS >> FLUX_KEPT_SHIFT);
+    const int32_t d_steps = q15_min(v_d_max_steps - v_d_max_steps / V_D_REST, whole_steps);
+    m->share_most_q15 = (d_steps << 15) / whole_steps;
+    m->angle_most = d_steps == whole_steps ? HALF_TURN : atan2_q32(d_steps, circle_rest_q15(d_steps, whole_steps));
 }
 
 static struct machine machine_of(const struct params *p, const struct tuning *t, int32_t v_d_max_steps)
@@ -158,20 +161,18 @@ static void fill_row(struct weakening_node *row, const struct machine *m, const 
     }
 }
 
-/* The finest table that fits: a row at the lowest flux, some 2^shift below and above the magnets', the last not below `top`. */
-static void lay_out(struct weakening *w, int32_t magnet_q15)
+/* Closer near the lowest flux, as squares; alike above the magnets'. */
+static void lay_out(struct weakening *w, int32_t magnet_q15, int32_t low_q15)
 {
-    const int32_t below = magnet_q15 - w->low_q15;
-    const int32_t above = q15_max(w->top_q15 - magnet_q15, 1);
-    int32_t rows_below;
-    for (w->shift = 0;; w->shift++) {
-        rows_below = below > 0 ? (below - 1) >> w->shift : 0;
-        w->rows = 3 + rows_below + ((above - 1) >> w->shift);
-        if (w->rows <= WEAKENING_ROWS) {
-            break;
-        }
+    const int32_t below_q15 = magnet_q15 - low_q15;
+    const int32_t above_q15 = q15_max(w->top_q15 - magnet_q15, 1);
+    for (int32_t n = 0; n < WEAKENING_ROWS; n++) {
+        const int32_t up = q15_max(n - WEAKENING_BELOW, 0);
+        const int32_t root = q15_min(n, WEAKENING_BELOW);
+        w->flux_q15[n] = low_q15 + below_q15 / (WEAKENING_BELOW * WEAKENING_BELOW) * (root * root) +
+                         below_q15 % (WEAKENING_BELOW * WEAKENING_BELOW) * (root * root) / (WEAKENING_BELOW * WEAKENING_BELOW) +
+                         (above_q15 * up + ROWS_ABOVE - 1) / ROWS_ABOVE;
     }
-    w->base_q15 = magnet_q15 - rows_below * (1 << w->shift);
 }
 
 /* q current by flux, at which v_d takes so much of the circle. */
@@ -188,14 +189,14 @@ void weakening_build(struct weakening *w, const struct torque_map *map, const st
     const struct weakening_node most = least_current(map, map->torque_max_q15);
     const int64_t q_q15 = (most.i_q_q15 * m.x_q_q19) >> 19;
     w->braking_i_q_q15 = per_flux_q15(&m, LOOP_V_D_MAX_STEPS - LOOP_V_D_MAX_STEPS / V_D_REST);
-    w->low_q15 = q15_max(m.magnet_q15 - limited((m.i_max_q15 * m.x_d_q19) >> 19), 0);
+    const int32_t low_q15 = q15_max(m.magnet_q15 - limited((m.i_max_q15 * m.x_d_q19) >> 19), 0);
     w->top_q15 = q15_max(limited(torque_map_at(map, map->flux_q15, map->torque_max_q15)),
                          limited(q_q15 * Q15_ONE / m.share_most_q15));
-    lay_out(w, m.magnet_q15);
-    const struct point lowest = point_of(&m, w->low_q15, 0);
+    lay_out(w, m.magnet_q15, low_q15);
+    const struct point lowest = point_of(&m, low_q15, 0);
     fill_alike(w->node[0], (struct weakening_node){.i_d_q15 = (int16_t)q15_max((int32_t)lowest.i_d_q15, -m.i_max_q15)});
-    for (int32_t n = 1; n < w->rows - 1; n++) {
-        fill_row(w->node[n], &m, map, w->base_q15 + (n - 1) * (1 << w->shift));
+    for (int32_t n = 1; n < WEAKENING_ROWS - 1; n++) {
+        fill_row(w->node[n], &m, map, w->flux_q15[n]);
     }
-    fill_alike(w->node[w->rows - 1], most);
+    fill_alike(w->node[WEAKENING_ROWS - 1], most);
 }
