@@ -9,7 +9,8 @@
 #define RETREAT_SHARE_Q11 717 /* 0.35: with a current loop of three samples and a delay of one and a half, 49 degrees of margin */
 #define RADIANS_PER_MS    8   /* of the base speed, at 20 kHz */
 #define TRIM_SHIFT     3 /* an eighth of what is missing a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
-#define TRIM_MOST      3 /* an eighth of the circle */
+#define TRIM_MOST      3 /* an eighth of the circle more */
+#define TRIM_LEAST     1 /* half of it less */
 #define TRIM_FRACTION  6
 #define FADE_SHIFT     4
 #define DROP_SHIFT     3 /* 8 ms: torque and flux limit depend on each other; a quicker answer could swing */
@@ -39,7 +40,7 @@ int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15)
 /* v by L for a millisecond: a reactance at the base speed is 2 pi 1.25 radians of that, here 8. */
 int32_t flux_limit_slew_q15(const struct tuning *t, int32_t vbus_q15)
 {
-    return (circle_q15(vbus_q15) >> FLUX_KEPT_SHIFT) * (RADIANS_PER_MS << 11) / (t->x_q_q11 + 1);
+    return (circle_q15(vbus_q15) >> FLUX_KEPT_SHIFT) * (RADIANS_PER_MS << 11) / (q15_max(t->x_q_q11, t->x_q_apparent_q11) + 1);
 }
 
 /* v^2 - (w psi)^2, of the references and the torque of the last step. */
@@ -53,18 +54,25 @@ static void follow_drop(struct flux_limit *s, const volatile struct current_loop
     s->drop_q15 += (q15_clamp(resistive + driving, -DROP_MOST_Q15, DROP_MOST_Q15) - s->drop_q15) >> DROP_SHIFT;
 }
 
-static void follow_trim(struct flux_limit *s, const volatile struct current_loop *c, int32_t target)
+/* By how much the voltages are shorter than they may be: all of it, and v_d's part of it while it brakes. */
+static int32_t left_q15(const volatile struct current_loop *c, int32_t target, int32_t power_q15)
 {
-    if (!s->decides) {
+    const int32_t d_q15 = q15_abs(c->v_d_q15);
+    const int32_t q_q15 = c->v_q_q15;
+    const int32_t left = target - polar_root((uint32_t)(d_q15 * d_q15) + (uint32_t)(q_q15 * q_q15));
+    const int32_t d_most_q15 = target - (target >> 2);
+    return power_q15 < 0 ? q15_min(left, d_most_q15 - d_q15) : left;
+}
+
+static void follow_trim(struct flux_limit *s, const volatile struct current_loop *c, int32_t target, int32_t power_q15)
+{
+    const int32_t left = left_q15(c, target, power_q15);
+    if (!s->decides && left > 0) {
         s->trim_q21 -= s->trim_q21 / (1 << FADE_SHIFT);
         return;
     }
-    const int32_t d_q15 = c->v_d_q15;
-    const int32_t q_q15 = c->v_q_q15;
-    const int32_t length_q15 = (int32_t)polar_root((uint32_t)(d_q15 * d_q15) + (uint32_t)(q_q15 * q_q15));
-    const int32_t most_q21 = (target >> TRIM_MOST) << TRIM_FRACTION;
-    s->trim_q21 =
-        q15_clamp(s->trim_q21 + ((target - length_q15) * (1 << (TRIM_FRACTION - TRIM_SHIFT))), -most_q21, most_q21);
+    s->trim_q21 = q15_clamp(s->trim_q21 + (left * (1 << (TRIM_FRACTION - TRIM_SHIFT))),
+                            -((target >> TRIM_LEAST) << TRIM_FRACTION), (target >> TRIM_MOST) << TRIM_FRACTION);
 }
 
 void flux_limit_step(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
@@ -73,7 +81,7 @@ void flux_limit_step(struct flux_limit *s, const volatile struct current_loop *c
     const int32_t w_q15 = q15_abs(current_loop_w_q15(c));
     const int32_t target = target_q15(vbus_q15);
     follow_drop(s, c, t, power_q15);
-    follow_trim(s, c, target);
+    follow_trim(s, c, target, power_q15);
     const int32_t usable_q15 = target + (s->trim_q21 >> TRIM_FRACTION);
     const int32_t square_q15 = q15_max(((usable_q15 * usable_q15) >> 15) - s->drop_q15, 0);
     const int32_t wanted_q15 = (int32_t)(((int64_t)w_q15 * most_q15) >> 15);

@@ -7,8 +7,8 @@
  *
  * Feedback. Where the flux limit decides, the length of the voltages must be that of the circle less what is kept. What is
  * missing is integrated, with 1/FLUX_TRIM a millisecond, into a voltage that is added before the speed divides it: so its gain on the flux goes
- * with 1 / |w|, as does what the flux changes the voltage by. An eighth of the circle at most, either way; it fades where the limit does not
- * decide. It covers hot windings, iron and magnets that are not as told.
+ * with 1 / |w|, as does what the flux changes the voltage by. An eighth of the circle more, half of it less at most: iron that
+ * saturates has far more flux at small currents than the apparent inductances say. It fades where the limit does not decide.
  *
  * Formats: voltages Q15 of v_range, fluxes voltage at the base speed (torque_map.h).
  */
