@@ -86,6 +86,9 @@ struct outcome axis_switch_on(struct axis *a)
         return outcome_of(state_forbids_on(a));
     }
     struct outcome problem = tuning_compute(&a->params, &candidate);
+    if (problem.error == ERROR_NONE) {
+        problem = tuning_check_emf(&a->params);
+    }
     if (problem.error != ERROR_NONE) {
         return problem;
     }

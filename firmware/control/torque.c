@@ -164,7 +164,7 @@ void torque_ask(struct torque_control *s, volatile struct current_loop *c, const
         set_burning(s, c, t, i.i_d_q15, i.i_q_q15);
     } else {
         c->i_d_ref_q15 = i.i_d_q15;
-        c->i_q_ref_q15 = s->torque_q15 < 0 ? -i.i_q_q15 : i.i_q_q15;
+        c->i_q_ref_q15 = s->torque_q15 < 0 ? -i.i_q_q15 : (s->torque_q15 > 0 ? i.i_q_q15 : 0); /* rounded, it may be 1 at no torque */
     }
     if (c->weaken.on) {
         flux_limit_guide(c, t, s->vbus_q15);

@@ -36,6 +36,7 @@ enum error {
     ERROR_SPEED_UNRESOLVED, /* none works */
     ERROR_CURRENT_TOO_SLOW, /* none works */
     ERROR_POSITION_MARGIN,
+    ERROR_EMF_BEYOND_V_MAX, /* value: the largest overspeed_rpm that works */
     /* the state does not allow it */
     ERROR_FAULT_LATCHED,
     ERROR_ALREADY_ON,

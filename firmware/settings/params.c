@@ -33,6 +33,7 @@ const struct param_info param_table[] = {
     PARAM(bus_capacitance_uf, 1, 1000000, 1000),
     PARAM(speed_max_rpm, 1, 30000, 4000),
     PARAM(overspeed_rpm, 1, 32000, 4800),
+    PARAM(emf_beyond_v_max, 0, 1, 0),
     PARAM(ramp_rpm_s, 1, 1000000, 5000),
     PARAM(stop_max_ms, 100, 3600000, 60000),
     PARAM(current_bw_hz, 10, 6400, 1000),

@@ -42,6 +42,7 @@ struct params {
     int32_t bus_capacitance_uf; /* from the bridge to the supply, both sides of the cable */
     int32_t speed_max_rpm;      /* largest speed command */
     int32_t overspeed_rpm;      /* over-speed threshold */
+    int32_t emf_beyond_v_max;   /* 1: bridge and bus stand what the magnets induce at overspeed_rpm */
     int32_t ramp_rpm_s;         /* slope of the speed reference */
     int32_t stop_max_ms;        /* a quick stop that takes longer ends with the bridge off */
     int32_t current_bw_hz;      /* crossover of the current loops */

@@ -111,6 +111,12 @@ struct tuning {
  */
 struct outcome tuning_compute(const struct params *p, struct tuning *t);
 
+/*
+ * Whether the bus stays below v_max when the bridge goes off at overspeed_rpm, and the diodes rectify what the magnets induce:
+ * sqrt(3) w psi between two phases, peak. Unless the parameters say that it need not. Thread.
+ */
+struct outcome tuning_check_emf(const struct params *p);
+
 /* Speed in rpm (Q4) from the observer's speed in electrical turns per sample (Q32), rounded down. Any context. */
 static inline int32_t tuning_rpm_q4(const struct tuning *t, int32_t speed_q32)
 {

@@ -40,3 +40,13 @@ void tuning_torque(const struct params *p, struct tuning *t)
     t->regen_max_q15 = power_q15(p, p->regen_max_w);
     t->speed_max_rpm_q4 = p->speed_max_rpm * 16;
 }
+
+/* 60 / (2 pi sqrt(3)) = 5.51328895; mV by uWb are 1000 / s. */
+struct outcome tuning_check_emf(const struct params *p)
+{
+    const int64_t rpm = scale(p->v_max_mv, 5513289, 1000LL * p->flux_uwb * p->pole_pairs);
+    if (p->emf_beyond_v_max != 0 || rpm >= p->overspeed_rpm) {
+        return OUTCOME_OK;
+    }
+    return (struct outcome){ERROR_EMF_BEYOND_V_MAX, (int32_t)rpm};
+}

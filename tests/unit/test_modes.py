@@ -19,7 +19,7 @@ class Drive(World):
     def __init__(self, c, mode="SPEED", rpm=300, torque_q15=900):
         super().__init__(c)
         self.c.tuning_compute(self.axis.params, self.axis.tuning)
-        self.c.torque_map_build(self.axis.torque.map, self.axis.params, self.axis.tuning)
+        self.c.torque_build(self.axis.torque, self.axis.params, self.axis.tuning, 14000)
         self.c.speed_loop_tune(self.axis.speed, self.axis.tuning)
         self.axis.loop.radius_q15 = 7300
         self.put("OPERATION_ENABLED")

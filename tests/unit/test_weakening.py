@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""Field weakening: the table against brute force, and a million states of the whole limiter in C (weakening_sweep.c)."""
+import cmath
+import math
+import os
+import subprocess
+
+import pytest
+
+from unit.conftest import HERE, SOURCE
+
+Q15 = 32768
+MACHINES = {"surface": {}, "salient": {"lq_uh": 400}, "reversed": {"ld_uh": 400},
+            "finite psi over L": {"ld_uh": 700, "lq_uh": 700, "speed_bw_hz": 30}, "reluctance": {"lq_uh": 1500, "flux_uwb": 3000}}
+WHOLE = 21045  # v_d_max_steps of the handlers for weakening
+
+
+def built(c, changes, v_d_max_steps=WHOLE):
+    params, tuning, table, weakening = c.params(), c.tuning(), c.torque_map(), c.weakening()
+    c.params_init(params)
+    for name, value in changes.items():
+        setattr(params, name, value)
+    assert c.tuning_compute(params, tuning).error == c.ERROR_NONE
+    c.torque_map_build(table, params, tuning)
+    c.weakening_build(weakening, table, params, tuning, v_d_max_steps)
+    return params, tuning, weakening
+
+
+class Machine:
+    """Constant inductances, per unit at the base speed."""
+
+    def __init__(self, c, params):
+        per_henry = 2 * math.pi * 1250 / (params.v_range_mv * 1e-3)
+        self.magnet = params.flux_uwb * 1e-6 * per_henry
+        self.x_d, self.x_q = (x * 1e-6 * params.i_range_ma * 1e-3 * per_henry for x in (params.ld_uh, params.lq_uh))
+        self.unit = c.mtpa_flux_nwb(params) * 1e-9 * per_henry
+
+    def flux(self, i_d, i_q):
+        return math.hypot(self.magnet + self.x_d * i_d, self.x_q * i_q)
+
+    def torque(self, i_d, i_q):
+        return i_q * (self.magnet - (self.x_q - self.x_d) * i_d) / self.unit
+
+    def most(self, flux, i_max):
+        """Brute force over a grid of currents: no formula."""
+        best = 0.0
+        for angle in range(0, 361):
+            turned = cmath.exp(1j * math.radians(angle / 2))
+            for part in range(1, 121):
+                i = turned * i_max * part / 120
+                if self.flux(i.real, i.imag) <= flux:
+                    best = max(best, self.torque(i.real, i.imag))
+        return best
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_the_table_gives_what_brute_force_finds(c, name):
+    params, tuning, weakening = built(c, MACHINES[name])
+    machine, i_max = Machine(c, params), tuning.i_max_q15 / Q15
+    low, top = weakening.flux_q15[0], weakening.top_q15
+    for share in (0.1, 0.2, 0.35, 0.5, 0.7, 0.9, 0.99):
+        flux_q15 = round(low + share * (top - low))
+        row = c.weakening_row(weakening, flux_q15)
+        most = c.weakening_torque(row, tuning.i_max_q15)
+        assert most / Q15 >= 0.975 * machine.most(flux_q15 / Q15, i_max), share
+        for torque in (0, most // 3, 2 * most // 3, most):
+            at = c.weakening_currents(row, torque)
+            i_d, i_q = at.i_d_q15 / Q15, at.i_q_q15 / Q15
+            assert machine.flux(i_d, i_q) <= flux_q15 / Q15 * 1.001 + 3 * (machine.x_d + machine.x_q) / Q15
+            assert math.hypot(i_d, i_q) <= i_max + 1.5 / Q15
+            first = c.weakening_currents(row, 0).torque_q15  # the map serves below that
+            if torque >= first:
+                assert machine.torque(i_d, i_q) == pytest.approx(torque / Q15, rel=0.02, abs=0.001)
+
+
+def test_rows_rise_and_one_is_the_magnets_own(c):
+    for changes in MACHINES.values():
+        params, _, weakening = built(c, changes)
+        fluxes = list(weakening.flux_q15)
+        assert fluxes == sorted(fluxes) and fluxes[-1] >= weakening.top_q15
+        magnet = 2 * math.pi * 1250 * params.flux_uwb * 1e-3 / params.v_range_mv * Q15
+        assert fluxes[c_below()] == pytest.approx(magnet, abs=2)
+
+
+def c_below():
+    text = (SOURCE / "firmware/control/weakening.h").read_text()
+    return int(next(line for line in text.splitlines() if line.startswith("#define WEAKENING_BELOW")).split()[2])
+
+
+def test_a_smaller_current_limit_is_kept(c):
+    _, tuning, weakening = built(c, MACHINES["surface"])
+    for flux in range(weakening.flux_q15[0], weakening.top_q15, 500):
+        row = c.weakening_row(weakening, flux)
+        last = 0
+        for limit in range(0, tuning.i_max_q15 + 1, 200):
+            torque = c.weakening_torque(row, limit)
+            at = c.weakening_currents(row, torque)
+            assert torque == 0 or math.hypot(at.i_d_q15, at.i_q_q15) <= limit + 2
+            assert torque >= last
+            last = torque
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory):
+    """The harness, compiled with the firmware's own sources: rows of numbers as it prints them."""
+    target = tmp_path_factory.mktemp("sweep") / "weakening_sweep"
+    sources = [path for room in ("firmware/settings", "firmware/control", "drivers/fabric", "lib")
+               for path in sorted((SOURCE / room).glob("*.c")) if path.name != "contract.c"]
+    command = [os.environ.get("HOSTCC") or "cc", "-std=gnu11", "-O2", "-Wall", "-Werror", f"-I{HERE / 'host'}", f"-I{SOURCE}",
+               str(HERE / "weakening_sweep.c"), *map(str, sources), str(HERE / "host/host.c"), "-lm", "-o", str(target)]
+    subprocess.run(command, check=True)
+    output = subprocess.run([target, "250000"], check=True, capture_output=True, text=True).stdout
+    return [[int(word) for word in line.split()] for line in output.splitlines()]
+
+
+def test_a_million_states(sweep):
+    """No torque turned round, no current beyond i_max, no flux that the voltage does not carry, the torque that was granted."""
+    assert len(sweep) == 5
+    for ld, lq, _, states, weakened, limited, *wrong in sweep:
+        assert states == 250000 and weakened > 0.3 * states and limited > 0.3 * states
+        assert wrong == [0, 0, 0, 0], (ld, lq)
+
+
+@pytest.mark.parametrize("overspeed, told, fits", ((7759, 0, True), (7760, 0, False), (7760, 1, True)))
+def test_magnets_that_would_charge_the_bus(c, overspeed, told, fits):
+    """36 V between two phases of 6.395 mWb and 4 pole pairs are 7759 rpm."""
+    params = c.params()
+    c.params_init(params)
+    params.overspeed_rpm, params.emf_beyond_v_max = overspeed, told
+    outcome = c.tuning_check_emf(params)
+    assert outcome.error == (c.ERROR_NONE if fits else c.ERROR_EMF_BEYOND_V_MAX)
+    assert fits or outcome.value == 7759
