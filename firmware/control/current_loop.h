@@ -61,7 +61,7 @@ struct loop_handlers {
     void (**vector)(void);
     void (*handler[LOOP_SOURCES][LOOP_SCHEMES])(void);
     void (*weakening[LOOP_SCHEMES])(void); /* in place of [LOOP_ENCODER], where the field is weakened */
-    void (*rippled)(void); /* in place of [LOOP_ENCODER][LOOP_SENSE_AB], whose dead_shift is 0 */
+    void (*rippled)(void);                 /* in place of [LOOP_ENCODER][LOOP_SENSE_AB], whose dead_shift is 0 */
 };
 
 /* What the instances for field weakening (stage_weaken.h) know besides. */
@@ -119,7 +119,7 @@ struct current_loop {
     int32_t turn_per_w_q15; /* by how much the frame turns until the voltages act, at a speed of 1.0 */
     int32_t v_turn_q15;     /* and by how much v_d and v_q are turned ahead of the rotor's frame when they act */
     struct loop_weakening weaken;
-    uint32_t fell_back;     /* milliseconds since the tuning in which the newest voltage had to wait for an end */
+    uint32_t fell_back; /* milliseconds since the tuning in which the newest voltage had to wait for an end */
 };
 
 /* Electrical speed of the rotor: Q15, 1.0 = CONFIG_SPEED_BASE_HZ. Any context. */

@@ -6,15 +6,17 @@
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-#define RETREAT_SHARE_Q11 717 /* 0.35: with a current loop of three samples and a delay of one and a half, 49 degrees of margin */
-#define RADIANS_PER_MS    8   /* of the base speed, at 20 kHz */
-#define TRIM_SHIFT     3 /* an eighth of what is missing a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
-#define TRIM_MOST      3 /* an eighth of the circle more */
-#define TRIM_LEAST     1 /* half of it less */
-#define TRIM_FRACTION  6
-#define FADE_SHIFT     4
-#define DROP_SHIFT     3 /* 8 ms: torque and flux limit depend on each other; a quicker answer could swing */
-#define DROP_MOST_Q15  (1 << 15)
+#define RETREAT_SHARE_Q11 \
+    717 /* 0.35: with a current loop of three samples and a delay of one and a half, 49 degrees of margin */
+#define RADIANS_PER_MS 8 /* of the base speed, at 20 kHz */
+#define TRIM_SHIFT \
+    3 /* an eighth of what is missing a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
+#define TRIM_MOST     3 /* an eighth of the circle more */
+#define TRIM_LEAST    1 /* half of it less */
+#define TRIM_FRACTION 6
+#define FADE_SHIFT    4
+#define DROP_SHIFT    3 /* 8 ms: torque and flux limit depend on each other; a quicker answer could swing */
+#define DROP_MOST_Q15 (1 << 15)
 
 static int32_t circle_q15(int32_t vbus_q15)
 {
@@ -40,7 +42,8 @@ int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15)
 /* v by L for a millisecond: a reactance at the base speed is 2 pi 1.25 radians of that, here 8. */
 int32_t flux_limit_slew_q15(const struct tuning *t, int32_t vbus_q15)
 {
-    return (circle_q15(vbus_q15) >> FLUX_KEPT_SHIFT) * (RADIANS_PER_MS << 11) / (q15_max(t->x_q_q11, t->x_q_apparent_q11) + 1);
+    return (circle_q15(vbus_q15) >> FLUX_KEPT_SHIFT) * (RADIANS_PER_MS << 11) /
+           (q15_max(t->x_q_q11, t->x_q_apparent_q11) + 1);
 }
 
 /* v^2 - (w psi)^2, of the references and the torque of the last step. */

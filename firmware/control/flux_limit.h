@@ -6,7 +6,7 @@
  * resistance takes from what the flux may have, braking it gives. Of the circle a 32nd is kept for control.
  *
  * Feedback. Where the flux limit decides, the length of the voltages must be that of the circle less what is kept. What is
- * missing is integrated, with 1/FLUX_TRIM a millisecond, into a voltage that is added before the speed divides it: so its gain on the flux goes
+ * missing is integrated, with an eighth a millisecond, into a voltage that is added before the speed divides it: so its gain on the flux goes
  * with 1 / |w|, as does what the flux changes the voltage by. An eighth of the circle more, half of it less at most: iron that
  * saturates has far more flux at small currents than the apparent inductances say. It fades where the limit does not decide.
  *
@@ -28,10 +28,10 @@
 #define FLUX_V_D_MAX_STEPS (CONFIG_RADIUS_STEPS - (CONFIG_RADIUS_STEPS >> 7))
 
 struct flux_limit {
-    int32_t flux_q15;   /* FLUX_UNLIMITED where the voltage carries any flux that is asked for */
-    bool decides;       /* the currents are those of a limited flux: by who asks for them */
-    int32_t trim_q21;   /* voltage, 6 more bits of fraction */
-    int32_t drop_q15;   /* what the resistance takes of the square of the voltage; negative while it brakes */
+    int32_t flux_q15; /* FLUX_UNLIMITED where the voltage carries any flux that is asked for */
+    bool decides;     /* the currents are those of a limited flux: by who asks for them */
+    int32_t trim_q21; /* voltage, 6 more bits of fraction */
+    int32_t drop_q15; /* what the resistance takes of the square of the voltage; negative while it brakes */
 };
 
 /*

@@ -52,8 +52,8 @@ static inline dq_t regulate_weakening(struct current_loop *c, dq_t i)
 
     const int32_t gain_q15 = c->weaken.gain_q15;
     const int32_t over_steps = (wanted_q - v_q) ^ (gain_q15 >> 31); /* one less where w is negative */
-    c->weaken.retreat_q22 =
-        weaken_retreat_q22(retreat_q22, q15_max(over_steps - WEAKEN_DEAD_STEPS, 0), q15_abs(gain_q15), c->weaken.most_q15);
+    c->weaken.retreat_q22 = weaken_retreat_q22(retreat_q22, q15_max(over_steps - WEAKEN_DEAD_STEPS, 0),
+                                               q15_abs(gain_q15), c->weaken.most_q15);
     c->v_d_steps = v_d;
     c->v_q_steps = v_q;
     return (dq_t){v_d, v_q};

@@ -57,7 +57,8 @@ static struct interval power_limits(const struct torque_control *s, const struct
         (uint32_t)t->power_max_q15 >= size_q15 ? Q15_ONE : (int32_t)(((uint32_t)t->power_max_q15 << 15) / size_q15);
     const int32_t brake_q15 =
         (uint32_t)t->regen_max_q15 >= size_q15 ? Q15_ONE : (int32_t)(((uint32_t)t->regen_max_q15 << 15) / size_q15);
-    return interval_meet(interval_one_way(s->emf_q15, drive_q15, Q15_ONE), interval_one_way(-s->emf_q15, brake_q15, Q15_ONE));
+    return interval_meet(interval_one_way(s->emf_q15, drive_q15, Q15_ONE),
+                         interval_one_way(-s->emf_q15, brake_q15, Q15_ONE));
 }
 
 static struct interval bus_limits(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4)
@@ -164,7 +165,9 @@ void torque_ask(struct torque_control *s, volatile struct current_loop *c, const
         set_burning(s, c, t, i.i_d_q15, i.i_q_q15);
     } else {
         c->i_d_ref_q15 = i.i_d_q15;
-        c->i_q_ref_q15 = s->torque_q15 < 0 ? -i.i_q_q15 : (s->torque_q15 > 0 ? i.i_q_q15 : 0); /* rounded, it may be 1 at no torque */
+        c->i_q_ref_q15 = s->torque_q15 < 0
+                             ? -i.i_q_q15
+                             : (s->torque_q15 > 0 ? i.i_q_q15 : 0); /* rounded, it may be 1 at no torque */
     }
     if (c->weaken.on) {
         flux_limit_guide(c, t, s->vbus_q15);
@@ -179,14 +182,15 @@ void torque_rest(struct torque_control *s)
 }
 
 /* Whether rated torque at speed_max takes currents that the ordinary handlers do not give, with the bus as it is. */
-static bool needs_weakening(const struct torque_control *s, const struct params *p, const struct tuning *t, int32_t vbus_q15)
+static bool needs_weakening(const struct torque_control *s, const struct params *p, const struct tuning *t,
+                            int32_t vbus_q15)
 {
     const int32_t rated_q15 = q15_min(tuning_q15_from_milli(p->i_rated_ma, p->i_range_ma), t->i_max_q15);
     const int32_t w_q15 = (int32_t)((int64_t)p->speed_max_rpm * t->overspeed_w_q15 / p->overspeed_rpm);
     const int32_t flux_q15 = flux_limit_at(vbus_q15, q15_max(w_q15, 1));
     const struct weakening_row row = weakening_row(&s->weakening, flux_q15);
-    return flux_q15 < s->weakening.top_q15 && weakening_torque(&row, t->i_max_q15) <
-           torque_map_reach(&s->map, s->map.current_q15, rated_q15);
+    return flux_q15 < s->weakening.top_q15 &&
+           weakening_torque(&row, t->i_max_q15) < torque_map_reach(&s->map, s->map.current_q15, rated_q15);
 }
 
 void torque_build(struct torque_control *s, const struct params *p, struct tuning *t, int32_t vbus_q15)

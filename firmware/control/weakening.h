@@ -39,7 +39,7 @@ struct weakening_node {
 struct weakening {
     int32_t top_q15;                  /* with so much the map's currents can do up to i_max */
     int32_t flux_q15[WEAKENING_ROWS]; /* of the rows, rising; with less than the first none of its currents can do */
-    int32_t braking_i_q_q15; /* per flux */
+    int32_t braking_i_q_q15;          /* per flux */
     struct weakening_node node[WEAKENING_ROWS][WEAKENING_NODES];
 };
 

@@ -11,11 +11,12 @@
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-#define V_D_REST     64 /* of v_d so much */
-#define LAST         (WEAKENING_NODES - 1)
-#define ROWS_ABOVE   (WEAKENING_ROWS - 1 - WEAKENING_BELOW)
-#define FLUX_LIMIT   (1 << 21) /* 64 v_range at the base speed */
-#define ANGLE_STEP   (1u << 20) /* a third of 1/4096 turn: by so much a torque that still grows is told from one that does not */
+#define V_D_REST   64 /* of v_d so much */
+#define LAST       (WEAKENING_NODES - 1)
+#define ROWS_ABOVE (WEAKENING_ROWS - 1 - WEAKENING_BELOW)
+#define FLUX_LIMIT (1 << 21) /* 64 v_range at the base speed */
+#define ANGLE_STEP \
+    (1u << 20) /* a third of 1/4096 turn: by so much a torque that still grows is told from one that does not */
 #define HALF_TURN    (1u << 31)
 #define QUARTER_TURN (1u << 30)
 
@@ -147,7 +148,8 @@ static void fill_alike(struct weakening_node *row, struct weakening_node all)
 }
 
 /* A row that has no part beyond the MTPA curve is its last point there: i_max or v_d ends it before the flux does. */
-static void fill_row(struct weakening_node *row, const struct machine *m, const struct torque_map *map, int32_t flux_q15)
+static void fill_row(struct weakening_node *row, const struct machine *m, const struct torque_map *map,
+                     int32_t flux_q15)
 {
     const uint32_t start = start_of(m, map, flux_q15);
     const uint32_t step = (end_of(m, flux_q15, start) - start) >> WEAKENING_NODES_BITS;
@@ -169,9 +171,10 @@ static void lay_out(struct weakening *w, int32_t magnet_q15, int32_t low_q15)
     for (int32_t n = 0; n < WEAKENING_ROWS; n++) {
         const int32_t up = q15_max(n - WEAKENING_BELOW, 0);
         const int32_t root = q15_min(n, WEAKENING_BELOW);
-        w->flux_q15[n] = low_q15 + below_q15 / (WEAKENING_BELOW * WEAKENING_BELOW) * (root * root) +
-                         below_q15 % (WEAKENING_BELOW * WEAKENING_BELOW) * (root * root) / (WEAKENING_BELOW * WEAKENING_BELOW) +
-                         (above_q15 * up + ROWS_ABOVE - 1) / ROWS_ABOVE;
+        w->flux_q15[n] =
+            low_q15 + below_q15 / (WEAKENING_BELOW * WEAKENING_BELOW) * (root * root) +
+            below_q15 % (WEAKENING_BELOW * WEAKENING_BELOW) * (root * root) / (WEAKENING_BELOW * WEAKENING_BELOW) +
+            (above_q15 * up + ROWS_ABOVE - 1) / ROWS_ABOVE;
     }
 }
 

@@ -27,8 +27,8 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_MODULATOR_OSR] = "modulator_osr must be 32, 64, 128 or 256; or 0: the serial converters",
     [ERROR_MODULATOR_OF_SHUNTS] = "modulator_osr needs sensors in line with the phases: low_side_shunts 0",
     [ERROR_MODULATOR_TOO_SLOW] = "modulator_osr takes too long for this time between two samples: choose a smaller one",
-    [ERROR_EMF_BEYOND_V_MAX] =
-        "at overspeed_rpm the magnets alone bring the bus beyond v_max_mv: emf_beyond_v_max 1 allows it, else at most @",
+    [ERROR_EMF_BEYOND_V_MAX] = "at overspeed_rpm the magnets alone bring the bus beyond v_max_mv: emf_beyond_v_max 1 "
+                               "allows it, else at most @",
     [ERROR_CURRENT_MARGIN] = "current_bw_hz leaves too little phase margin with this pwm_update: at most @",
     [ERROR_SPEED_MARGIN] = "speed_bw_hz leaves less than 45 degrees of phase margin: at most @",
     [ERROR_SPEED_RESOLUTION] =

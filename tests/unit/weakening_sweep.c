@@ -60,7 +60,8 @@ static void look(struct machine *m, struct counts *n)
     const int32_t w_q15 = (int32_t)any(-31000, 31000);
     const int32_t wish_q15 = any(0, 1) < 0.1 ? 0 : (int32_t)any(-32768, 32767);
     const struct torque_view view = {.speed_rpm_q4 = (int32_t)(w_q15 * 9.155),
-                                     .i_limit_q15 = any(0, 1) < 0.7 ? m->t.i_max_q15 : (int32_t)any(-10, m->t.i_max_q15),
+                                     .i_limit_q15 =
+                                         any(0, 1) < 0.7 ? m->t.i_max_q15 : (int32_t)any(-10, m->t.i_max_q15),
                                      .limit_speed = any(0, 1) < 0.3};
     loop.pll.speed_q32 = w_q15 * 8192;
     loop.w_shift = CONFIG_W_SHIFT;
@@ -109,8 +110,8 @@ int main(int count, char **arguments)
         for (long state = 0; state < states; state++) {
             look(&m, &n);
         }
-        printf("%d %d %d %ld %ld %ld %ld %ld %ld %ld\n", (int)uh[k][0], (int)uh[k][1], (int)m.t.weakens, n.states, n.weakened,
-               n.limited, n.reversed, n.beyond_current, n.beyond_flux, n.other_torque);
+        printf("%d %d %d %ld %ld %ld %ld %ld %ld %ld\n", (int)uh[k][0], (int)uh[k][1], (int)m.t.weakens, n.states,
+               n.weakened, n.limited, n.reversed, n.beyond_current, n.beyond_flux, n.other_torque);
     }
     return 0;
 }
