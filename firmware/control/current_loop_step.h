@@ -39,8 +39,8 @@ static inline __attribute__((always_inline)) bool current_loop_step(struct curre
 }
 
 /*
- * The same for field weakening, by the encoder: v_d may take the whole circle, so the limits are those of the frame in which the
- * voltages act, and they are turned there by an angle instead of two shears.
+ * The same for field weakening, by the encoder: v_d may take the whole circle, so the limits are those of the frame in
+ * which the voltages act, and they are turned there by an angle instead of two shears.
  */
 static inline __attribute__((always_inline)) bool current_loop_step_weakening(struct current_loop *c, struct fabric *f,
                                                                               enum loop_scheme scheme)

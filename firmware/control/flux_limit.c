@@ -96,8 +96,8 @@ void flux_limit_step(struct flux_limit *s, const volatile struct current_loop *c
 }
 
 /*
- * Driving, v_d may take nearly all: a q current that is too large then lacks v_q, and falls. Braking it would grow by that, so q
- * keeps two thirds of the voltage.
+ * Driving, v_d may take nearly all: a q current that is too large then lacks v_q, and falls. Braking it would grow by
+ * that, so q keeps two thirds of the voltage.
  */
 static int32_t v_d_max_steps(const volatile struct current_loop *c, int32_t w_q15)
 {
@@ -105,7 +105,10 @@ static int32_t v_d_max_steps(const volatile struct current_loop *c, int32_t w_q1
     return braking ? LOOP_V_D_MAX_STEPS : FLUX_V_D_MAX_STEPS;
 }
 
-/* By how much i_d must fall for a step of the voltage, and of that the share that the loop bears. Nothing below half of the circle. */
+/*
+ * By how much i_d must fall for a step of the voltage, and of that the share that the loop bears. Nothing below half of
+ * the circle.
+ */
 static int32_t retreat_gain_q15(const struct tuning *t, int32_t w_q15, int32_t vbus_q15)
 {
     const int32_t size_q15 = q15_abs(w_q15);

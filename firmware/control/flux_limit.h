@@ -1,14 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The flux that the bus voltage carries at the present speed: what field weakening goes by. Once a millisecond, in the slow loop.
+ * The flux that the bus voltage carries at the present speed: what field weakening goes by. Once a millisecond, in the
+ * slow loop.
  *
- * Feed-forward. The voltages are v = R i + j w psi, so v^2 = (R i)^2 + 2 R P / 1.5 + (w psi)^2 with P the mechanical power: motoring, the
- * resistance takes from what the flux may have, braking it gives. Of the circle a 32nd is kept for control.
+ * Feed-forward. The voltages are v = R i + j w psi, so v^2 = (R i)^2 + 2 R P / 1.5 + (w psi)^2 with P the mechanical
+ * power: motoring, the resistance takes from what the flux may have, braking it gives. Of the circle a 32nd is kept for
+ * control.
  *
  * Feedback. Where the flux limit decides, the length of the voltages must be that of the circle less what is kept. What is
- * missing is integrated, with an eighth a millisecond, into a voltage that is added before the speed divides it: so its gain on the flux goes
- * with 1 / |w|, as does what the flux changes the voltage by. An eighth of the circle more, half of it less at most: iron that
- * saturates has far more flux at small currents than the apparent inductances say. It fades where the limit does not decide.
+ * missing is integrated, with an eighth a millisecond, into a voltage that is added before the speed divides it: so its
+ * gain on the flux goes with 1 / |w|, as does what the flux changes the voltage by. An eighth of the circle more, half of
+ * it less at most: iron that saturates has far more flux at small currents than the apparent inductances say. It fades
+ * where the limit does not decide.
  *
  * Formats: voltages Q15 of v_range, fluxes voltage at the base speed (torque_map.h).
  */
@@ -24,7 +27,10 @@
 #define FLUX_UNLIMITED  INT32_MAX
 #define FLUX_KEPT_SHIFT 5 /* of the circle */
 
-/* Of v_d where the field is weakened and the motor drives: a 128th of the circle is left, an eighth of it for v_q, for what v_q must change. */
+/*
+ * Of v_d where the field is weakened and the motor drives: a 128th of the circle is left, an eighth of it for v_q, for
+ * what v_q must change.
+ */
 #define FLUX_V_D_MAX_STEPS (CONFIG_RADIUS_STEPS - (CONFIG_RADIUS_STEPS >> 7))
 
 struct flux_limit {

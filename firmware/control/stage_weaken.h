@@ -5,10 +5,11 @@
  * v_d may take what the slow loop allows, the whole circle at most: beyond the most torque per voltage of a machine with much
  * reluctance all of the voltage stands in d. So what the circle leaves for v_q is a root and no table.
  *
- * Retreat. Where v_q wants more than the circle leaves, in the direction of the EMF, the EMF is too large: the bus has fallen, or the
- * shaft is faster than the slow loop knew. i_d then goes below its reference by a share of what the missing voltage would take at
- * w L_d, smoothed over four samples. What is missing is mostly the controller's answer to an i_q that runs away, which integrates
- * the voltage already: a retreat that integrated as well would swing. It fills the time until the slow loop has set new references.
+ * Retreat. Where v_q wants more than the circle leaves, in the direction of the EMF, the EMF is too large: the bus has
+ * fallen, or the shaft is faster than the slow loop knew. i_d then goes below its reference by a share of what the missing
+ * voltage would take at w L_d, smoothed over four samples. What is missing is mostly the controller's answer to an i_q
+ * that runs away, which integrates the voltage already: a retreat that integrated as well would swing. It fills the time
+ * until the slow loop has set new references.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_WEAKEN_H
 #define FIRMWARE_CONTROL_STAGE_WEAKEN_H

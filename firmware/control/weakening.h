@@ -6,14 +6,15 @@
  * Of all currents whose flux linkage is psi, those with least amplitude for their torque begin where that contour crosses the
  * MTPA curve, or at i_q = 0 below the magnets' own flux, and end at i_max, at the most torque that the contour has (MTPV), or
  * where v_d would leave the current loop's range. A table has such contours as rows: the lowest flux that i_max leaves, from
- * there closer at first up to the magnets' own, since the end goes with the root of the distance, and as far apart again up to the largest
- * one. A row has nodes at equal steps of the flux vector's angle; near MTPV
- * neighbouring rows are then alike but for their size (Meyer, Boecker: "Optimum control for interior permanent magnet synchronous
- * motors (IPMSM) in constant torque and full range of flux weakening", PEMC 2006, has the order of limits).
+ * there closer at first up to the magnets' own, since the end goes with the root of the distance, and as far apart again
+ * up to the largest one. A row has nodes at equal steps of the flux vector's angle; near MTPV neighbouring rows are then
+ * alike but for their size (Meyer, Boecker: "Optimum control for interior permanent magnet synchronous motors (IPMSM) in
+ * constant torque and full range of flux weakening", PEMC 2006, has the order of limits).
  *
- * Why a table of currents. Between nodes currents are interpolated, so what is asked for is a mean of four nodes. Amplitude and flux of
- * a mean are at most the mean of amplitudes and fluxes: a current from the table is never more than i_max, and its flux
- * never more than the one it was asked for, whatever the step of the table. A coarse table costs torque: 0.5 % at most.
+ * Why a table of currents. Between nodes currents are interpolated, so what is asked for is a mean of four nodes.
+ * Amplitude and flux of a mean are at most the mean of amplitudes and fluxes: a current from the table is never more than
+ * i_max, and its flux never more than the one it was asked for, whatever the step of the table. A coarse table costs
+ * torque: 0.5 % at most.
  *
  * Constant inductances, the apparent ones. Fluxes are as in torque_map.h: voltage at the base speed, Q15 of v_range; torque and
  * currents, too.

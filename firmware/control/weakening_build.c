@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* The table of weakening.h, at `on`. Nothing is searched for but the ends of rows; a node is a flux vector, and the rest follows. */
+/*
+ * The table of weakening.h, at `on`. Nothing is searched for but the ends of rows; a node is a flux vector, and the rest
+ * follows.
+ */
 #include "firmware/control/current_loop.h"
 #include "firmware/control/flux_limit.h"
 #include "firmware/control/weakening.h"
@@ -52,7 +55,10 @@ static int64_t reactance_q19(const struct params *p, int32_t inductance_uh)
     return x < 1 ? 1 : x;
 }
 
-/* What v_d allows, less the resistance's part, of the voltage that the whole flux takes. Where that is all, any angle is allowed. */
+/*
+ * What v_d allows, less the resistance's part, of the voltage that the whole flux takes. Where that is all, any angle is
+ * allowed.
+ */
 static void take_v_d(struct machine *m, int32_t v_d_max_steps)
 {
     const int32_t whole_steps = CONFIG_RADIUS_STEPS - (CONFIG_RADIUS_STEPS >> FLUX_KEPT_SHIFT);

@@ -18,7 +18,7 @@ GRID = 241       # points an axis, twice: the whole plane, then around the best 
 FINER = 12       # by which the second grid is smaller
 RPM = math.pi / 30
 
-# Of the bus: the largest phase voltage, firmware/settings/rates.h. tests/unit/test_capability.py holds it against the image's.
+# Of the bus: the largest phase voltage, firmware/settings/rates.h. tests/unit/test_weakening.py holds it against the image's.
 PWM_COUNTS, DEAD_COUNTS, MIN_PULSE_COUNTS, ROUNDING_COUNTS = 5000, 100, 2, 4
 CIRCLE = (PWM_COUNTS - 4 * DEAD_COUNTS - 2 * MIN_PULSE_COUNTS - ROUNDING_COUNTS) / PWM_COUNTS / math.sqrt(3)
 
@@ -81,7 +81,8 @@ class Machine:
         i_d, i_q = self.currents(d, q)
         w = speed_rpm * RPM * self.pole_pairs
         voltage = np.hypot(self.resistance_ohm * i_d - w * q, self.resistance_ohm * i_q + w * d)
-        torque = np.where((np.hypot(i_d, i_q) <= current_a) & (voltage <= voltage_v), sign * (d * i_q - q * i_d), -np.inf)
+        allowed = (np.hypot(i_d, i_q) <= current_a) & (voltage <= voltage_v)
+        torque = np.where(allowed, sign * (d * i_q - q * i_d), -np.inf)
         n = int(torque.argmax())
         if not np.isfinite(torque.flat[n]):
             return None
@@ -90,7 +91,7 @@ class Machine:
 
 
 def machine_of(drive, winding_c=None):
-    """The plant of this very drive (PLANT, SPREAD, SEED); with its winding and magnets at a temperature, or at the reference."""
+    """The plant of this very drive (PLANT, SPREAD, SEED); winding and magnets warm, or at the reference temperature."""
     items = {key.partition(".")[2]: value for key, value in twin_items(drive) if key.startswith("motor.")}
     winding_c = REFERENCE_C if winding_c is None else winding_c
     warm_k = items.get("ambient_c", REFERENCE_C) + items.get("magnet_share", 0.5) * (

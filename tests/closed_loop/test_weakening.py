@@ -14,8 +14,8 @@ ON_S, KEPT = 0.15, 31 / 32  # of the circle, firmware/control/flux_limit.h
 SETTLED_S = 0.15
 # motor -> speed: twice the base speed where psi / L allows, else nearly all that it does; and the least share of theory
 MOTORS = {"estun_emj04apb22": (12000, 0.97), "maxon_ec45flat": (5800, 0.95), "abb_m2bj100l": (3236, 0.95)}
-# motor -> speed, and how far its currents may be from their references afterwards, of i_max: a sagging rectifier leaves less than
-# the flux limit sees between its pulses
+# motor -> speed, and how far its currents may be from their references afterwards, of i_max: a sagging rectifier leaves less
+# than the flux limit sees between its pulses
 SAG_MOTORS = {"estun_emj04apb22": (9000, 0.15), "abb_m2bj100l": (2400, 0.10)}
 
 
@@ -32,7 +32,8 @@ def at_speed(tmp_path, motor, rpm, steps, seconds, **more):
                  {"t_s": held, "event": "spin_rad_s", "args": [f"{rpm * math.pi / 30}"]},
                  *({**step, "t_s": held + step["t_s"]} for step in steps)]
     scenario = {"key": "weakening", "end_s": held + seconds, "preamble_s": 0.05, "step": all_steps}
-    result = simulate(scenario, motor=motor, out_dir=tmp_path, overrides=overrides, aligned=True, plant="full", spread=0, **more)
+    result = simulate(scenario, motor=motor, out_dir=tmp_path, overrides=overrides, aligned=True, plant="full", spread=0,
+                      **more)
     assert {result.enums["fault"][int(code)] for code in np.unique(result.trace["fault"])} == {"FAULT_NONE"}
     return result, held
 
@@ -57,8 +58,8 @@ def test_torque_beyond_base_speed(motor, tmp_path):
     assert max(full[f"i_{phase}_peak_A"].max() for phase in "abc") <= 1.1 * i_max_a
     idle = result.trace.between(held + 0.45, held + 0.55)
     assert abs(idle["torque_mean_Nm"].mean()) < 0.05 * result.drive.motor["rating"]["rated_torque_nm"]
-    # no limit cycle at the edge: the reference rests while nothing is asked for anew, but for what a sixth harmonic near the slow
-    # loop's 1 kHz looks like (abb_m2bj100l, 971 Hz: 2.4 %)
+    # no limit cycle at the edge: the reference rests while nothing is asked for anew, but for what a sixth harmonic near the
+    # slow loop's 1 kHz looks like (abb_m2bj100l, 971 Hz: 2.4 %)
     assert full["i_d_ref_A"].std() < 0.03 * i_max_a and full["i_q_ref_A"].std() < 0.03 * i_max_a
 
 
@@ -70,7 +71,8 @@ def result_period_s(window):
 def test_the_bus_falls_by_thirty_percent_in_a_millisecond(motor, tmp_path):
     rpm, off = SAG_MOTORS[motor]
     names = load_drive(motor).names()
-    sag = [{"t_s": 0.25 + n * 1e-4, "event": "supply_v", "args": [f"{names['vbus_V'] * (1 - 0.03 * n)}"]} for n in range(1, 11)]
+    sag = [{"t_s": 0.25 + n * 1e-4, "event": "supply_v", "args": [f"{names['vbus_V'] * (1 - 0.03 * n)}"]}
+           for n in range(1, 11)]
     result, held = at_speed(tmp_path, motor, rpm, [{"t_s": 0.05, "console": f"torque {names['i_max_A']:.3f}"}, *sag], 0.40)
     after = result.trace.between(held + 0.25, held + 0.40)
     assert after["vbus_V"][-100:].mean() < 0.75 * names["vbus_V"]

@@ -7,11 +7,13 @@ import subprocess
 
 import pytest
 
+from launcher.capability import CIRCLE
 from unit.conftest import HERE, SOURCE
 
 Q15 = 32768
 MACHINES = {"surface": {}, "salient": {"lq_uh": 400}, "reversed": {"ld_uh": 400},
-            "finite psi over L": {"ld_uh": 700, "lq_uh": 700, "speed_bw_hz": 30}, "reluctance": {"lq_uh": 1500, "flux_uwb": 3000}}
+            "finite psi over L": {"ld_uh": 700, "lq_uh": 700, "speed_bw_hz": 30},
+            "reluctance": {"lq_uh": 1500, "flux_uwb": 3000}}
 WHOLE = 21045  # v_d_max_steps of the handlers for weakening
 
 
@@ -130,3 +132,31 @@ def test_magnets_that_would_charge_the_bus(c, overspeed, told, fits):
     outcome = c.tuning_check_emf(params)
     assert outcome.error == (c.ERROR_NONE if fits else c.ERROR_EMF_BEYOND_V_MAX)
     assert fits or outcome.value == 7759
+
+
+def test_theory_has_the_circle_of_the_firmware(c):
+    loop = c.current_loop()
+    c.current_loop_init(loop)
+    assert max(loop.circle_steps) / 40000 == pytest.approx(CIRCLE, rel=1e-3)  # the bus is 2500 counts of 16 steps
+
+
+def test_limits_of_power(c):
+    """50 W at 3000 rpm are 0.159 N m, driving and braking each by its own limit, whichever way the shaft turns."""
+    params, tuning, torque, view = c.params(), c.tuning(), c.torque_control(), c.torque_view()
+    c.params_init(params)
+    params.power_max_w, params.regen_max_w = 50, 20
+    assert c.tuning_compute(params, tuning).error == c.ERROR_NONE
+    c.torque_build(torque, params, tuning, 14000)
+    view.i_limit_q15 = tuning.i_max_q15
+    loop = c.current_loop()
+    c.current_loop_init(loop)
+    newton_metres = 1.5 * params.pole_pairs * params.flux_uwb * 1e-6 * params.i_range_ma * 1e-3 / Q15
+    for sign in (1, -1):
+        loop.pll.speed_q32 = sign * round(3000 / 60 * 4 / 20000 * 2**32)
+        view.speed_rpm_q4 = sign * 3000 * 16
+        torque.torque_q15 = 0
+        c.torque_measure(torque, loop, tuning, 14000)
+        c.torque_set_limits(torque, tuning, view)
+        drive, brake = (torque.limits.high, torque.limits.low) if sign > 0 else (torque.limits.low, torque.limits.high)
+        assert sign * drive * newton_metres * math.pi * 100 == pytest.approx(50, rel=0.01)
+        assert -sign * brake * newton_metres * math.pi * 100 == pytest.approx(20, rel=0.01)

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Over a million states of the drive: whatever the limiters do, no torque turns round, no current is beyond i_max, and the flux
- * that the currents have is one that the voltage carries. By the equations of a machine with constant inductances, in floating point.
+ * that the currents have is one that the voltage carries. By the equations of a machine with constant inductances, in
+ * floating point.
  */
 #include <math.h>
 #include <stdio.h>
