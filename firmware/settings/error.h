@@ -29,6 +29,8 @@ enum error {
     ERROR_MODULATOR_OF_SHUNTS,
     ERROR_MODULATOR_TOO_SLOW,
     ERROR_SPEED_BEYOND_OBSERVER,
+    ERROR_OBSERVER,
+    ERROR_SENSORLESS_RELUCTANT,
     /* bandwidths that leave too little margin; value: the largest that works, Hz */
     ERROR_CURRENT_MARGIN,
     ERROR_SPEED_MARGIN,
