@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "drivers/cortex/cpu.h"
+#include "firmware/axis/rotor.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
@@ -227,7 +228,7 @@ void axis_step(struct axis *a)
     if (axis_fabric_doubted(a)) {
         return;
     }
-    speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
+    rotor_measure(a);
     turns_follow(&a->motion.turns, a->speed.estimate.count, a->tuning.encoder_counts);
     torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
     watch_heartbeat(a);
@@ -246,6 +247,9 @@ void axis_step(struct axis *a)
         start_learn_index(a);
     }
     current_loop_follow(&a->loop, a->fabric, a->state == AXIS_SWITCHED_ON ? start_tuning(a) : &a->tuning);
+    if (!rotor_has_encoder(a)) {
+        sensorless_follow(a);
+    }
     supervision_step(a);
 }
 

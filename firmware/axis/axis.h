@@ -16,6 +16,7 @@
 #include "firmware/axis/fault.h"
 #include "firmware/axis/modes.h"
 #include "firmware/axis/reaction.h"
+#include "firmware/axis/sensorless.h"
 #include "firmware/axis/start.h"
 #include "firmware/axis/supervision.h"
 #include "firmware/axis/thermal.h"
@@ -55,6 +56,7 @@ struct axis {
     struct speed_loop speed;
     struct motion motion;
     struct start start;
+    struct sensorless sensorless;
     struct fault_record faults;
     volatile uint32_t state; /* enum axis_state */
     volatile uint32_t mode;  /* enum axis_mode */

@@ -3,6 +3,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
+#include "firmware/axis/rotor.h"
 
 #define OFF  (1u << REACTION_OFF)
 #define STOP (1u << REACTION_STOP)
@@ -26,6 +27,7 @@ static const struct fault_class classes[FAULT_COUNT] = {
     [FAULT_LIMIT_CYCLE] = {OFF | STOP | WARN, REACTION_OFF, false},
     [FAULT_FOLLOWING_ERROR] = {OFF | STOP | WARN, REACTION_STOP, false},
     [FAULT_HOMING] = {OFF | STOP, REACTION_STOP, false},
+    [FAULT_LOCK_LOST] = {OFF, REACTION_OFF, true},
     [FAULT_COMMAND_TIMEOUT] = {OFF | STOP | WARN, REACTION_STOP, false},
 };
 
@@ -129,7 +131,7 @@ static void raise_overcurrent(struct axis *a)
     if (supervise_phases_suspect(a, &phase)) {
         axis_raise_with(a, FAULT_OPEN_PHASE, phase, 0);
     } else {
-        axis_raise(a, supervise_encoder_blame(a, FAULT_OVERCURRENT));
+        axis_raise(a, rotor_has_encoder(a) ? supervise_encoder_blame(a, FAULT_OVERCURRENT) : FAULT_OVERCURRENT);
     }
 }
 
@@ -143,7 +145,7 @@ void axis_sample_fault(struct axis *a)
     const enum fault sampled = fault_from_adc(adc_status(&a->fabric->adc));
     if ((gate & GATE_STATUS_LATCHES) != 0u) {
         axis_raise(a, fault_from_gate(gate));
-    } else if ((gate & GATE_STATUS_ENCODER) != 0u) {
+    } else if ((gate & GATE_STATUS_ENCODER) != 0u && rotor_has_encoder(a)) {
         axis_raise(a, FAULT_ENCODER);
     } else if (sampled == FAULT_OVERCURRENT) {
         raise_overcurrent(a);

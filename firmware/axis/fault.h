@@ -57,6 +57,7 @@ enum fault {
     FAULT_GATES_OFF,         /* the fabric has switched the gates off and latched no cause */
     FAULT_FOLLOWING_ERROR,   /* the shaft is not where it should be */
     FAULT_HOMING,            /* the search for index or block found nothing */
+    FAULT_LOCK_LOST,         /* without an encoder: the observer has lost the rotor */
     FAULT_COUNT
 };
 

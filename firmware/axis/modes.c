@@ -2,6 +2,7 @@
 #include "firmware/axis/modes.h"
 
 #include "firmware/axis/axis.h"
+#include "firmware/axis/rotor.h"
 #include "lib/q15.h"
 
 #define LIMITS_MS 2u /* together with supervision's phases, which are the shorter half */
@@ -109,7 +110,9 @@ static struct interval room_for_speed_loop(struct axis *a)
     limit_in_turn(a);
     const struct interval limits = a->torque.limits;
     struct motion *const m = &a->motion;
-    const int32_t own_q15 = m->cogging.count > 0 ? cogging_torque_q15(&m->cogging, &a->speed.estimate, &a->tuning) : 0;
+    const int32_t own_q15 = m->cogging.count > 0 && rotor_has_encoder(a)
+                                ? cogging_torque_q15(&m->cogging, &a->speed.estimate, &a->tuning)
+                                : 0;
     m->cogging_q15 = own_q15;
     return (struct interval){limits.low - own_q15, limits.high - own_q15};
 }
@@ -121,8 +124,25 @@ static void ask_with_place(struct axis *a, int32_t wish_q15)
 
 void modes_control_speed(struct axis *a, int32_t slope_q16)
 {
+    if (!rotor_has_encoder(a) && sensorless_lead_field(a, slope_q16)) {
+        return;
+    }
     const struct interval room = room_for_speed_loop(a);
     ask_with_place(a, speed_loop_step(&a->speed, &a->tuning, slope_q16, &room));
+    if (!rotor_has_encoder(a)) {
+        sensorless_after_control(a);
+    }
+}
+
+/* A field that is prescribed knows no torque: it goes where the torque would take the rotor, until the observer leads. */
+static bool field_goes_along(struct axis *a)
+{
+    const int32_t far_rpm = a->torque_command_q15 == 0 ? 0 : a->params.speed_max_rpm;
+    if (rotor_is_known(a)) {
+        return false;
+    }
+    a->speed.target_rpm_q16 = (a->torque_command_q15 < 0 ? -far_rpm : far_rpm) * 65536;
+    return sensorless_lead_field(a, a->tuning.ramp_q16);
 }
 
 static int32_t whole(int64_t counts)
@@ -216,7 +236,13 @@ void modes_step(struct axis *a)
     switch (a->mode) {
     case AXIS_MODE_TORQUE:
         limit_in_turn(a);
+        if (!rotor_has_encoder(a) && field_goes_along(a)) {
+            break;
+        }
         ask(a, a->torque_command_q15);
+        if (!rotor_has_encoder(a)) {
+            sensorless_after_control(a);
+        }
         break;
     case AXIS_MODE_POSITION:
         step_profile(a);

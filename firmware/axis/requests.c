@@ -4,6 +4,7 @@
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
 #include "firmware/axis/device.h"
+#include "firmware/axis/rotor.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
@@ -46,6 +47,12 @@ static enum error state_forbids_on(const struct axis *a)
 /* What has changed in the encoder's setting, if anything, makes the alignment void. Slow loop held, bridge off. */
 static void adopt_tuning(struct axis *a, const struct tuning *t)
 {
+    if (t->angle_source != a->tuning.angle_source) {
+        start_forget(a);
+        a->loop.angle_offset_q32 = 0;
+        a->loop.pll.speed_q32 = 0;
+        speed_estimate_reset(&a->speed.estimate);
+    }
     if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32) {
         start_forget(a);
         (void)encoder_init(&a->fabric->encoder, (uint32_t)a->params.encoder_counts, false);
@@ -156,7 +163,8 @@ static enum error clear_latches(struct axis *a)
     if (gate_clear(&a->fabric->gate, GATE_STATUS_LATCHES) != 0u) {
         return ERROR_GATE_INPUT_ACTIVE;
     }
-    if ((encoder_status(&a->fabric->encoder) & (ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST)) != 0u) {
+    if (rotor_has_encoder(a) &&
+        (encoder_status(&a->fabric->encoder) & (ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST)) != 0u) {
         return ERROR_NO_ENCODER_SIGNAL;
     }
     return ERROR_NONE;

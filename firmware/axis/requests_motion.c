@@ -5,11 +5,13 @@
  */
 #include "firmware/axis/axis.h"
 #include "firmware/axis/requests.h"
+#include "firmware/axis/rotor.h"
 #include "lib/q15.h"
 
 struct set_point {
     int32_t value;
     bool relative;
+    bool of_encoder; /* means nothing without one */
 };
 
 typedef struct outcome (*setter)(struct axis *a, struct set_point s);
@@ -20,7 +22,10 @@ static struct outcome set(struct axis *a, setter how, struct set_point s)
         return outcome_of(ERROR_BUSY);
     }
     const uint32_t held = request_hold();
-    const struct outcome outcome = a->state == AXIS_OPERATION_ENABLED ? how(a, s) : outcome_of(ERROR_NOT_OPERATING);
+    struct outcome outcome = outcome_of(ERROR_NOT_OPERATING);
+    if (a->state == AXIS_OPERATION_ENABLED) {
+        outcome = s.of_encoder && !rotor_has_encoder(a) ? outcome_of(ERROR_NEEDS_ENCODER) : how(a, s);
+    }
     request_release(held);
     return outcome;
 }
@@ -137,7 +142,7 @@ static struct outcome set_learning(struct axis *a, struct set_point s)
 
 struct outcome axis_learn_cogging(struct axis *a)
 {
-    return set(a, set_learning, (struct set_point){0, false});
+    return set(a, set_learning, (struct set_point){.of_encoder = true});
 }
 
 /* What has been learned up to a stop is no map. */
@@ -155,37 +160,37 @@ void axis_learn(struct axis *a)
 
 struct outcome axis_command_speed(struct axis *a, int32_t rpm)
 {
-    return set(a, set_speed, (struct set_point){rpm, false});
+    return set(a, set_speed, (struct set_point){.value = rpm});
 }
 
 struct outcome axis_command_current(struct axis *a, int32_t milliamp)
 {
-    return set(a, set_current, (struct set_point){milliamp, false});
+    return set(a, set_current, (struct set_point){.value = milliamp});
 }
 
 struct outcome axis_command_position(struct axis *a, int32_t counts, bool relative)
 {
-    return set(a, set_position, (struct set_point){counts, relative});
+    return set(a, set_position, (struct set_point){counts, relative, true});
 }
 
 struct outcome axis_command_cyclic_position(struct axis *a, int32_t counts)
 {
-    return set(a, set_cyclic_position, (struct set_point){counts, false});
+    return set(a, set_cyclic_position, (struct set_point){counts, false, true});
 }
 
 struct outcome axis_command_cyclic_speed(struct axis *a, int32_t rpm)
 {
-    return set(a, set_cyclic_speed, (struct set_point){rpm, false});
+    return set(a, set_cyclic_speed, (struct set_point){.value = rpm});
 }
 
 struct outcome axis_command_cyclic_current(struct axis *a, int32_t milliamp)
 {
-    return set(a, set_cyclic_current, (struct set_point){milliamp, false});
+    return set(a, set_cyclic_current, (struct set_point){.value = milliamp});
 }
 
 struct outcome axis_command_home(struct axis *a, enum homing_method method)
 {
-    return set(a, set_home, (struct set_point){(int32_t)method, false});
+    return set(a, set_home, (struct set_point){(int32_t)method, false, true});
 }
 
 struct outcome axis_set_zero(struct axis *a)

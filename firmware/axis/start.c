@@ -2,6 +2,7 @@
 #include "firmware/axis/start.h"
 
 #include "firmware/axis/axis.h"
+#include "firmware/axis/rotor.h"
 #include "lib/q15.h"
 
 #define TURNING_TRIES 8u /* of 128 ms each: so long a rotor may run out */
@@ -11,6 +12,7 @@ enum start_phase {
     START_WIRING,
     START_ALIGN,
     START_FOLLOW, /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
+    START_FIELD,  /* without an encoder: the rotor is to hang on a field */
 };
 
 static uint32_t latched(const struct axis *a)
@@ -92,7 +94,11 @@ static void open_gates(struct axis *a)
 {
     struct start *const s = &a->start;
     const bool known = s->aligned && !s->unseen;
-    follow(a, known ? LOOP_ENCODER : LOOP_FORCED);
+    if (!rotor_has_encoder(a)) {
+        follow(a, LOOP_OBSERVER);
+    } else {
+        follow(a, known ? LOOP_ENCODER : LOOP_FORCED);
+    }
     wiring_start(&s->wiring);
     s->phase = known ? START_FOLLOW : START_WIRING;
 }
@@ -101,7 +107,7 @@ static void open_gates(struct axis *a)
 static void leave_calibration(struct axis *a)
 {
     struct start *const s = &a->start;
-    if (s->aligned || moved(a) <= 2 + a->tuning.encoder_counts / 1024) {
+    if (s->aligned || !rotor_has_encoder(a) || moved(a) <= 2 + a->tuning.encoder_counts / 1024) {
         open_gates(a);
         return;
     }
@@ -131,7 +137,7 @@ static void step_calibration(struct axis *a)
 /* A third of an electrical turn: few test currents turn a rotor so far, and magnets that turn induce currents of any sign. */
 static bool driven(const struct axis *a)
 {
-    return moved(a) * 3 * a->tuning.pole_pairs > a->tuning.encoder_counts;
+    return rotor_has_encoder(a) && moved(a) * 3 * a->tuning.pole_pairs > a->tuning.encoder_counts;
 }
 
 static void raise_of_wiring(struct axis *a, enum fault fault)
@@ -149,6 +155,11 @@ static void step_wiring(struct axis *a)
     switch (wiring_step(&s->wiring, &a->loop, &a->tuning, &a->fabric->adc)) {
     case WIRING_GOOD:
         s->unseen = false;
+        if (!rotor_has_encoder(a)) {
+            sensorless_begin(a);
+            s->phase = START_FIELD;
+            break;
+        }
         alignment_start(&s->alignment, &a->loop, &a->tuning, latched(a));
         s->phase = s->aligned ? START_FOLLOW : START_ALIGN;
         break;
@@ -195,6 +206,12 @@ bool start_step(struct axis *a)
     case START_ALIGN:
         step_alignment(a);
         return false;
+    case START_FIELD:
+        if (!sensorless_align(a)) {
+            return false;
+        }
+        s->phase = START_FOLLOW;
+        return true;
     case START_FOLLOW:
     default:
         if (a->loop.source != LOOP_ENCODER) {
@@ -207,7 +224,7 @@ bool start_step(struct axis *a)
 const struct tuning *start_tuning(const struct axis *a)
 {
     const struct start *const s = &a->start;
-    const bool voltage =
-        s->phase == START_WIRING || (s->phase == START_ALIGN && alignment_holds_voltage(&s->alignment));
+    const bool voltage = s->phase == START_WIRING || s->phase == START_FIELD ||
+                         (s->phase == START_ALIGN && alignment_holds_voltage(&s->alignment));
     return a->state == AXIS_SWITCHED_ON && voltage ? &wiring_tuning : &a->tuning;
 }

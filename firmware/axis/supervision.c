@@ -2,6 +2,7 @@
 #include "firmware/axis/supervision.h"
 
 #include "firmware/axis/axis.h"
+#include "firmware/axis/rotor.h"
 #include "lib/q15.h"
 
 void supervision_begin(struct axis *a)
@@ -72,18 +73,27 @@ static void step_odd(struct axis *a, uint32_t turn)
     }
 }
 
+/* False while it is in doubt: then its speed is, too. */
+static inline bool encoder_is_sound(struct axis *a, uint32_t turn)
+{
+    const int32_t surprise_q32 = look_at_encoder(a);
+    if (turn % 2u != 0u || strange(&a->supervision.encoder, surprise_q32)) {
+        supervise_encoder(a, surprise_q32, turn);
+        return a->supervision.encoder.doubt_ms == 0u;
+    }
+    return true;
+}
+
 /*
  * Each part in its turn, so that no millisecond has much more to do than another: phases and speed every second one, what is
  * slow every fourth. The torque limits (axis.c) fall together with the phases.
  */
 static void step_running(struct axis *a, uint32_t turn)
 {
-    const int32_t surprise_q32 = look_at_encoder(a);
-    if (turn % 2u != 0u || strange(&a->supervision.encoder, surprise_q32)) {
-        supervise_encoder(a, surprise_q32, turn);
-        if (a->supervision.encoder.doubt_ms != 0u) {
-            return; /* and so is its speed */
-        }
+    if (!rotor_has_encoder(a)) {
+        sensorless_supervise(a);
+    } else if (!encoder_is_sound(a, turn)) {
+        return;
     }
     watch_overspeed(a);
     if (turn % 2u != 0u) {

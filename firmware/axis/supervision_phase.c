@@ -68,7 +68,7 @@ static bool open(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32
 void supervise_phases(struct axis *a)
 {
     struct phase_watch *const p = &a->supervision.phases;
-    const cossin_t cs = cossin_q15(a->loop.pll.angle_q32 + a->loop.angle_offset_q32);
+    const cossin_t cs = cossin_q15(current_loop_angle_q32(&a->loop));
     const int32_t alpha_q15 = (p->i_d_ref_q15 * cs.cos - p->i_q_ref_q15 * cs.sin) >> 15;
     const int32_t beta_q15 = (p->i_d_ref_q15 * cs.sin + p->i_q_ref_q15 * cs.cos) >> 15;
     const int32_t b_q15 = ((beta_q15 * SIN60_Q15) >> 15) - (alpha_q15 >> 1);

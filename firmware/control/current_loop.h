@@ -22,6 +22,7 @@
 
 #include "drivers/fabric/fabric.h"
 #include "firmware/control/current_loop_layout.h"
+#include "firmware/control/observer.h"
 #include "firmware/settings/tuning.h"
 #include "lib/pll.h"
 #include "lib/q15.h"
@@ -39,6 +40,7 @@
 enum loop_source {
     LOOP_ENCODER, /* the rotor's, by the encoder */
     LOOP_FORCED,  /* current_loop_field(), whatever the rotor does */
+    LOOP_OBSERVER, /* the rotor's by the flux observer; or prescribed as well, while the observer finds it: field_follows */
     LOOP_SOURCES,
 };
 
@@ -75,8 +77,8 @@ struct loop_weakening {
 };
 
 struct current_loop {
-    struct pll pll;            /* angle predicted for the next sample, and speed; of the encoder, electrical */
-    uint32_t angle_offset_q32; /* from the encoder's angle to the field's */
+    struct pll pll;            /* angle predicted for the next sample, and speed; of encoder or observer, electrical */
+    uint32_t angle_offset_q32; /* from that angle to the rotor's; 0 with the observer */
     const int32_t *sine;       /* lib/trig.h */
     /* references: written by the slow loop */
     int32_t i_d_ref_q15;
@@ -120,6 +122,10 @@ struct current_loop {
     int32_t v_turn_q15;     /* and by how much v_d and v_q are turned ahead of the rotor's frame when they act */
     struct loop_weakening weaken;
     uint32_t fell_back; /* milliseconds since the tuning in which the newest voltage had to wait for an end */
+
+    /* of LOOP_OBSERVER */
+    uint32_t field_follows; /* all ones: field_angle_q32 counts from the observed angle; 0: it is prescribed */
+    struct observer flux;
 };
 
 /* Electrical speed of the rotor: Q15, 1.0 = CONFIG_SPEED_BASE_HZ. Any context. */
@@ -128,10 +134,19 @@ static inline int32_t current_loop_w_q15(const volatile struct current_loop *c)
     return q15_sat16(c->pll.speed_q32 >> c->w_shift);
 }
 
-/* Electrical angle of the field, for display. Any context. */
+/* Electrical angle of the frame in which the currents are regulated. Any context. */
+static inline uint32_t current_loop_angle_q32(const volatile struct current_loop *c)
+{
+    if (c->source == LOOP_ENCODER) {
+        return c->pll.angle_q32 + c->angle_offset_q32;
+    }
+    return c->field_angle_q32 + (c->source == LOOP_OBSERVER ? c->pll.angle_q32 & c->field_follows : 0u);
+}
+
+/* The same for display. */
 static inline uint32_t current_loop_angle_u16(const volatile struct current_loop *c)
 {
-    return (c->source == LOOP_FORCED ? c->field_angle_q32 : c->pll.angle_q32 + c->angle_offset_q32) >> 16;
+    return current_loop_angle_q32(c) >> 16;
 }
 
 /* Whether the controllers work and the thresholds count. Any context. */
@@ -162,6 +177,14 @@ bool current_loop_select(volatile struct current_loop *c, const struct fabric *f
  * otherwise. The rotor's angle and speed in `pll` go on following the encoder. Slow loop, bridge on or off.
  */
 void current_loop_field(volatile struct current_loop *c, uint32_t angle_q32, int32_t speed_q32);
+
+/*
+ * Of LOOP_OBSERVER: the frame of the currents is the observed rotor's from now on; or it stands by `turn_q32` further on and
+ * turns by `speed_q32` a sample. Voltages and references stay what they are, expressed in the new frame: the motor
+ * notices nothing. Slow loop, bridge on; holds the interrupt back for about 100 cycles.
+ */
+void current_loop_follow_rotor(volatile struct current_loop *c);
+void current_loop_prescribe(volatile struct current_loop *c, uint32_t turn_q32, int32_t speed_q32);
 
 /* The rotor stands at this electrical angle now: from here on the encoder tells it. Slow loop. */
 void current_loop_set_rotor(volatile struct current_loop *c, uint32_t angle_q32);

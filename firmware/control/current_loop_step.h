@@ -17,11 +17,26 @@
 #include "drivers/fabric/fabric.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/control/stage_angle.h"
+#include "firmware/control/stage_flux.h"
 #include "firmware/control/stage_modulate.h"
 #include "firmware/control/stage_regulate.h"
 #include "firmware/control/stage_sense.h"
 #include "firmware/control/stage_weaken.h"
 #include "lib/trig.h"
+
+/* The field's angle at the sample. */
+static inline __attribute__((always_inline)) uint32_t current_loop_angle(struct current_loop *c,
+                                                                         enum loop_source source)
+{
+    switch (source) {
+    case LOOP_ENCODER:
+        return angle_of_rotor(c);
+    case LOOP_OBSERVER:
+        return angle_observed(c);
+    default:
+        return angle_of_field(c);
+    }
+}
 
 /* Returns whether the sample has a fault. ISR; a test may call it with blocks of its own. */
 static inline __attribute__((always_inline)) bool current_loop_step(struct current_loop *c, struct fabric *f,
@@ -30,9 +45,14 @@ static inline __attribute__((always_inline)) bool current_loop_step(struct curre
     const alphabeta_t i = scheme == LOOP_SENSE_AB ? sense_ab(f) : sense_pair(c, f);
     /* Here and not where it is used: the compiler has registers left for it. */
     const alphabeta_t coarse = {i.alpha >> c->dead_shift, i.beta >> c->dead_shift};
-    const cossin_t cs = cossin_q15(source == LOOP_ENCODER ? angle_of_rotor(c) : angle_of_field(c));
+    const cossin_t cs = cossin_q15(current_loop_angle(c, source));
     const dq_t v = regulate(c, park_q15(i, cs));
-    modulate(&f->pwm, v, cs, coarse, c->turn_q15);
+    const alphabeta_t v_steps = modulate(&f->pwm, v, cs, coarse, c->turn_q15);
+    if (source == LOOP_OBSERVER) {
+        flux_observe(c, i, v_steps);
+        f->adc.STATUS = ADC_STATUS_EOC;
+        return (f->gate.STATUS & ~GATE_STATUS_ENCODER) > c->status_max; /* there may be none */
+    }
     angle_observe(c, f->encoder.LATCHED);
     f->adc.STATUS = ADC_STATUS_EOC;
     return f->gate.STATUS > c->status_max;

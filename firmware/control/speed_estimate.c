@@ -153,3 +153,12 @@ void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *en
     }
     e->travel_q15 = turned_q15;
 }
+
+void speed_estimate_take(struct speed_estimate *e, int32_t speed_rpm_q15, uint32_t clocks)
+{
+    e->speed_rpm_q15 = speed_rpm_q15;
+    e->travel_q15 = speed_rpm_q15; /* in a millisecond */
+    e->interval_clocks = clocks;
+    e->beyond_q15 = 0;
+    e->lost = true;
+}

@@ -45,4 +45,7 @@ void speed_estimate_reset(struct speed_estimate *e);
 /* One step. Range: below 32767 rpm and a quarter of a turn a millisecond of change. Slow loop. */
 void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *encoder, const struct tuning *t);
 
+/* What something else has measured, and how long that takes. What was known of edges is lost. Slow loop. */
+void speed_estimate_take(struct speed_estimate *e, int32_t speed_rpm_q15, uint32_t clocks);
+
 #endif

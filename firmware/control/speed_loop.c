@@ -7,6 +7,12 @@
 #define ONE_Q29          (1 << 29)
 #define CALMEST          10u /* quarters: of the gains a sixteenth is left */
 
+void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, uint32_t clocks)
+{
+    speed_estimate_take(&s->estimate, speed_rpm_q15, clocks);
+    s->speed_rpm_q4 = speed_rpm_q15 >> 11;
+}
+
 void speed_loop_init(struct speed_loop *s)
 {
     *s = (struct speed_loop){.swing = 1};
@@ -58,6 +64,14 @@ static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
     }
     s->speed_ref_rpm_q4 = s->ref_rpm_q16 >> 12;
     return step;
+}
+
+int32_t speed_loop_lead(struct speed_loop *s, int32_t slope_q16)
+{
+    s->ref_rpm_q16 += towards(s->target_rpm_q16, s->ref_rpm_q16, slope_q16);
+    s->speed_ref_rpm_q4 = s->ref_rpm_q16 >> 12;
+    s->at_limit = false;
+    return s->ref_rpm_q16;
 }
 
 /*

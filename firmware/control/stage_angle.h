@@ -23,7 +23,13 @@ static inline uint32_t angle_of_field(struct current_loop *c)
     return angle_q32;
 }
 
-/* The observer's step, whatever the field follows: the rotor's speed and angle are always known. */
+/* What the flux observer says, or what is prescribed while it finds the rotor: which, says a mask. */
+static inline uint32_t angle_observed(struct current_loop *c)
+{
+    return angle_of_field(c) + (c->pll.angle_q32 & c->field_follows);
+}
+
+/* The tracking observer's step, whatever the field follows: the rotor's speed and angle are always known. */
 static inline void angle_observe(struct current_loop *c, uint32_t encoder_counts)
 {
     pll_track(&c->pll, encoder_counts * c->encoder_scale_q32, CONFIG_PLL_KP_SHIFT, CONFIG_PLL_KI_SHIFT);

@@ -26,8 +26,8 @@ static inline uint32_t modulate_phase(int32_t half_on, int32_t share_q7)
     return (uint32_t)((half_on + share_q7 * LOOP_DEAD) >> LOOP_COMPARE_SHIFT);
 }
 
-/* The one of phase C hands over all three. */
-static inline void modulate(struct pwm_regs *pwm, dq_t v, cossin_t cs, alphabeta_t i, int32_t turn_q15)
+/* The one of phase C hands over all three. Returns the voltage in the frame of the stator, in steps. */
+static inline alphabeta_t modulate(struct pwm_regs *pwm, dq_t v, cossin_t cs, alphabeta_t i, int32_t turn_q15)
 {
     const int32_t a = v.d * cs.cos - v.q * cs.sin; /* half the on-time, LOOP_COMPARE_SHIFT fraction bits */
     const int32_t beta_steps = (v.q * cs.cos + v.d * cs.sin) >> 15;
@@ -41,6 +41,7 @@ static inline void modulate(struct pwm_regs *pwm, dq_t v, cossin_t cs, alphabeta
     pwm->COMPARE_A = modulate_phase(base + a, deadtime_share_q7(i.alpha, 0));
     pwm->COMPARE_B = modulate_phase(base + b, deadtime_share_q7(i_b_q28, SIN60_SHIFT));
     pwm->COMPARE_C = modulate_phase(base - minus_c, -deadtime_share_q7(minus_i_c_q28, SIN60_SHIFT));
+    return (alphabeta_t){a >> 15, beta_steps};
 }
 
 #endif

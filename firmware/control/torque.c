@@ -197,7 +197,7 @@ void torque_build(struct torque_control *s, const struct params *p, struct tunin
 {
     torque_map_build(&s->map, p, t);
     weakening_build(&s->weakening, &s->map, p, t, LOOP_V_D_MAX_STEPS);
-    t->weakens = needs_weakening(s, p, t, vbus_q15);
+    t->weakens = p->angle_source == PARAM_ANGLE_ENCODER && needs_weakening(s, p, t, vbus_q15);
     if (t->weakens) {
         weakening_build(&s->weakening, &s->map, p, t, FLUX_V_D_MAX_STEPS);
     }

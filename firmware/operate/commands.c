@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/commands.h"
+#include "firmware/axis/rotor.h"
 
 #include <stddef.h>
 
@@ -137,6 +138,18 @@ static void put_cogging(struct session *s)
     text_put_line(&s->out, "");
 }
 
+/* Without an encoder: how well the EMF shows the rotor, and whether that leads or a prescribed field does. */
+static void put_margin(struct session *s)
+{
+    const struct axis *const a = s->axis;
+    if (rotor_has_encoder(a)) {
+        return;
+    }
+    text_put(&s->out, "margin of observability: ");
+    text_put_milli(&s->out, (int32_t)((int64_t)a->loop.flux.margin_q8 * 1000 / 256));
+    text_put_line(&s->out, rotor_is_known(a) ? ", the observer leads" : ", a prescribed field leads");
+}
+
 static void run_status(struct session *s, char *const *words)
 {
     (void)words;
@@ -163,6 +176,7 @@ static void run_status(struct session *s, char *const *words)
     text_put_int(&s->out, (int32_t)measure_current_loop_cycles(&s->axis->time_ms));
     text_put_line(&s->out, " cycles");
     put_update(s);
+    put_margin(s);
     text_put(&s->out, "memory errors corrected: ");
     text_put_int(&s->out, (int32_t)sysreg_edac_corrected());
     text_put_line(&s->out, "");

@@ -19,6 +19,10 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SPEED_MAX_BEYOND_OVERSPEED] = "speed_max_rpm must be below overspeed_rpm",
     [ERROR_V_MIN_BELOW_MODULATOR] = "v_min_mv must be at least a quarter of v_range_mv: the modulator's range",
     [ERROR_SPEED_BEYOND_OBSERVER] = "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical",
+    [ERROR_OBSERVER] =
+        "angle_source 1: resistance_mohm, ld_uh, lq_uh and flux_uwb do not fit one another at this PWM rate",
+    [ERROR_SENSORLESS_RELUCTANT] =
+        "angle_source 1 does not start a motor whose reluctance outweighs its magnets: use an encoder, angle_source 0",
     [ERROR_SAMPLES_OF_SHUNTS] =
         "pwm_samples 2 needs sensors in line with the phases: low_side_shunts see nothing at every second sample",
     [ERROR_SAMPLES_AT_VALLEY] =
@@ -45,6 +49,7 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_BUS_HIGH] = "the bus voltage is above v_max_mv; see 'status'",
     [ERROR_TURNING] = "the motor is turning; wait until it stands still",
     [ERROR_NOT_OPERATING] = "the drive is not in operation; use 'on' and wait for it",
+    [ERROR_NEEDS_ENCODER] = "a position takes an encoder: angle_source 0",
     [ERROR_NO_FAULT] = "no fault is latched",
     [ERROR_GATE_INPUT_ACTIVE] = "the cause is still there: an input of the gate driver is active",
     [ERROR_NO_ENCODER_SIGNAL] = "the cause is still there: no encoder signal",
@@ -162,6 +167,8 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
                       "no index came, or no block within home_turns; or blocked on the way: home_rpm, home_pct",
                       "gave up after @ counts"},
     [FAULT_GATES_OFF] = {"gates off", "the fabric let go and says no cause: its design, its reset or clock"},
+    [FAULT_LOCK_LOST] = {"lock lost", "a load step, a bus voltage or a resistance_mohm beyond what the observer bears",
+                         "flux off by @ %, margin # tenths"},
 };
 
 const char *message_of_error(enum error error)

@@ -29,6 +29,8 @@ enum error {
     ERROR_MODULATOR_OF_SHUNTS,
     ERROR_MODULATOR_TOO_SLOW,
     ERROR_SPEED_BEYOND_OBSERVER,
+    ERROR_OBSERVER,
+    ERROR_SENSORLESS_RELUCTANT,
     /* bandwidths that leave too little margin; value: the largest that works, Hz */
     ERROR_CURRENT_MARGIN,
     ERROR_SPEED_MARGIN,
@@ -41,6 +43,7 @@ enum error {
     ERROR_FAULT_LATCHED,
     ERROR_ALREADY_ON,
     ERROR_NOT_OPERATING,
+    ERROR_NEEDS_ENCODER,
     ERROR_NO_FAULT,
     ERROR_DRIVE_IS_ON,
     ERROR_BUSY, /* an earlier request has not been carried out yet */

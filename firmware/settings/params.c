@@ -62,6 +62,7 @@ const struct param_info param_table[] = {
     PARAM(inverter_tau_ms, 100, 1000000, 1000),
     PARAM(deviation_pct, 1, 100, 20),
     PARAM(command_timeout_ms, 0, 60000, 0),
+    PARAM(angle_source, 0, 1, 0),
     PARAM(retry_count, 0, 100, 0),
     PARAM(retry_delay_ms, 10, 60000, 1000),
 };

@@ -17,6 +17,11 @@
 /* The profile keeps as many of its speeds. */
 #define PARAM_JERK_MOST_MS 250
 
+enum param_angle {
+    PARAM_ANGLE_ENCODER,
+    PARAM_ANGLE_SENSORLESS, /* the flux observer, and a prescribed field where that sees nothing */
+};
+
 struct params {
     int32_t pole_pairs;         /* pairs of poles of the motor */
     int32_t encoder_counts;     /* counts per mechanical turn, all four edges counted */
@@ -73,6 +78,7 @@ struct params {
     int32_t inverter_tau_ms;    /* its thermal time constant */
     int32_t deviation_pct;      /* of speed_max_rpm: how far speed and reference may part */
     int32_t command_timeout_ms; /* longest silence of the console while on; 0: any */
+    int32_t angle_source;       /* enum param_angle: what tells where the rotor stands */
     int32_t retry_count;        /* how often the drive clears a fault and switches on again by itself */
     int32_t retry_delay_ms;     /* how long after it */
 };

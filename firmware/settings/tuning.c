@@ -124,7 +124,7 @@ static struct outcome check_margins(const struct params *p, struct tuning *t)
     }
     t->current_margin_u16 = margin_of_current_u16(p->current_bw_hz, t->update, t->samples);
     const int32_t resolved_hz = margin_resolution_bw_hz(p, t);
-    if (p->speed_bw_hz > resolved_hz) {
+    if (p->angle_source == PARAM_ANGLE_ENCODER && p->speed_bw_hz > resolved_hz) {
         return resolved_hz < 1 ? outcome_of(ERROR_SPEED_UNRESOLVED) : refuse(ERROR_SPEED_RESOLUTION, resolved_hz);
     }
     const int32_t speed_bw_hz = margin_speed_bw_hz(p->current_bw_hz, p->torque_mean_ms);
@@ -154,5 +154,9 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     tuning_torque(p, t);
     tuning_position(p, t);
     tuning_start(p, t);
+    problem = tuning_observer(p, t);
+    if (problem != ERROR_NONE && p->angle_source == PARAM_ANGLE_SENSORLESS) {
+        return outcome_of(problem);
+    }
     return check_margins(p, t);
 }

@@ -35,6 +35,23 @@ struct tuning_profile {
     int32_t window_q30; /* 1 / window, rounded down */
 };
 
+/* The machine in the flux observer's unit of flux: tuning_observer.c. */
+struct tuning_observer {
+    int32_t magnet;    /* flux 14 (control/observer.h) */
+    int32_t ld, lq;    /* flux 14 of a current of 1.0 */
+    int32_t of_bus_q8; /* flux of a step of voltage, on a bus of v_range, over a sample */
+    int32_t r_q5;      /* flux of an LSB of current by its resistance, over a sample */
+};
+
+/* A field that is prescribed, on which the rotor hangs: tuning_observer.c. */
+struct tuning_field {
+    int32_t i_align_q15; /* with which it is laid down */
+    int32_t align_ms;    /* along each of two angles */
+    int32_t i_q15;       /* with which it is led */
+    int32_t ramp_q16; /* and the steepest ramp, rpm Q16 a millisecond: a share of what that current accelerates with */
+    int32_t speed_per_rpm_q12; /* Q32 of a turn a sample, 12 more bits, by rpm in Q16 */
+};
+
 struct tuning {
     /* how often the currents are sampled, and the current loop runs */
     int32_t samples; /* a PWM period */
@@ -93,6 +110,10 @@ struct tuning {
     int32_t home_i_q15;
     int32_t learn_rpm_q16;
     uint32_t turn_scale_q32; /* mechanical turns per encoder count */
+    /* without an encoder */
+    uint32_t angle_source; /* enum param_angle */
+    struct tuning_observer observer;
+    struct tuning_field field;
     /* start */
     int32_t wiring_i_q15, wiring_v_q15; /* test current, and what it drops at one phase's resistance */
     int32_t pole_pairs;
@@ -121,6 +142,13 @@ struct outcome tuning_check_emf(const struct params *p);
 static inline int32_t tuning_rpm_q4(const struct tuning *t, int32_t speed_q32)
 {
     return (int32_t)(((int64_t)speed_q32 * t->rpm_q4_per_w_q32) >> 32);
+}
+
+/* The same in Q15, for as much as fits: 65535 rpm. */
+static inline int32_t tuning_rpm_q15(const struct tuning *t, int32_t speed_q32)
+{
+    const int64_t rpm_q15 = ((int64_t)speed_q32 * t->rpm_q4_per_w_q32) >> 21;
+    return rpm_q15 > INT32_MAX ? INT32_MAX : (rpm_q15 < -INT32_MAX ? -INT32_MAX : (int32_t)rpm_q15);
 }
 
 /* Per-unit values from and to thousandths of an ampere or volt, rounded to nearest, for |milli| <= 4 ranges. Thread. */

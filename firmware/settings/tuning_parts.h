@@ -11,5 +11,6 @@ enum error tuning_speed(const struct params *p, struct tuning *t); /* after the 
 void tuning_torque(const struct params *p, struct tuning *t);      /* after both */
 void tuning_position(const struct params *p, struct tuning *t);    /* after the limits of the currents */
 void tuning_start(const struct params *p, struct tuning *t);
+enum error tuning_observer(const struct params *p, struct tuning *t); /* after all of them */
 
 #endif

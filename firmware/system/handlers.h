@@ -29,6 +29,8 @@ void handlers_weakening_ab(void);
 void handlers_weakening_pair(void);
 void handlers_forced_ab(void);
 void handlers_forced_pair(void);
+void handlers_observer_ab(void);
+void handlers_observer_pair(void);
 
 /* Where the current loop's interrupt ends when a sample has a fault. Only the interrupt calls it. */
 void current_loop_fault(void);

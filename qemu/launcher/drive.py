@@ -19,6 +19,7 @@ WAY_SHARE = 0.016      # of speed_max, with which the field turns at most
 WAY_TURNS = 2.7        # for which it does, electrical
 WAY_PERIODS = 8        # of ON_PERIODS, if the way takes longer
 AGAIN_PERIODS = 40  # if the inertia that was told is far too small, so that a second attempt is needed
+FIELD_SHARE = 0.15  # of the torque of i_max, for turning a prescribed field up
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
 _TWIN_NAMES = {"counts_per_rev": "encoder_counts"}  # where a key of the data file has another name in the twin
@@ -119,6 +120,12 @@ class Drive:
         return max(1.0, self.inertia_kgm2 / self.motor["electrical"]["flux_wb"] / told)
 
     @property
+    def field_accel_rad_s2(self):
+        """The most that a prescribed field is turned up with: settings/tuning_observer.c."""
+        return FIELD_SHARE * 1.5 * self.params["pole_pairs"] * self.params["flux_uwb"] * 1e-6 * self._param_a("i_max_ma") / (
+            self.params["inertia_gmm2"] * 1e-9)
+
+    @property
     def linear_step_a(self):
         """The largest current step that stays a linear one.
 
@@ -147,7 +154,8 @@ class Drive:
                    rated speed with rated torque), accel_torque_Nm (what the ramp takes), load_accel_rad_s2 (rated torque /
                    inertia)
         losses     resistance_ohm, bus_energy_J (what brings the bus from vbus_V to v_max_V)
-        times      ramp_time_s (0 to work_rpm at the ramp), max_ramp_time_s (0 to speed_max_rpm), turn_time_s (one turn at
+        times      ramp_time_s (0 to work_rpm at the ramp), field_ramp_s (the same with a prescribed field),
+                   max_ramp_time_s (0 to speed_max_rpm), turn_time_s (one turn at
                    work_rpm), electrical_tau_s (lq_h / resistance_ohm), on_time_s (from `on` to OPERATION_ENABLED with
                    alignment, as planned: few starts take longer), settle_s (after a step or a ramp), steady_s (a window of
                    rest: a turn or more)
@@ -175,6 +183,7 @@ class Drive:
             "t_mech_s": self.inertia_kgm2 * rating["rated_speed_rpm"] * RPM / rating["rated_torque_nm"],
             "accel_torque_Nm": self.inertia_kgm2 * ramp * RPM,
             "load_accel_rad_s2": rating["rated_torque_nm"] / self.inertia_kgm2,
+            "field_ramp_s": speeds["work_rpm"] * RPM / min(ramp * RPM, self.field_accel_rad_s2),
             "ramp_time_s": speeds["work_rpm"] / ramp, "max_ramp_time_s": control["speed_max_rpm"] / ramp,
             "turn_time_s": turn_time_s, "on_time_s": self.on_time_s,
             "settle_s": max(0.2, SETTLE_TAUS * speed_tau_s), "steady_s": max(0.25, turn_time_s),

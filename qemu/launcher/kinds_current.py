@@ -56,6 +56,18 @@ def _angle_error(run, from_s=None, to_s=None):
     return abs(error.mean()), np.abs(error).max()
 
 
+def _observed_angle_error(run, from_s=None, to_s=None):
+    """While the observer leads: its angle is the field's. How much of the time that is, beside it."""
+    window = run.window(from_s, to_s)
+    leads = run.column(window, "observer_leads") > 0.5
+    rows = run.in_operation(window)
+    if not (leads & rows).any():
+        raise LauncherError("the observer never led in the window")
+    error = np.degrees(run.column(window, "angle_fw_rad") - run.electrical_angle(window))[leads & rows]
+    error = (error + 180) % 360 - 180
+    return np.sqrt((error ** 2).mean()), np.abs(error).max(), 100 * (leads & rows).sum() / rows.sum()
+
+
 # ---- steps of the current ------------------------------------------------------------------------------------------
 
 def _current_step(run, at_s, to_s):
@@ -100,6 +112,9 @@ KINDS = {
                         "field angle the firmware uses for a sample against the rotor's at its instant, in operation from 5 ms"
                         " after it began",
                         ("mean", "largest")),
+    "observed_angle_error": Kind(_observed_angle_error, ["from_s?", "to_s?"], "deg el.",
+                                 "the observer's angle for a sample against the rotor's at its instant, while it leads; and for"
+                                 " how many percent of the time it does", ("rms", "largest", "leads")),
     "step_rise": Kind(_step_rise, ["at_s", "to_s"], "us",
                       "true i_q, 10-90 %, from the step of the firmware's reference"),
     "step_overshoot": Kind(_step_overshoot, ["at_s", "to_s"], "% of step", "true i_q beyond its final value, of the step"),

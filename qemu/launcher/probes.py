@@ -126,6 +126,8 @@ WATCH = [
     ("following_counts", "axes[0].motion.position.error_counts", _ONE, False),
     ("cogging_A", "axes[0].motion.cogging_q15", _CURRENT, False),
     ("mode", "axes[0].mode", _ONE, False),
+    ("observer_leads", "axes[0].loop.field_follows", 1 / 0xFFFFFFFF, False),
+    ("observer_margin", "axes[0].loop.flux.margin_q8", 1 / 256, False),
     ("state", "axes[0].state", _ONE, True),
     ("fault", "axes[0].faults.cause", _ONE, True),
 ]

@@ -237,12 +237,19 @@ static void test_instance(const char *title, enum loop_source source, enum loop_
         if (scheme == LOOP_SENSE_PAIR) {
             replace_unmeasured(&expected);
         }
-        if (source == LOOP_FORCED) {
-            expected.loop.angle_offset_q32 = expected.loop.field_angle_q32 - expected.loop.pll.angle_q32;
+        if (source != LOOP_ENCODER) {
+            tested.loop.field_follows = source == LOOP_OBSERVER && (next() & 1u) != 0u ? UINT32_MAX : 0u;
+            expected.loop.angle_offset_q32 = expected.loop.field_angle_q32 - expected.loop.pll.angle_q32 +
+                                             (expected.loop.pll.angle_q32 & tested.loop.field_follows);
         }
         const bool fault = step_tested(&tested.loop, &tested.fabric);
         const bool wanted = current_loop_step(&expected.loop, &expected.fabric, LOOP_ENCODER, LOOP_SENSE_AB);
-        if (source == LOOP_FORCED) {
+        if (source == LOOP_OBSERVER) { /* its angle and speed are tests/unit/test_observer.py's */
+            expected.loop.pll = tested.loop.pll;
+            expected.loop.flux = tested.loop.flux;
+            expected.loop.field_follows = tested.loop.field_follows;
+        }
+        if (source != LOOP_ENCODER) {
             expected.loop.angle_offset_q32 = offset_q32;
             expected.loop.field_angle_q32 += (uint32_t)expected.loop.field_speed_q32;
         }
@@ -268,6 +275,16 @@ static bool step_forced_pair(struct current_loop *c, struct fabric *f)
     return current_loop_step(c, f, LOOP_FORCED, LOOP_SENSE_PAIR);
 }
 
+static bool step_observer_ab(struct current_loop *c, struct fabric *f)
+{
+    return current_loop_step(c, f, LOOP_OBSERVER, LOOP_SENSE_AB);
+}
+
+static bool step_observer_pair(struct current_loop *c, struct fabric *f)
+{
+    return current_loop_step(c, f, LOOP_OBSERVER, LOOP_SENSE_PAIR);
+}
+
 int main(void)
 {
     harness_begin();
@@ -277,5 +294,7 @@ int main(void)
     test_instance("encoder, two of three: steps", LOOP_ENCODER, LOOP_SENSE_PAIR, step_encoder_pair);
     test_instance("forced, a and b: steps", LOOP_FORCED, LOOP_SENSE_AB, step_forced_ab);
     test_instance("forced, two of three: steps", LOOP_FORCED, LOOP_SENSE_PAIR, step_forced_pair);
+    test_instance("observer, a and b: steps", LOOP_OBSERVER, LOOP_SENSE_AB, step_observer_ab);
+    test_instance("observer, two of three: steps", LOOP_OBSERVER, LOOP_SENSE_PAIR, step_observer_pair);
     harness_end();
 }

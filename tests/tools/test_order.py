@@ -117,7 +117,8 @@ def test_another_order_is_seen(files, old, new, tmp_path):
 
 
 HANDLERS = [(image, name) for image, names in (
-    ("mssfoc", (wcet.HANDLER, "handlers_encoder_pair", "handlers_forced_ab", "handlers_forced_pair")),
+    ("mssfoc", (wcet.HANDLER, "handlers_encoder_pair", "handlers_forced_ab", "handlers_forced_pair",
+                "handlers_observer_ab", "handlers_observer_pair")),
     ("bench", ("handlers_encoder_ab",))) for name in names]
 
 

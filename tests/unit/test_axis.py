@@ -163,7 +163,7 @@ def test_operation_begins_at_rest_in_speed_control(c, world):
     w = world("SWITCHED_ON")
     w.axis.mode, w.axis.speed.target_rpm_q16, w.axis.command_ms = c.AXIS_MODE_TORQUE, 999, 0
     w.axis.speed.integral_q29, w.axis.supervision.speed.far_ms = 77777, 3
-    w.axis.start.phase, w.axis.loop.source, w.axis.start.aligned = 4, c.LOOP_ENCODER, True
+    w.axis.start.phase, w.axis.loop.source, w.axis.start.aligned = 3, c.LOOP_ENCODER, True
     assert w.step() == "OPERATION_ENABLED"
     assert w.axis.mode == c.AXIS_MODE_SPEED and w.axis.speed.target_rpm_q16 == 0 and w.axis.speed.integral_q29 == 0
     assert w.axis.command_ms == w.axis.time_ms and w.axis.supervision.speed.deviation_q4 == 4000 * 16 // 5

@@ -55,6 +55,16 @@ class Drive(World):
         return self.axis.torque.torque_q15
 
 
+@pytest.mark.parametrize("mode", ("SPEED", "TORQUE", "CYCLIC_SPEED", "CYCLIC_TORQUE"))
+def test_without_an_encoder_there_is_no_position(c, mode):
+    w = Drive(c, mode)
+    w.axis.tuning.angle_source = 1
+    before = bytes(w.axis)
+    for name in ("position", "cyclic_position", "home"):
+        assert w.request(name) == c.ERROR_NEEDS_ENCODER and bytes(w.axis) == before, name
+    assert c.axis_learn_cogging(w.axis).error == c.ERROR_NEEDS_ENCODER and bytes(w.axis) == before
+
+
 @pytest.mark.parametrize("state, mode, request_name, fault", itertools.product(STATES, MODES, REQUESTS, (False, True)))
 def test_every_request(c, state, mode, request_name, fault):
     """In operation it brings its mode about; else it is refused, and nothing has changed, to the byte. A fault ends all."""

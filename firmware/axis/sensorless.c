@@ -1,0 +1,271 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/sensorless.h"
+
+#include "drivers/cortex/cpu.h"
+#include "firmware/axis/axis.h"
+#include "firmware/axis/rotor.h"
+#include "firmware/settings/config.h"
+#include "lib/limit.h"
+#include "lib/pi.h"
+#include "lib/polar.h"
+
+#define QUARTER_Q32    0x40000000u
+#define HOLD_SHIFT     6 /* the voltage that is held goes a 64th of the way in a millisecond */
+#define MARGIN(tenths) ((tenths)*256 / 10)
+#define SEES_MARGIN    MARGIN(15) /* the observer is let go */
+#define LEADS_MARGIN   MARGIN(45) /* and may lead, with the torque's current alone; */
+#define LEADS_ALL      MARGIN(20) /* with the field's whole current this much */
+#define WEAK_MARGIN    MARGIN(30) /* and no longer */
+#define CALM_MS        20u
+#define WEAK_MS        8u
+#define CALM_RHO_Q15   8192                    /* a quarter */
+#define CALM_LAG_Q32   (1 << 28)               /* 22 degrees from its mean over 16 ms: it swings, and is not lost */
+#define LAG_MOST_Q32   ((1 << 30) - (1 << 26)) /* nearly 90 degrees */
+#define LAG_SHIFT      4
+#define SLEW_SHIFT     4 /* a 16th of i_max a millisecond: currents of the field come and go */
+
+enum align_step {
+    ALIGN_ACROSS, /* 90 degrees from where the rotor is to stand: there is no pull from the opposite side */
+    ALIGN_ALONG,
+    ALIGN_LESS, /* with half of the current, for the resistance */
+};
+
+static int32_t slew(int32_t from, int32_t to, int32_t most)
+{
+    return from + q15_clamp(to - from, -most, most);
+}
+
+static int32_t slew_of(const struct axis *a)
+{
+    return (a->tuning.i_max_q15 >> SLEW_SHIFT) + 1;
+}
+
+/* ---- start ---- */
+
+void sensorless_begin(struct axis *a)
+{
+    a->sensorless = (struct sensorless){.step = ALIGN_ACROSS};
+    current_loop_field(&a->loop, QUARTER_Q32, 0);
+}
+
+/* The voltage follows the current that is missing, slowly: to the swinging rotor it is constant. */
+static void hold_voltage(struct axis *a, int32_t i_q15)
+{
+    struct sensorless *const s = &a->sensorless;
+    const int32_t missing_q15 = i_q15 - a->loop.i_d_q15;
+    s->v_q23 = q15_clamp(s->v_q23 + ((a->tuning.r_q12 * missing_q15) >> (4 + HOLD_SHIFT)), 0, (Q15_ONE / 2) << 8);
+    const int32_t v_steps = (s->v_q23 >> 8) * CONFIG_BUS_STEPS / q15_max(a->loop.vbus_q15, a->tuning.v_min_q15);
+    a->loop.integral_d_q9 = q15_min(v_steps, LOOP_V_D_MAX_STEPS - 1) * (1 << PI_SHIFT);
+    a->loop.integral_q_q9 = 0;
+}
+
+/*
+ * The resistance as it is now, with the winding's temperature: from two currents, so that dead time drops out. Beyond what a
+ * temperature and a tolerance may do to the value that was told, the nearest that they may.
+ */
+static void take_resistance(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    struct tuning *const t = &a->tuning;
+    const int32_t by_q15 = q15_max(s->i_full_q15 - a->loop.i_d_q15, 1);
+    const int32_t measured_q12 = (int32_t)((int64_t)(s->v_full_q23 - s->v_q23) * 16 / by_q15);
+    const int32_t r_q12 = q15_clamp(measured_q12, t->r_q12 * 5 / 8, t->r_q12 * 7 / 4);
+    t->observer.r_q5 = q15_min((int32_t)((int64_t)t->observer.r_q5 * r_q12 / q15_max(t->r_q12, 1)), INT16_MAX);
+    t->r_q12 = q15_max(r_q12, 1);
+}
+
+/* The next part of the start; true after the last. */
+static bool align_next(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    s->ms = 0;
+    switch (s->step) {
+    case ALIGN_ACROSS:
+        current_loop_field(&a->loop, 0, 0);
+        s->step = ALIGN_ALONG;
+        return false;
+    case ALIGN_ALONG:
+        s->i_full_q15 = a->loop.i_d_q15;
+        s->v_full_q23 = s->v_q23;
+        s->step = ALIGN_LESS;
+        return false;
+    default:
+        take_resistance(a);
+        s->i_q15 = a->tuning.field.i_align_q15 / 2;
+        a->loop.i_d_ref_q15 = s->i_q15;
+        return true;
+    }
+}
+
+bool sensorless_align(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const int32_t i_q15 = a->tuning.field.i_align_q15;
+    hold_voltage(a, s->step == ALIGN_LESS ? i_q15 / 2 : i_q15);
+    s->ms++;
+    return s->ms >= (uint32_t)a->tuning.field.align_ms && align_next(a);
+}
+
+/* ---- the field leads ---- */
+
+static int32_t lag_of(const struct axis *a)
+{
+    return (int32_t)(current_loop_angle_q32(&a->loop) - a->loop.pll.angle_q32);
+}
+
+/* The rotor's torque by these currents, as torque.h counts it. */
+static int32_t torque_of(const struct tuning *t, int32_t i_d_q15, int32_t i_q_q15)
+{
+    const int32_t flux_q11 = (t->emf_q12 >> 1) - ((t->saliency_q11 * i_d_q15) >> 15);
+    return (int32_t)((int64_t)i_q_q15 * flux_q11 / t->torque_emf_q11);
+}
+
+static bool is_calm(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const struct observer *const o = &a->loop.flux;
+    const int32_t lag_q32 = lag_of(a);
+    const int32_t off_q32 = lag_q32 - s->lag_q32;
+    s->lag_q32 += off_q32 >> LAG_SHIFT;
+    return o->margin_q8 >= LEADS_ALL && o->margin_torque_q8 >= LEADS_MARGIN && q15_abs(o->rho_q15) < CALM_RHO_Q15 &&
+           q15_abs(off_q32) < CALM_LAG_Q32 && q15_abs(lag_q32 >> 1) < LAG_MOST_Q32 >> 1;
+}
+
+static void observer_takes_over(struct axis *a)
+{
+    struct current_loop *const c = &a->loop;
+    const int32_t target_rpm_q16 = a->speed.target_rpm_q16;
+    current_loop_follow_rotor(c);
+    const int32_t torque_q15 = torque_of(&a->tuning, c->i_d_ref_q15, c->i_q_ref_q15);
+    speed_loop_reset(&a->speed, torque_q15);
+    a->speed.target_rpm_q16 = target_rpm_q16;
+    a->sensorless.ref_rpm_q16 = a->speed.ref_rpm_q16;
+    a->sensorless.extra_q15 = c->i_d_ref_q15;
+    a->sensorless.weak_ms = 0;
+    a->sensorless.lost_ms = 0;
+}
+
+static void set_field_current(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const int32_t limit_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.field.i_q15);
+    const int32_t most = slew_of(a);
+    s->i_q15 = slew(s->i_q15, limit_q15, most);
+    a->loop.i_d_ref_q15 = slew(a->loop.i_d_ref_q15, s->i_q15, most);
+    a->loop.i_q_ref_q15 = slew(a->loop.i_q_ref_q15, 0, most);
+}
+
+static void turn_field(struct axis *a, int32_t slope_q16)
+{
+    const int32_t rpm_q16 = speed_loop_lead(&a->speed, q15_min(slope_q16, a->tuning.field.ramp_q16));
+    const int32_t speed_q32 = (int32_t)(((int64_t)rpm_q16 * a->tuning.field.speed_per_rpm_q12) >> 12);
+    a->loop.field_speed_q32 = speed_q32;
+    a->loop.pll.speed_q32 = speed_q32;
+}
+
+bool sensorless_lead_field(struct axis *a, int32_t slope_q16)
+{
+    struct sensorless *const s = &a->sensorless;
+    if (rotor_is_known(a)) {
+        return false;
+    }
+    turn_field(a, slope_q16);
+    set_field_current(a);
+    if (a->loop.flux.margin_q8 < SEES_MARGIN) {
+        observer_reset(&a->loop, &a->tuning, current_loop_angle_q32(&a->loop), a->loop.i_d_q15);
+        s->lag_q32 = 0;
+        s->calm_ms = 0;
+        return true;
+    }
+    s->calm_ms = is_calm(a) ? s->calm_ms + 1u : 0u;
+    if (s->calm_ms >= CALM_MS) {
+        observer_takes_over(a);
+    }
+    return true;
+}
+
+/* ---- the observer leads ---- */
+
+/*
+ * The current that is to be along the field makes an angle with the rotor: the torque's part of it is there already, and the
+ * rest will come along the magnets.
+ */
+static void field_takes_over(struct axis *a)
+{
+    struct current_loop *const c = &a->loop;
+    const int32_t i_q_q15 = c->i_q_ref_q15;
+    const int32_t i_d_q15 = circle_rest_q15(i_q_q15, a->tuning.field.i_q15);
+    a->sensorless.i_q15 = a->tuning.field.i_q15;
+    a->sensorless.calm_ms = 0;
+    current_loop_prescribe(c, atan2_q32(i_q_q15, i_d_q15), c->pll.speed_q32);
+    a->speed.ref_rpm_q16 = tuning_rpm_q15(&a->tuning, c->pll.speed_q32) * 2;
+}
+
+/* The rotor follows the ramp: what its speed will change by need not show in the angle first. */
+static void follow_ramp(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const int32_t moved_q16 = a->speed.ref_rpm_q16 - s->ref_rpm_q16;
+    s->ref_rpm_q16 = a->speed.ref_rpm_q16;
+    if (a->mode == AXIS_MODE_SPEED && !a->speed.at_limit && moved_q16 != 0) {
+        cpu_add(&a->loop.pll.speed_q32, (int32_t)(((int64_t)moved_q16 * a->tuning.field.speed_per_rpm_q12) >> 12));
+    }
+}
+
+void sensorless_after_control(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    struct current_loop *const c = &a->loop;
+    if (!rotor_is_known(a)) {
+        return;
+    }
+    if (s->extra_q15 != 0) {
+        s->extra_q15 = slew(s->extra_q15, 0, slew_of(a));
+        const int32_t room_q15 = circle_rest_q15(c->i_q_ref_q15, a->tuning.i_max_q15);
+        c->i_d_ref_q15 = q15_clamp(c->i_d_ref_q15 + s->extra_q15, -room_q15, room_q15);
+    }
+    follow_ramp(a);
+    s->weak_ms = s->extra_q15 == 0 && c->flux.margin_q8 < WEAK_MARGIN ? s->weak_ms + 1u : 0u;
+    if (s->weak_ms >= WEAK_MS) {
+        field_takes_over(a);
+    }
+}
+
+void sensorless_follow(struct axis *a)
+{
+    observer_follow(&a->loop, &a->tuning, rotor_is_known(a) ? OBSERVER_LEADS : OBSERVER_FOLLOWS);
+}
+
+/* ---- supervision ---- */
+
+#define LOST_MS      10u
+#define LOST_RHO_Q15 9830 /* 0.3 */
+#define LOST_MARGIN  MARGIN(15)
+
+/* The voltage across which the rotor should turn is there: at least 0.7 of it, and 1.3 at most. */
+static bool emf_contradicts(const struct axis *a)
+{
+    const struct tuning *const t = &a->tuning;
+    const struct current_loop *const c = &a->loop;
+    const int32_t w_q15 = current_loop_w_q15(c);
+    const int32_t expected_q15 = (q15_abs(w_q15) * t->emf_q12) >> 12;
+    const int32_t armature_q15 = ((w_q15 * c->i_d_q15) >> 15) * t->x_d_q11 >> 11;
+    const int32_t seen_q15 = c->v_q_q15 - ((t->r_q12 * c->i_q_q15) >> 12) - armature_q15;
+    const int32_t along_q15 = w_q15 < 0 ? -seen_q15 : seen_q15;
+    return q15_abs(along_q15 - expected_q15) >
+           expected_q15 * 3 / 10 + expected_q15 * 256 / q15_max(c->flux.margin_q8, 1);
+}
+
+void sensorless_supervise(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const struct observer *const o = &a->loop.flux;
+    if (!rotor_is_known(a)) {
+        return;
+    }
+    const bool lost = q15_abs(o->rho_q15) > LOST_RHO_Q15 || o->margin_q8 < LOST_MARGIN || emf_contradicts(a);
+    s->lost_ms = lost ? s->lost_ms + 1u : 0u;
+    if (s->lost_ms >= LOST_MS) {
+        axis_report(a, FAULT_LOCK_LOST, o->rho_q15 * 100 / Q15_ONE, o->margin_q8 * 10 / 256);
+    }
+}

@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: MIT */
+/* The flux observer's other half: what the slow loop prepares for the interrupt. */
+#include "firmware/control/observer.h"
+
+#include "drivers/cortex/cpu.h"
+#include "firmware/control/current_loop.h"
+#include "lib/polar.h"
+#include "lib/q15.h"
+#include "lib/transform_q15.h"
+#include "lib/trig.h"
+
+#define OF_VOLTAGE_MOST 16384
+#define BACK_SHIFT_MOST 30u
+#define TWO_PI_Q11      12868 /* 2 pi */
+
+/* sigma in |w|, Q8: while it leads, and while it only follows and has to find the angle in time. */
+#define SIGMA_LEADING_Q8   51 /* 0.2: of a flux told 15 % wrong 3.4 degrees are left */
+#define SIGMA_FOLLOWING_Q8 77 /* 0.3 */
+
+/*
+ * The tracking loop's double pole in |w|: a fifth of the margin. With a wrong R a quick one loses the angle where the margin is
+ * small; where it is large, a slow one would only lag behind the load.
+ */
+#define TRACK_BY_MARGIN    51 /* 0.2, Q8 */
+#define TRACK_LEAST_Q8     77 /* 0.3 */
+#define TRACK_LARGEST_Q8   384
+#define TRACK_FOLLOWING_Q8 256
+#define TRACK_LEAST        40 /* 20 rad/s at 20 kHz: it never stands */
+
+/*
+ * What may be hidden: 15 % of R, which the start has measured and which rises so much with 38 K; and of dead time what its
+ * compensation leaves, a 256th of the bus.
+ */
+#define DOUBT_R_Q8      38
+#define DOUBT_BUS_SHIFT 8
+#define MARGIN_MOST_Q8  (255 << 8)
+#define SMOOTH_SHIFT    3 /* of |i|: 8 ms */
+
+/* psi_a as these currents have it, flux 14. */
+static dq_t active_flux(const struct tuning *t, dq_t i)
+{
+    const int32_t saliency = t->observer.lq - t->observer.ld;
+    return (dq_t){t->observer.magnet - ((saliency * i.d) >> 15), (saliency * i.q) >> 15};
+}
+
+/* The currents along the axes of the rotor as it is believed to stand. */
+static dq_t currents(const volatile struct current_loop *c)
+{
+    const alphabeta_t in_frame = {q15_sat16(c->i_d_q15), q15_sat16(c->i_q_q15)};
+    return park_q15(in_frame, cossin_q15(c->pll.angle_q32 - current_loop_angle_q32(c)));
+}
+
+/* The direction of psi_a, Q14, and what follows from its length. */
+static dq_t look_along(volatile struct observer *o, dq_t active)
+{
+    const int32_t size = q15_max(magnitude_q15(active.d, active.q), OBSERVER_ALONG_ONE / OBSERVER_ALONG_MOST);
+    const int32_t by_size = OBSERVER_ALONG_ONE / size;
+    const dq_t direction_q14 = {active.d * (1 << 14) / size, active.q * (1 << 14) / size};
+    o->along_d = (direction_q14.d * by_size) >> 14;
+    o->along_q = (direction_q14.q * by_size) >> 14;
+    o->active = size;
+    return direction_q14;
+}
+
+/*
+ * back = 2 sigma Ts |psi_a| 2^(shift - 1), sigma in |w|. The shift gives it 15 bits at any speed: small corrections do
+ * not drown in rounding.
+ */
+static void hold_back(volatile struct observer *o, dq_t direction_q14, uint32_t speed_q32, uint32_t sigma_q8)
+{
+    const uint64_t turn_q32 = ((uint64_t)speed_q32 * (sigma_q8 * TWO_PI_Q11)) >> 18; /* 2 sigma Ts */
+    const uint32_t of_16 = (uint32_t)((turn_q32 * (uint32_t)o->active) >> 17);       /* for a shift of 16 */
+    const int32_t bits = 32 - __builtin_clz(of_16 | 1u);
+    const int32_t more = q15_min(15 - bits, BACK_SHIFT_MOST - 16);
+    const int32_t back = (int32_t)(more >= 0 ? of_16 << more : of_16 >> -more);
+    o->back_d = (back * direction_q14.d) >> 14;
+    o->back_q = (back * direction_q14.q) >> 14;
+    o->back_shift = (uint32_t)(16 + more);
+}
+
+static void set_tracking(volatile struct observer *o, uint32_t speed_q32, int32_t pole_q8, enum observer_role role)
+{
+    const uint32_t wanted = (uint32_t)(((uint64_t)speed_q32 * (uint32_t)pole_q8) >> 22); /* 2 a Ts / 2 pi, times 2^17 */
+    const int32_t track = q15_clamp((int32_t)wanted, TRACK_LEAST, OBSERVER_TRACK_MOST);
+    o->track_speed_q8 = role == OBSERVER_LEADS ? (int32_t)(((uint32_t)(track * track) * 201u) >> 16) : 0;
+    o->track = track;
+}
+
+static int32_t by_doubt_q8(const struct tuning *t, int32_t emf_q15, int32_t i_q15, int32_t vbus_q15)
+{
+    const int32_t drop_q15 = (((i_q15 * DOUBT_R_Q8) >> 8) * t->r_q12) >> 12;
+    const int32_t doubt_q15 = drop_q15 + (vbus_q15 >> DOUBT_BUS_SHIFT) + 1;
+    return q15_min((int32_t)(((uint32_t)emf_q15 << 8) / (uint32_t)doubt_q15), MARGIN_MOST_Q8);
+}
+
+/* m = |w| psi_a / (dR |i| + dU), all of them voltages in Q15 of v_range. */
+static void reckon_margin(volatile struct observer *o, const struct tuning *t, dq_t i, int32_t w_q15, int32_t vbus_q15)
+{
+    o->i_q4 += (magnitude_q15(i.d, i.q) * 16 - o->i_q4) >> SMOOTH_SHIFT;
+    o->i_q_q4 += (q15_abs(i.q) * 16 - o->i_q_q4) >> SMOOTH_SHIFT;
+    const int32_t emf_q12 = (int32_t)((uint32_t)(t->emf_q12 * o->active) / (uint32_t)t->observer.magnet);
+    const int32_t emf_q15 = (q15_abs(w_q15) * q15_min(emf_q12, 65535)) >> 12;
+    o->margin_q8 = by_doubt_q8(t, emf_q15, o->i_q4 >> 4, vbus_q15);
+    o->margin_torque_q8 = by_doubt_q8(t, emf_q15, o->i_q_q4 >> 4, vbus_q15);
+}
+
+/* The voltage that acts between two samples: delay.h. In halves of the newest one and of the one before. */
+static void weigh_voltages(volatile struct observer *o, const struct tuning *t, int32_t vbus_q15)
+{
+    const int32_t whole = (int32_t)(((int64_t)t->observer.of_bus_q8 * vbus_q15) >> 23);
+    const int32_t of_both = q15_min(whole, OF_VOLTAGE_MOST);
+    o->of_older = of_both * (t->delay_halves - 1) / 2;
+    o->of_newest = of_both - o->of_older;
+}
+
+static void tell_machine(volatile struct observer *o, const struct tuning *t)
+{
+    o->magnet = t->observer.magnet;
+    o->lq = t->observer.lq;
+    o->saliency = t->observer.lq - t->observer.ld;
+    o->r_q5 = t->observer.r_q5;
+}
+
+void observer_reset(volatile struct current_loop *c, const struct tuning *t, uint32_t angle_q32, int32_t i_d_q15)
+{
+    volatile struct observer *const o = &c->flux;
+    const cossin_t cs = cossin_q15(angle_q32);
+    const int32_t size = t->observer.magnet + ((t->observer.ld * i_d_q15) >> 15);
+    const uint32_t mask = cpu_irq_save();
+    o->flux_alpha = (size * cs.cos) >> (15 - OBSERVER_FLUX_SHIFT);
+    o->flux_beta = (size * cs.sin) >> (15 - OBSERVER_FLUX_SHIFT);
+    c->pll.angle_q32 = angle_q32;
+    cpu_irq_restore(mask);
+}
+
+void observer_follow(volatile struct current_loop *c, const struct tuning *t, enum observer_role role)
+{
+    volatile struct observer *const o = &c->flux;
+    const uint32_t speed_q32 = (uint32_t)q15_abs(c->pll.speed_q32);
+    const dq_t i = currents(c);
+    const dq_t direction_q14 = look_along(o, active_flux(t, i));
+    tell_machine(o, t);
+    weigh_voltages(o, t, c->vbus_q15);
+    reckon_margin(o, t, i, current_loop_w_q15(c), c->vbus_q15);
+    hold_back(o, direction_q14, speed_q32, role == OBSERVER_LEADS ? SIGMA_LEADING_Q8 : SIGMA_FOLLOWING_Q8);
+    const int32_t by_margin_q8 = q15_clamp((o->margin_q8 * TRACK_BY_MARGIN) >> 8, TRACK_LEAST_Q8, TRACK_LARGEST_Q8);
+    set_tracking(o, speed_q32, role == OBSERVER_LEADS ? by_margin_q8 : TRACK_FOLLOWING_Q8, role);
+}

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The machine as the flux observer computes with it (control/observer.h). Its unit of flux, 2^28, is what the magnets and
+ * i_range through the larger inductance make together. Inductances are those of flux over current: where iron saturates, the
+ * apparent ones.
+ */
+#include "firmware/settings/config.h"
+#include "firmware/settings/mtpa.h"
+#include "firmware/settings/scale.h"
+#include "firmware/settings/tuning_parts.h"
+
+#define R_MOST_Q5 32767 /* times a current of 65534 */
+
+static int32_t limited(int64_t x, int32_t most)
+{
+    return (int32_t)(x > most ? most : x);
+}
+
+/*
+ * The ramp may take 15 % of the largest current, so that the rest is there for a load: rated load and this ramp together turn
+ * the rotor by about 55 degrees out of the field where i_max is 1.5 times rated.
+ */
+#define RAMP_PERCENT  15
+#define ALIGN_PERIODS 5
+#define ALIGN_LEAST   300 /* ms */
+#define ALIGN_MOST    2000
+
+static void tune_field(const struct params *p, struct tuning *t)
+{
+    const int64_t slope_q16 =
+        ((int64_t)t->i_max_q15 << 24) * RAMP_PERCENT / 100 / (t->speed_accel_q8 < 1 ? 1 : t->speed_accel_q8);
+    const int32_t align_ms = ALIGN_PERIODS * t->align[0].period_ms;
+    t->field.i_align_q15 = t->align[0].i_q15;
+    t->field.align_ms = limited(align_ms < ALIGN_LEAST ? ALIGN_LEAST : align_ms, ALIGN_MOST);
+    t->field.i_q15 = t->i_max_q15;
+    t->field.ramp_q16 = limited(slope_q16 < 1 ? 1 : slope_q16, t->ramp_q16);
+    t->field.speed_per_rpm_q12 = (int32_t)scale(p->pole_pairs, 1 << 28, 60LL * t->loop_hz);
+}
+
+enum error tuning_observer(const struct params *p, struct tuning *t)
+{
+    const int64_t ld_nwb = (int64_t)mtpa_ld_uh(p) * p->i_range_ma;
+    const int64_t lq_nwb = (int64_t)mtpa_lq_uh(p) * p->i_range_ma;
+    const int64_t magnet_nwb = p->flux_uwb * 1000LL;
+    const int64_t unit_nwb = magnet_nwb + (ld_nwb > lq_nwb ? ld_nwb : lq_nwb);
+    /* mV by nWb are 1e6, and 36 = 28 of the flux + 8 */
+    const int64_t of_bus = scale(p->v_range_mv * 1000000LL, 1LL << 36, (int64_t)CONFIG_BUS_STEPS * t->loop_hz);
+    /* mohm and mA by nWb are 1e3; 18 = 28 of the flux + 5 - 15 of the current */
+    const int64_t r_q5 = scale((int64_t)p->resistance_mohm * p->i_range_ma * 1000, 1 << 18, t->loop_hz * unit_nwb);
+    t->observer.magnet = (int32_t)scale(magnet_nwb, 1 << 14, unit_nwb);
+    t->observer.ld = (int32_t)scale(ld_nwb, 1 << 14, unit_nwb);
+    t->observer.lq = (int32_t)scale(lq_nwb, 1 << 14, unit_nwb);
+    t->observer.of_bus_q8 = limited(scale(of_bus, 1, unit_nwb), INT32_MAX);
+    t->observer.r_q5 = limited(r_q5, R_MOST_Q5);
+    t->angle_source = (uint32_t)p->angle_source;
+    tune_field(p, t);
+    if (t->reluctant && p->angle_source == PARAM_ANGLE_SENSORLESS) {
+        return ERROR_SENSORLESS_RELUCTANT;
+    }
+    return t->observer.magnet < 1 || r_q5 > R_MOST_Q5 ? ERROR_OBSERVER : ERROR_NONE;
+}
