@@ -1,0 +1,210 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Resistance, and what dead time costs beyond what is compensated. A current I along one phase has half of it in each of the two
+ * others; each leg loses a voltage that depends on its own current alone. From the current on that swings a node within the dead
+ * time, i_c = 2 Q / Td, that is V0 - c / |i| (Q: charge of a switch's output; derived as in docs/plant.md's sources: the edge
+ * that the current has to swing takes Q / i of the dead time back). So what is held along the phase is
+ *
+ *     u(I) = R I + 2/3 (V0 - c / I) + 2/3 (V0 - 2 c / I) = R I + 4/3 V0 - 2 c / I
+ *
+ * and three unknowns are fitted to currents in tenths of the rated one, as far as half of it is above the knee of the
+ * compensation. The levels go from the largest to the smallest and back, so that a winding that warms shows the same mean at
+ * each; the field goes round in steps of 60 degrees, so that each phase carries both signs and the rotor is led along.
+ */
+#include "firmware/commission/identify_parts.h"
+#include "firmware/settings/config.h"
+#include "firmware/settings/scale.h"
+#include "lib/deadtime.h"
+#include "lib/q15.h"
+
+#define SIXTH_Q32 0x2AAAAAABu
+#define VISITS    (2u * IDENTIFY_LEVELS)
+#define MOVE_MS   200u
+#define REST_MS   150u
+#define SETTLE_MS 10u
+#define MEAN_MS   10u
+
+/* Fit: what is left of the levels, and the whole dead time as it is compensated, between 127 and 128 of 128 parts. */
+#define LEVELS_LEAST      5
+#define COMPENSATED_E1_NS (CONFIG_DEAD_COUNTS * (10000000000LL / FABRIC_HZ) * 255 / 256)
+
+/* Inverse of a level is counted in this, which all levels divide. */
+#define INVERSE 2520
+
+/* ---- measuring ---- */
+
+static int32_t level_of(uint32_t visit)
+{
+    return (int32_t)(visit < IDENTIFY_LEVELS ? IDENTIFY_LEVELS - visit : visit - IDENTIFY_LEVELS + 1u);
+}
+
+static int32_t current_q15(const struct identify *d, int32_t level)
+{
+    return d->i_rated_q15 * level / IDENTIFY_LEVELS;
+}
+
+/* The field turns to the angle with all the current there is, and the rotor calms down. */
+static void move(struct identify *d, volatile struct current_loop *c)
+{
+    struct identify_resistance *const m = &d->resistance;
+    const uint32_t from_q32 = m->angle == 0u ? 0u : (m->angle - 1u) * SIXTH_Q32;
+    const uint32_t way_q32 = m->angle * SIXTH_Q32 - from_q32;
+    const uint32_t ms = m->ms < MOVE_MS ? m->ms : MOVE_MS;
+    current_loop_field(c, from_q32 + way_q32 / MOVE_MS * ms, 0);
+    if (m->angle == 0u) {
+        c->i_d_ref_q15 = current_q15(d, IDENTIFY_LEVELS) * (int32_t)ms / (int32_t)MOVE_MS;
+    }
+    if (m->ms == MOVE_MS) {
+        current_loop_field(c, m->angle * SIXTH_Q32, 0);
+    }
+    if (m->ms == MOVE_MS + REST_MS) {
+        m->moving = false;
+        m->ms = 0;
+    }
+}
+
+static void visit(struct identify *d, volatile struct current_loop *c)
+{
+    struct identify_resistance *const m = &d->resistance;
+    const int32_t level = level_of(m->visit);
+    c->i_d_ref_q15 = current_q15(d, level);
+    if (m->ms > SETTLE_MS) {
+        m->v_sum[m->angle][level - 1] += (int64_t)c->v_d_steps * c->vbus_q15;
+        m->i_sum_q15[m->angle][level - 1] += c->i_d_q15;
+        m->vbus_sum_q15 += c->vbus_q15;
+    }
+    if (m->ms == SETTLE_MS + MEAN_MS) {
+        m->ms = 0;
+        m->visit++;
+    }
+}
+
+bool identify_measure_resistance(struct identify *d, volatile struct current_loop *c)
+{
+    struct identify_resistance *const m = &d->resistance;
+    if (d->ms == 1u) {
+        *m = (struct identify_resistance){.moving = true};
+    }
+    m->ms++;
+    if (m->moving) {
+        move(d, c);
+        return false;
+    }
+    visit(d, c);
+    if (m->visit == VISITS) {
+        m->visit = 0;
+        m->moving = true;
+        m->angle++;
+    }
+    return m->angle == IDENTIFY_ANGLES;
+}
+
+/* ---- thinking ---- */
+
+/* y = slope n + constant + hyperbola / n over levels from `first` to the last, by least squares and Cramer's rule. */
+struct fit {
+    int64_t slope, constant; /* of y, with 8 more bits */
+};
+
+static struct fit fit_levels(const int64_t y[IDENTIFY_LEVELS], int32_t first)
+{
+    int64_t count = 0, n1 = 0, n2 = 0, q1 = 0, q2 = 0, y0 = 0, yn = 0, yq = 0;
+    for (int32_t n = first; n <= IDENTIFY_LEVELS; n++) {
+        const int64_t q = INVERSE / n;
+        count++;
+        n1 += n;
+        n2 += (int64_t)n * n;
+        q1 += q;
+        q2 += q * q;
+        y0 += y[n - 1];
+        yn += y[n - 1] * n;
+        yq += y[n - 1] * q;
+    }
+    const int64_t nq = count * INVERSE;
+    /* rows: (n2 n1 nq | yn), (n1 count q1 | y0), (nq q1 q2 | yq) */
+    const int64_t a = count * q2 - q1 * q1, b = n1 * q2 - q1 * nq, e = n1 * q1 - count * nq;
+    const int64_t determinant = n2 * a - n1 * b + nq * e;
+    const int64_t slope = yn * a - y0 * b + yq * e;
+    const int64_t constant = -yn * b + y0 * (n2 * q2 - nq * nq) - yq * (n2 * q1 - n1 * nq);
+    return (struct fit){identify_scaled(slope, 256, determinant), identify_scaled(constant, 256, determinant)};
+}
+
+static int32_t first_level(const struct identify *d)
+{
+    int32_t first = 1;
+    while (first <= IDENTIFY_LEVELS && current_q15(d, first) / 2 < DEADTIME_KNEE_Q15) {
+        first++;
+    }
+    return first;
+}
+
+/* The means of what each angle gave, and the standard deviations of these means. */
+struct spread {
+    int64_t mean, deviation;
+};
+
+static struct spread spread_of(const int64_t of[IDENTIFY_ANGLES])
+{
+    int64_t sum = 0, squares = 0;
+    for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
+        sum += of[k];
+    }
+    const int64_t mean = identify_scaled(sum, 1, IDENTIFY_ANGLES);
+    for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
+        squares += (of[k] - mean) * (of[k] - mean);
+    }
+    return (struct spread){mean, identify_root(scale(squares, 1, IDENTIFY_ANGLES * (IDENTIFY_ANGLES - 1)))};
+}
+
+/* uohm of a slope per level, which has 8 bits more: y is steps times Q15 of the bus voltage. */
+static int64_t uohm(const struct identify *d, int64_t slope)
+{
+    const int64_t level_ua = identify_scaled(d->i_rated_q15, d->params.i_range_ma * 1000LL, 32768LL * IDENTIFY_LEVELS);
+    const int64_t level_nv = identify_scaled(slope, d->params.v_range_mv * 1000000LL, 256LL * 32768 * CONFIG_BUS_STEPS);
+    return identify_scaled(level_nv, 1000, level_ua);
+}
+
+/* 0.1 ns of a constant, 4/3 of what a leg loses: of the bus voltage, times the period. */
+static int64_t tenth_ns(int64_t constant, int64_t vbus_q15)
+{
+    return identify_scaled(constant, 3LL * 10000000000 / 4 / CONFIG_PWM_HZ, 256LL * CONFIG_BUS_STEPS * vbus_q15);
+}
+
+bool identify_think_resistance(struct identify *d)
+{
+    const struct identify_resistance *const m = &d->resistance;
+    const int32_t first = first_level(d);
+    if (first > IDENTIFY_LEVELS + 1 - LEVELS_LEAST) {
+        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_RATED_SMALL);
+        identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_RATED_SMALL);
+        return true;
+    }
+    int64_t slopes[IDENTIFY_ANGLES], delays[IDENTIFY_ANGLES];
+    const int64_t vbus_q15 = scale(m->vbus_sum_q15, 1, (int64_t)IDENTIFY_ANGLES * VISITS * MEAN_MS);
+    for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
+        int64_t y[IDENTIFY_LEVELS];
+        for (int32_t n = 0; n < IDENTIFY_LEVELS; n++) {
+            y[n] = identify_scaled(m->v_sum[k][n], 1, 2 * MEAN_MS);
+        }
+        const struct fit fit = fit_levels(y, first);
+        slopes[k] = uohm(d, fit.slope);
+        delays[k] = tenth_ns(fit.constant, vbus_q15);
+    }
+    const struct spread r = spread_of(slopes), delay = spread_of(delays);
+    if (r.mean <= 0) {
+        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_NOT_RESISTIVE);
+        identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_NOT_RESISTIVE);
+        return false;
+    }
+    if (r.deviation * 10 > r.mean) {
+        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_SCATTER);
+    } else {
+        identify_know(d, IDENTIFY_RESISTANCE, r.mean,
+                      identify_interval(r.deviation, scale(r.mean, IDENTIFY_CURRENT_GAIN_PERMILLE, 1000),
+                                        scale(r.mean, IDENTIFY_BUS_GAIN_PERMILLE, 1000)));
+    }
+    identify_know(d, IDENTIFY_DEAD_TIME, COMPENSATED_E1_NS + delay.mean, identify_interval(delay.deviation, 0, 0));
+    const int64_t r_mohm = scale(r.mean, 1, 1000);
+    d->params.resistance_mohm = (int32_t)(r_mohm < 1 ? 1 : r_mohm < 100000 ? r_mohm : 100000);
+    return true;
+}
