@@ -66,6 +66,16 @@ static void hold_nothing(volatile struct current_loop *c)
     c->integral_q_q9 = 0;
 }
 
+/*
+ * A rotor on a current that stands swings like a pendulum, and nothing damps it. So across the field no current is regulated and
+ * no voltage held: what the swing induces there drives a current through the winding's resistance, and that brakes.
+ */
+static void calm(volatile struct current_loop *c)
+{
+    c->integral_q_q9 = 0;
+    c->i_q_ref_q15 = 0;
+}
+
 bool identify_step(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
 {
     d->total_ms++;
@@ -74,6 +84,7 @@ bool identify_step(struct identify *d, volatile struct current_loop *c, const st
     }
     if (!d->thinking) {
         d->ms++;
+        calm(c);
         d->thinking = measure(d, c, adc);
     }
     if (d->thinking) {
@@ -137,6 +148,8 @@ bool identify_tune(struct identify *d, int32_t hz)
         outcome.error != ERROR_CURRENT_TOO_SLOW) {
         return false;
     }
+    t.kp_q_q12 = 0;   /* see calm() */
+    t.ripple_q10 = 0; /* how dead time is compensated, the steps say themselves */
     d->tuning = t;
     return true;
 }

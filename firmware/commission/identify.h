@@ -44,7 +44,7 @@ enum identify_state {
 enum identify_reason {
     IDENTIFY_NO_REASON,
     IDENTIFY_STOPPED,       /* before it was this one's turn: off, or a fault */
-    IDENTIFY_RATED_SMALL,   /* rated current too small for the sensors' range: dead time bends where they see anything */
+    IDENTIFY_RATED_SMALL,   /* rated current too small for the sensors' range */
     IDENTIFY_NO_CURRENT,    /* a tenth of the bus drives next to none */
     IDENTIFY_NOT_RESISTIVE, /* voltage does not grow with current: contacts, a rotor that moves */
     IDENTIFY_SCATTER,       /* repeated measurements differ by more than a tenth */

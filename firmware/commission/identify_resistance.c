@@ -1,32 +1,41 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Resistance, and what dead time costs beyond what is compensated. A current I along one phase has half of it in each of the two
- * others; each leg loses a voltage that depends on its own current alone. From the current on that swings a node within the dead
- * time, i_c = 2 Q / Td, that is V0 - c / |i| (Q: charge of a switch's output; derived as in docs/plant.md's sources: the edge
- * that the current has to swing takes Q / i of the dead time back). So what is held along the phase is
+ * Resistance, and what dead time costs. A current I along one phase has half of it in each of the two others; each leg loses a
+ * voltage that depends on its own current alone. From the current on that swings a node within the dead time, i_c = 2 Q / Td, that
+ * is V0 - c / |i|: Q is the charge of a switch's output, and the edge that the current has to swing takes Q / i of the dead time
+ * back (docs/plant.md: edges). So what is held along the phase, without any compensation, is
  *
  *     u(I) = R I + 2/3 (V0 - c / I) + 2/3 (V0 - 2 c / I) = R I + 4/3 V0 - 2 c / I
  *
- * and three unknowns are fitted to currents in tenths of the rated one, as far as half of it is above the knee of the
- * compensation. The levels go from the largest to the smallest and back, so that a winding that warms shows the same mean at
- * each; the field goes round in steps of 60 degrees, so that each phase carries both signs and the rotor is led along.
+ * and three unknowns are fitted to currents in tenths of the rated one, but for the smallest. The levels go from the largest down
+ * and back, so that a winding that warms shows the same mean at each; the field goes round in steps of 60 degrees, so that each
+ * phase carries both signs and the rotor is led along, softly: one that swings induces a voltage.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/scale.h"
-#include "lib/deadtime.h"
+#include "lib/pi.h"
 #include "lib/q15.h"
 
 #define SIXTH_Q32 0x2AAAAAABu
 #define VISITS    (2u * IDENTIFY_LEVELS)
-#define MOVE_MS   200u
-#define REST_MS   150u
+#define MOVE_MS   300
+#define REST_MS   120u
 #define SETTLE_MS 10u
 #define MEAN_MS   10u
 
-/* Fit: what is left of the levels, and the whole dead time as it is compensated, between 127 and 128 of 128 parts. */
-#define LEVELS_LEAST      5
-#define COMPENSATED_E1_NS (CONFIG_DEAD_COUNTS * (10000000000LL / FABRIC_HZ) * 255 / 256)
+/* Of the levels, and of the ADC's steps in the smallest that is used. */
+#define FIRST_LEVEL 2
+#define LEAST_LSB   8
+
+/* A knee so wide that nothing is compensated: current_loop.h. */
+#define UNCOMPENSATED_SHIFT 31u
+
+/* Six angles: 95 % of Student's t with 5 degrees of freedom is 2.57, where the interval's factor is 2. */
+#define STUDENT_NUM 9
+#define STUDENT_DEN 7
+
+#define DEAD_BOUND_E1_NS 50 /* half a count, by which a compare may be off on one side */
 
 /* Inverse of a level is counted in this, which all levels divide. */
 #define INVERSE 2520
@@ -43,21 +52,24 @@ static int32_t current_q15(const struct identify *d, int32_t level)
     return d->i_rated_q15 * level / IDENTIFY_LEVELS;
 }
 
-/* The field turns to the angle with all the current there is, and the rotor calms down. */
+/* The field turns to the angle with all the current there is, and the rotor calms down. s^2 (3 - 2 s), s = 0...1: no jolt. */
+static uint32_t soft_q16(int32_t ms)
+{
+    const int32_t s_q10 = ms * 1024 / MOVE_MS;
+    return (uint32_t)(s_q10 * s_q10 / 16 * (3 * 1024 - 2 * s_q10) / 1024);
+}
+
 static void move(struct identify *d, volatile struct current_loop *c)
 {
     struct identify_resistance *const m = &d->resistance;
+    const int32_t ms = q15_min((int32_t)m->ms, MOVE_MS);
+    const uint32_t way_q32 = m->angle == 0u ? 0u : (SIXTH_Q32 >> 16) * soft_q16(ms);
     const uint32_t from_q32 = m->angle == 0u ? 0u : (m->angle - 1u) * SIXTH_Q32;
-    const uint32_t way_q32 = m->angle * SIXTH_Q32 - from_q32;
-    const uint32_t ms = m->ms < MOVE_MS ? m->ms : MOVE_MS;
-    current_loop_field(c, from_q32 + way_q32 / MOVE_MS * ms, 0);
+    current_loop_field(c, ms == MOVE_MS ? m->angle * SIXTH_Q32 : from_q32 + way_q32, 0);
     if (m->angle == 0u) {
-        c->i_d_ref_q15 = current_q15(d, IDENTIFY_LEVELS) * (int32_t)ms / (int32_t)MOVE_MS;
+        c->i_d_ref_q15 = current_q15(d, IDENTIFY_LEVELS) * ms / MOVE_MS;
     }
-    if (m->ms == MOVE_MS) {
-        current_loop_field(c, m->angle * SIXTH_Q32, 0);
-    }
-    if (m->ms == MOVE_MS + REST_MS) {
+    if (m->ms == (uint32_t)MOVE_MS + REST_MS) {
         m->moving = false;
         m->ms = 0;
     }
@@ -69,7 +81,7 @@ static void visit(struct identify *d, volatile struct current_loop *c)
     const int32_t level = level_of(m->visit);
     c->i_d_ref_q15 = current_q15(d, level);
     if (m->ms > SETTLE_MS) {
-        m->v_sum[m->angle][level - 1] += (int64_t)c->v_d_steps * c->vbus_q15;
+        m->v_sum[m->angle][level - 1] += (int64_t)(c->integral_d_q9 >> PI_SHIFT) * c->vbus_q15;
         m->i_sum_q15[m->angle][level - 1] += c->i_d_q15;
         m->vbus_sum_q15 += c->vbus_q15;
     }
@@ -86,6 +98,7 @@ bool identify_measure_resistance(struct identify *d, volatile struct current_loo
         *m = (struct identify_resistance){.moving = true};
     }
     m->ms++;
+    c->dead_shift = UNCOMPENSATED_SHIFT;
     if (m->moving) {
         move(d, c);
         return false;
@@ -96,20 +109,24 @@ bool identify_measure_resistance(struct identify *d, volatile struct current_loo
         m->moving = true;
         m->angle++;
     }
-    return m->angle == IDENTIFY_ANGLES;
+    if (m->angle < IDENTIFY_ANGLES) {
+        return false;
+    }
+    c->dead_shift = 0;
+    return true;
 }
 
 /* ---- thinking ---- */
 
-/* y = slope n + constant + hyperbola / n over levels from `first` to the last, by least squares and Cramer's rule. */
+/* y = slope n + constant + hyperbola / n over levels from the first that counts, by least squares and Cramer's rule. */
 struct fit {
     int64_t slope, constant; /* of y, with 8 more bits */
 };
 
-static struct fit fit_levels(const int64_t y[IDENTIFY_LEVELS], int32_t first)
+static struct fit fit_levels(const int64_t y[IDENTIFY_LEVELS])
 {
     int64_t count = 0, n1 = 0, n2 = 0, q1 = 0, q2 = 0, y0 = 0, yn = 0, yq = 0;
-    for (int32_t n = first; n <= IDENTIFY_LEVELS; n++) {
+    for (int32_t n = FIRST_LEVEL; n <= IDENTIFY_LEVELS; n++) {
         const int64_t q = INVERSE / n;
         count++;
         n1 += n;
@@ -129,16 +146,7 @@ static struct fit fit_levels(const int64_t y[IDENTIFY_LEVELS], int32_t first)
     return (struct fit){identify_scaled(slope, 256, determinant), identify_scaled(constant, 256, determinant)};
 }
 
-static int32_t first_level(const struct identify *d)
-{
-    int32_t first = 1;
-    while (first <= IDENTIFY_LEVELS && current_q15(d, first) / 2 < DEADTIME_KNEE_Q15) {
-        first++;
-    }
-    return first;
-}
-
-/* The means of what each angle gave, and the standard deviations of these means. */
+/* The mean of what each angle gave, and its standard deviation as the interval takes it. */
 struct spread {
     int64_t mean, deviation;
 };
@@ -153,7 +161,8 @@ static struct spread spread_of(const int64_t of[IDENTIFY_ANGLES])
     for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
         squares += (of[k] - mean) * (of[k] - mean);
     }
-    return (struct spread){mean, identify_root(scale(squares, 1, IDENTIFY_ANGLES * (IDENTIFY_ANGLES - 1)))};
+    const int64_t deviation = identify_root(scale(squares, 1, IDENTIFY_ANGLES * (IDENTIFY_ANGLES - 1)));
+    return (struct spread){mean, identify_scaled(deviation, STUDENT_NUM, STUDENT_DEN)};
 }
 
 /* uohm of a slope per level, which has 8 bits more: y is steps times Q15 of the bus voltage. */
@@ -173,8 +182,7 @@ static int64_t tenth_ns(int64_t constant, int64_t vbus_q15)
 bool identify_think_resistance(struct identify *d)
 {
     const struct identify_resistance *const m = &d->resistance;
-    const int32_t first = first_level(d);
-    if (first > IDENTIFY_LEVELS + 1 - LEVELS_LEAST) {
+    if (current_q15(d, FIRST_LEVEL) < LEAST_LSB * BOARD_ADC_Q15_PER_CODE) {
         identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_RATED_SMALL);
         identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_RATED_SMALL);
         return true;
@@ -186,7 +194,7 @@ bool identify_think_resistance(struct identify *d)
         for (int32_t n = 0; n < IDENTIFY_LEVELS; n++) {
             y[n] = identify_scaled(m->v_sum[k][n], 1, 2 * MEAN_MS);
         }
-        const struct fit fit = fit_levels(y, first);
+        const struct fit fit = fit_levels(y);
         slopes[k] = uohm(d, fit.slope);
         delays[k] = tenth_ns(fit.constant, vbus_q15);
     }
@@ -203,7 +211,7 @@ bool identify_think_resistance(struct identify *d)
                       identify_interval(r.deviation, scale(r.mean, IDENTIFY_CURRENT_GAIN_PERMILLE, 1000),
                                         scale(r.mean, IDENTIFY_BUS_GAIN_PERMILLE, 1000)));
     }
-    identify_know(d, IDENTIFY_DEAD_TIME, COMPENSATED_E1_NS + delay.mean, identify_interval(delay.deviation, 0, 0));
+    identify_know(d, IDENTIFY_DEAD_TIME, delay.mean, identify_interval(delay.deviation, DEAD_BOUND_E1_NS, 0));
     const int64_t r_mohm = scale(r.mean, 1, 1000);
     d->params.resistance_mohm = (int32_t)(r_mohm < 1 ? 1 : r_mohm < 100000 ? r_mohm : 100000);
     return true;

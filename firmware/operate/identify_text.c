@@ -17,7 +17,7 @@ static const struct {
 static const char *const reasons[IDENTIFY_REASONS] = {
     [IDENTIFY_NO_REASON] = "",
     [IDENTIFY_STOPPED] = "it ended before this was measured",
-    [IDENTIFY_RATED_SMALL] = "i_rated_ma is too small for i_range_ma: dead time bends what the sensors see",
+    [IDENTIFY_RATED_SMALL] = "i_rated_ma is too small for i_range_ma: the sensors hardly see it",
     [IDENTIFY_NO_CURRENT] = "next to no current answers the voltage: motor cable, i_rated_ma, i_range_ma",
     [IDENTIFY_NOT_RESISTIVE] = "the voltage does not grow with the current: does something turn the motor?",
     [IDENTIFY_SCATTER] = "repeated measurements differ by more than a tenth: contacts, a rotor that moves",
