@@ -97,9 +97,19 @@ struct identify_resistance {
     int32_t count; /* samples in each sum, of the last angle */
 };
 
+enum identify_pass {
+    IDENTIFY_HELD, /* the rotor, by a current */
+    IDENTIFY_FREE,
+    IDENTIFY_PASSES
+};
+
+struct identify_axes_sums {
+    int64_t re, im, straight; /* of responses, turned back by twice the angle; and along the voltage */
+};
+
 struct identify_axes {
-    uint32_t angle, burst;
-    int64_t re, im, straight; /* sum of responses, turned back by twice the angle; and along the voltage */
+    uint32_t pass, angle, burst;
+    struct identify_axes_sums sums[IDENTIFY_PASSES];
     int32_t this_d, this_q;
 };
 
@@ -119,9 +129,11 @@ struct identify {
     struct params params;       /* what is known so far, and inverter's; for tuning */
     struct tuning tuning;       /* of the current loop meanwhile */
     int32_t i_rated_q15;
+    uint32_t settle_ms;         /* until nothing is left of a step of current that iron and rotor answer slowly */
     /* what the steps found, for those after them */
     struct burst burst;
     uint32_t axis_q32;          /* field's angle of the magnets, or half a turn more */
+    bool reluctant;             /* one inductance is twice the other, or more */
     struct identify_result results[IDENTIFY_QUANTITIES];
     /* what the steps measure */
     struct identify_pulses pulses;

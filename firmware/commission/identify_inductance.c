@@ -10,13 +10,13 @@
  *
  * and a regression on both gives b. With the resistance known, L = R T / -ln(1 - b R).
  *
- * Which axis the magnets are on: the one that they were pulled along, unless reluctance may have turned them away. Where one
- * inductance is twice the other, that is the smaller one, as in every machine with magnets between its poles.
+ * Which axis the magnets are on: the one that they were pulled along, as long as magnets pull. In a machine whose one inductance
+ * is twice the other reluctance may turn them away; there it is the axis of the smaller one, as in every machine that has its
+ * magnets across the way of the q flux. Such a rotor is not held, since the current would turn it; it is measured at rest.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/scale.h"
-#include "lib/deadtime.h"
 #include "lib/polar.h"
 #include "lib/q15.h"
 #include "lib/trig.h"
@@ -26,37 +26,53 @@
 #define BURSTS_AXIS  64u
 #define QUARTER_Q32  0x40000000u
 #define PULLED_Q32   ((IDENTIFY_ANGLES - 1u) * 0x2AAAAAABu)
-#define LEAST_KNEES  8
+#define STAND_TENTHS 6
+#define UNCOMPENSATED_SHIFT 31u
 #define RISE_MS      50
 #define SETTLE_MS    150u
 
 /* ---- measuring ---- */
 
 /*
- * A current that stands along the last angle of the resistance, one phase's, and holds the rotor there: half of the rated one, or
- * all of it where half of that would leave a phase within the compensation's knee.
+ * A current that stands along the last angle of the resistance, one phase's, and holds the rotor there; half of it is in each of the
+ * other two, more than the wave's. Or none. Nothing is compensated: what dead time costs then depends on nothing but the signs of
+ * the phases' currents.
  */
-static void stand(struct identify *d, volatile struct current_loop *c)
+static void stand(struct identify *d, volatile struct current_loop *c, bool held)
 {
-    const bool half = d->i_rated_q15 > LEAST_KNEES * DEADTIME_KNEE_Q15;
-    const int32_t i_q15 = half ? d->i_rated_q15 / 2 : d->i_rated_q15;
+    const int32_t i_q15 = d->i_rated_q15 * STAND_TENTHS / 10;
     d->burst.field_q32 = PULLED_Q32;
     current_loop_field(c, PULLED_Q32, 0);
-    c->i_d_ref_q15 = i_q15 * q15_min((int32_t)d->ms, RISE_MS) / RISE_MS;
+    c->i_d_ref_q15 = held ? i_q15 * q15_min((int32_t)d->ms, RISE_MS) / RISE_MS : 0;
+    c->dead_shift = UNCOMPENSATED_SHIFT;
 }
 
+/* This angle's part of the sums. */
+static void keep(struct identify_axes *m, uint32_t angle_q32)
+{
+    struct identify_axes_sums *const s = &m->sums[m->pass];
+    const cossin_t twice = cossin_q15(2u * angle_q32);
+    s->re += (int64_t)m->this_d * twice.cos - (int64_t)m->this_q * twice.sin;
+    s->im += (int64_t)m->this_d * twice.sin + (int64_t)m->this_q * twice.cos;
+    s->straight += (int64_t)m->this_d * 32768;
+    m->this_d = m->this_q = 0;
+    m->burst = 0;
+    m->angle++;
+}
+
+/* One pass with the rotor held, one with it free. */
 bool identify_measure_axes(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
 {
     struct identify_axes *const m = &d->axes;
     struct burst *const b = &d->burst;
-    struct burst_sums s = {0};
-    if (d->ms == 1u) {
+    if (d->ms == 1u && m->pass == IDENTIFY_HELD) {
         *m = (struct identify_axes){0};
     }
-    stand(d, c);
+    stand(d, c, m->pass == IDENTIFY_HELD);
     if (d->ms <= SETTLE_MS) {
         return false;
     }
+    struct burst_sums s = {0};
     b->angle_q32 = m->angle * STEP_Q32;
     burst_play(b, c, adc);
     burst_add(&s, b, c->vbus_q15);
@@ -64,15 +80,14 @@ bool identify_measure_axes(struct identify *d, volatile struct current_loop *c, 
     m->this_q += s.uq;
     m->burst++;
     if (m->burst == BURSTS_ANGLE) {
-        const cossin_t twice = cossin_q15(2u * b->angle_q32);
-        m->re += (int64_t)m->this_d * twice.cos - (int64_t)m->this_q * twice.sin;
-        m->im += (int64_t)m->this_d * twice.sin + (int64_t)m->this_q * twice.cos;
-        m->straight += (int64_t)m->this_d * 32768;
-        m->this_d = m->this_q = 0;
-        m->burst = 0;
-        m->angle++;
+        keep(m, b->angle_q32);
     }
-    return m->angle == IDENTIFY_AXES;
+    if (m->angle == IDENTIFY_AXES) {
+        m->angle = 0;
+        m->pass++;
+        d->ms = 0;
+    }
+    return m->pass == IDENTIFY_PASSES;
 }
 
 /* d and q take turns, and so do the halves. */
@@ -83,7 +98,7 @@ bool identify_measure_inductance(struct identify *d, volatile struct current_loo
     if (d->ms == 1u) {
         *m = (struct identify_inductance){0};
     }
-    stand(d, c);
+    stand(d, c, !d->reluctant);
     if (d->ms <= SETTLE_MS) {
         return false;
     }
@@ -106,16 +121,24 @@ static int32_t narrow(int64_t value, int64_t largest)
     return (int32_t)value;
 }
 
-bool identify_think_axes(struct identify *d)
+/* Where the current answers most, half a turn either way, and whether it answers twice as much there as across it. */
+static uint32_t easy_q32(const struct identify_axes_sums *m, bool *doubled)
 {
-    const struct identify_axes *const m = &d->axes;
     const int64_t straight = m->straight < 0 ? -m->straight : m->straight;
     const int32_t re = narrow(m->re, straight), im = narrow(m->im, straight);
     const int64_t salient = identify_root((int64_t)re * re + (int64_t)im * im);
-    const uint32_t easy_q32 = atan2_q32(im, re) / 2u; /* where the current answers most */
-    const uint32_t off_q32 = (easy_q32 - PULLED_Q32 + QUARTER_Q32 / 2u) % (2u * QUARTER_Q32);
-    const bool doubled = 3 * salient > narrow(straight, straight); /* Ld / Lq = (1 - 1/3) / (1 + 1/3) */
-    d->axis_q32 = doubled || off_q32 < QUARTER_Q32 ? easy_q32 : easy_q32 + QUARTER_Q32;
+    *doubled = 3 * salient > narrow(straight, straight); /* Y1 by Y0: (2 - 1) / (2 + 1) */
+    return atan2_q32(im, re) / 2u;
+}
+
+bool identify_think_axes(struct identify *d)
+{
+    bool doubled;
+    const uint32_t held_q32 = easy_q32(&d->axes.sums[IDENTIFY_HELD], &doubled);
+    const uint32_t free_q32 = easy_q32(&d->axes.sums[IDENTIFY_FREE], &d->reluctant);
+    const uint32_t off_q32 = (held_q32 - PULLED_Q32 + QUARTER_Q32 / 2u) % (2u * QUARTER_Q32);
+    const bool along = off_q32 < QUARTER_Q32;
+    d->axis_q32 = d->reluctant ? free_q32 : along ? held_q32 : held_q32 + QUARTER_Q32;
     return true;
 }
 

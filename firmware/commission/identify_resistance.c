@@ -21,7 +21,6 @@
 #define VISITS    (2u * IDENTIFY_LEVELS)
 #define MOVE_MS   300
 #define REST_MS   120u
-#define SETTLE_MS 10u
 #define MEAN_MS   10u
 
 /* Of the levels, and of the ADC's steps in the smallest that is used. */
@@ -80,12 +79,12 @@ static void visit(struct identify *d, volatile struct current_loop *c)
     struct identify_resistance *const m = &d->resistance;
     const int32_t level = level_of(m->visit);
     c->i_d_ref_q15 = current_q15(d, level);
-    if (m->ms > SETTLE_MS) {
+    if (m->ms > d->settle_ms) {
         m->v_sum[m->angle][level - 1] += (int64_t)(c->integral_d_q9 >> PI_SHIFT) * c->vbus_q15;
         m->i_sum_q15[m->angle][level - 1] += c->i_d_q15;
         m->vbus_sum_q15 += c->vbus_q15;
     }
-    if (m->ms == SETTLE_MS + MEAN_MS) {
+    if (m->ms == d->settle_ms + MEAN_MS) {
         m->ms = 0;
         m->visit++;
     }

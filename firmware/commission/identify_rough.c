@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * A first inductance and a first resistance, to within a third: enough to regulate a current, which all the rest is measured
- * with. Pulses along each phase grow until an eighth of the rated current answers them; then a current of half the rated one is
+ * with. Pulses along each phase grow until a twelfth of the rated current answers them; then a current of half the rated one is
  * held by a loop that would be stable with any resistance, and what voltage it takes is seen.
  */
 #include "firmware/commission/identify_parts.h"
@@ -14,13 +14,19 @@
 #define MOST_STEPS   (CONFIG_BUS_STEPS / 4)
 #define PULSES_EACH  4u
 #define LEAST_Q15    24 /* one and a half of the ADC's steps, of the mean of many */
-#define RATED_PART   8
+#define RATED_PART   12
 
 #define HOLD_HZ      100 /* crossover, and by how much the loop's zero lies below it */
 #define HOLD_ZERO    4
 #define RAMP_MS      50
 #define SETTLE_MS    300u
 #define MEAN_MS      64u
+
+/* Of the resistance: crossover, and how long each step of current is waited for, by the winding's time constant. */
+#define REGULATE_HZ     250
+#define SETTLE_TAUS     3
+#define LEAST_SETTLE_MS 8
+#define MOST_SETTLE_MS  60
 
 /* ---- pulses ---- */
 
@@ -129,5 +135,7 @@ bool identify_think_hold(struct identify *d)
     const int64_t i_ua = scale(m->i_sum_q15, d->params.i_range_ma * 1000LL, 32768LL * m->count);
     const int64_t r_mohm = scale(u_uv, 1000, i_ua);
     d->params.resistance_mohm = (int32_t)(r_mohm < 1 ? 1 : r_mohm < 100000 ? r_mohm : 100000);
-    return identify_tune(d, 250);
+    const int32_t tau_ms = d->params.ld_uh / d->params.resistance_mohm;
+    d->settle_ms = (uint32_t)(LEAST_SETTLE_MS + q15_min(SETTLE_TAUS * tau_ms, MOST_SETTLE_MS));
+    return identify_tune(d, REGULATE_HZ);
 }
