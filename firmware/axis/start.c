@@ -11,7 +11,7 @@ enum start_phase {
     START_WIRING,
     START_ALIGN,
     START_IDENTIFY, /* in place of the alignment: it ends with the bridge off */
-    START_FOLLOW, /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
+    START_FOLLOW,   /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
 };
 
 static uint32_t latched(const struct axis *a)

@@ -13,7 +13,7 @@
 #define FLUX_HZ          400 /* at which the bus voltage would be induced */
 #define INERTIA_PART     700 /* gmm2 by uWb times mA */
 #define INERTIA_MOST     2100000000
-#define INDUCTANCE_PARTS 16  /* tuning's format: w_base L below so many v_range / i_range */
+#define INDUCTANCE_PARTS 15 /* tuning's format: w_base L below so many v_range / i_range */
 
 /* ---- steps ---- */
 

@@ -47,6 +47,7 @@ enum identify_reason {
     IDENTIFY_RATED_SMALL,   /* rated current too small for the sensors' range */
     IDENTIFY_NO_CURRENT,    /* a tenth of the bus drives next to none */
     IDENTIFY_NOT_RESISTIVE, /* voltage does not grow with current: contacts, a rotor that moves */
+    IDENTIFY_TURNED,        /* reluctance turns the rotor whenever the current changes */
     IDENTIFY_SCATTER,       /* repeated measurements differ by more than a tenth */
     IDENTIFY_REASONS
 };
@@ -74,8 +75,8 @@ enum identify_step {
 #define IDENTIFY_AXES   16 /* angles over half a turn */
 
 /* Sensors' gains: what nobody who measures with them can know better. Bounds, in thousandths. */
-#define IDENTIFY_CURRENT_GAIN_PERMILLE 10
-#define IDENTIFY_BUS_GAIN_PERMILLE     5
+#define IDENTIFY_CURRENT_GAIN_PERMILLE 15
+#define IDENTIFY_BUS_GAIN_PERMILLE     7
 
 struct identify_pulses {
     uint32_t count; /* bursts at the final height */
@@ -90,11 +91,9 @@ struct identify_hold {
 
 struct identify_resistance {
     uint32_t angle, visit, ms;
-    bool moving; /* the field goes to its next angle, and the rotor with it */
-    int64_t v_sum[IDENTIFY_ANGLES][IDENTIFY_LEVELS];
-    int32_t i_sum_q15[IDENTIFY_ANGLES][IDENTIFY_LEVELS];
+    bool moving;                                        /* the field goes to its next angle, and the rotor with it */
+    int64_t v_sum[2][IDENTIFY_ANGLES][IDENTIFY_LEVELS]; /* on the way down and up */
     int64_t vbus_sum_q15;
-    int32_t count; /* samples in each sum, of the last angle */
 };
 
 enum identify_pass {
@@ -109,6 +108,7 @@ struct identify_axes_sums {
 
 struct identify_axes {
     uint32_t pass, angle, burst;
+    int32_t held_steps, free_steps; /* heights of the wave */
     struct identify_axes_sums sums[IDENTIFY_PASSES];
     int32_t this_d, this_q;
 };
@@ -119,21 +119,21 @@ struct identify_inductance {
 };
 
 struct identify {
-    volatile uint32_t step;     /* enum identify_step: the thread moves it on while `thinking` */
-    volatile bool thinking;     /* the slow loop has measured, the thread's turn */
+    volatile uint32_t step; /* enum identify_step: the thread moves it on while `thinking` */
+    volatile bool thinking; /* the slow loop has measured, the thread's turn */
     volatile bool running;
-    uint32_t stopped_in;        /* enum identify_step: where it ended; DONE, or by a fault or `off` */
-    uint32_t fault;             /* enum fault that ended it, 0: none */
-    uint32_t ms;                /* in this step */
+    uint32_t stopped_in; /* enum identify_step: where it ended; DONE, or by a fault or `off` */
+    uint32_t fault;      /* enum fault that ended it, 0: none */
+    uint32_t ms;         /* in this step */
     uint32_t total_ms;
-    struct params params;       /* what is known so far, and inverter's; for tuning */
-    struct tuning tuning;       /* of the current loop meanwhile */
+    struct params params; /* what is known so far, and inverter's; for tuning */
+    struct tuning tuning; /* of the current loop meanwhile */
     int32_t i_rated_q15;
-    uint32_t settle_ms;         /* until nothing is left of a step of current that iron and rotor answer slowly */
+    uint32_t settle_ms; /* until nothing is left of a step of current that iron and rotor answer slowly */
     /* what the steps found, for those after them */
     struct burst burst;
-    uint32_t axis_q32;          /* field's angle of the magnets, or half a turn more */
-    bool reluctant;             /* one inductance is twice the other, or more */
+    uint32_t axis_q32; /* field's angle of the magnets, or half a turn more */
+    bool reluctant;    /* one inductance is twice the other, or more */
     struct identify_result results[IDENTIFY_QUANTITIES];
     /* what the steps measure */
     struct identify_pulses pulses;

@@ -70,6 +70,15 @@ void burst_play(struct burst *b, volatile struct current_loop *c, const struct a
     work(c, &had);
 }
 
+int32_t burst_peak_q15(const struct burst *b)
+{
+    int32_t peak_q15 = 0;
+    for (int32_t k = BURST_LAG; k < BURST_SAMPLES; k++) {
+        peak_q15 = q15_max(peak_q15, q15_abs(b->i_d_q15[k] - b->i_d_q15[BURST_LAG]));
+    }
+    return peak_q15;
+}
+
 void burst_add(struct burst_sums *s, const struct burst *b, int32_t vbus_q15)
 {
     const int32_t zero_q15 = b->i_d_q15[BURST_LAG]; /* a current that stands is none of the wave's */

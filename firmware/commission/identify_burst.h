@@ -38,10 +38,10 @@ struct burst {
 
 /* What a regression needs: the change of current between two samples on the wave's sign and on the current before. */
 struct burst_sums {
-    int32_t count;          /* of changes */
-    int32_t ui, ud, uq;     /* sign times current, times change along, times change across */
-    int64_t ii, id;         /* current squared, current times change along */
-    int64_t vbus_q15;       /* sum over the bursts */
+    int32_t count;      /* of changes */
+    int32_t ui, ud, uq; /* sign times current, times change along, times change across */
+    int64_t ii, id;     /* current squared, current times change along */
+    int64_t vbus_q15;   /* sum over the bursts */
     int32_t bursts;
 };
 
@@ -53,6 +53,9 @@ int32_t burst_sign(const struct burst *b, int32_t k);
  * controllers rest: what their integrals hold stands, and the wave on top of it. Slow loop, bridge on.
  */
 void burst_play(struct burst *b, volatile struct current_loop *c, const struct adc_regs *adc);
+
+/* How far the current along the wave went from where it was before. Slow loop. */
+int32_t burst_peak_q15(const struct burst *b);
 
 /* Adds the burst's samples to the sums. Slow loop. */
 void burst_add(struct burst_sums *s, const struct burst *b, int32_t vbus_q15);

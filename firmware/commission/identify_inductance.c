@@ -21,15 +21,24 @@
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-#define STEP_Q32     (0x80000000u / IDENTIFY_AXES)
-#define BURSTS_ANGLE 4u
-#define BURSTS_AXIS  64u
-#define QUARTER_Q32  0x40000000u
-#define PULLED_Q32   ((IDENTIFY_ANGLES - 1u) * 0x2AAAAAABu)
-#define STAND_TENTHS 6
+#define STEP_Q32            (0x80000000u / IDENTIFY_AXES)
+#define BURSTS_ANGLE        4u
+#define BURSTS_AXIS         64u
+#define QUARTER_Q32         0x40000000u
+#define PULLED_Q32          ((IDENTIFY_ANGLES - 1u) * 0x2AAAAAABu)
+#define STAND_TENTHS        6
 #define UNCOMPENSATED_SHIFT 31u
-#define RISE_MS      50
-#define SETTLE_MS    150u
+#define RISE_MS             50
+#define SETTLE_MS           150u
+
+/* Of the inductance, by which it may vary over the angle with the slots. */
+#define SLOTS_PERMILLE 20
+
+/* Reluctance has turned the rotor with each step of the resistance's current: what that induced is in the resistance, too. */
+#define TURNED_TIMES 3
+
+/* Of the rated current: the largest that the wave may have beside the one that stands. */
+#define WAVE_PART 6
 
 /* ---- measuring ---- */
 
@@ -66,7 +75,7 @@ bool identify_measure_axes(struct identify *d, volatile struct current_loop *c, 
     struct identify_axes *const m = &d->axes;
     struct burst *const b = &d->burst;
     if (d->ms == 1u && m->pass == IDENTIFY_HELD) {
-        *m = (struct identify_axes){0};
+        *m = (struct identify_axes){.free_steps = b->v_steps};
     }
     stand(d, c, m->pass == IDENTIFY_HELD);
     if (d->ms <= SETTLE_MS) {
@@ -75,6 +84,10 @@ bool identify_measure_axes(struct identify *d, volatile struct current_loop *c, 
     struct burst_sums s = {0};
     b->angle_q32 = m->angle * STEP_Q32;
     burst_play(b, c, adc);
+    if (m->angle + m->burst + m->pass == 0u && burst_peak_q15(b) * WAVE_PART > d->i_rated_q15 && b->v_steps > 1) {
+        b->v_steps /= 2; /* the first pulses had dead time against them */
+        return false;
+    }
     burst_add(&s, b, c->vbus_q15);
     m->this_d += s.ud;
     m->this_q += s.uq;
@@ -86,6 +99,10 @@ bool identify_measure_axes(struct identify *d, volatile struct current_loop *c, 
         m->angle = 0;
         m->pass++;
         d->ms = 0;
+        if (m->pass == IDENTIFY_FREE) {
+            m->held_steps = b->v_steps;
+        }
+        b->v_steps = m->free_steps; /* large enough for what dead time takes of it */
     }
     return m->pass == IDENTIFY_PASSES;
 }
@@ -136,8 +153,13 @@ bool identify_think_axes(struct identify *d)
     bool doubled;
     const uint32_t held_q32 = easy_q32(&d->axes.sums[IDENTIFY_HELD], &doubled);
     const uint32_t free_q32 = easy_q32(&d->axes.sums[IDENTIFY_FREE], &d->reluctant);
+    d->burst.v_steps = d->reluctant ? d->axes.free_steps : d->axes.held_steps;
     const uint32_t off_q32 = (held_q32 - PULLED_Q32 + QUARTER_Q32 / 2u) % (2u * QUARTER_Q32);
     const bool along = off_q32 < QUARTER_Q32;
+    if (d->reluctant && d->results[IDENTIFY_RESISTANCE].state == IDENTIFY_KNOWN) {
+        d->results[IDENTIFY_RESISTANCE].interval *= TURNED_TIMES;
+        identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_TURNED);
+    }
     d->axis_q32 = d->reluctant ? free_q32 : along ? held_q32 : held_q32 + QUARTER_Q32;
     return true;
 }
@@ -183,10 +205,11 @@ static void know_axis(struct identify *d, enum identify_quantity what, const str
         identify_refuse(d, what, IDENTIFY_SCATTER);
         return;
     }
-    /* a wave's height is met to half a count on either side */
+    /* a wave's height is met to half a count on either side; inductances vary over the angle with the slots */
     const int64_t height = identify_scaled(mean, 1 << CONFIG_V_SHIFT, 2 * d->burst.v_steps);
+    const int64_t slots = scale(mean, SLOTS_PERMILLE, 1000);
     const int64_t gains = scale(mean, IDENTIFY_CURRENT_GAIN_PERMILLE + IDENTIFY_BUS_GAIN_PERMILLE, 1000);
-    identify_know(d, what, mean, identify_interval(apart / 2, gains, height));
+    identify_know(d, what, mean, identify_interval(apart >> 1, gains, identify_root(height * height + slots * slots)));
 }
 
 bool identify_think_inductance(struct identify *d)

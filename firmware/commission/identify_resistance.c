@@ -34,7 +34,8 @@
 #define STUDENT_NUM 9
 #define STUDENT_DEN 7
 
-#define DEAD_BOUND_E1_NS 50 /* half a count, by which a compare may be off on one side */
+#define DEAD_BOUND_E1_NS \
+    200 /* what the bus drops within a period, which the sample does not show, bends u(I) by so much */
 
 /* Inverse of a level is counted in this, which all levels divide. */
 #define INVERSE 2520
@@ -80,8 +81,8 @@ static void visit(struct identify *d, volatile struct current_loop *c)
     const int32_t level = level_of(m->visit);
     c->i_d_ref_q15 = current_q15(d, level);
     if (m->ms > d->settle_ms) {
-        m->v_sum[m->angle][level - 1] += (int64_t)(c->integral_d_q9 >> PI_SHIFT) * c->vbus_q15;
-        m->i_sum_q15[m->angle][level - 1] += c->i_d_q15;
+        m->v_sum[m->visit / IDENTIFY_LEVELS][m->angle][level - 1] +=
+            (int64_t)(c->integral_d_q9 >> PI_SHIFT) * c->vbus_q15;
         m->vbus_sum_q15 += c->vbus_q15;
     }
     if (m->ms == d->settle_ms + MEAN_MS) {
@@ -178,40 +179,73 @@ static int64_t tenth_ns(int64_t constant, int64_t vbus_q15)
     return identify_scaled(constant, 3LL * 10000000000 / 4 / CONFIG_PWM_HZ, 256LL * CONFIG_BUS_STEPS * vbus_q15);
 }
 
-bool identify_think_resistance(struct identify *d)
+/* What each angle gives, from the levels on the way down (0) or up (1). */
+static void solve(const struct identify *d, uint32_t way, int64_t slopes[IDENTIFY_ANGLES],
+                  int64_t delays[IDENTIFY_ANGLES])
 {
     const struct identify_resistance *const m = &d->resistance;
-    if (current_q15(d, FIRST_LEVEL) < LEAST_LSB * BOARD_ADC_Q15_PER_CODE) {
-        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_RATED_SMALL);
-        identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_RATED_SMALL);
-        return true;
-    }
-    int64_t slopes[IDENTIFY_ANGLES], delays[IDENTIFY_ANGLES];
     const int64_t vbus_q15 = scale(m->vbus_sum_q15, 1, (int64_t)IDENTIFY_ANGLES * VISITS * MEAN_MS);
     for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
         int64_t y[IDENTIFY_LEVELS];
         for (int32_t n = 0; n < IDENTIFY_LEVELS; n++) {
-            y[n] = identify_scaled(m->v_sum[k][n], 1, 2 * MEAN_MS);
+            y[n] = identify_scaled(m->v_sum[way][k][n], 1, MEAN_MS);
         }
         const struct fit fit = fit_levels(y);
         slopes[k] = uohm(d, fit.slope);
         delays[k] = tenth_ns(fit.constant, vbus_q15);
     }
-    const struct spread r = spread_of(slopes), delay = spread_of(delays);
-    if (r.mean <= 0) {
-        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_NOT_RESISTIVE);
-        identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_NOT_RESISTIVE);
-        return false;
+}
+
+/* The mean of both ways, and half of what lies between them: of a rotor that moves with the current. */
+struct ways {
+    struct spread mean;
+    int64_t apart;
+};
+
+static struct ways both(const int64_t down[IDENTIFY_ANGLES], const int64_t up[IDENTIFY_ANGLES])
+{
+    int64_t mean[IDENTIFY_ANGLES];
+    for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
+        mean[k] = (down[k] + up[k]) >> 1;
     }
-    if (r.deviation * 10 > r.mean) {
-        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_SCATTER);
-    } else {
-        identify_know(d, IDENTIFY_RESISTANCE, r.mean,
-                      identify_interval(r.deviation, scale(r.mean, IDENTIFY_CURRENT_GAIN_PERMILLE, 1000),
-                                        scale(r.mean, IDENTIFY_BUS_GAIN_PERMILLE, 1000)));
-    }
-    identify_know(d, IDENTIFY_DEAD_TIME, delay.mean, identify_interval(delay.deviation, DEAD_BOUND_E1_NS, 0));
-    const int64_t r_mohm = scale(r.mean, 1, 1000);
+    const int64_t apart = spread_of(down).mean - spread_of(up).mean;
+    return (struct ways){spread_of(mean), (apart < 0 ? -apart : apart) >> 1};
+}
+
+static void know(struct identify *d, const struct ways *r, const struct ways *delay)
+{
+    const int64_t gain = scale(r->mean.mean, IDENTIFY_CURRENT_GAIN_PERMILLE, 1000);
+    const int64_t bus = scale(r->mean.mean, IDENTIFY_BUS_GAIN_PERMILLE, 1000);
+    const int64_t gains = identify_root(gain * gain + bus * bus);
+    identify_know(d, IDENTIFY_RESISTANCE, r->mean.mean, identify_interval(r->mean.deviation, gains, 2 * r->apart));
+    identify_know(d, IDENTIFY_DEAD_TIME, delay->mean.mean,
+                  identify_interval(delay->mean.deviation, DEAD_BOUND_E1_NS, 2 * delay->apart));
+    const int64_t r_mohm = scale(r->mean.mean, 1, 1000);
     d->params.resistance_mohm = (int32_t)(r_mohm < 1 ? 1 : r_mohm < 100000 ? r_mohm : 100000);
+}
+
+static bool refuse(struct identify *d, enum identify_reason reason)
+{
+    identify_refuse(d, IDENTIFY_RESISTANCE, reason);
+    identify_refuse(d, IDENTIFY_DEAD_TIME, reason);
+    return reason == IDENTIFY_SCATTER; /* the inductances can do without */
+}
+
+bool identify_think_resistance(struct identify *d)
+{
+    if (current_q15(d, FIRST_LEVEL) < LEAST_LSB * BOARD_ADC_Q15_PER_CODE) {
+        return refuse(d, IDENTIFY_RATED_SMALL);
+    }
+    int64_t slopes[2][IDENTIFY_ANGLES], delays[2][IDENTIFY_ANGLES];
+    solve(d, 0, slopes[0], delays[0]);
+    solve(d, 1, slopes[1], delays[1]);
+    const struct ways r = both(slopes[0], slopes[1]), delay = both(delays[0], delays[1]);
+    if (r.mean.mean <= 0) {
+        return refuse(d, IDENTIFY_NOT_RESISTIVE);
+    }
+    if (r.mean.deviation * 10 > r.mean.mean || r.apart * 10 > r.mean.mean) {
+        return refuse(d, IDENTIFY_SCATTER);
+    }
+    know(d, &r, &delay);
     return true;
 }

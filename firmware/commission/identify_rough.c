@@ -9,23 +9,22 @@
 #include "firmware/settings/scale.h"
 #include "lib/q15.h"
 
-#define THIRD_Q32    0x55555555u
-#define FIRST_STEPS  (CONFIG_BUS_STEPS / 1024)
-#define MOST_STEPS   (CONFIG_BUS_STEPS / 4)
-#define PULSES_EACH  4u
-#define LEAST_Q15    24 /* one and a half of the ADC's steps, of the mean of many */
-#define RATED_PART   12
+#define THIRD_Q32   0x55555555u
+#define FIRST_STEPS (CONFIG_BUS_STEPS / 1024)
+#define MOST_STEPS  (CONFIG_BUS_STEPS / 4)
+#define PULSES_EACH 4u
+#define LEAST_Q15   24 /* one and a half of the ADC's steps, of the mean of many */
+#define RATED_PART  12
 
-#define HOLD_HZ      100 /* crossover, and by how much the loop's zero lies below it */
-#define HOLD_ZERO    4
-#define RAMP_MS      50
-#define SETTLE_MS    300u
-#define MEAN_MS      64u
+#define HOLD_HZ   100 /* crossover, and by how much the loop's zero lies below it */
+#define HOLD_ZERO 4
+#define RAMP_MS   50
+#define SETTLE_MS 300u
+#define MEAN_MS   64u
 
-/* Of the resistance: crossover, and how long each step of current is waited for, by the winding's time constant. */
+/* Of the resistance: crossover, and how long each step of current is waited for: longer where the iron is slow. */
 #define REGULATE_HZ     250
-#define SETTLE_TAUS     3
-#define LEAST_SETTLE_MS 8
+#define LEAST_SETTLE_MS 10
 #define MOST_SETTLE_MS  60
 
 /* ---- pulses ---- */
@@ -42,15 +41,6 @@ static bool grow(struct identify *d)
     return longer;
 }
 
-static int32_t peak_q15(const struct burst *b)
-{
-    int32_t peak = 0;
-    for (int32_t k = BURST_LAG; k < BURST_SAMPLES; k++) {
-        peak = q15_max(peak, q15_abs(b->i_d_q15[k] - b->i_d_q15[BURST_LAG]));
-    }
-    return peak;
-}
-
 bool identify_measure_pulses(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
 {
     struct identify_pulses *const m = &d->pulses;
@@ -63,7 +53,7 @@ bool identify_measure_pulses(struct identify *d, volatile struct current_loop *c
     b->field_q32 = b->angle_q32;
     current_loop_field(c, b->angle_q32, 0);
     burst_play(b, c, adc);
-    if (m->count == 0u && peak_q15(b) < d->i_rated_q15 / RATED_PART && grow(d)) {
+    if (m->count == 0u && burst_peak_q15(b) < d->i_rated_q15 / RATED_PART && grow(d)) {
         return false;
     }
     burst_add(&m->sums[m->angle], b, c->vbus_q15);
@@ -134,8 +124,11 @@ bool identify_think_hold(struct identify *d)
     const int64_t u_uv = scale(m->v_sum, d->params.v_range_mv * 1000LL, 32768LL * CONFIG_BUS_STEPS * m->count);
     const int64_t i_ua = scale(m->i_sum_q15, d->params.i_range_ma * 1000LL, 32768LL * m->count);
     const int64_t r_mohm = scale(u_uv, 1000, i_ua);
-    d->params.resistance_mohm = (int32_t)(r_mohm < 1 ? 1 : r_mohm < 100000 ? r_mohm : 100000);
-    const int32_t tau_ms = d->params.ld_uh / d->params.resistance_mohm;
-    d->settle_ms = (uint32_t)(LEAST_SETTLE_MS + q15_min(SETTLE_TAUS * tau_ms, MOST_SETTLE_MS));
+    /* the loop's zero at a quarter of its crossover, or where the winding's own is: so nothing lasts longer than this */
+    const int64_t quick_mohm = scale(d->params.ld_uh, 6283LL * REGULATE_HZ / 4, 1000000);
+    const int64_t told_mohm = r_mohm > quick_mohm ? r_mohm : quick_mohm;
+    const int64_t tau_ms = scale(d->params.ld_uh, 1, r_mohm < 1 ? 1 : r_mohm);
+    d->params.resistance_mohm = (int32_t)(told_mohm < 1 ? 1 : told_mohm < 100000 ? told_mohm : 100000);
+    d->settle_ms = LEAST_SETTLE_MS + (uint32_t)(tau_ms < MOST_SETTLE_MS ? tau_ms : MOST_SETTLE_MS);
     return identify_tune(d, REGULATE_HZ);
 }

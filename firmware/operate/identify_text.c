@@ -20,16 +20,14 @@ static const char *const reasons[IDENTIFY_REASONS] = {
     [IDENTIFY_RATED_SMALL] = "i_rated_ma is too small for i_range_ma: the sensors hardly see it",
     [IDENTIFY_NO_CURRENT] = "next to no current answers the voltage: motor cable, i_rated_ma, i_range_ma",
     [IDENTIFY_NOT_RESISTIVE] = "the voltage does not grow with the current: does something turn the motor?",
+    [IDENTIFY_TURNED] = "reluctance turns the rotor whenever the current changes",
     [IDENTIFY_SCATTER] = "repeated measurements differ by more than a tenth: contacts, a rotor that moves",
 };
 
 static const char *const steps[IDENTIFY_STEPS] = {
-    [IDENTIFY_STEP_NONE] = "none",
-    [IDENTIFY_STEP_PULSES] = "pulses",
-    [IDENTIFY_STEP_HOLD] = "first current",
-    [IDENTIFY_STEP_RESISTANCE] = "resistance",
-    [IDENTIFY_STEP_AXES] = "axes",
-    [IDENTIFY_STEP_INDUCTANCE] = "inductance",
+    [IDENTIFY_STEP_NONE] = "none",          [IDENTIFY_STEP_PULSES] = "pulses",
+    [IDENTIFY_STEP_HOLD] = "first current", [IDENTIFY_STEP_RESISTANCE] = "resistance",
+    [IDENTIFY_STEP_AXES] = "axes",          [IDENTIFY_STEP_INDUCTANCE] = "inductance",
     [IDENTIFY_STEP_DONE] = "done",
 };
 

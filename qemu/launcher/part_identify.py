@@ -29,6 +29,8 @@ PWM_HZ = 20e3
 # quantity -> target: relative, or in ns
 TARGETS = {"resistance": 0.01, "dead time": 10.0, "ld": 0.03, "lq": 0.03}
 ABSOLUTE = {"dead time"}
+# what cannot be known: reluctance turns these rotors whenever the current changes
+REFUSED = {(motor, name) for motor in ("baldor_ecs101m0h7ef4", "thor_pmsyrm") for name in ("resistance", "dead time")}
 
 
 def plan(motors, options):
@@ -165,7 +167,7 @@ def judge(run):
     for name, target in TARGETS.items():
         result = found.get(name, Result(refused="not shown"))
         if result.value is None:
-            wrong.append(f"{name} refused: {result.refused}")
+            wrong += [] if (run.drive.motor.path.stem, name) in REFUSED else [f"{name} refused: {result.refused}"]
             continue
         scale, unit = (1.0, "ns") if name in ABSOLUTE else (right[name], "%")
         error, interval = (result.value - right[name]) / scale, result.interval / scale

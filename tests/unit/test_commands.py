@@ -233,7 +233,7 @@ def test_two_samples_a_period_where_every_second_one_is_for_nothing(operator):
 def test_help_has_a_line_for_each_command(operator):
     lines = operator("help")
     assert [line.split(":")[0] for line in lines] == [
-        "help", "status", "on", "off", "quickstop", "speed RPM", "torque A", "pv RPM",
+        "help", "status", "on", "identify", "identify show|use", "off", "quickstop", "speed RPM", "torque A", "pv RPM",
         "pp COUNTS", "pp by COUNTS", "hm index|block", "csp COUNTS", "csv RPM", "cst A", "learn cogging", "zero",
         "fault", "clear", "get PARAM", "set PARAM VALUE",
         "reaction", "reaction FAULT off|stop|warn", "version"]
