@@ -67,8 +67,8 @@ static void hold_nothing(volatile struct current_loop *c)
 }
 
 /*
- * A rotor on a current that stands swings like a pendulum, and nothing damps it. So across the field no current is regulated and
- * no voltage held: what the swing induces there drives a current through the winding's resistance, and that brakes.
+ * A rotor on a current that stands swings like a pendulum, and nothing damps it. So across the field no current is regulated
+ * and no voltage held: what the swing induces there drives a current through the winding's resistance, and that brakes.
  */
 static void calm(volatile struct current_loop *c)
 {

@@ -8,11 +8,11 @@
  *   identify_resistance.c   resistance, and what dead time costs beyond what is compensated
  *   identify_inductance.c   the axes, and the inductance along each, for small changes
  *
- * A result is known, with the interval in which it lies in 95 % of all cases, or it is refused with a reason. Nothing is guessed,
- * and nothing becomes a parameter by itself: identify_use().
+ * A result is known, with the interval in which it lies in 95 % of all cases, or it is refused with a reason. Nothing is
+ * guessed, and nothing becomes a parameter by itself: identify_use().
  *
- * The interval is 2 sqrt(s^2 + sum a^2 / 3): s, the standard deviation of the mean; a, the bound of each systematic error, most
- * of all of the sensors' gains, which no measurement with these sensors can see (GUM, JCGM 100:2008, 4.3.7 and 6.2).
+ * The interval is 2 sqrt(s^2 + sum a^2 / 3): s, the standard deviation of the mean; a, the bound of each systematic error,
+ * most of all of the sensors' gains, which no measurement with these sensors can see (GUM, JCGM 100:2008, 4.3.7 and 6.2).
  */
 #ifndef FIRMWARE_COMMISSION_IDENTIFY_H
 #define FIRMWARE_COMMISSION_IDENTIFY_H
@@ -144,8 +144,8 @@ struct identify {
 };
 
 /*
- * Before the first step: what `p` says of the inverter, and its i_rated_ma. ERROR_NONE, or why this inverter's ratings do not go
- * together. Results from before are forgotten. Thread, bridge off.
+ * Before the first step: what `p` says of the inverter, and its i_rated_ma. ERROR_NONE, or why this inverter's ratings do
+ * not go together. Results from before are forgotten. Thread, bridge off.
  */
 struct outcome identify_begin(struct identify *d, const struct params *p);
 

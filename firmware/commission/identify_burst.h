@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A burst: a square wave of voltage along one angle, quick enough for any winding, and each sample of the current that answers
- * it. The slow loop stays in its step for it, three quarters of a millisecond at most, and waits for sample after sample; the
- * current loop's interrupt goes on as ever and turns the voltages held in its integrals into compares.
+ * A burst: a square wave of voltage along one angle, quick enough for any winding, and each sample of the current that
+ * answers it. The slow loop stays in its step for it, three quarters of a millisecond at most, and waits for sample after
+ * sample; the current loop's interrupt goes on as ever and turns the voltages held in its integrals into compares.
  *
- * The wave is + - - +, again and again. The current then goes up, back, down and back: the voltage is orthogonal to it, so that
- * resistance does not shift the inductance that a regression of the current's changes on the voltage finds, to first order; what
- * is left of it is known (identify_inductance.c).
+ * The wave is + - - +, again and again. The current then goes up, back, down and back: the voltage is orthogonal to it, so
+ * that resistance does not shift the inductance that a regression of the current's changes on the voltage finds, to first
+ * order; what is left of it is known (identify_inductance.c).
  *
  * Dead time costs what the signs of the phases' currents say. So a burst rides on a current that stands, large enough for no
  * phase to change its sign: then dead time is constant, and no part of the wave.
@@ -49,8 +49,8 @@ struct burst_sums {
 int32_t burst_sign(const struct burst *b, int32_t k);
 
 /*
- * Plays the burst and keeps the samples. LOOP_FORCED is the source, with one sample a period that acts at the valley. Meanwhile the
- * controllers rest: what their integrals hold stands, and the wave on top of it. Slow loop, bridge on.
+ * Plays the burst and keeps the samples. LOOP_FORCED is the source, with one sample a period that acts at the valley.
+ * Meanwhile the controllers rest: what their integrals hold stands, and the wave on top of it. Slow loop, bridge on.
  */
 void burst_play(struct burst *b, volatile struct current_loop *c, const struct adc_regs *adc);
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The axes, and the inductance along each, at standstill and for small changes about a current that holds the rotor. Bursts along
- * 16 angles over half a turn find the axes wherever it has come to rest: saliency.h has the equations. Then bursts along each of
- * the two.
+ * The axes, and the inductance along each, at standstill and for small changes about a current that holds the rotor. Bursts
+ * along 16 angles over half a turn find the axes wherever it has come to rest: saliency.h has the equations. Then bursts
+ * along each of the two.
  *
  * From one sample to the next the current of a winding changes by
  *
@@ -10,9 +10,10 @@
  *
  * and a regression on both gives b. With the resistance known, L = R T / -ln(1 - b R).
  *
- * Which axis the magnets are on: the one that they were pulled along, as long as magnets pull. In a machine whose one inductance
- * is twice the other reluctance may turn them away; there it is the axis of the smaller one, as in every machine that has its
- * magnets across the way of the q flux. Such a rotor is not held, since the current would turn it; it is measured at rest.
+ * Which axis the magnets are on: the one that they were pulled along, as long as magnets pull. In a machine whose one
+ * inductance is twice the other reluctance may turn them away; there it is the axis of the smaller one, as in every machine
+ * that has its magnets across the way of the q flux. Such a rotor is not held, since the current would turn it; it is
+ * measured at rest.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
@@ -43,9 +44,9 @@
 /* ---- measuring ---- */
 
 /*
- * A current that stands along the last angle of the resistance, one phase's, and holds the rotor there; half of it is in each of the
- * other two, more than the wave's. Or none. Nothing is compensated: what dead time costs then depends on nothing but the signs of
- * the phases' currents.
+ * A current that stands along the last angle of the resistance, one phase's, and holds the rotor there; half of it is in
+ * each of the other two, more than the wave's. Or none. Nothing is compensated: what dead time costs then depends on nothing
+ * but the signs of the phases' currents.
  */
 static void stand(struct identify *d, volatile struct current_loop *c, bool held)
 {

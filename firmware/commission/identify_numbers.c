@@ -34,7 +34,7 @@ int64_t identify_log_q30(int64_t y_q30)
     const int64_t square_q30 = (z_q30 * z_q30) >> 30;
     int64_t power_q30 = z_q30;
     int64_t sum_q30 = 0;
-    for (int64_t n = 1; n < 64 && power_q30 != 0; n += 2) {
+    for (int64_t n = 1; n < 1024 && power_q30 != 0; n += 2) {
         sum_q30 += scale(power_q30, 1, n);
         power_q30 = (power_q30 * square_q30) >> 30;
     }

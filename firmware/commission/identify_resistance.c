@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Resistance, and what dead time costs. A current I along one phase has half of it in each of the two others; each leg loses a
- * voltage that depends on its own current alone. From the current on that swings a node within the dead time, i_c = 2 Q / Td, that
- * is V0 - c / |i|: Q is the charge of a switch's output, and the edge that the current has to swing takes Q / i of the dead time
- * back (docs/plant.md: edges). So what is held along the phase, without any compensation, is
+ * Resistance, and what dead time costs. A current I along one phase has half of it in each of the two others; each leg loses
+ * a voltage that depends on its own current alone. From the current on that swings a node within the dead time, i_c = 2 Q /
+ * Td, that is V0 - c / |i|: Q is the charge of a switch's output, and the edge that the current has to swing takes Q / i of
+ * the dead time back (docs/plant.md: edges). So what is held along the phase, without any compensation, is
  *
  *     u(I) = R I + 2/3 (V0 - c / I) + 2/3 (V0 - 2 c / I) = R I + 4/3 V0 - 2 c / I
  *
- * and three unknowns are fitted to currents in tenths of the rated one, but for the smallest. The levels go from the largest down
- * and back, so that a winding that warms shows the same mean at each; the field goes round in steps of 60 degrees, so that each
- * phase carries both signs and the rotor is led along, softly: one that swings induces a voltage.
+ * and three unknowns are fitted to currents in tenths of the rated one, but for the smallest. The levels go from the largest
+ * down and back, so that a winding that warms shows the same mean at each; the field goes round in steps of 60 degrees, so
+ * that each phase carries both signs and the rotor is led along, softly: one that swings induces a voltage.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"

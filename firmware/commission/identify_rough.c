@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * A first inductance and a first resistance, to within a third: enough to regulate a current, which all the rest is measured
- * with. Pulses along each phase grow until a twelfth of the rated current answers them; then a current of half the rated one is
- * held by a loop that would be stable with any resistance, and what voltage it takes is seen.
+ * with. Pulses along each phase grow until a twelfth of the rated current answers them; then a current of half the rated one
+ * is held by a loop that would be stable with any resistance, and what voltage it takes is seen.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""PART=identify: what the drive finds out about its motor, against the plant's truth, and how often that lies within the interval.
+"""PART=identify: what the drive finds out about its motor, against the plant's truth, and how often that is in the interval.
 
-WHAT is seedN: tolerances drawn by N, SPREAD 1, every effect of the plant on. The drive is told what its inverter is and the rated
-current; all it is told of the motor besides is wrong (TOLD).
+WHAT is seedN: tolerances drawn by N, SPREAD 1, every effect of the plant on. The drive is told what its inverter is and
+the rated current; all it is told of the motor besides is wrong (TOLD).
 
-The truth is the plant's at the temperature and the current of the measurement: of resistance, the winding's with the switches and
-diodes in its way; of dead time, what a leg loses in a period, in time at the bus voltage, its delays and constant drops among it;
-of inductance, the slope of the plant's own flux at the current that stood meanwhile.
+The truth is the plant's at the temperature and the current of the measurement: of resistance, the winding's with the
+switches and diodes in its way; of dead time, what a leg loses in a period, in time at the bus voltage, its delays and
+constant drops among it; of inductance, the slope of the plant's own flux at the current that stood meanwhile.
 """
 import re
 from dataclasses import dataclass, replace
