@@ -10,8 +10,8 @@ enum start_phase {
     START_CALIBRATE,
     START_WIRING,
     START_ALIGN,
-    START_IDENTIFY, /* in place of the alignment: it ends with the bridge off */
     START_FOLLOW,   /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
+    START_IDENTIFY, /* in place of the alignment: it ends with the bridge off */
 };
 
 static uint32_t latched(const struct axis *a)

@@ -11,6 +11,7 @@ from unit.test_state_machine import STATES, World
 BUS_STEPS, RATE_HZ, ONE = 40000, 20000, 32768  # of the build at 20 kHz
 I_RANGE_MA, V_RANGE_MV, VBUS_Q15 = 23571, 57528, 13670
 LEVELS, ANGLES, MEAN_MS = 10, 6, 10
+IDENTIFYING = 4  # START_IDENTIFY
 RATED_MA = 3800
 
 
@@ -252,13 +253,13 @@ def test_a_fault_ends_it_and_stands_beside_the_step(c, running, fault):
 
 
 def test_at_the_end_the_bridge_is_off(c, running):
-    running.axis.start.phase = 3  # START_IDENTIFY
+    running.axis.start.phase = IDENTIFYING
     running.axis.identify.step = c.IDENTIFY_STEP_DONE
     assert running.step() == "SWITCH_ON_DISABLED" and running.fabric.gate.CONTROL == 0 and not running.axis.identify.running
 
 
 def test_nothing_is_held_while_the_thread_thinks(c, running):
-    running.axis.start.phase, d, loop = 3, running.axis.identify, running.axis.loop
+    running.axis.start.phase, d, loop = IDENTIFYING, running.axis.identify, running.axis.loop
     d.step, d.thinking = c.IDENTIFY_STEP_RESISTANCE, True
     loop.integral_d_q9, loop.i_d_ref_q15 = 10**6, 1000
     running.step()
@@ -276,6 +277,8 @@ def test_only_what_is_known_becomes_a_parameter(c, begun):
     for name, value in (("RESISTANCE", 286512), ("LD", 150600)):
         begun.results[getattr(c, f"IDENTIFY_{name}")].state = known_value
         begun.results[getattr(c, f"IDENTIFY_{name}")].value = value
+    refused = begun.results[c.IDENTIFY_LQ]
+    refused.state, refused.value = c.IDENTIFY_REFUSED, 987000
     assert c.identify_use(begun, p) == 2
     assert (p.resistance_mohm, p.ld_uh, p.lq_uh) == (287, 151, before)
     assert c.identify_use(begun, p) == 0, "nothing is left to change"
