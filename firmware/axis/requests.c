@@ -109,7 +109,7 @@ struct outcome axis_switch_on(struct axis *a)
 /* Nothing that was known of the encoder holds: for the time being a pole pair is a turn. */
 struct outcome axis_identify(struct axis *a)
 {
-    if (!settled(a)) {
+    if (!request_settled(a)) {
         return outcome_of(ERROR_BUSY);
     }
     if (state_forbids_on(a) != ERROR_NONE) {
@@ -119,7 +119,7 @@ struct outcome axis_identify(struct axis *a)
     if (problem.error != ERROR_NONE) {
         return problem;
     }
-    const uint32_t held = hold_slow_loop();
+    const uint32_t held = request_hold();
     problem = measured_forbids_on(a, &a->identify.tuning);
     if (problem.error == ERROR_NONE) {
         problem = outcome_of(state_forbids_on(a));
@@ -131,7 +131,7 @@ struct outcome axis_identify(struct axis *a)
     } else {
         identify_stop(&a->identify, FAULT_NONE);
     }
-    release_slow_loop(held);
+    request_release(held);
     return problem;
 }
 

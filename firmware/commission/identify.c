@@ -169,6 +169,7 @@ static void forget_motor(struct params *p)
     p->pwm_update = PWM_UPDATE_VALLEY;
     p->pwm_samples = 1;
     p->speed_bw_hz = 1;
+    p->position_bw_hz = 0;
     p->torque_mean_ms = 1;
 }
 

@@ -289,3 +289,11 @@ def test_ratings_that_do_not_go_together_are_refused(c):
     c.params_init(p)
     p.v_min_mv = p.v_max_mv
     assert c.identify_begin(d, p).error == c.ERROR_V_LIMITS and not d.running
+
+
+def test_what_is_told_of_motor_and_loops_does_not_keep_it_from_beginning(c):
+    p, d = c.params(), c.identify()
+    c.params_init(p)
+    p.position_bw_hz, p.speed_bw_hz, p.current_bw_hz, p.torque_mean_ms = 50, 200, 6400, 4
+    p.resistance_mohm, p.ld_uh, p.lq_uh, p.flux_uwb, p.inertia_gmm2 = 100000, 1000000, 1, 10, 2100000000
+    assert c.identify_begin(d, p).error == c.ERROR_NONE and d.running
