@@ -194,6 +194,7 @@ help:
 	@echo '                     PART=wiring       what is connected or told wrongly is named'
 	@echo '                     PART=supervision  what goes wrong while it turns is found in time; stops without a sink'
 	@echo '                     PART=detune       told wrong R, L, flux, J it still works'
+	@echo '                     PART=identify     what the drive finds out about its motor, against the plant'
 	@echo '                     WHAT="swap_* locked" these cases of a part only'
 	@echo '                     CASE="start:teknic_m2310p/hoist20/45" one case of a part, with its trace (docs/campaign.md)'
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'

@@ -57,6 +57,7 @@ int main(void)
         console_poll(&console);
         axis_retry(&axes[0]);
         axis_learn(&axes[0]);
+        identify_think(&axes[0].identify);
         idle(&rest);
     }
 }

@@ -87,6 +87,7 @@ static void take_request(struct axis *a)
     a->request = AXIS_REQUEST_NONE;
     switch (wanted) {
     case AXIS_REQUEST_ON:
+    case AXIS_REQUEST_IDENTIFY:
         if (a->state == AXIS_SWITCH_ON_DISABLED) {
             make_ready(a);
         }
@@ -94,6 +95,7 @@ static void take_request(struct axis *a)
     case AXIS_REQUEST_OFF:
         if (a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION) {
             bridge_off(a);
+            identify_stop(&a->identify, FAULT_NONE);
             enter(a, AXIS_SWITCH_ON_DISABLED);
         }
         break;
@@ -152,6 +154,7 @@ static bool spoils_alignment(uint32_t cause)
 static void react_to_fault(struct axis *a)
 {
     bridge_off(a);
+    identify_stop(&a->identify, a->faults.cause);
     a->request = AXIS_REQUEST_NONE;
     a->reactions.stopping = false;
     if (spoils_alignment(a->faults.cause)) {
@@ -159,6 +162,17 @@ static void react_to_fault(struct axis *a)
         encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
     }
     enter(a, AXIS_FAULT_REACTION);
+}
+
+static void leave_start(struct axis *a)
+{
+    if (!a->identify.running) {
+        begin_operation(a);
+        return;
+    }
+    bridge_off(a);
+    identify_stop(&a->identify, FAULT_NONE);
+    enter(a, AXIS_SWITCH_ON_DISABLED);
 }
 
 static void step_other_state(struct axis *a)
@@ -170,7 +184,7 @@ static void step_other_state(struct axis *a)
         break;
     case AXIS_SWITCHED_ON:
         if (start_step(a)) {
-            begin_operation(a);
+            leave_start(a);
         }
         break;
     case AXIS_QUICK_STOP:

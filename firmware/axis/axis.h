@@ -20,6 +20,7 @@
 #include "firmware/axis/start.h"
 #include "firmware/axis/supervision.h"
 #include "firmware/axis/thermal.h"
+#include "firmware/commission/identify.h"
 #include "firmware/control/current_loop.h"
 #include "firmware/control/speed_loop.h"
 #include "firmware/control/torque.h"
@@ -44,6 +45,7 @@ enum axis_request {
     AXIS_REQUEST_OFF,
     AXIS_REQUEST_QUICK_STOP,
     AXIS_REQUEST_CLEAR,
+    AXIS_REQUEST_IDENTIFY,
 };
 
 #define AXIS_STANDSTILL_RPM_Q4 (30 * 16) /* below this the motor counts as at rest */
@@ -74,6 +76,7 @@ struct axis {
     struct thermal thermal;
     struct reactions reactions;
     volatile uint32_t command_ms; /* when somebody last spoke to the drive */
+    struct identify identify;
 };
 
 /* One value and no other, so that a stray write does not keep a fault from switching the bridge off. */
@@ -135,6 +138,8 @@ void axis_sample_fault(struct axis *a);
  */
 struct outcome axis_switch_on(struct axis *a);
 struct outcome axis_switch_off(struct axis *a);
+struct outcome axis_identify(struct axis *a);     /* measures the motor, then off; `off` ends it sooner */
+struct outcome axis_identify_use(struct axis *a); /* what is known becomes parameters; value: how many have changed */
 struct outcome axis_quick_stop(struct axis *a);
 struct outcome axis_clear_fault(struct axis *a);
 struct outcome axis_clear_latches(struct axis *a); /* the same without a person's say: the count of retries goes on */

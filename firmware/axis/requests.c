@@ -113,6 +113,43 @@ struct outcome axis_switch_on(struct axis *a)
     return problem;
 }
 
+/* Nothing that was known of the encoder holds: for the time being a pole pair is a turn. */
+struct outcome axis_identify(struct axis *a)
+{
+    if (!request_settled(a)) {
+        return outcome_of(ERROR_BUSY);
+    }
+    if (state_forbids_on(a) != ERROR_NONE) {
+        return outcome_of(state_forbids_on(a));
+    }
+    struct outcome problem = identify_begin(&a->identify, &a->params);
+    if (problem.error != ERROR_NONE) {
+        return problem;
+    }
+    const uint32_t held = request_hold();
+    problem = measured_forbids_on(a, &a->identify.tuning);
+    if (problem.error == ERROR_NONE) {
+        problem = outcome_of(state_forbids_on(a));
+    }
+    if (problem.error == ERROR_NONE) {
+        start_forget(a);
+        adopt_tuning(a, &a->identify.tuning);
+        a->request = AXIS_REQUEST_IDENTIFY;
+    } else {
+        identify_stop(&a->identify, FAULT_NONE);
+    }
+    request_release(held);
+    return problem;
+}
+
+struct outcome axis_identify_use(struct axis *a)
+{
+    if (!axis_is_off(a)) {
+        return outcome_of(ERROR_DRIVE_IS_ON);
+    }
+    return (struct outcome){ERROR_NONE, (int32_t)identify_use(&a->identify, &a->params)};
+}
+
 /* Always allowed, also when off. */
 struct outcome axis_switch_off(struct axis *a)
 {

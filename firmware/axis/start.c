@@ -11,8 +11,9 @@ enum start_phase {
     START_CALIBRATE,
     START_WIRING,
     START_ALIGN,
-    START_FOLLOW, /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
-    START_FIELD,  /* without an encoder: the rotor is to hang on a field */
+    START_FOLLOW,   /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
+    START_FIELD,    /* without an encoder: the rotor is to hang on a field */
+    START_IDENTIFY, /* in place of the alignment: it ends with the bridge off */
 };
 
 static uint32_t latched(const struct axis *a)
@@ -161,7 +162,7 @@ static void step_wiring(struct axis *a)
             break;
         }
         alignment_start(&s->alignment, &a->loop, &a->tuning, latched(a));
-        s->phase = s->aligned ? START_FOLLOW : START_ALIGN;
+        s->phase = a->identify.running ? START_IDENTIFY : s->aligned ? START_FOLLOW : START_ALIGN;
         break;
     case WIRING_OPEN:
         raise_of_wiring(a, FAULT_OPEN_PHASE);
@@ -212,6 +213,8 @@ bool start_step(struct axis *a)
         }
         s->phase = START_FOLLOW;
         return true;
+    case START_IDENTIFY:
+        return identify_step(&a->identify, &a->loop, &a->fabric->adc);
     case START_FOLLOW:
     default:
         if (a->loop.source != LOOP_ENCODER) {
@@ -224,6 +227,9 @@ bool start_step(struct axis *a)
 const struct tuning *start_tuning(const struct axis *a)
 {
     const struct start *const s = &a->start;
+    if (a->state == AXIS_SWITCHED_ON && s->phase == START_IDENTIFY) {
+        return identify_tuning(&a->identify);
+    }
     const bool voltage = s->phase == START_WIRING || s->phase == START_FIELD ||
                          (s->phase == START_ALIGN && alignment_holds_voltage(&s->alignment));
     return a->state == AXIS_SWITCHED_ON && voltage ? &wiring_tuning : &a->tuning;

@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "drivers/mss/sysreg.h"
+#include "firmware/operate/identify_text.h"
 #include "firmware/operate/messages.h"
 #include "firmware/operate/postmortem_text.h"
 #include "firmware/operate/text.h"
@@ -171,6 +172,7 @@ static void run_status(struct session *s, char *const *words)
     text_put_line(&s->out, "");
     put_milli(s, "bus: ", now.vbus_q15, s->axis->params.v_range_mv, " V");
     put_heat(s);
+    identify_text_running(&s->out, &s->axis->identify);
     put_warnings(s);
     text_put(&s->out, "current loop: ");
     text_put_int(&s->out, (int32_t)measure_current_loop_cycles(&s->axis->time_ms));
@@ -456,6 +458,27 @@ static void run_reaction(struct session *s, char *const *words)
     }
 }
 
+static void run_identify(struct session *s, char *const *words)
+{
+    (void)words;
+    answer(s, axis_identify(s->axis));
+}
+
+static void run_identify_what(struct session *s, char *const *words)
+{
+    if (text_equal(words[1], "show")) {
+        identify_text_show(&s->out, &s->axis->identify);
+    } else if (text_equal(words[1], "use")) {
+        const struct outcome outcome = axis_identify_use(s->axis);
+        answer(s, outcome);
+        if (outcome.error == ERROR_NONE) {
+            identify_text_used(&s->out, outcome.value);
+        }
+    } else {
+        error_about(s, words[1], "not one of show, use");
+    }
+}
+
 static void run_version(struct session *s, char *const *words)
 {
     (void)words;
@@ -469,6 +492,9 @@ static const struct command commands[] = {
     {"status", "", "state, fault, speed, currents, bus voltage of one instant; memory errors; time since the start", 1,
      run_status},
     {"on", "", "calibrate, align if needed, enable operation", 1, run_on},
+    {"identify", "", "measure the motor, then off; needs the inverter's ratings and i_rated_ma only", 1, run_identify},
+    {"identify", " show|use", "what it found, with intervals; or make parameters of what is known", 2,
+     run_identify_what},
     {"off", "", "bridge off within a millisecond, the motor coasts", 1, run_off},
     {"quickstop", "", "brake to standstill, then off", 1, run_quick_stop},
     {"speed", " RPM", "speed control to RPM", 2, run_speed},

@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 
-from .parts import play_part_case
+from .parts import PARTS, play_part_case
 from .paths import build_dir, shown
 from .plot import draw
 from .simulate import write
@@ -17,7 +17,7 @@ def report_part(part, outcomes, folder, out):
     write(folder / f"{part}.json", json.dumps({case.key: outcome for case, outcome in outcomes.items()}, indent=1) + "\n")
     failed = {case: outcome for case, outcome in outcomes.items() if not outcome["passed"]}
     out(f"PART={part}: {len(outcomes)} runs, {len(failed)} failed")
-    for line in [*counts(outcomes), "", *worst_cases(outcomes)]:
+    for line in [*counts(outcomes), "", *worst_cases(outcomes), *summary(part, outcomes)]:
         out(f"  {line}")
     for case, outcome in list(failed.items())[:SHOWN]:
         out(f"  FAIL {case.command}")
@@ -66,12 +66,18 @@ def worst_cases(outcomes):
     return lines
 
 
+def summary(part, outcomes):
+    """What the part itself has to say of all its cases, as lines."""
+    own = getattr(PARTS[part], "summary", None)
+    return ["", *own(list(outcomes.values()))] if own else []
+
+
 def as_markdown(part, outcomes):
     """The whole of it."""
     failures = [f"- `{case.command}`: {outcome['outcome']}: {outcome['why']}" for case, outcome in outcomes.items()
                 if not outcome["passed"]]
     return "\n".join([f"# PART={part}: {len(outcomes)} runs, {len(failures)} failed", "", *counts(outcomes), "",
-                      *worst_cases(outcomes), "", "Failures:", "", *(failures or ["none"])]) + "\n"
+                      *worst_cases(outcomes), *summary(part, outcomes), "", "Failures:", "", *(failures or ["none"])]) + "\n"
 
 
 def _number(value):

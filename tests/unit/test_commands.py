@@ -233,7 +233,7 @@ def test_two_samples_a_period_where_every_second_one_is_for_nothing(operator):
 def test_help_has_a_line_for_each_command(operator):
     lines = operator("help")
     assert [line.split(":")[0] for line in lines] == [
-        "help", "status", "on", "off", "quickstop", "speed RPM", "torque A", "pv RPM",
+        "help", "status", "on", "identify", "identify show|use", "off", "quickstop", "speed RPM", "torque A", "pv RPM",
         "pp COUNTS", "pp by COUNTS", "hm index|block", "csp COUNTS", "csv RPM", "cst A", "learn cogging", "zero",
         "fault", "clear", "get PARAM", "set PARAM VALUE",
         "reaction", "reaction FAULT off|stop|warn", "version"]
@@ -303,3 +303,33 @@ def test_a_line_is_heard_by_the_supervision(operator):
     assert operator.axis.command_ms == 0
     operator.type(b"n\r")
     assert operator.axis.command_ms == 777
+
+
+# ---- identify ----
+
+def test_identify_says_what_it_found_and_what_not(c, operator):
+    assert operator("identify show") == ["identify has not run"]
+    assert operator("identify bogus") == ["error: bogus: not one of show, use"]
+    d = operator.axis.identify
+    d.step = d.stopped_in = c.IDENTIFY_STEP_DONE
+    d.total_ms = 5774
+    for name, value, interval in (("RESISTANCE", 286512, 4568), ("DEAD_TIME", 10443, 72), ("LD", 150600, 2680)):
+        result = d.results[getattr(c, f"IDENTIFY_{name}")]
+        result.state, result.value, result.interval = c.IDENTIFY_KNOWN, value, interval
+    d.results[c.IDENTIFY_LQ].state, d.results[c.IDENTIFY_LQ].reason = c.IDENTIFY_REFUSED, c.IDENTIFY_NO_CURRENT
+    assert operator("identify show") == [
+        "resistance: 286.512 +-4.568 mohm", "dead time: 1044.300 +-7.200 ns", "ld: 150.600 +-2.680 uH",
+        "lq: refused: next to no current answers the voltage: motor cable, i_rated_ma, i_range_ma", "time: 5.774 s"]
+    assert operator("identify use") == ["ok", "2 parameters changed; 'get all' lists them, 'on' takes them"]
+    assert operator("get resistance_mohm") == ["resistance_mohm = 287  (1...100000)"]
+    assert operator("get lq_uh") == ["lq_uh = 200  (1...1000000)"], "refused is not taken"
+
+
+def test_identify_names_the_step_in_which_it_ended(c, operator):
+    d = operator.axis.identify
+    d.step = d.stopped_in = c.IDENTIFY_STEP_RESISTANCE
+    assert operator("identify show")[0] == "ended in step 'resistance'"
+    d.fault = c.FAULT_OVERCURRENT
+    assert operator("identify show")[0] == "ended in step 'resistance' by a fault: over-current"
+    d.running = True
+    assert "identify: step 'resistance'" in operator("status")

@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/commission/identify.h"
+
+#include <stddef.h>
+
+#include "drivers/cortex/cpu.h"
+#include "firmware/commission/identify_parts.h"
+#include "firmware/commission/wiring.h"
+#include "firmware/settings/scale.h"
+#include "lib/q15.h"
+
+/* With these the speed loop's numbers fit their formats, whatever the inverter is; nothing runs by them. */
+#define FLUX_HZ          400 /* at which the bus voltage would be induced */
+#define INERTIA_PART     700 /* gmm2 by uWb times mA */
+#define INERTIA_MOST     2100000000
+#define INDUCTANCE_PARTS 15 /* tuning's format: w_base L below so many v_range / i_range */
+
+/* ---- steps ---- */
+
+static bool measure(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
+{
+    switch (d->step) {
+    case IDENTIFY_STEP_PULSES:
+        return identify_measure_pulses(d, c, adc);
+    case IDENTIFY_STEP_HOLD:
+        return identify_measure_hold(d, c);
+    case IDENTIFY_STEP_RESISTANCE:
+        return identify_measure_resistance(d, c);
+    case IDENTIFY_STEP_AXES:
+        return identify_measure_axes(d, c, adc);
+    case IDENTIFY_STEP_INDUCTANCE:
+    default:
+        return identify_measure_inductance(d, c, adc);
+    }
+}
+
+/* Whether the next step can begin. */
+static bool think(struct identify *d)
+{
+    switch (d->step) {
+    case IDENTIFY_STEP_PULSES:
+        return identify_think_pulses(d);
+    case IDENTIFY_STEP_HOLD:
+        return identify_think_hold(d);
+    case IDENTIFY_STEP_RESISTANCE:
+        return identify_think_resistance(d);
+    case IDENTIFY_STEP_AXES:
+        return identify_think_axes(d);
+    case IDENTIFY_STEP_INDUCTANCE:
+    default:
+        return identify_think_inductance(d);
+    }
+}
+
+/* Whether a current is regulated; or else voltages are held. */
+static bool regulates(uint32_t step)
+{
+    return step != IDENTIFY_STEP_PULSES;
+}
+
+static void hold_nothing(volatile struct current_loop *c)
+{
+    c->i_d_ref_q15 = 0;
+    c->i_q_ref_q15 = 0;
+    c->integral_d_q9 = 0;
+    c->integral_q_q9 = 0;
+}
+
+/*
+ * A rotor on a current that stands swings like a pendulum, and nothing damps it. So across the field no current is regulated
+ * and no voltage held: what the swing induces there drives a current through the winding's resistance, and that brakes.
+ */
+static void calm(volatile struct current_loop *c)
+{
+    c->integral_q_q9 = 0;
+    c->i_q_ref_q15 = 0;
+}
+
+bool identify_step(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
+{
+    d->total_ms++;
+    if (d->step == IDENTIFY_STEP_DONE) {
+        return true;
+    }
+    if (!d->thinking) {
+        d->ms++;
+        calm(c);
+        d->thinking = measure(d, c, adc);
+    }
+    if (d->thinking) {
+        hold_nothing(c);
+    }
+    return false;
+}
+
+const struct tuning *identify_tuning(const struct identify *d)
+{
+    return d->thinking || !regulates(d->step) ? &wiring_tuning : &d->tuning;
+}
+
+void identify_think(struct identify *d)
+{
+    if (!d->running || !d->thinking) {
+        return;
+    }
+    const bool on = think(d);
+    d->ms = 0;
+    d->stopped_in = on ? d->step + 1u : d->step;
+    d->step = on ? d->step + 1u : IDENTIFY_STEP_DONE;
+    cpu_dsb(); /* the slow loop finds all of it */
+    d->thinking = false;
+}
+
+void identify_stop(struct identify *d, uint32_t fault)
+{
+    if (!d->running) {
+        return;
+    }
+    d->running = false;
+    d->fault = fault;
+    for (size_t k = 0; k < IDENTIFY_QUANTITIES; k++) {
+        if (d->results[k].state == IDENTIFY_UNKNOWN) {
+            d->results[k].state = IDENTIFY_REFUSED;
+            d->results[k].reason = IDENTIFY_STOPPED;
+        }
+    }
+}
+
+/* ---- beginning ---- */
+
+static int32_t most(int64_t value, int64_t limit)
+{
+    return (int32_t)(value < 1 ? 1 : value < limit ? value : limit);
+}
+
+bool identify_tune(struct identify *d, int32_t hz)
+{
+    struct params *const p = &d->params;
+    const int64_t largest_uh = scale(p->v_range_mv, INDUCTANCE_PARTS * 1000000LL, 7854LL * p->i_range_ma);
+    p->current_bw_hz = hz;
+    p->ld_uh = most(p->ld_uh, largest_uh);
+    p->lq_uh = most(p->lq_uh, largest_uh);
+    struct tuning t;
+    const struct outcome outcome = tuning_compute(p, &t);
+    /* what the speed loop could do with it does not matter here */
+    if (outcome.error != ERROR_NONE && outcome.error != ERROR_SPEED_RESOLUTION &&
+        outcome.error != ERROR_SPEED_UNRESOLVED && outcome.error != ERROR_SPEED_MARGIN &&
+        outcome.error != ERROR_CURRENT_TOO_SLOW) {
+        return false;
+    }
+    t.kp_q_q12 = 0;   /* see calm() */
+    t.ripple_q10 = 0; /* how dead time is compensated, the steps say themselves */
+    d->tuning = t;
+    return true;
+}
+
+/* What is not the inverter's is replaced by what nothing depends on. */
+static void forget_motor(struct params *p)
+{
+    const int64_t trip_ma = p->i_trip_ma * 85LL / 100;
+    p->pole_pairs = 1;
+    p->angle_source = PARAM_ANGLE_ENCODER; /* a prescribed field; whether anything counts does not matter */
+    p->resistance_mohm = most(scale(p->v_range_mv, 20, p->i_range_ma), 100000);
+    p->ld_uh = p->lq_uh = most(scale(p->v_range_mv, 10, p->i_range_ma), 1000000);
+    p->ld_apparent_uh = p->lq_apparent_uh = p->lq_rest_uh = 0;
+    p->flux_uwb = most(scale(p->v_range_mv, 1000000, 6283LL * FLUX_HZ), 10000000);
+    p->inertia_gmm2 = most(scale(p->flux_uwb, p->i_range_ma, INERTIA_PART), INERTIA_MOST);
+    p->i_max_ma = most(p->i_rated_ma, trip_ma);
+    p->i_align_ma = p->i_max_ma;
+    p->pwm_update = PWM_UPDATE_VALLEY;
+    p->pwm_samples = 1;
+    p->speed_bw_hz = 1;
+    p->position_bw_hz = 0;
+    p->torque_mean_ms = 1;
+}
+
+struct outcome identify_begin(struct identify *d, const struct params *p)
+{
+    const struct params told = *p;
+    *d = (struct identify){.params = told};
+    forget_motor(&d->params);
+    d->params.current_bw_hz = 100;
+    const struct outcome outcome = tuning_compute(&d->params, &d->tuning);
+    if (!identify_tune(d, 100)) {
+        return outcome;
+    }
+    d->i_rated_q15 = tuning_q15_from_milli(d->params.i_max_ma, told.i_range_ma);
+    d->step = IDENTIFY_STEP_PULSES;
+    d->stopped_in = IDENTIFY_STEP_PULSES;
+    d->running = true;
+    return OUTCOME_OK;
+}
+
+/* ---- results ---- */
+
+void identify_know(struct identify *d, enum identify_quantity what, int64_t value, int64_t interval)
+{
+    d->results[what] = (struct identify_result){
+        .state = IDENTIFY_KNOWN, .value = (int32_t)value, .interval = (int32_t)(interval < 1 ? 1 : interval)};
+}
+
+void identify_refuse(struct identify *d, enum identify_quantity what, enum identify_reason reason)
+{
+    d->results[what] = (struct identify_result){.state = IDENTIFY_REFUSED, .reason = reason};
+}
+
+static uint32_t take(const struct identify *d, enum identify_quantity what, int32_t *param, int32_t units)
+{
+    const struct identify_result *const r = &d->results[what];
+    if (r->state != IDENTIFY_KNOWN) {
+        return 0;
+    }
+    const int32_t rounded = (r->value + units / 2) / units;
+    const int32_t value = rounded < 1 ? 1 : rounded;
+    const uint32_t changed = *param != value ? 1u : 0u;
+    *param = value;
+    return changed;
+}
+
+uint32_t identify_use(const struct identify *d, struct params *p)
+{
+    return take(d, IDENTIFY_RESISTANCE, &p->resistance_mohm, 1000) + take(d, IDENTIFY_LD, &p->ld_uh, 1000) +
+           take(d, IDENTIFY_LQ, &p->lq_uh, 1000);
+}

@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The axes, and the inductance along each, at standstill and for small changes about a current that holds the rotor. Bursts
+ * along 16 angles over half a turn find the axes wherever it has come to rest: saliency.h has the equations. Then bursts
+ * along each of the two.
+ *
+ * From one sample to the next the current of a winding changes by
+ *
+ *     i+ - i = b u - a i,   a = 1 - exp(-x),  b = a / R,  x = R T / L
+ *
+ * and a regression on both gives b. With the resistance known, L = R T / -ln(1 - b R).
+ *
+ * Which axis the magnets are on: the one that they were pulled along, as long as magnets pull. In a machine whose one
+ * inductance is twice the other reluctance may turn them away; there it is the axis of the smaller one, as in every machine
+ * that has its magnets across the way of the q flux. Such a rotor is not held, since the current would turn it; it is
+ * measured at rest.
+ */
+#include "firmware/commission/identify_parts.h"
+#include "firmware/settings/config.h"
+#include "firmware/settings/scale.h"
+#include "lib/polar.h"
+#include "lib/q15.h"
+#include "lib/trig.h"
+
+#define STEP_Q32            (0x80000000u / IDENTIFY_AXES)
+#define BURSTS_ANGLE        4u
+#define BURSTS_AXIS         64u
+#define QUARTER_Q32         0x40000000u
+#define PULLED_Q32          ((IDENTIFY_ANGLES - 1u) * 0x2AAAAAABu)
+#define STAND_TENTHS        6
+#define UNCOMPENSATED_SHIFT 31u
+#define RISE_MS             50
+#define SETTLE_MS           150u
+
+/* Of the inductance, by which it may vary over the angle with the slots. */
+#define SLOTS_PERMILLE 20
+
+/* Reluctance has turned the rotor with each step of the resistance's current: what that induced is in the resistance, too. */
+#define TURNED_TIMES 3
+
+/* Of the rated current: the largest that the wave may have beside the one that stands. */
+#define WAVE_PART 6
+
+/* ---- measuring ---- */
+
+/*
+ * A current that stands along the last angle of the resistance, one phase's, and holds the rotor there; half of it is in
+ * each of the other two, more than the wave's. Or none. Nothing is compensated: what dead time costs then depends on nothing
+ * but the signs of the phases' currents.
+ */
+static void stand(struct identify *d, volatile struct current_loop *c, bool held)
+{
+    const int32_t i_q15 = d->i_rated_q15 * STAND_TENTHS / 10;
+    d->burst.field_q32 = PULLED_Q32;
+    current_loop_field(c, PULLED_Q32, 0);
+    c->i_d_ref_q15 = held ? i_q15 * q15_min((int32_t)d->ms, RISE_MS) / RISE_MS : 0;
+    c->dead_shift = UNCOMPENSATED_SHIFT;
+}
+
+/* This angle's part of the sums. */
+static void keep(struct identify_axes *m, uint32_t angle_q32)
+{
+    struct identify_axes_sums *const s = &m->sums[m->pass];
+    const cossin_t twice = cossin_q15(2u * angle_q32);
+    s->re += (int64_t)m->this_d * twice.cos - (int64_t)m->this_q * twice.sin;
+    s->im += (int64_t)m->this_d * twice.sin + (int64_t)m->this_q * twice.cos;
+    s->straight += (int64_t)m->this_d * 32768;
+    m->this_d = m->this_q = 0;
+    m->burst = 0;
+    m->angle++;
+}
+
+/* One pass with the rotor held, one with it free. */
+bool identify_measure_axes(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
+{
+    struct identify_axes *const m = &d->axes;
+    struct burst *const b = &d->burst;
+    if (d->ms == 1u && m->pass == IDENTIFY_HELD) {
+        *m = (struct identify_axes){.free_steps = b->v_steps};
+    }
+    stand(d, c, m->pass == IDENTIFY_HELD);
+    if (d->ms <= SETTLE_MS) {
+        return false;
+    }
+    struct burst_sums s = {0};
+    b->angle_q32 = m->angle * STEP_Q32;
+    burst_play(b, c, adc);
+    if (m->angle + m->burst + m->pass == 0u && burst_peak_q15(b) * WAVE_PART > d->i_rated_q15 && b->v_steps > 1) {
+        b->v_steps /= 2; /* the first pulses had dead time against them */
+        return false;
+    }
+    burst_add(&s, b, c->vbus_q15);
+    m->this_d += s.ud;
+    m->this_q += s.uq;
+    m->burst++;
+    if (m->burst == BURSTS_ANGLE) {
+        keep(m, b->angle_q32);
+    }
+    if (m->angle == IDENTIFY_AXES) {
+        m->angle = 0;
+        m->pass++;
+        d->ms = 0;
+        if (m->pass == IDENTIFY_FREE) {
+            m->held_steps = b->v_steps;
+        }
+        b->v_steps = m->free_steps; /* large enough for what dead time takes of it */
+    }
+    return m->pass == IDENTIFY_PASSES;
+}
+
+/* d and q take turns, and so do the halves. */
+bool identify_measure_inductance(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
+{
+    struct identify_inductance *const m = &d->inductance;
+    struct burst *const b = &d->burst;
+    if (d->ms == 1u) {
+        *m = (struct identify_inductance){0};
+    }
+    stand(d, c, !d->reluctant);
+    if (d->ms <= SETTLE_MS) {
+        return false;
+    }
+    const uint32_t axis = m->bursts % 2u, half = m->bursts / 2u % 2u;
+    b->angle_q32 = d->axis_q32 + axis * QUARTER_Q32;
+    burst_play(b, c, adc);
+    burst_add(&m->sums[axis][half], b, c->vbus_q15);
+    m->bursts++;
+    return m->bursts == 2u * BURSTS_AXIS;
+}
+
+/* ---- thinking ---- */
+
+static int32_t narrow(int64_t value, int64_t largest)
+{
+    while (largest > INT32_MAX / 4) {
+        largest /= 2;
+        value /= 2;
+    }
+    return (int32_t)value;
+}
+
+/* Where the current answers most, half a turn either way, and whether it answers twice as much there as across it. */
+static uint32_t easy_q32(const struct identify_axes_sums *m, bool *doubled)
+{
+    const int64_t straight = m->straight < 0 ? -m->straight : m->straight;
+    const int32_t re = narrow(m->re, straight), im = narrow(m->im, straight);
+    const int64_t salient = identify_root((int64_t)re * re + (int64_t)im * im);
+    *doubled = 3 * salient > narrow(straight, straight); /* Y1 by Y0: (2 - 1) / (2 + 1) */
+    return atan2_q32(im, re) / 2u;
+}
+
+bool identify_think_axes(struct identify *d)
+{
+    bool doubled;
+    const uint32_t held_q32 = easy_q32(&d->axes.sums[IDENTIFY_HELD], &doubled);
+    const uint32_t free_q32 = easy_q32(&d->axes.sums[IDENTIFY_FREE], &d->reluctant);
+    d->burst.v_steps = d->reluctant ? d->axes.free_steps : d->axes.held_steps;
+    const uint32_t off_q32 = (held_q32 - PULLED_Q32 + QUARTER_Q32 / 2u) % (2u * QUARTER_Q32);
+    const bool along = off_q32 < QUARTER_Q32;
+    if (d->reluctant && d->results[IDENTIFY_RESISTANCE].state == IDENTIFY_KNOWN) {
+        d->results[IDENTIFY_RESISTANCE].interval *= TURNED_TIMES;
+        identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_TURNED);
+    }
+    d->axis_q32 = d->reluctant ? free_q32 : along ? held_q32 : held_q32 + QUARTER_Q32;
+    return true;
+}
+
+/* nH, or 0: no current answers. */
+static int64_t inductance_nh(const struct identify *d, const struct burst_sums *s)
+{
+    /* regression: b = (ud ii - id ui) / (count ii - ui^2), in Q15 of current for one wave's height */
+    const int64_t below = s->count * s->ii - (int64_t)s->ui * s->ui;
+    const int64_t above = s->ud * s->ii - s->id * s->ui;
+    if (below <= 0 || above <= 0) {
+        return 0;
+    }
+    const int64_t change_256ths = identify_scaled(above, 256, below);
+    const int64_t vbus_q15 = scale(s->vbus_q15, 1, s->bursts);
+    const int64_t u_uv =
+        identify_scaled(vbus_q15 * d->burst.v_steps, d->params.v_range_mv * 1000LL, 32768LL * CONFIG_BUS_STEPS);
+    const int64_t i_na = identify_scaled(change_256ths, d->params.i_range_ma * 1000000LL, 256LL * 32768);
+    if (i_na <= 0 || u_uv <= 0) {
+        return 0;
+    }
+    const struct identify_result *const r = &d->results[IDENTIFY_RESISTANCE];
+    const int64_t r_uohm = r->state == IDENTIFY_KNOWN ? r->value : d->params.resistance_mohm * 1000LL;
+    /* y = b R: uohm times nA by uV are 1e-9 */
+    const int64_t y_q30 = identify_scaled(identify_scaled(i_na, r_uohm, u_uv), 1LL << 30, 1000000000);
+    if (y_q30 >= 1LL << 30) {
+        return 0;
+    }
+    const int64_t x_q30 = identify_log_q30(y_q30);
+    return x_q30 < 64 ? identify_scaled(u_uv, 1000000000000LL / CONFIG_PWM_HZ, i_na)
+                      : identify_scaled(r_uohm * 1000, 1LL << 30, x_q30 * CONFIG_PWM_HZ);
+}
+
+static void know_axis(struct identify *d, enum identify_quantity what, const struct burst_sums of[2])
+{
+    const int64_t a = inductance_nh(d, &of[0]), b = inductance_nh(d, &of[1]);
+    if (a == 0 || b == 0) {
+        identify_refuse(d, what, IDENTIFY_NO_CURRENT);
+        return;
+    }
+    const int64_t mean = (a + b) / 2, apart = a > b ? a - b : b - a;
+    if (apart * 10 > mean) {
+        identify_refuse(d, what, IDENTIFY_SCATTER);
+        return;
+    }
+    /* a wave's height is met to half a count on either side; inductances vary over the angle with the slots */
+    const int64_t height = identify_scaled(mean, 1 << CONFIG_V_SHIFT, 2 * d->burst.v_steps);
+    const int64_t slots = scale(mean, SLOTS_PERMILLE, 1000);
+    const int64_t gains = scale(mean, IDENTIFY_CURRENT_GAIN_PERMILLE + IDENTIFY_BUS_GAIN_PERMILLE, 1000);
+    identify_know(d, what, mean, identify_interval(apart >> 1, gains, identify_root(height * height + slots * slots)));
+}
+
+bool identify_think_inductance(struct identify *d)
+{
+    know_axis(d, IDENTIFY_LD, d->inductance.sums[0]);
+    know_axis(d, IDENTIFY_LQ, d->inductance.sums[1]);
+    return true;
+}

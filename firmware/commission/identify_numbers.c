@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT */
+/* Arithmetic of the thread's part of identify. */
+#include "firmware/commission/identify_parts.h"
+#include "firmware/settings/scale.h"
+
+#define ONE_Q30 (1LL << 30)
+
+int64_t identify_scaled(int64_t a, int64_t b, int64_t c)
+{
+    return a < 0 ? -scale(-a, b, c) : scale(a, b, c);
+}
+
+int64_t identify_root(int64_t n)
+{
+    uint64_t root = 0;
+    for (uint64_t bit = 1ULL << 31; bit != 0u; bit >>= 1) {
+        const uint64_t next = root + bit;
+        if (next * next <= (uint64_t)n) { /* next is below 2^32 */
+            root = next;
+        }
+    }
+    return (int64_t)root;
+}
+
+int64_t identify_interval(int64_t s, int64_t a, int64_t b)
+{
+    const int64_t sum = scale(a < 0 ? -a : a, a < 0 ? -a : a, 3) + scale(b < 0 ? -b : b, b < 0 ? -b : b, 3);
+    return 2 * identify_root(scale(s < 0 ? -s : s, s < 0 ? -s : s, 1) + sum);
+}
+
+int64_t identify_log_q30(int64_t y_q30)
+{
+    const int64_t z_q30 = scale(y_q30, ONE_Q30, 2 * ONE_Q30 - y_q30);
+    const int64_t square_q30 = (z_q30 * z_q30) >> 30;
+    int64_t power_q30 = z_q30;
+    int64_t sum_q30 = 0;
+    for (int64_t n = 1; n < 1024 && power_q30 != 0; n += 2) {
+        sum_q30 += scale(power_q30, 1, n);
+        power_q30 = (power_q30 * square_q30) >> 30;
+    }
+    return 2 * sum_q30;
+}

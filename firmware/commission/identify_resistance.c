@@ -1,0 +1,251 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Resistance, and what dead time costs. A current I along one phase has half of it in each of the two others; each leg loses
+ * a voltage that depends on its own current alone. From the current on that swings a node within the dead time, i_c = 2 Q /
+ * Td, that is V0 - c / |i|: Q is the charge of a switch's output, and the edge that the current has to swing takes Q / i of
+ * the dead time back (docs/plant.md: edges). So what is held along the phase, without any compensation, is
+ *
+ *     u(I) = R I + 2/3 (V0 - c / I) + 2/3 (V0 - 2 c / I) = R I + 4/3 V0 - 2 c / I
+ *
+ * and three unknowns are fitted to currents in tenths of the rated one, but for the smallest. The levels go from the largest
+ * down and back, so that a winding that warms shows the same mean at each; the field goes round in steps of 60 degrees, so
+ * that each phase carries both signs and the rotor is led along, softly: one that swings induces a voltage.
+ */
+#include "firmware/commission/identify_parts.h"
+#include "firmware/settings/config.h"
+#include "firmware/settings/scale.h"
+#include "lib/pi.h"
+#include "lib/q15.h"
+
+#define SIXTH_Q32 0x2AAAAAABu
+#define VISITS    (2u * IDENTIFY_LEVELS)
+#define MOVE_MS   300
+#define REST_MS   120u
+#define MEAN_MS   10u
+
+/* Of the levels, and of the ADC's steps in the smallest that is used. */
+#define FIRST_LEVEL 2
+#define LEAST_LSB   8
+
+/* A knee so wide that nothing is compensated: current_loop.h. */
+#define UNCOMPENSATED_SHIFT 31u
+
+/* Six angles: 95 % of Student's t with 5 degrees of freedom is 2.57, where the interval's factor is 2. */
+#define STUDENT_NUM 9
+#define STUDENT_DEN 7
+
+#define DEAD_BOUND_E1_NS \
+    200 /* what the bus drops within a period, which the sample does not show, bends u(I) by so much */
+
+/* Inverse of a level is counted in this, which all levels divide. */
+#define INVERSE 2520
+
+/* ---- measuring ---- */
+
+static int32_t level_of(uint32_t visit)
+{
+    return (int32_t)(visit < IDENTIFY_LEVELS ? IDENTIFY_LEVELS - visit : visit - IDENTIFY_LEVELS + 1u);
+}
+
+static int32_t current_q15(const struct identify *d, int32_t level)
+{
+    return d->i_rated_q15 * level / IDENTIFY_LEVELS;
+}
+
+/* The field turns to the angle with all the current there is, and the rotor calms down. s^2 (3 - 2 s), s = 0...1: no jolt. */
+static uint32_t soft_q16(int32_t ms)
+{
+    const int32_t s_q10 = ms * 1024 / MOVE_MS;
+    return (uint32_t)(s_q10 * s_q10 / 16 * (3 * 1024 - 2 * s_q10) / 1024);
+}
+
+static void move(struct identify *d, volatile struct current_loop *c)
+{
+    struct identify_resistance *const m = &d->resistance;
+    const int32_t ms = q15_min((int32_t)m->ms, MOVE_MS);
+    const uint32_t way_q32 = m->angle == 0u ? 0u : (SIXTH_Q32 >> 16) * soft_q16(ms);
+    const uint32_t from_q32 = m->angle == 0u ? 0u : (m->angle - 1u) * SIXTH_Q32;
+    current_loop_field(c, ms == MOVE_MS ? m->angle * SIXTH_Q32 : from_q32 + way_q32, 0);
+    if (m->angle == 0u) {
+        c->i_d_ref_q15 = current_q15(d, IDENTIFY_LEVELS) * ms / MOVE_MS;
+    }
+    if (m->ms == (uint32_t)MOVE_MS + REST_MS) {
+        m->moving = false;
+        m->ms = 0;
+    }
+}
+
+static void visit(struct identify *d, volatile struct current_loop *c)
+{
+    struct identify_resistance *const m = &d->resistance;
+    const int32_t level = level_of(m->visit);
+    c->i_d_ref_q15 = current_q15(d, level);
+    if (m->ms > d->settle_ms) {
+        m->v_sum[m->visit / IDENTIFY_LEVELS][m->angle][level - 1] +=
+            (int64_t)(c->integral_d_q9 >> PI_SHIFT) * c->vbus_q15;
+        m->vbus_sum_q15 += c->vbus_q15;
+    }
+    if (m->ms == d->settle_ms + MEAN_MS) {
+        m->ms = 0;
+        m->visit++;
+    }
+}
+
+bool identify_measure_resistance(struct identify *d, volatile struct current_loop *c)
+{
+    struct identify_resistance *const m = &d->resistance;
+    if (d->ms == 1u) {
+        *m = (struct identify_resistance){.moving = true};
+    }
+    m->ms++;
+    c->dead_shift = UNCOMPENSATED_SHIFT;
+    if (m->moving) {
+        move(d, c);
+        return false;
+    }
+    visit(d, c);
+    if (m->visit == VISITS) {
+        m->visit = 0;
+        m->moving = true;
+        m->angle++;
+    }
+    if (m->angle < IDENTIFY_ANGLES) {
+        return false;
+    }
+    c->dead_shift = 0;
+    return true;
+}
+
+/* ---- thinking ---- */
+
+/* y = slope n + constant + hyperbola / n over levels from the first that counts, by least squares and Cramer's rule. */
+struct fit {
+    int64_t slope, constant; /* of y, with 8 more bits */
+};
+
+static struct fit fit_levels(const int64_t y[IDENTIFY_LEVELS])
+{
+    int64_t count = 0, n1 = 0, n2 = 0, q1 = 0, q2 = 0, y0 = 0, yn = 0, yq = 0;
+    for (int32_t n = FIRST_LEVEL; n <= IDENTIFY_LEVELS; n++) {
+        const int64_t q = INVERSE / n;
+        count++;
+        n1 += n;
+        n2 += (int64_t)n * n;
+        q1 += q;
+        q2 += q * q;
+        y0 += y[n - 1];
+        yn += y[n - 1] * n;
+        yq += y[n - 1] * q;
+    }
+    const int64_t nq = count * INVERSE;
+    /* rows: (n2 n1 nq | yn), (n1 count q1 | y0), (nq q1 q2 | yq) */
+    const int64_t a = count * q2 - q1 * q1, b = n1 * q2 - q1 * nq, e = n1 * q1 - count * nq;
+    const int64_t determinant = n2 * a - n1 * b + nq * e;
+    const int64_t slope = yn * a - y0 * b + yq * e;
+    const int64_t constant = -yn * b + y0 * (n2 * q2 - nq * nq) - yq * (n2 * q1 - n1 * nq);
+    return (struct fit){identify_scaled(slope, 256, determinant), identify_scaled(constant, 256, determinant)};
+}
+
+/* The mean of what each angle gave, and its standard deviation as the interval takes it. */
+struct spread {
+    int64_t mean, deviation;
+};
+
+static struct spread spread_of(const int64_t of[IDENTIFY_ANGLES])
+{
+    int64_t sum = 0, squares = 0;
+    for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
+        sum += of[k];
+    }
+    const int64_t mean = identify_scaled(sum, 1, IDENTIFY_ANGLES);
+    for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
+        squares += (of[k] - mean) * (of[k] - mean);
+    }
+    const int64_t deviation = identify_root(scale(squares, 1, IDENTIFY_ANGLES * (IDENTIFY_ANGLES - 1)));
+    return (struct spread){mean, identify_scaled(deviation, STUDENT_NUM, STUDENT_DEN)};
+}
+
+/* uohm of a slope per level, which has 8 bits more: y is steps times Q15 of the bus voltage. */
+static int64_t uohm(const struct identify *d, int64_t slope)
+{
+    const int64_t level_ua = identify_scaled(d->i_rated_q15, d->params.i_range_ma * 1000LL, 32768LL * IDENTIFY_LEVELS);
+    const int64_t level_nv = identify_scaled(slope, d->params.v_range_mv * 1000000LL, 256LL * 32768 * CONFIG_BUS_STEPS);
+    return identify_scaled(level_nv, 1000, level_ua);
+}
+
+/* 0.1 ns of a constant, 4/3 of what a leg loses: of the bus voltage, times the period. */
+static int64_t tenth_ns(int64_t constant, int64_t vbus_q15)
+{
+    return identify_scaled(constant, 3LL * 10000000000 / 4 / CONFIG_PWM_HZ, 256LL * CONFIG_BUS_STEPS * vbus_q15);
+}
+
+/* What each angle gives, from the levels on the way down (0) or up (1). */
+static void solve(const struct identify *d, uint32_t way, int64_t slopes[IDENTIFY_ANGLES],
+                  int64_t delays[IDENTIFY_ANGLES])
+{
+    const struct identify_resistance *const m = &d->resistance;
+    const int64_t vbus_q15 = scale(m->vbus_sum_q15, 1, (int64_t)IDENTIFY_ANGLES * VISITS * MEAN_MS);
+    for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
+        int64_t y[IDENTIFY_LEVELS];
+        for (int32_t n = 0; n < IDENTIFY_LEVELS; n++) {
+            y[n] = identify_scaled(m->v_sum[way][k][n], 1, MEAN_MS);
+        }
+        const struct fit fit = fit_levels(y);
+        slopes[k] = uohm(d, fit.slope);
+        delays[k] = tenth_ns(fit.constant, vbus_q15);
+    }
+}
+
+/* The mean of both ways, and half of what lies between them: of a rotor that moves with the current. */
+struct ways {
+    struct spread mean;
+    int64_t apart;
+};
+
+static struct ways both(const int64_t down[IDENTIFY_ANGLES], const int64_t up[IDENTIFY_ANGLES])
+{
+    int64_t mean[IDENTIFY_ANGLES];
+    for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
+        mean[k] = (down[k] + up[k]) >> 1;
+    }
+    const int64_t apart = spread_of(down).mean - spread_of(up).mean;
+    return (struct ways){spread_of(mean), (apart < 0 ? -apart : apart) >> 1};
+}
+
+static void know(struct identify *d, const struct ways *r, const struct ways *delay)
+{
+    const int64_t gain = scale(r->mean.mean, IDENTIFY_CURRENT_GAIN_PERMILLE, 1000);
+    const int64_t bus = scale(r->mean.mean, IDENTIFY_BUS_GAIN_PERMILLE, 1000);
+    const int64_t gains = identify_root(gain * gain + bus * bus);
+    identify_know(d, IDENTIFY_RESISTANCE, r->mean.mean, identify_interval(r->mean.deviation, gains, 2 * r->apart));
+    identify_know(d, IDENTIFY_DEAD_TIME, delay->mean.mean,
+                  identify_interval(delay->mean.deviation, DEAD_BOUND_E1_NS, 2 * delay->apart));
+    const int64_t r_mohm = scale(r->mean.mean, 1, 1000);
+    d->params.resistance_mohm = (int32_t)(r_mohm < 1 ? 1 : r_mohm < 100000 ? r_mohm : 100000);
+}
+
+static bool refuse(struct identify *d, enum identify_reason reason)
+{
+    identify_refuse(d, IDENTIFY_RESISTANCE, reason);
+    identify_refuse(d, IDENTIFY_DEAD_TIME, reason);
+    return reason == IDENTIFY_SCATTER; /* the inductances can do without */
+}
+
+bool identify_think_resistance(struct identify *d)
+{
+    if (current_q15(d, FIRST_LEVEL) < LEAST_LSB * BOARD_ADC_Q15_PER_CODE) {
+        return refuse(d, IDENTIFY_RATED_SMALL);
+    }
+    int64_t slopes[2][IDENTIFY_ANGLES], delays[2][IDENTIFY_ANGLES];
+    solve(d, 0, slopes[0], delays[0]);
+    solve(d, 1, slopes[1], delays[1]);
+    const struct ways r = both(slopes[0], slopes[1]), delay = both(delays[0], delays[1]);
+    if (r.mean.mean <= 0) {
+        return refuse(d, IDENTIFY_NOT_RESISTIVE);
+    }
+    if (r.mean.deviation * 10 > r.mean.mean || r.apart * 10 > r.mean.mean) {
+        return refuse(d, IDENTIFY_SCATTER);
+    }
+    know(d, &r, &delay);
+    return true;
+}

@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A first inductance and a first resistance, to within a third: enough to regulate a current, which all the rest is measured
+ * with. Pulses along each phase grow until a twelfth of the rated current answers them; then a current of half the rated one
+ * is held by a loop that would be stable with any resistance, and what voltage it takes is seen.
+ */
+#include "firmware/commission/identify_parts.h"
+#include "firmware/settings/config.h"
+#include "firmware/settings/scale.h"
+#include "lib/q15.h"
+
+#define THIRD_Q32   0x55555555u
+#define FIRST_STEPS (CONFIG_BUS_STEPS / 1024)
+#define MOST_STEPS  (CONFIG_BUS_STEPS / 4)
+#define PULSES_EACH 4u
+#define LEAST_Q15   24 /* one and a half of the ADC's steps, of the mean of many */
+#define RATED_PART  12
+
+#define HOLD_HZ   100 /* crossover, and by how much the loop's zero lies below it */
+#define HOLD_ZERO 4
+#define RAMP_MS   50
+#define SETTLE_MS 300u
+#define MEAN_MS   64u
+
+/* Of the resistance: crossover, and how long each step of current is waited for: longer where the iron is slow. */
+#define REGULATE_HZ     250
+#define LEAST_SETTLE_MS 10
+#define MOST_SETTLE_MS  60
+
+/* ---- pulses ---- */
+
+static bool grow(struct identify *d)
+{
+    struct burst *const b = &d->burst;
+    if (b->v_steps * 2 <= MOST_STEPS) {
+        b->v_steps *= 2;
+        return true;
+    }
+    const bool longer = b->hold == 1 && BURST_LENGTH > 4;
+    b->hold = longer ? BURST_LENGTH / 4 : b->hold;
+    return longer;
+}
+
+bool identify_measure_pulses(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
+{
+    struct identify_pulses *const m = &d->pulses;
+    struct burst *const b = &d->burst;
+    if (d->ms == 1u) {
+        *b = (struct burst){.v_steps = FIRST_STEPS, .hold = 1};
+        return false;
+    }
+    b->angle_q32 = m->angle * THIRD_Q32;
+    b->field_q32 = b->angle_q32;
+    current_loop_field(c, b->angle_q32, 0);
+    burst_play(b, c, adc);
+    if (m->count == 0u && burst_peak_q15(b) < d->i_rated_q15 / RATED_PART && grow(d)) {
+        return false;
+    }
+    burst_add(&m->sums[m->angle], b, c->vbus_q15);
+    m->count++;
+    m->angle = m->count % 3u;
+    return m->count == 3u * PULSES_EACH;
+}
+
+/* The change of current by one sample's voltage, 256ths of Q15: the largest of three angles, where the inductance is least. */
+static int64_t change_256ths(const struct identify_pulses *m)
+{
+    int64_t largest = 0;
+    for (uint32_t k = 0; k < 3u; k++) {
+        const int64_t change = identify_scaled(m->sums[k].ud, 256, m->sums[k].count);
+        largest = change > largest ? change : largest;
+    }
+    return largest;
+}
+
+bool identify_think_pulses(struct identify *d)
+{
+    const int64_t change = change_256ths(&d->pulses);
+    if (change < LEAST_Q15 * 256 / 4) {
+        identify_refuse(d, IDENTIFY_LD, IDENTIFY_NO_CURRENT);
+        identify_refuse(d, IDENTIFY_LQ, IDENTIFY_NO_CURRENT);
+        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_NO_CURRENT);
+        identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_NO_CURRENT);
+        return false;
+    }
+    /* L = U Ts / change: volts are steps by BUS_STEPS of the bus */
+    const int64_t vbus_q15 = scale(d->pulses.sums[0].vbus_q15, 1, d->pulses.sums[0].bursts);
+    const int64_t u_uv = scale(vbus_q15 * d->burst.v_steps, d->params.v_range_mv * 1000LL, 32768LL * CONFIG_BUS_STEPS);
+    const int64_t i_na = scale(change, d->params.i_range_ma * 1000000LL, 256LL * 32768);
+    const int64_t l_uh = scale(u_uv, 1000000000LL / CONFIG_PWM_HZ, i_na);
+    const int64_t most_uh = 1000000;
+    d->params.ld_uh = d->params.lq_uh = (int32_t)(l_uh < 1 ? 1 : l_uh < most_uh ? l_uh : most_uh);
+    /* ki / kp = w / HOLD_ZERO: as if R were L times so much */
+    const int64_t r_mohm = scale(d->params.ld_uh, 6283LL * HOLD_HZ / HOLD_ZERO, 1000000);
+    d->params.resistance_mohm = (int32_t)(r_mohm < 1 ? 1 : r_mohm < 100000 ? r_mohm : 100000);
+    return identify_tune(d, HOLD_HZ);
+}
+
+/* ---- a current that stands ---- */
+
+bool identify_measure_hold(struct identify *d, volatile struct current_loop *c)
+{
+    struct identify_hold *const m = &d->hold;
+    if (d->ms == 1u) {
+        current_loop_field(c, 0, 0);
+    }
+    c->i_d_ref_q15 = d->i_rated_q15 / 2 * q15_min((int32_t)d->ms, RAMP_MS) / RAMP_MS;
+    if (d->ms > SETTLE_MS) {
+        m->v_sum += (int64_t)c->v_d_steps * c->vbus_q15;
+        m->i_sum_q15 += c->i_d_q15;
+        m->count++;
+    }
+    return d->ms == SETTLE_MS + MEAN_MS;
+}
+
+bool identify_think_hold(struct identify *d)
+{
+    const struct identify_hold *const m = &d->hold;
+    if (m->v_sum <= 0 || m->i_sum_q15 < m->count * (d->i_rated_q15 / 4)) {
+        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_NO_CURRENT);
+        identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_NO_CURRENT);
+        return false;
+    }
+    const int64_t u_uv = scale(m->v_sum, d->params.v_range_mv * 1000LL, 32768LL * CONFIG_BUS_STEPS * m->count);
+    const int64_t i_ua = scale(m->i_sum_q15, d->params.i_range_ma * 1000LL, 32768LL * m->count);
+    const int64_t r_mohm = scale(u_uv, 1000, i_ua);
+    /* the loop's zero at a quarter of its crossover, or where the winding's own is: so nothing lasts longer than this */
+    const int64_t quick_mohm = scale(d->params.ld_uh, 6283LL * REGULATE_HZ / 4, 1000000);
+    const int64_t told_mohm = r_mohm > quick_mohm ? r_mohm : quick_mohm;
+    const int64_t tau_ms = scale(d->params.ld_uh, 1, r_mohm < 1 ? 1 : r_mohm);
+    d->params.resistance_mohm = (int32_t)(told_mohm < 1 ? 1 : told_mohm < 100000 ? told_mohm : 100000);
+    d->settle_ms = LEAST_SETTLE_MS + (uint32_t)(tau_ms < MOST_SETTLE_MS ? tau_ms : MOST_SETTLE_MS);
+    return identify_tune(d, REGULATE_HZ);
+}

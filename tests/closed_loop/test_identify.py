@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: MIT
+"""Identify on the plant: it can be stopped, and faults end it, by name. The campaign judges the values."""
+import re
+
+import numpy as np
+
+from launcher import simulate
+
+
+def play(tmp_path, end_s, *steps):
+    steps = [{"t_s": 0.12, "console": "identify"}, *steps, {"t_s": end_s - 0.1, "console": "identify show"},
+             {"t_s": end_s - 0.05, "console": "on"}]
+    return simulate({"key": "identify", "end_s": end_s, "preamble_s": 0.05, "step": steps}, out_dir=tmp_path, spread=0)
+
+
+def live_after(result, t_s):
+    return result.trace["gate_live"][result.trace["t_s"] > t_s].any()
+
+
+def test_off_ends_it_and_the_step_is_named(tmp_path):
+    result = play(tmp_path, 1.5, {"t_s": 1.0, "console": "status"}, {"t_s": 1.2, "console": "off"})
+    assert "identify: step 'resistance'" in result.console and "ended in step 'resistance'" in result.console
+    assert result.trace["gate_live"][result.trace["t_s"] < 1.2].any() and not live_after(result, 1.22)
+    assert len(re.findall("refused: it ended before this was measured", result.console)) == 4
+
+
+def test_a_fault_ends_it_and_stands_beside_the_step(tmp_path):
+    result = play(tmp_path, 1.5, {"t_s": 1.2, "event": "sto", "args": ["A", "1"]})
+    assert re.search(r"ended in step 'resistance' by a fault: safe torque off", result.console)
+    assert not live_after(result, 1.201) and result.trace["fault"][-1] != 0
+    assert "error: a fault is latched" in result.console, "the drive does not go on"
+
+
+def test_a_phase_that_is_open_is_named_before_anything_is_measured(tmp_path):
+    result = play(tmp_path, 0.9, {"t_s": 0.13, "event": "phase_open", "args": ["B", "1"]})
+    assert re.search("ended in step 'pulses' by a fault: open phase", result.console)
+    rated_a = result.drive.motor["rating"]["rated_current_a"]
+    assert np.hypot(result.trace["i_d_true_A"], result.trace["i_q_true_A"]).max() < rated_a
