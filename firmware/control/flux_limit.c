@@ -78,11 +78,33 @@ static void follow_trim(struct flux_limit *s, const volatile struct current_loop
                             -((target >> TRIM_LEAST) << TRIM_FRACTION), (target >> TRIM_MOST) << TRIM_FRACTION);
 }
 
+void flux_limit_rest(struct flux_limit *s)
+{
+    *s = (struct flux_limit){.flux_q15 = FLUX_UNLIMITED};
+}
+
+/*
+ * Far from the limit, as nearly always: the whole flux takes less than half of the voltage at this speed, and so do the
+ * voltages as they are.
+ */
+static bool plenty(const struct flux_limit *s, const volatile struct current_loop *c, int32_t target, int32_t w_q15,
+                   int32_t most_q15)
+{
+    const uint32_t half_q30 = (uint32_t)target << 14;
+    return q15_abs(s->trim_q21) < 1 << FADE_SHIFT && most_q15 <= 2 * Q15_ONE &&
+           (uint32_t)w_q15 * (uint32_t)most_q15 <= half_q30 &&
+           q15_abs(c->v_d_q15) + q15_abs(c->v_q_q15) <= target >> 1;
+}
+
 void flux_limit_step(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
                      int32_t vbus_q15, int32_t power_q15, int32_t most_q15)
 {
     const int32_t w_q15 = q15_abs(current_loop_w_q15(c));
     const int32_t target = target_q15(vbus_q15);
+    if (plenty(s, c, target, w_q15, most_q15)) {
+        flux_limit_rest(s);
+        return;
+    }
     follow_drop(s, c, t, power_q15);
     follow_trim(s, c, target, power_q15);
     const int32_t usable_q15 = target + (s->trim_q21 >> TRIM_FRACTION);
@@ -128,9 +150,4 @@ void flux_limit_guide(volatile struct current_loop *c, const struct tuning *t, i
     c->weaken.v_d_max_steps = v_d_max_steps(c, w_q15);
     c->weaken.gain_q15 = retreat_gain_q15(t, w_q15, vbus_q15);
     c->weaken.most_q15 = q15_clamp(t->i_max_q15 + c->i_d_ref_q15, 0, t->i_max_q15);
-}
-
-void flux_limit_rest(struct flux_limit *s)
-{
-    *s = (struct flux_limit){.flux_q15 = FLUX_UNLIMITED};
 }

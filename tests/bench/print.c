@@ -9,7 +9,7 @@
 #include "startup/startup.h"
 
 #define NAME_WIDTH   26u
-#define NUMBER_WIDTH 7u
+#define NUMBER_WIDTH 9u
 
 static uint32_t rows;
 
