@@ -92,8 +92,7 @@ static bool plenty(const struct flux_limit *s, const volatile struct current_loo
 {
     const uint32_t half_q30 = (uint32_t)target << 14;
     return q15_abs(s->trim_q21) < 1 << FADE_SHIFT && most_q15 <= 2 * Q15_ONE &&
-           (uint32_t)w_q15 * (uint32_t)most_q15 <= half_q30 &&
-           q15_abs(c->v_d_q15) + q15_abs(c->v_q_q15) <= target >> 1;
+           (uint32_t)w_q15 * (uint32_t)most_q15 <= half_q30 && q15_abs(c->v_d_q15) + q15_abs(c->v_q_q15) <= target >> 1;
 }
 
 void flux_limit_step(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
