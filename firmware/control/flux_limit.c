@@ -83,16 +83,25 @@ void flux_limit_rest(struct flux_limit *s)
     *s = (struct flux_limit){.flux_q15 = FLUX_UNLIMITED};
 }
 
+/* At most an eighth too much. */
+static int32_t size_q15(int32_t d_q15, int32_t q_q15)
+{
+    const int32_t d = q15_abs(d_q15);
+    const int32_t q = q15_abs(q_q15);
+    return q15_max(d, q) + q15_min(d, q) / 2;
+}
+
 /*
- * Far from the limit, as nearly always: the whole flux takes less than half of the voltage at this speed, and so do the
- * voltages as they are.
+ * Away from the limit, as nearly always: neither the whole flux takes more than seven eighths of the voltage at this speed,
+ * nor do the voltages as they are.
  */
 static bool plenty(const struct flux_limit *s, const volatile struct current_loop *c, int32_t target, int32_t w_q15,
                    int32_t most_q15)
 {
-    const uint32_t half_q30 = (uint32_t)target << 14;
+    const int32_t much_q15 = target - (target >> 3);
     return q15_abs(s->trim_q21) < 1 << FADE_SHIFT && most_q15 <= 2 * Q15_ONE &&
-           (uint32_t)w_q15 * (uint32_t)most_q15 <= half_q30 && q15_abs(c->v_d_q15) + q15_abs(c->v_q_q15) <= target >> 1;
+           (uint32_t)w_q15 * (uint32_t)most_q15 <= (uint32_t)much_q15 << 15 &&
+           size_q15(c->v_d_q15, c->v_q_q15) <= much_q15;
 }
 
 void flux_limit_step(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
