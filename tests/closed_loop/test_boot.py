@@ -76,13 +76,13 @@ def test_without_the_right_clock_no_register_of_the_fabric_is_touched(case, tmp_
 
 def test_with_another_design_the_identity_is_read_and_nothing_is_touched(tmp_path):
     said, _ = boot(tmp_path, [("fabric_other", "1")], lines=EVERY_COMMAND,
-                   more=[{"t_s": RESET_S + 0.001, "event": "fabric_sealed", "args": ["1"]}])
+                   more=[{"t_s": RESET_S + 0.0015, "event": "fabric_sealed", "args": ["1"]}])
     assert "fault: fabric\n" in said and "reference 0.000 rpm" in said
 
 
 def test_the_seal_notices(tmp_path):
     with pytest.raises(LauncherError, match="sealed fabric is"):
-        boot(tmp_path, more=[{"t_s": RESET_S + 0.001, "event": "fabric_sealed", "args": ["1"]}])
+        boot(tmp_path, more=[{"t_s": RESET_S + 0.0015, "event": "fabric_sealed", "args": ["1"]}])
 
 
 def test_a_fabric_that_does_not_answer_is_not_asked_twice(tmp_path):

@@ -146,7 +146,7 @@ def test_full_modulation(tmp_path, current_bw_hz):
     result = play(tmp_path, steps, up_s + 1.8, overrides)
     window = result.trace.between(up_s + 1.4, up_s + 1.7)
     assert not faults(result) and result.figures["overruns"].value == 0
-    assert 3000 < rpm(window) < 3900
+    assert 3000 < rpm(window) < 4010, "with a weaker field it gets there"
     assert int(re.search(r"had to wait for the next end: (\d+)", result.console)[1]) > 300
     assert np.std(window["i_d_true_A"]) < 0.06, "0.055 A with one sample and voltages from the valley on"
 

@@ -62,7 +62,7 @@ def test_nothing_is_wrong_while_the_bridge_is_off(case, tmp_path):
     result = play(tmp_path, 2.4, events(0.12, begin), events(0.14, end), typed((ON_S, "on"), (2.05, "off")),
                   events(2.07, begin), events(2.15, end), typed((2.22, "on")))
     assert not faults(result)
-    for from_s, to_s in ((0.0, ON_S), (2.051, 2.22)):
+    for from_s, to_s in ((0.0, ON_S), (2.052, 2.22)):
         assert not result.trace.between(from_s, to_s)["gates"].any()
         assert state_at(result, to_s - 1e-3) == "AXIS_SWITCH_ON_DISABLED"
     assert state_at(result, 2.04) == state_at(result, 2.39) == "AXIS_OPERATION_ENABLED"

@@ -111,7 +111,7 @@ def test_full_modulation_at_once(tmp_path, current_bw_hz):
         result = play(tmp_path, steps, up_s + 1.8, overrides)
         assert not faults(result)
         window = result.trace.between(up_s + 1.4, up_s + 1.7)
-        assert 3000 < np.mean(window["speed_rad_s"]) * 30 / math.pi < 3900
+        assert 3000 < np.mean(window["speed_rad_s"]) * 30 / math.pi < 4010, "with a weaker field it gets there"
         ripple[update] = np.std(window["i_d_true_A"])
     waited_ms = int(re.search(r"had to wait for the next end: (\d+)", result.console)[1])
     assert waited_ms > 300
