@@ -3,13 +3,31 @@
 
 The firmware's own start would find the offset. Here the twin writes it into memory, from where the plant's rotor stands, while
 the firmware measures its sensors' zeros. All the rest of the start is as ever.
+
+Without an encoder there is no offset to know, and the start is the one that it always is. The firmware cannot be in the state
+that would be written: what it knows of an encoder, it forgets with `angle_source`.
 """
+import re
+
 from .errors import LauncherError
 from .probes import code_of
 
 ON_TIME_S = 0.25  # the sensors' zeros take 0.13 s, and `on` may wait for the parameters to be typed
 KNOWN_AT_S = 0.1  # after SWITCHED_ON: while they are measured
 KNOWN, NEXT = "axes[0].start.aligned", "axes[0].start.rescaled"
+_SOURCE = re.compile(r"\s*set\s+angle_source\s+(\d+)\s*")
+_ENCODER = 0  # of angle_source; initially, too
+
+
+def has_encoder(lines):
+    """Whether the drive is switched on with an encoder for the first time, by the lines that are typed, in their order."""
+    source = _ENCODER
+    for line in lines:
+        if line.strip() == "on":
+            break
+        told = _SOURCE.fullmatch(line)
+        source = int(told[1]) if told else source
+    return source == _ENCODER
 
 
 def lines(symbols, enums):

@@ -4,6 +4,7 @@ from . import aligned
 from .drive import preamble, twin_items
 from .errors import LauncherError
 from .probes import code_of
+from .refusals import typed
 
 
 def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cycles=None,
@@ -30,7 +31,8 @@ def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cy
     if scenario.preamble_s is not None:
         lines += [f"event {scenario.preamble_s:.9g} console {text}" for text in preamble(drive)]
     lines += [f"event {_event(step, symbols)}" for step in steps]
-    lines += aligned.lines(symbols, enums) if drive.aligned else []
+    if drive.aligned and aligned.has_encoder(text for _, text in typed(scenario, drive)):
+        lines += aligned.lines(symbols, enums)
     lines += [f"after state={_codes(step.after, enums)} {_event(step, symbols)}" for step in late]
     return "\n".join(lines) + "\n"
 

@@ -51,6 +51,21 @@ def test_steps_that_wait_for_a_state():
     assert not load([{"t_s": 1, "console": "on"}]).may_end_early
 
 
+@pytest.mark.parametrize("before, after, params, knows", (
+    ([], [], {}, True), (["set angle_source 1"], [], {}, False), ([], ["set angle_source 1"], {}, True),
+    (["set angle_source 1", "set angle_source 0"], [], {}, True), ([], [], {"angle_source": 1}, False),
+    (["set angle_source 0"], [], {"angle_source": 1}, True)))
+def test_only_an_encoder_has_an_offset_to_know(before, after, params, knows):
+    drive = load_drive(TEKNIC, {"params": params}, aligned=True)
+    lines = [*before, "on", "off", *after, "on"]
+    steps = [{"t_s": 0.2 + k / 10, "console": line} for k, line in enumerate(lines)]
+    plan = load_scenario({"end_s": 3, "preamble_s": 0.1, "step": steps}, drive)
+    places = {"axes[0].start.aligned": 0x100, "axes[0].start.rescaled": 0x101}
+    symbols = SimpleNamespace(address=lambda name: places.get(name, 0x200))
+    text = twin_config(drive, plan, 1, [], {}, symbols, enums={"state": {2: "AXIS_SWITCHED_ON"}})
+    assert ("after state=2 0.1 poke 0x00000100 1" in text) == ("poke_offset" in text) == knows
+
+
 HELD = {"end_s": "again + 1", "step": [
     {"t_s": 0.2, "label": "on", "console": "on"}, {"t_s": "on + 2", "label": "started", "hold_for": "ON"},
     {"t_s": "started + 0.1", "console": "speed 100"},

@@ -47,6 +47,24 @@ def test_an_unaligned_one_prescribes_the_field_and_looks_at_its_wiring(c, starti
     assert cause(w) == "OPEN_PHASE" and w.axis.faults.detail[0] == 0 and w.fabric.gate.CONTROL == 0
 
 
+def test_what_is_known_of_an_encoder_ends_with_it(c, starting):
+    """Neither the offset nor the index's survives a change of angle_source: each way the start is a whole one."""
+    w = starting(True)
+    w.axis.start.index_known = True
+    w.axis.loop.angle_offset_q32 = 0x11111111
+    for source, loop in ((1, c.LOOP_OBSERVER), (0, c.LOOP_FORCED)):
+        assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
+        w.axis.params.angle_source = source
+        w.fabric.encoder.STATUS = INDEX_SEEN
+        assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+        assert w.step() == "SWITCHED_ON"
+        w.step(CALIBRATION_MS)
+        start = w.axis.start
+        assert (start.phase, w.axis.loop.source) == (WIRING, loop) and not start.aligned and not start.index_known
+        assert w.axis.loop.angle_offset_q32 == 0
+        start.aligned = start.index_known = True  # so that the way back has something to forget
+
+
 def test_gains_come_with_the_alignment(c, starting):
     w = starting(False)
     w.step(CALIBRATION_MS)
