@@ -23,8 +23,8 @@ ROWS = {
     "handler.weakening_ab": "encoder and a weakened field, a and b",
     "handler.weakening_pair": "encoder and a weakened field, two of three currents",
     **{f"handler.{name}.zero_wait": "likewise, with a bus that does not wait"
-       for name in ("assembly", "encoder_ab", "encoder_pair", "forced_ab", "forced_pair", "observer_ab", "observer_pair", "weakening_ab",
-                    "weakening_pair")},
+       for name in ("assembly", "encoder_ab", "encoder_pair", "forced_ab", "forced_pair", "observer_ab", "observer_pair",
+                    "weakening_ab", "weakening_pair")},
     **{f"rate.{hz}": f"the interrupt in closed loop at {hz / 1000:g} kHz" for hz in (8000, 10000, 16000, 20000, 32000, 40000)},
     "rate.20000.two": "the same with two samples a period",
     "current_loop.trip": "called, with a bus voltage below its limit in the sample: cause, latch and snapshot",
