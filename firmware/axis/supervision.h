@@ -44,9 +44,10 @@ struct encoder_watch {
 
 /* Phases: what references and angle have asked of each while it carried nothing. */
 struct phase_watch {
-    int32_t missing_q15[3];           /* sums, a summand a millisecond */
+    int32_t missing_q15[3];           /* sums, a summand every second millisecond */
     int32_t i_d_ref_q15, i_q_ref_q15; /* of the millisecond before: what the currents have followed since */
     int32_t least_q15;                /* that can be told from nothing */
+    int32_t carried_q15;              /* by all of them, in the last few looks */
 };
 
 struct speed_watch {

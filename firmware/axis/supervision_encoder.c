@@ -131,6 +131,10 @@ static void compare_with_emf(struct axis *a, struct encoder_watch *e)
         e->against_ms = e->against_ms == 0u ? 0u : e->against_ms - 1u;
         return;
     }
+    int32_t phase;
+    if (supervise_phases_suspect(a, &phase)) {
+        return; /* the voltage of a phase that carries nothing is no EMF: first it is decided whether it is open */
+    }
     e->against_ms += verdict == EMF_REVERSED ? 2u : 1u;
     if (e->against_ms >= TURNED_TIMES) {
         axis_report(a, FAULT_ENCODER_SLIP, emf_angle_deg(&e->emf.filtered, backwards), 0);
