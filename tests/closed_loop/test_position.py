@@ -87,8 +87,19 @@ def test_set_points_from_the_console_are_followed(tmp_path):
     assert counts(result)[-1] - counts(result)[np.searchsorted(result.trace["t_s"], go)] == pytest.approx(7800, abs=6)
 
 
+def at_orders(trace, orders):
+    """The speed's amplitude at so many waves a turn, rad/s, in the plant's truth: all of them fitted at once."""
+    angle = trace["theta_mech_rad"]
+    waves = [np.ones_like(angle)] + [wave(order * angle) for order in orders for wave in (np.sin, np.cos)]
+    fit = np.linalg.lstsq(np.column_stack(waves), trace["speed_rad_s"], rcond=None)[0][1:]
+    return np.hypot(fit[::2], fit[1::2])
+
+
 def test_the_learned_map_takes_four_fifths_of_the_cogging_away(tmp_path):
-    """At 5 rpm, from the plant's own cogging and torque per ampere; and the ripple of speed is a third less at least."""
+    """At 5 rpm: from the plant's own cogging and torque per ampere, and from its speed at the orders of the cogging.
+
+    What ripples besides comes from single edges, 333 a second: 30 to 100 Hz, with a map or without. It may not become more.
+    """
     motor, learn_s = "teknic_m2310p", 8.5
     go = up_s(motor)
     first, learned = (go + 0.5, go + 3.5), (go + 4.5 + learn_s, go + 7.5 + learn_s)
@@ -104,4 +115,6 @@ def test_the_learned_map_takes_four_fifths_of_the_cogging_away(tmp_path):
     torque_per_ampere = np.polyfit(before["i_q_true_A"], before["torque_Nm"], 1)[0]
     left = torque_per_ampere * after["cogging_A"] - needed
     assert np.std(left) < 0.2 * np.std(needed)
-    assert np.std(after["speed_rad_s"]) < 0.67 * np.std(before["speed_rad_s"])
+    orders = (plant["cogging_per_rev"], plant["cogging2_per_rev"])
+    assert (at_orders(after, orders) < 0.1 * at_orders(before, orders)).all()
+    assert np.std(after["speed_rad_s"]) < np.std(before["speed_rad_s"])
