@@ -4,10 +4,10 @@
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-#define SIN60_Q15   28378
-#define LEAST_SHIFT 4 /* a sixteenth of i_max */
-#define SUSPECT     2 /* of the smallest summands: a phase that may be the cause of something else */
-#define ALL_SHIFT   4 /* for how much it counts where no phase carries what is asked */
+#define SIN60_Q15     28378
+#define LEAST_SHIFT   4 /* a sixteenth of i_max */
+#define SUSPECT       2 /* of the smallest summands: a phase that may be the cause of something else */
+#define ALL_SHIFT     4 /* for how much it counts where no phase carries what is asked */
 #define CARRIED_SHIFT 2 /* what was carried is believed for three looks: 0.75, 0.56, 0.42 */
 
 void supervise_phases_begin(struct axis *a)
@@ -100,8 +100,7 @@ void supervise_phases(struct axis *a)
     const enum look of_a = look_at(asked.a, measured.a, least_q15);
     const enum look of_b = look_at(asked.b, measured.b, least_q15);
     const enum look of_c = look_at(asked.c, measured.c, least_q15);
-    const uint32_t shift =
-        weight_shift(p, &asked, &measured, of_a == CARRIES || of_b == CARRIES || of_c == CARRIES);
+    const uint32_t shift = weight_shift(p, &asked, &measured, of_a == CARRIES || of_b == CARRIES || of_c == CARRIES);
     const bool a_open = open(p, 0, of_a, asked.a, shift);
     const bool b_open = open(p, 1, of_b, asked.b, shift);
     const bool c_open = open(p, 2, of_c, asked.c, shift);
