@@ -8,7 +8,7 @@
 #define LEAST_SHIFT   4 /* a sixteenth of i_max */
 #define SUSPECT       2 /* of the smallest summands: a phase that may be the cause of something else */
 #define ALL_SHIFT     4 /* for how much it counts where no phase carries what is asked */
-#define CARRIED_SHIFT 2 /* what was carried is believed for three looks: 0.75, 0.56, 0.42 */
+#define CARRIED_SHIFT 2 /* of what was carried 0.75 counts a look later, then 0.56, 0.42 */
 
 void supervise_phases_begin(struct axis *a)
 {
