@@ -211,27 +211,7 @@ static void run_quick_stop(struct session *s, char *const *words)
     answer(s, axis_quick_stop(s->axis));
 }
 
-static void run_speed(struct session *s, char *const *words)
-{
-    int32_t rpm;
-    if (!text_parse_int(words[1], &rpm)) {
-        error_about(s, words[1], "not a whole number of rpm");
-        return;
-    }
-    answer(s, axis_command_speed(s->axis, rpm));
-}
-
-static void run_torque(struct session *s, char *const *words)
-{
-    int32_t milliamp;
-    if (!text_parse_milli(words[1], &milliamp)) {
-        error_about(s, words[1], "not a current in amperes, like 1.5");
-        return;
-    }
-    answer(s, axis_command_current(s->axis, milliamp));
-}
-
-/* A whole number of `unit`, or a line that says so. */
+/* A whole number, or a line that says `what` the word is not. */
 static bool parse_whole(struct session *s, const char *word, int32_t *value, const char *what)
 {
     const bool whole = text_parse_int(word, value);
@@ -241,10 +221,45 @@ static bool parse_whole(struct session *s, const char *word, int32_t *value, con
     return whole;
 }
 
+static bool parse_rpm(struct session *s, const char *word, int32_t *rpm)
+{
+    return parse_whole(s, word, rpm, "not a whole number of rpm");
+}
+
+static bool parse_counts(struct session *s, const char *word, int32_t *counts)
+{
+    return parse_whole(s, word, counts, "not a whole number of counts");
+}
+
+static bool parse_current(struct session *s, const char *word, int32_t *milliamp)
+{
+    const bool current = text_parse_milli(word, milliamp);
+    if (!current) {
+        error_about(s, word, "not a current in amperes, like 1.5");
+    }
+    return current;
+}
+
+static void run_speed(struct session *s, char *const *words)
+{
+    int32_t rpm;
+    if (parse_rpm(s, words[1], &rpm)) {
+        answer(s, axis_command_speed(s->axis, rpm));
+    }
+}
+
+static void run_torque(struct session *s, char *const *words)
+{
+    int32_t milliamp;
+    if (parse_current(s, words[1], &milliamp)) {
+        answer(s, axis_command_current(s->axis, milliamp));
+    }
+}
+
 static void run_position(struct session *s, char *const *words)
 {
     int32_t counts;
-    if (parse_whole(s, words[1], &counts, "not a whole number of counts")) {
+    if (parse_counts(s, words[1], &counts)) {
         answer(s, axis_command_position(s->axis, counts, false));
     }
 }
@@ -254,7 +269,7 @@ static void run_position_by(struct session *s, char *const *words)
     int32_t counts;
     if (!text_equal(words[1], "by")) {
         error_about(s, words[1], "not 'by'");
-    } else if (parse_whole(s, words[2], &counts, "not a whole number of counts")) {
+    } else if (parse_counts(s, words[2], &counts)) {
         answer(s, axis_command_position(s->axis, counts, true));
     }
 }
@@ -262,7 +277,7 @@ static void run_position_by(struct session *s, char *const *words)
 static void run_cyclic_position(struct session *s, char *const *words)
 {
     int32_t counts;
-    if (parse_whole(s, words[1], &counts, "not a whole number of counts")) {
+    if (parse_counts(s, words[1], &counts)) {
         answer(s, axis_command_cyclic_position(s->axis, counts));
     }
 }
@@ -270,7 +285,7 @@ static void run_cyclic_position(struct session *s, char *const *words)
 static void run_cyclic_speed(struct session *s, char *const *words)
 {
     int32_t rpm;
-    if (parse_whole(s, words[1], &rpm, "not a whole number of rpm")) {
+    if (parse_rpm(s, words[1], &rpm)) {
         answer(s, axis_command_cyclic_speed(s->axis, rpm));
     }
 }
@@ -278,11 +293,9 @@ static void run_cyclic_speed(struct session *s, char *const *words)
 static void run_cyclic_torque(struct session *s, char *const *words)
 {
     int32_t milliamp;
-    if (!text_parse_milli(words[1], &milliamp)) {
-        error_about(s, words[1], "not a current in amperes, like 1.5");
-        return;
+    if (parse_current(s, words[1], &milliamp)) {
+        answer(s, axis_command_cyclic_current(s->axis, milliamp));
     }
-    answer(s, axis_command_cyclic_current(s->axis, milliamp));
 }
 
 static void run_home(struct session *s, char *const *words)
