@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/operate/answers.h"
+#include "firmware/operate/commands_parts.h"
+
+/* A whole number, or a line that says `what` the word is not. */
+static bool parse_whole(struct session *s, const char *word, int32_t *value, const char *what)
+{
+    const bool whole = text_parse_int(word, value);
+    if (!whole) {
+        answer_about(s, word, what);
+    }
+    return whole;
+}
+
+static bool parse_rpm(struct session *s, const char *word, int32_t *rpm)
+{
+    return parse_whole(s, word, rpm, "not a whole number of rpm");
+}
+
+static bool parse_counts(struct session *s, const char *word, int32_t *counts)
+{
+    return parse_whole(s, word, counts, "not a whole number of counts");
+}
+
+static bool parse_current(struct session *s, const char *word, int32_t *milliamp)
+{
+    const bool current = text_parse_milli(word, milliamp);
+    if (!current) {
+        answer_about(s, word, "not a current in amperes, like 1.5");
+    }
+    return current;
+}
+
+void run_speed(struct session *s, char *const *words)
+{
+    int32_t rpm;
+    if (parse_rpm(s, words[1], &rpm)) {
+        answer(s, axis_command_speed(s->axis, rpm));
+    }
+}
+
+void run_torque(struct session *s, char *const *words)
+{
+    int32_t milliamp;
+    if (parse_current(s, words[1], &milliamp)) {
+        answer(s, axis_command_current(s->axis, milliamp));
+    }
+}
+
+void run_position(struct session *s, char *const *words)
+{
+    int32_t counts;
+    if (parse_counts(s, words[1], &counts)) {
+        answer(s, axis_command_position(s->axis, counts, false));
+    }
+}
+
+void run_position_by(struct session *s, char *const *words)
+{
+    int32_t counts;
+    if (!text_equal(words[1], "by")) {
+        answer_about(s, words[1], "not 'by'");
+    } else if (parse_counts(s, words[2], &counts)) {
+        answer(s, axis_command_position(s->axis, counts, true));
+    }
+}
+
+void run_cyclic_position(struct session *s, char *const *words)
+{
+    int32_t counts;
+    if (parse_counts(s, words[1], &counts)) {
+        answer(s, axis_command_cyclic_position(s->axis, counts));
+    }
+}
+
+void run_cyclic_speed(struct session *s, char *const *words)
+{
+    int32_t rpm;
+    if (parse_rpm(s, words[1], &rpm)) {
+        answer(s, axis_command_cyclic_speed(s->axis, rpm));
+    }
+}
+
+void run_cyclic_torque(struct session *s, char *const *words)
+{
+    int32_t milliamp;
+    if (parse_current(s, words[1], &milliamp)) {
+        answer(s, axis_command_cyclic_current(s->axis, milliamp));
+    }
+}
+
+void run_home(struct session *s, char *const *words)
+{
+    if (text_equal(words[1], "index")) {
+        answer(s, axis_command_home(s->axis, HOMING_INDEX));
+    } else if (text_equal(words[1], "block")) {
+        answer(s, axis_command_home(s->axis, HOMING_BLOCK));
+    } else {
+        answer_about(s, words[1], "not one of index, block");
+    }
+}
+
+void run_learn(struct session *s, char *const *words)
+{
+    if (text_equal(words[1], "cogging")) {
+        answer(s, axis_learn_cogging(s->axis));
+    } else {
+        answer_about(s, words[1], "not 'cogging'");
+    }
+}
+
+void run_zero(struct session *s, char *const *words)
+{
+    (void)words;
+    answer(s, axis_set_zero(s->axis));
+}

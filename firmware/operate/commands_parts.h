@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The commands one by one: each carries out a line whose words have been counted, words[0] is its name, and answers in s->out.
+ * The table that names them is in commands.c. Thread.
+ */
+#ifndef FIRMWARE_OPERATE_COMMANDS_PARTS_H
+#define FIRMWARE_OPERATE_COMMANDS_PARTS_H
+
+#include "firmware/operate/session.h"
+
+/* ---- commands_power.c: on and off, faults cleared, the motor identified ---- */
+
+void run_on(struct session *s, char *const *words);
+void run_off(struct session *s, char *const *words);
+void run_quick_stop(struct session *s, char *const *words);
+void run_clear(struct session *s, char *const *words);
+void run_identify(struct session *s, char *const *words);
+void run_identify_what(struct session *s, char *const *words);
+
+/* ---- commands_motion.c: set-points of all modes, homing, learning ---- */
+
+void run_speed(struct session *s, char *const *words);
+void run_torque(struct session *s, char *const *words);
+void run_position(struct session *s, char *const *words);
+void run_position_by(struct session *s, char *const *words);
+void run_cyclic_position(struct session *s, char *const *words);
+void run_cyclic_speed(struct session *s, char *const *words);
+void run_cyclic_torque(struct session *s, char *const *words);
+void run_home(struct session *s, char *const *words);
+void run_learn(struct session *s, char *const *words);
+void run_zero(struct session *s, char *const *words);
+
+/* ---- commands_status.c: what is, and what was when a fault came ---- */
+
+void run_status(struct session *s, char *const *words);
+void run_fault(struct session *s, char *const *words);
+
+/* ---- commands_settings.c: parameters, and reactions to faults ---- */
+
+void run_get(struct session *s, char *const *words);
+void run_set(struct session *s, char *const *words);
+void run_reactions(struct session *s, char *const *words);
+void run_reaction(struct session *s, char *const *words);
+
+#endif

@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/operate/answers.h"
+#include "firmware/operate/commands_parts.h"
+#include "firmware/operate/identify_text.h"
+
+void run_on(struct session *s, char *const *words)
+{
+    (void)words;
+    const struct outcome outcome = axis_switch_on(s->axis);
+    answer(s, outcome);
+    if (outcome.error == ERROR_NONE) {
+        text_put(&s->out, "phase margin of the current loop: ");
+        text_put_int(&s->out, s->axis->tuning.current_margin_u16 * 360 / 65536);
+        text_put_line(&s->out, " degrees");
+    }
+}
+
+void run_off(struct session *s, char *const *words)
+{
+    (void)words;
+    answer(s, axis_switch_off(s->axis));
+}
+
+void run_quick_stop(struct session *s, char *const *words)
+{
+    (void)words;
+    answer(s, axis_quick_stop(s->axis));
+}
+
+void run_clear(struct session *s, char *const *words)
+{
+    (void)words;
+    answer(s, axis_clear_fault(s->axis));
+}
+
+void run_identify(struct session *s, char *const *words)
+{
+    (void)words;
+    answer(s, axis_identify(s->axis));
+}
+
+void run_identify_what(struct session *s, char *const *words)
+{
+    if (text_equal(words[1], "show")) {
+        identify_text_show(&s->out, &s->axis->identify);
+    } else if (text_equal(words[1], "use")) {
+        const struct outcome outcome = axis_identify_use(s->axis);
+        answer(s, outcome);
+        if (outcome.error == ERROR_NONE) {
+            identify_text_used(&s->out, outcome.value);
+        }
+    } else {
+        answer_about(s, words[1], "not one of show, use");
+    }
+}

@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: MIT */
+#include <stddef.h>
+
+#include "firmware/operate/answers.h"
+#include "firmware/operate/commands_parts.h"
+#include "firmware/operate/messages.h"
+
+static void put_param(struct session *s, const struct params *p, const struct param_info *info)
+{
+    text_put(&s->out, info->name);
+    text_put(&s->out, " = ");
+    text_put_int(&s->out, param_get(p, info));
+    text_put(&s->out, "  (");
+    text_put_int(&s->out, info->min);
+    text_put(&s->out, "...");
+    text_put_int(&s->out, info->max);
+    text_put_line(&s->out, ")");
+}
+
+void run_get(struct session *s, char *const *words)
+{
+    if (text_equal(words[1], "all")) {
+        for (size_t i = 0; i < param_count; i++) {
+            put_param(s, &s->axis->params, &param_table[i]);
+        }
+        return;
+    }
+    const struct param_info *const info = param_find(words[1]);
+    if (info == NULL) {
+        answer_about(s, words[1], "no such parameter; 'get all' lists them");
+        return;
+    }
+    put_param(s, &s->axis->params, info);
+}
+
+void run_set(struct session *s, char *const *words)
+{
+    const struct param_info *const info = param_find(words[1]);
+    int32_t value;
+    if (info == NULL) {
+        answer_about(s, words[1], "no such parameter; 'get all' lists them");
+    } else if (!text_parse_int(words[2], &value)) {
+        answer_about(s, words[2], "not a whole number");
+    } else if (value < info->min || value > info->max) {
+        text_put(&s->out, "error: ");
+        text_put(&s->out, info->name);
+        text_put(&s->out, " must be ");
+        text_put_int(&s->out, info->min);
+        text_put(&s->out, "...");
+        text_put_int(&s->out, info->max);
+        text_put_line(&s->out, "");
+    } else if (!axis_is_off(s->axis)) {
+        answer(s, outcome_of(ERROR_DRIVE_IS_ON));
+    } else {
+        param_set(&s->axis->params, info, value);
+        text_put_line(&s->out, "ok");
+    }
+}
+
+/* A fault that leaves a choice: which, and which it has. */
+static void put_reaction(struct session *s, enum fault cause)
+{
+    text_put(&s->out, message_of_fault(cause));
+    text_put(&s->out, ": ");
+    text_put(&s->out, message_of_reaction(s->axis->reactions.choice[cause]));
+    text_put(&s->out, "  (");
+    const char *before = "";
+    for (uint32_t choice = 0; choice < REACTION_COUNT; choice++) {
+        if (((fault_class(cause)->allowed >> choice) & 1u) != 0u) {
+            text_put(&s->out, before);
+            text_put(&s->out, message_of_reaction((enum reaction)choice));
+            before = ", ";
+        }
+    }
+    text_put_line(&s->out, ")");
+}
+
+void run_reactions(struct session *s, char *const *words)
+{
+    (void)words;
+    for (uint32_t cause = FAULT_NONE + 1u; cause < FAULT_COUNT; cause++) {
+        if (fault_class((enum fault)cause)->allowed != 1u << REACTION_OFF) {
+            put_reaction(s, (enum fault)cause);
+        }
+    }
+}
+
+void run_reaction(struct session *s, char *const *words)
+{
+    const enum fault cause = message_find_fault(words[1]);
+    uint32_t choice = 0;
+    while (choice < REACTION_COUNT && !text_equal(words[2], message_of_reaction((enum reaction)choice))) {
+        choice++;
+    }
+    if (cause == FAULT_COUNT) {
+        answer_about(s, words[1], "no such fault; 'reaction' lists those with a choice, '_' stands for a blank");
+    } else if (choice == REACTION_COUNT) {
+        answer_about(s, words[2], "not one of off, stop, warn");
+    } else {
+        answer(s, axis_choose_reaction(s->axis, cause, (enum reaction)choice));
+    }
+}
