@@ -462,3 +462,20 @@ def test_a_shaft_that_is_stopped_is_no_dead_encoder(motor, rpm, late_ms, i_a, lq
     m.step(late_ms)
     m.rpm = m.axis.speed.speed_ref_rpm_q4 = 0
     assert (m.until_fault(60), m.fault) == (None, "NONE")
+
+
+@pytest.mark.parametrize("times", (3.1, 3.3, 3.6, 3.9))
+def test_from_three_times_what_may_hide_it_on_a_missing_emf_tells_that_the_shaft_was_stopped(motor, times):
+    """Less than to judge an angle by, which takes four times."""
+    def world(rpm):
+        return motor(rpm, 6.0).step(600)
+
+    def emf(m):
+        return m.axis.supervision.encoder.emf
+
+    slow = emf(world(600))
+    m = world(round(600 * times * slow.unsure_q15 / slow.expected_q15))  # what hides it does not depend on the speed
+    assert emf(m).expected_q15 / emf(m).unsure_q15 == pytest.approx(times, rel=0.02)
+    m.frozen = True
+    m.rpm = m.axis.speed.speed_ref_rpm_q4 = 0
+    assert (m.until_fault(60), m.fault) == (None, "NONE")
