@@ -129,3 +129,14 @@ def test_the_clock_does_not_wrap(c, axis):
     for up_ms in (2**32 - 1, 2**32, 2**32 + 1):
         c.axis_step(axis)
         assert c.axis_up_ms(axis) == up_ms
+
+
+def test_identify_with_ratings_that_do_not_go_together_is_no_request(c, axis):
+    """They would be found later, too, but by then a start would be under way."""
+    axis.state = c.AXIS_SWITCH_ON_DISABLED
+    axis.fabric.contents.gate.CONTROL = 0
+    axis.fabric.contents.adc.VBUS = axis.params.v_max_mv * 32768 // axis.params.v_range_mv - 100
+    axis.params.v_min_mv = axis.params.v_max_mv
+    tuning = bytes(axis.tuning)
+    assert c.axis_identify(axis).error == c.ERROR_V_LIMITS
+    assert axis.request == c.AXIS_REQUEST_NONE and bytes(axis.tuning) == tuning
