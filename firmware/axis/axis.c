@@ -243,7 +243,7 @@ void axis_step(struct axis *a)
         return;
     }
     rotor_measure(a);
-    turns_follow(&a->motion.turns, a->speed.estimate.count, a->tuning.encoder_counts);
+    turns_follow(&a->motion.turns, a->speed.estimate.moved, a->speed.estimate.count);
     torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
     watch_heartbeat(a);
     watch_latches(a);

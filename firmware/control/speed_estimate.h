@@ -22,6 +22,8 @@
 #include "drivers/fabric/encoder.h"
 #include "firmware/settings/tuning.h"
 
+#define SPEED_ESTIMATE_CLOCKS_LOST (1u << 28) /* 2.7 s without an edge: at rest, long before the clock wraps */
+
 struct speed_estimate {
     int32_t speed_rpm_q15;
     int32_t travel_q15;       /* turned since the last step, rpm times milliseconds */
@@ -44,6 +46,9 @@ void speed_estimate_reset(struct speed_estimate *e);
 
 /* One step. Range: below 32767 rpm and a quarter of a turn a millisecond of change. Slow loop. */
 void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *encoder, const struct tuning *t);
+
+/* Of a step: by how many counts the shaft has moved, where the counter has gone round or it was more than a quarter. */
+int32_t speed_estimate_unwrapped(int32_t moved, int32_t speed_rpm_q15, int32_t counts);
 
 /* What something else has measured, and how long that takes. What was known of edges is lost. Slow loop. */
 void speed_estimate_take(struct speed_estimate *e, int32_t speed_rpm_q15, uint32_t clocks);

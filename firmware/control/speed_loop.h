@@ -10,7 +10,7 @@
 
 #include "firmware/control/current_loop.h"
 #include "firmware/control/interval.h"
-#include "firmware/control/speed_estimate.h"
+#include "firmware/control/speed_estimate_step.h"
 #include "firmware/settings/tuning.h"
 
 struct speed_loop {
@@ -34,7 +34,7 @@ struct speed_loop {
 /* Measures the speed. Every slow period, whatever the state. */
 static inline void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t)
 {
-    speed_estimate_step(&s->estimate, encoder, t);
+    estimate_speed(&s->estimate, encoder, t);
     s->speed_rpm_q4 = s->estimate.speed_rpm_q15 >> 11;
 }
 

@@ -13,13 +13,6 @@ static int32_t wrapped(int32_t way, int32_t turn)
     return way;
 }
 
-void turns_follow(struct turns *t, uint32_t count, int32_t turn)
-{
-    t->moved += wrapped((int32_t)(count - t->count) - t->moved, turn);
-    t->count = count;
-    t->counts += t->moved;
-}
-
 int64_t turns_at(const struct turns *t, uint32_t count, int32_t turn)
 {
     return t->counts + wrapped((int32_t)(count - t->count), turn);

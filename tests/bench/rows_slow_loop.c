@@ -51,8 +51,9 @@ static void set_encoder(int32_t rpm_q4, uint32_t clocks)
     e->clock = encoder_edge_clock(encoder) - (counts != 0 ? clocks : 0u);
     e->interval_clocks = clocks;
     e->lost = false;
+    e->moved = counts;
     e->latch_clock = encoder_latch_clock(encoder) - CONFIG_PWM_COUNTS * CONFIG_PERIODS_PER_SLOW;
-    axes[0].motion.turns = (struct turns){.counts = 1000000, .count = e->count, .moved = counts};
+    axes[0].motion.turns = (struct turns){.counts = 1000000, .count = e->count};
 }
 
 /* On its way at some speed, to somewhere near or far: it is pushed, holds its speed or brakes. */
@@ -60,7 +61,7 @@ static void set_profile(void)
 {
     struct motion *const m = &axes[0].motion;
     const struct tuning *const t = &axes[0].tuning;
-    const int64_t here = position_of_counts(m->turns.counts + m->turns.moved, t);
+    const int64_t here = position_of_counts(m->turns.counts + axes[0].speed.estimate.moved, t);
     profile_begin(&m->profile, &t->profile, here, vector_random(-t->profile.v_max, t->profile.v_max));
     profile_aim(&m->profile, here + (int64_t)vector_random(-(1 << 30), 1 << 30) * (1 << vector_random(0, 8)));
     position_begin(&m->position, m->profile.position, m->profile.speed);
