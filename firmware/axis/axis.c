@@ -11,6 +11,13 @@
 #define QUICK_STOP_MS     5000u
 #define LOOP_START_MS     2u /* until the PWM's first periods have passed, or the first of another number of samples */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
+#define LIMITS_MS         2u /* torque.h: every second slow period */
+
+static bool is_running(const struct axis *a)
+{
+    const uint32_t state = a->state;
+    return state == AXIS_OPERATION_ENABLED || state == AXIS_QUICK_STOP;
+}
 
 static void enter(struct axis *a, enum axis_state state)
 {
@@ -226,14 +233,25 @@ static void count_time(struct axis *a)
 /* A fault whose reaction is a controlled stop: as long as the bridge is on, and nothing else has switched it off. */
 static bool stops_under_control(struct axis *a)
 {
-    const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
-    if (!a->reactions.stopping || !running || (gate_status(&a->fabric->gate) & GATE_STATUS_LIVE) == 0u) {
+    if (!a->reactions.stopping || !is_running(a) || (gate_status(&a->fabric->gate) & GATE_STATUS_LIVE) == 0u) {
         return false;
     }
     if (a->state == AXIS_OPERATION_ENABLED) {
         begin_quick_stop(a);
     }
     return true;
+}
+
+static void step_torque_limits(struct axis *a)
+{
+    if (a->time_ms % LIMITS_MS == 0u) {
+        torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
+        if (is_running(a)) {
+            modes_limit_torque(a);
+        }
+    } else if (torque_flux_is_near(&a->torque, &a->tuning)) {
+        torque_follow_flux(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
+    }
 }
 
 void axis_step(struct axis *a)
@@ -244,7 +262,7 @@ void axis_step(struct axis *a)
     }
     rotor_measure(a);
     turns_follow(&a->motion.turns, a->speed.estimate.moved, a->speed.estimate.count);
-    torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
+    step_torque_limits(a);
     watch_heartbeat(a);
     watch_latches(a);
     if (a->faults.cause != FAULT_NONE && a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION &&

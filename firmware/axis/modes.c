@@ -3,9 +3,8 @@
 
 #include "firmware/axis/axis.h"
 #include "firmware/axis/rotor.h"
+#include "firmware/control/speed_loop_step.h"
 #include "lib/q15.h"
-
-#define LIMITS_MS 2u /* together with supervision's phases, which are the shorter half */
 
 /* ---- entering ---- */
 
@@ -92,34 +91,26 @@ void modes_limit_torque(struct axis *a)
     torque_set_limits(&a->torque, &a->tuning, &view);
 }
 
-static void limit_in_turn(struct axis *a)
+static inline __attribute__((always_inline)) void ask(struct axis *a, int32_t wish_q15)
 {
-    if (a->time_ms % LIMITS_MS == 0u) {
-        modes_limit_torque(a);
-    }
+    torque_ask_at_once(&a->torque, &a->loop, &a->tuning, wish_q15);
 }
 
-static void ask(struct axis *a, int32_t wish_q15)
+/*
+ * What the speed loop may ask for beside the torque of the shaft's place; both together are limited by torque_ask(). Returns
+ * that torque.
+ */
+static int32_t room_beside_place(struct axis *a, struct interval *room)
 {
-    torque_ask(&a->torque, &a->loop, &a->tuning, wish_q15);
-}
-
-/* What the speed loop may ask for beside the torque of the shaft's place; both together are limited by torque_ask(). */
-static struct interval room_for_speed_loop(struct axis *a)
-{
-    limit_in_turn(a);
-    const struct interval limits = a->torque.limits;
     struct motion *const m = &a->motion;
-    const int32_t own_q15 = m->cogging.count > 0 && rotor_has_encoder(a)
-                                ? cogging_torque_q15(&m->cogging, &a->speed.estimate, &a->tuning)
-                                : 0;
-    m->cogging_q15 = own_q15;
-    return (struct interval){limits.low - own_q15, limits.high - own_q15};
-}
-
-static void ask_with_place(struct axis *a, int32_t wish_q15)
-{
-    ask(a, wish_q15 + a->motion.cogging_q15);
+    *room = a->torque.limits;
+    if (m->cogging.count == 0 || !rotor_has_encoder(a)) {
+        return 0;
+    }
+    const int32_t own_q15 = cogging_torque_q15(&m->cogging, &a->speed.estimate, &a->tuning);
+    room->low -= own_q15;
+    room->high -= own_q15;
+    return own_q15;
 }
 
 void modes_control_speed(struct axis *a, int32_t slope_q16)
@@ -127,8 +118,9 @@ void modes_control_speed(struct axis *a, int32_t slope_q16)
     if (!rotor_has_encoder(a) && sensorless_lead_field(a, slope_q16)) {
         return;
     }
-    const struct interval room = room_for_speed_loop(a);
-    ask_with_place(a, speed_loop_step(&a->speed, &a->tuning, slope_q16, &room));
+    struct interval room;
+    const int32_t place_q15 = room_beside_place(a, &room);
+    ask(a, place_q15 + speed_loop_ramp_step(&a->speed, &a->tuning, slope_q16, &room));
     if (!rotor_has_encoder(a)) {
         sensorless_after_control(a);
     }
@@ -153,8 +145,9 @@ static int32_t whole(int64_t counts)
 static void control_position(struct axis *a, int64_t next_ref)
 {
     struct motion *const m = &a->motion;
-    const struct interval room = room_for_speed_loop(a);
-    ask_with_place(a, position_step(&m->position, next_ref, &a->speed, &m->turns, &a->tuning, &room));
+    struct interval room;
+    const int32_t place_q15 = room_beside_place(a, &room);
+    ask(a, place_q15 + position_step(&m->position, next_ref, &a->speed, &m->turns, &a->tuning, &room));
     if (position_is_lost(&m->position, &a->tuning)) {
         axis_report(a, FAULT_FOLLOWING_ERROR, m->position.error_counts, 0);
     }
@@ -170,8 +163,9 @@ static void control_cyclic_speed(struct axis *a)
 {
     const int32_t before_q16 = (int32_t)a->motion.cyclic.now;
     const int32_t now_q16 = (int32_t)cyclic_step(&a->motion.cyclic);
-    const struct interval room = room_for_speed_loop(a);
-    ask_with_place(a, speed_loop_follow(&a->speed, &a->tuning, now_q16, now_q16 - before_q16, &room));
+    struct interval room;
+    const int32_t place_q15 = room_beside_place(a, &room);
+    ask(a, place_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, now_q16 - before_q16, &room));
 }
 
 static bool index_seen(const struct axis *a)
@@ -230,12 +224,11 @@ static void step_learning(struct axis *a)
     }
 }
 
-void modes_step(struct axis *a)
+static void step_other_mode(struct axis *a)
 {
     struct motion *const m = &a->motion;
     switch (a->mode) {
     case AXIS_MODE_TORQUE:
-        limit_in_turn(a);
         if (!rotor_has_encoder(a) && field_goes_along(a)) {
             break;
         }
@@ -257,15 +250,21 @@ void modes_step(struct axis *a)
         control_cyclic_speed(a);
         break;
     case AXIS_MODE_CYCLIC_TORQUE:
-        limit_in_turn(a);
         ask(a, (int32_t)(cyclic_step(&m->cyclic) >> 16));
         break;
     case AXIS_MODE_LEARNING:
         step_learning(a);
         break;
-    case AXIS_MODE_SPEED:
     default:
-        modes_control_speed(a, a->tuning.ramp_q16);
         break;
+    }
+}
+
+void modes_step(struct axis *a)
+{
+    if (a->mode == AXIS_MODE_SPEED) {
+        modes_control_speed(a, a->tuning.ramp_q16);
+    } else {
+        step_other_mode(a);
     }
 }

@@ -46,7 +46,6 @@ struct motion {
     struct cyclic cyclic; /* units, rpm Q16, or torque in Q31 */
     struct homing homing;
     struct cogging_map cogging;
-    int32_t cogging_q15; /* what it adds to the wish now */
     struct cogging_learn learn;
 };
 

@@ -14,7 +14,6 @@
 #define TRIM_MOST     3 /* an eighth of the circle more */
 #define TRIM_LEAST    1 /* half of it less */
 #define TRIM_FRACTION 6
-#define FADE_SHIFT    4
 #define DROP_SHIFT    3 /* 8 ms: torque and flux limit depend on each other; a quicker answer could swing */
 #define DROP_MOST_Q15 (1 << 15)
 
@@ -71,48 +70,18 @@ static void follow_trim(struct flux_limit *s, const volatile struct current_loop
 {
     const int32_t left = left_q15(c, target, power_q15);
     if (!s->decides && left > 0) {
-        s->trim_q21 -= s->trim_q21 / (1 << FADE_SHIFT);
+        s->trim_q21 -= s->trim_q21 / FLUX_TRIM_FADE;
         return;
     }
     s->trim_q21 = q15_clamp(s->trim_q21 + (left * (1 << (TRIM_FRACTION - TRIM_SHIFT))),
                             -((target >> TRIM_LEAST) << TRIM_FRACTION), (target >> TRIM_MOST) << TRIM_FRACTION);
 }
 
-void flux_limit_rest(struct flux_limit *s)
-{
-    *s = (struct flux_limit){.flux_q15 = FLUX_UNLIMITED};
-}
-
-/* At most an eighth too much. */
-static int32_t size_q15(int32_t d_q15, int32_t q_q15)
-{
-    const int32_t d = q15_abs(d_q15);
-    const int32_t q = q15_abs(q_q15);
-    return q15_max(d, q) + q15_min(d, q) / 2;
-}
-
-/*
- * Away from the limit, as nearly always: neither the whole flux takes more than seven eighths of the voltage at this speed,
- * nor do the voltages as they are.
- */
-static bool plenty(const struct flux_limit *s, const volatile struct current_loop *c, int32_t target, int32_t w_q15,
-                   int32_t most_q15)
-{
-    const int32_t much_q15 = target - (target >> 3);
-    return q15_abs(s->trim_q21) < 1 << FADE_SHIFT && most_q15 <= 2 * Q15_ONE &&
-           (uint32_t)w_q15 * (uint32_t)most_q15 <= (uint32_t)much_q15 << 15 &&
-           size_q15(c->v_d_q15, c->v_q_q15) <= much_q15;
-}
-
-void flux_limit_step(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
-                     int32_t vbus_q15, int32_t power_q15, int32_t most_q15)
+void flux_limit_follow(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
+                       int32_t vbus_q15, int32_t power_q15, int32_t most_q15)
 {
     const int32_t w_q15 = q15_abs(current_loop_w_q15(c));
     const int32_t target = target_q15(vbus_q15);
-    if (plenty(s, c, target, w_q15, most_q15)) {
-        flux_limit_rest(s);
-        return;
-    }
     follow_drop(s, c, t, power_q15);
     follow_trim(s, c, target, power_q15);
     const int32_t usable_q15 = target + (s->trim_q21 >> TRIM_FRACTION);

@@ -22,7 +22,9 @@
 #include <stdint.h>
 
 #include "firmware/control/current_loop.h"
+#include "firmware/settings/config.h"
 #include "firmware/settings/tuning.h"
+#include "lib/q15.h"
 
 #define FLUX_UNLIMITED  INT32_MAX
 #define FLUX_KEPT_SHIFT 5 /* of the circle */
@@ -40,12 +42,38 @@ struct flux_limit {
     int32_t drop_q15; /* what the resistance takes of the square of the voltage; negative while it brakes */
 };
 
+#define FLUX_TRIM_FADE 16 /* milliseconds */
+
+/* Seven eighths of the circle less what is kept, by the bus; rounded down. */
+#define FLUX_PLENTY_Q15 \
+    ((int32_t)(CONFIG_RADIUS_STEPS * 32768LL * 7 * ((1 << FLUX_KEPT_SHIFT) - 1) / (8LL << FLUX_KEPT_SHIFT) / CONFIG_BUS_STEPS))
+
 /*
- * One step: `power_q15` is what the last torque makes of the present speed, `most_q15` the largest flux that is ever asked for.
- * `vbus_q15` is of now: the current loop's voltages and references are of the step before.
+ * Whether the limit is far, as nearly always: neither the largest flux that is ever asked for takes more than seven eighths of
+ * the voltage at this speed, nor do the voltages as they are. vbus_q15 is of now: the current loop's voltages and references
+ * are of the step before.
  */
-void flux_limit_step(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
-                     int32_t vbus_q15, int32_t power_q15, int32_t most_q15);
+static inline bool flux_limit_is_far(const struct flux_limit *s, const volatile struct current_loop *c,
+                                     int32_t vbus_q15, int32_t most_q15)
+{
+    const int32_t much_q15 = (vbus_q15 * FLUX_PLENTY_Q15) >> 15;
+    const int32_t d_q15 = q15_abs(c->v_d_q15);
+    const int32_t q_q15 = q15_abs(c->v_q_q15);
+    const uint32_t w_q15 = (uint32_t)q15_abs(current_loop_w_q15(c));
+    return q15_abs(s->trim_q21) < FLUX_TRIM_FADE && most_q15 <= 2 * Q15_ONE &&
+           w_q15 * (uint32_t)most_q15 <= (uint32_t)much_q15 << 15 &&
+           q15_max(d_q15, q_q15) + q15_min(d_q15, q_q15) / 2 <= much_q15; /* an eighth too long at most */
+}
+
+/* The bridge goes off, or the limit is far. */
+static inline void flux_limit_rest(struct flux_limit *s)
+{
+    *s = (struct flux_limit){.flux_q15 = FLUX_UNLIMITED};
+}
+
+/* Where it is not far, a step: `power_q15` is what the last torque makes of the present speed. Each millisecond. */
+void flux_limit_follow(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
+                       int32_t vbus_q15, int32_t power_q15, int32_t most_q15);
 
 /* What the interrupt may do until the next step (stage_weaken.h): where it weakens, after the references are set. */
 void flux_limit_guide(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15);
@@ -55,8 +83,5 @@ int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15);
 
 /* By how much the voltage that is kept changes a current in a millisecond, in q. Any context. */
 int32_t flux_limit_slew_q15(const struct tuning *t, int32_t vbus_q15);
-
-/* The bridge goes off. */
-void flux_limit_rest(struct flux_limit *s);
 
 #endif

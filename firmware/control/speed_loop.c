@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/control/speed_loop.h"
 
+#include "firmware/control/speed_loop_step.h"
+
 #define HUNT_MS          32u
 #define HUNT_SWINGS      4u
 #define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
-#define ONE_Q29          (1 << 29)
 #define CALMEST          10u /* quarters: of the gains a sixteenth is left */
 
 void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, uint32_t clocks)
@@ -41,34 +42,9 @@ void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
     }
 }
 
-/* From `here` to `target`, `most` at most; their distance may take 32 bits and a sign. */
-static int32_t towards(int32_t target, int32_t here, int32_t most)
-{
-    const uint32_t distance = (uint32_t)target - (uint32_t)here;
-    if (target >= here) {
-        return distance < (uint32_t)most ? (int32_t)distance : most;
-    }
-    return -distance < (uint32_t)most ? (int32_t)distance : -most;
-}
-
-/*
- * Moves the reference towards the command and returns the step that it wants, in rpm Q16. While the current is at its limit and
- * the rotor behind, the reference waits for it; the feed-forward goes on asking for all there is.
- */
-static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
-{
-    const int32_t step = towards(s->target_rpm_q16, s->ref_rpm_q16, slope_q16);
-    const int32_t ahead_q4 = s->speed_ref_rpm_q4 - s->speed_rpm_q4;
-    if (!s->at_limit || (step > 0 ? ahead_q4 <= 0 : ahead_q4 >= 0)) {
-        s->ref_rpm_q16 += step;
-    }
-    s->speed_ref_rpm_q4 = s->ref_rpm_q16 >> 12;
-    return step;
-}
-
 int32_t speed_loop_lead(struct speed_loop *s, int32_t slope_q16)
 {
-    s->ref_rpm_q16 += towards(s->target_rpm_q16, s->ref_rpm_q16, slope_q16);
+    s->ref_rpm_q16 += speed_loop_towards(s->target_rpm_q16, s->ref_rpm_q16, slope_q16);
     s->speed_ref_rpm_q4 = s->ref_rpm_q16 >> 12;
     s->at_limit = false;
     return s->ref_rpm_q16;
@@ -78,7 +54,7 @@ int32_t speed_loop_lead(struct speed_loop *s, int32_t slope_q16)
  * While no edge comes a memory that forgets how to grow would leave the shaft stuck for ever: if it is to turn, so much is
  * left that a count behind weighs a hundredth of the largest current. At rest nothing is: it does not hunt for a count.
  */
-static int32_t memory_q16(const struct speed_loop *s, const struct tuning *t, int32_t share_q14)
+int32_t speed_loop_memory_q16(const struct speed_loop *s, const struct tuning *t, int32_t share_q14)
 {
     const int32_t scaled_q16 = (int32_t)(((int64_t)s->ki_q16 * (share_q14 * share_q14)) >> 28);
     return s->ref_rpm_q16 != 0 ? q15_max(scaled_q16, q15_min(t->speed_ki_min_q16, s->ki_q16)) : scaled_q16;
@@ -88,7 +64,7 @@ static int32_t memory_q16(const struct speed_loop *s, const struct tuning *t, in
  * A quarter of the largest current one way and the other, again and again, each time within HUNT_MS: the shaft is lighter than
  * the gains are for, or swings against its load. Then a quarter of the gains goes, until it calms down.
  */
-static void count_swing(struct speed_loop *s)
+void speed_loop_count_swing(struct speed_loop *s)
 {
     s->swings = s->swing_ms < HUNT_MS ? s->swings + 1u : 0u;
     s->swing_ms = 0;
@@ -100,25 +76,11 @@ static void count_swing(struct speed_loop *s)
     }
 }
 
-/* A large gain for a small error; the product has 13 bits too many. */
-static int32_t answer_q29(const struct speed_loop *s, int32_t error_q15, int32_t gain_q16)
-{
-    return (int32_t)(((int64_t)q15_clamp(error_q15, -s->error_max_q15, s->error_max_q15) * gain_q16) >> 13);
-}
-
-/* At most +-1.0: the product's upper word tells. */
-static int32_t feedforward_q29(const struct tuning *t, int32_t moved_q16)
-{
-    const int64_t wanted_q39 = (int64_t)t->speed_accel_q8 * moved_q16;
-    const int32_t high_q7 = (int32_t)(wanted_q39 >> 32);
-    return high_q7 >= 1 << 7 ? ONE_Q29 : (high_q7 < -(1 << 7) ? -ONE_Q29 : (int32_t)(wanted_q39 >> 10));
-}
-
 /*
  * The mean of the last wishes. A coupling swings at some hundred hertz, where the load's inertia does not count and the loop's
  * delay turns its damping round: a mean over two steps takes away 500 Hz, over three 333 Hz, and most of what lies around.
  */
-static int32_t mean_q15(struct speed_loop *s, int32_t mean_ms, int32_t wish_q15)
+int32_t speed_loop_mean_q15(struct speed_loop *s, int32_t mean_ms, int32_t wish_q15)
 {
     int32_t sum_q15 = wish_q15;
     int32_t later_q15 = wish_q15;
@@ -131,39 +93,9 @@ static int32_t mean_q15(struct speed_loop *s, int32_t mean_ms, int32_t wish_q15)
     return sum_q15 / mean_ms;
 }
 
-/* In Q29 a torque has 14 bits beyond Q15: an answer of +-2.0, a feed-forward of +-1.0 and an integral of less add up in 32. */
-static inline __attribute__((always_inline)) int32_t control(struct speed_loop *s, const struct tuning *t,
-                                                             int32_t moved_q16, const struct interval *limits)
-{
-    const int32_t ref_rpm_q15 = s->ref_rpm_q16 >> 1;
-    const int32_t low_q29 = limits->low * (1 << 14);
-    const int32_t high_q29 = limits->high * (1 << 14);
-    int32_t error_q15 = ref_rpm_q15 - s->estimate.speed_rpm_q15;
-    int32_t ki_q16 = s->ki_q16;
-    if (s->estimate.interval_clocks > SPEED_LOOP_FULL_GAIN_CLOCKS) {
-        const int32_t share = speed_loop_share_q14(&s->estimate);
-        ki_q16 = memory_q16(s, t, share);
-        error_q15 = (int32_t)(((int64_t)error_q15 * share) >> 14);
-    }
-    const int32_t answer = answer_q29(s, error_q15, s->kp_q16);
-    const int32_t wanted_q29 = s->integral_q29 + answer + (moved_q16 != 0 ? feedforward_q29(t, moved_q16) : 0);
-    s->swing_ms++;
-    if ((answer >> 14) * s->swing > t->i_max_q15 >> 2) {
-        count_swing(s);
-    }
-    s->at_limit = wanted_q29 < low_q29 || wanted_q29 > high_q29;
-    /* integrate unless that would push further into the limit */
-    const int32_t growth_q29 = answer_q29(s, ref_rpm_q15 - s->estimate.travel_q15, ki_q16);
-    if (!s->at_limit || (growth_q29 > 0) != (wanted_q29 > 0)) {
-        s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, low_q29, high_q29);
-    }
-    return t->torque_mean_ms > 1 ? mean_q15(s, t->torque_mean_ms, wanted_q29 >> 14) : wanted_q29 >> 14;
-}
-
 int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits)
 {
-    const int32_t moved_q16 = ramp(s, slope_q16);
-    return control(s, t, moved_q16, limits);
+    return speed_loop_ramp_step(s, t, slope_q16, limits);
 }
 
 int32_t speed_loop_follow(struct speed_loop *s, const struct tuning *t, int32_t ref_rpm_q16, int32_t moved_q16,
@@ -172,5 +104,5 @@ int32_t speed_loop_follow(struct speed_loop *s, const struct tuning *t, int32_t 
     s->ref_rpm_q16 = ref_rpm_q16;
     s->target_rpm_q16 = ref_rpm_q16;
     s->speed_ref_rpm_q4 = ref_rpm_q16 >> 12;
-    return control(s, t, moved_q16, limits);
+    return speed_loop_control(s, t, moved_q16, limits);
 }

@@ -4,7 +4,7 @@
 #include "lib/limit.h"
 #include "lib/q15.h"
 
-#define SINK_SHIFT    3 /* time constant of the observed power: 8 periods */
+#define SINK_SHIFT    3 /* time constant of the observed power: 8 ms */
 #define MISSING_SHIFT 2 /* of the missing energy a quarter in a period */
 #define BURN_SHIFT    4 /* from nothing to i_max in 16 periods */
 #define FADE_SHIFT    4 /* and back in 16 times as many: the observed power must not lag behind */
@@ -14,21 +14,39 @@ static int32_t bus_energy_q25(int32_t vbus_q15, const struct tuning *t)
     return ((vbus_q15 * vbus_q15) >> 15) * t->bus_energy_q10;
 }
 
-void torque_measure(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
-                    int32_t vbus_q15)
+/* Of the power that went into the bus in two milliseconds, and what they changed its energy by. */
+static void observe_sink(struct torque_control *s, int32_t energy_q25)
 {
-    const int32_t energy_q25 = bus_energy_q25(vbus_q15, t);
     const int32_t growth_q15 = (energy_q25 - s->energy_q25) >> 10;
-    s->emf_q15 = q15_sat16((current_loop_w_q15(c) * t->torque_emf_q11) >> 11);
-    const int32_t power_q15 = (s->torque_q15 * s->emf_q15) >> 15;
-    const int32_t sink_q18 = s->sink_q18 - power_q15 - growth_q15 - (s->sink_q18 >> SINK_SHIFT);
+    const int32_t power_q15 = (s->asked_q15 * s->emf_q15) >> 15;
+    const int32_t sink_q18 = s->sink_q18 - power_q15 - growth_q15 - (s->sink_q18 >> (SINK_SHIFT - 1));
     s->sink_q18 = q15_clamp(sink_q18, 0, Q15_ONE << SINK_SHIFT);
     s->energy_q25 = energy_q25;
+    s->asked_q15 = 0;
+}
+
+void torque_follow_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
+                        int32_t vbus_q15)
+{
     s->vbus_q15 = vbus_q15;
-    flux_limit_step(&s->flux, c, t, vbus_q15, power_q15, s->weakening.top_q15);
+    s->flux_is_near = !flux_limit_is_far(&s->flux, c, vbus_q15, s->weakening.top_q15);
+    s->plain = s->map.plain && s->burn_q15 == 0 && !s->flux_is_near && !t->weakens;
+    if (!s->flux_is_near) {
+        flux_limit_rest(&s->flux);
+        return;
+    }
+    flux_limit_follow(&s->flux, c, t, vbus_q15, (s->torque_q15 * s->emf_q15) >> 15, s->weakening.top_q15);
     if (s->flux.flux_q15 != FLUX_UNLIMITED) {
         s->row = weakening_row(&s->weakening, s->flux.flux_q15);
     }
+}
+
+void torque_measure(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
+                    int32_t vbus_q15)
+{
+    s->emf_q15 = q15_sat16((current_loop_w_q15(c) * t->torque_emf_q11) >> 11);
+    observe_sink(s, bus_energy_q25(vbus_q15, t));
+    torque_follow_flux(s, c, t, vbus_q15);
 }
 
 /* What current and voltage allow: braking less, where v_d has its limit. */
@@ -49,16 +67,18 @@ static struct interval largest_torques(const struct torque_control *s, const str
     return interval_both_ways(size_q15);
 }
 
+static int32_t torque_of_power(int32_t power_q15, uint32_t emf_q15)
+{
+    return (uint32_t)power_q15 >= emf_q15 ? Q15_ONE : (int32_t)(((uint32_t)power_q15 << 15) / emf_q15);
+}
+
 /* Mechanical power, driving and braking. */
 static struct interval power_limits(const struct torque_control *s, const struct tuning *t)
 {
     const uint32_t size_q15 = (uint32_t)q15_abs(s->emf_q15);
-    const int32_t drive_q15 =
-        (uint32_t)t->power_max_q15 >= size_q15 ? Q15_ONE : (int32_t)(((uint32_t)t->power_max_q15 << 15) / size_q15);
-    const int32_t brake_q15 =
-        (uint32_t)t->regen_max_q15 >= size_q15 ? Q15_ONE : (int32_t)(((uint32_t)t->regen_max_q15 << 15) / size_q15);
-    return interval_meet(interval_one_way(s->emf_q15, drive_q15, Q15_ONE),
-                         interval_one_way(-s->emf_q15, brake_q15, Q15_ONE));
+    const int32_t drive_q15 = torque_of_power(t->power_max_q15, size_q15);
+    const int32_t brake_q15 = torque_of_power(t->regen_max_q15, size_q15);
+    return s->emf_q15 < 0 ? (struct interval){-drive_q15, brake_q15} : (struct interval){-brake_q15, drive_q15};
 }
 
 static struct interval bus_limits(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4)
@@ -95,12 +115,6 @@ void torque_set_limits(struct torque_control *s, const struct tuning *t, const s
     s->i_limit_q15 = i_limit_q15;
     s->bus = bus;
     s->limits = limits;
-}
-
-/* Whether nothing but the bus holds the wish back. */
-static bool bus_decides(const struct torque_control *s, int32_t wish_q15)
-{
-    return wish_q15 != s->torque_q15 && (s->torque_q15 == s->bus.low || s->torque_q15 == s->bus.high);
 }
 
 static void follow_burn(struct torque_control *s, const struct tuning *t, bool wanted)
@@ -152,15 +166,17 @@ static int32_t reachable(const struct torque_control *s, const struct tuning *t,
     return q15_clamp(torque_q15, q15_min(s->torque_q15, 0) - step_q15, q15_max(s->torque_q15, 0) + step_q15);
 }
 
-void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15)
+void torque_ask_map(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15)
 {
     s->torque_q15 = reachable(s, t, interval_clamp(s->limits, wish_q15));
-    const bool burn = bus_decides(s, wish_q15);
+    const bool burn = torque_bus_decides(s, wish_q15, s->torque_q15);
     if (burn || s->burn_q15 != 0) {
         follow_burn(s, t, burn);
+        s->plain = false;
     }
     const struct weakening_node i = currents_for(s, q15_abs(s->torque_q15));
     s->torque_q15 = s->torque_q15 < 0 ? -i.torque_q15 : i.torque_q15;
+    s->asked_q15 += s->torque_q15;
     if (s->burn_q15 > 0) {
         set_burning(s, c, t, i.i_d_q15, i.i_q_q15);
     } else {
@@ -174,9 +190,15 @@ void torque_ask(struct torque_control *s, volatile struct current_loop *c, const
     }
 }
 
+void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15)
+{
+    torque_ask_at_once(s, c, t, wish_q15);
+}
+
 void torque_rest(struct torque_control *s)
 {
     s->torque_q15 = 0;
+    s->asked_q15 = 0;
     s->burn_q15 = 0;
     flux_limit_rest(&s->flux);
 }

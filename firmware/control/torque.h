@@ -45,11 +45,14 @@ struct torque_control {
     struct interval limits; /* what the limiters leave in common */
     struct interval bus;    /* what the bus alone allows */
     int32_t i_limit_q15;    /* of the currents' amplitude */
-    int32_t emf_q15;        /* power that a torque of 1.0 makes at the present speed */
+    int32_t emf_q15;        /* power that a torque of 1.0 makes at the speed of the last measurement */
     int32_t vbus_q15;       /* of the last measurement */
     int32_t energy_q25;     /* of the bus capacitor */
     int32_t sink_q18;       /* power that goes away while the motor brakes; >= 0 */
+    int32_t asked_q15;      /* torque, sum of the steps since the last measurement */
     int32_t burn_q15;       /* d current against the magnets that makes no torque; >= 0 */
+    bool plain;             /* torque is i_q, and there is no more to it: no saliency, nothing burns, no flux limit near */
+    bool flux_is_near;      /* so that it is followed each millisecond */
     struct flux_limit flux;
     struct weakening_row row; /* of that limit: where it decides */
     struct torque_map map;    /* these two: of the last switching on */
@@ -63,9 +66,21 @@ struct torque_view {
     bool limit_speed;
 };
 
-/* Watches the bus, with its voltage of now: the current loop's is a period old. Every slow period, whatever the state. */
+/*
+ * Watches the bus, and whether the flux has a limit, by a bus voltage of now: the current loop's is a period old. Every second slow
+ * period, whatever the state.
+ */
 void torque_measure(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                     int32_t vbus_q15);
+
+/* The flux limit alone: in the slow periods between, where there may be one. */
+void torque_follow_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
+                        int32_t vbus_q15);
+
+static inline bool torque_flux_is_near(const struct torque_control *s, const struct tuning *t)
+{
+    return s->flux_is_near || t->weakens;
+}
 
 /*
  * From parameters and their tuning to both tables; sets t->weakens, for the bus voltage as it is now. Thread, bridge off: up to
@@ -73,11 +88,36 @@ void torque_measure(struct torque_control *s, const volatile struct current_loop
  */
 void torque_build(struct torque_control *s, const struct params *p, struct tuning *t, int32_t vbus_q15);
 
-/* Works out s->limits. Every second slow period in operation, before a wish is made. */
+/* Works out s->limits. Every second slow period in operation, after the measurement and before a wish is made. */
 void torque_set_limits(struct torque_control *s, const struct tuning *t, const struct torque_view *v);
 
 /* Sets both current references for the wish, as far as the limits go. */
 void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15);
+
+/* The same where it is not plain: by the maps. */
+void torque_ask_map(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15);
+
+/* Whether nothing but the bus holds the wish back. */
+static inline bool torque_bus_decides(const struct torque_control *s, int32_t wish_q15, int32_t torque_q15)
+{
+    return wish_q15 != torque_q15 && (torque_q15 == s->bus.low || torque_q15 == s->bus.high);
+}
+
+/* torque_ask() as a part of its caller. */
+static inline __attribute__((always_inline)) void torque_ask_at_once(struct torque_control *s,
+                                                                     volatile struct current_loop *c,
+                                                                     const struct tuning *t, int32_t wish_q15)
+{
+    const int32_t torque_q15 = interval_clamp(s->limits, wish_q15);
+    if (!s->plain || torque_bus_decides(s, wish_q15, torque_q15)) {
+        torque_ask_map(s, c, t, wish_q15);
+        return;
+    }
+    s->torque_q15 = torque_q15;
+    s->asked_q15 += torque_q15;
+    c->i_d_ref_q15 = 0;
+    c->i_q_ref_q15 = torque_q15;
+}
 
 /* The bridge goes off. */
 void torque_rest(struct torque_control *s);

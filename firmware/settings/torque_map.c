@@ -58,6 +58,7 @@ static void fill(struct torque_map *map, const struct mtpa_machine *m, const str
 void torque_map_build(struct torque_map *map, const struct params *p, const struct tuning *t)
 {
     const struct mtpa_machine m = mtpa_machine(p);
+    map->plain = m.saliency == 0;
     map->torque_max_q15 = t->i_max_q15;
     if (m.saliency != 0) {
         const int64_t unit = mtpa_point(&m, MTPA_ONE_Q20).torque >> 8;

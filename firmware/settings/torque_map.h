@@ -9,6 +9,7 @@
 #ifndef FIRMWARE_SETTINGS_TORQUE_MAP_H
 #define FIRMWARE_SETTINGS_TORQUE_MAP_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "firmware/settings/params.h"
@@ -18,6 +19,7 @@
 #define TORQUE_NODES 33
 
 struct torque_map {
+    bool plain; /* no saliency: torque is i_q, and i_d is 0 */
     int32_t shift;
     int32_t torque_max_q15; /* of i_max */
     int32_t i_d_q15[TORQUE_NODES];

@@ -77,7 +77,7 @@ def learn(c, tuning, torque_of, friction=0.0, rpm=10.0, wobble=0.0, inertia=True
         assert ms < 100000
         now_rpm = direction * rpm * (1 + wobble * math.cos(24 * 2 * math.pi * counts / 4000 + 0.5))
         counts += now_rpm / 60000 * 4000
-        c.turns_follow(turns, math.floor(counts) % 4000, 4000)
+        turns.counts, turns.count = math.floor(counts), math.floor(counts) % 4000
         e.count, e.beyond_q15 = turns.count, round((counts - math.floor(counts)) * COUNT_WAY)
         e.speed_rpm_q15 = e.travel_q15 = round(now_rpm * 32768)
         c.cogging_learn_step(learner, turns, e, round(torque), tuning)

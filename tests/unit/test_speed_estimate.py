@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The speed estimate against exact edge times: 100 to 10 000 lines, 1 rpm to full speed, edges that are not evenly spaced."""
 import math
+import random
 
 import pytest
 
@@ -88,6 +89,19 @@ def test_steady_speed(c, lines, rpm):
         speeds = shaft.run(sign * rpm, seconds_of(lines, rpm, 20))
         assert max(abs(speed - sign * rpm) for speed in speeds) <= (parts / 256 / counts + 5e-5) * rpm + 1e-4
         assert abs(shaft.counted_counts() - (shaft.position - shaft.start)) < 1.2 + 1e-5 * abs(shaft.position)
+
+
+@pytest.mark.parametrize("lines", LINES)
+def test_whole_turns_are_told(c, lines):
+    """What it says to have moved adds up to the way: half a turn a step, changed by less than a quarter of one."""
+    draw = random.Random(lines)
+    shaft, rpm, moved = Shaft(c, lines), 0.0, 0
+    shaft.step(0)
+    for _ in range(3000):
+        rpm = max(-30000.0, min(30000.0, rpm + draw.uniform(-13500, 13500)))
+        shaft.step(rpm)
+        moved += shaft.estimate.moved
+        assert moved == shaft.count - shaft.encoder.count_at(shaft.start)
 
 
 def test_uneven_edges_before_they_are_learned(c):
