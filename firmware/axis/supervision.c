@@ -60,12 +60,17 @@ static inline bool strange(const struct encoder_watch *e, int32_t surprise_q32)
     return e->doubt_ms != 0u || q15_abs(surprise_q32) > e->jump_limit_q32;
 }
 
-/* The references of now are what the currents follow until the phases are looked at. */
-static void step_odd(struct axis *a, uint32_t turn)
+/* Together with the torque limits (axis.c). The references of now are what the currents follow until the phases are looked at. */
+static void step_even(struct axis *a)
 {
     a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
     a->supervision.phases.i_q_ref_q15 = a->loop.i_q_ref_q15;
     supervise_speed(a);
+}
+
+static void step_odd(struct axis *a, uint32_t turn)
+{
+    supervise_phases(a);
     if (turn == 3u) {
         supervise_voltage(a);
         watch_temperature(a);
@@ -86,7 +91,7 @@ static inline bool encoder_is_sound(struct axis *a, uint32_t turn)
 
 /*
  * Each part in its turn, so that no millisecond has much more to do than another: phases and speed every second one, what is
- * slow every fourth. The torque limits (axis.c) fall together with the phases.
+ * slow every fourth.
  */
 static void step_running(struct axis *a, uint32_t turn)
 {
@@ -99,7 +104,7 @@ static void step_running(struct axis *a, uint32_t turn)
     if (turn % 2u != 0u) {
         step_odd(a, turn);
     } else {
-        supervise_phases(a);
+        step_even(a);
     }
 }
 

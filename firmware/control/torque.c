@@ -107,8 +107,10 @@ void torque_set_limits(struct torque_control *s, const struct tuning *t, const s
 {
     const int32_t i_limit_q15 = q15_clamp(v->i_limit_q15, 0, t->i_max_q15);
     const struct interval bus = bus_limits(s, t, v->speed_rpm_q4);
-    const struct interval most = largest_torques(s, t, i_limit_q15);
-    struct interval limits = interval_meet(interval_meet(bus, power_limits(s, t)), most);
+    struct interval limits = interval_meet(bus, largest_torques(s, t, i_limit_q15));
+    if (q15_abs(s->emf_q15) > q15_min(t->power_max_q15, t->regen_max_q15)) {
+        limits = interval_meet(limits, power_limits(s, t));
+    }
     if (v->limit_speed) {
         limits = interval_meet(limits, speed_limits(t, v->speed_rpm_q4));
     }
