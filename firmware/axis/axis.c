@@ -5,6 +5,8 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/rotor.h"
+#include "firmware/axis/supervision_step.h"
+#include "firmware/control/current_loop_follow.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
@@ -278,11 +280,11 @@ void axis_step(struct axis *a)
         thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
         start_learn_index(a);
     }
-    current_loop_follow(&a->loop, a->fabric, a->state == AXIS_SWITCHED_ON ? start_tuning(a) : &a->tuning);
+    current_loop_follow_here(&a->loop, a->fabric, a->state == AXIS_SWITCHED_ON ? start_tuning(a) : &a->tuning);
     if (!rotor_has_encoder(a)) {
         sensorless_follow(a);
     }
-    supervision_step(a);
+    supervision_step_here(a);
 }
 
 void axis_init(struct axis *a, struct fabric *fabric)

@@ -81,9 +81,6 @@ struct supervision {
 /* Begins with what the parameters say. Slow loop, when operation begins. */
 void supervision_begin(struct axis *a);
 
-/* One step. Slow loop, last. */
-void supervision_step(struct axis *a);
-
 /*
  * The cause of an over-current: the encoder's, if it has just lost the angle, else what it looks like. From the current loop's
  * interrupt, when a sample has a fault.
@@ -98,6 +95,9 @@ bool supervise_phases_suspect(const struct axis *a, int32_t *phase);
 
 /* No count has come where some were due: in a few milliseconds it will be known, and the speed says nothing until then. */
 bool supervise_encoder_may_be_dead(const struct axis *a);
+
+/* One step: supervision_step.h. Slow loop, last. */
+void supervision_step(struct axis *a);
 
 /* How far a shaft that moved by so many counts in so many clocks is from where its speed would have brought it, electrical. */
 static inline int32_t supervise_encoder_surprise_q32(const struct tuning *t, int32_t moved, uint32_t clocks,
@@ -117,5 +117,7 @@ void supervise_phases(struct axis *a); /* every second millisecond */
 void supervise_speed_begin(struct axis *a);
 void supervise_speed(struct axis *a);   /* every second */
 void supervise_voltage(struct axis *a); /* every SUPERVISION_TURNS */
+void supervise_temperature(struct axis *a);
+void supervise_commands(struct axis *a);
 
 #endif

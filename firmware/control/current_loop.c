@@ -6,6 +6,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "drivers/fabric/fabric.h"
+#include "firmware/control/current_loop_follow.h"
 #include "firmware/settings/config.h"
 #include "lib/advance.h"
 #include "lib/deadtime.h"
@@ -46,18 +47,11 @@ _Static_assert(CONFIG_RADIUS_STEPS <= PI_OUTPUT_MAX,
 _Static_assert(CONFIG_RADIUS_STEPS > LOOP_V_D_MAX_STEPS,
                "dead time too long for the PWM period, or the period too short: v_d alone could leave the circle");
 
-/* Volts of the per-unit system become steps by CONFIG_BUS_STEPS over the bus voltage. */
-_Static_assert(CONFIG_BUS_STEPS % 8 == 0, "the gains take an eighth of it");
-_Static_assert(CONFIG_BUS_STEPS < 1 << 17, "a voltage of the whole bus, with 14 more bits, fits a word");
-
 /* Beyond 32 knees, half of the range, nothing is left to compensate. */
 #define DEAD_SHIFT_MAX 5
 
 /* Half a period at a speed of 1.0 = 1/16 turn a period, in radians. */
 #define TURN_PER_HALF_Q15 6434
-
-/* A radian in Q15 as a fraction of a turn, Q32: 2^17 / 2 pi. */
-#define TURN_Q32_PER_Q15 20861
 
 static void fill_circle(struct current_loop *c)
 {
@@ -89,54 +83,13 @@ void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
     c->dead_shift = 0u;
 }
 
-/* ---- once a millisecond ---- */
-
-/*
- * A voltage of the per-unit system in the loop's unit, by the reciprocal of the bus voltage: one division does for both axes,
- * and its 17 bits are as fine as a step. More than the bus nothing can give: so it is at most CONFIG_BUS_STEPS, and the product
- * stays below 2^31.
- */
-static int32_t steps_per_v_q14(int32_t vbus_q15)
-{
-    return (int32_t)(((uint32_t)CONFIG_BUS_STEPS << 14) / (uint32_t)vbus_q15);
-}
-
-static int32_t v_steps(int32_t v_q15, int32_t vbus_q15, int32_t per_v_q14)
-{
-    return (q15_clamp(v_q15, -vbus_q15, vbus_q15) * per_v_q14) >> 14;
-}
-
-/* And back: what one step is. Steps within the circle times this stay below 2^31, for the circle is 0.58 of the bus. */
-static int32_t v_per_step_q31(int32_t vbus_q15)
-{
-    return (int32_t)(((uint32_t)vbus_q15 * (0x80000000u / CONFIG_BUS_STEPS)) >> 15);
-}
-
-static int32_t v_q15(int32_t v_steps, int32_t per_step_q31)
-{
-    return (v_steps * per_step_q31) >> 16;
-}
-
-/* Publishes values for status and trace, and for what watches the drive. */
-static int32_t publish(volatile struct current_loop *c, const struct fabric *f)
-{
-    const int32_t vbus_q15 = adc_vbus_q15(&f->adc);
-    const int32_t per_step_q31 = v_per_step_q31(vbus_q15);
-    c->vbus_q15 = vbus_q15;
-    c->radius_q15 = v_q15(CONFIG_RADIUS_STEPS, per_step_q31);
-    c->v_d_q15 = v_q15(c->v_d_steps, per_step_q31);
-    c->v_q_q15 = v_q15(c->v_q_steps, per_step_q31);
-    if (pwm_fell_back(&f->pwm)) {
-        c->fell_back++;
-    }
-    return vbus_q15;
-}
+/* ---- once a millisecond, where current_loop_follow.h asks for it ---- */
 
 /*
  * The knee of the dead time's compensation is as wide as the ripple: below it the sign of the sampled current is not that of
  * the current when its leg switches, and to compensate would be a negative resistance.
  */
-static void follow_ripple(volatile struct current_loop *c)
+void current_loop_follow_ripple(volatile struct current_loop *c)
 {
     const int32_t d_q15 = q15_abs(c->v_d_q15);
     const int32_t q_q15 = q15_abs(c->v_q_q15);
@@ -145,15 +98,9 @@ static void follow_ripple(volatile struct current_loop *c)
     c->dead_shift = knees == 0u ? 0u : (uint32_t)q15_min(32 - __builtin_clz(knees), DEAD_SHIFT_MAX);
 }
 
-/*
- * The gains hold for the bus as it is, within 1/128: less is not worth three divisions. kp + ki: see lib/pi.h.
- */
-static void set_gains(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
+/* kp + ki: see lib/pi.h. */
+void current_loop_set_gains(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
 {
-    const int32_t off_q15 = q15_abs(vbus_q15 - c->gains_vbus_q15);
-    if (off_q15 * 128 <= vbus_q15 && c->gains_of == t) {
-        return;
-    }
     const int32_t ki_q15 = q15_min(t->ki_q17 * (CONFIG_BUS_STEPS / 4) / vbus_q15, PI_KI_MAX_Q15);
     c->kp_d_q9 = q15_min(t->kp_d_q12 * (CONFIG_BUS_STEPS / 8) / vbus_q15 + (ki_q15 >> 6), PI_KP_MAX_Q9);
     c->kp_q_rated_q9 = q15_min(t->kp_q_q12 * (CONFIG_BUS_STEPS / 8) / vbus_q15, PI_KP_MAX_Q9);
@@ -168,7 +115,7 @@ static void set_gains(volatile struct current_loop *c, const struct tuning *t, i
  * eighth of its bandwidth without load. The larger of wish and measurement counts, for too small a gain is slow and too large a
  * one unstable: while the current falls from a large one, the gain waits for it. Only in the rotor's frame, that is its q axis.
  */
-static void follow_iron(volatile struct current_loop *c, const struct tuning *t)
+void current_loop_follow_iron(volatile struct current_loop *c, const struct tuning *t)
 {
     const int32_t i_q15 = q15_min(q15_max(q15_abs(c->i_q_ref_q15), q15_abs(c->i_q_q15)), Q15_ONE);
     const uint32_t square_q15 = (uint32_t)(i_q15 * i_q15) >> 15;
@@ -177,27 +124,7 @@ static void follow_iron(volatile struct current_loop *c, const struct tuning *t)
     c->kp_q_q9 = q15_min((int32_t)kp_q9, PI_KP_MAX_Q9);
 }
 
-/* The feed-forward is part of the integral (lib/pi.h): what it has changed by is added there. */
-static void feed_forward(volatile int32_t *integral_q9, volatile int32_t *present_steps, int32_t wanted_steps)
-{
-    const int32_t change_steps = wanted_steps - *present_steps;
-    if (change_steps != 0) {
-        cpu_add(integral_q9, change_steps * (1 << PI_SHIFT));
-        *present_steps = wanted_steps;
-    }
-}
-
-/* The axes disturb each other and the magnets disturb q: v_d = ... - w Lq i_q, v_q = ... + w (Ld i_d + psi). */
-static void decouple(volatile struct current_loop *c, const struct tuning *t, int32_t w_q15, int32_t vbus_q15)
-{
-    const int32_t per_v_q14 = steps_per_v_q14(vbus_q15);
-    const int32_t d_q15 = -(((w_q15 * c->i_q_ref_q15) >> 15) * t->x_q_q11 >> 11);
-    const int32_t q_q15 = (((w_q15 * c->i_d_ref_q15) >> 15) * t->x_d_q11 >> 11) + ((w_q15 * t->emf_q12) >> 12);
-    feed_forward(&c->integral_d_q9, &c->feedforward_d_steps, v_steps(d_q15, vbus_q15, per_v_q14));
-    feed_forward(&c->integral_q_q9, &c->feedforward_q_steps, v_steps(q_q15, vbus_q15, per_v_q14));
-}
-
-static void rest(volatile struct current_loop *c)
+void current_loop_rest(volatile struct current_loop *c)
 {
     c->kp_d_q9 = 0;
     c->kp_q_q9 = 0;
@@ -210,44 +137,9 @@ static void rest(volatile struct current_loop *c)
     c->gains_of = NULL;
 }
 
-/* Whether the frame in which the currents are regulated is the rotor's, or a prescribed field's. */
-static bool follows_rotor(const volatile struct current_loop *c)
-{
-    return c->source == LOOP_ENCODER || (c->source == LOOP_OBSERVER && c->field_follows != 0u);
-}
-
-static int32_t frame_w_q15(const volatile struct current_loop *c)
-{
-    return follows_rotor(c) ? current_loop_w_q15(c) : q15_sat16(c->field_speed_q32 >> c->w_shift);
-}
-
-/* Only a rotor that the encoder tells of turns fast. */
-static bool weakens(const volatile struct current_loop *c)
-{
-    return c->weaken.on && c->source == LOOP_ENCODER;
-}
-
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t)
 {
-    const int32_t w_q15 = frame_w_q15(c);
-    const int32_t bus_q15 = publish(c, f);
-    if (c->ripple_q10 != 0) {
-        follow_ripple(c);
-    }
-    const int32_t turn_q15 = (w_q15 * c->turn_per_w_q15) >> 15;
-    c->turn_q15 = q15_clamp(turn_q15, -LOOP_TURN_MAX_Q15, LOOP_TURN_MAX_Q15);
-    c->weaken.turn_q32 = (uint32_t)(turn_q15 * TURN_Q32_PER_Q15);
-    c->v_turn_q15 = weakens(c) ? 0 : c->turn_q15;
-    if (c->status_max == UINT32_MAX) {
-        rest(c);
-        return;
-    }
-    const int32_t vbus_q15 = q15_max(bus_q15, t->v_min_q15);
-    set_gains(c, t, vbus_q15);
-    if (t->iron_grows_q10 != 0 && follows_rotor(c)) {
-        follow_iron(c, t);
-    }
-    decouple(c, t, w_q15, vbus_q15);
+    current_loop_follow_here(c, f, t);
 }
 
 /*
@@ -263,7 +155,7 @@ void current_loop_on(volatile struct current_loop *c, struct fabric *f, const st
     adc_set_limits(&f->adc, t->i_trip_q15, sum_q15, t->v_min_q15, t->v_max_q15);
     c->i_d_ref_q15 = 0;
     c->i_q_ref_q15 = 0;
-    rest(c);
+    current_loop_rest(c);
     (void)gate_enable(&f->gate);
     c->status_max = GATE_STATUS_LIVE;
     current_loop_follow(c, f, t);
@@ -276,12 +168,12 @@ void current_loop_off(volatile struct current_loop *c, struct fabric *f)
     c->status_max = UINT32_MAX;
     c->i_d_ref_q15 = 0;
     c->i_q_ref_q15 = 0;
-    rest(c);
+    current_loop_rest(c);
 }
 
 static void (*handler(const volatile struct current_loop *c, enum loop_source source, enum loop_scheme scheme))(void)
 {
-    if (weakens(c)) {
+    if (current_loop_weakens(c)) {
         return c->handlers->weakening[scheme];
     }
     const bool rippled = c->ripple_q10 != 0 && source == LOOP_ENCODER && scheme == LOOP_SENSE_AB;

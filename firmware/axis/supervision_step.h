@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: MIT */
+/* A step of the supervision (supervision.h), to become a part of its caller. Slow loop, last. */
+#ifndef FIRMWARE_AXIS_SUPERVISION_STEP_H
+#define FIRMWARE_AXIS_SUPERVISION_STEP_H
+
+#include "firmware/axis/axis.h"
+#include "firmware/axis/rotor.h"
+#include "firmware/axis/supervision.h"
+#include "lib/q15.h"
+
+static inline void supervise_overspeed(struct axis *a)
+{
+    if (q15_abs(current_loop_w_q15(&a->loop)) > a->tuning.overspeed_w_q15) {
+        axis_report(a, FAULT_OVERSPEED, a->speed.speed_rpm_q4 / 16, 0);
+    }
+}
+
+/* What is to be seen of the encoder in each millisecond. Returns by how much the count is not where it should be. */
+static inline int32_t supervision_look_at_encoder(struct axis *a)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
+    const struct speed_estimate *const seen = &a->speed.estimate;
+    const int32_t speed_q32 = e->speed_q32;
+    if (seen->moved != 0) {
+        e->still_ms = 0;
+        e->speed_moving_q32 = e->speed_before_q32;
+    } else {
+        e->still_ms++;
+    }
+    e->speed_before_q32 = speed_q32;
+    e->speed_q32 = a->loop.pll.speed_q32;
+    return supervise_encoder_surprise_q32(&a->tuning, seen->moved, seen->step_clocks, speed_q32);
+}
+
+/* Whether that is not as it is nearly always. */
+static inline bool supervision_strange(const struct encoder_watch *e, int32_t surprise_q32)
+{
+    return e->doubt_ms != 0u || q15_abs(surprise_q32) > e->jump_limit_q32;
+}
+
+/* Together with the torque limits (axis.c). The references of now are what the currents follow until the phases are looked at. */
+static inline void supervision_step_even(struct axis *a)
+{
+    a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
+    a->supervision.phases.i_q_ref_q15 = a->loop.i_q_ref_q15;
+    supervise_speed(a);
+}
+
+static inline void supervision_step_odd(struct axis *a, uint32_t turn)
+{
+    supervise_phases(a);
+    if (turn == 3u) {
+        supervise_voltage(a);
+        supervise_temperature(a);
+        supervise_commands(a);
+    }
+}
+
+/* False while it is in doubt: then its speed is, too. */
+static inline bool supervision_encoder_is_sound(struct axis *a, uint32_t turn)
+{
+    const int32_t surprise_q32 = supervision_look_at_encoder(a);
+    if (turn % 2u != 0u || supervision_strange(&a->supervision.encoder, surprise_q32)) {
+        supervise_encoder(a, surprise_q32, turn);
+        return a->supervision.encoder.doubt_ms == 0u;
+    }
+    return true;
+}
+
+/*
+ * Each part in its turn, so that no millisecond has much more to do than another: phases and speed every second one, what is
+ * slow every fourth.
+ */
+static inline void supervision_step_running(struct axis *a, uint32_t turn)
+{
+    if (!rotor_has_encoder(a)) {
+        sensorless_supervise(a);
+    } else if (!supervision_encoder_is_sound(a, turn)) {
+        return;
+    }
+    supervise_overspeed(a);
+    if (turn % 2u != 0u) {
+        supervision_step_odd(a, turn);
+    } else {
+        supervision_step_even(a);
+    }
+}
+
+static inline __attribute__((always_inline)) void supervision_step_here(struct axis *a)
+{
+    const uint32_t state = a->state;
+    if (state == AXIS_OPERATION_ENABLED || state == AXIS_QUICK_STOP) {
+        supervision_step_running(a, a->time_ms % SUPERVISION_TURNS);
+    } else if (state == AXIS_SWITCHED_ON) {
+        supervise_overspeed(a);
+    }
+}
+
+#endif
