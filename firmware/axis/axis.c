@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "drivers/cortex/cpu.h"
+#include "firmware/axis/modes_step.h"
 #include "firmware/axis/rotor.h"
 #include "firmware/axis/supervision_step.h"
 #include "firmware/control/current_loop_follow.h"
@@ -90,7 +91,7 @@ static void make_ready(struct axis *a)
  * Requests were checked when they were made, against the state as it is now unless a fault or the end of a stop has come in
  * between: then the state no longer allows them, and they are dropped.
  */
-static void take_request(struct axis *a)
+static __attribute__((noinline)) void take_request(struct axis *a)
 {
     const uint32_t wanted = a->request;
     a->request = AXIS_REQUEST_NONE;
@@ -160,7 +161,7 @@ static bool spoils_alignment(uint32_t cause)
            cause == FAULT_ENCODER_COUNTS;
 }
 
-static void react_to_fault(struct axis *a)
+static __attribute__((noinline)) void react_to_fault(struct axis *a)
 {
     bridge_off(a);
     identify_stop(&a->identify, a->faults.cause);
@@ -184,7 +185,7 @@ static void leave_start(struct axis *a)
     enter(a, AXIS_SWITCH_ON_DISABLED);
 }
 
-static void step_other_state(struct axis *a)
+static __attribute__((noinline)) void step_other_state(struct axis *a)
 {
     switch (a->state) {
     case AXIS_READY:
@@ -212,7 +213,7 @@ static void step_other_state(struct axis *a)
 static void step_state(struct axis *a)
 {
     if (a->state == AXIS_OPERATION_ENABLED) {
-        modes_step(a);
+        modes_step_here(a);
     } else {
         step_other_state(a);
     }

@@ -2,8 +2,8 @@
 #include "firmware/axis/modes.h"
 
 #include "firmware/axis/axis.h"
+#include "firmware/axis/modes_step.h"
 #include "firmware/axis/rotor.h"
-#include "firmware/control/speed_loop_step.h"
 #include "lib/q15.h"
 
 /* ---- entering ---- */
@@ -91,39 +91,9 @@ void modes_limit_torque(struct axis *a)
     torque_set_limits(&a->torque, &a->tuning, &view);
 }
 
-static inline __attribute__((always_inline)) void ask(struct axis *a, int32_t wish_q15)
-{
-    torque_ask_at_once(&a->torque, &a->loop, &a->tuning, wish_q15);
-}
-
-/*
- * What the speed loop may ask for beside the torque of the shaft's place; both together are limited by torque_ask(). Returns
- * that torque.
- */
-static int32_t room_beside_place(struct axis *a, struct interval *room)
-{
-    struct motion *const m = &a->motion;
-    *room = a->torque.limits;
-    if (m->cogging.count == 0 || !rotor_has_encoder(a)) {
-        return 0;
-    }
-    const int32_t own_q15 = cogging_torque_q15(&m->cogging, &a->speed.estimate, &a->tuning);
-    room->low -= own_q15;
-    room->high -= own_q15;
-    return own_q15;
-}
-
 void modes_control_speed(struct axis *a, int32_t slope_q16)
 {
-    if (!rotor_has_encoder(a) && sensorless_lead_field(a, slope_q16)) {
-        return;
-    }
-    struct interval room;
-    const int32_t place_q15 = room_beside_place(a, &room);
-    ask(a, place_q15 + speed_loop_ramp_step(&a->speed, &a->tuning, slope_q16, &room));
-    if (!rotor_has_encoder(a)) {
-        sensorless_after_control(a);
-    }
+    modes_control_speed_here(a, slope_q16);
 }
 
 /* A field that is prescribed knows no torque: it goes where the torque would take the rotor, until the observer leads. */
@@ -146,8 +116,8 @@ static void control_position(struct axis *a, int64_t next_ref)
 {
     struct motion *const m = &a->motion;
     struct interval room;
-    const int32_t place_q15 = room_beside_place(a, &room);
-    ask(a, place_q15 + position_step(&m->position, next_ref, &a->speed, &m->turns, &a->tuning, &room));
+    const int32_t place_q15 = modes_room_beside_place(a, &room);
+    modes_ask(a, place_q15 + position_step(&m->position, next_ref, &a->speed, &m->turns, &a->tuning, &room));
     if (position_is_lost(&m->position, &a->tuning)) {
         axis_report(a, FAULT_FOLLOWING_ERROR, m->position.error_counts, 0);
     }
@@ -164,8 +134,8 @@ static void control_cyclic_speed(struct axis *a)
     const int32_t before_q16 = (int32_t)a->motion.cyclic.now;
     const int32_t now_q16 = (int32_t)cyclic_step(&a->motion.cyclic);
     struct interval room;
-    const int32_t place_q15 = room_beside_place(a, &room);
-    ask(a, place_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, now_q16 - before_q16, &room));
+    const int32_t place_q15 = modes_room_beside_place(a, &room);
+    modes_ask(a, place_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, now_q16 - before_q16, &room));
 }
 
 static bool index_seen(const struct axis *a)
@@ -224,7 +194,7 @@ static void step_learning(struct axis *a)
     }
 }
 
-static void step_other_mode(struct axis *a)
+void modes_step_other(struct axis *a)
 {
     struct motion *const m = &a->motion;
     switch (a->mode) {
@@ -232,7 +202,7 @@ static void step_other_mode(struct axis *a)
         if (!rotor_has_encoder(a) && field_goes_along(a)) {
             break;
         }
-        ask(a, a->torque_command_q15);
+        modes_ask(a, a->torque_command_q15);
         if (!rotor_has_encoder(a)) {
             sensorless_after_control(a);
         }
@@ -250,7 +220,7 @@ static void step_other_mode(struct axis *a)
         control_cyclic_speed(a);
         break;
     case AXIS_MODE_CYCLIC_TORQUE:
-        ask(a, (int32_t)(cyclic_step(&m->cyclic) >> 16));
+        modes_ask(a, (int32_t)(cyclic_step(&m->cyclic) >> 16));
         break;
     case AXIS_MODE_LEARNING:
         step_learning(a);
@@ -262,9 +232,5 @@ static void step_other_mode(struct axis *a)
 
 void modes_step(struct axis *a)
 {
-    if (a->mode == AXIS_MODE_SPEED) {
-        modes_control_speed(a, a->tuning.ramp_q16);
-    } else {
-        step_other_mode(a);
-    }
+    modes_step_here(a);
 }

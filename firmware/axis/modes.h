@@ -70,6 +70,9 @@ void modes_limit_torque(struct axis *a);
 /* One step in operation. Slow loop. */
 void modes_step(struct axis *a);
 
+/* The same in all modes but pv. Slow loop. */
+void modes_step_other(struct axis *a);
+
 /* The speed loop along its ramp: pv and every stop. Slow loop. */
 void modes_control_speed(struct axis *a, int32_t slope_q16);
 

@@ -25,19 +25,27 @@ static void observe_sink(struct torque_control *s, int32_t energy_q25)
     s->asked_q15 = 0;
 }
 
-void torque_follow_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
-                        int32_t vbus_q15)
+/* Limited, or about to be. */
+static __attribute__((noinline)) void follow_flux(struct torque_control *s, const volatile struct current_loop *c,
+                                                  const struct tuning *t, int32_t vbus_q15)
 {
-    s->vbus_q15 = vbus_q15;
-    s->flux_is_near = !flux_limit_is_far(&s->flux, c, vbus_q15, s->weakening.top_q15);
-    s->plain = s->map.plain && s->burn_q15 == 0 && !s->flux_is_near && !t->weakens;
-    if (!s->flux_is_near) {
-        flux_limit_rest(&s->flux);
-        return;
-    }
     flux_limit_follow(&s->flux, c, t, vbus_q15, (s->torque_q15 * s->emf_q15) >> 15, s->weakening.top_q15);
     if (s->flux.flux_q15 != FLUX_UNLIMITED) {
         s->row = weakening_row(&s->weakening, s->flux.flux_q15);
+    }
+}
+
+static inline __attribute__((always_inline)) void look_at_flux(struct torque_control *s,
+ const volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
+{
+    const bool near = !flux_limit_is_far(&s->flux, c, vbus_q15, s->weakening.top_q15);
+    s->vbus_q15 = vbus_q15;
+    s->flux_is_near = near;
+    s->plain = !near && s->burn_q15 == 0 && s->map.plain && !t->weakens;
+    if (near) {
+        follow_flux(s, c, t, vbus_q15);
+    } else {
+        flux_limit_rest(&s->flux);
     }
 }
 
@@ -46,7 +54,13 @@ void torque_measure(struct torque_control *s, const volatile struct current_loop
 {
     s->emf_q15 = q15_sat16((current_loop_w_q15(c) * t->torque_emf_q11) >> 11);
     observe_sink(s, bus_energy_q25(vbus_q15, t));
-    torque_follow_flux(s, c, t, vbus_q15);
+    look_at_flux(s, c, t, vbus_q15);
+}
+
+void torque_follow_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
+                        int32_t vbus_q15)
+{
+    look_at_flux(s, c, t, vbus_q15);
 }
 
 /* What current and voltage allow: braking less, where v_d has its limit. */
