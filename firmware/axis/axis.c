@@ -10,6 +10,7 @@
 #include "firmware/control/current_loop_follow.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
+#include "lib/usually.h"
 
 #define QUICK_STOP_MS     5000u
 #define LOOP_START_MS     2u /* until the PWM's first periods have passed, or the first of another number of samples */
@@ -131,7 +132,7 @@ static void watch_heartbeat(struct axis *a)
     const uint32_t conversions = adc_sequence(&a->fabric->adc);
     const uint32_t too_many = conversions - a->heartbeat - (uint32_t)a->loop.loops_per_slow;
     a->heartbeat = conversions;
-    if (too_many + 1u > 2u && a->time_ms - a->paced_ms > LOOP_START_MS) { /* once in 49.7 days not for so long */
+    if (SELDOM(too_many + 1u > 2u) && a->time_ms - a->paced_ms > LOOP_START_MS) { /* once in 49.7 days not for so long */
         axis_raise(a, FAULT_LOOP_STOPPED);
     }
 }
@@ -143,7 +144,7 @@ static void watch_heartbeat(struct axis *a)
 static void watch_latches(struct axis *a)
 {
     const uint32_t status = gate_status(&a->fabric->gate);
-    if ((status & (GATE_STATUS_LATCHES | GATE_STATUS_LIVE)) == GATE_STATUS_LIVE || a->faults.cause != FAULT_NONE) {
+    if (USUALLY((status & (GATE_STATUS_LATCHES | GATE_STATUS_LIVE)) == GATE_STATUS_LIVE) || a->faults.cause != FAULT_NONE) {
         return;
     }
     if ((status & GATE_STATUS_LATCHES) != 0u) {
@@ -212,7 +213,7 @@ static __attribute__((noinline)) void step_other_state(struct axis *a)
 
 static void step_state(struct axis *a)
 {
-    if (a->state == AXIS_OPERATION_ENABLED) {
+    if (USUALLY(a->state == AXIS_OPERATION_ENABLED)) {
         modes_step_here(a);
     } else {
         step_other_state(a);
@@ -223,7 +224,7 @@ static void step_state(struct axis *a)
 static void count_time(struct axis *a)
 {
     const uint32_t now_ms = a->time_ms + 1u;
-    if (now_ms != 0u) {
+    if (USUALLY(now_ms != 0u)) {
         a->time_ms = now_ms;
         return;
     }
@@ -260,7 +261,7 @@ static void step_torque_limits(struct axis *a)
 void axis_step(struct axis *a)
 {
     count_time(a);
-    if (axis_fabric_doubted(a)) {
+    if (SELDOM(axis_fabric_doubted(a))) {
         return;
     }
     rotor_measure(a);
@@ -268,11 +269,11 @@ void axis_step(struct axis *a)
     step_torque_limits(a);
     watch_heartbeat(a);
     watch_latches(a);
-    if (a->faults.cause != FAULT_NONE && a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION &&
+    if (SELDOM(a->faults.cause != FAULT_NONE) && a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION &&
         !stops_under_control(a)) {
         react_to_fault(a);
     } else {
-        if (a->request != AXIS_REQUEST_NONE) {
+        if (SELDOM(a->request != AXIS_REQUEST_NONE)) {
             take_request(a);
         }
         step_state(a);
@@ -281,8 +282,8 @@ void axis_step(struct axis *a)
         thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
         start_learn_index(a);
     }
-    current_loop_follow_here(&a->loop, a->fabric, a->state == AXIS_SWITCHED_ON ? start_tuning(a) : &a->tuning);
-    if (!rotor_has_encoder(a)) {
+    current_loop_follow_here(&a->loop, a->fabric, SELDOM(a->state == AXIS_SWITCHED_ON) ? start_tuning(a) : &a->tuning);
+    if (SELDOM(!rotor_has_encoder(a))) {
         sensorless_follow(a);
     }
     supervision_step_here(a);

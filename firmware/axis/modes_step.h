@@ -6,6 +6,7 @@
 #include "firmware/axis/axis.h"
 #include "firmware/axis/rotor.h"
 #include "firmware/control/speed_loop_step.h"
+#include "lib/usually.h"
 
 static inline __attribute__((always_inline)) void modes_ask(struct axis *a, int32_t wish_q15)
 {
@@ -20,7 +21,7 @@ static inline int32_t modes_room_beside_place(struct axis *a, struct interval *r
 {
     struct motion *const m = &a->motion;
     *room = a->torque.limits;
-    if (m->cogging.count == 0 || !rotor_has_encoder(a)) {
+    if (USUALLY(m->cogging.count == 0) || !rotor_has_encoder(a)) {
         return 0;
     }
     const int32_t own_q15 = cogging_torque_q15(&m->cogging, &a->speed.estimate, &a->tuning);
@@ -31,20 +32,20 @@ static inline int32_t modes_room_beside_place(struct axis *a, struct interval *r
 
 static inline __attribute__((always_inline)) void modes_control_speed_here(struct axis *a, int32_t slope_q16)
 {
-    if (!rotor_has_encoder(a) && sensorless_lead_field(a, slope_q16)) {
+    if (SELDOM(!rotor_has_encoder(a)) && sensorless_lead_field(a, slope_q16)) {
         return;
     }
     struct interval room;
     const int32_t place_q15 = modes_room_beside_place(a, &room);
     modes_ask(a, place_q15 + speed_loop_ramp_step(&a->speed, &a->tuning, slope_q16, &room));
-    if (!rotor_has_encoder(a)) {
+    if (SELDOM(!rotor_has_encoder(a))) {
         sensorless_after_control(a);
     }
 }
 
 static inline __attribute__((always_inline)) void modes_step_here(struct axis *a)
 {
-    if (a->mode == AXIS_MODE_SPEED) {
+    if (USUALLY(a->mode == AXIS_MODE_SPEED)) {
         modes_control_speed_here(a, a->tuning.ramp_q16);
     } else {
         modes_step_other(a);

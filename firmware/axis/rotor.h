@@ -14,6 +14,7 @@
 #include <stdbool.h>
 
 #include "firmware/axis/axis.h"
+#include "lib/usually.h"
 
 /* Whether an encoder tells the angle. Any context. */
 static inline bool rotor_has_encoder(const struct axis *a)
@@ -33,7 +34,7 @@ void rotor_take_speed(struct axis *a);
 /* Measures the speed. Slow loop, first, whatever the state. */
 static inline void rotor_measure(struct axis *a)
 {
-    if (rotor_has_encoder(a)) {
+    if (USUALLY(rotor_has_encoder(a))) {
         speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
     } else {
         rotor_take_speed(a);

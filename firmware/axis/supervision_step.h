@@ -7,10 +7,11 @@
 #include "firmware/axis/rotor.h"
 #include "firmware/axis/supervision.h"
 #include "lib/q15.h"
+#include "lib/usually.h"
 
 static inline void supervise_overspeed(struct axis *a)
 {
-    if (q15_abs(current_loop_w_q15(&a->loop)) > a->tuning.overspeed_w_q15) {
+    if (SELDOM(q15_abs(current_loop_w_q15(&a->loop)) > a->tuning.overspeed_w_q15)) {
         axis_report(a, FAULT_OVERSPEED, a->speed.speed_rpm_q4 / 16, 0);
     }
 }
@@ -21,7 +22,7 @@ static inline int32_t supervision_look_at_encoder(struct axis *a)
     struct encoder_watch *const e = &a->supervision.encoder;
     const struct speed_estimate *const seen = &a->speed.estimate;
     const int32_t speed_q32 = e->speed_q32;
-    if (seen->moved != 0) {
+    if (USUALLY(seen->moved != 0)) {
         e->still_ms = 0;
         e->speed_moving_q32 = e->speed_before_q32;
     } else {
@@ -73,7 +74,7 @@ static inline bool supervision_encoder_is_sound(struct axis *a, uint32_t turn)
  */
 static inline void supervision_step_running(struct axis *a, uint32_t turn)
 {
-    if (!rotor_has_encoder(a)) {
+    if (SELDOM(!rotor_has_encoder(a))) {
         sensorless_supervise(a);
     } else if (!supervision_encoder_is_sound(a, turn)) {
         return;
@@ -89,7 +90,7 @@ static inline void supervision_step_running(struct axis *a, uint32_t turn)
 static inline __attribute__((always_inline)) void supervision_step_here(struct axis *a)
 {
     const uint32_t state = a->state;
-    if (state == AXIS_OPERATION_ENABLED || state == AXIS_QUICK_STOP) {
+    if (USUALLY(state == AXIS_OPERATION_ENABLED) || state == AXIS_QUICK_STOP) {
         supervision_step_running(a, a->time_ms % SUPERVISION_TURNS);
     } else if (state == AXIS_SWITCHED_ON) {
         supervise_overspeed(a);

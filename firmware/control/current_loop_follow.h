@@ -12,6 +12,7 @@
 #include "firmware/settings/config.h"
 #include "lib/pi.h"
 #include "lib/q15.h"
+#include "lib/usually.h"
 
 /* Volts of the per-unit system become steps by CONFIG_BUS_STEPS over the bus voltage. */
 _Static_assert(CONFIG_BUS_STEPS % 8 == 0, "the gains take an eighth of it");
@@ -61,7 +62,7 @@ static inline int32_t loop_publish(volatile struct current_loop *c, const struct
     c->radius_q15 = loop_v_q15(CONFIG_RADIUS_STEPS, per_step_q31);
     c->v_d_q15 = loop_v_q15(c->v_d_steps, per_step_q31);
     c->v_q_q15 = loop_v_q15(c->v_q_steps, per_step_q31);
-    if (pwm_fell_back(&f->pwm)) {
+    if (SELDOM(pwm_fell_back(&f->pwm))) {
         c->fell_back++;
     }
     return vbus_q15;
@@ -97,7 +98,7 @@ static inline void loop_decouple(volatile struct current_loop *c, const struct t
 /* Whether the frame in which the currents are regulated is the rotor's, or a prescribed field's. */
 static inline bool loop_follows_rotor(const volatile struct current_loop *c)
 {
-    return c->source == LOOP_ENCODER || (c->source == LOOP_OBSERVER && c->field_follows != 0u);
+    return USUALLY(c->source == LOOP_ENCODER) || (c->source == LOOP_OBSERVER && c->field_follows != 0u);
 }
 
 static inline int32_t loop_frame_w_q15(const volatile struct current_loop *c)
@@ -116,22 +117,22 @@ static inline __attribute__((always_inline)) void current_loop_follow_here(volat
 {
     const int32_t w_q15 = loop_frame_w_q15(c);
     const int32_t bus_q15 = loop_publish(c, f);
-    if (c->ripple_q10 != 0) {
+    if (SELDOM(c->ripple_q10 != 0)) {
         current_loop_follow_ripple(c);
     }
     const int32_t turn_q15 = (w_q15 * c->turn_per_w_q15) >> 15;
     c->turn_q15 = q15_clamp(turn_q15, -LOOP_TURN_MAX_Q15, LOOP_TURN_MAX_Q15);
     c->weaken.turn_q32 = (uint32_t)(turn_q15 * LOOP_TURN_Q32_PER_Q15);
-    c->v_turn_q15 = current_loop_weakens(c) ? 0 : c->turn_q15;
-    if (c->status_max == UINT32_MAX) {
+    c->v_turn_q15 = SELDOM(current_loop_weakens(c)) ? 0 : c->turn_q15;
+    if (SELDOM(c->status_max == UINT32_MAX)) {
         current_loop_rest(c);
         return;
     }
     const int32_t vbus_q15 = q15_max(bus_q15, t->v_min_q15);
-    if (!loop_gains_hold(c, t, vbus_q15)) {
+    if (SELDOM(!loop_gains_hold(c, t, vbus_q15))) {
         current_loop_set_gains(c, t, vbus_q15);
     }
-    if (t->iron_grows_q10 != 0 && loop_follows_rotor(c)) {
+    if (SELDOM(t->iron_grows_q10 != 0) && loop_follows_rotor(c)) {
         current_loop_follow_iron(c, t);
     }
     loop_decouple(c, t, w_q15, vbus_q15);

@@ -8,6 +8,7 @@
 
 #include "firmware/control/speed_estimate.h"
 #include "lib/q15.h"
+#include "lib/usually.h"
 
 #define ESTIMATE_MS_CLOCKS     100000u    /* of 10 ns */
 #define ESTIMATE_MS_Q29        5369u      /* a clock in milliseconds */
@@ -37,7 +38,7 @@ static inline struct estimate_reading estimate_read(const struct encoder_regs *e
 static inline int32_t estimate_counts_moved(const struct speed_estimate *e, uint32_t count, int32_t counts)
 {
     const int32_t moved = (int32_t)(count - e->count);
-    return q15_abs(moved) <= counts >> 2 ? moved : speed_estimate_unwrapped(moved, e->speed_rpm_q15, counts);
+    return USUALLY(q15_abs(moved) <= counts >> 2) ? moved : speed_estimate_unwrapped(moved, e->speed_rpm_q15, counts);
 }
 
 /* x / 2^shift, at most +-ESTIMATE_MAX_Q15: the upper word tells. */
@@ -66,7 +67,7 @@ static inline int32_t estimate_speed_of(int32_t turned_q15, uint32_t clocks)
 /* The way of a speed in a time; up to 2.6 ms without a second long product. */
 static inline int32_t estimate_way_q15(int32_t speed_rpm_q15, uint32_t clocks)
 {
-    if (clocks < 1u << 18) {
+    if (USUALLY(clocks < 1u << 18)) {
         return (int32_t)(((int64_t)speed_rpm_q15 * (int32_t)(clocks * ESTIMATE_MS_Q29)) >> 29);
     }
     return estimate_limited((int64_t)speed_rpm_q15 * (int32_t)(((uint64_t)clocks * ESTIMATE_MS_Q29) >> 13), 16);
@@ -86,14 +87,14 @@ static inline void estimate_learn(struct speed_estimate *e, uint32_t from, uint3
 static inline int32_t estimate_take_edge(struct speed_estimate *e, const struct estimate_reading *r, const struct tuning *t)
 {
     const int32_t moved = estimate_counts_moved(e, r->count, t->encoder_counts);
-    const int32_t backwards = moved != 0 ? (moved < 0) : e->backwards;
+    const int32_t backwards = USUALLY(moved != 0) ? (moved < 0) : e->backwards;
     const uint32_t from = e->count + (uint32_t)e->backwards;
     const uint32_t to = r->count + (uint32_t)backwards;
     const int32_t edges = moved + backwards - e->backwards;
     const int32_t way_q8 = edges * 256 + (e->place_q16[to & 3u] >> 8) - (e->place_q16[from & 3u] >> 8);
     const int32_t turned_q15 = estimate_way_of(way_q8, t);
     const uint32_t clocks = r->edge_clock - e->clock;
-    if (!e->lost) {
+    if (USUALLY(!e->lost)) {
         const int32_t before_rpm_q15 = e->speed_rpm_q15;
         e->speed_rpm_q15 = estimate_speed_of(turned_q15, clocks);
         e->interval_clocks = clocks;
@@ -125,12 +126,12 @@ static inline __attribute__((always_inline)) void estimate_speed(struct speed_es
     e->moved = 0;
     e->step_clocks = r.latch_clock - e->latch_clock;
     e->latch_clock = r.latch_clock;
-    if (r.edge_clock != e->clock || r.count != e->count) {
+    if (USUALLY(r.edge_clock != e->clock) || r.count != e->count) {
         turned_q15 += estimate_take_edge(e, &r, t);
     } else if (!e->lost) {
         estimate_wait(e, age, t);
     }
-    if (age > SPEED_ESTIMATE_CLOCKS_LOST || e->lost) {
+    if (SELDOM(age > SPEED_ESTIMATE_CLOCKS_LOST || e->lost)) {
         e->lost = true;
         e->speed_rpm_q15 = 0;
         turned_q15 += e->beyond_q15; /* and there it stays */

@@ -7,6 +7,7 @@
 
 #include "firmware/control/speed_loop.h"
 #include "lib/q15.h"
+#include "lib/usually.h"
 
 #define SPEED_LOOP_ONE_Q29 (1 << 29)
 
@@ -33,7 +34,7 @@ static inline int32_t speed_loop_ramp(struct speed_loop *s, int32_t slope_q16)
 {
     const int32_t step = speed_loop_towards(s->target_rpm_q16, s->ref_rpm_q16, slope_q16);
     const int32_t ahead_q4 = s->speed_ref_rpm_q4 - s->speed_rpm_q4;
-    if (!s->at_limit || (step > 0 ? ahead_q4 <= 0 : ahead_q4 >= 0)) {
+    if (USUALLY(!s->at_limit) || (step > 0 ? ahead_q4 <= 0 : ahead_q4 >= 0)) {
         s->ref_rpm_q16 += step;
     }
     s->speed_ref_rpm_q4 = s->ref_rpm_q16 >> 12;
@@ -63,7 +64,7 @@ static inline __attribute__((always_inline)) int32_t speed_loop_control(struct s
     const int32_t high_q29 = limits->high * (1 << 14);
     int32_t error_q15 = ref_rpm_q15 - s->estimate.speed_rpm_q15;
     int32_t ki_q16 = s->ki_q16;
-    if (s->estimate.interval_clocks > SPEED_LOOP_FULL_GAIN_CLOCKS) {
+    if (SELDOM(s->estimate.interval_clocks > SPEED_LOOP_FULL_GAIN_CLOCKS)) {
         const int32_t share = speed_loop_share_q14(&s->estimate);
         ki_q16 = speed_loop_memory_q16(s, t, share);
         error_q15 = (int32_t)(((int64_t)error_q15 * share) >> 14);
@@ -71,16 +72,16 @@ static inline __attribute__((always_inline)) int32_t speed_loop_control(struct s
     const int32_t answer = speed_loop_answer_q29(s, error_q15, s->kp_q16);
     const int32_t wanted_q29 = s->integral_q29 + answer + (moved_q16 != 0 ? speed_loop_feedforward_q29(t, moved_q16) : 0);
     s->swing_ms++;
-    if ((answer >> 14) * s->swing > t->i_max_q15 >> 2) {
+    if (SELDOM((answer >> 14) * s->swing > t->i_max_q15 >> 2)) {
         speed_loop_count_swing(s);
     }
     s->at_limit = wanted_q29 < low_q29 || wanted_q29 > high_q29;
     /* integrate unless that would push further into the limit */
     const int32_t growth_q29 = speed_loop_answer_q29(s, ref_rpm_q15 - s->estimate.travel_q15, ki_q16);
-    if (!s->at_limit || (growth_q29 > 0) != (wanted_q29 > 0)) {
+    if (USUALLY(!s->at_limit) || (growth_q29 > 0) != (wanted_q29 > 0)) {
         s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, low_q29, high_q29);
     }
-    return t->torque_mean_ms > 1 ? speed_loop_mean_q15(s, t->torque_mean_ms, wanted_q29 >> 14) : wanted_q29 >> 14;
+    return SELDOM(t->torque_mean_ms > 1) ? speed_loop_mean_q15(s, t->torque_mean_ms, wanted_q29 >> 14) : wanted_q29 >> 14;
 }
 
 static inline __attribute__((always_inline)) int32_t speed_loop_ramp_step(struct speed_loop *s, const struct tuning *t,

@@ -3,6 +3,7 @@
 
 #include "lib/limit.h"
 #include "lib/q15.h"
+#include "lib/usually.h"
 
 #define SINK_SHIFT    3 /* time constant of the observed power: 8 ms */
 #define MISSING_SHIFT 2 /* of the missing energy a quarter in a period */
@@ -42,7 +43,7 @@ static inline __attribute__((always_inline)) void look_at_flux(struct torque_con
     s->vbus_q15 = vbus_q15;
     s->flux_is_near = near;
     s->plain = !near && s->burn_q15 == 0 && s->map.plain && !t->weakens;
-    if (near) {
+    if (SELDOM(near)) {
         follow_flux(s, c, t, vbus_q15);
     } else {
         flux_limit_rest(&s->flux);
@@ -64,7 +65,7 @@ void torque_follow_flux(struct torque_control *s, const volatile struct current_
 }
 
 /* What current and voltage allow: braking less, where v_d has its limit. */
-static struct interval largest_torques(const struct torque_control *s, const struct tuning *t, int32_t i_limit_q15)
+static __attribute__((noinline)) struct interval largest_torques(const struct torque_control *s, const struct tuning *t, int32_t i_limit_q15)
 {
     int32_t size_q15 = s->map.torque_max_q15;
     if (i_limit_q15 < t->i_max_q15) {
@@ -87,7 +88,7 @@ static int32_t torque_of_power(int32_t power_q15, uint32_t emf_q15)
 }
 
 /* Mechanical power, driving and braking. */
-static struct interval power_limits(const struct torque_control *s, const struct tuning *t)
+static __attribute__((noinline)) struct interval power_limits(const struct torque_control *s, const struct tuning *t)
 {
     const uint32_t size_q15 = (uint32_t)q15_abs(s->emf_q15);
     const int32_t drive_q15 = torque_of_power(t->power_max_q15, size_q15);
@@ -109,7 +110,7 @@ static struct interval bus_limits(const struct torque_control *s, const struct t
     return interval_one_way(-s->emf_q15, (int32_t)(((uint32_t)allowed_q15 << 15) / (uint32_t)size_q15), Q15_ONE);
 }
 
-static struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4)
+static __attribute__((noinline)) struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4)
 {
     const int32_t room_rpm_q4 = t->speed_max_rpm_q4 - q15_abs(speed_rpm_q4);
     const int64_t faster_q16 = (int64_t)q15_max(room_rpm_q4, 0) * t->speed_kp_q16;
@@ -121,8 +122,9 @@ void torque_set_limits(struct torque_control *s, const struct tuning *t, const s
 {
     const int32_t i_limit_q15 = q15_clamp(v->i_limit_q15, 0, t->i_max_q15);
     const struct interval bus = bus_limits(s, t, v->speed_rpm_q4);
-    struct interval limits = interval_meet(bus, largest_torques(s, t, i_limit_q15));
-    if (q15_abs(s->emf_q15) > q15_min(t->power_max_q15, t->regen_max_q15)) {
+    const bool all = s->flux.flux_q15 == FLUX_UNLIMITED && i_limit_q15 == t->i_max_q15;
+    struct interval limits = interval_meet(bus, USUALLY(all) ? interval_both_ways(s->map.torque_max_q15) : largest_torques(s, t, i_limit_q15));
+    if (SELDOM(q15_abs(s->emf_q15) > q15_min(t->power_max_q15, t->regen_max_q15))) {
         limits = interval_meet(limits, power_limits(s, t));
     }
     if (v->limit_speed) {

@@ -35,6 +35,7 @@
 #include "firmware/control/weakening.h"
 #include "firmware/settings/torque_map.h"
 #include "firmware/settings/tuning.h"
+#include "lib/usually.h"
 
 /* Below this speed the bus sets no limit: what a rotor gives back there is less than its windings take. */
 #define TORQUE_BUS_FREE_RPM_Q4 (30 * 16)
@@ -109,7 +110,7 @@ static inline __attribute__((always_inline)) void torque_ask_at_once(struct torq
                                                                      const struct tuning *t, int32_t wish_q15)
 {
     const int32_t torque_q15 = interval_clamp(s->limits, wish_q15);
-    if (!s->plain || torque_bus_decides(s, wish_q15, torque_q15)) {
+    if (SELDOM(!s->plain || torque_bus_decides(s, wish_q15, torque_q15))) {
         torque_ask_map(s, c, t, wish_q15);
         return;
     }
