@@ -282,11 +282,14 @@ void axis_step(struct axis *a)
         thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
         start_learn_index(a);
     }
-    current_loop_follow_here(&a->loop, a->fabric, SELDOM(a->state == AXIS_SWITCHED_ON) ? start_tuning(a) : &a->tuning);
-    if (SELDOM(!rotor_has_encoder(a))) {
+    const struct tuning *const t = SELDOM(a->state == AXIS_SWITCHED_ON) ? start_tuning(a) : &a->tuning;
+    const int32_t w_q15 = current_loop_follow_here(&a->loop, a->fabric, t);
+    if (USUALLY(rotor_has_encoder(a))) {
+        supervision_step_here(a, true, w_q15);
+    } else {
         sensorless_follow(a);
+        supervision_step(a);
     }
-    supervision_step_here(a);
 }
 
 void axis_init(struct axis *a, struct fabric *fabric)

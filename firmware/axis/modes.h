@@ -70,7 +70,7 @@ void modes_limit_torque(struct axis *a);
 /* One step in operation. Slow loop. */
 void modes_step(struct axis *a);
 
-/* The same in all modes but pv. Slow loop. */
+/* The same in all modes but pv with an encoder. Slow loop. */
 void modes_step_other(struct axis *a);
 
 /* The speed loop along its ramp: pv and every stop. Slow loop. */

@@ -30,23 +30,23 @@ static inline int32_t modes_room_beside_place(struct axis *a, struct interval *r
     return own_q15;
 }
 
-static inline __attribute__((always_inline)) void modes_control_speed_here(struct axis *a, int32_t slope_q16)
+static inline __attribute__((always_inline)) void modes_control_speed_here(struct axis *a, int32_t slope_q16, bool encoder)
 {
-    if (SELDOM(!rotor_has_encoder(a)) && sensorless_lead_field(a, slope_q16)) {
+    if (!encoder && sensorless_lead_field(a, slope_q16)) {
         return;
     }
     struct interval room;
     const int32_t place_q15 = modes_room_beside_place(a, &room);
     modes_ask(a, place_q15 + speed_loop_ramp_step(&a->speed, &a->tuning, slope_q16, &room));
-    if (SELDOM(!rotor_has_encoder(a))) {
+    if (!encoder) {
         sensorless_after_control(a);
     }
 }
 
 static inline __attribute__((always_inline)) void modes_step_here(struct axis *a)
 {
-    if (USUALLY(a->mode == AXIS_MODE_SPEED)) {
-        modes_control_speed_here(a, a->tuning.ramp_q16);
+    if (USUALLY(a->mode == AXIS_MODE_SPEED) && USUALLY(rotor_has_encoder(a))) {
+        modes_control_speed_here(a, a->tuning.ramp_q16, true);
     } else {
         modes_step_other(a);
     }

@@ -15,7 +15,10 @@
 
 struct axis;
 
-#define SUPERVISION_TURNS 4u /* milliseconds in which each part has had its turn */
+#define SUPERVISION_TURNS      4u /* milliseconds in which each part has had its turn */
+#define SUPERVISION_EMF_TURN   1u /* the EMF is worked out, */
+#define SUPERVISION_JUDGE_TURN 3u /* and judged */
+#define SUPERVISION_STILL_MS   4u /* without a count: the encoder may be dead */
 
 /*
  * The encoder, against itself and against the back-EMF. A shaft does not jump: where the count is far from where the speed of a
@@ -112,6 +115,7 @@ static inline int32_t supervise_encoder_surprise_q32(const struct tuning *t, int
 void supervise_encoder_begin(struct axis *a);
 void supervise_encoder(struct axis *a, int32_t surprise_q32,
                        uint32_t turn); /* at its turns, and where something is strange */
+void supervise_encoder_judge(struct axis *a); /* its last turn, while nothing is strange */
 void supervise_phases_begin(struct axis *a);
 void supervise_phases(struct axis *a); /* every second millisecond */
 void supervise_speed_begin(struct axis *a);

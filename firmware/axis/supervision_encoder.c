@@ -9,10 +9,7 @@
 #define DEGREES(n)   ((n)*11930464u) /* Q32 */
 #define DOUBT_MS     8u
 #define DOUBT_BAD_MS 2u /* of them the EMF must contradict */
-#define EMF_TURN     1u /* of SUPERVISION_TURNS: it is worked out, */
-#define JUDGE_TURN   3u /* and judged */
 #define TURNED_TIMES 3u /* so often it must contradict without a jump: slow loss of counts */
-#define STILL_MS     4u
 #define STILL_MS_MAX 16u
 #define STILL_COUNTS 8u
 #define INDEX_COUNTS 2 /* from pulse to pulse */
@@ -217,17 +214,23 @@ static void look_in_doubt(struct axis *a, struct encoder_watch *e)
     resolve_doubt(a, e, stands);
 }
 
+void supervise_encoder_judge(struct axis *a)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
+    compare_with_emf(a, e);
+    watch_index(a, e);
+}
+
 /* In doubt at once, else in turns. */
 static void look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
 {
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
     if (e->doubt_ms != 0u) {
         look_in_doubt(a, e);
-    } else if (turn == EMF_TURN) {
+    } else if (turn == SUPERVISION_EMF_TURN) {
         emf_step(&e->emf, &a->loop, &a->tuning, w_q15, w_q15);
-    } else if (turn == JUDGE_TURN) {
-        compare_with_emf(a, e);
-        watch_index(a, e);
+    } else if (turn == SUPERVISION_JUDGE_TURN) {
+        supervise_encoder_judge(a);
     }
 }
 
@@ -238,7 +241,7 @@ void supervise_encoder(struct axis *a, int32_t surprise_q32, uint32_t turn)
         begin_doubt(a, e, surprise_q32);
     }
     look_at_emf(a, e, turn);
-    if (e->still_ms >= STILL_MS) {
+    if (e->still_ms >= SUPERVISION_STILL_MS) {
         watch_still(a);
     }
 }

@@ -121,7 +121,8 @@ static void end_half_wave(struct axis *a, struct cycle_watch *w)
 /* Homing looks for itself what stops the shaft. */
 static bool speed_controlled(const struct axis *a)
 {
-    return a->state == AXIS_OPERATION_ENABLED && !axis_mode_is_torque(a->mode) && a->mode != AXIS_MODE_HOMING;
+    const uint32_t mode = a->mode;
+    return a->state == AXIS_OPERATION_ENABLED && !axis_mode_is_torque(mode) && mode != AXIS_MODE_HOMING;
 }
 
 /* The gains are reduced, a few times; if that does not help, it is a fault. */

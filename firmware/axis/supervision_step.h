@@ -9,9 +9,9 @@
 #include "lib/q15.h"
 #include "lib/usually.h"
 
-static inline void supervise_overspeed(struct axis *a)
+static inline void supervise_overspeed(struct axis *a, int32_t w_q15)
 {
-    if (SELDOM(q15_abs(current_loop_w_q15(&a->loop)) > a->tuning.overspeed_w_q15)) {
+    if (SELDOM(q15_abs(w_q15) > a->tuning.overspeed_w_q15)) {
         axis_report(a, FAULT_OVERSPEED, a->speed.speed_rpm_q4 / 16, 0);
     }
 }
@@ -57,13 +57,28 @@ static inline void supervision_step_odd(struct axis *a, uint32_t turn)
     }
 }
 
-/* False while it is in doubt: then its speed is, too. */
-static inline bool supervision_encoder_is_sound(struct axis *a, uint32_t turn)
+/* In its turns, while nothing is strange. */
+static inline void supervision_compare_with_emf(struct axis *a, int32_t w_q15, uint32_t turn)
 {
+    if (turn == SUPERVISION_EMF_TURN) {
+        emf_step(&a->supervision.encoder.emf, &a->loop, &a->tuning, w_q15, w_q15);
+    } else {
+        supervise_encoder_judge(a);
+    }
+}
+
+/* False while it is in doubt: then its speed is, too. */
+static inline bool supervision_encoder_is_sound(struct axis *a, int32_t w_q15, uint32_t turn)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
     const int32_t surprise_q32 = supervision_look_at_encoder(a);
-    if (turn % 2u != 0u || supervision_strange(&a->supervision.encoder, surprise_q32)) {
+    const bool odd = turn % 2u != 0u;
+    if (SELDOM(supervision_strange(e, surprise_q32)) || (odd && SELDOM(e->still_ms >= SUPERVISION_STILL_MS))) {
         supervise_encoder(a, surprise_q32, turn);
-        return a->supervision.encoder.doubt_ms == 0u;
+        return e->doubt_ms == 0u;
+    }
+    if (odd) {
+        supervision_compare_with_emf(a, w_q15, turn);
     }
     return true;
 }
@@ -72,14 +87,15 @@ static inline bool supervision_encoder_is_sound(struct axis *a, uint32_t turn)
  * Each part in its turn, so that no millisecond has much more to do than another: phases and speed every second one, what is
  * slow every fourth.
  */
-static inline void supervision_step_running(struct axis *a, uint32_t turn)
+static inline __attribute__((always_inline)) void supervision_step_running(struct axis *a, bool encoder, int32_t w_q15)
 {
-    if (SELDOM(!rotor_has_encoder(a))) {
+    const uint32_t turn = a->time_ms % SUPERVISION_TURNS;
+    if (!encoder) {
         sensorless_supervise(a);
-    } else if (!supervision_encoder_is_sound(a, turn)) {
+    } else if (SELDOM(!supervision_encoder_is_sound(a, w_q15, turn))) {
         return;
     }
-    supervise_overspeed(a);
+    supervise_overspeed(a, w_q15);
     if (turn % 2u != 0u) {
         supervision_step_odd(a, turn);
     } else {
@@ -87,13 +103,14 @@ static inline void supervision_step_running(struct axis *a, uint32_t turn)
     }
 }
 
-static inline __attribute__((always_inline)) void supervision_step_here(struct axis *a)
+/* `encoder`: rotor_has_encoder(), where that is known; `w_q15`: current_loop_w_q15() of now. */
+static inline __attribute__((always_inline)) void supervision_step_here(struct axis *a, bool encoder, int32_t w_q15)
 {
     const uint32_t state = a->state;
     if (USUALLY(state == AXIS_OPERATION_ENABLED) || state == AXIS_QUICK_STOP) {
-        supervision_step_running(a, a->time_ms % SUPERVISION_TURNS);
+        supervision_step_running(a, encoder, w_q15);
     } else if (state == AXIS_SWITCHED_ON) {
-        supervise_overspeed(a);
+        supervise_overspeed(a, current_loop_w_q15(&a->loop));
     }
 }
 

@@ -112,7 +112,8 @@ static inline bool current_loop_weakens(const volatile struct current_loop *c)
     return c->weaken.on && c->source == LOOP_ENCODER;
 }
 
-static inline __attribute__((always_inline)) void current_loop_follow_here(volatile struct current_loop *c,
+/* Returns the speed of the frame. */
+static inline __attribute__((always_inline)) int32_t current_loop_follow_here(volatile struct current_loop *c,
  const struct fabric *f, const struct tuning *t)
 {
     const int32_t w_q15 = loop_frame_w_q15(c);
@@ -120,13 +121,17 @@ static inline __attribute__((always_inline)) void current_loop_follow_here(volat
     if (SELDOM(c->ripple_q10 != 0)) {
         current_loop_follow_ripple(c);
     }
-    const int32_t turn_q15 = (w_q15 * c->turn_per_w_q15) >> 15;
-    c->turn_q15 = q15_clamp(turn_q15, -LOOP_TURN_MAX_Q15, LOOP_TURN_MAX_Q15);
-    c->weaken.turn_q32 = (uint32_t)(turn_q15 * LOOP_TURN_Q32_PER_Q15);
-    c->v_turn_q15 = SELDOM(current_loop_weakens(c)) ? 0 : c->turn_q15;
+    const int32_t way_q15 = (w_q15 * c->turn_per_w_q15) >> 15;
+    const int32_t turn_q15 = q15_clamp(way_q15, -LOOP_TURN_MAX_Q15, LOOP_TURN_MAX_Q15);
+    c->turn_q15 = turn_q15;
+    c->v_turn_q15 = turn_q15;
+    if (SELDOM(current_loop_weakens(c))) {
+        c->weaken.turn_q32 = (uint32_t)(way_q15 * LOOP_TURN_Q32_PER_Q15);
+        c->v_turn_q15 = 0;
+    }
     if (SELDOM(c->status_max == UINT32_MAX)) {
         current_loop_rest(c);
-        return;
+        return w_q15;
     }
     const int32_t vbus_q15 = q15_max(bus_q15, t->v_min_q15);
     if (SELDOM(!loop_gains_hold(c, t, vbus_q15))) {
@@ -136,6 +141,7 @@ static inline __attribute__((always_inline)) void current_loop_follow_here(volat
         current_loop_follow_iron(c, t);
     }
     loop_decouple(c, t, w_q15, vbus_q15);
+    return w_q15;
 }
 
 #endif
