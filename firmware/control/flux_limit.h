@@ -53,15 +53,14 @@ struct flux_limit {
  * the voltage at this speed, nor do the voltages as they are. vbus_q15 is of now: the current loop's voltages and references
  * are of the step before.
  */
-static inline bool flux_limit_is_far(const struct flux_limit *s, const volatile struct current_loop *c,
+static inline bool flux_limit_is_far(const struct flux_limit *s, const volatile struct current_loop *c, int32_t w_q15,
                                      int32_t vbus_q15, int32_t most_q15)
 {
     const int32_t much_q15 = (vbus_q15 * FLUX_PLENTY_Q15) >> 15;
     const int32_t d_q15 = q15_abs(c->v_d_q15);
     const int32_t q_q15 = q15_abs(c->v_q_q15);
-    const uint32_t w_q15 = (uint32_t)q15_abs(current_loop_w_q15(c));
     return q15_abs(s->trim_q21) < FLUX_TRIM_FADE && most_q15 <= 2 * Q15_ONE &&
-           w_q15 * (uint32_t)most_q15 <= (uint32_t)much_q15 << 15 &&
+           (uint32_t)q15_abs(w_q15) * (uint32_t)most_q15 <= (uint32_t)much_q15 << 15 &&
            q15_max(d_q15, q_q15) + q15_min(d_q15, q_q15) / 2 <= much_q15; /* an eighth too long at most */
 }
 

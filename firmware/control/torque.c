@@ -37,9 +37,10 @@ static __attribute__((noinline)) void follow_flux(struct torque_control *s, cons
 }
 
 static inline __attribute__((always_inline)) void look_at_flux(struct torque_control *s,
- const volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
+                                                               const volatile struct current_loop *c,
+                                                               const struct tuning *t, int32_t w_q15, int32_t vbus_q15)
 {
-    const bool near = !flux_limit_is_far(&s->flux, c, vbus_q15, s->weakening.top_q15);
+    const bool near = !flux_limit_is_far(&s->flux, c, w_q15, vbus_q15, s->weakening.top_q15);
     s->vbus_q15 = vbus_q15;
     s->flux_is_near = near;
     s->plain = !near && s->burn_q15 == 0 && s->map.plain && !t->weakens;
@@ -53,15 +54,16 @@ static inline __attribute__((always_inline)) void look_at_flux(struct torque_con
 void torque_measure(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                     int32_t vbus_q15)
 {
-    s->emf_q15 = q15_sat16((current_loop_w_q15(c) * t->torque_emf_q11) >> 11);
+    const int32_t w_q15 = current_loop_w_q15(c);
+    s->emf_q15 = q15_sat16((w_q15 * t->torque_emf_q11) >> 11);
     observe_sink(s, bus_energy_q25(vbus_q15, t));
-    look_at_flux(s, c, t, vbus_q15);
+    look_at_flux(s, c, t, w_q15, vbus_q15);
 }
 
 void torque_follow_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                         int32_t vbus_q15)
 {
-    look_at_flux(s, c, t, vbus_q15);
+    look_at_flux(s, c, t, current_loop_w_q15(c), vbus_q15);
 }
 
 /* What current and voltage allow: braking less, where v_d has its limit. */
@@ -107,7 +109,8 @@ static struct interval bus_limits(const struct torque_control *s, const struct t
     if (allowed_q15 >= size_q15) {
         return interval_both_ways(Q15_ONE);
     }
-    return interval_one_way(-s->emf_q15, (int32_t)(((uint32_t)allowed_q15 << 15) / (uint32_t)size_q15), Q15_ONE);
+    const int32_t braking_q15 = (int32_t)(((uint32_t)allowed_q15 << 15) / (uint32_t)size_q15);
+    return s->emf_q15 < 0 ? (struct interval){-Q15_ONE, braking_q15} : (struct interval){-braking_q15, Q15_ONE};
 }
 
 static __attribute__((noinline)) struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4)
@@ -118,21 +121,27 @@ static __attribute__((noinline)) struct interval speed_limits(const struct tunin
     return interval_one_way(speed_rpm_q4, faster_q15, Q15_ONE);
 }
 
+/* By which a power of the motor is a torque of +-1.0 or more. */
+static bool power_is_free(const struct torque_control *s, const struct tuning *t)
+{
+    return q15_abs(s->emf_q15) <= q15_min(t->power_max_q15, t->regen_max_q15);
+}
+
 void torque_set_limits(struct torque_control *s, const struct tuning *t, const struct torque_view *v)
 {
     const int32_t i_limit_q15 = q15_clamp(v->i_limit_q15, 0, t->i_max_q15);
-    const struct interval bus = bus_limits(s, t, v->speed_rpm_q4);
     const bool all = s->flux.flux_q15 == FLUX_UNLIMITED && i_limit_q15 == t->i_max_q15;
-    struct interval limits = interval_meet(bus, USUALLY(all) ? interval_both_ways(s->map.torque_max_q15) : largest_torques(s, t, i_limit_q15));
-    if (SELDOM(q15_abs(s->emf_q15) > q15_min(t->power_max_q15, t->regen_max_q15))) {
-        limits = interval_meet(limits, power_limits(s, t));
-    }
-    if (v->limit_speed) {
-        limits = interval_meet(limits, speed_limits(t, v->speed_rpm_q4));
-    }
     s->i_limit_q15 = i_limit_q15;
-    s->bus = bus;
-    s->limits = limits;
+    s->limits = USUALLY(all) ? (struct interval){-s->map.torque_max_q15, s->map.torque_max_q15}
+                             : largest_torques(s, t, i_limit_q15);
+    s->bus = bus_limits(s, t, v->speed_rpm_q4);
+    s->limits = interval_meet(s->limits, s->bus);
+    if (SELDOM(!power_is_free(s, t))) {
+        s->limits = interval_meet(s->limits, power_limits(s, t));
+    }
+    if (SELDOM(v->limit_speed)) {
+        s->limits = interval_meet(s->limits, speed_limits(t, v->speed_rpm_q4));
+    }
 }
 
 static void follow_burn(struct torque_control *s, const struct tuning *t, bool wanted)
