@@ -16,6 +16,9 @@
 #define LOOP_START_MS     2u /* until the PWM's first periods have passed, or the first of another number of samples */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
 #define LIMITS_MS         2u /* torque.h: every second slow period */
+#define THERMAL_TURN      3u /* of THERMAL_STEP_MS: where supervision has least to do */
+
+_Static_assert(FAULT_NONE == 0 && AXIS_REQUEST_NONE == 0, "one comparison tells that there is neither");
 
 static bool is_running(const struct axis *a)
 {
@@ -246,6 +249,20 @@ static bool stops_under_control(struct axis *a)
     return true;
 }
 
+/* A fault, or a request; true where the state has nothing more to do in this step. */
+static __attribute__((noinline)) bool reacts(struct axis *a)
+{
+    if (a->faults.cause != FAULT_NONE && a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION &&
+        !stops_under_control(a)) {
+        react_to_fault(a);
+        return true;
+    }
+    if (a->request != AXIS_REQUEST_NONE) {
+        take_request(a);
+    }
+    return false;
+}
+
 static void step_torque_limits(struct axis *a)
 {
     if (a->time_ms % LIMITS_MS == 0u) {
@@ -269,23 +286,18 @@ void axis_step(struct axis *a)
     step_torque_limits(a);
     watch_heartbeat(a);
     watch_latches(a);
-    if (SELDOM(a->faults.cause != FAULT_NONE) && a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION &&
-        !stops_under_control(a)) {
-        react_to_fault(a);
-    } else {
-        if (SELDOM(a->request != AXIS_REQUEST_NONE)) {
-            take_request(a);
-        }
+    if (USUALLY((a->faults.cause | a->request) == 0u) || !reacts(a)) {
         step_state(a);
     }
-    if (a->time_ms % THERMAL_STEP_MS == 0u) {
+    if (a->time_ms % THERMAL_STEP_MS == THERMAL_TURN) {
         thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
         start_learn_index(a);
     }
-    const struct tuning *const t = SELDOM(a->state == AXIS_SWITCHED_ON) ? start_tuning(a) : &a->tuning;
+    const uint32_t state = a->state;
+    const struct tuning *const t = SELDOM(state == AXIS_SWITCHED_ON) ? start_tuning(a) : &a->tuning;
     const int32_t w_q15 = current_loop_follow_here(&a->loop, a->fabric, t);
     if (USUALLY(rotor_has_encoder(a))) {
-        supervision_step_here(a, true, w_q15);
+        supervision_step_here(a, state, true, w_q15);
     } else {
         sensorless_follow(a);
         supervision_step(a);

@@ -32,5 +32,5 @@ void supervise_commands(struct axis *a)
 
 void supervision_step(struct axis *a)
 {
-    supervision_step_here(a, rotor_has_encoder(a), current_loop_w_q15(&a->loop));
+    supervision_step_here(a, a->state, rotor_has_encoder(a), current_loop_w_q15(&a->loop));
 }

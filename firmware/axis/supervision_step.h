@@ -103,10 +103,10 @@ static inline __attribute__((always_inline)) void supervision_step_running(struc
     }
 }
 
-/* `encoder`: rotor_has_encoder(), where that is known; `w_q15`: current_loop_w_q15() of now. */
-static inline __attribute__((always_inline)) void supervision_step_here(struct axis *a, bool encoder, int32_t w_q15)
+/* `state`: of now; `encoder`: rotor_has_encoder(), where that is known; `w_q15`: current_loop_w_q15() of now. */
+static inline __attribute__((always_inline)) void supervision_step_here(struct axis *a, uint32_t state, bool encoder,
+ int32_t w_q15)
 {
-    const uint32_t state = a->state;
     if (USUALLY(state == AXIS_OPERATION_ENABLED) || state == AXIS_QUICK_STOP) {
         supervision_step_running(a, encoder, w_q15);
     } else if (state == AXIS_SWITCHED_ON) {

@@ -41,6 +41,13 @@ static inline int32_t estimate_counts_moved(const struct speed_estimate *e, uint
     return USUALLY(q15_abs(moved) <= counts >> 2) ? moved : speed_estimate_unwrapped(moved, e->speed_rpm_q15, counts);
 }
 
+/* A product that takes one instruction: what the compiler knows of a sign makes it two. */
+static inline int64_t estimate_product(int32_t x, uint32_t y)
+{
+    __asm__("" : "+r"(y));
+    return (int64_t)x * (int32_t)y;
+}
+
 /* x / 2^shift, at most +-ESTIMATE_MAX_Q15: the upper word tells. */
 static inline int32_t estimate_limited(int64_t x, uint32_t shift)
 {
@@ -61,16 +68,16 @@ static inline int32_t estimate_way_of(int32_t way_q8, const struct tuning *t)
 static inline int32_t estimate_speed_of(int32_t turned_q15, uint32_t clocks)
 {
     const uint32_t per_ms_q15 = (ESTIMATE_MS_CLOCKS << 15) / (clocks < ESTIMATE_CLOCKS_SHORT ? ESTIMATE_CLOCKS_SHORT : clocks);
-    return estimate_limited((int64_t)turned_q15 * (int32_t)per_ms_q15, 15);
+    return estimate_limited(estimate_product(turned_q15, per_ms_q15), 15);
 }
 
 /* The way of a speed in a time; up to 2.6 ms without a second long product. */
 static inline int32_t estimate_way_q15(int32_t speed_rpm_q15, uint32_t clocks)
 {
     if (USUALLY(clocks < 1u << 18)) {
-        return (int32_t)(((int64_t)speed_rpm_q15 * (int32_t)(clocks * ESTIMATE_MS_Q29)) >> 29);
+        return (int32_t)(estimate_product(speed_rpm_q15, clocks * ESTIMATE_MS_Q29) >> 29);
     }
-    return estimate_limited((int64_t)speed_rpm_q15 * (int32_t)(((uint64_t)clocks * ESTIMATE_MS_Q29) >> 13), 16);
+    return estimate_limited(estimate_product(speed_rpm_q15, (uint32_t)(((uint64_t)clocks * ESTIMATE_MS_Q29) >> 13)), 16);
 }
 
 /* At the speed before, the shaft would have turned so much farther: so the two edges are. What one gains the other loses. */
