@@ -135,7 +135,8 @@ static void watch_heartbeat(struct axis *a)
     const uint32_t conversions = adc_sequence(&a->fabric->adc);
     const uint32_t too_many = conversions - a->heartbeat - (uint32_t)a->loop.loops_per_slow;
     a->heartbeat = conversions;
-    if (SELDOM(too_many + 1u > 2u) && a->time_ms - a->paced_ms > LOOP_START_MS) { /* once in 49.7 days not for so long */
+    if (SELDOM(too_many + 1u > 2u) &&
+        a->time_ms - a->paced_ms > LOOP_START_MS) { /* once in 49.7 days not for so long */
         axis_raise(a, FAULT_LOOP_STOPPED);
     }
 }
@@ -147,7 +148,8 @@ static void watch_heartbeat(struct axis *a)
 static void watch_latches(struct axis *a)
 {
     const uint32_t status = gate_status(&a->fabric->gate);
-    if (USUALLY((status & (GATE_STATUS_LATCHES | GATE_STATUS_LIVE)) == GATE_STATUS_LIVE) || a->faults.cause != FAULT_NONE) {
+    if (USUALLY((status & (GATE_STATUS_LATCHES | GATE_STATUS_LIVE)) == GATE_STATUS_LIVE) ||
+        a->faults.cause != FAULT_NONE) {
         return;
     }
     if ((status & GATE_STATUS_LATCHES) != 0u) {

@@ -30,7 +30,8 @@ static inline int32_t modes_room_beside_place(struct axis *a, struct interval *r
     return own_q15;
 }
 
-static inline __attribute__((always_inline)) void modes_control_speed_here(struct axis *a, int32_t slope_q16, bool encoder)
+static inline __attribute__((always_inline)) void modes_control_speed_here(struct axis *a, int32_t slope_q16,
+                                                                           bool encoder)
 {
     if (!encoder && sensorless_lead_field(a, slope_q16)) {
         return;

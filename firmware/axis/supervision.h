@@ -114,7 +114,7 @@ static inline int32_t supervise_encoder_surprise_q32(const struct tuning *t, int
 /* The parts. */
 void supervise_encoder_begin(struct axis *a);
 void supervise_encoder(struct axis *a, int32_t surprise_q32,
-                       uint32_t turn); /* at its turns, and where something is strange */
+                       uint32_t turn);        /* at its turns, and where something is strange */
 void supervise_encoder_judge(struct axis *a); /* its last turn, while nothing is strange */
 void supervise_phases_begin(struct axis *a);
 void supervise_phases(struct axis *a); /* every second millisecond */

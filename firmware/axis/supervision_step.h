@@ -39,7 +39,7 @@ static inline bool supervision_strange(const struct encoder_watch *e, int32_t su
     return e->doubt_ms != 0u || q15_abs(surprise_q32) > e->jump_limit_q32;
 }
 
-/* Together with the torque limits (axis.c). The references of now are what the currents follow until the phases are looked at. */
+/* Together with the torque limits (axis.c). The currents follow the references of now until the phases are looked at. */
 static inline void supervision_step_even(struct axis *a)
 {
     a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
@@ -105,7 +105,7 @@ static inline __attribute__((always_inline)) void supervision_step_running(struc
 
 /* `state`: of now; `encoder`: rotor_has_encoder(), where that is known; `w_q15`: current_loop_w_q15() of now. */
 static inline __attribute__((always_inline)) void supervision_step_here(struct axis *a, uint32_t state, bool encoder,
- int32_t w_q15)
+                                                                        int32_t w_q15)
 {
     if (USUALLY(state == AXIS_OPERATION_ENABLED) || state == AXIS_QUICK_STOP) {
         supervision_step_running(a, encoder, w_q15);

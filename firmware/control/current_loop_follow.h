@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What the slow loop prepares for the interrupt each millisecond (current_loop_follow()), to become a part of its caller. What is
- * seldom needed stays in current_loop.c.
+ * What the slow loop prepares for the interrupt each millisecond (current_loop_follow()), to become a part of its caller.
+ * What is seldom needed stays in current_loop.c.
  */
 #ifndef FIRMWARE_CONTROL_CURRENT_LOOP_FOLLOW_H
 #define FIRMWARE_CONTROL_CURRENT_LOOP_FOLLOW_H
@@ -76,7 +76,8 @@ static inline bool loop_gains_hold(const volatile struct current_loop *c, const 
 }
 
 /* The feed-forward is part of the integral (lib/pi.h): what it has changed by is added there. */
-static inline void loop_feed_forward(volatile int32_t *integral_q9, volatile int32_t *present_steps, int32_t wanted_steps)
+static inline void loop_feed_forward(volatile int32_t *integral_q9, volatile int32_t *present_steps,
+                                     int32_t wanted_steps)
 {
     const int32_t change_steps = wanted_steps - *present_steps;
     if (change_steps != 0) {
@@ -86,7 +87,8 @@ static inline void loop_feed_forward(volatile int32_t *integral_q9, volatile int
 }
 
 /* The axes disturb each other and the magnets disturb q: v_d = ... - w Lq i_q, v_q = ... + w (Ld i_d + psi). */
-static inline void loop_decouple(volatile struct current_loop *c, const struct tuning *t, int32_t w_q15, int32_t vbus_q15)
+static inline void loop_decouple(volatile struct current_loop *c, const struct tuning *t, int32_t w_q15,
+                                 int32_t vbus_q15)
 {
     const int32_t per_v_q14 = loop_steps_per_v_q14(vbus_q15);
     const int32_t d_q15 = -(((w_q15 * c->i_q_ref_q15) >> 15) * t->x_q_q11 >> 11);
@@ -113,8 +115,8 @@ static inline bool current_loop_weakens(const volatile struct current_loop *c)
 }
 
 /* Returns the speed of the frame. */
-static inline __attribute__((always_inline)) int32_t current_loop_follow_here(volatile struct current_loop *c,
- const struct fabric *f, const struct tuning *t)
+static inline __attribute__((always_inline)) int32_t
+current_loop_follow_here(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t)
 {
     const int32_t w_q15 = loop_frame_w_q15(c);
     const int32_t bus_q15 = loop_publish(c, f);

@@ -46,7 +46,8 @@ struct flux_limit {
 
 /* Seven eighths of the circle less what is kept, by the bus; rounded down. */
 #define FLUX_PLENTY_Q15 \
-    ((int32_t)(CONFIG_RADIUS_STEPS * 32768LL * 7 * ((1 << FLUX_KEPT_SHIFT) - 1) / (8LL << FLUX_KEPT_SHIFT) / CONFIG_BUS_STEPS))
+    ((int32_t)(CONFIG_RADIUS_STEPS * 32768LL * 7 * ((1 << FLUX_KEPT_SHIFT) - 1) / (8LL << FLUX_KEPT_SHIFT) / \
+               CONFIG_BUS_STEPS))
 
 /*
  * Whether the limit is far, as nearly always: neither the largest flux that is ever asked for takes more than seven eighths of

@@ -10,14 +10,15 @@
 #include "lib/q15.h"
 #include "lib/usually.h"
 
-#define ESTIMATE_MS_CLOCKS     100000u    /* of 10 ns */
-#define ESTIMATE_MS_Q29        5369u      /* a clock in milliseconds */
-#define ESTIMATE_CLOCKS_SHORT  32768u     /* below a third of a millisecond: the shaft was jerked, and its speed means nothing */
-#define ESTIMATE_PLACE_OFF_Q16 32768      /* half a count too early or too late: the speed has changed, nothing is learned */
-#define ESTIMATE_PLACE_SHIFT   6          /* 1/64 of it is believed */
-#define ESTIMATE_EDGES_LEARNED 32         /* in a step; beyond, their places have been learned on the way */
-#define ESTIMATE_MAX_Q15       (1 << 30)  /* 32768 rpm, or as much way in a millisecond */
-#define ESTIMATE_BOUND_Q8      288 /* an eighth over a count: edges stand a little apart from their places */
+#define ESTIMATE_MS_CLOCKS 100000u /* of 10 ns */
+#define ESTIMATE_MS_Q29    5369u   /* a clock in milliseconds */
+#define ESTIMATE_CLOCKS_SHORT \
+    32768u /* below a third of a millisecond: the shaft was jerked, and its speed means nothing */
+#define ESTIMATE_PLACE_OFF_Q16 32768 /* half a count too early or too late: the speed has changed, nothing is learned */
+#define ESTIMATE_PLACE_SHIFT   6     /* 1/64 of it is believed */
+#define ESTIMATE_EDGES_LEARNED 32    /* in a step; beyond, their places have been learned on the way */
+#define ESTIMATE_MAX_Q15       (1 << 30) /* 32768 rpm, or as much way in a millisecond */
+#define ESTIMATE_BOUND_Q8      288       /* an eighth over a count: edges stand a little apart from their places */
 
 struct estimate_reading {
     uint32_t count, edge_clock, latch_clock;
@@ -30,7 +31,8 @@ static inline struct estimate_reading estimate_read(const struct encoder_regs *e
     uint32_t before;
     do {
         before = encoder_latch_clock(encoder);
-        r = (struct estimate_reading){encoder_latched(encoder), encoder_edge_clock(encoder), encoder_latch_clock(encoder)};
+        r = (struct estimate_reading){encoder_latched(encoder), encoder_edge_clock(encoder),
+                                      encoder_latch_clock(encoder)};
     } while (r.latch_clock != before);
     return r;
 }
@@ -67,7 +69,8 @@ static inline int32_t estimate_way_of(int32_t way_q8, const struct tuning *t)
  */
 static inline int32_t estimate_speed_of(int32_t turned_q15, uint32_t clocks)
 {
-    const uint32_t per_ms_q15 = (ESTIMATE_MS_CLOCKS << 15) / (clocks < ESTIMATE_CLOCKS_SHORT ? ESTIMATE_CLOCKS_SHORT : clocks);
+    const uint32_t per_ms_q15 =
+        (ESTIMATE_MS_CLOCKS << 15) / (clocks < ESTIMATE_CLOCKS_SHORT ? ESTIMATE_CLOCKS_SHORT : clocks);
     return estimate_limited(estimate_product(turned_q15, per_ms_q15), 15);
 }
 
@@ -77,11 +80,13 @@ static inline int32_t estimate_way_q15(int32_t speed_rpm_q15, uint32_t clocks)
     if (USUALLY(clocks < 1u << 18)) {
         return (int32_t)(estimate_product(speed_rpm_q15, clocks * ESTIMATE_MS_Q29) >> 29);
     }
-    return estimate_limited(estimate_product(speed_rpm_q15, (uint32_t)(((uint64_t)clocks * ESTIMATE_MS_Q29) >> 13)), 16);
+    return estimate_limited(estimate_product(speed_rpm_q15, (uint32_t)(((uint64_t)clocks * ESTIMATE_MS_Q29) >> 13)),
+                            16);
 }
 
 /* At the speed before, the shaft would have turned so much farther: so the two edges are. What one gains the other loses. */
-static inline void estimate_learn(struct speed_estimate *e, uint32_t from, uint32_t to, int32_t farther_q15, const struct tuning *t)
+static inline void estimate_learn(struct speed_estimate *e, uint32_t from, uint32_t to, int32_t farther_q15,
+                                  const struct tuning *t)
 {
     const int32_t off_q16 = (int32_t)(((int64_t)farther_q15 * t->count_per_way_q16) >> 16);
     if (q15_abs(off_q16) < ESTIMATE_PLACE_OFF_Q16) {
@@ -91,7 +96,8 @@ static inline void estimate_learn(struct speed_estimate *e, uint32_t from, uint3
 }
 
 /* An edge has come. Returns the way from the one before. */
-static inline int32_t estimate_take_edge(struct speed_estimate *e, const struct estimate_reading *r, const struct tuning *t)
+static inline int32_t estimate_take_edge(struct speed_estimate *e, const struct estimate_reading *r,
+                                         const struct tuning *t)
 {
     const int32_t moved = estimate_counts_moved(e, r->count, t->encoder_counts);
     const int32_t backwards = USUALLY(moved != 0) ? (moved < 0) : e->backwards;
@@ -125,7 +131,8 @@ static inline void estimate_wait(struct speed_estimate *e, uint32_t clocks, cons
     e->interval_clocks = clocks > e->interval_clocks ? clocks : e->interval_clocks;
 }
 
-static inline __attribute__((always_inline)) void estimate_speed(struct speed_estimate *e, const struct encoder_regs *encoder, const struct tuning *t)
+static inline __attribute__((always_inline)) void
+estimate_speed(struct speed_estimate *e, const struct encoder_regs *encoder, const struct tuning *t)
 {
     const struct estimate_reading r = estimate_read(encoder);
     const uint32_t age = r.latch_clock - r.edge_clock;

@@ -6,7 +6,7 @@
 #define HUNT_MS          32u
 #define HUNT_SWINGS      4u
 #define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
-#define CALMEST          10u /* quarters: of the gains a sixteenth is left */
+#define CALMEST          10u               /* quarters: of the gains a sixteenth is left */
 
 void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, uint32_t clocks)
 {

@@ -52,12 +52,13 @@ static inline int32_t speed_loop_feedforward_q29(const struct tuning *t, int32_t
 {
     const int64_t wanted_q39 = (int64_t)t->speed_accel_q8 * moved_q16;
     const int32_t high_q7 = (int32_t)(wanted_q39 >> 32);
-    return high_q7 >= 1 << 7 ? SPEED_LOOP_ONE_Q29 : (high_q7 < -(1 << 7) ? -SPEED_LOOP_ONE_Q29 : (int32_t)(wanted_q39 >> 10));
+    return high_q7 >= 1 << 7 ? SPEED_LOOP_ONE_Q29
+                             : (high_q7 < -(1 << 7) ? -SPEED_LOOP_ONE_Q29 : (int32_t)(wanted_q39 >> 10));
 }
 
 /* In Q29 a torque has 14 bits beyond Q15: an answer of +-2.0, a feed-forward of +-1.0 and an integral of less add up in 32. */
-static inline __attribute__((always_inline)) int32_t speed_loop_control(struct speed_loop *s, const struct tuning *t,
-                                                             int32_t moved_q16, const struct interval *limits)
+static inline __attribute__((always_inline)) int32_t
+speed_loop_control(struct speed_loop *s, const struct tuning *t, int32_t moved_q16, const struct interval *limits)
 {
     const int32_t ref_rpm_q15 = s->ref_rpm_q16 >> 1;
     const int32_t low_q29 = limits->low * (1 << 14);
@@ -70,7 +71,8 @@ static inline __attribute__((always_inline)) int32_t speed_loop_control(struct s
         error_q15 = (int32_t)(((int64_t)error_q15 * share) >> 14);
     }
     const int32_t answer = speed_loop_answer_q29(s, error_q15, s->kp_q16);
-    const int32_t wanted_q29 = s->integral_q29 + answer + (moved_q16 != 0 ? speed_loop_feedforward_q29(t, moved_q16) : 0);
+    const int32_t wanted_q29 =
+        s->integral_q29 + answer + (moved_q16 != 0 ? speed_loop_feedforward_q29(t, moved_q16) : 0);
     s->swing_ms++;
     if (SELDOM((answer >> 14) * s->swing > t->i_max_q15 >> 2)) {
         speed_loop_count_swing(s);
@@ -81,12 +83,12 @@ static inline __attribute__((always_inline)) int32_t speed_loop_control(struct s
     if (USUALLY(!s->at_limit) || (growth_q29 > 0) != (wanted_q29 > 0)) {
         s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, low_q29, high_q29);
     }
-    return SELDOM(t->torque_mean_ms > 1) ? speed_loop_mean_q15(s, t->torque_mean_ms, wanted_q29 >> 14) : wanted_q29 >> 14;
+    return SELDOM(t->torque_mean_ms > 1) ? speed_loop_mean_q15(s, t->torque_mean_ms, wanted_q29 >> 14)
+                                         : wanted_q29 >> 14;
 }
 
-static inline __attribute__((always_inline)) int32_t speed_loop_ramp_step(struct speed_loop *s, const struct tuning *t,
-                                                                          int32_t slope_q16,
-                                                                          const struct interval *limits)
+static inline __attribute__((always_inline)) int32_t
+speed_loop_ramp_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits)
 {
     const int32_t moved_q16 = speed_loop_ramp(s, slope_q16);
     return speed_loop_control(s, t, moved_q16, limits);

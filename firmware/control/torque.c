@@ -67,7 +67,8 @@ void torque_follow_flux(struct torque_control *s, const volatile struct current_
 }
 
 /* What current and voltage allow: braking less, where v_d has its limit. */
-static __attribute__((noinline)) struct interval largest_torques(const struct torque_control *s, const struct tuning *t, int32_t i_limit_q15)
+static __attribute__((noinline)) struct interval largest_torques(const struct torque_control *s, const struct tuning *t,
+                                                                 int32_t i_limit_q15)
 {
     int32_t size_q15 = s->map.torque_max_q15;
     if (i_limit_q15 < t->i_max_q15) {

@@ -52,8 +52,8 @@ struct torque_control {
     int32_t sink_q18;       /* power that goes away while the motor brakes; >= 0 */
     int32_t asked_q15;      /* torque, sum of the steps since the last measurement */
     int32_t burn_q15;       /* d current against the magnets that makes no torque; >= 0 */
-    bool plain;             /* torque is i_q, and there is no more to it: no saliency, nothing burns, no flux limit near */
-    bool flux_is_near;      /* so that it is followed each millisecond */
+    bool plain;        /* torque is i_q, and there is no more to it: no saliency, nothing burns, no flux limit near */
+    bool flux_is_near; /* so that it is followed each millisecond */
     struct flux_limit flux;
     struct weakening_row row; /* of that limit: where it decides */
     struct torque_map map;    /* these two: of the last switching on */
@@ -68,8 +68,8 @@ struct torque_view {
 };
 
 /*
- * Watches the bus, and whether the flux has a limit, by a bus voltage of now: the current loop's is a period old. Every second slow
- * period, whatever the state.
+ * Watches the bus, and whether the flux has a limit, by a bus voltage of now: the current loop's is a period old. Every
+ * second slow period, whatever the state.
  */
 void torque_measure(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                     int32_t vbus_q15);
@@ -96,7 +96,8 @@ void torque_set_limits(struct torque_control *s, const struct tuning *t, const s
 void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15);
 
 /* The same where it is not plain: by the maps. */
-void torque_ask_map(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15);
+void torque_ask_map(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t,
+                    int32_t wish_q15);
 
 /* Whether nothing but the bus holds the wish back. */
 static inline bool torque_bus_decides(const struct torque_control *s, int32_t wish_q15, int32_t torque_q15)
@@ -105,9 +106,8 @@ static inline bool torque_bus_decides(const struct torque_control *s, int32_t wi
 }
 
 /* torque_ask() as a part of its caller. */
-static inline __attribute__((always_inline)) void torque_ask_at_once(struct torque_control *s,
-                                                                     volatile struct current_loop *c,
-                                                                     const struct tuning *t, int32_t wish_q15)
+static inline __attribute__((always_inline)) void
+torque_ask_at_once(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15)
 {
     const int32_t torque_q15 = interval_clamp(s->limits, wish_q15);
     if (SELDOM(!s->plain || torque_bus_decides(s, wish_q15, torque_q15))) {

@@ -89,7 +89,7 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     set_profile();
 }
 
-/* The voltages that go with the speed: the EMF, and what the currents add. Else a limit of the flux would be near at any speed. */
+/* The voltages that go with the speed: EMF and what currents add. Else the flux would be near its limit at any speed. */
 static void set_voltages(void)
 {
     struct current_loop *const c = &axes[0].loop;
