@@ -173,23 +173,24 @@ def test_the_second_sample_is_looked_at_before_it_is_trusted(c, starting):
 
 
 def test_the_index_is_learnt_once_by_an_aligned_drive(c, starting):
+    """It is looked for in one of four milliseconds."""
     w = starting(True)
     scale = w.axis.loop.encoder_scale_q32
     w.axis.loop.angle_offset_q32 = 0x11111111
-    w.step()
+    w.step(4)
     assert not w.axis.start.index_known, "it has not been seen"
     w.fabric.encoder.STATUS, w.fabric.encoder.INDEX = INDEX_SEEN, 123
-    w.step()
+    w.step(4)
     assert w.axis.start.index_known and w.axis.start.index_offset_q32 == (0x11111111 + 123 * scale) % 2**32
     w.fabric.encoder.INDEX = 456
-    w.step()
+    w.step(4)
     assert w.axis.start.index_offset_q32 == (0x11111111 + 123 * scale) % 2**32
 
 
 def test_an_unaligned_drive_learns_no_index(starting):
     w = starting(False)
     w.fabric.encoder.STATUS, w.fabric.encoder.INDEX = INDEX_SEEN, 123
-    w.step(3)
+    w.step(4)
     assert not w.axis.start.index_known
 
 
