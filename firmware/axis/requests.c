@@ -85,7 +85,7 @@ static struct outcome measured_forbids_on(const struct axis *a, const struct tun
 
 struct outcome axis_switch_on(struct axis *a)
 {
-    struct tuning candidate;
+    struct tuning candidate = a->tuning; /* what lies between its members, too: an axis holds nothing of the stack */
     if (!request_settled(a)) {
         return outcome_of(ERROR_BUSY);
     }

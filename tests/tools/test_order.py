@@ -97,7 +97,7 @@ def test_switching_on_and_off(tmp_path):
 
 
 @pytest.mark.parametrize("files, old, new", [
-    (["firmware/control/current_loop.c", "firmware/control/current_loop.h"], "volatile struct current_loop",
+    ([f"firmware/control/current_loop{name}" for name in (".c", ".h", "_follow.h")], "volatile struct current_loop",
      "struct current_loop"),
     (["drivers/fabric/gate.h"], "volatile uint32_t", "uint32_t"),
     (["firmware/control/current_loop.c"], "    gate_disable(&f->gate);\n    c->status_max = UINT32_MAX;\n",
