@@ -3,7 +3,6 @@
 #include "firmware/axis/supervision.h"
 #include "lib/q15.h"
 #include "lib/trig.h"
-#include "lib/usually.h"
 
 #define SIN60_Q15     28378
 #define LEAST_SHIFT   4 /* a sixteenth of i_max */
@@ -54,19 +53,14 @@ enum look {
     MISSING,
 };
 
-/* A phase that carries an eighth of what is asked of it is whole: what was missing is forgotten. */
-static inline enum look look_at(struct phase_watch *p, uint32_t phase, int32_t asked_q15, int32_t measured_q15,
-                                int32_t least_q15)
+/* A phase that carries an eighth of what is asked of it is whole. */
+static enum look look_at(int32_t asked_q15, int32_t measured_q15, int32_t least_q15)
 {
     const int32_t size_q15 = q15_abs(asked_q15);
     if (size_q15 < least_q15) {
         return SAYS_NOTHING;
     }
-    if (USUALLY(q15_abs(measured_q15) >= size_q15 >> 3)) {
-        p->missing_q15[phase] = 0;
-        return CARRIES;
-    }
-    return MISSING;
+    return q15_abs(measured_q15) >= size_q15 >> 3 ? CARRIES : MISSING;
 }
 
 /*
@@ -75,11 +69,11 @@ static inline enum look look_at(struct phase_watch *p, uint32_t phase, int32_t a
  */
 static bool open(struct phase_watch *p, uint32_t phase, enum look look, int32_t asked_q15, uint32_t weight_shift)
 {
-    if (look != MISSING) {
+    if (look == SAYS_NOTHING) {
         return false;
     }
     const int32_t counts_q15 = q15_min(q15_abs(asked_q15), p->least_q15 << (LEAST_SHIFT - 2));
-    p->missing_q15[phase] += counts_q15 >> weight_shift;
+    p->missing_q15[phase] = look == CARRIES ? 0 : p->missing_q15[phase] + (counts_q15 >> weight_shift);
     return p->missing_q15[phase] > p->least_q15 << (LEAST_SHIFT - 1);
 }
 
@@ -87,17 +81,10 @@ static bool open(struct phase_watch *p, uint32_t phase, enum look look, int32_t 
  * Where no phase carries what is asked the voltage may be short: that takes longer. But with one phase open the other two have
  * nothing to carry just when most is asked of it, so what they carried in the looks before counts, too.
  */
-static __attribute__((noinline)) void count_missing(struct axis *a, const abc_t *asked, const enum look look[3])
+static uint32_t weight_shift(struct phase_watch *p, const abc_t *asked, const abc_t *measured, bool any_carries)
 {
-    struct phase_watch *const p = &a->supervision.phases;
-    const bool any_carries = look[0] == CARRIES || look[1] == CARRIES || look[2] == CARRIES;
-    const uint32_t shift = any_carries && p->carried_q15 > size(asked) >> 1 ? 0u : ALL_SHIFT;
-    const bool a_open = open(p, 0, look[0], asked->a, shift);
-    const bool b_open = open(p, 1, look[1], asked->b, shift);
-    const bool c_open = open(p, 2, look[2], asked->c, shift);
-    if (a_open || b_open || c_open) {
-        axis_report(a, FAULT_OPEN_PHASE, open_phase(a_open, b_open, c_open), 0);
-    }
+    p->carried_q15 = q15_max(size(measured), p->carried_q15 - (p->carried_q15 >> CARRIED_SHIFT));
+    return any_carries && p->carried_q15 > size(asked) >> 1 ? 0u : ALL_SHIFT;
 }
 
 void supervise_phases(struct axis *a)
@@ -110,11 +97,14 @@ void supervise_phases(struct axis *a)
     const abc_t asked = {alpha_q15, b_q15, -alpha_q15 - b_q15};
     const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
     const int32_t least_q15 = least_that_tells(p, &asked);
-    const enum look of_a = look_at(p, 0, asked.a, measured.a, least_q15);
-    const enum look of_b = look_at(p, 1, asked.b, measured.b, least_q15);
-    const enum look of_c = look_at(p, 2, asked.c, measured.c, least_q15);
-    p->carried_q15 = q15_max(size(&measured), p->carried_q15 - (p->carried_q15 >> CARRIED_SHIFT));
-    if (SELDOM(of_a == MISSING || of_b == MISSING || of_c == MISSING)) {
-        count_missing(a, &asked, (const enum look[]){of_a, of_b, of_c});
+    const enum look of_a = look_at(asked.a, measured.a, least_q15);
+    const enum look of_b = look_at(asked.b, measured.b, least_q15);
+    const enum look of_c = look_at(asked.c, measured.c, least_q15);
+    const uint32_t shift = weight_shift(p, &asked, &measured, of_a == CARRIES || of_b == CARRIES || of_c == CARRIES);
+    const bool a_open = open(p, 0, of_a, asked.a, shift);
+    const bool b_open = open(p, 1, of_b, asked.b, shift);
+    const bool c_open = open(p, 2, of_c, asked.c, shift);
+    if (a_open || b_open || c_open) {
+        axis_report(a, FAULT_OPEN_PHASE, open_phase(a_open, b_open, c_open), 0);
     }
 }

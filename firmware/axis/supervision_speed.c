@@ -121,8 +121,11 @@ static void end_half_wave(struct axis *a, struct cycle_watch *w)
 /* Homing looks for itself what stops the shaft. */
 static bool speed_controlled(const struct axis *a)
 {
+    if (a->state != AXIS_OPERATION_ENABLED) {
+        return false;
+    }
     const uint32_t mode = a->mode;
-    return a->state == AXIS_OPERATION_ENABLED && !axis_mode_is_torque(mode) && mode != AXIS_MODE_HOMING;
+    return mode == AXIS_MODE_SPEED || (!axis_mode_is_torque(mode) && mode != AXIS_MODE_HOMING);
 }
 
 /* The gains are reduced, a few times; if that does not help, it is a fault. */

@@ -80,7 +80,7 @@ speed_loop_control(struct speed_loop *s, const struct tuning *t, int32_t moved_q
     s->at_limit = wanted_q29 < low_q29 || wanted_q29 > high_q29;
     /* integrate unless that would push further into the limit */
     const int32_t growth_q29 = speed_loop_answer_q29(s, ref_rpm_q15 - s->estimate.travel_q15, ki_q16);
-    if (USUALLY(!s->at_limit) || (growth_q29 > 0) != (wanted_q29 > 0)) {
+    if (!s->at_limit || (growth_q29 > 0) != (wanted_q29 > 0)) {
         s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, low_q29, high_q29);
     }
     return SELDOM(t->torque_mean_ms > 1) ? speed_loop_mean_q15(s, t->torque_mean_ms, wanted_q29 >> 14)

@@ -114,7 +114,7 @@ static struct interval bus_limits(const struct torque_control *s, const struct t
     return s->emf_q15 < 0 ? (struct interval){-Q15_ONE, braking_q15} : (struct interval){-braking_q15, Q15_ONE};
 }
 
-static __attribute__((noinline)) struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4)
+static struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4)
 {
     const int32_t room_rpm_q4 = t->speed_max_rpm_q4 - q15_abs(speed_rpm_q4);
     const int64_t faster_q16 = (int64_t)q15_max(room_rpm_q4, 0) * t->speed_kp_q16;
@@ -172,7 +172,8 @@ static void set_burning(const struct torque_control *s, volatile struct current_
 /* Those of least amplitude, unless their flux is more than the voltage carries. */
 static struct weakening_node currents_for(struct torque_control *s, int32_t torque_q15)
 {
-    s->flux.decides = torque_map_at(&s->map, s->map.flux_q15, torque_q15) > s->flux.flux_q15;
+    s->flux.decides =
+        s->flux.flux_q15 != FLUX_UNLIMITED && torque_map_at(&s->map, s->map.flux_q15, torque_q15) > s->flux.flux_q15;
     if (s->flux.decides) {
         return weakening_currents(&s->row, torque_q15);
     }
@@ -187,7 +188,8 @@ static struct weakening_node currents_for(struct torque_control *s, int32_t torq
  */
 static int32_t reachable(const struct torque_control *s, const struct tuning *t, int32_t torque_q15)
 {
-    if (torque_map_at(&s->map, s->map.flux_q15, q15_abs(torque_q15)) <= s->flux.flux_q15) {
+    if (s->flux.flux_q15 == FLUX_UNLIMITED ||
+        torque_map_at(&s->map, s->map.flux_q15, q15_abs(torque_q15)) <= s->flux.flux_q15) {
         return torque_q15;
     }
     const int32_t step_q15 = flux_limit_slew_q15(t, s->vbus_q15);

@@ -89,14 +89,14 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     set_profile();
 }
 
-/* The voltages that go with the speed: EMF and what currents add. Else the flux would be near its limit at any speed. */
+/* The voltages that go with the speed: the EMF. Else the flux would be near its limit at any speed. */
 static void set_voltages(void)
 {
     struct current_loop *const c = &axes[0].loop;
     const int32_t emf_q15 = (current_loop_w_q15(c) * axes[0].tuning.emf_q12) >> 12;
     const int32_t q_steps = emf_q15 * (CONFIG_BUS_STEPS / 4) / (adc_vbus_q15(&axes[0].fabric->adc) / 4);
-    c->v_d_steps = vector_random(-2000, 2000);
-    c->v_q_steps = q15_clamp(q_steps + vector_random(-2000, 2000), -CONFIG_RADIUS_STEPS, CONFIG_RADIUS_STEPS);
+    c->v_d_steps = 0;
+    c->v_q_steps = q15_clamp(q_steps, -CONFIG_RADIUS_STEPS, CONFIG_RADIUS_STEPS);
     c->v_d_q15 = 0; /* reckoned from these in the step */
     c->v_q_q15 = emf_q15;
     flux_limit_rest(&axes[0].torque.flux);
