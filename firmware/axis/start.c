@@ -14,6 +14,7 @@ enum start_phase {
     START_FOLLOW,   /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
     START_FIELD,    /* without an encoder: the rotor is to hang on a field */
     START_IDENTIFY, /* in place of the alignment: it ends with the bridge off */
+    START_CATCH,    /* without an encoder: does the rotor turn already? */
 };
 
 static uint32_t latched(const struct axis *a)
@@ -104,11 +105,16 @@ static void open_gates(struct axis *a)
     s->phase = known ? START_FOLLOW : START_WIRING;
 }
 
-/* An aligned drive may start turning; whose angle has to be found must stand. */
+/* An aligned drive may start turning; whose angle has to be found must stand, or is caught. */
 static void leave_calibration(struct axis *a)
 {
     struct start *const s = &a->start;
-    if (s->aligned || !rotor_has_encoder(a) || moved(a) <= 2 + a->tuning.encoder_counts / 1024) {
+    if (!rotor_has_encoder(a)) {
+        flying_begin(a);
+        s->phase = START_CATCH;
+        return;
+    }
+    if (s->aligned || moved(a) <= 2 + a->tuning.encoder_counts / 1024) {
         open_gates(a);
         return;
     }
@@ -194,6 +200,16 @@ static void step_alignment(struct axis *a)
     }
 }
 
+/* True when the rotor is caught as it turns. */
+static bool step_catch(struct axis *a)
+{
+    const enum flying_result result = flying_step(a);
+    if (result == FLYING_STANDS) {
+        open_gates(a);
+    }
+    return result == FLYING_CAUGHT;
+}
+
 bool start_step(struct axis *a)
 {
     struct start *const s = &a->start;
@@ -213,6 +229,8 @@ bool start_step(struct axis *a)
         }
         s->phase = START_FOLLOW;
         return true;
+    case START_CATCH:
+        return step_catch(a);
     case START_IDENTIFY:
         return identify_step(&a->identify, &a->loop, &a->fabric->adc);
     case START_FOLLOW:

@@ -161,6 +161,20 @@ void current_loop_on(volatile struct current_loop *c, struct fabric *f, const st
     current_loop_follow(c, f, t);
 }
 
+void current_loop_arm(volatile struct current_loop *c, struct fabric *f, const struct tuning *t)
+{
+    adc_clear_overrun(&f->adc);
+    adc_set_limits(&f->adc, t->i_trip_q15, t->i_sum_q15, t->v_min_q15, t->v_max_q15);
+    c->i_d_ref_q15 = 0;
+    c->i_q_ref_q15 = 0;
+    c->field_angle_q32 = 0u;
+    c->field_speed_q32 = 0;
+    c->field_follows = UINT32_MAX;
+    rest(c);
+    c->status_max = GATE_STATUS_LIVE;
+    current_loop_follow(c, f, t);
+}
+
 /* The gates first, whatever else. */
 void current_loop_off(volatile struct current_loop *c, struct fabric *f)
 {

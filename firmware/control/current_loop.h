@@ -166,6 +166,13 @@ void current_loop_on(volatile struct current_loop *c, struct fabric *f, const st
 void current_loop_off(volatile struct current_loop *c, struct fabric *f);
 
 /*
+ * Of LOOP_OBSERVER, for a rotor that turns, whose angle and speed `pll` has: as current_loop_on(), but in the rotor's frame and
+ * with the EMF in the integrals at once; and the gates stay what they are, so that the legs play it before they are opened
+ * (gate_enable()). Slow loop.
+ */
+void current_loop_arm(volatile struct current_loop *c, struct fabric *f, const struct tuning *t);
+
+/*
  * Chooses the instance of the interrupt. Only while the bridge is off; otherwise returns false, and nothing has changed: the
  * integrals hold what they learnt in the frame of the source before. Slow loop.
  */

@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/flying.h"
+
+#include "drivers/cortex/cpu.h"
+#include "firmware/axis/axis.h"
+#include "firmware/axis/rotor.h"
+#include "firmware/commission/emf_pulse.h"
+#include "firmware/settings/config.h"
+#include "lib/polar.h"
+#include "lib/q15.h"
+
+#define ENOUGH_SHIFT 5   /* of i_max: a pulse that makes so much is long enough; twice as much is what it may make */
+#define SEEN_Q15     96  /* 6 codes of 12 bits: less is noise */
+#define QUIET_LOOKS  3u
+#define PAIR_SHIFT   3   /* an eighth of a millisecond between two pulses, and their own time */
+#define GOOD_PULSES  12u /* in a row where they are expected */
+#define GOOD_STEPS   8u
+#define PULSES_MS    40u
+#define ZERO_MS      32u
+#define SETTLES_MS   3u  /* the current controllers have found the EMF */
+#define LEAST_STEPS  (CONFIG_BUS_STEPS / 64) /* an EMF of 1.6 % of the bus: an observer without current has a margin of 4 */
+#define PLAYED       3u  /* samples from a set of integrals to the voltages that they make */
+
+#define HALF_TURN_Q32 0x80000000u
+
+void flying_begin(struct axis *a)
+{
+    a->flying = (struct flying){.counts = EMF_PULSE_SHORTEST};
+    current_loop_field(&a->loop, 0, 0);
+    if (!current_loop_select(&a->loop, a->fabric, LOOP_OBSERVER, LOOP_SENSE_AB)) {
+        axis_raise(a, FAULT_FABRIC); /* the gate does not let go */
+    }
+}
+
+/* ---- caught ---- */
+
+/* The rotor is where the track says at the next sample. */
+static void place(struct axis *a)
+{
+    struct current_loop *const c = &a->loop;
+    const struct emf_track *const t = &a->flying.track;
+    const uint32_t mask = cpu_irq_save();
+    c->pll.speed_q32 = t->speed_q32;
+    observer_reset(c, &a->tuning, emf_track_rotor_q32(t, adc_sequence(&a->fabric->adc) + 1u), 0);
+    cpu_irq_restore(mask);
+}
+
+static void lead(struct axis *a)
+{
+    a->sensorless = (struct sensorless){.step = 0};
+    rotor_take_speed(a);
+    a->sensorless.ref_rpm_q16 = a->speed.estimate.speed_rpm_q15 * 2;
+}
+
+/* With the bridge off: the legs play the EMF before the gates open, right behind a sample, where the ripple is zero. */
+static void open_gates_to_emf(struct axis *a)
+{
+    place(a);
+    current_loop_arm(&a->loop, a->fabric, &a->tuning);
+    observer_follow(&a->loop, &a->tuning, OBSERVER_LEADS);
+    emf_pulse_wait(a->fabric, PLAYED);
+    place(a);
+    (void)gate_enable(&a->fabric->gate);
+    lead(a);
+}
+
+/* With the bridge on and currents of 0. No sample comes in between. */
+static void turn_to_rotor(struct axis *a)
+{
+    const uint32_t mask = cpu_irq_save();
+    place(a);
+    current_loop_arm(&a->loop, a->fabric, &a->tuning);
+    cpu_irq_restore(mask);
+    lead(a);
+}
+
+/* ---- pulses ---- */
+
+static void look_at_pulse(struct flying *f, const struct emf_pulse *p)
+{
+    emf_track_look(&f->track, p->sequence, atan2_q32(p->i.beta, p->i.alpha) + HALF_TURN_Q32);
+}
+
+/* The current points to where the EMF was in the middle of the pulse. */
+static void correct_for_length(struct axis *a)
+{
+    struct flying *const f = &a->flying;
+    const int32_t late_q32 =
+        (int32_t)((int64_t)f->track.speed_q32 * (int32_t)f->counts / (2 * a->tuning.loop_counts));
+    f->track.angle_q32 += (uint32_t)late_q32;
+}
+
+static void regulate_to_nothing(struct axis *a)
+{
+    struct flying *const f = &a->flying;
+    f->regulates = true;
+    f->ms = 0;
+    f->track = (struct emf_track){.looks = 0};
+    current_loop_on(&a->loop, a->fabric, &a->tuning);
+}
+
+static enum flying_result step_pulses(struct axis *a)
+{
+    struct flying *const f = &a->flying;
+    const struct emf_pulse first = emf_pulse(a->fabric, f->counts);
+    emf_pulse_wait(a->fabric, (uint32_t)a->tuning.loops_per_slow >> PAIR_SHIFT);
+    const struct emf_pulse second = emf_pulse(a->fabric, f->counts);
+    const int32_t size_q15 = q15_min(magnitude_q15(first.i.alpha, first.i.beta), magnitude_q15(second.i.alpha, second.i.beta));
+    const uint32_t longest = emf_pulse_longest(&a->fabric->pwm);
+    if (size_q15 < q15_max(a->tuning.i_max_q15 >> ENOUGH_SHIFT, SEEN_Q15) && f->counts < longest) {
+        f->counts = 2u * f->counts < longest ? 2u * f->counts : longest;
+        f->track = (struct emf_track){.looks = 0};
+        return FLYING_SEARCHES;
+    }
+    f->quiet = size_q15 < SEEN_Q15 ? f->quiet + 1u : 0u;
+    if (f->quiet >= QUIET_LOOKS) {
+        regulate_to_nothing(a);
+        return FLYING_SEARCHES;
+    }
+    look_at_pulse(f, &first);
+    look_at_pulse(f, &second);
+    if (f->track.good >= GOOD_PULSES) {
+        correct_for_length(a);
+        open_gates_to_emf(a);
+        return FLYING_CAUGHT;
+    }
+    if (f->ms > PULSES_MS) { /* it turns, and not evenly, or is not what the parameters say */
+        axis_raise(a, FAULT_LOCK_LOST);
+    }
+    return FLYING_SEARCHES;
+}
+
+/* ---- no current ---- */
+
+static enum flying_result step_zero(struct axis *a)
+{
+    struct flying *const f = &a->flying;
+    const volatile struct current_loop *const c = &a->loop;
+    const uint32_t mask = cpu_irq_save();
+    const uint32_t at = adc_sequence(&a->fabric->adc);
+    const int32_t d_steps = c->v_d_steps;
+    const int32_t q_steps = c->v_q_steps;
+    cpu_irq_restore(mask);
+    if (f->ms > SETTLES_MS && magnitude_q15(d_steps, q_steps) > LEAST_STEPS) {
+        emf_track_look(&f->track, at, atan2_q32(q_steps, d_steps));
+    } else {
+        f->track = (struct emf_track){.looks = 0};
+    }
+    if (f->track.good >= GOOD_STEPS) {
+        turn_to_rotor(a);
+        return FLYING_CAUGHT;
+    }
+    return f->ms > ZERO_MS ? FLYING_STANDS : FLYING_SEARCHES;
+}
+
+enum flying_result flying_step(struct axis *a)
+{
+    a->flying.ms++;
+    return a->flying.regulates ? step_zero(a) : step_pulses(a);
+}
