@@ -10,15 +10,15 @@
 #include "lib/q15.h"
 
 #define ENOUGH_SHIFT 5   /* of i_max: a pulse that makes so much is long enough; twice as much is what it may make */
-#define SEEN_Q15     96  /* 6 codes of 12 bits: less is noise */
+#define SEEN_Q15     128 /* 8 codes of 12 bits: less is noise */
 #define QUIET_LOOKS  3u
 #define PAIR_SHIFT   3   /* an eighth of a millisecond between two pulses, and their own time */
-#define GOOD_PULSES  12u /* in a row where they are expected */
+#define GOOD_PULSES  10u /* in a row where they are expected */
 #define GOOD_STEPS   8u
 #define PULSES_MS    40u
 #define ZERO_MS      32u
 #define SETTLES_MS   3u  /* the current controllers have found the EMF */
-#define LEAST_STEPS  (CONFIG_BUS_STEPS / 64) /* an EMF of 1.6 % of the bus: an observer without current has a margin of 4 */
+#define LEAST_STEPS  (CONFIG_BUS_STEPS / 40) /* an EMF of 2.5 % of the bus: an observer without current has a margin of 6 */
 #define PLAYED       3u  /* samples from a set of integrals to the voltages that they make */
 
 #define HALF_TURN_Q32 0x80000000u
@@ -64,21 +64,41 @@ static void open_gates_to_emf(struct axis *a)
     lead(a);
 }
 
-/* With the bridge on and currents of 0. No sample comes in between. */
+/*
+ * With the bridge on and currents of 0. No sample comes in between. The voltages stay what they are: what of them the
+ * feed-forward is to be from now on, the integrals hold already.
+ */
 static void turn_to_rotor(struct axis *a)
 {
+    struct current_loop *const c = &a->loop;
     const uint32_t mask = cpu_irq_save();
     place(a);
-    current_loop_arm(&a->loop, a->fabric, &a->tuning);
+    current_loop_follow_rotor(c);
+    const int32_t d_q9 = c->integral_d_q9;
+    const int32_t q_q9 = c->integral_q_q9;
+    current_loop_follow(c, a->fabric, &a->tuning);
+    c->integral_d_q9 = d_q9;
+    c->integral_q_q9 = q_q9;
     cpu_irq_restore(mask);
     lead(a);
 }
 
 /* ---- pulses ---- */
 
-static void look_at_pulse(struct flying *f, const struct emf_pulse *p)
+static uint32_t emf_q32(const struct emf_pulse *p)
 {
-    emf_track_look(&f->track, p->sequence, atan2_q32(p->i.beta, p->i.alpha) + HALF_TURN_Q32);
+    return atan2_q32(p->i.beta, p->i.alpha) + HALF_TURN_Q32;
+}
+
+static void look_at_pulses(struct flying *f, const struct emf_pulse *first, const struct emf_pulse *second)
+{
+    const int32_t turned_q32 = (int32_t)(emf_q32(second) - emf_q32(first));
+    if (f->track.looks == 0u) {
+        emf_track_begin(&f->track, second->sequence, emf_q32(second),
+                        turned_q32 / q15_max((int32_t)(second->sequence - first->sequence), 1));
+    } else {
+        emf_track_look(&f->track, second->sequence, emf_q32(second));
+    }
 }
 
 /* The current points to where the EMF was in the middle of the pulse. */
@@ -99,17 +119,41 @@ static void regulate_to_nothing(struct axis *a)
     current_loop_on(&a->loop, a->fabric, &a->tuning);
 }
 
+static struct emf_pulse pulse(struct axis *a)
+{
+    const uint32_t counts = a->flying.counts;
+    return counts < CONFIG_PWM_COUNTS ? emf_pulse(a->fabric, counts)
+                                      : emf_pulse_period(a->fabric, (uint32_t)a->tuning.samples);
+}
+
+/* Twice as long, or so; a whole period when nothing else is left, if what there is lets expect no more than is wanted. */
+static bool lengthen(struct axis *a, int32_t size_q15, int32_t enough_q15)
+{
+    struct flying *const f = &a->flying;
+    const uint32_t longest = emf_pulse_longest(&a->fabric->pwm);
+    const int32_t whole_q15 = size_q15 * (int32_t)(CONFIG_PWM_COUNTS / longest);
+    if (size_q15 >= enough_q15 || f->counts == CONFIG_PWM_COUNTS ||
+        (f->counts == longest && whole_q15 > 2 * enough_q15)) {
+        return false;
+    }
+    f->counts = f->counts == longest ? CONFIG_PWM_COUNTS : 2u * f->counts < longest ? 2u * f->counts : longest;
+    f->track = (struct emf_track){.looks = 0};
+    return true;
+}
+
+static int32_t size_of(const struct emf_pulse *p)
+{
+    return magnitude_q15(p->i.alpha, p->i.beta);
+}
+
 static enum flying_result step_pulses(struct axis *a)
 {
     struct flying *const f = &a->flying;
-    const struct emf_pulse first = emf_pulse(a->fabric, f->counts);
+    const struct emf_pulse first = pulse(a);
     emf_pulse_wait(a->fabric, (uint32_t)a->tuning.loops_per_slow >> PAIR_SHIFT);
-    const struct emf_pulse second = emf_pulse(a->fabric, f->counts);
-    const int32_t size_q15 = q15_min(magnitude_q15(first.i.alpha, first.i.beta), magnitude_q15(second.i.alpha, second.i.beta));
-    const uint32_t longest = emf_pulse_longest(&a->fabric->pwm);
-    if (size_q15 < q15_max(a->tuning.i_max_q15 >> ENOUGH_SHIFT, SEEN_Q15) && f->counts < longest) {
-        f->counts = 2u * f->counts < longest ? 2u * f->counts : longest;
-        f->track = (struct emf_track){.looks = 0};
+    const struct emf_pulse second = pulse(a);
+    const int32_t size_q15 = q15_min(size_of(&first), size_of(&second));
+    if (lengthen(a, size_q15, q15_max(a->tuning.i_max_q15 >> ENOUGH_SHIFT, SEEN_Q15))) {
         return FLYING_SEARCHES;
     }
     f->quiet = size_q15 < SEEN_Q15 ? f->quiet + 1u : 0u;
@@ -117,8 +161,7 @@ static enum flying_result step_pulses(struct axis *a)
         regulate_to_nothing(a);
         return FLYING_SEARCHES;
     }
-    look_at_pulse(f, &first);
-    look_at_pulse(f, &second);
+    look_at_pulses(f, &first, &second);
     if (f->track.good >= GOOD_PULSES) {
         correct_for_length(a);
         open_gates_to_emf(a);
@@ -132,6 +175,20 @@ static enum flying_result step_pulses(struct axis *a)
 
 /* ---- no current ---- */
 
+/* The second look tells the speed: an EMF this small does not turn by half a turn in a millisecond. */
+static void look_at_voltage(struct flying *f, uint32_t at, uint32_t angle_q32)
+{
+    if (f->track.looks == 0u) {
+        emf_track_begin(&f->track, at, angle_q32, 0);
+    } else if (f->track.looks == 1u) {
+        const int32_t turned_q32 = (int32_t)(angle_q32 - f->track.angle_q32);
+        emf_track_begin(&f->track, at, angle_q32, turned_q32 / q15_max((int32_t)(at - f->track.at), 1));
+        f->track.looks = 2u;
+    } else {
+        emf_track_look(&f->track, at, angle_q32);
+    }
+}
+
 static enum flying_result step_zero(struct axis *a)
 {
     struct flying *const f = &a->flying;
@@ -142,7 +199,7 @@ static enum flying_result step_zero(struct axis *a)
     const int32_t q_steps = c->v_q_steps;
     cpu_irq_restore(mask);
     if (f->ms > SETTLES_MS && magnitude_q15(d_steps, q_steps) > LEAST_STEPS) {
-        emf_track_look(&f->track, at, atan2_q32(q_steps, d_steps));
+        look_at_voltage(f, at, atan2_q32(q_steps, d_steps));
     } else {
         f->track = (struct emf_track){.looks = 0};
     }

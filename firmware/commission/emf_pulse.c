@@ -69,6 +69,16 @@ struct emf_pulse emf_pulse(struct fabric *f, uint32_t counts)
     return (struct emf_pulse){.sequence = adc_sequence(&f->adc), .i = clarke_q15(s.ia_q15, s.ib_q15)};
 }
 
+struct emf_pulse emf_pulse_period(struct fabric *f, uint32_t samples)
+{
+    emf_pulse_wait(f, 1u);
+    (void)gate_enable(&f->gate);
+    emf_pulse_wait(f, samples);
+    gate_disable(&f->gate);
+    const struct adc_sample s = adc_read(&f->adc);
+    return (struct emf_pulse){.sequence = adc_sequence(&f->adc), .i = clarke_q15(s.ia_q15, s.ib_q15)};
+}
+
 void emf_pulse_wait(const struct fabric *f, uint32_t samples)
 {
     for (uint32_t n = 0; n < samples; n++) {

@@ -7,8 +7,9 @@
  *     i = -e T / L,    T far below L / R and a turn
  *
  * The pulse lies in the time in which the low sides conduct anyway, just before the sample in the middle of it: no leg
- * switches, so that no dead time falsifies it. Its length goes by the carrier, not by the processor's clock. Source of the
- * equation: the voltage equation at rest current; the method is that of every "flying start with zero vectors".
+ * switches, so that no dead time falsifies it. Its length goes by the carrier, not by the processor's clock. One that is too
+ * short for a sluggish winding is followed by one of a whole period, from sample to sample: what dead time takes of it lies
+ * along the current, to 30 degrees. Source of the equation: the voltage equation of a winding without current.
  */
 #ifndef FIRMWARE_COMMISSION_EMF_PULSE_H
 #define FIRMWARE_COMMISSION_EMF_PULSE_H
@@ -35,6 +36,9 @@ uint32_t emf_pulse_longest(const struct pwm_regs *pwm);
  * legs at half on-time (integrals of 0).
  */
 struct emf_pulse emf_pulse(struct fabric *f, uint32_t counts);
+
+/* The same for a whole PWM period, of so many samples. */
+struct emf_pulse emf_pulse_period(struct fabric *f, uint32_t samples);
 
 /* Lets so many samples pass. Slow loop. */
 void emf_pulse_wait(const struct fabric *f, uint32_t samples);

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The direction of the EMF, seen now and then: where it is at any sample, and how fast it turns. A predictor with two gains
- * (alpha-beta filter: Kalata, "The tracking index", IEEE Trans. Aerosp. Electron. Syst. 20(2), 1984), alpha a half and beta a
- * quarter: errors fall to a quarter in three looks without overshoot that matters.
+ * The direction of the EMF, seen once a millisecond or so: where it is at any sample, and how fast it turns. A straight line by
+ * least squares through the looks so far, as a filter whose gains fall from look to look (the growing-memory form of the
+ * alpha-beta filter: Brookner, "Tracking and Kalman Filtering Made Easy", 1998, chapter 1.2.10): alpha 2 (2 k - 1) / (k (k + 1)),
+ * beta 6 / (k (k + 1)). From the tenth look on they stay, so that a rotor that becomes slower is followed.
  *
- * Angles Q32 of a turn, speeds Q32 a sample, times in samples. A look is right or wrong by whole turns: the second one may come
- * after half a turn at most, later ones after as long as the speed is known well enough for.
+ * Angles Q32 of a turn, speeds Q32 a sample, times in samples. A look is right or wrong by whole turns: the speed has to be
+ * known so well beforehand that the next look is less than half a turn from where it is expected.
  */
 #ifndef FIRMWARE_COMMISSION_EMF_TRACK_H
 #define FIRMWARE_COMMISSION_EMF_TRACK_H
@@ -20,7 +21,10 @@ struct emf_track {
     int32_t speed_q32;
 };
 
-/* Takes a look. Slow loop. */
+/* The first look, and the speed as two of them show it that lie less than half a turn apart. Slow loop. */
+void emf_track_begin(struct emf_track *t, uint32_t at, uint32_t angle_q32, int32_t speed_q32);
+
+/* Takes another, so much later as those before. Slow loop. */
 void emf_track_look(struct emf_track *t, uint32_t at, uint32_t angle_q32);
 
 /* The EMF's direction at a sample. Any context. */
