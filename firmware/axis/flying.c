@@ -18,7 +18,8 @@
 #define PULSES_MS    40u
 #define ZERO_MS      32u
 #define SETTLES_MS   3u  /* the current controllers have found the EMF */
-#define LEAST_STEPS  (CONFIG_BUS_STEPS / 40) /* an EMF of 2.5 % of the bus: an observer without current has a margin of 6 */
+#define LEAST_STEPS  (CONFIG_BUS_STEPS / 32) /* an EMF of 3 % of the bus: less is dead time */
+#define MEAN_SHIFT   3u  /* 8 samples */
 #define PLAYED       3u  /* samples from a set of integrals to the voltages that they make */
 
 #define HALF_TURN_Q32 0x80000000u
@@ -189,17 +190,28 @@ static void look_at_voltage(struct flying *f, uint32_t at, uint32_t angle_q32)
     }
 }
 
+/* The mean of the voltages over some samples, which the noise of the current sensors moves: as they were in the middle. */
+static uint32_t mean_voltage(const struct axis *a, dq_t *v_steps)
+{
+    const volatile struct current_loop *const c = &a->loop;
+    *v_steps = (dq_t){0, 0};
+    for (uint32_t n = 0; n < 1u << MEAN_SHIFT; n++) {
+        emf_pulse_wait(a->fabric, 1u);
+        v_steps->d += c->v_d_steps;
+        v_steps->q += c->v_q_steps;
+    }
+    v_steps->d >>= MEAN_SHIFT;
+    v_steps->q >>= MEAN_SHIFT;
+    return adc_sequence(&a->fabric->adc) - (1u << (MEAN_SHIFT - 1u));
+}
+
 static enum flying_result step_zero(struct axis *a)
 {
     struct flying *const f = &a->flying;
-    const volatile struct current_loop *const c = &a->loop;
-    const uint32_t mask = cpu_irq_save();
-    const uint32_t at = adc_sequence(&a->fabric->adc);
-    const int32_t d_steps = c->v_d_steps;
-    const int32_t q_steps = c->v_q_steps;
-    cpu_irq_restore(mask);
-    if (f->ms > SETTLES_MS && magnitude_q15(d_steps, q_steps) > LEAST_STEPS) {
-        look_at_voltage(f, at, atan2_q32(q_steps, d_steps));
+    dq_t v_steps;
+    const uint32_t at = mean_voltage(a, &v_steps);
+    if (f->ms > SETTLES_MS && magnitude_q15(v_steps.d, v_steps.q) > LEAST_STEPS) {
+        look_at_voltage(f, at, atan2_q32(v_steps.q, v_steps.d));
     } else {
         f->track = (struct emf_track){.looks = 0};
     }

@@ -127,15 +127,19 @@ static bool is_calm(struct axis *a)
     const int32_t lag_q32 = lag_of(a);
     const int32_t off_q32 = lag_q32 - s->lag_q32;
     s->lag_q32 += off_q32 >> LAG_SHIFT;
+    s->grows_q32 = off_q32 >> LAG_SHIFT;
     return o->margin_q8 >= LEADS_ALL && o->margin_torque_q8 >= LEADS_MARGIN && q15_abs(o->rho_q15) < CALM_RHO_Q15 &&
            q15_abs(off_q32) < CALM_LAG_Q32 && q15_abs(lag_q32 >> 1) < LAG_MOST_Q32 >> 1;
 }
 
+/* The rotor's speed is not the field's while it swings. */
 static void observer_takes_over(struct axis *a)
 {
     struct current_loop *const c = &a->loop;
     const int32_t target_rpm_q16 = a->speed.target_rpm_q16;
     current_loop_follow_rotor(c);
+    c->pll.speed_q32 -= a->sensorless.grows_q32 / a->tuning.loops_per_slow;
+    rotor_take_speed(a);
     const int32_t torque_q15 = torque_of(&a->tuning, c->i_d_ref_q15, c->i_q_ref_q15);
     speed_loop_reset(&a->speed, torque_q15);
     a->speed.target_rpm_q16 = target_rpm_q16;
