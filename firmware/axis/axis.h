@@ -14,6 +14,7 @@
 
 #include "drivers/fabric/fabric.h"
 #include "firmware/axis/fault.h"
+#include "firmware/axis/field_watch.h"
 #include "firmware/axis/flying.h"
 #include "firmware/axis/modes.h"
 #include "firmware/axis/reaction.h"
@@ -60,6 +61,7 @@ struct axis {
     struct motion motion;
     struct start start;
     struct sensorless sensorless;
+    struct field_watch field_watch;
     struct flying flying;
     struct fault_record faults;
     volatile uint32_t state; /* enum axis_state */

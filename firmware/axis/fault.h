@@ -58,6 +58,7 @@ enum fault {
     FAULT_FOLLOWING_ERROR,   /* the shaft is not where it should be */
     FAULT_HOMING,            /* the search for index or block found nothing */
     FAULT_LOCK_LOST,         /* without an encoder: the observer has lost the rotor */
+    FAULT_OUT_OF_STEP,       /* without an encoder: the rotor has left the prescribed field */
     FAULT_COUNT
 };
 

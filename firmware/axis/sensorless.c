@@ -265,8 +265,10 @@ void sensorless_supervise(struct axis *a)
     struct sensorless *const s = &a->sensorless;
     const struct observer *const o = &a->loop.flux;
     if (!rotor_is_known(a)) {
+        field_watch_step(a);
         return;
     }
+    field_watch_reset(&a->field_watch);
     const bool lost = q15_abs(o->rho_q15) > LOST_RHO_Q15 || o->margin_q8 < LOST_MARGIN || emf_contradicts(a);
     s->lost_ms = lost ? s->lost_ms + 1u : 0u;
     if (s->lost_ms >= LOST_MS) {

@@ -169,6 +169,8 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_GATES_OFF] = {"gates off", "the fabric let go and says no cause: its design, its reset or clock"},
     [FAULT_LOCK_LOST] = {"lock lost", "a load step, a bus voltage or a resistance_mohm beyond what the observer bears",
                          "flux off by @ %, margin # tenths"},
+    [FAULT_OUT_OF_STEP] = {"out of step", "the load is too much for the field that leads: load, i_max_ma, ramp_rpm_s",
+                           "@ % of the EMF is where it should be, margin # tenths"},
 };
 
 const char *message_of_error(enum error error)
