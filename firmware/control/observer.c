@@ -111,7 +111,9 @@ static void reckon_margin(volatile struct observer *o, const struct tuning *t, d
     const int32_t emf_q12 = (int32_t)((uint32_t)(t->emf_q12 * o->active) / (uint32_t)t->observer.magnet);
     const int32_t emf_q15 = (q15_abs(w_q15) * q15_min(emf_q12, 65535)) >> 12;
     o->margin_q8 = by_doubt_q8(t, emf_q15, o->i_q4 >> 4, vbus_q15);
-    o->margin_torque_q8 = by_doubt_q8(t, emf_q15, o->i_q_q4 >> 4, vbus_q15);
+    /* the torque, and with it the current, may be none a moment later */
+    o->margin_torque_q8 =
+        q15_min(by_doubt_q8(t, emf_q15, o->i_q_q4 >> 4, vbus_q15), by_doubt_q8(t, emf_q15, 0, vbus_q15));
 }
 
 /* The voltage that acts between two samples: delay.h. In halves of the newest one and of the one before. */

@@ -56,7 +56,7 @@ struct observer {
     /* the slow loop's */
     int32_t active;           /* |psi_a|, flux 14 */
     int32_t margin_q8;        /* m; 255 at most */
-    int32_t margin_torque_q8; /* what it would be with i_q alone */
+    int32_t margin_torque_q8; /* what it would be with i_q alone, or without any */
     int32_t i_q4, i_q_q4;     /* |i| and |i_q|, smoothed */
 };
 
