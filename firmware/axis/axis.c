@@ -41,7 +41,7 @@ static void begin_operation(struct axis *a)
 {
     speed_loop_reset(&a->speed, 0);
     a->mode = AXIS_MODE_SPEED;
-    a->speed.target_rpm_q16 = 0;
+    a->speed.target_rpm_q16 = reaction_take_target(&a->reactions);
     modes_limit_torque(a);
     supervision_begin(a);
     axis_hear(a);

@@ -3,6 +3,7 @@
 
 #include "drivers/fabric/gate.h"
 #include "firmware/axis/axis.h"
+#include "firmware/axis/rotor.h"
 #include "lib/q15.h"
 
 #define GOOD_MS 10000u
@@ -67,6 +68,22 @@ void reaction_cleared_by_hand(struct reactions *r)
     r->retries = 0;
     r->waiting = false;
     r->switching_on = false;
+    r->resumes = false;
+}
+
+int32_t reaction_take_target(struct reactions *r)
+{
+    const int32_t rpm_q16 = r->resumes ? r->resume_rpm_q16 : 0;
+    r->resumes = false;
+    return rpm_q16;
+}
+
+/* Without an encoder most of what may pass is a rotor lost, by whatever name; it is caught as it turns, and need not stop. */
+static void remember_target(struct axis *a)
+{
+    struct reactions *const r = &a->reactions;
+    r->resumes = !rotor_has_encoder(a) && a->mode == AXIS_MODE_SPEED;
+    r->resume_rpm_q16 = a->speed.target_rpm_q16;
 }
 
 /* Beyond what `clear` and `on` look at. */
@@ -84,6 +101,7 @@ static void retry_clear(struct axis *a)
     }
     if (!r->waiting) {
         r->waiting = true;
+        remember_target(a);
         r->latched_ms = a->time_ms;
     } else if (a->time_ms - r->latched_ms >= (uint32_t)a->params.retry_delay_ms && cause_is_gone(a) &&
                axis_clear_latches(a).error == ERROR_NONE) {

@@ -25,6 +25,8 @@ struct reactions {
     uint32_t latched_ms;                        /* when the thread saw the fault that it may try again after */
     bool waiting;                               /* for that */
     bool switching_on;                          /* cleared by itself, `on` is due */
+    bool resumes;                               /* speed control goes on towards the speed that was asked for: */
+    int32_t resume_rpm_q16;
     uint32_t good_since_ms;
 };
 
@@ -48,6 +50,12 @@ void reaction_begin(struct reactions *r);
 
 /* A person has cleared the fault: the count of retries begins anew. Thread. */
 void reaction_cleared_by_hand(struct reactions *r);
+
+/*
+ * The speed towards which operation begins, rpm Q16: 0, or what was asked for before the rotor was lost, when the drive has
+ * switched on again by itself for that. Once. Slow loop.
+ */
+int32_t reaction_take_target(struct reactions *r);
 
 /* The retry policy: clears what may be cleared and switches on again, when it is time. Thread, whenever it has time. */
 void axis_retry(struct axis *a);

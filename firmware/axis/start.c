@@ -15,6 +15,7 @@ enum start_phase {
     START_FIELD,    /* without an encoder: the rotor is to hang on a field */
     START_IDENTIFY, /* in place of the alignment: it ends with the bridge off */
     START_CATCH,    /* without an encoder: does the rotor turn already? */
+    START_DOUBT,    /* likewise: did it turn while the wiring looked wrong? */
 };
 
 static uint32_t latched(const struct axis *a)
@@ -147,12 +148,29 @@ static bool driven(const struct axis *a)
     return rotor_has_encoder(a) && moved(a) * 3 * a->tuning.pole_pairs > a->tuning.encoder_counts;
 }
 
+/* Without an encoder the bridge goes off first, and the EMF says whether the rotor is driven. */
 static void raise_of_wiring(struct axis *a, enum fault fault)
 {
-    if (driven(a)) {
+    struct start *const s = &a->start;
+    if (!rotor_has_encoder(a)) {
+        current_loop_off(&a->loop, a->fabric);
+        flying_begin(a);
+        s->doubted = fault;
+        s->phase = START_DOUBT;
+    } else if (driven(a)) {
         axis_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
     } else {
-        axis_raise_with(a, fault, a->start.wiring.phase, 0);
+        axis_raise_with(a, fault, s->wiring.phase, 0);
+    }
+}
+
+static void step_doubt(struct axis *a)
+{
+    const enum flying_result result = flying_step(a);
+    if (result == FLYING_CAUGHT) {
+        axis_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
+    } else if (result == FLYING_STANDS) {
+        axis_raise_with(a, a->start.doubted, a->start.wiring.phase, 0);
     }
 }
 
@@ -231,6 +249,9 @@ bool start_step(struct axis *a)
         return true;
     case START_CATCH:
         return step_catch(a);
+    case START_DOUBT:
+        step_doubt(a);
+        return false;
     case START_IDENTIFY:
         return identify_step(&a->identify, &a->loop, &a->fabric->adc);
     case START_FOLLOW:

@@ -22,6 +22,7 @@ struct axis;
 struct start {
     uint32_t phase;
     uint32_t latched; /* of the encoder when the zero of the sensors was begun */
+    uint32_t doubted; /* enum fault: what the wiring looked like */
     uint32_t tries;   /* how often the rotor was found turning */
     struct calibration calibration;
     struct wiring wiring;

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""PART=sensorless: without an encoder the drive starts, catches a rotor that turns, and comes back after it has lost it; or
+says why not. There is no third outcome.
+
+WHAT is start/ANGLE/LOAD: start/45/hoist50 has the rotor at 45 degrees electrical and a hoist of 50 % of rated torque on it.
+flying/SPEED is part_flying.py's, lost/CAUSE part_lost.py's. The encoder's lines are cut in all of them.
+"""
+import re
+
+import numpy as np
+
+from . import part_flying, part_lost
+from .errors import LauncherError
+from .part import (ON_S, OPERATION, PartCase, Setup, Verdict, angle_error_deg, bridge_is_off, event, fault_s, first_fault, late,
+                   late_s, matches, numbers, operation_s, scenario)
+from .refusals import refusals
+
+NAME = "sensorless"
+REFUSAL = "reluctance"
+LOADS = ("hoist0", "hoist50", "hoist100")
+SEEDS = 8
+COMMAND_S, RUN_S, LONGEST_S = 0.1, 1.5, 12.0
+BACKWARDS_MAX_DEG = 90.0  # electrical, from the command on
+SPEED_ERROR_MAX = 0.05    # of the command, mean of the last 0.2 s
+ANGLE_RMS_MAX_DEG = 10.0  # of those, where the observer leads
+WATCH_S = 0.2
+LOADED = ("OUT_OF_STEP", "LOCK_LOST", "LOAD_TOO_HIGH")
+
+
+def plan(motors, options):
+    """ANGLES and LOADS thin out the starts."""
+    wanted = [f"{angle:g}" for angle in numbers(options.get("angles") or "", "ANGLES", 0, 360)] or [
+        f"{angle}" for angle in range(0, 360, 5)]
+    loads = (options.get("loads") or "").replace(",", " ").split() or LOADS
+    starts = [PartCase(NAME, motor, f"start/{angle}/{load}") for motor in motors for load in loads for angle in wanted]
+    return starts + [PartCase(NAME, motor, what) for motor in motors for what in (*part_flying.WHATS, *part_lost.WHATS)]
+
+
+def setup(what, drive):
+    """The run of one case."""
+    kind, _, rest = what.partition("/")
+    if kind == "flying":
+        return part_flying.setup(rest, drive)
+    if kind == "lost":
+        return part_lost.setup(rest, drive)
+    match = re.fullmatch(r"([\d.]+)/hoist(\d{1,3})", rest)
+    if kind != "start" or match is None:
+        raise LauncherError(f"'{what}' is none of start/ANGLE/hoistPERCENT, flying/PERCENT, lost/CAUSE")
+    angle, load = numbers(match[1], "angle", 0, 360)[0], int(match[2])
+    names = drive.names()
+    rpm, up_s = names["work_rpm"], COMMAND_S + names["field_ramp_s"] + RUN_S
+    steps = [{"t_s": 0.0, **event("encoder_cut", "1")}, {"t_s": 0.0, **event("load_hoist", f"{load / 100} * rated_torque_Nm")},
+             late(COMMAND_S, console="speed {work_rpm}"), late(up_s, **event("end"))]
+    return Setup(scenario(f"sensorless start at {angle:g} degrees, {load} % load", steps, LONGEST_S + up_s),
+                 lambda run: judge(run, rpm, LOADED if load else ()),
+                 {"seed": 1 + int(angle) % SEEDS, "start_angle": angle, "overrides": {"params": {"angle_source": 1}}})
+
+
+def judge(run, rpm, allowed):
+    """At the speed and with the right angle, never backwards; or off for a reason that is true of the load."""
+    fault, began = first_fault(run), operation_s(run)
+    if not fault and began is None:
+        return refused(run)
+    figures = {"time to operation, s": None if began is None else began - ON_S}
+    wrong = []
+    if began is not None:
+        figures["backwards, deg el."] = back = backwards_deg(run, late_s(run, COMMAND_S))
+        wrong += [f"backwards by {back:.0f} degrees electrical"] if back > BACKWARDS_MAX_DEG and not fault else []
+    if fault:
+        wrong += [] if bridge_is_off(run) else ["the bridge is on"]
+        wrong += [] if matches(fault, allowed) else [f"{fault} is no reason here"]
+        return Verdict(fault, "; ".join(wrong), figures)
+    wrong += judge_running(run, rpm, figures)
+    return Verdict("wrong" if wrong else "runs", "; ".join(wrong), figures)
+
+
+def refused(run):
+    """`on` may be refused where reluctance outweighs the magnets, by that name, and nothing moves."""
+    answers = [refusal.answer for refusal in refusals(run.console, []) if refusal.line == "on"]
+    named = any(REFUSAL in answer for answer in answers)
+    live = bool(run.trace["gate_live"].any())
+    return Verdict("refused" if named and not live else "undecided", "" if named and not live else
+                   f"neither {OPERATION} nor a fault nor a refusal that says why")
+
+
+def backwards_deg(run, from_s):
+    """By how much the rotor was behind where it had been furthest ahead before its last advance: from a command forward on."""
+    angle = run.electrical_angle(run.window(from_s, None))
+    angle = np.degrees(np.unwrap(np.asarray(angle)))
+    return float(np.max(angle[0] - angle)) if len(angle) else 0.0
+
+
+def judge_running(run, rpm, figures):
+    """What is wrong with how it runs in the end; adds to the figures."""
+    end_s = run.trace["t_s"][-1]
+    window = run.window(end_s - WATCH_S, None)
+    off = abs(float(window["speed_rpm"].mean()) - rpm) / abs(rpm)
+    figures["speed error in the end, %"] = 100 * off
+    wrong = [f"{window['speed_rpm'].mean():.0f} instead of {rpm:.0f} rpm"] if off > SPEED_ERROR_MAX else []
+    leads = window["observer_leads"] > 0.5
+    if leads.all():
+        rms = float(np.sqrt(np.mean(angle_error_deg(run, window) ** 2)))
+        figures["angle error in the end, deg rms"] = rms
+        wrong += [f"the angle is {rms:.0f} degrees off"] if rms > ANGLE_RMS_MAX_DEG else []
+    if fault_s(run) is None and run.trace["state"][-1] != run.state_code(OPERATION):
+        wrong.append("not in operation")
+    return wrong
