@@ -7,7 +7,7 @@
 
 #define FILTER_SHIFT 2 /* 4 ms: the noise of the voltages */
 #define LEAST_SHIFT  6 /* a 64th of the bus: less EMF than this says nothing */
-#define OUT_POINTS   60
+#define OUT_POINTS   120
 #define MISSING      2 /* points a millisecond, */
 #define OPPOSITE     4
 #define THERE        (-1)

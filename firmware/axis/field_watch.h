@@ -6,7 +6,7 @@
  *     e = v - R i - j w Lq i = |w| psi (sin lambda, cos lambda)        (axes d and q; q counted along w)
  *
  * A rotor that has pulled out turns otherwise than the field, or not at all: its EMF goes round in this frame, or is none. Each
- * millisecond gives points for that or takes one away; thirty milliseconds of none are enough, and somewhat more of an EMF that
+ * millisecond gives points for that or takes one away; sixty milliseconds of none are enough, and somewhat more of an EMF that
  * goes round. The component in q knows nothing of resistance and dead time, which lie along the current:
  * it has to be there, a quarter of the whole, or if the load angle is too large for that, the one in d beyond what may be hidden.
  * A rotor that a load turns much faster than the field has more EMF than both say. Active flux: control/observer.h.

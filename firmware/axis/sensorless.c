@@ -26,8 +26,9 @@
 
 enum align_step {
     ALIGN_ACROSS, /* 90 degrees from where the rotor is to stand: there is no pull from the opposite side */
+    ALIGN_NEARER, /* half of that: friction of two thirds of what pulls holds a rotor 130 degrees away */
     ALIGN_ALONG,
-    ALIGN_LESS, /* with half of the current, for the resistance */
+    ALIGN_LESS, /* with less current, for the resistance; a load is still held */
 };
 
 static int32_t slew(int32_t from, int32_t to, int32_t most)
@@ -74,6 +75,11 @@ static void take_resistance(struct axis *a)
     t->r_q12 = q15_max(r_q12, 1);
 }
 
+static int32_t less_q15(int32_t i_q15)
+{
+    return i_q15 * 3 / 4;
+}
+
 /* The next part of the start; true after the last. */
 static bool align_next(struct axis *a)
 {
@@ -81,6 +87,10 @@ static bool align_next(struct axis *a)
     s->ms = 0;
     switch (s->step) {
     case ALIGN_ACROSS:
+        current_loop_field(&a->loop, QUARTER_Q32 / 2u, 0);
+        s->step = ALIGN_NEARER;
+        return false;
+    case ALIGN_NEARER:
         current_loop_field(&a->loop, 0, 0);
         s->step = ALIGN_ALONG;
         return false;
@@ -91,7 +101,7 @@ static bool align_next(struct axis *a)
         return false;
     default:
         take_resistance(a);
-        s->i_q15 = a->tuning.field.i_align_q15 / 2;
+        s->i_q15 = less_q15(a->tuning.field.i_align_q15);
         a->loop.i_d_ref_q15 = s->i_q15;
         return true;
     }
@@ -101,9 +111,10 @@ bool sensorless_align(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
     const int32_t i_q15 = a->tuning.field.i_align_q15;
-    hold_voltage(a, s->step == ALIGN_LESS ? i_q15 / 2 : i_q15);
+    hold_voltage(a, s->step == ALIGN_LESS ? less_q15(i_q15) : i_q15);
     s->ms++;
-    return s->ms >= (uint32_t)a->tuning.field.align_ms && align_next(a);
+    const uint32_t takes_ms = (uint32_t)a->tuning.field.align_ms >> (s->step == ALIGN_NEARER ? 1 : 0);
+    return s->ms >= takes_ms && align_next(a);
 }
 
 /* ---- the field leads ---- */

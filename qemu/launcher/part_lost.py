@@ -85,6 +85,6 @@ def _lost_s(run, from_s, to_s):
 def _again_s(run, from_s):
     window = run.window(from_s + run.period_s, None)
     runs = (window["state"] == run.state_code(OPERATION)) & (window["observer_leads"] > 0.5)
-    off = np.flatnonzero(window["gate_live"] < 0.5)
+    off = np.flatnonzero(window["state"] != run.state_code(OPERATION))
     hits = np.flatnonzero(runs[off[0]:]) if len(off) else ()
     return float(window["t_s"][off[0] + hits[0]]) if len(hits) else None

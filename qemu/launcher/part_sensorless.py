@@ -2,7 +2,8 @@
 """PART=sensorless: without an encoder the drive starts, catches a rotor that turns, and comes back after it has lost it; or
 says why not. There is no third outcome.
 
-WHAT is start/ANGLE/LOAD: start/45/hoist50 has the rotor at 45 degrees electrical and a hoist of 50 % of rated torque on it.
+WHAT is start/ANGLE/LOAD: start/45/friction50 has the rotor at 45 degrees electrical and friction of 50 % of rated torque on it,
+hoist50 a hoist that a ratchet holds at standstill. Where there is a load, i_align is i_max.
 flying/SPEED is part_flying.py's, lost/CAUSE part_lost.py's. The encoder's lines are cut in all of them.
 """
 import re
@@ -17,7 +18,7 @@ from .refusals import refusals
 
 NAME = "sensorless"
 REFUSAL = "reluctance"
-LOADS = ("hoist0", "hoist50", "hoist100")
+LOADS = ("free", "friction50", "friction100", "hoist50")
 SEEDS = 8
 COMMAND_S, RUN_S, LONGEST_S = 0.1, 1.5, 12.0
 BACKWARDS_MAX_DEG = 90.0  # electrical, from the command on
@@ -43,17 +44,19 @@ def setup(what, drive):
         return part_flying.setup(rest, drive)
     if kind == "lost":
         return part_lost.setup(rest, drive)
-    match = re.fullmatch(r"([\d.]+)/hoist(\d{1,3})", rest)
+    match = re.fullmatch(r"([\d.]+)/(free|(hoist|friction)(\d{1,3}))", rest)
     if kind != "start" or match is None:
-        raise LauncherError(f"'{what}' is none of start/ANGLE/hoistPERCENT, flying/PERCENT, lost/CAUSE")
-    angle, load = numbers(match[1], "angle", 0, 360)[0], int(match[2])
-    names = drive.names()
+        raise LauncherError(f"'{what}' is none of start/ANGLE/free, friction50 or hoist50, flying/PERCENT, lost/CAUSE")
+    angle, load = numbers(match[1], "angle", 0, 360)[0], int(match[4] or 0)
+    names, params = drive.names(), {"angle_source": 1, **({"i_align_ma": drive.params["i_max_ma"]} if load else {})}
     rpm, up_s = names["work_rpm"], COMMAND_S + names["field_ramp_s"] + RUN_S
-    steps = [{"t_s": 0.0, **event("encoder_cut", "1")}, {"t_s": 0.0, **event("load_hoist", f"{load / 100} * rated_torque_Nm")},
-             late(COMMAND_S, console="speed {work_rpm}"), late(up_s, **event("end"))]
-    return Setup(scenario(f"sensorless start at {angle:g} degrees, {load} % load", steps, LONGEST_S + up_s),
+    pulls = [{"t_s": 0.0, **event({"hoist": "load_hoist", "friction": "load_coulomb"}[match[3]],
+                                  f"{load / 100} * rated_torque_Nm")}] if load else []
+    steps = [{"t_s": 0.0, **event("encoder_cut", "1")}, *pulls, late(COMMAND_S, console="speed {work_rpm}"),
+             late(up_s, **event("end"))]
+    return Setup(scenario(f"sensorless start at {angle:g} degrees, {match[2]}", steps, LONGEST_S + up_s),
                  lambda run: judge(run, rpm, LOADED if load else ()),
-                 {"seed": 1 + int(angle) % SEEDS, "start_angle": angle, "overrides": {"params": {"angle_source": 1}}})
+                 {"seed": 1 + int(angle) % SEEDS, "start_angle": angle, "overrides": {"params": params}})
 
 
 def judge(run, rpm, allowed):
@@ -63,8 +66,9 @@ def judge(run, rpm, allowed):
         return refused(run)
     figures = {"time to operation, s": None if began is None else began - ON_S}
     wrong = []
-    if began is not None:
-        figures["backwards, deg el."] = back = backwards_deg(run, late_s(run, COMMAND_S))
+    commanded = late_s(run, COMMAND_S)
+    if commanded is not None and commanded < run.trace["t_s"][-1] - run.period_s:
+        figures["backwards, deg el."] = back = backwards_deg(run, commanded)
         wrong += [f"backwards by {back:.0f} degrees electrical"] if back > BACKWARDS_MAX_DEG and not fault else []
     if fault:
         wrong += [] if bridge_is_off(run) else ["the bridge is on"]
