@@ -22,6 +22,7 @@
 #define CALM_LAG_Q32   (1 << 28)               /* 22 degrees from its mean over 16 ms: it swings, and is not lost */
 #define LAG_MOST_Q32   ((1 << 30) - (1 << 26)) /* nearly 90 degrees */
 #define LAG_SHIFT      4
+#define YIELD_MOST_Q32 (1 << 29) /* 45 degrees */
 #define SLEW_SHIFT     4 /* a 16th of i_max a millisecond: currents of the field come and go */
 
 enum align_step {
@@ -144,6 +145,18 @@ static bool is_calm(struct axis *a)
 }
 
 /* The rotor's speed is not the field's while it swings. */
+/* Where the rotor rests relative to the field: the mean of a period of its swinging, begun where it is first seen. */
+static void follow_rest(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const int32_t lag_q32 = lag_of(a);
+    if (!s->sees) {
+        s->rest_q32 = lag_q32;
+        s->sees = true;
+    }
+    s->rest_q32 += (lag_q32 - s->rest_q32) / a->tuning.field.rest_ms;
+}
+
 static void observer_takes_over(struct axis *a)
 {
     struct current_loop *const c = &a->loop;
@@ -170,11 +183,22 @@ static void set_field_current(struct axis *a)
     a->loop.i_q_ref_q15 = slew(a->loop.i_q_ref_q15, 0, most);
 }
 
+/*
+ * The rotor swings about the field, and nothing damps it but friction. A field that yields to it does: by how much the rotor is
+ * further behind than in the mean of a period or so, the field waits. As with a damper, 0.35 of the critical one.
+ */
+static int32_t yield_q32(const struct axis *a)
+{
+    const struct sensorless *const s = &a->sensorless;
+    const int32_t more_q32 = q15_clamp(lag_of(a) - s->rest_q32, -YIELD_MOST_Q32, YIELD_MOST_Q32);
+    return s->sees ? more_q32 / a->tuning.field.yield_loops : 0;
+}
+
 static void turn_field(struct axis *a, int32_t slope_q16)
 {
     const int32_t rpm_q16 = speed_loop_lead(&a->speed, q15_min(slope_q16, a->tuning.field.ramp_q16));
     const int32_t speed_q32 = (int32_t)(((int64_t)rpm_q16 * a->tuning.field.speed_per_rpm_q12) >> 12);
-    a->loop.field_speed_q32 = speed_q32;
+    a->loop.field_speed_q32 = speed_q32 - yield_q32(a);
     a->loop.pll.speed_q32 = speed_q32;
 }
 
@@ -190,8 +214,10 @@ bool sensorless_lead_field(struct axis *a, int32_t slope_q16)
         observer_reset(&a->loop, &a->tuning, current_loop_angle_q32(&a->loop), a->loop.i_d_q15);
         s->lag_q32 = 0;
         s->calm_ms = 0;
+        s->sees = false;
         return true;
     }
+    follow_rest(a);
     s->calm_ms = is_calm(a) ? s->calm_ms + 1u : 0u;
     if (s->calm_ms >= CALM_MS) {
         observer_takes_over(a);
@@ -212,6 +238,7 @@ static void field_takes_over(struct axis *a)
     const int32_t i_d_q15 = circle_rest_q15(i_q_q15, a->tuning.field.i_q15);
     a->sensorless.i_q15 = a->tuning.field.i_q15;
     a->sensorless.calm_ms = 0;
+    a->sensorless.sees = false;
     current_loop_prescribe(c, atan2_q32(i_q_q15, i_d_q15), c->pll.speed_q32);
     a->speed.ref_rpm_q16 = tuning_rpm_q15(&a->tuning, c->pll.speed_q32) * 2;
 }

@@ -32,6 +32,8 @@ struct sensorless {
     int32_t i_q15;       /* what the field has */
     int32_t lag_q32;     /* by how much the rotor lags behind it, as observed; smoothed */
     int32_t grows_q32;   /* and by how much more from millisecond to millisecond */
+    int32_t rest_q32;    /* about which it swings: the same over a longer time */
+    bool sees;           /* the observer has been let go, and these hold */
     uint32_t calm_ms;    /* since when the observer could lead */
     uint32_t weak_ms;    /* since when it should not */
     int32_t extra_q15;   /* d current that makes no torque, left from the field */

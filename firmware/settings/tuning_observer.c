@@ -34,6 +34,9 @@ static void tune_field(const struct params *p, struct tuning *t)
     t->field.align_ms = limited(align_ms < ALIGN_LEAST ? ALIGN_LEAST : align_ms, ALIGN_MOST);
     t->field.i_q15 = t->i_max_q15;
     t->field.ramp_q16 = limited(slope_q16 < 1 ? 1 : slope_q16, t->ramp_q16);
+    /* 2 zeta w: 0.7 2 pi a period; that of i_align, of which the field's own is a little less */
+    t->field.rest_ms = t->align[0].period_ms < 1 ? 1 : t->align[0].period_ms;
+    t->field.yield_loops = limited((int64_t)t->field.rest_ms * t->loops_per_slow * 10 / 44 + 1, INT32_MAX);
     t->field.speed_per_rpm_q12 = (int32_t)scale(p->pole_pairs, 1 << 28, 60LL * t->loop_hz);
 }
 
