@@ -7,7 +7,6 @@
 
 #define FILTER_SHIFT 2 /* 4 ms: the noise of the voltages */
 #define LEAST_SHIFT  6 /* a 64th of the bus: less EMF than this says nothing */
-#define OUT_POINTS   120
 #define MISSING      2 /* points a millisecond, */
 #define OPPOSITE     4
 #define THERE        (-1)
@@ -81,7 +80,7 @@ void field_watch_step(struct axis *a)
     }
     const int32_t now = is_away(&v, a->loop.vbus_q15) ? MISSING : tells ? points(w, &v) : THERE;
     w->out = q15_max(w->out + now, 0);
-    if (w->out >= OUT_POINTS) {
+    if (w->out >= FIELD_WATCH_POINTS) {
         axis_report(a, FAULT_OUT_OF_STEP, w->q_q4 * 100 / q15_max(w->expected_q4, 1), a->loop.flux.margin_q8 * 10 / 256);
     }
 }

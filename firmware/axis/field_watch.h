@@ -14,6 +14,7 @@
 #ifndef FIRMWARE_AXIS_FIELD_WATCH_H
 #define FIRMWARE_AXIS_FIELD_WATCH_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 struct axis;
@@ -23,6 +24,14 @@ struct field_watch {
     int32_t expected_q4; /* |w| psi, filtered alike */
     int32_t out; /* points: each millisecond says yes or no */
 };
+
+#define FIELD_WATCH_POINTS 120 /* so many are a fault */
+
+/* Whether the rotor may be out of step already: what else is odd then is no cause. Slow loop. */
+static inline bool field_watch_doubts(const struct field_watch *w)
+{
+    return w->out > FIELD_WATCH_POINTS / 4;
+}
 
 /* A step while the field leads; may report a fault. Slow loop, each millisecond of operation. */
 void field_watch_step(struct axis *a);

@@ -194,9 +194,18 @@ static int32_t yield_q32(const struct axis *a)
     return s->sees ? more_q32 / a->tuning.field.yield_loops : 0;
 }
 
+/* The steepest ramp now. */
+static int32_t field_ramp_q16(const struct axis *a)
+{
+    const struct tuning_field *const t = &a->tuning.field;
+    const int32_t ref_q16 = a->speed.ref_rpm_q16;
+    const bool speeds_up = ref_q16 == 0 || (ref_q16 < 0) == (a->speed.target_rpm_q16 < 0);
+    return speeds_up && q15_abs(ref_q16) < t->creep_below_q16 ? q15_min(t->creep_q16, t->ramp_q16) : t->ramp_q16;
+}
+
 static void turn_field(struct axis *a, int32_t slope_q16)
 {
-    const int32_t rpm_q16 = speed_loop_lead(&a->speed, q15_min(slope_q16, a->tuning.field.ramp_q16));
+    const int32_t rpm_q16 = speed_loop_lead(&a->speed, q15_min(slope_q16, field_ramp_q16(a)));
     const int32_t speed_q32 = (int32_t)(((int64_t)rpm_q16 * a->tuning.field.speed_per_rpm_q12) >> 12);
     a->loop.field_speed_q32 = speed_q32 - yield_q32(a);
     a->loop.pll.speed_q32 = speed_q32;

@@ -105,6 +105,7 @@ void supervise_phases(struct axis *a)
     const bool b_open = open(p, 1, of_b, asked.b, shift);
     const bool c_open = open(p, 2, of_c, asked.c, shift);
     if (a_open || b_open || c_open) {
-        axis_report(a, FAULT_OPEN_PHASE, open_phase(a_open, b_open, c_open), 0);
+        axis_report(a, field_watch_doubts(&a->field_watch) ? FAULT_OUT_OF_STEP : FAULT_OPEN_PHASE,
+                    open_phase(a_open, b_open, c_open), 0);
     }
 }

@@ -37,6 +37,10 @@ static void tune_field(const struct params *p, struct tuning *t)
     /* 2 zeta w: 0.7 2 pi a period; that of i_align, of which the field's own is a little less */
     t->field.rest_ms = t->align[0].period_ms < 1 ? 1 : t->align[0].period_ms;
     t->field.yield_loops = limited((int64_t)t->field.rest_ms * t->loops_per_slow * 10 / 44 + 1, INT32_MAX);
+    /* a rotor at rest is caught by a field of up to 0.86 w; 0.4 w are reached in 0.3 of a turn, whichever way it sticks */
+    const int64_t way_ms = (int64_t)t->field.rest_ms * p->pole_pairs;
+    t->field.creep_below_q16 = limited(24000LL * 65536 / way_ms, INT32_MAX);
+    t->field.creep_q16 = limited(16000LL * 65536 / way_ms / t->field.rest_ms + 1, INT32_MAX);
     t->field.speed_per_rpm_q12 = (int32_t)scale(p->pole_pairs, 1 << 28, 60LL * t->loop_hz);
 }
 

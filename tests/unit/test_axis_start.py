@@ -7,7 +7,7 @@ import pytest
 from unit.test_axis import INDEX_SEEN
 from unit.test_state_machine import World
 
-CALIBRATION_MS, CALIBRATE, WIRING, ALIGN, FOLLOW = 128, 0, 1, 2, 3
+CALIBRATION_MS, CALIBRATE, WIRING, ALIGN, FOLLOW, CATCH = 128, 0, 1, 2, 3, 6
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def test_what_is_known_of_an_encoder_ends_with_it(c, starting):
     w = starting(True)
     w.axis.start.index_known = True
     w.axis.loop.angle_offset_q32 = 0x11111111
-    for source, loop in ((1, c.LOOP_OBSERVER), (0, c.LOOP_FORCED)):
+    for source, loop, phase in ((1, c.LOOP_OBSERVER, CATCH), (0, c.LOOP_FORCED, WIRING)):
         assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
         w.axis.params.angle_source = source
         w.fabric.encoder.STATUS = INDEX_SEEN
@@ -60,7 +60,7 @@ def test_what_is_known_of_an_encoder_ends_with_it(c, starting):
         assert w.step() == "SWITCHED_ON"
         w.step(CALIBRATION_MS)
         start = w.axis.start
-        assert (start.phase, w.axis.loop.source) == (WIRING, loop) and not start.aligned and not start.index_known
+        assert (start.phase, w.axis.loop.source) == (phase, loop) and not start.aligned and not start.index_known
         assert w.axis.loop.angle_offset_q32 == 0
         start.aligned = start.index_known = True  # so that the way back has something to forget
 
