@@ -66,8 +66,7 @@ static void open_gates_to_emf(struct axis *a)
 }
 
 /*
- * With the bridge on and currents of 0. No sample comes in between. The voltages stay what they are: what of them the
- * feed-forward is to be from now on, the integrals hold already.
+ * With the bridge on and currents of 0. No sample comes in between. The voltages stay what they are.
  */
 static void turn_to_rotor(struct axis *a)
 {
@@ -75,11 +74,7 @@ static void turn_to_rotor(struct axis *a)
     const uint32_t mask = cpu_irq_save();
     place(a);
     current_loop_follow_rotor(c);
-    const int32_t d_q9 = c->integral_d_q9;
-    const int32_t q_q9 = c->integral_q_q9;
-    current_loop_follow(c, a->fabric, &a->tuning);
-    c->integral_d_q9 = d_q9;
-    c->integral_q_q9 = q_q9;
+    current_loop_adopt(c, a->fabric, &a->tuning);
     cpu_irq_restore(mask);
     lead(a);
 }

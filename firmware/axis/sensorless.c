@@ -163,6 +163,7 @@ static void observer_takes_over(struct axis *a)
     const int32_t target_rpm_q16 = a->speed.target_rpm_q16;
     current_loop_follow_rotor(c);
     c->pll.speed_q32 -= a->sensorless.grows_q32 / a->tuning.loops_per_slow;
+    current_loop_adopt(c, a->fabric, &a->tuning);
     rotor_take_speed(a);
     const int32_t torque_q15 = torque_of(&a->tuning, c->i_d_ref_q15, c->i_q_ref_q15);
     speed_loop_reset(&a->speed, torque_q15);
@@ -249,6 +250,7 @@ static void field_takes_over(struct axis *a)
     a->sensorless.calm_ms = 0;
     a->sensorless.sees = false;
     current_loop_prescribe(c, atan2_q32(i_q_q15, i_d_q15), c->pll.speed_q32);
+    current_loop_adopt(c, a->fabric, &a->tuning);
     a->speed.ref_rpm_q16 = tuning_rpm_q15(&a->tuning, c->pll.speed_q32) * 2;
 }
 

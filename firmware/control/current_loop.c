@@ -254,6 +254,17 @@ void current_loop_prescribe(volatile struct current_loop *c, uint32_t turn_q32, 
     cpu_irq_restore(mask);
 }
 
+void current_loop_adopt(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t)
+{
+    const uint32_t mask = cpu_irq_save();
+    const int32_t d_q9 = c->integral_d_q9;
+    const int32_t q_q9 = c->integral_q_q9;
+    current_loop_follow(c, f, t);
+    c->integral_d_q9 = d_q9;
+    c->integral_q_q9 = q_q9;
+    cpu_irq_restore(mask);
+}
+
 void current_loop_set_rotor(volatile struct current_loop *c, uint32_t angle_q32)
 {
     c->angle_offset_q32 = angle_q32 - c->pll.angle_q32;

@@ -196,6 +196,12 @@ void current_loop_prescribe(volatile struct current_loop *c, uint32_t turn_q32, 
 /* The rotor stands at this electrical angle now: from here on the encoder tells it. Slow loop. */
 void current_loop_set_rotor(volatile struct current_loop *c, uint32_t angle_q32);
 
+/*
+ * As current_loop_follow(), after another frame has been taken: what of the present voltages is feed-forward is reckoned anew,
+ * and the voltages stay. Slow loop; holds the interrupt back for about 300 cycles.
+ */
+void current_loop_adopt(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);
+
 /* Of LOOP_SENSE_PAIR: the two currents to use from the next sample on; one store. Slow loop, bridge on or off. */
 static inline void current_loop_pair(volatile struct current_loop *c, enum loop_pair pair)
 {
