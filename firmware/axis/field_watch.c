@@ -81,6 +81,7 @@ void field_watch_step(struct axis *a)
     const int32_t now = is_away(&v, a->loop.vbus_q15) ? MISSING : tells ? points(w, &v) : THERE;
     w->out = q15_max(w->out + now, 0);
     if (w->out >= FIELD_WATCH_POINTS) {
-        axis_report(a, FAULT_OUT_OF_STEP, w->q_q4 * 100 / q15_max(w->expected_q4, 1), a->loop.flux.margin_q8 * 10 / 256);
+        axis_report(a, FAULT_OUT_OF_STEP, w->q_q4 * 100 / q15_max(w->expected_q4, 1),
+                    a->loop.flux.margin_q8 * 10 / 256);
     }
 }

@@ -8,7 +8,8 @@
  * A rotor that has pulled out turns otherwise than the field, or not at all: its EMF goes round in this frame, or is none. Each
  * millisecond gives points for that or takes one away; sixty milliseconds of none are enough, and somewhat more of an EMF that
  * goes round. The component in q knows nothing of resistance and dead time, which lie along the current:
- * it has to be there, a quarter of the whole, or if the load angle is too large for that, the one in d beyond what may be hidden.
+ * it has to be there, a quarter of the whole, or if the load angle is too large for that, the one in d beyond what may be
+ * hidden.
  * A rotor that a load turns much faster than the field has more EMF than both say. Active flux: control/observer.h.
  */
 #ifndef FIRMWARE_AXIS_FIELD_WATCH_H
@@ -22,7 +23,7 @@ struct axis;
 struct field_watch {
     int32_t d_q4, q_q4;  /* e, filtered; 4 more bits */
     int32_t expected_q4; /* |w| psi, filtered alike */
-    int32_t out; /* points: each millisecond says yes or no */
+    int32_t out;         /* points: each millisecond says yes or no */
 };
 
 #define FIELD_WATCH_POINTS 120 /* so many are a fault */

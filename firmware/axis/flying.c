@@ -17,10 +17,10 @@
 #define GOOD_STEPS   8u
 #define PULSES_MS    40u
 #define ZERO_MS      32u
-#define SETTLES_MS   3u  /* the current controllers have found the EMF */
+#define SETTLES_MS   3u                      /* the current controllers have found the EMF */
 #define LEAST_STEPS  (CONFIG_BUS_STEPS / 32) /* an EMF of 3 % of the bus: less is dead time */
-#define MEAN_SHIFT   3u  /* 8 samples */
-#define PLAYED       3u  /* samples from a set of integrals to the voltages that they make */
+#define MEAN_SHIFT   3u                      /* 8 samples */
+#define PLAYED       3u                      /* samples from a set of integrals to the voltages that they make */
 
 #define HALF_TURN_Q32 0x80000000u
 
@@ -101,8 +101,7 @@ static void look_at_pulses(struct flying *f, const struct emf_pulse *first, cons
 static void correct_for_length(struct axis *a)
 {
     struct flying *const f = &a->flying;
-    const int32_t late_q32 =
-        (int32_t)((int64_t)f->track.speed_q32 * (int32_t)f->counts / (2 * a->tuning.loop_counts));
+    const int32_t late_q32 = (int32_t)((int64_t)f->track.speed_q32 * (int32_t)f->counts / (2 * a->tuning.loop_counts));
     f->track.angle_q32 += (uint32_t)late_q32;
 }
 

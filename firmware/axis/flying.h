@@ -3,8 +3,8 @@
  * Flying start: without an encoder, and without a voltage sensor, whether the rotor turns when the drive is switched on, and
  * where it is. In this order, so that no step makes more than a tenth of rated torque:
  *
- *   pulses        of some microseconds (commission/emf_pulse.h), the bridge off in between, twice as long each until a twentieth
- *                 of the largest current flows. Two within a quarter of a millisecond tell the speed, the next ones track it
+ *   pulses        of some microseconds (commission/emf_pulse.h), the bridge off in between, twice as long each until 3 % of
+ *                 the largest current flows. Two within a quarter of a millisecond tell the speed, the next ones track it
  *   no current    where the longest shows next to nothing the EMF is so small that the current loop may be switched on and
  *                 regulate currents of 0. Its voltages are the EMF then, and are tracked likewise
  *   and on        the observer begins with that angle, that speed, and the voltages that belong to them; the gates open behind
@@ -30,9 +30,9 @@ enum flying_result {
 
 struct flying {
     uint32_t ms;
-    uint32_t quiet;     /* looks that showed nothing */
-    uint32_t counts;    /* of a pulse */
-    bool regulates;     /* the second step */
+    uint32_t quiet;  /* looks that showed nothing */
+    uint32_t counts; /* of a pulse */
+    bool regulates;  /* the second step */
     struct emf_track track;
 };
 

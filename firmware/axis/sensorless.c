@@ -23,7 +23,7 @@
 #define LAG_MOST_Q32   ((1 << 30) - (1 << 26)) /* nearly 90 degrees */
 #define LAG_SHIFT      4
 #define YIELD_MOST_Q32 (1 << 29) /* 45 degrees */
-#define SLEW_SHIFT     4 /* a 16th of i_max a millisecond: currents of the field come and go */
+#define SLEW_SHIFT     4         /* a 16th of i_max a millisecond: currents of the field come and go */
 
 enum align_step {
     ALIGN_ACROSS, /* 90 degrees from where the rotor is to stand: there is no pull from the opposite side */
@@ -125,6 +125,12 @@ static int32_t lag_of(const struct axis *a)
     return (int32_t)(current_loop_angle_q32(&a->loop) - a->loop.pll.angle_q32);
 }
 
+/* By how much one angle is ahead of another, the shorter way round. */
+static int32_t turned_by(int32_t angle_q32, int32_t from_q32)
+{
+    return (int32_t)((uint32_t)angle_q32 - (uint32_t)from_q32);
+}
+
 /* The rotor's torque by these currents, as torque.h counts it. */
 static int32_t torque_of(const struct tuning *t, int32_t i_d_q15, int32_t i_q_q15)
 {
@@ -137,7 +143,7 @@ static bool is_calm(struct axis *a)
     struct sensorless *const s = &a->sensorless;
     const struct observer *const o = &a->loop.flux;
     const int32_t lag_q32 = lag_of(a);
-    const int32_t off_q32 = lag_q32 - s->lag_q32;
+    const int32_t off_q32 = turned_by(lag_q32, s->lag_q32);
     s->lag_q32 += off_q32 >> LAG_SHIFT;
     s->grows_q32 = off_q32 >> LAG_SHIFT;
     return o->margin_q8 >= LEADS_ALL && o->margin_torque_q8 >= LEADS_MARGIN && q15_abs(o->rho_q15) < CALM_RHO_Q15 &&
@@ -154,7 +160,8 @@ static void follow_rest(struct axis *a)
         s->rest_q32 = lag_q32;
         s->sees = true;
     }
-    s->rest_q32 += (lag_q32 - s->rest_q32) / a->tuning.field.rest_ms;
+    s->rest_q32 =
+        (int32_t)((uint32_t)s->rest_q32 + (uint32_t)(turned_by(lag_q32, s->rest_q32) / a->tuning.field.rest_ms));
 }
 
 static void observer_takes_over(struct axis *a)
@@ -191,7 +198,7 @@ static void set_field_current(struct axis *a)
 static int32_t yield_q32(const struct axis *a)
 {
     const struct sensorless *const s = &a->sensorless;
-    const int32_t more_q32 = q15_clamp(lag_of(a) - s->rest_q32, -YIELD_MOST_Q32, YIELD_MOST_Q32);
+    const int32_t more_q32 = q15_clamp(turned_by(lag_of(a), s->rest_q32), -YIELD_MOST_Q32, YIELD_MOST_Q32);
     return s->sees ? more_q32 / a->tuning.field.yield_loops : 0;
 }
 

@@ -6,8 +6,8 @@
  * zero speed by I-f", and every text on synchronous starting): load turns the rotor out of the field by asin(T / T_max), and
  * nothing else tells of it.
  *
- *   start        the field is laid down along three angles, from 90 degrees to 0, for there is no pull from opposite. Voltages are
- *                held, not currents: a winding at a voltage brakes a rotor that swings
+ *   start        the field is laid down along three angles, from 90 degrees to 0, for there is no pull from opposite. Voltages
+ *                are held, not currents: a winding at a voltage brakes a rotor that swings
  *   field        the observer is held to the field until there is something to see, and then finds the rotor by itself
  *   hand-over    when the margin has been large enough and the rotor calm for 20 ms. The frame is turned to the rotor, and
  *                voltages and currents with it, so that nothing changes; then the current that makes no torque fades

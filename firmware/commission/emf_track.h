@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The direction of the EMF, seen once a millisecond or so: where it is at any sample, and how fast it turns. A straight line by
- * least squares through the looks so far, as a filter whose gains fall from look to look (the growing-memory form of the
- * alpha-beta filter: Brookner, "Tracking and Kalman Filtering Made Easy", 1998, chapter 1.2.10): alpha 2 (2 k - 1) / (k (k + 1)),
+ * The direction of the EMF, seen now and then, always after the same time: where it is at any sample, and how fast it turns. A
+ * straight line by least squares through the looks so far, as an alpha-beta filter whose gains fall from look to look
+ * (Brookner, "Tracking and Kalman Filtering Made Easy", 1998: the beginning of a track): alpha 2 (2 k - 1) / (k (k + 1)),
  * beta 6 / (k (k + 1)). From the tenth look on they stay, so that a rotor that becomes slower is followed.
  *
  * Angles Q32 of a turn, speeds Q32 a sample, times in samples. A look is right or wrong by whole turns: the speed has to be

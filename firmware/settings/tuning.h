@@ -49,10 +49,10 @@ struct tuning_field {
     int32_t align_ms;    /* along each of two angles */
     int32_t i_q15;       /* with which it is led */
     int32_t ramp_q16; /* and the steepest ramp, rpm Q16 a millisecond: a share of what that current accelerates with */
-    int32_t creep_below_q16; /* rpm: slower than this and speeding up the ramp is no steeper than */
-    int32_t creep_q16;       /* this, so that a rotor that sticks comes along when the field pulls it loose */
-    int32_t rest_ms;     /* a period of the rotor's swinging about it */
-    int32_t yield_loops; /* samples in which the field yields to the rotor by the whole of its swing: damping */
+    int32_t creep_below_q16;   /* rpm: slower than this and speeding up the ramp is no steeper than */
+    int32_t creep_q16;         /* this, so that a rotor that sticks comes along when the field pulls it loose */
+    int32_t rest_ms;           /* a period of the rotor's swinging about it */
+    int32_t yield_loops;       /* samples in which the field yields to the rotor by the whole of its swing: damping */
     int32_t speed_per_rpm_q12; /* Q32 of a turn a sample, 12 more bits, by rpm in Q16 */
 };
 

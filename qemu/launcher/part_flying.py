@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""PART=sensorless, flying/SPEED: a rotor that turns already, at so many percent of rated speed, is caught, and turned the way the
-command says. SPEED may be negative: it windmills backwards. Somebody turns the shaft until `on`, and lets go then."""
+"""PART=sensorless, flying/SPEED: a rotor that turns already, at so many percent of rated speed, is caught, and turned the way
+the command says. SPEED may be negative: it windmills backwards. Somebody turns the shaft until `on`, and lets go then.
+"""
 import numpy as np
 
 from .errors import LauncherError
@@ -11,7 +12,7 @@ WHATS = tuple(f"flying/{sign * percent}" for percent in PERCENTS for sign in (1,
 LOCKED_S = 0.05           # from the first time that the bridge was on
 TORQUE_MAX_SHARE = 0.1    # of rated, until then, beyond what the shaft had before
 ANGLE_MAX_DEG = 15.0      # mean of its magnitude from the tenth millisecond of operation on, for as long
-COMMAND_S, RUN_S, LONGEST_S = 0.1, 1.5, 12.0
+COMMAND_S, RUN_S, LONGEST_S = 0.1, 0.8, 12.0
 BEGUN_S = 0.0007          # the speed loop's first step comes after that
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""PART=sensorless, lost/CAUSE: at working speed something happens that an observer may not bear. It bears it, or says within 20 ms
-of losing the rotor that it has; and, told to try again, it runs again 200 ms after that where the rotor still turns.
+"""PART=sensorless, lost/CAUSE: at working speed something happens that an observer may not bear. It bears it, or says within
+20 ms of losing the rotor that it has; and, told to try again, it runs again 200 ms after that where the rotor still turns.
 
 CAUSE: load100 (rated torque at once), sag (the supply gives 80 % for 50 ms), R2 (twice the resistance that is told, and
 half of rated torque), thrown (somebody turns the shaft the other way for 5 ms), stuck (holds it).
@@ -8,7 +8,8 @@ half of rated torque), thrown (somebody turns the shaft the other way for 5 ms),
 import numpy as np
 
 from .errors import LauncherError
-from .part import ON_S, OPERATION, PREAMBLE_S, Setup, Verdict, angle_error_deg, event, fault_s, first_fault, late, late_s, matches, operation_s
+from .part import (ON_S, OPERATION, PREAMBLE_S, Setup, Verdict, angle_error_deg, event, fault_s, first_fault, late, late_s,
+                   matches, operation_s)
 
 CAUSES = ("load100", "sag", "R2", "thrown", "stuck")
 WHATS = tuple(f"lost/{cause}" for cause in CAUSES)

@@ -20,12 +20,12 @@ NAME = "sensorless"
 REFUSAL = "reluctance"
 LOADS = ("free", "friction50", "friction100", "hoist50")
 SEEDS = 8
-COMMAND_S, RUN_S, LONGEST_S = 0.1, 1.5, 12.0
+COMMAND_S, RUN_S, LONGEST_S = 0.1, 0.8, 12.0
 BACKWARDS_MAX_DEG = 90.0  # electrical, from the command on
 SPEED_ERROR_MAX = 0.05    # of the command, mean of the last 0.2 s
 ANGLE_RMS_MAX_DEG = 10.0  # of those, where the observer leads
 WATCH_S = 0.2
-LOADED = ("OUT_OF_STEP", "LOCK_LOST", "LOAD_TOO_HIGH")
+LOADED = ("OUT_OF_STEP", "LOCK_LOST", "LOAD_TOO_HIGH", "OVERCURRENT")  # a hoist that is let down drives the rotor
 
 
 def plan(motors, options):

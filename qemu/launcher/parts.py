@@ -11,7 +11,8 @@ from .kind import Run
 from .part import PartCase, matches
 from .paths import MOTORS
 
-PARTS = {module.NAME: module for module in (part_start, part_wiring, part_supervision, part_detune, part_identify, part_sensorless)}
+PARTS = {module.NAME: module for module in (part_start, part_wiring, part_supervision, part_detune, part_identify,
+                                            part_sensorless)}
 
 
 def is_part(key):
