@@ -21,6 +21,8 @@ SAMPLE = [
     "supervision:estun_emj04apb22/reversal/chopper",
     "detune:teknic_m2310p/default/J*5", "detune:maxon_ec22/default/L*2", "detune:hoverboard_350w/default/R*2_L*0.5",
     "identify:maxon_ec45flat/seed2", "identify:thor_pmsyrm/seed1",
+    "sensorless:teknic_m2310p/flying/-60", "sensorless:maxon_ec45flat/lost/thrown", "sensorless:thor_pmsyrm/flying/20",
+    "sensorless:teknic_m2310p/start/135/friction100",
 ]
 
 

@@ -36,3 +36,19 @@ def test_a_rotor_that_is_stopped_is_missed_within_20_ms(tmp_path):
     assert live[t < lost][-1] and not live[t > lost + 0.02].any(), result.figures["faults"].value
     assert result.figures["faults"].value in ("LOCK_LOST", "OVERCURRENT", "SPEED_DEVIATION")
     assert "the observer leads" in result.console
+
+
+def blocked(hold):
+    """The shaft is held as soon as the field is to turn; or not."""
+    held = [{"t_s": 0.05, "after_state": "OPERATION_ENABLED", "event": "lock", "args": ["1"]}] if hold else []
+    return {"title": "a prescribed field, and the rotor is held", "end_s": 2.1, "preamble_s": 0.05,
+            "step": [{"t_s": 0.1, "event": "encoder_cut", "args": ["1"]}, {"t_s": 0.15, "console": "set angle_source 1"},
+                     {"t_s": 0.2, "console": "on"}, *held,
+                     {"t_s": 0.1, "after_state": "OPERATION_ENABLED", "console": "speed {low_rpm}"}],
+            "figure": [{"name": "faults", "kind": "all_faults"}]}
+
+
+@pytest.mark.parametrize("hold, fault", ((True, "OUT_OF_STEP"), (False, "NONE")))
+def test_a_rotor_that_does_not_follow_the_field_is_missed(hold, fault, tmp_path):
+    result = simulate(blocked(hold), "teknic_m2310p", out_dir=tmp_path)
+    assert result.figures["faults"].value == fault

@@ -181,3 +181,19 @@ def test_too_hot_is_refused(world, c):
     w = world("SWITCH_ON_DISABLED")
     w.axis.thermal.winding_q4 = w.axis.thermal.max_q4 + 1
     assert c.axis_switch_on(w.axis).error == c.ERROR_TOO_HOT
+
+
+@pytest.mark.parametrize("source, by_hand, resumes", ((1, False, True), (0, False, False), (1, True, False)))
+def test_a_rotor_that_was_lost_goes_on_to_its_speed(world, c, source, by_hand, resumes):
+    """Without an encoder and by itself; once."""
+    w = world()
+    w.axis.params.angle_source = w.axis.tuning.angle_source = source
+    w.axis.params.retry_count, w.axis.params.retry_delay_ms = 1, 10
+    w.axis.speed.target_rpm_q16 = 1500 << 16
+    c.axis_raise(w.axis, c.FAULT_LOCK_LOST)
+    w.step(3)
+    assert wait(w, 20) == "SWITCHED_ON"
+    if by_hand:
+        assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
+    assert c.reaction_take_target(w.axis.reactions) == (1500 << 16 if resumes else 0)
+    assert c.reaction_take_target(w.axis.reactions) == 0
