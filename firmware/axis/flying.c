@@ -9,18 +9,18 @@
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-#define ENOUGH_SHIFT 5   /* of i_max: a pulse that makes so much is long enough; twice as much is what it may make */
-#define SEEN_Q15     128 /* 8 codes of 12 bits: less is noise */
-#define QUIET_LOOKS  3u
-#define PAIR_SHIFT   3   /* an eighth of a millisecond between two pulses, and their own time */
-#define GOOD_PULSES  10u /* in a row where they are expected */
-#define GOOD_STEPS   8u
-#define PULSES_MS    40u
-#define ZERO_MS      32u
-#define SETTLES_MS   3u                      /* the current controllers have found the EMF */
-#define LEAST_STEPS  (CONFIG_BUS_STEPS / 32) /* an EMF of 3 % of the bus: less is dead time */
-#define MEAN_SHIFT   3u                      /* 8 samples */
-#define PLAYED       3u                      /* samples from a set of integrals to the voltages that they make */
+#define ENOUGH_Q8   7   /* of i_max: a pulse that makes so much is long enough; twice as much is what it may make */
+#define SEEN_Q15    128 /* 8 codes of 12 bits: less is noise */
+#define QUIET_LOOKS 3u
+#define PAIR_SHIFT  3   /* an eighth of a millisecond between two pulses, and their own time */
+#define GOOD_PULSES 10u /* in a row where they are expected */
+#define GOOD_STEPS  8u
+#define PULSES_MS   40u
+#define ZERO_MS     32u
+#define SETTLES_MS  3u                      /* the current controllers have found the EMF */
+#define LEAST_STEPS (CONFIG_BUS_STEPS / 32) /* an EMF of 3 % of the bus: less is dead time */
+#define MEAN_SHIFT  3u                      /* 8 samples */
+#define PLAYED      3u                      /* samples from a set of integrals to the voltages that they make */
 
 #define HALF_TURN_Q32 0x80000000u
 
@@ -148,7 +148,7 @@ static enum flying_result step_pulses(struct axis *a)
     emf_pulse_wait(a->fabric, (uint32_t)a->tuning.loops_per_slow >> PAIR_SHIFT);
     const struct emf_pulse second = pulse(a);
     const int32_t size_q15 = q15_min(size_of(&first), size_of(&second));
-    if (lengthen(a, size_q15, q15_max(a->tuning.i_max_q15 >> ENOUGH_SHIFT, SEEN_Q15))) {
+    if (lengthen(a, size_q15, q15_max((a->tuning.i_max_q15 * ENOUGH_Q8) >> 8, SEEN_Q15))) {
         return FLYING_SEARCHES;
     }
     f->quiet = size_q15 < SEEN_Q15 ? f->quiet + 1u : 0u;

