@@ -128,7 +128,7 @@ static bool lengthen(struct axis *a, int32_t size_q15, int32_t enough_q15)
     const uint32_t longest = emf_pulse_longest(&a->fabric->pwm);
     const int32_t whole_q15 = size_q15 * (int32_t)(CONFIG_PWM_COUNTS / longest);
     if (size_q15 >= enough_q15 || f->counts == CONFIG_PWM_COUNTS ||
-        (f->counts == longest && whole_q15 > 2 * enough_q15)) {
+        (f->counts == longest && size_q15 >= SEEN_Q15 && whole_q15 > enough_q15)) {
         return false;
     }
     f->counts = f->counts == longest ? CONFIG_PWM_COUNTS : 2u * f->counts < longest ? 2u * f->counts : longest;
