@@ -170,7 +170,7 @@ void current_loop_arm(volatile struct current_loop *c, struct fabric *f, const s
     c->field_angle_q32 = 0u;
     c->field_speed_q32 = 0;
     c->field_follows = UINT32_MAX;
-    rest(c);
+    current_loop_rest(c);
     c->status_max = GATE_STATUS_LIVE;
     current_loop_follow(c, f, t);
 }
