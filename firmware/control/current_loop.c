@@ -78,7 +78,7 @@ void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
     c->w_shift = CONFIG_W_SHIFT + 1u - (uint32_t)t->samples;
     c->ripple_q10 = t->ripple_q10;
     c->turn_per_w_q15 = t->delay_halves * TURN_PER_HALF_Q15 / t->samples;
-    c->weaken = (struct loop_weakening){.on = t->weakens, .v_d_max_steps = LOOP_V_D_MAX_STEPS};
+    c->weaken = (struct loop_weakening){.on = t->weakens, .first_max_steps = LOOP_V_D_MAX_STEPS};
     c->fell_back = 0u;
     c->dead_shift = 0u;
 }

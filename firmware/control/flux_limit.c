@@ -8,12 +8,15 @@
 
 #define RETREAT_SHARE_Q11 \
     717 /* 0.35: with a current loop of three samples and a delay of one and a half, 49 degrees of margin */
-#define RADIANS_PER_MS 8 /* of the base speed, at 20 kHz */
+#define RADIANS_Q4 \
+    (CONFIG_SPEED_BASE_HZ * 2 * 355 / 113 * 16 / CONFIG_SLOW_HZ) /* of the base speed in a slow period: 7.9 at 20 kHz */
+#define RADIANS_SHIFT 4
 #define TRIM_SHIFT \
     3 /* an eighth of what is missing a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
 #define TRIM_MOST     3 /* an eighth of the circle more */
 #define TRIM_LEAST    1 /* half of it less */
 #define TRIM_FRACTION 6
+#define V_D_MOST_Q10  (LOOP_V_D_MAX_STEPS * 1000 / CONFIG_RADIUS_STEPS) /* of the circle, less a 40th */
 #define DROP_SHIFT    3 /* 8 ms: torque and flux limit depend on each other; a quicker answer could swing */
 #define DROP_MOST_Q15 (1 << 15)
 
@@ -38,10 +41,10 @@ int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15)
     return (int32_t)(((uint32_t)target_q15(vbus_q15) << 15) / (uint32_t)w_q15);
 }
 
-/* v by L for a millisecond: a reactance at the base speed is 2 pi 1.25 radians of that, here 8. */
+/* v by L for a slow period: a reactance at the base speed is so many radians of that. */
 int32_t flux_limit_slew_q15(const struct tuning *t, int32_t vbus_q15)
 {
-    return (circle_q15(vbus_q15) >> FLUX_KEPT_SHIFT) * (RADIANS_PER_MS << 11) /
+    return (circle_q15(vbus_q15) >> FLUX_KEPT_SHIFT) * (RADIANS_Q4 << (11 - RADIANS_SHIFT)) /
            (q15_max(t->x_q_q11, t->x_q_apparent_q11) + 1);
 }
 
@@ -56,14 +59,17 @@ static void follow_drop(struct flux_limit *s, const volatile struct current_loop
     s->drop_q15 += (q15_clamp(resistive + driving, -DROP_MOST_Q15, DROP_MOST_Q15) - s->drop_q15) >> DROP_SHIFT;
 }
 
-/* By how much the voltages are shorter than they may be: all of it, and v_d's part of it while it brakes. */
+/*
+ * By how much the voltages are shorter than they may be: all of it, and where the handlers hold v_d to a part of the circle, that,
+ * while the motor brakes.
+ */
 static int32_t left_q15(const volatile struct current_loop *c, int32_t target, int32_t power_q15)
 {
     const int32_t d_q15 = q15_abs(c->v_d_q15);
     const int32_t q_q15 = c->v_q_q15;
     const int32_t left = target - polar_root((uint32_t)(d_q15 * d_q15) + (uint32_t)(q_q15 * q_q15));
-    const int32_t d_most_q15 = target - (target >> 2);
-    return power_q15 < 0 ? q15_min(left, d_most_q15 - d_q15) : left;
+    const int32_t d_most_q15 = target * (V_D_MOST_Q10) >> 10;
+    return power_q15 < 0 && !c->weaken.on ? q15_min(left, d_most_q15 - d_q15) : left;
 }
 
 static void follow_trim(struct flux_limit *s, const volatile struct current_loop *c, int32_t target, int32_t power_q15)
@@ -95,16 +101,6 @@ void flux_limit_follow(struct flux_limit *s, const volatile struct current_loop 
 }
 
 /*
- * Driving, v_d may take nearly all: a q current that is too large then lacks v_q, and falls. Braking it would grow by
- * that, so q keeps two thirds of the voltage.
- */
-static int32_t v_d_max_steps(const volatile struct current_loop *c, int32_t w_q15)
-{
-    const bool braking = (c->i_q_ref_q15 ^ w_q15) < 0;
-    return braking ? LOOP_V_D_MAX_STEPS : FLUX_V_D_MAX_STEPS;
-}
-
-/*
  * By how much i_d must fall for a step of the voltage, and of that the share that the loop bears. Nothing below half of
  * the circle.
  */
@@ -121,10 +117,17 @@ static int32_t retreat_gain_q15(const struct tuning *t, int32_t w_q15, int32_t v
     return w_q15 < 0 ? -limited_q15 : limited_q15;
 }
 
+/*
+ * q is first only while v_d takes more than half of the circle to brake, which is v_d > 0 in either direction. Little is braked
+ * with where it takes less: the EMF may then be all that there is, and d keeps what it needs to weaken it.
+ */
 void flux_limit_guide(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
 {
     const int32_t w_q15 = current_loop_w_q15(c);
-    c->weaken.v_d_max_steps = v_d_max_steps(c, w_q15);
+    const bool braking = (c->i_q_ref_q15 ^ w_q15) < 0;
+    const bool q_first = braking && c->v_d_q15 > circle_q15(vbus_q15) >> 1;
+    c->weaken.q_first = q_first ? -1 : 0;
+    c->weaken.first_max_steps = q_first ? WEAKEN_Q_MAX_STEPS : (braking ? LOOP_V_D_MAX_STEPS : WEAKEN_D_MAX_STEPS);
     c->weaken.gain_q15 = retreat_gain_q15(t, w_q15, vbus_q15);
     c->weaken.most_q15 = q15_clamp(t->i_max_q15 + c->i_d_ref_q15, 0, t->i_max_q15);
 }
