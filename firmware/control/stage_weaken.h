@@ -28,8 +28,8 @@
  * Of d, where it is first: a 128th of the circle is left, an eighth of it for q, for what v_q must change. Of q, 13/16, which
  * leaves d 7/12: where the bus has fallen, q must shed current, and d runs away meanwhile.
  */
-#define WEAKEN_D_MAX_STEPS (CONFIG_RADIUS_STEPS - (CONFIG_RADIUS_STEPS >> 7))
-#define WEAKEN_Q_MAX_STEPS (CONFIG_RADIUS_STEPS * 13 / 16)
+#define WEAKEN_D_MAX_STEPS(radius) ((radius) - ((radius) >> 7))
+#define WEAKEN_Q_MAX_STEPS(radius) ((radius)*13 / 16)
 
 #define WEAKEN_DEAD_STEPS (CONFIG_RADIUS_STEPS / 16) /* harmonics of the EMF lack so much now and then */
 
@@ -48,14 +48,21 @@ static inline void weaken_exchange(int32_t *a, int32_t *b, int32_t mask)
     *b ^= differing;
 }
 
-/* Ranges as regulate()'s; 0 <= first_max_steps <= CONFIG_RADIUS_STEPS, |gain_q15| <= WEAKEN_GAIN_MAX_Q15. */
+/* A share of an error is a share of kp and ki. |error| <= PI_ERROR_MAX, 0 <= share <= 1.0 = 256. */
+static inline int32_t weaken_softer(int32_t error, int32_t share_q8)
+{
+    return (error * share_q8) >> 8;
+}
+
+/* Ranges as regulate()'s; 0 <= first_max_steps <= radius_steps <= 32766, |gain_q15| <= WEAKEN_GAIN_MAX_Q15. */
 static inline dq_t regulate_weakening(struct current_loop *c, dq_t i)
 {
     c->i_d_q15 = i.d;
     c->i_q_q15 = i.q;
     const int32_t retreat_q22 = c->weaken.retreat_q22;
-    const int32_t error_d = c->i_d_ref_q15 - (retreat_q22 >> WEAKEN_RETREAT_SHIFT) - i.d;
-    const int32_t error_q = c->i_q_ref_q15 - i.q;
+    const int32_t error_d =
+        weaken_softer(c->i_d_ref_q15 - (retreat_q22 >> WEAKEN_RETREAT_SHIFT) - i.d, c->weaken.gain_share_q8);
+    const int32_t error_q = weaken_softer(c->i_q_ref_q15 - i.q, c->weaken.gain_share_q8);
     const int32_t wanted_q = pi_q15_unlimited(c->kp_q_q9, error_q, c->integral_q_q9);
     int32_t v_d = pi_q15_unlimited(c->kp_d_q9, error_d, c->integral_d_q9);
     int32_t v_q = wanted_q;
@@ -66,7 +73,7 @@ static inline dq_t regulate_weakening(struct current_loop *c, dq_t i)
     weaken_exchange(&v_d, &v_q, q_first);
     weaken_exchange(&step_d, &step_q, q_first);
     pi_q15_saturate(&v_d, &step_d, c->weaken.first_max_steps);
-    pi_q15_saturate(&v_q, &step_q, circle_rest_q15(v_d, CONFIG_RADIUS_STEPS));
+    pi_q15_saturate(&v_q, &step_q, circle_rest_q15(v_d, c->weaken.radius_steps));
     weaken_exchange(&v_d, &v_q, q_first);
     weaken_exchange(&step_d, &step_q, q_first);
     c->integral_d_q9 = pi_q15_integrated(c->integral_d_q9, step_d);

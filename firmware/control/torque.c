@@ -245,9 +245,11 @@ void torque_build(struct torque_control *s, const struct params *p, struct tunin
 {
     torque_map_build(&s->map, p, t);
     weakening_build(&s->weakening, &s->map, p, t, LOOP_V_D_MAX_STEPS);
-    t->weakens = p->angle_source == PARAM_ANGLE_ENCODER && needs_weakening(s, p, t, vbus_q15);
+    t->weakens =
+        p->angle_source == PARAM_ANGLE_ENCODER && (p->overmodulation != 0 || needs_weakening(s, p, t, vbus_q15));
     if (t->weakens) {
-        weakening_build(&s->weakening, &s->map, p, t, WEAKEN_D_MAX_STEPS);
+        t->radius_steps = CONFIG_RADIUS_STEPS + (CONFIG_SIX_STEPS - CONFIG_RADIUS_STEPS) * p->overmodulation / 100;
+        weakening_build(&s->weakening, &s->map, p, t, WEAKEN_D_MAX_STEPS(CONFIG_RADIUS_STEPS));
     }
     flux_limit_rest(&s->flux);
 }

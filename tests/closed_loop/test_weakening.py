@@ -19,11 +19,11 @@ MOTORS = {"estun_emj04apb22": (12000, 0.97), "maxon_ec45flat": (5800, 0.95), "ab
 SAG_MOTORS = {"estun_emj04apb22": (9000, 0.15), "abb_m2bj100l": (2400, 0.10)}
 
 
-def at_speed(tmp_path, motor, rpm, steps, seconds, plant="full", **more):
+def at_speed(tmp_path, motor, rpm, steps, seconds, plant="full", params=(), **more):
     """The drive brings the shaft to a speed, a bench then holds it there; (result, when it does)."""
     vbus_v = load_drive(motor).inverter["supply"]["vbus_v"]
     overrides = {"params": {"speed_max_rpm": round(1.05 * rpm), "overspeed_rpm": round(1.2 * rpm),
-                            "v_min_mv": round(600 * vbus_v)}}
+                            "v_min_mv": round(600 * vbus_v), **dict(params)}}
     drive = load_drive(motor, overrides, aligned=True)
     up = ON_S + drive.on_time_s + 0.05
     held = up + rpm / drive.params["ramp_rpm_s"] + 0.3
