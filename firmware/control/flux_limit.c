@@ -150,9 +150,9 @@ static int32_t retreat_gain_q15(const struct tuning *t, int32_t w_q15, int32_t v
 
 /*
  * Near the limit of the voltage a current loop that answers the sixth harmonics, of the EMF or of the hexagon, asks for voltage
- * that is not there, and what is cut costs fundamental. So its crossover is lowered to the electrical speed there, a sixth of
- * theirs, and not below: a slower loop no longer settles in a frame that turns. By how much: from 1/8 below the modulator's
- * circle on.
+ * that is not there, and what is cut costs fundamental. So its crossover is lowered there to half of the electrical speed, a
+ * twelfth of theirs, and not below: a slower loop takes long to settle in a frame that turns. It falls from 1/8 below the
+ * modulator's circle on.
  */
 static int32_t gain_share_q8(const volatile struct current_loop *c, const struct tuning *t, int32_t w_q15,
                              int32_t vbus_q15)
@@ -160,7 +160,7 @@ static int32_t gain_share_q8(const volatile struct current_loop *c, const struct
     const int32_t circle = circle_q15(vbus_q15, CONFIG_RADIUS_STEPS);
     const int32_t span_q15 = (circle >> 3) + 1;
     const int32_t near_q15 = q15_clamp(length_q15(c) - circle + span_q15, 0, span_q15);
-    const int32_t by_speed_q8 = ((q15_abs(w_q15) * t->x_d_q11) >> 15) * (256 * 2) / (t->kp_d_q12 + 1);
+    const int32_t by_speed_q8 = ((q15_abs(w_q15) * t->x_d_q11) >> 15) * 256 / (t->kp_d_q12 + 1);
     const int32_t least_q8 = q15_clamp(by_speed_q8, GAIN_LEAST_Q8, 256);
     const int32_t missing_q8 = 256 - (256 - least_q8) * near_q15 / span_q15 - c->weaken.gain_share_q8;
     return c->weaken.gain_share_q8 + (missing_q8 + (missing_q8 > 0 ? 3 : 0)) / 4;
