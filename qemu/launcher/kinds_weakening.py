@@ -70,10 +70,11 @@ def _fundamental(run, from_s, to_s):
 
 KINDS = {
     "torque_of_theory": Kind(_torque_of_theory, ["from_s", "to_s", "braking?"], "%",
-                             "mean air-gap torque by the most that i_max and the bus voltage allow at this speed, by brute force"
-                             " over the plant's map; braking also by what chopper and windings take", (
+                             "mean air-gap torque by the most that i_max and the bus voltage allow at this speed, by brute"
+                             " force over the plant's map; braking also by what chopper and windings take", (
                                  "of the voltage kept to", "of all voltage")),
-    "torque_without_wish": Kind(_torque_without_wish, ["from_s", "to_s"], "% of rated", "mean air-gap torque where none is asked for"),
+    "torque_without_wish": Kind(_torque_without_wish, ["from_s", "to_s"], "% of rated",
+                                "mean air-gap torque where none is asked for"),
     "reference_rest": Kind(_reference_rest, ["from_s", "to_s"], "% of i_max",
                            "standard deviation of the current references while nothing is asked for anew, the larger axis: a"
                            " limit cycle would show"),

@@ -15,7 +15,8 @@ and in the title an expression in braces is replaced, `torque {0.1 * rated_curre
 lines again. In poke and poke_rom, `&name` is the address of a variable or function of the image and `*name` the first 16
 bits of code of a function.
 
-theory = "weakening" or "overmodulation" adds base_rpm, weak_x, weak_rpm, weak_sag_rpm, weak_max_rpm and weak_overspeed_rpm (weakening.py) to the names.
+theory = "weakening" or "overmodulation" adds base_rpm, weak_x, weak_rpm, weak_sag_rpm, weak_max_rpm and weak_overspeed_rpm
+(weakening.py) to the names.
 
 A step with after_state = "OPERATION_ENABLED" waits for that state, or for several in turn, "OPERATION_ENABLED READY"; its t_s
 counts from there. The event "end" ends the run before end_s, which is then the latest end.

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The instances of the interrupt for field weakening, bit for bit, against the same said plainly: 64-bit sums, comparisons and a
- * root by halving in place of masks, saturating instructions and tables. What both share is what other tests hold: sensing,
+ * The instances of the interrupt for field weakening, against the same said in full: 64-bit sums, comparisons and
+ * a root by halving in place of masks, saturating instructions and tables. What both share other tests hold: sensing,
  * the angle, the sine, and within the circle the modulator. Besides: no voltage leaves its circle, and no compare its place,
  * which beyond the modulator's circle is an end of the period or a pulse that need not be stretched.
  */

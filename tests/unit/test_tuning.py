@@ -177,7 +177,7 @@ def test_modulators_are_refused_where_they_cannot_be(c):
 def test_any_parameters(c):
     """Each gain within its rounding, or refused because it does not fit its format."""
     draw, seen = random.Random(9), {}
-    for _ in range(2000):
+    for _ in range(2500):
         p = drawn(draw)
         error, _, tuning = compute(c, p)
         seen[error] = seen.get(error, 0) + 1
