@@ -34,7 +34,7 @@ static int32_t resistive_q15(const struct tuning *t, int32_t i_q15)
 /* Beyond the modulator's circle each bit of voltage costs harmonics: half as much is kept. */
 static int32_t kept_q15(int32_t circle, int32_t radius_steps)
 {
-    return circle >> (radius_steps > CONFIG_RADIUS_STEPS ? FLUX_KEPT_SHIFT + 1 : FLUX_KEPT_SHIFT);
+    return circle >> (radius_steps > CONFIG_RADIUS_STEPS ? FLUX_KEPT_SHIFT + 2 : FLUX_KEPT_SHIFT);
 }
 
 static int32_t target_q15(int32_t vbus_q15, int32_t radius_steps)
@@ -84,7 +84,7 @@ static int32_t lacking_q15(const volatile struct current_loop *c, const struct t
     const int32_t short_q_q15 = c->i_q_ref_q15 < 0 ? c->i_q_q15 - c->i_q_ref_q15 : c->i_q_ref_q15 - c->i_q_q15;
     const bool q_first = c->weaken.q_first != 0;
     const int32_t wx_q11 = (w_q15 * (q_first ? t->x_d_q11 : t->x_q_q11)) >> 15;
-    return q15_clamp((q15_sat16(q_first ? short_d_q15 : short_q_q15) * q15_sat16(wx_q11)) >> 11, -most_q15, most_q15);
+    return q15_clamp((q15_sat16(q_first ? short_d_q15 : short_q_q15) * q15_sat16(wx_q11)) >> 11, -most_q15, 8 * most_q15);
 }
 
 /*
@@ -160,7 +160,7 @@ static int32_t gain_share_q8(const volatile struct current_loop *c, const struct
     const int32_t circle = circle_q15(vbus_q15, CONFIG_RADIUS_STEPS);
     const int32_t span_q15 = (circle >> 3) + 1;
     const int32_t near_q15 = q15_clamp(length_q15(c) - circle + span_q15, 0, span_q15);
-    const int32_t by_speed_q8 = ((q15_abs(w_q15) * t->x_d_q11) >> 15) * 256 / (t->kp_d_q12 + 1);
+    const int32_t by_speed_q8 = ((q15_abs(w_q15) * t->x_d_q11) >> 15) * 128 / (t->kp_d_q12 + 1);
     const int32_t least_q8 = q15_clamp(by_speed_q8, GAIN_LEAST_Q8, 256);
     const int32_t missing_q8 = 256 - (256 - least_q8) * near_q15 / span_q15 - c->weaken.gain_share_q8;
     return c->weaken.gain_share_q8 + (missing_q8 + (missing_q8 > 0 ? 3 : 0)) / 4;
