@@ -2,16 +2,17 @@
 """How far a motor's field can be weakened, and which cannot: names for scenarios with theory = "weakening"."""
 import functools
 import math
-from dataclasses import replace
 
 from .capability import CIRCLE, KEPT, base_speed_rpm, machine_of, top_speed_rpm
+from .drive import twin_items
 from .errors import LauncherError
 
 SALIENT = 1.3                        # of apparent inductances: from here on a rotor counts as an interior one
 TIMES = {False: 2.0, True: 3.0}      # the base speed at most, of surface and of interior magnets
-LEFT = 0.3                           # of the most torque: as far as theory has so much
+WARM_C = 80.0                        # the winding: the plant's own map, with the tolerances of its seed
+LEFT = 0.4                           # of the most torque: as far as theory has so much
 FLUX_SHARE = 0.15                    # of the magnets' flux that i_max takes away at least: else resistance sets the speed
-WORTH = 1.15                         # times the base speed at least
+WORTH = 1.25                         # times the base speed at least
 MOST_HZ, MOST_RPM = 980.0, 26000.0   # electrical and mechanical, as rules.py has them
 RECTIFIED = 0.955                    # mean of a six-pulse bus by its peak
 SAGGED = 0.65                        # of the reach: there the flux limit is still within it with 70 % of the bus
@@ -23,7 +24,7 @@ def weakening_names(drive):
 
     LauncherError names the motor that cannot, and why.
     """
-    return _names(drive.motor.name, machine_of(_nominal(drive)), _usable_v(drive), drive.params["i_max_ma"] / 1000)
+    return _names(drive.motor.name, machine_of(drive, WARM_C), _usable_v(drive), drive.params["i_max_ma"] / 1000)
 
 
 def overmodulation_names(drive):
@@ -34,13 +35,10 @@ def overmodulation_names(drive):
     return weakening_names(drive)
 
 
-def _nominal(drive):
-    return replace(drive, spread=0.0)
-
-
 def _usable_v(drive):
-    supply = drive.inverter["supply"]
-    return KEPT * CIRCLE * supply["vbus_v"] * (RECTIFIED if supply["rectifier_hz"] else 1.0)
+    """Of this very plant's supply."""
+    items = dict(twin_items(drive))
+    return KEPT * CIRCLE * items["inverter.vbus_v"] * (RECTIFIED if items.get("inverter.rectifier_hz") else 1.0)
 
 
 @functools.lru_cache(maxsize=32)
