@@ -84,7 +84,8 @@ static int32_t lacking_q15(const volatile struct current_loop *c, const struct t
     const int32_t short_q_q15 = c->i_q_ref_q15 < 0 ? c->i_q_q15 - c->i_q_ref_q15 : c->i_q_ref_q15 - c->i_q_q15;
     const bool q_first = c->weaken.q_first != 0;
     const int32_t wx_q11 = (w_q15 * (q_first ? t->x_d_q11 : t->x_q_q11)) >> 15;
-    return q15_clamp((q15_sat16(q_first ? short_d_q15 : short_q_q15) * q15_sat16(wx_q11)) >> 11, -most_q15, 8 * most_q15);
+    return q15_clamp((q15_sat16(q_first ? short_d_q15 : short_q_q15) * q15_sat16(wx_q11)) >> 11, -most_q15,
+                     8 * most_q15);
 }
 
 /*

@@ -10,9 +10,9 @@ from .errors import LauncherError
 SALIENT = 1.3                        # of apparent inductances: from here on a rotor counts as an interior one
 TIMES = {False: 2.0, True: 3.0}      # the base speed at most, of surface and of interior magnets
 WARM_C = 80.0                        # the winding: the plant's own map, with the tolerances of its seed
-LEFT = 0.4                           # of the most torque: as far as theory has so much
+LEFT = 0.35                          # of the most torque: as far as theory has so much
 FLUX_SHARE = 0.15                    # of the magnets' flux that i_max takes away at least: else resistance sets the speed
-WORTH = 1.25                         # times the base speed at least
+WORTH = 1.3                          # times the base speed at least
 MOST_HZ, MOST_RPM = 980.0, 26000.0   # electrical and mechanical, as rules.py has them
 RECTIFIED = 0.955                    # mean of a six-pulse bus by its peak
 SAGGED = 0.65                        # of the reach: there the flux limit is still within it with 70 % of the bus

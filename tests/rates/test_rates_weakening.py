@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The field is weakened at every PWM rate: what turns a millisecond into radians, and the circle of voltages, follow the rate."""
+"""The field is weakened at every PWM rate: what makes radians of a millisecond, and the circle of voltages, follow it."""
 import math
 
 import numpy as np
