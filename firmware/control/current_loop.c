@@ -67,7 +67,8 @@ void current_loop_init(struct current_loop *c)
     *c = (struct current_loop){.sine = trig_chords,
                                .status_max = UINT32_MAX,
                                .loops_per_slow = CONFIG_PERIODS_PER_SLOW,
-                               .w_shift = CONFIG_W_SHIFT};
+                               .w_shift = CONFIG_W_SHIFT,
+                               .weaken = {.radius_steps = CONFIG_RADIUS_STEPS, .gain_share_q8 = 256}};
     fill_circle(c);
 }
 
@@ -78,7 +79,8 @@ void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
     c->w_shift = CONFIG_W_SHIFT + 1u - (uint32_t)t->samples;
     c->ripple_q10 = t->ripple_q10;
     c->turn_per_w_q15 = t->delay_halves * TURN_PER_HALF_Q15 / t->samples;
-    c->weaken = (struct loop_weakening){.on = t->weakens, .v_d_max_steps = LOOP_V_D_MAX_STEPS};
+    c->weaken = (struct loop_weakening){
+        .on = t->weakens, .radius_steps = t->radius_steps, .gain_share_q8 = 256, .first_max_steps = LOOP_V_D_MAX_STEPS};
     c->fell_back = 0u;
     c->dead_shift = 0u;
 }
@@ -188,7 +190,8 @@ void current_loop_off(volatile struct current_loop *c, struct fabric *f)
 static void (*handler(const volatile struct current_loop *c, enum loop_source source, enum loop_scheme scheme))(void)
 {
     if (current_loop_weakens(c)) {
-        return c->handlers->weakening[scheme];
+        const bool beyond = c->weaken.radius_steps > CONFIG_RADIUS_STEPS && scheme == LOOP_SENSE_AB;
+        return beyond ? c->handlers->overmodulating : c->handlers->weakening[scheme];
     }
     const bool rippled = c->ripple_q10 != 0 && source == LOOP_ENCODER && scheme == LOOP_SENSE_AB;
     return rippled ? c->handlers->rippled : c->handlers->handler[source][scheme];

@@ -63,17 +63,21 @@ struct loop_handlers {
     void (**vector)(void);
     void (*handler[LOOP_SOURCES][LOOP_SCHEMES])(void);
     void (*weakening[LOOP_SCHEMES])(void); /* in place of [LOOP_ENCODER], where the field is weakened */
+    void (*overmodulating)(void);          /* in place of weakening[LOOP_SENSE_AB], beyond the modulator's circle */
     void (*rippled)(void);                 /* in place of [LOOP_ENCODER][LOOP_SENSE_AB], whose dead_shift is 0 */
 };
 
 /* What the instances for field weakening (stage_weaken.h) know besides. */
 struct loop_weakening {
-    bool on;               /* of the tuning: they serve */
-    uint32_t turn_q32;     /* by how much the frame turns until the voltages act: as turn_q15, without its limit */
-    int32_t v_d_max_steps; /* at most the circle */
-    int32_t gain_q15;      /* retreat, LSB of current per step of v_q beyond the circle; its sign is that of w */
-    int32_t most_q15;      /* largest retreat */
-    int32_t retreat_q22;   /* by how much i_d stays below its reference, Q15 with 7 more bits */
+    bool on;                 /* of the tuning: they serve */
+    uint32_t turn_q32;       /* by how much the frame turns until the voltages act: as turn_q15, without its limit */
+    int32_t radius_steps;    /* of the circle of voltages: the modulator's, or overmodulation.h's */
+    int32_t q_first;         /* which axis takes of the circle first, the other the rest: all ones q, 0 d */
+    int32_t first_max_steps; /* so much at most */
+    int32_t gain_q15;        /* retreat, LSB of current per step that v_q lacks; its sign is that of w */
+    int32_t gain_share_q8;   /* of the current loops' gains; 256 within the modulator's circle */
+    int32_t most_q15;        /* largest retreat */
+    int32_t retreat_q22;     /* by how much i_d stays below its reference, Q15 with 7 more bits */
 };
 
 struct current_loop {

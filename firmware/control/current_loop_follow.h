@@ -42,7 +42,7 @@ static inline int32_t loop_v_steps(int32_t v_q15, int32_t vbus_q15, int32_t per_
     return (q15_clamp(v_q15, -vbus_q15, vbus_q15) * per_v_q14) >> 14;
 }
 
-/* And back: what one step is. Steps within the circle times this stay below 2^31, for the circle is 0.58 of the bus. */
+/* And back: what one step is. Steps up to six-step times this stay below 2^31, for that is 0.64 of the bus. */
 static inline int32_t loop_v_per_step_q31(int32_t vbus_q15)
 {
     return (int32_t)(((uint32_t)vbus_q15 * (0x80000000u / CONFIG_BUS_STEPS)) >> 15);
@@ -59,7 +59,7 @@ static inline int32_t loop_publish(volatile struct current_loop *c, const struct
     const int32_t vbus_q15 = adc_vbus_q15(&f->adc);
     const int32_t per_step_q31 = loop_v_per_step_q31(vbus_q15);
     c->vbus_q15 = vbus_q15;
-    c->radius_q15 = loop_v_q15(CONFIG_RADIUS_STEPS, per_step_q31);
+    c->radius_q15 = loop_v_q15(c->weaken.radius_steps, per_step_q31);
     c->v_d_q15 = loop_v_q15(c->v_d_steps, per_step_q31);
     c->v_q_q15 = loop_v_q15(c->v_q_steps, per_step_q31);
     if (SELDOM(pwm_fell_back(&f->pwm))) {

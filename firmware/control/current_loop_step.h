@@ -19,6 +19,7 @@
 #include "firmware/control/stage_angle.h"
 #include "firmware/control/stage_flux.h"
 #include "firmware/control/stage_modulate.h"
+#include "firmware/control/stage_overmodulate.h"
 #include "firmware/control/stage_regulate.h"
 #include "firmware/control/stage_sense.h"
 #include "firmware/control/stage_weaken.h"
@@ -60,16 +61,21 @@ static inline __attribute__((always_inline)) bool current_loop_step(struct curre
 
 /*
  * The same for field weakening, by the encoder: v_d may take the whole circle, so the limits are those of the frame in
- * which the voltages act, and they are turned there by an angle instead of two shears.
+ * which the voltages act, and they are turned there by an angle instead of two shears. `beyond`: the modulator's circle.
  */
 static inline __attribute__((always_inline)) bool current_loop_step_weakening(struct current_loop *c, struct fabric *f,
-                                                                              enum loop_scheme scheme)
+                                                                              enum loop_scheme scheme, bool beyond)
 {
     const alphabeta_t i = scheme == LOOP_SENSE_AB ? sense_ab(f) : sense_pair(c, f);
     const alphabeta_t coarse = {i.alpha >> c->dead_shift, i.beta >> c->dead_shift};
     const uint32_t angle_q32 = angle_of_rotor(c);
     const dq_t v = regulate_weakening(c, park_q15(i, cossin_q15(angle_q32)));
-    modulate(&f->pwm, v, cossin_q15(angle_q32 + c->weaken.turn_q32), coarse, c->turn_q15);
+    const cossin_t acting = cossin_q15(angle_q32 + c->weaken.turn_q32);
+    if (beyond) {
+        overmodulate(&f->pwm, v, acting, coarse, c->turn_q15);
+    } else {
+        modulate(&f->pwm, v, acting, coarse, c->turn_q15);
+    }
     angle_observe(c, f->encoder.LATCHED);
     f->adc.STATUS = ADC_STATUS_EOC;
     return f->gate.STATUS > c->status_max;

@@ -8,18 +8,22 @@
 
 #define RETREAT_SHARE_Q11 \
     717 /* 0.35: with a current loop of three samples and a delay of one and a half, 49 degrees of margin */
-#define RADIANS_PER_MS 8 /* of the base speed, at 20 kHz */
+#define RADIANS_Q4 \
+    (CONFIG_SPEED_BASE_HZ * 2 * 355 / 113 * 16 / CONFIG_SLOW_HZ) /* of the base speed in a slow period: 7.9 at 20 kHz */
+#define RADIANS_SHIFT 4
 #define TRIM_SHIFT \
     3 /* an eighth of what is missing a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
 #define TRIM_MOST     3 /* an eighth of the circle more */
 #define TRIM_LEAST    1 /* half of it less */
 #define TRIM_FRACTION 6
+#define GAIN_LEAST_Q8 32                                                /* of the current loops' gains */
+#define V_D_MOST_Q10  (LOOP_V_D_MAX_STEPS * 1000 / CONFIG_RADIUS_STEPS) /* of the circle, less a 40th */
 #define DROP_SHIFT    3 /* 8 ms: torque and flux limit depend on each other; a quicker answer could swing */
 #define DROP_MOST_Q15 (1 << 15)
 
-static int32_t circle_q15(int32_t vbus_q15)
+static int32_t circle_q15(int32_t vbus_q15, int32_t radius_steps)
 {
-    return (int32_t)((uint32_t)(vbus_q15 * (CONFIG_RADIUS_STEPS >> 1)) / (CONFIG_BUS_STEPS >> 1));
+    return (int32_t)((uint32_t)(vbus_q15 * (radius_steps >> 1)) / (CONFIG_BUS_STEPS >> 1));
 }
 
 static int32_t resistive_q15(const struct tuning *t, int32_t i_q15)
@@ -27,21 +31,27 @@ static int32_t resistive_q15(const struct tuning *t, int32_t i_q15)
     return q15_sat16((t->r_q12 * q15_sat16(i_q15)) >> 12);
 }
 
-static int32_t target_q15(int32_t vbus_q15)
+/* Beyond the modulator's circle each bit of voltage costs harmonics: half as much is kept. */
+static int32_t kept_q15(int32_t circle, int32_t radius_steps)
 {
-    const int32_t circle = circle_q15(vbus_q15);
-    return circle - (circle >> FLUX_KEPT_SHIFT);
+    return circle >> (radius_steps > CONFIG_RADIUS_STEPS ? FLUX_KEPT_SHIFT + 2 : FLUX_KEPT_SHIFT);
+}
+
+static int32_t target_q15(int32_t vbus_q15, int32_t radius_steps)
+{
+    const int32_t circle = circle_q15(vbus_q15, radius_steps);
+    return circle - kept_q15(circle, radius_steps);
 }
 
 int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15)
 {
-    return (int32_t)(((uint32_t)target_q15(vbus_q15) << 15) / (uint32_t)w_q15);
+    return (int32_t)(((uint32_t)target_q15(vbus_q15, CONFIG_RADIUS_STEPS) << 15) / (uint32_t)w_q15);
 }
 
-/* v by L for a millisecond: a reactance at the base speed is 2 pi 1.25 radians of that, here 8. */
+/* v by L for a slow period: a reactance at the base speed is so many radians of that. */
 int32_t flux_limit_slew_q15(const struct tuning *t, int32_t vbus_q15)
 {
-    return (circle_q15(vbus_q15) >> FLUX_KEPT_SHIFT) * (RADIANS_PER_MS << 11) /
+    return kept_q15(circle_q15(vbus_q15, t->radius_steps), t->radius_steps) * (RADIANS_Q4 << (11 - RADIANS_SHIFT)) /
            (q15_max(t->x_q_q11, t->x_q_apparent_q11) + 1);
 }
 
@@ -56,19 +66,47 @@ static void follow_drop(struct flux_limit *s, const volatile struct current_loop
     s->drop_q15 += (q15_clamp(resistive + driving, -DROP_MOST_Q15, DROP_MOST_Q15) - s->drop_q15) >> DROP_SHIFT;
 }
 
-/* By how much the voltages are shorter than they may be: all of it, and v_d's part of it while it brakes. */
-static int32_t left_q15(const volatile struct current_loop *c, int32_t target, int32_t power_q15)
+static int32_t length_q15(const volatile struct current_loop *c)
 {
-    const int32_t d_q15 = q15_abs(c->v_d_q15);
+    const int32_t d_q15 = c->v_d_q15;
     const int32_t q_q15 = c->v_q_q15;
-    const int32_t left = target - polar_root((uint32_t)(d_q15 * d_q15) + (uint32_t)(q_q15 * q_q15));
-    const int32_t d_most_q15 = target - (target >> 2);
-    return power_q15 < 0 ? q15_min(left, d_most_q15 - d_q15) : left;
+    return polar_root((uint32_t)(d_q15 * d_q15) + (uint32_t)(q_q15 * q_q15));
 }
 
-static void follow_trim(struct flux_limit *s, const volatile struct current_loop *c, int32_t target, int32_t power_q15)
+/*
+ * The voltage that the axis lacks which comes second (stage_weaken.h): what its current is short of, as voltage that the field
+ * takes. What the circle cuts off the peaks of harmonics does not show in the length of the voltages.
+ */
+static int32_t lacking_q15(const volatile struct current_loop *c, const struct tuning *t, int32_t w_q15,
+                           int32_t most_q15)
 {
-    const int32_t left = left_q15(c, target, power_q15);
+    const int32_t short_d_q15 = c->i_d_ref_q15 - c->i_d_q15;
+    const int32_t short_q_q15 = c->i_q_ref_q15 < 0 ? c->i_q_q15 - c->i_q_ref_q15 : c->i_q_ref_q15 - c->i_q_q15;
+    const bool q_first = c->weaken.q_first != 0;
+    const int32_t wx_q11 = (w_q15 * (q_first ? t->x_d_q11 : t->x_q_q11)) >> 15;
+    return q15_clamp((q15_sat16(q_first ? short_d_q15 : short_q_q15) * q15_sat16(wx_q11)) >> 11, -most_q15,
+                     8 * most_q15);
+}
+
+/*
+ * By how much the voltages are shorter than they may be: all of it, and where the handlers hold v_d to a part of the
+ * circle, that, while the motor brakes.
+ */
+static int32_t left_q15(const volatile struct current_loop *c, const struct tuning *t, int32_t target,
+                        int32_t power_q15)
+{
+    const int32_t left = target - length_q15(c);
+    if (c->weaken.on) {
+        return left - lacking_q15(c, t, q15_abs(current_loop_w_q15(c)), target >> FLUX_KEPT_SHIFT);
+    }
+    const int32_t d_most_q15 = (target * V_D_MOST_Q10) >> 10;
+    return power_q15 < 0 ? q15_min(left, d_most_q15 - q15_abs(c->v_d_q15)) : left;
+}
+
+static void follow_trim(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
+                        int32_t target, int32_t power_q15)
+{
+    const int32_t left = left_q15(c, t, target, power_q15);
     if (!s->decides && left > 0) {
         s->trim_q21 -= s->trim_q21 / FLUX_TRIM_FADE;
         return;
@@ -81,9 +119,9 @@ void flux_limit_follow(struct flux_limit *s, const volatile struct current_loop 
                        int32_t vbus_q15, int32_t power_q15, int32_t most_q15)
 {
     const int32_t w_q15 = q15_abs(current_loop_w_q15(c));
-    const int32_t target = target_q15(vbus_q15);
+    const int32_t target = target_q15(vbus_q15, c->weaken.radius_steps);
     follow_drop(s, c, t, power_q15);
-    follow_trim(s, c, target, power_q15);
+    follow_trim(s, c, t, target, power_q15);
     const int32_t usable_q15 = target + (s->trim_q21 >> TRIM_FRACTION);
     const int32_t square_q15 = q15_max(((usable_q15 * usable_q15) >> 15) - s->drop_q15, 0);
     const int32_t wanted_q15 = (int32_t)(((int64_t)w_q15 * most_q15) >> 15);
@@ -95,23 +133,13 @@ void flux_limit_follow(struct flux_limit *s, const volatile struct current_loop 
 }
 
 /*
- * Driving, v_d may take nearly all: a q current that is too large then lacks v_q, and falls. Braking it would grow by
- * that, so q keeps two thirds of the voltage.
- */
-static int32_t v_d_max_steps(const volatile struct current_loop *c, int32_t w_q15)
-{
-    const bool braking = (c->i_q_ref_q15 ^ w_q15) < 0;
-    return braking ? LOOP_V_D_MAX_STEPS : FLUX_V_D_MAX_STEPS;
-}
-
-/*
  * By how much i_d must fall for a step of the voltage, and of that the share that the loop bears. Nothing below half of
  * the circle.
  */
 static int32_t retreat_gain_q15(const struct tuning *t, int32_t w_q15, int32_t vbus_q15)
 {
     const int32_t size_q15 = q15_abs(w_q15);
-    if ((size_q15 * t->emf_q12) >> 12 < circle_q15(vbus_q15) >> 1) {
+    if ((size_q15 * t->emf_q12) >> 12 < circle_q15(vbus_q15, t->radius_steps) >> 1) {
         return 0;
     }
     const uint32_t step_q30 = ((uint32_t)vbus_q15 << 15) / CONFIG_BUS_STEPS;
@@ -121,10 +149,39 @@ static int32_t retreat_gain_q15(const struct tuning *t, int32_t w_q15, int32_t v
     return w_q15 < 0 ? -limited_q15 : limited_q15;
 }
 
+/*
+ * Near the limit of the voltage a current loop that answers the sixth harmonics, of the EMF or of the hexagon, asks for voltage
+ * that is not there, and what is cut costs fundamental. So its crossover is lowered there to half of the electrical speed, a
+ * twelfth of theirs, and not below: a slower loop takes long to settle in a frame that turns. It falls from 1/8 below the
+ * modulator's circle on.
+ */
+static int32_t gain_share_q8(const volatile struct current_loop *c, const struct tuning *t, int32_t w_q15,
+                             int32_t vbus_q15)
+{
+    const int32_t circle = circle_q15(vbus_q15, CONFIG_RADIUS_STEPS);
+    const int32_t span_q15 = (circle >> 3) + 1;
+    const int32_t near_q15 = q15_clamp(length_q15(c) - circle + span_q15, 0, span_q15);
+    const int32_t by_speed_q8 = ((q15_abs(w_q15) * t->x_d_q11) >> 15) * 128 / (t->kp_d_q12 + 1);
+    const int32_t least_q8 = q15_clamp(by_speed_q8, GAIN_LEAST_Q8, 256);
+    const int32_t missing_q8 = 256 - (256 - least_q8) * near_q15 / span_q15 - c->weaken.gain_share_q8;
+    return c->weaken.gain_share_q8 + (missing_q8 + (missing_q8 > 0 ? 3 : 0)) / 4;
+}
+
+/*
+ * q is first only while v_d takes more than half of the circle to brake, which is v_d > 0 in either direction. Little is braked
+ * with where it takes less: the EMF may then be all that there is, and d keeps what it needs to weaken it.
+ */
 void flux_limit_guide(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
 {
     const int32_t w_q15 = current_loop_w_q15(c);
-    c->weaken.v_d_max_steps = v_d_max_steps(c, w_q15);
+    const int32_t radius_steps = c->weaken.radius_steps;
+    const bool braking = (c->i_q_ref_q15 ^ w_q15) < 0;
+    const bool q_first = braking && c->v_d_q15 > circle_q15(vbus_q15, radius_steps) >> 1;
+    c->weaken.gain_share_q8 = gain_share_q8(c, t, w_q15, vbus_q15);
+    c->weaken.q_first = q_first ? -1 : 0;
+    c->weaken.first_max_steps = q_first   ? WEAKEN_Q_MAX_STEPS(radius_steps)
+                                : braking ? LOOP_V_D_MAX_STEPS
+                                          : WEAKEN_D_MAX_STEPS(radius_steps);
     c->weaken.gain_q15 = retreat_gain_q15(t, w_q15, vbus_q15);
     c->weaken.most_q15 = q15_clamp(t->i_max_q15 + c->i_d_ref_q15, 0, t->i_max_q15);
 }

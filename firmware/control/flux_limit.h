@@ -29,12 +29,6 @@
 #define FLUX_UNLIMITED  INT32_MAX
 #define FLUX_KEPT_SHIFT 5 /* of the circle */
 
-/*
- * Of v_d where the field is weakened and the motor drives: a 128th of the circle is left, an eighth of it for v_q, for
- * what v_q must change.
- */
-#define FLUX_V_D_MAX_STEPS (CONFIG_RADIUS_STEPS - (CONFIG_RADIUS_STEPS >> 7))
-
 struct flux_limit {
     int32_t flux_q15; /* FLUX_UNLIMITED where the voltage carries any flux that is asked for */
     bool decides;     /* the currents are those of a limited flux: by who asks for them */

@@ -2,8 +2,10 @@
 /*
  * The third stage where the field is weakened: as stage_regulate.h, but for two things. ISR, constant time.
  *
- * v_d may take what the slow loop allows, the whole circle at most: beyond the most torque per voltage of a machine with much
- * reluctance all of the voltage stands in d. So what the circle leaves for v_q is a root and no table.
+ * Who is served first. Beyond the most torque per voltage of a machine with much reluctance nearly all of the voltage stands in
+ * d. So v_d may take nearly all, v_q what the circle then leaves: a root and no table. That holds while the motor drives: what
+ * v_q lacks makes i_q, and with it v_d, smaller. While it brakes i_q would grow by that and take still more v_d. Then it is v_q
+ * that is served first: what v_d lacks weakens the field, and with it falls the v_q that is needed.
  *
  * Retreat. Where v_q wants more than the circle leaves, in the direction of the EMF, the EMF is too large: the bus has
  * fallen, or the shaft is faster than the slow loop knew. i_d then goes below its reference by a share of what the missing
@@ -21,7 +23,15 @@
 #define WEAKEN_RETREAT_SHIFT 7 /* of retreat_q22 to Q15 */
 #define WEAKEN_SMOOTH_SHIFT  2
 #define WEAKEN_GAIN_MAX_Q15  16383
-#define WEAKEN_DEAD_STEPS    (CONFIG_RADIUS_STEPS / 16) /* harmonics of the EMF lack so much now and then */
+
+/*
+ * Of d, where it is first: a 128th of the circle is left, an eighth of it for q, for what v_q must change. Of q, 13/16, which
+ * leaves d 7/12: where the bus has fallen, q must shed current, and d runs away meanwhile.
+ */
+#define WEAKEN_D_MAX_STEPS(radius) ((radius) - ((radius) >> 7))
+#define WEAKEN_Q_MAX_STEPS(radius) ((radius)*13 / 16)
+
+#define WEAKEN_DEAD_STEPS (CONFIG_RADIUS_STEPS / 16) /* harmonics of the EMF lack so much now and then */
 
 /* A step of the retreat: `over_steps` is what v_q lacks in the direction of the EMF, 0...65535. */
 static inline int32_t weaken_retreat_q22(int32_t retreat_q22, int32_t over_steps, int32_t gain_q15, int32_t most_q15)
@@ -30,25 +40,43 @@ static inline int32_t weaken_retreat_q22(int32_t retreat_q22, int32_t over_steps
     return q15_min(retreat_q22 + ((wanted_q22 - retreat_q22) >> WEAKEN_SMOOTH_SHIFT), most_q15 << WEAKEN_RETREAT_SHIFT);
 }
 
-/* Ranges as regulate()'s; 0 <= v_d_max_steps <= CONFIG_RADIUS_STEPS, |gain_q15| <= WEAKEN_GAIN_MAX_Q15. */
+/* Exchanges two numbers where the mask is all ones, none where it is 0. */
+static inline void weaken_exchange(int32_t *a, int32_t *b, int32_t mask)
+{
+    const int32_t differing = (*a ^ *b) & mask;
+    *a ^= differing;
+    *b ^= differing;
+}
+
+/* A share of an error is a share of kp and ki. |error| <= PI_ERROR_MAX, 0 <= share <= 1.0 = 256. */
+static inline int32_t weaken_softer(int32_t error, int32_t share_q8)
+{
+    return (error * share_q8) >> 8;
+}
+
+/* Ranges as regulate()'s; 0 <= first_max_steps <= radius_steps <= 32766, |gain_q15| <= WEAKEN_GAIN_MAX_Q15. */
 static inline dq_t regulate_weakening(struct current_loop *c, dq_t i)
 {
     c->i_d_q15 = i.d;
     c->i_q_q15 = i.q;
     const int32_t retreat_q22 = c->weaken.retreat_q22;
-    const int32_t error_d = c->i_d_ref_q15 - (retreat_q22 >> WEAKEN_RETREAT_SHIFT) - i.d;
-    const int32_t error_q = c->i_q_ref_q15 - i.q;
-    const int32_t d = pi_q15_unlimited(c->kp_d_q9, error_d, c->integral_d_q9);
+    const int32_t error_d =
+        weaken_softer(c->i_d_ref_q15 - (retreat_q22 >> WEAKEN_RETREAT_SHIFT) - i.d, c->weaken.gain_share_q8);
+    const int32_t error_q = weaken_softer(c->i_q_ref_q15 - i.q, c->weaken.gain_share_q8);
     const int32_t wanted_q = pi_q15_unlimited(c->kp_q_q9, error_q, c->integral_q_q9);
-
-    int32_t v_d = d;
-    int32_t step_d = c->ki_q15 * error_d;
-    pi_q15_saturate(&v_d, &step_d, c->weaken.v_d_max_steps);
-    c->integral_d_q9 = pi_q15_integrated(c->integral_d_q9, step_d);
-
+    int32_t v_d = pi_q15_unlimited(c->kp_d_q9, error_d, c->integral_d_q9);
     int32_t v_q = wanted_q;
+    int32_t step_d = c->ki_q15 * error_d;
     int32_t step_q = c->ki_q15 * error_q;
-    pi_q15_saturate(&v_q, &step_q, circle_rest_q15(v_d, CONFIG_RADIUS_STEPS));
+
+    const int32_t q_first = c->weaken.q_first;
+    weaken_exchange(&v_d, &v_q, q_first);
+    weaken_exchange(&step_d, &step_q, q_first);
+    pi_q15_saturate(&v_d, &step_d, c->weaken.first_max_steps);
+    pi_q15_saturate(&v_q, &step_q, circle_rest_q15(v_d, c->weaken.radius_steps));
+    weaken_exchange(&v_d, &v_q, q_first);
+    weaken_exchange(&step_d, &step_q, q_first);
+    c->integral_d_q9 = pi_q15_integrated(c->integral_d_q9, step_d);
     c->integral_q_q9 = pi_q15_integrated(c->integral_q_q9, step_q);
 
     const int32_t gain_q15 = c->weaken.gain_q15;

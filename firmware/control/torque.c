@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/control/torque.h"
 
+#include "firmware/control/stage_weaken.h"
 #include "lib/limit.h"
 #include "lib/q15.h"
 #include "lib/usually.h"
@@ -66,7 +67,7 @@ void torque_follow_flux(struct torque_control *s, const volatile struct current_
     look_at_flux(s, c, t, current_loop_w_q15(c), vbus_q15);
 }
 
-/* What current and voltage allow: braking less, where v_d has its limit. */
+/* What current and voltage allow. */
 static __attribute__((noinline)) struct interval largest_torques(const struct torque_control *s, const struct tuning *t,
                                                                  int32_t i_limit_q15)
 {
@@ -76,11 +77,6 @@ static __attribute__((noinline)) struct interval largest_torques(const struct to
     }
     if (s->flux.flux_q15 != FLUX_UNLIMITED) {
         size_q15 = q15_min(size_q15, weakening_torque(&s->row, i_limit_q15));
-        if (t->weakens) {
-            const int32_t i_q_most_q15 = weakening_braking_i_q(&s->weakening, s->flux.flux_q15);
-            const int32_t braking_q15 = weakening_torque_of_i_q(&s->row, &s->map, i_q_most_q15);
-            return interval_one_way(-s->emf_q15, q15_min(size_q15, braking_q15), size_q15);
-        }
     }
     return interval_both_ways(size_q15);
 }
@@ -249,9 +245,11 @@ void torque_build(struct torque_control *s, const struct params *p, struct tunin
 {
     torque_map_build(&s->map, p, t);
     weakening_build(&s->weakening, &s->map, p, t, LOOP_V_D_MAX_STEPS);
-    t->weakens = p->angle_source == PARAM_ANGLE_ENCODER && needs_weakening(s, p, t, vbus_q15);
+    t->weakens =
+        p->angle_source == PARAM_ANGLE_ENCODER && (p->overmodulation != 0 || needs_weakening(s, p, t, vbus_q15));
     if (t->weakens) {
-        weakening_build(&s->weakening, &s->map, p, t, FLUX_V_D_MAX_STEPS);
+        t->radius_steps = CONFIG_RADIUS_STEPS + (CONFIG_SIX_STEPS - CONFIG_RADIUS_STEPS) * p->overmodulation / 100;
+        weakening_build(&s->weakening, &s->map, p, t, WEAKEN_D_MAX_STEPS(CONFIG_RADIUS_STEPS));
     }
     flux_limit_rest(&s->flux);
 }

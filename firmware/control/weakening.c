@@ -92,26 +92,6 @@ int32_t weakening_torque(const struct weakening_row *r, int32_t i_limit_q15)
     return torque_within(&below, &above, most);
 }
 
-int32_t weakening_braking_i_q(const struct weakening *w, int32_t flux_q15)
-{
-    const int64_t i_q_q15 = ((int64_t)flux_q15 * w->braking_i_q_q15) >> 15;
-    return i_q_q15 > INT16_MAX ? INT16_MAX : (int32_t)i_q_q15;
-}
-
-int32_t weakening_torque_of_i_q(const struct weakening_row *r, const struct torque_map *m, int32_t i_q_q15)
-{
-    if (i_q_at(r, 0) > i_q_q15) {
-        return torque_map_reach(m, m->i_q_q15, i_q_q15);
-    }
-    int32_t n = 0;
-    for (int32_t step = LAST / 2; step > 0; step /= 2) {
-        n += i_q_at(r, n + step) <= i_q_q15 ? step : 0;
-    }
-    const int32_t gap = q15_max(i_q_at(r, n + 1) - i_q_at(r, n), 1);
-    const int32_t part_q12 = (q15_clamp(i_q_q15 - i_q_at(r, n), 0, gap) << PART_SHIFT) / gap;
-    return between(torque_at(r, n), torque_at(r, n + 1), part_q12);
-}
-
 struct weakening_node weakening_currents(const struct weakening_row *r, int32_t torque_q15)
 {
     int32_t n = 0;

@@ -40,7 +40,6 @@ struct weakening_node {
 struct weakening {
     int32_t top_q15;                  /* with so much the map's currents can do up to i_max */
     int32_t flux_q15[WEAKENING_ROWS]; /* of the rows, rising; with less than the first none of its currents can do */
-    int32_t braking_i_q_q15;          /* per flux */
     struct weakening_node node[WEAKENING_ROWS][WEAKENING_NODES];
 };
 
@@ -59,12 +58,6 @@ struct weakening_row weakening_row(const struct weakening *w, int32_t flux_q15);
 
 /* The largest torque of a row whose current is `i_limit_q15` at most; 0 if the row's least current is more. Any context. */
 int32_t weakening_torque(const struct weakening_row *r, int32_t i_limit_q15);
-
-/* The largest |i_q| at which a braking motor's v_d stays within LOOP_V_D_MAX_STEPS. Any context. */
-int32_t weakening_braking_i_q(const struct weakening *w, int32_t flux_q15);
-
-/* The largest torque with this i_q at most: of the row, or of the map where the row begins with more. Any context. */
-int32_t weakening_torque_of_i_q(const struct weakening_row *r, const struct torque_map *m, int32_t i_q_q15);
 
 /* The currents of a row for a torque: from 0 to the row's largest; less than the first node's is that node's. Any context. */
 struct weakening_node weakening_currents(const struct weakening_row *r, int32_t torque_q15);

@@ -184,20 +184,12 @@ static void lay_out(struct weakening *w, int32_t magnet_q15, int32_t low_q15)
     }
 }
 
-/* q current by flux, at which v_d takes so much of the circle. */
-static int32_t per_flux_q15(const struct machine *m, int32_t v_d_steps)
-{
-    const int64_t per_q15 = scale(q15_min(v_d_steps, CONFIG_RADIUS_STEPS), 1LL << 34, CONFIG_RADIUS_STEPS * m->x_q_q19);
-    return (int32_t)(per_q15 > INT32_MAX ? INT32_MAX : per_q15);
-}
-
 void weakening_build(struct weakening *w, const struct torque_map *map, const struct params *p, const struct tuning *t,
                      int32_t v_d_max_steps)
 {
     const struct machine m = machine_of(p, t, v_d_max_steps);
     const struct weakening_node most = least_current(map, map->torque_max_q15);
     const int64_t q_q15 = (most.i_q_q15 * m.x_q_q19) >> 19;
-    w->braking_i_q_q15 = per_flux_q15(&m, LOOP_V_D_MAX_STEPS - LOOP_V_D_MAX_STEPS / V_D_REST);
     const int32_t low_q15 = q15_max(m.magnet_q15 - limited((m.i_max_q15 * m.x_d_q19) >> 19), 0);
     w->top_q15 = q15_max(limited(torque_map_at(map, map->flux_q15, map->torque_max_q15)),
                          limited(q_q15 * Q15_ONE / m.share_most_q15));

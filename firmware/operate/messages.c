@@ -29,6 +29,7 @@ static const char *const error_texts[ERROR_COUNT] = {
         "pwm_samples 2 needs pwm_update 1 or 2: at the valley every second sample goes unanswered",
     [ERROR_SAMPLES_TOO_FAST] = "pwm_samples 2 needs a PWM of 20 kHz or less",
     [ERROR_MODULATOR_OSR] = "modulator_osr must be 32, 64, 128 or 256; or 0: the serial converters",
+    [ERROR_OVERMODULATION_OF_SHUNTS] = "overmodulation needs sensors in line with the phases: low_side_shunts 0",
     [ERROR_MODULATOR_OF_SHUNTS] = "modulator_osr needs sensors in line with the phases: low_side_shunts 0",
     [ERROR_MODULATOR_TOO_SLOW] = "modulator_osr takes too long for this time between two samples: choose a smaller one",
     [ERROR_EMF_BEYOND_V_MAX] = "at overspeed_rpm the magnets alone bring the bus beyond v_max_mv: emf_beyond_v_max 1 "

@@ -39,6 +39,7 @@ const struct param_info param_table[] = {
     PARAM(current_bw_hz, 10, 6400, 1000),
     PARAM(pwm_update, 0, 2, 0),
     PARAM(pwm_samples, 1, 2, 1),
+    PARAM(overmodulation, 0, 100, 0),
     PARAM(low_side_shunts, 0, 1, 1),
     PARAM(modulator_osr, 0, 256, 0),
     PARAM(speed_bw_hz, 1, 200, 60),

@@ -53,6 +53,7 @@ struct params {
     int32_t current_bw_hz;      /* crossover of the current loops */
     int32_t pwm_update;  /* when voltages act: 0 from the next valley on, 1 from the next end on, 2 at once (delay.h) */
     int32_t pwm_samples; /* of the currents a PWM period: 1, or 2 of sensors in line with the phases */
+    int32_t overmodulation;  /* per cent of the way from the modulator's circle to six-step; 0: none. Sensors in line */
     int32_t low_side_shunts; /* 1: sensors see a phase while its low side conducts; 0: always, in line with it */
     int32_t modulator_osr;   /* bits: currents from isolated modulators, filtered so; 0: from the serial converters */
     int32_t speed_bw_hz;     /* crossover of the speed loop */

@@ -76,4 +76,7 @@
 /* The whole bus in those steps. */
 #define CONFIG_BUS_STEPS (CONFIG_PWM_COUNTS << (CONFIG_V_SHIFT - 1))
 
+/* The largest fundamental of a phase, in six steps: 2 / pi of the bus. */
+#define CONFIG_SIX_STEPS (CONFIG_BUS_STEPS / 1000 * 63662 / 100)
+
 #endif

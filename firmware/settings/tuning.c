@@ -21,6 +21,9 @@ int32_t tuning_milli_from_q15(int32_t q15, int32_t range_milli)
 
 static enum error check_samples(const struct params *p)
 {
+    if (p->overmodulation != 0 && p->low_side_shunts != 0) {
+        return ERROR_OVERMODULATION_OF_SHUNTS;
+    }
     if (p->pwm_samples == 1) {
         return ERROR_NONE;
     }

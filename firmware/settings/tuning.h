@@ -97,6 +97,8 @@ struct tuning {
     int32_t count_per_way_q16; /* and back, to 65536ths of a count */
     /* speed loop: its current is the torque of torque_map.h */
     int32_t i_max_q15;
+    int32_t
+        radius_steps; /* of the circle of voltages: the modulator's, or overmodulation's where the field is weakened */
     int32_t speed_kp_q16;     /* current Q15 per rpm Q4 */
     int32_t speed_ki_q16;     /* the same, per slow period */
     int32_t speed_ki_min_q16; /* the least of it while edges are far apart */

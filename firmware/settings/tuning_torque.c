@@ -39,6 +39,7 @@ void tuning_torque(const struct params *p, struct tuning *t)
     t->power_max_q15 = power_q15(p, p->power_max_w);
     t->regen_max_q15 = power_q15(p, p->regen_max_w);
     t->speed_max_rpm_q4 = p->speed_max_rpm * 16;
+    t->radius_steps = CONFIG_RADIUS_STEPS;
     t->weakens = false; /* until torque_build() has seen the bus */
 }
 

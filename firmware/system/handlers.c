@@ -66,16 +66,17 @@ CURRENT_LOOP_HANDLER(handlers_forced_pair, 0, FABRIC0, LOOP_FORCED, LOOP_SENSE_P
 CURRENT_LOOP_HANDLER(handlers_observer_ab, 0, FABRIC0, LOOP_OBSERVER, LOOP_SENSE_AB)
 CURRENT_LOOP_HANDLER(handlers_observer_pair, 0, FABRIC0, LOOP_OBSERVER, LOOP_SENSE_PAIR)
 
-#define WEAKENING_HANDLER(name, axis, fabric, scheme) \
+#define WEAKENING_HANDLER(name, axis, fabric, scheme, beyond) \
     void name(void) \
     { \
-        if (current_loop_step_weakening(&axes[axis].loop, fabric, scheme)) { \
+        if (current_loop_step_weakening(&axes[axis].loop, fabric, scheme, beyond)) { \
             current_loop_fault(); \
         } \
     }
 
-WEAKENING_HANDLER(handlers_weakening_ab, 0, FABRIC0, LOOP_SENSE_AB)
-WEAKENING_HANDLER(handlers_weakening_pair, 0, FABRIC0, LOOP_SENSE_PAIR)
+WEAKENING_HANDLER(handlers_weakening_ab, 0, FABRIC0, LOOP_SENSE_AB, false)
+WEAKENING_HANDLER(handlers_weakening_pair, 0, FABRIC0, LOOP_SENSE_PAIR, false)
+WEAKENING_HANDLER(handlers_overmodulating_ab, 0, FABRIC0, LOOP_SENSE_AB, true)
 
 /* The encoder with two sensors, the way a drive spends its life, is by hand: control/current_loop_isr.S. */
 const struct loop_handlers handlers_of_axis_0 = {
@@ -87,6 +88,7 @@ const struct loop_handlers handlers_of_axis_0 = {
             [LOOP_OBSERVER] = {handlers_observer_ab, handlers_observer_pair},
         },
     .weakening = {handlers_weakening_ab, handlers_weakening_pair},
+    .overmodulating = handlers_overmodulating_ab,
     .rippled = handlers_encoder_ab,
 };
 

@@ -27,6 +27,7 @@ void handlers_encoder_ab(void);
 void handlers_encoder_pair(void);
 void handlers_weakening_ab(void);
 void handlers_weakening_pair(void);
+void handlers_overmodulating_ab(void);
 void handlers_forced_ab(void);
 void handlers_forced_pair(void);
 void handlers_observer_ab(void);

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import kinds_columns, kinds_current, kinds_protection, kinds_speed, kinds_sweep
+from . import kinds_columns, kinds_current, kinds_protection, kinds_speed, kinds_sweep, kinds_weakening
 from .errors import LauncherError
 from .expression import number
 
-KINDS = {**kinds_speed.KINDS, **kinds_current.KINDS, **kinds_sweep.KINDS, **kinds_protection.KINDS, **kinds_columns.KINDS}
+KINDS = {**kinds_speed.KINDS, **kinds_current.KINDS, **kinds_sweep.KINDS, **kinds_protection.KINDS, **kinds_columns.KINDS,
+         **kinds_weakening.KINDS}
 
 
 @dataclass

@@ -15,6 +15,9 @@ and in the title an expression in braces is replaced, `torque {0.1 * rated_curre
 lines again. In poke and poke_rom, `&name` is the address of a variable or function of the image and `*name` the first 16
 bits of code of a function.
 
+theory = "weakening" or "overmodulation" adds base_rpm, weak_x, weak_rpm, weak_sag_rpm, weak_max_rpm and weak_overspeed_rpm
+(weakening.py) to the names.
+
 A step with after_state = "OPERATION_ENABLED" waits for that state, or for several in turn, "OPERATION_ENABLED READY"; its t_s
 counts from there. The event "end" ends the run before end_s, which is then the latest end.
 
@@ -36,6 +39,7 @@ from .errors import LauncherError
 from .expression import fill, number
 from .paths import SCENARIOS, shown
 from .timeline import Timeline
+from .weakening import overmodulation_names, weakening_names
 
 HOLD_MORE = 2        # times what is planned until the last hold: then the run ends without it
 LATE_STATES_MAX = 4  # as qemu/twin/config.h has it
@@ -113,7 +117,9 @@ class Scenario:
         return fixed, sorted(late, key=lambda step: step.t_s), latest_s
 
 
-_ENTRIES = ("key", "title", "end_s", "preamble_s", "base", "expect_refusal", "let", "step", "figure")
+THEORIES = {"weakening": weakening_names, "overmodulation": overmodulation_names}
+
+_ENTRIES = ("key", "theory", "title", "end_s", "preamble_s", "base", "expect_refusal", "let", "step", "figure")
 
 
 def load_scenario(source, drive, held_s=None):
@@ -129,7 +135,7 @@ def load_scenario(source, drive, held_s=None):
     for entry in raw:
         if entry not in _ENTRIES:
             raise LauncherError(f"{where}: unknown entry '{entry}'")
-    timeline = Timeline(drive.names())
+    timeline = Timeline({**drive.names(), **_theory(raw, drive, where)})
     entries, figures = [], []
     for part, part_where in [*_bases(raw.get("base", []), where), (raw, where)]:
         _let(part.get("let", {}), timeline, part_where)
@@ -145,6 +151,15 @@ def load_scenario(source, drive, held_s=None):
                     timeline.names, _regex(raw.get("expect_refusal", ""), where), late, _holds(entries, timeline, where))
     _check(plan, drive, where)
     return plan
+
+
+def _theory(raw, drive, where):
+    """What a scenario may know besides the drive's names: `theory` says of what, since it takes seconds to work out."""
+    if "theory" not in raw:
+        return {}
+    if raw["theory"] not in THEORIES:
+        raise LauncherError(f"{where}: no theory '{raw['theory']}'; there are: {', '.join(THEORIES)}")
+    return THEORIES[raw["theory"]](drive)
 
 
 def _check(plan, drive, where):

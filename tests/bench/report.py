@@ -22,9 +22,10 @@ ROWS = {
     "handler.observer_pair": "the flux observer's angle, two of three currents",
     "handler.weakening_ab": "encoder and a weakened field, a and b",
     "handler.weakening_pair": "encoder and a weakened field, two of three currents",
+    "handler.overmodulating_ab": "the same beyond the circle of voltages, a and b",
     **{f"handler.{name}.zero_wait": "likewise, with a bus that does not wait"
        for name in ("assembly", "encoder_ab", "encoder_pair", "forced_ab", "forced_pair", "observer_ab", "observer_pair",
-                    "weakening_ab", "weakening_pair")},
+                    "weakening_ab", "weakening_pair", "overmodulating_ab")},
     **{f"rate.{hz}": f"the interrupt in closed loop at {hz / 1000:g} kHz" for hz in (8000, 10000, 16000, 20000, 32000, 40000)},
     "rate.20000.two": "the same with two samples a period",
     "current_loop.trip": "called, with a bus voltage below its limit in the sample: cause, latch and snapshot",

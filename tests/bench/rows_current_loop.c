@@ -73,6 +73,7 @@ static void rows_handlers(void)
     row_handler("handler.observer_pair", handlers_observer_pair);
     row_handler("handler.weakening_ab", handlers_weakening_ab);
     row_handler("handler.weakening_pair", handlers_weakening_pair);
+    row_handler("handler.overmodulating_ab", handlers_overmodulating_ab);
 }
 
 /* Turns on the spot: the same instructions every time, so that what it takes longer was taken by interrupts. */

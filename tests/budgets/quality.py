@@ -16,12 +16,20 @@ from launcher.report import value_text
 ROOT = Path(__file__).resolve().parents[2]
 QUALITY = ROOT / "tests" / "quality.toml"
 # {scenario: seeds to run}; a figure is the mean of the runs that keep all limits of the scenario
-SEEDS = {"default": (1,), "current_sweep": (1,)}
+SEEDS = {"default": (1,), "current_sweep": (1,), "field_weakening": (1,), "overmodulation": (1,)}
+# {scenario: motors}, where not all: a surface machine, an interior one and one that saturates; the campaign plays the others
+MOTORS_OF = {"field_weakening": ("abb_m2bj100l", "estun_emj04apb22", "thor_pmsyrm"),
+             "overmodulation": ("abb_m2bj100l", "estun_emj04apb22")}
 
 
 def load_quality(path=QUALITY):
     with open(path, "rb") as stream:
         return tomllib.load(stream)
+
+
+def is_held(motor, scenario):
+    """Whether the motor's figures of a scenario are."""
+    return motor in MOTORS_OF.get(scenario, (motor,))
 
 
 def failure(result):

@@ -16,7 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests")]
 
-from budgets.quality import QUALITY, load_quality, measure  # noqa: E402
+from budgets.quality import QUALITY, is_held, load_quality, measure  # noqa: E402
 from launcher.data import MOTORS, available  # noqa: E402
 
 HEAD = """# SPDX-License-Identifier: MIT
@@ -63,7 +63,8 @@ def updated(quality, motor, scenario, measured, verdicts):
 
 def main(motors):
     quality = load_quality()
-    cases = [(motor, scenario) for motor in motors or available(MOTORS) for scenario in quality["held"]]
+    cases = [(motor, scenario) for motor in motors or available(MOTORS) for scenario in quality["held"]
+             if is_held(motor, scenario)]
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
         found = pool.map(lambda case: measure(*case, quality["held"][case[1]], Path(folder) / "_".join(case)), cases)
         for (motor, scenario), (measured, verdicts) in zip(cases, found):

@@ -19,11 +19,11 @@ MOTORS = {"estun_emj04apb22": (12000, 0.97), "maxon_ec45flat": (5800, 0.95), "ab
 SAG_MOTORS = {"estun_emj04apb22": (9000, 0.15), "abb_m2bj100l": (2400, 0.10)}
 
 
-def at_speed(tmp_path, motor, rpm, steps, seconds, **more):
+def at_speed(tmp_path, motor, rpm, steps, seconds, plant="full", params=(), **more):
     """The drive brings the shaft to a speed, a bench then holds it there; (result, when it does)."""
     vbus_v = load_drive(motor).inverter["supply"]["vbus_v"]
     overrides = {"params": {"speed_max_rpm": round(1.05 * rpm), "overspeed_rpm": round(1.2 * rpm),
-                            "v_min_mv": round(600 * vbus_v)}}
+                            "v_min_mv": round(600 * vbus_v), **dict(params)}}
     drive = load_drive(motor, overrides, aligned=True)
     up = ON_S + drive.on_time_s + 0.05
     held = up + rpm / drive.params["ramp_rpm_s"] + 0.3
@@ -32,9 +32,10 @@ def at_speed(tmp_path, motor, rpm, steps, seconds, **more):
                  {"t_s": held, "event": "spin_rad_s", "args": [f"{rpm * math.pi / 30}"]},
                  *({**step, "t_s": held + step["t_s"]} for step in steps)]
     scenario = {"key": "weakening", "end_s": held + seconds, "preamble_s": 0.05, "step": all_steps}
-    result = simulate(scenario, motor=motor, out_dir=tmp_path, overrides=overrides, aligned=True, plant="full", spread=0,
+    result = simulate(scenario, motor=motor, out_dir=tmp_path, overrides=overrides, aligned=True, plant=plant, spread=0,
                       **more)
-    assert {result.enums["fault"][int(code)] for code in np.unique(result.trace["fault"])} == {"FAULT_NONE"}
+    faults = {result.enums["fault"][int(code)] for code in np.unique(result.trace["fault"])}
+    assert faults == {"FAULT_NONE"}, faults
     return result, held
 
 

@@ -66,6 +66,7 @@ def drawn(draw):
     p["overspeed_rpm"] = p["speed_max_rpm"] + draw.randint(1, 100)
     p["pwm_update"], p["pwm_samples"] = draw.choice(((0, 1), (1, 1), (2, 1), (1, 2), (2, 2)))
     p["low_side_shunts"] = 2 - p["pwm_samples"]
+    p["overmodulation"] *= p["pwm_samples"] - 1
     p["modulator_osr"] = 0 if p["low_side_shunts"] else draw.choice((0, 32, 64, 128))
     return p
 
@@ -176,7 +177,7 @@ def test_modulators_are_refused_where_they_cannot_be(c):
 def test_any_parameters(c):
     """Each gain within its rounding, or refused because it does not fit its format."""
     draw, seen = random.Random(9), {}
-    for _ in range(1500):
+    for _ in range(2500):
         p = drawn(draw)
         error, _, tuning = compute(c, p)
         seen[error] = seen.get(error, 0) + 1
