@@ -14,6 +14,7 @@
 
 #include "drivers/fabric/fabric.h"
 #include "firmware/axis/fault.h"
+#include "firmware/axis/injection_start.h"
 #include "firmware/axis/modes.h"
 #include "firmware/axis/reaction.h"
 #include "firmware/axis/sensorless.h"
@@ -59,6 +60,7 @@ struct axis {
     struct motion motion;
     struct start start;
     struct sensorless sensorless;
+    struct injection_start injection;
     struct fault_record faults;
     volatile uint32_t state; /* enum axis_state */
     volatile uint32_t mode;  /* enum axis_mode */

@@ -58,6 +58,8 @@ enum fault {
     FAULT_FOLLOWING_ERROR,   /* the shaft is not where it should be */
     FAULT_HOMING,            /* the search for index or block found nothing */
     FAULT_LOCK_LOST,         /* without an encoder: the observer has lost the rotor */
+    FAULT_SALIENCY,          /* start: the current does not show where the rotor stands */
+    FAULT_POLARITY,          /* start: which end of its axis is north remains open */
     FAULT_COUNT
 };
 

@@ -11,9 +11,10 @@ enum start_phase {
     START_CALIBRATE,
     START_WIRING,
     START_ALIGN,
-    START_FOLLOW,   /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
-    START_FIELD,    /* without an encoder: the rotor is to hang on a field */
-    START_IDENTIFY, /* in place of the alignment: it ends with the bridge off */
+    START_FOLLOW,    /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
+    START_FIELD,     /* without an encoder: the rotor is to hang on a field */
+    START_INJECTION, /* or its saliency is to show it */
+    START_IDENTIFY,  /* in place of the alignment: it ends with the bridge off */
 };
 
 static uint32_t latched(const struct axis *a)
@@ -150,6 +151,56 @@ static void raise_of_wiring(struct axis *a, enum fault fault)
     }
 }
 
+static void begin_field(struct axis *a)
+{
+    sensorless_begin(a);
+    a->start.phase = START_FIELD;
+}
+
+static void begin_without_encoder(struct axis *a)
+{
+    injection_reset(&a->loop, &a->tuning);
+    if (!injection_wanted(a)) {
+        begin_field(a);
+        return;
+    }
+    follow(a, LOOP_INJECTION);
+    injection_begin(a);
+    a->start.phase = START_INJECTION;
+}
+
+/* A motor that a prescribed field can hold does without; of the other ones it was the only way. */
+static void refuse_injection(struct axis *a, enum fault fault, int32_t detail_0, int32_t detail_1)
+{
+    if (a->tuning.reluctant) {
+        axis_raise_with(a, fault, detail_0, detail_1);
+        return;
+    }
+    injection_reset(&a->loop, &a->tuning);
+    follow(a, LOOP_OBSERVER);
+    begin_field(a);
+}
+
+/* True when operation may begin. */
+static bool step_injection(struct axis *a)
+{
+    const struct injection_start *const s = &a->injection;
+    switch (injection_start_step(a)) {
+    case INJECTION_DONE:
+        a->start.phase = START_FOLLOW;
+        return true;
+    case INJECTION_SALIENCY:
+        refuse_injection(a, FAULT_SALIENCY, s->detail_q8 / 256, (s->detail_q8 % 256) * 100 / 256);
+        return false;
+    case INJECTION_POLARITY:
+        refuse_injection(a, FAULT_POLARITY, tuning_milli_from_q15(s->i_q15, a->params.i_range_ma), 0);
+        return false;
+    case INJECTION_RUNNING:
+    default:
+        return false;
+    }
+}
+
 static void step_wiring(struct axis *a)
 {
     struct start *const s = &a->start;
@@ -157,8 +208,7 @@ static void step_wiring(struct axis *a)
     case WIRING_GOOD:
         s->unseen = false;
         if (!rotor_has_encoder(a)) {
-            sensorless_begin(a);
-            s->phase = START_FIELD;
+            begin_without_encoder(a);
             break;
         }
         alignment_start(&s->alignment, &a->loop, &a->tuning, latched(a));
@@ -213,6 +263,8 @@ bool start_step(struct axis *a)
         }
         s->phase = START_FOLLOW;
         return true;
+    case START_INJECTION:
+        return step_injection(a);
     case START_IDENTIFY:
         return identify_step(&a->identify, &a->loop, &a->fabric->adc);
     case START_FOLLOW:
