@@ -2,7 +2,7 @@
 """`make campaign PART=...`: the parts there are, their cases, and how one is played."""
 import tempfile
 
-from . import part_detune, part_identify, part_start, part_supervision, part_wiring
+from . import part_detune, part_identify, part_saliency, part_start, part_supervision, part_wiring
 from .campaign import keep
 from .data import available
 from .drive import load_drive
@@ -11,7 +11,8 @@ from .kind import Run
 from .part import PartCase, matches
 from .paths import MOTORS
 
-PARTS = {module.NAME: module for module in (part_start, part_wiring, part_supervision, part_detune, part_identify)}
+PARTS = {module.NAME: module for module in (part_start, part_wiring, part_supervision, part_detune, part_identify,
+                                        part_saliency)}
 
 
 def is_part(key):

@@ -21,6 +21,7 @@ SAMPLE = [
     "supervision:estun_emj04apb22/reversal/chopper",
     "detune:teknic_m2310p/default/J*5", "detune:maxon_ec22/default/L*2", "detune:hoverboard_350w/default/R*2_L*0.5",
     "identify:maxon_ec45flat/seed2", "identify:thor_pmsyrm/seed1",
+    "saliency:thor_pmsyrm/lock/90", "saliency:baldor_ecs101m0h7ef4/hold1/270",
 ]
 
 
