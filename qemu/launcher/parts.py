@@ -38,6 +38,8 @@ def plan_part(part, motors, options):
         if name not in there_are:
             raise LauncherError(f"no motor '{name}'; there are: {', '.join(there_are)}")
     cases, wanted = PARTS[part].plan(motors or there_are, options), (options.get("what") or "").split()
+    if not cases:
+        raise LauncherError(f"PART {part} has no case for these motors: docs/campaign.md says which it has")
     chosen = [case for case in cases if not wanted or matches(case.what, wanted)]
     if not chosen:
         raise LauncherError(f"WHAT '{options['what']}' is none of the cases of {part}, for example {cases[0].what}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Who tells the angle, saliency or EMF: by margin, by how quick each is, by the room for the wave; and when the lock is lost."""
+"""Who tells the angle, saliency or EMF: by margin, by how quick each is, by the room for the wave; and a lock that is lost."""
 import cmath
 import math
 
