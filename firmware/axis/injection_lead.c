@@ -79,6 +79,6 @@ void injection_supervise(struct axis *a)
     const int32_t least = (a->injection.straight * a->loop.inject.share_q8) >> 8;
     s->lost_ms = mean < least ? s->lost_ms + 1u : 0u;
     if (s->lost_ms >= LOST_MS) {
-        axis_report(a, FAULT_LOCK_LOST, mean * 100 / q15_max(least, 1), a->loop.flux.margin_q8 * 10 / 256);
+        axis_report(a, FAULT_LOCK_LOST, 100 - mean * 100 / q15_max(least, 1), a->loop.flux.margin_q8 * 10 / 256);
     }
 }

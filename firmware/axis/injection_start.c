@@ -46,6 +46,11 @@ void injection_begin(struct axis *a)
     current_loop_field(&a->loop, 0, 0);
 }
 
+bool injection_brakes(const struct axis *a)
+{
+    return a->injection.step == STEP_SWEEP || a->injection.step == STEP_LOCK;
+}
+
 static void next_step(struct injection_start *s, enum start_step step)
 {
     s->step = step;

@@ -47,6 +47,12 @@ bool injection_wanted(const struct axis *a);
 /* Slow loop, bridge on, LOOP_INJECTION. */
 void injection_begin(struct axis *a);
 
+/*
+ * Whether voltages are to be held now, and no currents: a winding at a voltage brakes a rotor that the wiring's test has
+ * pushed, until north is asked for. Slow loop.
+ */
+bool injection_brakes(const struct axis *a);
+
 /* One step a millisecond. Slow loop. */
 enum injection_result injection_start_step(struct axis *a);
 

@@ -283,6 +283,7 @@ const struct tuning *start_tuning(const struct axis *a)
         return identify_tuning(&a->identify);
     }
     const bool voltage = s->phase == START_WIRING || s->phase == START_FIELD ||
+                         (s->phase == START_INJECTION && injection_brakes(a)) ||
                          (s->phase == START_ALIGN && alignment_holds_voltage(&s->alignment));
     return a->state == AXIS_SWITCHED_ON && voltage ? &wiring_tuning : &a->tuning;
 }

@@ -176,7 +176,7 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_POLARITY] = {"north pole not found", "a larger i_align_ma or injection_mv",
                         "with @ mA along the axis both ends looked alike"},
     [FAULT_LOCK_LOST] = {"lock lost", "a load step, a bus voltage or a resistance_mohm beyond what the observer bears",
-                         "flux off by @ %, margin # tenths"},
+                         "what shows it is off by @ %, margin # tenths"},
 };
 
 const char *message_of_error(enum error error)

@@ -17,7 +17,7 @@ from .part import (ON_S, PREAMBLE_S, PartCase, Setup, Verdict, angle_error_deg, 
 NAME = "saliency"
 LOCK_MAX_DEG = 2.0      # electrical, mean of the last part of the standstill
 RMS_MAX_DEG, PEAK_MAX_DEG = 5.0, 15.0
-WAY_MAX_DEG = 5.0       # mechanical, away from where the load was first held
+WAY_MAX_DEG = 10.0      # mechanical, away from where the load was first held
 STAND_S, SETTLE_S = 0.2, 0.5
 SEEDS = 8
 
