@@ -48,7 +48,7 @@ void injection_begin(struct axis *a)
 
 bool injection_brakes(const struct axis *a)
 {
-    return a->injection.step == STEP_SWEEP || a->injection.step == STEP_LOCK;
+    return a->injection.step == STEP_LOCK;
 }
 
 static void next_step(struct injection_start *s, enum start_step step)
@@ -73,6 +73,15 @@ static void add_angle(struct axis *a)
     s->sum_straight += d;
 }
 
+/* No voltage but the wave: the EMF brakes. */
+static void short_windings(volatile struct current_loop *c)
+{
+    c->integral_d_q9 = 0;
+    c->integral_q_q9 = 0;
+    c->feedforward_d_steps = 0;
+    c->feedforward_q_steps = 0;
+}
+
 static enum injection_result leave_sweep(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
@@ -86,6 +95,7 @@ static enum injection_result leave_sweep(struct axis *a)
     }
     injection_track(&a->loop, &a->tuning, atan2_q32(im, re) / 2u, s->radian);
     current_loop_follow_rotor(&a->loop);
+    short_windings(&a->loop);
     next_step(s, STEP_LOCK);
     return INJECTION_RUNNING;
 }

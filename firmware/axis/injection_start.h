@@ -48,8 +48,8 @@ bool injection_wanted(const struct axis *a);
 void injection_begin(struct axis *a);
 
 /*
- * Whether voltages are to be held now, and no currents: a winding at a voltage brakes a rotor that the wiring's test has
- * pushed, until north is asked for. Slow loop.
+ * Whether voltages are to be held now, and no currents: while it locks, short windings brake a rotor that the wiring's test
+ * has pushed. Slow loop.
  */
 bool injection_brakes(const struct axis *a);
 
