@@ -16,6 +16,7 @@
 #include "firmware/axis/fault.h"
 #include "firmware/axis/field_watch.h"
 #include "firmware/axis/flying.h"
+#include "firmware/axis/injection_start.h"
 #include "firmware/axis/modes.h"
 #include "firmware/axis/reaction.h"
 #include "firmware/axis/sensorless.h"
@@ -63,6 +64,7 @@ struct axis {
     struct sensorless sensorless;
     struct field_watch field_watch;
     struct flying flying;
+    struct injection_start injection;
     struct fault_record faults;
     volatile uint32_t state; /* enum axis_state */
     volatile uint32_t mode;  /* enum axis_mode */

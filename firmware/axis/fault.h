@@ -59,6 +59,8 @@ enum fault {
     FAULT_HOMING,            /* the search for index or block found nothing */
     FAULT_LOCK_LOST,         /* without an encoder: the observer has lost the rotor */
     FAULT_OUT_OF_STEP,       /* without an encoder: the rotor has left the prescribed field */
+    FAULT_SALIENCY,          /* start: the current does not show where the rotor stands */
+    FAULT_POLARITY,          /* start: which end of its axis is north remains open */
     FAULT_COUNT
 };
 

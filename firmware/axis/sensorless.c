@@ -3,6 +3,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
+#include "firmware/axis/injection_lead.h"
 #include "firmware/axis/rotor.h"
 #include "firmware/settings/config.h"
 #include "lib/limit.h"
@@ -285,14 +286,23 @@ void sensorless_after_control(struct axis *a)
         c->i_d_ref_q15 = q15_clamp(c->i_d_ref_q15 + s->extra_q15, -room_q15, room_q15);
     }
     follow_ramp(a);
-    s->weak_ms = s->extra_q15 == 0 && c->flux.margin_q8 < WEAK_MARGIN ? s->weak_ms + 1u : 0u;
-    if (s->weak_ms >= WEAK_MS) {
+    if (injection_leads(a)) {
+        injection_after_control(a);
+        return;
+    }
+    s->weak_ms =
+        s->extra_q15 == 0 && (c->flux.margin_q8 < WEAK_MARGIN || injection_wants_back(a)) ? s->weak_ms + 1u : 0u;
+    if (s->weak_ms >= WEAK_MS && !injection_takes_over(a)) {
         field_takes_over(a);
     }
 }
 
 void sensorless_follow(struct axis *a)
 {
+    if (injection_leads(a)) {
+        injection_lead_follow(a);
+        return;
+    }
     observer_follow(&a->loop, &a->tuning, rotor_is_known(a) ? OBSERVER_LEADS : OBSERVER_FOLLOWS);
 }
 
@@ -307,6 +317,9 @@ static bool emf_contradicts(const struct axis *a)
 {
     const struct tuning *const t = &a->tuning;
     const struct current_loop *const c = &a->loop;
+    if (t->observer.lq_more != 0) {
+        return false; /* iron that saturates makes an EMF of q currents */
+    }
     const int32_t w_q15 = current_loop_w_q15(c);
     const int32_t expected_q15 = (q15_abs(w_q15) * t->emf_q12) >> 12;
     const int32_t armature_q15 = ((w_q15 * c->i_d_q15) >> 15) * t->x_d_q11 >> 11;
@@ -325,6 +338,10 @@ void sensorless_supervise(struct axis *a)
         return;
     }
     field_watch_reset(&a->field_watch);
+    if (injection_leads(a)) {
+        injection_supervise(a);
+        return;
+    }
     const bool lost = q15_abs(o->rho_q15) > LOST_RHO_Q15 || o->margin_q8 < LOST_MARGIN || emf_contradicts(a);
     s->lost_ms = lost ? s->lost_ms + 1u : 0u;
     if (s->lost_ms >= LOST_MS) {

@@ -11,11 +11,12 @@ enum start_phase {
     START_CALIBRATE,
     START_WIRING,
     START_ALIGN,
-    START_FOLLOW,   /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
-    START_FIELD,    /* without an encoder: the rotor is to hang on a field */
-    START_IDENTIFY, /* in place of the alignment: it ends with the bridge off */
-    START_CATCH,    /* without an encoder: does the rotor turn already? */
-    START_DOUBT,    /* likewise: did it turn while the wiring looked wrong? */
+    START_FOLLOW,    /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
+    START_FIELD,     /* without an encoder: the rotor is to hang on a field */
+    START_IDENTIFY,  /* in place of the alignment: it ends with the bridge off */
+    START_CATCH,     /* without an encoder: does the rotor turn already? */
+    START_DOUBT,     /* likewise: did it turn while the wiring looked wrong? */
+    START_INJECTION, /* or its saliency is to show it */
 };
 
 static uint32_t latched(const struct axis *a)
@@ -174,6 +175,56 @@ static void step_doubt(struct axis *a)
     }
 }
 
+static void begin_field(struct axis *a)
+{
+    sensorless_begin(a);
+    a->start.phase = START_FIELD;
+}
+
+static void begin_without_encoder(struct axis *a)
+{
+    injection_reset(&a->loop, &a->tuning);
+    if (!injection_wanted(a)) {
+        begin_field(a);
+        return;
+    }
+    follow(a, LOOP_INJECTION);
+    injection_begin(a);
+    a->start.phase = START_INJECTION;
+}
+
+/* A motor that a prescribed field can hold does without; of the other ones it was the only way. */
+static void refuse_injection(struct axis *a, enum fault fault, int32_t detail_0, int32_t detail_1)
+{
+    if (a->tuning.reluctant) {
+        axis_raise_with(a, fault, detail_0, detail_1);
+        return;
+    }
+    injection_reset(&a->loop, &a->tuning);
+    follow(a, LOOP_OBSERVER);
+    begin_field(a);
+}
+
+/* True when operation may begin. */
+static bool step_injection(struct axis *a)
+{
+    const struct injection_start *const s = &a->injection;
+    switch (injection_start_step(a)) {
+    case INJECTION_DONE:
+        a->start.phase = START_FOLLOW;
+        return true;
+    case INJECTION_SALIENCY:
+        refuse_injection(a, FAULT_SALIENCY, s->detail_q8 / 256, (s->detail_q8 % 256) * 100 / 256);
+        return false;
+    case INJECTION_POLARITY:
+        refuse_injection(a, FAULT_POLARITY, tuning_milli_from_q15(s->i_q15, a->params.i_range_ma), 0);
+        return false;
+    case INJECTION_RUNNING:
+    default:
+        return false;
+    }
+}
+
 static void step_wiring(struct axis *a)
 {
     struct start *const s = &a->start;
@@ -181,8 +232,7 @@ static void step_wiring(struct axis *a)
     case WIRING_GOOD:
         s->unseen = false;
         if (!rotor_has_encoder(a)) {
-            sensorless_begin(a);
-            s->phase = START_FIELD;
+            begin_without_encoder(a);
             break;
         }
         alignment_start(&s->alignment, &a->loop, &a->tuning, latched(a));
@@ -252,6 +302,8 @@ bool start_step(struct axis *a)
     case START_DOUBT:
         step_doubt(a);
         return false;
+    case START_INJECTION:
+        return step_injection(a);
     case START_IDENTIFY:
         return identify_step(&a->identify, &a->loop, &a->fabric->adc);
     case START_FOLLOW:
@@ -270,6 +322,7 @@ const struct tuning *start_tuning(const struct axis *a)
         return identify_tuning(&a->identify);
     }
     const bool voltage = s->phase == START_WIRING || s->phase == START_FIELD ||
+                         (s->phase == START_INJECTION && injection_brakes(a)) ||
                          (s->phase == START_ALIGN && alignment_holds_voltage(&s->alignment));
     return a->state == AXIS_SWITCHED_ON && voltage ? &wiring_tuning : &a->tuning;
 }

@@ -213,6 +213,14 @@ bool current_loop_select(volatile struct current_loop *c, const struct fabric *f
     return true;
 }
 
+void current_loop_exchange(volatile struct current_loop *c, enum loop_source source)
+{
+    c->source = source;
+    if (c->handlers != NULL) {
+        *c->handlers->vector = handler(c, source, c->scheme);
+    }
+}
+
 void current_loop_field(volatile struct current_loop *c, uint32_t angle_q32, int32_t speed_q32)
 {
     c->field_speed_q32 = speed_q32;

@@ -22,6 +22,7 @@
 
 #include "drivers/fabric/fabric.h"
 #include "firmware/control/current_loop_layout.h"
+#include "firmware/control/injection.h"
 #include "firmware/control/observer.h"
 #include "firmware/settings/tuning.h"
 #include "lib/pll.h"
@@ -41,6 +42,7 @@ enum loop_source {
     LOOP_ENCODER, /* the rotor's, by the encoder */
     LOOP_FORCED,  /* current_loop_field(), whatever the rotor does */
     LOOP_OBSERVER, /* the rotor's by the flux observer; or prescribed as well, while the observer finds it: field_follows */
+    LOOP_INJECTION, /* the same by the saliency, to which a voltage is added */
     LOOP_SOURCES,
 };
 
@@ -127,10 +129,17 @@ struct current_loop {
     struct loop_weakening weaken;
     uint32_t fell_back; /* milliseconds since the tuning in which the newest voltage had to wait for an end */
 
-    /* of LOOP_OBSERVER */
+    /* of LOOP_OBSERVER and LOOP_INJECTION */
     uint32_t field_follows; /* all ones: field_angle_q32 counts from the observed angle; 0: it is prescribed */
     struct observer flux;
+    struct injection inject; /* of LOOP_INJECTION */
 };
+
+/* Whether the rotor's angle is found without an encoder, in field_follows. Any context. */
+static inline bool current_loop_finds_rotor(const volatile struct current_loop *c)
+{
+    return c->source == LOOP_OBSERVER || c->source == LOOP_INJECTION;
+}
 
 /* Electrical speed of the rotor: Q15, 1.0 = CONFIG_SPEED_BASE_HZ. Any context. */
 static inline int32_t current_loop_w_q15(const volatile struct current_loop *c)
@@ -144,7 +153,7 @@ static inline uint32_t current_loop_angle_q32(const volatile struct current_loop
     if (c->source == LOOP_ENCODER) {
         return c->pll.angle_q32 + c->angle_offset_q32;
     }
-    return c->field_angle_q32 + (c->source == LOOP_OBSERVER ? c->pll.angle_q32 & c->field_follows : 0u);
+    return c->field_angle_q32 + (current_loop_finds_rotor(c) ? c->pll.angle_q32 & c->field_follows : 0u);
 }
 
 /* The same for display. */
@@ -184,15 +193,21 @@ bool current_loop_select(volatile struct current_loop *c, const struct fabric *f
                          enum loop_scheme scheme);
 
 /*
+ * From LOOP_OBSERVER to LOOP_INJECTION or back, while the bridge is on: both have the same frame, angle and speed, and the same
+ * integrals. One store. Slow loop.
+ */
+void current_loop_exchange(volatile struct current_loop *c, enum loop_source source);
+
+/*
  * Of LOOP_FORCED: the field stands at `angle_q32` at the next sample and turns by `speed_q32` a sample from there, until told
  * otherwise. The rotor's angle and speed in `pll` go on following the encoder. Slow loop, bridge on or off.
  */
 void current_loop_field(volatile struct current_loop *c, uint32_t angle_q32, int32_t speed_q32);
 
 /*
- * Of LOOP_OBSERVER: the frame of the currents is the observed rotor's from now on; or it stands by `turn_q32` further on and
- * turns by `speed_q32` a sample. Voltages and references stay what they are, expressed in the new frame: the motor
- * notices nothing. Slow loop, bridge on; holds the interrupt back for about 100 cycles.
+ * Of LOOP_OBSERVER and LOOP_INJECTION: the frame of the currents is the observed rotor's from now on; or it stands by
+ * `turn_q32` further on and turns by `speed_q32` a sample. Voltages and references stay what they are, expressed in the new
+ * frame: the motor notices nothing. Slow loop, bridge on; holds the interrupt back for about 100 cycles.
  */
 void current_loop_follow_rotor(volatile struct current_loop *c);
 void current_loop_prescribe(volatile struct current_loop *c, uint32_t turn_q32, int32_t speed_q32);

@@ -100,7 +100,7 @@ static inline void loop_decouple(volatile struct current_loop *c, const struct t
 /* Whether the frame in which the currents are regulated is the rotor's, or a prescribed field's. */
 static inline bool loop_follows_rotor(const volatile struct current_loop *c)
 {
-    return USUALLY(c->source == LOOP_ENCODER) || (c->source == LOOP_OBSERVER && c->field_follows != 0u);
+    return USUALLY(c->source == LOOP_ENCODER) || (current_loop_finds_rotor(c) && c->field_follows != 0u);
 }
 
 static inline int32_t loop_frame_w_q15(const volatile struct current_loop *c)

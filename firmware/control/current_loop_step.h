@@ -18,6 +18,7 @@
 #include "firmware/control/current_loop.h"
 #include "firmware/control/stage_angle.h"
 #include "firmware/control/stage_flux.h"
+#include "firmware/control/stage_inject.h"
 #include "firmware/control/stage_modulate.h"
 #include "firmware/control/stage_overmodulate.h"
 #include "firmware/control/stage_regulate.h"
@@ -33,6 +34,7 @@ static inline __attribute__((always_inline)) uint32_t current_loop_angle(struct 
     case LOOP_ENCODER:
         return angle_of_rotor(c);
     case LOOP_OBSERVER:
+    case LOOP_INJECTION:
         return angle_observed(c);
     default:
         return angle_of_field(c);
@@ -47,10 +49,16 @@ static inline __attribute__((always_inline)) bool current_loop_step(struct curre
     /* Here and not where it is used: the compiler has registers left for it. */
     const alphabeta_t coarse = {i.alpha >> c->dead_shift, i.beta >> c->dead_shift};
     const cossin_t cs = cossin_q15(current_loop_angle(c, source));
-    const dq_t v = regulate(c, park_q15(i, cs));
+    const dq_t v = source == LOOP_INJECTION
+                       ? regulate(c, park_q15(inject_mean(&c->inject, i), cs), inject_voltage(&c->inject))
+                       : regulate(c, park_q15(i, cs), 0);
     const alphabeta_t v_steps = modulate(&f->pwm, v, cs, coarse, c->turn_q15);
-    if (source == LOOP_OBSERVER) {
-        flux_observe(c, i, v_steps);
+    if (source == LOOP_OBSERVER || source == LOOP_INJECTION) {
+        if (source == LOOP_OBSERVER) {
+            flux_observe(c, i, v_steps);
+        } else {
+            inject_observe(c, i, cs);
+        }
         f->adc.STATUS = ADC_STATUS_EOC;
         return (f->gate.STATUS & ~GATE_STATUS_ENCODER) > c->status_max; /* there may be none */
     }

@@ -4,6 +4,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/control/current_loop.h"
+#include "lib/pi.h"
 #include "lib/polar.h"
 #include "lib/q15.h"
 #include "lib/transform_q15.h"
@@ -24,6 +25,7 @@
 #define TRACK_BY_MARGIN    51 /* 0.2, Q8 */
 #define TRACK_LEAST_Q8     77 /* 0.3 */
 #define TRACK_LARGEST_Q8   384
+#define TRACK_IRON_Q8      256 /* where L_q falls with the current: the slow loop tells of that a millisecond late */
 #define TRACK_FOLLOWING_Q8 256
 #define TRACK_LEAST        40 /* 20 rad/s at 20 kHz: it never stands */
 
@@ -40,10 +42,20 @@
 #define MARGIN_MOST_Q8  (255 << 8)
 #define SMOOTH_SHIFT    3 /* of |i|: 8 ms */
 
+/* L_q falls with the current, nearly by a straight line: within 6 % for the reluctance machines in qemu/motors. */
+static int32_t lq_at(const struct tuning *t, int32_t i_q_q15)
+{
+    if (t->observer.lq_more == 0) {
+        return t->observer.lq;
+    }
+    const int32_t rest_q15 = t->observer.iron_q15 - q15_abs(i_q_q15);
+    return q15_max(t->observer.lq + t->observer.lq_more * rest_q15 / t->observer.iron_q15, t->observer.lq / 2);
+}
+
 /* psi_a as these currents have it, flux 14. */
 static dq_t active_flux(const struct tuning *t, dq_t i)
 {
-    const int32_t saliency = t->observer.lq - t->observer.ld;
+    const int32_t saliency = lq_at(t, i.q) - t->observer.ld;
     return (dq_t){t->observer.magnet - ((saliency * i.d) >> 15), (saliency * i.q) >> 15};
 }
 
@@ -80,6 +92,11 @@ static void hold_back(volatile struct observer *o, dq_t direction_q14, uint32_t 
     o->back_d = (back * direction_q14.d) >> 14;
     o->back_q = (back * direction_q14.q) >> 14;
     o->back_shift = (uint32_t)(16 + more);
+}
+
+int32_t observer_quickest_q8(const struct tuning *t)
+{
+    return t->observer.lq_more != 0 ? TRACK_IRON_Q8 : TRACK_LARGEST_Q8;
 }
 
 static void set_tracking(volatile struct observer *o, uint32_t speed_q32, int32_t pole_q8, enum observer_role role)
@@ -126,11 +143,11 @@ static void weigh_voltages(volatile struct observer *o, const struct tuning *t, 
     o->of_newest = of_both - o->of_older;
 }
 
-static void tell_machine(volatile struct observer *o, const struct tuning *t)
+static void tell_machine(volatile struct observer *o, const struct tuning *t, int32_t i_q_q15)
 {
     o->magnet = t->observer.magnet;
-    o->lq = t->observer.lq;
-    o->saliency = t->observer.lq - t->observer.ld;
+    o->lq = lq_at(t, i_q_q15);
+    o->saliency = o->lq - t->observer.ld;
     o->r_q5 = t->observer.r_q5;
 }
 
@@ -146,16 +163,36 @@ void observer_reset(volatile struct current_loop *c, const struct tuning *t, uin
     cpu_irq_restore(mask);
 }
 
+void observer_preset(volatile struct current_loop *c, const struct tuning *t)
+{
+    volatile struct observer *const o = &c->flux;
+    const dq_t i = currents(c);
+    const int32_t d = t->observer.magnet + ((t->observer.ld * i.d) >> 15);
+    const int32_t q = (lq_at(t, i.q) * i.q) >> 15;
+    const uint32_t mask = cpu_irq_save();
+    const cossin_t cs = cossin_q15(c->pll.angle_q32);
+    const int32_t v_d = c->integral_d_q9 >> PI_SHIFT;
+    o->flux_alpha = (d * cs.cos - q * cs.sin) >> (15 - OBSERVER_FLUX_SHIFT);
+    o->flux_beta = (d * cs.sin + q * cs.cos) >> (15 - OBSERVER_FLUX_SHIFT);
+    o->v_alpha_steps = (v_d * cs.cos - c->v_q_steps * cs.sin) >> 15;
+    o->v_beta_steps = (v_d * cs.sin + c->v_q_steps * cs.cos) >> 15;
+    cpu_irq_restore(mask);
+}
+
 void observer_follow(volatile struct current_loop *c, const struct tuning *t, enum observer_role role)
 {
     volatile struct observer *const o = &c->flux;
     const uint32_t speed_q32 = (uint32_t)q15_abs(c->pll.speed_q32);
     const dq_t i = currents(c);
     const dq_t direction_q14 = look_along(o, active_flux(t, i));
-    tell_machine(o, t);
+    tell_machine(o, t, i.q);
     weigh_voltages(o, t, c->vbus_q15);
     reckon_margin(o, t, i, current_loop_w_q15(c), c->vbus_q15);
     hold_back(o, direction_q14, speed_q32, role == OBSERVER_LEADS ? SIGMA_LEADING_Q8 : SIGMA_FOLLOWING_Q8);
-    const int32_t by_margin_q8 = q15_clamp((o->margin_q8 * TRACK_BY_MARGIN) >> 8, TRACK_LEAST_Q8, TRACK_LARGEST_Q8);
+    const int32_t by_margin_q8 =
+        q15_clamp((o->margin_q8 * TRACK_BY_MARGIN) >> 8, TRACK_LEAST_Q8, observer_quickest_q8(t));
+    if (role == OBSERVER_RESTS) {
+        return;
+    }
     set_tracking(o, speed_q32, role == OBSERVER_LEADS ? by_margin_q8 : TRACK_FOLLOWING_Q8, role);
 }

@@ -64,12 +64,19 @@ struct observer {
 enum observer_role {
     OBSERVER_FOLLOWS, /* the speed is told, it finds the angle: the field is prescribed */
     OBSERVER_LEADS,   /* it finds both */
+    OBSERVER_RESTS,   /* it does not run: the margin alone */
 };
 
 struct current_loop;
 
 /* The rotor stands at `angle_q32`, with this current along its magnets. Its speed stays as it is told. Slow loop. */
 void observer_reset(volatile struct current_loop *c, const struct tuning *t, uint32_t angle_q32, int32_t i_d_q15);
+
+/* The flux as it has to be at the angle that is believed, with the present currents. Slow loop, before LOOP_OBSERVER leads. */
+void observer_preset(volatile struct current_loop *c, const struct tuning *t);
+
+/* The double pole of its tracking loop at most, in |w|, Q8. Any context. */
+int32_t observer_quickest_q8(const struct tuning *t);
 
 /* Gains for the present bus voltage, speed and currents, and the margin. Slow loop, every millisecond. */
 void observer_follow(volatile struct current_loop *c, const struct tuning *t, enum observer_role role);

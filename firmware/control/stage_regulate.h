@@ -25,14 +25,17 @@ static inline int32_t regulate_limit_d(int32_t v_d_steps)
 #endif
 }
 
-/* |i| <= 65534, references within 16 bits, gains and integrals within lib/pi.h's ranges. Result: steps, inside the circle. */
-static inline dq_t regulate(struct current_loop *c, dq_t i)
+/*
+ * |i| <= 65534, references within 16 bits, gains and integrals within lib/pi.h's ranges; |inject_steps| < 2^15 comes on top in
+ * d, before any limit. Result: steps, inside the circle.
+ */
+static inline dq_t regulate(struct current_loop *c, dq_t i, int32_t inject_steps)
 {
     c->i_d_q15 = i.d;
     c->i_q_q15 = i.q;
     const int32_t error_d = c->i_d_ref_q15 - i.d;
     const int32_t error_q = c->i_q_ref_q15 - i.q;
-    int32_t d = pi_q15_unlimited(c->kp_d_q9, error_d, c->integral_d_q9);
+    int32_t d = pi_q15_unlimited(c->kp_d_q9, error_d, c->integral_d_q9) + inject_steps;
     int32_t q = pi_q15_unlimited(c->kp_q_q9, error_q, c->integral_q_q9);
     advance_q15(&d, &q, c->turn_q15);
 

@@ -2,6 +2,7 @@
 #include <stddef.h>
 
 #include "drivers/mss/sysreg.h"
+#include "firmware/axis/injection_lead.h"
 #include "firmware/axis/rotor.h"
 #include "firmware/operate/answers.h"
 #include "firmware/operate/commands_parts.h"
@@ -83,7 +84,29 @@ static void put_cogging(struct session *s)
     text_put_line(&s->out, "");
 }
 
-/* Without an encoder: how well the EMF shows the rotor, and whether that leads or a prescribed field does. */
+static const char *leader(const struct axis *a)
+{
+    if (!rotor_is_known(a)) {
+        return ", a prescribed field leads";
+    }
+    return injection_leads(a) ? ", the injection leads" : ", the observer leads";
+}
+
+/* What the saliency says, where it was asked, and why it was not good enough. */
+static void put_saliency(struct session *s)
+{
+    const struct injection_start *const m = &s->axis->injection;
+    if (m->detail_q8 == 0) {
+        return;
+    }
+    text_put(&s->out, "saliency: ");
+    text_put_milli(&s->out, m->detail_q8 * 1000 / 256);
+    text_put(&s->out, " LSB a degree");
+    text_put(&s->out, m->result == INJECTION_SALIENCY ? ", too little: injection refused" : "");
+    text_put_line(&s->out, m->result == INJECTION_POLARITY ? ", north pole not found: injection refused" : "");
+}
+
+/* Without an encoder: how well the EMF shows the rotor, and whether that leads, the saliency or a prescribed field. */
 static void put_margin(struct session *s)
 {
     const struct axis *const a = s->axis;
@@ -92,7 +115,8 @@ static void put_margin(struct session *s)
     }
     text_put(&s->out, "margin of observability: ");
     text_put_milli(&s->out, (int32_t)((int64_t)a->loop.flux.margin_q8 * 1000 / 256));
-    text_put_line(&s->out, rotor_is_known(a) ? ", the observer leads" : ", a prescribed field leads");
+    text_put_line(&s->out, leader(a));
+    put_saliency(s);
 }
 
 void run_status(struct session *s, char *const *words)

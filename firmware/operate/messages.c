@@ -22,7 +22,10 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_OBSERVER] =
         "angle_source 1: resistance_mohm, ld_uh, lq_uh and flux_uwb do not fit one another at this PWM rate",
     [ERROR_SENSORLESS_RELUCTANT] =
-        "angle_source 1 does not start a motor whose reluctance outweighs its magnets: use an encoder, angle_source 0",
+        "angle_source 1 does not start a motor whose reluctance outweighs its magnets without injection_mv; a fifth of "
+        "v_min_mv is a beginning",
+    [ERROR_INJECTION_UPDATE] =
+        "injection_mv needs pwm_update 0 or 2: between two samples at both ends the voltage's signs cancel",
     [ERROR_SAMPLES_OF_SHUNTS] =
         "pwm_samples 2 needs sensors in line with the phases: low_side_shunts see nothing at every second sample",
     [ERROR_SAMPLES_AT_VALLEY] =
@@ -168,8 +171,13 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
                       "no index came, or no block within home_turns; or blocked on the way: home_rpm, home_pct",
                       "gave up after @ counts"},
     [FAULT_GATES_OFF] = {"gates off", "the fabric let go and says no cause: its design, its reset or clock"},
+    [FAULT_SALIENCY] = {"saliency not seen",
+                        "a larger injection_mv; or the motor has too little saliency: use an encoder",
+                        "the current answered by @ LSB a degree, # hundredths; it takes 4"},
+    [FAULT_POLARITY] = {"north pole not found", "a larger i_align_ma or injection_mv",
+                        "with @ mA along the axis both ends looked alike"},
     [FAULT_LOCK_LOST] = {"lock lost", "a load step, a bus voltage or a resistance_mohm beyond what the observer bears",
-                         "flux off by @ %, margin # tenths"},
+                         "what shows it is off by @ %, margin # tenths"},
     [FAULT_OUT_OF_STEP] = {"out of step", "the load is too much for the field that leads: load, i_max_ma, ramp_rpm_s",
                            "@ % of the EMF is where it should be, margin # tenths"},
 };

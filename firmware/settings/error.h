@@ -32,6 +32,7 @@ enum error {
     ERROR_SPEED_BEYOND_OBSERVER,
     ERROR_OBSERVER,
     ERROR_SENSORLESS_RELUCTANT,
+    ERROR_INJECTION_UPDATE,
     /* bandwidths that leave too little margin; value: the largest that works, Hz */
     ERROR_CURRENT_MARGIN,
     ERROR_SPEED_MARGIN,

@@ -17,6 +17,7 @@ const struct param_info param_table[] = {
     PARAM(ld_apparent_uh, 0, 1000000, 0),
     PARAM(lq_apparent_uh, 0, 1000000, 0),
     PARAM(lq_rest_uh, 0, 1000000, 0),
+    PARAM(cross_pm, -249, 249, 0),
     PARAM(flux_uwb, 10, 10000000, 6395),
     PARAM(inertia_gmm2, 1, 2100000000, 56493),
     PARAM(i_range_ma, 100, 2000000, 23571),
@@ -64,6 +65,7 @@ const struct param_info param_table[] = {
     PARAM(deviation_pct, 1, 100, 20),
     PARAM(command_timeout_ms, 0, 60000, 0),
     PARAM(angle_source, 0, 1, 0),
+    PARAM(injection_mv, 0, 2000000, 0),
     PARAM(retry_count, 0, 100, 0),
     PARAM(retry_delay_ms, 10, 60000, 1000),
 };

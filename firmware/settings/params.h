@@ -31,6 +31,7 @@ struct params {
     int32_t ld_apparent_uh;     /* where iron saturates: flux over current at rated current, for MTPA; 0: as ld_uh */
     int32_t lq_apparent_uh;     /* the same, q axis */
     int32_t lq_rest_uh;         /* where iron saturates: q axis without current, as lq_uh is at i_rated; 0: as lq_uh */
+    int32_t cross_pm;           /* L_dq by L_qq at i_rated, incremental, thousandths; its sign is that of i_q */
     int32_t flux_uwb;           /* flux linkage of the magnets, peak, one phase */
     int32_t inertia_gmm2;       /* rotor and load; 1e-9 kg m^2 */
     int32_t i_range_ma;         /* phase current 2048 ADC counts away from zero */
@@ -80,8 +81,9 @@ struct params {
     int32_t deviation_pct;      /* of speed_max_rpm: how far speed and reference may part */
     int32_t command_timeout_ms; /* longest silence of the console while on; 0: any */
     int32_t angle_source;       /* enum param_angle: what tells where the rotor stands */
-    int32_t retry_count;        /* how often the drive clears a fault and switches on again by itself */
-    int32_t retry_delay_ms;     /* how long after it */
+    int32_t injection_mv;   /* without an encoder, where the EMF is small: voltage that shows the saliency; 0: none */
+    int32_t retry_count;    /* how often the drive clears a fault and switches on again by itself */
+    int32_t retry_delay_ms; /* how long after it */
 };
 
 struct param_info {

@@ -39,8 +39,20 @@ struct tuning_profile {
 struct tuning_observer {
     int32_t magnet;    /* flux 14 (control/observer.h) */
     int32_t ld, lq;    /* flux 14 of a current of 1.0 */
+    int32_t lq_more;   /* where iron saturates: by so much L_q is larger without current, */
+    int32_t iron_q15;  /* and with this q current it is lq */
     int32_t of_bus_q8; /* flux of a step of voltage, on a bus of v_range, over a sample */
     int32_t r_q5;      /* flux of an LSB of current by its resistance, over a sample */
+};
+
+/* A voltage that shows the saliency: control/injection.h. tuning_observer.c. */
+struct tuning_injection {
+    int32_t v_q15;          /* 0: there is none */
+    int32_t turned;         /* 0 or -1: when a voltage is seen */
+    int32_t track;          /* gain of the tracking loop */
+    int32_t cross_q15;      /* L_dq by L_qq at rated current */
+    int32_t cross_from_q15; /* q current from which it is that */
+    int32_t polarity_q15;   /* d current that tells north from south */
 };
 
 /* A field that is prescribed, on which the rotor hangs: tuning_observer.c. */
@@ -119,6 +131,7 @@ struct tuning {
     /* without an encoder */
     uint32_t angle_source; /* enum param_angle */
     struct tuning_observer observer;
+    struct tuning_injection injection;
     struct tuning_field field;
     /* start */
     int32_t wiring_i_q15, wiring_v_q15; /* test current, and what it drops at one phase's resistance */

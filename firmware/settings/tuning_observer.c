@@ -44,12 +44,39 @@ static void tune_field(const struct params *p, struct tuning *t)
     t->field.speed_per_rpm_q12 = (int32_t)scale(p->pole_pairs, 1 << 28, 60LL * t->loop_hz);
 }
 
+/* The q current of the least current for rated torque, 1 at least. */
+static int32_t rated_i_q_q15(const struct params *p)
+{
+    const struct mtpa_machine m = mtpa_machine(p);
+    const int64_t i_q20 = scale(p->i_rated_ma, MTPA_ONE_Q20, p->i_range_ma);
+    const int64_t i_q_q15 = (m.saliency != 0 ? mtpa_point(&m, i_q20).i_q_q20 : i_q20) >> 5;
+    return i_q_q15 < 1 ? 1 : limited(i_q_q15, INT16_MAX);
+}
+
+/* Pole of the tracking loop: 40 Hz, a compromise of the sensors' noise and of how far a load step turns the angle. */
+#define INJECTION_POLE_HZ 60
+
+/* From a quarter of rated current on saturation across the axes is what it is at rated current. */
+#define CROSS_FROM_PART 4
+
+static void tune_injection(const struct params *p, struct tuning *t)
+{
+    const int64_t v_q15 = scale(p->injection_mv, 32768, p->v_range_mv);
+    t->injection.v_q15 = limited(v_q15, INT16_MAX);
+    t->injection.turned = t->delay_halves == 1 ? -1 : 0;
+    t->injection.track = (int32_t)scale(2 * INJECTION_POLE_HZ, 1 << 17, t->loop_hz);
+    t->injection.polarity_q15 = tuning_q15_from_milli(p->i_align_ma, p->i_range_ma);
+    t->injection.cross_q15 = p->cross_pm * 32768 / 1000;
+    t->injection.cross_from_q15 = t->observer.iron_q15 / CROSS_FROM_PART + 1;
+}
+
 enum error tuning_observer(const struct params *p, struct tuning *t)
 {
     const int64_t ld_nwb = (int64_t)mtpa_ld_uh(p) * p->i_range_ma;
     const int64_t lq_nwb = (int64_t)mtpa_lq_uh(p) * p->i_range_ma;
     const int64_t magnet_nwb = p->flux_uwb * 1000LL;
-    const int64_t unit_nwb = magnet_nwb + (ld_nwb > lq_nwb ? ld_nwb : lq_nwb);
+    const int64_t rest_nwb = p->lq_rest_uh > mtpa_lq_uh(p) ? (int64_t)p->lq_rest_uh * p->i_range_ma : lq_nwb;
+    const int64_t unit_nwb = magnet_nwb + (ld_nwb > rest_nwb ? ld_nwb : rest_nwb);
     /* mV by nWb are 1e6, and 36 = 28 of the flux + 8 */
     const int64_t of_bus = scale(p->v_range_mv * 1000000LL, 1LL << 36, (int64_t)CONFIG_BUS_STEPS * t->loop_hz);
     /* mohm and mA by nWb are 1e3; 18 = 28 of the flux + 5 - 15 of the current */
@@ -57,12 +84,18 @@ enum error tuning_observer(const struct params *p, struct tuning *t)
     t->observer.magnet = (int32_t)scale(magnet_nwb, 1 << 14, unit_nwb);
     t->observer.ld = (int32_t)scale(ld_nwb, 1 << 14, unit_nwb);
     t->observer.lq = (int32_t)scale(lq_nwb, 1 << 14, unit_nwb);
+    t->observer.lq_more = (int32_t)scale(rest_nwb - lq_nwb, 1 << 14, unit_nwb);
+    t->observer.iron_q15 = rated_i_q_q15(p);
     t->observer.of_bus_q8 = limited(scale(of_bus, 1, unit_nwb), INT32_MAX);
     t->observer.r_q5 = limited(r_q5, R_MOST_Q5);
     t->angle_source = (uint32_t)p->angle_source;
     tune_field(p, t);
-    if (t->reluctant && p->angle_source == PARAM_ANGLE_SENSORLESS) {
+    tune_injection(p, t);
+    if (t->reluctant && p->injection_mv == 0) {
         return ERROR_SENSORLESS_RELUCTANT;
+    }
+    if (t->delay_halves == 2 && p->injection_mv != 0) {
+        return ERROR_INJECTION_UPDATE;
     }
     return t->observer.magnet < 1 || r_q5 > R_MOST_Q5 ? ERROR_OBSERVER : ERROR_NONE;
 }

@@ -65,6 +65,8 @@ CURRENT_LOOP_HANDLER(handlers_forced_ab, 0, FABRIC0, LOOP_FORCED, LOOP_SENSE_AB)
 CURRENT_LOOP_HANDLER(handlers_forced_pair, 0, FABRIC0, LOOP_FORCED, LOOP_SENSE_PAIR)
 CURRENT_LOOP_HANDLER(handlers_observer_ab, 0, FABRIC0, LOOP_OBSERVER, LOOP_SENSE_AB)
 CURRENT_LOOP_HANDLER(handlers_observer_pair, 0, FABRIC0, LOOP_OBSERVER, LOOP_SENSE_PAIR)
+CURRENT_LOOP_HANDLER(handlers_injection_ab, 0, FABRIC0, LOOP_INJECTION, LOOP_SENSE_AB)
+CURRENT_LOOP_HANDLER(handlers_injection_pair, 0, FABRIC0, LOOP_INJECTION, LOOP_SENSE_PAIR)
 
 #define WEAKENING_HANDLER(name, axis, fabric, scheme, beyond) \
     void name(void) \
@@ -86,6 +88,7 @@ const struct loop_handlers handlers_of_axis_0 = {
             [LOOP_ENCODER] = {FabricIrq0_IRQHandler, handlers_encoder_pair},
             [LOOP_FORCED] = {handlers_forced_ab, handlers_forced_pair},
             [LOOP_OBSERVER] = {handlers_observer_ab, handlers_observer_pair},
+            [LOOP_INJECTION] = {handlers_injection_ab, handlers_injection_pair},
         },
     .weakening = {handlers_weakening_ab, handlers_weakening_pair},
     .overmodulating = handlers_overmodulating_ab,

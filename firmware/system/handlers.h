@@ -32,6 +32,8 @@ void handlers_forced_ab(void);
 void handlers_forced_pair(void);
 void handlers_observer_ab(void);
 void handlers_observer_pair(void);
+void handlers_injection_ab(void);
+void handlers_injection_pair(void);
 
 /* Where the current loop's interrupt ends when a sample has a fault. Only the interrupt calls it. */
 void current_loop_fault(void);

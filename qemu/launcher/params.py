@@ -53,6 +53,11 @@ SOURCES_OF_MODULATORS = {
     "modulator_osr": ("inverter", "sensor", "modulator_osr", 1),
     "low_side_shunts": ("inverter", "sensor", "shunt", 1),
 }
+# told besides where the saliency is to tell the angle without an encoder; the firmware's initial values are 0
+SOURCES_OF_INJECTION = {
+    "injection_mv": ("motor", "control", "injection_v", 1e3),
+    "cross_pm": ("motor", "control", "cross_saturation", 1e3),
+}
 COARSE_PERCENT = 2.0  # of a value, lost to the firmware's whole units, which the report mentions
 _ITEM = re.compile(r"([a-z_0-9]+)([*/=+-])([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
 
@@ -79,7 +84,8 @@ def exact_params(drive):
     """{parameter: value before rounding}, from the nominal data."""
     devices = {"motor": drive.motor, "inverter": drive.inverter}
     told = {**SOURCES, **(SOURCES_OF_TWO if drive.motor["control"]["pwm_samples"] != 1 else {}),
-            **(SOURCES_OF_MODULATORS if drive.inverter["sensor"]["modulator_osr"] != 0 else {})}
+            **(SOURCES_OF_MODULATORS if drive.inverter["sensor"]["modulator_osr"] != 0 else {}),
+            **(SOURCES_OF_INJECTION if drive.motor["control"]["injection_v"] != 0 else {})}
     exact = {name: devices[file][table][key] * units for name, (file, table, key, units) in told.items()}
     exact["inertia_gmm2"] = drive.inertia_kgm2 * 1e9  # rotor and load
     return exact
@@ -106,7 +112,7 @@ def check_ranges(drive, ranges):
             continue
         if name in drive.changed:
             raise LauncherError(f"{drive.changed[name]}: the firmware takes {name} {limits.low}..{limits.high}, not {value}")
-        file, table, key, units = {**SOURCES, **SOURCES_OF_TWO, **SOURCES_OF_MODULATORS}[name]
+        file, table, key, units = {**SOURCES, **SOURCES_OF_TWO, **SOURCES_OF_MODULATORS, **SOURCES_OF_INJECTION}[name]
         device = drive.motor if file == "motor" else drive.inverter
         raise LauncherError(f"{device.where}: [{table}] {key} {device[table][key]:g}: the firmware takes"
                             f" {limits.low / units:g}..{limits.high / units:g} (parameter {name} {limits.low}..{limits.high},"

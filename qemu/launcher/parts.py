@@ -2,7 +2,8 @@
 """`make campaign PART=...`: the parts there are, their cases, and how one is played."""
 import tempfile
 
-from . import part_detune, part_identify, part_sensorless, part_start, part_supervision, part_wiring
+from . import (part_detune, part_identify, part_saliency, part_sensorless, part_start, part_supervision,
+               part_wiring)
 from .campaign import keep
 from .data import available
 from .drive import load_drive
@@ -12,7 +13,7 @@ from .part import PartCase, matches
 from .paths import MOTORS
 
 PARTS = {module.NAME: module for module in (part_start, part_wiring, part_supervision, part_detune, part_identify,
-                                            part_sensorless)}
+                                            part_sensorless, part_saliency)}
 
 
 def is_part(key):
@@ -38,6 +39,8 @@ def plan_part(part, motors, options):
         if name not in there_are:
             raise LauncherError(f"no motor '{name}'; there are: {', '.join(there_are)}")
     cases, wanted = PARTS[part].plan(motors or there_are, options), (options.get("what") or "").split()
+    if not cases:
+        raise LauncherError(f"PART {part} has no case for these motors: docs/campaign.md says which it has")
     chosen = [case for case in cases if not wanted or matches(case.what, wanted)]
     if not chosen:
         raise LauncherError(f"WHAT '{options['what']}' is none of the cases of {part}, for example {cases[0].what}")

@@ -23,6 +23,7 @@ SAMPLE = [
     "identify:maxon_ec45flat/seed2", "identify:thor_pmsyrm/seed1",
     "sensorless:teknic_m2310p/flying/-60", "sensorless:maxon_ec45flat/lost/thrown", "sensorless:thor_pmsyrm/flying/20",
     "sensorless:teknic_m2310p/start/135/friction100",
+    "saliency:thor_pmsyrm/lock/90", "saliency:baldor_ecs101m0h7ef4/hold1/270",
 ]
 
 

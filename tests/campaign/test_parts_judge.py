@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from launcher import part_again, part_detune, part_start, part_stop, part_supervision, part_wiring
+from launcher import part_again, part_detune, part_saliency, part_start, part_stop, part_supervision, part_wiring
 from launcher.campaign import file_name
 from launcher.drive import load_drive
 from launcher.errors import LauncherError
@@ -306,8 +306,35 @@ def test_names_of_detunings():
 
 # ---- keys, files, reports --------------------------------------------------------------------------------------------
 
+# ---- saliency --------------------------------------------------------------------------------------------------------
+
+def test_a_lock_is_right_within_two_degrees_and_at_the_right_pole():
+    assert part_saliency.judge(made_up(offset_deg=1.9), 0).passed and part_saliency.judge(made_up(offset_deg=-1.9), 0).passed
+    for offset in (2.1, 180, -90):
+        assert "degrees electrical off" in part_saliency.judge(made_up(offset_deg=offset), 0).why
+    assert not part_saliency.judge(made_up(**STOPPED), 0).passed and not part_saliency.judge(made_up(began_s=None), 0).passed
+
+
+def test_a_load_is_held_if_the_angle_is_and_the_shaft_stays():
+    rated = DRIVE.names()["rated_torque_Nm"]
+    held = {"torque_mean_Nm": lambda t: np.full(len(t), rated)}
+    verdict = part_saliency.judge(made_up(3.0, **held), 1)
+    assert verdict.passed and verdict.figures["torque, percent of rated"] == pytest.approx(100)
+    swings = made_up(3.0, **held)
+    swings.trace["angle_fw_rad"] += np.where(swings.trace["t_s"] > 1.2, np.radians(8) * np.sin(60 * swings.trace["t_s"]), 0)
+    assert "angle off by" in part_saliency.judge(swings, 1).why
+    gives_way = made_up(3.0, **held, speed_rpm=lambda t: 3.0 if t > 1.6 else 0.0)
+    assert "moved by" in part_saliency.judge(gives_way, 1).why
+
+
+def test_only_motors_that_tell_a_voltage_have_cases():
+    assert {case.motor for case in plan_part("saliency", [], {})} == {"thor_pmsyrm", "baldor_ecs101m0h7ef4"}
+    with pytest.raises(LauncherError, match="no case for these motors"):
+        plan_part("saliency", [MOTOR], {})
+
+
 def test_every_case_has_a_key_and_a_file_of_its_own():
-    cases = [case for part in PARTS for case in plan_part(part, [MOTOR, "maxon_ec22"], {})]
+    cases = [case for part in PARTS for case in plan_part(part, [MOTOR, "maxon_ec22", "thor_pmsyrm"], {})]
     assert all(is_part(case.key) and parse(case.key) == case for case in cases)
     assert len({file_name(case.key) for case in cases}) == len(cases)
     assert not is_part("teknic_m2310p/default/1/ld_uh*2")

@@ -223,6 +223,12 @@ static void replace_unmeasured(struct side *s)
     }
 }
 
+/* No voltage is added, and the current stands: then the mean of two samples is the sample. */
+static void rest_injection(struct current_loop *c, alphabeta_t i)
+{
+    c->inject = (struct injection){.sign = -(int32_t)(next() & 1u), .i_alpha_q15 = i.alpha, .i_beta_q15 = i.beta};
+}
+
 /*
  * The expected side is the encoder's instance, led to the field's angle by its offset. Afterwards the tested side's field has
  * turned by its speed, and nothing else may differ.
@@ -238,15 +244,20 @@ static void test_instance(const char *title, enum loop_source source, enum loop_
             replace_unmeasured(&expected);
         }
         if (source != LOOP_ENCODER) {
-            tested.loop.field_follows = source == LOOP_OBSERVER && (next() & 1u) != 0u ? UINT32_MAX : 0u;
+            tested.loop.field_follows = source >= LOOP_OBSERVER && (next() & 1u) != 0u ? UINT32_MAX : 0u;
             expected.loop.angle_offset_q32 = expected.loop.field_angle_q32 - expected.loop.pll.angle_q32 +
                                              (expected.loop.pll.angle_q32 & tested.loop.field_follows);
         }
+        if (source == LOOP_INJECTION) {
+            rest_injection(&tested.loop, scheme == LOOP_SENSE_AB ? sense_ab(&tested.fabric)
+                                                                 : sense_pair(&tested.loop, &tested.fabric));
+        }
         const bool fault = step_tested(&tested.loop, &tested.fabric);
         const bool wanted = current_loop_step(&expected.loop, &expected.fabric, LOOP_ENCODER, LOOP_SENSE_AB);
-        if (source == LOOP_OBSERVER) { /* its angle and speed are tests/unit/test_observer.py's */
+        if (source >= LOOP_OBSERVER) { /* angle and speed are tests/unit/test_observer.py's and test_injection.py's */
             expected.loop.pll = tested.loop.pll;
             expected.loop.flux = tested.loop.flux;
+            expected.loop.inject = tested.loop.inject;
             expected.loop.field_follows = tested.loop.field_follows;
         }
         if (source != LOOP_ENCODER) {
@@ -285,6 +296,16 @@ static bool step_observer_pair(struct current_loop *c, struct fabric *f)
     return current_loop_step(c, f, LOOP_OBSERVER, LOOP_SENSE_PAIR);
 }
 
+static bool step_injection_ab(struct current_loop *c, struct fabric *f)
+{
+    return current_loop_step(c, f, LOOP_INJECTION, LOOP_SENSE_AB);
+}
+
+static bool step_injection_pair(struct current_loop *c, struct fabric *f)
+{
+    return current_loop_step(c, f, LOOP_INJECTION, LOOP_SENSE_PAIR);
+}
+
 int main(void)
 {
     harness_begin();
@@ -296,5 +317,7 @@ int main(void)
     test_instance("forced, two of three: steps", LOOP_FORCED, LOOP_SENSE_PAIR, step_forced_pair);
     test_instance("observer, a and b: steps", LOOP_OBSERVER, LOOP_SENSE_AB, step_observer_ab);
     test_instance("observer, two of three: steps", LOOP_OBSERVER, LOOP_SENSE_PAIR, step_observer_pair);
+    test_instance("injection, a and b: steps", LOOP_INJECTION, LOOP_SENSE_AB, step_injection_ab);
+    test_instance("injection, two of three: steps", LOOP_INJECTION, LOOP_SENSE_PAIR, step_injection_pair);
     harness_end();
 }

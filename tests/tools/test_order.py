@@ -118,8 +118,8 @@ def test_another_order_is_seen(files, old, new, tmp_path):
 
 HANDLERS = [(image, name) for image, names in (
     ("mssfoc", (wcet.HANDLER, "handlers_encoder_pair", "handlers_forced_ab", "handlers_forced_pair",
-                "handlers_observer_ab", "handlers_observer_pair", "handlers_weakening_ab", "handlers_weakening_pair",
-                "handlers_overmodulating_ab")),
+                "handlers_observer_ab", "handlers_observer_pair", "handlers_injection_ab", "handlers_injection_pair",
+                "handlers_weakening_ab", "handlers_weakening_pair", "handlers_overmodulating_ab")),
     ("bench", ("handlers_encoder_ab",))) for name in names]
 
 
@@ -135,7 +135,7 @@ def test_the_line_has_dropped_before_the_handler_returns(image, handler):
         if to is not None and to >> 12 == 0x50000:
             done.append((i.mnemonic[:3], to & 0xFFF))
     assert done.count(("str", ADC_STATUS)) == 1 and done[-1] == ("ldr", GATE_STATUS)
-    if "observer" in handler:
+    if "observer" in handler or "injection" in handler:
         assert ("ldr", ENC_LATCHED) not in done
     else:
         assert in_order(done, ("ldr", ENC_LATCHED), ("str", ADC_STATUS))

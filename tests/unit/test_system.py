@@ -267,7 +267,7 @@ def test_the_current_loops_interrupt(device, system):
     vectors = ctypes.addressof(ctypes.c_void_p.in_dll(system._library, "startup_vectors"))
     assert place == vectors + (16 + ADC_IRQ) * ctypes.sizeof(ctypes.c_void_p)
     names = (("FabricIrq0_IRQHandler", "handlers_encoder_pair"), ("handlers_forced_ab", "handlers_forced_pair"),
-             ("handlers_observer_ab", "handlers_observer_pair"))
+             ("handlers_observer_ab", "handlers_observer_pair"), ("handlers_injection_ab", "handlers_injection_pair"))
     for source, row in enumerate(names):
         for scheme, name in enumerate(row):
             expected = ctypes.cast(getattr(system._library, name), ctypes.c_void_p).value

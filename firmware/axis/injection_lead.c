@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/injection_lead.h"
+
+#include "firmware/axis/axis.h"
+#include "lib/q15.h"
+
+#define OBSERVER_MARGIN (45 * 256 / 10) /* from here on the observer leads, if it was so for */
+#define OBSERVER_MS     20u
+#define LOST_MS         10u
+
+/*
+ * And once its tracking loop, whose pole goes with the speed, is five sixths as quick as the injection's: a slow one loses the
+ * rotor when a load step stops it, for it gets slower with it. Back when it is two thirds as quick.
+ */
+#define TAKES_SIXTHS  5
+#define LEAVES_SIXTHS 4
+
+/* Or once the wave no longer fits beside the voltage that the q current takes at this speed. */
+#define ROOM_LEAST_Q8 240
+#define ROOM_BACK_Q8  288
+
+static bool observer_is_quick(const struct axis *a, int32_t sixths)
+{
+    const int32_t w = q15_abs(a->loop.pll.speed_q32) >> 14; /* as a gain of a tracking loop with its pole there */
+    return ((w * observer_quickest_q8(&a->tuning)) >> 8) * 6 >= a->loop.inject.track * sixths;
+}
+
+bool injection_leads(const struct axis *a)
+{
+    return a->loop.source == LOOP_INJECTION;
+}
+
+void injection_after_control(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const bool asked = observer_is_quick(a, TAKES_SIXTHS) || injection_room_q8(&a->loop, &a->tuning) < ROOM_LEAST_Q8;
+    s->calm_ms = asked && a->loop.flux.margin_q8 >= OBSERVER_MARGIN ? s->calm_ms + 1u : 0u;
+    if (s->calm_ms >= OBSERVER_MS) {
+        observer_preset(&a->loop, &a->tuning);
+        current_loop_exchange(&a->loop, LOOP_OBSERVER);
+        s->weak_ms = 0;
+        s->lost_ms = 0;
+    }
+}
+
+bool injection_wants_back(const struct axis *a)
+{
+    return a->loop.inject.track != 0 && !observer_is_quick(a, LEAVES_SIXTHS) &&
+           injection_room_q8(&a->loop, &a->tuning) > ROOM_BACK_Q8;
+}
+
+bool injection_takes_over(struct axis *a)
+{
+    if (a->loop.inject.track == 0) {
+        return false;
+    }
+    injection_resume(&a->loop);
+    current_loop_exchange(&a->loop, LOOP_INJECTION);
+    (void)injection_take(&a->loop);
+    a->sensorless.calm_ms = 0;
+    a->sensorless.lost_ms = 0;
+    return true;
+}
+
+void injection_lead_follow(struct axis *a)
+{
+    observer_follow(&a->loop, &a->tuning, OBSERVER_RESTS);
+    injection_follow(&a->loop, &a->tuning);
+}
+
+/*
+ * Along the axis of the small inductance more current answers than the mean of both axes. Iron that saturates makes that
+ * more; so a response below the mean is of another axis.
+ */
+void injection_supervise(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const int32_t mean = injection_take(&a->loop).d / a->tuning.loops_per_slow;
+    const int32_t least = (a->injection.straight * a->loop.inject.share_q8) >> 8;
+    s->lost_ms = mean < least ? s->lost_ms + 1u : 0u;
+    if (s->lost_ms >= LOST_MS) {
+        axis_report(a, FAULT_LOCK_LOST, 100 - mean * 100 / q15_max(least, 1), a->loop.flux.margin_q8 * 10 / 256);
+    }
+}

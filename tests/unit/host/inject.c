@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+/* What is inline in the interrupt, for tests to call. */
+#include "firmware/control/stage_angle.h"
+#include "firmware/control/stage_inject.h"
+#include "firmware/control/stage_regulate.h"
+
+int32_t host_inject_voltage(struct current_loop *c);
+void host_inject_observe(struct current_loop *c, int32_t i_alpha, int32_t i_beta, uint32_t angle_q32);
+void host_inject_sample(struct current_loop *c, int32_t i_alpha, int32_t i_beta);
+
+int32_t host_inject_voltage(struct current_loop *c)
+{
+    return inject_voltage(&c->inject);
+}
+
+void host_inject_observe(struct current_loop *c, int32_t i_alpha, int32_t i_beta, uint32_t angle_q32)
+{
+    inject_observe(c, (alphabeta_t){i_alpha, i_beta}, cossin_q15(angle_q32));
+}
+
+/* A sample of LOOP_INJECTION but for the PWM: the voltage is left where the flux observer keeps its own. */
+void host_inject_sample(struct current_loop *c, int32_t i_alpha, int32_t i_beta)
+{
+    const alphabeta_t i = {i_alpha, i_beta};
+    const cossin_t cs = cossin_q15(angle_observed(c));
+    const dq_t v = regulate(c, park_q15(inject_mean(&c->inject, i), cs), inject_voltage(&c->inject));
+    c->flux.v_alpha_steps = (v.d * cs.cos - v.q * cs.sin) >> 15;
+    c->flux.v_beta_steps = (v.d * cs.sin + v.q * cs.cos) >> 15;
+    inject_observe(c, i, cs);
+}
