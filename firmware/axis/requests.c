@@ -53,9 +53,10 @@ static void adopt_tuning(struct axis *a, const struct tuning *t)
         a->loop.pll.speed_q32 = 0;
         speed_estimate_reset(&a->speed.estimate);
     }
-    if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32) {
+    if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32 || identify_in_rotor_frame(&a->identify)) {
+        identify_leave(&a->identify);
         start_forget(a);
-        (void)encoder_init(&a->fabric->encoder, (uint32_t)a->params.encoder_counts, false);
+        (void)encoder_init(&a->fabric->encoder, (uint32_t)t->encoder_counts, false);
         speed_estimate_reset(&a->speed.estimate);
         turns_begin(&a->motion.turns, 0);
         a->motion.homed = false;

@@ -5,6 +5,7 @@
 #include "firmware/axis/rotor.h"
 #include "lib/q15.h"
 
+#define DRIVEN_COUNTS 256
 #define TURNING_TRIES 8u /* of 128 ms each: so long a rotor may run out */
 
 enum start_phase {
@@ -112,6 +113,7 @@ static void leave_calibration(struct axis *a)
 {
     struct start *const s = &a->start;
     if (!rotor_has_encoder(a)) {
+        injection_reset(&a->loop, &a->tuning); /* what it followed last time */
         flying_begin(a);
         s->phase = START_CATCH;
         return;
@@ -146,6 +148,9 @@ static void step_calibration(struct axis *a)
 /* A third of an electrical turn: few test currents turn a rotor so far, and magnets that turn induce currents of any sign. */
 static bool driven(const struct axis *a)
 {
+    if (a->identify.running) {
+        return moved(a) > DRIVEN_COUNTS; /* nobody knows how many are a turn */
+    }
     return rotor_has_encoder(a) && moved(a) * 3 * a->tuning.pole_pairs > a->tuning.encoder_counts;
 }
 
@@ -278,6 +283,34 @@ static bool step_catch(struct axis *a)
     return result == FLYING_CAUGHT;
 }
 
+/* The rotor is at rest, and the bridge off for some microseconds: another scale of the encoder, another frame. */
+static void take_over(struct axis *a)
+{
+    struct identify *const d = &a->identify;
+    const uint32_t angle_q32 = identify_angle_q32(d, &a->loop);
+    current_loop_off(&a->loop, a->fabric);
+    a->tuning = d->tuning;
+    (void)encoder_init(&a->fabric->encoder, (uint32_t)d->params.encoder_counts, d->backwards);
+    current_loop_tune(&a->loop, &a->tuning);
+    speed_estimate_reset(&a->speed.estimate);
+    speed_loop_tune(&a->speed, &a->tuning);
+    turns_begin(&a->motion.turns, 0);
+    pll_reset(&a->loop.pll, 0);
+    a->loop.angle_offset_q32 = angle_q32;
+    follow(a, LOOP_ENCODER);
+    identify_taken(d);
+}
+
+static bool step_identify(struct axis *a)
+{
+    if (identify_takes_over(&a->identify)) {
+        take_over(a);
+        return false;
+    }
+    const struct identify_io io = {.loop = &a->loop, .fabric = a->fabric, .speed = &a->speed, .tuning = &a->tuning};
+    return identify_step(&a->identify, &io);
+}
+
 bool start_step(struct axis *a)
 {
     struct start *const s = &a->start;
@@ -305,7 +338,7 @@ bool start_step(struct axis *a)
     case START_INJECTION:
         return step_injection(a);
     case START_IDENTIFY:
-        return identify_step(&a->identify, &a->loop, &a->fabric->adc);
+        return step_identify(a);
     case START_FOLLOW:
     default:
         if (a->loop.source != LOOP_ENCODER) {
@@ -318,7 +351,7 @@ bool start_step(struct axis *a)
 const struct tuning *start_tuning(const struct axis *a)
 {
     const struct start *const s = &a->start;
-    if (a->state == AXIS_SWITCHED_ON && s->phase == START_IDENTIFY) {
+    if (a->state == AXIS_SWITCHED_ON && s->phase == START_IDENTIFY && !identify_in_rotor_frame(&a->identify)) {
         return identify_tuning(&a->identify);
     }
     const bool voltage = s->phase == START_WIRING || s->phase == START_FIELD ||

@@ -15,9 +15,23 @@
 #define INERTIA_MOST     2100000000
 #define INDUCTANCE_PARTS 15 /* tuning's format: w_base L below so many v_range / i_range */
 
+/* While the rotor turns. */
+#define TURNING_HZ       300
+#define TURNING_SPEED_HZ 10
+
 /* ---- steps ---- */
 
-static bool measure(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
+bool identify_in_rotor_frame(const struct identify *d)
+{
+    return d->taken;
+}
+
+static bool turns(uint32_t step)
+{
+    return step >= IDENTIFY_STEP_TURN;
+}
+
+static bool measure_standing(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
 {
     switch (d->step) {
     case IDENTIFY_STEP_PULSES:
@@ -34,8 +48,24 @@ static bool measure(struct identify *d, volatile struct current_loop *c, const s
     }
 }
 
-/* Whether the next step can begin. */
-static bool think(struct identify *d)
+static bool measure_turning(struct identify *d, const struct identify_io *io)
+{
+    switch (d->step) {
+    case IDENTIFY_STEP_TURN:
+        return identify_measure_turn(d, io);
+    case IDENTIFY_STEP_PUSH:
+        return identify_measure_push(d, io);
+    case IDENTIFY_STEP_INDEX:
+        return identify_measure_index(d, io);
+    case IDENTIFY_STEP_RAMPS:
+        return identify_measure_ramps(d, io);
+    case IDENTIFY_STEP_SPEEDS:
+    default:
+        return identify_measure_speeds(d, io);
+    }
+}
+
+static bool think_standing(struct identify *d)
 {
     switch (d->step) {
     case IDENTIFY_STEP_PULSES:
@@ -52,18 +82,43 @@ static bool think(struct identify *d)
     }
 }
 
+static bool think_turning(struct identify *d)
+{
+    switch (d->step) {
+    case IDENTIFY_STEP_TURN:
+        return identify_think_turn(d);
+    case IDENTIFY_STEP_PUSH:
+        return identify_think_push(d);
+    case IDENTIFY_STEP_INDEX:
+        return identify_think_index(d);
+    case IDENTIFY_STEP_RAMPS:
+        return identify_think_ramps(d);
+    case IDENTIFY_STEP_SPEEDS:
+    default:
+        return identify_think_speeds(d);
+    }
+}
+
+/* Whether the next step can begin. */
+static bool think(struct identify *d)
+{
+    return turns(d->step) ? think_turning(d) : think_standing(d);
+}
+
 /* Whether a current is regulated; or else voltages are held. */
 static bool regulates(uint32_t step)
 {
     return step != IDENTIFY_STEP_PULSES;
 }
 
-static void hold_nothing(volatile struct current_loop *c)
+static void hold_nothing(const struct identify *d, volatile struct current_loop *c)
 {
     c->i_d_ref_q15 = 0;
     c->i_q_ref_q15 = 0;
-    c->integral_d_q9 = 0;
-    c->integral_q_q9 = 0;
+    if (!d->taken) {
+        c->integral_d_q9 = 0;
+        c->integral_q_q9 = 0;
+    }
 }
 
 /*
@@ -76,26 +131,53 @@ static void calm(volatile struct current_loop *c)
     c->i_q_ref_q15 = 0;
 }
 
-bool identify_step(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
+bool identify_step(struct identify *d, const struct identify_io *io)
 {
     d->total_ms++;
+    d->counts += io->speed->estimate.moved;
     if (d->step == IDENTIFY_STEP_DONE) {
         return true;
     }
     if (!d->thinking) {
         d->ms++;
-        calm(c);
-        d->thinking = measure(d, c, adc);
+        if (!d->taken) {
+            calm(io->loop);
+        }
+        d->thinking = turns(d->step) ? measure_turning(d, io) : measure_standing(d, io->loop, &io->fabric->adc);
     }
     if (d->thinking) {
-        hold_nothing(c);
+        hold_nothing(d, io->loop);
     }
     return false;
 }
 
+/* ---- the tuning in force ---- */
+
 const struct tuning *identify_tuning(const struct identify *d)
 {
     return d->thinking || !regulates(d->step) ? &wiring_tuning : &d->tuning;
+}
+
+bool identify_takes_over(const struct identify *d)
+{
+    return d->retuned && !d->thinking;
+}
+
+uint32_t identify_angle_q32(const struct identify *d, const volatile struct current_loop *c)
+{
+    return d->taken ? current_loop_angle_q32(c) : d->start_q32;
+}
+
+void identify_taken(struct identify *d)
+{
+    d->retuned = false;
+    d->taken = true;
+    d->counts = 0;
+}
+
+void identify_leave(struct identify *d)
+{
+    d->taken = false;
 }
 
 void identify_think(struct identify *d)
@@ -118,12 +200,7 @@ void identify_stop(struct identify *d, uint32_t fault)
     }
     d->running = false;
     d->fault = fault;
-    for (size_t k = 0; k < IDENTIFY_QUANTITIES; k++) {
-        if (d->results[k].state == IDENTIFY_UNKNOWN) {
-            d->results[k].state = IDENTIFY_REFUSED;
-            d->results[k].reason = IDENTIFY_STOPPED;
-        }
-    }
+    identify_refuse_rest(d, (enum identify_quantity)0, IDENTIFY_STOPPED);
 }
 
 /* ---- beginning ---- */
@@ -133,19 +210,24 @@ static int32_t most(int64_t value, int64_t limit)
     return (int32_t)(value < 1 ? 1 : value < limit ? value : limit);
 }
 
-bool identify_tune(struct identify *d, int32_t hz)
+/* What the speed loop could do with it does not matter at standstill, and is little while the rotor turns. */
+static bool compute(struct identify *d, int32_t hz, struct tuning *t)
 {
     struct params *const p = &d->params;
     const int64_t largest_uh = scale(p->v_range_mv, INDUCTANCE_PARTS * 1000000LL, 7854LL * p->i_range_ma);
     p->current_bw_hz = hz;
     p->ld_uh = most(p->ld_uh, largest_uh);
     p->lq_uh = most(p->lq_uh, largest_uh);
+    const struct outcome outcome = tuning_compute(p, t);
+    return outcome.error == ERROR_NONE || outcome.error == ERROR_SPEED_RESOLUTION ||
+           outcome.error == ERROR_SPEED_UNRESOLVED || outcome.error == ERROR_SPEED_MARGIN ||
+           outcome.error == ERROR_CURRENT_TOO_SLOW;
+}
+
+bool identify_tune(struct identify *d, int32_t hz)
+{
     struct tuning t;
-    const struct outcome outcome = tuning_compute(p, &t);
-    /* what the speed loop could do with it does not matter here */
-    if (outcome.error != ERROR_NONE && outcome.error != ERROR_SPEED_RESOLUTION &&
-        outcome.error != ERROR_SPEED_UNRESOLVED && outcome.error != ERROR_SPEED_MARGIN &&
-        outcome.error != ERROR_CURRENT_TOO_SLOW) {
+    if (!compute(d, hz, &t)) {
         return false;
     }
     t.kp_q_q12 = 0;   /* see calm() */
@@ -154,12 +236,26 @@ bool identify_tune(struct identify *d, int32_t hz)
     return true;
 }
 
+bool identify_tune_turning(struct identify *d)
+{
+    struct tuning t;
+    d->params.speed_bw_hz = TURNING_SPEED_HZ;
+    if (!compute(d, TURNING_HZ, &t)) {
+        return false;
+    }
+    t.emf_q12 = d->flux_e1_uwb == 0 ? 0 : t.emf_q12; /* not known yet */
+    d->tuning = t;
+    d->retuned = true;
+    return true;
+}
+
 /* What is not the inverter's is replaced by what nothing depends on. */
 static void forget_motor(struct params *p)
 {
     const int64_t trip_ma = p->i_trip_ma * 85LL / 100;
     p->pole_pairs = 1;
-    p->angle_source = PARAM_ANGLE_ENCODER; /* a prescribed field; whether anything counts does not matter */
+    p->encoder_counts = (int32_t)ENCODER_COUNTS_MAX; /* whatever it has: it is only followed */
+    p->angle_source = PARAM_ANGLE_ENCODER;           /* a prescribed field; whether anything counts does not matter */
     p->resistance_mohm = most(scale(p->v_range_mv, 20, p->i_range_ma), 100000);
     p->ld_uh = p->lq_uh = most(scale(p->v_range_mv, 10, p->i_range_ma), 1000000);
     p->ld_apparent_uh = p->lq_apparent_uh = p->lq_rest_uh = 0;
@@ -177,7 +273,7 @@ static void forget_motor(struct params *p)
 struct outcome identify_begin(struct identify *d, const struct params *p)
 {
     const struct params told = *p;
-    *d = (struct identify){.params = told};
+    *d = (struct identify){.params = told, .told = told};
     forget_motor(&d->params);
     d->params.current_bw_hz = 100;
     const struct outcome outcome = tuning_compute(&d->params, &d->tuning);
@@ -199,9 +295,23 @@ void identify_know(struct identify *d, enum identify_quantity what, int64_t valu
         .state = IDENTIFY_KNOWN, .value = (int32_t)value, .interval = (int32_t)(interval < 1 ? 1 : interval)};
 }
 
+void identify_know_exactly(struct identify *d, enum identify_quantity what, int32_t value)
+{
+    d->results[what] = (struct identify_result){.state = IDENTIFY_KNOWN, .value = value};
+}
+
 void identify_refuse(struct identify *d, enum identify_quantity what, enum identify_reason reason)
 {
     d->results[what] = (struct identify_result){.state = IDENTIFY_REFUSED, .reason = reason};
+}
+
+void identify_refuse_rest(struct identify *d, enum identify_quantity first, enum identify_reason reason)
+{
+    for (size_t what = first; what < IDENTIFY_QUANTITIES; what++) {
+        if (d->results[what].state == IDENTIFY_UNKNOWN) {
+            identify_refuse(d, (enum identify_quantity)what, reason);
+        }
+    }
 }
 
 static uint32_t take(const struct identify *d, enum identify_quantity what, int32_t *param, int32_t units)
@@ -220,5 +330,7 @@ static uint32_t take(const struct identify *d, enum identify_quantity what, int3
 uint32_t identify_use(const struct identify *d, struct params *p)
 {
     return take(d, IDENTIFY_RESISTANCE, &p->resistance_mohm, 1000) + take(d, IDENTIFY_LD, &p->ld_uh, 1000) +
-           take(d, IDENTIFY_LQ, &p->lq_uh, 1000);
+           take(d, IDENTIFY_LQ, &p->lq_uh, 1000) + take(d, IDENTIFY_POLE_PAIRS, &p->pole_pairs, 1) +
+           take(d, IDENTIFY_COUNTS, &p->encoder_counts, 1) + take(d, IDENTIFY_FLUX, &p->flux_uwb, 10) +
+           take(d, IDENTIFY_INERTIA, &p->inertia_gmm2, 1);
 }

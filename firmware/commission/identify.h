@@ -7,6 +7,13 @@
  *   identify_rough.c        a first inductance from pulses, a first resistance from a current that stands
  *   identify_resistance.c   resistance, and what dead time costs beyond what is compensated
  *   identify_inductance.c   the axes, and the inductance along each, for small changes
+ *   identify_turn.c         the field turns slowly: counts of the encoder to an electrical turn, and which way they go
+ *   identify_push.c         a current across the magnets pushes the rotor forth and back: a first flux and inertia
+ *   identify_index.c        from index to index: counts to a turn, and so pole pairs
+ *   identify_ramps.c        accelerating and braking with one current: flux, inertia
+ *   identify_speeds.c       constant speeds both ways: friction, the encoder's offset
+ *
+ * From the push on the currents are regulated in the rotor's frame, by the encoder: identify_takes_over().
  *
  * A result is known, with the interval in which it lies in 95 % of all cases, or it is refused with a reason. Nothing is
  * guessed, and nothing becomes a parameter by itself: identify_use().
@@ -20,9 +27,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "drivers/fabric/adc.h"
+#include "drivers/fabric/fabric.h"
+#include "firmware/commission/field_pass.h"
 #include "firmware/commission/identify_burst.h"
 #include "firmware/control/current_loop.h"
+#include "firmware/control/speed_loop.h"
 #include "firmware/settings/error.h"
 #include "firmware/settings/params.h"
 #include "firmware/settings/tuning.h"
@@ -32,6 +41,14 @@ enum identify_quantity {
     IDENTIFY_DEAD_TIME,  /* 0.1 ns, effective: what a leg loses in a period, in time at the bus voltage */
     IDENTIFY_LD,         /* nH, for small changes, no current otherwise */
     IDENTIFY_LQ,         /* nH */
+    IDENTIFY_POLE_PAIRS, /* exactly */
+    IDENTIFY_COUNTS,     /* of the encoder to a mechanical turn, exactly */
+    IDENTIFY_DIRECTION,  /* 1: it counts up as the field turns; -1: down */
+    IDENTIFY_OFFSET,     /* angle of the magnets where the index begins, turning forth: 0.01 degrees, electrical */
+    IDENTIFY_FLUX,       /* 0.1 uWb, of the magnets, next to no current, as warm as they are */
+    IDENTIFY_INERTIA,    /* gmm2, rotor and load */
+    IDENTIFY_COULOMB,    /* uNm: friction that does not depend on speed, bearings and iron */
+    IDENTIFY_VISCOUS,    /* nNms: friction that grows with speed */
     IDENTIFY_QUANTITIES
 };
 
@@ -49,6 +66,13 @@ enum identify_reason {
     IDENTIFY_NOT_RESISTIVE, /* voltage does not grow with current: contacts, a rotor that moves */
     IDENTIFY_TURNED,        /* reluctance turns the rotor whenever the current changes */
     IDENTIFY_SCATTER,       /* repeated measurements differ by more than a tenth */
+    IDENTIFY_NO_ENCODER,    /* angle_source says that there is none */
+    IDENTIFY_NOT_FOLLOWED,  /* the field turned, and the encoder did not show the same way forth and back */
+    IDENTIFY_NOT_PUSHED,    /* the largest current across the magnets did not turn it */
+    IDENTIFY_NO_INDEX,      /* one electrical turn does not tell pole pairs from counts */
+    IDENTIFY_LOADED,        /* a load drives it one way, or speeds are not reached */
+    IDENTIFY_TOO_SLOW,      /* turning as it may it induces too little */
+    IDENTIFY_UNRESOLVED,    /* its interval is half as large as itself */
     IDENTIFY_REASONS
 };
 
@@ -66,6 +90,11 @@ enum identify_step {
     IDENTIFY_STEP_RESISTANCE,
     IDENTIFY_STEP_AXES,
     IDENTIFY_STEP_INDUCTANCE,
+    IDENTIFY_STEP_TURN,
+    IDENTIFY_STEP_PUSH, /* from here on in the rotor's frame */
+    IDENTIFY_STEP_INDEX,
+    IDENTIFY_STEP_RAMPS,
+    IDENTIFY_STEP_SPEEDS,
     IDENTIFY_STEP_DONE,
     IDENTIFY_STEPS
 };
@@ -94,6 +123,8 @@ struct identify_resistance {
     bool moving;                                        /* the field goes to its next angle, and the rotor with it */
     int64_t v_sum[2][IDENTIFY_ANGLES][IDENTIFY_LEVELS]; /* on the way down and up */
     int64_t vbus_sum_q15;
+    int32_t from;         /* counts at the last step */
+    int32_t led, drifted; /* counts with the field, and while it stood */
 };
 
 enum identify_pass {
@@ -118,6 +149,63 @@ struct identify_inductance {
     struct burst_sums sums[2][2]; /* of d and q, each in two halves: what they differ by tells how sure it is */
 };
 
+struct identify_turn {
+    uint32_t pass;
+    struct field_pass field;
+    struct pendulum rotor; /* led by the field, not damped by it */
+    int32_t current_q15;
+    int32_t way[2];            /* counts that came of a turn of the field, forth and back */
+    uint32_t field_q32[2];     /* its mean angle */
+    int32_t mean_counts_q8[2]; /* and the encoder's mean count then */
+    bool even;
+};
+
+/* Sums over samples of one push, for a regression of voltage on speed and of speed on time. */
+struct identify_run {
+    int32_t count;
+    int64_t i, v, x;    /* q current and voltage, Q15; speed, rpm Q9 */
+    int64_t tx, xx, xv; /* t: places of the samples, from 0 */
+};
+
+struct identify_push {
+    uint32_t phase, phase_ms;
+    int32_t i_q15;              /* that pushes */
+    int32_t emf_q18;            /* induced in q, a mean over 8 ms, 3 more bits */
+    struct identify_run run[2]; /* back and forth */
+};
+
+struct identify_index_search {
+    uint32_t phase, phase_ms;
+    uint32_t seen;         /* how often */
+    int32_t first, second; /* counts there */
+    int32_t from;          /* where the search began */
+};
+
+#define IDENTIFY_POINTS 4
+#define IDENTIFY_BLOCKS 8
+
+struct identify_point {
+    int64_t i_q[IDENTIFY_BLOCKS]; /* sums over the samples, Q15 */
+    int64_t v_d, v_q, x;          /* the same of all blocks; x: speed, rpm Q15 */
+};
+
+struct identify_speeds {
+    uint32_t point;
+    uint32_t settled_ms, waited_ms, measured_ms;
+    uint32_t offset_q32; /* of the frame meanwhile */
+    bool index_seen;
+    uint32_t index; /* counter at its beginning, turning forth */
+    struct identify_point points[IDENTIFY_POINTS];
+};
+
+#define IDENTIFY_RAMPS 5
+
+struct identify_ramps {
+    uint32_t ramp, phase_ms;
+    uint32_t led_ms; /* at the speed from which the first ramp begins */
+    struct identify_run slows[IDENTIFY_RAMPS], gains[IDENTIFY_RAMPS]; /* braking, then accelerating */
+};
+
 struct identify {
     volatile uint32_t step; /* enum identify_step: the thread moves it on while `thinking` */
     volatile bool thinking; /* the slow loop has measured, the thread's turn */
@@ -129,6 +217,7 @@ struct identify {
     struct params params; /* what is known so far, and inverter's; for tuning */
     struct tuning tuning; /* of the current loop meanwhile */
     int32_t i_rated_q15;
+    int32_t rough_mohm; /* resistance as a current that stands showed it first */
     uint32_t settle_ms; /* until nothing is left of a step of current that iron and rotor answer slowly */
     /* what the steps found, for those after them */
     struct burst burst;
@@ -141,6 +230,32 @@ struct identify {
     struct identify_resistance resistance;
     struct identify_axes axes;
     struct identify_inductance inductance;
+    struct identify_turn turn;
+    struct identify_push push;
+    struct identify_index_search index;
+    struct identify_speeds speeds;
+    struct identify_ramps ramps;
+    /* turning */
+    bool sensorless;     /* told that there is no encoder */
+    bool backwards;      /* the encoder counts down as the field turns: its counter is told to turn round */
+    bool indexed;        /* pole pairs and counts are the motor's; until then some that have the same ratio */
+    bool retuned;        /* the tuning is to be put in force */
+    bool taken;          /* it is, in the rotor's frame */
+    int32_t counts;      /* of the encoder since identify began, or the last taking over */
+    int32_t axis_counts; /* where the axis was measured */
+    uint32_t start_q32;  /* rotor's angle at the first one */
+    struct params told;  /* by the user: what the mechanic may turn at is taken from there */
+    int32_t rpm_most;    /* as fast as it may turn from now on */
+    int32_t ramp_i_q15;  /* current of the ramps, at least */
+    int32_t flux_e1_uwb; /* what is known of it so far, tenths */
+};
+
+/* What the slow loop has to measure with. `tuning` is the one in force. */
+struct identify_io {
+    volatile struct current_loop *loop;
+    struct fabric *fabric;
+    struct speed_loop *speed;
+    const struct tuning *tuning;
 };
 
 /*
@@ -150,9 +265,23 @@ struct identify {
 struct outcome identify_begin(struct identify *d, const struct params *p);
 
 /* One millisecond. True when all is done, or nothing more can be: the bridge may go off. Slow loop, bridge on, wired well. */
-bool identify_step(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc);
+bool identify_step(struct identify *d, const struct identify_io *io);
 
-/* What current_loop_follow() is to be given. Slow loop. */
+/*
+ * Once before a step that needs it: the rotor is at rest, and d->tuning with its counts of the encoder, from 0 and turned round
+ * if d->backwards, is to be in force in the rotor's frame, at identify_angle_q32(). Then identify_taken(). Slow loop.
+ */
+bool identify_takes_over(const struct identify *d);
+uint32_t identify_angle_q32(const struct identify *d, const volatile struct current_loop *c);
+void identify_taken(struct identify *d);
+
+/* Whether the currents are regulated in the rotor's frame: with the tuning in force. Slow loop. */
+bool identify_in_rotor_frame(const struct identify *d);
+
+/* Another tuning is about to be in force: the encoder's counter is to be set up anew for it. Thread, bridge off. */
+void identify_leave(struct identify *d);
+
+/* What current_loop_follow() is to be given before that. Slow loop. */
 const struct tuning *identify_tuning(const struct identify *d);
 
 /* Works out what has been measured, when there is something. Thread, often. */

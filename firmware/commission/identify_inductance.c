@@ -99,6 +99,7 @@ bool identify_measure_axes(struct identify *d, volatile struct current_loop *c, 
     if (m->angle == IDENTIFY_AXES) {
         m->angle = 0;
         m->pass++;
+        d->axis_counts = d->counts;
         d->ms = 0;
         if (m->pass == IDENTIFY_FREE) {
             m->held_steps = b->v_steps;
@@ -217,5 +218,9 @@ bool identify_think_inductance(struct identify *d)
 {
     know_axis(d, IDENTIFY_LD, d->inductance.sums[0]);
     know_axis(d, IDENTIFY_LQ, d->inductance.sums[1]);
+    if (d->told.angle_source != PARAM_ANGLE_ENCODER) {
+        identify_refuse_rest(d, IDENTIFY_POLE_PAIRS, IDENTIFY_NO_ENCODER);
+        return false;
+    }
     return true;
 }

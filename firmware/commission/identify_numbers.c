@@ -28,6 +28,23 @@ int64_t identify_interval(int64_t s, int64_t a, int64_t b)
     return 2 * identify_root(scale(s < 0 ? -s : s, s < 0 ? -s : s, 1) + sum);
 }
 
+/* Student's t, two-sided 95 %, by degrees of freedom from 1 on, halved: in 256ths. */
+static const uint16_t students_q8[] = {1626, 551, 407, 355, 329, 313, 303, 295, 290, 285, 282, 279, 277, 275, 273};
+
+struct identify_spread identify_spread(const int64_t of[], int32_t count)
+{
+    int64_t sum = 0, squares = 0;
+    for (int32_t k = 0; k < count; k++) {
+        sum += of[k];
+    }
+    const int64_t mean = identify_scaled(sum, 1, count);
+    for (int32_t k = 0; k < count; k++) {
+        squares += (of[k] - mean) * (of[k] - mean);
+    }
+    const int64_t deviation = identify_root(scale(squares, 1, count * (count - 1)));
+    return (struct identify_spread){mean, identify_scaled(deviation, students_q8[count - 2], 256)};
+}
+
 int64_t identify_log_q30(int64_t y_q30)
 {
     const int64_t z_q30 = scale(y_q30, ONE_Q30, 2 * ONE_Q30 - y_q30);

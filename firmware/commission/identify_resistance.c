@@ -27,12 +27,11 @@
 #define FIRST_LEVEL 2
 #define LEAST_LSB   8
 
+/* Of the encoder, that a rotor at rest may move by over all. */
+#define DRIFT_COUNTS 16
+
 /* A knee so wide that nothing is compensated: current_loop.h. */
 #define UNCOMPENSATED_SHIFT 31u
-
-/* Six angles: 95 % of Student's t with 5 degrees of freedom is 2.57, where the interval's factor is 2. */
-#define STUDENT_NUM 9
-#define STUDENT_DEN 7
 
 #define DEAD_BOUND_E1_NS \
     200 /* what the bus drops within a period, which the sample does not show, bends u(I) by so much */
@@ -95,9 +94,11 @@ bool identify_measure_resistance(struct identify *d, volatile struct current_loo
 {
     struct identify_resistance *const m = &d->resistance;
     if (d->ms == 1u) {
-        *m = (struct identify_resistance){.moving = true};
+        *m = (struct identify_resistance){.moving = true, .from = d->counts};
     }
     m->ms++;
+    *(m->moving ? &m->led : &m->drifted) += d->counts - m->from;
+    m->from = d->counts;
     c->dead_shift = UNCOMPENSATED_SHIFT;
     if (m->moving) {
         move(d, c);
@@ -146,25 +147,6 @@ static struct fit fit_levels(const int64_t y[IDENTIFY_LEVELS])
     return (struct fit){identify_scaled(slope, 256, determinant), identify_scaled(constant, 256, determinant)};
 }
 
-/* The mean of what each angle gave, and its standard deviation as the interval takes it. */
-struct spread {
-    int64_t mean, deviation;
-};
-
-static struct spread spread_of(const int64_t of[IDENTIFY_ANGLES])
-{
-    int64_t sum = 0, squares = 0;
-    for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
-        sum += of[k];
-    }
-    const int64_t mean = identify_scaled(sum, 1, IDENTIFY_ANGLES);
-    for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
-        squares += (of[k] - mean) * (of[k] - mean);
-    }
-    const int64_t deviation = identify_root(scale(squares, 1, IDENTIFY_ANGLES * (IDENTIFY_ANGLES - 1)));
-    return (struct spread){mean, identify_scaled(deviation, STUDENT_NUM, STUDENT_DEN)};
-}
-
 /* uohm of a slope per level, which has 8 bits more: y is steps times Q15 of the bus voltage. */
 static int64_t uohm(const struct identify *d, int64_t slope)
 {
@@ -198,7 +180,7 @@ static void solve(const struct identify *d, uint32_t way, int64_t slopes[IDENTIF
 
 /* The mean of both ways, and half of what lies between them: of a rotor that moves with the current. */
 struct ways {
-    struct spread mean;
+    struct identify_spread mean;
     int64_t apart;
 };
 
@@ -208,8 +190,8 @@ static struct ways both(const int64_t down[IDENTIFY_ANGLES], const int64_t up[ID
     for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
         mean[k] = (down[k] + up[k]) >> 1;
     }
-    const int64_t apart = spread_of(down).mean - spread_of(up).mean;
-    return (struct ways){spread_of(mean), (apart < 0 ? -apart : apart) >> 1};
+    const int64_t apart = identify_spread(down, IDENTIFY_ANGLES).mean - identify_spread(up, IDENTIFY_ANGLES).mean;
+    return (struct ways){identify_spread(mean, IDENTIFY_ANGLES), (apart < 0 ? -apart : apart) >> 1};
 }
 
 static void know(struct identify *d, const struct ways *r, const struct ways *delay)
@@ -231,8 +213,19 @@ static bool refuse(struct identify *d, enum identify_reason reason)
     return reason == IDENTIFY_SCATTER; /* the inductances can do without */
 }
 
+/* The field leads the rotor on its way; one that comes further while it stands is driven. No encoder: it shows no motion. */
+static bool driven(const struct identify_resistance *m)
+{
+    const int32_t led = m->led < 0 ? -m->led : m->led, drifted = m->drifted < 0 ? -m->drifted : m->drifted;
+    return drifted > led / 2 + DRIFT_COUNTS;
+}
+
 bool identify_think_resistance(struct identify *d)
 {
+    if (driven(&d->resistance)) {
+        identify_refuse_rest(d, IDENTIFY_RESISTANCE, IDENTIFY_LOADED);
+        return false;
+    }
     if (current_q15(d, FIRST_LEVEL) < LEAST_LSB * BOARD_ADC_Q15_PER_CODE) {
         return refuse(d, IDENTIFY_RATED_SMALL);
     }

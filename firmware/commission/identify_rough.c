@@ -127,6 +127,7 @@ bool identify_think_hold(struct identify *d)
     /* the loop's zero at a quarter of its crossover, or where the winding's own is: so nothing lasts longer than this */
     const int64_t quick_mohm = scale(d->params.ld_uh, 6283LL * REGULATE_HZ / 4, 1000000);
     const int64_t told_mohm = r_mohm > quick_mohm ? r_mohm : quick_mohm;
+    d->rough_mohm = (int32_t)(r_mohm < 100000 ? r_mohm : 100000);
     const int64_t tau_ms = scale(d->params.ld_uh, 1, r_mohm < 1 ? 1 : r_mohm);
     d->params.resistance_mohm = (int32_t)(told_mohm < 1 ? 1 : told_mohm < 100000 ? told_mohm : 100000);
     d->settle_ms = LEAST_SETTLE_MS + (uint32_t)(tau_ms < MOST_SETTLE_MS ? tau_ms : MOST_SETTLE_MS);

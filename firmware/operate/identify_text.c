@@ -12,6 +12,14 @@ static const struct {
     [IDENTIFY_DEAD_TIME] = {"dead time", " ns", 100},
     [IDENTIFY_LD] = {"ld", " uH", 1},
     [IDENTIFY_LQ] = {"lq", " uH", 1},
+    [IDENTIFY_POLE_PAIRS] = {"pole pairs", "", 1000},
+    [IDENTIFY_COUNTS] = {"encoder counts", "", 1000},
+    [IDENTIFY_DIRECTION] = {"encoder direction", "", 1000},
+    [IDENTIFY_OFFSET] = {"offset", " degrees, electrical, at the index", 10},
+    [IDENTIFY_FLUX] = {"flux", " uWb", 100},
+    [IDENTIFY_INERTIA] = {"inertia", " kgmm2", 1},
+    [IDENTIFY_COULOMB] = {"friction", " mNm", 1},
+    [IDENTIFY_VISCOUS] = {"viscous friction", " uNms", 1},
 };
 
 static const char *const reasons[IDENTIFY_REASONS] = {
@@ -22,13 +30,22 @@ static const char *const reasons[IDENTIFY_REASONS] = {
     [IDENTIFY_NOT_RESISTIVE] = "the voltage does not grow with the current: does something turn the motor?",
     [IDENTIFY_TURNED] = "reluctance turns the rotor whenever the current changes",
     [IDENTIFY_SCATTER] = "repeated measurements differ by more than a tenth: contacts, a rotor that moves",
+    [IDENTIFY_NO_ENCODER] = "angle_source says that there is no encoder",
+    [IDENTIFY_NOT_FOLLOWED] = "the encoder does not show the field's turn: rotor blocked or loaded, encoder dead",
+    [IDENTIFY_NOT_PUSHED] = "most of the rated current does not turn the rotor as it should: blocked, loaded",
+    [IDENTIFY_NO_INDEX] = "no index from turn to turn: pole pairs and encoder counts cannot be told apart",
+    [IDENTIFY_LOADED] = "a load drives the shaft or holds it back",
+    [IDENTIFY_UNRESOLVED] = "it is too small for the sensors at the speeds that are allowed: speed_max_rpm",
+    [IDENTIFY_TOO_SLOW] = "what the magnets induce is too little at the speeds that are allowed: speed_max_rpm",
 };
 
 static const char *const steps[IDENTIFY_STEPS] = {
     [IDENTIFY_STEP_NONE] = "none",          [IDENTIFY_STEP_PULSES] = "pulses",
     [IDENTIFY_STEP_HOLD] = "first current", [IDENTIFY_STEP_RESISTANCE] = "resistance",
     [IDENTIFY_STEP_AXES] = "axes",          [IDENTIFY_STEP_INDUCTANCE] = "inductance",
-    [IDENTIFY_STEP_DONE] = "done",
+    [IDENTIFY_STEP_TURN] = "turn",          [IDENTIFY_STEP_PUSH] = "push",
+    [IDENTIFY_STEP_INDEX] = "index",        [IDENTIFY_STEP_RAMPS] = "ramps",
+    [IDENTIFY_STEP_SPEEDS] = "speeds",      [IDENTIFY_STEP_DONE] = "done",
 };
 
 static const char *step_name(uint32_t step)
@@ -40,7 +57,10 @@ static void put_result(struct text *out, uint32_t what, const struct identify_re
 {
     text_put(out, quantities[what].name);
     text_put(out, ": ");
-    if (r->state == IDENTIFY_KNOWN) {
+    if (r->state == IDENTIFY_KNOWN && r->interval == 0) {
+        text_put_int(out, r->value);
+        text_put_line(out, ", exactly");
+    } else if (r->state == IDENTIFY_KNOWN) {
         text_put_milli(out, r->value * quantities[what].milli);
         text_put(out, " +-");
         text_put_milli(out, r->interval * quantities[what].milli);

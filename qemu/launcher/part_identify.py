@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """PART=identify: what the drive finds out about its motor, against the plant's truth, and how often that is in the interval.
 
-WHAT is seedN: tolerances drawn by N, SPREAD 1, every effect of the plant on. The drive is told what its inverter is and
-the rated current; all it is told of the motor besides is wrong (TOLD).
+WHAT is seedN: tolerances drawn by N, SPREAD 1, every effect of the plant on; or LOAD/seedN with a load that is there from the
+beginning: hoist50 and friction20 as PART=start has them, blocked for a locked shaft. The drive is told what its inverter is,
+the rated current and the largest speed; all it is told of the motor and the encoder besides is wrong (TOLD).
 
 The truth is the plant's at the temperature and the current of the measurement: of resistance, the winding's with the
 switches and diodes in its way; of dead time, what a leg loses in a period, in time at the bus voltage, its delays and
@@ -15,43 +16,59 @@ import numpy as np
 
 from .drive import twin_items
 from .errors import LauncherError
-from .part import ON_S, PREAMBLE_S, PartCase, Setup, Verdict, bridge_is_off, first_fault
+from .part import ON_S, PREAMBLE_S, PartCase, Setup, Verdict, bridge_is_off, event, first_fault
 from .saturation import Saturation
 
 NAME = "identify"
 SEEDS = 8
-LONGEST_S, SHOW_S = 20.0, 0.3
+LONGEST_S, PATIENCE_S, SHOW_S = 20.0, 30.0, 0.3
+SPEED_MAX = 0.4    # of the largest one: a quarter; before the pole pairs are known, what induces 4 % of the bus voltage
 CURRENT_MAX = 1.1  # of the rated one, on average over 20 ms
 TOLD = {"pole_pairs": 1, "resistance_mohm": 1000, "ld_uh": 1000, "lq_uh": 1000, "ld_apparent_uh": 0, "lq_apparent_uh": 0,
-        "lq_rest_uh": 0, "flux_uwb": 10000, "inertia_gmm2": 100000}
+        "lq_rest_uh": 0, "flux_uwb": 10000, "inertia_gmm2": 100000, "encoder_counts": 1024}
 FULL_DEAD_S = 1e-6  # CONFIG_DEAD_TIME_NS
 PWM_HZ = 20e3
+FIELD_TURN_S, SOFT_TURN_S = 3.3, 1.5  # TURN_MS and what is around it: firmware/commission/identify_turn.c
 # quantity -> target: relative, or in ns
-TARGETS = {"resistance": 0.01, "dead time": 10.0, "ld": 0.03, "lq": 0.03}
-ABSOLUTE = {"dead time"}
+TARGETS = {"resistance": 0.01, "dead time": 10.0, "ld": 0.03, "lq": 0.03, "flux": 0.01, "inertia": 0.05, "friction": 0.1,
+           "viscous friction": 0.1, "offset": 1.0}
+ABSOLUTE = {"dead time": "ns", "offset": "deg el."}
+STANDING = ("resistance", "dead time", "ld", "lq")
+UNRESOLVED = ("friction", "viscous friction")  # where it is little beside what the sensors resolve
+DRIVEN = ("LOAD_TOO_HIGH", "OVERSPEED")  # how it may end where a load drives the shaft
+LOADS = ("hoist50", "friction20", "blocked")
+EXACT = ("pole pairs", "encoder counts", "encoder direction")
 # what cannot be known: reluctance turns these rotors whenever the current changes
-REFUSED = {(motor, name) for motor in ("baldor_ecs101m0h7ef4", "thor_pmsyrm") for name in ("resistance", "dead time")}
+RELUCTANT = ("baldor_ecs101m0h7ef4", "thor_pmsyrm")
+REFUSED = {(motor, name) for motor in RELUCTANT for name in ("resistance", "dead time")}
 
 
 def plan(motors, options):
-    """SEEDS of each motor."""
-    return [PartCase(NAME, motor, f"seed{seed}") for motor in motors for seed in range(1, SEEDS + 1)]
+    """SEEDS of each motor, and one with each load."""
+    whats = [f"seed{seed}" for seed in range(1, SEEDS + 1)] + [f"{load}/seed1" for load in LOADS]
+    return [PartCase(NAME, motor, what) for motor in motors for what in whats]
 
 
 def setup(what, drive):
     """The run of one case."""
-    match = re.fullmatch(r"seed(\d{1,4})", what)
+    match = re.fullmatch(r"(?:(hoist|friction|blocked)(\d{0,3})/)?seed(\d{1,4})", what)
     if match is None:
-        raise LauncherError(f"no case '{what}' of identify; there are: seed1, seed2, ...")
-    steps = [{"t_s": ON_S, "console": "identify"}, {"t_s": LONGEST_S, "console": "identify show"},
-             {"t_s": LONGEST_S + SHOW_S, "event": "end"},
+        raise LauncherError(f"no case '{what}' of identify; there are: seed1, seed2, ..., hoist50/seed1, friction20/seed1,"
+                            " blocked/seed1, ...")
+    load, percent, seed = match.groups()
+    torque_nm = drive.names()["rated_torque_Nm"] * float(percent or 0) / 100
+    loads = {None: [], "blocked": [event("lock", "1")], "hoist": [event("load_hoist", f"{torque_nm:.9g}")],
+             "friction": [event("load_coulomb", f"{torque_nm:.9g}")]}[load]
+    steps = [*({"t_s": 0.0, **one} for one in loads), {"t_s": ON_S, "console": "identify"},
+             {"t_s": PATIENCE_S, "console": "identify show"}, {"t_s": PATIENCE_S + SHOW_S, "event": "end"},
              {"t_s": 0.05, "after_state": "SWITCHED_ON SWITCH_ON_DISABLED", "console": "identify show"},
              {"t_s": SHOW_S, "after_state": "SWITCHED_ON SWITCH_ON_DISABLED", "event": "end"},
              {"t_s": 0.05, "after_state": "FAULT", "console": "identify show"},
              {"t_s": SHOW_S, "after_state": "FAULT", "event": "end"}]
-    scenario = {"key": "part", "title": f"identify, {what}", "preamble_s": PREAMBLE_S, "end_s": LONGEST_S + SHOW_S + 0.1,
+    scenario = {"key": "part", "title": f"identify, {what}", "preamble_s": PREAMBLE_S, "end_s": PATIENCE_S + SHOW_S + 0.1,
                 "step": steps}
-    return Setup(scenario, judge, {"seed": int(match.group(1)), "spread": 1, "overrides": {"params": dict(TOLD)}})
+    return Setup(scenario, lambda run: judge(run, load, torque_nm),
+                 {"seed": int(seed), "spread": 1, "overrides": {"params": dict(TOLD)}})
 
 
 # ---- what the drive says ------------------------------------------------------------------------------------------------
@@ -69,10 +86,10 @@ def results_of(console):
     shown = console.rsplit("identify show", 1)
     found = {}
     for line in shown[-1].splitlines() if len(shown) > 1 else []:
-        match = re.match(r"([a-z ]+): (-?[\d.]+) \+-([\d.]+)", line)
+        match = re.match(r"([a-z ]+): (-?[\d.]+)(?: \+-([\d.]+)|, exactly)", line)
         refused = re.match(r"([a-z ]+): refused: (.+)", line)
         if match:
-            found[match.group(1)] = Result(float(match.group(2)), float(match.group(3)))
+            found[match.group(1)] = Result(float(match.group(2)), float(match.group(3) or 0))
         elif refused:
             found[refused.group(1)] = Result(refused=refused.group(2))
     return found
@@ -89,7 +106,7 @@ def time_s(console):
 def truth(run):
     """{quantity: value in the drive's unit} of the plant."""
     plant = dict(twin_items(run.drive))
-    on = np.flatnonzero(run.trace["gate_live"])
+    on = standing_rows(run)
     hot = 1 + plant["motor.copper_tempco_per_k"] * (run.trace["winding_C"][on].mean() - 25)
     dead = 2 * FULL_DEAD_S * PWM_HZ  # share of a period
     switch_v, diode_v = plant.get("inverter.switch_v", 0.0), plant["inverter.diode_v"]
@@ -98,16 +115,55 @@ def truth(run):
     lost_v = diode_v * by_diode + switch_v * (1 - by_diode)
     delay_s = plant.get("inverter.turn_on_delay_s", 0.0) - plant.get("inverter.turn_off_delay_s", 0.0)
     d, q = inductances(plant, run, on[-1])
+    pairs, counts = plant["motor.pole_pairs"], plant["sensor.encoder_counts"]
+    index = np.floor(plant["sensor.index_angle_rad"] / (2 * np.pi) % 1 * counts) + 0.5  # the middle of its first count
+    iron = magnets(plant, run)**2 / magnets(plant, run, 0)**2
     return {"resistance": 1e3 * (plant["motor.resistance_ohm"] * hot + r_on * (1 - by_diode) + r_diode * by_diode),
             "dead time": 1e9 * (FULL_DEAD_S + delay_s + lost_v / PWM_HZ / plant["inverter.vbus_v"]),
-            "ld": d * 1e6, "lq": q * 1e6}
+            "ld": d * 1e6, "lq": q * 1e6,
+            "pole pairs": pairs, "encoder counts": counts, "encoder direction": 1,
+            "offset": pairs * 360 * index / counts % 360,
+            "flux": 1e6 * magnets(plant, run),
+            "inertia": 1e6 * (plant["motor.inertia_kgm2"] + plant.get("load.inertia_kgm2", 0)),
+            "friction": 1e3 * (plant["motor.friction_coulomb_nm"] + iron * plant.get("motor.iron_hysteresis_nm", 0)
+                               + plant.get("load.coulomb_nm", 0)),
+            "viscous friction": 1e6 * (plant["motor.friction_viscous_nms"] + iron * plant.get("motor.iron_eddy_nms", 0)
+                                       + plant.get("load.viscous_nms", 0))}
+
+
+def magnets(plant, run, share=1):
+    """Flux without current at the end, or as cold as share 0 has it, 25 degC."""
+    on = np.flatnonzero(run.trace["gate_live"])
+    warmer = 1 + share * plant.get("motor.magnet_tempco_per_k", 0.0) * (run.trace["magnet_C"][on[-1]] - 25)
+    machine = machine_of(plant)
+    return plant["motor.flux_wb"] * warmer if machine.a_d0 == 0 else flux_of(with_magnet(machine, warmer), np.zeros(2))[0]
+
+
+def machine_of(plant):
+    """The plant's map."""
+    return Saturation(**{key.removeprefix("motor.sat_"): value for key, value in plant.items() if ".sat_" in key})
+
+
+def standing_rows(run):
+    """The rows in which the bridge is on and the standstill part measures: until the field begins to turn, if it does."""
+    on, taken = np.flatnonzero(run.trace["gate_live"]), taken_s(run)
+    if taken is None and "ended in step 'turn'" in run.console:
+        taken = run.trace["t_s"][on[-1]]
+    turn_s = FIELD_TURN_S + (SOFT_TURN_S if run.drive.motor.path.stem in RELUCTANT else 0)
+    return on if taken is None else on[run.trace["t_s"][on] < taken - turn_s]
+
+
+def taken_s(run):
+    """When the rotor's frame was taken, or None: the firmware knew no offset before."""
+    rows = np.flatnonzero(run.trace["angle_offset_q32"] != run.trace["angle_offset_q32"][0])
+    return None if len(rows) == 0 else float(run.trace["t_s"][rows[0]])
 
 
 def inductances(plant, run, last):
     """(Ld, Lq) for small changes at the mean current of the last 50 ms before the row."""
     rows = slice(max(0, last - round(0.05 / run.period_s)), last)
     current = np.array([run.trace["i_d_true_A"][rows].mean(), run.trace["i_q_true_A"][rows].mean()])
-    machine = Saturation(**{key.removeprefix("motor.sat_"): value for key, value in plant.items() if ".sat_" in key})
+    machine = machine_of(plant)
     if machine.a_d0 == 0:
         return plant["motor.ld_h"], plant["motor.lq_h"]
     warmer = 1 + plant.get("motor.magnet_tempco_per_k", 0.0) * (run.trace["magnet_C"][rows].mean() - 25)
@@ -158,28 +214,66 @@ def slopes(machine, flux, step=1e-6):
 
 # ---- judgement ----------------------------------------------------------------------------------------------------------
 
-def judge(run):
-    """Each value within its target or, where the sensors forbid that, within the interval that it states."""
+def judge(run, load=None, torque_nm=0.0):
+    """Each value within its target or, where the sensors forbid that, within the interval that it states; none is guessed.
+
+    load   what hinders the shaft: what may be refused then, or must be
+    """
     fault, found, took = first_fault(run), results_of(run.console), time_s(run.console)
+    if load == "hoist" and fault in DRIVEN:
+        return Verdict(fault, "" if bridge_is_off(run) else "the bridge is on", {})
     if fault or not found:
         return Verdict(fault or "no result", f"{fault or 'nothing was shown'}", {})
-    right, figures, wrong = truth(run), {"time, s": took}, []
-    for name, target in TARGETS.items():
-        result = found.get(name, Result(refused="not shown"))
-        if result.value is None:
-            wrong += [] if (run.drive.motor.path.stem, name) in REFUSED else [f"{name} refused: {result.refused}"]
-            continue
-        scale, unit = (1.0, "ns") if name in ABSOLUTE else (right[name], "%")
-        error, interval = (result.value - right[name]) / scale, result.interval / scale
-        figures[f"{name}, {unit}"] = error * (1 if name in ABSOLUTE else 100)
-        figures[f"{name}, of its interval"] = error / interval
-        if abs(error) > max(target, interval):
-            wrong.append(f"{name} {result.value:g} +-{result.interval:g} where {right[name]:.5g} is true")
+    right, figures = truth(run), {"time, s": took}
+    right["friction"] += 1e3 * torque_nm if load == "friction" else 0.0
+    wrong = [line for name in (*TARGETS, *EXACT) if (line := judge_one(name, found.get(name), right[name], load, run, figures))]
     wrong += [] if bridge_is_off(run) else ["the bridge is on"]
     wrong += [f"it took {took:.1f} s"] if took is None or took > LONGEST_S else []
     figures["current, of rated"] = largest_a(run) / run.rated("rated_current_a")
-    wrong += ["more than the rated current"] if figures["current, of rated"] > CURRENT_MAX else []
+    figures["speed, of the largest"] = fastest_rpm(run) / run.drive.params["speed_max_rpm"]
+    if load != "hoist":  # which drives the shaft as it likes, and what turns induces
+        wrong += ["more than the rated current"] if figures["current, of rated"] > CURRENT_MAX else []
+        wrong += ["faster than it may"] if figures["speed, of the largest"] > SPEED_MAX else []
     return Verdict("wrong" if wrong else "known", "; ".join(wrong), figures)
+
+
+def judge_one(name, result, right, load, run, figures):
+    """What is wrong with a value, or an empty line."""
+    if result is None:
+        return f"{name} is not shown"
+    if result.value is None:
+        return "" if may_be_refused(name, result.refused, load, run) else f"{name} refused: {result.refused}"
+    if load == "blocked" and name not in STANDING:
+        return f"{name} guessed: the shaft is locked"
+    if load == "blocked" and name in ("ld", "lq"):
+        return ""  # the rotor does not stand where the current pulls it: what they saturate by is another matter
+    if name in EXACT:
+        return "" if result.value == right else f"{name} {result.value:g} is not {right:g}"
+    scale, unit = (1.0, ABSOLUTE[name]) if name in ABSOLUTE else (right, "%")
+    error, interval = off(name, result.value, right) / scale, result.interval / scale
+    figures[f"{name}, {unit}"] = error * (1 if name in ABSOLUTE else 100)
+    figures[f"{name}, of its interval"] = error / interval
+    too_far = abs(error) > max(TARGETS[name], interval)
+    return f"{name} {result.value:g} +-{result.interval:g} where {right:.5g} is true" if too_far else ""
+
+
+def may_be_refused(name, reason, load, run):
+    """What reluctance, the sensors or a load hide."""
+    if load == "blocked":
+        return name not in ("ld", "lq")
+    if load == "hoist":
+        return True
+    return (run.drive.motor.path.stem, name) in REFUSED or (name in UNRESOLVED and "too small for the sensors" in reason)
+
+
+def fastest_rpm(run):
+    """Of the shaft, on average over a millisecond."""
+    return float(np.abs(run.trace["speed_rpm"]).max())
+
+
+def off(name, value, right):
+    """By how much a value is off; angles the shorter way round."""
+    return (value - right + 180) % 360 - 180 if name == "offset" else value - right
 
 
 def largest_a(run, mean_s=0.02):
@@ -194,7 +288,7 @@ def summary(outcomes):
     """Lines: of each quantity how far off it is, and how often the truth lies within the interval."""
     lines = ["| quantity | median of |error| | largest | truth within the interval |", "|---|---|---|---|"]
     for name in TARGETS:
-        unit = "ns" if name in ABSOLUTE else "%"
+        unit = ABSOLUTE.get(name, "%")
         errors = [abs(outcome["figures"][f"{name}, {unit}"]) for outcome in outcomes if f"{name}, {unit}" in outcome["figures"]]
         shares = [abs(outcome["figures"][f"{name}, of its interval"]) <= 1 for outcome in outcomes
                   if f"{name}, of its interval" in outcome["figures"]]

@@ -317,10 +317,18 @@ def test_identify_says_what_it_found_and_what_not(c, operator):
         result = d.results[getattr(c, f"IDENTIFY_{name}")]
         result.state, result.value, result.interval = c.IDENTIFY_KNOWN, value, interval
     d.results[c.IDENTIFY_LQ].state, d.results[c.IDENTIFY_LQ].reason = c.IDENTIFY_REFUSED, c.IDENTIFY_NO_CURRENT
+    turning = (("POLE_PAIRS", 8, 0), ("COUNTS", 8192, 0), ("DIRECTION", -1, 0), ("OFFSET", 19669, 70), ("FLUX", 28353, 246),
+               ("INERTIA", 77007, 1542), ("COULOMB", 2515, 228))
+    for name, value, interval in turning:
+        result = d.results[getattr(c, f"IDENTIFY_{name}")]
+        result.state, result.value, result.interval = c.IDENTIFY_KNOWN, value, interval
     assert operator("identify show") == [
         "resistance: 286.512 +-4.568 mohm", "dead time: 1044.300 +-7.200 ns", "ld: 150.600 +-2.680 uH",
-        "lq: refused: next to no current answers the voltage: motor cable, i_rated_ma, i_range_ma", "time: 5.774 s"]
-    assert operator("identify use") == ["ok", "2 parameters changed; 'get all' lists them, 'on' takes them"]
+        "lq: refused: next to no current answers the voltage: motor cable, i_rated_ma, i_range_ma",
+        "pole pairs: 8, exactly", "encoder counts: 8192, exactly", "encoder direction: -1, exactly",
+        "offset: 196.690 +-0.700 degrees, electrical, at the index", "flux: 2835.300 +-24.600 uWb",
+        "inertia: 77.007 +-1.542 kgmm2", "friction: 2.515 +-0.228 mNm", "viscous friction: not measured yet", "time: 5.774 s"]
+    assert operator("identify use") == ["ok", "6 parameters changed; 'get all' lists them, 'on' takes them"]
     assert operator("get resistance_mohm") == ["resistance_mohm = 287  (1...100000)"]
     assert operator("get lq_uh") == ["lq_uh = 200  (1...1000000)"], "refused is not taken"
 

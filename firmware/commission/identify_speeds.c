@@ -1,0 +1,299 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Constant speeds, w1 = w2 / 3 and w2, forth and back:
+ *
+ *     1.5 p psi i_q = Tc sign w + B w + load        v_d = R i_d + w psi sin x - w Lq i_q
+ *
+ * Friction is in what i_q changes by with the direction, and a load in what it does not. The angle x by which the frame is
+ * ahead of the rotor is in what v_d changes by. A current along the magnets, half of the time against them, makes no
+ * torque on the mean and keeps the phases' currents away from where dead time is compensated badly: without it, harmonics
+ * of the current made a twentieth of the torque that friction takes.
+ */
+#include "drivers/fabric/encoder.h"
+#include "firmware/commission/identify_parts.h"
+#include "firmware/settings/scale.h"
+#include "lib/q15.h"
+
+#define SETTLE_MS     250u
+#define BLOCK_MS      40u
+#define HALF_MS       (BLOCK_MS * IDENTIFY_BLOCKS / 2u)
+#define TURN_ROUND_MS 100u /* until the speed has forgotten that i_d changed its sign */
+#define ALONG_TENTHS  4    /* of the rated current */
+#define PATIENCE_MS   4000u
+#define SLOW_PART     3
+#define PAIRS         (IDENTIFY_BLOCKS / 2)
+#define STEP_PARTS    3
+#define SAMPLING_NS   300 /* found on the bench: up to a third of the dead time */
+#define SAMPLES       (IDENTIFY_BLOCKS * (int64_t)BLOCK_MS)
+#define LOAD_PART     20 /* of the rated current: as much load as is taken for none */
+/* What the sensors cannot see of the offset, 0.01 degrees electrical: skew of the samples, the time to the voltage. */
+#define OFFSET_BOUND 50
+
+enum {
+    SLOW_FORTH,
+    FAST_FORTH,
+    FAST_BACK,
+    SLOW_BACK,
+};
+
+/* ---- measuring ---- */
+
+static int32_t target_rpm(const struct identify *d, uint32_t point)
+{
+    const int32_t slow_rpm = q15_max(d->rpm_most / SLOW_PART, 1);
+    const int32_t rpm = point == SLOW_FORTH || point == SLOW_BACK ? slow_rpm : d->rpm_most;
+    return point == FAST_BACK || point == SLOW_BACK ? -rpm : rpm;
+}
+
+static void add(struct identify_point *p, uint32_t block, const struct identify_io *io)
+{
+    const volatile struct current_loop *const c = io->loop;
+    p->i_q[block] += c->i_q_q15;
+    p->v_d += c->v_d_q15;
+    p->v_q += c->v_q_q15;
+    p->x += io->speed->estimate.speed_rpm_q15;
+}
+
+static void see_index(struct identify_speeds *m, const struct identify_io *io)
+{
+    struct encoder_regs *const encoder = &io->fabric->encoder;
+    if ((encoder_status(encoder) & ENCODER_STATUS_INDEX_SEEN) != 0u) {
+        m->index = encoder_index(encoder);
+        m->index_seen = true;
+    }
+}
+
+/* Reluctance would make a torque of it. */
+static int32_t along_q15(const struct identify *d, const struct identify_speeds *m)
+{
+    const int32_t i_q15 = d->reluctant ? 0 : d->i_rated_q15 * ALONG_TENTHS / 10;
+    return m->measured_ms < HALF_MS ? i_q15 : -i_q15;
+}
+
+/* Regulates towards the point's speed; true as long as the reference is there, and what has swung has calmed down. */
+static bool settled(struct identify *d, struct identify_speeds *m, const struct identify_io *io)
+{
+    const int32_t rpm = m->point < IDENTIFY_POINTS ? target_rpm(d, m->point) : 0;
+    identify_control_speed(io, rpm, identify_i_most_q15(d));
+    io->loop->i_d_ref_q15 = along_q15(d, m);
+    const bool there = io->speed->ref_rpm_q16 == rpm * 65536;
+    m->settled_ms = there ? m->settled_ms + 1u : 0u;
+    m->waited_ms = there ? 0u : m->waited_ms + 1u;
+    return m->settled_ms > SETTLE_MS;
+}
+
+static void measure(struct identify_speeds *m, const struct identify_io *io)
+{
+    add(&m->points[m->point], m->measured_ms / BLOCK_MS, io);
+    m->measured_ms++;
+    if (m->measured_ms == HALF_MS) {
+        m->settled_ms = SETTLE_MS - TURN_ROUND_MS;
+    }
+    if (m->measured_ms == BLOCK_MS * IDENTIFY_BLOCKS) {
+        m->measured_ms = 0;
+        m->settled_ms = 0;
+        m->point++;
+    }
+}
+
+bool identify_measure_speeds(struct identify *d, const struct identify_io *io)
+{
+    struct identify_speeds *const m = &d->speeds;
+    if (d->ms == 1u) {
+        *m = (struct identify_speeds){.offset_q32 = io->loop->angle_offset_q32};
+        encoder_clear(&io->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
+        speed_loop_reset(io->speed, 0);
+    }
+    const bool calm = settled(d, m, io);
+    if (m->point <= FAST_FORTH) {
+        see_index(m, io);
+    }
+    if (m->waited_ms > PATIENCE_MS) {
+        identify_push(io, 0);
+        return true;
+    }
+    if (calm && m->point < IDENTIFY_POINTS) {
+        measure(m, io);
+        return false;
+    }
+    return calm;
+}
+
+/* ---- thinking ---- */
+
+static int64_t mean_mrad_s(const struct identify_point *p)
+{
+    return identify_mrad_s(p->x, SAMPLES);
+}
+
+/* ---- offset ---- */
+
+/* By how much the frame is ahead of the rotor, 0.01 degrees electrical, and how much of that Lq tells. */
+struct ahead {
+    int64_t e2_deg, cross_e2_deg;
+};
+
+/* nV of w Lq i_q. */
+static int64_t cross_nv(const struct identify *d, const struct identify_point *p)
+{
+    int64_t i_sum = 0;
+    for (int32_t k = 0; k < IDENTIFY_BLOCKS; k++) {
+        i_sum += p->i_q[k];
+    }
+    const int64_t flux_e15 = identify_scaled(identify_ua(d, i_sum, SAMPLES), d->results[IDENTIFY_LQ].value, 1);
+    return identify_scaled(flux_e15, (mean_mrad_s(p) < 0 ? -1 : 1) * mean_mrad_s(p) * d->params.pole_pairs,
+                           1000000000) *
+           (mean_mrad_s(p) < 0 ? -1 : 1);
+}
+
+static struct ahead ahead_of(const struct identify *d, const struct identify_point *forth,
+                             const struct identify_point *back)
+{
+    const int64_t cross_nv_apart = cross_nv(d, forth) - cross_nv(d, back);
+    const int64_t apart_nv = identify_nv(d, forth->v_d - back->v_d, SAMPLES) + cross_nv_apart;
+    const int64_t w_mrad_s = (mean_mrad_s(forth) - mean_mrad_s(back)) * d->params.pole_pairs;
+    const int64_t magnets_nv = scale(w_mrad_s < 1 ? 1 : w_mrad_s, d->flux_e1_uwb, 10);
+    return (struct ahead){identify_scaled(apart_nv, 5730, magnets_nv < 1 ? 1 : magnets_nv),
+                          identify_scaled(cross_nv_apart, 5730, magnets_nv < 1 ? 1 : magnets_nv)};
+}
+
+/* What the index is at. */
+static void know_offset(struct identify *d)
+{
+    const struct identify_speeds *const m = &d->speeds;
+    const struct ahead fast = ahead_of(d, &m->points[FAST_FORTH], &m->points[FAST_BACK]);
+    const struct ahead slow = ahead_of(d, &m->points[SLOW_FORTH], &m->points[SLOW_BACK]);
+    const int32_t ahead_q32 = (int32_t)identify_scaled(fast.e2_deg, 1LL << 32, 36000);
+    if (!d->indexed) {
+        return; /* refused */
+    }
+    if (!m->index_seen) {
+        identify_refuse(d, IDENTIFY_OFFSET, IDENTIFY_NO_INDEX);
+        return;
+    }
+    const uint32_t at_q32 = m->offset_q32 - (uint32_t)ahead_q32 + m->index * d->tuning.encoder_scale_q32;
+    const int64_t apart = fast.e2_deg - slow.e2_deg;
+    const int64_t bound = identify_root(OFFSET_BOUND * OFFSET_BOUND + apart * apart);
+    const int64_t count_e2_deg = scale(36000, d->params.pole_pairs, d->params.encoder_counts);
+    identify_know(d, IDENTIFY_OFFSET, (int32_t)scale(at_q32, 36000, 1LL << 32) % 36000,
+                  identify_interval(identify_scaled(fast.cross_e2_deg, 1, 5), bound, count_e2_deg));
+}
+
+/* ---- friction ---- */
+
+/* Half of what the direction changes, of a block with i_d and its twin against it. */
+static int64_t friction_nnm(const struct identify *d, const struct identify_point *forth,
+                            const struct identify_point *back, int32_t pair)
+{
+    const int64_t i_sum = forth->i_q[pair] + forth->i_q[pair + PAIRS] - back->i_q[pair] - back->i_q[pair + PAIRS];
+    return identify_torque_nnm(d, d->flux_e1_uwb, identify_ua(d, i_sum, 4 * BLOCK_MS));
+}
+
+static int64_t load_ua(const struct identify *d, const struct identify_point *forth, const struct identify_point *back)
+{
+    int64_t sum = 0;
+    for (int32_t k = 0; k < IDENTIFY_BLOCKS; k++) {
+        sum += forth->i_q[k] + back->i_q[k];
+    }
+    const int64_t ua = identify_ua(d, sum, 2 * SAMPLES);
+    return ua < 0 ? -ua : ua;
+}
+
+static bool is_loaded(const struct identify *d)
+{
+    const struct identify_point *const p = d->speeds.points;
+    const int64_t most_ua = d->params.i_rated_ma * (1000LL / LOAD_PART);
+    return load_ua(d, &p[FAST_FORTH], &p[FAST_BACK]) > most_ua || load_ua(d, &p[SLOW_FORTH], &p[SLOW_BACK]) > most_ua;
+}
+
+/*
+ * Of a torque, with the currents small as they are: the sensors' gains, the flux, a third of a step of the ADC; and that the
+ * sample does not meet the middle of the current's ripple, which rises with what is induced over the inductance.
+ */
+static int64_t bound_nnm(const struct identify *d, const struct identify_point *p, int64_t nnm)
+{
+    const int64_t size = nnm < 0 ? -nnm : nnm;
+    const int64_t nv = identify_nv(d, p->v_q, SAMPLES);
+    const int64_t ripple_ua = scale(nv < 0 ? -nv : nv, SAMPLING_NS, (int64_t)d->params.lq_uh * 1000000);
+    const int64_t ripple_nnm = identify_torque_nnm(d, d->flux_e1_uwb, ripple_ua);
+    const int64_t gain = scale(size, IDENTIFY_CURRENT_GAIN_PERMILLE, 1000);
+    const int64_t flux = scale(size, d->results[IDENTIFY_FLUX].interval, d->flux_e1_uwb);
+    const int64_t step_nnm = identify_torque_nnm(d, d->flux_e1_uwb, identify_ua(d, BOARD_ADC_Q15_PER_CODE, STEP_PARTS));
+    return identify_root(gain * gain + flux * flux + step_nnm * step_nnm + ripple_nnm * ripple_nnm);
+}
+
+static void know_if_resolved(struct identify *d, enum identify_quantity what, int64_t value, int64_t interval)
+{
+    if (2 * interval > value) {
+        identify_refuse(d, what, IDENTIFY_UNRESOLVED);
+    } else {
+        identify_know(d, what, value, interval);
+    }
+}
+
+static int64_t mean_friction_nnm(const struct identify *d, uint32_t forth, uint32_t back)
+{
+    int64_t sum = 0;
+    for (int32_t k = 0; k < PAIRS; k++) {
+        sum += friction_nnm(d, &d->speeds.points[forth], &d->speeds.points[back], k);
+    }
+    return sum >> 2;
+}
+
+/* Both from the straight line through two speeds: F = Tc + B w. */
+static void know_friction(struct identify *d)
+{
+    const struct identify_point *const p = d->speeds.points;
+    const int64_t slow_mrad_s = (mean_mrad_s(&p[SLOW_FORTH]) - mean_mrad_s(&p[SLOW_BACK])) >> 1;
+    const int64_t fast_mrad_s = (mean_mrad_s(&p[FAST_FORTH]) - mean_mrad_s(&p[FAST_BACK])) >> 1;
+    const int64_t apart_mrad_s = fast_mrad_s - slow_mrad_s;
+    if (apart_mrad_s < 1 || slow_mrad_s < 1) {
+        identify_refuse(d, IDENTIFY_COULOMB, IDENTIFY_TOO_SLOW);
+        identify_refuse(d, IDENTIFY_VISCOUS, IDENTIFY_TOO_SLOW);
+        return;
+    }
+    int64_t constant[PAIRS], grows[PAIRS];
+    for (int32_t k = 0; k < PAIRS; k++) {
+        const int64_t slow_nnm = friction_nnm(d, &p[SLOW_FORTH], &p[SLOW_BACK], k);
+        const int64_t fast_nnm = friction_nnm(d, &p[FAST_FORTH], &p[FAST_BACK], k);
+        grows[k] = identify_scaled(fast_nnm - slow_nnm, 1000, apart_mrad_s);
+        constant[k] = slow_nnm - identify_scaled(fast_nnm - slow_nnm, slow_mrad_s, apart_mrad_s);
+    }
+    const struct identify_spread coulomb = identify_spread(constant, PAIRS), viscous = identify_spread(grows, PAIRS);
+    const int64_t slow_nnm = bound_nnm(d, &p[SLOW_FORTH], mean_friction_nnm(d, SLOW_FORTH, SLOW_BACK));
+    const int64_t fast_nnm = bound_nnm(d, &p[FAST_FORTH], mean_friction_nnm(d, FAST_FORTH, FAST_BACK));
+    const int64_t coulomb_nnm = identify_interval(coulomb.deviation, scale(slow_nnm, fast_mrad_s, apart_mrad_s),
+                                                  scale(fast_nnm, slow_mrad_s, apart_mrad_s));
+    know_if_resolved(d, IDENTIFY_COULOMB, identify_scaled(coulomb.mean, 1, 1000), scale(coulomb_nnm, 1, 1000));
+    know_if_resolved(
+        d, IDENTIFY_VISCOUS, viscous.mean,
+        identify_interval(viscous.deviation, scale(slow_nnm, 1000, apart_mrad_s), scale(fast_nnm, 1000, apart_mrad_s)));
+}
+
+/* ---- all of it ---- */
+
+/* A load that drives the shaft one way may do what it likes with the speed; inertia was measured against it. */
+static void refuse_loaded(struct identify *d)
+{
+    identify_refuse(d, IDENTIFY_COULOMB, IDENTIFY_LOADED);
+    identify_refuse(d, IDENTIFY_VISCOUS, IDENTIFY_LOADED);
+    identify_refuse(d, IDENTIFY_INERTIA, IDENTIFY_LOADED);
+    if (d->reluctant) {
+        identify_refuse(d, IDENTIFY_FLUX, IDENTIFY_LOADED); /* what the load takes saturates the magnets' way */
+    }
+}
+
+bool identify_think_speeds(struct identify *d)
+{
+    if (d->speeds.point < IDENTIFY_POINTS) {
+        identify_refuse_rest(d, IDENTIFY_OFFSET, IDENTIFY_LOADED);
+        return true;
+    }
+    know_offset(d);
+    if (is_loaded(d)) {
+        refuse_loaded(d);
+    } else if (d->indexed) {
+        know_friction(d);
+    }
+    return true;
+}

@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The field turns by one electrical turn forth and back, as slowly as it did for the resistance, and takes the rotor along: so
+ * many counts are an electrical turn, and so they go. Pole pairs and counts to a mechanical turn are not known by that,
+ * only their ratio; until an index tells them a machine stands in whose turn has as many electrical ones as the counter
+ * has room for.
+ *
+ * Nothing damps the rotor but the winding: see calm() in identify.c. Friction keeps it behind the field, forth and back by the
+ * same angle; a load shifts both, and is found by what the rotor induces when it turns faster.
+ */
+#include "drivers/fabric/encoder.h"
+#include "firmware/commission/identify_parts.h"
+#include "firmware/settings/config.h"
+#include "firmware/settings/scale.h"
+#include "lib/q15.h"
+
+#define PULLED_Q32     ((IDENTIFY_ANGLES - 1u) * 0x2AAAAAABu)
+#define TURN_MS        900u /* a multiple of thirds */
+#define RAMP_MS        200u
+#define SOFT_RAMP_MS   500u /* where reluctance holds it less firmly, it swings slower */
+#define RISE_MS        300
+#define HOLD_MS        450u
+#define RELUCTANT_PART 2 /* of the rated current: reluctance holds the rotor then, magnets at an angle to the field */
+#define LEAST_COUNTS   4
+#define QUARTER_Q32    (1 << 30)
+#define APART_ONE_IN   10
+#define EVEN_PART      3
+
+/* The machine that stands in: the most that the counter and the format of the largest speed have room for. */
+#define STAND_IN_PAIRS 50
+
+/* Largest speed that fits: tuning.c, check_limits(). */
+#define OVERSPEED_E_RPM ((int32_t)(60LL * CONFIG_SPEED_BASE_HZ * 95 / 100))
+#define OVERSPEED_MOST  32000
+
+static int32_t pull_q15(const struct identify *d)
+{
+    return d->reluctant ? d->i_rated_q15 / RELUCTANT_PART : identify_i_most_q15(d);
+}
+
+static void begin_pass(const struct identify *d, struct identify_turn *m)
+{
+    const int32_t step_q32 = (int32_t)(UINT32_MAX / TURN_MS);
+    field_pass_start(&m->field, m->pass == 0u ? step_q32 : -step_q32, d->reluctant ? SOFT_RAMP_MS : RAMP_MS, TURN_MS);
+}
+
+static void keep_pass(struct identify_turn *m)
+{
+    const struct field_pass *const p = &m->field;
+    const int32_t n = (int32_t)TURN_MS;
+    const int32_t sum = p->sum_counts[0] + p->sum_counts[1] + p->sum_counts[2];
+    m->way[m->pass] = field_pass_counts(p);
+    m->even = (m->pass == 0u || m->even) && field_pass_even(p, EVEN_PART);
+    m->field_q32[m->pass] = p->reference_q32 + (uint32_t)(p->step_q32 / 2 * (n - 1));
+    m->mean_counts_q8[m->pass] = (p->first_counts + sum / n) * 256 + sum % n * 256 / n;
+}
+
+bool identify_measure_turn(struct identify *d, const struct identify_io *io)
+{
+    struct identify_turn *const m = &d->turn;
+    volatile struct current_loop *const c = io->loop;
+    if (d->ms == 1u) {
+        *m = (struct identify_turn){.field = {.field_q32 = PULLED_Q32}};
+        pendulum_start(&m->rotor, RAMP_MS, 0, PULLED_Q32);
+        begin_pass(d, m);
+    }
+    m->current_q15 = pull_q15(d) * q15_min((int32_t)d->ms, RISE_MS) / RISE_MS;
+    if (d->ms < HOLD_MS) {
+        pendulum_step(&m->rotor, c, 0, m->field.field_q32, 0, m->current_q15);
+        return false;
+    }
+    if (!field_pass_step(&m->field, &m->rotor, c, 0, d->counts, m->current_q15)) {
+        return false;
+    }
+    keep_pass(m);
+    m->pass++;
+    begin_pass(d, m);
+    return m->pass == 2u;
+}
+
+/* ---- thinking ---- */
+
+/* As many electrical turns to a turn of the counter as it has room for, and its counts: their ratio is what was measured. */
+static void stand_in(struct params *p, int32_t counts_two_turns)
+{
+    const int32_t most = (int32_t)ENCODER_COUNTS_MAX;
+    const int32_t pairs = q15_clamp(2 * most / counts_two_turns, 1, STAND_IN_PAIRS);
+    p->pole_pairs = pairs;
+    p->encoder_counts = q15_min((pairs * counts_two_turns + 1) / 2, most);
+    p->overspeed_rpm = q15_min(OVERSPEED_E_RPM / pairs, OVERSPEED_MOST);
+    p->speed_max_rpm = p->overspeed_rpm - 1;
+}
+
+static uint32_t way_q32(int64_t counts_q8, int64_t counts_two_turns)
+{
+    return (uint32_t)identify_scaled(counts_q8, 2LL << 32, counts_two_turns * 256);
+}
+
+/* The rotor's angle at the end by the field's: the mean of both ways, whose offsets differ by twice what friction takes. */
+static uint32_t angle_by_field_q32(const struct identify *d, int64_t counts_two_turns, int32_t sign)
+{
+    const struct identify_turn *const m = &d->turn;
+    uint32_t offset_q32[2];
+    for (int32_t k = 0; k < 2; k++) {
+        const int64_t to_end_q8 = (int64_t)d->counts * 256 - m->mean_counts_q8[k];
+        offset_q32[k] = m->field_q32[k] + way_q32(sign * to_end_q8, counts_two_turns);
+    }
+    return offset_q32[0] + (uint32_t)((int32_t)(offset_q32[1] - offset_q32[0]) / 2);
+}
+
+/* Where reluctance held it the magnets stood at an angle to the field, below 90 degrees; their axis was measured before. */
+static uint32_t angle_by_axis_q32(const struct identify *d, int64_t counts_two_turns, int32_t sign, uint32_t field_q32)
+{
+    const int64_t moved_q8 = (int64_t)(d->counts - d->axis_counts) * 256;
+    const uint32_t axis_q32 = d->axis_q32 + way_q32(sign * moved_q8, counts_two_turns);
+    const int32_t off_q32 = (int32_t)(axis_q32 - field_q32);
+    return off_q32 > -QUARTER_Q32 && off_q32 < QUARTER_Q32 ? axis_q32 : axis_q32 + 2u * QUARTER_Q32;
+}
+
+bool identify_think_turn(struct identify *d)
+{
+    const struct identify_turn *const m = &d->turn;
+    const int32_t forth = m->way[0], back = -m->way[1];
+    const int32_t two_turns = q15_abs(forth + back);
+    const bool same = q15_abs(forth - back) * APART_ONE_IN <= two_turns + LEAST_COUNTS * APART_ONE_IN;
+    if (two_turns < LEAST_COUNTS || !same || !m->even) {
+        identify_refuse_rest(d, IDENTIFY_POLE_PAIRS, IDENTIFY_NOT_FOLLOWED);
+        return false;
+    }
+    d->backwards = forth + back < 0;
+    identify_know_exactly(d, IDENTIFY_DIRECTION, d->backwards ? -1 : 1);
+    const int32_t sign = d->backwards ? -1 : 1;
+    d->start_q32 = angle_by_field_q32(d, two_turns, sign);
+    if (d->reluctant) {
+        d->start_q32 = angle_by_axis_q32(d, two_turns, sign, d->start_q32);
+    }
+    stand_in(&d->params, two_turns);
+    if (d->results[IDENTIFY_RESISTANCE].state != IDENTIFY_KNOWN) {
+        d->params.resistance_mohm = q15_max(d->rough_mohm, 1);
+    }
+    d->params.ld_uh = (int32_t)(d->results[IDENTIFY_LD].value / 1000 + 1);
+    d->params.lq_uh = (int32_t)(d->results[IDENTIFY_LQ].value / 1000 + 1);
+    if (!identify_tune_turning(d)) {
+        identify_refuse_rest(d, IDENTIFY_POLE_PAIRS, IDENTIFY_RATED_SMALL);
+        return false;
+    }
+    return true;
+}
