@@ -27,9 +27,9 @@ def test_the_observer_takes_over_under_load_and_the_injection_comes_back(tmp_pat
 
 
 def test_a_surface_motor_is_refused_by_name_and_goes_by_a_prescribed_field(tmp_path):
-    surface = {"title": "too little saliency", "preamble_s": 0.05, "end_s": 1.5,
+    surface = {"title": "too little saliency", "preamble_s": 0.05, "end_s": 2.6,
                "step": [*BEGIN[:2], {"t_s": 0.16, "console": "set injection_mv 4000"}, BEGIN[2],
-                        {"t_s": 1.45, "console": "status"}],
+                        {"t_s": 2.55, "console": "status"}],
                "figure": [{"name": "faults", "kind": "all_faults", "equal": "NONE"}]}
     result = simulate(surface, "teknic_m2310p", out_dir=tmp_path)
     assert result.passed and "too little: injection refused" in result.console
