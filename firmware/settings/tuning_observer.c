@@ -48,12 +48,12 @@ static void tune_field(const struct params *p, struct tuning *t)
 static int32_t rated_i_q_q15(const struct params *p)
 {
     const struct mtpa_machine m = mtpa_machine(p);
-    const int64_t i_q20 = scale(p->i_rated_ma, MTPA_ONE_Q20, p->i_range_ma);
+    const int32_t i_q20 = limited(scale(p->i_rated_ma, MTPA_ONE_Q20, p->i_range_ma), 2 * MTPA_ONE_Q20);
     const int64_t i_q_q15 = (m.saliency != 0 ? mtpa_point(&m, i_q20).i_q_q20 : i_q20) >> 5;
     return i_q_q15 < 1 ? 1 : limited(i_q_q15, INT16_MAX);
 }
 
-/* Pole of the tracking loop: 40 Hz, a compromise of the sensors' noise and of how far a load step turns the angle. */
+/* Pole of the tracking loop: a compromise of the sensors' noise and of how far a load step turns the angle. */
 #define INJECTION_POLE_HZ 60
 
 /* From a quarter of rated current on saturation across the axes is what it is at rated current. */

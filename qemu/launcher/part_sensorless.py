@@ -51,12 +51,14 @@ def setup(what, drive):
     angle, load = numbers(match[1], "angle", 0, 360)[0], int(match[4] or 0)
     names, params = drive.names(), {"angle_source": 1, **({"i_align_ma": drive.params["i_max_ma"]} if load else {})}
     rpm, up_s = names["work_rpm"], COMMAND_S + names["field_ramp_s"] + RUN_S
+    hoisted = match[3] == "hoist"
+    allowed = () if not load else DRIVEN if hoisted else LOADED
     pulls = [{"t_s": 0.0, **event({"hoist": "load_hoist", "friction": "load_coulomb"}[match[3]],
                                   f"{load / 100} * rated_torque_Nm")}] if load else []
     steps = [{"t_s": 0.0, **event("encoder_cut", "1")}, *pulls, late(COMMAND_S, console="speed {work_rpm}"),
              late(up_s, **event("end"))]
     return Setup(scenario(f"sensorless start at {angle:g} degrees, {match[2]}", steps, LONGEST_S + up_s),
-                 lambda run: judge(run, rpm, () if not load else DRIVEN if match[3] == "hoist" else LOADED, match[3] == "hoist"),
+                 lambda run: judge(run, rpm, allowed, hoisted),
                  {"seed": 1 + int(angle) % SEEDS, "start_angle": angle, "overrides": {"params": params}})
 
 
