@@ -3,22 +3,11 @@
 
 #include "firmware/axis/axis.h"
 #include "firmware/axis/rotor.h"
+#include "firmware/axis/start_parts.h"
 #include "lib/q15.h"
 
 #define DRIVEN_COUNTS 256
 #define TURNING_TRIES 8u /* of 128 ms each: so long a rotor may run out */
-
-enum start_phase {
-    START_CALIBRATE,
-    START_WIRING,
-    START_ALIGN,
-    START_FOLLOW,    /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
-    START_FIELD,     /* without an encoder: the rotor is to hang on a field */
-    START_IDENTIFY,  /* in place of the alignment: it ends with the bridge off */
-    START_CATCH,     /* without an encoder: does the rotor turn already? */
-    START_DOUBT,     /* likewise: did it turn while the wiring looked wrong? */
-    START_INJECTION, /* or its saliency is to show it */
-};
 
 static uint32_t latched(const struct axis *a)
 {
@@ -84,8 +73,7 @@ static int32_t moved(const struct axis *a)
     return q15_min(size, a->tuning.encoder_counts - size);
 }
 
-/* The bridge on, the field's angle from `source`. */
-static void follow(struct axis *a, enum loop_source source)
+void start_follow(struct axis *a, enum loop_source source)
 {
     current_loop_off(&a->loop, a->fabric);
     if (current_loop_select(&a->loop, a->fabric, source, LOOP_SENSE_AB)) {
@@ -95,14 +83,14 @@ static void follow(struct axis *a, enum loop_source source)
     }
 }
 
-static void open_gates(struct axis *a)
+void start_open_gates(struct axis *a)
 {
     struct start *const s = &a->start;
     const bool known = s->aligned && !s->unseen;
     if (!rotor_has_encoder(a)) {
-        follow(a, LOOP_OBSERVER);
+        start_follow(a, LOOP_OBSERVER);
     } else {
-        follow(a, known ? LOOP_ENCODER : LOOP_FORCED);
+        start_follow(a, known ? LOOP_ENCODER : LOOP_FORCED);
     }
     wiring_start(&s->wiring);
     s->phase = known ? START_FOLLOW : START_WIRING;
@@ -113,13 +101,11 @@ static void leave_calibration(struct axis *a)
 {
     struct start *const s = &a->start;
     if (!rotor_has_encoder(a)) {
-        injection_reset(&a->loop, &a->tuning); /* what it followed last time */
-        flying_begin(a);
-        s->phase = START_CATCH;
+        start_sensorless(a);
         return;
     }
     if (s->aligned || moved(a) <= 2 + a->tuning.encoder_counts / 1024) {
-        open_gates(a);
+        start_open_gates(a);
         return;
     }
     s->tries++;
@@ -159,74 +145,11 @@ static void raise_of_wiring(struct axis *a, enum fault fault)
 {
     struct start *const s = &a->start;
     if (!rotor_has_encoder(a)) {
-        current_loop_off(&a->loop, a->fabric);
-        flying_begin(a);
-        s->doubted = fault;
-        s->phase = START_DOUBT;
+        start_doubt(a, fault);
     } else if (driven(a)) {
         axis_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
     } else {
         axis_raise_with(a, fault, s->wiring.phase, 0);
-    }
-}
-
-static void step_doubt(struct axis *a)
-{
-    const enum flying_result result = flying_step(a);
-    if (result == FLYING_CAUGHT) {
-        axis_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
-    } else if (result == FLYING_STANDS) {
-        axis_raise_with(a, a->start.doubted, a->start.wiring.phase, 0);
-    }
-}
-
-static void begin_field(struct axis *a)
-{
-    sensorless_begin(a);
-    a->start.phase = START_FIELD;
-}
-
-static void begin_without_encoder(struct axis *a)
-{
-    injection_reset(&a->loop, &a->tuning);
-    if (!injection_wanted(a)) {
-        begin_field(a);
-        return;
-    }
-    follow(a, LOOP_INJECTION);
-    injection_begin(a);
-    a->start.phase = START_INJECTION;
-}
-
-/* A motor that a prescribed field can hold does without; of the other ones it was the only way. */
-static void refuse_injection(struct axis *a, enum fault fault, int32_t detail_0, int32_t detail_1)
-{
-    if (a->tuning.reluctant) {
-        axis_raise_with(a, fault, detail_0, detail_1);
-        return;
-    }
-    injection_reset(&a->loop, &a->tuning);
-    follow(a, LOOP_OBSERVER);
-    begin_field(a);
-}
-
-/* True when operation may begin. */
-static bool step_injection(struct axis *a)
-{
-    const struct injection_start *const s = &a->injection;
-    switch (injection_start_step(a)) {
-    case INJECTION_DONE:
-        a->start.phase = START_FOLLOW;
-        return true;
-    case INJECTION_SALIENCY:
-        refuse_injection(a, FAULT_SALIENCY, s->detail_q8 / 256, (s->detail_q8 % 256) * 100 / 256);
-        return false;
-    case INJECTION_POLARITY:
-        refuse_injection(a, FAULT_POLARITY, tuning_milli_from_q15(s->i_q15, a->params.i_range_ma), 0);
-        return false;
-    case INJECTION_RUNNING:
-    default:
-        return false;
     }
 }
 
@@ -237,7 +160,7 @@ static void step_wiring(struct axis *a)
     case WIRING_GOOD:
         s->unseen = false;
         if (!rotor_has_encoder(a)) {
-            begin_without_encoder(a);
+            start_sensorless_wired(a);
             break;
         }
         alignment_start(&s->alignment, &a->loop, &a->tuning, latched(a));
@@ -273,16 +196,6 @@ static void step_alignment(struct axis *a)
     }
 }
 
-/* True when the rotor is caught as it turns. */
-static bool step_catch(struct axis *a)
-{
-    const enum flying_result result = flying_step(a);
-    if (result == FLYING_STANDS) {
-        open_gates(a);
-    }
-    return result == FLYING_CAUGHT;
-}
-
 /* The rotor is at rest, and the bridge off for some microseconds: another scale of the encoder, another frame. */
 static void take_over(struct axis *a)
 {
@@ -297,7 +210,7 @@ static void take_over(struct axis *a)
     turns_begin(&a->motion.turns, 0);
     pll_reset(&a->loop.pll, 0);
     a->loop.angle_offset_q32 = angle_q32;
-    follow(a, LOOP_ENCODER);
+    start_follow(a, LOOP_ENCODER);
     identify_taken(d);
 }
 
@@ -324,25 +237,17 @@ bool start_step(struct axis *a)
     case START_ALIGN:
         step_alignment(a);
         return false;
-    case START_FIELD:
-        if (!sensorless_align(a)) {
-            return false;
-        }
-        s->phase = START_FOLLOW;
-        return true;
     case START_CATCH:
-        return step_catch(a);
     case START_DOUBT:
-        step_doubt(a);
-        return false;
+    case START_FIELD:
     case START_INJECTION:
-        return step_injection(a);
+        return start_sensorless_step(a);
     case START_IDENTIFY:
         return step_identify(a);
     case START_FOLLOW:
     default:
         if (a->loop.source != LOOP_ENCODER) {
-            follow(a, LOOP_ENCODER);
+            start_follow(a, LOOP_ENCODER);
         }
         return true;
     }
@@ -354,8 +259,7 @@ const struct tuning *start_tuning(const struct axis *a)
     if (a->state == AXIS_SWITCHED_ON && s->phase == START_IDENTIFY && !identify_in_rotor_frame(&a->identify)) {
         return identify_tuning(&a->identify);
     }
-    const bool voltage = s->phase == START_WIRING || s->phase == START_FIELD ||
-                         (s->phase == START_INJECTION && injection_brakes(a)) ||
+    const bool voltage = s->phase == START_WIRING || start_sensorless_holds_voltage(a) ||
                          (s->phase == START_ALIGN && alignment_holds_voltage(&s->alignment));
     return a->state == AXIS_SWITCHED_ON && voltage ? &wiring_tuning : &a->tuning;
 }
