@@ -46,6 +46,7 @@ struct motion {
     struct cyclic cyclic; /* units, rpm Q16, or torque in Q31 */
     struct homing homing;
     struct cogging_map cogging;
+    int32_t cogging_q15; /* the torque that the shaft's place asked for last; the trace shows it */
     struct cogging_learn learn;
 };
 

@@ -25,6 +25,7 @@ static inline int32_t modes_room_beside_place(struct axis *a, struct interval *r
         return 0;
     }
     const int32_t own_q15 = cogging_torque_q15(&m->cogging, &a->speed.estimate, &a->tuning);
+    m->cogging_q15 = own_q15;
     room->low -= own_q15;
     room->high -= own_q15;
     return own_q15;

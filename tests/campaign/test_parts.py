@@ -20,7 +20,7 @@ SAMPLE = [
     "supervision:teknic_m2310p/overload/speed50/load50", "supervision:teknic_m2310p/quickstop/no_chopper",
     "supervision:estun_emj04apb22/reversal/chopper",
     "detune:teknic_m2310p/default/J*5", "detune:maxon_ec22/default/L*2", "detune:hoverboard_350w/default/R*2_L*0.5",
-    "identify:maxon_ec45flat/seed2", "identify:thor_pmsyrm/seed1",
+    "identify:maxon_ec45flat/seed2",
     "sensorless:teknic_m2310p/flying/-60", "sensorless:maxon_ec45flat/lost/thrown", "sensorless:thor_pmsyrm/flying/20",
     "sensorless:teknic_m2310p/start/135/friction100",
     "saliency:thor_pmsyrm/lock/90", "saliency:baldor_ecs101m0h7ef4/hold1/270",

@@ -153,7 +153,12 @@ def test_limits_are_those_that_the_scenario_itself_has_set():
 def test_every_shipped_scenario_fits_every_motor_and_asserts_that_the_drive_was_on(motor):
     drive = load_drive(motor)
     for name in available(SCENARIOS):
-        plan = load_scenario(name, drive)
+        try:
+            plan = load_scenario(name, drive)
+        except LauncherError as refusal:  # of these two only, and with the motor's name and the reason
+            assert name in ("field_weakening", "overmodulation") and (": no field weakening: " in str(refusal) or
+                                                                       ": no overmodulation: " in str(refusal))
+            continue
         assert any(step.text == "on" for step in plan.steps), name
         assert all(ord(char) < 128 for step in plan.steps for char in step.text), name
         asked = [figure for figure in plan.figures if figure["kind"] == "state" and figure["equal"] == "OPERATION_ENABLED"]

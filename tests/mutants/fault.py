@@ -48,7 +48,9 @@ class Fault:
 def with_edits(text, edits):
     """The text with every edit made; each leaves the number of lines as it was."""
     for start, end, new in sorted(edits, reverse=True):
-        new += "\n" * (text.count("\n", start, end) - new.count("\n"))
+        lines = text.count("\n", start, end)
+        new = new if new.count("\n") <= lines else new.replace("\n", " ")
+        new += "\n" * (lines - new.count("\n"))
         text = text[:start] + new + text[end:]
     return text
 

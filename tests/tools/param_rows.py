@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-ROW = re.compile(r"^ +PARAM\((\w+), (\w+), (\w+), (\w+)\)", re.MULTILINE)
+ROW = re.compile(r"^ +PARAM\((\w+), (-?\w+), (-?\w+), (-?\w+)\)", re.MULTILINE)
 
 
 def param_rows(source=ROOT):
