@@ -17,10 +17,11 @@
 #define GOOD_STEPS  8u
 #define PULSES_MS   40u
 #define ZERO_MS     32u
-#define SETTLES_MS  3u                      /* the current controllers have found the EMF */
-#define LEAST_STEPS (CONFIG_BUS_STEPS / 32) /* an EMF of 3 % of the bus: less is dead time */
-#define MEAN_SHIFT  3u                      /* 8 samples */
-#define PLAYED      3u                      /* samples from a set of integrals to the voltages that they make */
+#define SETTLES_MS  3u                       /* the current controllers have found the EMF */
+#define LEAST_STEPS (CONFIG_BUS_STEPS / 128) /* an EMF of 0.8 % of the bus, if it turns as quickly as that says */
+#define SURE_STEPS  (CONFIG_BUS_STEPS / 32)  /* 3 %: dead time does not make so much */
+#define MEAN_SHIFT  3u                       /* 8 samples */
+#define PLAYED      3u                       /* samples from a set of integrals to the voltages that they make */
 
 #define HALF_TURN_Q32 0x80000000u
 
@@ -199,17 +200,27 @@ static uint32_t mean_voltage(const struct axis *a, dq_t *v_steps)
     return adc_sequence(&a->fabric->adc) - (1u << (MEAN_SHIFT - 1u));
 }
 
+/* What dead time leaves stands still: an EMF turns as quickly as its size says, to a factor of two. */
+static bool turns_by_its_size(const struct axis *a, int32_t size_steps)
+{
+    const int32_t vbus_q15 = q15_max(adc_vbus_q15(&a->fabric->adc), 1);
+    const int32_t w_q15 = q15_sat16(q15_abs(a->flying.track.speed_q32) >> a->loop.w_shift);
+    const int32_t emf_steps = ((w_q15 * a->tuning.emf_q12) >> 12) * (CONFIG_BUS_STEPS / 2) / vbus_q15 * 2;
+    return emf_steps > size_steps / 2 && emf_steps < size_steps * 2;
+}
+
 static enum flying_result step_zero(struct axis *a)
 {
     struct flying *const f = &a->flying;
     dq_t v_steps;
     const uint32_t at = mean_voltage(a, &v_steps);
-    if (f->ms > SETTLES_MS && magnitude_q15(v_steps.d, v_steps.q) > LEAST_STEPS) {
+    const int32_t size_steps = magnitude_q15(v_steps.d, v_steps.q);
+    if (f->ms > SETTLES_MS && size_steps > LEAST_STEPS) {
         look_at_voltage(f, at, atan2_q32(v_steps.q, v_steps.d));
     } else {
         f->track = (struct emf_track){.looks = 0};
     }
-    if (f->track.good >= GOOD_STEPS) {
+    if (f->track.good >= GOOD_STEPS && (size_steps > SURE_STEPS || turns_by_its_size(a, size_steps))) {
         turn_to_rotor(a);
         return FLYING_CAUGHT;
     }

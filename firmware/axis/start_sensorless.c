@@ -3,6 +3,8 @@
 #include "firmware/axis/rotor.h"
 #include "firmware/axis/start_parts.h"
 
+#define CALIBRATED_MS 128 /* the time that the text of this fault names */
+
 void start_sensorless(struct axis *a)
 {
     injection_reset(&a->loop, &a->tuning); /* what it followed last time */
@@ -18,6 +20,17 @@ void start_doubt(struct axis *a, enum fault fault)
     a->start.phase = START_DOUBT;
 }
 
+/* What the injection has to know is measured at rest, and without it a reluctant rotor cannot be led through standstill. */
+static bool goes_on(struct axis *a)
+{
+    if (a->tuning.reluctant) {
+        const int64_t mturn_s = (int64_t)q15_abs(a->speed.speed_rpm_q4) * 1000 / (60 * 16);
+        const int64_t counts = mturn_s * a->tuning.encoder_counts * CALIBRATED_MS / 1000000;
+        axis_raise_with(a, FAULT_ROTOR_TURNING, (int32_t)counts, a->tuning.encoder_counts);
+    }
+    return !a->tuning.reluctant;
+}
+
 /* True when the rotor is caught as it turns. */
 static bool step_catch(struct axis *a)
 {
@@ -25,7 +38,7 @@ static bool step_catch(struct axis *a)
     if (result == FLYING_STANDS) {
         start_open_gates(a);
     }
-    return result == FLYING_CAUGHT;
+    return result == FLYING_CAUGHT && goes_on(a);
 }
 
 static void step_doubt(struct axis *a)

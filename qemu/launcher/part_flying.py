@@ -13,6 +13,7 @@ LOCKED_S = 0.05           # from the first time that the bridge was on
 TORQUE_MAX_SHARE = 0.1    # of rated, until then, beyond what the shaft had before
 ANGLE_MAX_DEG = 15.0      # mean of its magnitude from the tenth millisecond of operation on, for as long
 COMMAND_S, RUN_S, LONGEST_S = 0.1, 0.8, 12.0
+TURNS = "ROTOR_TURNING"   # a motor that needs injection is not caught: what that has to know is measured at rest
 BEGUN_S = 0.0007          # the speed loop's first step comes after that
 
 
@@ -29,23 +30,27 @@ def setup(what, drive):
              {"t_s": ON_S + 0.001, **event("spin", "off")},
              late(COMMAND_S, console="speed {work_rpm}"), late(COMMAND_S + turning_s, **event("end"))]
     return Setup(scenario(f"sensorless, turning at {100 * share:g} %", steps, LONGEST_S + turning_s),
-                 lambda run: judge(run, names["work_rpm"]), {"overrides": {"params": {"angle_source": 1}}})
+                 lambda run: judge(run, names["work_rpm"], drive.params.get("injection_mv", 0) != 0),
+                 {"overrides": {"params": {"angle_source": 1}}})
 
 
-def judge(run, rpm):
-    """Caught within its time, softly and at the right angle; or, too slow for that, started as from rest. Then it runs."""
+def judge(run, rpm, injects):
+    """Caught within its time, softly and at the right angle; or, too slow for that, started as from rest. Then it runs. A motor
+    that `injects` is told to wait, as long as it is seen to turn."""
     from .part_sensorless import judge_running, refused
 
     fault, began = first_fault(run), operation_s(run)
     if fault:
-        return Verdict(fault, f"{fault} is no reason here" if bridge_is_off(run) else f"{fault}, and the bridge is on")
+        named = injects and fault == TURNS and began is None
+        wrong = "" if named else f"{fault} is no reason here"
+        return Verdict(fault, wrong if bridge_is_off(run) else f"{fault}, and the bridge is on")
     if began is None:
         return refused(run)
     t = run.trace["t_s"]
     on_s = float(t[np.flatnonzero(run.trace["gate_live"])[0]])
     figures, wrong = {}, []
     window = run.window(began, began + run.period_s * 3)
-    caught = bool((window["observer_leads"] > 0.5).any())
+    caught = bool((window["observer_leads"] > 0.5).any()) and not injects
     if caught:
         wrong += judge_catch(run, on_s, began, figures)
     wrong += judge_running(run, rpm, figures)
