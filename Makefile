@@ -196,6 +196,8 @@ help:
 	@echo '                     PART=supervision  what goes wrong while it turns is found in time; stops without a sink'
 	@echo '                     PART=detune       told wrong R, L, flux, J it still works'
 	@echo '                     PART=identify     what the drive finds out about its motor, against the plant'
+	@echo '                     PART=sensorless   without an encoder: starts, a rotor that turns already, a rotor lost on purpose'
+	@echo '                     PART=saliency     by injection: lock at standstill, rated torque at standstill'
 	@echo '                     WHAT="swap_* locked" these cases of a part only'
 	@echo '                     CASE="start:teknic_m2310p/hoist20/45" one case of a part, with its trace (docs/campaign.md)'
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'

@@ -10,8 +10,6 @@
 #define MISSING      2 /* points a millisecond, */
 #define OPPOSITE     4
 #define THERE        (-1)
-#define DOUBT_R_Q8   38 /* as control/observer.c has it */
-#define DOUBT_SHIFT  8
 
 void field_watch_reset(struct field_watch *w)
 {
@@ -38,7 +36,7 @@ static struct field_view look(const struct axis *a)
         .d_q15 = v_d_q15 - drop_q15,
         .q_q15 = w_q15 < 0 ? -q_q15 : q_q15,
         .expected_q15 = (q15_abs(w_q15) * t->emf_q12) >> 12,
-        .doubt_q15 = ((q15_abs(drop_q15) * DOUBT_R_Q8) >> 8) + (c->vbus_q15 >> DOUBT_SHIFT),
+        .doubt_q15 = ((q15_abs(drop_q15) * OBSERVER_DOUBT_R_Q8) >> 8) + (c->vbus_q15 >> OBSERVER_DOUBT_BUS_SHIFT),
     };
 }
 

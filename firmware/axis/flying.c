@@ -142,6 +142,16 @@ static int32_t size_of(const struct emf_pulse *p)
     return magnitude_q15(p->i.alpha, p->i.beta);
 }
 
+/* A rotor that is so slow that whole periods do it no harm may be lost in the noise of its pulses: its voltage shows more. */
+static void give_up_pulses(struct axis *a)
+{
+    if (a->flying.counts == CONFIG_PWM_COUNTS) {
+        regulate_to_nothing(a);
+    } else { /* it turns, and not evenly, or is not what the parameters say */
+        axis_raise(a, FAULT_LOCK_LOST);
+    }
+}
+
 static enum flying_result step_pulses(struct axis *a)
 {
     struct flying *const f = &a->flying;
@@ -163,8 +173,8 @@ static enum flying_result step_pulses(struct axis *a)
         open_gates_to_emf(a);
         return FLYING_CAUGHT;
     }
-    if (f->ms > PULSES_MS) { /* it turns, and not evenly, or is not what the parameters say */
-        axis_raise(a, FAULT_LOCK_LOST);
+    if (f->ms > PULSES_MS) {
+        give_up_pulses(a);
     }
     return FLYING_SEARCHES;
 }

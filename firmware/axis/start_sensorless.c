@@ -3,8 +3,6 @@
 #include "firmware/axis/rotor.h"
 #include "firmware/axis/start_parts.h"
 
-#define CALIBRATED_MS 128 /* the time that the text of this fault names */
-
 void start_sensorless(struct axis *a)
 {
     injection_reset(&a->loop, &a->tuning); /* what it followed last time */
@@ -25,7 +23,7 @@ static bool goes_on(struct axis *a)
 {
     if (a->tuning.reluctant) {
         const int64_t mturn_s = (int64_t)q15_abs(a->speed.speed_rpm_q4) * 1000 / (60 * 16);
-        const int64_t counts = mturn_s * a->tuning.encoder_counts * CALIBRATED_MS / 1000000;
+        const int64_t counts = mturn_s * a->tuning.encoder_counts * CALIBRATION_MS / 1000000;
         axis_raise_with(a, FAULT_ROTOR_TURNING, (int32_t)counts, a->tuning.encoder_counts);
     }
     return !a->tuning.reluctant;

@@ -2,9 +2,11 @@
 #include "firmware/commission/calibration.h"
 
 #define SAMPLES_LOG2 7
-#define SAMPLES      (1 << SAMPLES_LOG2)
-#define NOMINAL      ((int32_t)BOARD_ADC_OFFSET_NOMINAL)
-#define ALLOWED      (102 * BOARD_ADC_Q15_PER_CODE) /* 5 % of 2048 codes */
+#define SAMPLES      CALIBRATION_MS
+
+_Static_assert(SAMPLES == 1 << SAMPLES_LOG2, "a mean is a shift");
+#define NOMINAL ((int32_t)BOARD_ADC_OFFSET_NOMINAL)
+#define ALLOWED (102 * BOARD_ADC_Q15_PER_CODE) /* 5 % of 2048 codes */
 
 void calibration_start(struct calibration *k)
 {

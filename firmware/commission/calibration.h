@@ -8,6 +8,8 @@
 
 #include "drivers/fabric/adc.h"
 
+#define CALIBRATION_MS 128 /* that it takes, a sample each */
+
 enum calibration_result {
     CALIBRATION_RUNNING,
     CALIBRATION_DONE,
@@ -22,7 +24,7 @@ struct calibration {
 /* Begins anew. Slow loop, bridge off. */
 void calibration_start(struct calibration *k);
 
-/* One sample a millisecond, 128 of them: noise of 1 LSB rms leaves 0.09 LSB. Slow loop, bridge off. */
+/* One sample a millisecond, CALIBRATION_MS of them: noise of 1 LSB rms leaves 0.09 LSB. Slow loop, bridge off. */
 enum calibration_result calibration_step(struct calibration *k, struct adc_regs *adc);
 
 #endif

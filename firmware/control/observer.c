@@ -30,12 +30,9 @@
 #define TRACK_LEAST        40 /* 20 rad/s at 20 kHz: it never stands */
 
 /*
- * What may be hidden: 15 % of R, which the start has measured and which rises so much with 38 K; and of dead time what its
- * compensation leaves, a 256th of the bus. Where next to no current flows, below an eighth of the largest, nobody knows which
- * way dead time acts, and up to a 64th more is in doubt: without current abb_m2bj100l lost its rotor at 4 % of the bus.
+ * Where next to no current flows, below an eighth of the largest, nobody knows which way dead time acts, and up to a 64th of
+ * the bus more is in doubt: without current abb_m2bj100l lost its rotor at 4 % of the bus.
  */
-#define DOUBT_R_Q8      38
-#define DOUBT_BUS_SHIFT 8
 #define IDLE_BUS_SHIFT  6
 #define IDLE_I_SHIFT    3
 #define RIPPLED_I_SHIFT 1 /* where the ripple turns a current's sign within a period, more has to flow */
@@ -111,12 +108,12 @@ static int32_t dead_time_doubt_q15(const struct tuning *t, int32_t i_q15, int32_
 {
     const int32_t idle_q15 = (t->i_max_q15 >> (t->ripple_q10 != 0 ? RIPPLED_I_SHIFT : IDLE_I_SHIFT)) + 1;
     const int32_t missing_q15 = q15_max(idle_q15 - i_q15, 0);
-    return (vbus_q15 >> DOUBT_BUS_SHIFT) + (vbus_q15 >> IDLE_BUS_SHIFT) * missing_q15 / idle_q15;
+    return (vbus_q15 >> OBSERVER_DOUBT_BUS_SHIFT) + (vbus_q15 >> IDLE_BUS_SHIFT) * missing_q15 / idle_q15;
 }
 
 static int32_t by_doubt_q8(const struct tuning *t, int32_t emf_q15, int32_t i_q15, int32_t vbus_q15)
 {
-    const int32_t drop_q15 = (((i_q15 * DOUBT_R_Q8) >> 8) * t->r_q12) >> 12;
+    const int32_t drop_q15 = (((i_q15 * OBSERVER_DOUBT_R_Q8) >> 8) * t->r_q12) >> 12;
     const int32_t doubt_q15 = drop_q15 + dead_time_doubt_q15(t, i_q15, vbus_q15) + 1;
     return q15_min((int32_t)(((uint32_t)emf_q15 << 8) / (uint32_t)doubt_q15), MARGIN_MOST_Q8);
 }

@@ -30,6 +30,13 @@
 
 #include "firmware/settings/tuning.h"
 
+/*
+ * What may hide the EMF: 15 % of R, which the start has measured and which rises so much with 38 K; and of dead time what its
+ * compensation leaves, a 256th of the bus.
+ */
+#define OBSERVER_DOUBT_R_Q8      38
+#define OBSERVER_DOUBT_BUS_SHIFT 8
+
 /* More than this the flux is not: the unit, either component. */
 #define OBSERVER_FLUX_BITS  29
 #define OBSERVER_FLUX_SHIFT 14 /* from the flux to flux 14 */

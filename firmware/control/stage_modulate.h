@@ -26,6 +26,20 @@ static inline uint32_t modulate_phase(int32_t half_on, int32_t share_q7)
     return (uint32_t)((half_on + share_q7 * LOOP_DEAD) >> LOOP_COMPARE_SHIFT);
 }
 
+/* Which way dead time acts in each phase, and how much of it, at the currents of when the voltages act; phase C's negated. */
+struct modulate_shares {
+    int32_t a_q7, b_q7, minus_c_q7;
+};
+
+static inline struct modulate_shares modulate_shares(alphabeta_t i, int32_t turn_q15)
+{
+    advance_q15(&i.alpha, &i.beta, turn_q15);
+    const int32_t i_b_q28 = i.beta * SIN60_Q13 - i.alpha * (1 << (SIN60_SHIFT - 1));
+    const int32_t minus_i_c_q28 = i_b_q28 + i.alpha * (1 << SIN60_SHIFT);
+    return (struct modulate_shares){deadtime_share_q7(i.alpha, 0), deadtime_share_q7(i_b_q28, SIN60_SHIFT),
+                                    deadtime_share_q7(minus_i_c_q28, SIN60_SHIFT)};
+}
+
 /* The one of phase C hands over all three. Returns the voltage in the frame of the stator, in steps. */
 static inline alphabeta_t modulate(struct pwm_regs *pwm, dq_t v, cossin_t cs, alphabeta_t i, int32_t turn_q15)
 {
@@ -35,12 +49,10 @@ static inline alphabeta_t modulate(struct pwm_regs *pwm, dq_t v, cossin_t cs, al
     const int32_t minus_c = a + b;
     const int32_t base = LOOP_HALF - svm_middle(a, b, minus_c);
 
-    advance_q15(&i.alpha, &i.beta, turn_q15);
-    const int32_t i_b_q28 = i.beta * SIN60_Q13 - i.alpha * (1 << (SIN60_SHIFT - 1));
-    const int32_t minus_i_c_q28 = i_b_q28 + i.alpha * (1 << SIN60_SHIFT);
-    pwm->COMPARE_A = modulate_phase(base + a, deadtime_share_q7(i.alpha, 0));
-    pwm->COMPARE_B = modulate_phase(base + b, deadtime_share_q7(i_b_q28, SIN60_SHIFT));
-    pwm->COMPARE_C = modulate_phase(base - minus_c, -deadtime_share_q7(minus_i_c_q28, SIN60_SHIFT));
+    const struct modulate_shares share = modulate_shares(i, turn_q15);
+    pwm->COMPARE_A = modulate_phase(base + a, share.a_q7);
+    pwm->COMPARE_B = modulate_phase(base + b, share.b_q7);
+    pwm->COMPARE_C = modulate_phase(base - minus_c, -share.minus_c_q7);
     return (alphabeta_t){a >> 15, beta_steps};
 }
 

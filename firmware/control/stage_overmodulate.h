@@ -59,12 +59,10 @@ static inline void overmodulate(struct pwm_regs *pwm, dq_t wanted, cossin_t cs, 
     const int32_t minus_c = a + b;
     const int32_t base = (LOOP_HALF >> OVERMODULATE_COARSER) - svm_middle(a, b, minus_c);
 
-    advance_q15(&i.alpha, &i.beta, turn_q15);
-    const int32_t i_b_q28 = i.beta * SIN60_Q13 - i.alpha * (1 << (SIN60_SHIFT - 1));
-    const int32_t minus_i_c_q28 = i_b_q28 + i.alpha * (1 << SIN60_SHIFT);
-    pwm->COMPARE_A = overmodulate_phase(base + a, deadtime_share_q7(i.alpha, 0));
-    pwm->COMPARE_B = overmodulate_phase(base + b, deadtime_share_q7(i_b_q28, SIN60_SHIFT));
-    pwm->COMPARE_C = overmodulate_phase(base - minus_c, -deadtime_share_q7(minus_i_c_q28, SIN60_SHIFT));
+    const struct modulate_shares share = modulate_shares(i, turn_q15);
+    pwm->COMPARE_A = overmodulate_phase(base + a, share.a_q7);
+    pwm->COMPARE_B = overmodulate_phase(base + b, share.b_q7);
+    pwm->COMPARE_C = overmodulate_phase(base - minus_c, -share.minus_c_q7);
 }
 
 #endif
