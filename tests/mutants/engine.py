@@ -9,14 +9,19 @@ from mutants.ladder import Order, collect, concerned, play
 from mutants.tree import Trouble
 
 TRIES, TRIES_MORE = 4, 10  # so many faults of a file are tried for each that it owes
+LISTED = {"outcome": "survived", "by": "", "how": "listed", "rung": "", "build_s": 0.0, "tests_s": 0.0}
 PORTION = 8                # tests that a worker takes at a time when the tree as it is runs them
 
 
 class Engine:
-    """sources: what faults go into; trees: one for each worker; store: what is known; say: called with each line of it."""
+    """sources: what faults go into; trees: one for each worker; store: what is known; say: called with each line of it.
 
-    def __init__(self, sources, trees, rungs, store, seed, say, keep_going=False):
+    listed: identities of those that are known to change nothing: survivors, without a trial that takes all tests there are.
+    """
+
+    def __init__(self, sources, trees, rungs, store, seed, say, keep_going=False, listed=frozenset()):
         self.sources, self.trees, self.rungs, self.store, self.seed, self.say = sources, trees, rungs, store, seed, say
+        self.listed = listed
         self.keep_going, self.broken = keep_going, []  # tests that fail without any fault
         self.order, self.lock, self.prepared = Order(), threading.Lock(), set()
         self.portions, self.tests, self.measured = None, {}, {}
@@ -80,7 +85,7 @@ class Engine:
                 self.left[file] = None
                 return
             tried += 1
-            entry = self.store.get(fault)
+            entry = LISTED if fault.identity in self.listed else self.store.get(fault)
             known = entry is not None
             entry = entry or self._judge(tree, fault)
             with self.lock:
@@ -98,7 +103,7 @@ class Engine:
 
     def _tell(self, fault, entry, known):
         by = f" by {entry['by']}" if entry["by"] else ""
-        took = "as before" if known else f"{entry['build_s'] + entry['tests_s']:.1f} s"
+        took = "as listed" if entry is LISTED else "as before" if known else f"{entry['build_s'] + entry['tests_s']:.1f} s"
         count = f"{len(self.judged):4}/{self.wanted}"
         self.say(f"{count} {entry['outcome']} {fault.file}:{fault.line} {fault.kind}{by} ({took})")
 

@@ -40,6 +40,7 @@ def options(argv):
     parser.add_argument("--rungs", default="", help="names of the only rungs to ask, e.g. 'unit target' (default: all)")
     parser.add_argument("--jobs", type=int, default=len(cores), help="workers (default: one a core)")
     parser.add_argument("--keep-going", action="store_true", help="leave out tests that fail without any fault; the run fails")
+    parser.add_argument("--listed", action="store_true", help="try those of equivalent.toml too, instead of counting them as survivors")
     parser.add_argument("--list", action="store_true", help="only print the faults in their order")
     chosen = parser.parse_args(argv)
     if chosen.count < 1 or chosen.jobs < 1:
@@ -79,7 +80,8 @@ def play(chosen):
     trees = [Tree(made, folder / f"w{n}", chosen.cores[n % len(chosen.cores)]) for n in range(chosen.jobs)]
     store = Store(folder / "results.jsonl", ROOT, {name: digest(text) for name, text in sources.texts.items()},
                   digest(fingerprint(ROOT, JUDGES), *[rung.name for rung in rungs]))
-    engine = Engine(sources, trees, rungs, store, chosen.seed, lambda line: print(line, flush=True), chosen.keep_going)
+    engine = Engine(sources, trees, rungs, store, chosen.seed, lambda line: print(line, flush=True), chosen.keep_going,
+                    frozenset() if chosen.listed else frozenset(reasons))
     if chosen.list:
         return show_plan(engine, files, chosen)
     judged = engine.run(chosen.count, files)

@@ -254,6 +254,17 @@ def test_what_matters_is_noticed_and_what_does_not_is_not(small):
     assert (small[1] / "w0" / "tree" / "firmware" / "level.c").read_text() == LEVEL
 
 
+def test_a_listed_one_is_a_survivor_without_a_trial(small):
+    def kept(fault):
+        return fault.replacement == "sum -= n;"
+
+    _, _, judged, _ = judge(*small, 1, kept)
+    (identity,) = judged
+    outcomes, heard, judged, sources = judge(small[0], small[1] / "listed", 1, kept, listed=frozenset([identity]))
+    assert outcomes == {"sum -= n;": "survived"} and any("as listed" in line for line in heard)
+    assert not any("take it out" in line for line in complaints(judged, {identity: "because"}, sources))
+
+
 def test_a_mutant_that_does_not_build_or_is_the_same_code_does_not_count(small):
     root, work = small
     more = "int unused = 7;\n    unused = 8;\n    return sum;"
