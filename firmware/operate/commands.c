@@ -9,14 +9,6 @@
 
 #define WORDS_MAX 3u
 
-struct command {
-    const char *name;
-    const char *arguments;
-    const char *help;
-    size_t words; /* of the whole line */
-    void (*run)(struct session *s, char *const *words);
-};
-
 static void run_version(struct session *s, char *const *words)
 {
     (void)words;
@@ -24,9 +16,12 @@ static void run_version(struct session *s, char *const *words)
 }
 
 static void run_help(struct session *s, char *const *words);
+static void run_help_about(struct session *s, char *const *words);
+static void run_machine(struct session *s, char *const *words);
 
-static const struct command commands[] = {
+const struct command command_table[] = {
     {"help", "", "this list", 1, run_help},
+    {"help", " COMMAND", "what it takes and does", 2, run_help_about},
     {"status", "", "state, fault, speed, currents, bus voltage of one instant; memory errors; time since the start", 1,
      run_status},
     {"on", "", "calibrate, align if needed, enable operation", 1, run_on},
@@ -56,17 +51,51 @@ static const struct command commands[] = {
     {"set", " PARAM VALUE", "change a parameter while off", 3, run_set},
     {"reaction", "", "what follows from each fault that leaves a choice", 1, run_reactions},
     {"reaction", " FAULT off|stop|warn", "choose it, while off", 3, run_reaction},
+    {"machine", " on|off", "no echo, no prompt; a line with '.' behind each answer, for programs", 2, run_machine},
     {"version", "", "of this firmware", 1, run_version},
 };
+
+const size_t command_count = sizeof command_table / sizeof command_table[0];
+
+static void put_help(struct session *s, const struct command *command)
+{
+    text_put(&s->out, command->name);
+    text_put(&s->out, command->arguments);
+    text_put(&s->out, ": ");
+    text_put_line(&s->out, command->help);
+}
 
 static void run_help(struct session *s, char *const *words)
 {
     (void)words;
-    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
-        text_put(&s->out, commands[i].name);
-        text_put(&s->out, commands[i].arguments);
-        text_put(&s->out, ": ");
-        text_put_line(&s->out, commands[i].help);
+    for (size_t i = 0; i < command_count; i++) {
+        put_help(s, &command_table[i]);
+    }
+}
+
+static void run_help_about(struct session *s, char *const *words)
+{
+    bool found = false;
+    for (size_t i = 0; i < command_count; i++) {
+        if (text_equal(words[1], command_table[i].name)) {
+            put_help(s, &command_table[i]);
+            found = true;
+        }
+    }
+    if (!found) {
+        answer_about(s, words[1], "unknown command; 'help' lists them");
+    }
+}
+
+/* The mode of the answer is that of the next line. */
+static void run_machine(struct session *s, char *const *words)
+{
+    const bool on = text_equal(words[1], "on");
+    if (on || text_equal(words[1], "off")) {
+        s->machine = on;
+        text_put_line(&s->out, "ok");
+    } else {
+        answer_about(s, words[1], "not one of on, off");
     }
 }
 
@@ -96,9 +125,9 @@ static size_t split(char *line, char **words)
 static const struct command *find(const char *name, size_t words)
 {
     const struct command *found = NULL;
-    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
-        if (text_equal(name, commands[i].name) && (found == NULL || commands[i].words == words)) {
-            found = &commands[i];
+    for (size_t i = 0; i < command_count; i++) {
+        if (text_equal(name, command_table[i].name) && (found == NULL || command_table[i].words == words)) {
+            found = &command_table[i];
         }
     }
     return found;

@@ -6,7 +6,21 @@
 #ifndef FIRMWARE_OPERATE_COMMANDS_PARTS_H
 #define FIRMWARE_OPERATE_COMMANDS_PARTS_H
 
+#include <stddef.h>
+
 #include "firmware/operate/session.h"
+
+/* A row of the table: rows of the same name stand together and differ in their number of words. */
+struct command {
+    const char *name;
+    const char *arguments; /* capitals: a value or a name of that sort; small letters: that word, or one of several */
+    const char *help;
+    size_t words; /* of the whole line */
+    void (*run)(struct session *s, char *const *words);
+};
+
+extern const struct command command_table[];
+extern const size_t command_count;
 
 /* ---- commands_power.c: on and off, faults cleared, the motor identified ---- */
 

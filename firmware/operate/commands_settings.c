@@ -5,15 +5,29 @@
 #include "firmware/operate/commands_parts.h"
 #include "firmware/operate/messages.h"
 
+/* Behind a number: a blank and its unit, if it has one. */
+static void put_unit(struct session *s, const struct param_info *info)
+{
+    const char *const unit = param_unit(info);
+    text_put(&s->out, *unit != '\0' ? " " : "");
+    text_put(&s->out, unit);
+}
+
+static void put_range(struct session *s, const struct param_info *info)
+{
+    text_put_int(&s->out, info->min);
+    text_put(&s->out, "...");
+    text_put_int(&s->out, info->max);
+}
+
 static void put_param(struct session *s, const struct params *p, const struct param_info *info)
 {
     text_put(&s->out, info->name);
     text_put(&s->out, " = ");
     text_put_int(&s->out, param_get(p, info));
+    put_unit(s, info);
     text_put(&s->out, "  (");
-    text_put_int(&s->out, info->min);
-    text_put(&s->out, "...");
-    text_put_int(&s->out, info->max);
+    put_range(s, info);
     text_put_line(&s->out, ")");
 }
 
@@ -45,9 +59,8 @@ void run_set(struct session *s, char *const *words)
         text_put(&s->out, "error: ");
         text_put(&s->out, info->name);
         text_put(&s->out, " must be ");
-        text_put_int(&s->out, info->min);
-        text_put(&s->out, "...");
-        text_put_int(&s->out, info->max);
+        put_range(s, info);
+        put_unit(s, info);
         text_put_line(&s->out, "");
     } else if (!axis_is_off(s->axis)) {
         answer(s, outcome_of(ERROR_DRIVE_IS_ON));

@@ -2,17 +2,21 @@
 #include "firmware/operate/console.h"
 
 #include "firmware/operate/commands.h"
+#include "firmware/operate/completion.h"
 #include "firmware/operate/messages.h"
 #include "firmware/operate/postmortem_text.h"
 #include "firmware/operate/text.h"
 #include "firmware/settings/config.h"
 
-#define BACKSPACE '\b'
-#define DELETE    0x7F
-
 static struct text *out(struct console *k)
 {
     return &k->session.out;
+}
+
+/* What is typed is shown to people only. */
+static struct text *echo(struct console *k)
+{
+    return k->session.machine ? NULL : out(k);
 }
 
 static void prompt(struct console *k)
@@ -21,70 +25,76 @@ static void prompt(struct console *k)
         k->session.out.lost = false;
         text_put_line(out(k), "(output was lost: the line did not take it)");
     }
-    text_put(out(k), "> ");
-    for (size_t i = 0; i < k->length; i++) {
-        text_put_char(out(k), k->line[i]);
+    if (!k->session.machine) {
+        text_put(out(k), "> ");
+        line_draw(&k->line, out(k));
     }
 }
 
 static void start_line(struct console *k)
 {
-    k->length = 0;
-    k->too_long = false;
-    k->unprintable = false;
+    line_clear(&k->line);
     k->incomplete = false;
     prompt(k);
 }
 
-static void finish_line(struct console *k)
+static void execute(struct console *k)
 {
-    axis_hear(k->session.axis);
-    text_put_line(out(k), "");
-    k->line[k->length] = '\0';
     if (k->incomplete) {
         text_put_line(out(k), "error: characters were lost; line ignored");
-    } else if (k->too_long) {
+    } else if (k->line.too_long) {
         text_put_line(out(k), "error: line longer than 80 characters; ignored");
-    } else if (k->unprintable) {
+    } else if (k->line.unprintable) {
         text_put_line(out(k), "error: line with unprintable characters; ignored");
     } else {
-        commands_execute(&k->session, k->line);
+        line_keep(&k->line);
+        commands_execute(&k->session, k->line.text);
+    }
+}
+
+static void finish_line(struct console *k)
+{
+    const bool machine = k->session.machine;
+    axis_hear(k->session.axis);
+    if (!machine) {
+        text_put_line(out(k), "");
+    }
+    execute(k);
+    if (machine) {
+        text_put_line(out(k), ".");
     }
     start_line(k);
 }
 
-static void erase(struct console *k)
-{
-    if (k->length > 0u) {
-        k->length--;
-        text_put(out(k), "\b \b");
-    }
-}
-
-static void append(struct console *k, char c)
-{
-    if (c < ' ' || c > '~') {
-        k->unprintable = true;
-    } else if (k->length == CONSOLE_LINE_MAX) {
-        k->too_long = true;
-    } else {
-        k->line[k->length++] = c;
-        text_put_char(out(k), c);
-    }
-}
-
 static void take(struct console *k, char c)
 {
-    const bool second_of_crlf = c == '\n' && k->last_was_cr;
-    k->last_was_cr = c == '\r';
-    if (c == '\r' || c == '\n') {
-        if (!second_of_crlf) {
-            finish_line(k);
+    switch (line_take(&k->line, c, echo(k))) {
+    case LINE_ENTERED:
+        finish_line(k);
+        break;
+    case LINE_DROPPED:
+        text_put_line(out(k), "^C");
+        start_line(k);
+        break;
+    case LINE_COMPLETE:
+        if (completion_of(&k->line, out(k))) {
+            prompt(k);
         }
-    } else if (c == BACKSPACE || c == DELETE) {
-        erase(k);
-    } else {
-        append(k, c);
+        break;
+    case LINE_REDRAW:
+        text_put_line(out(k), "");
+        prompt(k);
+        break;
+    case LINE_EDITED:
+        break;
+    }
+}
+
+/* What is said between two lines of the user's begins a line. */
+static void leave_line(struct console *k)
+{
+    if (!k->session.machine) {
+        text_put_line(out(k), "");
     }
 }
 
@@ -97,7 +107,8 @@ static void announce_fault(struct console *k)
     }
     k->announced = fault;
     if (fault != FAULT_NONE) {
-        text_put(out(k), "\r\nfault: ");
+        leave_line(k);
+        text_put(out(k), "fault: ");
         text_put(out(k), message_of_fault(fault));
         text_put_line(out(k), "; see 'fault', then 'clear'");
         prompt(k);
@@ -114,7 +125,8 @@ static void announce_warnings(struct console *k)
             *said &= ~bit;
         } else if ((*said & bit) == 0u) {
             *said |= bit;
-            text_put(out(k), "\r\nwarning: ");
+            leave_line(k);
+            text_put(out(k), "warning: ");
             text_put_line(out(k), message_of_fault((enum fault)cause));
             prompt(k);
         }

@@ -9,6 +9,7 @@
 
 struct session {
     struct text out;
+    bool machine;                       /* a program reads the answers */
     struct axis *axis;                  /* the one that commands are for */
     const struct postmortem *last_life; /* how the last life of the program ended */
 };

@@ -74,8 +74,8 @@ def test_empty_line_is_no_command(tmp_path):
 def test_help_names_every_command(tmp_path):
     text = answers(tmp_path, ["help"], gap_s=0.2)[0]
     commands = {line.split(":")[0].split()[0] for line in text.split("\n")}
-    assert commands == {"help", "status", "on", "off", "quickstop", "speed", "torque", "fault", "clear", "get", "set",
-                        "version", "reaction", "identify", "pv", "pp", "hm", "csp", "csv", "cst", "zero", "learn"}
+    assert commands == {"help", "machine", "status", "on", "off", "quickstop", "speed", "torque", "fault", "clear", "get",
+                        "set", "version", "reaction", "identify", "pv", "pp", "hm", "csp", "csv", "cst", "zero", "learn"}
 
 
 def test_set_and_get(tmp_path):
@@ -155,7 +155,7 @@ def within_a_millisecond(tmp_path, *lines, running=True):
 
 def test_off_and_on_are_both_carried_out(tmp_path):
     answered, result, text = within_a_millisecond(tmp_path, "off", "set ramp_rpm_s 999", "get ramp_rpm_s")
-    assert answered == ["ok", "ok", "ramp_rpm_s = 999  (1...1000000)"]
+    assert answered == ["ok", "ok", "ramp_rpm_s = 999 rpm/s  (1...1000000)"]
     answered, result, text = within_a_millisecond(tmp_path / "on", "off", "on", running=False)
     assert answered == ["ok", "ok"] and "state: switched on" in text
 

@@ -40,7 +40,7 @@ def options(argv):
     parser.add_argument("--rungs", default="", help="names of the only rungs to ask, e.g. 'unit target' (default: all)")
     parser.add_argument("--jobs", type=int, default=len(cores), help="workers (default: one a core)")
     parser.add_argument("--keep-going", action="store_true", help="leave out tests that fail without any fault; the run fails")
-    parser.add_argument("--listed", action="store_true", help="try those of equivalent.toml too, instead of counting them as survivors")
+    parser.add_argument("--listed", action="store_true", help="try those of equivalent.toml, too")
     parser.add_argument("--list", action="store_true", help="only print the faults in their order")
     chosen = parser.parse_args(argv)
     if chosen.count < 1 or chosen.jobs < 1:

@@ -5,7 +5,7 @@ import re
 from disasm import ImageError
 
 # calls through a pointer -> the constant table that holds all their targets; what is not listed here is refused
-POINTER_TABLES = {"commands_execute": "commands"}
+POINTER_TABLES = {"commands_execute": "command_table"}
 
 
 def stack_step(instruction):

@@ -233,10 +233,10 @@ def test_two_samples_a_period_where_every_second_one_is_for_nothing(operator):
 def test_help_has_a_line_for_each_command(operator):
     lines = operator("help")
     assert [line.split(":")[0] for line in lines] == [
-        "help", "status", "on", "identify", "identify show|use", "off", "quickstop", "speed RPM", "torque A", "pv RPM",
-        "pp COUNTS", "pp by COUNTS", "hm index|block", "csp COUNTS", "csv RPM", "cst A", "learn cogging", "zero",
+        "help", "help COMMAND", "status", "on", "identify", "identify show|use", "off", "quickstop", "speed RPM", "torque A",
+        "pv RPM", "pp COUNTS", "pp by COUNTS", "hm index|block", "csp COUNTS", "csv RPM", "cst A", "learn cogging", "zero",
         "fault", "clear", "get PARAM", "set PARAM VALUE",
-        "reaction", "reaction FAULT off|stop|warn", "version"]
+        "reaction", "reaction FAULT off|stop|warn", "machine on|off", "version"]
     assert all(len(line.split(": ", 1)[1]) > 5 for line in lines)
 
 
@@ -329,8 +329,8 @@ def test_identify_says_what_it_found_and_what_not(c, operator):
         "offset: 196.690 +-0.700 degrees, electrical, at the index", "flux: 2835.300 +-24.600 uWb",
         "inertia: 77.007 +-1.542 kgmm2", "friction: 2.515 +-0.228 mNm", "viscous friction: not measured yet", "time: 5.774 s"]
     assert operator("identify use") == ["ok", "6 parameters changed; 'get all' lists them, 'on' takes them"]
-    assert operator("get resistance_mohm") == ["resistance_mohm = 287  (1...100000)"]
-    assert operator("get lq_uh") == ["lq_uh = 200  (1...1000000)"], "refused is not taken"
+    assert operator("get resistance_mohm") == ["resistance_mohm = 287 mohm  (1...100000)"]
+    assert operator("get lq_uh") == ["lq_uh = 200 uH  (1...1000000)"], "refused is not taken"
 
 
 def test_identify_names_the_step_in_which_it_ended(c, operator):

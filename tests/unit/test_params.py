@@ -34,6 +34,17 @@ def test_initial_values_are_in_their_ranges_and_fit_together(c):
     assert c.tuning_compute(params, c.tuning()).error == c.ERROR_NONE
 
 
+def test_units_follow_from_names(c):
+    units = {name: c.param_unit(c.param_find(name.encode())).decode() for name in fields()}
+    some = {"i_max_ma": "mA", "v_max_mv": "mV", "resistance_mohm": "mohm", "ld_uh": "uH", "flux_uwb": "uWb",
+            "ramp_rpm_s": "rpm/s", "speed_max_rpm": "rpm", "retry_delay_ms": "ms", "winding_tau_s": "s",
+            "following_mturn": "0.001 turns", "inertia_gmm2": "g mm2", "t_max_c": "degC"}
+    assert {name: units[name] for name in some} == some
+    assert {name for name, unit in units.items() if not unit} == {
+        "pole_pairs", "emf_beyond_v_max", "pwm_update", "pwm_samples", "overmodulation", "low_side_shunts", "modulator_osr",
+        "angle_source", "retry_count"}
+
+
 def test_what_is_not_there_is_not_found(c):
     for name in ("", "pole_pair", "pole_pairss", "POLE_PAIRS", "all"):
         assert not c.param_find(name.encode())
