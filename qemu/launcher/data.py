@@ -12,7 +12,7 @@ from pathlib import Path
 
 from .errors import LauncherError
 from .paths import INVERTERS, MOTORS, SENSORS, shown
-from .rules import control_by_rule
+from .rules import control_by_rule, inertia_ratio_by_rule
 from .saturation import saturation_of
 from .schema import BY_RULE, INVERTER_TABLES, MOTOR_TABLES, PLANT_TABLES
 from .spread import START_ANGLE, Spread
@@ -113,6 +113,9 @@ def load_motor(name):
     motor = _load(find(name, MOTORS, "motor"), "motor", MOTOR_TABLES)
     rating, electrical, load = motor["rating"], motor["electrical"], motor["load"]
     where = motor.where
+    if load["inertia_ratio"] is BY_RULE:
+        load["inertia_ratio"] = inertia_ratio_by_rule(motor)
+        motor.sources["load"]["inertia_ratio"] = "by rule: qemu/launcher/rules.py"
     if electrical["lq_h"] < electrical["ld_h"] * 0.5:
         raise LauncherError(f"{where}: lq_h is less than half of ld_h: are the axes exchanged?")
     if rating["rated_speed_rpm"] > rating["max_speed_rpm"]:

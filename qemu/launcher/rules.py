@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""[control] by rule: what a motor file leaves out follows from its ratings and from the inverter.
+"""[control] by rule: what a motor file leaves out follows from its ratings and from the inverter. And what hangs on the shaft:
+
+    inertia_ratio  so much that rated torque takes 100 ms from standstill to rated speed: rated load that comes at once throws a
+                   bare rotor by a third of its speed within a millisecond, and no speed loop is quick enough for that
+
 
     i_max_a        1.5 times rated current, at most 85 % of i_trip_a
     i_trip_a       1.4 times that, at most 95 % of the sensors' range and of the comparators' threshold
@@ -28,6 +32,7 @@ SPEED_SHARE_OF_TRIP = 1.2
 LARGEST_HZ, LARGEST_RPM = 980.0, 26000.0
 CURRENT_BW_HZ = {1: (1000.0, 1300.0, 2000.0), 2: (2000.0, 2000.0, 4000.0)}  # by pwm_samples and pwm_update
 RPM = math.pi / 30
+START_S = 0.1  # of the motors that are shipped: 84 to 530 ms
 
 
 def control_by_rule(motor, inverter):
@@ -48,6 +53,12 @@ def control_by_rule(motor, inverter):
             "overspeed_rpm": math.ceil(SPEED_SHARE_OF_TRIP * speed), "ramp_rpm_s": _three_digits(slope),
             "stop_max_s": 60.0, "current_bw_hz": current_bw_by_rule(motor["control"]),
             "speed_bw_hz": speed_bw_by_rule(motor, inertia, min(1.5 * rated_a, 0.85 * trip_a))}
+
+
+def inertia_ratio_by_rule(motor):
+    rating, rotor_kgm2 = motor["rating"], motor["mechanical"]["inertia_kgm2"]
+    wanted_kgm2 = START_S * rating["rated_torque_nm"] / (rating["rated_speed_rpm"] * RPM)
+    return _three_digits(max(wanted_kgm2 / rotor_kgm2 - 1, 0.0))
 
 
 def current_bw_by_rule(control):

@@ -112,7 +112,7 @@ MOTOR_TABLES = {
     "start": {
         "initial_angle_rad": Key(-_TURN, _TURN, 0.0, "mechanical; SEED draws it over the whole turn")},
     "load": {
-        "inertia_ratio": Key(0, 1e4, 0.0, "inertia of the load, as a multiple of the rotor's"),
+        "inertia_ratio": Key(0, 1e4, BY_RULE, "inertia of the load, as a multiple of the rotor's"),
         "viscous_nms": Key(0, 1e3, 0.0, "its friction over speed"),
         "stiffness_nm_rad": Key(0, 1e8, 0.0, "of the coupling; 0: rigid"),
         "damping_nms": Key(0, 1e3, 0.0, "of the coupling"),

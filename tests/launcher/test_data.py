@@ -208,6 +208,17 @@ def test_the_page_of_keys_is_up_to_date():
     assert "\n".join(page_lines()) in page, "put the output of 'qemu/run.py keys' into docs/motors.md"
 
 
+def test_a_motor_without_a_load_gets_one_that_it_starts_in_a_tenth_of_a_second(tmp_path):
+    text = re.search(r"```toml\n(.*?)```", (REPO / "docs" / "motors.md").read_text(), re.DOTALL)[1]
+    (tmp_path / "mine.toml").write_text(text)
+    motor = load_motor(tmp_path / "mine.toml")
+    total = motor["mechanical"]["inertia_kgm2"] * (1 + motor["load"]["inertia_ratio"])
+    rad_s, torque_nm = motor["rating"]["rated_speed_rpm"] * math.pi / 30, motor["rating"]["rated_torque_nm"]
+    assert total * rad_s / torque_nm == pytest.approx(0.1, rel=0.01)
+    (tmp_path / "mine.toml").write_text(text + "[load]\ninertia_ratio = { value = 0, source = \"bare\" }\n")
+    assert load_motor(tmp_path / "mine.toml")["load"]["inertia_ratio"] == 0
+
+
 def test_unknown_names_list_what_there_is():
     with pytest.raises(LauncherError, match="no motor 'none'; there are: abb_m2bj100l, .*, teknic_m2310p"):
         load_motor("none")

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT
+"""Guides name what there is, and show what the drive says; `make guides` runs all that they tell the reader to type."""
+import difflib
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from guides.transcript import ROOT, renewed, same, sessions
+
+GUIDES = sorted((ROOT / "docs" / "guides").glob("*.md"))
+SHELL = re.compile(r"^ *```sh\n(.*?)^ *```", re.DOTALL | re.MULTILINE)
+ELSEWHERE = {  # these are run by tests of their own, or by CI as a whole; here make must know them
+    "make run", "make test", "make fabric", "make console", "make debug", "make flash PROBE=openocd",
+    "make flash PROBE=jlink", "make PWM_HZ=16000 DEAD_TIME_NS=800 BUILD=build/another_rate", "make lint"}
+
+
+def lines():
+    found = [line.strip() for guide in GUIDES for block in SHELL.findall(guide.read_text()) for line in block.splitlines()]
+    return sorted({line for line in found if line and not line.startswith("#")})
+
+
+def shell(line, folder):
+    env = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")} | {"NO_INSTALL": "1"}
+    return subprocess.run(line, shell=True, cwd=folder, env=env, capture_output=True, text=True, stdin=subprocess.DEVNULL,
+                          check=False)
+
+
+@pytest.mark.parametrize("line", sorted(ELSEWHERE & set(lines())))
+def test_make_knows_a_command_that_is_run_elsewhere(line):
+    assert shell(line.replace("make", "make -n", 1), ROOT).returncode == 0
+
+
+def test_no_exception_is_stale():
+    assert ELSEWHERE <= set(lines())
+
+
+def stale(guide, folder):
+    """What a guide shows of the console, against what the drive says; nothing when only numbers differ."""
+    shown, now = guide.read_text().splitlines(), renewed(guide.read_text(), folder).splitlines()
+    if len(shown) == len(now) and all(map(same, shown, now)):
+        return ""
+    return "\n".join(["stale; /usr/bin/python3 tests/guides/transcript.py writes it anew:",
+                      *difflib.unified_diff(shown, now, "shown", "now", n=1, lineterm="")])
+
+
+def test_the_drive_says_what_a_guide_shows(tmp_path):
+    """The others: guides_run.py."""
+    assert not stale(ROOT / "docs/guides/trouble.md", tmp_path)
+
+
+def test_what_differs_in_numbers_only_is_the_same():
+    assert same("up: 4.799 s", "up: 5.1 s") and same("d -0.014 A", "d 0.2 A")
+    assert not same("> speed 100", "> speed 200") and not same("ok", "error: no") and not same("ok", "> ok")
+
+
+def test_a_session_names_what_it_can_be():
+    (one,) = sessions("<!-- drive thor_pmsyrm bare -->\n```text\n> on\n(2 s later)\n```\n"
+                       "<!-- the same drive -->\n```text\n> off\n```\n")
+    assert (one.motor, one.bare, one.blocks) == ("thor_pmsyrm", True, [["> on", "(2 s later)"], ["> off"]])
+    with pytest.raises(ValueError, match="not fast"):
+        sessions("<!-- drive thor_pmsyrm fast -->\n```text\n```\n")
+
+
+@pytest.mark.parametrize("guide", GUIDES, ids=lambda guide: guide.stem)
+def test_what_a_guide_names_is_there(guide):
+    text = guide.read_text()
+    for path in re.findall(r"`((?:firmware|drivers|lib|tests|qemu|linker|startup|docs)/[\w./]*)`", text):
+        assert (ROOT / path).exists(), path
+    for link in re.findall(r"\]\(([^)#]+)", text):
+        assert (guide.parent / link).resolve().exists(), link
+
+
+def test_the_symptoms_name_faults_that_exist():
+    names = set(re.findall(r'\{"([a-z][^"]*)",', (ROOT / "firmware/operate/messages.c").read_text()))
+    for row in re.findall(r"^\| (`[^|]*?) \|", (ROOT / "docs/guides/trouble.md").read_text(), re.MULTILINE):
+        for name in re.findall(r"`([^`]+)`", row):
+            assert name in names | {"on", "characters were lost"}, name
