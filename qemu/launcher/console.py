@@ -43,8 +43,8 @@ def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, 
                                              ["-S", "-gdb", f"tcp:127.0.0.1:{port}"])
     elf = shown(build_dir(build) / "mssfoc.elf")
     print(f"Halted at the reset vector. Attach from another terminal:\n"
-          f"  gdb-multiarch {elf} -ex 'target remote :{port}'\n"
-          "then for example:  break main   continue   print current_loop   info registers\n"
+          f"  gdb-multiarch {elf} -ex 'target remote :{port}' -x qemu/debugger/fabric.py\n"
+          "then for example:  break main   continue   print axes[0].loop   fabric PWM   info registers\n"
           "Simulated time stands still while the target is halted, so the motor waits for you.\n"
           "The console is in this terminal. To leave: Ctrl-A, then x.\n", flush=True)
     return _run(arguments, environment)
