@@ -58,7 +58,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything guides results run test size lint clean help tools console debug flash models campaign twin target-tests
+.PHONY: all everything guides pictures results run test size lint clean help tools console debug flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -175,6 +175,10 @@ guides: tools
 	@$(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/guides/guides_run.py
 
+pictures: tools
+	@$(MAKE) --no-print-directory -s -j2 all twin
+	@$(PYTHON) tests/guides/pictures.py
+
 compile_commands.json: tools
 	@$(MAKE) --no-print-directory -nB all twin BUILD=$(BUILD) NO_INSTALL=1 | $(PYTHON) tests/tools/compile_commands.py $@
 
@@ -219,6 +223,7 @@ help:
 	@echo 'make fabric          the RTL: lint in three tools, proofs by induction, faults that they must refute, cells and levels'
 	@echo 'make registers       the fabric'\''s registers for C, Verilog and debuggers, into $(BUILD)/fabric/'
 	@echo 'make guides          what docs/guides tell the reader to type: all of it runs, and the drive answers so'
+	@echo 'make pictures        those of docs/guides/tuning.md'
 	@echo 'make compile_commands.json   how each file is compiled, for editors'
 	@echo 'make lint            formatting, warnings, layers'
 	@echo 'make mutants         faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n RUNGS="names"]'

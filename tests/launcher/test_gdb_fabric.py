@@ -53,5 +53,6 @@ def test_without_the_file_it_says_what_writes_it(tmp_path):
 @pytest.mark.skipif(not shutil.which("gdb-multiarch"), reason="gdb-multiarch is not installed")
 def test_in_the_debugger():
     result = subprocess.run(["gdb-multiarch", "-batch", "-x", "qemu/debugger/fabric.py", "-ex",
-                             f"fabric {BUILD}/fabric/mssfoc.svd", "-ex", "fabric NONE"], cwd=ROOT, capture_output=True, text=True, check=False)
+                             f"fabric {BUILD}/fabric/mssfoc.svd", "-ex", "fabric NONE"], cwd=ROOT, capture_output=True,
+                            text=True, check=False)
     assert "three half bridges" in result.stdout and "no block 'NONE'" in result.stderr, result.stdout + result.stderr
