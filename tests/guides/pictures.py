@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`make pictures`: what a bandwidth does, and what a wrong inertia does, for docs/guides/tuning.md. Of runs with every effect on."""
+"""`make pictures`: what a bandwidth does, and a wrong inertia, for docs/guides/tuning.md. Of runs with every effect on."""
 import sys
 import tempfile
 from pathlib import Path
