@@ -21,6 +21,7 @@ SPREAD   ?=
 DETUNE   ?=
 FABRIC   ?= model
 SENSORS  ?=
+ENVM     ?=
 PROBE    ?=
 
 LIB_TRIG_FRAC ?= 15
@@ -45,7 +46,7 @@ MSSFOC_IMAGE = $(BUILD)/mssfoc
 Q := $(if $(V),,@)
 say = $(if $(V)$(findstring s,$(firstword -$(MAKEFLAGS))),,@echo "  $1  $@")
 
-export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS START PROBE HOSTCC CROSS
+export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS START ENVM PROBE HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1
 
 # ---- the image and the library ---------------------------------------------------------------------------------------
@@ -196,6 +197,7 @@ help:
 	@echo '                     the fabric: [FABRIC=model|rtl] C models, or the RTL, verilated, in their place (docs/fabric.md)'
 	@echo '                     the sensors: [SENSORS=amc1306] isolated modulators instead of the converters; with FABRIC=rtl'
 	@echo '                     the start: [START=found|aligned] the drive finds where its rotor stands, or knows it'
+	@echo '                     what the device keeps: [ENVM=file] settings that `save` has written (docs/settings.md)'
 	@echo 'make test            all tests                                         [QEMU=path]'
 	@echo 'make console         a live console of a running drive'
 	@echo 'make debug           QEMU halted, with a GDB port'

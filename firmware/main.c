@@ -8,6 +8,7 @@
 #include "firmware/system/boot.h"
 #include "firmware/system/handlers.h"
 #include "firmware/system/idle.h"
+#include "startup/startup.h"
 
 int main(void);
 
@@ -37,26 +38,43 @@ static void start_axis(struct axis *axis, enum fault boot_fault)
     }
 }
 
+/* The array's own address: the cache of the code at 0 does not know of what is programmed. */
+static struct slots settings_slots(void)
+{
+    return (struct slots){
+        .memory = (const uint8_t *)link_settings_start,
+        .offset_bytes = (uint32_t)(uintptr_t)link_settings_start - ENVM_ARRAY,
+        .slot_bytes = (uint32_t)((uintptr_t)link_settings_slot_1 - (uintptr_t)link_settings_start),
+    };
+}
+
 int main(void)
 {
     struct postmortem last_life;
     struct console console;
     struct idle rest = {.time_ms = &axes[0].time_ms};
+    const struct slots slots = settings_slots();
+    struct kept kept;
     axis_init(&axes[0], FABRIC0); /* first: from here on a processor fault knows that the fabric is in doubt */
     axis_remember_heat(&axes[0], &axes_heat[0]);
     boot_core();
     const enum fault boot_fault = boot_check(FABRIC0, &last_life);
     start_uart();
     start_axis(&axes[0], boot_fault);
+    (void)axis_load(&axes[0], &slots,
+                    &kept); /* the console says what came of it. Behind the PWM's start, which does not wait */
     console_start(&console, &(struct session){
                                 .out = {.uart = &uart, .idle = &rest},
                                 .axis = &axes[0],
                                 .last_life = &last_life,
+                                .slots = &slots,
+                                .kept = &kept,
                             });
     for (;;) {
         console_poll(&console);
         axis_retry(&axes[0]);
         axis_learn(&axes[0]);
+        axis_remember(&axes[0]);
         identify_think(&axes[0].identify);
         idle(&rest);
     }

@@ -177,6 +177,11 @@ extern uint32_t link_fault_stack_top[];
 extern uint32_t link_noinit_start[]; /* kept over every reset but power-on */
 extern uint32_t link_noinit_end[];
 
+/* Where settings are kept in eNVM, by the array's own address: two slots of equal size, the second from slot_1 on. */
+extern const uint32_t link_settings_start[];
+extern const uint32_t link_settings_slot_1[];
+extern const uint32_t link_settings_end[];
+
 /* Puts a variable where it survives every reset but power-on (zero after that). It may have no initialiser. */
 #define STARTUP_NOINIT __attribute__((section(".noinit")))
 

@@ -17,6 +17,7 @@
 #include "firmware/axis/field_watch.h"
 #include "firmware/axis/flying.h"
 #include "firmware/axis/injection_start.h"
+#include "firmware/axis/keeping.h"
 #include "firmware/axis/modes.h"
 #include "firmware/axis/reaction.h"
 #include "firmware/axis/sensorless.h"
@@ -83,6 +84,7 @@ struct axis {
     struct reactions reactions;
     volatile uint32_t command_ms; /* when somebody last spoke to the drive */
     struct identify identify;
+    struct keeping keeping;
 };
 
 /* One value and no other, so that a stray write does not keep a fault from switching the bridge off. */

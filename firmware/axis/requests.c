@@ -45,7 +45,7 @@ static enum error state_forbids_on(const struct axis *a)
 }
 
 /* What has changed in the encoder's setting, if anything, makes the alignment void. Slow loop held, bridge off. */
-static void adopt_tuning(struct axis *a, const struct tuning *t)
+void request_adopt(struct axis *a, const struct tuning *t)
 {
     if (t->angle_source != a->tuning.angle_source) {
         start_forget(a);
@@ -107,7 +107,7 @@ struct outcome axis_switch_on(struct axis *a)
         problem = outcome_of(state_forbids_on(a)); /* a fault may have come meanwhile */
     }
     if (problem.error == ERROR_NONE) {
-        adopt_tuning(a, &candidate);
+        request_adopt(a, &candidate);
         a->request = AXIS_REQUEST_ON;
     }
     request_release(held);
@@ -134,7 +134,7 @@ struct outcome axis_identify(struct axis *a)
     }
     if (problem.error == ERROR_NONE) {
         start_forget(a);
-        adopt_tuning(a, &a->identify.tuning);
+        request_adopt(a, &a->identify.tuning);
         a->request = AXIS_REQUEST_IDENTIFY;
     } else {
         identify_stop(&a->identify, FAULT_NONE);

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 struct axis;
+struct tuning;
 
 /* Waits until the request before this one has been taken; false if nobody takes it. Thread. */
 bool request_settled(const struct axis *a);
@@ -14,5 +15,9 @@ bool request_settled(const struct axis *a);
 /* What is checked and done between these two, the slow loop sees before or after, not in between. The current loop runs on. */
 uint32_t request_hold(void);
 void request_release(uint32_t before);
+
+/* The tuning is in effect for all that goes on while the bridge is off; another scale of the encoder voids what was learned in
+ * the old one. Slow loop held, bridge off. */
+void request_adopt(struct axis *a, const struct tuning *t);
 
 #endif

@@ -190,6 +190,7 @@ static void step_alignment(struct axis *a)
     const enum alignment_result result = alignment_step(m, &a->loop, &a->tuning, latched(a));
     if (result == ALIGNMENT_DONE) {
         a->start.aligned = true;
+        a->start.index_known = false; /* what was stored of it is older */
         a->start.phase = START_FOLLOW;
     } else if (result != ALIGNMENT_RUNNING) {
         axis_raise_with(a, fault_of_alignment[result], m->detail[0], m->detail[1]);

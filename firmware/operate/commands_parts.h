@@ -49,6 +49,12 @@ void run_zero(struct session *s, char *const *words);
 void run_status(struct session *s, char *const *words);
 void run_fault(struct session *s, char *const *words);
 
+/* ---- commands_keeping.c: what outlives power-off ---- */
+
+void run_save(struct session *s, char *const *words);
+void run_load(struct session *s, char *const *words);
+void run_defaults(struct session *s, char *const *words);
+
 /* ---- commands_settings.c: parameters, and reactions to faults ---- */
 
 void run_get(struct session *s, char *const *words);

@@ -20,6 +20,24 @@ static void put_range(struct session *s, const struct param_info *info)
     text_put_int(&s->out, info->max);
 }
 
+/* Those that differ from their initial values, which stand behind them. */
+static void put_changed(struct session *s)
+{
+    const struct params *const p = &s->axis->params;
+    for (size_t i = 0; i < param_count; i++) {
+        const struct param_info *const info = &param_table[i];
+        if (param_get(p, info) != info->initial) {
+            text_put(&s->out, info->name);
+            text_put(&s->out, " = ");
+            text_put_int(&s->out, param_get(p, info));
+            put_unit(s, info);
+            text_put(&s->out, "  (initially ");
+            text_put_int(&s->out, info->initial);
+            text_put_line(&s->out, ")");
+        }
+    }
+}
+
 static void put_param(struct session *s, const struct params *p, const struct param_info *info)
 {
     text_put(&s->out, info->name);
@@ -37,6 +55,10 @@ void run_get(struct session *s, char *const *words)
         for (size_t i = 0; i < param_count; i++) {
             put_param(s, &s->axis->params, &param_table[i]);
         }
+        return;
+    }
+    if (text_equal(words[1], "--changed")) {
+        put_changed(s);
         return;
     }
     const struct param_info *const info = param_find(words[1]);

@@ -3,6 +3,7 @@
 
 #include "firmware/operate/commands.h"
 #include "firmware/operate/completion.h"
+#include "firmware/operate/keeping_text.h"
 #include "firmware/operate/messages.h"
 #include "firmware/operate/postmortem_text.h"
 #include "firmware/operate/text.h"
@@ -139,6 +140,7 @@ void console_start(struct console *k, const struct session *session)
     text_put_line(out(k), "");
     text_put_line(out(k), "mssfoc " CONFIG_VERSION ", 'help' lists the commands");
     postmortem_print(out(k), session->last_life);
+    keeping_text_loaded(out(k), session->kept);
     prompt(k);
 }
 

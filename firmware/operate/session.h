@@ -12,6 +12,8 @@ struct session {
     bool machine;                       /* a program reads the answers */
     struct axis *axis;                  /* the one that commands are for */
     const struct postmortem *last_life; /* how the last life of the program ended */
+    const struct slots *slots;          /* where settings are stored */
+    const struct kept *kept;            /* what was found there at the start */
 };
 
 #endif

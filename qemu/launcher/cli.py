@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Command line: run, console, debug, models, campaign, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT, SPREAD,
-DETUNE, FABRIC, SENSORS, QEMU and BUILD."""
+DETUNE, FABRIC, SENSORS, ENVM, QEMU and BUILD."""
 import argparse
 import os
 import signal
@@ -73,6 +73,8 @@ def _parser():
                              help="file of qemu/sensors laid over the inverter's, with --fabric rtl (default: $SENSORS)")
         command.add_argument("--start", default=os.environ.get("START") or "found", choices=("found", "aligned"),
                              help="found: the drive finds where its rotor stands; aligned: it knows (default: $START or found)")
+        command.add_argument("--envm", default=os.environ.get("ENVM") or "",
+                             help="file of what the device keeps while it is off: settings (default: $ENVM, or nothing)")
         command.add_argument("--scenario", help="file of qemu/scenarios",
                              default=os.environ.get("SCENARIO") or None if name == "run" else None)
         if name == "run":
@@ -133,7 +135,7 @@ def _run(options):
 
 def _plant(options):
     return {"plant": options.plant, "spread": options.spread, "detune": options.detune, "fabric": options.fabric,
-            "sensors": options.sensors, "aligned": options.start == "aligned"}
+            "sensors": options.sensors, "aligned": options.start == "aligned", "envm": options.envm}
 
 
 def _console(options):

@@ -16,7 +16,7 @@ from .errors import LauncherError
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
 from .probes import Symbols, make_probes
-from .qemu import Image, Qemu, command, fabric_files, progress_s, start
+from .qemu import Image, Qemu, command, envm_files, fabric_files, progress_s, start
 from .scenario import Scenario, load_scenario
 from .simulate import check_seed, prepare, write
 
@@ -27,7 +27,7 @@ LEAD_S = 0.1       # how far simulated time may be ahead
 
 def live_console(motor, seed, build=None, qemu=None, scenario=None, **plant):
     """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric, sensors, aligned,
-    as simulate() has them."""
+    envm, as simulate() has them."""
     drive, arguments, environment, progress = _prepared(motor, seed, build, qemu, scenario, plant)
     print(f"{drive.motor.name} on {drive.inverter.name}. Its parameters are typed for you; then try:\n"
           "  on     (wait a second)     speed 1500     status     speed 0     off     help\n"
@@ -52,8 +52,8 @@ def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, 
 
 def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
     seed = check_seed(seed)
-    plant, fabric = dict(plant), plant.get("fabric", "model")
-    plant.pop("fabric", None)
+    plant = dict(plant)
+    fabric, envm = plant.pop("fabric", "model"), plant.pop("envm", "")
     drive = load_drive(motor, seed=seed, **plant)
     if scenario:
         plan = replace(load_scenario(scenario, drive), end_s=None)
@@ -67,7 +67,7 @@ def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     probes, enums = make_probes(symbols, drive) if plan.late or plan.holds or drive.aligned else ([], None)
-    written = {"progress": files["progress"], **fabric_files(fabric, build, drive)}
+    written = {"progress": files["progress"], **fabric_files(fabric, build, drive), **envm_files(envm)}
     write(config, twin_config(drive, plan, seed, probes, written, symbols, enums=enums))
     line = command(checked, image, config, "stdio,id=console,mux=on,signal=off", extra)
     return drive, line, checked.environment(), files["progress"]

@@ -107,6 +107,15 @@ def fabric_files(fabric, build, drive):
     return {"fabric": library.resolve()}
 
 
+def envm_files(path):
+    """The item for ENVM=file: what the device keeps while it is off."""
+    if not path:
+        return {}
+    if not Path(path).resolve().parent.is_dir():
+        raise LauncherError(f"ENVM '{path}': there is no folder {shown(Path(path).resolve().parent)}")
+    return {"envm": Path(path).resolve()}
+
+
 class Image:
     """The products of a build that a run needs, each checked to be there."""
 

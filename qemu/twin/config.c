@@ -23,6 +23,7 @@ static const struct section {
     {"inverter.", inverter_keys, offsetof(struct config, plant.inverter), false},
     {"sensor.", sensor_keys, offsetof(struct config, plant.sensors), false},
     {"cycles.", cycles_keys, offsetof(struct config, cycles), false},
+    {"envm.", envm_keys, offsetof(struct config, envm), false},
 };
 #define SECTIONS (sizeof sections / sizeof sections[0])
 
@@ -266,6 +267,8 @@ static void read_line(const struct reader *r, char *line)
         c->progress_path = strdup(rest);
     } else if (strcmp(word, "irqlog") == 0) {
         c->irqlog_path = strdup(rest);
+    } else if (strcmp(word, "envm") == 0) {
+        c->envm_path = strdup(rest);
     } else if (strcmp(word, "fabric") == 0) {
         c->fabric_path = strdup(rest);
     } else if (strcmp(word, "dwt") == 0) {

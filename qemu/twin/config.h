@@ -8,6 +8,7 @@
  *   dwt cycles|instructions                                                       (what DWT_CYCCNT counts)
  *   wfi core|main_loop                                            (who moves time on in WFI, qemu_sleep.h; same results)
  *   cycles.KEY VALUE                                                              (docs/timing.md)
+ *   envm PATH | envm.KEY VALUE                                                    (docs/settings.md)
  *   motor.KEY VALUE | load.KEY VALUE | inverter.KEY VALUE | sensor.KEY VALUE      (SI units)
  *   dump ADDRESS BYTES PATH                                                       (memory as it is at the end of the run)
  *   probe NAME ADDRESS TYPE SCALE                                                 (TYPE: s32 u32 s16 u16 s8 u8)
@@ -22,6 +23,7 @@
 #include <stdint.h>
 
 #include "cycles.h"
+#include "envm.h"
 #include "events.h"
 #include "plant.h"
 
@@ -51,11 +53,13 @@ struct late_event {
 
 struct config {
     char *trace_path, *csv_path, *progress_path, *irqlog_path, *irqpath_path, *console_id; /* NULL if not given */
+    char *envm_path;   /* what the device keeps; NULL: nothing */
     char *fabric_path; /* library of the verilated RTL; NULL: the C models */
     double end_s;      /* 0: runs until QEMU is ended */
     bool main_loop_wakes;
     bool count_instructions; /* what DWT_CYCCNT counts */
     struct cycles_params cycles;
+    struct envm_params envm;
     struct plant_params plant;
     struct probe *probes;
     size_t probe_count;

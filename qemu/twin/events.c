@@ -45,6 +45,7 @@ static const struct syntax {
     {"irq_delay", EVENT_IRQ_DELAY, "s", "irq_delay SECONDS"},
     {"irq_block", EVENT_IRQ_BLOCK, "b", "irq_block 0|1"},
     {"watchdog_reset", EVENT_WATCHDOG_RESET, "", "watchdog_reset"},
+    {"power_cut", EVENT_POWER_CUT, "", "power_cut"},
     {"phase_open", EVENT_PHASE_OPEN, "pb", "phase_open A|B|C 0|1"},
     {"phase_swap", EVENT_PHASE_SWAP, "Q", "phase_swap AB|BC|CA|off"},
     {"chopper", EVENT_CHOPPER, "b", "chopper 0|1"},

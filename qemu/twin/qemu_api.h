@@ -67,6 +67,9 @@ void vm_timer_stop(struct vm_timer *timer);
 /* At attachment. From now on the thread that executes the guest sleeps through WFI by itself (qemu_sleep.h). */
 void vm_sleep_alone(void);
 
+/* From within `execute` or `access`: the core's next instructions wait until then, and `over` is told for how long. */
+void vm_stall(int64_t until_ns, void (*over)(int64_t for_ns));
+
 void vm_set_interrupt(int number, bool level);
 void vm_on_reset(void (*reset)(void *context), void *context);
 /* What a watchdog does. The reset follows at the same virtual time, once the current event is over; so does one that the

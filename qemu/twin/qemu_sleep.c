@@ -114,3 +114,35 @@ void vm_sleep_ahead(void *cpu)
         vm.async_run_on_cpu(cpu, sleep_on, 0);
     }
 }
+
+static struct {
+    bool queued;
+    int64_t until_ns;
+    void (*over)(int64_t for_ns);
+} stall;
+
+/* Timers have their turn on the way. */
+static void stand_still(opaque *cpu, uint64_t unused)
+{
+    (void)cpu;
+    (void)unused;
+    stall.queued = false;
+    int64_t from_ns = now_ns(), left_ns;
+    while ((left_ns = stall.until_ns - now_ns()) > 0) {
+        int64_t next_ns = vm.qemu_clock_deadline_ns_all(CLOCK_VIRTUAL, NOT_EXTERNAL);
+        add_to_bias(bias_ns, next_ns >= 0 && next_ns < left_ns ? next_ns : left_ns);
+        vm.qemu_clock_run_timers(CLOCK_VIRTUAL);
+    }
+    stall.over(now_ns() - from_ns);
+}
+
+bool vm_stall_core(void *cpu, int64_t until_ns, void (*over)(int64_t for_ns))
+{
+    if (bias_ns && !stall.queued) {
+        stall.queued = true;
+        stall.until_ns = until_ns;
+        stall.over = over;
+        vm.async_run_on_cpu(cpu, stand_still, 0);
+    }
+    return bias_ns != NULL;
+}

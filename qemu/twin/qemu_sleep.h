@@ -5,11 +5,15 @@
 #define TWIN_QEMU_SLEEP_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 /* Before the guest executes. False if this QEMU keeps its clock in a way that is not known here: all goes on as QEMU
  * would do it by itself, with the same results. */
 bool vm_sleep_prepare(void);
 /* The core is about to execute a WFI, and all instructions up to it are booked. */
 void vm_sleep_ahead(void *cpu);
+/* The core stands still until then, from the end of this block of instructions on; `over` is told for how long it was. Once is
+ * enough. False as prepare(). */
+bool vm_stall_core(void *cpu, int64_t until_ns, void (*over)(int64_t for_ns));
 
 #endif

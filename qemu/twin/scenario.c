@@ -249,6 +249,9 @@ static void play(const struct event *e)
     case EVENT_WATCHDOG_RESET:
         board.watchdog_bite();
         break;
+    case EVENT_POWER_CUT:
+        board.power_cut();
+        break;
     case EVENT_END:
         board.end();
         break;

@@ -17,6 +17,7 @@ struct scenario_board {
     void (*delay_interrupt)(sim_ps); /* hold the next FabricIrq0 back */
     void (*block_interrupt)(bool);
     void (*watchdog_bite)(void);
+    void (*power_cut)(void);
     void (*lock_up)(void);
     void (*interrupt)(int number, bool level); /* of the MSS */
     void (*seal_fabric)(bool);                 /* whoever touches it ends the run */

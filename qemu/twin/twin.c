@@ -16,6 +16,7 @@
 #include "cycles_table.h"
 #include "dump.h"
 #include "dwt.h"
+#include "envm_board.h"
 #include "fabric_rtl.h"
 #include "gpio.h"
 #include "irqlog.h"
@@ -161,6 +162,13 @@ static void watchdog_bite(void)
     vm_request_reset();
 }
 
+/* The board is without power for no time: what the core finds in RAM it has to take for nothing. */
+static void power_returns(void)
+{
+    reset_cause = RESET_POWER_ON;
+    vm_request_reset();
+}
+
 static void lock_up(void)
 {
     reset_cause = RESET_LOCKUP;
@@ -249,6 +257,7 @@ static void system_reset(void *unused)
     }
     sync_plant();
     plant_reset_fabric(&plant);
+    envm_board_reset();
     sysreg_reset(reset_cause);
     reset_cause = RESET_SOFT;
     vm_set_interrupt(SYSREG_ECC_IRQ, false);
@@ -300,6 +309,7 @@ static void finish(void)
         return;
     }
     finished = true;
+    envm_board_keep();
     read_probes();
     trace_complete_row(probe_values);
     flush();
@@ -343,8 +353,20 @@ static struct vm_instruction translated(uint32_t address)
 
 static void executing(const void *op)
 {
+    const uint32_t address = ((const struct cycles_op *)op)->address;
     cycles_execute(op);
-    irqpath_executing(((const struct cycles_op *)op)->address);
+    irqpath_executing(address);
+    if (envm_board_busy) {
+        envm_board_waits(address);
+    }
+}
+
+static void accessed(uint32_t address)
+{
+    cycles_access(address);
+    if (envm_board_busy) {
+        envm_board_waits(address);
+    }
 }
 
 static uint64_t counted(void)
@@ -391,6 +413,7 @@ static void map_devices(void)
     vm_map(&uart);
     vm_map(&pins);
     vm_map_private(&cycles);
+    envm_board_map(&config.envm, config.plant.seed, power_returns);
     for (int n = 0; n < SYSREG_WORDS; n++) {
         words[n] = (struct vm_region){
             "mssfoc-sysreg", SYSREG_BASE + sysreg_words[n].offset, 4, 4, sysreg_read, sysreg_write, &sysreg_words[n]};
@@ -412,6 +435,7 @@ static void attach(void)
 static void start(void)
 {
     started = true;
+    envm_board_start(config.envm_path);
     trigger_alarm = (struct alarm){vm_timer_new(wake, &trigger_alarm), -1};
     conversion_alarm = (struct alarm){vm_timer_new(wake, &conversion_alarm), -1};
     interrupt_timer = vm_timer_new(wake, NULL);
@@ -421,9 +445,9 @@ static void start(void)
     if (config.console_id) {
         console_attach(config.console_id);
     }
-    const struct scenario_board board = {&plant,          sync_plant,    plant_changed, delay_interrupt,
-                                         block_interrupt, watchdog_bite, lock_up,       vm_set_interrupt,
-                                         seal_fabric,     hang_fabric,   end_now};
+    const struct scenario_board board = {&plant,           sync_plant,    plant_changed,        delay_interrupt,
+                                         block_interrupt,  watchdog_bite, envm_board_power_cut, lock_up,
+                                         vm_set_interrupt, seal_fabric,   hang_fabric,          end_now};
     if (!scenario_start(&config, &board)) {
         out_of_memory();
     }
@@ -488,7 +512,7 @@ int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
     open_outputs();
     signal(SIGABRT, aborted);
     vm_on_exit(id, finish);
-    static const struct vm_instructions hooks = {translated, executing, cycles_access};
+    static const struct vm_instructions hooks = {translated, executing, accessed};
     static const struct cycles_target core = {core_register, core_xpsr, memory_word, exception_entered,
                                               exception_returned};
     cycles_init(&config.cycles, &core);

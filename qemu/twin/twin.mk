@@ -9,11 +9,11 @@ TWIN_CFLAGS := -std=gnu11 -O2 -flto=auto -g -fPIC -fvisibility=hidden -Wall -Wex
 # no contact with QEMU:
 TWIN_PHYSICS := motor motor_step motor_params motor_field motor_map shaft winding_short bus supply circuit coss diodes \
     comparators terminals inverter account advance meter sampling sensor_keys sensors amplifier modulator bit_streams disc \
-    hall thermometer random pwm adc encoder gate chopper fabric_model plant events config cycles_keys
+    hall thermometer random pwm adc encoder gate chopper fabric_model plant envm envm_file events config cycles_keys
 # the rest of the plugin:
 TWIN_PLUGIN := qemu_api qemu_registers qemu_sleep cycles cycles_decode cycles_fetch cycles_rules cycles_table irqlog \
     irqpath dump dwt watchdog sysreg mmuart gpio trace trace_csv recording probes console scenario lines \
-    fabric_rtl rtl_clock rtl_ahead twin
+    envm_board fabric_rtl rtl_clock rtl_ahead twin
 
 TWIN_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) $(TWIN_PLUGIN))
 MODELCHECK_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) \

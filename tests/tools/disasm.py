@@ -59,6 +59,7 @@ class Instruction:
         return f"{self.mnemonic}{condition} {self.operands}".strip()
 
 
+VENEER = bytes.fromhex("5ff800f0")  # ldr.w pc, [pc]
 _NAMES = [f"r{n}" for n in range(10)] + ["sl", "fp", "ip", "sp", "lr", "pc"]
 
 
@@ -202,7 +203,7 @@ class Image:
         branch, pointer = _BRANCH.match(mnemonic), _INDIRECT.match(mnemonic)
         if branch:
             target = int(re.search(r"(?:^|\s)([0-9a-f]+)(?:\s*<|$)", operands).group(1), 16)
-            targets = (target,)
+            targets = (self._behind_veneer(target),)
             condition = branch["cond"] or branch["callcond"] or ("zero" if branch["zero"] else "")
             flow = "call" if branch["call"] else "branch" if condition else "jump"
             operands = re.sub(r"\s*<.*>", "", operands)
@@ -219,6 +220,15 @@ class Image:
             back = operands.replace(" ", "") in ("pc,lr", "pc,[sp],#4")
             return Instruction(address, size, mnemonic, operands, "return" if back else "jump pointer")
         return instruction
+
+    def _behind_veneer(self, target):
+        """Where a branch from eNVM to eSRAM ends: the linker puts `ldr.w pc, [pc]` and the address in between."""
+        veneer = self.functions_at.get(target)
+        if veneer is None or not re.fullmatch(r"__\w+_veneer", veneer.name):
+            return target
+        if self.bytes_at(target, 4) != VENEER:
+            raise ImageError(f"{veneer.name} is not the veneer that is known")
+        return self.word(target + 4) & ~1
 
     def _table(self, address, mnemonic, operands):
         """Targets of a branch table behind the instruction, as far as the linker marks data."""

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Each access that programming the eNVM makes to a register, so that a test counts them, cuts the power behind any of them, and
+ * has a model of the controller in the registers' place. Nothing but the access: this runs from eSRAM.
+ */
+#ifndef DRIVERS_MSS_ENVM_BUS_H
+#define DRIVERS_MSS_ENVM_BUS_H
+
+#include <stdint.h>
+
+static inline __attribute__((always_inline)) uint32_t envm_bus_read(const volatile uint32_t *reg)
+{
+    return *reg;
+}
+
+static inline __attribute__((always_inline)) void envm_bus_write(volatile uint32_t *reg, uint32_t value)
+{
+    *reg = value;
+}
+
+#endif
