@@ -99,7 +99,7 @@ static void end_programming(struct envm *e)
     fill_page(e, 1);
     if (!e->wait_states || (e->fails & (ENVM_FAIL_ERASE | ENVM_FAIL_WRITE))) {
         page_at(e, e->page)[random_u64(&e->noise) % ENVM_PAGE] ^= (uint8_t)(1u << random_u64(&e->noise) % 8);
-        e->status |= e->wait_states ? e->fails : (uint32_t)ENVM_FAIL_WRITE;
+        e->status |= e->wait_states ? e->fails & ~(uint32_t)ENVM_FAIL_VERIFY : (uint32_t)ENVM_FAIL_WRITE;
         tell(e, e->page);
     }
     e->status |= e->writes[e->page] > e->p.endurance ? WORN : 0;
@@ -116,10 +116,11 @@ static void end_command(struct envm *e)
 {
     if (e->programming) {
         end_programming(e);
+        e->fails &= ENVM_FAIL_VERIFY;
     } else if (e->verifying) {
         end_verifying(e);
+        e->fails &= ~(uint32_t)ENVM_FAIL_VERIFY;
     }
-    e->fails = e->programming || e->verifying ? 0 : e->fails;
     e->programming = e->verifying = false;
     e->status |= READY;
     e->until = SIM_NEVER;

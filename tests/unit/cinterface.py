@@ -14,7 +14,7 @@ from elftools.elf.elffile import ELFFile
 
 INTEGERS = {(True, 1): ctypes.c_int8, (True, 2): ctypes.c_int16, (True, 4): ctypes.c_int32, (True, 8): ctypes.c_int64,
             (False, 1): ctypes.c_uint8, (False, 2): ctypes.c_uint16, (False, 4): ctypes.c_uint32, (False, 8): ctypes.c_uint64}
-BOOLEAN, SIGNED, SIGNED_CHAR = 0x02, 0x05, 0x06
+BOOLEAN, FLOAT, SIGNED, SIGNED_CHAR = 0x02, 0x04, 0x05, 0x06
 TRANSPARENT = ("DW_TAG_typedef", "DW_TAG_const_type", "DW_TAG_volatile_type", "DW_TAG_restrict_type")
 
 
@@ -76,6 +76,7 @@ class Library:
     def _base_type(self, die):
         encoding, size = die.attributes["DW_AT_encoding"].value, die.attributes["DW_AT_byte_size"].value
         kind = ctypes.c_bool if encoding == BOOLEAN else INTEGERS.get((encoding in (SIGNED, SIGNED_CHAR), size))
+        kind = ctypes.c_double if (encoding, size) == (FLOAT, 8) else kind  # a model's, never the firmware's
         self._made[die.offset] = kind or ctypes.c_char * size
 
     def _enumeration_type(self, die):

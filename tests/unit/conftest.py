@@ -32,13 +32,14 @@ hypothesis.settings.load_profile("unit")
 def sources():
     firmware = [path for room in ROOMS for path in sorted((SOURCE / "firmware" / room).glob("*.c")) if path.name != "device.c"]
     fabric = sorted(path for path in (SOURCE / "drivers" / "fabric").glob("*.c") if path.name != "contract.c")  # checks only
-    return firmware + fabric + sorted((SOURCE / "lib").glob("*.c")) + sorted((HERE / "host").glob("*.c"))
+    envm = [SOURCE / "drivers/mss/envm.c", *(ROOT / "qemu/twin" / name for name in ("envm.c", "random.c"))]  # and its model
+    return firmware + fabric + envm + sorted((SOURCE / "lib").glob("*.c")) + sorted((HERE / "host").glob("*.c"))
 
 
 def system_sources():
     """The rooms below the console with the system's, and the drivers of the processor's side."""
     left_out = (SOURCE / "firmware" / "operate", HERE / "host")
-    return [path for path in sources() if path.parent not in left_out] + sorted(
+    return [path for path in sources() if path.parent not in left_out or path.name == "envm.c"] + sorted(
         (SOURCE / "firmware" / "system").glob("*.c")) + [SOURCE / "firmware/axis/device.c"] + [
             SOURCE / "drivers/mss" / name for name in ("sysreg.c", "timer.c")] + sorted((HERE / "host" / "system").glob("*.c"))
 
@@ -57,8 +58,8 @@ def build_library(name="firmware.so", sources=sources):
     with open(folder / ".lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not target.exists() or target.stat().st_mtime <= max(path.stat().st_mtime for path in inputs):
-            command = [os.environ.get("HOSTCC") or "cc", *FLAGS, f"-I{HERE / 'host'}", f"-I{SOURCE}", *map(str, sources()),
-                       "-o", str(target)]
+            command = [os.environ.get("HOSTCC") or "cc", *FLAGS, f"-I{HERE / 'host'}", f"-I{SOURCE}", f"-I{ROOT}",
+                       *map(str, sources()), "-lm", "-o", str(target)]
             result = subprocess.run(command, capture_output=True, text=True)
             assert result.returncode == 0, result.stderr
     return target

@@ -22,7 +22,10 @@ class Operator:
         self.axis.state = c.AXIS_SWITCH_ON_DISABLED
         self.axis.params.i_range_ma, self.axis.params.v_range_mv = I_RANGE_MA, V_RANGE_MV
         self.console, session = c.console(), c.session()
+        c.host_envm_new(self.axis, 8e-3, 1)
+        self.slots, self.kept = c.host_slots(), c.kept()
         session.axis, session.last_life = ctypes.pointer(self.axis), ctypes.pointer(self.last_life)
+        session.slots, session.kept = ctypes.pointer(self.slots), ctypes.pointer(self.kept)
         c.host_heard_bytes.value = c.host_heard_taken.value = c.host_said_bytes.value = 0
         c.console_start(self.console, session)
         self.greeting = self.heard()
@@ -52,7 +55,8 @@ def operator(c):
 
 
 def test_the_greeting(operator):
-    assert operator.greeting == f"\r\n{VERSION}, 'help' lists the commands\r\n> "
+    assert operator.greeting == (f"\r\n{VERSION}, 'help' lists the commands\r\n"
+                                 "settings: none stored, initial values\r\n> ")
 
 
 def fill(axis):
