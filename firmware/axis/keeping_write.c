@@ -141,7 +141,7 @@ static bool put_cogging(struct saving *x)
 static struct outcome state_forbids(struct axis *a, struct tuning *set)
 {
     if (!axis_is_off(a)) {
-        return outcome_of(ERROR_DRIVE_IS_ON);
+        return outcome_of(ERROR_SAVE_WHILE_ON);
     }
     if (device_fault() == FAULT_CLOCK) {
         return outcome_of(ERROR_ENVM_CLOCK);

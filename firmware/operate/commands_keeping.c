@@ -22,6 +22,7 @@ void run_load(struct session *s, char *const *words)
     const struct outcome outcome = axis_load(s->axis, s->slots, &kept);
     if (kept.state == KEPT_NONE) {
         answer(s, outcome);
+        keeping_text_damage(&s->out, &kept.view);
     } else {
         keeping_text_loaded(&s->out, &kept);
     }

@@ -14,7 +14,7 @@ static void put_number(struct text *t, uint32_t number)
     text_put_long(t, (int64_t)number);
 }
 
-static void put_damage(struct text *t, const struct slots_view *v)
+void keeping_text_damage(struct text *t, const struct slots_view *v)
 {
     for (uint32_t slot = 0; slot < SLOTS; slot++) {
         if (v->state[slot] == SLOT_DAMAGED) {
@@ -66,7 +66,7 @@ void keeping_text_loaded(struct text *t, const struct kept *k)
         put_number(t, k->view.number[k->view.newest]);
         text_put_line(t, k->state == KEPT_LOADED ? ", loaded" : "");
     }
-    put_damage(t, &k->view);
+    keeping_text_damage(t, &k->view);
     if (k->state == KEPT_REFUSED) {
         put_refusal(t, k);
     } else if (k->state == KEPT_LOADED) {

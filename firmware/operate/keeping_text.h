@@ -9,6 +9,9 @@
 /* Which slot, which save, what was passed over, what is missing, what is damaged; or why there is none, or none in effect. */
 void keeping_text_loaded(struct text *t, const struct kept *k);
 
+/* Which slots are damaged, if any. */
+void keeping_text_damage(struct text *t, const struct slots_view *v);
+
 /* Where to, and how often pages have been written so far. */
 void keeping_text_saved(struct text *t, const struct saved *s);
 

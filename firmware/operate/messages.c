@@ -58,6 +58,7 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_NOTHING_KEPT] = "no settings are stored",
     [ERROR_KEPT_FORMAT] = "a stored record has a form that this firmware does not know",
     [ERROR_KEPT_RANGE] = "a stored value is outside its range",
+    [ERROR_SAVE_WHILE_ON] = "settings are saved only while the drive is off: 'off' first",
     [ERROR_SAVE_FULL] = "the settings do not fit into their place in eNVM",
     [ERROR_ENVM_CLOCK] = "nothing is programmed at a clock that is not right: see 'fault'",
     [ERROR_ENVM_NOT_GRANTED] = "eNVM: something else in the device uses its controller; try again",

@@ -59,6 +59,80 @@ def test_the_greeting(operator):
                                  "settings: none stored, initial values\r\n> ")
 
 
+# ---- what outlives power-off -----------------------------------------------------------------------------------------
+
+def off(operator):
+    params = operator.axis.params  # the bench's ranges do not hold together with the rest
+    operator.c.params_init(params)
+
+
+def test_save_load_defaults(operator):
+    off(operator)
+    assert operator("load") == ["error: no settings are stored"]
+    assert operator("get --changed") == []
+    assert operator("set learn_rpm 77") == operator("set retry_count 3") == ["ok"]
+    changed = ["learn_rpm = 77  (initially 10)", "retry_count = 3  (initially 0)"]
+    assert operator("get --changed") == changed
+    assert operator("save") == ["ok", "slot A, save 1; its pages have been written about 1 times"]
+    assert operator("defaults") == ["ok"] and operator("get --changed") == []
+    assert operator("load") == ["settings: slot A, save 1, loaded"] and operator("get --changed") == changed
+    assert operator("save")[1] == "slot B, save 2; its pages have been written about 1 times"
+    assert operator("save")[1] == "slot A, save 3; its pages have been written about 2 times"
+
+
+def test_the_start_says_what_was_found(operator, c):
+    off(operator)
+    operator("save")
+    slots, kept = operator.slots, operator.kept
+    assert c.axis_load(operator.axis, slots, kept).error == c.ERROR_NONE
+    session = operator.console.session
+    c.host_said_bytes.value = 0
+    c.console_start(operator.console, session)
+    assert operator.heard().split("\r\n")[2:-1] == ["settings: slot A, save 1, loaded"]
+
+
+def test_load_says_what_is_wrong(operator, c):
+    off(operator)
+    operator("save")
+    operator("save")
+    raw = (ctypes.c_uint8 * 4096).from_address(ctypes.addressof(operator.c.host_bench.envm.array) + 0x3D000)
+    raw[130] ^= 1
+    assert operator("load") == [
+        "settings: slot A, save 1, loaded",
+        "warning: slot B is damaged, or its save was cut short; these may be the settings before it"]
+    raw = (ctypes.c_uint8 * 4096).from_address(ctypes.addressof(operator.c.host_bench.envm.array) + 0x3C000)
+    raw[130] ^= 1
+    assert operator("load") == ["error: no settings are stored",
+                                "warning: slot A is damaged, or its save was cut short",
+                                "warning: slot B is damaged, or its save was cut short"]
+
+
+def test_load_says_what_it_refuses(operator):
+    from unit.test_settings import PARAMETER, number, record, slot
+
+    def store(*records):
+        raw = slot(records, 7)
+        ctypes.memmove(ctypes.addressof(operator.c.host_bench.envm.array) + 0x3C000, raw, len(raw))
+    off(operator)
+    store(record(PARAMETER, "learn_rpm", number(0)))
+    assert operator("load") == ["settings: slot A, save 7",
+                                "error: settings refused, nothing has changed: learn_rpm: a stored value is outside its range"]
+    store(record(PARAMETER, "speed_bw_hz", number(200)))
+    assert re.fullmatch(r"error: settings refused, nothing has changed: .*\d+.*", operator("load")[1])
+    store(record(PARAMETER, "no_such_ma", number(0)), record(PARAMETER, "learn_rpm", number(9)))
+    said = operator("load")
+    assert said[0] == "settings: slot A, save 7, loaded" and said[1] == (
+        "1 stored records are unknown to this firmware and were passed over, the first is no_such_ma")
+    assert re.fullmatch(r"\d+ parameters are not stored and have their initial values", said[2]) and len(said) == 3
+
+
+def test_not_while_the_bridge_is_on(operator, c):
+    operator.axis.state = c.AXIS_OPERATION_ENABLED
+    for line in ("load", "defaults"):
+        assert operator(line) == ["error: parameters can change only while the drive is off"]
+    assert operator("save") == ["error: settings are saved only while the drive is off: 'off' first"]
+
+
 def fill(axis):
     """Every value another one."""
     loop, speed = axis.loop, axis.speed
@@ -239,7 +313,7 @@ def test_help_has_a_line_for_each_command(operator):
     assert [line.split(":")[0] for line in lines] == [
         "help", "help COMMAND", "status", "on", "identify", "identify show|use", "off", "quickstop", "speed RPM", "torque A",
         "pv RPM", "pp COUNTS", "pp by COUNTS", "hm index|block", "csp COUNTS", "csv RPM", "cst A", "learn cogging", "zero",
-        "fault", "clear", "get PARAM", "set PARAM VALUE",
+        "fault", "clear", "get PARAM", "set PARAM VALUE", "save", "load", "defaults",
         "reaction", "reaction FAULT off|stop|warn", "machine on|off", "version"]
     assert all(len(line.split(": ", 1)[1]) > 5 for line in lines)
 
