@@ -61,8 +61,7 @@ int main(void)
     const enum fault boot_fault = boot_check(FABRIC0, &last_life);
     start_uart();
     start_axis(&axes[0], boot_fault);
-    (void)axis_load(&axes[0], &slots,
-                    &kept); /* the console says what came of it. Behind the PWM's start, which does not wait */
+    axis_recall(&axes[0], &slots, &kept); /* behind the PWM's start, which need not wait for it */
     console_start(&console, &(struct session){
                                 .out = {.uart = &uart, .idle = &rest},
                                 .axis = &axes[0],

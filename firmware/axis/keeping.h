@@ -55,6 +55,9 @@ struct saved {
  */
 struct outcome axis_load(struct axis *a, const struct slots *s, struct kept *k);
 
+/* The same at the start, whatever state the axis begins in, before anybody can have switched it on. Thread, once. */
+void axis_recall(struct axis *a, const struct slots *s, struct kept *k);
+
 /*
  * Writes everything to the slot that is not the newest. Refused while the bridge is on, the shaft turns, or what is set does not
  * hold together: what is stored can be loaded. The interrupts stand still while a page is programmed, the clock of the axis too.

@@ -186,15 +186,11 @@ static void take_over(struct axis *a, const struct candidate *c)
     a->keeping = (struct keeping){c->cogging, c->cogging.count > 0};
 }
 
-struct outcome axis_load(struct axis *a, const struct slots *s, struct kept *k)
+void axis_recall(struct axis *a, const struct slots *s, struct kept *k)
 {
-    *k = (struct kept){.state = KEPT_NONE};
-    if (!axis_is_off(a)) {
-        return outcome_of(ERROR_DRIVE_IS_ON);
-    }
-    k->view = slots_look(s);
+    *k = (struct kept){.state = KEPT_NONE, .problem = outcome_of(ERROR_NOTHING_KEPT), .view = slots_look(s)};
     if (!k->view.any) {
-        return outcome_of(ERROR_NOTHING_KEPT);
+        return;
     }
     struct candidate c;
     set_initial(&c);
@@ -209,5 +205,14 @@ struct outcome axis_load(struct axis *a, const struct slots *s, struct kept *k)
         take_over(a, &c);
         request_release(held);
     }
+}
+
+struct outcome axis_load(struct axis *a, const struct slots *s, struct kept *k)
+{
+    if (!axis_is_off(a)) {
+        *k = (struct kept){.state = KEPT_NONE};
+        return outcome_of(ERROR_DRIVE_IS_ON);
+    }
+    axis_recall(a, s, k);
     return k->problem;
 }

@@ -387,11 +387,6 @@ void vm_sleep_alone(void)
     }
 }
 
-void vm_stall(int64_t until_ns, void (*over)(int64_t for_ns))
-{
-    (void)vm_stall_core(vm.qemu_get_cpu(0), until_ns, over);
-}
-
 void vm_set_interrupt(int number, bool level)
 {
     static opaque *line[128];
@@ -407,6 +402,11 @@ void vm_on_reset(void (*reset)(void *context), void *context)
 }
 
 static bool reset_is_due;
+
+void vm_stall(int64_t until_ns, void (*over)(int64_t for_ns))
+{
+    (void)vm_stall_core(vm.qemu_get_cpu(0), until_ns, &reset_is_due, over);
+}
 
 static void reset_now(opaque *cpu, uint64_t unused)
 {

@@ -118,6 +118,7 @@ void vm_sleep_ahead(void *cpu)
 static struct {
     bool queued;
     int64_t until_ns;
+    const bool *reset_is_due;
     void (*over)(int64_t for_ns);
 } stall;
 
@@ -128,7 +129,7 @@ static void stand_still(opaque *cpu, uint64_t unused)
     (void)unused;
     stall.queued = false;
     int64_t from_ns = now_ns(), left_ns;
-    while ((left_ns = stall.until_ns - now_ns()) > 0) {
+    while ((left_ns = stall.until_ns - now_ns()) > 0 && !*stall.reset_is_due) {
         int64_t next_ns = vm.qemu_clock_deadline_ns_all(CLOCK_VIRTUAL, NOT_EXTERNAL);
         add_to_bias(bias_ns, next_ns >= 0 && next_ns < left_ns ? next_ns : left_ns);
         vm.qemu_clock_run_timers(CLOCK_VIRTUAL);
@@ -136,11 +137,12 @@ static void stand_still(opaque *cpu, uint64_t unused)
     stall.over(now_ns() - from_ns);
 }
 
-bool vm_stall_core(void *cpu, int64_t until_ns, void (*over)(int64_t for_ns))
+bool vm_stall_core(void *cpu, int64_t until_ns, const bool *reset_is_due, void (*over)(int64_t for_ns))
 {
     if (bias_ns && !stall.queued) {
         stall.queued = true;
         stall.until_ns = until_ns;
+        stall.reset_is_due = reset_is_due;
         stall.over = over;
         vm.async_run_on_cpu(cpu, stand_still, 0);
     }

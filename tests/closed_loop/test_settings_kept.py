@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: MIT
+"""Settings over power-off, with the whole image: saved, a cut in the midst of it, loaded by themselves, and what was learned of the
+encoder with them.
+
+Every write of a save is cut in tests/unit/test_settings.py; here are samples of them, and what only the whole drive can show.
+"""
+import re
+
+import numpy as np
+import pytest
+
+from launcher import LauncherError, simulate
+from launcher.probes import code_of
+from unit.test_settings import PARAMETER, number, record, slot
+
+PAGE = 128
+# writes to the controller's registers for a page, and which of them begin its commands
+WRITES, PROGRAM, VERIFY = 38, 36, 37
+
+
+def play(tmp_path, envm, steps, end_s, plant="ideal", **more):
+    """Nothing is typed but `steps`: (seconds, line) or (seconds, event, arguments...)."""
+    plan = [{"t_s": t_s, "console": what} if not arguments and " " in f"{what} " and what not in EVENTS
+            else {"t_s": t_s, "event": what, "args": list(arguments)} for t_s, what, *arguments in steps]
+    return simulate({"key": "kept", "title": "kept", "end_s": end_s, "step": plan, "expect_refusal": ".*"}, out_dir=tmp_path,
+                    plant=plant, spread=0, envm=envm, **more)
+
+
+EVENTS = ("power_cut", "watchdog_reset", "end")
+
+
+def typed(lines, begin_s, every_s=0.02):
+    return [(begin_s + every_s * n, line) for n, line in enumerate(lines)]
+
+
+def lives(result):
+    """What was said in each life of the program."""
+    return result.console.split("'help' lists the commands")[1:]
+
+
+def log(result):
+    return (result.out_dir / "qemu.log").read_text()
+
+
+def store(path, offset, content):
+    """A file as the twin keeps it (qemu/twin/envm_file.c), with a slot's bytes from that offset on."""
+    pages = b"".join(np.array([(offset + at) // PAGE, 1, 0], "<u4").tobytes() + content[at:at + PAGE].ljust(PAGE, b"\0")
+                     for at in range(0, len(content), PAGE))
+    path.write_bytes(b"mssenvm1" + pages)
+
+
+def test_a_save_outlives_a_reset_a_cut_and_the_end_of_the_run(tmp_path):
+    envm = tmp_path / "envm"
+    result = play(tmp_path, envm, [
+        *typed(["set ramp_rpm_s 1234", "reaction limit_cycle warn", "save"], 0.02), (0.3, "watchdog_reset"),
+        *typed(["get --changed", "clear", "set ramp_rpm_s 4321", "save"], 0.32), (0.64, "power_cut"),
+        *typed(["get --changed", "reaction"], 0.66)], 0.8)
+    first, second, third = lives(result)
+    assert "settings: none stored, initial values" in first and "slot A, save 1;" in first
+    assert "settings: slot A, save 1, loaded" in second and "ramp_rpm_s = 1234  (initially 5000)" in second
+    assert "settings: slot B, save 2, loaded" in third and "ramp_rpm_s = 4321  (initially 5000)" in third
+    assert "limit cycle: warn" in third
+    assert "has waited" not in log(result), "the core must not need the eNVM while a page is programmed"
+    again = play(tmp_path / "again", envm, typed(["get --changed", "version"], 0.02), 0.1)
+    assert "settings: slot B, save 2, loaded" in again.console and "ramp_rpm_s = 4321" in again.console
+    assert play(tmp_path / "other", "", typed(["version"], 0.02), 0.06).console.count("none stored") == 1
+
+
+def test_the_slow_loop_and_the_watchdog_bear_a_save(tmp_path):
+    """No fault, no reset, and the PWM's interrupt takes up again; with pages that take as long as may be."""
+    result = play(tmp_path, "", [*typed(["save"], 0.02), (1.0, "status"), (1.05, "fault")], 1.2, envm_model={"program_s": 0.04})
+    assert len(lives(result)) == 1 and "save 1;" in result.console and "fault: none" in result.console
+    assert re.search(r"up: 0\.\d+ s", result.console), "its clock stands while a page is programmed"
+    late = play(tmp_path / "late", "", [*typed(["save", "fault"], 0.02, 0.2)], 0.4, envm_model={"program_s": 0.08})
+    assert "error: eNVM: programming a page did not end in time" in late.console
+    assert len(lives(late)) == 1 and "fault: none" in late.console
+
+
+def test_a_page_that_does_not_end_is_ended_by_the_watchdog(tmp_path):
+    """What would tell of it waits for the eNVM, too. The next life has what was stored before."""
+    play(tmp_path, tmp_path / "envm", typed(["set ramp_rpm_s 1111", "save"], 0.02), 0.3)
+    result = play(tmp_path, tmp_path / "envm", [*typed(["set ramp_rpm_s 2222", "save"], 0.02), (0.2, "get ramp_rpm_s")], 0.3,
+                  envm_model={"program_s": 0.5})
+    found = lives(result)
+    assert len(found) == 2 and "fault: watchdog reset" in found[1] and "ramp_rpm_s = 1111" in found[1]
+    assert "slot A, save 1, loaded" in found[1]
+
+
+@pytest.mark.parametrize("page, write, share, whole", ((2, 20, 0.5, 1), (2, PROGRAM, 0.3, 1), (2, PROGRAM, 0.8, 1),
+                                                       (0, PROGRAM, 0.6, 1), (0, VERIFY, 0.9, 2)))
+def test_a_power_cut_in_the_midst_of_a_save(page, write, share, whole, tmp_path):
+    """In a page's words; in the first half and in the second of programming one; in the head; and behind it."""
+    envm = tmp_path / "envm"
+    play(tmp_path, envm, typed(["set ramp_rpm_s 1111", "save"], 0.02), 0.3)
+    pages = (envm.stat().st_size - 8) // (12 + PAGE)
+    write += ((page or pages) - 1) * WRITES  # the head comes last
+    result = play(tmp_path, envm, [*typed(["set ramp_rpm_s 2222", "set learn_rpm 22", "save"], 0.02),
+                                   *typed(["get ramp_rpm_s", "get learn_rpm", "version"], 0.3)], 0.4,
+                  envm_model={"cut_write": write, "cut_share": share})
+    found = lives(result)
+    assert len(found) == 2, "the power has failed"
+    values = re.search(r"ramp_rpm_s = (\d+) .*learn_rpm = (\d+) ", found[1], re.S).groups()
+    assert values == (("1111", "10"), ("2222", "22"))[whole - 1]
+    slot_said = "ABx"[whole - 1]
+    assert f"settings: slot {slot_said}, save {whole}, loaded" in found[1]
+    assert ("warning: slot B is damaged" in found[1]) == (whole == 1)
+
+
+def test_an_older_image_s_settings(tmp_path):
+    """Other names, fewer of them; and a set that does not hold together."""
+    envm = tmp_path / "envm"
+    store(envm, 0x3C000, slot([record(PARAMETER, "ramp_rpm_s", number(2500)), record(PARAMETER, "dead_name", number(1))], 9))
+    result = play(tmp_path, envm, typed(["get --changed", "version"], 0.02), 0.1)
+    assert "settings: slot A, save 9, loaded" in result.console and "the first is dead_name" in result.console
+    assert "ramp_rpm_s = 2500" in result.console
+    store(envm, 0x3D000, slot([record(PARAMETER, "ramp_rpm_s", number(2500)), record(PARAMETER, "i_max_ma", number(14999))], 9))
+    refused = play(tmp_path, envm, typed(["get --changed", "version"], 0.02), 0.1).console
+    assert "error: settings refused, nothing has changed: i_max_ma must be at most 85 %" in refused
+    assert "ramp_rpm_s =" not in refused
+
+
+def test_nothing_is_programmed_while_the_bridge_is_on(tmp_path):
+    envm = tmp_path / "envm"
+    result = play(tmp_path, envm, [(0.02, "on"), *typed(["save", "load", "defaults"], 0.1)], 0.2)
+    assert result.console.count("error: settings are saved only while the drive is off") == 1
+    assert result.console.count("error: parameters can change only while the drive is off") == 2
+    assert envm.read_bytes() == b"mssenvm1"
+
+
+def test_the_index_is_back_and_the_drive_need_not_align(tmp_path):
+    """Found by alignment, saved; after the power was off the shaft is turned by hand past the index, and `on` knows the angle."""
+    envm, rad_s = tmp_path / "envm", 40.0
+    first = play(tmp_path, envm, [(0.02, "on"), (1.9, "speed 300"), (2.3, "speed 0"), (2.45, "off"), (2.7, "save")], 3.0,
+                 plant="full", seed=3)
+    assert "save 1;" in first.console, first.console
+    second = play(tmp_path / "second", envm, [
+        (0.03, "spin_rad_s", rad_s), (0.25, "spin_rad_s", 0.0), (0.3, "on"), (0.6, "speed 300"), (0.9, "status")], 1.0, plant="full",
+        seed=4)
+    assert "settings: slot A, save 1, loaded" in second.console and "state: operation enabled" in second.console
+    state, t_s = second.trace["state"], second.trace["t_s"]
+    on = t_s[np.flatnonzero(state == code_of(second.enums["state"], "SWITCHED_ON"))[0]]
+    running = t_s[np.flatnonzero(state == code_of(second.enums["state"], "OPERATION_ENABLED"))[0]]
+    assert running - on < 0.2, "the sensors' zeros take 0.13 s; an alignment would take a second"
+    rows = t_s > 0.8
+    pole_pairs = second.drive.motor["electrical"]["pole_pairs"]
+    off = np.angle(np.exp(1j * (second.trace["angle_fw_rad"][rows] - pole_pairs * second.trace["theta_mech_rad"][rows])))
+    assert np.degrees(np.abs(off)).max() < 5
+
+
+def test_the_file_is_looked_at(tmp_path):
+    (tmp_path / "envm").write_bytes(b"something else")
+    with pytest.raises(LauncherError, match="Invalid argument"):
+        play(tmp_path, tmp_path / "envm", typed(["version"], 0.02), 0.1)
+    with pytest.raises(LauncherError, match="there is no folder"):
+        play(tmp_path, tmp_path / "no" / "envm", typed(["version"], 0.02), 0.1)
