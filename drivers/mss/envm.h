@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Programming of the eNVM through its controller (UG0331, eNVM chapter). A page of 128 bytes is the smallest unit; its erasure is
- * a part of programming it.
+ * Programming of the eNVM through its controller (UG0331, eNVM chapter). A page of 128 bytes is the smallest unit; its erasure
+ * is a part of programming it.
  *
  * While the controller is at work, every access to the array waits on the bus until it is done: fetches, too. So what waits for
- * it runs from eSRAM, with all interrupts masked, since their handlers are in eNVM. The vector table and the stack are in eSRAM.
+ * it runs from eSRAM, with all interrupts masked, since their handlers are in eNVM. Vector table and stack are in eSRAM anyway.
  */
 #ifndef DRIVERS_MSS_ENVM_H
 #define DRIVERS_MSS_ENVM_H

@@ -59,8 +59,9 @@ struct outcome axis_load(struct axis *a, const struct slots *s, struct kept *k);
 void axis_recall(struct axis *a, const struct slots *s, struct kept *k);
 
 /*
- * Writes everything to the slot that is not the newest. Refused while the bridge is on, the shaft turns, or what is set does not
- * hold together: what is stored can be loaded. The interrupts stand still while a page is programmed, the clock of the axis too.
+ * Writes everything to the slot that is not the newest. Refused while the bridge is on, the shaft turns, or what is set does
+ * not hold together: what is stored can be loaded. While a page is programmed no interrupt is served, and the clock of the axis
+ * stands.
  * Thread.
  */
 struct outcome axis_save(struct axis *a, const struct slots *s, struct saved *report);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Settings over power-off, with the whole image: saved, a cut in the midst of it, loaded by themselves, and what was learned of the
-encoder with them.
+"""Settings over power-off, with the whole image: saved, a cut in the midst of it, loaded by themselves, and with them what was
+learned of the encoder.
 
 Every write of a save is cut in tests/unit/test_settings.py; here are samples of them, and what only the whole drive can show.
 """
@@ -113,7 +113,8 @@ def test_an_older_image_s_settings(tmp_path):
     result = play(tmp_path, envm, typed(["get --changed", "version"], 0.02), 0.1)
     assert "settings: slot A, save 9, loaded" in result.console and "the first is dead_name" in result.console
     assert "ramp_rpm_s = 2500" in result.console
-    store(envm, 0x3D000, slot([record(PARAMETER, "ramp_rpm_s", number(2500)), record(PARAMETER, "i_max_ma", number(14999))], 9))
+    store(envm, 0x3D000, slot([record(PARAMETER, name, number(value)) for name, value in (("ramp_rpm_s", 2500),
+                                                                                          ("i_max_ma", 14999))], 9))
     refused = play(tmp_path, envm, typed(["get --changed", "version"], 0.02), 0.1).console
     assert "error: settings refused, nothing has changed: i_max_ma must be at most 85 %" in refused
     assert "ramp_rpm_s =" not in refused
@@ -128,14 +129,14 @@ def test_nothing_is_programmed_while_the_bridge_is_on(tmp_path):
 
 
 def test_the_index_is_back_and_the_drive_need_not_align(tmp_path):
-    """Found by alignment, saved; after the power was off the shaft is turned by hand past the index, and `on` knows the angle."""
+    """Found by alignment, saved; after power-off the shaft is turned by hand past the index, and `on` knows the angle."""
     envm, rad_s = tmp_path / "envm", 40.0
     first = play(tmp_path, envm, [(0.02, "on"), (1.9, "speed 300"), (2.3, "speed 0"), (2.45, "off"), (2.7, "save")], 3.0,
                  plant="full", seed=3)
     assert "save 1;" in first.console, first.console
     second = play(tmp_path / "second", envm, [
-        (0.03, "spin_rad_s", rad_s), (0.25, "spin_rad_s", 0.0), (0.3, "on"), (0.6, "speed 300"), (0.9, "status")], 1.0, plant="full",
-        seed=4)
+        (0.03, "spin_rad_s", rad_s), (0.25, "spin_rad_s", 0.0), (0.3, "on"), (0.6, "speed 300"), (0.9, "status")], 1.0,
+        plant="full", seed=4)
     assert "settings: slot A, save 1, loaded" in second.console and "state: operation enabled" in second.console
     state, t_s = second.trace["state"], second.trace["t_s"]
     on = t_s[np.flatnonzero(state == code_of(second.enums["state"], "SWITCHED_ON"))[0]]

@@ -45,7 +45,38 @@ def test_every_format_has_the_same_content(image):
 
 
 def test_fits_the_usable_envm(image):
-    assert len(image) <= 254 * 1024  # the top 2 KB are reserved on M2S010
+    assert len(image) <= 240 * 1024  # then come the settings, and what is reserved
+
+
+def symbols():
+    with open(BUILD / "mssfoc.elf", "rb") as stream:
+        return {symbol.name: symbol["st_value"] for symbol in ELFFile(stream).get_section_by_name(".symtab").iter_symbols()}
+
+
+def test_the_slots_of_the_settings_are_pages_that_are_free(image):
+    """No file that is flashed has anything there, and neither the device nor a design's protection keeps it: of every device
+    with 256 KB the sectors from 0x3E000 on are the device's, or can be protected."""
+    start, second, end = (symbols()[name] - ENVM for name in ("link_settings_start", "link_settings_slot_1", "link_settings_end"))
+    assert start % 4096 == 0 and second - start == end - second == 4096
+    assert len(image) <= start and end <= 0x3E000
+    assert not [at for at in read_hex(BUILD / "mssfoc.hex") if at >= start]
+
+
+def test_what_runs_while_the_envm_is_busy_needs_nothing_of_it(image):
+    """Programming a page, from the command to the controller on: calls and constants are in eSRAM, all of them."""
+    known = symbols()
+    start, end = known["link_data_start"], known["link_data_end"]
+    out = subprocess.run([CROSS + "objdump", "-d", "-j", ".data", BUILD / "mssfoc.elf"], capture_output=True, text=True,
+                         check=True).stdout
+    functions = re.findall(r"(?m)^([0-9a-f]{8}) <(\w+)>:", out)
+    assert {"command", "with_wait_states", "program_and_verify"} <= {name for _, name in functions}
+    assert all(start <= int(at, 16) < end for at, _ in functions)
+    branches = re.findall(r"\tb(?:l|\w{2})?(?:\.[nw])?\s+([0-9a-f]{8})\b|\tcbn?z\s+r\d+, ([0-9a-f]{8})", out)
+    targets = [int(a or b, 16) for a, b in branches]
+    assert len(targets) > 20 and all(start <= target < end for target in targets)
+    assert not re.search(r"\tblx|\ttb[bh]|\tldr(?:\.w)?\s+pc", out)
+    words = [int(word, 16) for word in re.findall(r"\.word\s+0x([0-9a-f]{8})", out)]
+    assert words and not [word for word in words if word < len(image) or 0x60000000 <= word < 0x60080000]
 
 
 def test_vectors(image):
@@ -75,7 +106,8 @@ def test_no_floating_point_heap_or_foreign_code():
     assert not {n for n in names if re.match(r"__aeabi_([fd]\w+|u?[il]2[fd]|ul2[fd])|malloc|free|_sbrk|printf", n)}
     # all that the compiler's run-time library gives: 64-bit division
     foreign = {n for n in names if n.startswith("__") and not n.startswith("__aeabi_")}
-    assert foreign <= {"__udivmoddi4", "__divdi3", "__udivdi3"}, foreign
+    # and what the linker puts between eNVM and eSRAM
+    assert foreign <= {"__udivmoddi4", "__divdi3", "__udivdi3", "__with_wait_states_veneer"}, foreign
 
 
 def test_the_library_has_no_data_of_its_own():

@@ -15,7 +15,7 @@ from pathlib import Path
 from disasm import Image
 from frames import deepest
 
-FLASH = 254 * 1024
+FLASH = 240 * 1024
 RAM = 64 * 1024
 CROSS = os.environ.get("CROSS", "arm-none-eabi-")
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Settings that outlive power-off: the same C that is flashed, on the twin's model of the eNVM's controller.
 
-What a slot holds is written down a second time here, in Python (`slot`), from docs/settings.md: the C's slots are read by it and
-its slots by the C, so that an older firmware's, a newer one's and every kind of damage can be made.
+What a slot holds is written down a second time here, in Python (`slot`), from docs/settings.md: the C's slots are read by it
+and its slots by the C, so that an older firmware's, a newer one's and every kind of damage can be made.
 """
 import ctypes
 import struct
@@ -476,20 +476,12 @@ def test_not_at_a_wrong_clock(drive, c):
 
 def test_not_where_the_slow_loop_is_dead(drive, c):
     """Programming serves the watchdog, which then would never bite."""
-    other = c.axis()
-    drive.save()
-    drive.set(**NEW)
-    hook = ctypes.c_void_p.in_dll(c._library, "host_on_sleep")
-    before = drive.bench.commands
-    power_on = c.host_save  # sets the hook: so the axis whose clock goes on is another one
-    keep = drive.bench.axis
-    drive.axis.time_ms = 5
-    assert hook.value and power_on
-    slots, report = c.host_slots(), c.saved()
-    drive.bench.axis = ctypes.pointer(other)
-    assert drive.name(c.axis_save(drive.axis, slots, report).error) == "BUSY"
+    drive.set(**OLD)
+    assert drive.save() == "NONE"  # and the bench's clock has an axis that goes on
+    before, other, report = drive.bench.commands, c.axis(), c.saved()
+    drive.bench.axis = ctypes.pointer(other)  # now it is another one
+    assert drive.name(c.axis_save(drive.axis, drive.slots, report).error) == "BUSY"
     assert drive.bench.commands == before
-    drive.bench.axis = keep
 
 
 def test_the_slow_loop_does_not_take_it_for_a_dead_current_loop(drive, c):
@@ -529,7 +521,8 @@ def learn(drive, harmonics=2, index=1234):
     motion.cogging.count = harmonics
     for n in range(harmonics):
         motion.cogging.harmonics[n].order = (1, 4, 8, 24, 2, 12, 48, 16)[n]
-        motion.cogging.harmonics[n].cos_q23, motion.cogging.harmonics[n].sin_q23 = 3_000_000 - 400_000 * n, -1_000_000 + 77_777 * n
+        harmonic = motion.cogging.harmonics[n]
+        harmonic.cos_q23, harmonic.sin_q23 = 3_000_000 - 400_000 * n, -1_000_000 + 77_777 * n
 
 
 def torque(drive, count):

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* The eNVM's controller as the twin has it, on a bus of which every write is counted, and behind any of which the power fails. */
+/* The eNVM's controller as the twin has it, on a bus whose every write is counted, and behind any of them the power fails. */
 #ifndef TESTS_UNIT_HOST_ENVM_H
 #define TESTS_UNIT_HOST_ENVM_H
 
