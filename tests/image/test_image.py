@@ -56,7 +56,7 @@ def symbols():
 def test_the_slots_of_the_settings_are_pages_that_are_free(image):
     """No file that is flashed has anything there, and neither the device nor a design's protection keeps it: of every device
     with 256 KB the sectors from 0x3E000 on are the device's, or can be protected."""
-    start, second, end = (symbols()[name] - ENVM for name in ("link_settings_start", "link_settings_slot_1", "link_settings_end"))
+    start, second, end = (symbols()["link_settings_" + name] - ENVM for name in ("start", "slot_1", "end"))
     assert start % 4096 == 0 and second - start == end - second == 4096
     assert len(image) <= start and end <= 0x3E000
     assert not [at for at in read_hex(BUILD / "mssfoc.hex") if at >= start]
