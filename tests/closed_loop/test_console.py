@@ -75,7 +75,8 @@ def test_help_names_every_command(tmp_path):
     text = answers(tmp_path, ["help"], gap_s=0.2)[0]
     commands = {line.split(":")[0].split()[0] for line in text.split("\n")}
     assert commands == {"help", "machine", "status", "on", "off", "quickstop", "speed", "torque", "fault", "clear", "get",
-                        "set", "version", "reaction", "identify", "pv", "pp", "hm", "csp", "csv", "cst", "zero", "learn"}
+                        "set", "version", "reaction", "identify", "pv", "pp", "hm", "csp", "csv", "cst", "zero", "learn",
+                        "save", "load", "defaults"}
 
 
 def test_set_and_get(tmp_path):
