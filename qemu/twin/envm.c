@@ -136,6 +136,7 @@ void envm_settle(struct envm *e, sim_ps now)
 static void begin(struct envm *e, double takes_s, sim_ps now)
 {
     e->status &= ~(uint32_t)READY;
+    e->glitch = true;
     e->began = now;
     e->until = now + sim_from_s(takes_s);
 }
@@ -182,8 +183,11 @@ uint32_t envm_read(struct envm *e, uint32_t offset, sim_ps now)
         return e->data[(offset - WD) / 4];
     }
     switch (offset) {
-    case STATUS:
-        return e->status;
+    case STATUS: {
+        uint32_t glitch = envm_is_busy(e) && e->glitch ? READY : 0;
+        e->glitch = false;
+        return e->status | glitch;
+    }
     case PAGE_LOCK:
         return e->page_lock;
     case REQ_ACCESS:

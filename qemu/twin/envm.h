@@ -49,6 +49,7 @@ struct envm {
     uint32_t fails; /* enum envm_failure, of the next command */
     bool programming, verifying;
     uint32_t page;
+    bool glitch; /* the next look at the status sees ready, wrongly: the vendor's driver takes two in a row for one */
     sim_ps began, until; /* of the command under way; SIM_NEVER: none ends */
     uint64_t bus_writes, programmed;
     /* What happens to the array: the page is another one now. */

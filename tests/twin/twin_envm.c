@@ -67,6 +67,7 @@ static void commands(void)
     fill(e, 0x1000);
     (void)envm_write(e, CMD, PROGRAM, 0);
     check_true("busy", envm_is_busy(e));
+    check_hex("one look may be deceived", envm_read(e, STATUS, 1), 1);
     check_hex("not ready", envm_read(e, STATUS, 8 * (int64_t)MS - 1), 0);
     check_equal("nothing has changed yet", told, 0);
     (void)envm_write(e, CMD, VERIFY, 4 * (int64_t)MS);

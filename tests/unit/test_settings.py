@@ -430,6 +430,7 @@ def test_pages_of_the_device_are_denied(drive):
     for offset in (0x3F800, 0x3FF80):
         assert drive.c.envm_program_page(offset, words) == drive.c.ENVM_DENIED
     assert drive.c.envm_program_page(0x3F780, words) == drive.c.ENVM_DONE
+    assert drive.bench.open == 0, "the driver holds the interrupts back by itself"
 
 
 def test_wear_is_said(drive):
