@@ -57,8 +57,8 @@ def test_a_save_outlives_a_reset_a_cut_and_the_end_of_the_run(tmp_path):
         *typed(["get --changed", "reaction"], 0.66)], 0.8)
     first, second, third = lives(result)
     assert "settings: none stored, initial values" in first and "slot A, save 1;" in first
-    assert "settings: slot A, save 1, loaded" in second and "ramp_rpm_s = 1234  (initially 5000)" in second
-    assert "settings: slot B, save 2, loaded" in third and "ramp_rpm_s = 4321  (initially 5000)" in third
+    assert "settings: slot A, save 1, loaded" in second and "ramp_rpm_s = 1234 rpm/s  (initially 5000)" in second
+    assert "settings: slot B, save 2, loaded" in third and "ramp_rpm_s = 4321 rpm/s  (initially 5000)" in third
     assert "limit cycle: warn" in third
     assert "has waited" not in log(result), "the core must not need the eNVM while a page is programmed"
     again = play(tmp_path / "again", envm, typed(["get --changed", "version"], 0.02), 0.1)

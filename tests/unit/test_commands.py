@@ -71,7 +71,7 @@ def test_save_load_defaults(operator):
     assert operator("load") == ["error: no settings are stored"]
     assert operator("get --changed") == []
     assert operator("set learn_rpm 77") == operator("set retry_count 3") == ["ok"]
-    changed = ["learn_rpm = 77  (initially 10)", "retry_count = 3  (initially 0)"]
+    changed = ["learn_rpm = 77 rpm  (initially 10)", "retry_count = 3  (initially 0)"]
     assert operator("get --changed") == changed
     assert operator("save") == ["ok", "slot A, save 1; its pages have been written about 1 times"]
     assert operator("defaults") == ["ok"] and operator("get --changed") == []
