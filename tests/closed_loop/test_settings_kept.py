@@ -49,6 +49,14 @@ def store(path, offset, content):
     path.write_bytes(b"mssenvm1" + pages)
 
 
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """What a device keeps that has been saved once."""
+    folder = tmp_path_factory.mktemp("saved")
+    play(folder, folder / "envm", typed(["set ramp_rpm_s 1111", "save"], 0.02), 0.2)
+    return (folder / "envm").read_bytes()
+
+
 def test_a_save_outlives_a_reset_a_cut_and_the_end_of_the_run(tmp_path):
     envm = tmp_path / "envm"
     result = play(tmp_path, envm, [
@@ -77,9 +85,9 @@ def test_the_slow_loop_and_the_watchdog_bear_a_save(tmp_path):
     assert len(lives(late)) == 1 and "fault: none" in late.console
 
 
-def test_a_page_that_does_not_end_is_ended_by_the_watchdog(tmp_path):
+def test_a_page_that_does_not_end_is_ended_by_the_watchdog(tmp_path, saved):
     """What would tell of it waits for the eNVM, too. The next life has what was stored before."""
-    play(tmp_path, tmp_path / "envm", typed(["set ramp_rpm_s 1111", "save"], 0.02), 0.3)
+    (tmp_path / "envm").write_bytes(saved)
     result = play(tmp_path, tmp_path / "envm", [*typed(["set ramp_rpm_s 2222", "save"], 0.02), (0.2, "get ramp_rpm_s")], 0.3,
                   envm_model={"program_s": 0.5})
     found = lives(result)
@@ -89,11 +97,11 @@ def test_a_page_that_does_not_end_is_ended_by_the_watchdog(tmp_path):
 
 @pytest.mark.parametrize("page, write, share, whole", ((2, 20, 0.5, 1), (2, PROGRAM, 0.3, 1), (2, PROGRAM, 0.8, 1),
                                                        (0, PROGRAM, 0.6, 1), (0, VERIFY, 0.9, 2)))
-def test_a_power_cut_in_the_midst_of_a_save(page, write, share, whole, tmp_path):
+def test_a_power_cut_in_the_midst_of_a_save(page, write, share, whole, tmp_path, saved):
     """In a page's words; in the first half and in the second of programming one; in the head; and behind it."""
     envm = tmp_path / "envm"
-    play(tmp_path, envm, typed(["set ramp_rpm_s 1111", "save"], 0.02), 0.3)
-    pages = (envm.stat().st_size - 8) // (12 + PAGE)
+    envm.write_bytes(saved)
+    pages = (len(saved) - 8) // (12 + PAGE)
     write += ((page or pages) - 1) * WRITES  # the head comes last
     result = play(tmp_path, envm, [*typed(["set ramp_rpm_s 2222", "set learn_rpm 22", "save"], 0.02),
                                    *typed(["get ramp_rpm_s", "get learn_rpm", "version"], 0.3)], 0.4,
