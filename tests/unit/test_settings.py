@@ -408,6 +408,14 @@ def test_each_way_in_which_the_controller_fails(problem, when, drive):
     assert drive.restart() == "NONE" and drive.params() == old
 
 
+def test_the_array_is_asked_and_not_what_was_sent(drive, c):
+    """Where the core does not see what the controller has written, nothing is stored."""
+    elsewhere, slots, report = (ctypes.c_uint8 * (2 * SLOT_BYTES))(), c.host_slots(), c.saved()
+    drive.save()
+    slots.memory = ctypes.cast(elsewhere, type(slots.memory))
+    assert drive.name(c.axis_save(drive.axis, slots, report).error) == "ENVM_VERIFY"
+
+
 def test_without_wait_states_nothing_would_be_right(drive):
     """The model punishes it: what the driver sets in ENVM_CR is needed."""
     drive.bench.envm.wait_states = False
