@@ -46,7 +46,7 @@ MSSFOC_IMAGE = $(BUILD)/mssfoc
 Q := $(if $(V),,@)
 say = $(if $(V)$(findstring s,$(firstword -$(MAKEFLAGS))),,@echo "  $1  $@")
 
-export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS START ENVM PROBE HOSTCC CROSS
+export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS START ENVM PROBE PORT HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1
 
 # ---- the image and the library ---------------------------------------------------------------------------------------
@@ -55,11 +55,11 @@ objects = $(patsubst %,$(BUILD)/arm/%.o,$(basename $1))
 
 LIB_OBJ      = $(call objects,$(call sources,lib))
 PLATFORM_OBJ = $(call objects,$(call sources,startup drivers/cortex drivers/mss drivers/fabric))
-FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware/control firmware/commission firmware/axis firmware/system firmware/operate))
+FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware/control firmware/commission firmware/axis firmware/scope firmware/system firmware/operate))
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything guides pictures results run test size lint clean help tools console debug flash models campaign twin target-tests
+.PHONY: all everything guides pictures results run test size lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -152,6 +152,18 @@ campaign: tools
 	@$(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) qemu/run.py campaign
 
+scope:
+	@.ci/tools page
+	@$(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
+	@$(PYTHON) qemu/run.py scope
+
+scope-pictures:
+	@.ci/tools page browser
+	@$(MAKE) --no-print-directory -s -j2 all twin
+	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/launcher/test_page.py
+	cp $(BUILD)/scope/page.png docs/scope.png
+	cp $(BUILD)/scope/phone.png docs/scope-phone.png
+
 console debug: tools
 	@$(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py $@
@@ -200,6 +212,8 @@ help:
 	@echo '                     what the device keeps: [ENVM=file] settings that `save` has written (docs/settings.md)'
 	@echo 'make test            all tests                                         [QEMU=path]'
 	@echo 'make console         a live console of a running drive'
+	@echo 'make scope           a page in the browser: plots, captures, parameters, commands; [PORT=/dev/ttyUSB0] of a board'
+	@echo 'make scope-pictures  the test of that page, and its pictures into docs/'
 	@echo 'make debug           QEMU halted, with a GDB port'
 	@echo 'make models          the motor models against their data sheets        [MOTOR=name, otherwise all]'
 	@echo 'make campaign        motors x scenarios x seeds: one table of worst cases, pictures of the spread'

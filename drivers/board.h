@@ -28,6 +28,7 @@
 #define BOARD_IRQ_ADC     MSS_IRQ_FABRIC(0u) /* 34: end of conversion, level */
 #define BOARD_IRQ_CONSOLE MSS_IRQ_UART0
 #define BOARD_IRQ_TICK    MSS_IRQ_TIMER1
+#define BOARD_IRQ_SCOPE   MSS_IRQ_I2C1_SMBUS /* raised by software only: the block behind it stays in reset */
 
 /* ---- limits of what the fabric blocks can do ---- */
 #define BOARD_ADC_Q15_PER_CODE   16     /* of a current: 12 bit, 2048 codes are 1.0 */

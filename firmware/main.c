@@ -32,6 +32,7 @@ static void start_axis(struct axis *axis, enum fault boot_fault)
     if (!axis_fabric_doubted(axis)) {
         handlers_start_current_loop();
     }
+    handlers_start_scope();
     handlers_start_slow_loop();
     if (boot_fault != FAULT_CLOCK) {
         handlers_watch_device(); /* or a PLL that is not locked would end each life of the program */
@@ -65,6 +66,7 @@ int main(void)
     console_start(&console, &(struct session){
                                 .out = {.uart = &uart, .idle = &rest},
                                 .axis = &axes[0],
+                                .scope = &scope,
                                 .last_life = &last_life,
                                 .slots = &slots,
                                 .kept = &kept,

@@ -197,6 +197,11 @@ static void (*handler(const volatile struct current_loop *c, enum loop_source so
     return rippled ? c->handlers->rippled : c->handlers->handler[source][scheme];
 }
 
+static void serve_by(const volatile struct current_loop *c, void (*chosen)(void))
+{
+    *(c->diverted != NULL ? c->diverted : c->handlers->vector) = chosen;
+}
+
 bool current_loop_select(volatile struct current_loop *c, const struct fabric *f, enum loop_source source,
                          enum loop_scheme scheme)
 {
@@ -207,7 +212,7 @@ bool current_loop_select(volatile struct current_loop *c, const struct fabric *f
     c->scheme = scheme;
     c->field_follows = 0u;
     if (c->handlers != NULL) {
-        *c->handlers->vector = handler(c, source, scheme);
+        serve_by(c, handler(c, source, scheme));
         cpu_dsb(); /* the next interrupt finds it */
     }
     return true;
@@ -217,7 +222,7 @@ void current_loop_exchange(volatile struct current_loop *c, enum loop_source sou
 {
     c->source = source;
     if (c->handlers != NULL) {
-        *c->handlers->vector = handler(c, source, c->scheme);
+        serve_by(c, handler(c, source, c->scheme));
     }
 }
 

@@ -111,6 +111,8 @@ struct current_loop {
     /* which instance runs: current_loop_select() alone writes these */
     const struct loop_handlers *handlers; /* NULL: nobody's interrupt */
     uint32_t source, scheme;
+    void (**diverted)(
+        void); /* where the handler's address is kept while another entry is in the vector; NULL: none is */
 
     /* once a millisecond */
     int32_t vbus_q15;
@@ -197,6 +199,13 @@ bool current_loop_select(volatile struct current_loop *c, const struct fabric *f
  * integrals. One store. Slow loop.
  */
 void current_loop_exchange(volatile struct current_loop *c, enum loop_source source);
+
+/*
+ * From the next sample on the interrupt enters `entry`, which has to go on to the handler in `*handler`; or the handler itself
+ * again. Whatever is selected meanwhile goes there. Not without `handlers`. Thread or slow loop, bridge on or off.
+ */
+void current_loop_divert(volatile struct current_loop *c, void (*entry)(void), void (**handler)(void));
+void current_loop_undivert(volatile struct current_loop *c);
 
 /*
  * Of LOOP_FORCED: the field stands at `angle_q32` at the next sample and turns by `speed_q32` a sample from there, until told

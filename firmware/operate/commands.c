@@ -7,7 +7,7 @@
 #include "firmware/operate/commands_parts.h"
 #include "firmware/settings/config.h"
 
-#define WORDS_MAX 3u
+#define WORDS_MAX 5u
 
 static void run_version(struct session *s, char *const *words)
 {
@@ -56,6 +56,15 @@ const struct command command_table[] = {
     {"reaction", "", "what follows from each fault that leaves a choice", 1, run_reactions},
     {"reaction", " FAULT off|stop|warn", "choose it, while off", 3, run_reaction},
     {"machine", " on|off", "no echo, no prompt; a line with '.' behind each answer, for programs", 2, run_machine},
+    {"scope", " trigger SIGNAL above|below|rises|falls VALUE",
+     "what begins a capture, besides a fault and 'scope fire'", 5, run_scope_trigger},
+    {"scope", " signals A,B,...|every TICKS|before SAMPLES|trigger never", "what a capture is to hold", 3,
+     run_scope_set},
+    {"scope", " list|arm|fire|off|read|fault", "signals there are; a capture; the last one; what the last fault left",
+     2, run_scope_do},
+    {"scope", "", "what is set, and what the capture does", 1, run_scope},
+    {"stream", " MS BAUD", "a frame of the signals every MS between the text, at BAUD; ends 3 s after the last line", 3,
+     run_stream},
     {"version", "", "of this firmware", 1, run_version},
 };
 

@@ -62,4 +62,12 @@ void run_set(struct session *s, char *const *words);
 void run_reactions(struct session *s, char *const *words);
 void run_reaction(struct session *s, char *const *words);
 
+/* ---- commands_scope.c: what is watched, captures, the stream ---- */
+
+void run_scope(struct session *s, char *const *words);
+void run_scope_do(struct session *s, char *const *words);
+void run_scope_set(struct session *s, char *const *words);
+void run_scope_trigger(struct session *s, char *const *words);
+void run_stream(struct session *s, char *const *words);
+
 #endif

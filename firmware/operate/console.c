@@ -57,6 +57,7 @@ static void finish_line(struct console *k)
 {
     const bool machine = k->session.machine;
     axis_hear(k->session.axis);
+    stream_hear(&k->session.stream, k->session.axis->time_ms);
     if (!machine) {
         text_put_line(out(k), "");
     }
@@ -152,4 +153,5 @@ void console_poll(struct console *k)
     }
     announce_fault(k);
     announce_warnings(k);
+    stream_poll(&k->session.stream, out(k), k->session.scope);
 }

@@ -12,6 +12,7 @@
 
 /* interrupt priorities: 0 is the most urgent of 16 */
 #define CONFIG_PRIORITY_CURRENT_LOOP 0u
+#define CONFIG_PRIORITY_SCOPE        2u
 #define CONFIG_PRIORITY_SLOW_LOOP    4u
 #define CONFIG_PRIORITY_CONSOLE      8u
 

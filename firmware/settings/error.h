@@ -85,6 +85,10 @@ enum error {
     ERROR_STACK_GUARD,
     ERROR_WATCHDOG_OFF,
     ERROR_FABRIC_DOUBTED, /* found at start-up; only a reset looks again */
+    /* scope */
+    ERROR_SCOPE_ARMED,
+    ERROR_SCOPE_NOT_ARMED,
+    ERROR_SCOPE_BEFORE, /* value: the most that works */
     ERROR_COUNT
 };
 

@@ -4,6 +4,7 @@
 #define FIRMWARE_SYSTEM_AXES_H
 
 #include "firmware/axis/axis.h"
+#include "firmware/scope/scope.h"
 
 #define AXIS_COUNT 1u
 
@@ -15,5 +16,6 @@
 
 extern struct axis axes[AXIS_COUNT];
 extern struct thermal_memory axes_heat[AXIS_COUNT]; /* a reset leaves it alone */
+extern struct scope scope;                          /* of the first axis: the entries of two interrupts name it */
 
 #endif

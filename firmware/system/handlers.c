@@ -15,6 +15,8 @@ _Alignas(AXES_ALIGNMENT) struct axis axes[AXIS_COUNT];
 _Static_assert(AXES_ALIGNMENT > (ADC_STATUS_EOC | ADC_STATUS_OVERRUN | ADC_STATUS_TRIP),
                "an address would clear them, too");
 
+struct scope scope;
+
 struct thermal_memory axes_heat[AXIS_COUNT] STARTUP_NOINIT;
 
 void current_loop_fault(void)
@@ -100,6 +102,20 @@ void Timer1_IRQHandler(void)
     mss_timer1_acknowledge();
     watch_device();
     axis_step(&axes[0]);
+    scope_step(&scope);
+}
+
+/* Whatever the interrupt's own block is for, this device has no use for it. */
+void I2C1_SMBus_IRQHandler(void)
+{
+    scope_sample(&scope);
+}
+
+void handlers_start_scope(void)
+{
+    scope_init(&scope, &axes[0], scoped_tick, &NVIC->ISPR[BOARD_IRQ_SCOPE / 32u], 1u << (BOARD_IRQ_SCOPE % 32u));
+    nvic_priority(BOARD_IRQ_SCOPE, CONFIG_PRIORITY_SCOPE);
+    nvic_enable(BOARD_IRQ_SCOPE);
 }
 
 void handlers_start_current_loop(void)

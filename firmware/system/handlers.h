@@ -22,6 +22,12 @@ void handlers_watch_device(void);
 void handlers_start_current_loop(void);
 void handlers_start_slow_loop(void);
 
+/* Readies the scope of axis 0, before the slow loop starts. Thread, once. */
+void handlers_start_scope(void);
+
+/* The current loop's entry while a capture is under way: scoped_tick.S. */
+void scoped_tick(void);
+
 /* The current loop of axis 0 in C. The first is not in the table of handlers: the one in assembly stands in its place. */
 void handlers_encoder_ab(void);
 void handlers_encoder_pair(void);

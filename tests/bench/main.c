@@ -48,6 +48,7 @@ int main(void)
         rows_control();
         rows_family();
         rows_current_loop();
+        rows_scope();
         rows_slow_loop();
         rows_seldom();
         rows_interrupt();

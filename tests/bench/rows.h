@@ -23,6 +23,9 @@ void rows_control(void);
 /* The current loop. */
 void rows_current_loop(void);
 
+/* The scope. */
+void rows_scope(void);
+
 /* What runs once a millisecond. */
 void rows_slow_loop(void);
 

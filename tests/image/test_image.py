@@ -127,6 +127,7 @@ STATE = {
     "axes": "the axes, which the interrupts' handlers name",
     "axes_heat": "what the motors have kept of heat, which outlives a reset",
     "startup_vectors": "the vector table that the core reads",
+    "scope": "the scope, which the current loop's and the sampler's interrupts name",
     "uart": "the console's UART, which its interrupt serves",
     "kept": "the post-mortem record, which outlives a reset",
 }

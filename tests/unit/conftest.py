@@ -18,7 +18,7 @@ from unit.cinterface import Library
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 SOURCE = Path(os.environ.get("MSSFOC_SOURCE", ROOT))
-ROOMS = ("settings", "control", "commission", "axis", "operate")
+ROOMS = ("settings", "control", "commission", "axis", "scope", "operate")
 FLAGS = ["-std=gnu11", "-O1", "-g", "-fPIC", "-shared", "-fsanitize=undefined", "-fno-sanitize-recover=all", "-Wall", "-Wextra",
          "-Werror", "-Wno-int-to-pointer-cast"]
 

@@ -314,7 +314,10 @@ def test_help_has_a_line_for_each_command(operator):
         "help", "help COMMAND", "status", "on", "identify", "identify show|use", "off", "quickstop", "speed RPM", "torque A",
         "pv RPM", "pp COUNTS", "pp by COUNTS", "hm index|block", "csp COUNTS", "csv RPM", "cst A", "learn cogging", "zero",
         "fault", "clear", "get PARAM", "set PARAM VALUE", "save", "load", "defaults",
-        "reaction", "reaction FAULT off|stop|warn", "machine on|off", "version"]
+        "reaction", "reaction FAULT off|stop|warn", "machine on|off",
+        "scope trigger SIGNAL above|below|rises|falls VALUE",
+        "scope signals A,B,...|every TICKS|before SAMPLES|trigger never", "scope list|arm|fire|off|read|fault", "scope",
+        "stream MS BAUD", "version"]
     assert all(len(line.split(": ", 1)[1]) > 5 for line in lines)
 
 

@@ -13,7 +13,7 @@ from unit.register_pages import NO_ACCESS, PAGES, READ_WRITE, protect
 
 SYSREG, TIMER, WATCHDOG, DWT, NVIC, SCB, MPU, FABRIC = (
     0x40038000, 0x40004000, 0x40005000, 0xE0001000, 0xE000E100, 0xE000ED00, 0xE000ED90, 0x50000000)
-PLL_LOST, FABRIC_PLL_LOST, ECC_ERROR, TICK, ADC_IRQ = 23, 32, 29, 14, 34
+PLL_LOST, FABRIC_PLL_LOST, ECC_ERROR, TICK, ADC_IRQ, SCOPE = 23, 32, 29, 14, 34, 9
 KEY, LOAD = 0xAC15DE42, 0x4C4B7F
 
 
@@ -281,6 +281,15 @@ def test_the_slow_loops_interrupt(device, system):
     assert (device.timer.TIM1_LOADVAL, device.timer.TIM1_CTRL) == (100000, 5)
 
 
+def test_the_sampler_is_below_the_current_loop_and_above_the_slow_loop(device, system):
+    system.handlers_start_scope()
+    assert device.nvic.ISER[0] == 1 << SCOPE and device.nvic.IPR[SCOPE] == 2 << 4
+    entry = system.scope.entry
+    ctypes.cast(entry.pend, ctypes.POINTER(ctypes.c_uint32))[0] = entry.pend_bit
+    assert device.nvic.ISPR[0] == 1 << SCOPE
+    assert system.scope.enter == ctypes.cast(system._library.scoped_tick, ctypes.c_void_p).value
+
+
 def test_the_device_is_watched(device, system):
     system.handlers_watch_device()
     assert device.sysreg.EDAC_IRQ_ENABLE == 0x2A and device.sysreg.EDAC_SR == 0x3F
@@ -293,6 +302,7 @@ def test_the_device_is_looked_at_within_eight_milliseconds(device, system, pll, 
     device.sysreg.MSSDDR_PLL_STATUS, device.sysreg.EDAC_SR = pll, edac
     axis = system.axes[0]
     axis.fabric_doubt = 0xD0B7FABC
+    system.handlers_start_scope()
     seen = 0
     for ms in range(1, 9):
         axis.time_ms, device.timer.TIM1_RIS, device.nvic.ISPR[0] = ms, 0, 0

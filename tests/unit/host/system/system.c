@@ -2,6 +2,7 @@
 /* What firmware/system and the device lean on. Their registers stand at their addresses, in memory that a test has mapped. */
 #include "drivers/cortex/cpu.h"
 #include "drivers/cortex/dwt.h"
+#include "firmware/system/handlers.h"
 #include "startup/startup.h"
 
 uint32_t host_primask, host_basepri, host_sleeps;
@@ -10,6 +11,7 @@ void (*host_on_mask)(uint32_t level);
 
 uint32_t host_exception;
 uint32_t host_current_loops; /* runs of the handler in assembly */
+uint32_t host_scoped_ticks;  /* runs of the entry in front of it */
 uint32_t (*host_on_cycles)(void);
 
 void (*startup_vectors[STARTUP_SYSTEM_VECTORS + STARTUP_EXTERNAL_VECTORS])(void);
@@ -31,4 +33,9 @@ uint32_t dwt_cycles(void)
 void FabricIrq0_IRQHandler(void)
 {
     host_current_loops++;
+}
+
+void scoped_tick(void)
+{
+    host_scoped_ticks++;
 }

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/operate/stream.h"
+
+#include "firmware/scope/frame.h"
+#include "firmware/settings/config.h"
+
+#define DRAIN_MS 200u /* a full buffer at 115200 baud takes 90 */
+
+_Static_assert(FRAME_VALUES_MOST == SIGNALS_MOST, "a frame holds a sample");
+
+void stream_begin(struct stream *s, const struct scope *scope, uint32_t every_ms, uint32_t baud)
+{
+    s->next = scope->recorder.count;
+    s->heard_ms = scope->axis->time_ms;
+    s->every_ms = every_ms;
+    s->baud = baud;
+}
+
+void stream_end(struct stream *s)
+{
+    if (s->every_ms != 0u) {
+        s->every_ms = 0u;
+        s->baud = CONFIG_CONSOLE_BAUD;
+    }
+}
+
+/* Behind all that has been said. */
+static void change_rate(struct stream *s, struct text *out)
+{
+    const uint32_t begin_ms = *out->idle->time_ms;
+    while (!mmuart_is_idle(out->uart) && *out->idle->time_ms - begin_ms < DRAIN_MS) {
+        idle(out->idle);
+    }
+    (void)mmuart_init(out->uart, out->uart->regs, s->baud); /* the rate fits: who asked for it has looked */
+    s->baud = 0u;
+}
+
+static void send(struct text *out, uint32_t number, const int32_t *values, uint32_t count)
+{
+    uint8_t bytes[FRAME_BYTES_MOST];
+    const uint32_t length = frame_sample(bytes, number, values, count);
+    if (mmuart_free_space(out->uart) < length) {
+        return;
+    }
+    for (uint32_t i = 0; i < length; i++) {
+        (void)mmuart_put(out->uart, (char)bytes[i]);
+    }
+}
+
+static void send_new(struct stream *s, struct text *out, const struct scope *scope)
+{
+    int32_t values[SIGNALS_MOST];
+    const uint32_t now = scope->recorder.count;
+    if ((int32_t)(now - s->next) > (int32_t)RECORDER_SAMPLES) {
+        s->next = now - 1u; /* the thread was away for longer than the recorder remembers */
+    }
+    for (; (int32_t)(now - s->next) > 0; s->next += s->every_ms) {
+        if (recorder_get(&scope->recorder, s->next, scope->choice.count, values)) {
+            send(out, s->next, values, scope->choice.count);
+        }
+    }
+}
+
+void stream_poll(struct stream *s, struct text *out, const struct scope *scope)
+{
+    if (s->every_ms != 0u && scope->axis->time_ms - s->heard_ms > STREAM_SILENCE_MS) {
+        stream_end(s);
+    }
+    if (s->baud != 0u) {
+        change_rate(s, out);
+    }
+    if (s->every_ms != 0u) {
+        send_new(s, out, scope);
+    }
+}

@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/scope/scope.h"
+
+#include "drivers/cortex/cpu.h"
+#include "firmware/settings/config.h"
+
+#if UINTPTR_MAX == UINT32_MAX
+_Static_assert(offsetof(struct scope, entry) == 0 && offsetof(struct scope_entry, pend_bit) == 0 &&
+                   offsetof(struct scope_entry, pend) == 4 && offsetof(struct scope_entry, handler) == 8 &&
+                   offsetof(struct scope_entry, ticks) == 12,
+               "system/scoped_tick.S loads the four words at once");
+#endif
+
+static void take_sources(struct scope *s)
+{
+    for (uint32_t i = 0; i < s->choice.count; i++) {
+        s->sources[i] = signal_source(&signal_table[s->choice.which[i]], s->axis, &s->nothing);
+    }
+}
+
+void scope_init(struct scope *s, struct axis *a, void (*enter)(void), volatile uint32_t *pend, uint32_t pend_bit)
+{
+    s->entry.pend_bit = pend_bit;
+    s->entry.pend = pend;
+    s->enter = enter;
+    s->axis = a;
+    s->every = 1u;
+    s->choice = signal_default();
+    s->capture.memory = s->memory;
+    s->capture.before = scope_capacity(s) / 2u;
+    s->trigger_on = s->choice.which[0];
+    take_sources(s);
+}
+
+/* ---- what is wanted ---- */
+
+static bool is_under_way(const struct scope *s)
+{
+    return s->capture.state == CAPTURE_WAITING || s->capture.state == CAPTURE_TRIGGERED;
+}
+
+static enum error forget_capture(struct scope *s)
+{
+    if (is_under_way(s)) {
+        return ERROR_SCOPE_ARMED;
+    }
+    s->capture.state = CAPTURE_OFF;
+    return ERROR_NONE;
+}
+
+enum error scope_choose(struct scope *s, const struct signal_choice *choice)
+{
+    const enum error error = forget_capture(s);
+    if (error == ERROR_NONE) {
+        const uint32_t mask = cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP); /* the recorder's signals, too */
+        s->choice = *choice;
+        take_sources(s);
+        recorder_begin(&s->recorder);
+        (void)cpu_mask_below(mask);
+    }
+    return error;
+}
+
+enum error scope_set_every(struct scope *s, uint32_t ticks)
+{
+    const enum error error = forget_capture(s);
+    s->every = error == ERROR_NONE ? ticks : s->every;
+    return error;
+}
+
+enum error scope_set_before(struct scope *s, uint32_t samples)
+{
+    const enum error error = forget_capture(s);
+    s->capture.before = error == ERROR_NONE ? samples : s->capture.before;
+    return error;
+}
+
+enum error scope_set_trigger(struct scope *s, uint32_t signal, enum capture_when when, int32_t level)
+{
+    const enum error error = forget_capture(s);
+    if (error == ERROR_NONE) {
+        s->trigger_on = signal;
+        s->capture.when = when;
+        s->capture.level = level;
+    }
+    return error;
+}
+
+/* ---- a capture ---- */
+
+struct outcome scope_arm(struct scope *s)
+{
+    if (forget_capture(s) != ERROR_NONE) {
+        return outcome_of(ERROR_SCOPE_ARMED);
+    }
+    if (s->capture.before >= scope_capacity(s)) {
+        return (struct outcome){ERROR_SCOPE_BEFORE, (int32_t)scope_capacity(s) - 1};
+    }
+    if (s->axis->loop.handlers == NULL) {
+        return outcome_of(ERROR_FABRIC_DOUBTED);
+    }
+    scope_off(s);
+    s->watched = signal_source(&signal_table[s->trigger_on], s->axis, &s->nothing);
+    s->capture.words = s->choice.count;
+    s->capture.samples = scope_capacity(s);
+    s->torn = 0u;
+    s->late = 0u;
+    s->due = s->entry.ticks + 1u;
+    s->rate_of = (uint32_t)s->axis->loop.loops_per_slow;
+    capture_begin(&s->capture, *s->watched.word + *s->watched.added, s->axis->faults.cause != FAULT_NONE);
+    current_loop_divert(&s->axis->loop, s->enter, &s->entry.handler);
+    return OUTCOME_OK;
+}
+
+enum error scope_fire(struct scope *s)
+{
+    if (s->capture.state != CAPTURE_WAITING) {
+        return ERROR_SCOPE_NOT_ARMED;
+    }
+    s->capture.fire = true;
+    return ERROR_NONE;
+}
+
+void scope_off(struct scope *s)
+{
+    current_loop_undivert(&s->axis->loop);
+    if (is_under_way(s)) {
+        s->capture.state = CAPTURE_OFF;
+    }
+}
+
+/* ---- reading ---- */
+
+struct scope_extent scope_extent(const struct scope *s, enum scope_record record)
+{
+    if (record == SCOPE_FAULT) {
+        const uint32_t kept = recorder_kept(&s->recorder);
+        return (struct scope_extent){kept, s->recorder.kept_of.count, kept - 1u, &s->recorder.kept_of};
+    }
+    return (struct scope_extent){capture_samples(&s->capture), s->choice.count, s->capture.had_before, &s->choice};
+}
+
+uint32_t scope_read(const struct scope *s, enum scope_record record, uint32_t from, int32_t *to, uint32_t most)
+{
+    const struct scope_extent extent = scope_extent(s, record);
+    uint32_t count = 0;
+    for (; count < most && extent.samples != 0u && (from + count) / extent.words < extent.samples; count++) {
+        const uint32_t sample = (from + count) / extent.words;
+        const uint32_t word = (from + count) % extent.words;
+        to[count] = record == SCOPE_FAULT ? recorder_kept_word(&s->recorder, sample, word)
+                                          : capture_word(&s->capture, sample, word);
+    }
+    return count;
+}
+
+/* ---- the interrupts' halves ---- */
+
+void scope_sample(struct scope *s)
+{
+    struct capture *const c = &s->capture;
+    const uint32_t tick = s->entry.ticks;
+    const uint32_t overdue = tick - s->due;
+    if (overdue > UINT32_MAX / 2u || !is_under_way(s)) {
+        return;
+    }
+    signals_copy(s->sources, c->words, capture_slot(c));
+    const int32_t watched = (int32_t)((uint32_t)*s->watched.word + (uint32_t)*s->watched.added);
+    const bool fault = s->axis->faults.cause != FAULT_NONE;
+    cpu_compiler_barrier();
+    if (s->entry.ticks != tick) {
+        s->torn++;
+        return;
+    }
+    s->late += overdue != 0u ? 1u : 0u;
+    s->due = tick + s->every;
+    capture_commit(c, watched, fault);
+}
+
+void scope_step(struct scope *s)
+{
+    if (axis_fabric_doubted(s->axis)) {
+        return;
+    }
+    if (s->capture.state == CAPTURE_DONE && scope_is_on(s)) {
+        current_loop_undivert(&s->axis->loop);
+    }
+    recorder_step(&s->recorder, &s->choice, s->sources, s->axis->fabric, s->axis->faults.cause);
+}

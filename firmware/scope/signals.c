@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/scope/signals.h"
+
+#include "firmware/settings/config.h"
+
+#define OF_AXIS(name, member, format) \
+    { \
+        name, format, (uint16_t)offsetof(struct axis, member), 0u, false \
+    }
+#define OF_TWO(name, member, other, format) \
+    { \
+        name, format, (uint16_t)offsetof(struct axis, member), (uint16_t)offsetof(struct axis, other), false \
+    }
+#define OF_FABRIC(name, member, format) \
+    { \
+        name, format, (uint16_t)offsetof(struct fabric, member), 0u, true \
+    }
+
+_Static_assert(sizeof(struct axis) < 65536u && sizeof(struct fabric) < 65536u, "offsets have 16 bits");
+
+/* clang-format off */
+const struct signal_info signal_table[] = {
+    /* new with each sample of the current loop */
+    OF_FABRIC("i_a", adc.IA, SIGNAL_CURRENT),
+    OF_FABRIC("i_b", adc.IB, SIGNAL_CURRENT),
+    OF_FABRIC("i_c", adc.IC, SIGNAL_CURRENT),
+    OF_FABRIC("vbus", adc.VBUS, SIGNAL_VOLTAGE),
+    OF_FABRIC("count", encoder.LATCHED, SIGNAL_COUNTS),
+    OF_FABRIC("gate", gate.STATUS, SIGNAL_NUMBER),
+    OF_FABRIC("sequence", adc.SEQUENCE, SIGNAL_NUMBER),
+    OF_AXIS("i_d", loop.i_d_q15, SIGNAL_CURRENT),
+    OF_AXIS("i_q", loop.i_q_q15, SIGNAL_CURRENT),
+    OF_AXIS("i_d_ref", loop.i_d_ref_q15, SIGNAL_CURRENT),
+    OF_AXIS("i_q_ref", loop.i_q_ref_q15, SIGNAL_CURRENT),
+    OF_AXIS("v_d", loop.v_d_steps, SIGNAL_STEPS),
+    OF_AXIS("v_q", loop.v_q_steps, SIGNAL_STEPS),
+    OF_TWO("angle", loop.pll.angle_q32, loop.angle_offset_q32, SIGNAL_ANGLE),
+    OF_AXIS("turning", loop.pll.speed_q32, SIGNAL_TURNING),
+    OF_AXIS("field", loop.field_angle_q32, SIGNAL_ANGLE),
+    OF_AXIS("flux_a", loop.flux.flux_alpha, SIGNAL_NUMBER),
+    OF_AXIS("flux_b", loop.flux.flux_beta, SIGNAL_NUMBER),
+    /* new each millisecond */
+    OF_AXIS("speed", speed.speed_rpm_q4, SIGNAL_RPM_Q4),
+    OF_AXIS("speed_ref", speed.speed_ref_rpm_q4, SIGNAL_RPM_Q4),
+    OF_AXIS("target", speed.target_rpm_q16, SIGNAL_RPM_Q16),
+    OF_AXIS("position", motion.turns.counts, SIGNAL_COUNTS),
+    OF_AXIS("error", motion.position.error_counts, SIGNAL_COUNTS),
+    OF_AXIS("winding", thermal.winding_q4, SIGNAL_KELVIN_Q4),
+    OF_AXIS("state", state, SIGNAL_NUMBER),
+    OF_AXIS("fault", faults.cause, SIGNAL_NUMBER),
+    OF_AXIS("time", time_ms, SIGNAL_NUMBER),
+};
+/* clang-format on */
+
+const size_t signal_count = sizeof signal_table / sizeof signal_table[0];
+
+size_t signal_find(const char *name, size_t length)
+{
+    for (size_t i = 0; i < signal_count; i++) {
+        const char *const known = signal_table[i].name;
+        size_t same = 0;
+        while (same < length && known[same] != '\0' && known[same] == name[same]) {
+            same++;
+        }
+        if (same == length && known[same] == '\0') {
+            return i;
+        }
+    }
+    return signal_count;
+}
+
+struct signal_source signal_source(const struct signal_info *info, const struct axis *a, const int32_t *nothing)
+{
+    const char *const base = info->of_fabric ? (const char *)a->fabric : (const char *)a;
+    return (struct signal_source){
+        .word = (const volatile int32_t *)(const volatile void *)(base + info->offset),
+        .added = info->added == 0u ? nothing : (const volatile int32_t *)(const volatile void *)(base + info->added),
+    };
+}
+
+struct signal_scale signal_scale(enum signal_format format, const struct axis *a)
+{
+    switch (format) {
+    case SIGNAL_CURRENT:
+        return (struct signal_scale){a->params.i_range_ma, 32768u};
+    case SIGNAL_VOLTAGE:
+        return (struct signal_scale){a->params.v_range_mv, 32768u};
+    case SIGNAL_STEPS:
+        return (struct signal_scale){100000, CONFIG_BUS_STEPS};
+    case SIGNAL_ANGLE:
+        return (struct signal_scale){360000 / 8, 1u << 29};
+    case SIGNAL_TURNING:
+        return (struct signal_scale){a->loop.loops_per_slow * 15625, 1u << 26};
+    case SIGNAL_RPM_Q4:
+        return (struct signal_scale){1000, 16u};
+    case SIGNAL_RPM_Q16:
+        return (struct signal_scale){1000, 65536u};
+    case SIGNAL_KELVIN_Q4:
+        return (struct signal_scale){1000, 16u};
+    default:
+        return (struct signal_scale){1000, 1u};
+    }
+}
+
+const char *signal_unit(enum signal_format format)
+{
+    static const char *const units[] = {
+        [SIGNAL_CURRENT] = "A",   [SIGNAL_VOLTAGE] = "V",     [SIGNAL_STEPS] = "%_of_bus", [SIGNAL_ANGLE] = "deg",
+        [SIGNAL_TURNING] = "Hz",  [SIGNAL_RPM_Q4] = "rpm",    [SIGNAL_RPM_Q16] = "rpm",    [SIGNAL_COUNTS] = "counts",
+        [SIGNAL_NUMBER] = "none", [SIGNAL_KELVIN_Q4] = "degC"};
+    return units[format];
+}
+
+/* Not inline: the compiler would take a division without signs, which the image has no other use for. */
+static __attribute__((noinline)) int32_t quotient(int64_t value, int64_t by)
+{
+    const int64_t nearest = (value < 0 ? value - by / 2 : value + by / 2) / by;
+    return nearest > INT32_MAX ? INT32_MAX : nearest < INT32_MIN ? INT32_MIN : (int32_t)nearest;
+}
+
+int32_t signal_milli(struct signal_scale scale, int32_t raw)
+{
+    return quotient((int64_t)raw * scale.milli, scale.per);
+}
+
+int32_t signal_raw(struct signal_scale scale, int32_t milli)
+{
+    return quotient((int64_t)milli * (int64_t)scale.per, scale.milli);
+}
+
+struct signal_choice signal_default(void)
+{
+    static const char *const names[SIGNALS_MOST] = {"i_d",   "i_q",       "i_q_ref", "vbus",
+                                                    "speed", "speed_ref", "v_q",     "angle"};
+    struct signal_choice choice = {.count = SIGNALS_MOST};
+    for (size_t i = 0; i < SIGNALS_MOST; i++) {
+        size_t length = 0;
+        while (names[i][length] != '\0') {
+            length++;
+        }
+        choice.which[i] = (uint8_t)signal_find(names[i], length);
+    }
+    return choice;
+}

@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What can be watched of a running drive: one table of names, with where each signal stands and what a step of it means. A
+ * signal is one word of the axis or of its fabric, or the sum of two (an angle and its offset), and is copied as it is: nothing
+ * is scaled before somebody reads it.
+ */
+#ifndef FIRMWARE_SCOPE_SIGNALS_H
+#define FIRMWARE_SCOPE_SIGNALS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "firmware/axis/axis.h"
+
+#define SIGNALS_MOST 8u /* at a time */
+
+enum signal_format {
+    SIGNAL_CURRENT,  /* Q15 of i_range: A */
+    SIGNAL_VOLTAGE,  /* Q15 of v_range: V */
+    SIGNAL_STEPS,    /* steps of the loop's voltage: % of the bus */
+    SIGNAL_ANGLE,    /* 2^32 is a turn: degrees, -180...180 */
+    SIGNAL_TURNING,  /* 2^32 is a turn a sample: Hz */
+    SIGNAL_RPM_Q4,   /* rpm */
+    SIGNAL_RPM_Q16,  /* rpm */
+    SIGNAL_COUNTS,   /* of the encoder */
+    SIGNAL_NUMBER,   /* a number without a unit, bits, or a state */
+    SIGNAL_KELVIN_Q4 /* degC */
+};
+
+struct signal_info {
+    const char *name;
+    enum signal_format format;
+    uint16_t offset; /* bytes, into the axis or its fabric */
+    uint16_t added;  /* of the word that is added; 0: none */
+    bool of_fabric;
+};
+
+/* Where a signal is read. `added` is never NULL: it may point to a word that is 0. */
+struct signal_source {
+    const volatile int32_t *word;
+    const volatile int32_t *added;
+};
+
+/* Which are chosen: places in signal_table. */
+struct signal_choice {
+    uint32_t count; /* 1...SIGNALS_MOST */
+    uint8_t which[SIGNALS_MOST];
+};
+
+/* A value in thousandths of its unit is raw * milli / per. */
+struct signal_scale {
+    int32_t milli;
+    uint32_t per;
+};
+
+extern const struct signal_info signal_table[];
+extern const size_t signal_count;
+
+/* The place of that name, signal_count when there is none: of the `length` characters at `name`. Thread. */
+size_t signal_find(const char *name, size_t length);
+
+/* `nothing` is a word that is and stays 0. Thread. */
+struct signal_source signal_source(const struct signal_info *info, const struct axis *a, const int32_t *nothing);
+
+/* With the ranges that are set at present. Thread. */
+struct signal_scale signal_scale(enum signal_format format, const struct axis *a);
+
+/* "A", "rpm", ... Any context. */
+const char *signal_unit(enum signal_format format);
+
+/* To thousandths of the unit and back, rounded to the nearest, halves away from zero, saturated to 32 bits. Thread. */
+int32_t signal_milli(struct signal_scale scale, int32_t raw);
+int32_t signal_raw(struct signal_scale scale, int32_t milli);
+
+/* What is watched as long as nobody has chosen: enough to see why a drive let go. Thread. */
+struct signal_choice signal_default(void);
+
+/* Copies `count` signals, about 11 cycles each. ISR, slow loop. */
+static inline __attribute__((always_inline)) void signals_copy(const struct signal_source *from, uint32_t count,
+                                                               int32_t *to)
+{
+    for (const struct signal_source *const end = from + count; from != end; from++) {
+        *to++ = (int32_t)((uint32_t)*from->word + (uint32_t)*from->added);
+    }
+}
+
+#endif
