@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
-"""Entry point of the launcher: qemu/run.py run|console|debug|models|list [options]."""
+"""Entry point of the launcher: qemu/run.py run|console|scope|debug|models|list [options]."""
 import os
 import sys
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, console, debug, models, campaign, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT, SPREAD,
-DETUNE, FABRIC, SENSORS, ENVM, QEMU and BUILD."""
+"""Command line: run, console, scope, debug, models, campaign, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT,
+SPREAD, DETUNE, FABRIC, SENSORS, ENVM, QEMU and BUILD."""
 import argparse
 import os
 import signal
@@ -46,6 +46,7 @@ def _parser():
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, function, text in (("run", _run, "play a scenario, report figures, write trace.csv, report.json, run.png"),
                                  ("console", _console, "live console of a running drive in this terminal"),
+                                 ("scope", _scope, "a page in the browser: plots, captures, parameters, commands"),
                                  ("debug", _debug, "QEMU halted with a GDB port"),
                                  ("models", _models, "motor models against their data sheets"),
                                  ("list", _list, "motors and scenarios there are"),
@@ -79,6 +80,11 @@ def _parser():
                              default=os.environ.get("SCENARIO") or None if name == "run" else None)
         if name == "run":
             command.add_argument("--out", default=None, help="folder for the results (default: run/ of the build folder)")
+        if name == "scope":
+            command.add_argument("--port", default=os.environ.get("PORT") or None,
+                                 help="serial port of a board; without it the drive in QEMU (default: $PORT)")
+            command.add_argument("--at", type=int, default=0, help="port of the page (default: a free one)")
+            command.add_argument("--no-browser", action="store_true", help="only print the page's address")
         if name == "debug":
             command.add_argument("--port", type=int, default=1234, help="GDB port")
     _add_campaign(commands)
@@ -144,6 +150,20 @@ def _console(options):
 
     return live_console(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
                         **_plant(options))
+
+
+def _scope(options):
+    try:
+        from scope.web import serve
+    except ImportError as error:
+        raise LauncherError(f"make scope needs python3-aiohttp and python3-serial ({error})") from error
+    from scope.board import Board
+    from scope.twin import Twin
+    from .simulate import DEFAULT_MOTOR
+
+    far = Board(options.port) if options.port else Twin(options.motor or DEFAULT_MOTOR, options.seed, options.build,
+                                                        options.qemu, **_plant(options))
+    return serve(far, options.at, not options.no_browser)
 
 
 def _debug(options):

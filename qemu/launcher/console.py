@@ -5,6 +5,7 @@ The live drive runs with -icount sleep=off like every run: with sleep=on QEMU's 
 whenever the host is, and the firmware rightly sees its loop stop. Real time comes from here instead: QEMU is stopped for a
 moment whenever it has run ahead. On a slow machine the motor's time is slower than the clock on the wall.
 """
+import os
 import signal
 import sys
 import time
@@ -23,12 +24,13 @@ from .simulate import check_seed, prepare, write
 PREAMBLE_S = 0.05
 PACE_S = 0.02      # how often the two times are compared
 LEAD_S = 0.1       # how far simulated time may be ahead
+TERMINAL = "stdio,id=console,mux=on,signal=off"
 
 
 def live_console(motor, seed, build=None, qemu=None, scenario=None, **plant):
     """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric, sensors, aligned,
     envm, as simulate() has them."""
-    drive, arguments, environment, progress = _prepared(motor, seed, build, qemu, scenario, plant)
+    drive, arguments, environment, progress, _ = prepared(motor, seed, build, qemu, scenario, plant)
     print(f"{drive.motor.name} on {drive.inverter.name}. Its parameters are typed for you; then try:\n"
           "  on     (wait a second)     speed 1500     status     speed 0     off     help\n"
           "To leave: Ctrl-A, then x.\n", flush=True)
@@ -39,8 +41,8 @@ def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, 
     """QEMU halted at the reset vector with a GDB port; prints how to attach."""
     if not 1 <= port <= 65535:
         raise LauncherError(f"port {port} is outside 1..65535")
-    _, arguments, environment, _ = _prepared(motor, seed, build, qemu, scenario, plant,
-                                             ["-S", "-gdb", f"tcp:127.0.0.1:{port}"])
+    _, arguments, environment, *_ = prepared(motor, seed, build, qemu, scenario, plant,
+                                            ["-S", "-gdb", f"tcp:127.0.0.1:{port}"])
     elf = shown(build_dir(build) / "mssfoc.elf")
     print(f"Halted at the reset vector. Attach from another terminal:\n"
           f"  gdb-multiarch {elf} -ex 'target remote :{port}' -x qemu/debugger/fabric.py\n"
@@ -50,7 +52,11 @@ def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, 
     return _run(arguments, environment)
 
 
-def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
+def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMINAL, live=False):
+    """What starts a drive that runs until it is ended: (drive, command line, environment, progress file, pipe of live events).
+
+    live   events come by the pipe, and nobody types the motor's parameters; otherwise there is no pipe
+    """
     seed = check_seed(seed)
     plant = dict(plant)
     fabric, envm = plant.pop("fabric", "model"), plant.pop("envm", "")
@@ -58,19 +64,28 @@ def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
     if scenario:
         plan = replace(load_scenario(scenario, drive), end_s=None)
     else:
-        plan = Scenario("live", "live console", None, PREAMBLE_S, [], [])
+        plan = Scenario("live", "live console", None, None if live else PREAMBLE_S, [], [])
     build = build_dir(build)
     checked, image = Qemu(qemu), Image(build)
-    out_dir = build / "console"
+    out_dir = build / ("scope" if live else "console")
     symbols = Symbols(image.elf)
     check_ranges(drive, ranges_of(symbols))
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     probes, enums = make_probes(symbols, drive) if plan.late or plan.holds or drive.aligned else ([], None)
-    written = {"progress": files["progress"], **fabric_files(fabric, build, drive), **envm_files(envm)}
+    pipe = _new_pipe(out_dir) if live else None
+    written = {"progress": files["progress"], **({"live": pipe} if live else {}), **fabric_files(fabric, build, drive),
+               **envm_files(envm)}
     write(config, twin_config(drive, plan, seed, probes, written, symbols, enums=enums))
-    line = command(checked, image, config, "stdio,id=console,mux=on,signal=off", extra)
-    return drive, line, checked.environment(), files["progress"]
+    line = command(checked, image, config, console, extra)
+    return drive, line, checked.environment(), files["progress"], pipe
+
+
+def _new_pipe(folder):
+    path = (folder / "events").resolve()
+    path.unlink(missing_ok=True)
+    os.mkfifo(path)
+    return path
 
 
 def _run(arguments, environment, progress=None):

@@ -265,6 +265,8 @@ static void read_line(const struct reader *r, char *line)
         c->csv_path = strdup(rest);
     } else if (strcmp(word, "progress") == 0) {
         c->progress_path = strdup(rest);
+    } else if (strcmp(word, "live") == 0) {
+        c->live_path = strdup(rest);
     } else if (strcmp(word, "irqlog") == 0) {
         c->irqlog_path = strdup(rest);
     } else if (strcmp(word, "envm") == 0) {

@@ -52,8 +52,9 @@ struct late_event {
 };
 
 struct config {
-    char *trace_path, *csv_path, *progress_path, *irqlog_path, *irqpath_path, *console_id; /* NULL if not given */
-    char *envm_path;   /* what the device keeps; NULL: nothing */
+    char *envm_path; /* what the device keeps; NULL: nothing */
+    char *trace_path, *csv_path, *progress_path, *irqlog_path, *irqpath_path, *console_id,
+        *live_path;    /* NULL if not given */
     char *fabric_path; /* library of the verilated RTL; NULL: the C models */
     double end_s;      /* 0: runs until QEMU is ended */
     bool main_loop_wakes;

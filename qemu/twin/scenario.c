@@ -299,6 +299,13 @@ static void play_due(void *unused)
     wait_for_next();
 }
 
+void scenario_play_now(const struct event *event)
+{
+    board.sync();
+    play(event);
+    board.changed();
+}
+
 static void enqueue(struct event e)
 {
     struct event *place = end++;

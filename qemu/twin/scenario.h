@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "config.h"
+#include "events.h"
 #include "plant.h"
 #include "simtime.h"
 
@@ -27,6 +28,8 @@ struct scenario_board {
 
 /* False if there is no memory for it. */
 bool scenario_start(const struct config *config, const struct scenario_board *board);
+/* Something happens now that the configuration does not know of; after scenario_start(). */
+void scenario_play_now(const struct event *event);
 /* The probes have these values now: what waits for them begins to count. */
 void scenario_look(const double *probe_values, double now_s);
 

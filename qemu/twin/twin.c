@@ -21,6 +21,7 @@
 #include "gpio.h"
 #include "irqlog.h"
 #include "irqpath.h"
+#include "live.h"
 #include "mmuart.h"
 #include "plant.h"
 #include "probes.h"
@@ -450,6 +451,9 @@ static void start(void)
                                          vm_set_interrupt, seal_fabric,   hang_fabric,          end_now};
     if (!scenario_start(&config, &board)) {
         out_of_memory();
+    }
+    if (config.live_path) {
+        live_start(config.live_path);
     }
     if (progress) {
         progress_timer = vm_timer_new(report_progress, NULL);

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: MIT
+"""A board at the line's other end: the console's UART by a serial port of this machine."""
+import asyncio
+
+from launcher.errors import LauncherError
+
+CONSOLE_BAUD = 115200
+CHANGE_S = 0.05
+
+
+class Board:
+    name = "board"
+
+    def __init__(self, port):
+        self.port, self.title, self.lines = port, f"board at {port}", []
+
+    async def open(self):
+        import serial
+
+        try:
+            self._serial = serial.Serial(self.port, CONSOLE_BAUD, timeout=0.02, exclusive=True)
+        except (serial.SerialException, ValueError, OSError) as error:
+            raise LauncherError(f"PORT={self.port} cannot be opened: {error}") from error
+
+    async def read(self):
+        while True:
+            data = await asyncio.to_thread(self._serial.read, 4096)
+            if data:
+                return data
+
+    async def write(self, data):
+        await asyncio.to_thread(self._serial.write, data)
+
+    async def set_baud(self, rate):
+        await asyncio.sleep(CHANGE_S / 2)  # the drive changes when its answer has left
+        self._serial.baudrate = rate
+        await asyncio.sleep(CHANGE_S / 2)
+
+    def disturb(self, name, arguments):
+        return "a board cannot be disturbed from here"
+
+    async def close(self):
+        self._serial.close()

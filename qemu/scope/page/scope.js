@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+// The page's side of qemu/scope/session.py, where the messages are described. The drive decides what is right: its refusals
+// are shown as they come.
+"use strict";
+
+const $ = (id) => document.getElementById(id);
+const live = { plots: new Plots($("live")), names: [], rows: [], last: null, time: 0, held: false };
+const captured = { plots: new Plots($("captured")), names: [], units: [], rows: [] };
+let signals = {}, everyMs = 1, identifying = false, awaiting = false;
+
+const scheme = location.protocol === "https:" ? "wss" : "ws";
+const socket = new WebSocket(`${scheme}://${location.host}${location.pathname.replace(/\/?$/, "/")}socket`);
+const send = (message) => socket.readyState === WebSocket.OPEN && socket.send(JSON.stringify(message));
+const say = (line) => send({ kind: "line", line });
+
+function log(text) {
+  $("said").textContent = `${$("said").textContent}${text}\n`.slice(-6000);
+  $("said").scrollTop = $("said").scrollHeight;
+}
+
+// ---- what comes ----
+
+const unitsOf = (names) => names.map((name) => signals[name][0]);
+
+function watch(chosen) {
+  Object.assign(live, { names: chosen, rows: [], last: null });
+  live.plots.layout(chosen, unitsOf(chosen));
+  document.querySelectorAll("#signals input").forEach((box) => { box.checked = chosen.includes(box.value); });
+}
+
+function list(known) {
+  signals = known;
+  $("trigger").replaceChildren(...Object.keys(known).map((name) => new Option(name)));
+  $("trigger").value = "i_q";
+  $("level_unit").textContent = known.i_q[0];
+  $("signals").replaceChildren(...Object.entries(known).map(([name, [unit, , text]]) => {
+    const label = document.createElement("label"), box = document.createElement("input");
+    Object.assign(box, { type: "checkbox", value: name });
+    label.append(box, ` ${name}${unit ? ` [${unit}]` : ""}: ${text}`);
+    return label;
+  }));
+}
+
+const takes = {
+  hello(message) {
+    everyMs = message.every_ms;
+    $("title").textContent = message.title;
+    $("twin").hidden = !message.twin;
+    $("disturbance").replaceChildren(...Object.keys(message.disturbances).map((name) => new Option(name)));
+    $("disturbance").onchange = () => { $("disturbance_text").textContent = message.disturbances[$("disturbance").value]; };
+    if (message.twin) $("disturbance").onchange();
+    list(message.signals);
+    watch(message.chosen);
+    send({ kind: "parameters" });
+  },
+  signals(message) { signals = message.signals; },
+  chosen(message) { watch(message.chosen); },
+  samples({ rows }) {
+    for (const [number, ...values] of rows) { // numbers are modulo 2^16; a gap is a gap of time
+      live.time += live.last === null ? 0 : ((number - live.last) & 0xffff) / 1000;
+      live.last = number;
+      if (!live.held) live.rows.push([+live.time.toFixed(3), ...values]);
+    }
+    const keep = Math.ceil((Number($("window").value) || 3) * 1000 / everyMs);
+    if (live.rows.length > 1.2 * keep) live.rows = live.rows.slice(-keep);
+  },
+  status(message) {
+    $("state").textContent = `${message.state}${message.fault === "none" ? "" : `, fault: ${message.fault}`}`;
+    $("status").textContent = message.lines.join("\n");
+    $("capture").textContent = `Now: ${message.capture}`;
+    $("damaged").textContent = message.damaged ? `${message.damaged} frames damaged` : "";
+    const step = message.lines.find((line) => line.startsWith("identify: "));
+    $("step").textContent = step || "";
+    if (identifying && !step) say("identify show");
+    identifying = Boolean(step);
+    if (message.hint.length) $("fault").textContent = message.hint.join("\n");
+    $("fault").hidden = message.fault === "none";
+    if (awaiting && message.capture.startsWith("done")) {
+      awaiting = false;
+      send({ kind: "capture" });
+    }
+  },
+  said({ text }) { log(text); },
+  answer({ line, lines }) {
+    if (line === "identify show") identified(lines);
+    log(`> ${line}\n${lines.join("\n")}`);
+    if (line.startsWith("set ") && lines[0] === "ok") send({ kind: "parameters" });
+    if (line === "identify use") send({ kind: "parameters" });
+  },
+  capture(message) {
+    const scale = message.names.map((name) => signals[name][1]);
+    Object.assign(captured, {
+      names: message.names, units: unitsOf(message.names),
+      rows: message.rows.map((row, i) => [
+        +((i - message.trigger) / message.per_ms / 1000).toFixed(6), ...row.map((v, k) => +(v * scale[k]).toFixed(6))]),
+    });
+    captured.plots.layout(captured.names, captured.units);
+    captured.plots.draw(captured.rows, 0);
+    $("captured").dataset.samples = captured.rows.length;
+  },
+  parameters({ rows }) {
+    $("parameters").replaceChildren(...rows.map(parameter));
+    filter();
+  },
+};
+
+function cells(tag, ...contents) {
+  const row = document.createElement("tr");
+  row.append(...contents.map((content) => {
+    const cell = document.createElement(tag);
+    cell.append(content);
+    return cell;
+  }));
+  return row;
+}
+
+function parameter({ name, value, least, most, unit }) {
+  const input = document.createElement("input");
+  Object.assign(input, { type: "number", value, min: least, max: most, step: 1, name });
+  const row = cells("td", name, input, unit, `${least} ... ${most}`);
+  input.onchange = () => {
+    row.className = input.checkValidity() ? "" : "wrong"; // and the drive's answer tells why
+    say(`set ${name} ${input.value}`);
+  };
+  return row;
+}
+
+function filter() {
+  const part = $("filter").value.toLowerCase();
+  for (const row of $("parameters").rows) row.hidden = !row.cells[0].textContent.includes(part);
+}
+
+function identified(lines) {
+  $("identified").replaceChildren(...lines.map((line) => {
+    const [name, ...rest] = line.split(": ");
+    return cells("td", name, rest.join(": "));
+  }));
+}
+
+// ---- what goes ----
+
+function stop() {
+  send({ kind: "stop" });
+}
+
+function captureLines() {
+  const when = $("when").value;
+  return [`scope every ${$("every").value}`, `scope before ${$("before").value}`,
+    when === "never" ? "scope trigger never" : `scope trigger ${$("trigger").value} ${when} ${$("level").value}`, "scope arm"];
+}
+
+document.querySelectorAll("[data-line]").forEach((b) => { b.onclick = () => say(b.dataset.line); });
+document.querySelectorAll("[data-command]").forEach((form) => {
+  form.onsubmit = (event) => {
+    event.preventDefault();
+    say(`${form.dataset.command} ${form.querySelector("input").value}`);
+  };
+});
+$("stop").onclick = stop;
+document.onkeydown = (event) => { if (event.key === "Escape") stop(); };
+$("console").onsubmit = (event) => {
+  event.preventDefault();
+  if ($("line").value) say($("line").value);
+  $("line").value = "";
+};
+$("disturb").onsubmit = (event) => {
+  event.preventDefault();
+  send({ kind: "disturb", line: `${$("disturbance").value} ${$("arguments").value}` });
+};
+$("choose").onclick = () => {
+  const boxes = [...document.querySelectorAll("#signals input:checked")].map((box) => box.value);
+  say(`scope signals ${boxes.join(",")}`);
+};
+$("trigger").onchange = () => { $("level_unit").textContent = signals[$("trigger").value][0]; };
+$("arm").onclick = () => {
+  say("scope off");
+  captureLines().forEach(say);
+  awaiting = true;
+};
+$("read").onclick = () => send({ kind: "capture" });
+$("read_fault").onclick = () => send({ kind: "capture", of: "fault" });
+$("identify_show").onclick = () => say("identify show");
+$("reload").onclick = () => send({ kind: "parameters" });
+$("filter").oninput = filter;
+$("hold").onclick = () => { live.held = !live.held; $("hold").textContent = live.held ? "go on" : "hold"; };
+$("save_live").onclick = () => download("live.csv", live.names, unitsOf(live.names), live.rows);
+$("save_capture").onclick = () => download("capture.csv", captured.names, captured.units, captured.rows);
+
+// ---- the line ----
+
+socket.onmessage = ({ data }) => {
+  const message = JSON.parse(data);
+  takes[message.kind](message);
+};
+socket.onclose = () => { $("lost").hidden = false; };
+setInterval(() => send({ kind: "here" }), 700);
+setInterval(() => {
+  if (live.held || document.hidden) return;
+  const seconds = Number($("window").value) || 3;
+  live.plots.draw(live.rows.filter((row) => row[0] > live.time - seconds));
+  $("live").dataset.samples = live.rows.length;
+}, 150);

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: MIT
+"""What goes on between the drive and the pages that are open: one session for all of them.
+
+Pages get messages, dictionaries with a key "kind": hello, samples, status, said, capture, parameters, answer. They send
+{"kind": "line", "line": ...}, {"kind": "stop"}, {"kind": "disturb", ...}, {"kind": "capture"}, {"kind": "parameters"}
+and {"kind": "here"}.
+Whoever has started the motor from a page and goes away, by closing it or by falling silent, leaves it to the session, which
+stops it.
+"""
+import asyncio
+import re
+import time
+
+from .drive import KEEP_UP_S, Drive, DriveError
+
+STATUS_S = 0.4
+SILENCE_S = 5.0    # a page that has not said "here" for so long is gone
+STOP_S = 6.0       # from quick stop to off
+EVERY_MS = 1
+MOVES = ("on", "identify", "speed", "torque", "pv", "pp", "hm", "csp", "csv", "cst", "learn")
+MEANT_FOR_HERE = ("stream",)
+
+
+class Session:
+    def __init__(self, far):
+        self.far, self.pages, self.started = far, {}, False
+        self.drive = Drive(far, self._samples, self._said)
+        self.signals, self.chosen, self.state, self._known_fault = {}, [], "", ""
+        self._tasks = []
+
+    async def open(self):
+        await self.far.open()
+        self.drive.start()
+        await self.drive.program_mode()
+        for line in self.far.lines:
+            answer = await self.drive.ask(line)
+            if answer != ["ok"]:
+                raise DriveError(f"'{line}': {' '.join(answer)}")
+        self.signals, self.chosen = await self.drive.signals(), await self.drive.chosen()
+        await self.drive.stream(EVERY_MS)
+        self._tasks = [asyncio.ensure_future(self._watch())]
+
+    async def close(self):
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await self._stop()
+        try:
+            await self.drive.ask("stream 0 115200")
+            await self.far.set_baud(115200)
+            await self.drive.ask("machine off")
+        except DriveError:
+            pass  # it ends by itself
+        await self.drive.close()
+
+    # ---- pages ----
+
+    def join(self, page, send):
+        self.pages[page] = [send, time.monotonic()]
+        send({"kind": "hello", "title": self.far.title, "twin": self.far.name == "twin", "every_ms": EVERY_MS,
+              "disturbances": getattr(self.far, "disturbances", {}), "signals": self.signals, "chosen": self.chosen})
+
+    def leave(self, page):
+        self.pages.pop(page, None)
+
+    def _tell(self, message):
+        for send, _ in list(self.pages.values()):
+            send(message)
+
+    async def take(self, page, message):
+        """What a page has sent. The answer goes to that page, news to all."""
+        self.pages[page][1] = time.monotonic()
+        kind, send = message.get("kind"), self.pages[page][0]
+        try:
+            if kind == "line":
+                await self._line(send, str(message.get("line", "")).strip())
+            elif kind == "stop":
+                await self._brake(send)
+            elif kind == "capture":
+                self._tell({"kind": "capture", "of": message.get("of", "read"),
+                            **await self.drive.capture("fault" if message.get("of") == "fault" else "read")})
+            elif kind == "parameters":
+                send({"kind": "parameters", "rows": await self.drive.parameters()})
+            elif kind == "disturb":
+                words = str(message.get("line", "")).split()
+                wrong = self.far.disturb(words[0], words[1:]) if words else "what?"
+                send({"kind": "answer", "line": f"twin: {' '.join(words)}", "lines": [f"error: {wrong}" if wrong else "ok"]})
+        except DriveError as error:
+            send({"kind": "answer", "line": str(message.get("line", kind)), "lines": [f"error: {error}"]})
+
+    async def _line(self, send, line):
+        word = line.split(" ", 1)[0]
+        if not line.isascii() or not line.isprintable() or len(line) > 80:
+            send({"kind": "answer", "line": line, "lines": ["error: a line has at most 80 printable characters"]})
+            return
+        if word in MEANT_FOR_HERE:
+            send({"kind": "answer", "line": line, "lines": ["error: the page keeps the stream itself"]})
+            return
+        answer = await self.drive.ask(line)
+        self.started = self.started or word in MOVES
+        send({"kind": "answer", "line": line, "lines": answer})
+        if line.startswith("scope signals ") and answer == ["ok"]:
+            self.chosen = await self.drive.chosen()
+            self._tell({"kind": "chosen", "chosen": self.chosen})
+        elif word == "set" and answer == ["ok"]:
+            self.signals = await self.drive.signals()  # ranges may have changed
+            self._tell({"kind": "signals", "signals": self.signals})
+
+    async def _brake(self, send):
+        """Quick stop where there is operation to be stopped, off in every other state."""
+        for line in ("quickstop", "off"):
+            answer = await self.drive.ask(line)
+            send({"kind": "answer", "line": line, "lines": answer})
+            if answer == ["ok"]:
+                return
+
+    # ---- the drive ----
+
+    def _samples(self, samples):
+        scales = [self.signals[name][1] for name in self.chosen]
+        rows = [[s.number] + [round(v * k, 6) for v, k in zip(s.values, scales)] for s in samples
+                if len(s.values) == len(scales)]
+        if rows:
+            self._tell({"kind": "samples", "rows": rows})
+
+    def _said(self, text):
+        self._tell({"kind": "said", "text": text})
+
+    async def _watch(self):
+        """The state, again and again, which keeps the stream up as well; and whether somebody is still there."""
+        while True:
+            await asyncio.sleep(min(STATUS_S, KEEP_UP_S))
+            try:
+                await self._look()
+                await self._mind_pages()
+            except DriveError as error:
+                self._said(str(error))
+
+    async def _look(self):
+        lines = await self.drive.ask("status")
+        state = dict(line.split(": ", 1) for line in lines if ": " in line)
+        fault = state.get("fault", "none")
+        hint = []
+        if fault != "none" and fault != self._known_fault:
+            hint = await self.drive.ask("fault")
+        self._known_fault, self.state = fault, state.get("state", "")
+        capture = next((line for line in await self.drive.ask("scope") if line.startswith("capture: ")), "")
+        self._tell({"kind": "status", "lines": lines, "state": self.state, "fault": fault, "hint": hint,
+                    "capture": capture.removeprefix("capture: "), "damaged": self.drive.damaged})
+
+    async def _mind_pages(self):
+        now = time.monotonic()
+        for page in [page for page, (_, heard) in self.pages.items() if now - heard > SILENCE_S]:
+            self.leave(page)
+        if not self.pages:
+            await self._stop()
+
+    async def _stop(self):
+        """A controlled stop, if the motor was started from a page: quick stop, and off when it takes too long or cannot be."""
+        if not self.started:
+            return
+        self.started = False
+        try:
+            await self.drive.ask("quickstop")
+            end = time.monotonic() + STOP_S
+            while time.monotonic() < end:
+                lines = await self.drive.ask("status")
+                if not re.search(r"operation enabled|quick stop", lines[0]):
+                    break
+                await asyncio.sleep(0.1)
+            await self.drive.ask("off")
+        except DriveError as error:
+            print(f"mssfoc: {error}", flush=True)

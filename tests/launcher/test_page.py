@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: MIT
+"""The scope's page in a browser, on the image in QEMU: what a person does with it, and who is not let in.
+
+Needs chromium. Where it is missing and may not be installed, the test is skipped and says so. Leaves two pictures in
+build/scope/.
+"""
+import http.client
+import os
+import re
+import subprocess
+import time
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PATIENCE_S = 120  # only what hangs takes so long
+CAPACITY = 512
+
+
+@pytest.fixture(scope="module")
+def tools():
+    found = subprocess.run([str(ROOT / ".ci/tools"), "page", "browser"], capture_output=True, text=True, cwd=ROOT, check=False)
+    if found.returncode != 0:
+        pytest.skip(f"the page was not tested: {(found.stderr.strip().splitlines() or ['no browser'])[-1]}")
+
+
+@pytest.fixture(scope="module")
+def address(tools):
+    """Of a page that has been served for this module alone."""
+    server = subprocess.Popen(["/usr/bin/python3", "qemu/run.py", "scope", "--no-browser", "--start", "aligned", "--seed", "1"],
+                              cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    said = []
+    for line in server.stdout:
+        said.append(line)
+        if match := re.search(r"http://\S+", line):
+            break
+    else:
+        pytest.fail("".join(said))
+    yield match.group(0)
+    server.terminate()
+    assert server.wait(PATIENCE_S) == 0
+
+
+@pytest.fixture(scope="module")
+def downloads(tmp_path_factory):
+    return tmp_path_factory.mktemp("downloads")
+
+
+@pytest.fixture(scope="module")
+def page(address, downloads):
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1200,1700"):
+        options.add_argument(word)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+    browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(downloads)})
+    try:
+        yield Page(browser, address)
+    finally:
+        browser.quit()
+
+
+class Page:
+    """A person at the page: clicks, types, reads."""
+
+    def __init__(self, browser, address):
+        self.browser, self.address = browser, address
+        self.open()
+
+    def open(self):
+        self.browser.get(self.address)
+        self.wait(lambda: self.script("return live.rows.length") > 50)
+
+    def script(self, text, *arguments):
+        return self.browser.execute_script(text, *arguments)
+
+    def find(self, name):
+        return self.browser.find_element("id", name)
+
+    def wait(self, holds):
+        end = time.monotonic() + PATIENCE_S
+        while not holds():
+            assert time.monotonic() < end, self.find("said").text + self.find("state").text
+            time.sleep(0.05)
+
+    def click(self, selector):
+        self.script("arguments[0].click()", self.browser.find_element("css selector", selector))
+
+    def type(self, selector, text):
+        self.script("arguments[0].value = arguments[1]", self.browser.find_element("css selector", selector), str(text))
+
+    def state(self):
+        return self.find("state").text
+
+    def heard(self):
+        return self.find("said").text
+
+    def latest(self, name):
+        return self.script("return live.rows.at(-1)[1 + live.names.indexOf(arguments[0])]", name)
+
+    def captured(self):
+        """{name: values, "time": ...} of what the page shows."""
+        rows, names = self.script("return [captured.rows, captured.names]")
+        return {name: [row[k] for row in rows] for k, name in enumerate(["time", *names])}
+
+    def arm(self, signal, when, level):
+        self.script("captured.rows = []; document.getElementById('captured').dataset.samples = 0")
+        self.type("#trigger", signal), self.type("#when", when), self.type("#level", level), self.type("#before", 100)
+        self.script("document.getElementById('trigger').onchange()")
+        self.click("#arm")
+        self.wait(lambda: "waits" in self.find("capture").text)
+
+    def until_captured(self):
+        self.wait(lambda: self.script("return captured.rows.length") == CAPACITY)
+        return self.captured()
+
+
+def answer(address, path, **headers):
+    parts = urlsplit(address)
+    connection = http.client.HTTPConnection("127.0.0.1", parts.port, timeout=5)
+    connection.request("GET", path, headers=headers)
+    return connection.getresponse().status
+
+
+def test_only_the_address_with_the_token_is_answered(address):
+    parts = urlsplit(address)
+    token = parts.path.strip("/")
+    assert len(token) >= 30 and answer(address, f"/{token}/") == 200
+    for path in ("/", "/scope.js", f"/{token[:-1]}/", f"/{token}x/", "/socket", f"/{token[:-1]}/socket"):
+        assert answer(address, path) == 403, path
+    assert answer(address, f"/{token}/", Host="evil.example") == 403, "a name that somebody has pointed here"
+    upgrade = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
+               "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="}
+    assert answer(address, f"/{token}/socket", Origin="http://evil.example", **upgrade) == 403, "another page of the browser"
+    assert answer(address, f"/{token}/../web.py") in (403, 404) and answer(address, f"/{token}/%2e%2e%2fweb.py") == 404
+    with pytest.raises(OSError):  # on this machine's own address only
+        http.client.HTTPConnection("127.0.0.2", parts.port, timeout=2).request("GET", "/")
+
+
+def test_start_run_and_step(page):
+    page.click("[data-line=on]")
+    page.wait(lambda: page.state() == "operation enabled")
+    page.type("#speed", 400), page.click("#run_speed")
+    page.wait(lambda: abs(page.latest("speed") - 400) < 20)
+    page.arm("speed", "rises", 600)
+    page.type("#speed", 800), page.click("#run_speed")
+    shown = page.until_captured()
+    assert shown["time"][100] == 0 and shown["speed"][100] >= 600 > shown["speed"][99], "the step's own way through 600 rpm"
+    assert shown["time"][101] == pytest.approx(50e-6) and max(shown["i_q"]) > 0.3
+    page.wait(lambda: abs(page.latest("speed") - 800) < 20)
+    folder = Path(os.environ.get("BUILD") or ROOT / "build") / "scope"
+    folder.mkdir(parents=True, exist_ok=True)
+    page.browser.save_screenshot(str(folder / "page.png"))
+
+
+def test_what_is_seen_can_be_downloaded(page, downloads):
+    for button, name in (("#save_live", "live.csv"), ("#save_capture", "capture.csv")):
+        page.click(button)
+        page.wait(lambda: (downloads / name).is_file())
+    rows = (downloads / "capture.csv").read_text().splitlines()
+    assert rows[0].startswith("time_s,i_d [A],i_q [A],") and len(rows) == 1 + CAPACITY
+    shown = page.captured()
+    assert [float(row.split(",")[2]) for row in rows[1:]] == shown["i_q"]
+    live = [float(row.split(",")[0]) for row in (downloads / "live.csv").read_text().splitlines()[1:]]
+    steps = sorted(b - a for a, b in zip(live, live[1:]))
+    assert len(live) > 500 and steps[len(steps) // 2] == pytest.approx(0.001, abs=1e-6), "a sample each millisecond"
+
+
+def test_a_load_and_a_fault_of_the_twins_making(page):
+    page.arm("speed", "never", 0)
+    page.type("#disturbance", "sto"), page.type("#arguments", "A 1")
+    page.script("document.getElementById('disturb').requestSubmit()")
+    page.wait(lambda: page.state().startswith("fault"))
+    shown = page.until_captured()
+    assert abs(shown["speed"][100] - 800) < 40 and "by a fault" in page.find("capture").text
+    text = page.find("fault").text
+    messages = (ROOT / "firmware/operate/messages.c").read_text()
+    assert re.search(r"\[FAULT_STO_A\] = [^,]*\"([^\"]+)\"", messages).group(1) in text, "the drive's own words"
+    page.type("#arguments", "A 0")
+    page.script("document.getElementById('disturb').requestSubmit()")
+    page.wait(lambda: "twin: sto A 0" in page.heard())
+    page.click("[data-line=clear]")
+    page.wait(lambda: page.state() == "switch on disabled")
+    page.type("#disturbance", "sto"), page.type("#arguments", "everything")
+    page.script("send({kind: 'disturb', line: 'watchdog_reset'})")
+    page.wait(lambda: "error: 'watchdog_reset' is not one of" in page.heard())
+
+
+def change(page, name, value):
+    field = page.browser.find_element("css selector", f"#parameters input[name={name}]")
+    page.script("arguments[0].value = arguments[1]; arguments[0].onchange()", field, str(value))
+
+
+def test_a_parameter(page):
+    page.wait(lambda: page.script("return document.querySelectorAll('#parameters tr').length") > 50)
+    change(page, "speed_bw_hz", 55)
+    page.script("say('get speed_bw_hz')")
+    page.wait(lambda: "speed_bw_hz = 55" in page.heard())
+    change(page, "speed_bw_hz", 5000)
+    page.wait(lambda: "error: speed_bw_hz must be 1...200" in page.heard())
+
+
+def test_identify_shows_how_far_it_is_and_what_it_found(page):
+    page.script("send({kind: 'disturb', line: 'lock 1'})")  # it would coast for seconds
+    page.wait(lambda: abs(page.latest("speed")) < 5)
+    time.sleep(0.3)
+    page.script("send({kind: 'disturb', line: 'lock 0'})")
+    page.script("document.getElementById('said').textContent = ''")
+    page.click("[data-line=identify]")
+    page.wait(lambda: "'resistance'" in page.find("step").text)
+    page.wait(lambda: re.search("'(axes|inductance|turn)'", page.find("step").text))
+    page.click("#stop")
+    found = lambda: page.script("return document.getElementById('identified').textContent")  # noqa: E731
+    page.wait(lambda: "ended in step" in found())
+    assert re.search(r"resistance\d+\.\d+ \+-\d+\.\d+ mohm", found()), found()
+    assert "quickstop" in page.heard() and page.state() == "switch on disabled", "the big button ends a measurement, too"
+
+
+def test_on_a_phone(page):
+    page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                 {"width": 360, "height": 780, "deviceScaleFactor": 1, "mobile": True})
+    page.wait(lambda: page.script("return innerWidth") == 360)
+    page.wait(lambda: page.script("return document.documentElement.scrollWidth") == 360)  # nothing stands out to the right
+    stop = page.find("stop").rect
+    assert stop["x"] + stop["width"] <= 360 and stop["height"] >= 44, "the stop is there, and large enough for a thumb"
+    page.browser.save_screenshot(str(Path(os.environ.get("BUILD") or ROOT / "build") / "scope" / "phone.png"))
+    page.browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_who_goes_away_leaves_the_motor_stopped(page):
+    page.click("[data-line=on]")
+    page.wait(lambda: page.state() == "operation enabled")
+    page.type("#speed", 500), page.click("#run_speed")
+    page.wait(lambda: page.latest("speed") > 450)
+    page.browser.get("about:blank")
+    time.sleep(4)
+    page.open()
+    page.wait(lambda: page.state() == "switch on disabled")
+    assert abs(page.latest("speed")) < 60
+
+
+def test_the_browser_found_nothing_wrong(page):
+    log = [entry for entry in page.browser.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")]
+    assert not log
