@@ -112,7 +112,7 @@ void run_scope(struct session *s, char *const *words)
  * A heading, the names, the scales, then a line of raw values for each sample. One that is overwritten while it is read ends
  * short: its last line says how many there were.
  */
-static void put_record(struct session *s, enum scope_record record)
+static void put_samples(struct session *s, enum scope_record record)
 {
     const struct scope_extent extent = scope_extent(s->scope, record);
     if (extent.samples == 0u) {
@@ -177,9 +177,9 @@ void run_scope_do(struct session *s, char *const *words)
     } else if (text_equal(words[1], "off")) {
         answer_off(s);
     } else if (text_equal(words[1], "read")) {
-        put_record(s, SCOPE_CAPTURE);
+        put_samples(s, SCOPE_CAPTURE);
     } else if (text_equal(words[1], "fault")) {
-        put_record(s, SCOPE_FAULT);
+        put_samples(s, SCOPE_FAULT);
     } else {
         answer_about(s, words[1], "not one of list, arm, fire, off, read, fault");
     }
