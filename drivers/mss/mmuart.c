@@ -24,23 +24,40 @@
 _Static_assert((MMUART_TX_BYTES & (MMUART_TX_BYTES - 1u)) == 0u, "a power of two: indices run free and are masked");
 _Static_assert((MMUART_RX_BYTES & (MMUART_RX_BYTES - 1u)) == 0u, "a power of two: indices run free and are masked");
 
-/* The divisor has 16 bits and is at least 2. */
-#define BAUD_LEAST (BOARD_APB0_HZ / (1u << 20) + 1u)
-#define BAUD_MOST  (BOARD_APB0_HZ / 32u)
-
 /* Stored with a character in whose neighbourhood others are missing. */
 #define RX_LOSS 0x100u
 
-bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)
+static uint32_t line_control(enum mmuart_format format)
 {
-    if (baud < BAUD_LEAST || baud > BAUD_MOST) {
+    switch (format) {
+    case MMUART_8N2:
+        return MMUART_LCR_8N1 | MMUART_LCR_STB;
+    case MMUART_8O1:
+        return MMUART_LCR_8N1 | MMUART_LCR_PEN;
+    case MMUART_8E1:
+        return MMUART_LCR_8N1 | MMUART_LCR_PEN | MMUART_LCR_EPS;
+    default:
+        return MMUART_LCR_8N1;
+    }
+}
+
+/* MMUART_1 hangs on the other bus. */
+static uint32_t clock_hz(const struct mmuart_regs *regs)
+{
+    return regs == MMUART1 ? BOARD_APB1_HZ : BOARD_APB0_HZ;
+}
+
+bool mmuart_open(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud, enum mmuart_format format)
+{
+    const uint32_t pclk_hz = clock_hz(regs);
+    if (baud < pclk_hz / (1u << 20) + 1u || baud > pclk_hz / 32u) { /* the divisor has 16 bits and is at least 2 */
         return false;
     }
     /* 64ths of the divisor: 64 PCLK / (16 baud), rounded. */
-    const uint32_t divisor_64ths = (4u * BOARD_APB0_HZ + baud / 2u) / baud;
+    const uint32_t divisor_64ths = (4u * pclk_hz + baud / 2u) / baud;
     const uint32_t divisor = divisor_64ths >> 6;
 
-    sysreg_release_reset(SYSREG_RESET_MMUART0);
+    sysreg_release_reset(regs == MMUART1 ? SYSREG_RESET_MMUART1 : SYSREG_RESET_MMUART0);
     regs->IER = 0u;
     regs->IEM = 0u;
     regs->MM1 = 0u;
@@ -53,7 +70,7 @@ bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)
     regs->LCR = MMUART_LCR_DLAB;
     regs->DMR = divisor >> 8;
     regs->DLR = divisor & 0xFFu;
-    regs->LCR = MMUART_LCR_8N1;
+    regs->LCR = line_control(format);
     regs->DFR = divisor_64ths & 63u;
     regs->MM0 = MMUART_MM0_EFBR;
 
@@ -67,6 +84,11 @@ bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)
     u->regs = regs;
     regs->IER = IER_RECEIVE;
     return true;
+}
+
+bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)
+{
+    return mmuart_open(u, regs, baud, MMUART_8N1);
 }
 
 size_t mmuart_free_space(const struct mmuart *u)

@@ -2,6 +2,7 @@
 #include "firmware/operate/text.h"
 
 #include "drivers/cortex/cpu.h"
+#include "firmware/operate/modbus.h"
 
 #define PATIENCE_MS 20u /* a transmitter that works makes room every 1.4 ms */
 
@@ -18,6 +19,9 @@ static bool wait_for_room(struct text *t)
     while (mmuart_free_space(t->uart) == 0u) {
         if (t->given_up || *t->idle->time_ms - since_ms > PATIENCE_MS) {
             return false;
+        }
+        if (t->bus != NULL) {
+            modbus_poll(t->bus);
         }
         cpu_wait_for_interrupt();
     }
