@@ -79,6 +79,9 @@ def _parser():
                              default=os.environ.get("SCENARIO") or None if name == "run" else None)
         if name == "run":
             command.add_argument("--out", default=None, help="folder for the results (default: run/ of the build folder)")
+        if name in ("console", "debug"):
+            command.add_argument("--modbus", default=os.environ.get("MODBUS") or "",
+                                 help="where the line of MMUART_1 is to be had: pty, or tcp:PORT (default: $MODBUS or nowhere)")
         if name == "debug":
             command.add_argument("--port", type=int, default=1234, help="GDB port")
     _add_campaign(commands)
@@ -143,7 +146,7 @@ def _console(options):
     from .simulate import DEFAULT_MOTOR
 
     return live_console(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
-                        **_plant(options))
+                        options.modbus, **_plant(options))
 
 
 def _debug(options):
@@ -151,7 +154,7 @@ def _debug(options):
     from .simulate import DEFAULT_MOTOR
 
     return debug_session(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
-                         options.port, **_plant(options))
+                         options.port, options.modbus, **_plant(options))
 
 
 def _models(options):

@@ -16,7 +16,7 @@ from .errors import LauncherError
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
 from .probes import Symbols, make_probes
-from .qemu import Image, Qemu, command, envm_files, fabric_files, progress_s, start
+from .qemu import Image, Qemu, bus_chardev, command, envm_files, fabric_files, progress_s, start
 from .scenario import Scenario, load_scenario
 from .simulate import check_seed, prepare, write
 
@@ -25,22 +25,22 @@ PACE_S = 0.02      # how often the two times are compared
 LEAD_S = 0.1       # how far simulated time may be ahead
 
 
-def live_console(motor, seed, build=None, qemu=None, scenario=None, **plant):
+def live_console(motor, seed, build=None, qemu=None, scenario=None, modbus="", **plant):
     """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric, sensors, aligned,
-    envm, as simulate() has them."""
-    drive, arguments, environment, progress = _prepared(motor, seed, build, qemu, scenario, plant)
+    envm, as simulate() has them; `modbus`: where the bus is to be had, pty or tcp:PORT."""
+    drive, arguments, environment, progress = _prepared(motor, seed, build, qemu, scenario, plant, modbus=modbus)
     print(f"{drive.motor.name} on {drive.inverter.name}. Its parameters are typed for you; then try:\n"
           "  on     (wait a second)     speed 1500     status     speed 0     off     help\n"
           "To leave: Ctrl-A, then x.\n", flush=True)
     return _run(arguments, environment, progress)
 
 
-def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, **plant):
+def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, modbus="", **plant):
     """QEMU halted at the reset vector with a GDB port; prints how to attach."""
     if not 1 <= port <= 65535:
         raise LauncherError(f"port {port} is outside 1..65535")
     _, arguments, environment, _ = _prepared(motor, seed, build, qemu, scenario, plant,
-                                             ["-S", "-gdb", f"tcp:127.0.0.1:{port}"])
+                                             ["-S", "-gdb", f"tcp:127.0.0.1:{port}"], modbus)
     elf = shown(build_dir(build) / "mssfoc.elf")
     print(f"Halted at the reset vector. Attach from another terminal:\n"
           f"  gdb-multiarch {elf} -ex 'target remote :{port}' -x qemu/debugger/fabric.py\n"
@@ -50,7 +50,7 @@ def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, 
     return _run(arguments, environment)
 
 
-def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
+def _prepared(motor, seed, build, qemu, scenario, plant, extra=(), modbus=""):
     seed = check_seed(seed)
     plant = dict(plant)
     fabric, envm = plant.pop("fabric", "model"), plant.pop("envm", "")
@@ -67,9 +67,11 @@ def _prepared(motor, seed, build, qemu, scenario, plant, extra=()):
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     probes, enums = make_probes(symbols, drive) if plan.late or plan.holds or drive.aligned else ([], None)
-    written = {"progress": files["progress"], **fabric_files(fabric, build, drive), **envm_files(envm)}
+    bus_options, bus_files = bus_chardev(modbus)
+    written = {"progress": files["progress"], **fabric_files(fabric, build, drive), **envm_files(envm),
+               **bus_files}
     write(config, twin_config(drive, plan, seed, probes, written, symbols, enums=enums))
-    line = command(checked, image, config, "stdio,id=console,mux=on,signal=off", extra)
+    line = command(checked, image, config, "stdio,id=console,mux=on,signal=off", [*bus_options, *extra])
     return drive, line, checked.environment(), files["progress"]
 
 
