@@ -134,7 +134,7 @@ void modbus_frame_drop(struct modbus_frame *f, size_t length)
         f->bytes[n] = f->bytes[n + length];
     }
     f->silence = f->silence > length ? f->silence - length : 0u;
-    f->resumed = false;
+    f->resumed = f->resumed && f->count > 0u;
 }
 
 /* Goes on behind the silence. What came behind a second one is unknown from here on; it is long past. */

@@ -19,6 +19,7 @@ struct change {
     struct cia402_wishes wishes;
     uint8_t choice[FAULT_COUNT];
     uint32_t params_changed, choices_changed;
+    bool wished; /* an object is among them, and so: */
     bool word, target;
 };
 
@@ -124,6 +125,7 @@ static enum modbus_exception keep(int32_t value, uint32_t signature)
 static enum modbus_exception change_object(struct change *c, uint32_t object, int32_t value)
 {
     struct cia402_wishes *const w = &c->wishes;
+    c->wished = true;
     c->word = c->word || object == OBJECT_control_word;
     c->target = c->target || (object != OBJECT_control_word && object != OBJECT_homing_method);
     switch (object) {
@@ -186,7 +188,7 @@ static bool go_together(const struct change *c, const struct axis *a)
 
 static enum modbus_exception judge(const struct change *c, const struct axis *a)
 {
-    if (!cia402_may_wish(&c->wishes, &c->params) && (c->word || c->target)) {
+    if (c->wished && !cia402_may_wish(&c->wishes, &c->params)) {
         return MODBUS_ILLEGAL_VALUE;
     }
     if (c->params_changed + c->choices_changed > 0u && !axis_is_off(a)) {

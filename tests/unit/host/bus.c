@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT */
+#include "bus.h"
+
+uint8_t host_bus_heard[4096], host_bus_sent[4096];
+uint32_t host_bus_heard_bytes, host_bus_heard_taken, host_bus_sent_bytes;
+uint32_t host_bus_loss, host_bus_opened, host_bus_baud, host_bus_format;
+
+static const struct mmuart *line;
+
+bool host_bus_is(const struct mmuart *u)
+{
+    return u != NULL && u == line;
+}
+
+bool host_bus_get(char *character, bool *loss)
+{
+    if (host_bus_heard_taken == host_bus_heard_bytes) {
+        return false;
+    }
+    *character = (char)host_bus_heard[host_bus_heard_taken++];
+    *loss = *loss || host_bus_loss != 0u;
+    host_bus_loss = 0;
+    return true;
+}
+
+bool rs485_open(struct rs485 *r, struct mmuart_regs *regs, uint32_t pin, uint32_t baud, enum mmuart_format format)
+{
+    (void)regs;
+    (void)pin;
+    line = &r->uart;
+    r->driving = false;
+    host_bus_opened++;
+    host_bus_baud = baud;
+    host_bus_format = (uint32_t)format;
+    return true;
+}
+
+/* It drives until the test says otherwise. */
+void rs485_send(struct rs485 *r, const uint8_t *bytes, size_t count)
+{
+    r->driving = true;
+    for (size_t n = 0; n < count && host_bus_sent_bytes < sizeof host_bus_sent; n++) {
+        host_bus_sent[host_bus_sent_bytes++] = bytes[n];
+    }
+}
