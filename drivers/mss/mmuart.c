@@ -24,9 +24,6 @@
 _Static_assert((MMUART_TX_BYTES & (MMUART_TX_BYTES - 1u)) == 0u, "a power of two: indices run free and are masked");
 _Static_assert((MMUART_RX_BYTES & (MMUART_RX_BYTES - 1u)) == 0u, "a power of two: indices run free and are masked");
 
-/* Stored with a character in whose neighbourhood others are missing. */
-#define RX_LOSS 0x100u
-
 static uint32_t line_control(enum mmuart_format format)
 {
     switch (format) {
@@ -80,6 +77,7 @@ bool mmuart_open(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud, enum
     u->tx_head = u->tx_tail; /* empty, wherever that is */
     u->rx_head = u->rx_tail;
     u->rx_suspects = 0u;
+    u->rx_silence = false;
     u->counters = (struct mmuart_counters){0};
     u->regs = regs;
     regs->IER = IER_RECEIVE;
@@ -114,16 +112,25 @@ bool mmuart_is_idle(const struct mmuart *u)
     return u->tx_head == u->tx_tail && (u->regs->LSR & MMUART_LSR_TEMT) != 0u;
 }
 
-bool mmuart_get(struct mmuart *u, char *character, bool *loss)
+bool mmuart_take(struct mmuart *u, uint32_t *received)
 {
     const uint32_t tail = u->rx_tail;
     if (u->rx_head == tail) {
         return false;
     }
-    const uint32_t received = u->rx_data[tail % MMUART_RX_BYTES];
+    *received = u->rx_data[tail % MMUART_RX_BYTES];
     u->rx_tail = tail + 1u;
+    return true;
+}
+
+bool mmuart_get(struct mmuart *u, char *character, bool *loss)
+{
+    uint32_t received;
+    if (!mmuart_take(u, &received)) {
+        return false;
+    }
     *character = (char)(uint8_t)received;
-    *loss = *loss || (received & RX_LOSS) != 0u;
+    *loss = *loss || (received & MMUART_RX_LOSS) != 0u;
     return true;
 }
 
@@ -140,7 +147,11 @@ static void store(struct mmuart *u, char character)
     uint32_t received = (uint8_t)character;
     if (u->rx_suspects > 0u) {
         u->rx_suspects--;
-        received |= RX_LOSS;
+        received |= MMUART_RX_LOSS;
+    }
+    if (u->rx_silence) {
+        u->rx_silence = false;
+        received |= MMUART_RX_SILENCE;
     }
     const uint32_t head = u->rx_head;
     u->rx_data[head % MMUART_RX_BYTES] = (uint16_t)received;

@@ -111,9 +111,10 @@ struct mmuart {
     volatile uint32_t tx_head, tx_tail;
     volatile uint32_t rx_head, rx_tail;
     volatile uint32_t rx_suspects; /* so many of the next characters will be marked as next to a loss */
+    volatile bool rx_silence; /* the next one comes behind a silence: whoever measures it says so, in the interrupt */
     volatile struct mmuart_counters counters;
     volatile char tx_data[MMUART_TX_BYTES];
-    volatile uint16_t rx_data[MMUART_RX_BYTES]; /* the character, and whether others are missing near it */
+    volatile uint16_t rx_data[MMUART_RX_BYTES]; /* the character, and MMUART_RX_* */
 };
 
 /* What stands behind the eight bits of a character. */
@@ -155,6 +156,13 @@ bool mmuart_is_idle(const struct mmuart *u);
  * Context: thread, one reader.
  */
 bool mmuart_get(struct mmuart *u, char *character, bool *loss);
+
+/* Beside the character's eight bits. */
+#define MMUART_RX_LOSS    (1u << 8) /* others are missing near it, see above */
+#define MMUART_RX_SILENCE (1u << 9) /* rx_silence was set when it came */
+
+/* The same with all that is known of the character. Context: thread, one reader. */
+bool mmuart_take(struct mmuart *u, uint32_t *received);
 
 /* Serves receiver and transmitter; at most 16 characters each way a call. Context: the block's interrupt only. */
 void mmuart_irq_handler(struct mmuart *u);

@@ -33,12 +33,16 @@ void rs485_send(struct rs485 *r, const uint8_t *bytes, size_t count)
 void rs485_uart_handler(struct rs485 *r)
 {
     mmuart_irq_handler(&r->uart);
+    if (!r->driving) {
+        mss_timer2_start_once(r->character_ticks * 7u / 2u);
+    }
 }
 
 void rs485_timer_handler(struct rs485 *r)
 {
     mss_timer2_acknowledge();
     if (!r->driving) {
+        r->uart.rx_silence = true;
         return;
     }
     if (r->whole && mmuart_is_idle(&r->uart)) {

@@ -4,7 +4,8 @@
  *
  * The driver is on from before the first start bit until the last stop bit has left. The UART has no interrupt for the latter;
  * LSR.TEMT says it. MSS timer 2 looks at it when the characters should have left, and then every quarter of a character until
- * it is so, at an interrupt's priority: the thread may be busy meanwhile.
+ * it is so, at an interrupt's priority: the thread may be busy meanwhile. While it listens, the same timer measures the silence
+ * behind each character: one that comes after more than 3.5 characters' time is marked (MMUART_RX_SILENCE).
  */
 #ifndef DRIVERS_MSS_RS485_H
 #define DRIVERS_MSS_RS485_H

@@ -27,7 +27,6 @@ static void open(struct modbus *m)
     m->baud = p->modbus_baud;
     m->parity = p->modbus_parity;
     m->silence_ms = silence_ms(m->baud);
-    m->silent = true;
     m->speaking = false;
     modbus_frame_forget(&m->frame);
     (void)rs485_open(m->line, MMUART1, BOARD_PIN_BUS_DRIVER, (uint32_t)m->baud,
@@ -88,36 +87,37 @@ static void take_frames(struct modbus *m)
 /* What comes while this drive speaks is its own echo, or a collision. The last of it is there when the line is released. */
 static void speak_on(struct modbus *m)
 {
-    char c;
-    bool loss;
+    uint32_t dropped;
     m->speaking = rs485_is_sending(m->line);
-    while (mmuart_get(&m->line->uart, &c, &loss)) {
+    while (mmuart_take(&m->line->uart, &dropped)) {
     }
     modbus_frame_forget(&m->frame);
 }
 
-static void hear(struct modbus *m, char c, bool loss)
+static void hear(struct modbus *m, uint32_t received)
 {
-    if (loss) {
+    if ((received & MMUART_RX_SILENCE) != 0u) {
+        modbus_frame_silence(&m->frame);
+    }
+    if ((received & MMUART_RX_LOSS) != 0u) {
         modbus_frame_forget(&m->frame);
         m->frame.lost = true;
     }
-    modbus_frame_hear(&m->frame, (uint8_t)c);
+    modbus_frame_hear(&m->frame, (uint8_t)received);
     take_frames(m);
 }
 
+/* A request of an unknown function has ended, or any has been left off. By the slow loop's clock, which is enough for that. */
 static void notice_silence(struct modbus *m, uint32_t now_ms)
 {
     const uint32_t silent_ms = now_ms - m->heard_ms;
-    if (!m->silent && silent_ms >= m->silence_ms) {
-        m->silent = true;
+    if (silent_ms >= m->silence_ms) {
         const size_t length = modbus_frame_find_open(&m->frame);
         if (length > 0u) {
             take_frame(m, length);
         }
-        modbus_frame_silence(&m->frame);
     }
-    if (m->frame.count > 0u && silent_ms >= MODBUS_PATIENCE_MS) {
+    if (silent_ms >= MODBUS_PATIENCE_MS) {
         modbus_frame_forget(&m->frame);
     }
 }
@@ -126,12 +126,10 @@ static void notice_silence(struct modbus *m, uint32_t now_ms)
 static void listen(struct modbus *m)
 {
     const uint32_t now_ms = m->drive.axis->time_ms;
-    char c;
-    bool loss = false;
-    for (; !m->speaking && mmuart_get(&m->line->uart, &c, &loss); loss = false) {
+    uint32_t received;
+    while (!m->speaking && mmuart_take(&m->line->uart, &received)) {
         m->heard_ms = now_ms;
-        m->silent = false;
-        hear(m, c, loss);
+        hear(m, received);
     }
     notice_silence(m, now_ms);
 }

@@ -12,12 +12,18 @@
 
 /* ---- lengths, check sum included (MODBUS Application Protocol V1.1b3, chapter 6) ---- */
 
-static size_t by_count(const struct modbus_frame *f, size_t at, size_t rest)
+/* What is held, or a part of it. */
+struct span {
+    const uint8_t *bytes;
+    size_t count;
+};
+
+static size_t by_count(const struct span *f, size_t at, size_t rest)
 {
     return f->count > at ? rest + f->bytes[at] : LATER;
 }
 
-static size_t request_length(const struct modbus_frame *f)
+static size_t request_length(const struct span *f)
 {
     switch (f->bytes[1]) {
     case 0x01:
@@ -53,7 +59,7 @@ static size_t request_length(const struct modbus_frame *f)
 }
 
 /* Each object of an identification has a number and a length; byte 7 says how many there are. */
-static size_t identification_length(const struct modbus_frame *f)
+static size_t identification_length(const struct span *f)
 {
     if (f->count < 8u) {
         return LATER;
@@ -68,7 +74,7 @@ static size_t identification_length(const struct modbus_frame *f)
     return end + MODBUS_CRC_BYTES;
 }
 
-static size_t reply_length(const struct modbus_frame *f)
+static size_t reply_length(const struct span *f)
 {
     const uint8_t function = f->bytes[1];
     if ((function & EXCEPTION_BIT) != 0u) {
@@ -107,13 +113,13 @@ static size_t reply_length(const struct modbus_frame *f)
 
 /* ---- reading ---- */
 
-static bool fits(const struct modbus_frame *f, size_t length)
+static bool fits(const struct span *f, size_t length)
 {
     return length >= FRAME_LEAST && length <= f->count && modbus_crc(f->bytes, length) == 0u;
 }
 
 /* Whether more bytes may yet make a frame of this length. */
-static bool may_come(const struct modbus_frame *f, size_t length)
+static bool may_come(const struct span *f, size_t length)
 {
     return length == LATER || (length != UNKNOWN && length <= MODBUS_FRAME_BYTES && length > f->count);
 }
@@ -168,7 +174,7 @@ void modbus_frame_hear(struct modbus_frame *f, uint8_t byte)
 }
 
 /* A frame at the beginning; *hopeless if there will be none. */
-static size_t frame_here(const struct modbus_frame *f, uint8_t address, bool *hopeless)
+static size_t frame_in(const struct span *f, uint8_t address, bool *hopeless)
 {
     *hopeless = false;
     if (f->count < 2u) {
@@ -187,22 +193,44 @@ static size_t frame_here(const struct modbus_frame *f, uint8_t address, bool *ho
     return 0;
 }
 
+static struct span held_from(const struct modbus_frame *f, size_t at)
+{
+    return (struct span){&f->bytes[at], f->count - at};
+}
+
+static size_t frame_here(const struct modbus_frame *f, uint8_t address, bool *hopeless)
+{
+    const struct span all = held_from(f, 0);
+    return frame_in(&all, address, hopeless);
+}
+
+/* A request to this drive that broke off, and a whole one behind the silence: whoever asks has begun anew. */
+static bool begun_anew(const struct modbus_frame *f, uint8_t address)
+{
+    bool hopeless;
+    const struct span behind = held_from(f, f->silence);
+    return f->silence > 0u && f->bytes[0] == address && behind.count > 0u && behind.bytes[0] == address &&
+           frame_in(&behind, address, &hopeless) > 0u;
+}
+
 size_t modbus_frame_find(struct modbus_frame *f, uint8_t address)
 {
     bool hopeless;
     size_t length = frame_here(f, address, &hopeless);
-    while (hopeless && f->silence > 0u) {
+    while ((hopeless && f->silence > 0u) || (length == 0u && begun_anew(f, address))) {
         resume(f);
         length = frame_here(f, address, &hopeless);
     }
-    f->open = hopeless && f->bytes[0] == address && request_length(f) == UNKNOWN;
+    const struct span all = held_from(f, 0);
+    f->open = hopeless && f->bytes[0] == address && request_length(&all) == UNKNOWN;
     f->lost = hopeless && !f->open;
     return length;
 }
 
 size_t modbus_frame_find_open(const struct modbus_frame *f)
 {
-    return f->open && fits(f, f->count) ? f->count : 0u;
+    const struct span all = held_from(f, 0);
+    return f->open && fits(&all, f->count) ? f->count : 0u;
 }
 
 bool modbus_frame_is_late(const struct modbus_frame *f, size_t length)

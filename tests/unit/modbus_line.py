@@ -62,7 +62,7 @@ class Line:
         self._clear()
 
     def _clear(self):
-        for name in ("heard_bytes", "heard_taken", "sent_bytes", "loss"):
+        for name in ("heard_bytes", "heard_taken", "sent_bytes", "marks"):
             getattr(self.c, f"host_bus_{name}").value = 0
 
     def say(self, data, then_ms=0):
@@ -77,6 +77,8 @@ class Line:
 
     def wait(self, ms):
         sent = b""
+        if ms > 0:
+            self.c.host_bus_marks.value |= self.c.host_bus_silence_mark.value
         for _ in range(ms):
             self.axis.time_ms += 1
             self.c.modbus_poll(self.modbus)

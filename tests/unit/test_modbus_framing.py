@@ -131,7 +131,7 @@ def test_after_any_noise_a_silence_is_enough(c, noise):
 
 def test_a_lost_character_ends_the_frame(c):
     line = Line(c)
-    c.host_bus_loss.value = 1
+    c.host_bus_marks.value = c.host_bus_loss_mark.value
     assert line.say(read(0x10, 1)) == b""
     assert line.wait(10) == b"" and line.say(read(0x10, 1))
 

@@ -3,7 +3,9 @@
 
 uint8_t host_bus_heard[4096], host_bus_sent[4096];
 uint32_t host_bus_heard_bytes, host_bus_heard_taken, host_bus_sent_bytes;
-uint32_t host_bus_loss, host_bus_opened, host_bus_baud, host_bus_format;
+uint32_t host_bus_marks, host_bus_opened, host_bus_baud, host_bus_format;
+
+const uint32_t host_bus_silence_mark = MMUART_RX_SILENCE, host_bus_loss_mark = MMUART_RX_LOSS;
 
 static const struct mmuart *line;
 
@@ -12,14 +14,13 @@ bool host_bus_is(const struct mmuart *u)
     return u != NULL && u == line;
 }
 
-bool host_bus_get(char *character, bool *loss)
+bool mmuart_take(struct mmuart *u, uint32_t *received)
 {
-    if (host_bus_heard_taken == host_bus_heard_bytes) {
+    if (!host_bus_is(u) || host_bus_heard_taken == host_bus_heard_bytes) {
         return false;
     }
-    *character = (char)host_bus_heard[host_bus_heard_taken++];
-    *loss = *loss || host_bus_loss != 0u;
-    host_bus_loss = 0;
+    *received = host_bus_heard[host_bus_heard_taken++] | host_bus_marks;
+    host_bus_marks = 0;
     return true;
 }
 

@@ -7,13 +7,13 @@
 
 extern uint8_t host_bus_heard[4096], host_bus_sent[4096];
 extern uint32_t host_bus_heard_bytes, host_bus_heard_taken, host_bus_sent_bytes;
-extern uint32_t host_bus_loss;                  /* the next character is next to a loss */
+extern uint32_t host_bus_marks;                 /* MMUART_RX_* of the next character */
 extern uint32_t host_bus_opened;                /* times the line was opened, */
 extern uint32_t host_bus_baud, host_bus_format; /* and how, last */
 
+extern const uint32_t host_bus_silence_mark, host_bus_loss_mark;
+
 /* Whether a UART is the line's. */
 bool host_bus_is(const struct mmuart *u);
-
-bool host_bus_get(char *character, bool *loss);
 
 #endif
