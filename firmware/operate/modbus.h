@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A Modbus RTU slave (MODBUS over Serial Line V1.02) on an RS-485 line: what is heard becomes frames (modbus_frame.h), requests to
- * this drive are carried out (modbus_functions.h) and answered. Parameters modbus_address, modbus_baud and modbus_parity are in
- * effect as soon as the line rests. Thread.
+ * A Modbus RTU slave (MODBUS over Serial Line V1.02) on an RS-485 line: what is heard becomes frames (modbus_frame.h),
+ * requests to this drive are carried out (modbus_functions.h) and answered. Parameters modbus_address, modbus_baud and
+ * modbus_parity are in effect as soon as the line rests. Thread.
  */
 #ifndef FIRMWARE_OPERATE_MODBUS_H
 #define FIRMWARE_OPERATE_MODBUS_H

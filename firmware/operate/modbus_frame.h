@@ -3,13 +3,15 @@
  * Modbus RTU: where frames begin and end in what is heard on the line.
  *
  * The standard ends a frame by a silence of 3.5 characters, which a USB adapter tears open and closes as it likes. So a frame
- * ends here where its function code says, if the check sum fits there; nobody waits for a silence. Requests to other slaves and
- * their replies look alike up to their length: both lengths are tried. While a frame is on its way, silence means nothing, until
- * it has lasted for MODBUS_PATIENCE_MS; or a request to this drive broke off there, and a whole one stands behind it.
+ * ends here where its function code says, if the check sum fits there; nobody waits for a silence. Requests to other slaves
+ * and their replies look alike up to their length: both lengths are tried. While a frame is on its way, silence means
+ * nothing, until it has lasted for MODBUS_PATIENCE_MS; or a request to this drive broke off there, and a whole one stands
+ * behind it.
  *
  * Where no length fits, or the function is unknown, what follows cannot be told from what was. Then, and only then, a silence
- * counts: reading goes on behind the first one that was heard. Never does it begin elsewhere, so that what another slave sends is
- * not taken for a request, whatever it contains. A frame found so is for nobody if something has followed it: it is too late.
+ * counts: reading goes on behind the first one that was heard. Never does it begin elsewhere, so that what another slave
+ * sends is not taken for a request, whatever it contains. A frame found so is for nobody if something has followed it: it is
+ * too late.
  *
  * Pure: bytes and silences in, frames out. Thread.
  */

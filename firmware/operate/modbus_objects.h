@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The objects that Modbus shows besides parameters and reactions, those of CiA 402 (IEC 61800-7-201) and CiA 301 among them: the
- * one table from which firmware, docs/modbus.md and tests take addresses, types and units.
+ * The objects that Modbus shows besides parameters and reactions, those of CiA 402 (IEC 61800-7-201) and CiA 301 among them:
+ * the one table from which firmware, docs/modbus.md and tests take addresses, types and units.
  */
 #ifndef FIRMWARE_OPERATE_MODBUS_OBJECTS_H
 #define FIRMWARE_OPERATE_MODBUS_OBJECTS_H

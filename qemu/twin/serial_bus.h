@@ -4,7 +4,8 @@
  *
  * A 16550 with FIFOs of 16 and the divisor's fraction (UG0331, MMUART chapter). A received character raises the interrupt at
  * once, whatever the FIFO's trigger level. Everybody on the line uses the rate and the format that the UART is set to. The
- * transceiver does not hear while it drives: what others send then is lost, and what is sent while it does not drive is lost, too.
+ * transceiver does not hear while it drives: what others send then is lost, and what is sent while it does not drive is
+ * lost, too.
  *
  * The log has a line for each thing that happens, in order: nanoseconds, what, and a byte in hexadecimal.
  *   rx BYTE    heard, its stop bit over          tx BYTE       sent, likewise
@@ -20,8 +21,8 @@
 #define SERIAL_BUS_BYTES 0x60u
 #define SERIAL_BUS_PIN   0 /* of the MSS GPIO */
 
-/* Either may be NULL: a character device of QEMU that is the rest of the line, and where the log goes. Ends the process with one
- * line if there is no such device, or the file cannot be written. Timers must be allowed. */
+/* Either may be NULL: a character device of QEMU that is the rest of the line, and where the log goes. Ends the process with
+ * one line if there is no such device, or the file cannot be written. Timers must be allowed. */
 void serial_bus_open(const char *chardev_id, const char *log_path);
 
 uint32_t serial_bus_read(void *unused, uint32_t offset);

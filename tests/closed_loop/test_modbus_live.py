@@ -46,7 +46,8 @@ def test_the_program_of_the_page_turns_the_motor(drive):
             break
         time.sleep(0.1)
     assert status & 0x427 == 0x427 and (high << 16 | low) == pytest.approx(1500000, rel=0.01)
-    assert drive.mask_write_register(address=0, and_mask=0xFFF0, or_mask=0x0002, **OLD).function_code == 22, "quick stop by its bits alone"
+    quick_stop = drive.mask_write_register(address=0, and_mask=0xFFF0, or_mask=0x0002, **OLD)
+    assert quick_stop.function_code == 22
     for _ in range(300):
         if drive.read_holding_registers(16, 1, slave=1).registers[0] & 0x4F == 0x40:
             break

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Modbus on the running drive, in the time that characters take: replies within 2 ms, the transceiver's direction, and a current loop
-that does not notice."""
+"""Modbus on the running drive, in the time that characters take: replies within 2 ms, the transceiver's direction, and a
+current loop that does not notice."""
 import random
 
 import numpy as np
@@ -63,8 +63,8 @@ def test_replies_come_within_two_milliseconds(polled):
     assert len(right) == len(bus.exchanges) >= 0.88 * POLLS, "a damaged request may cost the next one, no more"
     slowest = max(e.answered_s - e.asked_s for e in right)
     turnaround = sorted(e.on_s - e.asked_s for e in right)
-    print(f"{len(right)} replies: first bit {turnaround[len(right) // 2] * 1e6:.0f} us behind the request in the middle, at most "
-          f"{turnaround[-1] * 1e6:.0f} us; last bit at most {slowest * 1e6:.0f} us")
+    print(f"{len(right)} replies: first bit {turnaround[len(right) // 2] * 1e6:.0f} us behind the request in the middle, "
+          f"at most {turnaround[-1] * 1e6:.0f} us; last bit at most {slowest * 1e6:.0f} us")
     assert slowest <= REPLY_S
     assert all(len(e.reply) == 5 + 16 for e in right)
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A million frames on the line of a drive in operation: noise, torn and mutated requests, traffic of others with requests inside,
- * and requests that are right, with or without a silence between. Who judges knows each byte that was sent and reckons the check
- * sum by itself: nothing of the drive may change, and nothing be answered, but at the last byte of a frame that fits, to this
- * drive; and what such a request wrote is what its reply says.
+ * A million frames on the line of a drive in operation: noise, torn and mutated requests, traffic of others with requests
+ * inside, and requests that are right, with or without a silence between. Who judges knows each byte that was sent and
+ * reckons the check sum by itself: nothing of the drive may change, and nothing be answered, but at the last byte of a frame
+ * that fits, to this drive; and what such a request wrote is what its reply says.
  *
  *     modbus_storm FRAMES SEED        prints the counts by name; what must not be is counted, too
  */

@@ -142,12 +142,13 @@ def test_several(line):
 @pytest.mark.parametrize("request_, exception", [
     (write_one(0x0002, 0), ILLEGAL_ADDRESS), (write_one(0x0010, 0), ILLEGAL_ADDRESS), (write_one(0x0008, 0), ILLEGAL_ADDRESS),
     (write_one(0x1000, 5), ILLEGAL_ADDRESS), (write_one(0x0001, 2), ILLEGAL_VALUE), (write_one(0x0007, 1), ILLEGAL_VALUE),
-    (write_one(0x0006, 32767), ILLEGAL_VALUE), (write(0x0002, long(4001)), ILLEGAL_VALUE), (write(0x0002, long(-4001)), ILLEGAL_VALUE),
-    (write(0x1000, long(51)), ILLEGAL_VALUE), (write(0x1000, long(0)), ILLEGAL_VALUE), (write(0x1000, long(-2**31)), ILLEGAL_VALUE),
+    (write_one(0x0006, 32767), ILLEGAL_VALUE), (write(0x0002, long(4001)), ILLEGAL_VALUE),
+    (write(0x0002, long(-4001)), ILLEGAL_VALUE), (write(0x1000, long(51)), ILLEGAL_VALUE),
+    (write(0x1000, long(0)), ILLEGAL_VALUE), (write(0x1000, long(-2**31)), ILLEGAL_VALUE),
     (write(0x00C0, long(0x65766173)), DEVICE_FAILURE), (write(0x00C2, long(0x64616F6C)), DEVICE_FAILURE),
-    (write(0x00C0, long(1)), ILLEGAL_VALUE), (write_one(FAULT_BASE, 1), ILLEGAL_VALUE), (write_one(FAULT_BASE + 8, 3), ILLEGAL_VALUE),
-    (frame(1, 16, 0, 1, 0, 0, 0), ILLEGAL_VALUE), (frame(1, 16, 0, 1, 0, 1, 4, 0, 3, 0, 3), ILLEGAL_VALUE),
-    (frame(1, 16, 0, 1, 0, 2, 2, 0, 3), ILLEGAL_VALUE),
+    (write(0x00C0, long(1)), ILLEGAL_VALUE), (write_one(FAULT_BASE, 1), ILLEGAL_VALUE),
+    (write_one(FAULT_BASE + 8, 3), ILLEGAL_VALUE), (frame(1, 16, 0, 1, 0, 0, 0), ILLEGAL_VALUE),
+    (frame(1, 16, 0, 1, 0, 1, 4, 0, 3, 0, 3), ILLEGAL_VALUE), (frame(1, 16, 0, 1, 0, 2, 2, 0, 3), ILLEGAL_VALUE),
 ])
 def test_refused(line, request_, exception):
     assert refused(line, request_, exception)
@@ -196,8 +197,8 @@ def test_all_or_nothing(c, data):
               "homing": data.draw(st.sampled_from([34, -1, 37, 0]))}
     block = words(0, values["mode"]) + long(values["rpm"]) + long(values["counts"]) + words(values["torque"], values["homing"])
     before = words(*line.registers(0, 8))
-    good = (values["mode"] in (1, 3, 4, 6, 8, 9, 10) and abs(values["rpm"]) <= 4000 and abs(values["torque"]) * 7100 // 1000 <= 10650
-            and values["homing"] in (34, -1, 37))
+    good = (values["mode"] in (1, 3, 4, 6, 8, 9, 10) and abs(values["rpm"]) <= 4000 and values["homing"] in (34, -1, 37)
+            and abs(values["torque"]) * 7100 // 1000 <= 10650)
     assert (line.ask(write(0, block))[0] == 16) == good
     assert words(*line.registers(0, 8)) == (block if good else before)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where frames begin and end: whatever the line tears, joins or adds, requests are answered once, and nothing else is obeyed."""
+"""Where frames begin and end: whatever the line tears, joins or adds, requests are answered, and nothing else is obeyed."""
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -106,8 +106,8 @@ def test_a_request_inside_another_slaves_reply_is_not_one(c, unit, lead, gap, ta
 
 @settings(max_examples=300)
 @given(request=st.sampled_from([write(0x0002, words(0, 300)), write(0x1000, words(0, 5)), write_one(0, 0x0F),
-                                write(0x0000, words(6, 3, 0, 300), unit=0)]), bits=st.sets(st.integers(0, 8 * 17 - 1), min_size=1,
-                                                                                          max_size=6))
+                                write(0x0000, words(6, 3, 0, 300), unit=0)]),
+       bits=st.sets(st.integers(0, 8 * 17 - 1), min_size=1, max_size=6))
 def test_a_mutated_request_changes_nothing(c, request, bits):
     """Unless its check sum happens to fit, or it has turned into traffic of others."""
     line, mutated = Line(c), bytearray(request)

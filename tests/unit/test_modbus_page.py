@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""docs/modbus.md shows the registers that there are: its tables are those of the sources, and the sources those of the program."""
+"""docs/modbus.md shows the registers that there are: its tables are those of the sources, these those of the program."""
 import sys
 from pathlib import Path
 

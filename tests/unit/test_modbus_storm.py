@@ -13,9 +13,9 @@ FRAMES = 1_000_000
 @pytest.fixture(scope="module")
 def storm(tmp_path_factory):
     target = tmp_path_factory.mktemp("storm") / "modbus_storm"
-    command = [os.environ.get("HOSTCC") or "cc", "-std=gnu11", "-O2", "-fsanitize=undefined", "-fno-sanitize-recover=all", "-Wall",
-               "-Wextra", "-Werror", "-Wno-int-to-pointer-cast", f"-I{HERE / 'host'}", f"-I{SOURCE}", str(HERE / "modbus_storm.c"),
-               *map(str, sources()), "-lm", "-o", str(target)]
+    command = [os.environ.get("HOSTCC") or "cc", "-std=gnu11", "-O2", "-fsanitize=undefined", "-fno-sanitize-recover=all",
+               "-Wall", "-Wextra", "-Werror", "-Wno-int-to-pointer-cast", f"-I{HERE / 'host'}", f"-I{SOURCE}",
+               str(HERE / "modbus_storm.c"), *map(str, sources()), "-lm", "-o", str(target)]
     subprocess.run(command, check=True)
     output = subprocess.run([target, str(FRAMES), "2463534242"], check=True, capture_output=True, text=True).stdout
     return {name: int(count) for name, count in (line.split() for line in output.splitlines())}
