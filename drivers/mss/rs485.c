@@ -27,7 +27,7 @@ void rs485_send(struct rs485 *r, const uint8_t *bytes, size_t count)
         (void)mmuart_put(&r->uart, (char)bytes[n]);
     }
     r->whole = true;
-    mss_timer2_start_once((uint32_t)count * r->character_ticks);
+    mss_timer2_start_once((uint32_t)(count - 1u) * r->character_ticks); /* when the last one is on its way */
 }
 
 void rs485_uart_handler(struct rs485 *r)

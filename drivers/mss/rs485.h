@@ -3,9 +3,9 @@
  * A half-duplex line: an MMUART behind an RS-485 transceiver whose driver a GPIO pin switches.
  *
  * The driver is on from before the first start bit until the last stop bit has left. The UART has no interrupt for the latter;
- * LSR.TEMT says it. MSS timer 2 looks at it when the characters should have left, and then every quarter of a character until
- * it is so, at an interrupt's priority: the thread may be busy meanwhile. While it listens, the same timer measures the silence
- * behind each character: one that comes after more than 3.5 characters' time is marked (MMUART_RX_SILENCE).
+ * LSR.TEMT says it. MSS timer 2 looks at it when the last character should be on its way, and then every quarter of a character
+ * until it is so, at an interrupt's priority: the thread may be busy meanwhile. While it listens, the same timer measures the
+ * silence behind each character: one that comes after more than 3.5 characters' time is marked (MMUART_RX_SILENCE).
  */
 #ifndef DRIVERS_MSS_RS485_H
 #define DRIVERS_MSS_RS485_H
@@ -26,7 +26,7 @@ struct rs485 {
  */
 bool rs485_open(struct rs485 *r, struct mmuart_regs *regs, uint32_t pin, uint32_t baud, enum mmuart_format format);
 
-/* Sends so many bytes and releases the line behind them. Range: as many as MMUART_TX_BYTES; not while sending. Thread. */
+/* Sends so many bytes and releases the line behind them. Range: 2...MMUART_TX_BYTES; not while sending. Thread. */
 void rs485_send(struct rs485 *r, const uint8_t *bytes, size_t count);
 
 /* Whether the line is still driven. Any context. */
