@@ -89,7 +89,7 @@ static const struct {
     {"_uf", "uF"},         {"_hz", "Hz"},       {"_w", "W"},
     {"_gmm2", "g mm2"},    {"_pct", "%"},       {"_pm", "0.1 %"},
     {"_c", "degC"},        {"_turns", "turns"}, {"_mturn", "0.001 turns"},
-    {"_counts", "counts"},
+    {"_counts", "counts"}, {"_baud", "baud"},
 };
 
 const size_t param_count = sizeof param_table / sizeof param_table[0];

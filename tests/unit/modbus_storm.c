@@ -272,10 +272,12 @@ static void one_frame(void)
         }
         counts.noise++;
     }
-    /* by chance a mutated frame, or a beginning of the noise, may fit: then it is a request like others, and not looked at */
+    /* A check sum of 16 bits fits by chance once in 65536: then a mutated frame or noise is a request like others, and a part of
+     * another slave's frame looks like a frame. Such are not sent. */
     bool chance = false;
-    for (size_t n = 4; kind != 0u && kind != 2u && n <= count; n++) {
-        chance = chance || ((bytes[0] == US || bytes[0] == 0u) && fits(bytes, n));
+    const size_t whole = kind == 2u ? count - 1u : count;
+    for (size_t n = 4; kind != 0u && n <= whole; n++) {
+        chance = chance || ((kind == 2u || bytes[0] == US || bytes[0] == 0u) && fits(bytes, n));
     }
     if (!chance) {
         send(bytes, count, kind == 0u, kind == 0u);
