@@ -13,8 +13,9 @@
 
 int main(void);
 
-static struct mmuart uart; /* its interrupt's, too */
-static struct rs485 bus;   /* likewise */
+static struct mmuart uart;   /* its interrupt's, too */
+static struct rs485 bus;     /* likewise */
+static struct modbus modbus; /* its buffers would take a sixth of the stack */
 
 void UART0_IRQHandler(void)
 {
@@ -31,9 +32,9 @@ void Timer2_IRQHandler(void)
     rs485_timer_handler(&bus);
 }
 
-static void start_bus(struct modbus *modbus)
+static void start_bus(void)
 {
-    modbus_start(modbus, &bus, &axes[0]);
+    modbus_start(&modbus, &bus, &axes[0]);
     nvic_priority(BOARD_IRQ_BUS, CONFIG_PRIORITY_BUS);
     nvic_priority(BOARD_IRQ_RELEASE, CONFIG_PRIORITY_BUS);
     nvic_enable(BOARD_IRQ_BUS);
@@ -73,7 +74,6 @@ int main(void)
 {
     struct postmortem last_life;
     struct console console;
-    struct modbus modbus;
     struct idle rest = {.time_ms = &axes[0].time_ms};
     const struct slots slots = settings_slots();
     struct kept kept;
@@ -82,7 +82,7 @@ int main(void)
     boot_core();
     const enum fault boot_fault = boot_check(FABRIC0, &last_life);
     start_uart();
-    start_bus(&modbus);
+    start_bus();
     start_axis(&axes[0], boot_fault);
     axis_recall(&axes[0], &slots, &kept); /* behind the PWM's start, which need not wait for it */
     console_start(&console, &(struct session){

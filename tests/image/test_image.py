@@ -128,6 +128,7 @@ STATE = {
     "axes_heat": "what the motors have kept of heat, which outlives a reset",
     "startup_vectors": "the vector table that the core reads",
     "uart": "the console's UART, which its interrupt serves",
+    "modbus": "the slave on the bus, whose buffers would take a sixth of the stack",
     "bus": "the bus's UART and transceiver, which their interrupts serve",
     "kept": "the post-mortem record, which outlives a reset",
 }

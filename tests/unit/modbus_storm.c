@@ -272,8 +272,8 @@ static void one_frame(void)
         }
         counts.noise++;
     }
-    /* A check sum of 16 bits fits by chance once in 65536: then a mutated frame or noise is a request like others, and a part of
-     * another slave's frame looks like a frame. Such are not sent. */
+    /* A check sum of 16 bits fits by chance once in 65536: then a mutated frame or noise is a request like others, and a
+     * part of another slave's frame looks like a frame. Such are not sent. */
     bool chance = false;
     const size_t whole = kind == 2u ? count - 1u : count;
     for (size_t n = 4; kind != 0u && n <= whole; n++) {
