@@ -78,6 +78,7 @@ bool mmuart_open(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud, enum
     u->rx_head = u->rx_tail;
     u->rx_suspects = 0u;
     u->rx_silence = false;
+    u->rx_muted = false;
     u->counters = (struct mmuart_counters){0};
     u->regs = regs;
     regs->IER = IER_RECEIVE;
@@ -164,6 +165,9 @@ static void store(struct mmuart *u, char character)
  */
 static void receive(struct mmuart *u, uint32_t lsr, char character)
 {
+    if (u->rx_muted) {
+        return;
+    }
     if ((lsr & MMUART_LSR_OE) != 0u) {
         u->counters.rx_overruns++;
         suspect(u, MMUART_FIFO_BYTES + 1u);

@@ -111,6 +111,7 @@ struct mmuart {
     volatile uint32_t tx_head, tx_tail;
     volatile uint32_t rx_head, rx_tail;
     volatile uint32_t rx_suspects; /* so many of the next characters will be marked as next to a loss */
+    volatile bool rx_muted;        /* what comes is dropped: it is an echo */
     volatile bool rx_silence; /* the next one comes behind a silence: whoever measures it says so, in the interrupt */
     volatile struct mmuart_counters counters;
     volatile char tx_data[MMUART_TX_BYTES];

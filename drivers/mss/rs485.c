@@ -21,6 +21,7 @@ bool rs485_open(struct rs485 *r, struct mmuart_regs *regs, uint32_t pin, uint32_
 void rs485_send(struct rs485 *r, const uint8_t *bytes, size_t count)
 {
     r->whole = false;
+    r->uart.rx_muted = true;
     r->driving = true;
     gpio_write(r->pin, true);
     for (size_t n = 0; n < count; n++) {
@@ -47,6 +48,7 @@ void rs485_timer_handler(struct rs485 *r)
     }
     if (r->whole && mmuart_is_idle(&r->uart)) {
         gpio_write(r->pin, false);
+        r->uart.rx_muted = false; /* the last of an echo came before its stop bit was over */
         r->driving = false;
     } else {
         mss_timer2_start_once(r->character_ticks / 4u);

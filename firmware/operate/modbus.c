@@ -27,7 +27,6 @@ static void open(struct modbus *m)
     m->baud = p->modbus_baud;
     m->parity = p->modbus_parity;
     m->silence_ms = silence_ms(m->baud);
-    m->speaking = false;
     modbus_frame_forget(&m->frame);
     (void)rs485_open(m->line, MMUART1, BOARD_PIN_BUS_DRIVER, (uint32_t)m->baud,
                      format_of(m->parity)); /* the range fits */
@@ -54,7 +53,6 @@ static void answer(struct modbus *m, size_t count)
     const uint16_t crc = modbus_crc(m->reply, count + 1u);
     m->reply[count + 1u] = (uint8_t)crc;
     m->reply[count + 2u] = (uint8_t)(crc >> 8);
-    m->speaking = true;
     rs485_send(m->line, m->reply, count + 3u);
 }
 
@@ -64,7 +62,7 @@ static void take_frame(struct modbus *m, size_t length)
     const uint8_t to = m->frame.bytes[0];
     const bool broadcast = to == MODBUS_BROADCAST;
     const bool meant = (broadcast || to == m->address) && m->address != 0;
-    if (meant && !m->speaking && !modbus_frame_is_late(&m->frame, length)) {
+    if (meant && !rs485_is_sending(m->line) && !modbus_frame_is_late(&m->frame, length)) {
         axis_hear(m->drive.axis);
         const size_t count = length - 1u - MODBUS_CRC_BYTES;
         const size_t replied = modbus_function(&m->drive, &m->frame.bytes[1], count, broadcast, &m->reply[1]);
@@ -82,16 +80,6 @@ static void take_frames(struct modbus *m)
         take_frame(m, length);
         length = modbus_frame_find(&m->frame, (uint8_t)m->address);
     }
-}
-
-/* What comes while this drive speaks is its own echo, or a collision. The last of it is there when the line is released. */
-static void speak_on(struct modbus *m)
-{
-    uint32_t dropped;
-    m->speaking = rs485_is_sending(m->line);
-    while (mmuart_take(&m->line->uart, &dropped)) {
-    }
-    modbus_frame_forget(&m->frame);
 }
 
 static void hear(struct modbus *m, uint32_t received)
@@ -127,7 +115,7 @@ static void listen(struct modbus *m)
 {
     const uint32_t now_ms = m->drive.axis->time_ms;
     uint32_t received;
-    while (!m->speaking && mmuart_take(&m->line->uart, &received)) {
+    while (mmuart_take(&m->line->uart, &received)) {
         m->heard_ms = now_ms;
         hear(m, received);
     }
@@ -136,11 +124,9 @@ static void listen(struct modbus *m)
 
 void modbus_poll(struct modbus *m)
 {
-    if (m->speaking) {
-        speak_on(m);
-    } else {
+    if (!rs485_is_sending(m->line)) {
         follow_parameters(m);
-        listen(m);
     }
+    listen(m);
     cia402_poll(&m->drive.cia402, m->drive.axis);
 }

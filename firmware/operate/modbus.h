@@ -18,7 +18,6 @@ struct modbus {
     int32_t address, baud, parity; /* as they are in effect */
     uint32_t silence_ms;           /* that is certainly one of 3.5 characters */
     uint32_t heard_ms;             /* when the last character came */
-    bool speaking;                 /* a reply is on its way, or has just left */
     uint8_t reply[MODBUS_FRAME_BYTES];
 };
 

@@ -7,15 +7,18 @@ uint32_t host_bus_marks, host_bus_opened, host_bus_baud, host_bus_format;
 
 const uint32_t host_bus_silence_mark = MMUART_RX_SILENCE, host_bus_loss_mark = MMUART_RX_LOSS;
 
-static const struct mmuart *line;
+static const struct rs485 *line;
 
 bool host_bus_is(const struct mmuart *u)
 {
-    return u != NULL && u == line;
+    return line != NULL && u == &line->uart;
 }
 
 bool mmuart_take(struct mmuart *u, uint32_t *received)
 {
+    if (host_bus_is(u) && line->driving) {
+        host_bus_heard_taken = host_bus_heard_bytes; /* the driver hears nothing while it sends */
+    }
     if (!host_bus_is(u) || host_bus_heard_taken == host_bus_heard_bytes) {
         return false;
     }
@@ -28,7 +31,7 @@ bool rs485_open(struct rs485 *r, struct mmuart_regs *regs, uint32_t pin, uint32_
 {
     (void)regs;
     (void)pin;
-    line = &r->uart;
+    line = r;
     r->driving = false;
     host_bus_opened++;
     host_bus_baud = baud;
