@@ -6,6 +6,13 @@
 
 #define PATIENCE_MS 20u /* a transmitter that works makes room every 1.4 ms */
 
+static void serve_bus(struct text *t)
+{
+    if (t->bus != NULL) {
+        modbus_poll(t->bus);
+    }
+}
+
 /*
  * Waits for room, but no longer than a living transmitter takes. The watchdog is served when room has come, not while none
  * comes: waiting is no sign of life.
@@ -20,9 +27,7 @@ static bool wait_for_room(struct text *t)
         if (t->given_up || *t->idle->time_ms - since_ms > PATIENCE_MS) {
             return false;
         }
-        if (t->bus != NULL) {
-            modbus_poll(t->bus);
-        }
+        serve_bus(t);
         cpu_wait_for_interrupt();
     }
     idle_serve_watchdog(t->idle);
@@ -50,6 +55,7 @@ void text_put_line(struct text *t, const char *s)
 {
     text_put(t, s);
     text_put(t, "\r\n");
+    serve_bus(t); /* to fill an empty buffer takes half a millisecond */
 }
 
 static void put_unsigned(struct text *t, uint32_t value, unsigned least_digits)
