@@ -22,6 +22,7 @@ DETUNE   ?=
 FABRIC   ?= model
 SENSORS  ?=
 ENVM     ?=
+MODBUS   ?=
 PROBE    ?=
 
 LIB_TRIG_FRAC ?= 15
@@ -46,7 +47,7 @@ MSSFOC_IMAGE = $(BUILD)/mssfoc
 Q := $(if $(V),,@)
 say = $(if $(V)$(findstring s,$(firstword -$(MAKEFLAGS))),,@echo "  $1  $@")
 
-export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS START ENVM PROBE PORT HOSTCC CROSS
+export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS MODBUS START ENVM PROBE PORT HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1
 
 # ---- the image and the library ---------------------------------------------------------------------------------------
@@ -212,6 +213,7 @@ help:
 	@echo '                     what the device keeps: [ENVM=file] settings that `save` has written (docs/settings.md)'
 	@echo 'make test            all tests                                         [QEMU=path]'
 	@echo 'make console         a live console of a running drive'
+	@echo '                     the bus: [MODBUS=pty|tcp:PORT] its Modbus, for mbpoll, pymodbus or a PLC (docs/modbus.md)'
 	@echo 'make scope           a page in the browser: plots, captures, parameters, commands; [PORT=/dev/ttyUSB0] of a board'
 	@echo 'make scope-pictures  the test of that page, and its pictures into docs/'
 	@echo 'make debug           QEMU halted, with a GDB port'

@@ -12,7 +12,7 @@
 /* ---- clocks, Hz ---- */
 #define BOARD_M3_HZ        100000000u
 #define BOARD_APB0_HZ      100000000u /* MMUART_0, MSS timer */
-#define BOARD_APB1_HZ      100000000u /* GPIO */
+#define BOARD_APB1_HZ      100000000u /* GPIO, MMUART_1 */
 #define BOARD_FIC0_HZ      100000000u
 #define BOARD_FABRIC_HZ    100000000u    /* PWM counts */
 #define BOARD_MSS_TIMER_HZ BOARD_APB0_HZ /* no prescaler */
@@ -29,6 +29,11 @@
 #define BOARD_IRQ_CONSOLE MSS_IRQ_UART0
 #define BOARD_IRQ_TICK    MSS_IRQ_TIMER1
 #define BOARD_IRQ_SCOPE   MSS_IRQ_I2C1_SMBUS /* raised by software only: the block behind it stays in reset */
+#define BOARD_IRQ_BUS     MSS_IRQ_UART1
+#define BOARD_IRQ_RELEASE MSS_IRQ_TIMER2 /* when the bus's driver is due to be switched off */
+
+/* ---- RS-485: MSS GPIO that switches the transceiver's driver on (DE, and /RE with it), high: on ---- */
+#define BOARD_PIN_BUS_DRIVER 0u
 
 /* ---- limits of what the fabric blocks can do ---- */
 #define BOARD_ADC_Q15_PER_CODE   16     /* of a current: 12 bit, 2048 codes are 1.0 */

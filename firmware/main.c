@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* Start-up of the drive, and the thread: the console. Everything that moves the motor runs in interrupts. */
+/* Start-up of the drive, and the thread: the console and the bus. Everything that moves the motor runs in interrupts. */
 #include "drivers/cortex/nvic.h"
 #include "drivers/mss/mmuart.h"
 #include "firmware/operate/console.h"
+#include "firmware/operate/modbus.h"
 #include "firmware/settings/config.h"
 #include "firmware/system/axes.h"
 #include "firmware/system/boot.h"
@@ -12,11 +13,32 @@
 
 int main(void);
 
-static struct mmuart uart; /* its interrupt's, too */
+static struct mmuart uart;   /* its interrupt's, too */
+static struct rs485 bus;     /* likewise */
+static struct modbus modbus; /* its buffers would take a sixth of the stack */
 
 void UART0_IRQHandler(void)
 {
     mmuart_irq_handler(&uart);
+}
+
+void UART1_IRQHandler(void)
+{
+    rs485_uart_handler(&bus);
+}
+
+void Timer2_IRQHandler(void)
+{
+    rs485_timer_handler(&bus);
+}
+
+static void start_bus(void)
+{
+    modbus_start(&modbus, &bus, &axes[0]);
+    nvic_priority(BOARD_IRQ_BUS, CONFIG_PRIORITY_BUS);
+    nvic_priority(BOARD_IRQ_RELEASE, CONFIG_PRIORITY_BUS);
+    nvic_enable(BOARD_IRQ_BUS);
+    nvic_enable(BOARD_IRQ_RELEASE);
 }
 
 static void start_uart(void)
@@ -61,10 +83,11 @@ int main(void)
     boot_core();
     const enum fault boot_fault = boot_check(FABRIC0, &last_life);
     start_uart();
+    start_bus();
     start_axis(&axes[0], boot_fault);
     axis_recall(&axes[0], &slots, &kept); /* behind the PWM's start, which need not wait for it */
     console_start(&console, &(struct session){
-                                .out = {.uart = &uart, .idle = &rest},
+                                .out = {.uart = &uart, .idle = &rest, .bus = &modbus},
                                 .axis = &axes[0],
                                 .scope = &scope,
                                 .last_life = &last_life,
@@ -73,6 +96,7 @@ int main(void)
                             });
     for (;;) {
         console_poll(&console);
+        modbus_poll(&modbus);
         axis_retry(&axes[0]);
         axis_learn(&axes[0]);
         axis_remember(&axes[0]);

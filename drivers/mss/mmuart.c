@@ -24,23 +24,37 @@
 _Static_assert((MMUART_TX_BYTES & (MMUART_TX_BYTES - 1u)) == 0u, "a power of two: indices run free and are masked");
 _Static_assert((MMUART_RX_BYTES & (MMUART_RX_BYTES - 1u)) == 0u, "a power of two: indices run free and are masked");
 
-/* The divisor has 16 bits and is at least 2. */
-#define BAUD_LEAST (BOARD_APB0_HZ / (1u << 20) + 1u)
-#define BAUD_MOST  (BOARD_APB0_HZ / 32u)
-
-/* Stored with a character in whose neighbourhood others are missing. */
-#define RX_LOSS 0x100u
-
-bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)
+static uint32_t line_control(enum mmuart_format format)
 {
-    if (baud < BAUD_LEAST || baud > BAUD_MOST) {
+    switch (format) {
+    case MMUART_8N2:
+        return MMUART_LCR_8N1 | MMUART_LCR_STB;
+    case MMUART_8O1:
+        return MMUART_LCR_8N1 | MMUART_LCR_PEN;
+    case MMUART_8E1:
+        return MMUART_LCR_8N1 | MMUART_LCR_PEN | MMUART_LCR_EPS;
+    default:
+        return MMUART_LCR_8N1;
+    }
+}
+
+/* MMUART_1 hangs on the other bus. */
+static uint32_t clock_hz(const struct mmuart_regs *regs)
+{
+    return regs == MMUART1 ? BOARD_APB1_HZ : BOARD_APB0_HZ;
+}
+
+bool mmuart_open(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud, enum mmuart_format format)
+{
+    const uint32_t pclk_hz = clock_hz(regs);
+    if (baud < pclk_hz / (1u << 20) + 1u || baud > pclk_hz / 32u) { /* the divisor has 16 bits and is at least 2 */
         return false;
     }
     /* 64ths of the divisor: 64 PCLK / (16 baud), rounded. */
-    const uint32_t divisor_64ths = (4u * BOARD_APB0_HZ + baud / 2u) / baud;
+    const uint32_t divisor_64ths = (4u * pclk_hz + baud / 2u) / baud;
     const uint32_t divisor = divisor_64ths >> 6;
 
-    sysreg_release_reset(SYSREG_RESET_MMUART0);
+    sysreg_release_reset(regs == MMUART1 ? SYSREG_RESET_MMUART1 : SYSREG_RESET_MMUART0);
     regs->IER = 0u;
     regs->IEM = 0u;
     regs->MM1 = 0u;
@@ -53,7 +67,7 @@ bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)
     regs->LCR = MMUART_LCR_DLAB;
     regs->DMR = divisor >> 8;
     regs->DLR = divisor & 0xFFu;
-    regs->LCR = MMUART_LCR_8N1;
+    regs->LCR = line_control(format);
     regs->DFR = divisor_64ths & 63u;
     regs->MM0 = MMUART_MM0_EFBR;
 
@@ -63,10 +77,17 @@ bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)
     u->tx_head = u->tx_tail; /* empty, wherever that is */
     u->rx_head = u->rx_tail;
     u->rx_suspects = 0u;
+    u->rx_silence = false;
+    u->rx_muted = false;
     u->counters = (struct mmuart_counters){0};
     u->regs = regs;
     regs->IER = IER_RECEIVE;
     return true;
+}
+
+bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)
+{
+    return mmuart_open(u, regs, baud, MMUART_8N1);
 }
 
 size_t mmuart_free_space(const struct mmuart *u)
@@ -92,16 +113,25 @@ bool mmuart_is_idle(const struct mmuart *u)
     return u->tx_head == u->tx_tail && (u->regs->LSR & MMUART_LSR_TEMT) != 0u;
 }
 
-bool mmuart_get(struct mmuart *u, char *character, bool *loss)
+bool mmuart_take(struct mmuart *u, uint32_t *received)
 {
     const uint32_t tail = u->rx_tail;
     if (u->rx_head == tail) {
         return false;
     }
-    const uint32_t received = u->rx_data[tail % MMUART_RX_BYTES];
+    *received = u->rx_data[tail % MMUART_RX_BYTES];
     u->rx_tail = tail + 1u;
+    return true;
+}
+
+bool mmuart_get(struct mmuart *u, char *character, bool *loss)
+{
+    uint32_t received;
+    if (!mmuart_take(u, &received)) {
+        return false;
+    }
     *character = (char)(uint8_t)received;
-    *loss = *loss || (received & RX_LOSS) != 0u;
+    *loss = *loss || (received & MMUART_RX_LOSS) != 0u;
     return true;
 }
 
@@ -118,7 +148,11 @@ static void store(struct mmuart *u, char character)
     uint32_t received = (uint8_t)character;
     if (u->rx_suspects > 0u) {
         u->rx_suspects--;
-        received |= RX_LOSS;
+        received |= MMUART_RX_LOSS;
+    }
+    if (u->rx_silence) {
+        u->rx_silence = false;
+        received |= MMUART_RX_SILENCE;
     }
     const uint32_t head = u->rx_head;
     u->rx_data[head % MMUART_RX_BYTES] = (uint16_t)received;
@@ -131,6 +165,9 @@ static void store(struct mmuart *u, char character)
  */
 static void receive(struct mmuart *u, uint32_t lsr, char character)
 {
+    if (u->rx_muted) {
+        return;
+    }
     if ((lsr & MMUART_LSR_OE) != 0u) {
         u->counters.rx_overruns++;
         suspect(u, MMUART_FIFO_BYTES + 1u);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * MMUART: 8N1, interrupt-driven, with a ring buffer each way (UG0331, MMUART chapter; 16550 register model with
+ * MMUART: 8 bits, interrupt-driven, with a ring buffer each way (UG0331, MMUART chapter; 16550 register model with
  * additions). Nothing here waits except mmuart_emergency_write(), and that is bounded.
  *
  * A struct mmuart has one writer and one reader, both in the thread, and one interrupt handler.
@@ -68,7 +68,8 @@ REG_AT_OFFSET(struct mmuart_regs, TTG, 0x48);
 REG_AT_OFFSET(struct mmuart_regs, RTO, 0x4C);
 REG_AT_OFFSET(struct mmuart_regs, ADR, 0x50);
 
-#define MMUART0 REG_BLOCK(struct mmuart_regs, 0x40000000u)
+#define MMUART0 REG_BLOCK(struct mmuart_regs, 0x40000000u) /* on APB0 */
+#define MMUART1 REG_BLOCK(struct mmuart_regs, 0x40010000u) /* on APB1 */
 
 #define MMUART_IER_ERBFI       (1u << 0) /* received data */
 #define MMUART_IER_ETBEI       (1u << 1) /* transmitter empty */
@@ -77,6 +78,9 @@ REG_AT_OFFSET(struct mmuart_regs, ADR, 0x50);
 #define MMUART_FCR_CLEAR_RX    (1u << 1)
 #define MMUART_FCR_CLEAR_TX    (1u << 2)
 #define MMUART_LCR_8N1         0x03u
+#define MMUART_LCR_STB         (1u << 2) /* two stop bits */
+#define MMUART_LCR_PEN         (1u << 3) /* parity */
+#define MMUART_LCR_EPS         (1u << 4) /* which is even */
 #define MMUART_LCR_DLAB        (1u << 7)
 #define MMUART_MCR_LOOP        (1u << 4)
 #define MMUART_LSR_DR          (1u << 0)
@@ -107,19 +111,31 @@ struct mmuart {
     volatile uint32_t tx_head, tx_tail;
     volatile uint32_t rx_head, rx_tail;
     volatile uint32_t rx_suspects; /* so many of the next characters will be marked as next to a loss */
+    volatile bool rx_muted;        /* what comes is dropped: it is an echo */
+    volatile bool rx_silence; /* the next one comes behind a silence: whoever measures it says so, in the interrupt */
     volatile struct mmuart_counters counters;
     volatile char tx_data[MMUART_TX_BYTES];
-    volatile uint16_t rx_data[MMUART_RX_BYTES]; /* the character, and whether others are missing near it */
+    volatile uint16_t rx_data[MMUART_RX_BYTES]; /* the character, and MMUART_RX_* */
+};
+
+/* What stands behind the eight bits of a character. */
+enum mmuart_format {
+    MMUART_8N1,
+    MMUART_8N2,
+    MMUART_8O1,
+    MMUART_8E1,
 };
 
 /*
- * Releases the block's reset, sets 8N1 at `baud` and empties both buffers. The rate is BOARD_APB0_HZ / (16 (n + f/64)),
- * rounded to the nearest: at 115200 baud from 100 MHz it is 0.006 % off. The caller enables MSS_IRQ_UART0 in the NVIC
- * and lets UART0_IRQHandler call mmuart_irq_handler().
+ * Releases the block's reset, sets format and rate and empties both buffers. The rate is PCLK / (16 (n + f/64)), PCLK that of
+ * the block's bus, rounded to the nearest: at 115200 baud from 100 MHz it is 0.006 % off. The caller enables the block's
+ * interrupt in the NVIC and lets its handler call mmuart_irq_handler().
  *
- * Returns false and leaves the block alone if the divisor does not fit: baud above BOARD_APB0_HZ/32 or below
- * BOARD_APB0_HZ/2^20. Context: thread.
+ * Returns false and leaves the block alone if the divisor does not fit: baud above PCLK/32 or below PCLK/2^20. Context: thread.
  */
+bool mmuart_open(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud, enum mmuart_format format);
+
+/* The same in 8N1. Context: thread. */
 bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud);
 
 /*
@@ -142,7 +158,14 @@ bool mmuart_is_idle(const struct mmuart *u);
  */
 bool mmuart_get(struct mmuart *u, char *character, bool *loss);
 
-/* Serves receiver and transmitter; at most 16 characters each way a call. Context: UART0_IRQHandler only. */
+/* Beside the character's eight bits. */
+#define MMUART_RX_LOSS    (1u << 8) /* others are missing near it, see above */
+#define MMUART_RX_SILENCE (1u << 9) /* rx_silence was set when it came */
+
+/* The same with all that is known of the character. Context: thread, one reader. */
+bool mmuart_take(struct mmuart *u, uint32_t *received);
+
+/* Serves receiver and transmitter; at most 16 characters each way a call. Context: the block's interrupt only. */
 void mmuart_irq_handler(struct mmuart *u);
 
 /* Context: thread. Values of one instant are not guaranteed among each other. */

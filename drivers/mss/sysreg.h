@@ -82,6 +82,7 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 /* SOFT_RESET_CR: 1 = held in reset */
 #define SYSREG_RESET_TIMER   (1u << 6)
 #define SYSREG_RESET_MMUART0 (1u << 7)
+#define SYSREG_RESET_MMUART1 (1u << 8)
 #define SYSREG_RESET_FABRIC  (1u << 16)
 #define SYSREG_RESET_FIC0    (1u << 18)
 #define SYSREG_RESET_GPIO    (1u << 20)

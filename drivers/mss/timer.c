@@ -24,6 +24,15 @@ void mss_timer1_stop(void)
     nvic_clear_pending(MSS_IRQ_TIMER1);
 }
 
+void mss_timer2_start_once(uint32_t ticks)
+{
+    MSS_TIMER->TIM2_CTRL = 0u;
+    mss_timer2_acknowledge();
+    nvic_clear_pending(MSS_IRQ_TIMER2);
+    MSS_TIMER->TIM2_LOADVAL = ticks;
+    MSS_TIMER->TIM2_CTRL = MSS_TIMER_CTRL_ENABLE | MSS_TIMER_CTRL_ONE_SHOT | MSS_TIMER_CTRL_INTEN;
+}
+
 void mss_timer2_start_free_running(void)
 {
     sysreg_release_reset(SYSREG_RESET_TIMER);

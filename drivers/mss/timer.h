@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * MSS timer: two 32-bit down counters on APB0's clock (UG0331, system timer chapter). Timer 1 gives a periodic
- * interrupt, timer 2 a time base that never stops. The block's 64-bit mode is not used.
+ * interrupt, timer 2 a time base that never stops, or one interrupt after a time. The block's 64-bit mode is not used.
  */
 #ifndef DRIVERS_MSS_TIMER_H
 #define DRIVERS_MSS_TIMER_H
@@ -69,6 +69,19 @@ static inline void mss_timer1_acknowledge(void)
 static inline uint32_t mss_timer1_remaining_ticks(void)
 {
     return MSS_TIMER->TIM1_VAL;
+}
+
+/*
+ * Interrupt MSS_IRQ_TIMER2 once, `ticks` of BOARD_MSS_TIMER_HZ from now; a start before it is forgotten. The caller enables the
+ * interrupt in the NVIC. Range: 1 and up. Context: any, one user.
+ */
+void mss_timer2_start_once(uint32_t ticks);
+
+/* Clears timer 2's interrupt, and the line has dropped when it returns. Context: Timer2_IRQHandler. */
+static inline void mss_timer2_acknowledge(void)
+{
+    MSS_TIMER->TIM2_RIS = 1u;
+    (void)MSS_TIMER->TIM2_RIS;
 }
 
 /* Starts timer 2 as a time base, from 0, without interrupt. Context: thread. */

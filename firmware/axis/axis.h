@@ -171,7 +171,7 @@ static inline void axis_hear(struct axis *a)
 /* Whether parameters may change now: the bridge is off and no start is under way. Thread; waits as requests do. */
 bool axis_is_off(const struct axis *a);
 
-/* Thread. Holds the current loop back for about 40 cycles. */
+/* Thread. Holds the slow loop back for some 100 cycles, and the current loop not at all. */
 struct axis_status axis_status(const struct axis *a);
 
 /* Milliseconds since the start, which do not wrap. Any context. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* What others may know of a running axis. */
-#include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
+#include "firmware/axis/requests.h"
 
 uint64_t axis_up_ms(const struct axis *a)
 {
@@ -19,27 +19,44 @@ static int64_t target(const struct axis *a)
     return a->mode == AXIS_MODE_CYCLIC_POSITION ? a->motion.cyclic.target : a->motion.profile.target;
 }
 
-struct axis_status axis_status(const struct axis *a)
+static struct axis_status look(const struct axis *a)
 {
     const volatile struct current_loop *const loop = &a->loop;
-    const uint32_t mask = cpu_irq_save();
-    const struct axis_status status = {
+    return (struct axis_status){
         .state = a->state,
         .fault = a->faults.cause,
         .speed_rpm_q4 = a->speed.speed_rpm_q4,
         .speed_ref_rpm_q4 = a->speed.speed_ref_rpm_q4,
-        .i_d_q15 = loop->i_d_q15,
-        .i_q_q15 = loop->i_q_q15,
-        .i_d_ref_q15 = loop->i_d_ref_q15,
-        .i_q_ref_q15 = loop->i_q_ref_q15,
-        .vbus_q15 = loop->vbus_q15,
         .up_ms = axis_up_ms(a),
         .mode = a->mode,
         .homed = a->motion.homed,
         .position = a->motion.turns.counts,
         .target = position_counts(target(a), &a->tuning),
         .error_counts = a->motion.position.error_counts,
+        .i_d_q15 = loop->i_d_q15,
+        .i_q_q15 = loop->i_q_q15,
+        .i_d_ref_q15 = loop->i_d_ref_q15,
+        .i_q_ref_q15 = loop->i_q_ref_q15,
+        .vbus_q15 = loop->vbus_q15,
     };
-    cpu_irq_restore(mask);
+}
+
+/* Changes with each sample; none is taken of a fabric in doubt. */
+static uint32_t sample(const struct axis *a)
+{
+    return axis_fabric_doubted(a) ? 0u : adc_sequence(&a->fabric->adc);
+}
+
+/* The slow loop is held back. The current loop is not: what it has come in between is looked at once more. */
+struct axis_status axis_status(const struct axis *a)
+{
+    struct axis_status status;
+    uint32_t before;
+    const uint32_t held = request_hold();
+    do {
+        before = sample(a);
+        status = look(a);
+    } while (sample(a) != before);
+    request_release(held);
     return status;
 }

@@ -2,8 +2,16 @@
 #include "firmware/operate/text.h"
 
 #include "drivers/cortex/cpu.h"
+#include "firmware/operate/modbus.h"
 
 #define PATIENCE_MS 20u /* a transmitter that works makes room every 1.4 ms */
+
+static void serve_bus(struct text *t)
+{
+    if (t->bus != NULL) {
+        modbus_poll(t->bus);
+    }
+}
 
 /*
  * Waits for room, but no longer than a living transmitter takes. The watchdog is served when room has come, not while none
@@ -19,6 +27,7 @@ static bool wait_for_room(struct text *t)
         if (t->given_up || *t->idle->time_ms - since_ms > PATIENCE_MS) {
             return false;
         }
+        serve_bus(t);
         cpu_wait_for_interrupt();
     }
     idle_serve_watchdog(t->idle);
@@ -46,6 +55,7 @@ void text_put_line(struct text *t, const char *s)
 {
     text_put(t, s);
     text_put(t, "\r\n");
+    serve_bus(t); /* to fill an empty buffer takes half a millisecond */
 }
 
 static void put_unsigned(struct text *t, uint32_t value, unsigned least_digits)

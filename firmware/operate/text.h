@@ -9,11 +9,14 @@
 #include "drivers/mss/mmuart.h"
 #include "firmware/system/idle.h"
 
+struct modbus;
+
 struct text {
     struct mmuart *uart;
-    struct idle *idle; /* the clock by which it waits, and the watchdog's service */
-    bool given_up;     /* there was no room for too long: do not wait until there is some */
-    bool lost;         /* output has been dropped; who says so clears it */
+    struct idle *idle;  /* the clock by which it waits, and the watchdog's service */
+    struct modbus *bus; /* is served while output waits, and behind each line; NULL: there is none */
+    bool given_up;      /* there was no room for too long: do not wait until there is some */
+    bool lost;          /* output has been dropped; who says so clears it */
 };
 
 /*

@@ -7,7 +7,13 @@
 #define PARAM(field, low, high, start) {#field, (low), (high), (start), offsetof(struct params, field)}
 /* clang-format on */
 
-/* The initial values are a Teknic M-2310P-LN-04K on the 24 V inverter: qemu/motors/ and qemu/inverters/ have the sources. */
+/*
+ * The order is that of the registers of Modbus (docs/modbus.md): new rows go to the end, or what a controller knows of them
+ * moves.
+ *
+ * The initial values are a Teknic M-2310P-LN-04K on the 24 V inverter: qemu/motors/ and qemu/inverters/ have the sources.
+ * Those of Modbus are the standard's.
+ */
 const struct param_info param_table[] = {
     PARAM(pole_pairs, 1, 50, 4),
     PARAM(encoder_counts, 64, 65536, 4000),
@@ -68,6 +74,9 @@ const struct param_info param_table[] = {
     PARAM(injection_mv, 0, 2000000, 0),
     PARAM(retry_count, 0, 100, 0),
     PARAM(retry_delay_ms, 10, 60000, 1000),
+    PARAM(modbus_address, 0, 247, 1),
+    PARAM(modbus_baud, 9600, 921600, 19200),
+    PARAM(modbus_parity, 0, 2, 2),
 };
 
 /* What a name ends with, longer ends before those that they end with. */
@@ -80,7 +89,7 @@ static const struct {
     {"_uf", "uF"},         {"_hz", "Hz"},       {"_w", "W"},
     {"_gmm2", "g mm2"},    {"_pct", "%"},       {"_pm", "0.1 %"},
     {"_c", "degC"},        {"_turns", "turns"}, {"_mturn", "0.001 turns"},
-    {"_counts", "counts"},
+    {"_counts", "counts"}, {"_baud", "baud"},
 };
 
 const size_t param_count = sizeof param_table / sizeof param_table[0];

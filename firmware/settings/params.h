@@ -79,11 +79,14 @@ struct params {
     int32_t inverter_ma;        /* current that the power stage carries for ever, peak; 0: any */
     int32_t inverter_tau_ms;    /* its thermal time constant */
     int32_t deviation_pct;      /* of speed_max_rpm: how far speed and reference may part */
-    int32_t command_timeout_ms; /* longest silence of the console while on; 0: any */
+    int32_t command_timeout_ms; /* longest silence of console and bus while on; 0: any */
     int32_t angle_source;       /* enum param_angle: what tells where the rotor stands */
     int32_t injection_mv;   /* without an encoder, where the EMF is small: voltage that shows the saliency; 0: none */
     int32_t retry_count;    /* how often the drive clears a fault and switches on again by itself */
     int32_t retry_delay_ms; /* how long after it */
+    int32_t modbus_address; /* of this drive on the bus; 0: it does not listen */
+    int32_t modbus_baud;    /* rate of the bus */
+    int32_t modbus_parity;  /* of its characters: 0 none, and two stop bits; 1 odd; 2 even */
 };
 
 struct param_info {

@@ -85,6 +85,9 @@ def _parser():
                                  help="serial port of a board; without it the drive in QEMU (default: $PORT)")
             command.add_argument("--at", type=int, default=0, help="port of the page (default: a free one)")
             command.add_argument("--no-browser", action="store_true", help="only print the page's address")
+        if name in ("console", "debug"):
+            command.add_argument("--modbus", default=os.environ.get("MODBUS") or "",
+                                 help="where the line of MMUART_1 is to be had: pty, or tcp:PORT (default: $MODBUS or nowhere)")
         if name == "debug":
             command.add_argument("--port", type=int, default=1234, help="GDB port")
     _add_campaign(commands)
@@ -149,7 +152,7 @@ def _console(options):
     from .simulate import DEFAULT_MOTOR
 
     return live_console(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
-                        **_plant(options))
+                        options.modbus, **_plant(options))
 
 
 def _scope(options):
@@ -171,7 +174,7 @@ def _debug(options):
     from .simulate import DEFAULT_MOTOR
 
     return debug_session(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
-                         options.port, **_plant(options))
+                         options.port, options.modbus, **_plant(options))
 
 
 def _models(options):

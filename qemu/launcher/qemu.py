@@ -136,6 +136,23 @@ def escape(path):
     return str(path).replace(",", ",,")
 
 
+def bus_chardev(place):
+    """QEMU's options for the line of MMUART_1, and the item of the twin's configuration; both empty for nowhere.
+
+    place   pty, a terminal that QEMU names when it starts, or tcp:PORT of 127.0.0.1
+    """
+    if not place:
+        return [], {}
+    kind, _, port = place.partition(":")
+    if place == "pty":
+        options = "pty,id=bus"
+    elif kind == "tcp" and port.isdigit() and 1 <= int(port) <= 65535:
+        options = f"socket,id=bus,host=127.0.0.1,port={int(port)},server=on,wait=off"
+    else:
+        raise LauncherError(f"MODBUS '{place}' is neither pty nor tcp:PORT")
+    return ["-chardev", options], {"bus": "bus"}
+
+
 def command(qemu, image, config, console, extra=()):
     """The command line. The image is loaded from the very file that is flashed."""
     return [qemu.path, *qemu.data_arguments(), "-M", MACHINE, "-display", "none", "-monitor", "none",

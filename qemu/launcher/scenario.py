@@ -44,7 +44,7 @@ from .weakening import overmodulation_names, weakening_names
 HOLD_MORE = 2        # times what is planned until the last hold: then the run ends without it
 LATE_STATES_MAX = 4  # as qemu/twin/config.h has it
 
-_PHASE, _PAIR, _FLAG, _NUMBER, _WORD, _INPUT = "phase", "pair", "flag", "number", "word", "input"
+_PHASE, _PAIR, _FLAG, _NUMBER, _WORD, _INPUT, _HEX = "phase", "pair", "flag", "number", "word", "input", "hex"
 
 # event kind -> the forms of its arguments; "number|off" takes either
 EVENTS = {
@@ -60,10 +60,10 @@ EVENTS = {
     "encoder_reverse": [_FLAG], "temperature_c": ["number|off"], "phase_swap": ["pair|off"], "chopper": [_FLAG],
     "fabric_other": [_FLAG], "fabric_sealed": [_FLAG], "fabric_hangs": [_FLAG], "flash_bits": [_WORD, _WORD],
     "pll_lost": [_FLAG], "fabric_pll_lost": [_FLAG], "memory_error": [_FLAG], "lockup_reset": [],
-    "end": [], "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
+    "bus": [_HEX], "end": [], "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
 }
 _FORMS = {_PHASE: r"[ABC]", _INPUT: r"[AB]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]",
-          _WORD: r"[&*]?[\w.\[\]]+", "off": r"off"}
+          _WORD: r"[&*]?[\w.\[\]]+", "off": r"off", _HEX: r"([0-9a-f]{2})+"}
 
 
 @dataclass

@@ -97,7 +97,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
-    written = {key: files[key] for key in ("trace", "progress", "irqlog", *(["csv"] if csv else []))}
+    written = {key: files[key] for key in ("trace", "progress", "irqlog", "bus_log", *(["csv"] if csv else []))}
     written.update(fabric_files(fabric, build, drive))
     written.update(envm_files(envm))
     written.update({f"envm.{key}": value for key, value in (envm_model or {}).items()})
@@ -157,7 +157,8 @@ def check_numbers(trace):
 def prepare(out_dir):
     """Makes the folder and clears what an earlier run left, so that nothing old can pass for a result."""
     files = {"trace": out_dir / "trace.bin", "csv": out_dir / "trace.csv", "progress": out_dir / "progress",
-             "console": out_dir / "console.txt", "log": out_dir / "qemu.log", "irqlog": out_dir / "irq.bin"}
+             "console": out_dir / "console.txt", "log": out_dir / "qemu.log", "irqlog": out_dir / "irq.bin",
+             "bus_log": out_dir / "bus.txt"}
     try:
         out_dir.mkdir(parents=True, exist_ok=True)
         for name in [*files.values(), out_dir / "report.json", out_dir / "run.png"]:

@@ -279,6 +279,10 @@ static void read_line(const struct reader *r, char *line)
         c->main_loop_wakes = either(r, word, rest, "core", "main_loop");
     } else if (strcmp(word, "console") == 0) {
         c->console_id = strdup(rest);
+    } else if (strcmp(word, "bus") == 0) {
+        c->bus_id = strdup(rest);
+    } else if (strcmp(word, "bus_log") == 0) {
+        c->bus_log_path = strdup(rest);
     } else if (strcmp(word, "seed") == 0) {
         double seed = number(r, rest, word);
         if (seed < 0 || seed > 0x1p53 || seed != floor(seed)) {

@@ -52,11 +52,12 @@ struct late_event {
 };
 
 struct config {
-    char *envm_path; /* what the device keeps; NULL: nothing */
-    char *trace_path, *csv_path, *progress_path, *irqlog_path, *irqpath_path, *console_id,
-        *live_path;    /* NULL if not given */
-    char *fabric_path; /* library of the verilated RTL; NULL: the C models */
-    double end_s;      /* 0: runs until QEMU is ended */
+    char *trace_path, *csv_path, *progress_path, *irqlog_path, *irqpath_path, *console_id; /* NULL if not given */
+    char *envm_path;             /* what the device keeps; NULL: nothing */
+    char *live_path;             /* events of the moment come by it; likewise */
+    char *bus_id, *bus_log_path; /* likewise */
+    char *fabric_path;           /* library of the verilated RTL; NULL: the C models */
+    double end_s;                /* 0: runs until QEMU is ended */
     bool main_loop_wakes;
     bool count_instructions; /* what DWT_CYCCNT counts */
     struct cycles_params cycles;

@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "gpio.h"
 
-#include <stdbool.h>
-
 enum { IRQ = 0x80, IN = 0x84, OUT = 0x88 };
 enum { OUTPUT = 1, INPUT = 2, OUTPUT_BUFFER = 4, CONFIG_BITS = 0xFF };
 
+bool gpio_drives(const struct gpio *g, unsigned pin)
+{
+    const uint32_t driver = OUTPUT | OUTPUT_BUFFER;
+    return (g->config[pin] & driver) == driver && ((g->out >> pin) & 1u) != 0;
+}
+
 static bool pin_high(const struct gpio *g, unsigned pin)
 {
-    const uint32_t through = OUTPUT | OUTPUT_BUFFER | INPUT;
-    return (g->config[pin] & through) == through && ((g->out >> pin) & 1u) != 0;
+    return gpio_drives(g, pin) && (g->config[pin] & INPUT) != 0;
 }
 
 uint32_t gpio_read(void *gpio, uint32_t offset)

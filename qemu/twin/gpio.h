@@ -4,6 +4,7 @@
 #ifndef TWIN_GPIO_H
 #define TWIN_GPIO_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #define GPIO_BASE  0x40013000u
@@ -14,6 +15,9 @@ struct gpio {
     uint32_t config[GPIO_PINS];
     uint32_t out;
 };
+
+/* Whether the device drives this pin high. */
+bool gpio_drives(const struct gpio *g, unsigned pin);
 
 uint32_t gpio_read(void *gpio, uint32_t offset);
 void gpio_write(void *gpio, uint32_t offset, uint32_t value);

@@ -87,7 +87,12 @@ struct region_ops {
     X(int, address_space_write_rom, (opaque *, uint64_t, uint64_t attributes, const void *, uint64_t)) \
     X(opaque *, qemu_chr_find, (const char *)) \
     X(int, qemu_chr_be_can_write, (opaque *)) \
-    X(void, qemu_chr_be_write, (opaque *, const uint8_t *, int))
+    X(void, qemu_chr_be_write, (opaque *, const uint8_t *, int)) \
+    X(bool, qemu_chr_fe_init, (opaque *, opaque *, opaque **)) \
+    X(void, qemu_chr_fe_set_handlers, \
+      (opaque *, int (*)(void *), void (*)(void *, const uint8_t *, int), void (*)(void *, int), int (*)(void *), \
+       void *, opaque *, bool)) \
+    X(int, qemu_chr_fe_write, (opaque *, const uint8_t *, int))
 
 #define MEMBER(result, name, parameters) result(*name) parameters;
 static struct {
@@ -461,4 +466,22 @@ bool vm_type(struct vm_chardev *chardev, uint8_t byte)
     }
     vm.qemu_chr_be_write(chardev, &byte, 1);
     return true;
+}
+
+/* ---- a device of the twin's own ---- */
+
+struct vm_chardev *vm_chardev_open(const char *id, int (*may_hear)(void *), void (*hear)(void *, const uint8_t *, int))
+{
+    opaque *chardev = vm.qemu_chr_find(id);
+    opaque *frontend = room(OPAQUE_BYTES);
+    if (!chardev || !vm.qemu_chr_fe_init(frontend, chardev, NULL)) {
+        return NULL;
+    }
+    vm.qemu_chr_fe_set_handlers(frontend, may_hear, hear, NULL, NULL, NULL, NULL, true);
+    return frontend;
+}
+
+void vm_chardev_write(struct vm_chardev *opened, uint8_t byte)
+{
+    (void)vm.qemu_chr_fe_write(opened, &byte, 1);
 }

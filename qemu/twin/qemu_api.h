@@ -83,4 +83,10 @@ struct vm_chardev;
 struct vm_chardev *vm_find_chardev(const char *id);     /* NULL if there is none of that name */
 bool vm_type(struct vm_chardev *chardev, uint8_t byte); /* false if there is no room now */
 
+/* ---- a device of the twin's own behind a character device ---- */
+/* NULL if there is none of that name. `room` says how many bytes `hear` takes now. */
+struct vm_chardev *vm_chardev_open(const char *id, int (*room)(void *unused),
+                                   void (*hear)(void *unused, const uint8_t *bytes, int count));
+void vm_chardev_write(struct vm_chardev *opened, uint8_t byte); /* dropped if nobody listens */
+
 #endif

@@ -7,6 +7,7 @@
 
 #include "console.h"
 #include "qemu_api.h"
+#include "serial_bus.h"
 #include "sysreg.h"
 
 #define TURN_RAD 6.283185307179586
@@ -196,6 +197,9 @@ static void play(const struct event *e)
     switch (e->kind) {
     case EVENT_CONSOLE:
         console_type(e->text);
+        break;
+    case EVENT_BUS:
+        serial_bus_send(e->text);
         break;
     case EVENT_LOAD:
     case EVENT_LOAD_FAN:

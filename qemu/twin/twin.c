@@ -27,6 +27,7 @@
 #include "probes.h"
 #include "qemu_api.h"
 #include "scenario.h"
+#include "serial_bus.h"
 #include "sysreg.h"
 #include "trace.h"
 #include "watchdog.h"
@@ -248,6 +249,14 @@ static void watchdog_region_write(void *unused, uint32_t offset, uint32_t value)
     watchdog_rearm();
 }
 
+/* ---- pins of the MSS ---- */
+
+static void pins_write(void *pins, uint32_t offset, uint32_t value)
+{
+    gpio_write(pins, offset, value);
+    serial_bus_drive(gpio_drives(pins, SERIAL_BUS_PIN));
+}
+
 /* ---- reset: the MSS resets the fabric with it (MSS_RESET_N_M2F) ---- */
 
 static void system_reset(void *unused)
@@ -264,6 +273,7 @@ static void system_reset(void *unused)
     vm_set_interrupt(SYSREG_ECC_IRQ, false);
     memset(&mmuart, 0, sizeof mmuart);
     memset(&gpio, 0, sizeof gpio);
+    serial_bus_reset();
     dwt_reset(&dwt);
     cycles_reset();
     irqlog_reset();
@@ -280,6 +290,7 @@ static void flush(void)
 {
     trace_flush();
     irqlog_flush();
+    serial_bus_flush();
 }
 
 static void report_progress(void *unused)
@@ -405,7 +416,9 @@ static void map_devices(void)
                                          watchdog_region_write, NULL};
     static const struct vm_region uart = {
         "mssfoc-mmuart", MMUART_EXTENSION_BASE, MMUART_EXTENSION_BYTES, 1, mmuart_read, mmuart_write, &mmuart};
-    static const struct vm_region pins = {"mssfoc-gpio", GPIO_BASE, GPIO_BYTES, 4, gpio_read, gpio_write, &gpio};
+    static const struct vm_region pins = {"mssfoc-gpio", GPIO_BASE, GPIO_BYTES, 4, gpio_read, pins_write, &gpio};
+    static const struct vm_region bus = {
+        "mssfoc-mmuart1", SERIAL_BUS_BASE, SERIAL_BUS_BYTES, 1, serial_bus_read, serial_bus_write, NULL};
     static const struct vm_region cycles = {"mssfoc-dwt", DWT_BASE, DWT_BYTES, 4, dwt_read, dwt_write, &dwt};
     static struct vm_region words[SYSREG_WORDS];
 
@@ -413,6 +426,7 @@ static void map_devices(void)
     vm_map(&dog);
     vm_map(&uart);
     vm_map(&pins);
+    vm_map(&bus);
     vm_map_private(&cycles);
     envm_board_map(&config.envm, config.plant.seed, power_returns);
     for (int n = 0; n < SYSREG_WORDS; n++) {
@@ -446,6 +460,7 @@ static void start(void)
     if (config.console_id) {
         console_attach(config.console_id);
     }
+    serial_bus_open(config.bus_id, config.bus_log_path);
     const struct scenario_board board = {&plant,           sync_plant,    plant_changed,        delay_interrupt,
                                          block_interrupt,  watchdog_bite, envm_board_power_cut, lock_up,
                                          vm_set_interrupt, seal_fabric,   hang_fabric,          end_now};

@@ -129,6 +129,8 @@ STATE = {
     "startup_vectors": "the vector table that the core reads",
     "scope": "the scope, which the current loop's and the sampler's interrupts name",
     "uart": "the console's UART, which its interrupt serves",
+    "modbus": "the slave on the bus, whose buffers would take a sixth of the stack",
+    "bus": "the bus's UART and transceiver, which their interrupts serve",
     "kept": "the post-mortem record, which outlives a reset",
 }
 

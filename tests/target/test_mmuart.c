@@ -192,6 +192,12 @@ static void check_losses(void)
     check_damaged("uart: a break is no character", MMUART_LSR_BI);
 
     (void)mmuart_init(&uart, &fake, 115200u);
+    uart.rx_muted = true;
+    fake_receive(MMUART_LSR_DR);
+    (void)fake_marked(&received, &first);
+    harness_equal("uart: muted, it receives nothing", received, 0u);
+
+    (void)mmuart_init(&uart, &fake, 115200u);
     for (uint32_t n = 0; n < MMUART_RX_BYTES / MMUART_FIFO_BYTES + 1u; n++) {
         fake_receive(MMUART_LSR_DR); /* once more than fits */
     }

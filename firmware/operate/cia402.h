@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The drive as CiA 402 (IEC 61800-7-201) sees it: control word and set-points in, status word out, requests of axis/axis.h
+ * between. What the axis does in one go, from "switch on disabled" through calibration and alignment to operation, a controller
+ * asks for step by step: "ready" and "switched on" are kept here until it enables operation, and the bridge is off in both.
+ *
+ * Commands act after they were accepted, in cia402_poll(); what the axis refuses is kept in `refusal`. Options of the profile:
+ * shutdown and disabling operation let the motor coast (0x605B, 0x605C: 0), quick stop brakes and ends in "switch on disabled"
+ * (0x605A: 2), halt brakes along the ramp and stays enabled (0x605D: 1).
+ */
+#ifndef FIRMWARE_OPERATE_CIA402_H
+#define FIRMWARE_OPERATE_CIA402_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/axis/axis.h"
+
+/* bits of the control word */
+#define CIA402_SWITCH_ON     (1u << 0)
+#define CIA402_VOLTAGE       (1u << 1)
+#define CIA402_NO_QUICK_STOP (1u << 2)
+#define CIA402_ENABLE        (1u << 3)
+#define CIA402_NEW_SET_POINT (1u << 4) /* pp; in hm: begin */
+#define CIA402_RELATIVE      (1u << 6) /* pp */
+#define CIA402_FAULT_RESET   (1u << 7)
+#define CIA402_HALT          (1u << 8)
+
+/* bits of the status word beyond the state's */
+#define CIA402_VOLTAGE_THERE (1u << 4)
+#define CIA402_WARNING       (1u << 7)
+#define CIA402_REMOTE        (1u << 9)
+#define CIA402_REACHED       (1u << 10)
+#define CIA402_LIMITED       (1u << 11)
+#define CIA402_OF_MODE       (1u << 12) /* pv: speed 0; pp: set-point taken; hm: attained; cyclic: follows */
+
+/* modes of operation */
+enum cia402_mode {
+    CIA402_PP = 1,
+    CIA402_PV = 3,
+    CIA402_TQ = 4,
+    CIA402_HM = 6,
+    CIA402_CSP = 8,
+    CIA402_CSV = 9,
+    CIA402_CST = 10,
+};
+
+/* homing methods that there are */
+#define CIA402_HOME_INDEX 34
+#define CIA402_HOME_BLOCK (-1)
+#define CIA402_HOME_HERE  37
+
+struct cia402_wishes {
+    uint32_t control_word;
+    int32_t mode; /* enum cia402_mode */
+    int32_t target_rpm;
+    int32_t target_counts;
+    int32_t target_torque_pm; /* thousandths of i_rated_ma */
+    int32_t homing_method;
+};
+
+enum cia402_stage {
+    CIA402_DISABLED,
+    CIA402_READY,
+    CIA402_SWITCHED_ON,
+    CIA402_ENABLED, /* the axis has been asked to operate */
+};
+
+struct cia402 {
+    struct cia402_wishes wishes;
+    enum cia402_stage stage;
+    uint32_t word_before; /* the control word that was acted upon last */
+    bool word_due;        /* a control word waits */
+    bool target_due;      /* a set-point, or another mode */
+    bool operates;        /* the axis did, at the last look */
+    struct outcome refusal;
+};
+
+/* No command yet, pv, all targets 0. */
+void cia402_init(struct cia402 *c);
+
+/* Whether each of the wishes is one that the drive may have with these parameters. Thread. */
+bool cia402_may_wish(const struct cia402_wishes *w, const struct params *p);
+
+/* Takes wishes over; `word` and `target`: whether a control word, and a mode or set-point, are among them. Thread. */
+void cia402_wish(struct cia402 *c, const struct cia402_wishes *w, bool word, bool target);
+
+/* Carries out what waits, and follows the axis. Thread, whenever it has time; as long as `on` takes. */
+void cia402_poll(struct cia402 *c, struct axis *a);
+
+uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const struct axis_status *now);
+
+/* The mode in effect, or the one that is wished for while the drive is not operating. */
+int32_t cia402_mode_display(const struct cia402 *c, const struct axis_status *now);
+
+/* Of CiA 402, 0x603F: 0 if there is no fault. Any context. */
+uint32_t cia402_error_code(enum fault fault);
+
+#endif

@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/operate/modbus.h"
+
+#include "drivers/board.h"
+#include "firmware/operate/modbus_crc.h"
+
+#define CHARACTER_BITS 11
+
+/* 3.5 characters, 1.75 ms at least; one more, because the clock may tick just behind a character. */
+static uint32_t silence_ms(int32_t baud)
+{
+    const int32_t ms = (CHARACTER_BITS * 3500 + baud - 1) / baud;
+    return (uint32_t)(ms < 2 ? 2 : ms) + 1u;
+}
+
+static enum mmuart_format format_of(int32_t parity)
+{
+    static const enum mmuart_format formats[] = {MMUART_8N2, MMUART_8O1,
+                                                 MMUART_8E1}; /* always 11 bits, as the standard says */
+    return formats[parity];
+}
+
+static void open(struct modbus *m)
+{
+    const struct params *const p = &m->drive.axis->params;
+    m->address = p->modbus_address;
+    m->baud = p->modbus_baud;
+    m->parity = p->modbus_parity;
+    m->silence_ms = silence_ms(m->baud);
+    modbus_frame_forget(&m->frame);
+    (void)rs485_open(m->line, MMUART1, BOARD_PIN_BUS_DRIVER, (uint32_t)m->baud,
+                     format_of(m->parity)); /* the range fits */
+}
+
+void modbus_start(struct modbus *m, struct rs485 *line, struct axis *axis)
+{
+    *m = (struct modbus){.line = line, .drive = {.axis = axis}};
+    cia402_init(&m->drive.cia402);
+    open(m);
+}
+
+static void follow_parameters(struct modbus *m)
+{
+    const struct params *const p = &m->drive.axis->params;
+    if (p->modbus_address != m->address || p->modbus_baud != m->baud || p->modbus_parity != m->parity) {
+        open(m);
+    }
+}
+
+static void answer(struct modbus *m, size_t count)
+{
+    m->reply[0] = (uint8_t)m->address;
+    const uint16_t crc = modbus_crc(m->reply, count + 1u);
+    m->reply[count + 1u] = (uint8_t)crc;
+    m->reply[count + 2u] = (uint8_t)(crc >> 8);
+    rs485_send(m->line, m->reply, count + 3u);
+}
+
+/* A frame at the beginning of what was heard: carried out if it is for this drive, and in time. */
+static void take_frame(struct modbus *m, size_t length)
+{
+    const uint8_t to = m->frame.bytes[0];
+    const bool broadcast = to == MODBUS_BROADCAST;
+    const bool meant = (broadcast || to == m->address) && m->address != 0;
+    if (meant && !rs485_is_sending(m->line) && !modbus_frame_is_late(&m->frame, length)) {
+        axis_hear(m->drive.axis);
+        const size_t count = length - 1u - MODBUS_CRC_BYTES;
+        const size_t replied = modbus_function(&m->drive, &m->frame.bytes[1], count, broadcast, &m->reply[1]);
+        if (!broadcast) {
+            answer(m, replied);
+        }
+    }
+    modbus_frame_drop(&m->frame, length);
+}
+
+static void take_frames(struct modbus *m)
+{
+    size_t length = modbus_frame_find(&m->frame, (uint8_t)m->address);
+    while (length > 0u) {
+        take_frame(m, length);
+        length = modbus_frame_find(&m->frame, (uint8_t)m->address);
+    }
+}
+
+static void hear(struct modbus *m, uint32_t received)
+{
+    if ((received & MMUART_RX_SILENCE) != 0u) {
+        modbus_frame_silence(&m->frame);
+    }
+    if ((received & MMUART_RX_LOSS) != 0u) {
+        modbus_frame_forget(&m->frame);
+        m->frame.lost = true;
+    }
+    modbus_frame_hear(&m->frame, (uint8_t)received);
+    take_frames(m);
+}
+
+/* A request of an unknown function has ended, or any has been left off. By the slow loop's clock, which is enough for that. */
+static void notice_silence(struct modbus *m, uint32_t now_ms)
+{
+    const uint32_t silent_ms = now_ms - m->heard_ms;
+    if (silent_ms >= m->silence_ms) {
+        const size_t length = modbus_frame_find_open(&m->frame);
+        if (length > 0u) {
+            take_frame(m, length);
+        }
+    }
+    if (silent_ms >= MODBUS_PATIENCE_MS) {
+        modbus_frame_forget(&m->frame);
+    }
+}
+
+/* First what has come: a thread that was held up must not take its own absence for a silence. */
+static void listen(struct modbus *m)
+{
+    const uint32_t now_ms = m->drive.axis->time_ms;
+    uint32_t received;
+    while (mmuart_take(&m->line->uart, &received)) {
+        m->heard_ms = now_ms;
+        hear(m, received);
+    }
+    notice_silence(m, now_ms);
+}
+
+void modbus_poll(struct modbus *m)
+{
+    if (!rs485_is_sending(m->line)) {
+        follow_parameters(m);
+    }
+    listen(m);
+    cia402_poll(&m->drive.cia402, m->drive.axis);
+}

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A Modbus RTU slave (MODBUS over Serial Line V1.02) on an RS-485 line: what is heard becomes frames (modbus_frame.h),
+ * requests to this drive are carried out (modbus_functions.h) and answered. Parameters modbus_address, modbus_baud and
+ * modbus_parity are in effect as soon as the line rests. Thread.
+ */
+#ifndef FIRMWARE_OPERATE_MODBUS_H
+#define FIRMWARE_OPERATE_MODBUS_H
+
+#include "drivers/mss/rs485.h"
+#include "firmware/operate/modbus_frame.h"
+#include "firmware/operate/modbus_functions.h"
+
+struct modbus {
+    struct rs485 *line;
+    struct modbus_drive drive;
+    struct modbus_frame frame;
+    int32_t address, baud, parity; /* as they are in effect */
+    uint32_t silence_ms;           /* that is certainly one of 3.5 characters */
+    uint32_t heard_ms;             /* when the last character came */
+    uint8_t reply[MODBUS_FRAME_BYTES];
+};
+
+/* Opens the line. Once, when the axis has been initialised. */
+void modbus_start(struct modbus *m, struct rs485 *line, struct axis *axis);
+
+/* Serves the line; to be called whenever there is time. Takes as long as `on` where it is told to enable operation. */
+void modbus_poll(struct modbus *m);
+
+#endif

@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/operate/modbus_frame.h"
+
+#include "firmware/operate/modbus_crc.h"
+
+#define FRAME_LEAST   4u /* address, function, check sum */
+#define EXCEPTION_BIT 0x80u
+
+/* A length that depends on a byte not yet there, and one that nobody knows. */
+#define LATER   0u
+#define UNKNOWN SIZE_MAX
+
+/* ---- lengths, check sum included (MODBUS Application Protocol V1.1b3, chapter 6) ---- */
+
+/* What is held, or a part of it. */
+struct span {
+    const uint8_t *bytes;
+    size_t count;
+};
+
+static size_t by_count(const struct span *f, size_t at, size_t rest)
+{
+    return f->count > at ? rest + f->bytes[at] : LATER;
+}
+
+static size_t request_length(const struct span *f)
+{
+    switch (f->bytes[1]) {
+    case 0x01:
+    case 0x02:
+    case 0x03:
+    case 0x04:
+    case 0x05:
+    case 0x06:
+    case 0x08:
+        return 8;
+    case 0x07:
+    case 0x0B:
+    case 0x0C:
+    case 0x11:
+        return 4;
+    case 0x0F:
+    case 0x10:
+        return by_count(f, 6, 9);
+    case 0x14:
+    case 0x15:
+        return by_count(f, 2, 5);
+    case 0x16:
+        return 10;
+    case 0x17:
+        return by_count(f, 10, 13);
+    case 0x18:
+        return 6;
+    case 0x2B:
+        return 7;
+    default:
+        return UNKNOWN;
+    }
+}
+
+/* Each object of an identification has a number and a length; byte 7 says how many there are. */
+static size_t identification_length(const struct span *f)
+{
+    if (f->count < 8u) {
+        return LATER;
+    }
+    size_t end = 8;
+    for (uint32_t object = 0; object < f->bytes[7]; object++) {
+        if (f->count < end + 2u) {
+            return LATER;
+        }
+        end += 2u + f->bytes[end + 1u];
+    }
+    return end + MODBUS_CRC_BYTES;
+}
+
+static size_t reply_length(const struct span *f)
+{
+    const uint8_t function = f->bytes[1];
+    if ((function & EXCEPTION_BIT) != 0u) {
+        return 5;
+    }
+    switch (function) {
+    case 0x01:
+    case 0x02:
+    case 0x03:
+    case 0x04:
+    case 0x0C:
+    case 0x11:
+    case 0x14:
+    case 0x15:
+    case 0x17:
+        return by_count(f, 2, 5);
+    case 0x05:
+    case 0x06:
+    case 0x08:
+    case 0x0B:
+    case 0x0F:
+    case 0x10:
+        return 8;
+    case 0x07:
+        return 5;
+    case 0x16:
+        return 10;
+    case 0x18:
+        return f->count > 3u ? 6u + 256u * f->bytes[2] + f->bytes[3] : LATER;
+    case 0x2B:
+        return identification_length(f);
+    default:
+        return UNKNOWN;
+    }
+}
+
+/* ---- reading ---- */
+
+static bool fits(const struct span *f, size_t length)
+{
+    return length >= FRAME_LEAST && length <= f->count && modbus_crc(f->bytes, length) == 0u;
+}
+
+/* Whether more bytes may yet make a frame of this length. */
+static bool may_come(const struct span *f, size_t length)
+{
+    return length == LATER || (length != UNKNOWN && length <= MODBUS_FRAME_BYTES && length > f->count);
+}
+
+void modbus_frame_forget(struct modbus_frame *f)
+{
+    f->count = 0;
+    f->silence = 0;
+    f->lost = false;
+    f->open = false;
+    f->resumed = false;
+}
+
+void modbus_frame_drop(struct modbus_frame *f, size_t length)
+{
+    f->count -= length;
+    for (size_t n = 0; n < f->count; n++) {
+        f->bytes[n] = f->bytes[n + length];
+    }
+    f->silence = f->silence > length ? f->silence - length : 0u;
+    f->resumed = f->resumed && f->count > 0u;
+}
+
+/* Goes on behind the silence. What came behind a second one is unknown from here on; it is long past. */
+static void resume(struct modbus_frame *f)
+{
+    modbus_frame_drop(f, f->silence);
+    f->silence = 0;
+    f->lost = false;
+    f->resumed = true;
+}
+
+void modbus_frame_silence(struct modbus_frame *f)
+{
+    if (f->lost || f->open) {
+        modbus_frame_forget(f);
+        f->resumed = true;
+    } else if (f->silence == 0u) {
+        f->silence = f->count;
+    }
+}
+
+void modbus_frame_hear(struct modbus_frame *f, uint8_t byte)
+{
+    if (f->count == MODBUS_FRAME_BYTES) {
+        modbus_frame_forget(f);
+        f->lost = true;
+    }
+    if (!f->lost) {
+        f->bytes[f->count++] = byte;
+    }
+}
+
+/* A frame at the beginning; *hopeless if there will be none. */
+static size_t frame_in(const struct span *f, uint8_t address, bool *hopeless)
+{
+    *hopeless = false;
+    if (f->count < 2u) {
+        return 0;
+    }
+    const bool of_others = f->bytes[0] != address && f->bytes[0] != MODBUS_BROADCAST;
+    const size_t asked = request_length(f);
+    const size_t answered = of_others ? reply_length(f) : asked;
+    if (fits(f, asked)) {
+        return asked;
+    }
+    if (fits(f, answered)) {
+        return answered;
+    }
+    *hopeless = !may_come(f, asked) && !may_come(f, answered);
+    return 0;
+}
+
+static struct span held_from(const struct modbus_frame *f, size_t at)
+{
+    return (struct span){&f->bytes[at], f->count - at};
+}
+
+static size_t frame_here(const struct modbus_frame *f, uint8_t address, bool *hopeless)
+{
+    const struct span all = held_from(f, 0);
+    return frame_in(&all, address, hopeless);
+}
+
+/* A request to this drive that broke off, and a whole one behind the silence: whoever asks has begun anew. */
+static bool begun_anew(const struct modbus_frame *f, uint8_t address)
+{
+    bool hopeless;
+    const struct span behind = held_from(f, f->silence);
+    return f->silence > 0u && f->bytes[0] == address && behind.count > 0u && behind.bytes[0] == address &&
+           frame_in(&behind, address, &hopeless) > 0u;
+}
+
+size_t modbus_frame_find(struct modbus_frame *f, uint8_t address)
+{
+    bool hopeless;
+    size_t length = frame_here(f, address, &hopeless);
+    while ((hopeless && f->silence > 0u) || (length == 0u && begun_anew(f, address))) {
+        resume(f);
+        length = frame_here(f, address, &hopeless);
+    }
+    const struct span all = held_from(f, 0);
+    f->open = hopeless && f->bytes[0] == address && request_length(&all) == UNKNOWN;
+    f->lost = hopeless && !f->open;
+    return length;
+}
+
+size_t modbus_frame_find_open(const struct modbus_frame *f)
+{
+    const struct span all = held_from(f, 0);
+    return f->open && fits(&all, f->count) ? f->count : 0u;
+}
+
+bool modbus_frame_is_late(const struct modbus_frame *f, size_t length)
+{
+    return f->resumed && f->count > length;
+}

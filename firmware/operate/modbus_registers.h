@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The registers: what stands at each, and writing several of them whole or not at all. Function codes 3 and 4 see the same.
+ *
+ * A value of 32 bits takes two registers, the high one first, and is read and written as a whole: who asks for half of one gets
+ * MODBUS_ILLEGAL_ADDRESS. Thread.
+ */
+#ifndef FIRMWARE_OPERATE_MODBUS_REGISTERS_H
+#define FIRMWARE_OPERATE_MODBUS_REGISTERS_H
+
+#include <stdint.h>
+
+#include "firmware/axis/axis.h"
+#include "firmware/operate/cia402.h"
+
+/* MODBUS Application Protocol V1.1b3, chapter 7 */
+enum modbus_exception {
+    MODBUS_FINE,
+    MODBUS_ILLEGAL_FUNCTION,
+    MODBUS_ILLEGAL_ADDRESS,
+    MODBUS_ILLEGAL_VALUE,
+    MODBUS_DEVICE_FAILURE, /* the drive's state does not allow it */
+};
+
+struct modbus_drive {
+    struct axis *axis;
+    struct cia402 cia402;
+};
+
+/* `count` registers from `at` on, as bytes of the line; all of one instant. Range: 1...125. */
+enum modbus_exception modbus_read(const struct modbus_drive *d, uint32_t at, uint32_t count, uint8_t *bytes);
+
+/*
+ * Whether they may be written so; and writes them. Nothing has changed unless it says MODBUS_FINE. Each value is held against
+ * its range; where several parameters are written, all of them together as switching on would. Range: 1...123.
+ */
+enum modbus_exception modbus_write(struct modbus_drive *d, uint32_t at, uint32_t count, const uint8_t *bytes);
+
+#endif

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: MIT
+"""The generated parts of docs/modbus.md: tables of registers from the firmware's sources, and the session with mbpoll.
+
+usage: modbus_page.py [--session]      writes the tables; with --session plays the session on a running drive as well
+"""
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests"), str(ROOT / "tests" / "tools")]
+
+from pages import replace_block  # noqa: E402
+from param_rows import param_rows  # noqa: E402
+
+PAGE = ROOT / "docs" / "modbus.md"
+OBJECT = re.compile(r'X\((0x\w+), (\w+), (\w+), (\w+), (\w+), "([^"]*)", "([^"]*)"\)')
+REACTIONS, PARAMS = 0x0400, 0x1000
+CHOICES = ("OFF", "STOP", "WARN")
+
+
+def objects(source=ROOT):
+    """[(register, index, type, access, name, unit, what)] of the firmware's table."""
+    text = (source / "firmware/operate/modbus_objects.h").read_text(encoding="utf-8")
+    return [(int(at, 16), int(index, 16), *rest) for at, index, *rest in OBJECT.findall(text)]
+
+
+def registers(at, count):
+    return f"{at}" if count == 1 else f"{at}...{at + count - 1}"
+
+
+def object_table(source=ROOT):
+    lines = ["| register | name | object | type | access | unit | what |", "|---|---|---|---|---|---|---|"]
+    for at, index, kind, access, name, unit, what in objects(source):
+        shown = f"0x{index:04X}" if index else ""
+        lines.append(f"| {registers(at, 2 if '32' in kind else 1)} | {name} | {shown} | {kind} | {access} | {unit} | {what} |")
+    return "\n".join(lines) + "\n"
+
+
+def meanings(source=ROOT):
+    """{parameter: its comment} in settings/params.h."""
+    text = (source / "firmware/settings/params.h").read_text(encoding="utf-8")
+    struct = re.search(r"struct params \{(.*?)\n\};", text, re.S).group(1)
+    return {name: " ".join(what.split()) for name, what in re.findall(r"int32_t (\w+);\s*/\* (.*?) \*/", struct, re.S)}
+
+
+def parameter_table(source=ROOT):
+    what = meanings(source)
+    lines = ["| register | parameter | least | most | initial | what |", "|---|---|---|---|---|---|"]
+    for number, (name, (least, most, initial)) in enumerate(param_rows(source).items()):
+        lines.append(f"| {registers(PARAMS + 2 * number, 2)} | `{name}` | {least} | {most} | {initial} | {what[name]} |")
+    return "\n".join(lines) + "\n"
+
+
+def reaction_table(source=ROOT):
+    """Only faults that leave a choice: the others take 0 alone."""
+    names = re.findall(r"^    (FAULT_\w+)", (source / "firmware/axis/fault.h").read_text(encoding="utf-8"), re.M)
+    rows = re.findall(r"\[(FAULT_\w+)\] = \{([A-Z |]+), REACTION_(\w+),", (source / "firmware/axis/fault.c").read_text(
+        encoding="utf-8"))
+    lines = ["| register | fault | choices | initial |", "|---|---|---|---|"]
+    for name, allowed, initial in sorted(rows, key=lambda row: names.index(row[0])):
+        choices = [f"{CHOICES.index(word)} {word.lower()}" for word in allowed.split(" | ")]
+        if len(choices) > 1:
+            lines.append(f"| {REACTIONS + names.index(name)} | {name.removeprefix('FAULT_').lower().replace('_', ' ')} | "
+                         f"{', '.join(choices)} | {CHOICES.index(initial)} |")
+    return "\n".join(lines) + "\n"
+
+
+TABLES = {"objects": object_table, "parameters": parameter_table, "reactions": reaction_table}
+
+
+def session():
+    from closed_loop.live import live
+    from closed_loop.modbus_transcript import transcript
+    with tempfile.TemporaryDirectory() as folder, live(Path(folder)) as (port, progress):
+        return transcript(port, progress)
+
+
+def main():
+    for name, table in TABLES.items():
+        replace_block(PAGE, name, table())
+    if "--session" in sys.argv[1:]:
+        replace_block(PAGE, "session", f"```text\n{session()}```\n")
+
+
+if __name__ == "__main__":
+    main()
