@@ -46,6 +46,7 @@ static void start_uart(void)
     nvic_priority(BOARD_IRQ_CONSOLE, CONFIG_PRIORITY_CONSOLE);
     nvic_enable(BOARD_IRQ_CONSOLE);
     (void)mmuart_init(&uart, MMUART0, CONFIG_CONSOLE_BAUD); /* the rate fits: the compiler knows it */
+    mmuart_use_flow_control(&uart);
 }
 
 static void start_axis(struct axis *axis, enum fault boot_fault)

@@ -7,14 +7,16 @@
  * edge: the handler looks at LSR.THRE on every entry, whatever the cause, and ETBEI is on exactly as long as there is
  * something to send. Switching it on with an empty FIFO is what starts a transmission.
  *
- * IER is written with constants, never modified: the thread only ever sets ETBEI, after it has stored the character,
- * and the handler clears it only when it has found the buffer empty. Whichever comes last, no character stays behind.
+ * IER is written as a whole, never modified: the thread only ever sets all of it, after it has stored the character, and the
+ * handler clears ETBEI only when it has found nothing to send, ERBFI only while nobody has room. Whichever comes last, no
+ * character stays behind.
  */
 #include "drivers/mss/mmuart.h"
 
 #include "drivers/cortex/cpu.h"
 #include "drivers/mss/sysreg.h"
 
+#define LSR_ERRORS  (MMUART_LSR_OE | MMUART_LSR_PE | MMUART_LSR_FE | MMUART_LSR_BI)
 #define IER_RECEIVE (MMUART_IER_ERBFI | MMUART_IER_ELSI)
 #define IER_BOTH    (IER_RECEIVE | MMUART_IER_ETBEI)
 
@@ -79,6 +81,9 @@ bool mmuart_open(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud, enum
     u->rx_suspects = 0u;
     u->rx_silence = false;
     u->rx_muted = false;
+    u->flow_control = u->holding = u->held = false;
+    u->urgent = 0;
+    u->rx_lsr = 0u;
     u->counters = (struct mmuart_counters){0};
     u->regs = regs;
     regs->IER = IER_RECEIVE;
@@ -88,6 +93,11 @@ bool mmuart_open(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud, enum
 bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)
 {
     return mmuart_open(u, regs, baud, MMUART_8N1);
+}
+
+void mmuart_use_flow_control(struct mmuart *u)
+{
+    u->flow_control = true;
 }
 
 size_t mmuart_free_space(const struct mmuart *u)
@@ -121,6 +131,11 @@ bool mmuart_take(struct mmuart *u, uint32_t *received)
     }
     *received = u->rx_data[tail % MMUART_RX_BYTES];
     u->rx_tail = tail + 1u;
+    if (u->holding && u->rx_head - u->rx_tail <= MMUART_RX_LOW) {
+        u->holding = false; /* the interrupt sets it far above */
+        u->urgent = MMUART_XON;
+        u->regs->IER = IER_BOTH;
+    }
     return true;
 }
 
@@ -140,6 +155,19 @@ static void suspect(struct mmuart *u, uint32_t count)
 {
     if (u->rx_suspects < count) {
         u->rx_suspects = count;
+    }
+}
+
+static bool is_full(const struct mmuart *u)
+{
+    return u->rx_head - u->rx_tail == MMUART_RX_BYTES;
+}
+
+static void ask_to_wait(struct mmuart *u)
+{
+    if (u->flow_control && !u->holding && u->rx_head - u->rx_tail > MMUART_RX_HIGH) {
+        u->holding = true;
+        u->urgent = MMUART_XOFF;
     }
 }
 
@@ -175,7 +203,9 @@ static void receive(struct mmuart *u, uint32_t lsr, char character)
     if ((lsr & (MMUART_LSR_PE | MMUART_LSR_FE | MMUART_LSR_BI)) != 0u) {
         u->counters.rx_errors++;
         suspect(u, 1u);
-    } else if (u->rx_head - u->rx_tail == MMUART_RX_BYTES) {
+    } else if (u->flow_control && (character == MMUART_XON || character == MMUART_XOFF)) {
+        u->held = character == MMUART_XOFF;
+    } else if (is_full(u)) {
         u->counters.rx_dropped++;
         suspect(u, 1u);
     } else {
@@ -183,31 +213,49 @@ static void receive(struct mmuart *u, uint32_t lsr, char character)
     }
 }
 
-/* The FIFO is empty: fill it, or say that there is nothing more to send. */
+/* The FIFO is empty: what is urgent, and what waits unless the other side does not want it. */
 static void transmit(struct mmuart *u)
 {
+    uint32_t room = MMUART_FIFO_BYTES;
     uint32_t tail = u->tx_tail;
-    for (uint32_t room = MMUART_FIFO_BYTES; room > 0u && tail != u->tx_head; room--) {
+    if (u->urgent != 0) {
+        u->regs->THR = (uint8_t)u->urgent;
+        u->urgent = 0;
+        room--;
+    }
+    for (; room > 0u && tail != u->tx_head && !u->held; room--) {
         u->regs->THR = (uint8_t)u->tx_data[tail % MMUART_TX_BYTES];
         tail++;
         u->tx_tail = tail;
     }
-    if (tail == u->tx_head) {
-        u->regs->IER = IER_RECEIVE;
-    }
+}
+
+/* What there is to wait for: room in the transmitter, and characters, unless they would find none in the buffer. */
+static void set_interrupts(struct mmuart *u)
+{
+    const bool sends = u->urgent != 0 || (u->tx_head != u->tx_tail && !u->held);
+    const bool takes = !(u->flow_control && is_full(u));
+    u->regs->IER = MMUART_IER_ELSI | (takes ? MMUART_IER_ERBFI : 0u) | (sends ? MMUART_IER_ETBEI : 0u);
 }
 
 void mmuart_irq_handler(struct mmuart *u)
 {
     (void)u->regs->IIR; /* drops the transmitter's interrupt */
-    uint32_t lsr = u->regs->LSR;
+    uint32_t lsr = u->regs->LSR | u->rx_lsr;
     for (uint32_t room = MMUART_FIFO_BYTES; room > 0u && (lsr & MMUART_LSR_DR) != 0u; room--) {
+        if (u->flow_control && is_full(u)) {
+            u->rx_lsr = lsr & LSR_ERRORS; /* it stays where it is, and reading has cleared what is wrong with it */
+            break;
+        }
+        u->rx_lsr = 0u;
         receive(u, lsr, (char)u->regs->RBR);
         lsr = u->regs->LSR;
     }
+    ask_to_wait(u);
     if ((lsr & MMUART_LSR_THRE) != 0u) {
         transmit(u);
     }
+    set_interrupts(u);
 }
 
 struct mmuart_counters mmuart_counters(const struct mmuart *u)

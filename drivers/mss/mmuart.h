@@ -95,7 +95,7 @@ REG_AT_OFFSET(struct mmuart_regs, ADR, 0x50);
 
 /* Characters that the buffers hold. */
 #define MMUART_TX_BYTES 1024u
-#define MMUART_RX_BYTES 128u
+#define MMUART_RX_BYTES 512u
 
 /* What went wrong on the line since mmuart_init(). */
 struct mmuart_counters {
@@ -112,6 +112,11 @@ struct mmuart {
     volatile uint32_t rx_head, rx_tail;
     volatile uint32_t rx_suspects; /* so many of the next characters will be marked as next to a loss */
     volatile bool rx_muted;        /* what comes is dropped: it is an echo */
+    volatile uint32_t rx_lsr;      /* of a character that stays in the receiver: there was no room */
+    volatile bool flow_control;
+    volatile bool holding;    /* the other side has been asked to wait */
+    volatile bool held;       /* the other side has asked so */
+    volatile char urgent;     /* goes before all that waits: XON or XOFF, 0 for none */
     volatile bool rx_silence; /* the next one comes behind a silence: whoever measures it says so, in the interrupt */
     volatile struct mmuart_counters counters;
     volatile char tx_data[MMUART_TX_BYTES];
@@ -137,6 +142,19 @@ bool mmuart_open(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud, enum
 
 /* The same in 8N1. Context: thread. */
 bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud);
+
+/*
+ * XON and XOFF from now on, until the next mmuart_open(): the other side is asked to wait while the receive buffer holds more than
+ * MMUART_RX_HIGH, and to go on at MMUART_RX_LOW; what it asks is obeyed and not handed to the reader. With the buffer full the
+ * rest stays in the receiver. For lines that carry text in both directions. Context: thread, behind mmuart_open().
+ */
+void mmuart_use_flow_control(struct mmuart *u);
+
+#define MMUART_XON  0x11
+#define MMUART_XOFF 0x13
+#define MMUART_RX_HIGH \
+    128u /* the rest is for what is on its way: USB adapters send up to 128 behind an XOFF, and some time later */
+#define MMUART_RX_LOW 32u
 
 /*
  * Puts a character into the transmit buffer; never waits. Returns false and counts it in tx_dropped when there is no
