@@ -4,11 +4,12 @@
 #include "firmware/operate/answers.h"
 #include "firmware/operate/commands_parts.h"
 #include "firmware/operate/messages.h"
+#include "firmware/operate/units.h"
 
 /* Behind a number: a blank and its unit, if it has one. */
 static void put_unit(struct session *s, const struct param_info *info)
 {
-    const char *const unit = param_unit(info);
+    const char *const unit = unit_of(info);
     text_put(&s->out, *unit != '\0' ? " " : "");
     text_put(&s->out, unit);
 }

@@ -79,19 +79,6 @@ const struct param_info param_table[] = {
     PARAM(modbus_parity, 0, 2, 2),
 };
 
-/* What a name ends with, longer ends before those that they end with. */
-static const struct {
-    const char *end, *unit;
-} units[] = {
-    {"_rpm_s", "rpm/s"},   {"_rpm", "rpm"},     {"_ms", "ms"},
-    {"_s", "s"},           {"_ma", "mA"},       {"_mv", "mV"},
-    {"_mohm", "mohm"},     {"_uh", "uH"},       {"_uwb", "uWb"},
-    {"_uf", "uF"},         {"_hz", "Hz"},       {"_w", "W"},
-    {"_gmm2", "g mm2"},    {"_pct", "%"},       {"_pm", "0.1 %"},
-    {"_c", "degC"},        {"_turns", "turns"}, {"_mturn", "0.001 turns"},
-    {"_counts", "counts"}, {"_baud", "baud"},
-};
-
 const size_t param_count = sizeof param_table / sizeof param_table[0];
 
 static int32_t *field(struct params *p, const struct param_info *info)
@@ -113,27 +100,6 @@ static bool same(const char *a, const char *b)
         b++;
     }
     return *a == *b;
-}
-
-static size_t length_of(const char *s)
-{
-    size_t length = 0;
-    while (s[length] != '\0') {
-        length++;
-    }
-    return length;
-}
-
-const char *param_unit(const struct param_info *info)
-{
-    const size_t length = length_of(info->name);
-    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
-        const size_t end = length_of(units[i].end);
-        if (end < length && same(info->name + length - end, units[i].end)) {
-            return units[i].unit;
-        }
-    }
-    return "";
 }
 
 const struct param_info *param_find(const char *name)

@@ -103,9 +103,6 @@ extern const size_t param_count;
 /* Sets every parameter to its initial value. */
 void params_init(struct params *p);
 
-/* "mA", "rpm/s"; "" for what has none. It follows from the end of the name. */
-const char *param_unit(const struct param_info *info);
-
 /* The table's row for a name, or NULL. */
 const struct param_info *param_find(const char *name);
 
