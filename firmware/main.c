@@ -32,9 +32,9 @@ void Timer2_IRQHandler(void)
     rs485_timer_handler(&bus);
 }
 
-static void start_bus(void)
+static void start_bus(const struct slots *slots)
 {
-    modbus_start(&modbus, &bus, &axes[0]);
+    modbus_start(&modbus, &bus, &axes[0], slots);
     nvic_priority(BOARD_IRQ_BUS, CONFIG_PRIORITY_BUS);
     nvic_priority(BOARD_IRQ_RELEASE, CONFIG_PRIORITY_BUS);
     nvic_enable(BOARD_IRQ_BUS);
@@ -84,7 +84,7 @@ int main(void)
     boot_core();
     const enum fault boot_fault = boot_check(FABRIC0, &last_life);
     start_uart();
-    start_bus();
+    start_bus(&slots);
     start_axis(&axes[0], boot_fault);
     axis_recall(&axes[0], &slots, &kept); /* behind the PWM's start, which need not wait for it */
     console_start(&console, &(struct session){

@@ -144,9 +144,9 @@ bool mmuart_open(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud, enum
 bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud);
 
 /*
- * XON and XOFF from now on, until the next mmuart_open(): the other side is asked to wait while the receive buffer holds more than
- * MMUART_RX_HIGH, and to go on at MMUART_RX_LOW; what it asks is obeyed and not handed to the reader. With the buffer full the
- * rest stays in the receiver. For lines that carry text in both directions. Context: thread, behind mmuart_open().
+ * XON and XOFF from now on, until the next mmuart_open(): the other side is asked to wait while the receive buffer holds more
+ * than MMUART_RX_HIGH, and to go on at MMUART_RX_LOW; what it asks is obeyed and not handed to the reader. With the buffer full
+ * the rest stays in the receiver. For lines that carry text in both directions. Context: thread, behind mmuart_open().
  */
 void mmuart_use_flow_control(struct mmuart *u);
 

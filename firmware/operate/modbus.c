@@ -32,9 +32,9 @@ static void open(struct modbus *m)
                      format_of(m->parity)); /* the range fits */
 }
 
-void modbus_start(struct modbus *m, struct rs485 *line, struct axis *axis)
+void modbus_start(struct modbus *m, struct rs485 *line, struct axis *axis, const struct slots *slots)
 {
-    *m = (struct modbus){.line = line, .drive = {.axis = axis}};
+    *m = (struct modbus){.line = line, .drive = {.axis = axis, .slots = slots}};
     cia402_init(&m->drive.cia402);
     open(m);
 }

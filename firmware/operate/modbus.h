@@ -22,7 +22,7 @@ struct modbus {
 };
 
 /* Opens the line. Once, when the axis has been initialised. */
-void modbus_start(struct modbus *m, struct rs485 *line, struct axis *axis);
+void modbus_start(struct modbus *m, struct rs485 *line, struct axis *axis, const struct slots *slots);
 
 /* Serves the line; to be called whenever there is time. Takes as long as `on` where it is told to enable operation. */
 void modbus_poll(struct modbus *m);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/modbus_registers.h"
 
+#include "firmware/axis/keeping.h"
 #include "firmware/axis/reaction.h"
 #include "firmware/operate/modbus_objects.h"
 #include "firmware/operate/modbus_values.h"
@@ -21,6 +22,7 @@ struct change {
     uint32_t params_changed, choices_changed;
     bool wished; /* an object is among them, and so: */
     bool word, target;
+    bool stores, restores;
 };
 
 /* ---- places ---- */
@@ -116,40 +118,39 @@ static enum modbus_exception change_choice(struct change *c, uint32_t fault, int
     return MODBUS_FINE;
 }
 
-/* Keeping parameters over a reset is not there yet. */
-static enum modbus_exception keep(int32_t value, uint32_t signature)
+/* What must not happen by chance is asked for by a word. */
+static enum modbus_exception ask(bool *asked, int32_t value, uint32_t signature)
 {
-    return (uint32_t)value == signature ? MODBUS_DEVICE_FAILURE : MODBUS_ILLEGAL_VALUE;
+    *asked = (uint32_t)value == signature;
+    return *asked ? MODBUS_FINE : MODBUS_ILLEGAL_VALUE;
 }
 
 static enum modbus_exception change_object(struct change *c, uint32_t object, int32_t value)
 {
     struct cia402_wishes *const w = &c->wishes;
+    if (object == OBJECT_store) {
+        return ask(&c->stores, value, MODBUS_SAVE);
+    }
+    if (object == OBJECT_restore) {
+        return ask(&c->restores, value, MODBUS_LOAD);
+    }
     c->wished = true;
     c->word = c->word || object == OBJECT_control_word;
     c->target = c->target || (object != OBJECT_control_word && object != OBJECT_homing_method);
-    switch (object) {
-    case OBJECT_control_word:
+    if (object == OBJECT_control_word) {
         w->control_word = (uint32_t)value;
-        return MODBUS_FINE;
-    case OBJECT_mode:
+    } else if (object == OBJECT_mode) {
         w->mode = value;
-        return MODBUS_FINE;
-    case OBJECT_target_velocity:
+    } else if (object == OBJECT_target_velocity) {
         w->target_rpm = value;
-        return MODBUS_FINE;
-    case OBJECT_target_position:
+    } else if (object == OBJECT_target_position) {
         w->target_counts = value;
-        return MODBUS_FINE;
-    case OBJECT_target_torque:
+    } else if (object == OBJECT_target_torque) {
         w->target_torque_pm = value;
-        return MODBUS_FINE;
-    case OBJECT_homing_method:
-        w->homing_method = value;
-        return MODBUS_FINE;
-    default:
-        return object == OBJECT_store ? keep(value, MODBUS_SAVE) : keep(value, MODBUS_LOAD);
+    } else {
+        w->homing_method = value; /* no other is writable */
     }
+    return MODBUS_FINE;
 }
 
 static enum modbus_exception change_value(struct change *c, const struct place *p, int32_t value)
@@ -197,6 +198,17 @@ static enum modbus_exception judge(const struct change *c, const struct axis *a)
     return go_together(c, a) ? MODBUS_FINE : MODBUS_ILLEGAL_VALUE;
 }
 
+/* Both leave everything as it is when they are refused; no request asks for them and for parameters. */
+static enum modbus_exception keep(const struct modbus_drive *d, const struct change *c)
+{
+    struct saved unused;
+    if ((c->restores && axis_defaults(d->axis).error != ERROR_NONE) ||
+        (c->stores && axis_save(d->axis, d->slots, &unused).error != ERROR_NONE)) {
+        return MODBUS_DEVICE_FAILURE;
+    }
+    return MODBUS_FINE;
+}
+
 static void commit(struct modbus_drive *d, const struct change *c)
 {
     if (c->params_changed > 0u) {
@@ -217,6 +229,9 @@ enum modbus_exception modbus_write(struct modbus_drive *d, uint32_t at, uint32_t
     enum modbus_exception wrong = gather(&change, at, count, bytes);
     if (wrong == MODBUS_FINE) {
         wrong = judge(&change, d->axis);
+    }
+    if (wrong == MODBUS_FINE) {
+        wrong = keep(d, &change);
     }
     if (wrong == MODBUS_FINE) {
         commit(d, &change);

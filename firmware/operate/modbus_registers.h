@@ -12,6 +12,7 @@
 
 #include "firmware/axis/axis.h"
 #include "firmware/operate/cia402.h"
+#include "firmware/settings/slots.h"
 
 /* MODBUS Application Protocol V1.1b3, chapter 7 */
 enum modbus_exception {
@@ -24,6 +25,7 @@ enum modbus_exception {
 
 struct modbus_drive {
     struct axis *axis;
+    const struct slots *slots; /* where settings are stored */
     struct cia402 cia402;
 };
 

@@ -58,7 +58,9 @@ class Line:
         self.axis.fabric_doubt, self.axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
         self.axis.time_ms = 1000
         self.rs485, self.modbus = c.rs485(), c.structs["modbus"]()
-        c.modbus_start(self.modbus, self.rs485, self.axis)
+        c.host_envm_new(self.axis, 8e-3, 1)
+        self.slots = c.host_slots()
+        c.modbus_start(self.modbus, self.rs485, self.axis, self.slots)
         self._clear()
 
     def _clear(self):

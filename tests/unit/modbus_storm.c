@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "bus.h"
+#include "envm.h"
 #include "firmware/operate/modbus.h"
 
 #define US         1
@@ -295,7 +296,9 @@ int main(int argc, char **argv)
     axis_init(&axis, &fabric);
     axis.fabric_doubt = 0;
     axis.loop.vbus_q15 = axis.tuning.v_min_q15 + 100;
-    modbus_start(&modbus, &line, &axis);
+    host_envm_new(&axis, 8e-3, 1u);
+    const struct slots slots = host_slots();
+    modbus_start(&modbus, &line, &axis, &slots);
     for (long n = 0; n < frames; n++) {
         if (n % 8 == 0) {
             restore(n % 16 == 0);

@@ -145,13 +145,29 @@ def test_several(line):
     (write_one(0x0006, 32767), ILLEGAL_VALUE), (write(0x0002, long(4001)), ILLEGAL_VALUE),
     (write(0x0002, long(-4001)), ILLEGAL_VALUE), (write(0x1000, long(51)), ILLEGAL_VALUE),
     (write(0x1000, long(0)), ILLEGAL_VALUE), (write(0x1000, long(-2**31)), ILLEGAL_VALUE),
-    (write(0x00C0, long(0x65766173)), DEVICE_FAILURE), (write(0x00C2, long(0x64616F6C)), DEVICE_FAILURE),
-    (write(0x00C0, long(1)), ILLEGAL_VALUE), (write_one(FAULT_BASE, 1), ILLEGAL_VALUE),
+    (write(0x00C0, long(1)), ILLEGAL_VALUE), (write(0x00C2, long(0x65766173)), ILLEGAL_VALUE),
+    (write_one(FAULT_BASE, 1), ILLEGAL_VALUE),
     (write_one(FAULT_BASE + 8, 3), ILLEGAL_VALUE), (frame(1, 16, 0, 1, 0, 0, 0), ILLEGAL_VALUE),
     (frame(1, 16, 0, 1, 0, 1, 4, 0, 3, 0, 3), ILLEGAL_VALUE), (frame(1, 16, 0, 1, 0, 2, 2, 0, 3), ILLEGAL_VALUE),
 ])
 def test_refused(line, request_, exception):
     assert refused(line, request_, exception)
+
+
+def test_store_and_restore_are_save_and_defaults(line, c):
+    initial = line.axis.params.ramp_rpm_s
+    assert line.ask(write(line.param("ramp_rpm_s"), long(1234)))[0] == 16
+    assert line.ask(write(0x00C0, long(0x65766173)))[0] == 16
+    assert c.slots_look(line.slots).any, "it stands in the array"
+    assert line.ask(write(0x00C2, long(0x64616F6C)))[0] == 16 and line.axis.params.ramp_rpm_s == initial
+    assert c.axis_load(line.axis, line.slots, c.kept()).error == c.ERROR_NONE and line.axis.params.ramp_rpm_s == 1234
+
+
+def test_with_the_bridge_on_neither_happens(line, c):
+    line.axis.params.ramp_rpm_s, line.axis.state = 1234, c.AXIS_OPERATION_ENABLED
+    for request in (write(0x00C0, long(0x65766173)), write(0x00C2, long(0x64616F6C))):
+        assert refused(line, request, DEVICE_FAILURE)
+    assert line.axis.params.ramp_rpm_s == 1234
 
 
 def test_parameters_change_only_while_off(line, c):
