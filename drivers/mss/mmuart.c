@@ -223,7 +223,10 @@ static void transmit(struct mmuart *u)
         u->urgent = 0;
         room--;
     }
-    for (; room > 0u && tail != u->tx_head && !u->held; room--) {
+    if (u->held) {
+        return;
+    }
+    for (; room > 0u && tail != u->tx_head; room--) {
         u->regs->THR = (uint8_t)u->tx_data[tail % MMUART_TX_BYTES];
         tail++;
         u->tx_tail = tail;
