@@ -181,20 +181,6 @@ static enum flying_result step_pulses(struct axis *a)
 
 /* ---- no current ---- */
 
-/* The second look tells the speed: an EMF this small does not turn by half a turn in a millisecond. */
-static void look_at_voltage(struct flying *f, uint32_t at, uint32_t angle_q32)
-{
-    if (f->track.looks == 0u) {
-        emf_track_begin(&f->track, at, angle_q32, 0);
-    } else if (f->track.looks == 1u) {
-        const int32_t turned_q32 = (int32_t)(angle_q32 - f->track.angle_q32);
-        emf_track_begin(&f->track, at, angle_q32, turned_q32 / q15_max((int32_t)(at - f->track.at), 1));
-        f->track.looks = 2u;
-    } else {
-        emf_track_look(&f->track, at, angle_q32);
-    }
-}
-
 /* The mean of the voltages over some samples, which the noise of the current sensors moves: as they were in the middle. */
 static uint32_t mean_voltage(const struct axis *a, dq_t *v_steps)
 {
@@ -226,7 +212,7 @@ static enum flying_result step_zero(struct axis *a)
     const uint32_t at = mean_voltage(a, &v_steps);
     const int32_t size_steps = magnitude_q15(v_steps.d, v_steps.q);
     if (f->ms > SETTLES_MS && size_steps > LEAST_STEPS) {
-        look_at_voltage(f, at, atan2_q32(v_steps.q, v_steps.d));
+        emf_track_find(&f->track, at, atan2_q32(v_steps.q, v_steps.d));
     } else {
         f->track = (struct emf_track){.looks = 0};
     }

@@ -24,3 +24,16 @@ void emf_track_look(struct emf_track *t, uint32_t at, uint32_t angle_q32)
     t->at = at;
     t->looks++;
 }
+
+void emf_track_find(struct emf_track *t, uint32_t at, uint32_t angle_q32)
+{
+    if (t->looks == 0u) {
+        emf_track_begin(t, at, angle_q32, 0);
+    } else if (t->looks == 1u) {
+        const int32_t turned_q32 = (int32_t)(angle_q32 - t->angle_q32);
+        emf_track_begin(t, at, angle_q32, turned_q32 / q15_max((int32_t)(at - t->at), 1));
+        t->looks = 2u;
+    } else {
+        emf_track_look(t, at, angle_q32);
+    }
+}

@@ -27,6 +27,9 @@ void emf_track_begin(struct emf_track *t, uint32_t at, uint32_t angle_q32, int32
 /* Takes another, so much later as those before. Slow loop. */
 void emf_track_look(struct emf_track *t, uint32_t at, uint32_t angle_q32);
 
+/* Any look, the first one too, from looks = 0 on: of an EMF that turns by less than half a turn between two. Slow loop. */
+void emf_track_find(struct emf_track *t, uint32_t at, uint32_t angle_q32);
+
 /* The EMF's direction at a sample. Any context. */
 static inline uint32_t emf_track_angle_q32(const struct emf_track *t, uint32_t at)
 {

@@ -259,7 +259,7 @@ static void forget_motor(struct params *p)
     p->resistance_mohm = most(scale(p->v_range_mv, 20, p->i_range_ma), 100000);
     p->ld_uh = p->lq_uh = most(scale(p->v_range_mv, 10, p->i_range_ma), 1000000);
     p->ld_apparent_uh = p->lq_apparent_uh = p->lq_rest_uh = 0;
-    p->flux_uwb = most(scale(p->v_range_mv, 1000000, 6283LL * FLUX_HZ), 10000000);
+    p->flux_uwb = (int32_t)scale(p->v_range_mv, 1000000, 6283LL * FLUX_HZ); /* 0.8 Wb at most */
     p->inertia_gmm2 = most(scale(p->flux_uwb, p->i_range_ma, INERTIA_PART), INERTIA_MOST);
     p->i_max_ma = most(p->i_rated_ma, trip_ma);
     p->i_align_ma = p->i_max_ma;

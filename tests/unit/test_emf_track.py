@@ -51,3 +51,15 @@ def test_a_rotor_that_slows_down_is_followed(c):
     t = track(c, angles, every, 0.2 / every * TURN)
     assert abs(signed(t.angle_q32 - round(angles[-1]))) < TURN * 5 / 360
     assert t.speed_q32 * 20000 / TURN == pytest.approx(200 - 59, abs=7)
+
+
+@pytest.mark.parametrize("turn_a_look", (0.02, 0.3, 0.45, -0.2, -0.45))
+def test_from_nothing_the_second_look_tells_the_speed(c, turn_a_look):
+    """Any angle to begin with, also across zero: the third look is where it is expected."""
+    for first in (0.0, 0.9, 0.99):
+        t = c.emf_track()
+        for n in range(5):
+            c.emf_track_find(t, (2**32 - 30 + 20 * n) % 2**32, round((first + turn_a_look * n) * TURN) % TURN)
+            if n >= 1:
+                assert abs(t.speed_q32 * 20 - turn_a_look * TURN) < TURN / 1000 and t.looks == n + 1
+        assert t.good == 3
