@@ -80,9 +80,9 @@ void keeping_text_saved(struct text *t, const struct saved *s)
     text_put(t, "slot ");
     put_slot(t, s->slot);
     put_number(t, s->number);
-    text_put(t, "; its pages have been written about ");
+    text_put(t, "; writes of its pages so far: about ");
     text_put_long(t, ((int64_t)s->number + 1) / 2);
-    text_put_line(t, " times");
+    text_put_line(t, "");
     if (s->worn) {
         text_put_line(t, "warning: eNVM: a page has been written more often than it is made for");
     }

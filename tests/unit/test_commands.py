@@ -73,11 +73,11 @@ def test_save_load_defaults(operator):
     assert operator("set learn_rpm 77") == operator("set retry_count 3") == ["ok"]
     changed = ["learn_rpm = 77 rpm  (initially 10)", "retry_count = 3  (initially 0)"]
     assert operator("get --changed") == changed
-    assert operator("save") == ["ok", "slot A, save 1; its pages have been written about 1 times"]
+    assert operator("save") == ["ok", "slot A, save 1; writes of its pages so far: about 1"]
     assert operator("defaults") == ["ok"] and operator("get --changed") == []
     assert operator("load") == ["settings: slot A, save 1, loaded"] and operator("get --changed") == changed
-    assert operator("save")[1] == "slot B, save 2; its pages have been written about 1 times"
-    assert operator("save")[1] == "slot A, save 3; its pages have been written about 2 times"
+    assert operator("save")[1] == "slot B, save 2; writes of its pages so far: about 1"
+    assert operator("save")[1] == "slot A, save 3; writes of its pages so far: about 2"
 
 
 def test_the_start_says_what_was_found(operator, c):
