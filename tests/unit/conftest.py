@@ -65,6 +65,16 @@ def build_library(name="firmware.so", sources=sources):
     return target
 
 
+def build_program(source, target):
+    """A program of the host that uses everything in the shared library."""
+    library = build_library()
+    command = [os.environ.get("HOSTCC") or "cc", *FLAGS[:2], "-Wall", "-Wextra", "-Werror", "-Wno-int-to-pointer-cast",
+               f"-I{HERE / 'host'}", f"-I{SOURCE}", str(source), str(library), f"-Wl,-rpath,{library.parent}",
+               "-lm", "-o", str(target)]
+    result = subprocess.run(command, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+
+
 def identify(fabric):
     """The identity that the firmware looks for: as the register shows it."""
     text = (SOURCE / "drivers/fabric/gate.h").read_text()

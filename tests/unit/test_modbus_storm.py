@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: MIT
 """A million frames on the line of a drive that is in operation half of the time (modbus_storm.c): a few seconds."""
-import os
 import subprocess
 
 import pytest
 
-from unit.conftest import HERE, SOURCE, sources
+from unit.conftest import HERE, build_program
 
 FRAMES = 1_000_000
 
@@ -13,10 +12,7 @@ FRAMES = 1_000_000
 @pytest.fixture(scope="module")
 def storm(tmp_path_factory):
     target = tmp_path_factory.mktemp("storm") / "modbus_storm"
-    command = [os.environ.get("HOSTCC") or "cc", "-std=gnu11", "-O2", "-fsanitize=undefined", "-fno-sanitize-recover=all",
-               "-Wall", "-Wextra", "-Werror", "-Wno-int-to-pointer-cast", f"-I{HERE / 'host'}", f"-I{SOURCE}",
-               str(HERE / "modbus_storm.c"), *map(str, sources()), "-lm", "-o", str(target)]
-    subprocess.run(command, check=True)
+    build_program(HERE / "modbus_storm.c", target)
     output = subprocess.run([target, str(FRAMES), "2463534242"], check=True, capture_output=True, text=True).stdout
     return {name: int(count) for name, count in (line.split() for line in output.splitlines())}
 

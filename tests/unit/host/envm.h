@@ -4,6 +4,7 @@
 #define TESTS_UNIT_HOST_ENVM_H
 
 #include "firmware/axis/axis.h"
+#include "firmware/settings/slots.h"
 #include "qemu/twin/envm.h"
 
 struct host_bench {
@@ -21,5 +22,11 @@ struct host_bench {
     uint64_t commands, programs; /* given */
     uint64_t lit;                /* commands given with the bridge on */
 };
+
+/* A device that has never stored anything. */
+void host_envm_new(struct axis *a, double program_s, uint64_t seed);
+
+/* Where settings stand in its array. */
+struct slots host_slots(void);
 
 #endif
