@@ -55,7 +55,7 @@ def steps():
         Step("", "-t 4:int -B -r 84 -c 1"),
         Step("Clear: an edge of bit 7", "-r 0", "128"),
         Step("", "-t 4:hex -r 16 -c 1", until=(16, 0x4F, 0x40)),
-        Step("Keep the parameters: not yet", "-t 4:hex -r 192", "0x6576 0x6173"),
+        Step("Keep the parameters", "-t 4:hex -r 192", "0x6576 0x6173"),
     ]
 
 
