@@ -10,6 +10,7 @@
 
 /* Twice as long as a slow loop that lives takes: each turn of the wait is at least five cycles. */
 #define PATIENCE_POLLS (2u * BOARD_M3_HZ / CONFIG_SLOW_HZ / 5u)
+#define LATCH_POLLS    (2u * CONFIG_PWM_COUNTS) /* each takes longer than a count */
 
 bool request_settled(const struct axis *a)
 {
@@ -44,6 +45,17 @@ static enum error state_forbids_on(const struct axis *a)
     return a->state == AXIS_SWITCH_ON_DISABLED ? ERROR_NONE : ERROR_ALREADY_ON;
 }
 
+/*
+ * What the fabric has latched is a count of the old setting until the next conversion, within a PWM period: the slow loop would
+ * take the difference for a jerk of the shaft, and end with an over-speed. Slow loop held.
+ */
+static void wait_for_count(const struct encoder_regs *encoder)
+{
+    const uint32_t latched = encoder_latch_clock(encoder);
+    for (uint32_t poll = 0; poll < LATCH_POLLS && encoder_latch_clock(encoder) == latched; poll++) {
+    }
+}
+
 /* What has changed in the encoder's setting, if anything, makes the alignment void. Slow loop held, bridge off. */
 void request_adopt(struct axis *a, const struct tuning *t)
 {
@@ -57,6 +69,7 @@ void request_adopt(struct axis *a, const struct tuning *t)
         identify_leave(&a->identify);
         start_forget(a);
         (void)encoder_init(&a->fabric->encoder, (uint32_t)t->encoder_counts, false);
+        wait_for_count(&a->fabric->encoder);
         speed_estimate_reset(&a->speed.estimate);
         turns_begin(&a->motion.turns, 0);
         a->motion.homed = false;

@@ -60,7 +60,7 @@ PAST = {"watchdog_reset": "watchdog reset", "lockup_reset": "lock-up reset"}
 
 @pytest.mark.parametrize("reset", PAST)
 def test_how_the_last_life_ended_is_said_and_can_be_cleared(reset, tmp_path):
-    said, _ = boot(tmp_path, reset=reset, lines=("fault", "on", "clear", "on", *["version"] * 18, "status"))
+    said, _ = boot(tmp_path, reset=reset, lines=("fault", "on", "clear", "on", *["version"] * 23, "status"))
     assert f"fault: {PAST[reset]}\n" in said and said.count("error:") == 1, said
     assert "state: operation enabled" in said
 
