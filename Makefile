@@ -176,7 +176,7 @@ flash: tools
 test: tools
 	@$(MAKE) --no-print-directory -s -j2 everything
 	@$(MAKE) --no-print-directory -s lint
-	$(PYTHON) -m pytest -q -n 2 --dist load -p no:cacheprovider tests
+	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider tests
 
 lint: tools
 	@$(PYTHON) tests/tools/lint.py
