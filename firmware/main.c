@@ -85,7 +85,7 @@ int main(void)
     const enum fault boot_fault = boot_check(FABRIC0, &last_life);
     start_uart();
     start_axis(&axes[0], boot_fault);
-    start_bus(&slots); /* behind the PWM's start, as the settings */
+    start_bus(&slots);                    /* behind the PWM's start, as the settings */
     axis_recall(&axes[0], &slots, &kept); /* behind the PWM's start, which need not wait for it */
     console_start(&console, &(struct session){
                                 .out = {.uart = &uart, .idle = &rest, .bus = &modbus},
