@@ -116,7 +116,7 @@ $(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSC
 
 $(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/control/current_loop_isr.o
 $(BUILD)/tests/target/test_weakening_loop.elf: $(BUILD)/arm/firmware/control/overmodulation.o
-$(patsubst %,$(BUILD)/tests/target/test_%.elf,two_axes dead_slow_loop): $(filter-out %/current_loop_isr.o,$(call objects,$(call sources,$(addprefix firmware/,settings control commission axis))))
+$(patsubst %,$(BUILD)/tests/target/test_%.elf,two_axes dead_slow_loop new_encoder): $(filter-out %/current_loop_isr.o,$(call objects,$(call sources,$(addprefix firmware/,settings control commission axis))))
 
 $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT)
 	@mkdir -p $(@D)
