@@ -150,11 +150,10 @@ bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud);
  */
 void mmuart_use_flow_control(struct mmuart *u);
 
-#define MMUART_XON  0x11
-#define MMUART_XOFF 0x13
-#define MMUART_RX_HIGH \
-    128u /* the rest is for what is on its way: USB adapters send up to 128 behind an XOFF, and late */
-#define MMUART_RX_LOW 32u
+#define MMUART_XON     0x11
+#define MMUART_XOFF    0x13
+#define MMUART_RX_HIGH 128u /* the rest is for what is still on its way when a sender takes notice */
+#define MMUART_RX_LOW  32u
 
 /*
  * Puts a character into the transmit buffer; never waits. Returns false and counts it in tx_dropped when there is no

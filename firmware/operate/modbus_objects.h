@@ -62,7 +62,7 @@
     X(0x008E, 0x6080, U32, RO, max_velocity, "rpm", "speed_max_rpm") \
     X(0x0090, 0, U16, RO, map_version, "", "of this table; 1") \
     X(0x0091, 0, U16, RO, parameter_count, "", "from 0x1000 on, two registers each") \
-    X(0x00C0, 0x1010, U32, RW, store, "", "0x65766173 stores what is set, as `save` does: the answer takes 0.2 s") \
+    X(0x00C0, 0x1010, U32, RW, store, "", "0x65766173 stores what is set, as `save` does; answered when it is stored") \
     X(0x00C2, 0x1011, U32, RW, restore, "", "0x64616F6C makes all parameters the initial ones, in RAM; store then keeps them")
 
 #define OBJECT_ID(at, index, type, access, name, unit, what) OBJECT_##name,

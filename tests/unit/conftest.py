@@ -75,6 +75,14 @@ def build_program(source, target):
     assert result.returncode == 0, result.stderr
 
 
+def storm(source, folder, count):
+    """What a program that judges so many lines or frames by itself has counted: {name: count}."""
+    program = folder / source.stem
+    build_program(source, program)
+    output = subprocess.run([program, str(count), "2463534242"], check=True, capture_output=True, text=True).stdout
+    return {name: int(n) for name, n in (line.split() for line in output.splitlines())}
+
+
 def identify(fabric):
     """The identity that the firmware looks for: as the register shows it."""
     text = (SOURCE / "drivers/fabric/gate.h").read_text()

@@ -1,28 +1,23 @@
 # SPDX-License-Identifier: MIT
 """A million frames on the line of a drive that is in operation half of the time (modbus_storm.c): a few seconds."""
-import subprocess
-
 import pytest
 
-from unit.conftest import HERE, build_program
+from unit.conftest import HERE, storm
 
 FRAMES = 1_000_000
 
 
 @pytest.fixture(scope="module")
-def storm(tmp_path_factory):
-    target = tmp_path_factory.mktemp("storm") / "modbus_storm"
-    build_program(HERE / "modbus_storm.c", target)
-    output = subprocess.run([target, str(FRAMES), "2463534242"], check=True, capture_output=True, text=True).stdout
-    return {name: int(count) for name, count in (line.split() for line in output.splitlines())}
+def counts(tmp_path_factory):
+    return storm(HERE / "modbus_storm.c", tmp_path_factory.mktemp("storm"), FRAMES)
 
 
-def test_there_was_something_to_judge(storm):
-    assert storm["frames"] == FRAMES and min(storm[kind] for kind in ("right", "mutated", "foreign", "noise")) > FRAMES / 5
-    assert storm["answered"] > storm["exceptions"] > 0 and storm["written"] > 1000
+def test_there_was_something_to_judge(counts):
+    assert counts["frames"] == FRAMES and min(counts[kind] for kind in ("right", "mutated", "foreign", "noise")) > FRAMES / 5
+    assert counts["answered"] > counts["exceptions"] > 0 and counts["written"] > 1000
 
 
 @pytest.mark.parametrize("what", ("changed_by_nothing", "answered_nothing", "wrong_reply", "late_reply", "refused_but_changed",
                                   "unanswered"))
-def test_nothing_but_a_request_to_this_drive_does_anything(storm, what):
-    assert storm[what] == 0
+def test_nothing_but_a_request_to_this_drive_does_anything(counts, what):
+    assert counts[what] == 0
