@@ -117,20 +117,23 @@ static void announce_fault(struct console *k)
     }
 }
 
-/* Each once, until the drive forgets them. */
+static void announce_warning(struct console *k, enum fault cause)
+{
+    leave_line(k);
+    text_put(out(k), "warning: ");
+    text_put_line(out(k), message_of_fault(cause));
+    prompt(k);
+}
+
+/* Each once, until the drive forgets them. By the word: this is looked at each time the thread wakes. */
 static void announce_warnings(struct console *k)
 {
-    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
-        const uint32_t bit = 1u << (cause % 32u);
-        uint32_t *const said = &k->warned[cause / 32u];
-        if (!reaction_warned(&k->session.axis->reactions, (enum fault)cause)) {
-            *said &= ~bit;
-        } else if ((*said & bit) == 0u) {
-            *said |= bit;
-            leave_line(k);
-            text_put(out(k), "warning: ");
-            text_put_line(out(k), message_of_fault((enum fault)cause));
-            prompt(k);
+    for (uint32_t word = 0; word < REACTION_WORDS; word++) {
+        const uint32_t warnings = k->session.axis->reactions.warnings[word];
+        uint32_t unsaid = warnings & ~k->warned[word];
+        k->warned[word] = warnings;
+        for (; unsaid != 0u; unsaid &= unsaid - 1u) {
+            announce_warning(k, (enum fault)(word * 32u + (uint32_t)__builtin_ctz(unsaid)));
         }
     }
 }
