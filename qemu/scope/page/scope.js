@@ -3,6 +3,9 @@
 // are shown as they come.
 "use strict";
 
+const LIVE_MS = 150;    // between two drawings of what is live, at least
+const LIVE_PAUSE = 4;   // and so many times what one takes
+
 const $ = (id) => document.getElementById(id);
 const live = { plots: new Plots($("live")), names: [], rows: [], last: null, time: 0, held: false };
 const captured = { plots: new Plots($("captured")), names: [], units: [], rows: [] };
@@ -84,6 +87,7 @@ const takes = {
   answer({ line, lines }) {
     if (line === "identify show") identified(lines);
     log(`> ${line}\n${lines.join("\n")}`);
+    if (line === "scope arm") awaiting = lines[0] === "ok"; // from now on a status tells of this capture, not of the last
     if (line.startsWith("set ") && lines[0] === "ok") send({ kind: "parameters" });
     if (line === "identify use") send({ kind: "parameters" });
   },
@@ -175,7 +179,6 @@ $("trigger").onchange = () => { $("level_unit").textContent = signals[$("trigger
 $("arm").onclick = () => {
   say("scope off");
   captureLines().forEach(say);
-  awaiting = true;
 };
 $("read").onclick = () => send({ kind: "capture" });
 $("read_fault").onclick = () => send({ kind: "capture", of: "fault" });
@@ -194,9 +197,17 @@ socket.onmessage = ({ data }) => {
 };
 socket.onclose = () => { $("lost").hidden = false; };
 setInterval(() => send({ kind: "here" }), 700);
-setInterval(() => {
-  if (live.held || document.hidden) return;
+
+function draw() {
   const seconds = Number($("window").value) || 3;
   live.plots.draw(live.rows.filter((row) => row[0] > live.time - seconds));
   $("live").dataset.samples = live.rows.length;
-}, 150);
+}
+
+// As often as leaves most of the time to the rest: a frame is painted when the one behind it begins.
+function animate() {
+  const begin = performance.now();
+  if (!live.held && !document.hidden) draw();
+  requestAnimationFrame(() => setTimeout(animate, Math.max(LIVE_MS, LIVE_PAUSE * (performance.now() - begin))));
+}
+animate();
