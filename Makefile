@@ -125,7 +125,7 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 
 target-tests: $(TARGET_TESTS)
 
-include qemu/twin/twin.mk tests/bench/bench.mk
+include qemu/twin/twin.mk tests/bench/bench.mk tests/unit/unit.mk
 include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk
 
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)

@@ -60,8 +60,8 @@ def steps():
 
 
 def fault(name):
-    from unit.conftest import SOURCE
-    return re.findall(r"^    FAULT_(\w+)", (SOURCE / "firmware/axis/fault.h").read_text(), re.M).index(name)
+    from unit.conftest import ROOT
+    return re.findall(r"^    FAULT_(\w+)", (ROOT / "firmware/axis/fault.h").read_text(), re.M).index(name)
 
 
 def ask(port, step):

@@ -9,10 +9,10 @@ from pymodbus.mei_message import ReadDeviceInformationRequest
 
 from closed_loop.live import live
 from closed_loop.modbus_transcript import transcript
-from unit.conftest import SOURCE
+from unit.conftest import ROOT
 
 OLD = {"unit": 1}  # pymodbus 3.0 calls a slave so in the functions that it has no method of its own for
-PAGE = (SOURCE / "docs/modbus.md").read_text()
+PAGE = (ROOT / "docs/modbus.md").read_text()
 
 
 def test_the_session_of_the_page_is_what_happens(tmp_path):

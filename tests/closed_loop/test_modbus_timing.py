@@ -126,9 +126,9 @@ def run_and_fall_silent(tmp_path, reaction):
 
 def places():
     from tools.param_rows import param_rows
-    from unit.conftest import SOURCE
+    from unit.conftest import ROOT
     import re
-    faults = re.findall(r"^    (FAULT_\w+)", (SOURCE / "firmware/axis/fault.h").read_text(), re.M)
+    faults = re.findall(r"^    (FAULT_\w+)", (ROOT / "firmware/axis/fault.h").read_text(), re.M)
     return list(param_rows()).index("command_timeout_ms"), faults.index("FAULT_COMMAND_TIMEOUT")
 
 

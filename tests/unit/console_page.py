@@ -18,9 +18,9 @@ def page(help_lines):
 def main():
     sys.path.insert(0, str(ROOT / "tests"))
     from unit.cinterface import Library
-    from unit.conftest import build_library
+    from unit.conftest import built
     from unit.test_commands import Operator
-    PAGE.write_text(page(Operator(Library(build_library()))("help")))
+    PAGE.write_text(page(Operator(Library(built("firmware.so")))("help")))
 
 
 if __name__ == "__main__":

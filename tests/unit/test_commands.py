@@ -5,9 +5,9 @@ import re
 
 import pytest
 
-from unit.conftest import SOURCE, identify
+from unit.conftest import ROOT, identify
 
-VERSION = "mssfoc " + re.search(r'CONFIG_VERSION "(.*)"', (SOURCE / "firmware/settings/config.h").read_text())[1]
+VERSION = "mssfoc " + re.search(r'CONFIG_VERSION "(.*)"', (ROOT / "firmware/settings/config.h").read_text())[1]
 I_RANGE_MA, V_RANGE_MV = 32768, 65536  # so that a step of Q15 is 1 mA, and 2 mV
 
 

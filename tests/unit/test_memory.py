@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from unit.conftest import SOURCE
+from unit.conftest import ROOT
 
 NAMES = ("memcpy", "memmove", "memset", "memcmp")
 SIZE = 48
@@ -18,7 +18,7 @@ def own(tmp_path_factory):
     target = tmp_path_factory.mktemp("memory") / "memory.so"
     subprocess.run([os.environ.get("HOSTCC") or "cc", "-std=c11", "-O1", "-shared", "-fPIC", "-fno-builtin",
                     "-fno-tree-loop-distribute-patterns", "-fsanitize=undefined", "-fno-sanitize-recover=all",
-                    *(f"-D{name}=own_{name}" for name in NAMES), str(SOURCE / "startup/memory.c"), "-o",
+                    *(f"-D{name}=own_{name}" for name in NAMES), str(ROOT / "startup/memory.c"), "-o",
                     str(target)], check=True)
     library = ctypes.CDLL(str(target))
     for name in NAMES:

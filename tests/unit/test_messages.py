@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from unit.conftest import SOURCE
+from unit.conftest import ROOT
 
 COUNTS = ("ERROR_COUNT", "FAULT_COUNT")
 
@@ -45,14 +45,14 @@ def test_what_is_no_fault_or_error_has_a_text_too(c):
 
 
 def test_each_fault_is_in_the_table_of_docs_faults(c):
-    rows = re.findall(r"(?m)^\| ([^|]+?) \| (?:fabric|sample|slow|start|boot) \|", (SOURCE / "docs/faults.md").read_text())
+    rows = re.findall(r"(?m)^\| ([^|]+?) \| (?:fabric|sample|slow|start|boot) \|", (ROOT / "docs/faults.md").read_text())
     said = [text(c.message_of_fault, c, "fault", name) for name in names(c, "fault") if name != "FAULT_NONE"]
     assert sorted(rows) == sorted(said)
 
 
 def test_texts_stand_in_one_place():
     """No room but operate/ has words for people; what has a '%' is an instruction."""
-    for path in Path(SOURCE / "firmware").rglob("*.[ch]"):
+    for path in Path(ROOT / "firmware").rglob("*.[ch]"):
         if path.parent.name != "operate":
             code = re.sub(r"/\*.*?\*/|#include[^\n]*|_Static_assert[^;]*;", "", path.read_text(), flags=re.S)
             strings = [s for s in re.findall(r'"([^"]*)"', code) if " " in s and "%" not in s]

@@ -5,23 +5,23 @@ from pathlib import Path
 
 import pytest
 
-from unit.conftest import SOURCE
+from unit.conftest import ROOT
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tools"))
 
 import modbus_page  # noqa: E402  (beside the tools)
 from pages import replaced  # noqa: E402
 
-PAGE = (SOURCE / "docs/modbus.md").read_text()
+PAGE = (ROOT / "docs/modbus.md").read_text()
 
 
 @pytest.mark.parametrize("name", modbus_page.TABLES)
 def test_the_tables_are_fresh(name):
-    assert replaced(PAGE, name, modbus_page.TABLES[name](SOURCE)) == PAGE, "tests/tools/modbus_page.py writes them anew"
+    assert replaced(PAGE, name, modbus_page.TABLES[name](ROOT)) == PAGE, "tests/tools/modbus_page.py writes them anew"
 
 
 def test_the_objects_are_those_of_the_program(c):
-    rows = modbus_page.objects(SOURCE)
+    rows = modbus_page.objects(ROOT)
     assert len(rows) == c.OBJECT_COUNT == len(c.modbus_objects)
     for number, (at, _, kind, access, name, *_) in enumerate(rows):
         found = c.modbus_objects[number]
@@ -30,5 +30,5 @@ def test_the_objects_are_those_of_the_program(c):
 
 
 def test_the_parameters_are_where_the_table_says(c):
-    for number, name in enumerate(modbus_page.param_rows(SOURCE)):
+    for number, name in enumerate(modbus_page.param_rows(ROOT)):
         assert f"| {4096 + 2 * number}...{4097 + 2 * number} | `{name}` |" in PAGE

@@ -8,7 +8,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from unit.conftest import HERE, SOURCE
+from unit.conftest import HERE, ROOT
 from unit.test_tuning import compute, shipped
 
 SIX = 2 / math.pi
@@ -32,7 +32,7 @@ def length_for(wanted):
 
 
 def test_the_table_is_the_inverse_of_what_cutting_leaves():
-    text = (SOURCE / "firmware/control/overmodulation.c").read_text()
+    text = (ROOT / "firmware/control/overmodulation.c").read_text()
     table = [int(word) for word in re.findall(r"\d+", text[text.index("{"):text.index("}")])]
     assert len(table) == 33
     for n, gain_q12 in enumerate(table):
@@ -47,9 +47,9 @@ def test_the_table_is_the_inverse_of_what_cutting_leaves():
 def sweep(request, tmp_path_factory):
     """Rows of (asked for, got, angle, 5th, 7th, counts off the circle's modulator); all but the last two in six-step's."""
     target = tmp_path_factory.mktemp("sweep") / "overmodulation_sweep"
-    sources = [SOURCE / "firmware/control/overmodulation.c", SOURCE / "lib/trig.c", SOURCE / "lib/polar.c"]
+    sources = [ROOT / "firmware/control/overmodulation.c", ROOT / "lib/trig.c", ROOT / "lib/polar.c"]
     command = [os.environ.get("HOSTCC") or "cc", "-std=gnu11", "-O2", "-Wall", "-Werror", f"-DCONFIG_PWM_HZ={request.param}",
-               f"-I{HERE / 'host'}", f"-I{SOURCE}", str(HERE / "overmodulation_sweep.c"), *map(str, sources), "-lm", "-o",
+               f"-I{HERE / 'host'}", f"-I{ROOT}", str(HERE / "overmodulation_sweep.c"), *map(str, sources), "-lm", "-o",
                str(target)]
     subprocess.run(command, check=True)
     output = subprocess.run([target], check=True, capture_output=True, text=True).stdout

@@ -2,11 +2,11 @@
 """The table of parameters: every row names its own field, holds its initial value in its range, and is found by its name."""
 import re
 
-from unit.conftest import SOURCE
+from unit.conftest import ROOT
 
 
 def fields():
-    text = (SOURCE / "firmware/settings/params.h").read_text()
+    text = (ROOT / "firmware/settings/params.h").read_text()
     return re.findall(r"^    int32_t (\w+);", re.search(r"struct params \{(.*?)\n\};", text, re.DOTALL).group(1), re.MULTILINE)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from unit.conftest import SOURCE
+from unit.conftest import ROOT
 
 HERE = Path(__file__).resolve().parent
 RETARGETS = 1_000_000
@@ -19,8 +19,8 @@ WINDOW_MOST = 250
 def harness(tmp_path_factory):
     program = tmp_path_factory.mktemp("profile") / "harness"
     command = [os.environ.get("HOSTCC") or "cc", "-std=gnu11", "-O2", "-fsanitize=undefined", "-fno-sanitize-recover=all",
-               "-Wall", "-Wextra", "-Werror", f"-I{SOURCE}", HERE / "profile_harness.c",
-               SOURCE / "firmware/control/profile.c", "-o", program]
+               "-Wall", "-Wextra", "-Werror", f"-I{ROOT}", HERE / "profile_harness.c",
+               ROOT / "firmware/control/profile.c", "-o", program]
     subprocess.run(list(map(str, command)), check=True)
     return lambda *words: subprocess.run([program, *map(str, words)], capture_output=True, text=True)
 

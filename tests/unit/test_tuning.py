@@ -10,7 +10,7 @@ from launcher.data import MOTORS, available
 from launcher.drive import console_params, load_drive
 
 from tools.param_rows import param_rows
-from unit.conftest import SOURCE
+from unit.conftest import ROOT
 
 PI = Fraction(314159265358979323846264338328, 10**29)
 PWM_HZ, SLOW_HZ, BASE_HZ = 20000, 1000, 1250
@@ -39,7 +39,7 @@ def compute(c, values):
 
 
 def ranges():
-    return {name: (low, high) for name, (low, high, _) in param_rows(SOURCE).items()}
+    return {name: (low, high) for name, (low, high, _) in param_rows(ROOT).items()}
 
 
 @functools.cache

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from unit.conftest import SOURCE
+from unit.conftest import ROOT
 from unit.test_commands import Operator
 
 INT32 = st.integers(-2**31, 2**31 - 1)

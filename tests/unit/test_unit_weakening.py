@@ -8,7 +8,7 @@ import subprocess
 import pytest
 
 from launcher.capability import CIRCLE
-from unit.conftest import HERE, SOURCE
+from unit.conftest import HERE, ROOT
 
 Q15 = 32768
 MACHINES = {"surface": {}, "salient": {"lq_uh": 400}, "reversed": {"ld_uh": 400},
@@ -85,7 +85,7 @@ def test_rows_rise_and_one_is_the_magnets_own(c):
 
 
 def c_below():
-    text = (SOURCE / "firmware/control/weakening.h").read_text()
+    text = (ROOT / "firmware/control/weakening.h").read_text()
     return int(next(line for line in text.splitlines() if line.startswith("#define WEAKENING_BELOW")).split()[2])
 
 
@@ -107,8 +107,8 @@ def sweep(tmp_path_factory):
     """The harness, compiled with the firmware's own sources: rows of numbers as it prints them."""
     target = tmp_path_factory.mktemp("sweep") / "weakening_sweep"
     sources = [path for room in ("firmware/settings", "firmware/control", "drivers/fabric", "lib")
-               for path in sorted((SOURCE / room).glob("*.c")) if path.name != "contract.c"]
-    command = [os.environ.get("HOSTCC") or "cc", "-std=gnu11", "-O2", "-Wall", "-Werror", f"-I{HERE / 'host'}", f"-I{SOURCE}",
+               for path in sorted((ROOT / room).glob("*.c")) if path.name != "contract.c"]
+    command = [os.environ.get("HOSTCC") or "cc", "-std=gnu11", "-O2", "-Wall", "-Werror", f"-I{HERE / 'host'}", f"-I{ROOT}",
                str(HERE / "weakening_sweep.c"), *map(str, sources), str(HERE / "host/host.c"), "-lm", "-o", str(target)]
     subprocess.run(command, check=True)
     output = subprocess.run([target, "250000"], check=True, capture_output=True, text=True).stdout

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: MIT
+# The firmware's rooms as shared libraries of this machine, for tests/unit: every undefined behaviour is trapped, registers are
+# structures in the test's memory, the core and the console are tests/unit/host. Included by the top Makefile, which defines
+# BUILD, HOSTCC, Q and say.
+
+UNIT_CFLAGS := -std=gnu11 -O1 -g -fPIC -fsanitize=undefined -fno-sanitize-recover=all -Wall -Wextra -Werror \
+    -Wno-int-to-pointer-cast -Itests/unit/host -I.
+
+unit_objects = $(patsubst %.c,$(BUILD)/host/%.o,$(sort $(wildcard $1)))
+
+# the rooms below the console; of what the fabric's drivers hold, contract.c only checks
+UNIT_SRC := $(filter-out %/device.c %/contract.c, \
+    $(wildcard $(addprefix firmware/,$(addsuffix /*.c,settings control commission axis scope)) drivers/fabric/*.c lib/*.c)) \
+    drivers/mss/envm.c qemu/twin/envm.c qemu/twin/random.c tests/unit/host/envm.c
+# the console on a person's side, and on the device's what stands at registers' own addresses
+UNIT_FIRMWARE := $(call unit_objects,$(UNIT_SRC) firmware/operate/*.c tests/unit/host/*.c)
+UNIT_SYSTEM := $(call unit_objects,$(UNIT_SRC) firmware/system/*.c firmware/axis/device.c drivers/mss/sysreg.c \
+    drivers/mss/timer.c tests/unit/host/system/*.c)
+
+unit: $(BUILD)/tests/unit/firmware.so $(BUILD)/tests/unit/system.so
+.PHONY: unit
+everything: unit
+
+$(BUILD)/tests/unit/firmware.so: $(UNIT_FIRMWARE)
+$(BUILD)/tests/unit/system.so: $(UNIT_SYSTEM)
+$(BUILD)/tests/unit/%.so: tests/unit/unit.mk
+	@mkdir -p $(@D)
+	$(call say,LD)
+	$(Q)$(HOSTCC) -shared -fsanitize=undefined $(filter %.o,$^) -lm -o $@
+
+$(BUILD)/host/%.o: %.c tests/unit/unit.mk
+	@mkdir -p $(@D)
+	$(call say,HOSTCC)
+	$(Q)$(HOSTCC) $(UNIT_CFLAGS) -MMD -MP -c $< -o $@
+
+-include $(shell find $(BUILD)/host -name '*.d' 2>/dev/null)
