@@ -434,6 +434,28 @@ bool cycles_wants_address(const struct cycles_op *op)
     return touches_memory(op);
 }
 
+bool cycles_wants_each(void)
+{
+    return fetch_waits;
+}
+
+static void begin(const struct cycles_op *op)
+{
+    now->op = op;
+    now->accessed = now->skipped = now->returns = false;
+}
+
+/* All but the last instruction of a run are done, and cost what their class costs. */
+static void run_through(const struct cycles_run *run)
+{
+    instructions += run->count - 1;
+    total.low += (uint64_t)cycles_rules[RULE_DATA].low * (run->count - 1);
+    total.high += (uint64_t)cycles_rules[RULE_DATA].high * (run->count - 1);
+    now->op = run->last_but_one;
+    pass_on();
+    begin(run->last);
+}
+
 void cycles_execute(const struct cycles_op *op)
 {
     instructions++;
@@ -445,9 +467,10 @@ void cycles_execute(const struct cycles_op *op)
     } else if (done) {
         settle(op);
     }
-    now->op = op;
-    now->accessed = now->skipped = now->returns = false;
-    if (depends_on_registers(op)) {
+    begin(op);
+    if (op->run) {
+        run_through(op->run);
+    } else if (depends_on_registers(op)) {
         look_at_registers(op);
     }
 }

@@ -46,7 +46,10 @@ void cycles_reset(void);
 bool cycles_wants_registers(const struct cycles_op *op);
 bool cycles_wants_address(const struct cycles_op *op);
 
-/* Before the instruction executes. `op` must stay. */
+/* Does each instruction have to be announced by itself, and not a run as one? */
+bool cycles_wants_each(void);
+
+/* Before the instruction, or the run, executes. `op` must stay. */
 void cycles_execute(const struct cycles_op *op);
 /* It accessed memory; of several accesses the first counts. */
 void cycles_access(uint32_t address);

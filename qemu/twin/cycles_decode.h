@@ -30,6 +30,14 @@ enum cycles_class {
     CYCLES_CLASSES,
 };
 
+struct cycles_op;
+
+/* Instructions that follow one another whatever happens, of CYCLES_DATA all: announced as one. */
+struct cycles_run {
+    unsigned count; /* at least 2 */
+    const struct cycles_op *last_but_one, *last;
+};
+
 struct cycles_op {
     uint32_t address;
     uint8_t size; /* bytes: 2 or 4 */
@@ -49,12 +57,13 @@ struct cycles_op {
     uint32_t target;     /* of CYCLES_BRANCH and CYCLES_COMPARE_BRANCH */
     bool conditional;    /* of CYCLES_BRANCH: it may fall through */
     bool starts_handler; /* an exception vector points here */
+    const struct cycles_run *run; /* that begins with this instruction; NULL for one alone */
 };
 
 #define CYCLES_ALWAYS 14
 
 /* `halfwords`: the instruction's encoding; the second is looked at only if there is one. Fills everything but
- * condition (always) and starts_handler (false), which the encoding does not tell. */
+ * condition (always), starts_handler (false) and run (NULL), which the encoding does not tell. */
 void cycles_decode(struct cycles_op *op, uint32_t address, const uint16_t halfwords[2]);
 
 /* Bytes of the instruction that begins with this halfword. */

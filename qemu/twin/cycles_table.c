@@ -18,6 +18,8 @@ struct entry {
     struct cycles_op op;
     uint16_t halfwords[2];
     struct entry *next;
+    struct cycles_run run;
+    struct entry *longer; /* the same instruction at the head of a run of one more */
 };
 
 static struct entry *slots[SLOTS];
@@ -37,13 +39,19 @@ static bool is_handler(uint32_t address, reader *read)
     return false;
 }
 
-static struct entry *add(uint32_t address, const uint16_t halfwords[2], reader *read)
+static struct entry *new_entry(void)
 {
     struct entry *e = calloc(1, sizeof *e);
     if (!e) {
         fputs("mssfoc twin: out of memory\n", stderr);
         exit(1);
     }
+    return e;
+}
+
+static struct entry *add(uint32_t address, const uint16_t halfwords[2], reader *read)
+{
+    struct entry *e = new_entry();
     cycles_decode(&e->op, address, halfwords);
     e->op.starts_handler = is_handler(address, read);
     memcpy(e->halfwords, halfwords, sizeof e->halfwords);
@@ -87,4 +95,32 @@ const struct cycles_op *cycles_lookup(uint32_t address, reader *read)
         mark_it_block(e, read);
     }
     return &e->op;
+}
+
+static bool follows(const struct cycles_op *last, const struct cycles_op *next)
+{
+    return last->class == CYCLES_DATA && next->class == CYCLES_DATA && next->address == last->address + last->size &&
+           !next->starts_handler;
+}
+
+static struct entry *lengthened(const struct cycles_op *piece, const struct cycles_op *last, const struct cycles_op *next)
+{
+    struct entry *e = new_entry();
+    e->op = *piece;
+    e->run = (struct cycles_run){piece->run ? piece->run->count + 1 : 2, last, next};
+    e->op.run = &e->run;
+    return e;
+}
+
+const struct cycles_op *cycles_join(const struct cycles_op *piece, const struct cycles_op *next)
+{
+    const struct cycles_op *last = piece->run ? piece->run->last : piece;
+    if (!follows(last, next)) {
+        return NULL;
+    }
+    struct entry *e = (struct entry *)piece; /* of which it is the first member */
+    if (!e->longer || e->longer->run.last != next) {
+        e->longer = lengthened(piece, last, next);
+    }
+    return &e->longer->op;
 }

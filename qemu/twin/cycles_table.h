@@ -11,4 +11,7 @@
  * there is looked up at the first call for it: a handler must be in its vector before its code is executed. */
 const struct cycles_op *cycles_lookup(uint32_t address, void (*read)(uint32_t address, void *bytes, size_t length));
 
+/* An instruction or a run of them, and the next in one translated block, as one run; NULL where they are not. */
+const struct cycles_op *cycles_join(const struct cycles_op *piece, const struct cycles_op *next);
+
 #endif

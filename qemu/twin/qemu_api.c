@@ -201,22 +201,53 @@ static bool is_wfi(const opaque *instruction)
     return (bytes[0] | bytes[1] << 8) == WFI_T1;
 }
 
+/* An instruction of a block, and what its `execute` stands for. */
+struct piece {
+    opaque *instruction;
+    struct vm_instruction known;
+};
+
+static struct piece piece_at(const opaque *block, size_t n)
+{
+    opaque *instruction = vm.qemu_plugin_tb_get_insn(block, n);
+    return (struct piece){instruction, instruction_hooks->translate((uint32_t)vm.qemu_plugin_insn_vaddr(instruction))};
+}
+
+static void listen_at_sleep(const struct piece *p)
+{
+    if (is_wfi(p->instruction)) {
+        vm.qemu_plugin_register_vcpu_insn_exec_cb(p->instruction, about_to_sleep, 0, NULL);
+    }
+}
+
+static void listen(const struct piece *p)
+{
+    vm.qemu_plugin_register_vcpu_insn_exec_cb(p->instruction, executed, p->known.wants_registers ? READS_REGISTERS : 0,
+                                              (void *)(uintptr_t)p->known.context);
+    if (p->known.wants_address) {
+        vm.qemu_plugin_register_vcpu_mem_cb(p->instruction, accessed, 0, READS_AND_WRITES, NULL);
+    }
+    listen_at_sleep(p);
+}
+
+/* A block is executed from its first instruction to its last: where it has to end earlier, it is translated anew. */
 static void translated(uint64_t id, opaque *block)
 {
     (void)id;
     size_t count = vm.qemu_plugin_tb_n_insns(block);
-    for (size_t n = 0; n < count; n++) {
-        opaque *instruction = vm.qemu_plugin_tb_get_insn(block, n);
-        struct vm_instruction known = instruction_hooks->translate((uint32_t)vm.qemu_plugin_insn_vaddr(instruction));
-        vm.qemu_plugin_register_vcpu_insn_exec_cb(instruction, executed, known.wants_registers ? READS_REGISTERS : 0,
-                                                  (void *)(uintptr_t)known.context);
-        if (known.wants_address) {
-            vm.qemu_plugin_register_vcpu_mem_cb(instruction, accessed, 0, READS_AND_WRITES, NULL);
-        }
-        if (is_wfi(instruction)) {
-            vm.qemu_plugin_register_vcpu_insn_exec_cb(instruction, about_to_sleep, 0, NULL);
+    struct piece head = piece_at(block, 0);
+    for (size_t n = 1; n < count; n++) {
+        struct piece next = piece_at(block, n);
+        const void *joined = instruction_hooks->join(head.known.context, next.known.context);
+        if (joined) {
+            head.known.context = joined;
+            listen_at_sleep(&next);
+        } else {
+            listen(&head);
+            head = next;
         }
     }
+    listen(&head);
 }
 
 void vm_on_instructions(uint64_t plugin_id, const struct vm_instructions *hooks)

@@ -25,7 +25,9 @@ struct vm_instruction {
 
 struct vm_instructions {
     struct vm_instruction (*translate)(uint32_t address);
-    void (*execute)(const void *context); /* before each instruction that is executed */
+    /* What stands for the first as well as for the second, which follows it in a block; NULL: each for itself. */
+    const void *(*join)(const void *context, const void *next);
+    void (*execute)(const void *context); /* before what it stands for is executed */
     void (*access)(uint32_t address);     /* after each of its accesses to memory */
 };
 void vm_on_instructions(uint64_t plugin_id, const struct vm_instructions *hooks);

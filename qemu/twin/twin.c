@@ -363,6 +363,11 @@ static struct vm_instruction translated(uint32_t address)
     return (struct vm_instruction){op, cycles_wants_registers(op), cycles_wants_address(op)};
 }
 
+static const void *joined(const void *piece, const void *next)
+{
+    return cycles_wants_each() || config.irqpath_path ? NULL : cycles_join(piece, next);
+}
+
 static void executing(const void *op)
 {
     const uint32_t address = ((const struct cycles_op *)op)->address;
@@ -531,7 +536,7 @@ int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
     open_outputs();
     signal(SIGABRT, aborted);
     vm_on_exit(id, finish);
-    static const struct vm_instructions hooks = {translated, executing, accessed};
+    static const struct vm_instructions hooks = {translated, joined, executing, accessed};
     static const struct cycles_target core = {core_register, core_xpsr, memory_word, exception_entered,
                                               exception_returned};
     cycles_init(&config.cycles, &core);
