@@ -54,9 +54,9 @@ struct cycles_op {
     uint16_t writes;   /* registers a data-processing result goes to, as a mask; of a 64-bit product only RdHi */
     uint16_t loads;    /* registers a load writes */
     uint16_t address_registers;
-    uint32_t target;     /* of CYCLES_BRANCH and CYCLES_COMPARE_BRANCH */
-    bool conditional;    /* of CYCLES_BRANCH: it may fall through */
-    bool starts_handler; /* an exception vector points here */
+    uint32_t target;              /* of CYCLES_BRANCH and CYCLES_COMPARE_BRANCH */
+    bool conditional;             /* of CYCLES_BRANCH: it may fall through */
+    bool starts_handler;          /* an exception vector points here */
     const struct cycles_run *run; /* that begins with this instruction; NULL for one alone */
 };
 

@@ -103,7 +103,8 @@ static bool follows(const struct cycles_op *last, const struct cycles_op *next)
            !next->starts_handler;
 }
 
-static struct entry *lengthened(const struct cycles_op *piece, const struct cycles_op *last, const struct cycles_op *next)
+static struct entry *lengthened(const struct cycles_op *piece, const struct cycles_op *last,
+                                const struct cycles_op *next)
 {
     struct entry *e = new_entry();
     e->op = *piece;
