@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .data import available
-from .errors import LauncherError
+from .errors import DoesNotApply, LauncherError
 from .paths import MOTORS, QEMU_DIR, REPO, SCENARIOS, build_dir, shown
 
 FAULT_PREFIX = "fault_"
@@ -80,7 +80,8 @@ def _chosen(wanted, there_are, what):
 # ---- one case ------------------------------------------------------------------------------------------------------
 
 def run_case(case, folder, build=None, qemu=None, aligned=False):
-    """Plays the case and leaves its file. A run that could not be made is a result, too: its error is in the file."""
+    """Plays the case and leaves its file. A run that could not be made is a result, too: its error is in the file. So is a
+    scenario that the motor cannot play: it neither passes nor fails, `passed` is None, and the reason is the error."""
     from .simulate import simulate
 
     outcome = {"motor": case.motor, "scenario": case.scenario, "seed": case.seed, "detune": case.detune}
@@ -90,6 +91,8 @@ def run_case(case, folder, build=None, qemu=None, aligned=False):
                               aligned=aligned)
             outcome |= {"passed": result.passed, "error": None, "simulated_s": result.scenario.end_s,
                         "figures": [_figure(figure) for figure in result.figures.values()]}
+        except DoesNotApply as reason:
+            outcome |= {"passed": None, "error": str(reason), "figures": []}
         except LauncherError as error:
             outcome |= {"passed": False, "error": str(error).split("\n")[0], "figures": []}
     keep(case, outcome, folder)

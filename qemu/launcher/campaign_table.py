@@ -58,7 +58,7 @@ def reasons(outcome):
 
 def surprises(outcomes, expected):
     """(failures that nobody expects, expected failures that passed), as {Case: text}; each list must be empty."""
-    failed = {case: reasons(outcome) for case, outcome in outcomes.items() if not outcome["passed"]}
+    failed = {case: reasons(outcome) for case, outcome in outcomes.items() if outcome["passed"] is False}
     unexpected = {case: why for case, why in failed.items() if case not in expected}
     mended = {case: cause for case, cause in expected.items() if case in outcomes and case not in failed}
     return unexpected, mended
@@ -123,13 +123,14 @@ def as_markdown(outcomes, expected):
     """The summary a person reads: how many failed where, then the worst case of each figure that has a limit."""
     motors = sorted({case.motor for case in outcomes})
     scenarios = list(dict.fromkeys(case.scenario for case in outcomes))
-    lines = [f"# Campaign: {len(outcomes)} runs, {sum(not o['passed'] for o in outcomes.values())} failed", "",
+    played = {case: outcome for case, outcome in outcomes.items() if outcome["passed"] is not None}
+    lines = [f"# Campaign: {len(played)} runs, {sum(not o['passed'] for o in played.values())} failed", "",
              "Failed runs of all, by scenario and motor:", "",
              "| scenario | " + " | ".join(motors) + " |", "|---|" + "---|" * len(motors)]
     for scenario in scenarios:
         cells = []
         for motor in motors:
-            of_cell = [o for c, o in outcomes.items() if (c.motor, c.scenario) == (motor, scenario)]
+            of_cell = [o for c, o in played.items() if (c.motor, c.scenario) == (motor, scenario)]
             bad = sum(not outcome["passed"] for outcome in of_cell)
             cells.append(f"**{bad}**/{len(of_cell)}" if bad else f"0/{len(of_cell)}" if of_cell else "")
         lines.append(f"| {scenario} | " + " | ".join(cells) + " |")
@@ -141,7 +142,18 @@ def as_markdown(outcomes, expected):
                          f"| {_value(row.median)} | {_value(row.worst)} | `{row.where.command}` |")
     lines += ["", "Failures:", ""]
     for case, outcome in outcomes.items():
-        if not outcome["passed"]:
+        if outcome["passed"] is False:
             known = expected.get(case)
             lines.append(f"- `{case.command}`: {reasons(outcome)} ({'expected: ' + known if known else 'NOT EXPECTED'})")
+    lines += ["", "What does not apply, with any seed:", ""]
+    lines += [f"- {scenario}: {why}" for scenario, why in sorted(without_seeds(outcomes))]
     return "\n".join(lines) + "\n"
+
+
+def without_seeds(outcomes):
+    """{(scenario, reason)} of what a motor cannot play; its tolerances move no more than the reason's numbers."""
+    first = {}
+    for case, outcome in outcomes.items():
+        if outcome["passed"] is None:
+            first.setdefault((case.scenario, case.motor), outcome["error"])
+    return {(scenario, why) for (scenario, _), why in first.items()}

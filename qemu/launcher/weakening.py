@@ -5,7 +5,7 @@ import math
 
 from .capability import CIRCLE, KEPT, base_speed_rpm, machine_of, top_speed_rpm
 from .drive import twin_items
-from .errors import LauncherError
+from .errors import DoesNotApply
 
 SALIENT = 1.3                        # of apparent inductances: from here on a rotor counts as an interior one
 TIMES = {False: 2.0, True: 3.0}      # the base speed at most, of surface and of interior magnets
@@ -22,7 +22,7 @@ MAX_SHARE, OVER_SHARE = 1.05, 1.15   # speed_max_rpm and overspeed_rpm, by the s
 def weakening_names(drive):
     """base_rpm and weak_x; weak_rpm, weak_sag_rpm, weak_max_rpm, weak_overspeed_rpm.
 
-    LauncherError names the motor that cannot, and why.
+    DoesNotApply names the motor that cannot, and why.
     """
     return _names(drive.motor.name, machine_of(drive, WARM_C), _usable_v(drive), drive.params["i_max_ma"] / 1000)
 
@@ -30,7 +30,7 @@ def weakening_names(drive):
 def overmodulation_names(drive):
     """The same where the voltage may leave its circle."""
     if drive.inverter["sensor"]["shunt"] != 0:
-        raise LauncherError(f"{drive.motor.name}: no overmodulation: low-side shunts, as on {drive.inverter.name}, do not see "
+        raise DoesNotApply(f"{drive.motor.name}: no overmodulation: low-side shunts, as on {drive.inverter.name}, do not see "
                             "a phase that stays high")
     return weakening_names(drive)
 
@@ -51,11 +51,11 @@ def _names(name, machine, usable_v, i_max_a):
     rpm = math.floor(min(times * base, reach, limit))
     taken = i_max_a * machine.ld_h / machine.flux_wb
     if taken < FLUX_SHARE or reach < WORTH * base:
-        raise LauncherError(f"{name}: no field weakening: psi / L_d is {machine.flux_wb / machine.ld_h:.3g} A, of which i_max "
+        raise DoesNotApply(f"{name}: no field weakening: psi / L_d is {machine.flux_wb / machine.ld_h:.3g} A, of which i_max "
                             f"{i_max_a:g} A takes {100 * taken:.0f} % away: {100 * LEFT:.0f} % of the most torque end at "
                             f"{reach / base:.2f} times the base speed of {base:.0f} rpm")
     if limit < WORTH * base:
-        raise LauncherError(f"{name}: no field weakening: its base speed is {base:.0f} rpm, and the firmware's speeds end at "
+        raise DoesNotApply(f"{name}: no field weakening: its base speed is {base:.0f} rpm, and the firmware's speeds end at "
                             f"{limit:.0f} rpm, {limit / 60 * machine.pole_pairs:.0f} Hz electrical")
     return {"base_rpm": base, "weak_x": rpm / base, "weak_rpm": rpm, "weak_sag_rpm": min(rpm, SAGGED * reach),
             "weak_max_rpm": math.ceil(MAX_SHARE * rpm),

@@ -4,12 +4,14 @@ import csv
 import io
 import json
 import math
+import re
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from launcher.campaign import Case, parse_case, plan, play, run_case
+from launcher.campaign_report import report
 from launcher.campaign_table import as_csv, as_markdown, badness, load_expected, reasons, rows, surprises
 from launcher.errors import LauncherError
 
@@ -97,6 +99,24 @@ def test_the_shipped_list_is_whole():
     for case, cause in load_expected().items():
         assert (case.motor, case.scenario) in known, f"{case.key} names nothing that there is"
         assert len(cause.split()) > 3, f"{case.key} has no cause"
+
+
+def test_what_a_motor_cannot_play_neither_fails_nor_passes(tmp_path, capsys):
+    apart, good = outcome(error="M: no field weakening: too strong"), outcome(figure(1.0, max=2.0))
+    apart["passed"] = None
+    cases = [Case("m", "s", 1), Case("m", "s", 2), Case("n", "s", 1)]
+    outcomes = dict(zip(cases, (apart, apart, good)))
+    assert surprises(outcomes, {}) == ({}, {}) and list(surprises(outcomes, {cases[0]: "known"})[1]) == [cases[0]]
+    page = as_markdown(outcomes, {})
+    assert page.startswith("# Campaign: 1 runs, 0 failed") and page.count("- s: M: no field weakening: too strong") == 1
+    assert re.search(r"(?m)^\| s \| +\| 0/1 \|$", page)
+    assert report(outcomes, tmp_path, print) == 0
+    assert "1 runs: 1 as they should be" in (said := capsys.readouterr().out) and "2 more do not apply" in said
+
+
+def test_a_motor_that_cannot_play_says_so_before_the_run(tmp_path):
+    outcome_of = run_case(Case("maxon_ec22", "field_weakening", 1), tmp_path, qemu="/usr/bin/qemu-system-arm")
+    assert outcome_of["passed"] is None and "no field weakening: psi / L_d" in outcome_of["error"]
 
 
 @pytest.mark.parametrize("text, complaint", [

@@ -34,6 +34,7 @@ def starts_anew(scenario):
 def test_case(case, tmp_path):
     outcome = run_case(case, tmp_path, aligned=not starts_anew(case.scenario))
     unexpected, mended = surprises({case: outcome}, {case: EXPECTED[case]} if case in EXPECTED else {})
+    assert outcome["passed"] is not None, f"{case.command} shows nothing: {outcome['error']}"
     assert not unexpected, f"{case.command} fails: {unexpected[case]}"
     assert not mended, f"{case.command} passes now: take it out of tests/campaign/expected.toml"
 
