@@ -16,7 +16,8 @@ def report(outcomes, folder, out):
     scenarios = list(dict.fromkeys(case.scenario for case in outcomes))
     drawn = [name for name in scenarios if draw_scenario(name, outcomes, folder / f"{name}.png")]
     unexpected, mended = surprises(outcomes, expected)
-    failed, passed, apart = (sum(outcome["passed"] is verdict for outcome in outcomes.values()) for verdict in (False, True, None))
+    verdicts = [outcome["passed"] for outcome in outcomes.values()]
+    failed, passed, apart = (verdicts.count(verdict) for verdict in (False, True, None))
     out(f"{passed + failed} runs: {passed} as they should be, {failed - len(unexpected)} failed as expected,"
         f" {len(unexpected)} failed unexpectedly, {len(mended)} passed although a failure is expected")
     if apart:
