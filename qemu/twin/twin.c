@@ -12,15 +12,14 @@
 
 #include "config.h"
 #include "console.h"
+#include "core.h"
 #include "cycles.h"
-#include "cycles_table.h"
 #include "dump.h"
 #include "dwt.h"
 #include "envm_board.h"
 #include "fabric_rtl.h"
 #include "gpio.h"
 #include "irqlog.h"
-#include "irqpath.h"
 #include "live.h"
 #include "mmuart.h"
 #include "plant.h"
@@ -275,9 +274,7 @@ static void system_reset(void *unused)
     memset(&gpio, 0, sizeof gpio);
     serial_bus_reset();
     dwt_reset(&dwt);
-    cycles_reset();
-    irqlog_reset();
-    irqpath_reset();
+    core_reset();
     watchdog_reload(&watchdog, plant.now);
     watchdog_rearm();
     interrupt_level = true; /* QEMU's own state is unknown here: make plant_changed() say it */
@@ -357,62 +354,6 @@ __attribute__((noreturn)) static void out_of_memory(void)
 
 /* ---- putting it together ---- */
 
-static struct vm_instruction translated(uint32_t address)
-{
-    const struct cycles_op *op = cycles_lookup(address, vm_read_memory);
-    return (struct vm_instruction){op, cycles_wants_registers(op), cycles_wants_address(op)};
-}
-
-static const void *joined(const void *piece, const void *next)
-{
-    return cycles_wants_each() || config.irqpath_path ? NULL : cycles_join(piece, next);
-}
-
-static void executing(const void *op)
-{
-    const uint32_t address = ((const struct cycles_op *)op)->address;
-    cycles_execute(op);
-    irqpath_executing(address);
-    if (envm_board_busy) {
-        envm_board_waits(address);
-    }
-}
-
-static void accessed(uint32_t address)
-{
-    cycles_access(address);
-    if (envm_board_busy) {
-        envm_board_waits(address);
-    }
-}
-
-static uint64_t counted(void)
-{
-    return config.count_instructions ? cycles_instructions() : cycles_sampled(DWT_BASE);
-}
-
-static uint32_t core_register(unsigned number)
-{
-    return vm_register((int)number);
-}
-
-static uint32_t core_xpsr(void)
-{
-    return vm_register(VM_XPSR);
-}
-
-static uint32_t memory_word(uint32_t address)
-{
-    uint32_t word;
-    vm_read_memory(address, &word, sizeof word);
-    return word;
-}
-
-static sim_ps executing_at(void)
-{
-    return vm_executing_ns() * SIM_PS_PER_NS;
-}
-
 static void map_devices(void)
 {
     static const struct vm_region fabric = {"mssfoc-fabric", FABRIC_BASE,  FABRIC_BYTES, 4,
@@ -446,7 +387,7 @@ static void attach(void)
     map_devices();
     vm_on_reset(system_reset, NULL);
     sysreg_reset(RESET_POWER_ON);
-    dwt_init(&dwt, counted);
+    dwt_init(&dwt, config.count_instructions ? cycles_instructions : core_cycles);
     if (!config.main_loop_wakes) {
         vm_sleep_alone();
     }
@@ -485,18 +426,6 @@ static void start(void)
     }
 }
 
-static void exception_entered(unsigned exception, unsigned entry_cycles)
-{
-    irqlog_entered(exception, entry_cycles);
-    irqpath_entered(exception, entry_cycles, sim_to_s(executing_at()));
-}
-
-static void exception_returned(bool tail_chained)
-{
-    irqlog_returned(tail_chained);
-    irqpath_returned();
-}
-
 static void open_outputs(void)
 {
     probe_values = calloc(config.probe_count + 1, sizeof *probe_values);
@@ -505,12 +434,6 @@ static void open_outputs(void)
     }
     trace_open(config.trace_path, config.csv_path, config.probes, config.probe_count);
     dump_open(config.dumps, config.dump_count);
-    if (config.irqlog_path) {
-        irqlog_open(config.irqlog_path, executing_at);
-    }
-    if (config.irqpath_path) {
-        irqpath_open(config.irqpath_path, config.irqpath_exception);
-    }
     if (config.progress_path && !(progress = fopen(config.progress_path, "w"))) {
         fprintf(stderr, "mssfoc twin: progress %s: %s\n", config.progress_path, strerror(errno));
         exit(1);
@@ -536,11 +459,7 @@ int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
     open_outputs();
     signal(SIGABRT, aborted);
     vm_on_exit(id, finish);
-    static const struct vm_instructions hooks = {translated, joined, executing, accessed};
-    static const struct cycles_target core = {core_register, core_xpsr, memory_word, exception_entered,
-                                              exception_returned};
-    cycles_init(&config.cycles, &core);
-    vm_on_instructions(id, &hooks);
+    core_watch(id, &config);
     vm_on_attach(id, attach, start);
     return 0;
 }

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#include "core.h"
+
+#include "cycles.h"
+#include "cycles_table.h"
+#include "dwt.h"
+#include "envm_board.h"
+#include "irqlog.h"
+#include "irqpath.h"
+#include "qemu_api.h"
+
+static bool each_by_itself; /* instructions are not announced in runs */
+
+static struct vm_instruction translated(uint32_t address)
+{
+    const struct cycles_op *op = cycles_lookup(address, vm_read_memory);
+    return (struct vm_instruction){op, cycles_wants_registers(op), cycles_wants_address(op)};
+}
+
+static const void *joined(const void *piece, const void *next)
+{
+    return each_by_itself ? NULL : cycles_join(piece, next);
+}
+
+static void executing(const void *op)
+{
+    const uint32_t address = ((const struct cycles_op *)op)->address;
+    cycles_execute(op);
+    irqpath_executing(address);
+    if (envm_board_busy) {
+        envm_board_waits(address);
+    }
+}
+
+static void accessed(uint32_t address)
+{
+    cycles_access(address);
+    if (envm_board_busy) {
+        envm_board_waits(address);
+    }
+}
+
+static uint32_t register_of(unsigned number)
+{
+    return vm_register((int)number);
+}
+
+static uint32_t program_status(void)
+{
+    return vm_register(VM_XPSR);
+}
+
+static uint32_t memory_word(uint32_t address)
+{
+    uint32_t word;
+    vm_read_memory(address, &word, sizeof word);
+    return word;
+}
+
+static sim_ps executing_at(void)
+{
+    return vm_executing_ns() * SIM_PS_PER_NS;
+}
+
+static void exception_entered(unsigned exception, unsigned entry_cycles)
+{
+    irqlog_entered(exception, entry_cycles);
+    irqpath_entered(exception, entry_cycles, sim_to_s(executing_at()));
+}
+
+static void exception_returned(bool tail_chained)
+{
+    irqlog_returned(tail_chained);
+    irqpath_returned();
+}
+
+void core_watch(uint64_t plugin_id, const struct config *config)
+{
+    static const struct vm_instructions hooks = {translated, joined, executing, accessed};
+    static const struct cycles_target core = {register_of, program_status, memory_word, exception_entered,
+                                              exception_returned};
+    if (config->irqlog_path) {
+        irqlog_open(config->irqlog_path, executing_at);
+    }
+    if (config->irqpath_path) {
+        irqpath_open(config->irqpath_path, config->irqpath_exception);
+    }
+    cycles_init(&config->cycles, &core);
+    each_by_itself = cycles_wants_each() || config->irqpath_path;
+    vm_on_instructions(plugin_id, &hooks);
+}
+
+uint64_t core_cycles(void)
+{
+    return cycles_sampled(DWT_BASE);
+}
+
+void core_reset(void)
+{
+    cycles_reset();
+    irqlog_reset();
+    irqpath_reset();
+}
