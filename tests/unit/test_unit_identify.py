@@ -6,37 +6,18 @@ import random
 
 import pytest
 
+from unit.identify_bench import I_RANGE_MA, ONE, RATED_MA, V_RANGE_MV, begin, known, thought
 from unit.test_state_machine import STATES, World
 
-BUS_STEPS, RATE_HZ, ONE = 40000, 20000, 32768  # of the build at 20 kHz
-I_RANGE_MA, V_RANGE_MV, VBUS_Q15 = 23571, 57528, 13670
+BUS_STEPS, RATE_HZ = 40000, 20000  # of the build at 20 kHz
+VBUS_Q15 = 13670
 LEVELS, ANGLES, MEAN_MS = 10, 6, 10
 IDENTIFYING = 5  # START_IDENTIFY
-RATED_MA = 3800
 
 
 @pytest.fixture
 def begun(c):
-    """Identify as it begins with the 24 V inverter."""
-    p, d = c.params(), c.identify()
-    c.params_init(p)
-    p.i_rated_ma = RATED_MA
-    assert c.identify_begin(d, p).error == c.ERROR_NONE
-    return d
-
-
-def thought(c, d, step):
-    """What the thread makes of what has been measured in a step."""
-    d.step, d.thinking = getattr(c, f"IDENTIFY_STEP_{step}"), True
-    c.identify_think(d)
-    assert not d.thinking
-    return d
-
-
-def known(c, d, name):
-    result = d.results[getattr(c, f"IDENTIFY_{name}")]
-    assert result.state == c.IDENTIFY_KNOWN, (name, result.state, result.reason)
-    return result.value, result.interval
+    return begin(c)
 
 
 # ---- numbers ----

@@ -7,7 +7,8 @@ from fractions import Fraction
 
 import pytest
 
-I_RANGE_MA, V_RANGE_MV, RATED_MA, ONE = 23571, 57528, 3800, 32768
+from unit.identify_bench import I_RANGE_MA, ONE, RATED_MA, V_RANGE_MV, begin, known, reason, result_of, thought
+
 PAIRS, COUNTS, FLUX_WB, J_KGM2 = 8, 8192, 2.85e-3, 77e-6
 R_OHM, LQ_H = 0.35, 143e-6
 BLOCK_MS, BLOCKS = 40, 8
@@ -16,12 +17,9 @@ BLOCK_MS, BLOCKS = 40, 8
 @pytest.fixture
 def begun(c):
     """Identify as it stands after the standstill part, on the 24 V inverter."""
-    p, d = c.params(), c.identify()
-    c.params_init(p)
-    p.i_rated_ma = RATED_MA
-    assert c.identify_begin(d, p).error == c.ERROR_NONE
+    d = begin(c)
     for name, value in (("RESISTANCE", R_OHM * 1e6), ("DEAD_TIME", 10450), ("LD", LQ_H * 1e9), ("LQ", LQ_H * 1e9)):
-        result = d.results[getattr(c, f"IDENTIFY_{name}")]
+        result = result_of(c, d, name)
         result.state, result.value, result.interval = c.IDENTIFY_KNOWN, round(value), 1
     d.pulses.sums[0].vbus_q15, d.pulses.sums[0].bursts = 13670, 1
     return d
@@ -34,24 +32,6 @@ def motor(begun):
     begun.params.lq_uh, begun.flux_e1_uwb, begun.indexed = round(LQ_H * 1e6), round(FLUX_WB * 1e7), True
     begun.tuning.encoder_scale_q32 = PAIRS * 2**32 // COUNTS
     return begun
-
-
-def thought(c, d, step):
-    d.step, d.thinking = getattr(c, f"IDENTIFY_STEP_{step}"), True
-    c.identify_think(d)
-    assert not d.thinking
-    return d
-
-
-def known(c, d, name):
-    result = d.results[getattr(c, f"IDENTIFY_{name}")]
-    assert result.state == c.IDENTIFY_KNOWN, (name, result.state, result.reason)
-    return result.value, result.interval
-
-
-def reason(c, d, name):
-    result = d.results[getattr(c, f"IDENTIFY_{name}")]
-    return result.reason if result.state == c.IDENTIFY_REFUSED else None
 
 
 def amps(value):

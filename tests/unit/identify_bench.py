@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: MIT
+"""Identify by itself, on the 24 V inverter: begun, made to think, and asked what it knows."""
+I_RANGE_MA, V_RANGE_MV, RATED_MA, ONE = 23571, 57528, 3800, 32768
+
+
+def begin(c):
+    p, d = c.params(), c.identify()
+    c.params_init(p)
+    p.i_rated_ma = RATED_MA
+    assert c.identify_begin(d, p).error == c.ERROR_NONE
+    return d
+
+
+def thought(c, d, step):
+    """What the thread makes of what has been measured in a step."""
+    d.step, d.thinking = getattr(c, f"IDENTIFY_STEP_{step}"), True
+    c.identify_think(d)
+    assert not d.thinking
+    return d
+
+
+def result_of(c, d, name):
+    return d.results[getattr(c, f"IDENTIFY_{name}")]
+
+
+def known(c, d, name):
+    """(value, half width of its interval) of what must be known."""
+    result = result_of(c, d, name)
+    assert result.state == c.IDENTIFY_KNOWN, (name, result.state, result.reason)
+    return result.value, result.interval
+
+
+def reason(c, d, name):
+    """Why it is refused, or None."""
+    result = result_of(c, d, name)
+    return result.reason if result.state == c.IDENTIFY_REFUSED else None
