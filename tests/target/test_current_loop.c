@@ -11,6 +11,7 @@
 #include "drivers/mss/watchdog.h"
 #include "lib/limit.h"
 #include "tests/target/harness.h"
+#include "tests/target/random.h"
 
 #define STEPS 100000u
 
@@ -41,25 +42,16 @@ __asm__(".text\n"
 
 static const int32_t pairs[3] = {LOOP_PAIR_AB, LOOP_PAIR_BC, LOOP_PAIR_CA};
 
-static uint32_t random_state = 0x2545F491u;
+static uint32_t random_state = RANDOM_SEED;
 
 static uint32_t next(void)
 {
-    random_state ^= random_state << 13;
-    random_state ^= random_state >> 17;
-    random_state ^= random_state << 5;
-    return random_state;
+    return random_next(&random_state);
 }
 
-/* -limit ... limit, every fourth time one of the ends, 0 or next to it. */
 static int32_t any(int32_t limit)
 {
-    const uint32_t choice = next() & 15u;
-    if (choice < 4u) {
-        const int32_t corners[4] = {-limit, limit, 0, -1};
-        return corners[choice];
-    }
-    return (int32_t)(next() % (2u * (uint32_t)limit + 1u)) - limit;
+    return random_any(&random_state, limit);
 }
 
 /* The circle of a modulator that uses all but its dead times, as the firmware's. */

@@ -10,6 +10,7 @@
 #include "firmware/control/current_loop_step.h"
 #include "firmware/settings/config.h"
 #include "tests/target/harness.h"
+#include "tests/target/random.h"
 
 #define STEPS   100000u /* of each current loop */
 #define CHECKED 1000u
@@ -27,10 +28,7 @@ struct station {
 
 static uint32_t next(struct station *s)
 {
-    s->random ^= s->random << 13;
-    s->random ^= s->random >> 17;
-    s->random ^= s->random << 5;
-    return s->random;
+    return random_next(&s->random);
 }
 
 static uint32_t *word(struct station *s, size_t offset)
@@ -135,7 +133,7 @@ static uint32_t together[2][CHECKS], alone[2][CHECKS];
 
 int main(void)
 {
-    static const uint32_t seeds[2] = {0x2545F491u, 0x1234567u};
+    static const uint32_t seeds[2] = {RANDOM_SEED, 0x1234567u};
     struct station *const both[2] = {&first, &second};
 
     harness_begin();

@@ -9,25 +9,20 @@
 
 #include "drivers/mss/watchdog.h"
 #include "tests/target/harness.h"
+#include "tests/target/random.h"
 
 #define STEPS 10000u
 
-static uint32_t random_state = 0x2545F491u;
+static uint32_t random_state = RANDOM_SEED;
 
 static uint32_t next(void)
 {
-    random_state ^= random_state << 13;
-    random_state ^= random_state >> 17;
-    random_state ^= random_state << 5;
-    return random_state;
+    return random_next(&random_state);
 }
 
-/* -limit ... limit, every fourth time an end, 0 or next to it. */
 static int32_t any(int32_t limit)
 {
-    const uint32_t choice = next() & 15u;
-    const int32_t corners[4] = {-limit, limit, 0, -1};
-    return choice < 4u ? corners[choice] : (int32_t)(next() % (2u * (uint32_t)limit + 1u)) - limit;
+    return random_any(&random_state, limit);
 }
 
 static void fill(struct current_loop *c, struct fabric *f, int32_t radius_steps)
