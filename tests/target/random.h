@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Numbers for tests on the target, the same in every run: xorshift of 32 bits (Marsaglia), with the corners often among them. */
+/* Numbers for tests on the target, the same in every run: xorshift of 32 bits (Marsaglia), corners often among them. */
 #ifndef TESTS_TARGET_RANDOM_H
 #define TESTS_TARGET_RANDOM_H
 
