@@ -252,6 +252,8 @@ static void send(const uint8_t *bytes, size_t count, bool meant, bool known)
     host_bus_sent_bytes = 0;
     line.driving = false;
     modbus_poll(&modbus);
+    while (axis_prepare(&axis)) {
+    }
 }
 
 static void one_frame(void)
