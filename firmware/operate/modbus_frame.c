@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/modbus_frame.h"
 
-#include "firmware/operate/modbus_crc.h"
+#include "firmware/settings/crc16.h"
 
 #define FRAME_LEAST   4u /* address, function, check sum */
 #define EXCEPTION_BIT 0x80u
@@ -71,7 +71,7 @@ static size_t identification_length(const struct span *f)
         }
         end += 2u + f->bytes[end + 1u];
     }
-    return end + MODBUS_CRC_BYTES;
+    return end + CRC16_BYTES;
 }
 
 static size_t reply_length(const struct span *f)
@@ -115,7 +115,7 @@ static size_t reply_length(const struct span *f)
 
 static bool fits(const struct span *f, size_t length)
 {
-    return length >= FRAME_LEAST && length <= f->count && modbus_crc(f->bytes, length) == 0u;
+    return length >= FRAME_LEAST && length <= f->count && crc16(f->bytes, length) == 0u;
 }
 
 /* Whether more bytes may yet make a frame of this length. */
