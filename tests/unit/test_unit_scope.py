@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from scope.line import Sample, Splitter
 from unit.conftest import SOURCE
 from unit.test_commands import Operator
 
@@ -133,6 +134,14 @@ def frame_of(c, number, values):
 @given(number=st.integers(0, 2**32 - 1), values=st.lists(INT32 | st.integers(-70, 70), min_size=1, max_size=8))
 def test_frames_come_back(c, number, values):
     assert decoded(frame_of(c, number, values)) == (number & 0xFFFF, values)
+
+
+@given(number=st.integers(0, 2**32 - 1), values=st.lists(INT32, min_size=1, max_size=8), text=st.binary(max_size=9))
+def test_the_host_reads_them_between_text(c, number, values, text):
+    text = bytes(byte | 32 for byte in text)
+    got = list(Splitter().take(text + frame_of(c, number, values) + text))
+    assert [one for one in got if isinstance(one, Sample)] == [Sample(number & 0xFFFF, tuple(values))]
+    assert b"".join(one for one in got if isinstance(one, bytes)) == text + text
 
 
 @given(values=st.lists(INT32, min_size=1, max_size=8), at=st.integers(0, 400), data=st.data())
