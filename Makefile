@@ -60,7 +60,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything guides pictures results run test size lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
+.PHONY: all everything guides pictures results run test storm size lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -178,6 +178,10 @@ test: tools
 	@$(MAKE) --no-print-directory -s lint
 	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider tests
 
+storm: tools
+	@$(MAKE) --no-print-directory -s -j2 all twin
+	@STORM_FRAMES=$(N) $(PYTHON) -m pytest -q -s -p no:cacheprovider tests/closed_loop/test_storm.py
+
 lint: tools
 	@$(PYTHON) tests/tools/lint.py
 
@@ -212,6 +216,7 @@ help:
 	@echo '                     the start: [START=found|aligned] the drive finds where its rotor stands, or knows it'
 	@echo '                     what the device keeps: [ENVM=file] settings that `save` has written (docs/settings.md)'
 	@echo 'make test            all tests                                         [QEMU=path]'
+	@echo 'make storm           noise, mutated and right lines and frames to both UARTs while the motor turns [N=frames]'
 	@echo 'make console         a live console of a running drive'
 	@echo '                     the bus: [MODBUS=pty|tcp:PORT] its Modbus, for mbpoll, pymodbus or a PLC (docs/modbus.md)'
 	@echo 'make scope           a page in the browser: plots, captures, parameters, commands; [PORT=/dev/ttyUSB0] of a board'

@@ -102,6 +102,10 @@ int main(void)
         axis_learn(&axes[0]);
         axis_remember(&axes[0]);
         identify_think(&axes[0].identify);
-        idle(&rest);
+        if (axis_prepare(&axes[0])) {
+            idle_serve_watchdog(&rest);
+        } else {
+            idle(&rest);
+        }
     }
 }

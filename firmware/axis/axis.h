@@ -23,6 +23,7 @@
 #include "firmware/axis/sensorless.h"
 #include "firmware/axis/start.h"
 #include "firmware/axis/supervision.h"
+#include "firmware/axis/switching.h"
 #include "firmware/axis/thermal.h"
 #include "firmware/commission/identify.h"
 #include "firmware/control/current_loop.h"
@@ -85,6 +86,7 @@ struct axis {
     volatile uint32_t command_ms; /* when somebody last spoke to the drive */
     struct identify identify;
     struct keeping keeping;
+    struct switching switching;
 };
 
 /* One value and no other, so that a stray write does not keep a fault from switching the bridge off. */
@@ -144,7 +146,7 @@ void axis_sample_fault(struct axis *a);
  * slow loop to take that one; if the slow loop is dead it gives up after a few milliseconds (ERROR_BUSY), and switching off
  * closes the gates by itself.
  */
-struct outcome axis_switch_on(struct axis *a);
+struct outcome axis_switch_on(struct axis *a); /* begins what axis_prepare() ends */
 struct outcome axis_switch_off(struct axis *a);
 struct outcome axis_identify(struct axis *a);     /* measures the motor, then off; `off` ends it sooner */
 struct outcome axis_identify_use(struct axis *a); /* what is known becomes parameters; value: how many have changed */
@@ -161,6 +163,12 @@ struct outcome axis_command_cyclic_speed(struct axis *a, int32_t rpm);
 struct outcome axis_command_cyclic_current(struct axis *a, int32_t milliamp);
 struct outcome axis_learn_cogging(struct axis *a); /* takes two turns and a bit at learn_rpm */
 struct outcome axis_set_zero(struct axis *a);      /* the shaft's position is 0 from now on, on or off */
+
+/*
+ * A part of what switching on takes (switching.h), 0.5 ms at most; returns whether there is more. The last part makes the
+ * request, or what has come meanwhile forbids it: axis.switching.outcome says so. Nothing where nothing is under way. Thread.
+ */
+bool axis_prepare(struct axis *a);
 
 /* Somebody has spoken to the drive. Thread. */
 static inline void axis_hear(struct axis *a)

@@ -125,7 +125,7 @@ void axis_retry(struct axis *a)
     count_good_time(a);
     if (a->state == AXIS_FAULT && a->request == AXIS_REQUEST_NONE) {
         retry_clear(a);
-    } else if (a->reactions.switching_on && axis_is_off(a) && axis_switch_on(a).error == ERROR_NONE) {
-        a->reactions.switching_on = false; /* refused, the cause is still there: the next time round */
+    } else if (a->reactions.switching_on && axis_is_off(a)) {
+        (void)axis_switch_on(a); /* refused, the cause is still there: the next time round */
     }
 }

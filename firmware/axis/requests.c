@@ -34,15 +34,17 @@ void request_release(uint32_t before)
 
 bool axis_is_off(const struct axis *a)
 {
-    return request_settled(a) && (a->state == AXIS_SWITCH_ON_DISABLED || a->state == AXIS_FAULT);
+    return !a->switching.under_way && request_settled(a) &&
+           (a->state == AXIS_SWITCH_ON_DISABLED || a->state == AXIS_FAULT);
 }
 
-static enum error state_forbids_on(const struct axis *a)
+enum error request_state_forbids_on(const struct axis *a)
 {
     if (a->state == AXIS_FAULT || a->state == AXIS_FAULT_REACTION || a->faults.cause != FAULT_NONE) {
         return ERROR_FAULT_LATCHED;
     }
-    return a->state == AXIS_SWITCH_ON_DISABLED ? ERROR_NONE : ERROR_ALREADY_ON;
+    const bool off = a->state == AXIS_SWITCH_ON_DISABLED && !a->switching.under_way;
+    return off ? ERROR_NONE : ERROR_ALREADY_ON;
 }
 
 /*
@@ -81,7 +83,7 @@ void request_adopt(struct axis *a, const struct tuning *t)
     thermal_tune(&a->thermal, &a->params);
 }
 
-static struct outcome measured_forbids_on(const struct axis *a, const struct tuning *t)
+struct outcome request_measured_forbids_on(const struct axis *a, const struct tuning *t)
 {
     const volatile struct current_loop *const loop = &a->loop;
     if (loop->vbus_q15 < t->v_min_q15) {
@@ -97,53 +99,23 @@ static struct outcome measured_forbids_on(const struct axis *a, const struct tun
     return outcome_of(turns ? ERROR_TURNING : ERROR_NONE);
 }
 
-struct outcome axis_switch_on(struct axis *a)
-{
-    struct tuning candidate = a->tuning; /* what lies between its members, too: an axis holds nothing of the stack */
-    if (!request_settled(a)) {
-        return outcome_of(ERROR_BUSY);
-    }
-    if (state_forbids_on(a) != ERROR_NONE) {
-        return outcome_of(state_forbids_on(a));
-    }
-    struct outcome problem = tuning_compute(&a->params, &candidate);
-    if (problem.error == ERROR_NONE) {
-        problem = tuning_check_emf(&a->params);
-    }
-    if (problem.error != ERROR_NONE) {
-        return problem;
-    }
-    torque_build(&a->torque, &a->params, &candidate, a->loop.vbus_q15); /* nobody looks at it while the bridge is off */
-    const uint32_t held = request_hold();
-    problem = measured_forbids_on(a, &candidate);
-    if (problem.error == ERROR_NONE) {
-        problem = outcome_of(state_forbids_on(a)); /* a fault may have come meanwhile */
-    }
-    if (problem.error == ERROR_NONE) {
-        request_adopt(a, &candidate);
-        a->request = AXIS_REQUEST_ON;
-    }
-    request_release(held);
-    return problem;
-}
-
 /* Nothing that was known of the encoder holds: for the time being a pole pair is a turn. */
 struct outcome axis_identify(struct axis *a)
 {
     if (!request_settled(a)) {
         return outcome_of(ERROR_BUSY);
     }
-    if (state_forbids_on(a) != ERROR_NONE) {
-        return outcome_of(state_forbids_on(a));
+    if (request_state_forbids_on(a) != ERROR_NONE) {
+        return outcome_of(request_state_forbids_on(a));
     }
     struct outcome problem = identify_begin(&a->identify, &a->params);
     if (problem.error != ERROR_NONE) {
         return problem;
     }
     const uint32_t held = request_hold();
-    problem = measured_forbids_on(a, &a->identify.tuning);
+    problem = request_measured_forbids_on(a, &a->identify.tuning);
     if (problem.error == ERROR_NONE) {
-        problem = outcome_of(state_forbids_on(a));
+        problem = outcome_of(request_state_forbids_on(a));
     }
     if (problem.error == ERROR_NONE) {
         start_forget(a);
@@ -168,6 +140,7 @@ struct outcome axis_identify_use(struct axis *a)
 struct outcome axis_switch_off(struct axis *a)
 {
     reaction_cleared_by_hand(&a->reactions);
+    switching_end(&a->switching, ERROR_SWITCHED_OFF);
     if (axis_fabric_doubted(a)) {
         return OUTCOME_OK;
     }

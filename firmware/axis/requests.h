@@ -6,6 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/settings/error.h"
+
 struct axis;
 struct tuning;
 
@@ -15,6 +17,10 @@ bool request_settled(const struct axis *a);
 /* What is checked and done between these two, the slow loop sees before or after, not in between. The current loop runs on. */
 uint32_t request_hold(void);
 void request_release(uint32_t before);
+
+/* What forbids that the bridge goes on: the state, and what is measured, by the limits of `t`. Thread. */
+enum error request_state_forbids_on(const struct axis *a);
+struct outcome request_measured_forbids_on(const struct axis *a, const struct tuning *t);
 
 /* The tuning is in effect for all that goes on while the bridge is off; another scale of the encoder voids what was learned in
  * the old one. Slow loop held, bridge off. */

@@ -228,28 +228,3 @@ void torque_rest(struct torque_control *s)
     s->burn_q15 = 0;
     flux_limit_rest(&s->flux);
 }
-
-/* Whether rated torque at speed_max takes currents that the ordinary handlers do not give, with the bus as it is. */
-static bool needs_weakening(const struct torque_control *s, const struct params *p, const struct tuning *t,
-                            int32_t vbus_q15)
-{
-    const int32_t rated_q15 = q15_min(tuning_q15_from_milli(p->i_rated_ma, p->i_range_ma), t->i_max_q15);
-    const int32_t w_q15 = (int32_t)((int64_t)p->speed_max_rpm * t->overspeed_w_q15 / p->overspeed_rpm);
-    const int32_t flux_q15 = flux_limit_at(vbus_q15, q15_max(w_q15, 1));
-    const struct weakening_row row = weakening_row(&s->weakening, flux_q15);
-    return flux_q15 < s->weakening.top_q15 &&
-           weakening_torque(&row, t->i_max_q15) < torque_map_reach(&s->map, s->map.current_q15, rated_q15);
-}
-
-void torque_build(struct torque_control *s, const struct params *p, struct tuning *t, int32_t vbus_q15)
-{
-    torque_map_build(&s->map, p, t);
-    weakening_build(&s->weakening, &s->map, p, t, LOOP_V_D_MAX_STEPS);
-    t->weakens =
-        p->angle_source == PARAM_ANGLE_ENCODER && (p->overmodulation != 0 || needs_weakening(s, p, t, vbus_q15));
-    if (t->weakens) {
-        t->radius_steps = CONFIG_RADIUS_STEPS + (CONFIG_SIX_STEPS - CONFIG_RADIUS_STEPS) * p->overmodulation / 100;
-        weakening_build(&s->weakening, &s->map, p, t, WEAKEN_D_MAX_STEPS(CONFIG_RADIUS_STEPS));
-    }
-    flux_limit_rest(&s->flux);
-}

@@ -56,7 +56,7 @@ struct torque_control {
     bool flux_is_near; /* so that it is followed each millisecond */
     struct flux_limit flux;
     struct weakening_row row; /* of that limit: where it decides */
-    struct torque_map map;    /* these two: of the last switching on */
+    struct torque_map map;    /* these two: of the last switching on (torque_build.h) */
     struct weakening weakening;
 };
 
@@ -82,12 +82,6 @@ static inline bool torque_flux_is_near(const struct torque_control *s, const str
 {
     return s->flux_is_near || t->weakens;
 }
-
-/*
- * From parameters and their tuning to both tables; sets t->weakens, for the bus voltage as it is now. Thread, bridge off: up to
- * 20 ms.
- */
-void torque_build(struct torque_control *s, const struct params *p, struct tuning *t, int32_t vbus_q15);
 
 /* Works out s->limits. Every second slow period in operation, after the measurement and before a wish is made. */
 void torque_set_limits(struct torque_control *s, const struct tuning *t, const struct torque_view *v);

@@ -22,6 +22,7 @@
 #ifndef FIRMWARE_CONTROL_WEAKENING_H
 #define FIRMWARE_CONTROL_WEAKENING_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "firmware/settings/params.h"
@@ -49,9 +50,29 @@ struct weakening_row {
     int32_t part_q12;
 };
 
-/* Fills the table for currents whose v_d is v_d_max_steps at most. `m` is the finished torque map. Thread, bridge off. */
-void weakening_build(struct weakening *w, const struct torque_map *m, const struct params *p, const struct tuning *t,
-                     int32_t v_d_max_steps);
+/* The motor as the table sees it, per unit. */
+struct weakening_machine {
+    int32_t magnet_q15;
+    int64_t x_d_q19, x_q_q19; /* apparent reactances at the base speed */
+    int64_t torque_unit_q15;  /* the flux that makes a torque of 1.0 with a current of 1.0 */
+    int32_t i_max_q15;
+    int32_t share_most_q15; /* of the flux in q, which is v_d's; and the angle at which it has that */
+    uint32_t angle_most;
+};
+
+/* How far the table is. */
+struct weakening_builder {
+    struct weakening_machine machine;
+    int32_t row;
+};
+
+/*
+ * Fills the table for currents whose v_d is v_d_max_steps at most: a row at each weakening_go_on(), which returns whether there
+ * is another. `m` is the finished torque map. Thread, bridge off.
+ */
+void weakening_begin(struct weakening_builder *b, struct weakening *w, const struct torque_map *m,
+                     const struct params *p, const struct tuning *t, int32_t v_d_max_steps);
+bool weakening_go_on(struct weakening_builder *b, struct weakening *w, const struct torque_map *m);
 
 /* The row of a flux. Below the lowest one: the lowest, which has no torque; i_max then cannot weaken enough. Any context. */
 struct weakening_row weakening_row(const struct weakening *w, int32_t flux_q15);

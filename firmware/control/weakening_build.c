@@ -23,15 +23,6 @@
 #define HALF_TURN    (1u << 31)
 #define QUARTER_TURN (1u << 30)
 
-struct machine {
-    int32_t magnet_q15;
-    int64_t x_d_q19, x_q_q19; /* apparent reactances at the base speed */
-    int64_t torque_unit_q15;  /* the flux that makes a torque of 1.0 with a current of 1.0 */
-    int32_t i_max_q15;
-    int32_t share_most_q15; /* of the flux in q, which is v_d's; and the angle at which it has that */
-    uint32_t angle_most;
-};
-
 struct point {
     int64_t i_d_q15, i_q_q15;
     int64_t product_q30; /* torque as flux times current */
@@ -59,7 +50,7 @@ static int64_t reactance_q19(const struct params *p, int32_t inductance_uh)
  * What v_d allows, less the resistance's part, of the voltage that the whole flux takes. Where that is all, any angle is
  * allowed.
  */
-static void take_v_d(struct machine *m, int32_t v_d_max_steps)
+static void take_v_d(struct weakening_machine *m, int32_t v_d_max_steps)
 {
     const int32_t whole_steps = CONFIG_RADIUS_STEPS - (CONFIG_RADIUS_STEPS >> FLUX_KEPT_SHIFT);
     const int32_t d_steps = q15_min(v_d_max_steps - v_d_max_steps / V_D_REST, whole_steps);
@@ -67,9 +58,9 @@ static void take_v_d(struct machine *m, int32_t v_d_max_steps)
     m->angle_most = d_steps == whole_steps ? HALF_TURN : atan2_q32(d_steps, circle_rest_q15(d_steps, whole_steps));
 }
 
-static struct machine machine_of(const struct params *p, const struct tuning *t, int32_t v_d_max_steps)
+static struct weakening_machine machine_of(const struct params *p, const struct tuning *t, int32_t v_d_max_steps)
 {
-    struct machine m = {
+    struct weakening_machine m = {
         .magnet_q15 = limited(volts_q15(p, 1000LL * p->flux_uwb)),
         .x_d_q19 = reactance_q19(p, mtpa_ld_uh(p)),
         .x_q_q19 = reactance_q19(p, mtpa_lq_uh(p)),
@@ -82,7 +73,7 @@ static struct machine machine_of(const struct params *p, const struct tuning *t,
 }
 
 /* A flux vector, `angle` from the magnets' axis towards q: its currents and torque. */
-static struct point point_of(const struct machine *m, int32_t flux_q15, uint32_t angle)
+static struct point point_of(const struct weakening_machine *m, int32_t flux_q15, uint32_t angle)
 {
     const cossin_t cs = cossin_q15(angle);
     const int64_t flux_d_q15 = ((int64_t)flux_q15 * cs.cos) >> 15;
@@ -94,7 +85,7 @@ static struct point point_of(const struct machine *m, int32_t flux_q15, uint32_t
 }
 
 /* Whether this angle is still within the row: the current allowed, v_d, too, and the torque grows. */
-static bool within(const struct machine *m, int32_t flux_q15, uint32_t angle)
+static bool within(const struct weakening_machine *m, int32_t flux_q15, uint32_t angle)
 {
     const struct point here = point_of(m, flux_q15, angle);
     const int64_t square = here.i_d_q15 * here.i_d_q15 + here.i_q_q15 * here.i_q_q15;
@@ -102,7 +93,7 @@ static bool within(const struct machine *m, int32_t flux_q15, uint32_t angle)
            point_of(m, flux_q15, angle + ANGLE_STEP).product_q30 > here.product_q30;
 }
 
-static uint32_t end_of(const struct machine *m, int32_t flux_q15, uint32_t from)
+static uint32_t end_of(const struct weakening_machine *m, int32_t flux_q15, uint32_t from)
 {
     uint32_t end = from;
     for (uint32_t step = QUARTER_TURN; step >= ANGLE_STEP; step /= 2u) {
@@ -119,7 +110,7 @@ static struct weakening_node least_current(const struct torque_map *map, int32_t
 }
 
 /* The most torque of the MTPA curve at which q has its share of this flux at most. */
-static int32_t torque_of_share(const struct machine *m, const struct torque_map *map, int32_t flux_q15)
+static int32_t torque_of_share(const struct weakening_machine *m, const struct torque_map *map, int32_t flux_q15)
 {
     const int64_t flux_q_q15 = ((int64_t)flux_q15 * m->share_most_q15) >> 15;
     const int64_t i_q_q15 = flux_q_q15 * (1 << 19) / m->x_q_q19;
@@ -127,7 +118,7 @@ static int32_t torque_of_share(const struct machine *m, const struct torque_map 
 }
 
 /* Where the contour crosses the MTPA curve, or i_q = 0. */
-static uint32_t start_of(const struct machine *m, const struct torque_map *map, int32_t flux_q15)
+static uint32_t start_of(const struct weakening_machine *m, const struct torque_map *map, int32_t flux_q15)
 {
     if (flux_q15 <= m->magnet_q15) {
         return 0;
@@ -138,7 +129,7 @@ static uint32_t start_of(const struct machine *m, const struct torque_map *map, 
     return atan2_q32((int32_t)((p.i_q_q15 * m->x_q_q19) >> 19), d_q15);
 }
 
-static struct weakening_node node_of(const struct machine *m, const struct point *p)
+static struct weakening_node node_of(const struct weakening_machine *m, const struct point *p)
 {
     const int64_t torque_q15 = p->product_q30 / m->torque_unit_q15;
     return (struct weakening_node){.torque_q15 = (int16_t)q15_clamp((int32_t)torque_q15, 0, INT16_MAX),
@@ -154,7 +145,7 @@ static void fill_alike(struct weakening_node *row, struct weakening_node all)
 }
 
 /* A row that has no part beyond the MTPA curve is its last point there: i_max or v_d ends it before the flux does. */
-static void fill_row(struct weakening_node *row, const struct machine *m, const struct torque_map *map,
+static void fill_row(struct weakening_node *row, const struct weakening_machine *m, const struct torque_map *map,
                      int32_t flux_q15)
 {
     const uint32_t start = start_of(m, map, flux_q15);
@@ -184,20 +175,26 @@ static void lay_out(struct weakening *w, int32_t magnet_q15, int32_t low_q15)
     }
 }
 
-void weakening_build(struct weakening *w, const struct torque_map *map, const struct params *p, const struct tuning *t,
-                     int32_t v_d_max_steps)
+void weakening_begin(struct weakening_builder *b, struct weakening *w, const struct torque_map *map,
+                     const struct params *p, const struct tuning *t, int32_t v_d_max_steps)
 {
-    const struct machine m = machine_of(p, t, v_d_max_steps);
+    const struct weakening_machine *const m = &b->machine;
+    *b = (struct weakening_builder){.machine = machine_of(p, t, v_d_max_steps), .row = 1};
     const struct weakening_node most = least_current(map, map->torque_max_q15);
-    const int64_t q_q15 = (most.i_q_q15 * m.x_q_q19) >> 19;
-    const int32_t low_q15 = q15_max(m.magnet_q15 - limited((m.i_max_q15 * m.x_d_q19) >> 19), 0);
+    const int64_t q_q15 = (most.i_q_q15 * m->x_q_q19) >> 19;
+    const int32_t low_q15 = q15_max(m->magnet_q15 - limited((m->i_max_q15 * m->x_d_q19) >> 19), 0);
     w->top_q15 = q15_max(limited(torque_map_at(map, map->flux_q15, map->torque_max_q15)),
-                         limited(q_q15 * Q15_ONE / m.share_most_q15));
-    lay_out(w, m.magnet_q15, low_q15);
-    const struct point lowest = point_of(&m, low_q15, 0);
-    fill_alike(w->node[0], (struct weakening_node){.i_d_q15 = (int16_t)q15_max((int32_t)lowest.i_d_q15, -m.i_max_q15)});
-    for (int32_t n = 1; n < WEAKENING_ROWS - 1; n++) {
-        fill_row(w->node[n], &m, map, w->flux_q15[n]);
-    }
+                         limited(q_q15 * Q15_ONE / m->share_most_q15));
+    lay_out(w, m->magnet_q15, low_q15);
+    const struct point lowest = point_of(m, low_q15, 0);
+    fill_alike(w->node[0],
+               (struct weakening_node){.i_d_q15 = (int16_t)q15_max((int32_t)lowest.i_d_q15, -m->i_max_q15)});
     fill_alike(w->node[WEAKENING_ROWS - 1], most);
+}
+
+bool weakening_go_on(struct weakening_builder *b, struct weakening *w, const struct torque_map *map)
+{
+    fill_row(w->node[b->row], &b->machine, map, w->flux_q15[b->row]);
+    b->row++;
+    return b->row < WEAKENING_ROWS - 1;
 }

@@ -56,7 +56,7 @@ static void note(struct cia402 *c, struct outcome outcome)
 
 static bool axis_rests(const struct axis *a)
 {
-    return a->state == AXIS_SWITCH_ON_DISABLED && a->request == AXIS_REQUEST_NONE;
+    return a->state == AXIS_SWITCH_ON_DISABLED && a->request == AXIS_REQUEST_NONE && !a->switching.under_way;
 }
 
 static bool axis_is_faulty(const struct axis *a)
@@ -67,6 +67,9 @@ static bool axis_is_faulty(const struct axis *a)
 /* What has ended by itself, by a fault or at somebody else's command, takes the whole way from the beginning again. */
 static void follow(struct cia402 *c, const struct axis *a)
 {
+    if (c->stage == CIA402_ENABLED && a->switching.outcome.error != ERROR_NONE && axis_rests(a)) {
+        note(c, a->switching.outcome);
+    }
     if (axis_is_faulty(a) || (c->stage == CIA402_ENABLED && axis_rests(a))) {
         c->stage = CIA402_DISABLED;
     }

@@ -3,10 +3,24 @@
 #include "firmware/operate/commands_parts.h"
 #include "firmware/operate/identify_text.h"
 
+/* To the end, with the bus served in between. */
+static struct outcome switch_on(struct session *s)
+{
+    const struct outcome outcome = axis_switch_on(s->axis);
+    if (outcome.error != ERROR_NONE) {
+        return outcome;
+    }
+    while (axis_prepare(s->axis)) {
+        text_serve_bus(&s->out);
+        idle_serve_watchdog(s->out.idle);
+    }
+    return s->axis->switching.outcome;
+}
+
 void run_on(struct session *s, char *const *words)
 {
     (void)words;
-    const struct outcome outcome = axis_switch_on(s->axis);
+    const struct outcome outcome = switch_on(s);
     answer(s, outcome);
     if (outcome.error == ERROR_NONE) {
         text_put(&s->out, "phase margin of the current loop: ");

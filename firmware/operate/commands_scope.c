@@ -3,183 +3,34 @@
 
 #include "firmware/operate/answers.h"
 #include "firmware/operate/commands_parts.h"
-#include "firmware/operate/messages.h"
+#include "firmware/operate/scope_text.h"
 #include "firmware/operate/signal_text.h"
 #include "firmware/operate/stream.h"
 
 #define BAUD_LEAST 9600
 #define BAUD_MOST  3000000
 
-static const char *const whens[] = {[CAPTURE_NEVER] = "never",
-                                    [CAPTURE_ABOVE] = "above",
-                                    [CAPTURE_BELOW] = "below",
-                                    [CAPTURE_RISES] = "rises",
-                                    [CAPTURE_FALLS] = "falls"};
-
-static void put_number(struct session *s, const char *name, uint32_t value)
-{
-    text_put(&s->out, name);
-    text_put_int(&s->out, (int32_t)value);
-}
-
-static void put_names(struct session *s, const struct signal_choice *choice, char between)
-{
-    for (uint32_t i = 0; i < choice->count; i++) {
-        if (i > 0u) {
-            text_put_char(&s->out, between);
-        }
-        text_put(&s->out, signal_table[choice->which[i]].name);
-    }
-}
-
-/* "23571/32768": a value in thousandths of its unit is raw times this. */
-static void put_scale(struct session *s, const struct signal_info *info)
-{
-    const struct signal_scale scale = signal_scale(info->format, s->axis);
-    text_put_int(&s->out, scale.milli);
-    text_put_char(&s->out, '/');
-    text_put_int(&s->out, (int32_t)scale.per);
-}
-
-static void put_signal(struct session *s, const struct signal_info *info)
-{
-    text_put(&s->out, info->name);
-    text_put_char(&s->out, ' ');
-    text_put(&s->out, signal_unit(info->format));
-    text_put_char(&s->out, ' ');
-    put_scale(s, info);
-    text_put(&s->out, ": ");
-    text_put_line(&s->out, signal_text(info->name));
-}
-
-static void put_trigger(struct session *s)
-{
-    const struct capture *const c = &s->scope->capture;
-    const struct signal_info *const info = &signal_table[s->scope->trigger_on];
-    text_put(&s->out, "trigger: ");
-    if (c->when != CAPTURE_NEVER) {
-        text_put(&s->out, info->name);
-        text_put_char(&s->out, ' ');
-    }
-    text_put(&s->out, whens[c->when]);
-    if (c->when != CAPTURE_NEVER) {
-        text_put_char(&s->out, ' ');
-        text_put_milli(&s->out, signal_milli(signal_scale(info->format, s->axis), c->level));
-        text_put_char(&s->out, ' ');
-        text_put(&s->out, signal_unit(info->format));
-    }
-    put_number(s, ", before: ", c->before);
-    put_number(s, " of ", scope_capacity(s->scope));
-    text_put_line(&s->out, " samples");
-}
-
-static void put_capture(struct session *s)
-{
-    static const char *const states[] = {[CAPTURE_OFF] = "off",
-                                         [CAPTURE_WAITING] = "waits for its trigger",
-                                         [CAPTURE_TRIGGERED] = "triggered",
-                                         [CAPTURE_DONE] = "done"};
-    static const char *const causes[] = {[CAPTURE_BY_NOTHING] = "",
-                                         [CAPTURE_BY_SIGNAL] = " by the signal",
-                                         [CAPTURE_BY_FAULT] = " by a fault",
-                                         [CAPTURE_BY_COMMAND] = " by command"};
-    const struct capture *const c = &s->scope->capture;
-    const uint32_t state = c->state;
-    text_put(&s->out, "capture: ");
-    text_put(&s->out, states[state]);
-    if (state == CAPTURE_TRIGGERED || state == CAPTURE_DONE) {
-        text_put(&s->out, causes[c->cause]);
-    }
-    put_number(s, ", dropped: ", s->scope->torn);
-    put_number(s, ", late: ", s->scope->late);
-    text_put_line(&s->out, "");
-}
-
 void run_scope(struct session *s, char *const *words)
 {
     (void)words;
-    text_put(&s->out, "signals: ");
-    put_names(s, &s->scope->choice, ',');
-    put_number(s, ", every: ", s->scope->every);
-    text_put_line(&s->out, " samples of the current loop");
-    put_trigger(s);
-    put_capture(s);
-    put_number(s, "kept from the last fault: ", scope_extent(s->scope, SCOPE_FAULT).samples);
-    text_put_line(&s->out, " samples, one a millisecond");
-}
-
-/*
- * A heading, the names, the scales, then a line of raw values for each sample. One that is overwritten while it is read ends
- * short: its last line says how many there were.
- */
-static void put_samples(struct session *s, enum scope_record record)
-{
-    const struct scope_extent extent = scope_extent(s->scope, record);
-    if (extent.samples == 0u) {
-        text_put_line(&s->out, record == SCOPE_FAULT ? "error: no fault has left samples yet"
-                                                     : "error: no capture is done; 'scope' says how far it is");
-        return;
-    }
-    put_number(s, "samples: ", extent.samples);
-    put_number(s, ", trigger: ", extent.trigger);
-    put_number(s, ", every: ", record == SCOPE_FAULT ? 1u : s->scope->every);
-    put_number(s, ", a millisecond has: ", record == SCOPE_FAULT ? 1u : s->scope->rate_of);
-    put_number(s, ", dropped: ", record == SCOPE_FAULT ? 0u : s->scope->torn);
-    put_number(s, ", late: ", record == SCOPE_FAULT ? 0u : s->scope->late);
-    text_put_line(&s->out, "");
-    put_names(s, extent.choice, ' ');
-    text_put_line(&s->out, "");
-    for (uint32_t i = 0; i < extent.words; i++) {
-        put_scale(s, &signal_table[extent.choice->which[i]]);
-        text_put(&s->out, i + 1u < extent.words ? " " : "\r\n");
-    }
-    const uint32_t kept = s->scope->recorder.kept;
-    uint32_t sample = 0;
-    for (; sample < extent.samples && (record != SCOPE_FAULT || s->scope->recorder.kept == kept); sample++) {
-        int32_t values[SIGNALS_MOST];
-        (void)scope_read(s->scope, record, sample * extent.words, values, extent.words);
-        for (uint32_t i = 0; i < extent.words; i++) {
-            text_put_int(&s->out, values[i]);
-            text_put(&s->out, i + 1u < extent.words ? " " : "\r\n");
-        }
-        idle_serve_watchdog(s->out.idle);
-    }
-    put_number(s, "end: ", sample);
-    text_put_line(&s->out, "");
-}
-
-static void answer_arm(struct session *s)
-{
-    answer(s, scope_arm(s->scope));
-}
-
-static void answer_off(struct session *s)
-{
-    scope_off(s->scope);
-    answer(s, OUTCOME_OK);
-}
-
-static void put_list(struct session *s)
-{
-    for (size_t i = 0; i < signal_count; i++) {
-        put_signal(s, &signal_table[i]);
-    }
+    scope_text_settings(s);
 }
 
 void run_scope_do(struct session *s, char *const *words)
 {
     if (text_equal(words[1], "list")) {
-        put_list(s);
+        scope_text_signals(s);
     } else if (text_equal(words[1], "arm")) {
-        answer_arm(s);
+        answer(s, scope_arm(s->scope));
     } else if (text_equal(words[1], "fire")) {
         answer(s, outcome_of(scope_fire(s->scope)));
     } else if (text_equal(words[1], "off")) {
-        answer_off(s);
+        scope_off(s->scope);
+        answer(s, OUTCOME_OK);
     } else if (text_equal(words[1], "read")) {
-        put_samples(s, SCOPE_CAPTURE);
+        scope_text_samples(s, SCOPE_CAPTURE);
     } else if (text_equal(words[1], "fault")) {
-        put_samples(s, SCOPE_FAULT);
+        scope_text_samples(s, SCOPE_FAULT);
     } else {
         answer_about(s, words[1], "not one of list, arm, fire, off, read, fault");
     }
@@ -247,7 +98,7 @@ void run_scope_set(struct session *s, char *const *words)
         if (parse_within(s, words[2], 0u, scope_capacity(s->scope) - 1u, &value)) {
             answer(s, outcome_of(scope_set_before(s->scope, value)));
         }
-    } else if (text_equal(words[1], "trigger") && text_equal(words[2], whens[CAPTURE_NEVER])) {
+    } else if (text_equal(words[1], "trigger") && text_equal(words[2], scope_word_of_when(CAPTURE_NEVER))) {
         answer(s, outcome_of(scope_set_trigger(s->scope, s->scope->trigger_on, CAPTURE_NEVER, 0)));
     } else {
         answer_about(s, words[1], "not one of signals A,B,..., every TICKS, before SAMPLES, trigger never");
@@ -261,23 +112,19 @@ void run_scope_trigger(struct session *s, char *const *words)
         length++;
     }
     const size_t signal = signal_find(words[2], length);
-    uint32_t when = CAPTURE_ABOVE;
-    while (when <= CAPTURE_FALLS && !text_equal(words[3], whens[when])) {
-        when++;
-    }
+    const enum capture_when when = scope_find_when(words[3]);
     int32_t milli;
     if (!text_equal(words[1], "trigger")) {
         answer_about(s, words[1], "not trigger");
     } else if (signal == signal_count) {
         answer_about(s, words[2], "no such signal; 'scope list' has them");
-    } else if (when > CAPTURE_FALLS) {
+    } else if (when == CAPTURE_NEVER) {
         answer_about(s, words[3], "not one of above, below, rises, falls");
     } else if (!text_parse_milli(words[4], &milli)) {
         answer_about(s, words[4], "not a number with at most three decimals");
     } else {
         const struct signal_scale scale = signal_scale(signal_table[signal].format, s->axis);
-        answer(s, outcome_of(scope_set_trigger(s->scope, (uint32_t)signal, (enum capture_when)when,
-                                               signal_raw(scale, milli))));
+        answer(s, outcome_of(scope_set_trigger(s->scope, (uint32_t)signal, when, signal_raw(scale, milli))));
     }
 }
 

@@ -89,6 +89,7 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_DRIVE_IS_ON] = "parameters can change only while the drive is off",
     [ERROR_TOO_HOT] = "the winding or the power stage is too hot; see 'status'",
     [ERROR_REACTION_NOT_ALLOWED] = "this fault does not allow that; 'reaction' lists what each allows",
+    [ERROR_SWITCHED_OFF] = "switched off again before it was on",
     [ERROR_BUSY] = "the last request has not been carried out yet; try again",
 };
 

@@ -2,7 +2,7 @@
 #include "firmware/operate/modbus.h"
 
 #include "drivers/board.h"
-#include "firmware/operate/modbus_crc.h"
+#include "firmware/settings/crc16.h"
 
 #define CHARACTER_BITS 11
 
@@ -50,7 +50,7 @@ static void follow_parameters(struct modbus *m)
 static void answer(struct modbus *m, size_t count)
 {
     m->reply[0] = (uint8_t)m->address;
-    const uint16_t crc = modbus_crc(m->reply, count + 1u);
+    const uint16_t crc = crc16(m->reply, count + 1u);
     m->reply[count + 1u] = (uint8_t)crc;
     m->reply[count + 2u] = (uint8_t)(crc >> 8);
     rs485_send(m->line, m->reply, count + 3u);
@@ -64,7 +64,7 @@ static void take_frame(struct modbus *m, size_t length)
     const bool meant = (broadcast || to == m->address) && m->address != 0;
     if (meant && !rs485_is_sending(m->line) && !modbus_frame_is_late(&m->frame, length)) {
         axis_hear(m->drive.axis);
-        const size_t count = length - 1u - MODBUS_CRC_BYTES;
+        const size_t count = length - 1u - CRC16_BYTES;
         const size_t replied = modbus_function(&m->drive, &m->frame.bytes[1], count, broadcast, &m->reply[1]);
         if (!broadcast) {
             answer(m, replied);

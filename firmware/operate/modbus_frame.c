@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/modbus_frame.h"
 
-#include "firmware/operate/modbus_crc.h"
+#include "firmware/settings/crc16.h"
 
 #define FRAME_LEAST   4u /* address, function, check sum */
 #define EXCEPTION_BIT 0x80u
@@ -16,6 +16,7 @@
 struct span {
     const uint8_t *bytes;
     size_t count;
+    size_t tried; /* of these */
 };
 
 static size_t by_count(const struct span *f, size_t at, size_t rest)
@@ -71,7 +72,7 @@ static size_t identification_length(const struct span *f)
         }
         end += 2u + f->bytes[end + 1u];
     }
-    return end + MODBUS_CRC_BYTES;
+    return end + CRC16_BYTES;
 }
 
 static size_t reply_length(const struct span *f)
@@ -113,9 +114,10 @@ static size_t reply_length(const struct span *f)
 
 /* ---- reading ---- */
 
+/* Each length is tried once, when its last byte has come: a check sum with each byte would take longer than the byte. */
 static bool fits(const struct span *f, size_t length)
 {
-    return length >= FRAME_LEAST && length <= f->count && modbus_crc(f->bytes, length) == 0u;
+    return length > f->tried && length >= FRAME_LEAST && length <= f->count && crc16(f->bytes, length) == 0u;
 }
 
 /* Whether more bytes may yet make a frame of this length. */
@@ -128,6 +130,7 @@ void modbus_frame_forget(struct modbus_frame *f)
 {
     f->count = 0;
     f->silence = 0;
+    f->tried = 0;
     f->lost = false;
     f->open = false;
     f->resumed = false;
@@ -140,6 +143,7 @@ void modbus_frame_drop(struct modbus_frame *f, size_t length)
         f->bytes[n] = f->bytes[n + length];
     }
     f->silence = f->silence > length ? f->silence - length : 0u;
+    f->tried = 0;
     f->resumed = f->resumed && f->count > 0u;
 }
 
@@ -195,7 +199,7 @@ static size_t frame_in(const struct span *f, uint8_t address, bool *hopeless)
 
 static struct span held_from(const struct modbus_frame *f, size_t at)
 {
-    return (struct span){&f->bytes[at], f->count - at};
+    return (struct span){&f->bytes[at], f->count - at, f->tried > at ? f->tried - at : 0u};
 }
 
 static size_t frame_here(const struct modbus_frame *f, uint8_t address, bool *hopeless)
@@ -224,12 +228,13 @@ size_t modbus_frame_find(struct modbus_frame *f, uint8_t address)
     const struct span all = held_from(f, 0);
     f->open = hopeless && f->bytes[0] == address && request_length(&all) == UNKNOWN;
     f->lost = hopeless && !f->open;
+    f->tried = f->count;
     return length;
 }
 
 size_t modbus_frame_find_open(const struct modbus_frame *f)
 {
-    const struct span all = held_from(f, 0);
+    const struct span all = {f->bytes, f->count, 0};
     return f->open && fits(&all, f->count) ? f->count : 0u;
 }
 

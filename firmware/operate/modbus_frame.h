@@ -31,6 +31,7 @@ struct modbus_frame {
     uint8_t bytes[MODBUS_FRAME_BYTES];
     size_t count;
     size_t silence; /* where the first one that was heard in `bytes` is; 0: there was none */
+    size_t tried;   /* so many bytes have been looked at: no frame from bytes[0], or from the silence, ends in them */
     bool lost;      /* no frame begins at bytes[0] */
     bool open;      /* a request of a function that nobody knows may begin there: a silence ends it */
     bool resumed;   /* bytes[0] came behind a silence and not behind a frame */

@@ -48,3 +48,40 @@ const char *signal_text(const char *name)
     }
     return "unknown";
 }
+
+const char *scope_word_of_when(enum capture_when when)
+{
+    static const char *const words[] = {[CAPTURE_NEVER] = "never",
+                                        [CAPTURE_ABOVE] = "above",
+                                        [CAPTURE_BELOW] = "below",
+                                        [CAPTURE_RISES] = "rises",
+                                        [CAPTURE_FALLS] = "falls"};
+    return words[when];
+}
+
+enum capture_when scope_find_when(const char *word)
+{
+    uint32_t when = CAPTURE_FALLS;
+    while (when > CAPTURE_NEVER && !text_equal(word, scope_word_of_when((enum capture_when)when))) {
+        when--;
+    }
+    return (enum capture_when)when;
+}
+
+const char *scope_text_of_state(enum capture_state state)
+{
+    static const char *const texts_of[] = {[CAPTURE_OFF] = "off",
+                                           [CAPTURE_WAITING] = "waits for its trigger",
+                                           [CAPTURE_TRIGGERED] = "triggered",
+                                           [CAPTURE_DONE] = "done"};
+    return texts_of[state];
+}
+
+const char *scope_text_of_cause(enum capture_cause cause)
+{
+    static const char *const texts_of[] = {[CAPTURE_BY_NOTHING] = "",
+                                           [CAPTURE_BY_SIGNAL] = " by the signal",
+                                           [CAPTURE_BY_FAULT] = " by a fault",
+                                           [CAPTURE_BY_COMMAND] = " by command"};
+    return texts_of[cause];
+}

@@ -6,7 +6,7 @@
 
 #define PATIENCE_MS 20u /* a transmitter that works makes room every 1.4 ms */
 
-static void serve_bus(struct text *t)
+void text_serve_bus(struct text *t)
 {
     if (t->bus != NULL) {
         modbus_poll(t->bus);
@@ -27,7 +27,7 @@ static bool wait_for_room(struct text *t)
         if (t->given_up || *t->idle->time_ms - since_ms > PATIENCE_MS) {
             return false;
         }
-        serve_bus(t);
+        text_serve_bus(t);
         cpu_wait_for_interrupt();
     }
     idle_serve_watchdog(t->idle);
@@ -55,7 +55,7 @@ void text_put_line(struct text *t, const char *s)
 {
     text_put(t, s);
     text_put(t, "\r\n");
-    serve_bus(t); /* to fill an empty buffer takes half a millisecond */
+    text_serve_bus(t); /* to fill an empty buffer takes half a millisecond */
 }
 
 static void put_unsigned(struct text *t, uint32_t value, unsigned least_digits)

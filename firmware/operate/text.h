@@ -32,6 +32,9 @@ void text_put_long(struct text *t, int64_t value);
 void text_put_seconds(struct text *t, uint64_t ms); /* 4294967296 as 4294967.296 */
 void text_put_line(struct text *t, const char *s);  /* with the line's end */
 
+/* Serves the bus, for a command that takes longer than a request may wait: 1 ms. Thread. */
+void text_serve_bus(struct text *t);
+
 /* Whether two strings are the same. */
 bool text_equal(const char *a, const char *b);
 

@@ -1,21 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/scope/frame.h"
 
+#include "firmware/settings/crc16.h"
+
 #define PLAIN_MOST (3u + 5u * FRAME_VALUES_MOST + 2u)
 
 _Static_assert(PLAIN_MOST < 254u, "COBS: one byte more, however many zeros");
-
-uint16_t frame_crc(const uint8_t *bytes, uint32_t count)
-{
-    static const uint16_t of_nibble[16] = {0x0000u, 0x1021u, 0x2042u, 0x3063u, 0x4084u, 0x50A5u, 0x60C6u, 0x70E7u,
-                                           0x8108u, 0x9129u, 0xA14Au, 0xB16Bu, 0xC18Cu, 0xD1ADu, 0xE1CEu, 0xF1EFu};
-    uint32_t crc = 0xFFFFu;
-    for (uint32_t i = 0; i < count; i++) {
-        crc = (crc << 4) ^ of_nibble[((crc >> 12) ^ ((uint32_t)bytes[i] >> 4)) & 15u];
-        crc = (crc << 4) ^ of_nibble[((crc >> 12) ^ bytes[i]) & 15u];
-    }
-    return (uint16_t)crc;
-}
 
 static uint8_t *put_value(uint8_t *to, int32_t value)
 {
@@ -55,7 +45,7 @@ uint32_t frame_sample(uint8_t *to, uint32_t number, const int32_t *values, uint3
     for (uint32_t i = 0; i < count; i++) {
         end = put_value(end, values[i]);
     }
-    const uint16_t crc = frame_crc(plain, (uint32_t)(end - plain));
+    const uint16_t crc = crc16(plain, (size_t)(end - plain));
     *end++ = (uint8_t)crc;
     *end++ = (uint8_t)(crc >> 8);
     uint8_t *next = to;

@@ -6,9 +6,9 @@
  *
  * `kind` is FRAME_SAMPLE plus the count of values, `number` counts milliseconds, modulo 2^16, lowest byte first. A value is
  * 1 to 5 bytes of 7 bits, lowest first, the top bit says that more follow, of (value << 1) ^ (value >> 31): small ones of
- * either sign are short (the base-128 varint with zigzag of Protocol Buffers' encoding). The CRC is CRC-16/CCITT-FALSE of
- * what is before it (polynomial 0x1021, begun with 0xFFFF), lowest byte first. COBS: S. Cheshire, M. Baker, Consistent
- * Overhead Byte Stuffing, IEEE/ACM Transactions on Networking 7(2), 1999. Text has neither 0x00 nor 0x01, so both share a line.
+ * either sign are short (the base-128 varint with zigzag of Protocol Buffers' encoding). The CRC is that of
+ * Modbus (settings/crc16.h) of what is before it, lowest byte first. COBS: S. Cheshire, M. Baker, Consistent Overhead Byte
+ * Stuffing, IEEE/ACM Transactions on Networking 7(2), 1999. Text has neither 0x00 nor 0x01, so both share a line.
  */
 #ifndef FIRMWARE_SCOPE_FRAME_H
 #define FIRMWARE_SCOPE_FRAME_H
@@ -24,8 +24,5 @@
 
 /* Returns the bytes written, FRAME_BYTES_MOST at most. `count`: 1...FRAME_VALUES_MOST. Any context. */
 uint32_t frame_sample(uint8_t *to, uint32_t number, const int32_t *values, uint32_t count);
-
-/* Any context. About 30 cycles a byte. */
-uint16_t frame_crc(const uint8_t *bytes, uint32_t count);
 
 #endif

@@ -89,6 +89,8 @@ enum error {
     ERROR_SCOPE_ARMED,
     ERROR_SCOPE_NOT_ARMED,
     ERROR_SCOPE_BEFORE, /* value: the most that works */
+    /* switching on */
+    ERROR_SWITCHED_OFF, /* meanwhile */
     ERROR_COUNT
 };
 

@@ -33,40 +33,52 @@ static int32_t flux_q15(const struct params *p, const struct tuning *t, int32_t 
 }
 
 /* The nodes one after the other: torque grows ever faster with current, so no step is longer than the one before. */
-static void fill(struct torque_map *map, const struct mtpa_machine *m, const struct params *params,
-                 const struct tuning *t)
+static int64_t current_of_node(struct torque_map_builder *b, int64_t torque_q15)
 {
-    const int64_t unit = mtpa_point(m, MTPA_ONE_Q20).torque >> 8;
-    int64_t last_q20 = 0;
-    int64_t step_q20 = 2 * MTPA_ONE_Q20;
-    for (int32_t n = 0; n < TORQUE_NODES; n++) {
-        const int64_t torque_q15 = (int64_t)n << map->shift;
-        int64_t i_q20 = torque_q15 * 32;
-        if (m->saliency != 0 && n > 0) {
-            i_q20 = current_of(m, (unit * torque_q15) >> 7, last_q20, last_q20 + step_q20);
-            step_q20 = i_q20 - last_q20 + 2;
-            last_q20 = i_q20;
-        }
-        const struct mtpa_point p = m->saliency != 0 ? mtpa_point(m, i_q20) : (struct mtpa_point){.i_q_q20 = i_q20};
-        map->i_d_q15[n] = m->reversed ? q15_of_q20(p.i_d_q20) : -q15_of_q20(p.i_d_q20);
-        map->i_q_q15[n] = q15_of_q20(p.i_q_q20);
-        map->current_q15[n] = q15_of_q20(i_q20);
-        map->flux_q15[n] = flux_q15(params, t, map->i_d_q15[n], map->i_q_q15[n]);
+    const struct mtpa_machine *const m = &b->machine;
+    if (m->saliency == 0 || b->node == 0) {
+        return torque_q15 * 32;
     }
+    const int64_t i_q20 = current_of(m, (b->unit * torque_q15) >> 7, b->last_q20, b->last_q20 + b->step_q20);
+    b->step_q20 = i_q20 - b->last_q20 + 2;
+    b->last_q20 = i_q20;
+    return i_q20;
 }
 
-void torque_map_build(struct torque_map *map, const struct params *p, const struct tuning *t)
+static void fill_node(struct torque_map *map, struct torque_map_builder *b, const struct params *params,
+                      const struct tuning *t)
 {
-    const struct mtpa_machine m = mtpa_machine(p);
-    map->plain = m.saliency == 0;
+    const struct mtpa_machine *const m = &b->machine;
+    const int32_t n = b->node;
+    const int64_t i_q20 = current_of_node(b, (int64_t)n << map->shift);
+    const struct mtpa_point p = m->saliency != 0 ? mtpa_point(m, i_q20) : (struct mtpa_point){.i_q_q20 = i_q20};
+    map->i_d_q15[n] = m->reversed ? q15_of_q20(p.i_d_q20) : -q15_of_q20(p.i_d_q20);
+    map->i_q_q15[n] = q15_of_q20(p.i_q_q20);
+    map->current_q15[n] = q15_of_q20(i_q20);
+    map->flux_q15[n] = flux_q15(params, t, map->i_d_q15[n], map->i_q_q15[n]);
+}
+
+void torque_map_begin(struct torque_map_builder *b, struct torque_map *map, const struct params *p,
+                      const struct tuning *t)
+{
+    *b = (struct torque_map_builder){.machine = mtpa_machine(p), .step_q20 = 2 * MTPA_ONE_Q20};
+    b->unit = mtpa_point(&b->machine, MTPA_ONE_Q20).torque >> 8;
+    map->plain = b->machine.saliency == 0;
     map->torque_max_q15 = t->i_max_q15;
-    if (m.saliency != 0) {
-        const int64_t unit = mtpa_point(&m, MTPA_ONE_Q20).torque >> 8;
-        map->torque_max_q15 = (int32_t)(((mtpa_point(&m, (int64_t)t->i_max_q15 * 32).torque >> 8) << 15) / unit);
+    if (!map->plain) {
+        const struct mtpa_point most = mtpa_point(&b->machine, (int64_t)t->i_max_q15 * 32);
+        map->torque_max_q15 = (int32_t)(((most.torque >> 8) << 15) / b->unit);
     }
     map->shift = 0;
     while ((TORQUE_NODES - 1) << map->shift <= map->torque_max_q15) {
         map->shift++;
     }
-    fill(map, &m, p, t);
+}
+
+bool torque_map_go_on(struct torque_map_builder *b, struct torque_map *map, const struct params *p,
+                      const struct tuning *t)
+{
+    fill_node(map, b, p, t);
+    b->node++;
+    return b->node < TORQUE_NODES;
 }

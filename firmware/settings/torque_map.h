@@ -12,6 +12,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/settings/mtpa.h"
 #include "firmware/settings/params.h"
 #include "firmware/settings/tuning.h"
 #include "lib/q15.h"
@@ -28,8 +29,22 @@ struct torque_map {
     int32_t flux_q15[TORQUE_NODES];    /* as voltage at the base speed of tuning.h */
 };
 
-/* Fills the table. `t` must have been worked out from `p`. Thread, bridge off: up to 4 ms with saliency, else 0.1 ms. */
-void torque_map_build(struct torque_map *m, const struct params *p, const struct tuning *t);
+/* How far the table is, and what the next node goes on from. */
+struct torque_map_builder {
+    struct mtpa_machine machine;
+    int64_t unit;               /* torque of a current of i_range, by 256 */
+    int64_t last_q20, step_q20; /* the last node's current, and how far the next one may be */
+    int32_t node;
+};
+
+/*
+ * Fills the table, which takes up to 4 ms: a node at each torque_map_go_on(), which returns whether there is another. `t` must
+ * have been worked out from `p`; both are the same ones throughout. Thread, bridge off.
+ */
+void torque_map_begin(struct torque_map_builder *b, struct torque_map *m, const struct params *p,
+                      const struct tuning *t);
+bool torque_map_go_on(struct torque_map_builder *b, struct torque_map *m, const struct params *p,
+                      const struct tuning *t);
 
 /*
  * The largest torque, Q15, at which a column of the table does not exceed `most`; 0 where it does even at no torque. The

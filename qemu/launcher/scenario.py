@@ -60,7 +60,7 @@ EVENTS = {
     "encoder_reverse": [_FLAG], "temperature_c": ["number|off"], "phase_swap": ["pair|off"], "chopper": [_FLAG],
     "fabric_other": [_FLAG], "fabric_sealed": [_FLAG], "fabric_hangs": [_FLAG], "flash_bits": [_WORD, _WORD],
     "pll_lost": [_FLAG], "fabric_pll_lost": [_FLAG], "memory_error": [_FLAG], "lockup_reset": [],
-    "bus": [_HEX], "end": [], "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
+    "bus": [_HEX], "keys": [_HEX], "end": [], "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
 }
 _FORMS = {_PHASE: r"[ABC]", _INPUT: r"[AB]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]",
           _WORD: r"[&*]?[\w.\[\]]+", "off": r"off", _HEX: r"([0-9a-f]{2})+"}

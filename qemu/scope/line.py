@@ -82,10 +82,10 @@ def varints(data):
 
 
 def crc(data):
-    """CRC-16/CCITT-FALSE."""
+    """CRC-16 of Modbus."""
     found = 0xFFFF
     for byte in data:
-        found ^= byte << 8
+        found ^= byte
         for _ in range(8):
-            found = (found << 1 ^ (0x1021 if found & 0x8000 else 0)) & 0xFFFF
+            found = found >> 1 ^ (0xA001 if found & 1 else 0)
     return found

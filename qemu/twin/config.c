@@ -333,6 +333,11 @@ static void check_cycles(const struct reader *r)
     }
 }
 
+static bool is_typed(const struct event *e)
+{
+    return e->kind == EVENT_CONSOLE || e->kind == EVENT_KEYS;
+}
+
 static void check_complete(const struct reader *r, bool motor_only)
 {
     struct config *c = r->config;
@@ -345,10 +350,10 @@ static void check_complete(const struct reader *r, bool motor_only)
     }
     bool types = false;
     for (size_t n = 0; n < c->event_count; n++) {
-        types = types || c->events[n].kind == EVENT_CONSOLE;
+        types = types || is_typed(&c->events[n]);
     }
     for (size_t n = 0; n < c->late_count; n++) {
-        types = types || c->late[n].event.kind == EVENT_CONSOLE;
+        types = types || is_typed(&c->late[n].event);
     }
     if (types && !c->console_id) {
         fail(r, "a console event needs 'console CHARDEV_ID'");

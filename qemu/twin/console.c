@@ -40,9 +40,9 @@ void console_attach(const char *chardev_id)
     next_character = vm_timer_new(type_next, NULL);
 }
 
-void console_type(const char *text)
+/* Room for so many more behind what is queued. */
+static void make_room(size_t more)
 {
-    size_t more = strlen(text) + 1;
     if (sent) {
         memmove(queue, queue + sent, length - sent);
     }
@@ -54,10 +54,36 @@ void console_type(const char *text)
         exit(1);
     }
     queue = bigger;
-    memcpy(queue + length, text, more - 1);
-    queue[length + more - 1] = '\r';
-    length += more;
+}
+
+static void begin_typing(void)
+{
     if (!typing) {
         type_next(NULL);
     }
+}
+
+void console_type(const char *text)
+{
+    size_t more = strlen(text) + 1;
+    make_room(more);
+    memcpy(queue + length, text, more - 1);
+    queue[length + more - 1] = '\r';
+    length += more;
+    begin_typing();
+}
+
+void console_keys(const char *hex)
+{
+    unsigned byte;
+    int digits;
+    make_room(strlen(hex) / 2 + 1);
+    for (; sscanf(hex, "%2x%n", &byte, &digits) == 1 && digits == 2; hex += digits) {
+        queue[length++] = (char)byte;
+    }
+    if (*hex != '\0') {
+        fprintf(stderr, "mssfoc twin: keys: '%s' are no bytes in hexadecimal\n", hex);
+        exit(1);
+    }
+    begin_typing();
 }

@@ -7,5 +7,7 @@
 void console_attach(const char *chardev_id);
 /* Queues the text and a carriage return. */
 void console_type(const char *text);
+/* Queues bytes, given as hexadecimal, and nothing behind them. Ends the process with one line if they are none. */
+void console_keys(const char *hex);
 
 #endif

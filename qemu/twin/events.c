@@ -18,6 +18,7 @@ static const struct syntax {
     const char *usage;
 } kinds[] = {
     {"console", EVENT_CONSOLE, "t", "console TEXT"},
+    {"keys", EVENT_KEYS, "t", "keys HEXADECIMAL (bytes that are typed at the console)"},
     {"bus", EVENT_BUS, "t", "bus HEXADECIMAL (bytes that somebody sends on the line of MMUART_1)"},
     {"load_nm", EVENT_LOAD, "n", "load_nm TORQUE"},
     {"load_fan", EVENT_LOAD_FAN, "s", "load_fan NM_PER_SQUARE_OF_RAD_S"},

@@ -8,6 +8,7 @@
 
 enum event_kind {
     EVENT_CONSOLE,
+    EVENT_KEYS,
     EVENT_BUS,
     EVENT_LOAD,
     EVENT_LOAD_FAN,

@@ -198,6 +198,9 @@ static void play(const struct event *e)
     case EVENT_CONSOLE:
         console_type(e->text);
         break;
+    case EVENT_KEYS:
+        console_keys(e->text);
+        break;
     case EVENT_BUS:
         serial_bus_send(e->text);
         break;

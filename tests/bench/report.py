@@ -77,6 +77,7 @@ ROWS = {
     "console.interrupt": "UART interrupt that hands 16 characters to the transmitter",
     "tuning_compute": "parameters to gains and thresholds, at `on`",
     "torque_build": "table from torque to currents of a salient machine, at `on`",
+    "torque_build.part": "the longest part of it: then the thread serves its lines",
     "interrupt.latency": "request by software to the first reading in the handler",
     "interrupt.round_trip": "entry and exit around an empty handler",
 }

@@ -32,6 +32,9 @@ void rows_slow_loop(void);
 /* What runs once in a while: faults and the console. */
 void rows_seldom(void);
 
+/* The tables of torque, for the axis's parameters. */
+void rows_build_tables(void);
+
 /* What the core itself takes to enter and leave an interrupt. */
 void rows_interrupt(void);
 

@@ -144,11 +144,19 @@ static void print_states(const char *name, timer_function timer, uint32_t (*inte
     print_row(name, &figures, NULL);
 }
 
+void rows_build_tables(void)
+{
+    struct torque_builder builder;
+    torque_begin(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning, 16384);
+    while (torque_go_on(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning)) {
+    }
+}
+
 void rows_slow_loop(void)
 {
     print_heading("slow loop, in operation: its parts, the step of the state machine, the whole interrupt");
     found = 0;
-    torque_build(&axes[0].torque, &axes[0].params, &axes[0].tuning, 16384);
+    rows_build_tables();
     axes[0].fabric->pwm.CONTROL = 0u; /* at rest: no leg turns on */
     (void)gate_enable(&axes[0].fabric->gate);
     axes[0].loop.status_max = GATE_STATUS_LIVE;

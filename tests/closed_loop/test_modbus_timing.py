@@ -28,6 +28,40 @@ def play(tmp_path, steps, end_s, **more):
                     aligned=True, **more)
 
 
+COSTLY = ("abb_m2bj100l", "thor_pmsyrm", "baldor_ecs101m0h7ef4")  # salient: the most to work out
+TRIES, TRY_S, HURRY_S = 12, 0.025, 1.2e-3
+
+
+def switch_on_and_off(start_s, by_console):
+    """Asked for on, polled while it works out its tables, and off before anything moves."""
+    ask = [{"t_s": start_s, "console": "on"}] if by_console else [
+        send(start_s - (3 - n) * 1e-3, write_one(0, word)) for n, word in enumerate((0, 6, 7, 15))]
+    rng = random.Random(f"{start_s}")
+    first_s = start_s + rng.uniform(3e-4, 1.2e-3)
+    polls = [send(first_s + HURRY_S * (n + 0.2 * rng.random()), read(0x10, 8)) for n in range(int(0.016 / HURRY_S))]
+    return [*ask, *polls, {"t_s": start_s + 0.018, "console": "off"}]
+
+
+@pytest.mark.parametrize("motor", COSTLY)
+def test_replies_come_in_time_while_the_tables_are_worked_out(tmp_path, motor):
+    """From the end of each request to the end of its reply, whoever has switched on."""
+    steps = [{"t_s": 0.1, "console": "set modbus_baud 921600"}]
+    for n in range(TRIES):
+        steps += switch_on_and_off(0.15 + n * TRY_S, by_console=n % 2 == 0)
+    steps = sorted(steps, key=lambda step: step["t_s"])
+    result = simulate({"key": "tables", "end_s": 0.16 + TRIES * TRY_S, "preamble_s": 0.05, "step": steps}, motor=motor,
+                      out_dir=tmp_path, aligned=True)
+    bus = load_bus(result.out_dir / "bus.txt")
+    words = [int.from_bytes(e.reply[3:5], "big") for e in bus.exchanges if len(e.reply) == 21]
+    assert bus.lost == [] and len(words) >= 0.98 * TRIES * int(0.016 / HURRY_S)
+    assert result.console.count("phase margin") == TRIES // 2 and any(word & 0x6F == 0x23 for word in words)
+    slowest = max(e.answered_s - e.asked_s for e in bus.exchanges)
+    first = max(e.on_s - e.asked_s for e in bus.exchanges)
+    print(f"{motor}: {len(bus.exchanges)} replies, first bit at most {first * 1e3:.2f} ms behind the request, "
+          f"last bit at most {slowest * 1e3:.2f}")
+    assert slowest <= REPLY_S
+
+
 def interrupts(result, from_s, to_s):
     log = load_irqlog(result.irqlog)
     ours = (log["exception"] == CURRENT_LOOP) & (log["t_s"] > from_s) & (log["t_s"] < to_s)

@@ -89,6 +89,8 @@ static void step(struct station *s)
         a->request = AXIS_REQUEST_CLEAR; /* the request's own check wants bits that go when a 1 is written */
     } else if (a->state == AXIS_SWITCH_ON_DISABLED) {
         (void)axis_switch_on(a);
+        while (axis_prepare(a)) {
+        }
     } else if (a->state == AXIS_OPERATION_ENABLED) {
         (void)axis_command_speed(a, (int32_t)(next(s) % 500u));
     }

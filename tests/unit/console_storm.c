@@ -11,11 +11,8 @@
 #include <string.h>
 
 #include "envm.h"
-#include "firmware/operate/commands_parts.h"
 #include "firmware/operate/console.h"
-
-#define WORDS 8
-#define BYTES 160
+#include "storm_lines.h"
 
 extern char host_said[], host_heard[];
 extern uint32_t host_said_bytes, host_heard_bytes, host_heard_taken;
@@ -33,158 +30,12 @@ static struct kept kept;
 static struct slots slots;
 static struct console console;
 static volatile uint32_t pend;
-static uint32_t seed;
 
 static void enter(void)
 {
 }
 
-static uint32_t any(uint32_t below)
-{
-    seed ^= seed << 13;
-    seed ^= seed >> 17;
-    seed ^= seed << 5;
-    return seed % below;
-}
-
-/* ---- what is typed ---- */
-
-static size_t put(char *line, size_t at, const char *text)
-{
-    const size_t length = strlen(text);
-    memcpy(line + at, text, length);
-    return at + length;
-}
-
-static size_t put_argument(char *line, size_t at, const char *kind)
-{
-    const struct param_info *const p = &param_table[any((uint32_t)param_count)];
-    char number[32];
-    static const char *const words[] = {"index", "block",         "by", "on", "off", "show", "all", "warn",
-                                        "stop",  "voltage_limit", "-"};
-    if (strncmp(kind, "PARAM", 5) == 0) {
-        return put(line, at, p->name);
-    }
-    if (any(3) == 0u) {
-        return put(line, at, words[any(sizeof words / sizeof words[0])]);
-    }
-    (void)snprintf(number, sizeof number, any(4) == 0u ? "%d.%03d" : "%d", (int)any(20000) - 3000, (int)any(1000));
-    return put(line, at, number);
-}
-
-/* A row of the table with arguments of its kinds; no `save`: it takes the time of all the others. */
-static size_t put_command(char *line)
-{
-    const struct command *c = &command_table[any((uint32_t)command_count)];
-    while (strcmp(c->name, "save") == 0 || strcmp(c->name, "stream") == 0 || strcmp(c->name, "machine") == 0) {
-        c = &command_table[any((uint32_t)command_count)];
-    }
-    size_t at = put(line, 0, c->name);
-    for (const char *a = c->arguments; *a != '\0'; a++) {
-        if (*a == ' ') {
-            line[at++] = ' ';
-            if (a[1] >= 'a' && a[1] <= 'z') {
-                for (a++; *a >= 'a' && *a <= 'z'; a++) {
-                    line[at++] = *a;
-                }
-                a--;
-            } else {
-                at = put_argument(line, at, a + 1);
-            }
-        }
-    }
-    return at;
-}
-
-static size_t put_set(char *line)
-{
-    const struct param_info *const p = &param_table[any((uint32_t)param_count)];
-    const int64_t span = (int64_t)p->max - p->min + 1;
-    const int64_t value =
-        p->min + (int64_t)(((uint64_t)any(65536) << 16 | any(65536)) % (uint64_t)(span + span / 8 + 2)) - span / 16;
-    return (size_t)snprintf(line, BYTES, "set %s %lld", p->name, (long long)value);
-}
-
-static size_t mutate(char *line, size_t length)
-{
-    const uint32_t at = any((uint32_t)length);
-    const char c = (char)(' ' + any(95));
-    switch (any(3)) {
-    case 0:
-        line[at] = c;
-        return length;
-    case 1:
-        memmove(line + at, line + at + 1, length - at - 1u);
-        return length - 1u;
-    default:
-        memmove(line + at + 1, line + at, length - at);
-        line[at] = c;
-        return length + 1u;
-    }
-}
-
-static size_t some_line(char *line)
-{
-    const uint32_t kind = any(8);
-    size_t length = 0;
-    if (kind == 0u) {
-        counts.noise++;
-        for (const size_t most = any(120); length < most; length++) {
-            line[length] = (char)(' ' + any(95));
-        }
-        return length;
-    }
-    length = kind < 4u ? put_set(line) : put_command(line);
-    if (kind == 1u || kind == 4u) {
-        counts.mutated++;
-        return mutate(line, length);
-    }
-    if (kind == 5u) {
-        static const char *const keys[] = {"\t",   "\x1b[A", "\x1b[D", "\x1b[3~", "\x15", "\x03",
-                                           "\x1b", "\xC3",   "\x01",   "\x17",    "\b"};
-        counts.keys++;
-        for (uint32_t n = 1u + any(6); n > 0u; n--) {
-            length = put(line, length, keys[any(sizeof keys / sizeof keys[0])]);
-        }
-        return length;
-    }
-    counts.right++;
-    return length;
-}
-
 /* ---- who judges ---- */
-
-struct words {
-    int count;
-    char word[WORDS][BYTES];
-};
-
-static struct words cut(const char *line, size_t length)
-{
-    struct words w = {0};
-    size_t letters = 0;
-    for (size_t i = 0; i <= length; i++) {
-        if (i < length && line[i] != ' ') {
-            if (letters == 0u && w.count < WORDS) {
-                w.count++;
-            }
-            w.word[w.count - 1][letters++] = line[i];
-        } else {
-            letters = 0;
-        }
-    }
-    return w;
-}
-
-static bool is_a_command(const struct words *w)
-{
-    for (size_t i = 0; i < command_count; i++) {
-        if (strcmp(w->word[0], command_table[i].name) == 0 && (size_t)w->count == command_table[i].words) {
-            return true;
-        }
-    }
-    return false;
-}
 
 /* The parameter that `set` sets, and its value; NULL if it sets none. */
 static const struct param_info *sets(const struct words *w, long *value)
@@ -251,6 +102,14 @@ static void judge(const char *line, size_t length, bool off)
     }
 }
 
+static void count(enum line_kind kind)
+{
+    counts.noise += kind == LINE_NOISE;
+    counts.keys += kind == LINE_KEYS;
+    counts.mutated += kind == LINE_MUTATED;
+    counts.right += kind == LINE_RIGHT;
+}
+
 static void type(const char *line, size_t length)
 {
     memcpy(host_heard, line, length);
@@ -280,7 +139,8 @@ int main(int argc, char **argv)
         axis = fresh;
         axis.state = off ? AXIS_SWITCH_ON_DISABLED : AXIS_OPERATION_ENABLED;
         before = axis;
-        const size_t length = some_line(line);
+        size_t length;
+        count(some_line(line, &length));
         type(line, length);
         judge(line, length, off);
     }

@@ -57,6 +57,7 @@ class Line:
         identify(self.fabric)
         self.axis.fabric_doubt, self.axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
         self.axis.time_ms = 1000
+        self.prepares = True
         self.rs485, self.modbus = c.rs485(), c.structs["modbus"]()
         c.host_envm_new(self.axis, 8e-3, 1)
         self.slots = c.host_slots()
@@ -72,10 +73,16 @@ class Line:
         c = self.c
         ctypes.memmove(c.host_bus_heard, bytes(data), len(data))
         c.host_bus_heard_bytes.value, c.host_bus_heard_taken.value = len(data), 0
-        c.modbus_poll(self.modbus)
+        self._poll()
         sent = self._sent()
         c.host_bus_heard_bytes.value = c.host_bus_heard_taken.value = 0
         return sent + self.wait(then_ms)
+
+    def _poll(self):
+        """A turn of the thread, in which all is worked out that has begun."""
+        self.c.modbus_poll(self.modbus)
+        while self.prepares and self.c.axis_prepare(self.axis):
+            pass
 
     def wait(self, ms):
         sent = b""
@@ -83,7 +90,7 @@ class Line:
             self.c.host_bus_marks.value |= self.c.host_bus_silence_mark.value
         for _ in range(ms):
             self.axis.time_ms += 1
-            self.c.modbus_poll(self.modbus)
+            self._poll()
             sent += self._sent()
         return sent
 

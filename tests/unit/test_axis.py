@@ -197,7 +197,7 @@ def test_what_is_measured_forbids_on(c, world, vbus, rpm_q4, error):
     w = world()
     assert (w.axis.tuning.v_min_q15, w.axis.tuning.v_max_q15) == (10253, 20506)
     w.axis.loop.vbus_q15, w.axis.speed.speed_rpm_q4 = vbus, rpm_q4
-    assert c.axis_switch_on(w.axis).error == c.enums["error"]["ERROR_" + error]
+    assert c.switch_on_at_once(w.axis).error == c.enums["error"]["ERROR_" + error]
     assert w.axis.request == (c.AXIS_REQUEST_ON if error == "NONE" else c.AXIS_REQUEST_NONE)
 
 
@@ -208,7 +208,7 @@ def test_on_adopts_the_parameters_and_nothing_before(c, world):
     before = w.axis.tuning.i_max_q15
     w.axis.start.aligned = True
     assert before == round(10650 * 32768 / 23571)
-    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     assert w.axis.tuning.i_max_q15 == round(8000 * 32768 / 23571) == w.axis.torque.map.torque_max_q15
     assert w.axis.thermal.max_q4 == 1600 and w.axis.speed.kp_q16 == w.axis.tuning.speed_kp_q16
     assert w.axis.start.aligned, "the encoder is the same"
@@ -218,7 +218,7 @@ def test_another_encoder_makes_the_alignment_void(c, world):
     w = world()
     w.axis.start.aligned = w.axis.start.index_known = True
     w.axis.params.encoder_counts = 8000
-    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     assert not w.axis.start.aligned and not w.axis.start.index_known
     assert w.fabric.encoder.COUNTS == 8000
     w.step()
@@ -271,7 +271,7 @@ def test_switching_on_tells_the_pwm_when_voltages_act(c, world, update):
     w = world("SWITCH_ON_DISABLED")
     w.axis.params.pwm_update, pwm = update, w.fabric.pwm
     pwm.MODE, pwm.PERIOD, pwm.COUNT, pwm.PHASE, pwm.STATUS = 1, 2500, 1000, 77, 0
-    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     assert w.step() == "SWITCHED_ON" and w.fabric.gate.CONTROL == 0
     assert (pwm.MODE, pwm.PHASE, pwm.CONTROL) == ((1, 77, pwm.CONTROL) if update == 1 else (update, 1000, 1))
     assert w.axis.tuning.delay_halves == 3 - update
@@ -282,7 +282,7 @@ def test_switching_on_tells_the_pwm_how_often_to_sample(c, world):
     w = world("SWITCH_ON_DISABLED")
     p, pwm = w.axis.params, w.fabric.pwm
     p.pwm_update, p.pwm_samples, p.low_side_shunts, pwm.MODE, pwm.DEAD = 2, 2, 0, 2, 100
-    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     assert w.step() == "SWITCHED_ON" and pwm.TRIGGER_2 == 50 | 1 << 17
     for conversions, cause in ((40, 0), (20, 0), (40, 0), (39, 0), (41, 0), (20, c.FAULT_LOOP_STOPPED)):
         w.fabric.adc.SEQUENCE += conversions - 20
@@ -290,7 +290,7 @@ def test_switching_on_tells_the_pwm_how_often_to_sample(c, world):
         assert w.axis.faults.cause == cause
     w = world("SWITCH_ON_DISABLED")
     w.fabric.pwm.TRIGGER_2 = 50 | 1 << 17
-    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     assert w.step() == "SWITCHED_ON" and w.fabric.pwm.TRIGGER_2 == 0
 
 
@@ -302,7 +302,7 @@ def test_switching_on_chooses_where_currents_come_from(c, world):
     for osr, setting, trigger in ((64, 0x511, 2500 - 430 | 1 << 17), (32, 0x510, 2500 - 190 | 1 << 17),
                                   (256, 0x513, 2500 - 1870 | 1 << 17), (0, 0x513, 2450 | 1 << 16)):
         p.modulator_osr = osr
-        assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+        assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
         assert w.step() == "SWITCHED_ON"
         assert (adc.CONTROL, adc.MODULATOR, pwm.TRIGGER_1) == (0xB if osr else 3, setting, trigger)
         assert adc.MODULATOR_TRIP == w.axis.tuning.modulator_trip_q15 > w.axis.tuning.i_trip_q15
@@ -312,6 +312,6 @@ def test_switching_on_chooses_where_currents_come_from(c, world):
 def test_a_pwm_that_takes_no_other_mode_is_a_fault(c, world):
     w = world("SWITCH_ON_DISABLED")
     w.axis.params.pwm_update, w.fabric.pwm.STATUS = 2, 1  # it goes on running
-    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     w.step(3)
     assert w.axis.faults.cause == c.FAULT_FABRIC and w.fabric.gate.CONTROL == 0 and w.fabric.pwm.MODE == 0

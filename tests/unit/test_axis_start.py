@@ -18,7 +18,7 @@ def starting(c):
         w.fabric.adc.OFFSET_A = w.fabric.adc.OFFSET_B = w.fabric.adc.OFFSET_C = 32768
         w.axis.start.aligned = aligned
         w.axis.loop.vbus_q15 = 13670
-        assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+        assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
         assert w.step() == "SWITCHED_ON"
         return w
     return made
@@ -56,7 +56,7 @@ def test_what_is_known_of_an_encoder_ends_with_it(c, starting):
         assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
         w.axis.params.angle_source = source
         w.fabric.encoder.STATUS = INDEX_SEEN
-        assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+        assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
         assert w.step() == "SWITCHED_ON"
         w.step(CALIBRATION_MS)
         start = w.axis.start
@@ -153,7 +153,7 @@ def test_the_second_sample_is_looked_at_before_it_is_trusted(c, starting):
     p = w.axis.params
     p.pwm_samples, p.pwm_update, p.low_side_shunts, w.fabric.pwm.MODE = 2, 2, 0, 2
     for phase in (WIRING, FOLLOW):
-        assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+        assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
         w.fabric.adc.SEQUENCE += w.axis.loop.loops_per_slow - 20
         w.step()
         for _ in range(CALIBRATION_MS):
@@ -200,7 +200,7 @@ def test_the_offset_comes_back_with_the_index(c, seen, known, aligned):
     w.axis.start.index_known, w.axis.start.index_offset_q32 = known, 0x40000000
     w.fabric.encoder.STATUS, w.fabric.encoder.INDEX = INDEX_SEEN * seen, 50
     w.axis.loop.vbus_q15, w.axis.loop.angle_offset_q32 = 13670, 7
-    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     w.step()
     assert w.axis.start.aligned == aligned
     assert w.axis.loop.angle_offset_q32 == ((0x40000000 - 50 * w.axis.loop.encoder_scale_q32) % 2**32 if aligned else 7)

@@ -57,7 +57,7 @@ def test_a_warning_is_remembered_until_the_next_on_and_changes_nothing(world, c)
     assert c.reaction_warned(w.axis.reactions, c.FAULT_SPEED_DEVIATION)
     assert not c.reaction_warned(w.axis.reactions, c.FAULT_STALL)
     w.put("SWITCH_ON_DISABLED")
-    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     w.step()
     assert not c.reaction_warned(w.axis.reactions, c.FAULT_SPEED_DEVIATION)
 
@@ -104,6 +104,8 @@ def retrying(world, name, **params):
 def wait(w, ms):
     for _ in range(ms):
         w.c.axis_retry(w.axis)
+        while w.c.axis_prepare(w.axis):
+            pass
         w.step()
     return w.state
 
@@ -180,7 +182,7 @@ def test_good_operation_gives_the_retries_back(world, c):
 def test_too_hot_is_refused(world, c):
     w = world("SWITCH_ON_DISABLED")
     w.axis.thermal.winding_q4 = w.axis.thermal.max_q4 + 1
-    assert c.axis_switch_on(w.axis).error == c.ERROR_TOO_HOT
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_TOO_HOT
 
 
 @pytest.mark.parametrize("source, by_hand, resumes", ((1, False, True), (0, False, False), (1, True, False)))

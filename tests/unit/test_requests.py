@@ -6,7 +6,7 @@ import pytest
 
 from unit.conftest import identify
 
-REQUESTS = {"on": ("axis_switch_on",), "quickstop": ("axis_quick_stop",), "clear": ("axis_clear_fault",),
+REQUESTS = {"on": ("switch_on_at_once",), "quickstop": ("axis_quick_stop",), "clear": ("axis_clear_fault",),
             "speed": ("axis_command_speed", 100), "torque": ("axis_command_current", 100)}
 
 

@@ -607,7 +607,7 @@ def test_the_scale_of_the_set_comes_with_its_index(drive, c):
     drive.put(0, slot([record(PARAMETER, "encoder_counts", number(8192)), record(INDEX, "index", struct.pack("<I", 77))], 1))
     assert drive.load() == "NONE" and drive.axis.start.index_offset_q32 == 77
     drive.axis.loop.vbus_q15 = (drive.axis.tuning.v_min_q15 + drive.axis.tuning.v_max_q15) // 2
-    assert drive.name(c.axis_switch_on(drive.axis).error) == "NONE"
+    assert drive.name(c.switch_on_at_once(drive.axis).error) == "NONE"
     assert drive.axis.start.index_known and drive.axis.start.index_offset_q32 == 77
 
 

@@ -54,7 +54,7 @@ def test_it_stays_off_without_a_request(world):
 
 def test_a_request_to_switch_on_leads_to_switched_on_by_way_of_ready(world, c):
     w = world()
-    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     assert w.step() in ("READY", "SWITCHED_ON") and w.step(2) == "SWITCHED_ON"
 
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from scope.line import Sample, Splitter
 from unit.conftest import ROOT
 from unit.test_commands import Operator
 
@@ -109,9 +110,9 @@ def decoded(frame):
             plain.append(0)
     crc = 0xFFFF
     for byte in plain[:-2]:
-        crc ^= byte << 8
+        crc ^= byte
         for _ in range(8):
-            crc = (crc << 1 ^ (0x1021 if crc & 0x8000 else 0)) & 0xFFFF
+            crc = crc >> 1 ^ (0xA001 if crc & 1 else 0)
     if at != len(body) or crc != int.from_bytes(plain[-2:], "little"):
         return None
     values, value, shift = [], 0, 0
@@ -135,16 +136,20 @@ def test_frames_come_back(c, number, values):
     assert decoded(frame_of(c, number, values)) == (number & 0xFFFF, values)
 
 
+@given(number=st.integers(0, 2**32 - 1), values=st.lists(INT32, min_size=1, max_size=8), text=st.binary(max_size=9))
+def test_the_host_reads_them_between_text(c, number, values, text):
+    text = bytes(byte | 32 for byte in text)
+    got = list(Splitter().take(text + frame_of(c, number, values) + text))
+    assert [one for one in got if isinstance(one, Sample)] == [Sample(number & 0xFFFF, tuple(values))]
+    assert b"".join(one for one in got if isinstance(one, bytes)) == text + text
+
+
 @given(values=st.lists(INT32, min_size=1, max_size=8), at=st.integers(0, 400), data=st.data())
 def test_a_wrong_bit_is_noticed(c, values, at, data):
     frame = bytearray(frame_of(c, 77, values))
     place = 1 + at % (len(frame) - 2)
     frame[place] ^= 1 << data.draw(st.integers(0, 7))
     assert decoded(bytes(frame)) is None
-
-
-def test_the_crc_is_the_one_it_is_called(c):
-    assert c.frame_crc((ctypes.c_uint8 * 9)(*b"123456789"), 9) == 0x29B1
 
 
 # ---- captures: the vector, the divider, what is torn ----

@@ -109,7 +109,8 @@ def sweep(tmp_path_factory):
     sources = [path for room in ("firmware/settings", "firmware/control", "drivers/fabric", "lib")
                for path in sorted((ROOT / room).glob("*.c")) if path.name != "contract.c"]
     command = [os.environ.get("HOSTCC") or "cc", "-std=gnu11", "-O2", "-Wall", "-Werror", f"-I{HERE / 'host'}", f"-I{ROOT}",
-               str(HERE / "weakening_sweep.c"), *map(str, sources), str(HERE / "host/host.c"), "-lm", "-o", str(target)]
+               str(HERE / "weakening_sweep.c"), *map(str, sources), str(HERE / "host/host.c"), str(HERE / "host/at_once.c"),
+               "-lm", "-o", str(target)]
     subprocess.run(command, check=True)
     output = subprocess.run([target, "250000"], check=True, capture_output=True, text=True).stdout
     return [[int(word) for word in line.split()] for line in output.splitlines()]

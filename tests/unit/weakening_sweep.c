@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "firmware/control/torque.h"
+#include "at_once.h"
 #include "firmware/settings/mtpa.h"
 
 #define Q15        32768.0

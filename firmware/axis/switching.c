@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/switching.h"
+
+#include "firmware/axis/axis.h"
+#include "firmware/axis/requests.h"
+
+static struct outcome forbidden(const struct axis *a)
+{
+    const struct outcome problem = request_measured_forbids_on(a, &a->switching.tuning);
+    return problem.error != ERROR_NONE ? problem : outcome_of(request_state_forbids_on(a));
+}
+
+/* What the parameters make of it, and whether they allow it. What lies between the members comes along: an axis holds nothing
+ * of the stack. */
+static struct outcome tune(struct axis *a)
+{
+    a->switching.tuning = a->tuning;
+    struct outcome problem = tuning_compute(&a->params, &a->switching.tuning);
+    if (problem.error == ERROR_NONE) {
+        problem = tuning_check_emf(&a->params);
+    }
+    return problem;
+}
+
+struct outcome axis_switch_on(struct axis *a)
+{
+    if (!request_settled(a)) {
+        return outcome_of(ERROR_BUSY);
+    }
+    if (request_state_forbids_on(a) != ERROR_NONE) {
+        return outcome_of(request_state_forbids_on(a));
+    }
+    struct outcome problem = tune(a);
+    if (problem.error == ERROR_NONE) {
+        problem = forbidden(a); /* looked at again at the end: a refusal need not wait so long */
+    }
+    if (problem.error == ERROR_NONE) {
+        torque_begin(&a->switching.builder, &a->torque, &a->params, &a->switching.tuning, a->loop.vbus_q15);
+        a->switching.under_way = true;
+    }
+    return problem;
+}
+
+/* All is worked out. A fault may have come meanwhile, or the bus have changed. */
+static struct outcome request_on(struct axis *a)
+{
+    const uint32_t held = request_hold();
+    const struct outcome problem = forbidden(a);
+    if (problem.error == ERROR_NONE) {
+        request_adopt(a, &a->switching.tuning);
+        a->reactions.switching_on = false;
+        a->request = AXIS_REQUEST_ON;
+    }
+    request_release(held);
+    return problem;
+}
+
+bool axis_prepare(struct axis *a)
+{
+    struct switching *const s = &a->switching;
+    if (!s->under_way) {
+        return false;
+    }
+    if (a->state != AXIS_SWITCH_ON_DISABLED || a->faults.cause != FAULT_NONE) {
+        switching_end(s, ERROR_FAULT_LATCHED);
+        return false;
+    }
+    if (torque_go_on(&s->builder, &a->torque, &a->params, &s->tuning)) {
+        return true;
+    }
+    s->under_way = false;
+    s->outcome = request_on(a);
+    return false;
+}

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Switching on takes tables that take up to 20 ms (control/torque_build.h). They are worked out a part at a time, so that the
+ * thread serves its lines in between: axis_switch_on() begins, axis_prepare() goes on. Until the last part the axis neither is
+ * on nor counts as off: parameters stay as they are. Thread.
+ */
+#ifndef FIRMWARE_AXIS_SWITCHING_H
+#define FIRMWARE_AXIS_SWITCHING_H
+
+#include <stdbool.h>
+
+#include "firmware/control/torque_build.h"
+#include "firmware/settings/error.h"
+#include "firmware/settings/tuning.h"
+
+struct switching {
+    bool under_way;
+    struct outcome outcome; /* of the last one that has ended */
+    struct tuning tuning;   /* that will be in effect */
+    struct torque_builder builder;
+};
+
+/* It ends with that, if one is under way. */
+static inline void switching_end(struct switching *s, enum error error)
+{
+    if (s->under_way) {
+        s->under_way = false;
+        s->outcome = outcome_of(error);
+    }
+}
+
+#endif
