@@ -76,7 +76,7 @@ int main(void)
 {
     struct postmortem last_life;
     struct console console;
-    struct idle rest = {.time_ms = &axes[0].time_ms};
+    struct idle rest = {.time_ms = &axes[0].time_ms, .heard = {&uart.rx_head, &bus.uart.rx_head}};
     const struct slots slots = settings_slots();
     struct kept kept;
     axis_init(&axes[0], FABRIC0); /* first: from here on a processor fault knows that the fabric is in doubt */

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/system/idle.h"
 
+#include <stdbool.h>
+
 #include "drivers/cortex/cpu.h"
 #include "drivers/mss/watchdog.h"
 
@@ -17,8 +19,24 @@ void idle_serve_watchdog(struct idle *i)
     }
 }
 
+/* Takes note of clock and counts; whether any of them has moved. */
+static bool take_notice(struct idle *i)
+{
+    const uint32_t now_ms = *i->time_ms;
+    bool moved = now_ms != i->seen_ms;
+    i->seen_ms = now_ms;
+    for (uint32_t n = 0; n < IDLE_LINES; n++) {
+        const uint32_t heard = *i->heard[n];
+        moved = moved || heard != i->seen[n];
+        i->seen[n] = heard;
+    }
+    return moved;
+}
+
 void idle(struct idle *i)
 {
     idle_serve_watchdog(i);
-    cpu_wait_for_interrupt();
+    while (!take_notice(i)) {
+        cpu_wait_for_interrupt();
+    }
 }

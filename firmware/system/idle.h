@@ -5,12 +5,20 @@
 
 #include <stdint.h>
 
+#define IDLE_LINES 2u
+
 struct idle {
-    const volatile uint32_t *time_ms; /* a clock that the slow loop moves */
-    uint32_t served_ms;               /* what it said at the last refresh */
+    const volatile uint32_t *time_ms;           /* a clock that the slow loop moves */
+    const volatile uint32_t *heard[IDLE_LINES]; /* counts that move with each character from a line */
+    uint32_t served_ms;                         /* what the clock said at the last refresh */
+    uint32_t seen_ms, seen[IDLE_LINES];         /* what clock and counts said when the thread was last let go */
 };
 
-/* Sleeps until the next interrupt has been served. Thread only. */
+/*
+ * Sleeps until the clock or a line has something new; not at all if that came since the last call. What else interrupts,
+ * the current loop above all, ends the processor's sleep and not the thread's. What comes as the processor falls asleep waits
+ * for the next interrupt of any kind. Thread only.
+ */
 void idle(struct idle *i);
 
 /*

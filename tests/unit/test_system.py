@@ -230,12 +230,60 @@ def test_the_watchdog_is_served_while_the_slow_loop_lives(device, system):
         assert (device.watchdog.WDOGREFRESH == KEY) == served
 
 
-def test_idle_sleeps_and_serves(device, system):
-    clock, idle = ctypes.c_uint32(1), system.structs["idle"]()
+def resting(system):
+    """(idle, its clock, what its lines have heard), let go at 1 ms."""
+    clock, heard, idle = ctypes.c_uint32(1), [ctypes.c_uint32(0), ctypes.c_uint32(7)], system.structs["idle"]()
     idle.time_ms = ctypes.pointer(clock)
-    system.host_sleeps.value = 0
+    for n, count in enumerate(heard):
+        idle.heard[n] = ctypes.pointer(count)
     system._library.idle(ctypes.byref(idle))
-    assert system.host_sleeps.value == 1 and device.watchdog.WDOGREFRESH == KEY
+    system.host_sleeps.value = 0
+    return idle, clock, heard
+
+
+@pytest.fixture
+def sleeping(system):
+    """Sets what comes with each interrupt that the processor sleeps for."""
+    hook, kept = ctypes.c_void_p.in_dll(system._library, "host_on_sleep"), []
+
+    def with_each(wake):
+        kept.append(ctypes.CFUNCTYPE(None)(wake))
+        hook.value = ctypes.cast(kept[-1], ctypes.c_void_p).value
+    yield with_each
+    hook.value = None
+
+
+@pytest.mark.parametrize("moves", ("clock", 0, 1))
+def test_idle_sleeps_until_there_is_something_new(system, device, sleeping, moves):
+    """Interrupts that bring nothing, the current loop's, let the thread sleep on."""
+    idle, clock, heard = resting(system)
+
+    def wake():
+        if system.host_sleeps.value == 20:
+            (clock if moves == "clock" else heard[moves]).value += 1
+    sleeping(wake)
+    system._library.idle(ctypes.byref(idle))
+    assert system.host_sleeps.value == 20
+
+
+def test_idle_does_not_sleep_where_something_came_before(system, device):
+    idle, clock, heard = resting(system)
+    for moved in (clock, *heard):
+        moved.value += 1
+        system._library.idle(ctypes.byref(idle))
+    assert system.host_sleeps.value == 0
+
+
+def test_idle_serves_the_watchdog_before_it_sleeps(system, device, sleeping):
+    idle, clock, _ = resting(system)
+
+    def wake():
+        clock.value += 1
+    sleeping(wake)
+    for _ in range(3):
+        device.watchdog.WDOGREFRESH = 0
+        system._library.idle(ctypes.byref(idle))
+        assert (device.watchdog.WDOGREFRESH == KEY) == (clock.value > 2), "as soon as the clock has moved"
 
 
 @pytest.mark.parametrize("slow_at, asked", ((None, 1), (700, 2)))
