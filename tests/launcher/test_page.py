@@ -251,7 +251,8 @@ def test_identify_to_its_end_and_what_it_found_is_used(page):
     page.click("[data-line='identify use']")
     page.wait(lambda: re.search(r"[1-9]\d* parameters changed", page.heard()))
     used = round(float(re.match(r"[\d.]+", found["resistance"])[0]))
-    page.wait(lambda: page.script("return document.querySelector('#parameters input[name=resistance_mohm]').value") == str(used))
+    shown = "return document.querySelector('#parameters input[name=resistance_mohm]').value"
+    page.wait(lambda: page.script(shown) == str(used))
 
 
 def test_on_a_phone(page):
