@@ -5,6 +5,7 @@
 #include "drivers/mss/timer.h"
 
 #define CHARACTER_BITS 11u
+#define SETTLE         2u /* characters */
 
 bool rs485_open(struct rs485 *r, struct mmuart_regs *regs, uint32_t pin, uint32_t baud, enum mmuart_format format)
 {
@@ -14,6 +15,7 @@ bool rs485_open(struct rs485 *r, struct mmuart_regs *regs, uint32_t pin, uint32_
     r->pin = pin;
     r->driving = false;
     r->whole = false;
+    r->settling = false;
     r->character_ticks = CHARACTER_BITS * (BOARD_MSS_TIMER_HZ / baud + 1u);
     return mmuart_open(&r->uart, regs, baud, format);
 }
@@ -33,9 +35,32 @@ void rs485_send(struct rs485 *r, const uint8_t *bytes, size_t count)
 
 void rs485_uart_handler(struct rs485 *r)
 {
+    r->settling = false;
     mmuart_irq_handler(&r->uart);
     if (!r->driving) {
         mss_timer2_start_once(r->character_ticks * 7u / 2u);
+    }
+}
+
+/* The last of an echo came before its stop bit was over. */
+static void release(struct rs485 *r)
+{
+    gpio_write(r->pin, false);
+    r->uart.rx_muted = false;
+    r->uart.rx_suspects = 1u;
+    r->settling = true;
+    r->driving = false;
+    mss_timer2_start_once(SETTLE * r->character_ticks);
+}
+
+/* Nobody has spoken since. */
+static void notice_silence(struct rs485 *r)
+{
+    if (r->settling) {
+        r->settling = false;
+        r->uart.rx_suspects = 0u;
+    } else {
+        r->uart.rx_silence = true;
     }
 }
 
@@ -43,13 +68,11 @@ void rs485_timer_handler(struct rs485 *r)
 {
     mss_timer2_acknowledge();
     if (!r->driving) {
-        r->uart.rx_silence = true;
+        notice_silence(r);
         return;
     }
     if (r->whole && mmuart_is_idle(&r->uart)) {
-        gpio_write(r->pin, false);
-        r->uart.rx_muted = false; /* the last of an echo came before its stop bit was over */
-        r->driving = false;
+        release(r);
     } else {
         mss_timer2_start_once(r->character_ticks / 4u);
     }

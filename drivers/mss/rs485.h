@@ -6,6 +6,9 @@
  * LSR.TEMT says it. MSS timer 2 looks at it when the last character should be on its way, and then every quarter of a character
  * until it is so, at an interrupt's priority: the thread may be busy meanwhile. While it listens, the same timer measures the
  * silence behind each character: one that comes after more than 3.5 characters' time is marked (MMUART_RX_SILENCE).
+ *
+ * While it drives, it hears nothing. What comes within two characters' time of that, where 3.5 are to be waited for, is the
+ * rest of what somebody said meanwhile, and no beginning: its first character is marked as next to a loss.
  */
 #ifndef DRIVERS_MSS_RS485_H
 #define DRIVERS_MSS_RS485_H
@@ -16,6 +19,7 @@ struct rs485 {
     struct mmuart uart;
     uint32_t pin;             /* of the MSS GPIO: high switches the driver on */
     uint32_t character_ticks; /* of BOARD_MSS_TIMER_HZ: start, eight bits, parity or a second stop bit, stop bit */
+    volatile bool settling;   /* it has let go of the line just now */
     volatile bool driving;
     volatile bool whole; /* the thread has no more characters for this transmission */
 };

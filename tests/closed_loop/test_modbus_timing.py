@@ -132,6 +132,20 @@ def test_the_transceiver_drives_until_the_last_stop_bit_has_left_and_no_longer(p
     assert longest < 3 * character_s
 
 
+def test_the_rest_of_what_was_said_meanwhile_is_no_beginning(tmp_path):
+    """Somebody speaks while the drive answers, and so it hears no more than the end of that: with a request in it."""
+    steps, leads = [{"t_s": 0.06, "console": "set modbus_baud 921600"}], list(range(8, 26)) * 6
+    for n, lead in enumerate(leads):
+        inside = bytes(lead) + read(0x10, 1)
+        steps += [send(0.1 + 0.005 * n, read(0x10, 8)), send(0.10016 + 0.005 * n, frame(2, 4, len(inside), *inside))]
+    result = simulate({"key": "meanwhile", "end_s": 0.11 + 0.005 * len(leads), "step": steps}, out_dir=tmp_path, plant="ideal",
+                      spread=0, aligned=True)
+    bus = load_bus(result.out_dir / "bus.txt")
+    assert sum(what.startswith("deaf") for _, what in bus.lost) > 10 * len(leads), "it was so"
+    assert {len(e.reply) for e in bus.exchanges} == {21}, "the request inside would be answered by 7"
+    assert len(bus.exchanges) >= 0.8 * len(leads), "nor does the rest stand in the next request's way, as a beginning would"
+
+
 @pytest.mark.parametrize("baud, parity", ((9600, 0), (19200, 2), (115200, 1)))
 def test_rates_and_formats(tmp_path, baud, parity):
     """A long reply and a short one, at rest."""

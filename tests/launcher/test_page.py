@@ -221,6 +221,40 @@ def test_identify_shows_how_far_it_is_and_what_it_found(page):
     assert "quickstop" in page.heard() and page.state() == "switch on disabled", "the big button ends a measurement, too"
 
 
+IDENTIFIED = {"resistance": 360, "ld": 200, "lq": 200, "pole pairs": 4, "encoder counts": 4000}  # teknic_m2310p, as rated
+INTERVALS = ("resistance", "dead time", "ld", "lq", "offset", "flux", "inertia", "friction")
+
+
+def test_identify_to_its_end_and_what_it_found_is_used(page):
+    """Each step is shown as it goes, each value with its interval; and the drive takes them."""
+    page.script("document.getElementById('said').textContent = ''")
+    page.click("[data-line=identify]")
+    steps = []
+
+    def ended():
+        shown = re.search("'(.+)'", page.find("step").text)
+        if shown and shown[1] not in steps:
+            steps.append(shown[1])
+        return len(steps) > 1 and not shown and "time: " in page.heard()
+
+    page.wait(ended)
+    order = ["resistance", "axes", "inductance", "turn", "ramps", "speeds"]
+    assert [step for step in steps if step in order] == order, "short ones may pass between two looks"
+    rows = page.script("return [...document.querySelectorAll('#identified tr')].map(r => [...r.cells].map(c => c.textContent))")
+    found = dict(rows)
+    for name, rated in IDENTIFIED.items():
+        assert float(re.match(r"[\d.]+", found[name])[0]) == pytest.approx(rated, rel=0.25), (name, found)
+    for name in INTERVALS:
+        value, interval = map(float, re.match(r"(-?[\d.]+) \+-([\d.]+) ", found[name]).groups())
+        assert 0 < interval < max(abs(value), 5), (name, found)
+    assert found["pole pairs"] == "4, exactly" and page.state() == "switch on disabled"
+    page.click("[data-line='identify use']")
+    page.wait(lambda: re.search(r"[1-9]\d* parameters changed", page.heard()))
+    used = round(float(re.match(r"[\d.]+", found["resistance"])[0]))
+    shown = "return document.querySelector('#parameters input[name=resistance_mohm]').value"
+    page.wait(lambda: page.script(shown) == str(used))
+
+
 def test_on_a_phone(page):
     page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
                                  {"width": 360, "height": 780, "deviceScaleFactor": 1, "mobile": True})
