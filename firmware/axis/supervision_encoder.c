@@ -64,6 +64,13 @@ static int32_t degrees(int32_t angle_q32)
     return ((angle_q32 >> 16) * 360) >> 16;
 }
 
+/* A count that is by `jump_q32` from where the rotor is. */
+static struct rotor_seed seed_before(const struct axis *a, uint32_t count, int32_t jump_q32, uint32_t clock)
+{
+    const uint32_t angle_q32 = count * a->loop.encoder_scale_q32 + a->loop.angle_offset_q32;
+    return (struct rotor_seed){.angle_q32 = angle_q32 - (uint32_t)jump_q32, .clock = clock};
+}
+
 static void begin_doubt(const struct axis *a, struct encoder_watch *e, int32_t jump_q32)
 {
     e->doubt_ms = DOUBT_MS;
@@ -71,6 +78,9 @@ static void begin_doubt(const struct axis *a, struct encoder_watch *e, int32_t j
     e->w_before_q15 = w_of(a, e->speed_before_q32);
     e->emf_before = e->emf.filtered;
     e->against_ms = 0;
+    e->torque_q29 = a->speed.integral_q29;
+    e->sound = seed_before(a, a->speed.estimate.count, jump_q32, a->speed.estimate.latch_clock);
+    e->sound.speed_q32 = e->speed_before_q32;
 }
 
 /*
@@ -184,6 +194,16 @@ static void watch_index(struct axis *a, struct encoder_watch *e)
     e->index_last[way] = (int32_t)now;
 }
 
+/* Since the slow loop's last look. */
+static int32_t surprise_at_sample(const struct axis *a)
+{
+    const struct encoder_regs *const encoder = &a->fabric->encoder;
+    const struct speed_estimate *const last = &a->speed.estimate;
+    const int32_t moved = counts_between(a, last->count, encoder_latched(encoder));
+    const uint32_t clocks = encoder_latch_clock(encoder) - last->latch_clock;
+    return supervise_encoder_surprise_q32(&a->tuning, moved, clocks, a->supervision.encoder.speed_q32);
+}
+
 enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
@@ -191,12 +211,7 @@ enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
     if (!running) {
         return seen;
     }
-    const struct encoder_regs *const encoder = &a->fabric->encoder;
-    const struct speed_estimate *const last = &a->speed.estimate;
-    const int32_t moved = counts_between(a, last->count, encoder_latched(encoder));
-    const uint32_t clocks = encoder_latch_clock(encoder) - last->latch_clock;
-    const int32_t surprise = supervise_encoder_surprise_q32(&a->tuning, moved, clocks, e->speed_q32);
-    if (e->doubt_ms == 0u && q15_abs(surprise) <= e->jump_limit_q32) {
+    if (e->doubt_ms == 0u && q15_abs(surprise_at_sample(a)) <= e->jump_limit_q32) {
         return seen;
     }
     return counts_stand(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
@@ -244,4 +259,73 @@ void supervise_encoder(struct axis *a, int32_t surprise_q32, uint32_t turn)
     if (e->still_ms >= SUPERVISION_STILL_MS) {
         watch_still(a);
     }
+}
+
+/* ---- where the rotor is, for who carries on without ---- */
+
+/* The frame is that of the next sample. */
+static void by_frame(const struct axis *a, struct rotor_seed *seed)
+{
+    seed->speed_q32 = a->loop.pll.speed_q32;
+    seed->angle_q32 = current_loop_angle_q32(&a->loop) - (uint32_t)seed->speed_q32;
+    seed->clock = encoder_latch_clock(&a->fabric->encoder);
+}
+
+/* The EMF of the last sample, in the frame of then. */
+static void by_emf(const struct axis *a, const struct emf_vector *emf, int32_t speed_q32, struct rotor_seed *seed)
+{
+    by_frame(a, seed);
+    seed->angle_q32 += emf_angle_q32(emf, speed_q32 < 0);
+    seed->speed_q32 = speed_q32;
+}
+
+/* The edge is where two counts meet. */
+static void by_last_edge(const struct axis *a, struct rotor_seed *seed)
+{
+    const struct encoder_regs *const encoder = &a->fabric->encoder;
+    *seed = seed_before(a, encoder_latched(encoder), 0, encoder_edge_clock(encoder));
+    seed->speed_q32 = a->supervision.encoder.speed_moving_q32;
+}
+
+void supervise_encoder_seed_at_sample(const struct axis *a, struct rotor_seed *seed)
+{
+    const struct encoder_watch *const e = &a->supervision.encoder;
+    const struct encoder_regs *const encoder = &a->fabric->encoder;
+    const int32_t surprise_q32 = surprise_at_sample(a);
+    if (e->doubt_ms != 0u) {
+        *seed = e->sound;
+    } else if (q15_abs(surprise_q32) > e->jump_limit_q32) {
+        *seed = seed_before(a, encoder_latched(encoder), surprise_q32, encoder_latch_clock(encoder));
+        seed->speed_q32 = e->speed_q32;
+    } else {
+        by_frame(a, seed);
+    }
+}
+
+/* In doubt the EMF is that of the last millisecond, and of the last four where counts were lost one by one. */
+void supervise_encoder_seed(struct axis *a, enum fault cause, struct rotor_seed *seed)
+{
+    const struct encoder_watch *const e = &a->supervision.encoder;
+    const bool in_doubt = e->doubt_ms != 0u;
+    if (cause == FAULT_ENCODER_DEAD && !in_doubt) {
+        by_last_edge(a, seed);
+    } else if (in_doubt && !(emf_is_clear(&e->emf) && e->doubt_ms < DOUBT_MS - 1u)) {
+        *seed = e->sound;
+    } else if (in_doubt || cause == FAULT_ENCODER_SLIP) {
+        by_emf(a, in_doubt ? &e->emf.now : &e->emf.filtered, in_doubt ? e->sound.speed_q32 : a->loop.pll.speed_q32,
+               seed);
+    } else {
+        by_frame(a, seed);
+    }
+}
+
+void supervise_encoder_forget(struct axis *a)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
+    if (e->doubt_ms != 0u) {
+        a->speed.integral_q29 = e->torque_q29;
+    }
+    e->doubt_ms = 0;
+    e->still_ms = 0;
+    e->against_ms = 0;
 }
