@@ -3,6 +3,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
+#include "firmware/axis/modes_step.h"
 #include "firmware/axis/rotor.h"
 #include "lib/polar.h"
 #include "lib/q15.h"
@@ -63,12 +64,11 @@ static void lead_on(struct axis *a)
     supervise_speed_begin(a);
 }
 
-/* The handler has changed: until the flux is set nothing of the observer is believed, and the frame turns as it was told. */
+/* The handler has changed already: until now nothing of the observer was believed, and the frame turned as it was told. */
 static void observer_leads(struct axis *a, enum fault cause)
 {
     volatile struct current_loop *const c = &a->loop;
     leave_encoder(a, cause);
-    c->angle_offset_q32 = 0;
     observer_begin(c, &a->tuning);
     const uint32_t mask = cpu_irq_save();
     c->pll.angle_q32 = c->field_angle_q32;
@@ -80,9 +80,30 @@ static void observer_leads(struct axis *a, enum fault cause)
     lead_on(a);
 }
 
-static void coast(struct axis *a, uint32_t angle_q32, int32_t speed_q32)
+static void coast(struct axis *a)
 {
-    current_loop_coast(&a->loop, angle_q32 - current_loop_angle_q32(&a->loop), speed_q32);
+    const struct rotor_seed *const s = &a->carry.seed;
+    current_loop_coast(&a->loop, angle_now_q32(a, s) - current_loop_angle_q32(&a->loop), s->speed_q32);
+}
+
+static int32_t torque_before_q15(const struct axis *a)
+{
+    return a->mode == AXIS_MODE_TORQUE ? a->torque_command_q15 : supervise_encoder_torque_q29(a) >> 14;
+}
+
+/*
+ * Currents and voltages have followed a wrong angle, and are worth nothing in the right frame: the torque from before, and the
+ * EMF. In the millisecond until the observer leads the currents get there: iron that they saturate is none that it knows.
+ */
+static void begin_anew(struct axis *a)
+{
+    volatile struct current_loop *const c = &a->loop;
+    modes_ask(a, torque_before_q15(a));
+    c->integral_d_q9 = 0;
+    c->integral_q_q9 = 0;
+    c->feedforward_d_steps = 0;
+    c->feedforward_q_steps = 0;
+    current_loop_follow(c, a->fabric, &a->tuning);
 }
 
 bool carry_take_over(struct axis *a, enum fault cause)
@@ -94,12 +115,13 @@ bool carry_take_over(struct axis *a, enum fault cause)
     supervise_encoder_seed(a, cause, &a->carry.seed);
     const bool reaches = observer_reaches(a, a->carry.seed.speed_q32);
     if (reaches) {
-        coast(a, angle_now_q32(a, &a->carry.seed), a->carry.seed.speed_q32);
+        coast(a);
+        if (cause != FAULT_ENCODER_COUNTS) {
+            begin_anew(a);
+        }
+        a->carry.waits = cause;
     }
     cpu_irq_restore(mask);
-    if (reaches) {
-        observer_leads(a, cause);
-    }
     return reaches;
 }
 
@@ -108,9 +130,9 @@ bool carry_from_sample(struct axis *a, enum fault cause)
     if (!may_go_on(a, cause)) {
         return false;
     }
-    supervise_encoder_seed_at_sample(a, &a->carry.seed);
+    supervise_encoder_seed_at_sample(a, cause, &a->carry.seed);
     if (cause == FAULT_ENCODER) {
-        coast(a, angle_now_q32(a, &a->carry.seed), a->carry.seed.speed_q32);
+        coast(a);
     } else {
         gate_disable(&a->fabric->gate);
         a->loop.status_max = UINT32_MAX;

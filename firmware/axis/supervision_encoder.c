@@ -187,6 +187,7 @@ static void watch_index(struct axis *a, struct encoder_watch *e)
     } else {
         const int32_t off = counts_between(a, (uint32_t)e->index_last[way], now);
         const int32_t drift = counts_between(a, (uint32_t)e->index_first[way], now);
+        e->index_drift = drift;
         if (q15_abs(off) > INDEX_COUNTS || q15_abs(drift) > INDEX_DRIFT) {
             axis_report(a, FAULT_ENCODER_COUNTS, drift, a->params.encoder_counts + (way == 0u ? off : -off));
         }
@@ -271,28 +272,45 @@ static void by_frame(const struct axis *a, struct rotor_seed *seed)
     seed->clock = encoder_latch_clock(&a->fabric->encoder);
 }
 
-/* The EMF of the last sample, in the frame of then. */
-static void by_emf(const struct axis *a, const struct emf_vector *emf, int32_t speed_q32, struct rotor_seed *seed)
+/* Counts were lost one by one: the EMF of the last four milliseconds, in the frame of the last sample. */
+static void by_emf(const struct axis *a, struct rotor_seed *seed)
 {
     by_frame(a, seed);
-    seed->angle_q32 += emf_angle_q32(emf, speed_q32 < 0);
-    seed->speed_q32 = speed_q32;
+    seed->angle_q32 += emf_angle_q32(&a->supervision.encoder.emf.filtered, seed->speed_q32 < 0);
 }
 
-/* The edge is where two counts meet. */
+/* The index tells by how many counts it is off, unless it is the index that is wrong, and the EMF agrees with the frame. */
+static void by_index(const struct axis *a, struct rotor_seed *seed)
+{
+    const struct encoder_watch *const e = &a->supervision.encoder;
+    by_frame(a, seed);
+    const bool agrees = emf_is_clear(&e->emf) && emf_judge(&e->emf, seed->speed_q32 < 0) == EMF_AGREES;
+    if (!agrees || a->tuning.reluctant) { /* which turned by half a turn looks nearly the same */
+        seed->angle_q32 -= (uint32_t)e->index_drift * a->loop.encoder_scale_q32;
+    }
+}
+
+/*
+ * Counts that stand: the edge is half a count from the middle of what is counted since, and the speed is that from before the
+ * milliseconds in which it may have gone with them.
+ */
 static void by_last_edge(const struct axis *a, struct rotor_seed *seed)
 {
     const struct encoder_regs *const encoder = &a->fabric->encoder;
-    *seed = seed_before(a, encoder_latched(encoder), 0, encoder_edge_clock(encoder));
-    seed->speed_q32 = a->supervision.encoder.speed_moving_q32;
+    const int32_t speed_q32 = a->supervision.encoder.speed_moving_q32;
+    const int32_t half_q32 = (int32_t)(a->loop.encoder_scale_q32 / 2u);
+    *seed = seed_before(a, encoder_latched(encoder), speed_q32 < 0 ? -half_q32 : half_q32, encoder_edge_clock(encoder));
+    seed->speed_q32 = speed_q32;
 }
 
-void supervise_encoder_seed_at_sample(const struct axis *a, struct rotor_seed *seed)
+void supervise_encoder_seed_at_sample(const struct axis *a, enum fault cause, struct rotor_seed *seed)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
     const struct encoder_regs *const encoder = &a->fabric->encoder;
     const int32_t surprise_q32 = surprise_at_sample(a);
-    if (e->doubt_ms != 0u) {
+    if (cause == FAULT_ENCODER_DEAD) {
+        by_last_edge(a, seed);
+    } else if (e->doubt_ms != 0u) {
         *seed = e->sound;
     } else if (q15_abs(surprise_q32) > e->jump_limit_q32) {
         *seed = seed_before(a, encoder_latched(encoder), surprise_q32, encoder_latch_clock(encoder));
@@ -302,29 +320,29 @@ void supervise_encoder_seed_at_sample(const struct axis *a, struct rotor_seed *s
     }
 }
 
-/* In doubt the EMF is that of the last millisecond, and of the last four where counts were lost one by one. */
-void supervise_encoder_seed(struct axis *a, enum fault cause, struct rotor_seed *seed)
+void supervise_encoder_seed(const struct axis *a, enum fault cause, struct rotor_seed *seed)
+{
+    if (cause == FAULT_ENCODER_DEAD) {
+        by_last_edge(a, seed);
+    } else if (a->supervision.encoder.doubt_ms != 0u) {
+        *seed = a->supervision.encoder.sound;
+    } else if (cause == FAULT_ENCODER_SLIP) {
+        by_emf(a, seed);
+    } else {
+        by_index(a, seed);
+    }
+}
+
+int32_t supervise_encoder_torque_q29(const struct axis *a)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
-    const bool in_doubt = e->doubt_ms != 0u;
-    if (cause == FAULT_ENCODER_DEAD && !in_doubt) {
-        by_last_edge(a, seed);
-    } else if (in_doubt && !(emf_is_clear(&e->emf) && e->doubt_ms < DOUBT_MS - 1u)) {
-        *seed = e->sound;
-    } else if (in_doubt || cause == FAULT_ENCODER_SLIP) {
-        by_emf(a, in_doubt ? &e->emf.now : &e->emf.filtered, in_doubt ? e->sound.speed_q32 : a->loop.pll.speed_q32,
-               seed);
-    } else {
-        by_frame(a, seed);
-    }
+    return e->doubt_ms != 0u ? e->torque_q29 : a->speed.integral_q29;
 }
 
 void supervise_encoder_forget(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
-    if (e->doubt_ms != 0u) {
-        a->speed.integral_q29 = e->torque_q29;
-    }
+    a->speed.integral_q29 = supervise_encoder_torque_q29(a);
     e->doubt_ms = 0;
     e->still_ms = 0;
     e->against_ms = 0;

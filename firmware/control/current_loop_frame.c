@@ -51,6 +51,7 @@ void current_loop_coast(volatile struct current_loop *c, uint32_t turn_q32, int3
     turn_back(&c->v_d_steps, &c->v_q_steps, turn);
     c->pll.angle_q32 = c->field_angle_q32;
     c->pll.speed_q32 = speed_q32;
+    c->angle_offset_q32 = 0u;
     current_loop_exchange(c, LOOP_OBSERVER);
     cpu_irq_restore(mask);
 }
