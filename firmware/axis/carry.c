@@ -9,6 +9,7 @@
 #include "lib/q15.h"
 
 #define REACH_MARGIN (45 * 256 / 10) /* as for a field to hand over to the observer */
+#define WRONG_Q32    (1 << 27)       /* 11 degrees: what flowed was not what was wanted */
 #define FADES_MS     4u              /* in so long the diodes have brought any current to nothing */
 #define FADED_SHIFT  3               /* an eighth of i_max */
 
@@ -80,10 +81,13 @@ static void observer_leads(struct axis *a, enum fault cause)
     lead_on(a);
 }
 
-static void coast(struct axis *a)
+/* Returns by how much the frame was wrong. */
+static int32_t coast(struct axis *a)
 {
     const struct rotor_seed *const s = &a->carry.seed;
-    current_loop_coast(&a->loop, angle_now_q32(a, s) - current_loop_angle_q32(&a->loop), s->speed_q32);
+    const uint32_t turn_q32 = angle_now_q32(a, s) - current_loop_angle_q32(&a->loop);
+    current_loop_coast(&a->loop, turn_q32, s->speed_q32);
+    return (int32_t)turn_q32;
 }
 
 static int32_t torque_before_q15(const struct axis *a)
@@ -115,8 +119,7 @@ bool carry_take_over(struct axis *a, enum fault cause)
     supervise_encoder_seed(a, cause, &a->carry.seed);
     const bool reaches = observer_reaches(a, a->carry.seed.speed_q32);
     if (reaches) {
-        coast(a);
-        if (cause != FAULT_ENCODER_COUNTS) {
+        if (q15_abs(coast(a) >> 1) > WRONG_Q32 >> 1) {
             begin_anew(a);
         }
         a->carry.waits = cause;
@@ -132,7 +135,7 @@ bool carry_from_sample(struct axis *a, enum fault cause)
     }
     supervise_encoder_seed_at_sample(a, cause, &a->carry.seed);
     if (cause == FAULT_ENCODER) {
-        coast(a);
+        (void)coast(a);
     } else {
         gate_disable(&a->fabric->gate);
         a->loop.status_max = UINT32_MAX;
