@@ -34,7 +34,7 @@ struct encoder_watch {
     int32_t jump_q32;             /* by which it got there, electrical */
     int32_t w_before_q15;         /* speed before the jump */
     struct rotor_seed sound;      /* the rotor as the speed before the jump would have it */
-    int32_t torque_q29;           /* and the speed loop's memory of torque then */
+    int32_t torque_q29;           /* and what the speed loop remembered of the torque */
     struct emf_vector emf_before; /* and the EMF then */
     uint32_t against_ms;          /* since when the EMF says something else */
     uint32_t still_ms;            /* since when no count has come */

@@ -78,7 +78,7 @@ static void begin_doubt(const struct axis *a, struct encoder_watch *e, int32_t j
     e->w_before_q15 = w_of(a, e->speed_before_q32);
     e->emf_before = e->emf.filtered;
     e->against_ms = 0;
-    e->torque_q29 = a->speed.integral_q29;
+    e->torque_q29 = speed_loop_before_q29(&a->speed, a->torque.torque_q15 <= 0);
     e->sound = seed_before(a, a->speed.estimate.count, jump_q32, a->speed.estimate.latch_clock);
     e->sound.speed_q32 = e->speed_before_q32;
 }

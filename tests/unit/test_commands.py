@@ -259,7 +259,7 @@ def test_reactions(operator, c):
     assert operator("reaction over-speed warn")[0].startswith("error: this fault does not allow that")
     assert operator("reaction over-spee warn")[0].startswith("error: over-spee: no such fault")
     assert operator("reaction none off")[0].startswith("error: none: no such fault")
-    assert operator("reaction stall of") == ["error: of: not one of off, stop, warn"]
+    assert operator("reaction stall of") == ["error: of: not one of off, stop, warn, carry"]
 
 
 @pytest.mark.parametrize("line, answer", [
