@@ -55,11 +55,19 @@ static void leave_encoder(struct axis *a, enum fault cause)
     axis_warn(a, cause);
 }
 
+/* The limits of torque were those of a speed that was none. */
+static void know_speed(struct axis *a)
+{
+    rotor_take_speed(a);
+    torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
+    modes_limit_torque(a);
+}
+
 /* The speed loop goes on from what it held before the encoder was doubted, towards the same target. */
 static void lead_on(struct axis *a)
 {
     a->sensorless = (struct sensorless){.ref_rpm_q16 = a->speed.ref_rpm_q16};
-    rotor_take_speed(a);
+    know_speed(a);
     supervise_encoder_forget(a);
     supervise_phases_begin(a);
     supervise_speed_begin(a);
@@ -102,12 +110,15 @@ static int32_t torque_before_q15(const struct axis *a)
 static void begin_anew(struct axis *a)
 {
     volatile struct current_loop *const c = &a->loop;
+    know_speed(a);
     modes_ask(a, torque_before_q15(a));
+    const uint32_t mask = cpu_irq_save();
     c->integral_d_q9 = 0;
     c->integral_q_q9 = 0;
     c->feedforward_d_steps = 0;
     c->feedforward_q_steps = 0;
     current_loop_follow(c, a->fabric, &a->tuning);
+    cpu_irq_restore(mask);
 }
 
 bool carry_take_over(struct axis *a, enum fault cause)
@@ -118,13 +129,12 @@ bool carry_take_over(struct axis *a, enum fault cause)
     const uint32_t mask = cpu_irq_save(); /* the seed is of the next sample */
     supervise_encoder_seed(a, cause, &a->carry.seed);
     const bool reaches = observer_reaches(a, a->carry.seed.speed_q32);
-    if (reaches) {
-        if (q15_abs(coast(a) >> 1) > WRONG_Q32 >> 1) {
-            begin_anew(a);
-        }
-        a->carry.waits = cause;
-    }
+    const int32_t wrong_q32 = reaches ? coast(a) : 0;
     cpu_irq_restore(mask);
+    if (q15_abs(wrong_q32 >> 1) > WRONG_Q32 >> 1) {
+        begin_anew(a);
+    }
+    a->carry.waits = reaches ? cause : FAULT_NONE;
     return reaches;
 }
 

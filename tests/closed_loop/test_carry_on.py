@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 """An encoder that fails while the motor turns, and a drive that is to carry on: speed, angle and current by the plant's truth."""
+import re
+
 import numpy as np
 import pytest
 
@@ -87,10 +89,14 @@ def test_below_the_observers_reach_it_is_off_by_the_encoders_name(happens, fault
 
 
 def test_it_turns_round_without_the_encoder_and_does_not_go_back_to_it_before_it_works(tmp_path):
-    """Through zero on a prescribed field, status with warning and leader; then `on` finds an encoder that is dead."""
-    later = [(0.1, {"console": "status"}), (0.12, {"event": "load_nm", "args": ["0"]}), (0.15, {"console": "speed -2000"}),
+    """Through zero on a prescribed field, with status; then `on` begins with an encoder whose lines are open."""
+    later = [(0.1, {"console": "status"}), (0.15, {"console": "speed -2000"}), (1.09, {"console": "status"}),
              (1.1, {"console": "speed 0"}), (2.0, {"console": "off"}), (2.1, {"console": "on"})]
-    seen = play(tmp_path, TEKNIC, 0.5, 0.2, ("encoder_freeze", 1), later, watch_s=4.5)
+    seen = play(tmp_path, TEKNIC, 0.5, 0.1, ("encoder_cut", 1), later, watch_s=2.4)
     said = seen.console.replace("\r", "")
-    assert "the observer leads" in said and said.count("warning: encoder dead\n") == 2
-    assert seen.fault == "ENCODER_DEAD" and not seen.still_on and "fault: encoder dead;" in said.split("> on\n")[-1]
+    one_way, other_way = said.split("> status\n")[1:]
+    for status, rpm in ((one_way, 2000), (other_way, -2000)):
+        assert "the observer leads" in status and "warning: encoder\n" in status
+        assert abs(float(re.search(r"speed: (\S+) rpm", status)[1]) - rpm) < 20
+    assert "fault:" not in said.split("> on\n")[1].replace("fault: none", "")
+    assert seen.fault == "ENCODER" and not seen.still_on and "fault: encoder;" in said.split("> on\n")[2]
