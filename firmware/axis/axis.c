@@ -253,7 +253,7 @@ static bool stops_under_control(struct axis *a)
     return true;
 }
 
-/* A fault, a request, or an encoder that the interrupt has given up; true where the state has nothing more to do in this step. */
+/* A fault, a request, an encoder that the interrupt has given up; true where the state has nothing more to do in this step. */
 static __attribute__((noinline)) bool reacts(struct axis *a)
 {
     if (a->carry.waits != FAULT_NONE && a->faults.cause == FAULT_NONE) {

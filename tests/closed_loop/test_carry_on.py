@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""An encoder that fails while the motor turns, and a drive that is to carry on: speed, angle and current by the plant's truth."""
+"""An encoder that fails while the motor turns, and a drive that is to carry on: speed, angle, current by the plant's truth."""
 import re
 
 import numpy as np
@@ -20,7 +20,7 @@ WATCH_S = 0.25
 
 
 def play(tmp_path, motor, share, load, happens, later=(), watch_s=WATCH_S):
-    """Up to a share of the largest speed, loaded with a share of rated torque; then the encoder fails, and what comes `later`."""
+    """Up to a share of the largest speed, loaded with a share of rated torque; the encoder fails; then what comes `later`."""
     names = load_drive(motor, aligned=True).names()
     rpm = round(share * names["speed_max_rpm"])
     up_s = 0.15 + names["on_time_s"]
