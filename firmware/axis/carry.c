@@ -105,7 +105,7 @@ static int32_t torque_before_q15(const struct axis *a)
 
 /*
  * Currents and voltages have followed a wrong angle, and are worth nothing in the right frame: the torque from before, and the
- * EMF. In the millisecond until the observer leads the currents get there: iron that they saturate is none that it knows.
+ * EMF. (An index that is late does not say since when: what flows may well be what holds the load.) In the millisecond until the observer leads the currents get there: iron that they saturate is none that it knows.
  */
 static void begin_anew(struct axis *a)
 {
@@ -131,7 +131,7 @@ bool carry_take_over(struct axis *a, enum fault cause)
     const bool reaches = observer_reaches(a, a->carry.seed.speed_q32);
     const int32_t wrong_q32 = reaches ? coast(a) : 0;
     cpu_irq_restore(mask);
-    if (q15_abs(wrong_q32 >> 1) > WRONG_Q32 >> 1) {
+    if (cause != FAULT_ENCODER_COUNTS && q15_abs(wrong_q32 >> 1) > WRONG_Q32 >> 1) {
         begin_anew(a);
     }
     a->carry.waits = reaches ? cause : FAULT_NONE;
