@@ -105,7 +105,8 @@ static int32_t torque_before_q15(const struct axis *a)
 
 /*
  * Currents and voltages have followed a wrong angle, and are worth nothing in the right frame: the torque from before, and the
- * EMF. (An index that is late does not say since when: what flows may well be what holds the load.) In the millisecond until the observer leads the currents get there: iron that they saturate is none that it knows.
+ * EMF. In the millisecond until the observer leads the currents get there: iron that they saturate is none that it knows. An
+ * index does not say since when the count is wrong: what flows may well be what holds the load, and stays.
  */
 static void begin_anew(struct axis *a)
 {
