@@ -253,7 +253,8 @@ def test_parameters(operator):
 def test_reactions(operator, c):
     every = operator("reaction")
     assert "over-voltage" not in " ".join(every)
-    assert every[:2] == ["encoder: off  (off, carry)", "over-speed: off  (off, stop)"] and "voltage limit: warn  (off, stop, warn)" in every
+    assert every[:2] == ["encoder: off  (off, carry)", "over-speed: off  (off, stop)"]
+    assert "voltage limit: warn  (off, stop, warn)" in every
     assert operator("reaction voltage_limit stop") == ["ok"]
     assert operator.axis.reactions.choice[c.FAULT_VOLTAGE_LIMIT] == c.REACTION_STOP
     assert operator("reaction over-speed warn")[0].startswith("error: this fault does not allow that")
