@@ -88,6 +88,7 @@ static void make_ready(struct axis *a)
     current_loop_tune(&a->loop, &a->tuning);
     gate_set_chopper(&a->fabric->gate, a->tuning.chopper_on_q15, a->tuning.chopper_off_q15);
     reaction_begin(&a->reactions);
+    carry_begin(a);
     enter(a, AXIS_READY);
 }
 
@@ -173,6 +174,7 @@ static __attribute__((noinline)) void react_to_fault(struct axis *a)
     identify_stop(&a->identify, a->faults.cause);
     a->request = AXIS_REQUEST_NONE;
     a->reactions.stopping = false;
+    a->carry.waits = FAULT_NONE;
     if (spoils_alignment(a->faults.cause)) {
         a->start.aligned = false; /* and the index has to be seen anew */
         encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
@@ -251,9 +253,12 @@ static bool stops_under_control(struct axis *a)
     return true;
 }
 
-/* A fault, or a request; true where the state has nothing more to do in this step. */
+/* A fault, a request, an encoder that the interrupt has given up; true where the state has nothing more to do in this step. */
 static __attribute__((noinline)) bool reacts(struct axis *a)
 {
+    if (a->carry.waits != FAULT_NONE && a->faults.cause == FAULT_NONE) {
+        carry_step(a);
+    }
     if (a->faults.cause != FAULT_NONE && a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION &&
         !stops_under_control(a)) {
         react_to_fault(a);
@@ -288,7 +293,7 @@ void axis_step(struct axis *a)
     step_torque_limits(a);
     watch_heartbeat(a);
     watch_latches(a);
-    if (USUALLY((a->faults.cause | a->request) == 0u) || !reacts(a)) {
+    if (USUALLY((a->faults.cause | a->request | a->carry.waits) == 0u) || !reacts(a)) {
         step_state(a);
     }
     if (a->time_ms % THERMAL_STEP_MS == THERMAL_TURN) {

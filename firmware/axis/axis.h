@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "drivers/fabric/fabric.h"
+#include "firmware/axis/carry.h"
 #include "firmware/axis/fault.h"
 #include "firmware/axis/field_watch.h"
 #include "firmware/axis/flying.h"
@@ -83,6 +84,7 @@ struct axis {
     struct supervision supervision;
     struct thermal thermal;
     struct reactions reactions;
+    struct carry carry;
     volatile uint32_t command_ms; /* when somebody last spoke to the drive */
     struct identify identify;
     struct keeping keeping;

@@ -5,21 +5,25 @@
 #include "firmware/axis/axis.h"
 #include "firmware/axis/rotor.h"
 
-#define OFF  (1u << REACTION_OFF)
-#define STOP (1u << REACTION_STOP)
-#define WARN (1u << REACTION_WARN)
+#define OFF   (1u << REACTION_OFF)
+#define STOP  (1u << REACTION_STOP)
+#define WARN  (1u << REACTION_WARN)
+#define CARRY (1u << REACTION_CARRY)
 
 /*
  * A stop needs a current loop, an encoder and a bridge that work. A warning needs that going on does no harm by itself. Tried
  * again is what may pass: a supply, a load, heat.
  */
 static const struct fault_class classes[FAULT_COUNT] = {
+    [FAULT_ENCODER] = {OFF | CARRY, REACTION_OFF, false},
     [FAULT_OVERCURRENT] = {OFF, REACTION_OFF, true},
     [FAULT_OVERVOLTAGE] = {OFF, REACTION_OFF, true},
     [FAULT_UNDERVOLTAGE] = {OFF, REACTION_OFF, true},
     [FAULT_OVERSPEED] = {OFF | STOP, REACTION_OFF, false},
     [FAULT_STALL] = {OFF | WARN, REACTION_OFF, true},
-    [FAULT_ENCODER_COUNTS] = {OFF | STOP | WARN, REACTION_OFF, false},
+    [FAULT_ENCODER_SLIP] = {OFF | CARRY, REACTION_OFF, false},
+    [FAULT_ENCODER_DEAD] = {OFF | CARRY, REACTION_OFF, false},
+    [FAULT_ENCODER_COUNTS] = {OFF | STOP | WARN | CARRY, REACTION_OFF, false},
     [FAULT_SPEED_DEVIATION] = {OFF | STOP | WARN, REACTION_OFF, true},
     [FAULT_OVERTEMPERATURE] = {OFF | STOP | WARN, REACTION_STOP, true},
     [FAULT_INVERTER_OVERLOAD] = {OFF | STOP | WARN, REACTION_STOP, true},
@@ -131,8 +135,18 @@ static void raise_overcurrent(struct axis *a)
     int32_t phase;
     if (supervise_phases_suspect(a, &phase)) {
         axis_raise_with(a, FAULT_OPEN_PHASE, phase, 0);
-    } else {
-        axis_raise(a, rotor_has_encoder(a) ? supervise_encoder_blame(a, FAULT_OVERCURRENT) : FAULT_OVERCURRENT);
+        return;
+    }
+    const enum fault cause = rotor_has_encoder(a) ? supervise_encoder_blame(a, FAULT_OVERCURRENT) : FAULT_OVERCURRENT;
+    if (cause == FAULT_OVERCURRENT || !carry_from_sample(a, cause)) {
+        axis_raise(a, cause);
+    }
+}
+
+static void raise_encoder(struct axis *a)
+{
+    if (!carry_from_sample(a, FAULT_ENCODER)) {
+        axis_raise(a, FAULT_ENCODER);
     }
 }
 
@@ -146,8 +160,8 @@ void axis_sample_fault(struct axis *a)
     const enum fault sampled = fault_from_adc(adc_status(&a->fabric->adc));
     if ((gate & GATE_STATUS_LATCHES) != 0u) {
         axis_raise(a, fault_from_gate(gate));
-    } else if ((gate & GATE_STATUS_ENCODER) != 0u && rotor_has_encoder(a)) {
-        axis_raise(a, FAULT_ENCODER);
+    } else if ((gate & GATE_STATUS_ENCODER) != 0u && rotor_has_encoder(a) && a->carry.waits == FAULT_NONE) {
+        raise_encoder(a);
     } else if (sampled == FAULT_OVERCURRENT) {
         raise_overcurrent(a);
     } else if (sampled != FAULT_NONE) {

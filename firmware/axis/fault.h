@@ -89,9 +89,10 @@ struct fault_record {
 
 /* What follows from a fault. Each class allows some; hardware's, and what leaves the motor without control, only the first. */
 enum reaction {
-    REACTION_OFF,  /* bridge off at once */
-    REACTION_STOP, /* quick stop, then off; the fault is latched all the same */
-    REACTION_WARN, /* operation goes on, the console says it once */
+    REACTION_OFF,   /* bridge off at once */
+    REACTION_STOP,  /* quick stop, then off; the fault is latched all the same */
+    REACTION_WARN,  /* operation goes on, the console says it once */
+    REACTION_CARRY, /* the same without the encoder, where the observer sees the rotor: carry.h; else stop or off */
     REACTION_COUNT
 };
 

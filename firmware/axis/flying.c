@@ -23,7 +23,8 @@
 #define MEAN_SHIFT  3u                       /* 8 samples */
 #define PLAYED      3u                       /* samples from a set of integrals to the voltages that they make */
 
-#define HALF_TURN_Q32 0x80000000u
+#define HALF_TURN_Q32    0x80000000u
+#define QUARTER_TURN_Q32 0x40000000u
 
 void flying_begin(struct axis *a)
 {
@@ -227,4 +228,11 @@ enum flying_result flying_step(struct axis *a)
 {
     a->flying.ms++;
     return a->flying.regulates ? step_zero(a) : step_pulses(a);
+}
+
+void flying_go_on(struct axis *a, uint32_t angle_q32, int32_t speed_q32)
+{
+    const uint32_t emf_q32 = angle_q32 + (speed_q32 < 0 ? 3u * QUARTER_TURN_Q32 : QUARTER_TURN_Q32);
+    emf_track_begin(&a->flying.track, adc_sequence(&a->fabric->adc) + 1u, emf_q32, speed_q32);
+    open_gates_to_emf(a);
 }

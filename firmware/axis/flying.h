@@ -42,4 +42,10 @@ void flying_begin(struct axis *a);
 /* One step a millisecond; the first part of the search takes up to half of it. May raise a fault instead. Slow loop. */
 enum flying_result flying_step(struct axis *a);
 
+/*
+ * Somebody knows that the rotor is at this angle at the next sample, and turns so: the observer leads it 3 samples later. Slow
+ * loop, bridge off, LOOP_OBSERVER.
+ */
+void flying_go_on(struct axis *a, uint32_t angle_q32, int32_t speed_q32);
+
 #endif

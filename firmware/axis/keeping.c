@@ -11,8 +11,11 @@
 const char *keeping_name_of_fault(enum fault cause)
 {
     static const char *const names[FAULT_COUNT] = {
+        [FAULT_ENCODER] = "encoder",
         [FAULT_OVERSPEED] = "over-speed",
         [FAULT_STALL] = "stall",
+        [FAULT_ENCODER_SLIP] = "encoder_slip",
+        [FAULT_ENCODER_DEAD] = "encoder_dead",
         [FAULT_ENCODER_COUNTS] = "encoder_counts",
         [FAULT_SPEED_DEVIATION] = "speed_deviation",
         [FAULT_OVERTEMPERATURE] = "over-temperature",

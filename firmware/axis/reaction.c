@@ -38,10 +38,24 @@ static bool can_stop(const struct axis *a)
     return a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
 }
 
-void axis_report(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
+/* Where the drive cannot carry on, the gentlest of what else the class allows, and does not go on by the encoder. */
+static enum reaction choice_now(struct axis *a, enum fault cause)
 {
+    const enum reaction choice = (enum reaction)a->reactions.choice[cause];
+    if (choice != REACTION_CARRY || a->carry.waits != FAULT_NONE || carry_take_over(a, cause)) {
+        return choice;
+    }
+    return ((fault_class(cause)->allowed >> REACTION_STOP) & 1u) != 0u ? REACTION_STOP : REACTION_OFF;
+}
+
+void axis_report(struct axis *a, enum fault seen, int32_t detail_0, int32_t detail_1)
+{
+    const enum fault cause = carry_blame(a, seen);
     struct reactions *const r = &a->reactions;
-    const uint32_t choice = r->choice[cause];
+    const uint32_t choice = choice_now(a, cause);
+    if (choice == REACTION_CARRY) {
+        return; /* it does */
+    }
     if (choice == REACTION_WARN) {
         axis_warn(a, cause);
     } else if (choice == REACTION_STOP && can_stop(a)) {
@@ -92,11 +106,15 @@ static bool cause_is_gone(const struct axis *a)
     return a->thermal.factor_q15 == Q15_ONE;
 }
 
-/* A fault that may pass is latched and the count is not used up: after the delay it is cleared. */
+/*
+ * A fault that may pass is latched and the count is not used up: after the delay it is cleared. Not of a drive that has carried
+ * on: back to the encoder goes nothing by itself.
+ */
 static void retry_clear(struct axis *a)
 {
     struct reactions *const r = &a->reactions;
-    if (!fault_class((enum fault)a->faults.cause)->retry || r->retries >= (uint32_t)a->params.retry_count) {
+    if (!fault_class((enum fault)a->faults.cause)->retry || a->carry.cause != FAULT_NONE ||
+        r->retries >= (uint32_t)a->params.retry_count) {
         return;
     }
     if (!r->waiting) {

@@ -292,7 +292,12 @@ void sensorless_after_control(struct axis *a)
     }
     s->weak_ms =
         s->extra_q15 == 0 && (c->flux.margin_q8 < WEAK_MARGIN || injection_wants_back(a)) ? s->weak_ms + 1u : 0u;
-    if (s->weak_ms >= WEAK_MS && !injection_takes_over(a)) {
+    if (s->weak_ms < WEAK_MS || injection_takes_over(a)) {
+        return;
+    }
+    if (a->tuning.reluctant) {
+        axis_report(a, FAULT_LOCK_LOST, 0, c->flux.margin_q8 * 10 / 256); /* on a field it does not hang */
+    } else {
         field_takes_over(a);
     }
 }

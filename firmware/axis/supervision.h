@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/axis/carry.h"
 #include "firmware/axis/fault.h"
 #include "firmware/control/emf.h"
 
@@ -32,6 +33,8 @@ struct encoder_watch {
     uint32_t doubt_ms;            /* how much longer the encoder is in doubt */
     int32_t jump_q32;             /* by which it got there, electrical */
     int32_t w_before_q15;         /* speed before the jump */
+    struct rotor_seed sound;      /* the rotor as the speed before the jump would have it */
+    int32_t torque_q29;           /* and what the speed loop remembered of the torque */
     struct emf_vector emf_before; /* and the EMF then */
     uint32_t against_ms;          /* since when the EMF says something else */
     uint32_t still_ms;            /* since when no count has come */
@@ -42,7 +45,8 @@ struct encoder_watch {
     /* index pulses: where the count was, for each direction */
     int32_t index_first[2], index_last[2];
     bool index_known[2];
-    uint32_t index; /* as last read */
+    int32_t index_drift; /* at the last pulse, since the first */
+    uint32_t index;      /* as last read */
 };
 
 /* Phases: what references and angle have asked of each while it carried nothing. */
@@ -89,6 +93,19 @@ void supervision_begin(struct axis *a);
  * interrupt, when a sample has a fault.
  */
 enum fault supervise_encoder_blame(const struct axis *a, enum fault seen);
+
+/*
+ * Where the rotor is for all that is known of an encoder with this fault: by the frame if its counts were good until now, by
+ * the last good angle and speed, or by the EMF. Interrupts masked; the other, of a sample, in the current loop's interrupt.
+ */
+void supervise_encoder_seed(const struct axis *a, enum fault cause, struct rotor_seed *seed);
+void supervise_encoder_seed_at_sample(const struct axis *a, enum fault cause, struct rotor_seed *seed);
+
+/* What the speed loop remembered of the torque before the encoder was in doubt, Q15 with 14 more bits. Slow loop. */
+int32_t supervise_encoder_torque_q29(const struct axis *a);
+
+/* No encoder any more: nothing of it is in doubt, and the speed loop remembers what it did before it was. Slow loop. */
+void supervise_encoder_forget(struct axis *a);
 
 /*
  * Whether a phase has begun to carry nothing, and which (as in the fault's detail): too short a time for a fault of its own,

@@ -64,6 +64,13 @@ static int32_t degrees(int32_t angle_q32)
     return ((angle_q32 >> 16) * 360) >> 16;
 }
 
+/* A count that is by `jump_q32` from where the rotor is. */
+static struct rotor_seed seed_before(const struct axis *a, uint32_t count, int32_t jump_q32, uint32_t clock)
+{
+    const uint32_t angle_q32 = count * a->loop.encoder_scale_q32 + a->loop.angle_offset_q32;
+    return (struct rotor_seed){.angle_q32 = angle_q32 - (uint32_t)jump_q32, .clock = clock};
+}
+
 static void begin_doubt(const struct axis *a, struct encoder_watch *e, int32_t jump_q32)
 {
     e->doubt_ms = DOUBT_MS;
@@ -71,6 +78,9 @@ static void begin_doubt(const struct axis *a, struct encoder_watch *e, int32_t j
     e->w_before_q15 = w_of(a, e->speed_before_q32);
     e->emf_before = e->emf.filtered;
     e->against_ms = 0;
+    e->torque_q29 = speed_loop_before_q29(&a->speed, a->torque.torque_q15 <= 0);
+    e->sound = seed_before(a, a->speed.estimate.count, jump_q32, a->speed.estimate.latch_clock);
+    e->sound.speed_q32 = e->speed_before_q32;
 }
 
 /*
@@ -177,11 +187,22 @@ static void watch_index(struct axis *a, struct encoder_watch *e)
     } else {
         const int32_t off = counts_between(a, (uint32_t)e->index_last[way], now);
         const int32_t drift = counts_between(a, (uint32_t)e->index_first[way], now);
+        e->index_drift = drift;
         if (q15_abs(off) > INDEX_COUNTS || q15_abs(drift) > INDEX_DRIFT) {
             axis_report(a, FAULT_ENCODER_COUNTS, drift, a->params.encoder_counts + (way == 0u ? off : -off));
         }
     }
     e->index_last[way] = (int32_t)now;
+}
+
+/* Since the slow loop's last look. */
+static int32_t surprise_at_sample(const struct axis *a)
+{
+    const struct encoder_regs *const encoder = &a->fabric->encoder;
+    const struct speed_estimate *const last = &a->speed.estimate;
+    const int32_t moved = counts_between(a, last->count, encoder_latched(encoder));
+    const uint32_t clocks = encoder_latch_clock(encoder) - last->latch_clock;
+    return supervise_encoder_surprise_q32(&a->tuning, moved, clocks, a->supervision.encoder.speed_q32);
 }
 
 enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
@@ -191,12 +212,7 @@ enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
     if (!running) {
         return seen;
     }
-    const struct encoder_regs *const encoder = &a->fabric->encoder;
-    const struct speed_estimate *const last = &a->speed.estimate;
-    const int32_t moved = counts_between(a, last->count, encoder_latched(encoder));
-    const uint32_t clocks = encoder_latch_clock(encoder) - last->latch_clock;
-    const int32_t surprise = supervise_encoder_surprise_q32(&a->tuning, moved, clocks, e->speed_q32);
-    if (e->doubt_ms == 0u && q15_abs(surprise) <= e->jump_limit_q32) {
+    if (e->doubt_ms == 0u && q15_abs(surprise_at_sample(a)) <= e->jump_limit_q32) {
         return seen;
     }
     return counts_stand(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
@@ -244,4 +260,90 @@ void supervise_encoder(struct axis *a, int32_t surprise_q32, uint32_t turn)
     if (e->still_ms >= SUPERVISION_STILL_MS) {
         watch_still(a);
     }
+}
+
+/* ---- where the rotor is, for who carries on without ---- */
+
+/* The frame is that of the next sample. */
+static void by_frame(const struct axis *a, struct rotor_seed *seed)
+{
+    seed->speed_q32 = a->loop.pll.speed_q32;
+    seed->angle_q32 = current_loop_angle_q32(&a->loop) - (uint32_t)seed->speed_q32;
+    seed->clock = encoder_latch_clock(&a->fabric->encoder);
+}
+
+/* Counts were lost one by one: the EMF of the last four milliseconds, in the frame of the last sample. */
+static void by_emf(const struct axis *a, struct rotor_seed *seed)
+{
+    by_frame(a, seed);
+    seed->angle_q32 += emf_angle_q32(&a->supervision.encoder.emf.filtered, seed->speed_q32 < 0);
+}
+
+/* The index tells by how many counts it is off, unless it is the index that is wrong, and the EMF agrees with the frame. */
+static void by_index(const struct axis *a, struct rotor_seed *seed)
+{
+    const struct encoder_watch *const e = &a->supervision.encoder;
+    by_frame(a, seed);
+    const bool agrees = emf_is_clear(&e->emf) && emf_judge(&e->emf, seed->speed_q32 < 0) == EMF_AGREES;
+    if (!agrees || a->tuning.reluctant) { /* which turned by half a turn looks nearly the same */
+        seed->angle_q32 -= (uint32_t)e->index_drift * a->loop.encoder_scale_q32;
+    }
+}
+
+/*
+ * Counts that stand: the edge is half a count from the middle of what is counted since, and the speed is that from before the
+ * milliseconds in which it may have gone with them.
+ */
+static void by_last_edge(const struct axis *a, struct rotor_seed *seed)
+{
+    const struct encoder_regs *const encoder = &a->fabric->encoder;
+    const int32_t speed_q32 = a->supervision.encoder.speed_moving_q32;
+    const int32_t half_q32 = (int32_t)(a->loop.encoder_scale_q32 / 2u);
+    *seed = seed_before(a, encoder_latched(encoder), speed_q32 < 0 ? -half_q32 : half_q32, encoder_edge_clock(encoder));
+    seed->speed_q32 = speed_q32;
+}
+
+void supervise_encoder_seed_at_sample(const struct axis *a, enum fault cause, struct rotor_seed *seed)
+{
+    const struct encoder_watch *const e = &a->supervision.encoder;
+    const struct encoder_regs *const encoder = &a->fabric->encoder;
+    const int32_t surprise_q32 = surprise_at_sample(a);
+    if (cause == FAULT_ENCODER_DEAD) {
+        by_last_edge(a, seed);
+    } else if (e->doubt_ms != 0u) {
+        *seed = e->sound;
+    } else if (q15_abs(surprise_q32) > e->jump_limit_q32) {
+        *seed = seed_before(a, encoder_latched(encoder), surprise_q32, encoder_latch_clock(encoder));
+        seed->speed_q32 = e->speed_q32;
+    } else {
+        by_frame(a, seed);
+    }
+}
+
+void supervise_encoder_seed(const struct axis *a, enum fault cause, struct rotor_seed *seed)
+{
+    if (cause == FAULT_ENCODER_DEAD) {
+        by_last_edge(a, seed);
+    } else if (a->supervision.encoder.doubt_ms != 0u) {
+        *seed = a->supervision.encoder.sound;
+    } else if (cause == FAULT_ENCODER_SLIP) {
+        by_emf(a, seed);
+    } else {
+        by_index(a, seed);
+    }
+}
+
+int32_t supervise_encoder_torque_q29(const struct axis *a)
+{
+    const struct encoder_watch *const e = &a->supervision.encoder;
+    return e->doubt_ms != 0u ? e->torque_q29 : a->speed.integral_q29;
+}
+
+void supervise_encoder_forget(struct axis *a)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
+    a->speed.integral_q29 = supervise_encoder_torque_q29(a);
+    e->doubt_ms = 0;
+    e->still_ms = 0;
+    e->against_ms = 0;
 }

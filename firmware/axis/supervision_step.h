@@ -75,7 +75,7 @@ static inline bool supervision_encoder_is_sound(struct axis *a, int32_t w_q15, u
     const bool odd = turn % 2u != 0u;
     if (SELDOM(supervision_strange(e, surprise_q32)) || (odd && SELDOM(e->still_ms >= SUPERVISION_STILL_MS))) {
         supervise_encoder(a, surprise_q32, turn);
-        return e->doubt_ms == 0u;
+        return e->doubt_ms == 0u && a->carry.waits == FAULT_NONE; /* the speed that was measured is the encoder's */
     }
     if (odd) {
         supervision_compare_with_emf(a, w_q15, turn);

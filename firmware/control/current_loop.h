@@ -201,6 +201,13 @@ bool current_loop_select(volatile struct current_loop *c, const struct fabric *f
 void current_loop_exchange(volatile struct current_loop *c, enum loop_source source);
 
 /*
+ * From LOOP_ENCODER to LOOP_OBSERVER while the bridge is on: the frame of the currents stands by `turn_q32` further on at the
+ * next sample, and turns by `speed_q32` a sample until the rotor is followed. Voltages, references and what was measured are
+ * expressed in it. Slow loop, or the current loop's interrupt when it has done its work; holds it back while it does.
+ */
+void current_loop_coast(volatile struct current_loop *c, uint32_t turn_q32, int32_t speed_q32);
+
+/*
  * From the next sample on the interrupt enters `entry`, which has to go on to the handler in `*handler`; or the handler itself
  * again. Whatever is selected meanwhile goes there. Not without `handlers`. Thread or slow loop, bridge on or off.
  */

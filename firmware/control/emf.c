@@ -106,9 +106,14 @@ enum emf_verdict emf_judge_change(const struct emf *e, const struct emf_vector *
     return judge(e, e->now.d_q15 - before->d_q15, backwards ? -e->now.q_q15 : e->now.q_q15, e->reaction_q15 / 4);
 }
 
-int32_t emf_angle_deg(const struct emf_vector *v, bool backwards)
+uint32_t emf_angle_q32(const struct emf_vector *v, bool backwards)
 {
     const int32_t along_q15 = backwards ? -v->q_q15 : v->q_q15;
     const int32_t across_q15 = backwards ? v->d_q15 : -v->d_q15;
-    return (int32_t)(int16_t)atan2_q15(across_q15, along_q15) * 360 / 65536;
+    return atan2_q32(across_q15, along_q15);
+}
+
+int32_t emf_angle_deg(const struct emf_vector *v, bool backwards)
+{
+    return (int32_t)(int16_t)((emf_angle_q32(v, backwards) + 0x8000u) >> 16) * 360 / 65536;
 }

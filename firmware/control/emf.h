@@ -71,7 +71,10 @@ enum emf_verdict emf_judge(const struct emf *e, bool backwards);
  */
 enum emf_verdict emf_judge_change(const struct emf *e, const struct emf_vector *before, bool backwards);
 
-/* The angle from the q axis that belongs to the speed's sign, degrees, -180...180. Cold: a fault's detail. */
+/* The angle from the q axis that belongs to the speed's sign: by so much the rotor is ahead of the frame. Cold. */
+uint32_t emf_angle_q32(const struct emf_vector *v, bool backwards);
+
+/* The same in degrees, -180...180: a fault's detail. */
 int32_t emf_angle_deg(const struct emf_vector *v, bool backwards);
 
 #endif

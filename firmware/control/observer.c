@@ -131,6 +131,11 @@ static void reckon_margin(volatile struct observer *o, const struct tuning *t, d
         q15_min(by_doubt_q8(t, emf_q15, o->i_q_q4 >> 4, vbus_q15), by_doubt_q8(t, emf_q15, 0, vbus_q15));
 }
 
+int32_t observer_margin_q8(const struct tuning *t, int32_t i_q15, int32_t w_q15, int32_t vbus_q15)
+{
+    return by_doubt_q8(t, (q15_abs(w_q15) * t->emf_q12) >> 12, i_q15, vbus_q15);
+}
+
 /* The voltage that acts between two samples: delay.h. In halves of the newest one and of the one before. */
 static void weigh_voltages(volatile struct observer *o, const struct tuning *t, int32_t vbus_q15)
 {
@@ -174,6 +179,14 @@ void observer_preset(volatile struct current_loop *c, const struct tuning *t)
     o->v_alpha_steps = (v_d * cs.cos - c->v_q_steps * cs.sin) >> 15;
     o->v_beta_steps = (v_d * cs.sin + c->v_q_steps * cs.cos) >> 15;
     cpu_irq_restore(mask);
+}
+
+void observer_begin(volatile struct current_loop *c, const struct tuning *t)
+{
+    const dq_t i = currents(c);
+    c->flux.i_q4 = magnitude_q15(i.d, i.q) * 16;
+    c->flux.i_q_q4 = q15_abs(i.q) * 16;
+    observer_follow(c, t, OBSERVER_LEADS);
 }
 
 void observer_follow(volatile struct current_loop *c, const struct tuning *t, enum observer_role role)

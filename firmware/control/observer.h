@@ -82,6 +82,15 @@ void observer_reset(volatile struct current_loop *c, const struct tuning *t, uin
 /* The flux as it has to be at the angle that is believed, with the present currents. Slow loop, before LOOP_OBSERVER leads. */
 void observer_preset(volatile struct current_loop *c, const struct tuning *t);
 
+/*
+ * The margin that an observer would have of a rotor at this speed, with magnets alone and these currents: what it has, or less.
+ * Slow loop.
+ */
+int32_t observer_margin_q8(const struct tuning *t, int32_t i_q15, int32_t w_q15, int32_t vbus_q15);
+
+/* As observer_follow() where it is to lead at once: what is smoothed begins with the present currents. Slow loop. */
+void observer_begin(volatile struct current_loop *c, const struct tuning *t);
+
 /* The double pole of its tracking loop at most, in |w|, Q8. Any context. */
 int32_t observer_quickest_q8(const struct tuning *t);
 

@@ -42,6 +42,13 @@ void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
     }
 }
 
+int32_t speed_loop_before_q29(const struct speed_loop *s, bool answered_backwards)
+{
+    const int32_t growth_q29 = speed_loop_answer_q29(s, (s->ref_rpm_q16 >> 1) - s->estimate.travel_q15, s->ki_q16);
+    const bool grew = !s->at_limit || (growth_q29 > 0) == answered_backwards;
+    return grew ? s->integral_q29 - growth_q29 : s->integral_q29;
+}
+
 int32_t speed_loop_lead(struct speed_loop *s, int32_t slope_q16)
 {
     s->ref_rpm_q16 += speed_loop_towards(s->target_rpm_q16, s->ref_rpm_q16, slope_q16);

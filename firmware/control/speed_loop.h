@@ -53,6 +53,9 @@ void speed_loop_tune(struct speed_loop *s, const struct tuning *t);
 /* Starts from the present speed and torque, without a step. */
 void speed_loop_reset(struct speed_loop *s, int32_t torque_q15);
 
+/* What it remembered of the torque before its last step, whose speed has proved wrong, and how it was answered. Seldom. */
+int32_t speed_loop_before_q29(const struct speed_loop *s, bool answered_backwards);
+
 /*
  * One step: returns the wish for torque (torque.h). The limits do not hold it back, they stop the memory. `slope_q16` is the
  * ramp in rpm Q16 per millisecond.

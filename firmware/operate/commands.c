@@ -54,7 +54,7 @@ const struct command command_table[] = {
     {"load", "", "what was saved last, as at the start; while off", 1, run_load},
     {"defaults", "", "parameters and reactions as they were made, while off; what is saved stays", 1, run_defaults},
     {"reaction", "", "what follows from each fault that leaves a choice", 1, run_reactions},
-    {"reaction", " FAULT off|stop|warn", "choose it, while off", 3, run_reaction},
+    {"reaction", " FAULT off|stop|warn|carry", "choose it, while off", 3, run_reaction},
     {"machine", " on|off", "no echo, no prompt; a line with '.' behind each answer, for programs", 2, run_machine},
     {"scope", " trigger SIGNAL above|below|rises|falls VALUE",
      "what begins a capture, besides a fault and 'scope fire'", 5, run_scope_trigger},

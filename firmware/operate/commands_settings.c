@@ -131,7 +131,7 @@ void run_reaction(struct session *s, char *const *words)
     if (cause == FAULT_COUNT) {
         answer_about(s, words[1], "no such fault; 'reaction' lists those with a choice, '_' stands for a blank");
     } else if (choice == REACTION_COUNT) {
-        answer_about(s, words[2], "not one of off, stop, warn");
+        answer_about(s, words[2], "not one of off, stop, warn, carry");
     } else {
         answer(s, axis_choose_reaction(s->axis, cause, (enum reaction)choice));
     }

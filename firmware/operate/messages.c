@@ -227,7 +227,7 @@ const char *message_fault_detail(enum fault cause)
 
 const char *message_of_reaction(enum reaction reaction)
 {
-    static const char *const names[REACTION_COUNT] = {"off", "stop", "warn"};
+    static const char *const names[REACTION_COUNT] = {"off", "stop", "warn", "carry"};
     return reaction < REACTION_COUNT ? names[reaction] : "unknown";
 }
 

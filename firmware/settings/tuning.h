@@ -43,6 +43,7 @@ struct tuning_observer {
     int32_t iron_q15;  /* and with this q current it is lq */
     int32_t of_bus_q8; /* flux of a step of voltage, on a bus of v_range, over a sample */
     int32_t r_q5;      /* flux of an LSB of current by its resistance, over a sample */
+    bool serves;       /* these fit one another at this rate */
 };
 
 /* A voltage that shows the saliency: control/injection.h. tuning_observer.c. */

@@ -88,6 +88,7 @@ enum error tuning_observer(const struct params *p, struct tuning *t)
     t->observer.iron_q15 = rated_i_q_q15(p);
     t->observer.of_bus_q8 = limited(scale(of_bus, 1, unit_nwb), INT32_MAX);
     t->observer.r_q5 = limited(r_q5, R_MOST_Q5);
+    t->observer.serves = t->observer.magnet >= 1 && r_q5 <= R_MOST_Q5;
     t->angle_source = (uint32_t)p->angle_source;
     tune_field(p, t);
     tune_injection(p, t);
@@ -97,5 +98,5 @@ enum error tuning_observer(const struct params *p, struct tuning *t)
     if (t->delay_halves == 2 && p->injection_mv != 0) {
         return ERROR_INJECTION_UPDATE;
     }
-    return t->observer.magnet < 1 || r_q5 > R_MOST_Q5 ? ERROR_OBSERVER : ERROR_NONE;
+    return t->observer.serves ? ERROR_NONE : ERROR_OBSERVER;
 }

@@ -17,7 +17,7 @@ from param_rows import param_rows  # noqa: E402
 PAGE = ROOT / "docs" / "modbus.md"
 OBJECT = re.compile(r'X\((0x\w+), (\w+), (\w+), (\w+), (\w+), "([^"]*)", "([^"]*)"\)')
 REACTIONS, PARAMS = 0x0400, 0x1000
-CHOICES = ("OFF", "STOP", "WARN")
+CHOICES = ("OFF", "STOP", "WARN", "CARRY")
 
 
 def objects(source=ROOT):

@@ -253,13 +253,14 @@ def test_parameters(operator):
 def test_reactions(operator, c):
     every = operator("reaction")
     assert "over-voltage" not in " ".join(every)
-    assert every[0] == "over-speed: off  (off, stop)" and "voltage limit: warn  (off, stop, warn)" in every
+    assert every[:2] == ["encoder: off  (off, carry)", "over-speed: off  (off, stop)"]
+    assert "voltage limit: warn  (off, stop, warn)" in every
     assert operator("reaction voltage_limit stop") == ["ok"]
     assert operator.axis.reactions.choice[c.FAULT_VOLTAGE_LIMIT] == c.REACTION_STOP
     assert operator("reaction over-speed warn")[0].startswith("error: this fault does not allow that")
     assert operator("reaction over-spee warn")[0].startswith("error: over-spee: no such fault")
     assert operator("reaction none off")[0].startswith("error: none: no such fault")
-    assert operator("reaction stall of") == ["error: of: not one of off, stop, warn"]
+    assert operator("reaction stall of") == ["error: of: not one of off, stop, warn, carry"]
 
 
 @pytest.mark.parametrize("line, answer", [
@@ -314,7 +315,7 @@ def test_help_has_a_line_for_each_command(operator):
         "help", "help COMMAND", "status", "on", "identify", "identify show|use", "off", "quickstop", "speed RPM", "torque A",
         "pv RPM", "pp COUNTS", "pp by COUNTS", "hm index|block", "csp COUNTS", "csv RPM", "cst A", "learn cogging", "zero",
         "fault", "clear", "get PARAM", "set PARAM VALUE", "save", "load", "defaults",
-        "reaction", "reaction FAULT off|stop|warn", "machine on|off",
+        "reaction", "reaction FAULT off|stop|warn|carry", "machine on|off",
         "scope trigger SIGNAL above|below|rises|falls VALUE",
         "scope signals A,B,...|every TICKS|before SAMPLES|trigger never", "scope list|arm|fire|off|read|fault", "scope",
         "stream MS BAUD", "version"]

@@ -4,11 +4,11 @@ import pytest
 
 from unit.test_state_machine import World
 
-CHOICES = ("OFF", "STOP", "WARN")
+CHOICES = ("OFF", "STOP", "WARN", "CARRY")
 # off alone: hardware, and whatever leaves the motor without control
-OFF_ONLY = ("OVERCURRENT_HARDWARE", "GATE_DRIVER", "INTERLOCK", "LOOP_OVERRUN", "ENCODER", "OVERCURRENT", "CURRENT_SUM",
+OFF_ONLY = ("OVERCURRENT_HARDWARE", "GATE_DRIVER", "INTERLOCK", "LOOP_OVERRUN", "OVERCURRENT", "CURRENT_SUM",
             "OVERVOLTAGE", "UNDERVOLTAGE", "CURRENT_OFFSET", "LOOP_STOPPED", "WATCHDOG", "EXCEPTION", "CLOCK", "FABRIC",
-            "ENCODER_SLIP", "ENCODER_DEAD", "OPEN_PHASE")
+            "OPEN_PHASE")
 
 
 @pytest.fixture

@@ -1,0 +1,325 @@
+# SPDX-License-Identifier: MIT
+"""Carrying on without the encoder: when, by which angle, and what else it comes to."""
+import cmath
+import math
+
+import pytest
+
+from unit.test_unit_supervision import CLOCKS, LOOPS, Motor, slip
+
+CAUSES = ("ENCODER", "ENCODER_SLIP", "ENCODER_DEAD", "ENCODER_COUNTS")
+FALL_BACK = {"ENCODER_COUNTS": "QUICK_STOP"}  # of the others the class knows none but off
+ENCODER_BIT, LIVE, ADC_CURRENT = 1 << 5, 1, 1 << 4
+ALL_ONES = 2**32 - 1
+
+
+def frame_deg(c, loop):
+    """The frame of the currents at the next sample."""
+    follows = loop.pll.angle_q32 & loop.field_follows
+    angle_q32 = loop.pll.angle_q32 + loop.angle_offset_q32 if loop.source == c.LOOP_ENCODER else loop.field_angle_q32 + follows
+    return angle_q32 % 2**32 * 360 / 2**32
+
+
+class Carrying(Motor):
+    """A motor of which each fault of the encoder is to be carried on from; the gates do as they are told."""
+
+    def __init__(self, c, rpm=3000, i_a=4.0, **params):
+        super().__init__(c, rpm, i_a, **params)
+        for cause in CAUSES:
+            self.axis.reactions.choice[c.enums["fault"]["FAULT_" + cause]] = c.REACTION_CARRY
+        c.current_loop_tune(self.axis.loop, self.axis.tuning)
+        c.torque_build(self.axis.torque, self.axis.params, self.axis.tuning, self.fabric.adc.VBUS)
+        c.torque_measure(self.axis.torque, self.axis.loop, self.axis.tuning, self.fabric.adc.VBUS)
+        c.modes_limit_torque(self.axis)
+        self.axis.loop.status_max, self.axis.start.aligned = LIVE, True
+        self.axis.speed.target_rpm_q16 = self.axis.speed.ref_rpm_q16 = rpm << 16
+        self.fabric.gate.CONTROL = 1
+        self.step(600)
+
+    def see(self):
+        """As the interrupt leaves it: the angle is that of the next sample."""
+        super().see()
+        loop = self.axis.loop
+        loop.pll.angle_q32 = (loop.pll.angle_q32 + loop.pll.speed_q32) % 2**32
+
+    def report(self, name):
+        self.c.axis_report(self.axis, self.c.enums["fault"]["FAULT_" + name], 1, 2)
+
+    def slow_step(self):
+        """All of the slow loop."""
+        self.fabric.adc.SEQUENCE += LOOPS
+        self.fabric.encoder.LATCH_TIME = (self.fabric.encoder.LATCH_TIME + CLOCKS) % 2**32
+        self.fabric.gate.STATUS = self.fabric.gate.CONTROL & 1
+        self.c.axis_step(self.axis)
+
+    def sample_fault(self, gate=0, adc=0):
+        self.fabric.gate.STATUS, self.fabric.adc.STATUS = gate | self.fabric.gate.CONTROL & 1, adc
+        self.c.axis_sample_fault(self.axis)
+        self.fabric.gate.STATUS, self.fabric.adc.STATUS = self.fabric.gate.CONTROL & 1, 0
+
+    @property
+    def state(self):
+        return next(name for name, value in self.c.enums["axis_state"].items() if value == self.axis.state)[len("AXIS_"):]
+
+    @property
+    def degrees_off(self):
+        """The frame at the next sample, from where the rotor will be."""
+        sample = self.rpm / 60 * self.p.pole_pairs * 360 / 20000
+        rotor = self.counts * self.p.pole_pairs / self.p.encoder_counts * 360 + sample
+        return (frame_deg(self.c, self.axis.loop) - rotor + 180) % 360 - 180
+
+    def warned(self, name):
+        return self.c.reaction_warned(self.axis.reactions, self.c.enums["fault"]["FAULT_" + name])
+
+
+
+@pytest.fixture
+def motor(c):
+    return lambda *args, **params: Carrying(c, *args, **params)
+
+
+def observer_leads(m):
+    loop, c = m.axis.loop, m.c
+    return (loop.source == c.LOOP_OBSERVER and loop.field_follows == ALL_ONES and
+            m.axis.tuning.angle_source == c.PARAM_ANGLE_SENSORLESS)
+
+
+@pytest.mark.parametrize("rpm", (3000, -3000))
+@pytest.mark.parametrize("cause", CAUSES[1:])
+def test_at_speed_the_observer_leads_a_millisecond_later_with_a_warning(motor, cause, rpm):
+    m = motor(rpm)
+    m.report(cause)
+    assert m.axis.loop.source == m.c.LOOP_OBSERVER and m.axis.loop.field_follows == 0, "the frame turns by itself until then"
+    m.slow_step()
+    assert observer_leads(m) and m.state == "OPERATION_ENABLED" and m.fault == "NONE" and m.fabric.gate.CONTROL == 1
+    assert m.warned(cause) and m.axis.carry.cause == m.c.enums["fault"]["FAULT_" + cause]
+    assert m.axis.loop.pll.speed_q32 == pytest.approx(m.hz / 20000 * 2**32, rel=0.01)
+    assert m.axis.speed.target_rpm_q16 == rpm << 16 and m.axis.speed.ref_rpm_q16 == rpm << 16
+
+
+@pytest.mark.parametrize("cause", CAUSES[1:])
+def test_below_the_observers_reach_it_is_a_stop_where_there_is_one_or_off(motor, cause):
+    m = motor(100)
+    m.report(cause)
+    m.slow_step()
+    assert m.fault == cause and not m.warned(cause) and m.axis.loop.source == m.c.LOOP_ENCODER
+    assert m.state == FALL_BACK.get(cause, "FAULT_REACTION") and m.fabric.gate.CONTROL == (cause in FALL_BACK)
+
+
+FORBIDDEN = {
+    "position": lambda m: setattr(m.axis, "mode", m.c.AXIS_MODE_POSITION),
+    "cyclic speed": lambda m: setattr(m.axis, "mode", m.c.AXIS_MODE_CYCLIC_SPEED),
+    "homing": lambda m: setattr(m.axis, "mode", m.c.AXIS_MODE_HOMING),
+    "stopping": lambda m: setattr(m.axis, "state", m.c.AXIS_QUICK_STOP),
+    "weakened field": lambda m: setattr(m.axis.tuning, "weakens", True),
+    "no observer": lambda m: setattr(m.axis.tuning.observer, "serves", False),
+    "not chosen": lambda m: m.axis.reactions.choice.__setitem__(m.c.FAULT_ENCODER_SLIP, m.c.REACTION_OFF),
+}
+
+
+@pytest.mark.parametrize("why", FORBIDDEN)
+def test_where_it_may_not_carry_on_nothing_has_changed_but_the_fault(motor, why):
+    m = motor()
+    FORBIDDEN[why](m)
+    m.report("ENCODER_SLIP")
+    assert m.fault == "ENCODER_SLIP" and m.fabric.gate.CONTROL == 0 and m.axis.loop.source == m.c.LOOP_ENCODER
+
+
+def test_of_torque_control_the_observer_leads_as_well(motor):
+    m = motor()
+    m.axis.mode, m.axis.torque_command_q15 = m.c.AXIS_MODE_TORQUE, 2000
+    m.report("ENCODER_DEAD")
+    m.slow_step()
+    assert observer_leads(m) and m.axis.loop.i_q_ref_q15 == 2000
+
+
+# ---- the angle ----
+
+
+@pytest.mark.parametrize("rpm", (3000, -3000, 1500))
+@pytest.mark.parametrize("degrees", (30, -90, 120, 180))
+def test_after_a_slip_the_frame_is_where_it_was_before(motor, degrees, rpm):
+    m = motor(rpm)
+    jump = slip(degrees)
+    for _ in range(4):
+        m.step(1, jump)
+        if m.axis.carry.waits:
+            break
+    assert m.axis.carry.waits == m.c.FAULT_ENCODER_SLIP and abs(m.degrees_off) < 3
+
+
+@pytest.mark.parametrize("rpm", (3000, -3000))
+def test_of_counts_that_stand_the_last_edge_tells(motor, rpm):
+    """Within half a count, that is within which a rotor may be, and the half of the drive's period in which its edge came."""
+    m = motor(rpm)
+
+    def freeze(world):
+        world.frozen = True
+
+    for _ in range(20):
+        m.step(1, freeze)
+        if m.axis.carry.waits:
+            break
+    assert m.axis.carry.waits == m.c.FAULT_ENCODER_DEAD and abs(m.degrees_off) < 5
+
+
+@pytest.mark.parametrize("rpm", (3000, -3000))
+def test_of_counts_lost_one_by_one_the_emf_tells(motor, rpm):
+    m = motor(rpm, 2.0 if rpm > 0 else -2.0)
+
+    def lose(world):
+        world.slip -= 1
+
+    for _ in range(400):
+        m.step(1, lose)
+        if m.axis.carry.waits:
+            break
+    lost_deg = -m.slip * 360 * m.p.pole_pairs / m.p.encoder_counts
+    assert m.axis.carry.waits == m.c.FAULT_ENCODER_SLIP and lost_deg > 15 and abs(m.degrees_off) < 6
+
+
+@pytest.mark.parametrize("reluctant, off_deg", ((False, 0), (True, -30)))
+def test_an_index_elsewhere_is_wrong_where_the_emf_agrees_with_the_count_unless_it_cannot_tell(motor, reluctant, off_deg):
+    m = motor()
+    m.axis.tuning.reluctant = reluctant
+    m.axis.supervision.encoder.index_drift = round(30 / 360 / m.p.pole_pairs * m.p.encoder_counts)
+    m.report("ENCODER_COUNTS")
+    assert m.degrees_off == pytest.approx(off_deg, abs=2)
+
+
+# ---- found in the interrupt ----
+
+
+def test_lines_that_are_lost_are_left_at_once_and_the_bridge_stays_on(motor):
+    m = motor()
+    m.sample_fault(gate=ENCODER_BIT)
+    assert m.axis.carry.waits == m.c.FAULT_ENCODER and m.fabric.gate.CONTROL == 1 and abs(m.degrees_off) < 1
+    m.sample_fault(gate=ENCODER_BIT)
+    assert m.fault == "NONE", "the encoder counts for nothing from then on"
+    m.slow_step()
+    assert observer_leads(m) and m.warned("ENCODER") and m.state == "OPERATION_ENABLED"
+
+
+def test_lines_that_are_lost_below_the_reach_are_the_fault_a_millisecond_later(motor):
+    m = motor(100)
+    m.sample_fault(gate=ENCODER_BIT)
+    m.slow_step()
+    assert m.fault == "ENCODER" and m.fabric.gate.CONTROL == 0 and m.state == "FAULT_REACTION"
+
+
+def tripped(m, amperes=0.0):
+    """A slip of which the slow loop does not know yet, and the current that comes of it; then so much is left."""
+    slip(90)(m)
+    m.counts += m.rpm / 60000 * m.p.encoder_counts / 2
+    m.fabric.encoder.LATCH_TIME += CLOCKS // 2
+    m.see()
+    m.sample_fault(adc=ADC_CURRENT)
+    m.fabric.adc.IA = m.ampere(amperes)
+    m.fabric.adc.IB = m.fabric.adc.IC = -m.fabric.adc.IA // 2
+    return m
+
+
+def test_a_slip_that_trips_the_current_opens_the_gates_again_once_it_has_faded(motor):
+    m = tripped(motor(), 8.0)
+    assert m.fabric.gate.CONTROL == 0 and m.fault == "NONE" and m.axis.carry.waits == m.c.FAULT_ENCODER_SLIP
+    m.slow_step()
+    assert m.fabric.gate.CONTROL == 0 and m.fault == "NONE"
+    m.fabric.adc.IA = m.fabric.adc.IB = m.fabric.adc.IC = 0
+    m.slow_step()
+    assert m.fabric.gate.CONTROL == 1 and observer_leads(m) and m.warned("ENCODER_SLIP") and m.state == "OPERATION_ENABLED"
+
+
+def test_a_current_that_does_not_fade_is_not_the_encoders_to_carry_on_from(motor):
+    m = tripped(motor(), 8.0)
+    for _ in range(4):
+        m.slow_step()
+    assert m.fault == "ENCODER_SLIP" and m.fabric.gate.CONTROL == 0 and not m.warned("ENCODER_SLIP")
+
+
+def test_off_comes_before_what_waits(motor):
+    m = tripped(motor())
+    m.axis.request = m.c.AXIS_REQUEST_OFF
+    m.axis.state = m.c.AXIS_QUICK_STOP
+    m.slow_step()
+    assert m.fabric.gate.CONTROL == 0 and m.axis.carry.waits == 0 and m.state == "SWITCH_ON_DISABLED"
+
+
+def test_a_second_trip_is_an_over_current(motor):
+    m = motor()
+    m.report("ENCODER_SLIP")
+    m.slow_step()
+    m.sample_fault(adc=ADC_CURRENT)
+    assert m.fault == "OVERCURRENT" and m.fabric.gate.CONTROL == 0
+
+
+# ---- and later ----
+
+
+def carried(m):
+    m.report("ENCODER_DEAD")
+    m.slow_step()
+    assert observer_leads(m)
+    return m
+
+
+@pytest.mark.parametrize("lost", ("LOCK_LOST", "OUT_OF_STEP"))
+def test_a_rotor_that_the_observer_loses_is_the_encoders_fault_and_not_tried_again(motor, lost):
+    m = carried(motor(retry_count=5, retry_delay_ms=10))
+    m.report(lost)
+    for _ in range(60):
+        m.c.axis_retry(m.axis)
+        m.slow_step()
+    assert m.fault == "ENCODER_DEAD" and m.state == "FAULT"
+
+
+def test_another_fault_keeps_its_name_and_is_not_tried_again_by_the_encoder(motor):
+    m = carried(motor(retry_count=5, retry_delay_ms=10))
+    m.c.axis_raise(m.axis, m.c.FAULT_UNDERVOLTAGE)
+    for _ in range(60):
+        m.c.axis_retry(m.axis)
+        m.slow_step()
+    assert m.fault == "UNDERVOLTAGE" and m.state == "FAULT"
+
+
+def test_a_reluctant_rotor_does_not_hang_on_a_field_and_is_given_up(motor):
+    m = carried(motor())
+    m.axis.tuning.reluctant = True
+    m.axis.sensorless.weak_ms, m.axis.loop.flux.margin_q8 = 100, 0
+    m.c.sensorless_after_control(m.axis)
+    assert m.fault == "ENCODER_DEAD" and m.fabric.gate.CONTROL == 0
+
+
+def test_on_begins_with_the_encoder_and_an_alignment(motor):
+    m = carried(motor())
+    assert not m.axis.start.aligned
+    m.axis.request = m.c.AXIS_REQUEST_OFF
+    for _ in range(2):
+        m.slow_step()
+    assert m.c.axis_switch_on(m.axis).error == m.c.ERROR_NONE
+    m.slow_step()
+    assert m.axis.tuning.angle_source == m.c.PARAM_ANGLE_ENCODER and not m.axis.start.aligned
+    assert m.axis.carry.cause == m.c.FAULT_NONE and not m.warned("ENCODER_DEAD")
+
+
+# ---- the frame ----
+
+
+@pytest.mark.parametrize("turn_deg", (0, 50, -120, 180))
+def test_what_the_motor_gets_is_the_same_in_the_new_frame(motor, turn_deg):
+    loop, c = motor().axis.loop, motor().c
+    loop.angle_offset_q32, loop.integral_d_q9, loop.integral_q_q9 = 1 << 29, -300_000, 2_000_000
+    loop.i_d_ref_q15, loop.i_q_ref_q15, loop.i_d_q15, loop.i_q_q15 = -1000, 5000, -900, 4800
+    loop.v_d_steps, loop.v_q_steps = -500, 4000
+
+    def in_stator():
+        turned = cmath.exp(1j * math.radians(frame_deg(c, loop)))
+        return [turned * complex(*pair) for pair in (
+            (loop.integral_d_q9, loop.integral_q_q9), (loop.i_d_ref_q15, loop.i_q_ref_q15), (loop.i_d_q15, loop.i_q_q15),
+            (loop.v_d_steps, loop.v_q_steps))]
+
+    before, angle = in_stator(), frame_deg(c, loop)
+    c.current_loop_coast(loop, round(turn_deg / 360 * 2**32) % 2**32, 1234567)
+    assert (frame_deg(c, loop) - angle) % 360 == pytest.approx(turn_deg % 360, abs=0.01)
+    for was, now in zip(before, in_stator()):
+        assert abs(now - was) <= 0.001 * abs(was) + 2
+    assert loop.field_speed_q32 == loop.pll.speed_q32 == 1234567 and loop.source == c.LOOP_OBSERVER
