@@ -221,7 +221,8 @@ def test_identify_shows_how_far_it_is_and_what_it_found(page):
     assert "quickstop" in page.heard() and page.state() == "switch on disabled", "the big button ends a measurement, too"
 
 
-IDENTIFIED = {"resistance": 360, "ld": 200, "lq": 200, "pole pairs": 4, "encoder counts": 4000}  # teknic_m2310p, as rated
+IDENTIFIED = {"ld": 200, "lq": 200, "pole pairs": 4, "encoder counts": 4000}  # teknic_m2310p, as rated
+COLD_MOHM, WARMEST = 360, 1.5  # a winding that was measured before, 125 K warmer at the most
 INTERVALS = ("resistance", "dead time", "ld", "lq", "offset", "flux", "inertia", "friction")
 
 
@@ -244,6 +245,7 @@ def test_identify_to_its_end_and_what_it_found_is_used(page):
     found = dict(rows)
     for name, rated in IDENTIFIED.items():
         assert float(re.match(r"[\d.]+", found[name])[0]) == pytest.approx(rated, rel=0.25), (name, found)
+    assert 0.9 < float(re.match(r"[\d.]+", found["resistance"])[0]) / COLD_MOHM < WARMEST, found
     for name in INTERVALS:
         value, interval = map(float, re.match(r"(-?[\d.]+) \+-([\d.]+) ", found[name]).groups())
         assert 0 < interval < max(abs(value), 5), (name, found)

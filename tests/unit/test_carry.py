@@ -295,7 +295,7 @@ def test_on_begins_with_the_encoder_and_an_alignment(motor):
     m.axis.request = m.c.AXIS_REQUEST_OFF
     for _ in range(2):
         m.slow_step()
-    assert m.c.axis_switch_on(m.axis).error == m.c.ERROR_NONE
+    assert m.c.switch_on_at_once(m.axis).error == m.c.ERROR_NONE
     m.slow_step()
     assert m.axis.tuning.angle_source == m.c.PARAM_ANGLE_ENCODER and not m.axis.start.aligned
     assert m.axis.carry.cause == m.c.FAULT_NONE and not m.warned("ENCODER_DEAD")
