@@ -45,6 +45,8 @@ static bool drives;
 static uint8_t wire[WIRE_BYTES]; /* what others have yet to send */
 static unsigned wire_from, wire_to;
 static bool wire_busy;
+static bool at_device;  /* who sends them is a program at the character device */
+static int64_t said_ns; /* when the drive let go of the line */
 static struct vm_timer *sent_timer, *heard_timer;
 static struct vm_chardev *device;
 static FILE *log_file;
@@ -78,6 +80,20 @@ static uint8_t take(struct fifo *f)
     uint8_t byte = f->bytes[0];
     memmove(f->bytes, f->bytes + 1, --f->count);
     return byte;
+}
+
+/* ---- in: who sends ---- */
+
+/* A program lives in another time than the line. So it is the line that keeps the 3.5 characters of silence for it that a master
+ * keeps behind a reply. */
+static void begin_hearing(void)
+{
+    if (wire_busy || wire_from == wire_to || (at_device && drives)) {
+        return;
+    }
+    int64_t now_ns = vm_now_ns(), quiet_ns = at_device ? said_ns + character_ns() * 7 / 2 : 0;
+    wire_busy = true;
+    vm_timer_at(heard_timer, (now_ns > quiet_ns ? now_ns : quiet_ns) + character_ns());
 }
 
 /* ---- out ---- */
@@ -123,17 +139,13 @@ void serial_bus_drive(bool on)
     drives = on;
     uart.driven = uart.driven && on;
     note(on ? "on" : "off", -1);
-}
-
-/* ---- in ---- */
-
-static void begin_hearing(void)
-{
-    if (!wire_busy && wire_from != wire_to) {
-        wire_busy = true;
-        vm_timer_at(heard_timer, vm_now_ns() + character_ns());
+    if (!on) {
+        said_ns = vm_now_ns();
+        begin_hearing();
     }
 }
+
+/* ---- in: who hears ---- */
 
 static void receive(uint8_t byte)
 {
@@ -163,13 +175,19 @@ static int room(void *unused)
     return (int)(WIRE_BYTES - (wire_to - wire_from));
 }
 
-static void hear(void *unused, const uint8_t *bytes, int count)
+static void put_on_wire(const uint8_t *bytes, int count)
 {
-    (void)unused;
     for (int n = 0; n < count && room(NULL) > 0; n++) {
         wire[wire_to++ % WIRE_BYTES] = bytes[n];
     }
     begin_hearing();
+}
+
+static void device_sends(void *unused, const uint8_t *bytes, int count)
+{
+    (void)unused;
+    at_device = true;
+    put_on_wire(bytes, count);
 }
 
 void serial_bus_send(const char *hex)
@@ -178,7 +196,8 @@ void serial_bus_send(const char *hex)
     int digits;
     for (; sscanf(hex, "%2x%n", &byte, &digits) == 1 && digits == 2; hex += digits) {
         uint8_t one = (uint8_t)byte;
-        hear(NULL, &one, 1);
+        at_device = false;
+        put_on_wire(&one, 1);
     }
     if (*hex != '\0') {
         fprintf(stderr, "mssfoc twin: bus: '%s' are no bytes in hexadecimal\n", hex);
@@ -274,7 +293,7 @@ void serial_bus_open(const char *chardev_id, const char *log_path)
         fprintf(stderr, "mssfoc twin: bus_log %s: %s\n", log_path, strerror(errno));
         exit(1);
     }
-    if (chardev_id && !(device = vm_chardev_open(chardev_id, room, hear))) {
+    if (chardev_id && !(device = vm_chardev_open(chardev_id, room, device_sends))) {
         fprintf(stderr, "mssfoc twin: QEMU has no character device '%s'\n", chardev_id);
         exit(1);
     }

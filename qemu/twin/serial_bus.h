@@ -5,7 +5,7 @@
  * A 16550 with FIFOs of 16 and the divisor's fraction (UG0331, MMUART chapter). A received character raises the interrupt at
  * once, whatever the FIFO's trigger level. Everybody on the line uses the rate and the format that the UART is set to. The
  * transceiver does not hear while it drives: what others send then is lost, and what is sent while it does not drive is
- * lost, too.
+ * lost, too. A program at the character device is held back until 3.5 characters behind the drive's last.
  *
  * The log has a line for each thing that happens, in order: nanoseconds, what, and a byte in hexadecimal.
  *   rx BYTE    heard, its stop bit over          tx BYTE       sent, likewise

@@ -42,10 +42,11 @@ def test_the_program_of_the_page_turns_the_motor(drive):
     assert len(said[0]) == 8
     for _ in range(300):
         status, _, high, low = drive.read_holding_registers(16, 4, slave=1).registers
-        if status & 0x427 == 0x427 and high << 16 | low:
+        if status & 0x427 == 0x427 and (high << 16 | low) == pytest.approx(1500000, rel=0.01):
             break
         time.sleep(0.1)
-    assert status & 0x427 == 0x427 and (high << 16 | low) == pytest.approx(1500000, rel=0.01)
+    else:
+        raise AssertionError(f"status {status:#06x}, {high << 16 | low} mrpm")
     quick_stop = drive.mask_write_register(address=0, and_mask=0xFFF0, or_mask=0x0002, **OLD)
     assert quick_stop.function_code == 22
     for _ in range(300):
