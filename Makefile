@@ -176,7 +176,7 @@ flash: tools
 test: tools
 	@$(MAKE) --no-print-directory -s -j2 everything
 	@$(MAKE) --no-print-directory -s lint
-	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider tests
+	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider $(if $(ALL),,--sample) tests
 
 storm: tools
 	@$(MAKE) --no-print-directory -s -j2 all twin
@@ -215,7 +215,7 @@ help:
 	@echo '                     the sensors: [SENSORS=amc1306] isolated modulators instead of the converters; with FABRIC=rtl'
 	@echo '                     the start: [START=found|aligned] the drive finds where its rotor stands, or knows it'
 	@echo '                     what the device keeps: [ENVM=file] settings that `save` has written (docs/settings.md)'
-	@echo 'make test            all tests                                         [QEMU=path]'
+	@echo 'make test            the tests; ALL=1: with every motor and rate, as CI    [ALL=1 QEMU=path]'
 	@echo 'make storm           noise, mutated and right lines and frames to both UARTs while the motor turns [N=frames]'
 	@echo 'make console         a live console of a running drive'
 	@echo '                     the bus: [MODBUS=pty|tcp:PORT] its Modbus, for mbpoll, pymodbus or a PLC (docs/modbus.md)'

@@ -14,3 +14,19 @@ gc.set_threshold(100_000, 20, 100)  # of thousands of tests, all of which stay, 
 from unit import register_pages  # noqa: E402  (the path must be set first)
 
 register_pages.keep_free()  # before a heap that grows reaches them
+
+
+def pytest_addoption(parser):
+    parser.addoption("--sample", action="store_true",
+                     help="without what is marked `rest`: more motors, rates and cases of what is there already")
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "rest: more of what other tests show; `make test ALL=1`, and so .ci/run, has it")
+
+
+def pytest_collection_modifyitems(config, items):
+    if config.getoption("--sample"):
+        left_out = [item for item in items if item.get_closest_marker("rest")]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if not item.get_closest_marker("rest")]

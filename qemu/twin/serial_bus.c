@@ -84,8 +84,8 @@ static uint8_t take(struct fifo *f)
 
 /* ---- in: who sends ---- */
 
-/* A program lives in another time than the line. So it is the line that keeps the 3.5 characters of silence for it that a master
- * keeps behind a reply. */
+/* A program lives in another time than the line. So it is the line that keeps the 3.5 characters of silence for it that
+ * a master keeps behind a reply. */
 static void begin_hearing(void)
 {
     if (wire_busy || wire_from == wire_to || (at_device && drives)) {

@@ -6,15 +6,16 @@ import json
 import pytest
 
 from bench.measure import measure_as_built, measure_variants
+from budgets.figures import load_budgets
 from launcher.paths import build_dir
+from rates.builds import RATES_HZ, SAMPLE_HZ
 
-PARTS = {"as built": measure_as_built, "variants": measure_variants, "another seed": lambda: measure_as_built(seed=2)}
-
-
-def _measured(folder):
+def _measured(folder, rates_hz):
     """{part: rows}. Every process of this session begins with what no other has begun, and waits for the rest in the end."""
+    parts = {"as built": measure_as_built, "variants": lambda: measure_variants(rates_hz=rates_hz),
+             "another seed": lambda: measure_as_built(seed=2)}
     for how in (fcntl.LOCK_NB, 0):
-        for name, part in PARTS.items():
+        for name, part in parts.items():
             with open(folder / f"bench {name}.lock", "w") as lock:
                 try:
                     fcntl.flock(lock, fcntl.LOCK_EX | how)
@@ -23,19 +24,29 @@ def _measured(folder):
                 made = folder / f"bench {name}.json"
                 if not made.is_file():
                     made.write_text(json.dumps(part()))
-    return {name: json.loads((folder / f"bench {name}.json").read_text()) for name in PARTS}
+    return {name: json.loads((folder / f"bench {name}.json").read_text()) for name in parts}
 
 
 @pytest.fixture(scope="session")
 def measured(tmp_path_factory, request):
     alone = not hasattr(request.config, "workerinput")
     base = tmp_path_factory.getbasetemp()
-    parts = _measured(base if alone else base.parent)
+    sample = request.config.getoption("--sample", False)
+    parts = _measured(base if alone else base.parent, SAMPLE_HZ if sample else RATES_HZ)
     own = {**parts["as built"], **parts["variants"]}
-    (build_dir() / "bench.json").write_text(json.dumps(own, indent=1) + "\n")
+    if not sample:
+        (build_dir() / "bench.json").write_text(json.dumps(own, indent=1) + "\n")
     return {"1": own, "2": parts["another seed"]}
 
 
 @pytest.fixture(scope="session")
 def bench(measured):
     return measured["1"]
+
+
+@pytest.fixture(scope="session")
+def budgets_of_bench(request):
+    """Of what is measured: a sample leaves out some PWM rates."""
+    rows = load_budgets()["cycles"]
+    left_out = set(RATES_HZ) - set(SAMPLE_HZ) if request.config.getoption("--sample", False) else ()
+    return {name: row for name, row in rows.items() if name not in {f"rate.{hz}" for hz in left_out}}

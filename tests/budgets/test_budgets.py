@@ -20,8 +20,9 @@ def test_every_budget_has_a_reason():
             assert set(budget) == {"max", "reason"} and len(budget["reason"]) >= 10, f"{section} {name}"
 
 
-def test_cycles(bench):
-    hold("cycles", cycles(bench))
+def test_cycles(bench, budgets_of_bench):
+    found = list(complaints("cycles", cycles(bench), budgets_of_bench))
+    assert not found, "\n".join(["budgets are not kept:", *found])
 
 
 def test_assembly_is_worth_having(bench):
