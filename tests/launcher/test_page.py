@@ -229,6 +229,10 @@ INTERVALS = ("resistance", "dead time", "ld", "lq", "offset", "flux", "inertia",
 @pytest.mark.rest
 def test_identify_to_its_end_and_what_it_found_is_used(page):
     """Each step is shown as it goes, each value with its interval; and the drive takes them."""
+    page.click("[data-line=on]")  # the twin tells the first start where the rotor is; identify finds that out
+    page.wait(lambda: page.state() == "operation enabled")
+    page.click("#stop")
+    page.wait(lambda: page.state() == "switch on disabled")
     page.script("document.getElementById('said').textContent = ''")
     page.click("[data-line=identify]")
     steps = []
