@@ -167,8 +167,9 @@ struct outcome axis_learn_cogging(struct axis *a); /* takes two turns and a bit 
 struct outcome axis_set_zero(struct axis *a);      /* the shaft's position is 0 from now on, on or off */
 
 /*
- * A part of what switching on takes (switching.h), 0.5 ms at most; returns whether there is more. The last part makes the
- * request, or what has come meanwhile forbids it: axis.switching.outcome says so. Nothing where nothing is under way. Thread.
+ * A part of what switching on takes (switching.h, row torque_build.part of the benchmarks); returns whether there is more. The
+ * last part makes the request, or what has come meanwhile forbids it: axis.switching.outcome says so. Nothing where nothing is
+ * under way. Thread.
  */
 bool axis_prepare(struct axis *a);
 

@@ -8,10 +8,9 @@
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-#define REACH_MARGIN (45 * 256 / 10) /* as for a field to hand over to the observer */
-#define WRONG_Q32    (1 << 27)       /* 11 degrees: what flowed was not what was wanted */
-#define FADES_MS     4u              /* in so long the diodes have brought any current to nothing */
-#define FADED_SHIFT  3               /* an eighth of i_max */
+#define WRONG_Q32   (1 << 27) /* 11 degrees: what flowed was not what was wanted */
+#define FADES_MS    4u        /* in so long the diodes have brought any current to nothing */
+#define FADED_SHIFT 3         /* an eighth of i_max */
 
 void carry_begin(struct axis *a)
 {
@@ -40,7 +39,7 @@ static bool observer_reaches(const struct axis *a, int32_t speed_q32)
     const volatile struct current_loop *const c = &a->loop;
     const int32_t i_q15 = magnitude_q15(q15_sat16(c->i_d_ref_q15), q15_sat16(c->i_q_ref_q15));
     const int32_t w_q15 = q15_sat16(speed_q32 >> c->w_shift);
-    return observer_margin_q8(&a->tuning, i_q15, w_q15, c->vbus_q15) >= REACH_MARGIN;
+    return observer_margin_q8(&a->tuning, i_q15, w_q15, c->vbus_q15) >= OBSERVER_LEADS_Q8;
 }
 
 /* From here on there is no encoder, as if the drive had been switched on so. */
@@ -163,7 +162,7 @@ static bool faded(const struct axis *a)
     return q15_abs(s.ia_q15) < most_q15 && q15_abs(s.ib_q15) < most_q15 && q15_abs(s.ic_q15) < most_q15;
 }
 
-/* The bridge is off. True when it is on again, or never will be. */
+/* The bridge is off. Until the current has faded nothing is known of the voltage that the gates would open to. */
 static void switch_on_again(struct axis *a, enum fault cause)
 {
     a->carry.waited_ms++;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Carrying on without the encoder, where that is chosen for its fault: the observer leads from now on (axis/sensorless.h), and
- * what the fault was is a warning until the next `on`. Back to the encoder goes nothing by itself.
+ * the fault is a warning until the next `on`. The drive does not go back to the encoder by itself.
  *
  *   seed      where the rotor is, from what can still be trusted (supervise_encoder_seed()): the angle predicted from good
  *             counts; or the last good angle, and the speed since; or the direction of the EMF where there is enough of it

@@ -4,9 +4,8 @@
 #include "firmware/axis/axis.h"
 #include "lib/q15.h"
 
-#define OBSERVER_MARGIN (45 * 256 / 10) /* from here on the observer leads, if it was so for */
-#define OBSERVER_MS     20u
-#define LOST_MS         10u
+#define OBSERVER_MS 20u /* for so long the observer has to see the rotor before it leads */
+#define LOST_MS     10u
 
 /*
  * And once its tracking loop, whose pole goes with the speed, is five sixths as quick as the injection's: a slow one loses the
@@ -34,7 +33,7 @@ void injection_after_control(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
     const bool asked = observer_is_quick(a, TAKES_SIXTHS) || injection_room_q8(&a->loop, &a->tuning) < ROOM_LEAST_Q8;
-    s->calm_ms = asked && a->loop.flux.margin_q8 >= OBSERVER_MARGIN ? s->calm_ms + 1u : 0u;
+    s->calm_ms = asked && a->loop.flux.margin_q8 >= OBSERVER_LEADS_Q8 ? s->calm_ms + 1u : 0u;
     if (s->calm_ms >= OBSERVER_MS) {
         observer_preset(&a->loop, &a->tuning);
         current_loop_exchange(&a->loop, LOOP_OBSERVER);

@@ -107,8 +107,8 @@ static bool cause_is_gone(const struct axis *a)
 }
 
 /*
- * A fault that may pass is latched and the count is not used up: after the delay it is cleared. Not of a drive that has carried
- * on: back to the encoder goes nothing by itself.
+ * A fault that may pass is latched and the count is not used up: after the delay it is cleared. Not in a drive that has carried
+ * on: a retry would begin with the encoder again.
  */
 static void retry_clear(struct axis *a)
 {

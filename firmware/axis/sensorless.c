@@ -14,8 +14,8 @@
 #define HOLD_SHIFT     6 /* the voltage that is held goes a 64th of the way in a millisecond */
 #define MARGIN(tenths) ((tenths)*256 / 10)
 #define SEES_MARGIN    MARGIN(15) /* the observer is let go */
-#define LEADS_MARGIN   MARGIN(45) /* and may lead, with the torque's current alone; */
-#define LEADS_ALL      MARGIN(20) /* with the field's whole current this much */
+#define LEADS_ALL \
+    MARGIN(20) /* and may lead: OBSERVER_LEADS_Q8 by the torque's current alone, so much with the field's */
 #define WEAK_MARGIN    MARGIN(30) /* and no longer */
 #define CALM_MS        20u
 #define WEAK_MS        8u
@@ -147,8 +147,9 @@ static bool is_calm(struct axis *a)
     const int32_t off_q32 = turned_by(lag_q32, s->lag_q32);
     s->lag_q32 += off_q32 >> LAG_SHIFT;
     s->grows_q32 = off_q32 >> LAG_SHIFT;
-    return o->margin_q8 >= LEADS_ALL && o->margin_torque_q8 >= LEADS_MARGIN && q15_abs(o->rho_q15) < CALM_RHO_Q15 &&
-           q15_abs(off_q32) < CALM_LAG_Q32 && q15_abs(lag_q32 >> 1) < LAG_MOST_Q32 >> 1;
+    return o->margin_q8 >= LEADS_ALL && o->margin_torque_q8 >= OBSERVER_LEADS_Q8 &&
+           q15_abs(o->rho_q15) < CALM_RHO_Q15 && q15_abs(off_q32) < CALM_LAG_Q32 &&
+           q15_abs(lag_q32 >> 1) < LAG_MOST_Q32 >> 1;
 }
 
 /* The rotor's speed is not the field's while it swings. */

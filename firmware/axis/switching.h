@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Switching on takes tables that take up to 20 ms (control/torque_build.h). They are worked out a part at a time, so that the
- * thread serves its lines in between: axis_switch_on() begins, axis_prepare() goes on. Until the last part the axis neither is
- * on nor counts as off: parameters stay as they are. Thread.
+ * Switching on takes tables that take longer than a request may wait (control/torque_build.h). They are worked out a part
+ * at a time, so that the thread serves its lines in between: axis_switch_on() begins, axis_prepare() goes on. Until the last
+ * part the axis neither is on nor counts as off: parameters stay as they are. Thread.
  */
 #ifndef FIRMWARE_AXIS_SWITCHING_H
 #define FIRMWARE_AXIS_SWITCHING_H

@@ -82,6 +82,9 @@ void observer_reset(volatile struct current_loop *c, const struct tuning *t, uin
 /* The flux as it has to be at the angle that is believed, with the present currents. Slow loop, before LOOP_OBSERVER leads. */
 void observer_preset(volatile struct current_loop *c, const struct tuning *t);
 
+/* From this margin on it may lead. */
+#define OBSERVER_LEADS_Q8 (45 * 256 / 10)
+
 /*
  * The margin that an observer would have of a rotor at this speed, with magnets alone and these currents: what it has, or less.
  * Slow loop.

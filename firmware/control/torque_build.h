@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * From parameters and their tuning to both tables of torque.h, at `on`. That takes up to 20 ms; so it goes in parts, between
- * which the thread serves its lines. A part takes 0.5 ms at most (`torque_build.part` in docs/benchmarks.md).
+ * From parameters and their tuning to both tables of torque.h, at `on`, in parts, between which the thread serves its lines.
+ * Cycles of all and of the longest part: rows `torque_build` and `torque_build.part` of docs/benchmarks.md.
  */
 #ifndef FIRMWARE_CONTROL_TORQUE_BUILD_H
 #define FIRMWARE_CONTROL_TORQUE_BUILD_H

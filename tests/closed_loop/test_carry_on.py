@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from closed_loop.test_supervision import Outcome
-from launcher import simulate
-from launcher.drive import load_drive
+from closed_loop.test_supervision import play as supervised
 
 TEKNIC, HOVERBOARD, THOR = "teknic_m2310p", "hoverboard_350w", "thor_pmsyrm"
 CHOICES = [f"reaction {cause} carry" for cause in ("encoder", "encoder_slip", "encoder_dead", "encoder_counts")]
@@ -20,23 +19,8 @@ WATCH_S = 0.25
 
 
 def play(tmp_path, motor, share, load, happens, later=(), watch_s=WATCH_S):
-    """Up to a share of the largest speed, loaded with a share of rated torque; the encoder fails; then what comes `later`."""
-    names = load_drive(motor, aligned=True).names()
-    rpm = round(share * names["speed_max_rpm"])
-    up_s = 0.15 + names["on_time_s"]
-    loaded_s = up_s + abs(rpm) / names["ramp_rpm_s"] + 0.1
-    at_s = loaded_s + 0.12
-    kind, *args = happens
-    if kind == "encoder_slip":
-        args = [round(args[0] / 360 * names["encoder_counts"] / names["pole_pairs"])]
-    steps = [{"t_s": 0.14, "console": line} for line in CHOICES]
-    steps += [{"t_s": 0.15, "console": "on"}, {"t_s": up_s, "console": f"speed {rpm}"},
-              {"t_s": loaded_s, "event": "load_nm", "args": [f"{load} * rated_torque_Nm"]},
-              {"t_s": at_s, "event": kind, "args": [str(arg) for arg in args]}]
-    steps += [{"t_s": at_s + after_s, **what} for after_s, what in later]
-    result = simulate({"key": "carry_on", "end_s": at_s + watch_s, "preamble_s": 0.05, "step": steps}, motor, out_dir=tmp_path,
-                      aligned=True)
-    return Carried(result, names, rpm, at_s)
+    """As in test_supervision.py, where the drive may carry on."""
+    return supervised(tmp_path, motor, share, load, happens, CHOICES, until_s=watch_s, later=later, judge=Carried)[1]
 
 
 class Carried(Outcome):

@@ -14,12 +14,15 @@ OVERSHOOT = 0.03  # of i_trip, within the sample period in which it is passed
 UNTIL_S = {"load_nm": 0.3, "temperature_c": 0.3}
 
 
-def play(tmp_path, motor, share, load, happens, lines=(), overrides=None, detune="", until_s=None):
-    """Runs up to a share of the largest speed, loads the shaft with a share of rated torque, and then something happens."""
+def play(tmp_path, motor, share, load, happens, lines=(), overrides=None, detune="", until_s=None, later=(), judge=None):
+    """Runs up to a share of the largest speed, loads the shaft with a share of rated torque, and then something happens.
+
+    later   what comes so many seconds after that: (seconds, the rest of a scenario's step)
+    """
     names = load_drive(motor, overrides, detune=detune, aligned=True).names()
     rpm = round(share * names["speed_max_rpm"])
     up_s = 0.15 + names["on_time_s"]
-    loaded_s = up_s + rpm / names["ramp_rpm_s"] + RUN_UP_S
+    loaded_s = up_s + abs(rpm) / names["ramp_rpm_s"] + RUN_UP_S
     at_s = loaded_s + 0.12
     kind, *args = happens
     if kind == "encoder_slip":
@@ -28,10 +31,11 @@ def play(tmp_path, motor, share, load, happens, lines=(), overrides=None, detune
     steps += [{"t_s": 0.15, "console": "on"}, {"t_s": up_s, "console": f"speed {rpm}"},
               {"t_s": loaded_s, "event": "load_nm", "args": [f"{load} * rated_torque_Nm"]},
               {"t_s": at_s, "event": kind, "args": [str(arg) for arg in args]}]
+    steps += [{"t_s": at_s + after_s, **what} for after_s, what in later]
     end_s = at_s + (until_s or UNTIL_S.get(kind, 0.06))
     result = simulate({"key": "supervision", "end_s": end_s, "preamble_s": 0.05, "step": steps}, motor, out_dir=tmp_path,
                       overrides=overrides, detune=detune, aligned=True)
-    return result, Outcome(result, names, rpm, at_s)
+    return result, (judge or Outcome)(result, names, rpm, at_s)
 
 
 class Outcome:

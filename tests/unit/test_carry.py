@@ -136,15 +136,20 @@ def test_of_torque_control_the_observer_leads_as_well(motor):
 # ---- the angle ----
 
 
+def step_until_carried(m, happens, most):
+    """Steps in each of which the encoder suffers that, until the drive goes on without."""
+    for _ in range(most):
+        m.step(1, happens)
+        if m.axis.carry.waits:
+            break
+
+
 @pytest.mark.parametrize("rpm", (3000, -3000, 1500))
 @pytest.mark.parametrize("degrees", (30, -90, 120, 180))
 def test_after_a_slip_the_frame_is_where_it_was_before(motor, degrees, rpm):
     m = motor(rpm)
     jump = slip(degrees)
-    for _ in range(4):
-        m.step(1, jump)
-        if m.axis.carry.waits:
-            break
+    step_until_carried(m, jump, 4)
     assert m.axis.carry.waits == m.c.FAULT_ENCODER_SLIP and abs(m.degrees_off) < 3
 
 
@@ -156,10 +161,7 @@ def test_of_counts_that_stand_the_last_edge_tells(motor, rpm):
     def freeze(world):
         world.frozen = True
 
-    for _ in range(20):
-        m.step(1, freeze)
-        if m.axis.carry.waits:
-            break
+    step_until_carried(m, freeze, 20)
     assert m.axis.carry.waits == m.c.FAULT_ENCODER_DEAD and abs(m.degrees_off) < 5
 
 
@@ -170,10 +172,7 @@ def test_of_counts_lost_one_by_one_the_emf_tells(motor, rpm):
     def lose(world):
         world.slip -= 1
 
-    for _ in range(400):
-        m.step(1, lose)
-        if m.axis.carry.waits:
-            break
+    step_until_carried(m, lose, 400)
     lost_deg = -m.slip * 360 * m.p.pole_pairs / m.p.encoder_counts
     assert m.axis.carry.waits == m.c.FAULT_ENCODER_SLIP and lost_deg > 15 and abs(m.degrees_off) < 6
 
