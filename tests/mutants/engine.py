@@ -10,7 +10,8 @@ from mutants.tree import Trouble
 
 TRIES, TRIES_MORE = 4, 10  # so many faults of a file are tried for each that it owes
 LISTED = {"outcome": "survived", "by": "", "how": "listed", "rung": "", "build_s": 0.0, "tests_s": 0.0}
-PORTION = 8                # tests that a worker takes at a time when the tree as it is runs them
+PORTION = 8                # so many tests at least a worker takes at a time when the tree as it is runs them,
+PART = 8                   # and this part of those that are left: the many short ones first, few at a time at the end
 
 
 class Engine:
@@ -24,7 +25,7 @@ class Engine:
         self.listed = listed
         self.keep_going, self.broken = keep_going, []  # tests that fail without any fault
         self.order, self.lock, self.prepared = Order(), threading.Lock(), set()
-        self.portions, self.tests, self.measured = None, {}, {}
+        self.waiting, self.tests, self.measured = None, {}, {}
         self.left, self.failure, self.judged, self.tried = {}, None, {}, {}
         for entry in store.known.values():
             self.order.learn(*entry["identity"].split("|")[:2], entry.get("asked", []), entry["by"])
@@ -139,12 +140,13 @@ class Engine:
             return
         tree.prepare()
         with self.lock:
-            if self.portions is None:
+            if self.waiting is None:
                 self._collect(tree)
         while not self.failure:
             with self.lock:
-                portion = self.portions.pop() if self.portions else None
-            if portion is None:
+                taken = max(PORTION, len(self.waiting) // PART)
+                portion, self.waiting = self.waiting[:taken], self.waiting[taken:]
+            if not portion:
                 break
             self._measure(tree, portion)
         tree.keep()
@@ -157,7 +159,7 @@ class Engine:
     def _collect(self, tree):
         tests = collect(tree, self.rungs)
         self.tests = {test.name: test for test in tests}
-        self.portions = [tests[n:n + PORTION] for n in range(0, len(tests), PORTION)]
+        self.waiting = tests
         self.say(f"{len(tests)} tests; first on the tree as it is")
 
     def _measure(self, tree, portion):
