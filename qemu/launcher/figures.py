@@ -3,6 +3,9 @@
 
 A kind that gives several numbers (a mean and the largest deviation beside it) makes a figure of each; their limits are
 written `max = { mean = 0.5, largest = 2 }`.
+
+What cannot be asked of every motor has `only_if`, an expression over the same names, and `otherwise`, why not: where it does
+not hold, the figure is measured all the same, if the run shows it, and has no limit.
 """
 import math
 from dataclasses import dataclass
@@ -11,7 +14,7 @@ import numpy as np
 
 from . import kinds_columns, kinds_current, kinds_protection, kinds_speed, kinds_sweep, kinds_weakening
 from .errors import LauncherError
-from .expression import number
+from .expression import evaluate, number
 
 KINDS = {**kinds_speed.KINDS, **kinds_current.KINDS, **kinds_sweep.KINDS, **kinds_protection.KINDS, **kinds_columns.KINDS,
          **kinds_weakening.KINDS}
@@ -72,20 +75,29 @@ def _measure_one(entry, run, where):
         raise LauncherError(f"{where}: needs a name and a kind (known: {', '.join(sorted(KINDS))})")
     kind = KINDS[kind_name]
     try:
+        otherwise = _why_not(entry, run.names)
         limits = _limits(entry, kind, run.names)
         unit = entry.pop("unit", kind.unit)
         values = _arguments(entry, kind, kind_name, run.names)
     except LauncherError as error:
         raise LauncherError(f"{where} ({name}): {error}") from error
-    note = ""
+    note, limits = otherwise, {} if otherwise else limits
     try:
         readings = kind.function(run, **values)
     except LauncherError as error:  # the run does not show what was to be measured: the figure fails, the others count
-        readings, note = None, str(error)
+        readings, note = None, otherwise or str(error)
     for index, part in enumerate(kind.parts):
         value, why = _plain(readings[index] if readings is not None and len(kind.parts) > 1 else readings)
         yield Figure(f"{name}, {part}" if part else name, kind_name, value, unit, kind.method, note=note or why,
                      **{key: limit[part] for key, limit in limits.items() if part in limit})
+
+
+def _why_not(entry, names):
+    """Why the limits of a figure do not apply to this motor; empty if they do."""
+    if ("only_if" in entry) != ("otherwise" in entry):
+        raise LauncherError("'only_if' and 'otherwise' belong together")
+    applies, why = entry.pop("only_if", "1 == 1"), entry.pop("otherwise", "")
+    return "" if evaluate(applies, names) else f"no limit applies: {why}"
 
 
 def _plain(value):

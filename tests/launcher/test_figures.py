@@ -162,6 +162,17 @@ def test_limits_belong_to_parts(drive):
             measure(SimpleNamespace(key="t", figures=[{**entry, "max": limit}]), run)
 
 
+def test_a_limit_may_be_for_some_motors_only(drive):
+    run = made(drive)
+    entry = {"name": "x", "kind": "peak_current", "max": 0.1, "otherwise": "it pulls"}
+    held, = measure(SimpleNamespace(key="t", figures=[{**entry, "only_if": "rated_torque_Nm > 0"}]), run).values()
+    assert held.passed is False and held.note == ""
+    free, = measure(SimpleNamespace(key="t", figures=[{**entry, "only_if": "rated_torque_Nm < 0"}]), run).values()
+    assert free.passed is None and free.value > 0.1 and free.note == "no limit applies: it pulls"
+    with pytest.raises(LauncherError, match="'only_if' and 'otherwise' belong together"):
+        measure(SimpleNamespace(key="t", figures=[entry]), run)
+
+
 def test_every_kind_says_how_it_measures():
     for name, kind in KINDS.items():
         assert len(kind.method) >= 15 and kind.parts, name
