@@ -8,12 +8,14 @@
 #include "irqlog.h"
 #include "irqpath.h"
 #include "qemu_api.h"
+#include "reach.h"
 
 static bool each_by_itself; /* instructions are not announced in runs */
 
 static struct vm_instruction translated(uint32_t address)
 {
     const struct cycles_op *op = cycles_lookup(address, vm_read_memory);
+    reach_note(address);
     return (struct vm_instruction){op, cycles_wants_registers(op), cycles_wants_address(op)};
 }
 
@@ -85,6 +87,7 @@ void core_watch(uint64_t plugin_id, const struct config *config)
     if (config->irqpath_path) {
         irqpath_open(config->irqpath_path, config->irqpath_exception);
     }
+    reach_open();
     cycles_init(&config->cycles, &core);
     each_by_itself = cycles_wants_each() || config->irqpath_path;
     vm_on_instructions(plugin_id, &hooks);

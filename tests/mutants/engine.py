@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Puts fault after fault into copies of the project, on all cores, and notes who notices."""
+import shutil
 import threading
 import time
 from dataclasses import replace
 
+from mutants import reach
 from mutants.choose import sequence, shares
 from mutants.ladder import Order, collect, concerned, play
 from mutants.tree import Trouble
@@ -25,7 +27,7 @@ class Engine:
         self.listed = listed
         self.keep_going, self.broken = keep_going, []  # tests that fail without any fault
         self.order, self.lock, self.prepared = Order(), threading.Lock(), set()
-        self.waiting, self.tests, self.measured = None, {}, {}
+        self.waiting, self.tests, self.measured, self.bits = None, {}, {}, {}
         self.left, self.failure, self.judged, self.tried = {}, None, {}, {}
         for entry in store.known.values():
             self.order.learn(*entry["identity"].split("|")[:2], entry.get("asked", []), entry["by"])
@@ -116,7 +118,8 @@ class Engine:
             built = time.monotonic()
             if none:
                 return {"outcome": none, "by": "", "build_s": round(built - begun, 2), "tests_s": 0.0}
-            tests = self.order.sorted(fault, concerned(self.measured.values(), tree.changed_products()))
+            tests = concerned(self.measured.values(), tree.changed_products(), tree.changed_functions())
+            tests = self.order.sorted(fault, tests)
             results = play(tree, tests) if tests else []
         finally:
             tree.restore(fault.file, self.sources.texts[fault.file])
@@ -162,8 +165,20 @@ class Engine:
         self.waiting = tests
         self.say(f"{len(tests)} tests; first on the tree as it is")
 
+    def _reach(self, tree):
+        """What each test executes of the image, now that all have run."""
+        if self.bits:
+            known = reach.of_tests(reach.Functions(tree.root / reach.IMAGE), self.measured.values(), self.bits)
+            self.measured = {name: replace(test, executes=known.get(name)) for name, test in self.measured.items()}
+            self.say(f"{len(known)} of them execute functions of the image that are known")
+        self.order.all = tuple(self.measured.values())
+
     def _measure(self, tree, portion):
-        results = play(tree, portion, to_the_end=True)
+        seen = tree.root.parent / "reach"
+        shutil.rmtree(seen, ignore_errors=True)
+        seen.mkdir()
+        results = play(tree, portion, to_the_end=True, reach=seen)
+        bits = {test.name: file.read_bytes() for n, test in enumerate(portion) if (file := seen / f"{n}.bits").exists()}
         failed = [name for name, what, _ in results if what != "passed"]
         failed += sorted({test.name for test in portion} - {name for name, _, _ in results})
         if failed and not self.keep_going:
@@ -175,5 +190,7 @@ class Engine:
                 self.say(f"left out: {name} fails without any fault")
             self.measured |= {name: replace(self.tests[name], cpu_s=max(cpu_s, 0.01)) for name, _, cpu_s in results
                               if name in self.tests}
+            self.bits |= bits
             if len(self.measured) == len(self.tests):
+                self._reach(tree)
                 self.say(f"they take {sum(test.cpu_s for test in self.measured.values()):.0f} s of CPU")

@@ -11,6 +11,7 @@ from pathlib import Path
 from mutants.tree import Trouble, digest, last_lines
 
 CPU_TIMES, CPU_MORE_S = 4, 5.0  # a test may take this much of what it took, and this much more
+NEAR, FAR = 0.3, 0.03      # how likely a test is to notice before anything is known: of a file of its name, of any other
 PLUGINS = str(Path(__file__).resolve().parents[1])
 
 
@@ -28,6 +29,7 @@ class Test:
     name: str             # as pytest has it: path::function[parameter]
     rung: Rung
     cpu_s: float = 0.0
+    executes: frozenset = None  # functions of the image; None: unknown
 
     @property
     def file(self):
@@ -70,14 +72,18 @@ def collect(tree, rungs):
     return tests
 
 
-def play(tree, tests, to_the_end=False):
-    """[(test's name, 'passed' or why not, CPU seconds)] in order, up to the first that did not pass unless to_the_end."""
+def play(tree, tests, to_the_end=False, reach=None):
+    """[(test's name, 'passed' or why not, CPU seconds)] in order, up to the first that did not pass unless to_the_end.
+
+    reach   a folder for what the twin executes in each
+    """
     plan, log = tree.root.parent / "plan.json", tree.root.parent / "log.jsonl"
     plan.write_text(json.dumps([[t.name, CPU_TIMES * t.cpu_s + CPU_MORE_S if t.cpu_s else 0] for t in tests]))
     log.write_text("")
     files = list(dict.fromkeys(test.file for test in tests))
     command = pytest_command(files, "build/tmp", "-p", "mutants.watch", *([] if to_the_end else ["-x"]))
-    status, output = tree.run(command, {"MUTANTS_PLAN": str(plan), "MUTANTS_LOG": str(log), "PYTHONPATH": PLUGINS})
+    told = {"MUTANTS_PLAN": str(plan), "MUTANTS_LOG": str(log), "MUTANTS_REACH": str(reach or ""), "PYTHONPATH": PLUGINS}
+    status, output = tree.run(command, told)
     results, begun = [], None
     for line in log.read_text().splitlines():
         entry = json.loads(line)
@@ -100,6 +106,7 @@ class Order:
     """Which test to ask first: the one that, as far as is known, notices most a second."""
 
     def __init__(self):
+        self.all = ()  # tests that there are
         self.asked, self.noticed = defaultdict(Counter), defaultdict(Counter)
 
     def learn(self, file, function, asked, noticed_by):
@@ -113,20 +120,27 @@ class Order:
         return (f"{file}|{function}", file, str(Path(file).parent), "")
 
     def sorted(self, fault, tests):
-        return sorted(tests, key=lambda test: (-self._worth(fault, test), test.name))
+        """Of those that run the image: the fewer execute what has changed, the more likely one of them notices."""
+        few = 1 - sum(test.executes is not None for test in tests) / max(sum(t.executes is not None for t in self.all), 1)
+        return sorted(tests, key=lambda test: (-self._worth(fault, test, few), test.name))
 
-    def _worth(self, fault, test):
+    def _worth(self, fault, test, few):
         near = Path(fault.file).stem in test.name
-        noticed, asked = (0.3 if near else 0.03), 1.0
+        noticed, asked = (NEAR if near else max(FAR, NEAR * few) if test.executes else FAR), 1.0
         for scope, weight in zip(self._scopes(fault.file, fault.function), (4.0, 2.0, 0.5, 0.2)):
             noticed += weight * self.noticed[scope][test.name]
             asked += weight * self.asked[scope][test.name]
         return noticed / asked / (test.cpu_s + 0.05)
 
 
-def concerned(tests, changed):
-    """The tests whose product has changed, and those of no product: they compile the sources themselves."""
-    return [test for test in tests if not test.rung.product or test.rung.product.replace("[]", test.parameter) in changed]
+def concerned(tests, changed, functions=None):
+    """The tests whose product has changed, and those of no product: they compile the sources themselves.
+
+    functions   those that have changed, and nothing else has: tests that execute none of them are left out
+    """
+    return [test for test in tests
+            if (not test.rung.product or test.rung.product.replace("[]", test.parameter) in changed) and
+            (functions is None or test.executes is None or functions & test.executes)]
 
 
 def material(root, name):

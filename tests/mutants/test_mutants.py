@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The engine of `make mutants`: every kind of fault is what it says, the choice is reproducible, and the verdicts are right."""
+import subprocess
 import textwrap
 from pathlib import Path
 
 import pytest
 
-from mutants import ladder
+from mutants import ladder, reach
 from mutants.choose import Sources, sequence, shares
 from mutants.ctext import NotUnderstood, regions, walk
 from mutants.engine import Engine
@@ -314,6 +315,42 @@ def test_what_an_interrupted_run_left_is_no_base_for_the_next(small):
     again.prepare()
     again.keep()
     assert again.products == right and (again.root / fault.file).read_text() == LEVEL
+
+
+def compiled(folder, name, text):
+    (folder / f"{name}.c").write_text(text)
+    subprocess.run(["cc", "-O1", "-ffunction-sections", "-c", f"{name}.c", "-o", f"{name}.o"], cwd=folder, check=True)
+    return folder / f"{name}.o"
+
+
+@pytest.mark.parametrize("fault, changed", [
+    (("sum += n", "sum -= n"), {"seen"}), (("int unseen", "int other"), {"unseen"}), (("12345", "12346"), {"unseen"}),
+    (("sum += n", "sum += n + 0"), set()), (("fixed = 7", "fixed = 8"), None), (("level;", "level + seen(2);"), {"seen"})])
+def test_which_functions_a_fault_changes(tmp_path, fault, changed):
+    text = LEVEL + "const int fixed = 7;\n"
+    was, now = compiled(tmp_path, "was", text), compiled(tmp_path, "now", text.replace(*fault))
+    assert reach.changed_functions([(was, was), (was, now)]) == changed
+
+
+class Known(reach.Functions):
+    def __init__(self, *places):
+        self.places = places
+
+
+def bits(*addresses):
+    number = sum(1 << reach._place(address) for address in addresses)
+    return number.to_bytes(1 << 17, "little")
+
+
+def test_a_test_executes_what_the_twin_saw_or_what_its_files_others_do():
+    known = Known(("low", 0x100, 8), ("next", 0x108, 6), ("high", 0x20000100, 4))
+    assert known.executed(bits(0x106)) == {"low"} and known.executed(bits(0x108, 0x20000102)) == {"next", "high"}
+    tests = [ladder.Test(name, Rung("image", ())) for name in ("a.py::one", "a.py::two", "a.py::three", "b.py::four")]
+    found = reach.of_tests(known, tests, {"a.py::one": bits(0x100), "a.py::two": bits(0x108)})
+    assert found == {"a.py::one": {"low"}, "a.py::two": {"next"}, "a.py::three": {"low", "next"}}
+    asked = [ladder.Test(t.name, Rung("image", (), product="elf"), executes=found.get(t.name)) for t in tests]
+    assert [t.name for t in ladder.concerned(asked, {"elf"}, {"next"})] == ["a.py::two", "a.py::three", "b.py::four"]
+    assert ladder.concerned(asked, {"elf"}, None) == asked and ladder.concerned(asked, set(), {"next"}) == []
 
 
 def test_a_tree_that_fails_as_it_is_is_no_base_for_verdicts(small):

@@ -8,6 +8,10 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
+from elftools.common.exceptions import ELFError
+
+from mutants import reach
+
 FOREIGN = ("MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "PROBE")
 # no warning gives a mutant away, but what passes an integer for a pointer is not taken for C
 WARNINGS = "-Werror=int-conversion -Werror=incompatible-pointer-types"
@@ -191,6 +195,15 @@ class Tree:
     def changed_products(self):
         return {path for path in self._found(self.project.products)
                 if self._changed(path) and self._content(path) != self.products.get(path)}
+
+    def changed_functions(self):
+        """Those that differ, if nothing else does; else None."""
+        paths = [path for path in self.objects if self._changed(path) and self._code(path) != self.objects[path]]
+        pairs = [(self.snapshot / Path(path).relative_to("build"), self.root / path) for path in paths]
+        try:
+            return reach.changed_functions(pairs)
+        except (ELFError, OSError):
+            return None  # there is none now, or it is no ELF file
 
     def restore(self, file, text):
         """Source and products back, with their times, so that nothing is built or kept by mistake."""

@@ -3,6 +3,7 @@
 
 MUTANTS_PLAN    a JSON file, [[test, seconds of CPU it may take], ...]
 MUTANTS_LOG     where to, one JSON object a line: {"start": test}, {"end": test, "failed": bool, "cpu_s": seconds}
+MUTANTS_REACH   if set, a folder for what the twin executed in the n-th test of the plan: n.bits (qemu/twin/reach.h)
 
 A test that does not end is stopped by its CPU time, never by the clock on the wall; what it started inherits the limit.
 """
@@ -13,6 +14,8 @@ import resource
 import pytest
 
 _limits = dict(json.load(open(os.environ["MUTANTS_PLAN"], encoding="utf-8")))
+_numbers = {name: number for number, name in enumerate(_limits)}
+_reach = os.environ.get("MUTANTS_REACH")
 _failed = set()
 
 
@@ -43,6 +46,8 @@ def pytest_runtest_protocol(item):
         soft = int(_used_s(resource.RUSAGE_SELF) + _limits[item.nodeid]) + 1
         resource.setrlimit(resource.RLIMIT_CPU, (soft, resource.getrlimit(resource.RLIMIT_CPU)[1]))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    if _reach:
+        os.environ["TWIN_REACH"] = f"{_reach}/{_numbers[item.nodeid]}.bits"
     _say(start=item.nodeid)
     before = _used_in_all_s()
     yield
