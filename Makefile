@@ -5,6 +5,8 @@ BUILD   ?= build
 ifneq ($(words $(BUILD)),1)
 $(error mssfoc: BUILD='$(BUILD)' must be one folder without a blank in its path, like BUILD=build16)
 endif
+# An absolute path to here and a relative one must name the same files, or objects are not remade when their headers change.
+override BUILD := $(patsubst $(CURDIR)/%,%,$(BUILD))
 PYTHON  ?= /usr/bin/python3
 QEMU    ?= qemu-system-arm
 HOSTCC  ?= cc

@@ -21,6 +21,7 @@ static inline int32_t modes_room_beside_place(struct axis *a, struct interval *r
 {
     struct motion *const m = &a->motion;
     *room = a->torque.limits;
+    a->speed.torque_is_slow = a->torque.flux.decides;
     if (USUALLY(m->cogging.count == 0) || !rotor_has_encoder(a)) {
         return 0;
     }

@@ -79,7 +79,10 @@ struct loop_weakening {
     int32_t gain_q15;        /* retreat, LSB of current per step that v_q lacks; its sign is that of w */
     int32_t gain_share_q8;   /* of the current loops' gains; 256 within the modulator's circle */
     int32_t most_q15;        /* largest retreat */
-    int32_t retreat_q22;     /* by how much i_d stays below its reference, Q15 with 7 more bits */
+    int32_t room_q_steps; /* what a steady d leaves to v_q, and a step of its reference: less is no reason to retreat */
+    int32_t kick_steps;   /* of room_q_steps: the controller's answer to steps of the q reference */
+    int32_t i_q_ref_before_q15; /* of the last millisecond */
+    int32_t retreat_q22;        /* by how much i_d stays below its reference, Q15 with 7 more bits */
 };
 
 struct current_loop {

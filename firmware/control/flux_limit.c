@@ -3,6 +3,7 @@
 
 #include "firmware/control/stage_weaken.h"
 #include "firmware/settings/config.h"
+#include "lib/limit.h"
 #include "lib/polar.h"
 #include "lib/q15.h"
 
@@ -107,6 +108,7 @@ static void follow_trim(struct flux_limit *s, const volatile struct current_loop
                         int32_t target, int32_t power_q15)
 {
     const int32_t left = left_q15(c, t, target, power_q15);
+    s->exceeded = left < 0 && power_q15 < 0;
     if (!s->decides && left > 0) {
         s->trim_q21 -= s->trim_q21 / FLUX_TRIM_FADE;
         return;
@@ -167,21 +169,44 @@ static int32_t gain_share_q8(const volatile struct current_loop *c, const struct
     return c->weaken.gain_share_q8 + (missing_q8 + (missing_q8 > 0 ? 3 : 0)) / 4;
 }
 
+/* The controller's first answer to a step of the q reference, and half of what is left of the last one's. */
+static int32_t kick_steps(volatile struct current_loop *c)
+{
+    const int32_t step_q15 = q15_abs(c->i_q_ref_q15 - c->weaken.i_q_ref_before_q15);
+    const int32_t answer_steps = (int32_t)(((int64_t)step_q15 * c->kp_q_q9) >> 9);
+    c->weaken.i_q_ref_before_q15 = c->i_q_ref_q15;
+    c->weaken.kick_steps = q15_max(c->weaken.kick_steps / 2, answer_steps);
+    return c->weaken.kick_steps;
+}
+
+/* What v_d leaves of the circle to v_q when both currents are at their references. */
+static int32_t steady_room_steps(const volatile struct current_loop *c, const struct tuning *t, int32_t w_q15,
+                                 int32_t vbus_q15)
+{
+    const uint32_t x_q11 = (uint32_t)q15_max(t->x_q_q11, t->x_q_apparent_q11);
+    const int32_t wx_q11 = (int32_t)(((uint32_t)q15_abs(w_q15) * x_q11) >> 15);
+    const int32_t v_d_q15 = q15_sat16((q15_sat16(q15_abs(c->i_q_ref_q15)) * q15_sat16(wx_q11)) >> 11);
+    const int32_t room_q15 = circle_rest_q15(v_d_q15, circle_q15(vbus_q15, c->weaken.radius_steps));
+    return (int32_t)((uint32_t)room_q15 * CONFIG_BUS_STEPS / (uint32_t)q15_max(vbus_q15, 1));
+}
+
 /*
  * q is first only while v_d takes more than half of the circle to brake, which is v_d > 0 in either direction. Little is braked
- * with where it takes less: the EMF may then be all that there is, and d keeps what it needs to weaken it.
+ * with where it takes less: the EMF may then be all that there is, and d keeps what it needs to weaken it. Braking lasts until
+ * the current has gone, which is later than the wish for it.
  */
 void flux_limit_guide(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
 {
     const int32_t w_q15 = current_loop_w_q15(c);
     const int32_t radius_steps = c->weaken.radius_steps;
-    const bool braking = (c->i_q_ref_q15 ^ w_q15) < 0;
+    const bool braking = ((c->i_q_ref_q15 ^ w_q15) | (c->i_q_q15 ^ w_q15)) < 0;
     const bool q_first = braking && c->v_d_q15 > circle_q15(vbus_q15, radius_steps) >> 1;
     c->weaken.gain_share_q8 = gain_share_q8(c, t, w_q15, vbus_q15);
     c->weaken.q_first = q_first ? -1 : 0;
     c->weaken.first_max_steps = q_first   ? WEAKEN_Q_MAX_STEPS(radius_steps)
                                 : braking ? LOOP_V_D_MAX_STEPS
                                           : WEAKEN_D_MAX_STEPS(radius_steps);
+    c->weaken.room_q_steps = q_first ? 0 : steady_room_steps(c, t, w_q15, vbus_q15) + kick_steps(c);
     c->weaken.gain_q15 = retreat_gain_q15(t, w_q15, vbus_q15);
     c->weaken.most_q15 = q15_clamp(t->i_max_q15 + c->i_d_ref_q15, 0, t->i_max_q15);
 }

@@ -9,7 +9,8 @@
 #include "lib/q15.h"
 #include "lib/usually.h"
 
-#define SPEED_LOOP_ONE_Q29 (1 << 29)
+#define SPEED_LOOP_ONE_Q29    (1 << 29)
+#define SPEED_LOOP_SLOW_SHIFT 2 /* of the bandwidth, where torque is slow: kp goes with it, ki with its square */
 
 /* Seldom: edges far apart; an answer of a quarter of the largest current; a wish for torque that is a mean. */
 int32_t speed_loop_memory_q16(const struct speed_loop *s, const struct tuning *t, int32_t share_q14);
@@ -69,6 +70,10 @@ speed_loop_control(struct speed_loop *s, const struct tuning *t, int32_t moved_q
         const int32_t share = speed_loop_share_q14(&s->estimate);
         ki_q16 = speed_loop_memory_q16(s, t, share);
         error_q15 = (int32_t)(((int64_t)error_q15 * share) >> 14);
+    }
+    if (SELDOM(s->torque_is_slow)) {
+        error_q15 >>= SPEED_LOOP_SLOW_SHIFT;
+        ki_q16 >>= 2 * SPEED_LOOP_SLOW_SHIFT;
     }
     const int32_t answer = speed_loop_answer_q29(s, error_q15, s->kp_q16);
     const int32_t wanted_q29 =

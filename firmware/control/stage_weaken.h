@@ -9,7 +9,9 @@
  *
  * Retreat. Where v_q wants more than the circle leaves, in the direction of the EMF, the EMF is too large: the bus has
  * fallen, or the shaft is faster than the slow loop knew. i_d then goes below its reference by a share of what the missing
- * voltage would take at w L_d, smoothed over four samples. What is missing is mostly the controller's answer to an i_q
+ * voltage would take at w L_d, smoothed over four samples. What d takes of the circle for a moment, and so a step of the references,
+ * is no lack: v_q is held against what a steady d would leave. A retreat takes voltage in d itself, and would cause the next one.
+ * What is missing is mostly the controller's answer to an i_q
  * that runs away, which integrates the voltage already: a retreat that integrated as well would swing. It fills the time
  * until the slow loop has set new references.
  */
@@ -80,7 +82,8 @@ static inline dq_t regulate_weakening(struct current_loop *c, dq_t i)
     c->integral_q_q9 = pi_q15_integrated(c->integral_q_q9, step_q);
 
     const int32_t gain_q15 = c->weaken.gain_q15;
-    const int32_t over_steps = (wanted_q - v_q) ^ (gain_q15 >> 31); /* one less where w is negative */
+    const int32_t sign = gain_q15 >> 31; /* one less where w is negative */
+    const int32_t over_steps = q15_min((wanted_q - v_q) ^ sign, (wanted_q ^ sign) - c->weaken.room_q_steps);
     c->weaken.retreat_q22 = weaken_retreat_q22(retreat_q22, q15_max(over_steps - WEAKEN_DEAD_STEPS, 0),
                                                q15_abs(gain_q15), c->weaken.most_q15);
     c->v_d_steps = v_d;

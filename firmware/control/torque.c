@@ -180,7 +180,8 @@ static struct weakening_node currents_for(struct torque_control *s, int32_t torq
 
 /*
  * Where the flux is limited a torque grows only as quickly as the voltage that is kept can move its currents: a step would take
- * voltage that is not there, first from q.
+ * voltage that is not there, first from q. While braking voltages are longer than they may be it does not grow at all: the flux
+ * limit is about to fall, and takes longer than the torque.
  */
 static int32_t reachable(const struct torque_control *s, const struct tuning *t, int32_t torque_q15)
 {
@@ -188,7 +189,7 @@ static int32_t reachable(const struct torque_control *s, const struct tuning *t,
         torque_map_at(&s->map, s->map.flux_q15, q15_abs(torque_q15)) <= s->flux.flux_q15) {
         return torque_q15;
     }
-    const int32_t step_q15 = flux_limit_slew_q15(t, s->vbus_q15);
+    const int32_t step_q15 = s->flux.exceeded ? 0 : flux_limit_slew_q15(t, s->vbus_q15);
     return q15_clamp(torque_q15, q15_min(s->torque_q15, 0) - step_q15, q15_max(s->torque_q15, 0) + step_q15);
 }
 

@@ -50,6 +50,7 @@ static void fill(struct current_loop *c, struct fabric *f, int32_t radius_steps)
         .gain_share_q8 = (int32_t)(next() % 257u),
         .gain_q15 = any(WEAKEN_GAIN_MAX_Q15),
         .most_q15 = (int32_t)(next() % 32768u),
+        .room_q_steps = (int32_t)(next() % 32768u),
     };
     c->weaken.retreat_q22 = (int32_t)(next() % 32768u) << WEAKEN_RETREAT_SHIFT;
     uint32_t *const words = (uint32_t *)f;
@@ -109,6 +110,8 @@ static dq_t plain(struct current_loop *c, dq_t i)
         limit(&q, root_down((int64_t)w->radius_steps * w->radius_steps - (int64_t)d.got * d.got), c->ki_q15, error_q);
     }
     int32_t over = w->gain_q15 < 0 ? ~(q.wanted - q.got) : q.wanted - q.got;
+    const int32_t beyond = (w->gain_q15 < 0 ? ~q.wanted : q.wanted) - w->room_q_steps;
+    over = over < beyond ? over : beyond;
     over = over > WEAKEN_DEAD_STEPS ? over - WEAKEN_DEAD_STEPS : 0;
     const int32_t gain_q15 = w->gain_q15 < 0 ? -w->gain_q15 : w->gain_q15;
     const int32_t wanted_q22 = (int32_t)(((int64_t)over * gain_q15) >> 8);

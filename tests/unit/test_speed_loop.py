@@ -22,7 +22,7 @@ class Model:
         self.t, self.kp, self.ki, self.integral = tuning, tuning.speed_kp_q16, tuning.speed_ki_q16, 0
         self.error_max = clamp(((1 << 43) - 1) // self.kp, 1, 2**31 - 1)
         self.ref = self.target = self.swings = self.swing_ms = self.calmed = 0
-        self.swing, self.at_limit = 1, False
+        self.swing, self.at_limit, self.slow = 1, False, False
 
     def answer(self, error, gain):
         return clamp(error, -self.error_max, self.error_max) * gain >> 13
@@ -40,6 +40,8 @@ class Model:
             scaled = self.ki * share * share >> 28
             ki = max(scaled, min(self.t.speed_ki_min_q16, self.ki)) if self.ref else scaled
             error = error * share >> 14
+        if self.slow:
+            error, ki = error >> 2, ki >> 4
         answer = self.answer(error, self.kp)
         wanted = self.integral + answer + clamp(self.t.speed_accel_q8 * move >> 10, -ONE_Q29, ONE_Q29)
         growth_of = (ref_q15 - now.travel_q15, ki)
@@ -92,6 +94,7 @@ def test_each_step_is_the_models(c, spread, interval):
                 target = draw.choice((0, 1, -3, 500, -1500, 4000)) * 65536
                 slope = draw.choice((tuning.ramp_q16, 4 * tuning.ramp_q16, 65536 * 100))
                 low, high = -draw.choice((0, 300, 14805)), draw.choice((0, 300, 14805))
+                speed.torque_is_slow = model.slow = draw.random() < 0.2
             speed.target_rpm_q16 = model.target = target
             rpm = clamp(model.ref / 65536 + draw.uniform(-spread, spread), -5000, 5000)
             now = seen(rpm, rpm + draw.uniform(-1, 1), interval or draw.choice((1000, 149999, 150000, 150001, 900000)))
@@ -112,6 +115,24 @@ def test_the_gains_in_amperes_per_rpm(c):
     for n in range(20):
         assert abs(c.speed_loop_step(speed, tuning, 1000, limits) - (kp + n * ki)) <= 1
     assert speed.integral_q29 > 0
+
+
+def test_a_slow_torque_leaves_a_quarter_of_the_bandwidth(c):
+    """A sixteenth of Ki beside a quarter of Kp, so that the damping is what it was; the feed-forward stays whole."""
+    answers = {}
+    for slow in (False, True):
+        speed, tuning = made(c, speed_bw_hz=20)
+        speed.torque_is_slow = slow
+        show(speed, seen(-20))
+        limits = c.interval(-14805, 14805)
+        answers[slow] = [c.speed_loop_step(speed, tuning, 1000, limits) for _ in range(50)]
+        show(speed, seen(0))
+        speed.target_rpm_q16, speed.integral_q29 = 100 * 65536, 0
+        answers[slow, "ramp"] = c.speed_loop_step(speed, tuning, 1000, limits)
+    assert answers[True][0] == pytest.approx(answers[False][0] / 4, abs=1)
+    grown = {slow: answers[slow][-1] - answers[slow][0] for slow in (False, True)}
+    assert grown[True] == pytest.approx(grown[False] / 16, abs=2) and grown[False] > 100
+    assert answers[True, "ramp"] == pytest.approx(answers[False, "ramp"], abs=1) and answers[True, "ramp"] > 0
 
 
 def test_acceleration_is_fed_forward(c):

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""What the slow loop tells the handlers that weaken the field (flux_limit_guide): which axis is served first, and from which
+voltage on v_q lacks any."""
+import math
+
+import pytest
+
+STEPS, RADIUS, VBUS = 40000, 21209, 12000  # steps of the bus voltage; the modulator's circle; Q15 of v_range
+FAST, I_MAX = 9000, 6000
+
+
+@pytest.fixture(scope="module")
+def tuning(c):
+    params, tuning = c.params(), c.tuning()
+    c.params_init(params)
+    assert c.tuning_compute(params, tuning).error == c.ERROR_NONE
+    return tuning
+
+
+def guided(c, tuning, w=FAST, i_q=0, i_q_ref=0, v_d=0, before=None, kick=0):
+    loop = c.current_loop()
+    c.current_loop_init(loop)
+    loop.pll.speed_q32 = w << loop.w_shift
+    loop.i_q_q15, loop.i_q_ref_q15, loop.v_d_q15, loop.kp_q_q9 = i_q, i_q_ref, v_d, 4000
+    loop.weaken.radius_steps, loop.weaken.kick_steps = RADIUS, kick
+    loop.weaken.i_q_ref_before_q15 = i_q_ref if before is None else before
+    c.flux_limit_guide(loop, tuning, VBUS)
+    return loop.weaken
+
+
+@pytest.mark.parametrize("way", (1, -1))
+def test_braking_lasts_until_its_current_has_gone(c, tuning, way):
+    """v_d > 0 beyond half of the circle, and a current against the speed: q is served first, whatever is asked for now."""
+    full = dict(w=way * FAST, v_d=4000)
+    assert guided(c, tuning, i_q=-way * 900, i_q_ref=-way * 900, **full).q_first == -1
+    assert guided(c, tuning, i_q=-way * 900, i_q_ref=0, **full).q_first == -1, "torque 0 was asked for this millisecond"
+    assert guided(c, tuning, i_q=-way * 900, i_q_ref=way * 900, **full).q_first == -1
+    assert guided(c, tuning, i_q=way * 900, i_q_ref=way * 900, **full).q_first == 0
+    assert guided(c, tuning, w=way * FAST, i_q=-way * 900, i_q_ref=-way * 900, v_d=2000).q_first == 0, "little v_d"
+
+
+@pytest.mark.parametrize("i_q_ref", (0, 1500, -1500, 4000))
+def test_the_room_of_q_is_what_a_steady_d_leaves(c, tuning, i_q_ref):
+    x_q = max(tuning.x_q_q11, tuning.x_q_apparent_q11) / 2048
+    v_d = abs(i_q_ref) * x_q * FAST / 32768
+    room = math.sqrt(max((RADIUS / STEPS * VBUS) ** 2 - v_d**2, 0)) * STEPS / VBUS
+    sign = 1 if i_q_ref >= 0 else -1
+    assert guided(c, tuning, w=sign * FAST, i_q=i_q_ref, i_q_ref=i_q_ref).room_q_steps == pytest.approx(room, rel=0.01, abs=60)
+
+
+def test_a_step_of_the_reference_is_no_lack_and_is_soon_forgotten(c, tuning):
+    steady = guided(c, tuning, i_q=1500, i_q_ref=1500).room_q_steps
+    stepped = guided(c, tuning, i_q=1500, i_q_ref=1500, before=1300)
+    assert stepped.room_q_steps == steady + 200 * 4000 // 512 and stepped.i_q_ref_before_q15 == 1500
+    assert guided(c, tuning, i_q=1500, i_q_ref=1500, kick=stepped.kick_steps).kick_steps == stepped.kick_steps // 2
+
+
+def test_where_q_is_first_its_own_limit_is_its_room(c, tuning):
+    assert guided(c, tuning, i_q=-900, i_q_ref=-900, v_d=4000, before=0).room_q_steps == 0
