@@ -9,11 +9,11 @@
  *
  * Retreat. Where v_q wants more than the circle leaves, in the direction of the EMF, the EMF is too large: the bus has
  * fallen, or the shaft is faster than the slow loop knew. i_d then goes below its reference by a share of what the missing
- * voltage would take at w L_d, smoothed over four samples. What d takes of the circle for a moment, and so a step of the references,
- * is no lack: v_q is held against what a steady d would leave. A retreat takes voltage in d itself, and would cause the next one.
- * What is missing is mostly the controller's answer to an i_q
- * that runs away, which integrates the voltage already: a retreat that integrated as well would swing. It fills the time
- * until the slow loop has set new references.
+ * voltage would take at w L_d, smoothed over four samples. What d takes of the circle for a moment is no lack, nor is the
+ * answer to a step of the references: v_q is held against what a steady d would leave. A retreat takes voltage in d itself,
+ * and would be the reason of the next one. What is missing is mostly the controller's answer to an i_q that runs away, which
+ * integrates the voltage already: a retreat that integrated as well would swing. It fills the time until the slow loop has
+ * set new references.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_WEAKEN_H
 #define FIRMWARE_CONTROL_STAGE_WEAKEN_H
