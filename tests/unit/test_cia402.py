@@ -153,6 +153,8 @@ def test_speed(plc):
     assert plc.axis.speed.target_rpm_q16 == 0 and target(plc, 500) == 0, "halt"
     plc.control(ENABLE)
     assert plc.axis.speed.target_rpm_q16 == 500 * 65536
+    plc.control(ENABLE | HALT)
+    assert plc.control(ENABLE) == OPERATION and plc.axis.speed.target_rpm_q16 == 500 * 65536, "no new target was needed"
 
 
 @pytest.mark.parametrize("mode, axis_mode", [(4, "TORQUE"), (9, "CYCLIC_SPEED"), (10, "CYCLIC_TORQUE"), (3, "SPEED")])

@@ -180,6 +180,15 @@ def test_parameters_change_only_while_off(line, c):
     assert line.axis.reactions.choice[c.FAULT_STALL] == c.REACTION_WARN
 
 
+def test_a_reaction_leaves_all_others_as_they_are(line, c):
+    choices = [(7 * fault + 1) % 3 for fault in range(c.FAULT_COUNT)]
+    for fault, choice in enumerate(choices):
+        line.axis.reactions.choice[fault] = choice
+    choices[c.FAULT_STALL] = c.REACTION_WARN
+    assert line.ask(write_one(FAULT_BASE + c.FAULT_STALL, c.REACTION_WARN))[0] == 6
+    assert list(line.axis.reactions.choice)[:c.FAULT_COUNT] == choices
+
+
 def pair(line, first, second):
     """Two parameters that stand next to each other, as one request."""
     at = line.param(first)

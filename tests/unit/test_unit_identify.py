@@ -63,6 +63,24 @@ def test_resistance_is_told_from_dead_time(c, begun, r_ohm, dead_s, c_va):
     assert known(c, begun, "DEAD_TIME")[0] / 10 == pytest.approx(dead_s * 1e9, abs=0.3)
 
 
+def test_what_the_slow_loop_sums_up_is_that_winding(c, begun):
+    """Millisecond by millisecond, the current controller's integral as that winding behind those legs needs it."""
+    r_ohm, dead_s = 0.3, 1e-6
+    loop, vbus = c.current_loop(), VBUS_Q15 / ONE * V_RANGE_MV / 1000
+    c.current_loop_init(loop)
+    loop.vbus_q15, begun.settle_ms, begun.ms = VBUS_Q15, 20, 1
+    for n in range(20000):
+        if c.identify_measure_resistance(begun, loop):
+            break
+        begun.ms += 1
+        volts = r_ohm * loop.i_d_ref_q15 / ONE * I_RANGE_MA / 1000 + 4 / 3 * vbus * dead_s * RATE_HZ
+        loop.integral_d_q9 = round(volts / vbus * BUS_STEPS) << 9
+    assert n == ANGLES * (300 + 120 + 2 * LEVELS * (20 + MEAN_MS)) - 1 and loop.dead_shift == 0
+    thought(c, begun, "RESISTANCE")
+    assert known(c, begun, "RESISTANCE")[0] == pytest.approx(r_ohm * 1e6, rel=0.01)
+    assert known(c, begun, "DEAD_TIME")[0] / 10 == pytest.approx(dead_s * 1e9, rel=0.01)
+
+
 def test_what_the_angles_differ_by_is_in_the_interval(c, begun):
     held(begun, 0.3, 1e-6, 0.036, turn=lambda angle: 1 + 0.05 * (-1) ** angle)
     thought(c, begun, "RESISTANCE")

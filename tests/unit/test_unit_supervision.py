@@ -479,3 +479,13 @@ def test_from_three_times_what_may_hide_it_on_a_missing_emf_tells_that_the_shaft
     m.frozen = True
     m.rpm = m.axis.speed.speed_ref_rpm_q4 = 0
     assert (m.until_fault(60), m.fault) == (None, "NONE")
+
+
+def test_counts_that_have_stood_for_longer_than_16_ms_are_due_no_more(c):
+    """Then the shaft has been stopped, and slowly enough for its EMF to have said nothing."""
+    motor = Motor(c)
+    watch = motor.axis.supervision.encoder
+    watch.speed_moving_q32 = motor.axis.loop.pll.speed_q32
+    for still_ms, dead in ((0, False), (1, True), (16, True), (17, False)):
+        watch.still_ms = still_ms
+        assert c.supervise_encoder_may_be_dead(motor.axis) == dead, still_ms
