@@ -13,7 +13,7 @@ HELD = QUALITY["held"]
 EXPECTED = load_expected()
 
 
-SAMPLE = ("teknic_m2310p", "estun_emj04apb22", "maxon_ec45flat", "thor_pmsyrm")  # surface magnets thrice, reluctance
+SAMPLE = ("teknic_m2310p", "estun_emj04apb22", "maxon_ec45flat")
 
 
 @pytest.mark.parametrize("motor, scenario", [

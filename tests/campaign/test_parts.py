@@ -10,13 +10,13 @@ from launcher.parts import PARTS, parse, plan_part, run_part_case
 EXPECTED_FILE = Path(__file__).with_name("expected_parts.toml")
 SAMPLE = [
     "start:teknic_m2310p/free/90", "start:maxon_ec22/hoist20/1", "start:teknic_m2310p/again/135",
-    "wiring:teknic_m2310p/pole_pairs=5", "wiring:teknic_m2310p/swap_BC", "wiring:mjbots_mj5208/open_B",
-    "wiring:teknic_m2310p/sensor_B_negative", "supervision:teknic_m2310p/slip60/speed100/load50",
-    "supervision:teknic_m2310p/freeze/speed100/load50", "supervision:maxon_ec45flat/open_A/speed50/load50",
-    "supervision:teknic_m2310p/quickstop/no_chopper", "detune:maxon_ec22/default/L*2",
+    "wiring:teknic_m2310p/swap_BC", "wiring:mjbots_mj5208/open_B", "supervision:teknic_m2310p/slip60/speed100/load50",
+    "supervision:maxon_ec45flat/open_A/speed50/load50", "detune:maxon_ec22/default/L*2",
     "sensorless:teknic_m2310p/flying/-60", "sensorless:maxon_ec45flat/lost/thrown", "saliency:thor_pmsyrm/lock/90",
 ]
 REST = [
+    "wiring:teknic_m2310p/pole_pairs=5", "wiring:teknic_m2310p/sensor_B_negative",
+    "supervision:teknic_m2310p/freeze/speed100/load50", "supervision:teknic_m2310p/quickstop/no_chopper",
     "start:abb_m2bj100l/free/270", "start:dys_be8108/friction20/180", "start:teknic_m2310p/hoist50/225",
     "wiring:maxon_ec45flat/counts*1.02", "wiring:estun_emj04apb22/encoder_reversed",
     "wiring:teknic_m2310p/reversed_and_CA", "wiring:qs138_3kw/encoder_frozen", "wiring:teknic_m2310p/locked",

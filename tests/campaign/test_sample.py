@@ -13,7 +13,7 @@ from launcher.paths import MOTORS, SCENARIOS
 
 EXPECTED = load_expected()
 STRIDE = 5  # over the motors: each is met about equally often, and neighbours in the list are not
-FEW = 4     # of these is one in `make test`
+FEW = 8     # of these is one in `make test`
 DETUNED = [Case("teknic_m2310p", "default", 1, detune) for detune in
            ("resistance_mohm*1.3 flux_uwb*0.9", "ld_uh*0.7 lq_uh*0.7", "inertia_gmm2*2")]
 

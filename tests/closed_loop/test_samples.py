@@ -38,7 +38,7 @@ def sweep(tmp_path, overrides, **settings):
     return seen(result)
 
 
-@pytest.mark.parametrize("update, current_bw_hz", [(ENDS, 2000), (ONCE, 4000), (ONCE, 5500)])
+@pytest.mark.parametrize("update, current_bw_hz", [(ENDS, 2000), pytest.param(ONCE, 4000, marks=pytest.mark.rest), (ONCE, 5500)])
 def test_the_swept_loop_is_the_one_that_was_derived(tmp_path, update, current_bw_hz):
     margin_deg, lag_hz = derived(DELAYS[update], current_bw_hz, LOOP_HZ)
     for measured_deg, measured_hz in sweep(tmp_path, two(update, current_bw_hz), plant="ideal", spread=0).values():
@@ -137,7 +137,7 @@ def test_a_start_without_help(tmp_path):
     assert rpm(result.trace.between(end_s - 0.2, end_s)) == pytest.approx(600, rel=0.02)
 
 
-@pytest.mark.parametrize("current_bw_hz", [4000, 6366])
+@pytest.mark.parametrize("current_bw_hz", [4000, pytest.param(6366, marks=pytest.mark.rest)])
 def test_full_modulation(tmp_path, current_bw_hz):
     """A bus too low for the speed: pulses too long or too short to be met at once act half a period late."""
     overrides = two(ONCE, current_bw_hz, supply={"vbus_v": 19.5})

@@ -19,7 +19,11 @@ def verdicts(result):
     return [f"{f.name}: {value_text(f)}, limit {f.limit_text}" for f in result.figures.values() if f.passed is False]
 
 
-@pytest.mark.parametrize("name", available(SCENARIOS))
+ELSEWHERE = ("position", "sensorless", "operating_points")  # long, and what they show has tests of its own
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.rest if name in ELSEWHERE else ())
+                                  for name in available(SCENARIOS)])
 def test_scenario(name, tmp_path):
     motor = {"motor": "abb_m2bj100l"} if name == "overmodulation" else {}  # whose sensors see a phase that stays high
     assert not verdicts(simulate(name, out_dir=tmp_path, start_angle=STANDS_DEG if name == SWEEP else None, **motor, **EXACT))

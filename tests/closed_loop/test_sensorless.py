@@ -2,6 +2,7 @@
 """Without an encoder: its lines are cut, and the plant says where the rotor stands. All motors: `make campaign`,
 SCENARIOS=sensorless."""
 import pytest
+from launcher.parts import parse, run_part_case
 from launcher.simulate import simulate
 
 WRONG = "resistance_mohm*1.3 flux_uwb*0.85"
@@ -16,6 +17,12 @@ def test_working_speed_load_and_reversal_under_load(motor, detune, tmp_path):
     result = simulate("sensorless", motor, out_dir=tmp_path, detune=detune)
     assert not failed(result)
     assert result.figures["field angle error while the observer leads, leads"].value > 60
+
+
+def test_a_rotor_too_slow_for_short_pulses_is_caught_by_its_voltages(tmp_path):
+    """Currents of 0 are regulated, and what that takes is the EMF: beyond noise only as a mean of several samples."""
+    outcome = run_part_case(parse("sensorless:rctimer_gbm5208/flying/20"), tmp_path)
+    assert outcome["passed"] and outcome["outcome"] == "caught", outcome["why"]
 
 
 LOSES = {"title": "the observer leads, and then the bus gives way",

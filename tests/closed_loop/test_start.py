@@ -79,7 +79,10 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("case", WRONG)
+LONG = ("blocked", "2 % more counts", "2 % fewer counts")
+
+
+@pytest.mark.parametrize("case", [pytest.param(case, marks=pytest.mark.rest if case in LONG else ()) for case in WRONG])
 def test_what_is_wrong_is_named_and_the_drive_stays_off(case, tmp_path):
     wrong, fault, found, end_s = WRONG[case]
     result = play(tmp_path, end_s, **wrong)

@@ -2,12 +2,15 @@
 """The modulators at the RTL's pins, on the twin's bench, without QEMU."""
 import subprocess
 
+import pytest
+
 from places import REGISTERS
 from twin.test_twin_models import CLOSING, HERE, ROOT, TWIN, compile_host, models  # noqa: F401  (a fixture)
 
 PARTS = ("lines", "fabric_rtl", "rtl_clock", "rtl_ahead")
 
 
+@pytest.mark.rest
 def test_results_and_trips(models, tmp_path):  # noqa: F811
     _, objects = models
     sources = [ROOT / "tests/fabric/rtl_modulators.c", *(TWIN / f"{part}.c" for part in PARTS)]

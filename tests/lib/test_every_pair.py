@@ -2,6 +2,8 @@
 """Every product term of the Park kernels over every pair of 16-bit values: none is off by even a part of an LSB."""
 import subprocess
 
+import pytest
+
 from host_build import HERE, build_dir, compile_host
 
 TERMS = ["park_alpha_cos", "park_beta_sin", "park_beta_cos", "park_alpha_sin",
@@ -18,6 +20,7 @@ def test_every_pair_is_the_nearest():
     assert run("every_pair") == {term: "0" for term in TERMS}
 
 
+@pytest.mark.rest
 def test_a_kernel_that_rounds_down_is_found():
     """The same sweep with a wrong kernel: without its half, half of all results are off."""
     counts = run("every_pair_down", ["-DROUND_DOWN"])

@@ -45,6 +45,7 @@ def fixture_image(admitted):
     return Image(BUILD / "mssfoc.elf")
 
 
+@pytest.mark.rest
 def test_both_handlers_are_proved_and_mistakes_are_refuted(image, admitted):
     subject = Subject(image, admitted)
     prove_interrupt.prove_ranges(subject, admitted, quiet)
