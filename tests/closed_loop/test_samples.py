@@ -38,7 +38,8 @@ def sweep(tmp_path, overrides, **settings):
     return seen(result)
 
 
-@pytest.mark.parametrize("update, current_bw_hz", [(ENDS, 2000), pytest.param(ONCE, 4000, marks=pytest.mark.rest), (ONCE, 5500)])
+@pytest.mark.parametrize("update, current_bw_hz", [
+    (ENDS, 2000), pytest.param(ONCE, 4000, marks=pytest.mark.rest), (ONCE, 5500)])
 def test_the_swept_loop_is_the_one_that_was_derived(tmp_path, update, current_bw_hz):
     margin_deg, lag_hz = derived(DELAYS[update], current_bw_hz, LOOP_HZ)
     for measured_deg, measured_hz in sweep(tmp_path, two(update, current_bw_hz), plant="ideal", spread=0).values():
