@@ -24,6 +24,14 @@ def complaint(result):
     return ours[0]
 
 
+@pytest.mark.parametrize("given, meant", [("{root}/build", "build"), ("{root}/a/b", "a/b"), ("/elsewhere/build", None), ("b", "b")])
+def test_a_folder_of_the_project_has_one_name(given, meant):
+    """An object made under the absolute one would not be remade, under the other, when a header changes."""
+    given = given.format(root=Path.cwd())
+    result = run("make", "-s", "--eval", "say-build: ; @echo $(BUILD)", "say-build", f"BUILD={given}")
+    assert result.stdout.strip() == (meant or given), result.stderr
+
+
 def test_readme_example_compiles_and_links(tmp_path):
     code = re.search(r"```c\n(.*?)```", Path("README.md").read_text(), re.S).group(1)
     (tmp_path / "example.c").write_text(code + "\nint main(void)\n{\n    parkoutput_type dq;\n"
