@@ -24,7 +24,8 @@ def complaint(result):
     return ours[0]
 
 
-@pytest.mark.parametrize("given, meant", [("{root}/build", "build"), ("{root}/a/b", "a/b"), ("/elsewhere/build", None), ("b", "b")])
+@pytest.mark.parametrize("given, meant", [
+    ("{root}/build", "build"), ("{root}/a/b", "a/b"), ("/elsewhere/build", None), ("b", "b")])
 def test_a_folder_of_the_project_has_one_name(given, meant):
     """An object made under the absolute one would not be remade, under the other, when a header changes."""
     given = given.format(root=Path.cwd())
