@@ -85,7 +85,8 @@ class Page:
     def wait(self, holds):
         end = time.monotonic() + PATIENCE_S
         while not holds():
-            assert time.monotonic() < end, self.find("said").text + self.find("state").text
+            assert time.monotonic() < end, "\n".join([self.find("said").text, self.find("state").text, str(self.script(
+                "return [live.names, live.rows.length, live.rows.at(-1), live.time, live.held, document.visibilityState]"))])
             time.sleep(0.05)
 
     def click(self, selector):
