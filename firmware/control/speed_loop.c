@@ -37,6 +37,7 @@ void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
     s->speed_ref_rpm_q4 = s->speed_rpm_q4;
     s->integral_q29 = torque_q15 * (1 << 14);
     s->at_limit = false;
+    s->torque_is_slow = false;
     for (uint32_t n = 0; n < PARAM_TORQUE_MEAN_MOST_MS - 1; n++) {
         s->before_q15[n] = torque_q15;
     }

@@ -21,9 +21,8 @@ struct speed_loop {
     int32_t ref_rpm_q16;
     int32_t integral_q29; /* torque in Q15, 14 more bits of fraction */
     bool at_limit;        /* the wish for torque is limited */
-    bool
-        torque_is_slow; /* as far as voltage moves its currents: a quarter of the bandwidth then; told by who asks for it */
-    int32_t kp_q16;     /* the tuning's gains, less what hunting has taken */
+    bool torque_is_slow;  /* voltage limits how quickly: a quarter of the bandwidth then; told by who asks for it */
+    int32_t kp_q16;       /* the tuning's gains, less what hunting has taken */
     int32_t ki_q16;
     int32_t error_max_q15;                             /* beyond it the answer is twice the range anyway */
     uint32_t calmed;                                   /* how often it has: 0 from the next switching on */
