@@ -32,7 +32,7 @@
 struct flux_limit {
     int32_t flux_q15; /* FLUX_UNLIMITED where the voltage carries any flux that is asked for */
     bool decides;     /* the currents are those of a limited flux: by who asks for them */
-    bool exceeded;    /* it brakes, and the voltages are longer than they may be */
+    bool exceeded;    /* the motor brakes, and its voltages are longer than they may be */
     int32_t trim_q21; /* voltage, 6 more bits of fraction */
     int32_t drop_q15; /* what the resistance takes of the square of the voltage; negative while it brakes */
 };

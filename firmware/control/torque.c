@@ -179,9 +179,9 @@ static struct weakening_node currents_for(struct torque_control *s, int32_t torq
 }
 
 /*
- * Where the flux is limited a torque grows only as quickly as the voltage that is kept can move its currents: a step would take
- * voltage that is not there, first from q. While braking voltages are longer than they may be it does not grow at all: the flux
- * limit is about to fall, and takes longer than the torque.
+ * Where the flux is limited a torque grows only as quickly as the voltage in reserve can move its currents: a step would take
+ * voltage that is not there, first from q. While the motor brakes and its voltages are too long, torque does not grow at
+ * all: the flux limit is about to fall, and takes longer than the torque.
  */
 static int32_t reachable(const struct torque_control *s, const struct tuning *t, int32_t torque_q15)
 {

@@ -6,7 +6,7 @@ import math
 import pytest
 
 STEPS, RADIUS, VBUS = 40000, 21209, 12000  # steps of the bus voltage; the modulator's circle; Q15 of v_range
-FAST, I_MAX = 9000, 6000
+FAST = 9000
 
 
 @pytest.fixture(scope="module")

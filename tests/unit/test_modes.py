@@ -364,3 +364,12 @@ def test_a_speed_for_learning_beyond_speed_max_is_refused(c):
     w = Drive(c)
     w.axis.params.learn_rpm, w.axis.params.speed_max_rpm = 50, 49
     assert c.axis_learn_cogging(w.axis).error == c.ERROR_LEARN_SPEED and w.mode == "SPEED"
+
+
+@pytest.mark.parametrize("mode", ("SPEED", "CYCLIC_SPEED", "POSITION"))
+def test_where_a_flux_limit_decides_the_speed_loop_is_told(c, mode):
+    for decides in (True, False):
+        w = Drive(c, mode)
+        w.axis.torque.flux.decides = decides
+        w.control()
+        assert w.axis.speed.torque_is_slow == decides

@@ -231,3 +231,23 @@ def test_burning_makes_no_torque_and_ends(c, machines):
             loop = step(c, machine, 1000, burn_q15=burn, **state)
             burn = torque.burn_q15
         assert burn == 0 and made_torque(machine, loop) * Q15 == pytest.approx(1000, abs=12)
+
+
+def test_while_braking_voltages_are_too_long_no_torque_grows(c, machines):
+    """It does where they are short, and where the motor drives; less torque is there at once."""
+    _, tuning, torque = machines["salient"]
+
+    def asked(wish, last, length_q15):
+        loop = c.current_loop()
+        c.current_loop_init(loop)
+        c.torque_rest(torque)
+        loop.pll.speed_q32 = 8000 * 8192
+        loop.v_q_q15, torque.torque_q15 = length_q15, last
+        c.torque_measure(torque, loop, tuning, 12000)
+        torque.limits.low, torque.limits.high = -8000, 8000
+        c.torque_ask(torque, loop, tuning, wish)
+        return torque.torque_q15
+
+    assert asked(-4000, -500, 2000) < -500 and asked(4000, 500, 14000) > 500
+    assert asked(-4000, -500, 14000) == pytest.approx(-500, abs=2)
+    assert asked(0, -500, 14000) == 0
