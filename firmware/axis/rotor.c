@@ -1,17 +1,36 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/axis/rotor.h"
 
+#include "firmware/axis/injection_lead.h"
+
 /*
  * A double pole at a: 2 / a until it tells. The tracking gain is 2 a Ts / 2 pi times 2^17 (control/observer.c), so that is
  * 2^18 / (2 pi track) / pi samples.
  */
 #define SETTLES_IN_SAMPLES 83443u
 
+/*
+ * What the shaft has turned by in the last millisecond, as a speed: the speed loop's memory counts it. By injection the angle
+ * itself tells. The speeds of single instants would on average, too, but the noise in them does not add up to nothing as
+ * that in the angle does: a shaft that is to stand with a load creeps.
+ */
+static int32_t travel_q15(struct axis *a, int32_t speed_rpm_q15)
+{
+    const uint32_t angle_q32 = a->loop.pll.angle_q32;
+    const int32_t moved_q32 = (int32_t)(angle_q32 - a->sensorless.angle_before_q32);
+    a->sensorless.angle_before_q32 = angle_q32;
+    return injection_leads(a) ? tuning_rpm_q15(&a->tuning, moved_q32 / a->tuning.loops_per_slow) : speed_rpm_q15;
+}
+
 void rotor_take_speed(struct axis *a)
 {
     const uint32_t loop_counts = (uint32_t)a->tuning.loop_counts;
     const int32_t track = a->loop.flux.track;
     const uint32_t clocks = SETTLES_IN_SAMPLES * loop_counts / (uint32_t)(track < 1 ? OBSERVER_TRACK_MOST : track);
-    const bool on = current_loop_is_on(&a->loop);
-    speed_loop_take(&a->speed, on ? tuning_rpm_q15(&a->tuning, a->loop.pll.speed_q32) : 0, clocks);
+    if (!current_loop_is_on(&a->loop)) {
+        speed_loop_take(&a->speed, 0, 0, clocks);
+        return;
+    }
+    const int32_t speed_rpm_q15 = tuning_rpm_q15(&a->tuning, a->loop.pll.speed_q32);
+    speed_loop_take(&a->speed, speed_rpm_q15, travel_q15(a, speed_rpm_q15), clocks);
 }

@@ -28,16 +28,17 @@ struct sensorless {
     int32_t v_q23;      /* voltage that is held meanwhile */
     int32_t v_full_q23; /* and with the whole current, which was: */
     int32_t i_full_q15;
-    int32_t ref_rpm_q16; /* the speed's reference a millisecond ago */
-    int32_t i_q15;       /* what the field has */
-    int32_t lag_q32;     /* by how much the rotor lags behind it, as observed; smoothed */
-    int32_t grows_q32;   /* and by how much more from millisecond to millisecond */
-    int32_t rest_q32;    /* about which it swings: the same over a longer time */
-    bool sees;           /* the observer has been let go, and these hold */
-    uint32_t calm_ms;    /* since when the observer could lead */
-    uint32_t weak_ms;    /* since when it should not */
-    int32_t extra_q15;   /* d current that makes no torque, left from the field */
-    uint32_t lost_ms;    /* since when it contradicts itself */
+    int32_t ref_rpm_q16;       /* the speed's reference a millisecond ago */
+    int32_t i_q15;             /* what the field has */
+    int32_t lag_q32;           /* by how much the rotor lags behind it, as observed; smoothed */
+    int32_t grows_q32;         /* and by how much more from millisecond to millisecond */
+    int32_t rest_q32;          /* about which it swings: the same over a longer time */
+    bool sees;                 /* the observer has been let go, and these hold */
+    uint32_t calm_ms;          /* since when the observer could lead */
+    uint32_t weak_ms;          /* since when it should not */
+    int32_t extra_q15;         /* d current that makes no torque, left from the field */
+    uint32_t lost_ms;          /* since when it contradicts itself */
+    uint32_t angle_before_q32; /* the rotor's a millisecond ago (rotor.c) */
 };
 
 /* Lays the field down. Slow loop, bridge on, LOOP_OBSERVER. */

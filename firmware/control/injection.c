@@ -11,8 +11,8 @@
 #define RADIAN_Q23 (1 << 23) /* of rad_q8, by a response of 1 */
 
 /*
- * From 7.5 LSB a degree on the tracking loop is as quick as the tuning has it. Below, it is slower by the square: then what the
- * sensors' noise moves the angle by is the same.
+ * From 7.5 LSB a degree on the tracking loop may be as quick as any. Below, it is slower by the square: then what the sensors'
+ * noise moves the angle by is the same. It is never quicker than a load asks for.
  */
 #define RADIAN_QUICK 430
 
@@ -57,7 +57,8 @@ void injection_track(volatile struct current_loop *c, const struct tuning *t, ui
     c->pll.speed_q32 = 0;
     c->inject.full_rad_q8 = q15_min(RADIAN_Q23 / q15_max(radian, 1), INJECTION_RAD_MOST_Q8);
     const int32_t seen = q15_min(radian, RADIAN_QUICK);
-    c->inject.track = t->injection.track * (seen * seen / RADIAN_QUICK) / RADIAN_QUICK;
+    const int32_t quiet = t->injection.track_most * (seen * seen / RADIAN_QUICK) / RADIAN_QUICK;
+    c->inject.track = q15_min(quiet, t->injection.track);
 }
 
 static int32_t v_steps(int32_t v_q15, int32_t vbus_q15)

@@ -18,7 +18,7 @@
  *     nu = -(y_q + k y_d) / G,    G = 4 U T Y1, measured at the start
  *
  * which the tracking loop of the flux observer takes away (stage_flux.h): two integrators, with a double pole at 60 Hz or
- * less: what little answers to a degree takes its time, for the sensors' noise is the same.
+ * less: as quick as a load by step asks for, and slower where little answers to a degree, for the sensors' noise is the same.
  *
  * The controllers see the mean of two samples: the wave's ripple is not in it.
  *

@@ -27,11 +27,11 @@ void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *en
     estimate_speed(e, encoder, t);
 }
 
-void speed_estimate_take(struct speed_estimate *e, int32_t speed_rpm_q15, uint32_t clocks)
+void speed_estimate_take(struct speed_estimate *e, int32_t speed_rpm_q15, int32_t travel_q15, uint32_t clocks)
 {
     e->speed_rpm_q15 = speed_rpm_q15;
     e->moved = 0;
-    e->travel_q15 = speed_rpm_q15; /* in a millisecond */
+    e->travel_q15 = travel_q15;
     e->interval_clocks = clocks;
     e->beyond_q15 = 0;
     e->lost = true;

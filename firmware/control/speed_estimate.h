@@ -50,7 +50,7 @@ void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *en
 /* Of a step: by how many counts the shaft has moved, where the counter has gone round or it was more than a quarter. */
 int32_t speed_estimate_unwrapped(int32_t moved, int32_t speed_rpm_q15, int32_t counts);
 
-/* What something else has measured, and how long that takes. What was known of edges is lost. Slow loop. */
-void speed_estimate_take(struct speed_estimate *e, int32_t speed_rpm_q15, uint32_t clocks);
+/* What something else has measured: speed, way of this millisecond, how long it takes. What edges told is lost. Slow loop. */
+void speed_estimate_take(struct speed_estimate *e, int32_t speed_rpm_q15, int32_t travel_q15, uint32_t clocks);
 
 #endif

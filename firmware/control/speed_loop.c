@@ -8,9 +8,9 @@
 #define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
 #define CALMEST          10u               /* quarters: of the gains a sixteenth is left */
 
-void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, uint32_t clocks)
+void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, int32_t travel_q15, uint32_t clocks)
 {
-    speed_estimate_take(&s->estimate, speed_rpm_q15, clocks);
+    speed_estimate_take(&s->estimate, speed_rpm_q15, travel_q15, clocks);
     s->speed_rpm_q4 = speed_rpm_q15 >> 11;
 }
 

@@ -39,8 +39,11 @@ static inline void speed_loop_measure(struct speed_loop *s, const struct encoder
     s->speed_rpm_q4 = s->estimate.speed_rpm_q15 >> 11;
 }
 
-/* The same of a speed that something else tells, in so many fabric clocks: the longer, the smaller the gains. */
-void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, uint32_t clocks);
+/*
+ * The same of a speed that something else tells, in so many fabric clocks: the longer, the smaller the gains. `travel_q15` is
+ * what the shaft has turned by in this millisecond, as a speed.
+ */
+void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, int32_t travel_q15, uint32_t clocks);
 
 /* Moves the reference towards the command, where nothing is controlled: the shaft follows by itself. Returns rpm Q16. */
 int32_t speed_loop_lead(struct speed_loop *s, int32_t slope_q16);

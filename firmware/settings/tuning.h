@@ -50,7 +50,8 @@ struct tuning_observer {
 struct tuning_injection {
     int32_t v_q15;          /* 0: there is none */
     int32_t turned;         /* 0 or -1: when a voltage is seen */
-    int32_t track;          /* gain of the tracking loop */
+    int32_t track;          /* gain of the tracking loop that a load by step asks for */
+    int32_t track_most;     /* the largest, for currents that answer well */
     int32_t cross_q15;      /* L_dq by L_qq at rated current */
     int32_t cross_from_q15; /* q current from which it is that */
     int32_t polarity_q15;   /* d current that tells north from south */

@@ -8,6 +8,7 @@
 #include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
+#include "lib/polar.h"
 
 #define R_MOST_Q5 32767 /* times a current of 65534 */
 
@@ -53,8 +54,35 @@ static int32_t rated_i_q_q15(const struct params *p)
     return i_q_q15 < 1 ? 1 : limited(i_q_q15, INT16_MAX);
 }
 
-/* Pole of the tracking loop: a compromise of the sensors' noise and of how far a load step turns the angle. */
-#define INJECTION_POLE_HZ 60
+/*
+ * Pole of the tracking loop. Rated torque as a load, by step, turns the rotor with an acceleration A, and a double pole at a is
+ * behind by A / a^2. It is placed where that is 1.25 degrees: what is quicker tells the speed loop of the sensors' noise, and
+ * nothing else. LAG makes Hz^2 in Q8 of rpm Q16 a millisecond by pole pairs: 256e3 / (65536 60 2 pi 1.25 (2 pi / 360)).
+ */
+#define INJECTION_POLE_MOST_HZ 60
+#define INJECTION_LAG_E6       475032
+
+static int32_t track_of(const struct tuning *t, int32_t pole_hz_q4)
+{
+    return (int32_t)scale(2 * pole_hz_q4, 1 << 13, t->loop_hz);
+}
+
+/* As the tuning counts torque. */
+static int64_t rated_torque_q15(const struct params *p)
+{
+    const struct mtpa_machine m = mtpa_machine(p);
+    const int64_t i_q20 = scale(p->i_rated_ma, MTPA_ONE_Q20, p->i_range_ma);
+    return m.saliency != 0 ? scale(mtpa_point(&m, i_q20).torque, 32768, mtpa_point(&m, MTPA_ONE_Q20).torque)
+                           : i_q20 >> 5;
+}
+
+static int32_t injection_pole_hz_q4(const struct params *p, const struct tuning *t)
+{
+    const int64_t slope_q16 = (rated_torque_q15(p) << 24) / (t->speed_accel_q8 < 1 ? 1 : t->speed_accel_q8);
+    const int64_t squared_q8 = scale(slope_q16 * p->pole_pairs, INJECTION_LAG_E6, 1000000);
+    const int64_t most_q8 = 256 * INJECTION_POLE_MOST_HZ * INJECTION_POLE_MOST_HZ;
+    return polar_root_down((uint32_t)(squared_q8 < most_q8 ? squared_q8 : most_q8));
+}
 
 /* From a quarter of rated current on saturation across the axes is what it is at rated current. */
 #define CROSS_FROM_PART 4
@@ -64,7 +92,8 @@ static void tune_injection(const struct params *p, struct tuning *t)
     const int64_t v_q15 = scale(p->injection_mv, 32768, p->v_range_mv);
     t->injection.v_q15 = limited(v_q15, INT16_MAX);
     t->injection.turned = t->delay_halves == 1 ? -1 : 0;
-    t->injection.track = (int32_t)scale(2 * INJECTION_POLE_HZ, 1 << 17, t->loop_hz);
+    t->injection.track_most = track_of(t, 16 * INJECTION_POLE_MOST_HZ);
+    t->injection.track = track_of(t, injection_pole_hz_q4(p, t));
     t->injection.polarity_q15 = tuning_q15_from_milli(p->i_align_ma, p->i_range_ma);
     t->injection.cross_q15 = p->cross_pm * 32768 / 1000;
     t->injection.cross_from_q15 = t->observer.iron_q15 / CROSS_FROM_PART + 1;

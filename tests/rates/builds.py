@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The firmware at other PWM rates: one build folder for each, below the one in use, with the same twin."""
+import fcntl
 import os
 import shutil
 import subprocess
@@ -24,9 +25,17 @@ def make(build, *targets, **choices):
 
 
 def build_of(hz, *targets):
-    """The build folder of a rate with these products in it, as absolute path."""
+    """The build folder of a rate with these products in it, as absolute path. One process at a time: tests of several files,
+    and so of several workers, want the same folder."""
     own = Path(os.environ.get("BUILD", "build"))
     build = own if hz == OWN_HZ else own / "rates" / str(hz)
+    build.mkdir(parents=True, exist_ok=True)
+    with open(build / "one_at_a_time", "w", encoding="ascii") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return _built(hz, own, build, targets)
+
+
+def _built(hz, own, build, targets):
     done = make(build, *targets, PWM_HZ="" if hz == OWN_HZ else hz)
     if done.returncode != 0:
         raise AssertionError(f"the build at {hz} Hz failed: {done.stderr[-2000:]}")

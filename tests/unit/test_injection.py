@@ -169,6 +169,35 @@ def test_what_it_says_of_a_degree_is_what_theory_has(c):
         assert bench.axis.injection.detail_q8 / 256 == pytest.approx(bench.lsb_per_degree(), rel=0.05)
 
 
+def pole_hz(track):
+    """Of a tracking loop with this gain: 2 a Ts / 2 pi, times 2^17."""
+    return track * PWM_HZ / 2**18
+
+
+@pytest.mark.parametrize("motor, inertia, wanted", (("baldor_ecs101m0h7ef4", 1, None), ("baldor_ecs101m0h7ef4", 4, None),
+                                                    (THOR, 1, None), (THOR, 0.25, 60)))
+def test_the_tracking_loop_is_as_quick_as_a_load_by_step_asks_for(c, motor, inertia, wanted):
+    """A / a^2 is 1.25 degrees, A being p M / J with the torque of i_rated by its least currents; 60 Hz at most."""
+    p = shipped(motor)
+    p |= {"angle_source": 1, "inertia_gmm2": round(p["inertia_gmm2"] * inertia)}
+    _, _, t = compute(c, p)
+    ld, lq, i = p["ld_apparent_uh"] / 1e6, p["lq_apparent_uh"] / 1e6, p["i_rated_ma"] / 1e3
+    gamma = np.linspace(0, np.pi / 2, 2000)
+    torque = (1.5 * p["pole_pairs"] * i * np.cos(gamma) * (p["flux_uwb"] / 1e6 + (lq - ld) * i * np.sin(gamma))).max()
+    asked = np.sqrt(p["pole_pairs"] * torque / (p["inertia_gmm2"] / 1e9) / np.radians(1.25)) / 2 / np.pi
+    assert pole_hz(t.injection.track_most) == pytest.approx(60, rel=0.002)
+    assert pole_hz(t.injection.track) == pytest.approx(wanted or asked, rel=0.004)
+
+
+def test_what_answers_little_is_tracked_slower_and_nothing_quicker_than_asked(c):
+    _, _, t = compute(c, {**shipped("baldor_ecs101m0h7ef4"), "angle_source": 1})
+    loop = c.axis().loop
+    for radian, wanted in ((230, 60 * (230 / 430)**2), (300, 60 * (300 / 430)**2), (430, pole_hz(t.injection.track)),
+                           (3000, pole_hz(t.injection.track))):
+        c.injection_track(loop, t, 0, radian)
+        assert pole_hz(loop.inject.track) == pytest.approx(wanted, rel=0.01)
+
+
 def test_the_controllers_do_not_see_the_wave(c):
     """The sampled current swings from sample to sample by U T / L_d; the mean of two does not."""
     bench = Bench(c, THOR, 30, soft=SOFT)

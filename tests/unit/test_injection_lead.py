@@ -71,6 +71,20 @@ def test_the_flux_is_set_to_what_angle_and_currents_make_it(c, leading):
         assert abs(complex(loop.flux.flux_alpha, loop.flux.flux_beta) - wanted) < 3 * 2**14
 
 
+@pytest.mark.parametrize("moved_deg", (0, 1.5, -1.5, 40))
+def test_the_memory_of_the_speed_loop_counts_the_angle_and_not_the_speed_of_an_instant(c, leading, moved_deg):
+    """By injection; the observer's speed is the mean of its angle's already, and its angle may jump when it takes over."""
+    loop, estimate = leading.axis.loop, leading.axis.speed.estimate
+    loop.status_max, loop.pll.speed_q32 = 1, 5_000_000
+    for source, by_angle in ((c.LOOP_INJECTION, True), (c.LOOP_OBSERVER, False), (c.LOOP_INJECTION, True)):
+        loop.source = source
+        loop.pll.angle_q32 = (loop.pll.angle_q32 + round(moved_deg / 360 * 2**32)) % 2**32
+        c.rotor_take_speed(leading.axis)
+        rpm = moved_deg / 360 / 2 * 60000 if by_angle else 5_000_000 / 2**32 * 20000 * 60 / 2
+        assert estimate.travel_q15 / 32768 == pytest.approx(rpm, abs=0.02)
+        assert estimate.speed_rpm_q15 / 32768 == pytest.approx(5_000_000 / 2**32 * 20000 * 60 / 2, rel=1e-4)
+
+
 def test_lq_is_a_straight_line_from_rest_to_rated(c, leading):
     """Told 36.6 mH without current and 20.5 with the q current of rated torque: what the model has between, within 7 %."""
     p, loop = shipped(THOR), leading.axis.loop
