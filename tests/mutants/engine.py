@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from mutants import reach
 from mutants.choose import sequence, shares
-from mutants.ladder import Order, collect, concerned, play
+from mutants.ladder import Order, affordable, collect, concerned, play
 from mutants.tree import Trouble
 
 TRIES, TRIES_MORE = 4, 10  # so many faults of a file are tried for each that it owes
@@ -20,11 +20,13 @@ class Engine:
     """sources: what faults go into; trees: one for each worker; store: what is known; say: called with each line of it.
 
     listed: identities of those that are known to change nothing: survivors, without a trial that takes all tests there are.
+    hints: {identity: test} of who noticed it elsewhere, to be asked first. budget_s: CPU time of tests that a mutant may take.
     """
 
-    def __init__(self, sources, trees, rungs, store, seed, say, keep_going=False, listed=frozenset()):
+    def __init__(self, sources, trees, rungs, store, seed, say, keep_going=False, listed=frozenset(), hints=None, budget_s=0.0):
         self.sources, self.trees, self.rungs, self.store, self.seed, self.say = sources, trees, rungs, store, seed, say
-        self.listed = listed
+        self.listed, self.hints, self.budget_s = listed, hints or {}, budget_s
+        self.entered = reach.Entered()
         self.keep_going, self.broken = keep_going, []  # tests that fail without any fault
         self.order, self.lock, self.prepared = Order(), threading.Lock(), set()
         self.waiting, self.tests, self.measured, self.bits = None, {}, {}, {}
@@ -118,16 +120,26 @@ class Engine:
             built = time.monotonic()
             if none:
                 return {"outcome": none, "by": "", "build_s": round(built - begun, 2), "tests_s": 0.0}
-            tests = concerned(self.measured.values(), tree.changed_products(), tree.changed_functions())
-            tests = self.order.sorted(fault, tests)
+            tests, left_out = self._tests_for(tree, fault)
             results = play(tree, tests) if tests else []
         finally:
             tree.restore(fault.file, self.sources.texts[fault.file])
         name, what, _ = results[-1] if results else ("", "passed", 0.0)
         by = name if what != "passed" else ""
+        what = f"{what}, and {left_out} tests were not asked" if left_out and not by else what
         return {"outcome": "noticed" if by else "survived", "by": by, "how": what, "rung": self.rung_of(by),
                 "asked": [asked for asked, _, _ in results], "cpu_s": round(sum(cpu_s for _, _, cpu_s in results), 2),
                 "build_s": round(built - begun, 2), "tests_s": round(time.monotonic() - built, 2)}
+
+    def _tests_for(self, tree, fault):
+        """In the order in which they are asked, and how many are left out because they would take too long."""
+        functions = tree.changed_functions()
+        entered = reach.entered_by(fault, functions, self.entered.known())
+        tests = concerned(self.measured.values(), tree.changed_products(), functions, entered)
+        hint = self.hints.get(fault.identity)
+        tests = sorted(self.order.sorted(fault, tests), key=lambda test: test.name != hint)
+        asked = affordable(tests, self.budget_s)
+        return asked, len(tests) - len(asked)
 
     def rung_of(self, name):
         for rung in self.rungs:
@@ -171,6 +183,7 @@ class Engine:
             known = reach.of_tests(reach.Functions(tree.root / reach.IMAGE), self.measured.values(), self.bits)
             self.measured = {name: replace(test, executes=known.get(name)) for name, test in self.measured.items()}
             self.say(f"{len(known)} of them execute functions of the image that are known")
+        self.measured = {name: replace(test, enters=self.entered.of(test)) for name, test in self.measured.items()}
         self.order.all = tuple(self.measured.values())
 
     def _measure(self, tree, portion):
@@ -191,6 +204,7 @@ class Engine:
             self.measured |= {name: replace(self.tests[name], cpu_s=max(cpu_s, 0.01)) for name, _, cpu_s in results
                               if name in self.tests}
             self.bits |= bits
+            self.entered.take(tree.root, seen, portion)
             if len(self.measured) == len(self.tests):
                 self._reach(tree)
                 self.say(f"they take {sum(test.cpu_s for test in self.measured.values()):.0f} s of CPU")

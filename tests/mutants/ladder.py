@@ -30,6 +30,7 @@ class Test:
     rung: Rung
     cpu_s: float = 0.0
     executes: frozenset = None  # functions of the image; None: unknown
+    enters: frozenset = None    # the same of the unit tests' libraries
 
     @property
     def file(self):
@@ -120,27 +121,44 @@ class Order:
         return (f"{file}|{function}", file, str(Path(file).parent), "")
 
     def sorted(self, fault, tests):
-        """Of those that run the image: the fewer execute what has changed, the more likely one of them notices."""
-        few = 1 - sum(test.executes is not None for test in tests) / max(sum(t.executes is not None for t in self.all), 1)
+        """The fewer execute or enter what has changed, the more likely one of them notices."""
+        few = {what: self._few(tests, what) for what in ("executes", "enters")}
         return sorted(tests, key=lambda test: (-self._worth(fault, test, few), test.name))
+
+    def _few(self, tests, what):
+        every, these = (sum(getattr(test, what) is not None for test in some) for some in (self.all, tests))
+        return 1 - these / max(every, 1)
 
     def _worth(self, fault, test, few):
         near = Path(fault.file).stem in test.name
-        noticed, asked = (NEAR if near else max(FAR, NEAR * few) if test.executes else FAR), 1.0
+        share = max(few[what] if getattr(test, what) else 0.0 for what in few)
+        noticed, asked = NEAR if near else max(FAR, NEAR * share), 1.0
         for scope, weight in zip(self._scopes(fault.file, fault.function), (4.0, 2.0, 0.5, 0.2)):
             noticed += weight * self.noticed[scope][test.name]
             asked += weight * self.asked[scope][test.name]
         return noticed / asked / (test.cpu_s + 0.05)
 
 
-def concerned(tests, changed, functions=None):
+def concerned(tests, changed, functions=None, entered=None):
     """The tests whose product has changed, and those of no product: they compile the sources themselves.
 
     functions   those that have changed, and nothing else has: tests that execute none of them are left out
+    entered     the same of the unit tests' libraries
     """
     return [test for test in tests
             if (not test.rung.product or test.rung.product.replace("[]", test.parameter) in changed) and
-            (functions is None or test.executes is None or functions & test.executes)]
+            (functions is None or test.executes is None or functions & test.executes) and
+            (entered is None or test.enters is None or entered & test.enters)]
+
+
+def affordable(tests, budget_s):
+    """The first of them that take no more CPU time than this; all without a budget."""
+    left = budget_s
+    for n, test in enumerate(tests):
+        left -= test.cpu_s
+        if budget_s and left < 0:
+            return tests[:n]
+    return tests
 
 
 def material(root, name):

@@ -4,6 +4,7 @@
 mutants: tools
 	@$(PYTHON) tests/mutants/run.py $(if $(N),--count $(N)) $(if $(filter-out file default,$(origin SEED)),--seed $(SEED)) \
 	    $(if $(FILES),--files '$(FILES)') $(if $(JOBS),--jobs $(JOBS)) \
-	    $(if $(RUNGS),--rungs '$(RUNGS)') $(if $(KEEP_GOING),--keep-going) $(if $(LISTED),--listed)
+	    $(if $(RUNGS),--rungs '$(RUNGS)') $(if $(KEEP_GOING),--keep-going) $(if $(LISTED),--listed) \
+	    $(if $(BUDGET),--budget $(BUDGET)) $(if $(REMEMBER),--remember)
 
 .PHONY: mutants

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Which functions of the image a test executes, and which a fault changes: a test that executes none of those says nothing of
-the fault, and need not be asked.
+"""Which functions a test executes, of the image at the twin or of the unit tests' libraries, and which a fault changes: a test
+that executes none of those says nothing of the fault, and need not be asked.
 
 A test that starts no twin of its own looks at what another of its file has started: it counts for all that those execute.
 """
+import re
+import struct
 from collections import defaultdict
 
 from elftools.elf.elffile import ELFFile
@@ -71,6 +73,58 @@ def changed_functions(pairs):
 
 def _function(section):
     return section.removeprefix(next(prefix for prefix in CODE if section.startswith(prefix)))
+
+
+# ---- the unit tests' libraries ----
+
+LIBRARIES = {name: f"build/tests/unit/{name}.so" for name in ("firmware", "system")}
+
+
+class Entered:
+    """Which functions of the libraries tests enter, from what watch.py has left of them."""
+
+    def __init__(self):
+        self.by_test, self.by_file, self.places = defaultdict(set), defaultdict(set), {}
+
+    def names(self, root, library):
+        """{place: name} of a library's functions."""
+        if library not in self.places:
+            with open(root / LIBRARIES[library], "rb") as stream:
+                table = ELFFile(stream).get_section_by_name(".symtab")
+                self.places[library] = {symbol["st_value"]: re.sub(r"\..*", "", symbol.name) for symbol in table.iter_symbols()
+                                        if symbol["st_info"]["type"] == "STT_FUNC" and symbol["st_value"]}
+        return self.places[library]
+
+    def take(self, root, folder, tests):
+        """Of the tests that were run as this list."""
+        for path in sorted(folder.glob("*.places")):
+            whose, *_, library, _ = path.name.split(".")
+            names = self.names(root, library)
+            places = {names[place] for (place,) in struct.iter_unpack("<I", path.read_bytes()) if place in names}
+            test = tests[int(whose.removeprefix("file-"))]
+            if whose.startswith("file-"):
+                self.by_file[test.file] |= places
+            else:
+                self.by_test[test.name] |= places
+
+    def known(self):
+        """Every function that could be entered."""
+        return frozenset(name for names in self.places.values() for name in names.values())
+
+    def of(self, test):
+        """None where nothing is known: nothing of the file enters any."""
+        found = frozenset(self.by_test[test.name] | self.by_file[test.file])
+        of_file = any(seen for name, seen in self.by_test.items() if name.split("::")[0] == test.file)
+        return found if found or of_file or self.by_file[test.file] else None
+
+
+def entered_by(fault, changed, known):
+    """The functions of the libraries that a fault is in; None if that cannot be said: then every unit test concerns it."""
+    if fault.function in known:
+        return frozenset({fault.function})
+    if changed is None or fault.file.endswith(".h"):
+        return None
+    return changed & known or None
 
 
 def of_tests(functions, tests, bits):

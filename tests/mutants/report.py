@@ -23,6 +23,19 @@ def load_reasons(path):
     return reasons
 
 
+def load_hints(path):
+    """{identity: the test that noticed it when somebody last looked}."""
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+
+def write_hints(path, judged, sources):
+    """Adds who noticed; what is no fault of these sources any more goes."""
+    present = {fault.identity for faults in sources.faults.values() for fault in faults}
+    hints = {identity: by for identity, by in load_hints(path).items() if identity in present}
+    hints |= {identity: entry["by"] for identity, (_, entry) in judged.items() if entry["by"]}
+    path.write_text(json.dumps(hints, indent=0, sort_keys=True, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
 def complaints(judged, reasons, sources):
     """One line for everything that makes the run fail."""
     noticed = sum(entry["outcome"] == "noticed" for _, entry in judged.values())
@@ -99,7 +112,7 @@ def lines(judged, tried, reasons, sources):
     for identity, (fault, entry) in judged.items():
         if entry["outcome"] == "survived":
             yield ""
-            yield f"survived: {fault.function} in {fault.file}:{fault.line} ({fault.kind})"
+            yield f"survived: {fault.function} in {fault.file}:{fault.line} ({fault.kind}; {entry['how']})"
             yield diff(fault, sources.texts[fault.file])
             yield f"reason: {reasons.get(identity, 'none given')}"
 

@@ -15,11 +15,12 @@ from mutants.choose import Sources  # noqa: E402  (the path must be set first)
 from mutants.ctext import NotUnderstood  # noqa: E402
 from mutants.engine import Engine  # noqa: E402
 from mutants.ladder import load_rungs  # noqa: E402
-from mutants.report import complaints, lines, load_reasons, write_json  # noqa: E402
+from mutants.report import complaints, lines, load_hints, load_reasons, write_hints, write_json  # noqa: E402
 from mutants.store import Store, fingerprint  # noqa: E402
 from mutants.tree import Project, Tree, Trouble, digest  # noqa: E402
 
 HERE = Path(__file__).resolve().parent
+HINTS = HERE / "noticed.json"
 JUDGES = ("firmware", "drivers", "startup", "lib", "linker", "qemu", "tests", "Makefile")  # a survivor holds for these
 
 
@@ -39,12 +40,15 @@ def options(argv):
     parser.add_argument("--files", default="*", help="globs of the files that get faults, e.g. 'firmware/axis/*'")
     parser.add_argument("--rungs", default="", help="names of the only rungs to ask, e.g. 'unit target' (default: all)")
     parser.add_argument("--jobs", type=int, default=len(cores), help="workers (default: one a core)")
+    parser.add_argument("--budget", type=float, default=100.0,
+                        help="CPU seconds of tests for a mutant, then it counts as not noticed; 0: all tests (default: 100)")
+    parser.add_argument("--remember", action="store_true", help="write who noticed into tests/mutants/noticed.json")
     parser.add_argument("--keep-going", action="store_true", help="leave out tests that fail without any fault; the run fails")
     parser.add_argument("--listed", action="store_true", help="try those of equivalent.toml, too")
     parser.add_argument("--list", action="store_true", help="only print the faults in their order")
     chosen = parser.parse_args(argv)
-    if chosen.count < 1 or chosen.jobs < 1:
-        parser.error("N and JOBS must be at least 1")
+    if chosen.count < 1 or chosen.jobs < 1 or chosen.budget < 0:
+        parser.error("N and JOBS must be at least 1, BUDGET at least 0")
     chosen.cores = cores
     return chosen
 
@@ -79,13 +83,15 @@ def play(chosen):
     made = project(ROOT)
     trees = [Tree(made, folder / f"w{n}", chosen.cores[n % len(chosen.cores)]) for n in range(chosen.jobs)]
     store = Store(folder / "results.jsonl", ROOT, {name: digest(text) for name, text in sources.texts.items()},
-                  digest(fingerprint(ROOT, JUDGES), *[rung.name for rung in rungs]))
+                  digest(fingerprint(ROOT, JUDGES), chosen.budget, *[rung.name for rung in rungs]))
     engine = Engine(sources, trees, rungs, store, chosen.seed, lambda line: print(line, flush=True), chosen.keep_going,
-                    frozenset() if chosen.listed else frozenset(reasons))
+                    frozenset() if chosen.listed else frozenset(reasons), load_hints(HINTS), chosen.budget)
     if chosen.list:
         return show_plan(engine, files, chosen)
     judged = engine.run(chosen.count, files)
     write_json(folder / "result.json", judged, engine.tried, reasons, sources, chosen.seed)
+    if chosen.remember:
+        write_hints(HINTS, judged, sources)
     text = "\n".join(lines(judged, engine.tried, reasons, sources))
     (folder / "result.txt").write_text(text + "\n")
     print("\n" + text)

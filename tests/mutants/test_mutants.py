@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The engine of `make mutants`: every kind of fault is what it says, the choice is reproducible, and the verdicts are right."""
+import json
+import os
 import subprocess
 import textwrap
 from pathlib import Path
@@ -10,7 +12,7 @@ from mutants import ladder, reach
 from mutants.choose import Sources, sequence, shares
 from mutants.ctext import NotUnderstood, regions, walk
 from mutants.engine import Engine
-from mutants.fault import KINDS
+from mutants.fault import KINDS, Fault
 from mutants.faults_asm import asm_faults
 from mutants.faults_c import c_faults, enum_neighbours
 from mutants.ladder import Rung
@@ -351,6 +353,76 @@ def test_a_test_executes_what_the_twin_saw_or_what_its_files_others_do():
     asked = [ladder.Test(t.name, Rung("image", (), product="elf"), executes=found.get(t.name)) for t in tests]
     assert [t.name for t in ladder.concerned(asked, {"elf"}, {"next"})] == ["a.py::two", "a.py::three", "b.py::four"]
     assert ladder.concerned(asked, {"elf"}, None) == asked and ladder.concerned(asked, set(), {"next"}) == []
+
+
+def test_a_unit_test_enters_what_it_calls_and_what_its_fixtures_called(tmp_path):
+    """Through the plugin, pytest, the real library: read back as the engine does."""
+    (tmp_path / "reach").mkdir()
+    (tmp_path / "test_two.py").write_text(textwrap.dedent("""\
+        import pytest
+        from unit.conftest import c
+
+        @pytest.fixture(scope="module")
+        def root(c):
+            return c.identify_root(49)
+
+        def test_one(c, root):
+            assert c.scale(6, 3, 2) == 9
+
+        def test_two(root):
+            assert root == 7
+
+        def test_three(c):
+            assert c.crc16(None, 0) == 0xFFFF
+        """))
+    names = [f"test_two.py::test_{name}" for name in ("one", "two", "three")]
+    (tmp_path / "plan.json").write_text(json.dumps([[name, 0] for name in names]))
+    told = {"MUTANTS_PLAN": f"{tmp_path}/plan.json", "MUTANTS_LOG": f"{tmp_path}/log", "MUTANTS_REACH": f"{tmp_path}/reach",
+            "PYTHONPATH": f"{ROOT}/tests"}
+    command = ladder.pytest_command([f"{tmp_path}/test_two.py"], tmp_path / "tmp", "-p", "mutants.watch")
+    command[command.index("--rootdir=.")] = f"--rootdir={tmp_path}"
+    done = subprocess.run(command, cwd=ROOT, env={**os.environ, **told}, capture_output=True, text=True)
+    assert done.returncode == 0 and "3 passed" in done.stdout, done.stdout
+    tests = [ladder.Test(name, Rung("unit", ())) for name in names]
+    entered = reach.Entered()
+    entered.take(Path(os.environ["BUILD"]).resolve().parent, tmp_path / "reach", tests)
+    one, two, three = (entered.of(test) for test in tests)
+    assert "scale" in one and "scale" not in two | three and "crc16" in three and "crc16" not in one | two
+    assert all("identify_root" in each for each in (one, two, three)), "the fixture is the file's"
+    assert entered.of(ladder.Test("test_other.py::test_four", Rung("unit", ()))) is None
+
+
+def test_a_unit_test_is_asked_if_it_enters_what_the_fault_is_in():
+    def fault(file, function):
+        return Fault(file, function, "sign", 1, "a", "b", ())
+    known = {"scale", "crc16", "wide"}
+    assert reach.entered_by(fault("a.c", "scale"), {"wide"}, known) == {"scale"}
+    assert reach.entered_by(fault("a.c", "LIMIT"), {"wide", "unknown"}, known) == {"wide"}, "a number: by what changes"
+    assert reach.entered_by(fault("a.h", "LIMIT"), {"wide"}, known) is None, "whoever includes it may be inlined elsewhere"
+    assert reach.entered_by(fault("a.c", "LIMIT"), None, known) is None
+    assert reach.entered_by(fault("a.c", "LIMIT"), {"unknown"}, known) is None
+    tests = [ladder.Test(name, Rung("unit", ()), 1.0, enters=enters)
+             for name, enters in (("a", {"scale"}), ("b", {"crc16"}), ("c", None))]
+    assert [t.name for t in ladder.concerned(tests, set(), None, {"scale"})] == ["a", "c"]
+    assert ladder.concerned(tests, set(), None, None) == tests
+
+
+def test_who_noticed_before_is_asked_first_and_time_that_runs_out_is_a_survivor(small):
+    root, work = small
+    blind = SEEN_TEST.replace("seen(5) == 10", "unseen(1) > 0").replace("test_seen", "test_a")
+    (root / "tests" / "test_a.py").write_text(blind)
+
+    def kept(fault):
+        return fault.replacement == "sum -= n;"
+
+    identity = next(f.identity for f in c_faults("firmware/level.c", LEVEL) if kept(f))
+    _, _, judged, _ = judge(root, work, 1, kept, hints={identity: "tests/test_a.py::test_a"})
+    entry = judged[identity][1]
+    assert entry["asked"] == ["tests/test_a.py::test_a", "tests/test_seen.py::test_seen"] and entry["by"] == entry["asked"][1]
+    _, _, judged, _ = judge(root, work.with_name("hinted"), 1, kept, hints={identity: entry["by"]})
+    assert judged[identity][1]["asked"] == ["tests/test_seen.py::test_seen"]
+    _, _, judged, _ = judge(root, work.with_name("poor"), 1, kept, budget_s=1e-6)
+    assert judged[identity][1]["outcome"] == "survived" and "2 tests were not asked" in judged[identity][1]["how"]
 
 
 def test_a_tree_that_fails_as_it_is_is_no_base_for_verdicts(small):

@@ -3,7 +3,8 @@
 # structures in the test's memory, the core and the console are tests/unit/host. Included by the top Makefile, which defines
 # BUILD, HOSTCC, Q and say.
 
-UNIT_CFLAGS := -std=gnu11 -O1 -g -fPIC -fsanitize=undefined -fno-sanitize-recover=all -Wall -Wextra -Werror \
+UNIT_CFLAGS := -std=gnu11 -O1 -g -fPIC -fsanitize=undefined -fno-sanitize-recover=all -finstrument-functions \
+    -Wall -Wextra -Werror \
     -Wno-int-to-pointer-cast -Itests/unit/host -I.
 
 unit_objects = $(patsubst %.c,$(BUILD)/host/%.o,$(sort $(wildcard $1)))
@@ -15,7 +16,7 @@ UNIT_SRC := $(filter-out %/device.c %/contract.c, \
 # the console on a person's side, and on the device's what stands at registers' own addresses
 UNIT_FIRMWARE := $(call unit_objects,$(UNIT_SRC) firmware/operate/*.c tests/unit/host/*.c)
 UNIT_SYSTEM := $(call unit_objects,$(UNIT_SRC) firmware/system/*.c firmware/axis/device.c drivers/mss/sysreg.c \
-    drivers/mss/timer.c tests/unit/host/system/*.c)
+    drivers/mss/timer.c tests/unit/host/reach.c tests/unit/host/system/*.c)
 
 unit: $(BUILD)/tests/unit/firmware.so $(BUILD)/tests/unit/system.so
 .PHONY: unit
