@@ -45,11 +45,16 @@ static void tune_field(const struct params *p, struct tuning *t)
     t->field.speed_per_rpm_q12 = (int32_t)scale(p->pole_pairs, 1 << 28, 60LL * t->loop_hz);
 }
 
+static int32_t rated_i_q20(const struct params *p)
+{
+    return limited(scale(p->i_rated_ma, MTPA_ONE_Q20, p->i_range_ma), 2 * MTPA_ONE_Q20);
+}
+
 /* The q current of the least current for rated torque, 1 at least. */
 static int32_t rated_i_q_q15(const struct params *p)
 {
     const struct mtpa_machine m = mtpa_machine(p);
-    const int32_t i_q20 = limited(scale(p->i_rated_ma, MTPA_ONE_Q20, p->i_range_ma), 2 * MTPA_ONE_Q20);
+    const int32_t i_q20 = rated_i_q20(p);
     const int64_t i_q_q15 = (m.saliency != 0 ? mtpa_point(&m, i_q20).i_q_q20 : i_q20) >> 5;
     return i_q_q15 < 1 ? 1 : limited(i_q_q15, INT16_MAX);
 }
@@ -71,7 +76,7 @@ static int32_t track_of(const struct tuning *t, int32_t pole_hz_q4)
 static int64_t rated_torque_q15(const struct params *p)
 {
     const struct mtpa_machine m = mtpa_machine(p);
-    const int64_t i_q20 = scale(p->i_rated_ma, MTPA_ONE_Q20, p->i_range_ma);
+    const int32_t i_q20 = rated_i_q20(p);
     return m.saliency != 0 ? scale(mtpa_point(&m, i_q20).torque, 32768, mtpa_point(&m, MTPA_ONE_Q20).torque)
                            : i_q20 >> 5;
 }

@@ -143,7 +143,8 @@ def test_the_rest_of_what_was_said_meanwhile_is_no_beginning(tmp_path):
     bus = load_bus(result.out_dir / "bus.txt")
     assert sum(what.startswith("deaf") for _, what in bus.lost) > 10 * len(leads), "it was so"
     assert {len(e.reply) for e in bus.exchanges} == {21}, "the request inside would be answered by 7"
-    assert len(bus.exchanges) >= 0.8 * len(leads), "nor does the rest stand in the next request's way, as a beginning would"
+    # three or four of the 18 places leave a rest that seems to begin a longer frame of somebody else (docs/modbus.md)
+    assert len(bus.exchanges) >= 0.7 * len(leads), "nor does the rest stand in the next request's way, as a beginning would"
 
 
 @pytest.mark.parametrize("baud, parity", ((9600, 0), (19200, 2), (115200, 1)))
