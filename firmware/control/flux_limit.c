@@ -14,7 +14,8 @@
 #define RADIANS_SHIFT 4
 #define TRIM_SHIFT \
     3 /* an eighth of what is missing a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
-#define TRIM_MOST     3 /* an eighth of the circle more */
+#define TRIM_DRIVING  2 /* a quarter of the circle more */
+#define TRIM_BRAKING  3 /* an eighth: with too much flux a braking current grows by itself */
 #define TRIM_LEAST    1 /* half of it less */
 #define TRIM_FRACTION 6
 #define GAIN_LEAST_Q8 32                                                /* of the current loops' gains */
@@ -113,8 +114,9 @@ static void follow_trim(struct flux_limit *s, const volatile struct current_loop
         s->trim_q21 -= s->trim_q21 / FLUX_TRIM_FADE;
         return;
     }
+    const int32_t most_q15 = target >> (power_q15 < 0 ? TRIM_BRAKING : TRIM_DRIVING);
     s->trim_q21 = q15_clamp(s->trim_q21 + (left * (1 << (TRIM_FRACTION - TRIM_SHIFT))),
-                            -((target >> TRIM_LEAST) << TRIM_FRACTION), (target >> TRIM_MOST) << TRIM_FRACTION);
+                            -((target >> TRIM_LEAST) << TRIM_FRACTION), most_q15 << TRIM_FRACTION);
 }
 
 void flux_limit_follow(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,

@@ -9,9 +9,10 @@
  *
  * Feedback. Where the flux limit decides, the length of the voltages must be that of the circle less what is kept. What is
  * missing is integrated, with an eighth a millisecond, into a voltage that is added before the speed divides it: so its
- * gain on the flux goes with 1 / |w|, as does what the flux changes the voltage by. An eighth of the circle more, half of
- * it less at most: iron that saturates has far more flux at small currents than the apparent inductances say. It fades
- * where the limit does not decide.
+ * gain on the flux goes with 1 / |w|, as does what the flux changes the voltage by. Half of the circle less at most: iron
+ * that saturates has far more flux at small currents than the apparent inductances say. A quarter more: where the reach
+ * ends, the flux that is left is a small difference of two that are known within some percent each. An eighth more while
+ * it brakes: with too much flux a braking current grows by itself. It fades where the limit does not decide.
  *
  * Formats: voltages Q15 of v_range, fluxes voltage at the base speed (torque_map.h).
  */

@@ -11,6 +11,7 @@ SALIENT = 1.3                        # of apparent inductances: from here on a r
 TIMES = {False: 2.0, True: 3.0}      # the base speed at most, of surface and of interior magnets
 WARM_C = 80.0                        # the winding: the plant's own map, with the tolerances of its seed
 LEFT = 0.35                          # of the most torque: as far as theory has so much
+NEAR = 0.97                          # of that speed: in the last 3 % a percent of the bus or of the flux is a third of the torque
 FLUX_SHARE = 0.15                    # of the magnets' flux that i_max takes away at least: else resistance sets the speed
 WORTH = 1.3                          # times the base speed at least
 MOST_HZ, MOST_RPM = 980.0, 26000.0   # electrical and mechanical, as rules.py has them
@@ -48,7 +49,7 @@ def _names(name, machine, usable_v, i_max_a):
     reach = top_speed_rpm(machine, usable_v, i_max_a, LEFT * most.torque_nm)
     limit = min(MOST_HZ * 60 / machine.pole_pairs, MOST_RPM)
     times = TIMES[_salient(machine, most)]
-    rpm = math.floor(min(times * base, reach, limit))
+    rpm = math.floor(min(times * base, NEAR * reach, limit))
     taken = i_max_a * machine.ld_h / machine.flux_wb
     if taken < FLUX_SHARE or reach < WORTH * base:
         raise DoesNotApply(f"{name}: no field weakening: psi / L_d is {machine.flux_wb / machine.ld_h:.3g} A, of which i_max "

@@ -57,3 +57,43 @@ def test_a_step_of_the_reference_is_no_lack_and_is_soon_forgotten(c, tuning):
 
 def test_where_q_is_first_its_own_limit_is_its_room(c, tuning):
     assert guided(c, tuning, i_q=-900, i_q_ref=-900, v_d=4000, before=0).room_q_steps == 0
+
+
+# ---- the flux's trim, from the length of the voltages ----
+
+KEPT = RADIUS / STEPS * VBUS * 31 / 32  # of the circle; Q15 of v_range
+
+
+def followed(c, tuning, length=0, power=0, decides=True, ms=400, begun=0):
+    """The limit after so many milliseconds with voltages of this length, Q15, in d."""
+    loop, limit = c.current_loop(), c.flux_limit()
+    c.current_loop_init(loop)
+    loop.pll.speed_q32, loop.v_d_q15, loop.weaken.radius_steps = FAST << loop.w_shift, length, RADIUS
+    limit.decides, limit.trim_q21 = decides, begun
+    for _ in range(ms):
+        c.flux_limit_follow(limit, loop, tuning, VBUS, power, 32768 * 2)
+    return limit
+
+
+@pytest.mark.parametrize("length, power, share", ((0, 0, 1 / 4), (0, 500, 1 / 4), (0, -500, 1 / 8), (11000, 500, -1 / 2)))
+def test_the_trim_ends_at_a_quarter_more_an_eighth_while_braking_and_half_less(c, tuning, length, power, share):
+    assert followed(c, tuning, length, power).trim_q21 / 64 == pytest.approx(share * KEPT, rel=0.01)
+
+
+def test_a_brake_takes_what_is_more_than_an_eighth_at_once(c, tuning):
+    driving = followed(c, tuning, 0, 500)
+    assert followed(c, tuning, 0, -1, ms=1, begun=driving.trim_q21).trim_q21 / 64 == pytest.approx(KEPT / 8, rel=0.01)
+
+
+def test_the_trim_moves_by_an_eighth_of_what_is_missing_and_fades_where_nothing_is_limited(c, tuning):
+    assert followed(c, tuning, round(KEPT) - 400, 500, ms=1).trim_q21 / 64 == pytest.approx(50, abs=1)
+    assert followed(c, tuning, round(KEPT) + 400, 500, ms=1).trim_q21 / 64 == pytest.approx(-50, abs=1)
+    assert followed(c, tuning, round(KEPT) - 400, 500, decides=False, ms=1, begun=6400).trim_q21 == 6000
+    assert followed(c, tuning, round(KEPT) + 400, 500, decides=False, ms=1).trim_q21 < 0, "too long: not without a limit either"
+
+
+def test_more_trim_is_more_flux(c, tuning):
+    """v / w, what the resistance takes aside: there is no current."""
+    for begun in (0, 640 * 64):
+        flux = followed(c, tuning, round(KEPT), 0, ms=1, begun=begun).flux_q15
+        assert flux == pytest.approx((KEPT + begun / 64) / FAST * 32768, rel=0.002)
