@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "amplifier.h"
 
-#define TURN_RAD 6.283185307179586
+#define TURN_RAD   6.283185307179586
+#define SHORTEST_S 1e-15 /* what rounding leaves of a step: too short for a slope, and for an amplifier to answer */
 
 void amplifier_init(struct amplifier *a)
 {
@@ -13,6 +14,9 @@ void amplifier_follow(struct amplifier *a, const struct leg_view *leg, double dt
     if (leg->level != 0 && leg->level != a->level) {
         a->since_edge_s = a->level == 0 ? a->since_edge_s : 0;
         a->level = leg->level;
+    }
+    if (dt_s < SHORTEST_S) {
+        return;
     }
     a->since_edge_s += dt_s;
     double behind_a = (leg->to_a - leg->from_a) / dt_s * lag_s;

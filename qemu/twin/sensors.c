@@ -2,6 +2,8 @@
 #include "sensors.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define CODES    4096
@@ -74,9 +76,16 @@ static double edge_noise_lsb(const struct sensors *s, int k)
     return s->current[k].edge_noise_lsb * exp(-since_s / s->p.edge_noise_tau_s);
 }
 
-/* Rounds to the converter's step and clips; a converter of fewer bits leaves the low ones zero. */
+/*
+ * Rounds to the converter's step and clips; a converter of fewer bits leaves the low ones zero. What is not a number would look
+ * like the lowest code, and the drive would be blamed for it.
+ */
 static uint32_t quantise(const struct sensors *s, double code)
 {
+    if (!isfinite(code)) {
+        fprintf(stderr, "twin: a sensor's input is not a number: a bug of the model\n");
+        abort();
+    }
     double step = exp2(12 - s->p.adc_bits);
     double whole = floor(code / step + 0.5) * step;
     return (uint32_t)fmin(fmax(whole, 0), CODES - step);

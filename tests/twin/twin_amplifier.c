@@ -39,6 +39,21 @@ static void low_pass_of_any_pieces(void)
     check_true("low pass: it has moved", fabs(y) > 0.1);
 }
 
+/* Events may come so close to each other that rounding leaves nothing between them, or a denormal number. */
+static void no_time_at_all(void)
+{
+    const double lag_s = 0.3e-6, none_s[] = {0, 1e-320, 1e-18};
+    struct amplifier a;
+    amplifier_init(&a);
+    struct leg_view steady = {3, 3, 1};
+    amplifier_follow(&a, &steady, 1e-3, lag_s, exp(-1e-3 / lag_s));
+    for (int n = 0; n < 3; n++) {
+        struct leg_view leg = {3, 3 + 1e-9 * n, 1};
+        amplifier_follow(&a, &leg, none_s[n], lag_s, exp(-none_s[n] / lag_s));
+        check_near("a step without a length: as before (A)", a.out_a, 3, 1e-12);
+    }
+}
+
 /* A plant whose locked rotor carries a nearly constant current, all legs at half: the low sides turn on at count 3850, the
  * high sides off at 3750. Into the motor the current comes through the lower diode from then on, out of the motor only
  * when the switch is on. */
@@ -252,6 +267,7 @@ static void streams(void)
 int main(void)
 {
     low_pass_of_any_pieces();
+    no_time_at_all();
     settling_after_the_edge();
     in_line_staircase();
     rings_after_its_own_edges();
