@@ -273,11 +273,11 @@ static __attribute__((noinline)) bool reacts(struct axis *a)
 static void step_torque_limits(struct axis *a)
 {
     if (a->time_ms % LIMITS_MS == 0u) {
-        torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
-        if (is_running(a)) {
-            modes_limit_torque(a);
+        torque_measure_here(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
+        if (USUALLY(is_running(a))) {
+            modes_limit_torque_here(a);
         }
-    } else if (torque_flux_is_near(&a->torque, &a->tuning)) {
+    } else if (SELDOM(torque_flux_is_near(&a->torque, &a->tuning))) {
         torque_follow_flux(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
     }
 }
