@@ -6,6 +6,8 @@
 #include "firmware/axis/axis.h"
 #include "firmware/axis/rotor.h"
 #include "firmware/axis/supervision.h"
+#include "firmware/axis/supervision_phase_step.h"
+#include "firmware/axis/supervision_speed_step.h"
 #include "lib/q15.h"
 #include "lib/usually.h"
 
@@ -40,16 +42,16 @@ static inline bool supervision_strange(const struct encoder_watch *e, int32_t su
 }
 
 /* Together with the torque limits (axis.c). The currents follow the references of now until the phases are looked at. */
-static inline void supervision_step_even(struct axis *a)
+static inline void supervision_step_even(struct axis *a, uint32_t state)
 {
     a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
     a->supervision.phases.i_q_ref_q15 = a->loop.i_q_ref_q15;
-    supervise_speed(a);
+    supervise_speed_here(a, state);
 }
 
 static inline void supervision_step_odd(struct axis *a, uint32_t turn)
 {
-    supervise_phases(a);
+    supervise_phases_here(a);
     if (turn == 3u) {
         supervise_voltage(a);
         supervise_temperature(a);
@@ -87,7 +89,8 @@ static inline bool supervision_encoder_is_sound(struct axis *a, int32_t w_q15, u
  * Each part in its turn, so that no millisecond has much more to do than another: phases and speed every second one, what is
  * slow every fourth.
  */
-static inline __attribute__((always_inline)) void supervision_step_running(struct axis *a, bool encoder, int32_t w_q15)
+static inline __attribute__((always_inline)) void supervision_step_running(struct axis *a, uint32_t state, bool encoder,
+                                                                           int32_t w_q15)
 {
     const uint32_t turn = a->time_ms % SUPERVISION_TURNS;
     if (!encoder) {
@@ -99,7 +102,7 @@ static inline __attribute__((always_inline)) void supervision_step_running(struc
     if (turn % 2u != 0u) {
         supervision_step_odd(a, turn);
     } else {
-        supervision_step_even(a);
+        supervision_step_even(a, state);
     }
 }
 
@@ -108,7 +111,7 @@ static inline __attribute__((always_inline)) void supervision_step_here(struct a
                                                                         int32_t w_q15)
 {
     if (USUALLY(state == AXIS_OPERATION_ENABLED) || state == AXIS_QUICK_STOP) {
-        supervision_step_running(a, encoder, w_q15);
+        supervision_step_running(a, state, encoder, w_q15);
     } else if (state == AXIS_SWITCHED_ON) {
         supervise_overspeed(a, current_loop_w_q15(&a->loop));
     }
