@@ -282,6 +282,13 @@ static void step_torque_limits(struct axis *a)
     }
 }
 
+static void step_thermal(struct axis *a)
+{
+    if (SELDOM(thermal_sample(&a->thermal, &a->loop))) {
+        thermal_update(&a->thermal, adc_temperature_code(&a->fabric->adc));
+    }
+}
+
 void axis_step(struct axis *a)
 {
     count_time(a);
@@ -297,8 +304,10 @@ void axis_step(struct axis *a)
         step_state(a);
     }
     if (a->time_ms % THERMAL_STEP_MS == THERMAL_TURN) {
-        thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
-        start_learn_index(a);
+        step_thermal(a);
+        if (a->start.aligned && !a->start.index_known) {
+            start_learn_index(a);
+        }
     }
     const uint32_t state = a->state;
     const struct tuning *const t = SELDOM(state == AXIS_SWITCHED_ON) ? start_tuning(a) : &a->tuning;

@@ -23,20 +23,10 @@ void supervise_speed_begin(struct axis *a)
     a->supervision.cycle = (struct cycle_watch){.softened = 0};
 }
 
-/* The modulator gives all it can, and a tenth of i_max is missing or too much. */
-void supervise_voltage(struct axis *a)
+void supervise_short_voltage(struct axis *a)
 {
     struct speed_watch *const s = &a->supervision.speed;
-    const struct current_loop *const c = &a->loop;
-    const int32_t missing_q15 = q15_abs(c->i_q_ref_q15 - c->i_q_q15) + q15_abs(c->i_d_ref_q15 - c->i_d_q15);
-    const int32_t radius_q15 = c->radius_q15 - (c->radius_q15 >> 5);
-    const bool limited = missing_q15 > a->tuning.i_max_q15 / 10 &&
-                         c->v_d_q15 * c->v_d_q15 + c->v_q_q15 * c->v_q_q15 > radius_q15 * radius_q15;
-    if (limited) {
-        s->limited_ms += SUPERVISION_TURNS;
-    } else {
-        s->limited_ms -= s->limited_ms != 0u ? SUPERVISION_TURNS : 0u;
-    }
+    s->limited_ms += SUPERVISION_TURNS;
     if (s->limited_ms >= LIMITED_MS) {
         axis_report(a, FAULT_VOLTAGE_LIMIT, 0, 0);
         s->limited_ms = 0;

@@ -8,6 +8,7 @@
 #include "firmware/axis/supervision.h"
 #include "firmware/axis/supervision_phase_step.h"
 #include "firmware/axis/supervision_speed_step.h"
+#include "firmware/control/emf_step.h"
 #include "lib/q15.h"
 #include "lib/usually.h"
 
@@ -49,13 +50,59 @@ static inline void supervision_step_even(struct axis *a, uint32_t state)
     supervise_speed_here(a, state);
 }
 
+/* The modulator gives all it can, and a tenth of i_max is missing or too much. */
+static inline bool supervision_voltage_is_short(const struct axis *a)
+{
+    const struct current_loop *const c = &a->loop;
+    const int32_t radius_q15 = c->radius_q15 - (c->radius_q15 >> 5);
+    if (USUALLY(c->v_d_q15 * c->v_d_q15 + c->v_q_q15 * c->v_q_q15 <= radius_q15 * radius_q15)) {
+        return false;
+    }
+    const int32_t missing_q15 = q15_abs(c->i_q_ref_q15 - c->i_q_q15) + q15_abs(c->i_d_ref_q15 - c->i_d_q15);
+    return missing_q15 > a->tuning.i_max_q15 / 10;
+}
+
+static inline void supervision_watch_voltage(struct axis *a)
+{
+    struct speed_watch *const s = &a->supervision.speed;
+    if (SELDOM(supervision_voltage_is_short(a))) {
+        supervise_short_voltage(a);
+    } else if (SELDOM(s->limited_ms != 0u)) {
+        s->limited_ms -= SUPERVISION_TURNS;
+    }
+}
+
+/* What is slow: every SUPERVISION_TURNS. */
+static inline void supervision_step_slow(struct axis *a)
+{
+    supervision_watch_voltage(a);
+    if (SELDOM(thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal))) {
+        supervise_temperature(a);
+    }
+    if (SELDOM(a->params.command_timeout_ms != 0)) {
+        supervise_commands(a);
+    }
+}
+
 static inline void supervision_step_odd(struct axis *a, uint32_t turn)
 {
     supervise_phases_here(a);
     if (turn == 3u) {
-        supervise_voltage(a);
-        supervise_temperature(a);
-        supervise_commands(a);
+        supervision_step_slow(a);
+    }
+}
+
+/* What the EMF says of the encoder's angle, where there is enough of it to say; and the index, if there was a pulse. */
+static inline void supervision_judge_encoder(struct axis *a)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
+    if (emf_is_clear(&e->emf)) {
+        supervise_encoder_by_emf(a);
+    } else if (SELDOM(e->against_ms != 0u)) {
+        e->against_ms--;
+    }
+    if (SELDOM(encoder_index(&a->fabric->encoder) != e->index)) {
+        supervise_index(a);
     }
 }
 
@@ -63,9 +110,9 @@ static inline void supervision_step_odd(struct axis *a, uint32_t turn)
 static inline void supervision_compare_with_emf(struct axis *a, int32_t w_q15, uint32_t turn)
 {
     if (turn == SUPERVISION_EMF_TURN) {
-        emf_step(&a->supervision.encoder.emf, &a->loop, &a->tuning, w_q15, w_q15);
+        emf_step_here(&a->supervision.encoder.emf, &a->loop, &a->tuning, w_q15, w_q15);
     } else {
-        supervise_encoder_judge(a);
+        supervision_judge_encoder(a);
     }
 }
 
