@@ -86,7 +86,7 @@ void supervise_half_wave(struct axis *a)
     }
 }
 
-/* Unless it is another's fault: in a few milliseconds it will be known that the encoder is dead, and a phase tells by itself. */
+/* Whose fault it is: a few milliseconds later it is known that an encoder is dead, and a phase that carries nothing tells. */
 void supervise_lost_speed(struct axis *a)
 {
     int32_t phase;
