@@ -273,12 +273,19 @@ static __attribute__((noinline)) bool reacts(struct axis *a)
 static void step_torque_limits(struct axis *a)
 {
     if (a->time_ms % LIMITS_MS == 0u) {
-        torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
-        if (is_running(a)) {
-            modes_limit_torque(a);
+        torque_measure_here(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
+        if (USUALLY(is_running(a))) {
+            modes_limit_torque_here(a);
         }
-    } else if (torque_flux_is_near(&a->torque, &a->tuning)) {
+    } else if (SELDOM(torque_flux_is_near(&a->torque, &a->tuning))) {
         torque_follow_flux(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
+    }
+}
+
+static void step_thermal(struct axis *a)
+{
+    if (SELDOM(thermal_sample(&a->thermal, &a->loop))) {
+        thermal_update(&a->thermal, adc_temperature_code(&a->fabric->adc));
     }
 }
 
@@ -297,8 +304,10 @@ void axis_step(struct axis *a)
         step_state(a);
     }
     if (a->time_ms % THERMAL_STEP_MS == THERMAL_TURN) {
-        thermal_step(&a->thermal, &a->loop, adc_temperature_code(&a->fabric->adc));
-        start_learn_index(a);
+        step_thermal(a);
+        if (a->start.aligned && !a->start.index_known) {
+            start_learn_index(a);
+        }
     }
     const uint32_t state = a->state;
     const struct tuning *const t = SELDOM(state == AXIS_SWITCHED_ON) ? start_tuning(a) : &a->tuning;

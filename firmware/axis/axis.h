@@ -56,19 +56,13 @@ enum axis_request {
 
 #define AXIS_STANDSTILL_RPM_Q4 (30 * 16) /* below this the motor counts as at rest */
 
+/*
+ * What a step in operation looks at stands within 4095 bytes of the beginning, the large tables of `torque` and `motion` behind
+ * it: so far a load reaches from one register.
+ */
 struct axis {
     struct current_loop loop; /* first: the interrupt's, which knows its members by their offsets */
     struct fabric *fabric;
-    struct params params; /* as set; in effect from the next switching on */
-    struct tuning tuning; /* of the last switching on */
-    struct speed_loop speed;
-    struct motion motion;
-    struct start start;
-    struct sensorless sensorless;
-    struct field_watch field_watch;
-    struct flying flying;
-    struct injection_start injection;
-    struct fault_record faults;
     volatile uint32_t state; /* enum axis_state */
     volatile uint32_t mode;  /* enum axis_mode */
     volatile uint32_t time_ms;
@@ -80,12 +74,22 @@ struct axis {
     uint32_t paced_ms;              /* when their number a millisecond was last chosen */
     volatile uint32_t time_wraps;   /* of time_ms, once in 49.7 days */
     volatile uint32_t fabric_doubt; /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
-    struct torque_control torque;
+    volatile uint32_t command_ms;   /* when somebody last spoke to the drive */
+    struct params params;           /* as set; in effect from the next switching on */
+    struct tuning tuning;           /* of the last switching on */
+    struct speed_loop speed;
     struct supervision supervision;
     struct thermal thermal;
-    struct reactions reactions;
+    struct fault_record faults;
     struct carry carry;
-    volatile uint32_t command_ms; /* when somebody last spoke to the drive */
+    struct torque_control torque;
+    struct motion motion;
+    struct start start;
+    struct sensorless sensorless;
+    struct field_watch field_watch;
+    struct flying flying;
+    struct injection_start injection;
+    struct reactions reactions;
     struct identify identify;
     struct keeping keeping;
     struct switching switching;

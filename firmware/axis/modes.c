@@ -75,22 +75,9 @@ void modes_set_zero(struct axis *a, int64_t counts)
 
 /* ---- a step ---- */
 
-/* While homing there is less, so that it is the block that stops, and not the machine that gives. */
-static int32_t i_limit_q15(const struct axis *a, uint32_t mode)
-{
-    const int32_t most_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15);
-    return SELDOM(mode == AXIS_MODE_HOMING) ? q15_min(most_q15, a->tuning.home_i_q15) : most_q15;
-}
-
 void modes_limit_torque(struct axis *a)
 {
-    const uint32_t mode = a->mode;
-    const struct torque_view view = {
-        .speed_rpm_q4 = a->speed.speed_rpm_q4,
-        .i_limit_q15 = i_limit_q15(a, mode),
-        .limit_speed = axis_mode_is_torque(mode),
-    };
-    torque_set_limits(&a->torque, &a->tuning, &view);
+    modes_limit_torque_here(a);
 }
 
 void modes_control_speed(struct axis *a, int32_t slope_q16)

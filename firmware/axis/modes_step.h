@@ -6,7 +6,26 @@
 #include "firmware/axis/axis.h"
 #include "firmware/axis/rotor.h"
 #include "firmware/control/speed_loop_step.h"
+#include "firmware/control/torque_step.h"
 #include "lib/usually.h"
+
+/* While homing there is less, so that it is the block that stops, and not the machine that gives. */
+static inline int32_t modes_i_limit_q15(const struct axis *a, uint32_t mode)
+{
+    const int32_t most_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15);
+    return SELDOM(mode == AXIS_MODE_HOMING) ? q15_min(most_q15, a->tuning.home_i_q15) : most_q15;
+}
+
+static inline __attribute__((always_inline)) void modes_limit_torque_here(struct axis *a)
+{
+    const uint32_t mode = a->mode;
+    const struct torque_view view = {
+        .speed_rpm_q4 = a->speed.speed_rpm_q4,
+        .i_limit_q15 = modes_i_limit_q15(a, mode),
+        .limit_speed = axis_mode_is_torque(mode),
+    };
+    torque_set_limits_here(&a->torque, &a->tuning, &view);
+}
 
 static inline __attribute__((always_inline)) void modes_ask(struct axis *a, int32_t wish_q15)
 {

@@ -25,7 +25,7 @@ void supervise_temperature(struct axis *a)
 void supervise_commands(struct axis *a)
 {
     const int32_t limit_ms = a->params.command_timeout_ms;
-    if (limit_ms != 0 && a->time_ms - a->command_ms > (uint32_t)limit_ms) {
+    if (a->time_ms - a->command_ms > (uint32_t)limit_ms) {
         axis_report(a, FAULT_COMMAND_TIMEOUT, limit_ms, 0);
     }
 }

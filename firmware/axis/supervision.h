@@ -131,13 +131,15 @@ static inline int32_t supervise_encoder_surprise_q32(const struct tuning *t, int
 /* The parts. */
 void supervise_encoder_begin(struct axis *a);
 void supervise_encoder(struct axis *a, int32_t surprise_q32,
-                       uint32_t turn);        /* at its turns, and where something is strange */
-void supervise_encoder_judge(struct axis *a); /* its last turn, while nothing is strange */
+                       uint32_t turn);         /* at its turns, and where something is strange */
+void supervise_encoder_by_emf(struct axis *a); /* its last turn, while nothing is strange and the EMF is clear */
+void supervise_index(struct axis *a);          /* in that turn, after a pulse */
 void supervise_phases_begin(struct axis *a);
 void supervise_phases(struct axis *a); /* every second millisecond */
 void supervise_speed_begin(struct axis *a);
-void supervise_speed(struct axis *a);   /* every second */
-void supervise_voltage(struct axis *a); /* every SUPERVISION_TURNS */
+void supervise_speed(struct axis *a); /* every second */
+void supervise_short_voltage(
+    struct axis *a); /* every SUPERVISION_TURNS these three, where they have to say something */
 void supervise_temperature(struct axis *a);
 void supervise_commands(struct axis *a);
 

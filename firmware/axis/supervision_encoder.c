@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/axis/axis.h"
 #include "firmware/axis/supervision.h"
+#include "firmware/axis/supervision_step.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
@@ -130,10 +131,11 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e, bool stands)
 }
 
 /* No jump, but the EMF stands elsewhere: counts that were lost one by one, or a jump while the EMF could not tell. */
-static void compare_with_emf(struct axis *a, struct encoder_watch *e)
+void supervise_encoder_by_emf(struct axis *a)
 {
+    struct encoder_watch *const e = &a->supervision.encoder;
     const bool backwards = e->speed_before_q32 < 0;
-    const enum emf_verdict verdict = emf_is_clear(&e->emf) ? emf_judge(&e->emf, backwards) : EMF_AGREES;
+    const enum emf_verdict verdict = emf_judge(&e->emf, backwards);
     if (verdict == EMF_AGREES) {
         e->against_ms = e->against_ms == 0u ? 0u : e->against_ms - 1u;
         return;
@@ -170,12 +172,10 @@ bool supervise_encoder_may_be_dead(const struct axis *a)
 }
 
 /* A pulse must come where the last one in this direction came; the pulse has a width, so the other has its own place. */
-static void watch_index(struct axis *a, struct encoder_watch *e)
+void supervise_index(struct axis *a)
 {
+    struct encoder_watch *const e = &a->supervision.encoder;
     const uint32_t now = encoder_index(&a->fabric->encoder);
-    if (now == e->index) {
-        return;
-    }
     e->index = now;
     const uint32_t way = e->speed_before_q32 < 0 ? 1u : 0u;
     if (q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4) {
@@ -230,13 +230,6 @@ static void look_in_doubt(struct axis *a, struct encoder_watch *e)
     resolve_doubt(a, e, stands);
 }
 
-void supervise_encoder_judge(struct axis *a)
-{
-    struct encoder_watch *const e = &a->supervision.encoder;
-    compare_with_emf(a, e);
-    watch_index(a, e);
-}
-
 /* In doubt at once, else in turns. */
 static void look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
 {
@@ -246,7 +239,7 @@ static void look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
     } else if (turn == SUPERVISION_EMF_TURN) {
         emf_step(&e->emf, &a->loop, &a->tuning, w_q15, w_q15);
     } else if (turn == SUPERVISION_JUDGE_TURN) {
-        supervise_encoder_judge(a);
+        supervision_judge_encoder(a);
     }
 }
 

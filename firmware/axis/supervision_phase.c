@@ -1,24 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/axis/axis.h"
 #include "firmware/axis/supervision.h"
-#include "lib/q15.h"
-#include "lib/trig.h"
+#include "firmware/axis/supervision_phase_step.h"
 
-#define SIN60_Q15     28378
-#define LEAST_SHIFT   4 /* a sixteenth of i_max */
-#define SUSPECT       2 /* of the smallest summands: a phase that may be the cause of something else */
-#define ALL_SHIFT     4 /* for how much it counts where no phase carries what is asked */
-#define CARRIED_SHIFT 2 /* of what was carried 0.75 counts a look later, then 0.56, 0.42 */
+#define SUSPECT 2 /* of the smallest summands: a phase that may be the cause of something else */
 
 void supervise_phases_begin(struct axis *a)
 {
-    a->supervision.phases = (struct phase_watch){.least_q15 = a->tuning.i_max_q15 >> LEAST_SHIFT};
-}
-
-/* Which: 1, 2, 3; 0 if more than one. */
-static int32_t open_phase(bool a, bool b, bool c)
-{
-    return a + b + c == 1 ? a + 2 * b + 3 * c : 0;
+    a->supervision.phases = (struct phase_watch){.least_q15 = a->tuning.i_max_q15 >> PHASES_LEAST_SHIFT};
 }
 
 bool supervise_phases_suspect(const struct axis *a, int32_t *phase)
@@ -29,83 +18,11 @@ bool supervise_phases_suspect(const struct axis *a, int32_t *phase)
     const bool a_open = p->missing_q15[0] > least_q15;
     const bool b_open = p->missing_q15[1] > least_q15;
     const bool c_open = p->missing_q15[2] > least_q15;
-    *phase = open_phase(a_open, b_open, c_open);
+    *phase = phases_open_one(a_open, b_open, c_open);
     return running && (a_open || b_open || c_open);
-}
-
-static int32_t size(const abc_t *i)
-{
-    return q15_abs(i->a) + q15_abs(i->b) + q15_abs(i->c);
-}
-
-/*
- * What is asked may be 15 degrees from what was measured: a fast rotor turns by that in a period or two. Nearer than that to
- * its zero a whole phase may carry nothing, and at 500 Hz it is there each time that it is looked at.
- */
-static int32_t least_that_tells(const struct phase_watch *p, const abc_t *asked)
-{
-    return q15_max(p->least_q15, size(asked) / 5); /* the size is 1.73 to 2 times the amplitude */
-}
-
-enum look {
-    SAYS_NOTHING,
-    CARRIES,
-    MISSING,
-};
-
-/* A phase that carries an eighth of what is asked of it is whole. */
-static enum look look_at(int32_t asked_q15, int32_t measured_q15, int32_t least_q15)
-{
-    const int32_t size_q15 = q15_abs(asked_q15);
-    if (size_q15 < least_q15) {
-        return SAYS_NOTHING;
-    }
-    return q15_abs(measured_q15) >= size_q15 >> 3 ? CARRIES : MISSING;
-}
-
-/*
- * One that carries less is open when what was asked, every second millisecond, has added up to half of i_max, a quarter of it
- * at most at a time: a current that is still on its way, while the voltage is at its limit, may pass its zero once or twice.
- */
-static bool open(struct phase_watch *p, uint32_t phase, enum look look, int32_t asked_q15, uint32_t weight_shift)
-{
-    if (look == SAYS_NOTHING) {
-        return false;
-    }
-    const int32_t counts_q15 = q15_min(q15_abs(asked_q15), p->least_q15 << (LEAST_SHIFT - 2));
-    p->missing_q15[phase] = look == CARRIES ? 0 : p->missing_q15[phase] + (counts_q15 >> weight_shift);
-    return p->missing_q15[phase] > p->least_q15 << (LEAST_SHIFT - 1);
-}
-
-/*
- * Where no phase carries what is asked the voltage may be short: that takes longer. But with one phase open the other two have
- * nothing to carry just when most is asked of it, so what they carried in the looks before counts, too.
- */
-static uint32_t weight_shift(struct phase_watch *p, const abc_t *asked, const abc_t *measured, bool any_carries)
-{
-    p->carried_q15 = q15_max(size(measured), p->carried_q15 - (p->carried_q15 >> CARRIED_SHIFT));
-    return any_carries && p->carried_q15 > size(asked) >> 1 ? 0u : ALL_SHIFT;
 }
 
 void supervise_phases(struct axis *a)
 {
-    struct phase_watch *const p = &a->supervision.phases;
-    const cossin_t cs = cossin_q15(current_loop_angle_q32(&a->loop));
-    const int32_t alpha_q15 = (p->i_d_ref_q15 * cs.cos - p->i_q_ref_q15 * cs.sin) >> 15;
-    const int32_t beta_q15 = (p->i_d_ref_q15 * cs.sin + p->i_q_ref_q15 * cs.cos) >> 15;
-    const int32_t b_q15 = ((beta_q15 * SIN60_Q15) >> 15) - (alpha_q15 >> 1);
-    const abc_t asked = {alpha_q15, b_q15, -alpha_q15 - b_q15};
-    const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
-    const int32_t least_q15 = least_that_tells(p, &asked);
-    const enum look of_a = look_at(asked.a, measured.a, least_q15);
-    const enum look of_b = look_at(asked.b, measured.b, least_q15);
-    const enum look of_c = look_at(asked.c, measured.c, least_q15);
-    const uint32_t shift = weight_shift(p, &asked, &measured, of_a == CARRIES || of_b == CARRIES || of_c == CARRIES);
-    const bool a_open = open(p, 0, of_a, asked.a, shift);
-    const bool b_open = open(p, 1, of_b, asked.b, shift);
-    const bool c_open = open(p, 2, of_c, asked.c, shift);
-    if (a_open || b_open || c_open) {
-        axis_report(a, field_watch_doubts(&a->field_watch) ? FAULT_OUT_OF_STEP : FAULT_OPEN_PHASE,
-                    open_phase(a_open, b_open, c_open), 0);
-    }
+    supervise_phases_here(a);
 }

@@ -6,6 +6,9 @@
 #include "firmware/axis/axis.h"
 #include "firmware/axis/rotor.h"
 #include "firmware/axis/supervision.h"
+#include "firmware/axis/supervision_phase_step.h"
+#include "firmware/axis/supervision_speed_step.h"
+#include "firmware/control/emf_step.h"
 #include "lib/q15.h"
 #include "lib/usually.h"
 
@@ -40,20 +43,66 @@ static inline bool supervision_strange(const struct encoder_watch *e, int32_t su
 }
 
 /* Together with the torque limits (axis.c). The currents follow the references of now until the phases are looked at. */
-static inline void supervision_step_even(struct axis *a)
+static inline void supervision_step_even(struct axis *a, uint32_t state)
 {
     a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
     a->supervision.phases.i_q_ref_q15 = a->loop.i_q_ref_q15;
-    supervise_speed(a);
+    supervise_speed_here(a, state);
+}
+
+/* The modulator gives all it can, and a tenth of i_max is missing or too much. */
+static inline bool supervision_voltage_is_short(const struct axis *a)
+{
+    const struct current_loop *const c = &a->loop;
+    const int32_t radius_q15 = c->radius_q15 - (c->radius_q15 >> 5);
+    if (USUALLY(c->v_d_q15 * c->v_d_q15 + c->v_q_q15 * c->v_q_q15 <= radius_q15 * radius_q15)) {
+        return false;
+    }
+    const int32_t missing_q15 = q15_abs(c->i_q_ref_q15 - c->i_q_q15) + q15_abs(c->i_d_ref_q15 - c->i_d_q15);
+    return missing_q15 > a->tuning.i_max_q15 / 10;
+}
+
+static inline void supervision_watch_voltage(struct axis *a)
+{
+    struct speed_watch *const s = &a->supervision.speed;
+    if (SELDOM(supervision_voltage_is_short(a))) {
+        supervise_short_voltage(a);
+    } else if (SELDOM(s->limited_ms != 0u)) {
+        s->limited_ms -= SUPERVISION_TURNS;
+    }
+}
+
+/* What is slow: every SUPERVISION_TURNS. */
+static inline void supervision_step_slow(struct axis *a)
+{
+    supervision_watch_voltage(a);
+    if (SELDOM(thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal))) {
+        supervise_temperature(a);
+    }
+    if (SELDOM(a->params.command_timeout_ms != 0)) {
+        supervise_commands(a);
+    }
 }
 
 static inline void supervision_step_odd(struct axis *a, uint32_t turn)
 {
-    supervise_phases(a);
+    supervise_phases_here(a);
     if (turn == 3u) {
-        supervise_voltage(a);
-        supervise_temperature(a);
-        supervise_commands(a);
+        supervision_step_slow(a);
+    }
+}
+
+/* What the EMF says of the encoder's angle, where there is enough of it to say; and the index, if there was a pulse. */
+static inline void supervision_judge_encoder(struct axis *a)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
+    if (emf_is_clear(&e->emf)) {
+        supervise_encoder_by_emf(a);
+    } else if (SELDOM(e->against_ms != 0u)) {
+        e->against_ms--;
+    }
+    if (SELDOM(encoder_index(&a->fabric->encoder) != e->index)) {
+        supervise_index(a);
     }
 }
 
@@ -61,9 +110,9 @@ static inline void supervision_step_odd(struct axis *a, uint32_t turn)
 static inline void supervision_compare_with_emf(struct axis *a, int32_t w_q15, uint32_t turn)
 {
     if (turn == SUPERVISION_EMF_TURN) {
-        emf_step(&a->supervision.encoder.emf, &a->loop, &a->tuning, w_q15, w_q15);
+        emf_step_here(&a->supervision.encoder.emf, &a->loop, &a->tuning, w_q15, w_q15);
     } else {
-        supervise_encoder_judge(a);
+        supervision_judge_encoder(a);
     }
 }
 
@@ -87,7 +136,8 @@ static inline bool supervision_encoder_is_sound(struct axis *a, int32_t w_q15, u
  * Each part in its turn, so that no millisecond has much more to do than another: phases and speed every second one, what is
  * slow every fourth.
  */
-static inline __attribute__((always_inline)) void supervision_step_running(struct axis *a, bool encoder, int32_t w_q15)
+static inline __attribute__((always_inline)) void supervision_step_running(struct axis *a, uint32_t state, bool encoder,
+                                                                           int32_t w_q15)
 {
     const uint32_t turn = a->time_ms % SUPERVISION_TURNS;
     if (!encoder) {
@@ -99,7 +149,7 @@ static inline __attribute__((always_inline)) void supervision_step_running(struc
     if (turn % 2u != 0u) {
         supervision_step_odd(a, turn);
     } else {
-        supervision_step_even(a);
+        supervision_step_even(a, state);
     }
 }
 
@@ -108,7 +158,7 @@ static inline __attribute__((always_inline)) void supervision_step_here(struct a
                                                                         int32_t w_q15)
 {
     if (USUALLY(state == AXIS_OPERATION_ENABLED) || state == AXIS_QUICK_STOP) {
-        supervision_step_running(a, encoder, w_q15);
+        supervision_step_running(a, state, encoder, w_q15);
     } else if (state == AXIS_SWITCHED_ON) {
         supervise_overspeed(a, current_loop_w_q15(&a->loop));
     }

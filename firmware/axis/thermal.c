@@ -6,10 +6,8 @@
 #include "drivers/fabric/adc.h"
 #include "lib/q15.h"
 
-#define SAMPLES           (THERMAL_PERIOD_MS / THERMAL_STEP_MS)
 #define WINDING_SAMPLE    1u /* the work of an update, spread over samples */
 #define INVERTER_SAMPLE   2u
-#define LIMIT_SAMPLE      3u
 #define AMBIENT_C         40
 #define AMBIENT_Q4        (AMBIENT_C * 16)
 #define COPPER_ZERO_C     235 /* below zero: where copper's resistance, followed in a straight line, would end */
@@ -121,21 +119,24 @@ static void update_limit(struct thermal *th, uint32_t sensor_code)
 }
 
 /* The last sample closes the mean; what follows from it takes the samples after it in turn. */
-void thermal_step(struct thermal *th, const volatile struct current_loop *c, uint32_t sensor_code)
+void thermal_update(struct thermal *th, uint32_t sensor_code)
 {
-    const int32_t d_q10 = c->i_d_q15 >> 5;
-    const int32_t q_q10 = c->i_q_q15 >> 5;
-    th->i_squared_q20 += (uint32_t)(d_q10 * d_q10 + q_q10 * q_q10);
-    th->samples++;
-    if (th->samples == SAMPLES) {
-        th->mean_q20 = th->i_squared_q20 / SAMPLES;
+    if (th->samples == THERMAL_SAMPLES) {
+        th->mean_q20 = th->i_squared_q20 / THERMAL_SAMPLES;
         th->samples = 0;
         th->i_squared_q20 = 0;
     } else if (th->samples == WINDING_SAMPLE) {
         update_winding(th);
     } else if (th->samples == INVERTER_SAMPLE) {
         update_inverter(th);
-    } else if (th->samples == LIMIT_SAMPLE) {
+    } else if (th->samples == THERMAL_LAST_UPDATE) {
         update_limit(th, sensor_code);
+    }
+}
+
+void thermal_step(struct thermal *th, const volatile struct current_loop *c, uint32_t sensor_code)
+{
+    if (thermal_sample(th, c)) {
+        thermal_update(th, sensor_code);
     }
 }

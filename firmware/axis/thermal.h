@@ -55,7 +55,25 @@ void thermal_init(struct thermal *th, struct thermal_memory *memory, const struc
 /* Takes the parameters. What is warm stays warm. Thread, bridge off; 64-bit divisions. */
 void thermal_tune(struct thermal *th, const struct params *p);
 
-/* One sample of the currents, every THERMAL_STEP_MS, whatever the state; `sensor_code` as adc_temperature_code(). Slow loop. */
+#define THERMAL_SAMPLES (THERMAL_PERIOD_MS / THERMAL_STEP_MS)
+#define THERMAL_LAST_UPDATE \
+    3u /* samples after the mean's last one: 1, 2 and 3 have a part of what follows from it to do */
+
+/* A sample of the currents, every THERMAL_STEP_MS, whatever the state. Whether thermal_update() has to follow. Slow loop. */
+static inline bool thermal_sample(struct thermal *th, const volatile struct current_loop *c)
+{
+    const int32_t d_q10 = c->i_d_q15 >> 5;
+    const int32_t q_q10 = c->i_q_q15 >> 5;
+    const uint32_t samples = th->samples + 1u;
+    th->i_squared_q20 += (uint32_t)(d_q10 * d_q10 + q_q10 * q_q10);
+    th->samples = samples;
+    return samples <= THERMAL_LAST_UPDATE || samples == THERMAL_SAMPLES;
+}
+
+/* What follows from it; `sensor_code` as adc_temperature_code(). Slow loop. */
+void thermal_update(struct thermal *th, uint32_t sensor_code);
+
+/* Both. Slow loop. */
 void thermal_step(struct thermal *th, const volatile struct current_loop *c, uint32_t sensor_code);
 
 /* What is left of the current limit. Any context. */

@@ -58,10 +58,13 @@ static inline int32_t loop_publish(volatile struct current_loop *c, const struct
 {
     const int32_t vbus_q15 = adc_vbus_q15(&f->adc);
     const int32_t per_step_q31 = loop_v_per_step_q31(vbus_q15);
+    const int32_t v_d_steps = c->v_d_steps; /* all reads first: one behind a write waits for it */
+    const int32_t v_q_steps = c->v_q_steps;
+    const int32_t radius_steps = c->weaken.radius_steps;
     c->vbus_q15 = vbus_q15;
-    c->radius_q15 = loop_v_q15(c->weaken.radius_steps, per_step_q31);
-    c->v_d_q15 = loop_v_q15(c->v_d_steps, per_step_q31);
-    c->v_q_q15 = loop_v_q15(c->v_q_steps, per_step_q31);
+    c->radius_q15 = loop_v_q15(radius_steps, per_step_q31);
+    c->v_d_q15 = loop_v_q15(v_d_steps, per_step_q31);
+    c->v_q_q15 = loop_v_q15(v_q_steps, per_step_q31);
     if (SELDOM(pwm_fell_back(&f->pwm))) {
         c->fell_back++;
     }

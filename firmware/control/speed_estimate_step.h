@@ -114,12 +114,13 @@ static inline int32_t estimate_take_edge(struct speed_estimate *e, const struct 
         if (q15_abs(edges) <= ESTIMATE_EDGES_LEARNED) {
             estimate_learn(e, from, to, estimate_way_q15(before_rpm_q15 - e->speed_rpm_q15, clocks), t);
         }
+    } else {
+        e->lost = false;
     }
     e->moved = moved;
     e->count = r->count;
     e->backwards = backwards;
     e->clock = r->edge_clock;
-    e->lost = false;
     return turned_q15;
 }
 
@@ -136,24 +137,26 @@ estimate_speed(struct speed_estimate *e, const struct encoder_regs *encoder, con
 {
     const struct estimate_reading r = estimate_read(encoder);
     const uint32_t age = r.latch_clock - r.edge_clock;
-    int32_t turned_q15 = -e->beyond_q15;
-    e->moved = 0;
+    int32_t turned_q15 = 0; /* between two edges */
     e->step_clocks = r.latch_clock - e->latch_clock;
     e->latch_clock = r.latch_clock;
     if (USUALLY(r.edge_clock != e->clock) || r.count != e->count) {
-        turned_q15 += estimate_take_edge(e, &r, t);
-    } else if (!e->lost) {
-        estimate_wait(e, age, t);
+        turned_q15 = estimate_take_edge(e, &r, t);
+    } else {
+        e->moved = 0;
+        if (!e->lost) {
+            estimate_wait(e, age, t);
+        }
     }
     if (SELDOM(age > SPEED_ESTIMATE_CLOCKS_LOST || e->lost)) {
         e->lost = true;
         e->speed_rpm_q15 = 0;
-        turned_q15 += e->beyond_q15; /* and there it stays */
+        e->travel_q15 = turned_q15; /* and beyond the edge it stays where it was */
     } else {
-        e->beyond_q15 = estimate_way_q15(e->speed_rpm_q15, age);
-        turned_q15 += e->beyond_q15;
+        const int32_t beyond_q15 = estimate_way_q15(e->speed_rpm_q15, age);
+        e->travel_q15 = turned_q15 - e->beyond_q15 + beyond_q15;
+        e->beyond_q15 = beyond_q15;
     }
-    e->travel_q15 = turned_q15;
 }
 
 #endif

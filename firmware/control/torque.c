@@ -2,34 +2,15 @@
 #include "firmware/control/torque.h"
 
 #include "firmware/control/stage_weaken.h"
+#include "firmware/control/torque_step.h"
 #include "lib/limit.h"
 #include "lib/q15.h"
-#include "lib/usually.h"
 
-#define SINK_SHIFT    3 /* time constant of the observed power: 8 ms */
-#define MISSING_SHIFT 2 /* of the missing energy a quarter in a period */
-#define BURN_SHIFT    4 /* from nothing to i_max in 16 periods */
-#define FADE_SHIFT    4 /* and back in 16 times as many: the observed power must not lag behind */
+#define BURN_SHIFT 4 /* from nothing to i_max in 16 periods */
+#define FADE_SHIFT 4 /* and back in 16 times as many: the observed power must not lag behind */
 
-static int32_t bus_energy_q25(int32_t vbus_q15, const struct tuning *t)
-{
-    return ((vbus_q15 * vbus_q15) >> 15) * t->bus_energy_q10;
-}
-
-/* Of the power that went into the bus in two milliseconds, and what they changed its energy by. */
-static void observe_sink(struct torque_control *s, int32_t energy_q25)
-{
-    const int32_t growth_q15 = (energy_q25 - s->energy_q25) >> 10;
-    const int32_t power_q15 = (s->asked_q15 * s->emf_q15) >> 15;
-    const int32_t sink_q18 = s->sink_q18 - power_q15 - growth_q15 - (s->sink_q18 >> (SINK_SHIFT - 1));
-    s->sink_q18 = q15_clamp(sink_q18, 0, Q15_ONE << SINK_SHIFT);
-    s->energy_q25 = energy_q25;
-    s->asked_q15 = 0;
-}
-
-/* Limited, or about to be. */
-static __attribute__((noinline)) void follow_flux(struct torque_control *s, const volatile struct current_loop *c,
-                                                  const struct tuning *t, int32_t vbus_q15)
+void torque_near_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
+                      int32_t vbus_q15)
 {
     flux_limit_follow(&s->flux, c, t, vbus_q15, (s->torque_q15 * s->emf_q15) >> 15, s->weakening.top_q15);
     if (s->flux.flux_q15 != FLUX_UNLIMITED) {
@@ -37,39 +18,19 @@ static __attribute__((noinline)) void follow_flux(struct torque_control *s, cons
     }
 }
 
-static inline __attribute__((always_inline)) void look_at_flux(struct torque_control *s,
-                                                               const volatile struct current_loop *c,
-                                                               const struct tuning *t, int32_t w_q15, int32_t vbus_q15)
-{
-    const bool near = !flux_limit_is_far(&s->flux, c, w_q15, vbus_q15, s->weakening.top_q15);
-    s->vbus_q15 = vbus_q15;
-    s->flux_is_near = near;
-    s->plain = !near && s->burn_q15 == 0 && s->map.plain && !t->weakens;
-    if (SELDOM(near)) {
-        follow_flux(s, c, t, vbus_q15);
-    } else {
-        flux_limit_rest(&s->flux);
-    }
-}
-
 void torque_measure(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                     int32_t vbus_q15)
 {
-    const int32_t w_q15 = current_loop_w_q15(c);
-    s->emf_q15 = q15_sat16((w_q15 * t->torque_emf_q11) >> 11);
-    observe_sink(s, bus_energy_q25(vbus_q15, t));
-    look_at_flux(s, c, t, w_q15, vbus_q15);
+    torque_measure_here(s, c, t, vbus_q15);
 }
 
 void torque_follow_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                         int32_t vbus_q15)
 {
-    look_at_flux(s, c, t, current_loop_w_q15(c), vbus_q15);
+    torque_look_at_flux(s, c, t, current_loop_w_q15(c), vbus_q15);
 }
 
-/* What current and voltage allow. */
-static __attribute__((noinline)) struct interval largest_torques(const struct torque_control *s, const struct tuning *t,
-                                                                 int32_t i_limit_q15)
+struct interval torque_limits_of_currents(const struct torque_control *s, const struct tuning *t, int32_t i_limit_q15)
 {
     int32_t size_q15 = s->map.torque_max_q15;
     if (i_limit_q15 < t->i_max_q15) {
@@ -86,8 +47,7 @@ static int32_t torque_of_power(int32_t power_q15, uint32_t emf_q15)
     return (uint32_t)power_q15 >= emf_q15 ? Q15_ONE : (int32_t)(((uint32_t)power_q15 << 15) / emf_q15);
 }
 
-/* Mechanical power, driving and braking. */
-static __attribute__((noinline)) struct interval power_limits(const struct torque_control *s, const struct tuning *t)
+struct interval torque_limits_of_power(const struct torque_control *s, const struct tuning *t)
 {
     const uint32_t size_q15 = (uint32_t)q15_abs(s->emf_q15);
     const int32_t drive_q15 = torque_of_power(t->power_max_q15, size_q15);
@@ -95,22 +55,7 @@ static __attribute__((noinline)) struct interval power_limits(const struct torqu
     return s->emf_q15 < 0 ? (struct interval){-drive_q15, brake_q15} : (struct interval){-brake_q15, drive_q15};
 }
 
-static struct interval bus_limits(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4)
-{
-    if (q15_abs(speed_rpm_q4) < TORQUE_BUS_FREE_RPM_Q4) {
-        return interval_both_ways(Q15_ONE);
-    }
-    const int32_t missing_q15 = (t->bus_set_energy_q25 - s->energy_q25) >> (10 + MISSING_SHIFT);
-    const int32_t allowed_q15 = q15_clamp(missing_q15 + (s->sink_q18 >> SINK_SHIFT), 0, 2 * Q15_ONE - 1);
-    const int32_t size_q15 = q15_abs(s->emf_q15);
-    if (allowed_q15 >= size_q15) {
-        return interval_both_ways(Q15_ONE);
-    }
-    const int32_t braking_q15 = (int32_t)(((uint32_t)allowed_q15 << 15) / (uint32_t)size_q15);
-    return s->emf_q15 < 0 ? (struct interval){-Q15_ONE, braking_q15} : (struct interval){-braking_q15, Q15_ONE};
-}
-
-static struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4)
+struct interval torque_limits_of_speed(const struct tuning *t, int32_t speed_rpm_q4)
 {
     const int32_t room_rpm_q4 = t->speed_max_rpm_q4 - q15_abs(speed_rpm_q4);
     const int64_t faster_q16 = (int64_t)q15_max(room_rpm_q4, 0) * t->speed_kp_q16;
@@ -118,27 +63,9 @@ static struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4
     return interval_one_way(speed_rpm_q4, faster_q15, Q15_ONE);
 }
 
-/* By which a power of the motor is a torque of +-1.0 or more. */
-static bool power_is_free(const struct torque_control *s, const struct tuning *t)
-{
-    return q15_abs(s->emf_q15) <= q15_min(t->power_max_q15, t->regen_max_q15);
-}
-
 void torque_set_limits(struct torque_control *s, const struct tuning *t, const struct torque_view *v)
 {
-    const int32_t i_limit_q15 = q15_clamp(v->i_limit_q15, 0, t->i_max_q15);
-    const bool all = s->flux.flux_q15 == FLUX_UNLIMITED && i_limit_q15 == t->i_max_q15;
-    s->i_limit_q15 = i_limit_q15;
-    s->limits = USUALLY(all) ? (struct interval){-s->map.torque_max_q15, s->map.torque_max_q15}
-                             : largest_torques(s, t, i_limit_q15);
-    s->bus = bus_limits(s, t, v->speed_rpm_q4);
-    s->limits = interval_meet(s->limits, s->bus);
-    if (SELDOM(!power_is_free(s, t))) {
-        s->limits = interval_meet(s->limits, power_limits(s, t));
-    }
-    if (SELDOM(v->limit_speed)) {
-        s->limits = interval_meet(s->limits, speed_limits(t, v->speed_rpm_q4));
-    }
+    torque_set_limits_here(s, t, v);
 }
 
 static void follow_burn(struct torque_control *s, const struct tuning *t, bool wanted)

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: MIT */
+/* A look at the phases (supervision.h), to become a part of its caller. Slow loop, every second millisecond. */
+#ifndef FIRMWARE_AXIS_SUPERVISION_PHASE_STEP_H
+#define FIRMWARE_AXIS_SUPERVISION_PHASE_STEP_H
+
+#include "firmware/axis/axis.h"
+#include "firmware/axis/supervision.h"
+#include "lib/q15.h"
+#include "lib/trig.h"
+#include "lib/usually.h"
+
+#define PHASES_SIN60_Q15     28378
+#define PHASES_LEAST_SHIFT   4 /* a sixteenth of i_max */
+#define PHASES_ALL_SHIFT     4 /* for how much it counts where no phase carries what is asked */
+#define PHASES_CARRIED_SHIFT 2 /* of what was carried 0.75 counts a look later, then 0.56, 0.42 */
+
+/* Which: 1, 2, 3; 0 if more than one. */
+static inline int32_t phases_open_one(bool a, bool b, bool c)
+{
+    return a + b + c == 1 ? a + 2 * b + 3 * c : 0;
+}
+
+static inline int32_t phases_size(const abc_t *i)
+{
+    return q15_abs(i->a) + q15_abs(i->b) + q15_abs(i->c);
+}
+
+/*
+ * What is asked may be 15 degrees from what was measured: a fast rotor turns by that in a period or two. Nearer than that to
+ * its zero a whole phase may carry nothing, and at 500 Hz it is there each time that it is looked at.
+ */
+static inline int32_t phases_least_that_tells(const struct phase_watch *p, const abc_t *asked)
+{
+    return q15_max(p->least_q15, phases_size(asked) / 5); /* the size is 1.73 to 2 times the amplitude */
+}
+
+enum phase_look {
+    PHASE_SAYS_NOTHING,
+    PHASE_CARRIES,
+    PHASE_MISSING,
+};
+
+/* A phase that carries an eighth of what is asked of it is whole. */
+static inline enum phase_look phases_look_at(int32_t asked_q15, int32_t measured_q15, int32_t least_q15)
+{
+    const int32_t size_q15 = q15_abs(asked_q15);
+    if (size_q15 < least_q15) {
+        return PHASE_SAYS_NOTHING;
+    }
+    return q15_abs(measured_q15) >= size_q15 >> 3 ? PHASE_CARRIES : PHASE_MISSING;
+}
+
+/*
+ * One that carries less is open when what was asked, every second millisecond, has added up to half of i_max, a quarter of it
+ * at most at a time: a current that is still on its way, while the voltage is at its limit, may pass its zero once or twice.
+ */
+static inline bool phases_open(struct phase_watch *p, uint32_t phase, enum phase_look look, int32_t asked_q15,
+                               uint32_t weight_shift)
+{
+    if (look == PHASE_SAYS_NOTHING) {
+        return false;
+    }
+    const int32_t counts_q15 = q15_min(q15_abs(asked_q15), p->least_q15 << (PHASES_LEAST_SHIFT - 2));
+    p->missing_q15[phase] = look == PHASE_CARRIES ? 0 : p->missing_q15[phase] + (counts_q15 >> weight_shift);
+    return p->missing_q15[phase] > p->least_q15 << (PHASES_LEAST_SHIFT - 1);
+}
+
+/*
+ * Where no phase carries what is asked the voltage may be short: that takes longer. But with one phase open the other two have
+ * nothing to carry just when most is asked of it, so what they carried in the looks before counts, too.
+ */
+static inline uint32_t phases_weight_shift(struct phase_watch *p, const abc_t *asked, const abc_t *measured,
+                                           bool any_carries)
+{
+    p->carried_q15 = q15_max(phases_size(measured), p->carried_q15 - (p->carried_q15 >> PHASES_CARRIED_SHIFT));
+    return any_carries && p->carried_q15 > phases_size(asked) >> 1 ? 0u : PHASES_ALL_SHIFT;
+}
+
+static inline __attribute__((always_inline)) void supervise_phases_here(struct axis *a)
+{
+    struct phase_watch *const p = &a->supervision.phases;
+    const cossin_t cs = cossin_q15(current_loop_angle_q32(&a->loop));
+    const int32_t alpha_q15 = (p->i_d_ref_q15 * cs.cos - p->i_q_ref_q15 * cs.sin) >> 15;
+    const int32_t beta_q15 = (p->i_d_ref_q15 * cs.sin + p->i_q_ref_q15 * cs.cos) >> 15;
+    const int32_t b_q15 = ((beta_q15 * PHASES_SIN60_Q15) >> 15) - (alpha_q15 >> 1);
+    const abc_t asked = {alpha_q15, b_q15, -alpha_q15 - b_q15};
+    const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
+    const int32_t least_q15 = phases_least_that_tells(p, &asked);
+    const enum phase_look of_a = phases_look_at(asked.a, measured.a, least_q15);
+    const enum phase_look of_b = phases_look_at(asked.b, measured.b, least_q15);
+    const enum phase_look of_c = phases_look_at(asked.c, measured.c, least_q15);
+    const uint32_t shift = phases_weight_shift(p, &asked, &measured,
+                                               of_a == PHASE_CARRIES || of_b == PHASE_CARRIES || of_c == PHASE_CARRIES);
+    const bool a_open = phases_open(p, 0, of_a, asked.a, shift);
+    const bool b_open = phases_open(p, 1, of_b, asked.b, shift);
+    const bool c_open = phases_open(p, 2, of_c, asked.c, shift);
+    if (SELDOM(a_open || b_open || c_open)) {
+        axis_report(a, field_watch_doubts(&a->field_watch) ? FAULT_OUT_OF_STEP : FAULT_OPEN_PHASE,
+                    phases_open_one(a_open, b_open, c_open), 0);
+    }
+}
+
+#endif
