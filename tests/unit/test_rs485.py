@@ -49,12 +49,12 @@ class Line:
         self.regs.LSR = 0
 
     def taken(self):
-        """The first that has been received, with its marks; the others are the same again."""
-        received = ctypes.c_uint32()
-        first = received.value if self.c.mmuart_take(self.line.uart, received) else None
+        """The first that has been received, with its marks; the others are the same again, and bear none."""
+        received, every = ctypes.c_uint32(), []
         while self.c.mmuart_take(self.line.uart, received):
-            pass
-        return first
+            every.append(received.value)
+        assert all(one == every[0] & 0xFF for one in every[1:])
+        return every[0] if every else None
 
     def state(self):
         line = self.line
