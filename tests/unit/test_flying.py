@@ -105,7 +105,7 @@ def test_flying_stands_after_32_ms_without_a_voltage(searching, size):
 
 @pytest.mark.parametrize("size, caught", ((40000 // 32 + 10, True), (40000 // 32 - 10, False)))
 def test_flying_catches_a_voltage_that_is_surely_an_emf(searching, size, caught):
-    """3 % of the bus: eight good looks behind the first two, from the fourth millisecond on. Less that stands is dead time's."""
+    """3 % of the bus: eight good looks behind the first two, from the fourth millisecond on. Less that stands is none."""
     regulating(searching, 0, size)
     results = [searching.look() for _ in range(33)]
     assert results[:12] == ["SEARCHES"] * 12 and results[12] == ("CAUGHT" if caught else "SEARCHES")

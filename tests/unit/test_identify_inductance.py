@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Identify's inductance where a winding has next to no resistance, and where none can be told; a burst leaves the loop as it was."""
+"""Identify's inductance: of a winding with next to no resistance, by halves that differ; and a burst leaves no trace."""
 import pytest
 
 from unit.identify_bench import begin, known, reason, thought

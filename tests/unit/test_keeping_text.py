@@ -29,7 +29,8 @@ def view(c, states=("WHOLE", "EMPTY"), numbers=(7, 0), newest=0):
 
 
 @pytest.mark.parametrize("slot, number, line", [
-    (0, 1, "slot A, save 1; writes of its pages so far: about 1"), (1, 2, "slot B, save 2; writes of its pages so far: about 1"),
+    (0, 1, "slot A, save 1; writes of its pages so far: about 1"),
+    (1, 2, "slot B, save 2; writes of its pages so far: about 1"),
     (0, 3, "slot A, save 3; writes of its pages so far: about 2"),
     (1, 2**32 - 1, "slot B, save 4294967295; writes of its pages so far: about 2147483648")])
 def test_keeping_text_saved(c, said, slot, number, line):

@@ -43,7 +43,8 @@ def test_the_ramp_is_the_speeds_where_none_is_told_and_no_steeper_than_to_the_wh
 
 
 def test_the_rest_of_it(c):
-    t = tuned(c, position_bw_hz=7, following_mturn=2500, cyclic_ms=13, home_rpm=-77, learn_rpm=9, home_pct=35, profile_jerk_ms=3)
+    t = tuned(c, position_bw_hz=7, following_mturn=2500, cyclic_ms=13, home_rpm=-77, learn_rpm=9, home_pct=35,
+              profile_jerk_ms=3)
     assert t.following_units == 5 * 4000 * 2**t.profile.shift // 2 and t.cyclic_ms == 13 and t.home_i_q15 == 7000
     assert (t.home_rpm_q16, t.learn_rpm_q16) == (-77 * 65536, 9 * 65536)
     assert (t.profile.window, t.profile.window_q30) == (3, 2**30 // 3) and t.turn_scale_q32 == round(2**32 / 4000)
