@@ -20,12 +20,15 @@ class Searching(World):
         c.flying_begin(self.axis)
         self.put("READY")
 
-    def look(self, current=0j):
-        """A millisecond, in which each pulse shows this current, Q15."""
+    def show(self, current):
+        """A millisecond begins, in which each pulse shows this current, Q15."""
         i_a = current.real
         i_b = -current.real / 2 + current.imag * math.sqrt(3) / 2
         self.fabric.adc.IA, self.fabric.adc.IB = round(i_a), round(i_b)
         self.fabric.adc.SEQUENCE += 20
+
+    def look(self, current=0j):
+        self.show(current)
         result = self.c.flying_step(self.axis)
         return next(name for name, value in self.c.enums["flying_result"].items() if value == result)[len("FLYING_"):]
 
@@ -95,6 +98,35 @@ def test_flying_catches_a_rotor_that_ten_pulses_have_followed(c, searching, look
 def regulating(searching, v_d, v_q):
     searching.axis.flying.regulates, searching.axis.flying.ms = True, 0
     searching.axis.loop.v_d_steps, searching.axis.loop.v_q_steps = v_d, v_q
+
+
+@pytest.mark.parametrize("size, whole", ((200, True), (201, False)))
+def test_flying_lets_a_whole_period_show_no_more_than_is_wanted(searching, size, whole):
+    """The longest pulse is less than a quarter of it: what there is, four times."""
+    flying = searching.axis.flying
+    searching.axis.tuning.i_max_q15, flying.counts = 29260, 1118
+    assert enough(searching) == 800 and searching.look(size) == "SEARCHES"
+    assert (flying.counts, flying.track.looks) == ((5000, 0) if whole else (1118, 1))
+
+
+@pytest.mark.parametrize("speed_q32", (3_000_000, -3_000_000))
+def test_flying_goes_on_with_what_somebody_else_knows_of_the_rotor(c, searching, speed_q32):
+    """At the next sample it is at that angle, and turns so; the gates are open."""
+    loop = searching.axis.loop
+    c.flying_go_on(searching.axis, 0x12345678, speed_q32)
+    off = (loop.pll.angle_q32 - 0x12345678 + 2**31) % 2**32 - 2**31
+    assert abs(off) < 16 and loop.pll.speed_q32 == speed_q32 and searching.fabric.gate.CONTROL == 1
+    rpm = speed_q32 / 2**32 * 20000 * 60 / 4
+    assert searching.axis.speed.speed_rpm_q4 == pytest.approx(16 * rpm, abs=2)
+    assert searching.axis.sensorless.ref_rpm_q16 == pytest.approx(65536 * rpm, rel=1e-3)
+
+
+@pytest.mark.parametrize("size, seen", ((310, False), (315, True), (600, True)))
+def test_flying_looks_at_voltages_from_a_128th_of_the_bus_on(searching, size, seen):
+    regulating(searching, size, 0)
+    for _ in range(10):
+        searching.look()
+    assert (searching.axis.flying.track.looks > 0) == seen
 
 
 @pytest.mark.parametrize("size", (0, 300))

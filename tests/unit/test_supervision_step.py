@@ -92,3 +92,15 @@ def test_supervision_step_without_an_encoder_looks_at_none(c, motor):
         encoder.still_ms, encoder.emf.expected_q15, encoder.against_ms = 77, FOREIGN, 2
         m.step()
         assert (encoder.still_ms, encoder.emf.expected_q15, encoder.against_ms) == (77, FOREIGN, 2)
+
+
+@pytest.mark.parametrize("turn", range(4))
+@pytest.mark.parametrize("still_ms, long_enough", ((3, False), (4, True), (16, True), (17, False)))
+def test_supervision_step_of_an_encoder_that_stands_in_its_odd_turns(motor, turn, still_ms, long_enough):
+    """Its counts were due: from the fourth millisecond without any it is told, where the EMF is not looked at anyway."""
+    m = at_turn(motor(3000, 4.0), turn)
+    encoder = m.axis.supervision.encoder
+    encoder.speed_moving_q32, encoder.still_ms = encoder.speed_q32, still_ms - 1
+    encoder.speed_q32 = encoder.speed_before_q32 = m.rpm = 0
+    assert bool(m.until_fault(1)) == (long_enough and turn % 2 == 1) and encoder.still_ms == still_ms
+    assert m.fault == ("ENCODER_DEAD" if long_enough and turn % 2 == 1 else "NONE")
