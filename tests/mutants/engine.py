@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Puts fault after fault into copies of the project, on all cores, and notes who notices."""
+import functools
 import shutil
 import threading
 import time
@@ -180,9 +181,10 @@ class Engine:
     def _reach(self, tree):
         """What each test executes of the image, now that all have run."""
         if self.bits:
-            known = reach.of_tests(reach.Functions(tree.root / reach.IMAGE), self.measured.values(), self.bits)
+            functions_of = functools.cache(lambda product: reach.Functions(tree.root / product))
+            known = reach.of_tests(functions_of, self.measured.values(), self.bits)
             self.measured = {name: replace(test, executes=known.get(name)) for name, test in self.measured.items()}
-            self.say(f"{len(known)} of them execute functions of the image that are known")
+            self.say(f"{len(known)} of them execute functions of their image that are known")
         self.measured = {name: replace(test, enters=self.entered.of(test)) for name, test in self.measured.items()}
         self.order.all = tuple(self.measured.values())
 

@@ -41,6 +41,11 @@ class Test:
         match = re.search(r"\[(.*)\]$", self.name)
         return match[1] if match else ""
 
+    @property
+    def product(self):
+        """What it runs; "" where that is no product."""
+        return self.rung.product.replace("[]", self.parameter)
+
 
 def load_rungs(path):
     with open(path, "rb") as stream:
@@ -146,7 +151,7 @@ def concerned(tests, changed, functions=None, entered=None):
     entered     the same of the unit tests' libraries
     """
     return [test for test in tests
-            if (not test.rung.product or test.rung.product.replace("[]", test.parameter) in changed) and
+            if (not test.product or test.product in changed) and
             (functions is None or test.executes is None or functions & test.executes) and
             (entered is None or test.enters is None or entered & test.enters)]
 

@@ -11,7 +11,6 @@ from collections import defaultdict
 from elftools.elf.elffile import ELFFile
 from elftools.elf.relocation import RelocationSection
 
-IMAGE = "build/mssfoc.elf"
 SPAN = 0x80000  # as qemu/twin/reach.h has it
 ESRAM = 2
 CODE = (".text.unlikely.", ".text.startup.", ".text.")
@@ -127,9 +126,14 @@ def entered_by(fault, changed, known):
     return changed & known or None
 
 
-def of_tests(functions, tests, bits):
-    """{name of a test: functions it executes}, of those of whose file anything is known. bits: {name: what the twin left}."""
-    own = {name: functions.executed(seen) for name, seen in bits.items()}
+def of_tests(functions_of, tests, bits):
+    """{name of a test: functions it executes}, of those of whose file anything is known.
+
+    functions_of   the Functions of a product: what was executed where says something of the image that was run alone
+    bits           {name: what the twin left}
+    """
+    own = {test.name: functions_of(test.product).executed(bits[test.name]) for test in tests
+           if test.product and test.name in bits}
     by_file = defaultdict(frozenset)
     for name, seen in own.items():
         by_file[name.split("::")[0]] |= seen

@@ -345,10 +345,16 @@ def bits(*addresses):
 
 
 def test_a_test_executes_what_the_twin_saw_or_what_its_files_others_do():
+    """By the functions of the image that it runs: the same place is something else in another one."""
     known = Known(("low", 0x100, 8), ("next", 0x108, 6), ("high", 0x20000100, 4))
     assert known.executed(bits(0x106)) == {"low"} and known.executed(bits(0x108, 0x20000102)) == {"next", "high"}
-    tests = [ladder.Test(name, Rung("image", ())) for name in ("a.py::one", "a.py::two", "a.py::three", "b.py::four")]
-    found = reach.of_tests(known, tests, {"a.py::one": bits(0x100), "a.py::two": bits(0x108)})
+    names = ("a.py::one", "a.py::two", "a.py::three", "b.py::four")
+    tests = [ladder.Test(name, Rung("image", (), product="elf")) for name in names]
+    others = [ladder.Test(f"c.py::image[{name}]", Rung("target", (), product="[].elf")) for name in ("first", "second")]
+    images = {"elf": known, "first.elf": Known(("mine", 0x100, 4)), "second.elf": Known(("yours", 0x100, 4))}
+    of_others = reach.of_tests(images.get, others, {test.name: bits(0x100) for test in others})
+    assert of_others == {"c.py::image[first]": {"mine"}, "c.py::image[second]": {"yours"}}
+    found = reach.of_tests(images.get, tests, {"a.py::one": bits(0x100), "a.py::two": bits(0x108)})
     assert found == {"a.py::one": {"low"}, "a.py::two": {"next"}, "a.py::three": {"low", "next"}}
     asked = [ladder.Test(t.name, Rung("image", (), product="elf"), executes=found.get(t.name)) for t in tests]
     assert [t.name for t in ladder.concerned(asked, {"elf"}, {"next"})] == ["a.py::two", "a.py::three", "b.py::four"]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The firmware's rooms as shared libraries of this machine (unit.mk)."""
+import ctypes
 import fcntl
 import os
 import re
@@ -10,6 +11,7 @@ import hypothesis
 import pytest
 
 from unit.cinterface import Library
+from unit.register_pages import NO_ACCESS, PAGES, READ_WRITE, protect
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
@@ -61,6 +63,16 @@ def identify(fabric):
 def system():
     """The device's side: registers stand at their own addresses, so that no test may forget to map them (test_system.py)."""
     return Library(built("system.so"))
+
+
+@pytest.fixture(scope="module")
+def memory():
+    """The registers' addresses can be used: nothing stands there at first."""
+    protect(READ_WRITE)
+    for page in PAGES:
+        ctypes.memset(page, 0, 4096)
+    yield
+    protect(NO_ACCESS)
 
 
 @pytest.fixture(scope="session")

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Memory of this process at the addresses of the processor's registers, for test_system.py."""
+"""Memory of this process at the addresses of the processor's registers, for tests of system.so."""
 import ctypes
 
-PAGES = (0x40004000, 0x40005000, 0x40038000, 0xE0001000, 0xE000E000, 0x50000000)
+GPIO_OUT_BITS = 0x42261100  # a word for each pin, in the alias of single bits
+PAGES = (0x40004000, 0x40005000, 0x40013000, 0x40038000, GPIO_OUT_BITS & ~4095, 0xE0001000, 0xE000E000, 0x50000000)
 SIZE = 4096
 NO_ACCESS, READ_WRITE = 0, 3
 PRIVATE_FIXED_ANONYMOUS = 0x100022  # MAP_FIXED_NOREPLACE: what stands there already stays

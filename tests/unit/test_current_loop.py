@@ -304,3 +304,20 @@ def test_the_prescribed_field_and_the_rotors_place(c, loop):
     loop.pll.angle_q32 = 0xF0000000
     c.current_loop_set_rotor(loop, 0x10000000)
     assert loop.angle_offset_q32 == 0x20000000
+
+
+@pytest.mark.parametrize("way", (1, -1))
+@pytest.mark.parametrize("on, source, weakens", ((1, "ENCODER", True), (0, "ENCODER", False), (1, "OBSERVER", False)))
+def test_current_loop_follow_turns_the_voltages_or_leaves_that_to_the_weakening_handlers(c, loop, way, on, source, weakens):
+    """1.5 periods and half an update on: by so much the rotor turns until a voltage acts; those turn it themselves, in Q32."""
+    loop, fabric, tuning = loop
+    loop.weaken.on, loop.source, loop.weaken.turn_q32 = on, getattr(c, f"LOOP_{source}"), 99
+    loop.pll.speed_q32, loop.field_follows = way * 1000 << loop.w_shift, 2**32 - 1
+    c.current_loop_follow(loop, fabric, tuning)
+    turn = 1000 * loop.turn_per_w_q15 // 32768
+    assert turn > 100 and abs(loop.turn_q15 - way * turn) <= 1
+    if weakens:
+        assert loop.v_turn_q15 == 0
+        assert loop.weaken.turn_q32 == (loop.turn_q15 * round(2**17 / 2 / 3.14159265)) % 2**32
+    else:
+        assert (loop.v_turn_q15, loop.weaken.turn_q32) == (loop.turn_q15, 99)

@@ -9,12 +9,18 @@ STEPS, RADIUS, VBUS = 40000, 21209, 12000  # steps of the bus voltage; the modul
 FAST = 9000
 
 
-@pytest.fixture(scope="module")
-def tuning(c):
+def tuned(c, **told):
     params, tuning = c.params(), c.tuning()
     c.params_init(params)
+    for name, value in told.items():
+        setattr(params, name, value)
     assert c.tuning_compute(params, tuning).error == c.ERROR_NONE
     return tuning
+
+
+@pytest.fixture(scope="module")
+def tuning(c):
+    return tuned(c)
 
 
 def guided(c, tuning, w=FAST, i_q=0, i_q_ref=0, v_d=0, before=None, kick=0):
@@ -97,3 +103,29 @@ def test_more_trim_is_more_flux(c, tuning):
     for begun in (0, 640 * 64):
         flux = followed(c, tuning, round(KEPT), 0, ms=1, begun=begun).flux_q15
         assert flux == pytest.approx((KEPT + begun / 64) / FAST * 32768, rel=0.002)
+
+
+@pytest.mark.parametrize("axis, sign", (("q", 1), ("q", -1), ("d", 1)))
+def test_flux_limit_of_the_weakening_handlers_sees_what_a_current_lacks(c, axis, sign):
+    """As voltage that the field takes; a quarter of the circle at most, and a 32nd of it where a current is too large."""
+    tuning = tuned(c, lq_uh=300)
+    x = (tuning.x_q_q11 if axis == "q" else tuning.x_d_q11) / 2048
+    most = int(KEPT) >> 5
+
+    def trim(short):
+        """A millisecond of a vector that is 100 too short: an eighth of that, less what the current lacks."""
+        loop, limit = c.current_loop(), c.flux_limit()
+        c.current_loop_init(loop)
+        loop.pll.speed_q32, loop.v_d_q15, loop.weaken.radius_steps = FAST << loop.w_shift, round(KEPT) - 100, RADIUS
+        loop.weaken.on, loop.weaken.q_first, limit.decides = 1, -1 if axis == "d" else 0, True
+        loop.i_q_ref_q15 = sign * 1500
+        loop.i_q_q15 = sign * (1500 - (short if axis == "q" else 0))
+        loop.i_d_ref_q15, loop.i_d_q15 = -700, -700 - (short if axis == "d" else 0)
+        c.flux_limit_follow(limit, loop, tuning, VBUS, 500, 32768 * 2)
+        return limit.trim_q21 / 8
+    per = x * FAST / 32768
+    for lacks in (0, most // 2, 3 * most, 7 * most, 8 * most - 3):
+        assert trim(round(lacks / per)) == pytest.approx(100 - lacks, rel=0.005, abs=3)
+    assert trim(round(12 * most / per)) == trim(round(20 * most / per)) == pytest.approx(100 - 8 * most, abs=2)
+    assert trim(-round(most / 2 / per)) == pytest.approx(100 + most / 2, abs=3)
+    assert trim(-round(3 * most / per)) == trim(-round(9 * most / per)) == pytest.approx(100 + most, abs=2)

@@ -131,3 +131,15 @@ def test_every_shipped_motor_has_its_margin_and_no_less_than_could_be(c):
         p = shipped(motor)
         assert speed_margin(p["speed_bw_hz"], p["current_bw_hz"], p["torque_mean_ms"]) >= 45
         assert compute(c, {**p, "inertia_gmm2": 5 * p["inertia_gmm2"]})[0] == "ERROR_NONE", "room for a wrong inertia"
+
+
+def test_a_rotor_that_hardly_weighs_is_resolved_at_any_bandwidth(c):
+    """margin_resolution_bw_hz() by its formula, up to where that has more than 31 bits: there it ends, and refuses nothing."""
+    params, tuning = struct(c, shipped()), c.tuning()
+    for kp, counts, i_max, hz in ((10**6, 4000, 14800, 60), (10**6, 4000, 14800, 120), (50000, 64, 14800, 60),
+                                  (1, 65536, 14800, 1), (112, 65536, 26000, 200), (1, 65536, 26000, 200)):
+        params.encoder_counts, params.speed_bw_hz, tuning.i_max_q15, tuning.speed_kp_q16 = counts, hz, i_max, kp
+        exact = 10 * i_max * 65536 * counts * hz // (kp * 60 * 16 * 1000)
+        assert c.margin_resolution_bw_hz(params, tuning) == min(exact, 2**31 - 1), (kp, counts)
+    error, _, tuning = compute(c, {**shipped(), "encoder_counts": 65536, "inertia_gmm2": 1})
+    assert error == "ERROR_NONE" and tuning.speed_kp_q16 == 6

@@ -181,12 +181,15 @@ def test_parameters_change_only_while_off(line, c):
 
 
 def test_a_reaction_leaves_all_others_as_they_are(line, c):
-    choices = [(7 * fault + 1) % 3 for fault in range(c.FAULT_COUNT)]
+    choices = [(7 * fault + 1) % 3 + 1 for fault in range(c.FAULT_COUNT)]
     for fault, choice in enumerate(choices):
         line.axis.reactions.choice[fault] = choice
     choices[c.FAULT_STALL] = c.REACTION_WARN
     assert line.ask(write_one(FAULT_BASE + c.FAULT_STALL, c.REACTION_WARN))[0] == 6
     assert list(line.axis.reactions.choice)[:c.FAULT_COUNT] == choices
+    for fault in range(c.FAULT_COUNT):
+        assert line.ask(write_one(FAULT_BASE + fault, c.REACTION_OFF))[0] == 6
+    assert set(line.axis.reactions.choice[:c.FAULT_COUNT]) == {c.REACTION_OFF}, "each has its register"
 
 
 def pair(line, first, second):

@@ -85,3 +85,28 @@ def test_who_is_started_that_way(c):
     assert tuning.reluctant and tuning.align_levels == 2
     assert tuning.align[0].i_q15 == pytest.approx(32768 * 3 * 0.1337 / 0.0179 / 50, rel=0.01)
     assert 90 < tuning.align[0].period_ms < 140, "129 ms by the finite-element map"
+
+
+def test_saliency_takes_a_standing_current_away_once_an_angle(c):
+    """What is read at its first millisecond decides the steady voltage of the whole pattern; later readings are responses."""
+    s, loop = c.saliency(), c.current_loop()
+    loop.vbus_q15 = VBUS_Q15
+    c.saliency_start(s, V_Q15, I_Q15)
+    for n in range(18):
+        loop.i_d_q15, loop.i_q_q15 = (300, -150) if n % 6 == 0 else (-900 - n, 700 + n)
+        before = (s.steady_d_q15, s.steady_q_q15)
+        assert not c.saliency_step(s, loop, 0)
+        if n % 6 != 0:
+            assert (s.steady_d_q15, s.steady_q_q15) == before
+            continue
+        turned = complex(300, -150) * cmath.exp(-1j * math.pi / 16 * (n > 0))  # the field's step since it was read
+        assert s.steady_d_q15 == pytest.approx(-turned.real * V_Q15 / 6 / I_Q15, abs=2)
+        assert s.steady_q_q15 == pytest.approx(-turned.imag * V_Q15 / 6 / I_Q15, abs=2)
+
+
+def test_saliency_at_its_end_holds_no_voltage(c):
+    s, loop = c.saliency(), c.current_loop()
+    c.saliency_start(s, V_Q15, 0)
+    assert s.i_q15 == 1, "nothing is divided by nothing"
+    s.angle, loop.integral_d_q9, loop.integral_q_q9 = 16, 5, 6
+    assert c.saliency_step(s, loop, 0) and (loop.integral_d_q9, loop.integral_q_q9) == (0, 0)

@@ -181,3 +181,20 @@ def test_more_than_half_a_turn_in_a_step(c, rpm):
     for slower in range(rpm, -rpm, -400):
         shaft.step(slower)
     assert shaft.run(-rpm, 0.2)[-1] == pytest.approx(-rpm, rel=1e-4)
+
+
+def test_speed_estimate_of_somebody_else_is_no_encoders(c):
+    """All that edges have told is gone, and the first of them that comes back counts no speed."""
+    shaft = Shaft(c, 1000)
+    shaft.run(300, 0.1)
+    c.speed_estimate_take(shaft.estimate, 7 << 15, 9 << 15, 1234)
+    e = shaft.estimate
+    assert (e.speed_rpm_q15, e.travel_q15, e.interval_clocks, e.moved, e.beyond_q15, e.lost) == (
+        7 << 15, 9 << 15, 1234, 0, 0, True)
+    for _ in range(5):
+        shaft.step(0)
+    assert shaft.estimate.lost, "no edge has come"
+    shaft.run(300, 0.01)
+    assert not shaft.estimate.lost
+    c.speed_estimate_reset(e)
+    assert e.lost and e.speed_rpm_q15 == e.moved == e.travel_q15 == 0 and e.interval_clocks > 10**8

@@ -91,3 +91,13 @@ def test_a_retry_that_was_refused_at_the_end_is_made_again(c, plc):
         c.axis_retry(plc.axis)
         assert parts(plc) > 50 or plc.axis.request
     assert plc.axis.request == c.AXIS_REQUEST_ON and not plc.axis.reactions.switching_on
+
+
+def test_switching_that_has_ended_keeps_its_outcome(plc, c):
+    """Who switches off later did not end it."""
+    parts(plc)
+    for error in (c.ERROR_NONE, c.ERROR_BUS_LOW):
+        plc.axis.switching.outcome.error, plc.axis.switching.outcome.value = error, 7
+        assert c.axis_switch_off(plc.axis).error == c.ERROR_NONE
+        outcome = plc.axis.switching.outcome
+        assert (outcome.error, outcome.value, plc.axis.switching.under_way) == (error, 7, False)

@@ -9,19 +9,12 @@ import os
 
 import pytest
 
-from unit.register_pages import NO_ACCESS, PAGES, READ_WRITE, protect
+from unit.register_pages import PAGES
 
 SYSREG, TIMER, WATCHDOG, DWT, NVIC, SCB, MPU, FABRIC = (
     0x40038000, 0x40004000, 0x40005000, 0xE0001000, 0xE000E100, 0xE000ED00, 0xE000ED90, 0x50000000)
 PLL_LOST, FABRIC_PLL_LOST, ECC_ERROR, TICK, ADC_IRQ, SCOPE = 23, 32, 29, 14, 34, 9
 KEY, LOAD = 0xAC15DE42, 0x4C4B7F
-
-
-@pytest.fixture(scope="module")
-def memory():
-    protect(READ_WRITE)
-    yield
-    protect(NO_ACCESS)
 
 
 class Device:

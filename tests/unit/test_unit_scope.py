@@ -194,6 +194,16 @@ def test_a_sample_that_a_tick_came_into_is_dropped(scoped):
     assert (scoped.scope.capture.filled, scoped.scope.late) == (2, 1), "and the record says that one is missing"
 
 
+def test_a_record_begins_with_nothing_dropped_and_nothing_late(c, scoped):
+    """What the capture before has counted is forgotten with it; its due tick, its memory and its rate are the new one's."""
+    scope = scoped.scope
+    scope.torn, scope.late, scope.rate_of, scope.entry.ticks, scope.due = 3, 4, 5, 1000, 7
+    scoped.axis.loop.loops_per_slow = 20
+    assert scoped("scope arm") == ["ok"]
+    assert (scope.torn, scope.late, scope.rate_of, scope.due) == (0, 0, 20, 1001)
+    assert (scope.capture.words, scope.capture.samples, scope.capture.filled) == (8, 512, 0)
+
+
 class Tearing:
     """Lets the counter change while the sampler copies: its memory slot is the counter."""
 

@@ -16,7 +16,7 @@ UNIT_SRC := $(filter-out %/device.c %/contract.c, \
 # the console on a person's side, and on the device's what stands at registers' own addresses
 UNIT_FIRMWARE := $(call unit_objects,$(UNIT_SRC) firmware/operate/*.c tests/unit/host/*.c)
 UNIT_SYSTEM := $(call unit_objects,$(UNIT_SRC) firmware/system/*.c firmware/axis/device.c drivers/mss/sysreg.c \
-    drivers/mss/timer.c tests/unit/host/reach.c tests/unit/host/system/*.c)
+    $(addprefix drivers/mss/,timer.c gpio.c mmuart.c rs485.c) tests/unit/host/reach.c tests/unit/host/system/*.c)
 
 unit: $(BUILD)/tests/unit/firmware.so $(BUILD)/tests/unit/system.so
 .PHONY: unit

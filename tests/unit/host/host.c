@@ -15,7 +15,8 @@ uint32_t host_device_fault; /* enum fault that the device has now */
 
 /* the console: what the firmware has said, what it is told */
 char host_said[65536], host_heard[4096];
-uint32_t host_baud; /* of the console, as it was last set; 0: never */
+uint32_t host_baud;  /* of the console, as it was last set; 0: never */
+bool host_line_busy; /* what the firmware has said is not out yet */
 uint32_t host_said_bytes, host_heard_bytes, host_heard_taken;
 
 bool device_guard_stack(void)
@@ -55,7 +56,7 @@ bool mmuart_put(struct mmuart *u, char character)
 bool mmuart_is_idle(const struct mmuart *u)
 {
     (void)u;
-    return true;
+    return !host_line_busy;
 }
 
 bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud)

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: MIT
+"""Starts without an encoder, step by step: what is refused, with which numbers, and who may go on all the same."""
+import cmath
+import math
+
+import pytest
+
+from unit.test_flying import Searching, enough, regulating
+from unit.test_state_machine import World
+from unit.test_tuning import compute, shipped
+
+SWEEP, POLARITY = 0, 2  # enum start_step of injection_start.c
+
+
+@pytest.fixture
+def starting(c):
+    """A start by injection, in a step of it; of a motor that a field can hold, or of one that it cannot."""
+    def world(reluctant, step):
+        w = World(c).put("SWITCHED_ON")
+        w.axis.tuning = compute(c, {**shipped(), "angle_source": 1})[2]
+        w.axis.tuning.reluctant = reluctant
+        w.axis.loop.source, w.axis.start.phase, w.axis.injection.step = c.LOOP_INJECTION, c.START_INJECTION, step
+        return w
+    return world
+
+
+def sweeping(w, radian):
+    """At the sweep's last millisecond; the response by radian is half of this, its mean over eight angles 4/8 of it."""
+    s = w.axis.injection
+    s.angle, s.ms, s.sum_re, s.sum_im = 7, 6, 4 * radian, 0
+    return w
+
+
+@pytest.mark.parametrize("radian, percent", ((0, 0), (57, 99), (100, 174), (200, 349), (229, 400)))
+def test_start_sensorless_says_how_much_the_current_tells_of_a_degree(c, starting, radian, percent):
+    """In whole bits and hundredths of them: a 57th of what it tells of a radian."""
+    w = sweeping(starting(True, SWEEP), radian)
+    assert not c.start_sensorless_step(w.axis) and w.axis.faults.cause == c.FAULT_SALIENCY
+    whole, hundredths = w.axis.faults.detail
+    assert 0 <= hundredths < 100 and 100 * whole + hundredths == pytest.approx(percent, abs=1)
+
+
+def test_start_sensorless_goes_on_where_the_current_tells_enough(c, starting):
+    w = sweeping(starting(True, SWEEP), 232)
+    assert not c.start_sensorless_step(w.axis) and w.axis.faults.cause == c.FAULT_NONE
+    assert w.axis.injection.step == 1 and w.axis.start.phase == c.START_INJECTION
+    assert c.start_sensorless_holds_voltage(w.axis), "it locks, and short windings brake"
+
+
+def at_the_last_try(w):
+    s = w.axis.injection
+    s.tries, s.ms, s.i_q15 = 2, 4 * 24, 8192
+    return w
+
+
+def test_start_sensorless_says_with_which_current_both_ends_were_alike(c, starting):
+    w = at_the_last_try(starting(True, POLARITY))
+    assert not c.start_sensorless_step(w.axis) and w.axis.faults.cause == c.FAULT_POLARITY
+    assert list(w.axis.faults.detail) == [round(w.axis.params.i_range_ma / 4), 0]
+
+
+@pytest.mark.parametrize("prepare, step", ((lambda w: sweeping(w, 100), SWEEP), (at_the_last_try, POLARITY)))
+def test_start_sensorless_of_a_motor_that_a_field_can_hold_does_without(c, starting, prepare, step):
+    w = prepare(starting(False, step))
+    assert not c.start_sensorless_step(w.axis) and w.axis.faults.cause == c.FAULT_NONE
+    assert w.axis.start.phase == c.START_FIELD and w.axis.loop.source == c.LOOP_OBSERVER and w.axis.loop.inject.track == 0
+    assert c.start_sensorless_holds_voltage(w.axis)
+
+
+@pytest.mark.parametrize("phase, holds", (("FIELD", True), ("INJECTION", False), ("CATCH", False), ("FOLLOW", False)))
+def test_start_sensorless_holds_voltages_on_a_field_alone(c, starting, phase, holds):
+    w = starting(True, SWEEP)
+    w.axis.start.phase = getattr(c, f"START_{phase}")
+    assert bool(c.start_sensorless_holds_voltage(w.axis)) == holds
+
+
+# ---- a rotor that may turn ----
+
+class Catching(Searching):
+    """Its search is part of a start: a look is a step of that, and says whether operation may begin."""
+
+    def look(self, current=0j):
+        self.show(current)
+        self.fabric.gate.STATUS = self.fabric.gate.CONTROL & 1
+        return bool(self.c.start_sensorless_step(self.axis))
+
+
+@pytest.fixture
+def catching(c):
+    def world(phase, reluctant=False):
+        w = Catching(c)
+        w.axis.tuning.reluctant, w.axis.start.phase = reluctant, getattr(c, f"START_{phase}")
+        return w
+    return world
+
+
+def turning(w, degrees_a_ms):
+    """Eleven pulses that show a rotor which turns by so much a millisecond, electrical."""
+    return [w.look(cmath.rect(enough(w) * 1.5, math.radians(50 + degrees_a_ms * ms))) for ms in range(11)]
+
+
+@pytest.mark.parametrize("degrees_a_ms", (2, -2))
+def test_start_sensorless_of_a_rotor_that_turns_goes_straight_to_operation(c, catching, degrees_a_ms):
+    w = catching("CATCH")
+    assert turning(w, degrees_a_ms) == [False] * 10 + [True] and w.axis.faults.cause == c.FAULT_NONE
+    assert w.axis.speed.speed_rpm_q4 / 16 == pytest.approx(degrees_a_ms * 1000 / 360 / 4 * 60, rel=0.1)
+
+
+@pytest.mark.parametrize("degrees_a_ms", (2, -2))
+def test_start_sensorless_of_a_reluctant_rotor_that_turns_is_refused(c, catching, degrees_a_ms):
+    """With the counts by which it turns while the sensors' zeros are measured."""
+    w = catching("CATCH", reluctant=True)
+    assert not any(turning(w, degrees_a_ms)) and w.axis.faults.cause == c.FAULT_ROTOR_TURNING
+    counts, turn = w.axis.faults.detail
+    exact = abs(w.axis.speed.speed_rpm_q4) / 16 / 60 * 0.128 * 4000
+    assert turn == 4000 and counts == pytest.approx(exact, abs=2) and counts > 5
+
+
+@pytest.mark.parametrize("phase", ("CATCH", "DOUBT"))
+def test_start_sensorless_of_a_rotor_that_stands(c, catching, phase):
+    """Then its wiring is tried; or it was what the wiring was doubted for."""
+    w = catching(phase)
+    w.axis.start.doubted, w.axis.start.wiring.phase = c.FAULT_OPEN_PHASE, 2
+    regulating(w, 0, 0)
+    for ms in range(1, 34):
+        assert w.axis.start.phase == getattr(c, f"START_{phase}") and w.axis.faults.cause == c.FAULT_NONE, ms
+        assert not w.look()
+    if phase == "CATCH":
+        assert w.axis.start.phase == c.START_WIRING and w.axis.faults.cause == c.FAULT_NONE
+    else:
+        assert w.axis.faults.cause == c.FAULT_OPEN_PHASE and list(w.axis.faults.detail) == [2, 0]
+
+
+def test_start_sensorless_of_a_rotor_that_turned_while_the_wiring_looked_wrong(c, catching):
+    w = catching("DOUBT")
+    w.axis.start.doubted = c.FAULT_OPEN_PHASE
+    turning(w, 2)
+    assert w.axis.faults.cause == c.FAULT_LOAD_TOO_HIGH and w.axis.faults.detail[1] == 0
