@@ -41,12 +41,18 @@ static bool alike(uint32_t a, uint32_t b)
     return shorter * 3u + 3u >= longer * 2u;
 }
 
+static int32_t softened(int32_t gain)
+{
+    return q15_max((int32_t)(((int64_t)gain * SOFTENED_Q8) >> 8), 1);
+}
+
 /* The likely cause is an inertia that is told too large: all that is in proportion to it. */
 static void soften(struct axis *a)
 {
-    a->tuning.speed_accel_q8 = (int32_t)(((int64_t)a->tuning.speed_accel_q8 * SOFTENED_Q8) >> 8);
-    a->tuning.speed_kp_q16 = (int32_t)(((int64_t)a->tuning.speed_kp_q16 * SOFTENED_Q8) >> 8);
-    a->tuning.speed_ki_q16 = (int32_t)(((int64_t)a->tuning.speed_ki_q16 * SOFTENED_Q8) >> 8);
+    a->tuning.speed_accel_q8 = softened(a->tuning.speed_accel_q8);
+    a->tuning.speed_kp_q16 = softened(a->tuning.speed_kp_q16);
+    a->tuning.speed_ki_q16 = softened(a->tuning.speed_ki_q16);
+    speed_loop_soften(&a->speed, softened(a->speed.kp_q16), softened(a->speed.ki_q16));
 }
 
 static void close_half_wave(struct axis *a, struct cycle_watch *w)

@@ -20,12 +20,17 @@ void speed_loop_init(struct speed_loop *s)
     speed_estimate_reset(&s->estimate);
 }
 
+void speed_loop_soften(struct speed_loop *s, int32_t kp_q16, int32_t ki_q16)
+{
+    s->kp_q16 = kp_q16;
+    s->ki_q16 = ki_q16;
+    const int64_t error_max_q15 = ERROR_TIMES_GAIN / kp_q16;
+    s->error_max_q15 = error_max_q15 > INT32_MAX ? INT32_MAX : (int32_t)error_max_q15;
+}
+
 void speed_loop_tune(struct speed_loop *s, const struct tuning *t)
 {
-    s->kp_q16 = t->speed_kp_q16;
-    s->ki_q16 = t->speed_ki_q16;
-    const int64_t error_max_q15 = ERROR_TIMES_GAIN / t->speed_kp_q16;
-    s->error_max_q15 = error_max_q15 > INT32_MAX ? INT32_MAX : (int32_t)error_max_q15;
+    speed_loop_soften(s, t->speed_kp_q16, t->speed_ki_q16);
     s->calmed = 0;
     s->swings = 0;
 }

@@ -54,6 +54,9 @@ void speed_loop_init(struct speed_loop *s);
 /* Takes the gains over, all of them: at every switching on. Thread, slow loop masked. */
 void speed_loop_tune(struct speed_loop *s, const struct tuning *t);
 
+/* Smaller gains, not 0, while it runs. What it has calmed itself by so far stays counted. */
+void speed_loop_soften(struct speed_loop *s, int32_t kp_q16, int32_t ki_q16);
+
 /* Starts from the present speed and torque, without a step. */
 void speed_loop_reset(struct speed_loop *s, int32_t torque_q15);
 
