@@ -46,13 +46,16 @@ static int32_t softened(int32_t gain)
     return q15_max((int32_t)(((int64_t)gain * SOFTENED_Q8) >> 8), 1);
 }
 
-/* The likely cause is an inertia that is told too large: all that is in proportion to it. */
+/*
+ * The likely cause is an inertia that is told too large: all that is in proportion to it. The memory's gain twice: the loop
+ * becomes slower as a whole, and keeps its damping.
+ */
 static void soften(struct axis *a)
 {
     a->tuning.speed_accel_q8 = softened(a->tuning.speed_accel_q8);
     a->tuning.speed_kp_q16 = softened(a->tuning.speed_kp_q16);
-    a->tuning.speed_ki_q16 = softened(a->tuning.speed_ki_q16);
-    speed_loop_soften(&a->speed, softened(a->speed.kp_q16), softened(a->speed.ki_q16));
+    a->tuning.speed_ki_q16 = softened(softened(a->tuning.speed_ki_q16));
+    speed_loop_soften(&a->speed, softened(a->speed.kp_q16), softened(softened(a->speed.ki_q16)));
 }
 
 static void close_half_wave(struct axis *a, struct cycle_watch *w)
