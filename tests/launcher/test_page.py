@@ -198,11 +198,20 @@ def change(page, name, value):
                 f"#parameters input[name={name}]", str(value))
 
 
+def value(page, name):
+    return page.script("return document.querySelector(arguments[0]).value", f"#parameters input[name={name}]")
+
+
 def test_a_parameter(page):
     page.wait(lambda: page.script("return document.querySelectorAll('#parameters tr').length") > 50)
     change(page, "speed_bw_hz", 55)
     page.script("say('get speed_bw_hz')")
     page.wait(lambda: "speed_bw_hz = 55" in page.heard())
+    page.script("const field = document.querySelector('#parameters input[name=i_max_ma]'); field.focus(); field.value = 12")
+    page.script("document.querySelector('#parameters input[name=speed_bw_hz]').value = 7")
+    page.script("send({kind: 'parameters'})")
+    page.wait(lambda: value(page, "speed_bw_hz") == "55")
+    assert value(page, "i_max_ma") == "12", "what somebody is typing stays"
     change(page, "speed_bw_hz", 5000)
     page.wait(lambda: "error: speed_bw_hz must be 1...200" in page.heard())
 

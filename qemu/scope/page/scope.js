@@ -103,7 +103,12 @@ const takes = {
     $("captured").dataset.samples = captured.rows.length;
   },
   parameters({ rows }) {
-    $("parameters").replaceChildren(...rows.map(parameter));
+    const there = $("parameters").rows;
+    if (there.length === rows.length) {
+      rows.forEach((row, k) => refresh(there[k], row));
+    } else {
+      $("parameters").replaceChildren(...rows.map(parameter));
+    }
     filter();
   },
 };
@@ -127,6 +132,14 @@ function parameter({ name, value, least, most, unit }) {
     say(`set ${name} ${input.value}`);
   };
   return row;
+}
+
+// What somebody is just typing stays.
+function refresh(row, { value }) {
+  const input = row.querySelector("input");
+  if (input === document.activeElement) return;
+  input.value = value;
+  row.className = "";
 }
 
 function filter() {
