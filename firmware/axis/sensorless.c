@@ -56,6 +56,7 @@ static void hold_voltage(struct axis *a, int32_t i_q15)
 {
     struct sensorless *const s = &a->sensorless;
     const int32_t missing_q15 = i_q15 - a->loop.i_d_q15;
+    s->i_q23 += (a->loop.i_d_q15 * (1 << 8) - s->i_q23) >> HOLD_SHIFT;
     s->v_q23 = q15_clamp(s->v_q23 + ((a->tuning.r_q12 * missing_q15) >> (4 + HOLD_SHIFT)), 0, (Q15_ONE / 2) << 8);
     const int32_t v_steps = (s->v_q23 >> 8) * CONFIG_BUS_STEPS / q15_max(a->loop.vbus_q15, a->tuning.v_min_q15);
     a->loop.integral_d_q9 = q15_min(v_steps, LOOP_V_D_MAX_STEPS - 1) * (1 << PI_SHIFT);
@@ -63,15 +64,16 @@ static void hold_voltage(struct axis *a, int32_t i_q15)
 }
 
 /*
- * The resistance as it is now, with the winding's temperature: from two currents, so that dead time drops out. Beyond what a
- * temperature and a tolerance may do to the value that was told, the nearest that they may.
+ * The resistance as it is now, with the winding's temperature: from two currents, so that dead time drops out. They differ by a
+ * quarter, which may be ten steps of the ADC: single samples would not do. Beyond what a temperature and a tolerance may do to
+ * the value that was told, the nearest that they may.
  */
 static void take_resistance(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
     struct tuning *const t = &a->tuning;
-    const int32_t by_q15 = q15_max(s->i_full_q15 - a->loop.i_d_q15, 1);
-    const int32_t measured_q12 = (int32_t)((int64_t)(s->v_full_q23 - s->v_q23) * 16 / by_q15);
+    const int32_t by_q23 = q15_max(s->i_full_q23 - s->i_q23, 1 << 8);
+    const int32_t measured_q12 = (int32_t)((int64_t)(s->v_full_q23 - s->v_q23) * 4096 / by_q23);
     const int32_t r_q12 = q15_clamp(measured_q12, t->r_q12 * 5 / 8, t->r_q12 * 7 / 4);
     t->observer.r_q5 = q15_min((int32_t)((int64_t)t->observer.r_q5 * r_q12 / q15_max(t->r_q12, 1)), INT16_MAX);
     t->r_q12 = q15_max(r_q12, 1);
@@ -97,7 +99,7 @@ static bool align_next(struct axis *a)
         s->step = ALIGN_ALONG;
         return false;
     case ALIGN_ALONG:
-        s->i_full_q15 = a->loop.i_d_q15;
+        s->i_full_q23 = s->i_q23;
         s->v_full_q23 = s->v_q23;
         s->step = ALIGN_LESS;
         return false;

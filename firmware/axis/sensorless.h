@@ -26,8 +26,9 @@ struct sensorless {
     uint32_t ms;        /* of the start, along this angle */
     uint32_t step;      /* of it */
     int32_t v_q23;      /* voltage that is held meanwhile */
-    int32_t v_full_q23; /* and with the whole current, which was: */
-    int32_t i_full_q15;
+    int32_t i_q23;      /* and the current that it drives, smoothed as slowly */
+    int32_t v_full_q23; /* both with the whole current */
+    int32_t i_full_q23;
     int32_t ref_rpm_q16;       /* the speed's reference a millisecond ago */
     int32_t i_q15;             /* what the field has */
     int32_t lag_q32;           /* by how much the rotor lags behind it, as observed; smoothed */

@@ -77,17 +77,22 @@ static int32_t length_q15(const volatile struct current_loop *c)
 
 /*
  * The voltage that the axis lacks which comes second (stage_weaken.h): what its current is short of, as voltage that the field
- * takes. What the circle cuts off the peaks of harmonics does not show in the length of the voltages.
+ * takes. What the circle cuts off the peaks of harmonics does not show in the length of the voltages. Beyond the circle the
+ * hexagon's own harmonics are cut off the first axis, too: d then stays short of its reference at any length.
  */
 static int32_t lacking_q15(const volatile struct current_loop *c, const struct tuning *t, int32_t w_q15,
                            int32_t most_q15)
 {
-    const int32_t short_d_q15 = c->i_d_ref_q15 - c->i_d_q15;
-    const int32_t short_q_q15 = c->i_q_ref_q15 < 0 ? c->i_q_q15 - c->i_q_ref_q15 : c->i_q_ref_q15 - c->i_q_q15;
+    const int32_t short_d_q15 = q15_sat16(c->i_d_ref_q15 - c->i_d_q15);
+    const int32_t short_q_q15 =
+        q15_sat16(c->i_q_ref_q15 < 0 ? c->i_q_q15 - c->i_q_ref_q15 : c->i_q_ref_q15 - c->i_q_q15);
+    const int32_t wx_d_q11 = q15_sat16((w_q15 * t->x_d_q11) >> 15);
+    const int32_t wx_q_q11 = q15_sat16((w_q15 * t->x_q_q11) >> 15);
     const bool q_first = c->weaken.q_first != 0;
-    const int32_t wx_q11 = (w_q15 * (q_first ? t->x_d_q11 : t->x_q_q11)) >> 15;
-    return q15_clamp((q15_sat16(q_first ? short_d_q15 : short_q_q15) * q15_sat16(wx_q11)) >> 11, -most_q15,
-                     8 * most_q15);
+    const bool d_is_cut = !q_first && c->weaken.radius_steps > CONFIG_RADIUS_STEPS;
+    const int32_t second = q_first ? short_d_q15 * wx_d_q11 : short_q_q15 * wx_q_q11;
+    const int32_t first = d_is_cut ? q15_max(-short_d_q15, 0) * wx_d_q11 : 0;
+    return q15_clamp((second >> 11) + (first >> 11), -most_q15, 8 * most_q15);
 }
 
 /*

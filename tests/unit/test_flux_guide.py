@@ -129,3 +129,25 @@ def test_flux_limit_of_the_weakening_handlers_sees_what_a_current_lacks(c, axis,
     assert trim(round(12 * most / per)) == trim(round(20 * most / per)) == pytest.approx(100 - 8 * most, abs=2)
     assert trim(-round(most / 2 / per)) == pytest.approx(100 + most / 2, abs=3)
     assert trim(-round(3 * most / per)) == trim(-round(9 * most / per)) == pytest.approx(100 + most, abs=2)
+
+
+def trim_with_d_short(c, tuning, radius, short, q_first=0):
+    """After a millisecond with the voltages at the target; the d current lacks so much of its (negative) reference."""
+    loop, limit = c.current_loop(), c.flux_limit()
+    c.current_loop_init(loop)
+    loop.pll.speed_q32, loop.v_d_q15, loop.weaken.radius_steps = FAST << loop.w_shift, 6000, radius
+    loop.weaken.on, loop.weaken.q_first = True, q_first
+    loop.i_d_ref_q15, loop.i_d_q15 = -6000, -6000 + short
+    limit.decides = True
+    c.flux_limit_follow(limit, loop, tuning, VBUS, 500, 32768 * 2)
+    return limit.trim_q21
+
+
+def test_beyond_the_circle_a_d_current_that_is_cut_short_costs_flux(c, tuning):
+    """The hexagon's harmonics are cut off d as well, and the length of the voltages does not show it."""
+    six_step = round(STEPS * 2 / math.pi)
+    none, short = (trim_with_d_short(c, tuning, six_step, i) for i in (0, 300))
+    lacking = 300 * (FAST * tuning.x_d_q11 >> 15) / 2048
+    assert lacking > 50 and none - short == pytest.approx(lacking * 64 / 8, abs=16)
+    assert trim_with_d_short(c, tuning, six_step, -300) == none, "more of it than asked for is no lack"
+    assert trim_with_d_short(c, tuning, RADIUS, 300) == trim_with_d_short(c, tuning, RADIUS, 0), "within the circle d has all"
