@@ -2,7 +2,8 @@
 """Settings over power-off, with the whole image: saved, a cut in the midst of it, loaded by themselves, and with them what was
 learned of the encoder.
 
-Every write of a save is cut in tests/unit/test_settings.py; here are samples of them, and what only the whole drive can show.
+Every write of a save is cut in tests/unit/test_settings_damage.py. Here are samples of them, and what only the whole drive can
+show.
 """
 import re
 from pathlib import Path
@@ -12,7 +13,7 @@ import pytest
 
 from launcher import LauncherError, simulate
 from launcher.probes import code_of
-from unit.test_settings import PARAMETER, number, parse, record, slot
+from unit.settings_bench import PARAMETER, number, parse, record, slot
 
 PAGE = 128
 # writes to the controller's registers for a page, and which of them begin its commands

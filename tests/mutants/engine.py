@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from mutants import reach
 from mutants.choose import sequence, shares
-from mutants.ladder import Order, affordable, collect, concerned, play
+from mutants.ladder import Order, Played, affordable, collect, concerned, play
 from mutants.tree import Trouble
 
 TRIES, TRIES_MORE = 4, 10  # so many faults of a file are tried for each that it owes
@@ -125,11 +125,11 @@ class Engine:
             results = play(tree, tests) if tests else []
         finally:
             tree.restore(fault.file, self.sources.texts[fault.file])
-        name, what, _ = results[-1] if results else ("", "passed", 0.0)
-        by = name if what != "passed" else ""
+        last = results[-1] if results else Played("", "passed")
+        by, what = last.name if last.what != "passed" else "", last.what
         what = f"{what}, and {left_out} tests were not asked" if left_out and not by else what
         return {"outcome": "noticed" if by else "survived", "by": by, "how": what, "rung": self.rung_of(by),
-                "asked": [asked for asked, _, _ in results], "cpu_s": round(sum(cpu_s for _, _, cpu_s in results), 2),
+                "asked": [one.name for one in results], "cpu_s": round(sum(one.cpu_s for one in results), 2),
                 "build_s": round(built - begun, 2), "tests_s": round(time.monotonic() - built, 2)}
 
     def _tests_for(self, tree, fault):
@@ -188,14 +188,21 @@ class Engine:
         self.measured = {name: replace(test, enters=self.entered.of(test)) for name, test in self.measured.items()}
         self.order.all = tuple(self.measured.values())
 
+    def _share(self):
+        """Whichever of a file's tests comes first in a mutant pays for the fixtures that they share."""
+        most_s = {}
+        for test in self.measured.values():
+            most_s[test.file] = max(most_s.get(test.file, 0.0), test.shared_s)
+        self.measured = {name: replace(test, shared_s=most_s[test.file]) for name, test in self.measured.items()}
+
     def _measure(self, tree, portion):
         seen = tree.root.parent / "reach"
         shutil.rmtree(seen, ignore_errors=True)
         seen.mkdir()
         results = play(tree, portion, to_the_end=True, reach=seen)
         bits = {test.name: file.read_bytes() for n, test in enumerate(portion) if (file := seen / f"{n}.bits").exists()}
-        failed = [name for name, what, _ in results if what != "passed"]
-        failed += sorted({test.name for test in portion} - {name for name, _, _ in results})
+        failed = [one.name for one in results if one.what != "passed"]
+        failed += sorted({test.name for test in portion} - {one.name for one in results})
         if failed and not self.keep_going:
             raise Trouble(f"the tree as it is does not pass {failed[0]}; mend that first, or leave it out by KEEP_GOING=1")
         with self.lock:
@@ -203,10 +210,11 @@ class Engine:
             for name in failed:
                 del self.tests[name]
                 self.say(f"left out: {name} fails without any fault")
-            self.measured |= {name: replace(self.tests[name], cpu_s=max(cpu_s, 0.01)) for name, _, cpu_s in results
-                              if name in self.tests}
+            self.measured |= {one.name: replace(self.tests[one.name], cpu_s=max(one.cpu_s - one.shared_s, 0.01),
+                                                shared_s=one.shared_s) for one in results if one.name in self.tests}
             self.bits |= bits
             self.entered.take(tree.root, seen, portion)
             if len(self.measured) == len(self.tests):
+                self.say(f"they take {sum(test.most_s for test in self.measured.values()):.0f} s of CPU")
+                self._share()
                 self._reach(tree)
-                self.say(f"they take {sum(test.cpu_s for test in self.measured.values()):.0f} s of CPU")

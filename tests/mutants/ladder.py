@@ -25,16 +25,31 @@ class Rung:
 
 
 @dataclass(frozen=True)
+class Played:
+    """One that has run."""
+    name: str
+    what: str             # "passed", or why not
+    cpu_s: float = 0.0    # all of it
+    shared_s: float = 0.0
+
+
+@dataclass(frozen=True)
 class Test:
     name: str             # as pytest has it: path::function[parameter]
     rung: Rung
     cpu_s: float = 0.0
+    shared_s: float = 0.0       # CPU seconds more for the first of a file that is asked: fixtures that they share
     executes: frozenset = None  # functions of the image; None: unknown
     enters: frozenset = None    # the same of the unit tests' libraries
 
     @property
     def file(self):
         return self.name.split("::")[0]
+
+    @property
+    def most_s(self):
+        """As the first of its file."""
+        return self.cpu_s + self.shared_s
 
     @property
     def parameter(self):
@@ -79,12 +94,12 @@ def collect(tree, rungs):
 
 
 def play(tree, tests, to_the_end=False, reach=None):
-    """[(test's name, 'passed' or why not, CPU seconds)] in order, up to the first that did not pass unless to_the_end.
+    """Played ones in order, up to the first that did not pass unless to_the_end.
 
     reach   a folder for what the twin executes in each
     """
     plan, log = tree.root.parent / "plan.json", tree.root.parent / "log.jsonl"
-    plan.write_text(json.dumps([[t.name, CPU_TIMES * t.cpu_s + CPU_MORE_S if t.cpu_s else 0] for t in tests]))
+    plan.write_text(json.dumps([[t.name, CPU_TIMES * t.most_s + CPU_MORE_S if t.cpu_s else 0] for t in tests]))
     log.write_text("")
     files = list(dict.fromkeys(test.file for test in tests))
     command = pytest_command(files, "build/tmp", "-p", "mutants.watch", *([] if to_the_end else ["-x"]))
@@ -96,14 +111,15 @@ def play(tree, tests, to_the_end=False, reach=None):
         if "start" in entry:
             begun = entry["start"]
         else:
-            results.append((entry["end"], "failed" if entry["failed"] else "passed", entry["cpu_s"]))
+            what = "failed" if entry["failed"] else "passed"
+            results.append(Played(entry["end"], what, entry["cpu_s"], entry["shared_s"]))
             begun = None
     if begun:
-        results.append((begun, f"did not end (status {status})", 0.0))
+        results.append(Played(begun, f"did not end (status {status})"))
     elif status == 2 and not results:
         match = re.search(r"ERROR (tests/\S+?\.py|\S+\.py)", output)
-        results.append((match[1] if match else files[0], "could not be collected", 0.0))
-    elif status not in (0, 1) or not results or (status == 1 and all(what == "passed" for _, what, _ in results)):
+        results.append(Played(match[1] if match else files[0], "could not be collected"))
+    elif status not in (0, 1) or not results or (status == 1 and all(r.what == "passed" for r in results)):
         raise Trouble(f"pytest ended with {status}:\n" + last_lines(output))
     return results
 
@@ -141,7 +157,7 @@ class Order:
         for scope, weight in zip(self._scopes(fault.file, fault.function), (4.0, 2.0, 0.5, 0.2)):
             noticed += weight * self.noticed[scope][test.name]
             asked += weight * self.asked[scope][test.name]
-        return noticed / asked / (test.cpu_s + 0.05)
+        return noticed / asked / (test.most_s + 0.05)
 
 
 def concerned(tests, changed, functions=None, entered=None):
@@ -158,9 +174,10 @@ def concerned(tests, changed, functions=None, entered=None):
 
 def affordable(tests, budget_s):
     """The first of them that take no more CPU time than this; all without a budget."""
-    left = budget_s
+    left, files = budget_s, set()
     for n, test in enumerate(tests):
-        left -= test.cpu_s
+        left -= test.cpu_s if test.file in files else test.most_s
+        files.add(test.file)
         if budget_s and left < 0:
             return tests[:n]
     return tests

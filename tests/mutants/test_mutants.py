@@ -431,6 +431,40 @@ def test_who_noticed_before_is_asked_first_and_time_that_runs_out_is_a_survivor(
     assert judged[identity][1]["outcome"] == "survived" and "2 tests were not asked" in judged[identity][1]["how"]
 
 
+def test_a_test_that_comes_first_may_take_what_its_files_fixtures_take(small, monkeypatch):
+    """Another one has paid for them on the tree as it is: asked alone, it would be stopped, and that taken for a verdict."""
+    root, work = small
+    monkeypatch.setattr(ladder, "CPU_MORE_S", 0.1)
+    (root / "tests" / "test_seen.py").write_text(textwrap.dedent("""\
+        import subprocess, sys
+        import pytest
+
+        @pytest.fixture(scope="module")
+        def long():
+            burn = "import time; [0 for _ in iter(lambda: time.process_time() < 1.5, False)]"
+            subprocess.run([sys.executable, "-c", burn], check=True)
+
+        def test_first(long):
+            pass
+
+        def test_second(long):
+            pass
+        """))
+    identity = next(f.identity for f in c_faults("firmware/level.c", LEVEL) if f.replacement == "sum -= n;")
+    _, _, judged, _ = judge(root, work, 1, lambda fault: fault.identity == identity,
+                            hints={identity: "tests/test_seen.py::test_second"})
+    entry = judged[identity][1]
+    assert entry["outcome"] == "survived" and entry["asked"][0] == "tests/test_seen.py::test_second"
+    assert entry["cpu_s"] > 1.5
+
+
+def test_time_counts_what_a_file_shares_once():
+    one, two = (ladder.Test(f"a.py::{name}", Rung("unit", ()), 1.0, shared_s=5.0) for name in ("one", "two"))
+    other = ladder.Test("b.py::three", Rung("unit", ()), 1.0, shared_s=5.0)
+    assert ladder.affordable([one, two, other], 12.9) == [one, two] and ladder.affordable([one, two], 6.9) == [one]
+    assert ladder.affordable([one, two, other], 13.0) == [one, two, other]
+
+
 def test_a_tree_that_fails_as_it_is_is_no_base_for_verdicts(small):
     root, work = small
     (root / "tests" / "test_seen.py").write_text(SEEN_TEST.replace("10", "11"))

@@ -2,7 +2,8 @@
 """A plugin for pytest: runs the tests it is told to in the order it is told, and writes down how each began and ended.
 
 MUTANTS_PLAN    a JSON file, [[test, seconds of CPU it may take], ...]
-MUTANTS_LOG     where to, one JSON object a line: {"start": test}, {"end": test, "failed": bool, "cpu_s": seconds}
+MUTANTS_LOG     where to, one JSON object a line: {"start": test}, {"end": test, "failed": bool, "cpu_s": seconds,
+                "shared_s": those of them that fixtures took which other tests use, too}
 MUTANTS_REACH   if set, a folder for what the n-th test of the plan executed: n.bits of the twin (qemu/twin/reach.h);
                 n.*.LIBRARY.places of the unit tests' libraries (tests/unit/host/reach.c), file-n.*.LIBRARY.places of what a
                 fixture did for several tests, of which this is the first
@@ -23,6 +24,7 @@ _numbers = {name: number for number, name in enumerate(_limits)}
 _reach = os.environ.get("MUTANTS_REACH")
 _failed = set()
 _now, _parts = 0, itertools.count()
+_shared_s = 0.0
 LIBRARIES = ("firmware", "system")
 
 
@@ -53,12 +55,18 @@ def _take(stem):
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_fixture_setup(fixturedef):
-    """What serves several tests counts for all of the file, not for the test that happens to be the first."""
+    """What serves several tests counts for all of the file, not for the test that happens to be the first.
+
+    The CPU time as well: pytest sets up each fixture for itself, one after the other, so none is counted twice.
+    """
+    global _shared_s
     several = fixturedef.scope != "function"
     if several:
         _take(f"{_now}.{next(_parts)}")
+    before = _used_in_all_s()
     yield
     if several:
+        _shared_s += _used_in_all_s() - before
         _take(f"file-{_now}.{next(_parts)}")
 
 
@@ -75,7 +83,8 @@ def pytest_collection_modifyitems(config, items):
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_protocol(item):
-    global _now
+    global _now, _shared_s
+    _shared_s = 0.0
     if _limits[item.nodeid]:
         soft = int(_used_s(resource.RUSAGE_SELF) + _limits[item.nodeid]) + 1
         resource.setrlimit(resource.RLIMIT_CPU, (soft, resource.getrlimit(resource.RLIMIT_CPU)[1]))
@@ -89,7 +98,8 @@ def pytest_runtest_protocol(item):
     before = _used_in_all_s()
     yield
     _take(f"{_now}.{next(_parts)}")
-    _say(end=item.nodeid, failed=item.nodeid in _failed, cpu_s=round(_used_in_all_s() - before, 3))
+    _say(end=item.nodeid, failed=item.nodeid in _failed, cpu_s=round(_used_in_all_s() - before, 3),
+         shared_s=round(_shared_s, 3))
 
 
 def pytest_runtest_logreport(report):

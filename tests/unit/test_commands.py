@@ -108,7 +108,7 @@ def test_load_says_what_is_wrong(operator, c):
 
 
 def test_load_says_what_it_refuses(operator):
-    from unit.test_settings import PARAMETER, number, record, slot
+    from unit.settings_bench import PARAMETER, number, record, slot
 
     def store(*records):
         raw = slot(records, 7)
