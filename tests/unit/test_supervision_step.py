@@ -104,3 +104,18 @@ def test_supervision_step_of_an_encoder_that_stands_in_its_odd_turns(motor, turn
     encoder.speed_q32 = encoder.speed_before_q32 = m.rpm = 0
     assert bool(m.until_fault(1)) == (long_enough and turn % 2 == 1) and encoder.still_ms == still_ms
     assert m.fault == ("ENCODER_DEAD" if long_enough and turn % 2 == 1 else "NONE")
+
+
+@pytest.mark.parametrize("off, counts", ((0, False), (1, True)))
+@pytest.mark.parametrize("axis, sign", (("d", 1), ("d", -1), ("q", 1), ("q", -1)))
+def test_supervision_of_voltage_begins_beyond_a_tenth_of_the_largest_current(motor, axis, sign, off, counts):
+    """A tenth of i_max may be missing while the modulator gives all it can; a step more counts. In its turn, by the ms."""
+    m = at_turn(motor(), 3)
+    loop, watch = m.axis.loop, m.axis.supervision.speed
+    m.axis.time_ms += 1
+    m.look()
+    loop.v_q_q15 = loop.radius_q15
+    missing = m.axis.tuning.i_max_q15 // 10 + off
+    setattr(loop, f"i_{axis}_q15", getattr(loop, f"i_{axis}_ref_q15") - sign * missing)
+    m.c.supervision_step(m.axis)
+    assert (watch.limited_ms == 4) == counts
