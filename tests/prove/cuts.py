@@ -5,8 +5,9 @@ states, is replaced by a variable of that name: so each question to the solver i
 samples tell; that it is, the solver.
 """
 import z3
+from abstraction import Products
 from arithmetic import WIDTH, Bits
-from machine import Products, short_name
+from terms import short_name
 
 LIMIT_MS = 60_000
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Runs the code of one kernel in the machine: lays out its arguments as the procedure call standard does, collects results."""
 import z3
+from abstraction import Lookups, Products
 from kernel import Pointer
-from machine import Lookups, Machine, Products, Region, Stack
+from machine import Machine
+from memory import Region, Stack
 
 
 class Execution:

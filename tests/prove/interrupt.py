@@ -7,7 +7,9 @@ import copy
 
 import z3
 from disassembly import Imm, Reg, Unknown
-from machine import LR, SP, Machine, Misbehaviour, Stack, word
+from machine import Machine
+from memory import Stack
+from terms import LR, SP, Misbehaviour, word
 
 KEPT = (4, 5, 6, 7, 8, 9, 10, 11, SP, LR)
 

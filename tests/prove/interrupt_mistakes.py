@@ -6,9 +6,9 @@ from pathlib import Path
 
 from comparison import Comparison, differences
 from disassembly import Unknown
-from machine import Misbehaviour
 from mutation import mutations
 from proof import Refuted
+from terms import Misbehaviour
 
 TRIES = 24  # mutations of a stage
 LEAST = 8  # times as many as are wanted of each stage

@@ -8,11 +8,13 @@ import random
 import re
 import struct
 import subprocess
+from abstraction import Products
+from machine import Machine
+from memory import Stack
 from pathlib import Path
 
 import z3
 from disassembly import Reg
-from machine import Machine, Products, Stack
 
 MEMORY = ("ldr", "str", "ldrd", "strd", "ldrh", "ldmia", "stmia", "stmdb", "push", "pop", "b", "bx", "nop")
 SHIFTS = ("lsl", "lsr", "asr", "ror")

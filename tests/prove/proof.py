@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Holds the instructions of a kernel against its specification, for all inputs."""
 import random
+from terms import Misbehaviour, always_equal
 from types import SimpleNamespace
 
 import z3
 from arithmetic import Bits, Integers, Numbers, INT32_MAX, INT32_MIN
 from execution import Execution, overlaps
-from machine import Misbehaviour, always_equal
 
 TIME_LIMIT_MS = 120_000
 MISTAKE_LIMIT_MS = 15_000

@@ -14,9 +14,9 @@ import disassembly
 import proof
 from disassembly import Unknown
 from execution import Execution
-from machine import Misbehaviour
 from mutation import mutations
 from specs import KERNELS
+from terms import Misbehaviour
 
 VECTORS = 60
 MUTANTS = 6  # to be refuted, a kernel

@@ -13,10 +13,10 @@ from comparison import Comparison, differences
 from disassembly import Unknown
 from image import Image
 from lemmas import half_times
-from machine import Misbehaviour
 from interrupt_mistakes import mutate
 from proof import Refuted
 from subject import SAMPLES, Subject
+from terms import Misbehaviour
 
 BY_HAND, COMPILED = "FabricIrq0_IRQHandler", "handlers_encoder_ab"
 CODE = {BY_HAND: (BY_HAND, "current_loop_fault"), COMPILED: (COMPILED,)}

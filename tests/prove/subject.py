@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The interrupt in the image: where its state is, what it may call, the samples and spans of all that the chain names."""
+from abstraction import Products
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -12,7 +13,6 @@ from cuts import Cuts
 from evaluate import States
 from invariant import ANY, CONSTANT, INPUTS, INTEGRAL, state
 from interrupt import Interrupt, Place
-from machine import Products
 from proof import Refuted
 
 SAMPLES = 20000

@@ -14,6 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import arrays  # noqa: E402
 import invariant  # noqa: E402
 import prove_interrupt  # noqa: E402
+from abstraction import Products  # noqa: E402
 from admitted import Admitted  # noqa: E402
 from arrays import Span  # noqa: E402
 from disassembly import Reg, functions  # noqa: E402
@@ -21,7 +22,7 @@ from evaluate import States, as_signed  # noqa: E402
 from image import Image  # noqa: E402
 from interrupt import Interrupt  # noqa: E402
 from interrupt_mistakes import by_stage, mutate, refute, stages  # noqa: E402
-from machine import Machine, Products  # noqa: E402
+from machine import Machine  # noqa: E402
 from proof import Refuted  # noqa: E402
 from subject import Subject  # noqa: E402
 

@@ -14,9 +14,10 @@ import disassembly  # noqa: E402
 import on_qemu  # noqa: E402
 import proof  # noqa: E402
 from kernel import Kernel, Pointer, Value  # noqa: E402
-from machine import Machine, Misbehaviour  # noqa: E402
+from machine import Machine  # noqa: E402
 from prove_interrupt import CODE  # noqa: E402
 from specs import KERNELS  # noqa: E402
+from terms import Misbehaviour  # noqa: E402
 
 CROSS = os.environ.get("CROSS", "arm-none-eabi-")
 SUM = Kernel("sum", (Pointer("out", ("total",), ("total",)), Value("a"), Value("b")),
