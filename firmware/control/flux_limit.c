@@ -18,7 +18,9 @@
 #define TRIM_BRAKING  3 /* an eighth: with too much flux a braking current grows by itself */
 #define TRIM_LEAST    1 /* half of it less */
 #define TRIM_FRACTION 6
-#define GAIN_LEAST_Q8 32                                                /* of the current loops' gains */
+#define SHORT_SHIFT   4  /* 16 ms: a mean over the harmonics, as the trim answers it */
+#define SHORT_FREE    7  /* a 128th of i_max is not answered: flux costs more there */
+#define GAIN_LEAST_Q8 32 /* of the current loops' gains */
 #define V_D_MOST_Q10  (LOOP_V_D_MAX_STEPS * 1000 / CONFIG_RADIUS_STEPS) /* of the circle, less a 40th */
 #define DROP_SHIFT    3 /* 8 ms: torque and flux limit depend on each other; a quicker answer could swing */
 #define DROP_MOST_Q15 (1 << 15)
@@ -78,10 +80,10 @@ static int32_t length_q15(const volatile struct current_loop *c)
 /*
  * The voltage that the axis lacks which comes second (stage_weaken.h): what its current is short of, as voltage that the field
  * takes. What the circle cuts off the peaks of harmonics does not show in the length of the voltages. Beyond the circle the
- * hexagon's own harmonics are cut off the first axis, too: d then stays short of its reference at any length.
+ * hexagon's own harmonics are cut off the first axis, too: d then stays short of its reference at any length, in the mean.
  */
-static int32_t lacking_q15(const volatile struct current_loop *c, const struct tuning *t, int32_t w_q15,
-                           int32_t most_q15)
+static int32_t lacking_q15(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
+                           int32_t w_q15, int32_t most_q15)
 {
     const int32_t short_d_q15 = q15_sat16(c->i_d_ref_q15 - c->i_d_q15);
     const int32_t short_q_q15 =
@@ -90,8 +92,9 @@ static int32_t lacking_q15(const volatile struct current_loop *c, const struct t
     const int32_t wx_q_q11 = q15_sat16((w_q15 * t->x_q_q11) >> 15);
     const bool q_first = c->weaken.q_first != 0;
     const bool d_is_cut = !q_first && c->weaken.radius_steps > CONFIG_RADIUS_STEPS;
+    s->short_d_q15 += ((d_is_cut ? -short_d_q15 : 0) - s->short_d_q15) >> SHORT_SHIFT;
     const int32_t second = q_first ? short_d_q15 * wx_d_q11 : short_q_q15 * wx_q_q11;
-    const int32_t first = d_is_cut ? q15_max(-short_d_q15, 0) * wx_d_q11 : 0;
+    const int32_t first = q15_max(s->short_d_q15 - (t->i_max_q15 >> SHORT_FREE), 0) * wx_d_q11;
     return q15_clamp((second >> 11) + (first >> 11), -most_q15, 8 * most_q15);
 }
 
@@ -99,12 +102,12 @@ static int32_t lacking_q15(const volatile struct current_loop *c, const struct t
  * By how much the voltages are shorter than they may be: all of it, and where the handlers hold v_d to a part of the
  * circle, that, while the motor brakes.
  */
-static int32_t left_q15(const volatile struct current_loop *c, const struct tuning *t, int32_t target,
-                        int32_t power_q15)
+static int32_t left_q15(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
+                        int32_t target, int32_t power_q15)
 {
     const int32_t left = target - length_q15(c);
     if (c->weaken.on) {
-        return left - lacking_q15(c, t, q15_abs(current_loop_w_q15(c)), target >> FLUX_KEPT_SHIFT);
+        return left - lacking_q15(s, c, t, q15_abs(current_loop_w_q15(c)), target >> FLUX_KEPT_SHIFT);
     }
     const int32_t d_most_q15 = (target * V_D_MOST_Q10) >> 10;
     return power_q15 < 0 ? q15_min(left, d_most_q15 - q15_abs(c->v_d_q15)) : left;
@@ -113,7 +116,7 @@ static int32_t left_q15(const volatile struct current_loop *c, const struct tuni
 static void follow_trim(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
                         int32_t target, int32_t power_q15)
 {
-    const int32_t left = left_q15(c, t, target, power_q15);
+    const int32_t left = left_q15(s, c, t, target, power_q15);
     s->exceeded = left < 0 && power_q15 < 0;
     if (!s->decides && left > 0) {
         s->trim_q21 -= s->trim_q21 / FLUX_TRIM_FADE;

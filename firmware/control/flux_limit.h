@@ -31,11 +31,12 @@
 #define FLUX_KEPT_SHIFT 5 /* of the circle */
 
 struct flux_limit {
-    int32_t flux_q15; /* FLUX_UNLIMITED where the voltage carries any flux that is asked for */
-    bool decides;     /* the currents are those of a limited flux: by who asks for them */
-    bool exceeded;    /* the motor brakes, and its voltages are longer than they may be */
-    int32_t trim_q21; /* voltage, 6 more bits of fraction */
-    int32_t drop_q15; /* what the resistance takes of the square of the voltage; negative while it brakes */
+    int32_t flux_q15;    /* FLUX_UNLIMITED where the voltage carries any flux that is asked for */
+    bool decides;        /* the currents are those of a limited flux: by who asks for them */
+    bool exceeded;       /* the motor brakes, and its voltages are longer than they may be */
+    int32_t trim_q21;    /* voltage, 6 more bits of fraction */
+    int32_t short_d_q15; /* beyond the circle: what d is short of its reference, mean */
+    int32_t drop_q15;    /* what the resistance takes of the square of the voltage; negative while it brakes */
 };
 
 #define FLUX_TRIM_FADE 16 /* milliseconds */

@@ -47,11 +47,13 @@ static int32_t torque_of_power(int32_t power_q15, uint32_t emf_q15)
     return (uint32_t)power_q15 >= emf_q15 ? Q15_ONE : (int32_t)(((uint32_t)power_q15 << 15) / emf_q15);
 }
 
-struct interval torque_limits_of_power(const struct torque_control *s, const struct tuning *t)
+/* At rest the sign of the EMF is noise: without braking at all the shaft could not begin to turn. */
+struct interval torque_limits_of_power(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4)
 {
+    const bool rests = q15_abs(speed_rpm_q4) < TORQUE_BRAKING_FREE_RPM_Q4;
     const uint32_t size_q15 = (uint32_t)q15_abs(s->emf_q15);
     const int32_t drive_q15 = torque_of_power(t->power_max_q15, size_q15);
-    const int32_t brake_q15 = torque_of_power(t->regen_max_q15, size_q15);
+    const int32_t brake_q15 = rests ? Q15_ONE : torque_of_power(t->regen_max_q15, size_q15);
     return s->emf_q15 < 0 ? (struct interval){-drive_q15, brake_q15} : (struct interval){-brake_q15, drive_q15};
 }
 

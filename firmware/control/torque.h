@@ -37,8 +37,8 @@
 #include "firmware/settings/tuning.h"
 #include "lib/usually.h"
 
-/* Below this speed the bus sets no limit: what a rotor gives back there is less than its windings take. */
-#define TORQUE_BUS_FREE_RPM_Q4 (30 * 16)
+/* Below this speed braking is free: what a rotor gives back there is less than its windings take. */
+#define TORQUE_BRAKING_FREE_RPM_Q4 (30 * 16)
 
 /* Power is per unit, Q15: 1.0 = 1.5 v_range i_range. Energy: what that brings in a slow period, with 10 more bits. */
 struct torque_control {

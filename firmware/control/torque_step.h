@@ -17,7 +17,7 @@
 void torque_near_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                       int32_t vbus_q15);
 struct interval torque_limits_of_currents(const struct torque_control *s, const struct tuning *t, int32_t i_limit_q15);
-struct interval torque_limits_of_power(const struct torque_control *s, const struct tuning *t);
+struct interval torque_limits_of_power(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4);
 struct interval torque_limits_of_speed(const struct tuning *t, int32_t speed_rpm_q4);
 
 static inline int32_t torque_bus_energy_q25(int32_t vbus_q15, const struct tuning *t)
@@ -65,7 +65,7 @@ static inline __attribute__((always_inline)) void torque_measure_here(struct tor
 static inline struct interval torque_limits_of_bus(const struct torque_control *s, const struct tuning *t,
                                                    int32_t speed_rpm_q4)
 {
-    if (q15_abs(speed_rpm_q4) < TORQUE_BUS_FREE_RPM_Q4) {
+    if (q15_abs(speed_rpm_q4) < TORQUE_BRAKING_FREE_RPM_Q4) {
         return interval_both_ways(Q15_ONE);
     }
     const int32_t missing_q15 = (t->bus_set_energy_q25 - s->energy_q25) >> (10 + TORQUE_MISSING_SHIFT);
@@ -95,7 +95,7 @@ torque_set_limits_here(struct torque_control *s, const struct tuning *t, const s
     s->bus = torque_limits_of_bus(s, t, v->speed_rpm_q4);
     limits = interval_meet(limits, s->bus);
     if (SELDOM(!torque_power_is_free(s, t))) {
-        limits = interval_meet(limits, torque_limits_of_power(s, t));
+        limits = interval_meet(limits, torque_limits_of_power(s, t, v->speed_rpm_q4));
     }
     if (SELDOM(v->limit_speed)) {
         limits = interval_meet(limits, torque_limits_of_speed(t, v->speed_rpm_q4));

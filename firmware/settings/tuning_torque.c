@@ -4,6 +4,7 @@
 #include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
+#include "lib/q15.h"
 
 #define LARGEST 32767 /* 16 bits, to be multiplied with 16-bit values */
 
@@ -36,7 +37,7 @@ void tuning_torque(const struct params *p, struct tuning *t)
     const int64_t difference_q11 = x_q_q11 - x_d_q11;
     t->saliency_q11 = (int32_t)(difference_q11 > SALIENCY_MOST ? SALIENCY_MOST : difference_q11);
     t->burn_max_q15 = (int32_t)(cancelling_q15 < t->i_max_q15 ? cancelling_q15 : t->i_max_q15);
-    t->power_max_q15 = power_q15(p, p->power_max_w);
+    t->power_max_q15 = q15_max(power_q15(p, p->power_max_w), 1); /* a watt may be less than a step */
     t->regen_max_q15 = power_q15(p, p->regen_max_w);
     t->speed_max_rpm_q4 = p->speed_max_rpm * 16;
     t->radius_steps = CONFIG_RADIUS_STEPS;

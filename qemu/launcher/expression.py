@@ -16,7 +16,7 @@ _BINARY = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
 _COMPARE = {ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
             ast.Eq: operator.eq, ast.NotEq: operator.ne}
 _LOGIC = {ast.And: np.logical_and, ast.Or: np.logical_or}
-_FUNCTIONS = {"abs": np.abs, "min": np.minimum, "max": np.maximum}
+_FUNCTIONS = {"abs": np.abs, "min": np.minimum, "max": np.maximum, "round": np.round}
 
 
 def evaluate(text, names):

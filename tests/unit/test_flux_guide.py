@@ -131,23 +131,29 @@ def test_flux_limit_of_the_weakening_handlers_sees_what_a_current_lacks(c, axis,
     assert trim(-round(3 * most / per)) == trim(-round(9 * most / per)) == pytest.approx(100 + most, abs=2)
 
 
-def trim_with_d_short(c, tuning, radius, short, q_first=0):
-    """After a millisecond with the voltages at the target; the d current lacks so much of its (negative) reference."""
+def lacking_with_d_short(c, tuning, radius, short, q_first=0, ms=200):
+    """What the trim goes down by in a millisecond, voltages at the target: the d current lacks so much of its reference."""
     loop, limit = c.current_loop(), c.flux_limit()
     c.current_loop_init(loop)
     loop.pll.speed_q32, loop.v_d_q15, loop.weaken.radius_steps = FAST << loop.w_shift, 6000, radius
     loop.weaken.on, loop.weaken.q_first = True, q_first
-    loop.i_d_ref_q15, loop.i_d_q15 = -6000, -6000 + short
+    loop.i_d_ref_q15 = -6000
     limit.decides = True
-    c.flux_limit_follow(limit, loop, tuning, VBUS, 500, 32768 * 2)
-    return limit.trim_q21
+    for n in range(ms):
+        loop.i_d_q15 = -6000 + short(n)
+        limit.trim_q21 = 0
+        c.flux_limit_follow(limit, loop, tuning, VBUS, 500, 32768 * 2)
+    return -limit.trim_q21
 
 
 def test_beyond_the_circle_a_d_current_that_is_cut_short_costs_flux(c, tuning):
-    """The hexagon's harmonics are cut off d as well, and the length of the voltages does not show it."""
+    """The hexagon's harmonics are cut off d as well, and the length of the voltages does not show it; harmonics are no lack."""
     six_step = round(STEPS * 2 / math.pi)
-    none, short = (trim_with_d_short(c, tuning, six_step, i) for i in (0, 300))
-    lacking = 300 * (FAST * tuning.x_d_q11 >> 15) / 2048
-    assert lacking > 50 and none - short == pytest.approx(lacking * 64 / 8, abs=16)
-    assert trim_with_d_short(c, tuning, six_step, -300) == none, "more of it than asked for is no lack"
-    assert trim_with_d_short(c, tuning, RADIUS, 300) == trim_with_d_short(c, tuning, RADIUS, 0), "within the circle d has all"
+    none, short, more, swings = (lacking_with_d_short(c, tuning, six_step, one) for one in (
+        lambda n: 0, lambda n: 1000, lambda n: -1000, lambda n: 1000 * (-1) ** n))
+    lacking = (1000 - 8 - tuning.i_max_q15 / 128) * (FAST * tuning.x_d_q11 >> 15) / 2048
+    assert lacking > 50 and short - none == pytest.approx(lacking * 64 / 8, rel=0.03), "to the 15 that the mean's steps leave"
+    assert more == none, "more of it than asked for is no lack"
+    assert swings - none < (short - none) / 4
+    within = [lacking_with_d_short(c, tuning, RADIUS, lambda n, i=i: i) for i in (0, 1000)]
+    assert within[0] == within[1], "within the circle d has all"

@@ -404,3 +404,17 @@ def test_a_count_that_jumps_does_not_overflow(c):
         speed, tuning = pulled(c, 0)
         c.pull_speed_step(speed, c.current_loop(), tuning, moved)
         assert abs(speed.speed_q32) <= 2**29
+
+
+USUAL_LINES = (100, 120, 125, 128, 180, 200, 250, 256, 300, 360, 400, 500, 512, 600, 625, 720, 800, 900, 1000, 1024, 1080,
+               1200, 1250, 1440, 1500, 1600, 1800, 2000, 2048, 2250, 2400, 2500, 2880, 3000, 3600, 4000, 4096, 5000, 7200,
+               8192, 10000)
+
+
+@pytest.mark.parametrize("lines", USUAL_LINES)
+def test_lines_that_makers_offer_are_named_exactly(named, lines):
+    """The measurement is some thousandths off: what it means is the number that there is."""
+    near = min(abs(other / lines - 1) for other in USUAL_LINES if other != lines)
+    for error in (-0.006, -0.003, 0.003, 0.006):
+        if abs(error) < near / 2:
+            assert named(2, 4 * lines, 2, round(4 * lines * 1.37), error).encoder_counts == 4 * lines

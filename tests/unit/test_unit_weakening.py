@@ -9,8 +9,10 @@ import pytest
 
 from launcher.capability import CIRCLE
 from unit.conftest import HERE, ROOT
+from unit.test_tuning import compute, shipped, struct
 
 Q15 = 32768
+BASE_HZ = 1250
 MACHINES = {"surface": {}, "salient": {"lq_uh": 400}, "reversed": {"ld_uh": 400},
             "finite psi over L": {"ld_uh": 700, "lq_uh": 700, "speed_bw_hz": 30},
             "reluctance": {"lq_uh": 1500, "flux_uwb": 3000}}
@@ -161,3 +163,23 @@ def test_limits_of_power(c):
         drive, brake = (torque.limits.high, torque.limits.low) if sign > 0 else (torque.limits.low, torque.limits.high)
         assert sign * drive * newton_metres * math.pi * 100 == pytest.approx(50, rel=0.01)
         assert -sign * brake * newton_metres * math.pi * 100 == pytest.approx(20, rel=0.01)
+
+
+@pytest.mark.parametrize("motor", ("teknic_m2310p", "baldor_ecs101m0h7ef4"))
+@pytest.mark.parametrize("w", (-20, -1, 0, 1, 20))
+def test_at_rest_no_limit_of_power_holds_the_shaft(c, w, motor):
+    """No braking, and a watt, less than a step with baldor_ecs101m0h7ef4: the sign of the speed is noise, and it begins."""
+    told = {**shipped(motor), "power_max_w": 1, "regen_max_w": 0}
+    error, _, tuning = compute(c, told)
+    assert error == "ERROR_NONE"
+    torque, view, loop = c.torque_control(), c.torque_view(), c.current_loop()
+    vbus_q15 = 10 * tuning.v_min_q15 // 8
+    c.torque_build(torque, struct(c, told), tuning, vbus_q15)
+    c.current_loop_init(loop)
+    loop.pll.speed_q32 = w << loop.w_shift
+    view.i_limit_q15 = tuning.i_max_q15
+    view.speed_rpm_q4 = round(w / Q15 * BASE_HZ * 60 / told["pole_pairs"] * 16)
+    c.torque_measure(torque, loop, tuning, vbus_q15)
+    c.torque_set_limits(torque, tuning, view)
+    braking, driving = sorted((torque.limits.low, torque.limits.high), reverse=torque.emf_q15 < 0)
+    assert abs(braking) == torque.map.torque_max_q15 and driving != 0
