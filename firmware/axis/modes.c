@@ -4,6 +4,7 @@
 #include "firmware/axis/axis.h"
 #include "firmware/axis/modes_step.h"
 #include "firmware/axis/rotor.h"
+#include "firmware/control/friction.h"
 #include "lib/q15.h"
 #include "lib/usually.h"
 
@@ -101,12 +102,23 @@ static int32_t whole(int64_t counts)
     return counts > INT32_MAX ? INT32_MAX : (counts < INT32_MIN ? INT32_MIN : (int32_t)counts);
 }
 
+int32_t modes_known_torque_q15(struct axis *a)
+{
+    struct motion *const m = &a->motion;
+    const int32_t friction_q15 = friction_torque_q15(&a->speed, &a->tuning, axis_mode_is_position(a->mode));
+    if (m->cogging.count == 0) {
+        return friction_q15;
+    }
+    m->cogging_q15 = cogging_torque_q15(&m->cogging, &a->speed.estimate, &a->tuning);
+    return m->cogging_q15 + friction_q15;
+}
+
 static void control_position(struct axis *a, int64_t next_ref)
 {
     struct motion *const m = &a->motion;
     struct interval room;
-    const int32_t place_q15 = modes_room_beside_place(a, &room);
-    modes_ask(a, place_q15 + position_step(&m->position, next_ref, &a->speed, &m->turns, &a->tuning, &room));
+    const int32_t known_q15 = modes_room_beside_known(a, &room);
+    modes_ask(a, known_q15 + position_step(&m->position, next_ref, &a->speed, &m->turns, &a->tuning, &room));
     if (position_is_lost(&m->position, &a->tuning)) {
         axis_report(a, FAULT_FOLLOWING_ERROR, m->position.error_counts, 0);
     }
@@ -123,8 +135,8 @@ static void control_cyclic_speed(struct axis *a)
     const int32_t before_q16 = (int32_t)a->motion.cyclic.now;
     const int32_t now_q16 = (int32_t)cyclic_step(&a->motion.cyclic);
     struct interval room;
-    const int32_t place_q15 = modes_room_beside_place(a, &room);
-    modes_ask(a, place_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, now_q16 - before_q16, &room));
+    const int32_t known_q15 = modes_room_beside_known(a, &room);
+    modes_ask(a, known_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, now_q16 - before_q16, &room));
 }
 
 static bool index_seen(const struct axis *a)

@@ -77,6 +77,9 @@ void modes_step_other(struct axis *a);
 /* The speed loop along its ramp: pv and every stop. Slow loop. */
 void modes_control_speed(struct axis *a, int32_t slope_q16);
 
+/* The torque that need not be found: of the shaft's place, and of friction in the direction it is to turn. Seldom. */
+int32_t modes_known_torque_q15(struct axis *a);
+
 /* Takes what was learned while it turns, and ends the learning when its time has come. Thread, whenever it has time. */
 void axis_learn(struct axis *a);
 

@@ -33,22 +33,20 @@ static inline __attribute__((always_inline)) void modes_ask(struct axis *a, int3
 }
 
 /*
- * What the speed loop may ask for beside the torque of the shaft's place; both together are limited by torque_ask(). Returns
- * that torque.
+ * What the speed loop may ask for beside the torque that is known: of the shaft's place, and of friction. All of it together is
+ * limited by torque_ask(). Returns that torque.
  */
-static inline int32_t modes_room_beside_place(struct axis *a, struct interval *room)
+static inline int32_t modes_room_beside_known(struct axis *a, struct interval *room)
 {
-    struct motion *const m = &a->motion;
     *room = a->torque.limits;
     a->speed.torque_is_slow = a->torque.flux.decides;
-    if (USUALLY(m->cogging.count == 0) || !rotor_has_encoder(a)) {
+    if (USUALLY((a->motion.cogging.count | a->tuning.friction_q15) == 0) || !rotor_has_encoder(a)) {
         return 0;
     }
-    const int32_t own_q15 = cogging_torque_q15(&m->cogging, &a->speed.estimate, &a->tuning);
-    m->cogging_q15 = own_q15;
-    room->low -= own_q15;
-    room->high -= own_q15;
-    return own_q15;
+    const int32_t known_q15 = modes_known_torque_q15(a);
+    room->low -= known_q15;
+    room->high -= known_q15;
+    return known_q15;
 }
 
 static inline __attribute__((always_inline)) void modes_control_speed_here(struct axis *a, int32_t slope_q16,
@@ -58,8 +56,8 @@ static inline __attribute__((always_inline)) void modes_control_speed_here(struc
         return;
     }
     struct interval room;
-    const int32_t place_q15 = modes_room_beside_place(a, &room);
-    modes_ask(a, place_q15 + speed_loop_ramp_step(&a->speed, &a->tuning, slope_q16, &room));
+    const int32_t known_q15 = modes_room_beside_known(a, &room);
+    modes_ask(a, known_q15 + speed_loop_ramp_step(&a->speed, &a->tuning, slope_q16, &room));
     if (!encoder) {
         sensorless_after_control(a);
     }

@@ -77,6 +77,7 @@ const struct param_info param_table[] = {
     PARAM(modbus_address, 0, 247, 1),
     PARAM(modbus_baud, 9600, 921600, 19200),
     PARAM(modbus_parity, 0, 2, 2),
+    PARAM(friction_unm, 0, 50000000, 0),
 };
 
 const size_t param_count = sizeof param_table / sizeof param_table[0];

@@ -87,6 +87,7 @@ struct params {
     int32_t modbus_address; /* of this drive on the bus; 0: it does not listen */
     int32_t modbus_baud;    /* rate of the bus */
     int32_t modbus_parity;  /* of its characters: 0 none, and two stop bits; 1 odd; 2 even */
+    int32_t friction_unm;   /* Coulomb friction of shaft and load, fed forward by the direction; 0: none */
 };
 
 struct param_info {

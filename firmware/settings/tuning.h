@@ -118,6 +118,7 @@ struct tuning {
     int32_t speed_ki_min_q16; /* the least of it while edges are far apart */
     int32_t speed_accel_q8;   /* current (Q15, 16 fraction bits) per slope (rpm Q16 per millisecond) */
     int32_t torque_mean_ms;   /* the wish for torque is the mean over so many steps */
+    int32_t friction_q15;     /* torque, fed forward; 0: none */
     int32_t ramp_q16;         /* rpm in Q16 per millisecond */
     int32_t rpm_q4_per_w_q32; /* see tuning_rpm_q4() */
     /* position: control/position.h */

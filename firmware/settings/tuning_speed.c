@@ -21,6 +21,8 @@
 /* While the edges are far apart, a count behind weighs this part of i_max. */
 #define COUNT_WEIGHS 100
 
+#define FRICTION_MOST_PART 4 /* of i_max */
+
 /* A turn a minute in the estimate's unit of way, rpm Q15 times milliseconds; 256 and 65536 parts of a count. */
 #define TURN_WAY (60000LL * 32768)
 
@@ -33,6 +35,14 @@ static void tune_estimate(const struct params *p, struct tuning *t)
     t->way_per_count_q12 = (int32_t)scale(TURN_WAY / 256 * 4096, 1, p->encoder_counts);
     t->count_per_way_q16 = (int32_t)scale(p->encoder_counts, 65536LL * 65536, TURN_WAY);
     t->rpm_q4_per_w_q32 = (int32_t)(60LL * 16 * t->loop_hz / p->pole_pairs);
+}
+
+/* A current of so much: T / (1.5 p psi). What is more than a quarter of the largest is no friction to be fed forward. */
+static int32_t friction_q15(const struct params *p, const struct tuning *t, int64_t flux_current_e3)
+{
+    const int64_t torque = scale(p->friction_unm, 32768LL * 2000000, 3 * flux_current_e3);
+    const int64_t most = t->i_max_q15 / FRICTION_MOST_PART;
+    return (int32_t)(torque < most ? torque : most);
 }
 
 static enum error tune_gains(const struct params *p, struct tuning *t)
@@ -55,6 +65,7 @@ static enum error tune_gains(const struct params *p, struct tuning *t)
     t->speed_ki_min_q16 =
         p->angle_source == PARAM_ANGLE_ENCODER ? (int32_t)(ki_min < ki ? ki_min : ki) : 0; /* there are no edges */
     t->speed_accel_q8 = (int32_t)accel;
+    t->friction_q15 = friction_q15(p, t, flux_current_e3);
     t->torque_mean_ms = p->torque_mean_ms;
     t->ramp_q16 = (int32_t)scale(p->ramp_rpm_s, 65536, CONFIG_SLOW_HZ);
     return ERROR_NONE;

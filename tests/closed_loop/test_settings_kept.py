@@ -133,7 +133,7 @@ def test_an_older_image_s_settings(tmp_path):
 
 OLDER = Path(__file__).parent / "older"  # its README says how the files were made
 CHANGED = re.compile(r"^(\w+) = (-?\d+) .*\(initially ", re.M)
-NEW = ("modbus_address", "modbus_baud", "modbus_parity")  # to both images
+NEW = ("modbus_address", "modbus_baud", "modbus_parity", "friction_unm")  # to both images
 
 
 def start_on(older, tmp_path):
@@ -165,7 +165,7 @@ def test_what_the_first_image_that_could_save_has_stored(tmp_path):
     assert not set(NEW) & set(stored) and f"{len(NEW)} parameters are not stored and have their initial values" in said
     assert {name: stored[name] for name in changed} == changed and not set(NEW) & set(changed)
     assert changed == {"ramp_rpm_s": 1357, "speed_bw_hz": 41, "encoder_counts": 4096}
-    assert [int(re.search(rf"{name} = (\d+) ", said)[1]) for name in NEW] == [1, 19200, 2]
+    assert [int(re.search(rf"{name} = (\d+) ", said)[1]) for name in NEW] == [1, 19200, 2, 0]
     assert "limit cycle: warn" in said
 
 
