@@ -164,6 +164,7 @@ static void know_offset(struct identify *d)
     const struct ahead fast = ahead_of(d, &m->points[FAST_FORTH], &m->points[FAST_BACK]);
     const struct ahead slow = ahead_of(d, &m->points[SLOW_FORTH], &m->points[SLOW_BACK]);
     const int32_t ahead_q32 = (int32_t)identify_scaled(fast.e2_deg, 1LL << 32, 36000);
+    d->offset_q32 = m->offset_q32 - (uint32_t)ahead_q32;
     if (!d->indexed) {
         return; /* refused */
     }
@@ -171,7 +172,7 @@ static void know_offset(struct identify *d)
         identify_refuse(d, IDENTIFY_OFFSET, IDENTIFY_NO_INDEX);
         return;
     }
-    const uint32_t at_q32 = m->offset_q32 - (uint32_t)ahead_q32 + m->index * d->tuning.encoder_scale_q32;
+    const uint32_t at_q32 = d->offset_q32 + m->index * d->tuning.encoder_scale_q32;
     const int64_t apart = fast.e2_deg - slow.e2_deg;
     const int64_t bound = identify_root(OFFSET_BOUND * OFFSET_BOUND + apart * apart);
     const int64_t count_e2_deg = scale(36000, d->params.pole_pairs, d->params.encoder_counts);
@@ -292,6 +293,7 @@ bool identify_think_speeds(struct identify *d)
     know_offset(d);
     if (is_loaded(d)) {
         refuse_loaded(d);
+        identify_refuse_rest(d, IDENTIFY_LD_D2_BACK, IDENTIFY_LOADED);
     } else if (d->indexed) {
         know_friction(d);
     }
