@@ -35,6 +35,9 @@
 /* Of the inductance, by which it may vary over the angle with the slots. */
 #define SLOTS_PERMILLE 20
 
+/* Of that of a machine that is not held, where dead time is about zero and no constant. */
+#define FREE_PERMILLE 25
+
 /* Reluctance has turned the rotor with each step of the resistance's current: what that induced is in the resistance, too. */
 #define TURNED_TIMES 3
 
@@ -231,7 +234,8 @@ void identify_know_inductance(struct identify *d, enum identify_quantity what, c
 static void know_axis(struct identify *d, enum identify_quantity what, const struct burst_sums of[2])
 {
     const int64_t halves[] = {identify_inductance_nh(d, &of[0]), identify_inductance_nh(d, &of[1])};
-    identify_know_inductance(d, what, halves, 0);
+    const int64_t free_nh = d->reluctant ? scale((halves[0] + halves[1]) / 2, FREE_PERMILLE, 1000) : 0;
+    identify_know_inductance(d, what, halves, free_nh);
 }
 
 bool identify_think_inductance(struct identify *d)

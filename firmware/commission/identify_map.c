@@ -21,20 +21,22 @@
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-#define BURSTS_HALF  32u /* of waves: half of them along, half across */
-#define QUARTER_Q32  0x40000000u
-#define SIXTH_Q32    0x2AAAAAABu
-#define NEAR_Q32     0x0CCCCCCDu /* 18 degrees */
-#define ARRIVED_PART 16          /* of the rated current */
-#define ARRIVE_MS    10u
-#define RISE_MS      20
-#define SETTLE_MS    60u
-#define SUM_MS       128u /* of a reluctant machine's resistance */
-#define ALONG_PART   3
-#define LEAST_WAYS   4u /* from end to end: a pair of ways with waves, a pair with sums */
-#define SUM_WAYS     2u
-#define PATIENCE_MS  2500u
-#define REST_MS      50u
+#define BURSTS_HALF     32u /* of waves: half of them along, half across */
+#define QUARTER_Q32     0x40000000u
+#define SIXTH_Q32       0x2AAAAAABu
+#define NEAR_Q32        0x0CCCCCCDu /* 18 degrees */
+#define ARRIVED_PART    16          /* of the rated current */
+#define ARRIVE_MS       10u
+#define RISE_MS         20
+#define SETTLE_MS       60u
+#define SUM_MS          128u /* of a reluctant machine's resistance */
+#define ALONG_PART      3    /* of the largest speed */
+#define RELUCTANT_PART  6    /* there a frame that is off by a degree would show in the resistance */
+#define ACROSS_QUARTERS 3    /* of the speed, there: its swings are long */
+#define LEAST_WAYS      4u   /* from end to end: a pair of ways with waves, a pair with sums */
+#define SUM_WAYS        2u
+#define PATIENCE_MS     2500u
+#define REST_MS         50u
 
 /* Of rated current, in twelfths: halves and thirds. */
 #define TWELFTHS 12
@@ -48,16 +50,17 @@ static void begin_along(const struct identify *d, struct identify_map *m)
     m->points = d->reluctant ? 2u : 4u; /* with the magnets, reluctance turns it round */
     for (uint32_t k = 0; k < m->points; k++) {
         m->at[k].i_d_q15 = d->i_rated_q15 * along_twelfths[k] / TWELFTHS;
-        m->at[k].rpm = q15_max(d->rpm_most / ALONG_PART, 1);
+        m->at[k].rpm = q15_max(d->rpm_most / (d->reluctant ? RELUCTANT_PART : ALONG_PART), 1);
     }
 }
 
 static void begin_across(const struct identify *d, struct identify_map *m)
 {
+    const int32_t most_rpm = d->reluctant ? d->rpm_most / 4 * ACROSS_QUARTERS : d->rpm_most;
     m->points = 3u;
     for (uint32_t k = 0; k < m->points; k++) {
         m->at[k].i_q_q15 = d->i_rated_q15 * across_twelfths[k] / TWELFTHS;
-        m->at[k].rpm = q15_max(d->rpm_most * across_twelfths[k] / TWELFTHS, 1);
+        m->at[k].rpm = q15_max(most_rpm * across_twelfths[k] / TWELFTHS, 1);
     }
 }
 

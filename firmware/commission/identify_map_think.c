@@ -23,7 +23,7 @@
 #define FLUX_PERMILLE   10 /* slots, and iron that has losses */
 #define TENTHS_PER_HALF 10
 #define CROSS_PERCENT   10 /* of what i_q across takes from d's voltage */
-#define DEAD_NS         10 /* by which dead time costs less at half of the current */
+#define DEAD_NS         50 /* by which dead time costs less at half of the current */
 
 static int64_t size(int64_t x)
 {

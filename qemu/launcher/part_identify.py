@@ -49,7 +49,7 @@ LOADS = ("hoist50", "friction20", "blocked")
 EXACT = ("pole pairs", "encoder counts", "encoder direction")
 # what cannot be known: reluctance turns these rotors whenever the current changes
 RELUCTANT = ("baldor_ecs101m0h7ef4", "thor_pmsyrm")
-REFUSED = {(motor, name) for motor in RELUCTANT for name in ("resistance", "dead time")}
+REFUSED = {(motor, name) for motor in RELUCTANT for name in ("resistance", "dead time", "ld at 1/2 in d", "ld at 1 in d")}
 
 
 def plan(motors, options):
