@@ -183,13 +183,14 @@ bool identify_takes_over(const struct identify *d)
 
 uint32_t identify_angle_q32(const struct identify *d, const volatile struct current_loop *c)
 {
-    return d->taken ? current_loop_angle_q32(c) : d->start_q32;
+    return d->taken ? current_loop_angle_q32(c) - d->ahead_q32 : d->start_q32;
 }
 
 void identify_taken(struct identify *d)
 {
     d->retuned = false;
     d->taken = true;
+    d->ahead_q32 = 0;
     d->counts = 0;
 }
 
@@ -265,6 +266,13 @@ bool identify_tune_turning(struct identify *d)
     d->tuning = t;
     d->retuned = true;
     return true;
+}
+
+void identify_uncompensate(struct identify *d)
+{
+    d->ripple_q10 = d->tuning.ripple_q10;
+    d->tuning.ripple_q10 = 1; /* any: the handler that knows dead_shift serves, which the map holds */
+    d->retuned = true;
 }
 
 /* What is not the inverter's is replaced by what nothing depends on. */

@@ -93,6 +93,7 @@ enum identify_reason {
     IDENTIFY_TOO_SLOW,      /* turning as it may it induces too little */
     IDENTIFY_UNRESOLVED,    /* its interval is half as large as itself */
     IDENTIFY_TOO_LIGHT,     /* a current turns the rotor too quickly to be measured meanwhile */
+    IDENTIFY_RIPPLED,       /* phases change their signs within a period: dead time hides it */
     IDENTIFY_NOT_SALIENT,   /* i_d makes next to no torque */
     IDENTIFY_REASONS
 };
@@ -236,6 +237,8 @@ struct identify_ramps {
 struct identify_map_point {
     int32_t i_d_q15, i_q_q15; /* the latter to either side by turns */
     int32_t rpm;              /* as fast as it may drive the rotor */
+    int32_t v_steps;          /* height of its waves */
+    bool fluxes;              /* whether fluxes are wanted as well */
     uint32_t bursts[2];
     struct burst_sums sums[2][2];  /* of d and q, each in two halves: i_q to either side */
     struct identify_run run[2][2]; /* i_q to either side; of v_q and of -v_d by the sign of i_q: both grow with speed */
@@ -292,7 +295,10 @@ struct identify {
     int32_t rpm_most;    /* as fast as it may turn from now on */
     int32_t ramp_i_q15;  /* current of the ramps, at least */
     int32_t flux_e1_uwb; /* what is known of it so far, tenths */
-    uint32_t offset_q32; /* of the rotor's frame as constant speeds have told it, at 0 counts */
+    int32_t swing_rpm;   /* from which rated current turns the rotor round in so much time as waves need */
+    int32_t ripple_q10;  /* of the tuning, where the current's ripple counts; or 0 */
+    int32_t wave_steps;  /* height of the waves that the inductance was measured with */
+    uint32_t ahead_q32; /* of the rotor is its frame, as constant speeds have told: put right at the next taking over */
     int32_t torque_d_q15, torque_q_q15; /* of rated current, what makes most torque */
 };
 
@@ -314,7 +320,7 @@ struct outcome identify_begin(struct identify *d, const struct params *p);
 bool identify_step(struct identify *d, const struct identify_io *io);
 
 /*
- * Once before a step that needs it: the rotor is at rest, and d->tuning with its counts of the encoder, from 0 and turned round
+ * Once before a step that needs it: the rotor is at rest or turns slowly, and d->tuning with its counts of the encoder, from 0 and turned round
  * if d->backwards, is to be in force in the rotor's frame, at identify_angle_q32(). Then identify_taken(). Slow loop.
  */
 bool identify_takes_over(const struct identify *d);

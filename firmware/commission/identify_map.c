@@ -14,29 +14,30 @@
  * so the slopes are the fluxes of this very current, and neither resistance nor dead time, which do not change with the
  * speed, are in them.
  *
- * Dead time costs what the signs of the phases' currents say. So a wave waits until the current lies near to one phase, where the
+ * Dead time costs what the signs of the phases' currents say, and is not compensated meanwhile. So a wave waits until the current lies near to one phase, where the
  * two others carry enough of it not to change their signs.
  */
 #include "firmware/commission/identify_parts.h"
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-#define BURSTS_HALF     32u /* of waves: half of them along, half across */
-#define QUARTER_Q32     0x40000000u
-#define SIXTH_Q32       0x2AAAAAABu
-#define NEAR_Q32        0x0CCCCCCDu /* 18 degrees */
-#define ARRIVED_PART    16          /* of the rated current */
-#define ARRIVE_MS       10u
-#define RISE_MS         20
-#define SETTLE_MS       60u
-#define SUM_MS          128u /* of a reluctant machine's resistance */
-#define ALONG_PART      3    /* of the largest speed */
-#define RELUCTANT_PART  6    /* there a frame that is off by a degree would show in the resistance */
-#define ACROSS_QUARTERS 3    /* of the speed, there: its swings are long */
-#define LEAST_WAYS      4u   /* from end to end: a pair of ways with waves, a pair with sums */
-#define SUM_WAYS        2u
-#define PATIENCE_MS     2500u
-#define REST_MS         50u
+#define BURSTS_HALF         16u /* of waves: half of them along, half across */
+#define QUARTER_Q32         0x40000000u
+#define SIXTH_Q32           0x2AAAAAABu
+#define NEAR_Q32            0x0CCCCCCDu /* 18 degrees */
+#define NEARER_Q32          0x071C71C7u /* 10, of a current that ripples, and half of the speed */
+#define ARRIVED_PART        16          /* of the rated current */
+#define ARRIVE_MS           10u
+#define UNCOMPENSATED_SHIFT 31u
+#define RISE_MS             20
+#define SETTLE_MS           40u
+#define SUM_MS              128u /* of a reluctant machine's resistance */
+#define ALONG_PART          3    /* of the largest speed */
+#define RELUCTANT_PART      6    /* there a frame that is off by a degree would show in the resistance */
+#define LEAST_WAYS          4u   /* from end to end: a pair of ways with waves, a pair with sums */
+#define SUM_WAYS            2u
+#define PATIENCE_MS         2500u
+#define REST_MS             50u
 
 /* Of rated current, in twelfths: halves and thirds. */
 #define TWELFTHS 12
@@ -56,11 +57,11 @@ static void begin_along(const struct identify *d, struct identify_map *m)
 
 static void begin_across(const struct identify *d, struct identify_map *m)
 {
-    const int32_t most_rpm = d->reluctant ? d->rpm_most / 4 * ACROSS_QUARTERS : d->rpm_most;
     m->points = 3u;
     for (uint32_t k = 0; k < m->points; k++) {
+        m->at[k].fluxes = k + 1u == m->points;
         m->at[k].i_q_q15 = d->i_rated_q15 * across_twelfths[k] / TWELFTHS;
-        m->at[k].rpm = q15_max(most_rpm * across_twelfths[k] / TWELFTHS, 1);
+        m->at[k].rpm = q15_max(d->swing_rpm * across_twelfths[k] / TWELFTHS, 1);
     }
 }
 
@@ -70,6 +71,25 @@ static void begin_torque(const struct identify *d, struct identify_map *m)
     m->at[0].i_d_q15 = d->torque_d_q15;
     m->at[0].i_q_q15 = d->torque_q_q15;
     m->at[0].rpm = d->rpm_most;
+    m->at[0].fluxes = true;
+}
+
+/* Beside a small current a small wave, lest phases change their signs. */
+static void choose_waves(const struct identify *d, struct identify_map *m)
+{
+    for (uint32_t k = 0; k < m->points; k++) {
+        const bool small = q15_abs(m->at[k].i_d_q15) + q15_abs(m->at[k].i_q_q15) < d->i_rated_q15 / 5 * 2;
+        m->at[k].v_steps = small ? q15_max(d->wave_steps / 2, 1) : d->wave_steps;
+    }
+}
+
+/* What is refused already is not measured. */
+static bool is_wanted(const struct identify *d)
+{
+    const enum identify_quantity first = d->step == IDENTIFY_STEP_ALONG    ? IDENTIFY_LD_D2_BACK
+                                         : d->step == IDENTIFY_STEP_ACROSS ? IDENTIFY_LD_Q1
+                                                                           : IDENTIFY_TORQUE_ID;
+    return d->results[first].state == IDENTIFY_UNKNOWN;
 }
 
 static void begin(struct identify *d, const struct identify_io *io)
@@ -77,14 +97,20 @@ static void begin(struct identify *d, const struct identify_io *io)
     struct identify_map *const m = &d->map;
     *m = (struct identify_map){.sign = 1};
     speed_loop_reset(io->speed, 0);
-    io->loop->angle_offset_q32 = d->offset_q32;
+    if (!is_wanted(d)) {
+        return;
+    }
+    io->loop->ripple_q10 = 0; /* nobody else changes it now */
+    io->loop->dead_shift = UNCOMPENSATED_SHIFT;
     if (d->step == IDENTIFY_STEP_ALONG) {
+        d->wave_steps = d->burst.v_steps;
         begin_along(d, m);
     } else if (d->step == IDENTIFY_STEP_ACROSS) {
         begin_across(d, m);
     } else {
         begin_torque(d, m);
     }
+    choose_waves(d, m);
 }
 
 static void next(struct identify_map *m)
@@ -102,10 +128,11 @@ static bool arrived(const struct identify *d, const volatile struct current_loop
 }
 
 /* Whether the current lies near to a phase, to either side. */
-static bool near_phase(const volatile struct current_loop *c)
+static bool near_phase(const struct identify *d, const volatile struct current_loop *c)
 {
+    const uint32_t near_q32 = d->ripple_q10 != 0 ? NEARER_Q32 : NEAR_Q32;
     const uint32_t i_q32 = atan2_q32(c->i_q_ref_q15, c->i_d_ref_q15) + current_loop_angle_q32(c);
-    return (i_q32 + NEAR_Q32) % SIXTH_Q32 <= 2u * NEAR_Q32;
+    return (i_q32 + near_q32) % SIXTH_Q32 <= 2u * near_q32;
 }
 
 /* Waves along and across take turns. */
@@ -114,13 +141,14 @@ static void play(struct identify *d, struct identify_map_point *p, uint32_t half
 {
     struct burst *const b = &d->burst;
     volatile struct current_loop *const c = io->loop;
-    if (p->bursts[half] >= BURSTS_HALF || !near_phase(c)) {
+    if (p->bursts[half] >= BURSTS_HALF || !near_phase(d, c)) {
         return;
     }
     const uint32_t axis = both ? p->bursts[half] % 2u : 0u;
     b->field_q32 = current_loop_angle_q32(c);
     b->angle_q32 = b->field_q32 + axis * QUARTER_Q32;
     b->turn_q32 = c->pll.speed_q32;
+    b->v_steps = p->v_steps;
     burst_play(b, c, &io->fabric->adc);
     burst_add(&p->sums[axis][half], b, c->vbus_q15);
     p->bursts[half]++;
@@ -184,14 +212,14 @@ static void across(struct identify *d, struct identify_map *m, const struct iden
     identify_push(io, m->sign * p->i_q_q15);
     io->loop->i_d_ref_q15 = p->i_d_q15 * q15_min((int32_t)m->phase_ms, RISE_MS) / RISE_MS;
     if (m->way_ms > ARRIVE_MS && m->phase_ms > (uint32_t)RISE_MS && arrived(d, io->loop)) {
-        if ((m->ways & SUM_WAYS) != 0u) {
+        if (p->fluxes && (m->ways & SUM_WAYS) != 0u) {
             sum_up(p, m->sign, io);
-        } else {
+        } else if (d->ripple_q10 == 0 || q15_abs(x_q15) < most_q15 / 2) {
             play(d, p, m->sign > 0 ? 0u : 1u, true, io);
         }
     }
     turn_round(m, m->sign * x_q15, most_q15);
-    if (m->ways >= LEAST_WAYS && has_all(p)) {
+    if ((m->ways >= LEAST_WAYS || !p->fluxes) && has_all(p)) {
         next(m);
     }
 }
@@ -209,21 +237,9 @@ static bool finish(const struct identify *d, struct identify_map *m, const struc
     return (io->speed->ref_rpm_q16 == 0 && m->phase_ms > REST_MS) || m->phase_ms > PATIENCE_MS;
 }
 
-/* What is refused already is not measured. */
-static bool is_wanted(const struct identify *d)
-{
-    const enum identify_quantity first = d->step == IDENTIFY_STEP_ALONG    ? IDENTIFY_LD_D2_BACK
-                                         : d->step == IDENTIFY_STEP_ACROSS ? IDENTIFY_LD_Q1
-                                                                           : IDENTIFY_TORQUE_ID;
-    return d->results[first].state == IDENTIFY_UNKNOWN;
-}
-
 bool identify_measure_map(struct identify *d, const struct identify_io *io)
 {
     struct identify_map *const m = &d->map;
-    if (!is_wanted(d)) {
-        return true;
-    }
     if (d->ms == 1u) {
         begin(d, io);
     }

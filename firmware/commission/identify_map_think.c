@@ -15,11 +15,14 @@
 
 #define MILLION         1000000
 #define COUPLED_MOST    500000 /* millionths: more is no machine */
-#define LEAST_BURSTS    16u
-#define CROSS_BOUND     5 /* thousandths: what angle and slots take for saturation across */
-#define SALIENT_PART    4 /* of the rated current: less of it in d is not worth a point of its own */
-#define LATE_MS         5 /* until a current has turned round */
+#define LEAST_BURSTS    8u
+#define CROSS_BOUND     5  /* thousandths: what angle and slots take for saturation across */
+#define SALIENT_PART    4  /* of the rated current: less of it in d is not worth a point of its own */
+#define LATE_MS         5  /* until a current has turned round */
+#define SWING_MS        80 /* from one speed to the other: so many waves, and some */
 #define LATE_PART       3
+#define LEAST_PHASE     3  /* in it there is a third of the current that lies along another, or a little more */
+#define HIDDEN_TENTHS   7  /* of that */
 #define FLUX_PERMILLE   10 /* slots, and iron that has losses */
 #define TENTHS_PER_HALF 10
 #define CROSS_PERCENT   10 /* of what i_q across takes from d's voltage */
@@ -53,11 +56,12 @@ static int64_t across_ppm(const struct burst_sums *s)
     return s->ud > 0 ? identify_scaled(s->uq, MILLION, s->ud) : 0;
 }
 
-static struct seen see(const struct identify *d, const struct identify_map_point *p, uint32_t half)
+static struct seen see(struct identify *d, const struct identify_map_point *p, uint32_t half)
 {
     const int64_t of_d = across_ppm(&p->sums[0][half]), of_q = across_ppm(&p->sums[1][half]);
     const int64_t coupled = -of_d * of_q / MILLION;
     const int64_t coupled_ppm = coupled < 0 ? 0 : coupled < COUPLED_MOST ? coupled : COUPLED_MOST;
+    d->burst.v_steps = p->v_steps;
     struct seen s = {.cross_ppm = half == 0u ? -of_d : of_d, .coupled_ppm = coupled_ppm};
     for (int32_t axis = 0; axis < 2; axis++) {
         const int64_t alone_nh = identify_inductance_nh(d, &p->sums[axis][half]);
@@ -86,6 +90,7 @@ static void know_along_axis(struct identify *d, enum identify_quantity first, ui
     }
     for (uint32_t k = 0; k < m->points; k++) {
         const enum identify_quantity what = (enum identify_quantity)((uint32_t)first + k);
+        d->burst.v_steps = m->at[k].v_steps;
         const uint32_t other = k == 0u ? (m->points > 1u ? 1u : 0u) : k - 1u;
         const int64_t slope_nh = size(halves[k][0] + halves[k][1] - halves[other][0] - halves[other][1]) / 2;
         if (!was_seen(&m->at[k])) {
@@ -150,12 +155,20 @@ static void know_resistance(struct identify *d)
     d->params.resistance_mohm = (int32_t)(uohm < 1000 ? 1 : scale(uohm, 1, 1000));
 }
 
-/* As the ramps accelerated it, rated current would: so much too fast until it has turned round. */
-static bool too_light(const struct identify *d)
+/* rpm that rated current makes in LATE_MS, as the ramps have accelerated it. */
+static int64_t late_rpm(const struct identify *d)
 {
     const int64_t slope_mrad_s2 = size(identify_slope_mrad_s2(&d->ramps.gains[0]));
     const int64_t at_rated = scale(slope_mrad_s2, d->i_rated_q15, d->ramp_i_q15 < 1 ? 1 : d->ramp_i_q15);
-    return at_rated * LATE_MS / 1000 * LATE_PART > identify_mrad_s(d->rpm_most * 32768LL, 1);
+    return scale(at_rated * LATE_MS, 60LL * 1000, TWO_PI_E9);
+}
+
+/* Swings that are long enough; false: it would be far too fast before the current has turned round. */
+static bool choose_swings(struct identify *d)
+{
+    const int64_t late = late_rpm(d), swing = late * (SWING_MS / 2 / LATE_MS);
+    d->swing_rpm = (int32_t)(swing < 1 ? 1 : swing < d->rpm_most ? swing : d->rpm_most);
+    return late * LATE_PART <= d->rpm_most;
 }
 
 static void think_along(struct identify *d)
@@ -166,7 +179,7 @@ static void think_along(struct identify *d)
         refuse_all(d, IDENTIFY_LD_D1, IDENTIFY_LD_D2, IDENTIFY_TURNED);
         know_resistance(d);
     }
-    if (too_light(d)) {
+    if (!choose_swings(d)) {
         refuse_all(d, IDENTIFY_LD_Q1, IDENTIFY_CROSS, IDENTIFY_TOO_LIGHT);
     }
 }
@@ -193,11 +206,46 @@ static bool choose_torque(struct identify *d)
     return machine.saliency != 0 && i_d_q15 * SALIENT_PART > d->i_rated_q15;
 }
 
+/* mV at the end of the speeds at which waves are played. */
+static int64_t voltage_mv(const struct identify *d, const struct identify_map_point *p)
+{
+    const int64_t i_ua = identify_ua(d, p->i_q_q15, 1);
+    const int64_t mrad_s = identify_mrad_s(p->rpm * 32768LL / 2, 1) * d->params.pole_pairs;
+    return scale(i_ua, d->params.resistance_mohm, 1000000) + scale(mrad_s, d->flux_e1_uwb, 10000000);
+}
+
+/*
+ * Across the current a wave goes through the two phases that carry least, a third of it. Where they change their signs with
+ * that or with the ripple, dead time is a part of what answers.
+ */
+static bool is_hidden(const struct identify *d, const struct identify_map_point *p)
+{
+    const struct burst_sums *const s = &p->sums[0][0];
+    if (d->ripple_q10 == 0 || s->count == 0) {
+        return false;
+    }
+    const int64_t wave_q15 = size(identify_scaled(s->ud, d->burst.hold, s->count));
+    const int64_t v_q15 = scale(voltage_mv(d, p), 32768, d->params.v_range_mv);
+    const int64_t ripple_q15 = (v_q15 * d->ripple_q10) >> 10;
+    return p->i_q_q15 * HIDDEN_TENTHS < (wave_q15 + ripple_q15) * 10 * LEAST_PHASE;
+}
+
+static void refuse_hidden(struct identify *d)
+{
+    for (uint32_t k = 0; k < d->map.points; k++) {
+        const enum identify_quantity what = (enum identify_quantity)((uint32_t)IDENTIFY_LD_Q1 + k);
+        if (d->results[what].reason != IDENTIFY_TOO_LIGHT && is_hidden(d, &d->map.at[k])) {
+            identify_refuse(d, what, IDENTIFY_RIPPLED);
+        }
+    }
+}
+
 static void think_across(struct identify *d)
 {
     static const int32_t thirds[] = {1, 2, 3};
     know_along_axis(d, IDENTIFY_LD_Q1, 0, thirds);
     know_along_axis(d, IDENTIFY_LQ_Q1, 1, thirds);
+    refuse_hidden(d);
     if (!choose_torque(d)) {
         refuse_all(d, IDENTIFY_TORQUE_ID, IDENTIFY_CROSS, IDENTIFY_NOT_SALIENT);
     }

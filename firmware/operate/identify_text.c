@@ -53,6 +53,7 @@ static const char *const reasons[IDENTIFY_REASONS] = {
     [IDENTIFY_UNRESOLVED] = "it is too small for the sensors at the speeds that are allowed: speed_max_rpm",
     [IDENTIFY_TOO_LIGHT] =
         "this current turns the rotor too quickly to be measured meanwhile, or something holds it back",
+    [IDENTIFY_RIPPLED] = "ripple and dead time hide it beside so small a current",
     [IDENTIFY_NOT_SALIENT] = "no current in d, or little, makes most torque: the magnets make nearly all of it",
     [IDENTIFY_TOO_SLOW] = "what the magnets induce is too little at the speeds that are allowed: speed_max_rpm",
 };

@@ -296,6 +296,8 @@ def may_be_refused(name, reason, load, run):
         return name not in ("ld", "lq")
     if load == "hoist":
         return True
+    if name in MAP and "ripple and dead time" in reason:
+        return name.startswith("ld") and "in q" in name
     if name in TORQUE:
         return "no current in d" in reason and run.drive.motor.path.stem not in RELUCTANT
     return (run.drive.motor.path.stem, name) in REFUSED or (name in UNRESOLVED and "too small for the sensors" in reason)
