@@ -268,10 +268,9 @@ bool identify_tune_turning(struct identify *d)
     return true;
 }
 
-void identify_uncompensate(struct identify *d)
+void identify_retake(struct identify *d)
 {
     d->ripple_q10 = d->tuning.ripple_q10;
-    d->tuning.ripple_q10 = 1; /* any: the handler that knows dead_shift serves, which the map holds */
     d->retuned = true;
 }
 
@@ -375,7 +374,7 @@ static int64_t apparent_uh(int64_t flux_e1_uwb, int64_t i_ma)
 /* Of current in d the part that it takes from the magnets' flux, or adds to it; reckoned with that which is used. */
 static uint32_t use_torque(const struct identify *d, struct params *p)
 {
-    if (!is_known(d, IDENTIFY_TORQUE_FLUX) || !is_known(d, IDENTIFY_FLUX)) {
+    if (!is_known(d, IDENTIFY_TORQUE_ACROSS) || !is_known(d, IDENTIFY_TORQUE_FLUX) || !is_known(d, IDENTIFY_FLUX)) {
         return 0;
     }
     const int64_t i_d_ma = d->results[IDENTIFY_TORQUE_ID].value;

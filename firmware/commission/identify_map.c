@@ -100,8 +100,10 @@ static void begin(struct identify *d, const struct identify_io *io)
     if (!is_wanted(d)) {
         return;
     }
-    io->loop->ripple_q10 = 0; /* nobody else changes it now */
-    io->loop->dead_shift = UNCOMPENSATED_SHIFT;
+    if (d->ripple_q10 != 0) {
+        io->loop->ripple_q10 = 0; /* nobody else changes it now */
+        io->loop->dead_shift = UNCOMPENSATED_SHIFT;
+    }
     if (d->step == IDENTIFY_STEP_ALONG) {
         d->wave_steps = d->burst.v_steps;
         begin_along(d, m);

@@ -16,10 +16,11 @@
 #define MILLION         1000000
 #define COUPLED_MOST    500000 /* millionths: more is no machine */
 #define LEAST_BURSTS    8u
-#define CROSS_BOUND     5  /* thousandths: what angle and slots take for saturation across */
-#define SALIENT_PART    4  /* of the rated current: less of it in d is not worth a point of its own */
-#define LATE_MS         5  /* until a current has turned round */
-#define SWING_MS        80 /* from one speed to the other: so many waves, and some */
+#define CROSS_BOUND     5   /* thousandths: what angle and slots take for saturation across */
+#define SALIENT_PART    4   /* of the rated current: less of it in d is not worth a point of its own */
+#define LATE_MS         5   /* until a current has turned round */
+#define SWING_MS        80  /* from one speed to the other: so many waves, and some */
+#define LONG_SWING_MS   150 /* of a reluctant machine, until it has come past a phase */
 #define LATE_PART       3
 #define LEAST_PHASE     3  /* in it there is a third of the current that lies along another, or a little more */
 #define HIDDEN_TENTHS   7  /* of that */
@@ -166,7 +167,7 @@ static int64_t late_rpm(const struct identify *d)
 /* Swings that are long enough; false: it would be far too fast before the current has turned round. */
 static bool choose_swings(struct identify *d)
 {
-    const int64_t late = late_rpm(d), swing = late * (SWING_MS / 2 / LATE_MS);
+    const int64_t late = late_rpm(d), swing = late * (d->reluctant ? LONG_SWING_MS : SWING_MS) / (2 * LATE_MS);
     d->swing_rpm = (int32_t)(swing < 1 ? 1 : swing < d->rpm_most ? swing : d->rpm_most);
     return late * LATE_PART <= d->rpm_most;
 }

@@ -97,8 +97,8 @@ void identify_know_inductance(struct identify *d, enum identify_quantity what, c
 /* As identify_tune(), for a rotor that turns, by what is known of the motor: both currents and the speed are regulated. */
 bool identify_tune_turning(struct identify *d);
 
-/* The same tuning is to be in force anew, without compensation of dead time. */
-void identify_uncompensate(struct identify *d);
+/* The same tuning is to be in force anew, in a frame that is put right, and where ripple counts without compensation of dead time. */
+void identify_retake(struct identify *d);
 
 /* 2 sqrt(s^2 + a^2 / 3 + b^2 / 3). Thread. */
 int64_t identify_interval(int64_t s, int64_t a, int64_t b);

@@ -296,6 +296,6 @@ bool identify_think_speeds(struct identify *d)
     } else if (d->indexed) {
         know_friction(d);
     }
-    identify_uncompensate(d);
+    identify_retake(d);
     return true;
 }

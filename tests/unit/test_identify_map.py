@@ -12,6 +12,7 @@ from unit.test_unit_turning import amps, fill, rpm_q9, volts
 R_OHM, FLUX_WB, PAIRS = 0.2, 30e-3, 2
 LDD, LQQ, LDQ = 500e-6, 1200e-6, 150e-6
 RATED_A = RATED_MA / 1000
+WAVE, HALF = 2000, 16  # height; waves with i_q to one side
 
 
 @pytest.fixture
@@ -24,7 +25,7 @@ def begun(c):
     d.pulses.sums[0].vbus_q15, d.pulses.sums[0].bursts = VBUS_Q15, 1
     d.params.pole_pairs, d.flux_e1_uwb, d.rpm_most, d.ramp_i_q15 = PAIRS, round(FLUX_WB * 1e7), 300, amps(RATED_A)
     fill(d.ramps.gains[0], [(0, 0, rpm_q9(0.1 * t)) for t in range(-100, 100)])
-    d.burst.v_steps, d.burst.hold = 2000, 1
+    d.burst.v_steps, d.burst.hold, d.wave_steps, d.swing_rpm = WAVE, 1, WAVE, 300
     return d
 
 
@@ -43,8 +44,9 @@ def wave(c, d, sums, axis, ldd, lqq, ldq, r_ohm=R_OHM):
     c.burst_add(sums, b, VBUS_Q15)
 
 
-def waves(c, d, point, ldd=LDD, lqq=LQQ, ldq=LDQ, count=32):
+def waves(c, d, point, ldd=LDD, lqq=LQQ, ldq=LDQ, count=HALF):
     """Both axes, i_q to either side: there the sign of what couples them is the other."""
+    point.v_steps = d.burst.v_steps = WAVE
     for half, sign in ((0, 1), (1, -1)):
         for axis in (0, 1):
             for _ in range(4):
@@ -89,7 +91,7 @@ def test_map_interval_grows_with_the_slope_over_the_current(c, begun):
 def test_map_point_without_waves_is_refused_and_the_others_are_not(c, begun):
     begun.map.points = 3
     for k in range(3):
-        waves(c, begun, begun.map.at[k], count=15 if k == 1 else 32)
+        waves(c, begun, begun.map.at[k], count=7 if k == 1 else HALF)
     thought(c, begun, "ACROSS")
     assert reason(c, begun, "LD_Q2") == reason(c, begun, "LQ_Q2") == c.IDENTIFY_TOO_LIGHT
     assert known(c, begun, "LD_Q1") and known(c, begun, "LQ_Q3")
@@ -247,10 +249,10 @@ def test_map_swings_between_two_speeds_until_both_ways_have_waves_and_sums(c, be
     assert rotor.play("ACROSS") and begun.map.points == 3
     for k, thirds in enumerate((1, 2, 3)):
         p = begun.map.at[k]
-        assert list(p.bursts) == [32, 32] and p.rpm == 100 * thirds
-        assert all(p.run[half][0].count > 20 and p.run[half][1].count > 20 for half in (0, 1))
-        assert p.run[0][0].i > 0 > p.run[1][0].i
-        assert all(p.sums[axis][half].bursts == 16 for axis in (0, 1) for half in (0, 1))
+        assert list(p.bursts) == [HALF, HALF] and p.rpm == 100 * thirds and p.v_steps == (WAVE // 2 if k == 0 else WAVE)
+        assert all((p.run[half][0].count > 20) == (p.run[half][1].count > 20) == (k == 2) for half in (0, 1))
+        assert all(p.sums[axis][half].bursts == HALF // 2 for axis in (0, 1) for half in (0, 1))
+    assert begun.map.at[2].run[0][0].i > 0 > begun.map.at[2].run[1][0].i
     assert max(abs(rpm) for rpm, _, _ in rotor.seen) < 300 + 5 * 2.0, "no further than a current needs to turn round"
     assert max(abs(i_q) for _, _, i_q in rotor.seen) <= amps(RATED_A)
     assert all(i_d == 0 for _, i_d, _ in rotor.seen) and rotor.seen[-1][2] != amps(RATED_A)
@@ -259,14 +261,14 @@ def test_map_swings_between_two_speeds_until_both_ways_have_waves_and_sums(c, be
 def test_map_of_most_torque_rides_on_the_chosen_current(c, begun):
     begun.torque_d_q15, begun.torque_q_q15 = -amps(2.4), amps(2.9)
     rotor = Swinging(c, begun, 2.0)
-    assert rotor.play("TORQUE") and list(begun.map.at[0].bursts) == [32, 32]
+    assert rotor.play("TORQUE") and list(begun.map.at[0].bursts) == [HALF, HALF]
     assert min(i_d for _, i_d, _ in rotor.seen) == -amps(2.4) and rotor.seen[-1][1] == 0
 
 
 def test_map_gives_up_on_a_rotor_that_turns_round_too_soon(c, begun):
     rotor = Swinging(c, begun, 150.0)
     assert rotor.play("ACROSS")
-    assert all(begun.map.at[k].bursts[0] + begun.map.at[k].bursts[1] < 32 for k in range(3))
+    assert all(begun.map.at[k].bursts[0] + begun.map.at[k].bursts[1] < HALF for k in range(3))
     thought(c, begun, "ACROSS")
     assert reason(c, begun, "LD_Q1") == c.IDENTIFY_TOO_LIGHT
 
@@ -278,17 +280,58 @@ def test_map_along_turns_slowly_with_each_current(c, begun, reluctant, levels):
     assert rotor.play("ALONG") and begun.map.points == len(levels)
     for k, level in enumerate(levels):
         p = begun.map.at[k]
-        assert p.i_d_q15 == pytest.approx(amps(RATED_A) * level / 12, abs=2) and list(p.bursts) == [32, 32]
-        assert p.sums[0][0].bursts == p.sums[0][1].bursts == 32 and p.sums[1][0].bursts == 0
+        assert p.i_d_q15 == pytest.approx(amps(RATED_A) * level / 12, abs=2) and list(p.bursts) == [HALF, HALF]
+        assert p.sums[0][0].bursts == p.sums[0][1].bursts == HALF and p.sums[1][0].bursts == 0
         assert p.run[0][0].count == (128 if reluctant else 0)
     assert max(abs(rpm) for rpm, _, _ in rotor.seen) < 160
 
 
-def test_map_puts_the_frame_where_the_constant_speeds_found_it(c, begun):
-    begun.offset_q32 = 123456789
+def test_map_is_measured_without_compensation_in_the_frame_that_the_constant_speeds_have_found(c, begun):
+    begun.tuning.ripple_q10, begun.taken, begun.ahead_q32 = 77, True, 1000
+    c.identify_retake(begun)
+    assert begun.retuned and begun.tuning.ripple_q10 == begun.ripple_q10 == 77, "a handler serves that knows dead_shift"
+    loop = c.current_loop()
+    loop.angle_offset_q32 = 123456789
+    assert c.identify_angle_q32(begun, loop) == 123456789 - 1000
+    c.identify_taken(begun)
+    assert c.identify_angle_q32(begun, loop) == 123456789, "once"
     rotor = Swinging(c, begun, 0.0)
+    rotor.loop.ripple_q10 = 1
     rotor.play("ALONG", 1)
-    assert rotor.loop.angle_offset_q32 == 123456789
+    assert rotor.loop.ripple_q10 == 0 and rotor.loop.dead_shift == 31
+    begun.ripple_q10, rotor.loop.dead_shift = 0, 0
+    rotor.play("ALONG", 1)
+    assert rotor.loop.dead_shift == 0, "where ripple does not count another handler serves"
+
+
+@pytest.mark.parametrize("rippled", (False, True))
+def test_map_waves_wait_until_the_current_lies_near_to_a_phase(c, begun, rippled):
+    begun.ripple_q10, near_deg = (50, 10) if rippled else (0, 18)
+    rotor = Swinging(c, begun, 0.4)
+    rotor.play("ALONG", 350)
+    p, begun.map.point = begun.map.at[0], 0
+    rotor.speed.integral_q29 = 0
+    for degrees in range(0, 360, 3):
+        rotor.loop.angle_offset_q32 = round(degrees / 360 * 2**32)
+        p.bursts[0] = p.bursts[1] = begun.map.point = 0
+        begun.map.phase_ms, begun.ms = 100, begun.ms + 1
+        c.identify_measure_map(begun, rotor.io)
+        away = abs((degrees + 30) % 60 - 30)
+        if abs(away - near_deg) > 6:  # a little current across holds the speed
+            assert (p.bursts[0] + p.bursts[1] > 0) == (away <= near_deg), degrees
+
+
+@pytest.mark.parametrize("ripple_q10, level, hidden", ((0, 1, False), (1500, 1, True), (1500, 3, False)))
+def test_map_of_a_current_that_ripples_has_no_inductance_across_a_small_one(c, begun, ripple_q10, level, hidden):
+    """There the phases that the wave goes through change their signs."""
+    begun.ripple_q10, begun.map.points = ripple_q10, 3
+    for k in range(3):
+        waves(c, begun, begun.map.at[k])
+        begun.map.at[k].i_q_q15, begun.map.at[k].rpm = amps(RATED_A * (k + 1) / 3), 100
+    begun.params.resistance_mohm = 200
+    thought(c, begun, "ACROSS")
+    assert (reason(c, begun, f"LD_Q{level}") == c.IDENTIFY_RIPPLED) == hidden
+    assert known(c, begun, f"LQ_Q{level}"), "that wave goes through the phase that carries most"
 
 
 def test_map_is_not_measured_where_it_is_refused_already(c, begun):
@@ -296,7 +339,8 @@ def test_map_is_not_measured_where_it_is_refused_already(c, begun):
         result_of(c, begun, name).state = c.IDENTIFY_REFUSED
     rotor = Swinging(c, begun, 1.0)
     for step in ("ALONG", "ACROSS", "TORQUE"):
-        assert rotor.play(step, 1) and rotor.seen[-1][1:] == (0, 0)
+        assert rotor.play(step, 200) and all(i_d == 0 for _, i_d, _ in rotor.seen)
+        assert begun.map.points == 0 and not any(begun.map.at[0].bursts)
 
 
 # ---- use ----
