@@ -25,7 +25,8 @@
 #define QUARTER_Q32         0x40000000u
 #define SIXTH_Q32           0x2AAAAAABu
 #define NEAR_Q32            0x0CCCCCCDu /* 18 degrees */
-#define NEARER_Q32          0x071C71C7u /* 10, of a current that ripples, and half of the speed */
+#define NEARER_Q32          0x093E93E9u /* 13, beside a small current */
+#define NEAREST_Q32         0x071C71C7u /* 10, of a current that ripples, and half of the speed */
 #define ARRIVED_PART        16          /* of the rated current */
 #define ARRIVE_MS           10u
 #define UNCOMPENSATED_SHIFT 31u
@@ -36,6 +37,7 @@
 #define RELUCTANT_PART      6    /* there a frame that is off by a degree would show in the resistance */
 #define LEAST_WAYS          4u   /* from end to end: a pair of ways with waves, a pair with sums */
 #define SUM_WAYS            2u
+#define ENOUGH_WAYS         6u
 #define PATIENCE_MS         2500u
 #define REST_MS             50u
 
@@ -74,12 +76,17 @@ static void begin_torque(const struct identify *d, struct identify_map *m)
     m->at[0].fluxes = true;
 }
 
-/* Beside a small current a small wave, lest phases change their signs. */
+static bool is_small(const struct identify *d, const struct identify_map_point *p)
+{
+    return q15_abs(p->i_d_q15) + q15_abs(p->i_q_q15) < d->i_rated_q15 / 5 * 2;
+}
+
+/* Beside a small current that ripples a small wave, lest phases change their signs. */
 static void choose_waves(const struct identify *d, struct identify_map *m)
 {
     for (uint32_t k = 0; k < m->points; k++) {
-        const bool small = q15_abs(m->at[k].i_d_q15) + q15_abs(m->at[k].i_q_q15) < d->i_rated_q15 / 5 * 2;
-        m->at[k].v_steps = small ? q15_max(d->wave_steps / 2, 1) : d->wave_steps;
+        const bool halved = d->ripple_q10 != 0 && is_small(d, &m->at[k]);
+        m->at[k].v_steps = halved ? q15_max(d->wave_steps / 2, 1) : d->wave_steps;
     }
 }
 
@@ -129,10 +136,19 @@ static bool arrived(const struct identify *d, const volatile struct current_loop
     return away_q15 * ARRIVED_PART <= d->i_rated_q15;
 }
 
-/* Whether the current lies near to a phase, to either side. */
-static bool near_phase(const struct identify *d, const volatile struct current_loop *c)
+static uint32_t nearness_q32(const struct identify *d, const struct identify_map_point *p)
 {
-    const uint32_t near_q32 = d->ripple_q10 != 0 ? NEARER_Q32 : NEAR_Q32;
+    if (d->ripple_q10 != 0) {
+        return NEAREST_Q32;
+    }
+    return is_small(d, p) && !d->reluctant ? NEARER_Q32 : NEAR_Q32;
+}
+
+/* Whether the current lies near to a phase, to either side. */
+static bool near_phase(const struct identify *d, const struct identify_map_point *p,
+                       const volatile struct current_loop *c)
+{
+    const uint32_t near_q32 = nearness_q32(d, p);
     const uint32_t i_q32 = atan2_q32(c->i_q_ref_q15, c->i_d_ref_q15) + current_loop_angle_q32(c);
     return (i_q32 + near_q32) % SIXTH_Q32 <= 2u * near_q32;
 }
@@ -143,7 +159,7 @@ static void play(struct identify *d, struct identify_map_point *p, uint32_t half
 {
     struct burst *const b = &d->burst;
     volatile struct current_loop *const c = io->loop;
-    if (p->bursts[half] >= BURSTS_HALF || !near_phase(d, c)) {
+    if (p->bursts[half] >= BURSTS_HALF || !near_phase(d, p, c)) {
         return;
     }
     const uint32_t axis = both ? p->bursts[half] % 2u : 0u;
@@ -196,13 +212,18 @@ static void sum_up(struct identify_map_point *p, int32_t sign, const struct iden
     identify_run_add_v(&p->run[half][1], io, -sign * io->loop->v_d_q15);
 }
 
-static void turn_round(struct identify_map *m, int32_t x_q15, int32_t most_q15)
+/* A swing that never comes past a phase becomes wider. */
+static void turn_round(const struct identify *d, struct identify_map *m, struct identify_map_point *p, int32_t x_q15)
 {
     m->way_ms++;
-    if (x_q15 >= most_q15) {
-        m->sign = -m->sign;
-        m->way_ms = 0;
-        m->ways++;
+    if (x_q15 < p->rpm * 32768) {
+        return;
+    }
+    m->sign = -m->sign;
+    m->way_ms = 0;
+    m->ways++;
+    if (m->ways > ENOUGH_WAYS && !has_all(p)) {
+        p->rpm = q15_min(p->rpm + p->rpm / 4 + 1, q15_max(p->rpm, d->rpm_most));
     }
 }
 
@@ -220,7 +241,7 @@ static void across(struct identify *d, struct identify_map *m, const struct iden
             play(d, p, m->sign > 0 ? 0u : 1u, true, io);
         }
     }
-    turn_round(m, m->sign * x_q15, most_q15);
+    turn_round(d, m, p, m->sign * x_q15);
     if ((m->ways >= LEAST_WAYS || !p->fluxes) && has_all(p)) {
         next(m);
     }

@@ -11,6 +11,7 @@
 #include "firmware/settings/config.h"
 #include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
+#include "lib/deadtime.h"
 #include "lib/q15.h"
 
 #define MILLION         1000000
@@ -24,6 +25,8 @@
 #define LATE_PART       3
 #define LEAST_PHASE     3  /* in it there is a third of the current that lies along another, or a little more */
 #define HIDDEN_TENTHS   7  /* of that */
+#define LEAST_PERCENT   28 /* the same, where currents need not lie so near */
+#define KNEE_PERMILLE   80 /* found on the bench: up to a tenth */
 #define FLUX_PERMILLE   10 /* slots, and iron that has losses */
 #define TENTHS_PER_HALF 10
 #define CROSS_PERCENT   10 /* of what i_q across takes from d's voltage */
@@ -76,6 +79,20 @@ static bool was_seen(const struct identify_map_point *p)
     return p->bursts[0] >= LEAST_BURSTS && p->bursts[1] >= LEAST_BURSTS;
 }
 
+/* By how much a wave goes to either side, in Q15 of current. */
+static int64_t wave_q15(const struct identify *d, const struct burst_sums *s)
+{
+    return s->count == 0 ? 0 : size(identify_scaled(s->ud, d->burst.hold, s->count));
+}
+
+/* Where dead time is compensated, and a wave across the current goes through phases within the compensation's knee. */
+static bool is_in_knee(const struct identify *d, const struct identify_map_point *p, uint32_t axis)
+{
+    const int64_t least_q15 = p->i_q_q15 * LEAST_PERCENT / 100;
+    return axis == 0u && p->i_q_q15 > 0 && d->ripple_q10 == 0 &&
+           least_q15 < wave_q15(d, &p->sums[0][0]) + DEADTIME_KNEE_Q15;
+}
+
 /*
  * The inductance along an axis of points `from` to the last. What the current's gain shifts it by: by the slope to the point
  * before, or for the first to the next, `steps` of them from no current on.
@@ -98,7 +115,9 @@ static void know_along_axis(struct identify *d, enum identify_quantity first, ui
             identify_refuse(d, what, IDENTIFY_TOO_LIGHT);
             continue;
         }
-        identify_know_inductance(d, what, halves[k], scale(slope_nh * steps[k], IDENTIFY_CURRENT_GAIN_PERMILLE, 1000));
+        const int64_t shift_nh = scale(slope_nh * steps[k], IDENTIFY_CURRENT_GAIN_PERMILLE, 1000);
+        const int64_t knee_nh = is_in_knee(d, &m->at[k], axis) ? scale(size(halves[k][0]), KNEE_PERMILLE, 1000) : 0;
+        identify_know_inductance(d, what, halves[k], identify_root(shift_nh * shift_nh + knee_nh * knee_nh));
     }
 }
 
@@ -225,10 +244,9 @@ static bool is_hidden(const struct identify *d, const struct identify_map_point 
     if (d->ripple_q10 == 0 || s->count == 0) {
         return false;
     }
-    const int64_t wave_q15 = size(identify_scaled(s->ud, d->burst.hold, s->count));
     const int64_t v_q15 = scale(voltage_mv(d, p), 32768, d->params.v_range_mv);
     const int64_t ripple_q15 = (v_q15 * d->ripple_q10) >> 10;
-    return p->i_q_q15 * HIDDEN_TENTHS < (wave_q15 + ripple_q15) * 10 * LEAST_PHASE;
+    return p->i_q_q15 * HIDDEN_TENTHS < (wave_q15(d, s) + ripple_q15) * 10 * LEAST_PHASE;
 }
 
 static void refuse_hidden(struct identify *d)
