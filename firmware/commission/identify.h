@@ -320,8 +320,9 @@ struct outcome identify_begin(struct identify *d, const struct params *p);
 bool identify_step(struct identify *d, const struct identify_io *io);
 
 /*
- * Once before a step that needs it: the rotor is at rest or turns slowly, and d->tuning with its counts of the encoder, from 0 and turned round
- * if d->backwards, is to be in force in the rotor's frame, at identify_angle_q32(). Then identify_taken(). Slow loop.
+ * Once before a step that needs it: the rotor is at rest or turns slowly, and d->tuning with its counts of the encoder, from
+ * 0 and turned round if d->backwards, is to be in force in the rotor's frame, at identify_angle_q32(). Then identify_taken().
+ * Slow loop.
  */
 bool identify_takes_over(const struct identify *d);
 uint32_t identify_angle_q32(const struct identify *d, const volatile struct current_loop *c);

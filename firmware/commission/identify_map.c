@@ -14,8 +14,9 @@
  * so the slopes are the fluxes of this very current, and neither resistance nor dead time, which do not change with the
  * speed, are in them.
  *
- * Dead time costs what the signs of the phases' currents say, and is not compensated meanwhile. So a wave waits until the current lies near to one phase, where the
- * two others carry enough of it not to change their signs.
+ * Dead time costs what the signs of the phases' currents say. So a wave waits until the current lies near to a phase, where
+ * the two others carry enough of it not to change their signs. Where the current ripples, compensation would follow waves, and
+ * there is none: its knee is as wide as the ripple.
  */
 #include "firmware/commission/identify_parts.h"
 #include "lib/polar.h"

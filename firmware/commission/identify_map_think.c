@@ -210,7 +210,7 @@ static void think_along(struct identify *d)
 static bool choose_torque(struct identify *d)
 {
     struct identify_spread across;
-    if (!know_flux(d, &d->map.at[2], 1, &across)) {
+    if (!d->reluctant || !know_flux(d, &d->map.at[2], 1, &across)) {
         return false;
     }
     struct params p = d->params;

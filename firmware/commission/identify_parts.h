@@ -97,7 +97,7 @@ void identify_know_inductance(struct identify *d, enum identify_quantity what, c
 /* As identify_tune(), for a rotor that turns, by what is known of the motor: both currents and the speed are regulated. */
 bool identify_tune_turning(struct identify *d);
 
-/* The same tuning is to be in force anew, in a frame that is put right, and where ripple counts without compensation of dead time. */
+/* The same tuning is to be in force anew, in a frame that has been put right. */
 void identify_retake(struct identify *d);
 
 /* 2 sqrt(s^2 + a^2 / 3 + b^2 / 3). Thread. */

@@ -55,7 +55,8 @@ def setup(what, drive):
 
 def known_of(console, told):
     """{parameter: value} of those that `identify use` has changed from what was told; the rest it has refused."""
-    shown = {name: int(value) for name, value in re.findall(r"^([a-z_]+) = (-?\d+)", console.rpartition("identify use")[2], re.M)}
+    used = console.rpartition("identify use")[2]
+    shown = {name: int(value) for name, value in re.findall(r"^([a-z_]+) = (-?\d+)", used, re.M)}
     return {name: shown[name] for name in told if shown.get(name, told[name]) != told[name]}
 
 

@@ -139,8 +139,9 @@ def test_without_saturation_the_map_is_constant():
 
 
 def test_lines_of_the_map_are_read():
-    found = part_identify.results_of("> identify show\nld at -1/2 in d: 3557.345 +-122.862 uH\nand in q, in mA: 17825, exactly\n"
-                                     "ldq by lqq there, in thousandths: -109.000 +-6.000\nlq at 1 in q: refused: it is late\n")
+    found = part_identify.results_of("> identify show\nld at -1/2 in d: 3557.345 +-122.862 uH\n"
+                                     "and in q, in mA: 17825, exactly\nldq by lqq there, in thousandths: -109.000 +-6.000\n"
+                                     "lq at 1 in q: refused: it is late\n")
     assert (found["ld at -1/2 in d"].value, found["ld at -1/2 in d"].interval) == (3557.345, 122.862)
     assert found["and in q, in mA"].value == 17825 and found["ldq by lqq there, in thousandths"].value == -109
     assert found["lq at 1 in q"].refused == "it is late"

@@ -416,9 +416,10 @@ def test_identify_says_what_it_found_and_what_not(c, operator):
         "inertia: 77.007 +-1.542 kgmm2", "friction: 2.515 +-0.228 mNm", "viscous friction: not measured yet",
         "ld at -1 of rated current in d: 148.900 +-3.000 uH", "ld at -1/2 in d: not measured yet",
         "ld at 1/2 in d: refused: reluctance turns the rotor whenever the current changes",
-        "ld at 1 in d: not measured yet", "ld at 1/3 of rated current in q: not measured yet", "ld at 2/3 in q: not measured yet",
-        "ld at 1 in q: not measured yet", "lq at 1/3 in q: not measured yet", "lq at 2/3 in q: not measured yet",
-        "lq at 1 in q: 140.100 +-5.000 uH", "rated current in d for most torque, in mA: -12894, exactly",
+        "ld at 1 in d: not measured yet", "ld at 1/3 of rated current in q: not measured yet",
+        "ld at 2/3 in q: not measured yet", "ld at 1 in q: not measured yet", "lq at 1/3 in q: not measured yet",
+        "lq at 2/3 in q: not measured yet", "lq at 1 in q: 140.100 +-5.000 uH",
+        "rated current in d for most torque, in mA: -12894, exactly",
         "and in q, in mA: not measured yet", "flux in d there: 85000.000 +-1000.000 uWb",
         "flux in q there: refused: no current in d, or little, makes most torque: the magnets make nearly all of it",
         "ldq by lqq there, in thousandths: -109.000 +-6.000", "time: 5.774 s"]

@@ -108,7 +108,7 @@ def test_map_halves_that_differ_by_a_tenth_are_refused(c, begun):
 
 
 def test_map_chooses_the_current_of_most_torque_by_the_flux_across(c, begun):
-    psi_q = 0.09
+    psi_q, begun.reluctant = 0.09, True
     across(c, begun, psi_q=psi_q)
     more = psi_q / RATED_A - 600e-6
     i_d = (FLUX_WB - math.sqrt(FLUX_WB**2 + 8 * (more * RATED_A)**2)) / (4 * more)
@@ -117,8 +117,10 @@ def test_map_chooses_the_current_of_most_torque_by_the_flux_across(c, begun):
     assert begun.step == c.IDENTIFY_STEP_TORQUE and result_of(c, begun, "TORQUE_ID").state == c.IDENTIFY_UNKNOWN
 
 
-def test_map_refuses_a_torque_point_of_a_machine_without_saliency(c, begun):
-    across(c, begun, psi_q=700e-6 * RATED_A)
+@pytest.mark.parametrize("reluctant, lq_h", ((True, 700e-6), (False, 9e-3)))
+def test_map_refuses_a_torque_point_of_a_machine_without_saliency(c, begun, reluctant, lq_h):
+    begun.reluctant = reluctant
+    across(c, begun, psi_q=lq_h * RATED_A)
     for name in ("TORQUE_ID", "TORQUE_IQ", "TORQUE_FLUX", "TORQUE_ACROSS", "CROSS"):
         assert reason(c, begun, name) == c.IDENTIFY_NOT_SALIENT
 
