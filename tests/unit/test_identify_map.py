@@ -176,9 +176,9 @@ def test_map_along_the_magnets(c, begun):
 
 def test_map_of_a_reluctant_machine_has_its_resistance(c, begun):
     """By what two currents along the magnets differ by; i_q, across which the field turns, takes a known part of it."""
-    begun.reluctant, w, r_ohm = True, 5.0, 0.9
+    begun.reluctant, w, r_ohm = True, 50.0, 0.9
     result_of(c, begun, "RESISTANCE").state, begun.rough_mohm = c.IDENTIFY_REFUSED, 200
-    for k, i_q in ((0, 0.05), (1, 0.15)):
+    for k, i_q in ((0, 0.3), (1, 0.9)):
         p = along(c, begun, 2).map.at[k]
         v_d = r_ohm * RATED_A * (-1, -0.5)[k] - w * PAIRS * 3000e-6 * i_q + 0.3
         fill(p.run[0][0], [(amps(i_q), volts(v_d), rpm_q9(w))] * 100)
