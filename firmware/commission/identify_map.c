@@ -62,7 +62,7 @@ static void begin_across(const struct identify *d, struct identify_map *m)
 {
     m->points = 3u;
     for (uint32_t k = 0; k < m->points; k++) {
-        m->at[k].fluxes = k + 1u == m->points;
+        m->at[k].fluxes = d->reluctant && k + 1u == m->points;
         m->at[k].i_q_q15 = d->i_rated_q15 * across_twelfths[k] / TWELFTHS;
         m->at[k].rpm = q15_max(d->swing_rpm * across_twelfths[k] / TWELFTHS, 1);
     }
@@ -191,8 +191,9 @@ static void along(struct identify *d, struct identify_map *m, const struct ident
 {
     struct identify_map_point *const p = &m->at[m->point];
     const uint32_t settle_ms = SETTLE_MS + (d->reluctant ? SUM_MS : 0u);
-    identify_control_speed(io, p->rpm, identify_i_most_q15(d));
-    m->phase_ms += io->speed->ref_rpm_q16 == p->rpm * 65536 ? 1u : 0u;
+    const int32_t rpm = -p->rpm; /* the constant speeds have ended that way round */
+    identify_control_speed(io, rpm, identify_i_most_q15(d));
+    m->phase_ms += io->speed->ref_rpm_q16 == rpm * 65536 ? 1u : 0u;
     lead_d(m, io->loop);
     if (m->phase_ms > settle_ms) {
         play(d, p, p->bursts[0] > p->bursts[1] ? 1u : 0u, false, io);
@@ -268,7 +269,7 @@ bool identify_measure_map(struct identify *d, const struct identify_io *io)
         begin(d, io);
     }
     if (m->point == m->points) {
-        return finish(d, m, io);
+        return d->step != IDENTIFY_STEP_TORQUE || finish(d, m, io); /* a leg begins with the speed of the one before */
     }
     if (d->step == IDENTIFY_STEP_ALONG) {
         along(d, m, io);

@@ -146,7 +146,7 @@ static int64_t cross_nv(const struct identify *d, const struct identify_run *r)
 {
     const int64_t flux_fwb = identify_ua(d, r->i, r->count) * d->results[IDENTIFY_LQ].value;
     const int64_t mrad_s = identify_mrad_s(r->x * 64, r->count) * d->params.pole_pairs;
-    return identify_scaled(flux_fwb, mrad_s < 0 ? 0 : mrad_s, 1000000000);
+    return mrad_s < 0 ? identify_scaled(-flux_fwb, -mrad_s, 1000000000) : identify_scaled(flux_fwb, mrad_s, 1000000000);
 }
 
 /* Of a reluctant machine: the rotor's frame turns slowly, and two currents along the magnets differ. */

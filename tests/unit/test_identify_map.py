@@ -174,11 +174,12 @@ def test_map_along_the_magnets(c, begun):
     assert known(c, begun, "RESISTANCE") == (round(R_OHM * 1e6), 1), "measured before, and better"
 
 
-def test_map_of_a_reluctant_machine_has_its_resistance(c, begun):
+@pytest.mark.parametrize("way", (1, -1))
+def test_map_of_a_reluctant_machine_has_its_resistance(c, begun, way):
     """By what two currents along the magnets differ by; i_q, across which the field turns, takes a known part of it."""
-    begun.reluctant, w, r_ohm = True, 50.0, 0.9
+    begun.reluctant, w, r_ohm = True, way * 50.0, 0.9
     result_of(c, begun, "RESISTANCE").state, begun.rough_mohm = c.IDENTIFY_REFUSED, 200
-    for k, i_q in ((0, 0.3), (1, 0.9)):
+    for k, i_q in ((0, way * 0.3), (1, way * 0.9)):
         p = along(c, begun, 2).map.at[k]
         v_d = r_ohm * RATED_A * (-1, -0.5)[k] - w * PAIRS * 3000e-6 * i_q + 0.3
         fill(p.run[0][0], [(amps(i_q), volts(v_d), rpm_q9(w))] * 100)
@@ -246,15 +247,17 @@ class Swinging:
         return False
 
 
-def test_map_swings_between_two_speeds_until_both_ways_have_waves_and_sums(c, begun):
+@pytest.mark.parametrize("reluctant", (False, True))
+def test_map_swings_between_two_speeds_until_both_ways_have_waves_and_sums(c, begun, reluctant):
+    begun.reluctant = reluctant
     rotor = Swinging(c, begun, 2.0)
     assert rotor.play("ACROSS") and begun.map.points == 3
     for k, thirds in enumerate((1, 2, 3)):
         p = begun.map.at[k]
         assert list(p.bursts) == [HALF, HALF] and p.rpm == 100 * thirds and p.v_steps == WAVE
-        assert all((p.run[half][0].count > 20) == (p.run[half][1].count > 20) == (k == 2) for half in (0, 1))
+        assert all((p.run[half][0].count > 20) == (p.run[half][1].count > 20) == (reluctant and k == 2) for half in (0, 1))
         assert all(p.sums[axis][half].bursts == HALF // 2 for axis in (0, 1) for half in (0, 1))
-    assert begun.map.at[2].run[0][0].i > 0 > begun.map.at[2].run[1][0].i
+    assert not reluctant or begun.map.at[2].run[0][0].i > 0 > begun.map.at[2].run[1][0].i
     assert max(abs(rpm) for rpm, _, _ in rotor.seen) < 300 + 5 * 2.0, "no further than a current needs to turn round"
     assert max(abs(i_q) for _, _, i_q in rotor.seen) <= amps(RATED_A)
     assert all(i_d == 0 for _, i_d, _ in rotor.seen) and rotor.seen[-1][2] != amps(RATED_A)
