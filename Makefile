@@ -237,6 +237,7 @@ help:
 	@echo '                     PART=supervision  what goes wrong while it turns is found in time; stops without a sink'
 	@echo '                     PART=detune       told wrong R, L, flux, J it still works'
 	@echo '                     PART=identify     what the drive finds out about its motor, against the plant'
+	@echo '                     PART=identified   the default scenario by what it has found out, against nominal values'
 	@echo '                     PART=sensorless   without an encoder: starts, a rotor that turns already, a rotor lost on purpose'
 	@echo '                     PART=saliency     by injection: lock at standstill, rated torque at standstill'
 	@echo '                     WHAT="swap_* locked" these cases of a part only'

@@ -15,6 +15,8 @@
 #define INERTIA_MOST     2100000000
 #define INDUCTANCE_PARTS 15 /* tuning's format: w_base L below so many v_range / i_range */
 
+#define CROSS_MOST_PM 249 /* as cross_pm takes it */
+
 /* While the rotor turns. */
 #define TURNING_HZ       300
 #define TURNING_SPEED_HZ 10
@@ -29,6 +31,11 @@ bool identify_in_rotor_frame(const struct identify *d)
 static bool turns(uint32_t step)
 {
     return step >= IDENTIFY_STEP_TURN;
+}
+
+static bool maps(uint32_t step)
+{
+    return step >= IDENTIFY_STEP_ALONG;
 }
 
 static bool measure_standing(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
@@ -102,13 +109,24 @@ static bool think_turning(struct identify *d)
 /* Whether the next step can begin. */
 static bool think(struct identify *d)
 {
+    if (maps(d->step)) {
+        return identify_think_map(d);
+    }
     return turns(d->step) ? think_turning(d) : think_standing(d);
 }
 
-/* Whether a current is regulated; or else voltages are held. */
-static bool regulates(uint32_t step)
+static bool measure(struct identify *d, const struct identify_io *io)
 {
-    return step != IDENTIFY_STEP_PULSES;
+    if (maps(d->step)) {
+        return identify_measure_map(d, io);
+    }
+    return turns(d->step) ? measure_turning(d, io) : measure_standing(d, io->loop, &io->fabric->adc);
+}
+
+/* Whether a current is regulated; or else voltages are held. */
+static bool regulates(const struct identify *d)
+{
+    return d->step != IDENTIFY_STEP_PULSES && !(d->step == IDENTIFY_STEP_RESISTANCE && d->reluctant);
 }
 
 static void hold_nothing(const struct identify *d, volatile struct current_loop *c)
@@ -143,7 +161,7 @@ bool identify_step(struct identify *d, const struct identify_io *io)
         if (!d->taken) {
             calm(io->loop);
         }
-        d->thinking = turns(d->step) ? measure_turning(d, io) : measure_standing(d, io->loop, &io->fabric->adc);
+        d->thinking = measure(d, io);
     }
     if (d->thinking) {
         hold_nothing(d, io->loop);
@@ -155,7 +173,7 @@ bool identify_step(struct identify *d, const struct identify_io *io)
 
 const struct tuning *identify_tuning(const struct identify *d)
 {
-    return d->thinking || !regulates(d->step) ? &wiring_tuning : &d->tuning;
+    return d->thinking || !regulates(d) ? &wiring_tuning : &d->tuning;
 }
 
 bool identify_takes_over(const struct identify *d)
@@ -165,13 +183,14 @@ bool identify_takes_over(const struct identify *d)
 
 uint32_t identify_angle_q32(const struct identify *d, const volatile struct current_loop *c)
 {
-    return d->taken ? current_loop_angle_q32(c) : d->start_q32;
+    return d->taken ? current_loop_angle_q32(c) - d->ahead_q32 : d->start_q32;
 }
 
 void identify_taken(struct identify *d)
 {
     d->retuned = false;
     d->taken = true;
+    d->ahead_q32 = 0;
     d->counts = 0;
 }
 
@@ -249,6 +268,12 @@ bool identify_tune_turning(struct identify *d)
     return true;
 }
 
+void identify_retake(struct identify *d)
+{
+    d->ripple_q10 = d->tuning.ripple_q10;
+    d->retuned = true;
+}
+
 /* What is not the inverter's is replaced by what nothing depends on. */
 static void forget_motor(struct params *p)
 {
@@ -258,7 +283,7 @@ static void forget_motor(struct params *p)
     p->angle_source = PARAM_ANGLE_ENCODER;           /* a prescribed field; whether anything counts does not matter */
     p->resistance_mohm = most(scale(p->v_range_mv, 20, p->i_range_ma), 100000);
     p->ld_uh = p->lq_uh = most(scale(p->v_range_mv, 10, p->i_range_ma), 1000000);
-    p->ld_apparent_uh = p->lq_apparent_uh = p->lq_rest_uh = 0;
+    p->ld_apparent_uh = p->lq_apparent_uh = p->lq_rest_uh = p->cross_pm = 0;
     p->flux_uwb = (int32_t)scale(p->v_range_mv, 1000000, 6283LL * FLUX_HZ); /* 0.8 Wb at most */
     p->inertia_gmm2 = most(scale(p->flux_uwb, p->i_range_ma, INERTIA_PART), INERTIA_MOST);
     p->i_max_ma = most(p->i_rated_ma, trip_ma);
@@ -327,10 +352,53 @@ static uint32_t take(const struct identify *d, enum identify_quantity what, int3
     return changed;
 }
 
+static uint32_t put(int32_t *param, int64_t value)
+{
+    const uint32_t changed = *param != value ? 1u : 0u;
+    *param = (int32_t)value;
+    return changed;
+}
+
+static bool is_known(const struct identify *d, enum identify_quantity what)
+{
+    return d->results[what].state == IDENTIFY_KNOWN;
+}
+
+/* Flux by current is an inductance: 0.1 uWb by mA are 1e2 uH. */
+static int64_t apparent_uh(int64_t flux_e1_uwb, int64_t i_ma)
+{
+    const int64_t uh = flux_e1_uwb > 0 && i_ma > 0 ? scale(flux_e1_uwb, 100, i_ma) : 1;
+    return uh < 1 ? 1 : uh;
+}
+
+/* Of current in d the part that it takes from the magnets' flux, or adds to it; reckoned with that which is used. */
+static uint32_t use_torque(const struct identify *d, struct params *p)
+{
+    if (!is_known(d, IDENTIFY_TORQUE_ACROSS) || !is_known(d, IDENTIFY_TORQUE_FLUX) || !is_known(d, IDENTIFY_FLUX)) {
+        return 0;
+    }
+    const int64_t i_d_ma = d->results[IDENTIFY_TORQUE_ID].value;
+    const int64_t more_e1_uwb = (int64_t)d->results[IDENTIFY_TORQUE_FLUX].value - d->results[IDENTIFY_FLUX].value;
+    const int64_t sign = i_d_ma < 0 ? -1 : 1;
+    return put(&p->ld_apparent_uh, apparent_uh(sign * more_e1_uwb, sign * i_d_ma)) +
+           put(&p->lq_apparent_uh,
+               apparent_uh(d->results[IDENTIFY_TORQUE_ACROSS].value, d->results[IDENTIFY_TORQUE_IQ].value)) +
+           put(&p->cross_pm, q15_clamp(d->results[IDENTIFY_CROSS].value, -CROSS_MOST_PM, CROSS_MOST_PM));
+}
+
+/* Where reluctance outweighs the magnets the loops go by what the rated current leaves, and by that without one. */
+static uint32_t use_inductances(const struct identify *d, struct params *p)
+{
+    if (!d->reluctant || !is_known(d, IDENTIFY_LD_Q3) || !is_known(d, IDENTIFY_LQ_Q3)) {
+        return take(d, IDENTIFY_LD, &p->ld_uh, 1000) + take(d, IDENTIFY_LQ, &p->lq_uh, 1000);
+    }
+    return take(d, IDENTIFY_LD_Q3, &p->ld_uh, 1000) + take(d, IDENTIFY_LQ_Q3, &p->lq_uh, 1000) +
+           take(d, IDENTIFY_LQ, &p->lq_rest_uh, 1000);
+}
+
 uint32_t identify_use(const struct identify *d, struct params *p)
 {
-    return take(d, IDENTIFY_RESISTANCE, &p->resistance_mohm, 1000) + take(d, IDENTIFY_LD, &p->ld_uh, 1000) +
-           take(d, IDENTIFY_LQ, &p->lq_uh, 1000) + take(d, IDENTIFY_POLE_PAIRS, &p->pole_pairs, 1) +
-           take(d, IDENTIFY_COUNTS, &p->encoder_counts, 1) + take(d, IDENTIFY_FLUX, &p->flux_uwb, 10) +
-           take(d, IDENTIFY_INERTIA, &p->inertia_gmm2, 1);
+    return use_inductances(d, p) + use_torque(d, p) + take(d, IDENTIFY_RESISTANCE, &p->resistance_mohm, 1000) +
+           take(d, IDENTIFY_POLE_PAIRS, &p->pole_pairs, 1) + take(d, IDENTIFY_COUNTS, &p->encoder_counts, 1) +
+           take(d, IDENTIFY_FLUX, &p->flux_uwb, 10) + take(d, IDENTIFY_INERTIA, &p->inertia_gmm2, 1);
 }

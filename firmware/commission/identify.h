@@ -12,6 +12,7 @@
  *   identify_index.c        from index to index: counts to a turn, and so pole pairs
  *   identify_ramps.c        accelerating and braking with one current: flux, inertia
  *   identify_speeds.c       constant speeds both ways: friction, the encoder's offset
+ *   identify_map.c          inductances and fluxes over current: along the magnets, across, and where torque takes least
  *
  * From the push on the currents are regulated in the rotor's frame, by the encoder: identify_takes_over().
  *
@@ -49,6 +50,24 @@ enum identify_quantity {
     IDENTIFY_INERTIA,    /* gmm2, rotor and load */
     IDENTIFY_COULOMB,    /* uNm: friction that does not depend on speed, bearings and iron */
     IDENTIFY_VISCOUS,    /* nNms: friction that grows with speed */
+    /* the map, for small changes, nH; i_d in halves of the rated current, i_q = 0 */
+    IDENTIFY_LD_D2_BACK, /* two halves against the magnets */
+    IDENTIFY_LD_D1_BACK,
+    IDENTIFY_LD_D1,
+    IDENTIFY_LD_D2,
+    /* i_q in thirds of the rated current, i_d = 0 */
+    IDENTIFY_LD_Q1,
+    IDENTIFY_LD_Q2,
+    IDENTIFY_LD_Q3,
+    IDENTIFY_LQ_Q1,
+    IDENTIFY_LQ_Q2,
+    IDENTIFY_LQ_Q3,
+    /* where rated current makes most torque, if i_d has a part in it */
+    IDENTIFY_TORQUE_ID,   /* mA: this current */
+    IDENTIFY_TORQUE_IQ,   /* mA */
+    IDENTIFY_TORQUE_FLUX, /* 0.1 uWb, along the magnets */
+    IDENTIFY_TORQUE_ACROSS,
+    IDENTIFY_CROSS, /* L_dq by L_qq there, thousandths; the sign is that of i_q */
     IDENTIFY_QUANTITIES
 };
 
@@ -73,6 +92,9 @@ enum identify_reason {
     IDENTIFY_LOADED,        /* a load drives it one way, or speeds are not reached */
     IDENTIFY_TOO_SLOW,      /* turning as it may it induces too little */
     IDENTIFY_UNRESOLVED,    /* its interval is half as large as itself */
+    IDENTIFY_TOO_LIGHT,     /* a current turns the rotor too quickly to be measured meanwhile */
+    IDENTIFY_RIPPLED,       /* phases change their signs within a period: dead time hides it */
+    IDENTIFY_NOT_SALIENT,   /* i_d makes next to no torque */
     IDENTIFY_REASONS
 };
 
@@ -95,6 +117,9 @@ enum identify_step {
     IDENTIFY_STEP_INDEX,
     IDENTIFY_STEP_RAMPS,
     IDENTIFY_STEP_SPEEDS,
+    IDENTIFY_STEP_ALONG,
+    IDENTIFY_STEP_ACROSS,
+    IDENTIFY_STEP_TORQUE,
     IDENTIFY_STEP_DONE,
     IDENTIFY_STEPS
 };
@@ -206,6 +231,27 @@ struct identify_ramps {
     struct identify_run slows[IDENTIFY_RAMPS], gains[IDENTIFY_RAMPS]; /* braking, then accelerating */
 };
 
+#define IDENTIFY_MAP_POINTS 4
+
+/* Of the map: a current, the waves that ride on it, and what it induces from speed to speed. */
+struct identify_map_point {
+    int32_t i_d_q15, i_q_q15; /* the latter to either side by turns */
+    int32_t rpm;              /* as fast as it may drive the rotor */
+    int32_t v_steps;          /* height of its waves */
+    bool fluxes;              /* whether fluxes are wanted as well */
+    uint32_t bursts[2];
+    struct burst_sums sums[2][2];  /* of d and q, each in two halves: i_q to either side */
+    struct identify_run run[2][2]; /* i_q to either side; of v_q and of -v_d by the sign of i_q: both grow with speed */
+};
+
+struct identify_map {
+    uint32_t point, points;
+    uint32_t phase_ms, way_ms; /* in this point, and since i_q changed its sign */
+    uint32_t ways;             /* how often that was */
+    int32_t sign;              /* of i_q */
+    struct identify_map_point at[IDENTIFY_MAP_POINTS];
+};
+
 struct identify {
     volatile uint32_t step; /* enum identify_step: the thread moves it on while `thinking` */
     volatile bool thinking; /* the slow loop has measured, the thread's turn */
@@ -235,6 +281,7 @@ struct identify {
     struct identify_index_search index;
     struct identify_speeds speeds;
     struct identify_ramps ramps;
+    struct identify_map map;
     /* turning */
     bool sensorless;     /* told that there is no encoder */
     bool backwards;      /* the encoder counts down as the field turns: its counter is told to turn round */
@@ -248,6 +295,11 @@ struct identify {
     int32_t rpm_most;    /* as fast as it may turn from now on */
     int32_t ramp_i_q15;  /* current of the ramps, at least */
     int32_t flux_e1_uwb; /* what is known of it so far, tenths */
+    int32_t swing_rpm;   /* from which rated current turns the rotor round in so much time as waves need */
+    int32_t ripple_q10;  /* of the tuning, where the current's ripple counts; or 0 */
+    int32_t wave_steps;  /* height of the waves that the inductance was measured with */
+    uint32_t ahead_q32; /* of the rotor is its frame, as constant speeds have told: put right at the next taking over */
+    int32_t torque_d_q15, torque_q_q15; /* of rated current, what makes most torque */
 };
 
 /* What the slow loop has to measure with. `tuning` is the one in force. */
@@ -268,8 +320,9 @@ struct outcome identify_begin(struct identify *d, const struct params *p);
 bool identify_step(struct identify *d, const struct identify_io *io);
 
 /*
- * Once before a step that needs it: the rotor is at rest, and d->tuning with its counts of the encoder, from 0 and turned round
- * if d->backwards, is to be in force in the rotor's frame, at identify_angle_q32(). Then identify_taken(). Slow loop.
+ * Once before a step that needs it: the rotor is at rest or turns slowly, and d->tuning with its counts of the encoder, from
+ * 0 and turned round if d->backwards, is to be in force in the rotor's frame, at identify_angle_q32(). Then identify_taken().
+ * Slow loop.
  */
 bool identify_takes_over(const struct identify *d);
 uint32_t identify_angle_q32(const struct identify *d, const volatile struct current_loop *c);

@@ -53,7 +53,6 @@ static struct adc_sample next_sample(const struct adc_regs *adc)
 
 void burst_play(struct burst *b, volatile struct current_loop *c, const struct adc_regs *adc)
 {
-    const cossin_t cs = cossin_q15(b->angle_q32);
     const cossin_t wave = cossin_q15(b->angle_q32 - b->field_q32);
     const int32_t wave_d_q9 = ((b->v_steps * wave.cos) >> 15) * (1 << PI_SHIFT);
     const int32_t wave_q_q9 = ((b->v_steps * wave.sin) >> 15) * (1 << PI_SHIFT);
@@ -63,7 +62,8 @@ void burst_play(struct burst *b, volatile struct current_loop *c, const struct a
         const int32_t sign = k < BURST_LENGTH ? burst_sign(b, k) : 0;
         c->integral_d_q9 = had.integral_d_q9 + sign * wave_d_q9;
         c->integral_q_q9 = had.integral_q_q9 + sign * wave_q_q9;
-        const dq_t i = park_q15(clarke_q15(sample.ia_q15, sample.ib_q15), cs);
+        const uint32_t angle_q32 = b->angle_q32 + (uint32_t)k * (uint32_t)b->turn_q32;
+        const dq_t i = park_q15(clarke_q15(sample.ia_q15, sample.ib_q15), cossin_q15(angle_q32));
         b->i_d_q15[k] = (int16_t)q15_sat16(i.d);
         b->i_q_q15[k] = (int16_t)q15_sat16(i.q);
     }

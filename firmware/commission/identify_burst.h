@@ -33,6 +33,7 @@ struct burst {
     uint32_t angle_q32; /* along which the wave acts */
     int32_t v_steps;    /* its height, in the loop's steps */
     int32_t hold;       /* samples for which each quarter of it stands: 1, or BURST_LENGTH / 4 */
+    int32_t turn_q32;   /* by how much frame and angle turn from one sample to the next: the rotor's, or 0 */
     int16_t i_d_q15[BURST_SAMPLES], i_q_q15[BURST_SAMPLES]; /* along the angle and across it */
 };
 

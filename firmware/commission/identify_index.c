@@ -22,14 +22,20 @@
 #define EMF_TIMES   6
 
 /* By which inertia is measured: so long from rest to the largest speed. */
-#define RAMP_MS        150
-#define RELUCTANT_PART 6
+#define RAMP_MS         150
+#define RELUCTANT_PART  5 /* of the rated current */
+#define SEARCH_QUARTERS 3 /* of the speed of the push, by whose inertia a reluctant machine's overshoots */
 
 enum search_phase {
     SEARCH_RUN,
     SEARCH_STOP,
     SEARCH_REST,
 };
+
+static int32_t search_rpm(const struct identify *d)
+{
+    return d->reluctant ? q15_max(d->rpm_most / 4 * SEARCH_QUARTERS, 1) : d->rpm_most;
+}
 
 static void look(struct identify *d, struct identify_index_search *m, const struct identify_io *io)
 {
@@ -75,7 +81,7 @@ bool identify_measure_index(struct identify *d, const struct identify_io *io)
     m->phase_ms++;
     identify_correct_offset(d, io);
     if (m->phase == SEARCH_RUN) {
-        identify_control_speed(io, d->rpm_most, identify_i_most_q15(d));
+        identify_control_speed(io, search_rpm(d), identify_i_most_q15(d));
         look(d, m, io);
         if (ran_enough(d, m)) {
             enter(m, SEARCH_STOP);

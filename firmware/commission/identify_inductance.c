@@ -35,6 +35,9 @@
 /* Of the inductance, by which it may vary over the angle with the slots. */
 #define SLOTS_PERMILLE 20
 
+/* Of that of a machine that is not held, where dead time is about zero and no constant. */
+#define FREE_PERMILLE 25
+
 /* Reluctance has turned the rotor with each step of the resistance's current: what that induced is in the resistance, too. */
 #define TURNED_TIMES 3
 
@@ -57,26 +60,30 @@ static void stand(struct identify *d, volatile struct current_loop *c, bool held
     c->dead_shift = UNCOMPENSATED_SHIFT;
 }
 
+void identify_axes_add(struct identify_axes_sums *s, uint32_t angle_q32, int32_t along, int32_t across)
+{
+    const cossin_t twice = cossin_q15(2u * angle_q32);
+    s->re += (int64_t)along * twice.cos - (int64_t)across * twice.sin;
+    s->im += (int64_t)along * twice.sin + (int64_t)across * twice.cos;
+    s->straight += (int64_t)along * 32768;
+}
+
 /* This angle's part of the sums. */
 static void keep(struct identify_axes *m, uint32_t angle_q32)
 {
-    struct identify_axes_sums *const s = &m->sums[m->pass];
-    const cossin_t twice = cossin_q15(2u * angle_q32);
-    s->re += (int64_t)m->this_d * twice.cos - (int64_t)m->this_q * twice.sin;
-    s->im += (int64_t)m->this_d * twice.sin + (int64_t)m->this_q * twice.cos;
-    s->straight += (int64_t)m->this_d * 32768;
+    identify_axes_add(&m->sums[m->pass], angle_q32, m->this_d, m->this_q);
     m->this_d = m->this_q = 0;
     m->burst = 0;
     m->angle++;
 }
 
-/* One pass with the rotor held, one with it free. */
+/* One pass with the rotor held, one with it free; a rotor that reluctance turns is not held at all. */
 bool identify_measure_axes(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
 {
     struct identify_axes *const m = &d->axes;
     struct burst *const b = &d->burst;
     if (d->ms == 1u && m->pass == IDENTIFY_HELD) {
-        *m = (struct identify_axes){.free_steps = b->v_steps};
+        *m = (struct identify_axes){.pass = d->reluctant ? IDENTIFY_FREE : IDENTIFY_HELD, .free_steps = b->v_steps};
     }
     stand(d, c, m->pass == IDENTIFY_HELD);
     if (d->ms <= SETTLE_MS) {
@@ -140,21 +147,30 @@ static int32_t narrow(int64_t value, int64_t largest)
     return (int32_t)value;
 }
 
-/* Where the current answers most, half a turn either way, and whether it answers twice as much there as across it. */
-static uint32_t easy_q32(const struct identify_axes_sums *m, bool *doubled)
+static int64_t size_of(const struct identify_axes_sums *m)
 {
-    const int64_t straight = m->straight < 0 ? -m->straight : m->straight;
+    return m->straight < 0 ? -m->straight : m->straight;
+}
+
+/* Where the current answers most, half a turn either way. */
+static uint32_t easy_q32(const struct identify_axes_sums *m)
+{
+    return atan2_q32(narrow(m->im, size_of(m)), narrow(m->re, size_of(m))) / 2u;
+}
+
+bool identify_doubled(const struct identify_axes_sums *m)
+{
+    const int64_t straight = size_of(m);
     const int32_t re = narrow(m->re, straight), im = narrow(m->im, straight);
     const int64_t salient = identify_root((int64_t)re * re + (int64_t)im * im);
-    *doubled = 3 * salient > narrow(straight, straight); /* Y1 by Y0: (2 - 1) / (2 + 1) */
-    return atan2_q32(im, re) / 2u;
+    return 3 * salient > narrow(straight, straight); /* Y1 by Y0: (2 - 1) / (2 + 1) */
 }
 
 bool identify_think_axes(struct identify *d)
 {
-    bool doubled;
-    const uint32_t held_q32 = easy_q32(&d->axes.sums[IDENTIFY_HELD], &doubled);
-    const uint32_t free_q32 = easy_q32(&d->axes.sums[IDENTIFY_FREE], &d->reluctant);
+    const uint32_t held_q32 = easy_q32(&d->axes.sums[IDENTIFY_HELD]);
+    const uint32_t free_q32 = easy_q32(&d->axes.sums[IDENTIFY_FREE]);
+    d->reluctant = identify_doubled(&d->axes.sums[IDENTIFY_FREE]);
     d->burst.v_steps = d->reluctant ? d->axes.free_steps : d->axes.held_steps;
     const uint32_t off_q32 = (held_q32 - PULLED_Q32 + QUARTER_Q32 / 2u) % (2u * QUARTER_Q32);
     const bool along = off_q32 < QUARTER_Q32;
@@ -167,7 +183,7 @@ bool identify_think_axes(struct identify *d)
 }
 
 /* nH, or 0: no current answers. */
-static int64_t inductance_nh(const struct identify *d, const struct burst_sums *s)
+int64_t identify_inductance_nh(const struct identify *d, const struct burst_sums *s)
 {
     /* regression: b = (ud ii - id ui) / (count ii - ui^2), in Q15 of current for one wave's height */
     const int64_t below = s->count * s->ii - (int64_t)s->ui * s->ui;
@@ -184,7 +200,7 @@ static int64_t inductance_nh(const struct identify *d, const struct burst_sums *
         return 0;
     }
     const struct identify_result *const r = &d->results[IDENTIFY_RESISTANCE];
-    const int64_t r_uohm = r->state == IDENTIFY_KNOWN ? r->value : d->params.resistance_mohm * 1000LL;
+    const int64_t r_uohm = r->state == IDENTIFY_KNOWN ? r->value : d->rough_mohm * 1000LL;
     /* y = b R: uohm times nA by uV are 1e-9 */
     const int64_t y_q30 = identify_scaled(identify_scaled(i_na, r_uohm, u_uv), 1LL << 30, 1000000000);
     if (y_q30 >= 1LL << 30) {
@@ -195,9 +211,9 @@ static int64_t inductance_nh(const struct identify *d, const struct burst_sums *
                       : identify_scaled(r_uohm * 1000, 1LL << 30, x_q30 * CONFIG_PWM_HZ);
 }
 
-static void know_axis(struct identify *d, enum identify_quantity what, const struct burst_sums of[2])
+void identify_know_inductance(struct identify *d, enum identify_quantity what, const int64_t halves[2], int64_t bound)
 {
-    const int64_t a = inductance_nh(d, &of[0]), b = inductance_nh(d, &of[1]);
+    const int64_t a = halves[0], b = halves[1];
     if (a == 0 || b == 0) {
         identify_refuse(d, what, IDENTIFY_NO_CURRENT);
         return;
@@ -211,7 +227,15 @@ static void know_axis(struct identify *d, enum identify_quantity what, const str
     const int64_t height = identify_scaled(mean, 1 << CONFIG_V_SHIFT, 2 * d->burst.v_steps);
     const int64_t slots = scale(mean, SLOTS_PERMILLE, 1000);
     const int64_t gains = scale(mean, IDENTIFY_CURRENT_GAIN_PERMILLE + IDENTIFY_BUS_GAIN_PERMILLE, 1000);
-    identify_know(d, what, mean, identify_interval(apart >> 1, gains, identify_root(height * height + slots * slots)));
+    const int64_t others = identify_root(height * height + slots * slots + bound * bound);
+    identify_know(d, what, mean, identify_interval(apart >> 1, gains, others));
+}
+
+static void know_axis(struct identify *d, enum identify_quantity what, const struct burst_sums of[2])
+{
+    const int64_t halves[] = {identify_inductance_nh(d, &of[0]), identify_inductance_nh(d, &of[1])};
+    const int64_t free_nh = d->reluctant ? scale((halves[0] + halves[1]) / 2, FREE_PERMILLE, 1000) : 0;
+    identify_know_inductance(d, what, halves, free_nh);
 }
 
 bool identify_think_inductance(struct identify *d)

@@ -19,6 +19,7 @@ bool identify_measure_push(struct identify *d, const struct identify_io *io);
 bool identify_measure_index(struct identify *d, const struct identify_io *io);
 bool identify_measure_speeds(struct identify *d, const struct identify_io *io);
 bool identify_measure_ramps(struct identify *d, const struct identify_io *io);
+bool identify_measure_map(struct identify *d, const struct identify_io *io);
 
 /* ---- what the turning steps do it with (identify_rotor.c): slow loop ---- */
 
@@ -36,6 +37,7 @@ void identify_push(const struct identify_io *io, int32_t i_q_q15);
 
 /* Adds the last sample, and only then: none of the sums overflows for 4096 samples. */
 void identify_run_add(struct identify_run *r, const struct identify_io *io);
+void identify_run_add_v(struct identify_run *r, const struct identify_io *io, int32_t v_q15); /* another voltage */
 
 /* The largest current that turns the rotor: the rest is for the loops. */
 int32_t identify_i_most_q15(const struct identify *d);
@@ -52,6 +54,7 @@ bool identify_think_push(struct identify *d);
 bool identify_think_index(struct identify *d);
 bool identify_think_speeds(struct identify *d);
 bool identify_think_ramps(struct identify *d);
+bool identify_think_map(struct identify *d);
 
 /* ---- results: thread ---- */
 
@@ -77,10 +80,25 @@ int64_t identify_ua(const struct identify *d, int64_t i_sum_q15, int64_t count);
 int64_t identify_mrad_s(int64_t rpm_q15_sum, int64_t count); /* of the shaft */
 int64_t identify_torque_nnm(const struct identify *d, int64_t flux_e1_uwb, int64_t i_ua);
 
+/* What a current answers along an angle and across it, added: see saliency.h. */
+void identify_axes_add(struct identify_axes_sums *s, uint32_t angle_q32, int32_t along, int32_t across);
+
+/* Whether it answers twice as much along one axis as across it. */
+bool identify_doubled(const struct identify_axes_sums *m);
+
+/* Inductance that a wave has seen, nH, as if it were alone; 0: no current answers. */
+int64_t identify_inductance_nh(const struct identify *d, const struct burst_sums *s);
+
+/* Knows it from two halves, or refuses it; `bound` of what is not in every inductance's interval. */
+void identify_know_inductance(struct identify *d, enum identify_quantity what, const int64_t halves[2], int64_t bound);
+
 /* ---- tuning: thread ---- */
 
 /* As identify_tune(), for a rotor that turns, by what is known of the motor: both currents and the speed are regulated. */
 bool identify_tune_turning(struct identify *d);
+
+/* The same tuning is to be in force anew, in a frame that has been put right. */
+void identify_retake(struct identify *d);
 
 /* 2 sqrt(s^2 + a^2 / 3 + b^2 / 3). Thread. */
 int64_t identify_interval(int64_t s, int64_t a, int64_t b);

@@ -16,6 +16,7 @@
 #define PATIENCE_MS   3000u
 #define LEAST_TENTHS  2 /* of the rated current */
 #define RAMP_TENTHS   4
+#define STEEP_TENTHS  7 /* of a reluctant machine, whose ramps are long */
 #define TIMES_HALVES  3 /* of what the first motion took */
 #define REST_MS       50u
 #define INERTIA_LEAST 1
@@ -141,7 +142,8 @@ bool identify_think_push(struct identify *d)
     d->params.inertia_gmm2 = within(inertia, 2100000000);
     d->rpm_most = pushed_rpm(d);
     /* as steep as so much of the rated current accelerates */
-    const int64_t torque_nnm = identify_torque_nnm(d, flux, d->params.i_rated_ma * (1000LL / 10 * RAMP_TENTHS));
+    const int64_t torque_nnm = identify_torque_nnm(
+        d, flux, d->params.i_rated_ma * (1000LL / 10 * (d->reluctant ? STEEP_TENTHS : RAMP_TENTHS)));
     d->params.ramp_rpm_s = within(scale(torque_nnm, 60000, TWO_PI_E9 / 1000000 * inertia), 1000000);
     if (!identify_tune_turning(d)) {
         identify_refuse_rest(d, IDENTIFY_POLE_PAIRS, IDENTIFY_NOT_PUSHED);

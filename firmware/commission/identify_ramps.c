@@ -12,7 +12,8 @@
 #define PATIENCE_MS  5000u
 #define SLOW_TENTHS  3 /* of the largest speed: between these two a run is taken */
 #define FAST_TENTHS  9
-#define PAIRS        (IDENTIFY_RAMPS - 1)
+#define FEW_RAMPS    4 /* of a reluctant machine, whose ramps are long */
+#define PAIRS_MOST   (IDENTIFY_RAMPS - 1)
 #define REST_MS      50u
 #define LEAD_MS      300u
 #define TENTH        10
@@ -21,6 +22,11 @@
 
 /* Of the flux, at rated current: machines of the bench lose 2 to 4 % at 1.5 times that. */
 #define SATURATION_PERMILLE 50
+
+static uint32_t ramps(const struct identify *d)
+{
+    return d->reluctant ? FEW_RAMPS : IDENTIFY_RAMPS;
+}
 
 /* ---- measuring ---- */
 
@@ -68,9 +74,9 @@ bool identify_measure_ramps(struct identify *d, const struct identify_io *io)
     if (!lead(d, m, io)) {
         return m->phase_ms > PATIENCE_MS;
     }
-    if (m->ramp < IDENTIFY_RAMPS) {
+    if (m->ramp < ramps(d)) {
         run(d, m, io, m->ramp % 2u == 0u ? 1 : -1);
-        if (m->ramp == IDENTIFY_RAMPS) {
+        if (m->ramp == ramps(d)) {
             speed_loop_reset(io->speed, 0);
         }
         return m->phase_ms > PATIENCE_MS;
@@ -86,7 +92,7 @@ static int64_t flux_e1_uwb(const struct identify *d, int32_t way, const struct i
 {
     const struct identify_run *runs[IDENTIFY_RAMPS];
     int32_t count = 0;
-    for (int32_t k = way; k < IDENTIFY_RAMPS; k += 2) {
+    for (int32_t k = way; k < (int32_t)ramps(d); k += 2) {
         runs[count++] = &of[k];
     }
     return identify_flux_of_runs(d, runs, count);
@@ -116,11 +122,12 @@ static bool know_flux(struct identify *d)
 
 static void know_inertia(struct identify *d)
 {
-    int64_t of[PAIRS];
-    for (int32_t k = 0; k < PAIRS; k++) {
+    int64_t of[PAIRS_MOST];
+    const int32_t pairs = (int32_t)ramps(d) - 1;
+    for (int32_t k = 0; k < pairs; k++) {
         of[k] = identify_inertia_gmm2(d, d->flux_e1_uwb, &d->ramps.gains[k], &d->ramps.slows[k + 1]);
     }
-    const struct identify_spread inertia = identify_spread(of, PAIRS);
+    const struct identify_spread inertia = identify_spread(of, pairs);
     if (inertia.mean < 1 || inertia.deviation * TENTH > inertia.mean) {
         identify_refuse(d, IDENTIFY_INERTIA, IDENTIFY_SCATTER);
         return;
@@ -133,7 +140,7 @@ static void know_inertia(struct identify *d)
 
 bool identify_think_ramps(struct identify *d)
 {
-    if (d->ramps.ramp < IDENTIFY_RAMPS) {
+    if (d->ramps.ramp < ramps(d)) {
         identify_refuse_rest(d, IDENTIFY_OFFSET, IDENTIFY_LOADED);
         return false;
     }

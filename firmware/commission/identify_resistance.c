@@ -23,6 +23,9 @@
 #define REST_MS   120u
 #define MEAN_MS   10u
 
+/* Short windings brake a rotor that swung about the first current. */
+#define BRAKE_MS 400u
+
 /* Of the levels, and of the ADC's steps in the smallest that is used. */
 #define FIRST_LEVEL 2
 #define LEAST_LSB   8
@@ -93,6 +96,10 @@ static void visit(struct identify *d, volatile struct current_loop *c)
 bool identify_measure_resistance(struct identify *d, volatile struct current_loop *c)
 {
     struct identify_resistance *const m = &d->resistance;
+    if (d->reluctant) {
+        c->integral_d_q9 = 0;
+        return d->ms >= BRAKE_MS; /* each step of the current would turn it */
+    }
     if (d->ms == 1u) {
         *m = (struct identify_resistance){.moving = true, .from = d->counts};
     }
@@ -222,6 +229,10 @@ static bool driven(const struct identify_resistance *m)
 
 bool identify_think_resistance(struct identify *d)
 {
+    if (d->reluctant) {
+        (void)refuse(d, IDENTIFY_TURNED);
+        return true;
+    }
     if (driven(&d->resistance)) {
         identify_refuse_rest(d, IDENTIFY_RESISTANCE, IDENTIFY_LOADED);
         return false;

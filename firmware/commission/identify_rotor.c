@@ -58,13 +58,17 @@ void identify_control_speed(const struct identify_io *io, int32_t target_rpm, in
 
 void identify_run_add(struct identify_run *r, const struct identify_io *io)
 {
+    identify_run_add_v(r, io, io->loop->v_q_q15);
+}
+
+void identify_run_add_v(struct identify_run *r, const struct identify_io *io, int32_t v_q15)
+{
     const int64_t x_q9 = io->speed->estimate.speed_rpm_q15 >> 6;
-    const int64_t v_q15 = io->loop->v_q_q15;
     r->i += io->loop->i_q_q15;
     r->v += v_q15;
     r->x += x_q9;
     r->tx += x_q9 * r->count;
     r->xx += x_q9 * x_q9;
-    r->xv += x_q9 * v_q15;
+    r->xv += x_q9 * (int64_t)v_q15;
     r->count++;
 }

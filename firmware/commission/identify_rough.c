@@ -73,6 +73,16 @@ static int64_t change_256ths(const struct identify_pulses *m)
     return largest;
 }
 
+/* Three angles tell what goes round twice in a turn. */
+static bool reluctant(const struct identify_pulses *m)
+{
+    struct identify_axes_sums axes = {0};
+    for (uint32_t k = 0; k < 3u; k++) {
+        identify_axes_add(&axes, k * THIRD_Q32, m->sums[k].ud, m->sums[k].uq);
+    }
+    return identify_doubled(&axes);
+}
+
 bool identify_think_pulses(struct identify *d)
 {
     const int64_t change = change_256ths(&d->pulses);
@@ -83,6 +93,7 @@ bool identify_think_pulses(struct identify *d)
         identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_NO_CURRENT);
         return false;
     }
+    d->reluctant = reluctant(&d->pulses);
     /* L = U Ts / change: volts are steps by BUS_STEPS of the bus */
     const int64_t vbus_q15 = scale(d->pulses.sums[0].vbus_q15, 1, d->pulses.sums[0].bursts);
     const int64_t u_uv = scale(vbus_q15 * d->burst.v_steps, d->params.v_range_mv * 1000LL, 32768LL * CONFIG_BUS_STEPS);

@@ -73,7 +73,7 @@ static int32_t along_q15(const struct identify *d, const struct identify_speeds 
 /* Regulates towards the point's speed; true as long as the reference is there, and what has swung has calmed down. */
 static bool settled(struct identify *d, struct identify_speeds *m, const struct identify_io *io)
 {
-    const int32_t rpm = m->point < IDENTIFY_POINTS ? target_rpm(d, m->point) : 0;
+    const int32_t rpm = target_rpm(d, m->point);
     identify_control_speed(io, rpm, identify_i_most_q15(d));
     io->loop->i_d_ref_q15 = along_q15(d, m);
     const bool there = io->speed->ref_rpm_q16 == rpm * 65536;
@@ -112,11 +112,10 @@ bool identify_measure_speeds(struct identify *d, const struct identify_io *io)
         identify_push(io, 0);
         return true;
     }
-    if (calm && m->point < IDENTIFY_POINTS) {
+    if (calm) {
         measure(m, io);
-        return false;
     }
-    return calm;
+    return m->point == IDENTIFY_POINTS; /* the map begins with this speed, or goes to rest */
 }
 
 /* ---- thinking ---- */
@@ -164,6 +163,7 @@ static void know_offset(struct identify *d)
     const struct ahead fast = ahead_of(d, &m->points[FAST_FORTH], &m->points[FAST_BACK]);
     const struct ahead slow = ahead_of(d, &m->points[SLOW_FORTH], &m->points[SLOW_BACK]);
     const int32_t ahead_q32 = (int32_t)identify_scaled(fast.e2_deg, 1LL << 32, 36000);
+    d->ahead_q32 = (uint32_t)ahead_q32;
     if (!d->indexed) {
         return; /* refused */
     }
@@ -292,8 +292,10 @@ bool identify_think_speeds(struct identify *d)
     know_offset(d);
     if (is_loaded(d)) {
         refuse_loaded(d);
+        identify_refuse_rest(d, IDENTIFY_LD_D2_BACK, IDENTIFY_LOADED);
     } else if (d->indexed) {
         know_friction(d);
     }
+    identify_retake(d);
     return true;
 }

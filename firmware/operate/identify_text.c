@@ -20,6 +20,21 @@ static const struct {
     [IDENTIFY_INERTIA] = {"inertia", " kgmm2", 1},
     [IDENTIFY_COULOMB] = {"friction", " mNm", 1},
     [IDENTIFY_VISCOUS] = {"viscous friction", " uNms", 1},
+    [IDENTIFY_LD_D2_BACK] = {"ld at -1 of rated current in d", " uH", 1},
+    [IDENTIFY_LD_D1_BACK] = {"ld at -1/2 in d", " uH", 1},
+    [IDENTIFY_LD_D1] = {"ld at 1/2 in d", " uH", 1},
+    [IDENTIFY_LD_D2] = {"ld at 1 in d", " uH", 1},
+    [IDENTIFY_LD_Q1] = {"ld at 1/3 of rated current in q", " uH", 1},
+    [IDENTIFY_LD_Q2] = {"ld at 2/3 in q", " uH", 1},
+    [IDENTIFY_LD_Q3] = {"ld at 1 in q", " uH", 1},
+    [IDENTIFY_LQ_Q1] = {"lq at 1/3 in q", " uH", 1},
+    [IDENTIFY_LQ_Q2] = {"lq at 2/3 in q", " uH", 1},
+    [IDENTIFY_LQ_Q3] = {"lq at 1 in q", " uH", 1},
+    [IDENTIFY_TORQUE_ID] = {"rated current in d for most torque, in mA", "", 1000},
+    [IDENTIFY_TORQUE_IQ] = {"and in q, in mA", "", 1000},
+    [IDENTIFY_TORQUE_FLUX] = {"flux in d there", " uWb", 100},
+    [IDENTIFY_TORQUE_ACROSS] = {"flux in q there", " uWb", 100},
+    [IDENTIFY_CROSS] = {"ldq by lqq there, in thousandths", "", 1000},
 };
 
 static const char *const reasons[IDENTIFY_REASONS] = {
@@ -36,6 +51,10 @@ static const char *const reasons[IDENTIFY_REASONS] = {
     [IDENTIFY_NO_INDEX] = "no index from turn to turn: pole pairs and encoder counts cannot be told apart",
     [IDENTIFY_LOADED] = "a load drives the shaft or holds it back",
     [IDENTIFY_UNRESOLVED] = "it is too small for the sensors at the speeds that are allowed: speed_max_rpm",
+    [IDENTIFY_TOO_LIGHT] =
+        "this current turns the rotor too quickly to be measured meanwhile, or something holds it back",
+    [IDENTIFY_RIPPLED] = "ripple and dead time hide it beside so small a current",
+    [IDENTIFY_NOT_SALIENT] = "no current in d, or little, makes most torque: the magnets make nearly all of it",
     [IDENTIFY_TOO_SLOW] = "what the magnets induce is too little at the speeds that are allowed: speed_max_rpm",
 };
 
@@ -45,7 +64,9 @@ static const char *const steps[IDENTIFY_STEPS] = {
     [IDENTIFY_STEP_AXES] = "axes",          [IDENTIFY_STEP_INDUCTANCE] = "inductance",
     [IDENTIFY_STEP_TURN] = "turn",          [IDENTIFY_STEP_PUSH] = "push",
     [IDENTIFY_STEP_INDEX] = "index",        [IDENTIFY_STEP_RAMPS] = "ramps",
-    [IDENTIFY_STEP_SPEEDS] = "speeds",      [IDENTIFY_STEP_DONE] = "done",
+    [IDENTIFY_STEP_SPEEDS] = "speeds",      [IDENTIFY_STEP_ALONG] = "map along d",
+    [IDENTIFY_STEP_ACROSS] = "map across",  [IDENTIFY_STEP_TORQUE] = "map of most torque",
+    [IDENTIFY_STEP_DONE] = "done",
 };
 
 static const char *step_name(uint32_t step)

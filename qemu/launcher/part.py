@@ -41,10 +41,14 @@ class PartCase:
 
 @dataclass
 class Setup:
-    """How a case is played and judged: the scenario, more arguments of simulate(), and judge(run), which gives a Verdict."""
+    """How a case is played and judged: the scenario, more arguments of simulate(), and judge(run), which gives a Verdict.
+
+    follow   in place of judge: follow(run, play) gives a Verdict; play(scenario, **arguments) is the Result of another run
+    """
     scenario: dict
     judge: object
     arguments: dict = field(default_factory=dict)
+    follow: object = None
 
 
 @dataclass

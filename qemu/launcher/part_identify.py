@@ -33,6 +33,15 @@ FIELD_TURN_S, SOFT_TURN_S = 3.3, 1.5  # TURN_MS and what is around it: firmware/
 TARGETS = {"resistance": 0.01, "dead time": 10.0, "ld": 0.03, "lq": 0.03, "flux": 0.01, "inertia": 0.05, "friction": 0.1,
            "viscous friction": 0.1, "offset": 1.0}
 ABSOLUTE = {"dead time": "ns", "offset": "deg el."}
+# of the map: where it is in shares of the rated current, (i_d, i_q), and which inductance
+MAP = {"ld at -1 of rated current in d": (-1, 0, 0), "ld at -1/2 in d": (-1 / 2, 0, 0), "ld at 1/2 in d": (1 / 2, 0, 0),
+       "ld at 1 in d": (1, 0, 0), "ld at 1/3 of rated current in q": (0, 1 / 3, 0), "ld at 2/3 in q": (0, 2 / 3, 0),
+       "ld at 1 in q": (0, 1, 0), "lq at 1/3 in q": (0, 1 / 3, 1), "lq at 2/3 in q": (0, 2 / 3, 1), "lq at 1 in q": (0, 1, 1)}
+TARGETS |= dict.fromkeys(MAP, 0.05)
+TORQUE = ("flux in d there", "flux in q there", "ldq by lqq there, in thousandths")
+TORQUE_CURRENTS = ("rated current in d for most torque, in mA", "and in q, in mA")
+TARGETS |= {"flux in d there": 0.05, "flux in q there": 0.05, "ldq by lqq there, in thousandths": 10.0}
+ABSOLUTE |= {"ldq by lqq there, in thousandths": "1/1000"}
 STANDING = ("resistance", "dead time", "ld", "lq")
 UNRESOLVED = ("friction", "viscous friction")  # where it is little beside what the sensors resolve
 DRIVEN = ("LOAD_TOO_HIGH", "OVERSPEED")  # how it may end where a load drives the shaft
@@ -40,7 +49,7 @@ LOADS = ("hoist50", "friction20", "blocked")
 EXACT = ("pole pairs", "encoder counts", "encoder direction")
 # what cannot be known: reluctance turns these rotors whenever the current changes
 RELUCTANT = ("baldor_ecs101m0h7ef4", "thor_pmsyrm")
-REFUSED = {(motor, name) for motor in RELUCTANT for name in ("resistance", "dead time")}
+REFUSED = {(motor, name) for motor in RELUCTANT for name in ("resistance", "dead time", "ld at 1/2 in d", "ld at 1 in d")}
 
 
 def plan(motors, options):
@@ -86,8 +95,8 @@ def results_of(console):
     shown = console.rsplit("identify show", 1)
     found = {}
     for line in shown[-1].splitlines() if len(shown) > 1 else []:
-        match = re.match(r"([a-z ]+): (-?[\d.]+)(?: \+-([\d.]+)|, exactly)", line)
-        refused = re.match(r"([a-z ]+): refused: (.+)", line)
+        match = re.match(r"([-a-zA-Z0-9 ,/]+): (-?[\d.]+)(?: \+-([\d.]+)|, exactly)", line)
+        refused = re.match(r"([-a-zA-Z0-9 ,/]+): refused: (.+)", line)
         if match:
             found[match.group(1)] = Result(float(match.group(2)), float(match.group(3) or 0))
         elif refused:
@@ -118,7 +127,8 @@ def truth(run):
     pairs, counts = plant["motor.pole_pairs"], plant["sensor.encoder_counts"]
     index = np.floor(plant["sensor.index_angle_rad"] / (2 * np.pi) % 1 * counts) + 0.5  # the middle of its first count
     iron = magnets(plant, run)**2 / magnets(plant, run, 0)**2
-    return {"resistance": 1e3 * (plant["motor.resistance_ohm"] * hot + r_on * (1 - by_diode) + r_diode * by_diode),
+    return map_truth(plant, run) | {
+            "resistance": 1e3 * (plant["motor.resistance_ohm"] * hot + r_on * (1 - by_diode) + r_diode * by_diode),
             "dead time": 1e9 * (FULL_DEAD_S + delay_s + lost_v / PWM_HZ / plant["inverter.vbus_v"]),
             "ld": d * 1e6, "lq": q * 1e6,
             "pole pairs": pairs, "encoder counts": counts, "encoder direction": 1,
@@ -129,6 +139,29 @@ def truth(run):
                                + plant.get("load.coulomb_nm", 0)),
             "viscous friction": 1e6 * (plant["motor.friction_viscous_nms"] + iron * plant.get("motor.iron_eddy_nms", 0)
                                        + plant.get("load.viscous_nms", 0))}
+
+
+def map_truth(plant, run):
+    """Of the map, and of the point that the drive has chosen for most torque."""
+    rated, found = run.rated("rated_current_a"), results_of(run.console)
+    machine, on = machine_of(plant), np.flatnonzero(run.trace["gate_live"])
+    warmer = 1 + plant.get("motor.magnet_tempco_per_k", 0.0) * (run.trace["magnet_C"][on[-1]] - 25)
+    machine = with_magnet(machine, warmer) if machine.a_d0 else None
+    there = [found[name].value for name in TORQUE_CURRENTS if name in found and found[name].value is not None]
+    right = {name: 1e6 * at(plant, machine, rated * d, rated * q)[1][axis, axis] for name, (d, q, axis) in MAP.items()}
+    if len(there) == 2:
+        flux, inductance = at(plant, machine, *(1e-3 * ma for ma in there))
+        right |= dict(zip(TORQUE, (1e6 * flux[0], 1e6 * flux[1], 1e3 * inductance[0, 1] / inductance[1, 1])))
+    return right
+
+
+def at(plant, machine, i_d, i_q):
+    """(flux, matrix of inductances for small changes) of a current. machine: None where nothing saturates."""
+    if machine is None:
+        inductance = np.diag([plant["motor.ld_h"], plant["motor.lq_h"]])
+        return inductance @ (i_d, i_q) + (plant["motor.flux_wb"], 0.0), inductance
+    flux = flux_of(machine, np.array([i_d, i_q]))
+    return flux, np.linalg.inv(slopes(machine, flux))
 
 
 def magnets(plant, run, share=1):
@@ -226,7 +259,8 @@ def judge(run, load=None, torque_nm=0.0):
         return Verdict(fault or "no result", f"{fault or 'nothing was shown'}", {})
     right, figures = truth(run), {"time, s": took}
     right["friction"] += 1e3 * torque_nm if load == "friction" else 0.0
-    wrong = [line for name in (*TARGETS, *EXACT) if (line := judge_one(name, found.get(name), right[name], load, run, figures))]
+    wrong = [line for name in (*TARGETS, *EXACT)
+             if (line := judge_one(name, found.get(name), right.get(name), load, run, figures))]
     wrong += [] if bridge_is_off(run) else ["the bridge is on"]
     wrong += [f"it took {took:.1f} s"] if took is None or took > LONGEST_S else []
     figures["current, of rated"] = largest_a(run) / run.rated("rated_current_a")
@@ -263,6 +297,12 @@ def may_be_refused(name, reason, load, run):
         return name not in ("ld", "lq")
     if load == "hoist":
         return True
+    if load == "friction" and "holds it back" in reason:  # what lets flux be known turns a reluctant rotor no longer
+        return run.drive.motor.path.stem in RELUCTANT
+    if name in MAP and "ripple and dead time" in reason:
+        return name.startswith("ld") and "in q" in name
+    if name in TORQUE:
+        return "no current in d" in reason and run.drive.motor.path.stem not in RELUCTANT
     return (run.drive.motor.path.stem, name) in REFUSED or (name in UNRESOLVED and "too small for the sensors" in reason)
 
 

@@ -2,7 +2,7 @@
 """`make campaign PART=...`: the parts there are, their cases, and how one is played."""
 import tempfile
 
-from . import (part_detune, part_identify, part_saliency, part_sensorless, part_start, part_supervision,
+from . import (part_detune, part_identified, part_identify, part_saliency, part_sensorless, part_start, part_supervision,
                part_wiring)
 from .campaign import keep
 from .data import available
@@ -13,7 +13,7 @@ from .part import PartCase, matches
 from .paths import MOTORS
 
 PARTS = {module.NAME: module for module in (part_start, part_wiring, part_supervision, part_detune, part_identify,
-                                            part_sensorless, part_saliency)}
+                                            part_identified, part_sensorless, part_saliency)}
 
 
 def is_part(key):
@@ -55,7 +55,13 @@ def play_part_case(case, out_dir, build=None, qemu=None, **more):
     result = simulate(setup.scenario, case.motor, out_dir=out_dir, build=build, qemu=qemu, **setup.arguments, **more)
     run = Run(result.trace, result.console, result.drive, result.enums, result.scenario.names, result.scenario.steps,
               figures=result.figures)
-    return result, setup.judge(run)
+    if setup.follow is None:
+        return result, setup.judge(run)
+
+    def play(scenario, **arguments):
+        with tempfile.TemporaryDirectory(prefix="mssfoc-") as scratch:
+            return simulate(scenario, case.motor, out_dir=scratch, build=build, qemu=qemu, **arguments)
+    return result, setup.follow(run, play)
 
 
 def run_part_case(case, folder, build=None, qemu=None):

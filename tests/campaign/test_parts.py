@@ -23,7 +23,8 @@ REST = [
     "wiring:teknic_m2310p/turning_3", "wiring:teknic_m2310p/brake",
     "supervision:hoverboard_350w/slip120/speed50/load100", "supervision:teknic_m2310p/overload/speed50/load50",
     "supervision:estun_emj04apb22/reversal/chopper", "detune:teknic_m2310p/default/J*5",
-    "detune:hoverboard_350w/default/R*2_L*0.5", "identify:maxon_ec45flat/seed2", "sensorless:thor_pmsyrm/flying/20",
+    "detune:hoverboard_350w/default/R*2_L*0.5", "identify:maxon_ec45flat/seed2", "identified:thor_pmsyrm/seed1",
+    "sensorless:thor_pmsyrm/flying/20",
     "sensorless:teknic_m2310p/start/135/friction100", "saliency:baldor_ecs101m0h7ef4/hold1/270",
 ]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from launcher import simulate
 from launcher.kind import Run
-from launcher.part_identify import EXACT, TOLD, off, results_of, truth
+from launcher.part_identify import EXACT, MAP, TOLD, off, results_of, truth
 
 
 def play(tmp_path, end_s, *steps):
@@ -26,7 +26,7 @@ def test_off_ends_it_and_the_step_is_named(tmp_path):
     result = play(tmp_path, 1.5, {"t_s": 1.0, "console": "status"}, {"t_s": 1.2, "console": "off"})
     assert "identify: step 'resistance'" in result.console and "ended in step 'resistance'" in result.console
     assert result.trace["gate_live"][result.trace["t_s"] < 1.2].any() and not live_after(result, 1.22)
-    assert len(re.findall("refused: it ended before this was measured", result.console)) == 12
+    assert len(re.findall("refused: it ended before this was measured", result.console)) == 27
 
 
 def test_a_fault_ends_it_and_stands_beside_the_step(tmp_path):
@@ -46,15 +46,15 @@ def test_a_phase_that_is_open_is_named_before_anything_is_measured(tmp_path):
 def test_the_drive_runs_by_what_it_has_found(tmp_path):
     """Told nothing that is right of motor and encoder."""
     steps = [{"t_s": 0.12, "console": "identify"}, {"t_s": 0.2, "label": "began", "hold_for": "SWITCHED_ON"},
-             {"t_s": "began + 15.2", "console": "identify show"}, {"t_s": "began + 15.25", "console": "identify use"},
-             {"t_s": "began + 15.3", "console": "on"}, {"t_s": "began + 17.8", "console": "speed 1500"},
-             {"t_s": "began + 18.5", "event": "end"}]
-    result = simulate({"key": "identify", "end_s": "began + 18.6", "preamble_s": 0.05, "step": steps}, out_dir=tmp_path,
+             {"t_s": "began + 16.2", "console": "identify show"}, {"t_s": "began + 16.25", "console": "identify use"},
+             {"t_s": "began + 16.3", "console": "on"}, {"t_s": "began + 18.8", "console": "speed 1500"},
+             {"t_s": "began + 19.5", "event": "end"}]
+    result = simulate({"key": "identify", "end_s": "began + 19.6", "preamble_s": 0.05, "step": steps}, out_dir=tmp_path,
                       motor="teknic_m2310p", overrides={"params": dict(TOLD)})
     run = Run(result.trace, result.console, result.drive, result.enums, result.scenario.names, result.scenario.steps)
     found, right = results_of(result.console), truth(run)
     assert all(found[name].value == right[name] for name in EXACT)
-    for name in ("flux", "inertia", "friction", "offset"):
+    for name in ("flux", "inertia", "friction", "offset", *MAP):
         assert abs(off(name, found[name].value, right[name])) <= found[name].interval, (name, found[name], right[name])
     assert found["flux"].interval < 0.03 * right["flux"] and found["inertia"].interval < 0.06 * right["inertia"]
     assert found["offset"].interval < 1.5 and "8 parameters changed" not in result.console

@@ -400,7 +400,11 @@ def test_identify_says_what_it_found_and_what_not(c, operator):
         result.state, result.value, result.interval = c.IDENTIFY_KNOWN, value, interval
     d.results[c.IDENTIFY_LQ].state, d.results[c.IDENTIFY_LQ].reason = c.IDENTIFY_REFUSED, c.IDENTIFY_NO_CURRENT
     turning = (("POLE_PAIRS", 8, 0), ("COUNTS", 8192, 0), ("DIRECTION", -1, 0), ("OFFSET", 19669, 70), ("FLUX", 28353, 246),
-               ("INERTIA", 77007, 1542), ("COULOMB", 2515, 228))
+               ("INERTIA", 77007, 1542), ("COULOMB", 2515, 228), ("LD_D2_BACK", 148900, 3000), ("LQ_Q3", 140100, 5000),
+               ("TORQUE_ID", -12894, 0), ("TORQUE_FLUX", 850000, 10000), ("CROSS", -109, 6))
+    for name, reason in (("LD_D1", "TURNED"), ("TORQUE_ACROSS", "NOT_SALIENT")):
+        result = d.results[getattr(c, f"IDENTIFY_{name}")]
+        result.state, result.reason = c.IDENTIFY_REFUSED, getattr(c, f"IDENTIFY_{reason}")
     for name, value, interval in turning:
         result = d.results[getattr(c, f"IDENTIFY_{name}")]
         result.state, result.value, result.interval = c.IDENTIFY_KNOWN, value, interval
@@ -409,7 +413,16 @@ def test_identify_says_what_it_found_and_what_not(c, operator):
         "lq: refused: next to no current answers the voltage: motor cable, i_rated_ma, i_range_ma",
         "pole pairs: 8, exactly", "encoder counts: 8192, exactly", "encoder direction: -1, exactly",
         "offset: 196.690 +-0.700 degrees, electrical, at the index", "flux: 2835.300 +-24.600 uWb",
-        "inertia: 77.007 +-1.542 kgmm2", "friction: 2.515 +-0.228 mNm", "viscous friction: not measured yet", "time: 5.774 s"]
+        "inertia: 77.007 +-1.542 kgmm2", "friction: 2.515 +-0.228 mNm", "viscous friction: not measured yet",
+        "ld at -1 of rated current in d: 148.900 +-3.000 uH", "ld at -1/2 in d: not measured yet",
+        "ld at 1/2 in d: refused: reluctance turns the rotor whenever the current changes",
+        "ld at 1 in d: not measured yet", "ld at 1/3 of rated current in q: not measured yet",
+        "ld at 2/3 in q: not measured yet", "ld at 1 in q: not measured yet", "lq at 1/3 in q: not measured yet",
+        "lq at 2/3 in q: not measured yet", "lq at 1 in q: 140.100 +-5.000 uH",
+        "rated current in d for most torque, in mA: -12894, exactly",
+        "and in q, in mA: not measured yet", "flux in d there: 85000.000 +-1000.000 uWb",
+        "flux in q there: refused: no current in d, or little, makes most torque: the magnets make nearly all of it",
+        "ldq by lqq there, in thousandths: -109.000 +-6.000", "time: 5.774 s"]
     assert operator("identify use") == ["ok", "6 parameters changed; 'get all' lists them, 'on' takes them"]
     assert operator("get resistance_mohm") == ["resistance_mohm = 287 mohm  (1...100000)"]
     assert operator("get lq_uh") == ["lq_uh = 200 uH  (1...1000000)"], "refused is not taken"
