@@ -400,5 +400,6 @@ uint32_t identify_use(const struct identify *d, struct params *p)
 {
     return use_inductances(d, p) + use_torque(d, p) + take(d, IDENTIFY_RESISTANCE, &p->resistance_mohm, 1000) +
            take(d, IDENTIFY_POLE_PAIRS, &p->pole_pairs, 1) + take(d, IDENTIFY_COUNTS, &p->encoder_counts, 1) +
-           take(d, IDENTIFY_FLUX, &p->flux_uwb, 10) + take(d, IDENTIFY_INERTIA, &p->inertia_gmm2, 1);
+           take(d, IDENTIFY_FLUX, &p->flux_uwb, 10) + take(d, IDENTIFY_INERTIA, &p->inertia_gmm2, 1) +
+           take(d, IDENTIFY_COULOMB, &p->friction_unm, 1);
 }

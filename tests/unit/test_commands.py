@@ -423,7 +423,7 @@ def test_identify_says_what_it_found_and_what_not(c, operator):
         "and in q, in mA: not measured yet", "flux in d there: 85000.000 +-1000.000 uWb",
         "flux in q there: refused: no current in d, or little, makes most torque: the magnets make nearly all of it",
         "ldq by lqq there, in thousandths: -109.000 +-6.000", "time: 5.774 s"]
-    assert operator("identify use") == ["ok", "6 parameters changed; 'get all' lists them, 'on' takes them"]
+    assert operator("identify use") == ["ok", "7 parameters changed; 'get all' lists them, 'on' takes them"]
     assert operator("get resistance_mohm") == ["resistance_mohm = 287 mohm  (1...100000)"]
     assert operator("get lq_uh") == ["lq_uh = 200 uH  (1...1000000)"], "refused is not taken"
 

@@ -322,8 +322,8 @@ def test_without_an_encoder_all_that_turns_is_refused(c, begun):
 def test_what_turning_has_found_becomes_parameters(c, begun):
     p = c.params()
     c.params_init(p)
-    for name, value in (("POLE_PAIRS", 8), ("COUNTS", 8192), ("FLUX", 28356), ("INERTIA", 77007)):
+    for name, value in (("POLE_PAIRS", 8), ("COUNTS", 8192), ("FLUX", 28356), ("INERTIA", 77007), ("COULOMB", 4101)):
         begun.results[getattr(c, f"IDENTIFY_{name}")].state = c.IDENTIFY_KNOWN
         begun.results[getattr(c, f"IDENTIFY_{name}")].value = value
-    assert c.identify_use(begun, p) == 7
-    assert (p.pole_pairs, p.encoder_counts, p.flux_uwb, p.inertia_gmm2) == (8, 8192, 2836, 77007)
+    assert c.identify_use(begun, p) == 8
+    assert (p.pole_pairs, p.encoder_counts, p.flux_uwb, p.inertia_gmm2, p.friction_unm) == (8, 8192, 2836, 77007, 4101)
