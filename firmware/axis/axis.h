@@ -17,6 +17,7 @@
 #include "firmware/axis/fault.h"
 #include "firmware/axis/field_watch.h"
 #include "firmware/axis/flying.h"
+#include "firmware/axis/hall_watch.h"
 #include "firmware/axis/injection_start.h"
 #include "firmware/axis/keeping.h"
 #include "firmware/axis/modes.h"
@@ -28,6 +29,7 @@
 #include "firmware/axis/thermal.h"
 #include "firmware/commission/identify.h"
 #include "firmware/control/current_loop.h"
+#include "firmware/control/hall.h"
 #include "firmware/control/speed_loop.h"
 #include "firmware/control/torque.h"
 #include "firmware/settings/error.h"
@@ -93,6 +95,8 @@ struct axis {
     struct identify identify;
     struct keeping keeping;
     struct switching switching;
+    struct hall hall;
+    struct hall_watch hall_watch;
 };
 
 /* One value and no other, so that a stray write does not keep a fault from switching the bridge off. */

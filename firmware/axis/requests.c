@@ -77,6 +77,11 @@ void request_adopt(struct axis *a, const struct tuning *t)
         a->motion.homed = false;
         cogging_forget(&a->motion.cogging);
     }
+    if (t->angle_source == PARAM_ANGLE_HALL) {
+        struct hall_table table;
+        (void)hall_table_of(&a->params, &table); /* the tuning has looked at it */
+        hall_take_table(&a->hall, &table, t->loop_counts);
+    }
     a->start.unseen = a->start.unseen || t->samples > a->tuning.samples;
     a->tuning = *t;
     speed_loop_tune(&a->speed, t);

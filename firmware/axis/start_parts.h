@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The parts of a start (start.h), for each other: start_sensorless.c has the ways of a drive without an encoder. Slow loop. */
+/* The parts of a start (start.h), for each other: start_sensorless.c and
+ * start_hall.c have the ways of a drive without an encoder. Slow loop. */
 #ifndef FIRMWARE_AXIS_START_PARTS_H
 #define FIRMWARE_AXIS_START_PARTS_H
 
@@ -15,6 +16,7 @@ enum start_phase {
     START_CATCH,     /* without an encoder: does the rotor turn already? */
     START_DOUBT,     /* likewise: did it turn while the wiring looked wrong? */
     START_INJECTION, /* or its saliency is to show it */
+    START_HALL,      /* Hall switches tell the angle */
 };
 
 /* The bridge on, the field's angle from `source`. */
@@ -34,6 +36,14 @@ void start_sensorless_wired(struct axis *a);
 
 /* One step of these phases; true when operation may begin. */
 bool start_sensorless_step(struct axis *a);
+
+/* By Hall switches: they are followed from now on, bridge off; the sensors' zeros are known; the wiring is right. */
+void start_hall_begin(struct axis *a);
+void start_hall(struct axis *a);
+void start_hall_wired(struct axis *a);
+
+/* Sectors since the start began. */
+int32_t start_hall_moved(const struct axis *a);
 
 /* What start_tuning() asks: a voltage is prescribed, and not regulated. */
 bool start_sensorless_holds_voltage(const struct axis *a);

@@ -33,6 +33,8 @@ enum error {
     ERROR_OBSERVER,
     ERROR_SENSORLESS_RELUCTANT,
     ERROR_INJECTION_UPDATE,
+    ERROR_HALL_STATES,
+    ERROR_HALL_EDGES,
     /* bandwidths that leave too little margin; value: the largest that works, Hz */
     ERROR_CURRENT_MARGIN,
     ERROR_SPEED_MARGIN,

@@ -20,6 +20,7 @@
 enum param_angle {
     PARAM_ANGLE_ENCODER,
     PARAM_ANGLE_SENSORLESS, /* the flux observer, and a prescribed field where that sees nothing */
+    PARAM_ANGLE_HALL,       /* three Hall switches */
 };
 
 struct params {
@@ -87,6 +88,14 @@ struct params {
     int32_t modbus_address; /* of this drive on the bus; 0: it does not listen */
     int32_t modbus_baud;    /* rate of the bus */
     int32_t modbus_parity;  /* of its characters: 0 none, and two stop bits; 1 odd; 2 even */
+    /* Hall switches: hall_table.h */
+    int32_t hall_states; /* the six states, in the order in which they come forwards: a digit each, 4 C + 2 B + A */
+    int32_t hall_edge_1_cdeg; /* electrical angle at which the first of them begins; and so on */
+    int32_t hall_edge_2_cdeg;
+    int32_t hall_edge_3_cdeg;
+    int32_t hall_edge_4_cdeg;
+    int32_t hall_edge_5_cdeg;
+    int32_t hall_edge_6_cdeg;
 };
 
 struct param_info {

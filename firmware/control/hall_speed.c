@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: MIT */
+#include "drivers/cortex/cpu.h"
+#include "firmware/control/hall.h"
+#include "lib/q15.h"
+
+#define MEAN_CLOCKS  (4u * BOARD_FABRIC_HZ / 1000u)     /* a mean over more edges takes so long at most */
+#define LOST_CLOCKS  (250u * (BOARD_FABRIC_HZ / 1000u)) /* without an edge: at rest, long before the clock wraps */
+#define SPEED_MOST   (1 << 29) /* an eighth of a turn a sample: beyond what any drive is allowed */
+#define HALF_TURN    3u        /* edges: each switch has changed once */
+#define WHOLE_TURN   6u
+#define MIDDLE_SHIFT 5 /* of the way to the middle, a millisecond */
+
+/* What the interrupt has left, of one instant. */
+struct reading {
+    uint32_t count, state, angle_q32;
+    uint32_t latch_clock;
+    uint32_t clock[HALL_EDGES_KEPT];
+};
+
+static void read(struct reading *r, const struct hall *h, const volatile struct current_loop *c,
+                 const struct encoder_regs *e)
+{
+    const volatile struct hall *const now = h;
+    const uint32_t mask = cpu_irq_save();
+    r->count = now->count;
+    r->state = now->state;
+    r->angle_q32 = c->pll.angle_q32;
+    r->latch_clock = encoder_latch_clock(e);
+    for (uint32_t n = 0; n < HALL_EDGES_KEPT; n++) {
+        r->clock[n] = now->clock[n];
+    }
+    cpu_irq_restore(mask);
+}
+
+static uint32_t clock_of(const struct reading *r, uint32_t count)
+{
+    return r->clock[count % HALL_EDGES_KEPT];
+}
+
+/* From the nth edge before the last one to that. */
+static uint64_t way_q32(const struct hall *h, uint32_t state, int32_t direction, uint32_t n)
+{
+    const uint32_t place = h->sector[state].place;
+    if (n == WHOLE_TURN) {
+        return 1ULL << 32;
+    }
+    if (direction > 0) {
+        return h->edge_q32[place] - h->edge_q32[(place + HALL_SECTORS - n) % HALL_SECTORS];
+    }
+    return h->edge_q32[(place + 1u + n) % HALL_SECTORS] - h->edge_q32[(place + 1u) % HALL_SECTORS];
+}
+
+static int32_t speed_of(uint64_t way, uint32_t clocks, const struct tuning *t)
+{
+    const uint64_t speed_q32 = way * (uint32_t)t->loop_counts / (clocks < 1u ? 1u : clocks);
+    return speed_q32 > SPEED_MOST ? SPEED_MOST : (int32_t)speed_q32;
+}
+
+/* Edges, from `count` on the way back, that are near enough to be looked at. */
+static bool near_enough(const struct hall_speed *s, const struct reading *r, uint32_t n)
+{
+    return s->intervals >= n && s->clock - clock_of(r, s->count - (uint32_t)s->direction * n) <= MEAN_CLOCKS;
+}
+
+static void measure(struct hall *h, const struct reading *r, const struct tuning *t)
+{
+    struct hall_speed *const s = &h->speed;
+    if (s->intervals == 0u) {
+        s->speed_q32 = 0; /* it has come from the other side, or from rest */
+        return;
+    }
+    const uint32_t n = near_enough(s, r, WHOLE_TURN) ? WHOLE_TURN : (near_enough(s, r, HALF_TURN) ? HALF_TURN : 1u);
+    const uint32_t clocks = s->clock - clock_of(r, s->count - (uint32_t)s->direction * n);
+    s->speed_q32 = s->direction * speed_of(way_q32(h, r->state, s->direction, n), clocks, t);
+    s->clocks = clocks;
+}
+
+/* False if none has come. An edge that was crossed there and back within this millisecond has another time than before. */
+static bool take_edges(struct hall_speed *s, const struct reading *r)
+{
+    const int32_t moved = (int32_t)(r->count - s->count);
+    const bool there_and_back = clock_of(r, s->count) != s->clock;
+    if (moved == 0 && !there_and_back) {
+        return false;
+    }
+    const int32_t direction = moved > 0 ? 1 : (moved < 0 ? -1 : 0);
+    const uint32_t edges = (uint32_t)q15_abs(moved);
+    const bool goes_on = direction != 0 && direction == s->direction && !there_and_back;
+    const uint32_t intervals = goes_on ? s->intervals + edges : (edges == 0u ? 0u : edges - 1u);
+    s->intervals = intervals > WHOLE_TURN ? WHOLE_TURN : intervals;
+    s->direction = direction;
+    s->count = r->count;
+    s->clock = clock_of(r, r->count);
+    return true;
+}
+
+/* Since the last edge it has turned by less than its sector. */
+static void wait(struct hall *h, const struct reading *r, const struct tuning *t)
+{
+    struct hall_speed *const s = &h->speed;
+    const uint32_t age_clocks = r->latch_clock - s->clock;
+    const uint32_t width_q32 = 2u * (uint32_t)h->sector[r->state].half_q32;
+    const int32_t bound_q32 = speed_of(width_q32, age_clocks, t);
+    s->speed_q32 = q15_clamp(s->speed_q32, -bound_q32, bound_q32);
+    s->clocks = age_clocks > s->clocks ? age_clocks : s->clocks;
+    if (age_clocks > LOST_CLOCKS) {
+        s->speed_q32 = 0;
+        s->intervals = 0;
+        s->direction = 0;
+    }
+}
+
+/* At rest anywhere in the sector is as likely as anywhere else. */
+static void go_to_middle(const struct hall *h, volatile struct current_loop *c)
+{
+    const uint32_t mask = cpu_irq_save();
+    const uint32_t angle_q32 = c->pll.angle_q32;
+    const int32_t off_q32 = (int32_t)(angle_q32 - h->sector[h->state].middle_q32);
+    c->pll.angle_q32 = angle_q32 - (uint32_t)(off_q32 >> MIDDLE_SHIFT);
+    cpu_irq_restore(mask);
+}
+
+/* At most half a turn from what the speed says. */
+static void follow_angle(struct hall_speed *s, uint32_t angle_q32, const struct tuning *t)
+{
+    const uint32_t expected_q32 = (uint32_t)s->speed_q32 * (uint32_t)t->loops_per_slow;
+    const int32_t beyond_q32 = (int32_t)(angle_q32 - s->angle_q32 - expected_q32);
+    s->travel_q32 = s->speed_q32 + beyond_q32 / t->loops_per_slow;
+    s->angle_q32 = angle_q32;
+}
+
+void hall_speed_step(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e,
+                     const struct tuning *t)
+{
+    struct hall_speed *const s = &h->speed;
+    struct reading r;
+    read(&r, h, c, e);
+    if (take_edges(s, &r)) {
+        measure(h, &r, t);
+    }
+    if (s->direction != 0) {
+        wait(h, &r, t);
+    } else {
+        s->speed_q32 = 0;
+        go_to_middle(h, c);
+    }
+    c->pll.speed_q32 = s->speed_q32;
+    follow_angle(s, r.angle_q32, t);
+}
