@@ -80,7 +80,7 @@ void request_adopt(struct axis *a, const struct tuning *t)
     if (t->angle_source == PARAM_ANGLE_HALL) {
         struct hall_table table;
         (void)hall_table_of(&a->params, &table); /* the tuning has looked at it */
-        hall_take_table(&a->hall, &table, t->loop_counts);
+        hall_take_table(&a->hall, &table, t);
     }
     a->start.unseen = a->start.unseen || t->samples > a->tuning.samples;
     a->tuning = *t;

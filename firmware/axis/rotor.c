@@ -30,9 +30,10 @@ static void take_hall_speed(struct axis *a)
         speed_loop_take(&a->speed, 0, 0, SPEED_ESTIMATE_CLOCKS_LOST);
         return;
     }
-    hall_speed_step(&a->hall, &a->loop, &a->fabric->encoder, &a->tuning);
+    hall_speed_step(&a->hall, &a->loop, &a->fabric->encoder, &a->tuning,
+                    current_loop_is_on(&a->loop) ? a->torque.torque_q15 : 0);
     speed_loop_take(&a->speed, tuning_rpm_q15(&a->tuning, s->speed_q32), tuning_rpm_q15(&a->tuning, s->travel_q32),
-                    s->clocks);
+                    s->clocks >> HALL_TOLD_SHIFT);
 }
 
 void rotor_take_speed(struct axis *a)

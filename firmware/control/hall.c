@@ -40,15 +40,24 @@ static struct hall_move move_of(const struct hall *h, uint32_t from, uint32_t to
     return move;
 }
 
-void hall_take_table(struct hall *h, const struct hall_table *t, int32_t loop_counts)
+/* Current by slope, and rpm a millisecond by turns a sample: tuning.h. */
+static int32_t push_q8(const struct tuning *t)
 {
-    fill_sectors(h, t);
+    const int64_t push =
+        (int64_t)t->field.speed_per_rpm_q12 * (1 << 20) / (t->speed_accel_q8 < 1 ? 1 : t->speed_accel_q8);
+    return push > INT32_MAX ? INT32_MAX : (int32_t)push;
+}
+
+void hall_take_table(struct hall *h, const struct hall_table *table, const struct tuning *t)
+{
+    fill_sectors(h, table);
     for (uint32_t from = 0; from < HALL_STATES; from++) {
         for (uint32_t to = 0; to < HALL_STATES; to++) {
             h->move[from][to] = move_of(h, from, to);
         }
     }
-    h->clock_share_q28 = (1u << 28) / (uint32_t)loop_counts;
+    h->clock_share_q28 = (1u << 28) / (uint32_t)t->loop_counts;
+    h->push_q8 = push_q8(t);
 }
 
 void hall_begin(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e)
@@ -58,8 +67,10 @@ void hall_begin(struct hall *h, volatile struct current_loop *c, const struct en
     h->state = encoder_hall_latched(e);
     h->count = 0;
     h->clock[0] = clock;
-    h->speed = (struct hall_speed){
-        .clock = clock, .clocks = SPEED_ESTIMATE_CLOCKS_LOST, .angle_q32 = h->sector[h->state].middle_q32};
+    h->speed = (struct hall_speed){.clock = clock,
+                                   .clocks = SPEED_ESTIMATE_CLOCKS_LOST,
+                                   .lost = true,
+                                   .angle_q32 = h->sector[h->state].middle_q32};
     c->pll.angle_q32 = h->speed.angle_q32;
     c->pll.speed_q32 = 0;
     cpu_irq_restore(mask);

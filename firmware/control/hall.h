@@ -19,6 +19,9 @@
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/hall_table.h"
 
+/* The speed loop is told of so much less time than the speed is measured in: of it, what torque makes is seen at once. */
+#define HALL_TOLD_SHIFT 2
+
 #define HALL_EDGES_KEPT 8u /* the last one and those of a turn before, in a power of two */
 
 /* The sector of a state; of one that the table does not have nothing is looked at. */
@@ -40,12 +43,19 @@ struct hall_move {
 struct hall_speed {
     uint32_t count;     /* of the sectors, as of the last step */
     uint32_t clock;     /* of the last edge */
-    int32_t direction;  /* of the last edges: -1, 1; 0: none is known, or the last one is too long ago */
+    int32_t direction;  /* of the last edges: -1, 1; 0: none is known */
     uint32_t intervals; /* between edges in this direction, without a turn back: so many can be looked at */
+    bool lost;          /* the last edge is too long ago: at rest */
     int32_t speed_q32;  /* turns a sample */
     uint32_t clocks;    /* in which it was measured, or since the last edge if that is longer */
-    uint32_t angle_q32; /* of the rotor at the last step */
-    int32_t travel_q32; /* and by how much it has turned since the one before, a sample */
+    int32_t load_q8;    /* what the load changes the speed by in a millisecond, as push_q8 */
+    /* what torque and that load would have made of it: a speed, and the angle that it sums up to, which wrap */
+    uint64_t pushed_q32;
+    uint64_t way_q32;
+    uint64_t way_at_q32[HALL_EDGES_KEPT]; /* at the edges */
+    uint64_t rest_q32;                    /* the speed less that */
+    uint32_t angle_q32;                   /* of the rotor at the last step */
+    int32_t travel_q32;                   /* and by how much it has turned since the one before, a sample */
 };
 
 struct hall {
@@ -54,6 +64,7 @@ struct hall {
     struct hall_move move[HALL_STATES][HALL_STATES];
     uint32_t edge_q32[HALL_SECTORS]; /* where the sector of that place begins */
     uint32_t clock_share_q28;        /* of a clock, in the time from a sample to the next */
+    int32_t push_q8; /* by how much an LSB of torque changes the speed in a millisecond, Q32 of a turn a sample */
     /* of the interrupt */
     uint32_t state;
     uint32_t count;                  /* of the sectors, wraps */
@@ -62,20 +73,22 @@ struct hall {
     struct hall_speed speed;
 };
 
-/* Takes the table over. `loop_counts`: fabric clocks from a sample to the next. Slow loop held, or bridge off. */
-void hall_take_table(struct hall *h, const struct hall_table *t, int32_t loop_counts);
+/* Takes the table over; the inertia is the tuning's. Slow loop held, or bridge off. */
+void hall_take_table(struct hall *h, const struct hall_table *table, const struct tuning *t);
 
 /* Nothing is known but the state now: the angle is the middle of its sector, at rest. Slow loop, LOOP_HALL, bridge off. */
 void hall_begin(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e);
 
 /*
- * The speed, to the interrupt as well, which turns the angle by it: over a whole turn or half a one, in which misplaced switches
- * cancel, where that takes 4 ms at most; else over the last sector. While no edge comes the rotor turns by less than its sector,
- * which bounds the speed; after a quarter of a second it is 0, and the angle goes to the sector's middle. Slow loop, each
- * millisecond; holds the interrupt back for about 50 cycles.
+ * The speed, to the interrupt as well, which turns the angle by it. The way between two edges by its time is a mean, and late;
+ * so that is done for what the load makes of the speed only, and what `torque_q15` makes of it with the inertia that is told is
+ * added without delay. Over a whole turn or half a one, in which misplaced switches cancel, where that takes 4 ms at most; else
+ * over the last sector. While no edge comes the rotor turns by less than its sector, which bounds the speed; after a quarter of
+ * a second it is 0, and the angle goes to the sector's middle. Slow loop, each millisecond; holds the interrupt back for about
+ * 50 cycles.
  */
 void hall_speed_step(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e,
-                     const struct tuning *t);
+                     const struct tuning *t, int32_t torque_q15);
 
 /* Whether the table has this state. Any context. */
 static inline bool hall_state_is_valid(const struct hall *h, uint32_t state)

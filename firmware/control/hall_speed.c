@@ -3,10 +3,14 @@
 #include "firmware/control/hall.h"
 #include "lib/q15.h"
 
-#define MEAN_CLOCKS  (4u * BOARD_FABRIC_HZ / 1000u)     /* a mean over more edges takes so long at most */
+#define MEAN_CLOCKS  (4u * (BOARD_FABRIC_HZ / 1000u))   /* a mean over more edges takes so long at most */
 #define LOST_CLOCKS  (250u * (BOARD_FABRIC_HZ / 1000u)) /* without an edge: at rest, long before the clock wraps */
-#define SPEED_MOST   (1 << 29) /* an eighth of a turn a sample: beyond what any drive is allowed */
-#define HALF_TURN    3u        /* edges: each switch has changed once */
+#define SPEED_MOST   (1 << 29) /* an eighth of a turn a sample: beyond what any drive may have */
+#define PUSH_MOST_Q8 (1 << 30)
+#define SLOW_CLOCKS  (int64_t)(BOARD_FABRIC_HZ / 1000u)
+#define FIRST_SHIFT  1
+#define LOAD_SHIFT   2
+#define HALF_TURN    3u /* edges: each switch has changed once */
 #define WHOLE_TURN   6u
 #define MIDDLE_SHIFT 5 /* of the way to the middle, a millisecond */
 
@@ -37,26 +41,66 @@ static uint32_t clock_of(const struct reading *r, uint32_t count)
     return r->clock[count % HALL_EDGES_KEPT];
 }
 
+static int32_t held(int64_t speed_q32, int32_t most_q32)
+{
+    return speed_q32 > most_q32 ? most_q32 : (speed_q32 < -most_q32 ? -most_q32 : (int32_t)speed_q32);
+}
+
+/* A way in so many clocks, as a speed; the way is less than 2^38, eight bits of the time are lost on longer ones. */
+static int64_t speed_of(int64_t way_q32, uint32_t clocks, const struct tuning *t)
+{
+    return way_q32 * t->loop_counts / (int64_t)(clocks < 1u ? 1u : clocks);
+}
+
+/* ---- what the torque makes ---- */
+
+/* At rest the load is what the torque is. */
+static void push(struct hall *h, const struct tuning *t, int32_t torque_q15)
+{
+    struct hall_speed *const s = &h->speed;
+    const int32_t torque_q8 = held((int64_t)torque_q15 * h->push_q8, PUSH_MOST_Q8);
+    s->load_q8 = s->lost ? -torque_q8 : s->load_q8;
+    s->pushed_q32 += (uint64_t)(int64_t)((torque_q8 + s->load_q8) >> 8);
+    s->way_q32 += s->pushed_q32 * (uint32_t)t->loops_per_slow;
+}
+
+/* When the edges were that have come since the last step: back from now. */
+static void mark_edges(struct hall_speed *s, const struct reading *r, const struct tuning *t)
+{
+    const int32_t step = (int32_t)(r->count - s->count) < 0 ? 1 : -1;
+    uint32_t count = r->count;
+    for (uint32_t n = 0; n < HALL_EDGES_KEPT - 1u; n++, count += (uint32_t)step) {
+        const int64_t age_clocks = (int64_t)(r->latch_clock - clock_of(r, count));
+        s->way_at_q32[count % HALL_EDGES_KEPT] =
+            s->way_q32 - (uint64_t)((int64_t)s->pushed_q32 * age_clocks / t->loop_counts);
+        if (count == s->count) {
+            return;
+        }
+    }
+}
+
+/* A speed that was not expected, by so much a millisecond. */
+static void blame_load(struct hall_speed *s, int64_t change_q32)
+{
+    s->load_q8 = held(s->load_q8 + change_q32 * 256, PUSH_MOST_Q8);
+}
+
+/* ---- edges ---- */
+
 /* From the nth edge before the last one to that. */
-static uint64_t way_q32(const struct hall *h, uint32_t state, int32_t direction, uint32_t n)
+static int64_t way_of(const struct hall *h, uint32_t state, int32_t direction, uint32_t n)
 {
     const uint32_t place = h->sector[state].place;
     if (n == WHOLE_TURN) {
-        return 1ULL << 32;
+        return direction * (1LL << 32);
     }
     if (direction > 0) {
         return h->edge_q32[place] - h->edge_q32[(place + HALL_SECTORS - n) % HALL_SECTORS];
     }
-    return h->edge_q32[(place + 1u + n) % HALL_SECTORS] - h->edge_q32[(place + 1u) % HALL_SECTORS];
+    return -(int64_t)(h->edge_q32[(place + 1u + n) % HALL_SECTORS] - h->edge_q32[(place + 1u) % HALL_SECTORS]);
 }
 
-static int32_t speed_of(uint64_t way, uint32_t clocks, const struct tuning *t)
-{
-    const uint64_t speed_q32 = way * (uint32_t)t->loop_counts / (clocks < 1u ? 1u : clocks);
-    return speed_q32 > SPEED_MOST ? SPEED_MOST : (int32_t)speed_q32;
-}
-
-/* Edges, from `count` on the way back, that are near enough to be looked at. */
+/* Edges, from the last one on the way back, that are near enough to be looked at. */
 static bool near_enough(const struct hall_speed *s, const struct reading *r, uint32_t n)
 {
     return s->intervals >= n && s->clock - clock_of(r, s->count - (uint32_t)s->direction * n) <= MEAN_CLOCKS;
@@ -66,48 +110,53 @@ static void measure(struct hall *h, const struct reading *r, const struct tuning
 {
     struct hall_speed *const s = &h->speed;
     if (s->intervals == 0u) {
-        s->speed_q32 = 0; /* it has come from the other side, or from rest */
-        return;
+        return; /* it has come from the other side, or from rest */
     }
     const uint32_t n = near_enough(s, r, WHOLE_TURN) ? WHOLE_TURN : (near_enough(s, r, HALF_TURN) ? HALF_TURN : 1u);
-    const uint32_t clocks = s->clock - clock_of(r, s->count - (uint32_t)s->direction * n);
-    s->speed_q32 = s->direction * speed_of(way_q32(h, r->state, s->direction, n), clocks, t);
-    s->clocks = clocks;
+    const uint32_t before = s->count - (uint32_t)s->direction * n;
+    const int64_t pushed =
+        (int64_t)(s->way_at_q32[s->count % HALL_EDGES_KEPT] - s->way_at_q32[before % HALL_EDGES_KEPT]);
+    s->clocks = s->clock - clock_of(r, before);
+    const int64_t rest_q32 = speed_of(way_of(h, r->state, s->direction, n) - pushed, s->clocks, t);
+    const int64_t unexpected_q32 = rest_q32 - (int64_t)s->rest_q32;
+    blame_load(s, unexpected_q32 * SLOW_CLOCKS / (s->clocks < SLOW_CLOCKS ? SLOW_CLOCKS : s->clocks) >>
+                      (s->intervals == 1u ? FIRST_SHIFT : LOAD_SHIFT));
+    s->rest_q32 = (uint64_t)rest_q32;
 }
 
 /* False if none has come. An edge that was crossed there and back within this millisecond has another time than before. */
-static bool take_edges(struct hall_speed *s, const struct reading *r)
+static bool take_edges(struct hall_speed *s, const struct reading *r, const struct tuning *t)
 {
     const int32_t moved = (int32_t)(r->count - s->count);
     const bool there_and_back = clock_of(r, s->count) != s->clock;
     if (moved == 0 && !there_and_back) {
         return false;
     }
+    mark_edges(s, r, t);
     const int32_t direction = moved > 0 ? 1 : (moved < 0 ? -1 : 0);
     const uint32_t edges = (uint32_t)q15_abs(moved);
-    const bool goes_on = direction != 0 && direction == s->direction && !there_and_back;
+    const bool goes_on = !s->lost && direction != 0 && direction == s->direction && !there_and_back;
     const uint32_t intervals = goes_on ? s->intervals + edges : (edges == 0u ? 0u : edges - 1u);
     s->intervals = intervals > WHOLE_TURN ? WHOLE_TURN : intervals;
     s->direction = direction;
     s->count = r->count;
     s->clock = clock_of(r, r->count);
+    s->lost = false;
     return true;
 }
 
 /* Since the last edge it has turned by less than its sector. */
-static void wait(struct hall *h, const struct reading *r, const struct tuning *t)
+static void bound(struct hall *h, const struct reading *r, const struct tuning *t)
 {
     struct hall_speed *const s = &h->speed;
     const uint32_t age_clocks = r->latch_clock - s->clock;
-    const uint32_t width_q32 = 2u * (uint32_t)h->sector[r->state].half_q32;
-    const int32_t bound_q32 = speed_of(width_q32, age_clocks, t);
-    s->speed_q32 = q15_clamp(s->speed_q32, -bound_q32, bound_q32);
+    const int64_t most_q32 = speed_of(2 * (int64_t)h->sector[r->state].half_q32, age_clocks, t);
+    s->lost = s->lost || age_clocks > LOST_CLOCKS;
+    const int64_t speed_q32 = (int64_t)(s->rest_q32 + s->pushed_q32);
+    s->speed_q32 = s->lost ? 0 : held(speed_q32, held(most_q32, SPEED_MOST));
+    blame_load(s, (s->speed_q32 - speed_q32) / 4);
+    s->rest_q32 = (uint64_t)(int64_t)s->speed_q32 - s->pushed_q32;
     s->clocks = age_clocks > s->clocks ? age_clocks : s->clocks;
-    if (age_clocks > LOST_CLOCKS) {
-        s->speed_q32 = 0;
-        s->intervals = 0;
-        s->direction = 0;
-    }
 }
 
 /* At rest anywhere in the sector is as likely as anywhere else. */
@@ -130,18 +179,17 @@ static void follow_angle(struct hall_speed *s, uint32_t angle_q32, const struct 
 }
 
 void hall_speed_step(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e,
-                     const struct tuning *t)
+                     const struct tuning *t, int32_t torque_q15)
 {
     struct hall_speed *const s = &h->speed;
     struct reading r;
     read(&r, h, c, e);
-    if (take_edges(s, &r)) {
+    push(h, t, torque_q15);
+    if (take_edges(s, &r, t)) {
         measure(h, &r, t);
     }
-    if (s->direction != 0) {
-        wait(h, &r, t);
-    } else {
-        s->speed_q32 = 0;
+    bound(h, &r, t);
+    if (s->lost) {
         go_to_middle(h, c);
     }
     c->pll.speed_q32 = s->speed_q32;
