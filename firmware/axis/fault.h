@@ -63,6 +63,7 @@ enum fault {
     FAULT_POLARITY,          /* start: which end of its axis is north remains open */
     FAULT_HALL_INVALID,      /* the Hall switches show what hall_states does not have */
     FAULT_HALL_SEQUENCE,     /* they skip a sector */
+    FAULT_HALL_UNKNOWN,      /* `learn hall`: their table was not found */
     FAULT_COUNT
 };
 

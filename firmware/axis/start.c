@@ -261,7 +261,8 @@ bool start_step(struct axis *a)
     case START_IDENTIFY:
         return step_identify(a);
     case START_HALL:
-        return true;
+    case START_LEARN_HALL:
+        return start_hall_step(a);
     case START_FOLLOW:
     default:
         if (a->loop.source != LOOP_ENCODER) {

@@ -33,6 +33,7 @@ struct start {
     bool rescaled;    /* the observer's angle is still of the scale before */
     bool index_known; /* and that of the index */
     bool wired;       /* without an encoder, where Hall switches tell the angle: the wiring has been looked at */
+    bool learns;      /* `learn hall` and not `on`: it ends with the bridge off */
     bool unseen;      /* what the sensors show in the second sample of a period */
     uint32_t index_offset_q32; /* the field's angle at the index */
 };

@@ -52,22 +52,63 @@ static void lead(struct axis *a)
     a->start.phase = START_HALL;
 }
 
+static void look_at_wiring(struct axis *a)
+{
+    start_follow(a, LOOP_HALL);
+    wiring_start(&a->start.wiring);
+    a->start.phase = START_WIRING;
+}
+
 void start_hall(struct axis *a)
 {
     const uint32_t state = encoder_hall_latched(&a->fabric->encoder);
-    if (!hall_state_is_valid(&a->hall, state)) {
+    if (a->start.learns) {
+        look_at_wiring(a);
+    } else if (!hall_state_is_valid(&a->hall, state)) {
         axis_raise_with(a, FAULT_HALL_INVALID, (int32_t)state, 0);
     } else if ((a->start.wired && !a->start.unseen) || start_hall_moved(a) >= TURNS_COUNTS) {
         lead(a);
     } else {
-        start_follow(a, LOOP_HALL);
-        wiring_start(&a->start.wiring);
-        a->start.phase = START_WIRING;
+        look_at_wiring(a);
     }
 }
 
 void start_hall_wired(struct axis *a)
 {
     a->start.wired = true;
-    lead(a);
+    if (!a->start.learns) {
+        lead(a);
+        return;
+    }
+    start_follow(a, LOOP_HALL);
+    current_loop_field(&a->loop, 0, 0);
+    hall_learn_begin(&a->hall_learn);
+    a->start.phase = START_LEARN_HALL;
+}
+
+static bool step_learning(struct axis *a)
+{
+    struct hall_learn *const l = &a->hall_learn;
+    switch (hall_learn_step(l, &a->loop, &a->fabric->encoder, &a->tuning)) {
+    case HALL_LEARN_DONE:
+        hall_table_tell(&l->found, &a->params);
+        return true;
+    case HALL_LEARN_BLOCKED:
+        axis_raise_with(a, FAULT_HALL_UNKNOWN, 0, hall_learn_states(l));
+        return false;
+    case HALL_LEARN_UNCLEAR:
+        axis_raise_with(a, FAULT_HALL_UNKNOWN, (int32_t)(l->edges / (2u * HALL_LEARN_TURNS)), hall_learn_states(l));
+        return false;
+    case HALL_LEARN_LOAD:
+        axis_raise_with(a, FAULT_LOAD_TOO_HIGH, l->detail_deg < 0 ? -l->detail_deg : l->detail_deg, 0);
+        return false;
+    case HALL_LEARN_RUNNING:
+    default:
+        return false;
+    }
+}
+
+bool start_hall_step(struct axis *a)
+{
+    return a->start.phase == START_HALL || step_learning(a);
 }

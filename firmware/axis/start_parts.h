@@ -10,13 +10,14 @@ enum start_phase {
     START_CALIBRATE,
     START_WIRING,
     START_ALIGN,
-    START_FOLLOW,    /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
-    START_FIELD,     /* without an encoder: the rotor is to hang on a field */
-    START_IDENTIFY,  /* in place of the alignment: it ends with the bridge off */
-    START_CATCH,     /* without an encoder: does the rotor turn already? */
-    START_DOUBT,     /* likewise: did it turn while the wiring looked wrong? */
-    START_INJECTION, /* or its saliency is to show it */
-    START_HALL,      /* Hall switches tell the angle */
+    START_FOLLOW,     /* from the prescribed field to the rotor's, for which the bridge is off for a moment */
+    START_FIELD,      /* without an encoder: the rotor is to hang on a field */
+    START_IDENTIFY,   /* in place of the alignment: it ends with the bridge off */
+    START_CATCH,      /* without an encoder: does the rotor turn already? */
+    START_DOUBT,      /* likewise: did it turn while the wiring looked wrong? */
+    START_INJECTION,  /* or its saliency is to show it */
+    START_HALL,       /* Hall switches tell the angle */
+    START_LEARN_HALL, /* or their table is found: it ends with the bridge off */
 };
 
 /* The bridge on, the field's angle from `source`. */
@@ -41,6 +42,9 @@ bool start_sensorless_step(struct axis *a);
 void start_hall_begin(struct axis *a);
 void start_hall(struct axis *a);
 void start_hall_wired(struct axis *a);
+
+/* One step of these phases; true when operation may begin, or when the table is found. */
+bool start_hall_step(struct axis *a);
 
 /* Sectors since the start began. */
 int32_t start_hall_moved(const struct axis *a);

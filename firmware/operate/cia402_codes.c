@@ -52,6 +52,7 @@ static const uint16_t codes[FAULT_COUNT] = {
     [FAULT_POLARITY] = 0xFF15,
     [FAULT_HALL_INVALID] = 0x7306, /* sensor */
     [FAULT_HALL_SEQUENCE] = 0x7300,
+    [FAULT_HALL_UNKNOWN] = 0x7300,
 };
 
 uint32_t cia402_error_code(enum fault fault)

@@ -58,6 +58,7 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_BUS_HIGH] = "the bus voltage is above v_max_mv; see 'status'",
     [ERROR_TURNING] = "the motor is turning; wait until it stands still",
     [ERROR_NOT_OPERATING] = "the drive is not in operation; use 'on' and wait for it",
+    [ERROR_NEEDS_HALL] = "Hall switches are learned with angle_source 2",
     [ERROR_NEEDS_ENCODER] = "a position takes an encoder: angle_source 0",
     [ERROR_NO_FAULT] = "no fault is latched",
     [ERROR_NOTHING_KEPT] = "no settings are stored",
@@ -208,6 +209,9 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_HALL_SEQUENCE] = {"Hall sequence",
                              "disturbance on the Hall wires: screen, pull-ups; or hall_states is wrong",
                              "a sector was skipped on the way to state @"},
+    [FAULT_HALL_UNKNOWN] = {"Hall switches not learned",
+                            "the rotor must turn freely with i_align_ma; a Hall wire, their supply",
+                            "@ edges in an electrical turn and # states, instead of 6 and 6"},
 };
 
 const char *message_of_error(enum error error)

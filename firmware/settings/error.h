@@ -48,6 +48,7 @@ enum error {
     ERROR_ALREADY_ON,
     ERROR_NOT_OPERATING,
     ERROR_NEEDS_ENCODER,
+    ERROR_NEEDS_HALL,
     ERROR_NO_FAULT,
     ERROR_DRIVE_IS_ON,
     ERROR_BUSY, /* an earlier request has not been carried out yet */

@@ -66,8 +66,8 @@ void hall_table_tell(const struct hall_table *t, struct params *p)
                                           &p->hall_edge_4_cdeg, &p->hall_edge_5_cdeg, &p->hall_edge_6_cdeg};
     int32_t states = 0;
     for (uint32_t n = 0; n < HALL_SECTORS; n++) {
-        const uint64_t cdeg = ((uint64_t)t->edge_q32[n] * HALL_TURN_CDEG + (1u << 31)) >> 32;
-        *edges[n] = (int32_t)(cdeg % HALL_TURN_CDEG);
+        const int32_t cdeg = (int32_t)(((uint64_t)t->edge_q32[n] * HALL_TURN_CDEG + (1u << 31)) >> 32);
+        *edges[n] = cdeg == HALL_TURN_CDEG ? 0 : cdeg;
         states = states * 10 + (int32_t)t->state[n];
     }
     p->hall_states = states;
