@@ -261,6 +261,7 @@ bool start_step(struct axis *a)
     case START_IDENTIFY:
         return step_identify(a);
     case START_HALL:
+    case START_LAY_HALL:
     case START_LEARN_HALL:
         return start_hall_step(a);
     case START_FOLLOW:

@@ -81,9 +81,17 @@ void start_hall_wired(struct axis *a)
         return;
     }
     start_follow(a, LOOP_HALL);
-    current_loop_field(&a->loop, 0, 0);
-    hall_learn_begin(&a->hall_learn);
-    a->start.phase = START_LEARN_HALL;
+    sensorless_begin(a);
+    a->start.phase = START_LAY_HALL;
+}
+
+static bool step_laying(struct axis *a)
+{
+    if (sensorless_align(a)) {
+        hall_learn_begin(&a->hall_learn);
+        a->start.phase = START_LEARN_HALL;
+    }
+    return false;
 }
 
 static bool step_learning(struct axis *a)
@@ -110,5 +118,13 @@ static bool step_learning(struct axis *a)
 
 bool start_hall_step(struct axis *a)
 {
-    return a->start.phase == START_HALL || step_learning(a);
+    switch (a->start.phase) {
+    case START_LAY_HALL:
+        return step_laying(a);
+    case START_LEARN_HALL:
+        return step_learning(a);
+    case START_HALL:
+    default:
+        return true;
+    }
 }

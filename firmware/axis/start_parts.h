@@ -17,7 +17,8 @@ enum start_phase {
     START_DOUBT,      /* likewise: did it turn while the wiring looked wrong? */
     START_INJECTION,  /* or its saliency is to show it */
     START_HALL,       /* Hall switches tell the angle */
-    START_LEARN_HALL, /* or their table is found: it ends with the bridge off */
+    START_LAY_HALL,   /* or the rotor is to hang on a field, */
+    START_LEARN_HALL, /* with which their table is found: it ends with the bridge off */
 };
 
 /* The bridge on, the field's angle from `source`. */

@@ -6,19 +6,18 @@
 
 #define FIELD_HZ      2
 #define TURN_MS       (1000u / FIELD_HZ)
-#define PULL_MS       600u
-#define GROWS_MS      300u
+#define GROWS_SHIFT   6     /* a 64th of the current a millisecond */
 #define SPEED_UP_MS   1000u /* over a turn: slowly enough for a rotor not to swing */
 #define RECORD_MS     (HALL_LEARN_TURNS * TURN_MS)
 #define LOAD_MOST_Q32 0x20000000 /* 45 degrees between forth and back */
 #define SPREAD_Q32    0x0E38E38E /* 20 degrees from turn to turn */
 #define DEGREE_Q32    11930465
 
-enum phase { PULL, FORTH, BACK, ENDED };
+enum phase { FORTH, BACK, ENDED };
 
 void hall_learn_begin(struct hall_learn *l)
 {
-    *l = (struct hall_learn){.phase = PULL, .state = HALL_STATES};
+    *l = (struct hall_learn){.phase = FORTH, .state = HALL_STATES};
 }
 
 int32_t hall_learn_states(const struct hall_learn *l)
@@ -46,10 +45,9 @@ static void move_field(const struct hall_learn *l, volatile struct current_loop 
     const int32_t ms = (int32_t)l->ms;
     const int32_t forth = q15_min(ms, full);
     const int32_t back = q15_max(full - ms, -full);
-    const int32_t part = l->phase == PULL ? 0 : (l->phase == FORTH ? forth : back);
-    const int32_t grown = l->phase == PULL ? q15_min(ms, (int32_t)GROWS_MS) : (int32_t)GROWS_MS;
-    c->field_speed_q32 = speed_q32(t, part);
-    c->i_d_ref_q15 = (int32_t)((int64_t)t->field.i_align_q15 * grown / (int32_t)GROWS_MS);
+    const int32_t most_q15 = (t->field.i_align_q15 >> GROWS_SHIFT) + 1;
+    c->field_speed_q32 = speed_q32(t, l->phase == FORTH ? forth : back);
+    c->i_d_ref_q15 += q15_clamp(t->field.i_align_q15 - c->i_d_ref_q15, -most_q15, most_q15);
     c->i_q_ref_q15 = 0;
 }
 
@@ -60,8 +58,7 @@ static uint32_t record_from_ms(const struct hall_learn *l)
 
 static void next_phase(struct hall_learn *l)
 {
-    const uint32_t lasts_ms = l->phase == PULL ? PULL_MS : record_from_ms(l) + RECORD_MS;
-    if (l->ms >= lasts_ms) {
+    if (l->ms >= record_from_ms(l) + RECORD_MS) {
         l->phase++;
         l->ms = 0;
     }
@@ -101,7 +98,7 @@ static void look(struct hall_learn *l, volatile struct current_loop *c, const st
     const uint32_t field_q32 = field_at_edge(c, e, t, &state);
     const uint32_t before = l->state;
     l->state = state;
-    if (before == state || before == HALL_STATES || l->phase == PULL || l->ms < record_from_ms(l)) {
+    if (before == state || before == HALL_STATES || l->ms < record_from_ms(l)) {
         return;
     }
     if (l->phase == FORTH) {

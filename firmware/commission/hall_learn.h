@@ -3,7 +3,6 @@
  * `learn hall`: which state of the Hall switches belongs to which sector, and where the six edges are. A field on which the
  * rotor hangs turns slowly forth and back, and where it stands at each change is recorded:
  *
- *   pull    the current grows while the field stands
  *   forth   the field speeds up over a turn, then turns evenly; that is recorded
  *   back    the same the other way
  *
@@ -48,7 +47,7 @@ struct hall_learn {
     int32_t detail_deg;
 };
 
-/* Bridge on, a prescribed field of LOOP_HALL. Slow loop. */
+/* Bridge on, LOOP_HALL, the rotor at rest on a field along 0. Slow loop. */
 void hall_learn_begin(struct hall_learn *l);
 
 /* A millisecond; with HALL_LEARN_DONE the table is in `found`. Slow loop. */
