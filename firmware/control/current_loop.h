@@ -185,9 +185,9 @@ void current_loop_on(volatile struct current_loop *c, struct fabric *f, const st
 void current_loop_off(volatile struct current_loop *c, struct fabric *f);
 
 /*
- * Of LOOP_OBSERVER and LOOP_HALL, for a rotor that turns, whose angle and speed `pll` has: as current_loop_on(), but in the rotor's frame and
- * with the EMF in the integrals at once; and the gates stay what they are, so that the legs play it before they are opened
- * (gate_enable()). Slow loop.
+ * Of LOOP_OBSERVER and LOOP_HALL, for a rotor that turns, whose angle and speed `pll` has: as current_loop_on(), but in the
+ * rotor's frame and with the EMF in the integrals at once; and the gates stay what they are, so that the legs play it before
+ * they are opened (gate_enable()). Slow loop.
  */
 void current_loop_arm(volatile struct current_loop *c, struct fabric *f, const struct tuning *t);
 

@@ -64,18 +64,16 @@ static void push(struct hall *h, const struct tuning *t, int32_t torque_q15)
     s->way_q32 += s->pushed_q32 * (uint32_t)t->loops_per_slow;
 }
 
-/* When the edges were that have come since the last step: back from now. */
-static void mark_edges(struct hall_speed *s, const struct reading *r, const struct tuning *t)
+/* Where that was at each of the edges that have come since the last step, `moved` sectors: back from now. */
+static void mark_edges(struct hall_speed *s, const struct reading *r, int32_t moved, const struct tuning *t)
 {
-    const int32_t step = (int32_t)(r->count - s->count) < 0 ? 1 : -1;
+    const uint32_t edges = moved == 0 ? 1u : (uint32_t)q15_abs(moved);
     uint32_t count = r->count;
-    for (uint32_t n = 0; n < HALL_EDGES_KEPT - 1u; n++, count += (uint32_t)step) {
+    for (uint32_t n = 0; n < edges && n < HALL_EDGES_KEPT; n++) {
         const int64_t age_clocks = (int64_t)(r->latch_clock - clock_of(r, count));
         s->way_at_q32[count % HALL_EDGES_KEPT] =
             s->way_q32 - (uint64_t)((int64_t)s->pushed_q32 * age_clocks / t->loop_counts);
-        if (count == s->count) {
-            return;
-        }
+        count += moved < 0 ? 1u : UINT32_MAX;
     }
 }
 
@@ -132,7 +130,7 @@ static bool take_edges(struct hall_speed *s, const struct reading *r, const stru
     if (moved == 0 && !there_and_back) {
         return false;
     }
-    mark_edges(s, r, t);
+    mark_edges(s, r, moved, t);
     const int32_t direction = moved > 0 ? 1 : (moved < 0 ? -1 : 0);
     const uint32_t edges = (uint32_t)q15_abs(moved);
     const bool goes_on = !s->lost && direction != 0 && direction == s->direction && !there_and_back;
@@ -145,12 +143,12 @@ static bool take_edges(struct hall_speed *s, const struct reading *r, const stru
     return true;
 }
 
-/* Since the last edge it has turned by less than its sector. */
+/* Since the last edge it has turned by less than its sector; a quarter more is nothing to blame a load for. */
 static void bound(struct hall *h, const struct reading *r, const struct tuning *t)
 {
     struct hall_speed *const s = &h->speed;
     const uint32_t age_clocks = r->latch_clock - s->clock;
-    const int64_t most_q32 = speed_of(2 * (int64_t)h->sector[r->state].half_q32, age_clocks, t);
+    const int64_t most_q32 = speed_of((int64_t)h->sector[r->state].half_q32 * 5 / 2, age_clocks, t);
     s->lost = s->lost || age_clocks > LOST_CLOCKS;
     const int64_t speed_q32 = (int64_t)(s->rest_q32 + s->pushed_q32);
     s->speed_q32 = s->lost ? 0 : held(speed_q32, held(most_q32, SPEED_MOST));

@@ -89,13 +89,13 @@ struct params {
     int32_t modbus_baud;    /* rate of the bus */
     int32_t modbus_parity;  /* of its characters: 0 none, and two stop bits; 1 odd; 2 even */
     /* Hall switches: hall_table.h */
-    int32_t hall_states; /* the six states, in the order in which they come forwards: a digit each, 4 C + 2 B + A */
-    int32_t hall_edge_1_cdeg; /* electrical angle at which the first of them begins; and so on */
-    int32_t hall_edge_2_cdeg;
-    int32_t hall_edge_3_cdeg;
-    int32_t hall_edge_4_cdeg;
-    int32_t hall_edge_5_cdeg;
-    int32_t hall_edge_6_cdeg;
+    int32_t hall_states;      /* six states in the order in which they come forwards, a digit each: 4 C + 2 B + A */
+    int32_t hall_edge_1_cdeg; /* electrical angle at which the first of them begins */
+    int32_t hall_edge_2_cdeg; /* the second */
+    int32_t hall_edge_3_cdeg; /* the third */
+    int32_t hall_edge_4_cdeg; /* the fourth */
+    int32_t hall_edge_5_cdeg; /* the fifth */
+    int32_t hall_edge_6_cdeg; /* the sixth */
 };
 
 struct param_info {
