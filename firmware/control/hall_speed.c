@@ -9,6 +9,7 @@
 #define PUSH_MOST_Q8 (1 << 30)
 #define SLOW_CLOCKS  (int64_t)(BOARD_FABRIC_HZ / 1000u)
 #define FIRST_SHIFT  1
+#define FIRST_CLOCKS (5u * (BOARD_FABRIC_HZ / 1000u))
 #define LOAD_SHIFT   2
 #define HALF_TURN    3u /* edges: each switch has changed once */
 #define WHOLE_TURN   6u
@@ -104,6 +105,20 @@ static bool near_enough(const struct hall_speed *s, const struct reading *r, uin
     return s->intervals >= n && s->clock - clock_of(r, s->count - (uint32_t)s->direction * n) <= MEAN_CLOCKS;
 }
 
+/*
+ * The speed that the last edges show is another than was believed. A first interval, of which nothing was: long, it is a rotor
+ * that a load has brought out of rest; short, one that was turning when the drive was switched on.
+ */
+static void learn_load(struct hall_speed *s, int64_t unexpected_q32)
+{
+    const bool first = s->intervals == 1u;
+    if (first && s->clocks < FIRST_CLOCKS) {
+        return;
+    }
+    const int64_t clocks = s->clocks < SLOW_CLOCKS ? SLOW_CLOCKS : s->clocks;
+    blame_load(s, unexpected_q32 * SLOW_CLOCKS / clocks >> (first ? FIRST_SHIFT : LOAD_SHIFT));
+}
+
 static void measure(struct hall *h, const struct reading *r, const struct tuning *t)
 {
     struct hall_speed *const s = &h->speed;
@@ -116,9 +131,7 @@ static void measure(struct hall *h, const struct reading *r, const struct tuning
         (int64_t)(s->way_at_q32[s->count % HALL_EDGES_KEPT] - s->way_at_q32[before % HALL_EDGES_KEPT]);
     s->clocks = s->clock - clock_of(r, before);
     const int64_t rest_q32 = speed_of(way_of(h, r->state, s->direction, n) - pushed, s->clocks, t);
-    const int64_t unexpected_q32 = rest_q32 - (int64_t)s->rest_q32;
-    blame_load(s, unexpected_q32 * SLOW_CLOCKS / (s->clocks < SLOW_CLOCKS ? SLOW_CLOCKS : s->clocks) >>
-                      (s->intervals == 1u ? FIRST_SHIFT : LOAD_SHIFT));
+    learn_load(s, rest_q32 - (int64_t)s->rest_q32);
     s->rest_q32 = (uint64_t)rest_q32;
 }
 
