@@ -100,7 +100,8 @@ struct outcome request_measured_forbids_on(const struct axis *a, const struct tu
     if (thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal)) {
         return outcome_of(ERROR_TOO_HOT);
     }
-    const bool turns = q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4;
+    /* Hall switches tell the angle of a rotor that turns as well, and it is caught. */
+    const bool turns = q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4 && !rotor_has_hall(a);
     return outcome_of(turns ? ERROR_TURNING : ERROR_NONE);
 }
 

@@ -19,9 +19,6 @@
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/hall_table.h"
 
-/* The speed loop is told of so much less time than the speed is measured in: of it, what torque makes is seen at once. */
-#define HALL_TOLD_SHIFT 2
-
 #define HALL_EDGES_KEPT 8u /* the last one and those of a turn before, in a power of two */
 
 /* The sector of a state; of one that the table does not have nothing is looked at. */
@@ -41,14 +38,16 @@ struct hall_move {
 
 /* The slow loop's part. */
 struct hall_speed {
-    uint32_t count;     /* of the sectors, as of the last step */
-    uint32_t clock;     /* of the last edge */
-    int32_t direction;  /* of the last edges: -1, 1; 0: none is known */
-    uint32_t intervals; /* between edges in this direction, without a turn back: so many can be looked at */
-    bool lost;          /* the last edge is too long ago: at rest */
-    int32_t speed_q32;  /* turns a sample */
-    uint32_t clocks;    /* in which it was measured, or since the last edge if that is longer */
-    int32_t load_q8;    /* what the load changes the speed by in a millisecond, as push_q8 */
+    uint32_t count;         /* of the sectors, as of the last step */
+    uint32_t clock;         /* of the last edge */
+    int32_t direction;      /* of the last edges: -1, 1; 0: none is known */
+    uint32_t intervals;     /* between edges in this direction, without a turn back: so many can be looked at */
+    bool lost;              /* the last edge is too long ago: at rest */
+    int32_t speed_q32;      /* turns a sample */
+    uint32_t age_clocks;    /* since the last edge */
+    uint32_t sector_clocks; /* from the one before to that */
+    uint32_t clocks;        /* in which it was measured, or since the last edge if that is longer */
+    int32_t load_q8;        /* what the load changes the speed by in a millisecond, as push_q8 */
     /* what torque and that load would have made of it: a speed, and the angle that it sums up to, which wrap */
     uint64_t pushed_q32;
     uint64_t way_q32;
@@ -64,6 +63,7 @@ struct hall {
     struct hall_move move[HALL_STATES][HALL_STATES];
     uint32_t edge_q32[HALL_SECTORS]; /* where the sector of that place begins */
     uint32_t clock_share_q28;        /* of a clock, in the time from a sample to the next */
+    int32_t push_most_q32;           /* and the largest torque, Q32 of a turn a sample */
     int32_t push_q8; /* by how much an LSB of torque changes the speed in a millisecond, Q32 of a turn a sample */
     /* of the interrupt */
     uint32_t state;
@@ -82,13 +82,31 @@ void hall_begin(struct hall *h, volatile struct current_loop *c, const struct en
 /*
  * The speed, to the interrupt as well, which turns the angle by it. The way between two edges by its time is a mean, and late;
  * so that is done for what the load makes of the speed only, and what `torque_q15` makes of it with the inertia that is told is
- * added without delay. Over a whole turn or half a one, in which misplaced switches cancel, where that takes 4 ms at most; else
+ * added without delay. Over a whole turn or half a one, in which misplaced switches cancel, where that takes 20 ms at most; else
  * over the last sector. While no edge comes the rotor turns by less than its sector, which bounds the speed; after a quarter of
  * a second it is 0, and the angle goes to the sector's middle. Slow loop, each millisecond; holds the interrupt back for about
  * 50 cycles.
  */
 void hall_speed_step(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e,
                      const struct tuning *t, int32_t torque_q15);
+
+/*
+ * How long the speed loop is to take the measurement for: the longer, the smaller its gains. What its torque makes is seen at
+ * once, so it is a quarter of the time; and 8 ms at most, or a rotor at rest would not get the torque that breaks it loose, or
+ * holds the load that has come.
+ */
+static inline uint32_t hall_told_clocks(const struct hall_speed *s)
+{
+    const uint32_t clocks = s->clocks / 4u;
+    const uint32_t most = BOARD_FABRIC_HZ / 125u;
+    return clocks < most ? clocks : most;
+}
+
+/* An edge should have come, and the next ones may still say why it has not: a wire is broken, or the rotor stopped. Slow loop. */
+static inline bool hall_edge_is_overdue(const struct hall_speed *s)
+{
+    return s->age_clocks > s->sector_clocks + s->sector_clocks / 4u && s->age_clocks / 4u < s->sector_clocks;
+}
 
 /* Whether the table has this state. Any context. */
 static inline bool hall_state_is_valid(const struct hall *h, uint32_t state)

@@ -3,7 +3,7 @@
 #include "firmware/control/hall.h"
 #include "lib/q15.h"
 
-#define MEAN_CLOCKS  (4u * (BOARD_FABRIC_HZ / 1000u))   /* a mean over more edges takes so long at most */
+#define MEAN_CLOCKS  (20u * (BOARD_FABRIC_HZ / 1000u))  /* a mean over more edges takes so long at most */
 #define LOST_CLOCKS  (250u * (BOARD_FABRIC_HZ / 1000u)) /* without an edge: at rest, long before the clock wraps */
 #define SPEED_MOST   (1 << 29) /* an eighth of a turn a sample: beyond what any drive may have */
 #define PUSH_MOST_Q8 (1 << 30)
@@ -109,14 +109,28 @@ static bool near_enough(const struct hall_speed *s, const struct reading *r, uin
  * The speed that the last edges show is another than was believed. A first interval, of which nothing was: long, it is a rotor
  * that a load has brought out of rest; short, one that was turning when the drive was switched on.
  */
-static void learn_load(struct hall_speed *s, int64_t unexpected_q32)
+static void learn_load(struct hall_speed *s, int64_t clocks, int64_t unexpected_q32)
 {
     const bool first = s->intervals == 1u;
-    if (first && s->clocks < FIRST_CLOCKS) {
+    if (first && clocks < FIRST_CLOCKS) {
         return;
     }
-    const int64_t clocks = s->clocks < SLOW_CLOCKS ? SLOW_CLOCKS : s->clocks;
-    blame_load(s, unexpected_q32 * SLOW_CLOCKS / clocks >> (first ? FIRST_SHIFT : LOAD_SHIFT));
+    const int64_t within = clocks < SLOW_CLOCKS ? SLOW_CLOCKS : clocks;
+    blame_load(s, unexpected_q32 * SLOW_CLOCKS / within >> (first ? FIRST_SHIFT : LOAD_SHIFT));
+}
+
+/*
+ * A quarter of the speed, and four times what the largest torque makes in that time: more than any load does. Beyond it is an
+ * edge that a wire has made, and no over-speed.
+ */
+static int64_t likely_change(const struct hall *h, uint32_t clocks, int64_t change_q32)
+{
+    const struct hall_speed *const s = &h->speed;
+    if (s->intervals == 1u) {
+        return change_q32; /* nothing was expected */
+    }
+    const int64_t most_q32 = q15_abs(s->speed_q32) / 4 + (int64_t)h->push_most_q32 * 4 * clocks / SLOW_CLOCKS;
+    return change_q32 > most_q32 ? most_q32 : (change_q32 < -most_q32 ? -most_q32 : change_q32);
 }
 
 static void measure(struct hall *h, const struct reading *r, const struct tuning *t)
@@ -129,10 +143,12 @@ static void measure(struct hall *h, const struct reading *r, const struct tuning
     const uint32_t before = s->count - (uint32_t)s->direction * n;
     const int64_t pushed =
         (int64_t)(s->way_at_q32[s->count % HALL_EDGES_KEPT] - s->way_at_q32[before % HALL_EDGES_KEPT]);
-    s->clocks = s->clock - clock_of(r, before);
-    const int64_t rest_q32 = speed_of(way_of(h, r->state, s->direction, n) - pushed, s->clocks, t);
-    learn_load(s, rest_q32 - (int64_t)s->rest_q32);
-    s->rest_q32 = (uint64_t)rest_q32;
+    const uint32_t clocks = s->clock - clock_of(r, before);
+    s->clocks = n == 1u ? 2u * clocks : clocks; /* one sector shows each switch that is out of place */
+    const int64_t rest_q32 = speed_of(way_of(h, r->state, s->direction, n) - pushed, clocks, t);
+    const int64_t change_q32 = likely_change(h, clocks, rest_q32 - (int64_t)s->rest_q32);
+    learn_load(s, clocks, change_q32);
+    s->rest_q32 += (uint64_t)change_q32;
 }
 
 /* False if none has come. An edge that was crossed there and back within this millisecond has another time than before. */
@@ -150,6 +166,7 @@ static bool take_edges(struct hall_speed *s, const struct reading *r, const stru
     const uint32_t intervals = goes_on ? s->intervals + edges : (edges == 0u ? 0u : edges - 1u);
     s->intervals = intervals > WHOLE_TURN ? WHOLE_TURN : intervals;
     s->direction = direction;
+    s->sector_clocks = s->lost ? 0u : clock_of(r, r->count) - s->clock;
     s->count = r->count;
     s->clock = clock_of(r, r->count);
     s->lost = false;
@@ -162,6 +179,7 @@ static void bound(struct hall *h, const struct reading *r, const struct tuning *
     struct hall_speed *const s = &h->speed;
     const uint32_t age_clocks = r->latch_clock - s->clock;
     const int64_t most_q32 = speed_of((int64_t)h->sector[r->state].half_q32 * 5 / 2, age_clocks, t);
+    s->age_clocks = age_clocks;
     s->lost = s->lost || age_clocks > LOST_CLOCKS;
     const int64_t speed_q32 = (int64_t)(s->rest_q32 + s->pushed_q32);
     s->speed_q32 = s->lost ? 0 : held(speed_q32, held(most_q32, SPEED_MOST));

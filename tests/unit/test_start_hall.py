@@ -150,11 +150,13 @@ def test_the_rotor_is_known_and_nothing_of_an_observer_meddles(running):
     assert leads(w) and cause(w) == "NONE" and w.axis.sensorless.weak_ms == w.axis.sensorless.lost_ms == 0
 
 
-def test_the_speed_loop_is_told_of_a_quarter_of_the_time(running):
+@pytest.mark.parametrize("clocks, told", ((400, 100), (400000, 100000), (3200000, 800000), (3200004, 800000), (2**28, 800000)))
+def test_the_speed_loop_is_told_of_a_quarter_of_the_time_and_8_ms_at_most(running, clocks, told):
     w = running
-    w.axis.hall.speed.speed_q32 = 0
+    w.axis.hall.speed.clocks, w.axis.hall.speed.lost = clocks, True
+    w.fabric.encoder.LATCH_TIME = w.fabric.encoder.HALL_TIME
     w.step()
-    assert w.axis.speed.estimate.interval_clocks == w.axis.hall.speed.clocks >> 2
+    assert w.axis.hall.speed.clocks == clocks and w.axis.speed.estimate.interval_clocks == told
 
 
 def test_positions_take_an_encoder(c, running):
