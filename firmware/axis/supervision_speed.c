@@ -96,7 +96,10 @@ void supervise_half_wave(struct axis *a)
     }
 }
 
-/* Whose fault it is: a few milliseconds later it is known that an encoder or a Hall switch is dead, and a phase that carries nothing tells. */
+/*
+ * Whose fault it is: a few milliseconds later it is known that an encoder is dead, or a Hall switch, and a phase that carries
+ * nothing tells.
+ */
 void supervise_lost_speed(struct axis *a)
 {
     int32_t phase;

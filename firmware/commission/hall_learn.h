@@ -7,8 +7,8 @@
  *   back    the same the other way
  *
  * Friction lets the rotor lag, and the switches' hysteresis makes them late, both as much one way as the other: the middle of
- * forth and back has neither. Cogging is left, and what pulls more one way: a load that does is refused, from 45 degrees between
- * forth and back on. Nothing is guessed: six states in a ring, each edge once a turn, or no table.
+ * forth and back has neither. Cogging is left, and what pulls more one way; from 45 degrees between forth and back on a load is
+ * refused. Nothing is guessed: six states in a ring, each edge once a turn, or no table.
  */
 #ifndef FIRMWARE_COMMISSION_HALL_LEARN_H
 #define FIRMWARE_COMMISSION_HALL_LEARN_H

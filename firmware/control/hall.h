@@ -82,10 +82,10 @@ void hall_begin(struct hall *h, volatile struct current_loop *c, const struct en
 /*
  * The speed, to the interrupt as well, which turns the angle by it. The way between two edges by its time is a mean, and late;
  * so that is done for what the load makes of the speed only, and what `torque_q15` makes of it with the inertia that is told is
- * added without delay. Over a whole turn or half a one, in which misplaced switches cancel, where that takes 20 ms at most; else
- * over the last sector. While no edge comes the rotor turns by less than its sector, which bounds the speed; after a quarter of
- * a second it is 0, and the angle goes to the sector's middle. Slow loop, each millisecond; holds the interrupt back for about
- * 50 cycles.
+ * added without delay. Over a whole turn or half a one, in which misplaced switches cancel, where that takes 20 ms at most;
+ * else over the last sector. While no edge comes the rotor turns by less than its sector, which bounds the speed; after a
+ * quarter of a second it is 0, and the angle goes to the sector's middle. Slow loop, each millisecond; holds the interrupt back
+ * for about 50 cycles.
  */
 void hall_speed_step(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e,
                      const struct tuning *t, int32_t torque_q15);
@@ -102,7 +102,7 @@ static inline uint32_t hall_told_clocks(const struct hall_speed *s)
     return clocks < most ? clocks : most;
 }
 
-/* An edge should have come, and the next ones may still say why it has not: a wire is broken, or the rotor stopped. Slow loop. */
+/* An edge should have come, and the next ones may still say why not: a wire is broken, or the rotor stopped. Slow loop. */
 static inline bool hall_edge_is_overdue(const struct hall_speed *s)
 {
     return s->age_clocks > s->sector_clocks + s->sector_clocks / 4u && s->age_clocks / 4u < s->sector_clocks;

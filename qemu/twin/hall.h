@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* Three Hall switches 120 electrical degrees apart, and the wires that bring them to the fabric. Switch k (A, B, C: bits 0, 1, 2)
- * is 1 over the half turn that follows
+/* Three Hall switches 120 electrical degrees apart, and the wires that bring them to the fabric. Switch k (A, B, C: bits 0, 1,
+ * 2) is 1 over the half turn that follows
  *
  *   theta_e = hall_angle_rad + k 2 pi / 3 + hall_error_k_rad
  *

@@ -71,11 +71,16 @@ def test_wires_exchanged_and_inverted_are_learned_and_load_and_reversal_are_born
     assert rpm(window(result, ("back", 1.4), ("stop", 0))).mean() == pytest.approx(-200, abs=4)
 
 
+def operation(happens, speed_rpm=200):
+    return [{"t_s": 0.2, "label": "on", "console": "on"},
+            {"t_s": "on + 1.0", "label": "started", "hold_for": "OPERATION_ENABLED"},
+            {"t_s": "started + 0.02", "label": "up", "console": f"speed {speed_rpm}"}, *happens]
+
+
 @pytest.mark.parametrize("start_angle", (10, 130, 275))
 def test_it_starts_from_any_angle_under_half_the_load(start_angle, tmp_path):
     """No alignment: the shaft turns at once, the right way, and no further back than a load takes it before it shows."""
-    steps = [{"t_s": 0.2, "label": "on", "console": "on"}, {"t_s": "on + 1.0", "label": "started", "hold_for": "OPERATION_ENABLED"},
-             {"t_s": "started + 0.02", "label": "up", "console": "speed 100"}, {"t_s": "up + 1.0", "label": "end", "console": "status"}]
+    steps = operation([{"t_s": "up + 1.0", "label": "end", "console": "status"}], 100)
     result = play(tmp_path, steps, "end + 0.02", [event("load_coulomb", "2")], start_angle=start_angle, seed=2)
     assert result.figures["faults"].value == "NONE"
     turned = window(result, ("up", 0), ("end", 0))["theta_mech_rad"]
@@ -83,15 +88,11 @@ def test_it_starts_from_any_angle_under_half_the_load(start_angle, tmp_path):
     assert rpm(window(result, ("up", 0.8), ("end", 0))).mean() == pytest.approx(100, rel=0.05)
 
 
-def operation(happens):
-    return [{"t_s": 0.2, "label": "on", "console": "on"}, {"t_s": "on + 1.0", "label": "started", "hold_for": "OPERATION_ENABLED"},
-            {"t_s": "started + 0.02", "label": "up", "console": "speed 200"}, *happens]
-
-
 def test_a_wire_that_breaks_is_found_within_a_turn_and_the_drive_comes_back(tmp_path):
     """Half an electrical turn at 200 rpm are 10 ms; then the bridge is off. With the wire whole again a retry goes on."""
     happens = [{"t_s": "up + 0.6", "label": "broken", **event("hall_open", "B", "1")},
-               {"t_s": "broken + 0.03", **event("hall_open", "B", "0")}, {"t_s": "broken + 0.9", "label": "end", "console": "status"}]
+               {"t_s": "broken + 0.03", **event("hall_open", "B", "0")},
+               {"t_s": "broken + 0.9", "label": "end", "console": "status"}]
     result = play(tmp_path, operation(happens), "end + 0.02",
                   [{"console": "set retry_count 1"}, {"console": "set retry_delay_ms 50"}], seed=1)
     assert "Hall state" in result.console and result.figures["faults"].value == "HALL_INVALID"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A rotor with three Hall switches in front of the firmware's Hall source: samples, edges and their times, by the plant's rules."""
+"""A rotor with three Hall switches in front of what the firmware makes of them: samples, edges and when they came."""
 import ctypes
 import math
 

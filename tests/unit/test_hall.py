@@ -139,7 +139,7 @@ def test_angle_and_speed_of_a_rotor_that_turns_evenly(c, hz, switches):
 
 @pytest.mark.parametrize("hz", (300, 60))
 def test_switches_out_of_place_by_five_degrees_cost_as_much_and_no_more(c, hz):
-    """Twice as much where edges are far apart: a late edge looks like a load. Where half a turn is short, the speed is right."""
+    """Twice as much where edges are far apart: a late edge looks like a load. Over half a turn the speed is right."""
     edges = [(n / 6 + (0.014 if n % 3 == 0 else 0)) for n in range(6)]
     rotor = Rotor(c, Switches(edges=edges), start=0.1, table=Switches())
     rotor.turning(hz, 100)
@@ -172,7 +172,7 @@ def test_a_rotor_that_stops_is_believed_to_stop_and_to_be_in_the_middle(c):
     rotor.turning(20, 400)
     off, speeds = rotor.run(np.full(600 * PER_MS, rotor.turns))
     sector_ms = 1000 / 20 / 6
-    assert all(speed <= 1.25 * 1000 / 6 / (n + 1) + 0.2 for n, speed in enumerate(speeds)), "a quarter more than its sector since the edge"
+    assert all(speed <= 1.25 * 1000 / 6 / (n + 1) + 0.2 for n, speed in enumerate(speeds)), "its sector, and a quarter of it"
     assert speeds[int(sector_ms) + 252] == 0 and speeds[-1] == 0 and rotor.loop.pll.speed_q32 == 0
     middle = (int(rotor.turns * 6) + 0.5) / 6
     assert abs(wrapped(rotor.loop.pll.angle_q32 - round(middle * TURN) % TURN)) < 0.5
@@ -205,7 +205,7 @@ def per_torque(rotor):
 
 
 def pushed(rotor, hz_s, load_hz_s, ms, hz=0.0):
-    """A course under torque and load, in Hz a second; the torque as the firmware counts it, with the inertia that it was told."""
+    """A course under torque and load, in Hz a second; the torque as the firmware counts it, by the inertia it was told."""
     per_lsb = per_torque(rotor)
     t = np.arange(1, ms * PER_MS + 1) / 20000
     return rotor.run(rotor.turns + hz * t + (hz_s + load_hz_s) * t * t / 2, torque=round(hz_s / per_lsb))
@@ -235,7 +235,7 @@ def test_a_load_that_the_torque_holds_is_no_acceleration(c):
 
 
 def test_any_course_traps_nothing(c):
-    """Speeds up to an eighth of a turn a sample, edges that chatter, states that there are not: a figure comes out, in range."""
+    """Speeds up to an eighth of a turn a sample, edges that chatter, states that there are not: what comes out is in range."""
     draw = random.Random(23)
     rotor = Rotor(c, MISPLACED)
     for _ in range(3000):

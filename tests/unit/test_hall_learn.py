@@ -32,7 +32,8 @@ class Bench:
         self.regs.LATCH_TIME = (self.regs.LATCH_TIME + LOOP_COUNTS) % TURN
         direction = 1 if way > 0 else -1 if way < 0 else 0
         rotor = (0.0 if self.blocked else self.field) + self.load - direction * (self.lag + self.hysteresis)
-        place = max(n for n, edge in enumerate((-1e9, *(k + e for k in range(-2, 9) for e in MISPLACED.edges))) if edge <= rotor)
+        edges = (-1e9, *(k + e for k in range(-2, 9) for e in MISPLACED.edges))
+        place = max(n for n, edge in enumerate(edges) if edge <= rotor)
         if place != self.place:
             self.place = place
             self.regs.HALL_TIME = self.regs.LATCH_TIME

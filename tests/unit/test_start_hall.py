@@ -159,6 +159,22 @@ def test_the_speed_loop_is_told_of_a_quarter_of_the_time_and_8_ms_at_most(runnin
     assert w.axis.hall.speed.clocks == clocks and w.axis.speed.estimate.interval_clocks == told
 
 
+@pytest.mark.parametrize("age, overdue", ((0, 0), (12, 0), (13, 1), (39, 1), (40, 0), (200, 0)))
+def test_a_speed_is_not_lost_while_the_next_edges_may_say_why_one_is_missing(c, running, age, overdue):
+    """From one and a quarter of the time between two edges until four of them."""
+    w = running
+    w.axis.hall.speed.sector_clocks, w.axis.hall.speed.age_clocks = 10, age
+    c.supervise_lost_speed(w.axis)
+    assert cause(w) == ("NONE" if overdue else "SPEED_DEVIATION")
+
+
+def test_a_rotor_that_turns_may_be_switched_on(c):
+    for source, error in ((2, c.ERROR_NONE), (0, c.ERROR_TURNING)):
+        w = World(c)
+        w.axis.loop.vbus_q15, w.axis.tuning.angle_source, w.axis.speed.speed_rpm_q4 = 13670, source, 200 * 16
+        assert c.request_measured_forbids_on(w.axis, w.axis.tuning).error == error
+
+
 def test_positions_take_an_encoder(c, running):
     assert c.axis_command_position(running.axis, 100, False).error == c.ERROR_NEEDS_ENCODER
 
