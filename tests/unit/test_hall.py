@@ -228,10 +228,27 @@ def test_what_torque_makes_of_the_speed_is_known_at_once(c):
 def test_a_load_that_the_torque_holds_is_no_acceleration(c):
     """Even speed under torque: the angle is right as without, once the load is known."""
     rotor = Rotor(c, Switches())
+    rotor.turning(20, 300)
+    assert abs(rotor.hall.speed.load_q8) < 0.05 * 300 / per_torque(rotor) * rotor.hall.push_q8, "none so far"
     pushed(rotor, 300, -300, 1500, hz=20)
     off, speeds = pushed(rotor, 300, -300, 500, hz=20)
     assert np.abs(off).max() < 1.5 and np.abs(speeds / 20 - 1).max() < 0.03
     assert rotor.hall.speed.load_q8 == pytest.approx(-300 / per_torque(rotor) * rotor.hall.push_q8, rel=0.15)
+
+
+def test_an_edge_that_a_wire_makes_is_no_over_speed(c):
+    """Right behind a true one; a quarter more is believed, and what four times the largest torque makes."""
+    rotor = Rotor(c, Switches(), start=0.01)
+    rotor.turning(100, 100)
+    rotor.regs.HALL = IDEAL[(int(rotor.turns * 6) + 1) % 6]
+    rotor.regs.HALL_TIME = (rotor.hall.speed.clock + 20000) % TURN
+    rotor.regs.LATCH_TIME = (rotor.hall.speed.clock + 21000) % TURN
+    c.host_hall_observe(rotor.loop, rotor.hall, rotor.regs)
+    rotor.hall.speed.intervals = 2  # as if no longer mean were near enough
+    rotor.hall.clock[(rotor.hall.count - 3) % 8] = rotor.hall.clock[(rotor.hall.count - 6) % 8] = rotor.regs.LATCH_TIME
+    c.hall_speed_step(rotor.hall, rotor.loop, rotor.regs, rotor.tuning, 0)
+    assert rotor.hall.skipped == 0 and rotor.hall.invalid == 0
+    assert 100 < rotor.hall.speed.speed_q32 / TURN * 20000 < 135
 
 
 def test_any_course_traps_nothing(c):
