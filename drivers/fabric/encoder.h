@@ -31,6 +31,9 @@ struct encoder_regs {
 #define ENCODER_STATUS_ILLEGAL     (1u << 1)
 #define ENCODER_STATUS_SIGNAL_LOST (1u << 2)
 
+#define ENCODER_HALL_LATCHED 0x7u
+#define ENCODER_FILTER_HALL  0xFF00u
+
 #define ENCODER_COUNTS_MIN 4u
 #define ENCODER_COUNTS_MAX 65536u
 
@@ -59,6 +62,26 @@ static inline uint32_t encoder_edge_clock(const struct encoder_regs *encoder)
 static inline uint32_t encoder_latch_clock(const struct encoder_regs *encoder)
 {
     return encoder->LATCH_TIME;
+}
+
+/*
+ * The Hall switches at the last ADC trigger, C B A in bits 2 to 0, and when they had changed last, by the clock above.
+ * Context: any.
+ */
+static inline uint32_t encoder_hall_latched(const struct encoder_regs *encoder)
+{
+    return encoder->HALL & ENCODER_HALL_LATCHED;
+}
+
+static inline uint32_t encoder_hall_clock(const struct encoder_regs *encoder)
+{
+    return encoder->HALL_TIME;
+}
+
+/* So many steps of 16 fabric clocks a Hall switch must keep a new state before it is believed, 0 ... 255. Context: thread. */
+static inline void encoder_filter_hall(struct encoder_regs *encoder, uint32_t steps)
+{
+    encoder->FILTER = (encoder->FILTER & ~ENCODER_FILTER_HALL) | (steps << 8 & ENCODER_FILTER_HALL);
 }
 
 /* Position now, 0 ... counts-1. Context: any. */

@@ -103,7 +103,9 @@ static __attribute__((noinline)) void take_request(struct axis *a)
     switch (wanted) {
     case AXIS_REQUEST_ON:
     case AXIS_REQUEST_IDENTIFY:
+    case AXIS_REQUEST_LEARN_HALL:
         if (a->state == AXIS_SWITCH_ON_DISABLED) {
+            a->start.learns = wanted == AXIS_REQUEST_LEARN_HALL;
             make_ready(a);
         }
         break;
@@ -184,7 +186,7 @@ static __attribute__((noinline)) void react_to_fault(struct axis *a)
 
 static void leave_start(struct axis *a)
 {
-    if (!a->identify.running) {
+    if (!a->identify.running && !a->start.learns) {
         begin_operation(a);
         return;
     }

@@ -17,6 +17,7 @@
 #include "firmware/axis/fault.h"
 #include "firmware/axis/field_watch.h"
 #include "firmware/axis/flying.h"
+#include "firmware/axis/hall_watch.h"
 #include "firmware/axis/injection_start.h"
 #include "firmware/axis/keeping.h"
 #include "firmware/axis/modes.h"
@@ -26,8 +27,10 @@
 #include "firmware/axis/supervision.h"
 #include "firmware/axis/switching.h"
 #include "firmware/axis/thermal.h"
+#include "firmware/commission/hall_learn.h"
 #include "firmware/commission/identify.h"
 #include "firmware/control/current_loop.h"
+#include "firmware/control/hall.h"
 #include "firmware/control/speed_loop.h"
 #include "firmware/control/torque.h"
 #include "firmware/settings/error.h"
@@ -52,6 +55,7 @@ enum axis_request {
     AXIS_REQUEST_QUICK_STOP,
     AXIS_REQUEST_CLEAR,
     AXIS_REQUEST_IDENTIFY,
+    AXIS_REQUEST_LEARN_HALL,
 };
 
 #define AXIS_STANDSTILL_RPM_Q4 (30 * 16) /* below this the motor counts as at rest */
@@ -93,6 +97,9 @@ struct axis {
     struct identify identify;
     struct keeping keeping;
     struct switching switching;
+    struct hall hall;
+    struct hall_watch hall_watch;
+    struct hall_learn hall_learn;
 };
 
 /* One value and no other, so that a stray write does not keep a fault from switching the bridge off. */
@@ -168,6 +175,7 @@ struct outcome axis_command_cyclic_position(struct axis *a, int32_t counts);
 struct outcome axis_command_cyclic_speed(struct axis *a, int32_t rpm);
 struct outcome axis_command_cyclic_current(struct axis *a, int32_t milliamp);
 struct outcome axis_learn_cogging(struct axis *a); /* takes two turns and a bit at learn_rpm */
+struct outcome axis_learn_hall(struct axis *a);    /* takes eight seconds, then off; the table is in the parameters */
 struct outcome axis_set_zero(struct axis *a);      /* the shaft's position is 0 from now on, on or off */
 
 /*

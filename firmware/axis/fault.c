@@ -33,6 +33,8 @@ static const struct fault_class classes[FAULT_COUNT] = {
     [FAULT_HOMING] = {OFF | STOP, REACTION_STOP, false},
     [FAULT_LOCK_LOST] = {OFF, REACTION_OFF, true},
     [FAULT_OUT_OF_STEP] = {OFF, REACTION_OFF, true},
+    [FAULT_HALL_INVALID] = {OFF, REACTION_OFF, true},
+    [FAULT_HALL_SEQUENCE] = {OFF, REACTION_OFF, true},
     [FAULT_COMMAND_TIMEOUT] = {OFF | STOP | WARN, REACTION_STOP, false},
 };
 

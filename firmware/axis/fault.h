@@ -61,6 +61,9 @@ enum fault {
     FAULT_OUT_OF_STEP,       /* without an encoder: the rotor has left the prescribed field */
     FAULT_SALIENCY,          /* start: the current does not show where the rotor stands */
     FAULT_POLARITY,          /* start: which end of its axis is north remains open */
+    FAULT_HALL_INVALID,      /* the Hall switches show what hall_states does not have */
+    FAULT_HALL_SEQUENCE,     /* they skip a sector */
+    FAULT_HALL_UNKNOWN,      /* `learn hall`: their table was not found */
     FAULT_COUNT
 };
 

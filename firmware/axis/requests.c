@@ -77,6 +77,11 @@ void request_adopt(struct axis *a, const struct tuning *t)
         a->motion.homed = false;
         cogging_forget(&a->motion.cogging);
     }
+    if (t->angle_source == PARAM_ANGLE_HALL) {
+        struct hall_table table;
+        (void)hall_table_of(&a->params, &table); /* the tuning has looked at it */
+        hall_take_table(&a->hall, &table, t);
+    }
     a->start.unseen = a->start.unseen || t->samples > a->tuning.samples;
     a->tuning = *t;
     speed_loop_tune(&a->speed, t);
@@ -95,7 +100,8 @@ struct outcome request_measured_forbids_on(const struct axis *a, const struct tu
     if (thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal)) {
         return outcome_of(ERROR_TOO_HOT);
     }
-    const bool turns = q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4;
+    /* Hall switches tell the angle of a rotor that turns as well, and it is caught. */
+    const bool turns = q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4 && !rotor_has_hall(a);
     return outcome_of(turns ? ERROR_TURNING : ERROR_NONE);
 }
 

@@ -22,8 +22,26 @@ static int32_t travel_q15(struct axis *a, int32_t speed_rpm_q15)
     return injection_leads(a) ? tuning_rpm_q15(&a->tuning, moved_q32 / a->tuning.loops_per_slow) : speed_rpm_q15;
 }
 
+/* The handler follows the switches with the bridge off as well, from the first start on. */
+static void take_hall_speed(struct axis *a)
+{
+    const struct hall_speed *const s = &a->hall.speed;
+    if (a->loop.source != LOOP_HALL) {
+        speed_loop_take(&a->speed, 0, 0, SPEED_ESTIMATE_CLOCKS_LOST);
+        return;
+    }
+    hall_speed_step(&a->hall, &a->loop, &a->fabric->encoder, &a->tuning,
+                    current_loop_is_on(&a->loop) ? a->torque.torque_q15 : 0);
+    speed_loop_take(&a->speed, tuning_rpm_q15(&a->tuning, s->speed_q32), tuning_rpm_q15(&a->tuning, s->travel_q32),
+                    hall_told_clocks(s));
+}
+
 void rotor_take_speed(struct axis *a)
 {
+    if (rotor_has_hall(a)) {
+        take_hall_speed(a);
+        return;
+    }
     const uint32_t loop_counts = (uint32_t)a->tuning.loop_counts;
     const int32_t track = a->loop.flux.track;
     const uint32_t clocks = SETTLES_IN_SAMPLES * loop_counts / (uint32_t)(track < 1 ? OBSERVER_TRACK_MOST : track);

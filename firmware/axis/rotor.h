@@ -6,6 +6,7 @@
  *
  *   encoder       the edges and their times (control/speed_estimate.h)
  *   observer      its speed, as quick as its tracking loop: the speed loop's gains go down with that
+ *   Hall switches their edges and the times of these (control/hall.h), the speed loop's gains as with the observer
  *   none of them  a field is prescribed and the rotor hangs on it: its speed, for want of a better one
  */
 #ifndef FIRMWARE_AXIS_ROTOR_H
@@ -20,6 +21,12 @@
 static inline bool rotor_has_encoder(const struct axis *a)
 {
     return a->tuning.angle_source == PARAM_ANGLE_ENCODER;
+}
+
+/* Whether Hall switches do. Any context. */
+static inline bool rotor_has_hall(const struct axis *a)
+{
+    return a->tuning.angle_source == PARAM_ANGLE_HALL;
 }
 
 /* Whether the angle is known, and not only that of a field on which the rotor should hang. Any context. */

@@ -280,7 +280,7 @@ void sensorless_after_control(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
     struct current_loop *const c = &a->loop;
-    if (!rotor_is_known(a)) {
+    if (!rotor_is_known(a) || rotor_has_hall(a)) {
         return;
     }
     if (s->extra_q15 != 0) {
@@ -307,6 +307,9 @@ void sensorless_after_control(struct axis *a)
 
 void sensorless_follow(struct axis *a)
 {
+    if (rotor_has_hall(a)) {
+        return;
+    }
     if (injection_leads(a)) {
         injection_lead_follow(a);
         return;
@@ -341,6 +344,10 @@ void sensorless_supervise(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
     const struct observer *const o = &a->loop.flux;
+    if (rotor_has_hall(a)) {
+        hall_watch_step(a);
+        return;
+    }
     if (!rotor_is_known(a)) {
         field_watch_step(a);
         return;

@@ -47,6 +47,7 @@ void start_forget(struct axis *a)
     a->start.aligned = false;
     a->start.index_known = false;
     a->start.rescaled = true;
+    a->start.wired = false;
 }
 
 /* ---- the way ---- */
@@ -58,6 +59,9 @@ void start_begin(struct axis *a)
     if (s->rescaled) {
         pll_reset(&a->loop.pll, latched(a) * a->loop.encoder_scale_q32);
         s->rescaled = false;
+    }
+    if (rotor_has_hall(a)) {
+        start_hall_begin(a);
     }
     calibration_start(&s->calibration);
     s->latched = latched(a);
@@ -100,6 +104,10 @@ void start_open_gates(struct axis *a)
 static void leave_calibration(struct axis *a)
 {
     struct start *const s = &a->start;
+    if (rotor_has_hall(a)) {
+        start_hall(a);
+        return;
+    }
     if (!rotor_has_encoder(a)) {
         start_sensorless(a);
         return;
@@ -137,6 +145,9 @@ static bool driven(const struct axis *a)
     if (a->identify.running) {
         return moved(a) > DRIVEN_COUNTS; /* nobody knows how many are a turn */
     }
+    if (rotor_has_hall(a)) {
+        return start_hall_moved(a) > 2;
+    }
     return rotor_has_encoder(a) && moved(a) * 3 * a->tuning.pole_pairs > a->tuning.encoder_counts;
 }
 
@@ -144,7 +155,7 @@ static bool driven(const struct axis *a)
 static void raise_of_wiring(struct axis *a, enum fault fault)
 {
     struct start *const s = &a->start;
-    if (!rotor_has_encoder(a)) {
+    if (a->tuning.angle_source == PARAM_ANGLE_SENSORLESS) {
         start_doubt(a, fault);
     } else if (driven(a)) {
         axis_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
@@ -159,6 +170,10 @@ static void step_wiring(struct axis *a)
     switch (wiring_step(&s->wiring, &a->loop, &a->tuning, &a->fabric->adc)) {
     case WIRING_GOOD:
         s->unseen = false;
+        if (rotor_has_hall(a)) {
+            start_hall_wired(a);
+            break;
+        }
         if (!rotor_has_encoder(a)) {
             start_sensorless_wired(a);
             break;
@@ -245,6 +260,10 @@ bool start_step(struct axis *a)
         return start_sensorless_step(a);
     case START_IDENTIFY:
         return step_identify(a);
+    case START_HALL:
+    case START_LAY_HALL:
+    case START_LEARN_HALL:
+        return start_hall_step(a);
     case START_FOLLOW:
     default:
         if (a->loop.source != LOOP_ENCODER) {

@@ -4,6 +4,8 @@
  * that fails raises a fault with its name. A drive whose offset is known needs the first and the third only, and the wiring
  * when the second sample of a period is new to it.
  *
+ * Hall switches tell the angle at once, in the middle of a sector: with them only the first `on` looks at the wiring.
+ *
  * Known it is from an alignment on, as long as the encoder has counted without a fault; or, once the index has been seen with a
  * known offset, whenever the index has been seen again.
  */
@@ -27,10 +29,12 @@ struct start {
     struct calibration calibration;
     struct wiring wiring;
     struct alignment alignment;
-    bool aligned;              /* the encoder's relation to the magnets is known: angle_offset_q32 of the loop */
-    bool rescaled;             /* the observer's angle is still of the scale before */
-    bool index_known;          /* and that of the index */
-    bool unseen;               /* what the sensors show in the second sample of a period */
+    bool aligned;     /* the encoder's relation to the magnets is known: angle_offset_q32 of the loop */
+    bool rescaled;    /* the observer's angle is still of the scale before */
+    bool index_known; /* and that of the index */
+    bool wired;       /* without an encoder, where Hall switches tell the angle: the wiring has been looked at */
+    bool learns;      /* `learn hall` and not `on`: it ends with the bridge off */
+    bool unseen;      /* what the sensors show in the second sample of a period */
     uint32_t index_offset_q32; /* the field's angle at the index */
 };
 

@@ -122,5 +122,5 @@ bool start_sensorless_step(struct axis *a)
 bool start_sensorless_holds_voltage(const struct axis *a)
 {
     const uint32_t phase = a->start.phase;
-    return phase == START_FIELD || (phase == START_INJECTION && injection_brakes(a));
+    return phase == START_FIELD || phase == START_LAY_HALL || (phase == START_INJECTION && injection_brakes(a));
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/axis/axis.h"
+#include "firmware/axis/rotor.h"
 #include "firmware/axis/supervision.h"
 #include "firmware/axis/supervision_speed_step.h"
 #include "lib/q15.h"
@@ -95,10 +96,16 @@ void supervise_half_wave(struct axis *a)
     }
 }
 
-/* Whose fault it is: a few milliseconds later it is known that an encoder is dead, and a phase that carries nothing tells. */
+/*
+ * Whose fault it is: a few milliseconds later it is known that an encoder is dead, or a Hall switch, and a phase that carries
+ * nothing tells.
+ */
 void supervise_lost_speed(struct axis *a)
 {
     int32_t phase;
+    if (rotor_has_hall(a) && hall_edge_is_overdue(&a->hall.speed)) {
+        return;
+    }
     if (supervise_encoder_may_be_dead(a)) {
         return;
     }

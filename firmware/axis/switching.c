@@ -42,17 +42,33 @@ struct outcome axis_switch_on(struct axis *a)
 }
 
 /* All is worked out. A fault may have come meanwhile, or the bus have changed. */
-static struct outcome request_on(struct axis *a)
+static struct outcome request(struct axis *a, enum axis_request what)
 {
     const uint32_t held = request_hold();
     const struct outcome problem = forbidden(a);
     if (problem.error == ERROR_NONE) {
         request_adopt(a, &a->switching.tuning);
         a->reactions.switching_on = false;
-        a->request = AXIS_REQUEST_ON;
+        a->request = what;
     }
     request_release(held);
     return problem;
+}
+
+/* No torque is asked for, so there are no tables to work out. */
+struct outcome axis_learn_hall(struct axis *a)
+{
+    if (!request_settled(a)) {
+        return outcome_of(ERROR_BUSY);
+    }
+    if (request_state_forbids_on(a) != ERROR_NONE) {
+        return outcome_of(request_state_forbids_on(a));
+    }
+    if (a->params.angle_source != PARAM_ANGLE_HALL) {
+        return outcome_of(ERROR_NEEDS_HALL);
+    }
+    const struct outcome problem = tune(a);
+    return problem.error == ERROR_NONE ? request(a, AXIS_REQUEST_LEARN_HALL) : problem;
 }
 
 bool axis_prepare(struct axis *a)
@@ -69,6 +85,6 @@ bool axis_prepare(struct axis *a)
         return true;
     }
     s->under_way = false;
-    s->outcome = request_on(a);
+    s->outcome = request(a, AXIS_REQUEST_ON);
     return false;
 }

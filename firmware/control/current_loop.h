@@ -43,6 +43,7 @@ enum loop_source {
     LOOP_FORCED,  /* current_loop_field(), whatever the rotor does */
     LOOP_OBSERVER, /* the rotor's by the flux observer; or prescribed as well, while the observer finds it: field_follows */
     LOOP_INJECTION, /* the same by the saliency, to which a voltage is added */
+    LOOP_HALL,      /* the same by Hall switches: hall.h */
     LOOP_SOURCES,
 };
 
@@ -143,7 +144,7 @@ struct current_loop {
 /* Whether the rotor's angle is found without an encoder, in field_follows. Any context. */
 static inline bool current_loop_finds_rotor(const volatile struct current_loop *c)
 {
-    return c->source == LOOP_OBSERVER || c->source == LOOP_INJECTION;
+    return c->source >= LOOP_OBSERVER;
 }
 
 /* Electrical speed of the rotor: Q15, 1.0 = CONFIG_SPEED_BASE_HZ. Any context. */
@@ -184,9 +185,9 @@ void current_loop_on(volatile struct current_loop *c, struct fabric *f, const st
 void current_loop_off(volatile struct current_loop *c, struct fabric *f);
 
 /*
- * Of LOOP_OBSERVER, for a rotor that turns, whose angle and speed `pll` has: as current_loop_on(), but in the rotor's frame and
- * with the EMF in the integrals at once; and the gates stay what they are, so that the legs play it before they are opened
- * (gate_enable()). Slow loop.
+ * Of LOOP_OBSERVER and LOOP_HALL, for a rotor that turns, whose angle and speed `pll` has: as current_loop_on(), but in the
+ * rotor's frame and with the EMF in the integrals at once; and the gates stay what they are, so that the legs play it before
+ * they are opened (gate_enable()). Slow loop.
  */
 void current_loop_arm(volatile struct current_loop *c, struct fabric *f, const struct tuning *t);
 

@@ -18,6 +18,7 @@
 #include "firmware/control/current_loop.h"
 #include "firmware/control/stage_angle.h"
 #include "firmware/control/stage_flux.h"
+#include "firmware/control/stage_hall.h"
 #include "firmware/control/stage_inject.h"
 #include "firmware/control/stage_modulate.h"
 #include "firmware/control/stage_overmodulate.h"
@@ -35,6 +36,7 @@ static inline __attribute__((always_inline)) uint32_t current_loop_angle(struct 
         return angle_of_rotor(c);
     case LOOP_OBSERVER:
     case LOOP_INJECTION:
+    case LOOP_HALL:
         return angle_observed(c);
     default:
         return angle_of_field(c);
@@ -65,6 +67,19 @@ static inline __attribute__((always_inline)) bool current_loop_step(struct curre
     angle_observe(c, f->encoder.LATCHED);
     f->adc.STATUS = ADC_STATUS_EOC;
     return f->gate.STATUS > c->status_max;
+}
+
+/* The same by Hall switches. */
+static inline __attribute__((always_inline)) bool current_loop_step_hall(struct current_loop *c, struct hall *h,
+                                                                         struct fabric *f, enum loop_scheme scheme)
+{
+    const alphabeta_t i = scheme == LOOP_SENSE_AB ? sense_ab(f) : sense_pair(c, f);
+    const alphabeta_t coarse = {i.alpha >> c->dead_shift, i.beta >> c->dead_shift};
+    const cossin_t cs = cossin_q15(current_loop_angle(c, LOOP_HALL));
+    modulate(&f->pwm, regulate(c, park_q15(i, cs), 0), cs, coarse, c->turn_q15);
+    hall_observe(c, h, &f->encoder);
+    f->adc.STATUS = ADC_STATUS_EOC;
+    return (f->gate.STATUS & ~GATE_STATUS_ENCODER) > c->status_max; /* there may be none */
 }
 
 /*

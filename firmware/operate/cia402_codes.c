@@ -50,6 +50,9 @@ static const uint16_t codes[FAULT_COUNT] = {
     [FAULT_OUT_OF_STEP] = 0xFF13,
     [FAULT_SALIENCY] = 0xFF14,
     [FAULT_POLARITY] = 0xFF15,
+    [FAULT_HALL_INVALID] = 0x7306, /* sensor */
+    [FAULT_HALL_SEQUENCE] = 0x7300,
+    [FAULT_HALL_UNKNOWN] = 0x7300,
 };
 
 uint32_t cia402_error_code(enum fault fault)

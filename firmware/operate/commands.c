@@ -41,8 +41,10 @@ const struct command command_table[] = {
      run_cyclic_position},
     {"csv", " RPM", "cyclic synchronous velocity", 2, run_cyclic_speed},
     {"cst", " A", "cyclic synchronous torque, q axis, peak amperes", 2, run_cyclic_torque},
-    {"learn", " cogging", "turn slowly forth and back, and find the torque that the shaft's place asks for", 2,
-     run_learn},
+    {"learn", " cogging|hall",
+     "turn slowly forth and back, and find the torque that the shaft's place asks for; or, while off, the Hall "
+     "switches",
+     2, run_learn},
     {"zero", "", "the shaft's position is 0 from now on", 1, run_zero},
     {"fault", "", "first cause, what to look at, the drive's values at that instant; registers of a processor fault", 1,
      run_fault},

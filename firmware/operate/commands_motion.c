@@ -104,8 +104,10 @@ void run_learn(struct session *s, char *const *words)
 {
     if (text_equal(words[1], "cogging")) {
         answer(s, axis_learn_cogging(s->axis));
+    } else if (text_equal(words[1], "hall")) {
+        answer(s, axis_learn_hall(s->axis));
     } else {
-        answer_about(s, words[1], "not 'cogging'");
+        answer_about(s, words[1], "not one of cogging, hall");
     }
 }
 

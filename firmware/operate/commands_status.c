@@ -106,11 +106,20 @@ static void put_saliency(struct session *s)
     text_put_line(&s->out, m->result == INJECTION_POLARITY ? ", north pole not found: injection refused" : "");
 }
 
-/* Without an encoder: how well the EMF shows the rotor, and whether that leads, the saliency or a prescribed field. */
+/*
+ * Without an encoder: what the Hall switches show; or how well the EMF shows the rotor, and whether that leads, the saliency or
+ * a prescribed field.
+ */
 static void put_margin(struct session *s)
 {
     const struct axis *const a = s->axis;
     if (rotor_has_encoder(a)) {
+        return;
+    }
+    if (rotor_has_hall(a)) {
+        text_put(&s->out, "Hall switches: ");
+        text_put_int(&s->out, (int32_t)encoder_hall_latched(&a->fabric->encoder));
+        text_put_line(&s->out, "");
         return;
     }
     text_put(&s->out, "margin of observability: ");

@@ -26,6 +26,11 @@ static const char *const error_texts[ERROR_COUNT] = {
         "v_min_mv is a beginning",
     [ERROR_INJECTION_UPDATE] =
         "injection_mv needs pwm_update 0 or 2: between two samples at both ends the voltage's signs cancel",
+    [ERROR_HALL_STATES] =
+        "hall_states needs six different digits 0 to 7, each and the next one (the last and the first, too) "
+        "one switch apart: 513264 for instance",
+    [ERROR_HALL_EDGES] =
+        "hall_edge_1_cdeg to hall_edge_6_cdeg must grow, round one turn, by 2500 to 9500 each: 'learn hall' finds them",
     [ERROR_SAMPLES_OF_SHUNTS] =
         "pwm_samples 2 needs sensors in line with the phases: low_side_shunts see nothing at every second sample",
     [ERROR_SAMPLES_AT_VALLEY] =
@@ -53,6 +58,7 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_BUS_HIGH] = "the bus voltage is above v_max_mv; see 'status'",
     [ERROR_TURNING] = "the motor is turning; wait until it stands still",
     [ERROR_NOT_OPERATING] = "the drive is not in operation; use 'on' and wait for it",
+    [ERROR_NEEDS_HALL] = "Hall switches are learned with angle_source 2",
     [ERROR_NEEDS_ENCODER] = "a position takes an encoder: angle_source 0",
     [ERROR_NO_FAULT] = "no fault is latched",
     [ERROR_NOTHING_KEPT] = "no settings are stored",
@@ -198,6 +204,14 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
                          "what shows it is off by @ %, margin # tenths"},
     [FAULT_OUT_OF_STEP] = {"out of step", "the load is too much for the field that leads: load, i_max_ma, ramp_rpm_s",
                            "@ % of the EMF is where it should be, margin # tenths"},
+    [FAULT_HALL_INVALID] = {"Hall state", "a Hall wire is broken, the switches have no supply, or hall_states is wrong",
+                            "state @ (4 C + 2 B + A) is not in hall_states"},
+    [FAULT_HALL_SEQUENCE] = {"Hall sequence",
+                             "disturbance on the Hall wires: screen, pull-ups; or hall_states is wrong",
+                             "a sector was skipped on the way to state @"},
+    [FAULT_HALL_UNKNOWN] = {"Hall switches not learned",
+                            "the rotor must turn freely with i_align_ma; a Hall wire, their supply",
+                            "@ edges in an electrical turn and # states, instead of 6 and 6"},
 };
 
 const char *message_of_error(enum error error)

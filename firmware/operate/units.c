@@ -14,6 +14,7 @@ static const struct {
     {"_gmm2", "g mm2"},    {"_pct", "%"},       {"_pm", "0.1 %"},
     {"_c", "degC"},        {"_turns", "turns"}, {"_mturn", "0.001 turns"},
     {"_counts", "counts"}, {"_baud", "baud"},   {"_unm", "uNm"},
+    {"_cdeg", "0.01 deg"},
 };
 
 static size_t length_of(const char *s)

@@ -33,6 +33,8 @@ enum error {
     ERROR_OBSERVER,
     ERROR_SENSORLESS_RELUCTANT,
     ERROR_INJECTION_UPDATE,
+    ERROR_HALL_STATES,
+    ERROR_HALL_EDGES,
     /* bandwidths that leave too little margin; value: the largest that works, Hz */
     ERROR_CURRENT_MARGIN,
     ERROR_SPEED_MARGIN,
@@ -46,6 +48,7 @@ enum error {
     ERROR_ALREADY_ON,
     ERROR_NOT_OPERATING,
     ERROR_NEEDS_ENCODER,
+    ERROR_NEEDS_HALL,
     ERROR_NO_FAULT,
     ERROR_DRIVE_IS_ON,
     ERROR_BUSY, /* an earlier request has not been carried out yet */

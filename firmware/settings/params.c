@@ -70,7 +70,7 @@ const struct param_info param_table[] = {
     PARAM(inverter_tau_ms, 100, 1000000, 1000),
     PARAM(deviation_pct, 1, 100, 20),
     PARAM(command_timeout_ms, 0, 60000, 0),
-    PARAM(angle_source, 0, 1, 0),
+    PARAM(angle_source, 0, 2, 0),
     PARAM(injection_mv, 0, 2000000, 0),
     PARAM(retry_count, 0, 100, 0),
     PARAM(retry_delay_ms, 10, 60000, 1000),
@@ -78,6 +78,13 @@ const struct param_info param_table[] = {
     PARAM(modbus_baud, 9600, 921600, 19200),
     PARAM(modbus_parity, 0, 2, 2),
     PARAM(friction_unm, 0, 50000000, 0),
+    PARAM(hall_states, 1234, 765432, 513264),
+    PARAM(hall_edge_1_cdeg, 0, 35999, 0),
+    PARAM(hall_edge_2_cdeg, 0, 35999, 6000),
+    PARAM(hall_edge_3_cdeg, 0, 35999, 12000),
+    PARAM(hall_edge_4_cdeg, 0, 35999, 18000),
+    PARAM(hall_edge_5_cdeg, 0, 35999, 24000),
+    PARAM(hall_edge_6_cdeg, 0, 35999, 30000),
 };
 
 const size_t param_count = sizeof param_table / sizeof param_table[0];

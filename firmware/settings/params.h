@@ -20,6 +20,7 @@
 enum param_angle {
     PARAM_ANGLE_ENCODER,
     PARAM_ANGLE_SENSORLESS, /* the flux observer, and a prescribed field where that sees nothing */
+    PARAM_ANGLE_HALL,       /* three Hall switches */
 };
 
 struct params {
@@ -88,6 +89,14 @@ struct params {
     int32_t modbus_baud;    /* rate of the bus */
     int32_t modbus_parity;  /* of its characters: 0 none, and two stop bits; 1 odd; 2 even */
     int32_t friction_unm;   /* Coulomb friction of shaft and load, fed forward by the direction; 0: none */
+    /* Hall switches: hall_table.h */
+    int32_t hall_states;      /* six states in the order in which they come forwards, a digit each: 4 C + 2 B + A */
+    int32_t hall_edge_1_cdeg; /* electrical angle at which the first of them begins */
+    int32_t hall_edge_2_cdeg; /* the second */
+    int32_t hall_edge_3_cdeg; /* the third */
+    int32_t hall_edge_4_cdeg; /* the fourth */
+    int32_t hall_edge_5_cdeg; /* the fifth */
+    int32_t hall_edge_6_cdeg; /* the sixth */
 };
 
 struct param_info {

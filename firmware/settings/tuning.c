@@ -3,6 +3,7 @@
 
 #include "drivers/fabric/adc.h"
 #include "firmware/settings/config.h"
+#include "firmware/settings/hall_table.h"
 #include "firmware/settings/margin_position.h"
 #include "firmware/settings/margins.h"
 #include "firmware/settings/scale.h"
@@ -157,6 +158,11 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     tuning_torque(p, t);
     tuning_position(p, t);
     tuning_start(p, t);
+    struct hall_table hall;
+    problem = hall_table_of(p, &hall);
+    if (problem != ERROR_NONE && p->angle_source == PARAM_ANGLE_HALL) {
+        return outcome_of(problem);
+    }
     problem = tuning_observer(p, t);
     if (problem != ERROR_NONE && p->angle_source == PARAM_ANGLE_SENSORLESS) {
         return outcome_of(problem);

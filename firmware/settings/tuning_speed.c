@@ -59,11 +59,12 @@ static enum error tune_gains(const struct params *p, struct tuning *t)
     if (kp < 1 || kp > INT32_MAX || accel > INT32_MAX) {
         return ERROR_SPEED_GAIN;
     }
-    const int64_t ki_min = scale((int64_t)t->i_max_q15 * p->encoder_counts, 65536LL * 2048, COUNT_WEIGHS * TURN_WAY);
+    const int64_t edges = p->angle_source == PARAM_ANGLE_HALL ? 6 * p->pole_pairs : p->encoder_counts;
+    const int64_t ki_min = scale(t->i_max_q15 * edges, 65536LL * 2048, COUNT_WEIGHS * TURN_WAY);
     t->speed_kp_q16 = (int32_t)kp;
     t->speed_ki_q16 = (int32_t)ki;
     t->speed_ki_min_q16 =
-        p->angle_source == PARAM_ANGLE_ENCODER ? (int32_t)(ki_min < ki ? ki_min : ki) : 0; /* there are no edges */
+        p->angle_source == PARAM_ANGLE_SENSORLESS ? 0 : (int32_t)(ki_min < ki ? ki_min : ki); /* there are no edges */
     t->speed_accel_q8 = (int32_t)accel;
     t->friction_q15 = friction_q15(p, t, flux_current_e3);
     t->torque_mean_ms = p->torque_mean_ms;

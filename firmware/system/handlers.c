@@ -70,6 +70,17 @@ CURRENT_LOOP_HANDLER(handlers_observer_pair, 0, FABRIC0, LOOP_OBSERVER, LOOP_SEN
 CURRENT_LOOP_HANDLER(handlers_injection_ab, 0, FABRIC0, LOOP_INJECTION, LOOP_SENSE_AB)
 CURRENT_LOOP_HANDLER(handlers_injection_pair, 0, FABRIC0, LOOP_INJECTION, LOOP_SENSE_PAIR)
 
+#define HALL_HANDLER(name, axis, fabric, scheme) \
+    void name(void) \
+    { \
+        if (current_loop_step_hall(&axes[axis].loop, &axes[axis].hall, fabric, scheme)) { \
+            current_loop_fault(); \
+        } \
+    }
+
+HALL_HANDLER(handlers_hall_ab, 0, FABRIC0, LOOP_SENSE_AB)
+HALL_HANDLER(handlers_hall_pair, 0, FABRIC0, LOOP_SENSE_PAIR)
+
 #define WEAKENING_HANDLER(name, axis, fabric, scheme, beyond) \
     void name(void) \
     { \
@@ -91,6 +102,7 @@ const struct loop_handlers handlers_of_axis_0 = {
             [LOOP_FORCED] = {handlers_forced_ab, handlers_forced_pair},
             [LOOP_OBSERVER] = {handlers_observer_ab, handlers_observer_pair},
             [LOOP_INJECTION] = {handlers_injection_ab, handlers_injection_pair},
+            [LOOP_HALL] = {handlers_hall_ab, handlers_hall_pair},
         },
     .weakening = {handlers_weakening_ab, handlers_weakening_pair},
     .overmodulating = handlers_overmodulating_ab,

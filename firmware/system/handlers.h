@@ -40,6 +40,8 @@ void handlers_observer_ab(void);
 void handlers_observer_pair(void);
 void handlers_injection_ab(void);
 void handlers_injection_pair(void);
+void handlers_hall_ab(void);
+void handlers_hall_pair(void);
 
 /* Where the current loop's interrupt ends when a sample has a fault. Only the interrupt calls it. */
 void current_loop_fault(void);

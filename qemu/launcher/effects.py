@@ -46,7 +46,8 @@ EFFECTS = {
     "gains": ({}, dict.fromkeys(("sensor.i_gain_a", "sensor.i_gain_b", "sensor.i_gain_c"), 1.0)),
     "encoder": ({**_zero("sensor.encoder_asymmetry", "sensor.encoder_phase", "sensor.encoder_ecc_rad",
                          "sensor.encoder_lost_per_rev", "sensor.encoder_extra_per_rev", "sensor.hall_error_a_rad",
-                         "sensor.hall_error_b_rad", "sensor.hall_error_c_rad"), "sensor.encoder_index_counts": 1.0}, {}),
+                         "sensor.hall_error_b_rad", "sensor.hall_error_c_rad", "sensor.hall_hysteresis_rad"),
+                 "sensor.encoder_index_counts": 1.0}, {}),
 }
 _OFF, _KEPT, _ON = range(3)
 

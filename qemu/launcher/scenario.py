@@ -58,6 +58,7 @@ EVENTS = {
     "encoder_cut": [_FLAG], "encoder_freeze": [_FLAG], "encoder_illegal": [], "encoder_slip": [_NUMBER],
     "irq_delay": [_NUMBER], "irq_block": [_FLAG], "watchdog_reset": [], "power_cut": [], "phase_open": [_PHASE, _FLAG],
     "encoder_reverse": [_FLAG], "temperature_c": ["number|off"], "phase_swap": ["pair|off"], "chopper": [_FLAG],
+    "hall_open": [_PHASE, _FLAG], "hall_invert": [_PHASE, _FLAG], "hall_swap": ["pair|off"],
     "fabric_other": [_FLAG], "fabric_sealed": [_FLAG], "fabric_hangs": [_FLAG], "flash_bits": [_WORD, _WORD],
     "pll_lost": [_FLAG], "fabric_pll_lost": [_FLAG], "memory_error": [_FLAG], "lockup_reset": [],
     "bus": [_HEX], "keys": [_HEX], "end": [], "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],

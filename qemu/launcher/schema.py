@@ -108,7 +108,8 @@ MOTOR_TABLES = {
         "hall_angle_rad": Key(-_TURN, _TURN, 0.0, "electrical angle of the first edge"),
         "hall_error_a_rad": Key(-0.5, 0.5, 0.0, "placement of sensor A, electrical"),
         "hall_error_b_rad": Key(-0.5, 0.5, 0.0, "sensor B"),
-        "hall_error_c_rad": Key(-0.5, 0.5, 0.0, "sensor C")},
+        "hall_error_c_rad": Key(-0.5, 0.5, 0.0, "sensor C"),
+        "hall_hysteresis_rad": Key(0, 0.4, 0.0, "by which each edge comes late, either way")},
     "start": {
         "initial_angle_rad": Key(-_TURN, _TURN, 0.0, "mechanical; SEED draws it over the whole turn")},
     "load": {

@@ -129,13 +129,13 @@ static void describe(struct plant *p, struct plant_row *row)
 
 static void show_hall(struct plant *p)
 {
-    const struct hall *h = &p->sensors.hall;
+    struct hall *h = &p->sensors.hall;
     double electrical_rad = p->motor.p.pole_pairs * p->motor.theta_rad;
     double electrical_rad_s = p->motor.p.pole_pairs * p->motor.speed_rad_s;
-    unsigned state = hall_state(h, electrical_rad);
+    bool turned = hall_follow(h, electrical_rad) && electrical_rad_s != 0;
+    unsigned state = hall_wires(h);
     if (state != p->hall) {
-        double ago_s =
-            electrical_rad_s == 0 ? 0 : hall_since_rad(h, electrical_rad, electrical_rad_s > 0) / electrical_rad_s;
+        double ago_s = turned ? hall_since_rad(h, electrical_rad, electrical_rad_s > 0) / electrical_rad_s : 0;
         p->hall = state;
         p->fabric->ops->show_hall(p->fabric, state, (double)p->now - 1e12 * ago_s);
     }

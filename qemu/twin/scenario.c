@@ -102,6 +102,21 @@ static void disturb_sensor(const struct event *e, struct current_sensor *sensor)
     }
 }
 
+static void disturb_hall(const struct event *e, struct hall *h)
+{
+    switch (e->kind) {
+    case EVENT_HALL_OPEN:
+        hall_open_wire(h, e->phase, e->on);
+        break;
+    case EVENT_HALL_INVERT:
+        hall_invert_wire(h, e->phase, e->on);
+        break;
+    default:
+        hall_swap_wires(h, e->on ? e->phase : 0, e->on ? e->other_phase : 0);
+        break;
+    }
+}
+
 /* The direction stands still and counts from where the rotor's d axis is now. */
 static void inject(const struct event *e, const struct motor *m, struct sensors *sensors)
 {
@@ -243,6 +258,11 @@ static void play(const struct event *e)
     case EVENT_ENCODER_SLIP:
     case EVENT_ENCODER_REVERSE:
         disturb_encoder(e);
+        break;
+    case EVENT_HALL_OPEN:
+    case EVENT_HALL_INVERT:
+    case EVENT_HALL_SWAP:
+        disturb_hall(e, &board.plant->sensors.hall);
         break;
     case EVENT_TEMPERATURE:
         show_temperature(e, &board.plant->thermometer);

@@ -48,6 +48,7 @@ const struct config_key sensor_keys[] = {
     KEY(hall_error_a_rad, -0.5, 0.5, 0),
     KEY(hall_error_b_rad, -0.5, 0.5, 0),
     KEY(hall_error_c_rad, -0.5, 0.5, 0),
+    KEY(hall_hysteresis_rad, 0, 0.4, 0),
     CONFIG_KEYS_END,
 };
 #undef KEY

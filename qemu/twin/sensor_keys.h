@@ -38,6 +38,7 @@ struct sensor_params {
     /* Hall sensors (hall.h) */
     double hall_angle_rad;
     double hall_error_a_rad, hall_error_b_rad, hall_error_c_rad;
+    double hall_hysteresis_rad;
 };
 
 extern const struct config_key sensor_keys[];

@@ -62,6 +62,28 @@ static void row_handler(const char *name, void (*handler)(void))
     cpu_dsb();
 }
 
+/* Whatever the switches of the plant show: half of the times an edge comes with the sample. */
+static uint32_t handler_with_edge(void)
+{
+    struct hall *const h = &axes[0].hall;
+    h->state = encoder_hall_latched(&FABRIC0->encoder) ^ (h->count & 1u);
+    h->count ^= 1u;
+    return handler_interrupting();
+}
+
+static void row_hall(const char *name, void (*handler)(void))
+{
+    struct hall_table table;
+    void (*const before)(void) = *handlers_of_axis_0.vector;
+    (void)hall_table_of(&axes[0].params, &table);
+    hall_take_table(&axes[0].hall, &table, &axes[0].tuning);
+    *handlers_of_axis_0.vector = handler;
+    cpu_dsb();
+    print_handler(name, handler_with_edge);
+    *handlers_of_axis_0.vector = before;
+    cpu_dsb();
+}
+
 static void rows_handlers(void)
 {
     row_handler("handler.assembly", FabricIrq0_IRQHandler);
@@ -73,6 +95,8 @@ static void rows_handlers(void)
     row_handler("handler.observer_pair", handlers_observer_pair);
     row_handler("handler.injection_ab", handlers_injection_ab);
     row_handler("handler.injection_pair", handlers_injection_pair);
+    row_hall("handler.hall_ab", handlers_hall_ab);
+    row_hall("handler.hall_pair", handlers_hall_pair);
     row_handler("handler.weakening_ab", handlers_weakening_ab);
     row_handler("handler.weakening_pair", handlers_weakening_pair);
     row_handler("handler.overmodulating_ab", handlers_overmodulating_ab);

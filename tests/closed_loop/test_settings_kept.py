@@ -133,7 +133,8 @@ def test_an_older_image_s_settings(tmp_path):
 
 OLDER = Path(__file__).parent / "older"  # its README says how the files were made
 CHANGED = re.compile(r"^(\w+) = (-?\d+) .*\(initially ", re.M)
-NEW = ("modbus_address", "modbus_baud", "modbus_parity", "friction_unm")  # to both images
+NEW = {"modbus_address": 1, "modbus_baud": 19200, "modbus_parity": 2, "friction_unm": 0, "hall_states": 513264,
+       **{f"hall_edge_{n + 1}_cdeg": 6000 * n for n in range(6)}}  # to both images: initial values
 
 
 def start_on(older, tmp_path):
@@ -165,7 +166,7 @@ def test_what_the_first_image_that_could_save_has_stored(tmp_path):
     assert not set(NEW) & set(stored) and f"{len(NEW)} parameters are not stored and have their initial values" in said
     assert {name: stored[name] for name in changed} == changed and not set(NEW) & set(changed)
     assert changed == {"ramp_rpm_s": 1357, "speed_bw_hz": 41, "encoder_counts": 4096}
-    assert [int(re.search(rf"{name} = (\d+) ", said)[1]) for name in NEW] == [1, 19200, 2, 0]
+    assert {name: int(re.search(rf"{name} = (\d+) ", said)[1]) for name in NEW} == NEW
     assert "limit cycle: warn" in said
 
 

@@ -246,7 +246,8 @@ static void test_instance(const char *title, enum loop_source source, enum loop_
         }
         const bool fault = step_tested(&tested.loop, &tested.fabric);
         const bool wanted = current_loop_step(&expected.loop, &expected.fabric, LOOP_ENCODER, LOOP_SENSE_AB);
-        if (source >= LOOP_OBSERVER) { /* angle and speed are tests/unit/test_observer.py's and test_injection.py's */
+        if (source >=
+            LOOP_OBSERVER) { /* angle and speed are tests/unit/test_observer.py's, test_injection.py's, test_hall.py's */
             expected.loop.pll = tested.loop.pll;
             expected.loop.flux = tested.loop.flux;
             expected.loop.inject = tested.loop.inject;
@@ -298,6 +299,18 @@ static bool step_injection_pair(struct current_loop *c, struct fabric *f)
     return current_loop_step(c, f, LOOP_INJECTION, LOOP_SENSE_PAIR);
 }
 
+static struct hall hall;
+
+static bool step_hall_ab(struct current_loop *c, struct fabric *f)
+{
+    return current_loop_step_hall(c, &hall, f, LOOP_SENSE_AB);
+}
+
+static bool step_hall_pair(struct current_loop *c, struct fabric *f)
+{
+    return current_loop_step_hall(c, &hall, f, LOOP_SENSE_PAIR);
+}
+
 int main(void)
 {
     harness_begin();
@@ -311,5 +324,7 @@ int main(void)
     test_instance("observer, two of three: steps", LOOP_OBSERVER, LOOP_SENSE_PAIR, step_observer_pair);
     test_instance("injection, a and b: steps", LOOP_INJECTION, LOOP_SENSE_AB, step_injection_ab);
     test_instance("injection, two of three: steps", LOOP_INJECTION, LOOP_SENSE_PAIR, step_injection_pair);
+    test_instance("Hall, a and b: steps", LOOP_HALL, LOOP_SENSE_AB, step_hall_ab);
+    test_instance("Hall, two of three: steps", LOOP_HALL, LOOP_SENSE_PAIR, step_hall_pair);
     harness_end();
 }

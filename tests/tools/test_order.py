@@ -19,7 +19,7 @@ BUILD = Path(os.environ.get("BUILD", "build"))
 CROSS = os.environ.get("CROSS", "arm-none-eabi-")
 FLAGS = ["-mcpu=cortex-m3", "-mthumb", "-std=c11", "-ffreestanding", "-O2", "-ffunction-sections", "-fno-common",
          "-fno-delete-null-pointer-checks", "-fno-tree-loop-distribute-patterns", "-DLIB_TRIG_FRAC=15"]
-ADC_STATUS, GATE_CONTROL, GATE_STATUS, ENC_LATCHED = 0x104, 0x300, 0x304, 0x20C
+ADC_STATUS, GATE_CONTROL, GATE_STATUS, ENC_LATCHED, ENC_HALL = 0x104, 0x300, 0x304, 0x20C, 0x224
 MERGED = "two members in one access"
 
 
@@ -119,6 +119,7 @@ def test_another_order_is_seen(files, old, new, tmp_path):
 HANDLERS = [(image, name) for image, names in (
     ("mssfoc", (wcet.HANDLER, "handlers_encoder_pair", "handlers_forced_ab", "handlers_forced_pair",
                 "handlers_observer_ab", "handlers_observer_pair", "handlers_injection_ab", "handlers_injection_pair",
+                "handlers_hall_ab", "handlers_hall_pair",
                 "handlers_weakening_ab", "handlers_weakening_pair", "handlers_overmodulating_ab")),
     ("bench", ("handlers_encoder_ab",))) for name in names]
 
@@ -137,6 +138,8 @@ def test_the_line_has_dropped_before_the_handler_returns(image, handler):
     assert done.count(("str", ADC_STATUS)) == 1 and done[-1] == ("ldr", GATE_STATUS)
     if "observer" in handler or "injection" in handler:
         assert ("ldr", ENC_LATCHED) not in done
+    elif "hall" in handler:
+        assert in_order(done, ("ldr", ENC_HALL), ("str", ADC_STATUS)) and ("ldr", ENC_LATCHED) not in done
     else:
         assert in_order(done, ("ldr", ENC_LATCHED), ("str", ADC_STATUS))
     assert in_order(done, ("str", ADC_STATUS), ("ldr", GATE_STATUS))

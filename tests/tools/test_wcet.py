@@ -122,7 +122,8 @@ def image():
 
 HANDLERS = [wcet.HANDLER, *(f"handlers_{source}_{scheme}" for source, scheme in (
     ("encoder", "ab"), ("encoder", "pair"), ("forced", "ab"), ("forced", "pair"), ("observer", "ab"), ("observer", "pair"),
-    ("injection", "ab"), ("injection", "pair"), ("weakening", "ab"), ("weakening", "pair"), ("overmodulating", "ab")))]
+    ("injection", "ab"), ("injection", "pair"), ("hall", "ab"), ("hall", "pair"), ("weakening", "ab"), ("weakening", "pair"),
+    ("overmodulating", "ab")))]
 
 
 def test_the_vector_and_what_may_take_its_place(image):

@@ -32,6 +32,9 @@ static void lines(void)
     accepted("phase_swap BC", EVENT_PHASE_SWAP, true, 1, 2);
     accepted("phase_swap CA", EVENT_PHASE_SWAP, true, 2, 0);
     accepted("phase_swap off", EVENT_PHASE_SWAP, false, -1, -1);
+    accepted("hall_swap CA", EVENT_HALL_SWAP, true, 2, 0);
+    accepted("hall_open B 1", EVENT_HALL_OPEN, true, 1, -1);
+    accepted("hall_invert C 0", EVENT_HALL_INVERT, false, 2, -1);
     accepted("chopper 1", EVENT_CHOPPER, true, -1, -1);
     accepted("chopper 0", EVENT_CHOPPER, false, -1, -1);
     accepted("encoder_reverse 1", EVENT_ENCODER_REVERSE, true, -1, -1);

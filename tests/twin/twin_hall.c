@@ -7,6 +7,13 @@
 
 #define PI 3.141592653589793
 
+/* What the wires show after the shaft has come here. */
+static unsigned state_at(struct hall *h, double electrical_rad)
+{
+    hall_follow(h, electrical_rad);
+    return hall_wires(h);
+}
+
 static void six_states(void)
 {
     static const unsigned order[6] = {5, 1, 3, 2, 6, 4}; /* A rises at 0, B at 120, C at 240 degrees */
@@ -16,19 +23,19 @@ static void six_states(void)
     for (int turn = -2; turn < 3; turn++) {
         for (int n = 0; n < 6; n++) {
             double middle_rad = 2 * PI * turn + (n + 0.5) * PI / 3;
-            check_equal("state in the middle of a sixth", hall_state(&h, middle_rad), order[n]);
+            check_equal("state in the middle of a sixth", state_at(&h, middle_rad), order[n]);
         }
     }
 }
 
 /* The angle within from...to at which a signal changes, by halving. */
-static double change_rad(const struct hall *h, unsigned bit, double from, double to)
+static double change_rad(struct hall *h, unsigned bit, double from, double to)
 {
-    unsigned start = hall_state(h, from) & bit;
-    check_true("it changes here", (hall_state(h, to) & bit) != start);
+    unsigned start = state_at(h, from) & bit;
+    check_true("it changes here", (state_at(h, to) & bit) != start);
     for (int n = 0; n < 50; n++) {
         double middle = (from + to) / 2;
-        if ((hall_state(h, middle) & bit) == start) {
+        if ((state_at(h, middle) & bit) == start) {
             from = middle;
         } else {
             to = middle;
@@ -50,8 +57,55 @@ static void placement(void)
         check_near("rises (rad)", change_rad(&h, bit, rise_rad - 0.9, rise_rad + 1.1), rise_rad, 1e-9);
         check_near("falls half a turn later", change_rad(&h, bit, rise_rad + PI - 1, rise_rad + PI + 1.2),
                    rise_rad + PI, 1e-9);
-        check_true("1 after the rise", hall_state(&h, rise_rad + 0.01) & bit);
+        check_true("1 after the rise", state_at(&h, rise_rad + 0.01) & bit);
     }
+}
+
+/* Late by that, whichever way it turns; and the time since an edge counts from where it really was. */
+static void hysteresis(void)
+{
+    const struct sensor_params p = {.hall_angle_rad = 0.4, .hall_error_b_rad = 0.1, .hall_hysteresis_rad = 0.05};
+    struct hall h;
+    hall_init(&h, &p);
+    for (int way = -1; way <= 1; way += 2) {
+        unsigned changes = 0;
+        state_at(&h, 0.2 - way * 1.0);
+        for (double rad = 0.2 - way * 1.0; fabs(rad - 0.2) < 8; rad += way * 1e-4) {
+            if (hall_follow(&h, rad)) {
+                double since = hall_since_rad(&h, rad, way > 0);
+                double edge = rad - since - way * 0.05;
+                double nearest = 9;
+                for (int k = 0; k < 3; k++) {
+                    double off = remainder(edge - 0.4 - k * 2 * PI / 3 - (k == 1 ? 0.1 : 0), PI);
+                    nearest = fmin(nearest, fabs(off));
+                }
+                check_true("behind an edge, by less than the step", since * way >= 0 && fabs(since) <= 1.01e-4);
+                check_near("late by the hysteresis", nearest, 0, 1e-9);
+                changes++;
+            }
+        }
+        check_true("six edges a turn", changes >= 7 && changes <= 9);
+    }
+    state_at(&h, 0.5);
+    check_true("there and back within it: nothing", !hall_follow(&h, 0.36) && !hall_follow(&h, 0.44));
+}
+
+static void wires(void)
+{
+    struct sensor_params p = {0};
+    struct hall h;
+    hall_init(&h, &p);
+    hall_swap_wires(&h, 0, 1);
+    check_equal("A alone, on wire B", state_at(&h, PI / 2), 2);
+    hall_swap_wires(&h, 0, 0);
+    check_equal("and back", state_at(&h, PI / 2), 1);
+    hall_invert_wire(&h, 2, true);
+    check_equal("C the other way round", state_at(&h, PI / 2), 5);
+    hall_open_wire(&h, 1, true);
+    check_equal("B is pulled up", state_at(&h, PI / 2), 7);
+    hall_open_wire(&h, 1, false);
+    hall_invert_wire(&h, 2, false);
+    check_equal("as it was", state_at(&h, PI / 2), 1);
 }
 
 static void keep_hall(void *context, const struct plant_row *row)
@@ -86,6 +140,8 @@ int main(void)
 {
     six_states();
     placement();
+    hysteresis();
+    wires();
     of_the_electrical_angle();
     return check_end();
 }

@@ -130,7 +130,7 @@ def test_it_can_be_dropped_and_drawn_again(operator):
 
 @pytest.mark.parametrize("typed, becomes", [
     (b"vers", "version "), (b"get ramp", "get ramp_rpm_s "), (b"set pole", "set pole_pairs "), (b"hm i", "hm index "),
-    (b"identify u", "identify use "), (b"learn ", "learn cogging "), (b"reaction voltage_l", "reaction voltage_limit "),
+    (b"identify u", "identify use "), (b"learn c", "learn cogging "), (b"reaction voltage_l", "reaction voltage_limit "),
     (b"reaction voltage_limit s", "reaction voltage_limit stop "), (b"help rea", "help reaction "),
     (b"machine of", "machine off "), (b"pp b", "pp by "), (b"  get  pole", "  get  pole_pairs ")])
 def test_what_is_clear_is_added(operator, typed, becomes):

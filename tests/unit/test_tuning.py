@@ -85,6 +85,7 @@ def exact(c, p):
     w = 2 * PI * p["speed_bw_hz"]
     kp = amperes * w * (2 * PI / 60) / 16 * q15 * 65536
     count = Fraction(60 * SLOW_HZ * 16, p["encoder_counts"])  # a count a slow period, rpm Q4
+    edge = Fraction(60 * SLOW_HZ * 16, 6 * p["pole_pairs"]) if p.get("angle_source") == 2 else count
     i_max_q15 = Fraction(p["i_max_ma"] * 32768, p["i_range_ma"])
     return {
         "update": Fraction(p["pwm_update"]),
@@ -101,7 +102,8 @@ def exact(c, p):
         "emf_q12": 2 * PI * BASE_HZ * Fraction(p["flux_uwb"], 1000) / p["v_range_mv"] * 4096,
         "speed_kp_q16": kp, "speed_ki_q16": kp * w / 4 / SLOW_HZ,
         "speed_accel_q8": amperes * (2 * PI / 60) / 65536 * SLOW_HZ * q15 * 65536 * 256,
-        "speed_ki_min_q16": 0 if p.get("angle_source") else min(round(i_max_q15) * 65536 / count / 100, kp * w / 4 / SLOW_HZ),
+        "speed_ki_min_q16": 0 if p.get("angle_source") == 1 else min(round(i_max_q15) * 65536 / edge / 100,
+                                                                     kp * w / 4 / SLOW_HZ),
         "ramp_q16": Fraction(p["ramp_rpm_s"] * 65536, SLOW_HZ),
         "modulator_osr": Fraction(p.get("modulator_osr", 0)), "early_counts": Fraction(3 * p.get("modulator_osr", 0) * 5, 2),
         "modulator_trip_q15": min(round(Fraction(p["i_trip_ma"] * 32768, p["i_range_ma"])) + 2048, 31129),

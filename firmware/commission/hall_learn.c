@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/commission/hall_learn.h"
+
+#include "drivers/cortex/cpu.h"
+#include "lib/q15.h"
+
+#define FIELD_HZ      2
+#define TURN_MS       (1000u / FIELD_HZ)
+#define GROWS_SHIFT   6     /* a 64th of the current a millisecond */
+#define SPEED_UP_MS   1000u /* over a turn: slowly enough for a rotor not to swing */
+#define RECORD_MS     (HALL_LEARN_TURNS * TURN_MS)
+#define LOAD_MOST_Q32 0x20000000 /* 45 degrees between forth and back */
+#define SPREAD_Q32    0x0E38E38E /* 20 degrees from turn to turn */
+#define DEGREE_Q32    11930465
+
+enum phase { FORTH, BACK, ENDED };
+
+void hall_learn_begin(struct hall_learn *l)
+{
+    *l = (struct hall_learn){.phase = FORTH, .state = HALL_STATES};
+}
+
+int32_t hall_learn_states(const struct hall_learn *l)
+{
+    int32_t states = 0;
+    for (uint32_t state = 0; state < HALL_STATES; state++) {
+        states += l->forth[state].count != 0u;
+    }
+    return states;
+}
+
+/* ---- the field ---- */
+
+/* Electrical turns a sample; `part` of SPEED_UP_MS. */
+static int32_t speed_q32(const struct tuning *t, int32_t part)
+{
+    const int32_t full_q32 = (int32_t)((1LL << 32) * FIELD_HZ / t->loop_hz);
+    return (int32_t)((int64_t)full_q32 * part / (int32_t)SPEED_UP_MS);
+}
+
+/* From standstill to full speed forwards, from there to full speed backwards in twice the time. */
+static void move_field(const struct hall_learn *l, volatile struct current_loop *c, const struct tuning *t)
+{
+    const int32_t full = (int32_t)SPEED_UP_MS;
+    const int32_t ms = (int32_t)l->ms;
+    const int32_t forth = q15_min(ms, full);
+    const int32_t back = q15_max(full - ms, -full);
+    const int32_t most_q15 = (t->field.i_align_q15 >> GROWS_SHIFT) + 1;
+    c->field_speed_q32 = speed_q32(t, l->phase == FORTH ? forth : back);
+    c->i_d_ref_q15 += q15_clamp(t->field.i_align_q15 - c->i_d_ref_q15, -most_q15, most_q15);
+    c->i_q_ref_q15 = 0;
+}
+
+static uint32_t record_from_ms(const struct hall_learn *l)
+{
+    return l->phase == FORTH ? SPEED_UP_MS : 2u * SPEED_UP_MS;
+}
+
+static void next_phase(struct hall_learn *l)
+{
+    if (l->ms >= record_from_ms(l) + RECORD_MS) {
+        l->phase++;
+        l->ms = 0;
+    }
+}
+
+/* ---- edges ---- */
+
+/* Where the field was when the switches changed: back from the next sample by one, and by the time since. */
+static uint32_t field_at_edge(volatile struct current_loop *c, const struct encoder_regs *e, const struct tuning *t,
+                              uint32_t *state)
+{
+    const uint32_t mask = cpu_irq_save();
+    const uint32_t field_q32 = c->field_angle_q32 - (uint32_t)c->field_speed_q32;
+    const uint32_t age_clocks = encoder_latch_clock(e) - encoder_hall_clock(e);
+    *state = encoder_hall_latched(e);
+    cpu_irq_restore(mask);
+    return field_q32 - (uint32_t)((int64_t)c->field_speed_q32 * (int64_t)age_clocks / t->loop_counts);
+}
+
+static void record(struct hall_learn *l, struct hall_edge *edge, uint32_t from, uint32_t field_q32)
+{
+    if (edge->count == 0u) {
+        edge->first_q32 = field_q32;
+        edge->from = from;
+    }
+    const int32_t off_q32 = (int32_t)(field_q32 - edge->first_q32);
+    l->unclear = l->unclear || edge->from != from || off_q32 > SPREAD_Q32 || off_q32 < -SPREAD_Q32;
+    edge->sum_q8 += off_q32 >> 8;
+    edge->count++;
+    l->edges++;
+}
+
+static void look(struct hall_learn *l, volatile struct current_loop *c, const struct encoder_regs *e,
+                 const struct tuning *t)
+{
+    uint32_t state;
+    const uint32_t field_q32 = field_at_edge(c, e, t, &state);
+    const uint32_t before = l->state;
+    l->state = state;
+    if (before == state || before == HALL_STATES || l->ms < record_from_ms(l)) {
+        return;
+    }
+    if (l->phase == FORTH) {
+        record(l, &l->forth[state], before, field_q32);
+    } else {
+        record(l, &l->against[before], state, field_q32);
+    }
+}
+
+/* ---- the table ---- */
+
+/* Each edge once a turn, both ways the same one; the last turn may end short of one. */
+static bool complete(const struct hall_learn *l)
+{
+    for (uint32_t state = 0; state < HALL_STATES; state++) {
+        const struct hall_edge *const f = &l->forth[state];
+        const struct hall_edge *const b = &l->against[state];
+        const bool seen = f->count != 0u || b->count != 0u;
+        const bool often = f->count + 1u >= HALL_LEARN_TURNS && f->count <= HALL_LEARN_TURNS + 1u &&
+                           b->count + 1u >= HALL_LEARN_TURNS && b->count <= HALL_LEARN_TURNS + 1u;
+        if (seen && (!often || f->from != b->from)) {
+            return false;
+        }
+    }
+    return !l->unclear && hall_learn_states(l) == (int32_t)HALL_SECTORS;
+}
+
+static uint32_t mean_of(const struct hall_edge *edge)
+{
+    return edge->first_q32 + (uint32_t)(edge->sum_q8 / (int32_t)edge->count * 256);
+}
+
+/* The middle of forth and back; false where they are too far apart. */
+static bool find_edge(struct hall_learn *l, uint32_t state, uint32_t *edge_q32)
+{
+    const uint32_t forth_q32 = mean_of(&l->forth[state]);
+    const int32_t apart_q32 = (int32_t)(mean_of(&l->against[state]) - forth_q32);
+    *edge_q32 = forth_q32 + (uint32_t)(apart_q32 / 2);
+    l->detail_deg = apart_q32 / DEGREE_Q32;
+    return apart_q32 < LOAD_MOST_Q32 && apart_q32 > -LOAD_MOST_Q32;
+}
+
+/* The state that begins next after `angle_q32`. */
+static uint32_t next_after(const uint32_t edge_q32[HALL_STATES], const struct hall_learn *l, uint32_t angle_q32)
+{
+    uint32_t nearest = 0;
+    uint32_t way_q32 = UINT32_MAX;
+    for (uint32_t state = 0; state < HALL_STATES; state++) {
+        if (l->forth[state].count != 0u && edge_q32[state] - angle_q32 <= way_q32) {
+            way_q32 = edge_q32[state] - angle_q32;
+            nearest = state;
+        }
+    }
+    return nearest;
+}
+
+/* From angle 0 on; each state begins where the one before it ends. */
+static bool make_ring(struct hall_learn *l, const uint32_t edge_q32[HALL_STATES])
+{
+    uint32_t angle_q32 = 0;
+    for (uint32_t place = 0; place < HALL_SECTORS; place++) {
+        const uint32_t state = next_after(edge_q32, l, angle_q32);
+        l->found.state[place] = state;
+        l->found.edge_q32[place] = edge_q32[state];
+        angle_q32 = edge_q32[state] + 1u;
+    }
+    for (uint32_t place = 0; place < HALL_SECTORS; place++) {
+        const uint32_t next = l->found.state[(place + 1u) % HALL_SECTORS];
+        if (l->forth[next].from != l->found.state[place]) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static enum hall_learn_result judge(struct hall_learn *l)
+{
+    uint32_t edge_q32[HALL_STATES] = {0};
+    if (l->edges < HALL_LEARN_TURNS) {
+        return HALL_LEARN_BLOCKED;
+    }
+    if (!complete(l)) {
+        return HALL_LEARN_UNCLEAR;
+    }
+    for (uint32_t state = 0; state < HALL_STATES; state++) {
+        if (l->forth[state].count != 0u && !find_edge(l, state, &edge_q32[state])) {
+            return HALL_LEARN_LOAD;
+        }
+    }
+    return make_ring(l, edge_q32) ? HALL_LEARN_DONE : HALL_LEARN_UNCLEAR;
+}
+
+enum hall_learn_result hall_learn_step(struct hall_learn *l, volatile struct current_loop *c,
+                                       const struct encoder_regs *e, const struct tuning *t)
+{
+    l->ms++;
+    look(l, c, e, t);
+    next_phase(l);
+    if (l->phase == ENDED) {
+        c->field_speed_q32 = 0;
+        return judge(l);
+    }
+    move_field(l, c, t);
+    return HALL_LEARN_RUNNING;
+}

@@ -1,0 +1,226 @@
+/* SPDX-License-Identifier: MIT */
+#include "drivers/cortex/cpu.h"
+#include "firmware/control/hall.h"
+#include "lib/q15.h"
+
+#define MEAN_CLOCKS  (20u * (BOARD_FABRIC_HZ / 1000u))  /* a mean over more edges takes so long at most */
+#define LOST_CLOCKS  (250u * (BOARD_FABRIC_HZ / 1000u)) /* without an edge: at rest, long before the clock wraps */
+#define SPEED_MOST   (1 << 29) /* an eighth of a turn a sample: beyond what any drive may have */
+#define PUSH_MOST_Q8 (1 << 30)
+#define SLOW_CLOCKS  (int64_t)(BOARD_FABRIC_HZ / 1000u)
+#define FIRST_SHIFT  1
+#define FIRST_CLOCKS (5u * (BOARD_FABRIC_HZ / 1000u))
+#define LOAD_SHIFT   2
+#define HALF_TURN    3u /* edges: each switch has changed once */
+#define WHOLE_TURN   6u
+#define MIDDLE_SHIFT 5 /* of the way to the middle, a millisecond */
+
+/* What the interrupt has left, of one instant. */
+struct reading {
+    uint32_t count, state, angle_q32;
+    uint32_t latch_clock;
+    uint32_t clock[HALL_EDGES_KEPT];
+};
+
+static void read(struct reading *r, const struct hall *h, const volatile struct current_loop *c,
+                 const struct encoder_regs *e)
+{
+    const volatile struct hall *const now = h;
+    const uint32_t mask = cpu_irq_save();
+    r->count = now->count;
+    r->state = now->state;
+    r->angle_q32 = c->pll.angle_q32;
+    r->latch_clock = encoder_latch_clock(e);
+    for (uint32_t n = 0; n < HALL_EDGES_KEPT; n++) {
+        r->clock[n] = now->clock[n];
+    }
+    cpu_irq_restore(mask);
+}
+
+static uint32_t clock_of(const struct reading *r, uint32_t count)
+{
+    return r->clock[count % HALL_EDGES_KEPT];
+}
+
+static int32_t held(int64_t speed_q32, int32_t most_q32)
+{
+    return speed_q32 > most_q32 ? most_q32 : (speed_q32 < -most_q32 ? -most_q32 : (int32_t)speed_q32);
+}
+
+/* A way in so many clocks, as a speed; the way is less than 2^38, eight bits of the time are lost on longer ones. */
+static int64_t speed_of(int64_t way_q32, uint32_t clocks, const struct tuning *t)
+{
+    return way_q32 * t->loop_counts / (int64_t)(clocks < 1u ? 1u : clocks);
+}
+
+/* ---- what the torque makes ---- */
+
+/* At rest the load is what the torque is. */
+static void push(struct hall *h, const struct tuning *t, int32_t torque_q15)
+{
+    struct hall_speed *const s = &h->speed;
+    const int32_t torque_q8 = held((int64_t)torque_q15 * h->push_q8, PUSH_MOST_Q8);
+    s->load_q8 = s->lost ? -torque_q8 : s->load_q8;
+    s->pushed_q32 += (uint64_t)(int64_t)((torque_q8 + s->load_q8) >> 8);
+    s->way_q32 += s->pushed_q32 * (uint32_t)t->loops_per_slow;
+}
+
+/* Where that was at each of the edges that have come since the last step, `moved` sectors: back from now. */
+static void mark_edges(struct hall_speed *s, const struct reading *r, int32_t moved, const struct tuning *t)
+{
+    const uint32_t edges = moved == 0 ? 1u : (uint32_t)q15_abs(moved);
+    uint32_t count = r->count;
+    for (uint32_t n = 0; n < edges && n < HALL_EDGES_KEPT; n++) {
+        const int64_t age_clocks = (int64_t)(r->latch_clock - clock_of(r, count));
+        s->way_at_q32[count % HALL_EDGES_KEPT] =
+            s->way_q32 - (uint64_t)((int64_t)s->pushed_q32 * age_clocks / t->loop_counts);
+        count += moved < 0 ? 1u : UINT32_MAX;
+    }
+}
+
+/* A speed that was not expected, by so much a millisecond. */
+static void blame_load(struct hall_speed *s, int64_t change_q32)
+{
+    s->load_q8 = held(s->load_q8 + change_q32 * 256, PUSH_MOST_Q8);
+}
+
+/* ---- edges ---- */
+
+/* From the nth edge before the last one to that. */
+static int64_t way_of(const struct hall *h, uint32_t state, int32_t direction, uint32_t n)
+{
+    const uint32_t place = h->sector[state].place;
+    if (n == WHOLE_TURN) {
+        return direction * (1LL << 32);
+    }
+    if (direction > 0) {
+        return h->edge_q32[place] - h->edge_q32[(place + HALL_SECTORS - n) % HALL_SECTORS];
+    }
+    return -(int64_t)(h->edge_q32[(place + 1u + n) % HALL_SECTORS] - h->edge_q32[(place + 1u) % HALL_SECTORS]);
+}
+
+/* Edges, from the last one on the way back, that are near enough to be looked at. */
+static bool near_enough(const struct hall_speed *s, const struct reading *r, uint32_t n)
+{
+    return s->intervals >= n && s->clock - clock_of(r, s->count - (uint32_t)s->direction * n) <= MEAN_CLOCKS;
+}
+
+/*
+ * The speed that the last edges show is another than was believed. A first interval, of which nothing was: long, it is a rotor
+ * that a load has brought out of rest; short, one that was turning when the drive was switched on.
+ */
+static void learn_load(struct hall_speed *s, int64_t clocks, int64_t unexpected_q32)
+{
+    const bool first = s->intervals == 1u;
+    if (first && clocks < FIRST_CLOCKS) {
+        return;
+    }
+    const int64_t within = clocks < SLOW_CLOCKS ? SLOW_CLOCKS : clocks;
+    blame_load(s, unexpected_q32 * SLOW_CLOCKS / within >> (first ? FIRST_SHIFT : LOAD_SHIFT));
+}
+
+/*
+ * A quarter of the speed, and four times what the largest torque makes in that time: more than any load does. Beyond it is an
+ * edge that a wire has made, and no over-speed.
+ */
+static int64_t likely_change(const struct hall *h, uint32_t clocks, int64_t change_q32)
+{
+    const struct hall_speed *const s = &h->speed;
+    if (s->intervals == 1u) {
+        return change_q32; /* nothing was expected */
+    }
+    const int64_t most_q32 = q15_abs(s->speed_q32) / 4 + (int64_t)h->push_most_q32 * 4 * clocks / SLOW_CLOCKS;
+    return change_q32 > most_q32 ? most_q32 : (change_q32 < -most_q32 ? -most_q32 : change_q32);
+}
+
+static void measure(struct hall *h, const struct reading *r, const struct tuning *t)
+{
+    struct hall_speed *const s = &h->speed;
+    if (s->intervals == 0u) {
+        return; /* it has come from the other side, or from rest */
+    }
+    const uint32_t n = near_enough(s, r, WHOLE_TURN) ? WHOLE_TURN : (near_enough(s, r, HALF_TURN) ? HALF_TURN : 1u);
+    const uint32_t before = s->count - (uint32_t)s->direction * n;
+    const int64_t pushed =
+        (int64_t)(s->way_at_q32[s->count % HALL_EDGES_KEPT] - s->way_at_q32[before % HALL_EDGES_KEPT]);
+    const uint32_t clocks = s->clock - clock_of(r, before);
+    s->clocks = n == 1u ? 2u * clocks : clocks; /* one sector shows each switch that is out of place */
+    const int64_t rest_q32 = speed_of(way_of(h, r->state, s->direction, n) - pushed, clocks, t);
+    const int64_t change_q32 = likely_change(h, clocks, rest_q32 - (int64_t)s->rest_q32);
+    learn_load(s, clocks, change_q32);
+    s->rest_q32 += (uint64_t)change_q32;
+}
+
+/* False if none has come. An edge that was crossed there and back within this millisecond has another time than before. */
+static bool take_edges(struct hall_speed *s, const struct reading *r, const struct tuning *t)
+{
+    const int32_t moved = (int32_t)(r->count - s->count);
+    const bool there_and_back = clock_of(r, s->count) != s->clock;
+    if (moved == 0 && !there_and_back) {
+        return false;
+    }
+    mark_edges(s, r, moved, t);
+    const int32_t direction = moved > 0 ? 1 : (moved < 0 ? -1 : 0);
+    const uint32_t edges = (uint32_t)q15_abs(moved);
+    const bool goes_on = !s->lost && direction != 0 && direction == s->direction && !there_and_back;
+    const uint32_t intervals = goes_on ? s->intervals + edges : (edges == 0u ? 0u : edges - 1u);
+    s->intervals = intervals > WHOLE_TURN ? WHOLE_TURN : intervals;
+    s->direction = direction;
+    s->sector_clocks = s->lost ? 0u : clock_of(r, r->count) - s->clock;
+    s->count = r->count;
+    s->clock = clock_of(r, r->count);
+    s->lost = false;
+    return true;
+}
+
+/* Since the last edge it has turned by less than its sector; a quarter more is nothing to blame a load for. */
+static void bound(struct hall *h, const struct reading *r, const struct tuning *t)
+{
+    struct hall_speed *const s = &h->speed;
+    const uint32_t age_clocks = r->latch_clock - s->clock;
+    const int64_t most_q32 = speed_of((int64_t)h->sector[r->state].half_q32 * 5 / 2, age_clocks, t);
+    s->age_clocks = age_clocks;
+    s->lost = s->lost || age_clocks > LOST_CLOCKS;
+    const int64_t speed_q32 = (int64_t)(s->rest_q32 + s->pushed_q32);
+    s->speed_q32 = s->lost ? 0 : held(speed_q32, held(most_q32, SPEED_MOST));
+    blame_load(s, (s->speed_q32 - speed_q32) / 4);
+    s->rest_q32 = (uint64_t)(int64_t)s->speed_q32 - s->pushed_q32;
+    s->clocks = age_clocks > s->clocks ? age_clocks : s->clocks;
+}
+
+/* At rest anywhere in the sector is as likely as anywhere else. */
+static void go_to_middle(const struct hall *h, volatile struct current_loop *c)
+{
+    const uint32_t mask = cpu_irq_save();
+    const uint32_t angle_q32 = c->pll.angle_q32;
+    const int32_t off_q32 = (int32_t)(angle_q32 - h->sector[h->state].middle_q32);
+    c->pll.angle_q32 = angle_q32 - (uint32_t)(off_q32 >> MIDDLE_SHIFT);
+    cpu_irq_restore(mask);
+}
+
+/* At most half a turn from what the speed says. */
+static void follow_angle(struct hall_speed *s, uint32_t angle_q32, const struct tuning *t)
+{
+    const uint32_t expected_q32 = (uint32_t)s->speed_q32 * (uint32_t)t->loops_per_slow;
+    const int32_t beyond_q32 = (int32_t)(angle_q32 - s->angle_q32 - expected_q32);
+    s->travel_q32 = s->speed_q32 + beyond_q32 / t->loops_per_slow;
+    s->angle_q32 = angle_q32;
+}
+
+void hall_speed_step(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e,
+                     const struct tuning *t, int32_t torque_q15)
+{
+    struct hall_speed *const s = &h->speed;
+    struct reading r;
+    read(&r, h, c, e);
+    push(h, t, torque_q15);
+    if (take_edges(s, &r, t)) {
+        measure(h, &r, t);
+    }
+    bound(h, &r, t);
+    if (s->lost) {
+        go_to_middle(h, c);
+    }
+    c->pll.speed_q32 = s->speed_q32;
+    follow_angle(s, r.angle_q32, t);
+}

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: MIT
+"""A drive with Hall switches, one millisecond at a time: its start, what it is told of the speed, what it watches, and what
+`learn hall` may do when."""
+import pytest
+
+from unit.hall_bench import IDEAL
+from unit.test_axis_start import CALIBRATION_MS, WIRING, cause
+from unit.test_state_machine import World
+
+ALL_ONES, TURN = 2**32 - 1, 2**32
+BAD = (0, 7)
+
+
+def sample(w, state):
+    """A millisecond or two after the one before."""
+    encoder = w.fabric.encoder
+    encoder.LATCH_TIME += 150000
+    if state != encoder.HALL:
+        encoder.HALL_TIME = encoder.LATCH_TIME - 1000
+    encoder.HALL = state
+    w.c.host_hall_observe(w.axis.loop, w.axis.hall, encoder)
+
+
+def switched_on(c, states=(1,), wired=True, learns=False):
+    """In its calibration; while that lasts the switches show these, one after another."""
+    w = World(c)
+    w.fabric.adc.OFFSET_A = w.fabric.adc.OFFSET_B = w.fabric.adc.OFFSET_C = 32768
+    w.axis.loop.vbus_q15 = 13670
+    w.axis.params.angle_source = 2
+    w.fabric.encoder.HALL = states[0]
+    if not learns:
+        assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
+    else:
+        assert c.axis_learn_hall(w.axis).error == c.ERROR_NONE
+    w.axis.start.wired = wired
+    assert w.step() == "SWITCHED_ON"
+    for state in states:
+        sample(w, state)
+    w.step(CALIBRATION_MS)
+    return w
+
+
+def leads(w):
+    loop = w.axis.loop
+    return (loop.source == w.c.LOOP_HALL and loop.field_follows == ALL_ONES and loop.field_speed_q32 == 0 and
+            loop.field_angle_q32 == 0 and w.fabric.gate.CONTROL == 1 and loop.kp_d_q9 > 0)
+
+
+@pytest.mark.parametrize("sector", range(6))
+def test_on_goes_straight_into_operation_from_the_sectors_middle(c, sector):
+    w = switched_on(c, (IDEAL[sector],))
+    assert leads(w) and w.axis.start.phase == c.START_HALL
+    assert abs(w.axis.loop.pll.angle_q32 - round((sector + 0.5) / 6 * TURN)) < 10
+    assert w.step() == "OPERATION_ENABLED" and w.axis.loop.angle_offset_q32 == 0
+    assert w.fabric.encoder.FILTER >> 8 == 20 and cause(w) == "NONE"
+
+
+def test_only_the_first_on_looks_at_the_wiring(c):
+    """A voltage is held along a field that is prescribed, as in any other start."""
+    w = switched_on(c, wired=False)
+    assert w.axis.start.phase == WIRING and w.axis.loop.source == c.LOOP_HALL and w.axis.loop.field_follows == 0
+    assert w.axis.loop.kp_d_q9 == w.axis.loop.ki_q15 == 0
+    c.start_hall_wired(w.axis)
+    assert w.axis.start.wired and leads(w) and w.step() == "OPERATION_ENABLED"
+    w.axis.params.angle_source = 0
+    assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step() == "SWITCH_ON_DISABLED"
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
+    assert not w.axis.start.wired, "another source: begins anew"
+
+
+def test_second_samples_are_looked_at_even_so(c):
+    w = switched_on(c)
+    w.axis.start.unseen = True
+    w.axis.start.phase = c.START_CALIBRATE
+    c.start_hall(w.axis)
+    assert w.axis.start.phase == WIRING
+
+
+def test_a_rotor_that_turns_is_caught_without_a_look_at_the_wiring(c):
+    assert leads(switched_on(c, (5, 1, 3), wired=False)) and leads(switched_on(c, (3, 1, 5), wired=False))
+    assert not leads(switched_on(c, (5, 1), wired=False)), "one edge may be a rotor that shakes"
+
+
+@pytest.mark.parametrize("state", BAD)
+def test_without_a_state_that_there_is_it_does_not_start(c, state):
+    w = switched_on(c, (state,))
+    assert cause(w) == "HALL_INVALID" and w.axis.faults.detail[0] == state and w.fabric.gate.CONTROL == 0
+
+
+@pytest.mark.parametrize("fault", ("OPEN_PHASE", "SENSOR_SIGN"))
+@pytest.mark.parametrize("turned, named", ((2, None), (3, "LOAD_TOO_HIGH"), (-3, "LOAD_TOO_HIGH")))
+def test_what_the_wiring_looks_like_on_a_driven_rotor_is_the_loads(c, fault, turned, named):
+    """A third of a turn: test currents do not do that."""
+    w = switched_on(c, wired=False)
+    w.axis.hall.count = turned % TURN
+    w.axis.start.wiring.along, w.axis.start.wiring.ms = 3, 1000
+    largest, own = ((0, 0, 0), (0, 0, 0)) if fault == "OPEN_PHASE" else ((9999,) * 3, (-9999,) * 3)
+    for n in range(3):
+        w.axis.start.wiring.largest_q15[n], w.axis.start.wiring.own_q15[n] = largest[n], own[n]
+    c.start_step(w.axis)
+    assert cause(w) == (named or fault)
+
+
+# ---- operation ----
+
+@pytest.fixture
+def running(c):
+    w = switched_on(c)
+    w.step(3)
+    assert w.state == "OPERATION_ENABLED" and cause(w) == "NONE"
+    return w
+
+
+def show(w, *states):
+    for state in states:
+        sample(w, state)
+    w.step()
+
+
+@pytest.mark.parametrize("states, fault", (
+    ((1, 3, 2, 6), "NONE"), ((1, 5, 4), "NONE"), ((1, 7, 1), "NONE"), ((1, 7, 7), "HALL_INVALID"), ((0, 0, 1), "HALL_INVALID"),
+    ((1, 2), "HALL_SEQUENCE"), ((1, 6), "HALL_SEQUENCE"), ((1, 4), "HALL_SEQUENCE"), ((7, 7, 6), "HALL_INVALID")))
+def test_states_that_there_are_not_and_sectors_that_are_skipped(running, states, fault):
+    show(running, *states)
+    assert cause(running) == fault and running.fabric.gate.CONTROL == (fault == "NONE")
+    assert fault == "NONE" or running.axis.faults.detail[0] == states[-1]
+
+
+def test_single_samples_do_not_add_up_over_milliseconds(running):
+    for _ in range(20):
+        show(running, 1, 7, 1)
+    assert cause(running) == "NONE"
+
+
+def test_what_was_before_the_start_does_not_count(c):
+    w = switched_on(c, (7, 7, 0, 1, 2, 6))
+    assert w.step() == "OPERATION_ENABLED" and w.step() == "OPERATION_ENABLED" and cause(w) == "NONE"
+
+
+@pytest.mark.parametrize("name", ("HALL_INVALID", "HALL_SEQUENCE"))
+def test_such_faults_switch_off_and_may_be_tried_again(c, name):
+    kind = c.fault_class(c.enums["fault"]["FAULT_" + name]).contents
+    assert (kind.allowed, kind.initial, kind.retry) == (1, c.REACTION_OFF, True)
+
+
+def test_the_rotor_is_known_and_nothing_of_an_observer_meddles(running):
+    w = running
+    w.axis.loop.flux.margin_q8, w.axis.loop.flux.rho_q15 = 0, 32767
+    w.step(50)
+    assert leads(w) and cause(w) == "NONE" and w.axis.sensorless.weak_ms == w.axis.sensorless.lost_ms == 0
+
+
+@pytest.mark.parametrize("clocks, told", ((400, 100), (400000, 100000), (3200000, 800000), (3200004, 800000), (2**28, 800000)))
+def test_the_speed_loop_is_told_of_a_quarter_of_the_time_and_8_ms_at_most(running, clocks, told):
+    w = running
+    w.axis.hall.speed.clocks, w.axis.hall.speed.lost = clocks, True
+    w.fabric.encoder.LATCH_TIME = w.fabric.encoder.HALL_TIME
+    w.step()
+    assert w.axis.hall.speed.clocks == clocks and w.axis.speed.estimate.interval_clocks == told
+
+
+@pytest.mark.parametrize("age, overdue", ((0, 0), (12, 0), (13, 1), (39, 1), (40, 0), (200, 0)))
+def test_a_speed_is_not_lost_while_the_next_edges_may_say_why_one_is_missing(c, running, age, overdue):
+    """From one and a quarter of the time between two edges until four of them."""
+    w = running
+    w.axis.hall.speed.sector_clocks, w.axis.hall.speed.age_clocks = 10, age
+    c.supervise_lost_speed(w.axis)
+    assert cause(w) == ("NONE" if overdue else "SPEED_DEVIATION")
+
+
+def test_a_rotor_that_turns_may_be_switched_on(c):
+    for source, error in ((2, c.ERROR_NONE), (0, c.ERROR_TURNING)):
+        w = World(c)
+        w.axis.loop.vbus_q15, w.axis.tuning.angle_source, w.axis.speed.speed_rpm_q4 = 13670, source, 200 * 16
+        assert c.request_measured_forbids_on(w.axis, w.axis.tuning).error == error
+
+
+def test_positions_take_an_encoder(c, running):
+    assert c.axis_command_position(running.axis, 100, False).error == c.ERROR_NEEDS_ENCODER
+
+
+# ---- learning ----
+
+def test_learning_lays_the_rotor_down_turns_the_field_and_ends_off(c):
+    w = switched_on(c, wired=False, learns=True)
+    assert w.axis.start.phase == WIRING and w.axis.start.learns
+    c.start_hall_wired(w.axis)
+    assert w.axis.start.phase == c.START_LAY_HALL and w.axis.loop.field_follows == 0
+    assert c.start_tuning(w.axis).contents.kp_d_q12 == 0, "a voltage is held, and brakes"
+    while w.axis.start.phase == c.START_LAY_HALL:
+        w.step()
+    assert w.axis.start.phase == c.START_LEARN_HALL and c.start_tuning(w.axis).contents.kp_d_q12 > 0
+    speeds = set()
+    for _ in range(8000):
+        w.step()
+        speeds.add(w.axis.loop.field_speed_q32)
+    assert max(speeds) == -min(speeds) == TURN * 2 // 20000
+    assert cause(w) == "HALL_UNKNOWN" and list(w.axis.faults.detail) == [0, 0] and w.fabric.gate.CONTROL == 0
+
+
+def test_what_it_finds_becomes_parameters_and_then_it_is_off(c):
+    w = switched_on(c, wired=False, learns=True)
+    c.start_hall_wired(w.axis)
+    w.axis.start.phase = c.START_LEARN_HALL
+    c.hall_learn_begin(w.axis.hall_learn)
+    learn = w.axis.hall_learn
+    learn.phase, learn.ms, learn.edges = 1, 3999, 48
+    for n, state in enumerate(IDEAL):
+        for edge in (learn.forth[state], learn.against[state]):
+            setattr(edge, "from", IDEAL[n - 1])
+            edge.first_q32, edge.count = round((n / 6 + 0.02) * TURN), 4
+    assert w.step() == "SWITCH_ON_DISABLED" and w.fabric.gate.CONTROL == 0
+    assert w.axis.params.hall_states == 513264 and w.axis.params.hall_edge_1_cdeg == 720
+    assert w.axis.params.hall_edge_6_cdeg == 30720 and cause(w) == "NONE"
+
+
+def test_learning_is_for_hall_switches_and_a_drive_that_is_off(c):
+    w = World(c)
+    w.axis.loop.vbus_q15 = 13670
+    assert c.axis_learn_hall(w.axis).error == c.ERROR_NEEDS_HALL
+    w.axis.params.angle_source = 2
+    w.put("OPERATION_ENABLED")
+    assert c.axis_learn_hall(w.axis).error == c.ERROR_ALREADY_ON
+    w.put("FAULT")
+    assert c.axis_learn_hall(w.axis).error == c.ERROR_FAULT_LATCHED
+    w = World(c)
+    w.axis.params.angle_source, w.axis.loop.vbus_q15 = 2, 0
+    assert c.axis_learn_hall(w.axis).error == c.ERROR_BUS_LOW and w.axis.request == c.AXIS_REQUEST_NONE
+    w.axis.loop.vbus_q15, w.axis.params.hall_states = 13670, 123456
+    assert c.axis_learn_hall(w.axis).error == c.ERROR_HALL_STATES
+
+
+def test_an_on_after_it_is_an_on(c):
+    w = switched_on(c, wired=False, learns=True)
+    assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step() == "SWITCH_ON_DISABLED"
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
+    assert w.step() == "SWITCHED_ON" and not w.axis.start.learns
