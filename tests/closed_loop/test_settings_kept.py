@@ -142,7 +142,7 @@ def start_on(older, tmp_path):
     the older one's slot holds of parameters."""
     envm = tmp_path / "envm"
     envm.write_bytes((OLDER / older).read_bytes())
-    said = play(tmp_path, envm, typed(["get --changed", "reaction", *(f"get {name}" for name in NEW)], 0.02), 0.2).console
+    said = play(tmp_path, envm, typed(["get --changed", "reaction", *(f"get {name}" for name in NEW)], 0.02), 0.4).console
     assert envm.read_bytes() == (OLDER / older).read_bytes(), "reading leaves it as it was"
     save, records = parse(slot_of(envm))
     assert save == 1
