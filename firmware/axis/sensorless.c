@@ -340,6 +340,11 @@ static bool emf_contradicts(const struct axis *a)
            expected_q15 * 3 / 10 + expected_q15 * 256 / q15_max(c->flux.margin_q8, 1);
 }
 
+bool sensorless_doubts(const struct axis *a)
+{
+    return !rotor_has_encoder(a) && !rotor_has_hall(a) && a->sensorless.lost_ms != 0u;
+}
+
 void sensorless_supervise(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;

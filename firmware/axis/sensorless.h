@@ -60,6 +60,12 @@ void sensorless_after_control(struct axis *a);
 /* The observer's gains, after current_loop_follow(). Slow loop. */
 void sensorless_follow(struct axis *a);
 
+/*
+ * Whether the observer, or the injection, contradicts itself now: what is asked is asked along an angle that may be nobody's, and
+ * what else is odd then is no cause. Lock lost says so soon. Slow loop.
+ */
+bool sensorless_doubts(const struct axis *a);
+
 /* Whether the observer still has the rotor. Slow loop, each millisecond of operation. */
 void sensorless_supervise(struct axis *a);
 

@@ -19,7 +19,7 @@ bool supervise_phases_suspect(const struct axis *a, int32_t *phase)
     const bool b_open = p->missing_q15[1] > least_q15;
     const bool c_open = p->missing_q15[2] > least_q15;
     *phase = phases_open_one(a_open, b_open, c_open);
-    return running && (a_open || b_open || c_open);
+    return running && !sensorless_doubts(a) && (a_open || b_open || c_open);
 }
 
 void supervise_phases(struct axis *a)

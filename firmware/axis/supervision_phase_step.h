@@ -94,7 +94,7 @@ static inline __attribute__((always_inline)) void supervise_phases_here(struct a
     const bool a_open = phases_open(p, 0, of_a, asked.a, shift);
     const bool b_open = phases_open(p, 1, of_b, asked.b, shift);
     const bool c_open = phases_open(p, 2, of_c, asked.c, shift);
-    if (SELDOM(a_open || b_open || c_open)) {
+    if (SELDOM(a_open || b_open || c_open) && !sensorless_doubts(a)) {
         axis_report(a, field_watch_doubts(&a->field_watch) ? FAULT_OUT_OF_STEP : FAULT_OPEN_PHASE,
                     phases_open_one(a_open, b_open, c_open), 0);
     }

@@ -97,8 +97,8 @@ void supervise_half_wave(struct axis *a)
 }
 
 /*
- * Whose fault it is: a few milliseconds later it is known that an encoder is dead, or a Hall switch, and a phase that carries
- * nothing tells.
+ * Whose fault it is: a few milliseconds later it is known that an encoder is dead, or a Hall switch, or that the observer has lost
+ * the rotor, and a phase that carries nothing tells.
  */
 void supervise_lost_speed(struct axis *a)
 {
@@ -106,7 +106,7 @@ void supervise_lost_speed(struct axis *a)
     if (rotor_has_hall(a) && hall_edge_is_overdue(&a->hall.speed)) {
         return;
     }
-    if (supervise_encoder_may_be_dead(a)) {
+    if (sensorless_doubts(a) || supervise_encoder_may_be_dead(a)) {
         return;
     }
     if (supervise_phases_suspect(a, &phase)) {

@@ -18,14 +18,16 @@ static bool split(int32_t states, uint32_t state[HALL_SECTORS])
 static bool in_a_ring(const uint32_t state[HALL_SECTORS])
 {
     uint32_t seen = 0;
+    bool twice = false;
     for (uint32_t n = 0; n < HALL_SECTORS; n++) {
         const uint32_t changes = state[n] ^ state[(n + 1u) % HALL_SECTORS];
         if (state[n] >= HALL_STATES || (changes & (changes - 1u)) != 0u) {
             return false;
         }
+        twice = twice || (seen >> state[n] & 1u) != 0u;
         seen |= 1u << state[n];
     }
-    return __builtin_popcount(seen) == (int)HALL_SECTORS;
+    return !twice;
 }
 
 static const int32_t *edges_of(const struct params *p, size_t n)

@@ -21,7 +21,8 @@
 /* While the edges are far apart, a count behind weighs this part of i_max. */
 #define COUNT_WEIGHS 100
 
-#define FRICTION_MOST_PART 4 /* of i_max */
+#define FRICTION_MOST_PART 4             /* of i_max */
+#define FRICTION           21845333333LL /* 2^15 10^6 / 1.5: from uN m, by nWb mA */
 
 /* A turn a minute in the estimate's unit of way, rpm Q15 times milliseconds; 256 and 65536 parts of a count. */
 #define TURN_WAY (60000LL * 32768)
@@ -40,7 +41,7 @@ static void tune_estimate(const struct params *p, struct tuning *t)
 /* A current of so much: T / (1.5 p psi). What is more than a quarter of the largest is no friction to be fed forward. */
 static int32_t friction_q15(const struct params *p, const struct tuning *t, int64_t flux_current_e3)
 {
-    const int64_t torque = scale(p->friction_unm, 32768LL * 2000000, 3 * flux_current_e3);
+    const int64_t torque = scale(p->friction_unm, FRICTION, flux_current_e3);
     const int64_t most = t->i_max_q15 / FRICTION_MOST_PART;
     return (int32_t)(torque < most ? torque : most);
 }

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
 """While the observer leads: what says that the rotor is not where it says, and for how long it has to say so."""
+import ctypes
 import math
 
 import pytest
 
 from unit.test_state_machine import World
 from unit.test_tuning import compute, shipped
+from unit.test_unit_supervision import Motor
 
 SURE_MS = 10
 
@@ -60,3 +62,33 @@ def test_iron_that_saturates_makes_an_emf_of_its_own(led, emf):
                                                (0, 1.4, True)))
 def test_a_flux_of_another_size_or_none_that_is_seen(led, rho, margin, lost):
     assert led("teknic_m2310p", rho=rho, margin=margin) == (SURE_MS if lost else None)
+
+
+ENCODER, OBSERVER, HALL = range(3)  # enum param_angle
+
+
+@pytest.mark.parametrize("source, lost_ms, found", (
+    (ENCODER, 0, True), (ENCODER, 3, True), (HALL, 3, True), (OBSERVER, 0, True), (OBSERVER, 1, False), (OBSERVER, 3, False)))
+def test_a_current_that_is_asked_along_a_doubtful_angle_is_no_open_phase(c, source, lost_ms, found):
+    """While the observer contradicts itself. What is left of an older doubt has no say where something else tells the angle."""
+    m = Motor(c, 1500, 4.0).step(600)
+    m.open_phase, m.axis.tuning.angle_source, m.axis.sensorless.lost_ms = 1, source, lost_ms
+    for _ in range(60):
+        m.axis.supervision.phases.i_q_ref_q15 = m.axis.loop.i_q_ref_q15
+        m.counts += m.rpm / 60000 * m.p.encoder_counts
+        m.see()
+        m.c.supervise_phases(m.axis)
+    assert m.fault == ("OPEN_PHASE" if found else "NONE")
+
+
+@pytest.mark.parametrize("source, lost_ms, cause", (
+    (OBSERVER, 3, "NONE"), (OBSERVER, 0, "OPEN_PHASE"), (ENCODER, 3, "OPEN_PHASE"), (HALL, 3, "OPEN_PHASE")))
+def test_a_speed_that_is_lost_waits_for_the_observers_verdict(c, source, lost_ms, cause):
+    """Neither it nor a phase that may be open is named meanwhile: lock lost is, or the doubt goes by."""
+    m = Motor(c, 1500, 4.0).step(600)
+    m.axis.tuning.angle_source, m.axis.sensorless.lost_ms = source, lost_ms
+    m.axis.supervision.phases.missing_q15[1] = m.axis.supervision.phases.least_q15 * 3
+    phase = ctypes.c_int32()
+    assert c.supervise_phases_suspect(m.axis, phase) == (cause != "NONE")
+    c.supervise_lost_speed(m.axis)
+    assert m.fault == cause
