@@ -61,8 +61,8 @@ void sensorless_after_control(struct axis *a);
 void sensorless_follow(struct axis *a);
 
 /*
- * Whether the observer, or the injection, contradicts itself now: what is asked is asked along an angle that may be nobody's, and
- * what else is odd then is no cause. Lock lost says so soon. Slow loop.
+ * Whether the observer, or the injection, contradicts itself now: what is asked is asked along an angle that may be nobody's,
+ * and what else is odd then is no cause. Lock lost says so soon. Slow loop.
  */
 bool sensorless_doubts(const struct axis *a);
 

@@ -97,8 +97,8 @@ void supervise_half_wave(struct axis *a)
 }
 
 /*
- * Whose fault it is: a few milliseconds later it is known that an encoder is dead, or a Hall switch, or that the observer has lost
- * the rotor, and a phase that carries nothing tells.
+ * Whose fault it is: a few milliseconds later it is known that an encoder is dead, or a Hall switch, or that the observer has
+ * lost the rotor, and a phase that carries nothing tells.
  */
 void supervise_lost_speed(struct axis *a)
 {
