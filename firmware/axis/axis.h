@@ -175,8 +175,8 @@ struct outcome axis_command_cyclic_position(struct axis *a, int32_t counts);
 struct outcome axis_command_cyclic_speed(struct axis *a, int32_t rpm);
 struct outcome axis_command_cyclic_current(struct axis *a, int32_t milliamp);
 struct outcome axis_learn_cogging(struct axis *a); /* takes two turns and a bit at learn_rpm */
-struct outcome axis_learn_hall(struct axis *a);    /* takes some ten seconds, then off; the table is in the parameters */
-struct outcome axis_set_zero(struct axis *a);      /* the shaft's position is 0 from now on, on or off */
+struct outcome axis_learn_hall(struct axis *a); /* takes some ten seconds, then off; the table is in the parameters */
+struct outcome axis_set_zero(struct axis *a);   /* the shaft's position is 0 from now on, on or off */
 
 /*
  * A part of what switching on takes (switching.h, row torque_build.part of the benchmarks); returns whether there is more. The
