@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """mbpoll and pymodbus at the bus of a running drive: the session of docs/modbus.md, line by line, and the page's program."""
 import re
+import struct
 import time
 
 import pytest
@@ -31,17 +32,23 @@ def drive(tmp_path_factory):
         client.close()
 
 
-def answered(ask):
+def answered(ask, forget=lambda: None):
     """As a master asks again: to pymodbus a reply of unknown length ends where it pauses, and the twin may be paused."""
+    reply = None
     for _ in range(10):
-        reply = ask()
+        try:
+            reply = ask()
+        except struct.error:  # so pymodbus 3.0 ends on half an identification
+            forget()
+            continue
         if not reply.isError():
             return reply
     raise AssertionError(f"ten times: {reply}")
 
 
 def test_pymodbus_identifies_it(drive):
-    answer = answered(lambda: drive.execute(ReadDeviceInformationRequest(read_code=1, object_id=0, **OLD)))
+    question = ReadDeviceInformationRequest(read_code=1, object_id=0, **OLD)
+    answer = answered(lambda: drive.execute(question), drive.framer.resetFrame)
     assert answer.information[0] == b"mssfoc" and list(answer.information) == [0, 1, 2]
 
 
