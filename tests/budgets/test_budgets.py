@@ -45,6 +45,7 @@ def test_stack():
 STEPS = ("drive_step.speed", "drive_step.torque", "drive_step.position", "slow_loop.pended")
 
 
+@pytest.mark.rest
 def test_figures_do_not_depend_on_the_seed(measured):
     # how many interrupts stood apart from others, and so were counted, is chance; what each took is not
     first, second = ({row: {k: v for k, v in measured[seed][row].items() if k != "interrupts"}
@@ -52,6 +53,7 @@ def test_figures_do_not_depend_on_the_seed(measured):
     assert first == second and len(first) > 60
 
 
+@pytest.mark.rest
 @pytest.mark.parametrize("row", STEPS)
 def test_whole_steps_depend_on_the_seed_by_what_the_bus_measures(measured, row):
     """It has noise, and near the limit of the voltage a step has more to do."""

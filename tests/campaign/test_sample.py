@@ -13,7 +13,7 @@ from launcher.paths import MOTORS, SCENARIOS
 
 EXPECTED = load_expected()
 STRIDE = 5  # over the motors: each is met about equally often, and neighbours in the list are not
-FEW = 8     # of these is one in `make test`
+FEW, FIRST = 8, 1  # of these is one in `make test`; that one
 DETUNED = [Case("teknic_m2310p", "default", 1, detune) for detune in
            ("resistance_mohm*1.3 flux_uwb*0.9", "ld_uh*0.7 lq_uh*0.7", "inertia_gmm2*2")]
 
@@ -31,7 +31,7 @@ def starts_anew(scenario):
     return "common/recover_reset" in (SCENARIOS / f"{scenario}.toml").read_text()
 
 
-@pytest.mark.parametrize("case", [pytest.param(case, marks=() if number % FEW == 0 else pytest.mark.rest)
+@pytest.mark.parametrize("case", [pytest.param(case, marks=() if number % FEW == FIRST else pytest.mark.rest)
                                   for number, case in enumerate(sample())], ids=lambda case: case.key)
 def test_case(case, tmp_path):
     outcome = run_case(case, tmp_path, aligned=not starts_anew(case.scenario))

@@ -79,7 +79,7 @@ WRONG = {
 }
 
 
-LONG = ("blocked", "2 % more counts", "2 % fewer counts")
+LONG = ("blocked", "encoder dead", "2 % more counts", "2 % fewer counts")
 
 
 @pytest.mark.parametrize("case", [pytest.param(case, marks=pytest.mark.rest if case in LONG else ()) for case in WRONG])
