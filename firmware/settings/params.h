@@ -97,6 +97,8 @@ struct params {
     int32_t hall_edge_4_cdeg; /* the fourth */
     int32_t hall_edge_5_cdeg; /* the fifth */
     int32_t hall_edge_6_cdeg; /* the sixth */
+    int32_t
+        injection_silent; /* 1: the voltage's pulses in drawn order, a noise; 0: in turn, a tone of half the sampling rate */
 };
 
 struct param_info {

@@ -56,6 +56,7 @@ SOURCES_OF_MODULATORS = {
 # told besides where the saliency is to tell the angle without an encoder; the firmware's initial values are 0
 SOURCES_OF_INJECTION = {
     "injection_mv": ("motor", "control", "injection_v", 1e3),
+    "injection_silent": ("motor", "control", "injection_silent", 1),
     "cross_pm": ("motor", "control", "cross_saturation", 1e3),
 }
 COARSE_PERCENT = 2.0  # of a value, lost to the firmware's whole units, which the report mentions
