@@ -22,9 +22,9 @@
  *
  * Two variants, one interrupt:
  *
- *   tone    all pairs of pulses are alike, so the sign is another one each sample, and current swings by +-U T Y / 2 at half the
- *           sampling rate, which is heard. Each sample answers. The controllers see the mean of two samples: the ripple is not
- *           in it
+ *   tone    all pairs of pulses are alike, so the sign is another one each sample, and current swings by +-U T Y / 2 at half
+ *           the sampling rate, which is heard. Each sample answers. The controllers see the mean of two samples: the ripple is
+ *           not in it
  *   silent  the sign of each pair is the newest bit of a register that is fed back, x^31 + x^28 + 1: the pairs are as good as
  *           drawn, 2^31 - 1 of them before they repeat, half of them each way up to one. Each pair takes back what it did, so
  *           current walks nowhere; between pairs it is at rest, by +-U T Y off within them. Its spectrum has no line. A pair
