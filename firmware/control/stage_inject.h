@@ -4,7 +4,7 @@
  * controllers' is limited, and after the compares what the current answered. ISR, constant time, the same for both variants.
  *
  * A pulse and its opposite are a pair. The pulse that a sample shows is two samples old, or one, where voltages act at once:
- * so it is of the other half of a pair, and the sign is that of this pair or of the one before.
+ * so a second one, where drawn pairs answer, is of the pair before either way.
  *
  * Ranges, so that nothing overflows: |i| <= 65534; a response is held to 16 bits on each axis of the stator; v_steps <=
  * INJECTION_V_MOST_STEPS, |cross| <= INJECTION_CROSS_MOST, rad <= INJECTION_RAD_MOST_Q8. control/injection.c keeps them.
@@ -43,11 +43,10 @@ static inline int32_t inject_shows_first(const struct injection *n)
     return n->first ^ n->turned;
 }
 
-/* And its sign, 0 or -1. */
+/* And its sign, 0 or -1; of drawn pairs only the second one's. */
 static inline int32_t inject_shown_sign(const struct injection *n)
 {
-    const uint32_t same_pair = (uint32_t)(n->turned & ~n->first) & 1u;
-    return ((int32_t)(n->signs << (30u + same_pair)) >> 31) ^ inject_shows_first(n);
+    return ((int32_t)(n->signs << 30) >> 31) ^ inject_shows_first(n);
 }
 
 /* In halves, what this sample counts beside the one before, and in ones, how often its answer: see injection.h. */

@@ -36,7 +36,7 @@ def plan(motors, options):
     locks = [PartCase(NAME, motor, f"lock/{angle:g}") for motor in able for angle in wanted]
     held = [PartCase(NAME, motor, f"hold1/{angle:g}") for motor in able for angle in wanted if angle % 45 == 0]
     held += [PartCase(NAME, motor, f"hold60/{angle:g}") for motor in able for angle in (0.0, 100.0)]
-    return locks + held + [PartCase(NAME, case.motor, f"{case.what}/silent") for case in held]
+    return locks + held + [PartCase(NAME, case.motor, f"{case.what}/silent") for case in locks + held]
 
 
 def setup(what, drive):
