@@ -59,6 +59,8 @@ SOURCES_OF_INJECTION = {
     "injection_silent": ("motor", "control", "injection_silent", 1),
     "cross_pm": ("motor", "control", "cross_saturation", 1e3),
 }
+# the firmware's initial values, which are not typed: what follows would come later, and each start be another one
+UNSAID = {"injection_silent": 0}
 COARSE_PERCENT = 2.0  # of a value, lost to the firmware's whole units, which the report mentions
 _ITEM = re.compile(r"([a-z_0-9]+)([*/=+-])([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
 
