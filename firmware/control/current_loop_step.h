@@ -51,9 +51,9 @@ static inline __attribute__((always_inline)) bool current_loop_step(struct curre
     /* Here and not where it is used: the compiler has registers left for it. */
     const alphabeta_t coarse = {i.alpha >> c->dead_shift, i.beta >> c->dead_shift};
     const cossin_t cs = cossin_q15(current_loop_angle(c, source));
-    const dq_t v = source == LOOP_INJECTION
-                       ? regulate(c, park_q15(inject_mean(&c->inject, i), cs), inject_voltage(&c->inject))
-                       : regulate(c, park_q15(i, cs), 0);
+    const int32_t inject_steps = source == LOOP_INJECTION ? inject_voltage(&c->inject) : 0;
+    const alphabeta_t calm = source == LOOP_INJECTION ? inject_calm(&c->inject, i) : i;
+    const dq_t v = regulate(c, park_q15(calm, cs), inject_steps);
     const alphabeta_t v_steps = modulate(&f->pwm, v, cs, coarse, c->turn_q15);
     if (source == LOOP_OBSERVER || source == LOOP_INJECTION) {
         if (source == LOOP_OBSERVER) {

@@ -25,7 +25,9 @@ void injection_reset(volatile struct current_loop *c, const struct tuning *t)
     c->flux.track = 0;
     c->flux.track_speed_q8 = 0;
     c->pll.speed_q32 = 0;
-    c->inject = (struct injection){.turned = t->injection.turned};
+    c->inject = (struct injection){.turned = t->injection.turned,
+                                   .silent = t->injection.silent,
+                                   .signs = t->injection.silent != 0 ? INJECTION_SEED : 0u};
     injection_follow(c, t);
 }
 
@@ -38,6 +40,7 @@ void injection_resume(volatile struct current_loop *c)
     c->inject.i_beta_q15 = (d_q15 * cs.sin + q_q15 * cs.cos) >> 15;
     c->inject.step_alpha_q15 = 0;
     c->inject.step_beta_q15 = 0;
+    c->inject.first = 0;
 }
 
 struct injection_seen injection_take(volatile struct current_loop *c)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The rotor's angle from its saliency, at any speed that is not high: a square wave of voltage along the axis in which the
- * magnets are believed, its sign another one each sample, and what current answers across it. Sources: Kim, Ha, Sul,
+ * The rotor's angle from its saliency, at any speed that is not high: pulses of voltage along the axis in which the magnets
+ * are believed, each second one the first's opposite, and what current answers across it. Sources: Kim, Ha, Sul,
  * "PWM switching frequency signal injection sensorless method in IPMSM", IEEE Trans. Ind. Appl. 48(5), 2012; saturation across
  * the axes: Guglielmi, Pastorelli, Vagati, IEEE Trans. Ind. Appl. 42(6), 2006.
  *
@@ -20,7 +20,19 @@
  * which the tracking loop of the flux observer takes away (stage_flux.h): two integrators, with a double pole at 60 Hz or
  * less: as quick as a load by step asks for, and slower where little answers to a degree, for the sensors' noise is the same.
  *
- * The controllers see the mean of two samples: the wave's ripple is not in it.
+ * Two variants, one interrupt:
+ *
+ *   tone    all pairs of pulses are alike, so the sign is another one each sample, and current swings by +-U T Y / 2 at half
+ *           the sampling rate, which is heard. Each sample answers. The controllers see the mean of two samples: the ripple is
+ *           not in it
+ *   silent  the sign of each pair is the newest bit of a register that is fed back, x^31 + x^28 + 1: the pairs are as good as
+ *           drawn, 2^31 - 1 of them before they repeat, half of them each way up to one. Each pair takes back what it did, so
+ *           current walks nowhere; between pairs it is at rest, by +-U T Y off within them. Its spectrum has no line. A pair
+ *           answers once, where it ends, and counts twice: the sums are as large. The controllers see the samples between
+ *           pairs, each of them twice. White noise s of the sensors turns the angle by sqrt(3 / 4) of what it does by
+ *           tone: n samples of tone sum to 2 n U T Y beside 4 s sqrt(n), n / 2 pairs to the same beside 2 s sqrt(6 n / 2)
+ *
+ * One of zeros stays one of zeros: the tone is the same register with nothing in it.
  *
  * Formats: currents Q15; responses y likewise, LSB; voltages in steps; nu Q15, radians.
  */
@@ -39,13 +51,15 @@
 
 struct injection {
     /* the interrupt's */
-    int32_t sign;                    /* of the voltage that answered the last sample: 0, or -1 where it was negative */
+    uint32_t signs;                  /* of the pairs of pulses, the newest in bit 0; all 0: they are alike, a tone */
+    int32_t first;                   /* what answered the last sample: -1, a pair's first pulse; 0, its second */
     int32_t i_alpha_q15, i_beta_q15; /* of the last sample */
     int32_t step_alpha_q15, step_beta_q15; /* and what they had changed by */
     int32_t sum_d, sum_q;                  /* of all y_d, and of all y_q + k y_d; they wrap */
     /* what it is given */
     int32_t v_steps;   /* the voltage; 0: there is none */
     int32_t turned;    /* 0, or -1: the sample that shows a voltage is the next but one, or the next */
+    int32_t silent;    /* 1: only whole pairs answer; 0: each sample does */
     int32_t cross_q15; /* k */
     int32_t rad_q8;    /* Q15 of radians by LSB of response, 0: nothing tracks */
     /* the slow loop's */
@@ -55,6 +69,11 @@ struct injection {
     int32_t last_d, last_q; /* the sums when they were last taken */
 };
 
+/* The next bit is the sum of these two. It begins with the golden ratio's bits: any but zero would do. */
+#define INJECTION_TAP      27
+#define INJECTION_LAST_TAP 30
+#define INJECTION_SEED     0x4F1BBCDCu
+
 /* Responses, summed over the samples of some milliseconds. */
 struct injection_seen {
     int32_t d, q;
@@ -62,13 +81,13 @@ struct injection_seen {
 
 struct current_loop;
 
-/* Nothing is known yet: a wave of the tuning's voltage, nothing tracks. Slow loop, before LOOP_INJECTION is chosen. */
+/* Nothing is known yet: pulses of the tuning's voltage, nothing tracks. Slow loop, before LOOP_INJECTION is chosen. */
 void injection_reset(volatile struct current_loop *c, const struct tuning *t);
 
 /* The sums since it was last asked. Slow loop, each millisecond. */
 struct injection_seen injection_take(volatile struct current_loop *c);
 
-/* Before LOOP_INJECTION takes over from the observer: the voltage begins anew. Slow loop. */
+/* Before LOOP_INJECTION takes over from the observer: the voltage begins anew, with a pair. Slow loop. */
 void injection_resume(volatile struct current_loop *c);
 
 /* From here on the angle is tracked, from `angle_q32`; `radian` is G, 128 at least. Slow loop, before injection_follow(). */

@@ -85,6 +85,7 @@ const struct param_info param_table[] = {
     PARAM(hall_edge_4_cdeg, 0, 35999, 18000),
     PARAM(hall_edge_5_cdeg, 0, 35999, 24000),
     PARAM(hall_edge_6_cdeg, 0, 35999, 30000),
+    PARAM(injection_silent, 0, 1, 0),
 };
 
 const size_t param_count = sizeof param_table / sizeof param_table[0];

@@ -97,6 +97,7 @@ struct params {
     int32_t hall_edge_4_cdeg; /* the fourth */
     int32_t hall_edge_5_cdeg; /* the fifth */
     int32_t hall_edge_6_cdeg; /* the sixth */
+    int32_t injection_silent; /* the injection's pulses: 0 in turn, a tone; 1 as drawn, a noise */
 };
 
 struct param_info {

@@ -50,6 +50,7 @@ struct tuning_observer {
 struct tuning_injection {
     int32_t v_q15;          /* 0: there is none */
     int32_t turned;         /* 0 or -1: when a voltage is seen */
+    int32_t silent;         /* 0 or 1: pulses in drawn pairs */
     int32_t track;          /* gain of the tracking loop that a load by step asks for */
     int32_t track_most;     /* the largest, for currents that answer well */
     int32_t cross_q15;      /* L_dq by L_qq at rated current */

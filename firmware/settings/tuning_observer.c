@@ -97,6 +97,7 @@ static void tune_injection(const struct params *p, struct tuning *t)
     const int64_t v_q15 = scale(p->injection_mv, 32768, p->v_range_mv);
     t->injection.v_q15 = limited(v_q15, INT16_MAX);
     t->injection.turned = t->delay_halves == 1 ? -1 : 0;
+    t->injection.silent = p->injection_silent;
     t->injection.track_most = track_of(t, 16 * INJECTION_POLE_MOST_HZ);
     t->injection.track = track_of(t, injection_pole_hz_q4(p, t));
     t->injection.polarity_q15 = tuning_q15_from_milli(p->i_align_ma, p->i_range_ma);

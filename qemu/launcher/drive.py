@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from .aligned import ON_TIME_S
 from .data import complete, lay_over, load_inverter, load_motor, load_sensors
 from .effects import parse_plant
-from .params import coarse_notes, detuned, exact_params
+from .params import UNSAID, coarse_notes, detuned, exact_params
 from .saturation import inverse_at_rest
 from .schema import SECTIONS
 from .spread import check_spread, drawn
@@ -227,7 +227,7 @@ def console_params(drive):
 
 def preamble(drive):
     """The console lines that tell the firmware which motor and inverter it has."""
-    return [f"set {name} {value}" for name, value in drive.params.items()]
+    return [f"set {name} {value}" for name, value in drive.params.items() if UNSAID.get(name) != value]
 
 
 def twin_items(drive):

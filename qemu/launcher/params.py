@@ -56,8 +56,11 @@ SOURCES_OF_MODULATORS = {
 # told besides where the saliency is to tell the angle without an encoder; the firmware's initial values are 0
 SOURCES_OF_INJECTION = {
     "injection_mv": ("motor", "control", "injection_v", 1e3),
+    "injection_silent": ("motor", "control", "injection_silent", 1),
     "cross_pm": ("motor", "control", "cross_saturation", 1e3),
 }
+# the firmware's initial values, which are not typed: what follows would come later, and each start be another one
+UNSAID = {"injection_silent": 0}
 COARSE_PERCENT = 2.0  # of a value, lost to the firmware's whole units, which the report mentions
 _ITEM = re.compile(r"([a-z_0-9]+)([*/=+-])([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
 

@@ -3,7 +3,7 @@
 
 Of the motors those whose file tells injection_v. WHAT is lock/ANGLE; or hold1/ANGLE, hold60/ANGLE: rated torque, by step, for
 so many seconds at speed 0. The angle is electrical, from phase A to the rotor's d axis. Each angle has a plant of its own, by
-the seed.
+the seed. With /silent behind it the pulses come in drawn order; then no line of the currents' spectrum may stand out.
 """
 import re
 
@@ -13,11 +13,13 @@ from .data import load_motor
 from .errors import LauncherError
 from .part import (ON_S, PREAMBLE_S, PartCase, Setup, Verdict, angle_error_deg, event, first_fault, late, late_s,
                    mean_angle_deg, numbers, operation_s)
+from .tone import heard
 
 NAME = "saliency"
 LOCK_MAX_DEG = 2.0      # electrical, mean of the last part of the standstill
 RMS_MAX_DEG, PEAK_MAX_DEG = 5.0, 15.0
 WAY_MAX_DEG = 10.0      # mechanical, away from where the load was first held
+TONE_MAX_DB = 12.0      # of silent pulses: a line above the noise around it, which scatters by some 5 itself
 STAND_S, SETTLE_S = 0.2, 0.5
 SEEDS = 8
 
@@ -33,25 +35,27 @@ def plan(motors, options):
     able = [motor for motor in motors if load_motor(motor)["control"]["injection_v"] > 0]
     locks = [PartCase(NAME, motor, f"lock/{angle:g}") for motor in able for angle in wanted]
     held = [PartCase(NAME, motor, f"hold1/{angle:g}") for motor in able for angle in wanted if angle % 45 == 0]
-    return locks + held + [PartCase(NAME, motor, f"hold60/{angle:g}") for motor in able for angle in (0.0, 100.0)]
+    held += [PartCase(NAME, motor, f"hold60/{angle:g}") for motor in able for angle in (0.0, 100.0)]
+    return locks + held + [PartCase(NAME, case.motor, f"{case.what}/silent") for case in locks + held]
 
 
 def setup(what, drive):
     """The run of one case."""
-    match = re.fullmatch(r"(lock|hold(\d{1,3}))/(\d+(?:\.\d+)?)", what)
+    match = re.fullmatch(r"(lock|hold(\d{1,3}))/(\d+(?:\.\d+)?)(/silent)?", what)
     if match is None:
-        raise LauncherError(f"'{what}' is neither lock/ANGLE nor holdSECONDS/ANGLE")
-    seconds, degrees = float(match[2] or 0), numbers(match[3], "angle", 0, 360)[0]
+        raise LauncherError(f"'{what}' is neither lock/ANGLE nor holdSECONDS/ANGLE, each with or without /silent")
+    seconds, degrees, silent = float(match[2] or 0), numbers(match[3], "angle", 0, 360)[0], match[4] is not None
     load = [late(STAND_S, **event("load_nm", f"{drive.names()['rated_torque_Nm']:.9g}"))] if seconds else []
     end_s = STAND_S + seconds
     steps = [{"t_s": PREAMBLE_S, **event("encoder_cut", "1")}, {"t_s": ON_S - 0.02, "console": "set angle_source 1"},
              {"t_s": ON_S, "console": "on"}, *load, late(end_s, **event("end")),
              {"t_s": 0.05, "after_state": "FAULT", "event": "end"}]
     plan = {"key": "part", "title": f"injection: {what}", "preamble_s": PREAMBLE_S, "end_s": 2.0 + end_s, "step": steps}
-    return Setup(plan, lambda run: judge(run, seconds), {"seed": 1 + int(degrees) % SEEDS, "start_angle": degrees})
+    return Setup(plan, lambda run: judge(run, seconds, silent),
+                 {"seed": 1 + int(degrees) % SEEDS, "start_angle": degrees, "detune": f"injection_silent={int(silent)}"})
 
 
-def judge(run, seconds):
+def judge(run, seconds, silent=False):
     """The angle as the plant has it: its mean at standstill, which also tells a wrong pole, and then under load."""
     fault, began = first_fault(run), operation_s(run)
     if fault or began is None:
@@ -64,7 +68,7 @@ def judge(run, seconds):
                "moved from on to operation, deg el.": from_on}
     wrong = [f"{lock:+.1f} degrees electrical off"] if abs(lock) > LOCK_MAX_DEG else []
     if seconds:
-        wrong += _judge_load(run, loaded, figures)
+        wrong += _judge_load(run, loaded, figures) + _judge_sound(run, loaded, figures, silent)
     return Verdict("off" if wrong else "operation", "; ".join(wrong), figures)
 
 
@@ -79,6 +83,14 @@ def _judge_load(run, loaded, figures):
     off = rms > RMS_MAX_DEG or peak > PEAK_MAX_DEG
     return [text for bad, text in ((off, f"angle off by {rms:.1f} rms, {peak:.1f} at most"),
                                    (way > WAY_MAX_DEG, f"moved by {way:.1f} degrees")) if bad]
+
+
+def _judge_sound(run, loaded, figures, silent):
+    sound = heard(run.window(loaded + SETTLE_S, None), run.period_s)
+    figures |= {"largest line of a current, mA": 1000 * sound.line_a, "above the noise around it, dB": sound.above_db,
+                "all from a tenth of the sampling rate on, mA rms": 1000 * sound.rms_a}
+    tone = silent and sound.above_db > TONE_MAX_DB
+    return [f"a tone of {sound.line_hz:.0f} Hz, {sound.above_db:.0f} dB above the noise"] if tone else []
 
 
 def _way_deg(window):

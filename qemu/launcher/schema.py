@@ -133,6 +133,7 @@ MOTOR_TABLES = {
         "lq_rest_h": Key(0, 10, 0.0, "where lq_h is that of rated current: of q without current, incremental; 0: as lq_h"),
         "cross_saturation": Key(-0.249, 0.249, 0.0, "incremental L_dq by L_qq at rated current, where injection needs it"),
         "injection_v": Key(0, 1000, 0.0, "without an encoder: voltage that shows the saliency; 0: none"),
+        "injection_silent": _whole(0, 1, 0, "1: its pulses in drawn order, a noise; 0: in turn, a tone"),
         "stop_max_s": Key(0.1, 3600, BY_RULE, "a quick stop that takes longer ends with the bridge off"),
         "current_bw_hz": Key(1, 1e5, BY_RULE, "crossover of the current loops"),
         "pwm_update": _whole(0, 2, 0, "when voltages act: 0 from the next valley on, 1 from the next end on, 2 at once"),

@@ -26,6 +26,7 @@ REST = [
     "detune:hoverboard_350w/default/R*2_L*0.5", "identify:maxon_ec45flat/seed2", "identified:thor_pmsyrm/seed1",
     "sensorless:thor_pmsyrm/flying/20",
     "sensorless:teknic_m2310p/start/135/friction100", "saliency:baldor_ecs101m0h7ef4/hold1/270",
+    "saliency:thor_pmsyrm/hold1/45/silent",
 ]
 
 

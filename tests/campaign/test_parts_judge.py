@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Judgements of the campaign's parts, on traces that are made up: what is right passes, and each way to be wrong fails."""
 import math
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from launcher.figures import Figure
 from launcher.part import PartCase, angle_error_deg, mean_angle_deg
 from launcher.part_report import as_markdown, counts, report_part, worst_cases
 from launcher.parts import PARTS, is_part, parse, plan_part, run_part_case
+from launcher.tone import amplitudes
 
 # ---- angles ----------------------------------------------------------------------------------------------------------
 
@@ -284,9 +286,16 @@ def test_a_lock_is_right_within_two_degrees_and_at_the_right_pole():
     assert not part_saliency.judge(made_up(**STOPPED), 0).passed and not part_saliency.judge(made_up(began_s=None), 0).passed
 
 
+def currents(line_a=0.0):
+    """Noise of 10 mA in each phase, and in one a line that changes its sign each sample."""
+    noise = np.random.default_rng(3)
+    return {f"i_{phase}_A": lambda t, line=line_a * (phase == "b"):
+            noise.normal(0, 0.01, len(t)) + line * (1 - 2 * (np.arange(len(t)) % 2)) for phase in "abc"}
+
+
 def test_a_load_is_held_if_the_angle_is_and_the_shaft_stays():
     rated = DRIVE.names()["rated_torque_Nm"]
-    held = {"torque_mean_Nm": lambda t: np.full(len(t), rated)}
+    held = {"torque_mean_Nm": lambda t: np.full(len(t), rated), **currents()}
     verdict = part_saliency.judge(made_up(3.0, **held), 1)
     assert verdict.passed and verdict.figures["torque, percent of rated"] == pytest.approx(100)
     swings = made_up(3.0, **held)
@@ -294,6 +303,29 @@ def test_a_load_is_held_if_the_angle_is_and_the_shaft_stays():
     assert "angle off by" in part_saliency.judge(swings, 1).why
     gives_way = made_up(3.0, **held, speed_rpm=lambda t: 3.0 if t > 1.6 else 0.0)
     assert "moved by" in part_saliency.judge(gives_way, 1).why
+
+
+def test_a_tone_is_heard_above_the_noise_and_must_not_be_where_pulses_are_drawn():
+    line, above = "largest line of a current, mA", "above the noise around it, dB"
+    rms = "all from a tenth of the sampling rate on, mA rms"
+    torque = {"torque_mean_Nm": lambda t: np.full(len(t), DRIVE.names()["rated_torque_Nm"])}
+    tone, noise = (made_up(20.0, **torque, **currents(amplitude)) for amplitude in (0.05, 0.0))
+    heard = part_saliency.judge(tone, 1)
+    assert heard.passed and heard.figures[line] == pytest.approx(50, rel=0.05) and heard.figures[above] > 30
+    assert heard.figures[rms] == pytest.approx(math.hypot(50, 10 * math.sqrt(0.8)), rel=0.05)
+    assert re.search("a tone of (499|500) Hz", part_saliency.judge(tone, 1, True).why), "the line, or its neighbour"
+    silent = part_saliency.judge(noise, 1, True)
+    assert silent.passed and silent.figures[line] < 2 and silent.figures[above] < 8
+
+
+def test_a_spectrum_says_what_a_sine_s_amplitude_is_and_where():
+    k = np.arange(20000)
+    for hz in (3000, 7333):
+        hz_of, amplitude = amplitudes(0.25 * np.sin(2 * np.pi * hz * k / 20000), 1 / 20000)
+        at = int(np.argmax(amplitude))
+        assert hz_of[at] == pytest.approx(hz, abs=10) and amplitude[at] == pytest.approx(0.25, rel=0.16)
+    with pytest.raises(LauncherError, match="takes 1024 samples"):
+        amplitudes(np.zeros(1000), 1e-3)
 
 
 def test_only_motors_that_tell_a_voltage_have_cases():

@@ -26,7 +26,7 @@ def test_shipped_motors(name):
     assert all(source for table in drive.motor.sources.values() for source in table.values())
     assert drive.motor.checks, "nothing to check the model with"
     for key, value in drive.params.items():
-        may_be_0 = key.endswith(("_apparent_uh", "_rest_uh", "_on_mv", "_off_mv", "pwm_update"))
+        may_be_0 = key.endswith(("_apparent_uh", "_rest_uh", "_on_mv", "_off_mv", "pwm_update", "_silent"))
         assert isinstance(value, int) and (value > 0 or may_be_0), key
     assert drive.notes == [], "the console's integers lose what the data say"
     # work_rpm with rated current comes from the bus (i_d = 0, 2 dead times of 1 us at each end)

@@ -205,6 +205,13 @@ def test_coarse_units_are_noted():
     assert coarse_notes({"a": 100.4, "b": 50.0, "c": 24.5}) == ["c: the firmware takes whole units, 24.5 becomes 24 (-2.0 %)"]
 
 
+def test_drawn_pulses_are_typed_where_they_are_wanted_and_the_tone_is_not():
+    for detune, typed in (("", []), ("injection_silent=1", ["set injection_silent 1"])):
+        lines = preamble(load_drive("thor_pmsyrm", detune=detune))
+        assert [line for line in lines if "silent" in line] == typed and "set injection_mv 60000" in lines
+    assert "set injection_mv" not in " ".join(preamble(load_drive("teknic_m2310p")))
+
+
 # ---- [control] by rule -----------------------------------------------------------------------------------------------
 
 def by_rule(motor, **changes):

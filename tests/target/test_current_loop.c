@@ -218,7 +218,11 @@ static void replace_unmeasured(struct side *s)
 /* No voltage is added, and the current stands: then the mean of two samples is the sample. */
 static void rest_injection(struct current_loop *c, alphabeta_t i)
 {
-    c->inject = (struct injection){.sign = -(int32_t)(next() & 1u), .i_alpha_q15 = i.alpha, .i_beta_q15 = i.beta};
+    c->inject = (struct injection){.first = -(int32_t)(next() & 1u),
+                                   .signs = next(),
+                                   .silent = next() & 1u,
+                                   .i_alpha_q15 = i.alpha,
+                                   .i_beta_q15 = i.beta};
 }
 
 /*

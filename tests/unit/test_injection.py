@@ -14,6 +14,8 @@ from unit.test_observer import any_of, table  # noqa: F401, a fixture
 from unit.test_tuning import compute, shipped
 
 PWM_HZ, BUS_STEPS = 20000, 40000
+THOR, SOFT = "thor_pmsyrm", 0.05  # d current of an ampere takes L_d up by so much
+VARIANTS = (0, 1)  # of injection_silent: a tone, drawn pairs
 KEPT = ("i_alpha_q15", "i_beta_q15", "step_alpha_q15", "step_beta_q15", "sum_d", "sum_q")
 
 
@@ -21,14 +23,37 @@ def wrapped(x):
     return ((int(x) + 2**31) & 0xFFFFFFFF) - 2**31
 
 
-def expected(state, i_alpha, i_beta, angle_q32, table):
+class Played:
+    """An injection's interrupt, sample by sample, and what it has played: the oracle knows its signs from outside only."""
+
+    def __init__(self, c, silent=0, turned=0, signs=None):
+        self.c, self.loop, self.pulses = c, c.current_loop(), []
+        c.injection_reset(self.loop, compute(c, {**shipped(THOR), "angle_source": 1, "injection_silent": silent})[2])
+        inject = self.loop.inject
+        inject.turned, inject.v_steps = turned, 1234
+        inject.signs = inject.signs if signs is None else signs
+
+    def pulse(self):
+        """The next one's sign."""
+        steps = self.c.host_inject_voltage(self.loop)
+        assert abs(steps) == 1234
+        self.pulses.append(steps // 1234)
+        return self.pulses[-1]
+
+    def times(self):
+        """By what the present sample's answer counts: the sign of the pulse that it shows, which is two samples old, or one
+        where voltages act at once; in drawn order only where that was a pair's second, and then for both."""
+        shown = len(self.pulses) - (2 if self.loop.inject.turned else 3)
+        return self.pulses[shown] * (2 * (shown % 2) if self.loop.inject.silent else 1)
+
+
+def expected(state, times, i_alpha, i_beta, angle_q32, table):
     """The equations of firmware/control/injection.h in the formats of stage_inject.h."""
     cosine, sine = (int(x) for x in cos_sin(np.array([angle_q32]), table))
-    sign = -1 if state["sign"] ^ state["turned"] else 1
     step = i_alpha - state["i_alpha_q15"], i_beta - state["i_beta_q15"]
     alpha, beta = (int(sat(step[n] - state[f"step_{axis}_q15"], 16)) for n, axis in enumerate(("alpha", "beta")))
-    y_d = sign * ((alpha * cosine + beta * sine + 2**14) >> 15)
-    y_q = sign * ((beta * cosine - alpha * sine + 2**14) >> 15) + (state["cross_q15"] * y_d >> 15)
+    y_d = times * ((alpha * cosine + beta * sine + 2**14) >> 15)
+    y_q = times * ((beta * cosine - alpha * sine + 2**14) >> 15) + (state["cross_q15"] * y_d >> 15)
     nu = int(sat(int(sat(-y_q, 16)) * state["rad_q8"] >> 8, 16))
     speed = wrapped(state["speed"] - (state["track_speed_q8"] * nu >> 8))
     return {"i_alpha_q15": i_alpha, "i_beta_q15": i_beta, "step_alpha_q15": step[0], "step_beta_q15": step[1],
@@ -36,33 +61,143 @@ def expected(state, i_alpha, i_beta, angle_q32, table):
             "angle": (state["angle"] + speed - state["track"] * nu) & 0xFFFFFFFF}
 
 
-def test_a_step_is_the_equations_to_the_bit(c, table):  # noqa: F811
+@pytest.mark.parametrize("turned", (0, -1))
+@pytest.mark.parametrize("silent", VARIANTS)
+def test_a_step_is_the_equations_to_the_bit(c, table, silent, turned):  # noqa: F811
     """Undefined behaviour is trapped in this build: no product or sum overflows, at the ends of the ranges either."""
-    draw, loop = random.Random(11), c.current_loop()
-    for n in range(20000):
+    draw, played = random.Random(11), Played(c, silent, turned)
+    loop = played.loop
+    for _ in range(3):
+        played.pulse()
+    for n in range(8000):
         if n % 4 == 0:
-            state = {"sign": draw.choice((0, -1)), "turned": draw.choice((0, -1)), "cross_q15": any_of(draw, -8191, 8191),
+            state = {"cross_q15": any_of(draw, -8191, 8191),
                      "rad_q8": any_of(draw, 0, 65535), "track": any_of(draw, 0, 4096),
                      "track_speed_q8": any_of(draw, 0, 51480), "angle": draw.getrandbits(32),
                      "speed": any_of(draw, -2**31, 2**31 - 1),
                      **{name: any_of(draw, -65534, 65534) for name in KEPT[:2]},
                      **{name: any_of(draw, -131068, 131068) for name in KEPT[2:4]},
                      **{name: any_of(draw, -2**30, 2**30) for name in KEPT[4:]}}
-            for name in ("sign", "turned", "cross_q15", "rad_q8", *KEPT):
+            for name in ("cross_q15", "rad_q8", *KEPT):
                 setattr(loop.inject, name, state[name])
             loop.flux.track, loop.flux.track_speed_q8 = state["track"], state["track_speed_q8"]
             loop.pll.angle_q32, loop.pll.speed_q32 = state["angle"], state["speed"]
         i, angle = [any_of(draw, -46340, 46340) for _ in "ab"], draw.getrandbits(32)
-        state |= expected(state, *i, angle, table)
+        played.pulse()
+        state |= expected(state, played.times(), *i, angle, table)
         c.host_inject_observe(loop, *i, angle)
         got = {name: getattr(loop.inject, name) for name in KEPT} | {"angle": loop.pll.angle_q32, "speed": loop.pll.speed_q32}
         assert got == {name: state[name] for name in got}, n
 
 
-def test_the_voltage_changes_its_sign_each_sample(c):
-    loop = c.current_loop()
-    loop.inject.v_steps = 1234
-    assert [c.host_inject_voltage(loop) for _ in range(4)] == [-1234, 1234, -1234, 1234]
+@pytest.mark.parametrize("turned", (0, -1))
+def test_the_controllers_see_what_lies_between_pairs_or_the_mean_of_two(c, turned):
+    draw = random.Random(5)
+    for silent in VARIANTS:
+        played, before = Played(c, silent, turned), [0, 0]
+        for _ in range(3):
+            played.pulse()
+        for _ in range(400):
+            i = [draw.randint(-65534, 65534) for _ in "ab"]
+            played.pulse()
+            seen = [c.host_inject_calm(played.loop, *i, axis) for axis in (0, 1)]
+            halves = abs(played.times())
+            assert seen == [(halves * now + (2 - halves) * old) // 2 for now, old in zip(i, before)]
+            c.host_inject_observe(played.loop, *i, 0)
+            before = i
+
+
+# ---- the order of the pulses ----------------------------------------------------------------------------------------------
+
+PAIRS = 60000
+
+
+@pytest.fixture(name="drawn", scope="module")
+def _drawn(c):
+    played = Played(c, silent=1)
+    return np.array([played.pulse() for _ in range(2 * PAIRS)])
+
+
+def test_by_tone_the_voltage_changes_its_sign_each_sample(c):
+    played = Played(c)
+    assert [played.pulse() for _ in range(6)] == [-1, 1] * 3
+
+
+def test_each_pair_takes_back_what_it_did(drawn):
+    """So current is at rest after each pair, wherever one looks, and never further off than by one pulse."""
+    way = np.cumsum(drawn)
+    assert not way[1::2].any() and np.abs(way).max() == 1
+
+
+def test_pairs_are_drawn_by_a_register_of_31_bits(drawn):
+    bits = (drawn[::2] > 0).astype(int)  # where one is set its pair begins with the positive pulse
+    assert (bits[31:] == bits[:-31] ^ bits[3:-28]).all()
+
+
+def test_its_period_is_the_longest_that_31_bits_have(c):
+    """x^(2^31) is x again modulo the polynomial, so x's order divides 2^31 - 1: a prime. Ones are one more than zeros."""
+    polynomial, x = 1 << 31 | 1 << 28 | 1, 2
+    assert 0 < Played(c, silent=1).loop.inject.signs < 2**31 and Played(c).loop.inject.signs == 0
+    power = x
+    for _ in range(31):
+        square = sum(1 << 2 * bit for bit in range(31) if power >> bit & 1)
+        for bit in range(60, 30, -1):
+            square ^= (polynomial << bit - 31) * (square >> bit & 1)
+        power = square
+    assert power == x
+
+
+def test_it_is_balanced_and_no_pair_tells_of_another(drawn):
+    first = drawn[::2].astype(float)
+    sigma = np.sqrt(PAIRS)
+    assert abs(first.sum()) < 4 * sigma
+    assert all(abs((first[lag:] * first[:-lag]).sum()) < 5 * sigma for lag in range(1, 1000))
+    assert all(abs(drawn[at::40].sum()) < 5 * np.sqrt(PAIRS / 20) for at in range(40)), "a millisecond has no pattern"
+
+
+def test_the_current_that_it_makes_has_no_line(drawn):
+    """Against a tone of the same voltage: spectra of 512 samples."""
+    def largest_by_mean(pulses):
+        current = np.cumsum(pulses)
+        pieces = np.reshape(current[:len(current) // 512 * 512], (-1, 512)) * np.hanning(512)
+        power = (np.abs(np.fft.rfft(pieces))**2).mean(axis=0)[3:]
+        return power.max() / np.median(power)
+    assert largest_by_mean(drawn) < 2 and largest_by_mean(np.array([-1, 1] * PAIRS)) > 1e6
+
+
+def test_two_axes_draw_each_for_itself(c, drawn):
+    one, other, together = Played(c, silent=1), Played(c, silent=1, signs=0x12345), Played(c, silent=1, signs=0x12345)
+    for _ in range(3):
+        other.pulse()
+    for _ in range(500):
+        one.pulse()
+        for _ in range(3):
+            other.pulse()
+    alone = [together.pulse() for _ in range(1503)]
+    assert one.pulses == drawn[:500].tolist() and other.pulses == alone and other.pulses[:500] != one.pulses
+
+
+def test_it_goes_on_with_a_whole_pair(c):
+    for pulses in (4, 5):
+        played = Played(c, silent=1)
+        for _ in range(pulses):
+            played.pulse()
+        signs = played.loop.inject.signs
+        c.injection_resume(played.loop)
+        assert played.pulse() == -played.pulse() and played.loop.inject.signs != signs
+
+
+def test_white_noise_of_the_sensors_weighs_no_more_than_by_tone(c):
+    """Of sums over many samples: 4 s sqrt(n) by tone, sqrt(3 / 4) of it in drawn pairs, as injection.h has it."""
+    def scatter(silent):
+        played, noise, sums = Played(c, silent), np.random.default_rng(7), []
+        for k in range(150 * 400):
+            if k % 400 == 0:
+                sums.append(played.loop.inject.sum_d)
+            played.pulse()
+            c.host_inject_observe(played.loop, *(int(x) for x in noise.normal(0, 300, 2)), 0)
+        return np.std(np.diff(sums)) / (300 * np.sqrt(400))
+    assert scatter(0) == pytest.approx(4, rel=0.2) and scatter(1) == pytest.approx(4 * np.sqrt(0.75), rel=0.2)
 
 
 # ---- on a machine --------------------------------------------------------------------------------------------------------
@@ -135,19 +270,17 @@ class Bench:
         return 2 * u / PWM_HZ * (1 / self.ld_h - 1 / self.lq_h) * self.ampere / np.degrees(1)
 
 
-THOR, SOFT = "thor_pmsyrm", 0.05  # d current of an ampere takes L_d up by so much
-
-
+@pytest.mark.parametrize("silent", VARIANTS)
 @pytest.mark.parametrize("angle", (0, 40, 85, 90, 95, 130, 175, 180, 220, 265, 310, 355))
-def test_it_locks_within_a_degree_from_every_side_and_finds_north(c, angle):
-    bench = Bench(c, THOR, angle, soft=SOFT, noise_lsb=16)
+def test_it_locks_within_a_degree_from_every_side_and_finds_north(c, angle, silent):
+    bench = Bench(c, THOR, angle, soft=SOFT, noise_lsb=16, injection_silent=silent)
     assert bench.start() == c.INJECTION_DONE
     assert abs(bench.error_deg()) < 1
 
 
-@pytest.mark.parametrize("update, loses", ((0, False), (2, False), (0, True)))
-def test_the_sign_is_that_of_the_voltage_that_the_sample_shows(c, update, loses):
-    bench = Bench(c, THOR, 70, soft=SOFT, pwm_update=update)
+@pytest.mark.parametrize("update, loses, silent", ((0, False, 0), (2, False, 0), (0, True, 0), (0, False, 1), (2, False, 1)))
+def test_the_sign_is_that_of_the_voltage_that_the_sample_shows(c, update, loses, silent):
+    bench = Bench(c, THOR, 70, soft=SOFT, pwm_update=update, injection_silent=silent)
     bench.loop.inject.turned ^= -int(loses)
     bench.start()
     off = (bench.error_deg() + 90) % 180 - 90
@@ -162,9 +295,10 @@ def test_without_a_voltage_a_reluctant_motor_is_refused(c):
     assert compute(c, {**shipped(THOR), "angle_source": 1, "injection_mv": 0})[0] == "ERROR_SENSORLESS_RELUCTANT"
 
 
-def test_what_it_says_of_a_degree_is_what_theory_has(c):
+@pytest.mark.parametrize("silent", VARIANTS)
+def test_what_it_says_of_a_degree_is_what_theory_has(c, silent):
     for scale in (1, 2):
-        bench = Bench(c, THOR, 20, soft=SOFT, injection_mv=30000 * scale)
+        bench = Bench(c, THOR, 20, soft=SOFT, injection_mv=30000 * scale, injection_silent=silent)
         bench.start()
         assert bench.axis.injection.detail_q8 / 256 == pytest.approx(bench.lsb_per_degree(), rel=0.05)
 
@@ -198,9 +332,10 @@ def test_what_answers_little_is_tracked_slower_and_nothing_quicker_than_asked(c)
         assert pole_hz(loop.inject.track) == pytest.approx(wanted, rel=0.01)
 
 
-def test_the_controllers_do_not_see_the_wave(c):
-    """The sampled current swings from sample to sample by U T / L_d; the mean of two does not."""
-    bench = Bench(c, THOR, 30, soft=SOFT)
+@pytest.mark.parametrize("silent, update", ((0, 0), (1, 0), (1, 2)))
+def test_the_controllers_do_not_see_the_wave(c, silent, update):
+    """The sampled current swings from sample to sample by U T / L_d; the mean of two does not, nor do those between pairs."""
+    bench = Bench(c, THOR, 30, soft=SOFT, injection_silent=silent, pwm_update=update)
     bench.start()
     bench.milliseconds(20)
     sampled, regulated = [], []
