@@ -251,10 +251,15 @@ const char *message_of_update(enum pwm_update update)
     return update < sizeof names / sizeof names[0] ? names[update] : "unknown";
 }
 
-/* A word of a command has no blanks, so '_' stands for one. */
+/* As it is typed: a word of a command has no blanks, so '_' stands for one; and no capitals. */
+char message_typed(char c)
+{
+    return c == ' ' ? '_' : (c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c);
+}
+
 static bool named(const char *name, const char *word)
 {
-    while (*name != '\0' && (*name == *word || (*name == ' ' && *word == '_'))) {
+    while (*name != '\0' && message_typed(*name) == message_typed(*word)) {
         name++;
         word++;
     }
