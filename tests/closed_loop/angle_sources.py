@@ -48,7 +48,8 @@ class Seen:
     def __repr__(self):
         return (f"{self.fault}, on {self.still_on}, handed over after {1e3 * self.handed_s:.1f} ms, "
                 f"gates off {self.off_ms:.1f} ms, speed {self.most(self.speed_off):.1f} % then "
-                f"{self.most(self.speed_off, LATE_S):.2f} %, told {self.most(self.told_off):.1f} %, angle {self.settled_deg:.1f}, peak {self.peak_share:.2f}")
+                f"{self.most(self.speed_off, LATE_S):.2f} %, told {self.most(self.told_off):.1f} %, "
+                f"angle {self.settled_deg:.1f}, peak {self.peak_share:.2f}")
 
 
 def play(tmp_path, motor, share, load, steps, source, lines=(), watch_s=0.25, seed=1, overrides=None):
