@@ -51,6 +51,7 @@ static void leave_sensor(struct axis *a, enum fault cause)
     a->tuning.angle_source = PARAM_ANGLE_SENSORLESS;
     a->tuning.speed_ki_min_q16 = 0; /* there are no edges */
     a->loop.inject.track = 0;       /* what it followed in another life */
+    handover_forget(&a->handover);  /* what has failed has to be found anew */
     start_forget(a);
     axis_warn(a, cause);
 }
