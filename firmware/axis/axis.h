@@ -181,7 +181,7 @@ struct outcome axis_learn_cogging(struct axis *a); /* takes two turns and a bit 
 struct outcome axis_learn_hall(struct axis *a); /* takes some ten seconds, then off; the table is in the parameters */
 /* Another source of the angle, enum param_angle, from now on: begins what axis_prepare() ends, axis.handover.outcome. */
 struct outcome axis_change_source(struct axis *a, uint32_t target);
-struct outcome axis_set_zero(struct axis *a);   /* the shaft's position is 0 from now on, on or off */
+struct outcome axis_set_zero(struct axis *a); /* the shaft's position is 0 from now on, on or off */
 
 /*
  * A part of what switching on takes (switching.h, row torque_build.part of the benchmarks); returns whether there is more. The

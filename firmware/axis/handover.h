@@ -9,8 +9,8 @@
  *   take      the slow loop looks at the margin once more and hands over right behind a sample: frame, voltages, what was
  *             measured and the integrals are turned by what the angles differ, and the vector is another one
  *
- * Until then nothing has changed, and afterwards all of it has. An encoder whose place the drive does not know, as it was switched
- * on without, gets it from the look: counts that keep their distance from the angle for a turn, and the mean of that.
+ * Until then nothing has changed, and afterwards all of it has. An encoder whose place the drive does not know, as it was
+ * switched on without, gets it from the look: counts that keep their distance from the angle for a turn, and the mean of that.
  */
 #ifndef FIRMWARE_AXIS_HANDOVER_H
 #define FIRMWARE_AXIS_HANDOVER_H

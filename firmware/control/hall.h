@@ -86,7 +86,8 @@ void hall_begin(struct hall *h, volatile struct current_loop *c, const struct en
  * torque is. Single sectors, which show each switch that is out of place, do not count against that for 20 ms. Slow loop,
  * LOOP_HALL, interrupts held.
  */
-void hall_go_on(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e, int32_t torque_q15);
+void hall_go_on(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e,
+                int32_t torque_q15);
 
 /*
  * The speed, to the interrupt as well, which turns the angle by it. The way between two edges by its time is a mean, and late;

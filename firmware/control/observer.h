@@ -96,9 +96,9 @@ int32_t observer_margin_q8(const struct tuning *t, int32_t i_q15, int32_t w_q15,
 void observer_begin(volatile struct current_loop *c, const struct tuning *t);
 
 /*
- * It is about to lead a rotor whose angle was known until now. What the flux begins with is not quite what it would come to, and
- * the difference goes round once a turn until sigma has taken it away: a slow tracking loop, for two turns, tells the speed loop
- * little of that. Slow loop, before observer_begin().
+ * It is about to lead a rotor whose angle was known until now. What the flux begins with is not quite what it would come to,
+ * and the difference goes round once a turn until sigma has taken it away: a slow tracking loop, for two turns, tells the
+ * speed loop little of that. Slow loop, before observer_begin().
  */
 void observer_calm(volatile struct current_loop *c);
 
