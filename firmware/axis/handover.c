@@ -131,12 +131,12 @@ struct outcome axis_change_source(struct axis *a, uint32_t target)
     if (a->handover.under_way || !request_settled(a)) {
         return outcome_of(ERROR_BUSY);
     }
-    if (a->state != AXIS_OPERATION_ENABLED) {
-        return outcome_of(ERROR_NOT_OPERATING);
-    }
     a->handover.outcome = OUTCOME_OK;
     if (a->tuning.angle_source == target) {
         return OUTCOME_OK;
+    }
+    if (a->state != AXIS_OPERATION_ENABLED) {
+        return outcome_of(ERROR_NOT_OPERATING);
     }
     struct outcome problem = tune(a, target);
     if (problem.error == ERROR_NONE && target == PARAM_ANGLE_ENCODER) {
@@ -330,10 +330,22 @@ static void look(struct axis *a)
     }
 }
 
+/* Nobody counts the milliseconds any more. */
+static bool slow_loop_is_dead(struct axis *a)
+{
+    struct handover *const h = &a->handover;
+    const uint32_t now_ms = a->time_ms;
+    h->polls = now_ms == h->polled_ms ? h->polls + 1u : 0u;
+    h->polled_ms = now_ms;
+    return h->polls > REQUEST_PATIENCE_POLLS;
+}
+
 bool handover_go_on(struct axis *a)
 {
     struct handover *const h = &a->handover;
-    if (h->asked) {
+    if (slow_loop_is_dead(a)) {
+        end(h, outcome_of(ERROR_BUSY));
+    } else if (h->asked) {
         if (a->request != AXIS_REQUEST_SOURCE && h->under_way) {
             end(h, outcome_of(ERROR_NOT_OPERATING)); /* a fault or an 'off' came first */
         }

@@ -38,6 +38,8 @@ struct handover {
     uint32_t offset_q32;
     /* the look */
     uint32_t begun_ms;
+    uint32_t polled_ms; /* and how often since that millisecond began */
+    uint32_t polls;
     uint32_t sequence; /* of the sample that was looked at last */
     uint32_t looks;
     uint32_t angle_q32; /* at that sample */

@@ -223,6 +223,15 @@ def test_one_at_a_time_and_a_fault_or_off_ends_it(motor):
     assert not m.c.axis_prepare(m.axis) and m.axis.handover.outcome.error == m.c.ERROR_NOT_OPERATING and m.leads == ENCODER
 
 
+def test_without_a_slow_loop_it_gives_up(motor):
+    m = motor(ENCODER)
+    assert m.c.axis_change_source(m.axis, OBSERVER).error == 0
+    polls = 1
+    while m.c.axis_prepare(m.axis):
+        polls += 1
+    assert 10_000 < polls < 1_000_000 and m.axis.handover.outcome.error == m.c.ERROR_BUSY and m.leads == ENCODER
+
+
 def test_a_fault_between_the_request_and_the_slow_loop_leaves_the_source(motor):
     m = motor(ENCODER)
     assert m.c.axis_change_source(m.axis, OBSERVER).error == 0
@@ -310,7 +319,7 @@ def test_the_position_is_no_longer_homed_behind_others_that_do_not_count(motor):
     m.axis.motion.homed = True
     assert m.change(HALL)[0] == "NONE" and m.change(ENCODER)[0] == "NONE"
     assert not m.axis.motion.homed and m.axis.speed.estimate.count == m.fabric.encoder.LATCHED
-    assert m.told_rpm == pytest.approx(2900, rel=0.01) and not m.axis.speed.estimate.lost
+    assert m.told_rpm == pytest.approx(2900, rel=0.03) and not m.axis.speed.estimate.lost
 
 
 # ---- without a bump ----
