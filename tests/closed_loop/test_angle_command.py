@@ -95,6 +95,19 @@ def test_what_is_not_ready_is_refused_with_why_and_what_would_do(tmp_path):
 
 
 @pytest.mark.rest
+def test_encoder_and_switches_take_over_from_the_injection_and_the_observer_does_not(tmp_path):
+    """A motor whose reluctance outweighs its magnets, with half of rated load."""
+    steps = [{"t_s": "at", "console": "status"}, {"t_s": "at + 0.05", "console": "angle encoder"},
+             {"t_s": "at + 0.35", "console": "angle hall"}, {"t_s": "at + 0.65", "console": "angle observer"},
+             {"t_s": "at + 0.8", "console": "status"}]
+    seen = play(tmp_path, "thor_pmsyrm", 0.1, 0.5, steps, 1, watch_s=0.82)
+    assert "the injection leads" in seen.console and seen.fault == "NONE" and seen.still_on
+    encoder, hall, observer = answers(seen)
+    assert encoder == hall == "ok" and observer.startswith("error: this motor's reluctance outweighs its magnets")
+    assert seen.most(seen.speed_off, 0.05) <= SPEED_BAND and torque_off(seen).max() <= TORQUE_BY_HALL, seen
+
+
+@pytest.mark.rest
 def test_a_change_that_another_fault_overtakes_carries_on_by_the_new_source(tmp_path):
     """Hall switches that have been told by `angle` fail: the observer carries on, as if `on` had begun with them."""
     steps = [*commands(("hall",)), {"t_s": "at + 0.2", "event": "hall_open", "args": ["B", "1"]}]

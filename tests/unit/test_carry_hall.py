@@ -72,6 +72,8 @@ def test_the_speed_loop_remembers_the_torque_from_before_the_doubt(motor):
     m.step()
     assert m.axis.hall_watch.doubt_ms == 1
     m.axis.speed.integral_q29 = -1
+    m.step()
+    assert m.axis.hall_watch.doubt_ms == 2
     assert m.c.hall_watch_torque_q29(m.axis) == 12345 << 14
     m.wires = intact
     m.step(6)
@@ -98,6 +100,15 @@ def test_in_doubt_for_an_electrical_turn_the_switches_are_believed(motor):
         ms += 1
         assert not m.axis.faults.cause
     assert 3 < ms < 8, "at 200 Hz"
+
+
+def test_a_doubt_that_began_with_a_slow_rotor_ends_with_a_turn_of_a_quick_one(motor):
+    m = motor()
+    m.axis.hall_watch.sound.speed_q32 = 1000
+    m.step()
+    assert m.axis.hall_watch.doubt_ms == 1
+    m.step(7)
+    assert m.axis.hall_watch.doubt_ms == 0 and m.axis.hall_watch.sound.speed_q32 == pytest.approx(m.hz / 20000 * TURN, rel=0.01)
 
 
 FORBIDDEN = {
