@@ -14,6 +14,7 @@ EVERY_S = 0.2
 SPEED_BAND, SPEED_TOLD = 1.0, 2.5  # percent of the largest: the shaft's, and of what is told of it
 ANGLE_DEG = 12.0
 TORQUE_SHARE = 0.35  # of rated, from the load: for a moment
+TORQUE_TO_OBSERVER = 0.2
 TORQUE_BY_HALL = 0.75  # where switches out of place, which have not been learned, tell a slow speed
 SOURCES = ("encoder", "observer", "hall")
 ALL_PAIRS = ("observer", "hall", "observer", "encoder", "hall", "encoder")  # from an encoder: 0-1-2-1-0-2-0
@@ -67,6 +68,8 @@ def test_each_takes_over_without_a_bump(motor, share, load, targets, seed, sourc
     assert seen.most(seen.speed_off) <= SPEED_BAND and seen.most(seen.told_off) <= SPEED_TOLD, seen
     assert angle_deg(seen) <= ANGLE_DEG, seen
     assert torque_off(seen).max() <= torque, torque_off(seen).max()
+    if targets[0] == "observer" and source == 0:
+        assert torque_off(seen)[seen.since_s < EVERY_S].max() <= TORQUE_TO_OBSERVER
 
 
 def test_the_encoder_takes_over_from_an_observer_that_never_had_one_and_is_off_where_its_lines_are_cut(tmp_path):
