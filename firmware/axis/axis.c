@@ -89,6 +89,7 @@ static void make_ready(struct axis *a)
     gate_set_chopper(&a->fabric->gate, a->tuning.chopper_on_q15, a->tuning.chopper_off_q15);
     reaction_begin(&a->reactions);
     carry_begin(a);
+    handover_forget(&a->handover);
     enter(a, AXIS_READY);
 }
 
@@ -125,6 +126,11 @@ static __attribute__((noinline)) void take_request(struct axis *a)
         if (a->state == AXIS_FAULT) {
             a->faults.cause = FAULT_NONE;
             enter(a, AXIS_SWITCH_ON_DISABLED);
+        }
+        break;
+    case AXIS_REQUEST_SOURCE:
+        if (a->state == AXIS_OPERATION_ENABLED) {
+            handover_take(a);
         }
         break;
     default:

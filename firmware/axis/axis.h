@@ -18,6 +18,7 @@
 #include "firmware/axis/field_watch.h"
 #include "firmware/axis/flying.h"
 #include "firmware/axis/hall_watch.h"
+#include "firmware/axis/handover.h"
 #include "firmware/axis/injection_start.h"
 #include "firmware/axis/keeping.h"
 #include "firmware/axis/modes.h"
@@ -56,6 +57,7 @@ enum axis_request {
     AXIS_REQUEST_CLEAR,
     AXIS_REQUEST_IDENTIFY,
     AXIS_REQUEST_LEARN_HALL,
+    AXIS_REQUEST_SOURCE, /* axis/handover.h */
 };
 
 #define AXIS_STANDSTILL_RPM_Q4 (30 * 16) /* below this the motor counts as at rest */
@@ -100,6 +102,7 @@ struct axis {
     struct hall hall;
     struct hall_watch hall_watch;
     struct hall_learn hall_learn;
+    struct handover handover;
 };
 
 /* One value and no other, so that a stray write does not keep a fault from switching the bridge off. */
@@ -176,12 +179,14 @@ struct outcome axis_command_cyclic_speed(struct axis *a, int32_t rpm);
 struct outcome axis_command_cyclic_current(struct axis *a, int32_t milliamp);
 struct outcome axis_learn_cogging(struct axis *a); /* takes two turns and a bit at learn_rpm */
 struct outcome axis_learn_hall(struct axis *a); /* takes some ten seconds, then off; the table is in the parameters */
-struct outcome axis_set_zero(struct axis *a);   /* the shaft's position is 0 from now on, on or off */
+/* Another source of the angle, enum param_angle, from now on: begins what axis_prepare() ends, axis.handover.outcome. */
+struct outcome axis_change_source(struct axis *a, uint32_t target);
+struct outcome axis_set_zero(struct axis *a); /* the shaft's position is 0 from now on, on or off */
 
 /*
  * A part of what switching on takes (switching.h, row torque_build.part of the benchmarks); returns whether there is more. The
  * last part makes the request, or what has come meanwhile forbids it: axis.switching.outcome says so. Nothing where nothing is
- * under way. Thread.
+ * under way. The same for a hand-over from one source of the angle to another (handover.h). Thread.
  */
 bool axis_prepare(struct axis *a);
 

@@ -23,7 +23,8 @@ static bool may_go_on(const struct axis *a, enum fault cause)
     const uint32_t mode = a->mode;
     const bool suits = mode == AXIS_MODE_SPEED || mode == AXIS_MODE_TORQUE;
     return suits && a->reactions.choice[cause] == REACTION_CARRY && a->state == AXIS_OPERATION_ENABLED &&
-           rotor_has_encoder(a) && a->carry.waits == FAULT_NONE && a->tuning.observer.serves && !a->tuning.weakens;
+           a->tuning.angle_source != PARAM_ANGLE_SENSORLESS && a->carry.waits == FAULT_NONE &&
+           a->tuning.observer.serves && !a->tuning.weakens;
 }
 
 /* The rotor's angle at the next sample. */
@@ -42,14 +43,15 @@ static bool observer_reaches(const struct axis *a, int32_t speed_q32)
     return observer_margin_q8(&a->tuning, i_q15, w_q15, c->vbus_q15) >= OBSERVER_LEADS_Q8;
 }
 
-/* From here on there is no encoder, as if the drive had been switched on so. */
-static void leave_encoder(struct axis *a, enum fault cause)
+/* From here on there is no sensor, as if the drive had been switched on so. */
+static void leave_sensor(struct axis *a, enum fault cause)
 {
     a->carry.cause = cause;
     a->carry.waits = FAULT_NONE;
     a->tuning.angle_source = PARAM_ANGLE_SENSORLESS;
     a->tuning.speed_ki_min_q16 = 0; /* there are no edges */
     a->loop.inject.track = 0;       /* what it followed in another life */
+    handover_forget(&a->handover);  /* what has failed has to be found anew */
     start_forget(a);
     axis_warn(a, cause);
 }
@@ -62,7 +64,13 @@ static void know_speed(struct axis *a)
     modes_limit_torque(a);
 }
 
-/* The speed loop goes on from what it held before the encoder was doubted, towards the same target. */
+/* What the speed loop held before the sensor was doubted. */
+static int32_t torque_held_q29(const struct axis *a)
+{
+    return rotor_has_hall(a) ? hall_watch_torque_q29(a) : supervise_encoder_torque_q29(a);
+}
+
+/* The speed loop goes on from that, towards the same target. */
 static void lead_on(struct axis *a)
 {
     a->sensorless = (struct sensorless){.ref_rpm_q16 = a->speed.ref_rpm_q16};
@@ -76,7 +84,8 @@ static void lead_on(struct axis *a)
 static void observer_leads(struct axis *a, enum fault cause)
 {
     volatile struct current_loop *const c = &a->loop;
-    leave_encoder(a, cause);
+    a->speed.integral_q29 = torque_held_q29(a);
+    leave_sensor(a, cause);
     observer_begin(c, &a->tuning);
     const uint32_t mask = cpu_irq_save();
     c->pll.angle_q32 = c->field_angle_q32;
@@ -99,7 +108,26 @@ static int32_t coast(struct axis *a)
 
 static int32_t torque_before_q15(const struct axis *a)
 {
-    return a->mode == AXIS_MODE_TORQUE ? a->torque_command_q15 : supervise_encoder_torque_q29(a) >> 14;
+    return a->mode == AXIS_MODE_TORQUE ? a->torque_command_q15 : torque_held_q29(a) >> 14;
+}
+
+static struct rotor_seed seed_now(const struct axis *a, enum fault cause)
+{
+    struct rotor_seed seed = a->hall_watch.sound;
+    if (!rotor_has_hall(a)) {
+        supervise_encoder_seed(a, cause, &seed);
+    }
+    return seed;
+}
+
+/* The same in the interrupt. */
+static struct rotor_seed seed_at_sample(const struct axis *a, enum fault cause)
+{
+    struct rotor_seed seed = a->hall_watch.sound;
+    if (!rotor_has_hall(a)) {
+        supervise_encoder_seed_at_sample(a, cause, &seed);
+    }
+    return seed;
 }
 
 /*
@@ -127,7 +155,7 @@ bool carry_take_over(struct axis *a, enum fault cause)
         return false;
     }
     const uint32_t mask = cpu_irq_save(); /* the seed is of the next sample */
-    supervise_encoder_seed(a, cause, &a->carry.seed);
+    a->carry.seed = seed_now(a, cause);
     const bool reaches = observer_reaches(a, a->carry.seed.speed_q32);
     const int32_t wrong_q32 = reaches ? coast(a) : 0;
     cpu_irq_restore(mask);
@@ -138,19 +166,33 @@ bool carry_take_over(struct axis *a, enum fault cause)
     return reaches;
 }
 
+static void let_current_fade(struct axis *a)
+{
+    gate_disable(&a->fabric->gate);
+    a->loop.status_max = UINT32_MAX;
+    a->carry.waited_ms = 0;
+}
+
+bool carry_bears_trip(struct axis *a)
+{
+    const bool bears = a->carry.waits != FAULT_NONE && current_loop_is_on(&a->loop);
+    if (bears) {
+        let_current_fade(a);
+    }
+    return bears;
+}
+
 bool carry_from_sample(struct axis *a, enum fault cause)
 {
     if (!may_go_on(a, cause)) {
         return false;
     }
-    supervise_encoder_seed_at_sample(a, cause, &a->carry.seed);
+    a->carry.seed = seed_at_sample(a, cause);
     if (cause == FAULT_ENCODER) {
         (void)coast(a);
     } else {
-        gate_disable(&a->fabric->gate);
-        a->loop.status_max = UINT32_MAX;
+        let_current_fade(a);
     }
-    a->carry.waited_ms = 0;
     a->carry.waits = cause;
     return true;
 }
@@ -173,7 +215,8 @@ static void switch_on_again(struct axis *a, enum fault cause)
         axis_raise(a, cause);
         return;
     }
-    leave_encoder(a, cause);
+    a->speed.integral_q29 = torque_held_q29(a);
+    leave_sensor(a, cause);
     if (!current_loop_select(&a->loop, a->fabric, LOOP_OBSERVER, a->loop.scheme)) {
         axis_raise(a, FAULT_FABRIC); /* the gate does not let go */
         return;

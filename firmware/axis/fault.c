@@ -33,8 +33,8 @@ static const struct fault_class classes[FAULT_COUNT] = {
     [FAULT_HOMING] = {OFF | STOP, REACTION_STOP, false},
     [FAULT_LOCK_LOST] = {OFF, REACTION_OFF, true},
     [FAULT_OUT_OF_STEP] = {OFF, REACTION_OFF, true},
-    [FAULT_HALL_INVALID] = {OFF, REACTION_OFF, true},
-    [FAULT_HALL_SEQUENCE] = {OFF, REACTION_OFF, true},
+    [FAULT_HALL_INVALID] = {OFF | CARRY, REACTION_OFF, true},
+    [FAULT_HALL_SEQUENCE] = {OFF | CARRY, REACTION_OFF, true},
     [FAULT_COMMAND_TIMEOUT] = {OFF | STOP | WARN, REACTION_STOP, false},
 };
 
@@ -131,6 +131,15 @@ enum fault fault_from_adc(uint32_t adc_flags)
     return (adc_flags & ADC_STATUS_VBUS_LOW) != 0u ? FAULT_UNDERVOLTAGE : FAULT_NONE;
 }
 
+/* Switches that have told a wrong angle say so themselves later, and are named only where the drive carries on without. */
+static enum fault blamed_for_overcurrent(const struct axis *a)
+{
+    if (rotor_has_encoder(a)) {
+        return supervise_encoder_blame(a, FAULT_OVERCURRENT);
+    }
+    return rotor_has_hall(a) ? hall_watch_blame(a, FAULT_OVERCURRENT) : FAULT_OVERCURRENT;
+}
+
 /* An over-current may follow from something that has just begun and would be found in a moment. */
 static void raise_overcurrent(struct axis *a)
 {
@@ -139,9 +148,12 @@ static void raise_overcurrent(struct axis *a)
         axis_raise_with(a, FAULT_OPEN_PHASE, phase, 0);
         return;
     }
-    const enum fault cause = rotor_has_encoder(a) ? supervise_encoder_blame(a, FAULT_OVERCURRENT) : FAULT_OVERCURRENT;
+    if (carry_bears_trip(a)) {
+        return;
+    }
+    const enum fault cause = blamed_for_overcurrent(a);
     if (cause == FAULT_OVERCURRENT || !carry_from_sample(a, cause)) {
-        axis_raise(a, cause);
+        axis_raise(a, rotor_has_encoder(a) ? cause : FAULT_OVERCURRENT);
     }
 }
 

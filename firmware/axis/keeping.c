@@ -24,6 +24,8 @@ const char *keeping_name_of_fault(enum fault cause)
         [FAULT_LIMIT_CYCLE] = "limit_cycle",
         [FAULT_FOLLOWING_ERROR] = "following_error",
         [FAULT_HOMING] = "homing",
+        [FAULT_HALL_INVALID] = "hall_state",
+        [FAULT_HALL_SEQUENCE] = "hall_sequence",
         [FAULT_COMMAND_TIMEOUT] = "command_time-out",
     };
     return cause < FAULT_COUNT ? names[cause] : NULL;

@@ -8,13 +8,11 @@
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
-/* Twice as long as a slow loop that lives takes: each turn of the wait is at least five cycles. */
-#define PATIENCE_POLLS (2u * BOARD_M3_HZ / CONFIG_SLOW_HZ / 5u)
-#define LATCH_POLLS    (2u * CONFIG_PWM_COUNTS) /* each takes longer than a count */
+#define LATCH_POLLS (2u * CONFIG_PWM_COUNTS) /* each takes longer than a count */
 
 bool request_settled(const struct axis *a)
 {
-    for (uint32_t poll = 0; poll < PATIENCE_POLLS; poll++) {
+    for (uint32_t poll = 0; poll < REQUEST_PATIENCE_POLLS; poll++) {
         if (a->request == AXIS_REQUEST_NONE) {
             return true;
         }

@@ -6,10 +6,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/settings/config.h"
 #include "firmware/settings/error.h"
 
 struct axis;
 struct tuning;
+
+/* Twice as long as a slow loop that lives takes: each turn of a wait is at least five cycles. */
+#define REQUEST_PATIENCE_POLLS (2u * BOARD_M3_HZ / CONFIG_SLOW_HZ / 5u)
 
 /* Waits until the request before this one has been taken; false if nobody takes it. Thread. */
 bool request_settled(const struct axis *a);

@@ -10,6 +10,11 @@
 #define PLAYED       3u /* samples from a set of integrals to the voltages that they make */
 #define TURNS_COUNTS 2  /* sectors since the start began: it turns, and the wiring is none to be tested */
 
+void start_filter_hall(struct axis *a)
+{
+    encoder_filter_hall(&a->fabric->encoder, FILTER_STEPS);
+}
+
 static bool select_hall(struct axis *a, uint32_t follows)
 {
     struct current_loop *const c = &a->loop;
@@ -24,7 +29,7 @@ static bool select_hall(struct axis *a, uint32_t follows)
 
 void start_hall_begin(struct axis *a)
 {
-    encoder_filter_hall(&a->fabric->encoder, FILTER_STEPS);
+    start_filter_hall(a);
     a->loop.angle_offset_q32 = 0;
     if (select_hall(a, UINT32_MAX)) {
         hall_begin(&a->hall, &a->loop, &a->fabric->encoder);

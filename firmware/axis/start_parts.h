@@ -27,6 +27,9 @@ void start_follow(struct axis *a, enum loop_source source);
 /* The bridge on, and on to the wiring, or straight to operation where that is known. */
 void start_open_gates(struct axis *a);
 
+/* What is too short for an edge of a Hall switch is none. Any context but an interrupt's. */
+void start_filter_hall(struct axis *a);
+
 /* Without an encoder, the sensors' zeros known: the rotor may turn already. */
 void start_sensorless(struct axis *a);
 

@@ -142,6 +142,9 @@ static inline __attribute__((always_inline)) void supervision_step_running(struc
     const uint32_t turn = a->time_ms % SUPERVISION_TURNS;
     if (!encoder) {
         sensorless_supervise(a);
+        if (SELDOM(a->carry.waits != FAULT_NONE)) {
+            return; /* the bridge may be off */
+        }
     } else if (SELDOM(!supervision_encoder_is_sound(a, w_q15, turn))) {
         return;
     }

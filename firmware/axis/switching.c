@@ -74,6 +74,9 @@ struct outcome axis_learn_hall(struct axis *a)
 bool axis_prepare(struct axis *a)
 {
     struct switching *const s = &a->switching;
+    if (a->handover.under_way) {
+        return handover_go_on(a);
+    }
     if (!s->under_way) {
         return false;
     }

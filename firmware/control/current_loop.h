@@ -212,6 +212,14 @@ void current_loop_exchange(volatile struct current_loop *c, enum loop_source sou
 void current_loop_coast(volatile struct current_loop *c, uint32_t turn_q32, int32_t speed_q32);
 
 /*
+ * From a source of the rotor's angle, any but LOOP_FORCED, to LOOP_ENCODER, LOOP_OBSERVER or LOOP_HALL, the bridge on: at
+ * the next sample the rotor stands at `rotor` and `offset_q32`, which is 0 but with an encoder. What differs is turned as in
+ * current_loop_coast(). Slow loop, right behind a sample; holds the interrupt back for about 150 cycles.
+ */
+void current_loop_hand_over(volatile struct current_loop *c, enum loop_source source, const struct pll *rotor,
+                            uint32_t offset_q32);
+
+/*
  * From the next sample on the interrupt enters `entry`, which has to go on to the handler in `*handler`; or the handler itself
  * again. Whatever is selected meanwhile goes there. Not without `handlers`. Thread or slow loop, bridge on or off.
  */

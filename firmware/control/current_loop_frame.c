@@ -42,13 +42,36 @@ void current_loop_prescribe(volatile struct current_loop *c, uint32_t turn_q32, 
     cpu_irq_restore(mask);
 }
 
-void current_loop_coast(volatile struct current_loop *c, uint32_t turn_q32, int32_t speed_q32)
+/* What is not needed before the next sample, but is looked at. */
+static void turn_seen_back(volatile struct current_loop *c, uint32_t turn_q32)
 {
     const cossin_t turn = cossin_q15(turn_q32);
-    const uint32_t mask = cpu_irq_save();
-    current_loop_prescribe(c, turn_q32, speed_q32);
     turn_back(&c->i_d_q15, &c->i_q_q15, turn);
     turn_back(&c->v_d_steps, &c->v_q_steps, turn);
+}
+
+void current_loop_hand_over(volatile struct current_loop *c, enum loop_source source, const struct pll *rotor,
+                            uint32_t offset_q32)
+{
+    const uint32_t mask = cpu_irq_save();
+    const uint32_t turn_q32 = rotor->angle_q32 + offset_q32 - current_loop_angle_q32(c);
+    turn_all_back(c, turn_q32);
+    turn_seen_back(c, turn_q32);
+    c->pll.angle_q32 = rotor->angle_q32;
+    c->pll.speed_q32 = rotor->speed_q32;
+    c->angle_offset_q32 = offset_q32;
+    c->field_angle_q32 = 0u;
+    c->field_speed_q32 = 0;
+    c->field_follows = source == LOOP_ENCODER ? 0u : UINT32_MAX;
+    current_loop_exchange(c, source);
+    cpu_irq_restore(mask);
+}
+
+void current_loop_coast(volatile struct current_loop *c, uint32_t turn_q32, int32_t speed_q32)
+{
+    const uint32_t mask = cpu_irq_save();
+    current_loop_prescribe(c, turn_q32, speed_q32);
+    turn_seen_back(c, turn_q32);
     c->pll.angle_q32 = c->field_angle_q32;
     c->pll.speed_q32 = speed_q32;
     c->angle_offset_q32 = 0u;

@@ -43,6 +43,8 @@ struct hall_speed {
     int32_t direction;      /* of the last edges: -1, 1; 0: none is known */
     uint32_t intervals;     /* between edges in this direction, without a turn back: so many can be looked at */
     bool lost;              /* the last edge is too long ago: at rest */
+    bool told;              /* somebody has told the speed, */
+    uint32_t told_clock;    /* then */
     int32_t speed_q32;      /* turns a sample */
     uint32_t age_clocks;    /* since the last edge */
     uint32_t sector_clocks; /* from the one before to that */
@@ -78,6 +80,14 @@ void hall_take_table(struct hall *h, const struct hall_table *table, const struc
 
 /* Nothing is known but the state now: the angle is the middle of its sector, at rest. Slow loop, LOOP_HALL, bridge off. */
 void hall_begin(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e);
+
+/*
+ * Somebody has told the angle and the speed until now, and `c` has them: from here on the switches do. The load is what the
+ * torque is. Single sectors, which show each switch that is out of place, do not count against that for 20 ms. Slow loop,
+ * LOOP_HALL, interrupts held.
+ */
+void hall_go_on(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e,
+                int32_t torque_q15);
 
 /*
  * The speed, to the interrupt as well, which turns the angle by it. The way between two edges by its time is a mean, and late;

@@ -65,6 +65,23 @@ static void push(struct hall *h, const struct tuning *t, int32_t torque_q15)
     s->way_q32 += s->pushed_q32 * (uint32_t)t->loops_per_slow;
 }
 
+void hall_go_on(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e, int32_t torque_q15)
+{
+    const uint32_t clock = encoder_hall_clock(e);
+    const int32_t speed_q32 = c->pll.speed_q32;
+    h->state = encoder_hall_latched(e);
+    h->count = 0;
+    h->clock[0] = clock;
+    h->speed = (struct hall_speed){.clock = clock,
+                                   .direction = speed_q32 < 0 ? -1 : 1,
+                                   .told = true,
+                                   .told_clock = encoder_latch_clock(e),
+                                   .speed_q32 = speed_q32,
+                                   .rest_q32 = (uint64_t)(int64_t)speed_q32,
+                                   .load_q8 = -held((int64_t)torque_q15 * h->push_q8, PUSH_MOST_Q8),
+                                   .angle_q32 = c->pll.angle_q32};
+}
+
 /* Where that was at each of the edges that have come since the last step, `moved` sectors: back from now. */
 static void mark_edges(struct hall_speed *s, const struct reading *r, int32_t moved, const struct tuning *t)
 {
@@ -133,10 +150,17 @@ static int64_t likely_change(const struct hall *h, uint32_t clocks, int64_t chan
     return change_q32 > most_q32 ? most_q32 : (change_q32 < -most_q32 ? -most_q32 : change_q32);
 }
 
+/* Until the first whole turn of edges, if that comes soon. */
+static bool told_better(struct hall_speed *s, const struct reading *r)
+{
+    s->told = s->told && s->intervals < WHOLE_TURN && r->latch_clock - s->told_clock < MEAN_CLOCKS;
+    return s->told;
+}
+
 static void measure(struct hall *h, const struct reading *r, const struct tuning *t)
 {
     struct hall_speed *const s = &h->speed;
-    if (s->intervals == 0u) {
+    if (s->intervals == 0u || told_better(s, r)) {
         return; /* it has come from the other side, or from rest */
     }
     const uint32_t n = near_enough(s, r, WHOLE_TURN) ? WHOLE_TURN : (near_enough(s, r, HALF_TURN) ? HALF_TURN : 1u);

@@ -27,6 +27,8 @@
 #define TRACK_LARGEST_Q8   384
 #define TRACK_IRON_Q8      256 /* where L_q falls with the current: the slow loop tells of that a millisecond late */
 #define TRACK_FOLLOWING_Q8 256
+#define CALM_TURNS         2
+#define CALM_Q24           ((TRACK_LARGEST_Q8 - TRACK_LEAST_Q8) << 16)
 #define TRACK_LEAST        40 /* 20 rad/s at 20 kHz: it never stands */
 
 /*
@@ -181,6 +183,26 @@ void observer_preset(volatile struct current_loop *c, const struct tuning *t)
     cpu_irq_restore(mask);
 }
 
+void observer_calm(volatile struct current_loop *c)
+{
+    c->flux.calm_q24 = CALM_Q24;
+}
+
+/* The tracking loop's pole, in |w|; and calm goes by with the turns. */
+static int32_t pole_q8(volatile struct current_loop *c, const struct tuning *t, uint32_t speed_q32)
+{
+    volatile struct observer *const o = &c->flux;
+    const int32_t by_margin_q8 =
+        q15_clamp((o->margin_q8 * TRACK_BY_MARGIN) >> 8, TRACK_LEAST_Q8, observer_quickest_q8(t));
+    const int32_t calm_q24 = o->calm_q24;
+    if (calm_q24 == 0) {
+        return by_margin_q8;
+    }
+    const int32_t turns_q16 = (int32_t)((speed_q32 >> 8) * (uint32_t)c->loops_per_slow >> 8);
+    o->calm_q24 = q15_max(calm_q24 - turns_q16 * (CALM_Q24 >> 16) / CALM_TURNS, 0);
+    return q15_max(q15_min(by_margin_q8, TRACK_LARGEST_Q8 - (calm_q24 >> 16)), TRACK_LEAST_Q8);
+}
+
 void observer_begin(volatile struct current_loop *c, const struct tuning *t)
 {
     const dq_t i = currents(c);
@@ -199,10 +221,8 @@ void observer_follow(volatile struct current_loop *c, const struct tuning *t, en
     weigh_voltages(o, t, c->vbus_q15);
     reckon_margin(o, t, i, current_loop_w_q15(c), c->vbus_q15);
     hold_back(o, direction_q14, speed_q32, role == OBSERVER_LEADS ? SIGMA_LEADING_Q8 : SIGMA_FOLLOWING_Q8);
-    const int32_t by_margin_q8 =
-        q15_clamp((o->margin_q8 * TRACK_BY_MARGIN) >> 8, TRACK_LEAST_Q8, observer_quickest_q8(t));
     if (role == OBSERVER_RESTS) {
         return;
     }
-    set_tracking(o, speed_q32, role == OBSERVER_LEADS ? by_margin_q8 : TRACK_FOLLOWING_Q8, role);
+    set_tracking(o, speed_q32, role == OBSERVER_LEADS ? pole_q8(c, t, speed_q32) : TRACK_FOLLOWING_Q8, role);
 }

@@ -65,6 +65,7 @@ struct observer {
     int32_t margin_q8;        /* m; 255 at most */
     int32_t margin_torque_q8; /* what it would be with i_q alone, or without any */
     int32_t i_q4, i_q_q4;     /* |i| and |i_q|, smoothed */
+    int32_t calm_q24;         /* by so much the tracking loop is slower after a hand-over, in |w| */
 };
 
 /* How the observer is to behave. */
@@ -93,6 +94,13 @@ int32_t observer_margin_q8(const struct tuning *t, int32_t i_q15, int32_t w_q15,
 
 /* As observer_follow() where it is to lead at once: what is smoothed begins with the present currents. Slow loop. */
 void observer_begin(volatile struct current_loop *c, const struct tuning *t);
+
+/*
+ * It is about to lead a rotor whose angle was known until now. What the flux begins with is not quite what it would come to,
+ * and the difference goes round once a turn until sigma has taken it away: a slow tracking loop, for two turns, tells the
+ * speed loop little of that. Slow loop, before observer_begin().
+ */
+void observer_calm(volatile struct current_loop *c);
 
 /* The double pole of its tracking loop at most, in |w|, Q8. Any context. */
 int32_t observer_quickest_q8(const struct tuning *t);

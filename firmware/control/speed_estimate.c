@@ -22,6 +22,21 @@ void speed_estimate_reset(struct speed_estimate *e)
     *e = (struct speed_estimate){.interval_clocks = SPEED_ESTIMATE_CLOCKS_LOST, .lost = true};
 }
 
+void speed_estimate_go_on(struct speed_estimate *e, const struct encoder_regs *encoder)
+{
+    const struct estimate_reading r = estimate_read(encoder);
+    const uint32_t age = r.latch_clock - r.edge_clock;
+    e->moved = 0;
+    e->step_clocks = 0;
+    e->latch_clock = r.latch_clock;
+    e->count = r.count;
+    e->backwards = e->speed_rpm_q15 < 0;
+    e->clock = r.edge_clock;
+    e->lost = age > SPEED_ESTIMATE_CLOCKS_LOST;
+    e->beyond_q15 = e->lost ? 0 : estimate_way_q15(e->speed_rpm_q15, age);
+    e->interval_clocks = age;
+}
+
 void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *encoder, const struct tuning *t)
 {
     estimate_speed(e, encoder, t);

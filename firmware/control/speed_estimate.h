@@ -44,6 +44,9 @@ struct speed_estimate {
 /* The counter has been set anew: nothing is known of the edges. Slow loop, or while it is masked. */
 void speed_estimate_reset(struct speed_estimate *e);
 
+/* Something else has measured until now, and its speed is there: from the last edge on the edges do. Slow loop. */
+void speed_estimate_go_on(struct speed_estimate *e, const struct encoder_regs *encoder);
+
 /* One step. Range: below 32767 rpm and a quarter of a turn a millisecond of change. Slow loop. */
 void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *encoder, const struct tuning *t);
 

@@ -64,9 +64,27 @@ static bool axis_is_faulty(const struct axis *a)
     return a->state == AXIS_FAULT || a->state == AXIS_FAULT_REACTION;
 }
 
+bool cia402_hand_over(struct cia402 *c, struct axis *a, uint32_t source)
+{
+    const struct outcome outcome = axis_change_source(a, source);
+    note(c, outcome);
+    c->hands_over = outcome.error == ERROR_NONE;
+    return c->hands_over;
+}
+
+/* The look has ended. */
+static void follow_hand_over(struct cia402 *c, const struct axis *a)
+{
+    if (c->hands_over && !a->handover.under_way) {
+        c->hands_over = false;
+        note(c, a->handover.outcome);
+    }
+}
+
 /* What has ended by itself, by a fault or at somebody else's command, takes the whole way from the beginning again. */
 static void follow(struct cia402 *c, const struct axis *a)
 {
+    follow_hand_over(c, a);
     if (c->stage == CIA402_ENABLED && a->switching.outcome.error != ERROR_NONE && axis_rests(a)) {
         note(c, a->switching.outcome);
     }

@@ -74,6 +74,7 @@ struct cia402 {
     bool target_due;      /* a set-point, or another mode */
     bool operates;        /* the axis did, at the last look */
     struct outcome refusal;
+    bool hands_over; /* another source of the angle has been asked for, and may yet be refused */
 };
 
 /* No command yet, pv, all targets 0. */
@@ -84,6 +85,9 @@ bool cia402_may_wish(const struct cia402_wishes *w, const struct params *p);
 
 /* Takes wishes over; `word` and `target`: whether a control word, and a mode or set-point, are among them. Thread. */
 void cia402_wish(struct cia402 *c, const struct cia402_wishes *w, bool word, bool target);
+
+/* Another source of the angle, enum param_angle; false: refused at once, and nothing has changed. Thread. */
+bool cia402_hand_over(struct cia402 *c, struct axis *a, uint32_t source);
 
 /* Carries out what waits, and follows the axis. Thread, whenever it has time; as long as `on` takes. */
 void cia402_poll(struct cia402 *c, struct axis *a);

@@ -49,6 +49,8 @@ const struct command command_table[] = {
     {"fault", "", "first cause, what to look at, the drive's values at that instant; registers of a processor fault", 1,
      run_fault},
     {"clear", "", "forget the fault if its cause is gone", 1, run_clear},
+    {"angle", " encoder|observer|hall",
+     "what tells the rotor's angle from now on, while it turns; 'on' begins with angle_source", 2, run_angle},
     {"get", " PARAM", "a parameter and its range, or 'all', or '--changed': those that are not as they were made", 2,
      run_get},
     {"set", " PARAM VALUE", "change a parameter while off", 3, run_set},

@@ -111,6 +111,35 @@ void run_learn(struct session *s, char *const *words)
     }
 }
 
+/* To the end, with the bus served in between. */
+static struct outcome change_source(struct session *s, uint32_t target)
+{
+    const struct outcome outcome = axis_change_source(s->axis, target);
+    if (outcome.error != ERROR_NONE) {
+        return outcome;
+    }
+    while (s->axis->handover.under_way && axis_prepare(s->axis)) {
+        text_serve_bus(&s->out);
+        idle_serve_watchdog(s->out.idle);
+    }
+    return s->axis->handover.outcome;
+}
+
+void run_angle(struct session *s, char *const *words)
+{
+    static const char *const sources[] = {
+        [PARAM_ANGLE_ENCODER] = "encoder", [PARAM_ANGLE_SENSORLESS] = "observer", [PARAM_ANGLE_HALL] = "hall"};
+    uint32_t source = 0;
+    while (source <= PARAM_ANGLE_HALL && !text_equal(words[1], sources[source])) {
+        source++;
+    }
+    if (source > PARAM_ANGLE_HALL) {
+        answer_about(s, words[1], "not one of encoder, observer, hall");
+    } else {
+        answer(s, change_source(s, source));
+    }
+}
+
 void run_zero(struct session *s, char *const *words)
 {
     (void)words;

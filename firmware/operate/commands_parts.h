@@ -43,6 +43,7 @@ void run_cyclic_torque(struct session *s, char *const *words);
 void run_home(struct session *s, char *const *words);
 void run_learn(struct session *s, char *const *words);
 void run_zero(struct session *s, char *const *words);
+void run_angle(struct session *s, char *const *words);
 
 /* ---- commands_status.c: what is, and what was when a fault came ---- */
 

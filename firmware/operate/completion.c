@@ -16,16 +16,10 @@ struct search {
     struct text *list; /* they are written here, if not NULL */
 };
 
-/* As it is typed: the words of a line end at blanks. */
-static char typeable(char c)
-{
-    return c == ' ' ? '_' : c;
-}
-
 static size_t same_characters(const char *a, const char *b, size_t most)
 {
     size_t same = 0;
-    while (same < most && typeable(a[same]) == typeable(b[same])) {
+    while (same < most && message_typed(a[same]) == message_typed(b[same])) {
         same++;
     }
     return same;
@@ -42,7 +36,7 @@ static void offer_part(struct search *s, const char *name, size_t length)
     }
     s->common = same_characters(name, s->found, length < s->common ? length : s->common);
     for (size_t i = 0; s->list != NULL && i < length; i++) {
-        text_put_char(s->list, typeable(name[i]));
+        text_put_char(s->list, message_typed(name[i]));
     }
     if (s->list != NULL) {
         text_put(s->list, "  ");
@@ -179,7 +173,7 @@ bool completion_of(struct line *l, struct text *out)
     }
     const bool adds = s.common > s.length || s.names == 1u;
     for (size_t i = s.length; i < s.common; i++) {
-        line_insert(l, typeable(s.found[i]), out);
+        line_insert(l, message_typed(s.found[i]), out);
     }
     if (s.names == 1u) {
         line_insert(l, ' ', out);

@@ -96,6 +96,23 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_TOO_HOT] = "the winding or the power stage is too hot; see 'status'",
     [ERROR_REACTION_NOT_ALLOWED] = "this fault does not allow that; 'reaction' lists what each allows",
     [ERROR_SWITCHED_OFF] = "switched off again before it was on",
+    [ERROR_SOURCE_MODE] = "the angle's source changes in control of speed or torque: 'speed' or 'torque' first",
+    [ERROR_SOURCE_WEAKENS] =
+        "a field that is weakened or overmodulated takes an encoder: with a speed_max_rpm that the "
+        "bus reaches without, and overmodulation 0, others can tell the angle",
+    [ERROR_SOURCE_RELUCTANT] =
+        "this motor's reluctance outweighs its magnets: without a sensor it goes from 'on' only, "
+        "with angle_source 1 and injection_mv",
+    [ERROR_SOURCE_FIELD] =
+        "a prescribed field leads, and the rotor's angle is not known: faster, until the observer leads",
+    [ERROR_SOURCE_ENCODER] = "the encoder shows no signal, or one that is illegal: its lines and supply",
+    [ERROR_SOURCE_HALL] =
+        "the Hall switches do not show the six states of hall_states: their wires and supply, or 'learn hall'",
+    [ERROR_SOURCE_SLOW] = "both angles are compared over an electrical turn, within a second: at least @ rpm",
+    [ERROR_SOURCE_MARGIN] = "the observer would see too little EMF at this speed and current: at least @ rpm",
+    [ERROR_SOURCE_APART] =
+        "the two angles are @ degrees apart, and 15 may be: 'off' and 'on' find the encoder's place, "
+        "'learn hall' that of the switches",
     [ERROR_BUSY] = "the last request has not been carried out yet; try again",
 };
 
@@ -251,10 +268,15 @@ const char *message_of_update(enum pwm_update update)
     return update < sizeof names / sizeof names[0] ? names[update] : "unknown";
 }
 
-/* A word of a command has no blanks, so '_' stands for one. */
+/* As it is typed: a word of a command has no blanks, so '_' stands for one; and no capitals. */
+char message_typed(char c)
+{
+    return c == ' ' ? '_' : (c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c);
+}
+
 static bool named(const char *name, const char *word)
 {
-    while (*name != '\0' && (*name == *word || (*name == ' ' && *word == '_'))) {
+    while (*name != '\0' && message_typed(*name) == message_typed(*word)) {
         name++;
         word++;
     }

@@ -18,6 +18,9 @@ const char *message_fault_hint(enum fault cause);
 /* What fault_record.detail means, "" if nothing: '@' stands for the first value, '#' for the second. */
 const char *message_fault_detail(enum fault cause);
 
+/* A character of a name as it is typed: '_' for a blank, and no capitals. */
+char message_typed(char c);
+
 /* The fault whose name this is, with '_' for its blanks; FAULT_COUNT when there is none. */
 enum fault message_find_fault(const char *name);
 

@@ -19,6 +19,7 @@
     X(0x0004, 0x607A, I32, RW, target_position, "counts", "of pp and csp") \
     X(0x0006, 0x6071, I16, RW, target_torque, "0.1 %", "of tq and cst; of i_rated_ma, at most i_max_ma") \
     X(0x0007, 0x6098, I16, RW, homing_method, "", "34 index, -1 mechanical block, both towards home_rpm; 37 here") \
+    X(0x0008, 0, U16, RW, angle_source, "", "in effect: 0 encoder, 1 observer, 2 Hall; written: takes over while it turns") \
     X(0x0010, 0x6041, U16, RO, status_word, "", "the state machine") \
     X(0x0011, 0x6061, I16, RO, mode_display, "", "the mode in effect; -1 learns cogging") \
     X(0x0012, 0x606C, I32, RO, velocity, "0.001 rpm", "measured") \

@@ -23,6 +23,8 @@ struct change {
     bool wished; /* an object is among them, and so: */
     bool word, target;
     bool stores, restores;
+    bool hands_over; /* to another source of the angle: */
+    uint32_t source;
 };
 
 /* ---- places ---- */
@@ -125,6 +127,13 @@ static enum modbus_exception ask(bool *asked, int32_t value, uint32_t signature)
     return *asked ? MODBUS_FINE : MODBUS_ILLEGAL_VALUE;
 }
 
+static enum modbus_exception change_source(struct change *c, int32_t value)
+{
+    c->hands_over = true;
+    c->source = (uint32_t)value;
+    return c->source <= PARAM_ANGLE_HALL ? MODBUS_FINE : MODBUS_ILLEGAL_VALUE;
+}
+
 static enum modbus_exception change_object(struct change *c, uint32_t object, int32_t value)
 {
     struct cia402_wishes *const w = &c->wishes;
@@ -133,6 +142,9 @@ static enum modbus_exception change_object(struct change *c, uint32_t object, in
     }
     if (object == OBJECT_restore) {
         return ask(&c->restores, value, MODBUS_LOAD);
+    }
+    if (object == OBJECT_angle_source) {
+        return change_source(c, value);
     }
     c->wished = true;
     c->word = c->word || object == OBJECT_control_word;
@@ -209,6 +221,15 @@ static enum modbus_exception keep(const struct modbus_drive *d, const struct cha
     return MODBUS_FINE;
 }
 
+/* Why not says the drive's `refusal`; of what takes its time as well. */
+static enum modbus_exception hand_over(struct modbus_drive *d, const struct change *c)
+{
+    if (!c->hands_over) {
+        return MODBUS_FINE;
+    }
+    return cia402_hand_over(&d->cia402, d->axis, c->source) ? MODBUS_FINE : MODBUS_DEVICE_FAILURE;
+}
+
 static void commit(struct modbus_drive *d, const struct change *c)
 {
     if (c->params_changed > 0u) {
@@ -232,6 +253,9 @@ enum modbus_exception modbus_write(struct modbus_drive *d, uint32_t at, uint32_t
     }
     if (wrong == MODBUS_FINE) {
         wrong = keep(d, &change);
+    }
+    if (wrong == MODBUS_FINE) {
+        wrong = hand_over(d, &change);
     }
     if (wrong == MODBUS_FINE) {
         commit(d, &change);

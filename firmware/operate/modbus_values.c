@@ -61,6 +61,8 @@ static uint32_t wish(const struct modbus_view *v, enum modbus_object_id object)
         return (uint32_t)w->target_torque_pm;
     case OBJECT_homing_method:
         return (uint32_t)w->homing_method;
+    case OBJECT_angle_source:
+        return v->axis->tuning.angle_source;
     default:
         return 0; /* store and restore: what they can do, which is nothing */
     }

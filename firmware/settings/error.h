@@ -94,6 +94,16 @@ enum error {
     ERROR_SCOPE_BEFORE, /* value: the most that works */
     /* switching on */
     ERROR_SWITCHED_OFF, /* meanwhile */
+    /* another source of the angle */
+    ERROR_SOURCE_MODE,
+    ERROR_SOURCE_WEAKENS,
+    ERROR_SOURCE_RELUCTANT,
+    ERROR_SOURCE_FIELD,
+    ERROR_SOURCE_ENCODER,
+    ERROR_SOURCE_HALL,
+    ERROR_SOURCE_SLOW,   /* value: rpm that would do */
+    ERROR_SOURCE_MARGIN, /* value: rpm that would do */
+    ERROR_SOURCE_APART,  /* value: degrees */
     ERROR_COUNT
 };
 

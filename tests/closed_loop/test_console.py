@@ -76,7 +76,7 @@ def test_help_names_every_command(tmp_path):
     commands = {line.split(":")[0].split()[0] for line in text.split("\n")}
     assert commands == {"help", "machine", "status", "on", "off", "quickstop", "speed", "torque", "fault", "clear", "get",
                         "set", "version", "reaction", "identify", "pv", "pp", "hm", "csp", "csv", "cst", "zero", "learn",
-                        "save", "load", "defaults", "scope", "stream"}
+                        "angle", "save", "load", "defaults", "scope", "stream"}
 
 
 def test_set_and_get(tmp_path):

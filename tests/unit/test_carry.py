@@ -251,6 +251,18 @@ def test_a_second_trip_is_an_over_current(motor):
     assert m.fault == "OVERCURRENT" and m.fabric.gate.CONTROL == 0
 
 
+def test_a_trip_in_the_millisecond_of_the_take_over_is_carried_on_from_with_the_gates_off(motor):
+    m = motor()
+    m.report("ENCODER_SLIP")
+    m.sample_fault(adc=ADC_CURRENT)
+    assert m.fabric.gate.CONTROL == 0 and m.fault == "NONE"
+    m.fabric.adc.IA = m.fabric.adc.IB = m.fabric.adc.IC = 0
+    m.slow_step()
+    assert m.fabric.gate.CONTROL == 1 and observer_leads(m) and m.warned("ENCODER_SLIP") and m.fault == "NONE"
+    m.sample_fault(adc=ADC_CURRENT)
+    assert m.fault == "OVERCURRENT" and m.fabric.gate.CONTROL == 0
+
+
 # ---- and later ----
 
 

@@ -83,7 +83,8 @@ def test_commands_motion_that_search_and_learn(driver, c):
     ("torque 1.2345", "1.2345: not a current in amperes, like 1.5"), ("pp x", "x: not a whole number of counts"),
     ("pp by 1.5", "1.5: not a whole number of counts"), ("pp to 5", "to: not 'by'"),
     ("csp 99999999999", "99999999999: not a whole number of counts"), ("hm here", "here: not one of index, block"),
-    ("learn friction", "friction: not one of cogging, hall")])
+    ("learn friction", "friction: not one of cogging, hall"),
+    ("angle resolver", "resolver: not one of encoder, observer, hall")])
 def test_commands_motion_refused_change_nothing(driver, line, answer):
     driver.axis.motion.turns.counts = 500
     before = bytes(driver.axis)

@@ -156,7 +156,7 @@ def test_each_command_parameter_and_fault_can_be_completed(operator, c):
     operator.type(b"\x15reaction ")
     listed = operator.type(TAB).split("\r\n")[1].split()
     operator.type(b"\x15")
-    assert listed == [line.split(":")[0].replace(" ", "_") for line in operator("reaction")]
+    assert listed == [line.split(":")[0].replace(" ", "_").lower() for line in operator("reaction")]
 
 
 @pytest.mark.parametrize("typed", (b"bogus", b"speed ", b"speed 1 ", b"get nothing", b"off "))

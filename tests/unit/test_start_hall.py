@@ -138,9 +138,9 @@ def test_what_was_before_the_start_does_not_count(c):
 
 
 @pytest.mark.parametrize("name", ("HALL_INVALID", "HALL_SEQUENCE"))
-def test_such_faults_switch_off_and_may_be_tried_again(c, name):
+def test_such_faults_switch_off_unless_it_is_to_carry_on_and_may_be_tried_again(c, name):
     kind = c.fault_class(c.enums["fault"]["FAULT_" + name]).contents
-    assert (kind.allowed, kind.initial, kind.retry) == (1, c.REACTION_OFF, True)
+    assert (kind.allowed, kind.initial, kind.retry) == (1 | 1 << c.REACTION_CARRY, c.REACTION_OFF, True)
 
 
 def test_the_rotor_is_known_and_nothing_of_an_observer_meddles(running):
