@@ -75,7 +75,7 @@ def test_the_program_of_the_page_turns_the_motor(drive):
 
 
 def test_pymodbus_sees_exceptions_and_reads_what_it_writes(drive):
-    assert drive.read_holding_registers(8, 1, slave=1).exception_code == 2
+    assert drive.read_holding_registers(9, 1, slave=1).exception_code == 2
     assert drive.write_register(1, 2, slave=1).exception_code == 3
     answer = drive.readwrite_registers(read_address=0, read_count=8, write_address=4, write_registers=[0xFFFF, 0xFF00], **OLD)
     assert answer.registers[4:6] == [0xFFFF, 0xFF00]
