@@ -74,7 +74,7 @@ struct loop_weakening {
     uint32_t turn_q32;          /* how far the frame turns until the voltages act: turn_q15 without its limit */
     int32_t radius_steps;       /* of the voltage circle: the modulator's, or overmodulation.h's */
     int32_t q_first;            /* which axis gets the circle first, the other the rest: all ones q, 0 d */
-    int32_t first_max_steps;    /* its most */
+    int32_t first_max_steps;    /* its maximum */
     int32_t gain_q15;           /* retreat, LSB of current per step that v_q lacks; has w's sign */
     int32_t gain_share_q8;      /* of the current loops' gains; 256 within the modulator's circle */
     int32_t most_q15;           /* largest retreat */
@@ -202,7 +202,7 @@ bool current_loop_select(volatile struct current_loop *c, const struct fabric *f
 void current_loop_exchange(volatile struct current_loop *c, enum loop_source source);
 
 /*
- * From LOOP_ENCODER to LOOP_OBSERVER while the bridge is on: advances the current frame by `turn_q32` at the next sample and
+ * From LOOP_ENCODER to LOOP_OBSERVER while the bridge is on: advances the currents' frame by `turn_q32` at the next sample and
  * turns it by `speed_q32` a sample until the rotor is followed. Converts voltages, references and measurements to it. Slow
  * loop, or the current loop's interrupt after its work; holds the interrupt back meanwhile.
  */
@@ -230,9 +230,9 @@ void current_loop_undivert(volatile struct current_loop *c);
 void current_loop_field(volatile struct current_loop *c, uint32_t angle_q32, int32_t speed_q32);
 
 /*
- * For LOOP_OBSERVER and LOOP_INJECTION: the current frame becomes the observed rotor's; or it advances by `turn_q32` and turns
- * by `speed_q32` a sample. Voltages and references are converted to the new frame: the motor sees no change. Slow loop, bridge
- * on; holds the interrupt back for about 100 cycles.
+ * For LOOP_OBSERVER and LOOP_INJECTION: the currents' frame becomes the observed rotor's; or it advances by `turn_q32` and
+ * turns by `speed_q32` a sample. Voltages and references are converted to the new frame: the motor sees no change. Slow loop,
+ * bridge on; holds the interrupt back for about 100 cycles.
  */
 void current_loop_follow_rotor(volatile struct current_loop *c);
 void current_loop_prescribe(volatile struct current_loop *c, uint32_t turn_q32, int32_t speed_q32);

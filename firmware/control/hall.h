@@ -4,7 +4,7 @@
  * is known; in between it is extrapolated from the speed and never leaves its sector.
  *
  *   interrupt   state, sector count, time of each edge, angle (stage_hall.h)
- *   slow loop   the speed: from the edges' times, or while none comes from the time since the last (hall_speed.h)
+ *   slow loop   the speed: from the edges' times, or, while none comes, from the time since the last (hall_speed.h)
  *
  * A table maps states to sectors and gives the six edges (settings/hall_table.h): inverted, swapped or misplaced switches
  * change the table, not the arithmetic.
@@ -31,7 +31,7 @@ struct hall_sector {
 /* A transition between states from one sample to the next. */
 struct hall_move {
     int8_t step;     /* sectors: -1, 0, 1 */
-    uint8_t next;    /* the state to continue with: the last one in the table */
+    uint8_t next;    /* the state to continue with: the newest one in the table */
     uint8_t invalid; /* 1: the table has no such state */
     uint8_t skipped; /* 1: these two sectors are not neighbours */
 };
@@ -65,7 +65,7 @@ struct hall {
     struct hall_move move[HALL_STATES][HALL_STATES];
     uint32_t edge_q32[HALL_SECTORS]; /* where each place's sector begins */
     uint32_t clock_share_q28;        /* one clock as a share of the sampling period */
-    int32_t push_most_q32;           /* limit of that change at the largest torque, Q32 of a turn a sample */
+    int32_t push_most_q32;           /* speed change by the largest torque in a millisecond, Q32 of a turn a sample */
     int32_t push_q8;                 /* speed change by an LSB of torque in a millisecond, Q32 of a turn a sample */
     /* of the interrupt */
     uint32_t state;

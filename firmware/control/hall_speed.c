@@ -222,7 +222,7 @@ static void go_to_middle(const struct hall *h, volatile struct current_loop *c)
     cpu_irq_restore(mask);
 }
 
-/* At most half a turn from what the speed says. */
+/* At most half a turn from the angle the speed predicts. */
 static void follow_angle(struct hall_speed *s, uint32_t angle_q32, const struct tuning *t)
 {
     const uint32_t expected_q32 = (uint32_t)s->speed_q32 * (uint32_t)t->loops_per_slow;

@@ -56,7 +56,7 @@ struct injection {
     int32_t i_alpha_q15, i_beta_q15;       /* of the last sample */
     int32_t step_alpha_q15, step_beta_q15; /* and their change */
     int32_t sum_d, sum_q;                  /* of all y_d, and of all y_q + k y_d; they wrap */
-    /* what it is given */
+    /* inputs */
     int32_t v_steps;   /* the voltage; 0: none */
     int32_t turned;    /* 0, or -1: a voltage shows at the next sample but one, or at the next */
     int32_t silent;    /* 1: only whole pairs respond; 0: each sample does */

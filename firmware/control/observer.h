@@ -51,7 +51,7 @@ struct observer {
     int32_t flux_alpha, flux_beta;       /* for the next sample */
     int32_t v_alpha_steps, v_beta_steps; /* output after the last one */
     int32_t rho_q15;
-    /* what it is given */
+    /* inputs */
     int32_t of_newest, of_older;  /* flux per step: of the voltage output after a sample, and of the one before */
     int32_t r_q5;                 /* flux by current */
     int32_t magnet, lq, saliency; /* flux 14: psi_f; L_q and L_q - L_d times a current of 1.0 */

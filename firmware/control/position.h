@@ -46,8 +46,8 @@ static inline int64_t position_counts(int64_t position, const struct tuning *t)
 void position_begin(struct position_loop *p, int64_t ref, int32_t ref_speed);
 
 /*
- * One step: returns the wish for torque (torque.h). `next_ref` is where the shaft should be in a millisecond; this step uses
- * the previous one. Slow loop.
+ * One step: returns the torque demand (torque.h). `next_ref` is where the shaft should be in a millisecond; this step uses the
+ * previous one. Slow loop.
  */
 int32_t position_step(struct position_loop *p, int64_t next_ref, struct speed_loop *s, const struct turns *turns,
                       const struct tuning *t, const struct interval *limits);

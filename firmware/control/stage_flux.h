@@ -3,9 +3,9 @@
  * Runs after the current loop's four stages without an encoder: a step of the flux observer (observer.h), whose angle and speed
  * replace the encoder's. ISR, constant time.
  *
- * Ranges, so that nothing overflows: |i| <= 65534, |v| < 2^15, the flux within OBSERVER_FLUX_BITS; of_newest + of_older <=
- * 2^14, r_q5 <= 2^15, lq and |saliency| <= 2^14, |along| <= OBSERVER_ALONG_MOST, |back| < 2^15 with a shift of 3 at least,
- * track <= OBSERVER_TRACK_MOST. settings/tuning_observer.c and observer.c ensure this; both are tested at their limits.
+ * Ranges that exclude overflow: |i| <= 65534, |v| < 2^15, the flux within OBSERVER_FLUX_BITS; of_newest + of_older <= 2^14,
+ * r_q5 <= 2^15, lq and |saliency| <= 2^14, |along| <= OBSERVER_ALONG_MOST, |back| < 2^15 with a shift of 3 at least, track <=
+ * OBSERVER_TRACK_MOST. settings/tuning_observer.c and observer.c ensure this; both are tested at their limits.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_FLUX_H
 #define FIRMWARE_CONTROL_STAGE_FLUX_H

@@ -7,7 +7,7 @@
  * A pulse and its opposite are a pair. The pulse a sample shows is two samples old, or one if voltages act at once: so a second
  * pulse, to which pseudo-random pairs respond, belongs to the previous pair either way.
  *
- * Ranges, so that nothing overflows: |i| <= 65534; a response is held to 16 bits on each axis of the stator; v_steps <=
+ * Ranges that exclude overflow: |i| <= 65534; a response is held to 16 bits on each axis of the stator; v_steps <=
  * INJECTION_V_MOST_STEPS, |cross| <= INJECTION_CROSS_MOST, rad <= INJECTION_RAD_MOST_Q8. control/injection.c ensures this.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_INJECT_H

@@ -19,7 +19,7 @@ static inline void turns_begin(struct turns *t, uint32_t count)
     *t = (struct turns){.count = count};
 }
 
-/* One step: the shaft has moved by so many counts (speed_estimate.h), and the encoder shows `count`. Slow loop. */
+/* One step: the shaft moved by `moved` counts (speed_estimate.h), and the encoder shows `count`. Slow loop. */
 static inline void turns_follow(struct turns *t, int32_t moved, uint32_t count)
 {
     t->count = count;

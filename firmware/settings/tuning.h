@@ -137,7 +137,7 @@ struct tuning {
     struct tuning_injection injection;
     struct tuning_field field;
     /* start */
-    int32_t wiring_i_q15, wiring_v_q15; /* test current, and what it drops at one phase's resistance */
+    int32_t wiring_i_q15, wiring_v_q15; /* test current, and its voltage drop at one phase's resistance */
     int32_t pole_pairs;
     uint32_t align_levels; /* how many of those below are used */
     struct tuning_align align[TUNING_ALIGN_LEVELS];
