@@ -3,8 +3,8 @@
  * The rotor's angle and speed without an encoder: a flux observer for machines with magnets, salient or not.
  *
  * The flux linkage is integrated from the realised voltages, psi' = u - R i, in the stator frame. In the estimated rotor frame
- * the currents give the expected flux, L i + psi_f. The difference e is resolved along the active flux psi_a = psi_f + (L_d -
- * L_q) i* (the magnets' alone in non-salient machines):
+ * the currents give the expected flux, L i + psi_f. The difference e is resolved along the active flux
+ * psi_a = psi_f + (L_d - L_q) i* (the magnets' alone in non-salient machines):
  *
  *     rho + j nu = e psi_a* / |psi_a|^2
  *

@@ -44,8 +44,8 @@ static inline __attribute__((always_inline)) int32_t flux_integrated(const struc
 }
 
 /*
- * `i` of the sample, `v` its output, in steps. The flux less L_q i is the active flux, which lies along d: e = psi_f + (L_d -
- * L_q) i_d - (psi - L_q i).
+ * `i` of the sample, `v` its output, in steps. The flux less L_q i is the active flux, which lies along d:
+ * e = psi_f + (L_d - L_q) i_d - (psi - L_q i).
  *
  * Integration comes first, and barriers keep the order: this frees the voltages' registers for sine and cosine. Otherwise the
  * compiler loads early and spills: 11 cycles.

@@ -89,7 +89,7 @@ void torque_set_limits(struct torque_control *s, const struct tuning *t, const s
 /* Sets both current references for the demand, within the limits. */
 void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15);
 
-/* The same for a machine that is not plain: from the maps. */
+/* The same if not plain: from the maps. */
 void torque_ask_map(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t,
                     int32_t wish_q15);
 

@@ -2,11 +2,11 @@
 /*
  * The currents of least amplitude for a torque (maximum torque per ampere) of a machine with constant inductances.
  *
- * Torque is 1.5 p i_q (psi - L i_d), L = L_q - L_d. Among currents of amplitude I it is largest for i_d = (psi - sqrt(psi^2 + 8
- * L^2 I^2)) / (4 L) (Morimoto, Takeda, Hirasa, Taniguchi: "Expansion of operating limits for permanent magnet motor by current
- * vector control considering inverter capacity", IEEE Trans. Ind. Appl. 26(5), 1990). With L = 0 that is i_d = 0; with L_d >
- * L_q it is positive. The inductances are apparent ones, flux over current: in saturated iron, the incremental ones, which the
- * current loops see, may be a third of them.
+ * Torque is 1.5 p i_q (psi - L i_d), L = L_q - L_d. Among currents of amplitude I it is largest for
+ * i_d = (psi - sqrt(psi^2 + 8 L^2 I^2)) / (4 L) (Morimoto, Takeda, Hirasa, Taniguchi: "Expansion of operating limits for
+ * permanent magnet motor by current vector control considering inverter capacity", IEEE Trans. Ind. Appl. 26(5), 1990).
+ * With L = 0 that is i_d = 0; with L_d > L_q it is positive. The inductances are apparent ones, flux over current: in saturated
+ * iron, the incremental ones, which the current loops see, may be a third of them.
  *
  * All of it: thread, 64-bit divisions and roots.
  */
