@@ -12,8 +12,8 @@
 
 /**
  * Half of largest plus smallest of a, b and c, with a + b + c = 0 and minus_c = a + b. It then equals minus half of the middle
- * one, so one maximum and two comparisons find it. Rounded down; up if c is larger than both others. Range: |a|, |b|, |minus_c|
- * < 2^30. Context: any. 10 cycles (9 if a is no longer needed), no branch.
+ * one, so one maximum and two comparisons find it. Rounded down; up if c is larger than both others.
+ * Range: |a|, |b|, |minus_c| < 2^30. Context: any. 10 cycles (9 if a is no longer needed), no branch.
  */
 static inline int32_t svm_middle(int32_t a, int32_t b, int32_t minus_c)
 {
@@ -50,9 +50,9 @@ static inline int32_t svm_middle(int32_t a, int32_t b, int32_t minus_c)
 /**
  * The three voltages with their zero sequence: v - (max + min) / 2, for v.a + v.b + v.c = 0 (v.c is not read), in any unit. The
  * results lie within +-sqrt(3)/2 of the amplitude, rounded up to a whole number. Line-to-line voltages are unchanged to the
- * bit. The largest and the smallest result sum to 0, or to 1 if the half was rounded down and -1 if up. Range: |v| < 2^29.
- * Context: any. 15 cycles without loads and stores.
- * Times (on-time / 2 per volt), plus a quarter of the period, it is the high side's edge.
+ * bit. The largest and the smallest result sum to 0, or to 1 if the half was rounded down and -1 if up.
+ * Range: |v| < 2^29. Context: any. 15 cycles without loads and stores. Times (on-time / 2 per volt), plus a quarter of the
+ * period, it is the high side's edge.
  */
 static inline abc_t svm_minmax(abc_t v)
 {

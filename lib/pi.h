@@ -34,8 +34,8 @@ struct pi_q15 {
 };
 
 /**
- * The controller's demand before any limit: kp error + integral, rounded down, saturated to 16 bits.
- * |error| <= PI_ERROR_MAX, |integral_q9| <= PI_INTEGRAL_MAX_Q9. Context: any. 4 cycles.
+ * The controller's demand before any limit: kp error + integral, rounded down, saturated to 16 bits. |error| <= PI_ERROR_MAX,
+ * |integral_q9| <= PI_INTEGRAL_MAX_Q9. Context: any. 4 cycles.
  */
 static inline int32_t pi_q15_unlimited(int32_t kp_q9, int32_t error, int32_t integral_q9)
 {
@@ -98,8 +98,8 @@ static inline int32_t pi_q15_integrated(int32_t integral_q9, int32_t step_q15)
 }
 
 /**
- * One sample: the output in -limit...limit. |error| <= PI_ERROR_MAX, 0 <= limit <= PI_OUTPUT_MAX.
- * Context: one caller per instance. 12 cycles without loads and stores.
+ * One sample: the output in -limit...limit. |error| <= PI_ERROR_MAX, 0 <= limit <= PI_OUTPUT_MAX. Context: one caller per
+ * instance. 12 cycles without loads and stores.
  */
 static inline int32_t pi_q15_step(struct pi_q15 *pi, int32_t error, int32_t limit)
 {

@@ -36,9 +36,9 @@ static inline uint32_t polar_arctangent_q32(uint32_t ratio_q31)
 }
 
 /**
- * Angle of the vector (x, y) as a fraction of a turn, 2^32 = one turn, counted from the x axis towards the y axis. Range: any x
- * and y; (0, 0) gives 0. Exact on the axes. Error at most 0.21 / 65536 turn if |x|, |y| <= 65535, else 0.53: the sum of the
- * errors of the two tables and of 16 bits of the smaller coordinate; tests/lib sweeps each.
+ * Angle of the vector (x, y) as a fraction of a turn, 2^32 = one turn, counted from the x axis towards the y axis.
+ * Range: any x and y; (0, 0) gives 0. Exact on the axes. Error at most 0.21 / 65536 turn if |x|, |y| <= 65535, else 0.53: the
+ * sum of the errors of the two tables and of 16 bits of the smaller coordinate; tests/lib sweeps each.
  */
 static inline uint32_t atan2_q32(int32_t y, int32_t x)
 {
@@ -56,8 +56,9 @@ static inline uint32_t atan2_q32(int32_t y, int32_t x)
 }
 
 /**
- * Angle of the vector (x, y), 65536 = one turn, 0...65535. Range: any x and y; (0, 0) gives 0. Exact on the axes. Error at most
- * 0.71 of a unit if |x|, |y| <= 65535, else 1.03. In registers 45 cycles (`make bench`).
+ * Angle of the vector (x, y), 65536 = one turn, 0...65535.
+ * Range: any x and y; (0, 0) gives 0. Exact on the axes. Error at most 0.71 of a unit if |x|, |y| <= 65535, else 1.03. In
+ * registers 45 cycles (`make bench`).
  */
 static inline uint32_t atan2_q15(int32_t y, int32_t x)
 {
@@ -88,7 +89,8 @@ static inline uint32_t polar_normalized(uint32_t square, unsigned half_shift)
 }
 
 /**
- * Root of `square`, correctly rounded (there are no ties). Range: any. Result: 0...65536.
+ * Root of `square`, correctly rounded (there are no ties).
+ * Range: any. Result: 0...65536.
  *
  * The chord's result, shifted back, is the root or 1 more; it is more if (result - 1/2)^2 exceeds the square.
  */
