@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The functions of Lib.h in portable C: each reads its input whole, calls one kernel and writes, so that the two may overlap.
- * For the Cortex-M3 they stand in Lib_thumb2.S.
+ * The functions of Lib.h in portable C: each reads its whole input, calls one kernel and writes, so input and output may
+ * overlap. For the Cortex-M3 they are in Lib_thumb2.S.
  */
 #include "lib/Lib.h"
 

@@ -4,14 +4,14 @@
  * Park and Clarke, Inverse Clarke Transformations, MSS Software Implementation, User Guide" (2013; "the guide" below),
  * with its types, field order, functions and parameter names. C and C++.
  *
- * Currents and voltages are integers in any unit, over the whole int32_t range, INT32_MIN included: the transforms are
- * linear and do not care. cos and sin are fractions with LIB_TRIG_FRAC bits; by default 15, so that 1.0 = 32768.
+ * Currents and voltages are integers in any unit, over the whole int32_t range, INT32_MIN included: the transforms are linear,
+ * so scale does not matter. cos and sin are fractions with LIB_TRIG_FRAC bits; by default 15: 1.0 = 32768.
  *
  * Every function, for every input:
- *   rounding    to nearest; a tie goes up (InvClarke's vc: down, see there). Stated per function how near.
- *   saturation  to INT32_MIN / INT32_MAX where the exact value does not fit; nothing wraps, nothing changes sign.
+ *   rounding    to nearest; a tie goes up (InvClarke's vc: down, see there). Accuracy is stated per function.
+ *   saturation  to INT32_MIN / INT32_MAX if the exact value does not fit; nothing wraps, nothing changes sign.
  *   aliasing    input and output may overlap in memory; all fields are read before the first is written.
- *   context     any: thread or interrupt, one inside the other. No state, no static memory; 8 bytes of stack (Lib_thumb2.S).
+ *   context     any: thread or interrupt, re-entrant. No state, no static memory; 8 bytes of stack (Lib_thumb2.S).
  *   time        no branch on data. The cycles below are those of `make bench` on a Cortex-M3 with Lib_thumb2.S: call and
  *               return included, memory without wait states, the longest over all data; its multiplier is quicker where
  *               an operand is 0 or in 0...65535. Lib.c does the same in portable C.
@@ -94,25 +94,25 @@ typedef struct {
 /**
  * Clarke transform of balanced currents (the guide's EQ3 and EQ4 with ic = -ia - ib):
  *     ialpha = ia,  ibeta = (ia + 2 ib) / sqrt(3)
- * ialpha is exact. ibeta lies within 0.583 LSB of the exact value; it is the exact value rounded to nearest where ia is even
- * and both fit 17 bits. It never falls where ia or ib rises. 23 cycles.
+ * ialpha is exact. ibeta lies within 0.583 LSB of the exact value; it is the exact value rounded to nearest if ia is even and
+ * both fit 17 bits. It never falls as ia or ib rises. 23 cycles.
  */
 void Clarke_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput_type *twophaserefcurrent_ptr);
 
 /**
  * Inverse Clarke transform (the guide's EQ5 to EQ7):
  *     va = valpha,  vb = (-valpha + sqrt(3) vbeta) / 2,  vc = (-valpha - sqrt(3) vbeta) / 2
- * va is exact. vb and vc lie within 0.621 LSB of the exact value, and are the exact value rounded to nearest wherever vbeta
- * fits 17 bits. A tie, which needs vbeta = 0, goes up in vb and down in vc: so va + vb + vc = 0 always, unless one of them
- * saturates. 26 cycles.
+ * va is exact. vb and vc lie within 0.621 LSB of the exact value, and are the exact value rounded to nearest if vbeta fits 17
+ * bits. A tie, which needs vbeta = 0, goes up in vb and down in vc: so va + vb + vc = 0 always, unless one of them saturates.
+ * 26 cycles.
  */
 void InvClarke_Lib_Do(const invclarkeinput_type *invclarkeinput_ptr, invclarkeoutput_type *invclarkeoutput_ptr);
 
 /**
  * Park transform (the guide's EQ8 and EQ9):
  *     id = ialpha cos + ibeta sin,  iq = ibeta cos - ialpha sin
- * The exact value, correctly rounded (ties up), for all int32_t values of all four fields: cos and sin beyond +-1.0, or on no
- * circle, are computed as they are. 54 cycles.
+ * The exact value, correctly rounded (ties up), for all int32_t values of all four fields, including cos and sin beyond +-1.0
+ * or off the unit circle. 54 cycles.
  */
 void Park_Lib_Do(const parkinput_type *parkinput_ptr, parkoutput_type *parkoutput_ptr);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The functions of LibFoc.h, in portable C with 64-bit sums: each reads its input whole before it writes. */
+/* The functions of LibFoc.h, in portable C with 64-bit sums: each reads its whole input before it writes. */
 #include "lib/LibFoc.h"
 
 #include "lib/pi.h"
@@ -19,7 +19,7 @@ static int32_t saturated(int64_t value)
     return (low & ~beyond) | ((INT32_MAX ^ (high >> 31)) & beyond);
 }
 
-/* sum / sqrt(3); |sum| <= 3 * 2^31, so that the product stays below 2^62.8. */
+/* sum / sqrt(3); |sum| <= 3 * 2^31, so the product stays below 2^62.8. */
 static int32_t over_sqrt3(int64_t sum)
 {
     const int64_t product_q31 = sum * INV_SQRT3_Q31 + (sum >> 2);
@@ -64,7 +64,7 @@ void ClarkeCA_Lib_Do(const clarkeinput_type *threephasecurrent_ptr, clarkeoutput
     twophaserefcurrent_ptr->ibeta = over_sqrt3(-(a + 2 * c));
 }
 
-/* From the chord's Q30, which may stand out of the circle by less than an LSB of Q15, to LIB_TRIG_FRAC bits. */
+/* From the chord's Q30, which may exceed the circle by less than an LSB of Q15, to LIB_TRIG_FRAC bits. */
 static int32_t trig_frac(int32_t chord_q30)
 {
     const int32_t value_q30 = q15_clamp(chord_q30 - Q15_HALF, -(1 << 30), 1 << 30);
@@ -87,7 +87,7 @@ void SinCos_Lib_Do(uint32_t angle_q32, sincosoutput_type *sincosoutput_ptr)
     sincosoutput_ptr->sin = trig_frac(trig_on_chord_q30(chord[0], part_q12));
 }
 
-/* The root of square <= 2^63, to nearest: one bit a turn, the same 32 turns for all data. */
+/* The root of square <= 2^63, to nearest: one bit per iteration, the same 32 iterations for all data. */
 static uint32_t root(uint64_t square)
 {
     uint64_t rest = square;
@@ -113,7 +113,7 @@ void Polar_Lib_Do(const polarinput_type *polarinput_ptr, polaroutput_type *polar
     polaroutput_ptr->angle_q32 = atan2_q32(y, x);
 }
 
-/* x - y, held to +-limit */
+/* x - y, clamped to +-limit */
 static int32_t difference_within(int32_t x, int32_t y, int32_t limit)
 {
     return q15_clamp(saturated((int64_t)x - y), -limit, limit);
@@ -133,7 +133,7 @@ void PI_Lib_Do(const piinput_type *piinput_ptr, pistate_type *pistate_ptr, piout
     pistate_ptr->integral_q9 = pi.integral_q9;
 }
 
-/* v - middle, which is at most 2^31 and never INT32_MIN: the middle lies in the middle. */
+/* v - middle, which is at most 2^31 and never INT32_MIN, because middle is between the extremes. */
 static int32_t centred(int32_t v, int32_t middle)
 {
     const int32_t difference = (int32_t)((uint32_t)v - (uint32_t)middle);

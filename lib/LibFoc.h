@@ -3,10 +3,10 @@
  * The rest of the family around Lib.h, in its style: the general Clarke transform and its other two-sensor forms, sine and
  * cosine from an angle, angle and length of a vector, a PI controller, and space-vector modulation. C and C++.
  *
- * What Lib.h says of all its functions holds here too, but for the rounding of the PI controller: the whole int32_t range,
- * rounding to nearest with ties up, saturation to INT32_MIN / INT32_MAX and no wrapping, input and output may overlap,
- * re-entrant, no state of their own, no branch on data, any context. Pointers must not be null. Cycles, worst data, call and
- * return included (`make bench`): Clarke3 109, ClarkeBC 60, ClarkeCA 53, SinCos 42, Polar 940, PI 83, SVM 44.
+ * Lib.h's rules for all its functions hold here too, except the PI controller's rounding: the whole int32_t range, rounding to
+ * nearest with ties up, saturation to INT32_MIN / INT32_MAX and no wrapping, input and output may overlap, re-entrant, no state
+ * of their own, no branch on data, any context. Pointers must not be null. Cycles, worst data, call and return included (`make
+ * bench`): Clarke3 109, ClarkeBC 60, ClarkeCA 53, SinCos 42, Polar 940, PI 83, SVM 44.
  */
 #ifndef LIB_FOC_H
 #define LIB_FOC_H
@@ -19,7 +19,7 @@
 extern "C" {
 #endif
 
-/** Cosine and sine with LIB_TRIG_FRAC fraction bits, as the inputs of Park_Lib_Do and InvPark_Lib_Do take them. */
+/** Cosine and sine with LIB_TRIG_FRAC fraction bits, as Park_Lib_Do and InvPark_Lib_Do take them. */
 typedef struct {
     int32_t cos;
     int32_t sin;
@@ -37,7 +37,7 @@ typedef struct {
     uint32_t angle_q32;
 } polaroutput_type;
 
-/** One sample for a PI controller, in any unit that both share, and the largest output. */
+/** One sample for a PI controller, both in the same unit, and the largest output. */
 typedef struct {
     int32_t reference;
     int32_t measured;
@@ -45,8 +45,7 @@ typedef struct {
 } piinput_type;
 
 /**
- * Gains and state of one controller: the caller's, one for each. Set the gains as you like and the integral to 0; only the
- * integral is written.
+ * Gains and state of one controller, owned by the caller. Set the gains, and the integral to 0; only the integral is written.
  */
 typedef struct {
     int32_t kp_q9;       /* output per error, 512 = 1.0; 0...16384 */
@@ -54,12 +53,12 @@ typedef struct {
     int32_t integral_q9; /* output, 512 = 1; adding to it is a feed-forward */
 } pistate_type;
 
-/** What the controller asks for. */
+/** The controller's output. */
 typedef struct {
     int32_t output;
 } pioutput_type;
 
-/** Voltages of the three phases: what InvClarke_Lib_Do makes, as it is. Their sum need not be 0. */
+/** Voltages of the three phases, as InvClarke_Lib_Do returns them. Their sum need not be 0. */
 typedef invclarkeoutput_type svminput_type;
 
 /** The same with the zero sequence that centres them. */
@@ -108,19 +107,18 @@ void Polar_Lib_Do(const polarinput_type *polarinput_ptr, polaroutput_type *polar
 /**
  * PI controller with anti-windup, one sample, for 16-bit quantities:
  *     error = reference - measured,  output = kp error + integral within -limit...limit,  integral += ki error
- * (K. J. Astrom, T. Hagglund, "PID Controllers", 2nd ed., 1995: section 3.5, conditional integration). Where the output is
- * limited, the integral takes no step that leads further; steps back are always taken.
- * Every value of every field is taken as the nearest of its range, and what follows is exact: error -98303...98303, limit
- * 0...32766, kp and ki as their fields say, the integral within +-2^29. The output is rounded down, the
- * integral's step rounded down to 2^-9; so nothing wraps.
- * Re-entrant with a state for each context. Input and output may overlap; the state lies apart.
+ * (K. J. Astrom, T. Hagglund, "PID Controllers", 2nd ed., 1995: section 3.5, conditional integration). While the output is
+ * limited, the integral takes no step further; steps back are always taken.
+ * Every field is clamped to its range, and the rest is exact: error -98303...98303, limit 0...32766, kp and ki as their fields
+ * say, the integral within +-2^29. The output is rounded down, the integral's step rounded down to 2^-9; nothing wraps.
+ * Re-entrant with one state per context. Input and output may overlap; the state must not.
  */
 void PI_Lib_Do(const piinput_type *piinput_ptr, pistate_type *pistate_ptr, pioutput_type *pioutput_ptr);
 
 /**
  * Space-vector modulation by min-max zero sequence (D. G. Holmes, T. A. Lipo, "Pulse Width Modulation for Power Converters",
  * 2003, chapter 6): v - (max + min) / 2 for each of the three, whatever their sum.
- * The exact value, correctly rounded (ties up), for all int32_t values of all fields; it saturates only where the voltages are
+ * The exact value, correctly rounded (ties up), for all int32_t values of all fields; it saturates only if the voltages include
  * INT32_MAX and INT32_MIN. The same is subtracted from all three: line-to-line voltages are unchanged to the bit.
  */
 void SVM_Lib_Do(const svminput_type *svminput_ptr, svmoutput_type *svmoutput_ptr);

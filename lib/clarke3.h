@@ -11,11 +11,11 @@
 #include "lib/transform_q15.h"
 
 /**
- * Clarke transform of any three phase quantities: alpha = (2 a - b - c) / 3, beta = (b - c) / sqrt(3). What is common to all
- * three (zero sequence) has no effect.
- * Range: |a|, |b|, |c| <= 32768. Result: |alpha| <= 43691, |beta| <= 37838; alpha correctly rounded (swept over all
- * sums a + b + c); beta within 0.523 LSB (swept over all differences b - c). No saturation.
- * In registers 12 cycles (`make bench`, as all of these).
+ * Clarke transform of any three phase quantities: alpha = (2 a - b - c) / 3, beta = (b - c) / sqrt(3). The zero sequence has no
+ * effect.
+ * Range: |a|, |b|, |c| <= 32768. Result: |alpha| <= 43691, |beta| <= 37838; alpha correctly rounded (swept over all sums a + b
+ * + c); beta within 0.523 LSB (swept over all differences b - c). No saturation. In registers 12 cycles (`make bench`, as all
+ * of these).
  *
  * 1/3 in Q15 is 10923 - 1/4 - 1/16 - 0.021.
  */
@@ -28,7 +28,7 @@ static inline alphabeta_t clarke3_q15(abc_t i)
 }
 
 /**
- * Clarke transform of balanced quantities of which b and c are measured: alpha = -b - c, beta = (b - c) / sqrt(3).
+ * Clarke transform of balanced quantities with b and c measured: alpha = -b - c, beta = (b - c) / sqrt(3).
  * Range: |b|, |c| <= 32768. Result: alpha exact, up to 65536; beta as in clarke3_q15(). In registers 7 cycles.
  */
 static inline alphabeta_t clarke_bc_q15(int32_t b, int32_t c)
@@ -37,7 +37,7 @@ static inline alphabeta_t clarke_bc_q15(int32_t b, int32_t c)
 }
 
 /**
- * Clarke transform of balanced quantities of which a and c are measured: alpha = a, beta = -(a + 2 c) / sqrt(3).
+ * Clarke transform of balanced quantities with a and c measured: alpha = a, beta = -(a + 2 c) / sqrt(3).
  * Range: |a|, |c| <= 32768. Result: as clarke_q15(). In registers 5 cycles.
  */
 static inline alphabeta_t clarke_ca_q15(int32_t c, int32_t a)

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Dead-time compensation. While both switches of a leg are off, the current chooses the diode: a positive phase current
- * (out of the bridge) pulls the phase low and costs it the dead time of on-time, a negative one adds it. Source: N. Mohan,
- * T. M. Undeland, W. P. Robbins, "Power Electronics", section 8-5 (effect of blanking time).
+ * Dead-time compensation. While both switches of a leg are off, the current's sign selects the diode: a positive phase current
+ * (out of the bridge) pulls the phase low and shortens its on-time by the dead time, a negative one lengthens it. Source: N.
+ * Mohan, T. M. Undeland, W. P. Robbins, "Power Electronics", section 8-5 (effect of blanking time).
  */
 #ifndef LIB_DEADTIME_H
 #define LIB_DEADTIME_H
@@ -10,14 +10,14 @@
 #include "lib/factors.h"
 #include "lib/q15.h"
 
-/** The share for full compensation, and the current from which it is due: 2^9 LSB, 1.6 % of the range. */
+/** The share for full compensation, and the current at which it starts: 2^9 LSB, 1.6 % of the range. */
 #define DEADTIME_FULL     128
 #define DEADTIME_KNEE_Q15 512
 
 /**
- * Which share of the dead time to add to the on-time, in 1/128: -128 for i <= -knee, 127 for i >= knee - 4, i/4 rounded down
- * between. The slope keeps noise around zero current from being amplified, and stands for the time that the current needs
- * there to charge the switches' capacitance.
+ * The share of the dead time to add to the on-time, in 1/128: -128 for i <= -knee, 127 for i >= knee - 4, i/4 rounded down
+ * between. The slope avoids amplifying noise around zero current, and accounts for the time the current needs there to charge
+ * the switches' capacitance.
  * current: any value, in Q15 with `fraction` more bits (0...28). Monotone. Context: any. 1 cycle.
  */
 static inline __attribute__((always_inline)) int32_t deadtime_share_q7(int32_t current, unsigned fraction)

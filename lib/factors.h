@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The kernels' factors and shifts as plain numbers, so that assembly which repeats a kernel takes them from the same place.
- * What they mean and how exact they are says the header that uses them.
+ * The kernels' factors and shifts as plain numbers, shared with assembly versions of the kernels. The headers that use them
+ * explain meaning and accuracy.
  */
 #ifndef LIB_FACTORS_H
 #define LIB_FACTORS_H
@@ -16,7 +16,7 @@
 #define PI_SHIFT      9
 #define PI_STEP_SHIFT 6
 
-/* pll.h: gains of the observer that suits 20 kHz */
+/* pll.h: gains of the observer for 20 kHz */
 #define PLL_KP_SHIFT 3
 #define PLL_KI_SHIFT 8
 

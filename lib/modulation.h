@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Space-vector modulation by min-max zero-sequence injection: all three voltages are moved by the same amount, so that the
- * largest and the smallest lie symmetrically about 0. This shares the zero time equally: D. G. Holmes, T. A. Lipo, "Pulse
- * Width Modulation for Power Converters", 2003, chapter 6; linear up to a phase amplitude of vbus / sqrt(3), 2/sqrt(3) times
- * that of plain sine modulation.
+ * Space-vector modulation by min-max zero-sequence injection: all three voltages shift by the same amount, which centres the
+ * largest and the smallest about 0. This splits the zero time equally: D. G. Holmes, T. A. Lipo, "Pulse Width Modulation for
+ * Power Converters", 2003, chapter 6; linear up to a phase amplitude of vbus / sqrt(3), 2/sqrt(3) times that of plain sine
+ * modulation.
  */
 #ifndef LIB_MODULATION_H
 #define LIB_MODULATION_H
@@ -11,9 +11,9 @@
 #include "lib/q15.h"
 
 /**
- * Half of largest plus smallest of a, b and c, where a + b + c = 0 and minus_c = a + b. With such a sum it is minus half
- * of the one in the middle, so one maximum and two comparisons find it. Rounded down; up where c is larger than both others.
- * Range: |a|, |b|, |minus_c| < 2^30. Context: any. 10 cycles (9 where a is not needed any more), no branch.
+ * Half of largest plus smallest of a, b and c, with a + b + c = 0 and minus_c = a + b. It then equals minus half of the middle
+ * one, so one maximum and two comparisons find it. Rounded down; up if c is larger than both others.
+ * Range: |a|, |b|, |minus_c| < 2^30. Context: any. 10 cycles (9 if a is no longer needed), no branch.
  */
 static inline int32_t svm_middle(int32_t a, int32_t b, int32_t minus_c)
 {
@@ -48,11 +48,11 @@ static inline int32_t svm_middle(int32_t a, int32_t b, int32_t minus_c)
 }
 
 /**
- * The three voltages with their zero sequence: v - (max + min) / 2, for v.a + v.b + v.c = 0 (v.c is not read), in any unit.
- * What comes out lies within +-sqrt(3)/2 of the amplitude, rounded up to a whole number. Line-to-line voltages are unchanged
- * to the bit. The largest and the smallest result sum to 0, or to 1 where the half was rounded down and -1 where up.
- * Range: |v| < 2^29. Context: any. 15 cycles, loads and stores apart.
- * Times (on-time / 2 per volt), plus a quarter of the period, it is the high side's edge.
+ * The three voltages with their zero sequence: v - (max + min) / 2, for v.a + v.b + v.c = 0 (v.c is not read), in any unit. The
+ * results lie within +-sqrt(3)/2 of the amplitude, rounded up to a whole number. Line-to-line voltages are unchanged to the
+ * bit. The largest and the smallest result sum to 0, or to 1 if the half was rounded down and -1 if up.
+ * Range: |v| < 2^29. Context: any. 15 cycles without loads and stores. Times (on-time / 2 per volt), plus a quarter of the
+ * period, it is the high side's edge.
  */
 static inline abc_t svm_minmax(abc_t v)
 {

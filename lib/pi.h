@@ -2,13 +2,13 @@
 /*
  * A PI controller with anti-windup:
  *     output = clamp(kp error + integral),  integral += ki error
- * The integral takes the error's step after the output, so that nothing waits for it; kp + ki in place of kp gives the form
- * that integrates first.
+ * The integral takes the error's step after the output, so nothing waits for it; kp + ki in place of kp gives the form that
+ * integrates first.
  *
- * Anti-windup: where the output is limited, the integral takes no step further in that direction; steps back are always taken
- * (conditional integration). So a long saturation stores nothing: the output leaves the limit as soon as the proportional
- * part allows it. The alternative, to pull the integral down by whatever the output exceeds, was not taken: one step of the
- * reference then empties it through the proportional part, and the disturbance it held must be learnt again.
+ * Anti-windup: while the output is limited, the integral takes no step further in that direction; steps back are always taken
+ * (conditional integration). So a long saturation stores nothing: the output leaves the limit as soon as the proportional part
+ * allows it. We rejected the alternative, reducing the integral by the output's excess: one reference step then empties it
+ * through the proportional part, and it must relearn the disturbance.
  *
  * A feed-forward is part of the integral. A caller that knows the required change adds it to the integral; the hot path pays
  * nothing, and the anti-windup takes it into account.
@@ -22,7 +22,7 @@
 #define PI_OUTPUT_MAX      32766 /* largest limit: just below 16-bit saturation, so exceeding it stays detectable */
 #define PI_ERROR_MAX       98303 /* |reference| <= 32768 less |measured| <= 65535 */
 #define PI_KP_MAX_Q9       16384 /* 32.0: with the largest error and integral still below 2^31 */
-#define PI_KI_MAX_Q15      21845 /* 0.67, likewise */
+#define PI_KI_MAX_Q15      21845 /* 0.67, same condition */
 #define PI_INTEGRAL_MAX_Q9 (1 << 29)
 
 /** Gains and state, in units of output per LSB of error. ki = Ki Ts: change of output per sample and error. Both >= 0. */
@@ -34,8 +34,8 @@ struct pi_q15 {
 };
 
 /**
- * What the controller asks for, before any limit: kp error + integral, rounded down, saturated to 16 bits.
- * |error| <= PI_ERROR_MAX, |integral_q9| <= PI_INTEGRAL_MAX_Q9. Context: any. 4 cycles.
+ * The controller's demand before any limit: kp error + integral, rounded down, saturated to 16 bits. |error| <= PI_ERROR_MAX,
+ * |integral_q9| <= PI_INTEGRAL_MAX_Q9. Context: any. 4 cycles.
  */
 static inline int32_t pi_q15_unlimited(int32_t kp_q9, int32_t error, int32_t integral_q9)
 {
@@ -43,8 +43,8 @@ static inline int32_t pi_q15_unlimited(int32_t kp_q9, int32_t error, int32_t int
 }
 
 /**
- * The integral's step, Q15, unless the output was limited in its direction: what the controller asked for lies beyond what
- * it got. Any values. Context: any. 4 cycles.
+ * The integral's step, Q15, unless the output was limited in its direction: the demand exceeds the output. Any values. Context:
+ * any. 4 cycles.
  */
 static inline int32_t pi_q15_hold(int32_t step_q15, int32_t unlimited, int32_t output)
 {
@@ -67,8 +67,8 @@ static inline int32_t pi_q15_hold(int32_t step_q15, int32_t unlimited, int32_t o
 }
 
 /**
- * Limits the output to +-limit, and holds the step where that limits it, both in one. limit >= 0, the others any values.
- * Context: any. 6 cycles.
+ * Limits the output to +-limit, and holds the step if that limits it, in one go. limit >= 0, the others any values. Context:
+ * any. 6 cycles.
  */
 static inline void pi_q15_saturate(int32_t *output, int32_t *step_q15, int32_t limit)
 {
@@ -98,8 +98,8 @@ static inline int32_t pi_q15_integrated(int32_t integral_q9, int32_t step_q15)
 }
 
 /**
- * One sample: the output in -limit...limit. |error| <= PI_ERROR_MAX, 0 <= limit <= PI_OUTPUT_MAX.
- * Context: one caller an instance. 12 cycles, loads and stores apart.
+ * One sample: the output in -limit...limit. |error| <= PI_ERROR_MAX, 0 <= limit <= PI_OUTPUT_MAX. Context: one caller per
+ * instance. 12 cycles without loads and stores.
  */
 static inline int32_t pi_q15_step(struct pi_q15 *pi, int32_t error, int32_t limit)
 {

@@ -1,22 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A second-order tracking observer (type-2 PLL) for a measured angle: it smooths the steps of an encoder and gives the
- * speed without differentiating. Once a sample, with all angles as fractions of a turn in 32 bits (they wrap by
- * themselves):
+ * A second-order tracking observer (type-2 PLL) for a measured angle: it smooths an encoder's steps and gives the speed without
+ * differentiation. Once per sample, with all angles as 32-bit fractions of a turn (they wrap by themselves):
  *
  *     error  = measured - angle
  *     speed += error / 256
  *     angle += error / 8 + speed         the prediction for the next sample
  *
- * Its poles are the roots of z^2 - (2 - kp - ki) z + (1 - kp), with kp = 1/8 and ki = 1/256: 0.951 and 0.920, about a
- * double pole at x = w Ts = 1/16 (kp = 2 D x, ki = x^2 with damping D = 1), 199 Hz at 20 kHz. So fixed because powers of
- * two cost nothing: a slower observer lags and costs a speed loop its damping, a faster one passes the encoder's steps on
- * to the torque. Bandwidth (-3 dB of the predicted angle): 0.0266 of the sampling rate, 533 Hz at 20 kHz. At constant speed
- * no error but that of rounding down: angle behind by 0...256 units (2^-24 turn), speed by 0...32. At standstill it comes to
- * rest. At a constant acceleration (turns per sample^2) the predicted angle lags by 256 accelerations, the speed by 31.5, at
- * the instant of the sample. It locks from any angle, onto a speed within 0.15 turn a sample of its own.
+ * Its poles are the roots of z^2 - (2 - kp - ki) z + (1 - kp), with kp = 1/8 and ki = 1/256: 0.951 and 0.920, about a double
+ * pole at x = w Ts = 1/16 (kp = 2 D x, ki = x^2 with damping D = 1), 199 Hz at 20 kHz. Fixed, because powers of two cost
+ * nothing: a slower observer lags and costs a speed loop damping, a faster one passes the encoder's steps on to the torque.
+ * Bandwidth (-3 dB of the predicted angle): 0.0266 of the sampling rate, 533 Hz at 20 kHz. At constant speed the only error is
+ * from rounding down: angle behind by 0...256 units (2^-24 turn), speed by 0...32. At standstill it comes to rest. At a
+ * constant acceleration (turns per sample^2) the predicted angle lags by 256 accelerations, the speed by 31.5, at the instant
+ * of the sample. It locks from any angle, onto a speed within 0.15 turn a sample of its own.
  *
- * The angle held is a prediction: it is there before the sample it belongs to, so that nothing waits for it.
+ * The stored angle is a prediction: it is ready before its sample, so nothing waits for it.
  */
 #ifndef LIB_PLL_H
 #define LIB_PLL_H
@@ -38,8 +37,8 @@ static inline void pll_reset(struct pll *pll, uint32_t angle_q32)
 }
 
 /**
- * One sample with gains kp = 2^-kp_shift and ki = 2^-ki_shift. A double pole, at x = 2^-(kp_shift + 1), where ki_shift is
- * 2 kp_shift + 2. Range: |speed| < 1/2 turn a sample. Context: ISR, one caller an instance. 4 cycles, loads and stores apart.
+ * One sample with gains kp = 2^-kp_shift and ki = 2^-ki_shift. A double pole, at x = 2^-(kp_shift + 1), if ki_shift is 2
+ * kp_shift + 2. Range: |speed| < 1/2 turn a sample. Context: ISR, one caller per instance. 4 cycles without loads and stores.
  */
 static inline void pll_track(struct pll *pll, uint32_t measured_q32, unsigned kp_shift, unsigned ki_shift)
 {

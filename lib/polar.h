@@ -8,13 +8,13 @@
 
 #include "lib/q15.h"
 
-/** 2^19 / m at m = 1 + i/128, and how much the chord falls: in 1/8 of a 17-bit reciprocal, half a unit included. */
+/** 2^19 / m at m = 1 + i/128, and the chord's fall: in 1/8 of a 17-bit reciprocal, half a unit included. */
 extern const uint32_t polar_reciprocals[128];
 
 /** atan(i/128) and the chord's rise, in 1/16 of 1/65536 turn. One more for ratios that round to 1. */
 extern const uint32_t polar_arctangents[129];
 
-/** 2 * 32768 * sqrt(i / 64) - 65537 for i = 64...256, rounded up from as much more as the chord lies low. Index i - 64. */
+/** 2 * 32768 * sqrt(i / 64) - 65537 for i = 64...256, rounded up after adding the chord's sag. Index i - 64. */
 extern const uint16_t polar_roots[193];
 
 /** 2^16 / m of m = normalized / 2^31, in 1...2, rounded. normalized >= 2^31, or 0, which gives 65536. */
@@ -37,8 +37,8 @@ static inline uint32_t polar_arctangent_q32(uint32_t ratio_q31)
 
 /**
  * Angle of the vector (x, y) as a fraction of a turn, 2^32 = one turn, counted from the x axis towards the y axis.
- * Range: any x and y; (0, 0) gives 0. Exact on the axes. Error at most 0.21 / 65536 turn where |x|, |y| <= 65535, else 0.53:
- * the sum of what the two tables and 16 bits of the smaller coordinate leave, which tests/lib sweeps one by one.
+ * Range: any x and y; (0, 0) gives 0. Exact on the axes. Error at most 0.21 / 65536 turn if |x|, |y| <= 65535, else 0.53: the
+ * sum of the errors of the two tables and of 16 bits of the smaller coordinate; tests/lib sweeps each.
  */
 static inline uint32_t atan2_q32(int32_t y, int32_t x)
 {
@@ -56,8 +56,9 @@ static inline uint32_t atan2_q32(int32_t y, int32_t x)
 }
 
 /**
- * Angle of the vector (x, y), 65536 = one turn, 0...65535. Range: any x and y; (0, 0) gives 0. Exact on the axes. Error at
- * most 0.71 of a unit where |x|, |y| <= 65535, else 1.03. In registers 45 cycles (`make bench`).
+ * Angle of the vector (x, y), 65536 = one turn, 0...65535.
+ * Range: any x and y; (0, 0) gives 0. Exact on the axes. Error at most 0.71 of a unit if |x|, |y| <= 65535, else 1.03. In
+ * registers 45 cycles (`make bench`).
  */
 static inline uint32_t atan2_q15(int32_t y, int32_t x)
 {
@@ -65,8 +66,8 @@ static inline uint32_t atan2_q15(int32_t y, int32_t x)
 }
 
 /**
- * Twice the root of a square in 2^30...2^32 - 1, too large by 0 to 1.5: a chord above the curve. The chord never falls, so
- * that what it gives for two squares holds for all between them.
+ * Twice the root of a square in 2^30...2^32 - 1, too large by 0 to 1.5: a chord above the curve. The chord never falls, so its
+ * bounds at two squares hold for all between them.
  */
 static inline uint32_t polar_twice_root(uint32_t normalized)
 {
@@ -76,7 +77,7 @@ static inline uint32_t polar_twice_root(uint32_t normalized)
     return 65537U + chord[0] + (((uint32_t)(chord[1] - chord[0]) * part_q16) >> 16);
 }
 
-/** By how many bits, twice, a square is shifted to 2^30 and more; 1 stands for 0, which no shift brings there. */
+/** Half the shift that brings a square to 2^30 or more; 1 replaces 0, which no shift brings there. */
 static inline unsigned polar_half_shift(uint32_t square)
 {
     return (unsigned)__builtin_clz(square | 1U) >> 1;
@@ -88,9 +89,10 @@ static inline uint32_t polar_normalized(uint32_t square, unsigned half_shift)
 }
 
 /**
- * Root of `square`, correctly rounded (there are no ties). Range: any. Result: 0...65536.
+ * Root of `square`, correctly rounded (there are no ties).
+ * Range: any. Result: 0...65536.
  *
- * What the chord gives, shifted back, is the root or 1 more; it is more if (result - 1/2)^2 lies above the square.
+ * The chord's result, shifted back, is the root or 1 more; it is more if (result - 1/2)^2 exceeds the square.
  */
 static inline int32_t polar_root(uint32_t square)
 {

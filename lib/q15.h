@@ -2,9 +2,9 @@
 /*
  * Types and elementary operations of the hot path: per-unit Q15 values in 32-bit registers, 1.0 = 32768.
  *
- * Currents are fractions of the current sensor's range, voltages of the bus-voltage sensor's range. The 32-bit register
- * leaves room above 1.0: a vector of two saturated phase currents is up to 2.0 long. Each function states the range
- * within which it cannot overflow. All are free of branches on data. Context: any.
+ * Currents are fractions of the current sensor's range, voltages of the bus-voltage sensor's range. The 32-bit register leaves
+ * room above 1.0: a vector of two saturated phase currents is up to 2.0 long. Each function states the range within which it
+ * cannot overflow. None branches on data. Context: any.
  */
 #ifndef LIB_Q15_H
 #define LIB_Q15_H

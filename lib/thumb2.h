@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Which build of the functions of Lib.h there is: LIB_THUMB2 is defined where Lib_thumb2.S takes the place of the portable C
- * in Lib.c. LIB_PORTABLE switches the assembly off, and must then be given to both files. Included by C and by assembly.
+ * Selects the build of Lib.h's functions: LIB_THUMB2 is defined if Lib_thumb2.S replaces the portable C in Lib.c. LIB_PORTABLE
+ * disables the assembly and must be defined for both files. Included by C and by assembly.
  */
 #ifndef LIB_THUMB2_H
 #define LIB_THUMB2_H

@@ -18,7 +18,7 @@
 /**
  * sum / sqrt(3), the beta of every Clarke transform. Range: |sum| <= 98304. Result within 0.534 LSB (swept over all sums).
  *
- * 2/sqrt(3) is 1 + CLARKE_FACTOR_Q17 / 2^17 + 7e-7; half of it, rounded: two roundings down nest, so that only 7e-7 is lost.
+ * 2/sqrt(3) is 1 + CLARKE_FACTOR_Q17 / 2^17 + 7e-7; half of it, rounded: two roundings down nest, so only 7e-7 is lost.
  */
 static inline int32_t clarke_beta_q15(int32_t sum)
 {
@@ -27,7 +27,7 @@ static inline int32_t clarke_beta_q15(int32_t sum)
 
 /**
  * Clarke transform of two phase currents: alpha = a, beta = (a + 2 b) / sqrt(3).
- * Range: |a|, |b| <= 32768. Result: alpha exact; |beta| <= 56756, within 0.534 LSB, ties cannot occur but at 0.
+ * Range: |a|, |b| <= 32768. Result: alpha exact; |beta| <= 56756, within 0.534 LSB, ties only at 0.
  * In registers 5 cycles.
  */
 static inline alphabeta_t clarke_q15(int32_t a, int32_t b)
@@ -37,8 +37,8 @@ static inline alphabeta_t clarke_q15(int32_t a, int32_t b)
 
 /**
  * Park transform: d = alpha cos + beta sin, q = beta cos - alpha sin.
- * Range: what clarke_q15() makes of |a|, |b| <= 32767, with cossin_q15()'s values; in general
- * |(alpha, beta)| * |(cos, sin)| < 2^31 - 16384. Result: correctly rounded, ties up. In registers 10 cycles.
+ * Range: clarke_q15()'s results for |a|, |b| <= 32767, with cossin_q15()'s values; in general |(alpha, beta)| * |(cos, sin)| <
+ * 2^31 - 16384. Result: correctly rounded, ties up. In registers 10 cycles.
  */
 static inline dq_t park_q15(alphabeta_t i, cossin_t angle)
 {

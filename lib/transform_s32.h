@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The 32-bit kernels behind Lib.h: values in, values out. This C is the definition; Lib_thumb2.S computes the same bit for
- * bit. 64-bit products, whose time depends on the data on the Cortex-M3: not for the current loop, whose kernels stand in
+ * The 32-bit kernels behind Lib.h: values in, values out. This C is the definition; Lib_thumb2.S computes the same bit for bit.
+ * It uses 64-bit products, whose time depends on the data on the Cortex-M3: not for the current loop, whose kernels are in
  * transform_q15.h.
  */
 #ifndef LIB_TRANSFORM_S32_H
@@ -27,8 +27,8 @@ static inline int32_t s32_saturate(int64_t value)
 }
 
 /**
- * ibeta of Clarke_Lib_Do. With half = (ia + 2 ib) / 2 rounded down, the exact value is 2/sqrt(3) half, and 1/sqrt(3) more if
- * ia is odd: then rounding up comes within 0.583 LSB of it. Where half saturates, the result does, too.
+ * ibeta of Clarke_Lib_Do. With half = (ia + 2 ib) / 2 rounded down, the exact value is 2/sqrt(3) half, and 1/sqrt(3) more if ia
+ * is odd: then rounding up comes within 0.583 LSB of it. If half saturates, so does the result.
  */
 static inline int32_t s32_clarke_beta(int32_t ia, int32_t ib)
 {
@@ -40,9 +40,9 @@ static inline int32_t s32_clarke_beta(int32_t ia, int32_t ib)
 }
 
 /**
- * vb and vc of InvClarke_Lib_Do: beta - valpha/2 and -beta - valpha/2 with beta = sqrt(3)/2 vbeta. If valpha is odd, the
- * halves are taken as floor and ceiling of valpha/2, and beta is rounded down: that is vb and vc to nearest, too, and their
- * sum stays -valpha.
+ * vb and vc of InvClarke_Lib_Do: beta - valpha/2 and -beta - valpha/2 with beta = sqrt(3)/2 vbeta. If valpha is odd, the halves
+ * are taken as floor and ceiling of valpha/2, and beta is rounded down: this also rounds vb and vc to nearest, and their sum
+ * stays -valpha.
  */
 static inline s32_pair_t s32_invclarke_bc(int32_t valpha, int32_t vbeta)
 {
@@ -55,8 +55,8 @@ static inline s32_pair_t s32_invclarke_bc(int32_t valpha, int32_t vbeta)
 }
 
 /**
- * a b + c d. The only sum that does not fit is 2^62 + 2^62: it gives 2^63 - 2^31 instead. Both saturate, whatever bits are
- * taken off; no other sum is larger than that, so half an LSB can still be added.
+ * a b + c d. The only sum that does not fit is 2^62 + 2^62: it gives 2^63 - 2^31 instead. Both saturate, however many bits are
+ * dropped; no other sum is larger than that, so half an LSB can still be added.
  */
 static inline int64_t s32_sum(int32_t a, int32_t b, int32_t c, int32_t d)
 {
@@ -67,7 +67,7 @@ static inline int64_t s32_sum(int32_t a, int32_t b, int32_t c, int32_t d)
     return first + (first == limit && second == limit ? limit - (INT64_C(1) << 31) : second);
 }
 
-/** Take `frac` bits (1...31) off: to nearest, ties up, saturated. */
+/** Drops `frac` bits (1...31): to nearest, ties up, saturated. */
 static inline int32_t s32_round(int64_t sum, unsigned frac)
 {
     return s32_saturate((sum + (INT64_C(1) << (frac - 1U))) >> frac);

@@ -7,16 +7,16 @@
 
 /**
  * 1024 chords of the sine over one turn, and a quarter more for the cosine. A word is V * 4096 + slope: V is the sine at the
- * chord's start and slope its rise, both in 1/8 LSB of Q15; V includes half an LSB, so that a shift rounds.
+ * chord's start and slope its rise, both in 1/8 LSB of Q15; V includes half an LSB, so a shift rounds.
  */
 extern const int32_t trig_chords[1280];
 
-/** The chord `word` at part_q12 (0...4095 of 4096), in Q30, half an LSB of Q15 included; 16384 less is the sine in Q30. */
+/** The chord `word` at part_q12 (0...4095 of 4096), in Q30, half an LSB of Q15 included; subtract 16384 for the sine in Q30. */
 static inline int32_t trig_on_chord_q30(int32_t word, int32_t part_q12)
 {
     const int32_t slope = (int32_t)((uint32_t)word << 20) >> 20;
 
-    return word + slope * (part_q12 - 1); /* the one slope too many in part is the one in word */
+    return word + slope * (part_q12 - 1); /* the extra slope in part is the one in word */
 }
 
 /**
@@ -26,10 +26,10 @@ static inline int32_t trig_on_chord_q30(int32_t word, int32_t part_q12)
  * 0.85 LSB; the lower 10 bits of the angle have no effect. |(cos, sin)| <= 32768.75 everywhere, which the Park transform
  * relies on. tests/lib sweeps all 2^22 results.
  * Saturation: none needed. Context: any; re-entrant. The same instructions for every angle; two table reads; 15 cycles in
- * registers (`make bench`, cossin_q15.registers), and what the table's address takes.
+ * registers (`make bench`, cossin_q15.registers), plus loading the table's address.
  *
- * A chord over 1/1024 turn lies up to 0.154 LSB inside the circle. Its ends are chosen among the neighbouring eighths so that
- * no angle of 16 bits comes out as a tie: then mirrored angles give mirrored values.
+ * A chord over 1/1024 turn lies up to 0.154 LSB inside the circle. Its ends are chosen among the neighbouring eighths to avoid
+ * ties at 16-bit angles: mirrored angles then give mirrored values.
  */
 static inline cossin_t cossin_q15(uint32_t angle_q32)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Which way a condition goes nearly always: the compiler lays that way out without a jump, which costs two to four cycles. */
+/* The usual outcome of a condition: the compiler lays out that path without a jump, which costs two to four cycles. */
 #ifndef LIB_USUALLY_H
 #define LIB_USUALLY_H
 

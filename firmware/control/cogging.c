@@ -4,7 +4,7 @@
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-/* What is asked for now acts in the next millisecond: its middle. 2^32 / 60000 ms / 16, halved. */
+/* The torque set now acts in the next millisecond: use its middle. 2^32 / 60000 ms / 16, halved. */
 #define LEAD_Q32_PER_RPM_Q4 2237
 
 void cogging_set_fade(struct cogging_map *m, int32_t speed_bw_hz)

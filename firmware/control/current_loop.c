@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The current loop's other half: what the slow loop prepares for the interrupt. */
+/* The current loop's other half: the slow loop's preparation for the interrupt. */
 #include "firmware/control/current_loop.h"
 
 #include <stddef.h>
@@ -14,7 +14,7 @@
 #include "lib/pi.h"
 #include "lib/trig.h"
 
-/* A machine with wider pointers lays it out otherwise: unit tests run on one, and have no assembly. */
+/* The layout differs on machines with wider pointers: unit tests run on one, without assembly. */
 #if UINTPTR_MAX == UINT32_MAX
 #define AT(offset, member) \
     _Static_assert(offsetof(struct current_loop, member) == (offset), #member " is not where the assembly has it")
@@ -85,11 +85,11 @@ void current_loop_tune(volatile struct current_loop *c, const struct tuning *t)
     c->dead_shift = 0u;
 }
 
-/* ---- once a millisecond, where current_loop_follow.h asks for it ---- */
+/* ---- once a millisecond, when current_loop_follow.h asks for it ---- */
 
 /*
- * The knee of the dead time's compensation is as wide as the ripple: below it the sign of the sampled current is not that of
- * the current when its leg switches, and to compensate would be a negative resistance.
+ * The knee of the dead-time compensation is as wide as the ripple: below it the sampled current's sign may differ from that
+ * when the leg switches, and compensation would act as negative resistance.
  */
 void current_loop_follow_ripple(volatile struct current_loop *c)
 {
@@ -113,9 +113,9 @@ void current_loop_set_gains(volatile struct current_loop *c, const struct tuning
 }
 
 /*
- * Where iron saturates, q's gain is that of the inductance at the present current: a gain for rated current leaves a loop of an
- * eighth of its bandwidth without load. The larger of wish and measurement counts, for too small a gain is slow and too large a
- * one unstable: while the current falls from a large one, the gain waits for it. Only in the rotor's frame, that is its q axis.
+ * For saturating iron, q's gain uses the inductance at the present current: the gain for rated current would leave an eighth of
+ * the bandwidth at no load. The larger of reference and measurement counts, because too small a gain is slow but too large a
+ * one unstable: while the current falls, the gain waits for it. Only in the rotor's frame, whose q axis this is.
  */
 void current_loop_follow_iron(volatile struct current_loop *c, const struct tuning *t)
 {
@@ -145,9 +145,9 @@ void current_loop_follow(volatile struct current_loop *c, const struct fabric *f
 }
 
 /*
- * The order matters, and tests/tools/test_order.py finds it in the object code. What is old must not trip what is new: overrun
- * and limits before the gates open. The integrals are empty before anything reaches the motor. Faults count once the gates are
- * open, and not before, when the status is another.
+ * The order matters, and tests/tools/test_order.py checks it in the object code. Stale state must not trip: overrun and limits
+ * come before the gates open. The integrals are cleared before anything reaches the motor. Faults count only once the gates are
+ * open, because the status differs before.
  */
 void current_loop_on(volatile struct current_loop *c, struct fabric *f, const struct tuning *t)
 {
@@ -177,7 +177,7 @@ void current_loop_arm(volatile struct current_loop *c, struct fabric *f, const s
     current_loop_follow(c, f, t);
 }
 
-/* The gates first, whatever else. */
+/* Gates first, always. */
 void current_loop_off(volatile struct current_loop *c, struct fabric *f)
 {
     gate_disable(&f->gate);
@@ -213,7 +213,7 @@ bool current_loop_select(volatile struct current_loop *c, const struct fabric *f
     c->field_follows = 0u;
     if (c->handlers != NULL) {
         serve_by(c, handler(c, source, scheme));
-        cpu_dsb(); /* the next interrupt finds it */
+        cpu_dsb(); /* visible to the next interrupt */
     }
     return true;
 }

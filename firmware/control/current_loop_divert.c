@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Another entry in front of the current loop's handler, and away again. */
+/* Puts another entry before the current loop's handler, and removes it. */
 #include <stddef.h>
 
 #include "drivers/cortex/cpu.h"
@@ -22,7 +22,7 @@ void current_loop_undivert(volatile struct current_loop *c)
     if (c->diverted != NULL) {
         *c->handlers->vector = *c->diverted;
         c->diverted = NULL;
-        cpu_dsb(); /* the next interrupt finds it */
+        cpu_dsb(); /* visible to the next interrupt */
     }
     cpu_irq_restore(mask);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What the slow loop prepares for the interrupt each millisecond (current_loop_follow()), to become a part of its caller.
- * What is seldom needed stays in current_loop.c.
+ * The slow loop's preparation for the interrupt each millisecond (current_loop_follow()), inlined into its caller. Rare cases
+ * stay in current_loop.c.
  */
 #ifndef FIRMWARE_CONTROL_CURRENT_LOOP_FOLLOW_H
 #define FIRMWARE_CONTROL_CURRENT_LOOP_FOLLOW_H
@@ -14,23 +14,22 @@
 #include "lib/q15.h"
 #include "lib/usually.h"
 
-/* Volts of the per-unit system become steps by CONFIG_BUS_STEPS over the bus voltage. */
+/* Per-unit voltages become steps by CONFIG_BUS_STEPS over the bus voltage. */
 _Static_assert(CONFIG_BUS_STEPS % 8 == 0, "the gains take an eighth of it");
 _Static_assert(CONFIG_BUS_STEPS < 1 << 17, "a voltage of the whole bus, with 14 more bits, fits a word");
 
 /* A radian in Q15 as a fraction of a turn, Q32: 2^17 / 2 pi. */
 #define LOOP_TURN_Q32_PER_Q15 20861
 
-/* Seldom: a current whose ripple counts; another bus voltage; iron that saturates; the bridge off. */
+/* Rare: significant current ripple, a changed bus voltage, saturating iron, bridge off. */
 void current_loop_follow_ripple(volatile struct current_loop *c);
 void current_loop_set_gains(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15);
 void current_loop_follow_iron(volatile struct current_loop *c, const struct tuning *t);
 void current_loop_rest(volatile struct current_loop *c);
 
 /*
- * A voltage of the per-unit system in the loop's unit, by the reciprocal of the bus voltage: one division does for both axes,
- * and its 17 bits are as fine as a step. More than the bus nothing can give: so it is at most CONFIG_BUS_STEPS, and the product
- * stays below 2^31.
+ * A per-unit voltage in loop steps, by the reciprocal of the bus voltage: one division serves both axes, and its 17 bits
+ * resolve a step. It is clamped to the bus voltage, CONFIG_BUS_STEPS, so the product stays below 2^31.
  */
 static inline int32_t loop_steps_per_v_q14(int32_t vbus_q15)
 {
@@ -42,7 +41,7 @@ static inline int32_t loop_v_steps(int32_t v_q15, int32_t vbus_q15, int32_t per_
     return (q15_clamp(v_q15, -vbus_q15, vbus_q15) * per_v_q14) >> 14;
 }
 
-/* And back: what one step is. Steps up to six-step times this stay below 2^31, for that is 0.64 of the bus. */
+/* The inverse: one step's voltage. Steps up to six-step, 0.64 of the bus, times this stay below 2^31. */
 static inline int32_t loop_v_per_step_q31(int32_t vbus_q15)
 {
     return (int32_t)(((uint32_t)vbus_q15 * (0x80000000u / CONFIG_BUS_STEPS)) >> 15);
@@ -53,12 +52,12 @@ static inline int32_t loop_v_q15(int32_t v_steps, int32_t per_step_q31)
     return (v_steps * per_step_q31) >> 16;
 }
 
-/* Publishes values for status and trace, and for what watches the drive. */
+/* Publishes values for status, trace and the monitors. */
 static inline int32_t loop_publish(volatile struct current_loop *c, const struct fabric *f)
 {
     const int32_t vbus_q15 = adc_vbus_q15(&f->adc);
     const int32_t per_step_q31 = loop_v_per_step_q31(vbus_q15);
-    const int32_t v_d_steps = c->v_d_steps; /* all reads first: one behind a write waits for it */
+    const int32_t v_d_steps = c->v_d_steps; /* all reads first: a read after a write waits for it */
     const int32_t v_q_steps = c->v_q_steps;
     const int32_t radius_steps = c->weaken.radius_steps;
     c->vbus_q15 = vbus_q15;
@@ -71,14 +70,14 @@ static inline int32_t loop_publish(volatile struct current_loop *c, const struct
     return vbus_q15;
 }
 
-/* The gains hold for the bus as it is, within 1/128: less is not worth three divisions. */
+/* The gains match the bus within 1/128: less is not worth three divisions. */
 static inline bool loop_gains_hold(const volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
 {
     const int32_t off_q15 = q15_abs(vbus_q15 - c->gains_vbus_q15);
     return off_q15 * 128 <= vbus_q15 && c->gains_of == t;
 }
 
-/* The feed-forward is part of the integral (lib/pi.h): what it has changed by is added there. */
+/* The feed-forward is part of the integral (lib/pi.h): its change is added there. */
 static inline void loop_feed_forward(volatile int32_t *integral_q9, volatile int32_t *present_steps,
                                      int32_t wanted_steps)
 {
@@ -111,7 +110,7 @@ static inline int32_t loop_frame_w_q15(const volatile struct current_loop *c)
     return loop_follows_rotor(c) ? current_loop_w_q15(c) : q15_sat16(c->field_speed_q32 >> c->w_shift);
 }
 
-/* Only a rotor that the encoder tells of turns fast. */
+/* Field weakening needs the encoder. */
 static inline bool current_loop_weakens(const volatile struct current_loop *c)
 {
     return c->weaken.on && c->source == LOOP_ENCODER;

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* The frame in which the currents are regulated: the observed rotor's, a prescribed one, and from one to the other. */
+/* The frame in which the currents are regulated: the observed rotor's or a prescribed one, and the changes between them. */
 #include "drivers/cortex/cpu.h"
 #include "firmware/control/current_loop.h"
 #include "lib/trig.h"
 
-/* An integral or a reference in the new frame, which stands by `turn` further on. */
+/* Expresses an integral or a reference in the new frame, which is `turn` ahead. */
 static void turn_back(volatile int32_t *d, volatile int32_t *q, cossin_t turn)
 {
     const int64_t old_d = *d;
@@ -13,7 +13,7 @@ static void turn_back(volatile int32_t *d, volatile int32_t *q, cossin_t turn)
     *q = (int32_t)((old_q * turn.cos - old_d * turn.sin) >> 15);
 }
 
-/* The feed-forward that was added is part of the integral. */
+/* The feed-forward is part of the integral. */
 static void turn_all_back(volatile struct current_loop *c, uint32_t turn_q32)
 {
     const cossin_t turn = cossin_q15(turn_q32);
@@ -42,7 +42,7 @@ void current_loop_prescribe(volatile struct current_loop *c, uint32_t turn_q32, 
     cpu_irq_restore(mask);
 }
 
-/* What is not needed before the next sample, but is looked at. */
+/* Values not needed before the next sample, but read elsewhere. */
 static void turn_seen_back(volatile struct current_loop *c, uint32_t turn_q32)
 {
     const cossin_t turn = cossin_q15(turn_q32);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What the interrupt's assembly has to know in numbers: where the members of struct current_loop are, and the modulator's
- * constants, which the stages in C use as well. firmware/control/current_loop.c holds the places against the structure.
+ * Numbers for the interrupt's assembly: member offsets of struct current_loop, and the modulator's constants, which the C
+ * stages also use. firmware/control/current_loop.c checks the offsets against the structure.
  */
 #ifndef FIRMWARE_CONTROL_CURRENT_LOOP_LAYOUT_H
 #define FIRMWARE_CONTROL_CURRENT_LOOP_LAYOUT_H
@@ -29,19 +29,19 @@
 #define LOOP_STATUS_MAX    68
 #define LOOP_CIRCLE        84
 
-/* The d voltage is limited to +-2^(bits - 1) steps, between half the circle and all of it: q always has its share. */
+/* The d voltage is limited to +-2^(bits - 1) steps, between half the circle and all of it: q always gets a share. */
 #define LOOP_V_D_BITS 15
 
-#define LOOP_CIRCLE_BITS  9                                  /* of the places in the circle's table */
-#define LOOP_CIRCLE_SHIFT (LOOP_V_D_BITS - LOOP_CIRCLE_BITS) /* of v_d, to a place */
-#define LOOP_CIRCLE_ZERO  (1 << (LOOP_CIRCLE_BITS - 1))      /* the place for v_d = 0 */
+#define LOOP_CIRCLE_BITS  9                                  /* of the circle table's index */
+#define LOOP_CIRCLE_SHIFT (LOOP_V_D_BITS - LOOP_CIRCLE_BITS) /* of v_d, to an index */
+#define LOOP_CIRCLE_ZERO  (1 << (LOOP_CIRCLE_BITS - 1))      /* the index for v_d = 0 */
 
-/* Fraction of a compare: a voltage in steps times a sine in Q15. */
+/* Fraction bits of a compare: a voltage in steps times a sine in Q15. */
 #define LOOP_COMPARE_SHIFT (CONFIG_V_SHIFT + 15)
 
 /*
- * The compare at zero voltage: half of half a period, and a half to round. The lower half word is the factor that the assembly
- * has in its register at that point; by so much, 0.1 counts, all three phases are longer, which no line voltage shows.
+ * The compare at zero voltage: half of half a period, plus a half to round. The lower half word is the factor the assembly has
+ * in that register; it lengthens all three phases by 0.1 counts, which cancels in the line voltages.
  */
 #define LOOP_HALF \
     ((((CONFIG_HALF_COUNTS << (LOOP_COMPARE_SHIFT - 1)) + (1 << (LOOP_COMPARE_SHIFT - 1))) & ~0xFFFF) | SIN60_Q15)
@@ -49,7 +49,7 @@
 /* Half a dead time, for each 1/128 of share */
 #define LOOP_DEAD (CONFIG_DEAD_COUNTS << (LOOP_COMPARE_SHIFT - 8))
 
-/* Where the handler in assembly begins its work, in bytes: tests enter there, with bases of their own. */
+/* Offset of the assembly handler's body, in bytes: tests enter there with their own base addresses. */
 #define LOOP_BODY 16
 
 #endif

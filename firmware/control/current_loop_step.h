@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * One sample of the current loop in C, in four stages: sense -> angle -> regulate -> modulate. Each source of the angle and
- * each scheme of sensing is an instance of its own: with both constant at the call the compiler keeps one way, without a
- * branch, and its time is constant. current_loop_isr.S is the instance for the encoder and two sensors by hand, from which
- * tests must not tell this apart.
+ * One sample of the current loop in C, in four stages: sense -> angle -> regulate -> modulate. Each angle source and sensing
+ * scheme is its own instance: both are constant at the call, so the compiler keeps one path without branches, in constant time.
+ * current_loop_isr.S is the hand-written instance for the encoder and two sensors; tests require identical results.
  *
- * The conversion is acknowledged when its last value has been read, and before GATE.STATUS is: a handler that returned before
- * its line has dropped would run twice for one sample, and nothing in the sample would show it. Accesses to the fabric
- * keep their order on the way, so once that read has its answer the line is low.
+ * The conversion is acknowledged after its last value is read and before GATE.STATUS is read: a handler that returned before
+ * its interrupt line dropped would run twice for one sample, unnoticed. Fabric accesses stay in order, so once that read
+ * returns, the line is low.
  */
 #ifndef FIRMWARE_CONTROL_CURRENT_LOOP_STEP_H
 #define FIRMWARE_CONTROL_CURRENT_LOOP_STEP_H
@@ -43,12 +42,12 @@ static inline __attribute__((always_inline)) uint32_t current_loop_angle(struct 
     }
 }
 
-/* Returns whether the sample has a fault. ISR; a test may call it with blocks of its own. */
+/* Returns whether the sample has a fault. ISR; tests may call it with their own blocks. */
 static inline __attribute__((always_inline)) bool current_loop_step(struct current_loop *c, struct fabric *f,
                                                                     enum loop_source source, enum loop_scheme scheme)
 {
     const alphabeta_t i = scheme == LOOP_SENSE_AB ? sense_ab(f) : sense_pair(c, f);
-    /* Here and not where it is used: the compiler has registers left for it. */
+    /* Here rather than at its use: the compiler still has registers for it. */
     const alphabeta_t coarse = {i.alpha >> c->dead_shift, i.beta >> c->dead_shift};
     const cossin_t cs = cossin_q15(current_loop_angle(c, source));
     const int32_t inject_steps = source == LOOP_INJECTION ? inject_voltage(&c->inject) : 0;
@@ -69,7 +68,7 @@ static inline __attribute__((always_inline)) bool current_loop_step(struct curre
     return f->gate.STATUS > c->status_max;
 }
 
-/* The same by Hall switches. */
+/* The same from Hall switches. */
 static inline __attribute__((always_inline)) bool current_loop_step_hall(struct current_loop *c, struct hall *h,
                                                                          struct fabric *f, enum loop_scheme scheme)
 {
@@ -83,8 +82,8 @@ static inline __attribute__((always_inline)) bool current_loop_step_hall(struct 
 }
 
 /*
- * The same for field weakening, by the encoder: v_d may take the whole circle, so the limits are those of the frame in
- * which the voltages act, and they are turned there by an angle instead of two shears. `beyond`: the modulator's circle.
+ * The same for field weakening, from the encoder: v_d may take the whole circle, so limits apply in the frame in which the
+ * voltages act, reached by an angle instead of two shears. `beyond`: beyond the modulator's circle.
  */
 static inline __attribute__((always_inline)) bool current_loop_step_weakening(struct current_loop *c, struct fabric *f,
                                                                               enum loop_scheme scheme, bool beyond)

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Set-points that come one after the other, `period` milliseconds apart, and straight lines between them: what the cyclic
- * synchronous modes of CiA 402 (IEC 61800-7-201) ask for, of position, speed and torque alike. A set-point is reached when
- * the next one is due; where none comes, it stays.
+ * Set-points `period` milliseconds apart, with linear interpolation: the cyclic synchronous modes of CiA 402 (IEC 61800-7-201),
+ * for position, speed and torque alike. A set-point is reached when the next is due; if none comes, it holds.
  */
 #ifndef FIRMWARE_CONTROL_CYCLIC_H
 #define FIRMWARE_CONTROL_CYCLIC_H
@@ -16,7 +15,7 @@ struct cyclic {
     int32_t left; /* milliseconds until the target is reached */
 };
 
-/* Begins at a value, which is the target as well. Slow loop, or while it is masked. */
+/* Begins at a value, which is also the target. Slow loop, or while it is masked. */
 static inline void cyclic_begin(struct cyclic *c, int64_t now)
 {
     *c = (struct cyclic){.now = now, .target = now};

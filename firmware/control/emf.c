@@ -18,7 +18,7 @@ void emf_step(struct emf *e, const volatile struct current_loop *c, const struct
     emf_step_here(e, c, t, rotor_w_q15, frame_w_q15);
 }
 
-/* What Lq may still be wrong by: all of it at first, a quarter once it is learnt. */
+/* The possible error of Lq: all of it at first, a quarter once learnt. */
 static int32_t unlearnt_q15(const struct emf *e)
 {
     return (e->reaction_q15 * (4 * EMF_LEARNT_STEPS - 3 * e->learnt)) / (4 * EMF_LEARNT_STEPS);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A sample of the EMF (emf.h), to become a part of its caller. Slow loop. */
+/* One sample of the EMF (emf.h), inlined into its caller. Slow loop. */
 #ifndef FIRMWARE_CONTROL_EMF_STEP_H
 #define FIRMWARE_CONTROL_EMF_STEP_H
 
@@ -11,11 +11,11 @@
 #define EMF_DEAD_TIME_SHIFT 6 /* a dead time of 1 us at 20 kHz costs 2 % of the bus; most of it is compensated */
 #define EMF_LEARN_SHIFT     7 /* a 128th of Lq a step */
 #define EMF_LARGEST_Q15     131071
-#define EMF_MILLISECOND_Q15 4172 /* reactance at the base speed into L over 1 ms: 1000 / (2 pi 1250) */
+#define EMF_MILLISECOND_Q15 4172 /* from reactance at the base speed to L over 1 ms: 1000 / (2 pi 1250) */
 
 /*
- * What is left in d while the encoder is right and a current flows in q is the error of Lq: it moves, a small step at a time,
- * to where nothing is left. Between a quarter of the parameter and four times it.
+ * While the encoder is right and current flows in q, the remaining d component is the error of Lq: Lq moves in small steps
+ * until it vanishes, within a quarter and four times the parameter.
  */
 static inline void emf_learn(struct emf *e, const struct tuning *t, int32_t reaction_q15)
 {
@@ -42,7 +42,7 @@ static inline int32_t emf_reaction(const struct emf *e, int32_t w_q15, int32_t i
     return emf_inductive(e, (w_q15 * i_q15) >> 15);
 }
 
-/* What the parameters leave open: see struct emf. */
+/* Uncertainty of the parameters: see struct emf. */
 static inline void emf_allow(struct emf *e, const struct tuning *t, const struct emf_vector *i, int32_t moved_q15,
                              int32_t dead_q15)
 {
@@ -61,7 +61,7 @@ static inline __attribute__((always_inline)) void emf_step_here(struct emf *e, c
     const struct emf_vector i = {c->i_d_q15, c->i_q_q15};
     const int32_t reaction_q15 = emf_reaction(e, frame_w_q15, i.q_q15);
     advance_q15(&v.d_q15, &v.q_q15,
-                -c->v_turn_q15); /* from where the rotor was at the sample to where the voltage acts */
+                -c->v_turn_q15); /* from the rotor's frame at the sample to its frame when the voltage acts */
     e->now.d_q15 = emf_limited(v.d_q15 - ((t->r_q12 * i.d_q15) >> 12) + reaction_q15);
     e->now.q_q15 = emf_limited(v.q_q15 - ((t->r_q12 * i.q_q15) >> 12) - emf_reaction(e, frame_w_q15, i.d_q15));
     e->filtered.d_q15 += (e->now.d_q15 - e->filtered.d_q15) >> EMF_FILTER_SHIFT;

@@ -12,17 +12,16 @@
 #define RADIANS_Q4 \
     (CONFIG_SPEED_BASE_HZ * 2 * 355 / 113 * 16 / CONFIG_SLOW_HZ) /* of the base speed in a slow period: 7.9 at 20 kHz */
 #define RADIANS_SHIFT 4
-#define TRIM_SHIFT \
-    3 /* an eighth of what is missing a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
+#define TRIM_SHIFT    3 /* an eighth of the error a millisecond: 125 rad/s, a fiftieth of the current loop's crossover */
 #define TRIM_DRIVING  2 /* a quarter of the circle more */
 #define TRIM_BRAKING  3 /* an eighth: with too much flux a braking current grows by itself */
 #define TRIM_LEAST    1 /* half of it less */
 #define TRIM_FRACTION 6
-#define SHORT_SHIFT   4  /* 16 ms: a mean over the harmonics, as the trim answers it */
-#define SHORT_FREE    7  /* a 128th of i_max is not answered: flux costs more there */
+#define SHORT_SHIFT   4  /* 16 ms: averages the harmonics, because the trim responds to it */
+#define SHORT_FREE    7  /* a 128th of i_max is ignored: flux costs more there */
 #define GAIN_LEAST_Q8 32 /* of the current loops' gains */
 #define V_D_MOST_Q10  (LOOP_V_D_MAX_STEPS * 1000 / CONFIG_RADIUS_STEPS) /* of the circle, less a 40th */
-#define DROP_SHIFT    3 /* 8 ms: torque and flux limit depend on each other; a quicker answer could swing */
+#define DROP_SHIFT    3 /* 8 ms: torque and flux limit depend on each other; a faster response could oscillate */
 #define DROP_MOST_Q15 (1 << 15)
 
 static int32_t circle_q15(int32_t vbus_q15, int32_t radius_steps)
@@ -35,7 +34,7 @@ static int32_t resistive_q15(const struct tuning *t, int32_t i_q15)
     return q15_sat16((t->r_q12 * q15_sat16(i_q15)) >> 12);
 }
 
-/* Beyond the modulator's circle each bit of voltage costs harmonics: half as much is kept. */
+/* Beyond the modulator's circle each bit of voltage costs harmonics: keeps half as much. */
 static int32_t kept_q15(int32_t circle, int32_t radius_steps)
 {
     return circle >> (radius_steps > CONFIG_RADIUS_STEPS ? FLUX_KEPT_SHIFT + 2 : FLUX_KEPT_SHIFT);
@@ -52,14 +51,14 @@ int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15)
     return (int32_t)(((uint32_t)target_q15(vbus_q15, CONFIG_RADIUS_STEPS) << 15) / (uint32_t)w_q15);
 }
 
-/* v by L for a slow period: a reactance at the base speed is so many radians of that. */
+/* v over L for a slow period, from the reactance at the base speed. */
 int32_t flux_limit_slew_q15(const struct tuning *t, int32_t vbus_q15)
 {
     return kept_q15(circle_q15(vbus_q15, t->radius_steps), t->radius_steps) * (RADIANS_Q4 << (11 - RADIANS_SHIFT)) /
            (q15_max(t->x_q_q11, t->x_q_apparent_q11) + 1);
 }
 
-/* v^2 - (w psi)^2, of the references and the torque of the last step. */
+/* v^2 - (w psi)^2, from the references and the torque of the last step. */
 static void follow_drop(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
                         int32_t power_q15)
 {
@@ -78,9 +77,9 @@ static int32_t length_q15(const volatile struct current_loop *c)
 }
 
 /*
- * The voltage that the axis lacks which comes second (stage_weaken.h): what its current is short of, as voltage that the field
- * takes. What the circle cuts off the peaks of harmonics does not show in the length of the voltages. Beyond the circle the
- * hexagon's own harmonics are cut off the first axis, too: d then stays short of its reference at any length, in the mean.
+ * The voltage lacking in the second axis (stage_weaken.h): its current error, as voltage for the flux. The voltages' length
+ * does not show what the circle clips off harmonic peaks. Beyond the circle the hexagon's own harmonics are clipped off the
+ * first axis, too: d's mean then stays short of its reference at any length.
  */
 static int32_t lacking_q15(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
                            int32_t w_q15, int32_t most_q15)
@@ -99,8 +98,8 @@ static int32_t lacking_q15(struct flux_limit *s, const volatile struct current_l
 }
 
 /*
- * By how much the voltages are shorter than they may be: all of it, and where the handlers hold v_d to a part of the
- * circle, that, while the motor brakes.
+ * How far the voltages are below their limit: in total, and while braking also v_d, if the handlers limit it to part of the
+ * circle.
  */
 static int32_t left_q15(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
                         int32_t target, int32_t power_q15)
@@ -144,10 +143,7 @@ void flux_limit_follow(struct flux_limit *s, const volatile struct current_loop 
     s->flux_q15 = (int32_t)(((uint32_t)polar_root((uint32_t)square_q15 << 15) << 15) / (uint32_t)q15_max(w_q15, 1));
 }
 
-/*
- * By how much i_d must fall for a step of the voltage, and of that the share that the loop bears. Nothing below half of
- * the circle.
- */
+/* How far i_d must fall per step of voltage, times the share the loop tolerates. 0 below half of the circle. */
 static int32_t retreat_gain_q15(const struct tuning *t, int32_t w_q15, int32_t vbus_q15)
 {
     const int32_t size_q15 = q15_abs(w_q15);
@@ -162,10 +158,9 @@ static int32_t retreat_gain_q15(const struct tuning *t, int32_t w_q15, int32_t v
 }
 
 /*
- * Near the limit of the voltage a current loop that answers the sixth harmonics, of the EMF or of the hexagon, asks for voltage
- * that is not there, and what is cut costs fundamental. So its crossover is lowered there to half of the electrical speed, a
- * twelfth of theirs, and not below: a slower loop takes long to settle in a frame that turns. It falls from 1/8 below the
- * modulator's circle on.
+ * Near the voltage limit, a current loop that responds to the sixth harmonics, of the EMF or the hexagon, asks for unavailable
+ * voltage, and clipping costs fundamental. So its crossover is lowered there to half the electrical speed, a twelfth of theirs,
+ * and no lower: a slower loop settles slowly in a turning frame. It starts falling 1/8 below the modulator's circle.
  */
 static int32_t gain_share_q8(const volatile struct current_loop *c, const struct tuning *t, int32_t w_q15,
                              int32_t vbus_q15)
@@ -179,7 +174,7 @@ static int32_t gain_share_q8(const volatile struct current_loop *c, const struct
     return c->weaken.gain_share_q8 + (missing_q8 + (missing_q8 > 0 ? 3 : 0)) / 4;
 }
 
-/* The controller's first answer to a step of the q reference, and half of what is left of the last one's. */
+/* The controller's first response to a step of the q reference, plus half of what remains of the last. */
 static int32_t kick_steps(volatile struct current_loop *c)
 {
     const int32_t step_q15 = q15_abs(c->i_q_ref_q15 - c->weaken.i_q_ref_before_q15);
@@ -189,7 +184,7 @@ static int32_t kick_steps(volatile struct current_loop *c)
     return c->weaken.kick_steps;
 }
 
-/* What v_d leaves of the circle to v_q when both currents are at their references. */
+/* The voltage v_d leaves to v_q with both currents at their references. */
 static int32_t steady_room_steps(const volatile struct current_loop *c, const struct tuning *t, int32_t w_q15,
                                  int32_t vbus_q15)
 {
@@ -201,9 +196,9 @@ static int32_t steady_room_steps(const volatile struct current_loop *c, const st
 }
 
 /*
- * q is first only while v_d takes more than half of the circle to brake, which is v_d > 0 in either direction. Little is braked
- * with where it takes less: the EMF may then be all that there is, and d keeps what it needs to weaken it. Braking lasts until
- * the current has gone, which is later than the wish for it.
+ * q is first only while braking takes more than half of the circle in v_d, which is then > 0 in either direction. With less,
+ * there is little braking: most voltage may be EMF, and d keeps what it needs to weaken it. Braking lasts until the current is
+ * gone, later than the demand for it.
  */
 void flux_limit_guide(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
 {

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The torque of Coulomb friction, by the direction in which the shaft is to turn: fed forward, so that the speed loop need not
- * find it anew at each reversal, while the shaft stands.
+ * Feeds forward Coulomb friction for the commanded direction, so the speed loop need not find it again at each reversal while
+ * the shaft stands.
  *
- * By the reference and not by the speed: a friction that is told too large would else drive the shaft by itself. About 0 it
- * goes with the reference, as steep as the speed loop's own answer is there; a quarter as steep where a position loop sets the
- * reference, for this makes that loop stiffer by as much.
+ * It uses the reference, not the speed: with the speed, a friction set too large would drive the shaft. Near 0 it is
+ * proportional to the reference, with the speed loop's own gain; a quarter of that if a position loop sets the reference,
+ * because it adds that much stiffness to the loop.
  */
 #ifndef FIRMWARE_CONTROL_FRICTION_H
 #define FIRMWARE_CONTROL_FRICTION_H
@@ -18,7 +18,7 @@
 
 #define FRICTION_POSITION_SHIFT 2
 
-/* Torque, Q15, that the reference's direction takes; at most t->friction_q15. Slow loop. */
+/* Friction torque, Q15, in the reference's direction; at most t->friction_q15. Slow loop. */
 static inline int32_t friction_torque_q15(const struct speed_loop *s, const struct tuning *t, bool position)
 {
     const int32_t slope_q16 = (int32_t)(((int64_t)s->kp_q16 * speed_loop_share_q14(&s->estimate)) >> 14);

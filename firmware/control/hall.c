@@ -24,7 +24,7 @@ static void fill_sectors(struct hall *h, const struct hall_table *t)
     }
 }
 
-/* From a state that the table has, or from none: then any other that it has is as good as the same. */
+/* From a state in the table, or from none: then any state in the table counts as the same. */
 static struct hall_move move_of(const struct hall *h, uint32_t from, uint32_t to)
 {
     const uint32_t here = h->sector[from].place;
@@ -45,7 +45,7 @@ static int64_t limited(int64_t value)
     return value > INT32_MAX ? INT32_MAX : value;
 }
 
-/* Current by slope, and rpm a millisecond by turns a sample: tuning.h. */
+/* Inverts current per slope, from rpm a millisecond to turns a sample: tuning.h. */
 static int32_t push_q8(const struct tuning *t)
 {
     const int64_t push =

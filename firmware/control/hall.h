@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The rotor's angle by three Hall switches, which cut an electrical turn into six sectors. Where one sector meets the next the
- * angle is known; in between the speed carries it on, and it never leaves its sector.
+ * The rotor's angle from three Hall switches, which divide an electrical turn into six sectors. At sector boundaries the angle
+ * is known; in between it is extrapolated from the speed and never leaves its sector.
  *
- *   interrupt   state, count of the sectors, when each edge came, angle (stage_hall.h)
- *   slow loop   the speed: from the edges' times, and while none comes from how long it has not (hall_speed.h)
+ *   interrupt   state, sector count, time of each edge, angle (stage_hall.h)
+ *   slow loop   the speed: from the edges' times, or, while none comes, from the time since the last (hall_speed.h)
  *
- * Which state is which sector and where the six edges are a table says (settings/hall_table.h): switches that are inverted,
- * swapped or out of place are a matter of the table, not of the arithmetic.
+ * A table maps states to sectors and gives the six edges (settings/hall_table.h): inverted, swapped or misplaced switches
+ * change the table, not the arithmetic.
  */
 #ifndef FIRMWARE_CONTROL_HALL_H
 #define FIRMWARE_CONTROL_HALL_H
@@ -19,91 +19,90 @@
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/hall_table.h"
 
-#define HALL_EDGES_KEPT 8u /* the last one and those of a turn before, in a power of two */
+#define HALL_EDGES_KEPT 8u /* the last one and those of a turn before, rounded up to a power of two */
 
-/* The sector of a state; of one that the table does not have nothing is looked at. */
+/* The sector of a state; unused for a state the table does not have. */
 struct hall_sector {
     uint32_t middle_q32;
     int32_t half_q32; /* of its width: below a quarter turn */
-    uint32_t place;   /* 0...5, the way the electrical angle grows */
+    uint32_t place;   /* 0...5, in the direction of growing electrical angle */
 };
 
-/* From one state to another, from a sample to the next. */
+/* A transition between states from one sample to the next. */
 struct hall_move {
     int8_t step;     /* sectors: -1, 0, 1 */
-    uint8_t next;    /* the state to go on with: the last one that the table has */
+    uint8_t next;    /* the state to continue with: the newest one in the table */
     uint8_t invalid; /* 1: the table has no such state */
     uint8_t skipped; /* 1: these two sectors are not neighbours */
 };
 
 /* The slow loop's part. */
 struct hall_speed {
-    uint32_t count;         /* of the sectors, as of the last step */
+    uint32_t count;         /* sector count at the last step */
     uint32_t clock;         /* of the last edge */
-    int32_t direction;      /* of the last edges: -1, 1; 0: none is known */
-    uint32_t intervals;     /* between edges in this direction, without a turn back: so many can be looked at */
+    int32_t direction;      /* of the last edges: -1, 1; 0: unknown */
+    uint32_t intervals;     /* usable: between edges in this direction, without a reversal */
     bool lost;              /* the last edge is too long ago: at rest */
-    bool told;              /* somebody has told the speed, */
-    uint32_t told_clock;    /* then */
+    bool told;              /* the speed was given by the caller, */
+    uint32_t told_clock;    /* at this time */
     int32_t speed_q32;      /* turns a sample */
     uint32_t age_clocks;    /* since the last edge */
-    uint32_t sector_clocks; /* from the one before to that */
-    uint32_t clocks;        /* in which it was measured, or since the last edge if that is longer */
-    int32_t load_q8;        /* what the load changes the speed by in a millisecond, as push_q8 */
-    /* what torque and that load would have made of it: a speed, and the angle that it sums up to, which wrap */
+    uint32_t sector_clocks; /* between the last two edges */
+    uint32_t clocks;        /* measuring time, or the time since the last edge if longer */
+    int32_t load_q8;        /* speed change by the load in a millisecond, as push_q8 */
+    /* speed expected from torque and that load, and the angle it integrates to; both wrap */
     uint64_t pushed_q32;
     uint64_t way_q32;
     uint64_t way_at_q32[HALL_EDGES_KEPT]; /* at the edges */
     uint64_t rest_q32;                    /* the speed less that */
     uint32_t angle_q32;                   /* of the rotor at the last step */
-    int32_t travel_q32;                   /* and by how much it has turned since the one before, a sample */
+    int32_t travel_q32;                   /* its travel since the step before, per sample */
 };
 
 struct hall {
     /* of the table */
     struct hall_sector sector[HALL_STATES];
     struct hall_move move[HALL_STATES][HALL_STATES];
-    uint32_t edge_q32[HALL_SECTORS]; /* where the sector of that place begins */
-    uint32_t clock_share_q28;        /* of a clock, in the time from a sample to the next */
-    int32_t push_most_q32;           /* and the largest torque, Q32 of a turn a sample */
-    int32_t push_q8; /* by how much an LSB of torque changes the speed in a millisecond, Q32 of a turn a sample */
+    uint32_t edge_q32[HALL_SECTORS]; /* where each place's sector begins */
+    uint32_t clock_share_q28;        /* one clock as a share of the sampling period */
+    int32_t push_most_q32;           /* speed change by the largest torque in a millisecond, Q32 of a turn a sample */
+    int32_t push_q8;                 /* speed change by an LSB of torque in a millisecond, Q32 of a turn a sample */
     /* of the interrupt */
     uint32_t state;
-    uint32_t count;                  /* of the sectors, wraps */
-    uint32_t clock[HALL_EDGES_KEPT]; /* when the edge to that count came; the fabric's clock */
-    uint32_t invalid, skipped;       /* samples with such a state, or such a move, ever */
+    uint32_t count;                  /* sectors, wraps */
+    uint32_t clock[HALL_EDGES_KEPT]; /* time of the edge to that count; the fabric's clock */
+    uint32_t invalid, skipped;       /* samples with such a state or move, ever */
     struct hall_speed speed;
 };
 
-/* Takes the table over; the inertia is the tuning's. Slow loop held, or bridge off. */
+/* Takes the table; the inertia is the tuning's. Slow loop held, or bridge off. */
 void hall_take_table(struct hall *h, const struct hall_table *table, const struct tuning *t);
 
-/* Nothing is known but the state now: the angle is the middle of its sector, at rest. Slow loop, LOOP_HALL, bridge off. */
+/* Starts from the present state alone: the angle is the middle of its sector, at rest. Slow loop, LOOP_HALL, bridge off. */
 void hall_begin(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e);
 
 /*
- * Somebody has told the angle and the speed until now, and `c` has them: from here on the switches do. The load is what the
- * torque is. Single sectors, which show each switch that is out of place, do not count against that for 20 ms. Slow loop,
- * LOOP_HALL, interrupts held.
+ * Takes over from another source, whose angle and speed are in `c`. The load is assumed equal to the torque. For 20 ms, single
+ * sectors, which show each misplaced switch, do not override that speed. Slow loop, LOOP_HALL, interrupts held.
  */
 void hall_go_on(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e,
                 int32_t torque_q15);
 
 /*
- * The speed, to the interrupt as well, which turns the angle by it. The way between two edges by its time is a mean, and late;
- * so that is done for what the load makes of the speed only, and what `torque_q15` makes of it with the inertia that is told is
- * added without delay. Over a whole turn or half a one, in which misplaced switches cancel, where that takes 20 ms at most;
- * else over the last sector. While no edge comes the rotor turns by less than its sector, which bounds the speed; after a
- * quarter of a second it is 0, and the angle goes to the sector's middle. Slow loop, each millisecond; holds the interrupt back
- * for about 50 cycles.
+ * Estimates the speed and gives it to the interrupt, which advances the angle by it. Distance over time between edges is a late
+ * mean; so it measures only the load's part of the speed, and the part due to `torque_q15` and the configured inertia is added
+ * without delay. It measures over a whole or half turn, where misplaced switches cancel, if that takes 20 ms at most; else over
+ * the last sector. While no edge comes, the rotor turns by less than its sector, which bounds the speed; after a quarter of a
+ * second it is 0, and the angle goes to the sector's middle. Slow loop, each millisecond; holds the interrupt back for about 50
+ * cycles.
  */
 void hall_speed_step(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e,
                      const struct tuning *t, int32_t torque_q15);
 
 /*
- * How long the speed loop is to take the measurement for: the longer, the smaller its gains. What its torque makes is seen at
- * once, so it is a quarter of the time; and 8 ms at most, or a rotor at rest would not get the torque that breaks it loose, or
- * holds the load that has come.
+ * The measuring time reported to the speed loop: the longer, the smaller its gains. The effect of its torque is seen at once,
+ * so it is a quarter of the time; and 8 ms at most, or a rotor at rest would not get the torque to break loose or to hold a new
+ * load.
  */
 static inline uint32_t hall_told_clocks(const struct hall_speed *s)
 {
@@ -112,7 +111,7 @@ static inline uint32_t hall_told_clocks(const struct hall_speed *s)
     return clocks < most ? clocks : most;
 }
 
-/* An edge should have come, and the next ones may still say why not: a wire is broken, or the rotor stopped. Slow loop. */
+/* An edge is overdue, and the next ones may still tell why: a broken wire, or the rotor stopped. Slow loop. */
 static inline bool hall_edge_is_overdue(const struct hall_speed *s)
 {
     return s->age_clocks > s->sector_clocks + s->sector_clocks / 4u && s->age_clocks / 4u < s->sector_clocks;

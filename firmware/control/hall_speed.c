@@ -3,9 +3,9 @@
 #include "firmware/control/hall.h"
 #include "lib/q15.h"
 
-#define MEAN_CLOCKS  (20u * (BOARD_FABRIC_HZ / 1000u))  /* a mean over more edges takes so long at most */
+#define MEAN_CLOCKS  (20u * (BOARD_FABRIC_HZ / 1000u))  /* longest mean over more edges */
 #define LOST_CLOCKS  (250u * (BOARD_FABRIC_HZ / 1000u)) /* without an edge: at rest, long before the clock wraps */
-#define SPEED_MOST   (1 << 29) /* an eighth of a turn a sample: beyond what any drive may have */
+#define SPEED_MOST   (1 << 29)                          /* an eighth of a turn a sample: beyond any drive */
 #define PUSH_MOST_Q8 (1 << 30)
 #define SLOW_CLOCKS  (int64_t)(BOARD_FABRIC_HZ / 1000u)
 #define FIRST_SHIFT  1
@@ -13,9 +13,9 @@
 #define LOAD_SHIFT   2
 #define HALF_TURN    3u /* edges: each switch has changed once */
 #define WHOLE_TURN   6u
-#define MIDDLE_SHIFT 5 /* of the way to the middle, a millisecond */
+#define MIDDLE_SHIFT 5 /* of the distance to the middle, per millisecond */
 
-/* What the interrupt has left, of one instant. */
+/* A consistent snapshot of the interrupt's results. */
 struct reading {
     uint32_t count, state, angle_q32;
     uint32_t latch_clock;
@@ -47,15 +47,15 @@ static int32_t held(int64_t speed_q32, int32_t most_q32)
     return speed_q32 > most_q32 ? most_q32 : (speed_q32 < -most_q32 ? -most_q32 : (int32_t)speed_q32);
 }
 
-/* A way in so many clocks, as a speed; the way is less than 2^38, eight bits of the time are lost on longer ones. */
+/* Travel over clocks, as a speed; travel is less than 2^38, longer times lose eight bits. */
 static int64_t speed_of(int64_t way_q32, uint32_t clocks, const struct tuning *t)
 {
     return way_q32 * t->loop_counts / (int64_t)(clocks < 1u ? 1u : clocks);
 }
 
-/* ---- what the torque makes ---- */
+/* ---- the torque's part ---- */
 
-/* At rest the load is what the torque is. */
+/* At rest the load equals the torque. */
 static void push(struct hall *h, const struct tuning *t, int32_t torque_q15)
 {
     struct hall_speed *const s = &h->speed;
@@ -82,7 +82,7 @@ void hall_go_on(struct hall *h, const volatile struct current_loop *c, const str
                                    .angle_q32 = c->pll.angle_q32};
 }
 
-/* Where that was at each of the edges that have come since the last step, `moved` sectors: back from now. */
+/* Its value at each edge since the last step, `moved` sectors: backwards from now. */
 static void mark_edges(struct hall_speed *s, const struct reading *r, int32_t moved, const struct tuning *t)
 {
     const uint32_t edges = moved == 0 ? 1u : (uint32_t)q15_abs(moved);
@@ -95,7 +95,7 @@ static void mark_edges(struct hall_speed *s, const struct reading *r, int32_t mo
     }
 }
 
-/* A speed that was not expected, by so much a millisecond. */
+/* Attributes an unexpected speed change per millisecond to the load. */
 static void blame_load(struct hall_speed *s, int64_t change_q32)
 {
     s->load_q8 = held(s->load_q8 + change_q32 * 256, PUSH_MOST_Q8);
@@ -103,7 +103,7 @@ static void blame_load(struct hall_speed *s, int64_t change_q32)
 
 /* ---- edges ---- */
 
-/* From the nth edge before the last one to that. */
+/* The travel from the nth edge before the last one to the last. */
 static int64_t way_of(const struct hall *h, uint32_t state, int32_t direction, uint32_t n)
 {
     const uint32_t place = h->sector[state].place;
@@ -116,15 +116,15 @@ static int64_t way_of(const struct hall *h, uint32_t state, int32_t direction, u
     return -(int64_t)(h->edge_q32[(place + 1u + n) % HALL_SECTORS] - h->edge_q32[(place + 1u) % HALL_SECTORS]);
 }
 
-/* Edges, from the last one on the way back, that are near enough to be looked at. */
+/* Whether the nth edge before the last is recent enough to use. */
 static bool near_enough(const struct hall_speed *s, const struct reading *r, uint32_t n)
 {
     return s->intervals >= n && s->clock - clock_of(r, s->count - (uint32_t)s->direction * n) <= MEAN_CLOCKS;
 }
 
 /*
- * The speed that the last edges show is another than was believed. A first interval, of which nothing was: long, it is a rotor
- * that a load has brought out of rest; short, one that was turning when the drive was switched on.
+ * The last edges show an unexpected speed. In a first interval, nothing was expected: a long one means that a load moved the
+ * rotor from rest, a short one that it was turning at switch-on.
  */
 static void learn_load(struct hall_speed *s, int64_t clocks, int64_t unexpected_q32)
 {
@@ -137,8 +137,8 @@ static void learn_load(struct hall_speed *s, int64_t clocks, int64_t unexpected_
 }
 
 /*
- * A quarter of the speed, and four times what the largest torque makes in that time: more than any load does. Beyond it is an
- * edge that a wire has made, and no over-speed.
+ * A quarter of the speed, plus four times the largest torque's effect in that time: more than any load does. Beyond it, the
+ * edge is a wiring fault, not an over-speed.
  */
 static int64_t likely_change(const struct hall *h, uint32_t clocks, int64_t change_q32)
 {
@@ -150,7 +150,7 @@ static int64_t likely_change(const struct hall *h, uint32_t clocks, int64_t chan
     return change_q32 > most_q32 ? most_q32 : (change_q32 < -most_q32 ? -most_q32 : change_q32);
 }
 
-/* Until the first whole turn of edges, if that comes soon. */
+/* Until the first full turn of edges, if that comes soon. */
 static bool told_better(struct hall_speed *s, const struct reading *r)
 {
     s->told = s->told && s->intervals < WHOLE_TURN && r->latch_clock - s->told_clock < MEAN_CLOCKS;
@@ -161,21 +161,21 @@ static void measure(struct hall *h, const struct reading *r, const struct tuning
 {
     struct hall_speed *const s = &h->speed;
     if (s->intervals == 0u || told_better(s, r)) {
-        return; /* it has come from the other side, or from rest */
+        return; /* it came from the other side, or from rest */
     }
     const uint32_t n = near_enough(s, r, WHOLE_TURN) ? WHOLE_TURN : (near_enough(s, r, HALF_TURN) ? HALF_TURN : 1u);
     const uint32_t before = s->count - (uint32_t)s->direction * n;
     const int64_t pushed =
         (int64_t)(s->way_at_q32[s->count % HALL_EDGES_KEPT] - s->way_at_q32[before % HALL_EDGES_KEPT]);
     const uint32_t clocks = s->clock - clock_of(r, before);
-    s->clocks = n == 1u ? 2u * clocks : clocks; /* one sector shows each switch that is out of place */
+    s->clocks = n == 1u ? 2u * clocks : clocks; /* one sector shows each misplaced switch */
     const int64_t rest_q32 = speed_of(way_of(h, r->state, s->direction, n) - pushed, clocks, t);
     const int64_t change_q32 = likely_change(h, clocks, rest_q32 - (int64_t)s->rest_q32);
     learn_load(s, clocks, change_q32);
     s->rest_q32 += (uint64_t)change_q32;
 }
 
-/* False if none has come. An edge that was crossed there and back within this millisecond has another time than before. */
+/* False if none came. An edge crossed back and forth within this millisecond has a new time. */
 static bool take_edges(struct hall_speed *s, const struct reading *r, const struct tuning *t)
 {
     const int32_t moved = (int32_t)(r->count - s->count);
@@ -197,7 +197,7 @@ static bool take_edges(struct hall_speed *s, const struct reading *r, const stru
     return true;
 }
 
-/* Since the last edge it has turned by less than its sector; a quarter more is nothing to blame a load for. */
+/* Since the last edge it has turned by less than its sector; up to a quarter more is not attributed to the load. */
 static void bound(struct hall *h, const struct reading *r, const struct tuning *t)
 {
     struct hall_speed *const s = &h->speed;
@@ -212,7 +212,7 @@ static void bound(struct hall *h, const struct reading *r, const struct tuning *
     s->clocks = age_clocks > s->clocks ? age_clocks : s->clocks;
 }
 
-/* At rest anywhere in the sector is as likely as anywhere else. */
+/* At rest, any place in the sector is equally likely. */
 static void go_to_middle(const struct hall *h, volatile struct current_loop *c)
 {
     const uint32_t mask = cpu_irq_save();
@@ -222,7 +222,7 @@ static void go_to_middle(const struct hall *h, volatile struct current_loop *c)
     cpu_irq_restore(mask);
 }
 
-/* At most half a turn from what the speed says. */
+/* At most half a turn from the angle the speed predicts. */
 static void follow_angle(struct hall_speed *s, uint32_t angle_q32, const struct tuning *t)
 {
     const uint32_t expected_q32 = (uint32_t)s->speed_q32 * (uint32_t)t->loops_per_slow;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The injection's other half: what the slow loop prepares for the interrupt. */
+/* The injection's other half: the slow loop's preparation for the interrupt. */
 #include "firmware/control/injection.h"
 
 #include "firmware/control/current_loop.h"
@@ -8,15 +8,15 @@
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-#define RADIAN_Q23 (1 << 23) /* of rad_q8, by a response of 1 */
+#define RADIAN_Q23 (1 << 23) /* of rad_q8, per response of 1 */
 
 /*
- * From 7.5 LSB a degree on the tracking loop may be as quick as any. Below, it is slower by the square: then what the sensors'
- * noise moves the angle by is the same. It is never quicker than a load asks for.
+ * From 7.5 LSB a degree the tracking loop has full speed. Below, it slows with the square, which keeps the angle noise from the
+ * sensors constant. It is never faster than a load needs.
  */
 #define RADIAN_QUICK 430
 
-/* A wave that is cut off answers less than it should, so it takes no more than there is room for; but half of it at least. */
+/* A clipped wave gives too small a response, so the wave takes no more than there is room for, but at least half. */
 #define SHARE_ALL_Q8   256
 #define SHARE_LEAST_Q8 128
 
@@ -80,7 +80,7 @@ int32_t injection_room_q8(const volatile struct current_loop *c, const struct tu
     return q15_clamp(room_steps, 0, INJECTION_V_MOST_STEPS * 4) * 256 / q15_max(wanted_steps(c, t), 1);
 }
 
-/* From nothing without current to what was told, where it stays; the axis is turned the way the current goes. */
+/* From 0 without current to the configured value, where it stays; the axis turns in the current's direction. */
 static int32_t cross_q15(const struct tuning *t, int32_t i_q_q15)
 {
     const int32_t i_q15 = q15_clamp(i_q_q15, -t->injection.cross_from_q15, t->injection.cross_from_q15);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Limits of torque as intervals that always contain 0. What several of them leave contains 0 as well, so clamping to it may
- * make a torque smaller, and never turns it round.
+ * Torque limits as intervals that always contain 0. So does their intersection: clamping to it may reduce a torque but never
+ * reverses it.
  */
 #ifndef FIRMWARE_CONTROL_INTERVAL_H
 #define FIRMWARE_CONTROL_INTERVAL_H
@@ -15,7 +15,7 @@ struct interval {
     int32_t high; /* >= 0 */
 };
 
-/* From -size to size; nothing but 0 for a negative size. */
+/* From -size to size; only 0 for a negative size. */
 static inline struct interval interval_both_ways(int32_t size)
 {
     const int32_t high = q15_max(size, 0);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The flux observer's other half: what the slow loop prepares for the interrupt. */
+/* The flux observer's other half: the slow loop's preparation for the interrupt. */
 #include "firmware/control/observer.h"
 
 #include "drivers/cortex/cpu.h"
@@ -14,30 +14,30 @@
 #define BACK_SHIFT_MOST 30u
 #define TWO_PI_Q11      12868 /* 2 pi */
 
-/* sigma in |w|, Q8: while it leads, and while it only follows and has to find the angle in time. */
-#define SIGMA_LEADING_Q8   51 /* 0.2: of a flux told 15 % wrong 3.4 degrees are left */
+/* sigma in |w|, Q8: while it leads, and while it follows and must find the angle in time. */
+#define SIGMA_LEADING_Q8   51 /* 0.2: a flux parameter 15 % off leaves 3.4 degrees */
 #define SIGMA_FOLLOWING_Q8 77 /* 0.3 */
 
 /*
- * The tracking loop's double pole in |w|: a fifth of the margin. With a wrong R a quick one loses the angle where the margin is
- * small; where it is large, a slow one would only lag behind the load.
+ * The tracking loop's double pole in |w|: a fifth of the margin. With a wrong R and a small margin, a fast one loses the angle;
+ * with a large margin, a slow one would only lag the load.
  */
 #define TRACK_BY_MARGIN    51 /* 0.2, Q8 */
 #define TRACK_LEAST_Q8     77 /* 0.3 */
 #define TRACK_LARGEST_Q8   384
-#define TRACK_IRON_Q8      256 /* where L_q falls with the current: the slow loop tells of that a millisecond late */
+#define TRACK_IRON_Q8      256 /* if L_q falls with the current: the slow loop reports that a millisecond late */
 #define TRACK_FOLLOWING_Q8 256
 #define CALM_TURNS         2
 #define CALM_Q24           ((TRACK_LARGEST_Q8 - TRACK_LEAST_Q8) << 16)
-#define TRACK_LEAST        40 /* 20 rad/s at 20 kHz: it never stands */
+#define TRACK_LEAST        40 /* 20 rad/s at 20 kHz: it never stops */
 
 /*
- * Where next to no current flows, below an eighth of the largest, nobody knows which way dead time acts, and up to a 64th of
- * the bus more is in doubt: without current abb_m2bj100l lost its rotor at 4 % of the bus.
+ * With little current, below an eighth of the largest, the sign of the dead time's effect is unknown, and up to a 64th of the
+ * bus more is in doubt: without current abb_m2bj100l lost its rotor at 4 % of the bus.
  */
 #define IDLE_BUS_SHIFT  6
 #define IDLE_I_SHIFT    3
-#define RIPPLED_I_SHIFT 1 /* where the ripple turns a current's sign within a period, more has to flow */
+#define RIPPLED_I_SHIFT 1 /* if ripple reverses a current within a period, more must flow */
 #define MARGIN_MOST_Q8  (255 << 8)
 #define SMOOTH_SHIFT    3 /* of |i|: 8 ms */
 
@@ -51,21 +51,21 @@ static int32_t lq_at(const struct tuning *t, int32_t i_q_q15)
     return q15_max(t->observer.lq + t->observer.lq_more * rest_q15 / t->observer.iron_q15, t->observer.lq / 2);
 }
 
-/* psi_a as these currents have it, flux 14. */
+/* psi_a for these currents, flux 14. */
 static dq_t active_flux(const struct tuning *t, dq_t i)
 {
     const int32_t saliency = lq_at(t, i.q) - t->observer.ld;
     return (dq_t){t->observer.magnet - ((saliency * i.d) >> 15), (saliency * i.q) >> 15};
 }
 
-/* The currents along the axes of the rotor as it is believed to stand. */
+/* The currents in the estimated rotor frame. */
 static dq_t currents(const volatile struct current_loop *c)
 {
     const alphabeta_t in_frame = {q15_sat16(c->i_d_q15), q15_sat16(c->i_q_q15)};
     return park_q15(in_frame, cossin_q15(c->pll.angle_q32 - current_loop_angle_q32(c)));
 }
 
-/* The direction of psi_a, Q14, and what follows from its length. */
+/* The direction of psi_a, Q14, and the values that follow from its length. */
 static dq_t look_along(volatile struct observer *o, dq_t active)
 {
     const int32_t size = q15_max(magnitude_q15(active.d, active.q), OBSERVER_ALONG_ONE / OBSERVER_ALONG_MOST);
@@ -78,8 +78,8 @@ static dq_t look_along(volatile struct observer *o, dq_t active)
 }
 
 /*
- * back = 2 sigma Ts |psi_a| 2^(shift - 1), sigma in |w|. The shift gives it 15 bits at any speed: small corrections do
- * not drown in rounding.
+ * back = 2 sigma Ts |psi_a| 2^(shift - 1), sigma in |w|. The shift gives it 15 bits at any speed, so rounding does not hide
+ * small corrections.
  */
 static void hold_back(volatile struct observer *o, dq_t direction_q14, uint32_t speed_q32, uint32_t sigma_q8)
 {
@@ -128,7 +128,7 @@ static void reckon_margin(volatile struct observer *o, const struct tuning *t, d
     const int32_t emf_q12 = (int32_t)((uint32_t)(t->emf_q12 * o->active) / (uint32_t)t->observer.magnet);
     const int32_t emf_q15 = (q15_abs(w_q15) * q15_min(emf_q12, 65535)) >> 12;
     o->margin_q8 = by_doubt_q8(t, emf_q15, o->i_q4 >> 4, vbus_q15);
-    /* the torque, and with it the current, may be none a moment later */
+    /* torque, and with it current, may vanish a moment later */
     o->margin_torque_q8 =
         q15_min(by_doubt_q8(t, emf_q15, o->i_q_q4 >> 4, vbus_q15), by_doubt_q8(t, emf_q15, 0, vbus_q15));
 }
@@ -138,7 +138,7 @@ int32_t observer_margin_q8(const struct tuning *t, int32_t i_q15, int32_t w_q15,
     return by_doubt_q8(t, (q15_abs(w_q15) * t->emf_q12) >> 12, i_q15, vbus_q15);
 }
 
-/* The voltage that acts between two samples: delay.h. In halves of the newest one and of the one before. */
+/* The voltage acting between two samples: delay.h. In halves of the newest one and of the one before. */
 static void weigh_voltages(volatile struct observer *o, const struct tuning *t, int32_t vbus_q15)
 {
     const int32_t whole = (int32_t)(((int64_t)t->observer.of_bus_q8 * vbus_q15) >> 23);
@@ -188,7 +188,7 @@ void observer_calm(volatile struct current_loop *c)
     c->flux.calm_q24 = CALM_Q24;
 }
 
-/* The tracking loop's pole, in |w|; and calm goes by with the turns. */
+/* The tracking loop's pole, in |w|; calm decays with the turns. */
 static int32_t pole_q8(volatile struct current_loop *c, const struct tuning *t, uint32_t speed_q32)
 {
     volatile struct observer *const o = &c->flux;

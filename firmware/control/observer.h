@@ -2,21 +2,21 @@
 /*
  * The rotor's angle and speed without an encoder: a flux observer for machines with magnets, salient or not.
  *
- * The flux linkage is integrated from the voltages that were realised, psi' = u - R i, in the frame of the stator. In the frame
- * of the rotor as it is believed to stand the currents tell what the flux should be, L i + psi_f. The difference e is looked
- * at along the active flux psi_a = psi_f + (L_d - L_q) i* (of machines that are not salient the magnets' alone):
+ * The flux linkage is integrated from the realised voltages, psi' = u - R i, in the stator frame. In the estimated rotor frame
+ * the currents give the expected flux, L i + psi_f. The difference e is resolved along the active flux
+ * psi_a = psi_f + (L_d - L_q) i* (the magnets' alone in non-salient machines):
  *
  *     rho + j nu = e psi_a* / |psi_a|^2
  *
- * nu is the error of the angle, which a tracking loop of two integrators takes away; rho is an error of length and is put
- * back into the flux along psi_a, 2 sigma rho psi_a: what else an integrator would collect, offsets and all, fades with sigma.
- * Only sigma lets errors of R, of psi_f and of the voltage turn the angle. Sources: Hinkkanen, Saarakkala, Awan, Moelsae,
- * Tuovinen, "Observers for sensorless synchronous motor drives: framework for design and analysis", IEEE Trans. Ind. Appl.
- * 54(6), 2018; the steady error's formula is held by tests/unit/test_observer.py:
+ * nu is the angle error, which a tracking loop of two integrators removes; rho is an error of length and is fed back into the
+ * flux along psi_a, 2 sigma rho psi_a: whatever the integrator collects, such as offsets, decays with sigma. Only sigma lets
+ * errors of R, of psi_f and of the voltage turn the angle. Sources: Hinkkanen, Saarakkala, Awan, Moelsae, Tuovinen, "Observers
+ * for sensorless synchronous motor drives: framework for design and analysis", IEEE Trans. Ind. Appl. 54(6), 2018;
+ * tests/unit/test_observer.py checks the formula for the steady error:
  *
  *     sin(error) = 2 sigma / w (psi_told / psi - cos(error) - (R - R_told) i_q / (w psi)) + (R - R_told) i_d / (w psi)
  *
- * Whether there is enough to see says the margin m = |w| psi_a / (dR |i| + dU): the EMF by what a wrong R and the dead time
+ * The margin m = |w| psi_a / (dR |i| + dU) tells whether there is enough signal: the EMF over what a wrong R and the dead time
  * may hide. With the gains below the angle holds down to about 1.5.
  *
  * Formats. Flux: Q28 of the tuning's flux unit, in which no flux of this motor below i_range reaches 1.0; "flux 14" is its
@@ -31,17 +31,17 @@
 #include "firmware/settings/tuning.h"
 
 /*
- * What may hide the EMF: 15 % of R, which the start has measured and which rises so much with 38 K; and of dead time what its
- * compensation leaves, a 256th of the bus.
+ * What may hide the EMF: 15 % of R, which is measured at the start and rises that much with 38 K; and the dead time left after
+ * compensation, a 256th of the bus.
  */
 #define OBSERVER_DOUBT_R_Q8      38
 #define OBSERVER_DOUBT_BUS_SHIFT 8
 
-/* More than this the flux is not: the unit, either component. */
+/* The flux range: the unit, either component. */
 #define OBSERVER_FLUX_BITS  29
 #define OBSERVER_FLUX_SHIFT 14 /* from the flux to flux 14 */
 
-/* Of the gains; the interrupt's products stay within 32 bits. */
+/* Gain limits; the interrupt's products stay within 32 bits. */
 #define OBSERVER_ALONG_ONE  (1 << 25) /* along: this by psi_a in flux 14 */
 #define OBSERVER_ALONG_MOST 16384
 #define OBSERVER_TRACK_MOST 4096
@@ -49,60 +49,57 @@
 struct observer {
     /* the interrupt's */
     int32_t flux_alpha, flux_beta;       /* for the next sample */
-    int32_t v_alpha_steps, v_beta_steps; /* that answered the last one */
+    int32_t v_alpha_steps, v_beta_steps; /* output after the last one */
     int32_t rho_q15;
-    /* what it is given */
-    int32_t of_newest, of_older;  /* flux by a step: of the voltage that answers a sample, and of the one before */
+    /* inputs */
+    int32_t of_newest, of_older;  /* flux per step: of the voltage output after a sample, and of the one before */
     int32_t r_q5;                 /* flux by current */
-    int32_t magnet, lq, saliency; /* flux 14: psi_f; of a current of 1.0 by L_q, and by L_q - L_d */
+    int32_t magnet, lq, saliency; /* flux 14: psi_f; L_q and L_q - L_d times a current of 1.0 */
     int32_t along_d, along_q;     /* psi_a / |psi_a|^2 */
     int32_t back_d, back_q;       /* 2 sigma Ts psi_a, times a power of two: */
     uint32_t back_shift;
-    int32_t track; /* gains of the tracking loop: of a Q15 of radians to Q32 of a turn */
+    int32_t track; /* gains of the tracking loop: from radians Q15 to turns Q32 */
     int32_t track_speed_q8;
     /* the slow loop's */
     int32_t active;           /* |psi_a|, flux 14 */
     int32_t margin_q8;        /* m; 255 at most */
-    int32_t margin_torque_q8; /* what it would be with i_q alone, or without any */
+    int32_t margin_torque_q8; /* the same with i_q alone, or without it */
     int32_t i_q4, i_q_q4;     /* |i| and |i_q|, smoothed */
-    int32_t calm_q24;         /* by so much the tracking loop is slower after a hand-over, in |w| */
+    int32_t calm_q24;         /* how much slower the tracking loop is after a hand-over, in |w| */
 };
 
-/* How the observer is to behave. */
+/* The observer's role. */
 enum observer_role {
-    OBSERVER_FOLLOWS, /* the speed is told, it finds the angle: the field is prescribed */
+    OBSERVER_FOLLOWS, /* the speed is given, it finds the angle: the field is prescribed */
     OBSERVER_LEADS,   /* it finds both */
-    OBSERVER_RESTS,   /* it does not run: the margin alone */
+    OBSERVER_RESTS,   /* it does not run: margin only */
 };
 
 struct current_loop;
 
-/* The rotor stands at `angle_q32`, with this current along its magnets. Its speed stays as it is told. Slow loop. */
+/* Starts at `angle_q32`, with this current along the magnets. The speed stays as given. Slow loop. */
 void observer_reset(volatile struct current_loop *c, const struct tuning *t, uint32_t angle_q32, int32_t i_d_q15);
 
-/* The flux as it has to be at the angle that is believed, with the present currents. Slow loop, before LOOP_OBSERVER leads. */
+/* Sets the flux for the estimated angle and the present currents. Slow loop, before LOOP_OBSERVER leads. */
 void observer_preset(volatile struct current_loop *c, const struct tuning *t);
 
 /* From this margin on it may lead. */
 #define OBSERVER_LEADS_Q8 (45 * 256 / 10)
 
-/*
- * The margin that an observer would have of a rotor at this speed, with magnets alone and these currents: what it has, or less.
- * Slow loop.
- */
+/* The margin an observer would have at this speed and current, from the magnets alone: the actual margin or less. Slow loop. */
 int32_t observer_margin_q8(const struct tuning *t, int32_t i_q15, int32_t w_q15, int32_t vbus_q15);
 
-/* As observer_follow() where it is to lead at once: what is smoothed begins with the present currents. Slow loop. */
+/* As observer_follow(), to lead at once: smoothed values start from the present currents. Slow loop. */
 void observer_begin(volatile struct current_loop *c, const struct tuning *t);
 
 /*
- * It is about to lead a rotor whose angle was known until now. What the flux begins with is not quite what it would come to,
- * and the difference goes round once a turn until sigma has taken it away: a slow tracking loop, for two turns, tells the
- * speed loop little of that. Slow loop, before observer_begin().
+ * Prepares to lead a rotor whose angle was known until now. The flux starts slightly off its settled value, and the difference
+ * rotates once a turn until sigma removes it: a slow tracking loop, for two turns, keeps most of it from the speed loop. Slow
+ * loop, before observer_begin().
  */
 void observer_calm(volatile struct current_loop *c);
 
-/* The double pole of its tracking loop at most, in |w|, Q8. Any context. */
+/* The fastest double pole of its tracking loop, in |w|, Q8. Any context. */
 int32_t observer_quickest_q8(const struct tuning *t);
 
 /* Gains for the present bus voltage, speed and currents, and the margin. Slow loop, every millisecond. */

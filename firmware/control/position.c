@@ -12,7 +12,7 @@ static int64_t clamp(int64_t x, int64_t low, int64_t high)
     return x < low ? low : (x > high ? high : x);
 }
 
-/* From the lower edge of its count, within it. */
+/* Position within the count, from its lower edge. */
 static int64_t within_count(const struct speed_estimate *e, const struct tuning *t)
 {
     const int32_t shift = t->profile.shift;
@@ -32,7 +32,7 @@ void position_begin(struct position_loop *p, int64_t ref, int32_t ref_speed)
     *p = (struct position_loop){.ref = ref, .ref_speed = ref_speed};
 }
 
-/* At rest a count either way is none: what the encoder shows then is where an edge lies, not where the shaft does. */
+/* At rest a count either way is no error: it shows where an edge is, not where the shaft is. */
 static int64_t answered(int64_t error, const struct tuning *t)
 {
     const int64_t count = 1LL << t->profile.shift;
@@ -40,8 +40,8 @@ static int64_t answered(int64_t error, const struct tuning *t)
 }
 
 /*
- * The speed loop becomes slower where edges are rare, and this one around it by twice as much, for what it sees is late as
- * well; but it does not fall asleep.
+ * With rare edges the speed loop slows down, and this outer loop twice as much, because its feedback is late as well; but it
+ * never stops.
  */
 static int32_t share_q14(const struct speed_estimate *e)
 {

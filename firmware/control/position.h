@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The position loop: a gain before the speed loop, and what the way itself needs, speed and acceleration, fed forward. Once a
+ * The position loop: a gain before the speed loop, plus feed-forward of the profile's speed and acceleration. Once a
  * millisecond, in the slow loop. One bandwidth sets its stiffness; its margin: settings/margin_position.h.
  *
- * Positions are in units of 2^-shift counts (tuning.h). A reference of X counts stands in the middle of the count X. While the
- * way goes on, the shaft is where the edges and the time since the last one say; where it ends, in the middle of its count: a
- * shaft that stands within the count it should has no error, and nothing hunts for what the encoder does not show.
+ * Positions are in units of 2^-shift counts (tuning.h). A reference of X counts means the middle of count X. During a move, the
+ * shaft's position comes from the edges and the time since the last one; at its end, it is the middle of the count: a shaft
+ * within its target count has no error, and the loop does not hunt for what the encoder cannot resolve.
  */
 #ifndef FIRMWARE_CONTROL_POSITION_H
 #define FIRMWARE_CONTROL_POSITION_H
@@ -20,13 +20,13 @@
 
 struct position_loop {
     int64_t ref;          /* where the shaft should be now */
-    int32_t ref_speed;    /* units a millisecond, in the millisecond that ends now */
+    int32_t ref_speed;    /* units a millisecond, in the millisecond ending now */
     int64_t error;        /* reference less shaft */
     int32_t error_counts; /* the same, whole counts, rounded down */
-    uint32_t far_ms;      /* since when it has been beyond the window */
+    uint32_t far_ms;      /* how long it has been outside the window */
 };
 
-/* Where the shaft is. `moving`: as the edges say, else the middle of its count. Any context. */
+/* The shaft's position. `moving`: from the edges, else the middle of its count. Any context. */
 int64_t position_of_shaft(const struct turns *turns, const struct speed_estimate *e, const struct tuning *t,
                           bool moving);
 
@@ -36,18 +36,18 @@ static inline int64_t position_of_counts(int64_t counts, const struct tuning *t)
     return counts * (1LL << t->profile.shift) + (1LL << t->profile.shift >> 1);
 }
 
-/* And the count in which a position lies. Any context. */
+/* The count that contains a position. Any context. */
 static inline int64_t position_counts(int64_t position, const struct tuning *t)
 {
     return position >> t->profile.shift;
 }
 
-/* Begins where the reference is to be, with its speed; nothing is far from it. Slow loop, or while it is masked. */
+/* Begins at a reference and its speed, with no following error counted. Slow loop, or while it is masked. */
 void position_begin(struct position_loop *p, int64_t ref, int32_t ref_speed);
 
 /*
- * One step: returns the wish for torque (torque.h). `next_ref` is where the shaft should be in a millisecond; the reference of
- * this step is the one before. Slow loop.
+ * One step: returns the torque demand (torque.h). `next_ref` is where the shaft should be in a millisecond; this step uses the
+ * previous one. Slow loop.
  */
 int32_t position_step(struct position_loop *p, int64_t next_ref, struct speed_loop *s, const struct turns *turns,
                       const struct tuning *t, const struct interval *limits);

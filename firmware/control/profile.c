@@ -10,19 +10,19 @@ struct gait {
     int32_t level; /* k a <= speed < (k + 1) a */
 };
 
-/* That speed and then a less in each step, until it stands: (k + 1) speed - a k (k + 1) / 2. */
+/* Stopping distance: that speed, then a less in each step: (k + 1) speed - a k (k + 1) / 2. */
 static int64_t stop_way(const struct gait *g)
 {
     return ((int64_t)g->level * (g->steps + 1) >> 1) + (int64_t)(g->steps + 1) * (g->speed - g->level);
 }
 
-/* The same, if it must hold that speed for `held` steps more before it may brake. */
+/* The same, if it must hold that speed for another `held` steps first. */
 static int64_t held_way(const struct gait *g, int32_t held)
 {
     return stop_way(g) + (int64_t)held * g->speed;
 }
 
-/* `speed` is at most a away from that of `g`. */
+/* `speed` differs from that of `g` by a at most. */
 static struct gait gait_beside(const struct gait *g, int32_t speed, int32_t a)
 {
     struct gait other = {speed, g->steps, g->level};
@@ -37,8 +37,8 @@ static struct gait gait_beside(const struct gait *g, int32_t speed, int32_t a)
 }
 
 /*
- * The largest speed of a level's own whose way, held for so long, is not beyond `way`. At the level itself it is not, and
- * at the next it is: so what is left is below a step for each summand, which fits.
+ * The largest speed within a level whose distance, with the hold, does not exceed `way`. The level itself does not exceed it,
+ * the next one does: so the remainder is below a step for each summand, which fits.
  */
 static int32_t within(int32_t level, int32_t steps, int32_t held, int64_t way, int32_t a)
 {
@@ -49,7 +49,7 @@ static int32_t within(int32_t level, int32_t steps, int32_t held, int64_t way, i
     return level + (int32_t)((left < (int64_t)most ? (uint32_t)left : most) / summands);
 }
 
-/* Slower: by a at most, and not slower than the rest of the way or the limit asks for. */
+/* Slower: by a at most, and no slower than the remaining distance or the limit requires. */
 static int32_t braked(const struct gait *g, int64_t way, const struct tuning_profile *t)
 {
     const int32_t a = t->a_max;
@@ -68,7 +68,7 @@ static int32_t braked(const struct gait *g, int64_t way, const struct tuning_pro
     return least;
 }
 
-/* Faster: by a at most, and so that it can stop in time although it must hold its speed for a while first. */
+/* Faster: by a at most, but still able to stop in time after the required hold. */
 static int32_t pushed(const struct gait *g, int64_t way, const struct tuning_profile *t)
 {
     const int32_t a = t->a_max;
@@ -88,13 +88,13 @@ static int32_t pushed(const struct gait *g, int64_t way, const struct tuning_pro
     return g->speed;
 }
 
-/* What is shorter than the window in units, far below a count, it creeps. */
+/* Distances shorter than the window in units, far below a count, are crept. */
 static int32_t begun(int32_t speed, int64_t way)
 {
     return speed == 0 && way > 0 ? 1 : speed;
 }
 
-/* The trapezoid's next speed, in the direction of motion; `way` is what is left in it. */
+/* The trapezoid's next speed, in the direction of motion; `way` is the remaining distance in it. */
 static int32_t next_speed(const struct gait *g, int64_t way, bool may_push, bool may_brake,
                           const struct tuning_profile *t)
 {
@@ -122,7 +122,7 @@ static void step_trapezoid(struct profile *p, const struct tuning_profile *t)
     p->corner += p->corner_speed;
 }
 
-/* The sum over the window by `window`, rounded down; what is left goes into the next step, so nothing is lost. */
+/* The sum over the window divided by `window`, rounded down; the remainder goes into the next step, so nothing is lost. */
 static int32_t mean(struct profile *p, const struct tuning_profile *t)
 {
     const int32_t dividend = p->sum + p->carry;
@@ -145,7 +145,7 @@ void profile_begin(struct profile *p, const struct tuning_profile *t, int64_t po
     p->target = position;
     p->position = position;
     p->speed = speed;
-    /* the trapezoid is ahead of its average by half of what the window holds; half a unit that this has too much is carried */
+    /* the trapezoid leads its average by half of what the window holds; the half unit too much is carried */
     const int64_t ahead = (int64_t)speed * (t->window - 1);
     p->corner = position + ((ahead + (ahead & 1)) >> 1);
     p->carry = (ahead & 1) != 0 ? t->window / 2 : 0;

@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A way to a position within limits of speed, acceleration and jerk, to which the target may be given anew at any time, on the
- * way as at rest. Pure integers, exact at the end. Once a millisecond, in the slow loop; and only while there is a profile.
+ * A move to a position within limits of speed, acceleration and jerk; the target may change at any time, moving or at rest.
+ * Pure integers, exact at the end. Once a millisecond, in the slow loop, only while there is a profile.
  *
- * A trapezoid of speed goes through a moving average over `window` steps. The mean of speeds within +-v is within +-v, that
- * of accelerations within +-a within +-a, and its change in a step is the difference of two accelerations `window` steps
- * apart over `window`. Where these are never of opposite sign, the jerk is a / window at most. So the trapezoid does not
- * brake before more than `window` steps have passed since it accelerated, and the other way round: it holds its speed.
+ * A speed trapezoid passes through a moving average over `window` steps. The mean of speeds within +-v stays within +-v, that
+ * of accelerations within +-a stays within +-a, and its change in a step is the difference of two accelerations `window` steps
+ * apart, divided by `window`. If these never have opposite signs, the jerk is a / window at most. So the trapezoid holds its
+ * speed for more than `window` steps between accelerating and braking, either way.
  *
- * That costs nothing. From a to -a the quickest way within the jerk takes 2 window steps, too, and the whole is the
- * time-optimal way of seven segments, to the step, for each distance in which a is reached: from 2 a window^2 on. Shorter
- * ways take 2 window steps at least, where the optimum goes with the third root of the distance.
+ * That costs nothing. Within the jerk limit, going from a to -a takes 2 window steps anyway, and the whole is the time-optimal
+ * seven-segment profile, to the step, for each distance that reaches a: from 2 a window^2 on. Shorter moves take at least 2
+ * window steps, while the optimum grows with the cube root of the distance.
  *
- * Positions are in units of 2^-shift counts, speeds in these a step, accelerations in these a step and step. The distance in
- * which the trapezoid stops, v + (v - a) + ... + rest, is a polynomial of k = v / a, which is followed, not divided for; where
- * a step has to be a part of a, one division of 32 bits finds it.
+ * Positions are in units of 2^-shift counts, speeds in units per step, accelerations in units per step squared. The trapezoid's
+ * stopping distance, v + (v - a) + ... + rest, is a polynomial of k = v / a, which is tracked without division; a step that is
+ * only part of a takes one 32-bit division.
  */
 #ifndef FIRMWARE_CONTROL_PROFILE_H
 #define FIRMWARE_CONTROL_PROFILE_H
@@ -27,7 +27,7 @@
 struct profile {
     int64_t target;
     int64_t position; /* after the average: where the shaft should be */
-    int32_t speed;    /* and by how much that moved in this step */
+    int32_t speed;    /* and its change in this step */
     /* before the average */
     int64_t corner; /* the trapezoid's position */
     int32_t corner_speed;
@@ -36,15 +36,15 @@ struct profile {
     int32_t since[2]; /* steps since it was accelerated upwards, downwards; window + 1 at most */
     /* the average */
     int32_t sum;                      /* of `past` */
-    int32_t carry;                    /* what the division of the sums by `window` has left so far */
+    int32_t carry;                    /* accumulated remainder of dividing the sums by `window` */
     int32_t at;                       /* the oldest of `past` */
     int32_t past[PARAM_JERK_MOST_MS]; /* speeds of the trapezoid */
 };
 
-/* Begins at a position and speed, as if it had had that speed for long. Slow loop, or while it is masked: about 400 cycles. */
+/* Begins at a position and speed, as if it had long had that speed. Slow loop, or while it is masked: about 400 cycles. */
 void profile_begin(struct profile *p, const struct tuning_profile *t, int64_t position, int32_t speed);
 
-/* Another target, from the next step on. Range: any distance below 2^62 units. Slow loop, or while it is masked. */
+/* Sets the target from the next step on. Range: any distance below 2^62 units. Slow loop, or while it is masked. */
 static inline void profile_aim(struct profile *p, int64_t target)
 {
     p->target = target;
@@ -53,13 +53,13 @@ static inline void profile_aim(struct profile *p, int64_t target)
 /* One step. Slow loop, 150 cycles. */
 void profile_step(struct profile *p, const struct tuning_profile *t);
 
-/* Whether it stands at its target. Any context. */
+/* Whether it is at rest at its target. Any context. */
 static inline bool profile_is_done(const struct profile *p)
 {
     return p->position == p->target && p->corner_speed == 0 && p->sum == 0;
 }
 
-/* The origin of all positions is moved by so much. Slow loop, or while it is masked. */
+/* Shifts the origin of all positions. Slow loop, or while it is masked. */
 static inline void profile_shift(struct profile *p, int64_t by)
 {
     p->target += by;

@@ -6,8 +6,8 @@
 #define FAST_RPM_Q15 (15000 * 32768)
 
 /*
- * The counter has gone round, or the shaft has turned by more than a quarter: above a quarter of a turn a millisecond more
- * than half a turn is meant, in the direction it turns.
+ * The counter wrapped, or the shaft moved more than a quarter turn: above a quarter turn a millisecond, more than half a turn
+ * is possible in the direction of rotation.
  */
 int32_t speed_estimate_unwrapped(int32_t moved, int32_t speed_rpm_q15, int32_t counts)
 {

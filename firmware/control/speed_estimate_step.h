@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A step of the speed estimate (speed_estimate.h), to become a part of its caller: saving and passing registers would take a
- * quarter of its time.
+ * A step of the speed estimate (speed_estimate.h), inlined into its caller: saving and passing registers would take a quarter
+ * of its time.
  */
 #ifndef FIRMWARE_CONTROL_SPEED_ESTIMATE_STEP_H
 #define FIRMWARE_CONTROL_SPEED_ESTIMATE_STEP_H
@@ -13,18 +13,18 @@
 #define ESTIMATE_MS_CLOCKS 100000u /* of 10 ns */
 #define ESTIMATE_MS_Q29    5369u   /* a clock in milliseconds */
 #define ESTIMATE_CLOCKS_SHORT \
-    32768u /* below a third of a millisecond: the shaft was jerked, and its speed means nothing */
+    32768u /* below a third of a millisecond: the shaft was jerked, and its speed is meaningless */
 #define ESTIMATE_PLACE_OFF_Q16 32768 /* half a count too early or too late: the speed has changed, nothing is learned */
-#define ESTIMATE_PLACE_SHIFT   6     /* 1/64 of it is believed */
-#define ESTIMATE_EDGES_LEARNED 32    /* in a step; beyond, their places have been learned on the way */
-#define ESTIMATE_MAX_Q15       (1 << 30) /* 32768 rpm, or as much way in a millisecond */
-#define ESTIMATE_BOUND_Q8      288       /* an eighth over a count: edges stand a little apart from their places */
+#define ESTIMATE_PLACE_SHIFT   6     /* 1/64 of it is applied */
+#define ESTIMATE_EDGES_LEARNED 32    /* in a step; beyond, their places are already learned */
+#define ESTIMATE_MAX_Q15       (1 << 30) /* 32768 rpm, or its travel in a millisecond */
+#define ESTIMATE_BOUND_Q8      288       /* an eighth over a count: edges are slightly out of place */
 
 struct estimate_reading {
     uint32_t count, edge_clock, latch_clock;
 };
 
-/* All three of one trigger: if another came meanwhile, they are read again, and a third cannot be so near. */
+/* All three from one trigger: if another came meanwhile, they are read again, and a third cannot come that soon. */
 static inline struct estimate_reading estimate_read(const struct encoder_regs *encoder)
 {
     struct estimate_reading r;
@@ -43,7 +43,7 @@ static inline int32_t estimate_counts_moved(const struct speed_estimate *e, uint
     return USUALLY(q15_abs(moved) <= counts >> 2) ? moved : speed_estimate_unwrapped(moved, e->speed_rpm_q15, counts);
 }
 
-/* A product that takes one instruction: what the compiler knows of a sign makes it two. */
+/* A product in one instruction: knowing the sign, the compiler would use two. */
 static inline int64_t estimate_product(int32_t x, uint32_t y)
 {
     __asm__("" : "+r"(y));
@@ -64,8 +64,8 @@ static inline int32_t estimate_way_of(int32_t way_q8, const struct tuning *t)
 }
 
 /*
- * A way in so many clocks, as a speed. The reciprocal's 15 bits at a millisecond become fewer as the edges grow apart, and the
- * speed smaller; what has been turned is counted, not integrated.
+ * Travel over clocks, as a speed. The reciprocal has 15 bits at a millisecond and fewer as edges get rarer and the speed lower;
+ * travel is counted, not integrated.
  */
 static inline int32_t estimate_speed_of(int32_t turned_q15, uint32_t clocks)
 {
@@ -74,7 +74,7 @@ static inline int32_t estimate_speed_of(int32_t turned_q15, uint32_t clocks)
     return estimate_limited(estimate_product(turned_q15, per_ms_q15), 15);
 }
 
-/* The way of a speed in a time; up to 2.6 ms without a second long product. */
+/* Travel at a speed in a time; up to 2.6 ms without a second long product. */
 static inline int32_t estimate_way_q15(int32_t speed_rpm_q15, uint32_t clocks)
 {
     if (USUALLY(clocks < 1u << 18)) {
@@ -84,7 +84,10 @@ static inline int32_t estimate_way_q15(int32_t speed_rpm_q15, uint32_t clocks)
                             16);
 }
 
-/* At the speed before, the shaft would have turned so much farther: so the two edges are. What one gains the other loses. */
+/*
+ * At the previous speed the shaft would have turned this much farther: the two edges are off by that. What one gains the other
+ * loses.
+ */
 static inline void estimate_learn(struct speed_estimate *e, uint32_t from, uint32_t to, int32_t farther_q15,
                                   const struct tuning *t)
 {
@@ -95,7 +98,7 @@ static inline void estimate_learn(struct speed_estimate *e, uint32_t from, uint3
     }
 }
 
-/* An edge has come. Returns the way from the one before. */
+/* An edge came. Returns the travel since the one before. */
 static inline int32_t estimate_take_edge(struct speed_estimate *e, const struct estimate_reading *r,
                                          const struct tuning *t)
 {
@@ -124,7 +127,7 @@ static inline int32_t estimate_take_edge(struct speed_estimate *e, const struct 
     return turned_q15;
 }
 
-/* None has come, for so long. */
+/* No edge came for this long. */
 static inline void estimate_wait(struct speed_estimate *e, uint32_t clocks, const struct tuning *t)
 {
     const int32_t bound_rpm_q15 = estimate_speed_of(estimate_way_of(ESTIMATE_BOUND_Q8, t), clocks);
@@ -151,7 +154,7 @@ estimate_speed(struct speed_estimate *e, const struct encoder_regs *encoder, con
     if (SELDOM(age > SPEED_ESTIMATE_CLOCKS_LOST || e->lost)) {
         e->lost = true;
         e->speed_rpm_q15 = 0;
-        e->travel_q15 = turned_q15; /* and beyond the edge it stays where it was */
+        e->travel_q15 = turned_q15; /* and the travel beyond the edge stays */
     } else {
         const int32_t beyond_q15 = estimate_way_q15(e->speed_rpm_q15, age);
         e->travel_q15 = turned_q15 - e->beyond_q15 + beyond_q15;

@@ -6,7 +6,7 @@
 #define HUNT_MS          32u
 #define HUNT_SWINGS      4u
 #define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
-#define CALMEST          10u               /* quarters: of the gains a sixteenth is left */
+#define CALMEST          10u               /* quarters: a sixteenth of the gains is left */
 
 void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, int32_t travel_q15, uint32_t clocks)
 {
@@ -64,8 +64,8 @@ int32_t speed_loop_lead(struct speed_loop *s, int32_t slope_q16)
 }
 
 /*
- * While no edge comes a memory that forgets how to grow would leave the shaft stuck for ever: if it is to turn, so much is
- * left that a count behind weighs a hundredth of the largest current. At rest nothing is: it does not hunt for a count.
+ * While no edge comes, an integral that stops growing would leave the shaft stuck: with a speed reference, one count of lag
+ * still weighs a hundredth of the largest current. At rest it weighs nothing: no hunting for a count.
  */
 int32_t speed_loop_memory_q16(const struct speed_loop *s, const struct tuning *t, int32_t share_q14)
 {
@@ -74,8 +74,8 @@ int32_t speed_loop_memory_q16(const struct speed_loop *s, const struct tuning *t
 }
 
 /*
- * A quarter of the largest current one way and the other, again and again, each time within HUNT_MS: the shaft is lighter than
- * the gains are for, or swings against its load. Then a quarter of the gains goes, until it calms down.
+ * Repeated swings of a quarter of the largest current, each within HUNT_MS: the shaft is lighter than the gains assume, or
+ * oscillates against its load. Reduces the gains by a quarter until it calms down.
  */
 void speed_loop_count_swing(struct speed_loop *s)
 {
@@ -90,8 +90,9 @@ void speed_loop_count_swing(struct speed_loop *s)
 }
 
 /*
- * The mean of the last wishes. A coupling swings at some hundred hertz, where the load's inertia does not count and the loop's
- * delay turns its damping round: a mean over two steps takes away 500 Hz, over three 333 Hz, and most of what lies around.
+ * The mean of the last demands. A coupling oscillates at some hundred hertz, where the load's inertia does not count and the
+ * loop's delay makes damping negative: a mean over two steps removes 500 Hz, over three 333 Hz, and most of the frequencies
+ * around.
  */
 int32_t speed_loop_mean_q15(struct speed_loop *s, int32_t mean_ms, int32_t wish_q15)
 {

@@ -20,19 +20,19 @@ struct speed_loop {
     int32_t target_rpm_q16;   /* before it: the command */
     int32_t ref_rpm_q16;
     int32_t integral_q29; /* torque in Q15, 14 more bits of fraction */
-    bool at_limit;        /* the wish for torque is limited */
-    bool torque_is_slow;  /* voltage limits how quickly: a quarter of the bandwidth then; told by who asks for it */
+    bool at_limit;        /* the torque demand is limited */
+    bool torque_is_slow;  /* voltage limits its slew: a quarter of the bandwidth then; set by the caller */
     int32_t kp_q16;       /* the tuning's gains, less what hunting has taken */
     int32_t ki_q16;
-    int32_t error_max_q15;                             /* beyond it the answer is twice the range anyway */
-    uint32_t calmed;                                   /* how often it has: 0 from the next switching on */
+    int32_t error_max_q15;                             /* beyond it the output is twice the range anyway */
+    uint32_t calmed;                                   /* how often reduced; 0 at the next switch-on */
     uint32_t swings;                                   /* in a row */
     uint32_t swing_ms;                                 /* since the last */
-    int32_t swing;                                     /* +1 or -1: to which side the next would be */
-    int32_t before_q15[PARAM_TORQUE_MEAN_MOST_MS - 1]; /* what was wished for in the last steps, latest first */
+    int32_t swing;                                     /* +1 or -1: side of the next one */
+    int32_t before_q15[PARAM_TORQUE_MEAN_MOST_MS - 1]; /* torque demands of the last steps, latest first */
 };
 
-/* Measures the speed. Every slow period, whatever the state. */
+/* Measures the speed. Every slow period, in any state. */
 static inline void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t)
 {
     estimate_speed(&s->estimate, encoder, t);
@@ -40,40 +40,42 @@ static inline void speed_loop_measure(struct speed_loop *s, const struct encoder
 }
 
 /*
- * The same of a speed that something else tells, in so many fabric clocks: the longer, the smaller the gains. `travel_q15` is
- * what the shaft has turned by in this millisecond, as a speed.
+ * The same for a speed from another source, measured over `clocks` fabric clocks: the longer, the smaller the gains.
+ * `travel_q15` is the shaft's travel in this millisecond, as a speed.
  */
 void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, int32_t travel_q15, uint32_t clocks);
 
-/* Moves the reference towards the command, where nothing is controlled: the shaft follows by itself. Returns rpm Q16. */
+/* Moves the reference towards the command in open loop: the shaft follows by itself. Returns rpm Q16. */
 int32_t speed_loop_lead(struct speed_loop *s, int32_t slope_q16);
 
 /* The state before the first use. Thread, once. */
 void speed_loop_init(struct speed_loop *s);
 
-/* Takes the gains over, all of them: at every switching on. Thread, slow loop masked. */
+/* Takes all gains: at every switch-on. Thread, slow loop masked. */
 void speed_loop_tune(struct speed_loop *s, const struct tuning *t);
 
-/* Smaller gains, not 0, while it runs. What it has calmed itself by so far stays counted. */
+/* Sets smaller gains, not 0, while it runs. Its own reductions so far still count. */
 void speed_loop_soften(struct speed_loop *s, int32_t kp_q16, int32_t ki_q16);
 
 /* Starts from the present speed and torque, without a step. */
 void speed_loop_reset(struct speed_loop *s, int32_t torque_q15);
 
-/* What it remembered of the torque before its last step, whose speed has proved wrong, and how it was answered. Seldom. */
+/*
+ * The integral before its last step, whose speed proved wrong; `answered_backwards`: that step's torque was not positive. Rare.
+ */
 int32_t speed_loop_before_q29(const struct speed_loop *s, bool answered_backwards);
 
 /*
- * One step: returns the wish for torque (torque.h). The limits do not hold it back, they stop the memory. `slope_q16` is the
- * ramp in rpm Q16 per millisecond.
+ * One step: returns the torque demand (torque.h). The limits do not clamp it, they stop the integral. `slope_q16` is the ramp
+ * in rpm Q16 per millisecond.
  */
 int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits);
 
-#define SPEED_LOOP_FULL_GAIN_CLOCKS 150000u /* 1.5 ms: while an edge comes in every step, or nearly */
+#define SPEED_LOOP_FULL_GAIN_CLOCKS 150000u /* 1.5 ms: while an edge comes in nearly every step */
 
 /*
- * The share of the gains that the time between two edges leaves, Q14: a loop may not answer faster than it is told. The answer
- * to an error takes its share once, the memory of it twice: the loop becomes slower as a whole, and keeps its damping.
+ * The share of the gains for the time between edges, Q14: a loop must not respond faster than it measures. The proportional
+ * part takes it once, the integral twice: the whole loop gets slower and keeps its damping.
  */
 static inline int32_t speed_loop_share_q14(const struct speed_estimate *e)
 {
@@ -82,8 +84,8 @@ static inline int32_t speed_loop_share_q14(const struct speed_estimate *e)
 }
 
 /*
- * The same where somebody else moves the reference: to `ref_rpm_q16` in this step, and by `moved_q16` in the next one, which
- * its feed-forward is for.
+ * The same if the caller moves the reference: to `ref_rpm_q16` in this step, and by `moved_q16` in the next one, for the
+ * feed-forward.
  */
 int32_t speed_loop_follow(struct speed_loop *s, const struct tuning *t, int32_t ref_rpm_q16, int32_t moved_q16,
                           const struct interval *limits);

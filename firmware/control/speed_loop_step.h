@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * A step of the speed loop (speed_loop.h), to become a part of its caller. What a step seldom needs stays in speed_loop.c.
- */
+/* A step of the speed loop (speed_loop.h), inlined into its caller. Rare cases stay in speed_loop.c. */
 #ifndef FIRMWARE_CONTROL_SPEED_LOOP_STEP_H
 #define FIRMWARE_CONTROL_SPEED_LOOP_STEP_H
 
@@ -10,14 +8,14 @@
 #include "lib/usually.h"
 
 #define SPEED_LOOP_ONE_Q29    (1 << 29)
-#define SPEED_LOOP_SLOW_SHIFT 2 /* of the bandwidth, where torque is slow: kp goes with it, ki with its square */
+#define SPEED_LOOP_SLOW_SHIFT 2 /* of the bandwidth, if torque is slow: kp scales with it, ki with its square */
 
-/* Seldom: edges far apart; an answer of a quarter of the largest current; a wish for torque that is a mean. */
+/* Rare: edges far apart; a response of a quarter of the largest current; an averaged torque demand. */
 int32_t speed_loop_memory_q16(const struct speed_loop *s, const struct tuning *t, int32_t share_q14);
 void speed_loop_count_swing(struct speed_loop *s);
 int32_t speed_loop_mean_q15(struct speed_loop *s, int32_t mean_ms, int32_t wish_q15);
 
-/* From `here` to `target`, `most` at most; their distance may take 32 bits and a sign. */
+/* The step from `here` to `target`, `most` at most; the distance may take 32 bits and a sign. */
 static inline int32_t speed_loop_towards(int32_t target, int32_t here, int32_t most)
 {
     const uint32_t distance = (uint32_t)target - (uint32_t)here;
@@ -28,8 +26,8 @@ static inline int32_t speed_loop_towards(int32_t target, int32_t here, int32_t m
 }
 
 /*
- * Moves the reference towards the command and returns the step that it wants, in rpm Q16. While the current is at its limit and
- * the rotor behind, the reference waits for it; the feed-forward goes on asking for all there is.
+ * Moves the reference towards the command and returns the wanted step, in rpm Q16. While the current is at its limit and the
+ * rotor lags, the reference waits; the feed-forward keeps asking for full torque.
  */
 static inline int32_t speed_loop_ramp(struct speed_loop *s, int32_t slope_q16)
 {
@@ -42,7 +40,7 @@ static inline int32_t speed_loop_ramp(struct speed_loop *s, int32_t slope_q16)
     return step;
 }
 
-/* A large gain for a small error; the product has 13 bits too many. */
+/* Large gain, small error; the product has 13 bits too many. */
 static inline int32_t speed_loop_answer_q29(const struct speed_loop *s, int32_t error_q15, int32_t gain_q16)
 {
     return (int32_t)(((int64_t)q15_clamp(error_q15, -s->error_max_q15, s->error_max_q15) * gain_q16) >> 13);
@@ -57,7 +55,7 @@ static inline int32_t speed_loop_feedforward_q29(const struct tuning *t, int32_t
                              : (high_q7 < -(1 << 7) ? -SPEED_LOOP_ONE_Q29 : (int32_t)(wanted_q39 >> 10));
 }
 
-/* In Q29 a torque has 14 bits beyond Q15: an answer of +-2.0, a feed-forward of +-1.0 and an integral of less add up in 32. */
+/* In Q29 a torque has 14 bits beyond Q15: a response of +-2.0, feed-forward of +-1.0 and a smaller integral sum fit 32 bits. */
 static inline __attribute__((always_inline)) int32_t
 speed_loop_control(struct speed_loop *s, const struct tuning *t, int32_t moved_q16, const struct interval *limits)
 {

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What follows the four stages of the current loop where no encoder tells the angle: a step of the flux observer (observer.h),
- * whose angle and speed take the place of the encoder's. ISR, constant time.
+ * Runs after the current loop's four stages without an encoder: a step of the flux observer (observer.h), whose angle and speed
+ * replace the encoder's. ISR, constant time.
  *
- * Ranges, so that nothing overflows: |i| <= 65534, |v| < 2^15, the flux within OBSERVER_FLUX_BITS; of_newest + of_older
- * <= 2^14, r_q5 <= 2^15, lq and |saliency| <= 2^14, |along| <= OBSERVER_ALONG_MOST, |back| < 2^15 with a shift of 3 at least,
- * track <= OBSERVER_TRACK_MOST. settings/tuning_observer.c and observer.c keep them; both are tested at their ends.
+ * Ranges that exclude overflow: |i| <= 65534, |v| < 2^15, the flux within OBSERVER_FLUX_BITS; of_newest + of_older <= 2^14,
+ * r_q5 <= 2^15, lq and |saliency| <= 2^14, |along| <= OBSERVER_ALONG_MOST, |back| < 2^15 with a shift of 3 at least, track <=
+ * OBSERVER_TRACK_MOST. settings/tuning_observer.c and observer.c ensure this; both are tested at their limits.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_FLUX_H
 #define FIRMWARE_CONTROL_STAGE_FLUX_H
@@ -17,7 +17,7 @@
 
 #define FLUX_ERROR_SHIFT 10 /* from along times e, Q25, to Q15 */
 
-/* Held to OBSERVER_FLUX_BITS whatever it is fed. */
+/* Clamps to OBSERVER_FLUX_BITS. */
 static inline int32_t flux_held(int32_t flux)
 {
 #if defined(__ARM_ARCH_7M__) && !defined(LIB_PORTABLE)
@@ -29,14 +29,14 @@ static inline int32_t flux_held(int32_t flux)
 #endif
 }
 
-/* The rotor's angle and speed for the next sample: prediction less what the flux says it is ahead by. */
+/* The rotor's angle and speed for the next sample: prediction less its lead according to the flux. */
 static inline void flux_track(struct current_loop *c, int32_t nu_q15)
 {
     c->pll.speed_q32 = (int32_t)((uint32_t)c->pll.speed_q32 - (uint32_t)((c->flux.track_speed_q8 * nu_q15) >> 8));
     c->pll.angle_q32 += (uint32_t)c->pll.speed_q32 - (uint32_t)(c->flux.track * nu_q15);
 }
 
-/* The flux of one axis for the next sample, but for what is put back: the voltage that is realised less that of R. */
+/* One axis's flux for the next sample, before feedback: realised voltage less R i, integrated. */
 static inline __attribute__((always_inline)) int32_t flux_integrated(const struct observer *o, int32_t flux, int32_t v,
                                                                      int32_t v_before, int32_t i)
 {
@@ -44,11 +44,11 @@ static inline __attribute__((always_inline)) int32_t flux_integrated(const struc
 }
 
 /*
- * `i` of the sample, `v` that answers it, in steps. Less L_q i, the flux is the active one, which lies along d:
+ * `i` of the sample, `v` its output, in steps. The flux less L_q i is the active flux, which lies along d:
  * e = psi_f + (L_d - L_q) i_d - (psi - L_q i).
  *
- * The integration comes first, and the barriers keep the order: the voltages then need no registers any more where sine and
- * cosine need theirs. Left to itself the compiler loads early, and spills: 11 cycles.
+ * Integration comes first, and barriers keep the order: this frees the voltages' registers for sine and cosine. Otherwise the
+ * compiler loads early and spills: 11 cycles.
  */
 static inline __attribute__((always_inline)) void flux_observe(struct current_loop *c, alphabeta_t i, alphabeta_t v)
 {

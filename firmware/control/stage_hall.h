@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What follows the four stages of the current loop where Hall switches tell the angle (hall.h): the state and its edge's time,
- * as they were latched with the sample, and the angle at the next sample. ISR, constant time: what does not apply is masked.
+ * Runs after the current loop's four stages with Hall switches (hall.h): reads the state and its edge's time, latched with the
+ * sample, and predicts the angle at the next sample. ISR, constant time: what does not apply is masked.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_HALL_H
 #define FIRMWARE_CONTROL_STAGE_HALL_H
@@ -9,18 +9,18 @@
 #include "firmware/control/hall.h"
 #include "lib/q15.h"
 
-/* A share of a sample in Q15, and a speed that it may be multiplied with. */
+/* Shifts to a share of a sample in Q15, and to a speed it may be multiplied by. */
 #define HALL_SHARE_SHIFT 13
 #define HALL_SPEED_SHIFT 15
 
-/* Where the rotor was at the sample, if an edge came since the one before: as far beyond the edge as its time says. */
+/* The angle at the sample, if an edge came since the one before: beyond the edge by speed times its age. */
 static inline uint32_t hall_beyond_edge(const struct hall *h, uint32_t edge_q32, uint32_t age_clocks, int32_t speed_q32)
 {
     const uint32_t share_q15 = (age_clocks * h->clock_share_q28) >> HALL_SHARE_SHIFT;
     return edge_q32 + (uint32_t)(speed_q32 >> HALL_SPEED_SHIFT) * share_q15;
 }
 
-/* And if none did: as predicted, but within the sector. */
+/* If none did: as predicted, but within the sector. */
 static inline uint32_t hall_within(const struct hall_sector *s, uint32_t angle_q32)
 {
     const int32_t off_q32 = (int32_t)(angle_q32 - s->middle_q32);

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What the current loop does besides where the saliency tells the angle (injection.h): a voltage along d before the
- * controllers' is limited, and after the compares what the current answered. ISR, constant time, the same for both variants.
+ * The current loop's extra work when the angle comes from the saliency (injection.h): adds a voltage along d before the
+ * controllers' output is limited, and after the compares evaluates the current's response. ISR, constant time, same for both
+ * variants.
  *
- * A pulse and its opposite are a pair. The pulse that a sample shows is two samples old, or one, where voltages act at once:
- * so a second one, where drawn pairs answer, is of the pair before either way.
+ * A pulse and its opposite are a pair. The pulse a sample shows is two samples old, or one if voltages act at once: so a second
+ * pulse, to which pseudo-random pairs respond, belongs to the previous pair either way.
  *
- * Ranges, so that nothing overflows: |i| <= 65534; a response is held to 16 bits on each axis of the stator; v_steps <=
- * INJECTION_V_MOST_STEPS, |cross| <= INJECTION_CROSS_MOST, rad <= INJECTION_RAD_MOST_Q8. control/injection.c keeps them.
+ * Ranges that exclude overflow: |i| <= 65534; a response is held to 16 bits on each axis of the stator; v_steps <=
+ * INJECTION_V_MOST_STEPS, |cross| <= INJECTION_CROSS_MOST, rad <= INJECTION_RAD_MOST_Q8. control/injection.c ensures this.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_INJECT_H
 #define FIRMWARE_CONTROL_STAGE_INJECT_H
@@ -17,15 +18,15 @@
 #include "lib/q15.h"
 #include "lib/transform_q15.h"
 
-/* With -1 its negative, with 0 itself. */
+/* Returns -x for sign -1, x for 0. */
 static inline int32_t inject_signed(int32_t x, int32_t sign)
 {
     return (x ^ sign) - sign;
 }
 
 /*
- * Along d, before all that follows: a pair's first pulse or its opposite. A pair begins by moving the register on; one of
- * zeros stays so.
+ * Along d, called first: a pair's first pulse or its opposite. Each pair starts with a shift of the register; a register of
+ * zeros stays zero.
  */
 static inline int32_t inject_voltage(struct injection *n)
 {
@@ -37,25 +38,25 @@ static inline int32_t inject_voltage(struct injection *n)
     return inject_signed(n->v_steps, -(int32_t)(n->signs & 1u) ^ first);
 }
 
-/* All ones where the pulse that this sample shows is its pair's first one, 0 where it is the second. */
+/* All ones if this sample shows its pair's first pulse, 0 if the second. */
 static inline int32_t inject_shows_first(const struct injection *n)
 {
     return n->first ^ n->turned;
 }
 
-/* And its sign, 0 or -1; of drawn pairs only the second one's. */
+/* Its sign, 0 or -1; with pseudo-random pairs only valid for the second. */
 static inline int32_t inject_shown_sign(const struct injection *n)
 {
     return ((int32_t)(n->signs << 30) >> 31) ^ inject_shows_first(n);
 }
 
-/* In halves, what this sample counts beside the one before, and in ones, how often its answer: see injection.h. */
+/* This sample's weight against the one before, in halves, and how often its response counts, in ones: see injection.h. */
 static inline int32_t inject_weight(const struct injection *n)
 {
     return 1 + inject_signed(n->silent, inject_shows_first(n));
 }
 
-/* What the controllers see: without the ripple, by half a sample later on the mean. */
+/* The controllers' input: without the ripple, half a sample late on average. */
 static inline alphabeta_t inject_calm(const struct injection *n, alphabeta_t i)
 {
     const int32_t halves = inject_weight(n);
@@ -64,8 +65,8 @@ static inline alphabeta_t inject_calm(const struct injection *n, alphabeta_t i)
 }
 
 /*
- * Changes are taken in the frame of the stator: in the rotor's, each move of the believed angle would turn the whole current,
- * which a tracking loop would take for a response, and answer.
+ * Changes are taken in the stator frame: in the rotor's, each move of the estimated angle would turn the whole current, and the
+ * tracking loop would react to that as a response.
  */
 static inline __attribute__((always_inline)) void inject_observe(struct current_loop *c, alphabeta_t i, cossin_t cs)
 {

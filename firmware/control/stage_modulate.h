@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Fourth stage of the current loop: voltages in the frame of the field to the three compares of the PWM, with the compensation
- * of the dead time that the PWM makes. ISR, constant time.
+ * Fourth stage of the current loop: voltages in the field's frame to the three PWM compares, with dead-time compensation. ISR,
+ * constant time.
  *
- * A compare is half of the time for which a phase's high side is wished on; the dead time shortens either side's by itself.
- * Each lies within the period, with a shortest pulse at least on both sides, for any voltage inside the circle and any current:
- * a compensation is within half a dead time, and the circle keeps room for it; tests/target checks it at the corners. The
- * currents, too, are those of when the voltages act (stage_regulate.h): they choose the sign of the compensation. A caller that
- * gives them halved widens its knee to twice the current, and so on.
+ * A compare is half the wanted on-time of a phase's high side; the PWM inserts dead time on either side itself. Each lies
+ * within the period, with at least a shortest pulse on both sides, for any voltage inside the circle and any current:
+ * compensation is within half a dead time, and the circle leaves room for it; tests/target checks the corners. The currents,
+ * too, are those at the time the voltages act (stage_regulate.h): they set the compensation's sign. A caller that halves them
+ * widens its knee to twice the current, and so on.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_MODULATE_H
 #define FIRMWARE_CONTROL_STAGE_MODULATE_H
@@ -26,7 +26,7 @@ static inline uint32_t modulate_phase(int32_t half_on, int32_t share_q7)
     return (uint32_t)((half_on + share_q7 * LOOP_DEAD) >> LOOP_COMPARE_SHIFT);
 }
 
-/* Which way dead time acts in each phase, and how much of it, at the currents of when the voltages act; phase C's negated. */
+/* Sign and share of dead time in each phase, at the currents when the voltages act; phase C's negated. */
 struct modulate_shares {
     int32_t a_q7, b_q7, minus_c_q7;
 };
@@ -40,7 +40,7 @@ static inline struct modulate_shares modulate_shares(alphabeta_t i, int32_t turn
                                     deadtime_share_q7(minus_i_c_q28, SIN60_SHIFT)};
 }
 
-/* The one of phase C hands over all three. Returns the voltage in the frame of the stator, in steps. */
+/* Writing phase C's compare commits all three. Returns the voltage in the stator frame, in steps. */
 static inline alphabeta_t modulate(struct pwm_regs *pwm, dq_t v, cossin_t cs, alphabeta_t i, int32_t turn_q15)
 {
     const int32_t a = v.d * cs.cos - v.q * cs.sin; /* half the on-time, LOOP_COMPARE_SHIFT fraction bits */

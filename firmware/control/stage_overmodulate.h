@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Fourth stage beyond the circle: a vector is made longer (overmodulation.h) and its compares are cut at the ends of the
- * period. ISR, constant time.
+ * Fourth stage beyond the circle: lengthens the vector (overmodulation.h) and clips its compares to the period. ISR, constant
+ * time.
  *
- * A phase stays at an end for the whole period, or is off it for as long as dead times and shortest pulse take: what lies
- * between goes to the nearer of both. Longer vectors are in quarters of the loop's steps, so that three times the circle
- * stays within lib/modulation.h's range.
+ * A phase either stays at an end for the whole period or leaves it for at least dead times and shortest pulse: anything between
+ * goes to the nearer. Lengthened vectors are in quarters of the loop's steps, so three times the circle stays within
+ * lib/modulation.h's range.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_OVERMODULATE_H
 #define FIRMWARE_CONTROL_STAGE_OVERMODULATE_H
@@ -17,11 +17,11 @@
 #define OVERMODULATE_COARSER      2 /* bits */
 #define OVERMODULATE_SQUARE_SHIFT 12
 
-/* From a square, 12 bits shorter, to a place in the table with 8 bits of fraction. */
+/* From a square, 12 bits shorter, to a table index with 8 bits of fraction. */
 #define OVERMODULATE_PLACE_Q15 \
     ((int32_t)((1LL << (OVERMODULATION_BITS + 8 + 15 + OVERMODULATE_SQUARE_SHIFT)) / OVERMODULATION_SQUARES))
 
-/* A pulse that the PWM need not stretch: two dead times and the shortest, half of it counted. */
+/* Half of a pulse the PWM need not stretch: two dead times and the shortest pulse. */
 #define OVERMODULATE_EDGE (CONFIG_DEAD_COUNTS + (CONFIG_MIN_PULSE_COUNTS + 1) / 2)
 
 _Static_assert(CONFIG_SIX_STEPS <= 32766, "six-step's fundamental is within what the controllers ask for");

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Third stage of the current loop: currents to voltages, in the frame of the field. ISR, constant time.
+ * Third stage of the current loop: currents to voltages, in the field's frame. ISR, constant time.
  *
  * The voltages computed from a sample act, on average, a half to one and a half periods later (settings/delay.h). The frame has
- * turned on by then, and the voltages with it (lib/advance.h). v_d is limited first, by a constant; what the circle leaves for
- * v_q comes from a table (lib/limit.h).
+ * turned by then, so the voltages are turned with it (lib/advance.h). v_d is limited first, by a constant; a table gives what
+ * the circle leaves for v_q (lib/limit.h).
  */
 #ifndef FIRMWARE_CONTROL_STAGE_REGULATE_H
 #define FIRMWARE_CONTROL_STAGE_REGULATE_H
@@ -13,7 +13,7 @@
 #include "lib/advance.h"
 #include "lib/pi.h"
 
-/* v_d held to its range, whatever it is: one instruction where there is one for it. */
+/* Clamps v_d to its range: one instruction on cores that have it. */
 static inline int32_t regulate_limit_d(int32_t v_d_steps)
 {
 #if defined(__ARM_ARCH_7M__) && !defined(LIB_PORTABLE)
@@ -26,8 +26,8 @@ static inline int32_t regulate_limit_d(int32_t v_d_steps)
 }
 
 /*
- * |i| <= 65534, references within 16 bits, gains and integrals within lib/pi.h's ranges; |inject_steps| < 2^15 comes on top in
- * d, before any limit. Result: steps, inside the circle.
+ * |i| <= 65534, references within 16 bits, gains and integrals within lib/pi.h's ranges; |inject_steps| < 2^15 is added in d
+ * before any limit. Result: steps, inside the circle.
  */
 static inline dq_t regulate(struct current_loop *c, dq_t i, int32_t inject_steps)
 {

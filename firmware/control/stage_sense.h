@@ -2,7 +2,7 @@
 /*
  * First stage of the current loop: two measured phase currents to a vector, Q15 of the sensors' range. ISR, constant time.
  *
- * What the ADC block gives is saturated to +-32767, so any two of it make a vector of length <= 65534 (lib/transform_q15.h).
+ * The ADC block saturates to +-32767, so any two currents make a vector of length <= 65534 (lib/transform_q15.h).
  */
 #ifndef FIRMWARE_CONTROL_STAGE_SENSE_H
 #define FIRMWARE_CONTROL_STAGE_SENSE_H
@@ -20,8 +20,8 @@ static inline alphabeta_t sense_ab(const struct fabric *f)
 }
 
 /*
- * Two of three: the one left out is minus the sum of the others, which the sum of all three takes out of it (enum loop_pair).
- * 7 cycles more than sense_ab().
+ * Two of three: subtracting the sum of all three from the third leaves minus the sum of the others (enum loop_pair). 7 cycles
+ * more than sense_ab().
  */
 static inline alphabeta_t sense_pair(const struct current_loop *c, const struct fabric *f)
 {

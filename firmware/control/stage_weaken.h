@@ -1,19 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The third stage where the field is weakened: as stage_regulate.h, but for two things. ISR, constant time.
+ * The third stage in field weakening: as stage_regulate.h, with two differences. ISR, constant time.
  *
- * Who is served first. Beyond the most torque per voltage of a machine with much reluctance nearly all of the voltage stands in
- * d. So v_d may take nearly all, v_q what the circle then leaves: a root and no table. That holds while the motor drives: what
- * v_q lacks makes i_q, and with it v_d, smaller. While it brakes i_q would grow by that and take still more v_d. Then it is v_q
- * that is served first: what v_d lacks weakens the field, and with it falls the v_q that is needed.
+ * Priority. Past the most torque per voltage, a machine with much reluctance has nearly all its voltage in d. So v_d may take
+ * nearly all of the circle, v_q the rest: a root, no table. That works while motoring: a lack of v_q reduces i_q, and with it
+ * v_d. While braking, it would increase i_q and take still more v_d. So then v_q comes first: a lack of v_d weakens the field
+ * and so reduces the v_q needed.
  *
- * Retreat. Where v_q wants more than the circle leaves, in the direction of the EMF, the EMF is too large: the bus has
- * fallen, or the shaft is faster than the slow loop knew. i_d then goes below its reference by a share of what the missing
- * voltage would take at w L_d, smoothed over four samples. What d takes of the circle for a moment is no lack, nor is the
- * answer to a step of the references: v_q is held against what a steady d would leave. A retreat takes voltage in d itself,
- * and would be the reason of the next one. What is missing is mostly the controller's answer to an i_q that runs away, which
- * integrates the voltage already: a retreat that integrated as well would swing. It fills the time until the slow loop has
- * set new references.
+ * Retreat. If v_q wants more than the circle leaves, in the EMF's direction, the EMF is too large: the bus has fallen, or the
+ * shaft is faster than the slow loop knew. i_d then drops below its reference by a share of the missing voltage over w L_d,
+ * smoothed over four samples. A transient of d or the response to a reference step does not count as a lack: v_q is compared
+ * with what a steady d would leave. Otherwise a retreat, which itself takes voltage in d, would cause the next. The missing
+ * voltage is mostly the controller's response to a runaway i_q, which already integrates the voltage: an integrating retreat
+ * would oscillate. The retreat bridges the time until the slow loop sets new references.
  */
 #ifndef FIRMWARE_CONTROL_STAGE_WEAKEN_H
 #define FIRMWARE_CONTROL_STAGE_WEAKEN_H
@@ -27,22 +26,22 @@
 #define WEAKEN_GAIN_MAX_Q15  16383
 
 /*
- * Of d, where it is first: a 128th of the circle is left, an eighth of it for q, for what v_q must change. Of q, 13/16, which
- * leaves d 7/12: where the bus has fallen, q must shed current, and d runs away meanwhile.
+ * For d when first: a 128th of the circle is left, which gives q an eighth to change v_q. For q when first: 13/16, which leaves
+ * d 7/12: when the bus has fallen, q must shed current, and d runs away meanwhile.
  */
 #define WEAKEN_D_MAX_STEPS(radius) ((radius) - ((radius) >> 7))
 #define WEAKEN_Q_MAX_STEPS(radius) ((radius)*13 / 16)
 
-#define WEAKEN_DEAD_STEPS (CONFIG_RADIUS_STEPS / 16) /* harmonics of the EMF lack so much now and then */
+#define WEAKEN_DEAD_STEPS (CONFIG_RADIUS_STEPS / 16) /* harmonics of the EMF lack this much at times */
 
-/* A step of the retreat: `over_steps` is what v_q lacks in the direction of the EMF, 0...65535. */
+/* One step of the retreat: `over_steps` is v_q's lack in the EMF's direction, 0...65535. */
 static inline int32_t weaken_retreat_q22(int32_t retreat_q22, int32_t over_steps, int32_t gain_q15, int32_t most_q15)
 {
     const int32_t wanted_q22 = (over_steps * gain_q15) >> (15 - WEAKEN_RETREAT_SHIFT);
     return q15_min(retreat_q22 + ((wanted_q22 - retreat_q22) >> WEAKEN_SMOOTH_SHIFT), most_q15 << WEAKEN_RETREAT_SHIFT);
 }
 
-/* Exchanges two numbers where the mask is all ones, none where it is 0. */
+/* Exchanges two numbers if the mask is all ones, not if it is 0. */
 static inline void weaken_exchange(int32_t *a, int32_t *b, int32_t mask)
 {
     const int32_t differing = (*a ^ *b) & mask;
@@ -50,7 +49,7 @@ static inline void weaken_exchange(int32_t *a, int32_t *b, int32_t mask)
     *b ^= differing;
 }
 
-/* A share of an error is a share of kp and ki. |error| <= PI_ERROR_MAX, 0 <= share <= 1.0 = 256. */
+/* Scaling the error scales kp and ki. |error| <= PI_ERROR_MAX, 0 <= share <= 1.0 = 256. */
 static inline int32_t weaken_softer(int32_t error, int32_t share_q8)
 {
     return (error * share_q8) >> 8;
@@ -82,7 +81,7 @@ static inline dq_t regulate_weakening(struct current_loop *c, dq_t i)
     c->integral_q_q9 = pi_q15_integrated(c->integral_q_q9, step_q);
 
     const int32_t gain_q15 = c->weaken.gain_q15;
-    const int32_t sign = gain_q15 >> 31; /* one less where w is negative */
+    const int32_t sign = gain_q15 >> 31; /* all ones for negative w: negates, less one */
     const int32_t over_steps = q15_min((wanted_q - v_q) ^ sign, (wanted_q ^ sign) - c->weaken.room_q_steps);
     c->weaken.retreat_q22 = weaken_retreat_q22(retreat_q22, q15_max(over_steps - WEAKEN_DEAD_STEPS, 0),
                                                q15_abs(gain_q15), c->weaken.most_q15);

@@ -6,8 +6,8 @@
 #include "lib/limit.h"
 #include "lib/q15.h"
 
-#define BURN_SHIFT 4 /* from nothing to i_max in 16 periods */
-#define FADE_SHIFT 4 /* and back in 16 times as many: the observed power must not lag behind */
+#define BURN_SHIFT 4 /* from 0 to i_max in 16 periods */
+#define FADE_SHIFT 4 /* and back in 16 times as many: the observed power must not lag */
 
 void torque_near_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                       int32_t vbus_q15)
@@ -47,7 +47,7 @@ static int32_t torque_of_power(int32_t power_q15, uint32_t emf_q15)
     return (uint32_t)power_q15 >= emf_q15 ? Q15_ONE : (int32_t)(((uint32_t)power_q15 << 15) / emf_q15);
 }
 
-/* At rest the sign of the EMF is noise: without braking at all the shaft could not begin to turn. */
+/* At rest the sign of the EMF is noise: without any braking the shaft could not start to turn. */
 struct interval torque_limits_of_power(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4)
 {
     const bool rests = q15_abs(speed_rpm_q4) < TORQUE_BRAKING_FREE_RPM_Q4;
@@ -76,14 +76,14 @@ static void follow_burn(struct torque_control *s, const struct tuning *t, bool w
     s->burn_q15 = q15_clamp(s->burn_q15 + (wanted ? step_q15 : -(step_q15 >> FADE_SHIFT) - 1), 0, t->burn_max_q15);
 }
 
-/* The q current that makes the torque beside a d current other than the map's: torque over psi - (L_q - L_d) i_d. */
+/* The q current for the torque at a d current other than the map's: torque over psi - (L_q - L_d) i_d. */
 static int32_t i_q_beside(const struct tuning *t, int32_t torque_q15, int32_t i_d_q15)
 {
     const int32_t flux_q11 = (t->emf_q12 >> 1) - ((t->saliency_q11 * i_d_q15) >> 15);
     return torque_q15 * t->torque_emf_q11 / q15_max(flux_q11, 1);
 }
 
-/* Burning keeps the amplitude within its limit, and reluctance from adding to the torque. It never strengthens the field. */
+/* Burning keeps the amplitude within its limit and corrects for reluctance torque. It never strengthens the field. */
 static void set_burning(const struct torque_control *s, volatile struct current_loop *c, const struct tuning *t,
                         int32_t i_d_q15, int32_t i_q_q15)
 {
@@ -94,7 +94,7 @@ static void set_burning(const struct torque_control *s, volatile struct current_
     c->i_q_ref_q15 = q15_clamp(i_q_beside(t, s->torque_q15, burning_q15), -q15_abs(i_q_q15), q15_abs(i_q_q15));
 }
 
-/* Those of least amplitude, unless their flux is more than the voltage carries. */
+/* The currents of least amplitude, unless their flux exceeds what the voltage allows. */
 static struct weakening_node currents_for(struct torque_control *s, int32_t torque_q15)
 {
     s->flux.decides =
@@ -108,9 +108,9 @@ static struct weakening_node currents_for(struct torque_control *s, int32_t torq
 }
 
 /*
- * Where the flux is limited a torque grows only as quickly as the voltage in reserve can move its currents: a step would take
- * voltage that is not there, first from q. While the motor brakes and its voltages are too long, torque does not grow at
- * all: the flux limit is about to fall, and takes longer than the torque.
+ * With limited flux, torque grows only as fast as the reserve voltage can move its currents: a step would need unavailable
+ * voltage, first in q. While the motor brakes with excess voltage, torque does not grow at all: the flux limit is about to
+ * fall, and is slower than the torque.
  */
 static int32_t reachable(const struct torque_control *s, const struct tuning *t, int32_t torque_q15)
 {
@@ -139,7 +139,7 @@ void torque_ask_map(struct torque_control *s, volatile struct current_loop *c, c
         c->i_d_ref_q15 = i.i_d_q15;
         c->i_q_ref_q15 = s->torque_q15 < 0
                              ? -i.i_q_q15
-                             : (s->torque_q15 > 0 ? i.i_q_q15 : 0); /* rounded, it may be 1 at no torque */
+                             : (s->torque_q15 > 0 ? i.i_q_q15 : 0); /* rounding may make it 1 at no torque */
     }
     if (c->weaken.on) {
         flux_limit_guide(c, t, s->vbus_q15);

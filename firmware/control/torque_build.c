@@ -6,7 +6,7 @@
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
-/* Whether rated torque at speed_max takes currents that the ordinary handlers do not give, with the bus as it is. */
+/* Whether rated torque at speed_max needs currents beyond the ordinary handlers at the present bus voltage. */
 static bool needs_weakening(const struct torque_control *s, const struct params *p, const struct tuning *t,
                             int32_t vbus_q15)
 {
@@ -18,14 +18,14 @@ static bool needs_weakening(const struct torque_control *s, const struct params 
            weakening_torque(&row, t->i_max_q15) < torque_map_reach(&s->map, s->map.current_q15, rated_q15);
 }
 
-/* The map is there. */
+/* The map is finished. */
 static void begin_weakening(struct torque_builder *b, struct torque_control *s, const struct params *p,
                             const struct tuning *t, int32_t v_d_max_steps)
 {
     weakening_begin(&b->weakening, &s->weakening, &s->map, p, t, v_d_max_steps);
 }
 
-/* The table for the ordinary handlers is there: whether it is to be another one. */
+/* The table for the ordinary handlers is finished: whether another one is needed. */
 static bool begin_again(struct torque_builder *b, struct torque_control *s, const struct params *p, struct tuning *t)
 {
     t->weakens =

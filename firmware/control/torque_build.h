@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * From parameters and their tuning to both tables of torque.h, at `on`, in parts, between which the thread serves its lines.
- * Cycles of all and of the longest part: rows `torque_build` and `torque_build.part` of docs/benchmarks.md.
+ * Builds both tables of torque.h from parameters and tuning, at `on`, in parts, between which the thread serves its lines.
+ * Total cycles and those of the longest part: rows `torque_build` and `torque_build.part` of docs/benchmarks.md.
  */
 #ifndef FIRMWARE_CONTROL_TORQUE_BUILD_H
 #define FIRMWARE_CONTROL_TORQUE_BUILD_H
@@ -15,11 +15,11 @@
 
 enum torque_part {
     TORQUE_BUILDS_MAP,
-    TORQUE_BUILDS_ORDINARY, /* what the ordinary handlers can do, which may be enough */
+    TORQUE_BUILDS_ORDINARY, /* for the ordinary handlers, which may be enough */
     TORQUE_BUILDS_WEAKENING,
 };
 
-/* How far the tables are. */
+/* Progress of the tables. */
 struct torque_builder {
     enum torque_part part;
     int32_t vbus_q15;
@@ -28,9 +28,9 @@ struct torque_builder {
 };
 
 /*
- * Begins both tables, for the bus voltage as it is now; each torque_go_on() is a part of them and returns whether there is
- * more. The last one has set t->weakens and what follows from it. Until then the tables hold nothing of use. Parameters and
- * tuning are the same ones throughout, the latter worked out from the former. Thread, bridge off.
+ * Begins both tables for the present bus voltage; each torque_go_on() builds a part and returns whether there is more. The last
+ * one sets t->weakens and what follows from it. Until then the tables are invalid. Parameters and tuning must not change
+ * meanwhile, and the tuning must be derived from these parameters. Thread, bridge off.
  */
 void torque_begin(struct torque_builder *b, struct torque_control *s, const struct params *p, const struct tuning *t,
                   int32_t vbus_q15);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The measurement and the limits of torque (torque.h), to become a part of their caller: a fifth of their time would be calls.
- * What they seldom need stays in torque.c.
+ * Torque measurement and limits (torque.h), inlined into their caller: calls would take a fifth of their time. Rare cases stay
+ * in torque.c.
  */
 #ifndef FIRMWARE_CONTROL_TORQUE_STEP_H
 #define FIRMWARE_CONTROL_TORQUE_STEP_H
@@ -11,9 +11,9 @@
 #include "lib/usually.h"
 
 #define TORQUE_SINK_SHIFT    3 /* time constant of the observed power: 8 ms */
-#define TORQUE_MISSING_SHIFT 2 /* of the missing energy a quarter in a period */
+#define TORQUE_MISSING_SHIFT 2 /* a quarter of the missing energy in a period */
 
-/* Seldom: the flux is limited, or about to be; less current than i_max, or that flux; much power; torque control. */
+/* Rare: the flux is limited, or about to be; less current than i_max, or that flux; much power; torque control. */
 void torque_near_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                       int32_t vbus_q15);
 struct interval torque_limits_of_currents(const struct torque_control *s, const struct tuning *t, int32_t i_limit_q15);
@@ -25,7 +25,7 @@ static inline int32_t torque_bus_energy_q25(int32_t vbus_q15, const struct tunin
     return ((vbus_q15 * vbus_q15) >> 15) * t->bus_energy_q10;
 }
 
-/* Of the power that went into the bus in two milliseconds, and what they changed its energy by. */
+/* From the power fed into the bus in two milliseconds and the change of its energy. */
 static inline void torque_observe_sink(struct torque_control *s, int32_t energy_q25)
 {
     const int32_t growth_q15 = (energy_q25 - s->energy_q25) >> 10;
@@ -78,7 +78,7 @@ static inline struct interval torque_limits_of_bus(const struct torque_control *
     return s->emf_q15 < 0 ? (struct interval){-Q15_ONE, braking_q15} : (struct interval){-braking_q15, Q15_ONE};
 }
 
-/* By which a power of the motor is a torque of +-1.0 or more. */
+/* Whether the power limits allow a torque of +-1.0 or more. */
 static inline bool torque_power_is_free(const struct torque_control *s, const struct tuning *t)
 {
     return q15_abs(s->emf_q15) <= q15_min(t->power_max_q15, t->regen_max_q15);

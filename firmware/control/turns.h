@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The shaft's position over many turns: counts of the encoder since its zero, from a counter that begins anew each turn.
- * Followed whether the bridge is on or off, so nothing is lost in between. Once a millisecond, in the slow loop.
+ * The shaft's position over many turns: counts of the encoder since its zero, from a counter that wraps each turn. Tracked with
+ * the bridge on or off, so nothing is lost in between. Once a millisecond, in the slow loop.
  */
 #ifndef FIRMWARE_CONTROL_TURNS_H
 #define FIRMWARE_CONTROL_TURNS_H
@@ -13,20 +13,20 @@ struct turns {
     uint32_t count; /* of the encoder, at the last step: 0 ... counts of a turn less one */
 };
 
-/* The encoder shows `count` now, and that is position 0. Slow loop, or while it is masked. */
+/* Sets position 0 at the encoder's present `count`. Slow loop, or while it is masked. */
 static inline void turns_begin(struct turns *t, uint32_t count)
 {
     *t = (struct turns){.count = count};
 }
 
-/* One step: the shaft has moved by so many counts (speed_estimate.h), and the encoder shows `count`. Slow loop. */
+/* One step: the shaft moved by `moved` counts (speed_estimate.h), and the encoder shows `count`. Slow loop. */
 static inline void turns_follow(struct turns *t, int32_t moved, uint32_t count)
 {
     t->count = count;
     t->counts += moved;
 }
 
-/* The position at which the counter showed `count`, the one that is less than half a turn from here. Any context. */
+/* The position with counter value `count` that is less than half a turn from here. Any context. */
 int64_t turns_at(const struct turns *t, uint32_t count, int32_t turn);
 
 #endif

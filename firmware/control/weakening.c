@@ -6,7 +6,7 @@
 #define PART_SHIFT 12
 #define LAST       (WEAKENING_NODES - 1)
 
-/* Which row is the last that is not above the flux: a search by halves over rows 0...24, which 16 and 8 steps take in. */
+/* The last row not above the flux: a binary search over rows 0...24, which steps of 16 and 8 cover. */
 static int32_t row_below(const struct weakening *w, int32_t flux_q15)
 {
     int32_t n = 0;
@@ -58,7 +58,7 @@ static uint32_t square(const struct weakening_node *p)
     return (uint32_t)(p->i_d_q15 * p->i_d_q15) + (uint32_t)(p->i_q_q15 * p->i_q_q15);
 }
 
-/* Along a chord the square of a current is convex: a share of squares is never too large a share of the chord. */
+/* The squared current is convex along a chord: a share of squares never gives too large a share of the chord. */
 static int32_t torque_within(const struct weakening_node *a, const struct weakening_node *b, uint32_t most)
 {
     const uint32_t from = square(a);

@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * The table of weakening.h, at `on`. Nothing is searched for but the ends of rows; a node is a flux vector, and the rest
- * follows.
- */
+/* The table of weakening.h, at `on`. Only the ends of rows are searched for; a node is a flux vector, and the rest follows. */
 #include "firmware/control/current_loop.h"
 #include "firmware/control/flux_limit.h"
 #include "firmware/control/weakening.h"
@@ -14,18 +11,17 @@
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-#define V_D_REST   64 /* of v_d so much */
-#define LAST       (WEAKENING_NODES - 1)
-#define ROWS_ABOVE (WEAKENING_ROWS - 1 - WEAKENING_BELOW)
-#define FLUX_LIMIT (1 << 21) /* 64 v_range at the base speed */
-#define ANGLE_STEP \
-    (1u << 20) /* a third of 1/4096 turn: by so much a torque that still grows is told from one that does not */
+#define V_D_REST     64 /* of v_d, kept back */
+#define LAST         (WEAKENING_NODES - 1)
+#define ROWS_ABOVE   (WEAKENING_ROWS - 1 - WEAKENING_BELOW)
+#define FLUX_LIMIT   (1 << 21)  /* 64 v_range at the base speed */
+#define ANGLE_STEP   (1u << 20) /* a third of 1/4096 turn: the step that tells growing torque from falling */
 #define HALF_TURN    (1u << 31)
 #define QUARTER_TURN (1u << 30)
 
 struct point {
     int64_t i_d_q15, i_q_q15;
-    int64_t product_q30; /* torque as flux times current */
+    int64_t product_q30; /* torque: flux times current */
 };
 
 static int32_t limited(int64_t flux_q15)
@@ -33,7 +29,7 @@ static int32_t limited(int64_t flux_q15)
     return (int32_t)(flux_q15 > FLUX_LIMIT ? FLUX_LIMIT : flux_q15);
 }
 
-/* 2 pi f psi by v_range; nWb are 1e-9, mV 1e-3, 2 pi has 9 decimals. */
+/* 2 pi f psi over v_range; nWb are 1e-9, mV 1e-3, 2 pi has 9 decimals. */
 static int64_t volts_q15(const struct params *p, int64_t flux_nwb)
 {
     return scale(flux_nwb * CONFIG_SPEED_BASE_HZ, TWO_PI_E9 / 1000 * 32768, p->v_range_mv * 1000000000000LL);
@@ -47,7 +43,7 @@ static int64_t reactance_q19(const struct params *p, int32_t inductance_uh)
 }
 
 /*
- * What v_d allows, less the resistance's part, of the voltage that the whole flux takes. Where that is all, any angle is
+ * The share of the whole flux's voltage that v_d allows, less the resistance's part. If that is all of it, any angle is
  * allowed.
  */
 static void take_v_d(struct weakening_machine *m, int32_t v_d_max_steps)
@@ -84,7 +80,7 @@ static struct point point_of(const struct weakening_machine *m, int32_t flux_q15
     return p;
 }
 
-/* Whether this angle is still within the row: the current allowed, v_d, too, and the torque grows. */
+/* Whether this angle is still within the row: current and v_d are allowed, and torque still grows. */
 static bool within(const struct weakening_machine *m, int32_t flux_q15, uint32_t angle)
 {
     const struct point here = point_of(m, flux_q15, angle);
@@ -109,7 +105,7 @@ static struct weakening_node least_current(const struct torque_map *map, int32_t
                                    .i_q_q15 = (int16_t)torque_map_at(map, map->i_q_q15, torque_q15)};
 }
 
-/* The most torque of the MTPA curve at which q has its share of this flux at most. */
+/* The largest MTPA torque at which q has at most its share of this flux. */
 static int32_t torque_of_share(const struct weakening_machine *m, const struct torque_map *map, int32_t flux_q15)
 {
     const int64_t flux_q_q15 = ((int64_t)flux_q15 * m->share_most_q15) >> 15;
@@ -144,7 +140,7 @@ static void fill_alike(struct weakening_node *row, struct weakening_node all)
     }
 }
 
-/* A row that has no part beyond the MTPA curve is its last point there: i_max or v_d ends it before the flux does. */
+/* A row without a part beyond the MTPA curve is its last point there: i_max or v_d ends it before the flux does. */
 static void fill_row(struct weakening_node *row, const struct weakening_machine *m, const struct torque_map *map,
                      int32_t flux_q15)
 {
@@ -160,7 +156,7 @@ static void fill_row(struct weakening_node *row, const struct weakening_machine 
     }
 }
 
-/* Closer near the lowest flux, as squares; alike above the magnets'. */
+/* Closer near the lowest flux, as squares; evenly spaced above the magnets'. */
 static void lay_out(struct weakening *w, int32_t magnet_q15, int32_t low_q15)
 {
     const int32_t below_q15 = magnet_q15 - low_q15;

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * The drive's fixed choices; those of time stand in rates.h. What a user may want to change at run time is in params.h instead.
- */
+/* The drive's compile-time settings; timing is in rates.h. Settings a user may change at run time are in params.h. */
 #ifndef FIRMWARE_SETTINGS_CONFIG_H
 #define FIRMWARE_SETTINGS_CONFIG_H
 

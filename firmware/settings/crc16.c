@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/settings/crc16.h"
 
-/* Half a byte at a time: 16 entries do. */
+/* Half a byte at a time: 16 entries suffice. */
 uint16_t crc16(const uint8_t *bytes, size_t count)
 {
     static const uint16_t by_nibble[16] = {0x0000, 0xCC01, 0xD801, 0x1400, 0xF001, 0x3C00, 0x2800, 0xE401,

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * CRC-32 of IEEE 802.3 (polynomial 0x04C11DB7, reflected, all ones before and behind), the one of zlib. Up to 11 KB it finds
- * every error of three bits and fewer (Koopman, "32-bit cyclic redundancy codes for internet applications", DSN 2002).
+ * CRC-32 of IEEE 802.3 (polynomial 0x04C11DB7, reflected, initial and final XOR all ones), as in zlib. Up to 11 KB it detects
+ * every error of up to three bits (Koopman, "32-bit cyclic redundancy codes for internet applications", DSN 2002).
  *
  *     uint32_t crc = CRC32_START;
- *     crc = crc32_add(crc, bytes, count);     as often as there are pieces
+ *     crc = crc32_add(crc, bytes, count);     once per piece
  *     crc = crc32_end(crc);
  *
  * Thread; about 20 cycles a byte.

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Why a wish was refused: an enum between the rooms. firmware/operate/messages.c has the text of each, so that whatever
- * speaks for the drive says the same.
+ * Why a request was refused, shared by all parts of the firmware. firmware/operate/messages.c has the texts, so every interface
+ * reports the same.
  */
 #ifndef FIRMWARE_SETTINGS_ERROR_H
 #define FIRMWARE_SETTINGS_ERROR_H
@@ -10,7 +10,7 @@
 
 enum error {
     ERROR_NONE,
-    /* parameters that do not go together */
+    /* inconsistent parameters */
     ERROR_CURRENT_GAIN,
     ERROR_CURRENT_INTEGRAL_GAIN,
     ERROR_DECOUPLING,
@@ -51,8 +51,8 @@ enum error {
     ERROR_NEEDS_HALL,
     ERROR_NO_FAULT,
     ERROR_DRIVE_IS_ON,
-    ERROR_BUSY, /* an earlier request has not been carried out yet */
-    /* what was found when it was asked */
+    ERROR_BUSY, /* an earlier request is still pending */
+    /* conditions at the time of the request */
     ERROR_BUS_LOW,
     ERROR_BUS_HIGH,
     ERROR_TURNING,
@@ -65,7 +65,7 @@ enum error {
     ERROR_LEARN_SPEED,
     ERROR_TOO_HOT,
     ERROR_REACTION_NOT_ALLOWED,
-    /* settings that are stored, or are to be */
+    /* stored settings */
     ERROR_NOTHING_KEPT,
     ERROR_KEPT_FORMAT,
     ERROR_KEPT_RANGE,
@@ -87,14 +87,14 @@ enum error {
     ERROR_CLOCK,
     ERROR_STACK_GUARD,
     ERROR_WATCHDOG_OFF,
-    ERROR_FABRIC_DOUBTED, /* found at start-up; only a reset looks again */
+    ERROR_FABRIC_DOUBTED, /* found at start-up; only a reset checks again */
     /* scope */
     ERROR_SCOPE_ARMED,
     ERROR_SCOPE_NOT_ARMED,
     ERROR_SCOPE_BEFORE, /* value: the most that works */
     /* switching on */
     ERROR_SWITCHED_OFF, /* meanwhile */
-    /* another source of the angle */
+    /* switching the angle source */
     ERROR_SOURCE_MODE,
     ERROR_SOURCE_WEAKENS,
     ERROR_SOURCE_RELUCTANT,
@@ -107,7 +107,7 @@ enum error {
     ERROR_COUNT
 };
 
-/* `value` completes the message where it has a number to name: the limit, or what would work, in the unit of the text. */
+/* `value` completes messages with a number: the limit, or what would work, in the text's unit. */
 struct outcome {
     enum error error;
     int32_t value;

@@ -14,7 +14,7 @@ static bool split(int32_t states, uint32_t state[HALL_SECTORS])
     return rest == 0u;
 }
 
-/* Each only once, and from each to the next one switch changes: two never do at the same angle. */
+/* Each occurs once, and one switch changes from each to the next: no two change at the same angle. */
 static bool in_a_ring(const uint32_t state[HALL_SECTORS])
 {
     uint32_t seen = 0;

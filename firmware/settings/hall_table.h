@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The Hall switches as the parameters tell them: `hall_states` has the six states in the order in which they come while the
- * electrical angle grows, a digit each, 4 C + 2 B + A; `hall_edge_1_cdeg` is where the first of them begins, and so on.
+ * The Hall switches from the parameters: `hall_states` lists the six states in the order of growing electrical angle, one digit
+ * each, 4 C + 2 B + A; `hall_edge_1_cdeg` is the angle at which the first begins, and so on.
  */
 #ifndef FIRMWARE_SETTINGS_HALL_TABLE_H
 #define FIRMWARE_SETTINGS_HALL_TABLE_H
@@ -16,19 +16,19 @@
 #define HALL_STATES    8u
 #define HALL_TURN_CDEG 36000
 
-/* A switch that is so far out of place is broken, not misplaced. */
+/* Sector limits: a switch this far out of place is broken, not misplaced. */
 #define HALL_SECTOR_LEAST_CDEG 2500
 #define HALL_SECTOR_MOST_CDEG  9500
 
 struct hall_table {
-    uint32_t state[HALL_SECTORS];    /* by place, the way the electrical angle grows */
-    uint32_t edge_q32[HALL_SECTORS]; /* where that sector begins */
+    uint32_t state[HALL_SECTORS];    /* by place, in order of growing electrical angle */
+    uint32_t edge_q32[HALL_SECTORS]; /* start of that sector */
 };
 
 /* ERROR_NONE, or what is wrong with the table. Thread. */
 enum error hall_table_of(const struct params *p, struct hall_table *t);
 
-/* Back into the parameters, rounded to nearest. Thread, or the slow loop with the bridge off. */
+/* Writes the table to the parameters, rounded to nearest. Thread, or the slow loop with the bridge off. */
 void hall_table_tell(const struct hall_table *t, struct params *p);
 
 #endif

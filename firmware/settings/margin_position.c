@@ -9,7 +9,7 @@
 #define TURN_U16    65536
 #define QUARTER_U16 (TURN_U16 / 4)
 #define MARGIN_U16  (TURN_U16 * MARGIN_POSITION_DEG / 360)
-#define X_MOST_Q12  8192 /* twice the speed loop's bandwidth: no crossover lies there */
+#define X_MOST_Q12  8192 /* twice the speed loop's bandwidth: beyond any crossover */
 
 /* 1 + 1 / L at a frequency of x times the speed loop's bandwidth: Q15. */
 struct number {
@@ -26,7 +26,7 @@ static struct number beyond_one(int32_t x_q12, const struct params *p)
     return (struct number){32768 + ((n_q15 * c.cos) >> 15), (n_q15 * c.sin) >> 15};
 }
 
-/* Where x |1 + 1 / L| has reached the position loop's bandwidth by the speed loop's, from below. */
+/* Where x |1 + 1 / L| reaches the position loop's bandwidth over the speed loop's, from below. */
 static int32_t crossover_q12(int32_t position_bw_hz, const struct params *p)
 {
     int32_t below = 0;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The position loop's margin: a gain w_p before the closed speed loop, so that
+ * The position loop's margin: a gain w_p before the closed speed loop gives
  *
  *   L_p = w_p / s * L / (1 + L),  L = w / s (1 + w / (4 s)) e^(-s delay) / (1 + s / w_current)
  *
  * with L and its delay as in margins.h. With 1 / L = n at an angle of `lag`, L / (1 + L) = 1 / (1 + n e^(j lag)): at the
- * crossover f, where f |1 + n e^(j lag)| is f_p, 90 degrees less the angle of that number are left. 60 degrees are asked for:
- * then |L_p / (1 + L_p)| does not exceed 1, and the shaft does not swing beyond its target. Thread.
+ * crossover f, where f |1 + n e^(j lag)| is f_p, the margin is 90 degrees less the angle of that number. We require 60 degrees:
+ * then |L_p / (1 + L_p)| does not exceed 1, and the shaft does not overshoot its target. Thread.
  */
 #ifndef FIRMWARE_SETTINGS_MARGIN_POSITION_H
 #define FIRMWARE_SETTINGS_MARGIN_POSITION_H

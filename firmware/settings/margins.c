@@ -11,7 +11,7 @@
 #define PI_Q15           102944LL
 #define Q15_UNITY        32768
 #define CROSSOVER_E4     10291 /* of the speed loop over its bandwidth */
-#define SPEED_BW_MAX_HZ  1024  /* where bisection begins: beyond any */
+#define SPEED_BW_MAX_HZ  1024  /* start of the bisection: beyond any */
 
 /* Of the speed loop, in microseconds: see margins.h. */
 #define SLOW_US  (1000000 / (int32_t)CONFIG_SLOW_HZ)

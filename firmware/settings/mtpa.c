@@ -30,8 +30,8 @@ struct mtpa_machine mtpa_machine(const struct params *p)
 }
 
 /*
- * i_d as 2 L I^2 / (psi + sqrt(psi^2 + 8 L^2 I^2)): the same, and no difference of nearly equal numbers. Magnitudes: the sign
- * of i_d is that of -L, so that both parts of the torque add up. For I up to 2.
+ * i_d as 2 L I^2 / (psi + sqrt(psi^2 + 8 L^2 I^2)): equivalent, without a difference of nearly equal numbers. Magnitudes: i_d
+ * has the sign of -L, so both parts of the torque add up. For I up to 2.
  */
 struct mtpa_point mtpa_point(const struct mtpa_machine *m, int64_t i_q20)
 {

@@ -8,8 +8,7 @@
 /* clang-format on */
 
 /*
- * The order is that of the registers of Modbus (docs/modbus.md): new rows go to the end, or what a controller knows of them
- * moves.
+ * The order is that of the Modbus registers (docs/modbus.md): append new rows, or the addresses controllers use will shift.
  *
  * The initial values are a Teknic M-2310P-LN-04K on the 24 V inverter: qemu/motors/ and qemu/inverters/ have the sources.
  * Those of Modbus are the standard's.

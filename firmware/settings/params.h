@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The drive's parameters: integers in the unit that ends their name.
+ * The drive's parameters: integers; the name ends with the unit.
  *
- * They are set one at a time on the console while the bridge is off, each checked against its own range. What they
- * mean together (gains, thresholds, scalings) is worked out once, when the drive is switched on: see tuning.h.
+ * They are set one at a time on the console while the bridge is off, each checked against its own range. Values derived from
+ * them together (gains, thresholds, scalings) are calculated once, at switch-on: see tuning.h.
  */
 #ifndef FIRMWARE_SETTINGS_PARAMS_H
 #define FIRMWARE_SETTINGS_PARAMS_H
@@ -11,15 +11,15 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The speed loop keeps as many of its wishes. */
+/* The speed loop stores this many torque demands. */
 #define PARAM_TORQUE_MEAN_MOST_MS 4
 
-/* The profile keeps as many of its speeds. */
+/* The profile stores this many speeds. */
 #define PARAM_JERK_MOST_MS 250
 
 enum param_angle {
     PARAM_ANGLE_ENCODER,
-    PARAM_ANGLE_SENSORLESS, /* the flux observer, and a prescribed field where that sees nothing */
+    PARAM_ANGLE_SENSORLESS, /* the flux observer, and a prescribed field where that has no signal */
     PARAM_ANGLE_HALL,       /* three Hall switches */
 };
 
@@ -119,7 +119,7 @@ const struct param_info *param_find(const char *name);
 
 int32_t param_get(const struct params *p, const struct param_info *info);
 
-/* The caller has checked the range and that the bridge is off. */
+/* The caller must check the range and that the bridge is off. */
 void param_set(struct params *p, const struct param_info *info, int32_t value);
 
 #endif

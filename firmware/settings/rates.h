@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The PWM rate, the dead time, the shortest pulse and all that follows from them and from the fabric's clock, as plain numbers:
- * C and assembly read the same. Change the first three here or give them to make (PWM_HZ=40000 DEAD_TIME_NS=500
- * MIN_PULSE_NS=100): the rest follows, or config.h stops the compiler and says why.
+ * The PWM rate, dead time, shortest pulse and everything derived from them and the fabric's clock, as plain numbers for C and
+ * assembly. Change the first three here or pass them to make (PWM_HZ=40000 DEAD_TIME_NS=500 MIN_PULSE_NS=100): the rest
+ * follows, or config.h stops the compiler and says why.
  */
 #ifndef FIRMWARE_SETTINGS_RATES_H
 #define FIRMWARE_SETTINGS_RATES_H
@@ -20,8 +20,8 @@
 #endif
 
 /*
- * PWM, sampling and current loop run in step: a sample each period, or two where the parameter pwm_samples says so, up to the
- * highest rate of the loop that is tested. A time between two counts is rounded up.
+ * PWM, sampling and current loop are synchronous: one sample each period, or two by the parameter pwm_samples, up to the
+ * highest tested loop rate. Times are rounded up to whole counts.
  */
 #define CONFIG_HALF_COUNTS      (FABRIC_HZ / (2 * CONFIG_PWM_HZ))
 #define CONFIG_PWM_COUNTS       (2 * CONFIG_HALF_COUNTS)
@@ -35,24 +35,24 @@
 #define CONFIG_PERIODS_PER_SLOW (CONFIG_PWM_HZ / CONFIG_SLOW_HZ)
 
 /*
- * Electrical frequency that is 1.0 in w_q15: 1/16 turn a PWM period, because w_q15 is the observer's Q32 speed shifted by 13,
+ * The electrical frequency for 1.0 in w_q15: 1/16 turn a PWM period, because w_q15 is the observer's Q32 speed shifted by 13,
  * or by 12 with two samples a period.
  */
 #define CONFIG_SPEED_BASE_HZ (CONFIG_PWM_HZ / 16)
 #define CONFIG_W_SHIFT       13u
 
 /*
- * Radius of the voltage circle, in counts of half the on-time: a phase reaches Vbus/sqrt(3) with space vectors, and of each
- * half of the period two dead times are lost: each side's shortest pulse must fit beside the dead times and their compensation.
- * Four counts are kept for rounding.
+ * Radius of the voltage circle, in counts of half the on-time: a phase reaches Vbus/sqrt(3) with space vectors, and each half
+ * period loses two dead times: each side's shortest pulse must fit in addition to the dead times and their compensation. Four
+ * counts are kept for rounding.
  */
 #define CONFIG_RADIUS(steps) \
     ((CONFIG_PWM_COUNTS - 4 * CONFIG_DEAD_COUNTS - 2 * CONFIG_MIN_PULSE_COUNTS - 4) * (steps) / 2 * 18919 / 32768)
 
 /*
- * The loop's voltages are in steps of 2^-CONFIG_V_SHIFT counts of half the on-time: as fine as leaves the radius within 16
- * bits, and so above half of that. The observer's gains keep its double pole near 1250 rad/s (lib/pll.h): 2^-(kp + 1) a
- * sample; near 2500 rad/s with two of them a period, for the handler is the same.
+ * The loop's voltages are in steps of 2^-CONFIG_V_SHIFT counts of half the on-time: the finest that keeps the radius within 16
+ * bits, so it is above half of that. The observer's gains keep its double pole near 1250 rad/s (lib/pll.h): 2^-(kp + 1) a
+ * sample; near 2500 rad/s with two samples a period, because the handler is the same.
  */
 #if CONFIG_RADIUS(32) <= 32766
 #define CONFIG_V_SHIFT 5

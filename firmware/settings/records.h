@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What a slot holds: records, each with a kind, a name and a value, so that a firmware reads what another one has written, and
- * passes over what it does not know.
+ * A slot's contents: records with kind, name and value, so one firmware version can read another's and skip what it does not
+ * know.
  *
  *     byte   0          kind; 0 is the end
  *            1          length of the name, RECORD_NAME_MOST at most
@@ -17,7 +17,7 @@
 enum record_kind {
     RECORD_END,
     RECORD_PARAMETER, /* a number of 32 bits */
-    RECORD_REACTION,  /* to the fault of that name: one byte, enum reaction */
+    RECORD_REACTION,  /* reaction to the fault of that name: one byte, enum reaction */
     RECORD_INDEX,     /* the field's angle at the encoder's index, 2^32 a turn */
     RECORD_COGGING,   /* harmonics of the shaft's torque, counted from the index: order, cos, sin, 32 bits each */
 };
@@ -26,7 +26,7 @@ enum record_kind {
 #define RECORD_NAME_MOST  31u
 
 struct record {
-    uint32_t kind; /* enum record_kind, or one of a later firmware */
+    uint32_t kind; /* enum record_kind, or a later firmware's */
     char name[RECORD_NAME_MOST + 1u];
     const uint8_t *value;
     uint32_t value_bytes;
@@ -34,7 +34,7 @@ struct record {
 
 struct record_reader {
     const uint8_t *at, *end;
-    bool broken; /* a length does not fit: whoever wrote it keeps other rules */
+    bool broken; /* a length does not fit: another format wrote it */
 };
 
 static inline struct record_reader records_read(const uint8_t *records, uint32_t bytes)
@@ -45,7 +45,7 @@ static inline struct record_reader records_read(const uint8_t *records, uint32_t
 /* The next record; false at the end. */
 bool record_next(struct record_reader *r, struct record *found);
 
-/* The 32 bits at a place of the value. */
+/* The 32-bit word at an index of the value. */
 int32_t record_word(const struct record *r, uint32_t place);
 
 /* The head of a record. */

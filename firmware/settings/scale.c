@@ -24,7 +24,7 @@ int64_t scale(int64_t a, int64_t b, int64_t c)
         return INT64_MAX;
     }
     uint64_t quotient = 0;
-    for (int bit = 0; bit < 64; bit++) { /* long division; what is left stays below the divisor */
+    for (int bit = 0; bit < 64; bit++) { /* long division; the remainder stays below the divisor */
         rest.high = (rest.high << 1) | (rest.low >> 63);
         rest.low <<= 1;
         quotient <<= 1;

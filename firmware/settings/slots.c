@@ -3,9 +3,9 @@
 
 #include "firmware/settings/crc32.h"
 
-/* The head, in words; the rest of its page is zeros. A page's CRC begins with its second word. */
+/* The head, in words; the rest of its page is zero. Its CRC starts at the second word. */
 enum head {
-    HEAD_CRC, /* of the records' pages, then of the head's behind this word */
+    HEAD_CRC, /* of the records' pages, then of the head after this word */
     HEAD_MARK,
     HEAD_NUMBER,
     HEAD_RECORDS_BYTES,
@@ -44,7 +44,7 @@ static bool is_empty(const struct slots *s, uint32_t slot)
     return true;
 }
 
-/* The number goes on over 2^32, and the slots are one save apart. */
+/* The number wraps at 2^32, and the slots are one save apart. */
 static bool is_later(uint32_t number, uint32_t than)
 {
     return (int32_t)(number - than) > 0;

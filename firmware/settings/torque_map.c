@@ -4,7 +4,7 @@
 #include "firmware/settings/mtpa.h"
 #include "lib/q15.h"
 
-/* The current between `from` and `to`, Q20, that makes `torque`: halving, since torque grows with current. */
+/* The current between `from` and `to`, Q20, for `torque`: by bisection, since torque grows with current. */
 static int64_t current_of(const struct mtpa_machine *m, int64_t torque, int64_t from, int64_t to)
 {
     while (to - from > 1) {
@@ -32,7 +32,7 @@ static int32_t flux_q15(const struct params *p, const struct tuning *t, int32_t 
     return (int32_t)mtpa_root(d * d + q * q);
 }
 
-/* The nodes one after the other: torque grows ever faster with current, so no step is longer than the one before. */
+/* Called node by node: torque grows ever faster with current, so no step is longer than the one before. */
 static int64_t current_of_node(struct torque_map_builder *b, int64_t torque_q15)
 {
     const struct mtpa_machine *const m = &b->machine;

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * From torque to currents: the currents of mtpa.h as a table over torque. Torque is per unit, Q15: 1.0 is the most that a
- * current of i_range makes. So where L_d = L_q torque and i_q are the same number.
+ * From torque to currents: the currents of mtpa.h as a table over torque. Torque is per unit, Q15: 1.0 is the most a current of
+ * i_range produces. So with L_d = L_q, torque and i_q are the same number.
  *
- * TORQUE_NODES nodes stand 2^shift apart; i_max lies in the upper half. Between them currents and flux lie on chords: the
- * current is a little more than the least, never more than i_max, and the flux that is reckoned with never less than it is.
+ * TORQUE_NODES nodes are 2^shift apart; i_max lies in the upper half. Between them currents and flux lie on chords: the current
+ * is slightly above the least, never more than i_max, and the assumed flux is never below the actual.
  */
 #ifndef FIRMWARE_SETTINGS_TORQUE_MAP_H
 #define FIRMWARE_SETTINGS_TORQUE_MAP_H
@@ -29,17 +29,17 @@ struct torque_map {
     int32_t flux_q15[TORQUE_NODES];    /* as voltage at the base speed of tuning.h */
 };
 
-/* How far the table is, and what the next node goes on from. */
+/* Progress of the table, and the next node's starting point. */
 struct torque_map_builder {
     struct mtpa_machine machine;
-    int64_t unit;               /* torque of a current of i_range, by 256 */
-    int64_t last_q20, step_q20; /* the last node's current, and how far the next one may be */
+    int64_t unit;               /* torque of a current of i_range, over 256 */
+    int64_t last_q20, step_q20; /* the last node's current, and the largest step to the next */
     int32_t node;
 };
 
 /*
- * Fills the table, which takes up to 4 ms: a node at each torque_map_go_on(), which returns whether there is another. `t` must
- * have been worked out from `p`; both are the same ones throughout. Thread, bridge off.
+ * Fills the table, which takes up to 4 ms: one node per torque_map_go_on(), which returns whether more remain. `t` must be
+ * derived from `p`; neither may change meanwhile. Thread, bridge off.
  */
 void torque_map_begin(struct torque_map_builder *b, struct torque_map *m, const struct params *p,
                       const struct tuning *t);
@@ -47,8 +47,8 @@ bool torque_map_go_on(struct torque_map_builder *b, struct torque_map *m, const 
                       const struct tuning *t);
 
 /*
- * The largest torque, Q15, at which a column of the table does not exceed `most`; 0 where it does even at no torque. The
- * columns current and flux rise with torque. Any context, about 60 cycles.
+ * The largest torque, Q15, at which a column of the table does not exceed `most`; 0 if it does even at no torque. The columns
+ * current and flux rise with torque. Any context, about 60 cycles.
  */
 static inline int32_t torque_map_reach(const struct torque_map *m, const int32_t *column, int32_t most)
 {

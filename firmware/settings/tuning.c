@@ -37,7 +37,7 @@ static enum error check_samples(const struct params *p)
     return p->pwm_samples * CONFIG_PWM_HZ > CONFIG_LOOP_HZ_MAX ? ERROR_SAMPLES_TOO_FAST : ERROR_NONE;
 }
 
-/* From the trigger to the last compare: the bits, what the filter and the arithmetic take, and the handler. */
+/* From the trigger to the last compare: bits, filter, arithmetic and handler. */
 static int32_t modulator_counts(int32_t osr)
 {
     return 3 * osr * ADC_MODULATOR_CLOCKS + 300;
@@ -90,7 +90,9 @@ static enum error check_limits(const struct params *p)
     return problem != ERROR_NONE ? problem : check_modulators(p);
 }
 
-/* The fast path has fewer bits and more noise: a sixteenth of the range is kept for it. Beyond 95 % no modulator is sure. */
+/*
+ * The fast path has fewer bits and more noise: a sixteenth of the range is kept for it. Beyond 95 % no modulator is reliable.
+ */
 static void tune_modulators(const struct params *p, struct tuning *t)
 {
     const int32_t trip_q15 = t->i_trip_q15 + 32768 / 16, most_q15 = 32768 * 95 / 100;
@@ -99,7 +101,7 @@ static void tune_modulators(const struct params *p, struct tuning *t)
     t->early_counts = 3 * p->modulator_osr * ADC_MODULATOR_CLOCKS / 2;
 }
 
-/* Before the speed loop's gains: they take their measure from the limits. */
+/* Before the speed loop's gains, which depend on the limits. */
 static void tune_limits(const struct params *p, struct tuning *t)
 {
     t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
@@ -119,7 +121,7 @@ static struct outcome refuse(enum error error, int32_t works)
     return (struct outcome){error, works};
 }
 
-/* The bandwidths against what they would leave. */
+/* Checks the bandwidths' margins. */
 static struct outcome check_margins(const struct params *p, struct tuning *t)
 {
     const int32_t current_bw_hz = margin_current_bw_hz(t->update, t->samples);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * From physical parameters to the numbers the loops compute with: the one place where amperes, volts and rpm meet the
- * per-unit formats of the hot path.
+ * Converts physical parameters to the numbers the loops use: the one place where amperes, volts and rpm meet the per-unit
+ * formats of the hot path.
  *
  *   current   Q15, 1.0 = i_range            voltage  Q15, 1.0 = v_range
  *   speed     rpm in Q4 for people; w_q15 for the current loop, 1.0 = CONFIG_SPEED_BASE_HZ electrical
@@ -19,15 +19,15 @@
 
 #define TUNING_ALIGN_LEVELS 2
 
-/* Currents of the alignment: as i_align says, and for a load that this does not move. */
+/* Alignment currents: i_align's, and one for a load that this does not move. */
 struct tuning_align {
-    int32_t i_q15, i_less_q15; /* the rotor hangs on the first; with the second the load is measured */
-    int32_t ratio_q15;         /* second by first */
-    int32_t saliency_q15;      /* (Lq - Ld) i by flux */
-    int32_t period_ms;         /* of the rotor's swinging about the field, as far as inertia_gmm2 is right */
+    int32_t i_q15, i_less_q15; /* the first holds the rotor; the second measures the load */
+    int32_t ratio_q15;         /* second over first */
+    int32_t saliency_q15;      /* (Lq - Ld) i over flux */
+    int32_t period_ms;         /* of the rotor's oscillation about the field, if inertia_gmm2 is right */
 };
 
-/* Of the profile, in units of 2^-shift counts and milliseconds: see control/profile.h. */
+/* For the profile, in units of 2^-shift counts and milliseconds: see control/profile.h. */
 struct tuning_profile {
     int32_t shift;
     int32_t v_max, a_max;
@@ -39,40 +39,40 @@ struct tuning_profile {
 struct tuning_observer {
     int32_t magnet;    /* flux 14 (control/observer.h) */
     int32_t ld, lq;    /* flux 14 of a current of 1.0 */
-    int32_t lq_more;   /* where iron saturates: by so much L_q is larger without current, */
+    int32_t lq_more;   /* for saturating iron: how much larger L_q is without current, */
     int32_t iron_q15;  /* and with this q current it is lq */
-    int32_t of_bus_q8; /* flux of a step of voltage, on a bus of v_range, over a sample */
-    int32_t r_q5;      /* flux of an LSB of current by its resistance, over a sample */
-    bool serves;       /* these fit one another at this rate */
+    int32_t of_bus_q8; /* flux per step of voltage, on a bus of v_range, over a sample */
+    int32_t r_q5;      /* flux per LSB of current through the resistance, over a sample */
+    bool serves;       /* these values work at this rate */
 };
 
 /* A voltage that shows the saliency: control/injection.h. tuning_observer.c. */
 struct tuning_injection {
-    int32_t v_q15;          /* 0: there is none */
-    int32_t turned;         /* 0 or -1: when a voltage is seen */
-    int32_t silent;         /* 0 or 1: pulses in drawn pairs */
-    int32_t track;          /* gain of the tracking loop that a load by step asks for */
-    int32_t track_most;     /* the largest, for currents that answer well */
-    int32_t cross_q15;      /* L_dq by L_qq at rated current */
-    int32_t cross_from_q15; /* q current from which it is that */
+    int32_t v_q15;          /* 0: none */
+    int32_t turned;         /* 0 or -1: when a voltage shows */
+    int32_t silent;         /* 0 or 1: pulses in pseudo-random pairs */
+    int32_t track;          /* gain of the tracking loop needed for a load step */
+    int32_t track_most;     /* the largest, for currents with a strong response */
+    int32_t cross_q15;      /* L_dq over L_qq at rated current */
+    int32_t cross_from_q15; /* q current from which it applies */
     int32_t polarity_q15;   /* d current that tells north from south */
 };
 
-/* A field that is prescribed, on which the rotor hangs: tuning_observer.c. */
+/* A prescribed field that pulls the rotor: tuning_observer.c. */
 struct tuning_field {
-    int32_t i_align_q15; /* with which it is laid down */
-    int32_t align_ms;    /* along each of two angles */
-    int32_t i_q15;       /* with which it is led */
-    int32_t ramp_q16; /* and the steepest ramp, rpm Q16 a millisecond: a share of what that current accelerates with */
-    int32_t creep_below_q16;   /* rpm: slower than this and speeding up the ramp is no steeper than */
-    int32_t creep_q16;         /* this, so that a rotor that sticks comes along when the field pulls it loose */
-    int32_t rest_ms;           /* a period of the rotor's swinging about it */
-    int32_t yield_loops;       /* samples in which the field yields to the rotor by the whole of its swing: damping */
-    int32_t speed_per_rpm_q12; /* Q32 of a turn a sample, 12 more bits, by rpm in Q16 */
+    int32_t i_align_q15;       /* current to align it */
+    int32_t align_ms;          /* along each of two angles */
+    int32_t i_q15;             /* current to lead it */
+    int32_t ramp_q16;          /* steepest ramp, rpm Q16 a millisecond: a share of that current's acceleration */
+    int32_t creep_below_q16;   /* rpm: accelerating below this speed the ramp is no steeper than */
+    int32_t creep_q16;         /* this, so a stuck rotor can follow once the field breaks it loose */
+    int32_t rest_ms;           /* a period of the rotor's oscillation about it */
+    int32_t yield_loops;       /* samples in which the field yields by the rotor's whole deviation: damping */
+    int32_t speed_per_rpm_q12; /* Q32 of a turn a sample, 12 more bits, per rpm in Q16 */
 };
 
 struct tuning {
-    /* how often the currents are sampled, and the current loop runs */
+    /* rate of current sampling and current loop */
     int32_t samples; /* a PWM period */
     int32_t loop_hz, loops_per_slow;
     int32_t loop_counts; /* fabric clocks from a sample to the next */
@@ -82,50 +82,49 @@ struct tuning {
     int32_t current_margin_u16; /* phase margin, in 65536ths of a turn */
     int32_t kp_d_q12, kp_q_q12; /* V/A per unit */
     int32_t ki_q17;             /* per sample */
-    int32_t iron_rest_q15;      /* L_q at rated current by that at another, i: this at i = 0, */
-    int32_t iron_grows_q10;     /* and so much more times i^2; 0: iron does not saturate */
+    int32_t iron_rest_q15;      /* L_q at rated current over that at current i: this at i = 0, */
+    int32_t iron_grows_q10;     /* plus this times i^2; 0: iron does not saturate */
     int32_t x_d_q11, x_q_q11;   /* reactance at the base speed, per unit */
-    int32_t x_q_apparent_q11;   /* the same of flux by current, where iron saturates; 17 bits */
+    int32_t x_q_apparent_q11;   /* the same as flux over current, for saturating iron; 17 bits */
     int32_t r_q12;              /* resistance, per unit */
     int32_t emf_q12;            /* back-EMF at the base speed, per unit */
     int32_t i_trip_q15, i_sum_q15;
-    int32_t modulator_osr;      /* 0: currents come from the serial converters */
+    int32_t modulator_osr;      /* 0: currents from the serial converters */
     int32_t modulator_trip_q15; /* of the modulators' fast path */
-    int32_t early_counts;       /* so much before the middle of its window a sample is triggered */
+    int32_t early_counts;       /* how long before its window's middle a sample is triggered */
     int32_t v_min_q15, v_max_q15;
-    int32_t chopper_on_q15, chopper_off_q15; /* 0: there is none */
+    int32_t chopper_on_q15, chopper_off_q15; /* 0: none */
     int32_t overspeed_w_q15;
     uint32_t encoder_scale_q32; /* electrical turns per encoder count */
-    int32_t ripple_q10; /* of a phase's current where it crosses zero, amplitude per voltage; 0: too small to matter */
+    int32_t ripple_q10;         /* of a phase's current at zero crossing, amplitude per voltage; 0: negligible */
     /* torque: see control/torque.h */
     int32_t torque_emf_q11;     /* power, per torque and speed */
     int32_t bus_energy_q10;     /* energy of the bus capacitor at v_range */
-    int32_t bus_set_energy_q25; /* of the highest voltage that braking brings about */
+    int32_t bus_set_energy_q25; /* at the highest voltage from braking */
     int32_t burn_max_q15;       /* largest d current for burning power: cancels the magnets' flux, at most i_max */
     int32_t saliency_q11;       /* apparent x_q - x_d */
     int32_t speed_max_rpm_q4;
-    bool weakens; /* at speed_max rated torque takes a weaker field: worked out at `on`, for the bus as it is */
+    bool weakens; /* rated torque at speed_max needs a weaker field: determined at `on`, for the present bus */
     int32_t power_max_q15, regen_max_q15; /* mechanical, driving and braking: 1.0 = 1.5 v_range i_range */
     /* speed estimate: units and derivation in tuning_speed.c */
     int32_t encoder_counts;
-    int32_t way_per_count_q12; /* rpm Q15 times milliseconds by 256ths of a count */
-    int32_t count_per_way_q16; /* and back, to 65536ths of a count */
+    int32_t way_per_count_q12; /* rpm Q15 times milliseconds per 256th of a count */
+    int32_t count_per_way_q16; /* the inverse, to 65536ths of a count */
     /* speed loop: its current is the torque of torque_map.h */
     int32_t i_max_q15;
-    int32_t
-        radius_steps; /* of the circle of voltages: the modulator's, or overmodulation's where the field is weakened */
+    int32_t radius_steps;     /* of the voltage circle: the modulator's, or overmodulation's in field weakening */
     int32_t speed_kp_q16;     /* current Q15 per rpm Q4 */
     int32_t speed_ki_q16;     /* the same, per slow period */
-    int32_t speed_ki_min_q16; /* the least of it while edges are far apart */
+    int32_t speed_ki_min_q16; /* its minimum while edges are far apart */
     int32_t speed_accel_q8;   /* current (Q15, 16 fraction bits) per slope (rpm Q16 per millisecond) */
-    int32_t torque_mean_ms;   /* the wish for torque is the mean over so many steps */
+    int32_t torque_mean_ms;   /* the torque demand is averaged over this many steps */
     int32_t friction_q15;     /* torque, fed forward; 0: none */
     int32_t ramp_q16;         /* rpm in Q16 per millisecond */
     int32_t rpm_q4_per_w_q32; /* see tuning_rpm_q4() */
     /* position: control/position.h */
     struct tuning_profile profile;
-    int32_t rpm_per_unit_q20;  /* rpm Q16, of a unit a millisecond */
-    int32_t position_gain_q21; /* the same, of a unit's error */
+    int32_t rpm_per_unit_q20;  /* rpm Q16 per unit a millisecond */
+    int32_t position_gain_q21; /* the same per unit of error */
     int64_t following_units;   /* the largest error */
     int32_t cyclic_ms;
     int32_t home_rpm_q16;
@@ -138,26 +137,26 @@ struct tuning {
     struct tuning_injection injection;
     struct tuning_field field;
     /* start */
-    int32_t wiring_i_q15, wiring_v_q15; /* test current, and what it drops at one phase's resistance */
+    int32_t wiring_i_q15, wiring_v_q15; /* test current, and its voltage drop at one phase's resistance */
     int32_t pole_pairs;
-    uint32_t align_levels; /* of those below: how many there are */
+    uint32_t align_levels; /* how many of those below are used */
     struct tuning_align align[TUNING_ALIGN_LEVELS];
-    int32_t align_way_q32; /* electrical turns per millisecond: no field pulls the rotor faster */
-    int32_t align_way_ms;  /* over which the encoder tells that speed */
-    bool reluctant;        /* reluctance outweighs the magnets: it holds the rotor at the start, and tells their axis */
-    int32_t saliency_v_q15; /* alternating voltage that does, and the current from peak to peak */
+    int32_t align_way_q32;  /* electrical turns per millisecond: the fastest a field may pull the rotor */
+    int32_t align_way_ms;   /* over which the encoder measures that speed */
+    bool reluctant;         /* reluctance outweighs the magnets: it holds the rotor at the start and shows their axis */
+    int32_t saliency_v_q15; /* alternating voltage for that, and the peak-to-peak current */
     int32_t saliency_i_q15;
 };
 
 /*
- * Works out `t` from `p`. An error says which parameters do not go together, and leaves `t` unusable.
- * Thread; takes some thousand cycles (64-bit divisions).
+ * Calculates `t` from `p`. An error names the inconsistent parameters and leaves `t` unusable. Thread; takes some thousand
+ * cycles (64-bit divisions).
  */
 struct outcome tuning_compute(const struct params *p, struct tuning *t);
 
 /*
- * Whether the bus stays below v_max when the bridge goes off at overspeed_rpm, and the diodes rectify what the magnets induce:
- * sqrt(3) w psi between two phases, peak. Unless the parameters say that it need not. Thread.
+ * Checks that the bus stays below v_max if the bridge goes off at overspeed_rpm and the diodes rectify the EMF: sqrt(3) w psi
+ * between two phases, peak. Skipped if the parameters allow more. Thread.
  */
 struct outcome tuning_check_emf(const struct params *p);
 
@@ -167,14 +166,16 @@ static inline int32_t tuning_rpm_q4(const struct tuning *t, int32_t speed_q32)
     return (int32_t)(((int64_t)speed_q32 * t->rpm_q4_per_w_q32) >> 32);
 }
 
-/* The same in Q15, for as much as fits: 65535 rpm. */
+/* The same in Q15, saturated: 65535 rpm. */
 static inline int32_t tuning_rpm_q15(const struct tuning *t, int32_t speed_q32)
 {
     const int64_t rpm_q15 = ((int64_t)speed_q32 * t->rpm_q4_per_w_q32) >> 21;
     return rpm_q15 > INT32_MAX ? INT32_MAX : (rpm_q15 < -INT32_MAX ? -INT32_MAX : (int32_t)rpm_q15);
 }
 
-/* Per-unit values from and to thousandths of an ampere or volt, rounded to nearest, for |milli| <= 4 ranges. Thread. */
+/*
+ * Converts per-unit values from and to thousandths of an ampere or volt, rounded to nearest, for |milli| <= 4 ranges. Thread.
+ */
 int32_t tuning_q15_from_milli(int32_t milli, int32_t range_milli);
 int32_t tuning_milli_from_q15(int32_t q15, int32_t range_milli);
 

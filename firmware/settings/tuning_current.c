@@ -11,7 +11,7 @@
 #include "firmware/settings/tuning_parts.h"
 #include "lib/deadtime.h"
 
-#define RIPPLE_KNEES     4 /* below that the current loop copes, and the quicker handler may serve */
+#define RIPPLE_KNEES     4 /* below that the current loop copes, and the faster handler can be used */
 #define APPARENT_LIMIT   131071
 #define IRON_GROWS_LIMIT 65535 /* times a square of a current: 32 bits */
 #define Q15_UNITY        32768
@@ -47,8 +47,8 @@ static enum error tune_gains(const struct params *p, struct tuning *t)
 }
 
 /*
- * In q, where reluctance machines saturate, 1 / L is taken to grow with the square of the current: 1 / lq_rest without one,
- * 1 / lq at the rated one. Along MTPA that is within 11 % of two machines whose maps are known, up to 1.2 times rated current
+ * In q, where reluctance machines saturate, 1 / L is assumed to grow with the square of the current: 1 / lq_rest at no current,
+ * 1 / lq at rated. Along MTPA that is within 11 % for two machines with known maps, up to 1.2 times rated current
  * (tests/unit/test_iron.py).
  */
 static void tune_iron(const struct params *p, struct tuning *t)
@@ -58,7 +58,7 @@ static void tune_iron(const struct params *p, struct tuning *t)
     t->iron_grows_q10 = 0;
     if (p->lq_rest_uh > p->lq_uh && rated_q15 > 0) {
         const int32_t rest_q15 = (int32_t)scale(p->lq_uh, Q15_UNITY, p->lq_rest_uh);
-        t->iron_rest_q15 = rest_q15 < 1 ? 1 : rest_q15; /* the current loop divides by it */
+        t->iron_rest_q15 = rest_q15 < 1 ? 1 : rest_q15; /* the current loop divides by this */
         const int64_t grows_q10 =
             scale((int64_t)(Q15_UNITY - t->iron_rest_q15) << 10, Q15_UNITY, (int64_t)rated_q15 * rated_q15);
         t->iron_grows_q10 = (int32_t)(grows_q10 > IRON_GROWS_LIMIT ? IRON_GROWS_LIMIT : grows_q10);
@@ -86,15 +86,15 @@ static enum error tune_decoupling(const struct params *p, struct tuning *t)
 }
 
 /*
- * Where a phase's voltage crosses zero, the leg switches in the middle of the time in which the two others stand apart. Before
- * that both drive its current away by a third of the bus, for sqrt(3)/4 v/vbus of a period: by v T / L / (4 sqrt(3)). While the
- * current is smaller it changes its sign within the period, and dead time costs nothing (lib/deadtime.h).
+ * When a phase's voltage crosses zero, its leg switches in the middle of the interval in which the other two differ. Until then
+ * both drive its current away with a third of the bus, for sqrt(3)/4 v/vbus of a period: by v T / L / (4 sqrt(3)). A smaller
+ * current changes sign within the period, and dead time costs nothing (lib/deadtime.h).
  */
 static void tune_ripple(const struct params *p, struct tuning *t)
 {
     const int32_t least_uh = p->ld_uh < p->lq_uh ? p->ld_uh : p->lq_uh;
     const int64_t q10 = scale(p->v_range_mv * 147801669LL, 1, (int64_t)least_uh * CONFIG_PWM_HZ * p->i_range_ma);
-    const int64_t largest_q15 = scale(q10 * 18919, p->v_max_mv, 1024LL * p->v_range_mv); /* v_max by sqrt(3) */
+    const int64_t largest_q15 = scale(q10 * 18919, p->v_max_mv, 1024LL * p->v_range_mv); /* v_max over sqrt(3) */
     t->ripple_q10 = largest_q15 < RIPPLE_KNEES * DEADTIME_KNEE_Q15 ? 0 : (int32_t)(q10 > GAIN_LIMIT ? GAIN_LIMIT : q10);
 }
 

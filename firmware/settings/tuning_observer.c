@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The machine as the flux observer computes with it (control/observer.h). Its unit of flux, 2^28, is what the magnets and
- * i_range through the larger inductance make together. Inductances are those of flux over current: where iron saturates, the
- * apparent ones.
+ * The machine model of the flux observer (control/observer.h). Its unit of flux, 2^28, is the sum of the magnets' flux and that
+ * of i_range through the larger inductance. Inductances are flux over current: the apparent ones in saturated iron.
  */
 #include "firmware/settings/config.h"
 #include "firmware/settings/mtpa.h"
@@ -18,8 +17,8 @@ static int32_t limited(int64_t x, int32_t most)
 }
 
 /*
- * The ramp may take 15 % of the largest current, so that the rest is there for a load: rated load and this ramp together turn
- * the rotor by about 55 degrees out of the field where i_max is 1.5 times rated.
+ * The ramp may take 15 % of the largest current, leaving the rest for a load: rated load and this ramp together turn the rotor
+ * about 55 degrees out of the field if i_max is 1.5 times rated.
  */
 #define RAMP_PERCENT  15
 #define ALIGN_PERIODS 5
@@ -35,10 +34,10 @@ static void tune_field(const struct params *p, struct tuning *t)
     t->field.align_ms = limited(align_ms < ALIGN_LEAST ? ALIGN_LEAST : align_ms, ALIGN_MOST);
     t->field.i_q15 = t->i_max_q15;
     t->field.ramp_q16 = limited(slope_q16 < 1 ? 1 : slope_q16, t->ramp_q16);
-    /* 2 zeta w: 0.7 2 pi a period; that of i_align, of which the field's own is a little less */
+    /* 2 zeta w: 0.7 2 pi a period; that of i_align; the field's own is slightly less */
     t->field.rest_ms = t->align[0].period_ms < 1 ? 1 : t->align[0].period_ms;
     t->field.yield_loops = limited((int64_t)t->field.rest_ms * t->loops_per_slow * 10 / 44 + 1, INT32_MAX);
-    /* a rotor at rest is caught by a field of up to 0.86 w; 0.4 w are reached in 0.3 of a turn, whichever way it sticks */
+    /* a field of up to 0.86 w catches a rotor at rest; it reaches 0.4 w in 0.3 of a turn, whichever way the rotor sticks */
     const int64_t way_ms = (int64_t)t->field.rest_ms * p->pole_pairs;
     t->field.creep_below_q16 = limited(24000LL * 65536 / way_ms, INT32_MAX);
     t->field.creep_q16 = limited(16000LL * 65536 / way_ms / t->field.rest_ms + 1, INT32_MAX);
@@ -50,7 +49,7 @@ static int32_t rated_i_q20(const struct params *p)
     return limited(scale(p->i_rated_ma, MTPA_ONE_Q20, p->i_range_ma), 2 * MTPA_ONE_Q20);
 }
 
-/* The q current of the least current for rated torque, 1 at least. */
+/* The q component of the least current for rated torque, 1 at least. */
 static int32_t rated_i_q_q15(const struct params *p)
 {
     const struct mtpa_machine m = mtpa_machine(p);
@@ -60,9 +59,9 @@ static int32_t rated_i_q_q15(const struct params *p)
 }
 
 /*
- * Pole of the tracking loop. Rated torque as a load, by step, turns the rotor with an acceleration A, and a double pole at a is
- * behind by A / a^2. It is placed where that is 1.25 degrees: what is quicker tells the speed loop of the sensors' noise, and
- * nothing else. LAG makes Hz^2 in Q8 of rpm Q16 a millisecond by pole pairs: 256e3 / (65536 60 2 pi 1.25 (2 pi / 360)).
+ * Pole of the tracking loop. A load step of rated torque accelerates the rotor with A, and a double pole at a lags by A / a^2.
+ * It is placed where that is 1.25 degrees: a faster one only passes more sensor noise to the speed loop. LAG converts rpm Q16 a
+ * millisecond times pole pairs to Hz^2 in Q8: 256e3 / (65536 60 2 pi 1.25 (2 pi / 360)).
  */
 #define INJECTION_POLE_MOST_HZ 60
 #define INJECTION_LAG_E6       475032
@@ -72,7 +71,7 @@ static int32_t track_of(const struct tuning *t, int32_t pole_hz_q4)
     return (int32_t)scale(2 * pole_hz_q4, 1 << 13, t->loop_hz);
 }
 
-/* As the tuning counts torque. */
+/* In the tuning's torque unit. */
 static int64_t rated_torque_q15(const struct params *p)
 {
     const struct mtpa_machine m = mtpa_machine(p);
@@ -89,7 +88,7 @@ static int32_t injection_pole_hz_q4(const struct params *p, const struct tuning 
     return polar_root_down((uint32_t)(squared_q8 < most_q8 ? squared_q8 : most_q8));
 }
 
-/* From a quarter of rated current on saturation across the axes is what it is at rated current. */
+/* From a quarter of rated current on, cross saturation is as at rated current. */
 #define CROSS_FROM_PART 4
 
 static void tune_injection(const struct params *p, struct tuning *t)
@@ -112,9 +111,9 @@ enum error tuning_observer(const struct params *p, struct tuning *t)
     const int64_t magnet_nwb = p->flux_uwb * 1000LL;
     const int64_t rest_nwb = p->lq_rest_uh > mtpa_lq_uh(p) ? (int64_t)p->lq_rest_uh * p->i_range_ma : lq_nwb;
     const int64_t unit_nwb = magnet_nwb + (ld_nwb > rest_nwb ? ld_nwb : rest_nwb);
-    /* mV by nWb are 1e6, and 36 = 28 of the flux + 8 */
+    /* mV over nWb are 1e6, and 36 = 28 of the flux + 8 */
     const int64_t of_bus = scale(p->v_range_mv * 1000000LL, 1LL << 36, (int64_t)CONFIG_BUS_STEPS * t->loop_hz);
-    /* mohm and mA by nWb are 1e3; 18 = 28 of the flux + 5 - 15 of the current */
+    /* mohm and mA over nWb are 1e3; 18 = 28 of the flux + 5 - 15 of the current */
     const int64_t r_q5 = scale((int64_t)p->resistance_mohm * p->i_range_ma * 1000, 1 << 18, t->loop_hz * unit_nwb);
     t->observer.magnet = (int32_t)scale(magnet_nwb, 1 << 14, unit_nwb);
     t->observer.ld = (int32_t)scale(ld_nwb, 1 << 14, unit_nwb);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What tuning_compute() is made of: each part fills its own fields, and says what it cannot express. Thread. */
+/* The parts of tuning_compute(): each fills its own fields and reports what it cannot express. Thread. */
 #ifndef FIRMWARE_SETTINGS_TUNING_PARTS_H
 #define FIRMWARE_SETTINGS_TUNING_PARTS_H
 

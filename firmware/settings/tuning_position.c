@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Units and gains of the position loop and the profile. A unit is 2^-shift counts: as small as lets speed_max be UNITS_MOST
- * units a millisecond, and not below 2^-SHIFT_MOST. The sum of PARAM_JERK_MOST_MS such speeds stays below 2^30.
+ * Units and gains of the position loop and the profile. A unit is 2^-shift counts: the smallest with which speed_max is at most
+ * UNITS_MOST units a millisecond, but not below 2^-SHIFT_MOST. The sum of PARAM_JERK_MOST_MS such speeds stays below 2^30.
  */
 #include "firmware/settings/config.h"
 #include "firmware/settings/scale.h"
@@ -10,7 +10,7 @@
 #define UNITS_MOST (1LL << 22)
 #define SHIFT_MOST 24
 #define MINUTE_MS  60000LL
-#define BW_SHARE   5 /* of the speed loop's, where none is told */
+#define BW_SHARE   5 /* of the speed loop's, if none is set */
 #define MILLI      1000
 
 _Static_assert(CONFIG_SLOW_HZ == 1000, "the profile steps in milliseconds");

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Gains of the speed loop and units of the speed estimate. The plant is Kt/(sJ) with Kt = 1.5 p psi for currents in peak
- * amperes and psi as mtpa.h has it, so Kp = w J / Kt; the integral acts below a quarter of the crossover.
+ * amperes and psi as in mtpa.h, so Kp = w J / Kt; the integral acts below a quarter of the crossover.
  */
 #include "firmware/settings/config.h"
 #include "firmware/settings/mtpa.h"
@@ -18,13 +18,13 @@
 #define KI       92479822LL
 #define ACCEL_E6 585635317037LL
 
-/* While the edges are far apart, a count behind weighs this part of i_max. */
+/* While edges are far apart, one count of lag weighs this part of i_max. */
 #define COUNT_WEIGHS 100
 
 #define FRICTION_MOST_PART 4             /* of i_max */
-#define FRICTION           21845333333LL /* 2^15 10^6 / 1.5: from uN m, by nWb mA */
+#define FRICTION           21845333333LL /* 2^15 10^6 / 1.5: from uN m over nWb mA */
 
-/* A turn a minute in the estimate's unit of way, rpm Q15 times milliseconds; 256 and 65536 parts of a count. */
+/* A turn in the estimate's unit of travel, rpm Q15 times milliseconds; 256 and 65536 parts of a count. */
 #define TURN_WAY (60000LL * 32768)
 
 _Static_assert(CONFIG_SLOW_HZ == 1000,
@@ -38,7 +38,7 @@ static void tune_estimate(const struct params *p, struct tuning *t)
     t->rpm_q4_per_w_q32 = (int32_t)(60LL * 16 * t->loop_hz / p->pole_pairs);
 }
 
-/* A current of so much: T / (1.5 p psi). What is more than a quarter of the largest is no friction to be fed forward. */
+/* As a current: T / (1.5 p psi). More than a quarter of the largest is not friction to feed forward. */
 static int32_t friction_q15(const struct params *p, const struct tuning *t, int64_t flux_current_e3)
 {
     const int64_t torque = scale(p->friction_unm, FRICTION, flux_current_e3);
@@ -65,7 +65,7 @@ static enum error tune_gains(const struct params *p, struct tuning *t)
     t->speed_kp_q16 = (int32_t)kp;
     t->speed_ki_q16 = (int32_t)ki;
     t->speed_ki_min_q16 =
-        p->angle_source == PARAM_ANGLE_SENSORLESS ? 0 : (int32_t)(ki_min < ki ? ki_min : ki); /* there are no edges */
+        p->angle_source == PARAM_ANGLE_SENSORLESS ? 0 : (int32_t)(ki_min < ki ? ki_min : ki); /* no edges */
     t->speed_accel_q8 = (int32_t)accel;
     t->friction_q15 = friction_q15(p, t, flux_current_e3);
     t->torque_mean_ms = p->torque_mean_ms;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Currents and times of the start, from what the parameters say of the motor. */
+/* Currents and times of the start, from the motor's parameters. */
 #include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
@@ -10,17 +10,17 @@
 /* Above this share of psi / (Lq - Ld) reluctance takes too much of the magnets' pull. */
 #define ALIGN_SALIENCY_MOST_Q15 16384
 
-/* An i_align so far below i_max says that more would turn the magnets away: then there is no more. */
+/* An i_align this far below i_max means that more current would turn the magnets away: use no more. */
 #define ALIGN_RANGE 4
 
-#define ALIGN_LEAST_MS 30      /* a quicker rotor is led slowly enough as well */
-#define ALIGN_MOST_MS2 2250000 /* 1.5 s: two and a half times that is the longest swing that is waited for */
+#define ALIGN_LEAST_MS 30      /* slow enough for a faster rotor, too */
+#define ALIGN_MOST_MS2 2250000 /* 1.5 s: two and a half times that is the longest wait for an oscillation */
 
-/* From peak to peak the current of the saliency's measurement is this part of i_max, in a millisecond that it half settles. */
+/* The peak-to-peak current of the saliency measurement, as a part of i_max, in a millisecond that it half settles. */
 #define SALIENCY_I_PART 5
 #define SALIENCY_US     900
 
-/* The rotor swings about a field of current I with w0^2 = p Kt I / J. */
+/* The rotor oscillates about a field of current I with w0^2 = p Kt I / J. */
 static int32_t align_period_ms(const struct params *p, int64_t i_ma)
 {
     const int64_t kt_nnm = 1500LL * p->pole_pairs * p->flux_uwb;
@@ -61,15 +61,15 @@ static int64_t apparent_difference_uh(const struct params *p)
     return difference_uh > 0 ? difference_uh : 0;
 }
 
-/* Of psi / (Lq - Ld) that many times the current: the angle is acos(1/3) then, and the rotor held twice as firmly. */
+/* The current as a multiple of psi / (Lq - Ld): the angle is then acos(1/3), and the rotor held twice as firmly. */
 #define RELUCTANT_TIMES 3
 
-/* From here on the way by the magnets' pull leaves them too little current. */
+/* From here on, aligning by the magnets' pull leaves them too little current. */
 #define RELUCTANT_FROM_TENTHS 15
 
-#define RELUCTANT_X_LEAST_Q15 328 /* 0.01: there is next to no magnet */
+#define RELUCTANT_X_LEAST_Q15 328 /* 0.01: almost no magnet */
 
-/* Swings of a machine at the angle acos(x), x = psi / (Lq - Ld) I: w0^2 = p Kt I / J (1 - x^2) / x. */
+/* Oscillation of a machine at the angle acos(x), x = psi / (Lq - Ld) I: w0^2 = p Kt I / J (1 - x^2) / x. */
 static struct tuning_align reluctant_level(const struct params *p, int64_t i_ma)
 {
     const int64_t seen_q15 = scale(p->flux_uwb * 1000LL, 32768, apparent_difference_uh(p) * i_ma);
@@ -100,8 +100,8 @@ static void tune_reluctant(const struct params *p, struct tuning *t)
 }
 
 /*
- * A tenth of i_trip: with one sensor reversed the sum of the currents is twice that, and trips at a quarter. A reluctant
- * machine gets less, for its large inductance holds the current longer: it must not run when its axis is measured.
+ * A tenth of i_trip: with one sensor reversed the sum of the currents is twice that, and trips at a quarter. A reluctance
+ * machine gets less, because its large inductance holds the current longer: it must not be running when its axis is measured.
  */
 #define WIRING_PART           10
 #define WIRING_PART_RELUCTANT 30
@@ -121,15 +121,14 @@ static void tune_alignment(const struct params *p, struct tuning *t)
     t->pole_pairs = p->pole_pairs;
     t->align_levels = most_ma > p->i_align_ma ? 2u : 1u;
     t->align[0] = align_level(p, p->i_align_ma, 16384);
-    t->align[1] = align_level(p, most_ma, 19661); /* 0.6: a load of half of i_max is held with it as well */
+    t->align[1] = align_level(p, most_ma, 19661); /* 0.6: it holds a load of half of i_max, too */
 }
 
 /*
- * At the start nothing turns faster than 1.6 % of speed_max, for with counts or pole pairs told wrongly that may be 3.2 %; but
- * a sixth of a turn in a period of the swing is allowed, or a motor for slow work would never come to rest. The encoder tells
- * such a speed by four counts.
+ * At the start the limit is 1.6 % of speed_max, which with wrong counts or pole pairs may be 3.2 %; but a sixth of a turn per
+ * oscillation period is allowed, or a low-speed motor would never come to rest. The encoder shows that speed by four counts.
  */
-#define WAY_PER_RPM_E3 1145325LL /* 1.6 % of a turn by 60000 ms, Q32 */
+#define WAY_PER_RPM_E3 1145325LL /* 1.6 % of a turn over 60000 ms, Q32 */
 #define SWING_PART     6
 #define WAY_COUNTS     4
 #define WAY_PERIOD     8

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the limits of torque need: the largest flux, the energy of the bus, what may be burnt in the windings. */
+/* Inputs of the torque limits: largest flux, bus energy, power that may be burnt in the windings. */
 #include "firmware/settings/config.h"
 #include "firmware/settings/mtpa.h"
 #include "firmware/settings/scale.h"
@@ -10,18 +10,18 @@
 
 #define SALIENCY_MOST 65535 /* times a current: 32 bits */
 
-#define POWER_MOST 65535 /* twice the ranges: no limit, and 16 bits may be shifted by 15 more */
+#define POWER_MOST 65535 /* twice the ranges: no limit, and 16 bits can still shift by 15 */
 
 #define BUS_SET_PERCENT 96 /* of v_max: see control/torque.h */
 
-/* By 1.5 v_range i_range. */
+/* Over 1.5 v_range i_range. */
 static int32_t power_q15(const struct params *p, int32_t power_w)
 {
     const int64_t power = scale(power_w * 2000000LL, 32768, 3LL * p->v_range_mv * p->i_range_ma);
     return (int32_t)(power > POWER_MOST ? POWER_MOST : power);
 }
 
-/* Energy in units of what a power of 1.0 brings in a slow period: C v_range / (3 i_range) per period. */
+/* Energy in units of a power of 1.0 over a slow period: C v_range / (3 i_range) per period. */
 void tuning_torque(const struct params *p, struct tuning *t)
 {
     const int64_t flux_nv = scale(mtpa_flux_nwb(p), TWO_PI_E9 / 1000000, 1000) * CONFIG_SPEED_BASE_HZ;
@@ -37,14 +37,14 @@ void tuning_torque(const struct params *p, struct tuning *t)
     const int64_t difference_q11 = x_q_q11 - x_d_q11;
     t->saliency_q11 = (int32_t)(difference_q11 > SALIENCY_MOST ? SALIENCY_MOST : difference_q11);
     t->burn_max_q15 = (int32_t)(cancelling_q15 < t->i_max_q15 ? cancelling_q15 : t->i_max_q15);
-    t->power_max_q15 = q15_max(power_q15(p, p->power_max_w), 1); /* a watt may be less than a step */
+    t->power_max_q15 = q15_max(power_q15(p, p->power_max_w), 1); /* a watt may be below one LSB */
     t->regen_max_q15 = power_q15(p, p->regen_max_w);
     t->speed_max_rpm_q4 = p->speed_max_rpm * 16;
     t->radius_steps = CONFIG_RADIUS_STEPS;
     t->weakens = false; /* until torque_go_on() has seen the bus */
 }
 
-/* 60 / (2 pi sqrt(3)) = 5.51328895; mV by uWb are 1000 / s. */
+/* 60 / (2 pi sqrt(3)) = 5.51328895; mV over uWb are 1000 / s. */
 struct outcome tuning_check_emf(const struct params *p)
 {
     const int64_t rpm = scale(p->v_max_mv, 5513289, 1000LL * p->flux_uwb * p->pole_pairs);
