@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The board: clock rates, addresses in the fabric and interrupt lines, all fixed by the Libero design (docs/fabric.md).
- * Rates cannot be read from the device (it knows its ratios, not its reference), so they stand here and nowhere else;
+ * Rates cannot be read from the device (it knows its ratios, not its reference), so they are defined only here;
  * sysreg_clocks_match_board() checks what can be checked.
  */
 #ifndef DRIVERS_BOARD_H
@@ -30,12 +30,12 @@
 #define BOARD_IRQ_TICK    MSS_IRQ_TIMER1
 #define BOARD_IRQ_SCOPE   MSS_IRQ_I2C1_SMBUS /* raised by software only: the block behind it stays in reset */
 #define BOARD_IRQ_BUS     MSS_IRQ_UART1
-#define BOARD_IRQ_RELEASE MSS_IRQ_TIMER2 /* when the bus's driver is due to be switched off */
+#define BOARD_IRQ_RELEASE MSS_IRQ_TIMER2 /* when the bus driver is due to be switched off */
 
 /* ---- RS-485: MSS GPIO that switches the transceiver's driver on (DE, and /RE with it), high: on ---- */
 #define BOARD_PIN_BUS_DRIVER 0u
 
-/* ---- limits of what the fabric blocks can do ---- */
+/* ---- limits of the fabric blocks ---- */
 #define BOARD_ADC_Q15_PER_CODE   16     /* of a current: 12 bit, 2048 codes are 1.0 */
 #define BOARD_ADC_OFFSET_NOMINAL 32768u /* of a sensor whose zero is at mid-scale, after reset */
 #define BOARD_ADC_OFFSET_MAX     65535

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Status bits that are cleared by writing 1 to them. Memory does not behave so: unit tests, where it stands for registers, have
- * a header of their own in place of this one.
+ * Status bits that are cleared by writing 1 to them. Memory does not behave this way: unit tests, where it stands for
+ * registers, have their own header instead.
  */
 #ifndef DRIVERS_CLEAR_H
 #define DRIVERS_CLEAR_H

@@ -48,7 +48,7 @@ static inline void cpu_wait_for_interrupt(void)
     __asm volatile("dsb\n\twfi" : : : "memory");
 }
 
-/* Adds to a word that an interrupt changes, too; tries again where that came in between. ARMv7-M ARM, A3.4. */
+/* Adds to a word that an interrupt also changes; retries if interrupted in between. ARMv7-M ARM, A3.4. */
 static inline void cpu_add(volatile int32_t *word, int32_t summand)
 {
     int32_t sum;
@@ -61,7 +61,7 @@ static inline void cpu_add(volatile int32_t *word, int32_t summand)
     } while (failed != 0u);
 }
 
-/* All memory accesses before are complete, not only ordered. */
+/* All earlier memory accesses are complete, not just ordered. */
 static inline void cpu_dsb(void)
 {
     __asm volatile("dsb" : : : "memory");

@@ -47,7 +47,7 @@ static inline void nvic_enable(uint32_t irq)
     }
 }
 
-/* After return the interrupt is not taken any more. */
+/* Once this returns, the interrupt is not taken any more. */
 static inline void nvic_disable(uint32_t irq)
 {
     if (irq < MSS_IRQ_COUNT) {

@@ -105,7 +105,7 @@ struct scb_fault_status {
     uint32_t cfsr, hfsr, mmfar, bfar;
 };
 
-/* Reads the fault status and clears it, so that the next fault does not show the bits of this one. Context: fault. */
+/* Reads and clears the fault status, so the next fault does not show this one's bits. Context: fault. */
 static inline struct scb_fault_status scb_take_fault_status(void)
 {
     /* The address registers are held only while their valid bits are set: read them before clearing. */

@@ -38,7 +38,7 @@ static inline bool systick_start_periodic(uint32_t ticks)
         return false;
     }
     SYSTICK->RVR = ticks - 1u;
-    SYSTICK->CVR = 0u; /* any write clears, and the reload follows */
+    SYSTICK->CVR = 0u; /* any write clears; the reload follows */
     SYSTICK->CSR = SYSTICK_CSR_CLKSOURCE_CORE | SYSTICK_CSR_TICKINT | SYSTICK_CSR_ENABLE;
     return true;
 }

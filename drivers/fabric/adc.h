@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * ADC sampler in fabric slot 1: three phase currents and the bus voltage, taken at the same instant, at the PWM's triggers,
- * in Q15 of their ranges. Registers: docs/fabric.md, slot 1.
+ * ADC sampler in fabric slot 1: three phase currents and the bus voltage, sampled simultaneously at the PWM's triggers, in Q15
+ * of their ranges. Registers: docs/fabric.md, slot 1.
  */
 #ifndef DRIVERS_FABRIC_ADC_H
 #define DRIVERS_FABRIC_ADC_H
@@ -59,7 +59,7 @@ struct adc_sample {
 };
 
 /*
- * Clears what is pending in the block and responds to every trigger from now on, with an interrupt at the end of each
+ * Clears what is pending in the block and converts at every trigger from now on, with an interrupt at the end of each
  * conversion. The caller sets up the NVIC: priority, pending flag, enable. Context: thread.
  */
 void adc_start(struct adc_regs *adc);
@@ -68,11 +68,11 @@ void adc_start(struct adc_regs *adc);
 #define ADC_MODULATOR_CLOCKS (FABRIC_HZ / 20000000)
 
 /*
- * Where the currents come from, from now on: the serial converters, with an osr of 0, or isolated modulators, whose results are
- * of 3 osr bits after the trigger, 32, 64, 128 or 256. Beyond trip_q15, 0 ... 32767, their fast path, of 3 x 16 bits,
- * switches the bridge off (gate.h, OVERCURRENT). The block converts with its interrupt from then on, as behind adc_start(); a
- * conversion under way is dropped, unless nothing changes. Returns false if a register does not read back. Context: thread or
- * slow loop, bridge off.
+ * Selects the source of the currents: the serial converters, with an osr of 0, or isolated modulators, whose results are of 3
+ * osr bits after the trigger, 32, 64, 128 or 256. Beyond trip_q15, 0 ... 32767, their fast path, of 3 x 16 bits, switches the
+ * bridge off (gate.h, OVERCURRENT). From then on the block converts with its interrupt, as after adc_start(); a conversion
+ * under way is dropped, unless nothing changes. Returns false if a register does not read back. Context: thread or slow loop,
+ * bridge off.
  */
 bool adc_select(struct adc_regs *adc, uint32_t osr, int32_t trip_q15);
 
@@ -80,9 +80,9 @@ bool adc_select(struct adc_regs *adc, uint32_t osr, int32_t trip_q15);
 void adc_stop(struct adc_regs *adc);
 
 /*
- * What the block subtracts from the currents: 16 times the code at zero current, 0 ... BOARD_ADC_OFFSET_MAX, in the order
- * A, B, C. In effect from the end of the next conversion on; one that ends between two of the stores takes the new of some
- * phases and the old of the others. Context: one at a time.
+ * Sets what the block subtracts from the currents: 16 times the code at zero current, 0 ... BOARD_ADC_OFFSET_MAX, in the order
+ * A, B, C. In effect from the end of the next conversion on; one that ends between two of the stores uses new offsets for some
+ * phases and old ones for the others. Context: one at a time.
  */
 void adc_set_offsets(struct adc_regs *adc, const uint32_t offset_q15[3]);
 void adc_offsets(const struct adc_regs *adc, uint32_t offset_q15[3]);
@@ -96,10 +96,10 @@ void adc_set_limits(struct adc_regs *adc, int32_t i_trip_q15, int32_t sum_trip_q
                     int32_t v_max_q15);
 
 /*
- * Takes the status bits and clears exactly those it saw: what comes up in between is seen next time. Call it early in the
- * handler: one that returns before its line has dropped is entered again. The write is posted, but all accesses to the
- * fabric go the same way (FIC_0) and in order: once a later read of any block has returned, the line has dropped.
- * So a handler that goes on to read the fabric need not wait here; one that does not calls adc_acknowledge().
+ * Takes the status bits and clears exactly those it saw: bits set in between are seen next time. Call it early in the handler:
+ * a handler that returns before its line has dropped is entered again. The write is posted, but all fabric accesses take the
+ * same path (FIC_0), in order: once a later read of any block has returned, the line has dropped. So a handler that goes on to
+ * read the fabric need not wait here; any other calls adc_acknowledge().
  *
  * Returns ADC_STATUS_* bits. OVERRUN: a conversion before this one was never read. Context: the ISR of the block.
  */
@@ -147,7 +147,7 @@ static inline struct adc_sample adc_read(const struct adc_regs *adc)
     return sample;
 }
 
-/* As adc_read(), of the conversion after the newest one; of that again if none ends within so many reads. Context: any. */
+/* As adc_read(), for the next conversion; for the newest again if none ends within `polls` reads. Context: any. */
 struct adc_sample adc_read_next(const struct adc_regs *adc, uint32_t polls);
 
 /* The newest bus voltage alone, Q15. Context: any. */

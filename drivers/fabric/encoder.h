@@ -51,8 +51,8 @@ static inline uint32_t encoder_latched(const struct encoder_regs *encoder)
 }
 
 /*
- * Fabric clocks of 10 ns, modulo 2^32: at the last edge that was counted before the last ADC trigger, and at that trigger.
- * Only differences mean anything. Context: any.
+ * Fabric clocks of 10 ns, modulo 2^32: at the last edge counted before the last ADC trigger, and at that trigger. Only
+ * differences are meaningful. Context: any.
  */
 static inline uint32_t encoder_edge_clock(const struct encoder_regs *encoder)
 {
@@ -65,7 +65,7 @@ static inline uint32_t encoder_latch_clock(const struct encoder_regs *encoder)
 }
 
 /*
- * The Hall switches at the last ADC trigger, C B A in bits 2 to 0, and when they had changed last, by the clock above.
+ * The Hall switches at the last ADC trigger, C B A in bits 2 to 0, and when they last changed, by the clock above.
  * Context: any.
  */
 static inline uint32_t encoder_hall_latched(const struct encoder_regs *encoder)
@@ -78,7 +78,7 @@ static inline uint32_t encoder_hall_clock(const struct encoder_regs *encoder)
     return encoder->HALL_TIME;
 }
 
-/* So many steps of 16 fabric clocks a Hall switch must keep a new state before it is believed, 0 ... 255. Context: thread. */
+/* Sets how many steps of 16 fabric clocks a Hall switch must keep a new state to count, 0 ... 255. Context: thread. */
 static inline void encoder_filter_hall(struct encoder_regs *encoder, uint32_t steps)
 {
     encoder->FILTER = (encoder->FILTER & ~ENCODER_FILTER_HALL) | (steps << 8 & ENCODER_FILTER_HALL);

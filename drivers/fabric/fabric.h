@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The fabric of one axis: four blocks in slots of 256 bytes (docs/fabric.md), so that one pointer reaches all of them. A test
- * puts one into RAM.
+ * The fabric of one axis: four blocks in slots of 256 bytes (docs/fabric.md); one pointer reaches all of them. Tests put one
+ * into RAM.
  */
 #ifndef DRIVERS_FABRIC_FABRIC_H
 #define DRIVERS_FABRIC_FABRIC_H

@@ -28,9 +28,9 @@ struct gate_regs {
 #define GATE_STATUS_DRIVER_FAULT     (1u << 2) /* latch: fault pin of the gate driver */
 #define GATE_STATUS_LOOP_LOST        (1u << 3) /* latch: an ADC overrun while live */
 #define GATE_STATUS_INTERLOCK        (1u << 4) /* latch: both sides of a phase commanded on */
-#define GATE_STATUS_ENCODER          (1u << 5) /* as it is now: ENC.STATUS has ILLEGAL or SIGNAL_LOST */
-#define GATE_STATUS_OVERRUN          (1u << 6) /* as it is now: ADC.STATUS has OVERRUN */
-#define GATE_STATUS_LIMIT            (1u << 7) /* as it is now: ADC.STATUS has a flag of its limits */
+#define GATE_STATUS_ENCODER          (1u << 5) /* live: ENC.STATUS has ILLEGAL or SIGNAL_LOST */
+#define GATE_STATUS_OVERRUN          (1u << 6) /* live: ADC.STATUS has OVERRUN */
+#define GATE_STATUS_LIMIT            (1u << 7) /* live: ADC.STATUS has a limit flag */
 #define GATE_STATUS_OVERCURRENT_NOW  (1u << 8)
 #define GATE_STATUS_DRIVER_FAULT_NOW (1u << 9)
 #define GATE_STATUS_STO_A            (1u << 10) /* latch: first input of safe torque off */
@@ -89,9 +89,9 @@ static inline uint32_t gate_clear(struct gate_regs *gate, uint32_t latches)
 }
 
 /*
- * The brake chopper: its resistor takes from the bus from `on_q15` up, until the bus is down at `off_q15`, both Q15 of the
- * voltage range, 0 ... 32767. The fabric does it by itself, with the bridge on or off, as long as the ADC converts. Thresholds
- * that do not stand apart, or none (0), switch it off for good. Context: thread.
+ * Sets the brake chopper: its resistor loads the bus from `on_q15` up, until the bus is down to `off_q15`, both Q15 of the
+ * voltage range, 0 ... 32767. The fabric does it by itself, bridge on or off, as long as the ADC converts. Thresholds without
+ * a gap, or none (0), switch it off for good. Context: thread.
  */
 static inline void gate_set_chopper(struct gate_regs *gate, int32_t on_q15, int32_t off_q15)
 {

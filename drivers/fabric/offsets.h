@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Addresses of what the current loop's interrupt touches, as numbers that an assembler can read, too. One base reaches all
- * blocks (docs/fabric.md: slots of 256 bytes). drivers/fabric/offsets.c holds them against the drivers' own structures.
+ * Addresses used by the current loop's interrupt, as numbers that an assembler can read. One base reaches all blocks
+ * (docs/fabric.md: slots of 256 bytes). drivers/fabric/offsets.c checks them against the drivers' structures.
  */
 #ifndef DRIVERS_FABRIC_OFFSETS_H
 #define DRIVERS_FABRIC_OFFSETS_H

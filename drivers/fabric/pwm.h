@@ -2,9 +2,9 @@
 /*
  * PWM in fabric slot 0: three half bridges on one centred carrier, and the ADC's triggers. Registers: docs/fabric.md, slot 0.
  *
- * The block makes dead times and shortest pulses by itself; a phase has one compare, half of its on-time in counts, and a write
- * of phase C's hands over all three. What the legs depend on can be set only while the carrier rests: a write to it while it
- * runs is ignored.
+ * The block makes dead times and minimum pulses by itself; each phase has one compare, half of its on-time in counts, and a
+ * write to phase C's hands over all three. Settings that the legs depend on can be written only while the carrier rests: writes
+ * while it runs are ignored.
  *
  * The carrier runs from start-up on, since the ADC's triggers come from it. The bridge's switch is GATE: gate.h.
  */
@@ -52,7 +52,7 @@ struct pwm_regs {
 enum pwm_update {
     PWM_UPDATE_VALLEY, /* in the middle of the low sides' time */
     PWM_UPDATE_ENDS,   /* there and in the middle of the high sides' time */
-    PWM_UPDATE_ONCE,   /* at once, phase by phase where it can; otherwise at the next end */
+    PWM_UPDATE_ONCE,   /* at once, for each phase that can; otherwise at the next end */
 };
 
 struct pwm_setup {
@@ -64,30 +64,30 @@ struct pwm_setup {
 
 /*
  * Stops the PWM, sets it up and starts it, all phases at half on-time. The ADC is triggered once a period, in the middle of the
- * time for which the low sides conduct: dead time delays each edge of a leg that turns something on, so that this middle lies
- * half a dead time behind the valley, and that of the high sides as far behind the peak.
+ * low sides' conduction: dead time delays each turn-on edge, so this middle lies half a dead time after the valley, and that of
+ * the high sides as far after the peak.
  *
  * Returns false, with the PWM at rest, if a value is out of range, the carrier does not come to rest, or a register does not
- * read back. Whether it runs, the conversions show. Context: thread.
+ * read back. The conversions show whether it runs. Context: thread.
  */
 bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup);
 
 /*
- * Another mode of update, nothing else changed; nothing at all is written if it is the present one. The carrier rests for the
- * write, so the bridge must be off, and goes on from where it stood: one period is some 50 clocks longer. Returns false, with
- * the PWM at rest, if that does not come about. Near an end it waits, for 5 us at most. Context: any that the current loop's
- * interrupt may break into, while nobody else sets up the PWM.
+ * Changes only the update mode; writes nothing if it is the present one. The carrier rests for the write, so the bridge must
+ * be off, and resumes where it stopped: one period is some 50 clocks longer. Returns false, with the PWM at rest, if that
+ * fails. Near an end it waits, for 5 us at most. Context: any that the current loop's interrupt may preempt, while nobody else
+ * sets up the PWM.
  */
 bool pwm_set_update(struct pwm_regs *pwm, enum pwm_update update);
 
 /*
- * Samples a period: 1, in the middle of the low sides' time, or 2, in that of the high sides' as well; each triggered
- * `early_counts` before it, less than half a period, for sensors that take so long. In effect at once, whatever the carrier
- * does. Returns false if a register does not read back. Context: any, while nobody else sets up the PWM.
+ * Sets the samples per period: 1, in the middle of the low sides' time, or 2, also in that of the high sides' time; each
+ * triggered `early_counts` before it, less than half a period, to allow for sensor delay. In effect at once, whatever the
+ * carrier does. Returns false if a register does not read back. Context: any, while nobody else sets up the PWM.
  */
 bool pwm_set_samples(struct pwm_regs *pwm, uint32_t samples, uint32_t early_counts);
 
-/* Whether a phase of the newest set of compares could not act at once and waited for the next end. Any context. */
+/* True if a phase of the newest compares could not act at once and waited for the next end. Any context. */
 static inline bool pwm_fell_back(const struct pwm_regs *pwm)
 {
     return (pwm->STATUS & PWM_STATUS_FELL_BACK) != 0u;

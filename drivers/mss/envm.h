@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Programming of the eNVM through its controller (UG0331, eNVM chapter). A page of 128 bytes is the smallest unit; its erasure
- * is a part of programming it.
+ * Programs the eNVM through its controller (UG0331, eNVM chapter). A page of 128 bytes is the smallest unit; programming
+ * includes erasure.
  *
- * While the controller is at work, every access to the array waits on the bus until it is done: fetches, too. So what waits for
- * it runs from eSRAM, with all interrupts masked, since their handlers are in eNVM. Vector table and stack are in eSRAM anyway.
+ * While the controller works, every access to the array stalls on the bus, fetches included. So the code that waits for it runs
+ * from eSRAM, with all interrupts masked, since their handlers are in eNVM. Vector table and stack are in eSRAM anyway.
  */
 #ifndef DRIVERS_MSS_ENVM_H
 #define DRIVERS_MSS_ENVM_H
@@ -46,7 +46,7 @@ REG_AT_OFFSET(struct envm_regs, REQ_ACCESS, 0x1FC);
 
 #define ENVM REG_BLOCK(struct envm_regs, 0x60080000u) /* of eNVM_0, which every device has */
 
-/* Where the array stands on the bus; what is read here passes by the cache of the code at 0. */
+/* The array's bus address; reads here bypass the cache of the code at 0. */
 #define ENVM_ARRAY 0x60000000u
 
 #define ENVM_CMD_PROGRAM 0x08000000u /* and the page's offset from the array's start */
@@ -65,25 +65,25 @@ REG_AT_OFFSET(struct envm_regs, REQ_ACCESS, 0x1FC);
 #define ENVM_ACCESS_ASK            1u
 #define ENVM_ACCESS_GRANTED        5u
 
-/* What came of it. From ENVM_NOT_GRANTED on the page does not hold what it should. */
+/* The result. From ENVM_NOT_GRANTED on the page does not hold what it should. */
 enum envm_result {
     ENVM_DONE,
-    ENVM_WORN,         /* done; the page has been written more often than it is made for */
+    ENVM_WORN,         /* done; the page has exceeded its rated write cycles */
     ENVM_NOT_GRANTED,  /* somebody else has the controller: the system controller, the fabric */
     ENVM_TIMED_OUT,    /* it did not end in time */
     ENVM_DENIED,       /* the page is protected by the design, or reserved */
     ENVM_BUSY,         /* another command was under way */
     ENVM_LOCKED,       /* the page is locked */
-    ENVM_ERASE_FAILED, /* the page does not take it: worn out, or the supply */
+    ENVM_ERASE_FAILED, /* the page cannot be erased: worn out, or the supply */
     ENVM_WRITE_FAILED,
     ENVM_VERIFY_FAILED, /* it does not read back */
     ENVM_RESULTS
 };
 
 /*
- * Programs the page `offset_bytes` from the array's start, a multiple of ENVM_PAGE_BYTES, and has the controller verify it. No
- * register keeps what it sets: ENVM_CR, access. The watchdog is refreshed before it, and it gives up before that has run out by
- * two thirds; without a watchdog, after some 10^6 looks.
+ * Programs the page `offset_bytes` from the array's start, a multiple of ENVM_PAGE_BYTES, and has the controller verify it.
+ * Restores the registers it sets: ENVM_CR, access. Refreshes the watchdog first, and gives up before two thirds of its time-out
+ * have passed; without a watchdog, after some 10^6 looks.
  * Context: thread. All interrupts wait until it is done, some milliseconds; the bridge must be off.
  */
 enum envm_result envm_program_page(uint32_t offset_bytes, const uint32_t words[ENVM_PAGE_WORDS]);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Each access that programming the eNVM makes to a register, so that a test counts them, cuts the power behind any of them, and
- * has a model of the controller in the registers' place. Nothing but the access: this runs from eSRAM.
+ * Every register access that eNVM programming makes. Tests count them, cut the power after any of them, and put a model of the
+ * controller in place of the registers. Nothing but the access: this runs from eSRAM.
  */
 #ifndef DRIVERS_MSS_ENVM_BUS_H
 #define DRIVERS_MSS_ENVM_BUS_H

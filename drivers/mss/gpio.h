@@ -32,7 +32,7 @@ REG_AT_OFFSET(struct gpio_regs, GPIO_OUT, 0x88);
 /* Releases the resets of the block and of its output bytes. Context: thread, before the others. */
 void gpio_init(void);
 
-/* Drives the pin as the last gpio_write() said (low after reset), and lets it be read back. Context: thread. */
+/* Drives the pin to the last gpio_write() level (low after reset); it can be read back. Context: thread. */
 void gpio_configure_output(uint32_t pin);
 
 /* Context: thread. */

@@ -80,7 +80,7 @@ REG_AT_OFFSET(struct mmuart_regs, ADR, 0x50);
 #define MMUART_LCR_8N1         0x03u
 #define MMUART_LCR_STB         (1u << 2) /* two stop bits */
 #define MMUART_LCR_PEN         (1u << 3) /* parity */
-#define MMUART_LCR_EPS         (1u << 4) /* which is even */
+#define MMUART_LCR_EPS         (1u << 4) /* even parity */
 #define MMUART_LCR_DLAB        (1u << 7)
 #define MMUART_MCR_LOOP        (1u << 4)
 #define MMUART_LSR_DR          (1u << 0)
@@ -110,20 +110,20 @@ struct mmuart {
     struct mmuart_regs *regs;
     volatile uint32_t tx_head, tx_tail;
     volatile uint32_t rx_head, rx_tail;
-    volatile uint32_t rx_suspects; /* so many of the next characters will be marked as next to a loss */
-    volatile bool rx_muted;        /* what comes is dropped: it is an echo */
+    volatile uint32_t rx_suspects; /* how many of the next characters will be marked as next to a loss */
+    volatile bool rx_muted;        /* received characters are dropped: echo */
     volatile uint32_t rx_lsr;      /* of a character that stays in the receiver: there was no room */
     volatile bool flow_control;
     volatile bool holding;    /* the other side has been asked to wait */
-    volatile bool held;       /* the other side has asked so */
-    volatile char urgent;     /* goes before all that waits: XON or XOFF, 0 for none */
-    volatile bool rx_silence; /* the next one comes behind a silence: whoever measures it says so, in the interrupt */
+    volatile bool held;       /* the other side has asked us to wait */
+    volatile char urgent;     /* sent ahead of everything waiting: XON or XOFF, 0 for none */
+    volatile bool rx_silence; /* the next one follows a silence: set in the interrupt that measures it */
     volatile struct mmuart_counters counters;
     volatile char tx_data[MMUART_TX_BYTES];
     volatile uint16_t rx_data[MMUART_RX_BYTES]; /* the character, and MMUART_RX_* */
 };
 
-/* What stands behind the eight bits of a character. */
+/* What follows the eight bits of a character. */
 enum mmuart_format {
     MMUART_8N1,
     MMUART_8N2,
@@ -144,15 +144,15 @@ bool mmuart_open(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud, enum
 bool mmuart_init(struct mmuart *u, struct mmuart_regs *regs, uint32_t baud);
 
 /*
- * XON and XOFF from now on, until the next mmuart_open(): the other side is asked to wait while the receive buffer holds more
- * than MMUART_RX_HIGH, and to go on at MMUART_RX_LOW; what it asks is obeyed and not handed to the reader. With the buffer full
- * the rest stays in the receiver. For lines that carry text in both directions. Context: thread, behind mmuart_open().
+ * Uses XON and XOFF until the next mmuart_open(): asks the other side to wait while the receive buffer holds more than
+ * MMUART_RX_HIGH, and to go on at MMUART_RX_LOW; obeys its requests and does not pass them to the reader. With the buffer full
+ * the rest stays in the receiver. For lines that carry text in both directions. Context: thread, after mmuart_open().
  */
 void mmuart_use_flow_control(struct mmuart *u);
 
 #define MMUART_XON     0x11
 #define MMUART_XOFF    0x13
-#define MMUART_RX_HIGH 128u /* the rest is for what is still on its way when a sender takes notice */
+#define MMUART_RX_HIGH 128u /* the rest is for what is still in flight when the sender notices */
 #define MMUART_RX_LOW  32u
 
 /*
@@ -169,8 +169,8 @@ bool mmuart_is_idle(const struct mmuart *u);
 
 /*
  * Takes the oldest received character; returns false if there is none. Sets *loss, and never clears it, when characters near
- * this one are missing: dropped for want of room, damaged on the line, or overrun in the receiver. The first character behind
- * a gap always says so; after an overrun up to 16 before it do, too, because the receiver does not tell where the gap is.
+ * this one are missing: dropped for lack of room, damaged on the line, or overrun in the receiver. The first character after a
+ * gap always sets it; after an overrun up to 16 before it do, too, because the receiver does not tell where the gap is.
  * Context: thread, one reader.
  */
 bool mmuart_get(struct mmuart *u, char *character, bool *loss);
@@ -179,20 +179,20 @@ bool mmuart_get(struct mmuart *u, char *character, bool *loss);
 #define MMUART_RX_LOSS    (1u << 8) /* others are missing near it, see above */
 #define MMUART_RX_SILENCE (1u << 9) /* rx_silence was set when it came */
 
-/* The same with all that is known of the character. Context: thread, one reader. */
+/* The same, with all that is known of the character. Context: thread, one reader. */
 bool mmuart_take(struct mmuart *u, uint32_t *received);
 
 /* Serves receiver and transmitter; at most 16 characters each way a call. Context: the block's interrupt only. */
 void mmuart_irq_handler(struct mmuart *u);
 
-/* Context: thread. Values of one instant are not guaranteed among each other. */
+/* Context: thread. The values may be from different instants. */
 struct mmuart_counters mmuart_counters(const struct mmuart *u);
 
 /*
- * Writes a string by polling, past the buffers and with the block's interrupts off from then on; for the fault path,
- * where nothing else can be relied on. Gives up at the first character that the transmitter does not take in the time of 16,
- * so it returns even from a dead line. Returns whether all went out to the transmitter. Context: fault; works without
- * mmuart_init() too, at whatever rate is set.
+ * Writes a string by polling, bypassing the buffers, with the block's interrupts off from then on; for the fault path, where
+ * nothing else can be relied on. Gives up at the first character that the transmitter does not take in the time of 16, so it
+ * returns even from a dead line. Returns true if all reached the transmitter. Context: fault; works without mmuart_init() too,
+ * at whatever rate is set.
  */
 bool mmuart_emergency_write(struct mmuart_regs *regs, const char *text);
 

@@ -2,13 +2,13 @@
 /*
  * A half-duplex line: an MMUART behind an RS-485 transceiver whose driver a GPIO pin switches.
  *
- * The driver is on from before the first start bit until the last stop bit has left. The UART has no interrupt for the latter;
- * LSR.TEMT says it. MSS timer 2 looks at it when the last character should be on its way, and then every quarter of a character
- * until it is so, at an interrupt's priority: the thread may be busy meanwhile. While it listens, the same timer measures the
- * silence behind each character: one that comes after more than 3.5 characters' time is marked (MMUART_RX_SILENCE).
+ * The driver is on from before the first start bit until the last stop bit has left. The UART has no interrupt for the latter,
+ * only LSR.TEMT. MSS timer 2 polls it when the last character should be under way, and then every quarter of a character until
+ * it is set, in interrupt context: the thread may be busy meanwhile. While listening, the same timer measures the silence after
+ * each character: a character after more than 3.5 characters' time is marked (MMUART_RX_SILENCE).
  *
- * While it drives, it hears nothing. What comes within two characters' time of that, where 3.5 are to be waited for, is the
- * rest of what somebody said meanwhile, and no beginning: its first character is marked as next to a loss.
+ * While driving, it hears nothing. What arrives within two characters' time after that, where senders must wait 3.5, is the
+ * tail of something sent meanwhile, not a beginning: its first character is marked as next to a loss.
  */
 #ifndef DRIVERS_MSS_RS485_H
 #define DRIVERS_MSS_RS485_H
@@ -19,21 +19,21 @@ struct rs485 {
     struct mmuart uart;
     uint32_t pin;             /* of the MSS GPIO: high switches the driver on */
     uint32_t character_ticks; /* of BOARD_MSS_TIMER_HZ: start, eight bits, parity or a second stop bit, stop bit */
-    volatile bool settling;   /* it has let go of the line just now */
+    volatile bool settling;   /* it has just released the line */
     volatile bool driving;
     volatile bool whole; /* the thread has no more characters for this transmission */
 };
 
 /*
- * Opens the UART, with the line released. The caller enables both interrupts in the NVIC, at one priority, and lets their
+ * Opens the UART, with the line released. The caller enables both interrupts in the NVIC, at one priority, and has their
  * handlers call those below. False if the rate does not fit (mmuart_open()). Context: thread.
  */
 bool rs485_open(struct rs485 *r, struct mmuart_regs *regs, uint32_t pin, uint32_t baud, enum mmuart_format format);
 
-/* Sends so many bytes and releases the line behind them. Range: 2...MMUART_TX_BYTES; not while sending. Thread. */
+/* Sends `count` bytes, then releases the line. Range: 2...MMUART_TX_BYTES; not while sending. Thread. */
 void rs485_send(struct rs485 *r, const uint8_t *bytes, size_t count);
 
-/* Whether the line is still driven. Any context. */
+/* True if the line is still driven. Any context. */
 static inline bool rs485_is_sending(const struct rs485 *r)
 {
     return r->driving;

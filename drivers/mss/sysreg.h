@@ -121,8 +121,8 @@ void sysreg_enable_cache(void);
 void sysreg_release_reset(uint32_t mask);
 
 /*
- * Why the device started: SYSREG_CAUSE_* bits, since the last call. Clears them: call it once, in main(). start-up has
- * looked at them before, to know whether .noinit is worth keeping. Context: thread.
+ * Why the device started: SYSREG_CAUSE_* bits, since the last call. Clears them: call it once, in main(). Start-up has read
+ * them before, to decide whether .noinit is worth keeping. Context: thread.
  */
 uint32_t sysreg_reset_cause(void);
 
@@ -135,26 +135,26 @@ struct sysreg_clocks {
 /* Context: any. */
 struct sysreg_clocks sysreg_clock_ratios(void);
 
-/* Whether the PLL of the MSS and the one of the fabric are locked. One read. Context: any. */
+/* True if the MSS PLL and the fabric PLL are locked. One read. Context: any. */
 static inline bool sysreg_plls_locked(void)
 {
     const uint32_t both = SYSREG_PLL_STATUS_FABRIC_LOCK | SYSREG_PLL_STATUS_MPLL_LOCK;
     return (SYSREG->MSSDDR_PLL_STATUS & both) == both;
 }
 
-/* What the memories' error correction has found since sysreg_edac_watch(): SYSREG_EDAC_* bits. Context: any. */
+/* Memory errors found since sysreg_edac_watch(): SYSREG_EDAC_* bits. Context: any. */
 static inline uint32_t sysreg_edac_flags(void)
 {
     return SYSREG->EDAC_SR;
 }
 
-/* Forgets what was found before, and lets errors that cannot be corrected raise MSS_IRQ_ECC_ERROR. Context: thread. */
+/* Clears earlier findings, and lets uncorrectable errors raise MSS_IRQ_ECC_ERROR. Context: thread. */
 void sysreg_edac_watch(void);
 
-/* Words of eSRAM that were read with one bit wrong, and corrected, since the last reset; each block counts to 65535. */
+/* eSRAM words read with one wrong bit, and corrected, since the last reset; each block counts to 65535. */
 uint32_t sysreg_edac_corrected(void);
 
-/* Whether the clocks are what board.h says, as far as the device knows: ratios and source, not rates. Context: any. */
+/* True if the clocks match board.h, as far as the device knows: ratios and source, not rates. Context: any. */
 bool sysreg_clocks_match_board(void);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * MSS timer: two 32-bit down counters on APB0's clock (UG0331, system timer chapter). Timer 1 gives a periodic
- * interrupt, timer 2 a time base that never stops, or one interrupt after a time. The block's 64-bit mode is not used.
+ * interrupt, timer 2 a time base that never stops, or a single delayed interrupt. The block's 64-bit mode is not used.
  */
 #ifndef DRIVERS_MSS_TIMER_H
 #define DRIVERS_MSS_TIMER_H
@@ -56,8 +56,8 @@ bool mss_timer1_start_periodic(uint32_t ticks);
 void mss_timer1_stop(void);
 
 /*
- * Clears timer 1's interrupt; first thing in its handler, and read back so that the line has dropped when the handler
- * returns. Context: Timer1_IRQHandler.
+ * Clears timer 1's interrupt; first thing in its handler. Reads back so the line has dropped when the handler returns.
+ * Context: Timer1_IRQHandler.
  */
 static inline void mss_timer1_acknowledge(void)
 {
@@ -72,7 +72,7 @@ static inline uint32_t mss_timer1_remaining_ticks(void)
 }
 
 /*
- * Interrupt MSS_IRQ_TIMER2 once, `ticks` of BOARD_MSS_TIMER_HZ from now; a start before it is forgotten. The caller enables the
+ * Interrupt MSS_IRQ_TIMER2 once, `ticks` of BOARD_MSS_TIMER_HZ from now; replaces an earlier start. The caller enables the
  * interrupt in the NVIC. Range: 1 and up. Context: any, one user.
  */
 void mss_timer2_start_once(uint32_t ticks);
@@ -89,7 +89,7 @@ void mss_timer2_start_free_running(void);
 
 /*
  * Ticks of BOARD_MSS_TIMER_HZ since the start of timer 2, counting up modulo 2^32 (43 s at 100 MHz; one tick may be
- * missing at each wrap). Differences of two readings as uint32_t are right over the wrap. Context: any.
+ * missing at each wrap). Differences of two readings as uint32_t hold across the wrap. Context: any.
  */
 static inline uint32_t mss_timer2_now(void)
 {

@@ -37,15 +37,15 @@ REG_AT_OFFSET(struct watchdog_regs, WDOGMIS, 0x20);
 #define WATCHDOG_ENABLE_BIT  (1u << 0)
 
 /*
- * Starts the time-out anew. The board's design has no forbidden window, so any moment is right. The counter shows the
- * new value only some 64 watchdog clocks later. Context: any; belongs where the loop is known to be well, once.
+ * Restarts the time-out. The board's design has no forbidden window, so any moment is right. The counter shows the new value
+ * only some 64 watchdog clocks later. Context: any; belongs in one place, where the loop is known to be healthy.
  */
 static inline void watchdog_refresh(void)
 {
     WATCHDOG->WDOGREFRESH = WATCHDOG_REFRESH_KEY;
 }
 
-/* Whether the design has switched the watchdog on. Context: any. */
+/* True if the design has switched the watchdog on. Context: any. */
 static inline bool watchdog_is_enabled(void)
 {
     return (WATCHDOG->WDOGENABLE & WATCHDOG_ENABLE_BIT) != 0u;
@@ -57,7 +57,7 @@ static inline uint32_t watchdog_timeout_ticks(void)
     return WATCHDOG->WDOGLOAD;
 }
 
-/* Whether it is on, with the board's time-out: a program that hangs is ended as docs/faults.md says. Context: any. */
+/* True if it is on, with the board's time-out: a hung program is ended as docs/faults.md says. Context: any. */
 static inline bool watchdog_is_as_designed(void)
 {
     return watchdog_is_enabled() && watchdog_timeout_ticks() == BOARD_WATCHDOG_LOAD_TICKS;

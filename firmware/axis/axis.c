@@ -13,7 +13,7 @@
 #include "lib/usually.h"
 
 #define QUICK_STOP_MS     5000u
-#define LOOP_START_MS     2u /* until the PWM's first periods have passed, or the first of another number of samples */
+#define LOOP_START_MS     2u /* for the PWM's first periods to pass, or the first with another number of samples */
 #define QUICK_STOP_FACTOR 4  /* times the normal ramp */
 #define LIMITS_MS         2u /* torque.h: every second slow period */
 #define THERMAL_TURN      3u /* of THERMAL_STEP_MS: where supervision has least to do */
@@ -48,7 +48,7 @@ static void begin_operation(struct axis *a)
     enter(a, AXIS_OPERATION_ENABLED);
 }
 
-/* Time in which the rotor brakes as hard as it may is not counted: then the stop takes what the limits make of it. */
+/* Time at the braking limit is not counted: the stop then takes as long as the limits require. */
 static bool stop_takes_too_long(struct axis *a)
 {
     a->stopping_ms++;
@@ -94,8 +94,8 @@ static void make_ready(struct axis *a)
 }
 
 /*
- * Requests were checked when they were made, against the state as it is now unless a fault or the end of a stop has come in
- * between: then the state no longer allows them, and they are dropped.
+ * Requests were checked when made, against a state that still holds unless a fault or the end of a stop has come in between:
+ * then the state no longer allows them, and they are dropped.
  */
 static __attribute__((noinline)) void take_request(struct axis *a)
 {
@@ -144,15 +144,14 @@ static void watch_heartbeat(struct axis *a)
     const uint32_t conversions = adc_sequence(&a->fabric->adc);
     const uint32_t too_many = conversions - a->heartbeat - (uint32_t)a->loop.loops_per_slow;
     a->heartbeat = conversions;
-    if (SELDOM(too_many + 1u > 2u) &&
-        a->time_ms - a->paced_ms > LOOP_START_MS) { /* once in 49.7 days not for so long */
+    if (SELDOM(too_many + 1u > 2u) && a->time_ms - a->paced_ms > LOOP_START_MS) { /* once in 49.7 days for less time */
         axis_raise(a, FAULT_LOOP_STOPPED);
     }
 }
 
 /*
- * The current loop looks for latches while the bridge is on. If one is found here, the bridge is off; or conversions go
- * unanswered, and the current loop's interrupt has stopped.
+ * The current loop checks the latches while the bridge is on. If one is found here, the bridge is off, or conversions go
+ * unanswered because the current loop's interrupt has stopped.
  */
 static void watch_latches(struct axis *a)
 {
@@ -169,7 +168,7 @@ static void watch_latches(struct axis *a)
     }
 }
 
-/* What the encoder counts is no longer what alignment found. */
+/* The encoder's count no longer matches the alignment. */
 static bool spoils_alignment(uint32_t cause)
 {
     return cause == FAULT_ENCODER || cause == FAULT_ENCODER_SLIP || cause == FAULT_ENCODER_DEAD ||
@@ -184,7 +183,7 @@ static __attribute__((noinline)) void react_to_fault(struct axis *a)
     a->reactions.stopping = false;
     a->carry.waits = FAULT_NONE;
     if (spoils_alignment(a->faults.cause)) {
-        a->start.aligned = false; /* and the index has to be seen anew */
+        a->start.aligned = false; /* and the index must be seen again */
         encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
     }
     enter(a, AXIS_FAULT_REACTION);
@@ -235,7 +234,7 @@ static void step_state(struct axis *a)
     }
 }
 
-/* Where the clock wraps, both words change at once: the current loop may come in between and read them. */
+/* When the clock wraps, both words change at once: the current loop may come in between and read them. */
 static void count_time(struct axis *a)
 {
     const uint32_t now_ms = a->time_ms + 1u;
@@ -249,7 +248,7 @@ static void count_time(struct axis *a)
     cpu_irq_restore(mask);
 }
 
-/* A fault whose reaction is a controlled stop: as long as the bridge is on, and nothing else has switched it off. */
+/* A fault whose reaction is a controlled stop: valid as long as nothing else has switched the bridge off. */
 static bool stops_under_control(struct axis *a)
 {
     if (!a->reactions.stopping || !is_running(a) || (gate_status(&a->fabric->gate) & GATE_STATUS_LIVE) == 0u) {
@@ -261,7 +260,7 @@ static bool stops_under_control(struct axis *a)
     return true;
 }
 
-/* A fault, a request, an encoder that the interrupt has given up; true where the state has nothing more to do in this step. */
+/* A fault, a request, an encoder that the interrupt has given up; true if the state has nothing more to do in this step. */
 static __attribute__((noinline)) bool reacts(struct axis *a)
 {
     if (a->carry.waits != FAULT_NONE && a->faults.cause == FAULT_NONE) {
@@ -361,7 +360,7 @@ static bool start_fabric(struct axis *a)
     return running;
 }
 
-/* What the fabric does cannot be known: from here on nothing of it is touched. Its gates are off since the reset. */
+/* The fabric's state is unknown: it is not touched from here on. Its gates have been off since the reset. */
 static void doubt_fabric(struct axis *a, enum fault cause)
 {
     a->fabric_doubt = AXIS_FABRIC_DOUBTED;

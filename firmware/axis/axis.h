@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * One motor's drive: everything it knows stands in struct axis, which is passed by pointer. Its state machine follows CiA 402
+ * One motor's drive: struct axis holds its whole state and is passed by pointer. Its state machine follows CiA 402
  * (IEC 61800-7-201) and is stepped once a millisecond.
  *
- * Requests come from the thread as one word; the step carries them out. In "switched on" the drive works through its start:
+ * The thread posts each request as one word; the step carries it out. In "switched on" the drive runs its start sequence:
  * currents at rest, then the bridge on and the rotor pulled to a known angle.
  */
 #ifndef FIRMWARE_AXIS_AXIS_H
@@ -63,26 +63,26 @@ enum axis_request {
 #define AXIS_STANDSTILL_RPM_Q4 (30 * 16) /* below this the motor counts as at rest */
 
 /*
- * What a step in operation looks at stands within 4095 bytes of the beginning, the large tables of `torque` and `motion` behind
- * it: so far a load reaches from one register.
+ * Members that a step in operation reads lie within the first 4095 bytes, the reach of a load from one base register; the large
+ * tables of `torque` and `motion` come after them.
  */
 struct axis {
-    struct current_loop loop; /* first: the interrupt's, which knows its members by their offsets */
+    struct current_loop loop; /* first: the interrupt addresses its members by offset */
     struct fabric *fabric;
     volatile uint32_t state; /* enum axis_state */
     volatile uint32_t mode;  /* enum axis_mode */
     volatile uint32_t time_ms;
     volatile uint32_t request;           /* enum axis_request: the thread writes it, the slow loop takes it */
-    volatile int32_t torque_command_q15; /* of torque control */
+    volatile int32_t torque_command_q15; /* for torque control */
     uint32_t stopping_ms;
-    uint32_t lingering_ms;          /* of these, those in which no limit held the rotor's braking back */
+    uint32_t lingering_ms;          /* the part of stopping_ms in which no limit held back braking */
     uint32_t heartbeat;             /* conversions at the last step */
-    uint32_t paced_ms;              /* when their number a millisecond was last chosen */
+    uint32_t paced_ms;              /* when the conversions per millisecond were last chosen */
     volatile uint32_t time_wraps;   /* of time_ms, once in 49.7 days */
     volatile uint32_t fabric_doubt; /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
-    volatile uint32_t command_ms;   /* when somebody last spoke to the drive */
-    struct params params;           /* as set; in effect from the next switching on */
-    struct tuning tuning;           /* of the last switching on */
+    volatile uint32_t command_ms;   /* when a host last addressed the drive */
+    struct params params;           /* as set; take effect at the next switch-on */
+    struct tuning tuning;           /* of the last switch-on */
     struct speed_loop speed;
     struct supervision supervision;
     struct thermal thermal;
@@ -105,10 +105,10 @@ struct axis {
     struct handover handover;
 };
 
-/* One value and no other, so that a stray write does not keep a fault from switching the bridge off. */
+/* A single magic value: a stray write must not keep a fault from switching the bridge off. */
 #define AXIS_FABRIC_DOUBTED 0xD0B7FABCu
 
-/* What an operator sees, all of it of one instant. */
+/* What an operator sees, all taken at one instant. */
 struct axis_status {
     uint32_t state; /* enum axis_state */
     uint32_t fault; /* enum fault */
@@ -119,90 +119,90 @@ struct axis_status {
     uint64_t up_ms;
     uint32_t mode; /* enum axis_mode */
     bool homed;
-    int64_t position, target; /* counts; the target and the error with a reference of position only */
+    int64_t position, target; /* counts; target and error only in modes with a position reference */
     int32_t error_counts;
 };
 
-/* Whether no register of the fabric may be touched. Any context. */
+/* True if no fabric register may be touched. Any context. */
 static inline bool axis_fabric_doubted(const struct axis *a)
 {
     return a->fabric_doubt == AXIS_FABRIC_DOUBTED;
 }
 
-/* Puts the axis into its first state, with initial parameters and a fabric in doubt. Touches no register. Thread, once. */
+/* Puts the axis into its first state: initial parameters, fabric in doubt. Touches no register. Thread, once. */
 void axis_init(struct axis *a, struct fabric *fabric);
 
-/* Where the temperatures are kept over a reset, and what has been kept there. Thread, once, after axis_init(). */
+/* Sets where temperatures are kept across a reset, and takes up those kept there. Thread, once, after axis_init(). */
 void axis_remember_heat(struct axis *a, struct thermal_memory *memory);
 
 /*
- * Leaves "not ready": starts PWM, encoder and ADC, bridge off. `boot_fault` is what start-up found. After one that puts the
- * fabric in doubt, the axis is in "fault" and stays there, and neither reads nor writes a register of the fabric until a reset:
- * the gates are off because reset leaves them so. Thread, once.
+ * Leaves "not ready": starts PWM, encoder and ADC, bridge off. `boot_fault` is what start-up found. If it puts the fabric in
+ * doubt, the axis stays in "fault" and neither reads nor writes a fabric register until a reset; the gates are off because
+ * reset leaves them off. Thread, once.
  */
 void axis_start(struct axis *a, enum fault boot_fault);
 
 /* One step. Slow loop. */
 void axis_step(struct axis *a);
 
-/* Off, and the fault's cause latched with a snapshot if it is the first: any context. See fault.h. */
+/* Switches off, and latches the cause with a snapshot if it is the first. Any context. See fault.h. */
 void axis_raise(struct axis *a, enum fault cause);
 
-/* Latches without switching off; whether it was the first. For axis_raise() and axis/reaction.c. Any context. */
+/* Latches without switching off; returns true if it was the first. For axis_raise() and axis/reaction.c. Any context. */
 bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
-/* The same with what the cause has to tell: fault_record.detail. */
+/* axis_raise() with the cause's details: fault_record.detail. */
 void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
 
-/* The way out of the current loop's interrupt when a sample has a fault: finds the cause. ISR. */
+/* The current loop's interrupt exits here when a sample has a fault: finds the cause. ISR. */
 void axis_sample_fault(struct axis *a);
 
 /*
- * Requests: thread. Each is checked here, against the state that the requests before it have led to, and carried out by the
- * next step. Refused, nothing has changed. A request that comes within the same millisecond as the one before waits for the
- * slow loop to take that one; if the slow loop is dead it gives up after a few milliseconds (ERROR_BUSY), and switching off
- * closes the gates by itself.
+ * Requests: thread. Each is checked here against the state that earlier requests have led to, and the next step carries it out.
+ * A refused request changes nothing. A request in the same millisecond as the one before waits until the slow loop has taken
+ * that one; if the slow loop is dead it gives up after a few milliseconds (ERROR_BUSY), and switching off closes the gates by
+ * itself.
  */
-struct outcome axis_switch_on(struct axis *a); /* begins what axis_prepare() ends */
+struct outcome axis_switch_on(struct axis *a); /* axis_prepare() completes it */
 struct outcome axis_switch_off(struct axis *a);
 struct outcome axis_identify(struct axis *a);     /* measures the motor, then off; `off` ends it sooner */
-struct outcome axis_identify_use(struct axis *a); /* what is known becomes parameters; value: how many have changed */
+struct outcome axis_identify_use(struct axis *a); /* turns results into parameters; value: how many changed */
 struct outcome axis_quick_stop(struct axis *a);
 struct outcome axis_clear_fault(struct axis *a);
-struct outcome axis_clear_latches(struct axis *a); /* the same without a person's say: the count of retries goes on */
+struct outcome axis_clear_latches(struct axis *a); /* the same, not by a person: the retry count goes on */
 struct outcome axis_command_speed(struct axis *a, int32_t rpm);
 struct outcome axis_command_current(struct axis *a, int32_t milliamp);
 struct outcome axis_command_position(struct axis *a, int32_t counts,
-                                     bool relative); /* to the last target, or the shaft */
+                                     bool relative); /* to the last target, or to the shaft */
 struct outcome axis_command_home(struct axis *a, enum homing_method method);
 struct outcome axis_command_cyclic_position(struct axis *a, int32_t counts);
 struct outcome axis_command_cyclic_speed(struct axis *a, int32_t rpm);
 struct outcome axis_command_cyclic_current(struct axis *a, int32_t milliamp);
 struct outcome axis_learn_cogging(struct axis *a); /* takes two turns and a bit at learn_rpm */
 struct outcome axis_learn_hall(struct axis *a); /* takes some ten seconds, then off; the table is in the parameters */
-/* Another source of the angle, enum param_angle, from now on: begins what axis_prepare() ends, axis.handover.outcome. */
+/* Changes the source of the angle, enum param_angle; axis_prepare() completes it, axis.handover.outcome. */
 struct outcome axis_change_source(struct axis *a, uint32_t target);
-struct outcome axis_set_zero(struct axis *a); /* the shaft's position is 0 from now on, on or off */
+struct outcome axis_set_zero(struct axis *a); /* the shaft's present position becomes 0, on or off */
 
 /*
- * A part of what switching on takes (switching.h, row torque_build.part of the benchmarks); returns whether there is more. The
- * last part makes the request, or what has come meanwhile forbids it: axis.switching.outcome says so. Nothing where nothing is
- * under way. The same for a hand-over from one source of the angle to another (handover.h). Thread.
+ * Does one part of the work of switching on (switching.h, row torque_build.part of the benchmarks); returns true if there is
+ * more. The last part makes the request, unless something has come up that forbids it: axis.switching.outcome tells. Does
+ * nothing if nothing is under way. Also serves a hand-over from one source of the angle to another (handover.h). Thread.
  */
 bool axis_prepare(struct axis *a);
 
-/* Somebody has spoken to the drive. Thread. */
+/* A host has addressed the drive. Thread. */
 static inline void axis_hear(struct axis *a)
 {
     a->command_ms = a->time_ms;
 }
 
-/* Whether parameters may change now: the bridge is off and no start is under way. Thread; waits as requests do. */
+/* True if parameters may change now: bridge off, no start under way. Thread; waits as requests do. */
 bool axis_is_off(const struct axis *a);
 
-/* Thread. Holds the slow loop back for some 100 cycles, and the current loop not at all. */
+/* Thread. Holds off the slow loop for some 100 cycles, the current loop not at all. */
 struct axis_status axis_status(const struct axis *a);
 
-/* Milliseconds since the start, which do not wrap. Any context. */
+/* Milliseconds since the start, without wrapping. Any context. */
 uint64_t axis_up_ms(const struct axis *a);
 
 #endif

@@ -8,8 +8,8 @@
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-#define WRONG_Q32   (1 << 27) /* 11 degrees: what flowed was not what was wanted */
-#define FADES_MS    4u        /* in so long the diodes have brought any current to nothing */
+#define WRONG_Q32   (1 << 27) /* 11 degrees: the current was not the requested one */
+#define FADES_MS    4u        /* in this time the diodes have brought any current to zero */
 #define FADED_SHIFT 3         /* an eighth of i_max */
 
 void carry_begin(struct axis *a)
@@ -17,7 +17,7 @@ void carry_begin(struct axis *a)
     a->carry = (struct carry){.cause = FAULT_NONE, .waits = FAULT_NONE};
 }
 
-/* Control of position and the cyclic modes need what only an encoder tells; the observer's handler weakens no field. */
+/* Position control and the cyclic modes need an encoder; the observer's handler has no field weakening. */
 static bool may_go_on(const struct axis *a, enum fault cause)
 {
     const uint32_t mode = a->mode;
@@ -43,20 +43,20 @@ static bool observer_reaches(const struct axis *a, int32_t speed_q32)
     return observer_margin_q8(&a->tuning, i_q15, w_q15, c->vbus_q15) >= OBSERVER_LEADS_Q8;
 }
 
-/* From here on there is no sensor, as if the drive had been switched on so. */
+/* From here on there is no sensor, as if the drive had been switched on without one. */
 static void leave_sensor(struct axis *a, enum fault cause)
 {
     a->carry.cause = cause;
     a->carry.waits = FAULT_NONE;
     a->tuning.angle_source = PARAM_ANGLE_SENSORLESS;
     a->tuning.speed_ki_min_q16 = 0; /* there are no edges */
-    a->loop.inject.track = 0;       /* what it followed in another life */
-    handover_forget(&a->handover);  /* what has failed has to be found anew */
+    a->loop.inject.track = 0;       /* left over from an earlier use */
+    handover_forget(&a->handover);  /* what has failed must be found again */
     start_forget(a);
     axis_warn(a, cause);
 }
 
-/* The limits of torque were those of a speed that was none. */
+/* The torque limits belonged to a wrong speed. */
 static void know_speed(struct axis *a)
 {
     rotor_take_speed(a);
@@ -64,7 +64,7 @@ static void know_speed(struct axis *a)
     modes_limit_torque(a);
 }
 
-/* What the speed loop held before the sensor was doubted. */
+/* The speed loop's memory from before the sensor was in doubt. */
 static int32_t torque_held_q29(const struct axis *a)
 {
     return rotor_has_hall(a) ? hall_watch_torque_q29(a) : supervise_encoder_torque_q29(a);
@@ -80,7 +80,7 @@ static void lead_on(struct axis *a)
     supervise_speed_begin(a);
 }
 
-/* The handler has changed already: until now nothing of the observer was believed, and the frame turned as it was told. */
+/* The handler has changed already: until now the observer was ignored, and the frame turned at the given speed. */
 static void observer_leads(struct axis *a, enum fault cause)
 {
     volatile struct current_loop *const c = &a->loop;
@@ -131,9 +131,9 @@ static struct rotor_seed seed_at_sample(const struct axis *a, enum fault cause)
 }
 
 /*
- * Currents and voltages have followed a wrong angle, and are worth nothing in the right frame: the torque from before, and the
- * EMF. In the millisecond until the observer leads the currents get there: iron that they saturate is none that it knows. An
- * index does not say since when the count is wrong: what flows may well be what holds the load, and stays.
+ * Currents and voltages have followed a wrong angle, useless in the right frame: use the torque from before, and the EMF.
+ * The currents settle in the millisecond until the observer leads, which does not model the iron they saturate. An index does
+ * not tell since when the count is wrong: the present current may well be what holds the load, and stays.
  */
 static void begin_anew(struct axis *a)
 {
@@ -204,7 +204,7 @@ static bool faded(const struct axis *a)
     return q15_abs(s.ia_q15) < most_q15 && q15_abs(s.ib_q15) < most_q15 && q15_abs(s.ic_q15) < most_q15;
 }
 
-/* The bridge is off. Until the current has faded nothing is known of the voltage that the gates would open to. */
+/* The bridge is off. Until the current has faded, the voltage that the gates would open to is unknown. */
 static void switch_on_again(struct axis *a, enum fault cause)
 {
     a->carry.waited_ms++;

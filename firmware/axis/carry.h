@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Carrying on without encoder or Hall switches, where that is chosen for their fault: the observer leads from now on
- * (axis/sensorless.h), and the fault is a warning until the next `on`. The drive does not go back to the sensor by itself.
+ * Carrying on without encoder or Hall switches, if that is the chosen reaction to their fault: the observer takes over
+ * (axis/sensorless.h), and the fault is a warning until the next `on`. The drive does not return to the sensor by itself.
  *
  *   seed      where the rotor is, from what can still be trusted (supervise_encoder_seed(), hall_watch.h): the angle predicted
- *             from good counts or edges; or the last good angle, and the speed since; or the direction of the EMF where there
+ *             from good counts or edges; or the last good angle, and the speed since; or the direction of the EMF if there
  *             is enough of it
  *   bridge    stays on: the frame turns to the seed, voltages and currents are expressed in it, and the vector changes to the
- *             observer's handler in the same masked moment. Found in the interrupt, the frame turns on at its speed until
- *             the slow loop comes, a millisecond at most
- *   or off    if the wrong angle has already tripped the current: once that has faded, the legs play the EMF of the seed
- *             before the gates open again
+ *             observer's handler, all in one masked section. If the interrupt found the fault, the frame keeps turning at its
+ *             speed until the slow loop comes, a millisecond at most
+ *   or off    if the wrong angle has already caused an over-current trip: once the current has faded, the legs play the seed's
+ *             EMF before the gates open again
  *
- * It needs control of speed or torque, a margin of observability of 4.5, and an unweakened field. Otherwise, and where the
- * observer later loses the rotor, it is the sensor's fault after all: a controlled stop where its class allows one, else off.
+ * It needs speed or torque control, an observability margin of 4.5, and an unweakened field. Otherwise, or if the observer
+ * later loses the rotor, the sensor's fault stands: a controlled stop if its class allows one, else off.
  */
 #ifndef FIRMWARE_AXIS_CARRY_H
 #define FIRMWARE_AXIS_CARRY_H
@@ -25,7 +25,7 @@
 
 struct axis;
 
-/* Where the rotor was at an instant of the encoder's clock, and how it has turned since. */
+/* Where the rotor was at an instant of the encoder's clock, and its speed since. */
 struct rotor_seed {
     uint32_t angle_q32;
     uint32_t clock;
@@ -33,8 +33,8 @@ struct rotor_seed {
 };
 
 struct carry {
-    volatile uint32_t cause; /* enum fault: since this without the sensor; FAULT_NONE: not so */
-    volatile uint32_t waits; /* enum fault: found in the interrupt, the slow loop has to go on from `seed` */
+    volatile uint32_t cause; /* enum fault that the drive carries on after; FAULT_NONE: it does not */
+    volatile uint32_t waits; /* enum fault found in the interrupt; the slow loop must go on from `seed` */
     uint32_t waited_ms;
     struct rotor_seed seed;
 };
@@ -43,26 +43,25 @@ struct carry {
 void carry_begin(struct axis *a);
 
 /*
- * A sample has a fault of the encoder, or an over-current that is blamed on encoder or switches: goes on by the seed, or
- * switches the bridge off until the slow loop has it on again. False where it may not: nothing has changed. ISR, the current
- * loop's, cold.
+ * A sample shows an encoder fault, or an over-current blamed on encoder or switches: goes on from the seed, or switches the
+ * bridge off until the slow loop turns it on again. False if carrying on is not allowed; nothing has changed then. The current
+ * loop's ISR, cold.
  */
 bool carry_from_sample(struct axis *a, enum fault cause);
 
 /*
- * An over-current while the frame turns by itself is one that the wrong angle has made, and only now passes the trip: the
- * bridge is off until it has faded, as above. False where nothing waits, or it is off already. ISR, the current loop's,
- * cold.
+ * An over-current while the frame turns by itself comes from the wrong angle and only now exceeds the trip level: the bridge is
+ * off until it has faded, as above. False if nothing waits, or the bridge is off already. The current loop's ISR, cold.
  */
 bool carry_bears_trip(struct axis *a);
 
-/* The slow loop's part of that; may raise the fault. Slow loop, while `waits`. */
+/* The slow loop's part of this; may raise the fault. Slow loop, while `waits`. */
 void carry_step(struct axis *a);
 
-/* The slow loop has found it, bridge on: the observer leads. False where it may not: nothing has changed. Slow loop. */
+/* The slow loop found the fault, bridge on: the observer takes over. False if not allowed; nothing has changed. Slow loop. */
 bool carry_take_over(struct axis *a, enum fault cause);
 
-/* What a fault is, that comes while the drive carries on: the sensor's, if the observer has lost the rotor. Any context. */
+/* The cause to report for a fault while carrying on: the sensor's, if the observer has lost the rotor. Any context. */
 enum fault carry_blame(const struct axis *a, enum fault seen);
 
 #endif

@@ -11,8 +11,8 @@
 #define CARRY (1u << REACTION_CARRY)
 
 /*
- * A stop needs a current loop, an encoder and a bridge that work. A warning needs that going on does no harm by itself. Tried
- * again is what may pass: a supply, a load, heat.
+ * A stop needs a working current loop, encoder and bridge. A warning is allowed if going on does no harm by itself. Retry is
+ * for what may pass: a supply, a load, heat.
  */
 static const struct fault_class classes[FAULT_COUNT] = {
     [FAULT_ENCODER] = {OFF | CARRY, REACTION_OFF, false},
@@ -93,7 +93,7 @@ void axis_raise(struct axis *a, enum fault cause)
     axis_raise_with(a, cause, 0, 0);
 }
 
-/* Safe torque off first: who asks for it may well take the drivers' supply, too. No loop: the interrupt's time has a bound. */
+/* Safe torque off first: it may well come with a loss of the drivers' supply. No loop: the interrupt's time is bounded. */
 enum fault fault_from_gate(uint32_t gate_flags)
 {
     if ((gate_flags & GATE_STATUS_STO_A) != 0u) {
@@ -131,7 +131,7 @@ enum fault fault_from_adc(uint32_t adc_flags)
     return (adc_flags & ADC_STATUS_VBUS_LOW) != 0u ? FAULT_UNDERVOLTAGE : FAULT_NONE;
 }
 
-/* Switches that have told a wrong angle say so themselves later, and are named only where the drive carries on without. */
+/* Switches that gave a wrong angle report it themselves later; they are named only if the drive carries on without them. */
 static enum fault blamed_for_overcurrent(const struct axis *a)
 {
     if (rotor_has_encoder(a)) {
@@ -140,7 +140,7 @@ static enum fault blamed_for_overcurrent(const struct axis *a)
     return rotor_has_hall(a) ? hall_watch_blame(a, FAULT_OVERCURRENT) : FAULT_OVERCURRENT;
 }
 
-/* An over-current may follow from something that has just begun and would be found in a moment. */
+/* An over-current may result from something that has just begun and would soon be detected. */
 static void raise_overcurrent(struct axis *a)
 {
     int32_t phase;
@@ -165,8 +165,8 @@ static void raise_encoder(struct axis *a)
 }
 
 /*
- * First cause: hardware latches before what is concluded from a sample, and what makes an over-current before it.
- * So rare that it may branch.
+ * First cause: hardware latches before conclusions from a sample, and the cause of an over-current before the over-current.
+ * Rare enough to branch.
  */
 void axis_sample_fault(struct axis *a)
 {

@@ -6,7 +6,7 @@
 #include "lib/q15.h"
 
 #define FILTER_SHIFT 2 /* 4 ms: the noise of the voltages */
-#define LEAST_SHIFT  6 /* a 64th of the bus: less EMF than this says nothing */
+#define LEAST_SHIFT  6 /* a 64th of the bus: less EMF tells nothing */
 #define MISSING      2 /* points a millisecond, */
 #define OPPOSITE     4
 #define THERE        (-1)
@@ -45,7 +45,7 @@ static int32_t filtered(int32_t mean_q4, int32_t now_q15)
     return mean_q4 + ((now_q15 * 16 - mean_q4) >> FILTER_SHIFT);
 }
 
-/* What this millisecond says: is either component as a rotor has it that follows? */
+/* This millisecond's vote: does either component fit a rotor that follows? */
 static int32_t points(const struct field_watch *w, const struct field_view *v)
 {
     if (w->q_q4 * 2 < -w->expected_q4) {
@@ -55,7 +55,7 @@ static int32_t points(const struct field_watch *w, const struct field_view *v)
     return missing ? MISSING : THERE;
 }
 
-/* Twice the EMF of the field's speed, and what may be hidden several times: somebody else turns the rotor. */
+/* Twice the EMF of the field's speed, and several times what may be hidden: something else turns the rotor. */
 static bool is_away(const struct field_view *v, int32_t vbus_q15)
 {
     const int32_t seen_q15 = q15_max(q15_abs(v->d_q15), q15_abs(v->q_q15));

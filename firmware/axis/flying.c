@@ -9,7 +9,7 @@
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-#define ENOUGH_Q8   7   /* of i_max: a pulse that makes so much is long enough; twice as much is what it may make */
+#define ENOUGH_Q8   7   /* of i_max: a pulse with this much current is long enough; up to twice as much is allowed */
 #define SEEN_Q15    128 /* 8 codes of 12 bits: less is noise */
 #define QUIET_LOOKS 3u
 #define PAIR_SHIFT  3   /* an eighth of a millisecond between two pulses, and their own time */
@@ -18,8 +18,8 @@
 #define PULSES_MS   40u
 #define ZERO_MS     32u
 #define SETTLES_MS  3u                       /* the current controllers have found the EMF */
-#define LEAST_STEPS (CONFIG_BUS_STEPS / 128) /* an EMF of 0.8 % of the bus, if it turns as quickly as that says */
-#define SURE_STEPS  (CONFIG_BUS_STEPS / 32)  /* 3 %: dead time does not make so much */
+#define LEAST_STEPS (CONFIG_BUS_STEPS / 128) /* an EMF of 0.8 % of the bus, if its rotation fits that size */
+#define SURE_STEPS  (CONFIG_BUS_STEPS / 32)  /* 3 %: more than dead time can make */
 #define MEAN_SHIFT  3u                       /* 8 samples */
 #define PLAYED      3u                       /* samples from a set of integrals to the voltages that they make */
 
@@ -37,7 +37,7 @@ void flying_begin(struct axis *a)
 
 /* ---- caught ---- */
 
-/* The rotor is where the track says at the next sample. */
+/* The track gives the rotor's position at the next sample. */
 static void place(struct axis *a)
 {
     struct current_loop *const c = &a->loop;
@@ -55,7 +55,7 @@ static void lead(struct axis *a)
     a->sensorless.ref_rpm_q16 = a->speed.estimate.speed_rpm_q15 * 2;
 }
 
-/* With the bridge off: the legs play the EMF before the gates open, right behind a sample, where the ripple is zero. */
+/* With the bridge off: the legs play the EMF before the gates open, right after a sample, where the ripple is zero. */
 static void open_gates_to_emf(struct axis *a)
 {
     place(a);
@@ -68,7 +68,7 @@ static void open_gates_to_emf(struct axis *a)
 }
 
 /*
- * With the bridge on and currents of 0. No sample comes in between. The voltages stay what they are.
+ * With the bridge on and zero current. No sample comes in between. The voltages stay as they are.
  */
 static void turn_to_rotor(struct axis *a)
 {
@@ -99,7 +99,7 @@ static void look_at_pulses(struct flying *f, const struct emf_pulse *first, cons
     }
 }
 
-/* The current points to where the EMF was in the middle of the pulse. */
+/* The current gives the EMF's direction in the middle of the pulse. */
 static void correct_for_length(struct axis *a)
 {
     struct flying *const f = &a->flying;
@@ -123,7 +123,7 @@ static struct emf_pulse pulse(struct axis *a)
                                       : emf_pulse_period(a->fabric, (uint32_t)a->tuning.samples);
 }
 
-/* Twice as long, or so; a whole period when nothing else is left, if what there is lets expect no more than is wanted. */
+/* About twice as long; finally a whole period, if the present current predicts no more than is allowed. */
 static bool lengthen(struct axis *a, int32_t size_q15, int32_t enough_q15)
 {
     struct flying *const f = &a->flying;
@@ -143,12 +143,12 @@ static int32_t size_of(const struct emf_pulse *p)
     return magnitude_q15(p->i.alpha, p->i.beta);
 }
 
-/* A rotor that is so slow that whole periods do it no harm may be lost in the noise of its pulses: its voltage shows more. */
+/* A rotor slow enough for whole periods may be lost in the noise of its pulses: its voltage shows more. */
 static void give_up_pulses(struct axis *a)
 {
     if (a->flying.counts == CONFIG_PWM_COUNTS) {
         regulate_to_nothing(a);
-    } else { /* it turns, and not evenly, or is not what the parameters say */
+    } else { /* it turns unevenly, or does not match the parameters */
         axis_raise(a, FAULT_LOCK_LOST);
     }
 }
@@ -182,7 +182,7 @@ static enum flying_result step_pulses(struct axis *a)
 
 /* ---- no current ---- */
 
-/* The mean of the voltages over some samples, which the noise of the current sensors moves: as they were in the middle. */
+/* The mean of the voltages over some samples, against current-sensor noise: as of the middle sample. */
 static uint32_t mean_voltage(const struct axis *a, dq_t *v_steps)
 {
     const volatile struct current_loop *const c = &a->loop;
@@ -197,7 +197,7 @@ static uint32_t mean_voltage(const struct axis *a, dq_t *v_steps)
     return adc_sequence(&a->fabric->adc) - (1u << (MEAN_SHIFT - 1u));
 }
 
-/* What dead time leaves stands still: an EMF turns as quickly as its size says, to a factor of two. */
+/* Dead-time residue does not rotate; an EMF rotates at the speed its size implies, within a factor of two. */
 static bool turns_by_its_size(const struct axis *a, int32_t size_steps)
 {
     const int32_t vbus_q15 = q15_max(adc_vbus_q15(&a->fabric->adc), 1);

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Flying start: without an encoder, and without a voltage sensor, whether the rotor turns when the drive is switched on, and
- * where it is. In this order, so that no step makes more than a tenth of rated torque:
+ * Flying start: finds, without an encoder or a voltage sensor, whether the rotor turns at switch-on, and where it is. The order
+ * keeps every step below a tenth of rated torque:
  *
- *   pulses        of some microseconds (commission/emf_pulse.h), the bridge off in between, twice as long each until 3 % of
- *                 the largest current flows. Two within a quarter of a millisecond tell the speed, the next ones track it
- *   no current    where the longest shows next to nothing the EMF is so small that the current loop may be switched on and
- *                 regulate currents of 0. Its voltages are the EMF then, and are tracked likewise
- *   and on        the observer begins with that angle, that speed, and the voltages that belong to them; the gates open behind
- *                 a sample, when the legs play these voltages already. The speed loop goes on from that speed
+ *   pulses        of some microseconds (commission/emf_pulse.h), bridge off in between, each twice as long as the last until
+ *                 3 % of the largest current flows. Two within a quarter of a millisecond give the speed, the next track it
+ *   no current    if the longest pulse shows next to nothing, the EMF is small enough to switch the current loop on and
+ *                 regulate to zero current. Its voltages are then the EMF, and are tracked the same way
+ *   and on        the observer begins with that angle, that speed, and the matching voltages; the gates open right after a
+ *                 sample, when the legs already play these voltages. The speed loop goes on from that speed
  *
- * Where neither shows a rotor that turns, it stands or nearly so, and the start is the one from standstill.
+ * If neither shows a turning rotor, it is at or near standstill, and the start is the one from standstill.
  */
 #ifndef FIRMWARE_AXIS_FLYING_H
 #define FIRMWARE_AXIS_FLYING_H
@@ -25,7 +25,7 @@ struct axis;
 enum flying_result {
     FLYING_SEARCHES,
     FLYING_CAUGHT, /* the observer leads */
-    FLYING_STANDS, /* nothing turns fast enough to be seen; the bridge may be on, and no current flows */
+    FLYING_STANDS, /* turns too slowly to be seen, if at all; the bridge may be on, with no current */
 };
 
 struct flying {
@@ -43,8 +43,8 @@ void flying_begin(struct axis *a);
 enum flying_result flying_step(struct axis *a);
 
 /*
- * Somebody knows that the rotor is at this angle at the next sample, and turns so: the observer leads it 3 samples later. Slow
- * loop, bridge off, LOOP_OBSERVER.
+ * The caller knows the rotor's angle at the next sample, and its speed: the observer leads 3 samples later. Slow loop, bridge
+ * off, LOOP_OBSERVER.
  */
 void flying_go_on(struct axis *a, uint32_t angle_q32, int32_t speed_q32);
 

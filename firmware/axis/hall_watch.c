@@ -5,7 +5,7 @@
 #include "firmware/axis/axis.h"
 #include "lib/q15.h"
 
-#define INVALID_SAMPLES 2u /* in a millisecond: at the largest speed a state lasts for more */
+#define INVALID_SAMPLES 2u /* in a millisecond: at top speed a state lasts longer */
 #define OFF_Q32         (15u * 11930464u)
 #define AT_END_Q32      (1 << 24) /* 1.4 degrees */
 
@@ -36,7 +36,7 @@ static bool far_off(uint32_t angle_q32, uint32_t from_q32)
     return angle_q32 - from_q32 + OFF_Q32 > 2u * OFF_Q32;
 }
 
-/* The angle waits at the end of its sector for an edge. */
+/* The angle waits for an edge at the end of its sector. */
 static bool waits_for_edge(const struct axis *a, const struct rotor_seed *now)
 {
     const struct hall_sector *const s = &a->hall.sector[((const volatile struct hall *)&a->hall)->state];
@@ -44,7 +44,7 @@ static bool waits_for_edge(const struct axis *a, const struct rotor_seed *now)
     return (now->speed_q32 < 0 ? -off_q32 : off_q32) > s->half_q32 - AT_END_Q32;
 }
 
-/* So far by the speed from before, or by what the switches say, whichever is more: a rotor that starts is soon believed. */
+/* Distance by the earlier speed or by the switches, whichever is more: a starting rotor is soon believed. */
 static bool for_a_turn(struct axis *a, const struct rotor_seed *now)
 {
     struct hall_watch *const w = &a->hall_watch;
@@ -53,7 +53,7 @@ static bool for_a_turn(struct axis *a, const struct rotor_seed *now)
     return w->doubt_q16 >> 16 != 0u;
 }
 
-/* What a wrong edge makes of the speed stays in it for longer than in the angle: so no other is listened to for a turn. */
+/* A wrong edge affects the speed for longer than the angle: so no other is used for a turn. */
 static bool doubts(struct axis *a, const struct rotor_seed *now, bool far)
 {
     struct hall_watch *const w = &a->hall_watch;

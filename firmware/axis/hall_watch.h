@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Whether the Hall switches tell the truth, as far as they show it themselves: a state that the table does not have is a wire
- * that is broken, or a switch without its supply; a sector that is skipped is a disturbance, or a rotor faster than any sample
- * follows. A wire that breaks while the rotor stands shows when it turns.
+ * Checks the Hall switches against themselves: a state that the table does not have means a broken wire or a switch without
+ * supply; a skipped sector means a disturbance, or a rotor too fast for the sampling. A wire that breaks at standstill shows
+ * when the rotor turns.
  *
- * A wire that breaks makes an edge where there is none, or hides one, up to half an electrical turn before it shows. So the
- * rotor is followed on the way, for who carries on without the switches (axis/carry.h): once the angle is by more than 15
- * degrees not where the speed before would have it, that speed goes on for an electrical turn. Then the switches are believed.
+ * A breaking wire adds an edge or hides one, up to half an electrical turn before it shows. So the rotor is tracked meanwhile,
+ * for carrying on without the switches (axis/carry.h): once the angle is more than 15 degrees from what the earlier speed
+ * predicts, that speed is extrapolated for an electrical turn. After that the switches are believed.
  */
 #ifndef FIRMWARE_AXIS_HALL_WATCH_H
 #define FIRMWARE_AXIS_HALL_WATCH_H
@@ -18,23 +18,23 @@
 struct axis;
 
 struct hall_watch {
-    uint32_t invalid, skipped; /* of the interrupt's counts, as of the last step */
-    struct rotor_seed sound;   /* the rotor as of then, whatever the switches say */
-    uint32_t doubt_ms;         /* since when they say something else */
+    uint32_t invalid, skipped; /* the interrupt's counts at the last step */
+    struct rotor_seed sound;   /* the rotor at that step, whatever the switches say */
+    uint32_t doubt_ms;         /* how long they have said something else */
     uint32_t doubt_q16;        /* and how far it has turned since, electrical turns */
-    int32_t torque_q29;        /* what the speed loop remembered of the torque before */
+    int32_t torque_q29;        /* the speed loop's torque memory before that */
 };
 
-/* What was before does not count. Slow loop. */
+/* Starts afresh. Slow loop. */
 void hall_watch_begin(struct axis *a);
 
-/* A millisecond of operation by Hall switches; may raise a fault. Slow loop. */
+/* One millisecond of operation with Hall switches; may raise a fault. Slow loop. */
 void hall_watch_step(struct axis *a);
 
-/* What an over-current is that comes now: the switches', if the frame has just jumped. Current loop's interrupt, cold. */
+/* The cause of an over-current now: the switches, if the frame has just jumped. Current loop's interrupt, cold. */
 enum fault hall_watch_blame(const struct axis *a, enum fault seen);
 
-/* What the speed loop remembered before the switches were in doubt. Slow loop. */
+/* The speed loop's torque memory from before the switches were in doubt. Slow loop. */
 int32_t hall_watch_torque_q29(const struct axis *a);
 
 #endif

@@ -25,7 +25,7 @@ void handover_forget(struct handover *h)
 
 /* ---- what forbids it ---- */
 
-/* The margin grows with the speed: so quickly it would do with this current. */
+/* The margin grows with the speed: the speed at which it suffices with this current. */
 static int32_t least_rpm(const struct axis *a, int32_t i_q15)
 {
     const int32_t margin_q8 = q15_max(observer_margin_q8(&a->tuning, i_q15, W_REF_Q15, a->loop.vbus_q15), 1);
@@ -33,7 +33,7 @@ static int32_t least_rpm(const struct axis *a, int32_t i_q15)
     return (tuning_rpm_q15(&a->tuning, w_q15 * (1 << a->loop.w_shift)) >> 15) + 1;
 }
 
-/* With the current that there is, and without any: a load may go. */
+/* With the present current, and with none: the load may vanish. */
 static struct outcome sees_little(const struct axis *a)
 {
     const volatile struct current_loop *const c = &a->loop;
@@ -47,7 +47,7 @@ static struct outcome sees_little(const struct axis *a)
     return (struct outcome){ERROR_SOURCE_MARGIN, q15_max(least_rpm(a, i_q15), least_rpm(a, 0))};
 }
 
-/* By what the target shows. */
+/* According to what the target shows. */
 static struct outcome shows_nothing(const struct axis *a, uint32_t target)
 {
     const struct encoder_regs *const encoder = &a->fabric->encoder;
@@ -81,7 +81,7 @@ struct outcome handover_forbidden(const struct axis *a, uint32_t target)
     return shows_nothing(a, target);
 }
 
-/* The parameters, as if `on` came with that source. */
+/* Checks the parameters as `on` would with that source. */
 static struct outcome tune(struct axis *a, uint32_t target)
 {
     struct params told = a->params;
@@ -95,7 +95,7 @@ static struct outcome tune(struct axis *a, uint32_t target)
 
 /* ---- begin ---- */
 
-/* What was latched may be long ago; while it is true it is latched again at once. */
+/* Latches may be old; one that still applies is set again at once. */
 static void wake_encoder(struct axis *a)
 {
     if ((encoder_status(&a->fabric->encoder) & ENCODER_LOST) != 0u) {
@@ -162,7 +162,7 @@ static void differ(struct handover *h, int32_t by_q32)
     h->apart_q32 = q15_max(h->apart_q32, size_q32);
 }
 
-/* From its count to the angle it must always be as far. */
+/* The distance from its count to the angle must stay constant. */
 static void look_at_encoder(struct handover *h, uint32_t from_count_q32)
 {
     if (h->looks == 0u) {
@@ -179,7 +179,7 @@ static void look_at_encoder(struct handover *h, uint32_t from_count_q32)
     }
 }
 
-/* By how much the angle is outside of the sector that they show. */
+/* How far the angle is outside the sector they show. */
 static void look_at_hall(struct axis *a, uint32_t state, uint32_t angle_q32)
 {
     struct handover *const h = &a->handover;
@@ -192,7 +192,7 @@ static void look_at_hall(struct axis *a, uint32_t state, uint32_t angle_q32)
     }
 }
 
-/* Once a millisecond, when the slow loop has told the voltages. */
+/* Once a millisecond, when the slow loop has updated the voltages. */
 static void look_at_emf(struct axis *a)
 {
     struct handover *const h = &a->handover;
@@ -210,7 +210,7 @@ static void look_at_emf(struct axis *a)
     request_release(held);
 }
 
-/* What belongs to one sample, whose interrupt has been. */
+/* Data of one sample whose interrupt has finished. */
 struct sample {
     uint32_t sequence, clock, angle_q32, count, state;
 };
@@ -257,7 +257,7 @@ static bool seen_enough(const struct handover *h)
     return turned && h->looks >= LOOKS_LEAST;
 }
 
-/* Six states of the table in a turn, or some are not those of the switches. */
+/* All six states of the table within a turn, or some are not the switches' own. */
 static bool all_states(const struct axis *a)
 {
     uint32_t expected = 0;
@@ -293,7 +293,7 @@ static int32_t slowest_rpm(const struct axis *a)
     return 60000 / ((int32_t)HANDOVER_LOOK_MS * a->params.pole_pairs) + 1;
 }
 
-/* The encoder's place, where the look has found it. */
+/* The encoder's offset, as found by the look. */
 static void ask_slow_loop(struct axis *a)
 {
     struct handover *const h = &a->handover;
@@ -330,7 +330,7 @@ static void look(struct axis *a)
     }
 }
 
-/* Nobody counts the milliseconds any more. */
+/* The millisecond clock has stopped. */
 static bool slow_loop_is_dead(struct axis *a)
 {
     struct handover *const h = &a->handover;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* The slow loop's part of a hand-over: all that changes, right behind a sample. */
+/* The slow loop's part of a hand-over: makes all changes, right after a sample. */
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
 #include "firmware/axis/handover.h"
 #include "firmware/axis/rotor.h"
 #include "firmware/commission/emf_pulse.h"
 
-/* What the place of the shaft asks for is known with an encoder only, and else the speed loop's to remember. */
+/* Cogging torque is known only with an encoder; otherwise the speed loop's memory holds it. */
 static int32_t known_torque_q15(struct axis *a)
 {
     const bool known = rotor_has_encoder(a) && (a->motion.cogging.count | a->tuning.friction_q15) != 0;
@@ -34,7 +34,7 @@ static void by_encoder(struct axis *a)
     current_loop_hand_over(c, LOOP_ENCODER, &rotor, a->handover.offset_q32);
 }
 
-/* The frame stays where it is, and within its sector the switches keep it. */
+/* The frame stays where it is, and the switches keep it within its sector. */
 static void by_hall(struct axis *a)
 {
     struct current_loop *const c = &a->loop;
@@ -47,7 +47,7 @@ static void by_observer(struct axis *a)
 {
     struct current_loop *const c = &a->loop;
     const struct pll rotor = {current_loop_angle_q32(c), c->pll.speed_q32};
-    c->inject.track = 0; /* what it followed in another life */
+    c->inject.track = 0; /* left over from an earlier use */
     current_loop_hand_over(c, LOOP_OBSERVER, &rotor, 0);
     observer_calm(c);
     observer_begin(c, &a->tuning);
@@ -56,7 +56,7 @@ static void by_observer(struct axis *a)
 
 /* ---- what follows from it ---- */
 
-/* The shaft has turned meanwhile, and nobody has counted: what the position is relative to is lost. */
+/* The shaft has turned uncounted meanwhile: the position's reference is lost. */
 static void begin_encoder(struct axis *a)
 {
     a->start.aligned = true;

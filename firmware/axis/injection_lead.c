@@ -4,12 +4,12 @@
 #include "firmware/axis/axis.h"
 #include "lib/q15.h"
 
-#define OBSERVER_MS 20u /* for so long the observer has to see the rotor before it leads */
+#define OBSERVER_MS 20u /* the observer must see the rotor for this long before it leads */
 #define LOST_MS     10u
 
 /*
- * And once its tracking loop, whose pole goes with the speed, is five sixths as quick as the injection's: a slow one loses the
- * rotor when a load step stops it, for it gets slower with it. Back when it is two thirds as quick.
+ * And once its tracking loop, whose pole scales with the speed, is five sixths as fast as the injection's: a slow one slows
+ * down further and loses the rotor when a load step stops it. Back when it is two thirds as fast.
  */
 #define TAKES_SIXTHS  5
 #define LEAVES_SIXTHS 4
@@ -68,8 +68,8 @@ void injection_lead_follow(struct axis *a)
 }
 
 /*
- * Along the axis of the small inductance more current answers than the mean of both axes. Iron that saturates makes that
- * more; so a response below the mean is of another axis.
+ * The current response along the low-inductance axis exceeds the mean of both axes, and saturation increases it; so a response
+ * below the mean belongs to another axis.
  */
 void injection_supervise(struct axis *a)
 {

@@ -14,15 +14,15 @@
 
 #define LOCK_MS 40u
 
-/* Four parts: with, against, against, with. So a drift counts for nothing. */
+/* Four parts: with, against, against, with. So drift cancels. */
 #define POLARITY_PARTS   4u
 #define POLARITY_SETTLES 12u
 #define POLARITY_MS      24u
 #define POLARITY_TRIES   3u
 #define SIGMAS_SQUARED   36
-#define LEAST_PART       64 /* of the responses: less may be something else */
+#define LEAST_PART       64 /* of the responses: a smaller part may be something else */
 
-/* 4 LSB a degree: 229 a radian. */
+/* 4 LSB per degree: 229 per radian. */
 #define RADIAN_LEAST 230
 
 #define DEGREE_OF_RADIAN_Q16 1144 /* 1 / 57.296 */
@@ -73,7 +73,7 @@ static void add_angle(struct axis *a)
     s->sum_straight += d;
 }
 
-/* No voltage but the wave: the EMF brakes. */
+/* No voltage except the wave: the EMF brakes. */
 static void short_windings(volatile struct current_loop *c)
 {
     c->integral_d_q9 = 0;
@@ -131,7 +131,7 @@ static void begin_polarity(struct axis *a, int32_t i_q15)
     s->with_squares = s->against_squares = 0;
 }
 
-/* Half a turn on: what is held by the present frame has the other sign in the new one. */
+/* Half a turn further: quantities in the present frame change sign in the new one. */
 static void turn_round(volatile struct current_loop *c)
 {
     const uint32_t mask = cpu_irq_save();
@@ -148,8 +148,8 @@ static int64_t scatter(int64_t squares, int64_t sum, int64_t count)
 }
 
 /*
- * The difference of two sums of n values each has the variance 2 n s^2, and s^2 is the scatter of both by 2 n - 2: so the
- * difference's square by both scatters is the square of its sigmas.
+ * The difference of two sums of n values each has the variance 2 n s^2, where s^2 is the scatter of both over 2 n - 2: so the
+ * difference squared over both scatters gives the number of sigmas squared.
  */
 static bool differ(const struct injection_start *s)
 {

@@ -43,7 +43,7 @@ struct outcome axis_defaults(struct axis *a)
     return OUTCOME_OK;
 }
 
-/* a cos k(x + f) + b sin k(x + f), as one of x: both turn by k f. */
+/* a cos k(x + f) + b sin k(x + f) as a function of x: both turn by k f. */
 void keeping_turn(struct cogging_map *m, uint32_t from_q32)
 {
     for (int32_t n = 0; n < m->count; n++) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* From a slot to an axis: first a whole set of its own, which is looked at, then the axis. */
+/* From a slot to an axis: first into a separate set, which is checked, then into the axis. */
 #include <stddef.h>
 
 #include "firmware/axis/axis.h"
@@ -166,7 +166,7 @@ struct outcome keeping_check(const struct params *p, struct tuning *t)
     return problem.error == ERROR_NONE ? tuning_check_emf(p) : problem;
 }
 
-/* The index counts in the scale of the encoder that is in effect: that of the set comes first. Slow loop held. */
+/* The index counts in the encoder scale in effect: the set's scale comes first. Slow loop held. */
 static void take_over(struct axis *a, const struct candidate *c)
 {
     a->params = c->params;
@@ -179,7 +179,7 @@ static void take_over(struct axis *a, const struct candidate *c)
     if (c->index_known || c->cogging.count > 0) {
         request_adopt(a, &c->tuning);
     }
-    if (c->index_known && !a->start.aligned) { /* what was found in this life is newer */
+    if (c->index_known && !a->start.aligned) { /* what was found in this run is newer */
         a->start.index_offset_q32 = c->index_offset_q32;
         a->start.index_known = true;
     }
@@ -196,7 +196,7 @@ void axis_recall(struct axis *a, const struct slots *s, struct kept *k)
     set_initial(&c);
     k->problem = outcome_of(read_records(&c, s, k));
     if (k->problem.error == ERROR_NONE) {
-        c.tuning = a->tuning; /* what lies between its members, too: an axis holds nothing of the stack */
+        c.tuning = a->tuning; /* padding included: an axis must hold no stack bytes */
         k->problem = keeping_check(&c.params, &c.tuning);
     }
     k->state = k->problem.error == ERROR_NONE ? KEPT_LOADED : KEPT_REFUSED;

@@ -10,7 +10,7 @@
 #include "firmware/axis/rotor.h"
 #include "lib/q15.h"
 
-#define WAKES_MOST 1000u /* of the thread, in which the slow loop should have moved its clock: 12 ms at the least */
+#define WAKES_MOST 1000u /* of the thread, within which the slow loop should have advanced its clock: at least 12 ms */
 
 struct saving {
     struct axis *axis;
@@ -32,7 +32,7 @@ static const enum error error_of_envm[ENVM_RESULTS] = {
     [ENVM_VERIFY_FAILED] = ERROR_ENVM_VERIFY,
 };
 
-/* Programming a page serves the watchdog: only while the slow loop gets on. And what waited in between has its turn. */
+/* Programming a page serves the watchdog, so only while the slow loop runs. This also lets pending interrupts run. */
 static bool slow_loop_lives(const struct axis *a)
 {
     const uint32_t before_ms = a->time_ms;
@@ -45,7 +45,7 @@ static bool slow_loop_lives(const struct axis *a)
     return false;
 }
 
-/* Conversions go unanswered meanwhile, and the slow loop must not take that for a current loop that has stopped. */
+/* Conversions go unanswered meanwhile; the slow loop must not take that for a stopped current loop. */
 static void program(struct saving *x)
 {
     if (x->problem != ERROR_NONE) {
@@ -105,7 +105,7 @@ static void put_reactions(struct saving *x)
     }
 }
 
-/* Both are counted from the index, in the scale that they were learned in: is that the scale of the set? */
+/* Both are relative to the index, in the scale they were learned in: is that the set's scale? */
 static bool of_this_encoder(const struct axis *a, const struct tuning *set)
 {
     return rotor_has_encoder(a) && set->angle_source == PARAM_ANGLE_ENCODER && !axis_fabric_doubted(a) &&
@@ -120,7 +120,7 @@ static void put_index(struct saving *x)
     }
 }
 
-/* True if there is a map, and nothing to count it from. */
+/* True if there is a map but nothing to count it from. */
 static bool put_cogging(struct saving *x)
 {
     const struct axis *const a = x->axis;
@@ -152,7 +152,7 @@ static struct outcome state_forbids(struct axis *a, struct tuning *set)
     return keeping_check(&a->params, set);
 }
 
-/* The head makes it a slot: after all the rest. */
+/* The head makes it a slot, so it comes last. */
 static void finish(struct saving *x)
 {
     if (slot_pad(&x->writer)) {
@@ -163,7 +163,7 @@ static void finish(struct saving *x)
     program(x);
 }
 
-/* The array is asked, and not what was sent to it. */
+/* Checks the array itself, not what was sent to it. */
 static bool is_stored(const struct slots *s, const struct slot_writer *w)
 {
     const struct slots_view view = slots_look(s);

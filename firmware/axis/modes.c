@@ -12,14 +12,14 @@
 
 #define UNITS_MOST 8000000 /* twice speed_max: the profile's sums have 31 bits */
 
-/* The speed that is asked for now, in the profile's units. A division of 64 bits. */
+/* The present reference speed, in the profile's units. A 64-bit division. */
 static int32_t units_of_rpm_q16(const struct tuning *t, int32_t rpm_q16)
 {
     const int64_t units = (int64_t)rpm_q16 * (1 << 20) / t->rpm_per_unit_q20;
     return units > UNITS_MOST ? UNITS_MOST : (units < -UNITS_MOST ? -UNITS_MOST : (int32_t)units);
 }
 
-/* Where the shaft will be at the next step, at the speed that the speed loop asks for. */
+/* The shaft's position at the next step, at the speed loop's reference speed. */
 static void begin_position(struct axis *a)
 {
     struct motion *const m = &a->motion;
@@ -28,7 +28,7 @@ static void begin_position(struct axis *a)
     position_begin(&m->position, here + speed, speed);
 }
 
-/* The reference of whatever held the position so far goes on. */
+/* Continues the reference of the mode that held the position so far. */
 static void take_over_position(struct axis *a, enum axis_mode mode)
 {
     struct motion *const m = &a->motion;
@@ -86,7 +86,7 @@ void modes_control_speed(struct axis *a, int32_t slope_q16)
     modes_control_speed_here(a, slope_q16, rotor_has_encoder(a));
 }
 
-/* A field that is prescribed knows no torque: it goes where the torque would take the rotor, until the observer leads. */
+/* A prescribed field has no torque control: it moves the way the torque would drive the rotor, until the observer leads. */
 static bool field_goes_along(struct axis *a)
 {
     const int32_t far_rpm = a->torque_command_q15 == 0 ? 0 : a->params.speed_max_rpm;
@@ -183,7 +183,7 @@ static void step_homing(struct axis *a)
     }
 }
 
-/* Back at rest when all is taken: pv then, at speed 0. */
+/* Back at rest once all samples are taken: then pv, at speed 0. */
 static void step_learning(struct axis *a)
 {
     struct motion *const m = &a->motion;

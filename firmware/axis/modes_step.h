@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A step of the modes (modes.h), to become a part of its caller where a drive spends its life: control of speed. Slow loop. */
+/* A step of the modes (modes.h), inlined into its caller for the mode a drive runs in most: speed control. Slow loop. */
 #ifndef FIRMWARE_AXIS_MODES_STEP_H
 #define FIRMWARE_AXIS_MODES_STEP_H
 
@@ -9,7 +9,7 @@
 #include "firmware/control/torque_step.h"
 #include "lib/usually.h"
 
-/* While homing there is less, so that it is the block that stops, and not the machine that gives. */
+/* Homing has less, so that the hard stop holds and the machine does not give. */
 static inline int32_t modes_i_limit_q15(const struct axis *a, uint32_t mode)
 {
     const int32_t most_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15);
@@ -33,8 +33,8 @@ static inline __attribute__((always_inline)) void modes_ask(struct axis *a, int3
 }
 
 /*
- * What the speed loop may ask for beside the torque that is known: of the shaft's place, and of friction. All of it together is
- * limited by torque_ask(). Returns that torque.
+ * Computes what the speed loop may ask for on top of the feed-forward torque for cogging and friction. torque_ask() limits the
+ * total. Returns the feed-forward torque.
  */
 static inline int32_t modes_room_beside_known(struct axis *a, struct interval *room)
 {

@@ -38,7 +38,7 @@ static bool can_stop(const struct axis *a)
     return a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
 }
 
-/* Where the drive cannot carry on, the gentlest of what else the class allows, and does not go on by the encoder. */
+/* If the drive cannot carry on: the gentlest other reaction of the class that does not rely on the encoder. */
 static enum reaction choice_now(struct axis *a, enum fault cause)
 {
     const enum reaction choice = (enum reaction)a->reactions.choice[cause];
@@ -92,7 +92,7 @@ int32_t reaction_take_target(struct reactions *r)
     return rpm_q16;
 }
 
-/* Without an encoder most of what may pass is a rotor lost, by whatever name; it is caught as it turns, and need not stop. */
+/* Without an encoder most passing faults are a lost rotor, by whatever name; it is caught turning and need not stop. */
 static void remember_target(struct axis *a)
 {
     struct reactions *const r = &a->reactions;
@@ -100,15 +100,15 @@ static void remember_target(struct axis *a)
     r->resume_rpm_q16 = a->speed.target_rpm_q16;
 }
 
-/* Beyond what `clear` and `on` look at. */
+/* Beyond the checks of `clear` and `on`. */
 static bool cause_is_gone(const struct axis *a)
 {
     return a->thermal.factor_q15 == Q15_ONE;
 }
 
 /*
- * A fault that may pass is latched and the count is not used up: after the delay it is cleared. Not in a drive that has carried
- * on: a retry would begin with the encoder again.
+ * A fault that may pass is latched and retries are left: it is cleared after the delay. Not in a drive that has carried on: a
+ * retry would start with the encoder again.
  */
 static void retry_clear(struct axis *a)
 {

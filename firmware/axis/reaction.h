@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What the drive does about a fault: the choice of each (off, controlled stop, warning), and whether it tries again by itself.
+ * What the drive does about a fault: the choice for each (off, controlled stop, warning), and whether it retries by itself.
  *
- * Only what the slow loop finds leaves a choice. What hardware or the current loop finds is raised (axis_raise) and is off.
+ * Only faults found by the slow loop leave a choice. What hardware or the current loop finds is raised (axis_raise): off.
  */
 #ifndef FIRMWARE_AXIS_REACTION_H
 #define FIRMWARE_AXIS_REACTION_H
@@ -19,13 +19,13 @@ struct axis;
 
 struct reactions {
     uint8_t choice[FAULT_COUNT];                /* enum reaction */
-    volatile uint32_t warnings[REACTION_WORDS]; /* a bit for each fault that was only a warning, since `on` */
-    volatile bool stopping;                     /* a fault is latched, and a quick stop on its way */
+    volatile uint32_t warnings[REACTION_WORDS]; /* one bit per fault that was only a warning, since `on` */
+    volatile bool stopping;                     /* a fault is latched, and a quick stop is under way */
     uint32_t retries;                           /* since the last 10 s of good operation, or a person's `clear` */
-    uint32_t latched_ms;                        /* when the thread saw the fault that it may try again after */
-    bool waiting;                               /* for that */
-    bool switching_on;                          /* cleared by itself, `on` is due */
-    bool resumes;                               /* speed control goes on towards the speed that was asked for: */
+    uint32_t latched_ms;                        /* when the thread saw the fault that may be retried */
+    bool waiting;                               /* to retry */
+    bool switching_on;                          /* cleared without a person, `on` is due */
+    bool resumes;                               /* speed control resumes towards the speed last asked for: */
     int32_t resume_rpm_q16;
     uint32_t good_since_ms;
 };
@@ -33,31 +33,31 @@ struct reactions {
 /* The initial choice of each fault. Thread, once. */
 void reaction_init(struct reactions *r);
 
-/* A fault of the slow loop's: does what is chosen for it. Slow loop. */
+/* Carries out the chosen reaction to a fault found by the slow loop. Slow loop. */
 void axis_report(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
 
-/* Says so, and nothing else happens. Slow loop. */
+/* Only warns. Slow loop. */
 void axis_warn(struct axis *a, enum fault cause);
 
 /* Sets a choice, or refuses one that the fault's class does not allow. Thread, bridge off. */
 struct outcome axis_choose_reaction(struct axis *a, enum fault cause, enum reaction choice);
 
-/* Whether a fault was a warning since `on`. Any context. */
+/* True if a fault was a warning since `on`. Any context. */
 bool reaction_warned(const struct reactions *r, enum fault cause);
 
 /* Forgets the warnings. Slow loop, at `on`. */
 void reaction_begin(struct reactions *r);
 
-/* A person has cleared the fault: the count of retries begins anew. Thread. */
+/* A person has cleared the fault: the retry count starts over. Thread. */
 void reaction_cleared_by_hand(struct reactions *r);
 
 /*
- * The speed towards which operation begins, rpm Q16: 0, or what was asked for before the rotor was lost, when the drive has
- * switched on again by itself for that. Once. Slow loop.
+ * The initial target speed of operation, rpm Q16: 0, or the one asked for before the rotor was lost, if the drive has switched
+ * on again by itself because of that. Once. Slow loop.
  */
 int32_t reaction_take_target(struct reactions *r);
 
-/* The retry policy: clears what may be cleared and switches on again, when it is time. Thread, whenever it has time. */
+/* Retry policy: clears what may be cleared and switches on again when it is time. Thread, whenever it has time. */
 void axis_retry(struct axis *a);
 
 #endif

@@ -46,8 +46,8 @@ enum error request_state_forbids_on(const struct axis *a)
 }
 
 /*
- * What the fabric has latched is a count of the old setting until the next conversion, within a PWM period: the slow loop would
- * take the difference for a jerk of the shaft, and end with an over-speed. Slow loop held.
+ * Until the next conversion, within a PWM period, the fabric's latched count has the old setting: the slow loop would take the
+ * difference for a jerk of the shaft, and end in an over-speed. Slow loop held.
  */
 static void wait_for_count(const struct encoder_regs *encoder)
 {
@@ -56,7 +56,7 @@ static void wait_for_count(const struct encoder_regs *encoder)
     }
 }
 
-/* What has changed in the encoder's setting, if anything, makes the alignment void. Slow loop held, bridge off. */
+/* Any change in the encoder's setting voids the alignment. Slow loop held, bridge off. */
 void request_adopt(struct axis *a, const struct tuning *t)
 {
     if (t->angle_source != a->tuning.angle_source) {
@@ -77,7 +77,7 @@ void request_adopt(struct axis *a, const struct tuning *t)
     }
     if (t->angle_source == PARAM_ANGLE_HALL) {
         struct hall_table table;
-        (void)hall_table_of(&a->params, &table); /* the tuning has looked at it */
+        (void)hall_table_of(&a->params, &table); /* the tuning has checked it */
         hall_take_table(&a->hall, &table, t);
     }
     a->start.unseen = a->start.unseen || t->samples > a->tuning.samples;
@@ -98,12 +98,12 @@ struct outcome request_measured_forbids_on(const struct axis *a, const struct tu
     if (thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal)) {
         return outcome_of(ERROR_TOO_HOT);
     }
-    /* Hall switches tell the angle of a rotor that turns as well, and it is caught. */
+    /* Hall switches give a turning rotor's angle, too, and it is caught. */
     const bool turns = q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4 && !rotor_has_hall(a);
     return outcome_of(turns ? ERROR_TURNING : ERROR_NONE);
 }
 
-/* Nothing that was known of the encoder holds: for the time being a pole pair is a turn. */
+/* Nothing known of the encoder holds: for now a pole pair is a turn. */
 struct outcome axis_identify(struct axis *a)
 {
     if (!request_settled(a)) {
@@ -169,7 +169,7 @@ struct outcome axis_quick_stop(struct axis *a)
     return outcome_of(allowed ? ERROR_NONE : ERROR_NOT_OPERATING);
 }
 
-/* Why the device's side does not let a fault go. */
+/* Why the device does not allow a fault to be cleared. */
 static enum error device_error(void)
 {
     switch (device_fault()) {
@@ -184,7 +184,7 @@ static enum error device_error(void)
     }
 }
 
-/* Clears what the fabric has latched, as far as its causes are gone. */
+/* Clears the fabric's latches whose causes are gone. */
 static enum error clear_latches(struct axis *a)
 {
     encoder_clear(&a->fabric->encoder, ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST);

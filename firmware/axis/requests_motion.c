@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Set-points, each of which brings its mode about: checked here, in the thread, and in effect from the next step on. The check
- * and the values that it lets change belong together: a quick stop must not come in between.
+ * Set-points, each of which selects its mode: checked here, in the thread, and in effect from the next step on. The check and
+ * the values it allows to change belong together: a quick stop must not come in between.
  */
 #include "firmware/axis/axis.h"
 #include "firmware/axis/requests.h"
@@ -11,7 +11,7 @@
 struct set_point {
     int32_t value;
     bool relative;
-    bool of_encoder; /* means nothing without one */
+    bool of_encoder; /* meaningless without one */
 };
 
 typedef struct outcome (*setter)(struct axis *a, struct set_point s);
@@ -97,7 +97,7 @@ static struct outcome set_position(struct axis *a, struct set_point s)
     return OUTCOME_OK;
 }
 
-/* Farther than the largest speed brings it until the next set-point is due, no set-point may be. */
+/* A set-point may be no farther than the largest speed reaches before the next one is due. */
 static struct outcome set_cyclic_position(struct axis *a, struct set_point s)
 {
     const struct tuning *const t = &a->tuning;
@@ -145,7 +145,7 @@ struct outcome axis_learn_cogging(struct axis *a)
     return set(a, set_learning, (struct set_point){.of_encoder = true});
 }
 
-/* What has been learned up to a stop is no map. */
+/* Learning that was stopped gives no map. */
 void axis_learn(struct axis *a)
 {
     struct motion *const m = &a->motion;

@@ -4,15 +4,15 @@
 #include "firmware/axis/injection_lead.h"
 
 /*
- * A double pole at a: 2 / a until it tells. The tracking gain is 2 a Ts / 2 pi times 2^17 (control/observer.c), so that is
+ * A double pole at a: a delay of 2 / a. The tracking gain is 2 a Ts / 2 pi times 2^17 (control/observer.c), so that is
  * 2^18 / (2 pi track) / pi samples.
  */
 #define SETTLES_IN_SAMPLES 83443u
 
 /*
- * What the shaft has turned by in the last millisecond, as a speed: the speed loop's memory counts it. By injection the angle
- * itself tells. The speeds of single instants would on average, too, but the noise in them does not add up to nothing as
- * that in the angle does: a shaft that is to stand with a load creeps.
+ * The shaft's travel in the last millisecond, as a speed: the speed loop's memory counts it. With injection the angle itself
+ * gives it. Instantaneous speeds would do on average, but unlike the angle's noise theirs does not cancel: a shaft that should
+ * stand still under load would creep.
  */
 static int32_t travel_q15(struct axis *a, int32_t speed_rpm_q15)
 {
@@ -22,7 +22,7 @@ static int32_t travel_q15(struct axis *a, int32_t speed_rpm_q15)
     return injection_leads(a) ? tuning_rpm_q15(&a->tuning, moved_q32 / a->tuning.loops_per_slow) : speed_rpm_q15;
 }
 
-/* The handler follows the switches with the bridge off as well, from the first start on. */
+/* The handler tracks the switches with the bridge off as well, from the first start on. */
 static void take_hall_speed(struct axis *a)
 {
     const struct hall_speed *const s = &a->hall.speed;

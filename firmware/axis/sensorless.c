@@ -11,26 +11,26 @@
 #include "lib/polar.h"
 
 #define QUARTER_Q32    0x40000000u
-#define HOLD_SHIFT     6 /* the voltage that is held goes a 64th of the way in a millisecond */
+#define HOLD_SHIFT     6 /* the held voltage covers a 64th of the way per millisecond */
 #define MARGIN(tenths) ((tenths)*256 / 10)
-#define SEES_MARGIN    MARGIN(15) /* the observer is let go */
+#define SEES_MARGIN    MARGIN(15) /* the observer is released */
 #define LEADS_ALL \
-    MARGIN(20) /* and may lead: OBSERVER_LEADS_Q8 by the torque's current alone, so much with the field's */
+    MARGIN(20) /* and may lead: OBSERVER_LEADS_Q8 with the torque current alone, this much with the field's */
 #define WEAK_MARGIN    MARGIN(30) /* and no longer */
 #define CALM_MS        20u
 #define WEAK_MS        8u
 #define CALM_RHO_Q15   8192                    /* a quarter */
-#define CALM_LAG_Q32   (1 << 28)               /* 22 degrees from its mean over 16 ms: it swings, and is not lost */
+#define CALM_LAG_Q32   (1 << 28)               /* 22 degrees from its mean over 16 ms: it swings but is not lost */
 #define LAG_MOST_Q32   ((1 << 30) - (1 << 26)) /* nearly 90 degrees */
 #define LAG_SHIFT      4
 #define YIELD_MOST_Q32 (1 << 29) /* 45 degrees */
 #define SLEW_SHIFT     4         /* a 16th of i_max a millisecond: currents of the field come and go */
 
 enum align_step {
-    ALIGN_ACROSS, /* 90 degrees from where the rotor is to stand: there is no pull from the opposite side */
-    ALIGN_NEARER, /* half of that: friction of two thirds of what pulls holds a rotor 130 degrees away */
+    ALIGN_ACROSS, /* 90 degrees from the rotor's final position: there is no pull from the opposite side */
+    ALIGN_NEARER, /* half of that: friction of two thirds of the pull holds a rotor 130 degrees away */
     ALIGN_ALONG,
-    ALIGN_LESS, /* with less current, for the resistance; a load is still held */
+    ALIGN_LESS, /* with less current, to measure the resistance; a load is still held */
 };
 
 static int32_t slew(int32_t from, int32_t to, int32_t most)
@@ -51,7 +51,7 @@ void sensorless_begin(struct axis *a)
     current_loop_field(&a->loop, QUARTER_Q32, 0);
 }
 
-/* The voltage follows the current that is missing, slowly: to the swinging rotor it is constant. */
+/* The voltage slowly follows the missing current: for the swinging rotor it is constant. */
 static void hold_voltage(struct axis *a, int32_t i_q15)
 {
     struct sensorless *const s = &a->sensorless;
@@ -64,9 +64,8 @@ static void hold_voltage(struct axis *a, int32_t i_q15)
 }
 
 /*
- * The resistance as it is now, with the winding's temperature: from two currents, so that dead time drops out. They differ by a
- * quarter, which may be ten steps of the ADC: single samples would not do. Beyond what a temperature and a tolerance may do to
- * the value that was told, the nearest that they may.
+ * The resistance at the winding's present temperature: from two currents, so dead time drops out. They differ by a quarter,
+ * which may be ten ADC steps: single samples would not do. Limited to what temperature and tolerance can make of the parameter.
  */
 static void take_resistance(struct axis *a)
 {
@@ -128,13 +127,13 @@ static int32_t lag_of(const struct axis *a)
     return (int32_t)(current_loop_angle_q32(&a->loop) - a->loop.pll.angle_q32);
 }
 
-/* By how much one angle is ahead of another, the shorter way round. */
+/* One angle's lead over another, the shorter way round. */
 static int32_t turned_by(int32_t angle_q32, int32_t from_q32)
 {
     return (int32_t)((uint32_t)angle_q32 - (uint32_t)from_q32);
 }
 
-/* The rotor's torque by these currents, as torque.h counts it. */
+/* The rotor's torque at these currents, in torque.h's units. */
 static int32_t torque_of(const struct tuning *t, int32_t i_d_q15, int32_t i_q_q15)
 {
     const int32_t flux_q11 = (t->emf_q12 >> 1) - ((t->saliency_q11 * i_d_q15) >> 15);
@@ -154,8 +153,8 @@ static bool is_calm(struct axis *a)
            q15_abs(lag_q32 >> 1) < LAG_MOST_Q32 >> 1;
 }
 
-/* The rotor's speed is not the field's while it swings. */
-/* Where the rotor rests relative to the field: the mean of a period of its swinging, begun where it is first seen. */
+/* While it swings, the rotor's speed differs from the field's. */
+/* The rotor's rest position relative to the field: the mean of a swing period, starting where it is first seen. */
 static void follow_rest(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
@@ -196,8 +195,8 @@ static void set_field_current(struct axis *a)
 }
 
 /*
- * The rotor swings about the field, and nothing damps it but friction. A field that yields to it does: by how much the rotor is
- * further behind than in the mean of a period or so, the field waits. As with a damper, 0.35 of the critical one.
+ * The rotor swings about the field, damped only by friction. A yielding field damps it, too: the field waits by as much as the
+ * rotor lags beyond its mean over a period or so. Acts as a damper of 0.35 of the critical one.
  */
 static int32_t yield_q32(const struct axis *a)
 {
@@ -249,8 +248,8 @@ bool sensorless_lead_field(struct axis *a, int32_t slope_q16)
 /* ---- the observer leads ---- */
 
 /*
- * The current that is to be along the field makes an angle with the rotor: the torque's part of it is there already, and the
- * rest will come along the magnets.
+ * The current intended along the field is at an angle to the rotor: its torque part is there already, and the rest will come
+ * along the magnets.
  */
 static void field_takes_over(struct axis *a)
 {
@@ -265,7 +264,7 @@ static void field_takes_over(struct axis *a)
     a->speed.ref_rpm_q16 = tuning_rpm_q15(&a->tuning, c->pll.speed_q32) * 2;
 }
 
-/* The rotor follows the ramp: what its speed will change by need not show in the angle first. */
+/* The rotor follows the ramp: its speed change is fed forward and need not show in the angle first. */
 static void follow_ramp(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
@@ -299,7 +298,7 @@ void sensorless_after_control(struct axis *a)
         return;
     }
     if (a->tuning.reluctant) {
-        axis_report(a, FAULT_LOCK_LOST, 0, c->flux.margin_q8 * 10 / 256); /* on a field it does not hang */
+        axis_report(a, FAULT_LOCK_LOST, 0, c->flux.margin_q8 * 10 / 256); /* it does not follow a field either */
     } else {
         field_takes_over(a);
     }
@@ -323,13 +322,13 @@ void sensorless_follow(struct axis *a)
 #define LOST_RHO_Q15 9830 /* 0.3 */
 #define LOST_MARGIN  MARGIN(15)
 
-/* The voltage across which the rotor should turn is there: at least 0.7 of it, and 1.3 at most. */
+/* The EMF of the rotor's supposed speed is there: at least 0.7 of it, and 1.3 at most. */
 static bool emf_contradicts(const struct axis *a)
 {
     const struct tuning *const t = &a->tuning;
     const struct current_loop *const c = &a->loop;
     if (t->observer.lq_more != 0) {
-        return false; /* iron that saturates makes an EMF of q currents */
+        return false; /* saturated iron makes an EMF from q currents */
     }
     const int32_t w_q15 = current_loop_w_q15(c);
     const int32_t expected_q15 = (q15_abs(w_q15) * t->emf_q12) >> 12;

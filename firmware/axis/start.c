@@ -7,7 +7,7 @@
 #include "lib/q15.h"
 
 #define DRIVEN_COUNTS 256
-#define TURNING_TRIES 8u /* of 128 ms each: so long a rotor may run out */
+#define TURNING_TRIES 8u /* of 128 ms each: time for a rotor to run down */
 
 static uint32_t latched(const struct axis *a)
 {
@@ -69,7 +69,7 @@ void start_begin(struct axis *a)
     s->phase = START_CALIBRATE;
 }
 
-/* In counts, since the zero of the sensors was begun: the shorter way round. */
+/* In counts, since the zero measurement began: the shorter way round. */
 static int32_t moved(const struct axis *a)
 {
     const int32_t way = (int32_t)latched(a) - (int32_t)a->start.latched;
@@ -100,7 +100,7 @@ void start_open_gates(struct axis *a)
     s->phase = known ? START_FOLLOW : START_WIRING;
 }
 
-/* An aligned drive may start turning; whose angle has to be found must stand, or is caught. */
+/* An aligned drive may start while turning; if the angle must be found, the rotor must stand, or is caught. */
 static void leave_calibration(struct axis *a)
 {
     struct start *const s = &a->start;
@@ -139,11 +139,11 @@ static void step_calibration(struct axis *a)
     }
 }
 
-/* A third of an electrical turn: few test currents turn a rotor so far, and magnets that turn induce currents of any sign. */
+/* A third of an electrical turn: few test currents turn a rotor that far, and turning magnets induce currents of any sign. */
 static bool driven(const struct axis *a)
 {
     if (a->identify.running) {
-        return moved(a) > DRIVEN_COUNTS; /* nobody knows how many are a turn */
+        return moved(a) > DRIVEN_COUNTS; /* counts per turn are unknown */
     }
     if (rotor_has_hall(a)) {
         return start_hall_moved(a) > 2;
@@ -151,7 +151,7 @@ static bool driven(const struct axis *a)
     return rotor_has_encoder(a) && moved(a) * 3 * a->tuning.pole_pairs > a->tuning.encoder_counts;
 }
 
-/* Without an encoder the bridge goes off first, and the EMF says whether the rotor is driven. */
+/* Without an encoder the bridge goes off first, and the EMF tells whether the rotor is driven. */
 static void raise_of_wiring(struct axis *a, enum fault fault)
 {
     struct start *const s = &a->start;
@@ -205,14 +205,14 @@ static void step_alignment(struct axis *a)
     const enum alignment_result result = alignment_step(m, &a->loop, &a->tuning, latched(a));
     if (result == ALIGNMENT_DONE) {
         a->start.aligned = true;
-        a->start.index_known = false; /* what was stored of it is older */
+        a->start.index_known = false; /* the stored value is older */
         a->start.phase = START_FOLLOW;
     } else if (result != ALIGNMENT_RUNNING) {
         axis_raise_with(a, fault_of_alignment[result], m->detail[0], m->detail[1]);
     }
 }
 
-/* The rotor is at rest, and the bridge off for some microseconds: another scale of the encoder, another frame. */
+/* The rotor is at rest, and the bridge off for some microseconds: changes the encoder scale and the frame. */
 static void take_over(struct axis *a)
 {
     struct identify *const d = &a->identify;

@@ -8,7 +8,7 @@
 #define FILTER_STEPS \
     20u /* 3.2 us: a sixth of a degree at 150 Hz, and longer than what a leg's edge couples into a wire */
 #define PLAYED       3u /* samples from a set of integrals to the voltages that they make */
-#define TURNS_COUNTS 2  /* sectors since the start began: it turns, and the wiring is none to be tested */
+#define TURNS_COUNTS 2  /* sectors since the start began: it turns, so the wiring cannot be tested */
 
 void start_filter_hall(struct axis *a)
 {
@@ -43,7 +43,7 @@ int32_t start_hall_moved(const struct axis *a)
     return moved < 0 ? -moved : moved;
 }
 
-/* The gates open behind a sample, when the legs play the EMF already: a rotor that turns notices nothing. */
+/* The gates open after a sample, when the legs already play the EMF: a turning rotor sees no jolt. */
 static void lead(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);

@@ -5,7 +5,7 @@
 
 void start_sensorless(struct axis *a)
 {
-    injection_reset(&a->loop, &a->tuning); /* what it followed last time */
+    injection_reset(&a->loop, &a->tuning); /* left over from last time */
     flying_begin(a);
     a->start.phase = START_CATCH;
 }
@@ -18,7 +18,7 @@ void start_doubt(struct axis *a, enum fault fault)
     a->start.phase = START_DOUBT;
 }
 
-/* What the injection has to know is measured at rest, and without it a reluctant rotor cannot be led through standstill. */
+/* Injection needs a measurement at rest; without it a reluctance rotor cannot be led through standstill. */
 static bool goes_on(struct axis *a)
 {
     if (a->tuning.reluctant) {
@@ -29,7 +29,7 @@ static bool goes_on(struct axis *a)
     return !a->tuning.reluctant;
 }
 
-/* True when the rotor is caught as it turns. */
+/* True when the rotor is caught turning. */
 static bool step_catch(struct axis *a)
 {
     const enum flying_result result = flying_step(a);
@@ -67,7 +67,7 @@ void start_sensorless_wired(struct axis *a)
     a->start.phase = START_INJECTION;
 }
 
-/* A motor that a prescribed field can hold does without; of the other ones it was the only way. */
+/* A motor that a prescribed field can hold does without injection; for others it was the only way. */
 static void refuse_injection(struct axis *a, enum fault fault, int32_t detail_0, int32_t detail_1)
 {
     if (a->tuning.reluctant) {

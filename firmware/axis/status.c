@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What others may know of a running axis. */
+/* What a running axis shows to others. */
 #include "firmware/axis/axis.h"
 #include "firmware/axis/requests.h"
 
@@ -41,13 +41,13 @@ static struct axis_status look(const struct axis *a)
     };
 }
 
-/* Changes with each sample; none is taken of a fabric in doubt. */
+/* Changes with each sample; a fabric in doubt is not sampled. */
 static uint32_t sample(const struct axis *a)
 {
     return axis_fabric_doubted(a) ? 0u : adc_sequence(&a->fabric->adc);
 }
 
-/* The slow loop is held back. The current loop is not: what it has come in between is looked at once more. */
+/* The slow loop is held off, the current loop is not: what it interrupts is read again. */
 struct axis_status axis_status(const struct axis *a)
 {
     struct axis_status status;

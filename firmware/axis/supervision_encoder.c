@@ -6,11 +6,11 @@
 #include "lib/q15.h"
 
 #define JUMP_DEG     20u
-#define JUMP_COUNTS  3u              /* of a coarse encoder: less is noise of its edges */
+#define JUMP_COUNTS  3u              /* of a coarse encoder: less is edge noise */
 #define DEGREES(n)   ((n)*11930464u) /* Q32 */
 #define DOUBT_MS     8u
-#define DOUBT_BAD_MS 2u /* of them the EMF must contradict */
-#define TURNED_TIMES 3u /* so often it must contradict without a jump: slow loss of counts */
+#define DOUBT_BAD_MS 2u /* the EMF must contradict for this long */
+#define TURNED_TIMES 3u /* contradictions needed without a jump: slow loss of counts */
 #define STILL_MS_MAX 16u
 #define STILL_COUNTS 8u
 #define INDEX_COUNTS 2 /* from pulse to pulse */
@@ -22,8 +22,8 @@ static int32_t w_of(const struct axis *a, int32_t speed_q32)
 }
 
 /*
- * A shaft that the largest current can stop within 4 ms, or that turns slower than a twentieth of its largest speed, may well
- * stand still from one millisecond to the next.
+ * A shaft that the largest current can stop within 4 ms, or that turns slower than a twentieth of its largest speed, can stop
+ * from one millisecond to the next.
  */
 static int32_t dead_w_q15(const struct axis *a)
 {
@@ -49,7 +49,7 @@ void supervise_encoder_begin(struct axis *a)
     emf_reset(&e->emf, &a->tuning);
 }
 
-/* By how many counts `now` is after `before`, the shorter way round. */
+/* Counts from `before` to `now`, the shorter way round. */
 static int32_t counts_between(const struct axis *a, uint32_t before, uint32_t now)
 {
     const int32_t turn = a->params.encoder_counts;
@@ -65,7 +65,7 @@ static int32_t degrees(int32_t angle_q32)
     return ((angle_q32 >> 16) * 360) >> 16;
 }
 
-/* A count that is by `jump_q32` from where the rotor is. */
+/* A count that is `jump_q32` away from the rotor. */
 static struct rotor_seed seed_before(const struct axis *a, uint32_t count, int32_t jump_q32, uint32_t clock)
 {
     const uint32_t angle_q32 = count * a->loop.encoder_scale_q32 + a->loop.angle_offset_q32;
@@ -85,7 +85,7 @@ static void begin_doubt(const struct axis *a, struct encoder_watch *e, int32_t j
 }
 
 /*
- * No edge for as long as eight counts should have taken: the edges' own clock tells it within a millisecond.
+ * No edge for the time of eight counts: the edges' own clock shows it within a millisecond.
  */
 static bool counts_stand(const struct axis *a, int32_t speed_q32)
 {
@@ -97,8 +97,8 @@ static bool counts_stand(const struct axis *a, int32_t speed_q32)
 }
 
 /*
- * Counts that stand still where the EMF is as before, or where it cannot tell, are a dead encoder's. Where it has gone, the
- * shaft was stopped. To tell nothing from all of it takes less than to tell its angle: three times what may hide it, not four.
+ * Counts that stand still while the EMF is as before, or cannot tell, mean a dead encoder. If the EMF is gone, the shaft has
+ * stopped. Telling none from all of it needs less EMF than telling its angle: three times what may hide it, not four.
  */
 static bool stands_with_emf(const struct encoder_watch *e)
 {
@@ -111,7 +111,7 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e, bool stands)
     const bool clear = emf_is_clear(&e->emf);
     e->doubt_ms--;
     if (e->doubt_ms >= DOUBT_MS - 1u) {
-        return; /* the voltages of this millisecond are those from before */
+        return; /* this millisecond's voltages are still the old ones */
     }
     if (stands) {
         if (stands_with_emf(e)) {
@@ -130,7 +130,7 @@ static void resolve_doubt(struct axis *a, struct encoder_watch *e, bool stands)
     }
 }
 
-/* No jump, but the EMF stands elsewhere: counts that were lost one by one, or a jump while the EMF could not tell. */
+/* No jump, but the EMF disagrees: counts lost one by one, or a jump while the EMF could not tell. */
 void supervise_encoder_by_emf(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
@@ -142,7 +142,7 @@ void supervise_encoder_by_emf(struct axis *a)
     }
     int32_t phase;
     if (supervise_phases_suspect(a, &phase)) {
-        return; /* the voltage of a phase that carries nothing is no EMF: first it is decided whether it is open */
+        return; /* the voltage of a phase without current is no EMF: first decide whether it is open */
     }
     e->against_ms += verdict == EMF_REVERSED ? 2u : 1u;
     if (e->against_ms >= TURNED_TIMES) {
@@ -150,7 +150,7 @@ void supervise_encoder_by_emf(struct axis *a)
     }
 }
 
-/* No count where the speed before would have brought enough to tell by now, or a share of it: 1/share. */
+/* No count although the earlier speed should have given enough by now, or 1/share of it. */
 static bool counts_are_due(const struct axis *a, uint32_t share)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
@@ -171,7 +171,7 @@ bool supervise_encoder_may_be_dead(const struct axis *a)
     return a->supervision.encoder.still_ms != 0u && counts_are_due(a, 4);
 }
 
-/* A pulse must come where the last one in this direction came; the pulse has a width, so the other has its own place. */
+/* A pulse must come where the last one in this direction did; the pulse has a width, so each direction has its own place. */
 void supervise_index(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
@@ -219,8 +219,8 @@ enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
 }
 
 /*
- * After a jump of the count the observer's speed is that of the jump, and the rotor's is believed to be that from before. Where
- * the counts stand, so does the frame, as the observer comes to rest: then currents react on nothing, whatever the rotor does.
+ * After a jump of the count the observer's speed is the jump's; the rotor's is taken to be the earlier one. If the counts stand
+ * still, so does the frame, as the observer comes to rest: then the currents do not respond to the rotor at all.
  */
 static void look_in_doubt(struct axis *a, struct encoder_watch *e)
 {
@@ -255,7 +255,7 @@ void supervise_encoder(struct axis *a, int32_t surprise_q32, uint32_t turn)
     }
 }
 
-/* ---- where the rotor is, for who carries on without ---- */
+/* ---- where the rotor is, for carrying on without the encoder ---- */
 
 /* The frame is that of the next sample. */
 static void by_frame(const struct axis *a, struct rotor_seed *seed)
@@ -265,27 +265,27 @@ static void by_frame(const struct axis *a, struct rotor_seed *seed)
     seed->clock = encoder_latch_clock(&a->fabric->encoder);
 }
 
-/* Counts were lost one by one: the EMF of the last four milliseconds, in the frame of the last sample. */
+/* Counts were lost one by one: uses the EMF of the last four milliseconds, in the frame of the last sample. */
 static void by_emf(const struct axis *a, struct rotor_seed *seed)
 {
     by_frame(a, seed);
     seed->angle_q32 += emf_angle_q32(&a->supervision.encoder.emf.filtered, seed->speed_q32 < 0);
 }
 
-/* The index tells by how many counts it is off, unless it is the index that is wrong, and the EMF agrees with the frame. */
+/* The index tells how many counts it is off, unless the index itself is wrong and the EMF agrees with the frame. */
 static void by_index(const struct axis *a, struct rotor_seed *seed)
 {
     const struct encoder_watch *const e = &a->supervision.encoder;
     by_frame(a, seed);
     const bool agrees = emf_is_clear(&e->emf) && emf_judge(&e->emf, seed->speed_q32 < 0) == EMF_AGREES;
-    if (!agrees || a->tuning.reluctant) { /* which turned by half a turn looks nearly the same */
+    if (!agrees || a->tuning.reluctant) { /* which looks nearly the same after half a turn */
         seed->angle_q32 -= (uint32_t)e->index_drift * a->loop.encoder_scale_q32;
     }
 }
 
 /*
- * Counts that stand: the edge is half a count from the middle of what is counted since, and the speed is that from before the
- * milliseconds in which it may have gone with them.
+ * Counts that stand still: the edge is half a count from the middle of the present count, and the speed is from before the
+ * milliseconds in which the stopped counts may have affected it.
  */
 static void by_last_edge(const struct axis *a, struct rotor_seed *seed)
 {

@@ -3,7 +3,7 @@
 #include "firmware/axis/supervision.h"
 #include "firmware/axis/supervision_phase_step.h"
 
-#define SUSPECT 2 /* of the smallest summands: a phase that may be the cause of something else */
+#define SUSPECT 2 /* of the smallest terms: a phase that may be the cause of something else */
 
 void supervise_phases_begin(struct axis *a)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A look at the phases (supervision.h), to become a part of its caller. Slow loop, every second millisecond. */
+/* A look at the phases (supervision.h), inlined into its caller. Slow loop, every second millisecond. */
 #ifndef FIRMWARE_AXIS_SUPERVISION_PHASE_STEP_H
 #define FIRMWARE_AXIS_SUPERVISION_PHASE_STEP_H
 
@@ -11,8 +11,8 @@
 
 #define PHASES_SIN60_Q15     28378
 #define PHASES_LEAST_SHIFT   4 /* a sixteenth of i_max */
-#define PHASES_ALL_SHIFT     4 /* for how much it counts where no phase carries what is asked */
-#define PHASES_CARRIED_SHIFT 2 /* of what was carried 0.75 counts a look later, then 0.56, 0.42 */
+#define PHASES_ALL_SHIFT     4 /* weight when no phase carries what is asked */
+#define PHASES_CARRIED_SHIFT 2 /* decay: what was carried counts 0.75 one look later, then 0.56, 0.42 */
 
 /* Which: 1, 2, 3; 0 if more than one. */
 static inline int32_t phases_open_one(bool a, bool b, bool c)
@@ -26,8 +26,8 @@ static inline int32_t phases_size(const abc_t *i)
 }
 
 /*
- * What is asked may be 15 degrees from what was measured: a fast rotor turns by that in a period or two. Nearer than that to
- * its zero a whole phase may carry nothing, and at 500 Hz it is there each time that it is looked at.
+ * The reference may be 15 degrees from the measurement: a fast rotor turns by that in a period or two. Closer than that to its
+ * zero crossing an intact phase may carry nothing, and at 500 Hz every look may fall there.
  */
 static inline int32_t phases_least_that_tells(const struct phase_watch *p, const abc_t *asked)
 {
@@ -40,7 +40,7 @@ enum phase_look {
     PHASE_MISSING,
 };
 
-/* A phase that carries an eighth of what is asked of it is whole. */
+/* A phase that carries an eighth of what is asked of it is intact. */
 static inline enum phase_look phases_look_at(int32_t asked_q15, int32_t measured_q15, int32_t least_q15)
 {
     const int32_t size_q15 = q15_abs(asked_q15);
@@ -51,8 +51,8 @@ static inline enum phase_look phases_look_at(int32_t asked_q15, int32_t measured
 }
 
 /*
- * One that carries less is open when what was asked, every second millisecond, has added up to half of i_max, a quarter of it
- * at most at a time: a current that is still on its way, while the voltage is at its limit, may pass its zero once or twice.
+ * One that carries less is open once what was asked, every second millisecond, adds up to half of i_max, at most a quarter of
+ * it at a time: a current still rising, while the voltage is at its limit, may cross zero once or twice.
  */
 static inline bool phases_open(struct phase_watch *p, uint32_t phase, enum phase_look look, int32_t asked_q15,
                                uint32_t weight_shift)
@@ -66,8 +66,8 @@ static inline bool phases_open(struct phase_watch *p, uint32_t phase, enum phase
 }
 
 /*
- * Where no phase carries what is asked the voltage may be short: that takes longer. But with one phase open the other two have
- * nothing to carry just when most is asked of it, so what they carried in the looks before counts, too.
+ * If no phase carries what is asked, the voltage may be short: that takes longer. But with one phase open the other two carry
+ * nothing just when most is asked of it, so what they carried in earlier looks counts, too.
  */
 static inline uint32_t phases_weight_shift(struct phase_watch *p, const abc_t *asked, const abc_t *measured,
                                            bool any_carries)

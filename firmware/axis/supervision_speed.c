@@ -6,10 +6,10 @@
 #include "lib/q15.h"
 
 #define LIMITED_MS    100u
-#define CYCLE_LONGEST 100u /* ms of half a wave: six in 300 ms have 50 */
+#define CYCLE_LONGEST 100u /* ms per half wave: six in 300 ms have 50 */
 #define CYCLE_HALVES  6u
 #define SOFTENED_Q8   179 /* 0.7 */
-#define SOFTENED_MOST 5u  /* 0.17: an inertia that is told five times too large is forgiven */
+#define SOFTENED_MOST 5u  /* 0.17: tolerates an inertia parameter five times too large */
 
 /* What the encoder resolves within a millisecond: two counts. */
 static int32_t resolved_rpm_q4(const struct axis *a)
@@ -34,7 +34,7 @@ void supervise_short_voltage(struct axis *a)
     }
 }
 
-/* By a third, and what two looks at each end may be off. */
+/* Within a third, plus the error of two looks at each end. */
 static bool alike(uint32_t a, uint32_t b)
 {
     const uint32_t longer = a > b ? a : b;
@@ -48,8 +48,8 @@ static int32_t softened(int32_t gain)
 }
 
 /*
- * The likely cause is an inertia that is told too large: all that is in proportion to it. The memory's gain twice: the loop
- * becomes slower as a whole, and keeps its damping.
+ * The likely cause is an inertia parameter that is too large: reduces every gain in proportion to it. The memory's gain twice:
+ * the loop as a whole becomes slower but keeps its damping.
  */
 static void soften(struct axis *a)
 {
@@ -97,8 +97,8 @@ void supervise_half_wave(struct axis *a)
 }
 
 /*
- * Whose fault it is: a few milliseconds later it is known that an encoder is dead, or a Hall switch, or that the observer has
- * lost the rotor, and a phase that carries nothing tells.
+ * Finds the cause: a few milliseconds later a dead encoder or Hall switch, or an observer that has lost the rotor, is known,
+ * and a phase without current shows.
  */
 void supervise_lost_speed(struct axis *a)
 {

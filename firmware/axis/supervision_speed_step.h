@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A look at the speed beside its reference (supervision.h), to become a part of its caller. What is seldom needed stays in
+ * Compares the speed with its reference (supervision.h), inlined into its caller. What is seldom needed is in
  * supervision_speed.c. Slow loop, every second millisecond.
  */
 #ifndef FIRMWARE_AXIS_SUPERVISION_SPEED_STEP_H
@@ -36,8 +36,8 @@ static inline void speed_watch_cycle(struct axis *a, struct cycle_watch *w)
 }
 
 /*
- * Two ways to have lost the speed: it is too far from the reference; or it will be in SPEED_WATCH_LOOK_AHEAD_MS, although the
- * motor does what it can: then the load is the stronger one.
+ * Two ways to lose the speed: it is too far from the reference; or it will be in SPEED_WATCH_LOOK_AHEAD_MS although the motor
+ * does all it can: then the load is stronger.
  */
 static inline void speed_watch_deviation(struct axis *a, struct speed_watch *s)
 {
@@ -59,7 +59,7 @@ static inline void speed_watch_deviation(struct axis *a, struct speed_watch *s)
     }
 }
 
-/* A count more or less of a shaft that gives does not begin it anew. */
+/* One count either way, of a shaft that yields, does not restart it. */
 static inline void speed_watch_stall(struct axis *a, struct speed_watch *s)
 {
     const bool stuck = SELDOM(a->speed.at_limit) && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
@@ -72,14 +72,14 @@ static inline void speed_watch_stall(struct axis *a, struct speed_watch *s)
     }
 }
 
-/* Homing looks for itself what stops the shaft. */
+/* Homing checks for itself what stops the shaft. */
 static inline bool speed_watch_applies(uint32_t state, uint32_t mode)
 {
     return state == AXIS_OPERATION_ENABLED &&
            (USUALLY(mode == AXIS_MODE_SPEED) || (!axis_mode_is_torque(mode) && mode != AXIS_MODE_HOMING));
 }
 
-/* `state`: of now. */
+/* `state`: the present one. */
 static inline __attribute__((always_inline)) void supervise_speed_here(struct axis *a, uint32_t state)
 {
     if (speed_watch_applies(state, a->mode)) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A step of the supervision (supervision.h), to become a part of its caller. Slow loop, last. */
+/* A step of the supervision (supervision.h), inlined into its caller. Slow loop, last. */
 #ifndef FIRMWARE_AXIS_SUPERVISION_STEP_H
 #define FIRMWARE_AXIS_SUPERVISION_STEP_H
 
@@ -19,7 +19,7 @@ static inline void supervise_overspeed(struct axis *a, int32_t w_q15)
     }
 }
 
-/* What is to be seen of the encoder in each millisecond. Returns by how much the count is not where it should be. */
+/* The encoder's check every millisecond. Returns how far the count is from where it should be. */
 static inline int32_t supervision_look_at_encoder(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
@@ -36,13 +36,13 @@ static inline int32_t supervision_look_at_encoder(struct axis *a)
     return supervise_encoder_surprise_q32(&a->tuning, seen->moved, seen->step_clocks, speed_q32);
 }
 
-/* Whether that is not as it is nearly always. */
+/* True if that deviates from the normal case. */
 static inline bool supervision_strange(const struct encoder_watch *e, int32_t surprise_q32)
 {
     return e->doubt_ms != 0u || q15_abs(surprise_q32) > e->jump_limit_q32;
 }
 
-/* Together with the torque limits (axis.c). The currents follow the references of now until the phases are looked at. */
+/* Together with the torque limits (axis.c). The currents follow the present references until the phases are checked. */
 static inline void supervision_step_even(struct axis *a, uint32_t state)
 {
     a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
@@ -50,7 +50,7 @@ static inline void supervision_step_even(struct axis *a, uint32_t state)
     supervise_speed_here(a, state);
 }
 
-/* The modulator gives all it can, and a tenth of i_max is missing or too much. */
+/* The modulator is at its limit, and the current is off by a tenth of i_max. */
 static inline bool supervision_voltage_is_short(const struct axis *a)
 {
     const struct current_loop *const c = &a->loop;
@@ -72,7 +72,7 @@ static inline void supervision_watch_voltage(struct axis *a)
     }
 }
 
-/* What is slow: every SUPERVISION_TURNS. */
+/* The slow checks: every SUPERVISION_TURNS. */
 static inline void supervision_step_slow(struct axis *a)
 {
     supervision_watch_voltage(a);
@@ -92,7 +92,7 @@ static inline void supervision_step_odd(struct axis *a, uint32_t turn)
     }
 }
 
-/* What the EMF says of the encoder's angle, where there is enough of it to say; and the index, if there was a pulse. */
+/* Checks the encoder's angle by the EMF, if there is enough; and the index, if there was a pulse. */
 static inline void supervision_judge_encoder(struct axis *a)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
@@ -116,7 +116,7 @@ static inline void supervision_compare_with_emf(struct axis *a, int32_t w_q15, u
     }
 }
 
-/* False while it is in doubt: then its speed is, too. */
+/* False while it is in doubt: its speed is then in doubt, too. */
 static inline bool supervision_encoder_is_sound(struct axis *a, int32_t w_q15, uint32_t turn)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
@@ -124,7 +124,7 @@ static inline bool supervision_encoder_is_sound(struct axis *a, int32_t w_q15, u
     const bool odd = turn % 2u != 0u;
     if (SELDOM(supervision_strange(e, surprise_q32)) || (odd && SELDOM(e->still_ms >= SUPERVISION_STILL_MS))) {
         supervise_encoder(a, surprise_q32, turn);
-        return e->doubt_ms == 0u && a->carry.waits == FAULT_NONE; /* the speed that was measured is the encoder's */
+        return e->doubt_ms == 0u && a->carry.waits == FAULT_NONE; /* the measured speed is the encoder's */
     }
     if (odd) {
         supervision_compare_with_emf(a, w_q15, turn);
@@ -133,8 +133,8 @@ static inline bool supervision_encoder_is_sound(struct axis *a, int32_t w_q15, u
 }
 
 /*
- * Each part in its turn, so that no millisecond has much more to do than another: phases and speed every second one, what is
- * slow every fourth.
+ * The parts take turns to spread the load evenly over the milliseconds: phases and speed every second one, slow checks every
+ * fourth.
  */
 static inline __attribute__((always_inline)) void supervision_step_running(struct axis *a, uint32_t state, bool encoder,
                                                                            int32_t w_q15)
@@ -156,7 +156,7 @@ static inline __attribute__((always_inline)) void supervision_step_running(struc
     }
 }
 
-/* `state`: of now; `encoder`: rotor_has_encoder(), where that is known; `w_q15`: current_loop_w_q15() of now. */
+/* `state`: the present one; `encoder`: rotor_has_encoder(), if the caller knows it; `w_q15`: current_loop_w_q15() now. */
 static inline __attribute__((always_inline)) void supervision_step_here(struct axis *a, uint32_t state, bool encoder,
                                                                         int32_t w_q15)
 {

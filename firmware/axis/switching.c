@@ -10,8 +10,7 @@ static struct outcome forbidden(const struct axis *a)
     return problem.error != ERROR_NONE ? problem : outcome_of(request_state_forbids_on(a));
 }
 
-/* What the parameters make of it, and whether they allow it. What lies between the members comes along: an axis holds nothing
- * of the stack. */
+/* The tuning from the parameters, and whether they allow it. Padding is copied, too: an axis must hold no stack bytes. */
 static struct outcome tune(struct axis *a)
 {
     a->switching.tuning = a->tuning;
@@ -32,7 +31,7 @@ struct outcome axis_switch_on(struct axis *a)
     }
     struct outcome problem = tune(a);
     if (problem.error == ERROR_NONE) {
-        problem = forbidden(a); /* looked at again at the end: a refusal need not wait so long */
+        problem = forbidden(a); /* checked again at the end; a refusal need not wait until then */
     }
     if (problem.error == ERROR_NONE) {
         torque_begin(&a->switching.builder, &a->torque, &a->params, &a->switching.tuning, a->loop.vbus_q15);
@@ -41,7 +40,7 @@ struct outcome axis_switch_on(struct axis *a)
     return problem;
 }
 
-/* All is worked out. A fault may have come meanwhile, or the bus have changed. */
+/* All is computed. Meanwhile a fault may have come, or the bus may have changed. */
 static struct outcome request(struct axis *a, enum axis_request what)
 {
     const uint32_t held = request_hold();
@@ -55,7 +54,7 @@ static struct outcome request(struct axis *a, enum axis_request what)
     return problem;
 }
 
-/* No torque is asked for, so there are no tables to work out. */
+/* No torque is requested, so there are no tables to build. */
 struct outcome axis_learn_hall(struct axis *a)
 {
     if (!request_settled(a)) {

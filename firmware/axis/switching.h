@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Switching on takes tables that take longer than a request may wait (control/torque_build.h). They are worked out a part
- * at a time, so that the thread serves its lines in between: axis_switch_on() begins, axis_prepare() goes on. Until the last
- * part the axis neither is on nor counts as off: parameters stay as they are. Thread.
+ * Switching on needs tables that take longer to build than a request may wait (control/torque_build.h). They are built in
+ * parts, and the thread serves its lines in between: axis_switch_on() begins, axis_prepare() goes on. Until the last part the
+ * axis is neither on nor counts as off: parameters stay as they are. Thread.
  */
 #ifndef FIRMWARE_AXIS_SWITCHING_H
 #define FIRMWARE_AXIS_SWITCHING_H
@@ -15,12 +15,12 @@
 
 struct switching {
     bool under_way;
-    struct outcome outcome; /* of the last one that has ended */
-    struct tuning tuning;   /* that will be in effect */
+    struct outcome outcome; /* of the last one that ended */
+    struct tuning tuning;   /* to take effect */
     struct torque_builder builder;
 };
 
-/* It ends with that, if one is under way. */
+/* Ends the one under way, if any, with `error`. */
 static inline void switching_end(struct switching *s, enum error error)
 {
     if (s->under_way) {

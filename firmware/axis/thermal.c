@@ -10,13 +10,13 @@
 #define INVERTER_SAMPLE   2u
 #define AMBIENT_C         40
 #define AMBIENT_Q4        (AMBIENT_C * 16)
-#define COPPER_ZERO_C     235 /* below zero: where copper's resistance, followed in a straight line, would end */
+#define COPPER_ZERO_C     235 /* below zero: where copper's resistance, extrapolated linearly, would vanish */
 #define DERATE_Q4         (10 * 16)
-#define LOSS_MAX_Q10      (20 << 10) /* of the rated loss: more does not last until the next update */
+#define LOSS_MAX_Q10      (20 << 10) /* of the rated loss: more cannot last until the next update */
 #define TOP_Q20           ((1 << 20) + (1 << 20) / 20)
 #define INVERTER_BAND_Q15 (Q15_ONE / 10)
 
-/* The part of the way to its end that a body of this time constant goes in one update; at most all of it. */
+/* The fraction of the way to its final value that a body of this time constant covers per update; at most all of it. */
 static int32_t rate_q31(int32_t tau_ms)
 {
     const int64_t rate = ((int64_t)THERMAL_PERIOD_MS << 31) / tau_ms;
@@ -65,13 +65,13 @@ void thermal_init(struct thermal *th, struct thermal_memory *memory, const struc
     }
 }
 
-/* Towards the end by the rate; rounded to nearest, so that a long time constant does not stop it short. */
+/* Towards the final value at the rate; rounded to nearest, so a long time constant does not stop short of it. */
 static void follow(int32_t *x_q20, int32_t end_q20, int32_t rate)
 {
     *x_q20 += (int32_t)((((int64_t)end_q20 - *x_q20) * rate + (1 << 30)) >> 31);
 }
 
-/* The mean square of the current over that at which `full_q10` flows, 1024 = equal. */
+/* The current's mean square over that of `full_q10`, 1024 = equal. */
 static int32_t loss_q10(uint32_t mean_q20, int32_t full_q10)
 {
     const uint32_t full_q20 = (uint32_t)full_q10 * (uint32_t)full_q10;
@@ -79,7 +79,7 @@ static int32_t loss_q10(uint32_t mean_q20, int32_t full_q10)
     return loss > LOSS_MAX_Q10 ? LOSS_MAX_Q10 : (int32_t)loss;
 }
 
-/* Where the rise would end: in K, Q20, at most 1000 K. */
+/* The final value of the rise: in K, Q20, at most 1000 K. */
 static int32_t end_q20(int32_t full_q4, int32_t loss)
 {
     return q15_min((full_q4 * loss) >> 4, 1000 << 10) * 1024;
@@ -118,7 +118,7 @@ static void update_limit(struct thermal *th, uint32_t sensor_code)
     }
 }
 
-/* The last sample closes the mean; what follows from it takes the samples after it in turn. */
+/* The last sample closes the mean; the samples after it do the update in parts. */
 void thermal_update(struct thermal *th, uint32_t sensor_code)
 {
     if (th->samples == THERMAL_SAMPLES) {

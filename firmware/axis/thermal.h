@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * How warm winding and power stage are, from the current that flowed: ten times a second, in integers.
+ * Temperatures of winding and power stage, from the current that flowed: ten times a second, in integers.
  *
- * Winding: two bodies in their Foster form, winding over housing and housing over the air, each with a rise that follows the
- * copper loss with its own time constant; at i_rated both together reach t_max from 40 degC. The loss follows the winding's
- * temperature (copper: 1/(234.5 degC + T)). With a sensor the warmer of model and sensor counts: the sensor lags a sudden
- * overload, the model does not know a blocked fan. Power stage: one body, I^2 t, 1.0 at inverter_ma for ever.
+ * Winding: two bodies in Foster form, winding over housing and housing over air, each with a rise that follows the copper loss
+ * with its own time constant; at i_rated both together reach t_max from 40 degC. The loss follows the winding's temperature
+ * (copper: 1/(234.5 degC + T)). With a sensor, the warmer of model and sensor counts: the sensor lags a sudden overload, the
+ * model does not see a blocked fan. Power stage: one body, I^2 t, settling at 1.0 at inverter_ma.
  *
- * Over the last 10 K, or the last tenth, the current limit falls to nothing. What gets beyond is a fault.
+ * Over the last 10 K, or the last tenth, the current limit falls to zero. Beyond that is a fault.
  *
- * What was warm is still warm after a reset: the two rises are kept in RAM that a reset leaves alone.
+ * Heat survives a reset: the two rises are kept in RAM that a reset does not clear.
  */
 #ifndef FIRMWARE_AXIS_THERMAL_H
 #define FIRMWARE_AXIS_THERMAL_H
@@ -35,31 +35,30 @@ struct thermal {
     struct thermal_memory *memory; /* NULL: none */
     uint32_t samples;              /* since the last update */
     uint32_t i_squared_q20;        /* their sum */
-    uint32_t mean_q20;             /* of the update before */
-    /* of the parameters, at `on` */
+    uint32_t mean_q20;             /* of the previous update */
+    /* from the parameters, at `on` */
     int32_t rated_q10;                                             /* i_rated, 1024 = i_range */
     int32_t inverter_q10;                                          /* 0: not watched */
     int32_t winding_full_q4, housing_full_q4;                      /* rises at i_rated, 1/16 K */
-    int32_t winding_rate_q31, housing_rate_q31, inverter_rate_q31; /* part of the way that an update goes */
+    int32_t winding_rate_q31, housing_rate_q31, inverter_rate_q31; /* fraction of the way covered per update */
     int32_t max_q4;                                                /* t_max, 1/16 degC */
     /* state */
     int32_t winding_q20, housing_q20; /* rises, K */
-    int32_t inverter_q20;             /* 1.0 = what inverter_ma makes of it for ever */
-    int32_t winding_q4;               /* temperature that counts, 1/16 degC */
+    int32_t inverter_q20;             /* 1.0 = steady state at inverter_ma */
+    int32_t winding_q4;               /* effective temperature, 1/16 degC */
     int32_t factor_q15;               /* of the current limit, 0...1.0 */
 };
 
-/* Takes up what `memory` has kept if that is sound, else starts cold. Thread, once; memory may be NULL. */
+/* Restores what `memory` holds if it is valid, else starts cold. Thread, once; memory may be NULL. */
 void thermal_init(struct thermal *th, struct thermal_memory *memory, const struct params *p);
 
-/* Takes the parameters. What is warm stays warm. Thread, bridge off; 64-bit divisions. */
+/* Takes the parameters; temperatures stay. Thread, bridge off; 64-bit divisions. */
 void thermal_tune(struct thermal *th, const struct params *p);
 
-#define THERMAL_SAMPLES (THERMAL_PERIOD_MS / THERMAL_STEP_MS)
-#define THERMAL_LAST_UPDATE \
-    3u /* samples after the mean's last one: 1, 2 and 3 have a part of what follows from it to do */
+#define THERMAL_SAMPLES     (THERMAL_PERIOD_MS / THERMAL_STEP_MS)
+#define THERMAL_LAST_UPDATE 3u /* samples after the mean's last: each of 1, 2 and 3 does a part of the update */
 
-/* A sample of the currents, every THERMAL_STEP_MS, whatever the state. Whether thermal_update() has to follow. Slow loop. */
+/* Samples the currents, every THERMAL_STEP_MS, in any state. True if thermal_update() must follow. Slow loop. */
 static inline bool thermal_sample(struct thermal *th, const volatile struct current_loop *c)
 {
     const int32_t d_q10 = c->i_d_q15 >> 5;
@@ -70,13 +69,13 @@ static inline bool thermal_sample(struct thermal *th, const volatile struct curr
     return samples <= THERMAL_LAST_UPDATE || samples == THERMAL_SAMPLES;
 }
 
-/* What follows from it; `sensor_code` as adc_temperature_code(). Slow loop. */
+/* Updates the temperatures; `sensor_code` as adc_temperature_code(). Slow loop. */
 void thermal_update(struct thermal *th, uint32_t sensor_code);
 
-/* Both. Slow loop. */
+/* thermal_sample() and, if due, thermal_update(). Slow loop. */
 void thermal_step(struct thermal *th, const volatile struct current_loop *c, uint32_t sensor_code);
 
-/* What is left of the current limit. Any context. */
+/* The derated current limit. Any context. */
 static inline int32_t thermal_i_limit_q15(const struct thermal *th, int32_t i_max_q15)
 {
     return (i_max_q15 * th->factor_q15) >> 15;

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Where the magnets are: an incremental encoder does not know, so a direct current finds out.
+ * Finds the magnets with a direct current, since an incremental encoder does not know their position.
  *
- * It pulls the rotor to two angles 90 degrees apart, because there is no pull from the opposite side; then the field turns one
- * electrical turn forth and back, and a part of one with less current. Counts to a turn tell whether pole_pairs and
- * encoder_counts are right, their sign the direction, the field's lead over the encoder the offset (field_pass.h), and what
- * the lead grows by with less current the load (load_angle.h). Nothing is taken for granted: what does not follow is named.
+ * The current pulls the rotor to two angles 90 degrees apart, because there is no pull from the opposite side; then the field
+ * turns one electrical turn forth and back, and a part of one with less current. Counts per turn check pole_pairs and
+ * encoder_counts, their sign gives the direction, the field's lead over the encoder the offset (field_pass.h), and the lead's
+ * growth with less current the load (load_angle.h). Nothing is taken for granted: every failed check has its own result.
  *
- * The rotor turns by two and a half electrical turns, as pole_pairs says them, to either side of where it stood; one that
+ * The rotor turns by two and a half electrical turns, according to pole_pairs, to either side of its starting point; one that
  * turns by more than ALIGNMENT_TURNS is driven by a load, and let go.
- * The pull takes i_align, the turns as much as i_max; a second attempt takes that from the beginning.
+ * The pull uses i_align, the turns up to i_max; a second attempt uses that from the beginning.
  */
 #ifndef FIRMWARE_COMMISSION_ALIGNMENT_H
 #define FIRMWARE_COMMISSION_ALIGNMENT_H
@@ -28,14 +28,14 @@
 
 #define ALIGNMENT_TURNS 6
 
-/* Load angle that a fault shows where the rotor did not stay with the field at all. */
+/* Load angle reported in a fault if the rotor did not stay with the field at all. */
 #define ALIGNMENT_OUT_DEGREES 180
 
 enum alignment_result {
     ALIGNMENT_RUNNING,
     ALIGNMENT_DONE,
-    ALIGNMENT_ENCODER_DEAD, /* the field turned, the magnets induced a voltage, and no counts came */
-    ALIGNMENT_DIRECTION,    /* encoder backwards or two phases exchanged */
+    ALIGNMENT_ENCODER_DEAD, /* the field turned, the magnets induced a voltage, but no counts came */
+    ALIGNMENT_DIRECTION,    /* encoder reversed or two phases swapped */
     ALIGNMENT_POLE_PAIRS,   /* detail: pole pairs and counts that would fit */
     ALIGNMENT_COUNTS,       /* the same */
     ALIGNMENT_BLOCKED,      /* nothing turned, or not evenly */
@@ -48,24 +48,24 @@ struct alignment {
     uint32_t level; /* of TUNING_ALIGN_LEVELS: how much current */
     uint32_t pass;
     uint32_t stage_ms;
-    int32_t period_ms; /* of the rotor, or more: times are measured by it */
+    int32_t period_ms; /* the rotor's, or longer: times scale with it */
     int32_t counts;    /* of the encoder since the start */
     struct encoder_sense turned_with;
     int64_t sense_sum; /* q voltage times the encoder's motion since the field was last at rest */
     int32_t v_q_sum_q15;
     uint32_t swing_ms;
     int32_t swing_from;  /* counts then */
-    int32_t furthest;    /* away from there since then */
+    int32_t furthest;    /* from there since then */
     int32_t fastest_q32; /* since then */
     int32_t origin;      /* counts when this attempt began */
-    int32_t jump_from;   /* counts when the field did */
-    uint32_t ratio;   /* of what the rotor moved as the field jumped, and what it should have; 8: right, or not known */
-    uint32_t latched; /* counter at the last step */
+    int32_t jump_from;   /* counts when the field jumped */
+    uint32_t ratio;      /* the rotor's motion over what it should be as the field jumped; 8: right, or not known */
+    uint32_t latched;    /* counter at the last step */
     uint32_t field_q32;
     int32_t current_q15, target_q15;
     struct pull_speed speed;
     bool gripped; /* it fell, and more current caught it */
-    bool even;    /* the whole turns were */
+    bool even;    /* the whole turns were even */
     bool lost;    /* with less current the rotor did not follow */
     struct pendulum rotor;
     struct field_pass passing;
@@ -76,7 +76,7 @@ struct alignment {
     uint32_t first_offset_q32; /* of the axis, before anything turned */
     uint32_t still_ms;         /* since the encoder's last count */
     bool turned;               /* the passes are done */
-    bool silent;               /* and the encoder counted nothing */
+    bool silent;               /* and the encoder did not count */
     int32_t detail[2];
 };
 
@@ -87,7 +87,7 @@ void alignment_start(struct alignment *a, volatile struct current_loop *c, const
 enum alignment_result alignment_step(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                      uint32_t latched);
 
-/* The current loop is to hold voltages (wiring_tuning). Slow loop, after the step. */
+/* True if the current loop must hold voltages (wiring_tuning). Slow loop, after the step. */
 bool alignment_holds_voltage(const struct alignment *a);
 
 #endif

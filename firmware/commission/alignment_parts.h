@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What the parts of the alignment share; nobody else includes this. Each part has a file: pulling (alignment_pull.c), the
- * encoder's sense (alignment_sense.c), turning and what it proves (alignment_turns.c), the axis of reluctant machines
- * (alignment_reluctant.c). Slow loop.
+ * Shared by the parts of the alignment only. Each part has a file: pulling (alignment_pull.c), the encoder's direction
+ * (alignment_sense.c), turning and its checks (alignment_turns.c), the axis of reluctance machines (alignment_reluctant.c).
+ * Slow loop.
  */
 #ifndef FIRMWARE_COMMISSION_ALIGNMENT_PARTS_H
 #define FIRMWARE_COMMISSION_ALIGNMENT_PARTS_H
@@ -15,13 +15,13 @@
 #define QUARTER_Q32        0x40000000u
 
 enum stage {
-    STAGE_PULL,   /* current rises a quarter turn before the first angle, the rotor swings and settles */
-    STAGE_SECOND, /* the field goes to the first angle */
+    STAGE_PULL,   /* current ramps up a quarter turn before the first angle; the rotor swings and settles */
+    STAGE_SECOND, /* the field moves to the first angle */
     STAGE_PASS,
     STAGE_SOLVE,
-    STAGE_RELEASE, /* current down to nothing */
+    STAGE_RELEASE, /* current ramps down to zero */
     STAGE_DROP,    /* the same, at once, and the rotor comes to rest */
-    STAGE_AXIS, /* of reluctant machines, before the pull and after the passes: where the magnets are, but for half a turn */
+    STAGE_AXIS,    /* reluctance machines, before the pull and after the passes: the magnets' axis, up to half a turn */
 };
 
 enum pass {
@@ -39,14 +39,14 @@ static inline void alignment_enter(struct alignment *a, enum stage stage)
 
 /* ---- pulling ---- */
 
-/* From where the rotor and the field are now. */
+/* Starts from the present rotor and field. */
 void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32_t attempt, uint32_t angle_q32);
 
-/* The next attempt, if there is one; `otherwise` the verdict stands. */
+/* Begins the next attempt, if there is one, else returns the verdict `otherwise`. */
 enum alignment_result alignment_again(struct alignment *a, const struct tuning *t, uint32_t angle_q32,
                                       enum alignment_result otherwise);
 
-/* Before each step: the current on its way, and whether a load takes the rotor away. */
+/* Before each step: ramps the current, and checks whether a load takes the rotor away. */
 void alignment_follow_current(struct alignment *a, const struct tuning *t);
 int32_t alignment_pull_current_q15(const struct alignment *a, const struct tuning *t);
 bool alignment_carried_away(struct alignment *a, const struct tuning *t);
@@ -54,12 +54,12 @@ bool alignment_carried_away(struct alignment *a, const struct tuning *t);
 /* One step of STAGE_PULL or STAGE_SECOND. */
 enum alignment_result alignment_step_pull(struct alignment *a, const struct tuning *t, uint32_t angle_q32);
 
-/* ---- the encoder's sense ---- */
+/* ---- the encoder's direction ---- */
 
-/* The field is at rest from here on, and the rotor may swing. */
+/* The field is at rest from now on, and the rotor may swing. */
 void alignment_begin_swing(struct alignment *a);
 
-/* Before each step, the encoder having moved by `moved` counts to `angle_q32`. */
+/* Before each step; the encoder has moved by `moved` counts to `angle_q32`. */
 void alignment_feel_sense(struct alignment *a, const volatile struct current_loop *c, const struct tuning *t,
                           int32_t moved, uint32_t angle_q32);
 
@@ -72,12 +72,12 @@ void alignment_begin_pass(struct alignment *a, const struct tuning *t, uint32_t 
 enum alignment_result alignment_step_turns(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                            uint32_t angle_q32);
 
-/* ---- reluctant machines ---- */
+/* ---- reluctance machines ---- */
 
-/* Current off; when the rotor rests its axis is measured. `turned`: the passes are done. */
+/* Switches the current off; measures the rotor's axis once it rests. `turned`: the passes are done. */
 void alignment_begin_drop(struct alignment *a, bool turned);
 
-/* Reluctance holds the rotor ahead of the field, seen the way in which the field is about to turn. */
+/* True if reluctance holds the rotor ahead of the field, in the direction in which the field is about to turn. */
 bool alignment_leads_the_field(const struct alignment *a);
 
 /* One step of STAGE_DROP or STAGE_AXIS. */

@@ -3,16 +3,16 @@
 #include "firmware/commission/alignment_parts.h"
 #include "lib/q15.h"
 
-#define JUMP_MS        8u /* for a quarter turn: a rotor opposite to the field must not meet it half way */
+#define JUMP_MS        8u /* for a quarter turn: a rotor opposite the field must not meet it half way */
 #define SETTLE_PERIODS 10
 #define SETTLE_MS      60
 #define SLOWER         4 /* times, at the second attempt */
 #define RATIO_MOST     32
 #define GRIP_MS        5
-#define AWAY_TURNS     3 /* further from where it began no field pulls the rotor */
-#define TURNS_BACK     4 /* part of a period: a field that jumps may meet the rotor moving away from it */
+#define AWAY_TURNS     3 /* no field pulls the rotor further than this from its start */
+#define TURNS_BACK     4 /* part of a period: a jumping field may meet the rotor moving away from it */
 
-/* The first attempt is quick; the second has time for 16 times the inertia that was told, and as much current as there is. */
+/* The first attempt is quick; the second allows for 16 times the inertia parameter, and uses all the current. */
 void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32_t attempt, uint32_t angle_q32)
 {
     a->attempt = attempt;
@@ -32,7 +32,7 @@ void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32
     }
 }
 
-/* Nothing is said against the motor or its wiring that a second attempt does not confirm. */
+/* Reports nothing against the motor or its wiring that a second attempt does not confirm. */
 enum alignment_result alignment_again(struct alignment *a, const struct tuning *t, uint32_t angle_q32,
                                       enum alignment_result otherwise)
 {
@@ -43,7 +43,7 @@ enum alignment_result alignment_again(struct alignment *a, const struct tuning *
     return ALIGNMENT_RUNNING;
 }
 
-/* Current follows its target within half a period; to hold a rotor that falls, at once. */
+/* Current follows its target within half a period; at once to hold a falling rotor. */
 void alignment_follow_current(struct alignment *a, const struct tuning *t)
 {
     const int32_t half_ms = a->gripped || t->reluctant ? GRIP_MS : a->period_ms / 2;
@@ -51,25 +51,25 @@ void alignment_follow_current(struct alignment *a, const struct tuning *t)
     a->current_q15 += q15_clamp(a->target_q15 - a->current_q15, -slope_q15, slope_q15);
 }
 
-/* A reluctant machine is held where it is first pulled across its magnets, and swings by less. */
+/* A reluctance machine is held where it is first pulled across its magnets, and swings less. */
 int32_t alignment_pull_current_q15(const struct alignment *a, const struct tuning *t)
 {
     return a->gripped || t->reluctant ? a->current_q15 : pull_speed_current_q15(&a->speed, t, a->current_q15);
 }
 
-/* A rotor that runs away without current falls with its load: then it is held with all the current there is. */
+/* A rotor that runs away without current falls with its load: then all the available current holds it. */
 static void grip(struct alignment *a, const struct tuning *t)
 {
     if (!t->reluctant && a->stage < STAGE_PASS && !a->gripped && pull_speed_falls(&a->speed, t)) {
         a->level = t->align_levels - 1u;
         a->target_q15 = t->align[a->level].i_q15;
         a->gripped = true;
-        a->rotor.sense = 0; /* while it fell it may have been anywhere to the field */
+        a->rotor.sense = 0; /* while falling it may have been anywhere relative to the field */
         alignment_begin_swing(a);
     }
 }
 
-/* While it pulls, the rotor turns by half a turn to the field and a quarter with it, and swings; further a load takes it. */
+/* During the pull the rotor turns half a turn to the field and a quarter with it, and swings; any further is a load. */
 bool alignment_carried_away(struct alignment *a, const struct tuning *t)
 {
     const int32_t turns = a->stage < STAGE_PASS ? AWAY_TURNS : ALIGNMENT_TURNS;
@@ -99,8 +99,8 @@ static enum alignment_result step_first(struct alignment *a, const struct tuning
 }
 
 /*
- * With too many pole pairs told, or counts, the rotor goes further than a quarter turn as it is told: the field shall turn
- * slower then, for the rotor is faster than it seems. Friction alone changes that little.
+ * If pole_pairs or encoder_counts is too large, the rotor appears to move more than a quarter turn: the field must then turn
+ * slower, since the rotor is faster than it seems. Friction alone changes that little.
  */
 static void judge_jump(struct alignment *a, const struct tuning *t)
 {
@@ -109,7 +109,7 @@ static void judge_jump(struct alignment *a, const struct tuning *t)
     a->ratio = (uint32_t)q15_clamp(seen, (int32_t)RATIO_ONE, RATIO_MOST);
 }
 
-/* A second attempt has more current, and takes the rotor along. */
+/* A second attempt has more current, and pulls the rotor along. */
 static enum alignment_result step_second(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
 {
     const uint32_t jump_ms = a->attempt == 0u ? JUMP_MS : (uint32_t)a->period_ms / 2u;

@@ -33,7 +33,7 @@ static void pull_across(struct alignment *a, const struct tuning *t, uint32_t an
 }
 
 /*
- * Reluctance holds the rotor behind the field or ahead of it. Ahead, friction would take it to the other side as the field
+ * Reluctance holds the rotor behind the field or ahead of it. If ahead, friction would drag it to the other side as the field
  * begins to turn; a quarter turn of the field does that at rest.
  */
 bool alignment_leads_the_field(const struct alignment *a)
@@ -55,7 +55,7 @@ static enum alignment_result step_drop(struct alignment *a, volatile struct curr
     return ALIGNMENT_RUNNING;
 }
 
-/* By how much two offsets differ that are known but for half a turn. */
+/* The difference of two offsets that are known up to half a turn. */
 static int32_t apart_q32(uint32_t x_q32, uint32_t y_q32)
 {
     return q15_abs((int32_t)(2u * (x_q32 - y_q32)) / 2);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Which way the encoder counts shows while the rotor is pulled. */
+/* Finds the encoder's counting direction while the rotor is pulled. */
 #include "firmware/commission/alignment_parts.h"
 #include "lib/q15.h"
 

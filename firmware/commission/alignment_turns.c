@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The field turns forth and back: what the rotor that follows says of encoder and load. */
+/* The field turns forth and back: the rotor that follows shows encoder and load. */
 #include "firmware/commission/alignment_parts.h"
 #include "firmware/commission/encoder_fit.h"
 #include "firmware/settings/config.h"
@@ -82,7 +82,7 @@ static enum alignment_result judge_fit(struct alignment *a, const struct tuning 
     }
 }
 
-/* Both whole turns are done: what speaks against this encoder, if anything. */
+/* Both whole turns are done: returns what is wrong with this encoder, if anything. */
 static enum alignment_result judge_turns(struct alignment *a, const struct tuning *t)
 {
     const int32_t forth = a->turn_counts[PASS_FORTH];

@@ -22,7 +22,7 @@ static int32_t mean_q15(int32_t of_sum_q15)
     return (of_sum_q15 + SAMPLES / 2) >> SAMPLES_LOG2;
 }
 
-/* The samples have the present offsets subtracted already: what is left of them is what the offsets lack. */
+/* The samples have the present offsets subtracted already: what remains is the offsets' error. */
 static enum calibration_result finish(const struct calibration *k, struct adc_regs *adc)
 {
     uint32_t offset_q15[3];

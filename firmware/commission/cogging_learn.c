@@ -5,7 +5,7 @@
 #include "lib/trig.h"
 
 #define RUN_UP_SHARE 8  /* of a turn, until the speed is steady */
-#define LEAST_SHARE  20 /* of the largest harmonic: what is smaller is noise */
+#define LEAST_SHARE  20 /* of the largest harmonic: anything smaller is noise */
 
 static void add_candidate(struct cogging_learn *l, int32_t order)
 {
@@ -22,7 +22,7 @@ void cogging_learn_begin(struct cogging_learn *l, const struct turns *turns, con
             add_candidate(l, order);
         }
     }
-    /* beyond a quarter of the counts the encoder does not show it */
+    /* beyond a quarter of the counts the encoder cannot resolve it */
     const int32_t most = q15_min(COGGING_ORDER_MOST, t->encoder_counts / 4);
     for (int32_t order = t->pole_pairs; order <= most; order += t->pole_pairs) {
         add_candidate(l, order);
@@ -148,7 +148,7 @@ static void choose(const struct cogging_learn *l, struct cogging_map *m)
 
 bool cogging_learn_review(struct cogging_learn *l, struct cogging_map *m)
 {
-    const bool last = l->phase == COGGING_REVIEW; /* before the rest is taken: then nothing comes any more */
+    const bool last = l->phase == COGGING_REVIEW; /* read before taking the rest: no more samples come then */
     while (l->taken != l->put) {
         correlate(l, &l->samples[l->taken % COGGING_SAMPLES]);
         l->taken++;

@@ -1,15 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * `learn cogging`: the shaft turns slowly forth and back, a turn each, while the torque that its place asks for is recorded:
- * what the motor makes, less what accelerates it, T - J dw/dt, which the speed loop's own answer does not enter. Friction has
- * the sign of the direction and so no harmonic over a turn, but for what the mean of both directions takes away as well
+ * `learn cogging`: the shaft turns slowly forth and back, a turn each, while the torque at each position is recorded: the
+ * motor's torque less the accelerating part, T - J dw/dt, which the speed loop's own response does not affect. Friction takes
+ * the sign of the direction and so has no harmonic over a turn, apart from what the mean of both directions removes as well
  * (compare Piccoli, Yim: "Anticogging: torque ripple suppression, modeling, and parameter selection", Int. J. Robotics
  * Research 35(1-3), 2016).
  *
- * The slow loop hands each sample to the thread, which correlates it with the orders that there can be: multiples of the pole
- * pairs (of the poles and the slots come multiples of 2 p; of the currents' errors p, 2 p, 6 p), once and twice a turn. The
- * largest few are the map (control/cogging.h). A magnet that is not like the others makes orders of the slots' number, which
- * are not looked for.
+ * The slow loop hands each sample to the thread, which correlates it with the possible orders: multiples of the pole pairs
+ * (poles and slots give multiples of 2 p; current errors give p, 2 p, 6 p), once and twice a turn. The largest few form the
+ * map (control/cogging.h). An odd magnet gives orders of the number of slots, which are not searched.
  */
 #ifndef FIRMWARE_COMMISSION_COGGING_LEARN_H
 #define FIRMWARE_COMMISSION_COGGING_LEARN_H
@@ -22,7 +21,7 @@
 
 #define COGGING_CANDIDATES 160
 #define COGGING_ORDER_MOST 640
-#define COGGING_SAMPLES    64 /* that the thread may be behind, milliseconds */
+#define COGGING_SAMPLES    64 /* how far the thread may lag, milliseconds */
 
 enum cogging_phase {
     COGGING_IDLE,
@@ -30,14 +29,14 @@ enum cogging_phase {
     COGGING_FORTH,
     COGGING_BACK_BEGINS,
     COGGING_BACK,
-    COGGING_REVIEW, /* the thread's */
+    COGGING_REVIEW, /* the thread's turn */
     COGGING_DONE,
 };
 
 struct cogging_sample {
     uint32_t angle_q32;
     int32_t torque_q19;
-    int32_t way_q7; /* turned around it, rpm times milliseconds: its weight, so that each place weighs the same */
+    int32_t way_q7; /* way turned around it, rpm times milliseconds: its weight, so each position weighs the same */
 };
 
 struct cogging_learn {
@@ -46,7 +45,7 @@ struct cogging_learn {
     int32_t speed_rpm_q15;        /* at the last step */
     int32_t torque_q15;           /* asked for in the last step but one */
     uint32_t angle_q32;           /* at the last step */
-    int32_t way_q7;               /* in the last step, in the direction that is asked for */
+    int32_t way_q7;               /* in the last step, in the commanded direction */
     volatile uint32_t put, taken; /* samples so far */
     struct cogging_sample samples[COGGING_SAMPLES];
     /* the thread's */
@@ -59,19 +58,19 @@ struct cogging_learn {
     int64_t sin_sum[COGGING_CANDIDATES];
 };
 
-/* Begins anew. Thread, slow loop masked. */
+/* Starts over. Thread, slow loop masked. */
 void cogging_learn_begin(struct cogging_learn *l, const struct turns *turns, const struct tuning *t);
 
-/* Which way the shaft is to turn now: 1 forth, -1 back, 0 not at all. Any context. */
+/* Direction in which the shaft must turn now: 1 forth, -1 back, 0 not at all. Any context. */
 int32_t cogging_learn_direction(const struct cogging_learn *l);
 
 /*
- * One step a millisecond: `torque_q15` is what was asked for in the last step. Slow loop, before the next wish.
+ * One step a millisecond: `torque_q15` is the last step's command. Slow loop, before the next command.
  */
 void cogging_learn_step(struct cogging_learn *l, const struct turns *turns, const struct speed_estimate *e,
                         int32_t torque_q15, const struct tuning *t);
 
-/* Takes what the slow loop has left; true once, when all is taken and `m` has the map. Thread. */
+/* Takes the slow loop's samples; true once, when all are taken and `m` has the map. Thread. */
 bool cogging_learn_review(struct cogging_learn *l, struct cogging_map *m);
 
 #endif

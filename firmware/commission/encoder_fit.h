@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * How many counts the encoder gave to an electrical turn, against what pole_pairs and encoder_counts promise. If they do not
- * fit, one of the two is wrong, and one electrical turn cannot always say which: where another whole number of pole pairs
- * would do, that is named first, since pole pairs come in whole numbers and counts as often as not do not fit then; four times
- * the counts are lines taken for counts. Either way both values that would fit are told.
+ * Compares the counts per electrical turn with what pole_pairs and encoder_counts predict. If they do not fit, one of the two
+ * is wrong, and one electrical turn cannot always tell which: if another whole number of pole pairs would fit, that is named
+ * first, since pole pairs are whole numbers and wrong counts rarely give one; four times the counts means lines entered as
+ * counts. Either way both values that would fit are reported.
  */
 #ifndef FIRMWARE_COMMISSION_ENCODER_FIT_H
 #define FIRMWARE_COMMISSION_ENCODER_FIT_H
@@ -23,8 +23,8 @@ struct encoder_fit {
 };
 
 /*
- * `counts_two_turns`: counts of two electrical turns, one each way, positive. 1.3 % is the least that is told: eccentricity
- * of the disc and the rotor's swinging stay below it, two counts in a hundred do not. Slow loop; 32-bit divisions.
+ * `counts_two_turns`: counts of two electrical turns, one each way, positive. The threshold is 1.3 %: disc eccentricity and
+ * the rotor's swinging stay below it, two counts in a hundred do not. Slow loop; 32-bit divisions.
  */
 struct encoder_fit encoder_fit(int32_t counts_two_turns, int32_t pole_pairs, int32_t encoder_counts);
 

@@ -7,7 +7,7 @@
 #define FIELD_HZ      2
 #define TURN_MS       (1000u / FIELD_HZ)
 #define GROWS_SHIFT   6     /* a 64th of the current a millisecond */
-#define SPEED_UP_MS   1000u /* over a turn: slowly enough for a rotor not to swing */
+#define SPEED_UP_MS   1000u /* over a turn: slow enough that the rotor does not swing */
 #define RECORD_MS     (HALL_LEARN_TURNS * TURN_MS)
 #define LOAD_MOST_Q32 0x20000000 /* 45 degrees between forth and back */
 #define SPREAD_Q32    0x0E38E38E /* 20 degrees from turn to turn */
@@ -66,7 +66,7 @@ static void next_phase(struct hall_learn *l)
 
 /* ---- edges ---- */
 
-/* Where the field was when the switches changed: back from the next sample by one, and by the time since. */
+/* The field's angle when the switches changed: one back from the next sample, less the time since. */
 static uint32_t field_at_edge(volatile struct current_loop *c, const struct encoder_regs *e, const struct tuning *t,
                               uint32_t *state)
 {
@@ -131,7 +131,7 @@ static uint32_t mean_of(const struct hall_edge *edge)
     return edge->first_q32 + (uint32_t)(edge->sum_q8 / (int32_t)edge->count * 256);
 }
 
-/* The middle of forth and back; false where they are too far apart. */
+/* The middle of forth and back; false if they are too far apart. */
 static bool find_edge(struct hall_learn *l, uint32_t state, uint32_t *edge_q32)
 {
     const uint32_t forth_q32 = mean_of(&l->forth[state]);

@@ -14,7 +14,7 @@ static int64_t size(int64_t x)
     return x < 0 ? -x : x;
 }
 
-/* A count forth and back of a shaft that gives is no motion. */
+/* One count forth and back, from a yielding shaft, is no motion. */
 static void watch_motion(struct homing *h, const struct homing_view *v)
 {
     if (!v->at_limit || size(v->turns->counts - h->counted) > 1) {

@@ -123,7 +123,7 @@ static bool measure(struct identify *d, const struct identify_io *io)
     return turns(d->step) ? measure_turning(d, io) : measure_standing(d, io->loop, &io->fabric->adc);
 }
 
-/* Whether a current is regulated; or else voltages are held. */
+/* True if a current is regulated, false if voltages are held. */
 static bool regulates(const struct identify *d)
 {
     return d->step != IDENTIFY_STEP_PULSES && !(d->step == IDENTIFY_STEP_RESISTANCE && d->reluctant);
@@ -140,8 +140,8 @@ static void hold_nothing(const struct identify *d, volatile struct current_loop 
 }
 
 /*
- * A rotor on a current that stands swings like a pendulum, and nothing damps it. So across the field no current is regulated
- * and no voltage held: what the swing induces there drives a current through the winding's resistance, and that brakes.
+ * A rotor on a steady current swings like an undamped pendulum. So across the field no current is regulated and no voltage
+ * held: the swing's EMF drives a current through the winding's resistance there, and that brakes.
  */
 static void calm(volatile struct current_loop *c)
 {
@@ -250,7 +250,7 @@ bool identify_tune(struct identify *d, int32_t hz)
         return false;
     }
     t.kp_q_q12 = 0;   /* see calm() */
-    t.ripple_q10 = 0; /* how dead time is compensated, the steps say themselves */
+    t.ripple_q10 = 0; /* the steps set dead-time compensation themselves */
     d->tuning = t;
     return true;
 }
@@ -274,7 +274,7 @@ void identify_retake(struct identify *d)
     d->retuned = true;
 }
 
-/* What is not the inverter's is replaced by what nothing depends on. */
+/* Replaces all that is not the inverter's by values that nothing depends on. */
 static void forget_motor(struct params *p)
 {
     const int64_t trip_ma = p->i_trip_ma * 85LL / 100;

@@ -1,26 +1,26 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What motor this is, from the inverter's ratings and the rated current alone. It goes in steps, each with its file: the slow
- * loop measures, bridge on; when a step has its sums it holds no voltage and the thread works out what they mean, and how the
- * next step is to measure. So no division is ever in an interrupt, and each step is tuned by what those before it found.
+ * Identifies the motor from the inverter's ratings and the rated current alone. It runs in steps, each with its file: the slow
+ * loop measures, bridge on; when a step has its sums it holds no voltage, and the thread evaluates them and plans how the next
+ * step measures. So interrupts never divide, and each step is tuned by the results of those before it.
  *
- *   identify_rough.c        a first inductance from pulses, a first resistance from a current that stands
- *   identify_resistance.c   resistance, and what dead time costs beyond what is compensated
+ *   identify_rough.c        a first inductance from pulses, a first resistance from a steady current
+ *   identify_resistance.c   resistance, and the dead-time loss left after compensation
  *   identify_inductance.c   the axes, and the inductance along each, for small changes
- *   identify_turn.c         the field turns slowly: counts of the encoder to an electrical turn, and which way they go
+ *   identify_turn.c         the field turns slowly: encoder counts per electrical turn, and their direction
  *   identify_push.c         a current across the magnets pushes the rotor forth and back: a first flux and inertia
- *   identify_index.c        from index to index: counts to a turn, and so pole pairs
- *   identify_ramps.c        accelerating and braking with one current: flux, inertia
+ *   identify_index.c        from index to index: counts per turn, and so pole pairs
+ *   identify_ramps.c        accelerating and braking at one current: flux, inertia
  *   identify_speeds.c       constant speeds both ways: friction, the encoder's offset
- *   identify_map.c          inductances and fluxes over current: along the magnets, across, and where torque takes least
+ *   identify_map.c          inductances and fluxes over current: along the magnets, across, and where torque needs least
  *
  * From the push on the currents are regulated in the rotor's frame, by the encoder: identify_takes_over().
  *
- * A result is known, with the interval in which it lies in 95 % of all cases, or it is refused with a reason. Nothing is
- * guessed, and nothing becomes a parameter by itself: identify_use().
+ * A result is either known, with its 95 % interval, or refused with a reason. Nothing is guessed, and nothing becomes a
+ * parameter by itself: identify_use().
  *
  * The interval is 2 sqrt(s^2 + sum a^2 / 3): s, the standard deviation of the mean; a, the bound of each systematic error,
- * most of all of the sensors' gains, which no measurement with these sensors can see (GUM, JCGM 100:2008, 4.3.7 and 6.2).
+ * above all the sensor gains, which no measurement with these sensors can reveal (GUM, JCGM 100:2008, 4.3.7 and 6.2).
  */
 #ifndef FIRMWARE_COMMISSION_IDENTIFY_H
 #define FIRMWARE_COMMISSION_IDENTIFY_H
@@ -38,15 +38,15 @@
 #include "firmware/settings/tuning.h"
 
 enum identify_quantity {
-    IDENTIFY_RESISTANCE, /* uohm, one phase and the switches in its way, as warm as they are */
+    IDENTIFY_RESISTANCE, /* uohm, one phase and the switches in its path, at their present temperature */
     IDENTIFY_DEAD_TIME,  /* 0.1 ns, effective: what a leg loses in a period, in time at the bus voltage */
     IDENTIFY_LD,         /* nH, for small changes, no current otherwise */
     IDENTIFY_LQ,         /* nH */
     IDENTIFY_POLE_PAIRS, /* exactly */
-    IDENTIFY_COUNTS,     /* of the encoder to a mechanical turn, exactly */
+    IDENTIFY_COUNTS,     /* of the encoder per mechanical turn, exactly */
     IDENTIFY_DIRECTION,  /* 1: it counts up as the field turns; -1: down */
     IDENTIFY_OFFSET,     /* angle of the magnets where the index begins, turning forth: 0.01 degrees, electrical */
-    IDENTIFY_FLUX,       /* 0.1 uWb, of the magnets, next to no current, as warm as they are */
+    IDENTIFY_FLUX,       /* 0.1 uWb, of the magnets, at almost no current and their present temperature */
     IDENTIFY_INERTIA,    /* gmm2, rotor and load */
     IDENTIFY_COULOMB,    /* uNm: friction that does not depend on speed, bearings and iron */
     IDENTIFY_VISCOUS,    /* nNms: friction that grows with speed */
@@ -62,12 +62,12 @@ enum identify_quantity {
     IDENTIFY_LQ_Q1,
     IDENTIFY_LQ_Q2,
     IDENTIFY_LQ_Q3,
-    /* where rated current makes most torque, if i_d has a part in it */
+    /* where rated current makes most torque, if i_d contributes to it */
     IDENTIFY_TORQUE_ID,   /* mA: this current */
     IDENTIFY_TORQUE_IQ,   /* mA */
     IDENTIFY_TORQUE_FLUX, /* 0.1 uWb, along the magnets */
     IDENTIFY_TORQUE_ACROSS,
-    IDENTIFY_CROSS, /* L_dq by L_qq there, thousandths; the sign is that of i_q */
+    IDENTIFY_CROSS, /* L_dq / L_qq there, thousandths; with the sign of i_q */
     IDENTIFY_QUANTITIES
 };
 
@@ -79,22 +79,22 @@ enum identify_state {
 
 enum identify_reason {
     IDENTIFY_NO_REASON,
-    IDENTIFY_STOPPED,       /* before it was this one's turn: off, or a fault */
-    IDENTIFY_RATED_SMALL,   /* rated current too small for the sensors' range */
-    IDENTIFY_NO_CURRENT,    /* a tenth of the bus drives next to none */
-    IDENTIFY_NOT_RESISTIVE, /* voltage does not grow with current: contacts, a rotor that moves */
+    IDENTIFY_STOPPED,       /* off or a fault, before this one's turn */
+    IDENTIFY_RATED_SMALL,   /* rated current too small for the sensor range */
+    IDENTIFY_NO_CURRENT,    /* a tenth of the bus voltage drives almost no current */
+    IDENTIFY_NOT_RESISTIVE, /* voltage does not grow with current: contacts, a moving rotor */
     IDENTIFY_TURNED,        /* reluctance turns the rotor whenever the current changes */
     IDENTIFY_SCATTER,       /* repeated measurements differ by more than a tenth */
-    IDENTIFY_NO_ENCODER,    /* angle_source says that there is none */
-    IDENTIFY_NOT_FOLLOWED,  /* the field turned, and the encoder did not show the same way forth and back */
+    IDENTIFY_NO_ENCODER,    /* angle_source says there is none */
+    IDENTIFY_NOT_FOLLOWED,  /* the field turned, but the encoder's counts forth and back differ */
     IDENTIFY_NOT_PUSHED,    /* the largest current across the magnets did not turn it */
-    IDENTIFY_NO_INDEX,      /* one electrical turn does not tell pole pairs from counts */
+    IDENTIFY_NO_INDEX,      /* one electrical turn cannot tell pole pairs from counts */
     IDENTIFY_LOADED,        /* a load drives it one way, or speeds are not reached */
-    IDENTIFY_TOO_SLOW,      /* turning as it may it induces too little */
-    IDENTIFY_UNRESOLVED,    /* its interval is half as large as itself */
-    IDENTIFY_TOO_LIGHT,     /* a current turns the rotor too quickly to be measured meanwhile */
-    IDENTIFY_RIPPLED,       /* phases change their signs within a period: dead time hides it */
-    IDENTIFY_NOT_SALIENT,   /* i_d makes next to no torque */
+    IDENTIFY_TOO_SLOW,      /* too little EMF at the permitted speed */
+    IDENTIFY_UNRESOLVED,    /* its interval is half as large as the value */
+    IDENTIFY_TOO_LIGHT,     /* a current turns the rotor too quickly to measure */
+    IDENTIFY_RIPPLED,       /* phase currents change sign within a period: dead time hides it */
+    IDENTIFY_NOT_SALIENT,   /* i_d makes almost no torque */
     IDENTIFY_REASONS
 };
 
@@ -102,7 +102,7 @@ struct identify_result {
     uint32_t state;   /* enum identify_state */
     uint32_t reason;  /* enum identify_reason, of a refused one */
     int32_t value;    /* in the quantity's unit */
-    int32_t interval; /* it lies within +-this of the value in 95 % of cases */
+    int32_t interval; /* +- around the value in 95 % of cases */
 };
 
 enum identify_step {
@@ -128,7 +128,7 @@ enum identify_step {
 #define IDENTIFY_ANGLES 6  /* of 60 degrees: both signs along each phase */
 #define IDENTIFY_AXES   16 /* angles over half a turn */
 
-/* Sensors' gains: what nobody who measures with them can know better. Bounds, in thousandths. */
+/* Sensor gain errors, which measurements with them cannot reveal. Bounds, in thousandths. */
 #define IDENTIFY_CURRENT_GAIN_PERMILLE 15
 #define IDENTIFY_BUS_GAIN_PERMILLE     7
 
@@ -145,7 +145,7 @@ struct identify_hold {
 
 struct identify_resistance {
     uint32_t angle, visit, ms;
-    bool moving;                                        /* the field goes to its next angle, and the rotor with it */
+    bool moving;                                        /* the field moves to its next angle, and the rotor with it */
     int64_t v_sum[2][IDENTIFY_ANGLES][IDENTIFY_LEVELS]; /* on the way down and up */
     int64_t vbus_sum_q15;
     int32_t from;         /* counts at the last step */
@@ -159,7 +159,7 @@ enum identify_pass {
 };
 
 struct identify_axes_sums {
-    int64_t re, im, straight; /* of responses, turned back by twice the angle; and along the voltage */
+    int64_t re, im, straight; /* responses turned back by twice the angle; and along the voltage */
 };
 
 struct identify_axes {
@@ -171,7 +171,7 @@ struct identify_axes {
 
 struct identify_inductance {
     uint32_t bursts;
-    struct burst_sums sums[2][2]; /* of d and q, each in two halves: what they differ by tells how sure it is */
+    struct burst_sums sums[2][2]; /* of d and q, each in two halves: their difference gives the uncertainty */
 };
 
 struct identify_turn {
@@ -179,9 +179,9 @@ struct identify_turn {
     struct field_pass field;
     struct pendulum rotor; /* led by the field, not damped by it */
     int32_t current_q15;
-    int32_t way[2];            /* counts that came of a turn of the field, forth and back */
+    int32_t way[2];            /* counts from one turn of the field, forth and back */
     uint32_t field_q32[2];     /* its mean angle */
-    int32_t mean_counts_q8[2]; /* and the encoder's mean count then */
+    int32_t mean_counts_q8[2]; /* and the encoder's mean count meanwhile */
     bool even;
 };
 
@@ -194,7 +194,7 @@ struct identify_run {
 
 struct identify_push {
     uint32_t phase, phase_ms;
-    int32_t i_q15;              /* that pushes */
+    int32_t i_q15;              /* pushing current */
     int32_t emf_q18;            /* induced in q, a mean over 8 ms, 3 more bits */
     struct identify_run run[2]; /* back and forth */
 };
@@ -227,47 +227,48 @@ struct identify_speeds {
 
 struct identify_ramps {
     uint32_t ramp, phase_ms;
-    uint32_t led_ms; /* at the speed from which the first ramp begins */
+    uint32_t led_ms;                                                  /* at the start speed of the first ramp */
     struct identify_run slows[IDENTIFY_RAMPS], gains[IDENTIFY_RAMPS]; /* braking, then accelerating */
 };
 
 #define IDENTIFY_MAP_POINTS 4
 
-/* Of the map: a current, the waves that ride on it, and what it induces from speed to speed. */
+/* Of the map: a current, the waves on top of it, and the EMF at it from speed to speed. */
 struct identify_map_point {
-    int32_t i_d_q15, i_q_q15; /* the latter to either side by turns */
-    int32_t rpm;              /* as fast as it may drive the rotor */
+    int32_t i_d_q15, i_q_q15; /* the latter with alternating sign */
+    int32_t rpm;              /* highest speed it may drive the rotor to */
     int32_t v_steps;          /* height of its waves */
     bool fluxes;              /* whether fluxes are wanted as well */
     uint32_t bursts[2];
-    struct burst_sums sums[2][2];  /* of d and q, each in two halves: i_q to either side */
-    struct identify_run run[2][2]; /* i_q to either side; of v_q and of -v_d by the sign of i_q: both grow with speed */
+    struct burst_sums sums[2][2]; /* of d and q, each in two halves: i_q to either side */
+    struct identify_run run[2]
+                           [2]; /* both signs of i_q; of v_q and of -v_d times the sign of i_q: both grow with speed */
 };
 
 struct identify_map {
     uint32_t point, points;
     uint32_t phase_ms, way_ms; /* in this point, and since i_q changed its sign */
-    uint32_t ways;             /* how often that was */
+    uint32_t ways;             /* number of sign changes */
     int32_t sign;              /* of i_q */
     struct identify_map_point at[IDENTIFY_MAP_POINTS];
 };
 
 struct identify {
-    volatile uint32_t step; /* enum identify_step: the thread moves it on while `thinking` */
-    volatile bool thinking; /* the slow loop has measured, the thread's turn */
+    volatile uint32_t step; /* enum identify_step: the thread advances it while `thinking` */
+    volatile bool thinking; /* the slow loop has measured; the thread's turn */
     volatile bool running;
-    uint32_t stopped_in; /* enum identify_step: where it ended; DONE, or by a fault or `off` */
+    uint32_t stopped_in; /* enum identify_step: where it ended: DONE, or at a fault or `off` */
     uint32_t fault;      /* enum fault that ended it, 0: none */
     uint32_t ms;         /* in this step */
     uint32_t total_ms;
-    struct params params; /* what is known so far, and inverter's; for tuning */
+    struct params params; /* results so far, and the inverter's; for tuning */
     struct tuning tuning; /* of the current loop meanwhile */
     int32_t i_rated_q15;
-    int32_t rough_mohm; /* resistance as a current that stands showed it first */
-    uint32_t settle_ms; /* until nothing is left of a step of current that iron and rotor answer slowly */
-    /* what the steps found, for those after them */
+    int32_t rough_mohm; /* first resistance, from a steady current */
+    uint32_t settle_ms; /* until iron and rotor have settled after a current step */
+    /* what the steps found, for later ones */
     struct burst burst;
-    uint32_t axis_q32; /* field's angle of the magnets, or half a turn more */
+    uint32_t axis_q32; /* the magnets' angle in the field's frame, or half a turn more */
     bool reluctant;    /* one inductance is twice the other, or more */
     struct identify_result results[IDENTIFY_QUANTITIES];
     /* what the steps measure */
@@ -283,26 +284,26 @@ struct identify {
     struct identify_ramps ramps;
     struct identify_map map;
     /* turning */
-    bool sensorless;     /* told that there is no encoder */
-    bool backwards;      /* the encoder counts down as the field turns: its counter is told to turn round */
-    bool indexed;        /* pole pairs and counts are the motor's; until then some that have the same ratio */
-    bool retuned;        /* the tuning is to be put in force */
+    bool sensorless;     /* the parameters say there is no encoder */
+    bool backwards;      /* the encoder counts down as the field turns: its counter must be reversed */
+    bool indexed;        /* pole pairs and counts are the motor's; until then stand-ins of the same ratio */
+    bool retuned;        /* the tuning must be put into effect */
     bool taken;          /* it is, in the rotor's frame */
-    int32_t counts;      /* of the encoder since identify began, or the last taking over */
+    int32_t counts;      /* of the encoder since identify began, or since the last take-over */
     int32_t axis_counts; /* where the axis was measured */
     uint32_t start_q32;  /* rotor's angle at the first one */
-    struct params told;  /* by the user: what the mechanic may turn at is taken from there */
-    int32_t rpm_most;    /* as fast as it may turn from now on */
+    struct params told;  /* by the user: gives the permitted speed */
+    int32_t rpm_most;    /* speed limit from now on */
     int32_t ramp_i_q15;  /* current of the ramps, at least */
-    int32_t flux_e1_uwb; /* what is known of it so far, tenths */
-    int32_t swing_rpm;   /* from which rated current turns the rotor round in so much time as waves need */
-    int32_t ripple_q10;  /* of the tuning, where the current's ripple counts; or 0 */
-    int32_t wave_steps;  /* height of the waves that the inductance was measured with */
-    uint32_t ahead_q32; /* of the rotor is its frame, as constant speeds have told: put right at the next taking over */
-    int32_t torque_d_q15, torque_q_q15; /* of rated current, what makes most torque */
+    int32_t flux_e1_uwb; /* flux so far, tenths */
+    int32_t swing_rpm;   /* from which rated current reverses the rotor in the time that waves need */
+    int32_t ripple_q10;  /* of the tuning, where current ripple matters; or 0 */
+    int32_t wave_steps;  /* height of the waves used to measure inductance */
+    uint32_t ahead_q32;  /* its frame's lead over the rotor, from constant speeds: corrected at the next take-over */
+    int32_t torque_d_q15, torque_q_q15; /* the split of rated current with most torque */
 };
 
-/* What the slow loop has to measure with. `tuning` is the one in force. */
+/* What the slow loop measures with. `tuning` is the one in effect. */
 struct identify_io {
     volatile struct current_loop *loop;
     struct fabric *fabric;
@@ -311,39 +312,39 @@ struct identify_io {
 };
 
 /*
- * Before the first step: what `p` says of the inverter, and its i_rated_ma. ERROR_NONE, or why this inverter's ratings do
- * not go together. Results from before are forgotten. Thread, bridge off.
+ * Before the first step: takes the inverter's ratings and i_rated_ma from `p`. ERROR_NONE, or why these ratings do not fit
+ * together. Forgets earlier results. Thread, bridge off.
  */
 struct outcome identify_begin(struct identify *d, const struct params *p);
 
-/* One millisecond. True when all is done, or nothing more can be: the bridge may go off. Slow loop, bridge on, wired well. */
+/* One millisecond. True when all that can be done is done: the bridge may go off. Slow loop, bridge on, wiring good. */
 bool identify_step(struct identify *d, const struct identify_io *io);
 
 /*
- * Once before a step that needs it: the rotor is at rest or turns slowly, and d->tuning with its counts of the encoder, from
- * 0 and turned round if d->backwards, is to be in force in the rotor's frame, at identify_angle_q32(). Then identify_taken().
+ * True once before a step that needs it: the rotor is at rest or turns slowly, and the caller must put d->tuning into effect in
+ * the rotor's frame, at identify_angle_q32(), with its encoder counts from 0, reversed if d->backwards. Then identify_taken().
  * Slow loop.
  */
 bool identify_takes_over(const struct identify *d);
 uint32_t identify_angle_q32(const struct identify *d, const volatile struct current_loop *c);
 void identify_taken(struct identify *d);
 
-/* Whether the currents are regulated in the rotor's frame: with the tuning in force. Slow loop. */
+/* True if the currents are regulated in the rotor's frame: with the tuning in effect. Slow loop. */
 bool identify_in_rotor_frame(const struct identify *d);
 
-/* Another tuning is about to be in force: the encoder's counter is to be set up anew for it. Thread, bridge off. */
+/* Another tuning is about to take effect: the encoder's counter must be set up again for it. Thread, bridge off. */
 void identify_leave(struct identify *d);
 
-/* What current_loop_follow() is to be given before that. Slow loop. */
+/* The tuning for current_loop_follow() before that. Slow loop. */
 const struct tuning *identify_tuning(const struct identify *d);
 
-/* Works out what has been measured, when there is something. Thread, often. */
+/* Evaluates what has been measured, if anything. Thread, often. */
 void identify_think(struct identify *d);
 
-/* It ends here, by `fault` or (0) by a request. Any context. */
+/* Ends it, by `fault` or (0) by a request. Any context. */
 void identify_stop(struct identify *d, uint32_t fault);
 
-/* Takes what is known into `p`; returns how many parameters have changed. Thread, bridge off. */
+/* Copies the known results into `p`; returns how many parameters changed. Thread, bridge off. */
 uint32_t identify_use(const struct identify *d, struct params *p);
 
 #endif

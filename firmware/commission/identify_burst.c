@@ -14,7 +14,7 @@ int32_t burst_sign(const struct burst *b, int32_t k)
     return quarter == 0 || quarter == 3 ? 1 : -1;
 }
 
-/* What the controllers had before the burst, and have again after it. */
+/* The controllers' state, saved before the burst and restored after it. */
 struct controllers {
     int32_t kp_d_q9, kp_q_q9, ki_q15;
     int32_t integral_d_q9, integral_q_q9;
@@ -81,7 +81,7 @@ int32_t burst_peak_q15(const struct burst *b)
 
 void burst_add(struct burst_sums *s, const struct burst *b, int32_t vbus_q15)
 {
-    const int32_t zero_q15 = b->i_d_q15[BURST_LAG]; /* a current that stands is none of the wave's */
+    const int32_t zero_q15 = b->i_d_q15[BURST_LAG]; /* the steady current is not part of the wave */
     for (int32_t k = 0; k < BURST_LENGTH; k++) {
         const int32_t sign = burst_sign(b, k);
         const int32_t before_q15 = b->i_d_q15[k + BURST_LAG] - zero_q15;

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * From one index to the next in the same direction the encoder counts a mechanical turn. By the ratio that the field's
- * turn gave that is so many electrical turns, which is a whole number: the pole pairs. The speed is what the push was
- * allowed.
+ * From one index to the next in the same direction the encoder counts a mechanical turn. The ratio from the field's turn
+ * converts that to electrical turns, a whole number: the pole pairs. The speed is the one allowed for the push.
  */
 #include "drivers/fabric/encoder.h"
 #include "firmware/commission/identify_parts.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Inductances and fluxes over current, in the rotor's frame: waves that ride on a current (identify_burst.h), while the rotor
+ * Inductances and fluxes over current, in the rotor's frame: waves on top of a current (identify_burst.h), while the rotor
  * turns slowly. Three legs, each a step:
  *
  *     along     i_d against the magnets and with them, at a constant speed
@@ -91,7 +91,7 @@ static void choose_waves(const struct identify *d, struct identify_map *m)
     }
 }
 
-/* What is refused already is not measured. */
+/* Skips what is refused already. */
 static bool is_wanted(const struct identify *d)
 {
     const enum identify_quantity first = d->step == IDENTIFY_STEP_ALONG    ? IDENTIFY_LD_D2_BACK
@@ -109,7 +109,7 @@ static void begin(struct identify *d, const struct identify_io *io)
         return;
     }
     if (d->ripple_q10 != 0) {
-        io->loop->ripple_q10 = 0; /* nobody else changes it now */
+        io->loop->ripple_q10 = 0; /* nothing else changes it now */
         io->loop->dead_shift = UNCOMPENSATED_SHIFT;
     }
     if (d->step == IDENTIFY_STEP_ALONG) {
@@ -145,7 +145,7 @@ static uint32_t nearness_q32(const struct identify *d, const struct identify_map
     return is_small(d, p) && !d->reluctant ? NEARER_Q32 : NEAR_Q32;
 }
 
-/* Whether the current lies near to a phase, to either side. */
+/* True if the current lies near a phase, on either side. */
 static bool near_phase(const struct identify *d, const struct identify_map_point *p,
                        const volatile struct current_loop *c)
 {

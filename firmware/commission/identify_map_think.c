@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What the map's waves and voltages mean. Two windings that are coupled answer a voltage along d by
+ * Evaluates the map's waves and voltages. Two coupled windings respond to a voltage along d by
  *
  *     di_d = u T L_qq / D,   di_q = -u T L_dq / D,   D = L_dd L_qq - L_dq^2
  *
- * so a wave sees L_dd less L_dq^2 / L_qq, and what answers across it by what answers along it is -L_dq / L_qq; along q the
- * same with d and q exchanged. The sign of L_dq is that of i_q; L_dd and L_qq are the same for both.
+ * so a wave sees L_dd less L_dq^2 / L_qq, and the response across it over that along it is -L_dq / L_qq; along q the same
+ * with d and q exchanged. The sign of L_dq is that of i_q; L_dd and L_qq are the same for both.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Arithmetic of the thread's part of identify. */
+/* Arithmetic for the thread's part of identify. */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/scale.h"
 

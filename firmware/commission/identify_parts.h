@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* What the steps of identify share; nobody else includes this. Each has a part that measures and one that thinks. */
+/* Shared by the steps of identify only. Each step has a part that measures and one that thinks. */
 #ifndef FIRMWARE_COMMISSION_IDENTIFY_PARTS_H
 #define FIRMWARE_COMMISSION_IDENTIFY_PARTS_H
 
 #include "firmware/commission/identify.h"
 
-/* ---- measuring: slow loop; true when the step has all it wants ---- */
+/* ---- measuring: slow loop; true when the step has all it needs ---- */
 
 bool identify_measure_pulses(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc);
 bool identify_measure_hold(struct identify *d, volatile struct current_loop *c);
@@ -21,25 +21,25 @@ bool identify_measure_speeds(struct identify *d, const struct identify_io *io);
 bool identify_measure_ramps(struct identify *d, const struct identify_io *io);
 bool identify_measure_map(struct identify *d, const struct identify_io *io);
 
-/* ---- what the turning steps do it with (identify_rotor.c): slow loop ---- */
+/* ---- for the turning steps (identify_rotor.c): slow loop ---- */
 
-/* What is induced in q, from the last sample, Q15. */
+/* EMF in q, from the last sample, Q15. */
 int32_t identify_emf_q15(const struct identify_io *io);
 
-/* Moves the encoder's offset towards where what is induced is all in q, in some 64 ms; nothing below a 64th of the bus. */
+/* Moves the encoder's offset until the EMF is all in q, in some 64 ms; does nothing below a 64th of the bus. */
 void identify_correct_offset(const struct identify *d, const struct identify_io *io);
 
-/* Regulates the speed by a current in q of so much at most; the references are the loop's from here on. */
+/* Regulates the speed by a q current up to this limit; the loop owns the references from now on. */
 void identify_control_speed(const struct identify_io *io, int32_t target_rpm, int32_t i_most_q15);
 
-/* A current across the magnets. */
+/* Applies a current across the magnets. */
 void identify_push(const struct identify_io *io, int32_t i_q_q15);
 
-/* Adds the last sample, and only then: none of the sums overflows for 4096 samples. */
+/* Adds the last sample only: no sum overflows within 4096 samples. */
 void identify_run_add(struct identify_run *r, const struct identify_io *io);
 void identify_run_add_v(struct identify_run *r, const struct identify_io *io, int32_t v_q15); /* another voltage */
 
-/* The largest current that turns the rotor: the rest is for the loops. */
+/* The largest current for turning the rotor; the rest is left to the loops. */
 int32_t identify_i_most_q15(const struct identify *d);
 
 /* ---- thinking: thread; true if the next step can begin ---- */
@@ -62,7 +62,7 @@ void identify_know(struct identify *d, enum identify_quantity what, int64_t valu
 void identify_know_exactly(struct identify *d, enum identify_quantity what, int32_t value);
 void identify_refuse(struct identify *d, enum identify_quantity what, enum identify_reason reason);
 
-/* All of them from `first` to the last that are not known yet. */
+/* Refuses all from `first` to the last that are not known yet. */
 void identify_refuse_rest(struct identify *d, enum identify_quantity first, enum identify_reason reason);
 
 /* ---- units: thread (identify_units.c) ---- */
@@ -80,24 +80,24 @@ int64_t identify_ua(const struct identify *d, int64_t i_sum_q15, int64_t count);
 int64_t identify_mrad_s(int64_t rpm_q15_sum, int64_t count); /* of the shaft */
 int64_t identify_torque_nnm(const struct identify *d, int64_t flux_e1_uwb, int64_t i_ua);
 
-/* What a current answers along an angle and across it, added: see saliency.h. */
+/* Adds the current response along an angle and across it: see saliency.h. */
 void identify_axes_add(struct identify_axes_sums *s, uint32_t angle_q32, int32_t along, int32_t across);
 
-/* Whether it answers twice as much along one axis as across it. */
+/* True if the response along one axis is twice that across it. */
 bool identify_doubled(const struct identify_axes_sums *m);
 
-/* Inductance that a wave has seen, nH, as if it were alone; 0: no current answers. */
+/* Inductance seen by a wave, nH, as if it were alone; 0: no current response. */
 int64_t identify_inductance_nh(const struct identify *d, const struct burst_sums *s);
 
-/* Knows it from two halves, or refuses it; `bound` of what is not in every inductance's interval. */
+/* Sets the result from two halves, or refuses it; `bound`: errors that not every inductance's interval has. */
 void identify_know_inductance(struct identify *d, enum identify_quantity what, const int64_t halves[2], int64_t bound);
 
 /* ---- tuning: thread ---- */
 
-/* As identify_tune(), for a rotor that turns, by what is known of the motor: both currents and the speed are regulated. */
+/* As identify_tune(), for a turning rotor, from what is known of the motor: both currents and the speed are regulated. */
 bool identify_tune_turning(struct identify *d);
 
-/* The same tuning is to be in force anew, in a frame that has been put right. */
+/* Puts the same tuning into effect again, in a corrected frame. */
 void identify_retake(struct identify *d);
 
 /* 2 sqrt(s^2 + a^2 / 3 + b^2 / 3). Thread. */
@@ -106,7 +106,7 @@ int64_t identify_interval(int64_t s, int64_t a, int64_t b);
 /* a b / c, rounded to nearest, with the sign of a; b, c > 0. Thread. */
 int64_t identify_scaled(int64_t a, int64_t b, int64_t c);
 
-/* The mean of 2 to 16 values, and its standard deviation as the interval takes it: times Student's t for 95 %, by 2. */
+/* The mean of 2 to 16 values, and its standard deviation for the interval: times Student's t for 95 %, over 2. */
 struct identify_spread {
     int64_t mean, deviation;
 };
@@ -115,7 +115,7 @@ struct identify_spread identify_spread(const int64_t of[], int32_t count);
 /* Largest integer whose square is not above n >= 0. Thread. */
 int64_t identify_root(int64_t n);
 
-/* Gains for the params as they are known by now and a crossover of `hz`; what does not fit is held to what does. Thread. */
+/* Gains for the params known by now and a crossover of `hz`; clamps what does not fit. Thread. */
 bool identify_tune(struct identify *d, int32_t hz);
 
 /*

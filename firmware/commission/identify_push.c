@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A current across the magnets, which grows until the rotor turns, pushes it forth, back and forth again; each time until the
- * magnets induce 4 % of the bus voltage. That is 7 % of the speed that this bus can reach with this motor, whatever its
- * pole pairs. A first flux and a first inertia come of it, to regulate the speed with.
+ * A current across the magnets grows until the rotor turns, and pushes it forth, back and forth again; each time until the EMF
+ * is 4 % of the bus voltage. That is 7 % of the speed that this bus can reach with this motor, whatever its pole pairs. It
+ * gives a first flux and a first inertia for regulating the speed.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/scale.h"
@@ -40,7 +40,7 @@ static bool stopped(const struct identify_io *io)
     return io->speed->estimate.speed_rpm_q15 <= 0;
 }
 
-/* While the current is on its way, inductance takes more voltage than the magnets induce. */
+/* While the current changes, the inductive voltage exceeds the EMF. */
 static void follow_emf(const struct identify *d, struct identify_push *m, const struct identify_io *io)
 {
     const int32_t away_q15 = q15_abs(io->loop->i_q_ref_q15 - io->loop->i_q_q15);

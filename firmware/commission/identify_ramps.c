@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The rotor swings between two speeds, driven by one current this way and that. Where it passes the same speeds once
- * gaining and once slowing down, friction and any load are the same and the torques are not: J = (T1 - T2) / (a1 - a2),
- * whatever friction is. The flux that makes the torque is that of this current, from the voltage over the speed of these
- * very ramps.
+ * The rotor swings between two speeds, driven by one current in alternating directions. Passing the same speeds once gaining
+ * and once slowing down, friction and load are the same but the torques differ: J = (T1 - T2) / (a1 - a2), whatever the
+ * friction. The flux that makes the torque is that of this current, from the voltage over the speed of these very ramps.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/scale.h"

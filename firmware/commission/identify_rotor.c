@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the steps do that turn the rotor: push, regulate its speed, look at what it induces. Slow loop. */
+/* For the steps that turn the rotor: push it, regulate its speed, measure its EMF. Slow loop. */
 #include "firmware/commission/identify_parts.h"
 #include "lib/q15.h"
 
@@ -21,8 +21,8 @@ int32_t identify_emf_q15(const struct identify_io *io)
 }
 
 /*
- * A frame that stands ahead of the rotor by x sees (sin x, cos x) times what the magnets induce, whichever way it turns. Beside
- * that d has -w Lq i_q: where Lq is large and falls with the current, only a small current lets it be known.
+ * A frame ahead of the rotor by x sees (sin x, cos x) times the EMF, in either direction. In addition d has -w Lq i_q: where Lq
+ * is large and falls with the current, it is known only at a small current.
  */
 void identify_correct_offset(const struct identify *d, const struct identify_io *io)
 {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A first inductance and a first resistance, to within a third: enough to regulate a current, which all the rest is measured
- * with. Pulses along each phase grow until a twelfth of the rated current answers them; then a current of half the rated one
- * is held by a loop that would be stable with any resistance, and what voltage it takes is seen.
+ * A first inductance and a first resistance, to within a third: enough to regulate a current, which all later measurements
+ * need. Pulses along each phase grow until they drive a twelfth of the rated current; then a loop that is stable with any
+ * resistance holds half the rated current, and the voltage it takes is measured.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"

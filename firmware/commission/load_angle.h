@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The offset of the encoder free of load: a load turns the rotor out of the field by an angle c that no encoder sees, but which
- * is another at another current, because the torque is
+ * Frees the encoder's offset from load: a load shifts the rotor from the field by an angle c that no encoder sees, but that
+ * changes with the current, because the torque is
  *
  *     T(I, c) = 1.5 p I sin c (psi - (Lq - Ld) I cos c)
  *
- * Measured is m = c + offset, at two currents and going both ways. Friction changes its sign with the way, a load does not:
- * summed over both ways the torques at both currents are equal, at one offset alone. Bisection finds it, a step a millisecond.
+ * Measured is m = c + offset, at two currents and both ways. Friction changes sign with the direction, a load does not: summed
+ * over both ways, the torques at both currents are equal at one offset only. Bisection finds it, a step a millisecond.
  */
 #ifndef FIRMWARE_COMMISSION_LOAD_ANGLE_H
 #define FIRMWARE_COMMISSION_LOAD_ANGLE_H
@@ -15,11 +15,11 @@
 #include <stdint.h>
 
 struct load_angle {
-    uint32_t forth_q32[2], back_q32[2]; /* field less encoder at the larger current and at the smaller, on the mean */
-    int32_t ratio_q15;                  /* smaller current by the larger */
-    int32_t saliency_q15;               /* (Lq - Ld) I by psi, at the larger current */
+    uint32_t forth_q32[2], back_q32[2]; /* mean of field less encoder at the larger current and at the smaller */
+    int32_t ratio_q15;                  /* smaller current over the larger */
+    int32_t saliency_q15;               /* (Lq - Ld) I / psi, at the larger current */
     uint32_t centre_q32;
-    int32_t low_q32, high_q32; /* the offset lies between, from the centre */
+    int32_t low_q32, high_q32; /* the offset lies between, relative to the centre */
     uint32_t steps;
 };
 
@@ -36,15 +36,15 @@ static inline uint32_t load_angle_offset_q32(const struct load_angle *a)
 }
 
 /*
- * By how much the torques that both currents show going one way still differ, as an angle at the larger current: none if a
- * load and friction are all there is. Stick and slip shows here.
+ * Remaining difference between the torques at both currents in one direction, as an angle at the larger current: zero if there
+ * is only load and friction. Stick and slip shows here.
  */
 int32_t load_angle_spread_q15(const struct load_angle *a);
 
-/* By how much the field led the rotor at the larger current, the greater of both ways. */
+/* The field's lead over the rotor at the larger current, the larger of both directions. */
 int32_t load_angle_largest_q32(const struct load_angle *a);
 
-/* T(I, c) of above, 1.0 = the torque of the larger current in a machine without saliency. */
+/* T(I, c) from above, 1.0 = the torque of the larger current in a machine without saliency. */
 int32_t load_angle_torque_q15(int32_t current_q15, int32_t saliency_q15, uint32_t angle_q32);
 
 #endif

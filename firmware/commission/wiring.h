@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Whether each phase carries current and its sensor counts the right way, before anything turns: a voltage along one phase
- * after the other, raised until a small current flows. The voltage is held, not a current: a loop around a sensor of the
- * wrong sign would run away. The current stays below what the sum of the currents would trip at with one sensor reversed.
+ * Checks, before anything turns, that each phase carries current and its sensor has the right sign: a voltage along one phase
+ * after another, raised until a small current flows. The voltage is held, not a current: a loop around a sensor of the wrong
+ * sign would run away. The current stays below what would trip the current-sum check with one sensor reversed.
  *
- * Of two samples a period the slow loop meets the same one each millisecond, so it waits for the other: where the low sides are
+ * Of two samples a period the slow loop meets the same one each millisecond, so it waits for the other: while the low sides are
  * off, shunts below them show nothing, whatever the drive was told.
  */
 #ifndef FIRMWARE_COMMISSION_WIRING_H
@@ -25,14 +25,14 @@ enum wiring_result {
 };
 
 struct wiring {
-    uint32_t along;         /* phase along which the voltage stands */
-    uint32_t ms;            /* at this voltage's rise, or since it went */
-    int32_t v_256ths;       /* of the loop's voltage steps; 0 while the current dies away */
+    uint32_t along;         /* phase along which the voltage is applied */
+    uint32_t ms;            /* since this voltage's rise began, or since it ended */
+    int32_t v_256ths;       /* of the loop's voltage steps; 0 while the current decays */
     int32_t before_q15[3];  /* the currents when the voltage began */
-    int32_t own_q15[3];     /* by how much each phase's current rose with the voltage along it */
-    int32_t largest_q15[3]; /* the most that each phase's current changed by with the voltage along any */
-    bool blind[3];          /* a phase's current was there in one sample of a period and not in the other */
-    int32_t phase;          /* that the verdict is about, 1 for A; 0: no phase carries current */
+    int32_t own_q15[3];     /* rise of each phase's current with the voltage along it */
+    int32_t largest_q15[3]; /* largest change of each phase's current with the voltage along any phase */
+    bool blind[3];          /* a phase's current showed in one sample of a period but not in the other */
+    int32_t phase;          /* the verdict's phase, 1 for A; 0: no phase carries current */
 };
 
 /* Slow loop, before the first step. */
@@ -42,7 +42,7 @@ void wiring_start(struct wiring *w);
 enum wiring_result wiring_step(struct wiring *w, volatile struct current_loop *c, const struct tuning *t,
                                const struct adc_regs *adc);
 
-/* What current_loop_follow() is given meanwhile: gains of zero, so that the integrals hold the voltage. */
+/* For current_loop_follow() meanwhile: gains of zero, so the integrals hold the voltage. */
 extern const struct tuning wiring_tuning;
 
 #endif

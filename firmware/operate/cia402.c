@@ -11,7 +11,7 @@ void cia402_init(struct cia402 *c)
     *c = (struct cia402){.wishes = {.mode = CIA402_PV, .homing_method = CIA402_HOME_INDEX}, .refusal = OUTCOME_OK};
 }
 
-/* ---- what may be wished ---- */
+/* ---- permitted wishes ---- */
 
 static int32_t milliamp(int32_t torque_pm, const struct params *p)
 {
@@ -81,7 +81,7 @@ static void follow_hand_over(struct cia402 *c, const struct axis *a)
     }
 }
 
-/* What has ended by itself, by a fault or at somebody else's command, takes the whole way from the beginning again. */
+/* After an end by itself, by a fault or at another's command, the whole sequence starts over. */
 static void follow(struct cia402 *c, const struct axis *a)
 {
     follow_hand_over(c, a);
@@ -121,7 +121,7 @@ static void enable(struct cia402 *c, struct axis *a)
     note(c, outcome);
 }
 
-/* From a state in which the axis obeys. */
+/* From a state in which the axis accepts commands. */
 static void change_state(struct cia402 *c, struct axis *a, uint32_t command)
 {
     if ((command & CIA402_VOLTAGE) == 0u) {
@@ -156,7 +156,7 @@ static struct outcome home(const struct cia402 *c, struct axis *a)
     return axis_command_home(a, c->wishes.homing_method == CIA402_HOME_INDEX ? HOMING_INDEX : HOMING_BLOCK);
 }
 
-/* What acts as soon as it is written, or its mode is. */
+/* Set-points that act as soon as they, or their mode, are written. */
 static __attribute__((noinline)) void aim(struct cia402 *c, struct axis *a)
 {
     const struct cia402_wishes *const w = &c->wishes;
@@ -227,8 +227,7 @@ void cia402_poll(struct cia402 *c, struct axis *a)
     follow(c, a);
     const uint32_t rising = c->word_due ? take_word(c, a) : 0u;
     const bool operates = c->stage == CIA402_ENABLED && a->state == AXIS_OPERATION_ENABLED;
-    if (operates &&
-        !c->operates) { /* continuous modes begin with the target there is, a position waits for a new one */
+    if (operates && !c->operates) { /* continuous modes begin with the present target, a position waits for a new one */
         c->target_due = c->wishes.mode != CIA402_CSP;
     }
     if (operates && (c->target_due || rising != 0u || !c->operates)) {

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The drive as CiA 402 (IEC 61800-7-201) sees it: control word and set-points in, status word out, requests of axis/axis.h
- * between. What the axis does in one go, from "switch on disabled" through calibration and alignment to operation, a controller
- * asks for step by step: "ready" and "switched on" are kept here until it enables operation, and the bridge is off in both.
+ * The drive as CiA 402 (IEC 61800-7-201) sees it: control word and set-points in, status word out, requests of axis/axis.h in
+ * between. The axis goes from "switch on disabled" through calibration and alignment to operation in one go; a controller asks
+ * step by step: "ready" and "switched on" are kept here until it enables operation, and the bridge is off in both.
  *
- * Commands act after they were accepted, in cia402_poll(); what the axis refuses is kept in `refusal`. Options of the profile:
- * shutdown and disabling operation let the motor coast (0x605B, 0x605C: 0), quick stop brakes and ends in "switch on disabled"
- * (0x605A: 2), halt brakes along the ramp and stays enabled (0x605D: 1).
+ * Commands act after acceptance, in cia402_poll(); `refusal` holds what the axis refuses. Options of the profile: shutdown and
+ * disabling operation let the motor coast (0x605B, 0x605C: 0), quick stop brakes and ends in "switch on disabled" (0x605A: 2),
+ * halt brakes along the ramp and stays enabled (0x605D: 1).
  */
 #ifndef FIRMWARE_OPERATE_CIA402_H
 #define FIRMWARE_OPERATE_CIA402_H
@@ -26,7 +26,7 @@
 #define CIA402_FAULT_RESET   (1u << 7)
 #define CIA402_HALT          (1u << 8)
 
-/* bits of the status word beyond the state's */
+/* bits of the status word beyond the state bits */
 #define CIA402_VOLTAGE_THERE (1u << 4)
 #define CIA402_WARNING       (1u << 7)
 #define CIA402_REMOTE        (1u << 9)
@@ -45,7 +45,7 @@ enum cia402_mode {
     CIA402_CST = 10,
 };
 
-/* homing methods that there are */
+/* supported homing methods */
 #define CIA402_HOME_INDEX 34
 #define CIA402_HOME_BLOCK (-1)
 #define CIA402_HOME_HERE  37
@@ -69,35 +69,35 @@ enum cia402_stage {
 struct cia402 {
     struct cia402_wishes wishes;
     enum cia402_stage stage;
-    uint32_t word_before; /* the control word that was acted upon last */
+    uint32_t word_before; /* the control word last acted upon */
     bool word_due;        /* a control word waits */
     bool target_due;      /* a set-point, or another mode */
-    bool operates;        /* the axis did, at the last look */
+    bool operates;        /* the axis did, when last checked */
     struct outcome refusal;
-    bool hands_over; /* another source of the angle has been asked for, and may yet be refused */
+    bool hands_over; /* another source of the angle was requested, and may yet be refused */
 };
 
 /* No command yet, pv, all targets 0. */
 void cia402_init(struct cia402 *c);
 
-/* Whether each of the wishes is one that the drive may have with these parameters. Thread. */
+/* True if these parameters allow every wish. Thread. */
 bool cia402_may_wish(const struct cia402_wishes *w, const struct params *p);
 
-/* Takes wishes over; `word` and `target`: whether a control word, and a mode or set-point, are among them. Thread. */
+/* Accepts wishes; `word`: a control word is among them, `target`: a mode or set-point is. Thread. */
 void cia402_wish(struct cia402 *c, const struct cia402_wishes *w, bool word, bool target);
 
-/* Another source of the angle, enum param_angle; false: refused at once, and nothing has changed. Thread. */
+/* Requests another source of the angle, enum param_angle; false: refused at once, nothing has changed. Thread. */
 bool cia402_hand_over(struct cia402 *c, struct axis *a, uint32_t source);
 
-/* Carries out what waits, and follows the axis. Thread, whenever it has time; as long as `on` takes. */
+/* Carries out what is pending, and follows the axis. Thread, whenever it has time; as long as `on` takes. */
 void cia402_poll(struct cia402 *c, struct axis *a);
 
 uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const struct axis_status *now);
 
-/* The mode in effect, or the one that is wished for while the drive is not operating. */
+/* The mode in effect, or the requested one while the drive is not operating. */
 int32_t cia402_mode_display(const struct cia402 *c, const struct axis_status *now);
 
-/* Of CiA 402, 0x603F: 0 if there is no fault. Any context. */
+/* CiA 402 error code, 0x603F: 0 if there is no fault. Any context. */
 uint32_t cia402_error_code(enum fault fault);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Error codes of CiA 402 (IEC 61800-7-201, object 0x603F; CiA 301 has the classes); 0xFF00 and up are the maker's. */
+/* Error codes of CiA 402 (IEC 61800-7-201, object 0x603F; CiA 301 has the classes); 0xFF00 and up are manufacturer-specific. */
 #include "firmware/operate/cia402.h"
 
 static const uint16_t codes[FAULT_COUNT] = {

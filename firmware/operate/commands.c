@@ -104,7 +104,7 @@ static void run_help_about(struct session *s, char *const *words)
     }
 }
 
-/* The mode of the answer is that of the next line. */
+/* The answer already uses the mode of the next line. */
 static void run_machine(struct session *s, char *const *words)
 {
     const bool on = text_equal(words[1], "on");
@@ -116,7 +116,7 @@ static void run_machine(struct session *s, char *const *words)
     }
 }
 
-/* Cuts the line at its blanks; returns the number of words, WORDS_MAX + 1 when there are more than fit. */
+/* Splits the line at blanks; returns the number of words, WORDS_MAX + 1 if there are too many. */
 static size_t split(char *line, char **words)
 {
     size_t count = 0;
@@ -138,7 +138,7 @@ static size_t split(char *line, char **words)
     return count;
 }
 
-/* The row of that name, and of those that share it the one that takes so many words; NULL when there is none. */
+/* The row of that name and number of words; NULL if there is none. */
 static const struct command *find(const char *name, size_t words)
 {
     const struct command *found = NULL;

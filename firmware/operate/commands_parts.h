@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The commands one by one: each carries out a line whose words have been counted, words[0] is its name, and answers in s->out.
- * The table that names them is in commands.c. Thread.
+ * The commands: each carries out a line whose words have been counted, words[0] is its name, and answers in s->out. The table
+ * of names is in commands.c. Thread.
  */
 #ifndef FIRMWARE_OPERATE_COMMANDS_PARTS_H
 #define FIRMWARE_OPERATE_COMMANDS_PARTS_H
@@ -10,10 +10,10 @@
 
 #include "firmware/operate/session.h"
 
-/* A row of the table: rows of the same name stand together and differ in their number of words. */
+/* A row of the table: rows of the same name are adjacent and differ in their number of words. */
 struct command {
     const char *name;
-    const char *arguments; /* capitals: a value or a name of that sort; small letters: that word, or one of several */
+    const char *arguments; /* capitals: a value or a name of that kind; lower case: that word, or one of several */
     const char *help;
     size_t words; /* of the whole line */
     void (*run)(struct session *s, char *const *words);
@@ -45,12 +45,12 @@ void run_learn(struct session *s, char *const *words);
 void run_zero(struct session *s, char *const *words);
 void run_angle(struct session *s, char *const *words);
 
-/* ---- commands_status.c: what is, and what was when a fault came ---- */
+/* ---- commands_status.c: the present state, and that at a fault ---- */
 
 void run_status(struct session *s, char *const *words);
 void run_fault(struct session *s, char *const *words);
 
-/* ---- commands_keeping.c: what outlives power-off ---- */
+/* ---- commands_keeping.c: what survives power-off ---- */
 
 void run_save(struct session *s, char *const *words);
 void run_load(struct session *s, char *const *words);

@@ -36,7 +36,7 @@ void run_scope_do(struct session *s, char *const *words)
     }
 }
 
-/* "i_q,speed": false after it has said what is wrong. */
+/* "i_q,speed": false after reporting what is wrong. */
 static bool parse_choice(struct session *s, char *names, struct signal_choice *choice)
 {
     for (char *name = names; name != NULL;) {
@@ -69,7 +69,7 @@ static void set_signals(struct session *s, char *names)
     }
 }
 
-/* False after it has said what is wrong. */
+/* False after reporting what is wrong. */
 static bool parse_within(struct session *s, const char *word, uint32_t least, uint32_t most, uint32_t *value)
 {
     int32_t number;
@@ -128,7 +128,7 @@ void run_scope_trigger(struct session *s, char *const *words)
     }
 }
 
-/* The answer goes out at the rate that was; "0" ends the stream, whatever rate stands behind it. */
+/* The answer goes out at the old rate; "0" ends the stream, whatever rate follows it. */
 void run_stream(struct session *s, char *const *words)
 {
     int32_t every_ms;

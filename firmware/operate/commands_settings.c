@@ -6,7 +6,7 @@
 #include "firmware/operate/messages.h"
 #include "firmware/operate/units.h"
 
-/* Behind a number: a blank and its unit, if it has one. */
+/* After a number: a blank and its unit, if any. */
 static void put_unit(struct session *s, const struct param_info *info)
 {
     const char *const unit = unit_of(info);
@@ -21,7 +21,7 @@ static void put_range(struct session *s, const struct param_info *info)
     text_put_int(&s->out, info->max);
 }
 
-/* Those that differ from their initial values, which stand behind them. */
+/* Those that differ from their initial values, each followed by its initial value. */
 static void put_changed(struct session *s)
 {
     const struct params *const p = &s->axis->params;
@@ -93,7 +93,7 @@ void run_set(struct session *s, char *const *words)
     }
 }
 
-/* A fault that leaves a choice: which, and which it has. */
+/* For a fault that leaves a choice: the present choice, and the options. */
 static void put_reaction(struct session *s, enum fault cause)
 {
     text_put(&s->out, message_of_fault(cause));

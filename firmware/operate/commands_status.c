@@ -34,7 +34,7 @@ static void put_warnings(struct session *s)
     }
 }
 
-/* The newest voltage of each millisecond is looked at, since the last `on`. */
+/* Looks at the newest voltage of each millisecond, since the last `on`. */
 static void put_update(struct session *s)
 {
     text_put(&s->out, "voltages act: ");
@@ -92,7 +92,7 @@ static const char *leader(const struct axis *a)
     return injection_leads(a) ? ", the injection leads" : ", the observer leads";
 }
 
-/* What the saliency says, where it was asked, and why it was not good enough. */
+/* The result of the saliency test, if it was run, and why it was not good enough. */
 static void put_saliency(struct session *s)
 {
     const struct injection_start *const m = &s->axis->injection;
@@ -107,8 +107,8 @@ static void put_saliency(struct session *s)
 }
 
 /*
- * Without an encoder: what the Hall switches show; or how well the EMF shows the rotor, and whether that leads, the saliency or
- * a prescribed field.
+ * Without an encoder: what the Hall switches show; or how well the EMF shows the rotor, and whether the EMF, the saliency or a
+ * prescribed field leads.
  */
 static void put_margin(struct session *s)
 {

@@ -10,10 +10,10 @@
 struct search {
     const char *typed; /* of the last word */
     size_t length;
-    const char *found; /* the first name that begins so, */
-    size_t common;     /* so many of its characters all of them have, */
-    uint32_t names;    /* and so many there are */
-    struct text *list; /* they are written here, if not NULL */
+    const char *found; /* the first matching name, */
+    size_t common;     /* number of its characters common to all matches, */
+    uint32_t names;    /* number of matches */
+    struct text *list; /* matches are written here, if not NULL */
 };
 
 static size_t same_characters(const char *a, const char *b, size_t most)
@@ -91,7 +91,7 @@ static void offer_commands(struct search *s)
     }
 }
 
-/* The `number`th argument of a row of the table, from 1; NULL when it has not so many. */
+/* The `number`th argument of a row of the table, from 1; NULL if it has fewer. */
 static const char *argument_of(const struct command *command, uint32_t number)
 {
     const char *at = command->arguments;
@@ -103,7 +103,7 @@ static const char *argument_of(const struct command *command, uint32_t number)
     return NULL;
 }
 
-/* Whether `text` begins with `word` and then is at its end, or at a blank. */
+/* True if `text` begins with `word`, followed by its end or a blank. */
 static bool begins_with(const char *text, const char *word)
 {
     while (*word != '\0' && *text == *word) {
@@ -126,7 +126,7 @@ static void offer_argument(struct search *s, const char *argument)
     }
 }
 
-/* All that may be the line's word number `word`, from 0. */
+/* All candidates for the line's word number `word`, from 0. */
 static void offer_all(struct search *s, const char *line, uint32_t word)
 {
     if (word == 0u) {

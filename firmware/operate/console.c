@@ -14,7 +14,7 @@ static struct text *out(struct console *k)
     return &k->session.out;
 }
 
-/* What is typed is shown to people only. */
+/* Echoes to people only. */
 static struct text *echo(struct console *k)
 {
     return k->session.machine ? NULL : out(k);
@@ -92,7 +92,7 @@ static void take(struct console *k, char c)
     }
 }
 
-/* What is said between two lines of the user's begins a line. */
+/* A message between two of the user's lines starts a new line. */
 static void leave_line(struct console *k)
 {
     if (!k->session.machine) {
@@ -125,7 +125,7 @@ static void announce_warning(struct console *k, enum fault cause)
     prompt(k);
 }
 
-/* Each once, until the drive forgets them. By the word: this is looked at each time the thread wakes. */
+/* Each once, until the drive clears them. Word by word: this runs each time the thread wakes. */
 static void announce_warnings(struct console *k)
 {
     for (uint32_t word = 0; word < REACTION_WORDS; word++) {

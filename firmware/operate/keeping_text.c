@@ -74,7 +74,7 @@ void keeping_text_loaded(struct text *t, const struct kept *k)
     }
 }
 
-/* Saves go to the slots in turn: each page of this one has been written in every second of them. */
+/* Saves alternate between the slots: every second one has written each page of this slot. */
 void keeping_text_saved(struct text *t, const struct saved *s)
 {
     text_put(t, "slot ");

@@ -18,7 +18,7 @@ static void put_times(struct text *echo, char c, size_t times)
     }
 }
 
-/* From the cursor to the end, `gone` places of what stood there before wiped out, and back to the cursor. */
+/* Draws from the cursor to the end, clears `gone` old characters after it, and returns to the cursor. */
 static void draw_rest(const struct line *l, size_t gone, struct text *echo)
 {
     text_put(echo, l->text + l->cursor);
@@ -37,7 +37,7 @@ static void move_to(struct line *l, size_t cursor, struct text *echo)
     }
 }
 
-/* What stands from `from` to the cursor, and the cursor goes there. */
+/* Erases from `from` to the cursor, and moves the cursor there. */
 static void erase_back_to(struct line *l, size_t from, struct text *echo)
 {
     const size_t gone = l->cursor - from;

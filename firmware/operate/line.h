@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The line that somebody types: characters and keys of a VT100 terminal in, a whole line out. Keys of the terminal come as
- * sequences that begin with ESC (ECMA-48, 5.4); those that mean nothing here are swallowed, other control characters spoil the
- * line. Keeps the last lines for the arrow keys. Thread.
+ * The line editor: characters and keys of a VT100 terminal in, a whole line out. Terminal keys come as sequences that begin
+ * with ESC (ECMA-48, 5.4); unknown ones are ignored, other control characters spoil the line. Keeps the last lines for the
+ * arrow keys. Thread.
  *
  *   left, right, Home, End; Ctrl-B, -F, -A, -E       move
  *   Backspace, Delete; Ctrl-H, -D                    erase a character
- *   Ctrl-U, -K, -W                                   erase what is before the cursor, behind it, a word
+ *   Ctrl-U, -K, -W                                   erase to the left of the cursor, to the right, a word
  *   up, down; Ctrl-P, -N                             earlier and later lines
  *   Ctrl-C                                           a new line, nothing carried out
  *   Ctrl-L                                           draw again
@@ -24,7 +24,7 @@
 
 enum line_event {
     LINE_EDITED,   /* nothing to do */
-    LINE_ENTERED,  /* text is whole; the caller carries it out, then line_clear() */
+    LINE_ENTERED,  /* text is complete; the caller carries it out, then line_clear() */
     LINE_DROPPED,  /* Ctrl-C: the caller does line_clear() and prompts */
     LINE_COMPLETE, /* Tab: the caller may insert what is missing */
     LINE_REDRAW,   /* Ctrl-L: the caller prompts */
@@ -36,13 +36,13 @@ struct line {
     char text[LINE_MAX + 1u];
     size_t length, cursor;
     bool too_long;    /* a character did not fit */
-    bool unprintable; /* there was one that is neither printable nor a key */
+    bool unprintable; /* one was neither printable nor a key */
     bool last_was_cr;
     enum line_key_state key;
     uint32_t argument; /* of the key's sequence */
     char kept[LINE_KEPT][LINE_MAX + 1u];
-    uint32_t lines; /* kept ever */
-    uint32_t back;  /* so many lines before the newest are shown; 0: a new one */
+    uint32_t lines; /* ever kept */
+    uint32_t back;  /* how far before the newest line the display is; 0: a new one */
 };
 
 /* Empty, nothing kept. */
@@ -51,16 +51,16 @@ void line_init(struct line *l);
 /* An empty line; what is kept stays. */
 void line_clear(struct line *l);
 
-/* Takes a character. Echoes to `echo`; with NULL it draws nothing, and takes no keys: they spoil the line. */
+/* Takes a character. Echoes to `echo`; with NULL draws nothing and accepts no keys: they spoil the line. */
 enum line_event line_take(struct line *l, char c, struct text *echo);
 
 /* Puts a character at the cursor. */
 void line_insert(struct line *l, char c, struct text *echo);
 
-/* Shows the line behind a prompt, the cursor at its place. */
+/* Draws the line after a prompt, the cursor in its place. */
 void line_draw(const struct line *l, struct text *echo);
 
-/* Remembers a line, before its text is cut into words; not when it is empty or the same as the last. */
+/* Keeps a line, before its text is split into words, unless it is empty or the same as the last. */
 void line_keep(struct line *l);
 
 #endif

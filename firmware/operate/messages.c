@@ -268,7 +268,7 @@ const char *message_of_update(enum pwm_update update)
     return update < sizeof names / sizeof names[0] ? names[update] : "unknown";
 }
 
-/* As it is typed: a word of a command has no blanks, so '_' stands for one; and no capitals. */
+/* As typed: a command word has no blanks, so '_' stands for one; and no capitals. */
 char message_typed(char c)
 {
     return c == ' ' ? '_' : (c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The one table of texts: whatever speaks for the drive says the same. Any context: constant strings. */
+/* The one table of texts, for every interface of the drive. Any context: constant strings. */
 #ifndef FIRMWARE_OPERATE_MESSAGES_H
 #define FIRMWARE_OPERATE_MESSAGES_H
 
@@ -11,17 +11,17 @@ const char *message_of_state(enum axis_state state);
 
 const char *message_of_mode(enum axis_mode mode);
 
-/* Fixed names, e.g. "over-current (hardware)", and a hint what to look at. */
+/* Fixed names, e.g. "over-current (hardware)", and a hint what to check. */
 const char *message_of_fault(enum fault cause);
 const char *message_fault_hint(enum fault cause);
 
 /* What fault_record.detail means, "" if nothing: '@' stands for the first value, '#' for the second. */
 const char *message_fault_detail(enum fault cause);
 
-/* A character of a name as it is typed: '_' for a blank, and no capitals. */
+/* A character of a name as typed: '_' for a blank, and lower case. */
 char message_typed(char c);
 
-/* The fault whose name this is, with '_' for its blanks; FAULT_COUNT when there is none. */
+/* The fault of this name, with '_' for blanks; FAULT_COUNT if there is none. */
 enum fault message_find_fault(const char *name);
 
 const char *message_of_reaction(enum reaction reaction);

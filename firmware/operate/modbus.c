@@ -6,7 +6,7 @@
 
 #define CHARACTER_BITS 11
 
-/* 3.5 characters, 1.75 ms at least; one more, because the clock may tick just behind a character. */
+/* 3.5 characters, at least 1.75 ms; one more, because the clock may tick just after a character. */
 static uint32_t silence_ms(int32_t baud)
 {
     const int32_t ms = (CHARACTER_BITS * 3500 + baud - 1) / baud;
@@ -56,7 +56,7 @@ static void answer(struct modbus *m, size_t count)
     rs485_send(m->line, m->reply, count + 3u);
 }
 
-/* A frame at the beginning of what was heard: carried out if it is for this drive, and in time. */
+/* Handles a frame at the start of the received bytes: carries it out if it is for this drive and in time. */
 static void take_frame(struct modbus *m, size_t length)
 {
     const uint8_t to = m->frame.bytes[0];
@@ -110,7 +110,7 @@ static void notice_silence(struct modbus *m, uint32_t now_ms)
     }
 }
 
-/* First what has come: a thread that was held up must not take its own absence for a silence. */
+/* Received bytes first: a delayed thread must not take its own absence for a silence. */
 static void listen(struct modbus *m)
 {
     const uint32_t now_ms = m->drive.axis->time_ms;

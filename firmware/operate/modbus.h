@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A Modbus RTU slave (MODBUS over Serial Line V1.02) on an RS-485 line: what is heard becomes frames (modbus_frame.h),
- * requests to this drive are carried out (modbus_functions.h) and answered. Parameters modbus_address, modbus_baud and
- * modbus_parity are in effect as soon as the line rests. Thread.
+ * A Modbus RTU slave (MODBUS over Serial Line V1.02) on an RS-485 line: splits received bytes into frames (modbus_frame.h),
+ * carries out requests to this drive (modbus_functions.h) and answers. Parameters modbus_address, modbus_baud and modbus_parity
+ * take effect as soon as the line is idle. Thread.
  */
 #ifndef FIRMWARE_OPERATE_MODBUS_H
 #define FIRMWARE_OPERATE_MODBUS_H
@@ -16,7 +16,7 @@ struct modbus {
     struct modbus_drive drive;
     struct modbus_frame frame;
     int32_t address, baud, parity; /* as they are in effect */
-    uint32_t silence_ms;           /* that is certainly one of 3.5 characters */
+    uint32_t silence_ms;           /* certainly longer than 3.5 characters */
     uint32_t heard_ms;             /* when the last character came */
     uint8_t reply[MODBUS_FRAME_BYTES];
 };
@@ -24,7 +24,7 @@ struct modbus {
 /* Opens the line. Once, when the axis has been initialised. */
 void modbus_start(struct modbus *m, struct rs485 *line, struct axis *axis, const struct slots *slots);
 
-/* Serves the line; to be called whenever there is time. Takes as long as `on` where it is told to enable operation. */
+/* Serves the line; call it whenever there is time. Takes as long as `on` if told to enable operation. */
 void modbus_poll(struct modbus *m);
 
 #endif

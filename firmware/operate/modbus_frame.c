@@ -6,7 +6,7 @@
 #define FRAME_LEAST   4u /* address, function, check sum */
 #define EXCEPTION_BIT 0x80u
 
-/* A length that depends on a byte not yet there, and one that nobody knows. */
+/* A length that depends on a byte not yet received, and an unknown length. */
 #define LATER   0u
 #define UNKNOWN SIZE_MAX
 
@@ -120,7 +120,7 @@ static bool fits(const struct span *f, size_t length)
     return length > f->tried && length >= FRAME_LEAST && length <= f->count && crc16(f->bytes, length) == 0u;
 }
 
-/* Whether more bytes may yet make a frame of this length. */
+/* True if more bytes may yet complete a frame of this length. */
 static bool may_come(const struct span *f, size_t length)
 {
     return length == LATER || (length != UNKNOWN && length <= MODBUS_FRAME_BYTES && length > f->count);
@@ -147,7 +147,7 @@ void modbus_frame_drop(struct modbus_frame *f, size_t length)
     f->resumed = f->resumed && f->count > 0u;
 }
 
-/* Goes on behind the silence. What came behind a second one is unknown from here on; it is long past. */
+/* Resumes after the silence. What came after a second one is unknown from here on; it is long past. */
 static void resume(struct modbus_frame *f)
 {
     modbus_frame_drop(f, f->silence);
@@ -208,7 +208,7 @@ static size_t frame_here(const struct modbus_frame *f, uint8_t address, bool *ho
     return frame_in(&all, address, hopeless);
 }
 
-/* A request to this drive that broke off, and a whole one behind the silence: whoever asks has begun anew. */
+/* A request to this drive broke off, and a complete one follows the silence: the master has started over. */
 static bool begun_anew(const struct modbus_frame *f, uint8_t address)
 {
     bool hopeless;

@@ -85,7 +85,7 @@ static enum modbus_exception write_masked(struct call *c)
     return modbus_write(c->drive, word(c, 1), 1, now);
 }
 
-/* Whether it can be read is looked at first: nothing is written if not. What is read is what writing has left. */
+/* Checks first that it can be read: otherwise nothing is written. The read returns the values after the write. */
 static enum modbus_exception write_and_read(struct call *c)
 {
     const uint32_t reads = word(c, 3);

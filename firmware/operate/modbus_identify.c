@@ -32,7 +32,7 @@ static void put(uint8_t *reply, size_t *count, uint32_t object)
     *count = end;
 }
 
-/* All of them fit into one reply: some 90 letters. A stream from an object that is not there begins anew. */
+/* All fit into one reply: some 90 letters. A stream from a missing object starts at the beginning. */
 enum modbus_exception modbus_identify(const uint8_t *request, uint8_t *reply, size_t *count)
 {
     const uint32_t what = request[2];

@@ -89,7 +89,7 @@ struct modbus_object {
 
 extern const struct modbus_object modbus_objects[OBJECT_COUNT];
 
-/* Parameters in the order of param_table, two registers each; reactions to faults by the faults' numbers. */
+/* Parameters in the order of param_table, two registers each; reactions to faults by fault number. */
 #define MODBUS_REACTIONS 0x0400u
 #define MODBUS_PARAMS    0x1000u
 

@@ -14,7 +14,7 @@ struct place {
     bool writable;
 };
 
-/* What a write makes of the drive; it is the drive's only when all of it has been looked at. */
+/* The drive's values after a write; adopted only once all of it has been checked. */
 struct change {
     struct params params;
     struct cia402_wishes wishes;
@@ -120,7 +120,7 @@ static enum modbus_exception change_choice(struct change *c, uint32_t fault, int
     return MODBUS_FINE;
 }
 
-/* What must not happen by chance is asked for by a word. */
+/* Actions that must not happen by accident need a code word. */
 static enum modbus_exception ask(bool *asked, int32_t value, uint32_t signature)
 {
     *asked = (uint32_t)value == signature;
@@ -189,7 +189,7 @@ static enum modbus_exception gather(struct change *c, uint32_t at, uint32_t coun
     return MODBUS_FINE;
 }
 
-/* Several parameters as switching on would look at them; a single one, as on the console, against its range alone. */
+/* Checks several parameters as switching on would; a single one, as on the console, only against its range. */
 static bool go_together(const struct change *c, const struct axis *a)
 {
     if (c->params_changed < 2u) {
@@ -210,7 +210,7 @@ static enum modbus_exception judge(const struct change *c, const struct axis *a)
     return go_together(c, a) ? MODBUS_FINE : MODBUS_ILLEGAL_VALUE;
 }
 
-/* Both leave everything as it is when they are refused; no request asks for them and for parameters. */
+/* Both change nothing if refused; no request combines them with parameters. */
 static enum modbus_exception keep(const struct modbus_drive *d, const struct change *c)
 {
     struct saved unused;
@@ -221,7 +221,7 @@ static enum modbus_exception keep(const struct modbus_drive *d, const struct cha
     return MODBUS_FINE;
 }
 
-/* Why not says the drive's `refusal`; of what takes its time as well. */
+/* The drive's `refusal` tells why not, also for what takes time. */
 static enum modbus_exception hand_over(struct modbus_drive *d, const struct change *c)
 {
     if (!c->hands_over) {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The registers: what stands at each, and writing several of them whole or not at all. Function codes 3 and 4 see the same.
+ * The registers: their contents, and all-or-nothing writes of several. Function codes 3 and 4 see the same.
  *
- * A value of 32 bits takes two registers, the high one first, and is read and written as a whole: who asks for half of one gets
+ * A 32-bit value takes two registers, the high one first, and is read and written as a whole: a request for half of one gets
  * MODBUS_ILLEGAL_ADDRESS. Thread.
  */
 #ifndef FIRMWARE_OPERATE_MODBUS_REGISTERS_H
@@ -33,8 +33,8 @@ struct modbus_drive {
 enum modbus_exception modbus_read(const struct modbus_drive *d, uint32_t at, uint32_t count, uint8_t *bytes);
 
 /*
- * Whether they may be written so; and writes them. Nothing has changed unless it says MODBUS_FINE. Each value is held against
- * its range; where several parameters are written, all of them together as switching on would. Range: 1...123.
+ * Checks the values and writes them. Nothing has changed unless it returns MODBUS_FINE. Each value is checked against its
+ * range; several parameters also together, as switching on would. Range: 1...123.
  */
 enum modbus_exception modbus_write(struct modbus_drive *d, uint32_t at, uint32_t count, const uint8_t *bytes);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the objects of modbus_objects.h are worth. Thread. */
+/* The values of the objects in modbus_objects.h. Thread. */
 #ifndef FIRMWARE_OPERATE_MODBUS_VALUES_H
 #define FIRMWARE_OPERATE_MODBUS_VALUES_H
 

@@ -5,15 +5,15 @@
 
 #include "firmware/operate/session.h"
 
-/* What it watches, what it waits for, and how far it is. */
+/* Its signals, its trigger, and its progress. */
 void scope_text_settings(struct session *s);
 
-/* Every signal there is: its unit, its scale, and what it is. */
+/* Every signal: its unit, its scale, and what it is. */
 void scope_text_signals(struct session *s);
 
 /*
- * A heading, the names, the scales, then a line of raw values for each sample. A record that is overwritten while it is read
- * ends short: its last line says how many there were.
+ * A heading, the names, the scales, then a line of raw values per sample. A record overwritten while it is read is cut short:
+ * its last line says how many there were.
  */
 void scope_text_samples(struct session *s, enum scope_record record);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Who talks to whom: what a command needs to carry out its line and to answer. */
+/* A session: what a command needs to carry out its line and to answer. */
 #ifndef FIRMWARE_OPERATE_SESSION_H
 #define FIRMWARE_OPERATE_SESSION_H
 

@@ -24,14 +24,14 @@ void stream_end(struct stream *s)
     }
 }
 
-/* Behind all that has been said. */
+/* After all pending output. */
 static void change_rate(struct stream *s, struct text *out)
 {
     const uint32_t begin_ms = *out->idle->time_ms;
     while (!mmuart_is_idle(out->uart) && *out->idle->time_ms - begin_ms < DRAIN_MS) {
         idle(out->idle);
     }
-    (void)mmuart_init(out->uart, out->uart->regs, s->baud); /* the rate fits: who asked for it has looked */
+    (void)mmuart_init(out->uart, out->uart->regs, s->baud); /* the rate fits: the caller has checked it */
     s->baud = 0u;
 }
 

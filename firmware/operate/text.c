@@ -4,7 +4,7 @@
 #include "drivers/cortex/cpu.h"
 #include "firmware/operate/modbus.h"
 
-#define PATIENCE_MS 20u /* a transmitter that works makes room every 1.4 ms */
+#define PATIENCE_MS 20u /* a working transmitter makes room every 1.4 ms */
 
 void text_serve_bus(struct text *t)
 {
@@ -14,8 +14,8 @@ void text_serve_bus(struct text *t)
 }
 
 /*
- * Waits for room, but no longer than a living transmitter takes. The watchdog is served when room has come, not while none
- * comes: waiting is no sign of life.
+ * Waits for room, but no longer than a live transmitter takes. Serves the watchdog when room has come, not before: waiting is
+ * no sign of life.
  */
 static bool wait_for_room(struct text *t)
 {

@@ -13,15 +13,15 @@ struct modbus;
 
 struct text {
     struct mmuart *uart;
-    struct idle *idle;  /* the clock by which it waits, and the watchdog's service */
-    struct modbus *bus; /* is served while output waits, and behind each line; NULL: there is none */
-    bool given_up;      /* there was no room for too long: do not wait until there is some */
-    bool lost;          /* output has been dropped; who says so clears it */
+    struct idle *idle;  /* its clock for waiting, and the watchdog's service */
+    struct modbus *bus; /* served while output waits, and after each line; NULL: none */
+    bool given_up;      /* no room for too long: do not wait until there is some */
+    bool lost;          /* output has been dropped; cleared once reported */
 };
 
 /*
- * Output waits, asleep, for room in the transmit buffer. When no room comes for 20 ms the transmitter is taken for dead:
- * from then on output is dropped without waiting, until there is room again. Thread only.
+ * Output sleeps until there is room in the transmit buffer. After 20 ms without room the transmitter counts as dead: from then
+ * on output is dropped without waiting, until there is room again. Thread only.
  */
 void text_put(struct text *t, const char *s);
 void text_put_char(struct text *t, char c);
@@ -30,12 +30,12 @@ void text_put_hex(struct text *t, uint32_t value);        /* 0x and eight digits
 void text_put_milli(struct text *t, int32_t thousandths); /* -1234 as -1.234 */
 void text_put_long(struct text *t, int64_t value);
 void text_put_seconds(struct text *t, uint64_t ms); /* 4294967296 as 4294967.296 */
-void text_put_line(struct text *t, const char *s);  /* with the line's end */
+void text_put_line(struct text *t, const char *s);  /* with a line end */
 
 /* Serves the bus, for a command that takes longer than a request may wait: 1 ms. Thread. */
 void text_serve_bus(struct text *t);
 
-/* Whether two strings are the same. */
+/* True if two strings are equal. */
 bool text_equal(const char *a, const char *b);
 
 /*

@@ -3,7 +3,7 @@
 
 #include "firmware/operate/text.h"
 
-/* What a name ends with, longer ends before those that they end with. */
+/* Name endings; a longer ending comes before any that it ends with. */
 static const struct {
     const char *end, *unit;
 } units[] = {

@@ -5,7 +5,7 @@
 
 #include "firmware/settings/params.h"
 
-/* "mA", "rpm/s"; "" for what has none. It follows from the end of the name. */
+/* "mA", "rpm/s"; "" if there is none. Derived from the end of the name. */
 const char *unit_of(const struct param_info *info);
 
 #endif

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A record around a trigger: samples go round in a memory until the trigger has come, then as many more as belong behind it.
- * Knows words and no signals.
+ * A record around a trigger: samples fill a ring until the trigger comes, then as many more follow as belong after it. Knows
+ * words, not signals.
  *
- * What triggers is looked at in each sample that is kept. A signal does once as many samples as belong before the trigger are
- * there; a fault or a command does at once, with what there is before it, so that neither is ever missed.
+ * The trigger is checked at each sample kept. A signal triggers once there are as many samples as belong before the trigger; a
+ * fault or a command triggers at once, with what there is before it, so neither is ever missed.
  */
 #ifndef FIRMWARE_SCOPE_CAPTURE_H
 #define FIRMWARE_SCOPE_CAPTURE_H
@@ -27,27 +27,27 @@ enum capture_cause { CAPTURE_BY_NOTHING, CAPTURE_BY_SIGNAL, CAPTURE_BY_FAULT, CA
 struct capture {
     /* as it was begun */
     int32_t *memory;
-    uint32_t words;   /* a sample, 1 or more */
+    uint32_t words;   /* per sample, 1 or more */
     uint32_t samples; /* of the whole record, 1 or more; samples * words fit the memory */
-    uint32_t before;  /* of these so many before the trigger, 0...samples - 1 */
+    uint32_t before;  /* how many of these before the trigger, 0...samples - 1 */
     enum capture_when when;
     int32_t level;
-    /* as it goes */
+    /* progress */
     volatile uint32_t state; /* enum capture_state */
     volatile bool fire;      /* the command */
     uint32_t cause;          /* enum capture_cause */
     uint32_t next;           /* sample's place in the memory */
-    uint32_t filled;         /* samples since the beginning, no more than the record's */
+    uint32_t filled;         /* samples since the beginning, up to the record's length */
     uint32_t left;           /* samples still to come */
     uint32_t had_before;     /* samples before the trigger */
-    int32_t last;            /* of the signal that triggers, in the sample before */
+    int32_t last;            /* trigger signal in the previous sample */
     bool had_fault;
 };
 
-/* Begins with an empty memory. `fault`: one is latched already, which does not trigger. The sampler must rest. Thread. */
+/* Starts with an empty memory. `fault`: one is latched already and does not trigger. The sampler must be idle. Thread. */
 void capture_begin(struct capture *c, int32_t last, bool fault);
 
-/* Where the next sample goes; nothing has happened before capture_commit(). ISR. */
+/* Where the next sample goes; it counts only after capture_commit(). ISR. */
 static inline __attribute__((always_inline)) int32_t *capture_slot(const struct capture *c)
 {
     return c->memory + c->next * c->words;
@@ -83,7 +83,7 @@ static inline __attribute__((always_inline)) uint32_t capture_cause(const struct
     return c->filled > c->before && capture_signals(c, watched) ? CAPTURE_BY_SIGNAL : CAPTURE_BY_NOTHING;
 }
 
-/* The sample in the slot counts. `watched`: the signal that triggers. Not when off or done. ISR. */
+/* Commits the sample in the slot. `watched`: the trigger signal. Not when off or done. ISR. */
 static inline __attribute__((always_inline)) void capture_commit(struct capture *c, int32_t watched, bool fault)
 {
     const uint32_t next = c->next + 1u;
@@ -107,7 +107,7 @@ static inline __attribute__((always_inline)) void capture_commit(struct capture 
     }
 }
 
-/* Samples of a record that is done, the one of the trigger among them; 0 before. Thread. */
+/* Samples in a finished record, the trigger's included; 0 before that. Thread. */
 uint32_t capture_samples(const struct capture *c);
 
 /* A word of it; sample 0 is the oldest, sample had_before the one that triggered. Thread. */

@@ -5,10 +5,10 @@
  *
  * While a capture is under way the current loop's vector holds an entry of a few instructions (system/scoped_tick.S): it
  * counts the tick, raises the sampler's interrupt and goes on to the handler. The sampler is less urgent than the current loop
- * and more urgent than the slow loop, so it runs right behind the handler and copies what that has left. When no capture is
- * under way the vector holds the handler itself, and there is nothing of the scope in its way.
+ * and more urgent than the slow loop, so it runs right after the handler and copies its results. When no capture is under way
+ * the vector holds the handler itself, and the scope costs nothing.
  *
- * A tick that came while the sampler copied has counted itself: the sampler then drops what it has, and runs again.
+ * A tick during the copy is still counted: the sampler then drops its sample and runs again.
  */
 #ifndef FIRMWARE_SCOPE_SCOPE_H
 #define FIRMWARE_SCOPE_SCOPE_H
@@ -22,9 +22,9 @@
 #define SCOPE_WORDS      4096u
 #define SCOPE_EVERY_MOST 40000u /* one sample a second, at 40 kHz */
 
-/* What the entry needs: its assembly knows the members' offsets. */
+/* For the entry: its assembly knows the members' offsets. */
 struct scope_entry {
-    uint32_t pend_bit; /* this into *pend raises the sampler's interrupt */
+    uint32_t pend_bit; /* written to *pend, raises the sampler's interrupt */
     volatile uint32_t *pend;
     void (*handler)(void);   /* the current loop's, while the scope's entry is in the vector */
     volatile uint32_t ticks; /* samples of the current loop while it is there */
@@ -38,7 +38,7 @@ struct scope {
     struct signal_source sources[SIGNALS_MOST];
     struct signal_source watched; /* what triggers, chosen or not */
     uint32_t trigger_on;          /* its place in signal_table */
-    uint32_t every;               /* ticks from one kept sample to the next */
+    uint32_t every;               /* ticks between kept samples */
     uint32_t due;                 /* tick of the next one */
     uint32_t torn;                /* samples dropped because the next tick came while they were copied */
     uint32_t late;                /* samples kept later than they were due: the record has a gap */
@@ -49,10 +49,10 @@ struct scope {
     int32_t memory[SCOPE_WORDS];
 };
 
-/* Of a structure of zeros: the default signals, no trigger, no capture. The rest is the system's. Thread, once. */
+/* Initialises a zeroed structure: default signals, no trigger, no capture. The rest is the system's. Thread, once. */
 void scope_init(struct scope *s, struct axis *a, void (*enter)(void), volatile uint32_t *pend, uint32_t pend_bit);
 
-/* ---- what is wanted: refused while a capture is under way. Each throws away the last capture. Thread ---- */
+/* ---- settings: refused while a capture is under way. Each discards the last capture. Thread ---- */
 
 enum error scope_choose(struct scope *s, const struct signal_choice *choice);
 enum error scope_set_every(struct scope *s, uint32_t ticks);
@@ -61,31 +61,31 @@ enum error scope_set_trigger(struct scope *s, uint32_t signal, enum capture_when
 
 /* ---- a capture. Thread ---- */
 
-/* Samples that a record of the present signals has. Any context. */
+/* Samples in a record of the present signals. Any context. */
 static inline uint32_t scope_capacity(const struct scope *s)
 {
     return SCOPE_WORDS / s->choice.count;
 }
 
-/* Begins; the record before is lost. ERROR_SCOPE_BEFORE: value is the largest that works. */
+/* Starts; the previous record is lost. ERROR_SCOPE_BEFORE: value is the largest that works. */
 struct outcome scope_arm(struct scope *s);
 
 /* Triggers now. */
 enum error scope_fire(struct scope *s);
 
-/* Ends it; what has not been triggered and finished is lost. On return the vector holds the handler. */
+/* Ends it; an unfinished record is lost. On return the vector holds the handler. */
 void scope_off(struct scope *s);
 
-/* Whether the scope's entry is in the vector. Any context. */
+/* True if the scope's entry is in the vector. Any context. */
 static inline bool scope_is_on(const struct scope *s)
 {
     return s->axis->loop.diverted != NULL;
 }
 
-/* ---- reading: a plain function, for whatever protocol. Thread ---- */
+/* ---- reading: a plain function, for any protocol. Thread ---- */
 
 enum scope_record {
-    SCOPE_CAPTURE, /* the last capture that is done */
+    SCOPE_CAPTURE, /* the last finished capture */
     SCOPE_FAULT,   /* what the last fault left */
 };
 
@@ -100,7 +100,7 @@ struct scope_extent scope_extent(const struct scope *s, enum scope_record record
 
 /*
  * Copies up to `most` words of a record from its word `from` on, sample by sample, oldest first; word k of sample n is number
- * n * words + k. Returns how many there were.
+ * n * words + k. Returns how many it copied.
  */
 uint32_t scope_read(const struct scope *s, enum scope_record record, uint32_t from, int32_t *to, uint32_t most);
 
@@ -109,7 +109,7 @@ uint32_t scope_read(const struct scope *s, enum scope_record record, uint32_t fr
 /* A tick of the current loop has been served. The sampler's interrupt. */
 void scope_sample(struct scope *s);
 
-/* Stores the recorder's sample, and takes the entry out of the vector behind a capture that is done. Slow loop, last. */
+/* Stores the recorder's sample, and takes the entry out of the vector after a finished capture. Slow loop, last. */
 void scope_step(struct scope *s);
 
 #endif

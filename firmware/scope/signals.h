@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What can be watched of a running drive: one table of names, with where each signal stands and what a step of it means. A
- * signal is one word of the axis or of its fabric, or the sum of two (an angle and its offset), and is copied as it is: nothing
- * is scaled before somebody reads it.
+ * The signals of a running drive: one table of names, with each signal's location and scale. A signal is one word of the axis
+ * or of its fabric, or the sum of two (an angle and its offset), and is copied raw: nothing is scaled until it is read.
  */
 #ifndef FIRMWARE_SCOPE_SIGNALS_H
 #define FIRMWARE_SCOPE_SIGNALS_H
@@ -31,7 +30,7 @@ struct signal_info {
     const char *name;
     enum signal_format format;
     uint16_t offset; /* bytes, into the axis or its fabric */
-    uint16_t added;  /* of the word that is added; 0: none */
+    uint16_t added;  /* of the word to add; 0: none */
     bool of_fabric;
 };
 
@@ -56,13 +55,13 @@ struct signal_scale {
 extern const struct signal_info signal_table[];
 extern const size_t signal_count;
 
-/* The place of that name, signal_count when there is none: of the `length` characters at `name`. Thread. */
+/* The place of the name of `length` characters at `name`; signal_count if there is none. Thread. */
 size_t signal_find(const char *name, size_t length);
 
 /* `nothing` is a word that is and stays 0. Thread. */
 struct signal_source signal_source(const struct signal_info *info, const struct axis *a, const int32_t *nothing);
 
-/* With the ranges that are set at present. Thread. */
+/* With the present ranges. Thread. */
 struct signal_scale signal_scale(enum signal_format format, const struct axis *a);
 
 /* "A", "rpm", ... Any context. */
@@ -72,7 +71,7 @@ const char *signal_unit(enum signal_format format);
 int32_t signal_milli(struct signal_scale scale, int32_t raw);
 int32_t signal_raw(struct signal_scale scale, int32_t milli);
 
-/* What is watched as long as nobody has chosen: enough to see why a drive let go. Thread. */
+/* The default choice: enough to see why a drive switched off. Thread. */
 struct signal_choice signal_default(void);
 
 /* Copies `count` signals, about 11 cycles each. ISR, slow loop. */

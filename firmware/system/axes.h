@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The motors of this device. Only main and the interrupts' handlers name one; everything else is given a pointer. */
+/* The motors of this device. Only main and the interrupt handlers name one; all other code gets a pointer. */
 #ifndef FIRMWARE_SYSTEM_AXES_H
 #define FIRMWARE_SYSTEM_AXES_H
 
@@ -9,8 +9,8 @@
 #define AXIS_COUNT 1u
 
 /*
- * The interrupt's assembly acknowledges a conversion by storing the first axis's address and 1 to ADC.STATUS: of the bits that
- * clear something the address must have none.
+ * The interrupt's assembly acknowledges a conversion by storing the first axis's address and 1 to ADC.STATUS: the address must
+ * have none of the bits that clear something.
  */
 #define AXES_ALIGNMENT 512
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * From main() to a device that may carry a drive: the core is set up, the clock, the reset's cause and the fabric's identity
- * are looked at, in this order, and nothing of the fabric is written.
+ * From main() to a device that may run a drive: sets up the core, then checks the clock, the reset cause and the fabric's
+ * identity, in this order, and writes nothing to the fabric.
  */
 #ifndef FIRMWARE_SYSTEM_BOOT_H
 #define FIRMWARE_SYSTEM_BOOT_H
@@ -14,8 +14,8 @@
 void boot_core(void);
 
 /*
- * What was found, the gravest first: what puts the fabric in doubt, what the device lacks, and how its last life ended, which
- * `last` describes. Reads one register of the fabric, and that only if the clock is right. Thread, once.
+ * The gravest finding: what puts the fabric in doubt, what the device lacks, or how its last run ended, which `last` describes.
+ * Reads one fabric register, and only if the clock is right. Thread, once.
  */
 enum fault boot_check(const struct fabric *fabric, struct postmortem *last);
 

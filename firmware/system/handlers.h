@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The interrupts: whose axis each is for, and their priorities. The current loop has one handler for each source of the angle
- * and each scheme of sensing, and control/current_loop.h chooses; the slow loop is MSS timer 1, once a millisecond. Its clock
- * comes from the same PLL as the PWM, so the two never drift.
+ * The interrupts: their axes and priorities. The current loop has one handler per source of the angle and sensing scheme, and
+ * control/current_loop.h chooses; the slow loop is MSS timer 1, once a millisecond. Its clock comes from the same PLL as the
+ * PWM, so the two never drift.
  */
 #ifndef FIRMWARE_SYSTEM_HANDLERS_H
 #define FIRMWARE_SYSTEM_HANDLERS_H
@@ -13,12 +13,12 @@
 extern const struct loop_handlers handlers_of_axis_0;
 
 /*
- * Lets a lost PLL lock and a memory error that cannot be corrected end the program. Nobody handles these interrupts, so they
- * enter as faults do, at the priority of the current loop. Thread, once.
+ * Lets a lost PLL lock or an uncorrectable memory error end the program. These interrupts have no handlers, so they enter as
+ * faults do, at the current loop's priority. Thread, once.
  */
 void handlers_watch_device(void);
 
-/* Lets the current loop's interrupt through, and the slow loop's, when the axis has started. Thread, once each. */
+/* Enable the current loop's interrupt, and the slow loop's, once the axis has started. Thread, once each. */
 void handlers_start_current_loop(void);
 void handlers_start_slow_loop(void);
 
@@ -28,7 +28,7 @@ void handlers_start_scope(void);
 /* The current loop's entry while a capture is under way: scoped_tick.S. */
 void scoped_tick(void);
 
-/* The current loop of axis 0 in C. The first is not in the table of handlers: the one in assembly stands in its place. */
+/* The current loop of axis 0 in C. The first is not in the table of handlers: the assembly version takes its place. */
 void handlers_encoder_ab(void);
 void handlers_encoder_pair(void);
 void handlers_weakening_ab(void);
@@ -43,7 +43,7 @@ void handlers_injection_pair(void);
 void handlers_hall_ab(void);
 void handlers_hall_pair(void);
 
-/* Where the current loop's interrupt ends when a sample has a fault. Only the interrupt calls it. */
+/* The current loop's interrupt ends here when a sample has a fault. Only the interrupt calls it. */
 void current_loop_fault(void);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What is left after a processor fault: the cause, the registers and the fault addresses, in RAM that a reset does not
- * clear, printed after the next boot.
+ * The record of a processor fault: the cause, the registers and the fault addresses, in RAM that a reset does not clear,
+ * printed after the next boot.
  */
 #ifndef FIRMWARE_SYSTEM_POSTMORTEM_H
 #define FIRMWARE_SYSTEM_POSTMORTEM_H
@@ -12,7 +12,7 @@
 #include "drivers/mss/irq.h"
 #include "startup/startup.h"
 
-/* Interrupts that nobody handles, so that the fault entry does. */
+/* Interrupts without a handler; the fault entry serves them. */
 #define POSTMORTEM_MSS_PLL    (STARTUP_SYSTEM_VECTORS + MSS_IRQ_PLL_LOCK_LOST)
 #define POSTMORTEM_FABRIC_PLL (STARTUP_SYSTEM_VECTORS + MSS_IRQ_FABRIC_PLL_LOCK_LOST)
 #define POSTMORTEM_ECC        (STARTUP_SYSTEM_VECTORS + MSS_IRQ_ECC_ERROR)
@@ -31,12 +31,12 @@ struct postmortem {
 /* Writes the record. Only the fault entry calls it; the reset that must follow is the caller's. */
 void postmortem_keep(const struct fault_frame *frame, uint32_t exc_return);
 
-/* Takes over what the last life of the program left behind, and forgets it there. Thread, once, early. */
+/* Collects what the program's last run left behind, and clears it there. Thread, once, early. */
 struct postmortem postmortem_collect(void);
 
 /*
- * Says that the program is about to touch hardware that may not answer, or that it did. If it does not live to say the latter,
- * be it by a fault or by the watchdog, the next life knows. Thread.
+ * Notes that the program is about to touch hardware that may not answer, or that it has done so. If a fault or the watchdog
+ * ends it in between, the next run knows. Thread.
  */
 void postmortem_probe(bool under_way);
 
