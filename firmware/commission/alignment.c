@@ -16,7 +16,7 @@ void alignment_start(struct alignment *a, volatile struct current_loop *c, const
     current_loop_field(c, a->field_q32, 0);
 }
 
-/* The counter runs from 0 to one turn; between two steps it moves by less than half of one. Returns by how much. */
+/* The counter runs from 0 to one turn; between two steps it moves by less than half a turn. Returns the difference. */
 static int32_t follow_encoder(struct alignment *a, const struct tuning *t, uint32_t latched)
 {
     const int32_t half = t->encoder_counts / 2;
@@ -28,7 +28,7 @@ static int32_t follow_encoder(struct alignment *a, const struct tuning *t, uint3
     return moved;
 }
 
-/* The current is gone: from now on the offset stays as it is. */
+/* The current is gone: from now on the offset does not change. */
 static enum alignment_result step_release(struct alignment *a, volatile struct current_loop *c)
 {
     if (a->current_q15 != 0) {

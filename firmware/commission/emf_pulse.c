@@ -4,7 +4,7 @@
 #include "drivers/cortex/cpu.h"
 #include "firmware/settings/config.h"
 
-/* Reads of the fabric within a PWM period are fewer than its clocks. */
+/* A PWM period has more clocks than reads of the fabric. */
 #define PATIENCE_POLLS CONFIG_PWM_COUNTS
 
 #define MARGIN_COUNTS 32u /* to the edge before */
@@ -19,7 +19,7 @@ uint32_t emf_pulse_longest(const struct pwm_regs *pwm)
     return longest_of(pwm->PERIOD, pwm->DEAD);
 }
 
-/* Until the carrier has come this far on its way to the valley; not from before its peak. */
+/* Waits until the carrier is this close to the valley. Must not begin before its peak. */
 static void wait_rising(const struct pwm_regs *pwm, uint32_t count)
 {
     for (uint32_t poll = 0; poll < PATIENCE_POLLS; poll++) {
@@ -54,7 +54,7 @@ static void wait_conversion(const struct adc_regs *adc, uint32_t before)
 struct emf_pulse emf_pulse(struct fabric *f, uint32_t counts)
 {
     const uint32_t half_counts = f->pwm.PERIOD;
-    const uint32_t behind = f->pwm.DEAD / 2u; /* the sample's distance from the valley: pwm_init() */
+    const uint32_t behind = f->pwm.DEAD / 2u; /* distance of the sample from the valley: pwm_init() */
     wait_valley(&f->pwm);
     wait_rising(&f->pwm, half_counts - longest_of(half_counts, 2u * behind) - MARGIN_COUNTS);
     const uint32_t mask = cpu_irq_save();

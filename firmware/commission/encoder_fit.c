@@ -8,17 +8,17 @@
 #include "lib/q15.h"
 
 #define OFF_BY_ONE_IN  77  /* 1.3 % */
-#define SNAP_ONE_IN    100 /* a usual count this close is meant */
+#define SNAP_ONE_IN    100 /* a standard count this close is meant */
 #define COUNTS_MOST    (1 << 19)
 #define POLE_PAIRS_MAX 50
 
-/* Lines a turn that makers offer; counts are four times as many. */
+/* Lines per turn that makers offer; the counts are four times these. */
 static const uint16_t usual_lines[] = {100,  120,  125,  128,  180,  200,  250,  256,   300,  360,  400,
                                        500,  512,  600,  625,  720,  800,  900,  1000,  1024, 1080, 1200,
                                        1250, 1440, 1500, 1600, 1800, 2000, 2048, 2250,  2400, 2500, 2880,
                                        3000, 3600, 4000, 4096, 5000, 7200, 8192, 10000, 16384};
 
-/* What the measurement means, which is some thousandths off: a usual number near by, or else whole lines. */
+/* The measurement is a few thousandths off: rounds it to a standard count close by, or else to whole lines. */
 static int32_t usual_counts(int32_t counts)
 {
     int32_t best = q15_clamp((counts + 2) / 4 * 4, (int32_t)ENCODER_COUNTS_MIN, (int32_t)ENCODER_COUNTS_MAX);

@@ -22,7 +22,7 @@ void encoder_sense_step(struct encoder_sense *s, int32_t e_d_q15, int32_t e_q_q1
     s->sq += q * x.sin;
 }
 
-/* So many places to the right, all four have at most 15 bits and a sign. */
+/* Shifted right by this much, all four fit in 15 bits and a sign. */
 static uint32_t places(const struct encoder_sense *s)
 {
     const int64_t bits =

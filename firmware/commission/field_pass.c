@@ -16,7 +16,7 @@ void field_pass_start(struct field_pass *p, int32_t step_q32, uint32_t ramp_ms, 
     }
 }
 
-/* The field's way in this millisecond: up to speed, along, and down to rest. */
+/* The field's travel in this millisecond: up to speed, along, and down to rest. */
 static int32_t way_q32(const struct field_pass *p)
 {
     const uint32_t down_ms = p->ramp_ms + p->ramp_ms / 2u + p->measure_ms;
@@ -29,7 +29,7 @@ static int32_t way_q32(const struct field_pass *p)
     return p->step_q32 / (int32_t)p->ramp_ms * (int32_t)(down_ms + p->ramp_ms - p->time_ms);
 }
 
-/* The encoder's sample is one older than the field of the millisecond that begins. */
+/* The encoder's sample is one older than the field at the start of this millisecond. */
 static void measure(struct field_pass *p, const struct pendulum *rotor, const volatile struct current_loop *c,
                     uint32_t encoder_q32, int32_t counts, uint32_t n)
 {

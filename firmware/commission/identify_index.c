@@ -100,7 +100,7 @@ bool identify_measure_index(struct identify *d, const struct identify_io *io)
     return m->phase_ms > REST_MS;
 }
 
-/* ---- thinking ---- */
+/* ---- evaluation ---- */
 
 /* Speeds from here on: the motor's pole pairs are known, and so is the mechanic's speed. */
 static void set_speed(struct identify *d)

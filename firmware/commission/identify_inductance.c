@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The axes, and the inductance along each, at standstill and for small changes about a current that holds the rotor. Bursts
- * along 16 angles over half a turn find the axes wherever it has come to rest: saliency.h has the equations. Then bursts
- * along each of the two.
+ * Finds the axes and the inductance along each, at standstill, for small changes about a current that holds the rotor. Bursts
+ * along 16 angles over half a turn find the axes wherever the rotor rests: saliency.h has the equations. Then come bursts
+ * along each of the two axes.
  *
  * From one sample to the next the current of a winding changes by
  *
@@ -10,10 +10,9 @@
  *
  * and a regression on both gives b. With the resistance known, L = R T / -ln(1 - b R).
  *
- * Which axis the magnets are on: the one that they were pulled along, as long as magnets pull. In a machine whose one
- * inductance is twice the other reluctance may turn them away; there it is the axis of the smaller one, as in every machine
- * that has its magnets across the way of the q flux. Such a rotor is not held, since the current would turn it; it is
- * measured at rest.
+ * The magnets' axis is the one they were pulled along, as long as it is magnets that pull. If one inductance is twice the
+ * other, reluctance may turn the magnets away; then the axis of the smaller one is taken, as in every machine whose magnets
+ * lie across the path of the q flux. Such a rotor is not held, since the current would turn it; it is measured at rest.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
@@ -32,24 +31,24 @@
 #define RISE_MS             50
 #define SETTLE_MS           150u
 
-/* Of the inductance, by which it may vary over the angle with the slots. */
+/* Part of the inductance that slots may make vary with the angle. */
 #define SLOTS_PERMILLE 20
 
-/* Of that of a machine that is not held, where dead time is about zero and no constant. */
+/* The same for a machine that is not held: around zero current the dead-time error is not constant. */
 #define FREE_PERMILLE 25
 
-/* Reluctance has turned the rotor with each step of the resistance's current: what that induced is in the resistance, too. */
+/* Reluctance turned the rotor at each step of the current that measured the resistance, so the EMF is in the resistance too. */
 #define TURNED_TIMES 3
 
-/* Of the rated current: the largest that the wave may have beside the one that stands. */
+/* Of the rated current: largest amplitude of the wave on top of the holding current. */
 #define WAVE_PART 6
 
 /* ---- measuring ---- */
 
 /*
- * A current that stands along the last angle of the resistance, one phase's, and holds the rotor there; half of it is in
- * each of the other two, more than the wave's. Or none. Nothing is compensated: what dead time costs then depends on nothing
- * but the signs of the phases' currents.
+ * A constant current along the last angle of the resistance test, one phase's, holds the rotor there; half of it flows in
+ * each of the other two, more than the wave's amplitude. Or there is none. Nothing is compensated: the dead-time error then
+ * depends only on the signs of the phase currents.
  */
 static void stand(struct identify *d, volatile struct current_loop *c, bool held)
 {
@@ -68,7 +67,7 @@ void identify_axes_add(struct identify_axes_sums *s, uint32_t angle_q32, int32_t
     s->straight += (int64_t)along * 32768;
 }
 
-/* This angle's part of the sums. */
+/* Adds this angle's part to the sums. */
 static void keep(struct identify_axes *m, uint32_t angle_q32)
 {
     identify_axes_add(&m->sums[m->pass], angle_q32, m->this_d, m->this_q);
@@ -77,7 +76,7 @@ static void keep(struct identify_axes *m, uint32_t angle_q32)
     m->angle++;
 }
 
-/* One pass with the rotor held, one with it free; a rotor that reluctance turns is not held at all. */
+/* One pass with the rotor held, one with it free; a rotor that reluctance would turn is not held at all. */
 bool identify_measure_axes(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
 {
     struct identify_axes *const m = &d->axes;
@@ -93,7 +92,7 @@ bool identify_measure_axes(struct identify *d, volatile struct current_loop *c, 
     b->angle_q32 = m->angle * STEP_Q32;
     burst_play(b, c, adc);
     if (m->angle + m->burst + m->pass == 0u && burst_peak_q15(b) * WAVE_PART > d->i_rated_q15 && b->v_steps > 1) {
-        b->v_steps /= 2; /* the first pulses had dead time against them */
+        b->v_steps /= 2; /* dead time acted against the first pulses */
         return false;
     }
     burst_add(&s, b, c->vbus_q15);
@@ -111,12 +110,12 @@ bool identify_measure_axes(struct identify *d, volatile struct current_loop *c, 
         if (m->pass == IDENTIFY_FREE) {
             m->held_steps = b->v_steps;
         }
-        b->v_steps = m->free_steps; /* large enough for what dead time takes of it */
+        b->v_steps = m->free_steps; /* large enough despite dead time */
     }
     return m->pass == IDENTIFY_PASSES;
 }
 
-/* d and q take turns, and so do the halves. */
+/* Alternates d and q, and the halves. */
 bool identify_measure_inductance(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
 {
     struct identify_inductance *const m = &d->inductance;
@@ -136,7 +135,7 @@ bool identify_measure_inductance(struct identify *d, volatile struct current_loo
     return m->bursts == 2u * BURSTS_AXIS;
 }
 
-/* ---- thinking ---- */
+/* ---- evaluation ---- */
 
 static int32_t narrow(int64_t value, int64_t largest)
 {
@@ -152,7 +151,7 @@ static int64_t size_of(const struct identify_axes_sums *m)
     return m->straight < 0 ? -m->straight : m->straight;
 }
 
-/* Where the current answers most, half a turn either way. */
+/* The angle with the largest current response; half a turn away is the same. */
 static uint32_t easy_q32(const struct identify_axes_sums *m)
 {
     return atan2_q32(narrow(m->im, size_of(m)), narrow(m->re, size_of(m))) / 2u;
@@ -182,7 +181,7 @@ bool identify_think_axes(struct identify *d)
     return true;
 }
 
-/* nH, or 0: no current answers. */
+/* nH, or 0 if no current responds. */
 int64_t identify_inductance_nh(const struct identify *d, const struct burst_sums *s)
 {
     /* regression: b = (ud ii - id ui) / (count ii - ui^2), in Q15 of current for one wave's height */
@@ -223,7 +222,7 @@ void identify_know_inductance(struct identify *d, enum identify_quantity what, c
         identify_refuse(d, what, IDENTIFY_SCATTER);
         return;
     }
-    /* a wave's height is met to half a count on either side; inductances vary over the angle with the slots */
+    /* a wave's amplitude is accurate to half a count on either side; slots make inductances vary with the angle */
     const int64_t height = identify_scaled(mean, 1 << CONFIG_V_SHIFT, 2 * d->burst.v_steps);
     const int64_t slots = scale(mean, SLOTS_PERMILLE, 1000);
     const int64_t gains = scale(mean, IDENTIFY_CURRENT_GAIN_PERMILLE + IDENTIFY_BUS_GAIN_PERMILLE, 1000);

@@ -109,7 +109,7 @@ bool identify_measure_push(struct identify *d, const struct identify_io *io)
     return m->phase_ms > PATIENCE_MS;
 }
 
-/* ---- thinking ---- */
+/* ---- evaluation ---- */
 
 /* As fast as the push was allowed to get. */
 static int32_t pushed_rpm(const struct identify *d)

@@ -84,7 +84,7 @@ bool identify_measure_ramps(struct identify *d, const struct identify_io *io)
     return (io->speed->ref_rpm_q16 == 0 && m->phase_ms > REST_MS) || m->phase_ms > PATIENCE_MS;
 }
 
-/* ---- thinking ---- */
+/* ---- evaluation ---- */
 
 /* Of all ramps one way, slowing down or gaining speed. */
 static int64_t flux_e1_uwb(const struct identify *d, int32_t way, const struct identify_run of[IDENTIFY_RAMPS])

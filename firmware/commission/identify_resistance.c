@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Resistance, and what dead time costs. A current I along one phase has half of it in each of the two others; each leg loses
- * a voltage that depends on its own current alone. From the current on that swings a node within the dead time, i_c = 2 Q /
- * Td, that is V0 - c / |i|: Q is the charge of a switch's output, and the edge that the current has to swing takes Q / i of
- * the dead time back (docs/plant.md: edges). So what is held along the phase, without any compensation, is
+ * Resistance and the dead-time error. A current I along one phase returns half through each of the other two; each leg loses
+ * a voltage that depends only on its own current. Above i_c = 2 Q / Td, where the current swings the node within the dead
+ * time, that is V0 - c / |i|: Q is the output charge of a switch, and the edge that the current swings gives back Q / i of the
+ * dead time (docs/plant.md: edges). So the voltage along the phase, without any compensation, is
  *
  *     u(I) = R I + 2/3 (V0 - c / I) + 2/3 (V0 - 2 c / I) = R I + 4/3 V0 - 2 c / I
  *
- * and three unknowns are fitted to currents in tenths of the rated one, but for the smallest. The levels go from the largest
- * down and back, so that a winding that warms shows the same mean at each; the field goes round in steps of 60 degrees, so
- * that each phase carries both signs and the rotor is led along, softly: one that swings induces a voltage.
+ * and three unknowns are fitted to currents in tenths of rated, except the smallest. The levels go from the largest down and
+ * back up, so a warming winding shows the same mean at each; the field goes round in steps of 60 degrees, so each phase
+ * carries both signs. The rotor is led along softly, since a swinging one induces a voltage.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
@@ -23,23 +23,22 @@
 #define REST_MS   120u
 #define MEAN_MS   10u
 
-/* Short windings brake a rotor that swung about the first current. */
+/* Shorted windings brake a rotor that swung about the first current. */
 #define BRAKE_MS 400u
 
 /* Of the levels, and of the ADC's steps in the smallest that is used. */
 #define FIRST_LEVEL 2
 #define LEAST_LSB   8
 
-/* Of the encoder, that a rotor at rest may move by over all. */
+/* Encoder counts that a rotor at rest may move in total. */
 #define DRIFT_COUNTS 16
 
-/* A knee so wide that nothing is compensated: current_loop.h. */
+/* A knee so wide that nothing is compensated: see current_loop.h. */
 #define UNCOMPENSATED_SHIFT 31u
 
-#define DEAD_BOUND_E1_NS \
-    200 /* what the bus drops within a period, which the sample does not show, bends u(I) by so much */
+#define DEAD_BOUND_E1_NS 200 /* the bus drops within a period, unseen by the sample, and bends u(I) by this much */
 
-/* Inverse of a level is counted in this, which all levels divide. */
+/* Unit for the inverse of a level; all levels divide it. */
 #define INVERSE 2520
 
 /* ---- measuring ---- */
@@ -54,7 +53,7 @@ static int32_t current_q15(const struct identify *d, int32_t level)
     return d->i_rated_q15 * level / IDENTIFY_LEVELS;
 }
 
-/* The field turns to the angle with all the current there is, and the rotor calms down. s^2 (3 - 2 s), s = 0...1: no jolt. */
+/* The field turns to the angle at full current, and the rotor settles. s^2 (3 - 2 s), s = 0...1: no jolt. */
 static uint32_t soft_q16(int32_t ms)
 {
     const int32_t s_q10 = ms * 1024 / MOVE_MS;
@@ -124,9 +123,9 @@ bool identify_measure_resistance(struct identify *d, volatile struct current_loo
     return true;
 }
 
-/* ---- thinking ---- */
+/* ---- evaluation ---- */
 
-/* y = slope n + constant + hyperbola / n over levels from the first that counts, by least squares and Cramer's rule. */
+/* y = slope n + constant + hyperbola / n over the levels from the first valid one, by least squares and Cramer's rule. */
 struct fit {
     int64_t slope, constant; /* of y, with 8 more bits */
 };
@@ -154,7 +153,7 @@ static struct fit fit_levels(const int64_t y[IDENTIFY_LEVELS])
     return (struct fit){identify_scaled(slope, 256, determinant), identify_scaled(constant, 256, determinant)};
 }
 
-/* uohm of a slope per level, which has 8 bits more: y is steps times Q15 of the bus voltage. */
+/* uohm from a slope per level, which has 8 more bits: y is steps times the bus voltage in Q15. */
 static int64_t uohm(const struct identify *d, int64_t slope)
 {
     const int64_t level_ua = identify_scaled(d->i_rated_q15, d->params.i_range_ma * 1000LL, 32768LL * IDENTIFY_LEVELS);
@@ -162,13 +161,13 @@ static int64_t uohm(const struct identify *d, int64_t slope)
     return identify_scaled(level_nv, 1000, level_ua);
 }
 
-/* 0.1 ns of a constant, 4/3 of what a leg loses: of the bus voltage, times the period. */
+/* 0.1 ns from a constant, 4/3 of a leg's loss: as part of the bus voltage, times the period. */
 static int64_t tenth_ns(int64_t constant, int64_t vbus_q15)
 {
     return identify_scaled(constant, 3LL * 10000000000 / 4 / CONFIG_PWM_HZ, 256LL * CONFIG_BUS_STEPS * vbus_q15);
 }
 
-/* What each angle gives, from the levels on the way down (0) or up (1). */
+/* Evaluates each angle, from the levels on the way down (0) or up (1). */
 static void solve(const struct identify *d, uint32_t way, int64_t slopes[IDENTIFY_ANGLES],
                   int64_t delays[IDENTIFY_ANGLES])
 {
@@ -185,7 +184,7 @@ static void solve(const struct identify *d, uint32_t way, int64_t slopes[IDENTIF
     }
 }
 
-/* The mean of both ways, and half of what lies between them: of a rotor that moves with the current. */
+/* Mean of both directions, and half their difference, which a rotor that moves with the current causes. */
 struct ways {
     struct identify_spread mean;
     int64_t apart;
@@ -217,10 +216,10 @@ static bool refuse(struct identify *d, enum identify_reason reason)
 {
     identify_refuse(d, IDENTIFY_RESISTANCE, reason);
     identify_refuse(d, IDENTIFY_DEAD_TIME, reason);
-    return reason == IDENTIFY_SCATTER; /* the inductances can do without */
+    return reason == IDENTIFY_SCATTER; /* the inductances do not need it */
 }
 
-/* The field leads the rotor on its way; one that comes further while it stands is driven. No encoder: it shows no motion. */
+/* The field leads the rotor; a rotor that moves on while the field stands is driven. Without an encoder no motion shows. */
 static bool driven(const struct identify_resistance *m)
 {
     const int32_t led = m->led < 0 ? -m->led : m->led, drifted = m->drifted < 0 ? -m->drifted : m->drifted;

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Constant speeds, w1 = w2 / 3 and w2, forth and back:
+ * Constant speeds, w1 = w2 / 3 and w2, in both directions:
  *
  *     1.5 p psi i_q = Tc sign w + B w + load        v_d = R i_d + w psi sin x - w Lq i_q
  *
- * Friction is in what i_q changes by with the direction, and a load in what it does not. The angle x by which the frame is
- * ahead of the rotor is in what v_d changes by. A current along the magnets, half of the time against them, makes no
- * torque on the mean and keeps the phases' currents away from where dead time is compensated badly: without it, harmonics
- * of the current made a twentieth of the torque that friction takes.
+ * The part of i_q that changes with direction is friction, the rest is load. The part of v_d that changes gives the angle x
+ * by which the frame leads the rotor. A current along the magnets, half the time against them, makes no torque on average
+ * and keeps the phase currents away from zero, where dead time is compensated badly: without it, current harmonics made a
+ * twentieth of the friction torque.
  */
 #include "drivers/fabric/encoder.h"
 #include "firmware/commission/identify_parts.h"
@@ -17,7 +17,7 @@
 #define SETTLE_MS     250u
 #define BLOCK_MS      40u
 #define HALF_MS       (BLOCK_MS * IDENTIFY_BLOCKS / 2u)
-#define TURN_ROUND_MS 100u /* until the speed has forgotten that i_d changed its sign */
+#define TURN_ROUND_MS 100u /* until the speed has settled after i_d changed its sign */
 #define ALONG_TENTHS  4    /* of the rated current */
 #define PATIENCE_MS   4000u
 #define SLOW_PART     3
@@ -25,8 +25,8 @@
 #define STEP_PARTS    3
 #define SAMPLING_NS   300 /* found on the bench: up to a third of the dead time */
 #define SAMPLES       (IDENTIFY_BLOCKS * (int64_t)BLOCK_MS)
-#define LOAD_PART     20 /* of the rated current: as much load as is taken for none */
-/* What the sensors cannot see of the offset, 0.01 degrees electrical: skew of the samples, the time to the voltage. */
+#define LOAD_PART     20 /* of the rated current: a smaller load counts as none */
+/* Part of the offset that sensors cannot see, 0.01 degrees electrical: sample skew, delay of the voltage. */
 #define OFFSET_BOUND 50
 
 enum {
@@ -63,7 +63,7 @@ static void see_index(struct identify_speeds *m, const struct identify_io *io)
     }
 }
 
-/* Reluctance would make a torque of it. */
+/* With reluctance it would make a torque. */
 static int32_t along_q15(const struct identify *d, const struct identify_speeds *m)
 {
     const int32_t i_q15 = d->reluctant ? 0 : d->i_rated_q15 * ALONG_TENTHS / 10;
@@ -115,10 +115,10 @@ bool identify_measure_speeds(struct identify *d, const struct identify_io *io)
     if (calm) {
         measure(m, io);
     }
-    return m->point == IDENTIFY_POINTS; /* the map begins with this speed, or goes to rest */
+    return m->point == IDENTIFY_POINTS; /* the map begins at this speed, or the drive goes to rest */
 }
 
-/* ---- thinking ---- */
+/* ---- evaluation ---- */
 
 static int64_t mean_mrad_s(const struct identify_point *p)
 {
@@ -127,7 +127,7 @@ static int64_t mean_mrad_s(const struct identify_point *p)
 
 /* ---- offset ---- */
 
-/* By how much the frame is ahead of the rotor, 0.01 degrees electrical, and how much of that Lq tells. */
+/* The frame's lead over the rotor, 0.01 degrees electrical, and how much of it comes from Lq. */
 struct ahead {
     int64_t e2_deg, cross_e2_deg;
 };
@@ -156,7 +156,7 @@ static struct ahead ahead_of(const struct identify *d, const struct identify_poi
                           identify_scaled(cross_nv_apart, 5730, magnets_nv < 1 ? 1 : magnets_nv)};
 }
 
-/* What the index is at. */
+/* Angle of the index. */
 static void know_offset(struct identify *d)
 {
     const struct identify_speeds *const m = &d->speeds;
@@ -181,7 +181,7 @@ static void know_offset(struct identify *d)
 
 /* ---- friction ---- */
 
-/* Half of what the direction changes, of a block with i_d and its twin against it. */
+/* Half the change with direction, from a block with i_d and its twin with -i_d. */
 static int64_t friction_nnm(const struct identify *d, const struct identify_point *forth,
                             const struct identify_point *back, int32_t pair)
 {
@@ -207,8 +207,8 @@ static bool is_loaded(const struct identify *d)
 }
 
 /*
- * Of a torque, with the currents small as they are: the sensors' gains, the flux, a third of a step of the ADC; and that the
- * sample does not meet the middle of the current's ripple, which rises with what is induced over the inductance.
+ * Error of a torque at these small currents: sensor gains, flux, a third of an ADC step; and the sample misses the middle of
+ * the current ripple, which grows with EMF over inductance.
  */
 static int64_t bound_nnm(const struct identify *d, const struct identify_point *p, int64_t nnm)
 {
@@ -272,14 +272,14 @@ static void know_friction(struct identify *d)
 
 /* ---- all of it ---- */
 
-/* A load that drives the shaft one way may do what it likes with the speed; inertia was measured against it. */
+/* A load that drives the shaft one way may depend on speed in any way; inertia was measured against it. */
 static void refuse_loaded(struct identify *d)
 {
     identify_refuse(d, IDENTIFY_COULOMB, IDENTIFY_LOADED);
     identify_refuse(d, IDENTIFY_VISCOUS, IDENTIFY_LOADED);
     identify_refuse(d, IDENTIFY_INERTIA, IDENTIFY_LOADED);
     if (d->reluctant) {
-        identify_refuse(d, IDENTIFY_FLUX, IDENTIFY_LOADED); /* what the load takes saturates the magnets' way */
+        identify_refuse(d, IDENTIFY_FLUX, IDENTIFY_LOADED); /* the load's current saturates the magnets' path */
     }
 }
 

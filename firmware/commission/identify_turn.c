@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The field turns by one electrical turn forth and back, as slowly as it did for the resistance, and takes the rotor along: so
- * many counts are an electrical turn, and so they go. Pole pairs and counts to a mechanical turn are not known by that,
- * only their ratio; until an index tells them a machine stands in whose turn has as many electrical ones as the counter
- * has room for.
+ * The field turns one electrical turn forward and back, as slowly as for the resistance, and takes the rotor along: this gives
+ * the counts per electrical turn and their direction. Pole pairs and counts per mechanical turn remain unknown, only their
+ * ratio is known; until an index tells them, a stand-in machine is used that has as many electrical turns per turn as the
+ * counter has room for.
  *
- * Nothing damps the rotor but the winding: see calm() in identify.c. Friction keeps it behind the field, forth and back by the
- * same angle; a load shifts both, and is found by what the rotor induces when it turns faster.
+ * Only the winding damps the rotor: see calm() in identify.c. Friction makes it lag the field by the same angle both ways; a
+ * load shifts both, and shows in the EMF when the rotor turns faster.
  */
 #include "drivers/fabric/encoder.h"
 #include "firmware/commission/identify_parts.h"
@@ -17,19 +17,19 @@
 #define PULLED_Q32     ((IDENTIFY_ANGLES - 1u) * 0x2AAAAAABu)
 #define TURN_MS        900u /* a multiple of thirds */
 #define RAMP_MS        200u
-#define SOFT_RAMP_MS   500u /* where reluctance holds it less firmly, it swings slower */
+#define SOFT_RAMP_MS   500u /* reluctance holds it less firmly, and it swings more slowly */
 #define RISE_MS        300
 #define HOLD_MS        450u
-#define RELUCTANT_PART 2 /* of the rated current: reluctance holds the rotor then, magnets at an angle to the field */
+#define RELUCTANT_PART 2 /* of the rated current: enough for reluctance to hold the rotor, off the magnets' axis */
 #define LEAST_COUNTS   4
 #define QUARTER_Q32    (1 << 30)
 #define APART_ONE_IN   10
 #define EVEN_PART      3
 
-/* The machine that stands in: the most that the counter and the format of the largest speed have room for. */
+/* The stand-in machine: the most that the counter and the format of the largest speed have room for. */
 #define STAND_IN_PAIRS 50
 
-/* Largest speed that fits: tuning.c, check_limits(). */
+/* Largest speed that check_limits() in tuning.c accepts. */
 #define OVERSPEED_E_RPM ((int32_t)(60LL * CONFIG_SPEED_BASE_HZ * 95 / 100))
 #define OVERSPEED_MOST  32000
 
@@ -78,9 +78,9 @@ bool identify_measure_turn(struct identify *d, const struct identify_io *io)
     return m->pass == 2u;
 }
 
-/* ---- thinking ---- */
+/* ---- evaluation ---- */
 
-/* As many electrical turns to a turn of the counter as it has room for, and its counts: their ratio is what was measured. */
+/* As many electrical turns per turn as the counter has room for, and its counts: their ratio is what was measured. */
 static void stand_in(struct params *p, int32_t counts_two_turns)
 {
     const int32_t most = (int32_t)ENCODER_COUNTS_MAX;
@@ -96,7 +96,7 @@ static uint32_t way_q32(int64_t counts_q8, int64_t counts_two_turns)
     return (uint32_t)identify_scaled(counts_q8, 2LL << 32, counts_two_turns * 256);
 }
 
-/* The rotor's angle at the end by the field's: the mean of both ways, whose offsets differ by twice what friction takes. */
+/* The rotor's angle at the end, from the field's: mean of both directions, whose offsets differ by twice the friction angle. */
 static uint32_t angle_by_field_q32(const struct identify *d, int64_t counts_two_turns, int32_t sign)
 {
     const struct identify_turn *const m = &d->turn;
@@ -108,7 +108,7 @@ static uint32_t angle_by_field_q32(const struct identify *d, int64_t counts_two_
     return offset_q32[0] + (uint32_t)((int32_t)(offset_q32[1] - offset_q32[0]) / 2);
 }
 
-/* Where reluctance held it the magnets stood at an angle to the field, below 90 degrees; their axis was measured before. */
+/* If reluctance held the rotor, its magnets were at an angle below 90 degrees to the field; their axis was measured before. */
 static uint32_t angle_by_axis_q32(const struct identify *d, int64_t counts_two_turns, int32_t sign, uint32_t field_q32)
 {
     const int64_t moved_q8 = (int64_t)(d->counts - d->axis_counts) * 256;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* From sums of samples to physical units. Thread: each division has 128 bits. */
+/* From sums of samples to physical units. Thread: each division is 128 bits wide. */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/scale.h"
@@ -16,7 +16,7 @@ int64_t identify_ua(const struct identify *d, int64_t i_sum_q15, int64_t count)
     return identify_scaled(i_sum_q15, d->params.i_range_ma * 1000LL, count * 32768);
 }
 
-/* 2 pi / 60 rad/s is a rpm. */
+/* 1 rpm is 2 pi / 60 rad/s. */
 int64_t identify_mrad_s(int64_t rpm_q15_sum, int64_t count)
 {
     return identify_scaled(rpm_q15_sum, TWO_PI_E9, count * 32768LL * 60 * 1000000);
@@ -36,11 +36,11 @@ int64_t identify_slope_mrad_s2(const struct identify_run *r)
         return 0;
     }
     const int64_t above_q9 = 2 * r->tx - (n - 1) * r->x;
-    const int64_t slope_q24 = identify_scaled(above_q9, 6LL << 15, n * (n * n - 1)); /* rpm a millisecond */
+    const int64_t slope_q24 = identify_scaled(above_q9, 6LL << 15, n * (n * n - 1)); /* rpm per millisecond */
     return identify_scaled(slope_q24, TWO_PI_E9 * CONFIG_SLOW_HZ, 60000000LL << 24);
 }
 
-/* Regression with an intercept of its own for each run: resistance and dead time do not change while one current flows. */
+/* Regression with a separate intercept per run: resistance and dead time do not change while one current flows. */
 int64_t identify_flux_of_runs(const struct identify *d, const struct identify_run *const runs[], int32_t count)
 {
     int64_t xv_q12 = 0, xx = 0;
