@@ -19,7 +19,7 @@ uint32_t emf_pulse_longest(const struct pwm_regs *pwm)
     return longest_of(pwm->PERIOD, pwm->DEAD);
 }
 
-/* Waits until the carrier is this close to the valley. Must not begin before its peak. */
+/* Waits until the carrier has risen to this count, on its way to the valley. Must not begin before its peak. */
 static void wait_rising(const struct pwm_regs *pwm, uint32_t count)
 {
     for (uint32_t poll = 0; poll < PATIENCE_POLLS; poll++) {
@@ -29,7 +29,7 @@ static void wait_rising(const struct pwm_regs *pwm, uint32_t count)
     }
 }
 
-/* And from the valley down to here. */
+/* Then, from the valley, until it has fallen to this count. */
 static void wait_falling(const struct pwm_regs *pwm, uint32_t count)
 {
     for (uint32_t poll = 0; poll < PATIENCE_POLLS; poll++) {
