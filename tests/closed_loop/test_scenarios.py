@@ -19,10 +19,12 @@ def verdicts(result):
     return [f"{f.name}: {value_text(f)}, limit {f.limit_text}" for f in result.figures.values() if f.passed is False]
 
 
-ELSEWHERE = ("position", "sensorless", "operating_points")  # long, and what they show has tests of its own
+ELSEWHERE = ("position", "sensorless", "operating_points")  # long, and other tests show the same
+FAULTS = [name for name in available(SCENARIOS) if name.startswith("fault_")]
+REST = (*ELSEWHERE, *FAULTS[1::2])
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.rest if name in ELSEWHERE else ())
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.rest if name in REST else ())
                                   for name in available(SCENARIOS)])
 def test_scenario(name, tmp_path):
     motor = {"motor": "abb_m2bj100l"} if name == "overmodulation" else {}  # whose sensors see a phase that stays high
