@@ -30,6 +30,11 @@ def alive(pid):
         return False
 
 
+def heed(number):
+    """For a child of tests that were started by nohup or in the background: it then inherits signals that are ignored."""
+    return lambda: signal.signal(number, signal.SIG_DFL)
+
+
 @pytest.fixture
 def running(build, fake_qemu):
     """A launcher whose QEMU hangs, and the process number of that QEMU."""
@@ -52,7 +57,7 @@ def running(build, fake_qemu):
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_both_with_one_line(running, number):
-    launcher, qemu = running()
+    launcher, qemu = running(preexec_fn=heed(number))
     launcher.send_signal(number)
     _, errors = launcher.communicate(timeout=PATIENCE_S)
     assert launcher.returncode == 128 + number
@@ -73,7 +78,8 @@ def test_a_campaign_that_is_ended_takes_its_runs_with_it(build, fake_qemu, tmp_p
     environment = {**os.environ, "BUILD": str(build), "QEMU": fake_qemu("hang"), "TMPDIR": str(tmp_path)}
     command = [sys.executable, str(REPO / "qemu" / "run.py"), "campaign", "--motors", "teknic_m2310p", "--scenarios", "idle",
                "--seeds", "4", "--jobs", "2"]
-    launcher = subprocess.Popen(command, env=environment, cwd=REPO, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    launcher = subprocess.Popen(command, env=environment, cwd=REPO, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                preexec_fn=heed(number))
     notes = until(lambda: len(found := [n for n in tmp_path.glob("mssfoc-*/progress.pid") if n.read_text()]) == 2 and found)
     assert notes, "the runs did not begin"
     pids = [int(note.read_text()) for note in notes]
