@@ -41,7 +41,7 @@ static bool waits_for_edge(const struct axis *a, const struct rotor_seed *now)
 {
     const struct hall_sector *const s = &a->hall.sector[((const volatile struct hall *)&a->hall)->state];
     const int32_t off_q32 = (int32_t)(now->angle_q32 - s->middle_q32);
-    return (now->speed_q32 < 0 ? -off_q32 : off_q32) > s->half_q32 - AT_END_Q32;
+    return (now->speed_q32 < 0 ? (int32_t)(0u - (uint32_t)off_q32) : off_q32) > s->half_q32 - AT_END_Q32;
 }
 
 /* Distance by the earlier speed or by the switches, whichever is more: a starting rotor is soon believed. */

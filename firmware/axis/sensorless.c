@@ -6,6 +6,7 @@
 #include "firmware/axis/injection_lead.h"
 #include "firmware/axis/rotor.h"
 #include "firmware/settings/config.h"
+#include "lib/angle.h"
 #include "lib/limit.h"
 #include "lib/pi.h"
 #include "lib/polar.h"
@@ -19,9 +20,9 @@
 #define WEAK_MARGIN    MARGIN(30) /* and no longer */
 #define CALM_MS        20u
 #define WEAK_MS        8u
-#define CALM_RHO_Q15   8192                    /* a quarter */
-#define CALM_LAG_Q32   (1 << 28)               /* 22 degrees from its mean over 16 ms: it swings but is not lost */
-#define LAG_MOST_Q32   ((1 << 30) - (1 << 26)) /* nearly 90 degrees */
+#define CALM_RHO_Q15   8192                      /* a quarter */
+#define CALM_LAG_Q32   (1u << 28)                /* 22 degrees from its mean over 16 ms: it swings but is not lost */
+#define LAG_MOST_Q32   ((1u << 30) - (1u << 26)) /* nearly 90 degrees */
 #define LAG_SHIFT      4
 #define YIELD_MOST_Q32 (1 << 29) /* 45 degrees */
 #define SLEW_SHIFT     4         /* a 16th of i_max a millisecond: currents of the field come and go */
@@ -149,8 +150,8 @@ static bool is_calm(struct axis *a)
     s->lag_q32 += off_q32 >> LAG_SHIFT;
     s->grows_q32 = off_q32 >> LAG_SHIFT;
     return o->margin_q8 >= LEADS_ALL && o->margin_torque_q8 >= OBSERVER_LEADS_Q8 &&
-           q15_abs(o->rho_q15) < CALM_RHO_Q15 && q15_abs(off_q32) < CALM_LAG_Q32 &&
-           q15_abs(lag_q32 >> 1) < LAG_MOST_Q32 >> 1;
+           q15_abs(o->rho_q15) < CALM_RHO_Q15 && angle_size_q32(off_q32) < CALM_LAG_Q32 &&
+           angle_size_q32(lag_q32) < LAG_MOST_Q32;
 }
 
 /* While it swings, the rotor's speed differs from the field's. */

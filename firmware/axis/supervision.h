@@ -41,7 +41,7 @@ struct encoder_watch {
     int32_t speed_moving_q32;     /* the observer's speed before that */
     int32_t dead_w_q15;           /* from this speed no shaft stops at once */
     uint32_t still_limit_q15;     /* speed times milliseconds that must give some counts */
-    int32_t jump_limit_q32;
+    uint32_t jump_limit_q32;
     /* index pulses: the count at each, per direction */
     int32_t index_first[2], index_last[2];
     bool index_known[2];

@@ -3,6 +3,7 @@
 #include "firmware/axis/supervision.h"
 #include "firmware/axis/supervision_step.h"
 #include "firmware/settings/config.h"
+#include "lib/angle.h"
 #include "lib/q15.h"
 
 #define JUMP_DEG     20u
@@ -45,7 +46,7 @@ void supervise_encoder_begin(struct axis *a)
                                 .still_limit_q15 = STILL_COUNTS * (a->tuning.encoder_scale_q32 >> CONFIG_W_SHIFT) /
                                                    CONFIG_PERIODS_PER_SLOW,
                                 .index = encoder_index(&a->fabric->encoder)};
-    e->jump_limit_q32 = (int32_t)(coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG));
+    e->jump_limit_q32 = coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG);
     emf_reset(&e->emf, &a->tuning);
 }
 
@@ -93,7 +94,7 @@ static bool counts_stand(const struct axis *a, int32_t speed_q32)
     const uint32_t quiet = encoder_latch_clock(encoder) - encoder_edge_clock(encoder);
     const uint32_t samples = quiet / (uint32_t)a->tuning.loop_counts;
     return samples >= 2u &&
-           (uint64_t)samples * (uint32_t)q15_abs(speed_q32) > STILL_COUNTS * (uint64_t)a->tuning.encoder_scale_q32;
+           (uint64_t)samples * angle_size_q32(speed_q32) > STILL_COUNTS * (uint64_t)a->tuning.encoder_scale_q32;
 }
 
 /*
@@ -212,7 +213,7 @@ enum fault supervise_encoder_blame(const struct axis *a, enum fault seen)
     if (!running) {
         return seen;
     }
-    if (e->doubt_ms == 0u && q15_abs(surprise_at_sample(a)) <= e->jump_limit_q32) {
+    if (e->doubt_ms == 0u && angle_size_q32(surprise_at_sample(a)) <= e->jump_limit_q32) {
         return seen;
     }
     return counts_stand(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
@@ -246,7 +247,7 @@ static void look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
 void supervise_encoder(struct axis *a, int32_t surprise_q32, uint32_t turn)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
-    if (e->doubt_ms == 0u && q15_abs(surprise_q32) > e->jump_limit_q32) {
+    if (e->doubt_ms == 0u && angle_size_q32(surprise_q32) > e->jump_limit_q32) {
         begin_doubt(a, e, surprise_q32);
     }
     look_at_emf(a, e, turn);
@@ -305,7 +306,7 @@ void supervise_encoder_seed_at_sample(const struct axis *a, enum fault cause, st
         by_last_edge(a, seed);
     } else if (e->doubt_ms != 0u) {
         *seed = e->sound;
-    } else if (q15_abs(surprise_q32) > e->jump_limit_q32) {
+    } else if (angle_size_q32(surprise_q32) > e->jump_limit_q32) {
         *seed = seed_before(a, encoder_latched(encoder), surprise_q32, encoder_latch_clock(encoder));
         seed->speed_q32 = e->speed_q32;
     } else {

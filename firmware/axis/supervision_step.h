@@ -9,6 +9,7 @@
 #include "firmware/axis/supervision_phase_step.h"
 #include "firmware/axis/supervision_speed_step.h"
 #include "firmware/control/emf_step.h"
+#include "lib/angle.h"
 #include "lib/q15.h"
 #include "lib/usually.h"
 
@@ -39,7 +40,7 @@ static inline int32_t supervision_look_at_encoder(struct axis *a)
 /* True if that deviates from the normal case. */
 static inline bool supervision_strange(const struct encoder_watch *e, int32_t surprise_q32)
 {
-    return e->doubt_ms != 0u || q15_abs(surprise_q32) > e->jump_limit_q32;
+    return e->doubt_ms != 0u || angle_size_q32(surprise_q32) > e->jump_limit_q32;
 }
 
 /* Together with the torque limits (axis.c). The currents follow the present references until the phases are checked. */

@@ -186,8 +186,8 @@ static enum alignment_result step_solve(struct alignment *a, const struct tuning
     if (!load_angle_step(&a->load)) {
         return ALIGNMENT_RUNNING;
     }
-    const int32_t largest_q32 = load_angle_largest_q32(&a->load);
-    a->detail[0] = largest_q32 / (DEGREES_45_Q32 / 45);
+    const uint32_t largest_q32 = load_angle_largest_q32(&a->load);
+    a->detail[0] = (int32_t)(largest_q32 / (DEGREES_45_Q32 / 45));
     const bool doubtful = load_angle_spread_q15(&a->load) > SPREAD_Q15;
     if (doubtful || largest_q32 > (a->attempt == 0u ? DEGREES_12_Q32 : DEGREES_45_Q32)) {
         return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);

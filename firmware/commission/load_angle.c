@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/commission/load_angle.h"
 
+#include "lib/angle.h"
 #include "lib/q15.h"
 #include "lib/trig.h"
 
@@ -50,8 +51,10 @@ int32_t load_angle_spread_q15(const struct load_angle *a)
                    load_angle_torque_q15(a->ratio_q15, a->saliency_q15, a->forth_q32[1] - offset_q32));
 }
 
-int32_t load_angle_largest_q32(const struct load_angle *a)
+uint32_t load_angle_largest_q32(const struct load_angle *a)
 {
     const uint32_t offset_q32 = load_angle_offset_q32(a);
-    return q15_max(q15_abs((int32_t)(a->forth_q32[0] - offset_q32)), q15_abs((int32_t)(a->back_q32[0] - offset_q32)));
+    const uint32_t forth_q32 = angle_size_q32((int32_t)(a->forth_q32[0] - offset_q32));
+    const uint32_t back_q32 = angle_size_q32((int32_t)(a->back_q32[0] - offset_q32));
+    return forth_q32 > back_q32 ? forth_q32 : back_q32;
 }

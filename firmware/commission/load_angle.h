@@ -42,7 +42,7 @@ static inline uint32_t load_angle_offset_q32(const struct load_angle *a)
 int32_t load_angle_spread_q15(const struct load_angle *a);
 
 /* The field's lead over the rotor at the larger current, the larger of both directions. */
-int32_t load_angle_largest_q32(const struct load_angle *a);
+uint32_t load_angle_largest_q32(const struct load_angle *a);
 
 /* T(I, c) from above, 1.0 = the torque of the larger current in a machine without saliency. */
 int32_t load_angle_torque_q15(int32_t current_q15, int32_t saliency_q15, uint32_t angle_q32);

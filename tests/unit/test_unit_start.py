@@ -418,3 +418,11 @@ def test_lines_that_makers_offer_are_named_exactly(named, lines):
     for error in (-0.006, -0.003, 0.003, 0.006):
         if abs(error) < near / 2:
             assert named(2, 4 * lines, 2, round(4 * lines * 1.37), error).encoder_counts == 4 * lines
+
+
+@pytest.mark.parametrize("away", [2**31, 2**31 - 1, 2**31 + 1, 0, 1, 2**32 - 1, 2**30])
+def test_a_lead_of_any_size_has_its_magnitude(c, away):
+    """Half a turn is the largest, not none: a rotor that lies opposite to the field is not aligned."""
+    solver = c.load_angle()
+    solver.forth_q32[0] = away  # from an offset of 0
+    assert c.load_angle_largest_q32(solver) == min(away, TURN - away)

@@ -491,3 +491,12 @@ def test_counts_that_have_stood_for_longer_than_16_ms_are_due_no_more(c):
     for still_ms, dead in ((0, False), (1, True), (16, True), (17, False)):
         watch.still_ms = still_ms
         assert c.supervise_encoder_may_be_dead(motor.axis) == dead, still_ms
+
+
+@pytest.mark.parametrize("surprise", [-2**31, -2**31 + 1, 2**31 - 1, -2**30, 2**30, -1, 0, 1])
+def test_a_jump_of_any_size_is_doubted_by_its_magnitude(c, surprise):
+    """Half an electrical turn exactly is the largest there is."""
+    motor = Motor(c)
+    watch = motor.axis.supervision.encoder
+    c.supervise_encoder(motor.axis, surprise, 0)
+    assert (watch.doubt_ms != 0) == (abs(surprise) > watch.jump_limit_q32) == (abs(surprise) > 1)
