@@ -121,7 +121,7 @@ $(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSC
 	$(Q)$(OBJCOPY) -O binary $< $@
 
 $(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/control/current_loop_isr.o
-$(BUILD)/tests/target/test_patience.elf: $(addprefix $(BUILD)/arm/firmware/commission/,emf_pulse.o identify_burst.o)
+$(BUILD)/tests/target/test_patience.elf: $(addprefix $(BUILD)/arm/firmware/,commission/emf_pulse.o commission/identify_burst.o control/bridge.o)
 $(BUILD)/tests/target/test_weakening_loop.elf: $(BUILD)/arm/firmware/control/overmodulation.o
 $(patsubst %,$(BUILD)/tests/target/test_%.elf,two_axes dead_slow_loop new_encoder): $(filter-out %/current_loop_isr.o,$(call objects,$(call sources,$(addprefix firmware/,settings control commission axis))))
 

@@ -39,7 +39,9 @@ REG_AT_OFFSET(struct fabric, adc, 0x100);
 REG_AT_OFFSET(struct fabric, encoder, 0x200);
 REG_AT_OFFSET(struct fabric, gate, 0x300);
 
-/* The first axis's. */
-#define FABRIC0 REG_BLOCK(struct fabric, BOARD_FABRIC_BASE)
+_Static_assert(sizeof(struct fabric) == 0x400, "an axis's window");
+
+#define FABRIC(axis) (REG_BLOCK(struct fabric, BOARD_FABRIC_BASE) + (axis))
+#define FABRIC0      FABRIC(0)
 
 #endif

@@ -5,12 +5,13 @@
 #include "firmware/axis/axis.h"
 #include "firmware/axis/modes_step.h"
 #include "firmware/axis/rotor.h"
+#include "lib/angle.h"
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-#define WRONG_Q32   (1 << 27) /* 11 degrees: the current was not the requested one */
-#define FADES_MS    4u        /* in this time the diodes have brought any current to zero */
-#define FADED_SHIFT 3         /* an eighth of i_max */
+#define WRONG_Q32   (1u << 27) /* 11 degrees: the current was not the requested one */
+#define FADES_MS    4u         /* in this time the diodes have brought any current to zero */
+#define FADED_SHIFT 3          /* an eighth of i_max */
 
 void carry_begin(struct axis *a)
 {
@@ -151,15 +152,17 @@ static void begin_anew(struct axis *a)
 
 bool carry_take_over(struct axis *a, enum fault cause)
 {
+    const uint32_t mask =
+        cpu_irq_save(); /* the interrupt may take over by itself; and the seed is of the next sample */
     if (!may_go_on(a, cause)) {
-        return false;
+        cpu_irq_restore(mask);
+        return a->carry.waits != FAULT_NONE;
     }
-    const uint32_t mask = cpu_irq_save(); /* the seed is of the next sample */
     a->carry.seed = seed_now(a, cause);
     const bool reaches = observer_reaches(a, a->carry.seed.speed_q32);
     const int32_t wrong_q32 = reaches ? coast(a) : 0;
     cpu_irq_restore(mask);
-    if (cause != FAULT_ENCODER_COUNTS && q15_abs(wrong_q32 >> 1) > WRONG_Q32 >> 1) {
+    if (cause != FAULT_ENCODER_COUNTS && angle_size_q32(wrong_q32) > WRONG_Q32) {
         begin_anew(a);
     }
     a->carry.waits = reaches ? cause : FAULT_NONE;

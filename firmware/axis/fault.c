@@ -4,6 +4,7 @@
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
 #include "firmware/axis/rotor.h"
+#include "firmware/control/bridge.h"
 
 #define OFF   (1u << REACTION_OFF)
 #define STOP  (1u << REACTION_STOP)
@@ -69,6 +70,7 @@ bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t det
         return none;
     }
     const uint32_t mask = cpu_irq_save(); /* two callers must not both find it empty */
+    bridge_lock_out(&a->loop);
     const bool first = a->faults.cause == FAULT_NONE;
     if (first) {
         a->faults.cause = cause;
@@ -80,8 +82,17 @@ bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t det
     return first;
 }
 
+void fault_forget(struct axis *a)
+{
+    const uint32_t mask = cpu_irq_save(); /* a new fault comes before both or after both */
+    a->faults.cause = FAULT_NONE;
+    bridge_unlock(&a->loop);
+    cpu_irq_restore(mask);
+}
+
 void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1)
 {
+    bridge_lock_out(&a->loop); /* before the gates: a lower level must not enable them again in between */
     if (!axis_fabric_doubted(a)) {
         gate_disable(&a->fabric->gate);
     }
@@ -140,10 +151,11 @@ static enum fault blamed_for_overcurrent(const struct axis *a)
     return rotor_has_hall(a) ? hall_watch_blame(a, FAULT_OVERCURRENT) : FAULT_OVERCURRENT;
 }
 
-/* An over-current may result from something that has just begun and would soon be detected. */
+/* Gates first: an over-current may result from something that has just begun, but none of its causes leaves them on. */
 static void raise_overcurrent(struct axis *a)
 {
     int32_t phase;
+    gate_disable(&a->fabric->gate);
     if (supervise_phases_suspect(a, &phase)) {
         axis_raise_with(a, FAULT_OPEN_PHASE, phase, 0);
         return;

@@ -5,6 +5,7 @@
 #include "firmware/axis/axis.h"
 #include "firmware/axis/rotor.h"
 #include "firmware/commission/emf_pulse.h"
+#include "firmware/control/bridge.h"
 #include "firmware/settings/config.h"
 #include "lib/polar.h"
 #include "lib/q15.h"
@@ -63,7 +64,7 @@ static void open_gates_to_emf(struct axis *a)
     observer_follow(&a->loop, &a->tuning, OBSERVER_LEADS);
     emf_pulse_wait(a->fabric, PLAYED);
     place(a);
-    (void)gate_enable(&a->fabric->gate);
+    (void)bridge_enable(&a->loop, a->fabric); /* shut, the next step finds the fault */
     lead(a);
 }
 
@@ -119,8 +120,8 @@ static void regulate_to_nothing(struct axis *a)
 static struct emf_pulse pulse(struct axis *a)
 {
     const uint32_t counts = a->flying.counts;
-    return counts < CONFIG_PWM_COUNTS ? emf_pulse(a->fabric, counts)
-                                      : emf_pulse_period(a->fabric, (uint32_t)a->tuning.samples);
+    return counts < CONFIG_PWM_COUNTS ? emf_pulse(&a->loop, a->fabric, counts)
+                                      : emf_pulse_period(&a->loop, a->fabric, (uint32_t)a->tuning.samples);
 }
 
 /* About twice as long; finally a whole period, if the present current predicts no more than is allowed. */

@@ -4,6 +4,7 @@
 #include "firmware/axis/rotor.h"
 #include "firmware/axis/start_parts.h"
 #include "firmware/commission/emf_pulse.h"
+#include "firmware/control/bridge.h"
 
 #define FILTER_STEPS \
     20u /* 3.2 us: a sixth of a degree at 150 Hz, and longer than what a leg's edge couples into a wire */
@@ -52,7 +53,7 @@ static void lead(struct axis *a)
     }
     current_loop_arm(&a->loop, a->fabric, &a->tuning);
     emf_pulse_wait(a->fabric, PLAYED);
-    (void)gate_enable(&a->fabric->gate);
+    (void)bridge_enable(&a->loop, a->fabric); /* shut, the next step finds the fault */
     hall_watch_begin(a);
     a->start.phase = START_HALL;
 }

@@ -2,6 +2,7 @@
 #include "firmware/commission/emf_pulse.h"
 
 #include "drivers/cortex/cpu.h"
+#include "firmware/control/bridge.h"
 #include "firmware/settings/config.h"
 
 /* A PWM period has more clocks than reads of the fabric. */
@@ -51,7 +52,7 @@ static void wait_conversion(const struct adc_regs *adc, uint32_t before)
     }
 }
 
-struct emf_pulse emf_pulse(struct fabric *f, uint32_t counts)
+struct emf_pulse emf_pulse(const volatile struct current_loop *c, struct fabric *f, uint32_t counts)
 {
     const uint32_t half_counts = f->pwm.PERIOD;
     const uint32_t behind = f->pwm.DEAD / 2u; /* distance of the sample from the valley: pwm_init() */
@@ -60,7 +61,7 @@ struct emf_pulse emf_pulse(struct fabric *f, uint32_t counts)
     const uint32_t mask = cpu_irq_save();
     const uint32_t before = adc_sequence(&f->adc);
     wait_rising(&f->pwm, half_counts + behind - counts);
-    (void)gate_enable(&f->gate);
+    (void)bridge_enable(c, f);
     wait_falling(&f->pwm, half_counts - behind - 1u);
     gate_disable(&f->gate);
     wait_conversion(&f->adc, before);
@@ -69,10 +70,10 @@ struct emf_pulse emf_pulse(struct fabric *f, uint32_t counts)
     return (struct emf_pulse){.sequence = adc_sequence(&f->adc), .i = clarke_q15(s.ia_q15, s.ib_q15)};
 }
 
-struct emf_pulse emf_pulse_period(struct fabric *f, uint32_t samples)
+struct emf_pulse emf_pulse_period(const volatile struct current_loop *c, struct fabric *f, uint32_t samples)
 {
     emf_pulse_wait(f, 1u);
-    (void)gate_enable(&f->gate);
+    (void)bridge_enable(c, f);
     emf_pulse_wait(f, samples);
     gate_disable(&f->gate);
     const struct adc_sample s = adc_read(&f->adc);

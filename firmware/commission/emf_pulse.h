@@ -19,6 +19,8 @@
 #include "drivers/fabric/fabric.h"
 #include "lib/transform_q15.h"
 
+struct current_loop;
+
 /* Fabric clocks: the shortest pulse, in which a 1 MHz amplifier settles. */
 #define EMF_PULSE_SHORTEST 100u
 
@@ -33,12 +35,12 @@ uint32_t emf_pulse_longest(const struct pwm_regs *pwm);
 /*
  * One pulse of `counts`, EMF_PULSE_SHORTEST to the longest; begins in the present PWM period or the next and is over on return.
  * Takes up to two periods; masks all interrupts for a quarter of one at most. Slow loop, bridge off, the legs at half on-time
- * (integrals of 0).
+ * (integrals of 0). While a fault is latched no pulse comes: the sample is that of an open bridge.
  */
-struct emf_pulse emf_pulse(struct fabric *f, uint32_t counts);
+struct emf_pulse emf_pulse(const volatile struct current_loop *c, struct fabric *f, uint32_t counts);
 
 /* The same for a whole PWM period of `samples` samples. */
-struct emf_pulse emf_pulse_period(struct fabric *f, uint32_t samples);
+struct emf_pulse emf_pulse_period(const volatile struct current_loop *c, struct fabric *f, uint32_t samples);
 
 /* Waits for this many samples. Slow loop. */
 void emf_pulse_wait(const struct fabric *f, uint32_t samples);

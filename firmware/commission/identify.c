@@ -205,11 +205,18 @@ void identify_think(struct identify *d)
         return;
     }
     const bool on = think(d);
-    d->ms = 0;
-    d->stopped_in = on ? d->step + 1u : d->step;
-    d->step = on ? d->step + 1u : IDENTIFY_STEP_DONE;
-    cpu_dsb(); /* the slow loop finds all of it */
-    d->thinking = false;
+    const uint32_t mask = cpu_irq_save(); /* the slow loop may have stopped it meanwhile, and that stays */
+    const bool stopped = !d->running;
+    if (!stopped) {
+        d->ms = 0;
+        d->stopped_in = on ? d->step + 1u : d->step;
+        d->step = on ? d->step + 1u : IDENTIFY_STEP_DONE;
+        d->thinking = false;
+    }
+    cpu_irq_restore(mask);
+    if (stopped) {
+        identify_refuse_rest(d, (enum identify_quantity)0, IDENTIFY_STOPPED);
+    }
 }
 
 void identify_stop(struct identify *d, uint32_t fault)

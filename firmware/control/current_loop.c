@@ -6,6 +6,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "drivers/fabric/fabric.h"
+#include "firmware/control/bridge.h"
 #include "firmware/control/current_loop_follow.h"
 #include "firmware/settings/config.h"
 #include "lib/advance.h"
@@ -158,7 +159,9 @@ void current_loop_on(volatile struct current_loop *c, struct fabric *f, const st
     c->i_d_ref_q15 = 0;
     c->i_q_ref_q15 = 0;
     current_loop_rest(c);
-    (void)gate_enable(&f->gate);
+    if (!bridge_enable(c, f)) {
+        return;
+    }
     c->status_max = GATE_STATUS_LIVE;
     current_loop_follow(c, f, t);
 }

@@ -132,6 +132,8 @@ struct current_loop {
     struct loop_weakening weaken;
     uint32_t fell_back; /* milliseconds, since the tuning, in which the newest voltage had to wait for an end */
 
+    uint32_t locked_out; /* not 0: a fault is latched, and the gates stay shut (bridge.h) */
+
     /* of LOOP_OBSERVER and LOOP_INJECTION */
     uint32_t field_follows; /* all ones: field_angle_q32 counts from the observed angle; 0: it is prescribed */
     struct observer flux;
@@ -184,7 +186,7 @@ void current_loop_off(volatile struct current_loop *c, struct fabric *f);
 /*
  * For LOOP_OBSERVER and LOOP_HALL, for a turning rotor whose angle and speed are in `pll`: as current_loop_on(), but in the
  * rotor's frame, with the EMF already in the integrals; the gates stay as they are, so the PWM already outputs the EMF when
- * they open (gate_enable()). Slow loop.
+ * they open (bridge_enable()). Slow loop.
  */
 void current_loop_arm(volatile struct current_loop *c, struct fabric *f, const struct tuning *t);
 

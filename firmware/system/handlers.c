@@ -24,16 +24,24 @@ void current_loop_fault(void)
     axis_sample_fault(&axes[0]);
 }
 
+/* By constant addresses: a pointer in RAM may be what broke. */
+void handlers_bridges_off(void)
+{
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        if (!axis_fabric_doubted(&axes[n])) {
+            gate_disable(&FABRIC(n)->gate);
+        }
+    }
+}
+
 /*
- * The entry of every processor fault and of interrupts that nobody handles: bridge off before anything else, then the record,
- * then a reset, because nothing that ran can be trusted any more. Only while start-up does not trust the fabric is the bridge
+ * The entry of every processor fault and of interrupts that nobody handles: bridges off before anything else, then the record,
+ * then a reset, because nothing that ran can be trusted any more. Only while start-up does not trust the fabric is a bridge
  * left as the reset made it, which is off: a write to a fabric that does not answer would be the next fault.
  */
 void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
 {
-    if (!axis_fabric_doubted(&axes[0])) {
-        gate_disable(&FABRIC0->gate);
-    }
+    handlers_bridges_off();
     postmortem_keep(frame, exc_return);
     scb_system_reset();
 }

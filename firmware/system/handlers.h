@@ -9,6 +9,9 @@
 
 #include "firmware/control/current_loop.h"
 
+/* Shuts the gates of every axis whose fabric is trusted. Any context; for a processor fault, which must not rely on RAM. */
+void handlers_bridges_off(void);
+
 /* What current_loop_select() chooses from. */
 extern const struct loop_handlers handlers_of_axis_0;
 

@@ -80,8 +80,7 @@ def switching_on_holds(lines):
     at, found = layout(), accesses(lines)
     integrals = [f"str loop {at['INTEGRAL_D']}", f"str loop {at['INTEGRAL_Q']}"]
     return MERGED not in found and in_order(found, f"str fabric {ADC_STATUS}", "adc_set_limits", *integrals,
-                                            f"str fabric {GATE_CONTROL}", f"ldr fabric {GATE_STATUS}",
-                                            f"str loop {at['STATUS_MAX']}", "current_loop_follow")
+                                            "bridge_enable", f"str loop {at['STATUS_MAX']}", "current_loop_follow")
 
 
 def switching_off_holds(lines):
@@ -99,11 +98,10 @@ def test_switching_on_and_off(tmp_path):
 @pytest.mark.parametrize("files, old, new", [
     ([f"firmware/control/current_loop{name}" for name in (".c", ".h", "_follow.h")], "volatile struct current_loop",
      "struct current_loop"),
-    (["drivers/fabric/gate.h"], "volatile uint32_t", "uint32_t"),
     (["firmware/control/current_loop.c"], "    gate_disable(&f->gate);\n    c->status_max = UINT32_MAX;\n",
      "    c->status_max = UINT32_MAX;\n    gate_disable(&f->gate);\n"),
-    (["firmware/control/current_loop.c"], "    (void)gate_enable(&f->gate);\n    c->status_max = GATE_STATUS_LIVE;\n",
-     "    c->status_max = GATE_STATUS_LIVE;\n    (void)gate_enable(&f->gate);\n"),
+    (["firmware/control/current_loop.c"], "        return;\n    }\n    c->status_max = GATE_STATUS_LIVE;\n",
+     "        return;\n    }\n"),
 ])
 def test_another_order_is_seen(files, old, new, tmp_path):
     for folder in ("drivers", "firmware", "lib"):

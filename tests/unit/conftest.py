@@ -65,6 +65,12 @@ def system():
     return Library(built("system.so"))
 
 
+@pytest.fixture(scope="session")
+def two_axes():
+    """The same for a device with two motors."""
+    return Library(built("two_axes.so"))
+
+
 @pytest.fixture(scope="module")
 def memory():
     """The registers' addresses can be used: nothing stands there at first."""

@@ -353,6 +353,17 @@ def test_the_device_is_looked_at_within_eight_milliseconds(device, system, pll, 
     assert seen == pended
 
 
+@pytest.mark.parametrize("doubted", (None, 0, 1))
+def test_a_processor_fault_opens_every_bridge(device, two_axes, doubted):
+    """But no fabric is touched that start-up does not trust."""
+    second = two_axes.fabric.from_address(FABRIC + 0x400)
+    for n, fabric in enumerate((device.fabric, second)):
+        fabric.gate.CONTROL = 1
+        two_axes.axes[n].fabric_doubt = 0xD0B7FABC if n == doubted else 0
+    two_axes.handlers_bridges_off()
+    assert [device.fabric.gate.CONTROL, second.gate.CONTROL] == [int(n == doubted) for n in range(2)]
+
+
 def test_a_sample_with_a_fault_is_the_axis(device, system):
     axis = system.axes[0]
     axis.fabric_doubt, axis.fabric, axis.faults.cause = 0, ctypes.pointer(device.fabric), system.FAULT_NONE

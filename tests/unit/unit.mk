@@ -4,6 +4,7 @@
 # BUILD, HOSTCC, Q and say.
 
 UNIT_CFLAGS := -std=gnu11 -O1 -g -fPIC -fsanitize=undefined -fno-sanitize-recover=all -finstrument-functions \
+    -fsanitize-coverage=trace-pc \
     -Wall -Wextra -Werror \
     -Wno-int-to-pointer-cast -Itests/unit/host -I.
 
@@ -16,14 +17,16 @@ UNIT_SRC := $(filter-out %/device.c %/contract.c, \
 # the console on a person's side, and on the device's what stands at registers' own addresses
 UNIT_FIRMWARE := $(call unit_objects,$(UNIT_SRC) firmware/operate/*.c tests/unit/host/*.c)
 UNIT_SYSTEM := $(call unit_objects,$(UNIT_SRC) firmware/system/*.c firmware/axis/device.c drivers/mss/sysreg.c \
-    $(addprefix drivers/mss/,timer.c gpio.c mmuart.c rs485.c) tests/unit/host/reach.c tests/unit/host/system/*.c)
+    $(addprefix drivers/mss/,timer.c gpio.c mmuart.c rs485.c) \
+    $(addprefix tests/unit/host/,reach.c interrupt.c system/*.c))
 
-unit: $(BUILD)/tests/unit/firmware.so $(BUILD)/tests/unit/system.so
+unit: $(addprefix $(BUILD)/tests/unit/,firmware.so system.so two_axes.so)
 .PHONY: unit
 everything: unit
 
 $(BUILD)/tests/unit/firmware.so: $(UNIT_FIRMWARE)
 $(BUILD)/tests/unit/system.so: $(UNIT_SYSTEM)
+$(BUILD)/tests/unit/two_axes.so: $(subst /firmware/system/handlers.o,/two_axes/handlers.o,$(UNIT_SYSTEM))
 $(BUILD)/tests/unit/%.so: tests/unit/unit.mk
 	@mkdir -p $(@D)
 	$(call say,LD)
@@ -33,5 +36,10 @@ $(BUILD)/host/%.o: %.c tests/unit/unit.mk
 	@mkdir -p $(@D)
 	$(call say,HOSTCC)
 	$(Q)$(HOSTCC) $(UNIT_CFLAGS) -MMD -MP -c $< -o $@
+
+$(BUILD)/host/two_axes/handlers.o: firmware/system/handlers.c tests/unit/unit.mk
+	@mkdir -p $(@D)
+	$(call say,HOSTCC)
+	$(Q)$(HOSTCC) $(UNIT_CFLAGS) -DAXIS_COUNT=2u -MMD -MP -c $< -o $@
 
 -include $(shell find $(BUILD)/host -name '*.d' 2>/dev/null)
