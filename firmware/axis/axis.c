@@ -76,6 +76,23 @@ static void begin_quick_stop(struct axis *a)
     enter(a, AXIS_QUICK_STOP);
 }
 
+static void switch_off(struct axis *a)
+{
+    bridge_off(a);
+    identify_stop(&a->identify, FAULT_NONE);
+    enter(a, AXIS_SWITCH_ON_DISABLED);
+}
+
+/* Before operation no speed loop runs that could brake. */
+static void take_quick_stop(struct axis *a)
+{
+    if (a->state == AXIS_OPERATION_ENABLED) {
+        begin_quick_stop(a);
+    } else if (a->state == AXIS_READY || a->state == AXIS_SWITCHED_ON) {
+        switch_off(a);
+    }
+}
+
 static void make_ready(struct axis *a)
 {
     if (!pwm_set_update(&a->fabric->pwm, a->tuning.update) ||
@@ -112,19 +129,15 @@ static __attribute__((noinline)) void take_request(struct axis *a)
         break;
     case AXIS_REQUEST_OFF:
         if (a->state != AXIS_FAULT && a->state != AXIS_FAULT_REACTION) {
-            bridge_off(a);
-            identify_stop(&a->identify, FAULT_NONE);
-            enter(a, AXIS_SWITCH_ON_DISABLED);
+            switch_off(a);
         }
         break;
     case AXIS_REQUEST_QUICK_STOP:
-        if (a->state == AXIS_OPERATION_ENABLED) {
-            begin_quick_stop(a);
-        }
+        take_quick_stop(a);
         break;
     case AXIS_REQUEST_CLEAR:
         if (a->state == AXIS_FAULT) {
-            a->faults.cause = FAULT_NONE;
+            fault_forget(a);
             enter(a, AXIS_SWITCH_ON_DISABLED);
         }
         break;
@@ -195,9 +208,7 @@ static void leave_start(struct axis *a)
         begin_operation(a);
         return;
     }
-    bridge_off(a);
-    identify_stop(&a->identify, FAULT_NONE);
-    enter(a, AXIS_SWITCH_ON_DISABLED);
+    switch_off(a);
 }
 
 static __attribute__((noinline)) void step_other_state(struct axis *a)

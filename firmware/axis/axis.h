@@ -150,6 +150,8 @@ void axis_raise(struct axis *a, enum fault cause);
 
 /* Latches without switching off; returns true if it was the first. For axis_raise() and axis/reaction.c. Any context. */
 bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
+/* The operator, or a retry, has cleared it: the bridge may be enabled again. Slow loop. */
+void fault_forget(struct axis *a);
 /* axis_raise() with the cause's details: fault_record.detail. */
 void axis_raise_with(struct axis *a, enum fault cause, int32_t detail_0, int32_t detail_1);
 
@@ -166,8 +168,9 @@ struct outcome axis_switch_on(struct axis *a); /* axis_prepare() completes it */
 struct outcome axis_switch_off(struct axis *a);
 struct outcome axis_identify(struct axis *a);     /* measures the motor, then off; `off` ends it sooner */
 struct outcome axis_identify_use(struct axis *a); /* turns results into parameters; value: how many changed */
-struct outcome axis_quick_stop(struct axis *a);
+struct outcome axis_quick_stop(struct axis *a);   /* before operation, where nothing can brake, it switches off */
 struct outcome axis_clear_fault(struct axis *a);
+void axis_withdraw(struct axis *a); /* the operator no longer wants operation: nothing switches on by itself any more */
 struct outcome axis_clear_latches(struct axis *a); /* the same, not by a person: the retry count goes on */
 struct outcome axis_command_speed(struct axis *a, int32_t rpm);
 struct outcome axis_command_current(struct axis *a, int32_t milliamp);

@@ -77,12 +77,18 @@ struct outcome axis_choose_reaction(struct axis *a, enum fault cause, enum react
     return OUTCOME_OK;
 }
 
-void reaction_cleared_by_hand(struct reactions *r)
+void reaction_withdraw(struct reactions *r)
 {
-    r->retries = 0;
+    r->wanted = false;
     r->waiting = false;
     r->switching_on = false;
     r->resumes = false;
+}
+
+void reaction_cleared_by_hand(struct reactions *r)
+{
+    reaction_withdraw(r);
+    r->retries = 0;
 }
 
 int32_t reaction_take_target(struct reactions *r)
@@ -98,6 +104,13 @@ static void remember_target(struct axis *a)
     struct reactions *const r = &a->reactions;
     r->resumes = !rotor_has_encoder(a) && a->mode == AXIS_MODE_SPEED;
     r->resume_rpm_q16 = a->speed.target_rpm_q16;
+}
+
+/* Meanwhile the operator may have lowered the limit: then it is for the operator to say what now. */
+static bool target_is_allowed(const struct axis *a)
+{
+    const struct reactions *const r = &a->reactions;
+    return !r->resumes || q15_abs(r->resume_rpm_q16) <= a->params.speed_max_rpm * 65536;
 }
 
 /* Beyond the checks of `clear` and `on`. */
@@ -141,6 +154,12 @@ static void count_good_time(struct axis *a)
 void axis_retry(struct axis *a)
 {
     count_good_time(a);
+    if (!target_is_allowed(a)) {
+        axis_withdraw(a);
+    }
+    if (!a->reactions.wanted) {
+        return;
+    }
     if (a->state == AXIS_FAULT && a->request == AXIS_REQUEST_NONE) {
         retry_clear(a);
     } else if (a->reactions.switching_on && axis_is_off(a)) {

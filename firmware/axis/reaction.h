@@ -21,6 +21,7 @@ struct reactions {
     uint8_t choice[FAULT_COUNT];                /* enum reaction */
     volatile uint32_t warnings[REACTION_WORDS]; /* one bit per fault that was only a warning, since `on` */
     volatile bool stopping;                     /* a fault is latched, and a quick stop is under way */
+    bool wanted;                                /* the operator's last word is "operate": `on`, or all enable bits */
     uint32_t retries;                           /* since the last 10 s of good operation, or a person's `clear` */
     uint32_t latched_ms;                        /* when the thread saw the fault that may be retried */
     bool waiting;                               /* to retry */
@@ -48,7 +49,13 @@ bool reaction_warned(const struct reactions *r, enum fault cause);
 /* Forgets the warnings. Slow loop, at `on`. */
 void reaction_begin(struct reactions *r);
 
-/* A person has cleared the fault: the retry count starts over. Thread. */
+/*
+ * The operator no longer wants operation: `off`, quick stop, `clear`, or a control word without all enable bits. From here on
+ * the drive does not switch on by itself, whatever it was waiting for. Thread.
+ */
+void reaction_withdraw(struct reactions *r);
+
+/* A person has cleared the fault: the same, and the retry count starts over. Thread. */
 void reaction_cleared_by_hand(struct reactions *r);
 
 /*
@@ -57,7 +64,10 @@ void reaction_cleared_by_hand(struct reactions *r);
  */
 int32_t reaction_take_target(struct reactions *r);
 
-/* Retry policy: clears what may be cleared and switches on again when it is time. Thread, whenever it has time. */
+/*
+ * Retry policy: clears what may be cleared and switches on again when it is time, as long as the operator wants it (`wanted`).
+ * Thread, whenever it has time.
+ */
 void axis_retry(struct axis *a);
 
 #endif

@@ -122,6 +122,7 @@ struct outcome axis_identify(struct axis *a)
         problem = outcome_of(request_state_forbids_on(a));
     }
     if (problem.error == ERROR_NONE) {
+        reaction_withdraw(&a->reactions); /* a fault ends it: it is not tried again */
         start_forget(a);
         request_adopt(a, &a->identify.tuning);
         a->request = AXIS_REQUEST_IDENTIFY;
@@ -140,11 +141,16 @@ struct outcome axis_identify_use(struct axis *a)
     return (struct outcome){ERROR_NONE, (int32_t)identify_use(&a->identify, &a->params)};
 }
 
+void axis_withdraw(struct axis *a)
+{
+    reaction_withdraw(&a->reactions);
+    switching_end(&a->switching, ERROR_SWITCHED_OFF);
+}
+
 /* Always allowed, also when off. */
 struct outcome axis_switch_off(struct axis *a)
 {
-    reaction_cleared_by_hand(&a->reactions);
-    switching_end(&a->switching, ERROR_SWITCHED_OFF);
+    axis_withdraw(a);
     if (axis_fabric_doubted(a)) {
         return OUTCOME_OK;
     }
@@ -155,18 +161,28 @@ struct outcome axis_switch_off(struct axis *a)
     return OUTCOME_OK;
 }
 
+/* Starting, operating, or stopping already. */
+static bool has_bridge_on(const struct axis *a)
+{
+    return a->state == AXIS_READY || a->state == AXIS_SWITCHED_ON || a->state == AXIS_OPERATION_ENABLED ||
+           a->state == AXIS_QUICK_STOP;
+}
+
+/* What waits to switch on is stopped, too. */
 struct outcome axis_quick_stop(struct axis *a)
 {
+    const bool waited = a->switching.under_way || a->reactions.waiting || a->reactions.switching_on;
+    axis_withdraw(a);
     if (!request_settled(a)) {
         return outcome_of(ERROR_BUSY);
     }
     const uint32_t held = request_hold();
-    const bool allowed = a->state == AXIS_OPERATION_ENABLED;
-    if (allowed) {
+    const bool on = has_bridge_on(a);
+    if (on) {
         a->request = AXIS_REQUEST_QUICK_STOP;
     }
     request_release(held);
-    return outcome_of(allowed ? ERROR_NONE : ERROR_NOT_OPERATING);
+    return outcome_of(on || waited ? ERROR_NONE : ERROR_NOT_OPERATING);
 }
 
 /* Why the device does not allow a fault to be cleared. */

@@ -48,6 +48,7 @@ static struct outcome request(struct axis *a, enum axis_request what)
     if (problem.error == ERROR_NONE) {
         request_adopt(a, &a->switching.tuning);
         a->reactions.switching_on = false;
+        a->reactions.wanted = what == AXIS_REQUEST_ON;
         a->request = what;
     }
     request_release(held);

@@ -105,7 +105,7 @@ static void stop_quickly(struct cia402 *c, struct axis *a)
 {
     if (a->state == AXIS_OPERATION_ENABLED) {
         note(c, axis_quick_stop(a));
-    } else if (a->state != AXIS_QUICK_STOP) {
+    } else if (a->state != AXIS_QUICK_STOP) { /* which goes on */
         let_go(c, a, CIA402_DISABLED);
     }
 }
@@ -132,8 +132,10 @@ static void change_state(struct cia402 *c, struct axis *a, uint32_t command)
         return; /* it goes on */
     } else if ((command & CIA402_SWITCH_ON) == 0u) {
         let_go(c, a, CIA402_READY);
-    } else if (c->stage == CIA402_DISABLED) {
-        return; /* no transition: shutdown comes first */
+    } else if (c->stage == CIA402_DISABLED) { /* no transition: shutdown comes first */
+        if (command != ENABLED) {
+            let_go(c, a, CIA402_DISABLED);
+        }
     } else if (command == SWITCHED_ON) {
         let_go(c, a, CIA402_SWITCHED_ON);
     } else if (c->stage != CIA402_ENABLED) {
@@ -218,6 +220,9 @@ static uint32_t take_word(struct cia402 *c, struct axis *a)
         change_state(c, a, word & COMMAND_BITS);
     } else if ((rising & CIA402_FAULT_RESET) != 0u) {
         note(c, axis_clear_fault(a));
+    }
+    if ((word & ENABLED) != ENABLED) {
+        axis_withdraw(a); /* a level: what waits to switch on, after a fault, too, does so no more */
     }
     return rising;
 }

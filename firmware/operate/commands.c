@@ -29,7 +29,7 @@ const struct command command_table[] = {
     {"identify", " show|use", "what it found, with intervals; or make parameters of what is known", 2,
      run_identify_what},
     {"off", "", "bridge off within a millisecond, the motor coasts", 1, run_off},
-    {"quickstop", "", "brake to standstill, then off", 1, run_quick_stop},
+    {"quickstop", "", "brake to standstill, then off; during a start off at once", 1, run_quick_stop},
     {"speed", " RPM", "speed control to RPM", 2, run_speed},
     {"torque", " A", "current control, q axis, peak amperes", 2, run_torque},
     {"pv", " RPM", "profile velocity: the same as speed", 2, run_speed},

@@ -38,6 +38,7 @@ class World:
         self.axis.state = self.c.enums["axis_state"]["AXIS_" + state]
         live = state in ("SWITCHED_ON", "OPERATION_ENABLED", "QUICK_STOP")
         self.fabric.gate.CONTROL = int(live)
+        self.axis.reactions.wanted = live
         if state in ("FAULT", "FAULT_REACTION"):
             self.axis.faults.cause = self.c.FAULT_STALL
         return self
@@ -66,7 +67,8 @@ def test_requests(world, c, state, request_name):
     """Accepted exactly where the state allows it; refused, nothing has changed."""
     w = world(state)
     outcome = getattr(c, "axis_" + request_name)(w.axis)
-    allowed = {"switch_on": ("SWITCH_ON_DISABLED",), "switch_off": STATES, "quick_stop": ("OPERATION_ENABLED",),
+    bridge_on = ("READY", "SWITCHED_ON", "OPERATION_ENABLED", "QUICK_STOP")
+    allowed = {"switch_on": ("SWITCH_ON_DISABLED",), "switch_off": STATES, "quick_stop": bridge_on,
                "clear_fault": ("FAULT",)}[request_name]
     assert (outcome.error == c.ERROR_NONE) == (state in allowed), (state, request_name, outcome.error)
     if outcome.error != c.ERROR_NONE:
@@ -75,6 +77,8 @@ def test_requests(world, c, state, request_name):
         assert w.step() == "SWITCH_ON_DISABLED" and w.fabric.gate.CONTROL == 0
     elif request_name == "switch_off":
         assert w.step(2) == "FAULT", "off does not forget a fault"
+    elif request_name == "quick_stop":
+        assert w.step() == "SWITCH_ON_DISABLED" and w.fabric.gate.CONTROL == 0, "at rest it is over at once"
     elif request_name == "clear_fault":
         assert w.step() == "SWITCH_ON_DISABLED" and w.axis.faults.cause == c.FAULT_NONE
 

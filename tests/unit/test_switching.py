@@ -83,7 +83,7 @@ def test_a_bus_that_has_sunk_meanwhile_is_found_at_the_end_and_told(plc, c):
 
 
 def test_a_retry_that_was_refused_at_the_end_is_made_again(c, plc):
-    plc.axis.reactions.switching_on = True
+    plc.axis.reactions.switching_on = plc.axis.reactions.wanted = True
     plc.axis.loop.vbus_q15 = plc.axis.tuning.v_min_q15 - 1
     parts(plc)
     plc.axis.loop.vbus_q15 += 100

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT
+"""After `off`, a quick stop, `clear` or a control word without all enable bits, nothing energises the bridge until the next
+`on`: two events in a row, at every step of an automatic restart."""
+import pytest
+
+from unit.modbus_line import write_one
+from unit.test_cia402 import ENABLE, NO_VOLTAGE, QUICK_STOP, RESET, SHUTDOWN, SWITCH_ON, Controller
+from unit.test_state_machine import LOOPS_PER_MS, World
+
+DELAY_MS, LONG_MS, ENOUGH_V, TOO_LOW = 100, 1500, 13670, 5000
+COMMANDS = {"off": "axis_switch_off", "quick stop": "axis_quick_stop", "clear": "axis_clear_fault"}
+WORDS = {"no voltage": NO_VOLTAGE, "quick stop": QUICK_STOP, "shutdown": SHUTDOWN, "switch on": SWITCH_ON, "reset": RESET}
+
+
+def is_on(c, axis):
+    """Its gates are enabled, or it starts and will enable them."""
+    return axis.fabric.contents.gate.CONTROL != 0 or axis.state in (
+        c.AXIS_READY, c.AXIS_SWITCHED_ON, c.AXIS_OPERATION_ENABLED, c.AXIS_QUICK_STOP)
+
+
+class Restarting(World):
+    """In operation, with one restart allowed; then the supply is too low."""
+
+    def __init__(self, c, **params):
+        super().__init__(c)
+        self.fabric.adc.OFFSET_A = self.fabric.adc.OFFSET_B = self.fabric.adc.OFFSET_C = 32768
+        self.axis.params.retry_count, self.axis.params.retry_delay_ms = 1, DELAY_MS
+        for name, value in params.items():
+            setattr(self.axis.params, name, value)
+        assert c.switch_on_at_once(self.axis).error == c.ERROR_NONE
+        self.step()
+        self.energised = False
+        self.put("OPERATION_ENABLED")
+
+    def supply(self, vbus, ms=0):
+        self.fabric.adc.VBUS = vbus
+        return self.thread(ms)
+
+    def trip(self):
+        self.supply(TOO_LOW)
+        self.c.axis_raise(self.axis, self.c.FAULT_UNDERVOLTAGE)
+        self.step(3)
+        assert self.state == "FAULT"
+        self.energised = False
+
+    def thread(self, ms):
+        """The thread goes round once a millisecond."""
+        for _ in range(ms):
+            self.c.axis_retry(self.axis)
+            for _ in range(40):
+                self.c.axis_prepare(self.axis)
+            self.step()
+            self.energised = self.energised or is_on(self.c, self.axis)
+            assert not (self.axis.faults.cause and self.fabric.gate.CONTROL), "a latched fault and live gates"
+        return self.state
+
+
+@pytest.fixture
+def tripped(c):
+    w = Restarting(c)
+    w.trip()
+    return w
+
+
+def test_without_a_command_it_restarts(tripped):
+    """What the tests below forbid does happen otherwise."""
+    tripped.supply(ENOUGH_V, LONG_MS)
+    assert tripped.energised
+
+
+# milliseconds after the trip: it waits, is about to be cleared, is cleared, builds its tables, has been asked for, starts
+@pytest.mark.parametrize("at_ms", [0, 1, 50, *range(98, 112), 150, 400])
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_ends_the_restart_wherever_it_is(c, tripped, command, at_ms):
+    tripped.supply(ENOUGH_V, at_ms)
+    outcome = getattr(c, COMMANDS[command])(tripped.axis)
+    if command == "clear" and outcome.error != c.ERROR_NONE:
+        return  # the restart has cleared it already: nothing was left to clear, and nothing was asked for
+    tripped.step(2)
+    tripped.energised = False
+    tripped.thread(LONG_MS)
+    assert not tripped.energised and tripped.fabric.gate.CONTROL == 0, tripped.state
+    if tripped.state == "FAULT":
+        c.axis_clear_fault(tripped.axis)
+    tripped.step()
+    assert c.switch_on_at_once(tripped.axis).error == c.ERROR_NONE, "a new wish is obeyed"
+    assert tripped.thread(3) == "SWITCHED_ON"
+
+
+def test_off_gives_no_spent_restart_back(c, tripped):
+    tripped.supply(ENOUGH_V, DELAY_MS + 20)
+    assert tripped.axis.reactions.retries == 1
+    c.axis_switch_off(tripped.axis)
+    assert tripped.axis.reactions.retries == 1
+    tripped.step(2)
+    assert c.switch_on_at_once(tripped.axis).error == c.ERROR_NONE
+    tripped.thread(3)
+    tripped.trip()
+    tripped.supply(ENOUGH_V, LONG_MS)
+    assert not tripped.energised
+
+
+@pytest.mark.parametrize("begin", ("axis_identify", "axis_learn_hall"))
+def test_what_measures_is_not_tried_again(c, begin):
+    w = Restarting(c)
+    c.axis_switch_off(w.axis)
+    w.step(2)
+    w.axis.params.angle_source = 2 if begin == "axis_learn_hall" else 0
+    assert getattr(c, begin)(w.axis).error == c.ERROR_NONE
+    w.step(2)
+    w.trip()
+    w.supply(ENOUGH_V, LONG_MS)
+    assert not w.energised
+
+
+def test_a_refused_on_is_no_wish(c):
+    """It is answered with its reason; a fault later on, while off, must not end in operation."""
+    w = Restarting(c)
+    c.axis_switch_off(w.axis)
+    w.step(2)
+    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    w.axis.loop.vbus_q15 = TOO_LOW
+    while c.axis_prepare(w.axis):
+        pass
+    assert w.axis.switching.outcome.error == c.ERROR_BUS_LOW
+    w.trip()
+    w.supply(ENOUGH_V, LONG_MS)
+    assert not w.energised
+
+
+@pytest.mark.parametrize("most_rpm, energised", ((1000, False), (2999, False), (3000, True)))
+@pytest.mark.parametrize("when_ms", (10, DELAY_MS + 1))
+def test_a_target_beyond_a_limit_lowered_meanwhile_is_not_resumed(c, most_rpm, energised, when_ms):
+    """Without an encoder the drive resumes its speed. What to do now is the operator's to say: it stays off."""
+    w = Restarting(c, angle_source=1, speed_max_rpm=4000)
+    w.axis.speed.target_rpm_q16 = -3000 << 16
+    w.trip()
+    w.supply(TOO_LOW, when_ms + 2)  # by then cleared, if it is late, and `on` refused for the voltage
+    w.axis.params.speed_max_rpm = most_rpm
+    w.supply(ENOUGH_V, LONG_MS)
+    assert w.energised == energised
+
+
+# ---- by control word ----
+
+class Commanded(Controller):
+    """Enabled by its master, then tripped; the axis lives."""
+
+    def __init__(self, c):
+        super().__init__(c)
+        self.fabric.adc.VBUS, self.energised = ENOUGH_V, False
+        self.axis.params.retry_count, self.axis.params.retry_delay_ms = 1, DELAY_MS
+        self.enabled()
+        assert self.axis.reactions.wanted
+        c.axis_raise(self.axis, c.FAULT_UNDERVOLTAGE)
+        self.live(3)
+
+    def live(self, ms):
+        for _ in range(ms):
+            self.c.axis_retry(self.axis)
+            for _ in range(40):
+                self.c.axis_prepare(self.axis)
+            self.fabric.adc.SEQUENCE += LOOPS_PER_MS
+            self.fabric.gate.STATUS = self.fabric.gate.CONTROL & 1
+            self.c.axis_step(self.axis)
+            self.c.cia402_poll(self.modbus.drive.cia402, self.axis)
+            self.energised = self.energised or is_on(self.c, self.axis)
+
+    def write(self, word):
+        assert self.ask(write_one(0, word))[0] == 6
+        self.live(1)
+
+
+@pytest.fixture
+def commanded(c):
+    return Commanded(c)
+
+
+def test_a_word_that_keeps_all_enable_bits_keeps_the_restart(commanded):
+    commanded.write(ENABLE)
+    commanded.live(LONG_MS)
+    assert commanded.energised
+
+
+@pytest.mark.parametrize("at_ms", [0, 50, *range(95, 108)])
+@pytest.mark.parametrize("word", WORDS)
+def test_a_word_without_them_ends_the_restart(commanded, word, at_ms):
+    """Enable voltage and the others are levels, in a fault, too."""
+    commanded.live(at_ms)
+    commanded.write(WORDS[word])
+    commanded.live(3)
+    commanded.energised = False
+    commanded.live(LONG_MS)
+    assert not commanded.energised and commanded.fabric.gate.CONTROL == 0
