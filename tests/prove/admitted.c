@@ -14,6 +14,8 @@
 #include "firmware/settings/config.h"
 #include "lib/pi.h"
 
+uint32_t host_primask; /* the core's, of tests/unit/host: nothing interrupts here */
+
 struct span {
     const char *name;
     int32_t low, high;

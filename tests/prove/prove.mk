@@ -22,8 +22,8 @@ $(BUILD)/prove/sweep_root: tests/lib/sweep_root.c $(wildcard lib/*.[ch])
 	$(Q)$(HOSTCC) -std=c11 -O2 -Wall -Wextra -Werror -I. tests/lib/sweep_root.c lib/polar.c -o $@
 
 # what the interrupt's proof takes as given, from the firmware's own tuning and slow loop
-ADMITTED_SRC = tests/prove/admitted.c firmware/control/current_loop.c $(wildcard firmware/settings/*.c lib/*.c) \
-               $(filter-out %/contract.c,$(wildcard drivers/fabric/*.c))
+ADMITTED_SRC = tests/prove/admitted.c $(addprefix firmware/control/,bridge.c current_loop.c) \
+               $(wildcard firmware/settings/*.c lib/*.c) $(filter-out %/contract.c,$(wildcard drivers/fabric/*.c))
 
 $(BUILD)/prove/admitted: $(ADMITTED_SRC) $(wildcard firmware/*/*.h drivers/*/*.h lib/*.h) $(BUILD)/choices
 	@mkdir -p $(@D)

@@ -14,7 +14,7 @@
 #define POLLS       (2u * HALF_COUNTS)
 #define POLL_TICKS  2u /* at least: a read and a branch */
 
-static struct current_loop loop;
+static struct current_loop unlocked;
 static struct fabric still;
 
 static uint32_t pulse_ticks(uint32_t status, uint32_t count)
@@ -24,7 +24,7 @@ static uint32_t pulse_ticks(uint32_t status, uint32_t count)
     still.pwm.DEAD = DEAD_COUNTS;
     *(volatile uint32_t *)&still.pwm.STATUS = status;
     *(volatile uint32_t *)&still.pwm.COUNT = count;
-    (void)emf_pulse(&loop, &still, EMF_PULSE_SHORTEST);
+    (void)emf_pulse(&unlocked, &still, EMF_PULSE_SHORTEST);
     return mss_timer2_now() - start;
 }
 
