@@ -11,6 +11,7 @@ import sys
 import time
 from dataclasses import replace
 
+from .claim import keep
 from .config import twin_config
 from .drive import load_drive
 from .errors import LauncherError
@@ -71,6 +72,7 @@ def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMIN
     out_dir = build / ("scope" if live else "console")
     symbols = Symbols(image.elf)
     check_ranges(drive, ranges_of(symbols))
+    keep(out_dir)
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     probes, enums = make_probes(symbols, drive) if plan.late or plan.holds or drive.aligned else ([], None)

@@ -109,8 +109,8 @@ def test_a_motor_too_large_for_its_inverter(tmp_path):
     large = {"rated_current_a": 4, "rated_torque_nm": 4, "resistance_ohm": 0.1}
     said = refusal(changed(SMALLEST, tmp_path, **large))
     found = re.search(r"rated_current_a 28\.4 is too much for inverter lv24_drv8323, which leaves (\S+) A"
-                      r" \(range \S+ A, comparators \S+ A\): an inverter with (\S+) A of both, or rated_current_a \1 with rated_torque_nm (\S+) would fit",
-                      said)
+                      r" \(range \S+ A, comparators \S+ A\): an inverter with (\S+) A of both, or rated_current_a \1"
+                      r" with rated_torque_nm (\S+) would fit", said)
     assert found, said
     left_a, both_a, torque_nm = map(float, found.groups())
     drive = load_drive(changed(SMALLEST, tmp_path, rated_current_a=left_a / 7.1, rated_torque_nm=torque_nm / 0.27,
