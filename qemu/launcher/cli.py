@@ -156,6 +156,8 @@ def _console(options):
 
 
 def _scope(options):
+    if not 0 <= options.at <= 65535:
+        raise LauncherError(f"port {options.at} is outside 0..65535")
     try:
         from scope.web import serve
     except ImportError as error:

@@ -14,7 +14,6 @@ from launcher.console import LEAD_S, PACE_S, prepared
 from launcher.drive import preamble
 from launcher.errors import LauncherError
 from launcher.qemu import progress_s, reason, start, tail
-from launcher.scenario import event_args
 
 # what the page may do to the plant: names and arguments as in docs/motors.md, and what they are for people
 DISTURBANCES = {
@@ -68,7 +67,7 @@ class Twin:
 
     def last_words(self):
         """What QEMU and the twin wrote."""
-        return tail(self._log).strip()
+        return "\n".join(line.removeprefix("  | ") for line in tail(self._log).splitlines() if line)
 
     async def set_baud(self, rate):
         """The line has no rate of its own; but what arrives while the drive sets its UART anew is lost."""
@@ -78,20 +77,17 @@ class Twin:
         """None when it has happened, or why not."""
         if name not in DISTURBANCES:
             return f"'{name}' is not one of {', '.join(DISTURBANCES)}"
-        try:
-            words = [name, *event_args(name, arguments, {})]
-        except LauncherError as error:
-            return f"{error}: {name} is {DISTURBANCES[name]}"
+        if not all(word.isprintable() and len(word) < 30 for word in arguments):
+            return "arguments are numbers, letters or 'off'"
         if self.ended():
             return self.ended()
         said = self._log.stat().st_size
-        os.write(self._pipe, " ".join(words).encode() + b"\n")
+        os.write(self._pipe, " ".join([name, *arguments]).encode() + b"\n\n")
         end = time.monotonic() + TAKEN_S
         while self._waiting():
             if time.monotonic() > end:
                 return "the drive is silent, and has not taken it yet"
             await asyncio.sleep(PACE_S)
-        await asyncio.sleep(CHANGE_S)
         refused = re.search(r"live event '.*': (.*)", self._log.read_bytes()[said:].decode("utf-8", "replace"))
         return refused and refused.group(1)
 
