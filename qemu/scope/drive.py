@@ -45,10 +45,10 @@ class Drive:
 
     def silent(self):
         """Why nothing comes, or an empty text."""
-        if reason := self.far.ended() or self._broken or self._out_of_step:
+        if reason := self.far.ended() or self._broken:
             return reason
         quiet_s = time.monotonic() - self.heard_s
-        return f"no answer for {quiet_s:.0f} s" if quiet_s > SILENT_S else ""
+        return f"no answer for {quiet_s:.0f} s" if quiet_s > SILENT_S else self._out_of_step
 
     async def _listen(self):
         while not self.far.ended():
@@ -117,7 +117,8 @@ class Drive:
                 end = time.monotonic() + patience_s
                 while not (self._text.endswith(b"\n" + END) and time.monotonic() - self._text_s > QUIET_S):
                     if time.monotonic() > end or self.far.ended():
-                        raise DriveError(self.far.ended() or "the drive does not answer: is the line connected, is its console at 115200 baud?")
+                        raise DriveError(self.far.ended() or "the drive does not answer: is the line connected, is its console"
+                                         " at 115200 baud?")
                     await asyncio.sleep(0.02)
                 self.heard_s, self._out_of_step = time.monotonic(), ""
             finally:

@@ -114,7 +114,7 @@ class Session:
             self._tell({"kind": "signals", "signals": self.signals})
 
     async def _brake(self, send):
-        """Quick stop where there is operation to be stopped, off in every other state. A drive that is silent may still hear."""
+        """Quick stop where there is operation to be stopped, off in every other state. One that is silent may still hear."""
         if self._silent:
             line = "quickstop" if self.state.startswith("operation enabled") else "off"
             await self.drive.shout(line)

@@ -5,7 +5,7 @@ import re
 import signal
 
 import pytest
-from pages import PATIENCE_S, browsed, served
+from browser import PATIENCE_S, browsed, served
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def qemu_of(process):
 
 def is_stale(page):
     """The values are grey, the state says that it is none, the banner why."""
-    opacity = page.script("return ['live', 'status', 'parameters'].map(n => getComputedStyle(document.getElementById(n)).opacity)")
+    opacity = page.script("return ['live', 'status', 'parameters'].map((n) => getComputedStyle($(n)).opacity)")
     told = re.fullmatch(r"silent since \d\d:\d\d:\d\d; last: operation enabled", page.state())
     return page.find("silent").is_displayed() and bool(told) and all(float(value) < 0.5 for value in opacity)
 

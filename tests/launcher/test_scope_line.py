@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A board at a serial line, played by a thread at a pseudo terminal: its cable is pulled and comes back, its answers come late."""
+"""A board at a serial line, played by a thread at a pseudo terminal: its cable is pulled and comes back, answers come late."""
 import asyncio
 import os
 import threading
