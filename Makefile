@@ -145,70 +145,73 @@ tools:
 everything: all twin target-tests registers lockstep axis
 
 
+# Of several makes one builds in BUILD, and the others wait for it. The lock goes with who has it.
+ALONE = @mkdir -p $(BUILD) && { flock -n $(BUILD)/.making true || echo '  waits for another make in $(BUILD)'; } && \
+        flock $(BUILD)/.making
 VERILATED = $(if $(filter rtl,$(FABRIC)),axis)
 
 # ---- using it --------------------------------------------------------------------------------------------------------
 run: tools
-	@$(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py run
 
 models: tools
-	@$(MAKE) --no-print-directory -s -j2 twin
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 twin
 	@$(PYTHON) qemu/run.py models
 
 campaign: tools
-	@$(MAKE) --no-print-directory -s -j2 all twin
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) qemu/run.py campaign
 
 scope:
 	@.ci/tools page
-	@$(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py scope
 
 scope-pictures:
 	@.ci/tools page browser
-	@$(MAKE) --no-print-directory -s -j2 all twin
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/launcher/test_page.py
 	cp $(BUILD)/scope/page.png docs/scope.png
 	cp $(BUILD)/scope/phone.png docs/scope-phone.png
 
 console debug: tools
-	@$(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py $@
 
 flash: tools
-	@$(MAKE) --no-print-directory -s -j2 all
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
 	@.ci/flash "$(PROBE)" $(MSSFOC_IMAGE)
 
 test: tools
-	@$(MAKE) --no-print-directory -s -j2 everything
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 everything
 	@$(MAKE) --no-print-directory -s lint
 	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider $(if $(ALL),,--sample) tests
 
 storm: tools
-	@$(MAKE) --no-print-directory -s -j2 all twin
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@STORM_FRAMES=$(N) $(PYTHON) -m pytest -q -s -p no:cacheprovider tests/closed_loop/test_storm.py
 
 lint: tools
 	@$(PYTHON) tests/tools/lint.py
 
 size: tools
-	@$(MAKE) --no-print-directory -s -j2 all
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
 	@$(PYTHON) tests/tools/size.py $(MSSFOC_IMAGE).elf $(BUILD)/libmssfoc.a
 
 guides: tools
-	@$(MAKE) --no-print-directory -s -j2 all twin
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/guides/guides_run.py
 
 pictures: tools
-	@$(MAKE) --no-print-directory -s -j2 all twin
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/guides/pictures.py
 
 compile_commands.json: tools
 	@$(MAKE) --no-print-directory -nB all twin BUILD=$(BUILD) NO_INSTALL=1 | $(PYTHON) tests/tools/compile_commands.py $@
 
 results: tools
-	@$(MAKE) --no-print-directory -s -j2 all twin
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/tools/results.py
 
 clean:

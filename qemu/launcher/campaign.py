@@ -14,6 +14,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from .claim import keep as keep_claim
 from .data import available
 from .errors import DoesNotApply, LauncherError
 from .paths import MOTORS, QEMU_DIR, REPO, SCENARIOS, build_dir, shown
@@ -135,7 +136,8 @@ def play(cases, build=None, qemu=None, jobs=None, sshlogin=None):
         raise LauncherError("GNU parallel is missing (apt-get install parallel)")
     build = build_dir(build)
     folder = build / "campaign" / fingerprint(build)
-    folder.mkdir(parents=True, exist_ok=True)
+    keep_claim(folder.parent)
+    folder.mkdir(exist_ok=True)
     missing = [case for case in cases if not case.file(folder).is_file()]
     if missing:
         _run_parallel(parallel, missing, folder, build, qemu, jobs, sshlogin)

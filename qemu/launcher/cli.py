@@ -78,8 +78,8 @@ def _parser():
                              help="file of what the device keeps while it is off: settings (default: $ENVM, or nothing)")
         command.add_argument("--scenario", help="file of qemu/scenarios",
                              default=os.environ.get("SCENARIO") or None if name == "run" else None)
-        if name == "run":
-            command.add_argument("--out", default=None, help="folder for the results (default: run/ of the build folder)")
+        if name in ("run", "scope"):
+            command.add_argument("--out", default=None, help=f"folder for its files (default: {name}/ of the build folder)")
         if name == "scope":
             command.add_argument("--port", default=os.environ.get("PORT") or None,
                                  help="serial port of a board; without it the drive in QEMU (default: $PORT)")
@@ -156,6 +156,8 @@ def _console(options):
 
 
 def _scope(options):
+    if not 0 <= options.at <= 65535:
+        raise LauncherError(f"port {options.at} is outside 0..65535")
     try:
         from scope.web import serve
     except ImportError as error:
@@ -165,7 +167,7 @@ def _scope(options):
     from .simulate import DEFAULT_MOTOR
 
     far = Board(options.port) if options.port else Twin(options.motor or DEFAULT_MOTOR, options.seed, options.build,
-                                                        options.qemu, **_plant(options))
+                                                        options.qemu, options.out, **_plant(options))
     return serve(far, options.at, not options.no_browser)
 
 

@@ -10,7 +10,9 @@ import signal
 import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
+from .claim import keep
 from .config import twin_config
 from .drive import load_drive
 from .errors import LauncherError
@@ -52,7 +54,8 @@ def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, 
     return _run(arguments, environment)
 
 
-def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMINAL, live=False, modbus=""):
+def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMINAL, live=False, modbus="",
+             out_dir=None):
     """What starts a drive that runs until it is ended: (drive, command line, environment, progress file, pipe of live events).
 
     live    events come by the pipe, and nobody types the motor's parameters; otherwise there is no pipe
@@ -68,9 +71,10 @@ def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMIN
         plan = Scenario("live", "live console", None, None if live else PREAMBLE_S, [], [])
     build = build_dir(build)
     checked, image = Qemu(qemu), Image(build)
-    out_dir = build / ("scope" if live else "console")
+    out_dir = Path(out_dir) if out_dir else build / ("scope" if live else "console")
     symbols = Symbols(image.elf)
     check_ranges(drive, ranges_of(symbols))
+    keep(out_dir)
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     probes, enums = make_probes(symbols, drive) if plan.late or plan.holds or drive.aligned else ([], None)

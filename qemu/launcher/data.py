@@ -10,9 +10,10 @@ import tomllib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from .consistency import check_motor
 from .errors import LauncherError
 from .paths import INVERTERS, MOTORS, SENSORS, shown
-from .rules import control_by_rule, inertia_ratio_by_rule
+from .rules import MAX_SHARE, TRIP_SHARE, control_by_rule, inertia_ratio_by_rule, most_a
 from .saturation import saturation_of
 from .schema import BY_RULE, INVERTER_TABLES, MOTOR_TABLES, PLANT_TABLES
 from .spread import START_ANGLE, Spread
@@ -124,6 +125,7 @@ def load_motor(name):
         raise LauncherError(f"{where}: [load] stiction_nm is below coulomb_nm")
     if load["stiffness_nm_rad"] and not load["inertia_ratio"]:
         raise LauncherError(f"{where}: [load] stiffness_nm_rad needs an inertia_ratio behind it")
+    check_motor(motor)
     motor.saturation()
     return motor
 
@@ -170,14 +172,32 @@ def complete(motor, inverter):
                                     " rated_torque_nm, resistance_ohm, vbus_v?")
             control[key] = value
             motor.sources["control"][key] = "by rule: qemu/launcher/rules.py"
-    sensor, trip = inverter["sensor"], control["i_trip_a"]
-    if control["i_max_a"] > trip:
-        raise LauncherError(f"{motor.where}: [control] i_max_a is above i_trip_a")
+    _check_currents(motor, inverter)
     if control["speed_max_rpm"] > motor["rating"]["max_speed_rpm"]:
         raise LauncherError(f"{motor.where}: [control] speed_max_rpm is above max_speed_rpm")
-    if trip > 0.95 * sensor["i_range_a"] or trip >= inverter["bridge"]["oc_trip_a"]:
-        raise LauncherError(f"{motor.where}: [control] i_trip_a {trip:g} A does not fit inverter {inverter.key} (range"
-                            f" {sensor['i_range_a']:g} A, comparators {inverter['bridge']['oc_trip_a']:g} A)")
+
+
+def _check_currents(motor, inverter):
+    control, rating, sensor = motor["control"], motor["rating"], inverter["sensor"]
+    trip_a, max_a, rated_a = control["i_trip_a"], control["i_max_a"], rating["rated_current_a"]
+    limits = f"range {sensor['i_range_a']:g} A, comparators {inverter['bridge']['oc_trip_a']:g} A"
+    left_a = most_a(inverter)
+    if rated_a > left_a:
+        raise LauncherError(
+            f"{motor.where}: rated_current_a {rated_a:g} is too much for inverter {inverter.key}, which leaves {left_a:g} A"
+            f" ({limits}): an inverter with {1.01 * rated_a / MAX_SHARE / TRIP_SHARE:.3g} A of both, or rated_current_a"
+            f" {left_a:g} with rated_torque_nm {rating['rated_torque_nm'] * left_a / rated_a:.3g} would fit")
+    if trip_a > TRIP_SHARE * sensor["i_range_a"] or trip_a >= inverter["bridge"]["oc_trip_a"]:
+        raise LauncherError(f"{motor.where}: [control] i_trip_a {trip_a:g} A does not fit inverter {inverter.key} ({limits})")
+    if max_a > MAX_SHARE * trip_a + _TINY:
+        raise LauncherError(f"{motor.where}: [control] i_max_a {max_a:g} is above {100 * MAX_SHARE:g} % of i_trip_a {trip_a:g}:"
+                            f" at most {MAX_SHARE * trip_a:.4g} would fit")
+    if rated_a > max_a:
+        raise LauncherError(f"{motor.where}: [control] i_max_a {max_a:g} is below rated_current_a {rated_a:g}, which scenarios"
+                            f" ask for: rated_current_a {max_a:g} with rated_torque_nm"
+                            f" {rating['rated_torque_nm'] * max_a / rated_a:.3g} would fit")
+    if control["i_align_a"] > max_a:
+        raise LauncherError(f"{motor.where}: [control] i_align_a {control['i_align_a']:g} is above i_max_a {max_a:g}")
 
 
 def _load(path, kind, tables):

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 from .aligned import ON_TIME_S
+from .consistency import check_voltage
 from .data import complete, lay_over, load_inverter, load_motor, load_sensors
 from .effects import parse_plant
 from .params import UNSAID, coarse_notes, detuned, exact_params
@@ -205,8 +206,9 @@ def load_drive(motor_name, overrides=None, plant="full", spread=0, seed=1, detun
     """
     overrides = overrides or {}
     motor = load_motor(motor_name)
-    motor.override(overrides.get("motor", {}))
     inverter = load_inverter(motor.inverter, motor.path)
+    check_voltage(motor, inverter)
+    motor.override(overrides.get("motor", {}))
     if sensors:
         lay_over(inverter, load_sensors(sensors))
     inverter.override(overrides.get("inverter", {}))

@@ -190,7 +190,7 @@ def run_to_end(arguments, environment, end_s, progress_path, stderr_path, show=N
             process.wait()
             raise
     if process.returncode != 0:
-        raise LauncherError(f"{_reason(process.returncode)}{_tail(stderr_path)}")
+        raise LauncherError(f"{reason(process.returncode)}{tail(stderr_path)}")
 
 
 def _watch(process, end_s, progress_path, show):
@@ -222,7 +222,8 @@ def progress_s(path):
         return -1.0
 
 
-def _reason(status):
+def reason(status):
+    """Why QEMU is not there any more."""
     if status in (-signal.SIGABRT, 134):
         return "QEMU aborted (status 134): the processor locked up, or QEMU met an error of its own"
     if status < 0:
@@ -230,7 +231,7 @@ def _reason(status):
     return f"QEMU ended with status {status}"
 
 
-def _tail(path, lines=6):
+def tail(path, lines=6):
     """The last lines of what QEMU and the twin wrote, to stand under the reason."""
     try:
         text = Path(path).read_text(errors="replace")

@@ -5,10 +5,10 @@
                    0.27 N m / 7e-6 kgm2, 370 rpm a millisecond, from the bare rotor of docs/motors.md's smallest file,
                    and no speed loop at 1 kHz is quick enough for that
 
-    i_max_a        1.5 times rated current, at most 85 % of i_trip_a
-    i_trip_a       1.4 times that, at most 95 % of the sensors' range and of the comparators' threshold
+    i_max_a        1.5 times rated current, at most 85 % of i_trip_a as it is told
+    i_trip_a       1.4 times i_max_a, before that limit; at most 95 % of the sensors' range and of the comparators' threshold
     i_align_a      70 % of rated current: far above friction and cogging; at most half of psi / (L_q - L_d), since beyond all of
-                   it reluctance turns the magnets away from the current
+                   it reluctance turns the magnets away from the current; at most i_max_a
     speed_max_rpm  the least of max_speed_rpm, of what the bus gives at rated torque, of 980 Hz electrical (the firmware's
                    speeds end at 1187 Hz, over-speed is 1.2 times this) and of 26000 rpm
     overspeed_rpm  1.2 times speed_max_rpm
@@ -27,6 +27,7 @@ import math
 from .schema import BY_RULE
 
 USABLE = 0.85
+TRIP_SHARE, MAX_SHARE = 0.95, 0.85  # i_trip_a of what the inverter lets pass, i_max_a of i_trip_a
 HOT = 1.31
 SPEED_SHARE_OF_TRIP = 1.2
 LARGEST_HZ, LARGEST_RPM = 980.0, 26000.0
@@ -38,21 +39,34 @@ START_S = 0.1  # of the motors that are shipped: 84 to 530 ms
 def control_by_rule(motor, inverter):
     """{key: value} of a whole [control] table."""
     rated_a, rating = motor["rating"]["rated_current_a"], motor["rating"]
-    most_a = 0.95 * min(inverter["sensor"]["i_range_a"], inverter["bridge"]["oc_trip_a"])
-    trip_a = min(1.4 * 1.5 * rated_a, most_a)
+    trip_a, max_a = currents_by_rule(motor, inverter)
     speed = min(rating["max_speed_rpm"], speed_of_bus_rpm(motor, inverter), LARGEST_RPM,
                 LARGEST_HZ * 60 / motor["electrical"]["pole_pairs"])
     speed = _three_digits(speed)
     electrical = motor["electrical"]
     saliency_h = max(electrical["lq_h"] - electrical["ld_h"], 1e-12)
-    align_a = min(0.7 * rated_a, 0.5 * electrical["flux_wb"] / saliency_h)
+    align_a = min(0.7 * rated_a, 0.5 * electrical["flux_wb"] / saliency_h, max_a)
     inertia = motor["mechanical"]["inertia_kgm2"] * (1 + motor["load"]["inertia_ratio"])
     slope = min(speed / 0.8, 0.5 * rating["rated_torque_nm"] / inertia / RPM)
-    return {"i_max_a": _three_digits(min(1.5 * rated_a, 0.85 * trip_a)), "i_trip_a": _three_digits(trip_a),
-            "i_align_a": _three_digits(align_a), "speed_max_rpm": speed,
+    return {"i_max_a": max_a, "i_trip_a": trip_a, "i_align_a": _told_a(align_a), "speed_max_rpm": speed,
             "overspeed_rpm": math.ceil(SPEED_SHARE_OF_TRIP * speed), "ramp_rpm_s": _three_digits(slope),
             "stop_max_s": 60.0, "current_bw_hz": current_bw_by_rule(motor["control"]),
-            "speed_bw_hz": speed_bw_by_rule(motor, inertia, min(1.5 * rated_a, 0.85 * trip_a))}
+            "speed_bw_hz": speed_bw_by_rule(motor, inertia, max_a)}
+
+
+def currents_by_rule(motor, inverter):
+    """(i_trip_a, i_max_a): what the file gives, otherwise the rule."""
+    rated_a, control = motor["rating"]["rated_current_a"], motor["control"]
+    trip_a, max_a = control["i_trip_a"], control["i_max_a"]
+    wanted_a = 1.5 * rated_a if max_a is BY_RULE else max_a
+    if trip_a is BY_RULE:
+        trip_a = _told_a(min(1.4 * wanted_a, TRIP_SHARE * carried_a(inverter)))
+    return trip_a, _told_a(min(wanted_a, MAX_SHARE * trip_a)) if max_a is BY_RULE else max_a
+
+
+def carried_a(inverter):
+    """What sensors and comparators of an inverter let pass."""
+    return min(inverter["sensor"]["i_range_a"], inverter["bridge"]["oc_trip_a"])
 
 
 def inertia_ratio_by_rule(motor):
@@ -68,7 +82,6 @@ def current_bw_by_rule(control):
 def speed_bw_by_rule(motor, inertia_kgm2, i_max_a):
     """At the [control] values that the file has, and those of the rule where it has none."""
     electrical, control = motor["electrical"], motor["control"]
-    i_max_a = i_max_a if control["i_max_a"] is BY_RULE else control["i_max_a"]
     current_bw_hz = current_bw_by_rule(control) if control["current_bw_hz"] is BY_RULE else control["current_bw_hz"]
     count_rad_s = 2 * math.pi / motor["encoder"]["counts_per_rev"] * 1000
     torque_nm = 10 * i_max_a * 1.5 * electrical["pole_pairs"] * electrical["flux_wb"]
@@ -95,6 +108,16 @@ def speed_of_bus_rpm(motor, inverter):
     if c >= 0:
         return 0.0
     return (math.sqrt(b * b - a * c) - b) / a / electrical["pole_pairs"] / RPM
+
+
+def most_a(inverter):
+    """The largest i_max_a, by rule, that an inverter leaves."""
+    return _told_a(MAX_SHARE * _told_a(TRIP_SHARE * carried_a(inverter)))
+
+
+def _told_a(value):
+    """As the drive can be told it, in whole mA."""
+    return math.floor(1000 * _three_digits(value) + 1e-9) / 1000
 
 
 def _three_digits(value):

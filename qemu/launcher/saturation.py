@@ -138,6 +138,14 @@ def inverse_inductances(m, psi_d, psi_q):
             m.a_q0 + 3 * m.a_qq * psi_q**2 + m.a_dq / 2 * psi_d**2)
 
 
+def flux_at_rest(m):
+    """The flux in d without current, of any machine."""
+    def current(psi):
+        off = abs(psi - m.psi_n_wb) ** m.w
+        return psi * (m.a_d0 + m.a_dd * psi**m.s) + m.a_b * off / (1 + m.a_bp * off) * (psi - m.psi_n_wb) - m.i_f_a
+    return _bisect(current, 0.0, MOTOR_TABLES["electrical"]["flux_wb"].high)
+
+
 def inverse_at_rest(m, flux_wb):
     """(1 / L_d, 1 / L_q), incremental, without current, where the flux is `flux_wb` in d: of any machine, bridges included."""
     off = abs(flux_wb - m.psi_n_wb) ** m.w

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .claim import claim
 from .config import twin_config
 from .data import load_motor
 from .drive import load_drive
@@ -42,6 +43,7 @@ class Result:
     symbols: object
     load: object
     irqlog: Path
+    claim: object  # of out_dir: no other process writes there while this is kept
 
     @property
     def passed(self):
@@ -94,6 +96,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     check_ranges(drive, ranges_of(symbols))
     probes, enums = make_probes(symbols, drive)
     out_dir = Path(out_dir) if out_dir else build / "run"
+    held = claim(out_dir)
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
@@ -120,7 +123,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     figures = measure(plan, finished)
     figures[NAME] = judge(plan, finished, typed(plan, drive))
     load = cpu_load(log, finished.pwm_period_s)
-    return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols, load, files["irqlog"])
+    return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols, load, files["irqlog"], held)
 
 
 def as_held(plan, scenario, drive, trace, enums):

@@ -4,7 +4,8 @@ import asyncio
 
 from launcher.errors import LauncherError
 
-CONSOLE_BAUD = 115200
+from .drive import CONSOLE_BAUD
+
 CHANGE_S = 0.05
 
 
@@ -22,6 +23,17 @@ class Board:
         except (serial.SerialException, ValueError, OSError) as error:
             raise LauncherError(f"PORT={self.port} cannot be opened: {error}") from error
 
+    async def reopen(self):
+        self._serial.close()
+        await self.open()
+
+    def ended(self):
+        """A cable that was pulled may come back."""
+        return None
+
+    def last_words(self):
+        return ""
+
     async def read(self):
         while True:
             data = await asyncio.to_thread(self._serial.read, 4096)
@@ -33,10 +45,13 @@ class Board:
 
     async def set_baud(self, rate):
         await asyncio.sleep(CHANGE_S / 2)  # the drive changes when its answer has left
-        self._serial.baudrate = rate
+        try:
+            self._serial.baudrate = rate
+        except OSError:
+            pass  # a line that is broken, which reading finds out
         await asyncio.sleep(CHANGE_S / 2)
 
-    def disturb(self, name, arguments):
+    async def disturb(self, name, arguments):
         return "a board cannot be disturbed from here"
 
     async def close(self):

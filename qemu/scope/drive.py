@@ -2,13 +2,19 @@
 """A drive by its console: one line at a time, each with its answer, while samples go on coming."""
 import asyncio
 import re
+import time
+
+from launcher.errors import LauncherError
 
 from .line import Sample, Splitter
 
 END = b".\r\n"      # behind each answer in the console's mode for programs (docs/console.md)
 ANSWER_S = 8.0    # the longest answer, a whole capture, takes 3 s at 115200 baud
+SILENT_S = 2.0    # without a sample or an answer: it is silent; while it streams, something comes each millisecond
+QUIET_S = 0.3     # without text: nothing of an earlier answer is still to come
+AGAIN_S = 1.0     # between attempts to open a line that has ended
 KEEP_UP_S = 1.0   # an empty line this often: the stream ends 3 s after the last line (operate/stream.h)
-STREAM_BAUD = 921600
+CONSOLE_BAUD, STREAM_BAUD = 115200, 921600
 
 
 class DriveError(Exception):
@@ -16,12 +22,14 @@ class DriveError(Exception):
 
 
 class Drive:
-    """`far` is the line's other end: async read(), write(bytes), set_baud(rate), close()."""
+    """`far` is the line's other end: async read(), write(bytes), set_baud(rate), reopen(), close(); ended() says why it has
+    ended for good, or None."""
 
     def __init__(self, far, on_samples, on_said):
-        self.far, self.damaged = far, 0
+        self.far, self.damaged, self._broken, self._out_of_step = far, 0, "", ""
+        self.heard_s = time.monotonic()  # a sample, or an answer
         self._on_samples, self._on_said = on_samples, on_said
-        self._splitter, self._text = Splitter(), bytearray()
+        self._splitter, self._text, self._text_s = Splitter(), bytearray(), 0.0
         self._ended, self._busy = asyncio.Event(), asyncio.Lock()
         self._asked = False
         self._tasks = []
@@ -35,24 +43,63 @@ class Drive:
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await self.far.close()
 
+    def silent(self):
+        """Why nothing comes, or an empty text."""
+        if reason := self.far.ended() or self._broken:
+            return reason
+        quiet_s = time.monotonic() - self.heard_s
+        return f"no answer for {quiet_s:.0f} s" if quiet_s > SILENT_S else self._out_of_step
+
     async def _listen(self):
-        while data := await self.far.read():
-            samples = []
-            for piece in self._splitter.take(data):
-                if isinstance(piece, Sample):
-                    samples.append(piece)
-                else:
-                    self._hear(piece)
-            self.damaged = self._splitter.damaged
-            if samples:
-                self._on_samples(samples)
-        self._on_said("the line has ended")
+        while not self.far.ended():
+            try:
+                while data := await self.far.read():
+                    self._take(data)
+                self._broken = "the line has ended"
+            except OSError as error:
+                self._broken = f"the line is broken: {error}"
+            await asyncio.sleep(AGAIN_S)
+            if not self.far.ended():
+                await self._reopen()
+
+    async def _reopen(self):
+        try:
+            await self.far.reopen()
+            self._broken, self._splitter = "", Splitter()
+        except (OSError, LauncherError):
+            pass  # again, later
+
+    def _take(self, data):
+        samples = []
+        for piece in self._splitter.take(data):
+            if isinstance(piece, Sample):
+                samples.append(piece)
+            else:
+                self._hear(piece)
+        self.damaged = self._splitter.damaged
+        if samples:
+            self.heard_s = time.monotonic()
+            self._on_samples(samples)
+
+    async def _send(self, data):
+        if reason := self.far.ended() or self._broken:
+            raise DriveError(reason)
+        try:
+            await self.far.write(data)
+        except OSError as error:
+            raise DriveError(f"the line is broken: {error}") from error
+
+    async def shout(self, line):
+        """Sends a line to a drive that may hear, though it does not answer."""
+        await self._send(b"\r" + line.encode("ascii") + b"\r")
 
     def _hear(self, text):
         """Lines of an answer, or what comes while none is due: a fault, a warning, a greeting after a reset."""
         self._text += text
+        self._text_s = time.monotonic()
         if self._asked:
             if self._text == END or self._text.endswith(b"\n" + END):
+                self.heard_s = time.monotonic()
                 self._ended.set()
         elif self._text.endswith(b"\n"):
             said = self._text.decode("ascii", "replace").replace("\r", "").strip()
@@ -60,35 +107,56 @@ class Drive:
             if said:
                 self._on_said(said)
 
-    async def program_mode(self):
+    async def program_mode(self, patience_s=ANSWER_S):
         """From a person's console to the mode for programs; a drive that is in it already answers as well."""
         async with self._busy:
-            await self.far.write(b"\rmachine on\r\r")
-            end = asyncio.get_running_loop().time() + ANSWER_S
-            while not self._text.endswith(b"\n" + END):
-                if asyncio.get_running_loop().time() > end:
-                    raise DriveError("the drive does not answer: is the line connected, is its console at 115200 baud?")
-                self._asked = True  # what comes now is for nobody
-                await asyncio.sleep(0.02)
-            self._asked = False
             self._text.clear()
+            self._asked = True  # what comes now is for nobody
+            try:
+                await self._send(b"\rmachine on\r\r")
+                end = time.monotonic() + patience_s
+                while not (self._text.endswith(b"\n" + END) and time.monotonic() - self._text_s > QUIET_S):
+                    if time.monotonic() > end or self.far.ended():
+                        raise DriveError(self.far.ended() or "the drive does not answer: is the line connected, is its console"
+                                         " at 115200 baud?")
+                    await asyncio.sleep(0.02)
+                self.heard_s, self._out_of_step = time.monotonic(), ""
+            finally:
+                self._asked = False
+                self._text.clear()
 
     async def ask(self, line):
         """The lines of the answer. Raises DriveError when there is none."""
         async with self._busy:
+            if reason := self.silent():
+                raise DriveError(f"the drive is silent: {reason}")
             self._text.clear()
             self._ended.clear()
             self._asked = True
             try:
-                await self.far.write(line.encode("ascii", "replace") + b"\r")
-                await asyncio.wait_for(self._ended.wait(), ANSWER_S)
-            except asyncio.TimeoutError:
-                raise DriveError(f"no answer to '{line}' within {ANSWER_S:g} s: is the line connected?") from None
+                await self._send(line.encode("ascii", "replace") + b"\r")
+                await self._answered(line)
             finally:
                 self._asked = False
             text = self._text.removesuffix(END).decode("ascii", "replace").replace("\r", "")
             self._text.clear()
         return [one for one in text.split("\n") if one]
+
+    async def _answered(self, line):
+        end = time.monotonic() + ANSWER_S
+        while not self._ended.is_set():
+            try:
+                await asyncio.wait_for(self._ended.wait(), SILENT_S / 10)
+            except asyncio.TimeoutError:
+                reason = self.silent() or (time.monotonic() > end and f"no answer within {ANSWER_S:g} s")
+                if reason:
+                    self._out_of_step = reason  # the answer may come yet, and must not pass for another's
+                    raise DriveError(f"'{line}': {reason}") from None
+
+    async def revive(self):
+        """From a line at any rate, in any mode, to where it was; raises DriveError when nobody answers."""
+        await self.far.set_baud(CONSOLE_BAUD)
+        await self.program_mode(SILENT_S)
 
     async def stream(self, every_ms):
         """Samples come every so many milliseconds, until keep_up() is not called for 3 s."""

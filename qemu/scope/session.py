@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: MIT
 """What goes on between the drive and the pages that are open: one session for all of them.
 
-Pages get messages, dictionaries with a key "kind": hello, samples, status, said, capture, parameters, answer. They send
+Pages get messages, dictionaries with a key "kind": hello, samples, status, said, capture, parameters, answer, chosen, signals;
+silent when the drive says nothing, with why, since when and its last words, and awake when it does again. They send
 {"kind": "line", "line": ...}, {"kind": "stop"}, {"kind": "disturb", ...}, {"kind": "capture"}, {"kind": "parameters"}
 and {"kind": "here"}.
 Whoever has started the motor from a page and goes away, by closing it or by falling silent, leaves it to the session, which
 stops it.
 """
 import asyncio
+import contextlib
 import re
+import sys
 import time
 
 from .drive import KEEP_UP_S, Drive, DriveError
 
 STATUS_S = 0.4
+LOOK_S = 0.1       # how often the line is looked at
 SILENCE_S = 5.0    # a page that has not said "here" for so long is gone
 STOP_S = 6.0       # from quick stop to off
 EVERY_MS = 1
@@ -26,6 +30,7 @@ class Session:
         self.far, self.pages, self.started = far, {}, False
         self.drive = Drive(far, self._samples, self._said)
         self.signals, self.chosen, self.state, self._known_fault = {}, [], "", ""
+        self._silent, self._last_said = None, ""
         self._tasks = []
 
     async def open(self):
@@ -38,7 +43,7 @@ class Session:
                 raise DriveError(f"'{line}': {' '.join(answer)}")
         self.signals, self.chosen = await self.drive.signals(), await self.drive.chosen()
         await self.drive.stream(EVERY_MS)
-        self._tasks = [asyncio.ensure_future(self._watch())]
+        self._tasks = [asyncio.ensure_future(self._watch()), asyncio.ensure_future(self._mind_line())]
 
     async def close(self):
         for task in self._tasks:
@@ -59,6 +64,8 @@ class Session:
         self.pages[page] = [send, time.monotonic()]
         send({"kind": "hello", "title": self.far.title, "twin": self.far.name == "twin", "every_ms": EVERY_MS,
               "disturbances": getattr(self.far, "disturbances", {}), "signals": self.signals, "chosen": self.chosen})
+        if self._silent:
+            send(self._silent)
 
     def leave(self, page):
         self.pages.pop(page, None)
@@ -83,7 +90,7 @@ class Session:
                 send({"kind": "parameters", "rows": await self.drive.parameters()})
             elif kind == "disturb":
                 words = str(message.get("line", "")).split()
-                wrong = self.far.disturb(words[0], words[1:]) if words else "what?"
+                wrong = await self.far.disturb(words[0], words[1:]) if words else "what?"
                 send({"kind": "answer", "line": f"twin: {' '.join(words)}", "lines": [f"error: {wrong}" if wrong else "ok"]})
         except DriveError as error:
             send({"kind": "answer", "line": str(message.get("line", kind)), "lines": [f"error: {error}"]})
@@ -107,7 +114,12 @@ class Session:
             self._tell({"kind": "signals", "signals": self.signals})
 
     async def _brake(self, send):
-        """Quick stop where there is operation to be stopped, off in every other state."""
+        """Quick stop where there is operation to be stopped, off in every other state. One that is silent may still hear."""
+        if self._silent:
+            line = "quickstop" if self.state.startswith("operation enabled") else "off"
+            await self.drive.shout(line)
+            send({"kind": "answer", "line": line, "lines": ["sent; the drive does not answer"]})
+            return
         for line in ("quickstop", "off"):
             answer = await self.drive.ask(line)
             send({"kind": "answer", "line": line, "lines": answer})
@@ -124,17 +136,42 @@ class Session:
             self._tell({"kind": "samples", "rows": rows})
 
     def _said(self, text):
+        self._last_said = text
         self._tell({"kind": "said", "text": text})
 
     async def _watch(self):
         """The state, again and again, which keeps the stream up as well; and whether somebody is still there."""
         while True:
             await asyncio.sleep(min(STATUS_S, KEEP_UP_S))
-            try:
-                await self._look()
-                await self._mind_pages()
-            except DriveError as error:
-                self._said(str(error))
+            for task in (self._revive if self._silent else self._look, self._mind_pages):
+                with contextlib.suppress(DriveError):  # the line is minded below
+                    await task()
+
+    async def _revive(self):
+        await self.drive.revive()
+        await self.drive.stream(EVERY_MS)
+        self.signals, self.chosen = await self.drive.signals(), await self.drive.chosen()
+        self._silent = None
+        print("mssfoc: the drive answers again", file=sys.stderr, flush=True)
+        self._tell({"kind": "awake"})
+        self._tell({"kind": "signals", "signals": self.signals})
+        self._tell({"kind": "chosen", "chosen": self.chosen})
+
+    async def _mind_line(self):
+        """What pages show is stale from when the drive falls silent until it answers again."""
+        while True:
+            await asyncio.sleep(LOOK_S)
+            if not (why := self.drive.silent()):
+                continue
+            if self._silent is None:
+                quiet_s = time.monotonic() - self.drive.heard_s
+                since = time.strftime("%H:%M:%S", time.localtime(time.time() - quiet_s))
+                words = self.far.last_words() or self._last_said
+                self._silent = {"kind": "silent", "since": since, "words": words}
+                print(f"mssfoc: the drive is silent since {since}: {why}", file=sys.stderr, flush=True)
+            if why != self._silent.get("why"):
+                self._silent["why"] = why
+                self._tell(dict(self._silent))
 
     async def _look(self):
         lines = await self.drive.ask("status")
@@ -170,4 +207,6 @@ class Session:
                 await asyncio.sleep(0.1)
             await self.drive.ask("off")
         except DriveError as error:
-            print(f"mssfoc: {error}", flush=True)
+            print(f"mssfoc: the motor may still turn, {error}", file=sys.stderr, flush=True)
+            with contextlib.suppress(DriveError):
+                await self.drive.shout("quickstop")

@@ -1,13 +1,19 @@
 # SPDX-License-Identifier: MIT
 """The drive in QEMU at the line's other end, in real time, and what can be done to its motor and sensors."""
+import array
 import asyncio
+import fcntl
 import os
+import re
+import signal
 import subprocess
+import termios
 import time
 
 from launcher.console import LEAD_S, PACE_S, prepared
 from launcher.drive import preamble
-from launcher.qemu import progress_s, start
+from launcher.errors import LauncherError
+from launcher.qemu import progress_s, reason, start, tail
 
 # what the page may do to the plant: names and arguments as in docs/motors.md, and what they are for people
 DISTURBANCES = {
@@ -16,26 +22,29 @@ DISTURBANCES = {
     "encoder_slip": "counts that the encoder loses", "phase_open": "wire of a phase: A 1, A 0",
     "temperature_c": "winding's sensor, degC or off",
 }
-
-
 CHANGE_S = 0.05
+TAKEN_S = 2.0  # for an event, which takes 10 ms of a drive that runs
 
 
 class Twin:
     name = "twin"
     disturbances = DISTURBANCES
 
-    def __init__(self, motor, seed, build=None, qemu=None, **plant):
-        self._arguments = (motor, seed, build, qemu, plant)
+    def __init__(self, motor, seed, build=None, qemu=None, out_dir=None, **plant):
+        self._arguments = (motor, seed, build, qemu, out_dir, plant)
         self.title, self.ratings = "", {}
 
     async def open(self):
-        motor, seed, build, qemu, plant = self._arguments
+        motor, seed, build, qemu, out_dir, plant = self._arguments
         drive, line, environment, progress, self._pipe_path = prepared(
-            motor, seed, build, qemu, None, plant, console="stdio,id=console,mux=off,signal=off", live=True)
+            motor, seed, build, qemu, None, plant, console="stdio,id=console,mux=off,signal=off", live=True,
+            out_dir=out_dir)
         self.title = f"{drive.motor.name} on {drive.inverter.name}, in QEMU"
         self.lines = list(preamble(drive))
-        self._process = start(line, environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self._log = progress.parent / "qemu.log"
+        with open(self._log, "wb") as log:
+            self._process = start(line, environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log)
+        os.set_blocking(self._process.stdin.fileno(), False)  # a QEMU that is stopped takes nothing
         self._pipe = os.open(self._pipe_path, os.O_RDWR)  # both ways: it never has nobody who reads
         loop = asyncio.get_running_loop()
         self._reader = asyncio.StreamReader()
@@ -46,21 +55,47 @@ class Twin:
         return await self._reader.read(65536)
 
     async def write(self, data):
-        self._process.stdin.write(data)
-        self._process.stdin.flush()
+        os.write(self._process.stdin.fileno(), data)
+
+    async def reopen(self):
+        raise LauncherError("its line ends with it")
+
+    def ended(self):
+        """What has become of QEMU, or None while it is there."""
+        status = self._process.poll()
+        return None if status is None else f"{reason(status)}; make scope starts it anew"
+
+    def last_words(self):
+        """What QEMU and the twin wrote."""
+        return "\n".join(line.removeprefix("  | ") for line in tail(self._log).splitlines() if line)
 
     async def set_baud(self, rate):
         """The line has no rate of its own; but what arrives while the drive sets its UART anew is lost."""
         await asyncio.sleep(CHANGE_S)
 
-    def disturb(self, name, arguments):
-        """None, or why not."""
+    async def disturb(self, name, arguments):
+        """None when it has happened, or why not."""
         if name not in DISTURBANCES:
             return f"'{name}' is not one of {', '.join(DISTURBANCES)}"
-        if not all(word.isprintable() and " " not in word and len(word) < 30 for word in arguments):
+        if not all(word.isprintable() and len(word) < 30 for word in arguments):
             return "arguments are numbers, letters or 'off'"
-        os.write(self._pipe, " ".join([name, *arguments]).encode() + b"\n")
-        return None
+        if self.ended():
+            return self.ended()
+        said = self._log.stat().st_size
+        os.write(self._pipe, " ".join([name, *arguments]).encode() + b"\n\n")
+        end = time.monotonic() + TAKEN_S
+        while self._waiting():
+            if time.monotonic() > end:
+                return "the drive is silent, and has not taken it yet"
+            await asyncio.sleep(PACE_S)
+        refused = re.search(r"live event '.*': (.*)", self._log.read_bytes()[said:].decode("utf-8", "replace"))
+        return refused and refused.group(1)
+
+    def _waiting(self):
+        """Bytes in the pipe of events."""
+        count = array.array("i", [0])
+        fcntl.ioctl(self._pipe, termios.FIONREAD, count)
+        return count[0]
 
     async def _keep_pace(self, progress):
         """As launcher/console.py: simulated time runs no faster than the clock on the wall."""
@@ -69,16 +104,16 @@ class Twin:
             await asyncio.sleep(PACE_S)
             ahead = progress_s(progress) - (time.monotonic() - begin)
             if ahead > LEAD_S:
-                self._process.send_signal(19)  # SIGSTOP
+                self._process.send_signal(signal.SIGSTOP)
                 await asyncio.sleep(ahead)
-                self._process.send_signal(18)  # SIGCONT
+                self._process.send_signal(signal.SIGCONT)
             elif ahead < -LEAD_S:
                 begin += -ahead
 
     async def close(self):
         self._pace.cancel()
         if self._process.poll() is None:
-            self._process.send_signal(18)
+            self._process.send_signal(signal.SIGCONT)
             self._process.terminate()
             self._process.wait()
         os.close(self._pipe)

@@ -102,7 +102,8 @@ async def _run(far, port, browser):
     try:
         await session.open()
     except DriveError as error:
-        raise LauncherError(str(error)) from error
+        words = far.last_words()
+        raise LauncherError(f"{error}\n{words}" if words else str(error)) from error
     runner = web.AppRunner(application(session, token), access_log=None)
     await runner.setup()
     try:

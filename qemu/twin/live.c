@@ -37,7 +37,9 @@ static void look(void *unused)
     while (read(pipe_end, &c, 1) == 1) {
         if (c == '\n') {
             line[length] = '\0';
-            take_line();
+            if (length > 0) { /* an empty one follows each event: once it is read, the event has happened */
+                take_line();
+            }
             length = 0;
         } else if (length < sizeof line - 1) {
             line[length++] = c;

@@ -23,7 +23,7 @@ bench-image: $(BUILD)/bench.elf $(BUILD)/bench.hex
 everything: bench-image
 
 bench: tools
-	@$(MAKE) --no-print-directory -s -j2 all twin bench-image
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin bench-image
 	@$(PYTHON) tests/bench/run_bench.py
 
 .PHONY: bench-image

@@ -54,13 +54,13 @@ config = [line.split(None, 1) for line in open(value("-plugin").split("config=")
 items = dict((key, rest.strip()) for key, rest in config)
 probes = [rest.split()[0] for key, rest in config if key == "probe"]
 typed = [rest.split(None, 2)[2].strip() for key, rest in config if key == "event" and rest.split()[1] == "console"]
+if behaviour == "hang":
+    open(items["progress"] + ".pid", "w").write(str(os.getpid()) + "\\n")
+    while True: time.sleep(60)
 answer = lambda line: "error: it does not want to" if behaviour == "refuses " + line else "ok"
 open(value("-chardev").split("path=")[1], "w").write("".join("> %s\\r\\n%s\\r\\n" % (line, answer(line)) for line in typed))
 if behaviour == "lockup":
     sys.stderr.write("qemu: fatal: Lockup: can't escalate 3 to HardFault\\n"); sys.stderr.flush(); os.abort()
-if behaviour == "hang":
-    open(items["progress"] + ".pid", "w").write(str(os.getpid()) + "\\n")
-    while True: time.sleep(60)
 if behaviour == "bad config":
     sys.stderr.write("mssfoc twin: twin.cfg:3: unknown key\\n"); sys.exit(1)
 end = float(items["end"]) if behaviour != "short" else float(items["end"]) / 2

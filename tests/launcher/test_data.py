@@ -95,7 +95,7 @@ def test_shipped_inverters(name):
     ("value = 4,", "value = 4.5,", "4.5 is not a whole number"),
     ('source = "MW: 4; TI: 4"', 'source = " "', "the source is empty"),
     ('{ value = 4, source = "MW: 4; TI: 4" }', "4", "write { value"),
-    ("value = 10.65,", "value = 16.0,", "[control] i_max_a is above i_trip_a"),
+    ("value = 10.65,", "value = 16.0,", "[control] i_max_a 16 is above 85 % of i_trip_a 15: at most 12.75 would fit"),
     ('inverter = "lv24_drv8323"', 'inverter = "none"', "no inverter 'none'; there are: hv600_50a, hv600_sic, lv24_drv8316"),
     ('inverter = "lv24_drv8323"', 'inverter = "none.toml"', "no inverter 'none.toml'; there are: "),
     ("spread = 0.07", "spread = 1.07", "resistance_ohm: spread must be 0 or more and below 1"),

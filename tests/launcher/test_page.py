@@ -7,40 +7,22 @@ build/scope/.
 import http.client
 import os
 import re
-import subprocess
 import time
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-PATIENCE_S = 120  # only what hangs takes so long
-CAPACITY = 512
+from launcher.paths import REPO as ROOT
+
+from browser import CAPACITY, browsed, served
 
 
 @pytest.fixture(scope="module")
-def tools():
-    found = subprocess.run([str(ROOT / ".ci/tools"), "page", "browser"], capture_output=True, text=True, cwd=ROOT, check=False)
-    if found.returncode != 0:
-        pytest.skip(f"the page was not tested: {(found.stderr.strip().splitlines() or ['no browser'])[-1]}")
-
-
-@pytest.fixture(scope="module")
-def address(tools):
+def address(tmp_path_factory):
     """Of a page that has been served for this module alone."""
-    server = subprocess.Popen(["/usr/bin/python3", "qemu/run.py", "scope", "--no-browser", "--start", "aligned", "--seed", "1"],
-                              cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    said = []
-    for line in server.stdout:
-        said.append(line)
-        if match := re.search(r"http://\S+", line):
-            break
-    else:
-        pytest.fail("".join(said))
-    yield match.group(0)
-    server.terminate()
-    assert server.wait(PATIENCE_S) == 0
+    with served(tmp_path_factory.mktemp("scope")) as (where, _):
+        yield where
 
 
 @pytest.fixture(scope="module")
@@ -50,75 +32,8 @@ def downloads(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def page(address, downloads):
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
-    options = webdriver.ChromeOptions()
-    for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1200,1700"):
-        options.add_argument(word)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
-    browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(downloads)})
-    try:
-        yield Page(browser, address)
-    finally:
-        browser.quit()
-
-
-class Page:
-    """A person at the page: clicks, types, reads."""
-
-    def __init__(self, browser, address):
-        self.browser, self.address = browser, address
-        self.open()
-
-    def open(self):
-        self.browser.get(self.address)
-        self.wait(lambda: self.script("return live.rows.length") > 50)
-
-    def script(self, text, *arguments):
-        return self.browser.execute_script(text, *arguments)
-
-    def find(self, name):
-        return self.browser.find_element("id", name)
-
-    def wait(self, holds):
-        end = time.monotonic() + PATIENCE_S
-        while not holds():
-            assert time.monotonic() < end, "\n".join([self.find("said").text, self.find("state").text, str(self.script(
-                "return [live.names, live.rows.length, live.rows.at(-1), live.time, live.held, document.visibilityState]"))])
-            time.sleep(0.05)
-
-    def click(self, selector):
-        self.script("arguments[0].click()", self.browser.find_element("css selector", selector))
-
-    def type(self, selector, text):
-        self.script("arguments[0].value = arguments[1]", self.browser.find_element("css selector", selector), str(text))
-
-    def state(self):
-        return self.find("state").text
-
-    def heard(self):
-        return self.find("said").text
-
-    def latest(self, name):
-        return self.script("return live.rows.at(-1)[1 + live.names.indexOf(arguments[0])]", name)
-
-    def captured(self):
-        """{name: values, "time": ...} of what the page shows."""
-        rows, names = self.script("return [captured.rows, captured.names]")
-        return {name: [row[k] for row in rows] for k, name in enumerate(["time", *names])}
-
-    def arm(self, signal, when, level):
-        self.script("captured.rows = []; document.getElementById('captured').dataset.samples = 0")
-        self.type("#trigger", signal), self.type("#when", when), self.type("#level", level), self.type("#before", 100)
-        self.script("document.getElementById('trigger').onchange()")
-        self.click("#arm")
-        self.wait(lambda: "waits" in self.find("capture").text)
-
-    def until_captured(self):
-        self.wait(lambda: self.script("return captured.rows.length") == CAPACITY)
-        return self.captured()
+    with browsed(address, downloads) as shown:
+        yield shown
 
 
 def answer(address, path, **headers):
@@ -214,6 +129,21 @@ def test_a_parameter(page):
     assert value(page, "i_max_ma") == "12", "what somebody is typing stays"
     change(page, "speed_bw_hz", 5000)
     page.wait(lambda: "error: speed_bw_hz must be 1...200" in page.heard())
+    row = "document.querySelector('#parameters input[name=speed_bw_hz]').closest('tr')"
+    assert value(page, "speed_bw_hz") == "55", "a field shows what the drive has, not what it refused"
+    assert page.script(f"return {row}.querySelector('.refusal').textContent").startswith("5000 refused: speed_bw_hz must be 1")
+    change(page, "speed_bw_hz", 60)
+    page.wait(lambda: "refused" not in page.script(f"return {row}.textContent") and value(page, "speed_bw_hz") == "60")
+
+
+@pytest.mark.parametrize("line, usage", [
+    ("load_nm abc", "TORQUE"), ("load_nm", "TORQUE"), ("load_nm 1 2", "TORQUE"), ("load_nm 1e9", "TORQUE"), ("lock 2", "0|1"),
+    ("supply_v -3", "VOLTS"), ("supply_v nan", "VOLTS"), ("encoder_slip 1.5", "COUNTS"), ("phase_open D 1", "A|B|C 0|1"),
+    ("temperature_c cold", "DEGREES|off (-100...300)"), ("sto C 1", "A|B 0|1 (1: the input asks to stop)")])
+def test_what_cannot_happen_to_the_motor_is_refused(page, line, usage):
+    page.script("document.getElementById('said').textContent = ''; send({kind: 'disturb', line: arguments[0]})", line)
+    page.wait(lambda: f"> twin: {line}\n" in page.heard())
+    assert page.heard().splitlines()[1] == f"error: wrong arguments, expected: {line.split()[0]} {usage}"
 
 
 def test_identify_shows_how_far_it_is_and_what_it_found(page):

@@ -163,6 +163,7 @@ def test_a_scenario_beyond_the_motor_is_not_run(build, fake_qemu, tmp_path):
     (["run"], {"QEMU": "/bin/ls"}, "'/bin/ls' is not a QEMU"),
     (["run"], {"SEED": "many"}, "SEED 'many' is not a whole number"),
     (["run"], {"SEED": "-1"}, "SEED -1 is outside"),
+    (["scope", "--at", "99999"], {}, "port 99999 is outside 0..65535"),
     (["run"], {"BUILD": "/nonexistent"}, "is missing: run make first"),
     (["console"], {"MOTOR": "none"}, "no motor 'none'"),
     (["debug", "--port", "0"], {}, "port 0 is outside"),

@@ -95,3 +95,15 @@ def test_a_build_folder_that_make_cannot_handle_is_named(build):
     result = run("make", "-s", f"BUILD={build}", "all")
     assert result.returncode != 0 and result.stderr.count("\n") == 1, result.stderr
     assert f"mssfoc: BUILD='{build}' must be one folder without a blank" in result.stderr
+
+
+def test_makes_in_one_folder_build_in_turn(tmp_path):
+    """Whoever came second waits; every rule that builds in BUILD for others does so alone."""
+    rule = "t: ; $(ALONE) sh -c 'mkdir $(BUILD)/busy && sleep 0.2 && rmdir $(BUILD)/busy && echo built'"
+    command = ["make", "-s", "--eval", rule, "t", f"BUILD={tmp_path}"]
+    makes = [subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(3)]
+    said = [process.communicate() for process in makes]
+    assert all(out.endswith("built\n") and not errors for out, errors in said), said
+    for file in [Path("Makefile"), *Path("tests").glob("*/*.mk")]:
+        for line in re.findall(r"(?m)^\t.*\$\(MAKE\).* -j2 .*$", file.read_text()):
+            assert line.startswith("\t$(ALONE) $(MAKE) "), f"{file}: {line}"

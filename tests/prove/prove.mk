@@ -38,7 +38,7 @@ interrupt-objects: $(MSSFOC_IMAGE).elf $(BUILD)/prove/admitted
 PROVE_INTERRUPT = $(PYTHON) tests/prove/prove_interrupt.py $(MSSFOC_IMAGE).elf $(BUILD)/prove/admitted
 
 prove: tools
-	@$(MAKE) --no-print-directory -s -j2 prove-objects interrupt-objects $(BUILD)/prove/sweep_root
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 prove-objects interrupt-objects $(BUILD)/prove/sweep_root
 	@$(BUILD)/prove/sweep_root
 	@$(PROVE_INTERRUPT) 1000000 4
 	@$(PYTHON) tests/prove/prove.py $(BUILD)/libmssfoc.a $(BUILD)/prove/kernels.o $(BUILD)/prove

@@ -9,7 +9,7 @@ const LIVE_PAUSE = 4;   // and so many times what one takes
 const $ = (id) => document.getElementById(id);
 const live = { plots: new Plots($("live")), names: [], rows: [], last: null, time: 0, held: false };
 const captured = { plots: new Plots($("captured")), names: [], units: [], rows: [] };
-let signals = {}, everyMs = 1, identifying = false, awaiting = false;
+let signals = {}, state = "", everyMs = 1, identifying = false, awaiting = false;
 
 const scheme = location.protocol === "https:" ? "wss" : "ws";
 const socket = new WebSocket(`${scheme}://${location.host}${location.pathname.replace(/\/?$/, "/")}socket`);
@@ -68,7 +68,8 @@ const takes = {
     if (live.rows.length > 1.2 * keep) live.rows = live.rows.slice(-keep);
   },
   status(message) {
-    $("state").textContent = `${message.state}${message.fault === "none" ? "" : `, fault: ${message.fault}`}`;
+    state = `${message.state}${message.fault === "none" ? "" : `, fault: ${message.fault}`}`;
+    $("state").textContent = state;
     $("status").textContent = message.lines.join("\n");
     $("capture").textContent = `Now: ${message.capture}`;
     $("damaged").textContent = message.damaged ? `${message.damaged} frames damaged` : "";
@@ -84,11 +85,25 @@ const takes = {
     }
   },
   said({ text }) { log(text); },
+  silent({ why, since, words }) {
+    const known = state || "unknown";
+    $("state").textContent = `silent since ${since}; last: ${known}`;
+    $("silent").textContent = `The drive is silent since ${since}: ${why}. What is grey is what was known then.`
+      + (words ? ` Its last words:\n${words}` : "");
+    $("silent").hidden = false;
+    document.body.classList.add("stale");
+  },
+  awake() {
+    $("silent").hidden = true;
+    document.body.classList.remove("stale");
+    send({ kind: "parameters" });
+  },
   answer({ line, lines }) {
     if (line === "identify show") identified(lines);
     log(`> ${line}\n${lines.join("\n")}`);
     if (line === "scope arm") awaiting = lines[0] === "ok"; // from now on a status tells of this capture, not of the last
-    if (line.startsWith("set ") && lines[0] === "ok") send({ kind: "parameters" });
+    const [, name, typed] = line.match(/^set +(\w+) *(.*)$/) || [];
+    if (name) answered(name, typed, lines);
     if (line === "identify use") send({ kind: "parameters" });
   },
   capture(message) {
@@ -126,20 +141,38 @@ function cells(tag, ...contents) {
 function parameter({ name, value, least, most, unit }) {
   const input = document.createElement("input");
   Object.assign(input, { type: "number", value, min: least, max: most, step: 1, name });
-  const row = cells("td", name, input, unit, `${least} ... ${most}`);
-  input.onchange = () => {
-    row.className = input.checkValidity() ? "" : "wrong"; // and the drive's answer tells why
-    say(`set ${name} ${input.value}`);
-  };
+  const row = cells("td", name, input, unit, `${least} ... ${most}`), refusal = document.createElement("span");
+  refusal.className = "refusal";
+  input.after(refusal);
+  input.dataset.known = value; // to the drive
+  input.oninput = () => mark(row, "");
+  input.onchange = () => say(`set ${name} ${input.value}`);
   return row;
+}
+
+function mark(row, refusal) {
+  row.className = refusal ? "wrong" : "";
+  row.querySelector(".refusal").textContent = refusal;
+}
+
+// A field whose value was refused shows the drive's again, and why.
+function answered(name, typed, lines) {
+  const row = [...$("parameters").rows].find((one) => one.cells[0].textContent === name);
+  if (lines[0] === "ok") {
+    if (row) mark(row, "");
+    send({ kind: "parameters" });
+  } else if (row) {
+    const input = row.querySelector("input");
+    input.value = input.dataset.known;
+    mark(row, `${typed || "nothing"} refused: ${lines.join(" ").replace(/^error: /, "")}`);
+  }
 }
 
 // What somebody is just typing stays.
 function refresh(row, { value }) {
   const input = row.querySelector("input");
-  if (input === document.activeElement) return;
-  input.value = value;
-  row.className = "";
+  input.dataset.known = value;
+  if (input !== document.activeElement) input.value = value;
 }
 
 function filter() {
@@ -208,7 +241,11 @@ socket.onmessage = ({ data }) => {
   const message = JSON.parse(data);
   takes[message.kind](message);
 };
-socket.onclose = () => { $("lost").hidden = false; };
+socket.onclose = () => {
+  $("lost").hidden = false;
+  $("state").textContent = `lost; last: ${state || "unknown"}`;
+  document.body.classList.add("stale");
+};
 setInterval(() => send({ kind: "here" }), 700);
 
 function draw() {

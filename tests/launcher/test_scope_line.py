@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: MIT
+"""A board at a serial line, played by a thread at a pseudo terminal: its cable is pulled and comes back, answers come late."""
+import asyncio
+import os
+import threading
+import tty
+
+import pytest
+
+pytest.importorskip("serial")
+
+from launcher import LauncherError  # noqa: E402  (skipped without pyserial)
+from scope.board import Board  # noqa: E402
+from scope.session import Session  # noqa: E402
+
+PATIENCE_S = 60
+ANSWERS = {"": "", "machine on": "ok\r\n", "scope list": "i_q A 1/1: q current\r\n", "stream 1 921600": "ok\r\n",
+           "scope": "signals: i_q, every 1\r\ncapture: off\r\n", "status": "state: operation enabled\r\nfault: none\r\n",
+           "get a": "a = 1\r\n", "get b": "b = 2\r\n"}
+
+
+class Played:
+    """A drive at the far end of `path`. `deaf`: lines are kept, and answered when it hears again."""
+
+    def __init__(self, path):
+        self.path, self.heard = path, []
+        self.deaf = threading.Event()
+        self.plug()
+
+    def plug(self):
+        self.master, slave = os.openpty()
+        tty.setraw(slave)
+        self.path.unlink(missing_ok=True)
+        self.path.symlink_to(os.ttyname(slave))
+        self.thread = threading.Thread(target=self._answer, args=(self.master,), daemon=True)
+        self.thread.start()
+        self.slave = slave
+
+    def pull(self):
+        os.close(self.slave)
+        os.close(self.master)
+        self.path.unlink()
+
+    def _answer(self, master):
+        rest = b""
+        while True:
+            try:
+                rest += os.read(master, 4096)
+                while self.deaf.is_set():
+                    threading.Event().wait(0.01)
+                *lines, rest = rest.split(b"\r")
+                for line in lines:
+                    self.heard.append(line.decode())
+                    os.write(master, (ANSWERS.get(line.decode(), "error: unknown\r\n") + ".\r\n").encode())
+            except OSError:
+                return
+
+
+async def until(holds):
+    async with asyncio.timeout(PATIENCE_S):
+        while not holds():
+            await asyncio.sleep(0.02)
+
+
+def play(tmp_path, scene):
+    """scene(drive, session, messages) with a session that is open and a page that keeps what it is sent."""
+    drive = Played(tmp_path / "port")
+
+    async def run():
+        session, messages = Session(Board(str(tmp_path / "port"))), []
+        await session.open()
+        session.join("page", messages.append)
+        try:
+            await scene(drive, session, messages)
+        finally:
+            drive.deaf.clear()
+            await session.close()
+
+    asyncio.run(run())
+
+
+def kinds(messages):
+    return [message["kind"] for message in messages]
+
+
+def answers(messages):
+    return {message["line"]: message["lines"] for message in messages if message["kind"] == "answer"}
+
+
+def test_a_cable_that_is_pulled_and_comes_back(tmp_path, capsys):
+    async def scene(drive, session, messages):
+        await until(lambda: "status" in kinds(messages))
+        drive.pull()
+        await until(lambda: "silent" in kinds(messages))
+        why = next(message for message in messages if message["kind"] == "silent")["why"]
+        assert "the line is broken" in why or "the line has ended" in why
+        await session.take("page", {"kind": "line", "line": "get a"})
+        assert answers(messages)["get a"][0].startswith("error: the drive is silent: ")
+        drive.plug()
+        await until(lambda: "awake" in kinds(messages))
+        await session.take("page", {"kind": "line", "line": "get b"})
+        assert answers(messages)["get b"] == ["b = 2"]
+
+    play(tmp_path, scene)
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 2 and lines[0].startswith("mssfoc: the drive is silent since ") and lines[1].endswith("answers again")
+
+
+def test_an_answer_that_comes_late_is_nobodys(tmp_path):
+    async def scene(drive, session, messages):
+        await until(lambda: "status" in kinds(messages))
+        drive.deaf.set()
+        await session.take("page", {"kind": "line", "line": "get a"})
+        assert "no answer for" in answers(messages)["get a"][0]
+        await until(lambda: "silent" in kinds(messages))
+        drive.deaf.clear()
+        await until(lambda: "awake" in kinds(messages))
+        for _ in range(5):
+            await session.take("page", {"kind": "line", "line": "get b"})
+            assert answers(messages)["get b"] == ["b = 2"]
+
+    play(tmp_path, scene)
+
+
+def test_a_stop_is_sent_to_a_drive_that_does_not_answer(tmp_path):
+    async def scene(drive, session, messages):
+        await until(lambda: "status" in kinds(messages))
+        drive.deaf.set()
+        await until(lambda: "silent" in kinds(messages))
+        await session.take("page", {"kind": "stop"})
+        assert answers(messages)["quickstop"] == ["sent; the drive does not answer"]
+        drive.deaf.clear()
+        await until(lambda: "quickstop" in drive.heard)
+
+    play(tmp_path, scene)
+
+
+def test_a_port_that_is_none(tmp_path):
+    with pytest.raises(LauncherError, match=r"PORT=.*none cannot be opened"):
+        asyncio.run(Session(Board(str(tmp_path / "none"))).open())
