@@ -88,7 +88,7 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 #define SYSREG_RESET_GPIO    (1u << 20)
 #define SYSREG_RESET_GPOUT   (0xFu << 21)
 
-/* RESET_SOURCE_CR */
+/* RESET_SOURCE_CR; power-on sets every bit, and whoever starts first clears them, so that the next reset's can be told */
 #define SYSREG_CAUSE_POWER_ON      (1u << 0)
 #define SYSREG_CAUSE_CONTROLLER    (1u << 1)
 #define SYSREG_CAUSE_CONTROLLER_M3 (1u << 2)

@@ -30,8 +30,12 @@ static bool fabric_answers(const struct fabric *fabric)
     return right;
 }
 
+/* Power-on sets the bit of every cause, whatever happened before. */
 static enum fault fault_of_last_life(uint32_t reset_cause, const struct postmortem *last)
 {
+    if ((reset_cause & SYSREG_CAUSE_POWER_ON) != 0u) {
+        return FAULT_NONE;
+    }
     if ((reset_cause & SYSREG_CAUSE_LOCKUP) != 0u) {
         return FAULT_LOCKUP;
     }

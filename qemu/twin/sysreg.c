@@ -22,6 +22,7 @@ enum {
 /* Released by the design: eNVM_0, eSRAM_0/1, TIMER, MMUART_0, fabric, FIC_0, GPIO and its outputs. */
 #define HELD_IN_RESET (0x07FFFFFFu & ~(1u << 0 | 3u << 2 | 1u << 6 | 1u << 7 | 1u << 16 | 1u << 18 | 0x1Fu << 20))
 #define EDAC_FLAGS    0x3FFFu
+#define EVERY_CAUSE   0xFFu /* RESET_SOURCE_CR after power-on: each bit's reset value is 1 */
 #define ONE_BIT       (1u << 0) /* of eSRAM_0, in EDAC_SR and EDAC_IRQ_ENABLE */
 #define TWO_BITS      (1u << 1)
 
@@ -70,7 +71,7 @@ void sysreg_reset(enum reset_cause cause)
     for (int n = 0; n < SYSREG_WORDS; n++) {
         sysreg_words[n].value = sysreg_words[n].initial;
     }
-    sysreg_words[0].value = cause == RESET_POWER_ON ? (uint32_t)cause : earlier_causes | (uint32_t)cause;
+    sysreg_words[0].value = cause == RESET_POWER_ON ? EVERY_CAUSE : earlier_causes | (uint32_t)cause;
 }
 
 void sysreg_design(uint32_t offset, uint32_t word)

@@ -65,6 +65,12 @@ def test_how_the_last_life_ended_is_said_and_can_be_cleared(reset, tmp_path):
     assert "state: operation enabled" in said
 
 
+def test_power_on_is_no_fault(tmp_path):
+    """It sets the bit of every cause: of a lock-up and of the watchdog, too."""
+    said, _ = boot(tmp_path, reset="power_cut", lines=("fault", "on", *["version"] * 23, "status"))
+    assert "fault: none\n" in said and "error:" not in said and "state: operation enabled" in said, said
+
+
 @pytest.mark.parametrize("case", [case for case in LASTING if case.startswith("clock")])
 def test_without_the_right_clock_no_register_of_the_fabric_is_touched(case, tmp_path):
     """Neither read nor written, whatever is typed."""

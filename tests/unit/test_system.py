@@ -125,7 +125,7 @@ def test_a_first_life(device, system):
 
 @pytest.mark.parametrize("cause, exception, found", [
     (1 << 5, None, "WATCHDOG"), (1 << 4, None, "LOCKUP"), (1 << 4 | 1 << 5, 3, "LOCKUP"), (1 << 3, None, "NONE"),
-    (1 << 0, None, "NONE"), (1 << 3, 3, "EXCEPTION"), (1 << 5, 3, "EXCEPTION"), (1 << 3, 16 + ECC_ERROR, "ECC"),
+    (1 << 0, None, "NONE"), (0xFF, None, "NONE"), (1 << 3, 3, "EXCEPTION"), (1 << 5, 3, "EXCEPTION"), (1 << 3, 16 + ECC_ERROR, "ECC"),
     (1 << 3, 16 + PLL_LOST, "PLL"), (1 << 3, 16 + FABRIC_PLL_LOST, "PLL"), (1 << 3, 16 + 31, "EXCEPTION")])
 def test_how_the_last_life_ended(device, system, cause, exception, found):
     system.boot_core()
