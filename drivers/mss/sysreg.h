@@ -107,9 +107,9 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 #define SYSREG_PLL_STATUS_FABRIC_LOCK    (1u << 0)
 #define SYSREG_PLL_STATUS_MPLL_LOCK      (1u << 1)
 
-/* EDAC_SR and EDAC_IRQ_ENABLE: a pair of bits each for eSRAM_0, eSRAM_1 and the cache; the even ones were corrected */
-#define SYSREG_EDAC_FATAL 0x2Au /* two bits of a word were wrong */
-#define SYSREG_EDAC_ALL   0x3Fu
+/* EDAC_SR and EDAC_IRQ_ENABLE: a pair of bits each for eSRAM_0 and eSRAM_1; the even ones were corrected */
+#define SYSREG_EDAC_FATAL 0x0Au /* two bits of a word were wrong */
+#define SYSREG_EDAC_ALL   0x0Fu
 
 /*
  * Switches the instruction cache on for the code at 0 (off after reset): without it every fetch waits for eNVM. Context:

@@ -171,7 +171,7 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_STACK_GUARD] = {"stack guard", "no memory protection unit: MPU switched off in Libero"},
     [FAULT_WATCHDOG_OFF] = {"watchdog off", "docs/fabric.md, watchdog: enabled, reset mode, 100 ms; set in Libero"},
     [FAULT_PLL] = {"PLL lost its lock", "reference clock, PLL supply and its filter"},
-    [FAULT_ECC] = {"memory error", "two wrong bits in a word of eSRAM or cache: supply, radiation, a worn device"},
+    [FAULT_ECC] = {"memory error", "two wrong bits in a word of eSRAM: supply, radiation, a worn device"},
     [FAULT_ENCODER_SLIP] = {"encoder slip", "coupling between encoder and shaft, disturbance on the encoder's lines",
                             "off by @ deg electrical"},
     [FAULT_ENCODER_DEAD] =

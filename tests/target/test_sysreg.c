@@ -42,6 +42,9 @@ static void test_sysreg(void)
     sysreg_release_reset(SYSREG_RESET_TIMER);
     harness_equal("sysreg: all released", SYSREG->SOFT_RESET_CR & held, 0u);
     SYSREG->SOFT_RESET_CR = resets;
+
+    sysreg_edac_watch();
+    harness_equal("sysreg: two wrong bits in either eSRAM interrupt", SYSREG->EDAC_IRQ_ENABLE, SYSREG_EDAC_FATAL);
 }
 
 int main(void)

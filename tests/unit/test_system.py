@@ -333,12 +333,12 @@ def test_the_sampler_is_below_the_current_loop_and_above_the_slow_loop(device, s
 
 def test_the_device_is_watched(device, system):
     system.handlers_watch_device()
-    assert device.sysreg.EDAC_IRQ_ENABLE == 0x2A and device.sysreg.EDAC_SR == 0x3F
+    assert device.sysreg.EDAC_IRQ_ENABLE == 0x0A and device.sysreg.EDAC_SR == 0x0F
     assert device.nvic.ISER[0] == 1 << ECC_ERROR and device.nvic.ISER[1] == 1 << FABRIC_PLL_LOST - 32
 
 
 @pytest.mark.parametrize("pll, edac, pended", ((3, 0, 0), (1, 0, 1 << PLL_LOST), (2, 0, 1 << PLL_LOST), (3, 0x15, 0),
-                                               (3, 2, 1 << ECC_ERROR), (3, 8, 1 << ECC_ERROR), (3, 0x20, 1 << ECC_ERROR)))
+                                               (3, 2, 1 << ECC_ERROR), (3, 8, 1 << ECC_ERROR), (3, 0x30, 0)))
 def test_the_device_is_looked_at_within_eight_milliseconds(device, system, pll, edac, pended):
     device.sysreg.MSSDDR_PLL_STATUS, device.sysreg.EDAC_SR = pll, edac
     axis = system.axes[0]
