@@ -21,8 +21,8 @@ enum {
 #define ALL 0xFFFFFFFFu
 /* Released by the design: eNVM_0, eSRAM_0/1, TIMER, MMUART_0, fabric, FIC_0, GPIO and its outputs. */
 #define HELD_IN_RESET (0x07FFFFFFu & ~(1u << 0 | 3u << 2 | 1u << 6 | 1u << 7 | 1u << 16 | 1u << 18 | 0x1Fu << 20))
-#define EDAC_FLAGS    0x3FCFu /* b4 and b5 are reserved: the cache has no EDAC */
-#define EVERY_CAUSE   0xFFu /* RESET_SOURCE_CR after power-on: each bit's reset value is 1 */
+#define EDAC_FLAGS    0x3FCFu   /* b4 and b5 are reserved: the cache has no EDAC */
+#define EVERY_CAUSE   0xFFu     /* RESET_SOURCE_CR after power-on: each bit's reset value is 1 */
 #define ONE_BIT       (1u << 0) /* of eSRAM_0, in EDAC_SR and EDAC_IRQ_ENABLE */
 #define TWO_BITS      (1u << 1)
 
@@ -36,7 +36,7 @@ struct sysreg_word sysreg_words[SYSREG_WORDS] = {
     {ESRAM0_EDAC_CNT, 0, 0, 0, 0},
     {ESRAM1_EDAC_CNT, 0, 0, 0, 0},
     {PLL_STATUS, 0x3, 0, 0, 0}, /* both locked */
-    {WDOGLOAD, 0x1312D, 0, 0, 0},
+    {WDOGLOAD, 0, 0, 0, 0},     /* sysreg_design() */
     {WDOGMVRP, ALL, 0, 0, 0},
     {EDAC_SR, 0, 0, EDAC_FLAGS, 0},
 };

@@ -186,7 +186,7 @@ static void hang_fabric(bool hangs)
     fabric_hung = hangs;
 }
 
-/* Before each access. The 100 ms until the watchdog ends one that hangs are left out: nothing would happen in them. */
+/* Before each access. The time until the watchdog ends one that hangs is left out: nothing would happen in it. */
 static void fabric_accessed(const char *how, uint32_t offset)
 {
     if (fabric_sealed) {
@@ -386,6 +386,7 @@ static void attach(void)
 {
     map_devices();
     vm_on_reset(system_reset, NULL);
+    sysreg_design(SYSREG_WDOGLOAD, config.watchdog_load);
     sysreg_reset(RESET_POWER_ON);
     dwt_init(&dwt, config.count_instructions ? cycles_instructions : core_cycles);
     if (!config.main_loop_wakes) {
