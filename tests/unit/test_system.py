@@ -124,7 +124,7 @@ def test_the_core_is_set_up(device, system):
     assert device.scb.CCR == 1 << 4 and device.scb.SHCSR == 7 << 16
     assert device.fault() == "NONE", "the guard stands"
     assert device.dwt.CTRL == 1 and device.dwt.CYCCNT == 0 and ctypes.c_uint32.from_address(0xE000EDFC).value == 1 << 24
-    assert device.sysreg.SOFT_RESET_CR == 0xFFFFFFFF & ~(1 << 6 | 1 << 7 | 1 << 8 | 1 << 18 | 31 << 20)
+    assert device.sysreg.SOFT_RESET_CR == 0xFFFFFFFF & ~(1 << 6 | 1 << 7 | 1 << 8 | 1 << 16 | 1 << 18 | 31 << 20)
     assert device.watchdog.WDOGREFRESH == KEY
 
 
