@@ -18,9 +18,6 @@
 #define BOARD_MSS_TIMER_HZ BOARD_APB0_HZ /* no prescaler */
 #define BOARD_WATCHDOG_HZ  50000000u     /* internal RC oscillator, +-5 % */
 
-/* ---- watchdog, set in Libero ---- */
-#define BOARD_WATCHDOG_LOAD_TICKS 0x4C4B7Fu /* {WDOGLOAD 0x1312D, 0x3F}: 100 ms */
-
 /* ---- fabric: 256-byte slots behind FIC_0, so that one base register reaches every block ---- */
 #define BOARD_FABRIC_BASE 0x50000000u
 

@@ -11,7 +11,7 @@
  * it has taken note. So a reset which comes before that is treated like the one before it.
  *
  * Time: 64 KB at 9 cycles per 32 bytes and 3 for the loop is 25 000 cycles, 0.25 ms at 100 MHz. Even on the 1 MHz
- * standby clock it stays below the watchdog's 100 ms, so the watchdog needs no refresh on the way.
+ * standby clock it stays below 100 ms, and the watchdog's time-out is longer, so it needs no refresh on the way.
  */
     .syntax unified
     .cpu    cortex-m3

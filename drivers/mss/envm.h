@@ -82,8 +82,8 @@ enum envm_result {
 
 /*
  * Programs the page `offset_bytes` from the array's start, a multiple of ENVM_PAGE_BYTES, and has the controller verify it.
- * Restores the registers it sets: ENVM_CR, access. Refreshes the watchdog first, and gives up before two thirds of its time-out
- * have passed; without a watchdog, after some 10^6 looks.
+ * Restores the registers it sets: ENVM_CR, access. Refreshes the watchdog first, and gives up after 66 ms, or two thirds of its
+ * time-out if that is shorter; without a watchdog, after some 10^6 looks.
  * Context: thread. All interrupts wait until it is done, some milliseconds; the bridge must be off.
  */
 enum envm_result envm_program_page(uint32_t offset_bytes, const uint32_t words[ENVM_PAGE_WORDS]);

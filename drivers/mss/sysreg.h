@@ -83,12 +83,12 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 #define SYSREG_RESET_TIMER   (1u << 6)
 #define SYSREG_RESET_MMUART0 (1u << 7)
 #define SYSREG_RESET_MMUART1 (1u << 8)
-#define SYSREG_RESET_FABRIC  (1u << 16)
+#define SYSREG_RESET_FABRIC  (1u << 16) /* MSS_RESET_N_M2F: held after any reset but power-on */
 #define SYSREG_RESET_FIC0    (1u << 18)
 #define SYSREG_RESET_GPIO    (1u << 20)
 #define SYSREG_RESET_GPOUT   (0xFu << 21)
 
-/* RESET_SOURCE_CR */
+/* RESET_SOURCE_CR; power-on sets every bit, and whoever starts first clears them, so that the next reset's can be told */
 #define SYSREG_CAUSE_POWER_ON      (1u << 0)
 #define SYSREG_CAUSE_CONTROLLER    (1u << 1)
 #define SYSREG_CAUSE_CONTROLLER_M3 (1u << 2)
@@ -107,9 +107,9 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 #define SYSREG_PLL_STATUS_FABRIC_LOCK    (1u << 0)
 #define SYSREG_PLL_STATUS_MPLL_LOCK      (1u << 1)
 
-/* EDAC_SR and EDAC_IRQ_ENABLE: a pair of bits each for eSRAM_0, eSRAM_1 and the cache; the even ones were corrected */
-#define SYSREG_EDAC_FATAL 0x2Au /* two bits of a word were wrong */
-#define SYSREG_EDAC_ALL   0x3Fu
+/* EDAC_SR and EDAC_IRQ_ENABLE: a pair of bits each for eSRAM_0 and eSRAM_1; the even ones were corrected */
+#define SYSREG_EDAC_FATAL 0x0Au /* two bits of a word were wrong */
+#define SYSREG_EDAC_ALL   0x0Fu
 
 /*
  * Switches the instruction cache on for the code at 0 (off after reset): without it every fetch waits for eNVM. Context:

@@ -35,6 +35,7 @@ REG_AT_OFFSET(struct watchdog_regs, WDOGMIS, 0x20);
 
 #define WATCHDOG_REFRESH_KEY 0xAC15DE42u
 #define WATCHDOG_ENABLE_BIT  (1u << 0)
+#define WATCHDOG_INTERRUPTS  (1u << 2) /* of WDOGCONTROL: time-out raises the NMI instead of a reset */
 
 /*
  * Restarts the time-out. The board's design has no forbidden window, so any moment is right. The counter shows the new value
@@ -45,22 +46,16 @@ static inline void watchdog_refresh(void)
     WATCHDOG->WDOGREFRESH = WATCHDOG_REFRESH_KEY;
 }
 
-/* True if the design has switched the watchdog on. Context: any. */
-static inline bool watchdog_is_enabled(void)
+/* True if the design has switched the watchdog on, and lets it reset the device: so a hung program ends. Context: any. */
+static inline bool watchdog_resets(void)
 {
-    return (WATCHDOG->WDOGENABLE & WATCHDOG_ENABLE_BIT) != 0u;
+    return (WATCHDOG->WDOGENABLE & WATCHDOG_ENABLE_BIT) != 0u && (WATCHDOG->WDOGCONTROL & WATCHDOG_INTERRUPTS) == 0u;
 }
 
 /* Time-out set in the design, in ticks of BOARD_WATCHDOG_HZ. Context: any. */
 static inline uint32_t watchdog_timeout_ticks(void)
 {
     return WATCHDOG->WDOGLOAD;
-}
-
-/* True if it is on, with the board's time-out: a hung program is ended as docs/faults.md says. Context: any. */
-static inline bool watchdog_is_as_designed(void)
-{
-    return watchdog_is_enabled() && watchdog_timeout_ticks() == BOARD_WATCHDOG_LOAD_TICKS;
 }
 
 /* Ticks of BOARD_WATCHDOG_HZ left. Context: any. */

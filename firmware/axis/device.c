@@ -29,5 +29,10 @@ enum fault device_fault(void)
     if (!mpu_guards(guard_base(), guard_bytes())) {
         return FAULT_STACK_GUARD;
     }
-    return watchdog_is_as_designed() ? FAULT_NONE : FAULT_WATCHDOG_OFF;
+    return watchdog_resets() ? FAULT_NONE : FAULT_WATCHDOG_OFF;
+}
+
+uint32_t device_watchdog_ms(void)
+{
+    return watchdog_resets() ? watchdog_timeout_ticks() / (BOARD_WATCHDOG_HZ / 1000u) : 0u;
 }

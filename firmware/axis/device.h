@@ -11,4 +11,7 @@ bool device_guard_stack(void);
 /* The first of FAULT_CLOCK, FAULT_STACK_GUARD, FAULT_WATCHDOG_OFF that applies now, or FAULT_NONE. Touches no fabric. */
 enum fault device_fault(void);
 
+/* After how long the watchdog resets a device whose program hangs, as the design has it; 0: it does not. */
+uint32_t device_watchdog_ms(void);
+
 #endif

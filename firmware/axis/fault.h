@@ -35,7 +35,7 @@ enum fault {
     FAULT_FABRIC,            /* the fabric does not carry the expected design */
     FAULT_LOCKUP,            /* the last reset came from a lock-up: a fault inside a fault handler */
     FAULT_STACK_GUARD,       /* the memory protection below the stack is not in effect */
-    FAULT_WATCHDOG_OFF,      /* the watchdog is off, or does not have the board's time-out */
+    FAULT_WATCHDOG_OFF,      /* the watchdog is off, or does not reset */
     FAULT_PLL,               /* a PLL lost its lock while the program ran */
     FAULT_ECC,               /* an uncorrectable memory error while the program ran */
     FAULT_ENCODER_SLIP,      /* the counted angle is not the rotor's */

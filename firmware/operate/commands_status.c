@@ -2,6 +2,7 @@
 #include <stddef.h>
 
 #include "drivers/mss/sysreg.h"
+#include "firmware/axis/device.h"
 #include "firmware/axis/injection_lead.h"
 #include "firmware/axis/rotor.h"
 #include "firmware/operate/answers.h"
@@ -128,6 +129,18 @@ static void put_margin(struct session *s)
     put_saliency(s);
 }
 
+static void put_watchdog(struct session *s)
+{
+    const uint32_t ms = device_watchdog_ms();
+    text_put(&s->out, "watchdog: ");
+    if (ms == 0u) {
+        text_put_line(&s->out, "off");
+        return;
+    }
+    text_put_seconds(&s->out, ms);
+    text_put_line(&s->out, " s");
+}
+
 void run_status(struct session *s, char *const *words)
 {
     (void)words;
@@ -156,6 +169,7 @@ void run_status(struct session *s, char *const *words)
     text_put_line(&s->out, " cycles");
     put_update(s);
     put_margin(s);
+    put_watchdog(s);
     text_put(&s->out, "memory errors corrected: ");
     text_put_int(&s->out, (int32_t)sysreg_edac_corrected());
     text_put_line(&s->out, "");

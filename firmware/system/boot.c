@@ -13,8 +13,8 @@ void boot_core(void)
     scb_enable_faults();
     (void)device_guard_stack(); /* device_fault() looks whether it is there */
     (void)dwt_init();           /* without a cycle counter 'status' shows no cycles, and that is all */
-    sysreg_release_reset(SYSREG_RESET_TIMER | SYSREG_RESET_MMUART0 | SYSREG_RESET_MMUART1 | SYSREG_RESET_FIC0 |
-                         SYSREG_RESET_GPIO | SYSREG_RESET_GPOUT);
+    sysreg_release_reset(SYSREG_RESET_TIMER | SYSREG_RESET_MMUART0 | SYSREG_RESET_MMUART1 | SYSREG_RESET_FABRIC |
+                         SYSREG_RESET_FIC0 | SYSREG_RESET_GPIO | SYSREG_RESET_GPOUT);
     watchdog_refresh();
 }
 
@@ -30,8 +30,12 @@ static bool fabric_answers(const struct fabric *fabric)
     return right;
 }
 
+/* Power-on sets the bit of every cause, whatever happened before. */
 static enum fault fault_of_last_life(uint32_t reset_cause, const struct postmortem *last)
 {
+    if ((reset_cause & SYSREG_CAUSE_POWER_ON) != 0u) {
+        return FAULT_NONE;
+    }
     if ((reset_cause & SYSREG_CAUSE_LOCKUP) != 0u) {
         return FAULT_LOCKUP;
     }

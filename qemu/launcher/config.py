@@ -28,6 +28,8 @@ def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cy
     lines += [f"cycles.{key} {value}" for key, value in (cycles or {}).items()]
     lines += [f"irqpath {way_of[0]} {way_of[1]}"] if way_of else []
     lines += [f"dump 0x{address:08x} {size} {path}" for address, size, path in dumps]
+    if scenario.watchdog_s is not None:
+        lines.append(f"watchdog {watchdog_load(scenario.watchdog_s)}")
     if scenario.preamble_s is not None:
         lines += [f"event {scenario.preamble_s:.9g} console {text}" for text in preamble(drive)]
     lines += [f"event {_event(step, symbols)}" for step in steps]
@@ -35,6 +37,11 @@ def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cy
         lines += aligned.lines(symbols, enums)
     lines += [f"after state={_codes(step.after, enums)} {_event(step, symbols)}" for step in late]
     return "\n".join(lines) + "\n"
+
+
+def watchdog_load(time_s):
+    """WDOGLOAD: 26 bits of 64 ticks of the 50 MHz oscillator each."""
+    return round(time_s * 50e6 / 64)
 
 
 def _event(step, symbols):

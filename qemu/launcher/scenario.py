@@ -2,6 +2,7 @@
 """Scenario files: what happens when, and what must hold. Everything is relative to the motor, so one serves them all.
 
     title = "..."            end_s = "off + 0.05"         preamble_s = 0.05     (leave out: the parameters are not typed)
+    watchdog_s = 0.1               the design's time-out of the watchdog; leave out: the guide's least, 32.2 s
     base = ["common/at_load"]      steps and figures of other files to have as well
     expect_refusal = "regex"       lines of the console that the drive must refuse; any other refusal fails the run
     [let]      pull_Nm = "min(rated_torque_Nm, 2)"                names for expressions that are needed more than once
@@ -43,6 +44,7 @@ from .weakening import overmodulation_names, weakening_names
 
 HOLD_MORE = 2        # times what is planned until the last hold: then the run ends without it
 LATE_STATES_MAX = 4  # as qemu/twin/config.h has it
+WATCHDOG_S = (0.005, 85)  # the start takes some milliseconds; 26 bits of 1.28 us each
 
 _PHASE, _PAIR, _FLAG, _NUMBER, _WORD, _INPUT, _HEX = "phase", "pair", "flag", "number", "word", "input", "hex"
 
@@ -97,6 +99,7 @@ class Scenario:
     expect_refusal: str = ""
     late: list = field(default_factory=list)    # steps that wait for a state
     holds: list = field(default_factory=list)
+    watchdog_s: float = None                    # None: as the twin has it
 
     @property
     def may_end_early(self):
@@ -120,7 +123,7 @@ class Scenario:
 
 THEORIES = {"weakening": weakening_names, "overmodulation": overmodulation_names}
 
-_ENTRIES = ("key", "theory", "title", "end_s", "preamble_s", "base", "expect_refusal", "let", "step", "figure")
+_ENTRIES = ("key", "theory", "title", "end_s", "preamble_s", "watchdog_s", "base", "expect_refusal", "let", "step", "figure")
 
 
 def load_scenario(source, drive, held_s=None):
@@ -149,7 +152,8 @@ def load_scenario(source, drive, held_s=None):
     steps = sorted((step for step in steps if not step.after), key=lambda step: step.t_s)
     plan = Scenario(key, _text(raw.get("title", key), timeline, where), _seconds(raw, "end_s", timeline, where),
                     _seconds(raw, "preamble_s", timeline, where) if "preamble_s" in raw else None, steps, figures,
-                    timeline.names, _regex(raw.get("expect_refusal", ""), where), late, _holds(entries, timeline, where))
+                    timeline.names, _regex(raw.get("expect_refusal", ""), where), late, _holds(entries, timeline, where),
+                    _watchdog_s(raw, timeline, where))
     _check(plan, drive, where)
     return plan
 
@@ -226,6 +230,15 @@ def _seconds(raw, key, timeline, where):
     if key not in raw:
         raise LauncherError(f"{where}: '{key}' is missing")
     return timeline.seconds(raw[key], f"{where}: {key}")
+
+
+def _watchdog_s(raw, timeline, where):
+    if "watchdog_s" not in raw:
+        return None
+    time_s = _seconds(raw, "watchdog_s", timeline, where)
+    if not WATCHDOG_S[0] <= time_s <= WATCHDOG_S[1]:
+        raise LauncherError(f"{where}: watchdog_s {time_s:g} is outside {WATCHDOG_S[0]:g}..{WATCHDOG_S[1]:g} s")
+    return time_s
 
 
 # ---- steps ---------------------------------------------------------------------------------------------------------

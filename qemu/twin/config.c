@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "watchdog.h"
+
 #define DUMP_BYTES_MAX (1u << 20)
 
 /* Where the keys of each prefix go. */
@@ -294,6 +296,11 @@ static void read_line(const struct reader *r, char *line)
         if (c->end_s <= 0 || c->end_s > 1e6) {
             fail(r, "end: %s is outside 0...1e6 s", rest);
         }
+    } else if (strcmp(word, "watchdog") == 0) {
+        c->watchdog_load = whole(r, rest, word);
+        if (c->watchdog_load > WATCHDOG_LOAD_MAX) {
+            fail(r, "watchdog: %s is outside 0...0x%x", rest, WATCHDOG_LOAD_MAX);
+        }
     } else if (strcmp(word, "irqpath") == 0) {
         c->irqpath_exception = whole(r, next_word(&rest), word);
         c->irqpath_path = strdup(rest + strspn(rest, " \t"));
@@ -316,6 +323,7 @@ static void read_line(const struct reader *r, char *line)
 static void set_initial(struct config *c)
 {
     memset(c, 0, sizeof *c);
+    c->watchdog_load = WATCHDOG_LOAD;
     for (size_t n = 0; n < SECTIONS; n++) {
         for (const struct config_key *k = sections[n].keys; k->name; k++) {
             *value_of(c, &sections[n], k) = k->initial;

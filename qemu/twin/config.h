@@ -7,6 +7,7 @@
  *   irqpath EXCEPTION PATH                                                        (irqpath.h)
  *   dwt cycles|instructions                                                       (what DWT_CYCCNT counts)
  *   wfi core|main_loop                                            (who moves time on in WFI, qemu_sleep.h; same results)
+ *   watchdog WDOGLOAD                                              (of the design, watchdog.h; 64 ticks of 20 ns each)
  *   cycles.KEY VALUE                                                              (docs/timing.md)
  *   envm PATH | envm.KEY VALUE                                                    (docs/settings.md)
  *   motor.KEY VALUE | load.KEY VALUE | inverter.KEY VALUE | sensor.KEY VALUE      (SI units)
@@ -58,6 +59,7 @@ struct config {
     char *bus_id, *bus_log_path; /* likewise */
     char *fabric_path;           /* library of the verilated RTL; NULL: the C models */
     double end_s;                /* 0: runs until QEMU is ended */
+    uint32_t watchdog_load;
     bool main_loop_wakes;
     bool count_instructions; /* what DWT_CYCCNT counts */
     struct cycles_params cycles;

@@ -5,7 +5,7 @@
 
 enum {
     EDAC_CR = 0x38,
-    SOFT_RESET_CR = 0x48,
+    SOFT_RESET_CR = SYSREG_SOFT_RESET_CR,
     WDOG_CR = SYSREG_WDOG_CR,
     EDAC_IRQ_ENABLE = 0x78,
     FACC1_CR = 0x98,
@@ -19,9 +19,11 @@ enum {
 };
 
 #define ALL 0xFFFFFFFFu
-/* Released by the design: eNVM_0, eSRAM_0/1, TIMER, MMUART_0, fabric, FIC_0, GPIO and its outputs. */
-#define HELD_IN_RESET (0x07FFFFFFu & ~(1u << 0 | 3u << 2 | 1u << 6 | 1u << 7 | 1u << 16 | 1u << 18 | 0x1Fu << 20))
-#define EDAC_FLAGS    0x3FFFu
+/* Released by the design: eNVM_0, eSRAM_0/1, TIMER, MMUART_0, FIC_0, GPIO and its outputs; the fabric only at power-on. */
+#define HELD_IN_RESET (0x07FFFFFFu & ~(1u << 0 | 3u << 2 | 1u << 6 | 1u << 7 | 1u << 18 | 0x1Fu << 20))
+#define HOLDS_FABRIC  (1u << 16)
+#define EDAC_FLAGS    0x3FCFu   /* b4 and b5 are reserved: the cache has no EDAC */
+#define EVERY_CAUSE   0xFFu     /* RESET_SOURCE_CR after power-on: each bit's reset value is 1 */
 #define ONE_BIT       (1u << 0) /* of eSRAM_0, in EDAC_SR and EDAC_IRQ_ENABLE */
 #define TWO_BITS      (1u << 1)
 
@@ -30,12 +32,12 @@ struct sysreg_word sysreg_words[SYSREG_WORDS] = {
     {EDAC_CR, 0x3, ALL, 0, 0},       /* SECDED on both eSRAMs */
     {SOFT_RESET_CR, HELD_IN_RESET, ALL, 0, 0},
     {WDOG_CR, 0x1, 0, 0, 0}, /* enabled, reset mode */
-    {EDAC_IRQ_ENABLE, 0, ALL, 0, 0},
+    {EDAC_IRQ_ENABLE, 0, EDAC_FLAGS, 0, 0},
     {FACC1_CR, 0, ALL, 0, 0}, /* every divisor 1, clocked from the PLL */
     {ESRAM0_EDAC_CNT, 0, 0, 0, 0},
     {ESRAM1_EDAC_CNT, 0, 0, 0, 0},
     {PLL_STATUS, 0x3, 0, 0, 0}, /* both locked */
-    {WDOGLOAD, 0x1312D, 0, 0, 0},
+    {WDOGLOAD, 0, 0, 0, 0},     /* sysreg_design() */
     {WDOGMVRP, ALL, 0, 0, 0},
     {EDAC_SR, 0, 0, EDAC_FLAGS, 0},
 };
@@ -70,7 +72,15 @@ void sysreg_reset(enum reset_cause cause)
     for (int n = 0; n < SYSREG_WORDS; n++) {
         sysreg_words[n].value = sysreg_words[n].initial;
     }
-    sysreg_words[0].value = cause == RESET_POWER_ON ? (uint32_t)cause : earlier_causes | (uint32_t)cause;
+    if (cause == RESET_POWER_ON) {
+        word_at(SOFT_RESET_CR)->value &= ~HOLDS_FABRIC; /* the system controller's doing */
+    }
+    sysreg_words[0].value = cause == RESET_POWER_ON ? EVERY_CAUSE : earlier_causes | (uint32_t)cause;
+}
+
+bool sysreg_holds_fabric(void)
+{
+    return (word_at(SOFT_RESET_CR)->value & HOLDS_FABRIC) != 0;
 }
 
 void sysreg_design(uint32_t offset, uint32_t word)

@@ -24,6 +24,8 @@ extern struct sysreg_word sysreg_words[SYSREG_WORDS];
 
 uint32_t sysreg_read(void *word, uint32_t offset);
 void sysreg_write(void *word, uint32_t offset, uint32_t value);
+/* Bit 16 of SOFT_RESET_CR holds the fabric in reset: after any reset but power-on, until firmware clears it. */
+bool sysreg_holds_fabric(void);
 void sysreg_reset(enum reset_cause cause);
 
 /* The design's bits of a register that the table has: in effect from the next reset on. */
@@ -38,6 +40,6 @@ void sysreg_set_lock(enum sysreg_pll pll, bool locked);
 bool sysreg_memory_error(bool fatal);
 
 enum { SYSREG_MSS_PLL_IRQ = 23, SYSREG_ECC_IRQ = 29, SYSREG_FABRIC_PLL_IRQ = 32 };
-enum { SYSREG_WDOG_CR = 0x6C, SYSREG_WDOGLOAD = 0x16C };
+enum { SYSREG_SOFT_RESET_CR = 0x48, SYSREG_WDOG_CR = 0x6C, SYSREG_WDOGLOAD = 0x16C };
 
 #endif

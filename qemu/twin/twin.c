@@ -186,7 +186,7 @@ static void hang_fabric(bool hangs)
     fabric_hung = hangs;
 }
 
-/* Before each access. The 100 ms until the watchdog ends one that hangs are left out: nothing would happen in them. */
+/* Before each access. The time until the watchdog ends one that hangs is left out: nothing would happen in it. */
 static void fabric_accessed(const char *how, uint32_t offset)
 {
     if (fabric_sealed) {
@@ -202,6 +202,9 @@ static uint32_t fabric_read(void *unused, uint32_t offset)
 {
     (void)unused;
     fabric_accessed("read", offset);
+    if (sysreg_holds_fabric()) {
+        return 0;
+    }
     uint32_t value = plant_read(&plant, offset, present());
     plant_changed();
     return value;
@@ -211,6 +214,9 @@ static void fabric_write(void *unused, uint32_t offset, uint32_t value)
 {
     (void)unused;
     fabric_accessed("written", offset);
+    if (sysreg_holds_fabric()) {
+        return;
+    }
     plant_write(&plant, offset, value, present());
     plant_changed();
     if (offset == PWM_COMPARE_C_OFFSET) {
@@ -257,6 +263,18 @@ static void pins_write(void *pins, uint32_t offset, uint32_t value)
 }
 
 /* ---- reset: the MSS resets the fabric with it (MSS_RESET_N_M2F) ---- */
+
+/* The fabric held in reset is the fabric as a reset leaves it, and nobody can change that. */
+static void soft_reset_write(void *word, uint32_t offset, uint32_t value)
+{
+    bool was_held = sysreg_holds_fabric();
+    sysreg_write(word, offset, value);
+    if (sysreg_holds_fabric() != was_held) {
+        sync_plant();
+        plant_reset_fabric(&plant);
+        plant_changed();
+    }
+}
 
 static void system_reset(void *unused)
 {
@@ -376,8 +394,14 @@ static void map_devices(void)
     vm_map_private(&cycles);
     envm_board_map(&config.envm, config.plant.seed, power_returns);
     for (int n = 0; n < SYSREG_WORDS; n++) {
-        words[n] = (struct vm_region){
-            "mssfoc-sysreg", SYSREG_BASE + sysreg_words[n].offset, 4, 4, sysreg_read, sysreg_write, &sysreg_words[n]};
+        bool resets = sysreg_words[n].offset == SYSREG_SOFT_RESET_CR;
+        words[n] = (struct vm_region){"mssfoc-sysreg",
+                                      SYSREG_BASE + sysreg_words[n].offset,
+                                      4,
+                                      4,
+                                      sysreg_read,
+                                      resets ? soft_reset_write : sysreg_write,
+                                      &sysreg_words[n]};
         vm_map(&words[n]);
     }
 }
@@ -386,6 +410,7 @@ static void attach(void)
 {
     map_devices();
     vm_on_reset(system_reset, NULL);
+    sysreg_design(SYSREG_WDOGLOAD, config.watchdog_load);
     sysreg_reset(RESET_POWER_ON);
     dwt_init(&dwt, config.count_instructions ? cycles_instructions : core_cycles);
     if (!config.main_loop_wakes) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* A down counter on the 50 MHz RC oscillator: it runs from power-on, firmware cannot change its load, its window or its
- * mode (reset). UG0331, watchdog chapter. */
+ * mode. In interrupt mode the twin's does nothing. UG0331, watchdog chapter. */
 #include "watchdog.h"
 
 #include "sysreg.h"
@@ -18,12 +18,20 @@ enum {
 #define NO_FORBIDDEN_WINDOW 0xFFFFFFFFu
 #define REFRESH_KEY         0xAC15DE42u
 #define TICK_PS             20000
-#define CONTROL_BITS        7u
+#define CONTROL_BITS        3u        /* that firmware can change */
+#define CONTROL_INTERRUPTS  (1u << 2) /* WDOGMODE of WDOG_CR */
+#define WDOG_CR_ENABLE      (1u << 0)
+#define WDOG_CR_INTERRUPTS  (1u << 1)
 
 /* Six ones are appended to what the design sets. */
 static uint32_t load_ticks(void)
 {
     return sysreg_value(SYSREG_WDOGLOAD) << 6 | 0x3Fu;
+}
+
+static bool is_set(uint32_t bit)
+{
+    return (sysreg_value(SYSREG_WDOG_CR) & bit) != 0;
 }
 
 void watchdog_init(struct watchdog *w, void (*reset)(void))
@@ -35,7 +43,8 @@ void watchdog_init(struct watchdog *w, void (*reset)(void))
 
 void watchdog_reload(struct watchdog *w, sim_ps now)
 {
-    w->expires_at = (sysreg_value(SYSREG_WDOG_CR) & 1u) != 0 ? now + (sim_ps)load_ticks() * TICK_PS : SIM_NEVER;
+    w->expires_at =
+        is_set(WDOG_CR_ENABLE) && !is_set(WDOG_CR_INTERRUPTS) ? now + (sim_ps)load_ticks() * TICK_PS : SIM_NEVER;
 }
 
 uint32_t watchdog_read(const struct watchdog *w, uint32_t offset, sim_ps now)
@@ -50,9 +59,9 @@ uint32_t watchdog_read(const struct watchdog *w, uint32_t offset, sim_ps now)
     case MVRP:
         return NO_FORBIDDEN_WINDOW;
     case ENABLE:
-        return sysreg_value(SYSREG_WDOG_CR) & 1u;
+        return is_set(WDOG_CR_ENABLE);
     case CONTROL:
-        return w->control;
+        return w->control | (is_set(WDOG_CR_INTERRUPTS) ? CONTROL_INTERRUPTS : 0);
     case STATUS:
         return 1; /* refresh permitted, always */
     default:

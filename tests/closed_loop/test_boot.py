@@ -11,12 +11,12 @@ from launcher import LauncherError, simulate
 
 RESET_S = 0.1
 AFTER_S = RESET_S + 0.05
-FACC1, WDOG_CR, WDOGLOAD = "0x98", "0x6C", "0x16C"
+FACC1, WDOG_CR = "0x98", "0x6C"
 EVERY_COMMAND = ["status", "on", "speed 100", "torque 1", "quickstop", "off", "set ramp_rpm_s 1000", "fault", "clear", "on",
                  "off"]
 
 
-def boot(tmp_path, changes=(), lines=("fault", "on", "clear", "on", "status"), reset="watchdog_reset", more=()):
+def boot(tmp_path, changes=(), lines=("fault", "on", "clear", "on", "status"), reset="watchdog_reset", more=(), **design):
     """The console after the reset, and the result. `changes` are events just before it; `more` at their own times."""
     steps = [{"t_s": RESET_S - 0.001, "event": kind, "args": args} for kind, *args in changes]
     steps += [{"t_s": RESET_S, "event": reset, "args": []}] if reset else []
@@ -25,8 +25,8 @@ def boot(tmp_path, changes=(), lines=("fault", "on", "clear", "on", "status"), r
     end_s = AFTER_S + 0.1 * (len(lines) + 1)
     steps += [{"t_s": end_s - 1e-3, "event": "end", "args": []}]  # the trace has no rows while the PWM does not run
     result = simulate({"key": "boot", "end_s": end_s, "preamble_s": 0.001,
-                       "step": sorted(steps, key=lambda step: step["t_s"]), "expect_refusal": ".*"}, out_dir=tmp_path,
-                      plant="ideal", spread=0)
+                       "step": sorted(steps, key=lambda step: step["t_s"]), "expect_refusal": ".*", **design},
+                      out_dir=tmp_path, plant="ideal", spread=0)
     return result.console.split("'help' lists the commands")[-1], result
 
 
@@ -38,7 +38,7 @@ LASTING = {
     "clock, fabric's PLL not locked": ([("fabric_pll_lost", "1")], "clock", "the fabric is not touched"),
     "another design": ([("fabric_other", "1")], "fabric", "the fabric is not touched"),
     "watchdog off": ([("flash_bits", WDOG_CR, "0")], "watchdog off", "the cause is still there: the watchdog"),
-    "watchdog too slow": ([("flash_bits", WDOGLOAD, "0x1312E")], "watchdog off", "the cause is still there: the watchdog"),
+    "watchdog only interrupts": ([("flash_bits", WDOG_CR, "3")], "watchdog off", "the cause is still there: the watchdog"),
     # the function that sets the guard returns at once
     "no stack guard": ([("poke_rom", "&device_guard_stack", "0x4770")], "stack guard", "the cause is still there: the stack"),
 }
@@ -51,6 +51,7 @@ def test_what_the_device_lacks_keeps_the_drive_off(case, tmp_path):
     assert f"fault: {name}\n" in said, said
     assert said.count("error: a fault is latched") == 2, said
     assert refusal in said and "state: fault" in said
+    assert ("watchdog: off\n" in said) == case.startswith("watchdog")
     assert not result.trace["gates"].any()
 
 
@@ -63,6 +64,19 @@ def test_how_the_last_life_ended_is_said_and_can_be_cleared(reset, tmp_path):
     said, _ = boot(tmp_path, reset=reset, lines=("fault", "on", "clear", "on", *["version"] * 23, "status"))
     assert f"fault: {PAST[reset]}\n" in said and said.count("error:") == 1, said
     assert "state: operation enabled" in said
+
+
+@pytest.mark.parametrize("design, time_s", (({}, "32.212"), ({"watchdog_s": 0.1}, "0.100"), ({"watchdog_s": 50}, "50.000")))
+def test_the_drive_takes_the_watchdog_as_the_design_has_it(design, time_s, tmp_path):
+    """By default with the shortest time that the user guide allows."""
+    said, _ = boot(tmp_path, reset=None, lines=("fault", "on", "status"), **design)
+    assert "fault: none\n" in said and "is latched" not in said and f"watchdog: {time_s} s\n" in said
+
+
+def test_power_on_is_no_fault(tmp_path):
+    """It sets the bit of every cause: of a lock-up and of the watchdog, too."""
+    said, _ = boot(tmp_path, reset="power_cut", lines=("fault", "on", *["version"] * 23, "status"))
+    assert "fault: none\n" in said and "error:" not in said and "state: operation enabled" in said, said
 
 
 @pytest.mark.parametrize("case", [case for case in LASTING if case.startswith("clock")])

@@ -7,7 +7,8 @@ from launcher import simulate
 
 ON_S, SPEED_S, INJECT_S = 0.1, 0.4, 0.65
 PERIOD_S = 50e-6
-EDAC_IRQ_ENABLE = "0x40038078"
+EDAC_IRQ_ENABLE, SOFT_RESET_CR = "0x40038078", "0x40038048"
+HELD = 1 << 16 | 0x07FFFFFF & ~(1 << 0 | 3 << 2 | 7 << 6 | 1 << 18 | 31 << 20)  # nothing that the drive needs but the fabric
 
 
 def run(tmp_path, *events, end_s=INJECT_S + 0.2, lines=()):
@@ -54,6 +55,14 @@ def test_a_memory_error_whose_interrupt_is_not_enabled_is_found_by_the_slow_loop
     """Traffic on FIC_0 can take the enabling bits back on this device (docs/fabric.md)."""
     result = run(tmp_path, (INJECT_S - 0.01, "poke", EDAC_IRQ_ENABLE, "0"), (INJECT_S, "memory_error", "1"))
     assert faults(result) == ["FAULT_ECC"] and len(gates_on_s(result)) <= 21
+
+
+def test_a_fabric_that_is_reset_while_the_motor_turns_lets_go(tmp_path):
+    """What traffic on FIC_0 might do to SOFT_RESET_CR on an M2S005 or M2S010 (docs/fabric.md)."""
+    result = run(tmp_path, (INJECT_S, "poke", SOFT_RESET_CR, hex(HELD)), (INJECT_S + 0.1, "end"),
+                 lines=[(INJECT_S + 0.02, "fault"), (INJECT_S + 0.05, "on")])
+    assert not len(gates_on_s(result)) and "fault: loop stopped\n" in result.console
+    assert "error: a fault is latched" in result.console.split("> on")[-1]
 
 
 def test_a_corrected_error_is_counted_and_disturbs_nothing(tmp_path):

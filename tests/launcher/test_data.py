@@ -255,6 +255,8 @@ def test_overrides():
     ({"step": [{"t_s": 0.1, "event": "sensor_stuck", "args": ["A", "on"]}]}, "unknown name 'on'"),
     ({"base": ["common/nothing"]}, "cannot read"),
     ({"step": 3}, "write \\[\\[step\\]\\]"),
+    ({"watchdog_s": 0}, "watchdog_s 0 is outside 0.005..85 s"),
+    ({"watchdog_s": 86}, "watchdog_s 86 is outside 0.005..85 s"),
 ])
 def test_broken_scenario(change, complaint):
     with pytest.raises(LauncherError, match=complaint):

@@ -25,7 +25,7 @@
 
 /*
  * Prepares the console and takes the reset cause; returns the stage, 0 at first. Refreshes the watchdog, as every check
- * does: what lies between two checks must take less than its 100 ms.
+ * does: what lies between two checks must take less than its time-out.
  */
 uint32_t harness_begin(void);
 

@@ -39,7 +39,7 @@ static bool holds(uint32_t base, uint32_t offset_bytes, const uint32_t words[ENV
 
 static uint32_t watchdog_us(void)
 {
-    return (BOARD_WATCHDOG_LOAD_TICKS - watchdog_remaining_ticks()) / (BOARD_WATCHDOG_HZ / 1000000u);
+    return (watchdog_timeout_ticks() - watchdog_remaining_ticks()) / (BOARD_WATCHDOG_HZ / 1000000u);
 }
 
 static void test_a_page(void)

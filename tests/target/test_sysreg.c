@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-/* SYSREG against its registers: reset cause, clocks, cache, resets of the blocks. */
+/* SYSREG against its registers: reset cause, clocks, cache, resets of the blocks and of the fabric. */
+#include "drivers/cortex/scb.h"
+#include "drivers/fabric/fabric.h"
 #include "drivers/mss/gpio.h"
 #include "drivers/mss/sysreg.h"
 #include "tests/target/harness.h"
 
 static void test_sysreg(void)
 {
-    harness_equal("sysreg: cause is power-on", harness_reset_cause(), SYSREG_CAUSE_POWER_ON);
+    harness_equal("sysreg: power-on sets every cause", harness_reset_cause(), SYSREG_CAUSE_ALL);
     harness_equal("sysreg: the cause is cleared by reading it", sysreg_reset_cause(), 0u);
 
     const struct sysreg_clocks clocks = sysreg_clock_ratios();
@@ -42,11 +44,48 @@ static void test_sysreg(void)
     sysreg_release_reset(SYSREG_RESET_TIMER);
     harness_equal("sysreg: all released", SYSREG->SOFT_RESET_CR & held, 0u);
     SYSREG->SOFT_RESET_CR = resets;
+
+    sysreg_edac_watch();
+    harness_equal("sysreg: two wrong bits in either eSRAM interrupt", SYSREG->EDAC_IRQ_ENABLE, SYSREG_EDAC_FATAL);
+}
+
+enum stage { POWER_ON, AFTER_SOFT_RESET };
+
+#define PERIOD_AFTER_RESET 2500u
+
+static void test_fabric_after_power_on(void)
+{
+    harness_equal("fabric: released at power-on", SYSREG->SOFT_RESET_CR & SYSREG_RESET_FABRIC, 0u);
+    harness_true("fabric: there", gate_id_ok(&FABRIC0->gate));
+    FABRIC0->pwm.PERIOD = 1234u;
+    harness_equal("fabric: a register is set", FABRIC0->pwm.PERIOD, 1234u);
+    SYSREG->SOFT_RESET_CR |= SYSREG_RESET_FABRIC;
+    harness_equal("fabric: held, reads 0", FABRIC0->gate.ID | FABRIC0->pwm.PERIOD, 0u);
+    FABRIC0->pwm.PERIOD = 1234u;
+    sysreg_release_reset(SYSREG_RESET_FABRIC);
+    harness_true("fabric: there again", gate_id_ok(&FABRIC0->gate));
+    harness_equal("fabric: as a reset leaves it", FABRIC0->pwm.PERIOD, PERIOD_AFTER_RESET);
+    FABRIC0->pwm.PERIOD = 1234u;
+}
+
+static void test_fabric_after_soft_reset(void)
+{
+    harness_equal("fabric: a warm reset says so", harness_reset_cause(), SYSREG_CAUSE_SOFT);
+    harness_equal("fabric: held after it", SYSREG->SOFT_RESET_CR & SYSREG_RESET_FABRIC, SYSREG_RESET_FABRIC);
+    harness_equal("fabric: reads 0 until released", FABRIC0->gate.ID | FABRIC0->pwm.PERIOD, 0u);
+    sysreg_release_reset(SYSREG_RESET_FABRIC);
+    harness_true("fabric: there once released", gate_id_ok(&FABRIC0->gate));
+    harness_equal("fabric: with the registers of a reset", FABRIC0->pwm.PERIOD, PERIOD_AFTER_RESET);
 }
 
 int main(void)
 {
-    (void)harness_begin();
-    test_sysreg();
+    if (harness_begin() == POWER_ON) {
+        test_sysreg();
+        test_fabric_after_power_on();
+        harness_next_stage(AFTER_SOFT_RESET);
+        scb_system_reset();
+    }
+    test_fabric_after_soft_reset();
     harness_end();
 }

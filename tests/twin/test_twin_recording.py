@@ -79,6 +79,11 @@ def test_who_shall_wake_is_one_of_two(run, tmp_path):
         again(run, tmp_path, "wfi nobody")
 
 
+def test_the_watchdog_s_load_has_26_bits(run, tmp_path):
+    with pytest.raises(LauncherError, match="watchdog: 0x4000000 is outside 0...0x3ffffff"):
+        again(run, tmp_path, "watchdog 0x4000000")
+
+
 @pytest.mark.parametrize("what", ["trace", "csv", "irqlog"])
 def test_a_full_disk_ends_the_run(run, tmp_path, what):
     with pytest.raises(LauncherError, match="cannot write a recording: No space left on device"):

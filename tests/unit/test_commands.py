@@ -151,7 +151,8 @@ def test_status(operator, c):
         "state: quick stop active", "fault: over-temperature", "speed: -1500.062 rpm, reference 1600.500 rpm",
         "mode: pv (profile velocity), position: 0 counts",
         "current: d -0.101 A, q 2.002 A, reference d -0.303 A, q 4.004 A", "bus: 24.000 V, winding: 83 degC",
-        "current loop: 217 cycles", "voltages act: at the valley", "memory errors corrected: 0", "up: 5.017 s"]
+        "current loop: 217 cycles", "voltages act: at the valley", "watchdog: 32.212 s",
+        "memory errors corrected: 0", "up: 5.017 s"]
     operator.axis.tuning.update, operator.axis.loop.fell_back = c.PWM_UPDATE_ENDS, 77
     operator.type(b"")
     assert operator("status")[7] == "voltages act: at both ends"

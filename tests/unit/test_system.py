@@ -14,7 +14,7 @@ from unit.register_pages import PAGES
 SYSREG, TIMER, WATCHDOG, DWT, NVIC, SCB, MPU, FABRIC = (
     0x40038000, 0x40004000, 0x40005000, 0xE0001000, 0xE000E100, 0xE000ED00, 0xE000ED90, 0x50000000)
 PLL_LOST, FABRIC_PLL_LOST, ECC_ERROR, TICK, ADC_IRQ, SCOPE = 23, 32, 29, 14, 34, 9
-KEY, LOAD = 0xAC15DE42, 0x4C4B7F
+KEY, LOAD = 0xAC15DE42, 0x6000003F
 
 
 class Device:
@@ -71,11 +71,22 @@ def test_a_guarded_device_lacks_nothing(device, system):
     ("sysreg", "MSSDDR_FACC1_CR", 1 << 9, "CLOCK"), ("sysreg", "MSSDDR_FACC1_CR", 3 << 9, "CLOCK"),
     ("sysreg", "MSSDDR_FACC1_CR", 4 << 2 | 4 << 5 | 4 << 9 | 4 << 13, "NONE"),
     ("mpu", "CTRL", 4, "STACK_GUARD"), ("mpu", "RBAR", 0x100, "STACK_GUARD"), ("mpu", "RASR", 0, "STACK_GUARD"),
-    ("watchdog", "WDOGENABLE", 0, "WATCHDOG_OFF"), ("watchdog", "WDOGLOAD", LOAD + 1, "WATCHDOG_OFF")])
+    ("watchdog", "WDOGENABLE", 0, "WATCHDOG_OFF"), ("watchdog", "WDOGCONTROL", 4, "WATCHDOG_OFF"),
+    ("watchdog", "WDOGCONTROL", 3, "NONE"), ("watchdog", "WDOGLOAD", 0x4C4B7F, "NONE")])
 def test_what_a_device_may_lack(device, system, block, register, value, found):
     system.device_guard_stack()
     setattr(getattr(device, block), register, value)
     assert device.fault() == found
+
+
+def test_the_watchdog_s_time_is_the_design_s(device, system):
+    assert system.device_watchdog_ms() == 32212
+    device.watchdog.WDOGLOAD = 0x4C4B7F
+    assert system.device_watchdog_ms() == 100
+    for register, value in (("WDOGENABLE", 0), ("WDOGCONTROL", 4)):
+        device.watchdog.WDOGENABLE, device.watchdog.WDOGCONTROL = 1, 0
+        setattr(device.watchdog, register, value)
+        assert system.device_watchdog_ms() == 0
 
 
 def test_the_gravest_comes_first(device):
@@ -113,7 +124,7 @@ def test_the_core_is_set_up(device, system):
     assert device.scb.CCR == 1 << 4 and device.scb.SHCSR == 7 << 16
     assert device.fault() == "NONE", "the guard stands"
     assert device.dwt.CTRL == 1 and device.dwt.CYCCNT == 0 and ctypes.c_uint32.from_address(0xE000EDFC).value == 1 << 24
-    assert device.sysreg.SOFT_RESET_CR == 0xFFFFFFFF & ~(1 << 6 | 1 << 7 | 1 << 8 | 1 << 18 | 31 << 20)
+    assert device.sysreg.SOFT_RESET_CR == 0xFFFFFFFF & ~(1 << 6 | 1 << 7 | 1 << 8 | 1 << 16 | 1 << 18 | 31 << 20)
     assert device.watchdog.WDOGREFRESH == KEY
 
 
@@ -125,7 +136,8 @@ def test_a_first_life(device, system):
 
 @pytest.mark.parametrize("cause, exception, found", [
     (1 << 5, None, "WATCHDOG"), (1 << 4, None, "LOCKUP"), (1 << 4 | 1 << 5, 3, "LOCKUP"), (1 << 3, None, "NONE"),
-    (1 << 0, None, "NONE"), (1 << 3, 3, "EXCEPTION"), (1 << 5, 3, "EXCEPTION"), (1 << 3, 16 + ECC_ERROR, "ECC"),
+    (1 << 0, None, "NONE"), (0xFF, None, "NONE"),
+    (1 << 3, 3, "EXCEPTION"), (1 << 5, 3, "EXCEPTION"), (1 << 3, 16 + ECC_ERROR, "ECC"),
     (1 << 3, 16 + PLL_LOST, "PLL"), (1 << 3, 16 + FABRIC_PLL_LOST, "PLL"), (1 << 3, 16 + 31, "EXCEPTION")])
 def test_how_the_last_life_ended(device, system, cause, exception, found):
     system.boot_core()
@@ -333,12 +345,12 @@ def test_the_sampler_is_below_the_current_loop_and_above_the_slow_loop(device, s
 
 def test_the_device_is_watched(device, system):
     system.handlers_watch_device()
-    assert device.sysreg.EDAC_IRQ_ENABLE == 0x2A and device.sysreg.EDAC_SR == 0x3F
+    assert device.sysreg.EDAC_IRQ_ENABLE == 0x0A and device.sysreg.EDAC_SR == 0x0F
     assert device.nvic.ISER[0] == 1 << ECC_ERROR and device.nvic.ISER[1] == 1 << FABRIC_PLL_LOST - 32
 
 
 @pytest.mark.parametrize("pll, edac, pended", ((3, 0, 0), (1, 0, 1 << PLL_LOST), (2, 0, 1 << PLL_LOST), (3, 0x15, 0),
-                                               (3, 2, 1 << ECC_ERROR), (3, 8, 1 << ECC_ERROR), (3, 0x20, 1 << ECC_ERROR)))
+                                               (3, 2, 1 << ECC_ERROR), (3, 8, 1 << ECC_ERROR), (3, 0x30, 0)))
 def test_the_device_is_looked_at_within_eight_milliseconds(device, system, pll, edac, pended):
     device.sysreg.MSSDDR_PLL_STATUS, device.sysreg.EDAC_SR = pll, edac
     axis = system.axes[0]

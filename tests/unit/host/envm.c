@@ -12,13 +12,17 @@
 #define CONTROLLER  0x60080000u
 #define ENVM_CR     0x4003800Cu
 #define WDOGVALUE   0x40005000u
+#define WDOGLOAD    0x40005004u
 #define WDOGREFRESH 0x4000500Cu
 #define AT_CMD      0x148u
 #define AT_STATUS   0x120u
 
-#define ACCESS_PS   100000
-#define TICK_PS     20000 /* of the watchdog */
-#define LOOKS       20    /* that a command takes */
+#define ACCESS_PS 100000
+#define TICK_PS   20000 /* of the watchdog */
+
+#define WATCHDOG_TICKS 0x6000003Fu /* 32.2 s */
+
+#define LOOKS       20 /* that a command takes */
 #define SLOTS_START 0x3C000u
 #define SLOT_BYTES  4096u
 
@@ -40,9 +44,12 @@ uint32_t host_envm_read(uintptr_t address)
     if (address == ENVM_CR) {
         return b->envm_cr;
     }
+    if (address == WDOGLOAD) {
+        return b->watchdog_ticks;
+    }
     if (address == WDOGVALUE) {
         const uint64_t gone = b->watchdog_stands ? 0 : (uint64_t)((b->now - b->served) / TICK_PS);
-        return gone < BOARD_WATCHDOG_LOAD_TICKS ? (uint32_t)(BOARD_WATCHDOG_LOAD_TICKS - gone) : 0u;
+        return gone < b->watchdog_ticks ? (uint32_t)(b->watchdog_ticks - gone) : 0u;
     }
     return envm_read(&b->envm, (uint32_t)(address - CONTROLLER), b->now);
 }
@@ -103,6 +110,7 @@ void host_envm_new(struct axis *a, double program_s, uint64_t seed)
 {
     const struct envm_params p = {.program_s = program_s, .verify_s = 20e-6, .endurance = 1000};
     memset(&host_bench, 0, sizeof host_bench);
+    host_bench.watchdog_ticks = WATCHDOG_TICKS;
     envm_init(&host_bench.envm, &p, seed);
     power_on(a);
 }

@@ -12,6 +12,7 @@ struct host_bench {
     struct axis *axis;  /* whose clock goes on while the thread sleeps */
     sim_ps now, served; /* when the watchdog was */
     uint32_t envm_cr;
+    uint32_t watchdog_ticks; /* its load */
     bool watchdog_stands;
     uint64_t writes;             /* to any register, so far */
     uint64_t cut_at;             /* the power fails behind this one; 0: behind none */

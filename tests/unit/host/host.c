@@ -72,6 +72,11 @@ uint32_t sysreg_edac_corrected(void)
     return 0u;
 }
 
+uint32_t device_watchdog_ms(void)
+{
+    return 32212u;
+}
+
 void idle_serve_watchdog(struct idle *i)
 {
     (void)i;
