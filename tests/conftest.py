@@ -6,6 +6,8 @@ import os
 import sys
 from pathlib import Path
 
+import pytest
+
 SHORT = "tests/unit/"
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "qemu"))
@@ -16,6 +18,32 @@ gc.set_threshold(100_000, 20, 100)  # of thousands of tests, all of which stay, 
 from unit import register_pages  # noqa: E402  (the path must be set first)
 
 register_pages.keep_free()  # before a heap that grows reaches them
+
+
+# what every program of the machine writes to or reads from, and a tool run as root can spoil for all other users
+DEVICES = [path for path in map(Path, ("/dev/null", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom")) if path.exists()]
+
+
+def devices():
+    """{path: (mode and kind, owner, group)}; None where there is nothing any more."""
+    stats = {path: path.stat() if path.exists() else None for path in DEVICES}
+    return {path: stat and (oct(stat.st_mode), stat.st_uid, stat.st_gid) for path, stat in stats.items()}
+
+
+DEVICES_BEFORE = devices()
+
+
+def pytest_sessionfinish(session):
+    if not hasattr(session.config, "workerinput") and devices() != DEVICES_BEFORE:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter):
+    now = devices()
+    for path, before in DEVICES_BEFORE.items():
+        if now[path] != before:
+            terminalreporter.write_line(f"{path} was {before} and is {now[path]}: put it back, and find the test that did it",
+                                        red=True)
 
 
 def pytest_addoption(parser):

@@ -127,15 +127,6 @@ void adc_see_gates(struct adc *a, unsigned gates, sim_ps at)
     }
 }
 
-void adc_see_cut(struct adc *a, sim_ps at)
-{
-    for (int k = 0; k < 3; k++) {
-        bool was_low = a->low_sides & (1u << k) || a->low_until[k] > at;
-        a->low_until[k] = was_low ? at : a->low_until[k];
-    }
-    a->low_sides = 0;
-}
-
 /* Phases whose low side has been on for long enough up to now, even if it goes off in this instant. */
 static uint32_t settled(const struct adc *a, sim_ps now)
 {

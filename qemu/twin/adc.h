@@ -33,8 +33,6 @@ void adc_write(struct adc *a, uint32_t offset, uint32_t value);
 bool adc_listens(const struct adc *a);
 /* Bit 2k + 1 of the gates is the low side of phase k. */
 void adc_see_gates(struct adc *a, unsigned gates, sim_ps at);
-/* They have all been off since then, which may be a while ago. */
-void adc_see_cut(struct adc *a, sim_ps at);
 void adc_start(struct adc *a, const uint32_t code[4], sim_ps now, sim_ps done_at);
 /* The code of a channel that is sampled after the start. */
 void adc_sample(struct adc *a, int channel, uint32_t code);

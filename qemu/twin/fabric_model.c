@@ -84,16 +84,12 @@ static unsigned take_pwm_event(struct fabric_model *m, sim_ps at)
     return triggers ? FABRIC_TRIGGERED : 0;
 }
 
-/* An overrun is found, and cuts the gates, a clock before the results are there. */
+/* An overrun cuts the gates when the results are there. */
 static unsigned end_conversion(struct fabric_model *m)
 {
     sim_ps at = m->adc.done_at;
     if (adc_finish(&m->adc)) {
-        bool cut = gate_live(&m->gate);
         gate_adc_overrun(&m->gate);
-        if (cut) {
-            adc_see_cut(&m->adc, at - SIM_PS_PER_FABRIC_CLOCK);
-        }
         drive_gates(m, at);
     }
     chopper_sample(&m->gate.chopper, adc_vbus(&m->adc), at);

@@ -4,7 +4,8 @@
 
 FABRIC_GENERATE = drivers/fabric/rtl/generate.py
 FABRIC_REGISTERS = $(addprefix $(BUILD)/fabric/,contract3.h mssfoc_regs.vh mssfoc.svd)
-FABRIC_STEPS = fabric-stale fabric-lint fabric-synthesis fabric-proofs fabric-benches fabric-lockstep fabric-mutants
+FABRIC_STEPS = fabric-stale fabric-lint fabric-synthesis fabric-netlist fabric-proofs fabric-benches fabric-lockstep \
+    fabric-mutants
 FABRIC_RTL = $(wildcard drivers/fabric/rtl/*.v)
 
 HOSTCXX ?= g++
@@ -28,13 +29,16 @@ fabric: tools
 fabric-stale:
 	@$(PYTHON) $(FABRIC_GENERATE) --check && echo 'registers: the tables of docs/fabric.md are up to date'
 
-fabric-lint fabric-synthesis fabric-proofs fabric-benches fabric-mutants: registers
+fabric-lint fabric-synthesis fabric-netlist fabric-proofs fabric-benches fabric-mutants: registers
 
 fabric-lint:
 	@$(PYTHON) tests/fabric/lint.py
 
 fabric-synthesis:
 	@$(PYTHON) tests/fabric/synthesis.py
+
+fabric-netlist:
+	@$(PYTHON) tests/fabric/netlist.py && $(PYTHON) tests/fabric/netlist.py --faults
 
 fabric-proofs:
 	@$(PYTHON) tests/fabric/prove.py

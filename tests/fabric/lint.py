@@ -2,19 +2,20 @@
 """The RTL without a warning in three tools: Verilator, Icarus and yosys. Prints one line a tool, exits 1 on a finding."""
 import subprocess
 import sys
+import tempfile
 
 from places import RTL, includes
 
 TOP = "fabric"
 
 
-def commands(rtl, axes):
+def commands(rtl, axes, out):
+    """{tool: command}; Icarus writes `out`, which it makes executable: not a device, or root would change its mode."""
     sources = [str(path) for path in sorted(rtl.glob("*.v"))]
     return {
         "verilator": ["verilator", "--lint-only", "-Wall", "--language", "1364-2005", *includes(rtl), "--top-module",
                       TOP, f"-GAXES={axes}", str(rtl / f"{TOP}.v")],
-        "iverilog": ["iverilog", "-Wall", "-g2005", *includes(rtl), f"-P{TOP}.AXES={axes}", "-o", "/dev/null", "-s", TOP,
-                     *sources],
+        "iverilog": ["iverilog", "-Wall", "-g2005", *includes(rtl), f"-P{TOP}.AXES={axes}", "-o", out, "-s", TOP, *sources],
         "yosys": ["yosys", "-q", "-p", f"read_verilog {' '.join([*includes(rtl), *sources])}; "
                   f"chparam -set AXES {axes} {TOP}; hierarchy -check -top {TOP}; proc; flatten; opt_clean; check -assert"],
     }
@@ -23,12 +24,13 @@ def commands(rtl, axes):
 def findings(rtl=RTL):
     """[(tool, what it says)]: what a tool says at all is a finding, for one axis and for two."""
     found = []
-    for axes in (1, 2):
-        for tool, command in commands(rtl, axes).items():
-            run = subprocess.run(command, capture_output=True, text=True)
-            said = [line for line in (run.stdout + run.stderr).split("\n") if line.strip() and not timescale(line)]
-            if run.returncode or said:
-                found.append((tool, said[0] if said else f"exit code {run.returncode}"))
+    with tempfile.TemporaryDirectory() as folder:
+        for axes in (1, 2):
+            for tool, command in commands(rtl, axes, f"{folder}/{TOP}").items():
+                run = subprocess.run(command, capture_output=True, text=True)
+                said = [line for line in (run.stdout + run.stderr).split("\n") if line.strip() and not timescale(line)]
+                if run.returncode or said:
+                    found.append((tool, said[0] if said else f"exit code {run.returncode}"))
     return found
 
 

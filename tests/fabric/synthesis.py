@@ -25,19 +25,24 @@ STOPS = ("SLE", "MACC")
 OUTPUTS = {"Y", "S", "FCO", "Q"}
 
 
-def bare(folder):
-    """Writes the RTL without comments: yosys names cells by their lines, and its mapping depends on the names."""
-    for path in sorted(RTL.glob("*.v")):
+def bare(folder, sources):
+    """Writes sources without comments: yosys names cells by their lines, and its mapping depends on the names."""
+    for path in sources:
         lines = (line.partition("//")[0].rstrip() for line in path.read_text(encoding="utf-8").split("\n"))
         (folder / path.name).write_text("".join(f"{line}\n" for line in lines if line), encoding="utf-8")
         yield str(folder / path.name)
 
 
+def synthesise(block, folder, then, sources):
+    """Makes the flat netlist of a block, with which yosys does what `then` says."""
+    files = " ".join([*includes(), *bare(folder, sources)])
+    script = f"read_verilog {files}; synth_sf2 -top {block} -noiobs; {then}"
+    subprocess.run(["yosys", "-q", "-p", script], check=True, cwd=RTL)
+
+
 def netlist(block, out):
     """The flat netlist of a block, as yosys' JSON."""
-    sources = " ".join([*includes(), *bare(out.parent)])
-    script = f"read_verilog {sources}; synth_sf2 -top {block} -noiobs; write_json {out}"
-    subprocess.run(["yosys", "-q", "-p", script], check=True, cwd=RTL)
+    synthesise(block, out.parent, f"write_json {out}", sorted(RTL.glob("*.v")))
     return json.loads(out.read_text(encoding="utf-8"))["modules"][block]
 
 

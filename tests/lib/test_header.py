@@ -51,7 +51,7 @@ def run(command, source):
 
 
 def compile_only(flags, source=USER, compiler=None):
-    return run([compiler or host_cc(), *flags, "-c", "-o", "/dev/null"], source)
+    return run([compiler or host_cc(), *flags, "-S", "-o", "-"], source)
 
 
 @pytest.mark.parametrize("standard", ("c99", "c11", "c17"))

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Slot 3 of an axis, GATE: the bridge's switch. An input that says stop cuts all six outputs in the same clock, by logic
+// Slot 3 of an axis, GATE: the bridge's switch. A pin that says stop cuts all six outputs in the same clock, by logic
 // alone; behind two flip-flops it sets its latch, which clears ENABLE. Pin, flip-flops and latch cut one after the other
-// without a gap, so that a pulse on a pin that one clock edge has seen is never followed by outputs.
+// without a gap, so that a pulse on a pin that one clock edge has seen is never followed by outputs. An overrun cuts by its
+// latch: its logic changes with every clock, and would show at the gates.
 `include "mssfoc_regs.vh"
 module gate #(parameter AXIS = 0, parameter AXES = 1) (
     input  wire        clk,
@@ -44,7 +45,7 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
     wire both      = |(high & low);
     wire lost_now  = overrun_event && enable;
     wire latched   = |pin_latches || loop_lost || interlock;
-    wire settled   = |pins_2 || both || lost_now || latched;  // safe for flip-flops: pins only behind two of them
+    wire settled   = |pins_2 || both || latched;    // safe for flip-flops: pins only behind two of them
     wire cut       = settled || |asked;
     wire writes    = sel && write;
     wire clears    = writes && addr == `GATE_STATUS;
@@ -76,8 +77,8 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
             loop_lost   <= lost_now || (loop_lost && !(clears && wdata[`GATE_STATUS_LOOP_LOST]));
             interlock   <= both || (interlock && !(clears && wdata[`GATE_STATUS_INTERLOCK]));
             if (writes && addr == `GATE_CONTROL)
-                enable <= wdata[`GATE_CONTROL_ENABLE] && !settled;
-            else if (settled)
+                enable <= wdata[`GATE_CONTROL_ENABLE] && !settled && !lost_now;
+            else if (settled || lost_now)
                 enable <= 1'b0;
             if (writes && addr == `GATE_CHOPPER)
                 chopper_enable <= wdata[`GATE_CHOPPER_ENABLE];

@@ -26,10 +26,12 @@ module pwm (
     reg [17:0] trigger_1, trigger_2;
     reg [15:0] compare_a, compare_b, compare_c;
 
-    wire        running, rising, to_valley, to_peak;
+    wire        running, running_next, rising, to_valley, to_peak;
     wire        writes = sel && write;
     wire        locked = run || brake || running;
     wire        commit = writes && addr == `PWM_COMPARE_C;
+    wire        brake_next = writes && addr == `PWM_CONTROL ? wdata[1] : brake;
+    wire        ends = !running_next && !brake_next;
     wire        withdraw = writes && (addr == `PWM_COMPARE_A || addr == `PWM_COMPARE_B);
 
     // What the legs depend on is locked while they are in use, so that no change of it cuts a pulse.
@@ -69,8 +71,8 @@ module pwm (
     wire        load = to_valley || (to_peak && mode != 2'd0);
 
     pwm_carrier carrier (.clk(clk), .rst_n(rst_n), .run(run), .follow(follow && can_follow), .sync(sync_in), .period(period),
-                         .start_count(phase[15:0]), .start_rising(phase[16]), .running(running), .count(count),
-                         .rising(rising), .to_valley(to_valley), .to_peak(to_peak));
+                         .start_count(phase[15:0]), .start_rising(phase[16]), .running(running), .running_next(running_next),
+                         .count(count), .rising(rising), .to_valley(to_valley), .to_peak(to_peak));
 
     wire [47:0] newest = {compare_c, compare_b, compare_a};
     wire [2:0]  wish_leg = wish & {3{running && !brake}}; // not at rest, or a brake from there would begin with a high side
@@ -80,8 +82,8 @@ module pwm (
             pwm_compare updates (.clk(clk), .rst_n(rst_n), .running(running), .count(count), .rising(rising), .load(load),
                                  .once(once), .newest(newest[16*k +: 16]), .commit(commit), .withdraw(withdraw),
                                  .wish(wish[k]), .waiting(waiting[k]), .fell_back(fell_back[k]));
-            pwm_leg half_bridge (.clk(clk), .rst_n(rst_n), .enable(live && (running || brake)), .wish(wish_leg[k]),
-                                 .dead(dead), .shortest(min_pulse), .high(high[k]), .low(low[k]));
+            pwm_leg half_bridge (.clk(clk), .rst_n(rst_n), .enable(live && (running || brake)), .ends(ends),
+                                 .wish(wish_leg[k]), .dead(dead), .shortest(min_pulse), .high(high[k]), .low(low[k]));
         end
     endgenerate
 

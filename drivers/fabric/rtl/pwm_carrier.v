@@ -13,6 +13,7 @@ module pwm_carrier (
     input  wire [15:0] start_count,
     input  wire        start_rising,
     output reg         running,
+    output wire        running_next,  // in the next clock, but for a reset
     output reg  [15:0] count,
     output reg         rising,
     output wire        to_valley,     // the next clock is the valley
@@ -33,13 +34,15 @@ module pwm_carrier (
     assign to_valley = running && rising && count >= last;
     assign to_peak   = running && !rising && count <= 16'd1;
 
+    assign running_next = run && (running || !follow || sync);
+
     always @(posedge clk)
         if (!rst_n) begin
             running <= 1'b0;
             count   <= `PWM_COUNT_RESET;
             rising  <= 1'b0;
         end else if (!run || !running) begin
-            running <= run && (!follow || sync);
+            running <= running_next;
             count   <= start_count;
             rising  <= start_rising;
         end else if (to_valley) begin

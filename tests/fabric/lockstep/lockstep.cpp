@@ -79,7 +79,7 @@ class run
 
     int64_t frame_from = -1, frame_to = -1, finish = -1, temp_from = -1, temp_ready = -1, settled_at = 0,
             triggered_at = -1, results_at = -1;
-    bool cuts = false, chopped = false;
+    bool chopped = false;
     uint32_t sampled[4] = {}, temperature = 0;
     converter line_of[4] = {}, thermometer = {};
     unsigned stops = 0; /* bit per pin */
@@ -230,18 +230,15 @@ unsigned gates_of(const Vfabric_axis &top)
     return gates;
 }
 
-/* The RTL lets go in the clock that finds the overrun, the model with the results a clock later; the chopper hears of a sample
- * a clock after the results. */
+/* The chopper hears of a sample a clock after the results. */
 bool run::compare()
 {
     bool framed = n >= frame_from && n <= frame_to;
     bool warm = temp_from >= 0 && n >= temp_from && n < temp_from + TEMP_FRAME;
-    bool acknowledged = phase == ACCESS && now.writes && now.offset == ADC_STATUS && (now.value & EOC);
-    cuts = n == finish && model.gate.enabled && (model.adc.status & EOC) && !acknowledged;
     bool on = n == results_at ? chopped : model.gate.chopper.on;
     bool chops = on && model.gate.chopper.enabled && !(model.gate.asking & GATE_CLOCK_LOST);
     count.chops += chops;
-    bool bad = differs("gates", gates_of(top), cuts ? 0 : f->gates);
+    bool bad = differs("gates", gates_of(top), f->gates);
     bad = differs("interrupt", top.irq, f->interrupt) || bad;
     bad = differs("chopper", top.pin_chopper, chops) || bad;
     bad = differs("CS", top.pin_cs_n, !framed) || bad;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Stands for fabric_axis.v in the proof of fabric.v: any outputs, and 0 on the bus unless selected, as apb_slave.vh proves.
+// Stands for fabric_axis.v in the proof of fabric.v: 0 on the bus unless selected, as apb_slave.vh proves. Answers with what
+// reached it, and has outputs that follow bits of the bus that no other pin of up to three axes follows.
 module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
     input  wire        clk, rst_n, psel, penable, pwrite,
     input  wire [9:0]  paddr,
@@ -20,9 +21,14 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
     input  wire        pin_a, pin_b, pin_index, pin_lost,
     input  wire [2:0]  pin_hall
 );
-    // each axis answers with what tells it from the others
+    wire [41:0] free = {paddr, pwdata};
+    localparam [3:0] INDEX = AXIS, COUNT = AXES;
     always @(posedge clk)
-        prdata <= rst_n && psel ? {AXIS[3:0], 17'd1, pwrite, paddr} : 32'd0;
-    assign pready = 1'b1, pslverr = 1'b0, irq = 1'b0, sync_out = 1'b0, pin_high = 3'd0, pin_low = 3'd0, pin_chopper = 1'b0;
-    assign pin_cs_n = 1'b1, pin_sclk = 1'b0, pin_temp_cs_n = 1'b1, pin_temp_sclk = 1'b0, pin_mod_clock = 1'b0;
+        prdata <= !rst_n || !psel ? 32'd0
+            : paddr[3:2] == 2'd1 ? {11'd0, sync_in, pin_overcurrent, pin_driver_fault, pin_sto_a_n, pin_sto_b_n, pin_clock_ok,
+                                    pin_sdata, pin_temp_sdata, pin_mod_data, pin_a, pin_b, pin_index, pin_lost, pin_hall}
+            : paddr[3:2] == 2'd2 ? pwdata : {INDEX, COUNT, 12'd1, penable, pwrite, paddr};
+    assign pready = 1'b1, pslverr = 1'b0;
+    assign {sync_out, irq, pin_high, pin_low, pin_chopper, pin_cs_n, pin_sclk, pin_temp_cs_n, pin_temp_sclk, pin_mod_clock}
+        = free[14*AXIS +: 14];
 endmodule

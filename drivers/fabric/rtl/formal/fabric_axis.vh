@@ -7,10 +7,12 @@ always @(posedge clk) f_ran <= 1'b1;
 always @* if (!f_ran) assume (!rst_n);
 
 wire f_any = |pin_high || |pin_low;
+reg  f_lost;        // a sample was lost while live, a clock ago
+always @(posedge clk) f_lost <= rst_n && overrun_event && live;
 always @* if (f_ran) begin
     // in the same clock
     if (!rst_n || !pin_clock_ok || !pin_sto_a_n || !pin_sto_b_n || pin_overcurrent || pin_driver_fault) assert (!f_any);
-    if (overrun_event || trip) assert (!f_any);
+    if (trip || f_lost) assert (!f_any);
     if (!live) assert (!f_any);
     assert ((pin_high & pin_low) == 3'd0);
     assert ((high & low) == 3'd0);

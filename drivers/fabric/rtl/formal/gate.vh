@@ -8,14 +8,15 @@ wire f_any  = |pin_high || |pin_low;
 wire f_stop = pin_overcurrent || pin_driver_fault || !pin_sto_a_n || !pin_sto_b_n || !pin_clock_ok;
 
 always @* if (f_ran) begin
-    // in the same clock: reset, each pin, each latch, a lost sample, both sides of a leg, no ENABLE
+    // in the same clock: reset, each pin, each latch, both sides of a leg, no ENABLE
     if (!rst_n) assert (!f_any);
     if (pin_overcurrent) assert (!f_any);
     if (pin_driver_fault) assert (!f_any);
     if (!pin_sto_a_n) assert (!f_any);
     if (!pin_sto_b_n) assert (!f_any);
     if (!pin_clock_ok) assert (!f_any);
-    if (overrun_event) assert (!f_any);
+    if (|(high & low)) assert (!f_any);
+    if (|pin_latches || loop_lost || interlock) assert (!f_any);
     if (!enable) assert (!f_any && !live);
     // never both sides of a leg, and nothing that the PWM does not wish
     assert ((pin_high & pin_low) == 3'd0);
@@ -89,7 +90,7 @@ always @(posedge clk) if (f_ran && $past(rst_n)) begin
     if ($past(sel && write && addr == `GATE_CONTROL && !wdata[0])) assert (!enable);
     if ($past(sel && write && addr == `GATE_CONTROL && wdata[0] && f_calm)) assert (enable);
     if (f_latches != 7'd0) assert (!enable);
-    if ($past(enable && !settled && !(sel && write))) assert (enable);
+    if ($past(enable && !settled && !overrun_event && !(sel && write))) assert (enable);
 end else if (f_ran)
     assert (!enable && f_latches == 7'd0 && !chopper_enable);
 

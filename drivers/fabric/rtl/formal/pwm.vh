@@ -40,6 +40,8 @@ always @(posedge clk) if (f_ran) begin
     if (!$past(rst_n)) assert (!running && !brake);
     if (load) assert (running);
     if (running && $past(load)) assert (rising != $past(rising));
+    // the legs are told a clock before
+    if ($past(ends)) assert (!running && !brake);
     // brake and running need their bits
     if (running) assert ($past(run));
 end

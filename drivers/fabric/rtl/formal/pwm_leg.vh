@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: MIT
-// What a leg promises. Taken for granted, and proved of pwm.v: while enabled, DEAD and MIN_PULSE hold still, and the clock
-// after a reset is not enabled.
+// What a leg promises. Taken for granted, and proved of pwm.v: while enabled, DEAD and MIN_PULSE hold still, and neither the
+// clock after a reset nor that after one with `ends` is enabled.
 reg f_ran = 1'b0;
 always @(posedge clk) f_ran <= 1'b1;
 always @* if (!f_ran) assume (!rst_n);
 
 wire [7:0] f_dead     = dead == 8'd0 ? 8'd1 : dead;
 wire [7:0] f_shortest = shortest == 8'd0 ? 8'd1 : shortest;
-reg       f_was_reset;
+reg       f_was_reset, f_was_ending;
 reg [7:0] f_was_dead, f_was_shortest;
 always @(posedge clk) begin
     f_was_reset    <= !rst_n;
+    f_was_ending   <= ends;
     f_was_dead     <= dead;
     f_was_shortest <= shortest;
 end
 always @* if (f_ran) begin
     if (enable) assume (dead == f_was_dead && shortest == f_was_shortest);
-    if (f_was_reset) assume (!enable);
+    if (f_was_reset || f_was_ending) assume (!enable);
 end
 
 // clocks since a side was last on; clocks for which it has been on; whether it was the last one on
@@ -52,6 +53,7 @@ always @* if (f_ran) begin
     // never both; none while not enabled
     assert (!(high && low));
     if (!enable) assert (!high && !low);
+    if (f_was_ending) assert (!gate_high && !gate_low);
     // between one side and the other at least the dead time
     if (low) assert (f_since_high >= {2'd0, f_dead});
     if (high) assert (f_since_low >= {2'd0, f_dead});
@@ -81,6 +83,7 @@ reg f_wished;
 always @(posedge clk) f_wished <= rst_n && (wish || (enable && f_wished));
 always @* if (f_ran && !(f_wished || f_was_reset)) assert (!side && !high);
 // what induction needs to know besides
+always @* if (f_ran) assert (!(gate_high && !side) && !(gate_low && side));
 always @* if (f_ran && enable) begin
     if (!on) begin
         assert (left <= dead);
