@@ -171,7 +171,7 @@ scope:
 scope-pictures:
 	@.ci/tools page browser
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
-	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/launcher/test_page.py
+	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/launcher/page_run.py
 	cp $(BUILD)/scope/page.png docs/scope.png
 	cp $(BUILD)/scope/phone.png docs/scope-phone.png
 

@@ -149,10 +149,15 @@ def test_what_cannot_happen_to_the_motor_is_refused(page, line, usage):
 def test_identify_shows_how_far_it_is_and_what_it_found(page):
     page.script("send({kind: 'disturb', line: 'lock 1'})")  # it would coast for seconds
     page.wait(lambda: abs(page.latest("speed")) < 5)
-    time.sleep(0.3)
     page.script("send({kind: 'disturb', line: 'lock 0'})")
-    page.script("document.getElementById('said').textContent = ''")
-    page.click("[data-line=identify]")
+
+    def begins():
+        """Refused until the drive, too, has seen that the shaft stands."""
+        page.script("document.getElementById('said').textContent = ''")
+        page.click("[data-line=identify]")
+        page.wait(lambda: re.search("> identify\n(ok|error)", page.heard()))
+        return "> identify\nok" in page.heard()
+    page.wait(begins)
     page.wait(lambda: "'resistance'" in page.find("step").text)
     page.wait(lambda: re.search("'(axes|inductance|turn)'", page.find("step").text))
     page.click("#stop")
