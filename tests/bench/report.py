@@ -224,7 +224,8 @@ def _others(figures):
 
 
 def _compilers(known):
-    names = [name for name in known[REFERENCE] if is_row(name) and len({_worst(figures, name) for figures in known.values()}) > 1]
+    names = [name for name in known[REFERENCE]
+             if is_row(name) and len({_worst(figures, name) for figures in known.values()}) > 1]
     if not names:
         return
     yield from ("## Other compilers", "", "All of the above is GCC 12's. Where another makes a difference, worst data:", "",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """make bench: measures, prints the table and what has changed, and writes build/bench.json, build/cycles.md, all of it,
-docs/benchmarks.md, the bounds in docs/cycles.md and tests/bench/baseline.json, or for GCC 14 tests/bench/baseline-gcc14.json; to
-commit the last three accepts them."""
+docs/benchmarks.md, the bounds in docs/cycles.md and tests/bench/baseline.json (for GCC 14: baseline-gcc14.json); to commit the
+last three accepts them."""
 import argparse
 import json
 import os
@@ -27,7 +27,8 @@ CYCLES = Path("docs/cycles.md")
 
 def committed(baseline):
     """The figures of the last commit, or of the file where there is no git; None before the first."""
-    shown_by_git = subprocess.run(["git", "show", f"HEAD:{baseline.relative_to(ROOT)}"], capture_output=True, text=True, check=False)
+    shown_by_git = subprocess.run(["git", "show", f"HEAD:{baseline.relative_to(ROOT)}"], capture_output=True, text=True,
+                                  check=False)
     if shown_by_git.returncode == 0:
         return json.loads(shown_by_git.stdout)
     return json.loads(baseline.read_text()) if baseline.is_file() else None

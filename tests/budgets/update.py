@@ -4,8 +4,8 @@
 usage: update.py             tightens only
        update.py --loosen    raises too: say in each reason why
 
-GCC 12's figures stand in tests/budgets.toml, where reasons stay. Another compiler's stand beside, like tests/budgets-gcc14.toml:
-those that GCC 12's do not hold, no others. So GCC 12 comes first.
+GCC 12's figures stand in tests/budgets.toml, where reasons stay. Another compiler's stand beside it (budgets-gcc14.toml): those
+that GCC 12's do not hold, no others. So GCC 12 comes first.
 """
 import json
 import os
