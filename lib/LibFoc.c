@@ -95,10 +95,11 @@ static uint32_t root(uint64_t square)
 
     for (uint64_t bit = UINT64_C(1) << 62; bit != 0U; bit >>= 2) {
         const uint64_t trial = found + bit;
-        const uint64_t taken = rest >= trial ? UINT64_MAX : 0U;
+        const uint64_t less = rest - trial; /* -2^63 or more, and 2^63 - 1 at most: the sign says whether it is taken */
+        const uint64_t refused = (uint64_t)((int64_t)less >> 63);
 
-        rest -= trial & taken;
-        found = (found >> 1) + (bit & taken);
+        rest = less + (trial & refused);
+        found = (found >> 1) + (bit & ~refused);
     }
     return (uint32_t)(found + (rest > found ? 1U : 0U));
 }

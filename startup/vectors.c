@@ -44,5 +44,5 @@ __attribute__((section(".vectors"), used)) const struct vector_table vectors = {
 };
 /* clang-format on */
 
-__attribute__((section(".vectors_in_use"), used))
-vector_t startup_vectors[STARTUP_SYSTEM_VECTORS + STARTUP_EXTERNAL_VECTORS];
+vector_t startup_vectors[STARTUP_SYSTEM_VECTORS + STARTUP_EXTERNAL_VECTORS]
+    __attribute__((section(".vectors_in_use"), used));

@@ -13,7 +13,7 @@
 
 #define QUARTER_Q32    0x40000000u
 #define HOLD_SHIFT     6 /* the held voltage covers a 64th of the way per millisecond */
-#define MARGIN(tenths) ((tenths)*256 / 10)
+#define MARGIN(tenths) (256 * (tenths) / 10)
 #define SEES_MARGIN    MARGIN(15) /* the observer is released */
 #define LEADS_ALL \
     MARGIN(20) /* and may lead: OBSERVER_LEADS_Q8 with the torque current alone, this much with the field's */

@@ -7,8 +7,8 @@
 #include "lib/q15.h"
 
 #define JUMP_DEG     20u
-#define JUMP_COUNTS  3u              /* of a coarse encoder: less is edge noise */
-#define DEGREES(n)   ((n)*11930464u) /* Q32 */
+#define JUMP_COUNTS  3u                /* of a coarse encoder: less is edge noise */
+#define DEGREES(n)   (11930464u * (n)) /* Q32 */
 #define DOUBT_MS     8u
 #define DOUBT_BAD_MS 2u /* the EMF must contradict for this long */
 #define TURNED_TIMES 3u /* contradictions needed without a jump: slow loss of counts */

@@ -117,7 +117,7 @@ static inline bool current_loop_weakens(const volatile struct current_loop *c)
 }
 
 /* Returns the speed of the frame. */
-static inline __attribute__((always_inline)) int32_t
+static inline int32_t __attribute__((always_inline))
 current_loop_follow_here(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t)
 {
     const int32_t w_q15 = loop_frame_w_q15(c);

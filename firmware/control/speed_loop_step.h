@@ -56,7 +56,7 @@ static inline int32_t speed_loop_feedforward_q29(const struct tuning *t, int32_t
 }
 
 /* In Q29 a torque has 14 bits beyond Q15: a response of +-2.0, feed-forward of +-1.0 and a smaller integral sum fit 32 bits. */
-static inline __attribute__((always_inline)) int32_t
+static inline int32_t __attribute__((always_inline))
 speed_loop_control(struct speed_loop *s, const struct tuning *t, int32_t moved_q16, const struct interval *limits)
 {
     const int32_t ref_rpm_q15 = s->ref_rpm_q16 >> 1;
@@ -90,7 +90,7 @@ speed_loop_control(struct speed_loop *s, const struct tuning *t, int32_t moved_q
                                          : wanted_q29 >> 14;
 }
 
-static inline __attribute__((always_inline)) int32_t
+static inline int32_t __attribute__((always_inline))
 speed_loop_ramp_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits)
 {
     const int32_t moved_q16 = speed_loop_ramp(s, slope_q16);

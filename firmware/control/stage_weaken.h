@@ -30,7 +30,7 @@
  * d 7/12: when the bus has fallen, q must shed current, and d runs away meanwhile.
  */
 #define WEAKEN_D_MAX_STEPS(radius) ((radius) - ((radius) >> 7))
-#define WEAKEN_Q_MAX_STEPS(radius) ((radius)*13 / 16)
+#define WEAKEN_Q_MAX_STEPS(radius) (13 * (radius) / 16)
 
 #define WEAKEN_DEAD_STEPS (CONFIG_RADIUS_STEPS / 16) /* harmonics of the EMF lack this much at times */
 

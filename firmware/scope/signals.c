@@ -3,22 +3,14 @@
 
 #include "firmware/settings/config.h"
 
-#define OF_AXIS(name, member, format) \
-    { \
-        name, format, (uint16_t)offsetof(struct axis, member), 0u, false \
-    }
-#define OF_TWO(name, member, other, format) \
-    { \
-        name, format, (uint16_t)offsetof(struct axis, member), (uint16_t)offsetof(struct axis, other), false \
-    }
-#define OF_FABRIC(name, member, format) \
-    { \
-        name, format, (uint16_t)offsetof(struct fabric, member), 0u, true \
-    }
-
 _Static_assert(sizeof(struct axis) < 65536u && sizeof(struct fabric) < 65536u, "offsets have 16 bits");
 
 /* clang-format off */
+#define OF_AXIS(name, member, format) { name, format, (uint16_t)offsetof(struct axis, member), 0u, false }
+#define OF_TWO(name, member, other, format) \
+    { name, format, (uint16_t)offsetof(struct axis, member), (uint16_t)offsetof(struct axis, other), false }
+#define OF_FABRIC(name, member, format) { name, format, (uint16_t)offsetof(struct fabric, member), 0u, true }
+
 const struct signal_info signal_table[] = {
     /* new with each sample of the current loop */
     OF_FABRIC("i_a", adc.IA, SIGNAL_CURRENT),

@@ -2,9 +2,7 @@
 #include "cycles.h"
 
 #define KEY(member, min, max, initial) \
-    { \
-#member, offsetof(struct cycles_params, member), min, max, initial \
-    }
+    ((struct config_key){#member, offsetof(struct cycles_params, member), min, max, initial})
 
 /* The reasons for the defaults are in docs/timing.md. */
 const struct config_key cycles_keys[] = {

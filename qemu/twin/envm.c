@@ -32,9 +32,7 @@ enum {
 #define ERASED         0xFFu
 
 #define KEY(field, low, high, initial) \
-    { \
-#field, offsetof(struct envm_params, field), low, high, initial \
-    }
+    ((struct config_key){#field, offsetof(struct envm_params, field), low, high, initial})
 const struct config_key envm_keys[] = {
     KEY(program_s, 1e-6, 1, 8e-3), KEY(verify_s, 1e-6, 1, 20e-6), KEY(endurance, 1, 1e9, 1000),
     KEY(cut_write, 0, 1e9, 0),     KEY(cut_share, 0, 1, 0.5),     CONFIG_KEYS_END,

@@ -7,10 +7,7 @@
 #include "coss.h"
 #include "terminals.h"
 
-#define KEY(field, lo, hi, init) \
-    { \
-#field, offsetof(struct inverter_params, field), lo, hi, init \
-    }
+#define KEY(field, lo, hi, init) ((struct config_key){#field, offsetof(struct inverter_params, field), lo, hi, init})
 const struct config_key inverter_keys[] = {
     KEY(vbus_v, 0, 2000, CONFIG_REQUIRED),
     KEY(supply_sinks, 0, 1, 1),

@@ -15,9 +15,6 @@ struct config_key {
 };
 
 #define CONFIG_REQUIRED NAN
-#define CONFIG_KEYS_END \
-    { \
-        NULL, 0, 0, 0, 0 \
-    }
+#define CONFIG_KEYS_END ((struct config_key){NULL, 0, 0, 0, 0})
 
 #endif

@@ -5,10 +5,7 @@
 
 #include "motor_map.h"
 
-#define KEY(field, lo, hi, init) \
-    { \
-#field, offsetof(struct motor_params, field), lo, hi, init \
-    }
+#define KEY(field, lo, hi, init) ((struct config_key){#field, offsetof(struct motor_params, field), lo, hi, init})
 const struct config_key motor_keys[] = {
     KEY(pole_pairs, 1, 100, CONFIG_REQUIRED),
     KEY(resistance_ohm, 1e-4, 1e3, CONFIG_REQUIRED),
@@ -66,10 +63,7 @@ const struct config_key motor_keys[] = {
     CONFIG_KEYS_END,
 };
 #undef KEY
-#define KEY(field, lo, hi, init) \
-    { \
-#field, offsetof(struct load_params, field), lo, hi, init \
-    }
+#define KEY(field, lo, hi, init) ((struct config_key){#field, offsetof(struct load_params, field), lo, hi, init})
 const struct config_key load_keys[] = {
     KEY(inertia_kgm2, 0, 1e3, 0), KEY(viscous_nms, 0, 1e3, 0),       KEY(stiffness_nm_rad, 0, 1e8, 0),
     KEY(damping_nms, 0, 1e3, 0),  KEY(fan_nms2, 0, 1e3, 0),          KEY(coulomb_nm, 0, 1e3, 0),

@@ -5,10 +5,7 @@
 
 #define CODES 4096
 
-#define KEY(field, lo, hi, init) \
-    { \
-#field, offsetof(struct sensor_params, field), lo, hi, init \
-    }
+#define KEY(field, lo, hi, init) ((struct config_key){#field, offsetof(struct sensor_params, field), lo, hi, init})
 const struct config_key sensor_keys[] = {
     KEY(i_range_a, 1e-3, 1e5, CONFIG_REQUIRED),
     KEY(v_range_v, 1e-3, 1e5, CONFIG_REQUIRED),

@@ -1,9 +1,15 @@
 # SPDX-License-Identifier: MIT
 """The benchmark's figures as a table for the terminal, as changes against earlier ones, and as docs/benchmarks.md."""
+import json
+import sys
 import tomllib
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
+sys.path.append(str(HERE.parent / "tools"))
+from compiler import REFERENCE, file_of, nearest, versions_of  # noqa: E402
+
+BASELINE = HERE / "baseline.json"
 
 ROWS = {
     "current_loop.latency": "exception entry to the last write to the PWM, entry's 12 cycles included",
@@ -89,6 +95,16 @@ ROWS = {
 LOOP_ROWS = ("current_loop.", "handler.")
 
 
+def baselines():
+    """{version of GCC: the last committed figures}."""
+    return {version: json.loads(file_of(BASELINE, version).read_text()) for version in versions_of(BASELINE)}
+
+
+def baseline():
+    """Those of the present compiler."""
+    return json.loads(nearest(BASELINE).read_text())
+
+
 def is_row(name):
     return not name.startswith("_")
 
@@ -129,10 +145,11 @@ def changes(figures, earlier):
                 yield f"{name:<28} {key:<14}{before:>7} -> {now:>6}  {now - before:+d}"
 
 
-def markdown(figures):
-    """The text of docs/benchmarks.md."""
+def markdown(known):
+    """The text of docs/benchmarks.md, of {version of GCC: figures}."""
+    figures = known[REFERENCE]
     return "\n".join([*_opening(figures), *_current_loop(figures), *_rates(figures), *_library(figures),
-                      *_others(figures), *_peers(), *_method()]) + "\n"
+                      *_others(figures), *_compilers(known), *_peers(), *_method()]) + "\n"
 
 
 def _opening(figures):
@@ -204,6 +221,23 @@ def _others(figures):
         if not name.startswith((*LOOP_ROWS, "rate.")):
             yield _line(f"`{name}`", *_cells(figures[name]), ROWS[name])
     yield ""
+
+
+def _compilers(known):
+    names = [name for name in known[REFERENCE]
+             if is_row(name) and len({_worst(figures, name) for figures in known.values()}) > 1]
+    if not names:
+        return
+    yield from ("## Other compilers", "", "All of the above is GCC 12's. Where another makes a difference, worst data:", "",
+                _line("row", *(figures["_meta"]["compiler"].removeprefix("GNU C11 ") for figures in known.values())),
+                "|---|" + "--:|" * len(known))
+    for name in names:
+        yield _line(f"`{name}`", *(_worst(figures, name) for figures in known.values()))
+    yield ""
+
+
+def _worst(figures, name):
+    return figures.get(name, {}).get("cycles_max", "")
 
 
 def _peers():

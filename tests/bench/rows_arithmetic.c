@@ -37,14 +37,8 @@ struct kernel_row {
     const struct vector_range *typical, *extreme;
 };
 
-#define ANY \
-    { \
-        INT32_MIN, INT32_MAX \
-    }
-#define SYMMETRIC(limit) \
-    { \
-        -(limit), (limit) \
-    }
+#define ANY                 ((struct vector_range){INT32_MIN, INT32_MAX})
+#define SYMMETRIC(limit)    ((struct vector_range){-(limit), (limit)})
 #define RANGES(kernel, ...) static const struct vector_range kernel[] = {__VA_ARGS__};
 #define LIB_CURRENT         SYMMETRIC(100000)
 #define LIB_FRACTION        SYMMETRIC(1 << LIB_TRIG_FRAC)

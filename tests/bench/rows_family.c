@@ -27,14 +27,8 @@ static const struct {
     {"SVM_Lib_Do", time_svm, 3},
 };
 
-#define TYPICAL \
-    { \
-        -100000, 100000 \
-    }
-#define ANY \
-    { \
-        INT32_MIN, INT32_MAX \
-    }
+#define TYPICAL ((struct vector_range){-100000, 100000})
+#define ANY     ((struct vector_range){INT32_MIN, INT32_MAX})
 static const struct vector_range typical[ARGUMENTS_MAX] = {TYPICAL, TYPICAL, TYPICAL, TYPICAL, TYPICAL, TYPICAL};
 static const struct vector_range any[ARGUMENTS_MAX] = {ANY, ANY, ANY, ANY, ANY, ANY};
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """make bench: measures, prints the table and what has changed, and writes build/bench.json, build/cycles.md, all of it,
-docs/benchmarks.md, the bounds in docs/cycles.md and tests/bench/baseline.json; to commit the last three accepts them."""
+docs/benchmarks.md, the bounds in docs/cycles.md and tests/bench/baseline.json (for GCC 14: baseline-gcc14.json); to commit the
+last three accepts them."""
 import argparse
 import json
 import os
@@ -13,23 +14,24 @@ sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests"), str(ROOT / "tests" / "t
 os.chdir(ROOT)
 
 from bench.measure import measure  # noqa: E402
-from bench.report import changes, markdown, table  # noqa: E402
+from bench.report import BASELINE, baselines, changes, markdown, table  # noqa: E402
+from compiler import REFERENCE, file_of, version  # noqa: E402
 from cycles_page import listings, with_summary  # noqa: E402
 from disasm import ImageError  # noqa: E402
 from launcher.errors import LauncherError  # noqa: E402
 from launcher.paths import build_dir, shown  # noqa: E402
 
-BASELINE = "tests/bench/baseline.json"
 DOCUMENT = "docs/benchmarks.md"
 CYCLES = Path("docs/cycles.md")
 
 
-def committed():
+def committed(baseline):
     """The figures of the last commit, or of the file where there is no git; None before the first."""
-    shown_by_git = subprocess.run(["git", "show", f"HEAD:{BASELINE}"], capture_output=True, text=True, check=False)
+    shown_by_git = subprocess.run(["git", "show", f"HEAD:{baseline.relative_to(ROOT)}"], capture_output=True, text=True,
+                                  check=False)
     if shown_by_git.returncode == 0:
         return json.loads(shown_by_git.stdout)
-    return json.loads(Path(BASELINE).read_text()) if Path(BASELINE).is_file() else None
+    return json.loads(baseline.read_text()) if baseline.is_file() else None
 
 
 def as_text(figures):
@@ -44,18 +46,20 @@ def main():
     seed = parser.parse_args().seed
     figures = measure(seed=seed)
     print("\n".join(table(figures)))
-    before = committed()
+    baseline = file_of(BASELINE, version())
+    before = committed(baseline)
     if before is not None:
         print("\nagainst the last committed figures:")
         print("\n".join(changes(figures, before)) or "no change")
     results = build_dir() / "bench.json"
     results.write_text(json.dumps(figures, indent=1) + "\n")
-    Path(BASELINE).write_text(as_text(figures))
-    Path(DOCUMENT).write_text(markdown(figures))
-    CYCLES.write_text(with_summary(CYCLES.read_text(), figures))
+    baseline.write_text(as_text(figures))
+    known = baselines()
+    Path(DOCUMENT).write_text(markdown(known))
+    CYCLES.write_text(with_summary(CYCLES.read_text(), known[REFERENCE]))
     every = build_dir() / "cycles.md"
     every.write_text(listings(figures, build_dir()))
-    print(f"\nwritten: {shown(results)}, {shown(every)}, {DOCUMENT}, {CYCLES}, {BASELINE}")
+    print(f"\nwritten: {shown(results)}, {shown(every)}, {DOCUMENT}, {CYCLES}, {shown(baseline)}")
     return 0
 
 

@@ -2,7 +2,10 @@
 """Nothing gets slower, larger or deeper, and no budget grows stale, without a change of tests/budgets.toml."""
 import pytest
 
-from budgets.figures import complaints, cycles, load_budgets, portable, sizes, stacks
+from budgets.figures import BUDGETS as FILE
+from budgets.figures import complaints, cycles, load, load_budgets, portable, sizes, stacks
+from budgets.update import beside
+from compiler import REFERENCE, file_of, versions_of
 from launcher.paths import build_dir
 
 BUDGETS = load_budgets()
@@ -18,6 +21,22 @@ def test_every_budget_has_a_reason():
     for section, rows in BUDGETS.items():
         for name, budget in rows.items():
             assert set(budget) == {"max", "reason"} and len(budget["reason"]) >= 10, f"{section} {name}"
+
+
+@pytest.mark.parametrize("version", versions_of(FILE))
+def test_another_compiler_has_figures_for_known_rows_only(version):
+    assert version == REFERENCE or all(name in BUDGETS[section] for section, rows in load(file_of(FILE, version)).items()
+                                       for name in rows)
+
+
+@pytest.mark.parametrize("own, now, loosen, kept", [
+    (None, 100, False, None), (None, 96, False, None), (None, 90, False, 90), (None, 110, False, 100), (None, 110, True, 110),
+    (110, 108, False, 108), (110, 112, False, 110), (110, 112, True, 112), (110, 99, False, None),
+])
+def test_figures_of_another_compiler(own, now, loosen, kept):
+    """They stand beside only where the reference's do not hold, and go up only when told to."""
+    found = beside({"cycles": {"row": {"max": 100}}}, {"cycles": {"row": own}} if own else {}, {"cycles": {"row": now}}, loosen)
+    assert found.get("cycles", {}).get("row") == kept
 
 
 def test_cycles(bench, budgets_of_bench):

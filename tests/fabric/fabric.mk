@@ -51,7 +51,7 @@ AXIS_HEADERS = $(addprefix qemu/twin/,rtl_axis.h rtl_names.h rtl_axis.vlt)
 $(BUILD)/fabric/axis.so: $(FABRIC_RTL) $(FABRIC_REGISTERS) $(AXIS_SOURCES) $(AXIS_HEADERS) tests/fabric/fabric.mk
 	@mkdir -p $(AXIS)
 	$(call say,VERILATE)
-	$(Q)$(VERILATE) qemu/twin/rtl_axis.vlt --Mdir $(AXIS)
+	$(Q)$(VERILATE) qemu/twin/rtl_axis.vlt --Mdir $(AXIS) > /dev/null
 	$(Q)$(MAKE) -s -C $(AXIS) -f Vfabric_axis.mk OPT_FAST='-O3 -fPIC' OPT_SLOW='-O1 -fPIC' OPT_GLOBAL='-O2 -fPIC' \
 	    Vfabric_axis__ALL.a verilated.o verilated_threads.o > $(AXIS)/log 2>&1 || { tail -n 5 $(AXIS)/log; exit 1; }
 	$(Q)$(HOSTCXX) -std=c++17 -O3 -fPIC -shared $(HOST_WARNINGS) -Iqemu/twin -I$(AXIS) -isystem $(VERILATED_INCLUDE) \
@@ -67,7 +67,7 @@ LOCKSTEP_SOURCES = $(wildcard tests/fabric/lockstep/*.cpp)
 $(LOCKSTEP)/rtl.a: $(FABRIC_RTL) $(FABRIC_REGISTERS) tests/fabric/fabric.mk
 	@mkdir -p $(@D)
 	$(call say,VERILATE)
-	$(Q)$(VERILATE) --coverage-line --Mdir $(@D)/rtl
+	$(Q)$(VERILATE) --coverage-line --Mdir $(@D)/rtl > /dev/null
 	$(Q)$(MAKE) -s -C $(@D)/rtl -f Vfabric_axis.mk OPT_FAST=-O2 OPT_SLOW=-O1 Vfabric_axis__ALL.a verilated.o \
 	    verilated_cov.o verilated_threads.o > $(@D)/rtl.log 2>&1 || { tail -n 5 $(@D)/rtl.log; exit 1; }
 	@rm -f $@

@@ -35,8 +35,8 @@ def findings(rtl=RTL):
 
 
 def timescale(line):
-    """Icarus' note on what this RTL does on purpose: it has no delays and so no timescale."""
-    return "timescale" in line
+    """Icarus' note on what this RTL does on purpose, which has no delays and so no timescale; and Verilator 5.03's report."""
+    return "timescale" in line or line.startswith(("- V e r i l a t i o n", "- Verilator:"))
 
 
 def main():

@@ -25,7 +25,7 @@
     { \
         unsigned wrong = 0; \
         for (int32_t y = -32768; y <= 32768; y++) { \
-            const int32_t error = (expression)*32768 - (product); \
+            const int32_t error = 32768 * (expression) - (product); \
             wrong += (unsigned)(error <= -16384) | (unsigned)(error > 16384); \
         } \
         return wrong; \

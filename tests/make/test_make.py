@@ -63,6 +63,13 @@ def test_missing_tools_are_listed_and_nothing_is_installed(tmp_path):
     assert "gcc-arm-none-eabi" in line and "gcc" in line and "NO_INSTALL" in line
 
 
+def test_other_debian_takes_no_folder_of_others(tmp_path):
+    assert "give a folder" in complaint(run(".ci/other-debian"))
+    (tmp_path / "theirs").touch()
+    assert "holds something else" in complaint(run(".ci/other-debian", str(tmp_path)))
+    assert (tmp_path / "theirs").exists()
+
+
 def test_wrong_qemu_is_named():
     assert "QEMU=/no/such/qemu" in complaint(run("make", "-s", "run", QEMU="/no/such/qemu"))
     assert "not a QEMU" in complaint(run("make", "-s", "run", QEMU="/bin/true", BUILD=str(BUILD)))

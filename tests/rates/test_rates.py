@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
 """Another PWM rate, dead time or clock works, or does not compile and says why."""
-import json
 import os
 import shutil
 import subprocess
@@ -9,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.report import baseline
 from launcher import simulate
 from launcher.load import CURRENT_LOOP, load_irqlog
 from rates.builds import OWN_HZ, RATES_HZ, SAMPLE_HZ, build_of, make, overrides
 from target.runner import CLOSING, run_image
 
-FIGURES = json.loads(Path("tests/bench/baseline.json").read_text())
+FIGURES = baseline()
 RPM = 1200
 PLAN = {"key": "rates", "end_s": "load + 0.25", "preamble_s": 0.05, "step": [
     {"t_s": 0.1, "label": "on", "console": "on"},

@@ -12,9 +12,7 @@ struct lib_golden {
 };
 
 #define LIB_GOLDEN(name, checksum) \
-    { \
-        name ": assembly is the C beside it", name ": as on the host", checksum \
-    }
+    ((struct lib_golden){name ": assembly is the C beside it", name ": as on the host", checksum})
 
 static const struct lib_golden lib_golden[CASE_COUNT] = {
     [CASE_CLARKE] = LIB_GOLDEN("Clarke", 0x32421D6Fu),

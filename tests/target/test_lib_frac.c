@@ -24,10 +24,8 @@ struct build {
 };
 
 #define BUILD(frac) \
-    { \
-        frac, lib_frac##frac##_Park, lib_frac##frac##_InvPark, "Park, " #frac " fraction bits", \
-            "InvPark, " #frac " fraction bits" \
-    }
+    ((struct build){frac, lib_frac##frac##_Park, lib_frac##frac##_InvPark, "Park, " #frac " fraction bits", \
+                    "InvPark, " #frac " fraction bits"})
 
 static const struct build builds[] = {BUILD(1), BUILD(16), BUILD(30), BUILD(31)};
 

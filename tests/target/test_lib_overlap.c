@@ -19,10 +19,7 @@ struct function {
     uint32_t results;
 };
 
-#define FUNCTION(name, results) \
-    { \
-#name " in place", (lib_function)name, results \
-    }
+#define FUNCTION(name, results) ((struct function){#name " in place", (lib_function)name, results})
 
 static const struct function functions[] = {
     FUNCTION(Clarke_Lib_Do, 2),

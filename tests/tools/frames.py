@@ -28,7 +28,9 @@ def stack_step(instruction):
 
 
 def _writes_stack_pointer(text, operands):
-    if re.match(r"(cmp|cmn|tst|teq|str|stm|push|pop|b|msr|it)", text):
+    if re.match(r"(ldm|stm)", text):
+        return operands.startswith("sp!")
+    if re.match(r"(cmp|cmn|tst|teq|str|push|pop|b|msr|it)", text):
         return False
     return operands.split(",")[0] in ("sp", "sp!") or "[sp]!" in operands
 

@@ -132,7 +132,7 @@ def check_state(path, text):
 
 
 def check_format(paths):
-    tool = "clang-format-14"
+    tool = "clang-format"
     result = subprocess.run([tool, "--dry-run", "-Werror", "--style=file", *map(str, paths)], cwd=ROOT,
                             capture_output=True, text=True)
     for line in result.stderr.split("\n"):
@@ -177,7 +177,7 @@ def main():
         print(f"{path}:{number}: {what}")
         count += 1
     if count:
-        print(f"mssfoc: {count} findings; 'clang-format-14 -i FILE' mends the formatting", file=sys.stderr)
+        print(f"mssfoc: {count} findings; 'clang-format -i FILE' mends the formatting", file=sys.stderr)
         return 1
     print("lint: no findings")
     return 0

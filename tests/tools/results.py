@@ -96,7 +96,7 @@ def versions():
 
 def main():
     results = ROOT / "docs" / "results.md"
-    replace_block(ROOT / "README.md", "drive", drive_table())
+    replace_block(ROOT / "README.md", "drive", f"{drive_table()}\nWith {versions()}")
     replace_block(results, "faults", fault_table())
     image = str(BUILD / "mssfoc.elf")
     replace_block(results, "size", listing(lambda: (size.image_table(image), size.library_table(str(BUILD / "libmssfoc.a")))))

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
 """Cycles instruction by instruction: counted by hand, with their reasons, and together what the bound and the twin say."""
-import json
 import os
 import re
 from pathlib import Path
@@ -9,6 +8,7 @@ import disasm
 import listing
 import pytest
 import remarks
+from bench.report import baseline
 
 BUILD = Path(os.environ.get("BUILD", "build"))
 NAKED = "__attribute__((naked, aligned(4))) "
@@ -115,7 +115,7 @@ def test_command(capsys):
 def test_listings_are_what_is_measured():
     """The bench's figures of the last `make bench`: the same instructions, executed by the twin on all its data."""
     import cycles_page
-    figures = json.loads(Path("tests/bench/baseline.json").read_text())
+    figures = baseline()
     image = disasm.Image(BUILD / "bench.elf")
     rows = [*cycles_page.LIBRARY, *cycles_page.kernel_rows(image, figures)]
     listings = {row: cycles_page.counted(image, row)[1] for row in rows}

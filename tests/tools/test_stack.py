@@ -40,6 +40,15 @@ __attribute__((naked, noinline)) int work(int n) { __asm("push {r4, r5, r6, lr}\
     assert row(found, "Reset_Handler").chain == ("Reset_Handler", "work", "deep", "shallow")
 
 
+def test_a_load_through_the_stack_pointer_leaves_it(make_image):
+    """As GCC 14 reads two words there; with the address written back it would be a release."""
+    code = '__attribute__((naked)) int work(int n) {{ __asm("sub sp, #8\\n ldmia sp{}, {{r0, r1}}\\n add sp, #{}\\n bx lr"); }}'
+    assert row(bounds_of(make_image(code.format("", 8))), "Reset_Handler").chain[-1] == "work"
+    assert row(bounds_of(make_image(code.format("!", 0))), "Reset_Handler").chain[-1] == "work"
+    with pytest.raises(disasm.ImageError, match="leaves 8 bytes"):
+        bounds_of(make_image(code.format("", 0)))
+
+
 def test_nesting_by_priority(make_image):
     handlers = "".join(f'__attribute__((naked)) void {name}(void) {{ __asm("sub sp, #{size}\\n add sp, #{size}\\n bx lr"); }}\n'
                        for name, size in (("Slow", 40), ("Fast", 16), ("Fast2", 24)))

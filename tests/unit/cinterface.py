@@ -116,6 +116,9 @@ class Library:
         if name:
             self.structs[name] = kind
         members = [child for child in die.iter_children() if child.tag == "DW_TAG_member"]
+        if any("DW_AT_bit_size" in child.attributes for child in members):  # FILE of the C library; ctypes packs otherwise
+            kind._fields_ = [("opaque", ctypes.c_char * die.attributes["DW_AT_byte_size"].value)]
+            return
         fields = [(_name(child) or f"anonymous_{number}", self._of(child)) for number, child in enumerate(members)]
         kind._anonymous_ = [field for (field, _), child in zip(fields, members) if not _name(child)]
         kind._fields_ = fields

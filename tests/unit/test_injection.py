@@ -49,7 +49,7 @@ class Played:
 
 def expected(state, times, i_alpha, i_beta, angle_q32, table):
     """The equations of firmware/control/injection.h in the formats of stage_inject.h."""
-    cosine, sine = (int(x) for x in cos_sin(np.array([angle_q32]), table))
+    cosine, sine = (int(x[0]) for x in cos_sin(np.array([angle_q32]), table))
     step = i_alpha - state["i_alpha_q15"], i_beta - state["i_beta_q15"]
     alpha, beta = (int(sat(step[n] - state[f"step_{axis}_q15"], 16)) for n, axis in enumerate(("alpha", "beta")))
     y_d = times * ((alpha * cosine + beta * sine + 2**14) >> 15)
