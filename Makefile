@@ -33,8 +33,9 @@ LIB_TRIG_FRAC ?= 15
 PWM_HZ       ?=
 DEAD_TIME_NS ?=
 MIN_PULSE_NS ?=
+SETTLE_NS    ?=
 CHOICES = -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC) $(PWM_HZ:%=-DCONFIG_PWM_HZ=%) $(DEAD_TIME_NS:%=-DCONFIG_DEAD_TIME_NS=%) \
-          $(MIN_PULSE_NS:%=-DCONFIG_MIN_PULSE_NS=%)
+          $(MIN_PULSE_NS:%=-DCONFIG_MIN_PULSE_NS=%) $(SETTLE_NS:%=-DCONFIG_SETTLE_NS=%)
 
 WARNINGS = -Wall -Wextra -Wconversion -Wshadow -Wundef -Wmissing-prototypes -Wstrict-prototypes -Werror
 CPU      = -mcpu=cortex-m3 -mthumb
@@ -263,7 +264,7 @@ help:
 	@echo 'make mutants         faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n RUNGS="names"]'
 	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
 	@echo 'make clean           remove $(BUILD)'
-	@echo 'PWM_HZ=n DEAD_TIME_NS=n MIN_PULSE_NS=n build for another rate, 8000...40000, dead time or pulse (firmware/settings/rates.h)'
+	@echo 'PWM_HZ=n DEAD_TIME_NS=n MIN_PULSE_NS=n SETTLE_NS=n build for another rate, 8000...40000, dead time, pulse or amplifier (firmware/settings/rates.h)'
 	@echo 'BUILD=dir puts every product elsewhere; PYTHON=path chooses the interpreter.'
 
 -include $(shell find $(BUILD)/arm -name '*.d' 2>/dev/null)

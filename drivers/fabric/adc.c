@@ -18,18 +18,21 @@ static uint32_t modulator_setting(uint32_t osr)
 }
 
 /* Stopped, so that no result is of the old source. */
-bool adc_select(struct adc_regs *adc, uint32_t osr, int32_t trip_q15)
+bool adc_select(struct adc_regs *adc, uint32_t osr, int32_t trip_q15, uint32_t settle_clocks)
 {
     const uint32_t of_modulators = osr == 0u ? 0u : ADC_CONTROL_MODULATORS;
-    const uint32_t control = ADC_CONTROL_ENABLE | ADC_CONTROL_IRQ_ENABLE | of_modulators;
+    const uint32_t of_shunts = settle_clocks == 0u ? 0u : ADC_CONTROL_RECONSTRUCT;
+    const uint32_t control = ADC_CONTROL_ENABLE | ADC_CONTROL_IRQ_ENABLE | of_modulators | of_shunts;
     const uint32_t setting = osr == 0u ? adc->MODULATOR : modulator_setting(osr);
     adc->MODULATOR_TRIP = (uint32_t)trip_q15;
+    adc->SETTLE = settle_clocks;
     if (adc->CONTROL != control || adc->MODULATOR != setting) {
         adc_stop(adc);
         adc->MODULATOR = setting;
         adc->CONTROL = control;
     }
-    return adc->CONTROL == control && adc->MODULATOR == setting && adc->MODULATOR_TRIP == (uint32_t)trip_q15;
+    return adc->CONTROL == control && adc->MODULATOR == setting && adc->MODULATOR_TRIP == (uint32_t)trip_q15 &&
+           adc->SETTLE == settle_clocks;
 }
 
 void adc_stop(struct adc_regs *adc)

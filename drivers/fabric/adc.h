@@ -70,11 +70,12 @@ void adc_start(struct adc_regs *adc);
 /*
  * Selects the source of the currents: the serial converters, with an osr of 0, or isolated modulators, whose results are of 3
  * osr bits after the trigger, 32, 64, 128 or 256. Beyond trip_q15, 0 ... 32767, their fast path, of 3 x 16 bits, switches the
- * bridge off (gate.h, OVERCURRENT). From then on the block converts with its interrupt, as after adc_start(); a conversion
- * under way is dropped, unless nothing changes. Returns false if a register does not read back. Context: thread or slow loop,
- * bridge off.
+ * bridge off (gate.h, OVERCURRENT). Shunts below the low sides: a phase whose low side had been on for less than settle_clocks
+ * becomes minus the sum of the other two, unless another had, too; 0: sensors in line with the phases. From then on the block
+ * converts with its interrupt, as after adc_start(); a conversion under way is dropped, unless nothing changes. Returns false
+ * if a register does not read back. Context: thread or slow loop, bridge off.
  */
-bool adc_select(struct adc_regs *adc, uint32_t osr, int32_t trip_q15);
+bool adc_select(struct adc_regs *adc, uint32_t osr, int32_t trip_q15, uint32_t settle_clocks);
 
 /* No more conversions, and the interrupt line is low on return. A conversion under way is dropped. Context: any. */
 void adc_stop(struct adc_regs *adc);

@@ -97,7 +97,8 @@ static void make_ready(struct axis *a)
 {
     if (!pwm_set_update(&a->fabric->pwm, a->tuning.update) ||
         !pwm_set_samples(&a->fabric->pwm, (uint32_t)a->tuning.samples, (uint32_t)a->tuning.early_counts) ||
-        !adc_select(&a->fabric->adc, (uint32_t)a->tuning.modulator_osr, a->tuning.modulator_trip_q15)) {
+        !adc_select(&a->fabric->adc, (uint32_t)a->tuning.modulator_osr, a->tuning.modulator_trip_q15,
+                    a->tuning.settle_counts)) {
         axis_raise(a, FAULT_FABRIC);
         return;
     }

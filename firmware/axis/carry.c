@@ -220,7 +220,7 @@ static void switch_on_again(struct axis *a, enum fault cause)
     }
     a->speed.integral_q29 = torque_held_q29(a);
     leave_sensor(a, cause);
-    if (!current_loop_select(&a->loop, a->fabric, LOOP_OBSERVER, a->loop.scheme)) {
+    if (!current_loop_select(&a->loop, a->fabric, LOOP_OBSERVER)) {
         axis_raise(a, FAULT_FABRIC); /* the gate does not let go */
         return;
     }

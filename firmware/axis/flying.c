@@ -31,7 +31,7 @@ void flying_begin(struct axis *a)
 {
     a->flying = (struct flying){.counts = EMF_PULSE_SHORTEST};
     current_loop_field(&a->loop, 0, 0);
-    if (!current_loop_select(&a->loop, a->fabric, LOOP_OBSERVER, LOOP_SENSE_AB)) {
+    if (!current_loop_select(&a->loop, a->fabric, LOOP_OBSERVER)) {
         axis_raise(a, FAULT_FABRIC); /* the gate does not let go */
     }
 }

@@ -80,7 +80,7 @@ static int32_t moved(const struct axis *a)
 void start_follow(struct axis *a, enum loop_source source)
 {
     current_loop_off(&a->loop, a->fabric);
-    if (current_loop_select(&a->loop, a->fabric, source, LOOP_SENSE_AB)) {
+    if (current_loop_select(&a->loop, a->fabric, source)) {
         current_loop_on(&a->loop, a->fabric, &a->tuning);
     } else {
         axis_raise(a, FAULT_FABRIC); /* the gate does not let go */

@@ -20,7 +20,7 @@ static bool select_hall(struct axis *a, uint32_t follows)
 {
     struct current_loop *const c = &a->loop;
     current_loop_field(c, 0, 0);
-    if (!current_loop_select(c, a->fabric, LOOP_HALL, LOOP_SENSE_AB)) {
+    if (!current_loop_select(c, a->fabric, LOOP_HALL)) {
         axis_raise(a, FAULT_FABRIC); /* the gate does not let go */
         return false;
     }

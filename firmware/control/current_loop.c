@@ -152,10 +152,8 @@ void current_loop_follow(volatile struct current_loop *c, const struct fabric *f
  */
 void current_loop_on(volatile struct current_loop *c, struct fabric *f, const struct tuning *t)
 {
-    const int32_t sum_q15 =
-        c->scheme == LOOP_SENSE_PAIR ? ADC_LIMIT_NONE : t->i_sum_q15; /* one of the three may be blind */
     adc_clear_overrun(&f->adc);
-    adc_set_limits(&f->adc, t->i_trip_q15, sum_q15, t->v_min_q15, t->v_max_q15);
+    adc_set_limits(&f->adc, t->i_trip_q15, t->i_sum_q15, t->v_min_q15, t->v_max_q15);
     c->i_d_ref_q15 = 0;
     c->i_q_ref_q15 = 0;
     current_loop_rest(c);
@@ -190,14 +188,14 @@ void current_loop_off(volatile struct current_loop *c, struct fabric *f)
     current_loop_rest(c);
 }
 
-static void (*handler(const volatile struct current_loop *c, enum loop_source source, enum loop_scheme scheme))(void)
+static void (*handler(const volatile struct current_loop *c, enum loop_source source))(void)
 {
     if (current_loop_weakens(c)) {
-        const bool beyond = c->weaken.radius_steps > CONFIG_RADIUS_STEPS && scheme == LOOP_SENSE_AB;
-        return beyond ? c->handlers->overmodulating : c->handlers->weakening[scheme];
+        const bool beyond = c->weaken.radius_steps > CONFIG_RADIUS_STEPS;
+        return beyond ? c->handlers->overmodulating : c->handlers->weakening;
     }
-    const bool rippled = c->ripple_q10 != 0 && source == LOOP_ENCODER && scheme == LOOP_SENSE_AB;
-    return rippled ? c->handlers->rippled : c->handlers->handler[source][scheme];
+    const bool rippled = c->ripple_q10 != 0 && source == LOOP_ENCODER;
+    return rippled ? c->handlers->rippled : c->handlers->handler[source];
 }
 
 static void serve_by(const volatile struct current_loop *c, void (*chosen)(void))
@@ -205,17 +203,15 @@ static void serve_by(const volatile struct current_loop *c, void (*chosen)(void)
     *(c->diverted != NULL ? c->diverted : c->handlers->vector) = chosen;
 }
 
-bool current_loop_select(volatile struct current_loop *c, const struct fabric *f, enum loop_source source,
-                         enum loop_scheme scheme)
+bool current_loop_select(volatile struct current_loop *c, const struct fabric *f, enum loop_source source)
 {
     if ((gate_status(&f->gate) & GATE_STATUS_LIVE) != 0u) {
         return false;
     }
     c->source = source;
-    c->scheme = scheme;
     c->field_follows = 0u;
     if (c->handlers != NULL) {
-        serve_by(c, handler(c, source, scheme));
+        serve_by(c, handler(c, source));
         cpu_dsb(); /* visible to the next interrupt */
     }
     return true;
@@ -225,7 +221,7 @@ void current_loop_exchange(volatile struct current_loop *c, enum loop_source sou
 {
     c->source = source;
     if (c->handlers != NULL) {
-        serve_by(c, handler(c, source, c->scheme));
+        serve_by(c, handler(c, source));
     }
 }
 

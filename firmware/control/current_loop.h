@@ -2,9 +2,8 @@
 /*
  * The current loop: the end-of-conversion interrupt, once or twice a PWM period, at the highest priority.
  *
- * current_loop_step.h does the interrupt's work in C, with one instance for each angle source and sensing scheme; the one for
- * the encoder and two sensors also exists in assembly (current_loop_isr.S), which is faster. The vector selects the instance:
- * current_loop_select(). The slow loop prepares its inputs once a millisecond: gains for the present bus voltage, feed-forward,
+ * current_loop_step.h does the interrupt's work in C, with one instance for each angle source; the one for the encoder also
+ * exists in assembly (current_loop_isr.S), which is faster. The vector selects the instance: current_loop_select(). The slow loop prepares its inputs once a millisecond: gains for the present bus voltage, feed-forward,
  * thresholds (in the ADC block). Its state can be watched in the structure while the motor turns.
  *
  * The interrupt preempts everything else, so lower-priority code takes the structure as volatile: each access then happens
@@ -45,27 +44,13 @@ enum loop_source {
     LOOP_SOURCES,
 };
 
-/* Which phase currents are measured. */
-enum loop_scheme {
-    LOOP_SENSE_AB,   /* a and b: sensors in line with the phases */
-    LOOP_SENSE_PAIR, /* two of three, current_loop_pair(): shunts, one of which may be blind */
-    LOOP_SCHEMES,
-};
-
-/* The two bits select which current is computed from the other two. */
-enum loop_pair {
-    LOOP_PAIR_AB = 0,
-    LOOP_PAIR_BC = INT32_MIN,
-    LOOP_PAIR_CA = 1 << 30,
-};
-
 /* An axis's instances of the interrupt, and the vector that chooses one of them. */
 struct loop_handlers {
     void (**vector)(void);
-    void (*handler[LOOP_SOURCES][LOOP_SCHEMES])(void);
-    void (*weakening[LOOP_SCHEMES])(void); /* replaces [LOOP_ENCODER] in field weakening */
-    void (*overmodulating)(void);          /* replaces weakening[LOOP_SENSE_AB] beyond the modulator's circle */
-    void (*rippled)(void);                 /* replaces [LOOP_ENCODER][LOOP_SENSE_AB], whose dead_shift is 0 */
+    void (*handler[LOOP_SOURCES])(void);
+    void (*weakening)(void);      /* replaces [LOOP_ENCODER] in field weakening */
+    void (*overmodulating)(void); /* replaces weakening beyond the modulator's circle */
+    void (*rippled)(void);        /* replaces [LOOP_ENCODER], whose dead_shift is 0 */
 };
 
 /* Extra state of the field-weakening instances (stage_weaken.h). */
@@ -105,14 +90,13 @@ struct current_loop {
     int32_t v_q_steps;
     uint32_t encoder_scale_q32;                   /* electrical turns per count */
     uint32_t status_max;                          /* a gate status above this is a fault; all ones while none counts */
-    int32_t pair;                                 /* enum loop_pair */
     uint32_t field_angle_q32;                     /* of LOOP_FORCED: at the next sample */
     int32_t field_speed_q32;                      /* added each sample */
     uint16_t circle_steps[1 << LOOP_CIRCLE_BITS]; /* largest |v_q| for a given v_d */
 
     /* which instance runs: written only by current_loop_select() */
     const struct loop_handlers *handlers; /* NULL: no interrupt */
-    uint32_t source, scheme;
+    uint32_t source;
     void (**diverted)(void); /* keeps the handler's address while the vector holds another entry; NULL: it does not */
 
     /* once a millisecond */
@@ -194,8 +178,7 @@ void current_loop_arm(volatile struct current_loop *c, struct fabric *f, const s
  * Chooses the instance of the interrupt. Only while the bridge is off; otherwise returns false and changes nothing: the
  * integrals belong to the previous source's frame. Slow loop.
  */
-bool current_loop_select(volatile struct current_loop *c, const struct fabric *f, enum loop_source source,
-                         enum loop_scheme scheme);
+bool current_loop_select(volatile struct current_loop *c, const struct fabric *f, enum loop_source source);
 
 /*
  * From LOOP_OBSERVER to LOOP_INJECTION or back, while the bridge is on: both share frame, angle, speed and integrals. One
@@ -247,12 +230,6 @@ void current_loop_set_rotor(volatile struct current_loop *c, uint32_t angle_q32)
  * stay. Slow loop; holds the interrupt back for about 300 cycles.
  */
 void current_loop_adopt(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);
-
-/* For LOOP_SENSE_PAIR: the two currents to use from the next sample on; one store. Slow loop, bridge on or off. */
-static inline void current_loop_pair(volatile struct current_loop *c, enum loop_pair pair)
-{
-    c->pair = pair;
-}
 
 /* Gains and feed-forward for the present bus voltage, speed and references. Slow loop, every millisecond, last. */
 void current_loop_follow(volatile struct current_loop *c, const struct fabric *f, const struct tuning *t);

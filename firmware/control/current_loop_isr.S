@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The current loop's interrupt for the encoder and two sensors, written by hand. current_loop_step.h is the C reference; each
+ * The current loop's interrupt for the encoder, written by hand. current_loop_step.h is the C reference; each
  * remark begins with its cycle count (docs/timing.md; for memory without wait cycles).
  *
  * No branch but the one that ends a sample with a fault; the same instructions whatever the data. Values stay in registers from

@@ -27,7 +27,7 @@
 #define LOOP_V_Q           60
 #define LOOP_ENCODER_SCALE 64
 #define LOOP_STATUS_MAX    68
-#define LOOP_CIRCLE        84
+#define LOOP_CIRCLE        80
 
 /* The d voltage is limited to +-2^(bits - 1) steps, between half the circle and all of it: q always gets a share. */
 #define LOOP_V_D_BITS 15

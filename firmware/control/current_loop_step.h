@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * One sample of the current loop in C, in four stages: sense -> angle -> regulate -> modulate. Each angle source and sensing
- * scheme is its own instance: both are constant at the call, so the compiler keeps one path without branches, in constant time.
- * current_loop_isr.S is the hand-written instance for the encoder and two sensors; tests require identical results.
+ * One sample of the current loop in C, in four stages: sense -> angle -> regulate -> modulate. Each angle source is its own
+ * instance: it is constant at the call, so the compiler keeps one path without branches, in constant time. current_loop_isr.S
+ * is the hand-written instance for the encoder; tests require identical results.
  *
  * The conversion is acknowledged after its last value is read and before GATE.STATUS is read: a handler that returned before
  * its interrupt line dropped would run twice for one sample, unnoticed. Fabric accesses stay in order, so once that read
@@ -44,9 +44,9 @@ static inline __attribute__((always_inline)) uint32_t current_loop_angle(struct 
 
 /* Returns whether the sample has a fault. ISR; tests may call it with their own blocks. */
 static inline __attribute__((always_inline)) bool current_loop_step(struct current_loop *c, struct fabric *f,
-                                                                    enum loop_source source, enum loop_scheme scheme)
+                                                                    enum loop_source source)
 {
-    const alphabeta_t i = scheme == LOOP_SENSE_AB ? sense_ab(f) : sense_pair(c, f);
+    const alphabeta_t i = sense(f);
     /* Here rather than at its use: the compiler still has registers for it. */
     const alphabeta_t coarse = {i.alpha >> c->dead_shift, i.beta >> c->dead_shift};
     const cossin_t cs = cossin_q15(current_loop_angle(c, source));
@@ -70,9 +70,9 @@ static inline __attribute__((always_inline)) bool current_loop_step(struct curre
 
 /* The same from Hall switches. */
 static inline __attribute__((always_inline)) bool current_loop_step_hall(struct current_loop *c, struct hall *h,
-                                                                         struct fabric *f, enum loop_scheme scheme)
+                                                                         struct fabric *f)
 {
-    const alphabeta_t i = scheme == LOOP_SENSE_AB ? sense_ab(f) : sense_pair(c, f);
+    const alphabeta_t i = sense(f);
     const alphabeta_t coarse = {i.alpha >> c->dead_shift, i.beta >> c->dead_shift};
     const cossin_t cs = cossin_q15(current_loop_angle(c, LOOP_HALL));
     modulate(&f->pwm, regulate(c, park_q15(i, cs), 0), cs, coarse, c->turn_q15);
@@ -86,9 +86,9 @@ static inline __attribute__((always_inline)) bool current_loop_step_hall(struct 
  * voltages act, reached by an angle instead of two shears. `beyond`: beyond the modulator's circle.
  */
 static inline __attribute__((always_inline)) bool current_loop_step_weakening(struct current_loop *c, struct fabric *f,
-                                                                              enum loop_scheme scheme, bool beyond)
+                                                                              bool beyond)
 {
-    const alphabeta_t i = scheme == LOOP_SENSE_AB ? sense_ab(f) : sense_pair(c, f);
+    const alphabeta_t i = sense(f);
     const alphabeta_t coarse = {i.alpha >> c->dead_shift, i.beta >> c->dead_shift};
     const uint32_t angle_q32 = angle_of_rotor(c);
     const dq_t v = regulate_weakening(c, park_q15(i, cossin_q15(angle_q32)));

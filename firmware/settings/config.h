@@ -24,6 +24,7 @@ _Static_assert(CONFIG_PWM_HZ % 16 == 0,
                "CONFIG_PWM_HZ must be a multiple of 16: CONFIG_SPEED_BASE_HZ is a whole number");
 _Static_assert(CONFIG_PWM_HZ >= 8000 && CONFIG_PWM_HZ <= CONFIG_LOOP_HZ_MAX,
                "CONFIG_PWM_HZ: tested from 8000 to 40000");
+_Static_assert(CONFIG_SETTLE_COUNTS < 4096, "CONFIG_SETTLE_NS: at most 40 us, the ADC's register");
 _Static_assert(FABRIC_HZ % 1000000 == 0,
                "FABRIC_HZ must be a whole number of megahertz: the dead time is counted in them");
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The PWM rate, dead time, shortest pulse and everything derived from them and the fabric's clock, as plain numbers for C and
- * assembly. Change the first three here or pass them to make (PWM_HZ=40000 DEAD_TIME_NS=500 MIN_PULSE_NS=100): the rest
- * follows, or config.h stops the compiler and says why.
+ * The PWM rate, dead time, shortest pulse, settling time of a shunt's amplifier and everything derived from them and the
+ * fabric's clock, as plain numbers for C and assembly. Change the first four here or pass them to make (PWM_HZ=40000
+ * DEAD_TIME_NS=500 MIN_PULSE_NS=100 SETTLE_NS=600): the rest follows, or config.h stops the compiler and says why.
  */
 #ifndef FIRMWARE_SETTINGS_RATES_H
 #define FIRMWARE_SETTINGS_RATES_H
@@ -18,6 +18,9 @@
 #ifndef CONFIG_MIN_PULSE_NS
 #define CONFIG_MIN_PULSE_NS 20
 #endif
+#ifndef CONFIG_SETTLE_NS
+#define CONFIG_SETTLE_NS 1200
+#endif
 
 /*
  * PWM, sampling and current loop are synchronous: one sample each period, or two by the parameter pwm_samples, up to the
@@ -27,6 +30,15 @@
 #define CONFIG_PWM_COUNTS       (2 * CONFIG_HALF_COUNTS)
 #define CONFIG_DEAD_COUNTS      ((FABRIC_HZ / 1000000 * CONFIG_DEAD_TIME_NS + 999) / 1000)
 #define CONFIG_MIN_PULSE_COUNTS ((FABRIC_HZ / 1000000 * CONFIG_MIN_PULSE_NS + 999) / 1000)
+
+/*
+ * How long a low side must have been on for its shunt to tell the current. A current out of the bridge goes through the diode
+ * before, during the dead time; one into it does not, but the compensation of the dead time keeps its low side on for longer by
+ * as much. So of the amplifier's settling time the dead time has gone by already.
+ */
+#define CONFIG_SETTLE_AFTER_NS (CONFIG_SETTLE_NS - CONFIG_DEAD_TIME_NS)
+#define CONFIG_SETTLE_COUNTS \
+    (CONFIG_SETTLE_AFTER_NS > 10 ? (FABRIC_HZ / 1000000 * CONFIG_SETTLE_AFTER_NS + 999) / 1000 : 1)
 
 #define CONFIG_LOOP_HZ_MAX 40000
 

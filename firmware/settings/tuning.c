@@ -107,6 +107,7 @@ static void tune_limits(const struct params *p, struct tuning *t)
     t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
     t->i_max_q15 = tuning_q15_from_milli(p->i_max_ma, p->i_range_ma);
     tune_modulators(p, t);
+    t->settle_counts = p->low_side_shunts != 0 ? CONFIG_SETTLE_COUNTS : 0u;
     t->i_sum_q15 = t->i_trip_q15 / 4;
     t->v_min_q15 = tuning_q15_from_milli(p->v_min_mv, p->v_range_mv);
     t->v_max_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv);

@@ -58,61 +58,55 @@ static void watch_device(void)
 }
 
 /*
- * One instance of the current loop's interrupt. Axis, fabric, source and scheme are constants here, so all addresses are
- * immediate and no branch is left but the one to a fault.
+ * One instance of the current loop's interrupt. Axis, fabric and source are constants here, so all addresses are immediate and
+ * no branch is left but the one to a fault.
  */
-#define CURRENT_LOOP_HANDLER(name, axis, fabric, source, scheme) \
+#define CURRENT_LOOP_HANDLER(name, axis, fabric, source) \
     void name(void) \
     { \
-        if (current_loop_step(&axes[axis].loop, fabric, source, scheme)) { \
+        if (current_loop_step(&axes[axis].loop, fabric, source)) { \
             current_loop_fault(); \
         } \
     }
 
-CURRENT_LOOP_HANDLER(handlers_encoder_ab, 0, FABRIC0, LOOP_ENCODER, LOOP_SENSE_AB)
-CURRENT_LOOP_HANDLER(handlers_encoder_pair, 0, FABRIC0, LOOP_ENCODER, LOOP_SENSE_PAIR)
-CURRENT_LOOP_HANDLER(handlers_forced_ab, 0, FABRIC0, LOOP_FORCED, LOOP_SENSE_AB)
-CURRENT_LOOP_HANDLER(handlers_forced_pair, 0, FABRIC0, LOOP_FORCED, LOOP_SENSE_PAIR)
-CURRENT_LOOP_HANDLER(handlers_observer_ab, 0, FABRIC0, LOOP_OBSERVER, LOOP_SENSE_AB)
-CURRENT_LOOP_HANDLER(handlers_observer_pair, 0, FABRIC0, LOOP_OBSERVER, LOOP_SENSE_PAIR)
-CURRENT_LOOP_HANDLER(handlers_injection_ab, 0, FABRIC0, LOOP_INJECTION, LOOP_SENSE_AB)
-CURRENT_LOOP_HANDLER(handlers_injection_pair, 0, FABRIC0, LOOP_INJECTION, LOOP_SENSE_PAIR)
+CURRENT_LOOP_HANDLER(handlers_encoder_ab, 0, FABRIC0, LOOP_ENCODER)
+CURRENT_LOOP_HANDLER(handlers_forced_ab, 0, FABRIC0, LOOP_FORCED)
+CURRENT_LOOP_HANDLER(handlers_observer_ab, 0, FABRIC0, LOOP_OBSERVER)
+CURRENT_LOOP_HANDLER(handlers_injection_ab, 0, FABRIC0, LOOP_INJECTION)
 
-#define HALL_HANDLER(name, axis, fabric, scheme) \
+#define HALL_HANDLER(name, axis, fabric) \
     void name(void) \
     { \
-        if (current_loop_step_hall(&axes[axis].loop, &axes[axis].hall, fabric, scheme)) { \
+        if (current_loop_step_hall(&axes[axis].loop, &axes[axis].hall, fabric)) { \
             current_loop_fault(); \
         } \
     }
 
-HALL_HANDLER(handlers_hall_ab, 0, FABRIC0, LOOP_SENSE_AB)
-HALL_HANDLER(handlers_hall_pair, 0, FABRIC0, LOOP_SENSE_PAIR)
+HALL_HANDLER(handlers_hall_ab, 0, FABRIC0)
 
-#define WEAKENING_HANDLER(name, axis, fabric, scheme, beyond) \
+#define WEAKENING_HANDLER(name, axis, fabric, beyond) \
     void name(void) \
     { \
-        if (current_loop_step_weakening(&axes[axis].loop, fabric, scheme, beyond)) { \
+        if (current_loop_step_weakening(&axes[axis].loop, fabric, beyond)) { \
             current_loop_fault(); \
         } \
     }
 
-WEAKENING_HANDLER(handlers_weakening_ab, 0, FABRIC0, LOOP_SENSE_AB, false)
-WEAKENING_HANDLER(handlers_weakening_pair, 0, FABRIC0, LOOP_SENSE_PAIR, false)
-WEAKENING_HANDLER(handlers_overmodulating_ab, 0, FABRIC0, LOOP_SENSE_AB, true)
+WEAKENING_HANDLER(handlers_weakening_ab, 0, FABRIC0, false)
+WEAKENING_HANDLER(handlers_overmodulating_ab, 0, FABRIC0, true)
 
-/* The encoder with two sensors, the way a drive spends its life, is by hand: control/current_loop_isr.S. */
+/* The encoder, the way a drive spends its life, is by hand: control/current_loop_isr.S. */
 const struct loop_handlers handlers_of_axis_0 = {
     .vector = &startup_vectors[STARTUP_SYSTEM_VECTORS + BOARD_IRQ_ADC],
     .handler =
         {
-            [LOOP_ENCODER] = {FabricIrq0_IRQHandler, handlers_encoder_pair},
-            [LOOP_FORCED] = {handlers_forced_ab, handlers_forced_pair},
-            [LOOP_OBSERVER] = {handlers_observer_ab, handlers_observer_pair},
-            [LOOP_INJECTION] = {handlers_injection_ab, handlers_injection_pair},
-            [LOOP_HALL] = {handlers_hall_ab, handlers_hall_pair},
+            [LOOP_ENCODER] = FabricIrq0_IRQHandler,
+            [LOOP_FORCED] = handlers_forced_ab,
+            [LOOP_OBSERVER] = handlers_observer_ab,
+            [LOOP_INJECTION] = handlers_injection_ab,
+            [LOOP_HALL] = handlers_hall_ab,
         },
-    .weakening = {handlers_weakening_ab, handlers_weakening_pair},
+    .weakening = handlers_weakening_ab,
     .overmodulating = handlers_overmodulating_ab,
     .rippled = handlers_encoder_ab,
 };

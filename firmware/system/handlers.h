@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The interrupts: their axes and priorities. The current loop has one handler per source of the angle and sensing scheme, and
+ * The interrupts: their axes and priorities. The current loop has one handler per source of the angle, and
  * control/current_loop.h chooses; the slow loop is MSS timer 1, once a millisecond. Its clock comes from the same PLL as the
  * PWM, so the two never drift.
  */
@@ -33,18 +33,12 @@ void scoped_tick(void);
 
 /* The current loop of axis 0 in C. The first is not in the table of handlers: the assembly version takes its place. */
 void handlers_encoder_ab(void);
-void handlers_encoder_pair(void);
 void handlers_weakening_ab(void);
-void handlers_weakening_pair(void);
 void handlers_overmodulating_ab(void);
 void handlers_forced_ab(void);
-void handlers_forced_pair(void);
 void handlers_observer_ab(void);
-void handlers_observer_pair(void);
 void handlers_injection_ab(void);
-void handlers_injection_pair(void);
 void handlers_hall_ab(void);
-void handlers_hall_pair(void);
 
 /* The current loop's interrupt ends here when a sample has a fault. Only the interrupt calls it. */
 void current_loop_fault(void);

@@ -88,17 +88,11 @@ static void rows_handlers(void)
 {
     row_handler("handler.assembly", FabricIrq0_IRQHandler);
     row_handler("handler.encoder_ab", handlers_encoder_ab);
-    row_handler("handler.encoder_pair", handlers_encoder_pair);
     row_handler("handler.forced_ab", handlers_forced_ab);
-    row_handler("handler.forced_pair", handlers_forced_pair);
     row_handler("handler.observer_ab", handlers_observer_ab);
-    row_handler("handler.observer_pair", handlers_observer_pair);
     row_handler("handler.injection_ab", handlers_injection_ab);
-    row_handler("handler.injection_pair", handlers_injection_pair);
     row_hall("handler.hall_ab", handlers_hall_ab);
-    row_hall("handler.hall_pair", handlers_hall_pair);
     row_handler("handler.weakening_ab", handlers_weakening_ab);
-    row_handler("handler.weakening_pair", handlers_weakening_pair);
     row_handler("handler.overmodulating_ab", handlers_overmodulating_ab);
 }
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The firmware at other PWM rates: one build folder for each, below the one in use, with the same twin."""
+"""The firmware at other PWM rates and dead times: one build folder for each, below the one in use, with the same twin."""
 import fcntl
 import os
 import shutil
@@ -24,23 +24,24 @@ def make(build, *targets, **choices):
                           capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
 
 
-def build_of(hz, *targets):
-    """The build folder of a rate with these products in it, as absolute path. One process at a time: tests of several files,
-    and so of several workers, want the same folder."""
+def build_of(hz, *targets, **choices):
+    """The build folder of a rate, and of what else is chosen on make's command line, with these products in it, as absolute
+    path. One process at a time: tests of several files, and so of several workers, want the same folder."""
     own = Path(os.environ.get("BUILD", "build"))
-    build = own if hz == OWN_HZ else own / "rates" / str(hz)
+    name = "-".join([str(hz), *(f"{key}{value}" for key, value in choices.items())])
+    build = own if name == str(OWN_HZ) else own / "rates" / name
     build.mkdir(parents=True, exist_ok=True)
     with open(build / "one_at_a_time", "w", encoding="ascii") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        return _built(hz, own, build, targets)
+        return _built(own, build, targets, {"PWM_HZ": "" if hz == OWN_HZ else hz, **choices})
 
 
-def _built(hz, own, build, targets):
-    done = make(build, *targets, PWM_HZ="" if hz == OWN_HZ else hz)
+def _built(own, build, targets, choices):
+    done = make(build, *targets, **choices)
     if done.returncode != 0:
-        raise AssertionError(f"the build at {hz} Hz failed: {done.stderr[-2000:]}")
+        raise AssertionError(f"the build in {build.name} failed: {done.stderr[-2000:]}")
     twin = build / "qemu"
-    if hz != OWN_HZ and not twin.is_symlink():
+    if build != own and not twin.is_symlink():
         shutil.rmtree(twin, ignore_errors=True)  # of a `make` by hand: it may be old
         twin.symlink_to((own / "qemu").resolve())
     return build.resolve()

@@ -111,3 +111,11 @@ def test_a_dead_time_between_two_counts_is_rounded_up(ns, counts, tmp_path):
     source.write_text('#include "firmware/settings/config.h"\n'
                       f'_Static_assert(CONFIG_DEAD_COUNTS == {counts}, "rounded up");\n')
     assert compiled(source, f"-DCONFIG_DEAD_TIME_NS={ns}") == (True, "")
+
+
+@pytest.mark.parametrize("settle_ns, dead_ns, counts", [(1200, 1000, 20), (1200, 300, 90), (1205, 300, 91), (600, 1000, 1)])
+def test_of_a_shunts_settling_time_the_dead_time_has_gone_by(settle_ns, dead_ns, counts, tmp_path):
+    source = tmp_path / "settle.c"
+    source.write_text('#include "firmware/settings/config.h"\n'
+                      f'_Static_assert(CONFIG_SETTLE_COUNTS == {counts}, "less the dead time");\n')
+    assert compiled(source, f"-DCONFIG_DEAD_TIME_NS={dead_ns}", f"-DCONFIG_SETTLE_NS={settle_ns}") == (True, "")

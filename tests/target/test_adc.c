@@ -69,16 +69,21 @@ static void test_adc_offsets(void)
 static void test_select(void)
 {
     struct adc_regs *const adc = &FABRIC0->adc;
-    harness_true("adc: modulators", adc_select(adc, 128u, 20000));
+    harness_true("adc: modulators", adc_select(adc, 128u, 20000, 0u));
     harness_equal("adc: 128 bits, 16 in the fast path, 20 MHz", adc->MODULATOR, 0x512u);
     harness_equal("adc: their trip", adc->MODULATOR_TRIP, 20000u);
     harness_equal("adc: on, with modulators", adc->CONTROL, 0xBu);
     const uint32_t sequence = adc_sequence(adc);
-    harness_true("adc: the same again", adc_select(adc, 128u, 20001));
+    harness_true("adc: the same again", adc_select(adc, 128u, 20001, 0u));
     wait_counts(3u * PERIOD_COUNTS);
     harness_true("adc: it converts", adc_sequence(adc) - sequence >= 2u);
-    harness_true("adc: the converters again", adc_select(adc, 0u, 20001));
+    harness_true("adc: shunts", adc_select(adc, 0u, 20001, 120u));
+    harness_equal("adc: what they do not see is reconstructed", adc->CONTROL, 7u);
+    harness_equal("adc: until they have settled", adc->SETTLE, 120u);
+    harness_true("adc: more than the register holds", !adc_select(adc, 0u, 20001, 4096u));
+    harness_true("adc: the converters again", adc_select(adc, 0u, 20001, 0u));
     harness_equal("adc: on, without", adc->CONTROL, 3u);
+    harness_equal("adc: always valid", adc->SETTLE, 0u);
     adc_stop(adc);
 }
 

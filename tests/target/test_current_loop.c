@@ -2,8 +2,7 @@
 /*
  * The current loop's interrupt, bit for bit. The assembly runs on a loop and a fabric of the test's own, its counterpart in C
  * (current_loop_step.h) on copies of them, and everything either has written is compared. The other instances in C are held
- * against that one: given the angle that the field is to have, and the currents that the pair stands for, it must come to the
- * same. Random data over the whole ranges and their corners. And what must hold of the compares whatever the data: room for
+ * against that one: given the angle that the field is to have, it must come to the same. Random data over the whole ranges and their corners. And what must hold of the compares whatever the data: room for
  * dead times and a pulse on either side.
  */
 #include "firmware/control/current_loop_step.h"
@@ -39,8 +38,6 @@ __asm__(".text\n"
         "add r11, r0, #1\n"
         "mov r10, r1\n"
         "b FabricIrq0_IRQHandler + " NUMBER(LOOP_BODY) "\n");
-
-static const int32_t pairs[3] = {LOOP_PAIR_AB, LOOP_PAIR_BC, LOOP_PAIR_CA};
 
 static uint32_t random_state = RANDOM_SEED;
 
@@ -82,7 +79,6 @@ static void fill(struct current_loop *c)
     c->encoder_scale_q32 = next();
     c->field_angle_q32 = next();
     c->field_speed_q32 = any(1 << 28);
-    c->pair = pairs[next() % 3u];
 }
 
 /* What changes from step to step; the circle does not. */
@@ -196,23 +192,12 @@ static void test_assembly(void)
         draw(&tested, &expected, gate);
         faults = 0;
         run_body(&tested.loop, &tested.fabric);
-        const bool fault = current_loop_step(&expected.loop, &expected.fabric, LOOP_ENCODER, LOOP_SENSE_AB);
+        const bool fault = current_loop_step(&expected.loop, &expected.fabric, LOOP_ENCODER);
         compare(&wrong, &tested, &expected);
         wrong.faults += faults == gate - 1u && fault == (gate > 1u) ? 0u : 1u;
         watchdog_refresh();
     }
     say("assembly against C: steps", &wrong);
-}
-
-/* What the pair stands for, spelled out. */
-static void replace_unmeasured(struct side *s)
-{
-    uint32_t *const i = (uint32_t *)&s->fabric + offsetof(struct fabric, adc.IA) / 4u;
-    if (s->loop.pair == LOOP_PAIR_BC) {
-        i[0] = 0u - i[1] - i[2];
-    } else if (s->loop.pair == LOOP_PAIR_CA) {
-        i[1] = 0u - i[0] - i[2];
-    }
 }
 
 /* No voltage is added, and the current stands: then the mean of two samples is the sample. */
@@ -229,27 +214,21 @@ static void rest_injection(struct current_loop *c, alphabeta_t i)
  * The expected side is the encoder's instance, led to the field's angle by its offset. Afterwards the tested side's field has
  * turned by its speed, and nothing else may differ.
  */
-static void test_instance(const char *title, enum loop_source source, enum loop_scheme scheme,
+static void test_instance(const char *title, enum loop_source source,
                           bool (*step_tested)(struct current_loop *, struct fabric *))
 {
     struct count wrong = {0};
     for (uint32_t step = 0; step < STEPS / 4u; step++) {
         draw(&tested, &expected, (next() & 3u) == 0u ? 2u : 1u);
         const uint32_t offset_q32 = expected.loop.angle_offset_q32;
-        if (scheme == LOOP_SENSE_PAIR) {
-            replace_unmeasured(&expected);
-        }
-        if (source != LOOP_ENCODER) {
-            tested.loop.field_follows = source >= LOOP_OBSERVER && (next() & 1u) != 0u ? UINT32_MAX : 0u;
-            expected.loop.angle_offset_q32 = expected.loop.field_angle_q32 - expected.loop.pll.angle_q32 +
-                                             (expected.loop.pll.angle_q32 & tested.loop.field_follows);
-        }
+        tested.loop.field_follows = source >= LOOP_OBSERVER && (next() & 1u) != 0u ? UINT32_MAX : 0u;
+        expected.loop.angle_offset_q32 = expected.loop.field_angle_q32 - expected.loop.pll.angle_q32 +
+                                         (expected.loop.pll.angle_q32 & tested.loop.field_follows);
         if (source == LOOP_INJECTION) {
-            rest_injection(&tested.loop, scheme == LOOP_SENSE_AB ? sense_ab(&tested.fabric)
-                                                                 : sense_pair(&tested.loop, &tested.fabric));
+            rest_injection(&tested.loop, sense(&tested.fabric));
         }
         const bool fault = step_tested(&tested.loop, &tested.fabric);
-        const bool wanted = current_loop_step(&expected.loop, &expected.fabric, LOOP_ENCODER, LOOP_SENSE_AB);
+        const bool wanted = current_loop_step(&expected.loop, &expected.fabric, LOOP_ENCODER);
         if (source >=
             LOOP_OBSERVER) { /* angle and speed are tests/unit/test_observer.py's, test_injection.py's, test_hall.py's */
             expected.loop.pll = tested.loop.pll;
@@ -257,10 +236,8 @@ static void test_instance(const char *title, enum loop_source source, enum loop_
             expected.loop.inject = tested.loop.inject;
             expected.loop.field_follows = tested.loop.field_follows;
         }
-        if (source != LOOP_ENCODER) {
-            expected.loop.angle_offset_q32 = offset_q32;
-            expected.loop.field_angle_q32 += (uint32_t)expected.loop.field_speed_q32;
-        }
+        expected.loop.angle_offset_q32 = offset_q32;
+        expected.loop.field_angle_q32 += (uint32_t)expected.loop.field_speed_q32;
         compare(&wrong, &tested, &expected);
         wrong.faults += fault == wanted ? 0u : 1u;
         watchdog_refresh();
@@ -268,51 +245,26 @@ static void test_instance(const char *title, enum loop_source source, enum loop_
     say(title, &wrong);
 }
 
-static bool step_encoder_pair(struct current_loop *c, struct fabric *f)
+static bool step_forced(struct current_loop *c, struct fabric *f)
 {
-    return current_loop_step(c, f, LOOP_ENCODER, LOOP_SENSE_PAIR);
+    return current_loop_step(c, f, LOOP_FORCED);
 }
 
-static bool step_forced_ab(struct current_loop *c, struct fabric *f)
+static bool step_observer(struct current_loop *c, struct fabric *f)
 {
-    return current_loop_step(c, f, LOOP_FORCED, LOOP_SENSE_AB);
+    return current_loop_step(c, f, LOOP_OBSERVER);
 }
 
-static bool step_forced_pair(struct current_loop *c, struct fabric *f)
+static bool step_injection(struct current_loop *c, struct fabric *f)
 {
-    return current_loop_step(c, f, LOOP_FORCED, LOOP_SENSE_PAIR);
-}
-
-static bool step_observer_ab(struct current_loop *c, struct fabric *f)
-{
-    return current_loop_step(c, f, LOOP_OBSERVER, LOOP_SENSE_AB);
-}
-
-static bool step_observer_pair(struct current_loop *c, struct fabric *f)
-{
-    return current_loop_step(c, f, LOOP_OBSERVER, LOOP_SENSE_PAIR);
-}
-
-static bool step_injection_ab(struct current_loop *c, struct fabric *f)
-{
-    return current_loop_step(c, f, LOOP_INJECTION, LOOP_SENSE_AB);
-}
-
-static bool step_injection_pair(struct current_loop *c, struct fabric *f)
-{
-    return current_loop_step(c, f, LOOP_INJECTION, LOOP_SENSE_PAIR);
+    return current_loop_step(c, f, LOOP_INJECTION);
 }
 
 static struct hall hall;
 
-static bool step_hall_ab(struct current_loop *c, struct fabric *f)
+static bool step_hall(struct current_loop *c, struct fabric *f)
 {
-    return current_loop_step_hall(c, &hall, f, LOOP_SENSE_AB);
-}
-
-static bool step_hall_pair(struct current_loop *c, struct fabric *f)
-{
-    return current_loop_step_hall(c, &hall, f, LOOP_SENSE_PAIR);
+    return current_loop_step_hall(c, &hall, f);
 }
 
 int main(void)
@@ -321,14 +273,9 @@ int main(void)
     prepare(&tested.loop);
     prepare(&expected.loop);
     test_assembly();
-    test_instance("encoder, two of three: steps", LOOP_ENCODER, LOOP_SENSE_PAIR, step_encoder_pair);
-    test_instance("forced, a and b: steps", LOOP_FORCED, LOOP_SENSE_AB, step_forced_ab);
-    test_instance("forced, two of three: steps", LOOP_FORCED, LOOP_SENSE_PAIR, step_forced_pair);
-    test_instance("observer, a and b: steps", LOOP_OBSERVER, LOOP_SENSE_AB, step_observer_ab);
-    test_instance("observer, two of three: steps", LOOP_OBSERVER, LOOP_SENSE_PAIR, step_observer_pair);
-    test_instance("injection, a and b: steps", LOOP_INJECTION, LOOP_SENSE_AB, step_injection_ab);
-    test_instance("injection, two of three: steps", LOOP_INJECTION, LOOP_SENSE_PAIR, step_injection_pair);
-    test_instance("Hall, a and b: steps", LOOP_HALL, LOOP_SENSE_AB, step_hall_ab);
-    test_instance("Hall, two of three: steps", LOOP_HALL, LOOP_SENSE_PAIR, step_hall_pair);
+    test_instance("forced: steps", LOOP_FORCED, step_forced);
+    test_instance("observer: steps", LOOP_OBSERVER, step_observer);
+    test_instance("injection: steps", LOOP_INJECTION, step_injection);
+    test_instance("Hall: steps", LOOP_HALL, step_hall);
     harness_end();
 }

@@ -74,7 +74,7 @@ static void step(struct station *s)
 {
     struct axis *const a = &s->axis;
     convert(s);
-    if (current_loop_step(&a->loop, &s->fabric, (enum loop_source)a->loop.source, (enum loop_scheme)a->loop.scheme)) {
+    if (current_loop_step(&a->loop, &s->fabric, (enum loop_source)a->loop.source)) {
         axis_sample_fault(a);
     }
     s->steps++;

@@ -40,7 +40,6 @@ static void fill(struct current_loop *c, struct fabric *f, int32_t radius_steps)
     c->integral_q_q9 = any(1 << 24);
     c->turn_q15 = any(ADVANCE_MAX_Q15);
     c->encoder_scale_q32 = next();
-    c->pair = LOOP_PAIR_AB;
     c->dead_shift = next() % 6u;
     c->weaken = (struct loop_weakening){
         .turn_q32 = next(),
@@ -127,9 +126,9 @@ static dq_t plain(struct current_loop *c, dq_t i)
     return (dq_t){d.got, q.got};
 }
 
-static bool plain_step(struct current_loop *c, struct fabric *f, enum loop_scheme scheme)
+static bool plain_step(struct current_loop *c, struct fabric *f)
 {
-    const alphabeta_t i = scheme == LOOP_SENSE_AB ? sense_ab(f) : sense_pair(c, f);
+    const alphabeta_t i = sense(f);
     const alphabeta_t coarse = {i.alpha >> c->dead_shift, i.beta >> c->dead_shift};
     const uint32_t angle_q32 = angle_of_rotor(c);
     const dq_t v = plain(c, park_q15(i, cossin_q15(angle_q32)));
@@ -197,8 +196,8 @@ struct wrong {
     uint32_t state, compares, places, circle, faults;
 };
 
-/* One of the three, as a constant: then it is the very code of its handler. */
-static inline __attribute__((always_inline)) void test(const char *title, enum loop_scheme scheme, bool beyond)
+/* One of the two, as a constant: then it is the very code of its handler. */
+static inline __attribute__((always_inline)) void test(const char *title, bool beyond)
 {
     struct wrong wrong = {0};
     for (uint32_t step = 0; step < STEPS; step++) {
@@ -207,8 +206,8 @@ static inline __attribute__((always_inline)) void test(const char *title, enum l
              CONFIG_RADIUS_STEPS + (CONFIG_SIX_STEPS - CONFIG_RADIUS_STEPS) * percent / 100);
         expected_loop = tested_loop;
         copy(&expected_fabric, &tested_fabric);
-        const bool fault = current_loop_step_weakening(&tested_loop, &tested_fabric, scheme, beyond);
-        wrong.faults += fault == plain_step(&expected_loop, &expected_fabric, scheme) ? 0u : 1u;
+        const bool fault = current_loop_step_weakening(&tested_loop, &tested_fabric, beyond);
+        wrong.faults += fault == plain_step(&expected_loop, &expected_fabric) ? 0u : 1u;
         wrong.state += same_state() ? 0u : 1u;
         wrong.compares += beyond || same_compares() ? 0u : 1u; /* beyond: tests/unit/test_overmodulation.py */
         wrong.places += all_in_place(beyond) ? 0u : 1u;
@@ -226,8 +225,7 @@ static inline __attribute__((always_inline)) void test(const char *title, enum l
 int main(void)
 {
     harness_begin();
-    test("weakening, a and b: steps", LOOP_SENSE_AB, false);
-    test("weakening, two of three: steps", LOOP_SENSE_PAIR, false);
-    test("overmodulating, a and b: steps", LOOP_SENSE_AB, true);
+    test("weakening: steps", false);
+    test("overmodulating: steps", true);
     harness_end();
 }

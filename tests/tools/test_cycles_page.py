@@ -32,7 +32,7 @@ def test_the_page_has_the_summary_of_the_committed_figures():
     assert cycles_page.with_summary(page, FIGURES) == page, "run make bench"
 
 
-HANDLERS = ("assembly", "encoder_ab", "encoder_pair", "forced_ab", "forced_pair", "injection_ab", "injection_pair")
+HANDLERS = ("assembly", "encoder_ab", "forced_ab", "injection_ab")
 
 
 def test_the_page_has_the_committed_figures_of_the_handlers():

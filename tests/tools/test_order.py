@@ -115,10 +115,8 @@ def test_another_order_is_seen(files, old, new, tmp_path):
 
 
 HANDLERS = [(image, name) for image, names in (
-    ("mssfoc", (wcet.HANDLER, "handlers_encoder_pair", "handlers_forced_ab", "handlers_forced_pair",
-                "handlers_observer_ab", "handlers_observer_pair", "handlers_injection_ab", "handlers_injection_pair",
-                "handlers_hall_ab", "handlers_hall_pair",
-                "handlers_weakening_ab", "handlers_weakening_pair", "handlers_overmodulating_ab")),
+    ("mssfoc", (wcet.HANDLER, "handlers_forced_ab", "handlers_observer_ab", "handlers_injection_ab", "handlers_hall_ab",
+                "handlers_weakening_ab", "handlers_overmodulating_ab")),
     ("bench", ("handlers_encoder_ab",))) for name in names]
 
 

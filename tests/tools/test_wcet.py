@@ -120,10 +120,8 @@ def image():
     return disasm.Image(BUILD / "mssfoc.elf")
 
 
-HANDLERS = [wcet.HANDLER, *(f"handlers_{source}_{scheme}" for source, scheme in (
-    ("encoder", "ab"), ("encoder", "pair"), ("forced", "ab"), ("forced", "pair"), ("observer", "ab"), ("observer", "pair"),
-    ("injection", "ab"), ("injection", "pair"), ("hall", "ab"), ("hall", "pair"), ("weakening", "ab"), ("weakening", "pair"),
-    ("overmodulating", "ab")))]
+HANDLERS = [wcet.HANDLER, *(f"handlers_{source}_ab" for source in (
+    "encoder", "forced", "observer", "injection", "hall", "weakening", "overmodulating"))]
 
 
 def test_the_vector_and_what_may_take_its_place(image):

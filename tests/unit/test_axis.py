@@ -309,6 +309,15 @@ def test_switching_on_chooses_where_currents_come_from(c, world):
         assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
 
 
+@pytest.mark.parametrize("shunts, control, settle", ((1, 7, 20), (0, 3, 0)))
+def test_switching_on_says_how_long_a_shunt_takes_to_settle(c, world, shunts, control, settle):
+    """1.2 us, less the dead time: 20 clocks, and what has not settled is reconstructed. Sensors in line always see."""
+    w = world("SWITCH_ON_DISABLED")
+    w.axis.params.low_side_shunts, w.fabric.adc.CONTROL, w.fabric.adc.SETTLE = shunts, 3, 77
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
+    assert w.step() == "SWITCHED_ON" and (w.fabric.adc.CONTROL, w.fabric.adc.SETTLE) == (control, settle)
+
+
 def test_a_pwm_that_takes_no_other_mode_is_a_fault(c, world):
     w = world("SWITCH_ON_DISABLED")
     w.axis.params.pwm_update, w.fabric.pwm.STATUS = 2, 1  # it goes on running

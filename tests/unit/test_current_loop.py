@@ -76,13 +76,6 @@ def test_switching_off(c, loop):
         c.current_loop_follow(loop, fabric, tuning)  # changes nothing of that
 
 
-def test_with_one_blind_sensor_the_sum_says_nothing(c, loop):
-    loop, fabric, tuning = loop
-    loop.scheme = c.LOOP_SENSE_PAIR
-    c.current_loop_on(loop, fabric, tuning)
-    assert fabric.adc.SUM_TRIP > 65535 and fabric.adc.I_TRIP == tuning.i_trip_q15
-
-
 @pytest.mark.parametrize("vbus_q15", (13670, 10300, 20000, 5000))
 def test_gains_are_those_of_the_motor_on_this_bus(c, loop, vbus_q15):
     """Kp = w L, Ki Ts = w R Ts; in steps per LSB of current, and kp + ki (lib/pi.h). No bus is taken below v_min."""
@@ -273,28 +266,25 @@ def test_what_is_published(c, loop):
 def test_another_handler_only_while_the_bridge_is_off(c, loop):
     loop, fabric, _ = loop
     fabric.gate.STATUS = LIVE
-    assert not c.current_loop_select(loop, fabric, c.LOOP_FORCED, c.LOOP_SENSE_PAIR)
-    assert (loop.source, loop.scheme) == (c.LOOP_ENCODER, c.LOOP_SENSE_AB)
+    assert not c.current_loop_select(loop, fabric, c.LOOP_FORCED) and loop.source == c.LOOP_ENCODER
     fabric.gate.STATUS = 0
-    assert c.current_loop_select(loop, fabric, c.LOOP_FORCED, c.LOOP_SENSE_PAIR)
-    assert (loop.source, loop.scheme) == (c.LOOP_FORCED, c.LOOP_SENSE_PAIR)
+    assert c.current_loop_select(loop, fabric, c.LOOP_FORCED) and loop.source == c.LOOP_FORCED
 
 
 @pytest.mark.parametrize("ripple", (0, 100))
-def test_the_vector_follows_source_scheme_and_ripple(c, loop, ripple):
+def test_the_vector_follows_source_and_ripple(c, loop, ripple):
     """Only the hand-written handler knows no ripple; another one has its place then."""
     loop, fabric, _ = loop
     handlers, vector = c.loop_handlers(), ctypes.c_void_p(1)
-    numbers = {(source, scheme): 16 * (1 + 2 * source + scheme) for source in range(2) for scheme in range(2)}
-    for (source, scheme), number in numbers.items():
-        handlers.handler[source][scheme] = number
+    numbers = {source: 16 * (1 + source) for source in range(c.LOOP_SOURCES)}
+    for source, number in numbers.items():
+        handlers.handler[source] = number
     handlers.rippled = 256
     handlers.vector = ctypes.cast(ctypes.pointer(vector), type(handlers.vector))
     loop.handlers, loop.ripple_q10, fabric.gate.STATUS = ctypes.pointer(handlers), ripple, 0
-    for (source, scheme), number in numbers.items():
-        assert c.current_loop_select(loop, fabric, source, scheme)
-        by_hand = (source, scheme) == (c.LOOP_ENCODER, c.LOOP_SENSE_AB)
-        assert vector.value == (256 if by_hand and ripple else number)
+    for source, number in numbers.items():
+        assert c.current_loop_select(loop, fabric, source)
+        assert vector.value == (256 if source == c.LOOP_ENCODER and ripple else number)
 
 
 def test_the_prescribed_field_and_the_rotors_place(c, loop):

@@ -319,12 +319,10 @@ def test_the_current_loops_interrupt(device, system):
     place = ctypes.cast(table.vector, ctypes.c_void_p).value
     vectors = ctypes.addressof(ctypes.c_void_p.in_dll(system._library, "startup_vectors"))
     assert place == vectors + (16 + ADC_IRQ) * ctypes.sizeof(ctypes.c_void_p)
-    names = (("FabricIrq0_IRQHandler", "handlers_encoder_pair"), ("handlers_forced_ab", "handlers_forced_pair"),
-             ("handlers_observer_ab", "handlers_observer_pair"), ("handlers_injection_ab", "handlers_injection_pair"))
-    for source, row in enumerate(names):
-        for scheme, name in enumerate(row):
-            expected = ctypes.cast(getattr(system._library, name), ctypes.c_void_p).value
-            assert ctypes.cast(table.handler[source][scheme], ctypes.c_void_p).value == expected, name
+    names = ("FabricIrq0_IRQHandler", "handlers_forced_ab", "handlers_observer_ab", "handlers_injection_ab", "handlers_hall_ab")
+    for source, name in enumerate(names):
+        expected = ctypes.cast(getattr(system._library, name), ctypes.c_void_p).value
+        assert ctypes.cast(table.handler[source], ctypes.c_void_p).value == expected, name
 
 
 def test_the_slow_loops_interrupt(device, system):
@@ -384,8 +382,7 @@ def test_a_sample_with_a_fault_is_the_axis(device, system):
     assert axis.faults.cause == system.FAULT_GATE_DRIVER and device.fabric.gate.CONTROL == 0
 
 
-@pytest.mark.parametrize("handler, frame", (("encoder_ab", "pll"), ("encoder_pair", "pll"), ("forced_ab", "field"),
-                                            ("forced_pair", "field")))
+@pytest.mark.parametrize("handler, frame", (("encoder_ab", "pll"), ("forced_ab", "field")))
 def test_each_handler_in_c_runs_its_loop(device, system, handler, frame):
     """The field of the forced ones goes on by its speed; the status is looked at by all."""
     axis = system.axes[0]

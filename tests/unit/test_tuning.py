@@ -106,6 +106,7 @@ def exact(c, p):
                                                                      kp * w / 4 / SLOW_HZ),
         "ramp_q16": Fraction(p["ramp_rpm_s"] * 65536, SLOW_HZ),
         "modulator_osr": Fraction(p.get("modulator_osr", 0)), "early_counts": Fraction(3 * p.get("modulator_osr", 0) * 5, 2),
+        "settle_counts": Fraction(20 if p.get("low_side_shunts", 1) else 0),
         "modulator_trip_q15": min(round(Fraction(p["i_trip_ma"] * 32768, p["i_range_ma"])) + 2048, 31129),
         "i_trip_q15": Fraction(p["i_trip_ma"] * 32768, p["i_range_ma"]), "i_max_q15": i_max_q15,
         "v_min_q15": Fraction(p["v_min_mv"] * 32768, p["v_range_mv"]),

@@ -166,9 +166,9 @@ def test_the_entry_is_in_the_vector_while_a_capture_is_under_way(scoped):
 
 
 def test_another_handler_may_be_chosen_meanwhile(scoped):
-    scoped.handlers.handler[1][1] = 0x3333
+    scoped.handlers.handler[1] = 0x3333
     scoped("scope arm")
-    assert scoped.c.current_loop_select(scoped.axis.loop, scoped.fabric, 1, 1)
+    assert scoped.c.current_loop_select(scoped.axis.loop, scoped.fabric, 1)
     assert scoped.vector.value == ENTRY and scoped.scope.entry.handler == 0x3333
     scoped("scope off")
     assert scoped.vector.value == 0x3333
