@@ -3,8 +3,9 @@
  * The current loop: the end-of-conversion interrupt, once or twice a PWM period, at the highest priority.
  *
  * current_loop_step.h does the interrupt's work in C, with one instance for each angle source; the one for the encoder also
- * exists in assembly (current_loop_isr.S), which is faster. The vector selects the instance: current_loop_select(). The slow loop prepares its inputs once a millisecond: gains for the present bus voltage, feed-forward,
- * thresholds (in the ADC block). Its state can be watched in the structure while the motor turns.
+ * exists in assembly (current_loop_isr.S), which is faster. The vector selects the instance: current_loop_select(). The slow
+ * loop prepares its inputs once a millisecond: gains for the present bus voltage, feed-forward, thresholds (in the ADC block).
+ * Its state can be watched in the structure while the motor turns.
  *
  * The interrupt preempts everything else, so lower-priority code takes the structure as volatile: each access then happens
  * once, in the order written.

@@ -93,10 +93,11 @@ static enum error check_limits(const struct params *p)
 /*
  * The fast path has fewer bits and more noise: a sixteenth of the range is kept for it. Beyond 95 % no modulator is reliable.
  */
-static void tune_modulators(const struct params *p, struct tuning *t)
+static void tune_sensors(const struct params *p, struct tuning *t)
 {
     const int32_t trip_q15 = t->i_trip_q15 + 32768 / 16, most_q15 = 32768 * 95 / 100;
-    t->modulator_osr = p->modulator_osr;
+    t->modulator_osr = (int16_t)p->modulator_osr;
+    t->settle_counts = p->low_side_shunts != 0 ? CONFIG_SETTLE_COUNTS : 0u;
     t->modulator_trip_q15 = trip_q15 < most_q15 ? trip_q15 : most_q15;
     t->early_counts = 3 * p->modulator_osr * ADC_MODULATOR_CLOCKS / 2;
 }
@@ -106,8 +107,7 @@ static void tune_limits(const struct params *p, struct tuning *t)
 {
     t->i_trip_q15 = tuning_q15_from_milli(p->i_trip_ma, p->i_range_ma);
     t->i_max_q15 = tuning_q15_from_milli(p->i_max_ma, p->i_range_ma);
-    tune_modulators(p, t);
-    t->settle_counts = p->low_side_shunts != 0 ? CONFIG_SETTLE_COUNTS : 0u;
+    tune_sensors(p, t);
     t->i_sum_q15 = t->i_trip_q15 / 4;
     t->v_min_q15 = tuning_q15_from_milli(p->v_min_mv, p->v_range_mv);
     t->v_max_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv);

@@ -89,10 +89,10 @@ struct tuning {
     int32_t r_q12;              /* resistance, per unit */
     int32_t emf_q12;            /* back-EMF at the base speed, per unit */
     int32_t i_trip_q15, i_sum_q15;
-    int32_t modulator_osr;      /* 0: currents from the serial converters */
+    int16_t modulator_osr;      /* 0: currents from the serial converters */
+    uint16_t settle_counts;     /* of a low-side shunt's amplifier; 0: sensors in line with the phases */
     int32_t modulator_trip_q15; /* of the modulators' fast path */
     int32_t early_counts;       /* how long before its window's middle a sample is triggered */
-    uint32_t settle_counts;     /* of a low-side shunt's amplifier; 0: sensors in line with the phases */
     int32_t v_min_q15, v_max_q15;
     int32_t chopper_on_q15, chopper_off_q15; /* 0: none */
     int32_t overspeed_w_q15;
