@@ -103,10 +103,11 @@ def test_a_mode_is_not_changed_while_on(tmp_path):
 @pytest.mark.parametrize("current_bw_hz", [pytest.param(2000, marks=pytest.mark.rest), 3183])
 def test_full_modulation_at_once(tmp_path, current_bw_hz):
     """A bus too low for the speed: the voltage stands at its circle, each phase's longest pulses act half a period late. That
-    costs no more than a quarter of ripple."""
+    costs no more than a quarter of ripple. Sensors in line: what shunts do not see there has a test of its own."""
     ripple = {}
     for update, bandwidth_hz in ((VALLEY, 1000), (ONCE, current_bw_hz)):
-        overrides = {"inverter": {"supply": {"vbus_v": 19.5}}, "params": {"pwm_update": update, "current_bw_hz": bandwidth_hz}}
+        overrides = {"inverter": {"supply": {"vbus_v": 19.5}},
+                     "params": {"pwm_update": update, "current_bw_hz": bandwidth_hz, "low_side_shunts": 0}}
         up_s = ON_S + load_drive(MOTOR, overrides, aligned=True).on_time_s + 0.05
         steps = [said(up_s, "speed 4000"), {"t_s": up_s + 1.2, "event": "load_nm", "args": [0.05]}, said(up_s + 1.7, "status")]
         result = play(tmp_path, steps, up_s + 1.8, overrides)
