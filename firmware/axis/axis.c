@@ -7,7 +7,6 @@
 #include "firmware/axis/modes_step.h"
 #include "firmware/axis/rotor.h"
 #include "firmware/axis/supervision_step.h"
-#include "firmware/control/current_loop_follow.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 #include "lib/usually.h"
@@ -292,7 +291,7 @@ static __attribute__((noinline)) bool reacts(struct axis *a)
 static void step_torque_limits(struct axis *a)
 {
     if (a->time_ms % LIMITS_MS == 0u) {
-        torque_measure_here(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
+        torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
         if (USUALLY(is_running(a))) {
             modes_limit_torque_here(a);
         }
@@ -330,9 +329,9 @@ void axis_step(struct axis *a)
     }
     const uint32_t state = a->state;
     const struct tuning *const t = SELDOM(state == AXIS_SWITCHED_ON) ? start_tuning(a) : &a->tuning;
-    const int32_t w_q15 = current_loop_follow_here(&a->loop, a->fabric, t);
+    current_loop_follow(&a->loop, a->fabric, t);
     if (USUALLY(rotor_has_encoder(a))) {
-        supervision_step_here(a, state, true, w_q15);
+        supervision_step_here(a, state, true, current_loop_w_q15(&a->loop));
     } else {
         sensorless_follow(a);
         supervision_step(a);

@@ -5,8 +5,6 @@
 
 #include "firmware/axis/axis.h"
 #include "firmware/axis/rotor.h"
-#include "firmware/control/speed_loop_step.h"
-#include "firmware/control/torque_step.h"
 #include "lib/usually.h"
 
 /* Homing has less, so that the hard stop holds and the machine does not give. */
@@ -24,12 +22,12 @@ static inline __attribute__((always_inline)) void modes_limit_torque_here(struct
         .i_limit_q15 = modes_i_limit_q15(a, mode),
         .limit_speed = axis_mode_is_torque(mode),
     };
-    torque_set_limits_here(&a->torque, &a->tuning, &view);
+    torque_set_limits(&a->torque, &a->tuning, &view);
 }
 
 static inline __attribute__((always_inline)) void modes_ask(struct axis *a, int32_t wish_q15)
 {
-    torque_ask_at_once(&a->torque, &a->loop, &a->tuning, wish_q15);
+    torque_ask(&a->torque, &a->loop, &a->tuning, wish_q15);
 }
 
 /*
@@ -57,7 +55,7 @@ static inline __attribute__((always_inline)) void modes_control_speed_here(struc
     }
     struct interval room;
     const int32_t known_q15 = modes_room_beside_known(a, &room);
-    modes_ask(a, known_q15 + speed_loop_ramp_step(&a->speed, &a->tuning, slope_q16, &room));
+    modes_ask(a, known_q15 + speed_loop_step(&a->speed, &a->tuning, slope_q16, &room));
     if (!encoder) {
         sensorless_after_control(a);
     }

@@ -8,7 +8,6 @@
 #include "firmware/axis/supervision.h"
 #include "firmware/axis/supervision_phase_step.h"
 #include "firmware/axis/supervision_speed_step.h"
-#include "firmware/control/emf_step.h"
 #include "lib/angle.h"
 #include "lib/q15.h"
 #include "lib/usually.h"
@@ -111,7 +110,7 @@ static inline void supervision_judge_encoder(struct axis *a)
 static inline void supervision_compare_with_emf(struct axis *a, int32_t w_q15, uint32_t turn)
 {
     if (turn == SUPERVISION_EMF_TURN) {
-        emf_step_here(&a->supervision.encoder.emf, &a->loop, &a->tuning, w_q15, w_q15);
+        emf_step(&a->supervision.encoder.emf, &a->loop, &a->tuning, w_q15, w_q15);
     } else {
         supervision_judge_encoder(a);
     }

@@ -6,42 +6,10 @@
 #define JUMP_MS        8u /* for a quarter turn: a rotor opposite the field must not meet it half way */
 #define SETTLE_PERIODS 10
 #define SETTLE_MS      60
-#define SLOWER         4 /* times, at the second attempt */
 #define RATIO_MOST     32
 #define GRIP_MS        5
 #define AWAY_TURNS     3 /* no field pulls the rotor further than this from its start */
 #define TURNS_BACK     4 /* part of a period: a jumping field may meet the rotor moving away from it */
-
-/* The first attempt is quick; the second allows for 16 times the inertia parameter, and uses all the current. */
-void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32_t attempt, uint32_t angle_q32)
-{
-    a->attempt = attempt;
-    a->level = attempt == 0u ? 0u : t->align_levels - 1u;
-    a->period_ms = attempt == 0u ? t->align[a->level].period_ms : t->align[a->level].period_ms * SLOWER;
-    a->origin = a->counts;
-    a->silent = false;
-    encoder_sense_start(&a->turned_with);
-    alignment_begin_swing(a);
-    a->gripped = false;
-    a->ratio = RATIO_ONE;
-    a->target_q15 = t->align[a->level].i_q15;
-    pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
-    alignment_enter(a, STAGE_PULL);
-    if (t->reluctant) {
-        alignment_begin_drop(a, false);
-    }
-}
-
-/* Reports nothing against the motor or its wiring that a second attempt does not confirm. */
-enum alignment_result alignment_again(struct alignment *a, const struct tuning *t, uint32_t angle_q32,
-                                      enum alignment_result otherwise)
-{
-    if (a->attempt + 1u >= ALIGNMENT_ATTEMPTS) {
-        return otherwise;
-    }
-    alignment_begin_attempt(a, t, a->attempt + 1u, angle_q32);
-    return ALIGNMENT_RUNNING;
-}
 
 /* Current follows its target within half a period; at once to hold a falling rotor. */
 void alignment_follow_current(struct alignment *a, const struct tuning *t)

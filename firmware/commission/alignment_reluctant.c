@@ -8,15 +8,6 @@
 #define AXIS_APART_Q32 (DEGREES_45_Q32 / 9 * 2)
 #define NORTH_Q32      (DEGREES_45_Q32 / 9 * 16) /* 80 degrees */
 
-void alignment_begin_drop(struct alignment *a, bool turned)
-{
-    a->turned = turned;
-    a->target_q15 = 0;
-    a->current_q15 = 0;
-    a->still_ms = 0;
-    alignment_enter(a, STAGE_DROP);
-}
-
 /*
  * The magnets' axis is known, but not its sense: a field across them is never opposite to where reluctance holds the rotor,
  * which swings by no more than 90 degrees less the angle that the magnets keep from the current.

@@ -9,17 +9,7 @@
 #include "firmware/settings/scale.h"
 #include "lib/q15.h"
 
-/* With these the speed loop's numbers fit their formats, whatever the inverter is; nothing runs by them. */
-#define FLUX_HZ          400 /* at which the bus voltage would be induced */
-#define INERTIA_PART     700 /* gmm2 by uWb times mA */
-#define INERTIA_MOST     2100000000
-#define INDUCTANCE_PARTS 15 /* tuning's format: w_base L below so many v_range / i_range */
-
 #define CROSS_MOST_PM 249 /* as cross_pm takes it */
-
-/* While the rotor turns. */
-#define TURNING_HZ       300
-#define TURNING_SPEED_HZ 10
 
 /* ---- steps ---- */
 
@@ -231,82 +221,11 @@ void identify_stop(struct identify *d, uint32_t fault)
 
 /* ---- beginning ---- */
 
-static int32_t most(int64_t value, int64_t limit)
-{
-    return (int32_t)(value < 1 ? 1 : value < limit ? value : limit);
-}
-
-/* What the speed loop could do with it does not matter at standstill, and is little while the rotor turns. */
-static bool compute(struct identify *d, int32_t hz, struct tuning *t)
-{
-    struct params *const p = &d->params;
-    const int64_t largest_uh = scale(p->v_range_mv, INDUCTANCE_PARTS * 1000000LL, 7854LL * p->i_range_ma);
-    p->current_bw_hz = hz;
-    p->ld_uh = most(p->ld_uh, largest_uh);
-    p->lq_uh = most(p->lq_uh, largest_uh);
-    const struct outcome outcome = tuning_compute(p, t);
-    return outcome.error == ERROR_NONE || outcome.error == ERROR_SPEED_RESOLUTION ||
-           outcome.error == ERROR_SPEED_UNRESOLVED || outcome.error == ERROR_SPEED_MARGIN ||
-           outcome.error == ERROR_CURRENT_TOO_SLOW;
-}
-
-bool identify_tune(struct identify *d, int32_t hz)
-{
-    struct tuning t;
-    if (!compute(d, hz, &t)) {
-        return false;
-    }
-    t.kp_q_q12 = 0;   /* see calm() */
-    t.ripple_q10 = 0; /* the steps set dead-time compensation themselves */
-    d->tuning = t;
-    return true;
-}
-
-bool identify_tune_turning(struct identify *d)
-{
-    struct tuning t;
-    d->params.speed_bw_hz = TURNING_SPEED_HZ;
-    if (!compute(d, TURNING_HZ, &t)) {
-        return false;
-    }
-    t.emf_q12 = d->flux_e1_uwb == 0 ? 0 : t.emf_q12; /* not known yet */
-    d->tuning = t;
-    d->retuned = true;
-    return true;
-}
-
-void identify_retake(struct identify *d)
-{
-    d->ripple_q10 = d->tuning.ripple_q10;
-    d->retuned = true;
-}
-
-/* Replaces all that is not the inverter's by values that nothing depends on. */
-static void forget_motor(struct params *p)
-{
-    const int64_t trip_ma = p->i_trip_ma * 85LL / 100;
-    p->pole_pairs = 1;
-    p->encoder_counts = (int32_t)ENCODER_COUNTS_MAX; /* whatever it has: it is only followed */
-    p->angle_source = PARAM_ANGLE_ENCODER;           /* a prescribed field; whether anything counts does not matter */
-    p->resistance_mohm = most(scale(p->v_range_mv, 20, p->i_range_ma), 100000);
-    p->ld_uh = p->lq_uh = most(scale(p->v_range_mv, 10, p->i_range_ma), 1000000);
-    p->ld_apparent_uh = p->lq_apparent_uh = p->lq_rest_uh = p->cross_pm = 0;
-    p->flux_uwb = (int32_t)scale(p->v_range_mv, 1000000, 6283LL * FLUX_HZ); /* 0.8 Wb at most */
-    p->inertia_gmm2 = most(scale(p->flux_uwb, p->i_range_ma, INERTIA_PART), INERTIA_MOST);
-    p->i_max_ma = most(p->i_rated_ma, trip_ma);
-    p->i_align_ma = p->i_max_ma;
-    p->pwm_update = PWM_UPDATE_VALLEY;
-    p->pwm_samples = 1;
-    p->speed_bw_hz = 1;
-    p->position_bw_hz = 0;
-    p->torque_mean_ms = 1;
-}
-
 struct outcome identify_begin(struct identify *d, const struct params *p)
 {
     const struct params told = *p;
     *d = (struct identify){.params = told, .told = told};
-    forget_motor(&d->params);
+    identify_forget_motor(&d->params);
     d->params.current_bw_hz = 100;
     const struct outcome outcome = tuning_compute(&d->params, &d->tuning);
     if (!identify_tune(d, 100)) {
@@ -320,31 +239,6 @@ struct outcome identify_begin(struct identify *d, const struct params *p)
 }
 
 /* ---- results ---- */
-
-void identify_know(struct identify *d, enum identify_quantity what, int64_t value, int64_t interval)
-{
-    d->results[what] = (struct identify_result){
-        .state = IDENTIFY_KNOWN, .value = (int32_t)value, .interval = (int32_t)(interval < 1 ? 1 : interval)};
-}
-
-void identify_know_exactly(struct identify *d, enum identify_quantity what, int32_t value)
-{
-    d->results[what] = (struct identify_result){.state = IDENTIFY_KNOWN, .value = value};
-}
-
-void identify_refuse(struct identify *d, enum identify_quantity what, enum identify_reason reason)
-{
-    d->results[what] = (struct identify_result){.state = IDENTIFY_REFUSED, .reason = reason};
-}
-
-void identify_refuse_rest(struct identify *d, enum identify_quantity first, enum identify_reason reason)
-{
-    for (size_t what = first; what < IDENTIFY_QUANTITIES; what++) {
-        if (d->results[what].state == IDENTIFY_UNKNOWN) {
-            identify_refuse(d, (enum identify_quantity)what, reason);
-        }
-    }
-}
 
 static uint32_t take(const struct identify *d, enum identify_quantity what, int32_t *param, int32_t units)
 {

@@ -94,6 +94,9 @@ void identify_know_inductance(struct identify *d, enum identify_quantity what, c
 
 /* ---- tuning: thread ---- */
 
+/* Replaces all that is not the inverter's by values that nothing depends on. */
+void identify_forget_motor(struct params *p);
+
 /* As identify_tune(), for a turning rotor, from what is known of the motor: both currents and the speed are regulated. */
 bool identify_tune_turning(struct identify *d);
 

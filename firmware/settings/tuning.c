@@ -9,12 +9,6 @@
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
 
-int32_t tuning_q15_from_milli(int32_t milli, int32_t range_milli)
-{
-    const int64_t magnitude = scale(milli < 0 ? -(int64_t)milli : milli, 32768, range_milli);
-    return (int32_t)(milli < 0 ? -magnitude : magnitude);
-}
-
 int32_t tuning_milli_from_q15(int32_t q15, int32_t range_milli)
 {
     return (int32_t)(((int64_t)q15 * range_milli + 16384) >> 15);

@@ -20,4 +20,7 @@ extern struct axis axes[AXIS_COUNT];
 extern struct thermal_memory axes_heat[AXIS_COUNT]; /* a reset leaves it alone */
 extern struct scope scope;                          /* of the first axis: the entries of two interrupts name it */
 
+/* The current loop's interrupt ends here when a sample has a fault. Only the interrupt calls it. */
+void current_loop_fault(void);
+
 #endif

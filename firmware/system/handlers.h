@@ -40,7 +40,4 @@ void handlers_observer_ab(void);
 void handlers_injection_ab(void);
 void handlers_hall_ab(void);
 
-/* The current loop's interrupt ends here when a sample has a fault. Only the interrupt calls it. */
-void current_loop_fault(void);
-
 #endif
