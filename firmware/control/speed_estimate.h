@@ -50,9 +50,6 @@ void speed_estimate_go_on(struct speed_estimate *e, const struct encoder_regs *e
 /* One step. Range: below 32767 rpm and a quarter of a turn a millisecond of change. Slow loop. */
 void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *encoder, const struct tuning *t);
 
-/* Counts moved in a step if the counter wrapped or moved more than a quarter turn. */
-int32_t speed_estimate_unwrapped(int32_t moved, int32_t speed_rpm_q15, int32_t counts);
-
 /* Takes another source's speed, travel in this millisecond and measuring time. Discards the edges. Slow loop. */
 void speed_estimate_take(struct speed_estimate *e, int32_t speed_rpm_q15, int32_t travel_q15, uint32_t clocks);
 

@@ -63,9 +63,8 @@ void torque_map_begin(struct torque_map_builder *b, struct torque_map *map, cons
 {
     *b = (struct torque_map_builder){.machine = mtpa_machine(p), .step_q20 = 2 * MTPA_ONE_Q20};
     b->unit = mtpa_point(&b->machine, MTPA_ONE_Q20).torque >> 8;
-    map->plain = b->machine.saliency == 0;
     map->torque_max_q15 = t->i_max_q15;
-    if (!map->plain) {
+    if (b->machine.saliency != 0) {
         const struct mtpa_point most = mtpa_point(&b->machine, (int64_t)t->i_max_q15 * 32);
         map->torque_max_q15 = (int32_t)(((most.torque >> 8) << 15) / b->unit);
     }

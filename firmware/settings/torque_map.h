@@ -20,7 +20,6 @@
 #define TORQUE_NODES 33
 
 struct torque_map {
-    bool plain; /* no saliency: torque is i_q, and i_d is 0 */
     int32_t shift;
     int32_t torque_max_q15; /* of i_max */
     int32_t i_d_q15[TORQUE_NODES];
