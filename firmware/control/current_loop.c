@@ -359,8 +359,3 @@ void current_loop_adopt(volatile struct current_loop *c, const struct fabric *f,
     c->integral_q_q9 = q_q9;
     cpu_irq_restore(mask);
 }
-
-void current_loop_set_rotor(volatile struct current_loop *c, uint32_t angle_q32)
-{
-    c->angle_offset_q32 = angle_q32 - c->pll.angle_q32;
-}

@@ -223,9 +223,6 @@ void current_loop_field(volatile struct current_loop *c, uint32_t angle_q32, int
 void current_loop_follow_rotor(volatile struct current_loop *c);
 void current_loop_prescribe(volatile struct current_loop *c, uint32_t turn_q32, int32_t speed_q32);
 
-/* Sets the rotor's present electrical angle; the encoder tracks it from here on. Slow loop. */
-void current_loop_set_rotor(volatile struct current_loop *c, uint32_t angle_q32);
-
 /*
  * As current_loop_follow(), after a change of frame: recalculates the feed-forward part of the present voltages; the voltages
  * stay. Slow loop; holds the interrupt back for about 300 cycles.

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "drivers/cortex/cpu.h"
 #include "firmware/control/hall.h"
+#include "firmware/settings/scale.h"
 #include "lib/q15.h"
 
 #define MEAN_CLOCKS  (20u * (BOARD_FABRIC_HZ / 1000u))  /* longest mean over more edges */
@@ -44,7 +45,7 @@ static uint32_t clock_of(const struct reading *r, uint32_t count)
 
 static int32_t held(int64_t speed_q32, int32_t most_q32)
 {
-    return speed_q32 > most_q32 ? most_q32 : (speed_q32 < -most_q32 ? -most_q32 : (int32_t)speed_q32);
+    return scale_clamp(speed_q32, -most_q32, most_q32);
 }
 
 /* Travel over clocks, as a speed; travel is less than 2^38, longer times lose eight bits. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/control/speed_loop.h"
 
+#include "firmware/settings/scale.h"
 #include "lib/q15.h"
 
 #define ONE_Q29          (1 << 29)
@@ -48,8 +49,7 @@ void speed_loop_soften(struct speed_loop *s, int32_t kp_q16, int32_t ki_q16)
 {
     s->kp_q16 = kp_q16;
     s->ki_q16 = ki_q16;
-    const int64_t error_max_q15 = ERROR_TIMES_GAIN / kp_q16;
-    s->error_max_q15 = error_max_q15 > INT32_MAX ? INT32_MAX : (int32_t)error_max_q15;
+    s->error_max_q15 = scale_clamp(ERROR_TIMES_GAIN / kp_q16, 0, INT32_MAX);
 }
 
 void speed_loop_tune(struct speed_loop *s, const struct tuning *t)

@@ -2,6 +2,7 @@
 #include "firmware/control/torque.h"
 
 #include "firmware/control/stage_weaken.h"
+#include "firmware/settings/scale.h"
 #include "lib/limit.h"
 #include "lib/q15.h"
 
@@ -87,8 +88,7 @@ static struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4
 {
     const int32_t room_rpm_q4 = t->speed_max_rpm_q4 - q15_abs(speed_rpm_q4);
     const int64_t faster_q16 = (int64_t)q15_max(room_rpm_q4, 0) * t->speed_kp_q16;
-    const int32_t faster_q15 = faster_q16 >> 16 > Q15_ONE ? Q15_ONE : (int32_t)(faster_q16 >> 16);
-    return interval_one_way(speed_rpm_q4, faster_q15, Q15_ONE);
+    return interval_one_way(speed_rpm_q4, scale_clamp(faster_q16 >> 16, 0, Q15_ONE), Q15_ONE);
 }
 
 void torque_set_limits(struct torque_control *s, const struct tuning *t, const struct torque_view *v)

@@ -26,7 +26,7 @@ struct point {
 
 static int32_t limited(int64_t flux_q15)
 {
-    return (int32_t)(flux_q15 > FLUX_LIMIT ? FLUX_LIMIT : flux_q15);
+    return scale_clamp(flux_q15, INT32_MIN, FLUX_LIMIT);
 }
 
 /* 2 pi f psi over v_range; nWb are 1e-9, mV 1e-3, 2 pi has 9 decimals. */

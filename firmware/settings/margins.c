@@ -4,6 +4,7 @@
 #include "firmware/settings/config.h"
 #include "firmware/settings/delay.h"
 #include "firmware/settings/mtpa.h"
+#include "firmware/settings/scale.h"
 #include "lib/polar.h"
 #include "lib/trig.h"
 
@@ -74,7 +75,7 @@ int32_t margin_resolution_bw_hz(const struct params *p, const struct tuning *t)
     const int64_t allowed_q16 = (int64_t)MARGIN_COUNTS_ASK * t->i_max_q15 * 65536 * p->encoder_counts; /* below 2^51 */
     const int64_t asked_q16 = (int64_t)t->speed_kp_q16 * 60 * 16 * CONFIG_SLOW_HZ;
     const int64_t bw = allowed_q16 * p->speed_bw_hz / asked_q16;
-    return bw > INT32_MAX ? INT32_MAX : (int32_t)bw;
+    return scale_clamp(bw, 0, INT32_MAX);
 }
 
 /* ---- position ---- */

@@ -8,11 +8,6 @@
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
 
-int32_t tuning_milli_from_q15(int32_t q15, int32_t range_milli)
-{
-    return (int32_t)(((int64_t)q15 * range_milli + 16384) >> 15);
-}
-
 /* From the trigger to the last compare: bits, filter, arithmetic and handler. */
 static int32_t modulator_counts(int32_t osr)
 {

@@ -16,6 +16,7 @@
 #include "firmware/settings/error.h"
 #include "firmware/settings/params.h"
 #include "firmware/settings/rates.h"
+#include "firmware/settings/scale.h"
 
 #define TUNING_ALIGN_LEVELS 2
 
@@ -121,7 +122,7 @@ struct tuning {
     int32_t torque_mean_ms;   /* the torque demand is averaged over this many steps */
     int32_t friction_q15;     /* torque, fed forward; 0: none */
     int32_t ramp_q16;         /* rpm in Q16 per millisecond */
-    int32_t rpm_q4_per_w_q32; /* see tuning_rpm_q4() */
+    int32_t rpm_q4_per_w_q32; /* see tuning_rpm_q15() */
     /* position: control/position.h */
     struct tuning_profile profile;
     int32_t rpm_per_unit_q20;  /* rpm Q16 per unit a millisecond */
@@ -161,23 +162,10 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t);
  */
 struct outcome tuning_check_emf(const struct params *p);
 
-/* Speed in rpm (Q4) from the observer's speed in electrical turns per sample (Q32), rounded down. Any context. */
-static inline int32_t tuning_rpm_q4(const struct tuning *t, int32_t speed_q32)
-{
-    return (int32_t)(((int64_t)speed_q32 * t->rpm_q4_per_w_q32) >> 32);
-}
-
-/* The same in Q15, saturated: 65535 rpm. */
+/* Speed in rpm from the observer's speed in electrical turns per sample (Q32), saturated: 65535 rpm. Any context. */
 static inline int32_t tuning_rpm_q15(const struct tuning *t, int32_t speed_q32)
 {
-    const int64_t rpm_q15 = ((int64_t)speed_q32 * t->rpm_q4_per_w_q32) >> 21;
-    return rpm_q15 > INT32_MAX ? INT32_MAX : (rpm_q15 < -INT32_MAX ? -INT32_MAX : (int32_t)rpm_q15);
+    return scale_clamp(((int64_t)speed_q32 * t->rpm_q4_per_w_q32) >> 21, -INT32_MAX, INT32_MAX);
 }
-
-/*
- * Converts per-unit values from and to thousandths of an ampere or volt, rounded to nearest, for |milli| <= 4 ranges. Thread.
- */
-int32_t tuning_q15_from_milli(int32_t milli, int32_t range_milli);
-int32_t tuning_milli_from_q15(int32_t q15, int32_t range_milli);
 
 #endif

@@ -41,9 +41,7 @@ static void tune_estimate(const struct params *p, struct tuning *t)
 /* As a current: T / (1.5 p psi). More than a quarter of the largest is not friction to feed forward. */
 static int32_t friction_q15(const struct params *p, const struct tuning *t, int64_t flux_current_e3)
 {
-    const int64_t torque = scale(p->friction_unm, FRICTION, flux_current_e3);
-    const int64_t most = t->i_max_q15 / FRICTION_MOST_PART;
-    return (int32_t)(torque < most ? torque : most);
+    return scale_clamp(scale(p->friction_unm, FRICTION, flux_current_e3), 0, t->i_max_q15 / FRICTION_MOST_PART);
 }
 
 static enum error tune_gains(const struct params *p, struct tuning *t)
@@ -65,7 +63,7 @@ static enum error tune_gains(const struct params *p, struct tuning *t)
     t->speed_kp_q16 = (int32_t)kp;
     t->speed_ki_q16 = (int32_t)ki;
     t->speed_ki_min_q16 =
-        p->angle_source == PARAM_ANGLE_SENSORLESS ? 0 : (int32_t)(ki_min < ki ? ki_min : ki); /* no edges */
+        p->angle_source == PARAM_ANGLE_SENSORLESS ? 0 : scale_clamp(ki_min, 0, (int32_t)ki); /* no edges */
     t->speed_accel_q8 = (int32_t)accel;
     t->friction_q15 = friction_q15(p, t, flux_current_e3);
     t->torque_mean_ms = p->torque_mean_ms;

@@ -26,9 +26,7 @@ static int32_t align_period_ms(const struct params *p, int64_t i_ma)
     const int64_t kt_nnm = 1500LL * p->pole_pairs * p->flux_uwb;
     const int64_t w0_squared_e3 = scale(kt_nnm, p->pole_pairs * i_ma, p->inertia_gmm2); /* (rad/s)^2 * 1000 */
     const int64_t period_squared_ms2 = scale(FOUR_PI_SQUARED_E9, 1, w0_squared_e3 < 1 ? 1 : w0_squared_e3);
-    const int32_t period_ms =
-        polar_root_down((uint32_t)(period_squared_ms2 > ALIGN_MOST_MS2 ? ALIGN_MOST_MS2 : period_squared_ms2));
-    return period_ms < ALIGN_LEAST_MS ? ALIGN_LEAST_MS : period_ms;
+    return polar_root_down((uint32_t)scale_clamp(period_squared_ms2, ALIGN_LEAST_MS * ALIGN_LEAST_MS, ALIGN_MOST_MS2));
 }
 
 static struct tuning_align align_level(const struct params *p, int64_t i_ma, int32_t ratio_q15)
@@ -40,7 +38,7 @@ static struct tuning_align align_level(const struct params *p, int64_t i_ma, int
         .i_q15 = i_q15,
         .i_less_q15 = (i_q15 * ratio_q15) >> 15,
         .ratio_q15 = ratio_q15,
-        .saliency_q15 = (int32_t)(saliency_q15 > ALIGN_SALIENCY_MOST_Q15 ? ALIGN_SALIENCY_MOST_Q15 : saliency_q15),
+        .saliency_q15 = scale_clamp(saliency_q15, 0, ALIGN_SALIENCY_MOST_Q15),
         .period_ms = align_period_ms(p, i_ma),
     };
 }
@@ -95,8 +93,7 @@ static void tune_reluctant(const struct params *p, struct tuning *t)
     t->align[1] = reluctant_level(p, p->i_max_ma);
     t->saliency_i_q15 = tuning_q15_from_milli(p->i_max_ma / SALIENCY_I_PART, p->i_range_ma);
     t->align_levels = i_ma < p->i_max_ma ? 2u : 1u;
-    t->saliency_v_q15 =
-        tuning_q15_from_milli((int32_t)(v_mv < p->v_max_mv / 4 ? v_mv : p->v_max_mv / 4), p->v_range_mv);
+    t->saliency_v_q15 = tuning_q15_from_milli(scale_clamp(v_mv, 0, p->v_max_mv / 4), p->v_range_mv);
 }
 
 /*
@@ -110,9 +107,8 @@ static void tune_wiring(const struct params *p, struct tuning *t)
 {
     const int32_t i_ma = p->i_trip_ma / (t->reluctant ? WIRING_PART_RELUCTANT : WIRING_PART);
     t->wiring_i_q15 = tuning_q15_from_milli(i_ma, p->i_range_ma);
-    const int64_t drop_mv = scale(i_ma, p->resistance_mohm, 1000);
-    t->wiring_v_q15 =
-        tuning_q15_from_milli((int32_t)(drop_mv < p->v_range_mv ? drop_mv : p->v_range_mv), p->v_range_mv);
+    const int32_t drop_mv = scale_clamp(scale(i_ma, p->resistance_mohm, 1000), 0, p->v_range_mv);
+    t->wiring_v_q15 = tuning_q15_from_milli(drop_mv, p->v_range_mv);
 }
 
 static void tune_alignment(const struct params *p, struct tuning *t)

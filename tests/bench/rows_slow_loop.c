@@ -73,7 +73,7 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     loop_state_typical(&axes[0].loop);
     axes[0].loop.pll.speed_q32 = speed_q32;
     axes[0].loop.radius_q15 = vector_random(4000, 17000);
-    axes[0].speed.speed_rpm_q4 = tuning_rpm_q4(&axes[0].tuning, speed_q32);
+    axes[0].speed.speed_rpm_q4 = tuning_rpm_q15(&axes[0].tuning, speed_q32) >> 11;
     axes[0].torque.energy_q25 = axes[0].tuning.bus_set_energy_q25 / 2;
     axes[0].torque.burn_q15 = 0;
     axes[0].torque_command_q15 = vector_random(-20000, 20000);
@@ -105,7 +105,7 @@ static void set_voltages(void)
 static void set_typical(void)
 {
     const int32_t speed_q32 = vector_random(-(1 << 26), 1 << 26); /* below over-speed */
-    const int32_t rpm = tuning_rpm_q4(&axes[0].tuning, speed_q32) / 16;
+    const int32_t rpm = (tuning_rpm_q15(&axes[0].tuning, speed_q32) >> 11) / 16;
     set_state(speed_q32, rpm + vector_random(-50, 50), vector_random(-4000, 4000), vector_random(-8192, 8192) * 16384);
     set_voltages();
 }
