@@ -49,43 +49,36 @@ static int32_t within(int32_t level, int32_t steps, int32_t held, int64_t way, i
     return level + (int32_t)((left < (int64_t)most ? (uint32_t)left : most) / summands);
 }
 
+/* The same in the level of `g` and `up` more, or in the one below that; 0 if not even that one's distance does. */
+static int32_t largest(const struct gait *g, int32_t up, int32_t held, int64_t way, int32_t a)
+{
+    for (int32_t n = up; n > up - 2 && g->steps + n >= 0; n--) {
+        const struct gait level = {g->level + n * a, g->steps + n, g->level + n * a};
+        if (held_way(&level, held) <= way) {
+            return within(level.level, level.steps, held, way, a);
+        }
+    }
+    return 0;
+}
+
 /* Slower: by a at most, and no slower than the remaining distance or the limit requires. */
 static int32_t braked(const struct gait *g, int64_t way, const struct tuning_profile *t)
 {
-    const int32_t a = t->a_max;
-    const int32_t least = q15_max(g->speed - a, 0);
+    const int32_t least = q15_max(g->speed - t->a_max, 0);
     if (g->speed > t->v_max) {
         return q15_max(least, t->v_max);
     }
-    const struct gait level = {g->level, g->steps, g->level};
-    if (stop_way(&level) <= way) {
-        return q15_clamp(within(g->level, g->steps, 0, way, a), least, g->speed);
-    }
-    const struct gait below = {g->level - a, g->steps - 1, g->level - a};
-    if (g->steps > 0 && stop_way(&below) <= way) {
-        return q15_clamp(within(below.level, below.steps, 0, way, a), least, g->speed);
-    }
-    return least;
+    return q15_clamp(largest(g, 0, 0, way, t->a_max), least, g->speed);
 }
 
 /* Faster: by a at most, but still able to stop in time after the required hold. */
 static int32_t pushed(const struct gait *g, int64_t way, const struct tuning_profile *t)
 {
-    const int32_t a = t->a_max;
-    const int32_t held = t->window;
-    const struct gait full = gait_beside(g, q15_min(g->speed + a, t->v_max), a);
-    if (held_way(&full, held) <= way) {
+    const struct gait full = gait_beside(g, q15_min(g->speed + t->a_max, t->v_max), t->a_max);
+    if (held_way(&full, t->window) <= way) {
         return full.speed;
     }
-    const struct gait above = {g->level + a, g->steps + 1, g->level + a};
-    if (held_way(&above, held) <= way) {
-        return q15_clamp(within(above.level, above.steps, held, way, a), g->speed, full.speed);
-    }
-    const struct gait level = {g->level, g->steps, g->level};
-    if (held_way(&level, held) <= way) {
-        return q15_clamp(within(g->level, g->steps, held, way, a), g->speed, full.speed);
-    }
-    return g->speed;
+    return q15_clamp(largest(g, 1, t->window, way, t->a_max), g->speed, full.speed);
 }
 
 /* Distances shorter than the window in units, far below a count, are crept. */

@@ -131,12 +131,7 @@ static struct weakening_node currents_for(struct torque_control *s, int32_t torq
 {
     s->flux.decides =
         s->flux.flux_q15 != FLUX_UNLIMITED && torque_map_at(&s->map, s->map.flux_q15, torque_q15) > s->flux.flux_q15;
-    if (s->flux.decides) {
-        return weakening_currents(&s->row, torque_q15);
-    }
-    return (struct weakening_node){.torque_q15 = (int16_t)torque_q15,
-                                   .i_d_q15 = (int16_t)torque_map_at(&s->map, s->map.i_d_q15, torque_q15),
-                                   .i_q_q15 = (int16_t)torque_map_at(&s->map, s->map.i_q_q15, torque_q15)};
+    return s->flux.decides ? weakening_currents(&s->row, torque_q15) : weakening_least_current(&s->map, torque_q15);
 }
 
 /*

@@ -73,6 +73,9 @@ void weakening_begin(struct weakening_builder *b, struct weakening *w, const str
                      const struct params *p, const struct tuning *t, int32_t v_d_max_steps);
 bool weakening_go_on(struct weakening_builder *b, struct weakening *w, const struct torque_map *m);
 
+/* The currents of least amplitude for a torque of 0 or more, whatever their flux. Any context. */
+struct weakening_node weakening_least_current(const struct torque_map *m, int32_t torque_q15);
+
 /* The row of a flux. Below the lowest: the lowest, which has no torque, because i_max cannot weaken enough. Any context. */
 struct weakening_row weakening_row(const struct weakening *w, int32_t flux_q15);
 

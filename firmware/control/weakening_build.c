@@ -98,13 +98,6 @@ static uint32_t end_of(const struct weakening_machine *m, int32_t flux_q15, uint
     return end;
 }
 
-static struct weakening_node least_current(const struct torque_map *map, int32_t torque_q15)
-{
-    return (struct weakening_node){.torque_q15 = (int16_t)torque_q15,
-                                   .i_d_q15 = (int16_t)torque_map_at(map, map->i_d_q15, torque_q15),
-                                   .i_q_q15 = (int16_t)torque_map_at(map, map->i_q_q15, torque_q15)};
-}
-
 /* The largest MTPA torque at which q has at most its share of this flux. */
 static int32_t torque_of_share(const struct weakening_machine *m, const struct torque_map *map, int32_t flux_q15)
 {
@@ -120,7 +113,7 @@ static uint32_t start_of(const struct weakening_machine *m, const struct torque_
         return 0;
     }
     const int32_t torque_q15 = q15_min(torque_map_reach(map, map->flux_q15, flux_q15), map->torque_max_q15);
-    const struct weakening_node p = least_current(map, torque_q15);
+    const struct weakening_node p = weakening_least_current(map, torque_q15);
     const int32_t d_q15 = m->magnet_q15 + (int32_t)((p.i_d_q15 * m->x_d_q19) >> 19);
     return atan2_q32((int32_t)((p.i_q_q15 * m->x_q_q19) >> 19), d_q15);
 }
@@ -147,7 +140,7 @@ static void fill_row(struct weakening_node *row, const struct weakening_machine 
     const uint32_t start = start_of(m, map, flux_q15);
     const uint32_t step = (end_of(m, flux_q15, start) - start) >> WEAKENING_NODES_BITS;
     if (flux_q15 > m->magnet_q15 && step == 0u) {
-        fill_alike(row, least_current(map, torque_of_share(m, map, flux_q15)));
+        fill_alike(row, weakening_least_current(map, torque_of_share(m, map, flux_q15)));
         return;
     }
     for (uint32_t n = 0; n <= LAST; n++) {
@@ -176,7 +169,7 @@ void weakening_begin(struct weakening_builder *b, struct weakening *w, const str
 {
     const struct weakening_machine *const m = &b->machine;
     *b = (struct weakening_builder){.machine = machine_of(p, t, v_d_max_steps), .row = 1};
-    const struct weakening_node most = least_current(map, map->torque_max_q15);
+    const struct weakening_node most = weakening_least_current(map, map->torque_max_q15);
     const int64_t q_q15 = (most.i_q_q15 * m->x_q_q19) >> 19;
     const int32_t low_q15 = q15_max(m->magnet_q15 - limited((m->i_max_q15 * m->x_d_q19) >> 19), 0);
     w->top_q15 = q15_max(limited(torque_map_at(map, map->flux_q15, map->torque_max_q15)),
