@@ -241,12 +241,12 @@ void current_loop_follow(volatile struct current_loop *c, const struct fabric *f
     if (c->ripple_q10 != 0) {
         follow_ripple(c);
     }
-    const int32_t way_q15 = (w_q15 * c->turn_per_w_q15) >> 15;
-    const int32_t turn_q15 = q15_clamp(way_q15, -LOOP_TURN_MAX_Q15, LOOP_TURN_MAX_Q15);
+    const int32_t turn_until_q15 = (w_q15 * c->turn_per_w_q15) >> 15;
+    const int32_t turn_q15 = q15_clamp(turn_until_q15, -LOOP_TURN_MAX_Q15, LOOP_TURN_MAX_Q15);
     c->turn_q15 = turn_q15;
     c->v_turn_q15 = turn_q15;
     if (weakens(c)) {
-        c->weaken.turn_q32 = (uint32_t)(way_q15 * TURN_Q32_PER_Q15);
+        c->weaken.turn_q32 = (uint32_t)(turn_until_q15 * TURN_Q32_PER_Q15);
         c->v_turn_q15 = 0;
     }
     if (c->status_max == UINT32_MAX) {
@@ -316,7 +316,7 @@ static void (*handler(const volatile struct current_loop *c, enum loop_source so
     return rippled ? c->handlers->rippled : c->handlers->handler[source];
 }
 
-static void serve_by(const volatile struct current_loop *c, void (*chosen)(void))
+static void set_vector(const volatile struct current_loop *c, void (*chosen)(void))
 {
     *(c->diverted != NULL ? c->diverted : c->handlers->vector) = chosen;
 }
@@ -329,7 +329,7 @@ bool current_loop_select(volatile struct current_loop *c, const struct fabric *f
     c->source = source;
     c->field_follows = 0u;
     if (c->handlers != NULL) {
-        serve_by(c, handler(c, source));
+        set_vector(c, handler(c, source));
         cpu_dsb(); /* visible to the next interrupt */
     }
     return true;
@@ -339,7 +339,7 @@ void current_loop_exchange(volatile struct current_loop *c, enum loop_source sou
 {
     c->source = source;
     if (c->handlers != NULL) {
-        serve_by(c, handler(c, source));
+        set_vector(c, handler(c, source));
     }
 }
 

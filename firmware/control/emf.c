@@ -86,7 +86,7 @@ static int32_t unlearnt_q15(const struct emf *e)
     return (e->reaction_q15 * (4 * EMF_LEARNT_STEPS - 3 * e->learnt)) / (4 * EMF_LEARNT_STEPS);
 }
 
-static enum emf_verdict judge(const struct emf *e, int32_t d_q15, int32_t along_q15, int32_t reaction_q15)
+static enum emf_verdict verdict_of(const struct emf *e, int32_t d_q15, int32_t along_q15, int32_t reaction_q15)
 {
     if (along_q15 < -e->unsure_q15 - e->moving_q15) {
         return EMF_REVERSED;
@@ -98,12 +98,12 @@ static enum emf_verdict judge(const struct emf *e, int32_t d_q15, int32_t along_
 
 enum emf_verdict emf_judge(const struct emf *e, bool backwards)
 {
-    return judge(e, e->filtered.d_q15, backwards ? -e->filtered.q_q15 : e->filtered.q_q15, unlearnt_q15(e));
+    return verdict_of(e, e->filtered.d_q15, backwards ? -e->filtered.q_q15 : e->filtered.q_q15, unlearnt_q15(e));
 }
 
 enum emf_verdict emf_judge_change(const struct emf *e, const struct emf_vector *before, bool backwards)
 {
-    return judge(e, e->now.d_q15 - before->d_q15, backwards ? -e->now.q_q15 : e->now.q_q15, e->reaction_q15 / 4);
+    return verdict_of(e, e->now.d_q15 - before->d_q15, backwards ? -e->now.q_q15 : e->now.q_q15, e->reaction_q15 / 4);
 }
 
 uint32_t emf_angle_q32(const struct emf_vector *v, bool backwards)

@@ -26,7 +26,7 @@
 
 /* Seven eighths of the circle less the reserve, per bus voltage; rounded down. */
 #define PLENTY_Q15 \
-    ((int32_t)(CONFIG_RADIUS_STEPS * 32768LL * 7 * ((1 << FLUX_KEPT_SHIFT) - 1) / (8LL << FLUX_KEPT_SHIFT) / \
+    ((int32_t)(CONFIG_RADIUS_STEPS * 32768LL * 7 * ((1 << FLUX_RESERVE_SHIFT) - 1) / (8LL << FLUX_RESERVE_SHIFT) / \
                CONFIG_BUS_STEPS))
 
 static int32_t circle_q15(int32_t vbus_q15, int32_t radius_steps)
@@ -40,15 +40,15 @@ static int32_t resistive_q15(const struct tuning *t, int32_t i_q15)
 }
 
 /* Beyond the modulator's circle each bit of voltage costs harmonics: keeps half as much. */
-static int32_t kept_q15(int32_t circle, int32_t radius_steps)
+static int32_t reserve_q15(int32_t circle, int32_t radius_steps)
 {
-    return circle >> (radius_steps > CONFIG_RADIUS_STEPS ? FLUX_KEPT_SHIFT + 2 : FLUX_KEPT_SHIFT);
+    return circle >> (radius_steps > CONFIG_RADIUS_STEPS ? FLUX_RESERVE_SHIFT + 2 : FLUX_RESERVE_SHIFT);
 }
 
 static int32_t target_q15(int32_t vbus_q15, int32_t radius_steps)
 {
     const int32_t circle = circle_q15(vbus_q15, radius_steps);
-    return circle - kept_q15(circle, radius_steps);
+    return circle - reserve_q15(circle, radius_steps);
 }
 
 int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15)
@@ -59,7 +59,7 @@ int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15)
 /* v over L for a slow period, from the reactance at the base speed. */
 int32_t flux_limit_slew_q15(const struct tuning *t, int32_t vbus_q15)
 {
-    return kept_q15(circle_q15(vbus_q15, t->radius_steps), t->radius_steps) * (RADIANS_Q4 << (11 - RADIANS_SHIFT)) /
+    return reserve_q15(circle_q15(vbus_q15, t->radius_steps), t->radius_steps) * (RADIANS_Q4 << (11 - RADIANS_SHIFT)) /
            (q15_max(t->x_q_q11, t->x_q_apparent_q11) + 1);
 }
 
@@ -111,7 +111,7 @@ static int32_t left_q15(struct flux_limit *s, const volatile struct current_loop
 {
     const int32_t left = target - length_q15(c);
     if (c->weaken.on) {
-        return left - lacking_q15(s, c, t, q15_abs(current_loop_w_q15(c)), target >> FLUX_KEPT_SHIFT);
+        return left - lacking_q15(s, c, t, q15_abs(current_loop_w_q15(c)), target >> FLUX_RESERVE_SHIFT);
     }
     const int32_t d_most_q15 = (target * V_D_MOST_Q10) >> 10;
     return power_q15 < 0 ? q15_min(left, d_most_q15 - q15_abs(c->v_d_q15)) : left;
@@ -151,7 +151,7 @@ bool flux_limit_follow(struct flux_limit *s, const volatile struct current_loop 
 {
     const int32_t w_q15 = q15_abs(current_loop_w_q15(c));
     if (is_far(s, c, w_q15, vbus_q15, most_q15)) {
-        flux_limit_rest(s);
+        flux_limit_reset(s);
         return false;
     }
     const int32_t target = target_q15(vbus_q15, c->weaken.radius_steps);

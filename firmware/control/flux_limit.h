@@ -25,8 +25,8 @@
 #include "firmware/settings/tuning.h"
 #include "lib/q15.h"
 
-#define FLUX_UNLIMITED  INT32_MAX
-#define FLUX_KEPT_SHIFT 5 /* of the circle */
+#define FLUX_UNLIMITED     INT32_MAX
+#define FLUX_RESERVE_SHIFT 5 /* of the circle */
 
 struct flux_limit {
     int32_t flux_q15;    /* FLUX_UNLIMITED if the voltage allows any flux asked for */
@@ -40,7 +40,7 @@ struct flux_limit {
 #define FLUX_TRIM_FADE 16 /* milliseconds */
 
 /* The bridge goes off, or the limit is far. */
-static inline void flux_limit_rest(struct flux_limit *s)
+static inline void flux_limit_reset(struct flux_limit *s)
 {
     *s = (struct flux_limit){.flux_q15 = FLUX_UNLIMITED};
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Feeds forward Coulomb friction for the commanded direction, so the speed loop need not find it again at each reversal while
- * the shaft stands.
+ * the shaft is at rest.
  *
  * It uses the reference, not the speed: with the speed, a friction set too large would drive the shaft. Near 0 it is
  * proportional to the reference, with the speed loop's own gain; a quarter of that if a position loop sets the reference,

@@ -43,8 +43,8 @@ struct hall_speed {
     int32_t direction;      /* of the last edges: -1, 1; 0: unknown */
     uint32_t intervals;     /* usable: between edges in this direction, without a reversal */
     bool lost;              /* the last edge is too long ago: at rest */
-    bool told;              /* the speed was given by the caller, */
-    uint32_t told_clock;    /* at this time */
+    bool preset;            /* the speed was given by the caller, */
+    uint32_t preset_clock;  /* at this time */
     int32_t speed_q32;      /* turns a sample */
     uint32_t age_clocks;    /* since the last edge */
     uint32_t sector_clocks; /* between the last two edges */
@@ -52,11 +52,11 @@ struct hall_speed {
     int32_t load_q8;        /* speed change by the load in a millisecond, as push_q8 */
     /* speed expected from torque and that load, and the angle it integrates to; both wrap */
     uint64_t pushed_q32;
-    uint64_t way_q32;
-    uint64_t way_at_q32[HALL_EDGES_KEPT]; /* at the edges */
-    uint64_t rest_q32;                    /* the speed less that */
-    uint32_t angle_q32;                   /* of the rotor at the last step */
-    int32_t travel_q32;                   /* its travel since the step before, per sample */
+    uint64_t pushed_angle_q32;
+    uint64_t pushed_angle_at_q32[HALL_EDGES_KEPT]; /* at the edges */
+    uint64_t rest_q32;                             /* the speed less that */
+    uint32_t angle_q32;                            /* of the rotor at the last step */
+    int32_t travel_q32;                            /* its travel since the step before, per sample */
 };
 
 struct hall {

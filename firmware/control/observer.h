@@ -14,9 +14,9 @@
  * for sensorless synchronous motor drives: framework for design and analysis", IEEE Trans. Ind. Appl. 54(6), 2018;
  * tests/unit/test_observer.py checks the formula for the steady error:
  *
- *     sin(error) = 2 sigma / w (psi_told / psi - cos(error) - (R - R_told) i_q / (w psi)) + (R - R_told) i_d / (w psi)
+ *     sin(error) = 2 sigma / w (psi_nominal / psi - cos(error) - (R - R_nominal) i_q / (w psi)) + (R - R_nominal) i_d / (w psi)
  *
- * The margin m = |w| psi_a / (dR |i| + dU) tells whether there is enough signal: the EMF over what a wrong R and the dead time
+ * The margin m = |w| psi_a / (dR |i| + dU) shows whether there is enough signal: the EMF over what a wrong R and the dead time
  * may hide. With the gains below the angle holds down to about 1.5.
  *
  * Formats. Flux: Q28 of the tuning's flux unit, in which no flux of this motor below i_range reaches 1.0; "flux 14" is its

@@ -12,7 +12,7 @@
 static int64_t within_count(const struct speed_estimate *e, const struct tuning *t)
 {
     const int32_t shift = t->profile.shift;
-    const int64_t beyond_q32 = (int64_t)e->beyond_q15 * t->count_per_way_q16; /* counts */
+    const int64_t beyond_q32 = (int64_t)e->beyond_q15 * t->counts_per_travel_q16; /* counts */
     return scale_clamp((beyond_q32 >> (32 - shift)) + ((int64_t)e->backwards << shift), 0, 1 << shift);
 }
 

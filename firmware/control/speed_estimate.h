@@ -36,9 +36,9 @@ struct speed_estimate {
     uint32_t count;
     int32_t backwards; /* 1: crossed downwards, so it is the upper end of the count */
     uint32_t clock;
-    int32_t beyond_q15;   /* estimated travel since then, rpm times milliseconds */
-    bool lost;            /* too long ago to be useful */
-    int32_t place_q16[4]; /* offsets of a line's four edges from their nominal places, in counts */
+    int32_t beyond_q15;         /* estimated travel since then, rpm times milliseconds */
+    bool lost;                  /* too long ago to be useful */
+    int32_t edge_offset_q16[4]; /* offsets of a line's four edges from their nominal places, in counts */
 };
 
 /* The counter was set: forgets the edges. Slow loop, or while it is masked. */

@@ -118,15 +118,15 @@ static void count_swing(struct speed_loop *s)
  * loop's delay makes damping negative: a mean over two steps removes 500 Hz, over three 333 Hz, and most of the frequencies
  * around.
  */
-static int32_t mean_q15(struct speed_loop *s, int32_t mean_ms, int32_t wish_q15)
+static int32_t mean_demand_q15(struct speed_loop *s, int32_t mean_ms, int32_t demand_q15)
 {
-    int32_t sum_q15 = wish_q15;
-    int32_t later_q15 = wish_q15;
+    int32_t sum_q15 = demand_q15;
+    int32_t later_q15 = demand_q15;
     for (int32_t n = 0; n < mean_ms - 1; n++) {
-        const int32_t wished_q15 = s->before_q15[n];
+        const int32_t earlier_q15 = s->before_q15[n];
         s->before_q15[n] = later_q15;
-        sum_q15 += wished_q15;
-        later_q15 = wished_q15;
+        sum_q15 += earlier_q15;
+        later_q15 = earlier_q15;
     }
     return sum_q15 / mean_ms;
 }
@@ -146,7 +146,7 @@ static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
     return step;
 }
 
-/* At most +-1.0: the product's upper word tells. */
+/* At most +-1.0: the product's upper word shows which. */
 static int32_t feedforward_q29(const struct tuning *t, int32_t moved_q16)
 {
     const int64_t wanted_q39 = (int64_t)t->speed_accel_q8 * moved_q16;
@@ -183,7 +183,7 @@ static int32_t control(struct speed_loop *s, const struct tuning *t, int32_t mov
     if (!s->at_limit || (growth_q29 > 0) != (wanted_q29 > 0)) {
         s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, low_q29, high_q29);
     }
-    return t->torque_mean_ms > 1 ? mean_q15(s, t->torque_mean_ms, wanted_q29 >> 14) : wanted_q29 >> 14;
+    return t->torque_mean_ms > 1 ? mean_demand_q15(s, t->torque_mean_ms, wanted_q29 >> 14) : wanted_q29 >> 14;
 }
 
 int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits)

@@ -180,5 +180,5 @@ void torque_rest(struct torque_control *s)
     s->torque_q15 = 0;
     s->asked_q15 = 0;
     s->burn_q15 = 0;
-    flux_limit_rest(&s->flux);
+    flux_limit_reset(&s->flux);
 }

@@ -25,7 +25,7 @@ static bool begin_again(struct torque_builder *b, struct torque_control *s, cons
         p->angle_source == PARAM_ANGLE_ENCODER && (p->overmodulation != 0 || needs_weakening(s, p, t, b->vbus_q15));
     if (t->weakens) {
         t->radius_steps = CONFIG_RADIUS_STEPS + (CONFIG_SIX_STEPS - CONFIG_RADIUS_STEPS) * p->overmodulation / 100;
-        weakening_begin(&b->weakening, &s->weakening, &s->map, p, t, WEAKEN_D_MAX_STEPS(CONFIG_RADIUS_STEPS));
+        weakening_build_begin(&b->weakening, &s->weakening, &s->map, p, t, WEAKEN_D_MAX_STEPS(CONFIG_RADIUS_STEPS));
     }
     return t->weakens;
 }
@@ -35,23 +35,23 @@ void torque_begin(struct torque_builder *b, struct torque_control *s, const stru
 {
     b->part = TORQUE_BUILDS_MAP;
     b->vbus_q15 = vbus_q15;
-    torque_map_begin(&b->map, &s->map, p, t);
+    torque_map_build_begin(&b->map, &s->map, p, t);
 }
 
 bool torque_go_on(struct torque_builder *b, struct torque_control *s, const struct params *p, struct tuning *t)
 {
     if (b->part == TORQUE_BUILDS_MAP) {
-        if (!torque_map_go_on(&b->map, &s->map, p, t)) {
+        if (!torque_map_build_step(&b->map, &s->map, p, t)) {
             b->part = TORQUE_BUILDS_ORDINARY;
-            weakening_begin(&b->weakening, &s->weakening, &s->map, p, t, LOOP_V_D_MAX_STEPS);
+            weakening_build_begin(&b->weakening, &s->weakening, &s->map, p, t, LOOP_V_D_MAX_STEPS);
         }
         return true;
     }
-    if (weakening_go_on(&b->weakening, &s->weakening, &s->map)) {
+    if (weakening_build_step(&b->weakening, &s->weakening, &s->map)) {
         return true;
     }
     const bool ordinary = b->part == TORQUE_BUILDS_ORDINARY;
     b->part = TORQUE_BUILDS_WEAKENING;
-    flux_limit_rest(&s->flux);
+    flux_limit_reset(&s->flux);
     return ordinary && begin_again(b, s, p, t);
 }

@@ -46,7 +46,8 @@ static int32_t torque_at(const struct weakening_row *r, int32_t n)
     return between(r->lower[n].torque_q15, r->upper[n].torque_q15, r->part_q12);
 }
 
-static struct weakening_node mean(const struct weakening_node *a, const struct weakening_node *b, int32_t part_q12)
+static struct weakening_node node_between(const struct weakening_node *a, const struct weakening_node *b,
+                                          int32_t part_q12)
 {
     return (struct weakening_node){.torque_q15 = (int16_t)between(a->torque_q15, b->torque_q15, part_q12),
                                    .i_d_q15 = (int16_t)between(a->i_d_q15, b->i_d_q15, part_q12),
@@ -55,7 +56,7 @@ static struct weakening_node mean(const struct weakening_node *a, const struct w
 
 static struct weakening_node node_at(const struct weakening_row *r, int32_t n)
 {
-    return mean(&r->lower[n], &r->upper[n], r->part_q12);
+    return node_between(&r->lower[n], &r->upper[n], r->part_q12);
 }
 
 static uint32_t square(const struct weakening_node *p)
@@ -107,5 +108,5 @@ struct weakening_node weakening_currents(const struct weakening_row *r, int32_t 
     const struct weakening_node b = node_at(r, n + 1);
     const int32_t gap = q15_max(b.torque_q15 - a.torque_q15, 1);
     const int32_t part_q12 = (q15_clamp(torque_q15 - a.torque_q15, 0, gap) << PART_SHIFT) / gap;
-    return mean(&a, &b, part_q12);
+    return node_between(&a, &b, part_q12);
 }

@@ -21,7 +21,7 @@ void params_init(struct params *p)
     }
 }
 
-static bool same(const char *a, const char *b)
+static bool same_name(const char *a, const char *b)
 {
     while (*a != '\0' && *a == *b) {
         a++;
@@ -33,7 +33,7 @@ static bool same(const char *a, const char *b)
 const struct param_info *param_find(const char *name)
 {
     for (size_t i = 0; i < param_count; i++) {
-        if (same(param_table[i].name, name)) {
+        if (same_name(param_table[i].name, name)) {
             return &param_table[i];
         }
     }

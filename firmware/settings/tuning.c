@@ -92,29 +92,25 @@ static void tune_limits(const struct params *p, struct tuning *t)
     t->encoder_scale_q32 = (uint32_t)scale(p->pole_pairs, 1LL << 32, p->encoder_counts);
 }
 
-static struct outcome refuse(enum error error, int32_t works)
-{
-    return (struct outcome){error, works};
-}
-
 /* Checks the bandwidths' margins. */
 static struct outcome check_margins(const struct params *p, struct tuning *t)
 {
     const int32_t current_bw_hz = margin_current_bw_hz(t->update, t->samples);
     if (p->current_bw_hz > current_bw_hz) {
-        return refuse(ERROR_CURRENT_MARGIN, current_bw_hz);
+        return (struct outcome){ERROR_CURRENT_MARGIN, current_bw_hz};
     }
     t->current_margin_u16 = margin_of_current_u16(p->current_bw_hz, t->update, t->samples);
     const int32_t resolved_hz = margin_resolution_bw_hz(p, t);
     if (p->angle_source == PARAM_ANGLE_ENCODER && p->speed_bw_hz > resolved_hz) {
-        return resolved_hz < 1 ? outcome_of(ERROR_SPEED_UNRESOLVED) : refuse(ERROR_SPEED_RESOLUTION, resolved_hz);
+        return resolved_hz < 1 ? outcome_of(ERROR_SPEED_UNRESOLVED)
+                               : (struct outcome){ERROR_SPEED_RESOLUTION, resolved_hz};
     }
     const int32_t speed_bw_hz = margin_speed_bw_hz(p->current_bw_hz, p->torque_mean_ms);
     if (p->speed_bw_hz > speed_bw_hz) {
-        return speed_bw_hz < 1 ? outcome_of(ERROR_CURRENT_TOO_SLOW) : refuse(ERROR_SPEED_MARGIN, speed_bw_hz);
+        return speed_bw_hz < 1 ? outcome_of(ERROR_CURRENT_TOO_SLOW) : (struct outcome){ERROR_SPEED_MARGIN, speed_bw_hz};
     }
     if (p->position_bw_hz != 0 && p->position_bw_hz > margin_position_bw_hz(p)) {
-        return refuse(ERROR_POSITION_MARGIN, margin_position_bw_hz(p));
+        return (struct outcome){ERROR_POSITION_MARGIN, margin_position_bw_hz(p)};
     }
     return OUTCOME_OK;
 }

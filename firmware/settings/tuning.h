@@ -110,8 +110,8 @@ struct tuning {
     int32_t power_max_q15, regen_max_q15; /* mechanical, driving and braking: 1.0 = 1.5 v_range i_range */
     /* speed estimate: units and derivation in tuning_speed.c */
     int32_t encoder_counts;
-    int32_t way_per_count_q12; /* rpm Q15 times milliseconds per 256th of a count */
-    int32_t count_per_way_q16; /* the inverse, to 65536ths of a count */
+    int32_t travel_per_count_q12;  /* rpm Q15 times milliseconds per 256th of a count */
+    int32_t counts_per_travel_q16; /* the inverse, to 65536ths of a count */
     /* speed loop: its current is the torque of torque_map.h */
     int32_t i_max_q15;
     int32_t radius_steps;     /* of the voltage circle: the modulator's, or overmodulation's in field weakening */

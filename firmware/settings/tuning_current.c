@@ -27,7 +27,7 @@ static int64_t reactance(const struct params *p, int32_t inductance_uh, int32_t 
                  p->v_range_mv * 1000000000000LL);
 }
 
-static enum error tune_gains(const struct params *p, struct tuning *t)
+static enum error tune_current_gains(const struct params *p, struct tuning *t)
 {
     const int64_t kp_d = reactance(p, p->ld_uh, p->current_bw_hz, 1 << 12);
     const int64_t kp_q = reactance(p, p->lq_uh, p->current_bw_hz, 1 << 12);
@@ -107,7 +107,7 @@ void tuning_rates(const struct params *p, struct tuning *t)
 
 enum error tuning_current(const struct params *p, struct tuning *t)
 {
-    const enum error problem = tune_gains(p, t);
+    const enum error problem = tune_current_gains(p, t);
     t->update = (enum pwm_update)p->pwm_update;
     t->delay_halves = delay_halves(t->update, t->samples);
     tune_ripple(p, t);

@@ -124,25 +124,25 @@ static void tune_alignment(const struct params *p, struct tuning *t)
  * At the start the limit is 1.6 % of speed_max, which with wrong counts or pole pairs may be 3.2 %; but a sixth of a turn per
  * oscillation period is allowed, or a low-speed motor would never come to rest. The encoder shows that speed by four counts.
  */
-#define WAY_PER_RPM_E3 1145325LL /* 1.6 % of a turn over 60000 ms, Q32 */
-#define SWING_PART     6
-#define WAY_COUNTS     4
-#define WAY_PERIOD     8
+#define SPEED_PER_RPM_E3 1145325LL /* 1.6 % of a turn over 60000 ms, Q32 */
+#define SWING_PART       6
+#define SPEED_COUNTS     4
+#define SPEED_PERIOD     8
 
-static void tune_way(const struct params *p, struct tuning *t)
+static void tune_align_speed(const struct params *p, struct tuning *t)
 {
-    const int64_t told_q32 = scale((int64_t)p->speed_max_rpm * p->pole_pairs, WAY_PER_RPM_E3, 1000);
+    const int64_t limit_q32 = scale((int64_t)p->speed_max_rpm * p->pole_pairs, SPEED_PER_RPM_E3, 1000);
     const int64_t least_q32 = (1LL << 32) / (SWING_PART * t->align[0].period_ms);
-    const int32_t most_ms = t->align[0].period_ms / WAY_PERIOD;
-    t->align_way_q32 = (int32_t)(told_q32 > least_q32 ? told_q32 : least_q32);
-    const int64_t way_ms = scale(WAY_COUNTS, t->encoder_scale_q32, t->align_way_q32);
-    t->align_way_ms = way_ms < 1 ? 1 : way_ms < most_ms ? (int32_t)way_ms : most_ms;
+    const int32_t most_ms = t->align[0].period_ms / SPEED_PERIOD;
+    t->align_way_q32 = (int32_t)(limit_q32 > least_q32 ? limit_q32 : least_q32);
+    const int64_t measured_ms = scale(SPEED_COUNTS, t->encoder_scale_q32, t->align_way_q32);
+    t->align_way_ms = measured_ms < 1 ? 1 : measured_ms < most_ms ? (int32_t)measured_ms : most_ms;
 }
 
 void tuning_start(const struct params *p, struct tuning *t)
 {
     tune_alignment(p, t);
-    tune_way(p, t);
+    tune_align_speed(p, t);
     tune_reluctant(p, t);
     tune_wiring(p, t);
 }

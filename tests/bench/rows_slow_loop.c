@@ -99,7 +99,7 @@ static void set_voltages(void)
     c->v_q_steps = q15_clamp(q_steps, -CONFIG_RADIUS_STEPS, CONFIG_RADIUS_STEPS);
     c->v_d_q15 = 0; /* reckoned from these in the step */
     c->v_q_q15 = emf_q15;
-    flux_limit_rest(&axes[0].torque.flux);
+    flux_limit_reset(&axes[0].torque.flux);
 }
 
 static void set_typical(void)

@@ -116,8 +116,8 @@ def exact(c, p):
         "overspeed_w_q15": Fraction(p["overspeed_rpm"] * p["pole_pairs"] * 32768, 60 * BASE_HZ),
         "encoder_scale_q32": Fraction(p["pole_pairs"] * 2**32, p["encoder_counts"]),
         "encoder_counts": Fraction(p["encoder_counts"]),
-        "way_per_count_q12": Fraction(60 * 1000 * 32768 * 4096, 256 * p["encoder_counts"]),
-        "count_per_way_q16": Fraction(p["encoder_counts"] * 2**32, 60 * 1000 * 32768),
+        "travel_per_count_q12": Fraction(60 * 1000 * 32768 * 4096, 256 * p["encoder_counts"]),
+        "counts_per_travel_q16": Fraction(p["encoder_counts"] * 2**32, 60 * 1000 * 32768),
     }
 
 
