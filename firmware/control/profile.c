@@ -37,8 +37,8 @@ static struct gait gait_beside(const struct gait *g, int32_t speed, int32_t a)
 }
 
 /*
- * The fastest speed fastest_within a level whose distance, with the hold, does not exceed `distance`. The level itself does not exceed it,
- * the next one does: so the remainder is below a step for each summand, which fits.
+ * The largest speed within a level whose distance, with the hold, does not exceed `distance`. The level itself does not
+ * exceed it, the next one does: so the remainder is below a step for each summand, which fits.
  */
 static int32_t fastest_within(int32_t level, int32_t steps, int32_t held, int64_t distance, int32_t a)
 {

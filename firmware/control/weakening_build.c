@@ -80,7 +80,7 @@ static struct point point_of(const struct weakening_machine *m, int32_t flux_q15
     return p;
 }
 
-/* Whether this angle is still within_row the row: current and v_d are allowed, and torque still grows. */
+/* Whether this angle is still within the row: current and v_d are allowed, and torque still grows. */
 static bool within_row(const struct weakening_machine *m, int32_t flux_q15, uint32_t angle)
 {
     const struct point here = point_of(m, flux_q15, angle);
