@@ -33,7 +33,7 @@ static void enter(struct axis *a, enum axis_state state)
 static void bridge_off(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);
-    torque_rest(&a->torque);
+    torque_reset(&a->torque);
 }
 
 static void begin_operation(struct axis *a)

@@ -20,7 +20,7 @@
 struct reading {
     uint32_t count, state, angle_q32;
     uint32_t latch_clock;
-    uint32_t clock[HALL_EDGES_KEPT];
+    uint32_t clock[HALL_EDGES_STORED];
 };
 
 static void read(struct reading *r, const struct hall *h, const volatile struct current_loop *c,
@@ -32,7 +32,7 @@ static void read(struct reading *r, const struct hall *h, const volatile struct 
     r->state = now->state;
     r->angle_q32 = c->pll.angle_q32;
     r->latch_clock = encoder_latch_clock(e);
-    for (uint32_t n = 0; n < HALL_EDGES_KEPT; n++) {
+    for (uint32_t n = 0; n < HALL_EDGES_STORED; n++) {
         r->clock[n] = now->clock[n];
     }
     cpu_irq_restore(mask);
@@ -40,7 +40,7 @@ static void read(struct reading *r, const struct hall *h, const volatile struct 
 
 static uint32_t clock_of(const struct reading *r, uint32_t count)
 {
-    return r->clock[count % HALL_EDGES_KEPT];
+    return r->clock[count % HALL_EDGES_STORED];
 }
 
 static int32_t clamp_both_ways(int64_t speed_q32, int32_t most_q32)
@@ -66,7 +66,8 @@ static void integrate_push(struct hall *h, const struct tuning *t, int32_t torqu
     s->pushed_angle_q32 += s->pushed_q32 * (uint32_t)t->loops_per_slow;
 }
 
-void hall_go_on(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e, int32_t torque_q15)
+void hall_resume(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e,
+                 int32_t torque_q15)
 {
     const uint32_t clock = encoder_hall_clock(e);
     const int32_t speed_q32 = c->pll.speed_q32;
@@ -88,9 +89,9 @@ static void mark_edges(struct hall_speed *s, const struct reading *r, int32_t mo
 {
     const uint32_t edges = moved == 0 ? 1u : (uint32_t)q15_abs(moved);
     uint32_t count = r->count;
-    for (uint32_t n = 0; n < edges && n < HALL_EDGES_KEPT; n++) {
+    for (uint32_t n = 0; n < edges && n < HALL_EDGES_STORED; n++) {
         const int64_t age_clocks = (int64_t)(r->latch_clock - clock_of(r, count));
-        s->pushed_angle_at_q32[count % HALL_EDGES_KEPT] =
+        s->pushed_angle_at_q32[count % HALL_EDGES_STORED] =
             s->pushed_angle_q32 - (uint64_t)((int64_t)s->pushed_q32 * age_clocks / t->loop_counts);
         count += moved < 0 ? 1u : UINT32_MAX;
     }
@@ -166,8 +167,8 @@ static void measure_speed(struct hall *h, const struct reading *r, const struct 
     }
     const uint32_t n = near_enough(s, r, WHOLE_TURN) ? WHOLE_TURN : (near_enough(s, r, HALF_TURN) ? HALF_TURN : 1u);
     const uint32_t before = s->count - (uint32_t)s->direction * n;
-    const int64_t pushed = (int64_t)(s->pushed_angle_at_q32[s->count % HALL_EDGES_KEPT] -
-                                     s->pushed_angle_at_q32[before % HALL_EDGES_KEPT]);
+    const int64_t pushed = (int64_t)(s->pushed_angle_at_q32[s->count % HALL_EDGES_STORED] -
+                                     s->pushed_angle_at_q32[before % HALL_EDGES_STORED]);
     const uint32_t clocks = s->clock - clock_of(r, before);
     s->clocks = n == 1u ? 2u * clocks : clocks; /* one sector shows each misplaced switch */
     const int64_t rest_q32 = mean_speed(sector_travel(h, r->state, s->direction, n) - pushed, clocks, t);

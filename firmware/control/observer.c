@@ -184,9 +184,9 @@ void observer_preset(volatile struct current_loop *c, const struct tuning *t)
     cpu_irq_restore(mask);
 }
 
-void observer_calm(volatile struct current_loop *c)
+void observer_slow_down(volatile struct current_loop *c)
 {
-    c->flux.calm_q24 = CALM_Q24;
+    c->flux.slow_down_q24 = CALM_Q24;
 }
 
 /* The tracking loop's pole, in |w|; calm decays with the turns. */
@@ -195,13 +195,13 @@ static int32_t pole_q8(volatile struct current_loop *c, const struct tuning *t, 
     volatile struct observer *const o = &c->flux;
     const int32_t by_margin_q8 =
         q15_clamp((o->margin_q8 * TRACK_BY_MARGIN) >> 8, TRACK_LEAST_Q8, observer_quickest_q8(t));
-    const int32_t calm_q24 = o->calm_q24;
-    if (calm_q24 == 0) {
+    const int32_t slow_down_q24 = o->slow_down_q24;
+    if (slow_down_q24 == 0) {
         return by_margin_q8;
     }
     const int32_t turns_q16 = (int32_t)((speed_q32 >> 8) * (uint32_t)c->loops_per_slow >> 8);
-    o->calm_q24 = q15_max(calm_q24 - turns_q16 * (CALM_Q24 >> 16) / CALM_TURNS, 0);
-    return q15_max(q15_min(by_margin_q8, TRACK_LARGEST_Q8 - (calm_q24 >> 16)), TRACK_LEAST_Q8);
+    o->slow_down_q24 = q15_max(slow_down_q24 - turns_q16 * (CALM_Q24 >> 16) / CALM_TURNS, 0);
+    return q15_max(q15_min(by_margin_q8, TRACK_LARGEST_Q8 - (slow_down_q24 >> 16)), TRACK_LEAST_Q8);
 }
 
 void observer_begin(volatile struct current_loop *c, const struct tuning *t)

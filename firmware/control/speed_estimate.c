@@ -134,7 +134,7 @@ void speed_estimate_reset(struct speed_estimate *e)
     *e = (struct speed_estimate){.interval_clocks = SPEED_ESTIMATE_CLOCKS_LOST, .lost = true};
 }
 
-void speed_estimate_go_on(struct speed_estimate *e, const struct encoder_regs *encoder)
+void speed_estimate_resume(struct speed_estimate *e, const struct encoder_regs *encoder)
 {
     const struct reading r = read_encoder(encoder);
     const uint32_t age = r.latch_clock - r.edge_clock;

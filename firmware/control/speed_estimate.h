@@ -45,7 +45,7 @@ struct speed_estimate {
 void speed_estimate_reset(struct speed_estimate *e);
 
 /* Takes over from another source with its speed: from the last edge on, edges measure it. Slow loop. */
-void speed_estimate_go_on(struct speed_estimate *e, const struct encoder_regs *encoder);
+void speed_estimate_resume(struct speed_estimate *e, const struct encoder_regs *encoder);
 
 /* One step. Range: below 32767 rpm and a quarter of a turn a millisecond of change. Slow loop. */
 void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *encoder, const struct tuning *t);

@@ -20,11 +20,11 @@ static int32_t bus_energy_q25(int32_t vbus_q15, const struct tuning *t)
 static void observe_sink(struct torque_control *s, int32_t energy_q25)
 {
     const int32_t growth_q15 = (energy_q25 - s->energy_q25) >> 10;
-    const int32_t power_q15 = (s->asked_q15 * s->emf_q15) >> 15;
+    const int32_t power_q15 = (s->demand_sum_q15 * s->emf_q15) >> 15;
     const int32_t sink_q18 = s->sink_q18 - power_q15 - growth_q15 - (s->sink_q18 >> (SINK_SHIFT - 1));
     s->sink_q18 = q15_clamp(sink_q18, 0, Q15_ONE << SINK_SHIFT);
     s->energy_q25 = energy_q25;
-    s->asked_q15 = 0;
+    s->demand_sum_q15 = 0;
 }
 
 void torque_follow_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
@@ -161,7 +161,7 @@ void torque_ask(struct torque_control *s, volatile struct current_loop *c, const
     follow_burn(s, t, bus_decides(s, demand_q15, s->torque_q15));
     const struct weakening_node i = currents_for(s, q15_abs(s->torque_q15));
     s->torque_q15 = s->torque_q15 < 0 ? -i.torque_q15 : i.torque_q15;
-    s->asked_q15 += s->torque_q15;
+    s->demand_sum_q15 += s->torque_q15;
     if (s->burn_q15 > 0) {
         set_burning(s, c, t, i.i_d_q15, i.i_q_q15);
     } else {
@@ -175,10 +175,10 @@ void torque_ask(struct torque_control *s, volatile struct current_loop *c, const
     }
 }
 
-void torque_rest(struct torque_control *s)
+void torque_reset(struct torque_control *s)
 {
     s->torque_q15 = 0;
-    s->asked_q15 = 0;
+    s->demand_sum_q15 = 0;
     s->burn_q15 = 0;
     flux_limit_reset(&s->flux);
 }

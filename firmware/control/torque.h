@@ -49,7 +49,7 @@ struct torque_control {
     int32_t vbus_q15;       /* of the last measurement */
     int32_t energy_q25;     /* of the bus capacitor */
     int32_t sink_q18;       /* power dissipated or taken back while the motor brakes; >= 0 */
-    int32_t asked_q15;      /* torque, sum of the steps since the last measurement */
+    int32_t demand_sum_q15; /* torque, sum of the steps since the last measurement */
     int32_t burn_q15;       /* d current against the magnets that makes no torque; >= 0 */
     bool flux_is_near;      /* so it is followed each millisecond */
     struct flux_limit flux;
@@ -88,6 +88,6 @@ void torque_set_limits(struct torque_control *s, const struct tuning *t, const s
 void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t demand_q15);
 
 /* The bridge goes off. */
-void torque_rest(struct torque_control *s);
+void torque_reset(struct torque_control *s);
 
 #endif

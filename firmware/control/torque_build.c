@@ -30,15 +30,15 @@ static bool begin_again(struct torque_builder *b, struct torque_control *s, cons
     return t->weakens;
 }
 
-void torque_begin(struct torque_builder *b, struct torque_control *s, const struct params *p, const struct tuning *t,
-                  int32_t vbus_q15)
+void torque_build_begin(struct torque_builder *b, struct torque_control *s, const struct params *p,
+                        const struct tuning *t, int32_t vbus_q15)
 {
     b->part = TORQUE_BUILDS_MAP;
     b->vbus_q15 = vbus_q15;
     torque_map_build_begin(&b->map, &s->map, p, t);
 }
 
-bool torque_go_on(struct torque_builder *b, struct torque_control *s, const struct params *p, struct tuning *t)
+bool torque_build_step(struct torque_builder *b, struct torque_control *s, const struct params *p, struct tuning *t)
 {
     if (b->part == TORQUE_BUILDS_MAP) {
         if (!torque_map_build_step(&b->map, &s->map, p, t)) {

@@ -66,8 +66,8 @@ struct weakening_builder {
 };
 
 /*
- * Fills the table for currents whose v_d is v_d_max_steps at most: one row per weakening_build_step(), which returns whether more
- * remain. `m` is the finished torque map. Thread, bridge off.
+ * Fills the table for currents whose v_d is v_d_max_steps at most: one row per weakening_build_step(), which returns whether
+ * more remain. `m` is the finished torque map. Thread, bridge off.
  */
 void weakening_build_begin(struct weakening_builder *b, struct weakening *w, const struct torque_map *m,
                            const struct params *p, const struct tuning *t, int32_t v_d_max_steps);

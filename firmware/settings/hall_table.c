@@ -62,7 +62,7 @@ enum error hall_table_of(const struct params *p, struct hall_table *t)
     return in_order(p) ? ERROR_NONE : ERROR_HALL_EDGES;
 }
 
-void hall_table_tell(const struct hall_table *t, struct params *p)
+void hall_table_to_params(const struct hall_table *t, struct params *p)
 {
     int32_t *const edges[HALL_SECTORS] = {&p->hall_edge_1_cdeg, &p->hall_edge_2_cdeg, &p->hall_edge_3_cdeg,
                                           &p->hall_edge_4_cdeg, &p->hall_edge_5_cdeg, &p->hall_edge_6_cdeg};

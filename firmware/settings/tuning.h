@@ -44,7 +44,7 @@ struct tuning_observer {
     int32_t iron_q15;  /* and with this q current it is lq */
     int32_t of_bus_q8; /* flux per step of voltage, on a bus of v_range, over a sample */
     int32_t r_q5;      /* flux per LSB of current through the resistance, over a sample */
-    bool serves;       /* these values work at this rate */
+    bool usable;       /* these values work at this rate */
 };
 
 /* A voltage that shows the saliency: control/injection.h. tuning_observer.c. */
@@ -143,8 +143,8 @@ struct tuning {
     int32_t pole_pairs;
     uint32_t align_levels; /* how many of those below are used */
     struct tuning_align align[TUNING_ALIGN_LEVELS];
-    int32_t align_way_q32;  /* electrical turns per millisecond: the fastest a field may pull the rotor */
-    int32_t align_way_ms;   /* over which the encoder measures that speed */
+    int32_t align_speed_q32; /* electrical turns per millisecond: the fastest a field may pull the rotor */
+    int32_t align_speed_ms;  /* over which the encoder measures that speed */
     bool reluctant;         /* reluctance outweighs the magnets: it holds the rotor at the start and shows their axis */
     int32_t saliency_v_q15; /* alternating voltage for that, and the peak-to-peak current */
     int32_t saliency_i_q15;

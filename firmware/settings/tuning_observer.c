@@ -114,7 +114,7 @@ enum error tuning_observer(const struct params *p, struct tuning *t)
     t->observer.iron_q15 = rated_i_q_q15(p);
     t->observer.of_bus_q8 = scale_clamp(scale(of_bus, 1, unit_nwb), 0, INT32_MAX);
     t->observer.r_q5 = scale_clamp(r_q5, 0, R_MOST_Q5);
-    t->observer.serves = t->observer.magnet >= 1 && r_q5 <= R_MOST_Q5;
+    t->observer.usable = t->observer.magnet >= 1 && r_q5 <= R_MOST_Q5;
     t->angle_source = (uint32_t)p->angle_source;
     tune_field(p, t);
     tune_injection(p, t);
@@ -124,5 +124,5 @@ enum error tuning_observer(const struct params *p, struct tuning *t)
     if (t->delay_halves == 2 && p->injection_mv != 0) {
         return ERROR_INJECTION_UPDATE;
     }
-    return t->observer.serves ? ERROR_NONE : ERROR_OBSERVER;
+    return t->observer.usable ? ERROR_NONE : ERROR_OBSERVER;
 }

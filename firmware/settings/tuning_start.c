@@ -134,9 +134,9 @@ static void tune_align_speed(const struct params *p, struct tuning *t)
     const int64_t limit_q32 = scale((int64_t)p->speed_max_rpm * p->pole_pairs, SPEED_PER_RPM_E3, 1000);
     const int64_t least_q32 = (1LL << 32) / (SWING_PART * t->align[0].period_ms);
     const int32_t most_ms = t->align[0].period_ms / SPEED_PERIOD;
-    t->align_way_q32 = (int32_t)(limit_q32 > least_q32 ? limit_q32 : least_q32);
-    const int64_t measured_ms = scale(SPEED_COUNTS, t->encoder_scale_q32, t->align_way_q32);
-    t->align_way_ms = measured_ms < 1 ? 1 : measured_ms < most_ms ? (int32_t)measured_ms : most_ms;
+    t->align_speed_q32 = (int32_t)(limit_q32 > least_q32 ? limit_q32 : least_q32);
+    const int64_t measured_ms = scale(SPEED_COUNTS, t->encoder_scale_q32, t->align_speed_q32);
+    t->align_speed_ms = measured_ms < 1 ? 1 : measured_ms < most_ms ? (int32_t)measured_ms : most_ms;
 }
 
 void tuning_start(const struct params *p, struct tuning *t)

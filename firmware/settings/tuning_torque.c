@@ -39,7 +39,7 @@ void tuning_torque(const struct params *p, struct tuning *t)
     t->regen_max_q15 = power_q15(p, p->regen_max_w);
     t->speed_max_rpm_q4 = p->speed_max_rpm * 16;
     t->radius_steps = CONFIG_RADIUS_STEPS;
-    t->weakens = false; /* until torque_go_on() has seen the bus */
+    t->weakens = false; /* until torque_build_step() has seen the bus */
 }
 
 /* 60 / (2 pi sqrt(3)) = 5.51328895; mV over uWb are 1000 / s. */

@@ -147,8 +147,8 @@ static void print_states(const char *name, timer_function timer, uint32_t (*inte
 void rows_build_tables(void)
 {
     struct torque_builder builder;
-    torque_begin(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning, 16384);
-    while (torque_go_on(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning)) {
+    torque_build_begin(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning, 16384);
+    while (torque_build_step(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning)) {
     }
 }
 

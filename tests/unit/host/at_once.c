@@ -22,7 +22,7 @@ void weakening_build(struct weakening *w, const struct torque_map *map, const st
 void torque_build(struct torque_control *s, const struct params *p, struct tuning *t, int32_t vbus_q15)
 {
     struct torque_builder builder;
-    torque_begin(&builder, s, p, t, vbus_q15);
-    while (torque_go_on(&builder, s, p, t)) {
+    torque_build_begin(&builder, s, p, t, vbus_q15);
+    while (torque_build_step(&builder, s, p, t)) {
     }
 }
