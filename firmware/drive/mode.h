@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * One mode of operation, as modes.c calls it. A new one is a file with such a structure, a value of enum axis_mode, and a line in
- * the table of modes.c.
+ * One mode of operation, as modes.c calls it. A new one is a file with such a structure, a value of enum axis_mode, and a line
+ * in the table of modes.c.
  */
 #ifndef FIRMWARE_DRIVE_MODE_H
 #define FIRMWARE_DRIVE_MODE_H

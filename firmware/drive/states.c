@@ -52,7 +52,7 @@ static void make_ready_to_learn(struct axis *a)
 static void bridge_off(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);
-    torque_rest(&a->torque);
+    torque_reset(&a->torque);
 }
 
 static void switch_off(struct axis *a)

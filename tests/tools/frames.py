@@ -4,8 +4,8 @@ import re
 
 from disasm import ImageError
 
-# calls through a pointer -> the constant table that holds all their targets, or, with ->, pointers to the constant structures that
-# do; what is not listed here is refused
+# calls through a pointer -> the constant table that holds all their targets, or, with ->, pointers to the constant structures
+# that do; what is not listed here is refused
 POINTER_TABLES = {"commands_execute": "command_table", "states_take": "transition_table", "step_state": "state_steps",
                   "states_step": "state_steps", "modes_check": "modes_table->", "modes_enter": "modes_table->",
                   "modes_aim": "modes_table->", "modes_step": "modes_table->"}
