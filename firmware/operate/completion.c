@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/completion.h"
 
-#include "firmware/operate/commands_parts.h"
+#include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
-#include "firmware/settings/params.h"
 
 #define BELL '\a'
 
@@ -65,44 +64,6 @@ static void offer_words(struct search *s, const char *argument)
     }
 }
 
-static void offer_parameters(struct search *s)
-{
-    for (size_t i = 0; i < param_count; i++) {
-        offer(s, param_table[i].name);
-    }
-}
-
-static void offer_faults(struct search *s)
-{
-    for (uint32_t cause = FAULT_NONE + 1u; cause < FAULT_COUNT; cause++) {
-        if (fault_class((enum fault)cause)->allowed != 1u << REACTION_OFF) {
-            offer(s, message_of_fault((enum fault)cause));
-        }
-    }
-}
-
-/* Each name once, though several rows may share it. */
-static void offer_commands(struct search *s)
-{
-    for (size_t i = 0; i < command_count; i++) {
-        if (i == 0u || !text_equal(command_table[i].name, command_table[i - 1u].name)) {
-            offer(s, command_table[i].name);
-        }
-    }
-}
-
-/* The `number`th argument of a row of the table, from 1; NULL if it has fewer. */
-static const char *argument_of(const struct command *command, uint32_t number)
-{
-    const char *at = command->arguments;
-    while (*at != '\0') {
-        if (*at++ == ' ' && --number == 0u) {
-            return at;
-        }
-    }
-    return NULL;
-}
-
 /* True if `text` begins with `word`, followed by its end or a blank. */
 static bool begins_with(const char *text, const char *word)
 {
@@ -113,33 +74,35 @@ static bool begins_with(const char *text, const char *word)
     return *word == '\0' && (*text == '\0' || *text == ' ');
 }
 
-static void offer_argument(struct search *s, const char *argument)
+/* All names of a kind; false if it has none. */
+static bool offer_names(struct search *s, enum argument kind)
 {
-    if (begins_with(argument, "PARAM")) {
-        offer_parameters(s);
-    } else if (begins_with(argument, "FAULT")) {
-        offer_faults(s);
-    } else if (begins_with(argument, "COMMAND")) {
-        offer_commands(s);
-    } else {
-        offer_words(s, argument);
+    const char *name = argument_candidate(kind, 0u);
+    const bool any = name != NULL;
+    for (uint32_t n = 1; name != NULL; n++) {
+        if (*name != '\0') {
+            offer(s, name);
+        }
+        name = argument_candidate(kind, n);
     }
+    return any;
 }
 
 /* All candidates for the line's word number `word`, from 0. */
 static void offer_all(struct search *s, const char *line, uint32_t word)
 {
+    const struct command *row;
     if (word == 0u) {
-        offer_commands(s);
+        (void)offer_names(s, ARGUMENT_COMMAND);
         return;
     }
     while (*line == ' ') {
         line++;
     }
-    for (size_t i = 0; i < command_count; i++) {
-        const char *const argument = argument_of(&command_table[i], word);
-        if (argument != NULL && begins_with(line, command_table[i].name)) {
-            offer_argument(s, argument);
+    for (uint32_t n = 0; (row = commands_row(n)) != NULL; n++) {
+        const char *const argument = argument_text(row, word);
+        if (argument != NULL && begins_with(line, row->name) && !offer_names(s, argument_kind(row, word))) {
+            offer_words(s, argument);
         }
     }
 }
@@ -178,10 +141,10 @@ bool completion_of(struct line *l, struct text *out)
     if (s.names == 1u) {
         line_insert(l, ' ', out);
     } else if (!adds) {
-        text_put_line(out, "");
+        text_put(out, "\n");
         s = (struct search){.typed = s.typed, .length = s.length, .list = out};
         offer_all(&s, l->text, word);
-        text_put_line(out, "");
+        text_put(out, "\n");
     }
     return !adds;
 }

@@ -1,12 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/console.h"
 
-#include "firmware/operate/commands.h"
 #include "firmware/operate/completion.h"
-#include "firmware/operate/keeping_text.h"
 #include "firmware/operate/messages.h"
-#include "firmware/operate/postmortem_text.h"
-#include "firmware/operate/text.h"
 #include "firmware/settings/config.h"
 
 static struct text *out(struct console *k)
@@ -24,7 +20,7 @@ static void prompt(struct console *k)
 {
     if (k->session.out.lost) {
         k->session.out.lost = false;
-        text_put_line(out(k), "(output was lost: the line did not take it)");
+        text_put(out(k), "(output was lost: the line did not take it)\n");
     }
     if (!k->session.machine) {
         text_put(out(k), "> ");
@@ -42,11 +38,11 @@ static void start_line(struct console *k)
 static void execute(struct console *k)
 {
     if (k->incomplete) {
-        text_put_line(out(k), "error: characters were lost; line ignored");
+        text_put(out(k), "error: characters were lost; line ignored\n");
     } else if (k->line.too_long) {
-        text_put_line(out(k), "error: line longer than 80 characters; ignored");
+        text_put(out(k), "error: line longer than 80 characters; ignored\n");
     } else if (k->line.unprintable) {
-        text_put_line(out(k), "error: line with unprintable characters; ignored");
+        text_put(out(k), "error: line with unprintable characters; ignored\n");
     } else {
         line_keep(&k->line);
         commands_execute(&k->session, k->line.text);
@@ -59,11 +55,11 @@ static void finish_line(struct console *k)
     axis_hear(k->session.axis);
     stream_hear(&k->session.stream, k->session.axis->time_ms);
     if (!machine) {
-        text_put_line(out(k), "");
+        text_put(out(k), "\n");
     }
     execute(k);
     if (machine) {
-        text_put_line(out(k), ".");
+        text_put(out(k), ".\n");
     }
     start_line(k);
 }
@@ -75,7 +71,7 @@ static void take(struct console *k, char c)
         finish_line(k);
         break;
     case LINE_DROPPED:
-        text_put_line(out(k), "^C");
+        text_put(out(k), "^C\n");
         start_line(k);
         break;
     case LINE_COMPLETE:
@@ -84,7 +80,7 @@ static void take(struct console *k, char c)
         }
         break;
     case LINE_REDRAW:
-        text_put_line(out(k), "");
+        text_put(out(k), "\n");
         prompt(k);
         break;
     case LINE_EDITED:
@@ -96,7 +92,7 @@ static void take(struct console *k, char c)
 static void leave_line(struct console *k)
 {
     if (!k->session.machine) {
-        text_put_line(out(k), "");
+        text_put(out(k), "\n");
     }
 }
 
@@ -110,9 +106,7 @@ static void announce_fault(struct console *k)
     k->announced = fault;
     if (fault != FAULT_NONE) {
         leave_line(k);
-        text_put(out(k), "fault: ");
-        text_put(out(k), message_of_fault(fault));
-        text_put_line(out(k), "; see 'fault', then 'clear'");
+        text_print(out(k), "fault: %s; see 'fault', then 'clear'\n", message_of_fault(fault));
         prompt(k);
     }
 }
@@ -120,8 +114,7 @@ static void announce_fault(struct console *k)
 static void announce_warning(struct console *k, enum fault cause)
 {
     leave_line(k);
-    text_put(out(k), "warning: ");
-    text_put_line(out(k), message_of_fault(cause));
+    text_print(out(k), "warning: %s\n", message_of_fault(cause));
     prompt(k);
 }
 
@@ -141,10 +134,10 @@ static void announce_warnings(struct console *k)
 void console_start(struct console *k, const struct session *session)
 {
     *k = (struct console){.session = *session};
-    text_put_line(out(k), "");
-    text_put_line(out(k), "mssfoc " CONFIG_VERSION ", 'help' lists the commands");
+    text_put(out(k), "\n");
+    text_put(out(k), "mssfoc " CONFIG_VERSION ", 'help' lists the commands\n");
     postmortem_print(out(k), session->last_life);
-    keeping_text_loaded(out(k), session->kept);
+    store_print_loaded(out(k), session->kept);
     prompt(k);
 }
 

@@ -11,8 +11,8 @@
 
 #include <stdbool.h>
 
+#include "firmware/operate/commands.h"
 #include "firmware/operate/line.h"
-#include "firmware/operate/session.h"
 
 struct console {
     struct session session;

@@ -4,8 +4,14 @@ import re
 
 from disasm import ImageError
 
-# calls through a pointer -> the constant table that holds all their targets; what is not listed here is refused
-POINTER_TABLES = {"commands_execute": "command_table"}
+# calls through a pointer -> the constant tables that hold all their targets; what is not listed here is refused
+POINTER_TABLES = {
+    "commands_execute": "commands_help commands_drive commands_identify commands_motion commands_position commands_cyclic"
+                        " commands_learn commands_zero commands_fault commands_angle commands_settings commands_reaction"
+                        " commands_machine commands_scope commands_version",
+    "arguments_read": "argument_kinds",
+    "argument_candidate": "argument_kinds",
+}
 
 
 def stack_step(instruction):
@@ -75,20 +81,22 @@ def own_frame(function):
 
 def table_targets(image, function):
     """The functions in the constant table through which `function` calls."""
-    name = POINTER_TABLES.get(function.name)
-    if name is None:
+    names = POINTER_TABLES.get(function.name)
+    if names is None:
         raise ImageError(f"{function.name} calls through a pointer; name the constant table that holds its targets in"
                          " tests/tools/frames.py")
-    if name not in image.objects:
-        raise ImageError(f"{function.name} calls through the table {name}, which the image does not have")
-    start, size = image.objects[name]
-    if image.writable(start):
-        raise ImageError(f"{function.name} calls through the table {name}, which is not constant")
-    words = [image.word(at) for at in range(start, start + size, 4)]
+    words = []
+    for name in names.split():
+        if name not in image.objects:
+            raise ImageError(f"{function.name} calls through the table {name}, which the image does not have")
+        start, size = image.objects[name]
+        if image.writable(start):
+            raise ImageError(f"{function.name} calls through the table {name}, which is not constant")
+        words += [image.word(at) for at in range(start, start + size, 4)]
     found = [image.at(word & ~1) for word in words if word & 1]
     targets = [f for f, word in zip(found, (w for w in words if w & 1)) if f is not None and f.start == word & ~1]
     if not targets:
-        raise ImageError(f"the table {name} holds no function")
+        raise ImageError(f"the table {names} holds no function")
     return targets
 
 

@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: MIT */
+/* The kinds of a command's arguments: how each is read, what it is refused with, and what completion offers. */
+#include "firmware/operate/commands.h"
+#include "firmware/operate/messages.h"
+#include "firmware/settings/params.h"
+
+#define BAUD_LEAST 9600
+#define BAUD_MOST  3000000
+
+/* ---- reading: false if the word is none ---- */
+
+static bool read_any(const char *word, int32_t *value)
+{
+    (void)word;
+    *value = 0;
+    return true;
+}
+
+static bool read_param(const char *word, int32_t *value)
+{
+    const struct param_info *const info = param_find(word);
+    *value = info == NULL ? 0 : (int32_t)(info - param_table);
+    return info != NULL;
+}
+
+static bool read_param_group(const char *word, int32_t *value)
+{
+    const bool all = text_equal(word, "all");
+    *value = all ? PARAMS_ALL : PARAMS_CHANGED;
+    return all || text_equal(word, "--changed") || read_param(word, value);
+}
+
+static bool read_fault(const char *word, int32_t *value)
+{
+    *value = (int32_t)message_find_fault(word);
+    return *value != FAULT_COUNT;
+}
+
+static bool read_signal(const char *word, int32_t *value)
+{
+    size_t length = 0;
+    while (word[length] != '\0') {
+        length++;
+    }
+    *value = (int32_t)signal_find(word, length);
+    return *value != (int32_t)signal_count;
+}
+
+static bool read_stream_ms(const char *word, int32_t *value)
+{
+    return text_parse_int(word, value) && *value >= 0 && *value <= STREAM_EVERY_MOST;
+}
+
+static bool read_baud(const char *word, int32_t *value)
+{
+    return text_parse_int(word, value) && *value >= BAUD_LEAST && *value <= BAUD_MOST;
+}
+
+static bool ends_choice(char c)
+{
+    return c == '|' || c == ' ' || c == '\0';
+}
+
+/* One of "off|stop|warn": which. */
+static bool read_choice(const char *text, const char *word, int32_t *value)
+{
+    for (*value = 0;; ++*value) {
+        size_t same = 0;
+        while (word[same] != '\0' && word[same] == text[same]) {
+            same++;
+        }
+        if (word[same] == '\0' && ends_choice(text[same])) {
+            return true;
+        }
+        while (!ends_choice(*text)) {
+            text++;
+        }
+        if (*text++ != '|') {
+            return false;
+        }
+    }
+}
+
+/* ---- candidates ---- */
+
+static const char *command_name(uint32_t n)
+{
+    const struct command *const row = commands_row(n);
+    if (row == NULL) {
+        return NULL;
+    }
+    return n > 0u && text_equal(row->name, commands_row(n - 1u)->name) ? "" : row->name;
+}
+
+static const char *param_name(uint32_t n)
+{
+    return n < param_count ? param_table[n].name : NULL;
+}
+
+static const char *fault_name(uint32_t n)
+{
+    if (n >= FAULT_COUNT) {
+        return NULL;
+    }
+    return fault_class((enum fault)n)->allowed != 1u << REACTION_OFF ? message_of_fault((enum fault)n) : "";
+}
+
+/* ---- the kinds ---- */
+
+struct argument_kind {
+    bool (*read)(const char *word, int32_t *value); /* NULL: a word of the row's text */
+    const char *refusal;                            /* NULL: a list of these words */
+    const char *(*candidate)(uint32_t n);           /* NULL: these words */
+};
+
+static const struct argument_kind argument_kinds[ARGUMENT_KINDS] = {
+    [ARGUMENT_BY] = {NULL, "not 'by'", NULL},
+    [ARGUMENT_TRIGGER] = {NULL, "not trigger", NULL},
+    [ARGUMENT_ANY] = {read_any, NULL, NULL},
+    [ARGUMENT_COMMAND] = {read_any, NULL, command_name},
+    [ARGUMENT_WHOLE] = {text_parse_int, "not a whole number", NULL},
+    [ARGUMENT_RPM] = {text_parse_int, "not a whole number of rpm", NULL},
+    [ARGUMENT_COUNTS] = {text_parse_int, "not a whole number of counts", NULL},
+    [ARGUMENT_AMPERES] = {text_parse_milli, "not a current in amperes, like 1.5", NULL},
+    [ARGUMENT_DECIMAL] = {text_parse_milli, "not a number with at most three decimals", NULL},
+    [ARGUMENT_PARAM] = {read_param, "no such parameter; 'get all' lists them", param_name},
+    [ARGUMENT_PARAM_GROUP] = {read_param_group, "no such parameter; 'get all' lists them", param_name},
+    [ARGUMENT_FAULT] = {read_fault, "no such fault; 'reaction' lists those with a choice, '_' stands for a blank",
+                        fault_name},
+    [ARGUMENT_SIGNAL] = {read_signal, "no such signal; 'scope list' has them", NULL},
+    [ARGUMENT_STREAM_MS] = {read_stream_ms, "not 1...1000 ms, or 0 to end it", NULL},
+    [ARGUMENT_BAUD] = {read_baud, "not 9600...3000000 baud", NULL},
+};
+
+const char *argument_text(const struct command *command, uint32_t number)
+{
+    const char *at = command->arguments;
+    while (*at != '\0') {
+        if (*at++ == ' ' && --number == 0u) {
+            return at;
+        }
+    }
+    return NULL;
+}
+
+enum argument argument_kind(const struct command *command, uint32_t number)
+{
+    return number <= ARGUMENTS_MOST ? (enum argument)command->kinds[number - 1u] : ARGUMENT_NONE;
+}
+
+const char *argument_candidate(enum argument kind, uint32_t n)
+{
+    const char *(*const candidate)(uint32_t) = argument_kinds[kind].candidate;
+    return candidate == NULL ? NULL : candidate(n);
+}
+
+static void refuse_choice(struct session *s, const char *word, const char *text)
+{
+    text_print(&s->out, "error: %s: not one of ", word);
+    for (; *text != '\0' && *text != ' '; text++) {
+        if (*text == '|') {
+            text_put(&s->out, ", ");
+        } else {
+            text_put_char(&s->out, *text);
+        }
+    }
+    text_put(&s->out, "\n");
+}
+
+bool arguments_read(struct session *s, const struct command *command, struct arguments *a)
+{
+    for (uint32_t n = 1; n < command_words(command); n++) {
+        const struct argument_kind *const kind = &argument_kinds[argument_kind(command, n)];
+        const char *const text = argument_text(command, n);
+        const bool fits =
+            kind->read == NULL ? read_choice(text, a->word[n], &a->value[n]) : kind->read(a->word[n], &a->value[n]);
+        if (!fits && kind->refusal == NULL) {
+            refuse_choice(s, a->word[n], text);
+        } else if (!fits) {
+            answer_about(s, a->word[n], kind->refusal);
+        }
+        if (!fits) {
+            return false;
+        }
+    }
+    return true;
+}
