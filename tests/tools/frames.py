@@ -10,6 +10,8 @@ POINTER_TABLES = {
                         " commands_learn commands_zero commands_fault commands_angle commands_settings commands_reaction"
                         " commands_machine commands_scope commands_version",
     "arguments_read": "argument_kinds",
+    "modbus_function": "modbus_functions",
+    "apply_target": "cia402_modes",
     "argument_candidate": "argument_kinds",
 }
 
