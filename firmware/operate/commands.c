@@ -97,10 +97,12 @@ static void run_help_about(struct session *s, const struct arguments *a)
     }
 }
 
+/* clang-format off */
 const struct command commands_help[] = {
     {"help", "", "this list", .run = run_help},
     {"help", " COMMAND", "what it takes and does", {ARGUMENT_COMMAND}, .run = run_help_about},
 };
+/* clang-format on */
 
 /* The answer already uses the mode of the next line. */
 static void run_machine(struct session *s, const struct arguments *a)
@@ -109,13 +111,12 @@ static void run_machine(struct session *s, const struct arguments *a)
     answer(s, OUTCOME_OK);
 }
 
+/* clang-format off */
 const struct command commands_machine[] = {
-    {"machine",
-     " on|off",
-     "no echo, no prompt; a line with '.' behind each answer, for programs",
-     {ARGUMENT_CHOICE},
-     .run = run_machine},
+    {"machine", " on|off", "no echo, no prompt; a line with '.' behind each answer, for programs",
+     {ARGUMENT_CHOICE}, .run = run_machine},
 };
+/* clang-format on */
 
 static void run_version(struct session *s, const struct arguments *a)
 {
@@ -123,9 +124,11 @@ static void run_version(struct session *s, const struct arguments *a)
     text_put(&s->out, "mssfoc " CONFIG_VERSION "\n");
 }
 
+/* clang-format off */
 const struct command commands_version[] = {
     {"version", "", "of this firmware", .run = run_version},
 };
+/* clang-format on */
 
 /* ---- a line ---- */
 
@@ -163,7 +166,7 @@ static const struct command *find_row(const char *name, size_t words)
     return found;
 }
 
-static void carry_out(struct session *s, const struct command *command, const struct arguments *a)
+static void run_row(struct session *s, const struct command *command, const struct arguments *a)
 {
     if (command->request != NULL) {
         answer(s, command->request(s->axis));
@@ -187,6 +190,6 @@ void commands_execute(struct session *s, char *line)
     } else if (count != command_words(command)) {
         text_print(&s->out, "error: usage: %s%s\n", command->name, command->arguments);
     } else if (arguments_read(s, command, &a)) {
-        carry_out(s, command, &a);
+        run_row(s, command, &a);
     }
 }

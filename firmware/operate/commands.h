@@ -10,6 +10,7 @@
 #include <stddef.h>
 
 #include "firmware/axis/axis.h"
+#include "firmware/operate/line.h"
 #include "firmware/operate/stream.h"
 #include "firmware/operate/text.h"
 #include "firmware/scope/scope.h"
@@ -111,6 +112,15 @@ enum argument argument_kind(const struct command *command, uint32_t number);
 
 /* For completion, the nth name of a kind: "" if it is not offered, NULL behind the last. */
 const char *argument_candidate(enum argument kind, uint32_t n);
+
+/* ---- completion.c ---- */
+
+/*
+ * Extends the last word of an unfinished line by what all matching names have in common, plus a blank if only one matches; lists
+ * them if nothing can be added, and rings (BEL) if there are none. Names are those of commands, parameters and faults, and the
+ * words that a command accepts. Returns true if it has listed: the caller prompts again.
+ */
+bool completion_of(struct line *l, struct text *out);
 
 /* ---- answers ---- */
 

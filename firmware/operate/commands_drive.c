@@ -177,6 +177,7 @@ static void run_angle(struct session *s, const struct arguments *a)
 
 /* ---- the rows ---- */
 
+/* clang-format off */
 const struct command commands_drive[] = {
     {"status", "", "state, fault, speed, currents, bus voltage of one instant; memory errors; time since the start",
      .run = run_status},
@@ -193,19 +194,17 @@ const struct command commands_motion[] = {
 
 const struct command commands_cyclic[] = {
     {"csv", " RPM", "cyclic synchronous velocity", {ARGUMENT_RPM}, .demand = axis_command_cyclic_speed},
-    {"cst",
-     " A",
-     "cyclic synchronous torque, q axis, peak amperes",
-     {ARGUMENT_AMPERES},
-     .demand = axis_command_cyclic_current},
+    {"cst", " A", "cyclic synchronous torque, q axis, peak amperes",
+     {ARGUMENT_AMPERES}, .demand = axis_command_cyclic_current},
 };
+/* clang-format on */
 
 _Static_assert(PARAM_ANGLE_ENCODER == 0 && PARAM_ANGLE_SENSORLESS == 1 && PARAM_ANGLE_HALL == 2, "the row's choices");
 
+/* clang-format off */
 const struct command commands_angle[] = {
-    {"angle",
-     " encoder|observer|hall",
+    {"angle", " encoder|observer|hall",
      "what tells the rotor's angle from now on, while it turns; 'on' begins with angle_source",
-     {ARGUMENT_CHOICE},
-     .run = run_angle},
+     {ARGUMENT_CHOICE}, .run = run_angle},
 };
+/* clang-format on */

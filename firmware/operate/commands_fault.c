@@ -70,8 +70,10 @@ static void run_fault(struct session *s, const struct arguments *unused)
     }
 }
 
+/* clang-format off */
 const struct command commands_fault[] = {
     {"fault", "", "first cause, what to look at, the drive's values at that instant; registers of a processor fault",
      .run = run_fault},
     {"clear", "", "forget the fault if its cause is gone", .request = axis_clear_fault},
 };
+/* clang-format on */

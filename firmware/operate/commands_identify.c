@@ -127,26 +127,24 @@ static void run_identify_results(struct session *s, const struct arguments *a)
     }
 }
 
+/* clang-format off */
 const struct command commands_identify[] = {
     {"identify", "", "measure the motor, then off; needs the inverter's ratings and i_rated_ma only",
      .request = axis_identify},
-    {"identify",
-     " show|use",
-     "what it found, with intervals; or make parameters of what is known",
-     {ARGUMENT_CHOICE},
-     .run = run_identify_results},
+    {"identify", " show|use", "what it found, with intervals; or make parameters of what is known",
+     {ARGUMENT_CHOICE}, .run = run_identify_results},
 };
+/* clang-format on */
 
 static void run_learn(struct session *s, const struct arguments *a)
 {
     answer(s, a->value[1] == 0 ? axis_learn_cogging(s->axis) : axis_learn_hall(s->axis));
 }
 
+/* clang-format off */
 const struct command commands_learn[] = {
-    {"learn",
-     " cogging|hall",
-     "turn slowly forth and back, and find the torque that the shaft's place asks for; or, while off, the Hall "
-     "switches",
-     {ARGUMENT_CHOICE},
-     .run = run_learn},
+    {"learn", " cogging|hall",
+     "turn slowly forth and back, and find the torque that the shaft's place asks for; or, while off, the Hall switches",
+     {ARGUMENT_CHOICE}, .run = run_learn},
 };
+/* clang-format on */

@@ -272,26 +272,17 @@ static void run_stream(struct session *s, const struct arguments *a)
     }
 }
 
+/* clang-format off */
 const struct command commands_scope[] = {
-    {"scope",
-     " trigger SIGNAL above|below|rises|falls VALUE",
+    {"scope", " trigger SIGNAL above|below|rises|falls VALUE",
      "what begins a capture, besides a fault and 'scope fire'",
-     {ARGUMENT_TRIGGER, ARGUMENT_SIGNAL, ARGUMENT_CHOICE, ARGUMENT_DECIMAL},
-     .run = run_scope_trigger},
-    {"scope",
-     " signals A,B,...|every TICKS|before SAMPLES|trigger never",
-     "what a capture is to hold",
-     {ARGUMENT_ANY, ARGUMENT_ANY},
-     .run = run_scope_set},
-    {"scope",
-     " list|arm|fire|off|read|fault",
-     "signals there are; a capture; the last one; what the last fault left",
-     {ARGUMENT_CHOICE},
-     .run = run_scope_do},
+     {ARGUMENT_TRIGGER, ARGUMENT_SIGNAL, ARGUMENT_CHOICE, ARGUMENT_DECIMAL}, .run = run_scope_trigger},
+    {"scope", " signals A,B,...|every TICKS|before SAMPLES|trigger never", "what a capture is to hold",
+     {ARGUMENT_ANY, ARGUMENT_ANY}, .run = run_scope_set},
+    {"scope", " list|arm|fire|off|read|fault", "signals there are; a capture; the last one; what the last fault left",
+     {ARGUMENT_CHOICE}, .run = run_scope_do},
     {"scope", "", "what is set, and what the capture does", .run = run_scope},
-    {"stream",
-     " MS BAUD",
-     "a frame of the signals every MS between the text, at BAUD; ends 3 s after the last line",
-     {ARGUMENT_STREAM_MS, ARGUMENT_BAUD},
-     .run = run_stream},
+    {"stream", " MS BAUD", "a frame of the signals every MS between the text, at BAUD; ends 3 s after the last line",
+     {ARGUMENT_STREAM_MS, ARGUMENT_BAUD}, .run = run_stream},
 };
+/* clang-format on */

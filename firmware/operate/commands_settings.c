@@ -175,12 +175,10 @@ static void run_load(struct session *s, const struct arguments *a)
     }
 }
 
+/* clang-format off */
 const struct command commands_settings[] = {
-    {"get",
-     " PARAM",
-     "a parameter and its range, or 'all', or '--changed': those that are not as they were made",
-     {ARGUMENT_PARAM_GROUP},
-     .run = run_get},
+    {"get", " PARAM", "a parameter and its range, or 'all', or '--changed': those that are not as they were made",
+     {ARGUMENT_PARAM_GROUP}, .run = run_get},
     {"set", " PARAM VALUE", "change a parameter while off", {ARGUMENT_PARAM, ARGUMENT_WHOLE}, .run = run_set},
     {"save", "", "keep parameters, reactions, index and cogging over power-off; while off and at rest",
      .run = run_save},
@@ -188,6 +186,7 @@ const struct command commands_settings[] = {
     {"defaults", "", "parameters and reactions as they were made, while off; what is saved stays",
      .request = axis_defaults},
 };
+/* clang-format on */
 
 /* ---- reactions to faults ---- */
 
@@ -220,11 +219,10 @@ static void run_reaction(struct session *s, const struct arguments *a)
     answer(s, axis_choose_reaction(s->axis, (enum fault)a->value[1], (enum reaction)a->value[2]));
 }
 
+/* clang-format off */
 const struct command commands_reaction[] = {
     {"reaction", "", "what follows from each fault that leaves a choice", .run = run_reactions},
-    {"reaction",
-     " FAULT off|stop|warn|carry",
-     "choose it, while off",
-     {ARGUMENT_FAULT, ARGUMENT_CHOICE},
-     .run = run_reaction},
+    {"reaction", " FAULT off|stop|warn|carry", "choose it, while off",
+     {ARGUMENT_FAULT, ARGUMENT_CHOICE}, .run = run_reaction},
 };
+/* clang-format on */

@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/completion.h"
-
 #include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
 

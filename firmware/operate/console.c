@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/console.h"
 
-#include "firmware/operate/completion.h"
 #include "firmware/operate/messages.h"
 #include "firmware/settings/config.h"
 
@@ -44,7 +43,7 @@ static void execute(struct console *k)
     } else if (k->line.unprintable) {
         text_put(out(k), "error: line with unprintable characters; ignored\n");
     } else {
-        line_keep(&k->line);
+        line_remember(&k->line);
         commands_execute(&k->session, k->line.text);
     }
 }

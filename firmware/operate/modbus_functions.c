@@ -168,7 +168,7 @@ static const struct function {
     {0x2B, 4, false, identify},
 };
 
-static enum modbus_exception carry_out(struct call *c, bool writes_only)
+static enum modbus_exception run_function(struct call *c, bool writes_only)
 {
     for (size_t n = 0; n < sizeof modbus_functions / sizeof modbus_functions[0]; n++) {
         const struct function *const f = &modbus_functions[n];
@@ -182,7 +182,7 @@ static enum modbus_exception carry_out(struct call *c, bool writes_only)
 size_t modbus_function(struct modbus_drive *d, const uint8_t *request, size_t count, bool writes_only, uint8_t *reply)
 {
     struct call call = {.drive = d, .request = request, .count = count, .reply = reply};
-    const enum modbus_exception wrong = carry_out(&call, writes_only);
+    const enum modbus_exception wrong = run_function(&call, writes_only);
     reply[0] = request[0];
     if (wrong != MODBUS_FINE) {
         reply[0] = request[0] | EXCEPTION;

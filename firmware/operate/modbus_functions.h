@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Modbus functions 3, 4, 6, 16, 22, 23 and 43/14 (MODBUS Application Protocol V1.1b3) and the registers that they work on. After
- * an exception nothing has changed. Thread.
+ * Modbus functions 3, 4, 6, 16, 22, 23 and 43/14 (MODBUS Application Protocol V1.1b3) and the registers that they work on.
+ * After an exception nothing has changed. Thread.
  */
 #ifndef FIRMWARE_OPERATE_MODBUS_FUNCTIONS_H
 #define FIRMWARE_OPERATE_MODBUS_FUNCTIONS_H

@@ -70,37 +70,39 @@ struct signal_source signal_source(const struct signal_info *info, const struct 
     };
 }
 
+/* Thousandths that depend on the drive are 0 here. */
+static const struct {
+    const char *unit;
+    struct signal_scale scale;
+} signal_formats[] = {
+    [SIGNAL_CURRENT] = {"A", {0, 32768u}},
+    [SIGNAL_VOLTAGE] = {"V", {0, 32768u}},
+    [SIGNAL_STEPS] = {"%_of_bus", {100000, CONFIG_BUS_STEPS}},
+    [SIGNAL_ANGLE] = {"deg", {360000 / 8, 1u << 29}},
+    [SIGNAL_TURNING] = {"Hz", {0, 1u << 26}},
+    [SIGNAL_RPM_Q4] = {"rpm", {1000, 16u}},
+    [SIGNAL_RPM_Q16] = {"rpm", {1000, 65536u}},
+    [SIGNAL_COUNTS] = {"counts", {1000, 1u}},
+    [SIGNAL_NUMBER] = {"none", {1000, 1u}},
+    [SIGNAL_KELVIN_Q4] = {"degC", {1000, 16u}},
+};
+
 struct signal_scale signal_scale(enum signal_format format, const struct axis *a)
 {
-    switch (format) {
-    case SIGNAL_CURRENT:
-        return (struct signal_scale){a->params.i_range_ma, 32768u};
-    case SIGNAL_VOLTAGE:
-        return (struct signal_scale){a->params.v_range_mv, 32768u};
-    case SIGNAL_STEPS:
-        return (struct signal_scale){100000, CONFIG_BUS_STEPS};
-    case SIGNAL_ANGLE:
-        return (struct signal_scale){360000 / 8, 1u << 29};
-    case SIGNAL_TURNING:
-        return (struct signal_scale){a->loop.loops_per_slow * 15625, 1u << 26};
-    case SIGNAL_RPM_Q4:
-        return (struct signal_scale){1000, 16u};
-    case SIGNAL_RPM_Q16:
-        return (struct signal_scale){1000, 65536u};
-    case SIGNAL_KELVIN_Q4:
-        return (struct signal_scale){1000, 16u};
-    default:
-        return (struct signal_scale){1000, 1u};
+    struct signal_scale scale = signal_formats[format].scale;
+    if (format == SIGNAL_CURRENT) {
+        scale.milli = a->params.i_range_ma;
+    } else if (format == SIGNAL_VOLTAGE) {
+        scale.milli = a->params.v_range_mv;
+    } else if (format == SIGNAL_TURNING) {
+        scale.milli = a->loop.loops_per_slow * 15625;
     }
+    return scale;
 }
 
 const char *signal_unit(enum signal_format format)
 {
-    static const char *const units[] = {
-        [SIGNAL_CURRENT] = "A",   [SIGNAL_VOLTAGE] = "V",     [SIGNAL_STEPS] = "%_of_bus", [SIGNAL_ANGLE] = "deg",
-        [SIGNAL_TURNING] = "Hz",  [SIGNAL_RPM_Q4] = "rpm",    [SIGNAL_RPM_Q16] = "rpm",    [SIGNAL_COUNTS] = "counts",
-        [SIGNAL_NUMBER] = "none", [SIGNAL_KELVIN_Q4] = "degC"};
-    return units[format];
+    return signal_formats[format].unit;
 }
 
 /* Not inline: the compiler would take a division without signs, which the image has no other use for. */
