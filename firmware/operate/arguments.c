@@ -56,29 +56,33 @@ static bool read_baud(const char *word, int32_t *value)
     return text_parse_int(word, value) && *value >= BAUD_LEAST && *value <= BAUD_MOST;
 }
 
-static bool ends_choice(char c)
+const char *choice_word(const char *text, uint32_t n, size_t *length)
 {
-    return c == '|' || c == ' ' || c == '\0';
+    for (;;) {
+        for (*length = 0; text[*length] >= 'a' && text[*length] <= 'z'; ++*length) {
+        }
+        if (n-- == 0u || *length == 0u) {
+            return *length > 0u ? text : NULL;
+        }
+        text += *length + (text[*length] == '|' ? 1u : 0u);
+    }
 }
 
 /* One of "off|stop|warn": which. */
 static bool read_choice(const char *text, const char *word, int32_t *value)
 {
-    for (*value = 0;; ++*value) {
+    const char *known;
+    size_t length;
+    for (*value = 0; (known = choice_word(text, (uint32_t)*value, &length)) != NULL; ++*value) {
         size_t same = 0;
-        while (word[same] != '\0' && word[same] == text[same]) {
+        while (same < length && word[same] == known[same]) {
             same++;
         }
-        if (word[same] == '\0' && ends_choice(text[same])) {
+        if (same == length && word[same] == '\0') {
             return true;
         }
-        while (!ends_choice(*text)) {
-            text++;
-        }
-        if (*text++ != '|') {
-            return false;
-        }
     }
+    return false;
 }
 
 /* ---- candidates ---- */

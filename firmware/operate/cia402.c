@@ -52,7 +52,7 @@ static int32_t milliamp_of(int32_t torque_pm, const struct params *p)
     return (int32_t)((int64_t)torque_pm * p->i_rated_ma / 1000);
 }
 
-static bool within(int32_t x, int32_t limit)
+static bool within_limit(int32_t x, int32_t limit)
 {
     return x >= -limit && x <= limit;
 }
@@ -64,8 +64,9 @@ static bool known_homing(int32_t method)
 
 bool cia402_allows(const struct cia402_setpoints *s, const struct params *p)
 {
-    return find_mode(s->mode) != NULL && known_homing(s->homing_method) && within(s->target_rpm, p->speed_max_rpm) &&
-           within(milliamp_of(s->target_torque_pm, p), p->i_max_ma);
+    return find_mode(s->mode) != NULL && known_homing(s->homing_method) &&
+           within_limit(s->target_rpm, p->speed_max_rpm) &&
+           within_limit(milliamp_of(s->target_torque_pm, p), p->i_max_ma);
 }
 
 void cia402_accept(struct cia402 *c, const struct cia402_setpoints *s, bool word, bool target)
@@ -266,7 +267,7 @@ static uint32_t if_so(bool condition, uint32_t bits)
 
 static bool near_rpm_q4(int32_t x_q4, int32_t y_q4)
 {
-    return within(x_q4 - y_q4, AXIS_STANDSTILL_RPM_Q4);
+    return within_limit(x_q4 - y_q4, AXIS_STANDSTILL_RPM_Q4);
 }
 
 static uint32_t mode_bits(const struct cia402 *c, const struct axis *a, const struct axis_status *now)

@@ -133,7 +133,7 @@ const struct command commands_version[] = {
 /* ---- a line ---- */
 
 /* Splits the line at blanks; returns the number of words, one more than fit if there are too many. */
-static size_t split(char *line, char **words)
+static size_t split_line(char *line, char **words)
 {
     size_t count = 0;
     for (;;) {
@@ -180,7 +180,7 @@ static void run_row(struct session *s, const struct command *command, const stru
 void commands_execute(struct session *s, char *line)
 {
     struct arguments a;
-    const size_t count = split(line, a.word);
+    const size_t count = split_line(line, a.word);
     if (count == 0u) {
         return;
     }

@@ -108,6 +108,9 @@ bool arguments_read(struct session *s, const struct command *command, struct arg
 /* The text of a row's argument `number`, from 1, up to a blank or the end; NULL if it has fewer. */
 const char *argument_text(const struct command *command, uint32_t number);
 
+/* The nth word of a text like "off|stop|warn", and its length; NULL behind the last. */
+const char *choice_word(const char *text, uint32_t n, size_t *length);
+
 enum argument argument_kind(const struct command *command, uint32_t number);
 
 /* For completion, the nth name of a kind: "" if it is not offered, NULL behind the last. */

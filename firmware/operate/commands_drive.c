@@ -21,7 +21,7 @@ static void put_position(struct text *out, const struct axis_status *now)
 }
 
 /* The first harmonics are the largest. */
-static void put_cogging(struct text *out, const struct axis *a)
+static void print_cogging(struct text *out, const struct axis *a)
 {
     const struct cogging_map *const m = &a->motion.cogging;
     if (a->mode == AXIS_MODE_LEARNING) {
@@ -120,7 +120,7 @@ static void run_status(struct session *s, const struct arguments *unused)
     text_print(out, "speed: %.3d rpm, reference %.3d rpm\n", quantity_milli_rpm(now.speed_rpm_q4),
                quantity_milli_rpm(now.speed_ref_rpm_q4));
     put_position(out, &now);
-    put_cogging(out, a);
+    print_cogging(out, a);
     text_print(out, "current: d %.3d A, q %.3d A, reference d %.3d A, q %.3d A\n", quantity_milliamp(a, now.i_d_q15),
                quantity_milliamp(a, now.i_q_q15), quantity_milliamp(a, now.i_d_ref_q15),
                quantity_milliamp(a, now.i_q_ref_q15));

@@ -139,7 +139,7 @@ static void put_sample(struct session *s, enum scope_record record, uint32_t fir
  * A heading, the names, the scales, then a line of raw values per sample. A record overwritten while it is read is cut short:
  * its last line says how many there were.
  */
-static void put_record(struct session *s, enum scope_record record)
+static void print_samples(struct session *s, enum scope_record record)
 {
     const struct scope_extent extent = scope_extent(s->scope, record);
     if (extent.samples == 0u) {
@@ -177,7 +177,7 @@ static void run_scope_do(struct session *s, const struct arguments *a)
         answer(s, OUTCOME_OK);
         break;
     default:
-        put_record(s, a->value[1] == READ ? SCOPE_CAPTURE : SCOPE_FAULT);
+        print_samples(s, a->value[1] == READ ? SCOPE_CAPTURE : SCOPE_FAULT);
         break;
     }
 }

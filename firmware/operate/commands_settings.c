@@ -41,7 +41,7 @@ const char *param_unit(const struct param_info *info)
 }
 
 /* "name = 1 unit" */
-static void put_value(struct session *s, const struct param_info *info)
+static void print_value(struct session *s, const struct param_info *info)
 {
     const char *const unit = param_unit(info);
     text_print(&s->out, "%s = %d%s%s", info->name, param_get(&s->axis->params, info), *unit != '\0' ? " " : "", unit);
@@ -49,7 +49,7 @@ static void put_value(struct session *s, const struct param_info *info)
 
 static void put_param(struct session *s, const struct param_info *info)
 {
-    put_value(s, info);
+    print_value(s, info);
     text_print(&s->out, "  (%d...%d)\n", info->min, info->max);
 }
 
@@ -64,7 +64,7 @@ static void run_get(struct session *s, const struct arguments *a)
         if (a->value[1] == PARAMS_ALL) {
             put_param(s, info);
         } else if (param_get(&s->axis->params, info) != info->initial) {
-            put_value(s, info);
+            print_value(s, info);
             text_print(&s->out, "  (initially %d)\n", info->initial);
         }
     }

@@ -49,19 +49,6 @@ static void offer(struct search *s, const char *name)
     offer_part(s, name, length);
 }
 
-/* Of an argument like "off|stop|warn". */
-static void offer_words(struct search *s, const char *argument)
-{
-    while (*argument >= 'a' && *argument <= 'z') {
-        size_t length = 0;
-        while (argument[length] >= 'a' && argument[length] <= 'z') {
-            length++;
-        }
-        offer_part(s, argument, length);
-        argument += length + (argument[length] == '|' ? 1u : 0u);
-    }
-}
-
 /* True if `text` begins with `word`, followed by its end or a blank. */
 static bool begins_with(const char *text, const char *word)
 {
@@ -100,7 +87,11 @@ static void offer_all(struct search *s, const char *line, uint32_t word)
     for (uint32_t n = 0; (row = commands_row(n)) != NULL; n++) {
         const char *const argument = argument_text(row, word);
         if (argument != NULL && begins_with(line, row->name) && !offer_names(s, argument_kind(row, word))) {
-            offer_words(s, argument);
+            const char *choice;
+            size_t length;
+            for (uint32_t k = 0; (choice = choice_word(argument, k, &length)) != NULL; k++) {
+                offer_part(s, choice, length);
+            }
         }
     }
 }

@@ -10,7 +10,7 @@ static struct text *out(struct console *k)
 }
 
 /* Echoes to people only. */
-static struct text *echo(struct console *k)
+static struct text *echo_to(struct console *k)
 {
     return k->session.machine ? NULL : out(k);
 }
@@ -63,9 +63,9 @@ static void finish_line(struct console *k)
     start_line(k);
 }
 
-static void take(struct console *k, char c)
+static void take_character(struct console *k, char c)
 {
-    switch (line_take(&k->line, c, echo(k))) {
+    switch (line_take(&k->line, c, echo_to(k))) {
     case LINE_ENTERED:
         finish_line(k);
         break;
@@ -144,7 +144,7 @@ void console_poll(struct console *k)
 {
     char c;
     while (mmuart_get(k->session.out.uart, &c, &k->incomplete)) {
-        take(k, c);
+        take_character(k, c);
     }
     announce_fault(k);
     announce_warnings(k);

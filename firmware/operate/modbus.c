@@ -47,7 +47,7 @@ static void follow_parameters(struct modbus *m)
     }
 }
 
-static void answer(struct modbus *m, size_t count)
+static void send_reply(struct modbus *m, size_t count)
 {
     m->reply[0] = (uint8_t)m->address;
     const uint16_t crc = crc16(m->reply, count + 1u);
@@ -67,7 +67,7 @@ static void take_frame(struct modbus *m, size_t length)
         const size_t count = length - 1u - CRC16_BYTES;
         const size_t replied = modbus_function(&m->drive, &m->frame.bytes[1], count, broadcast, &m->reply[1]);
         if (!broadcast) {
-            answer(m, replied);
+            send_reply(m, replied);
         }
     }
     modbus_frame_drop(&m->frame, length);

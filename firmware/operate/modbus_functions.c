@@ -22,7 +22,7 @@ static uint32_t word(const struct call *c, size_t at)
     return ((uint32_t)c->request[at] << 8) | c->request[at + 1u];
 }
 
-static void echo(struct call *c, size_t count)
+static void echo_request(struct call *c, size_t count)
 {
     for (size_t n = 0; n < count; n++) {
         c->reply[n] = c->request[n];
@@ -48,7 +48,7 @@ static enum modbus_exception read_registers(struct call *c)
 
 static enum modbus_exception write_one(struct call *c)
 {
-    echo(c, 5);
+    echo_request(c, 5);
     return modbus_write(c->drive, word(c, 1), 1, &c->request[3]);
 }
 
@@ -58,7 +58,7 @@ static enum modbus_exception write_several(struct call *c)
     if (count == 0u || count > WRITE_MOST || c->request[5] != 2u * count || c->count != 6u + 2u * count) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    echo(c, 5);
+    echo_request(c, 5);
     return modbus_write(c->drive, word(c, 1), count, &c->request[6]);
 }
 
@@ -73,7 +73,7 @@ static enum modbus_exception write_masked(struct call *c)
         const uint8_t kept = c->request[3u + n];
         now[n] = (uint8_t)((now[n] & kept) | (c->request[5u + n] & (uint8_t)~kept));
     }
-    echo(c, 7);
+    echo_request(c, 7);
     return modbus_write(c->drive, word(c, 1), 1, now);
 }
 

@@ -167,20 +167,20 @@ static bool parse(const char *s, unsigned decimals, int32_t *value)
         s++;
     }
     uint32_t magnitude = 0;
-    unsigned digits = 0;
-    for (; *s != '\0' && *s != '.'; s++, digits++) {
-        if (!add_digit(&magnitude, *s)) {
+    bool point = false;
+    bool any = false;
+    for (; *s != '\0'; s++) {
+        if (*s == '.' && !point && decimals > 0u) {
+            point = true;
+            continue;
+        }
+        if ((point && decimals == 0u) || !add_digit(&magnitude, *s)) {
             return false;
         }
+        any = true;
+        decimals -= point ? 1u : 0u;
     }
-    if (*s == '.' && decimals > 0u) {
-        for (s++; *s != '\0' && decimals > 0u; s++, decimals--, digits++) {
-            if (!add_digit(&magnitude, *s)) {
-                return false;
-            }
-        }
-    }
-    if (*s != '\0' || digits == 0u) {
+    if (!any) {
         return false;
     }
     for (; decimals > 0u; decimals--) {
