@@ -38,11 +38,7 @@ static bool read_fault(const char *word, int32_t *value)
 
 static bool read_signal(const char *word, int32_t *value)
 {
-    size_t length = 0;
-    while (word[length] != '\0') {
-        length++;
-    }
-    *value = (int32_t)signal_find(word, length);
+    *value = (int32_t)signal_find(word, text_length(word));
     return *value != (int32_t)signal_count;
 }
 
@@ -56,7 +52,8 @@ static bool read_baud(const char *word, int32_t *value)
     return text_parse_int(word, value) && *value >= BAUD_LEAST && *value <= BAUD_MOST;
 }
 
-const char *choice_word(const char *text, uint32_t n, size_t *length)
+/* The nth word of a text like "off|stop|warn"; NULL behind the last. */
+static const char *choice_word(const char *text, uint32_t n, size_t *length)
 {
     for (;;) {
         for (*length = 0; text[*length] >= 'a' && text[*length] <= 'z'; ++*length) {
@@ -136,9 +133,10 @@ static const struct argument_kind argument_kinds[ARGUMENT_KINDS] = {
     [ARGUMENT_BAUD] = {read_baud, "not 9600...3000000 baud", NULL},
 };
 
-const char *argument_text(const struct command *command, uint32_t number)
+/* The text of argument `number`, from 1, up to a blank or the end; NULL if the row has fewer. */
+static const char *argument_text(const struct command *row, uint32_t number)
 {
-    const char *at = command->arguments;
+    const char *at = row->arguments;
     while (*at != '\0') {
         if (*at++ == ' ' && --number == 0u) {
             return at;
@@ -147,15 +145,21 @@ const char *argument_text(const struct command *command, uint32_t number)
     return NULL;
 }
 
-enum argument argument_kind(const struct command *command, uint32_t number)
+static const struct argument_kind *argument_kind(const struct command *row, uint32_t number)
 {
-    return number <= ARGUMENTS_MOST ? (enum argument)command->kinds[number - 1u] : ARGUMENT_NONE;
+    return &argument_kinds[number <= ARGUMENTS_MOST ? row->kinds[number - 1u] : ARGUMENT_NONE];
 }
 
-const char *argument_candidate(enum argument kind, uint32_t n)
+const char *argument_candidate(const struct command *row, uint32_t number, uint32_t n, size_t *length)
 {
-    const char *(*const candidate)(uint32_t) = argument_kinds[kind].candidate;
-    return candidate == NULL ? NULL : candidate(n);
+    const char *const text = argument_text(row, number);
+    const struct argument_kind *const kind = argument_kind(row, number);
+    if (text == NULL || kind->candidate == NULL) {
+        return text == NULL ? NULL : choice_word(text, n, length);
+    }
+    const char *const name = kind->candidate(n);
+    *length = name == NULL ? 0u : text_length(name);
+    return name;
 }
 
 static void refuse_choice(struct session *s, const char *word, const char *text)
@@ -174,7 +178,7 @@ static void refuse_choice(struct session *s, const char *word, const char *text)
 bool arguments_read(struct session *s, const struct command *command, struct arguments *a)
 {
     for (uint32_t n = 1; n < command_words(command); n++) {
-        const struct argument_kind *const kind = &argument_kinds[argument_kind(command, n)];
+        const struct argument_kind *const kind = argument_kind(command, n);
         const char *const text = argument_text(command, n);
         const bool fits =
             kind->read == NULL ? read_choice(text, a->word[n], &a->value[n]) : kind->read(a->word[n], &a->value[n]);

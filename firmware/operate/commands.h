@@ -105,23 +105,15 @@ void commands_execute(struct session *s, char *line);
 /* Reads all arguments of a line; false after reporting the first that does not fit. */
 bool arguments_read(struct session *s, const struct command *command, struct arguments *a);
 
-/* The text of a row's argument `number`, from 1, up to a blank or the end; NULL if it has fewer. */
-const char *argument_text(const struct command *command, uint32_t number);
-
-/* The nth word of a text like "off|stop|warn", and its length; NULL behind the last. */
-const char *choice_word(const char *text, uint32_t n, size_t *length);
-
-enum argument argument_kind(const struct command *command, uint32_t number);
-
-/* For completion, the nth name of a kind: "" if it is not offered, NULL behind the last. */
-const char *argument_candidate(enum argument kind, uint32_t n);
+/* The nth word that completes a row's argument `number`, from 1: of no length if it is not offered, NULL behind the last. */
+const char *argument_candidate(const struct command *row, uint32_t number, uint32_t n, size_t *length);
 
 /* ---- completion.c ---- */
 
 /*
- * Extends the last word of an unfinished line by what all matching names have in common, plus a blank if only one matches; lists
- * them if nothing can be added, and rings (BEL) if there are none. Names are those of commands, parameters and faults, and the
- * words that a command accepts. Returns true if it has listed: the caller prompts again.
+ * Extends the last word of an unfinished line by what all matching names have in common, plus a blank if only one matches;
+ * lists them if nothing can be added, and rings (BEL) if there are none. Names are those of commands, parameters and faults,
+ * and the words that a command accepts. Returns true if it has listed: the caller prompts again.
  */
 bool completion_of(struct line *l, struct text *out);
 

@@ -22,9 +22,9 @@ static size_t same_characters(const char *a, const char *b, size_t most)
     return same;
 }
 
-static void offer_part(struct search *s, const char *name, size_t length)
+static void offer(struct search *s, const char *name, size_t length)
 {
-    if (length < s->length || same_characters(name, s->typed, s->length) < s->length) {
+    if (length == 0u || length < s->length || same_characters(name, s->typed, s->length) < s->length) {
         return;
     }
     if (s->names++ == 0u) {
@@ -40,15 +40,6 @@ static void offer_part(struct search *s, const char *name, size_t length)
     }
 }
 
-static void offer(struct search *s, const char *name)
-{
-    size_t length = 0;
-    while (name[length] != '\0') {
-        length++;
-    }
-    offer_part(s, name, length);
-}
-
 /* True if `text` begins with `word`, followed by its end or a blank. */
 static bool begins_with(const char *text, const char *word)
 {
@@ -59,18 +50,13 @@ static bool begins_with(const char *text, const char *word)
     return *word == '\0' && (*text == '\0' || *text == ' ');
 }
 
-/* All names of a kind; false if it has none. */
-static bool offer_names(struct search *s, enum argument kind)
+static void offer_argument(struct search *s, const struct command *row, uint32_t number)
 {
-    const char *name = argument_candidate(kind, 0u);
-    const bool any = name != NULL;
-    for (uint32_t n = 1; name != NULL; n++) {
-        if (*name != '\0') {
-            offer(s, name);
-        }
-        name = argument_candidate(kind, n);
+    const char *name;
+    size_t length;
+    for (uint32_t n = 0; (name = argument_candidate(row, number, n, &length)) != NULL; n++) {
+        offer(s, name, length);
     }
-    return any;
 }
 
 /* All candidates for the line's word number `word`, from 0. */
@@ -78,20 +64,15 @@ static void offer_all(struct search *s, const char *line, uint32_t word)
 {
     const struct command *row;
     if (word == 0u) {
-        (void)offer_names(s, ARGUMENT_COMMAND);
+        offer_argument(s, &commands_help[1], 1u); /* which takes a command */
         return;
     }
     while (*line == ' ') {
         line++;
     }
     for (uint32_t n = 0; (row = commands_row(n)) != NULL; n++) {
-        const char *const argument = argument_text(row, word);
-        if (argument != NULL && begins_with(line, row->name) && !offer_names(s, argument_kind(row, word))) {
-            const char *choice;
-            size_t length;
-            for (uint32_t k = 0; (choice = choice_word(argument, k, &length)) != NULL; k++) {
-                offer_part(s, choice, length);
-            }
+        if (begins_with(line, row->name)) {
+            offer_argument(s, row, word);
         }
     }
 }

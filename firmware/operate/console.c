@@ -87,34 +87,23 @@ static void take_character(struct console *k, char c)
     }
 }
 
-/* A message between two of the user's lines starts a new line. */
-static void leave_line(struct console *k)
+/* Between two lines of the user's: starts a new line. */
+static void announce(struct console *k, const char *kind, enum fault cause, const char *what_next)
 {
     if (!k->session.machine) {
         text_put(out(k), "\n");
     }
+    text_print(out(k), "%s: %s%s\n", kind, message_of_fault(cause), what_next);
+    prompt(k);
 }
 
-/* Between two lines of the user's. */
 static void announce_fault(struct console *k)
 {
     const uint32_t fault = k->session.axis->faults.cause;
-    if (fault == k->announced) {
-        return;
+    if (fault != k->announced && fault != FAULT_NONE) {
+        announce(k, "fault", (enum fault)fault, "; see 'fault', then 'clear'");
     }
     k->announced = fault;
-    if (fault != FAULT_NONE) {
-        leave_line(k);
-        text_print(out(k), "fault: %s; see 'fault', then 'clear'\n", message_of_fault(fault));
-        prompt(k);
-    }
-}
-
-static void announce_warning(struct console *k, enum fault cause)
-{
-    leave_line(k);
-    text_print(out(k), "warning: %s\n", message_of_fault(cause));
-    prompt(k);
 }
 
 /* Each once, until the drive clears them. Word by word: this runs each time the thread wakes. */
@@ -125,7 +114,7 @@ static void announce_warnings(struct console *k)
         uint32_t unsaid = warnings & ~k->warned[word];
         k->warned[word] = warnings;
         for (; unsaid != 0u; unsaid &= unsaid - 1u) {
-            announce_warning(k, (enum fault)(word * 32u + (uint32_t)__builtin_ctz(unsaid)));
+            announce(k, "warning", (enum fault)(word * 32u + (uint32_t)__builtin_ctz(unsaid)), "");
         }
     }
 }

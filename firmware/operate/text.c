@@ -139,6 +139,15 @@ void text_print(struct text *t, const char *format, ...)
     va_end(arguments);
 }
 
+size_t text_length(const char *s)
+{
+    size_t length = 0;
+    while (s[length] != '\0') {
+        length++;
+    }
+    return length;
+}
+
 bool text_equal(const char *a, const char *b)
 {
     while (*a != '\0' && *a == *b) {

@@ -4,6 +4,7 @@
 #define FIRMWARE_OPERATE_TEXT_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "drivers/mss/mmuart.h"
@@ -43,6 +44,8 @@ void text_print(struct text *t, const char *format, ...) TEXT_CHECKED;
 
 /* Serves the bus, for a command that takes longer than a request may wait: 1 ms. Thread. */
 void text_serve_bus(struct text *t);
+
+size_t text_length(const char *s);
 
 /* True if two strings are equal. */
 bool text_equal(const char *a, const char *b);

@@ -78,14 +78,14 @@ bool recorder_get(const struct recorder *r, uint32_t number, uint32_t words, int
     return r->kept == kept && (old || r->count - number <= RECORDER_SAMPLES);
 }
 
-uint32_t recorder_kept(const struct recorder *r)
+uint32_t recorder_fault_samples(const struct recorder *r)
 {
     return r->kept == 0u ? 0u : samples_in(&r->bank[r->writing ^ 1u], r->kept_end);
 }
 
-int32_t recorder_kept_word(const struct recorder *r, uint32_t sample, uint32_t word)
+int32_t recorder_fault_word(const struct recorder *r, uint32_t sample, uint32_t word)
 {
     const struct recorder_bank *const bank = &r->bank[r->writing ^ 1u];
-    const uint32_t number = r->kept_end - recorder_kept(r) + sample;
+    const uint32_t number = r->kept_end - recorder_fault_samples(r) + sample;
     return bank->values[(number - bank->begun) % RECORDER_SAMPLES][word];
 }
