@@ -239,25 +239,15 @@ void cia402_poll(struct cia402 *c, struct axis *a)
 
 /* ---- what is shown ---- */
 
-static uint32_t state_bits(const struct cia402 *c, const struct axis_status *now)
+static uint32_t state_bits(const struct cia402 *c, uint32_t state)
 {
-    switch (now->state) {
-    case AXIS_NOT_READY:
-        return 0x00u;
-    case AXIS_READY:
-    case AXIS_SWITCHED_ON: /* calibration and alignment */
-        return 0x23u;
-    case AXIS_OPERATION_ENABLED:
-        return 0x27u;
-    case AXIS_QUICK_STOP:
-        return 0x07u;
-    case AXIS_FAULT_REACTION:
-        return 0x0Fu;
-    case AXIS_FAULT:
-        return 0x08u;
-    default:
-        return c->stage == CIA402_READY ? 0x21u : c->stage == CIA402_DISABLED ? 0x40u : 0x23u;
-    }
+    static const uint8_t of_state[] = {
+        [AXIS_NOT_READY] = 0x00,         [AXIS_READY] = 0x23,      [AXIS_SWITCHED_ON] = 0x23, /* until it operates */
+        [AXIS_OPERATION_ENABLED] = 0x27, [AXIS_QUICK_STOP] = 0x07, [AXIS_FAULT_REACTION] = 0x0F, [AXIS_FAULT] = 0x08,
+    };
+    static const uint8_t at_rest[] = {
+        [CIA402_DISABLED] = 0x40, [CIA402_READY] = 0x21, [CIA402_SWITCHED_ON] = 0x23, [CIA402_ENABLED] = 0x23};
+    return state == AXIS_SWITCH_ON_DISABLED ? at_rest[c->stage] : of_state[state];
 }
 
 static uint32_t if_so(bool condition, uint32_t bits)
@@ -293,7 +283,7 @@ uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const 
 {
     const bool warned = (a->reactions.warnings[0] | a->reactions.warnings[REACTION_WORDS - 1u]) != 0u;
     const bool operates = now->state == AXIS_OPERATION_ENABLED;
-    return state_bits(c, now) | CIA402_REMOTE | if_so(warned, CIA402_WARNING) |
+    return state_bits(c, now->state) | CIA402_REMOTE | if_so(warned, CIA402_WARNING) |
            if_so(now->vbus_q15 >= a->tuning.v_min_q15, CIA402_VOLTAGE_THERE) |
            if_so(operates && a->speed.at_limit, CIA402_LIMITED) | (operates ? mode_bits(c, a, now) : 0u);
 }

@@ -48,19 +48,10 @@ const char *signal_text(const char *name)
     return "unknown";
 }
 
-static const char *const when_words[] = {[CAPTURE_NEVER] = "never",
-                                         [CAPTURE_ABOVE] = "above",
-                                         [CAPTURE_BELOW] = "below",
-                                         [CAPTURE_RISES] = "rises",
-                                         [CAPTURE_FALLS] = "falls"};
-static const char *const state_texts[] = {[CAPTURE_OFF] = "off",
-                                          [CAPTURE_WAITING] = "waits for its trigger",
-                                          [CAPTURE_TRIGGERED] = "triggered",
-                                          [CAPTURE_DONE] = "done"};
-static const char *const cause_texts[] = {[CAPTURE_BY_NOTHING] = "",
-                                          [CAPTURE_BY_SIGNAL] = " by the signal",
-                                          [CAPTURE_BY_FAULT] = " by a fault",
-                                          [CAPTURE_BY_COMMAND] = " by command"};
+/* In the order of their enums. */
+static const char *const when_words[] = {"never", "above", "below", "rises", "falls"};
+static const char *const state_texts[] = {"off", "waits for its trigger", "triggered", "done"};
+static const char *const cause_texts[] = {"", " by the signal", " by a fault", " by command"};
 
 /* ---- what it shows ---- */
 

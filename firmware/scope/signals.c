@@ -70,34 +70,30 @@ struct signal_source signal_source(const struct signal_info *info, const struct 
     };
 }
 
-/* Thousandths that depend on the drive are 0 here. */
+/* A value in thousandths is raw * milli / per; and times a word of the axis, if its offset is not 0. */
 static const struct {
     const char *unit;
-    struct signal_scale scale;
+    int32_t milli;
+    uint32_t per;
+    uint16_t times;
 } signal_formats[] = {
-    [SIGNAL_CURRENT] = {"A", {0, 32768u}},
-    [SIGNAL_VOLTAGE] = {"V", {0, 32768u}},
-    [SIGNAL_STEPS] = {"%_of_bus", {100000, CONFIG_BUS_STEPS}},
-    [SIGNAL_ANGLE] = {"deg", {360000 / 8, 1u << 29}},
-    [SIGNAL_TURNING] = {"Hz", {0, 1u << 26}},
-    [SIGNAL_RPM_Q4] = {"rpm", {1000, 16u}},
-    [SIGNAL_RPM_Q16] = {"rpm", {1000, 65536u}},
-    [SIGNAL_COUNTS] = {"counts", {1000, 1u}},
-    [SIGNAL_NUMBER] = {"none", {1000, 1u}},
-    [SIGNAL_KELVIN_Q4] = {"degC", {1000, 16u}},
+    [SIGNAL_CURRENT] = {"A", 1, 32768u, offsetof(struct axis, params.i_range_ma)},
+    [SIGNAL_VOLTAGE] = {"V", 1, 32768u, offsetof(struct axis, params.v_range_mv)},
+    [SIGNAL_STEPS] = {"%_of_bus", 100000, CONFIG_BUS_STEPS, 0u},
+    [SIGNAL_ANGLE] = {"deg", 360000 / 8, 1u << 29, 0u},
+    [SIGNAL_TURNING] = {"Hz", 15625, 1u << 26, offsetof(struct axis, loop.loops_per_slow)},
+    [SIGNAL_RPM_Q4] = {"rpm", 1000, 16u, 0u},
+    [SIGNAL_RPM_Q16] = {"rpm", 1000, 65536u, 0u},
+    [SIGNAL_COUNTS] = {"counts", 1000, 1u, 0u},
+    [SIGNAL_NUMBER] = {"none", 1000, 1u, 0u},
+    [SIGNAL_KELVIN_Q4] = {"degC", 1000, 16u, 0u},
 };
 
 struct signal_scale signal_scale(enum signal_format format, const struct axis *a)
 {
-    struct signal_scale scale = signal_formats[format].scale;
-    if (format == SIGNAL_CURRENT) {
-        scale.milli = a->params.i_range_ma;
-    } else if (format == SIGNAL_VOLTAGE) {
-        scale.milli = a->params.v_range_mv;
-    } else if (format == SIGNAL_TURNING) {
-        scale.milli = a->loop.loops_per_slow * 15625;
-    }
-    return scale;
+    const uint32_t times = signal_formats[format].times;
+    const int32_t *const word = (const int32_t *)(const void *)((const char *)a + times);
+    return (struct signal_scale){signal_formats[format].milli * (times == 0u ? 1 : *word), signal_formats[format].per};
 }
 
 const char *signal_unit(enum signal_format format)
