@@ -245,8 +245,11 @@ static enum modbus_exception gather_change(struct change *c, uint32_t at, uint32
     return MODBUS_FINE;
 }
 
-/* Checks several parameters as switching on would; a single one, as on the console, only against its range. */
-static bool go_together(const struct change *c, const struct axis *a)
+/*
+ * Checks several parameters as switching on would; a single one, as on the console, only against its range. Not inline: its
+ * tuning would stand on the stack while settings are stored.
+ */
+static __attribute__((noinline)) bool go_together(const struct change *c, const struct axis *a)
 {
     if (c->params_changed < 2u) {
         return true;
