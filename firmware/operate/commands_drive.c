@@ -100,16 +100,6 @@ static void put_source(struct text *out, const struct axis *a)
     put_saliency(out, &a->injection);
 }
 
-static void put_watchdog(struct text *out)
-{
-    const uint32_t ms = device_watchdog_ms();
-    if (ms == 0u) {
-        text_put(out, "watchdog: off\n");
-    } else {
-        text_print(out, "watchdog: %.3u s\n", ms);
-    }
-}
-
 static void run_status(struct session *s, const struct arguments *unused)
 {
     (void)unused;
@@ -130,7 +120,12 @@ static void run_status(struct session *s, const struct arguments *unused)
     text_print(out, "current loop: %d cycles\n", (int32_t)measure_current_loop_cycles(&a->time_ms));
     put_update(out, a);
     put_source(out, a);
-    put_watchdog(out);
+    const uint32_t watchdog_ms = device_watchdog_ms();
+    if (watchdog_ms == 0u) {
+        text_put(out, "watchdog: off\n");
+    } else {
+        text_print(out, "watchdog: %.3u s\n", watchdog_ms);
+    }
     text_print(out, "memory errors corrected: %d\n", (int32_t)sysreg_edac_corrected());
     text_print(out, "up: %.3llu s\n", (unsigned long long)now.up_ms);
 }
