@@ -50,7 +50,7 @@ enum cia402_mode {
 #define CIA402_HOME_BLOCK (-1)
 #define CIA402_HOME_HERE  37
 
-struct cia402_wishes {
+struct cia402_setpoints {
     uint32_t control_word;
     int32_t mode; /* enum cia402_mode */
     int32_t target_rpm;
@@ -67,27 +67,27 @@ enum cia402_stage {
 };
 
 struct cia402 {
-    struct cia402_wishes wishes;
+    struct cia402_setpoints setpoints;
     enum cia402_stage stage;
     uint32_t word_before; /* the control word last acted upon */
     bool word_due;        /* a control word waits */
     bool target_due;      /* a set-point, or another mode */
     bool operates;        /* the axis did, when last checked */
     struct outcome refusal;
-    bool hands_over; /* another source of the angle was requested, and may yet be refused */
+    bool source_due; /* another source of the angle was requested, and may yet be refused */
 };
 
 /* No command yet, pv, all targets 0. */
 void cia402_init(struct cia402 *c);
 
-/* True if these parameters allow every wish. Thread. */
-bool cia402_may_wish(const struct cia402_wishes *w, const struct params *p);
+/* True if these parameters allow all of them. Thread. */
+bool cia402_allows(const struct cia402_setpoints *s, const struct params *p);
 
-/* Accepts wishes; `word`: a control word is among them, `target`: a mode or set-point is. Thread. */
-void cia402_wish(struct cia402 *c, const struct cia402_wishes *w, bool word, bool target);
+/* Accepts set-points; `word`: a control word is among them, `target`: a mode or a target is. Thread. */
+void cia402_accept(struct cia402 *c, const struct cia402_setpoints *s, bool word, bool target);
 
 /* Requests another source of the angle, enum param_angle; false: refused at once, nothing has changed. Thread. */
-bool cia402_hand_over(struct cia402 *c, struct axis *a, uint32_t source);
+bool cia402_change_source(struct cia402 *c, struct axis *a, uint32_t source);
 
 /* Carries out what is pending, and follows the axis. Thread, whenever it has time; as long as `on` takes. */
 void cia402_poll(struct cia402 *c, struct axis *a);

@@ -1,14 +1,154 @@
 /* SPDX-License-Identifier: MIT */
-/* The console's commands. */
+/*
+ * The console's commands: tables of rows, by which lines are parsed, refused, completed and explained. A row's text spells its
+ * arguments for people, capitals for a value or a name, lower case for the word itself or one of several; its kinds say how
+ * each is read (arguments.c). Thread.
+ */
 #ifndef FIRMWARE_OPERATE_COMMANDS_H
 #define FIRMWARE_OPERATE_COMMANDS_H
 
-#include "firmware/operate/session.h"
+#include <stddef.h>
+
+#include "firmware/drive/drive.h"
+#include "firmware/operate/line.h"
+#include "firmware/operate/stream.h"
+#include "firmware/operate/text.h"
+#include "firmware/scope/scope.h"
+#include "firmware/system/postmortem.h"
+
+/* What a command needs to carry out its line and to answer. */
+struct session {
+    struct text out;
+    bool machine;                       /* a program reads the answers */
+    struct axis *axis;                  /* the one that commands are for */
+    struct scope *scope;                /* its scope */
+    struct stream stream;               /* samples between the text */
+    const struct postmortem *last_life; /* how the last life of the program ended */
+    const struct slots *slots;          /* where settings are stored */
+    const struct kept *kept;            /* what was found there at the start */
+};
+
+#define ARGUMENTS_MOST 4u
+
+/* A line, cut into words; number 0 is the command's name. */
+struct arguments {
+    char *word[ARGUMENTS_MOST + 1u];
+    int32_t value[ARGUMENTS_MOST + 1u]; /* as its kind reads the word */
+};
+
+enum argument {
+    ARGUMENT_NONE,
+    ARGUMENT_CHOICE,  /* one of the row's words; value: which, from 0 */
+    ARGUMENT_BY,      /* the word itself */
+    ARGUMENT_TRIGGER, /* likewise */
+    ARGUMENT_ANY,     /* the command reads it by itself */
+    ARGUMENT_COMMAND,
+    ARGUMENT_WHOLE,
+    ARGUMENT_RPM,
+    ARGUMENT_COUNTS,
+    ARGUMENT_AMPERES,     /* thousandths, as the next one */
+    ARGUMENT_DECIMAL,     /* at most three decimals */
+    ARGUMENT_PARAM,       /* row of param_table */
+    ARGUMENT_PARAM_GROUP, /* the same, or PARAMS_ALL, PARAMS_CHANGED */
+    ARGUMENT_FAULT,       /* enum fault */
+    ARGUMENT_SIGNAL,      /* row of signal_table */
+    ARGUMENT_STREAM_MS,
+    ARGUMENT_BAUD,
+    ARGUMENT_KINDS
+};
+
+#define PARAMS_ALL     (-1)
+#define PARAMS_CHANGED (-2)
+
+/* A row: rows of the same name are adjacent and differ in their number of arguments. One of the last three is not NULL. */
+struct command {
+    const char *name;
+    const char *arguments;
+    const char *help;
+    uint8_t kinds[ARGUMENTS_MOST]; /* enum argument */
+    void (*run)(struct session *s, const struct arguments *a);
+    struct outcome (*request)(struct axis *axis);               /* answered by its outcome */
+    struct outcome (*demand)(struct axis *axis, int32_t value); /* likewise, of the first argument */
+};
+
+/* Those of each feature, in the order of 'help'. */
+extern const struct command commands_help[2];
+extern const struct command commands_drive[2];
+extern const struct command commands_identify[2];
+extern const struct command commands_motion[5];
+extern const struct command commands_position[4];
+extern const struct command commands_cyclic[2];
+extern const struct command commands_learn[1];
+extern const struct command commands_zero[1];
+extern const struct command commands_fault[2];
+extern const struct command commands_angle[1];
+extern const struct command commands_settings[5];
+extern const struct command commands_reaction[2];
+extern const struct command commands_machine[1];
+extern const struct command commands_scope[5];
+extern const struct command commands_version[1];
+
+/* The nth of all rows; NULL behind the last. */
+const struct command *commands_row(uint32_t n);
+
+/* Words of its line, the name included. */
+size_t command_words(const struct command *command);
 
 /*
  * Carries out one line and prints the answer: lines of information, "ok", or one line "error: ..." after which nothing has
  * changed. Splits `line` in place. An empty line does nothing. Thread.
  */
 void commands_execute(struct session *s, char *line);
+
+/* ---- arguments.c ---- */
+
+/* Reads all arguments of a line; false after reporting the first that does not fit. */
+bool arguments_read(struct session *s, const struct command *command, struct arguments *a);
+
+/* The nth word that completes a row's argument `number`, from 1: of no length if it is not offered, NULL behind the last. */
+const char *argument_candidate(const struct command *row, uint32_t number, uint32_t n, size_t *length);
+
+/* ---- completion.c ---- */
+
+/*
+ * Extends the last word of an unfinished line by what all matching names have in common, plus a blank if only one matches;
+ * lists them if nothing can be added, and rings (BEL) if there are none. Names are those of commands, parameters and faults,
+ * and the words that a command accepts. Returns true if it has listed: the caller prompts again.
+ */
+bool completion_of(struct line *l, struct text *out);
+
+/* ---- answers.c ---- */
+
+/* "error: WORD: what" */
+void answer_about(struct session *s, const char *word, const char *what);
+
+/* "ok", or "error: " and why. */
+void answer(struct session *s, struct outcome outcome);
+
+/* A line of messages.h: '@' stands for the first value, '#' for the second. */
+void answer_filled(struct text *out, const char *text, int32_t first, int32_t second);
+
+/* ---- what others say, too ---- */
+
+/* What a signal of signal_table is; never NULL. */
+const char *signal_text(const char *name);
+
+/* The record of the processor fault before the last reset, if there is one. */
+void postmortem_print(struct text *t, const struct postmortem *p);
+
+/* Stored settings, at the start and by `load`: which slot, which save, what was skipped, is missing or damaged. */
+void store_print_loaded(struct text *t, const struct kept *k);
+
+/* Which slots are damaged, if any. */
+void store_print_damage(struct text *t, const struct slots_view *v);
+
+/* By `save`: the slot, and how often pages have been written so far. */
+void store_print_saved(struct text *t, const struct saved *s);
+
+/* A line while identify runs: the step. */
+void identify_print_step(struct text *out, const struct identify *d);
+
+/* "mA", "rpm/s"; "" if there is none. Derived from the end of the name. */
+const char *param_unit(const struct param_info *info);
 
 #endif

@@ -1,40 +1,179 @@
 /* SPDX-License-Identifier: MIT */
-#include <stddef.h>
+/* The scope at the console: signals, captures, records, the stream. */
+#include "firmware/operate/commands.h"
 
-#include "firmware/operate/answers.h"
-#include "firmware/operate/commands_parts.h"
-#include "firmware/operate/scope_text.h"
-#include "firmware/operate/signal_text.h"
-#include "firmware/operate/stream.h"
+/* ---- words ---- */
 
-#define BAUD_LEAST 9600
-#define BAUD_MOST  3000000
+/* clang-format off */
+static const struct {
+    const char *name, *text;
+} signal_texts[] = {
+    {"i_a", "phase current as sampled"},
+    {"i_b", "phase current as sampled"},
+    {"i_c", "phase current as sampled; without three sensors 0, or what the fabric reckons"},
+    {"vbus", "bus voltage"},
+    {"count", "encoder at the sample, within its turn"},
+    {"gate", "GATE.STATUS, its bits"},
+    {"sequence", "conversions, the sample's own number"},
+    {"i_d", "current along the field, at the sample"},
+    {"i_q", "current across the field, at the sample"},
+    {"i_d_ref", "its reference"},
+    {"i_q_ref", "its reference"},
+    {"v_d", "voltage that answers the sample"},
+    {"v_q", "voltage that answers the sample"},
+    {"angle", "rotor, electrical, foreseen for the next sample"},
+    {"turning", "electrical speed of the interrupt's observer"},
+    {"field", "prescribed field, while one is prescribed"},
+    {"flux_a", "flux observer, alpha"},
+    {"flux_b", "flux observer, beta"},
+    {"speed", "speed of the shaft"},
+    {"speed_ref", "reference of the speed loop"},
+    {"target", "target of the ramp"},
+    {"position", "shaft from its zero, the lower 32 bits"},
+    {"error", "following error"},
+    {"winding", "temperature of the winding, reckoned"},
+    {"state", "state of the drive, enum axis_state"},
+    {"fault", "cause that is latched, enum fault"},
+    {"time", "milliseconds since the start"},
+};
+/* clang-format on */
 
-void run_scope(struct session *s, char *const *words)
+const char *signal_text(const char *name)
 {
-    (void)words;
-    scope_text_settings(s);
+    for (size_t i = 0; i < sizeof signal_texts / sizeof signal_texts[0]; i++) {
+        if (text_equal(signal_texts[i].name, name)) {
+            return signal_texts[i].text;
+        }
+    }
+    return "unknown";
 }
 
-void run_scope_do(struct session *s, char *const *words)
+/* In the order of their enums. */
+static const char *const when_words[] = {"never", "above", "below", "rises", "falls"};
+static const char *const state_texts[] = {"off", "waits for its trigger", "triggered", "done"};
+static const char *const cause_texts[] = {"", " by the signal", " by a fault", " by command"};
+
+/* ---- what it shows ---- */
+
+static void put_names(struct session *s, const struct signal_choice *choice, const char *between)
 {
-    if (text_equal(words[1], "list")) {
-        scope_text_signals(s);
-    } else if (text_equal(words[1], "arm")) {
-        answer(s, scope_arm(s->scope));
-    } else if (text_equal(words[1], "fire")) {
-        answer(s, outcome_of(scope_fire(s->scope)));
-    } else if (text_equal(words[1], "off")) {
-        scope_off(s->scope);
-        answer(s, OUTCOME_OK);
-    } else if (text_equal(words[1], "read")) {
-        scope_text_samples(s, SCOPE_CAPTURE);
-    } else if (text_equal(words[1], "fault")) {
-        scope_text_samples(s, SCOPE_FAULT);
-    } else {
-        answer_about(s, words[1], "not one of list, arm, fire, off, read, fault");
+    for (uint32_t i = 0; i < choice->count; i++) {
+        text_print(&s->out, "%s%s", i > 0u ? between : "", signal_table[choice->which[i]].name);
     }
 }
+
+static void put_signals(struct session *s)
+{
+    for (size_t i = 0; i < signal_count; i++) {
+        const struct signal_info *const info = &signal_table[i];
+        const struct signal_scale scale = signal_scale(info->format, s->axis);
+        text_print(&s->out, "%s %s %d/%u: %s\n", info->name, signal_unit(info->format), scale.milli, scale.per,
+                   signal_text(info->name));
+    }
+}
+
+static void put_trigger(struct session *s)
+{
+    const struct capture *const c = &s->scope->capture;
+    const struct signal_info *const info = &signal_table[s->scope->trigger_on];
+    if (c->when == CAPTURE_NEVER) {
+        text_put(&s->out, "trigger: never");
+    } else {
+        text_print(&s->out, "trigger: %s %s %.3d %s", info->name, when_words[c->when],
+                   signal_milli(signal_scale(info->format, s->axis), c->level), signal_unit(info->format));
+    }
+    text_print(&s->out, ", before: %u of %u samples\n", c->before, scope_capacity(s->scope));
+}
+
+static void run_scope(struct session *s, const struct arguments *a)
+{
+    (void)a;
+    const struct capture *const c = &s->scope->capture;
+    const uint32_t state = c->state;
+    const bool caused = state == CAPTURE_TRIGGERED || state == CAPTURE_DONE;
+    text_put(&s->out, "signals: ");
+    put_names(s, &s->scope->choice, ",");
+    text_print(&s->out, ", every: %u samples of the current loop\n", s->scope->every);
+    put_trigger(s);
+    text_print(&s->out, "capture: %s%s, dropped: %u, late: %u\n", state_texts[state],
+               caused ? cause_texts[c->cause] : "", s->scope->torn, s->scope->late);
+    text_print(&s->out, "kept from the last fault: %u samples, one a millisecond\n",
+               scope_extent(s->scope, SCOPE_FAULT).samples);
+}
+
+/* ---- a record ---- */
+
+static void put_heading(struct session *s, enum scope_record record, const struct scope_extent *extent)
+{
+    const bool fault = record == SCOPE_FAULT; /* those are one a millisecond, and none is missing */
+    text_print(&s->out, "samples: %u, trigger: %u, every: %u, a millisecond has: %u, dropped: %u, late: %u\n",
+               extent->samples, extent->trigger, fault ? 1u : s->scope->every, fault ? 1u : s->scope->rate_of,
+               fault ? 0u : s->scope->torn, fault ? 0u : s->scope->late);
+    put_names(s, extent->choice, " ");
+    for (uint32_t i = 0; i < extent->words; i++) {
+        const struct signal_scale scale = signal_scale(signal_table[extent->choice->which[i]].format, s->axis);
+        text_print(&s->out, "%s%d/%u", i == 0u ? "\n" : " ", scale.milli, scale.per);
+    }
+    text_put(&s->out, "\n");
+}
+
+static void put_sample(struct session *s, enum scope_record record, uint32_t first, uint32_t words)
+{
+    int32_t values[SIGNALS_MOST];
+    (void)scope_read(s->scope, record, first, values, words);
+    for (uint32_t i = 0; i < words; i++) {
+        text_print(&s->out, i + 1u < words ? "%d " : "%d\n", values[i]);
+    }
+}
+
+/*
+ * A heading, the names, the scales, then a line of raw values per sample. A record overwritten while it is read is cut short:
+ * its last line says how many there were.
+ */
+static void print_samples(struct session *s, enum scope_record record)
+{
+    const struct scope_extent extent = scope_extent(s->scope, record);
+    if (extent.samples == 0u) {
+        text_put(&s->out, record == SCOPE_FAULT ? "error: no fault has left samples yet\n"
+                                                : "error: no capture is done; 'scope' says how far it is\n");
+        return;
+    }
+    put_heading(s, record, &extent);
+    const uint32_t kept = s->scope->recorder.kept;
+    uint32_t sample = 0;
+    for (; sample < extent.samples && (record != SCOPE_FAULT || s->scope->recorder.kept == kept); sample++) {
+        put_sample(s, record, sample * extent.words, extent.words);
+        idle_serve_watchdog(s->out.idle);
+    }
+    text_print(&s->out, "end: %u\n", sample);
+}
+
+/* The words of the row, in its order. */
+enum { LIST, ARM, FIRE, OFF, READ, FAULT };
+
+static void run_scope_do(struct session *s, const struct arguments *a)
+{
+    switch (a->value[1]) {
+    case LIST:
+        put_signals(s);
+        break;
+    case ARM:
+        answer(s, scope_arm(s->scope));
+        break;
+    case FIRE:
+        answer(s, outcome_of(scope_fire(s->scope)));
+        break;
+    case OFF:
+        scope_off(s->scope);
+        answer(s, OUTCOME_OK);
+        break;
+    default:
+        print_samples(s, a->value[1] == READ ? SCOPE_CAPTURE : SCOPE_FAULT);
+        break;
+    }
+}
+
+/* ---- what a capture is to hold ---- */
 
 /* "i_q,speed": false after reporting what is wrong. */
 static bool parse_choice(struct session *s, char *names, struct signal_choice *choice)
@@ -70,7 +209,7 @@ static void set_signals(struct session *s, char *names)
 }
 
 /* False after reporting what is wrong. */
-static bool parse_within(struct session *s, const char *word, uint32_t least, uint32_t most, uint32_t *value)
+static bool read_within(struct session *s, const char *word, uint32_t least, uint32_t most, uint32_t *value)
 {
     int32_t number;
     if (!text_parse_int(word, &number)) {
@@ -78,70 +217,63 @@ static bool parse_within(struct session *s, const char *word, uint32_t least, ui
         return false;
     }
     if (number < (int32_t)least || number > (int32_t)most) {
-        answer_filled(s, "error: must be @...#", (int32_t)least, (int32_t)most);
+        text_print(&s->out, "error: must be %u...%u\n", least, most);
         return false;
     }
     *value = (uint32_t)number;
     return true;
 }
 
-void run_scope_set(struct session *s, char *const *words)
+static void run_scope_set(struct session *s, const struct arguments *a)
 {
     uint32_t value;
-    if (text_equal(words[1], "signals")) {
-        set_signals(s, words[2]);
-    } else if (text_equal(words[1], "every")) {
-        if (parse_within(s, words[2], 1u, SCOPE_EVERY_MOST, &value)) {
+    if (text_equal(a->word[1], "signals")) {
+        set_signals(s, a->word[2]);
+    } else if (text_equal(a->word[1], "every")) {
+        if (read_within(s, a->word[2], 1u, SCOPE_EVERY_MOST, &value)) {
             answer(s, outcome_of(scope_set_every(s->scope, value)));
         }
-    } else if (text_equal(words[1], "before")) {
-        if (parse_within(s, words[2], 0u, scope_capacity(s->scope) - 1u, &value)) {
+    } else if (text_equal(a->word[1], "before")) {
+        if (read_within(s, a->word[2], 0u, scope_capacity(s->scope) - 1u, &value)) {
             answer(s, outcome_of(scope_set_before(s->scope, value)));
         }
-    } else if (text_equal(words[1], "trigger") && text_equal(words[2], scope_word_of_when(CAPTURE_NEVER))) {
+    } else if (text_equal(a->word[1], "trigger") && text_equal(a->word[2], when_words[CAPTURE_NEVER])) {
         answer(s, outcome_of(scope_set_trigger(s->scope, s->scope->trigger_on, CAPTURE_NEVER, 0)));
     } else {
-        answer_about(s, words[1], "not one of signals A,B,..., every TICKS, before SAMPLES, trigger never");
+        answer_about(s, a->word[1], "not one of signals A,B,..., every TICKS, before SAMPLES, trigger never");
     }
 }
 
-void run_scope_trigger(struct session *s, char *const *words)
+static void run_scope_trigger(struct session *s, const struct arguments *a)
 {
-    size_t length = 0;
-    while (words[2][length] != '\0') {
-        length++;
-    }
-    const size_t signal = signal_find(words[2], length);
-    const enum capture_when when = scope_find_when(words[3]);
-    int32_t milli;
-    if (!text_equal(words[1], "trigger")) {
-        answer_about(s, words[1], "not trigger");
-    } else if (signal == signal_count) {
-        answer_about(s, words[2], "no such signal; 'scope list' has them");
-    } else if (when == CAPTURE_NEVER) {
-        answer_about(s, words[3], "not one of above, below, rises, falls");
-    } else if (!text_parse_milli(words[4], &milli)) {
-        answer_about(s, words[4], "not a number with at most three decimals");
-    } else {
-        const struct signal_scale scale = signal_scale(signal_table[signal].format, s->axis);
-        answer(s, outcome_of(scope_set_trigger(s->scope, (uint32_t)signal, when, signal_raw(scale, milli))));
-    }
+    const uint32_t signal = (uint32_t)a->value[2];
+    const enum capture_when when = (enum capture_when)(CAPTURE_ABOVE + a->value[3]);
+    const struct signal_scale scale = signal_scale(signal_table[signal].format, s->axis);
+    answer(s, outcome_of(scope_set_trigger(s->scope, signal, when, signal_raw(scale, a->value[4]))));
 }
 
 /* The answer goes out at the old rate; "0" ends the stream, whatever rate follows it. */
-void run_stream(struct session *s, char *const *words)
+static void run_stream(struct session *s, const struct arguments *a)
 {
-    int32_t every_ms;
-    int32_t baud;
-    if (!text_parse_int(words[1], &every_ms) || every_ms < 0 || every_ms > STREAM_EVERY_MOST) {
-        answer_about(s, words[1], "not 1...1000 ms, or 0 to end it");
-    } else if (!text_parse_int(words[2], &baud) || baud < BAUD_LEAST || baud > BAUD_MOST) {
-        answer_about(s, words[2], "not 9600...3000000 baud");
-    } else if (every_ms == 0) {
-        answer(s, OUTCOME_OK);
+    answer(s, OUTCOME_OK);
+    if (a->value[1] == 0) {
         stream_end(&s->stream);
     } else {
-        answer(s, OUTCOME_OK);
-        stream_begin(&s->stream, s->scope, (uint32_t)every_ms, (uint32_t)baud);
+        stream_begin(&s->stream, s->scope, (uint32_t)a->value[1], (uint32_t)a->value[2]);
     }
 }
+
+/* clang-format off */
+const struct command commands_scope[] = {
+    {"scope", " trigger SIGNAL above|below|rises|falls VALUE",
+     "what begins a capture, besides a fault and 'scope fire'",
+     {ARGUMENT_TRIGGER, ARGUMENT_SIGNAL, ARGUMENT_CHOICE, ARGUMENT_DECIMAL}, .run = run_scope_trigger},
+    {"scope", " signals A,B,...|every TICKS|before SAMPLES|trigger never", "what a capture is to hold",
+     {ARGUMENT_ANY, ARGUMENT_ANY}, .run = run_scope_set},
+    {"scope", " list|arm|fire|off|read|fault", "signals there are; a capture; the last one; what the last fault left",
+     {ARGUMENT_CHOICE}, .run = run_scope_do},
+    {"scope", "", "what is set, and what the capture does", .run = run_scope},
+    {"stream", " MS BAUD", "a frame of the signals every MS between the text, at BAUD; ends 3 s after the last line",
+     {ARGUMENT_STREAM_MS, ARGUMENT_BAUD}, .run = run_stream},
+};
+/* clang-format on */

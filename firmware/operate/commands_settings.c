@@ -1,119 +1,212 @@
 /* SPDX-License-Identifier: MIT */
-#include <stddef.h>
-
-#include "firmware/operate/answers.h"
-#include "firmware/operate/commands_parts.h"
+/* Parameters, what of them survives power-off, and reactions to faults. */
+#include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
-#include "firmware/operate/units.h"
 
-/* After a number: a blank and its unit, if any. */
-static void put_unit(struct session *s, const struct param_info *info)
+/* ---- parameters ---- */
+
+/* Name endings; a longer ending comes before any that it ends with. */
+static const struct {
+    const char *end, *unit;
+} param_units[] = {
+    {"_rpm_s", "rpm/s"},   {"_rpm", "rpm"},     {"_ms", "ms"},
+    {"_s", "s"},           {"_ma", "mA"},       {"_mv", "mV"},
+    {"_mohm", "mohm"},     {"_uh", "uH"},       {"_uwb", "uWb"},
+    {"_uf", "uF"},         {"_hz", "Hz"},       {"_w", "W"},
+    {"_gmm2", "g mm2"},    {"_pct", "%"},       {"_pm", "0.1 %"},
+    {"_c", "degC"},        {"_turns", "turns"}, {"_mturn", "0.001 turns"},
+    {"_counts", "counts"}, {"_baud", "baud"},   {"_unm", "uNm"},
+    {"_cdeg", "0.01 deg"},
+};
+
+/* True if a name ends so, and not only consists of it. */
+static bool ends_with(const char *name, const char *end)
 {
-    const char *const unit = unit_of(info);
-    text_put(&s->out, *unit != '\0' ? " " : "");
-    text_put(&s->out, unit);
+    while (*name++ != '\0') {
+        if (text_equal(name, end)) {
+            return true;
+        }
+    }
+    return false;
 }
 
-static void put_range(struct session *s, const struct param_info *info)
+const char *param_unit(const struct param_info *info)
 {
-    text_put_int(&s->out, info->min);
-    text_put(&s->out, "...");
-    text_put_int(&s->out, info->max);
+    for (size_t i = 0; i < sizeof param_units / sizeof param_units[0]; i++) {
+        if (ends_with(info->name, param_units[i].end)) {
+            return param_units[i].unit;
+        }
+    }
+    return "";
 }
 
-/* Those that differ from their initial values, each followed by its initial value. */
-static void put_changed(struct session *s)
+/* "name = 1 unit" */
+static void print_value(struct session *s, const struct param_info *info)
 {
-    const struct params *const p = &s->axis->params;
+    const char *const unit = param_unit(info);
+    text_print(&s->out, "%s = %d%s%s", info->name, param_get(&s->axis->params, info), *unit != '\0' ? " " : "", unit);
+}
+
+static void put_param(struct session *s, const struct param_info *info)
+{
+    print_value(s, info);
+    text_print(&s->out, "  (%d...%d)\n", info->min, info->max);
+}
+
+static void run_get(struct session *s, const struct arguments *a)
+{
+    if (a->value[1] >= 0) {
+        put_param(s, &param_table[a->value[1]]);
+        return;
+    }
     for (size_t i = 0; i < param_count; i++) {
         const struct param_info *const info = &param_table[i];
-        if (param_get(p, info) != info->initial) {
-            text_put(&s->out, info->name);
-            text_put(&s->out, " = ");
-            text_put_int(&s->out, param_get(p, info));
-            put_unit(s, info);
-            text_put(&s->out, "  (initially ");
-            text_put_int(&s->out, info->initial);
-            text_put_line(&s->out, ")");
+        if (a->value[1] == PARAMS_ALL) {
+            put_param(s, info);
+        } else if (param_get(&s->axis->params, info) != info->initial) {
+            print_value(s, info);
+            text_print(&s->out, "  (initially %d)\n", info->initial);
         }
     }
 }
 
-static void put_param(struct session *s, const struct params *p, const struct param_info *info)
+static void run_set(struct session *s, const struct arguments *a)
 {
-    text_put(&s->out, info->name);
-    text_put(&s->out, " = ");
-    text_put_int(&s->out, param_get(p, info));
-    put_unit(s, info);
-    text_put(&s->out, "  (");
-    put_range(s, info);
-    text_put_line(&s->out, ")");
-}
-
-void run_get(struct session *s, char *const *words)
-{
-    if (text_equal(words[1], "all")) {
-        for (size_t i = 0; i < param_count; i++) {
-            put_param(s, &s->axis->params, &param_table[i]);
-        }
-        return;
-    }
-    if (text_equal(words[1], "--changed")) {
-        put_changed(s);
-        return;
-    }
-    const struct param_info *const info = param_find(words[1]);
-    if (info == NULL) {
-        answer_about(s, words[1], "no such parameter; 'get all' lists them");
-        return;
-    }
-    put_param(s, &s->axis->params, info);
-}
-
-void run_set(struct session *s, char *const *words)
-{
-    const struct param_info *const info = param_find(words[1]);
-    int32_t value;
-    if (info == NULL) {
-        answer_about(s, words[1], "no such parameter; 'get all' lists them");
-    } else if (!text_parse_int(words[2], &value)) {
-        answer_about(s, words[2], "not a whole number");
-    } else if (value < info->min || value > info->max) {
-        text_put(&s->out, "error: ");
-        text_put(&s->out, info->name);
-        text_put(&s->out, " must be ");
-        put_range(s, info);
-        put_unit(s, info);
-        text_put_line(&s->out, "");
+    const struct param_info *const info = &param_table[a->value[1]];
+    const int32_t value = a->value[2];
+    if (value < info->min || value > info->max) {
+        const char *const unit = param_unit(info);
+        text_print(&s->out, "error: %s must be %d...%d%s%s\n", info->name, info->min, info->max,
+                   *unit != '\0' ? " " : "", unit);
     } else if (!drive_is_off(s->axis)) {
         answer(s, outcome_of(ERROR_DRIVE_IS_ON));
     } else {
         param_set(&s->axis->params, info, value);
-        text_put_line(&s->out, "ok");
+        answer(s, OUTCOME_OK);
     }
 }
+
+/* ---- what survives power-off ---- */
+
+static void put_save(struct text *t, uint32_t slot, uint32_t number)
+{
+    text_print(t, "slot %c, save %u", (char)('A' + slot), number);
+}
+
+void store_print_damage(struct text *t, const struct slots_view *v)
+{
+    for (uint32_t slot = 0; slot < SLOTS; slot++) {
+        if (v->state[slot] == SLOT_DAMAGED) {
+            text_print(t, "warning: slot %c is damaged, or its save was cut short%s\n", (char)('A' + slot),
+                       v->any ? "; these may be the settings before it" : "");
+        }
+    }
+}
+
+static void put_refusal(struct text *t, const struct kept *k)
+{
+    text_print(t, "error: settings refused, nothing has changed: %s%s", k->about, k->about[0] != '\0' ? ": " : "");
+    answer_filled(t, message_of_error(k->problem.error), k->problem.value, 0);
+}
+
+static void put_differences(struct text *t, const struct kept *k)
+{
+    if (k->unknown > 0u) {
+        text_print(t, "%d stored records are unknown to this firmware and were passed over, the first is %s\n",
+                   (int32_t)k->unknown, k->first_unknown);
+    }
+    if (k->missing > 0u) {
+        text_print(t, "%d parameters are not stored and have their initial values\n", (int32_t)k->missing);
+    }
+}
+
+void store_print_loaded(struct text *t, const struct kept *k)
+{
+    text_put(t, "settings: ");
+    if (k->state == KEPT_NONE) {
+        text_put(t, "none stored, initial values\n");
+    } else {
+        put_save(t, k->view.newest, k->view.number[k->view.newest]);
+        text_put(t, k->state == KEPT_LOADED ? ", loaded\n" : "\n");
+    }
+    store_print_damage(t, &k->view);
+    if (k->state == KEPT_REFUSED) {
+        put_refusal(t, k);
+    } else if (k->state == KEPT_LOADED) {
+        put_differences(t, k);
+    }
+}
+
+/* Saves alternate between the slots: every second one has written each page of this slot. */
+void store_print_saved(struct text *t, const struct saved *s)
+{
+    put_save(t, s->slot, s->number);
+    text_print(t, "; writes of its pages so far: about %u\n", s->number / 2u + s->number % 2u);
+    if (s->worn) {
+        text_put(t, "warning: eNVM: a page has been written more often than it is made for\n");
+    }
+    if (s->cogging_dropped) {
+        text_put(t,
+                 "warning: the cogging map is not stored: the encoder's index, from which it counts, was not seen\n");
+    }
+}
+
+static void run_save(struct session *s, const struct arguments *a)
+{
+    (void)a;
+    struct saved report;
+    const struct outcome outcome = drive_save(s->axis, s->slots, &report);
+    answer(s, outcome);
+    if (outcome.error == ERROR_NONE) {
+        store_print_saved(&s->out, &report);
+    }
+}
+
+static void run_load(struct session *s, const struct arguments *a)
+{
+    (void)a;
+    struct kept kept;
+    const struct outcome outcome = drive_load(s->axis, s->slots, &kept);
+    if (kept.state == KEPT_NONE) {
+        answer(s, outcome);
+        store_print_damage(&s->out, &kept.view);
+    } else {
+        store_print_loaded(&s->out, &kept);
+    }
+}
+
+/* clang-format off */
+const struct command commands_settings[] = {
+    {"get", " PARAM", "a parameter and its range, or 'all', or '--changed': those that are not as they were made",
+     {ARGUMENT_PARAM_GROUP}, .run = run_get},
+    {"set", " PARAM VALUE", "change a parameter while off", {ARGUMENT_PARAM, ARGUMENT_WHOLE}, .run = run_set},
+    {"save", "", "keep parameters, reactions, index and cogging over power-off; while off and at rest",
+     .run = run_save},
+    {"load", "", "what was saved last, as at the start; while off", .run = run_load},
+    {"defaults", "", "parameters and reactions as they were made, while off; what is saved stays",
+     .request = drive_defaults},
+};
+/* clang-format on */
+
+/* ---- reactions to faults ---- */
 
 /* For a fault that leaves a choice: the present choice, and the options. */
 static void put_reaction(struct session *s, enum fault cause)
 {
-    text_put(&s->out, message_of_fault(cause));
-    text_put(&s->out, ": ");
-    text_put(&s->out, message_of_reaction(s->axis->reactions.choice[cause]));
-    text_put(&s->out, "  (");
+    text_print(&s->out, "%s: %s  (", message_of_fault(cause), message_of_reaction(s->axis->reactions.choice[cause]));
     const char *before = "";
     for (uint32_t choice = 0; choice < REACTION_COUNT; choice++) {
         if (((fault_class(cause)->allowed >> choice) & 1u) != 0u) {
-            text_put(&s->out, before);
-            text_put(&s->out, message_of_reaction((enum reaction)choice));
+            text_print(&s->out, "%s%s", before, message_of_reaction((enum reaction)choice));
             before = ", ";
         }
     }
-    text_put_line(&s->out, ")");
+    text_put(&s->out, ")\n");
 }
 
-void run_reactions(struct session *s, char *const *words)
+static void run_reactions(struct session *s, const struct arguments *a)
 {
-    (void)words;
+    (void)a;
     for (uint32_t cause = FAULT_NONE + 1u; cause < FAULT_COUNT; cause++) {
         if (fault_class((enum fault)cause)->allowed != 1u << REACTION_OFF) {
             put_reaction(s, (enum fault)cause);
@@ -121,18 +214,15 @@ void run_reactions(struct session *s, char *const *words)
     }
 }
 
-void run_reaction(struct session *s, char *const *words)
+static void run_reaction(struct session *s, const struct arguments *a)
 {
-    const enum fault cause = message_find_fault(words[1]);
-    uint32_t choice = 0;
-    while (choice < REACTION_COUNT && !text_equal(words[2], message_of_reaction((enum reaction)choice))) {
-        choice++;
-    }
-    if (cause == FAULT_COUNT) {
-        answer_about(s, words[1], "no such fault; 'reaction' lists those with a choice, '_' stands for a blank");
-    } else if (choice == REACTION_COUNT) {
-        answer_about(s, words[2], "not one of off, stop, warn, carry");
-    } else {
-        answer(s, drive_choose_reaction(s->axis, cause, (enum reaction)choice));
-    }
+    answer(s, drive_choose_reaction(s->axis, (enum fault)a->value[1], (enum reaction)a->value[2]));
 }
+
+/* clang-format off */
+const struct command commands_reaction[] = {
+    {"reaction", "", "what follows from each fault that leaves a choice", .run = run_reactions},
+    {"reaction", " FAULT off|stop|warn|carry", "choose it, while off",
+     {ARGUMENT_FAULT, ARGUMENT_CHOICE}, .run = run_reaction},
+};
+/* clang-format on */

@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/completion.h"
-
-#include "firmware/operate/commands_parts.h"
+#include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
-#include "firmware/settings/params.h"
 
 #define BELL '\a'
 
@@ -25,9 +22,9 @@ static size_t same_characters(const char *a, const char *b, size_t most)
     return same;
 }
 
-static void offer_part(struct search *s, const char *name, size_t length)
+static void offer(struct search *s, const char *name, size_t length)
 {
-    if (length < s->length || same_characters(name, s->typed, s->length) < s->length) {
+    if (length == 0u || length < s->length || same_characters(name, s->typed, s->length) < s->length) {
         return;
     }
     if (s->names++ == 0u) {
@@ -43,66 +40,6 @@ static void offer_part(struct search *s, const char *name, size_t length)
     }
 }
 
-static void offer(struct search *s, const char *name)
-{
-    size_t length = 0;
-    while (name[length] != '\0') {
-        length++;
-    }
-    offer_part(s, name, length);
-}
-
-/* Of an argument like "off|stop|warn". */
-static void offer_words(struct search *s, const char *argument)
-{
-    while (*argument >= 'a' && *argument <= 'z') {
-        size_t length = 0;
-        while (argument[length] >= 'a' && argument[length] <= 'z') {
-            length++;
-        }
-        offer_part(s, argument, length);
-        argument += length + (argument[length] == '|' ? 1u : 0u);
-    }
-}
-
-static void offer_parameters(struct search *s)
-{
-    for (size_t i = 0; i < param_count; i++) {
-        offer(s, param_table[i].name);
-    }
-}
-
-static void offer_faults(struct search *s)
-{
-    for (uint32_t cause = FAULT_NONE + 1u; cause < FAULT_COUNT; cause++) {
-        if (fault_class((enum fault)cause)->allowed != 1u << REACTION_OFF) {
-            offer(s, message_of_fault((enum fault)cause));
-        }
-    }
-}
-
-/* Each name once, though several rows may share it. */
-static void offer_commands(struct search *s)
-{
-    for (size_t i = 0; i < command_count; i++) {
-        if (i == 0u || !text_equal(command_table[i].name, command_table[i - 1u].name)) {
-            offer(s, command_table[i].name);
-        }
-    }
-}
-
-/* The `number`th argument of a row of the table, from 1; NULL if it has fewer. */
-static const char *argument_of(const struct command *command, uint32_t number)
-{
-    const char *at = command->arguments;
-    while (*at != '\0') {
-        if (*at++ == ' ' && --number == 0u) {
-            return at;
-        }
-    }
-    return NULL;
-}
-
 /* True if `text` begins with `word`, followed by its end or a blank. */
 static bool begins_with(const char *text, const char *word)
 {
@@ -113,33 +50,29 @@ static bool begins_with(const char *text, const char *word)
     return *word == '\0' && (*text == '\0' || *text == ' ');
 }
 
-static void offer_argument(struct search *s, const char *argument)
+static void offer_argument(struct search *s, const struct command *row, uint32_t number)
 {
-    if (begins_with(argument, "PARAM")) {
-        offer_parameters(s);
-    } else if (begins_with(argument, "FAULT")) {
-        offer_faults(s);
-    } else if (begins_with(argument, "COMMAND")) {
-        offer_commands(s);
-    } else {
-        offer_words(s, argument);
+    const char *name;
+    size_t length;
+    for (uint32_t n = 0; (name = argument_candidate(row, number, n, &length)) != NULL; n++) {
+        offer(s, name, length);
     }
 }
 
 /* All candidates for the line's word number `word`, from 0. */
 static void offer_all(struct search *s, const char *line, uint32_t word)
 {
+    const struct command *row;
     if (word == 0u) {
-        offer_commands(s);
+        offer_argument(s, &commands_help[1], 1u); /* which takes a command */
         return;
     }
     while (*line == ' ') {
         line++;
     }
-    for (size_t i = 0; i < command_count; i++) {
-        const char *const argument = argument_of(&command_table[i], word);
-        if (argument != NULL && begins_with(line, command_table[i].name)) {
-            offer_argument(s, argument);
+    for (uint32_t n = 0; (row = commands_row(n)) != NULL; n++) {
+        if (begins_with(line, row->name)) {
+            offer_argument(s, row, word);
         }
     }
 }
@@ -178,10 +111,10 @@ bool completion_of(struct line *l, struct text *out)
     if (s.names == 1u) {
         line_insert(l, ' ', out);
     } else if (!adds) {
-        text_put_line(out, "");
+        text_put(out, "\n");
         s = (struct search){.typed = s.typed, .length = s.length, .list = out};
         offer_all(&s, l->text, word);
-        text_put_line(out, "");
+        text_put(out, "\n");
     }
     return !adds;
 }

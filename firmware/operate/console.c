@@ -1,12 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/console.h"
 
-#include "firmware/operate/commands.h"
-#include "firmware/operate/completion.h"
-#include "firmware/operate/keeping_text.h"
 #include "firmware/operate/messages.h"
-#include "firmware/operate/postmortem_text.h"
-#include "firmware/operate/text.h"
 #include "firmware/settings/config.h"
 
 static struct text *out(struct console *k)
@@ -15,7 +10,7 @@ static struct text *out(struct console *k)
 }
 
 /* Echoes to people only. */
-static struct text *echo(struct console *k)
+static struct text *echo_to(struct console *k)
 {
     return k->session.machine ? NULL : out(k);
 }
@@ -24,7 +19,7 @@ static void prompt(struct console *k)
 {
     if (k->session.out.lost) {
         k->session.out.lost = false;
-        text_put_line(out(k), "(output was lost: the line did not take it)");
+        text_put(out(k), "(output was lost: the line did not take it)\n");
     }
     if (!k->session.machine) {
         text_put(out(k), "> ");
@@ -42,13 +37,13 @@ static void start_line(struct console *k)
 static void execute(struct console *k)
 {
     if (k->incomplete) {
-        text_put_line(out(k), "error: characters were lost; line ignored");
+        text_put(out(k), "error: characters were lost; line ignored\n");
     } else if (k->line.too_long) {
-        text_put_line(out(k), "error: line longer than 80 characters; ignored");
+        text_put(out(k), "error: line longer than 80 characters; ignored\n");
     } else if (k->line.unprintable) {
-        text_put_line(out(k), "error: line with unprintable characters; ignored");
+        text_put(out(k), "error: line with unprintable characters; ignored\n");
     } else {
-        line_keep(&k->line);
+        line_remember(&k->line);
         commands_execute(&k->session, k->line.text);
     }
 }
@@ -59,23 +54,23 @@ static void finish_line(struct console *k)
     drive_hear(k->session.axis);
     stream_hear(&k->session.stream, k->session.axis->time_ms);
     if (!machine) {
-        text_put_line(out(k), "");
+        text_put(out(k), "\n");
     }
     execute(k);
     if (machine) {
-        text_put_line(out(k), ".");
+        text_put(out(k), ".\n");
     }
     start_line(k);
 }
 
-static void take(struct console *k, char c)
+static void take_character(struct console *k, char c)
 {
-    switch (line_take(&k->line, c, echo(k))) {
+    switch (line_take(&k->line, c, echo_to(k))) {
     case LINE_ENTERED:
         finish_line(k);
         break;
     case LINE_DROPPED:
-        text_put_line(out(k), "^C");
+        text_put(out(k), "^C\n");
         start_line(k);
         break;
     case LINE_COMPLETE:
@@ -84,7 +79,7 @@ static void take(struct console *k, char c)
         }
         break;
     case LINE_REDRAW:
-        text_put_line(out(k), "");
+        text_put(out(k), "\n");
         prompt(k);
         break;
     case LINE_EDITED:
@@ -92,37 +87,23 @@ static void take(struct console *k, char c)
     }
 }
 
-/* A message between two of the user's lines starts a new line. */
-static void leave_line(struct console *k)
+/* Between two lines of the user's: starts a new line. */
+static void announce(struct console *k, const char *kind, enum fault cause, const char *what_next)
 {
     if (!k->session.machine) {
-        text_put_line(out(k), "");
+        text_put(out(k), "\n");
     }
+    text_print(out(k), "%s: %s%s\n", kind, message_of_fault(cause), what_next);
+    prompt(k);
 }
 
-/* Between two lines of the user's. */
 static void announce_fault(struct console *k)
 {
     const uint32_t fault = k->session.axis->faults.cause;
-    if (fault == k->announced) {
-        return;
+    if (fault != k->announced && fault != FAULT_NONE) {
+        announce(k, "fault", (enum fault)fault, "; see 'fault', then 'clear'");
     }
     k->announced = fault;
-    if (fault != FAULT_NONE) {
-        leave_line(k);
-        text_put(out(k), "fault: ");
-        text_put(out(k), message_of_fault(fault));
-        text_put_line(out(k), "; see 'fault', then 'clear'");
-        prompt(k);
-    }
-}
-
-static void announce_warning(struct console *k, enum fault cause)
-{
-    leave_line(k);
-    text_put(out(k), "warning: ");
-    text_put_line(out(k), message_of_fault(cause));
-    prompt(k);
 }
 
 /* Each once, until the drive clears them. Word by word: this runs each time the thread wakes. */
@@ -133,7 +114,7 @@ static void announce_warnings(struct console *k)
         uint32_t unsaid = warnings & ~k->warned[word];
         k->warned[word] = warnings;
         for (; unsaid != 0u; unsaid &= unsaid - 1u) {
-            announce_warning(k, (enum fault)(word * 32u + (uint32_t)__builtin_ctz(unsaid)));
+            announce(k, "warning", (enum fault)(word * 32u + (uint32_t)__builtin_ctz(unsaid)), "");
         }
     }
 }
@@ -141,10 +122,10 @@ static void announce_warnings(struct console *k)
 void console_start(struct console *k, const struct session *session)
 {
     *k = (struct console){.session = *session};
-    text_put_line(out(k), "");
-    text_put_line(out(k), "mssfoc " CONFIG_VERSION ", 'help' lists the commands");
+    text_put(out(k), "\n");
+    text_put(out(k), "mssfoc " CONFIG_VERSION ", 'help' lists the commands\n");
     postmortem_print(out(k), session->last_life);
-    keeping_text_loaded(out(k), session->kept);
+    store_print_loaded(out(k), session->kept);
     prompt(k);
 }
 
@@ -152,7 +133,7 @@ void console_poll(struct console *k)
 {
     char c;
     while (mmuart_get(k->session.out.uart, &c, &k->incomplete)) {
-        take(k, c);
+        take_character(k, c);
     }
     announce_fault(k);
     announce_warnings(k);

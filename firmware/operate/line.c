@@ -76,27 +76,17 @@ static size_t word_before(const struct line *l)
     return at;
 }
 
-static size_t before(const struct line *l)
-{
-    return l->cursor > 0u ? l->cursor - 1u : 0u;
-}
-
-static size_t behind(const struct line *l)
-{
-    return l->cursor < l->length ? l->cursor + 1u : l->length;
-}
-
-/* The line that was kept `back` lines ago; with 0 an empty one. */
+/* The line of `back` lines ago; with 0 an empty one. */
 static void recall(struct line *l, uint32_t back, struct text *echo)
 {
-    if (back > l->lines || back > LINE_KEPT) {
+    if (back > l->lines || back > LINE_HISTORY) {
         return;
     }
     move_to(l, l->length, echo);
     erase_back_to(l, 0u, echo);
     l->back = back;
     if (back > 0u) {
-        copy(l->text, l->kept[(l->lines - back) % LINE_KEPT]);
+        copy(l->text, l->history[(l->lines - back) % LINE_HISTORY]);
         while (l->text[l->length] != '\0') {
             l->length++;
         }
@@ -104,29 +94,50 @@ static void recall(struct line *l, uint32_t back, struct text *echo)
     }
 }
 
-static enum line_event carry_out(struct line *l, char key, struct text *echo)
+/* Where a key moves the cursor to, or erases up to, leftwards; false for another key. */
+static bool key_target(const struct line *l, char key, size_t *to)
 {
     switch (key) {
     case CTRL('A'):
-        move_to(l, 0u, echo);
-        break;
+    case CTRL('U'):
+        *to = 0u;
+        return true;
     case CTRL('B'):
-        move_to(l, before(l), echo);
-        break;
+    case CTRL('H'):
+    case DELETE:
+        *to = l->cursor > 0u ? l->cursor - 1u : 0u;
+        return true;
+    case CTRL('E'):
+        *to = l->length;
+        return true;
+    case CTRL('F'):
+        *to = l->cursor < l->length ? l->cursor + 1u : l->length;
+        return true;
+    case CTRL('W'):
+        *to = word_before(l);
+        return true;
+    default:
+        return false;
+    }
+}
+
+static enum line_event apply_key(struct line *l, char key, struct text *echo)
+{
+    size_t to;
+    if (key_target(l, key, &to)) {
+        const bool erases = key == CTRL('H') || key == DELETE || key == CTRL('U') || key == CTRL('W');
+        if (erases) {
+            erase_back_to(l, to, echo);
+        } else {
+            move_to(l, to, echo);
+        }
+        return LINE_EDITED;
+    }
+    switch (key) {
     case CTRL('C'):
         return LINE_DROPPED;
     case CTRL('D'):
         erase_at(l, echo);
-        break;
-    case CTRL('E'):
-        move_to(l, l->length, echo);
-        break;
-    case CTRL('F'):
-        move_to(l, behind(l), echo);
-        break;
-    case CTRL('H'):
-    case DELETE:
-        erase_back_to(l, before(l), echo);
         break;
     case CTRL('I'):
         return LINE_COMPLETE;
@@ -140,12 +151,6 @@ static enum line_event carry_out(struct line *l, char key, struct text *echo)
         break;
     case CTRL('P'):
         recall(l, l->back + 1u, echo);
-        break;
-    case CTRL('U'):
-        erase_back_to(l, 0u, echo);
-        break;
-    case CTRL('W'):
-        erase_back_to(l, word_before(l), echo);
         break;
     case ESCAPE:
         l->key = LINE_ESCAPE;
@@ -193,12 +198,7 @@ static enum line_event take_key(struct line *l, char c, struct text *echo)
     }
     l->key = LINE_PLAIN;
     const char key = key_of(c, l->argument);
-    return key == '\0' ? LINE_EDITED : carry_out(l, key, echo);
-}
-
-void line_init(struct line *l)
-{
-    *l = (struct line){0};
+    return key == '\0' ? LINE_EDITED : apply_key(l, key, echo);
 }
 
 void line_clear(struct line *l)
@@ -244,7 +244,7 @@ enum line_event line_take(struct line *l, char c, struct text *echo)
         l->unprintable = true;
         return LINE_EDITED;
     }
-    return carry_out(l, c, echo);
+    return apply_key(l, c, echo);
 }
 
 void line_draw(const struct line *l, struct text *echo)
@@ -253,11 +253,11 @@ void line_draw(const struct line *l, struct text *echo)
     put_times(echo, '\b', l->length - l->cursor);
 }
 
-void line_keep(struct line *l)
+void line_remember(struct line *l)
 {
-    const char *const last = l->kept[(l->lines - 1u) % LINE_KEPT];
+    const char *const last = l->history[(l->lines - 1u) % LINE_HISTORY];
     if (l->length > 0u && (l->lines == 0u || !text_equal(l->text, last))) {
-        copy(l->kept[l->lines % LINE_KEPT], l->text);
+        copy(l->history[l->lines % LINE_HISTORY], l->text);
         l->lines++;
     }
 }

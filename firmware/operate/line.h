@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The line editor: characters and keys of a VT100 terminal in, a whole line out. Terminal keys come as sequences that begin
- * with ESC (ECMA-48, 5.4); unknown ones are ignored, other control characters spoil the line. Keeps the last lines for the
- * arrow keys. Thread.
+ * with ESC (ECMA-48, 5.4); unknown ones are ignored, other control characters spoil the line. Remembers the last lines for
+ * the arrow keys. Thread.
  *
  *   left, right, Home, End; Ctrl-B, -F, -A, -E       move
  *   Backspace, Delete; Ctrl-H, -D                    erase a character
@@ -19,8 +19,8 @@
 
 #include "firmware/operate/text.h"
 
-#define LINE_MAX  80u
-#define LINE_KEPT 8u
+#define LINE_MAX     80u
+#define LINE_HISTORY 8u
 
 enum line_event {
     LINE_EDITED,   /* nothing to do */
@@ -40,15 +40,12 @@ struct line {
     bool last_was_cr;
     enum line_key_state key;
     uint32_t argument; /* of the key's sequence */
-    char kept[LINE_KEPT][LINE_MAX + 1u];
-    uint32_t lines; /* ever kept */
+    char history[LINE_HISTORY][LINE_MAX + 1u];
+    uint32_t lines; /* ever put into it */
     uint32_t back;  /* how far before the newest line the display is; 0: a new one */
 };
 
-/* Empty, nothing kept. */
-void line_init(struct line *l);
-
-/* An empty line; what is kept stays. */
+/* An empty line; the history stays. */
 void line_clear(struct line *l);
 
 /* Takes a character. Echoes to `echo`; with NULL draws nothing and accepts no keys: they spoil the line. */
@@ -60,7 +57,7 @@ void line_insert(struct line *l, char c, struct text *echo);
 /* Draws the line after a prompt, the cursor in its place. */
 void line_draw(const struct line *l, struct text *echo);
 
-/* Keeps a line, before its text is split into words, unless it is empty or the same as the last. */
-void line_keep(struct line *l);
+/* Puts a line into the history, before its text is split into words, unless it is empty or the same as the last. */
+void line_remember(struct line *l);
 
 #endif

@@ -18,30 +18,14 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_V_LIMITS] = "v_min_mv must be below v_max_mv, and that at most 98 % of v_range_mv",
     [ERROR_SPEED_MAX_BEYOND_OVERSPEED] = "speed_max_rpm must be below overspeed_rpm",
     [ERROR_V_MIN_BELOW_MODULATOR] = "v_min_mv must be at least a quarter of v_range_mv: the modulator's range",
-    [ERROR_SPEED_BEYOND_OBSERVER] = "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical",
-    [ERROR_OBSERVER] =
-        "angle_source 1: resistance_mohm, ld_uh, lq_uh and flux_uwb do not fit one another at this PWM rate",
-    [ERROR_SENSORLESS_RELUCTANT] =
-        "angle_source 1 does not start a motor whose reluctance outweighs its magnets without injection_mv; a fifth of "
-        "v_min_mv is a beginning",
-    [ERROR_INJECTION_UPDATE] =
-        "injection_mv needs pwm_update 0 or 2: between two samples at both ends the voltage's signs cancel",
-    [ERROR_HALL_STATES] =
-        "hall_states needs six different digits 0 to 7, each and the next one (the last and the first, too) "
-        "one switch apart: 513264 for instance",
-    [ERROR_HALL_EDGES] =
-        "hall_edge_1_cdeg to hall_edge_6_cdeg must grow, round one turn, by 2500 to 9500 each: 'learn hall' finds them",
     [ERROR_SAMPLES_OF_SHUNTS] =
         "pwm_samples 2 needs sensors in line with the phases: low_side_shunts see nothing at every second sample",
     [ERROR_SAMPLES_AT_VALLEY] =
         "pwm_samples 2 needs pwm_update 1 or 2: at the valley every second sample goes unanswered",
     [ERROR_SAMPLES_TOO_FAST] = "pwm_samples 2 needs a PWM of 20 kHz or less",
     [ERROR_MODULATOR_OSR] = "modulator_osr must be 32, 64, 128 or 256; or 0: the serial converters",
-    [ERROR_OVERMODULATION_OF_SHUNTS] = "overmodulation needs sensors in line with the phases: low_side_shunts 0",
     [ERROR_MODULATOR_OF_SHUNTS] = "modulator_osr needs sensors in line with the phases: low_side_shunts 0",
     [ERROR_MODULATOR_TOO_SLOW] = "modulator_osr takes too long for this time between two samples: choose a smaller one",
-    [ERROR_EMF_BEYOND_V_MAX] = "at overspeed_rpm the magnets alone bring the bus beyond v_max_mv: emf_beyond_v_max 1 "
-                               "allows it, else at most @",
     [ERROR_CURRENT_MARGIN] = "current_bw_hz leaves too little phase margin with this pwm_update: at most @",
     [ERROR_SPEED_MARGIN] = "speed_bw_hz leaves less than 45 degrees of phase margin: at most @",
     [ERROR_SPEED_RESOLUTION] =
@@ -49,8 +33,6 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SPEED_UNRESOLVED] =
         "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
     [ERROR_CURRENT_TOO_SLOW] = "current_bw_hz is too small for any speed_bw_hz",
-    [ERROR_POSITION_MARGIN] = "position_bw_hz leaves less than 60 degrees of phase margin with this speed_bw_hz: at "
-                              "most @; 0 is a fifth of it",
     [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gmm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
     [ERROR_FAULT_LATCHED] = "a fault is latched; see 'fault', then 'clear'",
     [ERROR_ALREADY_ON] = "the drive is on already",
@@ -58,23 +40,7 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_BUS_HIGH] = "the bus voltage is above v_max_mv; see 'status'",
     [ERROR_TURNING] = "the motor is turning; wait until it stands still",
     [ERROR_NOT_OPERATING] = "the drive is not in operation; use 'on' and wait for it",
-    [ERROR_NEEDS_HALL] = "Hall switches are learned with angle_source 2",
-    [ERROR_NEEDS_ENCODER] = "a position takes an encoder: angle_source 0",
     [ERROR_NO_FAULT] = "no fault is latched",
-    [ERROR_NOTHING_STORED] = "no settings are stored",
-    [ERROR_STORED_FORMAT] = "a stored record has a form that this firmware does not know",
-    [ERROR_STORED_RANGE] = "a stored value is outside its range",
-    [ERROR_SAVE_WHILE_ON] = "settings are saved only while the drive is off: 'off' first",
-    [ERROR_SAVE_FULL] = "the settings do not fit into their place in eNVM",
-    [ERROR_ENVM_CLOCK] = "nothing is programmed at a clock that is not right: see 'fault'",
-    [ERROR_ENVM_NOT_GRANTED] = "eNVM: something else in the device uses its controller; try again",
-    [ERROR_ENVM_TIMED_OUT] = "eNVM: programming a page did not end in time; try again",
-    [ERROR_ENVM_DENIED] = "eNVM: the design protects the pages of the settings",
-    [ERROR_ENVM_BUSY] = "eNVM: its controller was busy with another command; try again",
-    [ERROR_ENVM_LOCKED] = "eNVM: a page of the settings is locked; a programmer unlocks it",
-    [ERROR_ENVM_ERASE] = "eNVM: a page cannot be erased: worn out, or the supply is too low",
-    [ERROR_ENVM_WRITE] = "eNVM: a page does not take what is written: worn out, or the supply is too low",
-    [ERROR_ENVM_VERIFY] = "eNVM: a page does not read back as it was written",
     [ERROR_GATE_INPUT_ACTIVE] = "the cause is still there: an input of the gate driver is active",
     [ERROR_NO_ENCODER_SIGNAL] = "the cause is still there: no encoder signal",
     [ERROR_FABRIC] = "the cause is still there: the fabric does not carry the expected design",
@@ -82,20 +48,38 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_STACK_GUARD] = "the cause is still there: the stack guard is not in effect; reset the device",
     [ERROR_WATCHDOG_OFF] = "the cause is still there: the watchdog is off, or does not reset",
     [ERROR_FABRIC_DOUBTED] = "the fabric is not touched after this fault; mend the cause, then reset the device",
-    [ERROR_SCOPE_ARMED] = "a capture is under way; wait for its end, or 'scope off'",
-    [ERROR_SCOPE_NOT_ARMED] = "no capture waits for its trigger; 'scope arm' begins one",
-    [ERROR_SCOPE_BEFORE] = "with these signals at most @ samples stand before the trigger; 'scope before' sets them",
     [ERROR_BEYOND_SPEED_MAX] = "beyond speed_max_rpm",
     [ERROR_BEYOND_I_MAX] = "beyond i_max_ma",
-    [ERROR_BEYOND_CYCLE] = "farther than speed_max_rpm goes in cyclic_ms: at most @ counts from where it is",
-    [ERROR_LEARNING] = "the drive is learning; wait for its end",
-    [ERROR_LEARN_SPEED] = "learn_rpm is beyond speed_max_rpm",
-    [ERROR_HOMING] = "the drive is homing; wait for its end",
-    [ERROR_HOME_SPEED] = "home_rpm must not be 0, nor beyond speed_max_rpm",
     [ERROR_DRIVE_IS_ON] = "parameters can change only while the drive is off",
     [ERROR_TOO_HOT] = "the winding or the power stage is too hot; see 'status'",
     [ERROR_REACTION_NOT_ALLOWED] = "this fault does not allow that; 'reaction' lists what each allows",
     [ERROR_SWITCHED_OFF] = "switched off again before it was on",
+    [ERROR_BUSY] = "the last request has not been carried out yet; try again",
+    /* position */
+    [ERROR_POSITION_MARGIN] = "position_bw_hz leaves less than 60 degrees of phase margin with this speed_bw_hz: at "
+                              "most @; 0 is a fifth of it",
+    [ERROR_NEEDS_ENCODER] = "a position takes an encoder: angle_source 0",
+    [ERROR_BEYOND_CYCLE] = "farther than speed_max_rpm goes in cyclic_ms: at most @ counts from where it is",
+    [ERROR_HOMING] = "the drive is homing; wait for its end",
+    [ERROR_HOME_SPEED] = "home_rpm must not be 0, nor beyond speed_max_rpm",
+    /* sensorless */
+    [ERROR_SPEED_BEYOND_OBSERVER] = "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical",
+    [ERROR_OBSERVER] =
+        "angle_source 1: resistance_mohm, ld_uh, lq_uh and flux_uwb do not fit one another at this PWM rate",
+    [ERROR_SENSORLESS_RELUCTANT] =
+        "angle_source 1 does not start a motor whose reluctance outweighs its magnets without injection_mv; a fifth of "
+        "v_min_mv is a beginning",
+    /* injection */
+    [ERROR_INJECTION_UPDATE] =
+        "injection_mv needs pwm_update 0 or 2: between two samples at both ends the voltage's signs cancel",
+    /* hall */
+    [ERROR_HALL_STATES] =
+        "hall_states needs six different digits 0 to 7, each and the next one (the last and the first, too) "
+        "one switch apart: 513264 for instance",
+    [ERROR_HALL_EDGES] =
+        "hall_edge_1_cdeg to hall_edge_6_cdeg must grow, round one turn, by 2500 to 9500 each: 'learn hall' finds them",
+    [ERROR_NEEDS_HALL] = "Hall switches are learned with angle_source 2",
+    /* the source of the angle */
     [ERROR_SOURCE_MODE] = "the angle's source changes in control of speed or torque: 'speed' or 'torque' first",
     [ERROR_SOURCE_WEAKENS] =
         "a field that is weakened or overmodulated takes an encoder: with a speed_max_rpm that the "
@@ -113,7 +97,32 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SOURCE_APART] =
         "the two angles are @ degrees apart, and 15 may be: 'off' and 'on' find the encoder's place, "
         "'learn hall' that of the switches",
-    [ERROR_BUSY] = "the last request has not been carried out yet; try again",
+    /* weakening */
+    [ERROR_OVERMODULATION_OF_SHUNTS] = "overmodulation needs sensors in line with the phases: low_side_shunts 0",
+    [ERROR_EMF_BEYOND_V_MAX] = "at overspeed_rpm the magnets alone bring the bus beyond v_max_mv: emf_beyond_v_max 1 "
+                               "allows it, else at most @",
+    /* learn */
+    [ERROR_LEARNING] = "the drive is learning; wait for its end",
+    [ERROR_LEARN_SPEED] = "learn_rpm is beyond speed_max_rpm",
+    /* settings */
+    [ERROR_NOTHING_STORED] = "no settings are stored",
+    [ERROR_STORED_FORMAT] = "a stored record has a form that this firmware does not know",
+    [ERROR_STORED_RANGE] = "a stored value is outside its range",
+    [ERROR_SAVE_WHILE_ON] = "settings are saved only while the drive is off: 'off' first",
+    [ERROR_SAVE_FULL] = "the settings do not fit into their place in eNVM",
+    [ERROR_ENVM_CLOCK] = "nothing is programmed at a clock that is not right: see 'fault'",
+    [ERROR_ENVM_NOT_GRANTED] = "eNVM: something else in the device uses its controller; try again",
+    [ERROR_ENVM_TIMED_OUT] = "eNVM: programming a page did not end in time; try again",
+    [ERROR_ENVM_DENIED] = "eNVM: the design protects the pages of the settings",
+    [ERROR_ENVM_BUSY] = "eNVM: its controller was busy with another command; try again",
+    [ERROR_ENVM_LOCKED] = "eNVM: a page of the settings is locked; a programmer unlocks it",
+    [ERROR_ENVM_ERASE] = "eNVM: a page cannot be erased: worn out, or the supply is too low",
+    [ERROR_ENVM_WRITE] = "eNVM: a page does not take what is written: worn out, or the supply is too low",
+    [ERROR_ENVM_VERIFY] = "eNVM: a page does not read back as it was written",
+    /* scope */
+    [ERROR_SCOPE_ARMED] = "a capture is under way; wait for its end, or 'scope off'",
+    [ERROR_SCOPE_NOT_ARMED] = "no capture waits for its trigger; 'scope arm' begins one",
+    [ERROR_SCOPE_BEFORE] = "with these signals at most @ samples stand before the trigger; 'scope before' sets them",
 };
 
 static const char *const state_names[] = {
@@ -206,21 +215,25 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
                              "@ counts in an electrical turn, instead of #"},
     [FAULT_LOAD_TOO_HIGH] = {"load too high at start", "less load while it starts, or a larger i_align_ma and i_max_ma",
                              "it turned the rotor out of the field by @ degrees electrical"},
+    [FAULT_GATES_OFF] = {"gates off", "the fabric let go and says no cause: its design, its reset or clock"},
+    /* position */
     [FAULT_FOLLOWING_ERROR] = {"following error", "load, profile_rpm_s, following_mturn, position_bw_hz",
                                "@ counts from where it should be"},
     [FAULT_HOMING] = {"homing",
                       "no index came, or no block within home_turns; or blocked on the way: home_rpm, home_pct",
                       "gave up after @ counts"},
-    [FAULT_GATES_OFF] = {"gates off", "the fabric let go and says no cause: its design, its reset or clock"},
+    /* sensorless */
+    [FAULT_LOCK_LOST] = {"lock lost", "a load step, a bus voltage or a resistance_mohm beyond what the observer bears",
+                         "what shows it is off by @ %, margin # tenths"},
+    [FAULT_OUT_OF_STEP] = {"out of step", "the load is too much for the field that leads: load, i_max_ma, ramp_rpm_s",
+                           "@ % of the EMF is where it should be, margin # tenths"},
+    /* injection */
     [FAULT_SALIENCY] = {"saliency not seen",
                         "a larger injection_mv; or the motor has too little saliency: use an encoder",
                         "the current answered by @ LSB a degree, # hundredths; it takes 4"},
     [FAULT_POLARITY] = {"north pole not found", "a larger i_align_ma or injection_mv",
                         "with @ mA along the axis both ends looked alike"},
-    [FAULT_LOCK_LOST] = {"lock lost", "a load step, a bus voltage or a resistance_mohm beyond what the observer bears",
-                         "what shows it is off by @ %, margin # tenths"},
-    [FAULT_OUT_OF_STEP] = {"out of step", "the load is too much for the field that leads: load, i_max_ma, ramp_rpm_s",
-                           "@ % of the EMF is where it should be, margin # tenths"},
+    /* hall */
     [FAULT_HALL_INVALID] = {"Hall state", "a Hall wire is broken, the switches have no supply, or hall_states is wrong",
                             "state @ (4 C + 2 B + A) is not in hall_states"},
     [FAULT_HALL_SEQUENCE] = {"Hall sequence",

@@ -13,15 +13,9 @@ static uint32_t silence_ms(int32_t baud)
     return (uint32_t)(ms < 2 ? 2 : ms) + 1u;
 }
 
-static enum mmuart_format format_of(int32_t parity)
+static void open_line(struct modbus *m)
 {
-    static const enum mmuart_format formats[] = {MMUART_8N2, MMUART_8O1,
-                                                 MMUART_8E1}; /* always 11 bits, as the standard says */
-    return formats[parity];
-}
-
-static void open(struct modbus *m)
-{
+    static const enum mmuart_format formats[] = {MMUART_8N2, MMUART_8O1, MMUART_8E1}; /* 11 bits: the standard */
     const struct params *const p = &m->drive.axis->params;
     m->address = p->modbus_address;
     m->baud = p->modbus_baud;
@@ -29,25 +23,25 @@ static void open(struct modbus *m)
     m->silence_ms = silence_ms(m->baud);
     modbus_frame_forget(&m->frame);
     (void)rs485_open(m->line, MMUART1, BOARD_PIN_BUS_DRIVER, (uint32_t)m->baud,
-                     format_of(m->parity)); /* the range fits */
+                     formats[m->parity]); /* the range fits */
 }
 
 void modbus_start(struct modbus *m, struct rs485 *line, struct axis *axis, const struct slots *slots)
 {
     *m = (struct modbus){.line = line, .drive = {.axis = axis, .slots = slots}};
     cia402_init(&m->drive.cia402);
-    open(m);
+    open_line(m);
 }
 
 static void follow_parameters(struct modbus *m)
 {
     const struct params *const p = &m->drive.axis->params;
     if (p->modbus_address != m->address || p->modbus_baud != m->baud || p->modbus_parity != m->parity) {
-        open(m);
+        open_line(m);
     }
 }
 
-static void answer(struct modbus *m, size_t count)
+static void send_reply(struct modbus *m, size_t count)
 {
     m->reply[0] = (uint8_t)m->address;
     const uint16_t crc = crc16(m->reply, count + 1u);
@@ -67,19 +61,10 @@ static void take_frame(struct modbus *m, size_t length)
         const size_t count = length - 1u - CRC16_BYTES;
         const size_t replied = modbus_function(&m->drive, &m->frame.bytes[1], count, broadcast, &m->reply[1]);
         if (!broadcast) {
-            answer(m, replied);
+            send_reply(m, replied);
         }
     }
     modbus_frame_drop(&m->frame, length);
-}
-
-static void take_frames(struct modbus *m)
-{
-    size_t length = modbus_frame_find(&m->frame, (uint8_t)m->address);
-    while (length > 0u) {
-        take_frame(m, length);
-        length = modbus_frame_find(&m->frame, (uint8_t)m->address);
-    }
 }
 
 static void hear(struct modbus *m, uint32_t received)
@@ -92,18 +77,18 @@ static void hear(struct modbus *m, uint32_t received)
         m->frame.lost = true;
     }
     modbus_frame_hear(&m->frame, (uint8_t)received);
-    take_frames(m);
+    size_t length;
+    while ((length = modbus_frame_find(&m->frame, (uint8_t)m->address)) > 0u) {
+        take_frame(m, length);
+    }
 }
 
 /* A request of an unknown function has ended, or any has been left off. By the slow loop's clock, which is enough for that. */
-static void notice_silence(struct modbus *m, uint32_t now_ms)
+static void notice_silence(struct modbus *m, uint32_t silent_ms)
 {
-    const uint32_t silent_ms = now_ms - m->heard_ms;
-    if (silent_ms >= m->silence_ms) {
-        const size_t length = modbus_frame_find_open(&m->frame);
-        if (length > 0u) {
-            take_frame(m, length);
-        }
+    const size_t length = silent_ms >= m->silence_ms ? modbus_frame_find_open(&m->frame) : 0u;
+    if (length > 0u) {
+        take_frame(m, length);
     }
     if (silent_ms >= MODBUS_PATIENCE_MS) {
         modbus_frame_forget(&m->frame);
@@ -119,7 +104,7 @@ static void listen(struct modbus *m)
         m->heard_ms = now_ms;
         hear(m, received);
     }
-    notice_silence(m, now_ms);
+    notice_silence(m, now_ms - m->heard_ms);
 }
 
 void modbus_poll(struct modbus *m)

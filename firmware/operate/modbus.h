@@ -24,7 +24,7 @@ struct modbus {
 /* Opens the line. Once, when the axis has been initialised. */
 void modbus_start(struct modbus *m, struct rs485 *line, struct axis *axis, const struct slots *slots);
 
-/* Serves the line; call it whenever there is time. Takes as long as `on` if told to enable operation. */
+/* Serves the line; call it whenever there is time. Takes as long as `on` if requested to enable operation. */
 void modbus_poll(struct modbus *m);
 
 #endif

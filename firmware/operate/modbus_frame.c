@@ -19,44 +19,46 @@ struct span {
     size_t tried; /* of these */
 };
 
-static size_t by_count(const struct span *f, size_t at, size_t rest)
+/* `least` bytes, and as many more as byte `counted_at` says, if that is not 0. */
+struct frame_length {
+    uint8_t least, counted_at;
+};
+
+/* clang-format off */
+static const struct frame_lengths {
+    uint8_t function;
+    struct frame_length request, reply; /* reply of 0 bytes: reply_length() knows */
+} frame_lengths[] = {
+    {0x01, {8, 0}, {5, 2}},   {0x02, {8, 0}, {5, 2}},   {0x03, {8, 0}, {5, 2}},   {0x04, {8, 0}, {5, 2}},
+    {0x05, {8, 0}, {8, 0}},   {0x06, {8, 0}, {8, 0}},   {0x07, {4, 0}, {5, 0}},   {0x08, {8, 0}, {8, 0}},
+    {0x0B, {4, 0}, {8, 0}},   {0x0C, {4, 0}, {5, 2}},   {0x0F, {9, 6}, {8, 0}},   {0x10, {9, 6}, {8, 0}},
+    {0x11, {4, 0}, {5, 2}},   {0x14, {5, 2}, {5, 2}},   {0x15, {5, 2}, {5, 2}},   {0x16, {10, 0}, {10, 0}},
+    {0x17, {13, 10}, {5, 2}}, {0x18, {6, 0}, {0, 0}},   {0x2B, {7, 0}, {0, 0}},
+};
+/* clang-format on */
+
+static const struct frame_lengths *find_lengths(uint8_t function)
 {
-    return f->count > at ? rest + f->bytes[at] : LATER;
+    for (size_t n = 0; n < sizeof frame_lengths / sizeof frame_lengths[0]; n++) {
+        if (frame_lengths[n].function == function) {
+            return &frame_lengths[n];
+        }
+    }
+    return NULL;
+}
+
+static size_t by_count(const struct span *f, const struct frame_length *l)
+{
+    if (l->counted_at == 0u) {
+        return l->least;
+    }
+    return f->count > l->counted_at ? l->least + (size_t)f->bytes[l->counted_at] : LATER;
 }
 
 static size_t request_length(const struct span *f)
 {
-    switch (f->bytes[1]) {
-    case 0x01:
-    case 0x02:
-    case 0x03:
-    case 0x04:
-    case 0x05:
-    case 0x06:
-    case 0x08:
-        return 8;
-    case 0x07:
-    case 0x0B:
-    case 0x0C:
-    case 0x11:
-        return 4;
-    case 0x0F:
-    case 0x10:
-        return by_count(f, 6, 9);
-    case 0x14:
-    case 0x15:
-        return by_count(f, 2, 5);
-    case 0x16:
-        return 10;
-    case 0x17:
-        return by_count(f, 10, 13);
-    case 0x18:
-        return 6;
-    case 0x2B:
-        return 7;
-    default:
-        return UNKNOWN;
-    }
+    const struct frame_lengths *const known = find_lengths(f->bytes[1]);
+    return known == NULL ? UNKNOWN : by_count(f, &known->request);
 }
 
 /* Each object of an identification has a number and a length; byte 7 says how many there are. */
@@ -81,35 +83,14 @@ static size_t reply_length(const struct span *f)
     if ((function & EXCEPTION_BIT) != 0u) {
         return 5;
     }
-    switch (function) {
-    case 0x01:
-    case 0x02:
-    case 0x03:
-    case 0x04:
-    case 0x0C:
-    case 0x11:
-    case 0x14:
-    case 0x15:
-    case 0x17:
-        return by_count(f, 2, 5);
-    case 0x05:
-    case 0x06:
-    case 0x08:
-    case 0x0B:
-    case 0x0F:
-    case 0x10:
-        return 8;
-    case 0x07:
-        return 5;
-    case 0x16:
-        return 10;
-    case 0x18:
+    if (function == 0x18u) {
         return f->count > 3u ? 6u + 256u * f->bytes[2] + f->bytes[3] : LATER;
-    case 0x2B:
-        return identification_length(f);
-    default:
-        return UNKNOWN;
     }
+    if (function == 0x2Bu) {
+        return identification_length(f);
+    }
+    const struct frame_lengths *const known = find_lengths(function);
+    return known == NULL ? UNKNOWN : by_count(f, &known->reply);
 }
 
 /* ---- reading ---- */

@@ -1,20 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/modbus_functions.h"
 
+#include "firmware/settings/config.h"
+
 #define READ_MOST       125u
 #define WRITE_MOST      123u
 #define READ_WRITE_MOST 121u /* written by function 23 */
-
-enum {
-    READ_HOLDING = 0x03,
-    READ_INPUT = 0x04,
-    WRITE_ONE = 0x06,
-    WRITE_SEVERAL = 0x10,
-    WRITE_MASKED = 0x16,
-    WRITE_AND_READ = 0x17,
-    IDENTIFY = 0x2B,
-    EXCEPTION = 0x80,
-};
+#define EXCEPTION       0x80
 
 /* What a function works on. */
 struct call {
@@ -30,7 +22,7 @@ static uint32_t word(const struct call *c, size_t at)
     return ((uint32_t)c->request[at] << 8) | c->request[at + 1u];
 }
 
-static void echo(struct call *c, size_t count)
+static void echo_request(struct call *c, size_t count)
 {
     for (size_t n = 0; n < count; n++) {
         c->reply[n] = c->request[n];
@@ -56,7 +48,7 @@ static enum modbus_exception read_registers(struct call *c)
 
 static enum modbus_exception write_one(struct call *c)
 {
-    echo(c, 5);
+    echo_request(c, 5);
     return modbus_write(c->drive, word(c, 1), 1, &c->request[3]);
 }
 
@@ -66,7 +58,7 @@ static enum modbus_exception write_several(struct call *c)
     if (count == 0u || count > WRITE_MOST || c->request[5] != 2u * count || c->count != 6u + 2u * count) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    echo(c, 5);
+    echo_request(c, 5);
     return modbus_write(c->drive, word(c, 1), count, &c->request[6]);
 }
 
@@ -81,7 +73,7 @@ static enum modbus_exception write_masked(struct call *c)
         const uint8_t kept = c->request[3u + n];
         now[n] = (uint8_t)((now[n] & kept) | (c->request[5u + n] & (uint8_t)~kept));
     }
-    echo(c, 7);
+    echo_request(c, 7);
     return modbus_write(c->drive, word(c, 1), 1, now);
 }
 
@@ -101,63 +93,96 @@ static enum modbus_exception write_and_read(struct call *c)
     return wrong == MODBUS_FINE ? read_into(c, word(c, 1), reads) : wrong;
 }
 
-static enum modbus_exception identify(struct call *c)
+/* ---- 43/14: who this is ---- */
+
+#define OF_IDENTIFICATION 0x0Eu
+#define CONFORMITY        0x82u /* regular identification, as a stream and one by one */
+
+enum { BASIC = 1, REGULAR = 2, EXTENDED = 3, SINGLE = 4 };
+
+static const char *const identification[] = {
+    "mssfoc",                               /* vendor's name */
+    "mssfoc",                               /* product code */
+    CONFIG_VERSION,                         /* revision */
+    "",                                     /* vendor's address in the web */
+    "mssfoc motor drive",                   /* product name */
+    "SmartFusion2, field-oriented control", /* model */
+    "",                                     /* the user's name for it */
+};
+
+#define BASIC_OBJECTS   3u
+#define REGULAR_OBJECTS (sizeof identification / sizeof identification[0])
+
+static void put_identification(struct call *c, uint32_t object)
 {
-    return modbus_identify(c->request, c->reply, &c->replied);
+    const size_t head = c->replied;
+    size_t end = head + 2u;
+    for (const char *letter = identification[object]; *letter != '\0'; letter++) {
+        c->reply[end++] = (uint8_t)*letter;
+    }
+    c->reply[head] = (uint8_t)object;
+    c->reply[head + 1u] = (uint8_t)(end - head - 2u);
+    c->replied = end;
 }
 
-struct function {
+/* All fit into one reply: some 90 letters. A stream from a missing object starts at the beginning. */
+static enum modbus_exception identify(struct call *c)
+{
+    const uint32_t what = c->request[2];
+    uint32_t first = c->request[3];
+    if (c->request[1] != OF_IDENTIFICATION) {
+        return MODBUS_ILLEGAL_FUNCTION;
+    }
+    if (what < BASIC || what > SINGLE) {
+        return MODBUS_ILLEGAL_VALUE;
+    }
+    uint32_t end = what == BASIC ? BASIC_OBJECTS : REGULAR_OBJECTS;
+    if (what == SINGLE) {
+        if (first >= REGULAR_OBJECTS) {
+            return MODBUS_ILLEGAL_ADDRESS;
+        }
+        end = first + 1u;
+    }
+    first = first < end ? first : 0u;
+    const uint8_t head[] = {c->request[0], OF_IDENTIFICATION, (uint8_t)what, CONFORMITY, 0, 0, (uint8_t)(end - first)};
+    for (size_t n = 0; n < sizeof head; n++) {
+        c->reply[n] = head[n];
+    }
+    c->replied = sizeof head;
+    for (uint32_t object = first; object < end; object++) {
+        put_identification(c, object);
+    }
+    return MODBUS_FINE;
+}
+
+/* ---- all of them ---- */
+
+static const struct function {
     uint8_t code;
     uint8_t least; /* bytes of its request */
     bool writes;
+    enum modbus_exception (*run)(struct call *c);
+} modbus_functions[] = {
+    {0x03, 5, false, read_registers}, {0x04, 5, false, read_registers}, {0x06, 5, true, write_one},
+    {0x10, 6, true, write_several},   {0x16, 7, true, write_masked},    {0x17, 10, true, write_and_read},
+    {0x2B, 4, false, identify},
 };
 
-/* The row of a function that is known, or NULL. */
-static const struct function *find(uint8_t code)
+static enum modbus_exception run_function(struct call *c, bool writes_only)
 {
-    static const struct function functions[] = {
-        {READ_HOLDING, 5, false}, {READ_INPUT, 5, false},     {WRITE_ONE, 5, true}, {WRITE_SEVERAL, 6, true},
-        {WRITE_MASKED, 7, true},  {WRITE_AND_READ, 10, true}, {IDENTIFY, 4, false},
-    };
-    for (size_t n = 0; n < sizeof functions / sizeof functions[0]; n++) {
-        if (functions[n].code == code) {
-            return &functions[n];
+    for (size_t n = 0; n < sizeof modbus_functions / sizeof modbus_functions[0]; n++) {
+        const struct function *const f = &modbus_functions[n];
+        if (f->code == c->request[0] && (f->writes || !writes_only)) {
+            return c->count < f->least ? MODBUS_ILLEGAL_VALUE : f->run(c);
         }
     }
-    return NULL;
-}
-
-static enum modbus_exception run(struct call *c)
-{
-    switch (c->request[0]) {
-    case WRITE_ONE:
-        return write_one(c);
-    case WRITE_SEVERAL:
-        return write_several(c);
-    case WRITE_MASKED:
-        return write_masked(c);
-    case WRITE_AND_READ:
-        return write_and_read(c);
-    case IDENTIFY:
-        return identify(c);
-    default:
-        return read_registers(c);
-    }
-}
-
-static enum modbus_exception carry_out(struct call *c, bool writes_only)
-{
-    const struct function *const known = find(c->request[0]);
-    if (known == NULL || (writes_only && !known->writes)) {
-        return MODBUS_ILLEGAL_FUNCTION;
-    }
-    return c->count < known->least ? MODBUS_ILLEGAL_VALUE : run(c);
+    return MODBUS_ILLEGAL_FUNCTION;
 }
 
 size_t modbus_function(struct modbus_drive *d, const uint8_t *request, size_t count, bool writes_only, uint8_t *reply)
 {
     struct call call = {.drive = d, .request = request, .count = count, .reply = reply};
-    const enum modbus_exception wrong = carry_out(&call, writes_only);
+    const enum modbus_exception wrong = run_function(&call, writes_only);
     reply[0] = request[0];
     if (wrong != MODBUS_FINE) {
         reply[0] = request[0] | EXCEPTION;

@@ -1,24 +1,55 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Modbus functions 3, 4, 6, 16, 22, 23 and 43/14 (MODBUS Application Protocol V1.1b3): a request without address and check sum
- * in, its reply out. After an exception nothing has changed. Thread.
+ * Modbus functions 3, 4, 6, 16, 22, 23 and 43/14 (MODBUS Application Protocol V1.1b3) and the registers that they work on.
+ * After an exception nothing has changed. Thread.
  */
 #ifndef FIRMWARE_OPERATE_MODBUS_FUNCTIONS_H
 #define FIRMWARE_OPERATE_MODBUS_FUNCTIONS_H
 
 #include <stddef.h>
+#include <stdint.h>
 
-#include "firmware/operate/modbus_registers.h"
+#include "firmware/drive/drive.h"
+#include "firmware/operate/cia402.h"
+#include "firmware/settings/slots.h"
 
 #define MODBUS_PDU_BYTES 253u
 
+/* MODBUS Application Protocol V1.1b3, chapter 7 */
+enum modbus_exception {
+    MODBUS_FINE,
+    MODBUS_ILLEGAL_FUNCTION,
+    MODBUS_ILLEGAL_ADDRESS,
+    MODBUS_ILLEGAL_VALUE,
+    MODBUS_DEVICE_FAILURE, /* the drive's state does not allow it */
+};
+
+struct modbus_drive {
+    struct axis *axis;
+    const struct slots *slots; /* where settings are stored */
+    struct cia402 cia402;
+};
+
 /*
- * Carries out `request`, of `count` bytes, and writes the reply of at most MODBUS_PDU_BYTES; returns its length.
- * `writes_only`: a broadcast; reads do nothing, and the reply is not sent.
+ * Carries out `request`, of `count` bytes without address and check sum, and writes the reply of at most MODBUS_PDU_BYTES;
+ * returns its length. `writes_only`: a broadcast; reads do nothing, and the reply is not sent.
  */
 size_t modbus_function(struct modbus_drive *d, const uint8_t *request, size_t count, bool writes_only, uint8_t *reply);
 
-/* 43/14: who this is. As above. */
-enum modbus_exception modbus_identify(const uint8_t *request, uint8_t *reply, size_t *count);
+/*
+ * ---- modbus_registers.c: their contents; functions 3 and 4 see the same ----
+ *
+ * A 32-bit value takes two registers, the high one first, and is read and written as a whole: a request for half of one gets
+ * MODBUS_ILLEGAL_ADDRESS.
+ */
+
+/* `count` registers from `at` on, as bytes of the line; all of one instant. Range: 1...125. */
+enum modbus_exception modbus_read(const struct modbus_drive *d, uint32_t at, uint32_t count, uint8_t *bytes);
+
+/*
+ * Checks the values and writes them, all or none. Each value is checked against its range; several parameters also together,
+ * as switching on would. Range: 1...123.
+ */
+enum modbus_exception modbus_write(struct modbus_drive *d, uint32_t at, uint32_t count, const uint8_t *bytes);
 
 #endif

@@ -1,10 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/modbus_registers.h"
-
 #include "firmware/drive/keeping.h"
 #include "firmware/drive/reaction.h"
+#include "firmware/operate/modbus_functions.h"
 #include "firmware/operate/modbus_objects.h"
-#include "firmware/operate/modbus_values.h"
+#include "firmware/operate/quantities.h"
+#include "firmware/settings/config.h"
+#include "lib/q15.h"
+
+#define DEVICE_TYPE 0x00020192u
+#define PRODUCT     0x6D666F63u
+#define DRIVE_MODES 0x3ADu /* pp, pv, tq, hm, csp, csv, cst */
+#define NO_SOURCE   UINT32_MAX
 
 /* One value, wherever it comes from. */
 struct place {
@@ -14,20 +20,40 @@ struct place {
     bool writable;
 };
 
+/* The objects that may be written. */
+struct writable {
+    struct cia402_setpoints setpoints;
+    uint32_t source; /* of the angle */
+    uint32_t store, restore;
+};
+
+/* What a request sees: values of one instant. */
+struct view {
+    const struct axis *axis;
+    const struct cia402 *cia402;
+    struct drive_status now;
+    struct writable writable;
+};
+
 /* The drive's values after a write; adopted only once all of it has been checked. */
 struct change {
     struct params params;
-    struct cia402_wishes wishes;
     uint8_t choice[FAULT_COUNT];
     uint32_t params_changed, choices_changed;
-    bool wished; /* an object is among them, and so: */
-    bool word, target;
-    bool stores, restores;
-    bool hands_over; /* to another source of the angle: */
-    uint32_t source;
+    struct writable writable;
+    uint32_t setpoints; /* a bit for each that is among them, by enum modbus_object_id */
 };
 
 /* ---- places ---- */
+
+enum { RO, RW };
+
+/* clang-format off */
+#define OBJECT_ROW(at, index, type, access, name, unit, what, value) {at, MODBUS_##type, access == RW},
+const struct modbus_object modbus_objects[OBJECT_COUNT] = {
+    MODBUS_OBJECTS(OBJECT_ROW)
+};
+/* clang-format on */
 
 static struct place object_at(uint32_t at)
 {
@@ -56,13 +82,54 @@ static struct place place_at(uint32_t at)
 
 /* ---- reading ---- */
 
-static uint32_t value_of(const struct modbus_view *v, const struct place *p)
+static int32_t per_mille_of_rated(const struct axis *a, int32_t q15)
+{
+    const int64_t per_mille = (int64_t)quantity_milliamp(a, q15) * 1000 / a->params.i_rated_ma;
+    return (int32_t)q15_clamp((int32_t)(per_mille > INT16_MAX ? INT16_MAX : per_mille), INT16_MIN, INT16_MAX);
+}
+
+/* "1.2.3" as 0x00010203. */
+static uint32_t revision(void)
+{
+    uint32_t number = 0;
+    uint32_t part = 0;
+    for (const char *c = CONFIG_VERSION; *c != '\0'; c++) {
+        if (*c == '.') {
+            number = (number | part) << 8;
+            part = 0;
+        } else {
+            part = part * 10u + (uint32_t)(*c - '0');
+        }
+    }
+    return number | part;
+}
+
+/* In the unit of the table; 32 bits of it. */
+static uint32_t get_object(const struct view *v, uint32_t object)
+{
+    const struct axis *const axis = v->axis;
+    const struct cia402 *const cia402 = v->cia402;
+    const struct drive_status *const now = &v->now;
+    const struct fault_snapshot *const past = &axis->faults.snapshot;
+    const struct writable *const w = &v->writable;
+    /* clang-format off */
+    switch ((enum modbus_object_id)object) {
+#define OBJECT_VALUE(at, index, type, access, name, unit, what, value) \
+    case OBJECT_##name: \
+        return (uint32_t)(value);
+        MODBUS_OBJECTS(OBJECT_VALUE)
+    default:
+        return 0;
+    }
+    /* clang-format on */
+}
+
+static uint32_t get_place(const struct view *v, const struct place *p)
 {
     if (p->kind == PARAM) {
         return (uint32_t)param_get(&v->axis->params, &param_table[p->number]);
     }
-    return p->kind == REACTION ? v->axis->reactions.choice[p->number]
-                               : modbus_value(v, (enum modbus_object_id)p->number);
+    return p->kind == REACTION ? v->axis->reactions.choice[p->number] : get_object(v, p->number);
 }
 
 static void put_words(uint8_t *bytes, uint32_t value, uint32_t words)
@@ -75,13 +142,16 @@ static void put_words(uint8_t *bytes, uint32_t value, uint32_t words)
 
 enum modbus_exception modbus_read(const struct modbus_drive *d, uint32_t at, uint32_t count, uint8_t *bytes)
 {
-    const struct modbus_view view = {d->axis, &d->cia402, drive_status(d->axis)};
+    const struct view view = {d->axis,
+                              &d->cia402,
+                              drive_status(d->axis),
+                              {.setpoints = d->cia402.setpoints, .source = d->axis->tuning.angle_source}};
     for (uint32_t done = 0; done < count;) {
         const struct place p = place_at(at + done);
         if (p.kind == NOWHERE || done + p.words > count) {
             return MODBUS_ILLEGAL_ADDRESS;
         }
-        put_words(&bytes[2u * done], value_of(&view, &p), p.words);
+        put_words(&bytes[2u * done], get_place(&view, &p), p.words);
         done += p.words;
     }
     return MODBUS_FINE;
@@ -120,49 +190,35 @@ static enum modbus_exception change_choice(struct change *c, uint32_t fault, int
     return MODBUS_FINE;
 }
 
+static void set_object(struct writable *w, uint32_t object, int32_t value)
+{
+    /* clang-format off */
+    switch ((enum modbus_object_id)object) {
+#define WRITE_RO(name, place)
+#define WRITE_RW(name, place) \
+    case OBJECT_##name: \
+        place = (__typeof__(place))value; \
+        break;
+#define OBJECT_WRITE(at, index, type, access, name, unit, what, value) WRITE_##access(name, value)
+        MODBUS_OBJECTS(OBJECT_WRITE)
+    default:
+        break;
+    }
+    /* clang-format on */
+}
+
 /* Actions that must not happen by accident need a code word. */
-static enum modbus_exception ask(bool *asked, int32_t value, uint32_t signature)
-{
-    *asked = (uint32_t)value == signature;
-    return *asked ? MODBUS_FINE : MODBUS_ILLEGAL_VALUE;
-}
-
-static enum modbus_exception change_source(struct change *c, int32_t value)
-{
-    c->hands_over = true;
-    c->source = (uint32_t)value;
-    return c->source <= PARAM_ANGLE_HALL ? MODBUS_FINE : MODBUS_ILLEGAL_VALUE;
-}
-
 static enum modbus_exception change_object(struct change *c, uint32_t object, int32_t value)
 {
-    struct cia402_wishes *const w = &c->wishes;
-    if (object == OBJECT_store) {
-        return ask(&c->stores, value, MODBUS_SAVE);
+    const struct writable *const w = &c->writable;
+    set_object(&c->writable, object, value);
+    if (object <= OBJECT_homing_method) {
+        c->setpoints |= 1u << object;
     }
-    if (object == OBJECT_restore) {
-        return ask(&c->restores, value, MODBUS_LOAD);
-    }
-    if (object == OBJECT_angle_source) {
-        return change_source(c, value);
-    }
-    c->wished = true;
-    c->word = c->word || object == OBJECT_control_word;
-    c->target = c->target || (object != OBJECT_control_word && object != OBJECT_homing_method);
-    if (object == OBJECT_control_word) {
-        w->control_word = (uint32_t)value;
-    } else if (object == OBJECT_mode) {
-        w->mode = value;
-    } else if (object == OBJECT_target_velocity) {
-        w->target_rpm = value;
-    } else if (object == OBJECT_target_position) {
-        w->target_counts = value;
-    } else if (object == OBJECT_target_torque) {
-        w->target_torque_pm = value;
-    } else {
-        w->homing_method = value; /* no other is writable */
-    }
-    return MODBUS_FINE;
+    const bool illegal = (object == OBJECT_store && w->store != MODBUS_SAVE) ||
+                         (object == OBJECT_restore && w->restore != MODBUS_LOAD) ||
+                         (object == OBJECT_angle_source && w->source > PARAM_ANGLE_HALL);
+    return illegal ? MODBUS_ILLEGAL_VALUE : MODBUS_FINE;
 }
 
 static enum modbus_exception change_value(struct change *c, const struct place *p, int32_t value)
@@ -173,7 +229,7 @@ static enum modbus_exception change_value(struct change *c, const struct place *
     return p->kind == REACTION ? change_choice(c, p->number, value) : change_object(c, p->number, value);
 }
 
-static enum modbus_exception gather(struct change *c, uint32_t at, uint32_t count, const uint8_t *bytes)
+static enum modbus_exception gather_change(struct change *c, uint32_t at, uint32_t count, const uint8_t *bytes)
 {
     for (uint32_t done = 0; done < count;) {
         const struct place p = place_at(at + done);
@@ -189,8 +245,11 @@ static enum modbus_exception gather(struct change *c, uint32_t at, uint32_t coun
     return MODBUS_FINE;
 }
 
-/* Checks several parameters as switching on would; a single one, as on the console, only against its range. */
-static bool go_together(const struct change *c, const struct axis *a)
+/*
+ * Checks several parameters as switching on would; a single one, as on the console, only against its range. Not inline: its
+ * tuning would stand on the stack while settings are stored.
+ */
+static __attribute__((noinline)) bool go_together(const struct change *c, const struct axis *a)
 {
     if (c->params_changed < 2u) {
         return true;
@@ -199,9 +258,9 @@ static bool go_together(const struct change *c, const struct axis *a)
     return tuning_compute(&c->params, &unused).error == ERROR_NONE && tuning_check_emf(&c->params).error == ERROR_NONE;
 }
 
-static enum modbus_exception judge(const struct change *c, const struct axis *a)
+static enum modbus_exception judge_change(const struct change *c, const struct axis *a)
 {
-    if (c->wished && !cia402_may_wish(&c->wishes, &c->params)) {
+    if (c->setpoints != 0u && !cia402_allows(&c->writable.setpoints, &c->params)) {
         return MODBUS_ILLEGAL_VALUE;
     }
     if (c->params_changed + c->choices_changed > 0u && !drive_is_off(a)) {
@@ -210,55 +269,45 @@ static enum modbus_exception judge(const struct change *c, const struct axis *a)
     return go_together(c, a) ? MODBUS_FINE : MODBUS_ILLEGAL_VALUE;
 }
 
-/* Both change nothing if refused; no request combines them with parameters. */
-static enum modbus_exception keep(const struct modbus_drive *d, const struct change *c)
+/* These change nothing if refused; no request combines them with parameters. The drive's `refusal` says why a source was. */
+static enum modbus_exception carry_out_actions(struct modbus_drive *d, const struct writable *w)
 {
     struct saved unused;
-    if ((c->restores && drive_defaults(d->axis).error != ERROR_NONE) ||
-        (c->stores && drive_save(d->axis, d->slots, &unused).error != ERROR_NONE)) {
-        return MODBUS_DEVICE_FAILURE;
-    }
-    return MODBUS_FINE;
+    const bool refused = (w->restore != 0u && drive_defaults(d->axis).error != ERROR_NONE) ||
+                         (w->store != 0u && drive_save(d->axis, d->slots, &unused).error != ERROR_NONE) ||
+                         (w->source != NO_SOURCE && !cia402_change_source(&d->cia402, d->axis, w->source));
+    return refused ? MODBUS_DEVICE_FAILURE : MODBUS_FINE;
 }
 
-/* The drive's `refusal` tells why not, also for what takes time. */
-static enum modbus_exception hand_over(struct modbus_drive *d, const struct change *c)
+static void commit_change(struct modbus_drive *d, const struct change *c)
 {
-    if (!c->hands_over) {
-        return MODBUS_FINE;
-    }
-    return cia402_hand_over(&d->cia402, d->axis, c->source) ? MODBUS_FINE : MODBUS_DEVICE_FAILURE;
-}
-
-static void commit(struct modbus_drive *d, const struct change *c)
-{
+    const uint32_t not_targets = 1u << OBJECT_control_word | 1u << OBJECT_homing_method;
     if (c->params_changed > 0u) {
         d->axis->params = c->params;
     }
     for (uint32_t fault = 0; c->choices_changed > 0u && fault < FAULT_COUNT; fault++) {
         d->axis->reactions.choice[fault] = c->choice[fault];
     }
-    cia402_wish(&d->cia402, &c->wishes, c->word, c->target);
+    cia402_accept(&d->cia402, &c->writable.setpoints, (c->setpoints & 1u << OBJECT_control_word) != 0u,
+                  (c->setpoints & ~not_targets) != 0u);
 }
 
 enum modbus_exception modbus_write(struct modbus_drive *d, uint32_t at, uint32_t count, const uint8_t *bytes)
 {
-    struct change change = {.params = d->axis->params, .wishes = d->cia402.wishes};
+    struct change change = {.params = d->axis->params,
+                            .writable = {.setpoints = d->cia402.setpoints, .source = NO_SOURCE}};
     for (uint32_t fault = 0; fault < FAULT_COUNT; fault++) {
         change.choice[fault] = d->axis->reactions.choice[fault];
     }
-    enum modbus_exception wrong = gather(&change, at, count, bytes);
+    enum modbus_exception wrong = gather_change(&change, at, count, bytes);
     if (wrong == MODBUS_FINE) {
-        wrong = judge(&change, d->axis);
+        wrong = judge_change(&change, d->axis);
     }
     if (wrong == MODBUS_FINE) {
-        wrong = keep(d, &change);
+        wrong = carry_out_actions(d, &change.writable);
     }
     if (wrong == MODBUS_FINE) {
-        wrong = hand_over(d, &change);
-    }
-    if (wrong == MODBUS_FINE) {
-        commit(d, &change);
+        commit_change(d, &change);
     }
     return wrong;
 }

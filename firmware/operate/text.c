@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/text.h"
 
+#include <stdarg.h>
+
 #include "drivers/cortex/cpu.h"
 #include "firmware/operate/modbus.h"
 
@@ -44,86 +46,106 @@ void text_put_char(struct text *t, char c)
     }
 }
 
-void text_put(struct text *t, const char *s)
+static void put_or_end_line(struct text *t, char c)
 {
-    for (; *s != '\0'; s++) {
-        text_put_char(t, *s);
+    if (c == '\n') {
+        text_put_char(t, '\r');
+    }
+    text_put_char(t, c);
+    if (c == '\n') {
+        text_serve_bus(t); /* to fill an empty buffer takes half a millisecond */
     }
 }
 
-void text_put_line(struct text *t, const char *s)
+void text_put(struct text *t, const char *s)
 {
-    text_put(t, s);
-    text_put(t, "\r\n");
-    text_serve_bus(t); /* to fill an empty buffer takes half a millisecond */
+    for (; *s != '\0'; s++) {
+        put_or_end_line(t, *s);
+    }
 }
 
-static void put_unsigned(struct text *t, uint32_t value, unsigned least_digits)
+/* A point comes before the last `decimals` digits. 64-bit divisions take long: only where the value needs them. */
+static void put_number(struct text *t, uint64_t value, uint32_t decimals)
 {
-    char digits[10];
-    unsigned n = 0;
-    while (value != 0u || n < least_digits) {
-        digits[n++] = (char)('0' + value % 10u);
-        value /= 10u;
+    char digits[21]; /* of 64 bits, and a point */
+    uint32_t n = 0;
+    while (value != 0u || n <= decimals) {
+        if (n == decimals && decimals > 0u) {
+            digits[n++] = '.';
+            decimals = 0u;
+        }
+        const bool wide = value > UINT32_MAX;
+        digits[n++] = (char)('0' + (wide ? (uint32_t)(value % 10u) : (uint32_t)value % 10u));
+        value = wide ? value / 10u : (uint32_t)value / 10u;
     }
     while (n > 0u) {
         text_put_char(t, digits[--n]);
     }
 }
 
-static uint32_t put_sign(struct text *t, int32_t value)
+static void put_signed(struct text *t, int64_t value, uint32_t decimals)
 {
     if (value < 0) {
         text_put_char(t, '-');
-        return 0u - (uint32_t)value;
     }
-    return (uint32_t)value;
+    put_number(t, value < 0 ? 0u - (uint64_t)value : (uint64_t)value, decimals);
 }
 
-void text_put_int(struct text *t, int32_t value)
+static void put_hex(struct text *t, uint32_t value)
 {
-    put_unsigned(t, put_sign(t, value), 1);
-}
-
-void text_put_hex(struct text *t, uint32_t value)
-{
-    text_put(t, "0x");
     for (int shift = 28; shift >= 0; shift -= 4) {
         text_put_char(t, "0123456789abcdef"[(value >> shift) & 15u]);
     }
 }
 
-void text_put_milli(struct text *t, int32_t thousandths)
+/* Prints the next argument as the text after '%' says; returns the end of that. */
+static const char *put_argument(struct text *t, const char *how, va_list *arguments)
 {
-    const uint32_t magnitude = put_sign(t, thousandths);
-    put_unsigned(t, magnitude / 1000u, 1);
-    text_put_char(t, '.');
-    put_unsigned(t, magnitude % 1000u, 3);
+    const uint32_t decimals = *how == '.' ? 3u : 0u;
+    how += *how == '.' || *how == '0' ? 2 : 0; /* ".3", "08" */
+    const bool wide = *how == 'l';
+    how += wide ? 2 : 0;
+    switch (*how) {
+    case 's':
+        text_put(t, va_arg(*arguments, const char *));
+        break;
+    case 'c':
+        text_put_char(t, (char)va_arg(*arguments, int));
+        break;
+    case 'x':
+        put_hex(t, va_arg(*arguments, uint32_t));
+        break;
+    case 'd':
+        put_signed(t, wide ? va_arg(*arguments, int64_t) : va_arg(*arguments, int32_t), decimals);
+        break;
+    default: /* 'u' */
+        put_number(t, wide ? va_arg(*arguments, uint64_t) : va_arg(*arguments, uint32_t), decimals);
+        break;
+    }
+    return how + 1;
 }
 
-/* Seconds fit 32 bits for 136 years. */
-void text_put_seconds(struct text *t, uint64_t ms)
+void text_print(struct text *t, const char *format, ...)
 {
-    put_unsigned(t, (uint32_t)(ms / 1000u), 1);
-    text_put_char(t, '.');
-    put_unsigned(t, (uint32_t)(ms % 1000u), 3);
+    va_list arguments;
+    va_start(arguments, format);
+    while (*format != '\0') {
+        if (*format == '%' && *++format != '%') {
+            format = put_argument(t, format, &arguments);
+        } else {
+            put_or_end_line(t, *format++);
+        }
+    }
+    va_end(arguments);
 }
 
-void text_put_long(struct text *t, int64_t value)
+size_t text_length(const char *s)
 {
-    char digits[20]; /* of 64 bits without a sign */
-    uint64_t magnitude = value < 0 ? 0u - (uint64_t)value : (uint64_t)value;
-    size_t n = 0;
-    do {
-        digits[n++] = (char)('0' + magnitude % 10u);
-        magnitude /= 10u;
-    } while (magnitude != 0u);
-    if (value < 0) {
-        text_put_char(t, '-');
+    size_t length = 0;
+    while (s[length] != '\0') {
+        length++;
     }
-    while (n > 0u) {
-        text_put_char(t, digits[--n]);
-    }
+    return length;
 }
 
 bool text_equal(const char *a, const char *b)
@@ -154,20 +176,20 @@ static bool parse(const char *s, unsigned decimals, int32_t *value)
         s++;
     }
     uint32_t magnitude = 0;
-    unsigned digits = 0;
-    for (; *s != '\0' && *s != '.'; s++, digits++) {
-        if (!add_digit(&magnitude, *s)) {
+    bool point = false;
+    bool any = false;
+    for (; *s != '\0'; s++) {
+        if (*s == '.' && !point && decimals > 0u) {
+            point = true;
+            continue;
+        }
+        if ((point && decimals == 0u) || !add_digit(&magnitude, *s)) {
             return false;
         }
+        any = true;
+        decimals -= point ? 1u : 0u;
     }
-    if (*s == '.' && decimals > 0u) {
-        for (s++; *s != '\0' && decimals > 0u; s++, decimals--, digits++) {
-            if (!add_digit(&magnitude, *s)) {
-                return false;
-            }
-        }
-    }
-    if (*s != '\0' || digits == 0u) {
+    if (!any) {
         return false;
     }
     for (; decimals > 0u; decimals--) {

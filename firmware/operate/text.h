@@ -4,6 +4,7 @@
 #define FIRMWARE_OPERATE_TEXT_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "drivers/mss/mmuart.h"
@@ -19,21 +20,32 @@ struct text {
     bool lost;          /* output has been dropped; cleared once reported */
 };
 
+/* The compiler of the tests checks the arguments: on the target int32_t is long, which it would refuse as %d. */
+#ifdef __arm__
+#define TEXT_CHECKED
+#else
+#define TEXT_CHECKED __attribute__((format(printf, 2, 3)))
+#endif
+
 /*
  * Output sleeps until there is room in the transmit buffer. After 20 ms without room the transmitter counts as dead: from then
  * on output is dropped without waiting, until there is room again. Thread only.
+ *
+ * A '\n' ends the line: as CR LF, and the bus is served.
  */
 void text_put(struct text *t, const char *s);
 void text_put_char(struct text *t, char c);
-void text_put_int(struct text *t, int32_t value);
-void text_put_hex(struct text *t, uint32_t value);        /* 0x and eight digits */
-void text_put_milli(struct text *t, int32_t thousandths); /* -1234 as -1.234 */
-void text_put_long(struct text *t, int64_t value);
-void text_put_seconds(struct text *t, uint64_t ms); /* 4294967296 as 4294967.296 */
-void text_put_line(struct text *t, const char *s);  /* with a line end */
+
+/*
+ * A subset of printf: %s, %c, %d and %u, these two with ll for 64 bits; %08x, %%. After %.3 a number is in thousandths: -1234
+ * is printed as -1.234.
+ */
+void text_print(struct text *t, const char *format, ...) TEXT_CHECKED;
 
 /* Serves the bus, for a command that takes longer than a request may wait: 1 ms. Thread. */
 void text_serve_bus(struct text *t);
+
+size_t text_length(const char *s);
 
 /* True if two strings are equal. */
 bool text_equal(const char *a, const char *b);

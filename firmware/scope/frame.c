@@ -7,7 +7,7 @@
 
 _Static_assert(PLAIN_MOST < 254u, "COBS: one byte more, however many zeros");
 
-static uint8_t *put_value(uint8_t *to, int32_t value)
+static uint8_t *put_varint(uint8_t *to, int32_t value)
 {
     uint32_t rest = ((uint32_t)value << 1) ^ (value < 0 ? UINT32_MAX : 0u);
     while (rest > 127u) {
@@ -43,7 +43,7 @@ uint32_t frame_sample(uint8_t *to, uint32_t number, const int32_t *values, uint3
     *end++ = (uint8_t)number;
     *end++ = (uint8_t)(number >> 8);
     for (uint32_t i = 0; i < count; i++) {
-        end = put_value(end, values[i]);
+        end = put_varint(end, values[i]);
     }
     const uint16_t crc = crc16(plain, (size_t)(end - plain));
     *end++ = (uint8_t)crc;

@@ -28,7 +28,7 @@ static void copy_of_one_sample(const struct signal_source *sources, uint32_t cou
     }
 }
 
-static void keep(struct recorder *r, const struct signal_choice *choice, uint32_t fault)
+static void freeze_bank(struct recorder *r, const struct signal_choice *choice, uint32_t fault)
 {
     r->kept_end = r->count;
     r->kept_fault = fault;
@@ -45,12 +45,12 @@ void recorder_step(struct recorder *r, const struct signal_choice *choice, const
     copy_of_one_sample(sources, choice->count, fabric, bank->values[(r->count - bank->begun) % RECORDER_SAMPLES]);
     r->count++;
     if (fault != FAULT_NONE && r->had_fault == FAULT_NONE) {
-        keep(r, choice, fault);
+        freeze_bank(r, choice, fault);
     }
     r->had_fault = fault;
 }
 
-static uint32_t held(const struct recorder_bank *bank, uint32_t end)
+static uint32_t samples_in(const struct recorder_bank *bank, uint32_t end)
 {
     const uint32_t count = end - bank->begun;
     return count < RECORDER_SAMPLES ? count : RECORDER_SAMPLES;
@@ -65,7 +65,7 @@ bool recorder_get(const struct recorder *r, uint32_t number, uint32_t words, int
     const bool old = number - bank->begun >= count - bank->begun;
     if (old) {
         bank = &r->bank[r->writing ^ 1u];
-        if (kept == 0u || r->kept_end - number - 1u >= held(bank, r->kept_end)) {
+        if (kept == 0u || r->kept_end - number - 1u >= samples_in(bank, r->kept_end)) {
             return false;
         }
     } else if (count - number >= RECORDER_SAMPLES) {
@@ -78,14 +78,14 @@ bool recorder_get(const struct recorder *r, uint32_t number, uint32_t words, int
     return r->kept == kept && (old || r->count - number <= RECORDER_SAMPLES);
 }
 
-uint32_t recorder_kept(const struct recorder *r)
+uint32_t recorder_fault_samples(const struct recorder *r)
 {
-    return r->kept == 0u ? 0u : held(&r->bank[r->writing ^ 1u], r->kept_end);
+    return r->kept == 0u ? 0u : samples_in(&r->bank[r->writing ^ 1u], r->kept_end);
 }
 
-int32_t recorder_kept_word(const struct recorder *r, uint32_t sample, uint32_t word)
+int32_t recorder_fault_word(const struct recorder *r, uint32_t sample, uint32_t word)
 {
     const struct recorder_bank *const bank = &r->bank[r->writing ^ 1u];
-    const uint32_t number = r->kept_end - recorder_kept(r) + sample;
+    const uint32_t number = r->kept_end - recorder_fault_samples(r) + sample;
     return bank->values[(number - bank->begun) % RECORDER_SAMPLES][word];
 }

@@ -43,7 +43,7 @@ void recorder_step(struct recorder *r, const struct signal_choice *choice, const
 bool recorder_get(const struct recorder *r, uint32_t number, uint32_t words, int32_t *values);
 
 /* Samples kept by the last fault, oldest first; the last was taken after the fault. Thread. */
-uint32_t recorder_kept(const struct recorder *r);
-int32_t recorder_kept_word(const struct recorder *r, uint32_t sample, uint32_t word);
+uint32_t recorder_fault_samples(const struct recorder *r);
+int32_t recorder_fault_word(const struct recorder *r, uint32_t sample, uint32_t word);
 
 #endif

@@ -134,7 +134,7 @@ void scope_off(struct scope *s)
 struct scope_extent scope_extent(const struct scope *s, enum scope_record record)
 {
     if (record == SCOPE_FAULT) {
-        const uint32_t kept = recorder_kept(&s->recorder);
+        const uint32_t kept = recorder_fault_samples(&s->recorder);
         return (struct scope_extent){kept, s->recorder.kept_of.count, kept - 1u, &s->recorder.kept_of};
     }
     return (struct scope_extent){capture_samples(&s->capture), s->choice.count, s->capture.had_before, &s->choice};
@@ -147,7 +147,7 @@ uint32_t scope_read(const struct scope *s, enum scope_record record, uint32_t fr
     for (; count < most && extent.samples != 0u && (from + count) / extent.words < extent.samples; count++) {
         const uint32_t sample = (from + count) / extent.words;
         const uint32_t word = (from + count) % extent.words;
-        to[count] = record == SCOPE_FAULT ? recorder_kept_word(&s->recorder, sample, word)
+        to[count] = record == SCOPE_FAULT ? recorder_fault_word(&s->recorder, sample, word)
                                           : capture_word(&s->capture, sample, word);
     }
     return count;

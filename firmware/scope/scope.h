@@ -13,7 +13,7 @@
 #ifndef FIRMWARE_SCOPE_SCOPE_H
 #define FIRMWARE_SCOPE_SCOPE_H
 
-#include "firmware/axis/axis.h"
+#include "firmware/drive/drive.h"
 #include "firmware/scope/capture.h"
 #include "firmware/scope/recorder.h"
 #include "firmware/scope/signals.h"

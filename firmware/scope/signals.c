@@ -70,37 +70,35 @@ struct signal_source signal_source(const struct signal_info *info, const struct 
     };
 }
 
+/* A value in thousandths is raw * milli / per; and times a word of the axis, if its offset is not 0. */
+static const struct {
+    const char *unit;
+    int32_t milli;
+    uint32_t per;
+    uint16_t times;
+} signal_formats[] = {
+    [SIGNAL_CURRENT] = {"A", 1, 32768u, offsetof(struct axis, params.i_range_ma)},
+    [SIGNAL_VOLTAGE] = {"V", 1, 32768u, offsetof(struct axis, params.v_range_mv)},
+    [SIGNAL_STEPS] = {"%_of_bus", 100000, CONFIG_BUS_STEPS, 0u},
+    [SIGNAL_ANGLE] = {"deg", 360000 / 8, 1u << 29, 0u},
+    [SIGNAL_TURNING] = {"Hz", 15625, 1u << 26, offsetof(struct axis, loop.loops_per_slow)},
+    [SIGNAL_RPM_Q4] = {"rpm", 1000, 16u, 0u},
+    [SIGNAL_RPM_Q16] = {"rpm", 1000, 65536u, 0u},
+    [SIGNAL_COUNTS] = {"counts", 1000, 1u, 0u},
+    [SIGNAL_NUMBER] = {"none", 1000, 1u, 0u},
+    [SIGNAL_KELVIN_Q4] = {"degC", 1000, 16u, 0u},
+};
+
 struct signal_scale signal_scale(enum signal_format format, const struct axis *a)
 {
-    switch (format) {
-    case SIGNAL_CURRENT:
-        return (struct signal_scale){a->params.i_range_ma, 32768u};
-    case SIGNAL_VOLTAGE:
-        return (struct signal_scale){a->params.v_range_mv, 32768u};
-    case SIGNAL_STEPS:
-        return (struct signal_scale){100000, CONFIG_BUS_STEPS};
-    case SIGNAL_ANGLE:
-        return (struct signal_scale){360000 / 8, 1u << 29};
-    case SIGNAL_TURNING:
-        return (struct signal_scale){a->loop.loops_per_slow * 15625, 1u << 26};
-    case SIGNAL_RPM_Q4:
-        return (struct signal_scale){1000, 16u};
-    case SIGNAL_RPM_Q16:
-        return (struct signal_scale){1000, 65536u};
-    case SIGNAL_KELVIN_Q4:
-        return (struct signal_scale){1000, 16u};
-    default:
-        return (struct signal_scale){1000, 1u};
-    }
+    const uint32_t times = signal_formats[format].times;
+    const int32_t *const word = (const int32_t *)(const void *)((const char *)a + times);
+    return (struct signal_scale){signal_formats[format].milli * (times == 0u ? 1 : *word), signal_formats[format].per};
 }
 
 const char *signal_unit(enum signal_format format)
 {
-    static const char *const units[] = {
-        [SIGNAL_CURRENT] = "A",   [SIGNAL_VOLTAGE] = "V",     [SIGNAL_STEPS] = "%_of_bus", [SIGNAL_ANGLE] = "deg",
-        [SIGNAL_TURNING] = "Hz",  [SIGNAL_RPM_Q4] = "rpm",    [SIGNAL_RPM_Q16] = "rpm",    [SIGNAL_COUNTS] = "counts",
-        [SIGNAL_NUMBER] = "none", [SIGNAL_KELVIN_Q4] = "degC"};
-    return units[format];
+    return signal_formats[format].unit;
 }
 
 /* Not inline: the compiler would take a division without signs, which the image has no other use for. */

@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/axis/axis.h"
+#include "firmware/drive/drive.h"
 
 #define SIGNALS_MOST 8u /* at a time */
 

@@ -4,11 +4,22 @@ import re
 
 from disasm import ImageError
 
-# calls through a pointer -> the constant table that holds all their targets, or, with ->, pointers to the constant structures
-# that do; what is not listed here is refused
-POINTER_TABLES = {"commands_execute": "command_table", "states_take": "transition_table", "step_state": "state_steps",
-                  "states_step": "state_steps", "modes_check": "modes_table->", "modes_enter": "modes_table->",
-                  "modes_aim": "modes_table->", "modes_step": "modes_table->"}
+MODES = ("mode_speed mode_torque mode_position mode_homing mode_cyclic_position mode_cyclic_speed mode_cyclic_torque"
+         " mode_learning")
+# calls through a pointer -> the constant tables that hold all their targets; what is not listed here is refused
+POINTER_TABLES = {
+    "states_take": "transition_table",
+    "states_step": "state_steps",
+    "step_state": "state_steps",
+    **dict.fromkeys(("modes_check", "modes_enter", "modes_aim", "modes_step"), MODES),
+    "commands_execute": "commands_drive commands_identify commands_motion commands_position commands_cyclic"
+                        " commands_learn commands_zero commands_fault commands_angle commands_settings commands_reaction"
+                        " commands_machine commands_scope commands_version",
+    "arguments_read": "argument_kinds",
+    "modbus_function": "modbus_functions",
+    "apply_target": "cia402_modes",
+    "argument_candidate": "argument_kinds",
+}
 
 
 def stack_step(instruction):
@@ -76,31 +87,24 @@ def own_frame(function):
     return max(depth + max(0, stack_step(function.code[at])) for at, depth in before.items())
 
 
-def _constant(image, address):
-    """The words of the constant structure at an address that a table holds."""
-    size = next((size for start, size in image.objects.values() if start == address and not image.writable(start)), 0)
-    return [image.word(at) for at in range(address, address + size, 4)]
-
-
 def table_targets(image, function):
     """The functions in the constant table through which `function` calls."""
-    name = POINTER_TABLES.get(function.name)
-    if name is None:
+    names = POINTER_TABLES.get(function.name)
+    if names is None:
         raise ImageError(f"{function.name} calls through a pointer; name the constant table that holds its targets in"
                          " tests/tools/frames.py")
-    in_structures, name = name.endswith("->"), name.removesuffix("->")
-    if name not in image.objects:
-        raise ImageError(f"{function.name} calls through the table {name}, which the image does not have")
-    start, size = image.objects[name]
-    if image.writable(start):
-        raise ImageError(f"{function.name} calls through the table {name}, which is not constant")
-    words = [image.word(at) for at in range(start, start + size, 4)]
-    if in_structures:
-        words = [word for at in words for word in _constant(image, at)]
+    words = []
+    for name in names.split():
+        if name not in image.objects:
+            raise ImageError(f"{function.name} calls through the table {name}, which the image does not have")
+        start, size = image.objects[name]
+        if image.writable(start):
+            raise ImageError(f"{function.name} calls through the table {name}, which is not constant")
+        words += [image.word(at) for at in range(start, start + size, 4)]
     found = [image.at(word & ~1) for word in words if word & 1]
     targets = [f for f, word in zip(found, (w for w in words if w & 1)) if f is not None and f.start == word & ~1]
     if not targets:
-        raise ImageError(f"the table {name} holds no function")
+        raise ImageError(f"the table {names} holds no function")
     return targets
 
 

@@ -28,7 +28,7 @@ NAME_AXES = {"firmware/main.c", "firmware/system/axes.c", "firmware/system/handl
 # who may keep state between calls: where an interrupt, a reset or the core itself enters; tests/image names each variable
 KEEP_STATE = {"firmware/main.c", "firmware/system/postmortem.c"}
 GENERATED = ("contract3.h",)  # by `make registers`, into build/fabric/
-SYSTEM_HEADERS = {"<stdint.h>", "<stddef.h>", "<stdbool.h>", "<limits.h>"}
+SYSTEM_HEADERS = {"<stdint.h>", "<stddef.h>", "<stdbool.h>", "<limits.h>", "<stdarg.h>"}
 WIDTH = 128
 FILE_LINES, FUNCTION_LINES = 400, 40  # of firmware/: a file has one idea, a function fits a screen
 # a switch with one case a line

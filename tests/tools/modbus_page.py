@@ -15,7 +15,7 @@ from pages import replace_block  # noqa: E402
 from param_rows import meanings, param_rows  # noqa: E402
 
 PAGE = ROOT / "docs" / "modbus.md"
-OBJECT = re.compile(r'X\((0x\w+), (\w+), (\w+), (\w+), (\w+), "([^"]*)", "([^"]*)"\)')
+OBJECT = re.compile(r'X\((0x\w+), (\w+), (\w+), (\w+), (\w+), "([^"]*)", "([^"]*)",')
 REACTIONS, PARAMS = 0x0400, 0x1000
 CHOICES = ("OFF", "STOP", "WARN", "CARRY")
 

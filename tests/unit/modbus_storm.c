@@ -32,7 +32,7 @@ static struct counts counts;
 /* All that a request may write, and what follows from it at once. */
 struct state {
     struct params params;
-    struct cia402_wishes wishes;
+    struct cia402_setpoints setpoints;
     uint8_t choice[FAULT_COUNT];
     uint32_t mode, request, state;
     int32_t target, torque;
@@ -42,7 +42,7 @@ static void look(struct state *s)
 {
     memset(s, 0, sizeof *s);
     s->params = axis.params;
-    s->wishes = modbus.drive.cia402.wishes;
+    s->setpoints = modbus.drive.cia402.setpoints;
     memcpy(s->choice, axis.reactions.choice, sizeof s->choice);
     s->mode = axis.mode;
     s->request = axis.request;
@@ -95,7 +95,7 @@ static void judge(const uint8_t *bytes, const struct state *before)
     counts.wrong_reply +=
         !broadcast && host_bus_sent_bytes > 0u && !answers_right(bytes, host_bus_sent, host_bus_sent_bytes);
     counts.refused_but_changed += refused && memcmp(&before->params, &after.params, sizeof after.params) != 0;
-    counts.refused_but_changed += refused && memcmp(&before->wishes, &after.wishes, sizeof after.wishes) != 0;
+    counts.refused_but_changed += refused && memcmp(&before->setpoints, &after.setpoints, sizeof after.setpoints) != 0;
 }
 
 static void send(const uint8_t *bytes, size_t count, bool right)

@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/operate/commands_parts.h"
+#include "firmware/operate/commands.h"
 #include "firmware/settings/params.h"
 #include "storm_random.h"
 
@@ -41,12 +41,21 @@ static size_t put_argument(char *line, size_t at, const char *kind)
     return put_text(line, at, number);
 }
 
+static const struct command *any_row(void)
+{
+    uint32_t rows = 0;
+    while (commands_row(rows) != NULL) {
+        rows++;
+    }
+    return commands_row(any(rows));
+}
+
 /* A row of the table with arguments of its kinds; no `save`: it takes the time of all the others. */
 static size_t put_command(char *line)
 {
-    const struct command *c = &command_table[any((uint32_t)command_count)];
+    const struct command *c = any_row();
     while (strcmp(c->name, "save") == 0 || strcmp(c->name, "stream") == 0 || strcmp(c->name, "machine") == 0) {
-        c = &command_table[any((uint32_t)command_count)];
+        c = any_row();
     }
     size_t at = put_text(line, 0, c->name);
     for (const char *a = c->arguments; *a != '\0'; a++) {
@@ -150,8 +159,9 @@ static struct words cut(const char *line, size_t length)
 
 static bool is_a_command(const struct words *w)
 {
-    for (size_t i = 0; i < command_count; i++) {
-        if (strcmp(w->word[0], command_table[i].name) == 0 && (size_t)w->count == command_table[i].words) {
+    const struct command *row;
+    for (uint32_t n = 0; (row = commands_row(n)) != NULL; n++) {
+        if (strcmp(w->word[0], row->name) == 0 && (size_t)w->count == command_words(row)) {
             return true;
         }
     }

@@ -32,8 +32,9 @@ static bool begins_as(const char *line, const char *name)
 static const char *command_of(const char *line, size_t length, enum line_kind kind)
 {
     const struct words w = cut(line, length);
-    for (size_t i = 0; i < command_count; i++) {
-        const char *const name = command_table[i].name;
+    const struct command *row;
+    for (uint32_t n = 0; (row = commands_row(n)) != NULL; n++) {
+        const char *const name = row->name;
         if (kind == LINE_KEYS ? begins_as(line, name) : strcmp(w.word[0], name) == 0 && is_a_command(&w)) {
             return name;
         }

@@ -159,6 +159,13 @@ def test_each_command_parameter_and_fault_can_be_completed(operator, c):
     assert listed == [line.split(":")[0].replace(" ", "_").lower() for line in operator("reaction")]
 
 
+@pytest.mark.parametrize("typed", (b"", b"help ", b"reaction ", b"scope "))
+def test_a_list_has_each_name_once_and_nothing_between(operator, typed):
+    operator.type(typed)
+    listed = operator.type(TAB).split("\r\n")[1]
+    assert listed == "".join(f"{name}  " for name in dict.fromkeys(listed.split()))
+
+
 @pytest.mark.parametrize("typed", (b"bogus", b"speed ", b"speed 1 ", b"get nothing", b"off "))
 def test_where_nothing_fits_the_bell_rings(operator, typed):
     operator.type(typed)
@@ -206,7 +213,7 @@ def test_what_happens_between_answers_has_its_own_lines(program, c):
     assert program.type(b"") == "warning: voltage limit\r\n"
 
 
-@pytest.mark.parametrize("mode", (b"", b"ON", b"of"))
+@pytest.mark.parametrize("mode", (b"", b"ON", b"of", b"offs", b"on|off"))
 def test_it_is_on_or_off(operator, mode):
     said = operator.type(b"machine " + mode + b"\r")
     assert "error: " in said and said.endswith("> ")

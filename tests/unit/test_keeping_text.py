@@ -40,7 +40,7 @@ def test_keeping_text_saved(c, said, slot, number, line):
     report.slot, report.number = slot, number
     for report.worn in (False, True):
         for report.cogging_dropped in (False, True):
-            assert said(c.keeping_text_saved, report) == (
+            assert said(c.store_print_saved, report) == (
                 [line] + [worn] * report.worn + [dropped] * report.cogging_dropped)
 
 
@@ -49,7 +49,7 @@ def test_keeping_text_saved(c, said, slot, number, line):
     (("DAMAGED", "DAMAGED"), "AB", ""), (("WHOLE", "DAMAGED"), "B", "; these may be the settings before it"),
     (("DAMAGED", "WHOLE"), "A", "; these may be the settings before it")])
 def test_keeping_text_damage(c, said, states, slots, behind):
-    assert said(c.keeping_text_damage, view(c, states)) == [
+    assert said(c.store_print_damage, view(c, states)) == [
         f"warning: slot {slot} is damaged, or its save was cut short{behind}" for slot in slots]
 
 
@@ -57,12 +57,12 @@ def test_keeping_text_of_nothing_and_of_all(c, said):
     kept = c.kept()
     kept.view, kept.state = view(c, ("EMPTY", "EMPTY")), c.KEPT_NONE
     kept.missing = kept.unknown = 3
-    assert said(c.keeping_text_loaded, kept) == ["settings: none stored, initial values"]
+    assert said(c.store_print_loaded, kept) == ["settings: none stored, initial values"]
     kept.view, kept.state = view(c, ("EMPTY", "WHOLE"), (0, 4000000000), 1), c.KEPT_LOADED
     kept.missing = kept.unknown = 0
-    assert said(c.keeping_text_loaded, kept) == ["settings: slot B, save 4000000000, loaded"]
+    assert said(c.store_print_loaded, kept) == ["settings: slot B, save 4000000000, loaded"]
     kept.view = view(c, ("DAMAGED", "WHOLE"), (0, 8), 1)
-    assert said(c.keeping_text_loaded, kept) == [
+    assert said(c.store_print_loaded, kept) == [
         "settings: slot B, save 8, loaded",
         "warning: slot A is damaged, or its save was cut short; these may be the settings before it"]
 
@@ -72,7 +72,7 @@ def test_keeping_text_of_another_version(c, said, unknown, missing):
     kept = c.kept()
     kept.view, kept.state, kept.unknown, kept.missing = view(c), c.KEPT_LOADED, unknown, missing
     ctypes.memmove(kept.first_unknown, b"old_ma", 6)
-    assert said(c.keeping_text_loaded, kept) == (
+    assert said(c.store_print_loaded, kept) == (
         ["settings: slot A, save 7, loaded"] + [f"{unknown} stored records are unknown to this firmware and were passed over, "
                                                 "the first is old_ma"] * (unknown > 0)
         + [f"{missing} parameters are not stored and have their initial values"] * (missing > 0))
@@ -87,5 +87,5 @@ def test_keeping_text_refused(c, said, about, error, value, text):
     kept.view, kept.state, kept.unknown, kept.missing = view(c), c.KEPT_REFUSED, 2, 3
     ctypes.memmove(kept.about, about, len(about))
     kept.problem.error, kept.problem.value = getattr(c, f"ERROR_{error}"), value
-    assert said(c.keeping_text_loaded, kept) == [
+    assert said(c.store_print_loaded, kept) == [
         "settings: slot A, save 7", f"error: settings refused, nothing has changed: {text}"]

@@ -33,7 +33,7 @@ def test_initial_values_are_in_their_ranges_and_fit_together(c):
 
 
 def test_units_follow_from_names(c):
-    units = {name: c.unit_of(c.param_find(name.encode())).decode() for name in fields()}
+    units = {name: c.param_unit(c.param_find(name.encode())).decode() for name in fields()}
     some = {"i_max_ma": "mA", "v_max_mv": "mV", "resistance_mohm": "mohm", "ld_uh": "uH", "flux_uwb": "uWb",
             "ramp_rpm_s": "rpm/s", "speed_max_rpm": "rpm", "retry_delay_ms": "ms", "winding_tau_s": "s",
             "following_mturn": "0.001 turns", "inertia_gmm2": "g mm2", "t_max_c": "degC", "friction_unm": "uNm"}

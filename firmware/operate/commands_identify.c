@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/identify_text.h"
-
-#include "firmware/fault/fault.h"
+/* Measuring the motor, what was found, and learning cogging and the Hall switches. */
+#include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
 
 static const struct {
     const char *name, *unit;
     int32_t milli; /* thousandths of the unit in one of the result's */
-} quantities[IDENTIFY_QUANTITIES] = {
+} identify_quantities[IDENTIFY_QUANTITIES] = {
     [IDENTIFY_RESISTANCE] = {"resistance", " mohm", 1},
     [IDENTIFY_DEAD_TIME] = {"dead time", " ns", 100},
     [IDENTIFY_LD] = {"ld", " uH", 1},
@@ -37,7 +36,7 @@ static const struct {
     [IDENTIFY_CROSS] = {"ldq by lqq there, in thousandths", "", 1000},
 };
 
-static const char *const reasons[IDENTIFY_REASONS] = {
+static const char *const identify_reasons[IDENTIFY_REASONS] = {
     [IDENTIFY_NO_REASON] = "",
     [IDENTIFY_STOPPED] = "it ended before this was measured",
     [IDENTIFY_RATED_SMALL] = "i_rated_ma is too small for i_range_ma: the sensors hardly see it",
@@ -58,7 +57,7 @@ static const char *const reasons[IDENTIFY_REASONS] = {
     [IDENTIFY_TOO_SLOW] = "what the magnets induce is too little at the speeds that are allowed: speed_max_rpm",
 };
 
-static const char *const steps[IDENTIFY_STEPS] = {
+static const char *const identify_steps[IDENTIFY_STEPS] = {
     [IDENTIFY_STEP_NONE] = "none",          [IDENTIFY_STEP_PULSES] = "pulses",
     [IDENTIFY_STEP_HOLD] = "first current", [IDENTIFY_STEP_RESISTANCE] = "resistance",
     [IDENTIFY_STEP_AXES] = "axes",          [IDENTIFY_STEP_INDUCTANCE] = "inductance",
@@ -71,69 +70,81 @@ static const char *const steps[IDENTIFY_STEPS] = {
 
 static const char *step_name(uint32_t step)
 {
-    return step < IDENTIFY_STEPS ? steps[step] : "unknown";
+    return step < IDENTIFY_STEPS ? identify_steps[step] : "unknown";
 }
 
 static void put_result(struct text *out, uint32_t what, const struct identify_result *r)
 {
-    text_put(out, quantities[what].name);
-    text_put(out, ": ");
+    const int32_t milli = identify_quantities[what].milli;
+    text_print(out, "%s: ", identify_quantities[what].name);
     if (r->state == IDENTIFY_KNOWN && r->interval == 0) {
-        text_put_int(out, r->value);
-        text_put_line(out, ", exactly");
+        text_print(out, "%d, exactly\n", r->value);
     } else if (r->state == IDENTIFY_KNOWN) {
-        text_put_milli(out, r->value * quantities[what].milli);
-        text_put(out, " +-");
-        text_put_milli(out, r->interval * quantities[what].milli);
-        text_put_line(out, quantities[what].unit);
+        text_print(out, "%.3d +-%.3d%s\n", r->value * milli, r->interval * milli, identify_quantities[what].unit);
     } else if (r->state == IDENTIFY_REFUSED) {
-        text_put(out, "refused: ");
-        text_put_line(out, r->reason < IDENTIFY_REASONS ? reasons[r->reason] : "unknown");
+        text_print(out, "refused: %s\n", r->reason < IDENTIFY_REASONS ? identify_reasons[r->reason] : "unknown");
     } else {
-        text_put_line(out, "not measured yet");
+        text_put(out, "not measured yet\n");
     }
 }
 
-static void put_end(struct text *out, const struct identify *d)
+/* How it ended, then a line for each quantity: value, interval and unit, or why there is none. */
+static void put_results(struct text *out, const struct identify *d)
 {
     if (d->step == IDENTIFY_STEP_NONE) {
-        text_put_line(out, "identify has not run");
-    } else if (!d->running && d->fault != FAULT_NONE) {
-        text_put(out, "ended in step '");
-        text_put(out, step_name(d->stopped_in));
-        text_put(out, "' by a fault: ");
-        text_put_line(out, message_of_fault((enum fault)d->fault));
-    } else if (!d->running && d->stopped_in != IDENTIFY_STEP_DONE) {
-        text_put(out, "ended in step '");
-        text_put(out, step_name(d->stopped_in));
-        text_put_line(out, "'");
+        text_put(out, "identify has not run\n");
+        return;
     }
-}
-
-void identify_text_show(struct text *out, const struct identify *d)
-{
-    put_end(out, d);
-    for (uint32_t what = 0; what < IDENTIFY_QUANTITIES && d->step != IDENTIFY_STEP_NONE; what++) {
+    if (!d->running && d->fault != FAULT_NONE) {
+        text_print(out, "ended in step '%s' by a fault: %s\n", step_name(d->stopped_in),
+                   message_of_fault((enum fault)d->fault));
+    } else if (!d->running && d->stopped_in != IDENTIFY_STEP_DONE) {
+        text_print(out, "ended in step '%s'\n", step_name(d->stopped_in));
+    }
+    for (uint32_t what = 0; what < IDENTIFY_QUANTITIES; what++) {
         put_result(out, what, &d->results[what]);
     }
-    if (d->step != IDENTIFY_STEP_NONE) {
-        text_put(out, "time: ");
-        text_put_milli(out, (int32_t)d->total_ms);
-        text_put_line(out, " s");
-    }
+    text_print(out, "time: %.3d s\n", (int32_t)d->total_ms);
 }
 
-void identify_text_running(struct text *out, const struct identify *d)
+void identify_print_step(struct text *out, const struct identify *d)
 {
     if (d->running) {
-        text_put(out, "identify: step '");
-        text_put(out, step_name(d->step));
-        text_put_line(out, "'");
+        text_print(out, "identify: step '%s'\n", step_name(d->step));
     }
 }
 
-void identify_text_used(struct text *out, int32_t changed)
+static void run_identify_results(struct session *s, const struct arguments *a)
 {
-    text_put_int(out, changed);
-    text_put_line(out, " parameters changed; 'get all' lists them, 'on' takes them");
+    if (a->value[1] == 0) {
+        put_results(&s->out, &s->axis->identify);
+        return;
+    }
+    const struct outcome outcome = drive_identify_use(s->axis);
+    answer(s, outcome);
+    if (outcome.error == ERROR_NONE) {
+        text_print(&s->out, "%d parameters changed; 'get all' lists them, 'on' takes them\n", outcome.value);
+    }
 }
+
+/* clang-format off */
+const struct command commands_identify[] = {
+    {"identify", "", "measure the motor, then off; needs the inverter's ratings and i_rated_ma only",
+     .request = drive_identify},
+    {"identify", " show|use", "what it found, with intervals; or make parameters of what is known",
+     {ARGUMENT_CHOICE}, .run = run_identify_results},
+};
+/* clang-format on */
+
+static void run_learn(struct session *s, const struct arguments *a)
+{
+    answer(s, a->value[1] == 0 ? drive_learn_cogging(s->axis) : drive_learn_hall(s->axis));
+}
+
+/* clang-format off */
+const struct command commands_learn[] = {
+    {"learn", " cogging|hall",
+     "turn slowly forth and back, and find the torque that the shaft's place asks for; or, while off, the Hall switches",
+     {ARGUMENT_CHOICE}, .run = run_learn},
+};
+/* clang-format on */

@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: MIT */
+/* The kinds of a command's arguments: how each is read, what it is refused with, and what completion offers. */
+#include "firmware/operate/commands.h"
+#include "firmware/operate/messages.h"
+#include "firmware/settings/params.h"
+
+#define BAUD_LEAST 9600
+#define BAUD_MOST  3000000
+
+/* ---- reading: false if the word is none ---- */
+
+static bool read_any(const char *word, int32_t *value)
+{
+    (void)word;
+    *value = 0;
+    return true;
+}
+
+static bool read_param(const char *word, int32_t *value)
+{
+    const struct param_info *const info = param_find(word);
+    *value = info == NULL ? 0 : (int32_t)(info - param_table);
+    return info != NULL;
+}
+
+static bool read_param_group(const char *word, int32_t *value)
+{
+    const bool all = text_equal(word, "all");
+    *value = all ? PARAMS_ALL : PARAMS_CHANGED;
+    return all || text_equal(word, "--changed") || read_param(word, value);
+}
+
+static bool read_fault(const char *word, int32_t *value)
+{
+    *value = (int32_t)message_find_fault(word);
+    return *value != FAULT_COUNT;
+}
+
+static bool read_signal(const char *word, int32_t *value)
+{
+    *value = (int32_t)signal_find(word, text_length(word));
+    return *value != (int32_t)signal_count;
+}
+
+static bool read_stream_ms(const char *word, int32_t *value)
+{
+    return text_parse_int(word, value) && *value >= 0 && *value <= STREAM_EVERY_MOST;
+}
+
+static bool read_baud(const char *word, int32_t *value)
+{
+    return text_parse_int(word, value) && *value >= BAUD_LEAST && *value <= BAUD_MOST;
+}
+
+/* The nth word of a text like "off|stop|warn"; NULL behind the last. */
+static const char *choice_word(const char *text, uint32_t n, size_t *length)
+{
+    for (;;) {
+        for (*length = 0; text[*length] >= 'a' && text[*length] <= 'z'; ++*length) {
+        }
+        if (n-- == 0u || *length == 0u) {
+            return *length > 0u ? text : NULL;
+        }
+        text += *length + (text[*length] == '|' ? 1u : 0u);
+    }
+}
+
+/* One of "off|stop|warn": which. */
+static bool read_choice(const char *text, const char *word, int32_t *value)
+{
+    const char *known;
+    size_t length;
+    for (*value = 0; (known = choice_word(text, (uint32_t)*value, &length)) != NULL; ++*value) {
+        size_t same = 0;
+        while (same < length && word[same] == known[same]) {
+            same++;
+        }
+        if (same == length && word[same] == '\0') {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* ---- candidates ---- */
+
+static const char *command_name(uint32_t n)
+{
+    const struct command *const row = commands_row(n);
+    if (row == NULL) {
+        return NULL;
+    }
+    return n > 0u && text_equal(row->name, commands_row(n - 1u)->name) ? "" : row->name;
+}
+
+static const char *param_name(uint32_t n)
+{
+    return n < param_count ? param_table[n].name : NULL;
+}
+
+static const char *fault_name(uint32_t n)
+{
+    if (n >= FAULT_COUNT) {
+        return NULL;
+    }
+    return fault_class((enum fault)n)->allowed != 1u << REACTION_OFF ? message_of_fault((enum fault)n) : "";
+}
+
+/* ---- the kinds ---- */
+
+struct argument_kind {
+    bool (*read)(const char *word, int32_t *value); /* NULL: a word of the row's text */
+    const char *refusal;                            /* NULL: a list of these words */
+    const char *(*candidate)(uint32_t n);           /* NULL: these words */
+};
+
+static const struct argument_kind argument_kinds[ARGUMENT_KINDS] = {
+    [ARGUMENT_BY] = {NULL, "not 'by'", NULL},
+    [ARGUMENT_TRIGGER] = {NULL, "not trigger", NULL},
+    [ARGUMENT_ANY] = {read_any, NULL, NULL},
+    [ARGUMENT_COMMAND] = {read_any, NULL, command_name},
+    [ARGUMENT_WHOLE] = {text_parse_int, "not a whole number", NULL},
+    [ARGUMENT_RPM] = {text_parse_int, "not a whole number of rpm", NULL},
+    [ARGUMENT_COUNTS] = {text_parse_int, "not a whole number of counts", NULL},
+    [ARGUMENT_AMPERES] = {text_parse_milli, "not a current in amperes, like 1.5", NULL},
+    [ARGUMENT_DECIMAL] = {text_parse_milli, "not a number with at most three decimals", NULL},
+    [ARGUMENT_PARAM] = {read_param, "no such parameter; 'get all' lists them", param_name},
+    [ARGUMENT_PARAM_GROUP] = {read_param_group, "no such parameter; 'get all' lists them", param_name},
+    [ARGUMENT_FAULT] = {read_fault, "no such fault; 'reaction' lists those with a choice, '_' stands for a blank",
+                        fault_name},
+    [ARGUMENT_SIGNAL] = {read_signal, "no such signal; 'scope list' has them", NULL},
+    [ARGUMENT_STREAM_MS] = {read_stream_ms, "not 1...1000 ms, or 0 to end it", NULL},
+    [ARGUMENT_BAUD] = {read_baud, "not 9600...3000000 baud", NULL},
+};
+
+/* The text of argument `number`, from 1, up to a blank or the end; NULL if the row has fewer. */
+static const char *argument_text(const struct command *row, uint32_t number)
+{
+    const char *at = row->arguments;
+    while (*at != '\0') {
+        if (*at++ == ' ' && --number == 0u) {
+            return at;
+        }
+    }
+    return NULL;
+}
+
+static const struct argument_kind *argument_kind(const struct command *row, uint32_t number)
+{
+    return &argument_kinds[number <= ARGUMENTS_MOST ? row->kinds[number - 1u] : ARGUMENT_NONE];
+}
+
+const char *argument_candidate(const struct command *row, uint32_t number, uint32_t n, size_t *length)
+{
+    const char *const text = argument_text(row, number);
+    const struct argument_kind *const kind = argument_kind(row, number);
+    if (text == NULL || kind->candidate == NULL) {
+        return text == NULL ? NULL : choice_word(text, n, length);
+    }
+    const char *const name = kind->candidate(n);
+    *length = name == NULL ? 0u : text_length(name);
+    return name;
+}
+
+static void refuse_choice(struct session *s, const char *word, const char *text)
+{
+    text_print(&s->out, "error: %s: not one of ", word);
+    for (; *text != '\0' && *text != ' '; text++) {
+        if (*text == '|') {
+            text_put(&s->out, ", ");
+        } else {
+            text_put_char(&s->out, *text);
+        }
+    }
+    text_put(&s->out, "\n");
+}
+
+bool arguments_read(struct session *s, const struct command *command, struct arguments *a)
+{
+    for (uint32_t n = 1; n < command_words(command); n++) {
+        const struct argument_kind *const kind = argument_kind(command, n);
+        const char *const text = argument_text(command, n);
+        const bool fits =
+            kind->read == NULL ? read_choice(text, a->word[n], &a->value[n]) : kind->read(a->word[n], &a->value[n]);
+        if (!fits && kind->refusal == NULL) {
+            refuse_choice(s, a->word[n], text);
+        } else if (!fits) {
+            answer_about(s, a->word[n], kind->refusal);
+        }
+        if (!fits) {
+            return false;
+        }
+    }
+    return true;
+}

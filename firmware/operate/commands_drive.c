@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: MIT */
+/* On and off, set-points of speed and torque, the source of the angle, and the present state. */
+#include "drivers/mss/sysreg.h"
+#include "firmware/monitor/device.h"
+#include "firmware/operate/commands.h"
+#include "firmware/operate/messages.h"
+#include "firmware/operate/quantities.h"
+#include "firmware/source/injection_lead.h"
+#include "firmware/source/rotor.h"
+#include "firmware/system/measure.h"
+
+/* ---- status ---- */
+
+static void put_position(struct text *out, const struct drive_status *now)
+{
+    text_print(out, "mode: %s, position: %lld", message_of_mode(now->mode), (long long)now->position);
+    if (axis_mode_is_position(now->mode)) {
+        text_print(out, ", target %lld, following error %d", (long long)now->target, now->error_counts);
+    }
+    text_print(out, " counts%s\n", now->homed ? ", homed" : "");
+}
+
+/* The first harmonics are the largest. */
+static void print_cogging(struct text *out, const struct axis *a)
+{
+    const struct cogging_map *const m = &a->motion.cogging;
+    if (a->mode == AXIS_MODE_LEARNING) {
+        text_put(out, "cogging: learning\n");
+    } else if (m->count > 0) {
+        text_put(out, "cogging: learned, times a turn:");
+        for (int32_t n = 0; n < m->count; n++) {
+            text_print(out, " %d", (int32_t)m->harmonics[n].order);
+        }
+        text_put(out, "\n");
+    }
+}
+
+static void put_bus_and_heat(struct text *out, const struct axis *a, const struct drive_status *now)
+{
+    text_print(out, "bus: %.3d V, winding: %d degC", quantity_millivolt(a, now->vbus_q15), a->thermal.winding_q4 / 16);
+    if (a->thermal.factor_q15 < Q15_ONE) {
+        text_print(out, ", current limit held to %d %%", a->thermal.factor_q15 * 100 / Q15_ONE);
+    }
+    text_put(out, "\n");
+}
+
+static void put_warnings(struct text *out, const struct axis *a)
+{
+    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
+        if (fault_warned(&a->reports, (enum fault)cause)) {
+            text_print(out, "warning: %s\n", message_of_fault((enum fault)cause));
+        }
+    }
+}
+
+/* Looks at the newest voltage of each millisecond, since the last `on`. */
+static void put_update(struct text *out, const struct axis *a)
+{
+    text_print(out, "voltages act: %s%s", message_of_update(a->tuning.update),
+               a->tuning.samples == 2 ? ", two samples a period" : "");
+    if (a->tuning.update == PWM_UPDATE_ONCE) {
+        text_print(out, ", milliseconds in which one had to wait for the next end: %d", (int32_t)a->loop.fell_back);
+    }
+    text_put(out, "\n");
+}
+
+static const char *leader(const struct axis *a)
+{
+    if (!rotor_is_known(a)) {
+        return ", a prescribed field leads";
+    }
+    return injection_leads(a) ? ", the injection leads" : ", the observer leads";
+}
+
+/* The result of the saliency test, if it was run, and why it was not good enough. */
+static void put_saliency(struct text *out, const struct injection_start *m)
+{
+    if (m->detail_q8 != 0) {
+        text_print(out, "saliency: %.3d LSB a degree%s%s\n", m->detail_q8 * 1000 / 256,
+                   m->result == INJECTION_SALIENCY ? ", too little: injection refused" : "",
+                   m->result == INJECTION_POLARITY ? ", north pole not found: injection refused" : "");
+    }
+}
+
+/*
+ * Without an encoder: what the Hall switches show; or how well the EMF shows the rotor, and whether the EMF, the saliency or a
+ * prescribed field leads.
+ */
+static void put_source(struct text *out, const struct axis *a)
+{
+    if (rotor_has_encoder(a)) {
+        return;
+    }
+    if (rotor_has_hall(a)) {
+        text_print(out, "Hall switches: %d\n", (int32_t)encoder_hall_latched(&a->fabric->encoder));
+        return;
+    }
+    text_print(out, "margin of observability: %.3d%s\n", (int32_t)((int64_t)a->loop.flux.margin_q8 * 1000 / 256),
+               leader(a));
+    put_saliency(out, &a->injection);
+}
+
+static void run_status(struct session *s, const struct arguments *unused)
+{
+    (void)unused;
+    const struct axis *const a = s->axis;
+    struct text *const out = &s->out;
+    const struct drive_status now = drive_status(a);
+    text_print(out, "state: %s\nfault: %s\n", message_of_state(now.state), message_of_fault(now.fault));
+    text_print(out, "speed: %.3d rpm, reference %.3d rpm\n", quantity_milli_rpm(now.speed_rpm_q4),
+               quantity_milli_rpm(now.speed_ref_rpm_q4));
+    put_position(out, &now);
+    print_cogging(out, a);
+    text_print(out, "current: d %.3d A, q %.3d A, reference d %.3d A, q %.3d A\n", quantity_milliamp(a, now.i_d_q15),
+               quantity_milliamp(a, now.i_q_q15), quantity_milliamp(a, now.i_d_ref_q15),
+               quantity_milliamp(a, now.i_q_ref_q15));
+    put_bus_and_heat(out, a, &now);
+    identify_print_step(out, &a->identify);
+    put_warnings(out, a);
+    text_print(out, "current loop: %d cycles\n", (int32_t)measure_current_loop_cycles(&a->time_ms));
+    put_update(out, a);
+    put_source(out, a);
+    const uint32_t watchdog_ms = device_watchdog_ms();
+    if (watchdog_ms == 0u) {
+        text_put(out, "watchdog: off\n");
+    } else {
+        text_print(out, "watchdog: %.3u s\n", watchdog_ms);
+    }
+    text_print(out, "memory errors corrected: %d\n", (int32_t)sysreg_edac_corrected());
+    text_print(out, "up: %.3llu s\n", (unsigned long long)now.up_ms);
+}
+
+/* ---- on, and another source ---- */
+
+/* Serves the bus while the axis completes what was requested; false when it has. */
+static bool is_preparing(struct session *s)
+{
+    const bool more = drive_prepare(s->axis);
+    if (more) {
+        text_serve_bus(&s->out);
+        idle_serve_watchdog(s->out.idle);
+    }
+    return more;
+}
+
+static void run_on(struct session *s, const struct arguments *a)
+{
+    (void)a;
+    struct outcome outcome = drive_switch_on(s->axis);
+    if (outcome.error == ERROR_NONE) {
+        while (is_preparing(s)) {
+        }
+        outcome = s->axis->switching.outcome;
+    }
+    answer(s, outcome);
+    if (outcome.error == ERROR_NONE) {
+        text_print(&s->out, "phase margin of the current loop: %d degrees\n",
+                   s->axis->tuning.current_margin_u16 * 360 / 65536);
+    }
+}
+
+static void run_angle(struct session *s, const struct arguments *a)
+{
+    struct outcome outcome = drive_change_source(s->axis, (uint32_t)a->value[1]);
+    if (outcome.error == ERROR_NONE) {
+        while (s->axis->handover.under_way && is_preparing(s)) {
+        }
+        outcome = s->axis->handover.outcome;
+    }
+    answer(s, outcome);
+}
+
+/* ---- the rows ---- */
+
+/* clang-format off */
+const struct command commands_drive[] = {
+    {"status", "", "state, fault, speed, currents, bus voltage of one instant; memory errors; time since the start",
+     .run = run_status},
+    {"on", "", "calibrate, align if needed, enable operation", .run = run_on},
+};
+
+const struct command commands_motion[] = {
+    {"off", "", "bridge off within a millisecond, the motor coasts", .request = drive_switch_off},
+    {"quickstop", "", "brake to standstill, then off; during a start off at once", .request = drive_quick_stop},
+    {"speed", " RPM", "speed control to RPM", {ARGUMENT_RPM}, .demand = drive_command_speed},
+    {"torque", " A", "current control, q axis, peak amperes", {ARGUMENT_AMPERES}, .demand = drive_command_current},
+    {"pv", " RPM", "profile velocity: the same as speed", {ARGUMENT_RPM}, .demand = drive_command_speed},
+};
+
+const struct command commands_cyclic[] = {
+    {"csv", " RPM", "cyclic synchronous velocity", {ARGUMENT_RPM}, .demand = drive_command_cyclic_speed},
+    {"cst", " A", "cyclic synchronous torque, q axis, peak amperes",
+     {ARGUMENT_AMPERES}, .demand = drive_command_cyclic_current},
+};
+/* clang-format on */
+
+_Static_assert(PARAM_ANGLE_ENCODER == 0 && PARAM_ANGLE_SENSORLESS == 1 && PARAM_ANGLE_HALL == 2, "the row's choices");
+
+/* clang-format off */
+const struct command commands_angle[] = {
+    {"angle", " encoder|observer|hall",
+     "what tells the rotor's angle from now on, while it turns; 'on' begins with angle_source",
+     {ARGUMENT_CHOICE}, .run = run_angle},
+};
+/* clang-format on */
