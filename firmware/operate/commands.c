@@ -51,10 +51,12 @@ static size_t split_line(char *line, char **words)
 static const struct command *find_row(const char *name, size_t words)
 {
     const struct command *found = NULL;
-    const struct command *row;
-    for (uint32_t n = 0; (row = commands_row(n)) != NULL; n++) {
-        if (text_equal(name, row->name) && (found == NULL || command_words(row) == words)) {
-            found = row;
+    for (size_t group = 0; group < sizeof groups / sizeof groups[0]; group++) {
+        const struct command *const end = groups[group].rows + groups[group].count;
+        for (const struct command *row = groups[group].rows; row != end; row++) {
+            if (text_equal(name, row->name) && (found == NULL || command_words(row) == words)) {
+                found = row;
+            }
         }
     }
     return found;

@@ -67,19 +67,19 @@ void text_put(struct text *t, const char *s)
 /* A point comes before the last `decimals` digits. 64-bit divisions take long: only where the value needs them. */
 static void put_number(struct text *t, uint64_t value, uint32_t decimals)
 {
-    char digits[21]; /* of 64 bits, and a point */
+    char digits[20]; /* of 64 bits */
     uint32_t n = 0;
-    while (value != 0u || n <= decimals) {
-        if (n == decimals && decimals > 0u) {
-            digits[n++] = '.';
-            decimals = 0u;
-        }
-        const bool wide = value > UINT32_MAX;
-        digits[n++] = (char)('0' + (wide ? (uint32_t)(value % 10u) : (uint32_t)value % 10u));
-        value = wide ? value / 10u : (uint32_t)value / 10u;
+    for (; value > UINT32_MAX; value /= 10u) {
+        digits[n++] = (char)('0' + (uint32_t)(value % 10u));
     }
-    while (n > 0u) {
-        text_put_char(t, digits[--n]);
+    for (uint32_t rest = (uint32_t)value; rest != 0u || n <= decimals; rest /= 10u) {
+        digits[n++] = (char)('0' + rest % 10u);
+    }
+    for (; n > 0u; n--) {
+        if (n == decimals) {
+            text_put_char(t, '.');
+        }
+        text_put_char(t, digits[n - 1u]);
     }
 }
 
