@@ -1,13 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /* Arithmetic for the thread's part of identify. */
 #include "firmware/commission/identify_parts.h"
-#include "firmware/settings/scale.h"
 
 #define ONE_Q30 (1LL << 30)
 
+int32_t identify_within(int64_t value, int64_t most)
+{
+    return (int32_t)(value < 1 ? 1 : value < most ? value : most);
+}
+
 int64_t identify_scaled(int64_t a, int64_t b, int64_t c)
 {
-    return a < 0 ? -scale(-a, b, c) : scale(a, b, c);
+    const int64_t size = scale(identify_size(a), identify_size(b), c);
+    return (a < 0) != (b < 0) ? -size : size;
 }
 
 int64_t identify_root(int64_t n)
@@ -24,8 +29,8 @@ int64_t identify_root(int64_t n)
 
 int64_t identify_interval(int64_t s, int64_t a, int64_t b)
 {
-    const int64_t sum = scale(a < 0 ? -a : a, a < 0 ? -a : a, 3) + scale(b < 0 ? -b : b, b < 0 ? -b : b, 3);
-    return 2 * identify_root(scale(s < 0 ? -s : s, s < 0 ? -s : s, 1) + sum);
+    const int64_t sum = scale(identify_size(a), identify_size(a), 3) + scale(identify_size(b), identify_size(b), 3);
+    return 2 * identify_root(scale(identify_size(s), identify_size(s), 1) + sum);
 }
 
 /* Student's t, two-sided 95 %, by degrees of freedom from 1 on, halved: in 256ths. */

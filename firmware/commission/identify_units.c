@@ -2,7 +2,6 @@
 /* From sums of samples to physical units. Thread: each division is 128 bits wide. */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
-#include "firmware/settings/scale.h"
 
 #define LEAST_SAMPLES 8
 
@@ -14,6 +13,18 @@ int64_t identify_nv(const struct identify *d, int64_t v_sum_q15, int64_t count)
 int64_t identify_ua(const struct identify *d, int64_t i_sum_q15, int64_t count)
 {
     return identify_scaled(i_sum_q15, d->params.i_range_ma * 1000LL, count * 32768);
+}
+
+/* Volts are steps by BUS_STEPS of the bus. */
+int64_t identify_wave_uv(const struct identify *d, const struct burst_sums *s)
+{
+    const int64_t vbus_q15 = scale(s->vbus_q15, 1, s->bursts);
+    return scale(vbus_q15 * d->burst.v_steps, d->params.v_range_mv * 1000LL, 32768LL * CONFIG_BUS_STEPS);
+}
+
+int64_t identify_change_na(const struct identify *d, int64_t change_256ths)
+{
+    return scale(change_256ths, d->params.i_range_ma * 1000000LL, 256LL * 32768);
 }
 
 /* 1 rpm is 2 pi / 60 rad/s. */
@@ -29,7 +40,7 @@ int64_t identify_torque_nnm(const struct identify *d, int64_t flux_e1_uwb, int64
 }
 
 /* Least squares over t = 0, 1, ... n - 1, a millisecond each: (sum t x - mean t sum x) / (n (n^2 - 1) / 12). */
-int64_t identify_slope_mrad_s2(const struct identify_run *r)
+int64_t identify_slope_mrad_s2(const struct measure_run *r)
 {
     const int64_t n = r->count;
     if (n < LEAST_SAMPLES) {
@@ -41,14 +52,14 @@ int64_t identify_slope_mrad_s2(const struct identify_run *r)
 }
 
 /* Regression with a separate intercept per run: resistance and dead time do not change while one current flows. */
-int64_t identify_flux_of_runs(const struct identify *d, const struct identify_run *const runs[], int32_t count)
+int64_t identify_flux_of_runs(const struct identify *d, const struct measure_run *const runs[], int32_t count)
 {
     int64_t xv_q12 = 0, xx = 0;
     for (int32_t k = 0; k < count; k++) {
-        const struct identify_run *const r = runs[k];
+        const struct measure_run *const r = runs[k];
         if (r->count >= LEAST_SAMPLES) {
-            xv_q12 += (r->xv - identify_scaled(r->x, r->v < 0 ? -r->v : r->v, r->count) * (r->v < 0 ? -1 : 1)) * 4096;
-            xx += r->xx - identify_scaled(r->x, r->x < 0 ? -r->x : r->x, r->count) * (r->x < 0 ? -1 : 1);
+            xv_q12 += (r->xv - identify_scaled(r->x, r->v, r->count)) * 4096;
+            xx += r->xx - identify_scaled(r->x, r->x, r->count);
         }
     }
     if (xx <= 0 || xv_q12 <= 0) {
@@ -59,8 +70,8 @@ int64_t identify_flux_of_runs(const struct identify *d, const struct identify_ru
     return identify_scaled(nv_per_rpm, 60 * 10000000LL, TWO_PI_E9 * d->params.pole_pairs);
 }
 
-int64_t identify_inertia_gmm2(const struct identify *d, int64_t flux_e1_uwb, const struct identify_run *a,
-                              const struct identify_run *b)
+int64_t identify_inertia_gmm2(const struct identify *d, int64_t flux_e1_uwb, const struct measure_run *a,
+                              const struct measure_run *b)
 {
     const int64_t apart_mrad_s2 = identify_slope_mrad_s2(a) - identify_slope_mrad_s2(b);
     if (apart_mrad_s2 == 0 || a->count == 0 || b->count == 0) {
@@ -68,6 +79,5 @@ int64_t identify_inertia_gmm2(const struct identify *d, int64_t flux_e1_uwb, con
     }
     const int64_t apart_ua = identify_ua(d, a->i, a->count) - identify_ua(d, b->i, b->count);
     const int64_t torque_nnm = identify_torque_nnm(d, flux_e1_uwb, apart_ua);
-    return apart_mrad_s2 > 0 ? identify_scaled(torque_nnm, 1000, apart_mrad_s2)
-                             : identify_scaled(-torque_nnm, 1000, -apart_mrad_s2);
+    return identify_scaled(apart_mrad_s2 < 0 ? -torque_nnm : torque_nnm, 1000, identify_size(apart_mrad_s2));
 }

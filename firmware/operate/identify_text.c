@@ -58,22 +58,6 @@ static const char *const reasons[IDENTIFY_REASONS] = {
     [IDENTIFY_TOO_SLOW] = "what the magnets induce is too little at the speeds that are allowed: speed_max_rpm",
 };
 
-static const char *const steps[IDENTIFY_STEPS] = {
-    [IDENTIFY_STEP_NONE] = "none",          [IDENTIFY_STEP_PULSES] = "pulses",
-    [IDENTIFY_STEP_HOLD] = "first current", [IDENTIFY_STEP_RESISTANCE] = "resistance",
-    [IDENTIFY_STEP_AXES] = "axes",          [IDENTIFY_STEP_INDUCTANCE] = "inductance",
-    [IDENTIFY_STEP_TURN] = "turn",          [IDENTIFY_STEP_PUSH] = "push",
-    [IDENTIFY_STEP_INDEX] = "index",        [IDENTIFY_STEP_RAMPS] = "ramps",
-    [IDENTIFY_STEP_SPEEDS] = "speeds",      [IDENTIFY_STEP_ALONG] = "map along d",
-    [IDENTIFY_STEP_ACROSS] = "map across",  [IDENTIFY_STEP_TORQUE] = "map of most torque",
-    [IDENTIFY_STEP_DONE] = "done",
-};
-
-static const char *step_name(uint32_t step)
-{
-    return step < IDENTIFY_STEPS ? steps[step] : "unknown";
-}
-
 static void put_result(struct text *out, uint32_t what, const struct identify_result *r)
 {
     text_put(out, quantities[what].name);
@@ -100,12 +84,12 @@ static void put_end(struct text *out, const struct identify *d)
         text_put_line(out, "identify has not run");
     } else if (!d->running && d->fault != FAULT_NONE) {
         text_put(out, "ended in step '");
-        text_put(out, step_name(d->stopped_in));
+        text_put(out, identify_step_name(d->stopped_in));
         text_put(out, "' by a fault: ");
         text_put_line(out, message_of_fault((enum fault)d->fault));
     } else if (!d->running && d->stopped_in != IDENTIFY_STEP_DONE) {
         text_put(out, "ended in step '");
-        text_put(out, step_name(d->stopped_in));
+        text_put(out, identify_step_name(d->stopped_in));
         text_put_line(out, "'");
     }
 }
@@ -127,7 +111,7 @@ void identify_text_running(struct text *out, const struct identify *d)
 {
     if (d->running) {
         text_put(out, "identify: step '");
-        text_put(out, step_name(d->step));
+        text_put(out, identify_step_name(d->step));
         text_put_line(out, "'");
     }
 }

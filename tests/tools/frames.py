@@ -5,7 +5,11 @@ import re
 from disasm import ImageError
 
 # calls through a pointer -> the constant table that holds all their targets; what is not listed here is refused
-POINTER_TABLES = {"commands_execute": "command_table"}
+POINTER_TABLES = {"commands_execute": "command_table", "identify_measure": "identify_script",
+                  "identify_step": "identify_script", "identify_think": "identify_script"}
+# and the words of a row that this function calls: slices of the table, where it does not call them all
+POINTER_COLUMNS = {"identify_measure": slice(1, None, 4), "identify_step": slice(1, None, 4),
+                   "identify_think": slice(2, None, 4)}
 
 
 def stack_step(instruction):
@@ -84,7 +88,7 @@ def table_targets(image, function):
     start, size = image.objects[name]
     if image.writable(start):
         raise ImageError(f"{function.name} calls through the table {name}, which is not constant")
-    words = [image.word(at) for at in range(start, start + size, 4)]
+    words = [image.word(at) for at in range(start, start + size, 4)][POINTER_COLUMNS.get(function.name, slice(None))]
     found = [image.at(word & ~1) for word in words if word & 1]
     targets = [f for f, word in zip(found, (w for w in words if w & 1)) if f is not None and f.start == word & ~1]
     if not targets:
