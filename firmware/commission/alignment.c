@@ -229,21 +229,16 @@ static enum alignment_result step_release(struct alignment *a, volatile struct c
 static enum alignment_result step_stage(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                         uint32_t angle_q32)
 {
-    switch (a->stage) {
-    case STAGE_PULL:
-    case STAGE_SECOND:
+    if (a->stage < STAGE_PASS) {
         return alignment_step_pull(a, t, angle_q32);
-    case STAGE_PASS:
-    case STAGE_SOLVE:
-        return alignment_step_turns(a, c, t, angle_q32);
-    case STAGE_RELEASE:
-        return step_release(a, c);
-    case STAGE_DROP:
-        return step_drop(a, c, t);
-    case STAGE_AXIS:
-    default:
-        return step_axis(a, c, t, angle_q32);
     }
+    if (a->stage < STAGE_RELEASE) {
+        return alignment_step_turns(a, c, t, angle_q32);
+    }
+    if (a->stage == STAGE_RELEASE) {
+        return step_release(a, c);
+    }
+    return a->stage == STAGE_DROP ? step_drop(a, c, t) : step_axis(a, c, t, angle_q32);
 }
 
 bool alignment_holds_voltage(const struct alignment *a)

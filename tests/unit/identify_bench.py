@@ -23,8 +23,8 @@ def thought(c, d, step):
 
 def measuring(c, d, step):
     """What a step measures with: a loop, an axis at rest and nothing of the fabric, from its first millisecond on."""
-    io, parts = c.measure_io(), (("loop", c.current_loop()), ("fabric", c.fabric()), ("speed", c.speed_loop()), ("tuning", d.tuning))
-    for name, what in parts:
+    io, parts = c.measure_io(), {"loop": c.current_loop(), "fabric": c.fabric(), "speed": c.speed_loop(), "tuning": d.tuning}
+    for name, what in parts.items():
         setattr(io, name, ctypes.pointer(what))
     c.current_loop_init(io.loop)
     d.step, d.ms = getattr(c, f"IDENTIFY_STEP_{step}"), 0
