@@ -27,65 +27,10 @@
 #include "firmware/settings/params.h"
 #include "firmware/settings/tuning.h"
 
-enum identify_quantity {
-    IDENTIFY_RESISTANCE, /* uohm, one phase and the switches in its path, at their present temperature */
-    IDENTIFY_DEAD_TIME,  /* 0.1 ns, effective: what a leg loses in a period, in time at the bus voltage */
-    IDENTIFY_LD,         /* nH, for small changes, no current otherwise */
-    IDENTIFY_LQ,         /* nH */
-    IDENTIFY_POLE_PAIRS, /* exactly */
-    IDENTIFY_COUNTS,     /* of the encoder per mechanical turn, exactly */
-    IDENTIFY_DIRECTION,  /* 1: it counts up as the field turns; -1: down */
-    IDENTIFY_OFFSET,     /* angle of the magnets where the index begins, turning forth: 0.01 degrees, electrical */
-    IDENTIFY_FLUX,       /* 0.1 uWb, of the magnets, at almost no current and their present temperature */
-    IDENTIFY_INERTIA,    /* gmm2, rotor and load */
-    IDENTIFY_COULOMB,    /* uNm: friction that does not depend on speed, bearings and iron */
-    IDENTIFY_VISCOUS,    /* nNms: friction that grows with speed */
-    /* the map, for small changes, nH; i_d in halves of the rated current, i_q = 0 */
-    IDENTIFY_LD_D2_BACK, /* two halves against the magnets */
-    IDENTIFY_LD_D1_BACK,
-    IDENTIFY_LD_D1,
-    IDENTIFY_LD_D2,
-    /* i_q in thirds of the rated current, i_d = 0 */
-    IDENTIFY_LD_Q1,
-    IDENTIFY_LD_Q2,
-    IDENTIFY_LD_Q3,
-    IDENTIFY_LQ_Q1,
-    IDENTIFY_LQ_Q2,
-    IDENTIFY_LQ_Q3,
-    /* where rated current makes most torque, if i_d contributes to it */
-    IDENTIFY_TORQUE_ID,   /* mA: this current */
-    IDENTIFY_TORQUE_IQ,   /* mA */
-    IDENTIFY_TORQUE_FLUX, /* 0.1 uWb, along the magnets */
-    IDENTIFY_TORQUE_ACROSS,
-    IDENTIFY_CROSS, /* L_dq / L_qq there, thousandths; with the sign of i_q */
-    IDENTIFY_QUANTITIES
-};
-
 enum identify_state {
     IDENTIFY_UNKNOWN, /* not reached yet */
     IDENTIFY_KNOWN,
     IDENTIFY_REFUSED,
-};
-
-enum identify_reason {
-    IDENTIFY_NO_REASON,
-    IDENTIFY_STOPPED,       /* off or a fault, before this one's turn */
-    IDENTIFY_RATED_SMALL,   /* rated current too small for the sensor range */
-    IDENTIFY_NO_CURRENT,    /* a tenth of the bus voltage drives almost no current */
-    IDENTIFY_NOT_RESISTIVE, /* voltage does not grow with current: contacts, a moving rotor */
-    IDENTIFY_TURNED,        /* reluctance turns the rotor whenever the current changes */
-    IDENTIFY_SCATTER,       /* repeated measurements differ by more than a tenth */
-    IDENTIFY_NO_ENCODER,    /* angle_source says there is none */
-    IDENTIFY_NOT_FOLLOWED,  /* the field turned, but the encoder's counts forth and back differ */
-    IDENTIFY_NOT_PUSHED,    /* the largest current across the magnets did not turn it */
-    IDENTIFY_NO_INDEX,      /* one electrical turn cannot tell pole pairs from counts */
-    IDENTIFY_LOADED,        /* a load drives it one way, or speeds are not reached */
-    IDENTIFY_TOO_SLOW,      /* too little EMF at the permitted speed */
-    IDENTIFY_UNRESOLVED,    /* its interval is half as large as the value */
-    IDENTIFY_TOO_LIGHT,     /* a current turns the rotor too quickly to measure */
-    IDENTIFY_RIPPLED,       /* phase currents change sign within a period: dead time hides it */
-    IDENTIFY_NOT_SALIENT,   /* i_d makes almost no torque */
-    IDENTIFY_REASONS
 };
 
 struct identify_result {

@@ -100,7 +100,7 @@ static inline bool identify_scatters(const struct identify_spread *s)
  */
 int64_t identify_log_q30(int64_t y_q30);
 
-/* ---- units: thread (identify_units.c) ---- */
+/* ---- units: thread (identify_numbers.c) ---- */
 
 int64_t identify_nv(const struct identify *d, int64_t v_sum_q15, int64_t count);
 int64_t identify_ua(const struct identify *d, int64_t i_sum_q15, int64_t count);
