@@ -1,8 +1,25 @@
 /* SPDX-License-Identifier: MIT */
+/*
+ * The steps of alignment: the rotor is pulled to two angles of the field, turned (alignment_turns.c) and let go. Where
+ * reluctance outweighs the magnets, their axis is measured before the rotor is pulled, and again after it has turned.
+ */
 #include "firmware/commission/alignment.h"
 
 #include "firmware/commission/alignment_parts.h"
-#include "lib/q15.h"
+#include "firmware/commission/measure.h"
+
+#define JUMP_MS        8u /* for a quarter turn: a rotor opposite the field must not meet it half way */
+#define SETTLE_PERIODS 10
+#define SETTLE_MS      60
+#define RATIO_MOST     32
+#define GRIP_MS        5
+#define AWAY_TURNS     3 /* no field pulls the rotor further than this from its start */
+#define TURNS_BACK     4 /* part of a period: a jumping field may meet the rotor moving away from it */
+
+#define STILL_MS       12u
+#define STILL_MOST_MS  2000u
+#define AXIS_APART_Q32 (DEGREES_45_Q32 / 9 * 2)
+#define NORTH_Q32      (DEGREES_45_Q32 / 9 * 16) /* 80 degrees */
 
 static uint32_t encoder_q32(const volatile struct current_loop *c, uint32_t latched)
 {
@@ -16,17 +33,186 @@ void alignment_start(struct alignment *a, volatile struct current_loop *c, const
     current_loop_field(c, a->field_q32, 0);
 }
 
-/* The counter runs from 0 to one turn; between two steps it moves by less than half a turn. Returns the difference. */
-static int32_t follow_encoder(struct alignment *a, const struct tuning *t, uint32_t latched)
+/* ---- pulling ---- */
+
+/* Current follows its target within half a period; at once to hold a falling rotor. */
+static void follow_current(struct alignment *a, const struct tuning *t)
 {
-    const int32_t half = t->encoder_counts / 2;
-    int32_t moved = (int32_t)latched - (int32_t)a->latched;
-    moved -= moved > half ? t->encoder_counts : 0;
-    moved += moved < -half ? t->encoder_counts : 0;
-    a->counts += moved;
-    a->latched = latched;
-    return moved;
+    const int32_t half_ms = a->gripped || t->reluctant ? GRIP_MS : a->period_ms / 2;
+    const int32_t slope_q15 = q15_max(t->align[a->level].i_q15 / half_ms, 1);
+    a->current_q15 = measure_towards(a->current_q15, a->target_q15, slope_q15);
 }
+
+/* A reluctance machine is held where it is first pulled across its magnets, and swings less. */
+static int32_t pull_current_q15(const struct alignment *a, const struct tuning *t)
+{
+    return a->gripped || t->reluctant ? a->current_q15 : pull_speed_current_q15(&a->speed, t, a->current_q15);
+}
+
+/* A rotor that runs away without current falls with its load: then all the available current holds it. */
+static void grip(struct alignment *a, const struct tuning *t)
+{
+    if (!t->reluctant && a->stage < STAGE_PASS && !a->gripped && pull_speed_falls(&a->speed, t)) {
+        a->level = t->align_levels - 1u;
+        a->target_q15 = t->align[a->level].i_q15;
+        a->gripped = true;
+        a->rotor.sense = 0; /* while falling it may have been anywhere relative to the field */
+        alignment_begin_swing(a);
+    }
+}
+
+/* During the pull the rotor turns half a turn to the field and a quarter with it, and swings; any further is a load. */
+bool alignment_carried_away(struct alignment *a, const struct tuning *t)
+{
+    const int32_t turns = a->stage < STAGE_PASS ? AWAY_TURNS : ALIGNMENT_TURNS;
+    grip(a, t);
+    return q15_abs(a->counts - a->origin) > turns * t->encoder_counts / t->pole_pairs;
+}
+
+/* Settled, or waited long enough: longer if nothing damps it. */
+static bool at_rest(const struct alignment *a)
+{
+    const int32_t most_ms = a->period_ms * SETTLE_PERIODS * (a->rotor.sense == 0 ? 2 : 1) + SETTLE_MS;
+    return a->current_q15 == a->target_q15 && (pendulum_settled(&a->rotor) || (int32_t)a->stage_ms >= most_ms);
+}
+
+/*
+ * Reluctance holds the rotor behind the field or ahead of it. If ahead, friction would drag it to the other side as the field
+ * begins to turn; a quarter turn of the field does that at rest.
+ */
+static bool leads_the_field(const struct alignment *a)
+{
+    return (a->counts - a->origin) * a->rotor.sense < 0;
+}
+
+static enum alignment_result step_first(struct alignment *a, const struct tuning *t)
+{
+    if (!at_rest(a)) {
+        return ALIGNMENT_RUNNING;
+    }
+    if (t->reluctant && !leads_the_field(a)) {
+        alignment_begin_pass(a, t, PASS_FORTH);
+    } else {
+        a->jump_from = a->counts;
+        alignment_enter(a, STAGE_SECOND);
+    }
+    return ALIGNMENT_RUNNING;
+}
+
+/*
+ * If pole_pairs or encoder_counts is too large, the rotor appears to move more than a quarter turn: the field must then turn
+ * slower, since the rotor is faster than it seems. Friction alone changes that little.
+ */
+static void judge_jump(struct alignment *a, const struct tuning *t)
+{
+    const int32_t quarter = t->encoder_counts / t->pole_pairs / 4 + 1;
+    const int32_t seen = q15_abs(a->counts - a->jump_from) * (int32_t)RATIO_ONE / quarter;
+    a->ratio = (uint32_t)q15_clamp(seen, (int32_t)RATIO_ONE, RATIO_MOST);
+}
+
+/* A second attempt has more current, and pulls the rotor along. */
+static enum alignment_result step_second(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
+{
+    const uint32_t jump_ms = a->attempt == 0u ? JUMP_MS : (uint32_t)a->period_ms / 2u;
+    if (a->stage_ms <= jump_ms) {
+        a->field_q32 += QUARTER_Q32 / jump_ms;
+        pull_speed_field_moves(&a->speed);
+        pendulum_start(&a->rotor, a->rotor.period_ms, angle_q32, a->field_q32);
+        alignment_begin_swing(a);
+    } else if ((int32_t)(a->stage_ms - jump_ms) <= a->rotor.period_ms / TURNS_BACK) {
+        alignment_begin_swing(a);
+    } else if (at_rest(a)) {
+        judge_jump(a, t);
+        alignment_begin_pass(a, t, PASS_FORTH);
+    }
+    return ALIGNMENT_RUNNING;
+}
+
+enum alignment_result alignment_step_pull(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
+{
+    return a->stage == STAGE_PULL ? step_first(a, t) : step_second(a, t, angle_q32);
+}
+
+/* ---- reluctance machines ---- */
+
+/*
+ * The magnets' axis is known, but not its sense: a field across them is never opposite to where reluctance holds the rotor,
+ * which swings by no more than 90 degrees less the angle that the magnets keep from the current.
+ */
+static void pull_across(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
+{
+    a->first_offset_q32 = saliency_offset_q32(&a->axis);
+    a->field_q32 = angle_q32 + a->first_offset_q32 + QUARTER_Q32;
+    pendulum_start(&a->rotor, t->align[a->level].period_ms, angle_q32, a->field_q32);
+    a->target_q15 =
+        t->align[a->level].i_q15 / 3 * 2; /* reluctance still outweighs the magnets, and the rotor swings slower */
+    a->origin = a->counts;
+    alignment_enter(a, STAGE_PULL);
+}
+
+static enum alignment_result step_drop(struct alignment *a, volatile struct current_loop *c, const struct tuning *t)
+{
+    c->i_d_ref_q15 = 0;
+    current_loop_field(c, a->field_q32, 0);
+    if (a->still_ms >= STILL_MS) {
+        saliency_start(&a->axis, t->saliency_v_q15, t->saliency_i_q15);
+        alignment_enter(a, STAGE_AXIS);
+    } else if (a->stage_ms > STILL_MOST_MS) {
+        a->detail[0] = ALIGNMENT_OUT_DEGREES;
+        return ALIGNMENT_LOAD;
+    }
+    return ALIGNMENT_RUNNING;
+}
+
+/* The difference of two offsets that are known up to half a turn. */
+static int32_t apart_q32(uint32_t x_q32, uint32_t y_q32)
+{
+    return q15_abs((int32_t)(2u * (x_q32 - y_q32)) / 2);
+}
+
+/*
+ * The rotor hung on the field with its north pole within 90 degrees of it: that tells the axis's sense. Friction and load
+ * have shifted it one way or the other; too near to 90 degrees nothing is told.
+ */
+static enum alignment_result judge_axis(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
+                                        uint32_t angle_q32)
+{
+    uint32_t offset_q32 = saliency_offset_q32(&a->axis);
+    const bool apart = !saliency_seen(&a->axis) || apart_q32(offset_q32, a->first_offset_q32) > AXIS_APART_Q32;
+    if (a->silent) {
+        return alignment_again(a, t, angle_q32, apart ? ALIGNMENT_ENCODER_DEAD : ALIGNMENT_BLOCKED);
+    }
+    if (apart) {
+        return alignment_again(a, t, angle_q32, ALIGNMENT_BLOCKED);
+    }
+    if (q15_abs((int32_t)(a->load.back_q32[0] - offset_q32) / 2) > (int32_t)(QUARTER_Q32 / 2)) {
+        offset_q32 += 2u * QUARTER_Q32;
+    }
+    const int32_t forth_q32 = q15_abs((int32_t)(a->load.forth_q32[0] - offset_q32) / 2);
+    const int32_t back_q32 = q15_abs((int32_t)(a->load.back_q32[0] - offset_q32) / 2);
+    const int32_t most_q32 = q15_max(forth_q32, back_q32);
+    if (most_q32 > NORTH_Q32 / 2) {
+        a->detail[0] = most_q32 / (DEGREES_45_Q32 / 90);
+        return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
+    }
+    c->angle_offset_q32 = offset_q32;
+    return ALIGNMENT_DONE;
+}
+
+static enum alignment_result step_axis(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
+                                       uint32_t angle_q32)
+{
+    if (!saliency_step(&a->axis, c, angle_q32)) {
+        return ALIGNMENT_RUNNING;
+    }
+    if (a->turned) {
+        return judge_axis(a, c, t, angle_q32);
+    }
+    pull_across(a, t, angle_q32);
+    return ALIGNMENT_RUNNING;
+}
+
+/* ---- all of it ---- */
 
 /* The current is gone: from now on the offset does not change. */
 static enum alignment_result step_release(struct alignment *a, volatile struct current_loop *c)
@@ -49,7 +235,10 @@ static enum alignment_result step_stage(struct alignment *a, volatile struct cur
     if (a->stage < STAGE_RELEASE) {
         return alignment_step_turns(a, c, t, angle_q32);
     }
-    return a->stage == STAGE_RELEASE ? step_release(a, c) : alignment_step_reluctant(a, c, t, angle_q32);
+    if (a->stage == STAGE_RELEASE) {
+        return step_release(a, c);
+    }
+    return a->stage == STAGE_DROP ? step_drop(a, c, t) : step_axis(a, c, t, angle_q32);
 }
 
 bool alignment_holds_voltage(const struct alignment *a)
@@ -61,18 +250,20 @@ enum alignment_result alignment_step(struct alignment *a, volatile struct curren
                                      uint32_t latched)
 {
     const uint32_t angle_q32 = encoder_q32(c, latched);
-    const int32_t moved = follow_encoder(a, t, latched);
+    const int32_t moved = measure_counts(a->latched, latched, t->encoder_counts);
+    a->latched = latched;
+    a->counts += moved;
     a->stage_ms++;
     a->still_ms = moved == 0 ? a->still_ms + 1u : 0u;
     pull_speed_step(&a->speed, c, t, (int32_t)encoder_q32(c, (uint32_t)moved));
     alignment_feel_sense(a, c, t, moved, angle_q32);
-    alignment_follow_current(a, t);
+    follow_current(a, t);
     if (alignment_carried_away(a, t)) {
         a->detail[0] = ALIGNMENT_OUT_DEGREES;
         return ALIGNMENT_LOAD;
     }
     if (a->stage < STAGE_DROP && a->stage != STAGE_PASS) {
-        pendulum_step(&a->rotor, c, angle_q32, a->field_q32, 0, alignment_pull_current_q15(a, t));
+        pendulum_step(&a->rotor, c, angle_q32, a->field_q32, 0, pull_current_q15(a, t));
     }
     return step_stage(a, c, t, angle_q32);
 }

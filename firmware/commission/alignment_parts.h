@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Shared by the parts of the alignment only. Each part has a file: pulling (alignment_pull.c), the encoder's direction
- * (alignment_sense.c), turning and its checks (alignment_turns.c), the axis of reluctance machines (alignment_reluctant.c).
- * Slow loop.
+ * Shared by the parts of the alignment only. Each part has a file: the encoder's direction (alignment_sense.c), turning and
+ * its checks (alignment_turns.c), attempts (alignment_attempt.c), pulling and all else (alignment.c). Slow loop.
  */
 #ifndef FIRMWARE_COMMISSION_ALIGNMENT_PARTS_H
 #define FIRMWARE_COMMISSION_ALIGNMENT_PARTS_H
@@ -46,9 +45,7 @@ void alignment_begin_attempt(struct alignment *a, const struct tuning *t, uint32
 enum alignment_result alignment_again(struct alignment *a, const struct tuning *t, uint32_t angle_q32,
                                       enum alignment_result otherwise);
 
-/* Before each step: ramps the current, and checks whether a load takes the rotor away. */
-void alignment_follow_current(struct alignment *a, const struct tuning *t);
-int32_t alignment_pull_current_q15(const struct alignment *a, const struct tuning *t);
+/* Before each step: whether a load takes the rotor away; a falling one is gripped. */
 bool alignment_carried_away(struct alignment *a, const struct tuning *t);
 
 /* One step of STAGE_PULL or STAGE_SECOND. */
@@ -76,12 +73,5 @@ enum alignment_result alignment_step_turns(struct alignment *a, volatile struct 
 
 /* Switches the current off; measures the rotor's axis once it rests. `turned`: the passes are done. */
 void alignment_begin_drop(struct alignment *a, bool turned);
-
-/* True if reluctance holds the rotor ahead of the field, in the direction in which the field is about to turn. */
-bool alignment_leads_the_field(const struct alignment *a);
-
-/* One step of STAGE_DROP or STAGE_AXIS. */
-enum alignment_result alignment_step_reluctant(struct alignment *a, volatile struct current_loop *c,
-                                               const struct tuning *t, uint32_t angle_q32);
 
 #endif

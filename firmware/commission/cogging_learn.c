@@ -31,16 +31,10 @@ void cogging_learn_begin(struct cogging_learn *l, const struct turns *turns, con
 
 int32_t cogging_learn_direction(const struct cogging_learn *l)
 {
-    switch (l->phase) {
-    case COGGING_FORTH_BEGINS:
-    case COGGING_FORTH:
-        return 1;
-    case COGGING_BACK_BEGINS:
-    case COGGING_BACK:
-        return -1;
-    default:
-        return 0;
-    }
+    const uint32_t phase = l->phase;
+    const bool forth = phase == COGGING_FORTH_BEGINS || phase == COGGING_FORTH;
+    const bool back = phase == COGGING_BACK_BEGINS || phase == COGGING_BACK;
+    return forth ? 1 : back ? -1 : 0;
 }
 
 /* Turned in the last millisecond, not against the direction. */

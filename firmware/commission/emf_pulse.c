@@ -20,29 +20,17 @@ uint32_t emf_pulse_longest(const struct pwm_regs *pwm)
     return longest_of(pwm->PERIOD, pwm->DEAD);
 }
 
-/* Waits until the carrier has risen to this count, on its way to the valley. Must not begin before its peak. */
-static void wait_rising(const struct pwm_regs *pwm, uint32_t count)
+/*
+ * Waits until the carrier has risen to this count, on its way to the valley, or has fallen to it from there. To rise it must
+ * not begin before the peak.
+ */
+static inline void wait_carrier(const struct pwm_regs *pwm, bool rising, uint32_t count)
 {
     for (uint32_t poll = 0; poll < PATIENCE_POLLS; poll++) {
-        if ((pwm->STATUS & PWM_STATUS_RISING) != 0u && pwm->COUNT >= count) {
+        if (((pwm->STATUS & PWM_STATUS_RISING) != 0u) == rising &&
+            (rising ? pwm->COUNT >= count : pwm->COUNT <= count)) {
             return;
         }
-    }
-}
-
-/* Then, from the valley, until it has fallen to this count. */
-static void wait_falling(const struct pwm_regs *pwm, uint32_t count)
-{
-    for (uint32_t poll = 0; poll < PATIENCE_POLLS; poll++) {
-        if ((pwm->STATUS & PWM_STATUS_RISING) == 0u && pwm->COUNT <= count) {
-            return;
-        }
-    }
-}
-
-static void wait_valley(const struct pwm_regs *pwm)
-{
-    for (uint32_t poll = 0; poll < PATIENCE_POLLS && (pwm->STATUS & PWM_STATUS_RISING) != 0u; poll++) {
     }
 }
 
@@ -56,13 +44,13 @@ struct emf_pulse emf_pulse(const volatile struct current_loop *c, struct fabric 
 {
     const uint32_t half_counts = f->pwm.PERIOD;
     const uint32_t behind = f->pwm.DEAD / 2u; /* distance of the sample from the valley: pwm_init() */
-    wait_valley(&f->pwm);
-    wait_rising(&f->pwm, half_counts - longest_of(half_counts, 2u * behind) - MARGIN_COUNTS);
+    wait_carrier(&f->pwm, false, UINT32_MAX);
+    wait_carrier(&f->pwm, true, half_counts - longest_of(half_counts, 2u * behind) - MARGIN_COUNTS);
     const uint32_t mask = cpu_irq_save();
     const uint32_t before = adc_sequence(&f->adc);
-    wait_rising(&f->pwm, half_counts + behind - counts);
+    wait_carrier(&f->pwm, true, half_counts + behind - counts);
     (void)bridge_enable(c, f);
-    wait_falling(&f->pwm, half_counts - behind - 1u);
+    wait_carrier(&f->pwm, false, half_counts - behind - 1u);
     gate_disable(&f->gate);
     wait_conversion(&f->adc, before);
     const struct adc_sample s = adc_read(&f->adc);

@@ -2,7 +2,7 @@
 #include "firmware/commission/hall_learn.h"
 
 #include "drivers/cortex/cpu.h"
-#include "lib/q15.h"
+#include "firmware/commission/measure.h"
 
 #define FIELD_HZ      2
 #define TURN_MS       (1000u / FIELD_HZ)
@@ -31,23 +31,15 @@ int32_t hall_learn_states(const struct hall_learn *l)
 
 /* ---- the field ---- */
 
-/* Electrical turns a sample; `part` of SPEED_UP_MS. */
-static int32_t speed_q32(const struct tuning *t, int32_t part)
-{
-    const int32_t full_q32 = (int32_t)((1LL << 32) * FIELD_HZ / t->loop_hz);
-    return (int32_t)((int64_t)full_q32 * part / (int32_t)SPEED_UP_MS);
-}
-
 /* From standstill to full speed forwards, from there to full speed backwards in twice the time. */
 static void move_field(const struct hall_learn *l, volatile struct current_loop *c, const struct tuning *t)
 {
-    const int32_t full = (int32_t)SPEED_UP_MS;
-    const int32_t ms = (int32_t)l->ms;
-    const int32_t forth = q15_min(ms, full);
-    const int32_t back = q15_max(full - ms, -full);
+    const int32_t full_q32 = (int32_t)((1LL << 32) * FIELD_HZ / t->loop_hz); /* electrical turns a sample */
+    const int32_t ms = (int32_t)l->ms, most_ms = (int32_t)SPEED_UP_MS;
+    const int32_t part_ms = l->phase == FORTH ? q15_min(ms, most_ms) : q15_max(most_ms - ms, -most_ms);
     const int32_t most_q15 = (t->field.i_align_q15 >> GROWS_SHIFT) + 1;
-    c->field_speed_q32 = speed_q32(t, l->phase == FORTH ? forth : back);
-    c->i_d_ref_q15 += q15_clamp(t->field.i_align_q15 - c->i_d_ref_q15, -most_q15, most_q15);
+    c->field_speed_q32 = (int32_t)((int64_t)full_q32 * part_ms / most_ms);
+    c->i_d_ref_q15 = measure_towards(c->i_d_ref_q15, t->field.i_align_q15, most_q15);
     c->i_q_ref_q15 = 0;
 }
 

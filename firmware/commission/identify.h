@@ -1,18 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Identifies the motor from the inverter's ratings and the rated current alone. It runs in steps, each with its file: the slow
- * loop measures, bridge on; when a step has its sums it holds no voltage, and the thread evaluates them and plans how the next
- * step measures. So interrupts never divide, and each step is tuned by the results of those before it.
- *
- *   identify_rough.c        a first inductance from pulses, a first resistance from a steady current
- *   identify_resistance.c   resistance, and the dead-time loss left after compensation
- *   identify_inductance.c   the axes, and the inductance along each, for small changes
- *   identify_turn.c         the field turns slowly: encoder counts per electrical turn, and their direction
- *   identify_push.c         a current across the magnets pushes the rotor forth and back: a first flux and inertia
- *   identify_index.c        from index to index: counts per turn, and so pole pairs
- *   identify_ramps.c        accelerating and braking at one current: flux, inertia
- *   identify_speeds.c       constant speeds both ways: friction, the encoder's offset
- *   identify_map.c          inductances and fluxes over current: along the magnets, across, and where torque needs least
+ * Identifies the motor from the inverter's ratings and the rated current alone. It plays a script (identify_script.h), and each
+ * step has two halves: the slow loop measures, bridge on; when a step has its sums it holds no voltage, and the thread
+ * evaluates them and plans how the next step measures. So interrupts never divide, and each step is tuned by the results of
+ * those before it. What several steps measure with is in measure.h.
  *
  * From the push on the currents are regulated in the rotor's frame, by the encoder: identify_takes_over().
  *
@@ -28,48 +19,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "drivers/fabric/fabric.h"
 #include "firmware/commission/field_pass.h"
 #include "firmware/commission/identify_burst.h"
-#include "firmware/control/current_loop.h"
-#include "firmware/control/speed_loop.h"
+#include "firmware/commission/identify_script.h"
+#include "firmware/commission/measure.h"
 #include "firmware/settings/error.h"
 #include "firmware/settings/params.h"
 #include "firmware/settings/tuning.h"
-
-enum identify_quantity {
-    IDENTIFY_RESISTANCE, /* uohm, one phase and the switches in its path, at their present temperature */
-    IDENTIFY_DEAD_TIME,  /* 0.1 ns, effective: what a leg loses in a period, in time at the bus voltage */
-    IDENTIFY_LD,         /* nH, for small changes, no current otherwise */
-    IDENTIFY_LQ,         /* nH */
-    IDENTIFY_POLE_PAIRS, /* exactly */
-    IDENTIFY_COUNTS,     /* of the encoder per mechanical turn, exactly */
-    IDENTIFY_DIRECTION,  /* 1: it counts up as the field turns; -1: down */
-    IDENTIFY_OFFSET,     /* angle of the magnets where the index begins, turning forth: 0.01 degrees, electrical */
-    IDENTIFY_FLUX,       /* 0.1 uWb, of the magnets, at almost no current and their present temperature */
-    IDENTIFY_INERTIA,    /* gmm2, rotor and load */
-    IDENTIFY_COULOMB,    /* uNm: friction that does not depend on speed, bearings and iron */
-    IDENTIFY_VISCOUS,    /* nNms: friction that grows with speed */
-    /* the map, for small changes, nH; i_d in halves of the rated current, i_q = 0 */
-    IDENTIFY_LD_D2_BACK, /* two halves against the magnets */
-    IDENTIFY_LD_D1_BACK,
-    IDENTIFY_LD_D1,
-    IDENTIFY_LD_D2,
-    /* i_q in thirds of the rated current, i_d = 0 */
-    IDENTIFY_LD_Q1,
-    IDENTIFY_LD_Q2,
-    IDENTIFY_LD_Q3,
-    IDENTIFY_LQ_Q1,
-    IDENTIFY_LQ_Q2,
-    IDENTIFY_LQ_Q3,
-    /* where rated current makes most torque, if i_d contributes to it */
-    IDENTIFY_TORQUE_ID,   /* mA: this current */
-    IDENTIFY_TORQUE_IQ,   /* mA */
-    IDENTIFY_TORQUE_FLUX, /* 0.1 uWb, along the magnets */
-    IDENTIFY_TORQUE_ACROSS,
-    IDENTIFY_CROSS, /* L_dq / L_qq there, thousandths; with the sign of i_q */
-    IDENTIFY_QUANTITIES
-};
 
 enum identify_state {
     IDENTIFY_UNKNOWN, /* not reached yet */
@@ -77,51 +33,11 @@ enum identify_state {
     IDENTIFY_REFUSED,
 };
 
-enum identify_reason {
-    IDENTIFY_NO_REASON,
-    IDENTIFY_STOPPED,       /* off or a fault, before this one's turn */
-    IDENTIFY_RATED_SMALL,   /* rated current too small for the sensor range */
-    IDENTIFY_NO_CURRENT,    /* a tenth of the bus voltage drives almost no current */
-    IDENTIFY_NOT_RESISTIVE, /* voltage does not grow with current: contacts, a moving rotor */
-    IDENTIFY_TURNED,        /* reluctance turns the rotor whenever the current changes */
-    IDENTIFY_SCATTER,       /* repeated measurements differ by more than a tenth */
-    IDENTIFY_NO_ENCODER,    /* angle_source says there is none */
-    IDENTIFY_NOT_FOLLOWED,  /* the field turned, but the encoder's counts forth and back differ */
-    IDENTIFY_NOT_PUSHED,    /* the largest current across the magnets did not turn it */
-    IDENTIFY_NO_INDEX,      /* one electrical turn cannot tell pole pairs from counts */
-    IDENTIFY_LOADED,        /* a load drives it one way, or speeds are not reached */
-    IDENTIFY_TOO_SLOW,      /* too little EMF at the permitted speed */
-    IDENTIFY_UNRESOLVED,    /* its interval is half as large as the value */
-    IDENTIFY_TOO_LIGHT,     /* a current turns the rotor too quickly to measure */
-    IDENTIFY_RIPPLED,       /* phase currents change sign within a period: dead time hides it */
-    IDENTIFY_NOT_SALIENT,   /* i_d makes almost no torque */
-    IDENTIFY_REASONS
-};
-
 struct identify_result {
     uint32_t state;   /* enum identify_state */
     uint32_t reason;  /* enum identify_reason, of a refused one */
     int32_t value;    /* in the quantity's unit */
     int32_t interval; /* +- around the value in 95 % of cases */
-};
-
-enum identify_step {
-    IDENTIFY_STEP_NONE,
-    IDENTIFY_STEP_PULSES,
-    IDENTIFY_STEP_HOLD,
-    IDENTIFY_STEP_RESISTANCE,
-    IDENTIFY_STEP_AXES,
-    IDENTIFY_STEP_INDUCTANCE,
-    IDENTIFY_STEP_TURN,
-    IDENTIFY_STEP_PUSH, /* from here on in the rotor's frame */
-    IDENTIFY_STEP_INDEX,
-    IDENTIFY_STEP_RAMPS,
-    IDENTIFY_STEP_SPEEDS,
-    IDENTIFY_STEP_ALONG,
-    IDENTIFY_STEP_ACROSS,
-    IDENTIFY_STEP_TORQUE,
-    IDENTIFY_STEP_DONE,
-    IDENTIFY_STEPS
 };
 
 #define IDENTIFY_LEVELS 10 /* of current: tenths of the rated one */
@@ -132,9 +48,10 @@ enum identify_step {
 #define IDENTIFY_CURRENT_GAIN_PERMILLE 15
 #define IDENTIFY_BUS_GAIN_PERMILLE     7
 
+/* ---- what the steps measure; each has it from 0 on, and its own thinking is the last to see it ---- */
+
 struct identify_pulses {
-    uint32_t count; /* bursts at the final height */
-    uint32_t angle;
+    uint32_t count;            /* bursts at the final height */
     struct burst_sums sums[3]; /* one for each angle */
 };
 
@@ -144,11 +61,10 @@ struct identify_hold {
 };
 
 struct identify_resistance {
-    uint32_t angle, visit, ms;
-    bool moving;                                        /* the field moves to its next angle, and the rotor with it */
+    uint32_t angle, visit;
     int64_t v_sum[2][IDENTIFY_ANGLES][IDENTIFY_LEVELS]; /* on the way down and up */
     int64_t vbus_sum_q15;
-    int32_t from;         /* counts at the last step */
+    int32_t from;         /* counts at the last millisecond */
     int32_t led, drifted; /* counts with the field, and while it stood */
 };
 
@@ -158,15 +74,10 @@ enum identify_pass {
     IDENTIFY_PASSES
 };
 
-struct identify_axes_sums {
-    int64_t re, im, straight; /* responses turned back by twice the angle; and along the voltage */
-};
-
 struct identify_axes {
-    uint32_t pass, angle, burst;
+    uint32_t bursts;                /* in this pass */
     int32_t held_steps, free_steps; /* heights of the wave */
-    struct identify_axes_sums sums[IDENTIFY_PASSES];
-    int32_t this_d, this_q;
+    struct measure_axes sums[IDENTIFY_PASSES];
 };
 
 struct identify_inductance {
@@ -175,32 +86,21 @@ struct identify_inductance {
 };
 
 struct identify_turn {
-    uint32_t pass;
     struct field_pass field;
-    struct pendulum rotor; /* led by the field, not damped by it */
-    int32_t current_q15;
+    struct pendulum rotor;     /* led by the field, not damped by it */
     int32_t way[2];            /* counts from one turn of the field, forth and back */
     uint32_t field_q32[2];     /* its mean angle */
     int32_t mean_counts_q8[2]; /* and the encoder's mean count meanwhile */
-    bool even;
-};
-
-/* Sums over samples of one push, for a regression of voltage on speed and of speed on time. */
-struct identify_run {
-    int32_t count;
-    int64_t i, v, x;    /* q current and voltage, Q15; speed, rpm Q9 */
-    int64_t tx, xx, xv; /* t: places of the samples, from 0 */
+    bool uneven;
 };
 
 struct identify_push {
-    uint32_t phase, phase_ms;
-    int32_t i_q15;              /* pushing current */
-    int32_t emf_q18;            /* induced in q, a mean over 8 ms, 3 more bits */
-    struct identify_run run[2]; /* back and forth */
+    int32_t i_q15;             /* pushing current */
+    int32_t emf_q18;           /* induced in q, a mean over 8 ms, 3 more bits */
+    struct measure_run run[2]; /* back and forth */
 };
 
-struct identify_index_search {
-    uint32_t phase, phase_ms;
+struct identify_index {
     uint32_t seen;         /* how often */
     int32_t first, second; /* counts there */
     int32_t from;          /* where the search began */
@@ -215,7 +115,6 @@ struct identify_point {
 };
 
 struct identify_speeds {
-    uint32_t point;
     uint32_t settled_ms, waited_ms, measured_ms;
     uint32_t offset_q32; /* of the frame meanwhile */
     bool index_seen;
@@ -226,9 +125,8 @@ struct identify_speeds {
 #define IDENTIFY_RAMPS 5
 
 struct identify_ramps {
-    uint32_t ramp, phase_ms;
-    uint32_t led_ms;                                                  /* at the start speed of the first ramp */
-    struct identify_run slows[IDENTIFY_RAMPS], gains[IDENTIFY_RAMPS]; /* braking, then accelerating */
+    uint32_t led_ms;                                                 /* at the start speed of the first ramp */
+    struct measure_run slows[IDENTIFY_RAMPS], gains[IDENTIFY_RAMPS]; /* braking, then accelerating */
 };
 
 #define IDENTIFY_MAP_POINTS 4
@@ -241,16 +139,29 @@ struct identify_map_point {
     bool fluxes;              /* whether fluxes are wanted as well */
     uint32_t bursts[2];
     struct burst_sums sums[2][2]; /* of d and q, each in two halves: i_q to either side */
-    struct identify_run run[2]
-                           [2]; /* both signs of i_q; of v_q and of -v_d times the sign of i_q: both grow with speed */
+    struct measure_run run[2]
+                          [2]; /* both signs of i_q; of v_q and of -v_d times the sign of i_q: both grow with speed */
 };
 
 struct identify_map {
-    uint32_t point, points;
-    uint32_t phase_ms, way_ms; /* in this point, and since i_q changed its sign */
-    uint32_t ways;             /* number of sign changes */
-    int32_t sign;              /* of i_q */
+    uint32_t points;
+    uint32_t way_ms, ways; /* since i_q changed its sign; and how often it did */
+    int32_t sign;          /* of i_q */
     struct identify_map_point at[IDENTIFY_MAP_POINTS];
+};
+
+union identify_work {
+    struct identify_pulses pulses;
+    struct identify_hold hold;
+    struct identify_resistance resistance;
+    struct identify_axes axes;
+    struct identify_inductance inductance;
+    struct identify_turn turn;
+    struct identify_push push;
+    struct identify_index index;
+    struct identify_ramps ramps;
+    struct identify_speeds speeds;
+    struct identify_map map;
 };
 
 struct identify {
@@ -259,56 +170,40 @@ struct identify {
     volatile bool running;
     uint32_t stopped_in; /* enum identify_step: where it ended: DONE, or at a fault or `off` */
     uint32_t fault;      /* enum fault that ended it, 0: none */
-    uint32_t ms;         /* in this step */
     uint32_t total_ms;
+    uint32_t ms;              /* in this step */
+    uint32_t phase, phase_ms; /* of this step, and in it */
+    bool open;                /* there is something left for it to find */
+    union identify_work work; /* of this step */
+    struct identify_result results[IDENTIFY_QUANTITIES];
+    /* what the steps found, for later ones */
     struct params params; /* results so far, and the inverter's; for tuning */
+    struct params told;   /* by the user: gives the permitted speed */
     struct tuning tuning; /* of the current loop meanwhile */
+    struct burst burst;
     int32_t i_rated_q15;
+    int64_t bus_nv;     /* of the pulses */
     int32_t rough_mohm; /* first resistance, from a steady current */
     uint32_t settle_ms; /* until iron and rotor have settled after a current step */
-    /* what the steps found, for later ones */
-    struct burst burst;
-    uint32_t axis_q32; /* the magnets' angle in the field's frame, or half a turn more */
-    bool reluctant;    /* one inductance is twice the other, or more */
-    struct identify_result results[IDENTIFY_QUANTITIES];
-    /* what the steps measure */
-    struct identify_pulses pulses;
-    struct identify_hold hold;
-    struct identify_resistance resistance;
-    struct identify_axes axes;
-    struct identify_inductance inductance;
-    struct identify_turn turn;
-    struct identify_push push;
-    struct identify_index_search index;
-    struct identify_speeds speeds;
-    struct identify_ramps ramps;
-    struct identify_map map;
+    uint32_t axis_q32;  /* the magnets' angle in the field's frame, or half a turn more */
+    bool reluctant;     /* one inductance is twice the other, or more */
     /* turning */
-    bool sensorless;     /* the parameters say there is no encoder */
-    bool backwards;      /* the encoder counts down as the field turns: its counter must be reversed */
-    bool indexed;        /* pole pairs and counts are the motor's; until then stand-ins of the same ratio */
-    bool retuned;        /* the tuning must be put into effect */
-    bool taken;          /* it is, in the rotor's frame */
-    int32_t counts;      /* of the encoder since identify began, or since the last take-over */
-    int32_t axis_counts; /* where the axis was measured */
-    uint32_t start_q32;  /* rotor's angle at the first one */
-    struct params told;  /* by the user: gives the permitted speed */
-    int32_t rpm_most;    /* speed limit from now on */
-    int32_t ramp_i_q15;  /* current of the ramps, at least */
-    int32_t flux_e1_uwb; /* flux so far, tenths */
-    int32_t swing_rpm;   /* from which rated current reverses the rotor in the time that waves need */
-    int32_t ripple_q10;  /* of the tuning, where current ripple matters; or 0 */
-    int32_t wave_steps;  /* height of the waves used to measure inductance */
-    uint32_t ahead_q32;  /* its frame's lead over the rotor, from constant speeds: corrected at the next take-over */
+    bool backwards;       /* the encoder counts down as the field turns: its counter must be reversed */
+    bool indexed;         /* pole pairs and counts are the motor's; until then stand-ins of the same ratio */
+    bool retuned;         /* the tuning must be put into effect */
+    bool taken;           /* it is, in the rotor's frame */
+    int32_t counts;       /* of the encoder since identify began, or since the last take-over */
+    int32_t axis_counts;  /* where the axis was measured */
+    uint32_t start_q32;   /* rotor's angle at the first one */
+    int32_t rpm_most;     /* speed limit from now on */
+    int32_t ramp_i_q15;   /* current of the ramps; before that of the push: they take it at least */
+    int64_t ramp_mrad_s2; /* as it has accelerated */
+    int32_t flux_e1_uwb;  /* flux so far, tenths */
+    int32_t swing_rpm;    /* from which rated current reverses the rotor in the time that waves need */
+    int32_t ripple_q10;   /* of the tuning, where current ripple matters; or 0 */
+    int32_t wave_steps;   /* height of the waves used to measure inductance */
+    uint32_t ahead_q32;   /* its frame's lead over the rotor, from constant speeds: corrected at the next take-over */
     int32_t torque_d_q15, torque_q_q15; /* the split of rated current with most torque */
-};
-
-/* What the slow loop measures with. `tuning` is the one in effect. */
-struct identify_io {
-    volatile struct current_loop *loop;
-    struct fabric *fabric;
-    struct speed_loop *speed;
-    const struct tuning *tuning;
 };
 
 /*
@@ -318,7 +213,7 @@ struct identify_io {
 struct outcome identify_begin(struct identify *d, const struct params *p);
 
 /* One millisecond. True when all that can be done is done: the bridge may go off. Slow loop, bridge on, wiring good. */
-bool identify_step(struct identify *d, const struct identify_io *io);
+bool identify_step(struct identify *d, const struct measure_io *io);
 
 /*
  * True once before a step that needs it: the rotor is at rest or turns slowly, and the caller must put d->tuning into effect in
@@ -328,6 +223,9 @@ bool identify_step(struct identify *d, const struct identify_io *io);
 bool identify_takes_over(const struct identify *d);
 uint32_t identify_angle_q32(const struct identify *d, const volatile struct current_loop *c);
 void identify_taken(struct identify *d);
+
+/* What console and bus call a step. Any context. */
+const char *identify_step_name(uint32_t step);
 
 /* True if the currents are regulated in the rotor's frame: with the tuning in effect. Slow loop. */
 bool identify_in_rotor_frame(const struct identify *d);

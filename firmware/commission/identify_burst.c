@@ -14,32 +14,11 @@ int32_t burst_sign(const struct burst *b, int32_t k)
     return quarter == 0 || quarter == 3 ? 1 : -1;
 }
 
-/* The controllers' state, saved before the burst and restored after it. */
-struct controllers {
-    int32_t kp_d_q9, kp_q_q9, ki_q15;
-    int32_t integral_d_q9, integral_q_q9;
-};
-
-static struct controllers rest(volatile struct current_loop *c)
+static void set_gains(volatile struct current_loop *c, int32_t kp_d_q9, int32_t kp_q_q9, int32_t ki_q15)
 {
-    const struct controllers before = {.kp_d_q9 = c->kp_d_q9, .kp_q_q9 = c->kp_q_q9, .ki_q15 = c->ki_q15};
-    c->ki_q15 = 0;
-    c->kp_d_q9 = 0;
-    c->kp_q_q9 = 0;
-    return (struct controllers){.kp_d_q9 = before.kp_d_q9,
-                                .kp_q_q9 = before.kp_q_q9,
-                                .ki_q15 = before.ki_q15,
-                                .integral_d_q9 = c->integral_d_q9,
-                                .integral_q_q9 = c->integral_q_q9};
-}
-
-static void work(volatile struct current_loop *c, const struct controllers *had)
-{
-    c->integral_d_q9 = had->integral_d_q9;
-    c->integral_q_q9 = had->integral_q_q9;
-    c->kp_d_q9 = had->kp_d_q9;
-    c->kp_q_q9 = had->kp_q_q9;
-    c->ki_q15 = had->ki_q15;
+    c->ki_q15 = ki_q15;
+    c->kp_d_q9 = kp_d_q9;
+    c->kp_q_q9 = kp_q_q9;
 }
 
 /* The next sample, and the interrupt that it brings is over: what is held from here on is for the one after it. */
@@ -56,18 +35,20 @@ void burst_play(struct burst *b, volatile struct current_loop *c, const struct a
     const cossin_t wave = cossin_q15(b->angle_q32 - b->field_q32);
     const int32_t wave_d_q9 = ((b->v_steps * wave.cos) >> 15) * (1 << PI_SHIFT);
     const int32_t wave_q_q9 = ((b->v_steps * wave.sin) >> 15) * (1 << PI_SHIFT);
-    const struct controllers had = rest(c);
+    const int32_t kp_d_q9 = c->kp_d_q9, kp_q_q9 = c->kp_q_q9, ki_q15 = c->ki_q15;
+    set_gains(c, 0, 0, 0); /* from here on the integrals stand */
+    const int32_t steady_d_q9 = c->integral_d_q9, steady_q_q9 = c->integral_q_q9;
     for (int32_t k = 0; k < BURST_SAMPLES; k++) {
         const struct adc_sample sample = next_sample(adc);
-        const int32_t sign = k < BURST_LENGTH ? burst_sign(b, k) : 0;
-        c->integral_d_q9 = had.integral_d_q9 + sign * wave_d_q9;
-        c->integral_q_q9 = had.integral_q_q9 + sign * wave_q_q9;
+        const int32_t sign = k < BURST_LENGTH ? burst_sign(b, k) : 0; /* at the end they are what they were */
+        c->integral_d_q9 = steady_d_q9 + sign * wave_d_q9;
+        c->integral_q_q9 = steady_q_q9 + sign * wave_q_q9;
         const uint32_t angle_q32 = b->angle_q32 + (uint32_t)k * (uint32_t)b->turn_q32;
         const dq_t i = park_q15(clarke_q15(sample.ia_q15, sample.ib_q15), cossin_q15(angle_q32));
         b->i_d_q15[k] = (int16_t)q15_sat16(i.d);
         b->i_q_q15[k] = (int16_t)q15_sat16(i.q);
     }
-    work(c, &had);
+    set_gains(c, kp_d_q9, kp_q_q9, ki_q15);
 }
 
 int32_t burst_peak_q15(const struct burst *b)

@@ -5,8 +5,6 @@
  */
 #include "drivers/fabric/encoder.h"
 #include "firmware/commission/identify_parts.h"
-#include "firmware/settings/scale.h"
-#include "lib/q15.h"
 
 #define TURNS_MOST     50 /* electrical ones to a mechanical: as many pole pairs as there can be */
 #define PATIENCE_MS    12000u
@@ -31,92 +29,71 @@ enum search_phase {
     SEARCH_REST,
 };
 
-static int32_t search_rpm(const struct identify *d)
-{
-    return d->reluctant ? q15_max(d->rpm_most / 4 * SEARCH_QUARTERS, 1) : d->rpm_most;
-}
+/* ---- measuring ---- */
 
-static void look(struct identify *d, struct identify_index_search *m, const struct identify_io *io)
+static void look(const struct identify *d, struct identify_index *m, const struct measure_io *io)
 {
-    struct encoder_regs *const encoder = &io->fabric->encoder;
-    if ((encoder_status(encoder) & ENCODER_STATUS_INDEX_SEEN) == 0u) {
+    uint32_t index;
+    if (!measure_index(io, &index)) {
         return;
     }
-    const uint32_t index = encoder_index(encoder);
-    encoder_clear(encoder, ENCODER_STATUS_INDEX_SEEN);
-    /* the shorter way round: it may have come after this millisecond's sample */
-    const int32_t turn = io->tuning->encoder_counts;
-    int32_t since = (int32_t)io->speed->estimate.count - (int32_t)index;
-    since += since < -turn / 2 ? turn : since > turn / 2 ? -turn : 0;
-    const int32_t at = d->counts - since;
-    if (m->seen == 1u) {
-        m->second = at;
-    } else {
-        m->first = at;
-    }
+    encoder_clear(&io->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
+    /* it may have come after this millisecond's sample */
+    const int32_t at = d->counts - measure_counts(index, io->speed->estimate.count, io->tuning->encoder_counts);
+    *(m->seen == 1u ? &m->second : &m->first) = at;
     m->seen++;
 }
 
-static bool ran_enough(const struct identify *d, const struct identify_index_search *m)
+static bool ran_enough(const struct identify *d, const struct identify_index *m)
 {
     const int64_t most = (int64_t)(TURNS_MOST + 1) * (m->seen + 1u) * d->params.encoder_counts;
-    return m->seen >= 2u || (int64_t)(d->counts - m->from) * d->params.pole_pairs > most || m->phase_ms > PATIENCE_MS;
+    return m->seen >= 2u || (int64_t)(d->counts - m->from) * d->params.pole_pairs > most || d->phase_ms > PATIENCE_MS;
 }
 
-static void enter(struct identify_index_search *m, enum search_phase phase)
+/* Runs from index to index; true when it has seen what there is. */
+static bool search(const struct identify *d, struct identify_index *m, const struct measure_io *io)
 {
-    m->phase = phase;
-    m->phase_ms = 0;
+    const int32_t rpm = d->reluctant ? q15_max(d->rpm_most / 4 * SEARCH_QUARTERS, 1) : d->rpm_most;
+    (void)measure_spin(io, rpm, identify_i_most_q15(d));
+    look(d, m, io);
+    return ran_enough(d, m);
 }
 
-bool identify_measure_index(struct identify *d, const struct identify_io *io)
+static bool stop(const struct identify *d, const struct measure_io *io)
 {
-    struct identify_index_search *const m = &d->index;
+    const bool there = measure_spin(io, 0, identify_i_most_q15(d));
+    return d->phase_ms > STOP_MS || (there && q15_abs(io->speed->speed_rpm_q4) * REST_PART < d->rpm_most * 16);
+}
+
+bool identify_measure_index(struct identify *d, const struct measure_io *io)
+{
+    struct identify_index *const m = &d->work.index;
     if (d->ms == 1u) {
-        *m = (struct identify_index_search){.phase = SEARCH_RUN, .from = d->counts};
+        m->from = d->counts;
         encoder_clear(&io->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
-        speed_loop_reset(io->speed, 0);
     }
-    m->phase_ms++;
     identify_correct_offset(d, io);
-    if (m->phase == SEARCH_RUN) {
-        identify_control_speed(io, search_rpm(d), identify_i_most_q15(d));
-        look(d, m, io);
-        if (ran_enough(d, m)) {
-            enter(m, SEARCH_STOP);
-        }
-        return false;
+    if (d->phase == SEARCH_REST) {
+        measure_push(io, 0);
+        return d->phase_ms > REST_MS;
     }
-    if (m->phase == SEARCH_STOP) {
-        identify_control_speed(io, 0, identify_i_most_q15(d));
-        const int32_t slow_q4 = d->rpm_most;
-        if (m->phase_ms > STOP_MS ||
-            (io->speed->ref_rpm_q16 == 0 && q15_abs(io->speed->speed_rpm_q4) * REST_PART < slow_q4 * 16)) {
-            enter(m, SEARCH_REST);
-        }
-        return false;
+    if (d->phase == SEARCH_RUN ? search(d, m, io) : stop(d, io)) {
+        identify_enter(d, d->phase + 1u);
     }
-    identify_push(io, 0);
-    return m->phase_ms > REST_MS;
+    return false;
 }
 
 /* ---- evaluation ---- */
-
-/* Speeds from here on: the motor's pole pairs are known, and so is the mechanic's speed. */
-static void set_speed(struct identify *d)
-{
-    const int32_t by_told = q15_max(d->told.speed_max_rpm / SPEED_SHARE, 1);
-    d->rpm_most = q15_min(d->rpm_most * EMF_TIMES, by_told);
-}
 
 /* From the machine that stood in to the motor: what is mechanical changes with the ratio of the turns. */
 static void take_pole_pairs(struct identify *d, int32_t pole_pairs, int32_t counts)
 {
     struct params *const p = &d->params;
     const int64_t before = p->pole_pairs;
-    p->inertia_gmm2 = (int32_t)q15_max((int32_t)scale(p->inertia_gmm2, pole_pairs * pole_pairs, before * before), 1);
-    p->ramp_rpm_s = (int32_t)q15_max((int32_t)scale(p->ramp_rpm_s, before, pole_pairs), 1);
-    d->rpm_most = (int32_t)q15_max((int32_t)scale(d->rpm_most, before, pole_pairs), 1);
+    p->inertia_gmm2 = q15_max((int32_t)scale(p->inertia_gmm2, pole_pairs * pole_pairs, before * before), 1);
+    p->ramp_rpm_s = q15_max((int32_t)scale(p->ramp_rpm_s, before, pole_pairs), 1);
+    const int32_t pushed_rpm = q15_max((int32_t)scale(d->rpm_most, before, pole_pairs), 1);
+    d->rpm_most = q15_min(pushed_rpm * EMF_TIMES, q15_max(d->told.speed_max_rpm / SPEED_SHARE, 1));
     p->pole_pairs = pole_pairs;
     p->encoder_counts = counts;
     p->overspeed_rpm = d->told.overspeed_rpm;
@@ -133,44 +110,34 @@ static void choose_ramps(struct identify *d)
     const int32_t range_ma = d->params.i_range_ma;
     const int32_t i_q15 = tuning_q15_from_milli((int32_t)(wanted_ma < range_ma ? wanted_ma : range_ma), range_ma);
     /* where reluctance is strong the current across changes the flux along, which shall be known next to no current */
-    const int32_t least_q15 = d->reluctant ? d->i_rated_q15 / RELUCTANT_PART : d->push.i_q15;
-    d->ramp_i_q15 = d->reluctant ? least_q15 : q15_clamp(i_q15, least_q15, identify_i_most_q15(d));
+    d->ramp_i_q15 =
+        d->reluctant ? d->i_rated_q15 / RELUCTANT_PART : q15_clamp(i_q15, d->ramp_i_q15, identify_i_most_q15(d));
 }
 
-static bool refuse(struct identify *d)
+static enum identify_reason do_without(struct identify *d)
 {
     choose_ramps(d);
-    identify_refuse(d, IDENTIFY_POLE_PAIRS, IDENTIFY_NO_INDEX);
-    identify_refuse(d, IDENTIFY_COUNTS, IDENTIFY_NO_INDEX);
-    identify_refuse(d, IDENTIFY_OFFSET, IDENTIFY_NO_INDEX);
-    identify_refuse(d, IDENTIFY_INERTIA, IDENTIFY_NO_INDEX);
-    identify_refuse(d, IDENTIFY_COULOMB, IDENTIFY_NO_INDEX);
-    identify_refuse(d, IDENTIFY_VISCOUS, IDENTIFY_NO_INDEX);
-    return identify_tune_turning(d);
+    identify_refuse(d, IDENTIFY_POLE_PAIRS, IDENTIFY_COUNTS, IDENTIFY_NO_INDEX);
+    identify_refuse(d, IDENTIFY_OFFSET, IDENTIFY_OFFSET, IDENTIFY_NO_INDEX);
+    identify_refuse(d, IDENTIFY_INERTIA, IDENTIFY_VISCOUS, IDENTIFY_NO_INDEX);
+    return identify_tune_turning(d, IDENTIFY_STOPPED);
 }
 
-bool identify_think_index(struct identify *d)
+enum identify_reason identify_think_index(struct identify *d)
 {
-    const struct identify_index_search *const m = &d->index;
-    const int32_t between = m->second - m->first;
-    const int32_t counts = (between + EDGES_PER_LINE / 2) / EDGES_PER_LINE * EDGES_PER_LINE;
+    const struct identify_index *const m = &d->work.index;
+    const int32_t counts = (m->second - m->first + EDGES_PER_LINE / 2) / EDGES_PER_LINE * EDGES_PER_LINE;
     const int32_t percent =
         (int32_t)scale(counts < 0 ? 0 : counts, 100LL * d->params.pole_pairs, d->params.encoder_counts);
     const int32_t pole_pairs = (percent + 50) / 100;
-    const int32_t off = percent - 100 * pole_pairs;
-    if (m->seen < 2u || pole_pairs < 1 || pole_pairs > TURNS_MOST || off > WHOLE_PERCENT || off < -WHOLE_PERCENT ||
-        counts < 64 || counts > (int32_t)ENCODER_COUNTS_MAX) {
-        return refuse(d);
+    if (m->seen < 2u || pole_pairs < 1 || pole_pairs > TURNS_MOST ||
+        q15_abs(percent - 100 * pole_pairs) > WHOLE_PERCENT || counts < 64 || counts > (int32_t)ENCODER_COUNTS_MAX) {
+        return do_without(d);
     }
     identify_know_exactly(d, IDENTIFY_POLE_PAIRS, pole_pairs);
     identify_know_exactly(d, IDENTIFY_COUNTS, counts);
     take_pole_pairs(d, pole_pairs, counts);
-    set_speed(d);
     choose_ramps(d);
     d->indexed = true;
-    if (!identify_tune_turning(d)) {
-        identify_refuse_rest(d, IDENTIFY_OFFSET, IDENTIFY_LOADED);
-        return false;
-    }
-    return true;
+    return identify_tune_turning(d, IDENTIFY_LOADED);
 }

@@ -16,10 +16,6 @@
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
-#include "firmware/settings/scale.h"
-#include "lib/polar.h"
-#include "lib/q15.h"
-#include "lib/trig.h"
 
 #define STEP_Q32            (0x80000000u / IDENTIFY_AXES)
 #define BURSTS_ANGLE        4u
@@ -48,137 +44,85 @@
 /*
  * A constant current along the last angle of the resistance test, one phase's, holds the rotor there; half of it flows in
  * each of the other two, more than the wave's amplitude. Or there is none. Nothing is compensated: the dead-time error then
- * depends only on the signs of the phase currents.
+ * depends only on the signs of the phase currents. True when all has settled.
  */
-static void stand(struct identify *d, volatile struct current_loop *c, bool held)
+static bool settle(const struct identify *d, volatile struct current_loop *c, bool held)
 {
-    const int32_t i_q15 = d->i_rated_q15 * STAND_TENTHS / 10;
-    d->burst.field_q32 = PULLED_Q32;
     current_loop_field(c, PULLED_Q32, 0);
-    c->i_d_ref_q15 = held ? i_q15 * q15_min((int32_t)d->ms, RISE_MS) / RISE_MS : 0;
+    c->i_d_ref_q15 = held ? measure_ramp(identify_tenths_q15(d, STAND_TENTHS), d->phase_ms, RISE_MS) : 0;
     c->dead_shift = UNCOMPENSATED_SHIFT;
+    return d->phase_ms > SETTLE_MS;
 }
 
-void identify_axes_add(struct identify_axes_sums *s, uint32_t angle_q32, int32_t along, int32_t across)
+/* One phase with the rotor held, one with it free; a rotor that reluctance would turn is not held at all. */
+bool identify_measure_axes(struct identify *d, const struct measure_io *io)
 {
-    const cossin_t twice = cossin_q15(2u * angle_q32);
-    s->re += (int64_t)along * twice.cos - (int64_t)across * twice.sin;
-    s->im += (int64_t)along * twice.sin + (int64_t)across * twice.cos;
-    s->straight += (int64_t)along * 32768;
-}
-
-/* Adds this angle's part to the sums. */
-static void keep(struct identify_axes *m, uint32_t angle_q32)
-{
-    identify_axes_add(&m->sums[m->pass], angle_q32, m->this_d, m->this_q);
-    m->this_d = m->this_q = 0;
-    m->burst = 0;
-    m->angle++;
-}
-
-/* One pass with the rotor held, one with it free; a rotor that reluctance would turn is not held at all. */
-bool identify_measure_axes(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
-{
-    struct identify_axes *const m = &d->axes;
+    struct identify_axes *const m = &d->work.axes;
     struct burst *const b = &d->burst;
-    if (d->ms == 1u && m->pass == IDENTIFY_HELD) {
-        *m = (struct identify_axes){.pass = d->reluctant ? IDENTIFY_FREE : IDENTIFY_HELD, .free_steps = b->v_steps};
+    if (d->ms == 1u) {
+        m->free_steps = b->v_steps;
+        d->phase = d->reluctant ? IDENTIFY_FREE : IDENTIFY_HELD;
     }
-    stand(d, c, m->pass == IDENTIFY_HELD);
-    if (d->ms <= SETTLE_MS) {
+    if (!settle(d, io->loop, d->phase == IDENTIFY_HELD)) {
         return false;
     }
     struct burst_sums s = {0};
-    b->angle_q32 = m->angle * STEP_Q32;
-    burst_play(b, c, adc);
-    if (m->angle + m->burst + m->pass == 0u && burst_peak_q15(b) * WAVE_PART > d->i_rated_q15 && b->v_steps > 1) {
+    identify_play(d, io, PULLED_Q32, m->bursts / BURSTS_ANGLE * STEP_Q32);
+    if (m->bursts + d->phase == 0u && burst_peak_q15(b) * WAVE_PART > d->i_rated_q15 && b->v_steps > 1) {
         b->v_steps /= 2; /* dead time acted against the first pulses */
         return false;
     }
-    burst_add(&s, b, c->vbus_q15);
-    m->this_d += s.ud;
-    m->this_q += s.uq;
-    m->burst++;
-    if (m->burst == BURSTS_ANGLE) {
-        keep(m, b->angle_q32);
+    burst_add(&s, b, io->loop->vbus_q15);
+    measure_axes_add(&m->sums[d->phase], b->angle_q32, s.ud, s.uq);
+    m->bursts++;
+    if (m->bursts < IDENTIFY_AXES * BURSTS_ANGLE) {
+        return false;
     }
-    if (m->angle == IDENTIFY_AXES) {
-        m->angle = 0;
-        m->pass++;
-        d->axis_counts = d->counts;
-        d->ms = 0;
-        if (m->pass == IDENTIFY_FREE) {
-            m->held_steps = b->v_steps;
-        }
-        b->v_steps = m->free_steps; /* large enough despite dead time */
-    }
-    return m->pass == IDENTIFY_PASSES;
+    m->held_steps = d->phase == IDENTIFY_HELD ? b->v_steps : m->held_steps;
+    b->v_steps = m->free_steps; /* large enough despite dead time */
+    m->bursts = 0;
+    d->axis_counts = d->counts;
+    identify_enter(d, d->phase + 1u);
+    return d->phase == IDENTIFY_PASSES;
 }
 
 /* Alternates d and q, and the halves. */
-bool identify_measure_inductance(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
+bool identify_measure_inductance(struct identify *d, const struct measure_io *io)
 {
-    struct identify_inductance *const m = &d->inductance;
-    struct burst *const b = &d->burst;
-    if (d->ms == 1u) {
-        *m = (struct identify_inductance){0};
-    }
-    stand(d, c, !d->reluctant);
-    if (d->ms <= SETTLE_MS) {
+    struct identify_inductance *const m = &d->work.inductance;
+    if (!settle(d, io->loop, !d->reluctant)) {
         return false;
     }
     const uint32_t axis = m->bursts % 2u, half = m->bursts / 2u % 2u;
-    b->angle_q32 = d->axis_q32 + axis * QUARTER_Q32;
-    burst_play(b, c, adc);
-    burst_add(&m->sums[axis][half], b, c->vbus_q15);
+    identify_play(d, io, PULLED_Q32, d->axis_q32 + axis * QUARTER_Q32);
+    burst_add(&m->sums[axis][half], &d->burst, io->loop->vbus_q15);
     m->bursts++;
     return m->bursts == 2u * BURSTS_AXIS;
 }
 
 /* ---- evaluation ---- */
 
-static int32_t narrow(int64_t value, int64_t largest)
+bool identify_doubled(const struct measure_axes *m)
 {
-    while (largest > INT32_MAX / 4) {
-        largest /= 2;
-        value /= 2;
-    }
-    return (int32_t)value;
+    const struct measure_shares s = measure_axes_shares(m);
+    return 3 * identify_root((int64_t)s.re * s.re + (int64_t)s.im * s.im) > s.straight; /* (2 - 1) / (2 + 1) */
 }
 
-static int64_t size_of(const struct identify_axes_sums *m)
+enum identify_reason identify_think_axes(struct identify *d)
 {
-    return m->straight < 0 ? -m->straight : m->straight;
-}
-
-/* The angle with the largest current response; half a turn away is the same. */
-static uint32_t easy_q32(const struct identify_axes_sums *m)
-{
-    return atan2_q32(narrow(m->im, size_of(m)), narrow(m->re, size_of(m))) / 2u;
-}
-
-bool identify_doubled(const struct identify_axes_sums *m)
-{
-    const int64_t straight = size_of(m);
-    const int32_t re = narrow(m->re, straight), im = narrow(m->im, straight);
-    const int64_t salient = identify_root((int64_t)re * re + (int64_t)im * im);
-    return 3 * salient > narrow(straight, straight); /* Y1 by Y0: (2 - 1) / (2 + 1) */
-}
-
-bool identify_think_axes(struct identify *d)
-{
-    const uint32_t held_q32 = easy_q32(&d->axes.sums[IDENTIFY_HELD]);
-    const uint32_t free_q32 = easy_q32(&d->axes.sums[IDENTIFY_FREE]);
-    d->reluctant = identify_doubled(&d->axes.sums[IDENTIFY_FREE]);
-    d->burst.v_steps = d->reluctant ? d->axes.free_steps : d->axes.held_steps;
+    const struct identify_axes *const m = &d->work.axes;
+    const uint32_t held_q32 = measure_axes_easy_q32(&m->sums[IDENTIFY_HELD]);
+    const uint32_t free_q32 = measure_axes_easy_q32(&m->sums[IDENTIFY_FREE]);
+    d->reluctant = identify_doubled(&m->sums[IDENTIFY_FREE]);
+    d->burst.v_steps = d->reluctant ? m->free_steps : m->held_steps;
     const uint32_t off_q32 = (held_q32 - PULLED_Q32 + QUARTER_Q32 / 2u) % (2u * QUARTER_Q32);
     const bool along = off_q32 < QUARTER_Q32;
     if (d->reluctant && d->results[IDENTIFY_RESISTANCE].state == IDENTIFY_KNOWN) {
         d->results[IDENTIFY_RESISTANCE].interval *= TURNED_TIMES;
-        identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_TURNED);
+        identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_DEAD_TIME, IDENTIFY_TURNED);
     }
     d->axis_q32 = d->reluctant ? free_q32 : along ? held_q32 : held_q32 + QUARTER_Q32;
-    return true;
+    return IDENTIFY_NO_REASON;
 }
 
 /* nH, or 0 if no current responds. */
@@ -190,11 +134,8 @@ int64_t identify_inductance_nh(const struct identify *d, const struct burst_sums
     if (below <= 0 || above <= 0) {
         return 0;
     }
-    const int64_t change_256ths = identify_scaled(above, 256, below);
-    const int64_t vbus_q15 = scale(s->vbus_q15, 1, s->bursts);
-    const int64_t u_uv =
-        identify_scaled(vbus_q15 * d->burst.v_steps, d->params.v_range_mv * 1000LL, 32768LL * CONFIG_BUS_STEPS);
-    const int64_t i_na = identify_scaled(change_256ths, d->params.i_range_ma * 1000000LL, 256LL * 32768);
+    const int64_t u_uv = identify_wave_uv(d, s);
+    const int64_t i_na = identify_change_na(d, identify_scaled(above, 256, below));
     if (i_na <= 0 || u_uv <= 0) {
         return 0;
     }
@@ -212,38 +153,27 @@ int64_t identify_inductance_nh(const struct identify *d, const struct burst_sums
 
 void identify_know_inductance(struct identify *d, enum identify_quantity what, const int64_t halves[2], int64_t bound)
 {
-    const int64_t a = halves[0], b = halves[1];
-    if (a == 0 || b == 0) {
-        identify_refuse(d, what, IDENTIFY_NO_CURRENT);
-        return;
-    }
-    const int64_t mean = (a + b) / 2, apart = a > b ? a - b : b - a;
-    if (apart * 10 > mean) {
-        identify_refuse(d, what, IDENTIFY_SCATTER);
+    const int64_t mean = (halves[0] + halves[1]) / 2, apart = identify_size(halves[0] - halves[1]);
+    const bool silent = halves[0] == 0 || halves[1] == 0;
+    if (silent || apart * 10 > mean) {
+        identify_refuse(d, what, what, silent ? IDENTIFY_NO_CURRENT : IDENTIFY_SCATTER);
         return;
     }
     /* a wave's amplitude is accurate to half a count on either side; slots make inductances vary with the angle */
     const int64_t height = identify_scaled(mean, 1 << CONFIG_V_SHIFT, 2 * d->burst.v_steps);
-    const int64_t slots = scale(mean, SLOTS_PERMILLE, 1000);
-    const int64_t gains = scale(mean, IDENTIFY_CURRENT_GAIN_PERMILLE + IDENTIFY_BUS_GAIN_PERMILLE, 1000);
+    const int64_t slots = identify_permille(mean, SLOTS_PERMILLE);
+    const int64_t gains = identify_permille(mean, IDENTIFY_CURRENT_GAIN_PERMILLE + IDENTIFY_BUS_GAIN_PERMILLE);
     const int64_t others = identify_root(height * height + slots * slots + bound * bound);
     identify_know(d, what, mean, identify_interval(apart >> 1, gains, others));
 }
 
-static void know_axis(struct identify *d, enum identify_quantity what, const struct burst_sums of[2])
+enum identify_reason identify_think_inductance(struct identify *d)
 {
-    const int64_t halves[] = {identify_inductance_nh(d, &of[0]), identify_inductance_nh(d, &of[1])};
-    const int64_t free_nh = d->reluctant ? scale((halves[0] + halves[1]) / 2, FREE_PERMILLE, 1000) : 0;
-    identify_know_inductance(d, what, halves, free_nh);
-}
-
-bool identify_think_inductance(struct identify *d)
-{
-    know_axis(d, IDENTIFY_LD, d->inductance.sums[0]);
-    know_axis(d, IDENTIFY_LQ, d->inductance.sums[1]);
-    if (d->told.angle_source != PARAM_ANGLE_ENCODER) {
-        identify_refuse_rest(d, IDENTIFY_POLE_PAIRS, IDENTIFY_NO_ENCODER);
-        return false;
+    for (int32_t axis = 0; axis < 2; axis++) {
+        const struct burst_sums *const of = d->work.inductance.sums[axis];
+        const int64_t halves[] = {identify_inductance_nh(d, &of[0]), identify_inductance_nh(d, &of[1])};
+        const int64_t free_nh = d->reluctant ? identify_permille((halves[0] + halves[1]) / 2, FREE_PERMILLE) : 0;
+        identify_know_inductance(d, axis == 0 ? IDENTIFY_LD : IDENTIFY_LQ, halves, free_nh);
     }
-    return true;
+    return IDENTIFY_NO_REASON;
 }

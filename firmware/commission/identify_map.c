@@ -18,9 +18,10 @@
  * the two others carry enough of it not to change their signs. Where the current ripples, compensation would follow waves, and
  * there is none: its knee is as wide as the ripple.
  */
+#include <stddef.h>
+
 #include "firmware/commission/identify_parts.h"
 #include "lib/polar.h"
-#include "lib/q15.h"
 
 #define BURSTS_HALF         16u /* of waves: half of them along, half across */
 #define QUARTER_Q32         0x40000000u
@@ -40,93 +41,55 @@
 #define SUM_WAYS            2u
 #define ENOUGH_WAYS         6u
 #define PATIENCE_MS         2500u
-#define REST_MS             50u
 
 /* Of rated current, in twelfths: halves and thirds. */
 #define TWELFTHS 12
 static const int8_t along_twelfths[] = {-12, -6, 6, 12};
 static const int8_t across_twelfths[] = {4, 8, 12};
 
-/* ---- the points of a leg ---- */
-
-static void begin_along(const struct identify *d, struct identify_map *m)
-{
-    m->points = d->reluctant ? 2u : 4u; /* with the magnets, reluctance turns it round */
-    for (uint32_t k = 0; k < m->points; k++) {
-        m->at[k].i_d_q15 = d->i_rated_q15 * along_twelfths[k] / TWELFTHS;
-        m->at[k].rpm = q15_max(d->rpm_most / (d->reluctant ? RELUCTANT_PART : ALONG_PART), 1);
-    }
-}
-
-static void begin_across(const struct identify *d, struct identify_map *m)
-{
-    m->points = 3u;
-    for (uint32_t k = 0; k < m->points; k++) {
-        m->at[k].fluxes = d->reluctant && k + 1u == m->points;
-        m->at[k].i_q_q15 = d->i_rated_q15 * across_twelfths[k] / TWELFTHS;
-        m->at[k].rpm = q15_max(d->swing_rpm * across_twelfths[k] / TWELFTHS, 1);
-    }
-}
-
-static void begin_torque(const struct identify *d, struct identify_map *m)
-{
-    m->points = 1u;
-    m->at[0].i_d_q15 = d->torque_d_q15;
-    m->at[0].i_q_q15 = d->torque_q_q15;
-    m->at[0].rpm = d->rpm_most;
-    m->at[0].fluxes = true;
-}
+/* ---- the points of a leg, each a phase ---- */
 
 static bool is_small(const struct identify *d, const struct identify_map_point *p)
 {
     return q15_abs(p->i_d_q15) + q15_abs(p->i_q_q15) < d->i_rated_q15 / 5 * 2;
 }
 
-/* Beside a small current that ripples a small wave, lest phases change their signs. */
-static void choose_waves(const struct identify *d, struct identify_map *m)
+static struct identify_map_point *begin_point(struct identify *d, int32_t i_d_q15, int32_t i_q_q15, int32_t rpm)
 {
-    for (uint32_t k = 0; k < m->points; k++) {
-        const bool halved = d->ripple_q10 != 0 && is_small(d, &m->at[k]);
-        m->at[k].v_steps = halved ? q15_max(d->wave_steps / 2, 1) : d->wave_steps;
-    }
+    struct identify_map *const m = &d->work.map;
+    struct identify_map_point *const p = &m->at[m->points++];
+    *p = (struct identify_map_point){.i_d_q15 = i_d_q15, .i_q_q15 = i_q_q15, .rpm = q15_max(rpm, 1)};
+    /* beside a small current that ripples a small wave, lest phases change their signs */
+    const bool halved = d->ripple_q10 != 0 && is_small(d, p);
+    p->v_steps = halved ? q15_max(d->wave_steps / 2, 1) : d->wave_steps;
+    return p;
 }
 
-/* Skips what is refused already. */
-static bool is_wanted(const struct identify *d)
+/* True if it is this leg's first millisecond, and there are points to measure. */
+static bool begins(struct identify *d, const struct measure_io *io)
 {
-    const enum identify_quantity first = d->step == IDENTIFY_STEP_ALONG    ? IDENTIFY_LD_D2_BACK
-                                         : d->step == IDENTIFY_STEP_ACROSS ? IDENTIFY_LD_Q1
-                                                                           : IDENTIFY_TORQUE_ID;
-    return d->results[first].state == IDENTIFY_UNKNOWN;
-}
-
-static void begin(struct identify *d, const struct identify_io *io)
-{
-    struct identify_map *const m = &d->map;
-    *m = (struct identify_map){.sign = 1};
-    speed_loop_reset(io->speed, 0);
-    if (!is_wanted(d)) {
-        return;
+    if (d->ms != 1u || !d->open) {
+        return false;
     }
+    d->work.map.sign = 1;
     if (d->ripple_q10 != 0) {
         io->loop->ripple_q10 = 0; /* nothing else changes it now */
         io->loop->dead_shift = UNCOMPENSATED_SHIFT;
     }
-    if (d->step == IDENTIFY_STEP_ALONG) {
-        d->wave_steps = d->burst.v_steps;
-        begin_along(d, m);
-    } else if (d->step == IDENTIFY_STEP_ACROSS) {
-        begin_across(d, m);
-    } else {
-        begin_torque(d, m);
-    }
-    choose_waves(d, m);
+    return true;
 }
 
-static void next(struct identify_map *m)
+static void next_point(struct identify *d)
 {
-    m->point++;
-    m->phase_ms = m->way_ms = m->ways = 0;
+    d->work.map.way_ms = d->work.map.ways = 0;
+    identify_enter(d, d->phase + 1u);
+}
+
+static void end_point(struct identify *d, bool done)
+{
+    if (done || d->phase_ms > PATIENCE_MS) {
+        next_point(d);
+    }
 }
 
 /* ---- waves ---- */
@@ -137,39 +100,30 @@ static bool arrived(const struct identify *d, const volatile struct current_loop
     return away_q15 * ARRIVED_PART <= d->i_rated_q15;
 }
 
-static uint32_t nearness_q32(const struct identify *d, const struct identify_map_point *p)
-{
-    if (d->ripple_q10 != 0) {
-        return NEAREST_Q32;
-    }
-    return is_small(d, p) && !d->reluctant ? NEARER_Q32 : NEAR_Q32;
-}
-
 /* True if the current lies near a phase, on either side. */
 static bool near_phase(const struct identify *d, const struct identify_map_point *p,
                        const volatile struct current_loop *c)
 {
-    const uint32_t near_q32 = nearness_q32(d, p);
+    const uint32_t smooth_q32 = is_small(d, p) && !d->reluctant ? NEARER_Q32 : NEAR_Q32;
+    const uint32_t near_q32 = d->ripple_q10 != 0 ? NEAREST_Q32 : smooth_q32;
     const uint32_t i_q32 = atan2_q32(c->i_q_ref_q15, c->i_d_ref_q15) + current_loop_angle_q32(c);
     return (i_q32 + near_q32) % SIXTH_Q32 <= 2u * near_q32;
 }
 
 /* Waves along and across take turns. */
 static void play(struct identify *d, struct identify_map_point *p, uint32_t half, bool both,
-                 const struct identify_io *io)
+                 const struct measure_io *io)
 {
-    struct burst *const b = &d->burst;
     volatile struct current_loop *const c = io->loop;
     if (p->bursts[half] >= BURSTS_HALF || !near_phase(d, p, c)) {
         return;
     }
     const uint32_t axis = both ? p->bursts[half] % 2u : 0u;
-    b->field_q32 = current_loop_angle_q32(c);
-    b->angle_q32 = b->field_q32 + axis * QUARTER_Q32;
-    b->turn_q32 = c->pll.speed_q32;
-    b->v_steps = p->v_steps;
-    burst_play(b, c, &io->fabric->adc);
-    burst_add(&p->sums[axis][half], b, c->vbus_q15);
+    const uint32_t field_q32 = current_loop_angle_q32(c);
+    d->burst.turn_q32 = c->pll.speed_q32;
+    d->burst.v_steps = p->v_steps;
+    identify_play(d, io, field_q32, field_q32 + axis * QUARTER_Q32);
+    burst_add(&p->sums[axis][half], &d->burst, c->vbus_q15);
     p->bursts[half]++;
 }
 
@@ -180,38 +134,47 @@ static bool has_all(const struct identify_map_point *p)
 
 /* ---- along ---- */
 
-static void lead_d(const struct identify_map *m, volatile struct current_loop *c)
+static void begin_along(struct identify *d)
 {
-    const int32_t from_q15 = m->point == 0u ? 0 : m->at[m->point - 1u].i_d_q15;
-    const int32_t way_q15 = m->at[m->point].i_d_q15 - from_q15;
-    c->i_d_ref_q15 = from_q15 + way_q15 * q15_min((int32_t)m->phase_ms, RISE_MS) / RISE_MS;
+    const uint32_t points = d->reluctant ? 2u : 4u; /* with the magnets, reluctance turns it round */
+    d->wave_steps = d->burst.v_steps;
+    for (uint32_t k = 0; k < points; k++) {
+        (void)begin_point(d, d->i_rated_q15 * along_twelfths[k] / TWELFTHS, 0,
+                          d->rpm_most / (d->reluctant ? RELUCTANT_PART : ALONG_PART));
+    }
 }
 
-static void along(struct identify *d, struct identify_map *m, const struct identify_io *io)
+bool identify_measure_along(struct identify *d, const struct measure_io *io)
 {
-    struct identify_map_point *const p = &m->at[m->point];
+    struct identify_map *const m = &d->work.map;
+    if (begins(d, io)) {
+        begin_along(d);
+    }
+    if (d->phase == m->points) {
+        return true; /* the next leg begins with this speed */
+    }
+    struct identify_map_point *const p = &m->at[d->phase];
     const uint32_t settle_ms = SETTLE_MS + (d->reluctant ? SUM_MS : 0u);
-    const int32_t rpm = -p->rpm; /* the constant speeds have ended that way round */
-    identify_control_speed(io, rpm, identify_i_most_q15(d));
-    m->phase_ms += io->speed->ref_rpm_q16 == rpm * 65536 ? 1u : 0u;
-    lead_d(m, io->loop);
-    if (m->phase_ms > settle_ms) {
+    const int32_t from_q15 = d->phase == 0u ? 0 : m->at[d->phase - 1u].i_d_q15;
+    /* the constant speeds have ended that way round; time counts while it is there */
+    d->phase_ms -= measure_spin(io, -p->rpm, identify_i_most_q15(d)) ? 0u : 1u;
+    io->loop->i_d_ref_q15 = from_q15 + measure_ramp(p->i_d_q15 - from_q15, d->phase_ms, RISE_MS);
+    if (d->phase_ms > settle_ms) {
         play(d, p, p->bursts[0] > p->bursts[1] ? 1u : 0u, false, io);
-    } else if (m->phase_ms > SETTLE_MS) {
-        identify_run_add_v(&p->run[0][0], io, io->loop->v_d_q15);
+    } else if (d->phase_ms > SETTLE_MS) {
+        measure_run_add(&p->run[0][0], io, io->loop->v_d_q15);
     }
-    if (has_all(p)) {
-        next(m);
-    }
+    end_point(d, has_all(p));
+    return false;
 }
 
 /* ---- across ---- */
 
-static void sum_up(struct identify_map_point *p, int32_t sign, const struct identify_io *io)
+static void sum_up(struct identify_map_point *p, int32_t sign, const struct measure_io *io)
 {
     const uint32_t half = sign > 0 ? 0u : 1u;
-    identify_run_add(&p->run[half][0], io);
-    identify_run_add_v(&p->run[half][1], io, -sign * io->loop->v_d_q15);
+    measure_run_add(&p->run[half][0], io, io->loop->v_q_q15);
+    measure_run_add(&p->run[half][1], io, -sign * io->loop->v_d_q15);
 }
 
 /* A swing that never comes past a phase becomes wider. */
@@ -229,14 +192,18 @@ static void turn_round(const struct identify *d, struct identify_map *m, struct 
     }
 }
 
-static void across(struct identify *d, struct identify_map *m, const struct identify_io *io)
+/* One millisecond of swings; true when all points have theirs. */
+static bool swing(struct identify *d, const struct measure_io *io)
 {
-    struct identify_map_point *const p = &m->at[m->point];
+    struct identify_map *const m = &d->work.map;
+    if (d->phase == m->points) {
+        return true;
+    }
+    struct identify_map_point *const p = &m->at[d->phase];
     const int32_t most_q15 = p->rpm * 32768, x_q15 = io->speed->estimate.speed_rpm_q15;
-    m->phase_ms++;
-    identify_push(io, m->sign * p->i_q_q15);
-    io->loop->i_d_ref_q15 = p->i_d_q15 * q15_min((int32_t)m->phase_ms, RISE_MS) / RISE_MS;
-    if (m->way_ms > ARRIVE_MS && m->phase_ms > (uint32_t)RISE_MS && arrived(d, io->loop)) {
+    measure_push(io, m->sign * p->i_q_q15);
+    io->loop->i_d_ref_q15 = measure_ramp(p->i_d_q15, d->phase_ms, RISE_MS);
+    if (m->way_ms > ARRIVE_MS && d->phase_ms > (uint32_t)RISE_MS && arrived(d, io->loop)) {
         if (p->fluxes && (m->ways & SUM_WAYS) != 0u) {
             sum_up(p, m->sign, io);
         } else if (d->ripple_q10 == 0 || q15_abs(x_q15) < most_q15 / 2) {
@@ -244,40 +211,34 @@ static void across(struct identify *d, struct identify_map *m, const struct iden
         }
     }
     turn_round(d, m, p, m->sign * x_q15);
-    if ((m->ways >= LEAST_WAYS || !p->fluxes) && has_all(p)) {
-        next(m);
-    }
+    end_point(d, (m->ways >= LEAST_WAYS || !p->fluxes) && has_all(p));
+    return false;
 }
 
-/* ---- a leg ---- */
-
-/* To rest. */
-static bool finish(const struct identify *d, struct identify_map *m, const struct identify_io *io)
+bool identify_measure_across(struct identify *d, const struct measure_io *io)
 {
-    if (m->phase_ms == 0u) {
+    const size_t points = sizeof across_twelfths;
+    if (begins(d, io)) {
+        for (size_t k = 0; k < points; k++) {
+            begin_point(d, 0, d->i_rated_q15 * across_twelfths[k] / TWELFTHS,
+                        d->swing_rpm * across_twelfths[k] / TWELFTHS)
+                ->fluxes = d->reluctant && k + 1u == points;
+        }
+    }
+    return swing(d, io);
+}
+
+/* The last leg ends at rest. */
+bool identify_measure_torque(struct identify *d, const struct measure_io *io)
+{
+    if (begins(d, io)) {
+        begin_point(d, d->torque_d_q15, d->torque_q_q15, d->rpm_most)->fluxes = true;
+    }
+    if (!swing(d, io)) {
+        return false;
+    }
+    if (d->phase_ms == 1u) {
         speed_loop_reset(io->speed, 0);
     }
-    m->phase_ms++;
-    identify_control_speed(io, 0, identify_i_most_q15(d));
-    return (io->speed->ref_rpm_q16 == 0 && m->phase_ms > REST_MS) || m->phase_ms > PATIENCE_MS;
-}
-
-bool identify_measure_map(struct identify *d, const struct identify_io *io)
-{
-    struct identify_map *const m = &d->map;
-    if (d->ms == 1u) {
-        begin(d, io);
-    }
-    if (m->point == m->points) {
-        return d->step != IDENTIFY_STEP_TORQUE || finish(d, m, io); /* a leg begins with the speed of the one before */
-    }
-    if (d->step == IDENTIFY_STEP_ALONG) {
-        along(d, m, io);
-    } else {
-        across(d, m, io);
-    }
-    if (m->phase_ms > PATIENCE_MS) {
-        next(m);
-    }
-    return false;
+    return identify_stop_rotor(d, io, PATIENCE_MS);
 }

@@ -10,48 +10,31 @@
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/mtpa.h"
-#include "firmware/settings/scale.h"
 #include "lib/deadtime.h"
-#include "lib/q15.h"
 
-#define MILLION         1000000
-#define COUPLED_MOST    500000 /* millionths: more is no machine */
-#define LEAST_BURSTS    8u
-#define CROSS_BOUND     5   /* thousandths: what angle and slots take for saturation across */
-#define SALIENT_PART    4   /* of the rated current: less of it in d is not worth a point of its own */
-#define LATE_MS         5   /* until a current has turned round */
-#define SWING_MS        80  /* from one speed to the other: so many waves, and some */
-#define LONG_SWING_MS   150 /* of a reluctant machine, until it has come past a phase */
-#define LATE_PART       3
-#define LEAST_PHASE     3  /* in it there is a third of the current that lies along another, or a little more */
-#define HIDDEN_TENTHS   7  /* of that */
-#define LEAST_PERCENT   28 /* the same, where currents need not lie so near */
-#define KNEE_PERMILLE   80 /* found on the bench: up to a tenth */
-#define FLUX_PERMILLE   10 /* slots, and iron that has losses */
-#define TENTHS_PER_HALF 10
-#define CROSS_PERCENT   10 /* of what i_q across takes from d's voltage */
-#define DEAD_NS         50 /* by which dead time costs less at half of the current */
-
-static int64_t size(int64_t x)
-{
-    return x < 0 ? -x : x;
-}
-
-static void refuse_all(struct identify *d, enum identify_quantity first, enum identify_quantity last,
-                       enum identify_reason reason)
-{
-    for (int32_t what = (int32_t)first; what <= (int32_t)last; what++) {
-        identify_refuse(d, (enum identify_quantity)what, reason);
-    }
-}
+#define MILLION       1000000
+#define COUPLED_MOST  500000 /* millionths: more is no machine */
+#define LEAST_BURSTS  8u
+#define CROSS_BOUND   5   /* thousandths: what angle and slots take for saturation across */
+#define SALIENT_PART  4   /* of the rated current: less of it in d is not worth a point of its own */
+#define LATE_MS       5   /* until a current has turned round */
+#define SWING_MS      80  /* from one speed to the other: so many waves, and some */
+#define LONG_SWING_MS 150 /* of a reluctant machine, until it has come past a phase */
+#define LATE_PART     3
+#define LEAST_PHASE   3  /* in it there is a third of the current that lies along another, or a little more */
+#define HIDDEN_TENTHS 7  /* of that */
+#define LEAST_PERCENT 28 /* the same, where currents need not lie so near */
+#define KNEE_PERMILLE 80 /* found on the bench: up to a tenth */
+#define FLUX_PERMILLE 10 /* slots, and iron that has losses */
+#define CROSS_PERCENT 10 /* of what i_q across takes from d's voltage */
+#define DEAD_NS       50 /* by which dead time costs less at half of the current */
 
 /* ---- one point ---- */
 
 /* What was seen with i_q to one side. */
 struct seen {
-    int64_t nh[2];       /* along d, along q; 0: nothing */
-    int64_t cross_ppm;   /* L_dq by L_qq */
-    int64_t coupled_ppm; /* L_dq^2 by L_dd L_qq */
+    int64_t nh[2];     /* along d, along q; 0: nothing */
+    int64_t cross_ppm; /* L_dq by L_qq */
 };
 
 /* Across by along, millionths. */
@@ -64,12 +47,11 @@ static struct seen see(struct identify *d, const struct identify_map_point *p, u
 {
     const int64_t of_d = across_ppm(&p->sums[0][half]), of_q = across_ppm(&p->sums[1][half]);
     const int64_t coupled = -of_d * of_q / MILLION;
-    const int64_t coupled_ppm = coupled < 0 ? 0 : coupled < COUPLED_MOST ? coupled : COUPLED_MOST;
+    const int64_t alone = MILLION - (coupled < 0 ? 0 : coupled < COUPLED_MOST ? coupled : COUPLED_MOST);
     d->burst.v_steps = p->v_steps;
-    struct seen s = {.cross_ppm = half == 0u ? -of_d : of_d, .coupled_ppm = coupled_ppm};
+    struct seen s = {.cross_ppm = half == 0u ? -of_d : of_d};
     for (int32_t axis = 0; axis < 2; axis++) {
-        const int64_t alone_nh = identify_inductance_nh(d, &p->sums[axis][half]);
-        s.nh[axis] = identify_scaled(alone_nh, MILLION, MILLION - coupled_ppm);
+        s.nh[axis] = identify_scaled(identify_inductance_nh(d, &p->sums[axis][half]), MILLION, alone);
     }
     return s;
 }
@@ -82,7 +64,7 @@ static bool was_seen(const struct identify_map_point *p)
 /* By how much a wave goes to either side, in Q15 of current. */
 static int64_t wave_q15(const struct identify *d, const struct burst_sums *s)
 {
-    return s->count == 0 ? 0 : size(identify_scaled(s->ud, d->burst.hold, s->count));
+    return s->count == 0 ? 0 : identify_size(identify_scaled(s->ud, d->burst.hold, s->count));
 }
 
 /* Where dead time is compensated, and a wave across the current goes through phases within the compensation's knee. */
@@ -99,7 +81,7 @@ static bool is_in_knee(const struct identify *d, const struct identify_map_point
  */
 static void know_along_axis(struct identify *d, enum identify_quantity first, uint32_t axis, const int32_t steps[])
 {
-    const struct identify_map *const m = &d->map;
+    const struct identify_map *const m = &d->work.map;
     int64_t halves[IDENTIFY_MAP_POINTS][2];
     for (uint32_t k = 0; k < m->points; k++) {
         for (uint32_t half = 0; half < 2u; half++) {
@@ -110,13 +92,13 @@ static void know_along_axis(struct identify *d, enum identify_quantity first, ui
         const enum identify_quantity what = (enum identify_quantity)((uint32_t)first + k);
         d->burst.v_steps = m->at[k].v_steps;
         const uint32_t other = k == 0u ? (m->points > 1u ? 1u : 0u) : k - 1u;
-        const int64_t slope_nh = size(halves[k][0] + halves[k][1] - halves[other][0] - halves[other][1]) / 2;
+        const int64_t slope_nh = identify_size(halves[k][0] + halves[k][1] - halves[other][0] - halves[other][1]) / 2;
         if (!was_seen(&m->at[k])) {
-            identify_refuse(d, what, IDENTIFY_TOO_LIGHT);
+            identify_refuse(d, what, what, IDENTIFY_TOO_LIGHT);
             continue;
         }
         const int64_t shift_nh = scale(slope_nh * steps[k], IDENTIFY_CURRENT_GAIN_PERMILLE, 1000);
-        const int64_t knee_nh = is_in_knee(d, &m->at[k], axis) ? scale(size(halves[k][0]), KNEE_PERMILLE, 1000) : 0;
+        const int64_t knee_nh = is_in_knee(d, &m->at[k], axis) ? identify_permille(halves[k][0], KNEE_PERMILLE) : 0;
         identify_know_inductance(d, what, halves[k], identify_root(shift_nh * shift_nh + knee_nh * knee_nh));
     }
 }
@@ -127,46 +109,41 @@ static bool know_flux(struct identify *d, const struct identify_map_point *p, ui
 {
     int64_t of[2];
     for (uint32_t half = 0; half < 2u; half++) {
-        const struct identify_run *const run = &p->run[half][which];
+        const struct measure_run *const run = &p->run[half][which];
         of[half] = identify_flux_of_runs(d, &run, 1);
     }
-    *flux = (struct identify_spread){(of[0] + of[1]) / 2, size(of[0] - of[1]) / 2};
-    return of[0] > 0 && of[1] > 0 && flux->deviation * TENTHS_PER_HALF <= flux->mean;
+    *flux = (struct identify_spread){(of[0] + of[1]) / 2, identify_size(of[0] - of[1]) / 2};
+    return of[0] > 0 && of[1] > 0 && !identify_scatters(flux);
 }
 
 /* ---- along ---- */
 
-static int64_t nv_of(const struct identify *d, const struct identify_run *r)
-{
-    return identify_nv(d, r->v, r->count);
-}
-
-/* nV that the current across takes from d: w Lq i_q. */
-static int64_t cross_nv(const struct identify *d, const struct identify_run *r)
+/* nV in d, without those that the current across takes from it: w Lq i_q; these in `cross`. */
+static int64_t along_nv(const struct identify *d, const struct measure_run *r, int64_t *cross_nv)
 {
     const int64_t flux_fwb = identify_ua(d, r->i, r->count) * d->results[IDENTIFY_LQ].value;
     const int64_t mrad_s = identify_mrad_s(r->x * 64, r->count) * d->params.pole_pairs;
-    return mrad_s < 0 ? identify_scaled(-flux_fwb, -mrad_s, 1000000000) : identify_scaled(flux_fwb, mrad_s, 1000000000);
+    *cross_nv = identify_scaled(flux_fwb, mrad_s, 1000000000);
+    return identify_nv(d, r->v, r->count) + *cross_nv;
 }
 
 /* Of a reluctant machine: the rotor's frame turns slowly, and two currents along the magnets differ. */
 static void know_resistance(struct identify *d)
 {
-    const struct identify_run *const full = &d->map.at[0].run[0][0], *const half = &d->map.at[1].run[0][0];
-    if (full->count == 0 || half->count == 0) {
+    const struct identify_map_point *const full = &d->work.map.at[0], *const half = &d->work.map.at[1];
+    if (full->run[0][0].count == 0 || half->run[0][0].count == 0) {
         return;
     }
-    const int64_t ua = identify_ua(d, d->map.at[1].i_d_q15 - d->map.at[0].i_d_q15, 1);
-    const int64_t cross = cross_nv(d, half) - cross_nv(d, full);
-    const int64_t nv = nv_of(d, half) - nv_of(d, full) + cross;
+    int64_t full_cross_nv, half_cross_nv;
+    const int64_t ua = identify_ua(d, half->i_d_q15 - full->i_d_q15, 1);
+    const int64_t nv = along_nv(d, &half->run[0][0], &half_cross_nv) - along_nv(d, &full->run[0][0], &full_cross_nv);
     if (nv <= 0 || ua <= 0) {
         return;
     }
     const int64_t uohm = scale(nv, 1000, ua);
-    const int64_t bus_nv = identify_nv(d, d->pulses.sums[0].vbus_q15, d->pulses.sums[0].bursts);
-    const int64_t dead_uohm = scale(scale(bus_nv, DEAD_NS * (int64_t)CONFIG_PWM_HZ, 1000000000), 1000, ua);
-    const int64_t gains = scale(uohm, IDENTIFY_CURRENT_GAIN_PERMILLE + IDENTIFY_BUS_GAIN_PERMILLE, 1000);
-    const int64_t cross_uohm = scale(size(cross) * CROSS_PERCENT / 100, 1000, ua);
+    const int64_t dead_uohm = scale(scale(d->bus_nv, DEAD_NS * (int64_t)CONFIG_PWM_HZ, 1000000000), 1000, ua);
+    const int64_t gains = identify_permille(uohm, IDENTIFY_CURRENT_GAIN_PERMILLE + IDENTIFY_BUS_GAIN_PERMILLE);
+    const int64_t cross_uohm = scale(identify_size(half_cross_nv - full_cross_nv) * CROSS_PERCENT / 100, 1000, ua);
     const int64_t others = identify_root(dead_uohm * dead_uohm + cross_uohm * cross_uohm);
     if (others * 2 > uohm) {
         return;
@@ -178,30 +155,26 @@ static void know_resistance(struct identify *d)
 /* rpm that rated current makes in LATE_MS, as the ramps have accelerated it. */
 static int64_t late_rpm(const struct identify *d)
 {
-    const int64_t slope_mrad_s2 = size(identify_slope_mrad_s2(&d->ramps.gains[0]));
-    const int64_t at_rated = scale(slope_mrad_s2, d->i_rated_q15, d->ramp_i_q15 < 1 ? 1 : d->ramp_i_q15);
+    const int64_t at_rated =
+        scale(identify_size(d->ramp_mrad_s2), d->i_rated_q15, d->ramp_i_q15 < 1 ? 1 : d->ramp_i_q15);
     return scale(at_rated * LATE_MS, 60LL * 1000, TWO_PI_E9);
 }
 
-/* Swings that are long enough; false: it would be far too fast before the current has turned round. */
-static bool choose_swings(struct identify *d)
-{
-    const int64_t late = late_rpm(d), swing = late * (d->reluctant ? LONG_SWING_MS : SWING_MS) / (2 * LATE_MS);
-    d->swing_rpm = (int32_t)(swing < 1 ? 1 : swing < d->rpm_most ? swing : d->rpm_most);
-    return late * LATE_PART <= d->rpm_most;
-}
-
-static void think_along(struct identify *d)
+enum identify_reason identify_think_along(struct identify *d)
 {
     static const int32_t halves[] = {2, 1, 1, 2};
     know_along_axis(d, IDENTIFY_LD_D2_BACK, 0, halves);
     if (d->reluctant) {
-        refuse_all(d, IDENTIFY_LD_D1, IDENTIFY_LD_D2, IDENTIFY_TURNED);
+        identify_refuse(d, IDENTIFY_LD_D1, IDENTIFY_LD_D2, IDENTIFY_TURNED);
         know_resistance(d);
     }
-    if (!choose_swings(d)) {
-        refuse_all(d, IDENTIFY_LD_Q1, IDENTIFY_CROSS, IDENTIFY_TOO_LIGHT);
+    /* swings that are long enough; unless it would be far too fast before the current has turned round */
+    const int64_t late = late_rpm(d);
+    d->swing_rpm = identify_within(late * (d->reluctant ? LONG_SWING_MS : SWING_MS) / (2 * LATE_MS), d->rpm_most);
+    if (late * LATE_PART > d->rpm_most) {
+        identify_refuse_rest(d, IDENTIFY_TOO_LIGHT);
     }
+    return IDENTIFY_NO_REASON;
 }
 
 /* ---- across ---- */
@@ -210,7 +183,7 @@ static void think_along(struct identify *d)
 static bool choose_torque(struct identify *d)
 {
     struct identify_spread across;
-    if (!d->reluctant || !know_flux(d, &d->map.at[2], 1, &across)) {
+    if (!d->reluctant || !know_flux(d, &d->work.map.at[2], 1, &across)) {
         return false;
     }
     struct params p = d->params;
@@ -251,23 +224,24 @@ static bool is_hidden(const struct identify *d, const struct identify_map_point 
 
 static void refuse_hidden(struct identify *d)
 {
-    for (uint32_t k = 0; k < d->map.points; k++) {
+    for (uint32_t k = 0; k < d->work.map.points; k++) {
         const enum identify_quantity what = (enum identify_quantity)((uint32_t)IDENTIFY_LD_Q1 + k);
-        if (d->results[what].reason != IDENTIFY_TOO_LIGHT && is_hidden(d, &d->map.at[k])) {
-            identify_refuse(d, what, IDENTIFY_RIPPLED);
+        if (d->results[what].reason != IDENTIFY_TOO_LIGHT && is_hidden(d, &d->work.map.at[k])) {
+            identify_refuse(d, what, what, IDENTIFY_RIPPLED);
         }
     }
 }
 
-static void think_across(struct identify *d)
+enum identify_reason identify_think_across(struct identify *d)
 {
     static const int32_t thirds[] = {1, 2, 3};
     know_along_axis(d, IDENTIFY_LD_Q1, 0, thirds);
     know_along_axis(d, IDENTIFY_LQ_Q1, 1, thirds);
     refuse_hidden(d);
     if (!choose_torque(d)) {
-        refuse_all(d, IDENTIFY_TORQUE_ID, IDENTIFY_CROSS, IDENTIFY_NOT_SALIENT);
+        identify_refuse_rest(d, IDENTIFY_NOT_SALIENT);
     }
+    return IDENTIFY_NO_REASON;
 }
 
 /* ---- most torque ---- */
@@ -276,17 +250,17 @@ static void think_across(struct identify *d)
 static void know_torque_flux(struct identify *d, enum identify_quantity what, const struct identify_spread *flux)
 {
     identify_know(d, what, flux->mean,
-                  identify_interval(flux->deviation, scale(flux->mean, IDENTIFY_CURRENT_GAIN_PERMILLE, 1000),
-                                    scale(flux->mean, IDENTIFY_BUS_GAIN_PERMILLE + FLUX_PERMILLE, 1000)));
+                  identify_interval(flux->deviation, identify_permille(flux->mean, IDENTIFY_CURRENT_GAIN_PERMILLE),
+                                    identify_permille(flux->mean, IDENTIFY_BUS_GAIN_PERMILLE + FLUX_PERMILLE)));
 }
 
-static void think_torque(struct identify *d)
+enum identify_reason identify_think_torque(struct identify *d)
 {
-    const struct identify_map_point *const p = &d->map.at[0];
+    const struct identify_map_point *const p = &d->work.map.at[0];
     struct identify_spread along, across;
     if (!was_seen(p) || !know_flux(d, p, 0, &along) || !know_flux(d, p, 1, &across)) {
-        refuse_all(d, IDENTIFY_TORQUE_ID, IDENTIFY_CROSS, IDENTIFY_TOO_LIGHT);
-        return;
+        identify_refuse_rest(d, IDENTIFY_TOO_LIGHT);
+        return IDENTIFY_NO_REASON;
     }
     identify_know_exactly(d, IDENTIFY_TORQUE_ID, (int32_t)identify_ua(d, p->i_d_q15, 1000));
     identify_know_exactly(d, IDENTIFY_TORQUE_IQ, (int32_t)identify_ua(d, p->i_q_q15, 1000));
@@ -294,18 +268,7 @@ static void think_torque(struct identify *d)
     know_torque_flux(d, IDENTIFY_TORQUE_ACROSS, &across);
     const int64_t forth_ppm = see(d, p, 0).cross_ppm, back_ppm = see(d, p, 1).cross_ppm;
     identify_know(d, IDENTIFY_CROSS, identify_scaled(forth_ppm + back_ppm, 1, 2000),
-                  identify_interval(scale(size(forth_ppm - back_ppm), 1, 2000), CROSS_BOUND,
-                                    scale(size(forth_ppm), IDENTIFY_CURRENT_GAIN_PERMILLE, MILLION)));
-}
-
-bool identify_think_map(struct identify *d)
-{
-    if (d->step == IDENTIFY_STEP_ALONG && d->results[IDENTIFY_LD_D2_BACK].state == IDENTIFY_UNKNOWN) {
-        think_along(d);
-    } else if (d->step == IDENTIFY_STEP_ACROSS && d->results[IDENTIFY_LD_Q1].state == IDENTIFY_UNKNOWN) {
-        think_across(d);
-    } else if (d->step == IDENTIFY_STEP_TORQUE && d->results[IDENTIFY_TORQUE_ID].state == IDENTIFY_UNKNOWN) {
-        think_torque(d);
-    }
-    return true;
+                  identify_interval(scale(identify_size(forth_ppm - back_ppm), 1, 2000), CROSS_BOUND,
+                                    scale(identify_size(forth_ppm), IDENTIFY_CURRENT_GAIN_PERMILLE, MILLION)));
+    return IDENTIFY_NO_REASON;
 }

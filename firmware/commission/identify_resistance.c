@@ -13,13 +13,11 @@
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
-#include "firmware/settings/scale.h"
 #include "lib/pi.h"
-#include "lib/q15.h"
 
 #define SIXTH_Q32 0x2AAAAAABu
 #define VISITS    (2u * IDENTIFY_LEVELS)
-#define MOVE_MS   300
+#define MOVE_MS   300u
 #define REST_MS   120u
 #define MEAN_MS   10u
 
@@ -43,6 +41,8 @@
 
 /* ---- measuring ---- */
 
+enum { MOVES, STANDS };
+
 static int32_t level_of(uint32_t visit)
 {
     return (int32_t)(visit < IDENTIFY_LEVELS ? IDENTIFY_LEVELS - visit : visit - IDENTIFY_LEVELS + 1u);
@@ -53,74 +53,64 @@ static int32_t current_q15(const struct identify *d, int32_t level)
     return d->i_rated_q15 * level / IDENTIFY_LEVELS;
 }
 
-/* The field turns to the angle at full current, and the rotor settles. s^2 (3 - 2 s), s = 0...1: no jolt. */
-static uint32_t soft_q16(int32_t ms)
+/* s^2 (3 - 2 s), s = 0...1: no jolt. */
+static uint32_t soft_q16(uint32_t ms)
 {
-    const int32_t s_q10 = ms * 1024 / MOVE_MS;
+    const int32_t s_q10 = measure_ramp(1024, ms, MOVE_MS);
     return (uint32_t)(s_q10 * s_q10 / 16 * (3 * 1024 - 2 * s_q10) / 1024);
 }
 
+/* The field turns to the angle at full current, and the rotor settles. At the first one the current rises. */
 static void move(struct identify *d, volatile struct current_loop *c)
 {
-    struct identify_resistance *const m = &d->resistance;
-    const int32_t ms = q15_min((int32_t)m->ms, MOVE_MS);
-    const uint32_t way_q32 = m->angle == 0u ? 0u : (SIXTH_Q32 >> 16) * soft_q16(ms);
-    const uint32_t from_q32 = m->angle == 0u ? 0u : (m->angle - 1u) * SIXTH_Q32;
-    current_loop_field(c, ms == MOVE_MS ? m->angle * SIXTH_Q32 : from_q32 + way_q32, 0);
-    if (m->angle == 0u) {
-        c->i_d_ref_q15 = current_q15(d, IDENTIFY_LEVELS) * ms / MOVE_MS;
+    const uint32_t angle = d->work.resistance.angle;
+    const uint32_t from_q32 = (angle == 0u ? 0u : angle - 1u) * SIXTH_Q32;
+    const uint32_t way_q32 = angle == 0u ? 0u : (SIXTH_Q32 >> 16) * soft_q16(d->phase_ms);
+    current_loop_field(c, d->phase_ms >= MOVE_MS ? angle * SIXTH_Q32 : from_q32 + way_q32, 0);
+    if (angle == 0u) {
+        c->i_d_ref_q15 = measure_ramp(current_q15(d, IDENTIFY_LEVELS), d->phase_ms, MOVE_MS);
     }
-    if (m->ms == (uint32_t)MOVE_MS + REST_MS) {
-        m->moving = false;
-        m->ms = 0;
+    if (d->phase_ms == MOVE_MS + REST_MS) {
+        identify_enter(d, STANDS);
     }
 }
 
-static void visit(struct identify *d, volatile struct current_loop *c)
+static void stand(struct identify *d, volatile struct current_loop *c)
 {
-    struct identify_resistance *const m = &d->resistance;
+    struct identify_resistance *const m = &d->work.resistance;
     const int32_t level = level_of(m->visit);
     c->i_d_ref_q15 = current_q15(d, level);
-    if (m->ms > d->settle_ms) {
+    if (d->phase_ms > d->settle_ms) {
         m->v_sum[m->visit / IDENTIFY_LEVELS][m->angle][level - 1] +=
             (int64_t)(c->integral_d_q9 >> PI_SHIFT) * c->vbus_q15;
         m->vbus_sum_q15 += c->vbus_q15;
     }
-    if (m->ms == d->settle_ms + MEAN_MS) {
-        m->ms = 0;
-        m->visit++;
+    if (d->phase_ms < d->settle_ms + MEAN_MS) {
+        return;
     }
+    m->visit = (m->visit + 1u) % VISITS;
+    m->angle += m->visit == 0u ? 1u : 0u;
+    identify_enter(d, m->visit == 0u ? MOVES : STANDS);
 }
 
-bool identify_measure_resistance(struct identify *d, volatile struct current_loop *c)
+bool identify_measure_resistance(struct identify *d, const struct measure_io *io)
 {
-    struct identify_resistance *const m = &d->resistance;
+    struct identify_resistance *const m = &d->work.resistance;
+    volatile struct current_loop *const c = io->loop;
     if (d->reluctant) {
         c->integral_d_q9 = 0;
         return d->ms >= BRAKE_MS; /* each step of the current would turn it */
     }
-    if (d->ms == 1u) {
-        *m = (struct identify_resistance){.moving = true, .from = d->counts};
-    }
-    m->ms++;
-    *(m->moving ? &m->led : &m->drifted) += d->counts - m->from;
+    *(d->phase == MOVES ? &m->led : &m->drifted) += d->ms == 1u ? 0 : d->counts - m->from;
     m->from = d->counts;
-    c->dead_shift = UNCOMPENSATED_SHIFT;
-    if (m->moving) {
+    if (d->phase == MOVES) {
         move(d, c);
-        return false;
+    } else {
+        stand(d, c);
     }
-    visit(d, c);
-    if (m->visit == VISITS) {
-        m->visit = 0;
-        m->moving = true;
-        m->angle++;
-    }
-    if (m->angle < IDENTIFY_ANGLES) {
-        return false;
-    }
-    c->dead_shift = 0;
-    return true;
+    const bool done = m->angle == IDENTIFY_ANGLES;
+    c->dead_shift = done ? 0u : UNCOMPENSATED_SHIFT;
+    return done;
 }
 
 /* ---- evaluation ---- */
@@ -156,8 +146,8 @@ static struct fit fit_levels(const int64_t y[IDENTIFY_LEVELS])
 /* uohm from a slope per level, which has 8 more bits: y is steps times the bus voltage in Q15. */
 static int64_t uohm(const struct identify *d, int64_t slope)
 {
-    const int64_t level_ua = identify_scaled(d->i_rated_q15, d->params.i_range_ma * 1000LL, 32768LL * IDENTIFY_LEVELS);
-    const int64_t level_nv = identify_scaled(slope, d->params.v_range_mv * 1000000LL, 256LL * 32768 * CONFIG_BUS_STEPS);
+    const int64_t level_ua = identify_ua(d, d->i_rated_q15, IDENTIFY_LEVELS);
+    const int64_t level_nv = identify_nv(d, slope, 256LL * CONFIG_BUS_STEPS);
     return identify_scaled(level_nv, 1000, level_ua);
 }
 
@@ -167,88 +157,90 @@ static int64_t tenth_ns(int64_t constant, int64_t vbus_q15)
     return identify_scaled(constant, 3LL * 10000000000 / 4 / CONFIG_PWM_HZ, 256LL * CONFIG_BUS_STEPS * vbus_q15);
 }
 
-/* Evaluates each angle, from the levels on the way down (0) or up (1). */
-static void solve(const struct identify *d, uint32_t way, int64_t slopes[IDENTIFY_ANGLES],
-                  int64_t delays[IDENTIFY_ANGLES])
+/* Of each angle, from the levels on the way down (0) and up (1). */
+struct solution {
+    int64_t slopes[2][IDENTIFY_ANGLES], delays[2][IDENTIFY_ANGLES];
+};
+
+static void solve(const struct identify *d, struct solution *s)
 {
-    const struct identify_resistance *const m = &d->resistance;
+    const struct identify_resistance *const m = &d->work.resistance;
     const int64_t vbus_q15 = scale(m->vbus_sum_q15, 1, (int64_t)IDENTIFY_ANGLES * VISITS * MEAN_MS);
-    for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
+    for (int32_t k = 0; k < 2 * IDENTIFY_ANGLES; k++) {
+        const int32_t way = k / IDENTIFY_ANGLES, angle = k % IDENTIFY_ANGLES;
         int64_t y[IDENTIFY_LEVELS];
         for (int32_t n = 0; n < IDENTIFY_LEVELS; n++) {
-            y[n] = identify_scaled(m->v_sum[way][k][n], 1, MEAN_MS);
+            y[n] = identify_scaled(m->v_sum[way][angle][n], 1, MEAN_MS);
         }
         const struct fit fit = fit_levels(y);
-        slopes[k] = uohm(d, fit.slope);
-        delays[k] = tenth_ns(fit.constant, vbus_q15);
+        s->slopes[way][angle] = uohm(d, fit.slope);
+        s->delays[way][angle] = tenth_ns(fit.constant, vbus_q15);
     }
 }
 
-/* Mean of both directions, and half their difference, which a rotor that moves with the current causes. */
+/* Mean of both ways, and half their difference, which a rotor that moves with the current causes. */
 struct ways {
     struct identify_spread mean;
     int64_t apart;
 };
 
-static struct ways both(const int64_t down[IDENTIFY_ANGLES], const int64_t up[IDENTIFY_ANGLES])
+static struct ways both(int64_t of[2][IDENTIFY_ANGLES])
 {
     int64_t mean[IDENTIFY_ANGLES];
     for (int32_t k = 0; k < IDENTIFY_ANGLES; k++) {
-        mean[k] = (down[k] + up[k]) >> 1;
+        mean[k] = (of[0][k] + of[1][k]) >> 1;
     }
-    const int64_t apart = identify_spread(down, IDENTIFY_ANGLES).mean - identify_spread(up, IDENTIFY_ANGLES).mean;
-    return (struct ways){identify_spread(mean, IDENTIFY_ANGLES), (apart < 0 ? -apart : apart) >> 1};
+    const int64_t apart = identify_spread(of[0], IDENTIFY_ANGLES).mean - identify_spread(of[1], IDENTIFY_ANGLES).mean;
+    return (struct ways){identify_spread(mean, IDENTIFY_ANGLES), identify_size(apart) >> 1};
 }
 
 static void know(struct identify *d, const struct ways *r, const struct ways *delay)
 {
-    const int64_t gain = scale(r->mean.mean, IDENTIFY_CURRENT_GAIN_PERMILLE, 1000);
-    const int64_t bus = scale(r->mean.mean, IDENTIFY_BUS_GAIN_PERMILLE, 1000);
+    const int64_t gain = identify_permille(r->mean.mean, IDENTIFY_CURRENT_GAIN_PERMILLE);
+    const int64_t bus = identify_permille(r->mean.mean, IDENTIFY_BUS_GAIN_PERMILLE);
     const int64_t gains = identify_root(gain * gain + bus * bus);
     identify_know(d, IDENTIFY_RESISTANCE, r->mean.mean, identify_interval(r->mean.deviation, gains, 2 * r->apart));
     identify_know(d, IDENTIFY_DEAD_TIME, delay->mean.mean,
                   identify_interval(delay->mean.deviation, DEAD_BOUND_E1_NS, 2 * delay->apart));
-    const int64_t r_mohm = scale(r->mean.mean, 1, 1000);
-    d->params.resistance_mohm = (int32_t)(r_mohm < 1 ? 1 : r_mohm < 100000 ? r_mohm : 100000);
-}
-
-static bool refuse(struct identify *d, enum identify_reason reason)
-{
-    identify_refuse(d, IDENTIFY_RESISTANCE, reason);
-    identify_refuse(d, IDENTIFY_DEAD_TIME, reason);
-    return reason == IDENTIFY_SCATTER; /* the inductances do not need it */
+    d->params.resistance_mohm = identify_within(scale(r->mean.mean, 1, 1000), 100000);
 }
 
 /* The field leads the rotor; a rotor that moves on while the field stands is driven. Without an encoder no motion shows. */
 static bool driven(const struct identify_resistance *m)
 {
-    const int32_t led = m->led < 0 ? -m->led : m->led, drifted = m->drifted < 0 ? -m->drifted : m->drifted;
-    return drifted > led / 2 + DRIFT_COUNTS;
+    return q15_abs(m->drifted) > q15_abs(m->led) / 2 + DRIFT_COUNTS;
 }
 
-bool identify_think_resistance(struct identify *d)
+static enum identify_reason judge(struct identify *d)
 {
     if (d->reluctant) {
-        (void)refuse(d, IDENTIFY_TURNED);
-        return true;
-    }
-    if (driven(&d->resistance)) {
-        identify_refuse_rest(d, IDENTIFY_RESISTANCE, IDENTIFY_LOADED);
-        return false;
+        return IDENTIFY_TURNED;
     }
     if (current_q15(d, FIRST_LEVEL) < LEAST_LSB * BOARD_ADC_Q15_PER_CODE) {
-        return refuse(d, IDENTIFY_RATED_SMALL);
+        return IDENTIFY_RATED_SMALL;
     }
-    int64_t slopes[2][IDENTIFY_ANGLES], delays[2][IDENTIFY_ANGLES];
-    solve(d, 0, slopes[0], delays[0]);
-    solve(d, 1, slopes[1], delays[1]);
-    const struct ways r = both(slopes[0], slopes[1]), delay = both(delays[0], delays[1]);
+    struct solution s;
+    solve(d, &s);
+    const struct ways r = both(s.slopes), delay = both(s.delays);
     if (r.mean.mean <= 0) {
-        return refuse(d, IDENTIFY_NOT_RESISTIVE);
+        return IDENTIFY_NOT_RESISTIVE;
     }
-    if (r.mean.deviation * 10 > r.mean.mean || r.apart * 10 > r.mean.mean) {
-        return refuse(d, IDENTIFY_SCATTER);
+    if (identify_scatters(&r.mean) || r.apart * 10 > r.mean.mean) {
+        return IDENTIFY_SCATTER;
     }
     know(d, &r, &delay);
-    return true;
+    return IDENTIFY_NO_REASON;
+}
+
+enum identify_reason identify_think_resistance(struct identify *d)
+{
+    if (!d->reluctant && driven(&d->work.resistance)) {
+        return IDENTIFY_LOADED;
+    }
+    const enum identify_reason against = judge(d);
+    if (against != IDENTIFY_NO_REASON) {
+        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_DEAD_TIME, against);
+    }
+    /* the inductances do not need it */
+    return against == IDENTIFY_RATED_SMALL || against == IDENTIFY_NOT_RESISTIVE ? IDENTIFY_STOPPED : IDENTIFY_NO_REASON;
 }

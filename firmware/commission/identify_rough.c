@@ -6,8 +6,6 @@
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
-#include "firmware/settings/scale.h"
-#include "lib/q15.h"
 
 #define THIRD_Q32   0x55555555u
 #define FIRST_STEPS (CONFIG_BUS_STEPS / 1024)
@@ -27,11 +25,13 @@
 #define LEAST_SETTLE_MS 10
 #define MOST_SETTLE_MS  60
 
+#define MOST_UH   1000000
+#define MOST_MOHM 100000
+
 /* ---- pulses ---- */
 
-static bool grow(struct identify *d)
+static bool grow(struct burst *b)
 {
-    struct burst *const b = &d->burst;
     if (b->v_steps * 2 <= MOST_STEPS) {
         b->v_steps *= 2;
         return true;
@@ -41,24 +41,22 @@ static bool grow(struct identify *d)
     return longer;
 }
 
-bool identify_measure_pulses(struct identify *d, volatile struct current_loop *c, const struct adc_regs *adc)
+bool identify_measure_pulses(struct identify *d, const struct measure_io *io)
 {
-    struct identify_pulses *const m = &d->pulses;
+    struct identify_pulses *const m = &d->work.pulses;
     struct burst *const b = &d->burst;
     if (d->ms == 1u) {
         *b = (struct burst){.v_steps = FIRST_STEPS, .hold = 1};
         return false;
     }
-    b->angle_q32 = m->angle * THIRD_Q32;
-    b->field_q32 = b->angle_q32;
-    current_loop_field(c, b->angle_q32, 0);
-    burst_play(b, c, adc);
-    if (m->count == 0u && burst_peak_q15(b) < d->i_rated_q15 / RATED_PART && grow(d)) {
+    const uint32_t phase = m->count % 3u;
+    current_loop_field(io->loop, phase * THIRD_Q32, 0);
+    identify_play(d, io, phase * THIRD_Q32, phase * THIRD_Q32);
+    if (m->count == 0u && burst_peak_q15(b) < d->i_rated_q15 / RATED_PART && grow(b)) {
         return false;
     }
-    burst_add(&m->sums[m->angle], b, c->vbus_q15);
+    burst_add(&m->sums[phase], b, io->loop->vbus_q15);
     m->count++;
-    m->angle = m->count % 3u;
     return m->count == 3u * PULSES_EACH;
 }
 
@@ -74,48 +72,45 @@ static int64_t change_256ths(const struct identify_pulses *m)
 }
 
 /* Three angles tell what goes round twice in a turn. */
-static bool reluctant(const struct identify_pulses *m)
+static bool is_reluctant(const struct identify_pulses *m)
 {
-    struct identify_axes_sums axes = {0};
+    struct measure_axes axes = {0};
     for (uint32_t k = 0; k < 3u; k++) {
-        identify_axes_add(&axes, k * THIRD_Q32, m->sums[k].ud, m->sums[k].uq);
+        measure_axes_add(&axes, k * THIRD_Q32, m->sums[k].ud, m->sums[k].uq);
     }
     return identify_doubled(&axes);
 }
 
-bool identify_think_pulses(struct identify *d)
+enum identify_reason identify_think_pulses(struct identify *d)
 {
-    const int64_t change = change_256ths(&d->pulses);
+    const struct identify_pulses *const m = &d->work.pulses;
+    const int64_t change = change_256ths(m);
     if (change < LEAST_Q15 * 256 / 4) {
-        identify_refuse(d, IDENTIFY_LD, IDENTIFY_NO_CURRENT);
-        identify_refuse(d, IDENTIFY_LQ, IDENTIFY_NO_CURRENT);
-        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_NO_CURRENT);
-        identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_NO_CURRENT);
-        return false;
+        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_LQ, IDENTIFY_NO_CURRENT);
+        return IDENTIFY_STOPPED;
     }
-    d->reluctant = reluctant(&d->pulses);
-    /* L = U Ts / change: volts are steps by BUS_STEPS of the bus */
-    const int64_t vbus_q15 = scale(d->pulses.sums[0].vbus_q15, 1, d->pulses.sums[0].bursts);
-    const int64_t u_uv = scale(vbus_q15 * d->burst.v_steps, d->params.v_range_mv * 1000LL, 32768LL * CONFIG_BUS_STEPS);
-    const int64_t i_na = scale(change, d->params.i_range_ma * 1000000LL, 256LL * 32768);
-    const int64_t l_uh = scale(u_uv, 1000000000LL / CONFIG_PWM_HZ, i_na);
-    const int64_t most_uh = 1000000;
-    d->params.ld_uh = d->params.lq_uh = (int32_t)(l_uh < 1 ? 1 : l_uh < most_uh ? l_uh : most_uh);
+    d->reluctant = is_reluctant(m);
+    d->bus_nv = identify_nv(d, m->sums[0].vbus_q15, m->sums[0].bursts);
+    /* L = U Ts / change */
+    const int64_t l_uh =
+        scale(identify_wave_uv(d, &m->sums[0]), 1000000000LL / CONFIG_PWM_HZ, identify_change_na(d, change));
+    d->params.ld_uh = d->params.lq_uh = identify_within(l_uh, MOST_UH);
     /* ki / kp = w / HOLD_ZERO: as if R were L times so much */
-    const int64_t r_mohm = scale(d->params.ld_uh, 6283LL * HOLD_HZ / HOLD_ZERO, 1000000);
-    d->params.resistance_mohm = (int32_t)(r_mohm < 1 ? 1 : r_mohm < 100000 ? r_mohm : 100000);
+    d->params.resistance_mohm =
+        identify_within(scale(d->params.ld_uh, 6283LL * HOLD_HZ / HOLD_ZERO, 1000000), MOST_MOHM);
     return identify_tune(d, HOLD_HZ);
 }
 
 /* ---- a current that stands ---- */
 
-bool identify_measure_hold(struct identify *d, volatile struct current_loop *c)
+bool identify_measure_hold(struct identify *d, const struct measure_io *io)
 {
-    struct identify_hold *const m = &d->hold;
+    struct identify_hold *const m = &d->work.hold;
+    volatile struct current_loop *const c = io->loop;
     if (d->ms == 1u) {
         current_loop_field(c, 0, 0);
     }
-    c->i_d_ref_q15 = d->i_rated_q15 / 2 * q15_min((int32_t)d->ms, RAMP_MS) / RAMP_MS;
+    c->i_d_ref_q15 = measure_ramp(d->i_rated_q15 / 2, d->ms, RAMP_MS);
     if (d->ms > SETTLE_MS) {
         m->v_sum += (int64_t)c->v_d_steps * c->vbus_q15;
         m->i_sum_q15 += c->i_d_q15;
@@ -124,23 +119,20 @@ bool identify_measure_hold(struct identify *d, volatile struct current_loop *c)
     return d->ms == SETTLE_MS + MEAN_MS;
 }
 
-bool identify_think_hold(struct identify *d)
+enum identify_reason identify_think_hold(struct identify *d)
 {
-    const struct identify_hold *const m = &d->hold;
+    const struct identify_hold *const m = &d->work.hold;
     if (m->v_sum <= 0 || m->i_sum_q15 < m->count * (d->i_rated_q15 / 4)) {
-        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_NO_CURRENT);
-        identify_refuse(d, IDENTIFY_DEAD_TIME, IDENTIFY_NO_CURRENT);
-        return false;
+        identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_DEAD_TIME, IDENTIFY_NO_CURRENT);
+        return IDENTIFY_STOPPED;
     }
     const int64_t u_uv = scale(m->v_sum, d->params.v_range_mv * 1000LL, 32768LL * CONFIG_BUS_STEPS * m->count);
-    const int64_t i_ua = scale(m->i_sum_q15, d->params.i_range_ma * 1000LL, 32768LL * m->count);
-    const int64_t r_mohm = scale(u_uv, 1000, i_ua);
+    const int64_t r_mohm = scale(u_uv, 1000, identify_ua(d, m->i_sum_q15, m->count));
     /* the loop's zero at a quarter of its crossover, or where the winding's own is: so nothing lasts longer than this */
     const int64_t quick_mohm = scale(d->params.ld_uh, 6283LL * REGULATE_HZ / 4, 1000000);
-    const int64_t told_mohm = r_mohm > quick_mohm ? r_mohm : quick_mohm;
-    d->rough_mohm = (int32_t)(r_mohm < 100000 ? r_mohm : 100000);
     const int64_t tau_ms = scale(d->params.ld_uh, 1, r_mohm < 1 ? 1 : r_mohm);
-    d->params.resistance_mohm = (int32_t)(told_mohm < 1 ? 1 : told_mohm < 100000 ? told_mohm : 100000);
+    d->rough_mohm = (int32_t)(r_mohm < MOST_MOHM ? r_mohm : MOST_MOHM);
+    d->params.resistance_mohm = identify_within(r_mohm > quick_mohm ? r_mohm : quick_mohm, MOST_MOHM);
     d->settle_ms = LEAST_SETTLE_MS + (uint32_t)(tau_ms < MOST_SETTLE_MS ? tau_ms : MOST_SETTLE_MS);
     return identify_tune(d, REGULATE_HZ);
 }

@@ -11,8 +11,6 @@
 #include "drivers/fabric/encoder.h"
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
-#include "firmware/settings/scale.h"
-#include "lib/q15.h"
 
 #define PULLED_Q32     ((IDENTIFY_ANGLES - 1u) * 0x2AAAAAABu)
 #define TURN_MS        900u /* a multiple of thirds */
@@ -33,49 +31,45 @@
 #define OVERSPEED_E_RPM ((int32_t)(60LL * CONFIG_SPEED_BASE_HZ * 95 / 100))
 #define OVERSPEED_MOST  32000
 
-static int32_t pull_q15(const struct identify *d)
-{
-    return d->reluctant ? d->i_rated_q15 / RELUCTANT_PART : identify_i_most_q15(d);
-}
-
-static void begin_pass(const struct identify *d, struct identify_turn *m)
+static void begin_pass(const struct identify *d, struct field_pass *p)
 {
     const int32_t step_q32 = (int32_t)(UINT32_MAX / TURN_MS);
-    field_pass_start(&m->field, m->pass == 0u ? step_q32 : -step_q32, d->reluctant ? SOFT_RAMP_MS : RAMP_MS, TURN_MS);
+    field_pass_start(p, d->phase == 0u ? step_q32 : -step_q32, d->reluctant ? SOFT_RAMP_MS : RAMP_MS, TURN_MS);
 }
 
-static void keep_pass(struct identify_turn *m)
+static void keep_pass(struct identify_turn *m, uint32_t pass)
 {
     const struct field_pass *const p = &m->field;
     const int32_t n = (int32_t)TURN_MS;
     const int32_t sum = p->sum_counts[0] + p->sum_counts[1] + p->sum_counts[2];
-    m->way[m->pass] = field_pass_counts(p);
-    m->even = (m->pass == 0u || m->even) && field_pass_even(p, EVEN_PART);
-    m->field_q32[m->pass] = p->reference_q32 + (uint32_t)(p->step_q32 / 2 * (n - 1));
-    m->mean_counts_q8[m->pass] = (p->first_counts + sum / n) * 256 + sum % n * 256 / n;
+    m->way[pass] = field_pass_counts(p);
+    m->uneven = m->uneven || !field_pass_even(p, EVEN_PART);
+    m->field_q32[pass] = p->reference_q32 + (uint32_t)(p->step_q32 / 2 * (n - 1));
+    m->mean_counts_q8[pass] = (p->first_counts + sum / n) * 256 + sum % n * 256 / n;
 }
 
-bool identify_measure_turn(struct identify *d, const struct identify_io *io)
+/* One phase forth, one back. */
+bool identify_measure_turn(struct identify *d, const struct measure_io *io)
 {
-    struct identify_turn *const m = &d->turn;
-    volatile struct current_loop *const c = io->loop;
+    struct identify_turn *const m = &d->work.turn;
     if (d->ms == 1u) {
-        *m = (struct identify_turn){.field = {.field_q32 = PULLED_Q32}};
+        m->field.field_q32 = PULLED_Q32;
         pendulum_start(&m->rotor, RAMP_MS, 0, PULLED_Q32);
-        begin_pass(d, m);
+        begin_pass(d, &m->field);
     }
-    m->current_q15 = pull_q15(d) * q15_min((int32_t)d->ms, RISE_MS) / RISE_MS;
+    const int32_t pull_q15 = d->reluctant ? d->i_rated_q15 / RELUCTANT_PART : identify_i_most_q15(d);
+    const int32_t i_q15 = measure_ramp(pull_q15, d->ms, RISE_MS);
     if (d->ms < HOLD_MS) {
-        pendulum_step(&m->rotor, c, 0, m->field.field_q32, 0, m->current_q15);
+        pendulum_step(&m->rotor, io->loop, 0, m->field.field_q32, 0, i_q15);
         return false;
     }
-    if (!field_pass_step(&m->field, &m->rotor, c, 0, d->counts, m->current_q15)) {
+    if (!field_pass_step(&m->field, &m->rotor, io->loop, 0, d->counts, i_q15)) {
         return false;
     }
-    keep_pass(m);
-    m->pass++;
-    begin_pass(d, m);
-    return m->pass == 2u;
+    keep_pass(m, d->phase);
+    identify_enter(d, d->phase + 1u);
+    begin_pass(d, &m->field);
+    return d->phase == 2u;
 }
 
 /* ---- evaluation ---- */
@@ -99,7 +93,7 @@ static uint32_t way_q32(int64_t counts_q8, int64_t counts_two_turns)
 /* The rotor's angle at the end, from the field's: mean of both directions, whose offsets differ by twice the friction angle. */
 static uint32_t angle_by_field_q32(const struct identify *d, int64_t counts_two_turns, int32_t sign)
 {
-    const struct identify_turn *const m = &d->turn;
+    const struct identify_turn *const m = &d->work.turn;
     uint32_t offset_q32[2];
     for (int32_t k = 0; k < 2; k++) {
         const int64_t to_end_q8 = (int64_t)d->counts * 256 - m->mean_counts_q8[k];
@@ -117,19 +111,18 @@ static uint32_t angle_by_axis_q32(const struct identify *d, int64_t counts_two_t
     return off_q32 > -QUARTER_Q32 && off_q32 < QUARTER_Q32 ? axis_q32 : axis_q32 + 2u * QUARTER_Q32;
 }
 
-bool identify_think_turn(struct identify *d)
+enum identify_reason identify_think_turn(struct identify *d)
 {
-    const struct identify_turn *const m = &d->turn;
+    const struct identify_turn *const m = &d->work.turn;
     const int32_t forth = m->way[0], back = -m->way[1];
     const int32_t two_turns = q15_abs(forth + back);
     const bool same = q15_abs(forth - back) * APART_ONE_IN <= two_turns + LEAST_COUNTS * APART_ONE_IN;
-    if (two_turns < LEAST_COUNTS || !same || !m->even) {
-        identify_refuse_rest(d, IDENTIFY_POLE_PAIRS, IDENTIFY_NOT_FOLLOWED);
-        return false;
+    if (two_turns < LEAST_COUNTS || !same || m->uneven) {
+        return IDENTIFY_NOT_FOLLOWED;
     }
-    d->backwards = forth + back < 0;
-    identify_know_exactly(d, IDENTIFY_DIRECTION, d->backwards ? -1 : 1);
-    const int32_t sign = d->backwards ? -1 : 1;
+    const int32_t sign = forth + back < 0 ? -1 : 1;
+    d->backwards = sign < 0;
+    identify_know_exactly(d, IDENTIFY_DIRECTION, sign);
     d->start_q32 = angle_by_field_q32(d, two_turns, sign);
     if (d->reluctant) {
         d->start_q32 = angle_by_axis_q32(d, two_turns, sign, d->start_q32);
@@ -140,9 +133,5 @@ bool identify_think_turn(struct identify *d)
     }
     d->params.ld_uh = (int32_t)(d->results[IDENTIFY_LD].value / 1000 + 1);
     d->params.lq_uh = (int32_t)(d->results[IDENTIFY_LQ].value / 1000 + 1);
-    if (!identify_tune_turning(d)) {
-        identify_refuse_rest(d, IDENTIFY_POLE_PAIRS, IDENTIFY_RATED_SMALL);
-        return false;
-    }
-    return true;
+    return identify_tune_turning(d, IDENTIFY_RATED_SMALL);
 }

@@ -4,9 +4,6 @@
 #include <stddef.h>
 
 #include "firmware/settings/config.h"
-#include "lib/pi.h"
-#include "lib/polar.h"
-#include "lib/q15.h"
 #include "lib/trig.h"
 
 #define STEP_Q32 (0x80000000u / SALIENCY_ANGLES)
@@ -25,17 +22,9 @@ void saliency_start(struct saliency *s, int32_t v_q15, int32_t i_q15)
     *s = (struct saliency){.v_q15 = v_q15, .i_q15 = q15_max(i_q15, 1)};
 }
 
-static int32_t integral_q9(const volatile struct current_loop *c, int32_t v_q15)
+static int32_t steps(const volatile struct current_loop *c, int32_t v_q15)
 {
-    const int32_t v_steps = v_q15 * (CONFIG_BUS_STEPS / 16) / (c->vbus_q15 / 16 + 1);
-    return q15_clamp(v_steps, -LOOP_V_D_MAX_STEPS / 2, LOOP_V_D_MAX_STEPS / 2) * (1 << PI_SHIFT);
-}
-
-static void hold_voltage(const struct saliency *s, volatile struct current_loop *c, int32_t v_q15)
-{
-    current_loop_field(c, s->angle * STEP_Q32, 0);
-    c->integral_q_q9 = integral_q9(c, s->steady_q_q15);
-    c->integral_d_q9 = integral_q9(c, s->steady_d_q15 + v_q15);
+    return q15_clamp(measure_steps(c, v_q15), -LOOP_V_D_MAX_STEPS / 2, LOOP_V_D_MAX_STEPS / 2);
 }
 
 /*
@@ -51,19 +40,6 @@ static void take_away(struct saliency *s, const volatile struct current_loop *c)
     s->steady_q_q15 = -q_q15 * (s->v_q15 / (int32_t)PATTERN_MS) / s->i_q15;
 }
 
-/* This angle's part of the sums, relative to the encoder. */
-static void keep(struct saliency *s, uint32_t encoder_q32)
-{
-    const cossin_t twice = cossin_q15(2u * (s->angle * STEP_Q32 - encoder_q32));
-    s->sum_re_q15 += (s->response_d_q15 * twice.cos - s->response_q_q15 * twice.sin) >> 15;
-    s->sum_im_q15 += (s->response_d_q15 * twice.sin + s->response_q_q15 * twice.cos) >> 15;
-    s->sum_straight_q15 += s->response_d_q15;
-    s->response_d_q15 = 0;
-    s->response_q_q15 = 0;
-    s->angle++;
-    s->ms = 0;
-}
-
 bool saliency_step(struct saliency *s, volatile struct current_loop *c, uint32_t encoder_q32)
 {
     if (s->angle == SALIENCY_ANGLES) {
@@ -71,26 +47,27 @@ bool saliency_step(struct saliency *s, volatile struct current_loop *c, uint32_t
         c->integral_q_q9 = 0;
         return true;
     }
+    const uint32_t angle_q32 = s->angle * STEP_Q32;
     const int32_t sign = (s->angle & 1u) == 0u ? 1 : -1;
+    const int32_t v_q15 = sign * HALVES[s->ms] * s->v_q15 / 2;
     if (s->ms == 0u) {
         take_away(s, c);
     }
-    s->response_d_q15 += sign * WEIGHTS[s->ms] * c->i_d_q15 / 8;
-    s->response_q_q15 += sign * WEIGHTS[s->ms] * c->i_q_q15 / 8;
-    hold_voltage(s, c, sign * HALVES[s->ms] * s->v_q15 / 2);
-    s->ms++;
-    if (s->ms == PATTERN_MS) {
-        keep(s, encoder_q32);
-    }
+    measure_axes_add(&s->sums, angle_q32 - encoder_q32, sign * WEIGHTS[s->ms] * c->i_d_q15,
+                     sign * WEIGHTS[s->ms] * c->i_q_q15);
+    measure_hold_voltage(c, angle_q32, steps(c, s->steady_d_q15 + v_q15), steps(c, s->steady_q_q15));
+    s->ms = (s->ms + 1u) % PATTERN_MS;
+    s->angle += s->ms == 0u ? 1u : 0u;
     return false;
 }
 
 uint32_t saliency_offset_q32(const struct saliency *s)
 {
-    return atan2_q32(s->sum_im_q15, s->sum_re_q15) / 2u;
+    return measure_axes_easy_q32(&s->sums);
 }
 
 bool saliency_seen(const struct saliency *s)
 {
-    return q15_max(q15_abs(s->sum_re_q15), q15_abs(s->sum_im_q15)) * 10 > q15_abs(s->sum_straight_q15);
+    const struct measure_shares m = measure_axes_shares(&s->sums);
+    return q15_max(q15_abs(m.re), q15_abs(m.im)) > m.straight / 10;
 }

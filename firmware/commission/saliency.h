@@ -14,7 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/control/current_loop.h"
+#include "firmware/commission/measure.h"
 
 #define SALIENCY_ANGLES 16u
 
@@ -22,10 +22,8 @@ struct saliency {
     uint32_t angle; /* which one */
     uint32_t ms;    /* within the voltage pattern there */
     int32_t v_q15, i_q15;
-    int32_t steady_d_q15, steady_q_q15;     /* voltage on top of the alternating one */
-    int32_t response_d_q15, response_q_q15; /* at this angle, so far */
-    int32_t sum_re_q15, sum_im_q15;
-    int32_t sum_straight_q15; /* of the responses along the voltage, Y0 */
+    int32_t steady_d_q15, steady_q_q15; /* voltage on top of the alternating one */
+    struct measure_axes sums;
 };
 
 /* `v_q15`: the voltage; along the magnets it changes the current by `i_q15` peak to peak in a millisecond. Slow loop. */

@@ -3,9 +3,8 @@
 
 #include <stddef.h>
 
+#include "firmware/commission/measure.h"
 #include "firmware/settings/config.h"
-#include "lib/pi.h"
-#include "lib/q15.h"
 
 #define THIRD_Q32      0x55555555u                  /* 120 degrees */
 #define LARGEST_256THS (CONFIG_BUS_STEPS / 5 * 256) /* a fifth of the bus */
@@ -19,13 +18,6 @@ const struct tuning wiring_tuning = {.v_min_q15 = Q15_ONE / 4};
 void wiring_start(struct wiring *w)
 {
     *w = (struct wiring){0};
-}
-
-static void hold_voltage(const struct wiring *w, volatile struct current_loop *c)
-{
-    current_loop_field(c, w->along * THIRD_Q32, 0);
-    c->integral_q_q9 = 0;
-    c->integral_d_q9 = (w->v_256ths >> 8) * (1 << PI_SHIFT);
 }
 
 static int32_t largest(const int32_t of_q15[3])
@@ -46,8 +38,7 @@ static void keep(struct wiring *w, const int32_t i_q15[3])
 /* The voltage that resistance alone would take for a quarter of the current. */
 static int32_t first_256ths(const struct tuning *t, const volatile struct current_loop *c)
 {
-    const int32_t v_steps = t->wiring_v_q15 / 4 * (CONFIG_BUS_STEPS / 16) / (c->vbus_q15 / 16 + 1);
-    return q15_clamp(v_steps, 8, LARGEST_256THS / 256) * 256;
+    return q15_clamp(measure_steps(c, t->wiring_v_q15 / 4), 8, LARGEST_256THS / 256) * 256;
 }
 
 /* What still flows from the phase before is not this one's: windings of much inductance take longer than is waited. */
@@ -112,6 +103,6 @@ enum wiring_result wiring_step(struct wiring *w, volatile struct current_loop *c
     } else {
         w->v_256ths = q15_min(w->v_256ths + w->v_256ths / 4, LARGEST_256THS);
     }
-    hold_voltage(w, c);
+    measure_hold_voltage(c, w->along * THIRD_Q32, w->v_256ths >> 8, 0);
     return WIRING_RUNNING;
 }

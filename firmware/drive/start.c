@@ -213,7 +213,7 @@ static bool step_identify(struct axis *a)
         take_over(a);
         return false;
     }
-    const struct identify_io io = {.loop = &a->loop, .fabric = a->fabric, .speed = &a->speed, .tuning = &a->tuning};
+    const struct measure_io io = {.loop = &a->loop, .fabric = a->fabric, .speed = &a->speed, .tuning = &a->tuning};
     return identify_step(&a->identify, &io);
 }
 

@@ -47,21 +47,6 @@ static size_t split_line(char *line, char **words)
     }
 }
 
-/* The row of that name and number of words, or the first of that name; NULL if there is none. */
-static const struct command *find_row(const char *name, size_t words)
-{
-    const struct command *found = NULL;
-    for (size_t group = 0; group < sizeof groups / sizeof groups[0]; group++) {
-        const struct command *const end = groups[group].rows + groups[group].count;
-        for (const struct command *row = groups[group].rows; row != end; row++) {
-            if (text_equal(name, row->name) && (found == NULL || command_words(row) == words)) {
-                found = row;
-            }
-        }
-    }
-    return found;
-}
-
 static void run_row(struct session *s, const struct command *command, const struct arguments *a)
 {
     if (command->request != NULL) {
@@ -82,7 +67,7 @@ void commands_execute(struct session *s, char *line)
     if (count == 0u) {
         return;
     }
-    const struct command *const command = find_row(a.word[0], count);
+    const struct command *const command = commands_find(a.word[0], count);
     if (command == NULL) {
         answer_about(s, a.word[0], UNKNOWN_COMMAND);
     } else if (count != command_words(command)) {

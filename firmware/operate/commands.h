@@ -91,6 +91,9 @@ extern const struct command commands_version[1];
 /* The nth of all rows; NULL behind the last. */
 const struct command *commands_row(uint32_t n);
 
+/* The row of that name and number of words, or the first of that name; NULL if there is none. */
+const struct command *commands_find(const char *name, size_t words);
+
 /* Words of its line, the name included. */
 size_t command_words(const struct command *command);
 

@@ -43,3 +43,17 @@ size_t command_words(const struct command *command)
     }
     return words;
 }
+
+const struct command *commands_find(const char *name, size_t words)
+{
+    const struct command *found = NULL;
+    for (size_t group = 0; group < sizeof groups / sizeof groups[0]; group++) {
+        const struct command *const end = groups[group].rows + groups[group].count;
+        for (const struct command *row = groups[group].rows; row != end; row++) {
+            if (text_equal(name, row->name) && (found == NULL || command_words(row) == words)) {
+                found = row;
+            }
+        }
+    }
+    return found;
+}

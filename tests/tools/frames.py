@@ -19,7 +19,11 @@ POINTER_TABLES = {
     "modbus_function": "modbus_functions",
     "apply_target": "cia402_modes",
     "argument_candidate": "argument_kinds",
+    **dict.fromkeys(("identify_measure", "identify_step", "identify_think"), "identify_script"),
 }
+# and the words of a row that this function calls: slices of the table, where it does not call them all
+POINTER_COLUMNS = {"identify_measure": slice(1, None, 4), "identify_step": slice(1, None, 4),
+                   "identify_think": slice(2, None, 4)}
 
 
 def stack_step(instruction):
@@ -101,6 +105,7 @@ def table_targets(image, function):
         if image.writable(start):
             raise ImageError(f"{function.name} calls through the table {name}, which is not constant")
         words += [image.word(at) for at in range(start, start + size, 4)]
+    words = words[POINTER_COLUMNS.get(function.name, slice(None))]
     found = [image.at(word & ~1) for word in words if word & 1]
     targets = [f for f, word in zip(found, (w for w in words if w & 1)) if f is not None and f.start == word & ~1]
     if not targets:

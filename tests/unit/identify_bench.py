@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Identify by itself, on the 24 V inverter: begun, made to think, and asked what it knows."""
+import ctypes
+
 I_RANGE_MA, V_RANGE_MV, RATED_MA, ONE = 23571, 57528, 3800, 32768
 
 
@@ -17,6 +19,16 @@ def thought(c, d, step):
     c.identify_think(d)
     assert not d.thinking
     return d
+
+
+def measuring(c, d, step):
+    """What a step measures with: a loop, an axis at rest and nothing of the fabric, from its first millisecond on."""
+    io, parts = c.measure_io(), {"loop": c.current_loop(), "fabric": c.fabric(), "speed": c.speed_loop(), "tuning": d.tuning}
+    for name, what in parts.items():
+        setattr(io, name, ctypes.pointer(what))
+    c.current_loop_init(io.loop)
+    d.step, d.ms = getattr(c, f"IDENTIFY_STEP_{step}"), 0
+    return io
 
 
 def result_of(c, d, name):

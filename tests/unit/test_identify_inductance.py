@@ -30,7 +30,7 @@ def test_identify_inductance_takes_the_first_resistance_where_none_was_measured(
     for axis in (0, 1):
         for half in (0, 1):
             for n in range(8):
-                play(c, begun, begun.inductance.sums[axis][half], 150e-6, 0.5, 1500, seed=n)
+                play(c, begun, begun.work.inductance.sums[axis][half], 150e-6, 0.5, 1500, seed=n)
     begun.rough_mohm, begun.params.resistance_mohm = 500, 5000
     thought(c, begun, "INDUCTANCE")
     assert known(c, begun, "LD")[0] == pytest.approx(150e3, rel=0.02), "without it 8 % would be missing"
@@ -41,7 +41,7 @@ def test_identify_inductance_whose_halves_differ_by_a_tenth_is_refused(c, begun,
     for axis in (0, 1):
         for half in (0, 1):
             for n in range(8):
-                play(c, begun, begun.inductance.sums[axis][half], 150e-6 * apart**half, 0.3, 1500, seed=n)
+                play(c, begun, begun.work.inductance.sums[axis][half], 150e-6 * apart**half, 0.3, 1500, seed=n)
     thought(c, begun, "INDUCTANCE")
     assert reason(c, begun, "LD") == reason(c, begun, "LQ") == (c.IDENTIFY_SCATTER if refused else None)
 

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Identify's map: coupled windings, fluxes by slopes, what is refused; and a rotor that swings as the currents drive it."""
-import ctypes
 import math
 
 import pytest
 
-from unit.identify_bench import I_RANGE_MA, ONE, RATED_MA, V_RANGE_MV, begin, known, reason, result_of, thought
+from unit.identify_bench import I_RANGE_MA, ONE, RATED_MA, V_RANGE_MV, begin, known, measuring, reason, result_of, thought
 from unit.test_unit_identify import BUS_STEPS, LAG, LENGTH, RATE_HZ, VBUS_Q15
 from unit.test_unit_turning import amps, fill, rpm_q9, volts
 
@@ -15,6 +14,10 @@ RATED_A = RATED_MA / 1000
 WAVE, HALF = 2000, 16  # height; waves with i_q to one side
 
 
+def accelerated(c, d, rpm_ms):
+    d.ramp_mrad_s2 = c.identify_slope_mrad_s2(fill(c.measure_run(), [(0, 0, rpm_q9(rpm_ms * t)) for t in range(-10, 10)]))
+
+
 @pytest.fixture
 def begun(c):
     """Identify after its constant speeds, of a motor whose rated current turns it slowly."""
@@ -22,9 +25,9 @@ def begun(c):
     for name, value in (("RESISTANCE", R_OHM * 1e6), ("LD", 600e3), ("LQ", 3000e3), ("FLUX", FLUX_WB * 1e7)):
         result = result_of(c, d, name)
         result.state, result.value, result.interval = c.IDENTIFY_KNOWN, round(value), 1
-    d.pulses.sums[0].vbus_q15, d.pulses.sums[0].bursts = VBUS_Q15, 1
+    d.bus_nv = round(VBUS_Q15 / ONE * V_RANGE_MV * 1e6)
     d.params.pole_pairs, d.flux_e1_uwb, d.rpm_most, d.ramp_i_q15 = PAIRS, round(FLUX_WB * 1e7), 300, amps(RATED_A)
-    fill(d.ramps.gains[0], [(0, 0, rpm_q9(0.1 * t)) for t in range(-100, 100)])
+    accelerated(c, d, 0.1)
     d.burst.v_steps, d.burst.hold, d.wave_steps, d.swing_rpm = WAVE, 1, WAVE, 300
     return d
 
@@ -63,10 +66,10 @@ def swings(point, psi_d, psi_q, i_q, r_v=0.4):
 
 
 def across(c, d, ldq=LDQ, psi_q=0.09):
-    d.map.points = 3
+    d.work.map.points = 3
     for k in range(3):
-        waves(c, d, d.map.at[k], LDD * (1 - 0.1 * k), LQQ * (1 - 0.2 * k), ldq)
-    swings(d.map.at[2], FLUX_WB, psi_q, RATED_A)
+        waves(c, d, d.work.map.at[k], LDD * (1 - 0.1 * k), LQQ * (1 - 0.2 * k), ldq)
+    swings(d.work.map.at[2], FLUX_WB, psi_q, RATED_A)
     return thought(c, d, "ACROSS")
 
 
@@ -89,20 +92,20 @@ def test_map_interval_grows_with_the_slope_over_the_current(c, begun):
 
 
 def test_map_point_without_waves_is_refused_and_the_others_are_not(c, begun):
-    begun.map.points = 3
+    begun.work.map.points = 3
     for k in range(3):
-        waves(c, begun, begun.map.at[k], count=7 if k == 1 else HALF)
+        waves(c, begun, begun.work.map.at[k], count=7 if k == 1 else HALF)
     thought(c, begun, "ACROSS")
     assert reason(c, begun, "LD_Q2") == reason(c, begun, "LQ_Q2") == c.IDENTIFY_TOO_LIGHT
     assert known(c, begun, "LD_Q1") and known(c, begun, "LQ_Q3")
 
 
 def test_map_halves_that_differ_by_a_tenth_are_refused(c, begun):
-    begun.map.points = 3
+    begun.work.map.points = 3
     for k in range(3):
-        waves(c, begun, begun.map.at[k], ldq=0)
+        waves(c, begun, begun.work.map.at[k], ldq=0)
         for _ in range(4):
-            wave(c, begun, begun.map.at[k].sums[0][1], 0, LDD * 1.4, LQQ, 0)
+            wave(c, begun, begun.work.map.at[k].sums[0][1], 0, LDD * 1.4, LQQ, 0)
     thought(c, begun, "ACROSS")
     assert reason(c, begun, "LD_Q1") == c.IDENTIFY_SCATTER and known(c, begun, "LQ_Q1")
 
@@ -126,8 +129,8 @@ def test_map_refuses_a_torque_point_of_a_machine_without_saliency(c, begun, relu
 
 
 def torque(c, d, psi_d=0.02, psi_q=0.06, i_d=-2.4, i_q=2.9):
-    p = d.map.at[0]
-    d.map.points, p.i_d_q15, p.i_q_q15 = 1, amps(i_d), amps(i_q)
+    p = d.work.map.at[0]
+    d.work.map.points, p.i_d_q15, p.i_q_q15 = 1, amps(i_d), amps(i_q)
     waves(c, d, p)
     swings(p, psi_d, psi_q, i_q)
     return thought(c, d, "TORQUE")
@@ -146,12 +149,12 @@ def test_map_of_most_torque_has_fluxes_free_of_what_stands_and_what_couples(c, b
 @pytest.mark.parametrize("lost", ("run", "waves"))
 def test_map_of_most_torque_is_refused_where_a_half_is_missing(c, begun, lost):
     if lost == "run":
-        begun.map.at[0].run[1][0].count = -1000
+        begun.work.map.at[0].run[1][0].count = -1000
     torque(c, begun)
     if lost == "waves":
         for name in ("TORQUE_ID", "CROSS"):
             result_of(c, begun, name).state = c.IDENTIFY_UNKNOWN
-        begun.map.at[0].bursts[1] = 3
+        begun.work.map.at[0].bursts[1] = 3
         thought(c, begun, "TORQUE")
     assert reason(c, begun, "TORQUE_ID") == reason(c, begun, "CROSS") == c.IDENTIFY_TOO_LIGHT
 
@@ -159,9 +162,9 @@ def test_map_of_most_torque_is_refused_where_a_half_is_missing(c, begun, lost):
 # ---- along ----
 
 def along(c, d, points=4, ld=(400e-6, 450e-6, 550e-6, 600e-6)):
-    d.map.points = points
+    d.work.map.points = points
     for k in range(points):
-        p = d.map.at[k]
+        p = d.work.map.at[k]
         p.i_d_q15 = amps(RATED_A * (-1, -0.5, 0.5, 1)[k])
         waves(c, d, p, ldd=ld[k], ldq=0)
     return d
@@ -180,7 +183,7 @@ def test_map_of_a_reluctant_machine_has_its_resistance(c, begun, way):
     begun.reluctant, w, r_ohm = True, way * 50.0, 0.9
     result_of(c, begun, "RESISTANCE").state, begun.rough_mohm = c.IDENTIFY_REFUSED, 200
     for k, i_q in ((0, way * 0.3), (1, way * 0.9)):
-        p = along(c, begun, 2).map.at[k]
+        p = along(c, begun, 2).work.map.at[k]
         v_d = r_ohm * RATED_A * (-1, -0.5)[k] - w * PAIRS * 3000e-6 * i_q + 0.3
         fill(p.run[0][0], [(amps(i_q), volts(v_d), rpm_q9(w))] * 100)
     thought(c, begun, "ALONG")
@@ -191,7 +194,7 @@ def test_map_of_a_reluctant_machine_has_its_resistance(c, begun, way):
 
 
 def test_map_of_a_rotor_that_no_loop_could_hold_is_refused_before_it_is_driven(c, begun):
-    begun.ramps.gains[0] = fill(c.identify_run(), [(0, 0, rpm_q9(2.3 * t)) for t in range(-10, 10)])
+    accelerated(c, begun, 2.3)
     thought(c, along(c, begun), "ALONG")
     assert known(c, begun, "LD_D1")
     for name in ("LD_Q1", "LQ_Q3", "TORQUE_ID", "CROSS"):
@@ -204,7 +207,7 @@ def test_three_angles_tell_a_reluctant_machine_whose_resistance_is_left_for_late
     for turned_deg, ratio, expected in ((0, 1.3, False), (37, 1.3, False), (0, 4, True), (73, 4, True), (140, 4, True)):
         for k in range(3):
             away = math.radians(2 * (turned_deg - 120 * k))
-            s = begun.pulses.sums[k]
+            s = begun.work.pulses.sums[k]
             s.count, s.ud = 100, round(40000 * ((1 + 1 / ratio) + (1 - 1 / ratio) * math.cos(away)))
             s.uq = round(40000 * (1 - 1 / ratio) * math.sin(away))
             s.vbus_q15, s.bursts = VBUS_Q15, 1
@@ -222,19 +225,17 @@ class Swinging:
 
     def __init__(self, c, d, accel_rpm_ms):
         self.c, self.d, self.accel = c, d, accel_rpm_ms
-        self.io, self.loop, self.speed = c.identify_io(), c.current_loop(), c.speed_loop()
-        self.fabric, self.tuning = c.fabric(), d.tuning
+        self.io = measuring(c, d, "ALONG")
+        self.loop, self.speed = self.io.loop.contents, self.io.speed.contents
         c.speed_loop_init(self.speed)
-        c.speed_loop_tune(self.speed, self.tuning)
+        c.speed_loop_tune(self.speed, d.tuning)
         self.loop.vbus_q15, self.rpm, self.seen = VBUS_Q15, 0.0, []
-        for name, what in (("loop", self.loop), ("fabric", self.fabric), ("speed", self.speed), ("tuning", self.tuning)):
-            setattr(self.io, name, ctypes.pointer(what))
 
     def play(self, step, most_ms=20000):
-        self.d.step, self.d.ms = getattr(self.c, f"IDENTIFY_STEP_{step}"), 0
+        self.d.step, self.d.work = getattr(self.c, f"IDENTIFY_STEP_{step}"), self.c.identify_work()
+        self.d.ms = self.d.phase = self.d.phase_ms = 0
         for _ in range(most_ms):
-            self.d.ms += 1
-            done = self.c.identify_measure_map(self.d, self.io)
+            done = self.c.identify_measure(self.d, self.io)
             self.loop.i_q_q15 += (self.loop.i_q_ref_q15 - self.loop.i_q_q15) // 2
             self.loop.i_d_q15 = self.loop.i_d_ref_q15
             self.rpm += self.accel * self.loop.i_q_q15 / amps(RATED_A)
@@ -251,13 +252,13 @@ class Swinging:
 def test_map_swings_between_two_speeds_until_both_ways_have_waves_and_sums(c, begun, reluctant):
     begun.reluctant = reluctant
     rotor = Swinging(c, begun, 2.0)
-    assert rotor.play("ACROSS") and begun.map.points == 3
+    assert rotor.play("ACROSS") and begun.work.map.points == 3
     for k, thirds in enumerate((1, 2, 3)):
-        p = begun.map.at[k]
+        p = begun.work.map.at[k]
         assert list(p.bursts) == [HALF, HALF] and p.rpm == 100 * thirds and p.v_steps == WAVE
         assert all((p.run[half][0].count > 20) == (p.run[half][1].count > 20) == (reluctant and k == 2) for half in (0, 1))
         assert all(p.sums[axis][half].bursts == HALF // 2 for axis in (0, 1) for half in (0, 1))
-    assert not reluctant or begun.map.at[2].run[0][0].i > 0 > begun.map.at[2].run[1][0].i
+    assert not reluctant or begun.work.map.at[2].run[0][0].i > 0 > begun.work.map.at[2].run[1][0].i
     assert max(abs(rpm) for rpm, _, _ in rotor.seen) < 300 + 5 * 2.0, "no further than a current needs to turn round"
     assert max(abs(i_q) for _, _, i_q in rotor.seen) <= amps(RATED_A)
     assert all(i_d == 0 for _, i_d, _ in rotor.seen) and rotor.seen[-1][2] != amps(RATED_A)
@@ -266,14 +267,14 @@ def test_map_swings_between_two_speeds_until_both_ways_have_waves_and_sums(c, be
 def test_map_of_most_torque_rides_on_the_chosen_current(c, begun):
     begun.torque_d_q15, begun.torque_q_q15 = -amps(2.4), amps(2.9)
     rotor = Swinging(c, begun, 2.0)
-    assert rotor.play("TORQUE") and list(begun.map.at[0].bursts) == [HALF, HALF]
+    assert rotor.play("TORQUE") and list(begun.work.map.at[0].bursts) == [HALF, HALF]
     assert min(i_d for _, i_d, _ in rotor.seen) == -amps(2.4) and rotor.seen[-1][1] == 0
 
 
 def test_map_gives_up_on_a_rotor_that_turns_round_too_soon(c, begun):
     rotor = Swinging(c, begun, 400.0)
     assert rotor.play("ACROSS")
-    assert all(begun.map.at[k].bursts[0] + begun.map.at[k].bursts[1] < HALF for k in range(3))
+    assert all(begun.work.map.at[k].bursts[0] + begun.work.map.at[k].bursts[1] < HALF for k in range(3))
     thought(c, begun, "ACROSS")
     assert reason(c, begun, "LD_Q1") == c.IDENTIFY_TOO_LIGHT
 
@@ -282,9 +283,9 @@ def test_map_gives_up_on_a_rotor_that_turns_round_too_soon(c, begun):
 def test_map_along_turns_slowly_with_each_current(c, begun, reluctant, levels):
     begun.reluctant = reluctant
     rotor = Swinging(c, begun, 0.4)
-    assert rotor.play("ALONG") and begun.map.points == len(levels)
+    assert rotor.play("ALONG") and begun.work.map.points == len(levels)
     for k, level in enumerate(levels):
-        p = begun.map.at[k]
+        p = begun.work.map.at[k]
         assert p.i_d_q15 == pytest.approx(amps(RATED_A) * level / 12, abs=2) and list(p.bursts) == [HALF, HALF]
         assert p.sums[0][0].bursts == p.sums[0][1].bursts == HALF and p.sums[1][0].bursts == 0
         assert p.run[0][0].count == (128 if reluctant else 0)
@@ -314,13 +315,13 @@ def test_map_waves_wait_until_the_current_lies_near_to_a_phase(c, begun, rippled
     begun.ripple_q10, near_deg = (50, 10) if rippled else (0, 18)
     rotor = Swinging(c, begun, 0.4)
     rotor.play("ALONG", 350)
-    p, begun.map.point = begun.map.at[0], 0
+    p, begun.phase = begun.work.map.at[0], 0
     rotor.speed.integral_q29 = 0
     for degrees in range(0, 360, 3):
         rotor.loop.angle_offset_q32 = round(degrees / 360 * 2**32)
-        p.bursts[0] = p.bursts[1] = begun.map.point = 0
-        begun.map.phase_ms, begun.ms = 100, begun.ms + 1
-        c.identify_measure_map(begun, rotor.io)
+        p.bursts[0] = p.bursts[1] = begun.phase = 0
+        begun.phase_ms = 100
+        c.identify_measure(begun, rotor.io)
         away = abs((degrees + 30) % 60 - 30)
         if abs(away - near_deg) > 6:  # a little current across holds the speed
             assert (p.bursts[0] + p.bursts[1] > 0) == (away <= near_deg), degrees
@@ -329,10 +330,10 @@ def test_map_waves_wait_until_the_current_lies_near_to_a_phase(c, begun, rippled
 @pytest.mark.parametrize("ripple_q10, level, hidden", ((0, 1, False), (1500, 1, True), (1500, 3, False)))
 def test_map_of_a_current_that_ripples_has_no_inductance_across_a_small_one(c, begun, ripple_q10, level, hidden):
     """There the phases that the wave goes through change their signs."""
-    begun.ripple_q10, begun.map.points = ripple_q10, 3
+    begun.ripple_q10, begun.work.map.points = ripple_q10, 3
     for k in range(3):
-        waves(c, begun, begun.map.at[k])
-        begun.map.at[k].i_q_q15, begun.map.at[k].rpm = amps(RATED_A * (k + 1) / 3), 100
+        waves(c, begun, begun.work.map.at[k])
+        begun.work.map.at[k].i_q_q15, begun.work.map.at[k].rpm = amps(RATED_A * (k + 1) / 3), 100
     begun.params.resistance_mohm = 200
     thought(c, begun, "ACROSS")
     assert (reason(c, begun, f"LD_Q{level}") == c.IDENTIFY_RIPPLED) == hidden
@@ -345,7 +346,7 @@ def test_map_is_not_measured_where_it_is_refused_already(c, begun):
     rotor = Swinging(c, begun, 1.0)
     for step in ("ALONG", "ACROSS", "TORQUE"):
         assert rotor.play(step, 200) and all(i_d == 0 for _, i_d, _ in rotor.seen)
-        assert begun.map.points == 0 and not any(begun.map.at[0].bursts)
+        assert begun.work.map.points == 0 and not any(begun.work.map.at[0].bursts)
 
 
 # ---- use ----

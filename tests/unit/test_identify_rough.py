@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from unit.identify_bench import I_RANGE_MA, ONE, V_RANGE_MV, begin, reason, thought
+from unit.identify_bench import I_RANGE_MA, ONE, V_RANGE_MV, begin, measuring, reason, thought
 from unit.test_unit_identify import BUS_STEPS, RATE_HZ, VBUS_Q15, play
 
 
@@ -19,7 +19,7 @@ def pulsed(c, d, l_h, r_ohm=0.3, v_steps=1500, angles=(1, 1, 1)):
     """Four pulses along each phase, of so much inductance there."""
     for which, times in enumerate(angles):
         for n in range(4):
-            play(c, d, d.pulses.sums[which], l_h * times, r_ohm, v_steps, seed=n)
+            play(c, d, d.work.pulses.sums[which], l_h * times, r_ohm, v_steps, seed=n)
     return thought(c, d, "PULSES")
 
 
@@ -44,7 +44,7 @@ def test_identify_rough_pulses_that_no_current_answers(c, begun):
 
 def held(c, d, r_ohm, l_uh, i_share=0.5, sign=1):
     """64 ms of half the rated current, and the voltage that it takes."""
-    m = d.hold
+    m = d.work.hold
     i_q15 = round(d.i_rated_q15 * i_share)
     volts = r_ohm * i_q15 / ONE * I_RANGE_MA / 1000
     m.count, m.i_sum_q15 = 64, 64 * i_q15
@@ -77,13 +77,12 @@ def test_identify_rough_current_that_does_not_flow(c, begun, i_share, sign, refu
 
 def test_identify_rough_sums_up_the_last_64_ms(c, begun):
     """Half of the rated current along a ramp of 50 ms; the first 300 are for settling."""
-    loop, m = c.current_loop(), begun.hold
-    c.current_loop_init(loop)
-    loop.field_speed_q32, begun.ms, ends = 99, 0, None
+    io, m, ends = measuring(c, begun, "HOLD"), begun.work.hold, None
+    loop = io.loop.contents
+    loop.field_speed_q32 = 99
     while ends is None:
-        begun.ms += 1
-        loop.v_d_steps, loop.vbus_q15, loop.i_d_q15 = begun.ms, 100, 7
-        done = c.identify_measure_hold(begun, loop)
+        loop.v_d_steps, loop.vbus_q15, loop.i_d_q15 = begun.ms + 1, 100, 7
+        done = c.identify_measure(begun, io)
         assert loop.i_d_ref_q15 == begun.i_rated_q15 // 2 * min(begun.ms, 50) // 50
         ends = begun.ms if done else None
     assert ends == 364 and loop.field_speed_q32 == 0 and (m.count, m.i_sum_q15) == (64, 64 * 7)

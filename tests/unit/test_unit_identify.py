@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from unit.identify_bench import I_RANGE_MA, ONE, RATED_MA, V_RANGE_MV, begin, known, thought
+from unit.identify_bench import I_RANGE_MA, ONE, RATED_MA, V_RANGE_MV, begin, known, measuring, thought
 from unit.test_state_machine import STATES, World
 
 BUS_STEPS, RATE_HZ = 40000, 20000  # of the build at 20 kHz
@@ -48,8 +48,8 @@ def held(d, r_ohm, dead_s, c_va, turn=lambda angle: 1.0, up=1.0):
             volts = turn(angle) * r_ohm * amps + 4 / 3 * v0 - 2 * c_va / amps
             steps = volts / vbus * BUS_STEPS
             for way, share in ((0, 1.0), (1, up)):
-                d.resistance.v_sum[way][angle][n - 1] = round(share * steps * VBUS_Q15 * MEAN_MS)
-    d.resistance.vbus_sum_q15 = ANGLES * 2 * LEVELS * MEAN_MS * VBUS_Q15
+                d.work.resistance.v_sum[way][angle][n - 1] = round(share * steps * VBUS_Q15 * MEAN_MS)
+    d.work.resistance.vbus_sum_q15 = ANGLES * 2 * LEVELS * MEAN_MS * VBUS_Q15
 
 
 @pytest.mark.parametrize("r_ohm", [0.004, 0.3, 2.0])
@@ -66,13 +66,12 @@ def test_resistance_is_told_from_dead_time(c, begun, r_ohm, dead_s, c_va):
 def test_what_the_slow_loop_sums_up_is_that_winding(c, begun):
     """Millisecond by millisecond, the current controller's integral as that winding behind those legs needs it."""
     r_ohm, dead_s = 0.3, 1e-6
-    loop, vbus = c.current_loop(), VBUS_Q15 / ONE * V_RANGE_MV / 1000
-    c.current_loop_init(loop)
-    loop.vbus_q15, begun.settle_ms, begun.ms = VBUS_Q15, 20, 1
+    io, vbus = measuring(c, begun, "RESISTANCE"), VBUS_Q15 / ONE * V_RANGE_MV / 1000
+    loop = io.loop.contents
+    loop.vbus_q15, begun.settle_ms = VBUS_Q15, 20
     for n in range(20000):
-        if c.identify_measure_resistance(begun, loop):
+        if c.identify_measure(begun, io):
             break
-        begun.ms += 1
         volts = r_ohm * loop.i_d_ref_q15 / ONE * I_RANGE_MA / 1000 + 4 / 3 * vbus * dead_s * RATE_HZ
         loop.integral_d_q9 = round(volts / vbus * BUS_STEPS) << 9
     assert n == ANGLES * (300 + 120 + 2 * LEVELS * (20 + MEAN_MS)) - 1 and loop.dead_shift == 0
@@ -143,7 +142,7 @@ def inductances(c, d, l_h, r_ohm, **wave):
     for axis in (0, 1):
         for half in (0, 1):
             for n in range(32):
-                play(c, d, d.inductance.sums[axis][half], l_h * (1 + axis), r_ohm, seed=n + 100 * half, **wave)
+                play(c, d, d.work.inductance.sums[axis][half], l_h * (1 + axis), r_ohm, seed=n + 100 * half, **wave)
     d.results[c.IDENTIFY_RESISTANCE].state, d.results[c.IDENTIFY_RESISTANCE].value = c.IDENTIFY_KNOWN, round(r_ohm * 1e6)
     thought(c, d, "INDUCTANCE")
     return [known(c, d, name) for name in ("LD", "LQ")]
@@ -166,7 +165,7 @@ def test_a_current_that_stands_and_one_that_drifts_do_not_matter(c, begun):
 
 
 def test_samples_that_say_nothing_are_refused(c, begun):
-    begun.inductance.sums[0][0].bursts = begun.inductance.sums[1][0].bursts = 1
+    begun.work.inductance.sums[0][0].bursts = begun.work.inductance.sums[1][0].bursts = 1
     thought(c, begun, "INDUCTANCE")
     for name in ("LD", "LQ"):
         assert begun.results[getattr(c, f"IDENTIFY_{name}")].reason == c.IDENTIFY_NO_CURRENT
@@ -175,7 +174,7 @@ def test_samples_that_say_nothing_are_refused(c, begun):
 def axes(c, d, magnets_deg, ratio, which=("HELD", "FREE")):
     """The sums over 16 angles of a winding with its magnets there, and `ratio` times the inductance across them."""
     for name in which:
-        s = d.axes.sums[getattr(c, f"IDENTIFY_{name}")]
+        s = d.work.axes.sums[getattr(c, f"IDENTIFY_{name}")]
         total, straight = 0j, 0.0
         for n in range(16):
             a, m = math.pi * n / 16, math.radians(magnets_deg)

@@ -21,7 +21,7 @@ def begun(c):
     for name, value in (("RESISTANCE", R_OHM * 1e6), ("DEAD_TIME", 10450), ("LD", LQ_H * 1e9), ("LQ", LQ_H * 1e9)):
         result = result_of(c, d, name)
         result.state, result.value, result.interval = c.IDENTIFY_KNOWN, round(value), 1
-    d.pulses.sums[0].vbus_q15, d.pulses.sums[0].bursts = 13670, 1
+    d.bus_nv = round(13670 / ONE * V_RANGE_MV * 1e6)
     return d
 
 
@@ -78,7 +78,7 @@ def least_squares(xs, ys):
 @pytest.mark.parametrize("slope", [3, -7000, 12345])
 def test_slope_of_speed_is_the_least_squares_one(c, n, slope):
     xs = [slope * t + (t * 7919) % 5000 for t in range(n)]
-    run = fill(c.identify_run(), [(0, 0, x) for x in xs])
+    run = fill(c.measure_run(), [(0, 0, x) for x in xs])
     exact = least_squares(range(n), xs) / 512 * Fraction(2 * math.pi) / 60 * 10**6
     assert c.identify_slope_mrad_s2(run) == pytest.approx(float(exact), rel=1e-6, abs=1)
     run.count = 7
@@ -89,8 +89,8 @@ def test_flux_of_runs_is_the_slope_of_voltage_with_an_intercept_for_each(c, moto
     runs = []
     for sign in (1, -1):
         samples = [(0, volts(FLUX_WB * PAIRS * w + sign * 0.7), rpm_q9(w)) for w in range(-100, 100)]
-        runs.append(fill(c.identify_run(), samples))
-    pointers = (ctypes.POINTER(c.identify_run) * 2)(*map(ctypes.pointer, runs))
+        runs.append(fill(c.measure_run(), samples))
+    pointers = (ctypes.POINTER(c.measure_run) * 2)(*map(ctypes.pointer, runs))
     assert c.identify_flux_of_runs(motor, pointers, 2) / 1e7 == pytest.approx(FLUX_WB, rel=1e-4)
 
 
@@ -98,8 +98,8 @@ def test_flux_of_runs_is_the_slope_of_voltage_with_an_intercept_for_each(c, moto
 
 def turned(c, d, forth, back, end, offset_deg=0.0, lag_deg=8.0, even=True):
     """A turn of the field by so many counts each way. The rotor stands at 0 degrees less the offset where the count is 0."""
-    m = d.turn
-    m.way[0], m.way[1], m.even, d.counts = forth, back, even, end
+    m = d.work.turn
+    m.way[0], m.way[1], m.uneven, d.counts = forth, back, not even, end
     for k, sign in ((0, 1), (1, -1)):
         counts = 100 + 50 * k
         angle = counts * 360 / abs(forth) * (1 if forth > 0 else -1) + offset_deg
@@ -139,7 +139,8 @@ def test_reluctance_leaves_the_axis_and_the_field_tells_its_end(c, begun, off_de
 @pytest.mark.parametrize("forth, back, even", [(0, 0, True), (1000, 1000, True), (1000, -700, True), (1, -1, True),
                                                (1000, -1000, False)])
 def test_what_does_not_follow_is_refused(c, begun, forth, back, even):
-    begun.turn.way[0], begun.turn.way[1], begun.turn.even = forth, back, even
+    m = begun.work.turn
+    m.way[0], m.way[1], m.uneven = forth, back, not even
     thought(c, begun, "TURN")
     assert reason(c, begun, "DIRECTION") == reason(c, begun, "INERTIA") == c.IDENTIFY_NOT_FOLLOWED
     assert begun.step == c.IDENTIFY_STEP_DONE and known(c, begun, "LD")
@@ -150,7 +151,7 @@ def test_what_does_not_follow_is_refused(c, begun, forth, back, even):
 def indexed(c, d, pole_pairs, counts, per_turn=None, seen=2):
     turned(c, d, per_turn or round(counts / pole_pairs), -(per_turn or round(counts / pole_pairs)), 0)
     d.flux_e1_uwb, d.params.flux_uwb, d.params.inertia_gmm2, d.rpm_most = 28500, 2850, 10**5, 30
-    d.index.seen, d.index.first, d.index.second = seen, 123, 123 + counts
+    d.work.index.seen, d.work.index.first, d.work.index.second = seen, 123, 123 + counts
     return thought(c, d, "INDEX")
 
 
@@ -170,7 +171,7 @@ def test_inertia_goes_along_with_the_pole_pairs(c, begun):
     turned(c, begun, 1000, -1000, 0)
     pairs = begun.params.pole_pairs
     begun.params.inertia_gmm2, begun.rpm_most, begun.flux_e1_uwb, begun.params.flux_uwb = 10**6, 30, 28500, 2850
-    begun.index.seen, begun.index.first, begun.index.second = 2, 0, 4000
+    begun.work.index.seen, begun.work.index.first, begun.work.index.second = 2, 0, 4000
     thought(c, begun, "INDEX")
     assert begun.params.inertia_gmm2 == pytest.approx(10**6 * 16 / pairs**2, rel=1e-4)
 
@@ -192,7 +193,7 @@ def friction_nm(w, coulomb, viscous, load):
 def ramp(c, d, friction, i_a=1.2, most=100.0):
     """All ramps of a motor that is made up, a millisecond each sample."""
     w, kt = 0.0, 1.5 * PAIRS * FLUX_WB
-    d.ramps.ramp, d.ramp_i_q15 = 5, amps(i_a)
+    d.phase, d.ramp_i_q15 = 5, amps(i_a)
     for k in range(5):
         sign, slows, gains = (1 if k % 2 == 0 else -1), [], []
         for _ in range(4000):
@@ -202,8 +203,8 @@ def ramp(c, d, friction, i_a=1.2, most=100.0):
             (gains if 0.3 < x < 0.9 else slows if -0.9 < x < -0.3 else []).append(sample)
             if x >= 1:
                 break
-        fill(d.ramps.slows[k], slows)
-        fill(d.ramps.gains[k], gains)
+        fill(d.work.ramps.slows[k], slows)
+        fill(d.work.ramps.gains[k], gains)
     return thought(c, d, "RAMPS")
 
 
@@ -219,7 +220,7 @@ def test_inertia_does_not_depend_on_friction_nor_load(c, motor, friction):
 
 
 def test_ramps_that_were_not_reached_are_refused(c, motor):
-    motor.ramps.ramp = 3
+    motor.phase = 3
     thought(c, motor, "RAMPS")
     assert reason(c, motor, "FLUX") == reason(c, motor, "INERTIA") == c.IDENTIFY_LOADED
 
@@ -228,8 +229,8 @@ def test_ramps_that_were_not_reached_are_refused(c, motor):
 
 def speeds(c, d, coulomb, viscous, load=0.0, ahead_deg=0.0, fast=105.0, along_a=1.5):
     """Slow and fast, forth and back; along the magnets current flows one way in the first four blocks."""
-    m, kt = d.speeds, 1.5 * PAIRS * FLUX_WB
-    m.point, m.index_seen, m.index, m.offset_q32 = 4, True, 1000, round((40 + ahead_deg) % 360 / 360 * 2**32)
+    m, kt = d.work.speeds, 1.5 * PAIRS * FLUX_WB
+    d.phase, m.index_seen, m.index, m.offset_q32 = 4, True, 1000, round((40 + ahead_deg) % 360 / 360 * 2**32)
     d.results[c.IDENTIFY_FLUX].interval = 200
     for k, w in enumerate((fast / 3, fast, -fast, -fast / 3)):
         p = m.points[k]
@@ -277,7 +278,7 @@ def test_a_load_is_named_and_nothing_guessed(c, motor):
 
 
 def test_speeds_that_were_not_reached_are_refused(c, motor):
-    motor.speeds.point = 2
+    motor.phase = 2
     thought(c, motor, "SPEEDS")
     assert reason(c, motor, "OFFSET") == reason(c, motor, "COULOMB") == c.IDENTIFY_LOADED
 
@@ -287,7 +288,7 @@ def test_speeds_that_were_not_reached_are_refused(c, motor):
 @pytest.mark.parametrize("w_sign", [1, -1])
 @pytest.mark.parametrize("ahead_deg", [-150, -40, -3, 3, 60, 120])
 def test_the_frame_is_led_to_where_all_that_is_induced_is_in_q(c, motor, w_sign, ahead_deg):
-    io, loop, tuning = c.identify_io(), c.current_loop(), c.tuning()
+    io, loop, tuning = c.measure_io(), c.current_loop(), c.tuning()
     io.loop, io.tuning = ctypes.pointer(loop), ctypes.pointer(tuning)
     loop.vbus_q15, loop.w_shift, loop.pll.speed_q32 = 13670, 13, w_sign * 10**8
     ahead, emf = float(ahead_deg), 2000
@@ -306,7 +307,7 @@ def test_the_frame_is_led_to_where_all_that_is_induced_is_in_q(c, motor, w_sign,
 # ---- a load at rest; parameters; no encoder ----
 
 def test_a_rotor_that_is_driven_while_the_field_stands_is_named(c, begun):
-    begun.resistance.led, begun.resistance.drifted = 800, -500
+    begun.work.resistance.led, begun.work.resistance.drifted = 800, -500
     thought(c, begun, "RESISTANCE")
     assert reason(c, begun, "FLUX") == c.IDENTIFY_LOADED and begun.step == c.IDENTIFY_STEP_DONE
 
