@@ -2,6 +2,7 @@
 /* From a slot to an axis: first into a separate set, which is checked, then into the axis. */
 #include <stddef.h>
 
+#include "firmware/drive/adopt.h"
 #include "firmware/drive/drive.h"
 #include "firmware/drive/keeping.h"
 #include "firmware/drive/keeping_parts.h"
@@ -177,7 +178,7 @@ static void take_over(struct axis *a, const struct candidate *c)
         return;
     }
     if (c->index_known || c->cogging.count > 0) {
-        drive_adopt(a, &c->tuning);
+        adopt_tuning(a, &c->tuning);
     }
     if (c->index_known && !a->start.aligned) { /* what was found in this run is newer */
         a->start.index_offset_q32 = c->index_offset_q32;

@@ -8,8 +8,6 @@
 #include "firmware/source/rotor.h"
 #include "lib/q15.h"
 
-#define LATCH_POLLS (2u * CONFIG_PWM_COUNTS) /* each takes longer than a count */
-
 bool request_settled(const struct axis *a)
 {
     for (uint32_t poll = 0; poll < REQUEST_PATIENCE_POLLS; poll++) {
@@ -43,47 +41,6 @@ enum error drive_state_forbids_on(const struct axis *a)
     }
     const bool off = a->state == AXIS_SWITCH_ON_DISABLED && !a->switching.under_way;
     return off ? ERROR_NONE : ERROR_ALREADY_ON;
-}
-
-/*
- * Until the next conversion, within a PWM period, the fabric's latched count has the old setting: the slow loop would take the
- * difference for a jerk of the shaft, and end in an over-speed. Slow loop held.
- */
-static void wait_for_count(const struct encoder_regs *encoder)
-{
-    const uint32_t latched = encoder_latch_clock(encoder);
-    for (uint32_t poll = 0; poll < LATCH_POLLS && encoder_latch_clock(encoder) == latched; poll++) {
-    }
-}
-
-/* Any change in the encoder's setting voids the alignment. Slow loop held, bridge off. */
-void drive_adopt(struct axis *a, const struct tuning *t)
-{
-    if (t->angle_source != a->tuning.angle_source) {
-        start_forget(a);
-        a->loop.angle_offset_q32 = 0;
-        a->loop.pll.speed_q32 = 0;
-        speed_estimate_reset(&a->speed.estimate);
-    }
-    if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32 || identify_in_rotor_frame(&a->identify)) {
-        identify_leave(&a->identify);
-        start_forget(a);
-        (void)encoder_init(&a->fabric->encoder, (uint32_t)t->encoder_counts, false);
-        wait_for_count(&a->fabric->encoder);
-        speed_estimate_reset(&a->speed.estimate);
-        turns_begin(&a->motion.turns, 0);
-        a->motion.homed = false;
-        cogging_forget(&a->motion.cogging);
-    }
-    if (t->angle_source == PARAM_ANGLE_HALL) {
-        struct hall_table table;
-        (void)hall_table_of(&a->params, &table); /* the tuning has checked it */
-        hall_take_table(&a->hall, &table, t);
-    }
-    a->start.unseen = a->start.unseen || t->samples > a->tuning.samples;
-    a->tuning = *t;
-    speed_loop_tune(&a->speed, t);
-    thermal_tune(&a->thermal, &a->params);
 }
 
 struct outcome drive_measured_forbids_on(const struct axis *a, const struct tuning *t)
@@ -123,8 +80,6 @@ struct outcome drive_identify(struct axis *a)
     }
     if (problem.error == ERROR_NONE) {
         retry_withdraw(&a->retry); /* a fault ends it: it is not tried again */
-        start_forget(a);
-        drive_adopt(a, &a->identify.tuning);
         a->request = AXIS_REQUEST_IDENTIFY;
     } else {
         identify_stop(&a->identify, FAULT_NONE);

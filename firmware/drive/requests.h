@@ -26,8 +26,4 @@ void request_release(uint32_t before);
 enum error drive_state_forbids_on(const struct axis *a);
 struct outcome drive_measured_forbids_on(const struct axis *a, const struct tuning *t);
 
-/* Puts the tuning into effect for all that runs while the bridge is off; a new encoder scale voids what was learned in the old
- * one. Slow loop held, bridge off. */
-void drive_adopt(struct axis *a, const struct tuning *t);
-
 #endif

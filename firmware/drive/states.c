@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "firmware/axis/axis.h"
+#include "firmware/drive/adopt.h"
 #include "firmware/drive/drive.h"
 #include "lib/q15.h"
 
@@ -18,8 +19,8 @@ bool states_are_running(const struct axis *a)
 
 /* ---- guards and actions ---- */
 
-/* The fabric takes the settings; or a fault, and the state stays. */
-static bool fabric_accepts(struct axis *a)
+/* The fabric takes the settings, or a fault is latched and ends what has begun. */
+static void set_fabric(struct axis *a)
 {
     struct fabric *const f = a->fabric;
     const struct tuning *const t = &a->tuning;
@@ -29,24 +30,37 @@ static bool fabric_accepts(struct axis *a)
     if (!accepts) {
         fault_raise(a, FAULT_FABRIC);
     }
-    return accepts;
+    gate_set_chopper(&f->gate, t->chopper_on_q15, t->chopper_off_q15);
 }
 
-static void make_ready(struct axis *a)
+static void make_ready_with(struct axis *a, const struct tuning *t)
 {
-    a->paced_ms = a->loop.loops_per_slow == a->tuning.loops_per_slow ? a->paced_ms : a->time_ms;
+    adopt_tuning(a, t);
+    set_fabric(a);
+    a->paced_ms = a->loop.loops_per_slow == t->loops_per_slow ? a->paced_ms : a->time_ms;
     current_loop_tune(&a->loop, &a->tuning);
-    gate_set_chopper(&a->fabric->gate, a->tuning.chopper_on_q15, a->tuning.chopper_off_q15);
     fault_forget_warnings(&a->reports);
     carry_begin(a);
     handover_forget(&a->handover);
     a->start.learns = false;
 }
 
+static void make_ready(struct axis *a)
+{
+    make_ready_with(a, &a->switching.tuning);
+}
+
 static void make_ready_to_learn(struct axis *a)
 {
     make_ready(a);
     a->start.learns = true;
+}
+
+/* Nothing known of the encoder holds. */
+static void make_ready_to_identify(struct axis *a)
+{
+    start_forget(a);
+    make_ready_with(a, &a->identify.tuning);
 }
 
 static void bridge_off(struct axis *a)
@@ -123,9 +137,9 @@ struct transition {
 static const struct transition transition_table[] = {
     {IN(NOT_READY), DRIVE_EVENT_BOOTED, AXIS_SWITCH_ON_DISABLED, NULL, NULL},
     {IN(NOT_READY), DRIVE_EVENT_DOUBTED, AXIS_FAULT, NULL, NULL},
-    {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_ON, AXIS_READY, fabric_accepts, make_ready},
-    {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_IDENTIFY, AXIS_READY, fabric_accepts, make_ready},
-    {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_LEARN_HALL, AXIS_READY, fabric_accepts, make_ready_to_learn},
+    {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_ON, AXIS_READY, NULL, make_ready},
+    {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_IDENTIFY, AXIS_READY, NULL, make_ready_to_identify},
+    {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_LEARN_HALL, AXIS_READY, NULL, make_ready_to_learn},
     {IN(READY), DRIVE_EVENT_STARTING, AXIS_SWITCHED_ON, NULL, start_begin},
     {IN(SWITCHED_ON), DRIVE_EVENT_STARTED, AXIS_OPERATION_ENABLED, operation_is_wanted, begin_operation},
     {IN(SWITCHED_ON), DRIVE_EVENT_STARTED, AXIS_SWITCH_ON_DISABLED, NULL, switch_off},

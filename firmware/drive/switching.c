@@ -46,7 +46,6 @@ static struct outcome request(struct axis *a, enum axis_request what)
     const uint32_t held = request_hold();
     const struct outcome problem = forbidden(a);
     if (problem.error == ERROR_NONE) {
-        drive_adopt(a, &a->switching.tuning);
         if (what == AXIS_REQUEST_ON) {
             retry_accept(&a->retry);
         } else {

@@ -4,6 +4,7 @@
  * any phase between two conversions, so that chance has no part in it.
  */
 #include "drivers/cortex/dwt.h"
+#include "firmware/drive/adopt.h"
 #include "firmware/drive/drive.h"
 #include "firmware/drive/requests.h"
 #include "tests/target/harness.h"
@@ -46,7 +47,7 @@ int main(void)
         wait_for_conversion();
         wait_cycles(phase * CONFIG_PWM_COUNTS / PHASES);
         const uint32_t before = latched_at();
-        drive_adopt(&axis, &tuning);
+        adopt_tuning(&axis, &tuning);
         stale += latched_at() == before ? 1u : 0u;
     }
     harness_equal("each time a conversion has come", stale, 0u);

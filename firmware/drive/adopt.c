@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/drive/adopt.h"
+
+#include "firmware/axis/axis.h"
+#include "firmware/settings/config.h"
+
+#define LATCH_POLLS (2u * CONFIG_PWM_COUNTS) /* each takes longer than a count */
+
+/*
+ * Until the next conversion, within a PWM period, the fabric's latched count has the old setting: the slow loop would take the
+ * difference for a jerk of the shaft, and end in an over-speed.
+ */
+static void wait_for_count(const struct encoder_regs *encoder)
+{
+    const uint32_t latched = encoder_latch_clock(encoder);
+    for (uint32_t poll = 0; poll < LATCH_POLLS && encoder_latch_clock(encoder) == latched; poll++) {
+    }
+}
+
+/* Any change in the encoder's setting voids the alignment. */
+void adopt_tuning(struct axis *a, const struct tuning *t)
+{
+    if (t->angle_source != a->tuning.angle_source) {
+        start_forget(a);
+        a->loop.angle_offset_q32 = 0;
+        a->loop.pll.speed_q32 = 0;
+        speed_estimate_reset(&a->speed.estimate);
+    }
+    if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32 || identify_in_rotor_frame(&a->identify)) {
+        identify_leave(&a->identify);
+        start_forget(a);
+        (void)encoder_init(&a->fabric->encoder, (uint32_t)t->encoder_counts, false);
+        wait_for_count(&a->fabric->encoder);
+        speed_estimate_reset(&a->speed.estimate);
+        turns_begin(&a->motion.turns, 0);
+        a->motion.homed = false;
+        cogging_forget(&a->motion.cogging);
+    }
+    if (t->angle_source == PARAM_ANGLE_HALL) {
+        struct hall_table table;
+        (void)hall_table_of(&a->params, &table); /* the tuning has checked it */
+        hall_take_table(&a->hall, &table, t);
+    }
+    a->start.unseen = a->start.unseen || t->samples > a->tuning.samples;
+    a->tuning = *t;
+    speed_loop_tune(&a->speed, t);
+    thermal_tune(&a->thermal, &a->params);
+}
