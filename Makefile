@@ -59,7 +59,7 @@ objects = $(patsubst %,$(BUILD)/arm/%.o,$(basename $1))
 
 LIB_OBJ      = $(call objects,$(call sources,lib))
 PLATFORM_OBJ = $(call objects,$(call sources,startup drivers/cortex drivers/mss drivers/fabric))
-FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware/control firmware/commission firmware/axis firmware/scope firmware/system firmware/operate))
+FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware/control firmware/commission firmware/axis firmware/fault firmware/source firmware/monitor firmware/drive firmware/scope firmware/system firmware/operate))
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
@@ -121,10 +121,10 @@ $(MSSFOC_IMAGE).elf: $(FIRMWARE_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSC
 	$(call say,HEX)
 	$(Q)$(OBJCOPY) -O binary $< $@
 
-$(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/control/current_loop_isr.o
+$(BUILD)/tests/target/test_current_loop.elf: $(BUILD)/arm/firmware/system/current_loop_isr.o
 $(BUILD)/tests/target/test_patience.elf: $(addprefix $(BUILD)/arm/firmware/,commission/emf_pulse.o commission/identify_burst.o control/bridge.o)
 $(BUILD)/tests/target/test_weakening_loop.elf: $(BUILD)/arm/firmware/control/overmodulation.o
-$(patsubst %,$(BUILD)/tests/target/test_%.elf,two_axes dead_slow_loop new_encoder): $(filter-out %/current_loop_isr.o,$(call objects,$(call sources,$(addprefix firmware/,settings control commission axis))))
+$(patsubst %,$(BUILD)/tests/target/test_%.elf,two_axes dead_slow_loop new_encoder): $(filter-out %/current_loop_isr.o,$(call objects,$(call sources,$(addprefix firmware/,settings control commission axis fault source monitor drive))))
 
 $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLATFORM_OBJ) $(BUILD)/libmssfoc.a $(LDSCRIPT)
 	@mkdir -p $(@D)
@@ -194,7 +194,9 @@ storm: tools
 	@STORM_FRAMES=$(N) $(PYTHON) -m pytest -q -s -p no:cacheprovider tests/closed_loop/test_storm.py
 
 lint: tools
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
 	@$(PYTHON) tests/tools/lint.py
+	@$(PYTHON) tests/tools/arrows.py $(BUILD)/arm/firmware
 
 size: tools
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all

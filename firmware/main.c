@@ -51,7 +51,7 @@ static void start_uart(void)
 
 static void start_axis(struct axis *axis, enum fault boot_fault)
 {
-    axis_start(axis, boot_fault);
+    drive_start(axis, boot_fault);
     if (!axis_fabric_doubted(axis)) {
         handlers_start_current_loop();
     }
@@ -79,14 +79,14 @@ int main(void)
     struct idle rest = {.time_ms = &axes[0].time_ms, .heard = {&uart.rx_head, &bus.uart.rx_head}};
     const struct slots slots = settings_slots();
     struct kept kept;
-    axis_init(&axes[0], FABRIC0); /* first: from here on a processor fault knows that the fabric is in doubt */
-    axis_remember_heat(&axes[0], &axes_heat[0]);
+    drive_init(&axes[0], FABRIC0); /* first: from here on a processor fault knows that the fabric is in doubt */
+    drive_remember_heat(&axes[0], &axes_heat[0]);
     boot_core();
     const enum fault boot_fault = boot_check(FABRIC0, &last_life);
     start_uart();
     start_axis(&axes[0], boot_fault);
-    start_bus(&slots);                    /* behind the PWM's start, as the settings */
-    axis_recall(&axes[0], &slots, &kept); /* behind the PWM's start, which need not wait for it */
+    start_bus(&slots);                     /* behind the PWM's start, as the settings */
+    drive_recall(&axes[0], &slots, &kept); /* behind the PWM's start, which need not wait for it */
     console_start(&console, &(struct session){
                                 .out = {.uart = &uart, .idle = &rest, .bus = &modbus},
                                 .axis = &axes[0],
@@ -98,11 +98,11 @@ int main(void)
     for (;;) {
         console_poll(&console);
         modbus_poll(&modbus);
-        axis_retry(&axes[0]);
-        axis_learn(&axes[0]);
-        axis_remember(&axes[0]);
+        drive_retry(&axes[0]);
+        drive_learn(&axes[0]);
+        drive_remember(&axes[0]);
         identify_think(&axes[0].identify);
-        if (axis_prepare(&axes[0])) {
+        if (drive_prepare(&axes[0])) {
             idle_serve_watchdog(&rest);
         } else {
             idle(&rest);

@@ -66,7 +66,7 @@ static bool axis_is_faulty(const struct axis *a)
 
 bool cia402_hand_over(struct cia402 *c, struct axis *a, uint32_t source)
 {
-    const struct outcome outcome = axis_change_source(a, source);
+    const struct outcome outcome = drive_change_source(a, source);
     note(c, outcome);
     c->hands_over = outcome.error == ERROR_NONE;
     return c->hands_over;
@@ -96,7 +96,7 @@ static void follow(struct cia402 *c, const struct axis *a)
 static void let_go(struct cia402 *c, struct axis *a, enum cia402_stage stage)
 {
     if (!axis_rests(a)) {
-        note(c, axis_switch_off(a));
+        note(c, drive_switch_off(a));
     }
     c->stage = stage;
 }
@@ -104,7 +104,7 @@ static void let_go(struct cia402 *c, struct axis *a, enum cia402_stage stage)
 static void stop_quickly(struct cia402 *c, struct axis *a)
 {
     if (a->state == AXIS_OPERATION_ENABLED) {
-        note(c, axis_quick_stop(a));
+        note(c, drive_quick_stop(a));
     } else if (a->state != AXIS_QUICK_STOP) { /* which goes on */
         let_go(c, a, CIA402_DISABLED);
     }
@@ -114,7 +114,7 @@ static void enable(struct cia402 *c, struct axis *a)
 {
     struct outcome outcome = OUTCOME_OK;
     if (axis_rests(a)) {
-        outcome = axis_switch_on(a);
+        outcome = drive_switch_on(a);
     }
     c->stage = outcome.error == ERROR_NONE ? CIA402_ENABLED : CIA402_SWITCHED_ON;
     c->operates = false;
@@ -153,9 +153,9 @@ static int32_t target_milliamp(const struct cia402 *c, const struct axis *a)
 static struct outcome home(const struct cia402 *c, struct axis *a)
 {
     if (c->wishes.homing_method == CIA402_HOME_HERE) {
-        return axis_set_zero(a);
+        return drive_set_zero(a);
     }
-    return axis_command_home(a, c->wishes.homing_method == CIA402_HOME_INDEX ? HOMING_INDEX : HOMING_BLOCK);
+    return drive_command_home(a, c->wishes.homing_method == CIA402_HOME_INDEX ? HOMING_INDEX : HOMING_BLOCK);
 }
 
 /* Set-points that act as soon as they, or their mode, are written. */
@@ -164,19 +164,19 @@ static __attribute__((noinline)) void aim(struct cia402 *c, struct axis *a)
     const struct cia402_wishes *const w = &c->wishes;
     switch (w->mode) {
     case CIA402_PV:
-        note(c, axis_command_speed(a, w->target_rpm));
+        note(c, drive_command_speed(a, w->target_rpm));
         break;
     case CIA402_TQ:
-        note(c, axis_command_current(a, target_milliamp(c, a)));
+        note(c, drive_command_current(a, target_milliamp(c, a)));
         break;
     case CIA402_CSP:
-        note(c, axis_command_cyclic_position(a, w->target_counts));
+        note(c, drive_command_cyclic_position(a, w->target_counts));
         break;
     case CIA402_CSV:
-        note(c, axis_command_cyclic_speed(a, w->target_rpm));
+        note(c, drive_command_cyclic_speed(a, w->target_rpm));
         break;
     case CIA402_CST:
-        note(c, axis_command_cyclic_current(a, target_milliamp(c, a)));
+        note(c, drive_command_cyclic_current(a, target_milliamp(c, a)));
         break;
     default: /* pp and hm wait for an edge of bit 4 */
         break;
@@ -187,7 +187,7 @@ static void begin(struct cia402 *c, struct axis *a)
 {
     if (c->wishes.mode == CIA402_PP) {
         const bool relative = (c->wishes.control_word & CIA402_RELATIVE) != 0u;
-        note(c, axis_command_position(a, c->wishes.target_counts, relative));
+        note(c, drive_command_position(a, c->wishes.target_counts, relative));
     } else if (c->wishes.mode == CIA402_HM) {
         note(c, home(c, a));
     }
@@ -197,7 +197,7 @@ static void operate(struct cia402 *c, struct axis *a, uint32_t rising)
 {
     const uint32_t word = c->wishes.control_word;
     if ((rising & CIA402_HALT) != 0u) {
-        note(c, axis_command_speed(a, 0));
+        note(c, drive_command_speed(a, 0));
     } else if ((word & CIA402_HALT) != 0u) {
         return;
     } else if ((rising & CIA402_NEW_SET_POINT) != 0u) {
@@ -219,10 +219,10 @@ static uint32_t take_word(struct cia402 *c, struct axis *a)
     if (!axis_is_faulty(a)) {
         change_state(c, a, word & COMMAND_BITS);
     } else if ((rising & CIA402_FAULT_RESET) != 0u) {
-        note(c, axis_clear_fault(a));
+        note(c, drive_clear_fault(a));
     }
     if ((word & ENABLED) != ENABLED) {
-        axis_withdraw(a); /* a level: what waits to switch on, after a fault, too, does so no more */
+        drive_withdraw(a); /* a level: what waits to switch on, after a fault, too, does so no more */
     }
     return rising;
 }
@@ -243,7 +243,7 @@ void cia402_poll(struct cia402 *c, struct axis *a)
 
 /* ---- what is shown ---- */
 
-static uint32_t state_bits(const struct cia402 *c, const struct axis_status *now)
+static uint32_t state_bits(const struct cia402 *c, const struct drive_status *now)
 {
     switch (now->state) {
     case AXIS_NOT_READY:
@@ -274,7 +274,7 @@ static bool near_rpm_q4(int32_t x_q4, int32_t y_q4)
     return within(x_q4 - y_q4, AXIS_STANDSTILL_RPM_Q4);
 }
 
-static uint32_t mode_bits(const struct cia402 *c, const struct axis *a, const struct axis_status *now)
+static uint32_t mode_bits(const struct cia402 *c, const struct axis *a, const struct drive_status *now)
 {
     switch (now->mode) {
     case AXIS_MODE_SPEED:
@@ -293,16 +293,16 @@ static uint32_t mode_bits(const struct cia402 *c, const struct axis *a, const st
     }
 }
 
-uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const struct axis_status *now)
+uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const struct drive_status *now)
 {
-    const bool warned = (a->reactions.warnings[0] | a->reactions.warnings[REACTION_WORDS - 1u]) != 0u;
+    const bool warned = (a->reports.warned[0] | a->reports.warned[FAULT_WORDS - 1u]) != 0u;
     const bool operates = now->state == AXIS_OPERATION_ENABLED;
     return state_bits(c, now) | CIA402_REMOTE | if_so(warned, CIA402_WARNING) |
            if_so(now->vbus_q15 >= a->tuning.v_min_q15, CIA402_VOLTAGE_THERE) |
            if_so(operates && a->speed.at_limit, CIA402_LIMITED) | (operates ? mode_bits(c, a, now) : 0u);
 }
 
-int32_t cia402_mode_display(const struct cia402 *c, const struct axis_status *now)
+int32_t cia402_mode_display(const struct cia402 *c, const struct drive_status *now)
 {
     static const int8_t modes[AXIS_MODES] = {
         [AXIS_MODE_SPEED] = CIA402_PV,

@@ -14,7 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "firmware/axis/axis.h"
+#include "firmware/drive/drive.h"
 
 /* bits of the control word */
 #define CIA402_SWITCH_ON     (1u << 0)
@@ -92,10 +92,10 @@ bool cia402_hand_over(struct cia402 *c, struct axis *a, uint32_t source);
 /* Carries out what is pending, and follows the axis. Thread, whenever it has time; as long as `on` takes. */
 void cia402_poll(struct cia402 *c, struct axis *a);
 
-uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const struct axis_status *now);
+uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const struct drive_status *now);
 
 /* The mode in effect, or the requested one while the drive is not operating. */
-int32_t cia402_mode_display(const struct cia402 *c, const struct axis_status *now);
+int32_t cia402_mode_display(const struct cia402 *c, const struct drive_status *now);
 
 /* CiA 402 error code, 0x603F: 0 if there is no fault. Any context. */
 uint32_t cia402_error_code(enum fault fault);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/axis/keeping.h"
+#include "firmware/drive/keeping.h"
 #include "firmware/operate/answers.h"
 #include "firmware/operate/commands_parts.h"
 #include "firmware/operate/keeping_text.h"
@@ -8,7 +8,7 @@ void run_save(struct session *s, char *const *words)
 {
     (void)words;
     struct saved report;
-    const struct outcome outcome = axis_save(s->axis, s->slots, &report);
+    const struct outcome outcome = drive_save(s->axis, s->slots, &report);
     answer(s, outcome);
     if (outcome.error == ERROR_NONE) {
         keeping_text_saved(&s->out, &report);
@@ -19,7 +19,7 @@ void run_load(struct session *s, char *const *words)
 {
     (void)words;
     struct kept kept;
-    const struct outcome outcome = axis_load(s->axis, s->slots, &kept);
+    const struct outcome outcome = drive_load(s->axis, s->slots, &kept);
     if (kept.state == KEPT_NONE) {
         answer(s, outcome);
         keeping_text_damage(&s->out, &kept.view);
@@ -31,5 +31,5 @@ void run_load(struct session *s, char *const *words)
 void run_defaults(struct session *s, char *const *words)
 {
     (void)words;
-    answer(s, axis_defaults(s->axis));
+    answer(s, drive_defaults(s->axis));
 }

@@ -35,7 +35,7 @@ void run_speed(struct session *s, char *const *words)
 {
     int32_t rpm;
     if (parse_rpm(s, words[1], &rpm)) {
-        answer(s, axis_command_speed(s->axis, rpm));
+        answer(s, drive_command_speed(s->axis, rpm));
     }
 }
 
@@ -43,7 +43,7 @@ void run_torque(struct session *s, char *const *words)
 {
     int32_t milliamp;
     if (parse_current(s, words[1], &milliamp)) {
-        answer(s, axis_command_current(s->axis, milliamp));
+        answer(s, drive_command_current(s->axis, milliamp));
     }
 }
 
@@ -51,7 +51,7 @@ void run_position(struct session *s, char *const *words)
 {
     int32_t counts;
     if (parse_counts(s, words[1], &counts)) {
-        answer(s, axis_command_position(s->axis, counts, false));
+        answer(s, drive_command_position(s->axis, counts, false));
     }
 }
 
@@ -61,7 +61,7 @@ void run_position_by(struct session *s, char *const *words)
     if (!text_equal(words[1], "by")) {
         answer_about(s, words[1], "not 'by'");
     } else if (parse_counts(s, words[2], &counts)) {
-        answer(s, axis_command_position(s->axis, counts, true));
+        answer(s, drive_command_position(s->axis, counts, true));
     }
 }
 
@@ -69,7 +69,7 @@ void run_cyclic_position(struct session *s, char *const *words)
 {
     int32_t counts;
     if (parse_counts(s, words[1], &counts)) {
-        answer(s, axis_command_cyclic_position(s->axis, counts));
+        answer(s, drive_command_cyclic_position(s->axis, counts));
     }
 }
 
@@ -77,7 +77,7 @@ void run_cyclic_speed(struct session *s, char *const *words)
 {
     int32_t rpm;
     if (parse_rpm(s, words[1], &rpm)) {
-        answer(s, axis_command_cyclic_speed(s->axis, rpm));
+        answer(s, drive_command_cyclic_speed(s->axis, rpm));
     }
 }
 
@@ -85,16 +85,16 @@ void run_cyclic_torque(struct session *s, char *const *words)
 {
     int32_t milliamp;
     if (parse_current(s, words[1], &milliamp)) {
-        answer(s, axis_command_cyclic_current(s->axis, milliamp));
+        answer(s, drive_command_cyclic_current(s->axis, milliamp));
     }
 }
 
 void run_home(struct session *s, char *const *words)
 {
     if (text_equal(words[1], "index")) {
-        answer(s, axis_command_home(s->axis, HOMING_INDEX));
+        answer(s, drive_command_home(s->axis, HOMING_INDEX));
     } else if (text_equal(words[1], "block")) {
-        answer(s, axis_command_home(s->axis, HOMING_BLOCK));
+        answer(s, drive_command_home(s->axis, HOMING_BLOCK));
     } else {
         answer_about(s, words[1], "not one of index, block");
     }
@@ -103,9 +103,9 @@ void run_home(struct session *s, char *const *words)
 void run_learn(struct session *s, char *const *words)
 {
     if (text_equal(words[1], "cogging")) {
-        answer(s, axis_learn_cogging(s->axis));
+        answer(s, drive_learn_cogging(s->axis));
     } else if (text_equal(words[1], "hall")) {
-        answer(s, axis_learn_hall(s->axis));
+        answer(s, drive_learn_hall(s->axis));
     } else {
         answer_about(s, words[1], "not one of cogging, hall");
     }
@@ -114,11 +114,11 @@ void run_learn(struct session *s, char *const *words)
 /* To the end, with the bus served in between. */
 static struct outcome change_source(struct session *s, uint32_t target)
 {
-    const struct outcome outcome = axis_change_source(s->axis, target);
+    const struct outcome outcome = drive_change_source(s->axis, target);
     if (outcome.error != ERROR_NONE) {
         return outcome;
     }
-    while (s->axis->handover.under_way && axis_prepare(s->axis)) {
+    while (s->axis->handover.under_way && drive_prepare(s->axis)) {
         text_serve_bus(&s->out);
         idle_serve_watchdog(s->out.idle);
     }
@@ -143,5 +143,5 @@ void run_angle(struct session *s, char *const *words)
 void run_zero(struct session *s, char *const *words)
 {
     (void)words;
-    answer(s, axis_set_zero(s->axis));
+    answer(s, drive_set_zero(s->axis));
 }

@@ -6,11 +6,11 @@
 /* To the end, with the bus served in between. */
 static struct outcome switch_on(struct session *s)
 {
-    const struct outcome outcome = axis_switch_on(s->axis);
+    const struct outcome outcome = drive_switch_on(s->axis);
     if (outcome.error != ERROR_NONE) {
         return outcome;
     }
-    while (axis_prepare(s->axis)) {
+    while (drive_prepare(s->axis)) {
         text_serve_bus(&s->out);
         idle_serve_watchdog(s->out.idle);
     }
@@ -32,25 +32,25 @@ void run_on(struct session *s, char *const *words)
 void run_off(struct session *s, char *const *words)
 {
     (void)words;
-    answer(s, axis_switch_off(s->axis));
+    answer(s, drive_switch_off(s->axis));
 }
 
 void run_quick_stop(struct session *s, char *const *words)
 {
     (void)words;
-    answer(s, axis_quick_stop(s->axis));
+    answer(s, drive_quick_stop(s->axis));
 }
 
 void run_clear(struct session *s, char *const *words)
 {
     (void)words;
-    answer(s, axis_clear_fault(s->axis));
+    answer(s, drive_clear_fault(s->axis));
 }
 
 void run_identify(struct session *s, char *const *words)
 {
     (void)words;
-    answer(s, axis_identify(s->axis));
+    answer(s, drive_identify(s->axis));
 }
 
 void run_identify_what(struct session *s, char *const *words)
@@ -58,7 +58,7 @@ void run_identify_what(struct session *s, char *const *words)
     if (text_equal(words[1], "show")) {
         identify_text_show(&s->out, &s->axis->identify);
     } else if (text_equal(words[1], "use")) {
-        const struct outcome outcome = axis_identify_use(s->axis);
+        const struct outcome outcome = drive_identify_use(s->axis);
         answer(s, outcome);
         if (outcome.error == ERROR_NONE) {
             identify_text_used(&s->out, outcome.value);

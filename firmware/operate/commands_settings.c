@@ -85,7 +85,7 @@ void run_set(struct session *s, char *const *words)
         put_range(s, info);
         put_unit(s, info);
         text_put_line(&s->out, "");
-    } else if (!axis_is_off(s->axis)) {
+    } else if (!drive_is_off(s->axis)) {
         answer(s, outcome_of(ERROR_DRIVE_IS_ON));
     } else {
         param_set(&s->axis->params, info, value);
@@ -133,6 +133,6 @@ void run_reaction(struct session *s, char *const *words)
     } else if (choice == REACTION_COUNT) {
         answer_about(s, words[2], "not one of off, stop, warn, carry");
     } else {
-        answer(s, axis_choose_reaction(s->axis, cause, (enum reaction)choice));
+        answer(s, drive_choose_reaction(s->axis, cause, (enum reaction)choice));
     }
 }

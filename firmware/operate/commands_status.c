@@ -2,14 +2,14 @@
 #include <stddef.h>
 
 #include "drivers/mss/sysreg.h"
-#include "firmware/axis/device.h"
-#include "firmware/axis/injection_lead.h"
-#include "firmware/axis/rotor.h"
+#include "firmware/monitor/device.h"
 #include "firmware/operate/answers.h"
 #include "firmware/operate/commands_parts.h"
 #include "firmware/operate/identify_text.h"
 #include "firmware/operate/messages.h"
 #include "firmware/operate/postmortem_text.h"
+#include "firmware/source/injection_lead.h"
+#include "firmware/source/rotor.h"
 #include "firmware/system/measure.h"
 
 static void put_heat(struct session *s)
@@ -28,7 +28,7 @@ static void put_heat(struct session *s)
 static void put_warnings(struct session *s)
 {
     for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
-        if (reaction_warned(&s->axis->reactions, (enum fault)cause)) {
+        if (fault_warned(&s->axis->reports, (enum fault)cause)) {
             text_put(&s->out, "warning: ");
             text_put_line(&s->out, message_of_fault((enum fault)cause));
         }
@@ -50,7 +50,7 @@ static void put_update(struct session *s)
     text_put_line(&s->out, "");
 }
 
-static void put_position(struct session *s, const struct axis_status *now)
+static void put_position(struct session *s, const struct drive_status *now)
 {
     text_put(&s->out, "mode: ");
     text_put(&s->out, message_of_mode(now->mode));
@@ -144,7 +144,7 @@ static void put_watchdog(struct session *s)
 void run_status(struct session *s, char *const *words)
 {
     (void)words;
-    const struct axis_status now = axis_status(s->axis);
+    const struct drive_status now = drive_status(s->axis);
     const int32_t i_range_ma = s->axis->params.i_range_ma;
     text_put(&s->out, "state: ");
     text_put_line(&s->out, message_of_state(now.state));

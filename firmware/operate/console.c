@@ -56,7 +56,7 @@ static void execute(struct console *k)
 static void finish_line(struct console *k)
 {
     const bool machine = k->session.machine;
-    axis_hear(k->session.axis);
+    drive_hear(k->session.axis);
     stream_hear(&k->session.stream, k->session.axis->time_ms);
     if (!machine) {
         text_put_line(out(k), "");
@@ -128,8 +128,8 @@ static void announce_warning(struct console *k, enum fault cause)
 /* Each once, until the drive clears them. Word by word: this runs each time the thread wakes. */
 static void announce_warnings(struct console *k)
 {
-    for (uint32_t word = 0; word < REACTION_WORDS; word++) {
-        const uint32_t warnings = k->session.axis->reactions.warnings[word];
+    for (uint32_t word = 0; word < FAULT_WORDS; word++) {
+        const uint32_t warnings = k->session.axis->reports.warned[word];
         uint32_t unsaid = warnings & ~k->warned[word];
         k->warned[word] = warnings;
         for (; unsaid != 0u; unsaid &= unsaid - 1u) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/identify_text.h"
 
-#include "firmware/axis/fault.h"
+#include "firmware/fault/fault.h"
 #include "firmware/operate/messages.h"
 
 static const struct {

@@ -3,7 +3,7 @@
 #ifndef FIRMWARE_OPERATE_KEEPING_TEXT_H
 #define FIRMWARE_OPERATE_KEEPING_TEXT_H
 
-#include "firmware/axis/keeping.h"
+#include "firmware/drive/keeping.h"
 #include "firmware/operate/text.h"
 
 /* Which slot, which save, what was skipped, is missing or damaged; or why there is none, or none in effect. */

@@ -3,7 +3,7 @@
 #ifndef FIRMWARE_OPERATE_MESSAGES_H
 #define FIRMWARE_OPERATE_MESSAGES_H
 
-#include "firmware/axis/axis.h"
+#include "firmware/drive/drive.h"
 
 const char *message_of_error(enum error error);
 

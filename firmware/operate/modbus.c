@@ -63,7 +63,7 @@ static void take_frame(struct modbus *m, size_t length)
     const bool broadcast = to == MODBUS_BROADCAST;
     const bool meant = (broadcast || to == m->address) && m->address != 0;
     if (meant && !rs485_is_sending(m->line) && !modbus_frame_is_late(&m->frame, length)) {
-        axis_hear(m->drive.axis);
+        drive_hear(m->drive.axis);
         const size_t count = length - 1u - CRC16_BYTES;
         const size_t replied = modbus_function(&m->drive, &m->frame.bytes[1], count, broadcast, &m->reply[1]);
         if (!broadcast) {

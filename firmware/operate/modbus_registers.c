@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/modbus_registers.h"
 
-#include "firmware/axis/keeping.h"
-#include "firmware/axis/reaction.h"
+#include "firmware/drive/keeping.h"
+#include "firmware/drive/reaction.h"
 #include "firmware/operate/modbus_objects.h"
 #include "firmware/operate/modbus_values.h"
 
@@ -75,7 +75,7 @@ static void put_words(uint8_t *bytes, uint32_t value, uint32_t words)
 
 enum modbus_exception modbus_read(const struct modbus_drive *d, uint32_t at, uint32_t count, uint8_t *bytes)
 {
-    const struct modbus_view view = {d->axis, &d->cia402, axis_status(d->axis)};
+    const struct modbus_view view = {d->axis, &d->cia402, drive_status(d->axis)};
     for (uint32_t done = 0; done < count;) {
         const struct place p = place_at(at + done);
         if (p.kind == NOWHERE || done + p.words > count) {
@@ -204,7 +204,7 @@ static enum modbus_exception judge(const struct change *c, const struct axis *a)
     if (c->wished && !cia402_may_wish(&c->wishes, &c->params)) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    if (c->params_changed + c->choices_changed > 0u && !axis_is_off(a)) {
+    if (c->params_changed + c->choices_changed > 0u && !drive_is_off(a)) {
         return MODBUS_DEVICE_FAILURE;
     }
     return go_together(c, a) ? MODBUS_FINE : MODBUS_ILLEGAL_VALUE;
@@ -214,8 +214,8 @@ static enum modbus_exception judge(const struct change *c, const struct axis *a)
 static enum modbus_exception keep(const struct modbus_drive *d, const struct change *c)
 {
     struct saved unused;
-    if ((c->restores && axis_defaults(d->axis).error != ERROR_NONE) ||
-        (c->stores && axis_save(d->axis, d->slots, &unused).error != ERROR_NONE)) {
+    if ((c->restores && drive_defaults(d->axis).error != ERROR_NONE) ||
+        (c->stores && drive_save(d->axis, d->slots, &unused).error != ERROR_NONE)) {
         return MODBUS_DEVICE_FAILURE;
     }
     return MODBUS_FINE;

@@ -10,7 +10,7 @@
 
 #include <stdint.h>
 
-#include "firmware/axis/axis.h"
+#include "firmware/drive/drive.h"
 #include "firmware/operate/cia402.h"
 #include "firmware/settings/slots.h"
 

@@ -70,7 +70,7 @@ static uint32_t wish(const struct modbus_view *v, enum modbus_object_id object)
 
 static uint32_t present(const struct modbus_view *v, enum modbus_object_id object)
 {
-    const struct axis_status *const now = &v->now;
+    const struct drive_status *const now = &v->now;
     switch (object) {
     case OBJECT_status_word:
         return cia402_status_word(v->cia402, v->axis, now);
@@ -99,9 +99,9 @@ static uint32_t present(const struct modbus_view *v, enum modbus_object_id objec
     case OBJECT_current_limit:
         return (uint32_t)(v->axis->thermal.factor_q15 * 1000 / Q15_ONE);
     case OBJECT_warnings:
-        return v->axis->reactions.warnings[0];
+        return v->axis->reports.warned[0];
     case OBJECT_warnings_2:
-        return v->axis->reactions.warnings[1];
+        return v->axis->reports.warned[1];
     case OBJECT_uptime:
         return (uint32_t)(now->up_ms / 1000u);
     case OBJECT_fault:

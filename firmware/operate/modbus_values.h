@@ -10,7 +10,7 @@
 struct modbus_view {
     const struct axis *axis;
     const struct cia402 *cia402;
-    struct axis_status now;
+    struct drive_status now;
 };
 
 /* In the unit of the table; 32 bits of it. */

@@ -3,7 +3,7 @@
 #ifndef FIRMWARE_OPERATE_SESSION_H
 #define FIRMWARE_OPERATE_SESSION_H
 
-#include "firmware/axis/axis.h"
+#include "firmware/drive/drive.h"
 #include "firmware/operate/stream.h"
 #include "firmware/operate/text.h"
 #include "firmware/scope/scope.h"

@@ -13,5 +13,5 @@ struct thermal_memory axes_heat[AXIS_COUNT] STARTUP_NOINIT;
 
 void current_loop_fault(void)
 {
-    axis_sample_fault(&axes[0]);
+    drive_sample_fault(&axes[0]);
 }

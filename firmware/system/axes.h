@@ -3,7 +3,7 @@
 #ifndef FIRMWARE_SYSTEM_AXES_H
 #define FIRMWARE_SYSTEM_AXES_H
 
-#include "firmware/axis/axis.h"
+#include "firmware/drive/drive.h"
 #include "firmware/scope/scope.h"
 
 #ifndef AXIS_COUNT

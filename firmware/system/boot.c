@@ -5,7 +5,7 @@
 #include "drivers/cortex/scb.h"
 #include "drivers/mss/sysreg.h"
 #include "drivers/mss/watchdog.h"
-#include "firmware/axis/device.h"
+#include "firmware/monitor/device.h"
 
 void boot_core(void)
 {

@@ -7,7 +7,7 @@
 #define FIRMWARE_SYSTEM_BOOT_H
 
 #include "drivers/fabric/fabric.h"
-#include "firmware/axis/fault.h"
+#include "firmware/fault/fault.h"
 #include "firmware/system/postmortem.h"
 
 /* Cache, faults, stack guard, cycle counter, resets of the blocks that the drive needs. Thread, once, first. */

@@ -82,7 +82,7 @@ HALL_HANDLER(handlers_hall_ab, 0, FABRIC0)
 WEAKENING_HANDLER(handlers_weakening_ab, 0, FABRIC0, false)
 WEAKENING_HANDLER(handlers_overmodulating_ab, 0, FABRIC0, true)
 
-/* The encoder, the way a drive spends its life, is by hand: control/current_loop_isr.S. */
+/* The encoder, the way a drive spends its life, is by hand: system/current_loop_isr.S. */
 const struct loop_handlers handlers_of_axis_0 = {
     .vector = &startup_vectors[STARTUP_SYSTEM_VECTORS + BOARD_IRQ_ADC],
     .handler =
@@ -102,7 +102,7 @@ void Timer1_IRQHandler(void)
 {
     mss_timer1_acknowledge();
     watch_device();
-    axis_step(&axes[0]);
+    drive_step(&axes[0]);
     scope_step(&scope);
 }
 

@@ -2,7 +2,7 @@
 /*
  * The current loop's entry while a capture is under way (scope/scope.h): raises the sampler's interrupt, counts the tick, and
  * goes on to the handler as if nothing had been. The registers are those that the core has stacked. Cycles as in
- * control/current_loop_isr.S: 13.
+ * system/current_loop_isr.S: 13.
  */
         .syntax unified
         .thumb

@@ -22,9 +22,9 @@ static void start(void)
     sysreg_release_reset(SYSREG_RESET_TIMER | SYSREG_RESET_MMUART0 | SYSREG_RESET_FIC0);
     watchdog_refresh();
     print_start(CONFIG_CONSOLE_BAUD);
-    axis_init(&axes[0], FABRIC0);
+    drive_init(&axes[0], FABRIC0);
     handlers_start_current_loop();
-    axis_start(&axes[0], FAULT_NONE);
+    drive_start(&axes[0], FAULT_NONE);
     adc_stop(&FABRIC0->adc); /* its interrupts come when a row asks for them */
     (void)gate_clear(&FABRIC0->gate, GATE_STATUS_LATCHES);
 }

@@ -20,7 +20,7 @@ static struct postmortem no_record;
 static struct session session = {
     .out = {.uart = &print_uart, .idle = &rest}, .axis = &axes[0], .last_life = &no_record};
 
-TIMING_FUNCTION(time_fault, axis_raise(&axes[0], FAULT_OVERCURRENT))
+TIMING_FUNCTION(time_fault, fault_raise(&axes[0], FAULT_OVERCURRENT))
 TIMING_FUNCTION(time_command, commands_execute(&session, line))
 TIMING_FUNCTION(time_tuning, (void)tuning_compute(&axes[0].params, &tuning))
 TIMING_FUNCTION(time_tables, rows_build_tables())

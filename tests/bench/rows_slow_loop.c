@@ -29,11 +29,11 @@ TIMING_FUNCTION(time_cogging,
                 (void)cogging_torque_q15(&axes[0].motion.cogging, &axes[0].speed.estimate, &axes[0].tuning))
 TIMING_FUNCTION(time_follow, current_loop_follow(&axes[0].loop, axes[0].fabric, &axes[0].tuning))
 TIMING_FUNCTION(time_thermal, thermal_step(&axes[0].thermal, &axes[0].loop, 0u))
-TIMING_FUNCTION(time_encoder, supervise_encoder(&axes[0], 0, 1u))
-TIMING_FUNCTION(time_phases, supervise_phases(&axes[0]))
-TIMING_FUNCTION(time_deviation, supervise_speed(&axes[0]))
+TIMING_FUNCTION(time_encoder, (void)encoder_watch_step(&axes[0], 1u))
+TIMING_FUNCTION(time_phases, phase_watch_step(&axes[0]))
+TIMING_FUNCTION(time_deviation, speed_watch_step(&axes[0]))
 TIMING_FUNCTION(time_index, start_learn_index(&axes[0]))
-TIMING_FUNCTION(time_drive_step, axis_step(&axes[0]))
+TIMING_FUNCTION(time_drive_step, drive_step(&axes[0]))
 
 static uint32_t interrupting(void)
 {
@@ -67,7 +67,7 @@ static void set_profile(void)
     position_begin(&m->position, m->profile.position, m->profile.speed);
 }
 
-/* A drive in operation at any speed, and what axis_step(&axes[0]) looks at besides. */
+/* A drive in operation at any speed, and what drive_step(&axes[0]) looks at besides. */
 static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, int32_t integral_q29)
 {
     loop_state_typical(&axes[0].loop);
@@ -169,9 +169,9 @@ void rows_slow_loop(void)
     print_states("speed_loop_step", time_step, NULL);
     print_states("current_loop_follow", time_follow, NULL);
     print_states("thermal_step", time_thermal, NULL);
-    print_states("supervise_encoder", time_encoder, NULL);
-    print_states("supervise_phases", time_phases, NULL);
-    print_states("supervise_speed", time_deviation, NULL);
+    print_states("encoder_watch_step", time_encoder, NULL);
+    print_states("phase_watch_step", time_phases, NULL);
+    print_states("speed_watch_step", time_deviation, NULL);
     print_states("start_learn_index", time_index, NULL);
     print_states("drive_step.speed", time_drive_step, NULL);
     axes[0].mode = AXIS_MODE_TORQUE;

@@ -61,7 +61,7 @@ def steps():
 
 def fault(name):
     from unit.conftest import ROOT
-    return re.findall(r"^    FAULT_(\w+)", (ROOT / "firmware/axis/fault.h").read_text(), re.M).index(name)
+    return re.findall(r"^    FAULT_(\w+)", (ROOT / "firmware/fault/fault.h").read_text(), re.M).index(name)
 
 
 def ask(port, step):

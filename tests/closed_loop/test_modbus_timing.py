@@ -177,7 +177,7 @@ def places():
     from tools.param_rows import param_rows
     from unit.conftest import ROOT
     import re
-    faults = re.findall(r"^    (FAULT_\w+)", (ROOT / "firmware/axis/fault.h").read_text(), re.M)
+    faults = re.findall(r"^    (FAULT_\w+)", (ROOT / "firmware/fault/fault.h").read_text(), re.M)
     return list(param_rows()).index("command_timeout_ms"), faults.index("FAULT_COMMAND_TIMEOUT")
 
 

@@ -20,7 +20,7 @@ from terms import Misbehaviour
 
 BY_HAND, COMPILED = "FabricIrq0_IRQHandler", "handlers_encoder_ab"
 CODE = {BY_HAND: (BY_HAND, "current_loop_fault"), COMPILED: (COMPILED,)}
-SOURCE = "firmware/control/current_loop_isr.S"
+SOURCE = "firmware/system/current_loop_isr.S"
 VECTORS = 12
 
 

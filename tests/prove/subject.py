@@ -16,7 +16,7 @@ from interrupt import Interrupt, Place
 from proof import Refuted
 
 SAMPLES = 20000
-FAULT = "axis_sample_fault"
+FAULT = "drive_sample_fault"
 REGISTERS = ("COMPARE_A", "COMPARE_B", "COMPARE_C", "ADC_STATUS", "IA", "IB", "LATCHED", "GATE_STATUS")
 
 

@@ -4,8 +4,8 @@
  * any phase between two conversions, so that chance has no part in it.
  */
 #include "drivers/cortex/dwt.h"
-#include "firmware/axis/axis.h"
-#include "firmware/axis/requests.h"
+#include "firmware/drive/drive.h"
+#include "firmware/drive/requests.h"
 #include "tests/target/harness.h"
 
 #define PHASES 50u
@@ -36,8 +36,8 @@ int main(void)
 {
     (void)harness_begin();
     (void)harness_true("there is a cycle counter", dwt_init());
-    axis_init(&axis, FABRIC0);
-    axis_start(&axis, FAULT_NONE);
+    drive_init(&axis, FABRIC0);
+    drive_start(&axis, FAULT_NONE);
     struct tuning tuning = axis.tuning;
     uint32_t stale = 0;
     for (uint32_t phase = 0; phase < PHASES; phase++) {
@@ -46,7 +46,7 @@ int main(void)
         wait_for_conversion();
         wait_cycles(phase * CONFIG_PWM_COUNTS / PHASES);
         const uint32_t before = latched_at();
-        request_adopt(&axis, &tuning);
+        drive_adopt(&axis, &tuning);
         stale += latched_at() == before ? 1u : 0u;
     }
     harness_equal("each time a conversion has come", stale, 0u);

@@ -6,8 +6,8 @@
  * bit. No axis has a name here: what links without `axes` cannot reach one behind its pointer's back.
  */
 #include "drivers/mss/watchdog.h"
-#include "firmware/axis/axis.h"
 #include "firmware/control/current_loop_step.h"
+#include "firmware/drive/drive.h"
 #include "firmware/settings/config.h"
 #include "tests/target/harness.h"
 #include "tests/target/random.h"
@@ -65,8 +65,8 @@ static void begin(struct station *s, uint32_t seed)
     for (size_t n = 0; n < 3u; n++) {
         word(s, offsetof(struct fabric, adc.OFFSET_A))[n] = BOARD_ADC_OFFSET_NOMINAL;
     }
-    axis_init(&s->axis, &s->fabric);
-    axis_start(&s->axis, FAULT_NONE);
+    drive_init(&s->axis, &s->fabric);
+    drive_start(&s->axis, FAULT_NONE);
 }
 
 /* A period of the current loop and, when it is due, the slow loop; and a user who switches on again whatever ended. */
@@ -75,7 +75,7 @@ static void step(struct station *s)
     struct axis *const a = &s->axis;
     convert(s);
     if (current_loop_step(&a->loop, &s->fabric, (enum loop_source)a->loop.source)) {
-        axis_sample_fault(a);
+        drive_sample_fault(a);
     }
     s->steps++;
     s->live_steps += s->fabric.gate.STATUS & GATE_STATUS_LIVE;
@@ -83,16 +83,16 @@ static void step(struct station *s)
     if (s->steps % CONFIG_PERIODS_PER_SLOW != 0u) {
         return;
     }
-    axis_step(a);
+    drive_step(a);
     s->faults += a->state == AXIS_FAULT ? 1u : 0u;
     if (a->state == AXIS_FAULT) {
         a->request = AXIS_REQUEST_CLEAR; /* the request's own check wants bits that go when a 1 is written */
     } else if (a->state == AXIS_SWITCH_ON_DISABLED) {
-        (void)axis_switch_on(a);
-        while (axis_prepare(a)) {
+        (void)drive_switch_on(a);
+        while (drive_prepare(a)) {
         }
     } else if (a->state == AXIS_OPERATION_ENABLED) {
-        (void)axis_command_speed(a, (int32_t)(next(s) % 500u));
+        (void)drive_command_speed(a, (int32_t)(next(s) % 500u));
     }
 }
 

@@ -5,7 +5,8 @@ import re
 from disasm import ImageError
 
 # calls through a pointer -> the constant table that holds all their targets; what is not listed here is refused
-POINTER_TABLES = {"commands_execute": "command_table"}
+POINTER_TABLES = {"commands_execute": "command_table", "states_take": "transition_table", "step_state": "state_steps",
+                  "states_step": "state_steps"}
 
 
 def stack_step(instruction):

@@ -55,8 +55,8 @@ def parameter_table(source=ROOT):
 
 def reaction_table(source=ROOT):
     """Only faults that leave a choice: the others take 0 alone."""
-    names = re.findall(r"^    (FAULT_\w+)", (source / "firmware/axis/fault.h").read_text(encoding="utf-8"), re.M)
-    rows = re.findall(r"\[(FAULT_\w+)\] = \{([A-Z |]+), REACTION_(\w+),", (source / "firmware/axis/fault.c").read_text(
+    names = re.findall(r"^    (FAULT_\w+)", (source / "firmware/fault/fault.h").read_text(encoding="utf-8"), re.M)
+    rows = re.findall(r"\[(FAULT_\w+)\] = \{([A-Z |]+), REACTION_(\w+),", (source / "firmware/fault/fault_class.c").read_text(
         encoding="utf-8"))
     lines = ["| register | fault | choices | initial |", "|---|---|---|---|"]
     for name, allowed, initial in sorted(rows, key=lambda row: names.index(row[0])):

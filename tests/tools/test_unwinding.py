@@ -59,7 +59,7 @@ def test_the_frame_of_the_handler_at_every_instruction(frames, image):
     assert row_at(rows, first)["cfa"].offset == 0
 
 
-@pytest.mark.parametrize("name", [wcet.HANDLER, "handlers_forced_ab", "Timer1_IRQHandler", "axis_step", "current_loop_fault"])
+@pytest.mark.parametrize("name", [wcet.HANDLER, "handlers_forced_ab", "Timer1_IRQHandler", "drive_step", "current_loop_fault"])
 def test_every_function_on_the_way_is_described_to_its_end(frames, image, name):
     function = image.functions[name]
     entry = described(frames, function.start)

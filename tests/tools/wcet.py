@@ -26,7 +26,7 @@ from longest import Longest  # noqa: E402
 from timing import ENTRY, EXIT, REFILL, Costs, Waits, default_waits  # noqa: E402
 
 HANDLER, EXCEPTION = "FabricIrq0_IRQHandler", 50
-FAULT_CALLS = ("current_loop_fault", "axis_sample_fault", "axis_raise")
+FAULT_CALLS = ("current_loop_fault", "drive_sample_fault", "fault_raise")
 LOOPS = {"axis_up_ms": 0}  # reads again if the clock moved meanwhile: not under the most urgent interrupt
 PWM = range(0x50000000, 0x50000100)  # docs/fabric.md, slot 0
 

@@ -3,7 +3,7 @@
 
     c = Library("firmware.so")
     axis = c.axis()                  # struct axis, members by name
-    c.axis_step(axis)                # a structure where a pointer is expected is passed by address
+    c.drive_step(axis)                # a structure where a pointer is expected is passed by address
     c.enums["fault"]["FAULT_NONE"]   # and c.FAULT_NONE
 
 Nothing is declared twice, so a test cannot disagree with the header.

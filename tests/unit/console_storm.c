@@ -124,7 +124,7 @@ int main(int argc, char **argv)
 {
     counts.lines = argc > 1 ? atol(argv[1]) : 1000000;
     seed = argc > 2 ? (uint32_t)atol(argv[2]) : 12345u;
-    axis_init(&axis, &fabric);
+    drive_init(&axis, &fabric);
     axis.fabric_doubt = 0;
     host_envm_new(&axis, 8e-3, 1u);
     slots = host_slots();

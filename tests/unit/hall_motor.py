@@ -78,6 +78,7 @@ class HallMotor(Carrying):
             self.axis.loop.pll.angle_q32, self.axis.loop.pll.speed_q32 = kept
             self.c.rotor_take_speed(self.axis)
             self.c.supervision_step(self.axis)
+            self.c.reaction_step(self.axis)
         return self
 
     def until_carried(self, most_ms):

@@ -53,7 +53,7 @@ class Line:
 
     def __init__(self, c):
         self.c, self.fabric, self.axis = c, c.fabric(), c.axis()
-        c.axis_init(self.axis, self.fabric)
+        c.drive_init(self.axis, self.fabric)
         identify(self.fabric)
         self.axis.fabric_doubt, self.axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
         self.axis.time_ms = 1000
@@ -81,7 +81,7 @@ class Line:
     def _poll(self):
         """A turn of the thread, in which all is worked out that has begun."""
         self.c.modbus_poll(self.modbus)
-        while self.prepares and self.c.axis_prepare(self.axis):
+        while self.prepares and self.c.drive_prepare(self.axis):
             pass
 
     def wait(self, ms):

@@ -117,7 +117,7 @@ static void send(const uint8_t *bytes, size_t count, bool right)
     host_bus_sent_bytes = 0;
     line.driving = false;
     modbus_poll(&modbus);
-    while (axis_prepare(&axis)) {
+    while (drive_prepare(&axis)) {
     }
 }
 
@@ -144,7 +144,7 @@ int main(int argc, char **argv)
 {
     const long frames = argc > 1 ? atol(argv[1]) : 1000000;
     seed = argc > 2 ? (uint32_t)atol(argv[2]) : 12345u;
-    axis_init(&axis, &fabric);
+    drive_init(&axis, &fabric);
     axis.fabric_doubt = 0;
     axis.loop.vbus_q15 = axis.tuning.v_min_q15 + 100;
     host_envm_new(&axis, 8e-3, 1u);

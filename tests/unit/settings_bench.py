@@ -61,7 +61,7 @@ class Drive:
     def power_on(self):
         c = self.c
         self.fabric, self.axis = c.fabric(), c.axis()
-        c.axis_init(self.axis, self.fabric)
+        c.drive_init(self.axis, self.fabric)
         identify(self.fabric)
         self.axis.fabric_doubt, self.axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
         c.host_bench.axis = ctypes.pointer(self.axis)
@@ -77,7 +77,7 @@ class Drive:
 
     def load(self):
         self.kept = self.c.kept()
-        return self.name(self.c.axis_load(self.axis, self.slots, self.kept).error)
+        return self.name(self.c.drive_load(self.axis, self.slots, self.kept).error)
 
     def restart(self):
         """What a power-on finds: the error's name."""

@@ -19,14 +19,14 @@ def world(c):
 def fresh(c):
     """An axis as it is after power-up: its registers take their values at once."""
     w = World(c)
-    c.axis_init(w.axis, w.fabric)
+    c.drive_init(w.axis, w.fabric)
     return w
 
 
 def test_the_first_state_touches_no_register(c):
     axis, fabric = c.axis(), c.fabric()
     ctypes.memset(ctypes.addressof(fabric), 0xA5, ctypes.sizeof(fabric))
-    c.axis_init(axis, fabric)
+    c.drive_init(axis, fabric)
     assert bytes(fabric) == b"\xA5" * ctypes.sizeof(fabric)
     assert axis.state == c.AXIS_NOT_READY and axis.fabric_doubt == 0xD0B7FABC and axis.faults.cause == c.FAULT_NONE
     assert axis.torque.map.torque_max_q15 in (0, axis.tuning.i_max_q15)  # built here, or at the first `on`
@@ -48,7 +48,7 @@ def test_the_speed_is_told_in_sixteenths(world):
 
 def test_start_brings_up_encoder_pwm_and_adc(c, fresh):
     w = fresh
-    c.axis_start(w.axis, c.FAULT_NONE)
+    c.drive_start(w.axis, c.FAULT_NONE)
     assert (w.axis.state, w.axis.faults.cause, w.axis.fabric_doubt) == (c.AXIS_SWITCH_ON_DISABLED, c.FAULT_NONE, 0)
     assert (w.fabric.encoder.COUNTS, w.fabric.encoder.CONTROL) == (4000, 1)
     assert w.fabric.pwm.PERIOD == 2500 and w.fabric.pwm.CONTROL == 1 and w.fabric.gate.CONTROL == 0
@@ -58,7 +58,7 @@ def test_start_brings_up_encoder_pwm_and_adc(c, fresh):
 @pytest.mark.parametrize("cause", ("WATCHDOG", "EXCEPTION", "STACK_GUARD"))
 def test_start_with_a_fault_that_leaves_the_fabric_alone(c, fresh, cause):
     w = fresh
-    c.axis_start(w.axis, c.enums["fault"]["FAULT_" + cause])
+    c.drive_start(w.axis, c.enums["fault"]["FAULT_" + cause])
     assert w.axis.faults.cause == c.enums["fault"]["FAULT_" + cause] and w.fabric.adc.CONTROL == 3
     assert w.axis.state == c.AXIS_SWITCH_ON_DISABLED and w.step(3) == "FAULT"
 
@@ -67,9 +67,9 @@ def test_start_with_a_fault_that_leaves_the_fabric_alone(c, fresh, cause):
 def test_start_with_a_fabric_in_doubt_writes_nothing(c, fresh, cause):
     w = fresh
     before = bytes(w.fabric)
-    c.axis_start(w.axis, c.enums["fault"]["FAULT_" + cause])
+    c.drive_start(w.axis, c.enums["fault"]["FAULT_" + cause])
     assert bytes(w.fabric) == before and w.axis.state == c.AXIS_FAULT and w.axis.fabric_doubt == 0xD0B7FABC
-    c.axis_step(w.axis)
+    c.drive_step(w.axis)
     assert w.axis.time_ms == 1 and bytes(w.fabric) == before, "the clock goes on, and nothing else"
 
 
@@ -80,13 +80,13 @@ def test_the_snapshot_is_of_everything(c, world):
     loop.i_d_q15, loop.i_q_q15, loop.pll.angle_q32, loop.angle_offset_q32 = 55, -66, 0x70000000, 0x10000000
     w.axis.speed.speed_rpm_q4, w.axis.time_ms, w.axis.time_wraps = -777, 888, 1
     w.fabric.gate.STATUS = 0x81
-    c.axis_raise_with(w.axis, c.FAULT_ENCODER_SLIP, 30, -40)
+    c.fault_raise_with(w.axis, c.FAULT_ENCODER_SLIP, 30, -40)
     s = w.axis.faults.snapshot
     assert (s.i_a_q15, s.i_b_q15, s.i_c_q15, s.vbus_q15, s.i_d_q15, s.i_q_q15) == (-11, 22, -33, 14444, 55, -66)
     assert (s.speed_rpm_q4, s.up_ms, s.angle_u16, s.gate_status) == (-777, 2**32 + 888, 0x8000, 0x81)
     assert s.state == c.AXIS_OPERATION_ENABLED and list(w.axis.faults.detail) == [30, -40]
     adc.IA = 99
-    c.axis_raise_with(w.axis, c.FAULT_STALL, 1, 2)
+    c.fault_raise_with(w.axis, c.FAULT_STALL, 1, 2)
     assert s.i_a_q15 == -11 and list(w.axis.faults.detail) == [30, -40], "the first one stays"
 
 
@@ -95,7 +95,7 @@ def test_the_snapshot_is_of_everything(c, world):
 def test_an_encoder_fault_makes_the_alignment_void(c, world, cause, spoils):
     w = world("OPERATION_ENABLED")
     w.axis.start.aligned, w.fabric.encoder.STATUS = True, INDEX_SEEN
-    c.axis_raise(w.axis, c.enums["fault"]["FAULT_" + cause])
+    c.fault_raise(w.axis, c.enums["fault"]["FAULT_" + cause])
     w.step(2)
     assert w.axis.start.aligned != spoils and w.fabric.encoder.STATUS == (0 if spoils else INDEX_SEEN)
 
@@ -108,7 +108,7 @@ def running(w, speed_rpm=1000):
 
 def test_quick_stop_brakes_with_four_times_the_ramp(c, world):
     w = running(world("OPERATION_ENABLED"))
-    assert c.axis_quick_stop(w.axis).error == c.ERROR_NONE
+    assert c.drive_quick_stop(w.axis).error == c.ERROR_NONE
     assert w.step() == "QUICK_STOP" and w.axis.speed.target_rpm_q16 == 0
     w.axis.speed.at_limit = False
     before = w.axis.speed.ref_rpm_q16
@@ -121,7 +121,7 @@ def test_quick_stop_ends_in_time(c, world, limited, ends_ms):
     """5 s without braking as hard as it may; and stop_max_ms whatever it does."""
     w = running(world("OPERATION_ENABLED"))
     w.axis.params.stop_max_ms = 7000
-    c.axis_quick_stop(w.axis)
+    c.drive_quick_stop(w.axis)
     if not limited:  # a speed loop that asks for nothing
         w.axis.speed.kp_q16 = w.axis.speed.ki_q16 = w.axis.tuning.speed_accel_q8 = w.axis.tuning.speed_ki_min_q16 = 0
     for ms in range(1, 8000):
@@ -172,16 +172,16 @@ def test_operation_begins_at_rest_in_speed_control(c, world):
 def test_torque_control_asks_for_the_command_within_the_limits(c, world):
     w = running(world("OPERATION_ENABLED"), 0)
     c.torque_build(w.axis.torque, w.axis.params, w.axis.tuning, 16384)
-    assert c.axis_command_current(w.axis, -3000).error == c.ERROR_NONE
+    assert c.drive_command_current(w.axis, -3000).error == c.ERROR_NONE
     w.step()
     expected = -3000 * 32768 / w.axis.params.i_range_ma
     assert abs(w.axis.loop.i_q_ref_q15 - expected) <= 2 and w.axis.loop.i_d_ref_q15 == 0
-    assert c.axis_command_speed(w.axis, 100).error == c.ERROR_NONE
+    assert c.drive_command_speed(w.axis, 100).error == c.ERROR_NONE
     assert w.axis.mode == c.AXIS_MODE_SPEED and w.axis.speed.integral_q29 == w.axis.torque.torque_q15 << 14
 
 
-@pytest.mark.parametrize("function, limit, error", (("axis_command_speed", "speed_max_rpm", "ERROR_BEYOND_SPEED_MAX"),
-                                                    ("axis_command_current", "i_max_ma", "ERROR_BEYOND_I_MAX")))
+@pytest.mark.parametrize("function, limit, error", (("drive_command_speed", "speed_max_rpm", "ERROR_BEYOND_SPEED_MAX"),
+                                                    ("drive_command_current", "i_max_ma", "ERROR_BEYOND_I_MAX")))
 def test_commands_end_where_the_parameters_say(c, world, function, limit, error):
     w = world("OPERATION_ENABLED")
     most = getattr(w.axis.params, limit)
@@ -229,11 +229,11 @@ def test_what_clear_needs(c, world):
     w = world("FAULT")
     w.fabric.encoder.STATUS = 0
     w.fabric.gate.ID = 1
-    assert c.axis_clear_fault(w.axis).error == c.ERROR_FABRIC
+    assert c.drive_clear_fault(w.axis).error == c.ERROR_FABRIC
     w.fabric.gate.ID = 0x464F4330
-    assert c.axis_clear_fault(w.axis).error == c.ERROR_NONE and w.axis.request == c.AXIS_REQUEST_CLEAR
+    assert c.drive_clear_fault(w.axis).error == c.ERROR_NONE and w.axis.request == c.AXIS_REQUEST_CLEAR
     assert w.step() == "SWITCH_ON_DISABLED"
-    assert c.axis_clear_fault(w.axis).error == c.ERROR_NO_FAULT
+    assert c.drive_clear_fault(w.axis).error == c.ERROR_NO_FAULT
 
 
 def test_status_is_of_everything(c, world):
@@ -241,7 +241,7 @@ def test_status_is_of_everything(c, world):
     loop, speed = w.axis.loop, w.axis.speed
     loop.i_d_q15, loop.i_q_q15, loop.i_d_ref_q15, loop.i_q_ref_q15, loop.vbus_q15 = 1, 2, 3, 4, 5
     speed.speed_rpm_q4, speed.speed_ref_rpm_q4, w.axis.time_ms = 6, 7, 8
-    s = c.axis_status(w.axis)
+    s = c.drive_status(w.axis)
     assert (s.i_d_q15, s.i_q_q15, s.i_d_ref_q15, s.i_q_ref_q15, s.vbus_q15, s.speed_rpm_q4, s.speed_ref_rpm_q4, s.up_ms) == (
         1, 2, 3, 4, 5, 6, 7, 8)
     assert (s.state, s.fault) == (c.AXIS_OPERATION_ENABLED, c.FAULT_NONE)
@@ -251,7 +251,7 @@ def test_the_heartbeat_is_not_listened_to_in_the_first_two_milliseconds(c):
     w = World(c)
     w.axis.time_ms = 0
     for ms in (1, 2, 3):
-        c.axis_step(w.axis)
+        c.drive_step(w.axis)
         assert (w.axis.faults.cause == c.FAULT_LOOP_STOPPED) == (ms == 3)
 
 
@@ -306,7 +306,7 @@ def test_switching_on_chooses_where_currents_come_from(c, world):
         assert w.step() == "SWITCHED_ON"
         assert (adc.CONTROL, adc.MODULATOR, pwm.TRIGGER_1) == (0xB if osr else 3, setting, trigger)
         assert adc.MODULATOR_TRIP == w.axis.tuning.modulator_trip_q15 > w.axis.tuning.i_trip_q15
-        assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
+        assert c.drive_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
 
 
 @pytest.mark.parametrize("shunts, control, settle", ((1, 7, 20), (0, 3, 0)))

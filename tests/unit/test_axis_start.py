@@ -53,7 +53,7 @@ def test_what_is_known_of_an_encoder_ends_with_it(c, starting):
     w.axis.start.index_known = True
     w.axis.loop.angle_offset_q32 = 0x11111111
     for source, loop, phase in ((1, c.LOOP_OBSERVER, CATCH), (0, c.LOOP_FORCED, WIRING)):
-        assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
+        assert c.drive_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
         w.axis.params.angle_source = source
         w.fabric.encoder.STATUS = INDEX_SEEN
         assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
@@ -106,7 +106,7 @@ def test_gates_that_do_not_let_go_are_the_fabrics(c, starting):
     w.step(CALIBRATION_MS - 1)
     w.fabric.adc.SEQUENCE += 20
     w.fabric.gate.STATUS = 1
-    c.axis_step(w.axis)
+    c.drive_step(w.axis)
     assert cause(w) == "FABRIC"
 
 
@@ -149,7 +149,7 @@ def test_a_sensor_that_shows_nothing_in_every_second_sample_is_named(c, starting
 def test_the_second_sample_is_looked_at_before_it_is_trusted(c, starting):
     """Once, by a drive that is aligned, too; which keeps its alignment."""
     w = starting(True)
-    assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
+    assert c.drive_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
     p = w.axis.params
     p.pwm_samples, p.pwm_update, p.low_side_shunts, w.fabric.pwm.MODE = 2, 2, 0, 2
     for phase in (WIRING, FOLLOW):
@@ -167,7 +167,7 @@ def test_the_second_sample_is_looked_at_before_it_is_trusted(c, starting):
         w.fabric.adc.SEQUENCE += 20
         w.step()
         assert w.axis.start.phase == FOLLOW and not w.axis.start.unseen
-        assert c.axis_switch_off(w.axis).error == c.ERROR_NONE
+        assert c.drive_switch_off(w.axis).error == c.ERROR_NONE
         w.fabric.adc.SEQUENCE += 20
         w.step()
 

@@ -43,18 +43,19 @@ class Carrying(Motor):
         loop.pll.angle_q32 = (loop.pll.angle_q32 + loop.pll.speed_q32) % 2**32
 
     def report(self, name):
-        self.c.axis_report(self.axis, self.c.enums["fault"]["FAULT_" + name], 1, 2)
+        self.c.fault_report(self.axis, self.c.enums["fault"]["FAULT_" + name], 1, 2)
+        self.c.reaction_step(self.axis)
 
     def slow_step(self):
         """All of the slow loop."""
         self.fabric.adc.SEQUENCE += LOOPS
         self.fabric.encoder.LATCH_TIME = (self.fabric.encoder.LATCH_TIME + CLOCKS) % 2**32
         self.fabric.gate.STATUS = self.fabric.gate.CONTROL & 1
-        self.c.axis_step(self.axis)
+        self.c.drive_step(self.axis)
 
     def sample_fault(self, gate=0, adc=0):
         self.fabric.gate.STATUS, self.fabric.adc.STATUS = gate | self.fabric.gate.CONTROL & 1, adc
-        self.c.axis_sample_fault(self.axis)
+        self.c.drive_sample_fault(self.axis)
         self.fabric.gate.STATUS, self.fabric.adc.STATUS = self.fabric.gate.CONTROL & 1, 0
 
     @property
@@ -69,7 +70,7 @@ class Carrying(Motor):
         return (frame_deg(self.c, self.axis.loop) - rotor + 180) % 360 - 180
 
     def warned(self, name):
-        return self.c.reaction_warned(self.axis.reactions, self.c.enums["fault"]["FAULT_" + name])
+        return self.c.fault_warned(self.axis.reports, self.c.enums["fault"]["FAULT_" + name])
 
 
 
@@ -278,16 +279,16 @@ def test_a_rotor_that_the_observer_loses_is_the_encoders_fault_and_not_tried_aga
     m = carried(motor(retry_count=5, retry_delay_ms=10))
     m.report(lost)
     for _ in range(60):
-        m.c.axis_retry(m.axis)
+        m.c.drive_retry(m.axis)
         m.slow_step()
     assert m.fault == "ENCODER_DEAD" and m.state == "FAULT"
 
 
 def test_another_fault_keeps_its_name_and_is_not_tried_again_by_the_encoder(motor):
     m = carried(motor(retry_count=5, retry_delay_ms=10))
-    m.c.axis_raise(m.axis, m.c.FAULT_UNDERVOLTAGE)
+    m.c.fault_raise(m.axis, m.c.FAULT_UNDERVOLTAGE)
     for _ in range(60):
-        m.c.axis_retry(m.axis)
+        m.c.drive_retry(m.axis)
         m.slow_step()
     assert m.fault == "UNDERVOLTAGE" and m.state == "FAULT"
 
@@ -297,6 +298,7 @@ def test_a_reluctant_rotor_does_not_hang_on_a_field_and_is_given_up(motor):
     m.axis.tuning.reluctant = True
     m.axis.sensorless.weak_ms, m.axis.loop.flux.margin_q8 = 100, 0
     m.c.sensorless_after_control(m.axis)
+    m.c.reaction_step(m.axis)
     assert m.fault == "ENCODER_DEAD" and m.fabric.gate.CONTROL == 0
 
 

@@ -88,6 +88,7 @@ def test_while_the_frame_turns_by_itself_its_speed_is_the_rotors_and_nothing_els
     assert m.axis.speed.speed_rpm_q4 == pytest.approx(16 * 3000, rel=0.02)
     m.axis.supervision.speed.stalled_ms = 10**6
     m.c.supervision_step(m.axis)
+    m.c.reaction_step(m.axis)
     assert m.fault == "NONE"
 
 
@@ -172,7 +173,7 @@ def test_a_rotor_that_the_observer_loses_is_the_switches_fault_and_not_tried_aga
     m = carried(motor(retry_count=5, retry_delay_ms=10))
     m.report(lost)
     for _ in range(60):
-        m.c.axis_retry(m.axis)
+        m.c.drive_retry(m.axis)
         m.slow_step()
     assert m.fault == "HALL_INVALID" and m.state == "FAULT"
 

@@ -175,7 +175,7 @@ def test_torque_is_relative_to_the_rated_current(plc, c):
     plc.wait(1)
     at_half = plc.axis.torque_command_q15
     plc2 = Controller(c).enabled()
-    assert c.axis_command_current(plc2.axis, -7100 // 2).error == 0 and plc2.axis.torque_command_q15 == at_half < 0
+    assert c.drive_command_current(plc2.axis, -7100 // 2).error == 0 and plc2.axis.torque_command_q15 == at_half < 0
 
 
 def test_a_position_waits_for_the_edge_of_bit_4(plc, c):
@@ -184,7 +184,7 @@ def test_a_position_waits_for_the_edge_of_bit_4(plc, c):
     plc.wait(1)
     assert plc.axis.mode == c.AXIS_MODE_SPEED
     plc.control(ENABLE | NEW)
-    position = lambda: c.axis_status(plc.axis).target  # noqa: E731
+    position = lambda: c.drive_status(plc.axis).target  # noqa: E731
     assert plc.axis.mode == c.AXIS_MODE_POSITION and position() == 4000
     assert plc.status & 0x1000, "acknowledged"
     plc.ask(write(0x0004, long(-100)))
@@ -222,6 +222,6 @@ def test_what_the_console_does_is_seen(plc, c):
 def test_warning_and_limit(plc, c):
     plc.enabled()
     assert not plc.status & 0x880
-    c.axis_warn(plc.axis, c.FAULT_POLARITY)
+    c.fault_warn(plc.axis, c.FAULT_POLARITY)
     plc.axis.speed.at_limit = True
     assert plc.status & 0x880 == 0x880

@@ -16,7 +16,7 @@ class Operator:
 
     def __init__(self, c):
         self.c, self.fabric, self.axis, self.last_life = c, c.fabric(), c.axis(), c.postmortem()
-        c.axis_init(self.axis, self.fabric)
+        c.drive_init(self.axis, self.fabric)
         identify(self.fabric)
         self.axis.fabric_doubt = 0
         self.axis.state = c.AXIS_SWITCH_ON_DISABLED
@@ -84,7 +84,7 @@ def test_the_start_says_what_was_found(operator, c):
     off(operator)
     operator("save")
     slots, kept = operator.slots, operator.kept
-    assert c.axis_load(operator.axis, slots, kept).error == c.ERROR_NONE
+    assert c.drive_load(operator.axis, slots, kept).error == c.ERROR_NONE
     session = operator.console.session
     c.host_said_bytes.value = 0
     c.console_start(operator.console, session)
@@ -169,7 +169,7 @@ def test_status_of_a_hot_motor_that_was_warned_of(operator, c):
     operator.axis.thermal.factor_q15 = 8192
     operator.axis.time_wraps = 1
     for cause in (c.FAULT_VOLTAGE_LIMIT, c.FAULT_LIMIT_CYCLE):
-        c.axis_warn(operator.axis, cause)
+        c.fault_warn(operator.axis, cause)
     operator.type(b"")
     said = operator("status")
     assert said[5].endswith(" degC, current limit held to 25 %")
@@ -370,13 +370,13 @@ def test_a_fault_is_announced_once_and_the_line_stays(operator, c):
 
 def test_warnings_are_announced_once_each(operator, c):
     for cause in (c.FAULT_VOLTAGE_LIMIT, c.FAULT_LIMIT_CYCLE):
-        c.axis_warn(operator.axis, cause)
+        c.fault_warn(operator.axis, cause)
     assert operator.type(b"") == "\r\nwarning: voltage limit\r\n> \r\nwarning: limit cycle\r\n> "
-    c.axis_warn(operator.axis, c.FAULT_STALL)
+    c.fault_warn(operator.axis, c.FAULT_STALL)
     assert operator.type(b"") == "\r\nwarning: stall\r\n> "
-    c.reaction_begin(operator.axis.reactions)
+    c.fault_forget_warnings(operator.axis.reports)
     assert operator.type(b"") == ""
-    c.axis_warn(operator.axis, c.FAULT_VOLTAGE_LIMIT)
+    c.fault_warn(operator.axis, c.FAULT_VOLTAGE_LIMIT)
     assert operator.type(b"") == "\r\nwarning: voltage limit\r\n> "
 
 

@@ -202,7 +202,7 @@ def test_keys_spoil_the_line_of_a_program(program, key):
 def test_what_happens_between_answers_has_its_own_lines(program, c):
     program.axis.faults.cause = c.FAULT_OVERTEMPERATURE
     assert program.type(b"") == "fault: over-temperature; see 'fault', then 'clear'\r\n"
-    c.axis_warn(program.axis, c.FAULT_VOLTAGE_LIMIT)
+    c.fault_warn(program.axis, c.FAULT_VOLTAGE_LIMIT)
     assert program.type(b"") == "warning: voltage limit\r\n"
 
 

@@ -31,6 +31,7 @@ def watched(c):
             loop.v_d_q15 = round(per_volt * (p["resistance_mohm"] / 1000 * i_a * resistance + e * math.sin(angle)))
             loop.v_q_q15 = round(per_volt * (rad_s * p["lq_uh"] * 1e-6 * i_a + e * math.cos(angle)))
             c.field_watch_step(a)
+            c.reaction_step(a)
             if a.faults.cause:
                 assert a.faults.cause == c.FAULT_OUT_OF_STEP and not w.fabric.gate.CONTROL
                 return n

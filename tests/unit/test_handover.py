@@ -78,11 +78,11 @@ class Turning(HallMotor):
 
     def change(self, target):
         """The error, and its value; the slow loop has had its turn."""
-        outcome = self.c.axis_change_source(self.axis, target)
+        outcome = self.c.drive_change_source(self.axis, target)
         if outcome.error == 0:
             for _ in range(MOST_MS):
                 self.pass_ms()
-                if not self.c.axis_prepare(self.axis):
+                if not self.c.drive_prepare(self.axis):
                     break
                 if self.axis.request:
                     self.slow_step()
@@ -118,7 +118,7 @@ def test_each_takes_over_from_each_at_the_same_angle_and_speed(motor, source, ta
     assert abs(m.frame_off_deg) < 2.5 and loop.pll.speed_q32 == pytest.approx(m.hz / 20000 * TURN, rel=0.01)
     assert axis.start.aligned == (target == ENCODER) and (loop.angle_offset_q32 == 0) == (target != ENCODER)
     assert m.state == "OPERATION_ENABLED" and m.fault == "NONE" and m.fabric.gate.CONTROL == 1
-    assert axis.speed.target_rpm_q16 == axis.speed.ref_rpm_q16 == rpm << 16 and not any(axis.reactions.warnings)
+    assert axis.speed.target_rpm_q16 == axis.speed.ref_rpm_q16 == rpm << 16 and not any(axis.reports.warned)
 
 
 @pytest.mark.parametrize("source", SOURCES)
@@ -215,40 +215,40 @@ def test_refused_with_its_reason_and_nothing_has_changed(motor, why, source, tar
 
 def test_one_at_a_time_and_a_fault_or_off_ends_it(motor):
     m = motor(ENCODER)
-    assert m.c.axis_change_source(m.axis, OBSERVER).error == 0 and m.axis.handover.under_way
-    assert m.c.axis_change_source(m.axis, HALL).error == m.c.ERROR_BUSY
+    assert m.c.drive_change_source(m.axis, OBSERVER).error == 0 and m.axis.handover.under_way
+    assert m.c.drive_change_source(m.axis, HALL).error == m.c.ERROR_BUSY
     m.pass_ms()
-    assert m.c.axis_prepare(m.axis)
+    assert m.c.drive_prepare(m.axis)
     m.axis.state = m.c.AXIS_QUICK_STOP
-    assert not m.c.axis_prepare(m.axis) and m.axis.handover.outcome.error == m.c.ERROR_NOT_OPERATING and m.leads == ENCODER
+    assert not m.c.drive_prepare(m.axis) and m.axis.handover.outcome.error == m.c.ERROR_NOT_OPERATING and m.leads == ENCODER
 
 
 def test_without_a_slow_loop_it_gives_up(motor):
     m = motor(ENCODER)
-    assert m.c.axis_change_source(m.axis, OBSERVER).error == 0
+    assert m.c.drive_change_source(m.axis, OBSERVER).error == 0
     polls = 1
-    while m.c.axis_prepare(m.axis):
+    while m.c.drive_prepare(m.axis):
         polls += 1
     assert 10_000 < polls < 1_000_000 and m.axis.handover.outcome.error == m.c.ERROR_BUSY and m.leads == ENCODER
 
 
 def test_a_fault_between_the_request_and_the_slow_loop_leaves_the_source(motor):
     m = motor(ENCODER)
-    assert m.c.axis_change_source(m.axis, OBSERVER).error == 0
+    assert m.c.drive_change_source(m.axis, OBSERVER).error == 0
     while not m.axis.request:
         m.pass_ms()
-        assert m.c.axis_prepare(m.axis)
-    m.c.axis_raise(m.axis, m.c.FAULT_OVERVOLTAGE)
+        assert m.c.drive_prepare(m.axis)
+    m.c.fault_raise(m.axis, m.c.FAULT_OVERVOLTAGE)
     m.slow_step()
-    assert not m.c.axis_prepare(m.axis) and m.axis.handover.outcome.error == m.c.ERROR_NOT_OPERATING and m.leads == ENCODER
+    assert not m.c.drive_prepare(m.axis) and m.axis.handover.outcome.error == m.c.ERROR_NOT_OPERATING and m.leads == ENCODER
 
 
 def test_the_slow_loop_looks_at_the_margin_once_more(motor):
     m = motor(ENCODER)
-    assert m.c.axis_change_source(m.axis, OBSERVER).error == 0
+    assert m.c.drive_change_source(m.axis, OBSERVER).error == 0
     while not m.axis.request:
         m.pass_ms()
-        m.c.axis_prepare(m.axis)
+        m.c.drive_prepare(m.axis)
     m.axis.loop.pll.speed_q32 = 1000
     m.slow_step()
     assert m.axis.handover.outcome.error == m.c.ERROR_SOURCE_MARGIN and not m.axis.handover.under_way and m.leads == ENCODER
@@ -293,12 +293,12 @@ def test_an_illegal_signal_of_long_ago_costs_the_place_and_one_of_now_is_refused
     m = motor(ENCODER)
     assert m.change(OBSERVER)[0] == "NONE" and m.axis.handover.offset_known
     m.fabric.encoder.STATUS = status
-    assert m.c.axis_change_source(m.axis, ENCODER).error == m.c.ERROR_NONE and m.fabric.encoder.STATUS == 0
+    assert m.c.drive_change_source(m.axis, ENCODER).error == m.c.ERROR_NONE and m.fabric.encoder.STATUS == 0
     assert not m.axis.handover.offset_known
     m.fabric.encoder.STATUS = status
     for _ in range(MOST_MS):
         m.pass_ms()
-        if not m.c.axis_prepare(m.axis):
+        if not m.c.drive_prepare(m.axis):
             break
     assert m.axis.handover.outcome.error == m.c.ERROR_SOURCE_ENCODER and m.leads == OBSERVER and m.axis.request == 0
 
@@ -358,7 +358,7 @@ def test_what_is_known_of_the_torque_is_remembered_where_nobody_knows_it(motor, 
     m.axis.speed.integral_q29 = 3000 << 14
     m.axis.handover.target = target
     m.axis.handover.offset_q32 = m.place_q32
-    wake = m.c.axis_change_source(m.axis, target)
+    wake = m.c.drive_change_source(m.axis, target)
     assert wake.error == 0
     m.c.handover_take(m.axis)
     assert m.axis.handover.outcome.error == 0 and m.axis.speed.integral_q29 == (3000 + sign * 500) << 14

@@ -100,11 +100,12 @@ def test_a_response_of_another_axis_is_a_lost_lock_within_ten_milliseconds(c, le
     axis, inject = leading.axis, leading.axis.loop.inject
     axis.injection.straight = 400
     for share_q8, response, wanted in ((256, 410, None), (256, 390, 10), (128, 210, None), (128, 190, 10)):
-        axis.faults.cause, axis.sensorless.lost_ms, inject.share_q8 = c.FAULT_NONE, 0, share_q8
+        axis.faults.cause, axis.lock_watch.lost_ms, inject.share_q8 = c.FAULT_NONE, 0, share_q8
         lost = None
         for step in range(30):
             inject.sum_d += response * 20
-            c.injection_supervise(axis)
+            c.lock_watch_step(axis)
+            c.reaction_step(axis)
             if axis.faults.cause == c.FAULT_LOCK_LOST and lost is None:
                 lost = step + 1
         assert lost == wanted, (share_q8, response)
@@ -114,10 +115,10 @@ def test_injection_lead_changes_hands_with_nothing_counted_before(c, leading):
     """What each side counted against its lock, or for the other, is of the time before."""
     loop, counted = leading.axis.loop, leading.axis.sensorless
     loop.source, loop.inject.sum_d, loop.inject.sum_q = c.LOOP_OBSERVER, 77, 88
-    counted.calm_ms, counted.lost_ms = 7, 8
-    assert c.injection_takes_over(leading.axis) and c.injection_leads(leading.axis)
-    assert (counted.calm_ms, counted.lost_ms) == (0, 0)
+    counted.calm_ms = 7
+    assert c.injection_takes_over(leading.axis) and loop.source == c.LOOP_INJECTION
+    assert counted.calm_ms == 0
     answer = c.injection_take(loop)
     assert (answer.d, answer.q) == (0, 0), "what was summed up before does not count"
-    counted.weak_ms, counted.lost_ms, loop.pll.speed_q32 = 5, 6, speed_q32(0.9)
-    assert steps_until_observer(leading) == 20 and (counted.weak_ms, counted.lost_ms) == (0, 0)
+    counted.weak_ms, loop.pll.speed_q32 = 5, speed_q32(0.9)
+    assert steps_until_observer(leading) == 20 and counted.weak_ms == 0

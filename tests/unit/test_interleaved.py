@@ -88,7 +88,7 @@ def test_a_fault_that_interrupts_the_enabling_of_the_gates_leaves_them_off(c, pl
     for at in range(max(enabled_at - NEAR, 1), enabled_at + NEAR):
         again()
         with watching(c, control, cause):
-            came = interrupted(c, run, lambda: c.axis_raise(w.axis, c.FAULT_UNDERVOLTAGE), at)
+            came = interrupted(c, run, lambda: c.fault_raise(w.axis, c.FAULT_UNDERVOLTAGE), at)
             assert c.host_both_set.value == 0, f"both at block {at}"
         assert not came or (w.axis.faults.cause == c.FAULT_UNDERVOLTAGE and w.fabric.gate.CONTROL == 0), f"block {at}"
 
@@ -97,7 +97,7 @@ def test_a_fault_latched_before_is_respected_until_it_is_cleared(c):
     """Played in sequence: no pulse and no live gate, whoever asks."""
     for place in PLACES:
         w, run = place(c)
-        c.axis_raise(w.axis, c.FAULT_STALL)
+        c.fault_raise(w.axis, c.FAULT_STALL)
         run()
         assert w.fabric.gate.CONTROL == 0, place.__name__
         c.fault_forget(w.axis)
@@ -108,8 +108,8 @@ def test_a_fault_latched_before_is_respected_until_it_is_cleared(c):
 def test_a_fault_that_comes_while_another_is_cleared_stays_and_locks_out(c):
     w = World(c)
     for at in range(1, 40):
-        c.axis_raise(w.axis, c.FAULT_UNDERVOLTAGE)
-        came = interrupted(c, lambda: c.fault_forget(w.axis), lambda: c.axis_raise(w.axis, c.FAULT_ECC), at)
+        c.fault_raise(w.axis, c.FAULT_UNDERVOLTAGE)
+        came = interrupted(c, lambda: c.fault_forget(w.axis), lambda: c.fault_raise(w.axis, c.FAULT_ECC), at)
         assert bool(w.axis.faults.cause) == bool(w.axis.loop.locked_out), f"block {at}"
         if not came:
             break
@@ -126,7 +126,7 @@ def test_gates_are_off_before_an_overcurrent_is_analysed(c):
     for at in range(1, 400):
         w.fabric.gate.CONTROL = 1
         w.axis.faults.cause = 0
-        if not interrupted(c, lambda: c.axis_sample_fault(w.axis), lambda: gates.append(w.fabric.gate.CONTROL), at):
+        if not interrupted(c, lambda: c.drive_sample_fault(w.axis), lambda: gates.append(w.fabric.gate.CONTROL), at):
             break
     assert len(gates) > 100 and sum(gates) < 40, f"live for {sum(gates)} of {len(gates)} blocks"
 

@@ -30,7 +30,8 @@ def led(c):
         loop.v_q_q15 = round(volts / p["v_range_mv"] * 1000 * 32768)
         loop.flux.margin_q8, loop.flux.rho_q15 = round(margin * 256), round(rho * 32768)
         for n in range(ms):
-            c.sensorless_supervise(a)
+            c.lock_watch_step(a)
+            c.reaction_step(a)
             if a.faults.cause:
                 assert a.faults.cause == c.FAULT_LOCK_LOST
                 return n + 1
@@ -72,12 +73,13 @@ ENCODER, OBSERVER, HALL = range(3)  # enum param_angle
 def test_a_current_that_is_asked_along_a_doubtful_angle_is_no_open_phase(c, source, lost_ms, found):
     """While the observer contradicts itself. What is left of an older doubt has no say where something else tells the angle."""
     m = Motor(c, 1500, 4.0).step(600)
-    m.open_phase, m.axis.tuning.angle_source, m.axis.sensorless.lost_ms = 1, source, lost_ms
+    m.open_phase, m.axis.tuning.angle_source, m.axis.lock_watch.lost_ms = 1, source, lost_ms
     for _ in range(60):
         m.axis.supervision.phases.i_q_ref_q15 = m.axis.loop.i_q_ref_q15
         m.counts += m.rpm / 60000 * m.p.encoder_counts
         m.see()
-        m.c.supervise_phases(m.axis)
+        m.c.phase_watch_step(m.axis)
+        m.c.reaction_step(m.axis)
     assert m.fault == ("OPEN_PHASE" if found else "NONE")
 
 
@@ -86,9 +88,11 @@ def test_a_current_that_is_asked_along_a_doubtful_angle_is_no_open_phase(c, sour
 def test_a_speed_that_is_lost_waits_for_the_observers_verdict(c, source, lost_ms, cause):
     """Neither it nor a phase that may be open is named meanwhile: lock lost is, or the doubt goes by."""
     m = Motor(c, 1500, 4.0).step(600)
-    m.axis.tuning.angle_source, m.axis.sensorless.lost_ms = source, lost_ms
+    m.axis.tuning.angle_source, m.axis.lock_watch.lost_ms = source, lost_ms
     m.axis.supervision.phases.missing_q15[1] = m.axis.supervision.phases.least_q15 * 3
     phase = ctypes.c_int32()
-    assert c.supervise_phases_suspect(m.axis, phase) == (cause != "NONE")
-    c.supervise_lost_speed(m.axis)
+    assert c.phase_watch_suspects(m.axis, phase) == (cause != "NONE")
+    m.axis.supervision.speed.deviation_q4, m.axis.supervision.speed.far_ms = -1, 100
+    c.speed_watch_step(m.axis)
+    c.reaction_step(m.axis)
     assert m.fault == cause

@@ -38,7 +38,7 @@ def fill(line):
     axis.time_ms = 5017
     axis.params.i_rated_ma = 4004
     for cause in (c.FAULT_VOLTAGE_LIMIT, c.FAULT_STALL):
-        c.axis_warn(axis, cause)
+        c.fault_warn(axis, cause)
 
 
 @pytest.mark.parametrize("function", (3, 4))
@@ -160,7 +160,7 @@ def test_store_and_restore_are_save_and_defaults(line, c):
     assert line.ask(write(0x00C0, long(0x65766173)))[0] == 16
     assert c.slots_look(line.slots).any, "it stands in the array"
     assert line.ask(write(0x00C2, long(0x64616F6C)))[0] == 16 and line.axis.params.ramp_rpm_s == initial
-    assert c.axis_load(line.axis, line.slots, c.kept()).error == c.ERROR_NONE and line.axis.params.ramp_rpm_s == 1234
+    assert c.drive_load(line.axis, line.slots, c.kept()).error == c.ERROR_NONE and line.axis.params.ramp_rpm_s == 1234
 
 
 def test_with_the_bridge_on_neither_happens(line, c):
@@ -233,7 +233,7 @@ def test_another_source_is_refused_at_once_or_later_and_says_why(line, c):
     assert line.ask(write_one(8, 2))[0] == 6 and axis.handover.under_way and refusal(line) == 0
     assert line.registers(8, 1) == [0], "not yet"
     line.wait(2000)
-    assert not c.axis_prepare(axis)
+    assert not c.drive_prepare(axis)
     line.wait(1)
     assert refusal(line) == c.ERROR_SOURCE_SLOW and line.registers(0x2C, 2)[1] == 60 // axis.params.pole_pairs + 1
 

@@ -46,12 +46,13 @@ class Drive(World):
         return next(name for name, value in self.c.enums["axis_mode"].items() if value == self.axis.mode)[len("AXIS_MODE_"):]
 
     def request(self, name):
-        return getattr(self.c, "axis_command_" + name)(self.axis, *REQUESTS[name][1:]).error
+        return getattr(self.c, "drive_command_" + name)(self.axis, *REQUESTS[name][1:]).error
 
     def control(self):
         """One step of the mode alone, with the speed as it is."""
         self.axis.time_ms += 1
         self.c.modes_step(self.axis)
+        self.c.reaction_step(self.axis)
         return self.axis.torque.torque_q15
 
 
@@ -62,7 +63,7 @@ def test_without_an_encoder_there_is_no_position(c, mode):
     before = bytes(w.axis)
     for name in ("position", "cyclic_position", "home"):
         assert w.request(name) == c.ERROR_NEEDS_ENCODER and bytes(w.axis) == before, name
-    assert c.axis_learn_cogging(w.axis).error == c.ERROR_NEEDS_ENCODER and bytes(w.axis) == before
+    assert c.drive_learn_cogging(w.axis).error == c.ERROR_NEEDS_ENCODER and bytes(w.axis) == before
 
 
 @pytest.mark.parametrize("state, mode, request_name, fault", itertools.product(STATES, MODES, REQUESTS, (False, True)))
@@ -77,14 +78,14 @@ def test_every_request(c, state, mode, request_name, fault):
         return
     if request_name == "cyclic_position":
         assert error == c.ERROR_BEYOND_CYCLE and bytes(w.axis) == before, "10 is far from where it is"
-        c.axis_set_zero(w.axis)
+        c.drive_set_zero(w.axis)
         error = w.request(request_name)
         assert mode != "HOMING" or error == c.ERROR_BEYOND_CYCLE, "nobody sets a zero while homing looks for one"
         if mode == "HOMING":
             return
     assert error == c.ERROR_NONE and w.mode == REQUESTS[request_name][0]
     if fault:
-        c.axis_raise(w.axis, c.FAULT_STALL)
+        c.fault_raise(w.axis, c.FAULT_STALL)
         assert w.fabric.gate.CONTROL == 0 and w.step(3) == "FAULT"
         assert (w.axis.loop.i_d_ref_q15, w.axis.loop.i_q_ref_q15, w.axis.torque.torque_q15) == (0, 0, 0)
         assert w.request(request_name) == c.ERROR_NOT_OPERATING
@@ -95,7 +96,7 @@ def test_every_request(c, state, mode, request_name, fault):
 @pytest.mark.parametrize("mode, request_name", itertools.product(MODES, ("quick_stop", "switch_off")))
 def test_every_mode_is_left_by_a_stop(c, mode, request_name):
     w = Drive(c, mode)
-    assert getattr(c, "axis_" + request_name)(w.axis).error == c.ERROR_NONE
+    assert getattr(c, "drive_" + request_name)(w.axis).error == c.ERROR_NONE
     w.step()
     if request_name == "switch_off":
         assert w.state == "SWITCH_ON_DISABLED" and w.fabric.gate.CONTROL == 0
@@ -135,19 +136,19 @@ def test_no_transition_bumps(c, before, after):
 
 def test_a_set_point_is_reached_when_the_next_is_due(c):
     w = Drive(c, rpm=0)
-    c.axis_set_zero(w.axis)
-    assert c.axis_command_cyclic_position(w.axis, 100).error == c.ERROR_NONE
+    c.drive_set_zero(w.axis)
+    assert c.drive_command_cyclic_position(w.axis, 100).error == c.ERROR_NONE
     shift, seen = w.axis.tuning.profile.shift, []
     for _ in range(w.axis.params.cyclic_ms):
         w.control()
         seen.append((w.axis.motion.position.ref >> shift))
     assert seen == [10, 20, 30, 40, 50, 60, 70, 80, 90, 100]
-    assert c.axis_command_cyclic_speed(w.axis, 200).error == c.ERROR_NONE
+    assert c.drive_command_cyclic_speed(w.axis, 200).error == c.ERROR_NONE
     begun = w.axis.speed.ref_rpm_q16
     speeds = [w.control() and w.axis.speed.ref_rpm_q16 for _ in range(w.axis.params.cyclic_ms)]
     assert speeds[-1] == 200 * 65536
     assert all(abs(b - a - (speeds[-1] - begun) / len(speeds)) < 2 for a, b in zip([begun, *speeds], speeds)), "a straight line"
-    assert c.axis_command_cyclic_current(w.axis, 0).error == c.ERROR_NONE
+    assert c.drive_command_cyclic_current(w.axis, 0).error == c.ERROR_NONE
     torques = [w.control() for _ in range(w.axis.params.cyclic_ms)]
     assert torques[-1] == 0 and all(abs(b) <= abs(a) for a, b in zip(torques, torques[1:]))
 
@@ -158,36 +159,36 @@ def test_a_set_point_is_reached_when_the_next_is_due(c):
     ("cyclic_position", -2667, "BEYOND_CYCLE")])
 def test_what_is_beyond_a_limit_is_refused_and_the_limit_is_not(c, name, value, error):
     w = Drive(c, rpm=0)
-    c.axis_set_zero(w.axis)
+    c.drive_set_zero(w.axis)
     before = bytes(w.axis)
-    outcome = getattr(c, "axis_command_" + name)(w.axis, value)
+    outcome = getattr(c, "drive_command_" + name)(w.axis, value)
     assert outcome.error == getattr(c, "ERROR_" + error) and bytes(w.axis) == before
     assert error != "BEYOND_CYCLE" or outcome.value == 2666
-    assert getattr(c, "axis_command_" + name)(w.axis, value - (1 if value > 0 else -1)).error == c.ERROR_NONE
+    assert getattr(c, "drive_command_" + name)(w.axis, value - (1 if value > 0 else -1)).error == c.ERROR_NONE
 
 
 def test_a_way_goes_on_from_the_last_target(c):
     w = Drive(c, rpm=0)
     shift = w.axis.tuning.profile.shift
     here = w.axis.motion.turns.counts
-    c.axis_command_position(w.axis, 50, True)
+    c.drive_command_position(w.axis, 50, True)
     assert w.axis.motion.profile.target >> shift == here + 50, "the first one from where the shaft is"
-    c.axis_command_position(w.axis, -20, True)
+    c.drive_command_position(w.axis, -20, True)
     assert w.axis.motion.profile.target >> shift == here + 30
-    c.axis_command_position(w.axis, -20, False)
+    c.drive_command_position(w.axis, -20, False)
     assert w.axis.motion.profile.target >> shift == -20
 
 
 def test_a_zero_moves_what_refers_to_it_and_nothing_else(c):
     w = Drive(c, "POSITION", rpm=0)
-    c.axis_command_position(w.axis, 500, True)
+    c.drive_command_position(w.axis, 500, True)
     for _ in range(5):
         w.control()
     motion = w.axis.motion
     left = motion.profile.target - motion.profile.position
     error = motion.position.ref - (motion.turns.counts << w.axis.tuning.profile.shift)
     torque = w.axis.torque.torque_q15
-    assert c.axis_set_zero(w.axis).error == c.ERROR_NONE
+    assert c.drive_set_zero(w.axis).error == c.ERROR_NONE
     assert motion.turns.counts == 0 and not motion.homed and motion.profile.position == motion.position.ref
     assert motion.profile.target - motion.profile.position == left and motion.position.ref == error
     assert w.axis.torque.torque_q15 == torque
@@ -195,8 +196,8 @@ def test_a_zero_moves_what_refers_to_it_and_nothing_else(c):
 
 def test_positions_survive_off_and_on(c):
     w = Drive(c)
-    c.axis_set_zero(w.axis)
-    c.axis_switch_off(w.axis)
+    c.drive_set_zero(w.axis)
+    c.drive_switch_off(w.axis)
     for count in (5, 900, 2000, 3100, 100, 1200):
         w.fabric.encoder.LATCHED = count
         w.fabric.encoder.EDGE_TIME += 1
@@ -207,7 +208,7 @@ def test_positions_survive_off_and_on(c):
     w.axis.params.encoder_counts = 4000
     c.switch_on_at_once(w.axis)
     assert w.axis.motion.turns.counts == 5200
-    c.axis_switch_off(w.axis)
+    c.drive_switch_off(w.axis)
     w.step(3)
     w.axis.params.encoder_counts = 8000
     w.axis.speed.speed_rpm_q4 = 0
@@ -223,7 +224,7 @@ def homing(c, method, rpm=30):
     w.c.tuning_compute(w.axis.params, w.axis.tuning)
     w.axis.motion.turns.count = w.axis.speed.estimate.count = 100
     w.fabric.encoder.STATUS = 1  # an index of long ago
-    assert c.axis_command_home(w.axis, method).error == c.ERROR_NONE
+    assert c.drive_command_home(w.axis, method).error == c.ERROR_NONE
     assert w.axis.speed.target_rpm_q16 == rpm * 65536
     assert w.fabric.encoder.STATUS == 0, "which does not count"
     return w
@@ -293,7 +294,7 @@ def test_homing_takes_no_more_current_than_it_may(c):
 def test_homing_needs_a_speed_that_there_is(c, rpm):
     w = Drive(c)
     w.axis.params.home_rpm = rpm
-    assert c.axis_command_home(w.axis, c.HOMING_INDEX).error == c.ERROR_HOME_SPEED and w.mode == "SPEED"
+    assert c.drive_command_home(w.axis, c.HOMING_INDEX).error == c.ERROR_HOME_SPEED and w.mode == "SPEED"
 
 
 # ---- learning ----
@@ -322,18 +323,18 @@ def test_learning_begins_in_operation_only(c, state):
     w = Drive(c, rpm=0)
     w.put(state)
     before = bytes(w.axis)
-    error = c.axis_learn_cogging(w.axis).error
+    error = c.drive_learn_cogging(w.axis).error
     if state != "OPERATION_ENABLED":
         assert error == c.ERROR_NOT_OPERATING and bytes(w.axis) == before
     else:
         assert error == c.ERROR_NONE and w.mode == "LEARNING"
-        assert c.axis_learn_cogging(w.axis).error == c.ERROR_LEARNING
+        assert c.drive_learn_cogging(w.axis).error == c.ERROR_LEARNING
 
 
 def test_learning_turns_forth_and_back_and_ends_at_rest_with_a_map(c):
     w = Drive(c, rpm=0)
     motion = w.axis.motion
-    assert c.axis_learn_cogging(w.axis).error == c.ERROR_NONE
+    assert c.drive_learn_cogging(w.axis).error == c.ERROR_NONE
     targets = []
     for _ in range(20000):
         rpm = w.axis.speed.target_rpm_q16 >> 16 if targets else 0
@@ -342,7 +343,7 @@ def test_learning_turns_forth_and_back_and_ends_at_rest_with_a_map(c):
         w.axis.speed.estimate.travel_q15 = rpm << 15
         motion.turns.count = w.axis.speed.estimate.count = motion.turns.counts % 4000
         w.control()
-        c.axis_learn(w.axis)
+        c.drive_learn(w.axis)
         if w.mode != "LEARNING":
             break
     assert w.mode == "SPEED" and w.axis.speed.target_rpm_q16 == 0 and motion.cogging.count > 0
@@ -352,18 +353,18 @@ def test_learning_turns_forth_and_back_and_ends_at_rest_with_a_map(c):
 def test_a_learning_that_is_stopped_leaves_the_map_as_it_was(c):
     w = Drive(c, rpm=0)
     known(c, w, 123)
-    c.axis_learn_cogging(w.axis)
+    c.drive_learn_cogging(w.axis)
     w.axis.motion.learn.phase = c.COGGING_BACK
-    c.axis_command_speed(w.axis, 0)
+    c.drive_command_speed(w.axis, 0)
     w.axis.motion.learn.phase = c.COGGING_REVIEW
-    c.axis_learn(w.axis)
+    c.drive_learn(w.axis)
     assert w.axis.motion.cogging.count == 1 and w.axis.motion.cogging.harmonics[0].cos_q23 == 123 * 256
 
 
 def test_a_speed_for_learning_beyond_speed_max_is_refused(c):
     w = Drive(c)
     w.axis.params.learn_rpm, w.axis.params.speed_max_rpm = 50, 49
-    assert c.axis_learn_cogging(w.axis).error == c.ERROR_LEARN_SPEED and w.mode == "SPEED"
+    assert c.drive_learn_cogging(w.axis).error == c.ERROR_LEARN_SPEED and w.mode == "SPEED"
 
 
 @pytest.mark.parametrize("mode", ("SPEED", "CYCLIC_SPEED", "POSITION"))

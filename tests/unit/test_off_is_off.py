@@ -8,7 +8,7 @@ from unit.test_cia402 import ENABLE, NO_VOLTAGE, QUICK_STOP, RESET, SHUTDOWN, SW
 from unit.test_state_machine import LOOPS_PER_MS, World
 
 DELAY_MS, LONG_MS, ENOUGH_V, TOO_LOW = 100, 1500, 13670, 5000
-COMMANDS = {"off": "axis_switch_off", "quick stop": "axis_quick_stop", "clear": "axis_clear_fault"}
+COMMANDS = {"off": "drive_switch_off", "quick stop": "drive_quick_stop", "clear": "drive_clear_fault"}
 WORDS = {"no voltage": NO_VOLTAGE, "quick stop": QUICK_STOP, "shutdown": SHUTDOWN, "switch on": SWITCH_ON, "reset": RESET}
 
 
@@ -38,7 +38,7 @@ class Restarting(World):
 
     def trip(self):
         self.supply(TOO_LOW)
-        self.c.axis_raise(self.axis, self.c.FAULT_UNDERVOLTAGE)
+        self.c.fault_raise(self.axis, self.c.FAULT_UNDERVOLTAGE)
         self.step(3)
         assert self.state == "FAULT"
         self.energised = False
@@ -46,9 +46,9 @@ class Restarting(World):
     def thread(self, ms):
         """The thread goes round once a millisecond."""
         for _ in range(ms):
-            self.c.axis_retry(self.axis)
+            self.c.drive_retry(self.axis)
             for _ in range(40):
-                self.c.axis_prepare(self.axis)
+                self.c.drive_prepare(self.axis)
             self.step()
             self.energised = self.energised or is_on(self.c, self.axis)
             assert not (self.axis.faults.cause and self.fabric.gate.CONTROL), "a latched fault and live gates"
@@ -81,7 +81,7 @@ def test_a_command_ends_the_restart_wherever_it_is(c, tripped, command, at_ms):
     tripped.thread(LONG_MS)
     assert not tripped.energised and tripped.fabric.gate.CONTROL == 0, tripped.state
     if tripped.state == "FAULT":
-        c.axis_clear_fault(tripped.axis)
+        c.drive_clear_fault(tripped.axis)
     tripped.step()
     assert c.switch_on_at_once(tripped.axis).error == c.ERROR_NONE, "a new wish is obeyed"
     assert tripped.thread(3) == "SWITCHED_ON"
@@ -89,9 +89,9 @@ def test_a_command_ends_the_restart_wherever_it_is(c, tripped, command, at_ms):
 
 def test_off_gives_no_spent_restart_back(c, tripped):
     tripped.supply(ENOUGH_V, DELAY_MS + 20)
-    assert tripped.axis.reactions.retries == 1
-    c.axis_switch_off(tripped.axis)
-    assert tripped.axis.reactions.retries == 1
+    assert tripped.axis.retry.count == 1
+    c.drive_switch_off(tripped.axis)
+    assert tripped.axis.retry.count == 1
     tripped.step(2)
     assert c.switch_on_at_once(tripped.axis).error == c.ERROR_NONE
     tripped.thread(3)
@@ -100,12 +100,12 @@ def test_off_gives_no_spent_restart_back(c, tripped):
     assert not tripped.energised
 
 
-@pytest.mark.parametrize("begin", ("axis_identify", "axis_learn_hall"))
+@pytest.mark.parametrize("begin", ("drive_identify", "drive_learn_hall"))
 def test_what_measures_is_not_tried_again(c, begin):
     w = Restarting(c)
-    c.axis_switch_off(w.axis)
+    c.drive_switch_off(w.axis)
     w.step(2)
-    w.axis.params.angle_source = 2 if begin == "axis_learn_hall" else 0
+    w.axis.params.angle_source = 2 if begin == "drive_learn_hall" else 0
     assert getattr(c, begin)(w.axis).error == c.ERROR_NONE
     w.step(2)
     w.trip()
@@ -116,11 +116,11 @@ def test_what_measures_is_not_tried_again(c, begin):
 def test_a_refused_on_is_no_wish(c):
     """It is answered with its reason; a fault later on, while off, must not end in operation."""
     w = Restarting(c)
-    c.axis_switch_off(w.axis)
+    c.drive_switch_off(w.axis)
     w.step(2)
-    assert c.axis_switch_on(w.axis).error == c.ERROR_NONE
+    assert c.drive_switch_on(w.axis).error == c.ERROR_NONE
     w.axis.loop.vbus_q15 = TOO_LOW
-    while c.axis_prepare(w.axis):
+    while c.drive_prepare(w.axis):
         pass
     assert w.axis.switching.outcome.error == c.ERROR_BUS_LOW
     w.trip()
@@ -151,18 +151,18 @@ class Commanded(Controller):
         self.fabric.adc.VBUS, self.energised = ENOUGH_V, False
         self.axis.params.retry_count, self.axis.params.retry_delay_ms = 1, DELAY_MS
         self.enabled()
-        assert self.axis.reactions.wanted
-        c.axis_raise(self.axis, c.FAULT_UNDERVOLTAGE)
+        assert self.axis.retry.wanted
+        c.fault_raise(self.axis, c.FAULT_UNDERVOLTAGE)
         self.live(3)
 
     def live(self, ms):
         for _ in range(ms):
-            self.c.axis_retry(self.axis)
+            self.c.drive_retry(self.axis)
             for _ in range(40):
-                self.c.axis_prepare(self.axis)
+                self.c.drive_prepare(self.axis)
             self.fabric.adc.SEQUENCE += LOOPS_PER_MS
             self.fabric.gate.STATUS = self.fabric.gate.CONTROL & 1
-            self.c.axis_step(self.axis)
+            self.c.drive_step(self.axis)
             self.c.cia402_poll(self.modbus.drive.cia402, self.axis)
             self.energised = self.energised or is_on(self.c, self.axis)
 

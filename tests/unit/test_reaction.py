@@ -23,7 +23,7 @@ def world(c):
 
 
 def choose(w, cause, choice):
-    return w.c.axis_choose_reaction(w.axis, w.c.enums["fault"]["FAULT_" + cause], CHOICES.index(choice))
+    return w.c.drive_choose_reaction(w.axis, w.c.enums["fault"]["FAULT_" + cause], CHOICES.index(choice))
 
 
 def cause(w):
@@ -32,7 +32,8 @@ def cause(w):
 
 
 def report(w, name):
-    w.c.axis_report(w.axis, w.c.enums["fault"]["FAULT_" + name], 7, 8)
+    w.c.fault_report(w.axis, w.c.enums["fault"]["FAULT_" + name], 7, 8)
+    w.c.reaction_step(w.axis)
 
 
 @pytest.mark.parametrize("name", OFF_ONLY)
@@ -54,12 +55,12 @@ def test_a_warning_is_remembered_until_the_next_on_and_changes_nothing(world, c)
     w = world(SPEED_DEVIATION="WARN")
     report(w, "SPEED_DEVIATION")
     assert w.step(2) == "OPERATION_ENABLED" and cause(w) == "NONE" and w.fabric.gate.CONTROL == 1
-    assert c.reaction_warned(w.axis.reactions, c.FAULT_SPEED_DEVIATION)
-    assert not c.reaction_warned(w.axis.reactions, c.FAULT_STALL)
+    assert c.fault_warned(w.axis.reports, c.FAULT_SPEED_DEVIATION)
+    assert not c.fault_warned(w.axis.reports, c.FAULT_STALL)
     w.put("SWITCH_ON_DISABLED")
     assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     w.step()
-    assert not c.reaction_warned(w.axis.reactions, c.FAULT_SPEED_DEVIATION)
+    assert not c.fault_warned(w.axis.reports, c.FAULT_SPEED_DEVIATION)
 
 
 def test_a_stop_is_a_quick_stop_with_the_fault_latched_then_off(world, c):
@@ -80,7 +81,7 @@ def test_what_comes_during_a_stop_switches_off_and_the_first_cause_stays(world, 
     w.axis.speed.ref_rpm_q16 = 1000 * 65536
     report(w, "OVERTEMPERATURE")
     assert w.step() == "QUICK_STOP"
-    c.axis_raise(w.axis, c.FAULT_OVERCURRENT)
+    c.fault_raise(w.axis, c.FAULT_OVERCURRENT)
     assert w.fabric.gate.CONTROL == 0
     assert w.step(3) == "FAULT" and cause(w) == "OVERTEMPERATURE"
 
@@ -95,7 +96,7 @@ def retrying(world, name, **params):
     w = world()
     for key, value in params.items():
         setattr(w.axis.params, key, value)
-    w.c.axis_raise(w.axis, w.c.enums["fault"]["FAULT_" + name])
+    w.c.fault_raise(w.axis, w.c.enums["fault"]["FAULT_" + name])
     w.step(3)
     assert w.state == "FAULT"
     return w
@@ -103,8 +104,8 @@ def retrying(world, name, **params):
 
 def wait(w, ms):
     for _ in range(ms):
-        w.c.axis_retry(w.axis)
-        while w.c.axis_prepare(w.axis):
+        w.c.drive_retry(w.axis)
+        while w.c.drive_prepare(w.axis):
             pass
         w.step()
     return w.state
@@ -113,12 +114,12 @@ def wait(w, ms):
 def test_it_tries_again_as_often_as_it_may(world, c):
     w = retrying(world, "UNDERVOLTAGE", retry_count=2, retry_delay_ms=100)
     assert wait(w, 90) == "FAULT"
-    assert wait(w, 20) == "SWITCHED_ON" and w.axis.reactions.retries == 1
+    assert wait(w, 20) == "SWITCHED_ON" and w.axis.retry.count == 1
     for left in (True, False):
-        c.axis_raise(w.axis, c.FAULT_UNDERVOLTAGE)
+        c.fault_raise(w.axis, c.FAULT_UNDERVOLTAGE)
         w.step(3)
         assert (wait(w, 120) != "FAULT") == left
-    assert c.axis_clear_fault(w.axis).error == c.ERROR_NONE and w.axis.reactions.retries == 0, "a person has seen it"
+    assert c.drive_clear_fault(w.axis).error == c.ERROR_NONE and w.axis.retry.count == 0, "a person has seen it"
 
 
 def test_it_waits_for_the_cause_to_go(world, c):
@@ -152,7 +153,7 @@ def test_off_ends_the_waiting(world, c):
     w = retrying(world, "UNDERVOLTAGE", retry_count=1, retry_delay_ms=100)
     w.fabric.adc.VBUS = 5000
     wait(w, 200)
-    c.axis_switch_off(w.axis)
+    c.drive_switch_off(w.axis)
     w.step()
     w.fabric.adc.VBUS = 13670
     assert wait(w, 50) == "SWITCH_ON_DISABLED"
@@ -166,17 +167,17 @@ def test_what_does_not_pass_by_itself_is_not_tried_again(world, name):
 
 def test_good_operation_gives_the_retries_back(world, c):
     w = world()
-    w.axis.reactions.retries = 3
-    c.axis_retry(w.axis)
+    w.axis.retry.count = 3
+    c.drive_retry(w.axis)
     w.axis.state = c.AXIS_SWITCHED_ON
-    c.axis_retry(w.axis)
+    c.drive_retry(w.axis)
     w.axis.state = c.AXIS_OPERATION_ENABLED
     w.axis.time_ms += 9_999
-    c.axis_retry(w.axis)
-    assert w.axis.reactions.retries == 3
+    c.drive_retry(w.axis)
+    assert w.axis.retry.count == 3
     w.axis.time_ms += 1
-    c.axis_retry(w.axis)
-    assert w.axis.reactions.retries == 0
+    c.drive_retry(w.axis)
+    assert w.axis.retry.count == 0
 
 
 def test_too_hot_is_refused(world, c):
@@ -192,10 +193,10 @@ def test_a_rotor_that_was_lost_goes_on_to_its_speed(world, c, source, by_hand, r
     w.axis.params.angle_source = w.axis.tuning.angle_source = source
     w.axis.params.retry_count, w.axis.params.retry_delay_ms = 1, 10
     w.axis.speed.target_rpm_q16 = 1500 << 16
-    c.axis_raise(w.axis, c.FAULT_LOCK_LOST)
+    c.fault_raise(w.axis, c.FAULT_LOCK_LOST)
     w.step(3)
     assert wait(w, 20) == "SWITCHED_ON"
     if by_hand:
-        assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
-    assert c.reaction_take_target(w.axis.reactions) == (1500 << 16 if resumes else 0)
-    assert c.reaction_take_target(w.axis.reactions) == 0
+        assert c.drive_switch_off(w.axis).error == c.ERROR_NONE and w.step(2) == "SWITCH_ON_DISABLED"
+        assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
+    assert w.axis.retry.start_rpm_q16 == (1500 << 16 if resumes else 0) and not w.axis.retry.resumes

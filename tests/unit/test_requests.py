@@ -6,14 +6,14 @@ import pytest
 
 from unit.conftest import identify
 
-REQUESTS = {"on": ("switch_on_at_once",), "quickstop": ("axis_quick_stop",), "clear": ("axis_clear_fault",),
-            "speed": ("axis_command_speed", 100), "torque": ("axis_command_current", 100)}
+REQUESTS = {"on": ("switch_on_at_once",), "quickstop": ("drive_quick_stop",), "clear": ("drive_clear_fault",),
+            "speed": ("drive_command_speed", 100), "torque": ("drive_command_current", 100)}
 
 
 @pytest.fixture
 def axis(c):
     fabric, axis = c.fabric(), c.axis()
-    c.axis_init(axis, fabric)
+    c.drive_init(axis, fabric)
     identify(fabric)
     axis.fabric_doubt = 0
     axis.state = c.AXIS_OPERATION_ENABLED
@@ -38,20 +38,20 @@ def test_with_a_dead_slow_loop_a_second_request_is_refused_and_the_first_stays(c
 
 def test_with_a_dead_slow_loop_off_shuts_the_gates_by_itself(c, axis):
     axis.request = c.AXIS_REQUEST_QUICK_STOP
-    assert c.axis_switch_off(axis).error == c.ERROR_NONE
+    assert c.drive_switch_off(axis).error == c.ERROR_NONE
     assert axis.fabric.contents.gate.CONTROL == 0 and axis.request == c.AXIS_REQUEST_OFF
 
 
 def test_off_leaves_the_gates_to_a_slow_loop_that_lives(c, axis):
-    assert c.axis_switch_off(axis).error == c.ERROR_NONE
+    assert c.drive_switch_off(axis).error == c.ERROR_NONE
     assert axis.fabric.contents.gate.CONTROL == 1 and axis.request == c.AXIS_REQUEST_OFF
 
 
 def test_parameters_cannot_change_while_a_request_is_under_way(c, axis):
     axis.state = c.AXIS_SWITCH_ON_DISABLED
-    assert c.axis_is_off(axis)
+    assert c.drive_is_off(axis)
     axis.request = c.AXIS_REQUEST_ON
-    assert not c.axis_is_off(axis)
+    assert not c.drive_is_off(axis)
 
 
 @pytest.mark.parametrize("name", ["quickstop", "speed", "torque"])
@@ -110,15 +110,15 @@ def test_a_fabric_in_doubt_is_left_as_it_is(c, cause):
     ctypes.memset(ctypes.byref(fabric), 0xA5, ctypes.sizeof(fabric))
     before = bytes(fabric)
     fault = c.enums["fault"]["FAULT_" + cause]
-    c.axis_init(axis, fabric)
-    c.axis_start(axis, fault)
+    c.drive_init(axis, fabric)
+    c.drive_start(axis, fault)
     for _ in range(20):
-        c.axis_step(axis)
+        c.drive_step(axis)
     for name in REQUESTS:
         assert call(c, axis, name) != c.ERROR_NONE
-        c.axis_step(axis)
-    assert c.axis_switch_off(axis).error == c.ERROR_NONE
-    c.axis_raise(axis, c.FAULT_STALL)
+        c.drive_step(axis)
+    assert c.drive_switch_off(axis).error == c.ERROR_NONE
+    c.fault_raise(axis, c.FAULT_STALL)
     assert call(c, axis, "clear") == c.ERROR_FABRIC_DOUBTED
     assert bytes(fabric) == before
     assert axis.state == c.AXIS_FAULT and axis.faults.cause == fault and axis.time_ms == 20 + len(REQUESTS)
@@ -127,7 +127,7 @@ def test_a_fabric_in_doubt_is_left_as_it_is(c, cause):
 def test_the_clock_does_not_wrap(c, axis):
     axis.time_ms = 2**32 - 2
     for up_ms in (2**32 - 1, 2**32, 2**32 + 1):
-        c.axis_step(axis)
+        c.drive_step(axis)
         assert c.axis_up_ms(axis) == up_ms
 
 
@@ -138,5 +138,5 @@ def test_identify_with_ratings_that_do_not_go_together_is_no_request(c, axis):
     axis.fabric.contents.adc.VBUS = axis.params.v_max_mv * 32768 // axis.params.v_range_mv - 100
     axis.params.v_min_mv = axis.params.v_max_mv
     tuning = bytes(axis.tuning)
-    assert c.axis_identify(axis).error == c.ERROR_V_LIMITS
+    assert c.drive_identify(axis).error == c.ERROR_V_LIMITS
     assert axis.request == c.AXIS_REQUEST_NONE and bytes(axis.tuning) == tuning

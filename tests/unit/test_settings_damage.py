@@ -167,7 +167,7 @@ def test_the_array_is_asked_and_not_what_was_sent(drive, c):
     elsewhere, slots, report = (ctypes.c_uint8 * (2 * SLOT_BYTES))(), c.host_slots(), c.saved()
     drive.save()
     slots.memory = ctypes.cast(elsewhere, type(slots.memory))
-    assert drive.name(c.axis_save(drive.axis, slots, report).error) == "ENVM_VERIFY"
+    assert drive.name(c.drive_save(drive.axis, slots, report).error) == "ENVM_VERIFY"
 
 
 def test_without_wait_states_nothing_would_be_right(drive):

@@ -27,7 +27,7 @@ def test_nothing_while_the_bridge_may_be_on(state, drive, c):
     drive.bench.commands = drive.bench.lit = 0
     assert drive.save() == "SAVE_WHILE_ON"
     assert drive.load() == "DRIVE_IS_ON" and drive.kept.state == c.KEPT_NONE
-    assert drive.name(c.axis_defaults(drive.axis).error) == "DRIVE_IS_ON"
+    assert drive.name(c.drive_defaults(drive.axis).error) == "DRIVE_IS_ON"
     assert drive.params() == before and drive.bench.commands == drive.bench.lit == 0
 
 
@@ -55,7 +55,7 @@ def test_not_where_the_slow_loop_is_dead(drive, c):
     assert drive.save() == "NONE"  # and the bench's clock has an axis that goes on
     before, other, report = drive.bench.commands, c.axis(), c.saved()
     drive.bench.axis = ctypes.pointer(other)  # now it is another one
-    assert drive.name(c.axis_save(drive.axis, drive.slots, report).error) == "BUSY"
+    assert drive.name(c.drive_save(drive.axis, drive.slots, report).error) == "BUSY"
     assert drive.bench.commands == before
 
 
@@ -68,7 +68,7 @@ def test_the_slow_loop_does_not_take_it_for_a_dead_current_loop(drive, c):
     assert drive.save() == "NONE"
     assert axis.time_ms - axis.paced_ms <= 2
     drive.fabric.adc.SEQUENCE = 1400
-    c.axis_step(axis)
+    c.drive_step(axis)
     assert axis.faults.cause == c.FAULT_NONE
 
 
@@ -77,7 +77,7 @@ def test_defaults(drive, c):
     drive.set(**NEW)
     drive.axis.reactions.choice[c.FAULT_HOMING] = c.REACTION_OFF
     assert drive.save() == "NONE"
-    assert drive.name(c.axis_defaults(drive.axis).error) == "NONE"
+    assert drive.name(c.drive_defaults(drive.axis).error) == "NONE"
     assert (drive.params(), drive.choices()) == initial
     assert drive.load() == "NONE" and drive.axis.params.learn_rpm == NEW["learn_rpm"]
 
@@ -94,10 +94,10 @@ def test_the_index_and_the_cogging_are_back_wherever_the_counter_begins(drive, c
     assert drive.restart() == "NONE"
     start = drive.axis.start
     assert start.index_known and start.index_offset_q32 == 0x89ABCDEF and not start.aligned
-    c.axis_remember(drive.axis)
+    c.drive_remember(drive.axis)
     assert drive.axis.motion.cogging.count == 0, "the index has not been seen yet"
     drive.fabric.encoder.STATUS, drive.fabric.encoder.INDEX = SEEN, 3210
-    c.axis_remember(drive.axis)
+    c.drive_remember(drive.axis)
     assert drive.axis.motion.cogging.count == 2 and not drive.axis.keeping.waits
     for place, torque_q15 in before.items():
         assert abs(torque(drive, (3210 + place) % COUNTS) - torque_q15) <= 1

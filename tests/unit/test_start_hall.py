@@ -31,7 +31,7 @@ def switched_on(c, states=(1,), wired=True, learns=False):
     if not learns:
         assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     else:
-        assert c.axis_learn_hall(w.axis).error == c.ERROR_NONE
+        assert c.drive_learn_hall(w.axis).error == c.ERROR_NONE
     w.axis.start.wired = wired
     assert w.step() == "SWITCHED_ON"
     for state in states:
@@ -63,7 +63,7 @@ def test_only_the_first_on_looks_at_the_wiring(c):
     c.start_hall_wired(w.axis)
     assert w.axis.start.wired and leads(w) and w.step() == "OPERATION_ENABLED"
     w.axis.params.angle_source = 0
-    assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step() == "SWITCH_ON_DISABLED"
+    assert c.drive_switch_off(w.axis).error == c.ERROR_NONE and w.step() == "SWITCH_ON_DISABLED"
     assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     assert not w.axis.start.wired, "another source: begins anew"
 
@@ -147,7 +147,7 @@ def test_the_rotor_is_known_and_nothing_of_an_observer_meddles(running):
     w = running
     w.axis.loop.flux.margin_q8, w.axis.loop.flux.rho_q15 = 0, 32767
     w.step(50)
-    assert leads(w) and cause(w) == "NONE" and w.axis.sensorless.weak_ms == w.axis.sensorless.lost_ms == 0
+    assert leads(w) and cause(w) == "NONE" and w.axis.sensorless.weak_ms == w.axis.lock_watch.lost_ms == 0
 
 
 @pytest.mark.parametrize("clocks, told", ((400, 100), (400000, 100000), (3200000, 800000), (3200004, 800000), (2**28, 800000)))
@@ -164,7 +164,9 @@ def test_a_speed_is_not_lost_while_the_next_edges_may_say_why_one_is_missing(c, 
     """From one and a quarter of the time between two edges until four of them."""
     w = running
     w.axis.hall.speed.sector_clocks, w.axis.hall.speed.age_clocks = 10, age
-    c.supervise_lost_speed(w.axis)
+    w.axis.supervision.speed.deviation_q4, w.axis.supervision.speed.far_ms = -1, 100
+    c.speed_watch_step(w.axis)
+    c.reaction_step(w.axis)
     assert cause(w) == ("NONE" if overdue else "SPEED_DEVIATION")
 
 
@@ -172,11 +174,11 @@ def test_a_rotor_that_turns_may_be_switched_on(c):
     for source, error in ((2, c.ERROR_NONE), (0, c.ERROR_TURNING)):
         w = World(c)
         w.axis.loop.vbus_q15, w.axis.tuning.angle_source, w.axis.speed.speed_rpm_q4 = 13670, source, 200 * 16
-        assert c.request_measured_forbids_on(w.axis, w.axis.tuning).error == error
+        assert c.drive_measured_forbids_on(w.axis, w.axis.tuning).error == error
 
 
 def test_positions_take_an_encoder(c, running):
-    assert c.axis_command_position(running.axis, 100, False).error == c.ERROR_NEEDS_ENCODER
+    assert c.drive_command_position(running.axis, 100, False).error == c.ERROR_NEEDS_ENCODER
 
 
 # ---- learning ----
@@ -217,21 +219,21 @@ def test_what_it_finds_becomes_parameters_and_then_it_is_off(c):
 def test_learning_is_for_hall_switches_and_a_drive_that_is_off(c):
     w = World(c)
     w.axis.loop.vbus_q15 = 13670
-    assert c.axis_learn_hall(w.axis).error == c.ERROR_NEEDS_HALL
+    assert c.drive_learn_hall(w.axis).error == c.ERROR_NEEDS_HALL
     w.axis.params.angle_source = 2
     w.put("OPERATION_ENABLED")
-    assert c.axis_learn_hall(w.axis).error == c.ERROR_ALREADY_ON
+    assert c.drive_learn_hall(w.axis).error == c.ERROR_ALREADY_ON
     w.put("FAULT")
-    assert c.axis_learn_hall(w.axis).error == c.ERROR_FAULT_LATCHED
+    assert c.drive_learn_hall(w.axis).error == c.ERROR_FAULT_LATCHED
     w = World(c)
     w.axis.params.angle_source, w.axis.loop.vbus_q15 = 2, 0
-    assert c.axis_learn_hall(w.axis).error == c.ERROR_BUS_LOW and w.axis.request == c.AXIS_REQUEST_NONE
+    assert c.drive_learn_hall(w.axis).error == c.ERROR_BUS_LOW and w.axis.request == c.AXIS_REQUEST_NONE
     w.axis.loop.vbus_q15, w.axis.params.hall_states = 13670, 123456
-    assert c.axis_learn_hall(w.axis).error == c.ERROR_HALL_STATES
+    assert c.drive_learn_hall(w.axis).error == c.ERROR_HALL_STATES
 
 
 def test_an_on_after_it_is_an_on(c):
     w = switched_on(c, wired=False, learns=True)
-    assert c.axis_switch_off(w.axis).error == c.ERROR_NONE and w.step() == "SWITCH_ON_DISABLED"
+    assert c.drive_switch_off(w.axis).error == c.ERROR_NONE and w.step() == "SWITCH_ON_DISABLED"
     assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     assert w.step() == "SWITCHED_ON" and not w.axis.start.learns

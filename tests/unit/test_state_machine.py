@@ -14,7 +14,7 @@ class World:
     """A fabric that works: conversions come, the gate goes live when it is enabled, the encoder stands."""
     def __init__(self, c):
         self.c, self.fabric, self.axis = c, c.fabric(), c.axis()
-        c.axis_init(self.axis, self.fabric)
+        c.drive_init(self.axis, self.fabric)
         identify(self.fabric)
         self.axis.fabric_doubt = 0
         self.fabric.adc.VBUS = 13670  # 24 V of 57.5 V
@@ -26,7 +26,7 @@ class World:
         for _ in range(count):
             self.fabric.adc.SEQUENCE += LOOPS_PER_MS
             self.fabric.gate.STATUS = self.fabric.gate.CONTROL & 1
-            self.c.axis_step(self.axis)
+            self.c.drive_step(self.axis)
         return self.state
 
     @property
@@ -38,7 +38,7 @@ class World:
         self.axis.state = self.c.enums["axis_state"]["AXIS_" + state]
         live = state in ("SWITCHED_ON", "OPERATION_ENABLED", "QUICK_STOP")
         self.fabric.gate.CONTROL = int(live)
-        self.axis.reactions.wanted = live
+        self.axis.retry.wanted = live
         if state in ("FAULT", "FAULT_REACTION"):
             self.axis.faults.cause = self.c.FAULT_STALL
         return self
@@ -66,7 +66,7 @@ REQUESTS = ("switch_on", "switch_off", "quick_stop", "clear_fault")
 def test_requests(world, c, state, request_name):
     """Accepted exactly where the state allows it; refused, nothing has changed."""
     w = world(state)
-    outcome = getattr(c, "axis_" + request_name)(w.axis)
+    outcome = getattr(c, "drive_" + request_name)(w.axis)
     bridge_on = ("READY", "SWITCHED_ON", "OPERATION_ENABLED", "QUICK_STOP")
     allowed = {"switch_on": ("SWITCH_ON_DISABLED",), "switch_off": STATES, "quick_stop": bridge_on,
                "clear_fault": ("FAULT",)}[request_name]
@@ -90,9 +90,9 @@ def test_every_fault_in_every_state_ends_off_and_keeps_the_first_cause(world, c,
             continue
         w = world(state)
         first = w.axis.faults.cause or cause
-        c.axis_raise(w.axis, cause)
+        c.fault_raise(w.axis, cause)
         assert w.fabric.gate.CONTROL == 0, f"{name} in {state} leaves the gates on"
-        c.axis_raise(w.axis, c.FAULT_STALL)
+        c.fault_raise(w.axis, c.FAULT_STALL)
         assert w.axis.faults.cause == first, f"{name} in {state} does not stay the first cause"
         w.step(3)
         assert w.state == "FAULT" and w.fabric.gate.CONTROL == 0, f"{name} in {state}"
@@ -104,13 +104,13 @@ def test_every_fault_in_every_state_ends_off_and_keeps_the_first_cause(world, c,
 def test_the_bridge_goes_off_before_a_fault_is_left(world, c):
     """Fault reaction lasts as long as the gates are live."""
     w = world("OPERATION_ENABLED")
-    c.axis_raise(w.axis, c.FAULT_STALL)
+    c.fault_raise(w.axis, c.FAULT_STALL)
     w.fabric.adc.SEQUENCE += LOOPS_PER_MS
     w.fabric.gate.STATUS = 1
-    c.axis_step(w.axis)
+    c.drive_step(w.axis)
     assert w.state == "FAULT_REACTION"
     w.fabric.adc.SEQUENCE += LOOPS_PER_MS
-    c.axis_step(w.axis)
+    c.drive_step(w.axis)
     assert w.state == "FAULT_REACTION", "the gates are still live"
     assert w.step() == "FAULT"
 
@@ -138,7 +138,7 @@ def test_latches_that_nobody_has_seen_are_seen_by_the_slow_loop(world, c):
         w = world("SWITCH_ON_DISABLED")
         w.fabric.adc.SEQUENCE += LOOPS_PER_MS
         w.fabric.gate.STATUS = 1 << bit
-        c.axis_step(w.axis)
+        c.drive_step(w.axis)
         assert w.axis.faults.cause == c.enums["fault"]["FAULT_" + cause]
 
 
@@ -148,7 +148,7 @@ def test_gates_that_go_off_without_a_latch_are_a_fault_while_the_loop_is_on(worl
     w.axis.loop.status_max = 1 if on else 0xFFFFFFFF
     w.fabric.adc.SEQUENCE += LOOPS_PER_MS
     w.fabric.gate.STATUS = 0
-    c.axis_step(w.axis)
+    c.drive_step(w.axis)
     assert w.axis.faults.cause == (c.FAULT_GATES_OFF if on else c.FAULT_NONE)
 
 
@@ -174,5 +174,5 @@ def test_the_cause_behind_a_sample(world, c, gate, adc, cause):
     """What hardware latched comes before what is concluded from the same sample."""
     w = world("OPERATION_ENABLED")
     w.fabric.gate.STATUS, w.fabric.adc.STATUS = gate, adc
-    c.axis_sample_fault(w.axis)
+    c.drive_sample_fault(w.axis)
     assert w.axis.faults.cause == c.enums["fault"]["FAULT_" + cause]

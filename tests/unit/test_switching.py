@@ -17,22 +17,22 @@ def plc(c):
     plc.prepares = False
     assert plc.control(ENABLE) == SWITCHED_ON
     for _ in range(5):
-        assert c.axis_prepare(plc.axis)
+        assert c.drive_prepare(plc.axis)
     return plc
 
 
 def parts(plc):
     count = 1
-    while plc.c.axis_prepare(plc.axis):
+    while plc.c.drive_prepare(plc.axis):
         count += 1
     return count
 
 
 def test_nothing_is_asked_of_the_axis_before_the_last_part(plc, c):
-    assert plc.axis.request == c.AXIS_REQUEST_NONE and not c.axis_is_off(plc.axis) and plc.state == SWITCHED_ON
+    assert plc.axis.request == c.AXIS_REQUEST_NONE and not c.drive_is_off(plc.axis) and plc.state == SWITCHED_ON
     assert parts(plc) > 50
     assert plc.axis.request == c.AXIS_REQUEST_ON and plc.axis.switching.outcome.error == c.ERROR_NONE
-    assert not c.axis_prepare(plc.axis), "once"
+    assert not c.drive_prepare(plc.axis), "once"
 
 
 def test_the_tables_are_those_of_a_build_at_once(plc, c):
@@ -46,17 +46,17 @@ def test_the_tables_are_those_of_a_build_at_once(plc, c):
 
 def test_a_bus_that_reads_in_between_is_answered(plc):
     for _ in range(20):
-        assert plc.ask(read(0x10, 8))[0] == 3 and plc.c.axis_prepare(plc.axis)
+        assert plc.ask(read(0x10, 8))[0] == 3 and plc.c.drive_prepare(plc.axis)
 
 
 def test_parameters_stay_as_they_are(plc, c):
     before = bytes(plc.axis.params)
     assert plc.ask(write(SPEED_MAX, long(3)))[:2] == bytes([0x90, 4])
-    assert c.axis_defaults(plc.axis).error == c.ERROR_DRIVE_IS_ON
+    assert c.drive_defaults(plc.axis).error == c.ERROR_DRIVE_IS_ON
     assert bytes(plc.axis.params) == before
 
 
-@pytest.mark.parametrize("request_", ("axis_switch_on", "axis_identify"))
+@pytest.mark.parametrize("request_", ("drive_switch_on", "drive_identify"))
 def test_a_second_start_is_refused(plc, c, request_):
     builder = bytes(plc.axis.switching.builder)
     assert getattr(c, request_)(plc.axis).error == c.ERROR_ALREADY_ON
@@ -65,13 +65,13 @@ def test_a_second_start_is_refused(plc, c, request_):
 
 def test_what_switches_off_ends_it(plc, c):
     assert plc.control(NO_VOLTAGE) == DISABLED
-    assert plc.axis.request == c.AXIS_REQUEST_OFF and not c.axis_prepare(plc.axis)
+    assert plc.axis.request == c.AXIS_REQUEST_OFF and not c.drive_prepare(plc.axis)
     assert plc.axis.switching.outcome.error == c.ERROR_SWITCHED_OFF and plc.axis.request == c.AXIS_REQUEST_OFF
 
 
 def test_a_fault_ends_it(plc, c):
-    c.axis_raise(plc.axis, c.FAULT_STALL)
-    assert not c.axis_prepare(plc.axis)
+    c.fault_raise(plc.axis, c.FAULT_STALL)
+    assert not c.drive_prepare(plc.axis)
     assert plc.axis.request == c.AXIS_REQUEST_NONE and plc.axis.switching.outcome.error == c.ERROR_FAULT_LATCHED
 
 
@@ -83,14 +83,14 @@ def test_a_bus_that_has_sunk_meanwhile_is_found_at_the_end_and_told(plc, c):
 
 
 def test_a_retry_that_was_refused_at_the_end_is_made_again(c, plc):
-    plc.axis.reactions.switching_on = plc.axis.reactions.wanted = True
+    plc.axis.retry.due = plc.axis.retry.wanted = True
     plc.axis.loop.vbus_q15 = plc.axis.tuning.v_min_q15 - 1
     parts(plc)
     plc.axis.loop.vbus_q15 += 100
     for _ in range(2):
-        c.axis_retry(plc.axis)
+        c.drive_retry(plc.axis)
         assert parts(plc) > 50 or plc.axis.request
-    assert plc.axis.request == c.AXIS_REQUEST_ON and not plc.axis.reactions.switching_on
+    assert plc.axis.request == c.AXIS_REQUEST_ON and not plc.axis.retry.due
 
 
 def test_switching_that_has_ended_keeps_its_outcome(plc, c):
@@ -98,6 +98,6 @@ def test_switching_that_has_ended_keeps_its_outcome(plc, c):
     parts(plc)
     for error in (c.ERROR_NONE, c.ERROR_BUS_LOW):
         plc.axis.switching.outcome.error, plc.axis.switching.outcome.value = error, 7
-        assert c.axis_switch_off(plc.axis).error == c.ERROR_NONE
+        assert c.drive_switch_off(plc.axis).error == c.ERROR_NONE
         outcome = plc.axis.switching.outcome
         assert (outcome.error, outcome.value, plc.axis.switching.under_way) == (error, 7, False)

@@ -386,7 +386,7 @@ def test_a_sample_with_a_fault_is_the_axis(device, system):
 def test_each_handler_in_c_runs_its_loop(device, system, handler, frame):
     """The field of the forced ones goes on by its speed; the status is looked at by all."""
     axis = system.axes[0]
-    system.axis_init(axis, device.fabric)
+    system.drive_init(axis, device.fabric)
     axis.fabric_doubt = 0
     system.current_loop_field(axis.loop, 1000, 77)
     getattr(system, "handlers_" + handler)()

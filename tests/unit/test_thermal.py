@@ -8,7 +8,7 @@ SHARE, TAU_W, TAU_H, T_MAX, AMBIENT, ZERO = 0.4, 60, 1200, 130, 40, 235
 
 
 class Model:
-    """What firmware/axis/thermal.h says, solved in small steps."""
+    """What firmware/monitor/thermal.h says, solved in small steps."""
     def __init__(self):
         self.winding = self.housing = 0.0
 
@@ -28,7 +28,7 @@ class Model:
 class Warm:
     def __init__(self, c, memory=None, **params):
         self.c, self.axis, self.thermal = c, c.axis(), c.thermal()
-        c.axis_init(self.axis, c.fabric())
+        c.drive_init(self.axis, c.fabric())
         for name, value in params.items():
             setattr(self.axis.params, name, value)
         self.memory = memory

@@ -212,7 +212,7 @@ def test_a_reluctant_machine_has_them_where_the_smaller_inductance_is(c, begun):
 def test_it_begins_only_when_off(c, state):
     w = World(c).put(state)
     w.axis.loop.vbus_q15 = VBUS_Q15
-    assert (c.axis_identify(w.axis).error == c.ERROR_NONE) == (state == "SWITCH_ON_DISABLED")
+    assert (c.drive_identify(w.axis).error == c.ERROR_NONE) == (state == "SWITCH_ON_DISABLED")
     assert w.axis.identify.running == (state == "SWITCH_ON_DISABLED")
 
 
@@ -222,7 +222,7 @@ def running(c):
     w.axis.loop.vbus_q15 = VBUS_Q15
     w.fabric.adc.OFFSET_A = w.fabric.adc.OFFSET_B = w.fabric.adc.OFFSET_C = 32768
     w.axis.start.aligned = True
-    assert c.axis_identify(w.axis).error == c.ERROR_NONE
+    assert c.drive_identify(w.axis).error == c.ERROR_NONE
     assert w.step(200) == "SWITCHED_ON" and w.fabric.gate.CONTROL == 1
     return w
 
@@ -236,7 +236,7 @@ def test_it_forgets_where_the_rotor_stood(running):
 
 
 def test_off_ends_it(c, running):
-    assert c.axis_switch_off(running.axis).error == c.ERROR_NONE
+    assert c.drive_switch_off(running.axis).error == c.ERROR_NONE
     assert running.step() == "SWITCH_ON_DISABLED" and running.fabric.gate.CONTROL == 0
     assert not running.axis.identify.running and running.axis.identify.fault == 0 and refused_as_stopped(c, running)
 
@@ -244,7 +244,7 @@ def test_off_ends_it(c, running):
 @pytest.mark.parametrize("fault", ["OVERCURRENT", "ENCODER", "OVERTEMPERATURE", "STO_A", "GATES_OFF"])
 def test_a_fault_ends_it_and_stands_beside_the_step(c, running, fault):
     running.axis.identify.step = running.axis.identify.stopped_in = c.IDENTIFY_STEP_RESISTANCE
-    c.axis_raise(running.axis, getattr(c, f"FAULT_{fault}"))
+    c.fault_raise(running.axis, getattr(c, f"FAULT_{fault}"))
     assert running.step(2) == "FAULT" and running.fabric.gate.CONTROL == 0
     d = running.axis.identify
     assert (d.running, d.fault, d.stopped_in) == (False, getattr(c, f"FAULT_{fault}"), c.IDENTIFY_STEP_RESISTANCE)

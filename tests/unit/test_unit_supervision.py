@@ -15,7 +15,7 @@ class Motor:
 
     def __init__(self, c, rpm=3000, i_a=4.0, **params):
         self.c, self.fabric, self.axis = c, c.fabric(), c.axis()
-        c.axis_init(self.axis, self.fabric)
+        c.drive_init(self.axis, self.fabric)
         identify(self.fabric)
         self.axis.fabric_doubt = 0
         for name, value in params.items():
@@ -92,6 +92,7 @@ class Motor:
                 before(self)
             self.look()
             self.c.supervision_step(self.axis)
+            self.c.reaction_step(self.axis)
         return self
 
     @property
@@ -132,7 +133,7 @@ def test_below_what_speed_a_still_encoder_may_be_a_shaft_at_rest(c, motor, inert
 def test_a_good_motor_runs_on_whatever_the_drive_was_told(motor, rpm, i_a, told):
     m = motor(rpm, i_a, **told)
     m.step(700)
-    assert m.fault == "NONE" and m.axis.supervision.encoder.doubt_ms == 0 and not any(m.axis.reactions.warnings)
+    assert m.fault == "NONE" and m.axis.supervision.encoder.doubt_ms == 0 and not any(m.axis.reports.warned)
 
 
 def slip(degrees):
@@ -343,7 +344,7 @@ def test_little_current_says_nothing_of_the_phases(motor):
 def test_an_over_current_is_the_encoders_or_the_phases_where_it_follows_from_them(motor, c):
     def sampled(m):
         m.fabric.gate.STATUS, m.fabric.adc.STATUS = 0x81, 1 << 4
-        c.axis_sample_fault(m.axis)
+        c.drive_sample_fault(m.axis)
         return m.fault
 
     m = motor(3000, 5.0).step(20)
@@ -407,9 +408,9 @@ def test_the_voltage_is_short_for_a_tenth_of_a_second(motor, c):
         m.axis.loop.i_q_ref_q15 += m.axis.tuning.i_max_q15 // 5
     m.see = see_short
     m.step(90, limited)
-    assert not c.reaction_warned(m.axis.reactions, c.FAULT_VOLTAGE_LIMIT)
+    assert not c.fault_warned(m.axis.reports, c.FAULT_VOLTAGE_LIMIT)
     m.step(20, limited)
-    assert c.reaction_warned(m.axis.reactions, c.FAULT_VOLTAGE_LIMIT) and m.fault == "NONE"
+    assert c.fault_warned(m.axis.reports, c.FAULT_VOLTAGE_LIMIT) and m.fault == "NONE"
 
 
 def swing(half_ms, rpm, i_a):
@@ -425,7 +426,7 @@ def test_a_limit_cycle_first_softens_the_speed_loop_then_is_a_fault(motor, c):
     kp, accel = m.axis.tuning.speed_kp_q16, m.axis.tuning.speed_accel_q8
     own = m.axis.speed.kp_q16, m.axis.speed.ki_q16
     m.step(60, swing(6, 20, 5.0))
-    assert c.reaction_warned(m.axis.reactions, c.FAULT_LIMIT_CYCLE) and m.fault == "NONE"
+    assert c.fault_warned(m.axis.reports, c.FAULT_LIMIT_CYCLE) and m.fault == "NONE"
     assert m.axis.tuning.speed_kp_q16 == pytest.approx(0.7 * kp, rel=0.01)
     assert m.axis.tuning.speed_accel_q8 == pytest.approx(0.7 * accel, rel=0.01)
     assert (m.axis.speed.kp_q16, m.axis.speed.ki_q16) == pytest.approx((0.7 * own[0], 0.7**2 * own[1]), rel=0.01)
@@ -438,12 +439,12 @@ def test_a_limit_cycle_first_softens_the_speed_loop_then_is_a_fault(motor, c):
 def test_little_current_or_a_slow_swing_is_none(motor, half_ms, i_a):
     m = motor(1000, 0.0)
     m.step(2000, swing(half_ms, 20, i_a))
-    assert m.fault == "NONE" and not any(m.axis.reactions.warnings)
+    assert m.fault == "NONE" and not any(m.axis.reports.warned)
 
 
 def test_nobody_speaks(motor):
     m = motor(1000, 1.0, command_timeout_ms=200)
-    m.c.reaction_begin(m.axis.reactions)
+    m.c.fault_forget_warnings(m.axis.reports)
     m.axis.command_ms = m.axis.time_ms
     m.step(198)
     assert m.fault == "NONE"
@@ -490,7 +491,7 @@ def test_counts_that_have_stood_for_longer_than_16_ms_are_due_no_more(c):
     watch.speed_moving_q32 = motor.axis.loop.pll.speed_q32
     for still_ms, dead in ((0, False), (1, True), (16, True), (17, False)):
         watch.still_ms = still_ms
-        assert c.supervise_encoder_may_be_dead(motor.axis) == dead, still_ms
+        assert c.encoder_watch_may_be_dead(motor.axis) == dead, still_ms
 
 
 @pytest.mark.parametrize("surprise", [-2**31, -2**31 + 1, 2**31 - 1, -2**30, 2**30, -1, 0, 1])
@@ -498,5 +499,7 @@ def test_a_jump_of_any_size_is_doubted_by_its_magnitude(c, surprise):
     """Half an electrical turn exactly is the largest there is."""
     motor = Motor(c)
     watch = motor.axis.supervision.encoder
-    c.supervise_encoder(motor.axis, surprise, 0)
+    motor.axis.speed.estimate.moved, motor.axis.speed.estimate.step_clocks = 0, motor.axis.tuning.loop_counts
+    watch.speed_q32 = -surprise
+    c.encoder_watch_step(motor.axis, 0)
     assert (watch.doubt_ms != 0) == (abs(surprise) > watch.jump_limit_q32) == (abs(surprise) > 1)

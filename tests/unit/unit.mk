@@ -12,11 +12,12 @@ unit_objects = $(patsubst %.c,$(BUILD)/host/%.o,$(sort $(wildcard $1)))
 
 # the rooms below the console; of what the fabric's drivers hold, contract.c only checks
 UNIT_SRC := $(filter-out %/device.c %/contract.c, \
-    $(wildcard $(addprefix firmware/,$(addsuffix /*.c,settings control commission axis scope)) drivers/fabric/*.c lib/*.c)) \
+    $(wildcard $(addprefix firmware/,$(addsuffix /*.c,axis settings control fault commission source monitor drive scope)) \
+    drivers/fabric/*.c lib/*.c)) \
     drivers/mss/envm.c qemu/twin/envm.c qemu/twin/random.c tests/unit/host/envm.c
 # the console on a person's side, and on the device's what stands at registers' own addresses
 UNIT_FIRMWARE := $(call unit_objects,$(UNIT_SRC) firmware/operate/*.c tests/unit/host/*.c)
-UNIT_SYSTEM := $(call unit_objects,$(UNIT_SRC) firmware/system/*.c firmware/axis/device.c drivers/mss/sysreg.c \
+UNIT_SYSTEM := $(call unit_objects,$(UNIT_SRC) firmware/system/*.c firmware/monitor/device.c drivers/mss/sysreg.c \
     $(addprefix drivers/mss/,timer.c gpio.c mmuart.c rs485.c) \
     $(addprefix tests/unit/host/,reach.c interrupt.c system/*.c))
 
@@ -26,7 +27,7 @@ everything: unit
 
 $(BUILD)/tests/unit/firmware.so: $(UNIT_FIRMWARE)
 $(BUILD)/tests/unit/system.so: $(UNIT_SYSTEM)
-$(BUILD)/tests/unit/two_axes.so: $(subst /firmware/system/handlers.o,/two_axes/handlers.o,$(UNIT_SYSTEM))
+$(BUILD)/tests/unit/two_axes.so: $(patsubst $(BUILD)/host/firmware/system/%,$(BUILD)/host/two_axes/%,$(UNIT_SYSTEM))
 $(BUILD)/tests/unit/%.so: tests/unit/unit.mk
 	@mkdir -p $(@D)
 	$(call say,LD)
@@ -37,7 +38,7 @@ $(BUILD)/host/%.o: %.c tests/unit/unit.mk
 	$(call say,HOSTCC)
 	$(Q)$(HOSTCC) $(UNIT_CFLAGS) -MMD -MP -c $< -o $@
 
-$(BUILD)/host/two_axes/handlers.o: firmware/system/handlers.c tests/unit/unit.mk
+$(BUILD)/host/two_axes/%.o: firmware/system/%.c tests/unit/unit.mk
 	@mkdir -p $(@D)
 	$(call say,HOSTCC)
 	$(Q)$(HOSTCC) $(UNIT_CFLAGS) -DAXIS_COUNT=2u -MMD -MP -c $< -o $@

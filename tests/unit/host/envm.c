@@ -7,7 +7,7 @@
 #include "drivers/cortex/cpu.h"
 #include "drivers/mss/envm_bus.h"
 #include "drivers/mss/watchdog.h"
-#include "firmware/axis/keeping.h"
+#include "firmware/drive/keeping.h"
 
 #define CONTROLLER  0x60080000u
 #define ENVM_CR     0x4003800Cu
@@ -138,5 +138,5 @@ int32_t host_save(struct axis *a, struct saved *report, uint64_t cut_at, double 
         host_basepri = 0;
         return -1;
     }
-    return (int32_t)axis_save(a, &s, report).error;
+    return (int32_t)drive_save(a, &s, report).error;
 }

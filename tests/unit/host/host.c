@@ -3,7 +3,7 @@
 #include "drivers/cortex/cpu.h"
 #include "drivers/mss/mmuart.h"
 #include "drivers/mss/sysreg.h"
-#include "firmware/axis/device.h"
+#include "firmware/monitor/device.h"
 #include "firmware/system/idle.h"
 #include "firmware/system/measure.h"
 

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /* Switching on with nobody at the bus: to the end at once. */
-#include "firmware/axis/axis.h"
+#include "firmware/drive/drive.h"
 
 struct outcome switch_on_at_once(struct axis *a);
 
 struct outcome switch_on_at_once(struct axis *a)
 {
-    const struct outcome outcome = axis_switch_on(a);
+    const struct outcome outcome = drive_switch_on(a);
     if (outcome.error != ERROR_NONE) {
         return outcome;
     }
-    while (axis_prepare(a)) {
+    while (drive_prepare(a)) {
     }
     return a->switching.outcome;
 }

@@ -1,0 +1,250 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/drive/carry.h"
+
+#include "drivers/cortex/cpu.h"
+#include "firmware/axis/axis.h"
+#include "firmware/drive/modes.h"
+#include "firmware/source/rotor.h"
+#include "lib/angle.h"
+#include "lib/polar.h"
+#include "lib/q15.h"
+
+#define WRONG_Q32   (1u << 27) /* 11 degrees: the current was not the requested one */
+#define FADES_MS    4u         /* in this time the diodes have brought any current to zero */
+#define FADED_SHIFT 3          /* an eighth of i_max */
+
+void carry_begin(struct axis *a)
+{
+    a->carry = (struct carry){.cause = FAULT_NONE, .waits = FAULT_NONE};
+}
+
+/* Position control and the cyclic modes need an encoder; the observer's handler has no field weakening. */
+static bool may_go_on(const struct axis *a, enum fault cause)
+{
+    const uint32_t mode = a->mode;
+    const bool suits = mode == AXIS_MODE_SPEED || mode == AXIS_MODE_TORQUE;
+    return suits && a->reactions.choice[cause] == REACTION_CARRY && a->state == AXIS_OPERATION_ENABLED &&
+           a->tuning.angle_source != PARAM_ANGLE_SENSORLESS && a->carry.waits == FAULT_NONE &&
+           a->tuning.observer.serves && !a->tuning.weakens;
+}
+
+/* The rotor's angle at the next sample. */
+static uint32_t angle_now_q32(const struct axis *a, const struct rotor_seed *s)
+{
+    const uint32_t loop_counts = (uint32_t)a->tuning.loop_counts;
+    const uint32_t since = encoder_latch_clock(&a->fabric->encoder) - s->clock;
+    return s->angle_q32 + ((since + loop_counts / 2u) / loop_counts + 1u) * (uint32_t)s->speed_q32;
+}
+
+static bool observer_reaches(const struct axis *a, int32_t speed_q32)
+{
+    const volatile struct current_loop *const c = &a->loop;
+    const int32_t i_q15 = magnitude_q15(q15_sat16(c->i_d_ref_q15), q15_sat16(c->i_q_ref_q15));
+    const int32_t w_q15 = q15_sat16(speed_q32 >> c->w_shift);
+    return observer_margin_q8(&a->tuning, i_q15, w_q15, c->vbus_q15) >= OBSERVER_LEADS_Q8;
+}
+
+/* From here on there is no sensor, as if the drive had been switched on without one. */
+static void leave_sensor(struct axis *a, enum fault cause)
+{
+    a->carry.cause = cause;
+    a->carry.waits = FAULT_NONE;
+    a->tuning.angle_source = PARAM_ANGLE_SENSORLESS;
+    a->tuning.speed_ki_min_q16 = 0; /* there are no edges */
+    a->loop.inject.track = 0;       /* left over from an earlier use */
+    handover_forget(&a->handover);  /* what has failed must be found again */
+    start_forget(a);
+    fault_warn(a, cause);
+}
+
+/* The torque limits belonged to a wrong speed. */
+static void know_speed(struct axis *a)
+{
+    rotor_take_speed(a);
+    torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
+    modes_limit_torque(a);
+}
+
+/* The speed loop's memory from before the sensor was in doubt. */
+static int32_t torque_held_q29(const struct axis *a)
+{
+    return rotor_has_hall(a) ? hall_watch_torque_q29(a) : encoder_watch_torque_q29(a);
+}
+
+/* The speed loop goes on from that, towards the same target. */
+static void lead_on(struct axis *a)
+{
+    a->sensorless = (struct sensorless){.ref_rpm_q16 = a->speed.ref_rpm_q16};
+    know_speed(a);
+    encoder_watch_forget(a);
+    supervision_begin_again(a);
+}
+
+/* The handler has changed already: until now the observer was ignored, and the frame turned at the given speed. */
+static void observer_leads(struct axis *a, enum fault cause)
+{
+    volatile struct current_loop *const c = &a->loop;
+    a->speed.integral_q29 = torque_held_q29(a);
+    leave_sensor(a, cause);
+    observer_begin(c, &a->tuning);
+    const uint32_t mask = cpu_irq_save();
+    c->pll.angle_q32 = c->field_angle_q32;
+    c->pll.speed_q32 = c->field_speed_q32;
+    observer_preset(c, &a->tuning);
+    current_loop_follow_rotor(c);
+    cpu_irq_restore(mask);
+    current_loop_adopt(c, a->fabric, &a->tuning);
+    lead_on(a);
+}
+
+/* Returns by how much the frame was wrong. */
+static int32_t coast(struct axis *a)
+{
+    const struct rotor_seed *const s = &a->carry.seed;
+    const uint32_t turn_q32 = angle_now_q32(a, s) - current_loop_angle_q32(&a->loop);
+    current_loop_coast(&a->loop, turn_q32, s->speed_q32);
+    return (int32_t)turn_q32;
+}
+
+static int32_t torque_before_q15(const struct axis *a)
+{
+    return a->mode == AXIS_MODE_TORQUE ? a->torque_command_q15 : torque_held_q29(a) >> 14;
+}
+
+static struct rotor_seed seed_now(const struct axis *a, enum fault cause)
+{
+    struct rotor_seed seed = a->hall_watch.sound;
+    if (!rotor_has_hall(a)) {
+        encoder_watch_seed(a, cause, &seed);
+    }
+    return seed;
+}
+
+/* The same in the interrupt. */
+static struct rotor_seed seed_at_sample(const struct axis *a, enum fault cause)
+{
+    struct rotor_seed seed = a->hall_watch.sound;
+    if (!rotor_has_hall(a)) {
+        encoder_watch_seed_at_sample(a, cause, &seed);
+    }
+    return seed;
+}
+
+/*
+ * Currents and voltages have followed a wrong angle, useless in the right frame: use the torque from before, and the EMF.
+ * The currents settle in the millisecond until the observer leads, which does not model the iron they saturate. An index does
+ * not tell since when the count is wrong: the present current may well be what holds the load, and stays.
+ */
+static void begin_anew(struct axis *a)
+{
+    volatile struct current_loop *const c = &a->loop;
+    know_speed(a);
+    modes_ask(a, torque_before_q15(a));
+    const uint32_t mask = cpu_irq_save();
+    c->integral_d_q9 = 0;
+    c->integral_q_q9 = 0;
+    c->feedforward_d_steps = 0;
+    c->feedforward_q_steps = 0;
+    current_loop_follow(c, a->fabric, &a->tuning);
+    cpu_irq_restore(mask);
+}
+
+bool carry_take_over(struct axis *a, enum fault cause)
+{
+    const uint32_t mask =
+        cpu_irq_save(); /* the interrupt may take over by itself; and the seed is of the next sample */
+    if (!may_go_on(a, cause)) {
+        cpu_irq_restore(mask);
+        return a->carry.waits != FAULT_NONE;
+    }
+    a->carry.seed = seed_now(a, cause);
+    const bool reaches = observer_reaches(a, a->carry.seed.speed_q32);
+    const int32_t wrong_q32 = reaches ? coast(a) : 0;
+    cpu_irq_restore(mask);
+    if (cause != FAULT_ENCODER_COUNTS && angle_size_q32(wrong_q32) > WRONG_Q32) {
+        begin_anew(a);
+    }
+    a->carry.waits = reaches ? cause : FAULT_NONE;
+    return reaches;
+}
+
+static void let_current_fade(struct axis *a)
+{
+    gate_disable(&a->fabric->gate);
+    a->loop.status_max = UINT32_MAX;
+    a->carry.waited_ms = 0;
+}
+
+bool carry_bears_trip(struct axis *a)
+{
+    const bool bears = a->carry.waits != FAULT_NONE && current_loop_is_on(&a->loop);
+    if (bears) {
+        let_current_fade(a);
+    }
+    return bears;
+}
+
+bool carry_from_sample(struct axis *a, enum fault cause)
+{
+    if (!may_go_on(a, cause)) {
+        return false;
+    }
+    a->carry.seed = seed_at_sample(a, cause);
+    if (cause == FAULT_ENCODER) {
+        (void)coast(a);
+    } else {
+        let_current_fade(a);
+    }
+    a->carry.waits = cause;
+    return true;
+}
+
+static bool faded(const struct axis *a)
+{
+    const struct adc_sample s = adc_read(&a->fabric->adc);
+    const int32_t most_q15 = a->tuning.i_max_q15 >> FADED_SHIFT;
+    return q15_abs(s.ia_q15) < most_q15 && q15_abs(s.ib_q15) < most_q15 && q15_abs(s.ic_q15) < most_q15;
+}
+
+/* The bridge is off. Until the current has faded, the voltage that the gates would open to is unknown. */
+static void switch_on_again(struct axis *a, enum fault cause)
+{
+    a->carry.waited_ms++;
+    if (!faded(a) && a->carry.waited_ms < FADES_MS) {
+        return;
+    }
+    if (!faded(a) || !observer_reaches(a, a->carry.seed.speed_q32)) {
+        fault_raise(a, cause);
+        return;
+    }
+    a->speed.integral_q29 = torque_held_q29(a);
+    leave_sensor(a, cause);
+    if (!current_loop_select(&a->loop, a->fabric, LOOP_OBSERVER)) {
+        fault_raise(a, FAULT_FABRIC); /* the gate does not let go */
+        return;
+    }
+    a->loop.angle_offset_q32 = 0;
+    flying_go_on(a, angle_now_q32(a, &a->carry.seed), a->carry.seed.speed_q32);
+    lead_on(a);
+}
+
+void carry_step(struct axis *a)
+{
+    const enum fault cause = (enum fault)a->carry.waits;
+    if (a->state != AXIS_OPERATION_ENABLED) {
+        a->carry.waits = FAULT_NONE;
+    } else if (!current_loop_is_on(&a->loop)) {
+        switch_on_again(a, cause);
+    } else if (observer_reaches(a, a->carry.seed.speed_q32)) {
+        observer_leads(a, cause);
+    } else {
+        fault_raise(a, cause);
+    }
+}
+
+enum fault carry_blame(const struct axis *a, enum fault seen)
+{
+    const uint32_t cause = a->carry.cause;
+    const bool lost = seen == FAULT_LOCK_LOST || seen == FAULT_OUT_OF_STEP;
+    return lost && cause != FAULT_NONE ? (enum fault)cause : seen;
+}

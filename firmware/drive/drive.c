@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: MIT */
+/* A millisecond of the drive, in its order: measure, limits, states, control, monitors, reactions. */
+#include "firmware/drive/drive.h"
+
+#include "drivers/cortex/cpu.h"
+#include "firmware/drive/states.h"
+#include "firmware/source/rotor.h"
+
+#define LOOP_START_MS 2u /* for the PWM's first periods to pass, or the first with another number of samples */
+#define LIMITS_MS     2u /* torque.h: every second slow period */
+#define THERMAL_TURN  3u /* of THERMAL_STEP_MS */
+
+/* When the clock wraps, both words change at once: the current loop may come in between and read them. */
+static void count_time(struct axis *a)
+{
+    const uint32_t now_ms = a->time_ms + 1u;
+    if (now_ms != 0u) {
+        a->time_ms = now_ms;
+        return;
+    }
+    const uint32_t mask = cpu_irq_save();
+    a->time_ms = 0;
+    a->time_wraps++;
+    cpu_irq_restore(mask);
+}
+
+/* Expect the conversions of a millisecond, +-1, since the last step; the fabric detects unread ones. */
+static void watch_heartbeat(struct axis *a)
+{
+    const uint32_t conversions = adc_sequence(&a->fabric->adc);
+    const uint32_t too_many = conversions - a->heartbeat - (uint32_t)a->loop.loops_per_slow;
+    a->heartbeat = conversions;
+    if (too_many + 1u > 2u && a->time_ms - a->paced_ms > LOOP_START_MS) { /* once in 49.7 days for less time */
+        fault_raise(a, FAULT_LOOP_STOPPED);
+    }
+}
+
+/*
+ * The current loop checks the latches while the bridge is on. If one is found here, the bridge is off, or conversions go
+ * unanswered because the current loop's interrupt has stopped.
+ */
+static void watch_latches(struct axis *a)
+{
+    const uint32_t status = gate_status(&a->fabric->gate);
+    if ((status & (GATE_STATUS_LATCHES | GATE_STATUS_LIVE)) == GATE_STATUS_LIVE || a->faults.cause != FAULT_NONE) {
+        return;
+    }
+    if ((status & GATE_STATUS_LATCHES) != 0u) {
+        const enum fault cause = fault_from_gate(status);
+        fault_raise(a, cause == FAULT_LOOP_OVERRUN ? FAULT_LOOP_STOPPED : cause);
+    } else if (current_loop_is_on(&a->loop)) {
+        fault_raise(a, FAULT_GATES_OFF);
+    }
+}
+
+static void step_torque_limits(struct axis *a)
+{
+    if (a->time_ms % LIMITS_MS == 0u) {
+        torque_measure(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
+        if (states_are_running(a)) {
+            modes_limit_torque(a);
+        }
+    } else if (torque_flux_is_near(&a->torque, &a->tuning)) {
+        torque_follow_flux(&a->torque, &a->loop, &a->tuning, adc_vbus_q15(&a->fabric->adc));
+    }
+}
+
+static void step_thermal(struct axis *a)
+{
+    if (thermal_sample(&a->thermal, &a->loop)) {
+        thermal_update(&a->thermal, adc_temperature_code(&a->fabric->adc));
+    }
+}
+
+void drive_step(struct axis *a)
+{
+    count_time(a);
+    if (axis_fabric_doubted(a)) {
+        return;
+    }
+    rotor_measure(a);
+    turns_follow(&a->motion.turns, a->speed.estimate.moved, a->speed.estimate.count);
+    step_torque_limits(a);
+    watch_heartbeat(a);
+    watch_latches(a);
+    states_step(a);
+    if (a->time_ms % THERMAL_STEP_MS == THERMAL_TURN) {
+        step_thermal(a);
+        start_learn_index(a);
+    }
+    current_loop_follow(&a->loop, a->fabric, a->state == AXIS_SWITCHED_ON ? start_tuning(a) : &a->tuning);
+    if (!rotor_has_encoder(a)) {
+        sensorless_follow(a);
+    }
+    supervision_step(a);
+    reaction_step(a);
+}

@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * One motor's drive, as the rest of the program sees it. Its state machine follows CiA 402 (IEC 61800-7-201) and is stepped
+ * once a millisecond. The thread posts each request as one word; the step carries it out. In "switched on" the drive runs its
+ * start sequence: currents at rest, then the bridge on and the rotor pulled to a known angle.
+ */
+#ifndef FIRMWARE_DRIVE_DRIVE_H
+#define FIRMWARE_DRIVE_DRIVE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/axis/axis.h"
+#include "firmware/settings/error.h"
+
+/* What an operator sees, all taken at one instant. */
+struct drive_status {
+    uint32_t state; /* enum axis_state */
+    uint32_t fault; /* enum fault */
+    int32_t speed_rpm_q4, speed_ref_rpm_q4;
+    int32_t i_d_q15, i_q_q15;
+    int32_t i_d_ref_q15, i_q_ref_q15;
+    int32_t vbus_q15;
+    uint64_t up_ms;
+    uint32_t mode; /* enum axis_mode */
+    bool homed;
+    int64_t position, target; /* counts; target and error only in modes with a position reference */
+    int32_t error_counts;
+};
+
+/* Puts the axis into its first state: initial parameters, fabric in doubt. Touches no register. Thread, once. */
+void drive_init(struct axis *a, struct fabric *fabric);
+
+/* Sets where temperatures are kept across a reset, and takes up those kept there. Thread, once, after drive_init(). */
+void drive_remember_heat(struct axis *a, struct thermal_memory *memory);
+
+/*
+ * Leaves "not ready": starts PWM, encoder and ADC, bridge off. `boot_fault` is what start-up found. If it puts the fabric in
+ * doubt, the axis stays in "fault" and neither reads nor writes a fabric register until a reset; the gates are off because
+ * reset leaves them off. Thread, once.
+ */
+void drive_start(struct axis *a, enum fault boot_fault);
+
+/* One step. Slow loop. */
+void drive_step(struct axis *a);
+
+/* The current loop's interrupt exits here when a sample has a fault: finds the cause. ISR. */
+void drive_sample_fault(struct axis *a);
+
+/*
+ * Requests: thread. Each is checked here against the state that earlier requests have led to, and the next step carries it out.
+ * A refused request changes nothing. A request in the same millisecond as the one before waits until the slow loop has taken
+ * that one; if the slow loop is dead it gives up after a few milliseconds (ERROR_BUSY), and switching off closes the gates by
+ * itself.
+ */
+struct outcome drive_switch_on(struct axis *a); /* drive_prepare() completes it */
+struct outcome drive_switch_off(struct axis *a);
+struct outcome drive_identify(struct axis *a);     /* measures the motor, then off; `off` ends it sooner */
+struct outcome drive_identify_use(struct axis *a); /* turns results into parameters; value: how many changed */
+struct outcome drive_quick_stop(struct axis *a);   /* before operation, where nothing can brake, it switches off */
+struct outcome drive_clear_fault(struct axis *a);
+void drive_withdraw(
+    struct axis *a); /* the operator no longer wants operation: nothing switches on by itself any more */
+struct outcome drive_clear_latches(struct axis *a); /* the same, not by a person: the retry count goes on */
+struct outcome drive_command_speed(struct axis *a, int32_t rpm);
+struct outcome drive_command_current(struct axis *a, int32_t milliamp);
+struct outcome drive_command_position(struct axis *a, int32_t counts,
+                                      bool relative); /* to the last target, or to the shaft */
+struct outcome drive_command_home(struct axis *a, enum homing_method method);
+struct outcome drive_command_cyclic_position(struct axis *a, int32_t counts);
+struct outcome drive_command_cyclic_speed(struct axis *a, int32_t rpm);
+struct outcome drive_command_cyclic_current(struct axis *a, int32_t milliamp);
+struct outcome drive_learn_cogging(struct axis *a); /* takes two turns and a bit at learn_rpm */
+struct outcome drive_learn_hall(struct axis *a); /* takes some ten seconds, then off; the table is in the parameters */
+/* Changes the source of the angle, enum param_angle; drive_prepare() completes it, axis.handover.outcome. */
+struct outcome drive_change_source(struct axis *a, uint32_t target);
+struct outcome drive_set_zero(struct axis *a); /* the shaft's present position becomes 0, on or off */
+
+/*
+ * Does one part of the work of switching on (switching.h, row torque_build.part of the benchmarks); returns true if there is
+ * more. The last part makes the request, unless something has come up that forbids it: axis.switching.outcome tells. Does
+ * nothing if nothing is under way. Also serves a hand-over from one source of the angle to another (handover.h). Thread.
+ */
+bool drive_prepare(struct axis *a);
+
+/* A host has addressed the drive. Thread. */
+static inline void drive_hear(struct axis *a)
+{
+    a->command_ms = a->time_ms;
+}
+
+/* True if parameters may change now: bridge off, no start under way. Thread; waits as requests do. */
+bool drive_is_off(const struct axis *a);
+
+/* Thread. Holds off the slow loop for some 100 cycles, the current loop not at all. */
+struct drive_status drive_status(const struct axis *a);
+
+#endif

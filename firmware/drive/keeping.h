@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What an axis keeps through power-off: its parameters, the reactions to faults, and what it has learned with the encoder: the
+ * field's angle at the index, and the shaft's cogging. The last two need an index to mean anything, since the counter starts
+ * wherever the rotor stands. docs/settings.md has the format.
+ *
+ * All of it by name: unknown stored records are skipped and counted; what is not stored keeps its initial value.
+ */
+#ifndef FIRMWARE_DRIVE_KEEPING_H
+#define FIRMWARE_DRIVE_KEEPING_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/control/cogging.h"
+#include "firmware/fault/fault.h"
+#include "firmware/settings/error.h"
+#include "firmware/settings/records.h"
+#include "firmware/settings/slots.h"
+
+struct axis;
+
+/* A stored map, relative to the index, until the index is seen. */
+struct keeping {
+    struct cogging_map cogging;
+    bool waits;
+};
+
+enum kept_state {
+    KEPT_NONE,    /* nothing complete is stored */
+    KEPT_LOADED,  /* in effect */
+    KEPT_REFUSED, /* inconsistent; nothing has changed */
+};
+
+struct kept {
+    struct slots_view view;
+    enum kept_state state;
+    struct outcome problem;           /* why it was refused, */
+    char about[RECORD_NAME_MOST + 1]; /* and because of which record; "" if it is the set as a whole */
+    uint32_t unknown;                 /* records that were skipped, */
+    char first_unknown[RECORD_NAME_MOST + 1];
+    uint32_t missing; /* parameters that are not stored */
+};
+
+struct saved {
+    uint32_t slot, number;
+    bool worn;            /* the controller reports a page written too often */
+    bool cogging_dropped; /* there is a map but no index to count it from */
+};
+
+/*
+ * Reads the newest complete slot and adopts it if every value is in range and the set is consistent; else nothing changes.
+ * Refused while the bridge is on. `k` and the return value tell why a set was refused. Thread, some milliseconds.
+ */
+struct outcome drive_load(struct axis *a, const struct slots *s, struct kept *k);
+
+/* The same at start-up, whatever the axis's first state, before anybody can have switched it on. Thread, once. */
+void drive_recall(struct axis *a, const struct slots *s, struct kept *k);
+
+/*
+ * Writes everything to the slot that is not the newest. Refused while the bridge is on, the shaft turns, or the settings are
+ * inconsistent: what is stored can be loaded. While a page is programmed no interrupt is served and the axis clock stands
+ * still. Thread.
+ */
+struct outcome drive_save(struct axis *a, const struct slots *s, struct saved *report);
+
+/* Resets parameters and reactions to their initial values; storage stays. Refused while the bridge is on. Thread. */
+struct outcome drive_defaults(struct axis *a);
+
+/* Puts a stored map into effect once the index is seen. Thread, whenever it has time. */
+void drive_remember(struct axis *a);
+
+/* Re-references the map to a place `from_q32` further on. */
+void keeping_turn(struct cogging_map *m, uint32_t from_q32);
+
+/* The name under which a fault's reaction is stored; NULL if the fault leaves no choice. */
+const char *keeping_name_of_fault(enum fault cause);
+
+#endif

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/drive/reaction.h"
+
+#include "firmware/axis/axis.h"
+#include "firmware/drive/carry.h"
+
+void reaction_init(struct reactions *r)
+{
+    *r = (struct reactions){.stopping = false};
+    for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
+        r->choice[cause] = fault_class((enum fault)cause)->initial;
+    }
+}
+
+static bool can_stop(const struct axis *a)
+{
+    return a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
+}
+
+/* If the drive cannot carry on: the gentlest other reaction of the class that does not rely on the encoder. */
+static enum reaction choice_now(struct axis *a, enum fault cause)
+{
+    const enum reaction choice = (enum reaction)a->reactions.choice[cause];
+    if (choice != REACTION_CARRY || a->carry.waits != FAULT_NONE || carry_take_over(a, cause)) {
+        return choice;
+    }
+    return ((fault_class(cause)->allowed >> REACTION_STOP) & 1u) != 0u ? REACTION_STOP : REACTION_OFF;
+}
+
+static void react(struct axis *a, const struct fault_report *r)
+{
+    const enum fault cause = carry_blame(a, r->cause);
+    switch (choice_now(a, cause)) {
+    case REACTION_CARRY:
+        return; /* it does */
+    case REACTION_WARN:
+        fault_warn(a, cause);
+        return;
+    case REACTION_STOP:
+        if (can_stop(a)) {
+            const bool first = fault_latch(a, cause, r->detail[0], r->detail[1]);
+            a->reactions.stopping = first || a->reactions.stopping;
+            return;
+        }
+        break;
+    default:
+        break;
+    }
+    fault_raise_with(a, cause, r->detail[0], r->detail[1]);
+}
+
+void reaction_step(struct axis *a)
+{
+    for (uint32_t n = 0; n < a->reports.count; n++) {
+        react(a, &a->reports.report[n]);
+    }
+    a->reports.count = 0;
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What the drive does about a fault that the slow loop reports: the choice for each (off, controlled stop, warning, go on
+ * without the sensor). What hardware or the current loop finds leaves no choice: it is raised (fault/fault.h), off.
+ */
+#ifndef FIRMWARE_DRIVE_REACTION_H
+#define FIRMWARE_DRIVE_REACTION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/fault/fault.h"
+#include "firmware/settings/error.h"
+
+struct axis;
+
+struct reactions {
+    uint8_t choice[FAULT_COUNT]; /* enum reaction: the thread's, bridge off */
+    volatile bool stopping;      /* a fault is latched, and a quick stop is under way: the slow loop's */
+};
+
+/* The initial choice of each fault. Thread, once. */
+void reaction_init(struct reactions *r);
+
+/* Carries out the chosen reactions to what was reported in this step. Slow loop, last. */
+void reaction_step(struct axis *a);
+
+/* Sets a choice, or refuses one that the fault's class does not allow. Thread, bridge off. */
+struct outcome drive_choose_reaction(struct axis *a, enum fault cause, enum reaction choice);
+
+#endif

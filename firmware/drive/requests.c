@@ -1,0 +1,257 @@
+/* SPDX-License-Identifier: MIT */
+/* The drive's commands: checked here, in the thread, and carried out by the next step of the state machine. */
+#include "firmware/drive/requests.h"
+#include "drivers/cortex/cpu.h"
+#include "firmware/drive/drive.h"
+#include "firmware/monitor/device.h"
+#include "firmware/settings/config.h"
+#include "firmware/source/rotor.h"
+#include "lib/q15.h"
+
+#define LATCH_POLLS (2u * CONFIG_PWM_COUNTS) /* each takes longer than a count */
+
+bool request_settled(const struct axis *a)
+{
+    for (uint32_t poll = 0; poll < REQUEST_PATIENCE_POLLS; poll++) {
+        if (a->request == AXIS_REQUEST_NONE) {
+            return true;
+        }
+    }
+    return false;
+}
+
+uint32_t request_hold(void)
+{
+    return cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP);
+}
+
+void request_release(uint32_t before)
+{
+    (void)cpu_mask_below(before);
+}
+
+bool drive_is_off(const struct axis *a)
+{
+    return !a->switching.under_way && request_settled(a) &&
+           (a->state == AXIS_SWITCH_ON_DISABLED || a->state == AXIS_FAULT);
+}
+
+enum error drive_state_forbids_on(const struct axis *a)
+{
+    if (a->state == AXIS_FAULT || a->state == AXIS_FAULT_REACTION || a->faults.cause != FAULT_NONE) {
+        return ERROR_FAULT_LATCHED;
+    }
+    const bool off = a->state == AXIS_SWITCH_ON_DISABLED && !a->switching.under_way;
+    return off ? ERROR_NONE : ERROR_ALREADY_ON;
+}
+
+/*
+ * Until the next conversion, within a PWM period, the fabric's latched count has the old setting: the slow loop would take the
+ * difference for a jerk of the shaft, and end in an over-speed. Slow loop held.
+ */
+static void wait_for_count(const struct encoder_regs *encoder)
+{
+    const uint32_t latched = encoder_latch_clock(encoder);
+    for (uint32_t poll = 0; poll < LATCH_POLLS && encoder_latch_clock(encoder) == latched; poll++) {
+    }
+}
+
+/* Any change in the encoder's setting voids the alignment. Slow loop held, bridge off. */
+void drive_adopt(struct axis *a, const struct tuning *t)
+{
+    if (t->angle_source != a->tuning.angle_source) {
+        start_forget(a);
+        a->loop.angle_offset_q32 = 0;
+        a->loop.pll.speed_q32 = 0;
+        speed_estimate_reset(&a->speed.estimate);
+    }
+    if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32 || identify_in_rotor_frame(&a->identify)) {
+        identify_leave(&a->identify);
+        start_forget(a);
+        (void)encoder_init(&a->fabric->encoder, (uint32_t)t->encoder_counts, false);
+        wait_for_count(&a->fabric->encoder);
+        speed_estimate_reset(&a->speed.estimate);
+        turns_begin(&a->motion.turns, 0);
+        a->motion.homed = false;
+        cogging_forget(&a->motion.cogging);
+    }
+    if (t->angle_source == PARAM_ANGLE_HALL) {
+        struct hall_table table;
+        (void)hall_table_of(&a->params, &table); /* the tuning has checked it */
+        hall_take_table(&a->hall, &table, t);
+    }
+    a->start.unseen = a->start.unseen || t->samples > a->tuning.samples;
+    a->tuning = *t;
+    speed_loop_tune(&a->speed, t);
+    thermal_tune(&a->thermal, &a->params);
+}
+
+struct outcome drive_measured_forbids_on(const struct axis *a, const struct tuning *t)
+{
+    const volatile struct current_loop *const loop = &a->loop;
+    if (loop->vbus_q15 < t->v_min_q15) {
+        return outcome_of(ERROR_BUS_LOW);
+    }
+    if (loop->vbus_q15 > t->v_max_q15) {
+        return outcome_of(ERROR_BUS_HIGH);
+    }
+    if (thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal)) {
+        return outcome_of(ERROR_TOO_HOT);
+    }
+    /* Hall switches give a turning rotor's angle, too, and it is caught. */
+    const bool turns = q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4 && !rotor_has_hall(a);
+    return outcome_of(turns ? ERROR_TURNING : ERROR_NONE);
+}
+
+/* Nothing known of the encoder holds: for now a pole pair is a turn. */
+struct outcome drive_identify(struct axis *a)
+{
+    if (!request_settled(a)) {
+        return outcome_of(ERROR_BUSY);
+    }
+    if (drive_state_forbids_on(a) != ERROR_NONE) {
+        return outcome_of(drive_state_forbids_on(a));
+    }
+    struct outcome problem = identify_begin(&a->identify, &a->params);
+    if (problem.error != ERROR_NONE) {
+        return problem;
+    }
+    const uint32_t held = request_hold();
+    problem = drive_measured_forbids_on(a, &a->identify.tuning);
+    if (problem.error == ERROR_NONE) {
+        problem = outcome_of(drive_state_forbids_on(a));
+    }
+    if (problem.error == ERROR_NONE) {
+        retry_withdraw(&a->retry); /* a fault ends it: it is not tried again */
+        start_forget(a);
+        drive_adopt(a, &a->identify.tuning);
+        a->request = AXIS_REQUEST_IDENTIFY;
+    } else {
+        identify_stop(&a->identify, FAULT_NONE);
+    }
+    request_release(held);
+    return problem;
+}
+
+struct outcome drive_identify_use(struct axis *a)
+{
+    if (!drive_is_off(a)) {
+        return outcome_of(ERROR_DRIVE_IS_ON);
+    }
+    return (struct outcome){ERROR_NONE, (int32_t)identify_use(&a->identify, &a->params)};
+}
+
+void drive_withdraw(struct axis *a)
+{
+    retry_withdraw(&a->retry);
+    switching_end(&a->switching, ERROR_SWITCHED_OFF);
+}
+
+/* Always allowed, also when off. */
+struct outcome drive_switch_off(struct axis *a)
+{
+    drive_withdraw(a);
+    if (axis_fabric_doubted(a)) {
+        return OUTCOME_OK;
+    }
+    if (!request_settled(a)) {
+        gate_disable(&a->fabric->gate); /* the slow loop is dead: it will not */
+    }
+    a->request = AXIS_REQUEST_OFF;
+    return OUTCOME_OK;
+}
+
+/* Starting, operating, or stopping already. */
+static bool has_bridge_on(const struct axis *a)
+{
+    return a->state == AXIS_READY || a->state == AXIS_SWITCHED_ON || a->state == AXIS_OPERATION_ENABLED ||
+           a->state == AXIS_QUICK_STOP;
+}
+
+/* What waits to switch on is stopped, too. */
+struct outcome drive_quick_stop(struct axis *a)
+{
+    const bool waited = a->switching.under_way || a->retry.waiting || a->retry.due;
+    drive_withdraw(a);
+    if (!request_settled(a)) {
+        return outcome_of(ERROR_BUSY);
+    }
+    const uint32_t held = request_hold();
+    const bool on = has_bridge_on(a);
+    if (on) {
+        a->request = AXIS_REQUEST_QUICK_STOP;
+    }
+    request_release(held);
+    return outcome_of(on || waited ? ERROR_NONE : ERROR_NOT_OPERATING);
+}
+
+/* Why the device does not allow a fault to be cleared. */
+static enum error device_error(void)
+{
+    switch (device_fault()) {
+    case FAULT_CLOCK:
+        return ERROR_CLOCK;
+    case FAULT_STACK_GUARD:
+        return ERROR_STACK_GUARD;
+    case FAULT_WATCHDOG_OFF:
+        return ERROR_WATCHDOG_OFF;
+    default:
+        return ERROR_NONE;
+    }
+}
+
+/* Clears the fabric's latches whose causes are gone. */
+static enum error clear_latches(struct axis *a)
+{
+    encoder_clear(&a->fabric->encoder, ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST);
+    if (gate_clear(&a->fabric->gate, GATE_STATUS_LATCHES) != 0u) {
+        return ERROR_GATE_INPUT_ACTIVE;
+    }
+    if (rotor_has_encoder(a) &&
+        (encoder_status(&a->fabric->encoder) & (ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST)) != 0u) {
+        return ERROR_NO_ENCODER_SIGNAL;
+    }
+    return ERROR_NONE;
+}
+
+struct outcome drive_clear_fault(struct axis *a)
+{
+    retry_forget(&a->retry);
+    return drive_clear_latches(a);
+}
+
+struct outcome drive_clear_latches(struct axis *a)
+{
+    if (!request_settled(a) || a->state == AXIS_FAULT_REACTION) {
+        return outcome_of(ERROR_BUSY);
+    }
+    if (a->state != AXIS_FAULT) {
+        return outcome_of(ERROR_NO_FAULT);
+    }
+    if (axis_fabric_doubted(a)) {
+        return outcome_of(ERROR_FABRIC_DOUBTED);
+    }
+    enum error problem = device_error();
+    if (problem == ERROR_NONE && !gate_id_ok(&a->fabric->gate)) {
+        problem = ERROR_FABRIC;
+    }
+    if (problem == ERROR_NONE) {
+        problem = clear_latches(a);
+    }
+    if (problem == ERROR_NONE) {
+        a->request = AXIS_REQUEST_CLEAR;
+    }
+    return outcome_of(problem);
+}
+
+struct outcome drive_choose_reaction(struct axis *a, enum fault cause, enum reaction choice)
+{
+    if (!drive_is_off(a)) {
+        return outcome_of(ERROR_DRIVE_IS_ON);
+    }
+    if (((fault_class(cause)->allowed >> choice) & 1u) == 0u) {
+        return outcome_of(ERROR_REACTION_NOT_ALLOWED);
+    }
+    a->reactions.choice[cause] = (uint8_t)choice;
+    return OUTCOME_OK;
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT */
+/* A start switches the bridge on. */
+#include "firmware/axis/axis.h"
+#include "firmware/drive/start_parts.h"
+#include "firmware/source/rotor.h"
+
+void start_follow(struct axis *a, enum loop_source source)
+{
+    current_loop_off(&a->loop, a->fabric);
+    if (current_loop_select(&a->loop, a->fabric, source)) {
+        current_loop_on(&a->loop, a->fabric, &a->tuning);
+    } else {
+        fault_raise(a, FAULT_FABRIC); /* the gate does not let go */
+    }
+}
+
+void start_open_gates(struct axis *a)
+{
+    struct start *const s = &a->start;
+    const bool known = s->aligned && !s->unseen;
+    if (!rotor_has_encoder(a)) {
+        start_follow(a, LOOP_OBSERVER);
+    } else {
+        start_follow(a, known ? LOOP_ENCODER : LOOP_FORCED);
+    }
+    wiring_start(&s->wiring);
+    s->phase = known ? START_FOLLOW : START_WIRING;
+}

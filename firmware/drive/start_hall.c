@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: MIT */
+#include "drivers/cortex/cpu.h"
+#include "firmware/axis/axis.h"
+#include "firmware/commission/emf_pulse.h"
+#include "firmware/control/bridge.h"
+#include "firmware/drive/start_parts.h"
+#include "firmware/source/rotor.h"
+
+#define FILTER_STEPS \
+    20u /* 3.2 us: a sixth of a degree at 150 Hz, and longer than what a leg's edge couples into a wire */
+#define PLAYED       3u /* samples from a set of integrals to the voltages that they make */
+#define TURNS_COUNTS 2  /* sectors since the start began: it turns, so the wiring cannot be tested */
+
+void start_filter_hall(struct axis *a)
+{
+    encoder_filter_hall(&a->fabric->encoder, FILTER_STEPS);
+}
+
+static bool select_hall(struct axis *a, uint32_t follows)
+{
+    struct current_loop *const c = &a->loop;
+    current_loop_field(c, 0, 0);
+    if (!current_loop_select(c, a->fabric, LOOP_HALL)) {
+        fault_raise(a, FAULT_FABRIC); /* the gate does not let go */
+        return false;
+    }
+    c->field_follows = follows;
+    return true;
+}
+
+void start_hall_begin(struct axis *a)
+{
+    start_filter_hall(a);
+    a->loop.angle_offset_q32 = 0;
+    if (select_hall(a, UINT32_MAX)) {
+        hall_begin(&a->hall, &a->loop, &a->fabric->encoder);
+        rotor_take_speed(a);
+    }
+}
+
+int32_t start_hall_moved(const struct axis *a)
+{
+    const int32_t moved = (int32_t)((const volatile struct hall *)&a->hall)->count;
+    return moved < 0 ? -moved : moved;
+}
+
+/* The gates open after a sample, when the legs already play the EMF: a turning rotor sees no jolt. */
+static void lead(struct axis *a)
+{
+    current_loop_off(&a->loop, a->fabric);
+    if (!select_hall(a, UINT32_MAX)) {
+        return;
+    }
+    current_loop_arm(&a->loop, a->fabric, &a->tuning);
+    emf_pulse_wait(a->fabric, PLAYED);
+    (void)bridge_enable(&a->loop, a->fabric); /* shut, the next step finds the fault */
+    hall_watch_begin(a);
+    a->start.phase = START_HALL;
+}
+
+static void look_at_wiring(struct axis *a)
+{
+    start_follow(a, LOOP_HALL);
+    wiring_start(&a->start.wiring);
+    a->start.phase = START_WIRING;
+}
+
+void start_hall(struct axis *a)
+{
+    const uint32_t state = encoder_hall_latched(&a->fabric->encoder);
+    if (a->start.learns) {
+        look_at_wiring(a);
+    } else if (!hall_state_is_valid(&a->hall, state)) {
+        fault_raise_with(a, FAULT_HALL_INVALID, (int32_t)state, 0);
+    } else if ((a->start.wired && !a->start.unseen) || start_hall_moved(a) >= TURNS_COUNTS) {
+        lead(a);
+    } else {
+        look_at_wiring(a);
+    }
+}
+
+void start_hall_wired(struct axis *a)
+{
+    a->start.wired = true;
+    if (!a->start.learns) {
+        lead(a);
+        return;
+    }
+    start_follow(a, LOOP_HALL);
+    sensorless_begin(a);
+    a->start.phase = START_LAY_HALL;
+}
+
+static bool step_laying(struct axis *a)
+{
+    if (sensorless_align(a)) {
+        hall_learn_begin(&a->hall_learn);
+        a->start.phase = START_LEARN_HALL;
+    }
+    return false;
+}
+
+static bool step_learning(struct axis *a)
+{
+    struct hall_learn *const l = &a->hall_learn;
+    switch (hall_learn_step(l, &a->loop, &a->fabric->encoder, &a->tuning)) {
+    case HALL_LEARN_DONE:
+        hall_table_tell(&l->found, &a->params);
+        return true;
+    case HALL_LEARN_BLOCKED:
+        fault_raise_with(a, FAULT_HALL_UNKNOWN, 0, hall_learn_states(l));
+        return false;
+    case HALL_LEARN_UNCLEAR:
+        fault_raise_with(a, FAULT_HALL_UNKNOWN, (int32_t)(l->edges / (2u * HALL_LEARN_TURNS)), hall_learn_states(l));
+        return false;
+    case HALL_LEARN_LOAD:
+        fault_raise_with(a, FAULT_LOAD_TOO_HIGH, l->detail_deg < 0 ? -l->detail_deg : l->detail_deg, 0);
+        return false;
+    case HALL_LEARN_RUNNING:
+    default:
+        return false;
+    }
+}
+
+bool start_hall_step(struct axis *a)
+{
+    switch (a->start.phase) {
+    case START_LAY_HALL:
+        return step_laying(a);
+    case START_LEARN_HALL:
+        return step_learning(a);
+    case START_HALL:
+    default:
+        return true;
+    }
+}

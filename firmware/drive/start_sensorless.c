@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/axis.h"
+#include "firmware/drive/start_parts.h"
+#include "firmware/source/rotor.h"
+
+void start_sensorless(struct axis *a)
+{
+    injection_reset(&a->loop, &a->tuning); /* left over from last time */
+    flying_begin(a);
+    a->start.phase = START_CATCH;
+}
+
+void start_doubt(struct axis *a, enum fault fault)
+{
+    current_loop_off(&a->loop, a->fabric);
+    flying_begin(a);
+    a->start.doubted = fault;
+    a->start.phase = START_DOUBT;
+}
+
+/* Injection needs a measurement at rest; without it a reluctance rotor cannot be led through standstill. */
+static bool goes_on(struct axis *a)
+{
+    if (a->tuning.reluctant) {
+        const int64_t mturn_s = (int64_t)q15_abs(a->speed.speed_rpm_q4) * 1000 / (60 * 16);
+        const int64_t counts = mturn_s * a->tuning.encoder_counts * CALIBRATION_MS / 1000000;
+        fault_raise_with(a, FAULT_ROTOR_TURNING, (int32_t)counts, a->tuning.encoder_counts);
+    }
+    return !a->tuning.reluctant;
+}
+
+/* True when the rotor is caught turning. */
+static bool step_catch(struct axis *a)
+{
+    const enum flying_result result = flying_step(a);
+    if (result == FLYING_STANDS) {
+        start_open_gates(a);
+    }
+    return result == FLYING_CAUGHT && goes_on(a);
+}
+
+static void step_doubt(struct axis *a)
+{
+    const enum flying_result result = flying_step(a);
+    if (result == FLYING_CAUGHT) {
+        fault_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
+    } else if (result == FLYING_STANDS) {
+        fault_raise_with(a, a->start.doubted, a->start.wiring.phase, 0);
+    }
+}
+
+static void begin_field(struct axis *a)
+{
+    sensorless_begin(a);
+    a->start.phase = START_FIELD;
+}
+
+void start_sensorless_wired(struct axis *a)
+{
+    injection_reset(&a->loop, &a->tuning);
+    if (!injection_wanted(a)) {
+        begin_field(a);
+        return;
+    }
+    start_follow(a, LOOP_INJECTION);
+    injection_begin(a);
+    a->start.phase = START_INJECTION;
+}
+
+/* A motor that a prescribed field can hold does without injection; for others it was the only way. */
+static void refuse_injection(struct axis *a, enum fault fault, int32_t detail_0, int32_t detail_1)
+{
+    if (a->tuning.reluctant) {
+        fault_raise_with(a, fault, detail_0, detail_1);
+        return;
+    }
+    injection_reset(&a->loop, &a->tuning);
+    start_follow(a, LOOP_OBSERVER);
+    begin_field(a);
+}
+
+/* True when operation may begin. */
+static bool step_injection(struct axis *a)
+{
+    const struct injection_start *const s = &a->injection;
+    switch (injection_start_step(a)) {
+    case INJECTION_DONE:
+        a->start.phase = START_FOLLOW;
+        return true;
+    case INJECTION_SALIENCY:
+        refuse_injection(a, FAULT_SALIENCY, s->detail_q8 / 256, (s->detail_q8 % 256) * 100 / 256);
+        return false;
+    case INJECTION_POLARITY:
+        refuse_injection(a, FAULT_POLARITY, tuning_milli_from_q15(s->i_q15, a->params.i_range_ma), 0);
+        return false;
+    case INJECTION_RUNNING:
+    default:
+        return false;
+    }
+}
+
+bool start_sensorless_step(struct axis *a)
+{
+    switch (a->start.phase) {
+    case START_CATCH:
+        return step_catch(a);
+    case START_DOUBT:
+        step_doubt(a);
+        return false;
+    case START_INJECTION:
+        return step_injection(a);
+    case START_FIELD:
+    default:
+        if (!sensorless_align(a)) {
+            return false;
+        }
+        a->start.phase = START_FOLLOW;
+        return true;
+    }
+}
+
+bool start_sensorless_holds_voltage(const struct axis *a)
+{
+    const uint32_t phase = a->start.phase;
+    return phase == START_FIELD || phase == START_LAY_HALL || (phase == START_INJECTION && injection_brakes(a));
+}

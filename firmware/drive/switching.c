@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/drive/switching.h"
+
+#include "firmware/drive/drive.h"
+#include "firmware/drive/requests.h"
+
+static struct outcome forbidden(const struct axis *a)
+{
+    const struct outcome problem = drive_measured_forbids_on(a, &a->switching.tuning);
+    return problem.error != ERROR_NONE ? problem : outcome_of(drive_state_forbids_on(a));
+}
+
+/* The tuning from the parameters, and whether they allow it. Padding is copied, too: an axis must hold no stack bytes. */
+static struct outcome tune(struct axis *a)
+{
+    a->switching.tuning = a->tuning;
+    struct outcome problem = tuning_compute(&a->params, &a->switching.tuning);
+    if (problem.error == ERROR_NONE) {
+        problem = tuning_check_emf(&a->params);
+    }
+    return problem;
+}
+
+struct outcome drive_switch_on(struct axis *a)
+{
+    if (!request_settled(a)) {
+        return outcome_of(ERROR_BUSY);
+    }
+    if (drive_state_forbids_on(a) != ERROR_NONE) {
+        return outcome_of(drive_state_forbids_on(a));
+    }
+    struct outcome problem = tune(a);
+    if (problem.error == ERROR_NONE) {
+        problem = forbidden(a); /* checked again at the end; a refusal need not wait until then */
+    }
+    if (problem.error == ERROR_NONE) {
+        torque_begin(&a->switching.builder, &a->torque, &a->params, &a->switching.tuning, a->loop.vbus_q15);
+        a->switching.under_way = true;
+    }
+    return problem;
+}
+
+/* All is computed. Meanwhile a fault may have come, or the bus may have changed. */
+static struct outcome request(struct axis *a, enum axis_request what)
+{
+    const uint32_t held = request_hold();
+    const struct outcome problem = forbidden(a);
+    if (problem.error == ERROR_NONE) {
+        drive_adopt(a, &a->switching.tuning);
+        if (what == AXIS_REQUEST_ON) {
+            retry_accept(&a->retry);
+        } else {
+            retry_withdraw(&a->retry);
+        }
+        a->request = what;
+    }
+    request_release(held);
+    return problem;
+}
+
+/* No torque is requested, so there are no tables to build. */
+struct outcome drive_learn_hall(struct axis *a)
+{
+    if (!request_settled(a)) {
+        return outcome_of(ERROR_BUSY);
+    }
+    if (drive_state_forbids_on(a) != ERROR_NONE) {
+        return outcome_of(drive_state_forbids_on(a));
+    }
+    if (a->params.angle_source != PARAM_ANGLE_HALL) {
+        return outcome_of(ERROR_NEEDS_HALL);
+    }
+    const struct outcome problem = tune(a);
+    return problem.error == ERROR_NONE ? request(a, AXIS_REQUEST_LEARN_HALL) : problem;
+}
+
+bool drive_prepare(struct axis *a)
+{
+    struct switching *const s = &a->switching;
+    if (a->handover.under_way) {
+        return handover_go_on(a);
+    }
+    if (!s->under_way) {
+        return false;
+    }
+    if (a->state != AXIS_SWITCH_ON_DISABLED || a->faults.cause != FAULT_NONE) {
+        switching_end(s, ERROR_FAULT_LATCHED);
+        return false;
+    }
+    if (torque_go_on(&s->builder, &a->torque, &a->params, &s->tuning)) {
+        return true;
+    }
+    s->under_way = false;
+    s->outcome = request(a, AXIS_REQUEST_ON);
+    return false;
+}

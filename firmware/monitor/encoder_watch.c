@@ -1,0 +1,297 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/monitor/encoder_watch.h"
+#include "firmware/axis/axis.h"
+#include "firmware/settings/config.h"
+#include "lib/angle.h"
+#include "lib/q15.h"
+
+#define JUMP_DEG     20u
+#define JUMP_COUNTS  3u                /* of a coarse encoder: less is edge noise */
+#define DEGREES(n)   (11930464u * (n)) /* Q32 */
+#define DOUBT_MS     8u
+#define DOUBT_BAD_MS 2u /* the EMF must contradict for this long */
+#define TURNED_TIMES 3u /* contradictions needed without a jump: slow loss of counts */
+#define STILL_MS     4u /* without a count: the encoder may be dead */
+#define STILL_MS_MAX 16u
+#define STILL_COUNTS 8u
+#define INDEX_COUNTS 2  /* from pulse to pulse */
+#define EMF_TURN     1u /* the EMF is computed, */
+#define JUDGE_TURN   3u /* and judged */
+#define INDEX_DRIFT  4  /* from the first pulse, in the same direction */
+
+static int32_t w_of(const struct axis *a, int32_t speed_q32)
+{
+    return q15_sat16(speed_q32 >> a->loop.w_shift);
+}
+
+/*
+ * A shaft that the largest current can stop within 4 ms, or that turns slower than a twentieth of its largest speed, can stop
+ * from one millisecond to the next.
+ */
+static int32_t dead_w_q15(const struct axis *a)
+{
+    const struct tuning *const t = &a->tuning;
+    const uint32_t slope_q16 = (uint32_t)t->i_max_q15 * 65536u / (uint32_t)q15_max(t->speed_accel_q8, 1) * 256u;
+    const int32_t by_torque_rpm = (int32_t)(slope_q16 >> 16) * 4;
+    const int32_t rpm = q15_max(by_torque_rpm, a->params.speed_max_rpm / 20);
+    const int64_t w = (int64_t)rpm * t->overspeed_w_q15 / a->params.overspeed_rpm;
+    return w > INT16_MAX ? INT16_MAX : (int32_t)w;
+}
+
+void encoder_watch_begin(struct axis *a)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
+    const uint32_t coarse_q32 = JUMP_COUNTS * a->tuning.encoder_scale_q32;
+    *e = (struct encoder_watch){.speed_q32 = a->loop.pll.speed_q32,
+                                .speed_before_q32 = a->loop.pll.speed_q32,
+                                .dead_w_q15 = dead_w_q15(a),
+                                .still_limit_q15 = STILL_COUNTS * (a->tuning.encoder_scale_q32 >> CONFIG_W_SHIFT) /
+                                                   CONFIG_PERIODS_PER_SLOW,
+                                .index = encoder_index(&a->fabric->encoder)};
+    e->jump_limit_q32 = coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG);
+    emf_reset(&e->emf, &a->tuning);
+}
+
+/* How far a shaft that moved by these counts in these clocks is from where its speed predicts, electrical. */
+static int32_t surprise_q32_of(const struct tuning *t, int32_t moved, uint32_t clocks, int32_t speed_q32)
+{
+    const uint32_t loop_counts = (uint32_t)t->loop_counts;
+    const uint32_t samples = (clocks + loop_counts / 2u) / loop_counts;
+    return (int32_t)((uint32_t)moved * t->encoder_scale_q32 - samples * (uint32_t)speed_q32);
+}
+
+/* Counts from `before` to `now`, the shorter way round. */
+static int32_t counts_between(const struct axis *a, uint32_t before, uint32_t now)
+{
+    const int32_t turn = a->params.encoder_counts;
+    const int32_t between = (int32_t)(now - before);
+    if (between > turn / 2) {
+        return between - turn;
+    }
+    return between < -turn / 2 ? between + turn : between;
+}
+
+static int32_t degrees(int32_t angle_q32)
+{
+    return ((angle_q32 >> 16) * 360) >> 16;
+}
+
+struct rotor_seed encoder_watch_seed_of(const struct axis *a, uint32_t count, int32_t jump_q32, uint32_t clock)
+{
+    const uint32_t angle_q32 = count * a->loop.encoder_scale_q32 + a->loop.angle_offset_q32;
+    return (struct rotor_seed){.angle_q32 = angle_q32 - (uint32_t)jump_q32, .clock = clock};
+}
+
+static void begin_doubt(const struct axis *a, struct encoder_watch *e, int32_t jump_q32)
+{
+    e->doubt_ms = DOUBT_MS;
+    e->jump_q32 = jump_q32;
+    e->w_before_q15 = w_of(a, e->speed_before_q32);
+    e->emf_before = e->emf.filtered;
+    e->against_ms = 0;
+    e->torque_q29 = speed_loop_before_q29(&a->speed, a->torque.torque_q15 <= 0);
+    e->sound = encoder_watch_seed_of(a, a->speed.estimate.count, jump_q32, a->speed.estimate.latch_clock);
+    e->sound.speed_q32 = e->speed_before_q32;
+}
+
+/*
+ * No edge for the time of eight counts: the edges' own clock shows it within a millisecond.
+ */
+static bool counts_stand(const struct axis *a, int32_t speed_q32)
+{
+    const struct encoder_regs *const encoder = &a->fabric->encoder;
+    const uint32_t quiet = encoder_latch_clock(encoder) - encoder_edge_clock(encoder);
+    const uint32_t samples = quiet / (uint32_t)a->tuning.loop_counts;
+    return samples >= 2u &&
+           (uint64_t)samples * angle_size_q32(speed_q32) > STILL_COUNTS * (uint64_t)a->tuning.encoder_scale_q32;
+}
+
+/*
+ * Counts that stand still while the EMF is as before, or cannot tell, mean a dead encoder. If the EMF is gone, the shaft has
+ * stopped. Telling none from all of it needs less EMF than telling its angle: three times what may hide it, not four.
+ */
+static bool stands_with_emf(const struct encoder_watch *e)
+{
+    const int32_t there_q15 = q15_max(q15_abs(e->emf.now.d_q15), q15_abs(e->emf.now.q_q15));
+    return e->emf.expected_q15 <= 3 * e->emf.unsure_q15 || there_q15 > e->emf.expected_q15 / 3;
+}
+
+static void resolve_doubt(struct axis *a, struct encoder_watch *e, bool stands)
+{
+    const bool clear = emf_is_clear(&e->emf);
+    e->doubt_ms--;
+    if (e->doubt_ms >= DOUBT_MS - 1u) {
+        return; /* this millisecond's voltages are still the old ones */
+    }
+    if (stands) {
+        if (stands_with_emf(e)) {
+            fault_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
+        } else {
+            e->speed_moving_q32 = 0; /* that was the shaft */
+        }
+        return;
+    }
+    if (clear && emf_judge_change(&e->emf, &e->emf_before, e->w_before_q15 < 0) == EMF_AGREES) {
+        return;
+    }
+    e->against_ms++;
+    if (!clear || e->against_ms >= DOUBT_BAD_MS) {
+        fault_report(a, FAULT_ENCODER_SLIP, degrees(e->jump_q32), 0);
+    }
+}
+
+/* No jump, but the EMF disagrees: counts lost one by one, or a jump while the EMF could not tell. */
+static void judge_by_emf(struct axis *a)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
+    const bool backwards = e->speed_before_q32 < 0;
+    const enum emf_verdict verdict = emf_judge(&e->emf, backwards);
+    if (verdict == EMF_AGREES) {
+        e->against_ms = e->against_ms == 0u ? 0u : e->against_ms - 1u;
+        return;
+    }
+    int32_t phase;
+    if (phase_watch_suspects(a, &phase)) {
+        return; /* the voltage of a phase without current is no EMF: first decide whether it is open */
+    }
+    e->against_ms += verdict == EMF_REVERSED ? 2u : 1u;
+    if (e->against_ms >= TURNED_TIMES) {
+        fault_report(a, FAULT_ENCODER_SLIP, emf_angle_deg(&e->emf.filtered, backwards), 0);
+    }
+}
+
+/* No count although the earlier speed should have given enough by now, or 1/share of it. */
+static bool counts_are_due(const struct axis *a, uint32_t share)
+{
+    const struct encoder_watch *const e = &a->supervision.encoder;
+    const uint32_t w_q15 = (uint32_t)q15_abs(w_of(a, e->speed_moving_q32));
+    return e->still_ms <= STILL_MS_MAX && w_q15 > (uint32_t)e->dead_w_q15 &&
+           e->still_ms * w_q15 * share > e->still_limit_q15;
+}
+
+static void watch_still(struct axis *a)
+{
+    if (counts_are_due(a, 1)) {
+        fault_report(a, FAULT_ENCODER_DEAD, 0, a->params.encoder_counts / a->params.pole_pairs);
+    }
+}
+
+bool encoder_watch_may_be_dead(const struct axis *a)
+{
+    return a->supervision.encoder.still_ms != 0u && counts_are_due(a, 4);
+}
+
+/* A pulse must come where the last one in this direction did; the pulse has a width, so each direction has its own place. */
+static void look_at_index(struct axis *a)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
+    const uint32_t now = encoder_index(&a->fabric->encoder);
+    e->index = now;
+    const uint32_t way = e->speed_before_q32 < 0 ? 1u : 0u;
+    if (q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4) {
+        return; /* it may have come from either side */
+    }
+    if (!e->index_known[way]) {
+        e->index_known[way] = true;
+        e->index_first[way] = (int32_t)now;
+    } else {
+        const int32_t off = counts_between(a, (uint32_t)e->index_last[way], now);
+        const int32_t drift = counts_between(a, (uint32_t)e->index_first[way], now);
+        e->index_drift = drift;
+        if (q15_abs(off) > INDEX_COUNTS || q15_abs(drift) > INDEX_DRIFT) {
+            fault_report(a, FAULT_ENCODER_COUNTS, drift, a->params.encoder_counts + (way == 0u ? off : -off));
+        }
+    }
+    e->index_last[way] = (int32_t)now;
+}
+
+int32_t encoder_watch_surprise_q32(const struct axis *a)
+{
+    const struct encoder_regs *const encoder = &a->fabric->encoder;
+    const struct speed_estimate *const last = &a->speed.estimate;
+    const int32_t moved = counts_between(a, last->count, encoder_latched(encoder));
+    const uint32_t clocks = encoder_latch_clock(encoder) - last->latch_clock;
+    return surprise_q32_of(&a->tuning, moved, clocks, a->supervision.encoder.speed_q32);
+}
+
+enum fault encoder_watch_blame(const struct axis *a, enum fault seen)
+{
+    const struct encoder_watch *const e = &a->supervision.encoder;
+    const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
+    if (!running) {
+        return seen;
+    }
+    if (e->doubt_ms == 0u && angle_size_q32(encoder_watch_surprise_q32(a)) <= e->jump_limit_q32) {
+        return seen;
+    }
+    return counts_stand(a, e->speed_q32) ? FAULT_ENCODER_DEAD : FAULT_ENCODER_SLIP;
+}
+
+/*
+ * After a jump of the count the observer's speed is the jump's; the rotor's is taken to be the earlier one. If the counts stand
+ * still, so does the frame, as the observer comes to rest: then the currents do not respond to the rotor at all.
+ */
+static void look_in_doubt(struct axis *a, struct encoder_watch *e)
+{
+    const bool stands = counts_stand(a, (int32_t)((uint32_t)e->w_before_q15 << a->loop.w_shift));
+    const int32_t frame_w_q15 = stands ? current_loop_w_q15(&a->loop) : e->w_before_q15;
+    emf_step(&e->emf, &a->loop, &a->tuning, e->w_before_q15, frame_w_q15);
+    resolve_doubt(a, e, stands);
+}
+
+/* Checks the encoder's angle by the EMF, if there is enough; and the index, if there was a pulse. */
+static void judge(struct axis *a, struct encoder_watch *e)
+{
+    if (emf_is_clear(&e->emf)) {
+        judge_by_emf(a);
+    } else if (e->against_ms != 0u) {
+        e->against_ms--;
+    }
+    if (encoder_index(&a->fabric->encoder) != e->index) {
+        look_at_index(a);
+    }
+}
+
+/* In doubt at once, else in turns. */
+static void look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
+{
+    const int32_t w_q15 = current_loop_w_q15(&a->loop);
+    if (e->doubt_ms != 0u) {
+        look_in_doubt(a, e);
+    } else if (turn == EMF_TURN) {
+        emf_step(&e->emf, &a->loop, &a->tuning, w_q15, w_q15);
+    } else if (turn == JUDGE_TURN) {
+        judge(a, e);
+    }
+}
+
+/* Returns how far the count is from where it should be. */
+static int32_t look_at_count(struct axis *a, struct encoder_watch *e)
+{
+    const struct speed_estimate *const seen = &a->speed.estimate;
+    const int32_t speed_q32 = e->speed_q32;
+    if (seen->moved != 0) {
+        e->still_ms = 0;
+        e->speed_moving_q32 = e->speed_before_q32;
+    } else {
+        e->still_ms++;
+    }
+    e->speed_before_q32 = speed_q32;
+    e->speed_q32 = a->loop.pll.speed_q32;
+    return surprise_q32_of(&a->tuning, seen->moved, seen->step_clocks, speed_q32);
+}
+
+bool encoder_watch_step(struct axis *a, uint32_t turn)
+{
+    struct encoder_watch *const e = &a->supervision.encoder;
+    const uint32_t reported = a->reports.count;
+    const int32_t surprise_q32 = look_at_count(a, e);
+    if (e->doubt_ms == 0u && angle_size_q32(surprise_q32) > e->jump_limit_q32) {
+        begin_doubt(a, e, surprise_q32);
+    }
+    look_at_emf(a, e, turn);
+    if (e->still_ms >= STILL_MS) {
+        watch_still(a);
+    }
+    return e->doubt_ms == 0u && a->reports.count == reported && a->carry.waits == FAULT_NONE;
+}

@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/axis.h"
+#include "lib/q15.h"
+#include "lib/trig.h"
+
+#define SIN60_Q15     28378
+#define LEAST_SHIFT   4 /* a sixteenth of i_max */
+#define ALL_SHIFT     4 /* weight when no phase carries what is asked */
+#define CARRIED_SHIFT 2 /* decay: what was carried counts 0.75 one look later, then 0.56, 0.42 */
+#define SUSPECT       2 /* of the smallest terms: a phase that may be the cause of something else */
+
+/* Which: 1, 2, 3; 0 if more than one. */
+static int32_t open_one(bool a, bool b, bool c)
+{
+    return a + b + c == 1 ? a + 2 * b + 3 * c : 0;
+}
+
+static int32_t size(const abc_t *i)
+{
+    return q15_abs(i->a) + q15_abs(i->b) + q15_abs(i->c);
+}
+
+/*
+ * The reference may be 15 degrees from the measurement: a fast rotor turns by that in a period or two. Closer than that to its
+ * zero crossing an intact phase may carry nothing, and at 500 Hz every look may fall there.
+ */
+static int32_t least_that_tells(const struct phase_watch *p, const abc_t *asked)
+{
+    return q15_max(p->least_q15, size(asked) / 5); /* the size is 1.73 to 2 times the amplitude */
+}
+
+enum phase_look {
+    PHASE_SAYS_NOTHING,
+    PHASE_CARRIES,
+    PHASE_MISSING,
+};
+
+/* A phase that carries an eighth of what is asked of it is intact. */
+static enum phase_look look_at(int32_t asked_q15, int32_t measured_q15, int32_t least_q15)
+{
+    const int32_t size_q15 = q15_abs(asked_q15);
+    if (size_q15 < least_q15) {
+        return PHASE_SAYS_NOTHING;
+    }
+    return q15_abs(measured_q15) >= size_q15 >> 3 ? PHASE_CARRIES : PHASE_MISSING;
+}
+
+/*
+ * One that carries less is open once what was asked, every second millisecond, adds up to half of i_max, at most a quarter of
+ * it at a time: a current still rising, while the voltage is at its limit, may cross zero once or twice.
+ */
+static bool open(struct phase_watch *p, uint32_t phase, enum phase_look look, int32_t asked_q15, uint32_t weight_shift)
+{
+    if (look == PHASE_SAYS_NOTHING) {
+        return false;
+    }
+    const int32_t counts_q15 = q15_min(q15_abs(asked_q15), p->least_q15 << (LEAST_SHIFT - 2));
+    p->missing_q15[phase] = look == PHASE_CARRIES ? 0 : p->missing_q15[phase] + (counts_q15 >> weight_shift);
+    return p->missing_q15[phase] > p->least_q15 << (LEAST_SHIFT - 1);
+}
+
+/*
+ * If no phase carries what is asked, the voltage may be short: that takes longer. But with one phase open the other two carry
+ * nothing just when most is asked of it, so what they carried in earlier looks counts, too.
+ */
+static uint32_t weight_shift(struct phase_watch *p, const abc_t *asked, const abc_t *measured, bool any_carries)
+{
+    p->carried_q15 = q15_max(size(measured), p->carried_q15 - (p->carried_q15 >> CARRIED_SHIFT));
+    return any_carries && p->carried_q15 > size(asked) >> 1 ? 0u : ALL_SHIFT;
+}
+
+void phase_watch_expect(struct axis *a)
+{
+    a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
+    a->supervision.phases.i_q_ref_q15 = a->loop.i_q_ref_q15;
+}
+
+void phase_watch_step(struct axis *a)
+{
+    struct phase_watch *const p = &a->supervision.phases;
+    const cossin_t cs = cossin_q15(current_loop_angle_q32(&a->loop));
+    const int32_t alpha_q15 = (p->i_d_ref_q15 * cs.cos - p->i_q_ref_q15 * cs.sin) >> 15;
+    const int32_t beta_q15 = (p->i_d_ref_q15 * cs.sin + p->i_q_ref_q15 * cs.cos) >> 15;
+    const int32_t b_q15 = ((beta_q15 * SIN60_Q15) >> 15) - (alpha_q15 >> 1);
+    const abc_t asked = {alpha_q15, b_q15, -alpha_q15 - b_q15};
+    const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
+    const int32_t least_q15 = least_that_tells(p, &asked);
+    const enum phase_look of_a = look_at(asked.a, measured.a, least_q15);
+    const enum phase_look of_b = look_at(asked.b, measured.b, least_q15);
+    const enum phase_look of_c = look_at(asked.c, measured.c, least_q15);
+    const uint32_t shift =
+        weight_shift(p, &asked, &measured, of_a == PHASE_CARRIES || of_b == PHASE_CARRIES || of_c == PHASE_CARRIES);
+    const bool a_open = open(p, 0, of_a, asked.a, shift);
+    const bool b_open = open(p, 1, of_b, asked.b, shift);
+    const bool c_open = open(p, 2, of_c, asked.c, shift);
+    if ((a_open || b_open || c_open) && !lock_watch_doubts(a)) {
+        fault_report(a, field_watch_doubts(&a->field_watch) ? FAULT_OUT_OF_STEP : FAULT_OPEN_PHASE,
+                     open_one(a_open, b_open, c_open), 0);
+    }
+}
+
+void phase_watch_begin(struct axis *a)
+{
+    a->supervision.phases = (struct phase_watch){.least_q15 = a->tuning.i_max_q15 >> LEAST_SHIFT};
+}
+
+bool phase_watch_suspects(const struct axis *a, int32_t *phase)
+{
+    const struct phase_watch *const p = &a->supervision.phases;
+    const bool running = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
+    const int32_t least_q15 = p->least_q15 * SUSPECT;
+    const bool a_open = p->missing_q15[0] > least_q15;
+    const bool b_open = p->missing_q15[1] > least_q15;
+    const bool c_open = p->missing_q15[2] > least_q15;
+    *phase = open_one(a_open, b_open, c_open);
+    return running && !lock_watch_doubts(a) && (a_open || b_open || c_open);
+}

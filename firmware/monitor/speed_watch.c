@@ -1,0 +1,174 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/axis/axis.h"
+#include "firmware/source/rotor.h"
+#include "lib/q15.h"
+
+#define STEP_MS       2u /* from look to look */
+#define STALL_MS      500u
+#define FAR_MS        4u
+#define LOSING_MS     4u
+#define LOOK_AHEAD_MS 10
+#define RATE_SHIFT    1
+#define CYCLE_LONGEST 100u /* ms per half wave: six in 300 ms have 50 */
+#define CYCLE_HALVES  6u
+#define SOFTENED_Q8   179 /* 0.7 */
+#define SOFTENED_MOST 5u  /* 0.17: tolerates an inertia parameter five times too large */
+
+/* What the encoder resolves within a millisecond: two counts. */
+static int32_t resolved_rpm_q4(const struct axis *a)
+{
+    return 2 * 60 * 1000 * 16 / a->params.encoder_counts;
+}
+
+void speed_watch_begin(struct axis *a)
+{
+    const int32_t share_q4 = (int32_t)((int64_t)a->params.speed_max_rpm * 16 * a->params.deviation_pct / 100);
+    a->supervision.speed = (struct speed_watch){.deviation_q4 = q15_max(share_q4, resolved_rpm_q4(a))};
+    a->supervision.cycle = (struct cycle_watch){.softened = 0};
+}
+
+/* Within a third, plus the error of two looks at each end. */
+static bool alike(uint32_t a, uint32_t b)
+{
+    const uint32_t longer = a > b ? a : b;
+    const uint32_t shorter = a > b ? b : a;
+    return shorter * 3u + 3u >= longer * 2u;
+}
+
+static int32_t softened(int32_t gain)
+{
+    return q15_max((int32_t)(((int64_t)gain * SOFTENED_Q8) >> 8), 1);
+}
+
+/*
+ * The likely cause is an inertia parameter that is too large: reduces every gain in proportion to it. The memory's gain twice:
+ * the loop as a whole becomes slower but keeps its damping.
+ */
+static void soften(struct axis *a)
+{
+    a->tuning.speed_accel_q8 = softened(a->tuning.speed_accel_q8);
+    a->tuning.speed_kp_q16 = softened(a->tuning.speed_kp_q16);
+    a->tuning.speed_ki_q16 = softened(softened(a->tuning.speed_ki_q16));
+    speed_loop_soften(&a->speed, softened(a->speed.kp_q16), softened(softened(a->speed.ki_q16)));
+}
+
+static void close_half_wave(struct axis *a, struct cycle_watch *w)
+{
+    const int32_t high_q15 = q15_max(w->high_q15, w->last_high_q15);
+    const int32_t low_q15 = q15_min(w->low_q15, w->last_low_q15);
+    const bool swings = high_q15 - low_q15 > a->tuning.i_max_q15 / 2;
+    const bool counts = swings && w->half_ms <= CYCLE_LONGEST && alike(w->half_ms, w->last_half_ms);
+    w->halves = counts ? w->halves + 1u : 0u;
+    w->last_half_ms = w->half_ms;
+    w->last_high_q15 = w->high_q15;
+    w->last_low_q15 = w->low_q15;
+    w->half_ms = 0;
+    w->high_q15 = a->loop.i_q_ref_q15;
+    w->low_q15 = a->loop.i_q_ref_q15;
+}
+
+/* The gains are reduced, a few times; if that does not help, it is a fault. */
+static void end_cycle(struct axis *a, struct cycle_watch *w)
+{
+    w->halves = 0;
+    if (w->softened == SOFTENED_MOST) {
+        fault_report(a, FAULT_LIMIT_CYCLE, (int32_t)(1000u / (2u * w->last_half_ms)), 0);
+    } else {
+        w->softened++;
+        soften(a);
+        fault_warn(a, FAULT_LIMIT_CYCLE);
+    }
+}
+
+static void end_half_wave(struct axis *a)
+{
+    struct cycle_watch *const w = &a->supervision.cycle;
+    close_half_wave(a, w);
+    if (w->halves >= CYCLE_HALVES) {
+        end_cycle(a, w);
+    }
+}
+
+/*
+ * Finds the cause: a few milliseconds later a dead encoder or Hall switch, or an observer that has lost the rotor, is known,
+ * and a phase without current shows.
+ */
+static void lose_speed(struct axis *a)
+{
+    int32_t phase;
+    if (rotor_has_hall(a) && hall_edge_is_overdue(&a->hall.speed)) {
+        return;
+    }
+    if (lock_watch_doubts(a) || encoder_watch_may_be_dead(a)) {
+        return;
+    }
+    if (phase_watch_suspects(a, &phase)) {
+        fault_report(a, FAULT_OPEN_PHASE, phase, 0);
+    } else {
+        fault_report(a, FAULT_SPEED_DEVIATION, (a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4) / 16, 0);
+    }
+}
+
+static void watch_cycle(struct axis *a, struct cycle_watch *w)
+{
+    const bool below = a->speed.speed_rpm_q4 < a->speed.speed_ref_rpm_q4;
+    const int32_t i_q_q15 = a->loop.i_q_ref_q15;
+    w->half_ms += STEP_MS;
+    w->high_q15 = q15_max(w->high_q15, i_q_q15);
+    w->low_q15 = q15_min(w->low_q15, i_q_q15);
+    if (below != w->error_below) {
+        w->error_below = below;
+        end_half_wave(a);
+    }
+}
+
+/*
+ * Two ways to lose the speed: it is too far from the reference; or it will be in LOOK_AHEAD_MS although the motor
+ * does all it can: then the load is stronger.
+ */
+static void watch_deviation(struct axis *a, struct speed_watch *s)
+{
+    const int32_t error_q4 = a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4;
+    const int32_t distance_q4 = q15_abs(error_q4);
+    const int32_t rate_q4 = s->rate_q4 + ((distance_q4 - s->distance_q4 - s->rate_q4) >> RATE_SHIFT);
+    const bool helpless = a->speed.at_limit && (error_q4 < 0) == (a->loop.i_q_ref_q15 < 0);
+    const bool losing =
+        helpless && rate_q4 > 0 && distance_q4 + LOOK_AHEAD_MS / (int32_t)STEP_MS * rate_q4 > s->deviation_q4;
+    const uint32_t losing_ms = losing ? s->losing_ms + STEP_MS : 0u;
+    const uint32_t far_ms = distance_q4 > s->deviation_q4 ? s->far_ms + STEP_MS : 0u;
+    s->rate_q4 = rate_q4;
+    s->distance_q4 = distance_q4;
+    s->losing_ms = losing_ms;
+    s->far_ms = far_ms;
+    if (far_ms >= FAR_MS || losing_ms >= LOSING_MS) {
+        lose_speed(a);
+    }
+}
+
+/* One count either way, of a shaft that yields, does not restart it. */
+static void watch_stall(struct axis *a, struct speed_watch *s)
+{
+    const bool stuck = a->speed.at_limit && q15_abs(a->speed.speed_rpm_q4) < AXIS_STANDSTILL_RPM_Q4;
+    if (!stuck && s->stalled_ms == 0u) {
+        return;
+    }
+    s->stalled_ms += stuck ? STEP_MS : -STEP_MS;
+    if (s->stalled_ms >= STALL_MS) {
+        fault_report(a, FAULT_STALL, 0, 0);
+    }
+}
+
+/* Homing checks for itself what stops the shaft. */
+static bool applies(const struct axis *a)
+{
+    return a->state == AXIS_OPERATION_ENABLED && !axis_mode_is_torque(a->mode) && a->mode != AXIS_MODE_HOMING;
+}
+
+void speed_watch_step(struct axis *a)
+{
+    if (applies(a)) {
+        watch_cycle(a, &a->supervision.cycle);
+        watch_deviation(a, &a->supervision.speed);
+        watch_stall(a, &a->supervision.speed);
+    }
+}

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: MIT */
+/* Compares the speed with its reference: lost, stalled, or oscillating. */
+#ifndef FIRMWARE_MONITOR_SPEED_WATCH_H
+#define FIRMWARE_MONITOR_SPEED_WATCH_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct axis;
+
+struct speed_watch {
+    int32_t deviation_q4; /* rpm: the limit */
+    uint32_t far_ms;
+    int32_t distance_q4; /* from the reference, at the last step */
+    int32_t rate_q4;     /* its growth per millisecond, smoothed */
+    uint32_t losing_ms;  /* how long it has been about to exceed the limit, at full current */
+    uint32_t stalled_ms;
+};
+
+/* A limit cycle: half waves of the speed error, nearly equal in length, with much current. */
+struct cycle_watch {
+    bool error_below;
+    uint32_t softened;         /* how often the gains have been reduced */
+    uint32_t half_ms;          /* of the present half wave */
+    uint32_t last_half_ms;     /* of the one before */
+    uint32_t halves;           /* similar ones in a row */
+    int32_t low_q15, high_q15; /* extremes of the current in this half wave and the last */
+    int32_t last_low_q15, last_high_q15;
+};
+
+/* Starts, from the parameters. Slow loop, when operation begins. */
+void speed_watch_begin(struct axis *a);
+
+/* Slow loop, every second millisecond. */
+void speed_watch_step(struct axis *a);
+
+#endif

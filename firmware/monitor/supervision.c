@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/monitor/supervision.h"
+
+#include "firmware/axis/axis.h"
+#include "firmware/source/rotor.h"
+#include "lib/q15.h"
+
+#define TURNS      4u /* milliseconds until each part has had its turn */
+#define SLOW_TURN  3u
+#define LIMITED_MS 100u
+
+void supervision_begin_again(struct axis *a)
+{
+    lock_watch_begin(&a->lock_watch);
+    phase_watch_begin(a);
+    speed_watch_begin(a);
+    a->supervision.limited_ms = 0;
+}
+
+void supervision_begin(struct axis *a)
+{
+    encoder_watch_begin(a);
+    supervision_begin_again(a);
+}
+
+static void watch_overspeed(struct axis *a)
+{
+    if (q15_abs(current_loop_w_q15(&a->loop)) > a->tuning.overspeed_w_q15) {
+        fault_report(a, FAULT_OVERSPEED, a->speed.speed_rpm_q4 / 16, 0);
+    }
+}
+
+/* The modulator is at its limit, and the current is off by a tenth of i_max. */
+static bool voltage_is_short(const struct axis *a)
+{
+    const struct current_loop *const c = &a->loop;
+    const int32_t radius_q15 = c->radius_q15 - (c->radius_q15 >> 5);
+    if (c->v_d_q15 * c->v_d_q15 + c->v_q_q15 * c->v_q_q15 <= radius_q15 * radius_q15) {
+        return false;
+    }
+    const int32_t missing_q15 = q15_abs(c->i_q_ref_q15 - c->i_q_q15) + q15_abs(c->i_d_ref_q15 - c->i_d_q15);
+    return missing_q15 > a->tuning.i_max_q15 / 10;
+}
+
+static void watch_voltage(struct axis *a)
+{
+    uint32_t *const limited_ms = &a->supervision.limited_ms;
+    if (voltage_is_short(a)) {
+        *limited_ms += TURNS;
+    } else if (*limited_ms != 0u) {
+        *limited_ms -= TURNS;
+    }
+    if (*limited_ms >= LIMITED_MS) {
+        fault_report(a, FAULT_VOLTAGE_LIMIT, 0, 0);
+        *limited_ms = 0;
+    }
+}
+
+static void watch_temperature(struct axis *a)
+{
+    if (thermal_winding_too_hot(&a->thermal)) {
+        fault_report(a, FAULT_OVERTEMPERATURE, a->thermal.winding_q4 / 16, 0);
+    }
+    if (thermal_inverter_too_hot(&a->thermal)) {
+        fault_report(a, FAULT_INVERTER_OVERLOAD, 0, 0);
+    }
+}
+
+static void watch_commands(struct axis *a)
+{
+    const int32_t limit_ms = a->params.command_timeout_ms;
+    if (limit_ms != 0 && a->time_ms - a->command_ms > (uint32_t)limit_ms) {
+        fault_report(a, FAULT_COMMAND_TIMEOUT, limit_ms, 0);
+    }
+}
+
+/* False if the measured speed is in doubt, or the bridge may be off: nothing else is believed then. */
+static bool rotor_is_sound(struct axis *a, uint32_t turn)
+{
+    return rotor_has_encoder(a) ? encoder_watch_step(a, turn) : lock_watch_step(a);
+}
+
+/* The parts take turns, to spread the load: phases and speed every second millisecond, what is slow every fourth. */
+static void step_running(struct axis *a, uint32_t turn)
+{
+    if (!rotor_is_sound(a, turn)) {
+        return;
+    }
+    watch_overspeed(a);
+    if (turn % 2u == 0u) {
+        phase_watch_expect(a);
+        speed_watch_step(a);
+        return;
+    }
+    phase_watch_step(a);
+    if (turn == SLOW_TURN) {
+        watch_voltage(a);
+        watch_temperature(a);
+        watch_commands(a);
+    }
+}
+
+void supervision_step(struct axis *a)
+{
+    if (a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP) {
+        step_running(a, a->time_ms % TURNS);
+    } else if (a->state == AXIS_SWITCHED_ON) {
+        watch_overspeed(a);
+    }
+}

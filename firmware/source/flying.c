@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/source/flying.h"
+
+#include "drivers/cortex/cpu.h"
+#include "firmware/axis/axis.h"
+#include "firmware/commission/emf_pulse.h"
+#include "firmware/control/bridge.h"
+#include "firmware/settings/config.h"
+#include "firmware/source/rotor.h"
+#include "lib/polar.h"
+#include "lib/q15.h"
+
+#define ENOUGH_Q8   7   /* of i_max: a pulse with this much current is long enough; up to twice as much is allowed */
+#define SEEN_Q15    128 /* 8 codes of 12 bits: less is noise */
+#define QUIET_LOOKS 3u
+#define PAIR_SHIFT  3   /* an eighth of a millisecond between two pulses, and their own time */
+#define GOOD_PULSES 10u /* in a row where they are expected */
+#define GOOD_STEPS  8u
+#define PULSES_MS   40u
+#define ZERO_MS     32u
+#define SETTLES_MS  3u                       /* the current controllers have found the EMF */
+#define LEAST_STEPS (CONFIG_BUS_STEPS / 128) /* an EMF of 0.8 % of the bus, if its rotation fits that size */
+#define SURE_STEPS  (CONFIG_BUS_STEPS / 32)  /* 3 %: more than dead time can make */
+#define MEAN_SHIFT  3u                       /* 8 samples */
+#define PLAYED      3u                       /* samples from a set of integrals to the voltages that they make */
+
+#define HALF_TURN_Q32    0x80000000u
+#define QUARTER_TURN_Q32 0x40000000u
+
+void flying_begin(struct axis *a)
+{
+    a->flying = (struct flying){.counts = EMF_PULSE_SHORTEST};
+    current_loop_field(&a->loop, 0, 0);
+    if (!current_loop_select(&a->loop, a->fabric, LOOP_OBSERVER)) {
+        fault_raise(a, FAULT_FABRIC); /* the gate does not let go */
+    }
+}
+
+/* ---- caught ---- */
+
+/* The track gives the rotor's position at the next sample. */
+static void place(struct axis *a)
+{
+    struct current_loop *const c = &a->loop;
+    const struct emf_track *const t = &a->flying.track;
+    const uint32_t mask = cpu_irq_save();
+    c->pll.speed_q32 = t->speed_q32;
+    observer_reset(c, &a->tuning, emf_track_rotor_q32(t, adc_sequence(&a->fabric->adc) + 1u), 0);
+    cpu_irq_restore(mask);
+}
+
+static void lead(struct axis *a)
+{
+    a->sensorless = (struct sensorless){.step = 0};
+    rotor_take_speed(a);
+    a->sensorless.ref_rpm_q16 = a->speed.estimate.speed_rpm_q15 * 2;
+}
+
+/* With the bridge off: the legs play the EMF before the gates open, right after a sample, where the ripple is zero. */
+static void open_gates_to_emf(struct axis *a)
+{
+    place(a);
+    current_loop_arm(&a->loop, a->fabric, &a->tuning);
+    observer_follow(&a->loop, &a->tuning, OBSERVER_LEADS);
+    emf_pulse_wait(a->fabric, PLAYED);
+    place(a);
+    (void)bridge_enable(&a->loop, a->fabric); /* shut, the next step finds the fault */
+    lead(a);
+}
+
+/*
+ * With the bridge on and zero current. No sample comes in between. The voltages stay as they are.
+ */
+static void turn_to_rotor(struct axis *a)
+{
+    struct current_loop *const c = &a->loop;
+    const uint32_t mask = cpu_irq_save();
+    place(a);
+    current_loop_follow_rotor(c);
+    current_loop_adopt(c, a->fabric, &a->tuning);
+    cpu_irq_restore(mask);
+    lead(a);
+}
+
+/* ---- pulses ---- */
+
+static uint32_t emf_q32(const struct emf_pulse *p)
+{
+    return atan2_q32(p->i.beta, p->i.alpha) + HALF_TURN_Q32;
+}
+
+static void look_at_pulses(struct flying *f, const struct emf_pulse *first, const struct emf_pulse *second)
+{
+    const int32_t turned_q32 = (int32_t)(emf_q32(second) - emf_q32(first));
+    if (f->track.looks == 0u) {
+        emf_track_begin(&f->track, second->sequence, emf_q32(second),
+                        turned_q32 / q15_max((int32_t)(second->sequence - first->sequence), 1));
+    } else {
+        emf_track_look(&f->track, second->sequence, emf_q32(second));
+    }
+}
+
+/* The current gives the EMF's direction in the middle of the pulse. */
+static void correct_for_length(struct axis *a)
+{
+    struct flying *const f = &a->flying;
+    const int32_t late_q32 = (int32_t)((int64_t)f->track.speed_q32 * (int32_t)f->counts / (2 * a->tuning.loop_counts));
+    f->track.angle_q32 += (uint32_t)late_q32;
+}
+
+static void regulate_to_nothing(struct axis *a)
+{
+    struct flying *const f = &a->flying;
+    f->regulates = true;
+    f->ms = 0;
+    f->track = (struct emf_track){.looks = 0};
+    current_loop_on(&a->loop, a->fabric, &a->tuning);
+}
+
+static struct emf_pulse pulse(struct axis *a)
+{
+    const uint32_t counts = a->flying.counts;
+    return counts < CONFIG_PWM_COUNTS ? emf_pulse(&a->loop, a->fabric, counts)
+                                      : emf_pulse_period(&a->loop, a->fabric, (uint32_t)a->tuning.samples);
+}
+
+/* About twice as long; finally a whole period, if the present current predicts no more than is allowed. */
+static bool lengthen(struct axis *a, int32_t size_q15, int32_t enough_q15)
+{
+    struct flying *const f = &a->flying;
+    const uint32_t longest = emf_pulse_longest(&a->fabric->pwm);
+    const int32_t whole_q15 = size_q15 * (int32_t)(CONFIG_PWM_COUNTS / longest);
+    if (size_q15 >= enough_q15 || f->counts == CONFIG_PWM_COUNTS ||
+        (f->counts == longest && size_q15 >= SEEN_Q15 && whole_q15 > enough_q15)) {
+        return false;
+    }
+    f->counts = f->counts == longest ? CONFIG_PWM_COUNTS : 2u * f->counts < longest ? 2u * f->counts : longest;
+    f->track = (struct emf_track){.looks = 0};
+    return true;
+}
+
+static int32_t size_of(const struct emf_pulse *p)
+{
+    return magnitude_q15(p->i.alpha, p->i.beta);
+}
+
+/* A rotor slow enough for whole periods may be lost in the noise of its pulses: its voltage shows more. */
+static void give_up_pulses(struct axis *a)
+{
+    if (a->flying.counts == CONFIG_PWM_COUNTS) {
+        regulate_to_nothing(a);
+    } else { /* it turns unevenly, or does not match the parameters */
+        fault_raise(a, FAULT_LOCK_LOST);
+    }
+}
+
+static enum flying_result step_pulses(struct axis *a)
+{
+    struct flying *const f = &a->flying;
+    const struct emf_pulse first = pulse(a);
+    emf_pulse_wait(a->fabric, (uint32_t)a->tuning.loops_per_slow >> PAIR_SHIFT);
+    const struct emf_pulse second = pulse(a);
+    const int32_t size_q15 = q15_min(size_of(&first), size_of(&second));
+    if (lengthen(a, size_q15, q15_max((a->tuning.i_max_q15 * ENOUGH_Q8) >> 8, SEEN_Q15))) {
+        return FLYING_SEARCHES;
+    }
+    f->quiet = size_q15 < SEEN_Q15 ? f->quiet + 1u : 0u;
+    if (f->quiet >= QUIET_LOOKS) {
+        regulate_to_nothing(a);
+        return FLYING_SEARCHES;
+    }
+    look_at_pulses(f, &first, &second);
+    if (f->track.good >= GOOD_PULSES) {
+        correct_for_length(a);
+        open_gates_to_emf(a);
+        return FLYING_CAUGHT;
+    }
+    if (f->ms > PULSES_MS) {
+        give_up_pulses(a);
+    }
+    return FLYING_SEARCHES;
+}
+
+/* ---- no current ---- */
+
+/* The mean of the voltages over some samples, against current-sensor noise: as of the middle sample. */
+static uint32_t mean_voltage(const struct axis *a, dq_t *v_steps)
+{
+    const volatile struct current_loop *const c = &a->loop;
+    *v_steps = (dq_t){0, 0};
+    for (uint32_t n = 0; n < 1u << MEAN_SHIFT; n++) {
+        emf_pulse_wait(a->fabric, 1u);
+        v_steps->d += c->v_d_steps;
+        v_steps->q += c->v_q_steps;
+    }
+    v_steps->d >>= MEAN_SHIFT;
+    v_steps->q >>= MEAN_SHIFT;
+    return adc_sequence(&a->fabric->adc) - (1u << (MEAN_SHIFT - 1u));
+}
+
+/* Dead-time residue does not rotate; an EMF rotates at the speed its size implies, within a factor of two. */
+static bool turns_by_its_size(const struct axis *a, int32_t size_steps)
+{
+    const int32_t vbus_q15 = q15_max(adc_vbus_q15(&a->fabric->adc), 1);
+    const int32_t w_q15 = q15_sat16(q15_abs(a->flying.track.speed_q32) >> a->loop.w_shift);
+    const int32_t emf_steps = ((w_q15 * a->tuning.emf_q12) >> 12) * (CONFIG_BUS_STEPS / 2) / vbus_q15 * 2;
+    return emf_steps > size_steps / 2 && emf_steps < size_steps * 2;
+}
+
+static enum flying_result step_zero(struct axis *a)
+{
+    struct flying *const f = &a->flying;
+    dq_t v_steps;
+    const uint32_t at = mean_voltage(a, &v_steps);
+    const int32_t size_steps = magnitude_q15(v_steps.d, v_steps.q);
+    if (f->ms > SETTLES_MS && size_steps > LEAST_STEPS) {
+        emf_track_find(&f->track, at, atan2_q32(v_steps.q, v_steps.d));
+    } else {
+        f->track = (struct emf_track){.looks = 0};
+    }
+    if (f->track.good >= GOOD_STEPS && (size_steps > SURE_STEPS || turns_by_its_size(a, size_steps))) {
+        turn_to_rotor(a);
+        return FLYING_CAUGHT;
+    }
+    return f->ms > ZERO_MS ? FLYING_STANDS : FLYING_SEARCHES;
+}
+
+enum flying_result flying_step(struct axis *a)
+{
+    a->flying.ms++;
+    return a->flying.regulates ? step_zero(a) : step_pulses(a);
+}
+
+void flying_go_on(struct axis *a, uint32_t angle_q32, int32_t speed_q32)
+{
+    const uint32_t emf_q32 = angle_q32 + (speed_q32 < 0 ? 3u * QUARTER_TURN_Q32 : QUARTER_TURN_Q32);
+    emf_track_begin(&a->flying.track, adc_sequence(&a->fabric->adc) + 1u, emf_q32, speed_q32);
+    open_gates_to_emf(a);
+}

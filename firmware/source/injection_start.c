@@ -1,0 +1,228 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/source/injection_start.h"
+
+#include "drivers/cortex/cpu.h"
+#include "firmware/axis/axis.h"
+#include "lib/polar.h"
+#include "lib/q15.h"
+#include "lib/trig.h"
+
+#define SWEEP_ANGLES  8u
+#define SWEEP_STEP    (0x80000000u / SWEEP_ANGLES)
+#define SWEEP_SETTLES 3u
+#define SWEEP_MS      7u
+
+#define LOCK_MS 40u
+
+/* Four parts: with, against, against, with. So drift cancels. */
+#define POLARITY_PARTS   4u
+#define POLARITY_SETTLES 12u
+#define POLARITY_MS      24u
+#define POLARITY_TRIES   3u
+#define SIGMAS_SQUARED   36
+#define LEAST_PART       64 /* of the responses: a smaller part may be something else */
+
+/* 4 LSB per degree: 229 per radian. */
+#define RADIAN_LEAST 230
+
+#define DEGREE_OF_RADIAN_Q16 1144 /* 1 / 57.296 */
+
+enum start_step {
+    STEP_SWEEP,
+    STEP_LOCK,
+    STEP_POLARITY,
+    STEP_REST, /* the test's current fades */
+};
+
+bool injection_wanted(const struct axis *a)
+{
+    return a->tuning.angle_source == PARAM_ANGLE_SENSORLESS && a->tuning.injection.v_q15 != 0;
+}
+
+void injection_begin(struct axis *a)
+{
+    a->injection = (struct injection_start){.step = STEP_SWEEP};
+    a->sensorless = (struct sensorless){0};
+    current_loop_field(&a->loop, 0, 0);
+}
+
+bool injection_brakes(const struct axis *a)
+{
+    return a->injection.step == STEP_LOCK;
+}
+
+static void next_step(struct injection_start *s, enum start_step step)
+{
+    s->step = step;
+    s->ms = 0;
+}
+
+/* ---- sweep ---- */
+
+/* This angle's part of the sums: means over its samples. */
+static void add_angle(struct axis *a)
+{
+    struct injection_start *const s = &a->injection;
+    const struct injection_seen sum = injection_take(&a->loop);
+    const int32_t samples = (int32_t)(SWEEP_MS - SWEEP_SETTLES) * a->tuning.loops_per_slow;
+    const int32_t d = q15_sat16(sum.d / samples);
+    const int32_t q = q15_sat16(sum.q / samples);
+    const cossin_t twice = cossin_q15(2u * s->angle * SWEEP_STEP);
+    s->sum_re += (d * twice.cos - q * twice.sin) >> 15;
+    s->sum_im += (d * twice.sin + q * twice.cos) >> 15;
+    s->sum_straight += d;
+}
+
+/* No voltage except the wave: the EMF brakes. */
+static void short_windings(volatile struct current_loop *c)
+{
+    c->integral_d_q9 = 0;
+    c->integral_q_q9 = 0;
+    c->feedforward_d_steps = 0;
+    c->feedforward_q_steps = 0;
+}
+
+static enum injection_result leave_sweep(struct axis *a)
+{
+    struct injection_start *const s = &a->injection;
+    const int32_t re = q15_sat16(s->sum_re / 2);
+    const int32_t im = q15_sat16(s->sum_im / 2);
+    s->straight = s->sum_straight / (int32_t)SWEEP_ANGLES;
+    s->radian = magnitude_q15(re, im) * 4 / (int32_t)SWEEP_ANGLES;
+    s->detail_q8 = (q15_min(s->radian, INT16_MAX) * DEGREE_OF_RADIAN_Q16) >> 8;
+    if (s->radian < RADIAN_LEAST) {
+        return INJECTION_SALIENCY;
+    }
+    injection_track(&a->loop, &a->tuning, atan2_q32(im, re) / 2u, s->radian);
+    current_loop_follow_rotor(&a->loop);
+    short_windings(&a->loop);
+    next_step(s, STEP_LOCK);
+    return INJECTION_RUNNING;
+}
+
+static enum injection_result sweep(struct axis *a)
+{
+    struct injection_start *const s = &a->injection;
+    s->ms++;
+    if (s->ms == SWEEP_SETTLES) {
+        (void)injection_take(&a->loop);
+    }
+    if (s->ms < SWEEP_MS) {
+        return INJECTION_RUNNING;
+    }
+    add_angle(a);
+    s->angle++;
+    s->ms = 0;
+    if (s->angle == SWEEP_ANGLES) {
+        return leave_sweep(a);
+    }
+    current_loop_field(&a->loop, s->angle * SWEEP_STEP, 0);
+    return INJECTION_RUNNING;
+}
+
+/* ---- polarity ---- */
+
+static void begin_polarity(struct axis *a, int32_t i_q15)
+{
+    struct injection_start *const s = &a->injection;
+    next_step(s, STEP_POLARITY);
+    s->i_q15 = i_q15;
+    s->with = s->against = 0;
+    s->with_squares = s->against_squares = 0;
+}
+
+/* Half a turn further: quantities in the present frame change sign in the new one. */
+static void turn_round(volatile struct current_loop *c)
+{
+    const uint32_t mask = cpu_irq_save();
+    c->pll.angle_q32 += 0x80000000u;
+    c->integral_d_q9 = -c->integral_d_q9;
+    c->integral_q_q9 = -c->integral_q_q9;
+    cpu_irq_restore(mask);
+}
+
+/* Sum of squares about the mean, of `count` values. */
+static int64_t scatter(int64_t squares, int64_t sum, int64_t count)
+{
+    return squares - sum * sum / count;
+}
+
+/*
+ * The difference of two sums of n values each has the variance 2 n s^2, where s^2 is the scatter of both over 2 n - 2: so the
+ * difference squared over both scatters gives the number of sigmas squared.
+ */
+static bool differ(const struct injection_start *s)
+{
+    const int64_t count = (int64_t)(POLARITY_MS - POLARITY_SETTLES) * (POLARITY_PARTS / 2u);
+    const int64_t difference = (int64_t)s->with - s->against;
+    const int64_t both = scatter(s->with_squares, s->with, count) + scatter(s->against_squares, s->against, count);
+    const int64_t least = ((int64_t)s->with + s->against) / LEAST_PART;
+    return difference * difference > SIGMAS_SQUARED * both && (difference < 0 ? -difference : difference) > least;
+}
+
+static enum injection_result leave_polarity(struct axis *a)
+{
+    struct injection_start *const s = &a->injection;
+    s->tries++;
+    if (!differ(s)) {
+        if (s->tries == POLARITY_TRIES) {
+            return INJECTION_POLARITY;
+        }
+        begin_polarity(a, q15_min(s->i_q15 + s->i_q15 / 2, a->tuning.i_max_q15));
+        return INJECTION_RUNNING;
+    }
+    const bool more_along = s->with > s->against;
+    if (more_along == a->tuning.reluctant) {
+        turn_round(&a->loop);
+    }
+    a->loop.i_d_ref_q15 = 0;
+    next_step(s, STEP_REST);
+    return INJECTION_RUNNING;
+}
+
+static enum injection_result tell_polarity(struct axis *a)
+{
+    struct injection_start *const s = &a->injection;
+    const uint32_t part = s->ms / POLARITY_MS;
+    if (part == POLARITY_PARTS) {
+        return leave_polarity(a);
+    }
+    const bool with = part == 0u || part == POLARITY_PARTS - 1u;
+    const int64_t seen = injection_take(&a->loop).d;
+    if (s->ms % POLARITY_MS >= POLARITY_SETTLES) {
+        *(with ? &s->with : &s->against) += (int32_t)seen;
+        *(with ? &s->with_squares : &s->against_squares) += seen * seen;
+    }
+    a->loop.i_d_ref_q15 = with ? s->i_q15 : -s->i_q15;
+    s->ms++;
+    return INJECTION_RUNNING;
+}
+
+static enum injection_result step(struct axis *a)
+{
+    struct injection_start *const s = &a->injection;
+    switch (s->step) {
+    case STEP_SWEEP:
+        return sweep(a);
+    case STEP_LOCK:
+        s->ms++;
+        if (s->ms == LOCK_MS) {
+            begin_polarity(a, a->tuning.injection.polarity_q15);
+        }
+        return INJECTION_RUNNING;
+    case STEP_POLARITY:
+        return tell_polarity(a);
+    case STEP_REST:
+    default:
+        s->ms++;
+        (void)injection_take(&a->loop);
+        return s->ms == POLARITY_SETTLES ? INJECTION_DONE : INJECTION_RUNNING;
+    }
+}
+
+enum injection_result injection_start_step(struct axis *a)
+{
+    const enum injection_result result = step(a);
+    a->injection.result = result;
+    return result;
+}

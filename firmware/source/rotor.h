@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The rotor's position and speed, and whether they are known, in one place for every source. The current loop has the angle and
+ * the electrical speed (current_loop_angle_q32(), current_loop_w_q15()); the speed loop and its supervision take the shaft
+ * speed from here.
+ *
+ *   encoder       edges and their times (control/speed_estimate.h)
+ *   observer      its speed, as fast as its tracking loop: the speed loop's gains are reduced to match
+ *   Hall switches edges and their times (control/hall.h), the speed loop's gains as with the observer
+ *   none of them  the rotor follows a prescribed field: the field's speed, for want of a better one
+ */
+#ifndef FIRMWARE_SOURCE_ROTOR_H
+#define FIRMWARE_SOURCE_ROTOR_H
+
+#include <stdbool.h>
+
+#include "firmware/axis/axis.h"
+
+/* True if an encoder gives the angle. Any context. */
+static inline bool rotor_has_encoder(const struct axis *a)
+{
+    return a->tuning.angle_source == PARAM_ANGLE_ENCODER;
+}
+
+/* True if Hall switches do. Any context. */
+static inline bool rotor_has_hall(const struct axis *a)
+{
+    return a->tuning.angle_source == PARAM_ANGLE_HALL;
+}
+
+/* True if the rotor's angle is known, not just that of a field it should follow. Any context. */
+static inline bool rotor_is_known(const struct axis *a)
+{
+    return rotor_has_encoder(a) ? a->start.aligned : a->loop.field_follows != 0u;
+}
+
+/* True if the injection leads now. Any context. */
+static inline bool injection_leads(const struct axis *a)
+{
+    return a->loop.source == LOOP_INJECTION;
+}
+
+/* Takes the speed from another source than an encoder. Slow loop. */
+void rotor_take_speed(struct axis *a);
+
+/* Measures the speed. Slow loop, first, whatever the state. */
+static inline void rotor_measure(struct axis *a)
+{
+    if (rotor_has_encoder(a)) {
+        speed_loop_measure(&a->speed, &a->fabric->encoder, &a->tuning);
+    } else {
+        rotor_take_speed(a);
+    }
+}
+
+#endif

@@ -1,0 +1,317 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/source/sensorless.h"
+
+#include "drivers/cortex/cpu.h"
+#include "firmware/axis/axis.h"
+#include "firmware/settings/config.h"
+#include "firmware/source/injection_lead.h"
+#include "firmware/source/rotor.h"
+#include "lib/angle.h"
+#include "lib/limit.h"
+#include "lib/pi.h"
+#include "lib/polar.h"
+
+#define QUARTER_Q32    0x40000000u
+#define HOLD_SHIFT     6 /* the held voltage covers a 64th of the way per millisecond */
+#define MARGIN(tenths) (256 * (tenths) / 10)
+#define SEES_MARGIN    MARGIN(15) /* the observer is released */
+#define LEADS_ALL \
+    MARGIN(20) /* and may lead: OBSERVER_LEADS_Q8 with the torque current alone, this much with the field's */
+#define WEAK_MARGIN    MARGIN(30) /* and no longer */
+#define CALM_MS        20u
+#define WEAK_MS        8u
+#define CALM_RHO_Q15   8192                      /* a quarter */
+#define CALM_LAG_Q32   (1u << 28)                /* 22 degrees from its mean over 16 ms: it swings but is not lost */
+#define LAG_MOST_Q32   ((1u << 30) - (1u << 26)) /* nearly 90 degrees */
+#define LAG_SHIFT      4
+#define YIELD_MOST_Q32 (1 << 29) /* 45 degrees */
+#define SLEW_SHIFT     4         /* a 16th of i_max a millisecond: currents of the field come and go */
+
+enum align_step {
+    ALIGN_ACROSS, /* 90 degrees from the rotor's final position: there is no pull from the opposite side */
+    ALIGN_NEARER, /* half of that: friction of two thirds of the pull holds a rotor 130 degrees away */
+    ALIGN_ALONG,
+    ALIGN_LESS, /* with less current, to measure the resistance; a load is still held */
+};
+
+static int32_t slew(int32_t from, int32_t to, int32_t most)
+{
+    return from + q15_clamp(to - from, -most, most);
+}
+
+static int32_t slew_of(const struct axis *a)
+{
+    return (a->tuning.i_max_q15 >> SLEW_SHIFT) + 1;
+}
+
+/* ---- start ---- */
+
+void sensorless_begin(struct axis *a)
+{
+    a->sensorless = (struct sensorless){.step = ALIGN_ACROSS};
+    current_loop_field(&a->loop, QUARTER_Q32, 0);
+}
+
+/* The voltage slowly follows the missing current: for the swinging rotor it is constant. */
+static void hold_voltage(struct axis *a, int32_t i_q15)
+{
+    struct sensorless *const s = &a->sensorless;
+    const int32_t missing_q15 = i_q15 - a->loop.i_d_q15;
+    s->i_q23 += (a->loop.i_d_q15 * (1 << 8) - s->i_q23) >> HOLD_SHIFT;
+    s->v_q23 = q15_clamp(s->v_q23 + ((a->tuning.r_q12 * missing_q15) >> (4 + HOLD_SHIFT)), 0, (Q15_ONE / 2) << 8);
+    const int32_t v_steps = (s->v_q23 >> 8) * CONFIG_BUS_STEPS / q15_max(a->loop.vbus_q15, a->tuning.v_min_q15);
+    a->loop.integral_d_q9 = q15_min(v_steps, LOOP_V_D_MAX_STEPS - 1) * (1 << PI_SHIFT);
+    a->loop.integral_q_q9 = 0;
+}
+
+/*
+ * The resistance at the winding's present temperature: from two currents, so dead time drops out. They differ by a quarter,
+ * which may be ten ADC steps: single samples would not do. Limited to what temperature and tolerance can make of the parameter.
+ */
+static void take_resistance(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    struct tuning *const t = &a->tuning;
+    const int32_t by_q23 = q15_max(s->i_full_q23 - s->i_q23, 1 << 8);
+    const int32_t measured_q12 = (int32_t)((int64_t)(s->v_full_q23 - s->v_q23) * 4096 / by_q23);
+    const int32_t r_q12 = q15_clamp(measured_q12, t->r_q12 * 5 / 8, t->r_q12 * 7 / 4);
+    t->observer.r_q5 = q15_min((int32_t)((int64_t)t->observer.r_q5 * r_q12 / q15_max(t->r_q12, 1)), INT16_MAX);
+    t->r_q12 = q15_max(r_q12, 1);
+}
+
+static int32_t less_q15(int32_t i_q15)
+{
+    return i_q15 * 3 / 4;
+}
+
+/* The next part of the start; true after the last. */
+static bool align_next(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    s->ms = 0;
+    switch (s->step) {
+    case ALIGN_ACROSS:
+        current_loop_field(&a->loop, QUARTER_Q32 / 2u, 0);
+        s->step = ALIGN_NEARER;
+        return false;
+    case ALIGN_NEARER:
+        current_loop_field(&a->loop, 0, 0);
+        s->step = ALIGN_ALONG;
+        return false;
+    case ALIGN_ALONG:
+        s->i_full_q23 = s->i_q23;
+        s->v_full_q23 = s->v_q23;
+        s->step = ALIGN_LESS;
+        return false;
+    default:
+        take_resistance(a);
+        s->i_q15 = less_q15(a->tuning.field.i_align_q15);
+        a->loop.i_d_ref_q15 = s->i_q15;
+        return true;
+    }
+}
+
+bool sensorless_align(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const int32_t i_q15 = a->tuning.field.i_align_q15;
+    hold_voltage(a, s->step == ALIGN_LESS ? less_q15(i_q15) : i_q15);
+    s->ms++;
+    const uint32_t takes_ms = (uint32_t)a->tuning.field.align_ms >> (s->step == ALIGN_NEARER ? 1 : 0);
+    return s->ms >= takes_ms && align_next(a);
+}
+
+/* ---- the field leads ---- */
+
+static int32_t lag_of(const struct axis *a)
+{
+    return (int32_t)(current_loop_angle_q32(&a->loop) - a->loop.pll.angle_q32);
+}
+
+/* One angle's lead over another, the shorter way round. */
+static int32_t turned_by(int32_t angle_q32, int32_t from_q32)
+{
+    return (int32_t)((uint32_t)angle_q32 - (uint32_t)from_q32);
+}
+
+/* The rotor's torque at these currents, in torque.h's units. */
+static int32_t torque_of(const struct tuning *t, int32_t i_d_q15, int32_t i_q_q15)
+{
+    const int32_t flux_q11 = (t->emf_q12 >> 1) - ((t->saliency_q11 * i_d_q15) >> 15);
+    return (int32_t)((int64_t)i_q_q15 * flux_q11 / t->torque_emf_q11);
+}
+
+static bool is_calm(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const struct observer *const o = &a->loop.flux;
+    const int32_t lag_q32 = lag_of(a);
+    const int32_t off_q32 = turned_by(lag_q32, s->lag_q32);
+    s->lag_q32 += off_q32 >> LAG_SHIFT;
+    s->grows_q32 = off_q32 >> LAG_SHIFT;
+    return o->margin_q8 >= LEADS_ALL && o->margin_torque_q8 >= OBSERVER_LEADS_Q8 &&
+           q15_abs(o->rho_q15) < CALM_RHO_Q15 && angle_size_q32(off_q32) < CALM_LAG_Q32 &&
+           angle_size_q32(lag_q32) < LAG_MOST_Q32;
+}
+
+/* While it swings, the rotor's speed differs from the field's. */
+/* The rotor's rest position relative to the field: the mean of a swing period, starting where it is first seen. */
+static void follow_rest(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const int32_t lag_q32 = lag_of(a);
+    if (!s->sees) {
+        s->rest_q32 = lag_q32;
+        s->sees = true;
+    }
+    s->rest_q32 =
+        (int32_t)((uint32_t)s->rest_q32 + (uint32_t)(turned_by(lag_q32, s->rest_q32) / a->tuning.field.rest_ms));
+}
+
+static void observer_takes_over(struct axis *a)
+{
+    struct current_loop *const c = &a->loop;
+    const int32_t target_rpm_q16 = a->speed.target_rpm_q16;
+    current_loop_follow_rotor(c);
+    c->pll.speed_q32 -= a->sensorless.grows_q32 / a->tuning.loops_per_slow;
+    current_loop_adopt(c, a->fabric, &a->tuning);
+    rotor_take_speed(a);
+    const int32_t torque_q15 = torque_of(&a->tuning, c->i_d_ref_q15, c->i_q_ref_q15);
+    speed_loop_reset(&a->speed, torque_q15);
+    a->speed.target_rpm_q16 = target_rpm_q16;
+    a->sensorless.ref_rpm_q16 = a->speed.ref_rpm_q16;
+    a->sensorless.extra_q15 = c->i_d_ref_q15;
+    a->sensorless.weak_ms = 0;
+}
+
+static void set_field_current(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const int32_t limit_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.field.i_q15);
+    const int32_t most = slew_of(a);
+    s->i_q15 = slew(s->i_q15, limit_q15, most);
+    a->loop.i_d_ref_q15 = slew(a->loop.i_d_ref_q15, s->i_q15, most);
+    a->loop.i_q_ref_q15 = slew(a->loop.i_q_ref_q15, 0, most);
+}
+
+/*
+ * The rotor swings about the field, damped only by friction. A yielding field damps it, too: the field waits by as much as the
+ * rotor lags beyond its mean over a period or so. Acts as a damper of 0.35 of the critical one.
+ */
+static int32_t yield_q32(const struct axis *a)
+{
+    const struct sensorless *const s = &a->sensorless;
+    const int32_t more_q32 = q15_clamp(turned_by(lag_of(a), s->rest_q32), -YIELD_MOST_Q32, YIELD_MOST_Q32);
+    return s->sees ? more_q32 / a->tuning.field.yield_loops : 0;
+}
+
+/* The steepest ramp now. */
+static int32_t field_ramp_q16(const struct axis *a)
+{
+    const struct tuning_field *const t = &a->tuning.field;
+    const int32_t ref_q16 = a->speed.ref_rpm_q16;
+    const bool speeds_up = ref_q16 == 0 || (ref_q16 < 0) == (a->speed.target_rpm_q16 < 0);
+    return speeds_up && q15_abs(ref_q16) < t->creep_below_q16 ? q15_min(t->creep_q16, t->ramp_q16) : t->ramp_q16;
+}
+
+static void turn_field(struct axis *a, int32_t slope_q16)
+{
+    const int32_t rpm_q16 = speed_loop_lead(&a->speed, q15_min(slope_q16, field_ramp_q16(a)));
+    const int32_t speed_q32 = (int32_t)(((int64_t)rpm_q16 * a->tuning.field.speed_per_rpm_q12) >> 12);
+    a->loop.field_speed_q32 = speed_q32 - yield_q32(a);
+    a->loop.pll.speed_q32 = speed_q32;
+}
+
+bool sensorless_lead_field(struct axis *a, int32_t slope_q16)
+{
+    struct sensorless *const s = &a->sensorless;
+    if (rotor_is_known(a)) {
+        return false;
+    }
+    turn_field(a, slope_q16);
+    set_field_current(a);
+    if (a->loop.flux.margin_q8 < SEES_MARGIN) {
+        observer_reset(&a->loop, &a->tuning, current_loop_angle_q32(&a->loop), a->loop.i_d_q15);
+        s->lag_q32 = 0;
+        s->calm_ms = 0;
+        s->sees = false;
+        return true;
+    }
+    follow_rest(a);
+    s->calm_ms = is_calm(a) ? s->calm_ms + 1u : 0u;
+    if (s->calm_ms >= CALM_MS) {
+        observer_takes_over(a);
+    }
+    return true;
+}
+
+/* ---- the observer leads ---- */
+
+/*
+ * The current intended along the field is at an angle to the rotor: its torque part is there already, and the rest will come
+ * along the magnets.
+ */
+static void field_takes_over(struct axis *a)
+{
+    struct current_loop *const c = &a->loop;
+    const int32_t i_q_q15 = c->i_q_ref_q15;
+    const int32_t i_d_q15 = circle_rest_q15(i_q_q15, a->tuning.field.i_q15);
+    a->sensorless.i_q15 = a->tuning.field.i_q15;
+    a->sensorless.calm_ms = 0;
+    a->sensorless.sees = false;
+    current_loop_prescribe(c, atan2_q32(i_q_q15, i_d_q15), c->pll.speed_q32);
+    current_loop_adopt(c, a->fabric, &a->tuning);
+    a->speed.ref_rpm_q16 = tuning_rpm_q15(&a->tuning, c->pll.speed_q32) * 2;
+}
+
+/* The rotor follows the ramp: its speed change is fed forward and need not show in the angle first. */
+static void follow_ramp(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    const int32_t moved_q16 = a->speed.ref_rpm_q16 - s->ref_rpm_q16;
+    s->ref_rpm_q16 = a->speed.ref_rpm_q16;
+    if (a->mode == AXIS_MODE_SPEED && !a->speed.at_limit && moved_q16 != 0) {
+        cpu_add(&a->loop.pll.speed_q32, (int32_t)(((int64_t)moved_q16 * a->tuning.field.speed_per_rpm_q12) >> 12));
+    }
+}
+
+void sensorless_after_control(struct axis *a)
+{
+    struct sensorless *const s = &a->sensorless;
+    struct current_loop *const c = &a->loop;
+    if (!rotor_is_known(a) || rotor_has_hall(a)) {
+        return;
+    }
+    if (s->extra_q15 != 0) {
+        s->extra_q15 = slew(s->extra_q15, 0, slew_of(a));
+        const int32_t room_q15 = circle_rest_q15(c->i_q_ref_q15, a->tuning.i_max_q15);
+        c->i_d_ref_q15 = q15_clamp(c->i_d_ref_q15 + s->extra_q15, -room_q15, room_q15);
+    }
+    follow_ramp(a);
+    if (injection_leads(a)) {
+        injection_after_control(a);
+        return;
+    }
+    s->weak_ms =
+        s->extra_q15 == 0 && (c->flux.margin_q8 < WEAK_MARGIN || injection_wants_back(a)) ? s->weak_ms + 1u : 0u;
+    if (s->weak_ms < WEAK_MS || injection_takes_over(a)) {
+        return;
+    }
+    if (a->tuning.reluctant) {
+        fault_report(a, FAULT_LOCK_LOST, 0, c->flux.margin_q8 * 10 / 256); /* it does not follow a field either */
+    } else {
+        field_takes_over(a);
+    }
+}
+
+void sensorless_follow(struct axis *a)
+{
+    if (rotor_has_hall(a)) {
+        return;
+    }
+    if (injection_leads(a)) {
+        injection_lead_follow(a);
+        return;
+    }
+    observer_follow(&a->loop, &a->tuning, rotor_is_known(a) ? OBSERVER_LEADS : OBSERVER_FOLLOWS);
+}
