@@ -5,7 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/axis/start_parts.h"
+#include "firmware/drive/start_parts.h"
+#include "firmware/drive/states.h"
 #include "world.h"
 
 extern uint32_t host_primask, host_basepri;
@@ -68,7 +69,7 @@ static void current_loop_looks(void)
     const uint32_t ignored = a->loop.source == LOOP_ENCODER || a->loop.source == LOOP_FORCED ? 0u : GATE_STATUS_ENCODER;
     world_hardware();
     if ((world.fabric.gate.STATUS & ~ignored) > a->loop.status_max) {
-        axis_sample_fault(a);
+        drive_sample_fault(a);
     }
     world_hardware();
 }
@@ -85,7 +86,7 @@ void world_step(void)
     pass_millisecond();
     current_loop_looks();
     world.cleared = world.cleared || a->request == AXIS_REQUEST_CLEAR;
-    axis_step(a);
+    drive_step(a);
     world_hardware();
     forget_measuring();
     steps = false;
@@ -95,11 +96,11 @@ void world_step(void)
 void world_round(void)
 {
     cia402_poll(&world.bus, a);
-    axis_retry(a);
-    axis_learn(a);
-    axis_remember(a);
+    drive_retry(a);
+    drive_learn(a);
+    drive_remember(a);
     identify_think(&a->identify);
-    (void)axis_prepare(a);
+    (void)drive_prepare(a);
     world_hardware();
 }
 
@@ -145,7 +146,7 @@ static void choose(bool kind)
 void explore_begin(int setup)
 {
     memset(&world, 0, sizeof world);
-    axis_init(a, &world.fabric);
+    drive_init(a, &world.fabric);
     cia402_init(&world.bus);
     SET(world.fabric.gate.ID, GATE_ID);
     SET(world.fabric.encoder.HALL, 1);
@@ -179,7 +180,7 @@ static uint32_t class_of_cause(uint32_t cause)
 
 static uint32_t shown(void)
 {
-    struct axis_status now = axis_status(a);
+    struct drive_status now = drive_status(a);
     const uint32_t word = cia402_status_word(&world.bus, a, &now);
     return (word & 0x40u) != 0u && (word & 0x20u) == 0u ? word & 0x4Fu : word & 0x6Fu;
 }
@@ -193,7 +194,7 @@ static uint32_t timer(bool runs, bool due)
 
 static size_t key_of_drive(uint8_t *key)
 {
-    const struct reactions *const r = &a->reactions;
+    const struct retry *const r = &a->retry;
     const bool on = a->state == AXIS_SWITCHED_ON, runs = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
     size_t n = 0;
     PUT(a->state);
@@ -207,8 +208,8 @@ static size_t key_of_drive(uint8_t *key)
     PUT(on && (a->start.phase == START_CATCH || a->start.phase == START_DOUBT) ? a->flying.regulates : 255u);
     PUT(a->start.aligned | a->start.index_known << 1 | a->start.wired << 2 | a->start.unseen << 3);
     PUT(on && a->start.learns);
-    PUT(r->stopping | r->wanted << 1 | r->waiting << 2 | r->switching_on << 3 | (r->resumes && r->wanted) << 4);
-    PUT(r->retries != 0u);
+    PUT(a->reactions.stopping | r->wanted << 1 | r->waiting << 2 | r->due << 3 | (r->resumes && r->wanted) << 4);
+    PUT(r->count != 0u);
     PUT(timer(r->waiting, a->time_ms - r->latched_ms >= (uint32_t)a->params.retry_delay_ms));
     PUT(runs && a->speed.target_rpm_q16 != 0);
     PUT(timer(r->resumes && r->wanted, r->resume_rpm_q16 != 0));
@@ -403,7 +404,7 @@ static bool rests(void)
 /* At once, and it stays so, whatever timers were running. */
 void explore_judge_off(void)
 {
-    (void)axis_switch_off(a);
+    (void)drive_switch_off(a);
     world.wish = WISH_NONE;
     for (int ms = 0; ms < OFF_WITHIN_MS && !rests(); ms++) {
         world_step();

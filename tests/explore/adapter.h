@@ -47,8 +47,9 @@ void explore_judge(void);
 extern const char *explore_wrong;
 bool explore_is_known(const char *what);
 
-/* The changes of the status word that were seen. */
+/* The changes of the status word that were seen, and the rows of the state machine's table. */
 void explore_print_transitions(void);
+void explore_print_rows(void);
 
 /* Whether `off` leads to rest from here, and leaves it there. Changes the state. */
 void explore_judge_off(void);

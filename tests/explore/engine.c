@@ -137,6 +137,7 @@ static void print_places(void)
     }
     printf("  %llu of the pairs of a place and an event that can happen in it\n", (unsigned long long)pairs);
     explore_print_transitions();
+    explore_print_rows();
     for (int n = 0; n < kinds; n++) {
         printf("  violated %llu times: %s\n", (unsigned long long)violations[n].times, violations[n].what);
     }

@@ -2,11 +2,13 @@
 /* What can happen to the drive. What only physics can decide, how a phase of the start or a search ends, an event decides. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "adapter.h"
 #include "firmware/commission/emf_pulse.h"
 #include "firmware/control/bridge.h"
+#include "firmware/drive/states.h"
 #include "world.h"
 
 #define WAIT_MS 300
@@ -60,6 +62,32 @@ enum flying_result flying_step(struct axis *axis)
         return FLYING_CAUGHT;
     }
     return world.forced == AS_IT_DOES ? real(axis) : FLYING_STANDS;
+}
+
+/* Which rows of the table have been taken: from, event, to. */
+static uint32_t rows[AXIS_FAULT + 1][DRIVE_EVENT_GATES_SHUT + 1][AXIS_FAULT + 1];
+
+bool states_take(struct axis *axis, enum drive_event event)
+{
+    static bool (*real)(struct axis *, enum drive_event);
+    const uint32_t from = axis->state;
+    if (real == NULL) {
+        *(void **)&real = dlsym(RTLD_NEXT, "states_take");
+    }
+    const bool taken = real(axis, event);
+    rows[from][event][axis->state] += taken ? 1u : 0u;
+    return taken;
+}
+
+void explore_print_rows(void)
+{
+    for (int n = 0; n < (int)(sizeof rows / sizeof rows[0][0][0]); n++) {
+        const int to = n % (AXIS_FAULT + 1), event = n / (AXIS_FAULT + 1) % (DRIVE_EVENT_GATES_SHUT + 1);
+        const int from = n / (AXIS_FAULT + 1) / (DRIVE_EVENT_GATES_SHUT + 1);
+        if (rows[from][event][to] != 0u) {
+            printf("  row %d %d %d\n", from, event, to);
+        }
+    }
 }
 
 /* No sample comes while the slow loop waits on this machine. */
@@ -157,7 +185,7 @@ static void on(int32_t unused)
     const uint32_t before = world.wish;
     (void)unused;
     world.wish = WISH_OPERATION;
-    if (axis_switch_on(a).error != ERROR_NONE) {
+    if (drive_switch_on(a).error != ERROR_NONE) {
         world.wish = before;
     }
 }
@@ -165,14 +193,14 @@ static void on(int32_t unused)
 static void off(int32_t unused)
 {
     (void)unused;
-    (void)axis_switch_off(a);
+    (void)drive_switch_off(a);
     world.wish = WISH_NONE;
 }
 
 static void quick_stop(int32_t unused)
 {
     (void)unused;
-    (void)axis_quick_stop(a);
+    (void)drive_quick_stop(a);
     world.wish = WISH_NONE;
 }
 
@@ -181,33 +209,33 @@ static void clear(int32_t unused)
 {
     (void)unused;
     const bool faulty = a->state == AXIS_FAULT || a->state == AXIS_FAULT_REACTION;
-    const struct outcome outcome = axis_clear_fault(a);
+    const struct outcome outcome = drive_clear_fault(a);
     world.wish = faulty || outcome.error == ERROR_NONE ? WISH_NONE : world.wish;
 }
 
 static void identify(int32_t unused)
 {
     (void)unused;
-    note(axis_identify(a), WISH_MEASURING);
+    note(drive_identify(a), WISH_MEASURING);
 }
 
 static void learn_hall(int32_t unused)
 {
     (void)unused;
-    note(axis_learn_hall(a), WISH_MEASURING);
+    note(drive_learn_hall(a), WISH_MEASURING);
 }
 
 static void use_identified(int32_t unused)
 {
     (void)unused;
     const struct params before = a->params;
-    (void)axis_identify_use(a);
+    (void)drive_identify_use(a);
     a->params = before; /* other values would be another setup */
 }
 
 static void source(int32_t target)
 {
-    (void)axis_change_source(a, (uint32_t)target);
+    (void)drive_change_source(a, (uint32_t)target);
 }
 
 /* The look has seen a turn, and this in it. */
@@ -227,10 +255,10 @@ static bool looks(int32_t unused)
     return a->handover.under_way && !a->handover.asked;
 }
 
-static bool is_off(int32_t unused)
+static bool may_set(int32_t unused)
 {
     (void)unused;
-    return a->request == AXIS_REQUEST_NONE && axis_is_off(a);
+    return a->request == AXIS_REQUEST_NONE && drive_is_off(a);
 }
 
 static void limit_speed(int32_t rpm)
@@ -259,29 +287,29 @@ static struct aim aim_now(void)
 
 static struct outcome relative(struct axis *axis, int32_t counts)
 {
-    return axis_command_position(axis, counts, true);
+    return drive_command_position(axis, counts, true);
 }
 
 static struct outcome absolute(struct axis *axis, int32_t counts)
 {
-    return axis_command_position(axis, counts, false);
+    return drive_command_position(axis, counts, false);
 }
 
 static struct outcome home(struct axis *axis, int32_t method)
 {
-    return axis_command_home(axis, (enum homing_method)method);
+    return drive_command_home(axis, (enum homing_method)method);
 }
 
 static struct outcome learn_cogging(struct axis *axis, int32_t unused)
 {
     (void)unused;
-    return axis_learn_cogging(axis);
+    return drive_learn_cogging(axis);
 }
 
 static struct outcome zero(struct axis *axis, int32_t unused)
 {
     (void)unused;
-    return axis_set_zero(axis);
+    return drive_set_zero(axis);
 }
 
 static void command(struct outcome (*give)(struct axis *, int32_t), int32_t value, bool forbidden)
@@ -307,11 +335,11 @@ static void command(struct outcome (*give)(struct axis *, int32_t), int32_t valu
         command(give, value, value > (limit) || value < -(limit)); \
     }
 
-SET_POINT(speed, axis_command_speed, a->params.speed_max_rpm)
-SET_POINT(current, axis_command_current, a->params.i_max_ma)
-SET_POINT(cyclic_speed, axis_command_cyclic_speed, a->params.speed_max_rpm)
-SET_POINT(cyclic_current, axis_command_cyclic_current, a->params.i_max_ma)
-SET_POINT(cyclic_position, axis_command_cyclic_position, 1000000)
+SET_POINT(speed, drive_command_speed, a->params.speed_max_rpm)
+SET_POINT(current, drive_command_current, a->params.i_max_ma)
+SET_POINT(cyclic_speed, drive_command_cyclic_speed, a->params.speed_max_rpm)
+SET_POINT(cyclic_current, drive_command_cyclic_current, a->params.i_max_ma)
+SET_POINT(cyclic_position, drive_command_cyclic_position, 1000000)
 SET_POINT(go_to, absolute, INT32_MAX)
 SET_POINT(go_by, relative, INT32_MAX)
 SET_POINT(go_home, home, INT32_MAX)
@@ -353,7 +381,7 @@ static void in_sample(int32_t kind)
 
 static void raise(int32_t cause)
 {
-    axis_raise(a, (enum fault)cause);
+    fault_raise(a, (enum fault)cause);
 }
 
 static void latch_unseen(int32_t bits)
@@ -372,13 +400,24 @@ static bool has_sensor_for(int32_t cause)
                                                  : cause != FAULT_LOCK_LOST || !rotor_has_encoder(a));
 }
 
-/* As the supervision does it, last in the slow loop. */
+/* As a monitor does it, if it still looks by then. */
+void supervision_step(struct axis *axis)
+{
+    static void (*real)(struct axis *);
+    if (real == NULL) {
+        *(void **)&real = dlsym(RTLD_NEXT, "supervision_step");
+    }
+    real(axis);
+    if (world.report != FAULT_NONE && has_sensor_for((int32_t)world.report)) {
+        fault_report(axis, (enum fault)world.report, 0, 0);
+    }
+}
+
 static void report(int32_t cause)
 {
+    world.report = (uint32_t)cause;
     world_step();
-    if (has_sensor_for(cause)) {
-        axis_report(a, (enum fault)cause, 0, 0);
-    }
+    world.report = FAULT_NONE;
 }
 
 static void supply(int32_t low)
@@ -437,10 +476,10 @@ const struct explore_event explore_events[] = {
     {"report: encoder counts", NULL, REPORTS, report, FAULT_ENCODER_COUNTS, has_sensor_for},
     {"report: Hall sequence", NULL, REPORTS, report, FAULT_HALL_SEQUENCE, has_sensor_for},
     {"report: lock lost", NULL, REPORTS, report, FAULT_LOCK_LOST, has_sensor_for},
-    {"speed_max 1000", "set speed_max_rpm 1000", PARAMS, limit_speed, 1000, is_off},
-    {"speed_max 4000", "set speed_max_rpm 4000", PARAMS, limit_speed, SPEED_MOST, is_off},
-    {"no retry", "set retry_count 0", RETRIES, allow_retries, 0, is_off},
-    {"one retry", "set retry_count 1", RETRIES, allow_retries, 1, is_off},
+    {"speed_max 1000", "set speed_max_rpm 1000", PARAMS, limit_speed, 1000, may_set},
+    {"speed_max 4000", "set speed_max_rpm 4000", PARAMS, limit_speed, SPEED_MOST, may_set},
+    {"no retry", "set retry_count 0", RETRIES, allow_retries, 0, may_set},
+    {"one retry", "set retry_count 1", RETRIES, allow_retries, 1, may_set},
     {"speed 3000", "speed 3000", MODES | TURNS | PARAMS, speed, 3000, NULL},
     {"speed -3000", "speed -3000", MODES, speed, -3000, NULL},
     {"speed 4001", "speed 4001", MODES, speed, SPEED_MOST + 1, NULL},
@@ -464,7 +503,7 @@ const struct explore_event explore_events[] = {
     {"look agrees", NULL, SOURCES, look_ends, 0, looks},
     {"look disagrees", NULL, SOURCES, look_ends, INT32_MAX, looks},
     {"identify", "identify", MEASURE, identify, 0, NULL},
-    {"identify use", "identify use", MEASURE, use_identified, 0, is_off},
+    {"identify use", "identify use", MEASURE, use_identified, 0, may_set},
     {"learn hall", "learn hall", MEASURE, learn_hall, 0, NULL},
     {"word 0x00", NULL, BUS, word, 0x00, NULL},
     {"word 0x02 quick stop", NULL, BUS, word, 0x02, NULL},

@@ -11,6 +11,7 @@
 
 #define SHOWN_MOST  4 /* violations */
 #define BLOCKS_MOST (1u << 16)
+#define PATIENT_BLOCKS 3000u
 
 struct case_of {
     const struct examples *examples;
@@ -87,7 +88,9 @@ static void at_each_block(const struct case_of *k, uint32_t stride, struct total
     hook_record(at, BLOCKS_MOST);
     act(k);
     const uint32_t count = hook_recorded();
-    for (uint32_t n = 0; n < count; n += stride) {
+    restore(k);
+    const bool waits = k->kind < 0 && explore_request_waits(); /* it comes before the thread loses its patience */
+    for (uint32_t n = 0; n < count && (!waits || at[n] < PATIENT_BLOCKS); n += stride) {
         interrupt_at(k, at[n], t);
     }
 }

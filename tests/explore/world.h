@@ -3,8 +3,8 @@
 #ifndef TESTS_EXPLORE_WORLD_H
 #define TESTS_EXPLORE_WORLD_H
 
-#include "firmware/axis/axis.h"
-#include "firmware/axis/rotor.h"
+#include "firmware/drive/drive.h"
+#include "firmware/source/rotor.h"
 #include "firmware/operate/cia402.h"
 
 enum group {
@@ -36,6 +36,7 @@ struct world {
     struct cia402 bus;
     uint32_t wish;   /* enum wish */
     uint32_t forced; /* how the present phase ends in this step; 0: as it does */
+    uint32_t report; /* enum fault that a monitor finds in this step */
     bool low, turns, stuck;
     uint32_t position;
     /* at the last judgement */
