@@ -384,7 +384,9 @@ void explore_look(void)
 {
     const uint32_t now = world.fabric.gate.CONTROL;
     world_hardware();
-    if (now != 0u && world.wish == WISH_NONE) {
+    /* a quick stop may brake: gates that an over-current has shut for a moment, on a wrong angle, open again for it */
+    const bool brakes = a->request == AXIS_REQUEST_QUICK_STOP && a->state == AXIS_OPERATION_ENABLED;
+    if (now != 0u && world.wish == WISH_NONE && !brakes) {
         world_wrong("the gates open without a wish");
         world.wish = WISH_OPERATION;
     }
@@ -426,7 +428,7 @@ void explore_judge_off(void)
 
 /* ---- interrupts ---- */
 
-const char *const explore_interrupt_names[] = {"none", "over-current", "encoder", "STO", "under-voltage", "gate driver", NULL};
+const char *const explore_interrupt_names[] = {"none", "over-current", "encoder", "STO", "under-voltage", "gate driver", "ECC", NULL};
 
 static void end_sample(void)
 {
@@ -437,14 +439,17 @@ static void end_sample(void)
 bool explore_interrupt(int kind)
 {
     struct fabric *const f = &world.fabric;
-    static const uint32_t sampled[] = {0, ADC_STATUS_CURRENT, 0, 0, ADC_STATUS_VBUS_LOW, 0};
-    static const uint32_t latched[] = {0, 0, 0, GATE_STATUS_STO_A, 0, GATE_STATUS_DRIVER_FAULT};
+    static const uint32_t sampled[] = {0, ADC_STATUS_CURRENT, 0, 0, ADC_STATUS_VBUS_LOW, 0, 0};
+    static const uint32_t latched[] = {0, 0, 0, GATE_STATUS_STO_A, 0, GATE_STATUS_DRIVER_FAULT, 0};
     if (kind < 0 || kind >= (int)(sizeof sampled / sizeof sampled[0])) {
         return false;
     }
     f->adc.STATUS |= sampled[kind];
     f->gate.STATUS |= latched[kind];
     f->encoder.STATUS |= kind == 2 ? ENCODER_STATUS_ILLEGAL : 0u;
+    if (kind == 6) {
+        fault_raise(a, FAULT_ECC); /* an interrupt of its own: it comes whether the current loop is on or not */
+    }
     current_loop_looks();
     end_sample();
     return true;

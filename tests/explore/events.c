@@ -379,11 +379,6 @@ static void in_sample(int32_t kind)
     (void)explore_interrupt(kind);
 }
 
-static void raise(int32_t cause)
-{
-    fault_raise(a, (enum fault)cause);
-}
-
 static void latch_unseen(int32_t bits)
 {
     world.fabric.gate.STATUS |= (uint32_t)bits;
@@ -461,7 +456,7 @@ const struct explore_event explore_events[] = {
     {"sample: encoder", NULL, FAULTS, in_sample, 2, NULL},
     {"sample: STO", NULL, FAULTS, in_sample, 3, NULL},
     {"latch: STO, seen by the slow loop", NULL, FAULTS, latch_unseen, GATE_STATUS_STO_B, NULL},
-    {"interrupt: ECC", NULL, FAULTS, raise, FAULT_ECC, NULL},
+    {"interrupt: ECC", NULL, FAULTS, in_sample, 6, NULL},
     {"slow loop finds the heartbeat gone", NULL, FAULTS, late, 0, NULL},
     {"supply low", NULL, SUPPLY, supply, 1, NULL},
     {"supply back", NULL, SUPPLY, supply, 0, NULL},
