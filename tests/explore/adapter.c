@@ -461,6 +461,16 @@ bool explore_slow_loop(void)
     return true;
 }
 
+void explore_settle(void)
+{
+    for (int ms = 0; ms < 2; ms++) {
+        world_step();
+        explore_judge();
+        world_round();
+        explore_judge();
+    }
+}
+
 bool explore_request_waits(void)
 {
     return a->request != AXIS_REQUEST_NONE;

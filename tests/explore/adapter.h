@@ -72,6 +72,9 @@ bool explore_slow_loop(void);
 /* The slow loop has not yet taken a request: the thread would wait for it. */
 bool explore_request_waits(void);
 
+/* A few milliseconds pass, each judged. */
+void explore_settle(void);
+
 /* What is interrupted: the slow loop, the thread, or a request. */
 bool explore_is_slow_loop(int event);
 bool explore_is_thread(int event);

@@ -39,17 +39,6 @@ static bool slow_loop(int unused)
     return explore_slow_loop();
 }
 
-static void settle(void)
-{
-    for (int n = 0; n < explore_event_count * 2; n++) {
-        const int event = n % explore_event_count;
-        if (explore_is_slow_loop(event) || explore_is_thread(event)) {
-            explore_events[event].act(explore_events[event].argument);
-            explore_judge();
-        }
-    }
-}
-
 static void print(const struct case_of *k, uint64_t at)
 {
     printf("\nVIOLATION: %s, by %s%s at block %llu of the last of\n", explore_wrong,
@@ -69,7 +58,7 @@ static void interrupt_at(const struct case_of *k, uint64_t at, struct totals *t)
     act(k);
     (void)hook_came();
     explore_judge();
-    settle();
+    explore_settle();
     blocks++;
     if (explore_wrong != NULL && explore_is_known(explore_wrong)) {
         t->known++;

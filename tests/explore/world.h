@@ -24,6 +24,9 @@ enum group {
     RETRIES = 8192u,
 };
 
+/* How a phase ends in a step. */
+enum ending { AS_IT_DOES, WELL, BADLY, OTHERWISE, WORST };
+
 enum wish {
     WISH_NONE,
     WISH_OPERATION, /* until off, quick stop, clear, a word without all enable bits */
@@ -35,7 +38,7 @@ struct world {
     struct fabric fabric;
     struct cia402 bus;
     uint32_t wish;   /* enum wish */
-    uint32_t forced; /* how the present phase ends in this step; 0: as it does */
+    uint32_t forced; /* enum ending */
     uint32_t report; /* enum fault that a monitor finds in this step */
     bool low, turns, stuck;
     uint32_t position;
@@ -51,5 +54,8 @@ void world_step(void);
 void world_round(void);
 void world_hardware(void);
 void world_wrong(const char *what);
+
+/* Whether a monitor that finds this cause looks now. */
+bool world_has_sensor_for(int32_t cause);
 
 #endif
