@@ -11,7 +11,7 @@
 
 extern uint32_t host_primask, host_basepri;
 
-#define SET(reg, value) (*(volatile uint32_t *)(uintptr_t)&(reg) = (uint32_t)(value))
+#define SET(reg, value) (*(volatile uint32_t *)(uintptr_t) & (reg) = (uint32_t)(value))
 #define ENOUGH_Q15      13670 /* 24 V */
 #define TOO_LOW_Q15     5000
 #define COUNTS_PER_MS   200u /* 2930 rpm of the encoder's 4096 counts */
@@ -41,8 +41,8 @@ void world_hardware(void)
     const bool live = f->gate.CONTROL != 0u || world.stuck;
     const bool lost = (f->encoder.STATUS & (ENCODER_STATUS_ILLEGAL | ENCODER_STATUS_SIGNAL_LOST)) != 0u;
     const bool limit = (f->adc.STATUS & (ADC_STATUS_CURRENT | ADC_STATUS_VBUS_LOW)) != 0u;
-    f->gate.STATUS = latches | (live ? GATE_STATUS_LIVE : 0u) | (lost ? GATE_STATUS_ENCODER : 0u) |
-                     (limit ? GATE_STATUS_LIMIT : 0u);
+    f->gate.STATUS =
+        latches | (live ? GATE_STATUS_LIVE : 0u) | (lost ? GATE_STATUS_ENCODER : 0u) | (limit ? GATE_STATUS_LIMIT : 0u);
 }
 
 static void pass_millisecond(void)
@@ -76,7 +76,8 @@ static void current_loop_looks(void)
 
 static void forget_measuring(void)
 {
-    const bool ended = (a->state == AXIS_SWITCH_ON_DISABLED && a->request == AXIS_REQUEST_NONE) || a->faults.cause != 0u;
+    const bool ended =
+        (a->state == AXIS_SWITCH_ON_DISABLED && a->request == AXIS_REQUEST_NONE) || a->faults.cause != 0u;
     world.wish = world.wish == WISH_MEASURING && ended ? WISH_NONE : world.wish;
 }
 
@@ -114,7 +115,7 @@ static const struct {
     uint8_t retries;
     int32_t injection_mv;
 } ways[] = {
-    {BY_ENCODER, false, 1, 0}, {BY_ENCODER, true, 1, 0},  {SENSORLESS, true, 1, 0}, {SENSORLESS, true, 1, 2000},
+    {BY_ENCODER, false, 1, 0}, {BY_ENCODER, true, 1, 0},  {SENSORLESS, true, 1, 0},  {SENSORLESS, true, 1, 2000},
     {HALL, true, 1, 0},        {BY_ENCODER, false, 1, 0}, {BY_ENCODER, false, 1, 0}, {BY_ENCODER, true, 0, 0},
     {BY_ENCODER, false, 1, 0}, {HALL, true, 0, 0},
 };
@@ -195,12 +196,14 @@ static uint32_t timer(bool runs, bool due)
 static size_t key_of_drive(uint8_t *key)
 {
     const struct retry *const r = &a->retry;
-    const bool on = a->state == AXIS_SWITCHED_ON, runs = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
+    const bool on = a->state == AXIS_SWITCHED_ON,
+               runs = a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP;
     size_t n = 0;
     PUT(a->state);
     PUT(a->request);
     PUT(class_of_cause(a->faults.cause));
-    PUT(world.fabric.gate.CONTROL | (world.fabric.gate.STATUS & GATE_STATUS_LATCHES ? 2u : 0u) | a->loop.locked_out << 2);
+    PUT(world.fabric.gate.CONTROL | (world.fabric.gate.STATUS & GATE_STATUS_LATCHES ? 2u : 0u) |
+        a->loop.locked_out << 2);
     PUT(current_loop_is_on(&a->loop));
     PUT(runs ? a->mode : 255u);
     PUT(on || runs ? a->loop.source | (a->loop.field_follows != 0u ? 16u : 0u) : 255u);
@@ -243,17 +246,36 @@ size_t explore_key(uint8_t *key)
     return n;
 }
 
-static const char *const state_names[] = {"not ready",         "switch on disabled", "ready",
-                                          "switched on",       "operation enabled",  "quick stop",
-                                          "fault reaction",    "fault",              "calibration",
-                                          "wiring",            "alignment",          "to the rotor's frame",
-                                          "field",             "identify",           "catch",
-                                          "doubt",             "injection",          "Hall",
-                                          "learn hall: field", "learn hall: turn",   "speed",
-                                          "torque",            "position",           "homing",
-                                          "cyclic position",   "cyclic speed",       "cyclic torque",
-                                          "learn cogging",     "carries on"};
-#define PHASES 8
+static const char *const state_names[] = {"not ready",
+                                          "switch on disabled",
+                                          "ready",
+                                          "switched on",
+                                          "operation enabled",
+                                          "quick stop",
+                                          "fault reaction",
+                                          "fault",
+                                          "calibration",
+                                          "wiring",
+                                          "alignment",
+                                          "to the rotor's frame",
+                                          "field",
+                                          "identify",
+                                          "catch",
+                                          "doubt",
+                                          "injection",
+                                          "Hall",
+                                          "learn hall: field",
+                                          "learn hall: turn",
+                                          "speed",
+                                          "torque",
+                                          "position",
+                                          "homing",
+                                          "cyclic position",
+                                          "cyclic speed",
+                                          "cyclic torque",
+                                          "learn cogging",
+                                          "carries on"};
+#define PHASES   8
 #define MODES_AT 20
 const int explore_place_count = sizeof state_names / sizeof state_names[0];
 
@@ -283,8 +305,11 @@ const char *explore_show(void)
 
 /* ---- what must hold ---- */
 
-/* The transitions of CiA 402 (IEC 61800-7-201), by what the status word shows; 0x00 not ready, 0x40 switch on disabled, 0x21
- * ready to switch on, 0x23 switched on, 0x27 operation enabled, 0x07 quick stop active, 0x0F fault reaction active, 0x08 fault. */
+/*
+ * The transitions of CiA 402 (IEC 61800-7-201), by what the status word shows: 0x00 not ready, 0x40 switch on disabled,
+ * 0x21 ready to switch on, 0x23 switched on, 0x27 operation enabled, 0x07 quick stop active, 0x0F fault reaction active,
+ * 0x08 fault.
+ */
 static const uint8_t legal[][2] = {
     {0x00, 0x40}, {0x40, 0x21}, {0x21, 0x23}, {0x23, 0x27}, {0x27, 0x23}, {0x23, 0x21}, {0x21, 0x40}, /* 1 to 7 */
     {0x27, 0x21}, {0x27, 0x40}, {0x23, 0x40}, {0x27, 0x07}, {0x07, 0x40},                             /* 8 to 12 */
@@ -317,7 +342,8 @@ static const char *illegal(uint32_t from, uint32_t to)
 void explore_print_transitions(void)
 {
     for (size_t n = 0; n < LEGAL; n++) {
-        printf("  status word 0x%02X to 0x%02X %llu times\n", legal[n][0], legal[n][1], (unsigned long long)legal_seen[n]);
+        printf("  status word 0x%02X to 0x%02X %llu times\n", legal[n][0], legal[n][1],
+               (unsigned long long)legal_seen[n]);
     }
 }
 
@@ -399,7 +425,8 @@ void explore_look(void)
 static bool rests(void)
 {
     const uint32_t state = a->state;
-    const bool off = state == AXIS_SWITCH_ON_DISABLED || state == AXIS_FAULT || (state == AXIS_FAULT_REACTION && world.stuck);
+    const bool off =
+        state == AXIS_SWITCH_ON_DISABLED || state == AXIS_FAULT || (state == AXIS_FAULT_REACTION && world.stuck);
     return off && world.fabric.gate.CONTROL == 0u;
 }
 
@@ -428,7 +455,8 @@ void explore_judge_off(void)
 
 /* ---- interrupts ---- */
 
-const char *const explore_interrupt_names[] = {"none", "over-current", "encoder", "STO", "under-voltage", "gate driver", "ECC", NULL};
+const char *const explore_interrupt_names[] = {"none",          "over-current", "encoder", "STO",
+                                               "under-voltage", "gate driver",  "ECC",     NULL};
 
 static void end_sample(void)
 {

@@ -20,7 +20,7 @@ struct explore_setup {
 
 struct explore_event {
     const char *name;
-    const char *console; /* what `make run` types for it; NULL: nothing a console can do */
+    const char *played; /* a scenario's console line for it, or = its event and arguments; NULL: none */
     uint32_t groups;
     void (*act)(int32_t argument);
     int32_t argument;

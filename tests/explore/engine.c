@@ -14,6 +14,7 @@
 #define PLACES_MOST     48
 #define VIOLATIONS_MOST 32
 #define SAME_MOST       4
+#define FIRST_S         0.2
 #define STEP_S          0.05
 
 struct node {
@@ -36,7 +37,8 @@ static int kinds;
 static void *need(void *p)
 {
     if (p == NULL) {
-        fprintf(stderr, "explore: out of memory after %u states; a setup with fewer groups of events needs less\n", count);
+        fprintf(stderr, "explore: out of memory after %u states; a setup with fewer groups of events needs less\n",
+                count);
         exit(2);
     }
     return p;
@@ -78,6 +80,26 @@ static uint32_t add(uint32_t parent, int event)
 
 /* ---- what is printed ---- */
 
+/* For `make run SCENARIO=file`: what of it a console can type, or the twin can do. */
+static void print_scenario(const struct explore_event *const *way, int length)
+{
+    printf("  as a scenario, as far as the twin can do it:\n    title = \"a way that make explore has found\"\n");
+    printf("    end_s = %.2f\n", FIRST_S + STEP_S * (length + 1));
+    for (int n = length - 1; n >= 0; n--) {
+        const char *const played = way[n]->played;
+        if (played == NULL) {
+            continue;
+        }
+        printf("    [[step]]\n    t_s = %.2f\n", FIRST_S + STEP_S * (length - 1 - n));
+        if (played[0] == '=') {
+            printf("    event = \"%.*s\"\n    args = %s\n", (int)strcspn(played + 1, " "), played + 1,
+                   strchr(played, '['));
+        } else {
+            printf("    console = \"%s\"\n", played);
+        }
+    }
+}
+
 void engine_print_way(uint32_t node, int last)
 {
     const struct explore_event *way[1024];
@@ -91,12 +113,7 @@ void engine_print_way(uint32_t node, int last)
     for (int n = length - 1; n >= 0; n--) {
         printf("    %s\n", way[n]->name);
     }
-    printf("  and what of it a console can type, as steps of a scenario (docs/campaign.md):\n");
-    for (int n = length - 1; n >= 0; n--) {
-        if (way[n]->console != NULL) {
-            printf("    [[step]]\n    t_s = %.2f\n    console = \"%s\"\n", 0.2 + STEP_S * (length - 1 - n), way[n]->console);
-        }
-    }
+    print_scenario(way, length);
 }
 
 /* The first of each kind has the shortest way. */
@@ -133,7 +150,8 @@ static void print_places(void)
             events += seen[place][e] != 0u;
         }
         pairs += events;
-        printf("  %-24s %9llu  %llu\n", explore_place_name(place), (unsigned long long)states, (unsigned long long)events);
+        printf("  %-24s %9llu  %llu\n", explore_place_name(place), (unsigned long long)states,
+               (unsigned long long)events);
     }
     printf("  %llu of the pairs of a place and an event that can happen in it\n", (unsigned long long)pairs);
     explore_print_transitions();

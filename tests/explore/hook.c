@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Called at the head of each basic block of the drive (-fsanitize-coverage=trace-pc), in place of tests/unit/host/interrupt.c. */
+/* Called at the head of each basic block (-fsanitize-coverage=trace-pc), in place of tests/unit/host/interrupt.c. */
 #include <string.h>
 
 #include "adapter.h"

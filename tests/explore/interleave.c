@@ -9,8 +9,8 @@
 #include "adapter.h"
 #include "engine.h"
 
-#define SHOWN_MOST  4 /* violations */
-#define BLOCKS_MOST (1u << 16)
+#define SHOWN_MOST     4 /* violations */
+#define BLOCKS_MOST    (1u << 16)
 #define PATIENT_BLOCKS 3000u
 
 struct case_of {
@@ -112,7 +112,8 @@ void interleave(int setup, const struct examples *e, uint32_t stride, struct tot
             }
         }
     }
-    printf("  interrupted in %d states at %llu blocks, every %s%u: %llu violations\n", e->count, (unsigned long long)blocks,
-           stride == 1u ? "" : "one in ", stride, (unsigned long long)(totals->violations - before));
+    printf("  interrupted in %d states at %llu blocks, every %s%u: %llu violations\n", e->count,
+           (unsigned long long)blocks, stride == 1u ? "" : "one in ", stride,
+           (unsigned long long)(totals->violations - before));
     fflush(stdout);
 }

@@ -115,8 +115,8 @@ bool world_has_sensor_for(int32_t cause)
     if (cause == FAULT_ENCODER_SLIP || cause == FAULT_ENCODER_COUNTS) {
         return runs && rotor_has_encoder(a);
     }
-    return runs && (cause == FAULT_HALL_SEQUENCE ? rotor_has_hall(a)
-                                                 : cause != FAULT_LOCK_LOST || !rotor_has_encoder(a));
+    return runs &&
+           (cause == FAULT_HALL_SEQUENCE ? rotor_has_hall(a) : cause != FAULT_LOCK_LOST || !rotor_has_encoder(a));
 }
 
 /* As a monitor does it, if it still looks by then. */

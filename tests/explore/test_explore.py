@@ -16,13 +16,14 @@ MUTANTS = {
     "the last cause stays": ("fault/latch.c", "if (first) {", "if (true) {", "encoder", "the first cause did not stay"),
     "off is not asked for": ("drive/requests.c", "a->request = AXIS_REQUEST_OFF;", ";", "measuring",
                              "'off' does not lead to rest"),
-    "no limit": ("drive/requests_motion.c", "return x > limit || x < -limit;", "return x > limit && x < -limit;", "set-points",
-                 "a set-point beyond its limit is accepted"),
-    "another word for a fault's reaction": ("operate/cia402.c", "return 0x0Fu;", "return 0x07u;", "measuring", "status word: from"),
+    "no limit": ("drive/requests_motion.c", "return x > limit || x < -limit;", "return x > limit && x < -limit;",
+                 "set-points", "a set-point beyond its limit is accepted"),
+    "another word for a fault's reaction": ("operate/cia402.c", "return 0x0Fu;", "return 0x07u;", "measuring",
+                                            "status word: from"),
     "a look and a store apart": ("control/bridge.c", "const uint32_t mask = cpu_irq_save();", "const uint32_t mask = 0;",
                                  "learn-hall", "the gates open while a fault is latched, by"),
 }
-FLAGS = ["-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-Wno-int-to-pointer-cast", f"-I{HERE / 'host'}", f"-I{ROOT}"]
+FLAGS = ["-std=gnu11", "-O1", "-Wall", "-Wextra", "-Werror", "-Wno-int-to-pointer-cast", f"-I{HERE / 'host'}", f"-I{ROOT}"]
 
 
 def run(program, *arguments):

@@ -28,7 +28,8 @@ def names(path, enum, prefix):
 
 def rows(text):
     """{row: how often printed}, each row of the table among them."""
-    states, events = names("firmware/axis/axis.h", "axis_state", "AXIS_"), names(states_page.HEADER, "drive_event", "DRIVE_EVENT_")
+    states = names("firmware/axis/axis.h", "axis_state", "AXIS_")
+    events = names(states_page.HEADER, "drive_event", "DRIVE_EVENT_")
     found = {" ".join(row[:3]): 0 for row in states_page.rows()}
     for before, event, after in re.findall(r"^  row (\d+) (\d+) (\d+)$", text, re.M):
         found[f"{states[int(before)]} {events[int(event)]} {states[int(after)]}"] = 1

@@ -4,8 +4,8 @@
 #define TESTS_EXPLORE_WORLD_H
 
 #include "firmware/drive/drive.h"
-#include "firmware/source/rotor.h"
 #include "firmware/operate/cia402.h"
+#include "firmware/source/rotor.h"
 
 enum group {
     BASE = 1u,
