@@ -254,8 +254,7 @@ static void take_request(struct axis *a)
 
 void states_step(struct axis *a)
 {
-    const bool leaves = a->request == AXIS_REQUEST_OFF; /* the gates must not open once more before it is taken */
-    if (a->carry.waits != FAULT_NONE && a->faults.cause == FAULT_NONE && !leaves) {
+    if (a->carry.waits != FAULT_NONE && a->faults.cause == FAULT_NONE) {
         carry_step(a);
     }
     if (a->faults.cause != FAULT_NONE && take_fault(a)) {
