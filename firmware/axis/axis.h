@@ -72,6 +72,7 @@ struct axis {
     volatile uint32_t mode;  /* enum axis_mode */
     volatile uint32_t time_ms;
     volatile uint32_t request;           /* enum axis_request: the thread writes it, the slow loop takes it */
+    struct set_point set_point;          /* the thread writes it, the slow loop takes it */
     volatile int32_t torque_command_q15; /* for torque control */
     uint32_t stopping_ms;
     uint32_t lingering_ms;          /* the part of stopping_ms in which no limit held back braking */

@@ -42,7 +42,7 @@ static void follow_swing(struct alignment *a, const volatile struct current_loop
 /* It has swung, and is about to turn back. */
 static bool slows(const struct alignment *a, const struct tuning *t)
 {
-    return a->furthest > turn_parts(t, SWING_PARTS) && a->fastest_q32 > t->align_way_q32 / FAST_PART &&
+    return a->furthest > turn_parts(t, SWING_PARTS) && a->fastest_q32 > t->align_speed_q32 / FAST_PART &&
            q15_abs(a->speed.speed_q32) < a->fastest_q32 / SLOW_PART;
 }
 

@@ -38,7 +38,7 @@ void alignment_begin_pass(struct alignment *a, const struct tuning *t, uint32_t 
     const uint32_t period_ms = (uint32_t)a->period_ms;
     const uint32_t quick_ms = period_ms * PERIODS_A_TURN;
     const uint32_t slow_ms =
-        UINT32_MAX / (uint32_t)t->align_way_q32 / 3u * 4u; /* leaves room for what the rotor swings */
+        UINT32_MAX / (uint32_t)t->align_speed_q32 / 3u * 4u; /* leaves room for what the rotor swings */
     const uint32_t wanted_ms = slow_ms > quick_ms ? slow_ms : quick_ms;
     const uint32_t part_ms = (wanted_ms / 3u + PASS_THIRDS) / PASS_THIRDS * PASS_THIRDS;
     const uint32_t turn_ms = 3u * part_ms;

@@ -9,7 +9,7 @@
 #define FALLS       2         /* times the speed */
 #define STEADY      16        /* part of the current: if it changes by more, inductance takes the voltage */
 #define ALONG_MS    2         /* one noisy sample is no braking */
-#define LATE        2         /* times align_way_ms: so late does the encoder tell the speed */
+#define LATE        2         /* times align_speed_ms: so late does the encoder tell the speed */
 #define GAINS       2         /* a rotor that falls gains this part of the allowed speed */
 #define SURE        4         /* one that gains this part of it is not braked */
 #define DOUBT       5         /* eighths of R i: with a resistance told twice too large, half of R i is not there */
@@ -17,7 +17,7 @@
 
 static int32_t emf_q15(const struct tuning *t)
 {
-    return ((t->align_way_q32 / (int32_t)CONFIG_PERIODS_PER_SLOW >> CONFIG_W_SHIFT) * t->emf_q12) >> 12;
+    return ((t->align_speed_q32 / (int32_t)CONFIG_PERIODS_PER_SLOW >> CONFIG_W_SHIFT) * t->emf_q12) >> 12;
 }
 
 /* Inductance takes voltage while the current changes. */
@@ -34,13 +34,13 @@ static void feel_field(struct pull_speed *s, const volatile struct current_loop 
 static void see_braking(struct pull_speed *s, const struct tuning *t)
 {
     const int32_t size_q32 = q15_abs(s->speed_q32);
-    const bool fast = size_q32 > t->align_way_q32 / FADE;
+    const bool fast = size_q32 > t->align_speed_q32 / FADE;
     if (fast && !s->brakes && s->along_q15 < -(emf_q15(t) / FADE + q15_abs(s->drop_q15) * DOUBT / 8)) {
         s->brakes = true;
         s->slowest_q32 = size_q32;
     }
     s->slowest_q32 = q15_min(s->slowest_q32, size_q32);
-    if (s->brakes && (!fast || size_q32 - s->slowest_q32 >= t->align_way_q32 / SURE)) {
+    if (s->brakes && (!fast || size_q32 - s->slowest_q32 >= t->align_speed_q32 / SURE)) {
         s->brakes = false;
         s->along_q15 = 0;
     }
@@ -50,14 +50,14 @@ static void see_braking(struct pull_speed *s, const struct tuning *t)
 static void see_free_run(struct pull_speed *s, const struct tuning *t)
 {
     const int32_t size_q32 = q15_abs(s->speed_q32);
-    s->free_ms = s->brakes || size_q32 < t->align_way_q32 ? 0 : s->free_ms + 1;
-    s->let_go_q32 = s->free_ms <= LATE * t->align_way_ms ? size_q32 : q15_min(s->let_go_q32, size_q32);
+    s->free_ms = s->brakes || size_q32 < t->align_speed_q32 ? 0 : s->free_ms + 1;
+    s->let_go_q32 = s->free_ms <= LATE * t->align_speed_ms ? size_q32 : q15_min(s->let_go_q32, size_q32);
 }
 
 void pull_speed_step(struct pull_speed *s, const volatile struct current_loop *c, const struct tuning *t,
                      int32_t moved_q32)
 {
-    s->speed_q32 += (q15_clamp(moved_q32, -LARGEST_Q32, LARGEST_Q32) - s->speed_q32) / t->align_way_ms;
+    s->speed_q32 += (q15_clamp(moved_q32, -LARGEST_Q32, LARGEST_Q32) - s->speed_q32) / t->align_speed_ms;
     feel_field(s, c, t);
     see_braking(s, t);
     see_free_run(s, t);
@@ -65,8 +65,8 @@ void pull_speed_step(struct pull_speed *s, const volatile struct current_loop *c
 
 int32_t pull_speed_current_q15(const struct pull_speed *s, const struct tuning *t, int32_t current_q15)
 {
-    const int32_t left_q32 = q15_max(t->align_way_q32 - q15_abs(s->speed_q32), 0);
-    const int32_t share = left_q32 / (t->align_way_q32 / FADE >> SHARE_BITS);
+    const int32_t left_q32 = q15_max(t->align_speed_q32 - q15_abs(s->speed_q32), 0);
+    const int32_t share = left_q32 / (t->align_speed_q32 / FADE >> SHARE_BITS);
     return s->brakes ? current_q15 : (current_q15 * q15_min(share, 1 << SHARE_BITS)) >> SHARE_BITS;
 }
 
@@ -78,5 +78,5 @@ void pull_speed_field_moves(struct pull_speed *s)
 bool pull_speed_falls(const struct pull_speed *s, const struct tuning *t)
 {
     const int32_t size_q32 = q15_abs(s->speed_q32);
-    return size_q32 / FALLS > t->align_way_q32 && size_q32 - s->let_go_q32 > t->align_way_q32 / GAINS;
+    return size_q32 / FALLS > t->align_speed_q32 && size_q32 - s->let_go_q32 > t->align_speed_q32 / GAINS;
 }

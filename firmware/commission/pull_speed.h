@@ -16,7 +16,7 @@
 #include "firmware/settings/tuning.h"
 
 struct pull_speed {
-    int32_t speed_q32; /* electrical turns per millisecond, over tuning.align_way_ms */
+    int32_t speed_q32; /* electrical turns per millisecond, over tuning.align_speed_ms */
     int32_t i_d_q15;   /* at the sample of the loop's v_d_q15 */
     int32_t drop_q15;  /* of the resistance */
     int32_t e_d_q15;   /* EMF along the field in the millisecond that ended */

@@ -33,7 +33,7 @@ struct cogging_map {
  */
 static inline uint32_t cogging_angle_q32(const struct speed_estimate *e, const struct tuning *t)
 {
-    const int32_t beyond_q16 = (int32_t)(((int64_t)e->beyond_q15 * t->count_per_way_q16) >> 16); /* counts */
+    const int32_t beyond_q16 = (int32_t)(((int64_t)e->beyond_q15 * t->counts_per_travel_q16) >> 16); /* counts */
     const uint32_t edge = e->count + (uint32_t)e->backwards;
     return edge * t->turn_scale_q32 + (uint32_t)(((int64_t)beyond_q16 * t->turn_scale_q32) >> 16);
 }

@@ -210,7 +210,7 @@ void current_loop_divert(volatile struct current_loop *c, void (*entry)(void), v
 void current_loop_undivert(volatile struct current_loop *c);
 
 /*
- * For LOOP_FORCED: the field is at `angle_q32` at the next sample and turns by `speed_q32` a sample until told otherwise. `pll`
+ * For LOOP_FORCED: the field is at `angle_q32` at the next sample and turns by `speed_q32` a sample until set otherwise. `pll`
  * keeps following the encoder. Slow loop, bridge on or off.
  */
 void current_loop_field(volatile struct current_loop *c, uint32_t angle_q32, int32_t speed_q32);
@@ -222,9 +222,6 @@ void current_loop_field(volatile struct current_loop *c, uint32_t angle_q32, int
  */
 void current_loop_follow_rotor(volatile struct current_loop *c);
 void current_loop_prescribe(volatile struct current_loop *c, uint32_t turn_q32, int32_t speed_q32);
-
-/* Sets the rotor's present electrical angle; the encoder tracks it from here on. Slow loop. */
-void current_loop_set_rotor(volatile struct current_loop *c, uint32_t angle_q32);
 
 /*
  * As current_loop_follow(), after a change of frame: recalculates the feed-forward part of the present voltages; the voltages

@@ -24,6 +24,11 @@
 #define DROP_SHIFT    3 /* 8 ms: torque and flux limit depend on each other; a faster response could oscillate */
 #define DROP_MOST_Q15 (1 << 15)
 
+/* Seven eighths of the circle less the reserve, per bus voltage; rounded down. */
+#define PLENTY_Q15 \
+    ((int32_t)(CONFIG_RADIUS_STEPS * 32768LL * 7 * ((1 << FLUX_RESERVE_SHIFT) - 1) / (8LL << FLUX_RESERVE_SHIFT) / \
+               CONFIG_BUS_STEPS))
+
 static int32_t circle_q15(int32_t vbus_q15, int32_t radius_steps)
 {
     return (int32_t)((uint32_t)(vbus_q15 * (radius_steps >> 1)) / (CONFIG_BUS_STEPS >> 1));
@@ -35,15 +40,15 @@ static int32_t resistive_q15(const struct tuning *t, int32_t i_q15)
 }
 
 /* Beyond the modulator's circle each bit of voltage costs harmonics: keeps half as much. */
-static int32_t kept_q15(int32_t circle, int32_t radius_steps)
+static int32_t reserve_q15(int32_t circle, int32_t radius_steps)
 {
-    return circle >> (radius_steps > CONFIG_RADIUS_STEPS ? FLUX_KEPT_SHIFT + 2 : FLUX_KEPT_SHIFT);
+    return circle >> (radius_steps > CONFIG_RADIUS_STEPS ? FLUX_RESERVE_SHIFT + 2 : FLUX_RESERVE_SHIFT);
 }
 
 static int32_t target_q15(int32_t vbus_q15, int32_t radius_steps)
 {
     const int32_t circle = circle_q15(vbus_q15, radius_steps);
-    return circle - kept_q15(circle, radius_steps);
+    return circle - reserve_q15(circle, radius_steps);
 }
 
 int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15)
@@ -54,7 +59,7 @@ int32_t flux_limit_at(int32_t vbus_q15, int32_t w_q15)
 /* v over L for a slow period, from the reactance at the base speed. */
 int32_t flux_limit_slew_q15(const struct tuning *t, int32_t vbus_q15)
 {
-    return kept_q15(circle_q15(vbus_q15, t->radius_steps), t->radius_steps) * (RADIANS_Q4 << (11 - RADIANS_SHIFT)) /
+    return reserve_q15(circle_q15(vbus_q15, t->radius_steps), t->radius_steps) * (RADIANS_Q4 << (11 - RADIANS_SHIFT)) /
            (q15_max(t->x_q_q11, t->x_q_apparent_q11) + 1);
 }
 
@@ -106,7 +111,7 @@ static int32_t left_q15(struct flux_limit *s, const volatile struct current_loop
 {
     const int32_t left = target - length_q15(c);
     if (c->weaken.on) {
-        return left - lacking_q15(s, c, t, q15_abs(current_loop_w_q15(c)), target >> FLUX_KEPT_SHIFT);
+        return left - lacking_q15(s, c, t, q15_abs(current_loop_w_q15(c)), target >> FLUX_RESERVE_SHIFT);
     }
     const int32_t d_most_q15 = (target * V_D_MOST_Q10) >> 10;
     return power_q15 < 0 ? q15_min(left, d_most_q15 - q15_abs(c->v_d_q15)) : left;
@@ -126,10 +131,29 @@ static void follow_trim(struct flux_limit *s, const volatile struct current_loop
                             -((target >> TRIM_LEAST) << TRIM_FRACTION), most_q15 << TRIM_FRACTION);
 }
 
-void flux_limit_follow(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
+/*
+ * Whether the limit is far: neither the largest flux ever asked for at this speed nor the present
+ * voltages exceed seven eighths of the limit. vbus_q15 is current; the current loop's voltages and references are one step old.
+ */
+static bool is_far(const struct flux_limit *s, const volatile struct current_loop *c, int32_t w_q15, int32_t vbus_q15,
+                   int32_t most_q15)
+{
+    const int32_t much_q15 = (vbus_q15 * PLENTY_Q15) >> 15;
+    const int32_t d_q15 = q15_abs(c->v_d_q15);
+    const int32_t q_q15 = q15_abs(c->v_q_q15);
+    return q15_abs(s->trim_q21) < FLUX_TRIM_FADE && most_q15 <= 2 * Q15_ONE &&
+           (uint32_t)w_q15 * (uint32_t)most_q15 <= (uint32_t)much_q15 << 15 &&
+           q15_max(d_q15, q_q15) + q15_min(d_q15, q_q15) / 2 <= much_q15; /* an eighth too long at most */
+}
+
+bool flux_limit_follow(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
                        int32_t vbus_q15, int32_t power_q15, int32_t most_q15)
 {
     const int32_t w_q15 = q15_abs(current_loop_w_q15(c));
+    if (is_far(s, c, w_q15, vbus_q15, most_q15)) {
+        flux_limit_reset(s);
+        return false;
+    }
     const int32_t target = target_q15(vbus_q15, c->weaken.radius_steps);
     follow_drop(s, c, t, power_q15);
     follow_trim(s, c, t, target, power_q15);
@@ -138,9 +162,10 @@ void flux_limit_follow(struct flux_limit *s, const volatile struct current_loop 
     const int32_t wanted_q15 = (int32_t)(((int64_t)w_q15 * most_q15) >> 15);
     if (wanted_q15 <= Q15_ONE && (wanted_q15 * wanted_q15) >> 15 <= square_q15) {
         s->flux_q15 = FLUX_UNLIMITED;
-        return;
+    } else {
+        s->flux_q15 = (int32_t)(((uint32_t)polar_root((uint32_t)square_q15 << 15) << 15) / (uint32_t)q15_max(w_q15, 1));
     }
-    s->flux_q15 = (int32_t)(((uint32_t)polar_root((uint32_t)square_q15 << 15) << 15) / (uint32_t)q15_max(w_q15, 1));
+    return true;
 }
 
 /* How far i_d must fall per step of voltage, times the share the loop tolerates. 0 below half of the circle. */

@@ -25,8 +25,8 @@
 #include "firmware/settings/tuning.h"
 #include "lib/q15.h"
 
-#define FLUX_UNLIMITED  INT32_MAX
-#define FLUX_KEPT_SHIFT 5 /* of the circle */
+#define FLUX_UNLIMITED     INT32_MAX
+#define FLUX_RESERVE_SHIFT 5 /* of the circle */
 
 struct flux_limit {
     int32_t flux_q15;    /* FLUX_UNLIMITED if the voltage allows any flux asked for */
@@ -39,34 +39,17 @@ struct flux_limit {
 
 #define FLUX_TRIM_FADE 16 /* milliseconds */
 
-/* Seven eighths of the circle less the reserve, per bus voltage; rounded down. */
-#define FLUX_PLENTY_Q15 \
-    ((int32_t)(CONFIG_RADIUS_STEPS * 32768LL * 7 * ((1 << FLUX_KEPT_SHIFT) - 1) / (8LL << FLUX_KEPT_SHIFT) / \
-               CONFIG_BUS_STEPS))
-
-/*
- * Whether the limit is far, as it nearly always is: neither the largest flux ever asked for at this speed nor the present
- * voltages exceed seven eighths of the limit. vbus_q15 is current; the current loop's voltages and references are one step old.
- */
-static inline bool flux_limit_is_far(const struct flux_limit *s, const volatile struct current_loop *c, int32_t w_q15,
-                                     int32_t vbus_q15, int32_t most_q15)
-{
-    const int32_t much_q15 = (vbus_q15 * FLUX_PLENTY_Q15) >> 15;
-    const int32_t d_q15 = q15_abs(c->v_d_q15);
-    const int32_t q_q15 = q15_abs(c->v_q_q15);
-    return q15_abs(s->trim_q21) < FLUX_TRIM_FADE && most_q15 <= 2 * Q15_ONE &&
-           (uint32_t)q15_abs(w_q15) * (uint32_t)most_q15 <= (uint32_t)much_q15 << 15 &&
-           q15_max(d_q15, q_q15) + q15_min(d_q15, q_q15) / 2 <= much_q15; /* an eighth too long at most */
-}
-
 /* The bridge goes off, or the limit is far. */
-static inline void flux_limit_rest(struct flux_limit *s)
+static inline void flux_limit_reset(struct flux_limit *s)
 {
     *s = (struct flux_limit){.flux_q15 = FLUX_UNLIMITED};
 }
 
-/* One step while it is not far: `power_q15` is the last torque times the present speed. Each millisecond. */
-void flux_limit_follow(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
+/*
+ * One step: `power_q15` is the last torque times the present speed, `most_q15` the largest flux ever asked for. Returns whether
+ * the limit is near; it nearly never is, and is then followed each millisecond, else every second one.
+ */
+bool flux_limit_follow(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
                        int32_t vbus_q15, int32_t power_q15, int32_t most_q15);
 
 /* Sets the interrupt's limits until the next step (stage_weaken.h): in field weakening, after the references are set. */

@@ -3,6 +3,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/control/speed_estimate.h"
+#include "firmware/settings/scale.h"
 
 #define NO_PLACE HALL_SECTORS
 
@@ -40,17 +41,10 @@ static struct hall_move move_of(const struct hall *h, uint32_t from, uint32_t to
     return move;
 }
 
-static int64_t limited(int64_t value)
-{
-    return value > INT32_MAX ? INT32_MAX : value;
-}
-
 /* Inverts current per slope, from rpm a millisecond to turns a sample: tuning.h. */
 static int32_t push_q8(const struct tuning *t)
 {
-    const int64_t push =
-        (int64_t)t->field.speed_per_rpm_q12 * (1 << 20) / (t->speed_accel_q8 < 1 ? 1 : t->speed_accel_q8);
-    return (int32_t)limited(push);
+    return scale_clamp((int64_t)t->field.speed_per_rpm_q12 * (1 << 20) / q15_max(t->speed_accel_q8, 1), 0, INT32_MAX);
 }
 
 void hall_take_table(struct hall *h, const struct hall_table *table, const struct tuning *t)
@@ -63,7 +57,7 @@ void hall_take_table(struct hall *h, const struct hall_table *table, const struc
     }
     h->clock_share_q28 = (1u << 28) / (uint32_t)t->loop_counts;
     h->push_q8 = push_q8(t);
-    h->push_most_q32 = (int32_t)limited(((int64_t)h->push_q8 * t->i_max_q15) >> 8);
+    h->push_most_q32 = scale_clamp(((int64_t)h->push_q8 * t->i_max_q15) >> 8, 0, INT32_MAX);
 }
 
 void hall_begin(struct hall *h, volatile struct current_loop *c, const struct encoder_regs *e)

@@ -19,7 +19,7 @@
 #include "firmware/control/current_loop.h"
 #include "firmware/settings/hall_table.h"
 
-#define HALL_EDGES_KEPT 8u /* the last one and those of a turn before, rounded up to a power of two */
+#define HALL_EDGES_STORED 8u /* the last one and those of a turn before, rounded up to a power of two */
 
 /* The sector of a state; unused for a state the table does not have. */
 struct hall_sector {
@@ -43,8 +43,8 @@ struct hall_speed {
     int32_t direction;      /* of the last edges: -1, 1; 0: unknown */
     uint32_t intervals;     /* usable: between edges in this direction, without a reversal */
     bool lost;              /* the last edge is too long ago: at rest */
-    bool told;              /* the speed was given by the caller, */
-    uint32_t told_clock;    /* at this time */
+    bool preset;            /* the speed was given by the caller, */
+    uint32_t preset_clock;  /* at this time */
     int32_t speed_q32;      /* turns a sample */
     uint32_t age_clocks;    /* since the last edge */
     uint32_t sector_clocks; /* between the last two edges */
@@ -52,11 +52,11 @@ struct hall_speed {
     int32_t load_q8;        /* speed change by the load in a millisecond, as push_q8 */
     /* speed expected from torque and that load, and the angle it integrates to; both wrap */
     uint64_t pushed_q32;
-    uint64_t way_q32;
-    uint64_t way_at_q32[HALL_EDGES_KEPT]; /* at the edges */
-    uint64_t rest_q32;                    /* the speed less that */
-    uint32_t angle_q32;                   /* of the rotor at the last step */
-    int32_t travel_q32;                   /* its travel since the step before, per sample */
+    uint64_t pushed_angle_q32;
+    uint64_t pushed_angle_at_q32[HALL_EDGES_STORED]; /* at the edges */
+    uint64_t rest_q32;                               /* the speed less that */
+    uint32_t angle_q32;                              /* of the rotor at the last step */
+    int32_t travel_q32;                              /* its travel since the step before, per sample */
 };
 
 struct hall {
@@ -69,9 +69,9 @@ struct hall {
     int32_t push_q8;                 /* speed change by an LSB of torque in a millisecond, Q32 of a turn a sample */
     /* of the interrupt */
     uint32_t state;
-    uint32_t count;                  /* sectors, wraps */
-    uint32_t clock[HALL_EDGES_KEPT]; /* time of the edge to that count; the fabric's clock */
-    uint32_t invalid, skipped;       /* samples with such a state or move, ever */
+    uint32_t count;                    /* sectors, wraps */
+    uint32_t clock[HALL_EDGES_STORED]; /* time of the edge to that count; the fabric's clock */
+    uint32_t invalid, skipped;         /* samples with such a state or move, ever */
     struct hall_speed speed;
 };
 
@@ -85,8 +85,8 @@ void hall_begin(struct hall *h, volatile struct current_loop *c, const struct en
  * Takes over from another source, whose angle and speed are in `c`. The load is assumed equal to the torque. For 20 ms, single
  * sectors, which show each misplaced switch, do not override that speed. Slow loop, LOOP_HALL, interrupts held.
  */
-void hall_go_on(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e,
-                int32_t torque_q15);
+void hall_resume(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e,
+                 int32_t torque_q15);
 
 /*
  * Estimates the speed and gives it to the interrupt, which advances the angle by it. Distance over time between edges is a late
@@ -104,7 +104,7 @@ void hall_speed_step(struct hall *h, volatile struct current_loop *c, const stru
  * so it is a quarter of the time; and 8 ms at most, or a rotor at rest would not get the torque to break loose or to hold a new
  * load.
  */
-static inline uint32_t hall_told_clocks(const struct hall_speed *s)
+static inline uint32_t hall_reported_clocks(const struct hall_speed *s)
 {
     const uint32_t clocks = s->clocks / 4u;
     const uint32_t most = BOARD_FABRIC_HZ / 125u;

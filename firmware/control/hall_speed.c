@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "drivers/cortex/cpu.h"
 #include "firmware/control/hall.h"
+#include "firmware/settings/scale.h"
 #include "lib/q15.h"
 
 #define MEAN_CLOCKS  (20u * (BOARD_FABRIC_HZ / 1000u))  /* longest mean over more edges */
@@ -19,7 +20,7 @@
 struct reading {
     uint32_t count, state, angle_q32;
     uint32_t latch_clock;
-    uint32_t clock[HALL_EDGES_KEPT];
+    uint32_t clock[HALL_EDGES_STORED];
 };
 
 static void read(struct reading *r, const struct hall *h, const volatile struct current_loop *c,
@@ -31,7 +32,7 @@ static void read(struct reading *r, const struct hall *h, const volatile struct 
     r->state = now->state;
     r->angle_q32 = c->pll.angle_q32;
     r->latch_clock = encoder_latch_clock(e);
-    for (uint32_t n = 0; n < HALL_EDGES_KEPT; n++) {
+    for (uint32_t n = 0; n < HALL_EDGES_STORED; n++) {
         r->clock[n] = now->clock[n];
     }
     cpu_irq_restore(mask);
@@ -39,33 +40,34 @@ static void read(struct reading *r, const struct hall *h, const volatile struct 
 
 static uint32_t clock_of(const struct reading *r, uint32_t count)
 {
-    return r->clock[count % HALL_EDGES_KEPT];
+    return r->clock[count % HALL_EDGES_STORED];
 }
 
-static int32_t held(int64_t speed_q32, int32_t most_q32)
+static int32_t clamp_both_ways(int64_t speed_q32, int32_t most_q32)
 {
-    return speed_q32 > most_q32 ? most_q32 : (speed_q32 < -most_q32 ? -most_q32 : (int32_t)speed_q32);
+    return scale_clamp(speed_q32, -most_q32, most_q32);
 }
 
 /* Travel over clocks, as a speed; travel is less than 2^38, longer times lose eight bits. */
-static int64_t speed_of(int64_t way_q32, uint32_t clocks, const struct tuning *t)
+static int64_t mean_speed(int64_t travel_q32, uint32_t clocks, const struct tuning *t)
 {
-    return way_q32 * t->loop_counts / (int64_t)(clocks < 1u ? 1u : clocks);
+    return travel_q32 * t->loop_counts / (int64_t)(clocks < 1u ? 1u : clocks);
 }
 
 /* ---- the torque's part ---- */
 
 /* At rest the load equals the torque. */
-static void push(struct hall *h, const struct tuning *t, int32_t torque_q15)
+static void integrate_push(struct hall *h, const struct tuning *t, int32_t torque_q15)
 {
     struct hall_speed *const s = &h->speed;
-    const int32_t torque_q8 = held((int64_t)torque_q15 * h->push_q8, PUSH_MOST_Q8);
+    const int32_t torque_q8 = clamp_both_ways((int64_t)torque_q15 * h->push_q8, PUSH_MOST_Q8);
     s->load_q8 = s->lost ? -torque_q8 : s->load_q8;
     s->pushed_q32 += (uint64_t)(int64_t)((torque_q8 + s->load_q8) >> 8);
-    s->way_q32 += s->pushed_q32 * (uint32_t)t->loops_per_slow;
+    s->pushed_angle_q32 += s->pushed_q32 * (uint32_t)t->loops_per_slow;
 }
 
-void hall_go_on(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e, int32_t torque_q15)
+void hall_resume(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e,
+                 int32_t torque_q15)
 {
     const uint32_t clock = encoder_hall_clock(e);
     const int32_t speed_q32 = c->pll.speed_q32;
@@ -74,11 +76,11 @@ void hall_go_on(struct hall *h, const volatile struct current_loop *c, const str
     h->clock[0] = clock;
     h->speed = (struct hall_speed){.clock = clock,
                                    .direction = speed_q32 < 0 ? -1 : 1,
-                                   .told = true,
-                                   .told_clock = encoder_latch_clock(e),
+                                   .preset = true,
+                                   .preset_clock = encoder_latch_clock(e),
                                    .speed_q32 = speed_q32,
                                    .rest_q32 = (uint64_t)(int64_t)speed_q32,
-                                   .load_q8 = -held((int64_t)torque_q15 * h->push_q8, PUSH_MOST_Q8),
+                                   .load_q8 = -clamp_both_ways((int64_t)torque_q15 * h->push_q8, PUSH_MOST_Q8),
                                    .angle_q32 = c->pll.angle_q32};
 }
 
@@ -87,24 +89,24 @@ static void mark_edges(struct hall_speed *s, const struct reading *r, int32_t mo
 {
     const uint32_t edges = moved == 0 ? 1u : (uint32_t)q15_abs(moved);
     uint32_t count = r->count;
-    for (uint32_t n = 0; n < edges && n < HALL_EDGES_KEPT; n++) {
+    for (uint32_t n = 0; n < edges && n < HALL_EDGES_STORED; n++) {
         const int64_t age_clocks = (int64_t)(r->latch_clock - clock_of(r, count));
-        s->way_at_q32[count % HALL_EDGES_KEPT] =
-            s->way_q32 - (uint64_t)((int64_t)s->pushed_q32 * age_clocks / t->loop_counts);
+        s->pushed_angle_at_q32[count % HALL_EDGES_STORED] =
+            s->pushed_angle_q32 - (uint64_t)((int64_t)s->pushed_q32 * age_clocks / t->loop_counts);
         count += moved < 0 ? 1u : UINT32_MAX;
     }
 }
 
 /* Attributes an unexpected speed change per millisecond to the load. */
-static void blame_load(struct hall_speed *s, int64_t change_q32)
+static void attribute_to_load(struct hall_speed *s, int64_t change_q32)
 {
-    s->load_q8 = held(s->load_q8 + change_q32 * 256, PUSH_MOST_Q8);
+    s->load_q8 = clamp_both_ways(s->load_q8 + change_q32 * 256, PUSH_MOST_Q8);
 }
 
 /* ---- edges ---- */
 
 /* The travel from the nth edge before the last one to the last. */
-static int64_t way_of(const struct hall *h, uint32_t state, int32_t direction, uint32_t n)
+static int64_t sector_travel(const struct hall *h, uint32_t state, int32_t direction, uint32_t n)
 {
     const uint32_t place = h->sector[state].place;
     if (n == WHOLE_TURN) {
@@ -133,7 +135,7 @@ static void learn_load(struct hall_speed *s, int64_t clocks, int64_t unexpected_
         return;
     }
     const int64_t within = clocks < SLOW_CLOCKS ? SLOW_CLOCKS : clocks;
-    blame_load(s, unexpected_q32 * SLOW_CLOCKS / within >> (first ? FIRST_SHIFT : LOAD_SHIFT));
+    attribute_to_load(s, unexpected_q32 * SLOW_CLOCKS / within >> (first ? FIRST_SHIFT : LOAD_SHIFT));
 }
 
 /*
@@ -151,25 +153,25 @@ static int64_t likely_change(const struct hall *h, uint32_t clocks, int64_t chan
 }
 
 /* Until the first full turn of edges, if that comes soon. */
-static bool told_better(struct hall_speed *s, const struct reading *r)
+static bool preset_is_better(struct hall_speed *s, const struct reading *r)
 {
-    s->told = s->told && s->intervals < WHOLE_TURN && r->latch_clock - s->told_clock < MEAN_CLOCKS;
-    return s->told;
+    s->preset = s->preset && s->intervals < WHOLE_TURN && r->latch_clock - s->preset_clock < MEAN_CLOCKS;
+    return s->preset;
 }
 
-static void measure(struct hall *h, const struct reading *r, const struct tuning *t)
+static void measure_speed(struct hall *h, const struct reading *r, const struct tuning *t)
 {
     struct hall_speed *const s = &h->speed;
-    if (s->intervals == 0u || told_better(s, r)) {
+    if (s->intervals == 0u || preset_is_better(s, r)) {
         return; /* it came from the other side, or from rest */
     }
     const uint32_t n = near_enough(s, r, WHOLE_TURN) ? WHOLE_TURN : (near_enough(s, r, HALF_TURN) ? HALF_TURN : 1u);
     const uint32_t before = s->count - (uint32_t)s->direction * n;
-    const int64_t pushed =
-        (int64_t)(s->way_at_q32[s->count % HALL_EDGES_KEPT] - s->way_at_q32[before % HALL_EDGES_KEPT]);
+    const int64_t pushed = (int64_t)(s->pushed_angle_at_q32[s->count % HALL_EDGES_STORED] -
+                                     s->pushed_angle_at_q32[before % HALL_EDGES_STORED]);
     const uint32_t clocks = s->clock - clock_of(r, before);
     s->clocks = n == 1u ? 2u * clocks : clocks; /* one sector shows each misplaced switch */
-    const int64_t rest_q32 = speed_of(way_of(h, r->state, s->direction, n) - pushed, clocks, t);
+    const int64_t rest_q32 = mean_speed(sector_travel(h, r->state, s->direction, n) - pushed, clocks, t);
     const int64_t change_q32 = likely_change(h, clocks, rest_q32 - (int64_t)s->rest_q32);
     learn_load(s, clocks, change_q32);
     s->rest_q32 += (uint64_t)change_q32;
@@ -186,8 +188,8 @@ static bool take_edges(struct hall_speed *s, const struct reading *r, const stru
     mark_edges(s, r, moved, t);
     const int32_t direction = moved > 0 ? 1 : (moved < 0 ? -1 : 0);
     const uint32_t edges = (uint32_t)q15_abs(moved);
-    const bool goes_on = !s->lost && direction != 0 && direction == s->direction && !there_and_back;
-    const uint32_t intervals = goes_on ? s->intervals + edges : (edges == 0u ? 0u : edges - 1u);
+    const bool continues = !s->lost && direction != 0 && direction == s->direction && !there_and_back;
+    const uint32_t intervals = continues ? s->intervals + edges : (edges == 0u ? 0u : edges - 1u);
     s->intervals = intervals > WHOLE_TURN ? WHOLE_TURN : intervals;
     s->direction = direction;
     s->sector_clocks = s->lost ? 0u : clock_of(r, r->count) - s->clock;
@@ -202,12 +204,12 @@ static void bound(struct hall *h, const struct reading *r, const struct tuning *
 {
     struct hall_speed *const s = &h->speed;
     const uint32_t age_clocks = r->latch_clock - s->clock;
-    const int64_t most_q32 = speed_of((int64_t)h->sector[r->state].half_q32 * 5 / 2, age_clocks, t);
+    const int64_t most_q32 = mean_speed((int64_t)h->sector[r->state].half_q32 * 5 / 2, age_clocks, t);
     s->age_clocks = age_clocks;
     s->lost = s->lost || age_clocks > LOST_CLOCKS;
     const int64_t speed_q32 = (int64_t)(s->rest_q32 + s->pushed_q32);
-    s->speed_q32 = s->lost ? 0 : held(speed_q32, held(most_q32, SPEED_MOST));
-    blame_load(s, (s->speed_q32 - speed_q32) / 4);
+    s->speed_q32 = s->lost ? 0 : clamp_both_ways(speed_q32, clamp_both_ways(most_q32, SPEED_MOST));
+    attribute_to_load(s, (s->speed_q32 - speed_q32) / 4);
     s->rest_q32 = (uint64_t)(int64_t)s->speed_q32 - s->pushed_q32;
     s->clocks = age_clocks > s->clocks ? age_clocks : s->clocks;
 }
@@ -237,9 +239,9 @@ void hall_speed_step(struct hall *h, volatile struct current_loop *c, const stru
     struct hall_speed *const s = &h->speed;
     struct reading r;
     read(&r, h, c, e);
-    push(h, t, torque_q15);
+    integrate_push(h, t, torque_q15);
     if (take_edges(s, &r, t)) {
-        measure(h, &r, t);
+        measure_speed(h, &r, t);
     }
     bound(h, &r, t);
     if (s->lost) {

@@ -43,12 +43,12 @@ void injection_resume(volatile struct current_loop *c)
     c->inject.first = 0;
 }
 
-struct injection_seen injection_take(volatile struct current_loop *c)
+struct injection_response injection_take(volatile struct current_loop *c)
 {
     volatile struct injection *const n = &c->inject;
     const int32_t d = n->sum_d;
     const int32_t q = n->sum_q;
-    const struct injection_seen seen = {d - n->last_d, q - n->last_q};
+    const struct injection_response seen = {d - n->last_d, q - n->last_q};
     n->last_d = d;
     n->last_q = q;
     return seen;

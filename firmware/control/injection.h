@@ -75,7 +75,7 @@ struct injection {
 #define INJECTION_SEED     0x4F1BBCDCu
 
 /* Responses, summed over the samples of some milliseconds. */
-struct injection_seen {
+struct injection_response {
     int32_t d, q;
 };
 
@@ -85,7 +85,7 @@ struct current_loop;
 void injection_reset(volatile struct current_loop *c, const struct tuning *t);
 
 /* The sums since the last call. Slow loop, each millisecond. */
-struct injection_seen injection_take(volatile struct current_loop *c);
+struct injection_response injection_take(volatile struct current_loop *c);
 
 /* Before LOOP_INJECTION takes over from the observer: restarts the voltage with a new pair. Slow loop. */
 void injection_resume(volatile struct current_loop *c);

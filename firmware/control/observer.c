@@ -66,7 +66,7 @@ static dq_t currents(const volatile struct current_loop *c)
 }
 
 /* The direction of psi_a, Q14, and the values that follow from its length. */
-static dq_t look_along(volatile struct observer *o, dq_t active)
+static dq_t resolve_active_flux(volatile struct observer *o, dq_t active)
 {
     const int32_t size = q15_max(magnitude_q15(active.d, active.q), OBSERVER_ALONG_ONE / OBSERVER_ALONG_MOST);
     const int32_t by_size = OBSERVER_ALONG_ONE / size;
@@ -81,7 +81,7 @@ static dq_t look_along(volatile struct observer *o, dq_t active)
  * back = 2 sigma Ts |psi_a| 2^(shift - 1), sigma in |w|. The shift gives it 15 bits at any speed, so rounding does not hide
  * small corrections.
  */
-static void hold_back(volatile struct observer *o, dq_t direction_q14, uint32_t speed_q32, uint32_t sigma_q8)
+static void set_flux_feedback(volatile struct observer *o, dq_t direction_q14, uint32_t speed_q32, uint32_t sigma_q8)
 {
     const uint64_t turn_q32 = ((uint64_t)speed_q32 * (sigma_q8 * TWO_PI_Q11)) >> 18; /* 2 sigma Ts */
     const uint32_t of_16 = (uint32_t)((turn_q32 * (uint32_t)o->active) >> 17);       /* for a shift of 16 */
@@ -121,7 +121,8 @@ static int32_t by_doubt_q8(const struct tuning *t, int32_t emf_q15, int32_t i_q1
 }
 
 /* m = |w| psi_a / (dR |i| + dU), all of them voltages in Q15 of v_range. */
-static void reckon_margin(volatile struct observer *o, const struct tuning *t, dq_t i, int32_t w_q15, int32_t vbus_q15)
+static void estimate_margin(volatile struct observer *o, const struct tuning *t, dq_t i, int32_t w_q15,
+                            int32_t vbus_q15)
 {
     o->i_q4 += (magnitude_q15(i.d, i.q) * 16 - o->i_q4) >> SMOOTH_SHIFT;
     o->i_q_q4 += (q15_abs(i.q) * 16 - o->i_q_q4) >> SMOOTH_SHIFT;
@@ -147,7 +148,7 @@ static void weigh_voltages(volatile struct observer *o, const struct tuning *t, 
     o->of_newest = of_both - o->of_older;
 }
 
-static void tell_machine(volatile struct observer *o, const struct tuning *t, int32_t i_q_q15)
+static void update_machine(volatile struct observer *o, const struct tuning *t, int32_t i_q_q15)
 {
     o->magnet = t->observer.magnet;
     o->lq = lq_at(t, i_q_q15);
@@ -183,9 +184,9 @@ void observer_preset(volatile struct current_loop *c, const struct tuning *t)
     cpu_irq_restore(mask);
 }
 
-void observer_calm(volatile struct current_loop *c)
+void observer_slow_down(volatile struct current_loop *c)
 {
-    c->flux.calm_q24 = CALM_Q24;
+    c->flux.slow_down_q24 = CALM_Q24;
 }
 
 /* The tracking loop's pole, in |w|; calm decays with the turns. */
@@ -194,13 +195,13 @@ static int32_t pole_q8(volatile struct current_loop *c, const struct tuning *t, 
     volatile struct observer *const o = &c->flux;
     const int32_t by_margin_q8 =
         q15_clamp((o->margin_q8 * TRACK_BY_MARGIN) >> 8, TRACK_LEAST_Q8, observer_quickest_q8(t));
-    const int32_t calm_q24 = o->calm_q24;
-    if (calm_q24 == 0) {
+    const int32_t slow_down_q24 = o->slow_down_q24;
+    if (slow_down_q24 == 0) {
         return by_margin_q8;
     }
     const int32_t turns_q16 = (int32_t)((speed_q32 >> 8) * (uint32_t)c->loops_per_slow >> 8);
-    o->calm_q24 = q15_max(calm_q24 - turns_q16 * (CALM_Q24 >> 16) / CALM_TURNS, 0);
-    return q15_max(q15_min(by_margin_q8, TRACK_LARGEST_Q8 - (calm_q24 >> 16)), TRACK_LEAST_Q8);
+    o->slow_down_q24 = q15_max(slow_down_q24 - turns_q16 * (CALM_Q24 >> 16) / CALM_TURNS, 0);
+    return q15_max(q15_min(by_margin_q8, TRACK_LARGEST_Q8 - (slow_down_q24 >> 16)), TRACK_LEAST_Q8);
 }
 
 void observer_begin(volatile struct current_loop *c, const struct tuning *t)
@@ -216,11 +217,11 @@ void observer_follow(volatile struct current_loop *c, const struct tuning *t, en
     volatile struct observer *const o = &c->flux;
     const uint32_t speed_q32 = (uint32_t)q15_abs(c->pll.speed_q32);
     const dq_t i = currents(c);
-    const dq_t direction_q14 = look_along(o, active_flux(t, i));
-    tell_machine(o, t, i.q);
+    const dq_t direction_q14 = resolve_active_flux(o, active_flux(t, i));
+    update_machine(o, t, i.q);
     weigh_voltages(o, t, c->vbus_q15);
-    reckon_margin(o, t, i, current_loop_w_q15(c), c->vbus_q15);
-    hold_back(o, direction_q14, speed_q32, role == OBSERVER_LEADS ? SIGMA_LEADING_Q8 : SIGMA_FOLLOWING_Q8);
+    estimate_margin(o, t, i, current_loop_w_q15(c), c->vbus_q15);
+    set_flux_feedback(o, direction_q14, speed_q32, role == OBSERVER_LEADS ? SIGMA_LEADING_Q8 : SIGMA_FOLLOWING_Q8);
     if (role == OBSERVER_RESTS) {
         return;
     }

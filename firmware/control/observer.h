@@ -14,9 +14,9 @@
  * for sensorless synchronous motor drives: framework for design and analysis", IEEE Trans. Ind. Appl. 54(6), 2018;
  * tests/unit/test_observer.py checks the formula for the steady error:
  *
- *     sin(error) = 2 sigma / w (psi_told / psi - cos(error) - (R - R_told) i_q / (w psi)) + (R - R_told) i_d / (w psi)
+ *     sin(error) = 2 sigma / w (psi_nominal / psi - cos(error) - (R - R_nominal) i_q / (w psi)) + (R - R_nominal) i_d / (w psi)
  *
- * The margin m = |w| psi_a / (dR |i| + dU) tells whether there is enough signal: the EMF over what a wrong R and the dead time
+ * The margin m = |w| psi_a / (dR |i| + dU) shows whether there is enough signal: the EMF over what a wrong R and the dead time
  * may hide. With the gains below the angle holds down to about 1.5.
  *
  * Formats. Flux: Q28 of the tuning's flux unit, in which no flux of this motor below i_range reaches 1.0; "flux 14" is its
@@ -65,7 +65,7 @@ struct observer {
     int32_t margin_q8;        /* m; 255 at most */
     int32_t margin_torque_q8; /* the same with i_q alone, or without it */
     int32_t i_q4, i_q_q4;     /* |i| and |i_q|, smoothed */
-    int32_t calm_q24;         /* how much slower the tracking loop is after a hand-over, in |w| */
+    int32_t slow_down_q24;    /* how much slower the tracking loop is after a hand-over, in |w| */
 };
 
 /* The observer's role. */
@@ -97,7 +97,7 @@ void observer_begin(volatile struct current_loop *c, const struct tuning *t);
  * rotates once a turn until sigma removes it: a slow tracking loop, for two turns, keeps most of it from the speed loop. Slow
  * loop, before observer_begin().
  */
-void observer_calm(volatile struct current_loop *c);
+void observer_slow_down(volatile struct current_loop *c);
 
 /* The fastest double pole of its tracking loop, in |w|, Q8. Any context. */
 int32_t observer_quickest_q8(const struct tuning *t);

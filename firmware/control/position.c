@@ -1,23 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/control/position.h"
 
+#include "firmware/settings/scale.h"
 #include "lib/q15.h"
 
 #define FAR_MS     4u
 #define SLOWEST    16
 #define ERROR_MOST (1 << 30)
 
-static int64_t clamp(int64_t x, int64_t low, int64_t high)
-{
-    return x < low ? low : (x > high ? high : x);
-}
-
 /* Position within the count, from its lower edge. */
 static int64_t within_count(const struct speed_estimate *e, const struct tuning *t)
 {
     const int32_t shift = t->profile.shift;
-    const int64_t beyond_q32 = (int64_t)e->beyond_q15 * t->count_per_way_q16; /* counts */
-    return clamp((beyond_q32 >> (32 - shift)) + ((int64_t)e->backwards << shift), 0, 1LL << shift);
+    const int64_t beyond_q32 = (int64_t)e->beyond_q15 * t->counts_per_travel_q16; /* counts */
+    return scale_clamp((beyond_q32 >> (32 - shift)) + ((int64_t)e->backwards << shift), 0, 1 << shift);
 }
 
 int64_t position_of_shaft(const struct turns *turns, const struct speed_estimate *e, const struct tuning *t,
@@ -35,8 +31,8 @@ void position_begin(struct position_loop *p, int64_t ref, int32_t ref_speed)
 /* At rest a count either way is no error: it shows where an edge is, not where the shaft is. */
 static int64_t answered(int64_t error, const struct tuning *t)
 {
-    const int64_t count = 1LL << t->profile.shift;
-    return error - clamp(error, -count, count);
+    const int32_t count = 1 << t->profile.shift;
+    return error - scale_clamp(error, -count, count);
 }
 
 /*
@@ -60,16 +56,16 @@ int32_t position_step(struct position_loop *p, int64_t next_ref, struct speed_lo
     const int32_t next_speed = (int32_t)(next_ref - p->ref);
     const bool moving = next_speed != 0 || p->ref_speed != 0;
     p->error = p->ref - position_of_shaft(turns, &s->estimate, t, moving);
-    p->error_counts = (int32_t)clamp(position_counts(p->error, t), INT32_MIN, INT32_MAX);
-    const int32_t error = (int32_t)clamp(moving ? p->error : answered(p->error, t), -ERROR_MOST, ERROR_MOST);
+    p->error_counts = scale_clamp(position_counts(p->error, t), INT32_MIN, INT32_MAX);
+    const int32_t error = scale_clamp(moving ? p->error : answered(p->error, t), -ERROR_MOST, ERROR_MOST);
     const int32_t gain_q21 = (int32_t)(((int64_t)t->position_gain_q21 * share_q14(&s->estimate)) >> 14);
     const int64_t answer_q16 = ((int64_t)error * gain_q21) >> 21;
-    const int64_t most_q16 = (int64_t)t->speed_max_rpm_q4 << 12;
-    const int64_t ref_q16 = clamp(rpm_q16(t, p->ref_speed) + answer_q16, -most_q16, most_q16);
+    const int32_t most_q16 = t->speed_max_rpm_q4 << 12;
+    const int32_t ref_q16 = scale_clamp(rpm_q16(t, p->ref_speed) + answer_q16, -most_q16, most_q16);
     const int32_t moved_q16 = rpm_q16(t, next_speed - p->ref_speed);
     p->ref = next_ref;
     p->ref_speed = next_speed;
-    return speed_loop_follow(s, t, (int32_t)ref_q16, moved_q16, limits);
+    return speed_loop_follow(s, t, ref_q16, moved_q16, limits);
 }
 
 bool position_is_lost(struct position_loop *p, const struct tuning *t)

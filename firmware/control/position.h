@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The position loop: a gain before the speed loop, plus feed-forward of the profile's speed and acceleration. Once a
- * millisecond, in the slow loop. One bandwidth sets its stiffness; its margin: settings/margin_position.h.
+ * millisecond, in the slow loop. One bandwidth sets its stiffness; its margin: settings/margins.h.
  *
  * Positions are in units of 2^-shift counts (tuning.h). A reference of X counts means the middle of count X. During a move, the
  * shaft's position comes from the edges and the time since the last one; at its end, it is the middle of the count: a shaft

@@ -11,15 +11,15 @@ struct gait {
 };
 
 /* Stopping distance: that speed, then a less in each step: (k + 1) speed - a k (k + 1) / 2. */
-static int64_t stop_way(const struct gait *g)
+static int64_t stopping_distance(const struct gait *g)
 {
     return ((int64_t)g->level * (g->steps + 1) >> 1) + (int64_t)(g->steps + 1) * (g->speed - g->level);
 }
 
 /* The same, if it must hold that speed for another `held` steps first. */
-static int64_t held_way(const struct gait *g, int32_t held)
+static int64_t holding_distance(const struct gait *g, int32_t held)
 {
-    return stop_way(g) + (int64_t)held * g->speed;
+    return stopping_distance(g) + (int64_t)held * g->speed;
 }
 
 /* `speed` differs from that of `g` by a at most. */
@@ -37,71 +37,64 @@ static struct gait gait_beside(const struct gait *g, int32_t speed, int32_t a)
 }
 
 /*
- * The largest speed within a level whose distance, with the hold, does not exceed `way`. The level itself does not exceed it,
- * the next one does: so the remainder is below a step for each summand, which fits.
+ * The largest speed within a level whose distance, with the hold, does not exceed `distance`. The level itself does not
+ * exceed it, the next one does: so the remainder is below a step for each summand, which fits.
  */
-static int32_t within(int32_t level, int32_t steps, int32_t held, int64_t way, int32_t a)
+static int32_t fastest_within(int32_t level, int32_t steps, int32_t held, int64_t distance, int32_t a)
 {
     const struct gait g = {level, steps, level};
-    const int64_t left = way - held_way(&g, held);
+    const int64_t left = distance - holding_distance(&g, held);
     const uint32_t summands = (uint32_t)(held + steps + 1);
     const uint32_t most = (uint32_t)(a - 1) * summands;
     return level + (int32_t)((left < (int64_t)most ? (uint32_t)left : most) / summands);
 }
 
-/* Slower: by a at most, and no slower than the remaining distance or the limit requires. */
-static int32_t braked(const struct gait *g, int64_t way, const struct tuning_profile *t)
+/* The same in the level of `g` and `up` more, or in the one below that; 0 if not even that one's distance does. */
+static int32_t fastest(const struct gait *g, int32_t up, int32_t held, int64_t distance, int32_t a)
 {
-    const int32_t a = t->a_max;
-    const int32_t least = q15_max(g->speed - a, 0);
+    for (int32_t n = up; n > up - 2 && g->steps + n >= 0; n--) {
+        const struct gait level = {g->level + n * a, g->steps + n, g->level + n * a};
+        if (holding_distance(&level, held) <= distance) {
+            return fastest_within(level.level, level.steps, held, distance, a);
+        }
+    }
+    return 0;
+}
+
+/* Slower: by a at most, and no slower than the remaining distance or the limit requires. */
+static int32_t braked(const struct gait *g, int64_t distance, const struct tuning_profile *t)
+{
+    const int32_t least = q15_max(g->speed - t->a_max, 0);
     if (g->speed > t->v_max) {
         return q15_max(least, t->v_max);
     }
-    const struct gait level = {g->level, g->steps, g->level};
-    if (stop_way(&level) <= way) {
-        return q15_clamp(within(g->level, g->steps, 0, way, a), least, g->speed);
-    }
-    const struct gait below = {g->level - a, g->steps - 1, g->level - a};
-    if (g->steps > 0 && stop_way(&below) <= way) {
-        return q15_clamp(within(below.level, below.steps, 0, way, a), least, g->speed);
-    }
-    return least;
+    return q15_clamp(fastest(g, 0, 0, distance, t->a_max), least, g->speed);
 }
 
 /* Faster: by a at most, but still able to stop in time after the required hold. */
-static int32_t pushed(const struct gait *g, int64_t way, const struct tuning_profile *t)
+static int32_t pushed(const struct gait *g, int64_t distance, const struct tuning_profile *t)
 {
-    const int32_t a = t->a_max;
-    const int32_t held = t->window;
-    const struct gait full = gait_beside(g, q15_min(g->speed + a, t->v_max), a);
-    if (held_way(&full, held) <= way) {
+    const struct gait full = gait_beside(g, q15_min(g->speed + t->a_max, t->v_max), t->a_max);
+    if (holding_distance(&full, t->window) <= distance) {
         return full.speed;
     }
-    const struct gait above = {g->level + a, g->steps + 1, g->level + a};
-    if (held_way(&above, held) <= way) {
-        return q15_clamp(within(above.level, above.steps, held, way, a), g->speed, full.speed);
-    }
-    const struct gait level = {g->level, g->steps, g->level};
-    if (held_way(&level, held) <= way) {
-        return q15_clamp(within(g->level, g->steps, held, way, a), g->speed, full.speed);
-    }
-    return g->speed;
+    return q15_clamp(fastest(g, 1, t->window, distance, t->a_max), g->speed, full.speed);
 }
 
 /* Distances shorter than the window in units, far below a count, are crept. */
-static int32_t begun(int32_t speed, int64_t way)
+static int32_t begun(int32_t speed, int64_t distance)
 {
-    return speed == 0 && way > 0 ? 1 : speed;
+    return speed == 0 && distance > 0 ? 1 : speed;
 }
 
-/* The trapezoid's next speed, in the direction of motion; `way` is the remaining distance in it. */
-static int32_t next_speed(const struct gait *g, int64_t way, bool may_push, bool may_brake,
+/* The trapezoid's next speed, in the direction of motion; `distance` is the remaining distance in it. */
+static int32_t next_speed(const struct gait *g, int64_t distance, bool may_push, bool may_brake,
                           const struct tuning_profile *t)
 {
-    if (way < stop_way(g) || g->speed > t->v_max) {
-        return may_brake || g->speed == 1 ? braked(g, way, t) : g->speed;
+    if (distance < stopping_distance(g) || g->speed > t->v_max) {
+        return may_brake || g->speed == 1 ? braked(g, distance, t) : g->speed;
     }
-    return may_push && g->speed < t->v_max ? begun(pushed(g, way, t), way) : g->speed;
+    return may_push && g->speed < t->v_max ? begun(pushed(g, distance, t), distance) : g->speed;
 }
 
 static void step_trapezoid(struct profile *p, const struct tuning_profile *t)
@@ -123,7 +116,7 @@ static void step_trapezoid(struct profile *p, const struct tuning_profile *t)
 }
 
 /* The sum over the window divided by `window`, rounded down; the remainder goes into the next step, so nothing is lost. */
-static int32_t mean(struct profile *p, const struct tuning_profile *t)
+static int32_t window_mean(struct profile *p, const struct tuning_profile *t)
 {
     const int32_t dividend = p->sum + p->carry;
     int32_t quotient = (int32_t)(((int64_t)dividend * t->window_q30) >> 30);
@@ -167,6 +160,6 @@ void profile_step(struct profile *p, const struct tuning_profile *t)
     p->sum += p->corner_speed - p->past[p->at];
     p->past[p->at] = p->corner_speed;
     p->at = p->at + 1 < t->window ? p->at + 1 : 0;
-    p->speed = mean(p, t);
+    p->speed = window_mean(p, t);
     p->position += p->speed;
 }

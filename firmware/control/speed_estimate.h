@@ -36,22 +36,19 @@ struct speed_estimate {
     uint32_t count;
     int32_t backwards; /* 1: crossed downwards, so it is the upper end of the count */
     uint32_t clock;
-    int32_t beyond_q15;   /* estimated travel since then, rpm times milliseconds */
-    bool lost;            /* too long ago to be useful */
-    int32_t place_q16[4]; /* offsets of a line's four edges from their nominal places, in counts */
+    int32_t beyond_q15;         /* estimated travel since then, rpm times milliseconds */
+    bool lost;                  /* too long ago to be useful */
+    int32_t edge_offset_q16[4]; /* offsets of a line's four edges from their nominal places, in counts */
 };
 
 /* The counter was set: forgets the edges. Slow loop, or while it is masked. */
 void speed_estimate_reset(struct speed_estimate *e);
 
 /* Takes over from another source with its speed: from the last edge on, edges measure it. Slow loop. */
-void speed_estimate_go_on(struct speed_estimate *e, const struct encoder_regs *encoder);
+void speed_estimate_resume(struct speed_estimate *e, const struct encoder_regs *encoder);
 
 /* One step. Range: below 32767 rpm and a quarter of a turn a millisecond of change. Slow loop. */
 void speed_estimate_step(struct speed_estimate *e, const struct encoder_regs *encoder, const struct tuning *t);
-
-/* Counts moved in a step if the counter wrapped or moved more than a quarter turn. */
-int32_t speed_estimate_unwrapped(int32_t moved, int32_t speed_rpm_q15, int32_t counts);
 
 /* Takes another source's speed, travel in this millisecond and measuring time. Discards the edges. Slow loop. */
 void speed_estimate_take(struct speed_estimate *e, int32_t speed_rpm_q15, int32_t travel_q15, uint32_t clocks);

@@ -1,12 +1,37 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/control/speed_loop.h"
 
-#include "firmware/control/speed_loop_step.h"
+#include "firmware/settings/scale.h"
+#include "lib/q15.h"
 
+#define ONE_Q29          (1 << 29)
+#define SLOW_SHIFT       2 /* of the bandwidth, if torque is slow: kp scales with it, ki with its square */
 #define HUNT_MS          32u
 #define HUNT_SWINGS      4u
 #define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
 #define CALMEST          10u               /* quarters: a sixteenth of the gains is left */
+
+/* The step from `here` to `target`, `most` at most; the distance may take 32 bits and a sign. */
+static int32_t towards(int32_t target, int32_t here, int32_t most)
+{
+    const uint32_t distance = (uint32_t)target - (uint32_t)here;
+    if (target >= here) {
+        return distance < (uint32_t)most ? (int32_t)distance : most;
+    }
+    return -distance < (uint32_t)most ? (int32_t)distance : -most;
+}
+
+/* Large gain, small error; the product has 13 bits too many. */
+static int32_t answer_q29(const struct speed_loop *s, int32_t error_q15, int32_t gain_q16)
+{
+    return (int32_t)(((int64_t)q15_clamp(error_q15, -s->error_max_q15, s->error_max_q15) * gain_q16) >> 13);
+}
+
+void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t)
+{
+    speed_estimate_step(&s->estimate, encoder, t);
+    s->speed_rpm_q4 = s->estimate.speed_rpm_q15 >> 11;
+}
 
 void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, int32_t travel_q15, uint32_t clocks)
 {
@@ -24,8 +49,7 @@ void speed_loop_soften(struct speed_loop *s, int32_t kp_q16, int32_t ki_q16)
 {
     s->kp_q16 = kp_q16;
     s->ki_q16 = ki_q16;
-    const int64_t error_max_q15 = ERROR_TIMES_GAIN / kp_q16;
-    s->error_max_q15 = error_max_q15 > INT32_MAX ? INT32_MAX : (int32_t)error_max_q15;
+    s->error_max_q15 = scale_clamp(ERROR_TIMES_GAIN / kp_q16, 0, INT32_MAX);
 }
 
 void speed_loop_tune(struct speed_loop *s, const struct tuning *t)
@@ -50,14 +74,14 @@ void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
 
 int32_t speed_loop_before_q29(const struct speed_loop *s, bool answered_backwards)
 {
-    const int32_t growth_q29 = speed_loop_answer_q29(s, (s->ref_rpm_q16 >> 1) - s->estimate.travel_q15, s->ki_q16);
+    const int32_t growth_q29 = answer_q29(s, (s->ref_rpm_q16 >> 1) - s->estimate.travel_q15, s->ki_q16);
     const bool grew = !s->at_limit || (growth_q29 > 0) == answered_backwards;
     return grew ? s->integral_q29 - growth_q29 : s->integral_q29;
 }
 
 int32_t speed_loop_lead(struct speed_loop *s, int32_t slope_q16)
 {
-    s->ref_rpm_q16 += speed_loop_towards(s->target_rpm_q16, s->ref_rpm_q16, slope_q16);
+    s->ref_rpm_q16 += towards(s->target_rpm_q16, s->ref_rpm_q16, slope_q16);
     s->speed_ref_rpm_q4 = s->ref_rpm_q16 >> 12;
     s->at_limit = false;
     return s->ref_rpm_q16;
@@ -67,7 +91,7 @@ int32_t speed_loop_lead(struct speed_loop *s, int32_t slope_q16)
  * While no edge comes, an integral that stops growing would leave the shaft stuck: with a speed reference, one count of lag
  * still weighs a hundredth of the largest current. At rest it weighs nothing: no hunting for a count.
  */
-int32_t speed_loop_memory_q16(const struct speed_loop *s, const struct tuning *t, int32_t share_q14)
+static int32_t memory_q16(const struct speed_loop *s, const struct tuning *t, int32_t share_q14)
 {
     const int32_t scaled_q16 = (int32_t)(((int64_t)s->ki_q16 * (share_q14 * share_q14)) >> 28);
     return s->ref_rpm_q16 != 0 ? q15_max(scaled_q16, q15_min(t->speed_ki_min_q16, s->ki_q16)) : scaled_q16;
@@ -77,7 +101,7 @@ int32_t speed_loop_memory_q16(const struct speed_loop *s, const struct tuning *t
  * Repeated swings of a quarter of the largest current, each within HUNT_MS: the shaft is lighter than the gains assume, or
  * oscillates against its load. Reduces the gains by a quarter until it calms down.
  */
-void speed_loop_count_swing(struct speed_loop *s)
+static void count_swing(struct speed_loop *s)
 {
     s->swings = s->swing_ms < HUNT_MS ? s->swings + 1u : 0u;
     s->swing_ms = 0;
@@ -94,22 +118,77 @@ void speed_loop_count_swing(struct speed_loop *s)
  * loop's delay makes damping negative: a mean over two steps removes 500 Hz, over three 333 Hz, and most of the frequencies
  * around.
  */
-int32_t speed_loop_mean_q15(struct speed_loop *s, int32_t mean_ms, int32_t wish_q15)
+static int32_t mean_demand_q15(struct speed_loop *s, int32_t mean_ms, int32_t demand_q15)
 {
-    int32_t sum_q15 = wish_q15;
-    int32_t later_q15 = wish_q15;
+    int32_t sum_q15 = demand_q15;
+    int32_t later_q15 = demand_q15;
     for (int32_t n = 0; n < mean_ms - 1; n++) {
-        const int32_t wished_q15 = s->before_q15[n];
+        const int32_t earlier_q15 = s->before_q15[n];
         s->before_q15[n] = later_q15;
-        sum_q15 += wished_q15;
-        later_q15 = wished_q15;
+        sum_q15 += earlier_q15;
+        later_q15 = earlier_q15;
     }
     return sum_q15 / mean_ms;
 }
 
+/*
+ * Moves the reference towards the command and returns the wanted step, in rpm Q16. While the current is at its limit and the
+ * rotor lags, the reference waits; the feed-forward keeps asking for full torque.
+ */
+static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
+{
+    const int32_t step = towards(s->target_rpm_q16, s->ref_rpm_q16, slope_q16);
+    const int32_t ahead_q4 = s->speed_ref_rpm_q4 - s->speed_rpm_q4;
+    if (!s->at_limit || (step > 0 ? ahead_q4 <= 0 : ahead_q4 >= 0)) {
+        s->ref_rpm_q16 += step;
+    }
+    s->speed_ref_rpm_q4 = s->ref_rpm_q16 >> 12;
+    return step;
+}
+
+/* At most +-1.0: the product's upper word shows which. */
+static int32_t feedforward_q29(const struct tuning *t, int32_t moved_q16)
+{
+    const int64_t wanted_q39 = (int64_t)t->speed_accel_q8 * moved_q16;
+    const int32_t high_q7 = (int32_t)(wanted_q39 >> 32);
+    return high_q7 >= 1 << 7 ? ONE_Q29 : (high_q7 < -(1 << 7) ? -ONE_Q29 : (int32_t)(wanted_q39 >> 10));
+}
+
+/* In Q29 a torque has 14 bits beyond Q15: a response of +-2.0, feed-forward of +-1.0 and a smaller integral sum fit 32 bits. */
+static int32_t control(struct speed_loop *s, const struct tuning *t, int32_t moved_q16, const struct interval *limits)
+{
+    const int32_t ref_rpm_q15 = s->ref_rpm_q16 >> 1;
+    const int32_t low_q29 = limits->low * (1 << 14);
+    const int32_t high_q29 = limits->high * (1 << 14);
+    int32_t error_q15 = ref_rpm_q15 - s->estimate.speed_rpm_q15;
+    int32_t ki_q16 = s->ki_q16;
+    if (s->estimate.interval_clocks > SPEED_LOOP_FULL_GAIN_CLOCKS) {
+        const int32_t share = speed_loop_share_q14(&s->estimate);
+        ki_q16 = memory_q16(s, t, share);
+        error_q15 = (int32_t)(((int64_t)error_q15 * share) >> 14);
+    }
+    if (s->torque_is_slow) {
+        error_q15 >>= SLOW_SHIFT;
+        ki_q16 >>= 2 * SLOW_SHIFT;
+    }
+    const int32_t answer = answer_q29(s, error_q15, s->kp_q16);
+    const int32_t wanted_q29 = s->integral_q29 + answer + (moved_q16 != 0 ? feedforward_q29(t, moved_q16) : 0);
+    s->swing_ms++;
+    if ((answer >> 14) * s->swing > t->i_max_q15 >> 2) {
+        count_swing(s);
+    }
+    s->at_limit = wanted_q29 < low_q29 || wanted_q29 > high_q29;
+    /* integrate unless that would push further into the limit */
+    const int32_t growth_q29 = answer_q29(s, ref_rpm_q15 - s->estimate.travel_q15, ki_q16);
+    if (!s->at_limit || (growth_q29 > 0) != (wanted_q29 > 0)) {
+        s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, low_q29, high_q29);
+    }
+    return t->torque_mean_ms > 1 ? mean_demand_q15(s, t->torque_mean_ms, wanted_q29 >> 14) : wanted_q29 >> 14;
+}
+
 int32_t speed_loop_step(struct speed_loop *s, const struct tuning *t, int32_t slope_q16, const struct interval *limits)
 {
-    return speed_loop_ramp_step(s, t, slope_q16, limits);
+    return control(s, t, ramp(s, slope_q16), limits);
 }
 
 int32_t speed_loop_follow(struct speed_loop *s, const struct tuning *t, int32_t ref_rpm_q16, int32_t moved_q16,
@@ -118,5 +197,5 @@ int32_t speed_loop_follow(struct speed_loop *s, const struct tuning *t, int32_t 
     s->ref_rpm_q16 = ref_rpm_q16;
     s->target_rpm_q16 = ref_rpm_q16;
     s->speed_ref_rpm_q4 = ref_rpm_q16 >> 12;
-    return speed_loop_control(s, t, moved_q16, limits);
+    return control(s, t, moved_q16, limits);
 }

@@ -10,7 +10,7 @@
 
 #include "firmware/control/current_loop.h"
 #include "firmware/control/interval.h"
-#include "firmware/control/speed_estimate_step.h"
+#include "firmware/control/speed_estimate.h"
 #include "firmware/settings/tuning.h"
 
 struct speed_loop {
@@ -33,11 +33,7 @@ struct speed_loop {
 };
 
 /* Measures the speed. Every slow period, in any state. */
-static inline void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t)
-{
-    estimate_speed(&s->estimate, encoder, t);
-    s->speed_rpm_q4 = s->estimate.speed_rpm_q15 >> 11;
-}
+void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t);
 
 /*
  * The same for a speed from another source, measured over `clocks` fabric clocks: the longer, the smaller the gains.

@@ -42,7 +42,7 @@ static inline __attribute__((always_inline)) void hall_observe(struct current_lo
     const uint32_t crossed = 0u - ((uint32_t)move.step & 1u);
     const uint32_t count = h->count + (uint32_t)(int32_t)move.step;
     c->pll.angle_q32 = (within_q32 ^ ((within_q32 ^ crossed_q32) & crossed)) + (uint32_t)speed_q32;
-    h->clock[count % HALL_EDGES_KEPT] = clock;
+    h->clock[count % HALL_EDGES_STORED] = clock;
     h->count = count;
     h->state = move.next;
     h->invalid += move.invalid;

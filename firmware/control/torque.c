@@ -2,17 +2,37 @@
 #include "firmware/control/torque.h"
 
 #include "firmware/control/stage_weaken.h"
-#include "firmware/control/torque_step.h"
+#include "firmware/settings/scale.h"
 #include "lib/limit.h"
 #include "lib/q15.h"
 
-#define BURN_SHIFT 4 /* from 0 to i_max in 16 periods */
-#define FADE_SHIFT 4 /* and back in 16 times as many: the observed power must not lag */
+#define SINK_SHIFT    3 /* time constant of the observed power: 8 ms */
+#define MISSING_SHIFT 2 /* a quarter of the missing energy in a period */
+#define BURN_SHIFT    4 /* from 0 to i_max in 16 periods */
+#define FADE_SHIFT    4 /* and back in 16 times as many: the observed power must not lag */
 
-void torque_near_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
-                      int32_t vbus_q15)
+static int32_t bus_energy_q25(int32_t vbus_q15, const struct tuning *t)
 {
-    flux_limit_follow(&s->flux, c, t, vbus_q15, (s->torque_q15 * s->emf_q15) >> 15, s->weakening.top_q15);
+    return ((vbus_q15 * vbus_q15) >> 15) * t->bus_energy_q10;
+}
+
+/* From the power fed into the bus in two milliseconds and the change of its energy. */
+static void observe_sink(struct torque_control *s, int32_t energy_q25)
+{
+    const int32_t growth_q15 = (energy_q25 - s->energy_q25) >> 10;
+    const int32_t power_q15 = (s->demand_sum_q15 * s->emf_q15) >> 15;
+    const int32_t sink_q18 = s->sink_q18 - power_q15 - growth_q15 - (s->sink_q18 >> (SINK_SHIFT - 1));
+    s->sink_q18 = q15_clamp(sink_q18, 0, Q15_ONE << SINK_SHIFT);
+    s->energy_q25 = energy_q25;
+    s->demand_sum_q15 = 0;
+}
+
+void torque_follow_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
+                        int32_t vbus_q15)
+{
+    const int32_t power_q15 = (s->torque_q15 * s->emf_q15) >> 15;
+    s->vbus_q15 = vbus_q15;
+    s->flux_is_near = flux_limit_follow(&s->flux, c, t, vbus_q15, power_q15, s->weakening.top_q15);
     if (s->flux.flux_q15 != FLUX_UNLIMITED) {
         s->row = weakening_row(&s->weakening, s->flux.flux_q15);
     }
@@ -21,23 +41,19 @@ void torque_near_flux(struct torque_control *s, const volatile struct current_lo
 void torque_measure(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                     int32_t vbus_q15)
 {
-    torque_measure_here(s, c, t, vbus_q15);
+    s->emf_q15 = q15_sat16((current_loop_w_q15(c) * t->torque_emf_q11) >> 11);
+    observe_sink(s, bus_energy_q25(vbus_q15, t));
+    torque_follow_flux(s, c, t, vbus_q15);
 }
 
-void torque_follow_flux(struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
-                        int32_t vbus_q15)
-{
-    torque_look_at_flux(s, c, t, current_loop_w_q15(c), vbus_q15);
-}
-
-struct interval torque_limits_of_currents(const struct torque_control *s, const struct tuning *t, int32_t i_limit_q15)
+static struct interval current_limits(const struct torque_control *s, const struct tuning *t)
 {
     int32_t size_q15 = s->map.torque_max_q15;
-    if (i_limit_q15 < t->i_max_q15) {
-        size_q15 = q15_min(size_q15, torque_map_reach(&s->map, s->map.current_q15, i_limit_q15));
+    if (s->i_limit_q15 < t->i_max_q15) {
+        size_q15 = q15_min(size_q15, torque_map_reach(&s->map, s->map.current_q15, s->i_limit_q15));
     }
     if (s->flux.flux_q15 != FLUX_UNLIMITED) {
-        size_q15 = q15_min(size_q15, weakening_torque(&s->row, i_limit_q15));
+        size_q15 = q15_min(size_q15, weakening_torque(&s->row, s->i_limit_q15));
     }
     return interval_both_ways(size_q15);
 }
@@ -47,27 +63,43 @@ static int32_t torque_of_power(int32_t power_q15, uint32_t emf_q15)
     return (uint32_t)power_q15 >= emf_q15 ? Q15_ONE : (int32_t)(((uint32_t)power_q15 << 15) / emf_q15);
 }
 
-/* At rest the sign of the EMF is noise: without any braking the shaft could not start to turn. */
-struct interval torque_limits_of_power(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4)
+/*
+ * The torques of these powers at the present EMF. At rest its sign is noise: without any braking the shaft could not start to
+ * turn.
+ */
+static struct interval power_limits(const struct torque_control *s, int32_t speed_rpm_q4, int32_t driving_q15,
+                                    int32_t braking_q15)
 {
     const bool rests = q15_abs(speed_rpm_q4) < TORQUE_BRAKING_FREE_RPM_Q4;
-    const uint32_t size_q15 = (uint32_t)q15_abs(s->emf_q15);
-    const int32_t drive_q15 = torque_of_power(t->power_max_q15, size_q15);
-    const int32_t brake_q15 = rests ? Q15_ONE : torque_of_power(t->regen_max_q15, size_q15);
+    const uint32_t emf_q15 = (uint32_t)q15_abs(s->emf_q15);
+    const int32_t drive_q15 = torque_of_power(driving_q15, emf_q15);
+    const int32_t brake_q15 = rests ? Q15_ONE : torque_of_power(braking_q15, emf_q15);
     return s->emf_q15 < 0 ? (struct interval){-drive_q15, brake_q15} : (struct interval){-brake_q15, drive_q15};
 }
 
-struct interval torque_limits_of_speed(const struct tuning *t, int32_t speed_rpm_q4)
+static struct interval bus_limits(const struct torque_control *s, const struct tuning *t, int32_t speed_rpm_q4)
+{
+    const int32_t missing_q15 = (t->bus_set_energy_q25 - s->energy_q25) >> (10 + MISSING_SHIFT);
+    const int32_t allowed_q15 = q15_clamp(missing_q15 + (s->sink_q18 >> SINK_SHIFT), 0, 2 * Q15_ONE - 1);
+    return power_limits(s, speed_rpm_q4, INT32_MAX, allowed_q15);
+}
+
+static struct interval speed_limits(const struct tuning *t, int32_t speed_rpm_q4)
 {
     const int32_t room_rpm_q4 = t->speed_max_rpm_q4 - q15_abs(speed_rpm_q4);
     const int64_t faster_q16 = (int64_t)q15_max(room_rpm_q4, 0) * t->speed_kp_q16;
-    const int32_t faster_q15 = faster_q16 >> 16 > Q15_ONE ? Q15_ONE : (int32_t)(faster_q16 >> 16);
-    return interval_one_way(speed_rpm_q4, faster_q15, Q15_ONE);
+    return interval_one_way(speed_rpm_q4, scale_clamp(faster_q16 >> 16, 0, Q15_ONE), Q15_ONE);
 }
 
 void torque_set_limits(struct torque_control *s, const struct tuning *t, const struct torque_view *v)
 {
-    torque_set_limits_here(s, t, v);
+    s->i_limit_q15 = q15_clamp(v->i_limit_q15, 0, t->i_max_q15);
+    s->bus = bus_limits(s, t, v->speed_rpm_q4);
+    s->limits = interval_meet(current_limits(s, t), s->bus);
+    s->limits = interval_meet(s->limits, power_limits(s, v->speed_rpm_q4, t->power_max_q15, t->regen_max_q15));
+    if (v->limit_speed) {
+        s->limits = interval_meet(s->limits, speed_limits(t, v->speed_rpm_q4));
+    }
 }
 
 static void follow_burn(struct torque_control *s, const struct tuning *t, bool wanted)
@@ -99,12 +131,7 @@ static struct weakening_node currents_for(struct torque_control *s, int32_t torq
 {
     s->flux.decides =
         s->flux.flux_q15 != FLUX_UNLIMITED && torque_map_at(&s->map, s->map.flux_q15, torque_q15) > s->flux.flux_q15;
-    if (s->flux.decides) {
-        return weakening_currents(&s->row, torque_q15);
-    }
-    return (struct weakening_node){.torque_q15 = (int16_t)torque_q15,
-                                   .i_d_q15 = (int16_t)torque_map_at(&s->map, s->map.i_d_q15, torque_q15),
-                                   .i_q_q15 = (int16_t)torque_map_at(&s->map, s->map.i_q_q15, torque_q15)};
+    return s->flux.decides ? weakening_currents(&s->row, torque_q15) : weakening_least_current(&s->map, torque_q15);
 }
 
 /*
@@ -122,17 +149,19 @@ static int32_t reachable(const struct torque_control *s, const struct tuning *t,
     return q15_clamp(torque_q15, q15_min(s->torque_q15, 0) - step_q15, q15_max(s->torque_q15, 0) + step_q15);
 }
 
-void torque_ask_map(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15)
+/* Whether only the bus limits the demand. */
+static bool bus_decides(const struct torque_control *s, int32_t demand_q15, int32_t torque_q15)
 {
-    s->torque_q15 = reachable(s, t, interval_clamp(s->limits, wish_q15));
-    const bool burn = torque_bus_decides(s, wish_q15, s->torque_q15);
-    if (burn || s->burn_q15 != 0) {
-        follow_burn(s, t, burn);
-        s->plain = false;
-    }
+    return demand_q15 != torque_q15 && (torque_q15 == s->bus.low || torque_q15 == s->bus.high);
+}
+
+void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t demand_q15)
+{
+    s->torque_q15 = reachable(s, t, interval_clamp(s->limits, demand_q15));
+    follow_burn(s, t, bus_decides(s, demand_q15, s->torque_q15));
     const struct weakening_node i = currents_for(s, q15_abs(s->torque_q15));
     s->torque_q15 = s->torque_q15 < 0 ? -i.torque_q15 : i.torque_q15;
-    s->asked_q15 += s->torque_q15;
+    s->demand_sum_q15 += s->torque_q15;
     if (s->burn_q15 > 0) {
         set_burning(s, c, t, i.i_d_q15, i.i_q_q15);
     } else {
@@ -146,15 +175,10 @@ void torque_ask_map(struct torque_control *s, volatile struct current_loop *c, c
     }
 }
 
-void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15)
-{
-    torque_ask_at_once(s, c, t, wish_q15);
-}
-
-void torque_rest(struct torque_control *s)
+void torque_reset(struct torque_control *s)
 {
     s->torque_q15 = 0;
-    s->asked_q15 = 0;
+    s->demand_sum_q15 = 0;
     s->burn_q15 = 0;
-    flux_limit_rest(&s->flux);
+    flux_limit_reset(&s->flux);
 }

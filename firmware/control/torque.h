@@ -35,7 +35,6 @@
 #include "firmware/control/weakening.h"
 #include "firmware/settings/torque_map.h"
 #include "firmware/settings/tuning.h"
-#include "lib/usually.h"
 
 /* Below this speed braking is unlimited: the rotor returns less than its windings dissipate. */
 #define TORQUE_BRAKING_FREE_RPM_Q4 (30 * 16)
@@ -50,9 +49,8 @@ struct torque_control {
     int32_t vbus_q15;       /* of the last measurement */
     int32_t energy_q25;     /* of the bus capacitor */
     int32_t sink_q18;       /* power dissipated or taken back while the motor brakes; >= 0 */
-    int32_t asked_q15;      /* torque, sum of the steps since the last measurement */
+    int32_t demand_sum_q15; /* torque, sum of the steps since the last measurement */
     int32_t burn_q15;       /* d current against the magnets that makes no torque; >= 0 */
-    bool plain;             /* torque is simply i_q: no saliency, nothing burns, no flux limit near */
     bool flux_is_near;      /* so it is followed each millisecond */
     struct flux_limit flux;
     struct weakening_row row; /* of that limit: when it decides */
@@ -87,34 +85,9 @@ static inline bool torque_flux_is_near(const struct torque_control *s, const str
 void torque_set_limits(struct torque_control *s, const struct tuning *t, const struct torque_view *v);
 
 /* Sets both current references for the demand, within the limits. */
-void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15);
-
-/* The same if not plain: from the maps. */
-void torque_ask_map(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t,
-                    int32_t wish_q15);
-
-/* Whether only the bus limits the demand. */
-static inline bool torque_bus_decides(const struct torque_control *s, int32_t wish_q15, int32_t torque_q15)
-{
-    return wish_q15 != torque_q15 && (torque_q15 == s->bus.low || torque_q15 == s->bus.high);
-}
-
-/* torque_ask(), inlined into its caller. */
-static inline __attribute__((always_inline)) void
-torque_ask_at_once(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t wish_q15)
-{
-    const int32_t torque_q15 = interval_clamp(s->limits, wish_q15);
-    if (SELDOM(!s->plain || torque_bus_decides(s, wish_q15, torque_q15))) {
-        torque_ask_map(s, c, t, wish_q15);
-        return;
-    }
-    s->torque_q15 = torque_q15;
-    s->asked_q15 += torque_q15;
-    c->i_d_ref_q15 = 0;
-    c->i_q_ref_q15 = torque_q15;
-}
+void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t demand_q15);
 
 /* The bridge goes off. */
-void torque_rest(struct torque_control *s);
+void torque_reset(struct torque_control *s);
 
 #endif

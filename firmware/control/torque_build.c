@@ -18,13 +18,6 @@ static bool needs_weakening(const struct torque_control *s, const struct params 
            weakening_torque(&row, t->i_max_q15) < torque_map_reach(&s->map, s->map.current_q15, rated_q15);
 }
 
-/* The map is finished. */
-static void begin_weakening(struct torque_builder *b, struct torque_control *s, const struct params *p,
-                            const struct tuning *t, int32_t v_d_max_steps)
-{
-    weakening_begin(&b->weakening, &s->weakening, &s->map, p, t, v_d_max_steps);
-}
-
 /* The table for the ordinary handlers is finished: whether another one is needed. */
 static bool begin_again(struct torque_builder *b, struct torque_control *s, const struct params *p, struct tuning *t)
 {
@@ -32,41 +25,33 @@ static bool begin_again(struct torque_builder *b, struct torque_control *s, cons
         p->angle_source == PARAM_ANGLE_ENCODER && (p->overmodulation != 0 || needs_weakening(s, p, t, b->vbus_q15));
     if (t->weakens) {
         t->radius_steps = CONFIG_RADIUS_STEPS + (CONFIG_SIX_STEPS - CONFIG_RADIUS_STEPS) * p->overmodulation / 100;
-        begin_weakening(b, s, p, t, WEAKEN_D_MAX_STEPS(CONFIG_RADIUS_STEPS));
+        weakening_build_begin(&b->weakening, &s->weakening, &s->map, p, t, WEAKEN_D_MAX_STEPS(CONFIG_RADIUS_STEPS));
     }
     return t->weakens;
 }
 
-void torque_begin(struct torque_builder *b, struct torque_control *s, const struct params *p, const struct tuning *t,
-                  int32_t vbus_q15)
+void torque_build_begin(struct torque_builder *b, struct torque_control *s, const struct params *p,
+                        const struct tuning *t, int32_t vbus_q15)
 {
     b->part = TORQUE_BUILDS_MAP;
     b->vbus_q15 = vbus_q15;
-    torque_map_begin(&b->map, &s->map, p, t);
+    torque_map_build_begin(&b->map, &s->map, p, t);
 }
 
-static bool build(struct torque_builder *b, struct torque_control *s, const struct params *p, struct tuning *t)
+bool torque_build_step(struct torque_builder *b, struct torque_control *s, const struct params *p, struct tuning *t)
 {
     if (b->part == TORQUE_BUILDS_MAP) {
-        if (!torque_map_go_on(&b->map, &s->map, p, t)) {
+        if (!torque_map_build_step(&b->map, &s->map, p, t)) {
             b->part = TORQUE_BUILDS_ORDINARY;
-            begin_weakening(b, s, p, t, LOOP_V_D_MAX_STEPS);
+            weakening_build_begin(&b->weakening, &s->weakening, &s->map, p, t, LOOP_V_D_MAX_STEPS);
         }
         return true;
     }
-    if (weakening_go_on(&b->weakening, &s->weakening, &s->map)) {
+    if (weakening_build_step(&b->weakening, &s->weakening, &s->map)) {
         return true;
     }
     const bool ordinary = b->part == TORQUE_BUILDS_ORDINARY;
     b->part = TORQUE_BUILDS_WEAKENING;
+    flux_limit_reset(&s->flux);
     return ordinary && begin_again(b, s, p, t);
-}
-
-bool torque_go_on(struct torque_builder *b, struct torque_control *s, const struct params *p, struct tuning *t)
-{
-    const bool more = build(b, s, p, t);
-    if (!more) {
-        flux_limit_rest(&s->flux);
-    }
-    return more;
 }

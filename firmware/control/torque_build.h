@@ -28,12 +28,12 @@ struct torque_builder {
 };
 
 /*
- * Begins both tables for the present bus voltage; each torque_go_on() builds a part and returns whether there is more. The last
- * one sets t->weakens and what follows from it. Until then the tables are invalid. Parameters and tuning must not change
+ * Begins both tables for the present bus voltage; each torque_build_step() builds a part and returns whether there is more. The
+ * last one sets t->weakens and what follows from it. Until then the tables are invalid. Parameters and tuning must not change
  * meanwhile, and the tuning must be derived from these parameters. Thread, bridge off.
  */
-void torque_begin(struct torque_builder *b, struct torque_control *s, const struct params *p, const struct tuning *t,
-                  int32_t vbus_q15);
-bool torque_go_on(struct torque_builder *b, struct torque_control *s, const struct params *p, struct tuning *t);
+void torque_build_begin(struct torque_builder *b, struct torque_control *s, const struct params *p,
+                        const struct tuning *t, int32_t vbus_q15);
+bool torque_build_step(struct torque_builder *b, struct torque_control *s, const struct params *p, struct tuning *t);
 
 #endif

@@ -29,6 +29,13 @@ struct weakening_row weakening_row(const struct weakening *w, int32_t flux_q15)
     return (struct weakening_row){lower, w->node[n + 1], (int32_t)(part_q10 << (PART_SHIFT - 10))};
 }
 
+struct weakening_node weakening_least_current(const struct torque_map *m, int32_t torque_q15)
+{
+    return (struct weakening_node){.torque_q15 = (int16_t)torque_q15,
+                                   .i_d_q15 = (int16_t)torque_map_at(m, m->i_d_q15, torque_q15),
+                                   .i_q_q15 = (int16_t)torque_map_at(m, m->i_q_q15, torque_q15)};
+}
+
 static int32_t between(int32_t lower, int32_t upper, int32_t part_q12)
 {
     return lower + (((upper - lower) * part_q12) >> PART_SHIFT);
@@ -39,18 +46,17 @@ static int32_t torque_at(const struct weakening_row *r, int32_t n)
     return between(r->lower[n].torque_q15, r->upper[n].torque_q15, r->part_q12);
 }
 
-static int32_t i_q_at(const struct weakening_row *r, int32_t n)
+static struct weakening_node node_between(const struct weakening_node *a, const struct weakening_node *b,
+                                          int32_t part_q12)
 {
-    return between(r->lower[n].i_q_q15, r->upper[n].i_q_q15, r->part_q12);
+    return (struct weakening_node){.torque_q15 = (int16_t)between(a->torque_q15, b->torque_q15, part_q12),
+                                   .i_d_q15 = (int16_t)between(a->i_d_q15, b->i_d_q15, part_q12),
+                                   .i_q_q15 = (int16_t)between(a->i_q_q15, b->i_q_q15, part_q12)};
 }
 
 static struct weakening_node node_at(const struct weakening_row *r, int32_t n)
 {
-    return (struct weakening_node){
-        .torque_q15 = (int16_t)torque_at(r, n),
-        .i_d_q15 = (int16_t)between(r->lower[n].i_d_q15, r->upper[n].i_d_q15, r->part_q12),
-        .i_q_q15 = (int16_t)i_q_at(r, n),
-    };
+    return node_between(&r->lower[n], &r->upper[n], r->part_q12);
 }
 
 static uint32_t square(const struct weakening_node *p)
@@ -102,9 +108,5 @@ struct weakening_node weakening_currents(const struct weakening_row *r, int32_t 
     const struct weakening_node b = node_at(r, n + 1);
     const int32_t gap = q15_max(b.torque_q15 - a.torque_q15, 1);
     const int32_t part_q12 = (q15_clamp(torque_q15 - a.torque_q15, 0, gap) << PART_SHIFT) / gap;
-    return (struct weakening_node){
-        .torque_q15 = (int16_t)between(a.torque_q15, b.torque_q15, part_q12),
-        .i_d_q15 = (int16_t)between(a.i_d_q15, b.i_d_q15, part_q12),
-        .i_q_q15 = (int16_t)between(a.i_q_q15, b.i_q_q15, part_q12),
-    };
+    return node_between(&a, &b, part_q12);
 }

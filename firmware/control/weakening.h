@@ -66,12 +66,15 @@ struct weakening_builder {
 };
 
 /*
- * Fills the table for currents whose v_d is v_d_max_steps at most: one row per weakening_go_on(), which returns whether more
- * remain. `m` is the finished torque map. Thread, bridge off.
+ * Fills the table for currents whose v_d is v_d_max_steps at most: one row per weakening_build_step(), which returns whether
+ * more remain. `m` is the finished torque map. Thread, bridge off.
  */
-void weakening_begin(struct weakening_builder *b, struct weakening *w, const struct torque_map *m,
-                     const struct params *p, const struct tuning *t, int32_t v_d_max_steps);
-bool weakening_go_on(struct weakening_builder *b, struct weakening *w, const struct torque_map *m);
+void weakening_build_begin(struct weakening_builder *b, struct weakening *w, const struct torque_map *m,
+                           const struct params *p, const struct tuning *t, int32_t v_d_max_steps);
+bool weakening_build_step(struct weakening_builder *b, struct weakening *w, const struct torque_map *m);
+
+/* The currents of least amplitude for a torque of 0 or more, whatever their flux. Any context. */
+struct weakening_node weakening_least_current(const struct torque_map *m, int32_t torque_q15);
 
 /* The row of a flux. Below the lowest: the lowest, which has no torque, because i_max cannot weaken enough. Any context. */
 struct weakening_row weakening_row(const struct weakening *w, int32_t flux_q15);

@@ -15,7 +15,7 @@
 #define LAST         (WEAKENING_NODES - 1)
 #define ROWS_ABOVE   (WEAKENING_ROWS - 1 - WEAKENING_BELOW)
 #define FLUX_LIMIT   (1 << 21)  /* 64 v_range at the base speed */
-#define ANGLE_STEP   (1u << 20) /* a third of 1/4096 turn: the step that tells growing torque from falling */
+#define ANGLE_STEP   (1u << 20) /* a third of 1/4096 turn: the step that distinguishes growing torque from falling */
 #define HALF_TURN    (1u << 31)
 #define QUARTER_TURN (1u << 30)
 
@@ -24,9 +24,9 @@ struct point {
     int64_t product_q30; /* torque: flux times current */
 };
 
-static int32_t limited(int64_t flux_q15)
+static int32_t limited_flux(int64_t flux_q15)
 {
-    return (int32_t)(flux_q15 > FLUX_LIMIT ? FLUX_LIMIT : flux_q15);
+    return scale_clamp(flux_q15, INT32_MIN, FLUX_LIMIT);
 }
 
 /* 2 pi f psi over v_range; nWb are 1e-9, mV 1e-3, 2 pi has 9 decimals. */
@@ -48,7 +48,7 @@ static int64_t reactance_q19(const struct params *p, int32_t inductance_uh)
  */
 static void take_v_d(struct weakening_machine *m, int32_t v_d_max_steps)
 {
-    const int32_t whole_steps = CONFIG_RADIUS_STEPS - (CONFIG_RADIUS_STEPS >> FLUX_KEPT_SHIFT);
+    const int32_t whole_steps = CONFIG_RADIUS_STEPS - (CONFIG_RADIUS_STEPS >> FLUX_RESERVE_SHIFT);
     const int32_t d_steps = q15_min(v_d_max_steps - v_d_max_steps / V_D_REST, whole_steps);
     m->share_most_q15 = (d_steps << 15) / whole_steps;
     m->angle_most = d_steps == whole_steps ? HALF_TURN : atan2_q32(d_steps, circle_rest_q15(d_steps, whole_steps));
@@ -57,7 +57,7 @@ static void take_v_d(struct weakening_machine *m, int32_t v_d_max_steps)
 static struct weakening_machine machine_of(const struct params *p, const struct tuning *t, int32_t v_d_max_steps)
 {
     struct weakening_machine m = {
-        .magnet_q15 = limited(volts_q15(p, 1000LL * p->flux_uwb)),
+        .magnet_q15 = limited_flux(volts_q15(p, 1000LL * p->flux_uwb)),
         .x_d_q19 = reactance_q19(p, mtpa_ld_uh(p)),
         .x_q_q19 = reactance_q19(p, mtpa_lq_uh(p)),
         .torque_unit_q15 = volts_q15(p, mtpa_flux_nwb(p)),
@@ -81,7 +81,7 @@ static struct point point_of(const struct weakening_machine *m, int32_t flux_q15
 }
 
 /* Whether this angle is still within the row: current and v_d are allowed, and torque still grows. */
-static bool within(const struct weakening_machine *m, int32_t flux_q15, uint32_t angle)
+static bool within_row(const struct weakening_machine *m, int32_t flux_q15, uint32_t angle)
 {
     const struct point here = point_of(m, flux_q15, angle);
     const int64_t square = here.i_d_q15 * here.i_d_q15 + here.i_q_q15 * here.i_q_q15;
@@ -93,16 +93,9 @@ static uint32_t end_of(const struct weakening_machine *m, int32_t flux_q15, uint
 {
     uint32_t end = from;
     for (uint32_t step = QUARTER_TURN; step >= ANGLE_STEP; step /= 2u) {
-        end += end + step < HALF_TURN && within(m, flux_q15, end + step) ? step : 0u;
+        end += end + step < HALF_TURN && within_row(m, flux_q15, end + step) ? step : 0u;
     }
     return end;
-}
-
-static struct weakening_node least_current(const struct torque_map *map, int32_t torque_q15)
-{
-    return (struct weakening_node){.torque_q15 = (int16_t)torque_q15,
-                                   .i_d_q15 = (int16_t)torque_map_at(map, map->i_d_q15, torque_q15),
-                                   .i_q_q15 = (int16_t)torque_map_at(map, map->i_q_q15, torque_q15)};
 }
 
 /* The largest MTPA torque at which q has at most its share of this flux. */
@@ -110,7 +103,7 @@ static int32_t torque_of_share(const struct weakening_machine *m, const struct t
 {
     const int64_t flux_q_q15 = ((int64_t)flux_q15 * m->share_most_q15) >> 15;
     const int64_t i_q_q15 = flux_q_q15 * (1 << 19) / m->x_q_q19;
-    return q15_min(torque_map_reach(map, map->i_q_q15, limited(i_q_q15)), map->torque_max_q15);
+    return q15_min(torque_map_reach(map, map->i_q_q15, limited_flux(i_q_q15)), map->torque_max_q15);
 }
 
 /* Where the contour crosses the MTPA curve, or i_q = 0. */
@@ -120,7 +113,7 @@ static uint32_t start_of(const struct weakening_machine *m, const struct torque_
         return 0;
     }
     const int32_t torque_q15 = q15_min(torque_map_reach(map, map->flux_q15, flux_q15), map->torque_max_q15);
-    const struct weakening_node p = least_current(map, torque_q15);
+    const struct weakening_node p = weakening_least_current(map, torque_q15);
     const int32_t d_q15 = m->magnet_q15 + (int32_t)((p.i_d_q15 * m->x_d_q19) >> 19);
     return atan2_q32((int32_t)((p.i_q_q15 * m->x_q_q19) >> 19), d_q15);
 }
@@ -147,7 +140,7 @@ static void fill_row(struct weakening_node *row, const struct weakening_machine 
     const uint32_t start = start_of(m, map, flux_q15);
     const uint32_t step = (end_of(m, flux_q15, start) - start) >> WEAKENING_NODES_BITS;
     if (flux_q15 > m->magnet_q15 && step == 0u) {
-        fill_alike(row, least_current(map, torque_of_share(m, map, flux_q15)));
+        fill_alike(row, weakening_least_current(map, torque_of_share(m, map, flux_q15)));
         return;
     }
     for (uint32_t n = 0; n <= LAST; n++) {
@@ -171,16 +164,16 @@ static void lay_out(struct weakening *w, int32_t magnet_q15, int32_t low_q15)
     }
 }
 
-void weakening_begin(struct weakening_builder *b, struct weakening *w, const struct torque_map *map,
-                     const struct params *p, const struct tuning *t, int32_t v_d_max_steps)
+void weakening_build_begin(struct weakening_builder *b, struct weakening *w, const struct torque_map *map,
+                           const struct params *p, const struct tuning *t, int32_t v_d_max_steps)
 {
     const struct weakening_machine *const m = &b->machine;
     *b = (struct weakening_builder){.machine = machine_of(p, t, v_d_max_steps), .row = 1};
-    const struct weakening_node most = least_current(map, map->torque_max_q15);
+    const struct weakening_node most = weakening_least_current(map, map->torque_max_q15);
     const int64_t q_q15 = (most.i_q_q15 * m->x_q_q19) >> 19;
-    const int32_t low_q15 = q15_max(m->magnet_q15 - limited((m->i_max_q15 * m->x_d_q19) >> 19), 0);
-    w->top_q15 = q15_max(limited(torque_map_at(map, map->flux_q15, map->torque_max_q15)),
-                         limited(q_q15 * Q15_ONE / m->share_most_q15));
+    const int32_t low_q15 = q15_max(m->magnet_q15 - limited_flux((m->i_max_q15 * m->x_d_q19) >> 19), 0);
+    w->top_q15 = q15_max(limited_flux(torque_map_at(map, map->flux_q15, map->torque_max_q15)),
+                         limited_flux(q_q15 * Q15_ONE / m->share_most_q15));
     lay_out(w, m->magnet_q15, low_q15);
     const struct point lowest = point_of(m, low_q15, 0);
     fill_alike(w->node[0],
@@ -188,7 +181,7 @@ void weakening_begin(struct weakening_builder *b, struct weakening *w, const str
     fill_alike(w->node[WEAKENING_ROWS - 1], most);
 }
 
-bool weakening_go_on(struct weakening_builder *b, struct weakening *w, const struct torque_map *map)
+bool weakening_build_step(struct weakening_builder *b, struct weakening *w, const struct torque_map *map)
 {
     fill_row(w->node[b->row], &b->machine, map, w->flux_q15[b->row]);
     b->row++;

@@ -25,7 +25,7 @@ static bool may_go_on(const struct axis *a, enum fault cause)
     const bool suits = mode == AXIS_MODE_SPEED || mode == AXIS_MODE_TORQUE;
     return suits && a->reactions.choice[cause] == REACTION_CARRY && a->state == AXIS_OPERATION_ENABLED &&
            a->tuning.angle_source != PARAM_ANGLE_SENSORLESS && a->carry.waits == FAULT_NONE &&
-           a->tuning.observer.serves && !a->tuning.weakens;
+           a->tuning.observer.usable && !a->tuning.weakens;
 }
 
 /* The rotor's angle at the next sample. */

@@ -40,7 +40,7 @@ static void by_hall(struct axis *a)
     struct current_loop *const c = &a->loop;
     const struct pll rotor = {current_loop_angle_q32(c), c->pll.speed_q32};
     current_loop_hand_over(c, LOOP_HALL, &rotor, 0);
-    hall_go_on(&a->hall, c, &a->fabric->encoder, a->torque.torque_q15);
+    hall_resume(&a->hall, c, &a->fabric->encoder, a->torque.torque_q15);
 }
 
 static void by_observer(struct axis *a)
@@ -49,7 +49,7 @@ static void by_observer(struct axis *a)
     const struct pll rotor = {current_loop_angle_q32(c), c->pll.speed_q32};
     c->inject.track = 0; /* left over from an earlier use */
     current_loop_hand_over(c, LOOP_OBSERVER, &rotor, 0);
-    observer_calm(c);
+    observer_slow_down(c);
     observer_begin(c, &a->tuning);
     observer_preset(c, &a->tuning);
 }
@@ -61,7 +61,7 @@ static void begin_encoder(struct axis *a)
 {
     a->start.aligned = true;
     a->motion.homed = false;
-    speed_estimate_go_on(&a->speed.estimate, &a->fabric->encoder);
+    speed_estimate_resume(&a->speed.estimate, &a->fabric->encoder);
 }
 
 static void begin_watching(struct axis *a)

@@ -54,11 +54,11 @@ static enum error take_parameter(struct candidate *c, struct kept *k, const stru
         return ERROR_NONE;
     }
     if (r->value_bytes != 4u) {
-        return ERROR_KEPT_FORMAT;
+        return ERROR_STORED_FORMAT;
     }
     const int32_t value = record_word(r, 0);
     if (value < info->min || value > info->max) {
-        return ERROR_KEPT_RANGE;
+        return ERROR_STORED_RANGE;
     }
     param_set(&c->params, info, value);
     const uint32_t row = (uint32_t)(info - param_table);
@@ -85,7 +85,7 @@ static enum error take_reaction(struct candidate *c, struct kept *k, const struc
         return ERROR_NONE;
     }
     if (r->value_bytes != 1u) {
-        return ERROR_KEPT_FORMAT;
+        return ERROR_STORED_FORMAT;
     }
     if (r->value[0] >= REACTION_COUNT || ((fault_class(cause)->allowed >> r->value[0]) & 1u) == 0u) {
         return ERROR_REACTION_NOT_ALLOWED;
@@ -98,7 +98,7 @@ static enum error take_cogging(struct candidate *c, const struct record *r)
 {
     const uint32_t count = r->value_bytes / HARMONIC_BYTES;
     if (r->value_bytes != count * HARMONIC_BYTES || count > COGGING_HARMONICS) {
-        return ERROR_KEPT_FORMAT;
+        return ERROR_STORED_FORMAT;
     }
     c->cogging.count = (int32_t)count;
     for (uint32_t n = 0; n < count; n++) {
@@ -120,7 +120,7 @@ static enum error take(struct candidate *c, struct kept *k, const struct record 
     case RECORD_INDEX:
         c->index_known = r->value_bytes == 4u;
         c->index_offset_q32 = c->index_known ? (uint32_t)record_word(r, 0) : 0u;
-        return c->index_known ? ERROR_NONE : ERROR_KEPT_FORMAT;
+        return c->index_known ? ERROR_NONE : ERROR_STORED_FORMAT;
     default:
         pass_over(k, r);
         return ERROR_NONE;
@@ -157,7 +157,7 @@ static enum error read_records(struct candidate *c, const struct slots *s, struc
         }
     }
     k->missing = count_missing(c);
-    return reader.broken ? ERROR_KEPT_FORMAT : ERROR_NONE;
+    return reader.broken ? ERROR_STORED_FORMAT : ERROR_NONE;
 }
 
 struct outcome keeping_check(const struct params *p, struct tuning *t)
@@ -188,7 +188,7 @@ static void take_over(struct axis *a, const struct candidate *c)
 
 void drive_recall(struct axis *a, const struct slots *s, struct kept *k)
 {
-    *k = (struct kept){.state = KEPT_NONE, .problem = outcome_of(ERROR_NOTHING_KEPT), .view = slots_look(s)};
+    *k = (struct kept){.state = KEPT_NONE, .problem = outcome_of(ERROR_NOTHING_STORED), .view = slots_look(s)};
     if (!k->view.any) {
         return;
     }

@@ -22,6 +22,8 @@
 #include "firmware/control/position.h"
 #include "firmware/control/profile.h"
 #include "firmware/control/turns.h"
+#include "firmware/drive/set_point.h"
+#include "firmware/settings/error.h"
 
 struct axis;
 
@@ -46,6 +48,7 @@ struct motion {
     struct cyclic cyclic; /* units, rpm Q16, or torque in Q31 */
     struct homing homing;
     struct cogging_map cogging;
+    bool aimed;          /* pp: a target was set since it was entered */
     int32_t cogging_q15; /* last torque for the shaft's position; the trace shows it */
     struct cogging_learn learn;
 };
@@ -62,7 +65,13 @@ static inline bool axis_mode_is_position(uint32_t mode)
     return mode == AXIS_MODE_POSITION || mode == AXIS_MODE_CYCLIC_POSITION;
 }
 
-/* Enters a mode from any other, bumpless, between two steps. Slow loop, or while it is masked. */
+/* Whether a set-point is allowed now. Slow loop held. Thread. */
+struct outcome modes_check(const struct axis *a, const struct set_point *s);
+
+/* Enters a set-point's mode, and takes it. Slow loop, in operation. */
+void modes_aim(struct axis *a, const struct set_point *s);
+
+/* Enters a mode from any other, bumpless, between two steps. Slow loop. */
 void modes_enter(struct axis *a, enum axis_mode mode);
 
 /* Computes the torque limits for the present mode. Slow loop. */

@@ -105,7 +105,7 @@ static bool step_learning(struct axis *a)
     struct hall_learn *const l = &a->hall_learn;
     switch (hall_learn_step(l, &a->loop, &a->fabric->encoder, &a->tuning)) {
     case HALL_LEARN_DONE:
-        hall_table_tell(&l->found, &a->params);
+        hall_table_to_params(&l->found, &a->params);
         return true;
     case HALL_LEARN_BLOCKED:
         fault_raise_with(a, FAULT_HALL_UNKNOWN, 0, hall_learn_states(l));

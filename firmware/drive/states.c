@@ -52,7 +52,7 @@ static void make_ready_to_learn(struct axis *a)
 static void bridge_off(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);
-    torque_rest(&a->torque);
+    torque_reset(&a->torque);
 }
 
 static void switch_off(struct axis *a)
@@ -70,6 +70,7 @@ static void begin_operation(struct axis *a)
 {
     speed_loop_reset(&a->speed, 0);
     a->mode = AXIS_MODE_SPEED;
+    a->set_point.waits = false; /* of an earlier operation */
     a->speed.target_rpm_q16 = a->retry.start_rpm_q16;
     modes_limit_torque(a);
     supervision_begin(a);
@@ -262,6 +263,9 @@ void states_step(struct axis *a)
     }
     if (a->request != AXIS_REQUEST_NONE) {
         take_request(a);
+    }
+    if (a->state == AXIS_OPERATION_ENABLED) {
+        set_point_take(a);
     }
     step_state(a);
 }

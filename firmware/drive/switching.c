@@ -34,7 +34,7 @@ struct outcome drive_switch_on(struct axis *a)
         problem = forbidden(a); /* checked again at the end; a refusal need not wait until then */
     }
     if (problem.error == ERROR_NONE) {
-        torque_begin(&a->switching.builder, &a->torque, &a->params, &a->switching.tuning, a->loop.vbus_q15);
+        torque_build_begin(&a->switching.builder, &a->torque, &a->params, &a->switching.tuning, a->loop.vbus_q15);
         a->switching.under_way = true;
     }
     return problem;
@@ -87,7 +87,7 @@ bool drive_prepare(struct axis *a)
         switching_end(s, ERROR_FAULT_LATCHED);
         return false;
     }
-    if (torque_go_on(&s->builder, &a->torque, &a->params, &s->tuning)) {
+    if (torque_build_step(&s->builder, &a->torque, &a->params, &s->tuning)) {
         return true;
     }
     s->under_way = false;

@@ -2,7 +2,7 @@
 #include "firmware/operate/modbus.h"
 
 #include "drivers/board.h"
-#include "firmware/settings/crc16.h"
+#include "firmware/settings/crc.h"
 
 #define CHARACTER_BITS 11
 

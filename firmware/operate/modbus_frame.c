@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/modbus_frame.h"
 
-#include "firmware/settings/crc16.h"
+#include "firmware/settings/crc.h"
 
 #define FRAME_LEAST   4u /* address, function, check sum */
 #define EXCEPTION_BIT 0x80u

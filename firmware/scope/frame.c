@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/scope/frame.h"
 
-#include "firmware/settings/crc16.h"
+#include "firmware/settings/crc.h"
 
 #define PLAIN_MOST (3u + 5u * FRAME_VALUES_MOST + 2u)
 

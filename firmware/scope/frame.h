@@ -7,7 +7,7 @@
  * `kind` is FRAME_SAMPLE plus the count of values, `number` counts milliseconds, modulo 2^16, lowest byte first. A value is
  * 1 to 5 bytes of 7 bits, lowest first, the top bit set if more follow, of (value << 1) ^ (value >> 31): small values of either
  * sign are short (the base-128 varint with zigzag of Protocol Buffers' encoding). The CRC is that of
- * Modbus (settings/crc16.h) over what precedes it, lowest byte first. COBS: S. Cheshire, M. Baker, Consistent Overhead Byte
+ * Modbus (settings/crc.h) over what precedes it, lowest byte first. COBS: S. Cheshire, M. Baker, Consistent Overhead Byte
  * Stuffing, IEEE/ACM Transactions on Networking 7(2), 1999. Text has neither 0x00 nor 0x01, so both share a line.
  */
 #ifndef FIRMWARE_SCOPE_FRAME_H

@@ -4,7 +4,7 @@
 #include <stddef.h>
 
 /* Six digits, the first one may be a 0. */
-static bool split(int32_t states, uint32_t state[HALL_SECTORS])
+static bool split_states(int32_t states, uint32_t state[HALL_SECTORS])
 {
     uint32_t rest = (uint32_t)states;
     for (uint32_t n = HALL_SECTORS; n > 0; n--) {
@@ -41,8 +41,8 @@ static bool in_order(const struct params *p)
 {
     int32_t turn_cdeg = 0;
     for (uint32_t n = 0; n < HALL_SECTORS; n++) {
-        const int32_t way_cdeg = *edges_of(p, (n + 1u) % HALL_SECTORS) - *edges_of(p, n);
-        const int32_t width_cdeg = way_cdeg < 0 ? way_cdeg + HALL_TURN_CDEG : way_cdeg;
+        const int32_t distance_cdeg = *edges_of(p, (n + 1u) % HALL_SECTORS) - *edges_of(p, n);
+        const int32_t width_cdeg = distance_cdeg < 0 ? distance_cdeg + HALL_TURN_CDEG : distance_cdeg;
         if (width_cdeg < HALL_SECTOR_LEAST_CDEG || width_cdeg > HALL_SECTOR_MOST_CDEG) {
             return false;
         }
@@ -53,7 +53,7 @@ static bool in_order(const struct params *p)
 
 enum error hall_table_of(const struct params *p, struct hall_table *t)
 {
-    if (!split(p->hall_states, t->state) || !in_a_ring(t->state)) {
+    if (!split_states(p->hall_states, t->state) || !in_a_ring(t->state)) {
         return ERROR_HALL_STATES;
     }
     for (uint32_t n = 0; n < HALL_SECTORS; n++) {
@@ -62,7 +62,7 @@ enum error hall_table_of(const struct params *p, struct hall_table *t)
     return in_order(p) ? ERROR_NONE : ERROR_HALL_EDGES;
 }
 
-void hall_table_tell(const struct hall_table *t, struct params *p)
+void hall_table_to_params(const struct hall_table *t, struct params *p)
 {
     int32_t *const edges[HALL_SECTORS] = {&p->hall_edge_1_cdeg, &p->hall_edge_2_cdeg, &p->hall_edge_3_cdeg,
                                           &p->hall_edge_4_cdeg, &p->hall_edge_5_cdeg, &p->hall_edge_6_cdeg};

@@ -29,6 +29,6 @@ struct hall_table {
 enum error hall_table_of(const struct params *p, struct hall_table *t);
 
 /* Writes the table to the parameters, rounded to nearest. Thread, or the slow loop with the bridge off. */
-void hall_table_tell(const struct hall_table *t, struct params *p);
+void hall_table_to_params(const struct hall_table *t, struct params *p);
 
 #endif

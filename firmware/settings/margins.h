@@ -14,6 +14,14 @@
  *   period (below that speed the estimate is older, and the loop's gains follow it: speed_loop.h).
  * Resolution. Edges are up to a tenth of a count off until the estimate has learned their places. That error within a slow
  * period may call for at most the largest current, a whole count for MARGIN_COUNTS_ASK times that.
+ *
+ * Position loop. A gain w_p before the closed speed loop gives
+ *
+ *   L_p = w_p / s * L / (1 + L),  L = w / s (1 + w / (4 s)) e^(-s delay) / (1 + s / w_current)
+ *
+ * with L and its delay as above. With 1 / L = n at an angle of `lag`, L / (1 + L) = 1 / (1 + n e^(j lag)): at the
+ * crossover f, where f |1 + n e^(j lag)| is f_p, the margin is 90 degrees less the angle of that number. We require 60 degrees:
+ * then |L_p / (1 + L_p)| does not exceed 1, and the shaft does not overshoot its target.
  */
 #ifndef FIRMWARE_SETTINGS_MARGINS_H
 #define FIRMWARE_SETTINGS_MARGINS_H
@@ -23,8 +31,9 @@
 #include "firmware/settings/params.h"
 #include "firmware/settings/tuning.h"
 
-#define MARGIN_DEG        45
-#define MARGIN_COUNTS_ASK 10
+#define MARGIN_DEG          45
+#define MARGIN_POSITION_DEG 60
+#define MARGIN_COUNTS_ASK   10
 
 /* The largest current_bw_hz with the margin, for this number of samples a PWM period. */
 int32_t margin_current_bw_hz(enum pwm_update update, int32_t samples);
@@ -35,16 +44,16 @@ int32_t margin_of_current_u16(int32_t current_bw_hz, enum pwm_update update, int
 /* The phase margin of the speed loop at a bandwidth, in 65536ths of a turn. Range: 1 Hz and more. */
 int32_t margin_of_speed_u16(int32_t speed_bw_hz, int32_t current_bw_hz, int32_t torque_mean_ms);
 
-/*
- * The open speed loop's lag beyond 90 degrees at x times its bandwidth, x Q12, in 65536ths of a turn: integral, current loop
- * and delay. Range: 0 < x <= 2.
- */
-int32_t margin_lag_u16(int32_t x_q12, const struct params *p);
-
 /* The largest speed_bw_hz with the margin; 0 if there is none. Some hundred cycles a bit. */
 int32_t margin_speed_bw_hz(int32_t current_bw_hz, int32_t torque_mean_ms);
 
 /* The largest speed_bw_hz the encoder resolves with this inertia: from `t`, whose gains are for p's bandwidth. */
 int32_t margin_resolution_bw_hz(const struct params *p, const struct tuning *t);
+
+/* The phase margin of the position loop at a bandwidth, in 65536ths of a turn, rounded. Range: 1 Hz ... speed_bw_hz. */
+int32_t margin_of_position_u16(int32_t position_bw_hz, const struct params *p);
+
+/* The largest position_bw_hz with the margin; 0 if there is none. About 100 000 cycles. */
+int32_t margin_position_bw_hz(const struct params *p);
 
 #endif

@@ -23,81 +23,95 @@ enum param_angle {
     PARAM_ANGLE_HALL,       /* three Hall switches */
 };
 
+/* clang-format off */
+/*
+ * PARAM(name, least, most, initial). The order is that of the Modbus registers (docs/modbus.md): append new rows, or the
+ * addresses controllers use will shift.
+ *
+ * The initial values are a Teknic M-2310P-LN-04K on the 24 V inverter: qemu/motors/ and qemu/inverters/ have the sources.
+ * Those of Modbus are the standard's.
+ */
+#define PARAMS(PARAM) \
+    PARAM(pole_pairs, 1, 50, 4)                /* pole pairs of the motor */ \
+    PARAM(encoder_counts, 64, 65536, 4000)     /* counts per mechanical turn, counting all four edges */ \
+    PARAM(resistance_mohm, 1, 100000, 360)     /* one phase */ \
+    PARAM(ld_uh, 1, 1000000, 200)              /* one phase, d axis */ \
+    PARAM(lq_uh, 1, 1000000, 200)              /* one phase, q axis */ \
+    PARAM(ld_apparent_uh, 0, 1000000, 0)       /* saturating iron: flux over current at rated current, for MTPA; 0: ld_uh */ \
+    PARAM(lq_apparent_uh, 0, 1000000, 0)       /* the same, q axis */ \
+    PARAM(lq_rest_uh, 0, 1000000, 0)           /* saturating iron: q axis without current, as lq_uh is at i_rated; 0: lq_uh */ \
+    PARAM(cross_pm, -249, 249, 0)              /* L_dq over L_qq at i_rated, incremental, thousandths; has i_q's sign */ \
+    PARAM(flux_uwb, 10, 10000000, 6395)        /* flux linkage of the magnets, peak, one phase */ \
+    PARAM(inertia_gmm2, 1, 2100000000, 56493)  /* rotor and load; 1e-9 kg m^2 */ \
+    PARAM(i_range_ma, 100, 2000000, 23571)     /* phase current 2048 ADC counts away from zero */ \
+    PARAM(v_range_mv, 1000, 2000000, 57528)    /* bus voltage at 4096 ADC counts */ \
+    PARAM(i_max_ma, 10, 2000000, 10650)        /* limit of the current reference, peak */ \
+    PARAM(i_trip_ma, 10, 2000000, 15000)       /* software over-current threshold, any phase */ \
+    PARAM(i_align_ma, 10, 2000000, 5000)       /* d-axis current that pulls the rotor into place */ \
+    PARAM(v_min_mv, 1000, 2000000, 18000)      /* under-voltage threshold */ \
+    PARAM(v_max_mv, 1000, 2000000, 36000)      /* over-voltage threshold */ \
+    PARAM(chopper_on_mv, 0, 2000000, 0)        /* bus voltage above which the brake chopper switches on; 0: none */ \
+    PARAM(chopper_off_mv, 0, 2000000, 0)       /* and at which it switches off */ \
+    PARAM(power_max_w, 1, 2000000, 2000000)    /* mechanical power, driving */ \
+    PARAM(regen_max_w, 0, 2000000, 2000000)    /* and braking */ \
+    PARAM(bus_capacitance_uf, 1, 1000000, 1000) /* from the bridge to the supply, both sides of the cable */ \
+    PARAM(speed_max_rpm, 1, 30000, 4000)       /* largest speed command */ \
+    PARAM(overspeed_rpm, 1, 32000, 4800)       /* over-speed threshold */ \
+    PARAM(emf_beyond_v_max, 0, 1, 0)           /* 1: bridge and bus withstand the EMF at overspeed_rpm */ \
+    PARAM(ramp_rpm_s, 1, 1000000, 5000)        /* slope of the speed reference */ \
+    PARAM(stop_max_ms, 100, 3600000, 60000)    /* a longer quick stop ends with the bridge off */ \
+    PARAM(current_bw_hz, 10, 6400, 1000)       /* crossover of the current loops */ \
+    PARAM(pwm_update, 0, 2, 0)                 /* when voltages act: 0 from the next valley, 1 from the next end, 2 at once */ \
+    PARAM(pwm_samples, 1, 2, 1)                /* current samples a PWM period: 1, or 2 with in-phase sensors */ \
+    PARAM(overmodulation, 0, 100, 0)           /* per cent of the way from the circle to six-step; 0: none. Sensors in line */ \
+    PARAM(low_side_shunts, 0, 1, 1)            /* 1: sensors see a phase while its low side conducts; 0: always, in line */ \
+    PARAM(modulator_osr, 0, 256, 0)            /* currents from isolated modulators with this OSR; 0: serial converters */ \
+    PARAM(speed_bw_hz, 1, 200, 60)             /* crossover of the speed loop */ \
+    PARAM(torque_mean_ms, 1, PARAM_TORQUE_MEAN_MOST_MS, 1) /* an oscillating shaft: mean of the torque demand; 1: off */ \
+    /* position */ \
+    PARAM(position_bw_hz, 0, 100, 0)           /* crossover of the position loop, its stiffness; 0: a fifth of speed_bw_hz */ \
+    PARAM(profile_speed_pm, 1, 1000, 900)      /* speed of a profile, thousandths of speed_max_rpm: the rest is to catch up */ \
+    PARAM(profile_rpm_s, 0, 1000000, 0)        /* its acceleration; 0: ramp_rpm_s. 1000 s to speed_max_rpm at most */ \
+    PARAM(profile_jerk_ms, 1, PARAM_JERK_MOST_MS, 50) /* in which the acceleration rises from 0 */ \
+    PARAM(following_mturn, 1, 10000000, 100)   /* largest following error, thousandths of a turn */ \
+    PARAM(cyclic_ms, 1, 1000, 10)              /* time between set-points of csp, csv and cst */ \
+    PARAM(home_rpm, -30000, 30000, 30)         /* speed and direction in which homing searches */ \
+    PARAM(home_pct, 1, 100, 20)                /* most current it pushes with, of i_max_ma */ \
+    PARAM(home_turns, 1, 10000, 10)            /* and how far it searches for a block */ \
+    PARAM(learn_rpm, 1, 100, 10)               /* speed at which cogging is learned */ \
+    /* supervision: firmware/axis/ */ \
+    PARAM(i_rated_ma, 10, 2000000, 7100)       /* continuous motor current, peak */ \
+    PARAM(t_max_c, 60, 250, 130)               /* winding temperature at that current, 40 degC ambient; also its limit */ \
+    PARAM(winding_share_pct, 1, 99, 40)        /* share of that rise between winding and housing */ \
+    PARAM(winding_tau_s, 1, 10000, 60)         /* time constant, winding to housing */ \
+    PARAM(housing_tau_s, 1, 100000, 1200)      /* and housing to air */ \
+    PARAM(inverter_ma, 0, 2000000, 0)          /* continuous power-stage current, peak; 0: any */ \
+    PARAM(inverter_tau_ms, 100, 1000000, 1000) /* its thermal time constant */ \
+    PARAM(deviation_pct, 1, 100, 20)           /* of speed_max_rpm: largest deviation of speed from reference */ \
+    PARAM(command_timeout_ms, 0, 60000, 0)     /* longest silence of console and bus while on; 0: any */ \
+    PARAM(angle_source, 0, 2, 0)               /* enum param_angle: source of the rotor's angle */ \
+    PARAM(injection_mv, 0, 2000000, 0)         /* without an encoder, at low EMF: voltage that shows the saliency; 0: none */ \
+    PARAM(retry_count, 0, 100, 0)              /* how often the drive clears a fault and restarts by itself */ \
+    PARAM(retry_delay_ms, 10, 60000, 1000)     /* how long after the fault */ \
+    PARAM(modbus_address, 0, 247, 1)           /* of this drive on the bus; 0: it does not listen */ \
+    PARAM(modbus_baud, 9600, 921600, 19200)    /* rate of the bus */ \
+    PARAM(modbus_parity, 0, 2, 2)              /* 0 none, with two stop bits; 1 odd; 2 even */ \
+    PARAM(friction_unm, 0, 50000000, 0)        /* Coulomb friction of shaft and load, fed forward by direction; 0: none */ \
+    /* Hall switches: hall_table.h */ \
+    PARAM(hall_states, 1234, 765432, 513264)   /* six states in forward order, a digit each: 4 C + 2 B + A */ \
+    PARAM(hall_edge_1_cdeg, 0, 35999, 0)       /* electrical angle at which the first of them begins */ \
+    PARAM(hall_edge_2_cdeg, 0, 35999, 6000)    /* the second */ \
+    PARAM(hall_edge_3_cdeg, 0, 35999, 12000)   /* the third */ \
+    PARAM(hall_edge_4_cdeg, 0, 35999, 18000)   /* the fourth */ \
+    PARAM(hall_edge_5_cdeg, 0, 35999, 24000)   /* the fifth */ \
+    PARAM(hall_edge_6_cdeg, 0, 35999, 30000)   /* the sixth */ \
+    PARAM(injection_silent, 0, 1, 0)           /* the injection's pulses: 0 alternating, a tone; 1 pseudo-random, a noise */
+/* clang-format on */
+
+#define PARAM_FIELD(name, least, most, initial) int32_t name;
+
 struct params {
-    int32_t pole_pairs;         /* pole pairs of the motor */
-    int32_t encoder_counts;     /* counts per mechanical turn, counting all four edges */
-    int32_t resistance_mohm;    /* one phase */
-    int32_t ld_uh;              /* one phase, d axis */
-    int32_t lq_uh;              /* one phase, q axis */
-    int32_t ld_apparent_uh;     /* for saturating iron: flux over current at rated current, for MTPA; 0: as ld_uh */
-    int32_t lq_apparent_uh;     /* the same, q axis */
-    int32_t lq_rest_uh;         /* for saturating iron: q axis without current, as lq_uh is at i_rated; 0: as lq_uh */
-    int32_t cross_pm;           /* L_dq over L_qq at i_rated, incremental, thousandths; has i_q's sign */
-    int32_t flux_uwb;           /* flux linkage of the magnets, peak, one phase */
-    int32_t inertia_gmm2;       /* rotor and load; 1e-9 kg m^2 */
-    int32_t i_range_ma;         /* phase current 2048 ADC counts away from zero */
-    int32_t v_range_mv;         /* bus voltage at 4096 ADC counts */
-    int32_t i_max_ma;           /* limit of the current reference, peak */
-    int32_t i_trip_ma;          /* software over-current threshold, any phase */
-    int32_t i_align_ma;         /* d-axis current that pulls the rotor into place */
-    int32_t v_min_mv;           /* under-voltage threshold */
-    int32_t v_max_mv;           /* over-voltage threshold */
-    int32_t chopper_on_mv;      /* bus voltage above which the brake chopper switches on; 0: none */
-    int32_t chopper_off_mv;     /* and at which it switches off */
-    int32_t power_max_w;        /* mechanical power, driving */
-    int32_t regen_max_w;        /* and braking */
-    int32_t bus_capacitance_uf; /* from the bridge to the supply, both sides of the cable */
-    int32_t speed_max_rpm;      /* largest speed command */
-    int32_t overspeed_rpm;      /* over-speed threshold */
-    int32_t emf_beyond_v_max;   /* 1: bridge and bus withstand the EMF at overspeed_rpm */
-    int32_t ramp_rpm_s;         /* slope of the speed reference */
-    int32_t stop_max_ms;        /* a longer quick stop ends with the bridge off */
-    int32_t current_bw_hz;      /* crossover of the current loops */
-    int32_t pwm_update;  /* when voltages act: 0 from the next valley on, 1 from the next end on, 2 at once (delay.h) */
-    int32_t pwm_samples; /* current samples a PWM period: 1, or 2 with in-phase sensors */
-    int32_t overmodulation;  /* per cent of the way from the modulator's circle to six-step; 0: none. Sensors in line */
-    int32_t low_side_shunts; /* 1: sensors see a phase while its low side conducts; 0: always, in line with it */
-    int32_t modulator_osr;   /* currents from isolated modulators with this OSR; 0: serial converters */
-    int32_t speed_bw_hz;     /* crossover of the speed loop */
-    int32_t torque_mean_ms;  /* for a shaft that oscillates: the torque demand is averaged over this; 1: off */
-    /* position */
-    int32_t position_bw_hz;   /* crossover of the position loop, its stiffness; 0: a fifth of speed_bw_hz */
-    int32_t profile_speed_pm; /* speed of a profile, thousandths of speed_max_rpm: the rest is for catching up */
-    int32_t profile_rpm_s;    /* its acceleration; 0: ramp_rpm_s. 1000 s to speed_max_rpm at most */
-    int32_t profile_jerk_ms;  /* in which the acceleration rises from 0 */
-    int32_t following_mturn;  /* largest following error, thousandths of a turn */
-    int32_t cyclic_ms;        /* time between set-points of csp, csv and cst */
-    int32_t home_rpm;         /* speed and direction in which homing searches */
-    int32_t home_pct;         /* most current it pushes with, of i_max_ma */
-    int32_t home_turns;       /* and how far it searches for a block */
-    int32_t learn_rpm;        /* speed at which cogging is learned */
-    /* supervision: firmware/axis/ */
-    int32_t i_rated_ma;         /* continuous motor current, peak */
-    int32_t t_max_c;            /* winding temperature at that current, 40 degC ambient; also its limit */
-    int32_t winding_share_pct;  /* share of that rise between winding and housing */
-    int32_t winding_tau_s;      /* time constant, winding to housing */
-    int32_t housing_tau_s;      /* and housing to air */
-    int32_t inverter_ma;        /* continuous power-stage current, peak; 0: any */
-    int32_t inverter_tau_ms;    /* its thermal time constant */
-    int32_t deviation_pct;      /* of speed_max_rpm: largest deviation of speed from reference */
-    int32_t command_timeout_ms; /* longest silence of console and bus while on; 0: any */
-    int32_t angle_source;       /* enum param_angle: source of the rotor's angle */
-    int32_t injection_mv;       /* without an encoder, at low EMF: voltage that shows the saliency; 0: none */
-    int32_t retry_count;        /* how often the drive clears a fault and restarts by itself */
-    int32_t retry_delay_ms;     /* how long after the fault */
-    int32_t modbus_address;     /* of this drive on the bus; 0: it does not listen */
-    int32_t modbus_baud;        /* rate of the bus */
-    int32_t modbus_parity;      /* 0 none, with two stop bits; 1 odd; 2 even */
-    int32_t friction_unm;       /* Coulomb friction of shaft and load, fed forward by direction; 0: none */
-    /* Hall switches: hall_table.h */
-    int32_t hall_states;      /* six states in forward order, a digit each: 4 C + 2 B + A */
-    int32_t hall_edge_1_cdeg; /* electrical angle at which the first of them begins */
-    int32_t hall_edge_2_cdeg; /* the second */
-    int32_t hall_edge_3_cdeg; /* the third */
-    int32_t hall_edge_4_cdeg; /* the fourth */
-    int32_t hall_edge_5_cdeg; /* the fifth */
-    int32_t hall_edge_6_cdeg; /* the sixth */
-    int32_t injection_silent; /* the injection's pulses: 0 alternating, a tone; 1 pseudo-random, a noise */
+    PARAMS(PARAM_FIELD)
 };
 
 struct param_info {

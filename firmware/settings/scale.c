@@ -35,3 +35,14 @@ int64_t scale(int64_t a, int64_t b, int64_t c)
     }
     return quotient > INT64_MAX ? INT64_MAX : (int64_t)quotient;
 }
+
+int32_t tuning_q15_from_milli(int32_t milli, int32_t range_milli)
+{
+    const int64_t magnitude = scale(milli < 0 ? -(int64_t)milli : milli, 32768, range_milli);
+    return (int32_t)(milli < 0 ? -magnitude : magnitude);
+}
+
+int32_t tuning_milli_from_q15(int32_t q15, int32_t range_milli)
+{
+    return (int32_t)(((int64_t)q15 * range_milli + 16384) >> 15);
+}

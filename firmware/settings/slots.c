@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/settings/slots.h"
 
-#include "firmware/settings/crc32.h"
+#include "firmware/settings/crc.h"
 
 /* The head, in words; the rest of its page is zero. Its CRC starts at the second word. */
 enum head {

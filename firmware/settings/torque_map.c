@@ -58,14 +58,13 @@ static void fill_node(struct torque_map *map, struct torque_map_builder *b, cons
     map->flux_q15[n] = flux_q15(params, t, map->i_d_q15[n], map->i_q_q15[n]);
 }
 
-void torque_map_begin(struct torque_map_builder *b, struct torque_map *map, const struct params *p,
-                      const struct tuning *t)
+void torque_map_build_begin(struct torque_map_builder *b, struct torque_map *map, const struct params *p,
+                            const struct tuning *t)
 {
     *b = (struct torque_map_builder){.machine = mtpa_machine(p), .step_q20 = 2 * MTPA_ONE_Q20};
     b->unit = mtpa_point(&b->machine, MTPA_ONE_Q20).torque >> 8;
-    map->plain = b->machine.saliency == 0;
     map->torque_max_q15 = t->i_max_q15;
-    if (!map->plain) {
+    if (b->machine.saliency != 0) {
         const struct mtpa_point most = mtpa_point(&b->machine, (int64_t)t->i_max_q15 * 32);
         map->torque_max_q15 = (int32_t)(((most.torque >> 8) << 15) / b->unit);
     }
@@ -75,8 +74,8 @@ void torque_map_begin(struct torque_map_builder *b, struct torque_map *map, cons
     }
 }
 
-bool torque_map_go_on(struct torque_map_builder *b, struct torque_map *map, const struct params *p,
-                      const struct tuning *t)
+bool torque_map_build_step(struct torque_map_builder *b, struct torque_map *map, const struct params *p,
+                           const struct tuning *t)
 {
     fill_node(map, b, p, t);
     b->node++;

@@ -20,7 +20,6 @@
 #define TORQUE_NODES 33
 
 struct torque_map {
-    bool plain; /* no saliency: torque is i_q, and i_d is 0 */
     int32_t shift;
     int32_t torque_max_q15; /* of i_max */
     int32_t i_d_q15[TORQUE_NODES];
@@ -38,13 +37,13 @@ struct torque_map_builder {
 };
 
 /*
- * Fills the table, which takes up to 4 ms: one node per torque_map_go_on(), which returns whether more remain. `t` must be
+ * Fills the table, which takes up to 4 ms: one node per torque_map_build_step(), which returns whether more remain. `t` must be
  * derived from `p`; neither may change meanwhile. Thread, bridge off.
  */
-void torque_map_begin(struct torque_map_builder *b, struct torque_map *m, const struct params *p,
-                      const struct tuning *t);
-bool torque_map_go_on(struct torque_map_builder *b, struct torque_map *m, const struct params *p,
-                      const struct tuning *t);
+void torque_map_build_begin(struct torque_map_builder *b, struct torque_map *m, const struct params *p,
+                            const struct tuning *t);
+bool torque_map_build_step(struct torque_map_builder *b, struct torque_map *m, const struct params *p,
+                           const struct tuning *t);
 
 /*
  * The largest torque, Q15, at which a column of the table does not exceed `most`; 0 if it does even at no torque. The columns

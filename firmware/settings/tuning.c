@@ -4,32 +4,9 @@
 #include "drivers/fabric/adc.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/hall_table.h"
-#include "firmware/settings/margin_position.h"
 #include "firmware/settings/margins.h"
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
-
-int32_t tuning_milli_from_q15(int32_t q15, int32_t range_milli)
-{
-    return (int32_t)(((int64_t)q15 * range_milli + 16384) >> 15);
-}
-
-static enum error check_samples(const struct params *p)
-{
-    if (p->overmodulation != 0 && p->low_side_shunts != 0) {
-        return ERROR_OVERMODULATION_OF_SHUNTS;
-    }
-    if (p->pwm_samples == 1) {
-        return ERROR_NONE;
-    }
-    if (p->low_side_shunts != 0) {
-        return ERROR_SAMPLES_OF_SHUNTS;
-    }
-    if (p->pwm_update == PWM_UPDATE_VALLEY) {
-        return ERROR_SAMPLES_AT_VALLEY;
-    }
-    return p->pwm_samples * CONFIG_PWM_HZ > CONFIG_LOOP_HZ_MAX ? ERROR_SAMPLES_TOO_FAST : ERROR_NONE;
-}
 
 /* From the trigger to the last compare: bits, filter, arithmetic and handler. */
 static int32_t modulator_counts(int32_t osr)
@@ -37,51 +14,55 @@ static int32_t modulator_counts(int32_t osr)
     return 3 * osr * ADC_MODULATOR_CLOCKS + 300;
 }
 
-static enum error check_modulators(const struct params *p)
+/* The first that holds is the problem. */
+struct inconsistency {
+    bool holds;
+    enum error error;
+};
+
+static enum error first_of(const struct inconsistency *list, size_t count)
 {
-    const int32_t osr = p->modulator_osr;
-    if (osr == 0) {
-        return ERROR_NONE;
+    for (size_t n = 0; n < count; n++) {
+        if (list[n].holds) {
+            return list[n].error;
+        }
     }
-    if (osr < 32 || (osr & (osr - 1)) != 0) {
-        return ERROR_MODULATOR_OSR;
-    }
-    if (p->low_side_shunts != 0) {
-        return ERROR_MODULATOR_OF_SHUNTS;
-    }
-    return modulator_counts(osr) > CONFIG_PWM_COUNTS / p->pwm_samples ? ERROR_MODULATOR_TOO_SLOW : ERROR_NONE;
+    return ERROR_NONE;
 }
 
 static enum error check_limits(const struct params *p)
 {
-    const int64_t range = p->i_range_ma;
-    if (p->i_trip_ma > range * 95 / 100) {
-        return ERROR_I_TRIP_BEYOND_RANGE;
-    }
-    if (p->i_max_ma > p->i_trip_ma * 85LL / 100) {
-        return ERROR_I_MAX_BEYOND_TRIP;
-    }
-    if (p->i_align_ma > p->i_max_ma) {
-        return ERROR_I_ALIGN_BEYOND_MAX;
-    }
-    if (p->v_min_mv >= p->v_max_mv || p->v_max_mv > p->v_range_mv * 98LL / 100) {
-        return ERROR_V_LIMITS;
-    }
-    if (p->chopper_on_mv != 0 && (p->chopper_on_mv >= p->v_max_mv || p->chopper_off_mv == 0 ||
-                                  p->chopper_off_mv > p->chopper_on_mv - p->v_range_mv / 1000)) {
-        return ERROR_CHOPPER_LEVELS;
-    }
-    if (p->speed_max_rpm >= p->overspeed_rpm) {
-        return ERROR_SPEED_MAX_BEYOND_OVERSPEED;
-    }
-    if (p->v_min_mv < p->v_range_mv / 4) {
-        return ERROR_V_MIN_BELOW_MODULATOR;
-    }
-    if ((int64_t)p->overspeed_rpm * p->pole_pairs > 60LL * CONFIG_SPEED_BASE_HZ * 95 / 100) {
-        return ERROR_SPEED_BEYOND_OBSERVER;
-    }
-    const enum error problem = check_samples(p);
-    return problem != ERROR_NONE ? problem : check_modulators(p);
+    const int64_t speed = (int64_t)p->overspeed_rpm * p->pole_pairs;
+    const struct inconsistency list[] = {
+        {p->i_trip_ma > p->i_range_ma * 95LL / 100, ERROR_I_TRIP_BEYOND_RANGE},
+        {p->i_max_ma > p->i_trip_ma * 85LL / 100, ERROR_I_MAX_BEYOND_TRIP},
+        {p->i_align_ma > p->i_max_ma, ERROR_I_ALIGN_BEYOND_MAX},
+        {p->v_min_mv >= p->v_max_mv || p->v_max_mv > p->v_range_mv * 98LL / 100, ERROR_V_LIMITS},
+        {p->chopper_on_mv != 0 && (p->chopper_on_mv >= p->v_max_mv || p->chopper_off_mv == 0 ||
+                                   p->chopper_off_mv > p->chopper_on_mv - p->v_range_mv / 1000),
+         ERROR_CHOPPER_LEVELS},
+        {p->speed_max_rpm >= p->overspeed_rpm, ERROR_SPEED_MAX_BEYOND_OVERSPEED},
+        {p->v_min_mv < p->v_range_mv / 4, ERROR_V_MIN_BELOW_MODULATOR},
+        {speed > 60LL * CONFIG_SPEED_BASE_HZ * 95 / 100, ERROR_SPEED_BEYOND_OBSERVER},
+    };
+    return first_of(list, sizeof list / sizeof list[0]);
+}
+
+static enum error check_sampling(const struct params *p)
+{
+    const bool shunts = p->low_side_shunts != 0;
+    const bool twice = p->pwm_samples != 1;
+    const int32_t osr = p->modulator_osr;
+    const struct inconsistency list[] = {
+        {shunts && p->overmodulation != 0, ERROR_OVERMODULATION_OF_SHUNTS},
+        {shunts && twice, ERROR_SAMPLES_OF_SHUNTS},
+        {twice && p->pwm_update == PWM_UPDATE_VALLEY, ERROR_SAMPLES_AT_VALLEY},
+        {twice && p->pwm_samples * CONFIG_PWM_HZ > CONFIG_LOOP_HZ_MAX, ERROR_SAMPLES_TOO_FAST},
+        {osr != 0 && (osr < 32 || (osr & (osr - 1)) != 0), ERROR_MODULATOR_OSR},
+        {osr != 0 && shunts, ERROR_MODULATOR_OF_SHUNTS},
+        {osr != 0 && modulator_counts(osr) > CONFIG_PWM_COUNTS / p->pwm_samples, ERROR_MODULATOR_TOO_SLOW},
+    };
+    return first_of(list, sizeof list / sizeof list[0]);
 }
 
 /*
@@ -111,29 +92,25 @@ static void tune_limits(const struct params *p, struct tuning *t)
     t->encoder_scale_q32 = (uint32_t)scale(p->pole_pairs, 1LL << 32, p->encoder_counts);
 }
 
-static struct outcome refuse(enum error error, int32_t works)
-{
-    return (struct outcome){error, works};
-}
-
 /* Checks the bandwidths' margins. */
 static struct outcome check_margins(const struct params *p, struct tuning *t)
 {
     const int32_t current_bw_hz = margin_current_bw_hz(t->update, t->samples);
     if (p->current_bw_hz > current_bw_hz) {
-        return refuse(ERROR_CURRENT_MARGIN, current_bw_hz);
+        return (struct outcome){ERROR_CURRENT_MARGIN, current_bw_hz};
     }
     t->current_margin_u16 = margin_of_current_u16(p->current_bw_hz, t->update, t->samples);
     const int32_t resolved_hz = margin_resolution_bw_hz(p, t);
     if (p->angle_source == PARAM_ANGLE_ENCODER && p->speed_bw_hz > resolved_hz) {
-        return resolved_hz < 1 ? outcome_of(ERROR_SPEED_UNRESOLVED) : refuse(ERROR_SPEED_RESOLUTION, resolved_hz);
+        return resolved_hz < 1 ? outcome_of(ERROR_SPEED_UNRESOLVED)
+                               : (struct outcome){ERROR_SPEED_RESOLUTION, resolved_hz};
     }
     const int32_t speed_bw_hz = margin_speed_bw_hz(p->current_bw_hz, p->torque_mean_ms);
     if (p->speed_bw_hz > speed_bw_hz) {
-        return speed_bw_hz < 1 ? outcome_of(ERROR_CURRENT_TOO_SLOW) : refuse(ERROR_SPEED_MARGIN, speed_bw_hz);
+        return speed_bw_hz < 1 ? outcome_of(ERROR_CURRENT_TOO_SLOW) : (struct outcome){ERROR_SPEED_MARGIN, speed_bw_hz};
     }
     if (p->position_bw_hz != 0 && p->position_bw_hz > margin_position_bw_hz(p)) {
-        return refuse(ERROR_POSITION_MARGIN, margin_position_bw_hz(p));
+        return (struct outcome){ERROR_POSITION_MARGIN, margin_position_bw_hz(p)};
     }
     return OUTCOME_OK;
 }
@@ -141,6 +118,7 @@ static struct outcome check_margins(const struct params *p, struct tuning *t)
 struct outcome tuning_compute(const struct params *p, struct tuning *t)
 {
     enum error problem = check_limits(p);
+    problem = problem != ERROR_NONE ? problem : check_sampling(p);
     if (problem == ERROR_NONE) {
         tuning_rates(p, t);
         tune_limits(p, t);

@@ -16,6 +16,7 @@
 #include "firmware/settings/error.h"
 #include "firmware/settings/params.h"
 #include "firmware/settings/rates.h"
+#include "firmware/settings/scale.h"
 
 #define TUNING_ALIGN_LEVELS 2
 
@@ -43,7 +44,7 @@ struct tuning_observer {
     int32_t iron_q15;  /* and with this q current it is lq */
     int32_t of_bus_q8; /* flux per step of voltage, on a bus of v_range, over a sample */
     int32_t r_q5;      /* flux per LSB of current through the resistance, over a sample */
-    bool serves;       /* these values work at this rate */
+    bool usable;       /* these values work at this rate */
 };
 
 /* A voltage that shows the saliency: control/injection.h. tuning_observer.c. */
@@ -109,8 +110,8 @@ struct tuning {
     int32_t power_max_q15, regen_max_q15; /* mechanical, driving and braking: 1.0 = 1.5 v_range i_range */
     /* speed estimate: units and derivation in tuning_speed.c */
     int32_t encoder_counts;
-    int32_t way_per_count_q12; /* rpm Q15 times milliseconds per 256th of a count */
-    int32_t count_per_way_q16; /* the inverse, to 65536ths of a count */
+    int32_t travel_per_count_q12;  /* rpm Q15 times milliseconds per 256th of a count */
+    int32_t counts_per_travel_q16; /* the inverse, to 65536ths of a count */
     /* speed loop: its current is the torque of torque_map.h */
     int32_t i_max_q15;
     int32_t radius_steps;     /* of the voltage circle: the modulator's, or overmodulation's in field weakening */
@@ -121,7 +122,7 @@ struct tuning {
     int32_t torque_mean_ms;   /* the torque demand is averaged over this many steps */
     int32_t friction_q15;     /* torque, fed forward; 0: none */
     int32_t ramp_q16;         /* rpm in Q16 per millisecond */
-    int32_t rpm_q4_per_w_q32; /* see tuning_rpm_q4() */
+    int32_t rpm_q4_per_w_q32; /* see tuning_rpm_q15() */
     /* position: control/position.h */
     struct tuning_profile profile;
     int32_t rpm_per_unit_q20;  /* rpm Q16 per unit a millisecond */
@@ -142,8 +143,8 @@ struct tuning {
     int32_t pole_pairs;
     uint32_t align_levels; /* how many of those below are used */
     struct tuning_align align[TUNING_ALIGN_LEVELS];
-    int32_t align_way_q32;  /* electrical turns per millisecond: the fastest a field may pull the rotor */
-    int32_t align_way_ms;   /* over which the encoder measures that speed */
+    int32_t align_speed_q32; /* electrical turns per millisecond: the fastest a field may pull the rotor */
+    int32_t align_speed_ms;  /* over which the encoder measures that speed */
     bool reluctant;         /* reluctance outweighs the magnets: it holds the rotor at the start and shows their axis */
     int32_t saliency_v_q15; /* alternating voltage for that, and the peak-to-peak current */
     int32_t saliency_i_q15;
@@ -161,23 +162,10 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t);
  */
 struct outcome tuning_check_emf(const struct params *p);
 
-/* Speed in rpm (Q4) from the observer's speed in electrical turns per sample (Q32), rounded down. Any context. */
-static inline int32_t tuning_rpm_q4(const struct tuning *t, int32_t speed_q32)
-{
-    return (int32_t)(((int64_t)speed_q32 * t->rpm_q4_per_w_q32) >> 32);
-}
-
-/* The same in Q15, saturated: 65535 rpm. */
+/* Speed in rpm from the observer's speed in electrical turns per sample (Q32), saturated: 65535 rpm. Any context. */
 static inline int32_t tuning_rpm_q15(const struct tuning *t, int32_t speed_q32)
 {
-    const int64_t rpm_q15 = ((int64_t)speed_q32 * t->rpm_q4_per_w_q32) >> 21;
-    return rpm_q15 > INT32_MAX ? INT32_MAX : (rpm_q15 < -INT32_MAX ? -INT32_MAX : (int32_t)rpm_q15);
+    return scale_clamp(((int64_t)speed_q32 * t->rpm_q4_per_w_q32) >> 21, -INT32_MAX, INT32_MAX);
 }
-
-/*
- * Converts per-unit values from and to thousandths of an ampere or volt, rounded to nearest, for |milli| <= 4 ranges. Thread.
- */
-int32_t tuning_q15_from_milli(int32_t milli, int32_t range_milli);
-int32_t tuning_milli_from_q15(int32_t q15, int32_t range_milli);
 
 #endif

@@ -27,7 +27,7 @@ static int64_t reactance(const struct params *p, int32_t inductance_uh, int32_t 
                  p->v_range_mv * 1000000000000LL);
 }
 
-static enum error tune_gains(const struct params *p, struct tuning *t)
+static enum error tune_current_gains(const struct params *p, struct tuning *t)
 {
     const int64_t kp_d = reactance(p, p->ld_uh, p->current_bw_hz, 1 << 12);
     const int64_t kp_q = reactance(p, p->lq_uh, p->current_bw_hz, 1 << 12);
@@ -57,11 +57,10 @@ static void tune_iron(const struct params *p, struct tuning *t)
     t->iron_rest_q15 = Q15_UNITY;
     t->iron_grows_q10 = 0;
     if (p->lq_rest_uh > p->lq_uh && rated_q15 > 0) {
-        const int32_t rest_q15 = (int32_t)scale(p->lq_uh, Q15_UNITY, p->lq_rest_uh);
-        t->iron_rest_q15 = rest_q15 < 1 ? 1 : rest_q15; /* the current loop divides by this */
+        t->iron_rest_q15 = scale_clamp(scale(p->lq_uh, Q15_UNITY, p->lq_rest_uh), 1, Q15_UNITY); /* a divisor */
         const int64_t grows_q10 =
             scale((int64_t)(Q15_UNITY - t->iron_rest_q15) << 10, Q15_UNITY, (int64_t)rated_q15 * rated_q15);
-        t->iron_grows_q10 = (int32_t)(grows_q10 > IRON_GROWS_LIMIT ? IRON_GROWS_LIMIT : grows_q10);
+        t->iron_grows_q10 = scale_clamp(grows_q10, 0, IRON_GROWS_LIMIT);
     }
 }
 
@@ -77,7 +76,7 @@ static enum error tune_decoupling(const struct params *p, struct tuning *t)
     if (x_d > GAIN_LIMIT || x_q > GAIN_LIMIT || emf > GAIN_LIMIT || r > GAIN_LIMIT) {
         return ERROR_DECOUPLING;
     }
-    t->x_q_apparent_q11 = (int32_t)(apparent > APPARENT_LIMIT ? APPARENT_LIMIT : apparent);
+    t->x_q_apparent_q11 = scale_clamp(apparent, 0, APPARENT_LIMIT);
     t->x_d_q11 = (int32_t)x_d;
     t->x_q_q11 = (int32_t)x_q;
     t->emf_q12 = (int32_t)emf;
@@ -95,7 +94,7 @@ static void tune_ripple(const struct params *p, struct tuning *t)
     const int32_t least_uh = p->ld_uh < p->lq_uh ? p->ld_uh : p->lq_uh;
     const int64_t q10 = scale(p->v_range_mv * 147801669LL, 1, (int64_t)least_uh * CONFIG_PWM_HZ * p->i_range_ma);
     const int64_t largest_q15 = scale(q10 * 18919, p->v_max_mv, 1024LL * p->v_range_mv); /* v_max over sqrt(3) */
-    t->ripple_q10 = largest_q15 < RIPPLE_KNEES * DEADTIME_KNEE_Q15 ? 0 : (int32_t)(q10 > GAIN_LIMIT ? GAIN_LIMIT : q10);
+    t->ripple_q10 = largest_q15 < RIPPLE_KNEES * DEADTIME_KNEE_Q15 ? 0 : scale_clamp(q10, 0, GAIN_LIMIT);
 }
 
 void tuning_rates(const struct params *p, struct tuning *t)
@@ -108,7 +107,7 @@ void tuning_rates(const struct params *p, struct tuning *t)
 
 enum error tuning_current(const struct params *p, struct tuning *t)
 {
-    const enum error problem = tune_gains(p, t);
+    const enum error problem = tune_current_gains(p, t);
     t->update = (enum pwm_update)p->pwm_update;
     t->delay_halves = delay_halves(t->update, t->samples);
     tune_ripple(p, t);

@@ -8,13 +8,9 @@
 #include "firmware/settings/scale.h"
 #include "firmware/settings/tuning_parts.h"
 #include "lib/polar.h"
+#include "lib/q15.h"
 
 #define R_MOST_Q5 32767 /* times a current of 65534 */
-
-static int32_t limited(int64_t x, int32_t most)
-{
-    return (int32_t)(x > most ? most : x);
-}
 
 /*
  * The ramp may take 15 % of the largest current, leaving the rest for a load: rated load and this ramp together turn the rotor
@@ -27,35 +23,32 @@ static int32_t limited(int64_t x, int32_t most)
 
 static void tune_field(const struct params *p, struct tuning *t)
 {
-    const int64_t slope_q16 =
-        ((int64_t)t->i_max_q15 << 24) * RAMP_PERCENT / 100 / (t->speed_accel_q8 < 1 ? 1 : t->speed_accel_q8);
+    const int64_t slope_q16 = ((int64_t)t->i_max_q15 << 24) * RAMP_PERCENT / 100 / q15_max(t->speed_accel_q8, 1);
     const int32_t align_ms = ALIGN_PERIODS * t->align[0].period_ms;
     t->field.i_align_q15 = t->align[0].i_q15;
-    t->field.align_ms = limited(align_ms < ALIGN_LEAST ? ALIGN_LEAST : align_ms, ALIGN_MOST);
+    t->field.align_ms = q15_clamp(align_ms, ALIGN_LEAST, ALIGN_MOST);
     t->field.i_q15 = t->i_max_q15;
-    t->field.ramp_q16 = limited(slope_q16 < 1 ? 1 : slope_q16, t->ramp_q16);
+    t->field.ramp_q16 = scale_clamp(slope_q16, 1, t->ramp_q16);
     /* 2 zeta w: 0.7 2 pi a period; that of i_align; the field's own is slightly less */
-    t->field.rest_ms = t->align[0].period_ms < 1 ? 1 : t->align[0].period_ms;
-    t->field.yield_loops = limited((int64_t)t->field.rest_ms * t->loops_per_slow * 10 / 44 + 1, INT32_MAX);
+    t->field.rest_ms = q15_max(t->align[0].period_ms, 1);
+    t->field.yield_loops = scale_clamp((int64_t)t->field.rest_ms * t->loops_per_slow * 10 / 44 + 1, 1, INT32_MAX);
     /* a field of up to 0.86 w catches a rotor at rest; it reaches 0.4 w in 0.3 of a turn, whichever way the rotor sticks */
-    const int64_t way_ms = (int64_t)t->field.rest_ms * p->pole_pairs;
-    t->field.creep_below_q16 = limited(24000LL * 65536 / way_ms, INT32_MAX);
-    t->field.creep_q16 = limited(16000LL * 65536 / way_ms / t->field.rest_ms + 1, INT32_MAX);
+    const int64_t period_poles_ms = (int64_t)t->field.rest_ms * p->pole_pairs;
+    t->field.creep_below_q16 = scale_clamp(24000LL * 65536 / period_poles_ms, 0, INT32_MAX);
+    t->field.creep_q16 = scale_clamp(16000LL * 65536 / period_poles_ms / t->field.rest_ms + 1, 1, INT32_MAX);
     t->field.speed_per_rpm_q12 = (int32_t)scale(p->pole_pairs, 1 << 28, 60LL * t->loop_hz);
 }
 
 static int32_t rated_i_q20(const struct params *p)
 {
-    return limited(scale(p->i_rated_ma, MTPA_ONE_Q20, p->i_range_ma), 2 * MTPA_ONE_Q20);
+    return scale_clamp(scale(p->i_rated_ma, MTPA_ONE_Q20, p->i_range_ma), 0, 2 * MTPA_ONE_Q20);
 }
 
 /* The q component of the least current for rated torque, 1 at least. */
 static int32_t rated_i_q_q15(const struct params *p)
 {
     const struct mtpa_machine m = mtpa_machine(p);
-    const int32_t i_q20 = rated_i_q20(p);
-    const int64_t i_q_q15 = (m.saliency != 0 ? mtpa_point(&m, i_q20).i_q_q20 : i_q20) >> 5;
-    return i_q_q15 < 1 ? 1 : limited(i_q_q15, INT16_MAX);
+    return scale_clamp(mtpa_point(&m, rated_i_q20(p)).i_q_q20 >> 5, 1, INT16_MAX);
 }
 
 /*
@@ -82,7 +75,7 @@ static int64_t rated_torque_q15(const struct params *p)
 
 static int32_t injection_pole_hz_q4(const struct params *p, const struct tuning *t)
 {
-    const int64_t slope_q16 = (rated_torque_q15(p) << 24) / (t->speed_accel_q8 < 1 ? 1 : t->speed_accel_q8);
+    const int64_t slope_q16 = (rated_torque_q15(p) << 24) / q15_max(t->speed_accel_q8, 1);
     const int64_t squared_q8 = scale(slope_q16 * p->pole_pairs, INJECTION_LAG_E6, 1000000);
     const int64_t most_q8 = 256 * INJECTION_POLE_MOST_HZ * INJECTION_POLE_MOST_HZ;
     return polar_root_down((uint32_t)(squared_q8 < most_q8 ? squared_q8 : most_q8));
@@ -93,8 +86,7 @@ static int32_t injection_pole_hz_q4(const struct params *p, const struct tuning 
 
 static void tune_injection(const struct params *p, struct tuning *t)
 {
-    const int64_t v_q15 = scale(p->injection_mv, 32768, p->v_range_mv);
-    t->injection.v_q15 = limited(v_q15, INT16_MAX);
+    t->injection.v_q15 = scale_clamp(scale(p->injection_mv, 32768, p->v_range_mv), 0, INT16_MAX);
     t->injection.turned = t->delay_halves == 1 ? -1 : 0;
     t->injection.silent = p->injection_silent;
     t->injection.track_most = track_of(t, 16 * INJECTION_POLE_MOST_HZ);
@@ -120,9 +112,9 @@ enum error tuning_observer(const struct params *p, struct tuning *t)
     t->observer.lq = (int32_t)scale(lq_nwb, 1 << 14, unit_nwb);
     t->observer.lq_more = (int32_t)scale(rest_nwb - lq_nwb, 1 << 14, unit_nwb);
     t->observer.iron_q15 = rated_i_q_q15(p);
-    t->observer.of_bus_q8 = limited(scale(of_bus, 1, unit_nwb), INT32_MAX);
-    t->observer.r_q5 = limited(r_q5, R_MOST_Q5);
-    t->observer.serves = t->observer.magnet >= 1 && r_q5 <= R_MOST_Q5;
+    t->observer.of_bus_q8 = scale_clamp(scale(of_bus, 1, unit_nwb), 0, INT32_MAX);
+    t->observer.r_q5 = scale_clamp(r_q5, 0, R_MOST_Q5);
+    t->observer.usable = t->observer.magnet >= 1 && r_q5 <= R_MOST_Q5;
     t->angle_source = (uint32_t)p->angle_source;
     tune_field(p, t);
     tune_injection(p, t);
@@ -132,5 +124,5 @@ enum error tuning_observer(const struct params *p, struct tuning *t)
     if (t->delay_halves == 2 && p->injection_mv != 0) {
         return ERROR_INJECTION_UPDATE;
     }
-    return t->observer.serves ? ERROR_NONE : ERROR_OBSERVER;
+    return t->observer.usable ? ERROR_NONE : ERROR_OBSERVER;
 }

@@ -26,18 +26,13 @@ static int32_t shift_of(const struct params *p)
     return shift;
 }
 
-static int32_t at_least_one(int64_t x)
-{
-    return x < 1 ? 1 : (x > INT32_MAX ? INT32_MAX : (int32_t)x);
-}
-
 static void tune_profile(const struct params *p, struct tuning_profile *t)
 {
     const int64_t counts_a_minute = (int64_t)p->speed_max_rpm * p->profile_speed_pm * p->encoder_counts;
     const int32_t rpm_s = p->profile_rpm_s != 0 ? p->profile_rpm_s : p->ramp_rpm_s;
     const int64_t a = scale((int64_t)rpm_s * p->encoder_counts, 1LL << t->shift, MINUTE_MS * CONFIG_SLOW_HZ);
-    t->v_max = at_least_one(scale(counts_a_minute, 1LL << t->shift, MINUTE_MS * MILLI));
-    t->a_max = at_least_one(a < t->v_max ? a : t->v_max);
+    t->v_max = scale_clamp(scale(counts_a_minute, 1LL << t->shift, MINUTE_MS * MILLI), 1, INT32_MAX);
+    t->a_max = scale_clamp(a, 1, t->v_max);
     t->window = p->profile_jerk_ms;
     t->window_q30 = (1 << 30) / p->profile_jerk_ms;
 }

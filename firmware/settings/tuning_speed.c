@@ -25,7 +25,7 @@
 #define FRICTION           21845333333LL /* 2^15 10^6 / 1.5: from uN m over nWb mA */
 
 /* A turn in the estimate's unit of travel, rpm Q15 times milliseconds; 256 and 65536 parts of a count. */
-#define TURN_WAY (60000LL * 32768)
+#define TURN_TRAVEL (60000LL * 32768)
 
 _Static_assert(CONFIG_SLOW_HZ == 1000,
                "the estimate counts in milliseconds, and takes them for slow periods; so does KI");
@@ -33,20 +33,18 @@ _Static_assert(CONFIG_SLOW_HZ == 1000,
 static void tune_estimate(const struct params *p, struct tuning *t)
 {
     t->encoder_counts = p->encoder_counts;
-    t->way_per_count_q12 = (int32_t)scale(TURN_WAY / 256 * 4096, 1, p->encoder_counts);
-    t->count_per_way_q16 = (int32_t)scale(p->encoder_counts, 65536LL * 65536, TURN_WAY);
+    t->travel_per_count_q12 = (int32_t)scale(TURN_TRAVEL / 256 * 4096, 1, p->encoder_counts);
+    t->counts_per_travel_q16 = (int32_t)scale(p->encoder_counts, 65536LL * 65536, TURN_TRAVEL);
     t->rpm_q4_per_w_q32 = (int32_t)(60LL * 16 * t->loop_hz / p->pole_pairs);
 }
 
 /* As a current: T / (1.5 p psi). More than a quarter of the largest is not friction to feed forward. */
 static int32_t friction_q15(const struct params *p, const struct tuning *t, int64_t flux_current_e3)
 {
-    const int64_t torque = scale(p->friction_unm, FRICTION, flux_current_e3);
-    const int64_t most = t->i_max_q15 / FRICTION_MOST_PART;
-    return (int32_t)(torque < most ? torque : most);
+    return scale_clamp(scale(p->friction_unm, FRICTION, flux_current_e3), 0, t->i_max_q15 / FRICTION_MOST_PART);
 }
 
-static enum error tune_gains(const struct params *p, struct tuning *t)
+static enum error tune_speed_gains(const struct params *p, struct tuning *t)
 {
     const int64_t flux_nwb = p->pole_pairs * mtpa_flux_nwb(p);
     if (flux_nwb > INT64_MAX / p->i_range_ma) {
@@ -61,11 +59,11 @@ static enum error tune_gains(const struct params *p, struct tuning *t)
         return ERROR_SPEED_GAIN;
     }
     const int64_t edges = p->angle_source == PARAM_ANGLE_HALL ? 6 * p->pole_pairs : p->encoder_counts;
-    const int64_t ki_min = scale(t->i_max_q15 * edges, 65536LL * 2048, COUNT_WEIGHS * TURN_WAY);
+    const int64_t ki_min = scale(t->i_max_q15 * edges, 65536LL * 2048, COUNT_WEIGHS * TURN_TRAVEL);
     t->speed_kp_q16 = (int32_t)kp;
     t->speed_ki_q16 = (int32_t)ki;
     t->speed_ki_min_q16 =
-        p->angle_source == PARAM_ANGLE_SENSORLESS ? 0 : (int32_t)(ki_min < ki ? ki_min : ki); /* no edges */
+        p->angle_source == PARAM_ANGLE_SENSORLESS ? 0 : scale_clamp(ki_min, 0, (int32_t)ki); /* no edges */
     t->speed_accel_q8 = (int32_t)accel;
     t->friction_q15 = friction_q15(p, t, flux_current_e3);
     t->torque_mean_ms = p->torque_mean_ms;
@@ -75,7 +73,7 @@ static enum error tune_gains(const struct params *p, struct tuning *t)
 
 enum error tuning_speed(const struct params *p, struct tuning *t)
 {
-    const enum error problem = tune_gains(p, t);
+    const enum error problem = tune_speed_gains(p, t);
     if (problem == ERROR_NONE) {
         tune_estimate(p, t);
     }

@@ -26,9 +26,7 @@ static int32_t align_period_ms(const struct params *p, int64_t i_ma)
     const int64_t kt_nnm = 1500LL * p->pole_pairs * p->flux_uwb;
     const int64_t w0_squared_e3 = scale(kt_nnm, p->pole_pairs * i_ma, p->inertia_gmm2); /* (rad/s)^2 * 1000 */
     const int64_t period_squared_ms2 = scale(FOUR_PI_SQUARED_E9, 1, w0_squared_e3 < 1 ? 1 : w0_squared_e3);
-    const int32_t period_ms =
-        polar_root_down((uint32_t)(period_squared_ms2 > ALIGN_MOST_MS2 ? ALIGN_MOST_MS2 : period_squared_ms2));
-    return period_ms < ALIGN_LEAST_MS ? ALIGN_LEAST_MS : period_ms;
+    return polar_root_down((uint32_t)scale_clamp(period_squared_ms2, ALIGN_LEAST_MS * ALIGN_LEAST_MS, ALIGN_MOST_MS2));
 }
 
 static struct tuning_align align_level(const struct params *p, int64_t i_ma, int32_t ratio_q15)
@@ -40,7 +38,7 @@ static struct tuning_align align_level(const struct params *p, int64_t i_ma, int
         .i_q15 = i_q15,
         .i_less_q15 = (i_q15 * ratio_q15) >> 15,
         .ratio_q15 = ratio_q15,
-        .saliency_q15 = (int32_t)(saliency_q15 > ALIGN_SALIENCY_MOST_Q15 ? ALIGN_SALIENCY_MOST_Q15 : saliency_q15),
+        .saliency_q15 = scale_clamp(saliency_q15, 0, ALIGN_SALIENCY_MOST_Q15),
         .period_ms = align_period_ms(p, i_ma),
     };
 }
@@ -95,8 +93,7 @@ static void tune_reluctant(const struct params *p, struct tuning *t)
     t->align[1] = reluctant_level(p, p->i_max_ma);
     t->saliency_i_q15 = tuning_q15_from_milli(p->i_max_ma / SALIENCY_I_PART, p->i_range_ma);
     t->align_levels = i_ma < p->i_max_ma ? 2u : 1u;
-    t->saliency_v_q15 =
-        tuning_q15_from_milli((int32_t)(v_mv < p->v_max_mv / 4 ? v_mv : p->v_max_mv / 4), p->v_range_mv);
+    t->saliency_v_q15 = tuning_q15_from_milli(scale_clamp(v_mv, 0, p->v_max_mv / 4), p->v_range_mv);
 }
 
 /*
@@ -110,9 +107,8 @@ static void tune_wiring(const struct params *p, struct tuning *t)
 {
     const int32_t i_ma = p->i_trip_ma / (t->reluctant ? WIRING_PART_RELUCTANT : WIRING_PART);
     t->wiring_i_q15 = tuning_q15_from_milli(i_ma, p->i_range_ma);
-    const int64_t drop_mv = scale(i_ma, p->resistance_mohm, 1000);
-    t->wiring_v_q15 =
-        tuning_q15_from_milli((int32_t)(drop_mv < p->v_range_mv ? drop_mv : p->v_range_mv), p->v_range_mv);
+    const int32_t drop_mv = scale_clamp(scale(i_ma, p->resistance_mohm, 1000), 0, p->v_range_mv);
+    t->wiring_v_q15 = tuning_q15_from_milli(drop_mv, p->v_range_mv);
 }
 
 static void tune_alignment(const struct params *p, struct tuning *t)
@@ -128,25 +124,25 @@ static void tune_alignment(const struct params *p, struct tuning *t)
  * At the start the limit is 1.6 % of speed_max, which with wrong counts or pole pairs may be 3.2 %; but a sixth of a turn per
  * oscillation period is allowed, or a low-speed motor would never come to rest. The encoder shows that speed by four counts.
  */
-#define WAY_PER_RPM_E3 1145325LL /* 1.6 % of a turn over 60000 ms, Q32 */
-#define SWING_PART     6
-#define WAY_COUNTS     4
-#define WAY_PERIOD     8
+#define SPEED_PER_RPM_E3 1145325LL /* 1.6 % of a turn over 60000 ms, Q32 */
+#define SWING_PART       6
+#define SPEED_COUNTS     4
+#define SPEED_PERIOD     8
 
-static void tune_way(const struct params *p, struct tuning *t)
+static void tune_align_speed(const struct params *p, struct tuning *t)
 {
-    const int64_t told_q32 = scale((int64_t)p->speed_max_rpm * p->pole_pairs, WAY_PER_RPM_E3, 1000);
+    const int64_t limit_q32 = scale((int64_t)p->speed_max_rpm * p->pole_pairs, SPEED_PER_RPM_E3, 1000);
     const int64_t least_q32 = (1LL << 32) / (SWING_PART * t->align[0].period_ms);
-    const int32_t most_ms = t->align[0].period_ms / WAY_PERIOD;
-    t->align_way_q32 = (int32_t)(told_q32 > least_q32 ? told_q32 : least_q32);
-    const int64_t way_ms = scale(WAY_COUNTS, t->encoder_scale_q32, t->align_way_q32);
-    t->align_way_ms = way_ms < 1 ? 1 : way_ms < most_ms ? (int32_t)way_ms : most_ms;
+    const int32_t most_ms = t->align[0].period_ms / SPEED_PERIOD;
+    t->align_speed_q32 = (int32_t)(limit_q32 > least_q32 ? limit_q32 : least_q32);
+    const int64_t measured_ms = scale(SPEED_COUNTS, t->encoder_scale_q32, t->align_speed_q32);
+    t->align_speed_ms = measured_ms < 1 ? 1 : measured_ms < most_ms ? (int32_t)measured_ms : most_ms;
 }
 
 void tuning_start(const struct params *p, struct tuning *t)
 {
     tune_alignment(p, t);
-    tune_way(p, t);
+    tune_align_speed(p, t);
     tune_reluctant(p, t);
     tune_wiring(p, t);
 }

@@ -17,8 +17,7 @@
 /* Over 1.5 v_range i_range. */
 static int32_t power_q15(const struct params *p, int32_t power_w)
 {
-    const int64_t power = scale(power_w * 2000000LL, 32768, 3LL * p->v_range_mv * p->i_range_ma);
-    return (int32_t)(power > POWER_MOST ? POWER_MOST : power);
+    return scale_clamp(scale(power_w * 2000000LL, 32768, 3LL * p->v_range_mv * p->i_range_ma), 0, POWER_MOST);
 }
 
 /* Energy in units of a power of 1.0 over a slow period: C v_range / (3 i_range) per period. */
@@ -28,20 +27,19 @@ void tuning_torque(const struct params *p, struct tuning *t)
     const int64_t energy =
         scale((int64_t)p->bus_capacitance_uf * p->v_range_mv, 1024LL * CONFIG_SLOW_HZ, 3000000LL * p->i_range_ma);
     t->torque_emf_q11 = (int32_t)scale(flux_nv, 2048, 1000000LL * p->v_range_mv);
-    t->bus_energy_q10 = (int32_t)(energy > LARGEST ? LARGEST : energy);
+    t->bus_energy_q10 = scale_clamp(energy, 0, LARGEST);
     const int32_t set_q15 = tuning_q15_from_milli(p->v_max_mv, p->v_range_mv) * BUS_SET_PERCENT / 100;
     t->bus_set_energy_q25 = ((set_q15 * set_q15) >> 15) * t->bus_energy_q10;
     const int64_t x_d_q11 = (int64_t)t->x_d_q11 * mtpa_ld_uh(p) / p->ld_uh;
     const int64_t x_q_q11 = (int64_t)t->x_q_q11 * mtpa_lq_uh(p) / p->lq_uh;
     const int64_t cancelling_q15 = scale((int64_t)t->emf_q12 * 32768, 1, 2 * (x_d_q11 > 0 ? x_d_q11 : 1));
-    const int64_t difference_q11 = x_q_q11 - x_d_q11;
-    t->saliency_q11 = (int32_t)(difference_q11 > SALIENCY_MOST ? SALIENCY_MOST : difference_q11);
-    t->burn_max_q15 = (int32_t)(cancelling_q15 < t->i_max_q15 ? cancelling_q15 : t->i_max_q15);
+    t->saliency_q11 = scale_clamp(x_q_q11 - x_d_q11, INT32_MIN, SALIENCY_MOST);
+    t->burn_max_q15 = scale_clamp(cancelling_q15, 0, t->i_max_q15);
     t->power_max_q15 = q15_max(power_q15(p, p->power_max_w), 1); /* a watt may be below one LSB */
     t->regen_max_q15 = power_q15(p, p->regen_max_w);
     t->speed_max_rpm_q4 = p->speed_max_rpm * 16;
     t->radius_steps = CONFIG_RADIUS_STEPS;
-    t->weakens = false; /* until torque_go_on() has seen the bus */
+    t->weakens = false; /* until torque_build_step() has seen the bus */
 }
 
 /* 60 / (2 pi sqrt(3)) = 5.51328895; mV over uWb are 1000 / s. */

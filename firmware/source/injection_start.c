@@ -63,7 +63,7 @@ static void next_step(struct injection_start *s, enum start_step step)
 static void add_angle(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
-    const struct injection_seen sum = injection_take(&a->loop);
+    const struct injection_response sum = injection_take(&a->loop);
     const int32_t samples = (int32_t)(SWEEP_MS - SWEEP_SETTLES) * a->tuning.loops_per_slow;
     const int32_t d = q15_sat16(sum.d / samples);
     const int32_t q = q15_sat16(sum.q / samples);

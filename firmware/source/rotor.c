@@ -31,7 +31,7 @@ static void take_hall_speed(struct axis *a)
     hall_speed_step(&a->hall, &a->loop, &a->fabric->encoder, &a->tuning,
                     current_loop_is_on(&a->loop) ? a->torque.torque_q15 : 0);
     speed_loop_take(&a->speed, tuning_rpm_q15(&a->tuning, s->speed_q32), tuning_rpm_q15(&a->tuning, s->travel_q32),
-                    hall_told_clocks(s));
+                    hall_reported_clocks(s));
 }
 
 void rotor_take_speed(struct axis *a)

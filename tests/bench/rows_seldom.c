@@ -24,7 +24,8 @@ TIMING_FUNCTION(time_fault, fault_raise(&axes[0], FAULT_OVERCURRENT))
 TIMING_FUNCTION(time_command, commands_execute(&session, line))
 TIMING_FUNCTION(time_tuning, (void)tuning_compute(&axes[0].params, &tuning))
 TIMING_FUNCTION(time_tables, rows_build_tables())
-TIMING_FUNCTION(time_part, part_follows = torque_go_on(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning))
+TIMING_FUNCTION(time_part,
+                part_follows = torque_build_step(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning))
 TIMING_FUNCTION(time_uart, UART0_IRQHandler())
 
 static void row_fault(const char *name, bool first)
@@ -97,7 +98,7 @@ static void row_tuning(void)
 static void row_parts(void)
 {
     timing_begin(&rows_timing);
-    torque_begin(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning, 16384);
+    torque_build_begin(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning, 16384);
     do {
         timing_add_typical(&rows_timing, timing_once(time_part, NULL, NULL));
     } while (part_follows);

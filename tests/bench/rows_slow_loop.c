@@ -73,7 +73,7 @@ static void set_state(int32_t speed_q32, int32_t ref_rpm, int32_t target_rpm, in
     loop_state_typical(&axes[0].loop);
     axes[0].loop.pll.speed_q32 = speed_q32;
     axes[0].loop.radius_q15 = vector_random(4000, 17000);
-    axes[0].speed.speed_rpm_q4 = tuning_rpm_q4(&axes[0].tuning, speed_q32);
+    axes[0].speed.speed_rpm_q4 = tuning_rpm_q15(&axes[0].tuning, speed_q32) >> 11;
     axes[0].torque.energy_q25 = axes[0].tuning.bus_set_energy_q25 / 2;
     axes[0].torque.burn_q15 = 0;
     axes[0].torque_command_q15 = vector_random(-20000, 20000);
@@ -99,13 +99,13 @@ static void set_voltages(void)
     c->v_q_steps = q15_clamp(q_steps, -CONFIG_RADIUS_STEPS, CONFIG_RADIUS_STEPS);
     c->v_d_q15 = 0; /* reckoned from these in the step */
     c->v_q_q15 = emf_q15;
-    flux_limit_rest(&axes[0].torque.flux);
+    flux_limit_reset(&axes[0].torque.flux);
 }
 
 static void set_typical(void)
 {
     const int32_t speed_q32 = vector_random(-(1 << 26), 1 << 26); /* below over-speed */
-    const int32_t rpm = tuning_rpm_q4(&axes[0].tuning, speed_q32) / 16;
+    const int32_t rpm = (tuning_rpm_q15(&axes[0].tuning, speed_q32) >> 11) / 16;
     set_state(speed_q32, rpm + vector_random(-50, 50), vector_random(-4000, 4000), vector_random(-8192, 8192) * 16384);
     set_voltages();
 }
@@ -147,8 +147,8 @@ static void print_states(const char *name, timer_function timer, uint32_t (*inte
 void rows_build_tables(void)
 {
     struct torque_builder builder;
-    torque_begin(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning, 16384);
-    while (torque_go_on(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning)) {
+    torque_build_begin(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning, 16384);
+    while (torque_build_step(&builder, &axes[0].torque, &axes[0].params, &axes[0].tuning)) {
     }
 }
 

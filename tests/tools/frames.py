@@ -4,9 +4,11 @@ import re
 
 from disasm import ImageError
 
-# calls through a pointer -> the constant table that holds all their targets; what is not listed here is refused
+# calls through a pointer -> the constant table that holds all their targets, or, with ->, pointers to the constant structures
+# that do; what is not listed here is refused
 POINTER_TABLES = {"commands_execute": "command_table", "states_take": "transition_table", "step_state": "state_steps",
-                  "states_step": "state_steps"}
+                  "states_step": "state_steps", "modes_check": "modes_table->", "modes_enter": "modes_table->",
+                  "modes_aim": "modes_table->", "modes_step": "modes_table->"}
 
 
 def stack_step(instruction):
@@ -74,18 +76,27 @@ def own_frame(function):
     return max(depth + max(0, stack_step(function.code[at])) for at, depth in before.items())
 
 
+def _constant(image, address):
+    """The words of the constant structure at an address that a table holds."""
+    size = next((size for start, size in image.objects.values() if start == address and not image.writable(start)), 0)
+    return [image.word(at) for at in range(address, address + size, 4)]
+
+
 def table_targets(image, function):
     """The functions in the constant table through which `function` calls."""
     name = POINTER_TABLES.get(function.name)
     if name is None:
         raise ImageError(f"{function.name} calls through a pointer; name the constant table that holds its targets in"
                          " tests/tools/frames.py")
+    in_structures, name = name.endswith("->"), name.removesuffix("->")
     if name not in image.objects:
         raise ImageError(f"{function.name} calls through the table {name}, which the image does not have")
     start, size = image.objects[name]
     if image.writable(start):
         raise ImageError(f"{function.name} calls through the table {name}, which is not constant")
     words = [image.word(at) for at in range(start, start + size, 4)]
+    if in_structures:
+        words = [word for at in words for word in _constant(image, at)]
     found = [image.at(word & ~1) for word in words if word & 1]
     targets = [f for f, word in zip(found, (w for w in words if w & 1)) if f is not None and f.start == word & ~1]
     if not targets:

@@ -30,6 +30,11 @@ KEEP_STATE = {"firmware/main.c", "firmware/system/postmortem.c"}
 GENERATED = ("contract3.h",)  # by `make registers`, into build/fabric/
 SYSTEM_HEADERS = {"<stdint.h>", "<stddef.h>", "<stdbool.h>", "<limits.h>"}
 WIDTH = 128
+FILE_LINES, FUNCTION_LINES = 400, 40  # of firmware/: a file has one idea, a function fits a screen
+# a switch with one case a line
+LONG_FUNCTIONS = {("firmware/operate/line.c", "carry_out"), ("firmware/operate/modbus_values.c", "present")}
+# static functions that several files may have: only reported so far
+LOCAL_NAMES = set()
 CODE = (".c", ".cpp", ".h", ".S", ".py", ".sh", ".ld", ".mk", ".v", ".vh")
 
 FORBIDDEN_ON_TARGET = (
@@ -135,6 +140,44 @@ def check_state(path, text):
             yield number, "a static variable: pass state on, in struct axis or a structure of its own"
 
 
+def functions(text):
+    """(name, is static, first line, last line) of each function that a file of C defines, as clang-format lays it out."""
+    lines = without_comments(text).split("\n")
+    for opened in (n for n, line in enumerate(lines) if line == "{"):
+        first = opened
+        while first > 0 and re.match(r"[\w ]", lines[first - 1]) and lines[first - 1].strip():
+            first -= 1
+        signature = " ".join(lines[first:opened])
+        named = re.match(r"[^(]*?\(?\*?(\w+)\(", re.sub(r"__attribute__\(\([^)]*\)\)\s*", "", signature))
+        closed = next((n for n in range(opened, len(lines)) if lines[n] == "}"), None)
+        if named and closed is not None:
+            yield named.group(1), signature.startswith("static "), first + 1, closed + 1
+
+
+def check_sizes(path, text):
+    lines = text.count("\n")
+    if lines > FILE_LINES:
+        yield 1, f"{lines} lines, at most {FILE_LINES}"
+    for name, _, first, last in functions(text):
+        if last - first + 1 > FUNCTION_LINES and (str(path), name) not in LONG_FUNCTIONS:
+            yield first, f"{name}() has {last - first + 1} lines, at most {FUNCTION_LINES}"
+
+
+def shared_statics(texts):
+    """{name: [files]} of static functions defined in more than one file."""
+    found = {}
+    for path, text in texts.items():
+        for name, static, _, _ in functions(text):
+            if static and name not in LOCAL_NAMES:
+                found.setdefault(name, []).append(path)
+    return {name: files for name, files in sorted(found.items()) if len(files) > 1}
+
+
+def firmware_texts():
+    return {str(path): (ROOT / path).read_text(encoding="utf-8") for path in tracked()
+            if path.parts[0] == "firmware" and path.suffix in (".c", ".h")}
+
+
 def check_format(paths):
     tool = "clang-format"
     result = subprocess.run([tool, "--dry-run", "-Werror", "--style=file", *map(str, paths)], cwd=ROOT,
@@ -165,6 +208,8 @@ def findings():
             checks += [check_includes(path, text), check_target_code(path, text)]
         if path.parts[0] in TARGET_ROOMS and path.suffix == ".c":
             checks.append(check_state(path, text))
+        if path.parts[0] == "firmware":
+            checks.append(check_sizes(path, text))
         if path.suffix == ".py":
             checks.append(check_python(path))
         for check in checks:
@@ -176,6 +221,10 @@ def findings():
 
 
 def main():
+    if "--statics" in sys.argv[1:]:
+        for name, files in shared_statics(firmware_texts()).items():
+            print(f"{name}: {', '.join(files)}")
+        return 0
     count = 0
     for path, number, what in findings():
         print(f"{path}:{number}: {what}")
@@ -183,7 +232,8 @@ def main():
     if count:
         print(f"mssfoc: {count} findings; 'clang-format -i FILE' mends the formatting", file=sys.stderr)
         return 1
-    print("lint: no findings")
+    shared = shared_statics(firmware_texts())
+    print(f"lint: no findings; {len(shared)} names of static functions in more than one file (lint.py --statics)")
     return 0
 
 

@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests"), str(ROOT / "tests" / "tools")]
 
 from pages import replace_block  # noqa: E402
-from param_rows import param_rows  # noqa: E402
+from param_rows import meanings, param_rows  # noqa: E402
 
 PAGE = ROOT / "docs" / "modbus.md"
 OBJECT = re.compile(r'X\((0x\w+), (\w+), (\w+), (\w+), (\w+), "([^"]*)", "([^"]*)"\)')
@@ -36,13 +36,6 @@ def object_table(source=ROOT):
         shown = f"0x{index:04X}" if index else ""
         lines.append(f"| {registers(at, 2 if '32' in kind else 1)} | {name} | {shown} | {kind} | {access} | {unit} | {what} |")
     return "\n".join(lines) + "\n"
-
-
-def meanings(source=ROOT):
-    """{parameter: its comment} in settings/params.h."""
-    text = (source / "firmware/settings/params.h").read_text(encoding="utf-8")
-    struct = re.search(r"struct params \{(.*?)\n\};", text, re.S).group(1)
-    return {name: " ".join(what.split()) for name, what in re.findall(r"int32_t (\w+);\s*/\* (.*?) \*/", struct, re.S)}
 
 
 def parameter_table(source=ROOT):

@@ -7,7 +7,8 @@ import arrows
 
 
 def test_arrows_that_only_go_down_are_fine():
-    assert not list(arrows.findings({"drive/drive": ({"drive_step"}, {"torque_ask"}), "control/torque": ({"torque_ask"}, set())}))
+    objects = {"drive/drive": ({"drive_step"}, {"torque_ask"}), "control/torque": ({"torque_ask"}, set())}
+    assert not list(arrows.findings(objects))
 
 
 def test_a_circle_is_told_with_all_who_are_in_it_and_no_other():

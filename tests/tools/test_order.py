@@ -96,7 +96,7 @@ def test_switching_on_and_off(tmp_path):
 
 
 @pytest.mark.parametrize("files, old, new", [
-    ([f"firmware/control/current_loop{name}" for name in (".c", ".h", "_follow.h")], "volatile struct current_loop",
+    ([f"firmware/control/current_loop{name}" for name in (".c", ".h")], "volatile struct current_loop",
      "struct current_loop"),
     (["firmware/control/current_loop.c"], "    gate_disable(&f->gate);\n    c->status_max = UINT32_MAX;\n",
      "    c->status_max = UINT32_MAX;\n    gate_disable(&f->gate);\n"),

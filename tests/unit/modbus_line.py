@@ -79,8 +79,9 @@ class Line:
         return sent + self.wait(then_ms)
 
     def _poll(self):
-        """A turn of the thread, in which all is worked out that has begun."""
+        """A turn of the thread, in which all is worked out that has begun; and what the slow loop then takes."""
         self.c.modbus_poll(self.modbus)
+        self.c.set_point_take(self.axis)
         while self.prepares and self.c.drive_prepare(self.axis):
             pass
 

@@ -177,6 +177,7 @@ def test_torque_control_asks_for_the_command_within_the_limits(c, world):
     expected = -3000 * 32768 / w.axis.params.i_range_ma
     assert abs(w.axis.loop.i_q_ref_q15 - expected) <= 2 and w.axis.loop.i_d_ref_q15 == 0
     assert c.drive_command_speed(w.axis, 100).error == c.ERROR_NONE
+    c.set_point_take(w.axis)
     assert w.axis.mode == c.AXIS_MODE_SPEED and w.axis.speed.integral_q29 == w.axis.torque.torque_q15 << 14
 
 

@@ -113,7 +113,7 @@ FORBIDDEN = {
     "homing": lambda m: setattr(m.axis, "mode", m.c.AXIS_MODE_HOMING),
     "stopping": lambda m: setattr(m.axis, "state", m.c.AXIS_QUICK_STOP),
     "weakened field": lambda m: setattr(m.axis.tuning, "weakens", True),
-    "no observer": lambda m: setattr(m.axis.tuning.observer, "serves", False),
+    "no observer": lambda m: setattr(m.axis.tuning.observer, "usable", False),
     "not chosen": lambda m: m.axis.reactions.choice.__setitem__(m.c.FAULT_ENCODER_SLIP, m.c.REACTION_OFF),
 }
 

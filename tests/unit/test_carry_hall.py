@@ -115,7 +115,7 @@ def test_a_doubt_that_began_with_a_slow_rotor_ends_with_a_turn_of_a_quick_one(mo
 FORBIDDEN = {
     "position": lambda m: setattr(m.axis, "mode", m.c.AXIS_MODE_CYCLIC_SPEED),
     "stopping": lambda m: setattr(m.axis, "state", m.c.AXIS_QUICK_STOP),
-    "no observer": lambda m: setattr(m.axis.tuning.observer, "serves", False),
+    "no observer": lambda m: setattr(m.axis.tuning.observer, "usable", False),
     "not chosen": lambda m: m.axis.reactions.choice.__setitem__(m.c.FAULT_HALL_INVALID, m.c.REACTION_OFF),
 }
 

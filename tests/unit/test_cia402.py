@@ -175,7 +175,9 @@ def test_torque_is_relative_to_the_rated_current(plc, c):
     plc.wait(1)
     at_half = plc.axis.torque_command_q15
     plc2 = Controller(c).enabled()
-    assert c.drive_command_current(plc2.axis, -7100 // 2).error == 0 and plc2.axis.torque_command_q15 == at_half < 0
+    assert c.drive_command_current(plc2.axis, -7100 // 2).error == 0
+    c.set_point_take(plc2.axis)
+    assert plc2.axis.torque_command_q15 == at_half < 0
 
 
 def test_a_position_waits_for_the_edge_of_bit_4(plc, c):

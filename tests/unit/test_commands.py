@@ -45,6 +45,7 @@ class Operator:
     def __call__(self, line):
         """The lines that answer a command."""
         said = self.type(line.encode() + b"\r")
+        self.c.set_point_take(self.axis)
         assert said.startswith(line + "\r\n") and said.endswith("\r\n> ")
         return said[len(line) + 2:-len("\r\n> ")].split("\r\n") if said != line + "\r\n> " else []
 

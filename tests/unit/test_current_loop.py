@@ -287,13 +287,10 @@ def test_the_vector_follows_source_and_ripple(c, loop, ripple):
         assert vector.value == (256 if source == c.LOOP_ENCODER and ripple else number)
 
 
-def test_the_prescribed_field_and_the_rotors_place(c, loop):
+def test_the_prescribed_field(c, loop):
     loop, _, _ = loop
     c.current_loop_field(loop, 0x12345678, -77)
     assert (loop.field_angle_q32, loop.field_speed_q32) == (0x12345678, -77)
-    loop.pll.angle_q32 = 0xF0000000
-    c.current_loop_set_rotor(loop, 0x10000000)
-    assert loop.angle_offset_q32 == 0x20000000
 
 
 @pytest.mark.parametrize("way", (1, -1))

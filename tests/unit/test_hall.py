@@ -56,7 +56,7 @@ def test_edges_go_round_one_turn_and_no_sector_is_too_narrow_or_wide(c):
         assert [abs(q32 - edge * TURN / 36000) <= 1 for q32, edge in zip(table.edge_q32, edges)] == [True] * 6
         seen[right] += 1
         told = parameters(c)
-        c.hall_table_tell(table, told)
+        c.hall_table_to_params(table, told)
         assert [getattr(told, f"hall_edge_{n + 1}_cdeg") for n in range(6)] == edges and told.hall_states == 513264
     assert min(seen.values()) > 300
 
@@ -64,7 +64,7 @@ def test_edges_go_round_one_turn_and_no_sector_is_too_narrow_or_wide(c):
 def test_an_angle_that_rounds_up_to_a_turn_is_told_as_0(c):
     table, told = c.hall_table(), parameters(c)
     table.edge_q32[0] = TURN - 1
-    c.hall_table_tell(table, told)
+    c.hall_table_to_params(table, told)
     assert told.hall_edge_1_cdeg == 0
 
 

@@ -51,7 +51,7 @@ class Bench:
 
     def told(self):
         p = parameters(self.c)
-        self.c.hall_table_tell(self.learn.found, p)
+        self.c.hall_table_to_params(self.learn.found, p)
         return p, [getattr(p, f"hall_edge_{n + 1}_cdeg") for n in range(6)]
 
 

@@ -372,7 +372,8 @@ def test_the_observer_is_calm_for_two_turns_and_then_as_quick_as_its_margin_allo
         m.c.observer_follow(loop, m.axis.tuning, m.c.OBSERVER_LEADS)
         tracks.append(loop.flux.track)
     at_once = m.axis.loop.flux
-    assert tracks[0] < 0.4 * tracks[-1] and all(a <= b + 1 for a, b in itertools.pairwise(tracks)) and at_once.calm_q24 == 0
+    assert tracks[0] < 0.4 * tracks[-1] and all(a <= b + 1 for a, b in itertools.pairwise(tracks))
+    assert at_once.slow_down_q24 == 0
 
 
 def test_hall_switches_keep_the_speed_that_they_were_told_until_a_turn_of_edges(motor):
@@ -380,5 +381,5 @@ def test_hall_switches_keep_the_speed_that_they_were_told_until_a_turn_of_edges(
     m = motor(ENCODER, 1870)
     assert m.change(HALL)[0] == "NONE"
     speed = m.axis.hall.speed
-    assert speed.told and speed.direction == 1 and speed.intervals == 0 and not speed.lost
+    assert speed.preset and speed.direction == 1 and speed.intervals == 0 and not speed.lost
     assert speed.speed_q32 == pytest.approx(m.hz / 20000 * TURN, rel=0.01)

@@ -46,7 +46,18 @@ class Drive(World):
         return next(name for name, value in self.c.enums["axis_mode"].items() if value == self.axis.mode)[len("AXIS_MODE_"):]
 
     def request(self, name):
-        return getattr(self.c, "drive_command_" + name)(self.axis, *REQUESTS[name][1:]).error
+        return self.command(name, *REQUESTS[name][1:])
+
+    def command(self, name, *values):
+        """A set-point, and what the slow loop's next step begins with."""
+        error = getattr(self.c, "drive_command_" + name)(self.axis, *values).error
+        self.c.set_point_take(self.axis)
+        return error
+
+    def learn(self):
+        error = self.c.drive_learn_cogging(self.axis).error
+        self.c.set_point_take(self.axis)
+        return error
 
     def control(self):
         """One step of the mode alone, with the speed as it is."""
@@ -63,7 +74,7 @@ def test_without_an_encoder_there_is_no_position(c, mode):
     before = bytes(w.axis)
     for name in ("position", "cyclic_position", "home"):
         assert w.request(name) == c.ERROR_NEEDS_ENCODER and bytes(w.axis) == before, name
-    assert c.drive_learn_cogging(w.axis).error == c.ERROR_NEEDS_ENCODER and bytes(w.axis) == before
+    assert w.learn() == c.ERROR_NEEDS_ENCODER and bytes(w.axis) == before
 
 
 @pytest.mark.parametrize("state, mode, request_name, fault", itertools.product(STATES, MODES, REQUESTS, (False, True)))
@@ -137,18 +148,18 @@ def test_no_transition_bumps(c, before, after):
 def test_a_set_point_is_reached_when_the_next_is_due(c):
     w = Drive(c, rpm=0)
     c.drive_set_zero(w.axis)
-    assert c.drive_command_cyclic_position(w.axis, 100).error == c.ERROR_NONE
+    assert w.command("cyclic_position", 100) == c.ERROR_NONE
     shift, seen = w.axis.tuning.profile.shift, []
     for _ in range(w.axis.params.cyclic_ms):
         w.control()
         seen.append((w.axis.motion.position.ref >> shift))
     assert seen == [10, 20, 30, 40, 50, 60, 70, 80, 90, 100]
-    assert c.drive_command_cyclic_speed(w.axis, 200).error == c.ERROR_NONE
+    assert w.command("cyclic_speed", 200) == c.ERROR_NONE
     begun = w.axis.speed.ref_rpm_q16
     speeds = [w.control() and w.axis.speed.ref_rpm_q16 for _ in range(w.axis.params.cyclic_ms)]
     assert speeds[-1] == 200 * 65536
     assert all(abs(b - a - (speeds[-1] - begun) / len(speeds)) < 2 for a, b in zip([begun, *speeds], speeds)), "a straight line"
-    assert c.drive_command_cyclic_current(w.axis, 0).error == c.ERROR_NONE
+    assert w.command("cyclic_current", 0) == c.ERROR_NONE
     torques = [w.control() for _ in range(w.axis.params.cyclic_ms)]
     assert torques[-1] == 0 and all(abs(b) <= abs(a) for a, b in zip(torques, torques[1:]))
 
@@ -171,17 +182,17 @@ def test_a_way_goes_on_from_the_last_target(c):
     w = Drive(c, rpm=0)
     shift = w.axis.tuning.profile.shift
     here = w.axis.motion.turns.counts
-    c.drive_command_position(w.axis, 50, True)
+    w.command("position", 50, True)
     assert w.axis.motion.profile.target >> shift == here + 50, "the first one from where the shaft is"
-    c.drive_command_position(w.axis, -20, True)
+    w.command("position", -20, True)
     assert w.axis.motion.profile.target >> shift == here + 30
-    c.drive_command_position(w.axis, -20, False)
+    w.command("position", -20, False)
     assert w.axis.motion.profile.target >> shift == -20
 
 
 def test_a_zero_moves_what_refers_to_it_and_nothing_else(c):
     w = Drive(c, "POSITION", rpm=0)
-    c.drive_command_position(w.axis, 500, True)
+    w.command("position", 500, True)
     for _ in range(5):
         w.control()
     motion = w.axis.motion
@@ -224,7 +235,7 @@ def homing(c, method, rpm=30):
     w.c.tuning_compute(w.axis.params, w.axis.tuning)
     w.axis.motion.turns.count = w.axis.speed.estimate.count = 100
     w.fabric.encoder.STATUS = 1  # an index of long ago
-    assert c.drive_command_home(w.axis, method).error == c.ERROR_NONE
+    assert w.command("home", method) == c.ERROR_NONE
     assert w.axis.speed.target_rpm_q16 == rpm * 65536
     assert w.fabric.encoder.STATUS == 0, "which does not count"
     return w
@@ -294,7 +305,7 @@ def test_homing_takes_no_more_current_than_it_may(c):
 def test_homing_needs_a_speed_that_there_is(c, rpm):
     w = Drive(c)
     w.axis.params.home_rpm = rpm
-    assert c.drive_command_home(w.axis, c.HOMING_INDEX).error == c.ERROR_HOME_SPEED and w.mode == "SPEED"
+    assert w.command("home", c.HOMING_INDEX) == c.ERROR_HOME_SPEED and w.mode == "SPEED"
 
 
 # ---- learning ----
@@ -323,18 +334,18 @@ def test_learning_begins_in_operation_only(c, state):
     w = Drive(c, rpm=0)
     w.put(state)
     before = bytes(w.axis)
-    error = c.drive_learn_cogging(w.axis).error
+    error = w.learn()
     if state != "OPERATION_ENABLED":
         assert error == c.ERROR_NOT_OPERATING and bytes(w.axis) == before
     else:
         assert error == c.ERROR_NONE and w.mode == "LEARNING"
-        assert c.drive_learn_cogging(w.axis).error == c.ERROR_LEARNING
+        assert w.learn() == c.ERROR_LEARNING
 
 
 def test_learning_turns_forth_and_back_and_ends_at_rest_with_a_map(c):
     w = Drive(c, rpm=0)
     motion = w.axis.motion
-    assert c.drive_learn_cogging(w.axis).error == c.ERROR_NONE
+    assert w.learn() == c.ERROR_NONE
     targets = []
     for _ in range(20000):
         rpm = w.axis.speed.target_rpm_q16 >> 16 if targets else 0
@@ -353,9 +364,9 @@ def test_learning_turns_forth_and_back_and_ends_at_rest_with_a_map(c):
 def test_a_learning_that_is_stopped_leaves_the_map_as_it_was(c):
     w = Drive(c, rpm=0)
     known(c, w, 123)
-    c.drive_learn_cogging(w.axis)
+    w.learn()
     w.axis.motion.learn.phase = c.COGGING_BACK
-    c.drive_command_speed(w.axis, 0)
+    w.command("speed", 0)
     w.axis.motion.learn.phase = c.COGGING_REVIEW
     c.drive_learn(w.axis)
     assert w.axis.motion.cogging.count == 1 and w.axis.motion.cogging.harmonics[0].cos_q23 == 123 * 256
@@ -364,7 +375,7 @@ def test_a_learning_that_is_stopped_leaves_the_map_as_it_was(c):
 def test_a_speed_for_learning_beyond_speed_max_is_refused(c):
     w = Drive(c)
     w.axis.params.learn_rpm, w.axis.params.speed_max_rpm = 50, 49
-    assert c.drive_learn_cogging(w.axis).error == c.ERROR_LEARN_SPEED and w.mode == "SPEED"
+    assert w.learn() == c.ERROR_LEARN_SPEED and w.mode == "SPEED"
 
 
 @pytest.mark.parametrize("mode", ("SPEED", "CYCLIC_SPEED", "POSITION"))

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The table of parameters: every row names its own field, holds its initial value in its range, and is found by its name."""
-import re
-
+from tools.param_rows import param_rows
 from unit.conftest import ROOT
 
 
 def fields():
-    text = (ROOT / "firmware/settings/params.h").read_text()
-    return re.findall(r"^    int32_t (\w+);", re.search(r"struct params \{(.*?)\n\};", text, re.DOTALL).group(1), re.MULTILINE)
+    return list(param_rows(ROOT))
 
 
 def test_every_field_has_one_row_at_its_place(c):

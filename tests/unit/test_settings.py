@@ -53,7 +53,7 @@ def test_nothing_is_stored_at_first(drive):
         for number in (0, 1):
             ctypes.memset(drive.raw(number), filled, SLOT_BYTES)
         assert drive.state(0) == drive.state(1) == "EMPTY"
-        assert drive.restart() == "NOTHING_KEPT" and drive.kept.state == drive.c.KEPT_NONE
+        assert drive.restart() == "NOTHING_STORED" and drive.kept.state == drive.c.KEPT_NONE
     before = drive.params()
     drive.c.params_init(drive.axis.params)
     assert drive.params() == before
@@ -123,17 +123,17 @@ def test_an_older_set_with_other_names(drive, c):
 
 
 REFUSED = {
-    "below its range": ([record(PARAMETER, "learn_rpm", number(0))], "KEPT_RANGE", b"learn_rpm"),
-    "above its range": ([record(PARAMETER, "learn_rpm", number(101))], "KEPT_RANGE", b"learn_rpm"),
-    "too short": ([record(PARAMETER, "learn_rpm", b"\1\0")], "KEPT_FORMAT", b"learn_rpm"),
-    "reaction too long": ([record(REACTION, "limit_cycle", b"\1\0")], "KEPT_FORMAT", b"limit_cycle"),
+    "below its range": ([record(PARAMETER, "learn_rpm", number(0))], "STORED_RANGE", b"learn_rpm"),
+    "above its range": ([record(PARAMETER, "learn_rpm", number(101))], "STORED_RANGE", b"learn_rpm"),
+    "too short": ([record(PARAMETER, "learn_rpm", b"\1\0")], "STORED_FORMAT", b"learn_rpm"),
+    "reaction too long": ([record(REACTION, "limit_cycle", b"\1\0")], "STORED_FORMAT", b"limit_cycle"),
     "reaction not allowed": ([record(REACTION, "over-speed", b"\2")], "REACTION_NOT_ALLOWED", b"over-speed"),
     "no reaction": ([record(REACTION, "over-speed", b"\3")], "REACTION_NOT_ALLOWED", b"over-speed"),
-    "index of another length": ([record(INDEX, "index", b"\1")], "KEPT_FORMAT", b"index"),
-    "part of a harmonic": ([record(COGGING, "cogging", bytes(13))], "KEPT_FORMAT", b"cogging"),
-    "too many harmonics": ([record(COGGING, "cogging", bytes(12 * 9))], "KEPT_FORMAT", b"cogging"),
-    "a length beyond the end": ([struct.pack("<BBH", PARAMETER, 9, 60000) + b"learn_rpm"], "KEPT_FORMAT", b""),
-    "a name beyond the longest": ([record(PARAMETER, "n" * 32, number(1))], "KEPT_FORMAT", b""),
+    "index of another length": ([record(INDEX, "index", b"\1")], "STORED_FORMAT", b"index"),
+    "part of a harmonic": ([record(COGGING, "cogging", bytes(13))], "STORED_FORMAT", b"cogging"),
+    "too many harmonics": ([record(COGGING, "cogging", bytes(12 * 9))], "STORED_FORMAT", b"cogging"),
+    "a length beyond the end": ([struct.pack("<BBH", PARAMETER, 9, 60000) + b"learn_rpm"], "STORED_FORMAT", b""),
+    "a name beyond the longest": ([record(PARAMETER, "n" * 32, number(1))], "STORED_FORMAT", b""),
     "does not hold together": ([record(PARAMETER, "i_max_ma", number(14999))], "I_MAX_BEYOND_TRIP", b""),
     "an overspeed beyond the bus": ([record(PARAMETER, "overspeed_rpm", number(32000))], None, b""),
 }

@@ -187,7 +187,7 @@ def test_a_page_that_takes_for_ever(c, watchdog_ms, gives_up_ms):
     assert drive.save() == "ENVM_TIMED_OUT"
     took_ms = (drive.bench.now - drive.bench.served) / 1e9
     assert watchdog_ms is None or gives_up_ms <= took_ms < gives_up_ms + 30
-    assert drive.c.host_primask.value == 0 and drive.restart() == "NOTHING_KEPT"
+    assert drive.c.host_primask.value == 0 and drive.restart() == "NOTHING_STORED"
 
 
 def test_pages_of_the_device_are_denied(drive):

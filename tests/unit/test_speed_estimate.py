@@ -110,7 +110,7 @@ def test_uneven_edges_before_they_are_learned(c):
     first = shaft.run(290, 0.02)
     assert 0.05 < max(abs(speed / 290 - 1) for speed in first[5:]) < 0.25
     shaft.run(290, 0.6)
-    assert [place / 65536 for place in shaft.estimate.place_q16] == pytest.approx(
+    assert [place / 65536 for place in shaft.estimate.edge_offset_q16] == pytest.approx(
         [place - sum(ODD) / 4 for place in ODD], abs=0.012)
 
 

@@ -38,7 +38,7 @@ def step(c, machine, wish, **state):
     view.i_limit_q15 = state.get("i_limit_q15", tuning.i_max_q15)
     view.limit_speed = state.get("limit_speed", False)
     torque.torque_q15 = state.get("last_q15", 0)
-    torque.asked_q15 = 2 * torque.torque_q15
+    torque.demand_sum_q15 = 2 * torque.torque_q15
     torque.sink_q18 = state.get("sink_q18", 0)
     torque.burn_q15 = state.get("burn_q15", 0)
     torque.energy_q25 = state.get("energy_q25", 0)
@@ -190,7 +190,7 @@ def test_the_observed_power_is_what_went_away(c, machines):
     joule, capacitance = 30e-3 / 2 * 24 ** 2, 30e-3
     for _ in range(40):
         joule += 80e-3  # in two milliseconds
-        torque.asked_q15 = 2 * torque.torque_q15
+        torque.demand_sum_q15 = 2 * torque.torque_q15
         vbus_q15 = round(math.sqrt(2 * joule / capacitance) / 57.528 * Q15)
         c.torque_measure(torque, loop, tuning, vbus_q15)
     assert torque.sink_q18 / 8 / Q15 * unit_w == pytest.approx(60, rel=0.03)
@@ -240,7 +240,7 @@ def test_while_braking_voltages_are_too_long_no_torque_grows(c, machines):
     def asked(wish, last, length_q15):
         loop = c.current_loop()
         c.current_loop_init(loop)
-        c.torque_rest(torque)
+        c.torque_reset(torque)
         loop.pll.speed_q32 = 8000 * 8192
         loop.v_q_q15, torque.torque_q15 = length_q15, last
         c.torque_measure(torque, loop, tuning, 12000)

@@ -116,8 +116,8 @@ def exact(c, p):
         "overspeed_w_q15": Fraction(p["overspeed_rpm"] * p["pole_pairs"] * 32768, 60 * BASE_HZ),
         "encoder_scale_q32": Fraction(p["pole_pairs"] * 2**32, p["encoder_counts"]),
         "encoder_counts": Fraction(p["encoder_counts"]),
-        "way_per_count_q12": Fraction(60 * 1000 * 32768 * 4096, 256 * p["encoder_counts"]),
-        "count_per_way_q16": Fraction(p["encoder_counts"] * 2**32, 60 * 1000 * 32768),
+        "travel_per_count_q12": Fraction(60 * 1000 * 32768 * 4096, 256 * p["encoder_counts"]),
+        "counts_per_travel_q16": Fraction(p["encoder_counts"] * 2**32, 60 * 1000 * 32768),
     }
 
 
@@ -307,9 +307,9 @@ def check_reluctant(tuning, p):
 def check_way(tuning, p, period_ms):
     """1.6 % of speed_max, or a sixth of a turn in a period of the swing if that is more; over as long as four counts take."""
     told = Fraction(2 * p["speed_max_rpm"] * p["pole_pairs"], 125 * 60000) * 2**32
-    assert tuning.align_way_q32 == pytest.approx(float(max(told, 2**32 // (6 * period_ms))), rel=1e-6, abs=1)
-    counts_ms = 4 * p["pole_pairs"] / p["encoder_counts"] * 2**32 / tuning.align_way_q32
-    assert tuning.align_way_ms == pytest.approx(min(max(counts_ms, 1), period_ms // 8), abs=0.51)
+    assert tuning.align_speed_q32 == pytest.approx(float(max(told, 2**32 // (6 * period_ms))), rel=1e-6, abs=1)
+    counts_ms = 4 * p["pole_pairs"] / p["encoder_counts"] * 2**32 / tuning.align_speed_q32
+    assert tuning.align_speed_ms == pytest.approx(min(max(counts_ms, 1), period_ms // 8), abs=0.51)
 
 
 def check_levels(tuning, p):

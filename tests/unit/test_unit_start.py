@@ -254,7 +254,7 @@ def pulled(c, share, motor="teknic", v_d_q15=0, steps=100):
     c.tuning_compute(params_of(c, motor), tuning)
     loop.v_d_q15 = v_d_q15
     for _ in range(steps):
-        c.pull_speed_step(speed, loop, tuning, round(share * tuning.align_way_q32))
+        c.pull_speed_step(speed, loop, tuning, round(share * tuning.align_speed_q32))
     return speed, tuning
 
 
@@ -275,7 +275,7 @@ def test_a_rotor_that_gains_speed_is_not_braked(c):
     speed, tuning = pulled(c, 1, v_d_q15=-400)
     loop = c.current_loop()
     for _ in range(20):
-        c.pull_speed_step(speed, loop, tuning, 3 * tuning.align_way_q32)
+        c.pull_speed_step(speed, loop, tuning, 3 * tuning.align_speed_q32)
     assert not speed.brakes and c.pull_speed_current_q15(speed, tuning, 1000) == 0
 
 
@@ -284,7 +284,7 @@ def falls(c, way, last_share, steps=200):
     speed, tuning = pulled(c, 0)
     for step in range(steps):
         share = way * last_share * (step + 1) / steps
-        c.pull_speed_step(speed, c.current_loop(), tuning, round(share * tuning.align_way_q32))
+        c.pull_speed_step(speed, c.current_loop(), tuning, round(share * tuning.align_speed_q32))
     return c.pull_speed_falls(speed, tuning)
 
 
@@ -306,7 +306,7 @@ def test_a_resistance_told_wrongly_is_no_braking(c):
     loop.i_d_q15 = tuning.align[0].i_q15
     loop.v_d_q15 = (loop.i_d_q15 * tuning.r_q12 >> 12) // 2
     for _ in range(100):
-        c.pull_speed_step(speed, loop, tuning, round(0.7 * tuning.align_way_q32))
+        c.pull_speed_step(speed, loop, tuning, round(0.7 * tuning.align_speed_q32))
         assert not speed.brakes
 
 
@@ -316,7 +316,7 @@ def test_a_resistance_that_cannot_be_overflows_nothing(c):
     c.encoder_sense_start(sense)
     tuning.r_q12, loop.i_d_q15, loop.v_d_q15, loop.v_q_q15 = 32767, 32767, -19000, 19000
     for step in range(200):
-        c.pull_speed_step(speed, loop, tuning, tuning.align_way_q32)
+        c.pull_speed_step(speed, loop, tuning, tuning.align_speed_q32)
         c.encoder_sense_step(sense, speed.e_d_q15, loop.v_q_q15, step << 25, step << 24, 1)
     assert speed.e_d_q15 == -32768
 
@@ -372,7 +372,7 @@ def test_a_rotor_that_falls_is_gripped_once_and_only_while_it_is_pulled(c):
         a, _, tuning = pulling(c, c.enums["stage"]["STAGE_" + stage])
         tuning.reluctant = reluctant
         assert not c.alignment_carried_away(a, tuning) and not a.gripped
-        a.speed.speed_q32, a.speed.let_go_q32, a.swing_ms = 3 * tuning.align_way_q32, tuning.align_way_q32, 5
+        a.speed.speed_q32, a.speed.let_go_q32, a.swing_ms = 3 * tuning.align_speed_q32, tuning.align_speed_q32, 5
         c.alignment_carried_away(a, tuning)
         most = tuning.align[tuning.align_levels - 1].i_q15
         assert (a.gripped, a.rotor.sense == 0, a.target_q15 == most, a.swing_ms == 0) == (gripped,) * 4, (stage, reluctant)
@@ -395,7 +395,7 @@ def test_a_current_that_changes_is_no_braking(c):
     loop.v_d_q15 = -400
     for step in range(20):
         loop.i_d_q15 = tuning.align[0].i_q15 // 8 * ((step + 1) % 2)
-        c.pull_speed_step(speed, loop, tuning, round(1.5 * tuning.align_way_q32))
+        c.pull_speed_step(speed, loop, tuning, round(1.5 * tuning.align_speed_q32))
         assert not speed.brakes
 
 

@@ -5,8 +5,8 @@
 void torque_map_build(struct torque_map *map, const struct params *p, const struct tuning *t)
 {
     struct torque_map_builder builder;
-    torque_map_begin(&builder, map, p, t);
-    while (torque_map_go_on(&builder, map, p, t)) {
+    torque_map_build_begin(&builder, map, p, t);
+    while (torque_map_build_step(&builder, map, p, t)) {
     }
 }
 
@@ -14,15 +14,15 @@ void weakening_build(struct weakening *w, const struct torque_map *map, const st
                      int32_t v_d_max_steps)
 {
     struct weakening_builder builder;
-    weakening_begin(&builder, w, map, p, t, v_d_max_steps);
-    while (weakening_go_on(&builder, w, map)) {
+    weakening_build_begin(&builder, w, map, p, t, v_d_max_steps);
+    while (weakening_build_step(&builder, w, map)) {
     }
 }
 
 void torque_build(struct torque_control *s, const struct params *p, struct tuning *t, int32_t vbus_q15)
 {
     struct torque_builder builder;
-    torque_begin(&builder, s, p, t, vbus_q15);
-    while (torque_go_on(&builder, s, p, t)) {
+    torque_build_begin(&builder, s, p, t, vbus_q15);
+    while (torque_build_step(&builder, s, p, t)) {
     }
 }

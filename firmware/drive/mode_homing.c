@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: MIT */
+/* hm: the search for an index or a hard stop (commission/homing.h); then pp holds the zero. */
+#include <stddef.h>
+
+#include "firmware/drive/mode.h"
+
+static struct outcome hm_check(const struct axis *a, int32_t method)
+{
+    const int32_t rpm = a->params.home_rpm;
+    (void)method;
+    return outcome_of(rpm == 0 || mode_beyond(rpm, a->params.speed_max_rpm) ? ERROR_HOME_SPEED : ERROR_NONE);
+}
+
+static void hm_aim(struct axis *a, const struct set_point *s)
+{
+    encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
+    homing_begin(&a->motion.homing, (enum homing_method)s->value, &a->motion.turns);
+    a->motion.homed = false;
+    a->speed.target_rpm_q16 = a->tuning.home_rpm_q16;
+}
+
+static int32_t whole(int64_t counts)
+{
+    return counts > INT32_MAX ? INT32_MAX : (counts < INT32_MIN ? INT32_MIN : (int32_t)counts);
+}
+
+static bool index_seen(const struct axis *a)
+{
+    return (encoder_status(&a->fabric->encoder) & ENCODER_STATUS_INDEX_SEEN) != 0u;
+}
+
+/* Position control goes to the zero, and holds it. */
+static const struct set_point *hm_finish(struct axis *a)
+{
+    static const struct set_point zero = {.mode = AXIS_MODE_POSITION};
+    struct motion *const m = &a->motion;
+    if (m->homing.method == HOMING_BLOCK) {
+        speed_loop_reset(&a->speed, 0); /* it pushed */
+    }
+    modes_set_zero(a, m->homing.zero);
+    m->homed = true;
+    return &zero;
+}
+
+/* An index comes within a turn. */
+static int64_t farthest(const struct axis *a)
+{
+    const int64_t turn = a->tuning.encoder_counts;
+    return a->motion.homing.method == HOMING_INDEX ? turn + turn / 4 : turn * a->params.home_turns;
+}
+
+static const struct set_point *hm_step(struct axis *a)
+{
+    struct motion *const m = &a->motion;
+    const struct homing_view view = {
+        .turns = &m->turns,
+        .turn = a->tuning.encoder_counts,
+        .farthest = farthest(a),
+        .at_limit = a->speed.at_limit,
+        .index_seen = index_seen(a),
+        .index = encoder_index(&a->fabric->encoder),
+    };
+    modes_control_speed(a, a->tuning.ramp_q16);
+    const enum homing_result result = homing_step(&m->homing, &view);
+    if (result == HOMING_FAILED) {
+        fault_report(a, FAULT_HOMING, whole(m->turns.counts - m->homing.from), 0);
+    }
+    return result == HOMING_FOUND ? hm_finish(a) : NULL;
+}
+
+const struct mode mode_homing = {.needs_encoder = true, .check = hm_check, .aim = hm_aim, .step = hm_step};

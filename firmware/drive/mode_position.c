@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: MIT */
+/* pp: a position, by a profile. csp: a position each cycle, in between a straight line. */
+#include <stddef.h>
+
+#include "firmware/drive/mode.h"
+
+#define UNITS_MOST 8000000 /* twice speed_max: the profile's sums have 31 bits */
+
+/* The present reference speed, in the profile's units. A 64-bit division. */
+static int32_t units_of_rpm_q16(const struct tuning *t, int32_t rpm_q16)
+{
+    const int64_t units = (int64_t)rpm_q16 * (1 << 20) / t->rpm_per_unit_q20;
+    return units > UNITS_MOST ? UNITS_MOST : (units < -UNITS_MOST ? -UNITS_MOST : (int32_t)units);
+}
+
+/* The shaft's position at the next step, at the speed loop's reference speed. */
+void mode_begin_position(struct axis *a)
+{
+    struct motion *const m = &a->motion;
+    const int32_t speed = units_of_rpm_q16(&a->tuning, a->speed.ref_rpm_q16);
+    const int64_t here = position_of_shaft(&m->turns, &a->speed.estimate, &a->tuning, speed != 0);
+    position_begin(&m->position, here + speed, speed);
+}
+
+void mode_control_position(struct axis *a, int64_t next_ref)
+{
+    struct motion *const m = &a->motion;
+    struct interval room;
+    const int32_t known_q15 = mode_room_beside_known(a, &room);
+    modes_ask(a, known_q15 + position_step(&m->position, next_ref, &a->speed, &m->turns, &a->tuning, &room));
+    if (position_is_lost(&m->position, &a->tuning)) {
+        fault_report(a, FAULT_FOLLOWING_ERROR, m->position.error_counts, 0);
+    }
+}
+
+void modes_set_zero(struct axis *a, int64_t counts)
+{
+    struct motion *const m = &a->motion;
+    const int64_t by = -counts * (1LL << a->tuning.profile.shift);
+    m->turns.counts -= counts;
+    m->position.ref += by;
+    profile_shift(&m->profile, by);
+    if (a->mode == AXIS_MODE_CYCLIC_POSITION) {
+        m->cyclic.now += by;
+        m->cyclic.target += by;
+    }
+}
+
+static struct outcome pp_check(const struct axis *a, int32_t counts)
+{
+    (void)a;
+    (void)counts;
+    return OUTCOME_OK;
+}
+
+static void pp_enter(struct axis *a)
+{
+    struct motion *const m = &a->motion;
+    if (!axis_mode_is_position(a->mode)) {
+        mode_begin_position(a);
+    }
+    profile_begin(&m->profile, &a->tuning.profile, m->position.ref, m->position.ref_speed);
+    m->aimed = false;
+}
+
+/* A relative one counts from the last target, the first from the shaft. */
+static void pp_aim(struct axis *a, const struct set_point *s)
+{
+    struct motion *const m = &a->motion;
+    const int64_t from = m->aimed ? position_counts(m->profile.target, &a->tuning) : m->turns.counts;
+    m->aimed = true;
+    profile_aim(&m->profile, position_of_counts((s->relative ? from : 0) + s->value, &a->tuning));
+}
+
+static const struct set_point *pp_step(struct axis *a)
+{
+    profile_step(&a->motion.profile, &a->tuning.profile);
+    mode_control_position(a, a->motion.profile.position);
+    return NULL;
+}
+
+const struct mode mode_position = {
+    .needs_encoder = true, .check = pp_check, .enter = pp_enter, .aim = pp_aim, .step = pp_step};
+
+/* A set-point may be no farther than the largest speed reaches before the next one is due. */
+static struct outcome csp_check(const struct axis *a, int32_t counts)
+{
+    const struct tuning *const t = &a->tuning;
+    const bool goes_on = a->mode == AXIS_MODE_CYCLIC_POSITION;
+    const int64_t here = goes_on ? position_counts(a->motion.cyclic.now, t) : a->motion.turns.counts;
+    const int64_t most = (int64_t)a->params.speed_max_rpm * t->encoder_counts * t->cyclic_ms / 60000;
+    if (counts - here > most || counts - here < -most) {
+        return (struct outcome){ERROR_BEYOND_CYCLE, (int32_t)(most > INT32_MAX ? INT32_MAX : most)};
+    }
+    return OUTCOME_OK;
+}
+
+static void csp_enter(struct axis *a)
+{
+    if (!axis_mode_is_position(a->mode)) {
+        mode_begin_position(a);
+    }
+    cyclic_begin(&a->motion.cyclic, a->motion.position.ref);
+}
+
+static void csp_aim(struct axis *a, const struct set_point *s)
+{
+    cyclic_aim(&a->motion.cyclic, position_of_counts(s->value, &a->tuning), a->tuning.cyclic_ms);
+}
+
+static const struct set_point *csp_step(struct axis *a)
+{
+    mode_control_position(a, cyclic_step(&a->motion.cyclic));
+    return NULL;
+}
+
+const struct mode mode_cyclic_position = {
+    .needs_encoder = true, .check = csp_check, .enter = csp_enter, .aim = csp_aim, .step = csp_step};

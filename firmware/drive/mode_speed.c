@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT */
+/* pv: a speed, along the ramp. csv: a speed each cycle, in between a straight line. */
+#include <stddef.h>
+
+#include "firmware/drive/mode.h"
+
+static struct outcome pv_check(const struct axis *a, int32_t rpm)
+{
+    return outcome_of(mode_beyond(rpm, a->params.speed_max_rpm) ? ERROR_BEYOND_SPEED_MAX : ERROR_NONE);
+}
+
+static void pv_aim(struct axis *a, const struct set_point *s)
+{
+    a->speed.target_rpm_q16 = s->value * 65536;
+}
+
+static const struct set_point *pv_step(struct axis *a)
+{
+    modes_control_speed(a, a->tuning.ramp_q16);
+    return NULL;
+}
+
+const struct mode mode_speed = {.check = pv_check, .aim = pv_aim, .step = pv_step};
+
+static void csv_enter(struct axis *a)
+{
+    cyclic_begin(&a->motion.cyclic, a->speed.ref_rpm_q16);
+}
+
+static void csv_aim(struct axis *a, const struct set_point *s)
+{
+    cyclic_aim(&a->motion.cyclic, (int64_t)s->value * 65536, a->tuning.cyclic_ms);
+}
+
+static const struct set_point *csv_step(struct axis *a)
+{
+    const int32_t before_q16 = (int32_t)a->motion.cyclic.now;
+    const int32_t now_q16 = (int32_t)cyclic_step(&a->motion.cyclic);
+    struct interval room;
+    const int32_t known_q15 = mode_room_beside_known(a, &room);
+    modes_ask(a, known_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, now_q16 - before_q16, &room));
+    return NULL;
+}
+
+const struct mode mode_cyclic_speed = {.check = pv_check, .enter = csv_enter, .aim = csv_aim, .step = csv_step};

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: MIT */
+/* tq: a torque, at once. cst: a torque each cycle, in between a straight line. */
+#include <stddef.h>
+
+#include "firmware/drive/mode.h"
+#include "firmware/source/rotor.h"
+#include "lib/q15.h"
+
+static struct outcome tq_check(const struct axis *a, int32_t milliamp)
+{
+    return outcome_of(mode_beyond(milliamp, a->params.i_max_ma) ? ERROR_BEYOND_I_MAX : ERROR_NONE);
+}
+
+static int32_t torque_of_milliamp(const struct axis *a, int32_t milliamp)
+{
+    const int32_t current_q15 = tuning_q15_from_milli(milliamp, a->params.i_range_ma);
+    const int32_t torque_q15 = torque_map_reach(&a->torque.map, a->torque.map.current_q15, q15_abs(current_q15));
+    return current_q15 < 0 ? -torque_q15 : torque_q15;
+}
+
+static void tq_aim(struct axis *a, const struct set_point *s)
+{
+    a->torque_command_q15 = torque_of_milliamp(a, s->value);
+}
+
+/* A prescribed field has no torque control: it moves the way the torque would drive the rotor, until the observer leads. */
+static bool field_goes_along(struct axis *a)
+{
+    const int32_t far_rpm = a->torque_command_q15 == 0 ? 0 : a->params.speed_max_rpm;
+    if (rotor_is_known(a)) {
+        return false;
+    }
+    a->speed.target_rpm_q16 = (a->torque_command_q15 < 0 ? -far_rpm : far_rpm) * 65536;
+    return sensorless_lead_field(a, a->tuning.ramp_q16);
+}
+
+static const struct set_point *tq_step(struct axis *a)
+{
+    if (!rotor_has_encoder(a) && field_goes_along(a)) {
+        return NULL;
+    }
+    modes_ask(a, a->torque_command_q15);
+    if (!rotor_has_encoder(a)) {
+        sensorless_after_control(a);
+    }
+    return NULL;
+}
+
+const struct mode mode_torque = {.check = tq_check, .aim = tq_aim, .step = tq_step};
+
+static void cst_enter(struct axis *a)
+{
+    cyclic_begin(&a->motion.cyclic, (int64_t)a->torque.torque_q15 * 65536);
+}
+
+static void cst_aim(struct axis *a, const struct set_point *s)
+{
+    cyclic_aim(&a->motion.cyclic, (int64_t)torque_of_milliamp(a, s->value) * 65536, a->tuning.cyclic_ms);
+}
+
+static const struct set_point *cst_step(struct axis *a)
+{
+    modes_ask(a, (int32_t)(cyclic_step(&a->motion.cyclic) >> 16));
+    return NULL;
+}
+
+const struct mode mode_cyclic_torque = {.check = tq_check, .enter = cst_enter, .aim = cst_aim, .step = cst_step};

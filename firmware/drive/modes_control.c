@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT */
+/* What the modes have in common: the torque they may ask for, and speed control. Slow loop. */
+#include "firmware/control/friction.h"
+#include "firmware/drive/mode.h"
+#include "firmware/source/rotor.h"
+#include "lib/q15.h"
+
+/* Homing has less, so that the hard stop holds and the machine does not give. */
+static int32_t i_limit_q15(const struct axis *a)
+{
+    const int32_t most_q15 = thermal_i_limit_q15(&a->thermal, a->tuning.i_max_q15);
+    return a->mode == AXIS_MODE_HOMING ? q15_min(most_q15, a->tuning.home_i_q15) : most_q15;
+}
+
+void modes_limit_torque(struct axis *a)
+{
+    const struct torque_view view = {
+        .speed_rpm_q4 = a->speed.speed_rpm_q4,
+        .i_limit_q15 = i_limit_q15(a),
+        .limit_speed = axis_mode_is_torque(a->mode),
+    };
+    torque_set_limits(&a->torque, &a->tuning, &view);
+}
+
+void modes_ask(struct axis *a, int32_t torque_q15)
+{
+    torque_ask(&a->torque, &a->loop, &a->tuning, torque_q15);
+}
+
+int32_t modes_known_torque_q15(struct axis *a)
+{
+    struct motion *const m = &a->motion;
+    const int32_t friction_q15 = friction_torque_q15(&a->speed, &a->tuning, axis_mode_is_position(a->mode));
+    if (m->cogging.count == 0) {
+        return friction_q15;
+    }
+    m->cogging_q15 = cogging_torque_q15(&m->cogging, &a->speed.estimate, &a->tuning);
+    return m->cogging_q15 + friction_q15;
+}
+
+/*
+ * Computes what the speed loop may ask for on top of the feed-forward torque for cogging and friction. torque_ask() limits the
+ * total. Returns the feed-forward torque.
+ */
+int32_t mode_room_beside_known(struct axis *a, struct interval *room)
+{
+    *room = a->torque.limits;
+    a->speed.torque_is_slow = a->torque.flux.decides;
+    if (!rotor_has_encoder(a)) {
+        return 0;
+    }
+    const int32_t known_q15 = modes_known_torque_q15(a);
+    room->low -= known_q15;
+    room->high -= known_q15;
+    return known_q15;
+}
+
+void modes_control_speed(struct axis *a, int32_t slope_q16)
+{
+    const bool encoder = rotor_has_encoder(a);
+    if (!encoder && sensorless_lead_field(a, slope_q16)) {
+        return;
+    }
+    struct interval room;
+    const int32_t known_q15 = mode_room_beside_known(a, &room);
+    modes_ask(a, known_q15 + speed_loop_step(&a->speed, &a->tuning, slope_q16, &room));
+    if (!encoder) {
+        sensorless_after_control(a);
+    }
+}

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/drive/set_point.h"
+
+#include "firmware/drive/drive.h"
+#include "firmware/drive/requests.h"
+#include "firmware/source/rotor.h"
+
+/* Two relative ones before a step are as far as both. */
+static int32_t sum_of(int32_t x, int32_t y)
+{
+    const int64_t sum = (int64_t)x + y;
+    return sum > INT32_MAX ? INT32_MAX : (sum < INT32_MIN ? INT32_MIN : (int32_t)sum);
+}
+
+static void leave(struct axis *a, struct set_point *s)
+{
+    const struct set_point *const before = &a->set_point;
+    if (s->relative && before->waits && before->mode == s->mode) {
+        s->value = sum_of(before->value, s->value);
+        s->relative = before->relative;
+    }
+    s->waits = true;
+    a->set_point = *s;
+}
+
+/* The check and the mailbox belong together: a quick stop must not come in between. Thread. */
+static struct outcome post(struct axis *a, struct set_point *s)
+{
+    if (!request_settled(a)) {
+        return outcome_of(ERROR_BUSY);
+    }
+    const uint32_t held = request_hold();
+    const struct outcome outcome =
+        a->state == AXIS_OPERATION_ENABLED ? modes_check(a, s) : outcome_of(ERROR_NOT_OPERATING);
+    if (outcome.error == ERROR_NONE) {
+        leave(a, s);
+    }
+    request_release(held);
+    return outcome;
+}
+
+void set_point_take(struct axis *a)
+{
+    const struct set_point s = a->set_point;
+    a->set_point.waits = false;
+    if (s.waits) {
+        modes_aim(a, &s);
+    }
+}
+
+struct outcome drive_command_speed(struct axis *a, int32_t rpm)
+{
+    return post(a, &(struct set_point){.mode = AXIS_MODE_SPEED, .value = rpm});
+}
+
+struct outcome drive_command_current(struct axis *a, int32_t milliamp)
+{
+    return post(a, &(struct set_point){.mode = AXIS_MODE_TORQUE, .value = milliamp});
+}
+
+struct outcome drive_command_position(struct axis *a, int32_t counts, bool relative)
+{
+    return post(a, &(struct set_point){.mode = AXIS_MODE_POSITION, .value = counts, .relative = relative});
+}
+
+struct outcome drive_command_cyclic_position(struct axis *a, int32_t counts)
+{
+    return post(a, &(struct set_point){.mode = AXIS_MODE_CYCLIC_POSITION, .value = counts});
+}
+
+struct outcome drive_command_cyclic_speed(struct axis *a, int32_t rpm)
+{
+    return post(a, &(struct set_point){.mode = AXIS_MODE_CYCLIC_SPEED, .value = rpm});
+}
+
+struct outcome drive_command_cyclic_current(struct axis *a, int32_t milliamp)
+{
+    return post(a, &(struct set_point){.mode = AXIS_MODE_CYCLIC_TORQUE, .value = milliamp});
+}
+
+struct outcome drive_command_home(struct axis *a, enum homing_method method)
+{
+    return post(a, &(struct set_point){.mode = AXIS_MODE_HOMING, .value = (int32_t)method});
+}
+
+struct outcome drive_learn_cogging(struct axis *a)
+{
+    return post(a, &(struct set_point){.mode = AXIS_MODE_LEARNING});
+}
+
+struct outcome drive_set_zero(struct axis *a)
+{
+    if (!request_settled(a)) {
+        return outcome_of(ERROR_BUSY);
+    }
+    const uint32_t held = request_hold();
+    const bool searching = a->state == AXIS_OPERATION_ENABLED && a->mode == AXIS_MODE_HOMING;
+    if (!searching) {
+        modes_set_zero(a, a->motion.turns.counts);
+        a->motion.homed = false;
+    }
+    request_release(held);
+    return outcome_of(searching ? ERROR_HOMING : ERROR_NONE);
+}

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+"""The mailbox of set-points between thread and slow loop: what replaces, what adds up, and what comes too late."""
+import pytest
+
+from unit.test_modes import Drive
+
+
+def test_a_set_point_is_in_effect_from_the_next_step_on(c):
+    w = Drive(c)
+    assert c.drive_command_speed(w.axis, 700).error == c.ERROR_NONE and w.axis.speed.target_rpm_q16 != 700 << 16
+    w.step()
+    assert w.axis.speed.target_rpm_q16 == 700 << 16 and not w.axis.set_point.waits
+
+
+def test_of_two_before_a_step_the_later_counts(c):
+    w = Drive(c)
+    c.drive_command_position(w.axis, 1000, False)
+    c.drive_command_speed(w.axis, 200)
+    w.step()
+    assert w.mode == "SPEED" and w.axis.speed.target_rpm_q16 == 200 << 16
+
+
+def test_two_relative_ones_before_a_step_are_as_far_as_both(c):
+    w, once = Drive(c, "POSITION", rpm=0), Drive(c, "POSITION", rpm=0)
+    for drive, ways in ((w, (500, -200)), (once, (300,))):
+        drive.command("position", 0, False)
+        for way in ways:
+            c.drive_command_position(drive.axis, way, True)
+        drive.step()
+    assert w.axis.motion.profile.target == once.axis.motion.profile.target
+
+
+def test_a_relative_one_after_an_absolute_one_counts_from_that(c):
+    w, once = Drive(c, rpm=0), Drive(c, rpm=0)
+    for drive, ways in ((w, ((5000, False), (20, True))), (once, ((5020, False),))):
+        for way, relative in ways:
+            c.drive_command_position(drive.axis, way, relative)
+        drive.step()
+    assert w.axis.motion.profile.target == once.axis.motion.profile.target != 0
+
+
+@pytest.mark.parametrize("far", (2**31 - 1, -2**31))
+def test_the_sum_does_not_wrap(c, far):
+    w = Drive(c, rpm=0)
+    c.drive_command_position(w.axis, far, True)
+    c.drive_command_position(w.axis, far, True)
+    assert w.axis.set_point.value == far
+
+
+@pytest.mark.parametrize("stop", ("quick_stop", "switch_off"))
+def test_a_stop_in_the_same_millisecond_is_not_undone(c, stop):
+    """Whichever of the two the thread has said first."""
+    w = Drive(c)
+    c.drive_command_speed(w.axis, 700)
+    getattr(c, "drive_" + stop)(w.axis)
+    w.step()
+    assert w.state != "OPERATION_ENABLED" and w.axis.speed.target_rpm_q16 != 700 << 16
+
+
+def test_what_nobody_took_is_not_of_the_next_operation(c):
+    w = Drive(c)
+    c.drive_command_speed(w.axis, 700)
+    c.fault_raise(w.axis, c.FAULT_STALL)
+    w.step(3)
+    assert w.state == "FAULT" and c.drive_clear_fault(w.axis).error == c.ERROR_NONE
+    w.step()
+    w.put("SWITCHED_ON")
+    c.states_take(w.axis, c.enums["drive_event"]["DRIVE_EVENT_STARTED"])
+    w.step()
+    assert w.state == "OPERATION_ENABLED" and w.axis.speed.target_rpm_q16 == 0 and not w.axis.set_point.waits
