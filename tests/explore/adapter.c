@@ -87,7 +87,12 @@ void world_step(void)
     pass_millisecond();
     current_loop_looks();
     world.cleared = world.cleared || a->request == AXIS_REQUEST_CLEAR;
+    const bool starts = a->state == AXIS_SWITCHED_ON;
     drive_step(a);
+    const bool moves = a->set_point.waits || a->speed.target_rpm_q16 != a->retry.start_rpm_q16;
+    if (starts && a->state == AXIS_OPERATION_ENABLED && moves) {
+        world_wrong("operation begins with a set-point from before");
+    }
     world_hardware();
     forget_measuring();
     steps = false;
@@ -207,6 +212,7 @@ static size_t key_of_drive(uint8_t *key)
     PUT(current_loop_is_on(&a->loop));
     PUT(runs ? a->mode : 255u);
     PUT(on || runs ? a->loop.source | (a->loop.field_follows != 0u ? 16u : 0u) : 255u);
+    PUT(a->set_point.waits ? (runs ? a->set_point.mode : 254u) : 255u);
     PUT(on ? a->start.phase : 255u);
     PUT(on && (a->start.phase == START_CATCH || a->start.phase == START_DOUBT) ? a->flying.regulates : 255u);
     PUT(a->start.aligned | a->start.index_known << 1 | a->start.wired << 2 | a->start.unseen << 3);

@@ -173,15 +173,15 @@ static void allow_retries(int32_t count)
 /* ---- set-points ---- */
 
 struct aim {
-    int64_t target, cyclic, profile;
-    uint32_t mode;
-    int32_t torque_q15;
+    uint32_t mode, next_mode;
+    int64_t target, next_target;
+    bool waits;
 };
 
 static struct aim aim_now(void)
 {
-    return (struct aim){a->speed.target_rpm_q16, a->motion.cyclic.target, a->motion.profile.target, a->mode,
-                        a->torque_command_q15};
+    const struct set_point *const next = &a->set_point;
+    return (struct aim){a->mode, next->mode, a->speed.target_rpm_q16, next->value, next->waits};
 }
 
 static struct outcome relative(struct axis *axis, int32_t counts)
@@ -217,8 +217,8 @@ static void command(struct outcome (*give)(struct axis *, int32_t), int32_t valu
     const uint32_t before_ms = a->time_ms; /* what the slow loop does meanwhile is no matter of this one */
     const struct outcome outcome = give(a, value);
     const struct aim now = aim_now();
-    const bool same = before.target == now.target && before.cyclic == now.cyclic && before.profile == now.profile &&
-                      before.mode == now.mode && before.torque_q15 == now.torque_q15;
+    const bool same = before.mode == now.mode && before.target == now.target && before.next_mode == now.next_mode &&
+                      before.next_target == now.next_target && before.waits == now.waits;
     if (outcome.error != ERROR_NONE && !same && a->time_ms == before_ms) {
         world_wrong("a refused set-point has changed something");
     }

@@ -16,8 +16,10 @@ MUTANTS = {
     "the last cause stays": ("fault/latch.c", "if (first) {", "if (true) {", "encoder", "the first cause did not stay"),
     "off is not asked for": ("drive/requests.c", "a->request = AXIS_REQUEST_OFF;", ";", "measuring",
                              "'off' does not lead to rest"),
-    "no limit": ("drive/requests_motion.c", "return x > limit || x < -limit;", "return x > limit && x < -limit;",
-                 "set-points", "a set-point beyond its limit is accepted"),
+    "no limit": ("drive/mode_speed.c", "mode_beyond(rpm, a->params.speed_max_rpm)",
+                 "mode_beyond(rpm, 2 * a->params.speed_max_rpm)", "set-points", "a set-point beyond its limit is accepted"),
+    "a set-point outlives off": ("drive/states.c", "a->set_point.waits = false; /* of an earlier operation */", "",
+                                 "set-points", "operation begins with a set-point from before"),
     "another word for a fault's reaction": ("operate/cia402.c", "return 0x0Fu;", "return 0x07u;", "measuring",
                                             "status word: from"),
     "a look and a store apart": ("control/bridge.c", "const uint32_t mask = cpu_irq_save();", "const uint32_t mask = 0;",
@@ -38,7 +40,8 @@ def program_with(mutant, folder):
     assert before in text, f"firmware/{path} has no longer what this breaks"
     (folder / "mutant.c").write_text(text.replace(before, after))
     compiler, library = os.environ.get("HOSTCC") or "cc", ROOT / os.environ["BUILD"] / "tests/unit/firmware.so"
-    whole = [*map(str, sorted((ROOT / "tests/explore").glob("*.c"))), str(library), f"-Wl,-rpath,{library.parent}", "-ldl"]
+    whole = [*map(str, sorted((ROOT / "tests/explore").glob("*.c"))), str(library), f"-Wl,-rpath,{library.parent}", "-ldl",
+             "-Wl,-z,muldefs"]
     for command in ([*FLAGS, "-fPIC", "-fsanitize-coverage=trace-pc", "-c", "mutant.c", "-o", "mutant.o"],
                     [*FLAGS, "mutant.o", *whole, "-o", "explore"]):
         result = subprocess.run([compiler, *command], cwd=folder, capture_output=True, text=True)
@@ -61,7 +64,7 @@ def test_nothing_is_violated_in_any_state_of_the_sample(program):
 
 @pytest.mark.parametrize("mutant", MUTANTS.values(), ids=MUTANTS)
 def test_what_is_broken_on_purpose_is_found(mutant, tmp_path):
-    result = run(program_with(mutant, tmp_path), mutant[3], "1500")
+    result = run(program_with(mutant, tmp_path), mutant[3], "8000")
     assert result.returncode == 1 and f"VIOLATION: {mutant[4]}" in result.stdout, result.stdout
 
 
