@@ -19,7 +19,7 @@ MUTANTS = {
     "no limit": ("drive/mode_speed.c", "mode_beyond(rpm, a->params.speed_max_rpm)",
                  "mode_beyond(rpm, 2 * a->params.speed_max_rpm)", "set-points", "a set-point beyond its limit is accepted"),
     "a set-point outlives off": ("drive/states.c", "a->set_point.waits = false; /* of an earlier operation */", "",
-                                 "set-points", "operation begins with a set-point from before"),
+                                 "encoder-kind", "operation begins with a set-point from before"),
     "another word for a fault's reaction": ("operate/cia402.c", "return 0x0Fu;", "return 0x07u;", "measuring",
                                             "status word: from"),
     "a look and a store apart": ("control/bridge.c", "const uint32_t mask = cpu_irq_save();", "const uint32_t mask = 0;",
