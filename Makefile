@@ -133,7 +133,7 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 
 target-tests: $(TARGET_TESTS)
 
-include qemu/twin/twin.mk tests/bench/bench.mk tests/unit/unit.mk
+include qemu/twin/twin.mk tests/bench/bench.mk tests/unit/unit.mk tests/explore/explore.mk
 include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk
 
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)
@@ -257,6 +257,7 @@ help:
 	@echo 'make jitter          cycles and start of each current-loop interrupt, $(BUILD)/jitter.png'
 	@echo 'make stack           worst-case stack of every entry point, and measured'
 	@echo 'make prove           every kernel and the interrupt, as assembled, for all inputs, by a solver'
+	@echo 'make explore         every state of the drive that requests, faults, timers and interrupts lead to, and what must hold in it'
 	@echo 'make fabric          the RTL: lint in three tools, proofs by induction, faults that they must refute, cells and levels'
 	@echo 'make registers       the fabric'\''s registers for C, Verilog and debuggers, into $(BUILD)/fabric/'
 	@echo 'make guides          what docs/guides tell the reader to type: all of it runs, and the drive answers so'

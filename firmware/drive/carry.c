@@ -231,7 +231,8 @@ static void switch_on_again(struct axis *a, enum fault cause)
 void carry_step(struct axis *a)
 {
     const enum fault cause = (enum fault)a->carry.waits;
-    if (a->state != AXIS_OPERATION_ENABLED) {
+    if (a->state != AXIS_OPERATION_ENABLED ||
+        a->request == AXIS_REQUEST_OFF) { /* it must not open the gates once more */
         a->carry.waits = FAULT_NONE;
     } else if (!current_loop_is_on(&a->loop)) {
         switch_on_again(a, cause);

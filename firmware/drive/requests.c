@@ -172,6 +172,9 @@ static enum error clear_latches(struct axis *a)
 struct outcome drive_clear_fault(struct axis *a)
 {
     retry_forget(&a->retry);
+    if (a->faults.cause != FAULT_NONE) {
+        switching_end(&a->switching, ERROR_FAULT_LATCHED); /* an `on` that the fault has overtaken */
+    }
     return drive_clear_latches(a);
 }
 

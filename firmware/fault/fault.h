@@ -88,6 +88,7 @@ struct fault_snapshot {
 
 struct fault_record {
     volatile uint32_t cause; /* enum fault: the first, until cleared */
+    volatile uint32_t count; /* of all that were latched: one that is cleared again leaves its mark */
     int32_t detail[2];       /* details of the cause; message_fault_detail() says what they mean */
     struct fault_snapshot snapshot;
 };

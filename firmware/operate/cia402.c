@@ -105,7 +105,9 @@ static void follow_axis(struct cia402 *c, const struct axis *a)
     if (c->stage == CIA402_ENABLED && a->switching.outcome.error != ERROR_NONE && axis_rests(a)) {
         c->refusal = a->switching.outcome;
     }
-    if (axis_is_faulty(a) || (c->stage == CIA402_ENABLED && axis_rests(a))) {
+    const bool faulty = axis_is_faulty(a) || c->faults != a->faults.count; /* and cleared since: at the console */
+    c->faults = a->faults.count;
+    if (faulty || (c->stage == CIA402_ENABLED && axis_rests(a))) {
         c->stage = CIA402_DISABLED;
     }
 }
@@ -239,7 +241,7 @@ void cia402_poll(struct cia402 *c, struct axis *a)
 
 /* ---- what is shown ---- */
 
-static uint32_t state_bits(const struct cia402 *c, uint32_t state)
+static uint32_t state_bits(const struct cia402 *c, const struct axis *a, uint32_t state)
 {
     static const uint8_t of_state[] = {
         [AXIS_NOT_READY] = 0x00,         [AXIS_READY] = 0x23,      [AXIS_SWITCHED_ON] = 0x23, /* until it operates */
@@ -247,7 +249,8 @@ static uint32_t state_bits(const struct cia402 *c, uint32_t state)
     };
     static const uint8_t at_rest[] = {
         [CIA402_DISABLED] = 0x40, [CIA402_READY] = 0x21, [CIA402_SWITCHED_ON] = 0x23, [CIA402_ENABLED] = 0x23};
-    return state == AXIS_SWITCH_ON_DISABLED ? at_rest[c->stage] : of_state[state];
+    const enum cia402_stage stage = c->faults == a->faults.count ? c->stage : CIA402_DISABLED;
+    return state == AXIS_SWITCH_ON_DISABLED ? at_rest[stage] : of_state[state];
 }
 
 static uint32_t if_so(bool condition, uint32_t bits)
@@ -283,7 +286,7 @@ uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const 
 {
     const bool warned = (a->reports.warned[0] | a->reports.warned[FAULT_WORDS - 1u]) != 0u;
     const bool operates = now->state == AXIS_OPERATION_ENABLED;
-    return state_bits(c, now->state) | CIA402_REMOTE | if_so(warned, CIA402_WARNING) |
+    return state_bits(c, a, now->state) | CIA402_REMOTE | if_so(warned, CIA402_WARNING) |
            if_so(now->vbus_q15 >= a->tuning.v_min_q15, CIA402_VOLTAGE_THERE) |
            if_so(operates && a->speed.at_limit, CIA402_LIMITED) | (operates ? mode_bits(c, a, now) : 0u);
 }

@@ -69,6 +69,7 @@ enum cia402_stage {
 struct cia402 {
     struct cia402_setpoints setpoints;
     enum cia402_stage stage;
+    uint32_t faults;      /* of the axis, when last checked */
     uint32_t word_before; /* the control word last acted upon */
     bool word_due;        /* a control word waits */
     bool target_due;      /* a set-point, or another mode */

@@ -209,7 +209,8 @@ def test_on_adopts_the_parameters_and_nothing_before(c, world):
     before = w.axis.tuning.i_max_q15
     w.axis.start.aligned = True
     assert before == round(10650 * 32768 / 23571)
-    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE and w.axis.tuning.i_max_q15 == before
+    w.step()
     assert w.axis.tuning.i_max_q15 == round(8000 * 32768 / 23571) == w.axis.torque.map.torque_max_q15
     assert w.axis.thermal.max_q4 == 1600 and w.axis.speed.kp_q16 == w.axis.tuning.speed_kp_q16
     assert w.axis.start.aligned, "the encoder is the same"
@@ -220,9 +221,9 @@ def test_another_encoder_makes_the_alignment_void(c, world):
     w.axis.start.aligned = w.axis.start.index_known = True
     w.axis.params.encoder_counts = 8000
     assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
+    w.step()
     assert not w.axis.start.aligned and not w.axis.start.index_known
     assert w.fabric.encoder.COUNTS == 8000
-    w.step()
     assert w.axis.loop.encoder_scale_q32 == round(4 * 2**32 / 8000)
 
 

@@ -218,12 +218,14 @@ def test_positions_survive_off_and_on(c):
     w.axis.loop.vbus_q15 = 13670
     w.axis.params.encoder_counts = 4000
     c.switch_on_at_once(w.axis)
+    w.step()
     assert w.axis.motion.turns.counts == 5200
     c.drive_switch_off(w.axis)
     w.step(3)
     w.axis.params.encoder_counts = 8000
     w.axis.speed.speed_rpm_q4 = 0
     assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
+    w.step()
     assert w.axis.motion.turns.counts == 0, "another encoder begins anew"
 
 

@@ -192,3 +192,18 @@ def test_a_word_without_them_ends_the_restart(commanded, word, at_ms):
     commanded.energised = False
     commanded.live(LONG_MS)
     assert not commanded.energised and commanded.fabric.gate.CONTROL == 0
+
+
+def test_a_fault_that_comes_and_is_cleared_while_the_bus_waits_still_ends_its_sequence(c):
+    """The console is busy for some milliseconds, and a person clears the fault there: the bus begins with 'shutdown' again."""
+    plc = Controller(c)
+    plc.control(SHUTDOWN)
+    plc.control(SWITCH_ON)
+    assert plc.state == 0x23
+    c.fault_raise(plc.axis, c.FAULT_STALL)
+    assert c.drive_clear_fault(plc.axis).error == c.ERROR_NO_FAULT
+    plc.axis.state = c.AXIS_FAULT
+    c.states_take(plc.axis, c.enums["drive_event"]["DRIVE_EVENT_CLEAR"])
+    assert plc.axis.faults.cause == c.FAULT_NONE and plc.state == 0x40
+    plc.control(ENABLE)
+    assert plc.state == 0x40

@@ -32,8 +32,8 @@ def switched_on(c, states=(1,), wired=True, learns=False):
         assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
     else:
         assert c.drive_learn_hall(w.axis).error == c.ERROR_NONE
-    w.axis.start.wired = wired
     assert w.step() == "SWITCHED_ON"
+    w.axis.start.wired = wired
     for state in states:
         sample(w, state)
     w.step(CALIBRATION_MS)
@@ -65,6 +65,7 @@ def test_only_the_first_on_looks_at_the_wiring(c):
     w.axis.params.angle_source = 0
     assert c.drive_switch_off(w.axis).error == c.ERROR_NONE and w.step() == "SWITCH_ON_DISABLED"
     assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
+    w.step()
     assert not w.axis.start.wired, "another source: begins anew"
 
 

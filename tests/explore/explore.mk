@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: MIT
+# `make explore`: every state of the drive that its operator, its faults and its timers can bring about, and what must hold in
+# each (docs/guides/code.md). Included by the top Makefile, behind unit.mk, which defines UNIT_CFLAGS and builds the drive.
+
+EXPLORE_SRC := $(wildcard tests/explore/*.c)
+# the longest first
+EXPLORE_SETUPS = bus-set-points encoder-kind Hall bus sensorless encoder set-points measuring injection learn-hall
+
+explore-program: $(BUILD)/explore/explore
+.PHONY: explore explore-program
+everything: explore-program
+
+$(BUILD)/explore/explore: $(EXPLORE_SRC) $(wildcard tests/explore/*.h) $(BUILD)/tests/unit/firmware.so
+	@mkdir -p $(@D)
+	$(call say,HOSTCC)
+	$(Q)$(HOSTCC) -std=gnu11 -O2 -g -Wall -Wextra -Werror -Wno-int-to-pointer-cast -Itests/unit/host -I. $(EXPLORE_SRC) \
+	    $(BUILD)/tests/unit/firmware.so -Wl,-rpath,$(abspath $(BUILD)/tests/unit) -ldl -o $@
+
+# two at a time; what each prints comes when all have ended
+explore: tools
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 explore-program
+	@printf '%s\n' $(EXPLORE_SETUPS) | xargs -P 2 -I SETUP sh -c '$(BUILD)/explore/explore SETUP > $(BUILD)/explore/SETUP.txt'; \
+	    cat $(EXPLORE_SETUPS:%=$(BUILD)/explore/%.txt) | tee $(BUILD)/explore/all.txt
+	@$(PYTHON) tests/explore/totals.py < $(BUILD)/explore/all.txt
