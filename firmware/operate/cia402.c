@@ -83,9 +83,11 @@ static bool axis_rests(const struct axis *a)
     return a->state == AXIS_SWITCH_ON_DISABLED && a->request == AXIS_REQUEST_NONE && !a->switching.under_way;
 }
 
+/* Or will be in the next millisecond: a fault is latched that leaves no controlled stop. */
 static bool axis_is_faulty(const struct axis *a)
 {
-    return a->state == AXIS_FAULT || a->state == AXIS_FAULT_REACTION;
+    return a->state == AXIS_FAULT || a->state == AXIS_FAULT_REACTION ||
+           (a->faults.cause != FAULT_NONE && !a->reactions.stopping);
 }
 
 bool cia402_change_source(struct cia402 *c, struct axis *a, uint32_t source)
