@@ -62,8 +62,7 @@ enum axis_request {
 #define AXIS_STANDSTILL_RPM_Q4 (30 * 16) /* below this the motor counts as at rest */
 
 /*
- * Members that a step in operation reads lie within the first 4095 bytes, the reach of a load from one base register; the large
- * tables of `torque` and `motion` come after them.
+ * What the interrupt reads lies within the first 4095 bytes, the reach of a load from one base register: `loop` and `hall`.
  */
 struct axis {
     struct current_loop loop; /* first: the interrupt addresses its members by offset */
@@ -84,6 +83,7 @@ struct axis {
     struct params params;           /* as set; take effect at the next switch-on */
     struct tuning tuning;           /* of the last switch-on */
     struct speed_loop speed;
+    struct hall hall;
     struct supervision supervision;
     struct thermal thermal;
     struct fault_record faults;
@@ -101,7 +101,6 @@ struct axis {
     struct identify identify;
     struct keeping keeping;
     struct switching switching;
-    struct hall hall;
     struct hall_watch hall_watch;
     struct lock_watch lock_watch;
     struct hall_learn hall_learn;

@@ -30,6 +30,9 @@ void modes_ask(struct axis *a, int32_t torque_q15)
 int32_t modes_known_torque_q15(struct axis *a)
 {
     struct motion *const m = &a->motion;
+    if (a->tuning.friction_q15 == 0 && m->cogging.count == 0) {
+        return 0;
+    }
     const int32_t friction_q15 = friction_torque_q15(&a->speed, &a->tuning, axis_mode_is_position(a->mode));
     if (m->cogging.count == 0) {
         return friction_q15;
