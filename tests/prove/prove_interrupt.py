@@ -19,7 +19,7 @@ from subject import SAMPLES, Subject
 from terms import Misbehaviour
 
 BY_HAND, COMPILED = "FabricIrq0_IRQHandler", "handlers_encoder_ab"
-CODE = {BY_HAND: (BY_HAND, "current_loop_fault"), COMPILED: (COMPILED,)}
+CODE = {BY_HAND: (BY_HAND, "current_loop_fault"), COMPILED: (COMPILED, "current_loop_fault")}
 SOURCE = "firmware/system/current_loop_isr.S"
 VECTORS = 12
 
