@@ -91,6 +91,5 @@ bool drive_prepare(struct axis *a)
     }
     s->under_way = false;
     s->outcome = request(a, AXIS_REQUEST_ON);
-    (void)request_settled(a); /* "ok" is said once the parameters are in effect */
     return false;
 }

@@ -155,7 +155,7 @@ static void run_on(struct session *s, const struct arguments *a)
     answer(s, outcome);
     if (outcome.error == ERROR_NONE) {
         text_print(&s->out, "phase margin of the current loop: %d degrees\n",
-                   s->axis->tuning.current_margin_u16 * 360 / 65536);
+                   s->axis->switching.tuning.current_margin_u16 * 360 / 65536);
     }
 }
 
