@@ -1,20 +1,18 @@
 # SPDX-License-Identifier: MIT
 """Stack depth along a function's instructions, and below its calls: what the image does, not what a compiler reports."""
+import fnmatch
 import re
 
 from disasm import ImageError
 
-MODES = ("mode_speed mode_torque mode_position mode_homing mode_cyclic_position mode_cyclic_speed mode_cyclic_torque"
-         " mode_learning")
-# calls through a pointer -> the constant tables that hold all their targets; what is not listed here is refused
+# calls through a pointer -> the constant tables that hold all their targets, a * for any end of their names; what is not
+# listed here is refused
 POINTER_TABLES = {
     "states_take": "transition_table",
     "states_step": "state_steps",
     "step_state": "state_steps",
-    **dict.fromkeys(("modes_check", "modes_enter", "modes_aim", "modes_step"), MODES),
-    "commands_execute": "commands_drive commands_identify commands_motion commands_position commands_cyclic"
-                        " commands_learn commands_zero commands_fault commands_angle commands_settings commands_reaction"
-                        " commands_machine commands_scope commands_version",
+    **dict.fromkeys(("modes_check", "modes_enter", "modes_aim", "modes_step"), "mode_*"),
+    "commands_execute": "commands_*",
     "arguments_read": "argument_kinds",
     "modbus_function": "modbus_functions",
     "apply_target": "cia402_modes",
@@ -98,7 +96,7 @@ def table_targets(image, function):
         raise ImageError(f"{function.name} calls through a pointer; name the constant table that holds its targets in"
                          " tests/tools/frames.py")
     words = []
-    for name in names.split():
+    for name in names.split() if "*" not in names else sorted(fnmatch.filter(image.objects, names)):
         if name not in image.objects:
             raise ImageError(f"{function.name} calls through the table {name}, which the image does not have")
         start, size = image.objects[name]

@@ -86,8 +86,9 @@ def test_refused(make_image, code, complaint):
         bounds_of(make_image(code))
 
 
-def test_a_table_of_pointers_is_followed_only_if_constant(make_image, monkeypatch):
-    monkeypatch.setitem(frames.POINTER_TABLES, "work", "table")
+@pytest.mark.parametrize("names", ("table", "tab*"))
+def test_a_table_of_pointers_is_followed_only_if_constant(make_image, monkeypatch, names):
+    monkeypatch.setitem(frames.POINTER_TABLES, "work", names)
     code = """
 static __attribute__((naked)) int small(int n) { __asm("push {r4}\\n pop {r4}\\n bx lr"); }
 static __attribute__((naked)) int large(int n) { __asm("sub sp, #80\\n add sp, #80\\n bx lr"); }

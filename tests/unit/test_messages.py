@@ -7,7 +7,7 @@ import pytest
 
 from unit.conftest import ROOT
 
-COUNTS = ("ERROR_COUNT", "FAULT_COUNT")
+COUNTS = ("ERROR_COUNT", "FAULT_COUNT", "AXIS_MODES")
 
 
 def names(c, enum):
@@ -24,7 +24,8 @@ def in_form(said):
 
 
 @pytest.mark.parametrize("enum, function", [("error", "message_of_error"), ("fault", "message_of_fault"),
-                                            ("axis_state", "message_of_state"), ("pwm_update", "message_of_update")])
+                                            ("axis_state", "message_of_state"), ("axis_mode", "message_of_mode"),
+                                            ("pwm_update", "message_of_update")])
 def test_each_has_a_text_of_its_own(c, enum, function):
     said = {name: text(getattr(c, function), c, enum, name) for name in names(c, enum)}
     assert all(in_form(words) for words in said.values()), said
@@ -39,7 +40,7 @@ def test_each_fault_has_a_hint_of_its_own(c):
 
 
 def test_what_is_no_fault_or_error_has_a_text_too(c):
-    for function in (c.message_of_error, c.message_of_fault, c.message_of_state, c.message_of_update):
+    for function in (c.message_of_error, c.message_of_fault, c.message_of_state, c.message_of_mode, c.message_of_update):
         assert function(1000).decode().startswith("unknown")
     assert c.message_fault_hint(1000) == b""
 
