@@ -56,7 +56,7 @@ enum axis_request {
     AXIS_REQUEST_CLEAR,
     AXIS_REQUEST_IDENTIFY,
     AXIS_REQUEST_LEARN_HALL,
-    AXIS_REQUEST_SOURCE, /* axis/handover.h */
+    AXIS_REQUEST_SOURCE, /* drive/handover.h */
 };
 
 #define AXIS_STANDSTILL_RPM_Q4 (30 * 16) /* below this the motor counts as at rest */

@@ -115,7 +115,7 @@ static bool lost_with_less(struct alignment *a)
     return a->lost && (a->pass == PASS_BACK_LESS || off >= third);
 }
 
-static void keep_pass(struct alignment *a)
+static void alignment_keep_pass(struct alignment *a)
 {
     const uint32_t mean_q32 = field_pass_mean_q32(&a->passing);
     const uint32_t less = whole_turn(a->pass) ? 0u : 1u;
@@ -149,7 +149,7 @@ static enum alignment_result finish_pass(struct alignment *a, const struct tunin
 {
     enum alignment_result against = ALIGNMENT_RUNNING;
     a->field_q32 = a->passing.field_q32;
-    keep_pass(a);
+    alignment_keep_pass(a);
     if (a->pass == PASS_BACK) {
         against = judge_turns(a, t);
     } else if (!whole_turn(a->pass) && lost_with_less(a)) {

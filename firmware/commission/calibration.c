@@ -23,7 +23,7 @@ static int32_t mean_q15(int32_t of_sum_q15)
 }
 
 /* The samples have the present offsets subtracted already: what remains is the offsets' error. */
-static enum calibration_result finish(const struct calibration *k, struct adc_regs *adc)
+static enum calibration_result calibration_finish(const struct calibration *k, struct adc_regs *adc)
 {
     uint32_t offset_q15[3];
     adc_offsets(adc, offset_q15);
@@ -45,5 +45,5 @@ enum calibration_result calibration_step(struct calibration *k, struct adc_regs 
     k->sum_q15[1] += sample.ib_q15;
     k->sum_q15[2] += sample.ic_q15;
     k->count++;
-    return k->count < SAMPLES ? CALIBRATION_RUNNING : finish(k, adc);
+    return k->count < SAMPLES ? CALIBRATION_RUNNING : calibration_finish(k, adc);
 }

@@ -56,7 +56,7 @@ static struct cogging_sample sample_of(const struct cogging_learn *l, const stru
     };
 }
 
-static void put(struct cogging_learn *l, struct cogging_sample s)
+static void cogging_put(struct cogging_learn *l, struct cogging_sample s)
 {
     if (l->put - l->taken >= COGGING_SAMPLES) {
         l->lost++;
@@ -66,7 +66,7 @@ static void put(struct cogging_learn *l, struct cogging_sample s)
     l->put++;
 }
 
-static void next_phase(struct cogging_learn *l, int64_t counts)
+static void cogging_next_phase(struct cogging_learn *l, int64_t counts)
 {
     l->phase++;
     l->from = counts;
@@ -79,10 +79,10 @@ void cogging_learn_step(struct cogging_learn *l, const struct turns *turns, cons
     const int64_t way = (turns->counts - l->from) * direction;
     const bool records = l->phase == COGGING_FORTH || l->phase == COGGING_BACK;
     if (records) {
-        put(l, sample_of(l, e, torque_q15, direction, t));
+        cogging_put(l, sample_of(l, e, torque_q15, direction, t));
     }
     if (direction != 0 && way >= (records ? t->encoder_counts : t->encoder_counts / RUN_UP_SHARE)) {
-        next_phase(l, turns->counts);
+        cogging_next_phase(l, turns->counts);
     }
     l->torque_q15 = torque_q15;
     l->way_q7 = way_q7(e, direction);

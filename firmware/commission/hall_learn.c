@@ -48,7 +48,7 @@ static uint32_t record_from_ms(const struct hall_learn *l)
     return l->phase == FORTH ? SPEED_UP_MS : 2u * SPEED_UP_MS;
 }
 
-static void next_phase(struct hall_learn *l)
+static void hall_learn_next_phase(struct hall_learn *l)
 {
     if (l->ms >= record_from_ms(l) + RECORD_MS) {
         l->phase++;
@@ -83,8 +83,8 @@ static void record(struct hall_learn *l, struct hall_edge *edge, uint32_t from, 
     l->edges++;
 }
 
-static void look(struct hall_learn *l, volatile struct current_loop *c, const struct encoder_regs *e,
-                 const struct tuning *t)
+static void hall_learn_look(struct hall_learn *l, volatile struct current_loop *c, const struct encoder_regs *e,
+                            const struct tuning *t)
 {
     uint32_t state;
     const uint32_t field_q32 = field_at_edge(c, e, t, &state);
@@ -166,7 +166,7 @@ static bool make_ring(struct hall_learn *l, const uint32_t edge_q32[HALL_STATES]
     return true;
 }
 
-static enum hall_learn_result judge(struct hall_learn *l)
+static enum hall_learn_result hall_learn_judge(struct hall_learn *l)
 {
     uint32_t edge_q32[HALL_STATES] = {0};
     if (l->edges < HALL_LEARN_TURNS) {
@@ -187,11 +187,11 @@ enum hall_learn_result hall_learn_step(struct hall_learn *l, volatile struct cur
                                        const struct encoder_regs *e, const struct tuning *t)
 {
     l->ms++;
-    look(l, c, e, t);
-    next_phase(l);
+    hall_learn_look(l, c, e, t);
+    hall_learn_next_phase(l);
     if (l->phase == ENDED) {
         c->field_speed_q32 = 0;
-        return judge(l);
+        return hall_learn_judge(l);
     }
     move_field(l, c, t);
     return HALL_LEARN_RUNNING;

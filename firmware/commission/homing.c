@@ -9,7 +9,7 @@ void homing_begin(struct homing *h, enum homing_method method, const struct turn
     *h = (struct homing){.method = (uint32_t)method, .from = turns->counts, .counted = turns->counts};
 }
 
-static int64_t size(int64_t x)
+static int64_t homing_size(int64_t x)
 {
     return x < 0 ? -x : x;
 }
@@ -17,7 +17,7 @@ static int64_t size(int64_t x)
 /* One count forth and back, from a yielding shaft, is no motion. */
 static void watch_motion(struct homing *h, const struct homing_view *v)
 {
-    if (!v->at_limit || size(v->turns->counts - h->counted) > 1) {
+    if (!v->at_limit || homing_size(v->turns->counts - h->counted) > 1) {
         h->counted = v->turns->counts;
         h->blocked_ms = 0;
     } else {
@@ -36,6 +36,6 @@ enum homing_result homing_step(struct homing *h, const struct homing_view *v)
         h->zero = v->turns->counts;
         return HOMING_FOUND;
     }
-    const bool too_far = size(v->turns->counts - h->from) > v->farthest;
+    const bool too_far = homing_size(v->turns->counts - h->from) > v->farthest;
     return too_far || h->blocked_ms >= STUCK_MS ? HOMING_FAILED : HOMING_SEARCHES;
 }

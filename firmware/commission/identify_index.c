@@ -31,7 +31,7 @@ enum search_phase {
 
 /* ---- measuring ---- */
 
-static void look(const struct identify *d, struct identify_index *m, const struct measure_io *io)
+static void index_look(const struct identify *d, struct identify_index *m, const struct measure_io *io)
 {
     uint32_t index;
     if (!measure_index(io, &index)) {
@@ -55,7 +55,7 @@ static bool search(const struct identify *d, struct identify_index *m, const str
 {
     const int32_t rpm = d->reluctant ? q15_max(d->rpm_most / 4 * SEARCH_QUARTERS, 1) : d->rpm_most;
     (void)measure_spin(io, rpm, identify_i_most_q15(d));
-    look(d, m, io);
+    index_look(d, m, io);
     return ran_enough(d, m);
 }
 

@@ -178,7 +178,8 @@ static void sum_up(struct identify_map_point *p, int32_t sign, const struct meas
 }
 
 /* A swing that never comes past a phase becomes wider. */
-static void turn_round(const struct identify *d, struct identify_map *m, struct identify_map_point *p, int32_t x_q15)
+static void map_turn_round(const struct identify *d, struct identify_map *m, struct identify_map_point *p,
+                           int32_t x_q15)
 {
     m->way_ms++;
     if (x_q15 < p->rpm * 32768) {
@@ -210,7 +211,7 @@ static bool swing(struct identify *d, const struct measure_io *io)
             play(d, p, m->sign > 0 ? 0u : 1u, true, io);
         }
     }
-    turn_round(d, m, p, m->sign * x_q15);
+    map_turn_round(d, m, p, m->sign * x_q15);
     end_point(d, (m->ways >= LEAST_WAYS || !p->fluxes) && has_all(p));
     return false;
 }

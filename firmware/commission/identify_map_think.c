@@ -104,8 +104,8 @@ static void know_along_axis(struct identify *d, enum identify_quantity first, ui
 }
 
 /* Of v_q's and v_d's slopes with i_q to either side; false: they were not passed. 0.1 uWb. */
-static bool know_flux(struct identify *d, const struct identify_map_point *p, uint32_t which,
-                      struct identify_spread *flux)
+static bool map_know_flux(struct identify *d, const struct identify_map_point *p, uint32_t which,
+                          struct identify_spread *flux)
 {
     int64_t of[2];
     for (uint32_t half = 0; half < 2u; half++) {
@@ -183,7 +183,7 @@ enum identify_reason identify_think_along(struct identify *d)
 static bool choose_torque(struct identify *d)
 {
     struct identify_spread across;
-    if (!d->reluctant || !know_flux(d, &d->work.map.at[2], 1, &across)) {
+    if (!d->reluctant || !map_know_flux(d, &d->work.map.at[2], 1, &across)) {
         return false;
     }
     struct params p = d->params;
@@ -258,7 +258,7 @@ enum identify_reason identify_think_torque(struct identify *d)
 {
     const struct identify_map_point *const p = &d->work.map.at[0];
     struct identify_spread along, across;
-    if (!was_seen(p) || !know_flux(d, p, 0, &along) || !know_flux(d, p, 1, &across)) {
+    if (!was_seen(p) || !map_know_flux(d, p, 0, &along) || !map_know_flux(d, p, 1, &across)) {
         identify_refuse_rest(d, IDENTIFY_TOO_LIGHT);
         return IDENTIFY_NO_REASON;
     }

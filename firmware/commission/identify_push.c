@@ -37,7 +37,7 @@ static int32_t follow_emf(const struct identify *d, struct identify_push *m, con
     return m->emf_q18 >> EMF_SHIFT;
 }
 
-static void grow(struct identify *d, struct identify_push *m, const struct measure_io *io, bool arrived)
+static void push_grow(struct identify *d, struct identify_push *m, const struct measure_io *io, bool arrived)
 {
     const int32_t i_most_q15 = identify_i_most_q15(d);
     m->i_q15 = measure_ramp(i_most_q15, d->phase_ms, GROW_MS);
@@ -69,7 +69,7 @@ bool identify_measure_push(struct identify *d, const struct measure_io *io)
     identify_correct_offset(d, io);
     switch (d->phase) {
     case PUSH_GROW:
-        grow(d, m, io, emf_q15 >= most_q15);
+        push_grow(d, m, io, emf_q15 >= most_q15);
         break;
     case PUSH_BACK:
     case PUSH_FORTH:

@@ -46,7 +46,7 @@ static void accelerate(struct identify *d, const struct measure_io *io)
  * Where only a small current lets the offset be known, a constant speed has one: the frame is put right there. True when
  * it is.
  */
-static bool lead(struct identify *d, const struct measure_io *io)
+static bool ramps_lead(struct identify *d, const struct measure_io *io)
 {
     struct identify_ramps *const m = &d->work.ramps;
     if (!d->reluctant || m->led_ms >= LEAD_MS) {
@@ -59,7 +59,7 @@ static bool lead(struct identify *d, const struct measure_io *io)
 bool identify_measure_ramps(struct identify *d, const struct measure_io *io)
 {
     identify_correct_offset(d, io);
-    if (!lead(d, io)) {
+    if (!ramps_lead(d, io)) {
         return d->phase_ms > PATIENCE_MS;
     }
     if (d->phase == ramps(d)) {
@@ -82,7 +82,7 @@ static int64_t flux_e1_uwb(const struct identify *d, int32_t way, const struct m
     return identify_flux_of_runs(d, runs, count);
 }
 
-static enum identify_reason know_flux(struct identify *d)
+static enum identify_reason ramps_know_flux(struct identify *d)
 {
     const struct identify_ramps *const m = &d->work.ramps;
     const int64_t of[] = {flux_e1_uwb(d, 0, m->slows), flux_e1_uwb(d, 0, m->gains), flux_e1_uwb(d, 1, m->slows),
@@ -122,7 +122,7 @@ static void know_inertia(struct identify *d)
 
 enum identify_reason identify_think_ramps(struct identify *d)
 {
-    const enum identify_reason against = d->phase < ramps(d) ? IDENTIFY_LOADED : know_flux(d);
+    const enum identify_reason against = d->phase < ramps(d) ? IDENTIFY_LOADED : ramps_know_flux(d);
     d->ramp_mrad_s2 = identify_slope_mrad_s2(&d->work.ramps.gains[0]);
     if (against == IDENTIFY_NO_REASON && d->indexed) {
         know_inertia(d);

@@ -206,12 +206,12 @@ static void know(struct identify *d, const struct ways *r, const struct ways *de
 }
 
 /* The field leads the rotor; a rotor that moves on while the field stands is driven. Without an encoder no motion shows. */
-static bool driven(const struct identify_resistance *m)
+static bool resistance_driven(const struct identify_resistance *m)
 {
     return q15_abs(m->drifted) > q15_abs(m->led) / 2 + DRIFT_COUNTS;
 }
 
-static enum identify_reason judge(struct identify *d)
+static enum identify_reason resistance_judge(struct identify *d)
 {
     if (d->reluctant) {
         return IDENTIFY_TURNED;
@@ -234,10 +234,10 @@ static enum identify_reason judge(struct identify *d)
 
 enum identify_reason identify_think_resistance(struct identify *d)
 {
-    if (!d->reluctant && driven(&d->work.resistance)) {
+    if (!d->reluctant && resistance_driven(&d->work.resistance)) {
         return IDENTIFY_LOADED;
     }
-    const enum identify_reason against = judge(d);
+    const enum identify_reason against = resistance_judge(d);
     if (against != IDENTIFY_NO_REASON) {
         identify_refuse(d, IDENTIFY_RESISTANCE, IDENTIFY_DEAD_TIME, against);
     }

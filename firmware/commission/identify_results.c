@@ -37,7 +37,7 @@ void identify_refuse_rest(struct identify *d, enum identify_reason reason)
 
 /* ---- use: each returns how many parameters changed ---- */
 
-static uint32_t put(int32_t *param, int64_t value)
+static uint32_t results_put(int32_t *param, int64_t value)
 {
     const uint32_t changed = *param != value ? 1u : 0u;
     *param = (int32_t)value;
@@ -49,9 +49,9 @@ static bool is_known(const struct identify *d, enum identify_quantity what)
     return d->results[what].state == IDENTIFY_KNOWN;
 }
 
-static uint32_t take(const struct identify *d, enum identify_quantity what, int32_t *param, int32_t units)
+static uint32_t results_take(const struct identify *d, enum identify_quantity what, int32_t *param, int32_t units)
 {
-    return is_known(d, what) ? put(param, q15_max((d->results[what].value + units / 2) / units, 1)) : 0u;
+    return is_known(d, what) ? results_put(param, q15_max((d->results[what].value + units / 2) / units, 1)) : 0u;
 }
 
 /* Flux by current is an inductance: 0.1 uWb by mA are 1e2 uH. */
@@ -70,25 +70,26 @@ static uint32_t use_torque(const struct identify *d, struct params *p)
     const struct identify_result *const r = d->results;
     const int64_t i_d_ma = r[IDENTIFY_TORQUE_ID].value, sign = i_d_ma < 0 ? -1 : 1;
     const int64_t more_e1_uwb = (int64_t)r[IDENTIFY_TORQUE_FLUX].value - r[IDENTIFY_FLUX].value;
-    return put(&p->ld_apparent_uh, apparent_uh(sign * more_e1_uwb, sign * i_d_ma)) +
-           put(&p->lq_apparent_uh, apparent_uh(r[IDENTIFY_TORQUE_ACROSS].value, r[IDENTIFY_TORQUE_IQ].value)) +
-           put(&p->cross_pm, q15_clamp(r[IDENTIFY_CROSS].value, -CROSS_MOST_PM, CROSS_MOST_PM));
+    return results_put(&p->ld_apparent_uh, apparent_uh(sign * more_e1_uwb, sign * i_d_ma)) +
+           results_put(&p->lq_apparent_uh, apparent_uh(r[IDENTIFY_TORQUE_ACROSS].value, r[IDENTIFY_TORQUE_IQ].value)) +
+           results_put(&p->cross_pm, q15_clamp(r[IDENTIFY_CROSS].value, -CROSS_MOST_PM, CROSS_MOST_PM));
 }
 
 /* Where reluctance outweighs the magnets the loops go by what the rated current leaves, and by that without one. */
 static uint32_t use_inductances(const struct identify *d, struct params *p)
 {
     if (!d->reluctant || !is_known(d, IDENTIFY_LD_Q3) || !is_known(d, IDENTIFY_LQ_Q3)) {
-        return take(d, IDENTIFY_LD, &p->ld_uh, 1000) + take(d, IDENTIFY_LQ, &p->lq_uh, 1000);
+        return results_take(d, IDENTIFY_LD, &p->ld_uh, 1000) + results_take(d, IDENTIFY_LQ, &p->lq_uh, 1000);
     }
-    return take(d, IDENTIFY_LD_Q3, &p->ld_uh, 1000) + take(d, IDENTIFY_LQ_Q3, &p->lq_uh, 1000) +
-           take(d, IDENTIFY_LQ, &p->lq_rest_uh, 1000);
+    return results_take(d, IDENTIFY_LD_Q3, &p->ld_uh, 1000) + results_take(d, IDENTIFY_LQ_Q3, &p->lq_uh, 1000) +
+           results_take(d, IDENTIFY_LQ, &p->lq_rest_uh, 1000);
 }
 
 uint32_t identify_use(const struct identify *d, struct params *p)
 {
-    return use_inductances(d, p) + use_torque(d, p) + take(d, IDENTIFY_RESISTANCE, &p->resistance_mohm, 1000) +
-           take(d, IDENTIFY_POLE_PAIRS, &p->pole_pairs, 1) + take(d, IDENTIFY_COUNTS, &p->encoder_counts, 1) +
-           take(d, IDENTIFY_FLUX, &p->flux_uwb, 10) + take(d, IDENTIFY_INERTIA, &p->inertia_gmm2, 1) +
-           take(d, IDENTIFY_COULOMB, &p->friction_unm, 1);
+    return use_inductances(d, p) + use_torque(d, p) + results_take(d, IDENTIFY_RESISTANCE, &p->resistance_mohm, 1000) +
+           results_take(d, IDENTIFY_POLE_PAIRS, &p->pole_pairs, 1) +
+           results_take(d, IDENTIFY_COUNTS, &p->encoder_counts, 1) + results_take(d, IDENTIFY_FLUX, &p->flux_uwb, 10) +
+           results_take(d, IDENTIFY_INERTIA, &p->inertia_gmm2, 1) +
+           results_take(d, IDENTIFY_COULOMB, &p->friction_unm, 1);
 }

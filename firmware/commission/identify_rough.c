@@ -30,7 +30,7 @@
 
 /* ---- pulses ---- */
 
-static bool grow(struct burst *b)
+static bool rough_grow(struct burst *b)
 {
     if (b->v_steps * 2 <= MOST_STEPS) {
         b->v_steps *= 2;
@@ -52,7 +52,7 @@ bool identify_measure_pulses(struct identify *d, const struct measure_io *io)
     const uint32_t phase = m->count % 3u;
     current_loop_field(io->loop, phase * THIRD_Q32, 0);
     identify_play(d, io, phase * THIRD_Q32, phase * THIRD_Q32);
-    if (m->count == 0u && burst_peak_q15(b) < d->i_rated_q15 / RATED_PART && grow(b)) {
+    if (m->count == 0u && burst_peak_q15(b) < d->i_rated_q15 / RATED_PART && rough_grow(b)) {
         return false;
     }
     burst_add(&m->sums[phase], b, io->loop->vbus_q15);

@@ -37,7 +37,7 @@ static void begin_pass(const struct identify *d, struct field_pass *p)
     field_pass_start(p, d->phase == 0u ? step_q32 : -step_q32, d->reluctant ? SOFT_RAMP_MS : RAMP_MS, TURN_MS);
 }
 
-static void keep_pass(struct identify_turn *m, uint32_t pass)
+static void identify_turn_keep_pass(struct identify_turn *m, uint32_t pass)
 {
     const struct field_pass *const p = &m->field;
     const int32_t n = (int32_t)TURN_MS;
@@ -66,7 +66,7 @@ bool identify_measure_turn(struct identify *d, const struct measure_io *io)
     if (!field_pass_step(&m->field, &m->rotor, io->loop, 0, d->counts, i_q15)) {
         return false;
     }
-    keep_pass(m, d->phase);
+    identify_turn_keep_pass(m, d->phase);
     identify_enter(d, d->phase + 1u);
     begin_pass(d, &m->field);
     return d->phase == 2u;
@@ -85,7 +85,7 @@ static void stand_in(struct params *p, int32_t counts_two_turns)
     p->speed_max_rpm = p->overspeed_rpm - 1;
 }
 
-static uint32_t way_q32(int64_t counts_q8, int64_t counts_two_turns)
+static uint32_t identify_turn_way_q32(int64_t counts_q8, int64_t counts_two_turns)
 {
     return (uint32_t)identify_scaled(counts_q8, 2LL << 32, counts_two_turns * 256);
 }
@@ -97,7 +97,7 @@ static uint32_t angle_by_field_q32(const struct identify *d, int64_t counts_two_
     uint32_t offset_q32[2];
     for (int32_t k = 0; k < 2; k++) {
         const int64_t to_end_q8 = (int64_t)d->counts * 256 - m->mean_counts_q8[k];
-        offset_q32[k] = m->field_q32[k] + way_q32(sign * to_end_q8, counts_two_turns);
+        offset_q32[k] = m->field_q32[k] + identify_turn_way_q32(sign * to_end_q8, counts_two_turns);
     }
     return offset_q32[0] + (uint32_t)((int32_t)(offset_q32[1] - offset_q32[0]) / 2);
 }
@@ -106,7 +106,7 @@ static uint32_t angle_by_field_q32(const struct identify *d, int64_t counts_two_
 static uint32_t angle_by_axis_q32(const struct identify *d, int64_t counts_two_turns, int32_t sign, uint32_t field_q32)
 {
     const int64_t moved_q8 = (int64_t)(d->counts - d->axis_counts) * 256;
-    const uint32_t axis_q32 = d->axis_q32 + way_q32(sign * moved_q8, counts_two_turns);
+    const uint32_t axis_q32 = d->axis_q32 + identify_turn_way_q32(sign * moved_q8, counts_two_turns);
     const int32_t off_q32 = (int32_t)(axis_q32 - field_q32);
     return off_q32 > -QUARTER_Q32 && off_q32 < QUARTER_Q32 ? axis_q32 : axis_q32 + 2u * QUARTER_Q32;
 }

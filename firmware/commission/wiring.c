@@ -25,7 +25,7 @@ static int32_t largest(const int32_t of_q15[3])
     return q15_max(q15_max(q15_abs(of_q15[0]), q15_abs(of_q15[1])), q15_abs(of_q15[2]));
 }
 
-static void keep(struct wiring *w, const int32_t i_q15[3])
+static void wiring_keep(struct wiring *w, const int32_t i_q15[3])
 {
     w->own_q15[w->along] = i_q15[w->along];
     for (size_t k = 0; k < 3u; k++) {
@@ -51,7 +51,7 @@ static void begin(struct wiring *w, const int32_t i_q15[3], int32_t v_256ths)
     w->ms = 0;
 }
 
-static enum wiring_result judge(struct wiring *w, const struct tuning *t)
+static enum wiring_result wiring_judge(struct wiring *w, const struct tuning *t)
 {
     const int32_t most_q15 = largest(w->largest_q15);
     if (most_q15 < t->wiring_i_q15 / 2) {
@@ -70,7 +70,7 @@ static enum wiring_result judge(struct wiring *w, const struct tuning *t)
 }
 
 /* The larger of a phase's currents in both samples; or the one there is. The other is less than a quarter of it: blind. */
-static void look(struct wiring *w, const struct tuning *t, const struct adc_regs *adc, int32_t i_q15[3])
+static void wiring_look(struct wiring *w, const struct tuning *t, const struct adc_regs *adc, int32_t i_q15[3])
 {
     const struct adc_sample s = adc_read(adc);
     const struct adc_sample next = t->samples == 2 ? adc_read_next(adc, (uint32_t)t->loop_counts) : s;
@@ -89,16 +89,16 @@ enum wiring_result wiring_step(struct wiring *w, volatile struct current_loop *c
                                const struct adc_regs *adc)
 {
     int32_t i_q15[3];
-    look(w, t, adc, i_q15);
+    wiring_look(w, t, adc, i_q15);
     const int32_t rise_q15[3] = {i_q15[0] - w->before_q15[0], i_q15[1] - w->before_q15[1], i_q15[2] - w->before_q15[2]};
     w->ms++;
     if (w->v_256ths == 0 && (w->ms > FALL_MS || largest(i_q15) < t->wiring_i_q15 / 4)) {
         if (w->along == 3u) {
-            return judge(w, t);
+            return wiring_judge(w, t);
         }
         begin(w, i_q15, first_256ths(t, c));
     } else if (w->v_256ths != 0 && (largest(rise_q15) >= t->wiring_i_q15 || w->ms > RISE_MS)) {
-        keep(w, rise_q15);
+        wiring_keep(w, rise_q15);
         w->along++;
     } else {
         w->v_256ths = q15_min(w->v_256ths + w->v_256ths / 4, LARGEST_256THS);

@@ -2,7 +2,7 @@
 /*
  * The only place that enables the gates. A latched fault locks the bridge out until it is cleared: whatever interrupts the
  * slow loop between its own look and its store, a fault and live gates exclude each other. The one exception is a fault whose
- * reaction is a controlled stop (axis/reaction.h): its gates were live already.
+ * reaction is a controlled stop (drive/reaction.h): its gates were live already.
  */
 #ifndef FIRMWARE_CONTROL_BRIDGE_H
 #define FIRMWARE_CONTROL_BRIDGE_H

@@ -196,7 +196,7 @@ static void follow_ripple(volatile struct current_loop *c)
 }
 
 /* kp + ki: see lib/pi.h. */
-static void set_gains(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
+static void loop_set_gains(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
 {
     const int32_t ki_q15 = q15_min(t->ki_q17 * (CONFIG_BUS_STEPS / 4) / vbus_q15, PI_KI_MAX_Q15);
     c->kp_d_q9 = q15_min(t->kp_d_q12 * (CONFIG_BUS_STEPS / 8) / vbus_q15 + (ki_q15 >> 6), PI_KP_MAX_Q9);
@@ -255,7 +255,7 @@ void current_loop_follow(volatile struct current_loop *c, const struct fabric *f
     }
     const int32_t vbus_q15 = q15_max(bus_q15, t->v_min_q15);
     if (!gains_hold(c, t, vbus_q15)) {
-        set_gains(c, t, vbus_q15);
+        loop_set_gains(c, t, vbus_q15);
     }
     if (t->iron_grows_q10 != 0 && follows_rotor(c)) {
         follow_iron(c, t);

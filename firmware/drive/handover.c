@@ -82,7 +82,7 @@ struct outcome handover_forbidden(const struct axis *a, uint32_t target)
 }
 
 /* Checks the parameters as `on` would with that source. */
-static struct outcome tune(struct axis *a, uint32_t target)
+static struct outcome handover_tune(struct axis *a, uint32_t target)
 {
     struct params told = a->params;
     struct tuning *const t = &a->switching.tuning;
@@ -138,7 +138,7 @@ struct outcome drive_change_source(struct axis *a, uint32_t target)
     if (a->state != AXIS_OPERATION_ENABLED) {
         return outcome_of(ERROR_NOT_OPERATING);
     }
-    struct outcome problem = tune(a, target);
+    struct outcome problem = handover_tune(a, target);
     if (problem.error == ERROR_NONE && target == PARAM_ANGLE_ENCODER) {
         wake_encoder(a);
     }
@@ -156,7 +156,7 @@ struct outcome drive_change_source(struct axis *a, uint32_t target)
 
 /* ---- the look ---- */
 
-static void differ(struct handover *h, int32_t by_q32)
+static void handover_differ(struct handover *h, int32_t by_q32)
 {
     const int32_t size_q32 = by_q32 < 0 ? -(by_q32 + 1) : by_q32;
     h->apart_q32 = q15_max(h->apart_q32, size_q32);
@@ -173,9 +173,9 @@ static void look_at_encoder(struct handover *h, uint32_t from_count_q32)
     h->least_q32 = q15_min(h->least_q32, off_q32);
     h->most_q32 = q15_max(h->most_q32, off_q32);
     if (h->offset_known) {
-        differ(h, off_q32);
+        handover_differ(h, off_q32);
     } else {
-        differ(h, (int32_t)(((int64_t)h->most_q32 - h->least_q32) / 2));
+        handover_differ(h, (int32_t)(((int64_t)h->most_q32 - h->least_q32) / 2));
     }
 }
 
@@ -188,12 +188,12 @@ static void look_at_hall(struct axis *a, uint32_t state, uint32_t angle_q32)
     const int32_t size_q32 = off_q32 < 0 ? -(off_q32 + 1) : off_q32;
     h->states |= 1u << state;
     if (hall_state_is_valid(&a->hall, state)) {
-        differ(h, q15_max(size_q32 - s->half_q32, 0));
+        handover_differ(h, q15_max(size_q32 - s->half_q32, 0));
     }
 }
 
 /* Once a millisecond, when the slow loop has updated the voltages. */
-static void look_at_emf(struct axis *a)
+static void handover_look_at_emf(struct axis *a)
 {
     struct handover *const h = &a->handover;
     const uint32_t held = request_hold();
@@ -204,7 +204,7 @@ static void look_at_emf(struct axis *a)
         h->states++;
         if (h->states > EMF_SETTLES && emf_judge(&h->emf, w_q15 < 0) != EMF_AGREES) {
             const int32_t deg = emf_angle_deg(&h->emf.filtered, w_q15 < 0);
-            differ(h, deg == 180 || deg == -180 ? INT32_MAX : deg * DEGREE_Q32);
+            handover_differ(h, deg == 180 || deg == -180 ? INT32_MAX : deg * DEGREE_Q32);
         }
     }
     request_release(held);
@@ -267,7 +267,7 @@ static bool all_states(const struct axis *a)
     return a->handover.states == expected;
 }
 
-static struct outcome judge(const struct axis *a)
+static struct outcome handover_judge(const struct axis *a)
 {
     const struct handover *const h = &a->handover;
     if (h->target == PARAM_ANGLE_HALL && !all_states(a)) {
@@ -311,15 +311,15 @@ static void ask_slow_loop(struct axis *a)
     request_release(held);
 }
 
-static void look(struct axis *a)
+static void handover_look(struct axis *a)
 {
     struct handover *const h = &a->handover;
     if (h->target == PARAM_ANGLE_SENSORLESS) {
-        look_at_emf(a);
+        handover_look_at_emf(a);
     }
     look_at_sample(a);
     if (seen_enough(h)) {
-        const struct outcome found = judge(a);
+        const struct outcome found = handover_judge(a);
         if (found.error != ERROR_NONE) {
             end(h, found);
         } else {
@@ -352,7 +352,7 @@ bool handover_go_on(struct axis *a)
     } else if (a->state != AXIS_OPERATION_ENABLED) {
         end(h, outcome_of(ERROR_NOT_OPERATING));
     } else {
-        look(a);
+        handover_look(a);
     }
     return h->under_way;
 }

@@ -109,7 +109,7 @@ static enum error take_cogging(struct candidate *c, const struct record *r)
     return ERROR_NONE;
 }
 
-static enum error take(struct candidate *c, struct kept *k, const struct record *r)
+static enum error stored_take(struct candidate *c, struct kept *k, const struct record *r)
 {
     switch (r->kind) {
     case RECORD_PARAMETER:
@@ -151,7 +151,7 @@ static enum error read_records(struct candidate *c, const struct slots *s, struc
     struct record_reader reader = records_read(slots_records(s, k->view.newest), k->view.records_bytes[k->view.newest]);
     struct record r;
     while (record_next(&reader, &r)) {
-        const enum error problem = take(c, k, &r);
+        const enum error problem = stored_take(c, k, &r);
         if (problem != ERROR_NONE) {
             copy_name(k->about, r.name);
             return problem;
@@ -168,7 +168,7 @@ struct outcome keeping_check(const struct params *p, struct tuning *t)
 }
 
 /* The index counts in the encoder scale in effect: the set's scale comes first. Slow loop held. */
-static void take_over(struct axis *a, const struct candidate *c)
+static void stored_take_over(struct axis *a, const struct candidate *c)
 {
     a->params = c->params;
     for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
@@ -203,7 +203,7 @@ void drive_recall(struct axis *a, const struct slots *s, struct kept *k)
     k->state = k->problem.error == ERROR_NONE ? KEPT_LOADED : KEPT_REFUSED;
     if (k->state == KEPT_LOADED) {
         const uint32_t held = request_hold();
-        take_over(a, &c);
+        stored_take_over(a, &c);
         request_release(held);
     }
 }

@@ -63,7 +63,7 @@ static void program(struct saving *x)
     x->worn = x->worn || result == ENVM_WORN;
 }
 
-static void put(struct saving *x, const void *bytes, uint32_t count)
+static void storing_put(struct saving *x, const void *bytes, uint32_t count)
 {
     const uint8_t *const b = bytes;
     for (uint32_t n = 0; n < count && x->problem == ERROR_NONE; n++) {
@@ -82,9 +82,9 @@ static void put_record(struct saving *x, enum record_kind kind, const char *name
         x->problem = ERROR_SAVE_FULL;
     }
     record_head(head, kind, name, bytes);
-    put(x, head, sizeof head);
-    put(x, name, name_bytes);
-    put(x, value, bytes);
+    storing_put(x, head, sizeof head);
+    storing_put(x, name, name_bytes);
+    storing_put(x, value, bytes);
 }
 
 static void put_parameters(struct saving *x)
@@ -153,7 +153,7 @@ static struct outcome state_forbids(struct axis *a, struct tuning *set)
 }
 
 /* The head makes it a slot, so it comes last. */
-static void finish(struct saving *x)
+static void storing_finish(struct saving *x)
 {
     if (slot_pad(&x->writer)) {
         program(x);
@@ -187,7 +187,7 @@ struct outcome drive_save(struct axis *a, const struct slots *s, struct saved *r
         put_index(&x);
         dropped = put_cogging(&x);
     }
-    finish(&x);
+    storing_finish(&x);
     *report = (struct saved){x.writer.slot, x.writer.number, x.worn, dropped};
     if (x.problem == ERROR_NONE && !is_stored(s, &x.writer)) {
         x.problem = ERROR_ENVM_VERIFY;

@@ -29,8 +29,4 @@ static inline bool mode_beyond(int32_t x, int32_t limit)
 /* What the speed loop may ask for beside the feed-forward torque, which is returned (modes_control.c). Slow loop. */
 int32_t mode_room_beside_known(struct axis *a, struct interval *room);
 
-/* Position control towards the next reference; the reference goes on from the shaft, or from another mode's. Slow loop. */
-void mode_control_position(struct axis *a, int64_t next_ref);
-void mode_begin_position(struct axis *a);
-
 #endif

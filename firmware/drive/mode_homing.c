@@ -24,7 +24,7 @@ static int32_t whole(int64_t counts)
     return counts > INT32_MAX ? INT32_MAX : (counts < INT32_MIN ? INT32_MIN : (int32_t)counts);
 }
 
-static bool index_seen(const struct axis *a)
+static bool homing_index_seen(const struct axis *a)
 {
     return (encoder_status(&a->fabric->encoder) & ENCODER_STATUS_INDEX_SEEN) != 0u;
 }
@@ -57,7 +57,7 @@ static const struct set_point *hm_step(struct axis *a)
         .turn = a->tuning.encoder_counts,
         .farthest = farthest(a),
         .at_limit = a->speed.at_limit,
-        .index_seen = index_seen(a),
+        .index_seen = homing_index_seen(a),
         .index = encoder_index(&a->fabric->encoder),
     };
     modes_control_speed(a, a->tuning.ramp_q16);

@@ -14,7 +14,7 @@ static int32_t units_of_rpm_q16(const struct tuning *t, int32_t rpm_q16)
 }
 
 /* The shaft's position at the next step, at the speed loop's reference speed. */
-void mode_begin_position(struct axis *a)
+static void begin_position(struct axis *a)
 {
     struct motion *const m = &a->motion;
     const int32_t speed = units_of_rpm_q16(&a->tuning, a->speed.ref_rpm_q16);
@@ -22,7 +22,7 @@ void mode_begin_position(struct axis *a)
     position_begin(&m->position, here + speed, speed);
 }
 
-void mode_control_position(struct axis *a, int64_t next_ref)
+static void control_position(struct axis *a, int64_t next_ref)
 {
     struct motion *const m = &a->motion;
     struct interval room;
@@ -57,7 +57,7 @@ static void pp_enter(struct axis *a)
 {
     struct motion *const m = &a->motion;
     if (!axis_mode_is_position(a->mode)) {
-        mode_begin_position(a);
+        begin_position(a);
     }
     profile_begin(&m->profile, &a->tuning.profile, m->position.ref, m->position.ref_speed);
     m->aimed = false;
@@ -75,7 +75,7 @@ static void pp_aim(struct axis *a, const struct set_point *s)
 static const struct set_point *pp_step(struct axis *a)
 {
     profile_step(&a->motion.profile, &a->tuning.profile);
-    mode_control_position(a, a->motion.profile.position);
+    control_position(a, a->motion.profile.position);
     return NULL;
 }
 
@@ -98,7 +98,7 @@ static struct outcome csp_check(const struct axis *a, int32_t counts)
 static void csp_enter(struct axis *a)
 {
     if (!axis_mode_is_position(a->mode)) {
-        mode_begin_position(a);
+        begin_position(a);
     }
     cyclic_begin(&a->motion.cyclic, a->motion.position.ref);
 }
@@ -110,7 +110,7 @@ static void csp_aim(struct axis *a, const struct set_point *s)
 
 static const struct set_point *csp_step(struct axis *a)
 {
-    mode_control_position(a, cyclic_step(&a->motion.cyclic));
+    control_position(a, cyclic_step(&a->motion.cyclic));
     return NULL;
 }
 

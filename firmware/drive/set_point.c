@@ -3,7 +3,6 @@
 
 #include "firmware/drive/drive.h"
 #include "firmware/drive/requests.h"
-#include "firmware/source/rotor.h"
 
 /* Two relative ones before a step are as far as both. */
 static int32_t sum_of(int32_t x, int32_t y)
@@ -12,7 +11,7 @@ static int32_t sum_of(int32_t x, int32_t y)
     return sum > INT32_MAX ? INT32_MAX : (sum < INT32_MIN ? INT32_MIN : (int32_t)sum);
 }
 
-static void leave(struct axis *a, struct set_point *s)
+static void leave_in_mailbox(struct axis *a, struct set_point *s)
 {
     const struct set_point *const before = &a->set_point;
     if (s->relative && before->waits && before->mode == s->mode) {
@@ -33,7 +32,7 @@ static struct outcome post(struct axis *a, struct set_point *s)
     const struct outcome outcome =
         a->state == AXIS_OPERATION_ENABLED ? modes_check(a, s) : outcome_of(ERROR_NOT_OPERATING);
     if (outcome.error == ERROR_NONE) {
-        leave(a, s);
+        leave_in_mailbox(a, s);
     }
     request_release(held);
     return outcome;
@@ -43,7 +42,7 @@ void set_point_take(struct axis *a)
 {
     const struct set_point s = a->set_point;
     a->set_point.waits = false;
-    if (s.waits) {
+    if (s.waits && modes_check(a, &s).error == ERROR_NONE) { /* the encoder may have been given up since */
         modes_aim(a, &s);
     }
 }
@@ -88,9 +87,20 @@ struct outcome drive_learn_cogging(struct axis *a)
     return post(a, &(struct set_point){.mode = AXIS_MODE_LEARNING});
 }
 
+/* Whatever was asked for before counts from the old zero. */
+static bool set_point_is_taken(const struct axis *a)
+{
+    for (uint32_t poll = 0; poll < REQUEST_PATIENCE_POLLS; poll++) {
+        if (!a->set_point.waits) {
+            return true;
+        }
+    }
+    return false;
+}
+
 struct outcome drive_set_zero(struct axis *a)
 {
-    if (!request_settled(a)) {
+    if (!request_settled(a) || !set_point_is_taken(a)) {
         return outcome_of(ERROR_BUSY);
     }
     const uint32_t held = request_hold();

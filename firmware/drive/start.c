@@ -16,7 +16,7 @@ static uint32_t latched(const struct axis *a)
 
 /* ---- index ---- */
 
-static bool index_seen(const struct axis *a)
+static bool start_index_seen(const struct axis *a)
 {
     return (encoder_status(&a->fabric->encoder) & ENCODER_STATUS_INDEX_SEEN) != 0u;
 }
@@ -28,7 +28,7 @@ static uint32_t index_q32(const struct axis *a)
 
 void start_learn_index(struct axis *a)
 {
-    if (a->start.aligned && !a->start.index_known && index_seen(a)) {
+    if (a->start.aligned && !a->start.index_known && start_index_seen(a)) {
         a->start.index_offset_q32 = a->loop.angle_offset_q32 + index_q32(a);
         a->start.index_known = true;
     }
@@ -36,7 +36,7 @@ void start_learn_index(struct axis *a)
 
 static void take_offset_from_index(struct axis *a)
 {
-    if (!a->start.aligned && a->start.index_known && index_seen(a)) {
+    if (!a->start.aligned && a->start.index_known && start_index_seen(a)) {
         a->loop.angle_offset_q32 = a->start.index_offset_q32 - index_q32(a);
         a->start.aligned = true;
     }
@@ -117,7 +117,7 @@ static void step_calibration(struct axis *a)
 }
 
 /* A third of an electrical turn: few test currents turn a rotor that far, and turning magnets induce currents of any sign. */
-static bool driven(const struct axis *a)
+static bool start_driven(const struct axis *a)
 {
     if (a->identify.running) {
         return moved(a) > DRIVEN_COUNTS; /* counts per turn are unknown */
@@ -134,7 +134,7 @@ static void raise_of_wiring(struct axis *a, enum fault fault)
     struct start *const s = &a->start;
     if (a->tuning.angle_source == PARAM_ANGLE_SENSORLESS) {
         start_doubt(a, fault);
-    } else if (driven(a)) {
+    } else if (start_driven(a)) {
         fault_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
     } else {
         fault_raise_with(a, fault, s->wiring.phase, 0);
@@ -190,7 +190,7 @@ static void step_alignment(struct axis *a)
 }
 
 /* The rotor is at rest, and the bridge off for some microseconds: changes the encoder scale and the frame. */
-static void take_over(struct axis *a)
+static void start_take_over(struct axis *a)
 {
     struct identify *const d = &a->identify;
     const uint32_t angle_q32 = identify_angle_q32(d, &a->loop);
@@ -210,7 +210,7 @@ static void take_over(struct axis *a)
 static bool step_identify(struct axis *a)
 {
     if (identify_takes_over(&a->identify)) {
-        take_over(a);
+        start_take_over(a);
         return false;
     }
     const struct measure_io io = {.loop = &a->loop, .fabric = a->fabric, .speed = &a->speed, .tuning = &a->tuning};

@@ -45,7 +45,7 @@ int32_t start_hall_moved(const struct axis *a)
 }
 
 /* The gates open after a sample, when the legs already play the EMF: a turning rotor sees no jolt. */
-static void lead(struct axis *a)
+static void hall_start_lead(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);
     if (!select_hall(a, UINT32_MAX)) {
@@ -73,7 +73,7 @@ void start_hall(struct axis *a)
     } else if (!hall_state_is_valid(&a->hall, state)) {
         fault_raise_with(a, FAULT_HALL_INVALID, (int32_t)state, 0);
     } else if ((a->start.wired && !a->start.unseen) || start_hall_moved(a) >= TURNS_COUNTS) {
-        lead(a);
+        hall_start_lead(a);
     } else {
         look_at_wiring(a);
     }
@@ -83,7 +83,7 @@ void start_hall_wired(struct axis *a)
 {
     a->start.wired = true;
     if (!a->start.learns) {
-        lead(a);
+        hall_start_lead(a);
         return;
     }
     start_follow(a, LOOP_HALL);

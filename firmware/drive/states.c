@@ -75,7 +75,7 @@ static void switch_off(struct axis *a)
     identify_stop(&a->identify, FAULT_NONE);
 }
 
-static bool operation_is_wanted(struct axis *a)
+static bool start_was_for_operation(struct axis *a)
 {
     return !a->identify.running && !a->start.learns;
 }
@@ -141,7 +141,7 @@ static const struct transition transition_table[] = {
     {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_IDENTIFY, AXIS_READY, NULL, make_ready_to_identify},
     {IN(SWITCH_ON_DISABLED), DRIVE_EVENT_LEARN_HALL, AXIS_READY, NULL, make_ready_to_learn},
     {IN(READY), DRIVE_EVENT_STARTING, AXIS_SWITCHED_ON, NULL, start_begin},
-    {IN(SWITCHED_ON), DRIVE_EVENT_STARTED, AXIS_OPERATION_ENABLED, operation_is_wanted, begin_operation},
+    {IN(SWITCHED_ON), DRIVE_EVENT_STARTED, AXIS_OPERATION_ENABLED, start_was_for_operation, begin_operation},
     {IN(SWITCHED_ON), DRIVE_EVENT_STARTED, AXIS_SWITCH_ON_DISABLED, NULL, switch_off},
     {IN(OPERATION_ENABLED), DRIVE_EVENT_SOURCE, AXIS_OPERATION_ENABLED, NULL, handover_take},
     {IN(OPERATION_ENABLED), DRIVE_EVENT_QUICK_STOP, AXIS_QUICK_STOP, NULL, begin_quick_stop},
@@ -154,7 +154,7 @@ static const struct transition transition_table[] = {
     {IN(FAULT), DRIVE_EVENT_CLEAR, AXIS_SWITCH_ON_DISABLED, NULL, fault_forget},
 };
 
-static bool fits(const struct transition *t, struct axis *a, enum drive_event event)
+static bool states_fits(const struct transition *t, struct axis *a, enum drive_event event)
 {
     return t->event == event && ((t->from >> a->state) & 1u) != 0u && (t->guard == NULL || t->guard(a));
 }
@@ -163,7 +163,7 @@ bool states_take(struct axis *a, enum drive_event event)
 {
     for (uint32_t n = 0; n < sizeof transition_table / sizeof transition_table[0]; n++) {
         const struct transition *const t = &transition_table[n];
-        if (fits(t, a, event)) {
+        if (states_fits(t, a, event)) {
             if (t->action != NULL) {
                 t->action(a);
             }

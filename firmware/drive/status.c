@@ -8,7 +8,7 @@ static int64_t target(const struct axis *a)
     return a->mode == AXIS_MODE_CYCLIC_POSITION ? a->motion.cyclic.target : a->motion.profile.target;
 }
 
-static struct drive_status look(const struct axis *a)
+static struct drive_status status_look(const struct axis *a)
 {
     const volatile struct current_loop *const loop = &a->loop;
     return (struct drive_status){
@@ -44,7 +44,7 @@ struct drive_status drive_status(const struct axis *a)
     const uint32_t held = request_hold();
     do {
         before = sample(a);
-        status = look(a);
+        status = status_look(a);
     } while (sample(a) != before);
     request_release(held);
     return status;

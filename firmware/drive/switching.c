@@ -11,7 +11,7 @@ static struct outcome forbidden(const struct axis *a)
 }
 
 /* The tuning from the parameters, and whether they allow it. Padding is copied, too: an axis must hold no stack bytes. */
-static struct outcome tune(struct axis *a)
+static struct outcome switching_tune(struct axis *a)
 {
     a->switching.tuning = a->tuning;
     struct outcome problem = tuning_compute(&a->params, &a->switching.tuning);
@@ -29,7 +29,7 @@ struct outcome drive_switch_on(struct axis *a)
     if (drive_state_forbids_on(a) != ERROR_NONE) {
         return outcome_of(drive_state_forbids_on(a));
     }
-    struct outcome problem = tune(a);
+    struct outcome problem = switching_tune(a);
     if (problem.error == ERROR_NONE) {
         problem = forbidden(a); /* checked again at the end; a refusal need not wait until then */
     }
@@ -69,7 +69,7 @@ struct outcome drive_learn_hall(struct axis *a)
     if (a->params.angle_source != PARAM_ANGLE_HALL) {
         return outcome_of(ERROR_NEEDS_HALL);
     }
-    const struct outcome problem = tune(a);
+    const struct outcome problem = switching_tune(a);
     return problem.error == ERROR_NONE ? request(a, AXIS_REQUEST_LEARN_HALL) : problem;
 }
 

@@ -26,7 +26,7 @@ bool fault_latch(struct axis *a, enum fault cause, int32_t detail_0, int32_t det
     if (axis_fabric_doubted(a)) { /* the gates are off since the reset, and there is nothing to read */
         const bool none = a->faults.cause == FAULT_NONE;
         a->faults.cause = none ? cause : a->faults.cause;
-        a->faults.count++;
+        a->faults.count += none ? 1u : 0u;
         return none;
     }
     const uint32_t mask = cpu_irq_save(); /* two callers must not both find it empty */

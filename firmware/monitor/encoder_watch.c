@@ -240,7 +240,7 @@ static void look_in_doubt(struct axis *a, struct encoder_watch *e)
 }
 
 /* Checks the encoder's angle by the EMF, if there is enough; and the index, if there was a pulse. */
-static void judge(struct axis *a, struct encoder_watch *e)
+static void encoder_watch_judge(struct axis *a, struct encoder_watch *e)
 {
     if (emf_is_clear(&e->emf)) {
         judge_by_emf(a);
@@ -253,7 +253,7 @@ static void judge(struct axis *a, struct encoder_watch *e)
 }
 
 /* In doubt at once, else in turns. */
-static void look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
+static void encoder_watch_look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
 {
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
     if (e->doubt_ms != 0u) {
@@ -261,7 +261,7 @@ static void look_at_emf(struct axis *a, struct encoder_watch *e, uint32_t turn)
     } else if (turn == EMF_TURN) {
         emf_step(&e->emf, &a->loop, &a->tuning, w_q15, w_q15);
     } else if (turn == JUDGE_TURN) {
-        judge(a, e);
+        encoder_watch_judge(a, e);
     }
 }
 
@@ -289,7 +289,7 @@ bool encoder_watch_step(struct axis *a, uint32_t turn)
     if (e->doubt_ms == 0u && angle_size_q32(surprise_q32) > e->jump_limit_q32) {
         begin_doubt(a, e, surprise_q32);
     }
-    look_at_emf(a, e, turn);
+    encoder_watch_look_at_emf(a, e, turn);
     if (e->still_ms >= STILL_MS) {
         watch_still(a);
     }

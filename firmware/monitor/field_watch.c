@@ -21,7 +21,7 @@ struct field_view {
     int32_t expected_q15, doubt_q15;
 };
 
-static struct field_view look(const struct axis *a)
+static struct field_view field_watch_look(const struct axis *a)
 {
     const struct tuning *const t = &a->tuning;
     const struct current_loop *const c = &a->loop;
@@ -65,7 +65,7 @@ static bool is_away(const struct field_view *v, int32_t vbus_q15)
 void field_watch_step(struct axis *a)
 {
     struct field_watch *const w = &a->field_watch;
-    const struct field_view v = look(a);
+    const struct field_view v = field_watch_look(a);
     const bool tells = v.expected_q15 > a->loop.vbus_q15 >> LEAST_SHIFT;
     if (!tells) {
         w->d_q4 = 0;

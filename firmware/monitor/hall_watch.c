@@ -64,7 +64,7 @@ static bool doubts(struct axis *a, const struct rotor_seed *now, bool far)
     return !for_a_turn(a, now);
 }
 
-static void follow(struct axis *a)
+static void hall_watch_follow(struct axis *a)
 {
     struct hall_watch *const w = &a->hall_watch;
     const struct rotor_seed now = by_switches(a);
@@ -106,7 +106,7 @@ void hall_watch_step(struct axis *a)
     const uint32_t invalid = a->hall_watch.invalid;
     const uint32_t skipped = a->hall_watch.skipped;
     take_counts(a);
-    follow(a);
+    hall_watch_follow(a);
     if (a->hall_watch.invalid - invalid >= INVALID_SAMPLES) {
         fault_report(a, FAULT_HALL_INVALID, (int32_t)encoder_hall_latched(&a->fabric->encoder), 0);
     } else if (a->hall_watch.skipped != skipped) {

@@ -15,7 +15,7 @@ static int32_t open_one(bool a, bool b, bool c)
     return a + b + c == 1 ? a + 2 * b + 3 * c : 0;
 }
 
-static int32_t size(const abc_t *i)
+static int32_t phases_size(const abc_t *i)
 {
     return q15_abs(i->a) + q15_abs(i->b) + q15_abs(i->c);
 }
@@ -26,7 +26,7 @@ static int32_t size(const abc_t *i)
  */
 static int32_t least_that_tells(const struct phase_watch *p, const abc_t *asked)
 {
-    return q15_max(p->least_q15, size(asked) / 5); /* the size is 1.73 to 2 times the amplitude */
+    return q15_max(p->least_q15, phases_size(asked) / 5); /* the size is 1.73 to 2 times the amplitude */
 }
 
 enum phase_look {
@@ -65,8 +65,8 @@ static bool open(struct phase_watch *p, uint32_t phase, enum phase_look look, in
  */
 static uint32_t weight_shift(struct phase_watch *p, const abc_t *asked, const abc_t *measured, bool any_carries)
 {
-    p->carried_q15 = q15_max(size(measured), p->carried_q15 - (p->carried_q15 >> CARRIED_SHIFT));
-    return any_carries && p->carried_q15 > size(asked) >> 1 ? 0u : ALL_SHIFT;
+    p->carried_q15 = q15_max(phases_size(measured), p->carried_q15 - (p->carried_q15 >> CARRIED_SHIFT));
+    return any_carries && p->carried_q15 > phases_size(asked) >> 1 ? 0u : ALL_SHIFT;
 }
 
 void phase_watch_expect(struct axis *a)

@@ -52,16 +52,19 @@ static void soften(struct axis *a)
     speed_loop_soften(&a->speed, softened(a->speed.kp_q16), softened(softened(a->speed.ki_q16)));
 }
 
+/* Half waves from before the speed loop has reduced its gains by itself are answered already. */
 static void close_half_wave(struct axis *a, struct cycle_watch *w)
 {
     const int32_t high_q15 = q15_max(w->high_q15, w->last_high_q15);
     const int32_t low_q15 = q15_min(w->low_q15, w->last_low_q15);
     const bool swings = high_q15 - low_q15 > a->tuning.i_max_q15 / 2;
-    const bool counts = swings && w->half_ms <= CYCLE_LONGEST && alike(w->half_ms, w->last_half_ms);
+    const bool answered = a->speed.calmed != w->calmed;
+    const bool counts = !answered && swings && w->half_ms <= CYCLE_LONGEST && alike(w->half_ms, w->last_half_ms);
     w->halves = counts ? w->halves + 1u : 0u;
     w->last_half_ms = w->half_ms;
     w->last_high_q15 = w->high_q15;
     w->last_low_q15 = w->low_q15;
+    w->calmed = a->speed.calmed;
     w->half_ms = 0;
     w->high_q15 = a->loop.i_q_ref_q15;
     w->low_q15 = a->loop.i_q_ref_q15;

@@ -42,16 +42,16 @@ void thermal_tune(struct thermal *th, const struct params *p)
     th->inverter_q10 = p->inverter_ma == 0 ? 0 : q15_max(q10(p->inverter_ma, p->i_range_ma), 1);
 }
 
-static uint32_t checksum(const struct thermal_memory *m)
+static uint32_t thermal_checksum(const struct thermal_memory *m)
 {
     return ~(m->mark + (uint32_t)m->winding_q20 + 3u * (uint32_t)m->housing_q20);
 }
 
-static void keep(struct thermal *th)
+static void thermal_keep(struct thermal *th)
 {
     if (th->memory != NULL) {
         *th->memory = (struct thermal_memory){THERMAL_MARK, th->winding_q20, th->housing_q20, 0};
-        th->memory->check = checksum(th->memory);
+        th->memory->check = thermal_checksum(th->memory);
     }
 }
 
@@ -59,14 +59,14 @@ void thermal_init(struct thermal *th, struct thermal_memory *memory, const struc
 {
     *th = (struct thermal){.memory = memory, .winding_q4 = AMBIENT_Q4, .factor_q15 = Q15_ONE};
     thermal_tune(th, p);
-    if (memory != NULL && memory->mark == THERMAL_MARK && memory->check == checksum(memory)) {
+    if (memory != NULL && memory->mark == THERMAL_MARK && memory->check == thermal_checksum(memory)) {
         th->winding_q20 = memory->winding_q20;
         th->housing_q20 = memory->housing_q20;
     }
 }
 
 /* Towards the final value at the rate; rounded to nearest, so a long time constant does not stop short of it. */
-static void follow(int32_t *x_q20, int32_t end_q20, int32_t rate)
+static void thermal_follow(int32_t *x_q20, int32_t end_q20, int32_t rate)
 {
     *x_q20 += (int32_t)((((int64_t)end_q20 - *x_q20) * rate + (1 << 30)) >> 31);
 }
@@ -96,15 +96,15 @@ static void update_winding(struct thermal *th)
     const int32_t cold = loss_q10(th->mean_q20, th->rated_q10);
     const int32_t loss =
         q15_min(cold * (COPPER_ZERO_C * 16 + model_q4) / (COPPER_ZERO_C * 16 + th->max_q4), LOSS_MAX_Q10);
-    follow(&th->winding_q20, end_q20(th->winding_full_q4, loss), th->winding_rate_q31);
-    follow(&th->housing_q20, end_q20(th->housing_full_q4, loss), th->housing_rate_q31);
-    keep(th);
+    thermal_follow(&th->winding_q20, end_q20(th->winding_full_q4, loss), th->winding_rate_q31);
+    thermal_follow(&th->housing_q20, end_q20(th->housing_full_q4, loss), th->housing_rate_q31);
+    thermal_keep(th);
 }
 
 static void update_inverter(struct thermal *th)
 {
     if (th->inverter_q10 != 0) {
-        follow(&th->inverter_q20, loss_q10(th->mean_q20, th->inverter_q10) << 10, th->inverter_rate_q31);
+        thermal_follow(&th->inverter_q20, loss_q10(th->mean_q20, th->inverter_q10) << 10, th->inverter_rate_q31);
     }
 }
 

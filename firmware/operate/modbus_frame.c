@@ -96,7 +96,7 @@ static size_t reply_length(const struct span *f)
 /* ---- reading ---- */
 
 /* Each length is tried once, when its last byte has come: a check sum with each byte would take longer than the byte. */
-static bool fits(const struct span *f, size_t length)
+static bool frame_fits(const struct span *f, size_t length)
 {
     return length > f->tried && length >= FRAME_LEAST && length <= f->count && crc16(f->bytes, length) == 0u;
 }
@@ -168,10 +168,10 @@ static size_t frame_in(const struct span *f, uint8_t address, bool *hopeless)
     const bool of_others = f->bytes[0] != address && f->bytes[0] != MODBUS_BROADCAST;
     const size_t asked = request_length(f);
     const size_t answered = of_others ? reply_length(f) : asked;
-    if (fits(f, asked)) {
+    if (frame_fits(f, asked)) {
         return asked;
     }
-    if (fits(f, answered)) {
+    if (frame_fits(f, answered)) {
         return answered;
     }
     *hopeless = !may_come(f, asked) && !may_come(f, answered);
@@ -216,7 +216,7 @@ size_t modbus_frame_find(struct modbus_frame *f, uint8_t address)
 size_t modbus_frame_find_open(const struct modbus_frame *f)
 {
     const struct span all = {f->bytes, f->count, 0};
-    return f->open && fits(&all, f->count) ? f->count : 0u;
+    return f->open && frame_fits(&all, f->count) ? f->count : 0u;
 }
 
 bool modbus_frame_is_late(const struct modbus_frame *f, size_t length)

@@ -49,7 +49,7 @@ static void place(struct axis *a)
     cpu_irq_restore(mask);
 }
 
-static void lead(struct axis *a)
+static void flying_lead(struct axis *a)
 {
     a->sensorless = (struct sensorless){.step = 0};
     rotor_take_speed(a);
@@ -65,7 +65,7 @@ static void open_gates_to_emf(struct axis *a)
     emf_pulse_wait(a->fabric, PLAYED);
     place(a);
     (void)bridge_enable(&a->loop, a->fabric); /* shut, the next step finds the fault */
-    lead(a);
+    flying_lead(a);
 }
 
 /*
@@ -79,7 +79,7 @@ static void turn_to_rotor(struct axis *a)
     current_loop_follow_rotor(c);
     current_loop_adopt(c, a->fabric, &a->tuning);
     cpu_irq_restore(mask);
-    lead(a);
+    flying_lead(a);
 }
 
 /* ---- pulses ---- */

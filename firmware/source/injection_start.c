@@ -132,7 +132,7 @@ static void begin_polarity(struct axis *a, int32_t i_q15)
 }
 
 /* Half a turn further: quantities in the present frame change sign in the new one. */
-static void turn_round(volatile struct current_loop *c)
+static void injection_turn_round(volatile struct current_loop *c)
 {
     const uint32_t mask = cpu_irq_save();
     c->pll.angle_q32 += 0x80000000u;
@@ -151,7 +151,7 @@ static int64_t scatter(int64_t squares, int64_t sum, int64_t count)
  * The difference of two sums of n values each has the variance 2 n s^2, where s^2 is the scatter of both over 2 n - 2: so the
  * difference squared over both scatters gives the number of sigmas squared.
  */
-static bool differ(const struct injection_start *s)
+static bool injection_differ(const struct injection_start *s)
 {
     const int64_t count = (int64_t)(POLARITY_MS - POLARITY_SETTLES) * (POLARITY_PARTS / 2u);
     const int64_t difference = (int64_t)s->with - s->against;
@@ -164,7 +164,7 @@ static enum injection_result leave_polarity(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
     s->tries++;
-    if (!differ(s)) {
+    if (!injection_differ(s)) {
         if (s->tries == POLARITY_TRIES) {
             return INJECTION_POLARITY;
         }
@@ -173,7 +173,7 @@ static enum injection_result leave_polarity(struct axis *a)
     }
     const bool more_along = s->with > s->against;
     if (more_along == a->tuning.reluctant) {
-        turn_round(&a->loop);
+        injection_turn_round(&a->loop);
     }
     a->loop.i_d_ref_q15 = 0;
     next_step(s, STEP_REST);

@@ -154,7 +154,6 @@ static bool is_calm(struct axis *a)
            angle_size_q32(lag_q32) < LAG_MOST_Q32;
 }
 
-/* While it swings, the rotor's speed differs from the field's. */
 /* The rotor's rest position relative to the field: the mean of a swing period, starting where it is first seen. */
 static void follow_rest(struct axis *a)
 {

@@ -17,7 +17,7 @@ static struct {
     uint32_t check; /* sum of the record's words */
 } kept STARTUP_NOINIT;
 
-static uint32_t checksum(const struct postmortem *p)
+static uint32_t postmortem_checksum(const struct postmortem *p)
 {
     const uint32_t *const words = (const uint32_t *)(const void *)p;
     uint32_t sum = 0;
@@ -42,13 +42,13 @@ void postmortem_keep(const struct fault_frame *frame, uint32_t exc_return)
     kept.record.mmfar = SCB->MMFAR;
     kept.record.bfar = SCB->BFAR;
     kept.record.edac = sysreg_edac_flags();
-    kept.check = checksum(&kept.record);
+    kept.check = postmortem_checksum(&kept.record);
 }
 
 struct postmortem postmortem_collect(void)
 {
     struct postmortem found = {.valid = false};
-    if (kept.mark == FAULT_MARK && kept.check == checksum(&kept.record)) {
+    if (kept.mark == FAULT_MARK && kept.check == postmortem_checksum(&kept.record)) {
         found = kept.record;
     }
     found.probe_died = kept.probe == PROBE_MARK;

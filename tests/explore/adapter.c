@@ -354,13 +354,6 @@ void explore_print_transitions(void)
     }
 }
 
-/* Found, told, and not yet mended: nothing now. */
-bool explore_is_known(const char *what)
-{
-    (void)what;
-    return false;
-}
-
 static bool beyond(int64_t x, int64_t limit)
 {
     return x > limit || x < -limit;

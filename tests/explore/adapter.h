@@ -45,7 +45,6 @@ size_t explore_key(uint8_t *key);
 /* Looks at the state that an event has led to. explore_wrong: NULL, or what must not be. */
 void explore_judge(void);
 extern const char *explore_wrong;
-bool explore_is_known(const char *what);
 
 /* The changes of the status word that were seen, and the rows of the state machine's table. */
 void explore_print_transitions(void);

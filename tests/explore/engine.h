@@ -16,7 +16,7 @@ struct examples {
 };
 
 struct totals {
-    uint64_t states, transitions, violations, known;
+    uint64_t states, transitions, violations;
 };
 
 /* Explores a setup to its end, or to this many states (0: to the end), and prints what it found. */

@@ -31,10 +31,6 @@ GENERATED = ("contract3.h",)  # by `make registers`, into build/fabric/
 SYSTEM_HEADERS = {"<stdint.h>", "<stddef.h>", "<stdbool.h>", "<limits.h>", "<stdarg.h>"}
 WIDTH = 128
 FILE_LINES, FUNCTION_LINES = 400, 40  # of firmware/: a file has one idea, a function fits a screen
-# a switch with one case a line
-LONG_FUNCTIONS = {("firmware/operate/line.c", "carry_out"), ("firmware/operate/modbus_values.c", "present")}
-# static functions that several files may have: only reported so far
-LOCAL_NAMES = set()
 CODE = (".c", ".cpp", ".h", ".S", ".py", ".sh", ".ld", ".mk", ".v", ".vh")
 
 FORBIDDEN_ON_TARGET = (
@@ -159,7 +155,7 @@ def check_sizes(path, text):
     if lines > FILE_LINES:
         yield 1, f"{lines} lines, at most {FILE_LINES}"
     for name, _, first, last in functions(text):
-        if last - first + 1 > FUNCTION_LINES and (str(path), name) not in LONG_FUNCTIONS:
+        if last - first + 1 > FUNCTION_LINES:
             yield first, f"{name}() has {last - first + 1} lines, at most {FUNCTION_LINES}"
 
 
@@ -168,7 +164,7 @@ def shared_statics(texts):
     found = {}
     for path, text in texts.items():
         for name, static, _, _ in functions(text):
-            if static and name not in LOCAL_NAMES:
+            if static:
                 found.setdefault(name, []).append(path)
     return {name: files for name, files in sorted(found.items()) if len(files) > 1}
 
@@ -217,14 +213,12 @@ def findings():
                 yield path, number, what
     yield from check_circles({str(path): (ROOT / path).read_text(encoding="utf-8") for path in files
                               if path.parts[0] in TARGET_ROOMS and path.suffix in (".c", ".h", ".S")})
+    for name, paths in shared_statics(firmware_texts()).items():
+        yield paths[0], 1, f"{name}() is static in {', '.join(paths)}: a backtrace tells only the name"
     yield from check_format([p for p in files if p.suffix in (".c", ".cpp", ".h")])
 
 
 def main():
-    if "--statics" in sys.argv[1:]:
-        for name, files in shared_statics(firmware_texts()).items():
-            print(f"{name}: {', '.join(files)}")
-        return 0
     count = 0
     for path, number, what in findings():
         print(f"{path}:{number}: {what}")
@@ -232,8 +226,7 @@ def main():
     if count:
         print(f"mssfoc: {count} findings; 'clang-format -i FILE' mends the formatting", file=sys.stderr)
         return 1
-    shared = shared_statics(firmware_texts())
-    print(f"lint: no findings; {len(shared)} names of static functions in more than one file (lint.py --statics)")
+    print("lint: no findings")
     return 0
 
 

@@ -244,6 +244,17 @@ def test_off_comes_before_what_waits(motor):
     assert m.fabric.gate.CONTROL == 0 and m.axis.carry.waits == 0 and m.state == "SWITCH_ON_DISABLED"
 
 
+def test_off_in_operation_does_not_open_the_gates_once_more(motor):
+    """The bridge waits for the current to fade, and would go on without the encoder in this very step."""
+    m = tripped(motor())
+    source = m.axis.tuning.angle_source
+    for _ in range(3):
+        m.axis.request = m.c.AXIS_REQUEST_OFF
+        m.slow_step()
+        assert (m.axis.carry.cause, m.axis.carry.waits, m.axis.tuning.angle_source) == (0, 0, source)
+        assert m.fabric.gate.CONTROL == 0 and m.state == "SWITCH_ON_DISABLED"
+
+
 def test_a_second_trip_is_an_over_current(motor):
     m = motor()
     m.report("ENCODER_SLIP")

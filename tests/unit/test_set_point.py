@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The mailbox of set-points between thread and slow loop: what replaces, what adds up, and what comes too late."""
+import re
+from pathlib import Path
+
 import pytest
 
 from unit.test_modes import Drive
@@ -68,3 +71,31 @@ def test_what_nobody_took_is_not_of_the_next_operation(c):
     c.states_take(w.axis, c.enums["drive_event"]["DRIVE_EVENT_STARTED"])
     w.step()
     assert w.state == "OPERATION_ENABLED" and w.axis.speed.target_rpm_q16 == 0 and not w.axis.set_point.waits
+
+
+def test_a_position_is_not_taken_once_the_encoder_is_given_up(c):
+    """It was allowed when it was said; in the same millisecond the drive has gone on without the encoder."""
+    w = Drive(c)
+    assert c.drive_command_position(w.axis, 4000, False).error == c.ERROR_NONE
+    w.axis.tuning.angle_source = 1
+    c.set_point_take(w.axis)
+    assert w.mode == "SPEED" and not w.axis.set_point.waits
+
+
+def test_a_zero_does_not_overtake_a_set_point(c):
+    """Which counts from the old one; a slow loop that never takes it leaves both as they are."""
+    w = Drive(c, rpm=0)
+    c.drive_command_position(w.axis, 4000, False)
+    assert c.drive_set_zero(w.axis).error == c.ERROR_BUSY and w.axis.motion.turns.counts != 0
+    c.set_point_take(w.axis)
+    target = w.axis.motion.profile.target
+    here = w.axis.motion.turns.counts
+    assert c.drive_set_zero(w.axis).error == c.ERROR_NONE
+    assert w.axis.motion.profile.target == target - (here << w.axis.tuning.profile.shift)
+
+
+def test_each_mode_has_its_place_in_the_table(c):
+    """A missing one would be a null pointer when a set-point asks for it."""
+    source = (Path(__file__).resolve().parents[2] / "firmware/drive/modes.c").read_text()
+    assert set(re.findall(r"\[AXIS_(MODE_\w+)\] = &mode_", source)) == {
+        name[len("AXIS_"):] for name in c.enums["axis_mode"] if name != "AXIS_MODES"}

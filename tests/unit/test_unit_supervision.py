@@ -435,6 +435,17 @@ def test_a_limit_cycle_first_softens_the_speed_loop_then_is_a_fault(motor, c):
     assert m.axis.faults.detail[0] == pytest.approx(83, abs=1)
 
 
+def test_what_the_speed_loop_has_answered_by_itself_is_not_answered_twice(motor, c):
+    """The same swing makes both reduce the gains: half waves begin to count again once the loop has."""
+    m = motor(1000, 0.0)
+    for _ in range(4):
+        m.step(28, swing(6, 20, 5.0))
+        m.axis.speed.calmed += 1
+    assert m.axis.supervision.cycle.softened == 0 and not c.fault_warned(m.axis.reports, c.FAULT_LIMIT_CYCLE)
+    m.step(60, swing(6, 20, 5.0))
+    assert m.axis.supervision.cycle.softened == 1, "if that has not helped"
+
+
 @pytest.mark.parametrize("half_ms, i_a", ((6, 2.0), (200, 5.0)))
 def test_little_current_or_a_slow_swing_is_none(motor, half_ms, i_a):
     m = motor(1000, 0.0)
