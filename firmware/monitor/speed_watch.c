@@ -126,8 +126,8 @@ static void watch_cycle(struct axis *a, struct cycle_watch *w)
 }
 
 /*
- * Two ways to lose the speed: it is too far from the reference; or it will be in LOOK_AHEAD_MS although the motor
- * does all it can: then the load is stronger.
+ * Two ways to lose the speed: it is too far from the reference; or it will be in LOOK_AHEAD_MS although the motor does all it
+ * can: then the load is stronger.
  */
 static void watch_deviation(struct axis *a, struct speed_watch *s)
 {
