@@ -203,7 +203,7 @@ size: tools
 	@$(PYTHON) tests/tools/size.py $(MSSFOC_IMAGE).elf $(BUILD)/libmssfoc.a
 
 guides: tools
-	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin explore-program
 	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/guides/guides_run.py
 
 pictures: tools

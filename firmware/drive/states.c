@@ -120,6 +120,11 @@ static void react_to_fault(struct axis *a)
     }
 }
 
+static bool fault_is_latched(struct axis *a)
+{
+    return a->faults.cause != FAULT_NONE;
+}
+
 /* ---- the table ---- */
 
 #define IN(state) (1u << AXIS_##state)
@@ -147,6 +152,7 @@ static const struct transition transition_table[] = {
     {IN(OPERATION_ENABLED), DRIVE_EVENT_QUICK_STOP, AXIS_QUICK_STOP, NULL, begin_quick_stop},
     {IN(READY) | IN(SWITCHED_ON), DRIVE_EVENT_QUICK_STOP, AXIS_SWITCH_ON_DISABLED, NULL, switch_off},
     {IN(OPERATION_ENABLED), DRIVE_EVENT_FAULT_STOP, AXIS_QUICK_STOP, NULL, begin_quick_stop},
+    {IN(QUICK_STOP), DRIVE_EVENT_STOPPED, AXIS_FAULT_REACTION, fault_is_latched, react_to_fault},
     {IN(QUICK_STOP), DRIVE_EVENT_STOPPED, AXIS_SWITCH_ON_DISABLED, NULL, bridge_off},
     {IN(SWITCH_ON_DISABLED) | IN(READY) | BRIDGE_ON, DRIVE_EVENT_OFF, AXIS_SWITCH_ON_DISABLED, NULL, switch_off},
     {IN(SWITCH_ON_DISABLED) | IN(READY) | BRIDGE_ON, DRIVE_EVENT_FAULT, AXIS_FAULT_REACTION, NULL, react_to_fault},
@@ -235,10 +241,11 @@ static void step_state(struct axis *a)
 
 /* ---- a fault, a request ---- */
 
-/* A controlled stop is valid as long as nothing else has switched the bridge off. */
+/* A controlled stop is valid as long as nothing else has switched the bridge off, and nobody asks for that. */
 static bool stops_under_control(const struct axis *a)
 {
-    return a->reactions.stopping && states_are_running(a) && (gate_status(&a->fabric->gate) & GATE_STATUS_LIVE) != 0u;
+    return a->reactions.stopping && states_are_running(a) && a->request != AXIS_REQUEST_OFF &&
+           (gate_status(&a->fabric->gate) & GATE_STATUS_LIVE) != 0u;
 }
 
 /* True if the bridge has gone off because of it: nothing more happens in this step. */

@@ -107,8 +107,11 @@ static void follow_axis(struct cia402 *c, const struct axis *a)
     if (c->stage == CIA402_ENABLED && a->switching.outcome.error != ERROR_NONE && axis_rests(a)) {
         c->refusal = a->switching.outcome;
     }
-    const bool faulty = axis_is_faulty(a) || c->faults != a->faults.count; /* and cleared since: at the console */
-    c->faults = a->faults.count;
+    bool faulty = axis_is_faulty(a);
+    if (faulty || a->faults.cause == FAULT_NONE) { /* else a stop for it goes on, and the fault itself is yet to come */
+        faulty = faulty || c->faults != a->faults.count; /* and cleared since: at the console */
+        c->faults = a->faults.count;
+    }
     if (faulty || (c->stage == CIA402_ENABLED && axis_rests(a))) {
         c->stage = CIA402_DISABLED;
     }

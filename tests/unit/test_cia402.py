@@ -107,6 +107,19 @@ def test_a_fault_is_shown_and_obeys_nothing_but_a_reset(plc, c, state, seen):
         assert plc.control(word) == seen and plc.axis.request == c.AXIS_REQUEST_NONE
 
 
+def test_shutdown_during_a_stop_for_a_fault_is_forgotten_with_the_fault(plc, c):
+    plc.enabled()
+    plc.axis.faults.cause, plc.axis.faults.count, plc.axis.reactions.stopping = c.FAULT_OVERTEMPERATURE, 1, True
+    plc.taken("AXIS_QUICK_STOP")
+    assert plc.control(SHUTDOWN) == QUICK_STOP_ACTIVE
+    # the fault, and `clear` at the console, before the bus is polled again
+    plc.axis.faults.cause, plc.axis.reactions.stopping, plc.axis.state = c.FAULT_NONE, False, c.AXIS_SWITCH_ON_DISABLED
+    now = c.drive_status(plc.axis)
+    assert c.cia402_status_word(plc.modbus.drive.cia402, plc.axis, now) & 0x6F == DISABLED
+    plc.wait(1)
+    assert plc.state == DISABLED
+
+
 def test_a_reset_is_an_edge(plc, c, monkeypatch):
     plc.control(RESET)
     plc.axis.faults.cause, plc.axis.state = c.FAULT_STALL, c.AXIS_FAULT

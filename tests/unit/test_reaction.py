@@ -76,6 +76,20 @@ def test_a_stop_is_a_quick_stop_with_the_fault_latched_then_off(world, c):
     assert not w.axis.reactions.stopping
 
 
+@pytest.mark.parametrize("end", ("at rest", "off"))
+def test_a_stop_for_a_fault_ends_in_the_fault_never_in_off(world, c, end):
+    w = world(OVERTEMPERATURE="STOP")
+    w.axis.speed.ref_rpm_q16 = 1000 * 65536
+    report(w, "OVERTEMPERATURE")
+    assert w.step() == "QUICK_STOP"
+    if end == "off":
+        assert c.drive_switch_off(w.axis).error == c.ERROR_NONE
+    else:
+        w.axis.speed.ref_rpm_q16 = 0
+    assert w.step() == "FAULT_REACTION" and w.fabric.gate.CONTROL == 0
+    assert w.step() == "FAULT"
+
+
 def test_what_comes_during_a_stop_switches_off_and_the_first_cause_stays(world, c):
     w = world(OVERTEMPERATURE="STOP")
     w.axis.speed.ref_rpm_q16 = 1000 * 65536
