@@ -44,7 +44,8 @@ def optimum_s(turns, v_rpm, a_rpm_s, jerk_s):
 
 @pytest.mark.parametrize("motor, following", [("teknic_m2310p", 5), ("maxon_ec45flat", 5)])
 def test_a_way_takes_the_optimum_and_half_the_load_moves_no_count(tmp_path, motor, following):
-    """To within 2 counts in 5 % more than the optimum for the same speed, acceleration and jerk; a second behind the load, to a count."""
+    """To within 2 counts in 5 % more than the optimum for the same speed, acceleration and jerk; a second behind the
+    load, to a count."""
     drive, go = load_drive(motor, aligned=True), up_s(motor)
     names, turns = drive.names(), 10
     best = optimum_s(turns, 0.9 * names["speed_max_rpm"], names["ramp_rpm_s"], 0.05)
