@@ -82,13 +82,13 @@ static struct slots settings_slots(void)
 }
 
 /* The PWM's start need not wait for it. */
-static void start_behind_pwm(const struct slots *slots, struct kept *kept)
+static void start_behind_pwm(const struct slots *slots, struct nvm_report *loaded)
 {
     if (FEATURE_IN(MODBUS)) {
         start_bus(slots);
     }
     if (FEATURE_IN(SETTINGS)) {
-        drive_recall(&axes[0], slots, kept);
+        drive_load_at_boot(&axes[0], slots, loaded);
     }
 }
 
@@ -105,7 +105,7 @@ static void serve(struct console *console)
         drive_learn(&axes[0]);
     }
     if (FEATURE_IN(SETTINGS)) {
-        drive_remember(&axes[0]);
+        drive_restore_cogging(&axes[0]);
     }
     if (FEATURE_IN(IDENTIFY)) {
         identify_think(&axes[0].identify);
@@ -120,7 +120,7 @@ int main(void)
                         .heard = {FEATURE_IN(CONSOLE) ? &uart.rx_head : &axes[0].time_ms,
                                   FEATURE_IN(MODBUS) ? &bus.uart.rx_head : &axes[0].time_ms}};
     const struct slots slots = settings_slots();
-    struct kept kept = {.state = KEPT_NONE};
+    struct nvm_report loaded = {.state = NVM_NOTHING};
     drive_init(&axes[0], FABRIC0); /* first: from here on a processor fault knows that the fabric is in doubt */
     drive_remember_heat(&axes[0], &axes_heat[0]);
     boot_core();
@@ -129,7 +129,7 @@ int main(void)
         start_uart();
     }
     start_axis(&axes[0], boot_fault);
-    start_behind_pwm(&slots, &kept);
+    start_behind_pwm(&slots, &loaded);
     if (FEATURE_IN(CONSOLE)) {
         console_start(&console, &(struct session){
                                     .out = {.uart = &uart, .idle = &rest, .bus = FEATURE_IN(MODBUS) ? &modbus : NULL},
@@ -137,7 +137,7 @@ int main(void)
                                     .scope = FEATURE_IN(SCOPE) ? &scope : NULL,
                                     .last_life = &last_life,
                                     .slots = &slots,
-                                    .kept = &kept,
+                                    .loaded = &loaded,
                                 });
     }
     for (;;) {

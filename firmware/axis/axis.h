@@ -16,10 +16,10 @@
 #include "firmware/control/hall.h"
 #include "firmware/control/speed_loop.h"
 #include "firmware/control/torque.h"
-#include "firmware/drive/carry.h"
+#include "firmware/drive/failover.h"
 #include "firmware/drive/handover.h"
-#include "firmware/drive/keeping.h"
 #include "firmware/drive/modes.h"
+#include "firmware/drive/nvm.h"
 #include "firmware/drive/reaction.h"
 #include "firmware/drive/retry.h"
 #include "firmware/drive/start.h"
@@ -88,7 +88,7 @@ struct axis {
     struct thermal thermal;
     struct fault_record faults;
     struct fault_reports reports;
-    struct carry carry;
+    struct failover failover;
     struct torque_control torque;
     struct motion motion;
     struct start start;
@@ -99,7 +99,7 @@ struct axis {
     struct reactions reactions;
     struct retry retry;
     struct identify identify;
-    struct keeping keeping;
+    struct nvm_cogging nvm_cogging;
     struct switching switching;
     struct hall_watch hall_watch;
     struct lock_watch lock_watch;

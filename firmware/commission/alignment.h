@@ -3,7 +3,7 @@
  * Finds the magnets with a direct current, since an incremental encoder does not know their position.
  *
  * The current pulls the rotor to two angles 90 degrees apart, because there is no pull from the opposite side; then the field
- * turns one electrical turn forth and back, and a part of one with less current. Counts per turn check pole_pairs and
+ * turns one electrical turn forward and back, and a part of one with less current. Counts per turn check pole_pairs and
  * encoder_counts, their sign gives the direction, the field's lead over the encoder the offset (field_pass.h), and the lead's
  * growth with less current the load (load_angle.h). Nothing is taken for granted: every failed check has its own result.
  *
@@ -69,7 +69,7 @@ struct alignment {
     bool lost;    /* with less current the rotor did not follow */
     struct pendulum rotor;
     struct field_pass passing;
-    int32_t turn_counts[2]; /* of the whole turns, forth and back */
+    int32_t turn_counts[2]; /* of the whole turns, forward and back */
     int32_t turn_v_q_q15[2];
     struct load_angle load;
     struct saliency axis;

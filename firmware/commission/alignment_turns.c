@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* The field turns forth and back: the rotor that follows shows encoder and load. */
+/* The field turns forward and back: the rotor that follows shows encoder and load. */
 #include "firmware/commission/alignment_parts.h"
 #include "firmware/commission/encoder_fit.h"
 #include "firmware/settings/config.h"
 #include "lib/q15.h"
 
 #define PERIODS_A_TURN 2  /* of the pendulum, in which the field turns once */
-#define EVEN_ONE_IN    64 /* forth and back agree so far, and but for these counts */
+#define EVEN_ONE_IN    64 /* forward and back agree so far, and but for these counts */
 #define EVEN_COUNTS    6
 #define SILENT_PART    60  /* of the way expected: with one pole pair told, fifty turn the rotor by more */
 #define SPREAD_Q15     450 /* 0.8 degrees at the larger current; an offset that is 3 degrees off shows more */
@@ -157,7 +157,7 @@ static enum alignment_result finish_pass(struct alignment *a, const struct tunin
         against = ALIGNMENT_LOAD;
     }
     if (against == ALIGNMENT_DIRECTION && encoder_fits(a, t)) {
-        return against; /* a whole turn backwards, evenly, forth and back: no chance */
+        return against; /* a whole turn backwards, evenly, forward and back: no chance */
     }
     if (against != ALIGNMENT_RUNNING) {
         return alignment_again(a, t, angle_q32, against);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * `learn cogging`: the shaft turns slowly forth and back, a turn each, while the torque at each position is recorded: the
+ * `learn cogging`: the shaft turns slowly forward and back, a turn each, while the torque at each position is recorded: the
  * motor's torque less the accelerating part, T - J dw/dt, which the speed loop's own response does not affect. Friction takes
  * the sign of the direction and so has no harmonic over a turn, apart from what the mean of both directions removes as well
  * (compare Piccoli, Yim: "Anticogging: torque ripple suppression, modeling, and parameter selection", Int. J. Robotics

@@ -10,7 +10,7 @@
  *     cq = sum n e_q cos x    sq = sum n e_q sin x        n: counts per step
  *
  * estimate that mapping; the sign of its determinant cd sq - cq sd tells the two apart. A constant part of e, from a wrong
- * resistance or dead time, cancels between forth and back. Nothing shows as long as the rotor barely turns.
+ * resistance or dead time, cancels between forward and back. Nothing shows as long as the rotor barely turns.
  */
 #ifndef FIRMWARE_COMMISSION_ENCODER_SENSE_H
 #define FIRMWARE_COMMISSION_ENCODER_SENSE_H

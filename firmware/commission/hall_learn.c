@@ -9,7 +9,7 @@
 #define GROWS_SHIFT   6     /* a 64th of the current a millisecond */
 #define SPEED_UP_MS   1000u /* over a turn: slow enough that the rotor does not swing */
 #define RECORD_MS     (HALL_LEARN_TURNS * TURN_MS)
-#define LOAD_MOST_Q32 0x20000000 /* 45 degrees between forth and back */
+#define LOAD_MOST_Q32 0x20000000 /* 45 degrees between forward and back */
 #define SPREAD_Q32    0x0E38E38E /* 20 degrees from turn to turn */
 #define DEGREE_Q32    11930465
 
@@ -123,7 +123,7 @@ static uint32_t mean_of(const struct hall_edge *edge)
     return edge->first_q32 + (uint32_t)(edge->sum_q8 / (int32_t)edge->count * 256);
 }
 
-/* The middle of forth and back; false if they are too far apart. */
+/* The middle of forward and back; false if they are too far apart. */
 static bool find_edge(struct hall_learn *l, uint32_t state, uint32_t *edge_q32)
 {
     const uint32_t forth_q32 = mean_of(&l->forth[state]);

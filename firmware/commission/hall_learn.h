@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * `learn hall`: finds which Hall state belongs to which sector, and where the six edges are. A field that the rotor follows
- * turns slowly forth and back, and its angle at each change is recorded:
+ * turns slowly forward and back, and its angle at each change is recorded:
  *
  *   forth   the field speeds up over a turn, then turns evenly; that part is recorded
  *   back    the same the other way
  *
  * Friction makes the rotor lag, and hysteresis makes the switches late, equally in both directions: the middle of forth and
- * back is free of both. Cogging and one-sided loads remain; from 45 degrees between forth and back on, a load is refused.
+ * back is free of both. Cogging and one-sided loads remain; from 45 degrees between forward and back on, a load is refused.
  * Nothing is guessed: six states in a ring, each edge once a turn, or no table.
  */
 #ifndef FIRMWARE_COMMISSION_HALL_LEARN_H
@@ -26,7 +26,7 @@ enum hall_learn_result {
     HALL_LEARN_DONE,
     HALL_LEARN_BLOCKED, /* no edge came */
     HALL_LEARN_UNCLEAR, /* not six states in a ring, or uneven */
-    HALL_LEARN_LOAD,    /* forth and back differ too much: detail_deg */
+    HALL_LEARN_LOAD,    /* forward and back differ too much: detail_deg */
 };
 
 /* An edge, indexed by the state that begins at it going forwards. */

@@ -14,7 +14,7 @@ static int64_t homing_size(int64_t x)
     return x < 0 ? -x : x;
 }
 
-/* One count forth and back, from a yielding shaft, is no motion. */
+/* One count forward and back, from a yielding shaft, is no motion. */
 static void watch_motion(struct homing *h, const struct homing_view *v)
 {
     if (!v->at_limit || homing_size(v->turns->counts - h->counted) > 1) {

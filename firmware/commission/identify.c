@@ -139,8 +139,8 @@ static enum identify_reason think(struct identify *d)
 {
     const enum identify_reason end = is_open(d) ? identify_script[d->step].think(d) : IDENTIFY_NO_REASON;
     const bool turns = identify_script[d->step + 1u].needs >= IDENTIFY_NEEDS_ENCODER;
-    return end == IDENTIFY_NO_REASON && turns && d->told.angle_source != PARAM_ANGLE_ENCODER ? IDENTIFY_NO_ENCODER
-                                                                                             : end;
+    return end == IDENTIFY_NO_REASON && turns && d->nominal.angle_source != PARAM_ANGLE_ENCODER ? IDENTIFY_NO_ENCODER
+                                                                                                : end;
 }
 
 void identify_think(struct identify *d)
@@ -171,15 +171,15 @@ void identify_think(struct identify *d)
 
 struct outcome identify_begin(struct identify *d, const struct params *p)
 {
-    const struct params told = *p;
-    *d = (struct identify){.params = told, .told = told};
+    const struct params nominal = *p;
+    *d = (struct identify){.params = nominal, .nominal = nominal};
     identify_forget_motor(&d->params);
     d->params.current_bw_hz = 100;
     const struct outcome outcome = tuning_compute(&d->params, &d->tuning);
     if (identify_tune(d, 100) != IDENTIFY_NO_REASON) {
         return outcome;
     }
-    d->i_rated_q15 = tuning_q15_from_milli(d->params.i_max_ma, told.i_range_ma);
+    d->i_rated_q15 = tuning_q15_from_milli(d->params.i_max_ma, nominal.i_range_ma);
     d->step = IDENTIFY_STEP_PULSES;
     d->stopped_in = IDENTIFY_STEP_PULSES;
     d->running = true;

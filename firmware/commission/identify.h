@@ -88,7 +88,7 @@ struct identify_inductance {
 struct identify_turn {
     struct field_pass field;
     struct pendulum rotor;     /* led by the field, not damped by it */
-    int32_t way[2];            /* counts from one turn of the field, forth and back */
+    int32_t way[2];            /* counts from one turn of the field, forward and back */
     uint32_t field_q32[2];     /* its mean angle */
     int32_t mean_counts_q8[2]; /* and the encoder's mean count meanwhile */
     bool uneven;
@@ -177,9 +177,9 @@ struct identify {
     union identify_work work; /* of this step */
     struct identify_result results[IDENTIFY_QUANTITIES];
     /* what the steps found, for later ones */
-    struct params params; /* results so far, and the inverter's; for tuning */
-    struct params told;   /* by the user: gives the permitted speed */
-    struct tuning tuning; /* of the current loop meanwhile */
+    struct params params;  /* results so far, and the inverter's; for tuning */
+    struct params nominal; /* by the user: gives the permitted speed */
+    struct tuning tuning;  /* of the current loop meanwhile */
     struct burst burst;
     int32_t i_rated_q15;
     int64_t bus_nv;     /* of the pulses */

@@ -93,11 +93,11 @@ static void take_pole_pairs(struct identify *d, int32_t pole_pairs, int32_t coun
     p->inertia_gmm2 = q15_max((int32_t)scale(p->inertia_gmm2, pole_pairs * pole_pairs, before * before), 1);
     p->ramp_rpm_s = q15_max((int32_t)scale(p->ramp_rpm_s, before, pole_pairs), 1);
     const int32_t pushed_rpm = q15_max((int32_t)scale(d->rpm_most, before, pole_pairs), 1);
-    d->rpm_most = q15_min(pushed_rpm * EMF_TIMES, q15_max(d->told.speed_max_rpm / SPEED_SHARE, 1));
+    d->rpm_most = q15_min(pushed_rpm * EMF_TIMES, q15_max(d->nominal.speed_max_rpm / SPEED_SHARE, 1));
     p->pole_pairs = pole_pairs;
     p->encoder_counts = counts;
-    p->overspeed_rpm = d->told.overspeed_rpm;
-    p->speed_max_rpm = d->told.speed_max_rpm;
+    p->overspeed_rpm = d->nominal.overspeed_rpm;
+    p->speed_max_rpm = d->nominal.speed_max_rpm;
 }
 
 /* The ramps' current: so that they take some tenths of a second, and what the push took at least. */

@@ -27,7 +27,7 @@ enum identify_needs {
     STEP(AXES, axes, "axes", CURRENT, LD, LQ) /* identify_inductance.c: where they lie */ \
     STEP(INDUCTANCE, inductance, "inductance", CURRENT, LD, LQ) /* along each, for small changes */ \
     STEP(TURN, turn, "turn", ENCODER, DIRECTION, DIRECTION) /* the field turns slowly: counts per electrical turn */ \
-    STEP(PUSH, push, "push", ENCODER, FLUX, INERTIA) /* across the magnets, forth and back: first flux and inertia */ \
+    STEP(PUSH, push, "push", ENCODER, FLUX, INERTIA) /* across the magnets, forward and back: first flux and inertia */ \
     STEP(INDEX, index, "index", ENCODER, POLE_PAIRS, COUNTS) /* from one to the next: counts per turn, and so pole pairs */ \
     STEP(RAMPS, ramps, "ramps", ENCODER, FLUX, INERTIA) /* accelerating and braking at one current */ \
     STEP(SPEEDS, speeds, "speeds", ENCODER, OFFSET, VISCOUS) /* constant, both ways: friction, the encoder's offset */ \

@@ -30,8 +30,8 @@ bool measure_spin(const struct measure_io *io, int32_t rpm, int32_t i_most_q15)
     struct speed_loop *const s = io->speed;
     const struct interval limits = interval_both_ways(i_most_q15);
     s->target_rpm_q16 = rpm * 65536;
-    const int32_t wish_q15 = speed_loop_step(s, io->tuning, io->tuning->ramp_q16, &limits);
-    measure_push(io, interval_clamp(limits, wish_q15));
+    const int32_t demand_q15 = speed_loop_step(s, io->tuning, io->tuning->ramp_q16, &limits);
+    measure_push(io, interval_clamp(limits, demand_q15));
     return s->ref_rpm_q16 == rpm * 65536;
 }
 

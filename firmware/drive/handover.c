@@ -63,7 +63,7 @@ static struct outcome shows_nothing(const struct axis *a, uint32_t target)
 
 struct outcome handover_forbidden(const struct axis *a, uint32_t target)
 {
-    if (a->state != AXIS_OPERATION_ENABLED || a->carry.waits != FAULT_NONE) {
+    if (a->state != AXIS_OPERATION_ENABLED || a->failover.pending != FAULT_NONE) {
         return outcome_of(ERROR_NOT_OPERATING);
     }
     if (a->mode != AXIS_MODE_SPEED && a->mode != AXIS_MODE_TORQUE) {
@@ -84,11 +84,11 @@ struct outcome handover_forbidden(const struct axis *a, uint32_t target)
 /* Checks the parameters as `on` would with that source. */
 static struct outcome handover_tune(struct axis *a, uint32_t target)
 {
-    struct params told = a->params;
+    struct params wanted = a->params;
     struct tuning *const t = &a->switching.tuning;
-    told.angle_source = (int32_t)target;
+    wanted.angle_source = (int32_t)target;
     *t = a->tuning;
-    const struct outcome problem = tuning_compute(&told, t);
+    const struct outcome problem = tuning_compute(&wanted, t);
     a->handover.speed_ki_min_q16 = t->speed_ki_min_q16;
     return problem;
 }
@@ -344,7 +344,7 @@ static bool slow_loop_is_dead(struct axis *a)
     return h->polls > REQUEST_PATIENCE_POLLS;
 }
 
-bool handover_go_on(struct axis *a)
+bool handover_poll(struct axis *a)
 {
     struct handover *const h = &a->handover;
     if (slow_loop_is_dead(a)) {

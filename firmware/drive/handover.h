@@ -57,7 +57,7 @@ struct handover {
 void handover_forget(struct handover *h);
 
 /* Does the next part of a look, or of what follows from it; returns true if there is more. Thread. */
-bool handover_go_on(struct axis *a);
+bool handover_poll(struct axis *a);
 
 /* Hands over, if still allowed; result in handover.outcome. Slow loop, in operation. */
 void handover_take(struct axis *a);

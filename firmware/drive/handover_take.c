@@ -21,7 +21,7 @@ static void leave(struct axis *a)
         h->offset_q32 = a->loop.angle_offset_q32;
     }
     start_forget(a);
-    a->carry.cause = FAULT_NONE;
+    a->failover.cause = FAULT_NONE;
 }
 
 /* ---- from the next sample on; interrupts are held ---- */

@@ -43,7 +43,7 @@ void drive_learn(struct axis *a)
     if (a->mode == AXIS_MODE_LEARNING && cogging_learn_review(&m->learn, &found)) {
         const uint32_t held = request_hold();
         m->cogging = found;
-        a->keeping.waits = false; /* what was stored is older */
+        a->nvm_cogging.pending = false; /* what was stored is older */
         cogging_set_fade(&m->cogging, a->params.speed_bw_hz);
         request_release(held);
     }

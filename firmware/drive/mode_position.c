@@ -86,8 +86,8 @@ const struct mode mode_position = {
 static struct outcome csp_check(const struct axis *a, int32_t counts)
 {
     const struct tuning *const t = &a->tuning;
-    const bool goes_on = a->mode == AXIS_MODE_CYCLIC_POSITION;
-    const int64_t here = goes_on ? position_counts(a->motion.cyclic.now, t) : a->motion.turns.counts;
+    const bool continues = a->mode == AXIS_MODE_CYCLIC_POSITION;
+    const int64_t here = continues ? position_counts(a->motion.cyclic.now, t) : a->motion.turns.counts;
     const int64_t most = (int64_t)a->params.speed_max_rpm * t->encoder_counts * t->cyclic_ms / 60000;
     if (counts - here > most || counts - here < -most) {
         return (struct outcome){ERROR_BEYOND_CYCLE, (int32_t)(most > INT32_MAX ? INT32_MAX : most)};

@@ -2,7 +2,7 @@
 #include "firmware/drive/reaction.h"
 
 #include "firmware/axis/axis.h"
-#include "firmware/drive/carry.h"
+#include "firmware/drive/failover.h"
 
 void reaction_init(struct reactions *r)
 {
@@ -21,7 +21,7 @@ static bool can_stop(const struct axis *a)
 static enum reaction choice_now(struct axis *a, enum fault cause)
 {
     const enum reaction choice = (enum reaction)a->reactions.choice[cause];
-    if (choice != REACTION_CARRY || a->carry.waits != FAULT_NONE || carry_take_over(a, cause)) {
+    if (choice != REACTION_CARRY || a->failover.pending != FAULT_NONE || failover_begin(a, cause)) {
         return choice;
     }
     return ((fault_class(cause)->allowed >> REACTION_STOP) & 1u) != 0u ? REACTION_STOP : REACTION_OFF;
@@ -29,7 +29,7 @@ static enum reaction choice_now(struct axis *a, enum fault cause)
 
 static void react(struct axis *a, const struct fault_report *r)
 {
-    const enum fault cause = carry_blame(a, r->cause);
+    const enum fault cause = failover_blame(a, r->cause);
     switch (choice_now(a, cause)) {
     case REACTION_CARRY:
         return; /* it does */

@@ -32,7 +32,7 @@ static bool cause_is_gone(const struct axis *a)
 static void clear_when_due(struct axis *a)
 {
     struct retry *const r = &a->retry;
-    if (!fault_class((enum fault)a->faults.cause)->retry || a->carry.cause != FAULT_NONE ||
+    if (!fault_class((enum fault)a->faults.cause)->retry || a->failover.cause != FAULT_NONE ||
         r->count >= (uint32_t)a->params.retry_count) {
         return;
     }

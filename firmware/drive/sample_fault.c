@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The current loop's interrupt ends here when a sample has a fault: the cause of what it shows. ISR, cold. */
 #include "firmware/axis/axis.h"
-#include "firmware/drive/carry.h"
 #include "firmware/drive/drive.h"
+#include "firmware/drive/failover.h"
 #include "firmware/source/rotor.h"
 
 /* Switches that gave a wrong angle report it themselves later; they are named only if the drive carries on without them. */
@@ -23,18 +23,18 @@ static void raise_overcurrent(struct axis *a)
         fault_raise_with(a, FAULT_OPEN_PHASE, phase, 0);
         return;
     }
-    if (carry_bears_trip(a)) {
+    if (failover_absorbs_trip(a)) {
         return;
     }
     const enum fault cause = blamed_for_overcurrent(a);
-    if (cause == FAULT_OVERCURRENT || !carry_from_sample(a, cause)) {
+    if (cause == FAULT_OVERCURRENT || !failover_from_sample(a, cause)) {
         fault_raise(a, rotor_has_encoder(a) ? cause : FAULT_OVERCURRENT);
     }
 }
 
 static void raise_encoder(struct axis *a)
 {
-    if (!carry_from_sample(a, FAULT_ENCODER)) {
+    if (!failover_from_sample(a, FAULT_ENCODER)) {
         fault_raise(a, FAULT_ENCODER);
     }
 }
@@ -49,7 +49,7 @@ void drive_sample_fault(struct axis *a)
     const enum fault sampled = fault_from_adc(adc_status(&a->fabric->adc));
     if ((gate & GATE_STATUS_LATCHES) != 0u) {
         fault_raise(a, fault_from_gate(gate));
-    } else if ((gate & GATE_STATUS_ENCODER) != 0u && rotor_has_encoder(a) && a->carry.waits == FAULT_NONE) {
+    } else if ((gate & GATE_STATUS_ENCODER) != 0u && rotor_has_encoder(a) && a->failover.pending == FAULT_NONE) {
         raise_encoder(a);
     } else if (sampled == FAULT_OVERCURRENT) {
         raise_overcurrent(a);

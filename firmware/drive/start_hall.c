@@ -44,7 +44,7 @@ int32_t start_hall_moved(const struct axis *a)
     return moved < 0 ? -moved : moved;
 }
 
-/* The gates open after a sample, when the legs already play the EMF: a turning rotor sees no jolt. */
+/* The gates open right after a sample, when the PWM already outputs the EMF: a turning rotor sees no current step. */
 static void hall_start_lead(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);

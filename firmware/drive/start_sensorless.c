@@ -19,7 +19,7 @@ void start_doubt(struct axis *a, enum fault fault)
 }
 
 /* Injection needs a measurement at rest; without it a reluctance rotor cannot be led through standstill. */
-static bool goes_on(struct axis *a)
+static bool may_lead(struct axis *a)
 {
     if (a->tuning.reluctant) {
         const int64_t mturn_s = (int64_t)q15_abs(a->speed.speed_rpm_q4) * 1000 / (60 * 16);
@@ -36,7 +36,7 @@ static bool step_catch(struct axis *a)
     if (result == FLYING_STANDS) {
         start_open_gates(a);
     }
-    return result == FLYING_CAUGHT && goes_on(a);
+    return result == FLYING_CAUGHT && may_lead(a);
 }
 
 static void step_doubt(struct axis *a)

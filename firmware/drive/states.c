@@ -41,7 +41,7 @@ static void make_ready_with(struct axis *a, const struct tuning *t)
     a->paced_ms = a->loop.loops_per_slow == t->loops_per_slow ? a->paced_ms : a->time_ms;
     current_loop_tune(&a->loop, &a->tuning);
     fault_forget_warnings(&a->reports);
-    carry_begin(a);
+    failover_reset(a);
     handover_forget(&a->handover);
     a->start.learns = false;
 }
@@ -128,7 +128,7 @@ static void react_to_fault(struct axis *a)
     end_identify(a, a->faults.cause);
     a->request = AXIS_REQUEST_NONE;
     a->reactions.stopping = false;
-    a->carry.waits = FAULT_NONE;
+    a->failover.pending = FAULT_NONE;
     if (spoils_alignment(a->faults.cause)) {
         a->start.aligned = false; /* and the index must be seen again */
         encoder_clear(&a->fabric->encoder, ENCODER_STATUS_INDEX_SEEN);
@@ -291,8 +291,8 @@ static void take_request(struct axis *a)
 
 void states_step(struct axis *a)
 {
-    if (FEATURE_IN(SENSORLESS) && a->carry.waits != FAULT_NONE && a->faults.cause == FAULT_NONE) {
-        carry_step(a);
+    if (FEATURE_IN(SENSORLESS) && a->failover.pending != FAULT_NONE && a->faults.cause == FAULT_NONE) {
+        failover_step(a);
     }
     if (a->faults.cause != FAULT_NONE && take_fault(a)) {
         return;

@@ -81,7 +81,7 @@ bool drive_prepare(struct axis *a)
 {
     struct switching *const s = &a->switching;
     if (FEATURE_SOURCES > 1 && a->handover.under_way) {
-        return handover_go_on(a);
+        return handover_poll(a);
     }
     if (!s->under_way) {
         return false;

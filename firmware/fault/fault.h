@@ -95,10 +95,10 @@ struct fault_record {
 
 /* Reactions to a fault. Each class allows some; hardware faults and those that leave the motor uncontrolled, only the first. */
 enum reaction {
-    REACTION_OFF,   /* bridge off at once */
-    REACTION_STOP,  /* quick stop, then off; the fault is still latched */
-    REACTION_WARN,  /* operation goes on, the console reports it once */
-    REACTION_CARRY, /* the same, without the encoder, if the observer sees the rotor: drive/carry.h; else stop or off */
+    REACTION_OFF,  /* bridge off at once */
+    REACTION_STOP, /* quick stop, then off; the fault is still latched */
+    REACTION_WARN, /* operation goes on, the console reports it once */
+    REACTION_CARRY, /* the same, without the encoder, if the observer sees the rotor: drive/failover.h; else stop or off */
     REACTION_COUNT
 };
 

@@ -293,5 +293,5 @@ bool encoder_watch_step(struct axis *a, uint32_t turn)
     if (e->still_ms >= STILL_MS) {
         watch_still(a);
     }
-    return e->doubt_ms == 0u && a->reports.count == reported && a->carry.waits == FAULT_NONE;
+    return e->doubt_ms == 0u && a->reports.count == reported && a->failover.pending == FAULT_NONE;
 }

@@ -5,7 +5,7 @@
  * when the rotor turns.
  *
  * A breaking wire adds an edge or hides one, up to half an electrical turn before it shows. So the rotor is tracked meanwhile,
- * for carrying on without the switches (drive/carry.h): once the angle is more than 15 degrees from what the earlier speed
+ * for carrying on without the switches (drive/failover.h): once the angle is more than 15 degrees from what the earlier speed
  * predicts, that speed is extrapolated for an electrical turn. After that the switches are believed.
  */
 #ifndef FIRMWARE_MONITOR_HALL_WATCH_H

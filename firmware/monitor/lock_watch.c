@@ -89,5 +89,5 @@ bool lock_watch_step(struct axis *a)
         a->lock_watch.lost_ms = 0;
         field_watch_step(a);
     }
-    return a->reports.count == reported && a->carry.waits == FAULT_NONE;
+    return a->reports.count == reported && a->failover.pending == FAULT_NONE;
 }

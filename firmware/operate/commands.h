@@ -26,7 +26,7 @@ struct session {
     struct stream stream;               /* samples between the text */
     const struct postmortem *last_life; /* how the last life of the program ended */
     const struct slots *slots;          /* where settings are stored */
-    const struct kept *kept;            /* what was found there at the start */
+    const struct nvm_report *loaded;    /* what was found there at the start */
 };
 
 #define ARGUMENTS_MOST 4u
@@ -146,7 +146,7 @@ const char *signal_text(const char *name);
 void postmortem_print(struct text *t, const struct postmortem *p);
 
 /* Stored settings, at the start and by `load`: which slot, which save, what was skipped, is missing or damaged. */
-void store_print_loaded(struct text *t, const struct kept *k);
+void store_print_loaded(struct text *t, const struct nvm_report *k);
 
 /* Which slots are damaged, if any. */
 void store_print_damage(struct text *t, const struct slots_view *v);

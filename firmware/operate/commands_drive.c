@@ -56,7 +56,7 @@ static void put_warnings(struct text *out, const struct axis *a)
 /* Looks at the newest voltage of each millisecond, since the last `on`. */
 static void put_update(struct text *out, const struct axis *a)
 {
-    text_print(out, "voltages act: %s%s", message_of_update(a->tuning.update),
+    text_print(out, "PWM update: %s%s", message_of_update(a->tuning.update),
                a->tuning.samples == 2 ? ", two samples a period" : "");
     if (a->tuning.update == PWM_UPDATE_ONCE) {
         text_print(out, ", milliseconds in which one had to wait for the next end: %d", (int32_t)a->loop.fell_back);

@@ -84,7 +84,7 @@ static void run_learn(struct session *s, const struct arguments *a)
 /* clang-format off */
 const struct command commands_learn[] = {
     {"learn", " cogging|hall",
-     "turn slowly forth and back, and find the torque that the shaft's place asks for; or, while off, the Hall switches",
+     "turn slowly both ways and record cogging torque against position; or, while off, the edges of the Hall switches",
      {ARGUMENT_CHOICE}, .run = run_learn},
 };
 /* clang-format on */

@@ -31,7 +31,7 @@ static const struct {
     {"target", "target of the ramp"},
     {"position", "shaft from its zero, the lower 32 bits"},
     {"error", "following error"},
-    {"winding", "temperature of the winding, reckoned"},
+    {"winding", "temperature of the winding, estimated"},
     {"state", "state of the drive, enum axis_state"},
     {"fault", "cause that is latched, enum fault"},
     {"time", "milliseconds since the start"},

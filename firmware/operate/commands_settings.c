@@ -106,13 +106,13 @@ void store_print_damage(struct text *t, const struct slots_view *v)
     }
 }
 
-static void put_refusal(struct text *t, const struct kept *k)
+static void put_refusal(struct text *t, const struct nvm_report *k)
 {
     text_print(t, "error: settings refused, nothing has changed: %s%s", k->about, k->about[0] != '\0' ? ": " : "");
     answer_filled(t, message_of_error(k->problem.error), k->problem.value, 0);
 }
 
-static void put_differences(struct text *t, const struct kept *k)
+static void put_differences(struct text *t, const struct nvm_report *k)
 {
     if (k->unknown > 0u) {
         text_print(t, "%d stored records are unknown to this firmware and were passed over, the first is %s\n",
@@ -123,19 +123,19 @@ static void put_differences(struct text *t, const struct kept *k)
     }
 }
 
-void store_print_loaded(struct text *t, const struct kept *k)
+void store_print_loaded(struct text *t, const struct nvm_report *k)
 {
     text_put(t, "settings: ");
-    if (k->state == KEPT_NONE) {
+    if (k->state == NVM_NOTHING) {
         text_put(t, "none stored, initial values\n");
     } else {
         put_save(t, k->view.newest, k->view.number[k->view.newest]);
-        text_put(t, k->state == KEPT_LOADED ? ", loaded\n" : "\n");
+        text_put(t, k->state == NVM_LOADED ? ", loaded\n" : "\n");
     }
     store_print_damage(t, &k->view);
-    if (k->state == KEPT_REFUSED) {
+    if (k->state == NVM_REFUSED) {
         put_refusal(t, k);
-    } else if (k->state == KEPT_LOADED) {
+    } else if (k->state == NVM_LOADED) {
         put_differences(t, k);
     }
 }
@@ -168,19 +168,19 @@ static void run_save(struct session *s, const struct arguments *a)
 static void run_load(struct session *s, const struct arguments *a)
 {
     (void)a;
-    struct kept kept;
-    const struct outcome outcome = drive_load(s->axis, s->slots, &kept);
-    if (kept.state == KEPT_NONE) {
+    struct nvm_report loaded;
+    const struct outcome outcome = drive_load(s->axis, s->slots, &loaded);
+    if (loaded.state == NVM_NOTHING) {
         answer(s, outcome);
-        store_print_damage(&s->out, &kept.view);
+        store_print_damage(&s->out, &loaded.view);
     } else {
-        store_print_loaded(&s->out, &kept);
+        store_print_loaded(&s->out, &loaded);
     }
 }
 
 /* clang-format off */
 const struct command commands_params[] = {
-    {"get", " PARAM", "a parameter and its range, or 'all', or '--changed': those that are not as they were made",
+    {"get", " PARAM", "a parameter and its range, or 'all', or '--changed': those that differ from the factory defaults",
      {ARGUMENT_PARAM_GROUP}, .run = run_get},
     {"set", " PARAM VALUE", "change a parameter while off", {ARGUMENT_PARAM, ARGUMENT_WHOLE}, .run = run_set},
 };
@@ -192,7 +192,7 @@ const struct command commands_settings[] = {
 };
 
 const struct command commands_defaults[] = {
-    {"defaults", "", "parameters and reactions as they were made, while off; what is saved stays",
+    {"defaults", "", "factory defaults for parameters and reactions, while off; saved settings stay",
      .request = drive_defaults},
 };
 /* clang-format on */
@@ -230,7 +230,7 @@ static void run_reaction(struct session *s, const struct arguments *a)
 
 /* clang-format off */
 const struct command commands_reaction[] = {
-    {"reaction", "", "what follows from each fault that leaves a choice", .run = run_reactions},
+    {"reaction", "", "faults whose reaction can be chosen, and the present choice", .run = run_reactions},
     {"reaction", " FAULT off|stop|warn|carry", "choose it, while off",
      {ARGUMENT_FAULT, ARGUMENT_CHOICE}, .run = run_reaction},
 };

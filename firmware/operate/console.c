@@ -126,7 +126,7 @@ void console_start(struct console *k, const struct session *session)
     text_put(out(k), "mssfoc " CONFIG_VERSION ", 'help' lists the commands\n");
     postmortem_print(out(k), session->last_life);
     if (FEATURE_IN(SETTINGS)) {
-        store_print_loaded(out(k), session->kept);
+        store_print_loaded(out(k), session->loaded);
     }
     prompt(k);
 }

@@ -38,7 +38,7 @@
     X(0x001C, 0x6079, U32, RO, bus_voltage, "mV", "measured", quantity_millivolt(axis, now->vbus_q15)) \
     X(0x001E, 0, I32, RO, current_d, "mA", "measured, peak", quantity_milliamp(axis, now->i_d_q15)) \
     X(0x0020, 0, I32, RO, current_q, "mA", "measured, peak", quantity_milliamp(axis, now->i_q_q15)) \
-    X(0x0022, 0, I16, RO, winding_temperature, "degC", "reckoned or measured", axis->thermal.winding_q4 / 16) \
+    X(0x0022, 0, I16, RO, winding_temperature, "degC", "estimated or measured", axis->thermal.winding_q4 / 16) \
     X(0x0023, 0, U16, RO, current_limit, "0.1 %", "of i_max_ma that heat leaves", axis->thermal.factor_q15 * 1000 / Q15_ONE) \
     X(0x0024, 0, U32, RO, warnings, "", "since enabling: a bit for each fault number from 0", axis->reports.warned[0]) \
     X(0x0026, 0, U32, RO, warnings_2, "", "the same from 32", axis->reports.warned[1]) \

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/drive/keeping.h"
+#include "firmware/drive/nvm.h"
 #include "firmware/drive/reaction.h"
 #include "firmware/operate/modbus_functions.h"
 #include "firmware/operate/modbus_objects.h"

@@ -56,7 +56,7 @@ static void flying_lead(struct axis *a)
     a->sensorless.ref_rpm_q16 = a->speed.estimate.speed_rpm_q15 * 2;
 }
 
-/* With the bridge off: the legs play the EMF before the gates open, right after a sample, where the ripple is zero. */
+/* With the bridge off: the PWM outputs the EMF before the gates open, right after a sample, where the ripple is zero. */
 static void open_gates_to_emf(struct axis *a)
 {
     place(a);
@@ -231,7 +231,7 @@ enum flying_result flying_step(struct axis *a)
     return a->flying.regulates ? step_zero(a) : step_pulses(a);
 }
 
-void flying_go_on(struct axis *a, uint32_t angle_q32, int32_t speed_q32)
+void flying_resume(struct axis *a, uint32_t angle_q32, int32_t speed_q32)
 {
     const uint32_t emf_q32 = angle_q32 + (speed_q32 < 0 ? 3u * QUARTER_TURN_Q32 : QUARTER_TURN_Q32);
     emf_track_begin(&a->flying.track, adc_sequence(&a->fabric->adc) + 1u, emf_q32, speed_q32);

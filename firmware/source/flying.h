@@ -8,7 +8,7 @@
  *   no current    if the longest pulse shows next to nothing, the EMF is small enough to switch the current loop on and
  *                 regulate to zero current. Its voltages are then the EMF, and are tracked the same way
  *   and on        the observer begins with that angle, that speed, and the matching voltages; the gates open right after a
- *                 sample, when the legs already play these voltages. The speed loop goes on from that speed
+ *                 sample, when the PWM already outputs these voltages. The speed loop goes on from that speed
  *
  * If neither shows a turning rotor, it is at or near standstill, and the start is the one from standstill.
  */
@@ -46,6 +46,6 @@ enum flying_result flying_step(struct axis *a);
  * The caller knows the rotor's angle at the next sample, and its speed: the observer leads 3 samples later. Slow loop, bridge
  * off, LOOP_OBSERVER.
  */
-void flying_go_on(struct axis *a, uint32_t angle_q32, int32_t speed_q32);
+void flying_resume(struct axis *a, uint32_t angle_q32, int32_t speed_q32);
 
 #endif

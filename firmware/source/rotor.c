@@ -36,7 +36,7 @@ static void take_hall_speed(struct axis *a)
 
 void rotor_take_speed(struct axis *a)
 {
-    if (rotor_has_hall(a) && a->carry.waits == FAULT_NONE) {
+    if (rotor_has_hall(a) && a->failover.pending == FAULT_NONE) {
         take_hall_speed(a);
         return;
     }

@@ -103,7 +103,7 @@ def test_the_number_of_samples_changes_while_off(tmp_path):
     result = play(tmp_path, steps, then_s, {"inverter": {"sensor": {"shunt": 0}}, "params": told})
     assert not faults(result)
     assert result.figures["overruns"].value == 0
-    assert re.findall(r"voltages act: at once(, two samples a period)?, milli", result.console) == [
+    assert re.findall(r"PWM update: at once(, two samples a period)?, milli", result.console) == [
         ", two samples a period", "", ", two samples a period"]
     assert re.findall(r"loop: (\d+) degrees", result.console) == ["71", "80", "71", "80"]
     for end_s in (then_s - 0.4, then_s - 1.7, then_s - 3.0):

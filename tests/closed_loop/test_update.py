@@ -77,7 +77,7 @@ def test_modes_change_while_off_and_only_then(tmp_path):
     result = play(tmp_path, steps, then_s)
     assert not faults(result)
     assert result.figures["overruns"].value == 0
-    assert re.findall(r"voltages act: ([a-z ]+)", result.console) == ["at once", "at both ends", "at the valley"]
+    assert re.findall(r"PWM update: ([a-z ]+)", result.console) == ["at once", "at both ends", "at the valley"]
     assert re.findall(r"loop: (\d+) degrees", result.console) == ["62", "80", "72", "62"]
     window = result.trace.between(then_s - 0.75, then_s - 0.5)
     assert np.mean(window["speed_rad_s"]) * 30 / math.pi == pytest.approx(600, rel=0.02)

@@ -104,7 +104,7 @@ void world_round(void)
     cia402_poll(&world.bus, a);
     drive_retry(a);
     drive_learn(a);
-    drive_remember(a);
+    drive_restore_cogging(a);
     identify_think(&a->identify);
     (void)drive_prepare(a);
     world_hardware();
@@ -222,8 +222,8 @@ static size_t key_of_drive(uint8_t *key)
     PUT(timer(r->waiting, a->time_ms - r->latched_ms >= (uint32_t)a->params.retry_delay_ms));
     PUT(runs && a->speed.target_rpm_q16 != 0);
     PUT(timer(r->resumes && r->wanted, r->resume_rpm_q16 != 0));
-    PUT(runs ? class_of_cause(a->carry.cause) : a->carry.cause != 0u);
-    PUT(class_of_cause(a->carry.waits));
+    PUT(runs ? class_of_cause(a->failover.cause) : a->failover.cause != 0u);
+    PUT(class_of_cause(a->failover.pending));
     PUT(a->tuning.angle_source);
     PUT(a->switching.under_way);
     PUT(a->handover.under_way | a->handover.asked << 1 | a->handover.offset_known << 2);
@@ -294,7 +294,7 @@ int explore_place(void)
     if (a->state != AXIS_OPERATION_ENABLED) {
         return (int)a->state;
     }
-    return a->carry.cause != 0u || a->carry.waits != 0u ? explore_place_count - 1 : MODES_AT + (int)a->mode;
+    return a->failover.cause != 0u || a->failover.pending != 0u ? explore_place_count - 1 : MODES_AT + (int)a->mode;
 }
 
 const char *explore_place_name(int place)

@@ -54,7 +54,7 @@ enum flying_result flying_step(struct axis *axis)
         *(void **)&real = dlsym(RTLD_NEXT, "flying_step");
     }
     if (world.forced == WELL) {
-        flying_go_on(axis, 0x12345678u, SPEED_Q32);
+        flying_resume(axis, 0x12345678u, SPEED_Q32);
         return FLYING_CAUGHT;
     }
     return world.forced == AS_IT_DOES ? real(axis) : FLYING_STANDS;

@@ -26,7 +26,7 @@ static struct fabric fabric;
 static struct axis axis, before;
 static struct scope scope;
 static struct postmortem last_life;
-static struct kept kept;
+static struct nvm_report kept;
 static struct slots slots;
 static struct console console;
 static volatile uint32_t pend;
@@ -130,7 +130,7 @@ int main(int argc, char **argv)
     slots = host_slots();
     scope_init(&scope, &axis, enter, &pend, 1u);
     const struct session session = {
-        .axis = &axis, .scope = &scope, .last_life = &last_life, .slots = &slots, .kept = &kept};
+        .axis = &axis, .scope = &scope, .last_life = &last_life, .slots = &slots, .loaded = &kept};
     console_start(&console, &session);
     const struct axis fresh = axis;
     for (long n = 0; n < counts.lines; n++) {

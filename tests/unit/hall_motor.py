@@ -3,7 +3,7 @@
 import ctypes
 
 from unit.hall_bench import IDEAL, TURN
-from unit.test_carry import Carrying
+from unit.test_failover import Carrying
 from unit.test_unit_supervision import CLOCKS, LOOPS
 
 SAMPLE = CLOCKS // LOOPS
@@ -83,7 +83,7 @@ class HallMotor(Carrying):
 
     def until_carried(self, most_ms):
         for _ in range(most_ms):
-            if self.axis.carry.waits or self.axis.faults.cause:
+            if self.axis.failover.pending or self.axis.faults.cause:
                 break
             self.step()
         return self

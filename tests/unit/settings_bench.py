@@ -76,7 +76,7 @@ class Drive:
         return "CUT" if error < 0 else self.name(error)
 
     def load(self):
-        self.kept = self.c.kept()
+        self.kept = self.c.nvm_report()
         return self.name(self.c.drive_load(self.axis, self.slots, self.kept).error)
 
     def restart(self):

@@ -23,9 +23,9 @@ class Operator:
         self.axis.params.i_range_ma, self.axis.params.v_range_mv = I_RANGE_MA, V_RANGE_MV
         self.console, session = c.console(), c.session()
         c.host_envm_new(self.axis, 8e-3, 1)
-        self.slots, self.kept = c.host_slots(), c.kept()
+        self.slots, self.kept = c.host_slots(), c.nvm_report()
         session.axis, session.last_life = ctypes.pointer(self.axis), ctypes.pointer(self.last_life)
-        session.slots, session.kept = ctypes.pointer(self.slots), ctypes.pointer(self.kept)
+        session.slots, session.loaded = ctypes.pointer(self.slots), ctypes.pointer(self.kept)
         c.host_heard_bytes.value = c.host_heard_taken.value = c.host_said_bytes.value = 0
         c.console_start(self.console, session)
         self.greeting = self.heard()
@@ -152,16 +152,16 @@ def test_status(operator, c):
         "state: quick stop active", "fault: over-temperature", "speed: -1500.062 rpm, reference 1600.500 rpm",
         "mode: pv (profile velocity), position: 0 counts",
         "current: d -0.101 A, q 2.002 A, reference d -0.303 A, q 4.004 A", "bus: 24.000 V, winding: 83 degC",
-        "current loop: 217 cycles", "voltages act: at the valley", "watchdog: 32.212 s",
+        "current loop: 217 cycles", "PWM update: at the valley", "watchdog: 32.212 s",
         "memory errors corrected: 0", "up: 5.017 s"]
     operator.axis.tuning.update, operator.axis.loop.fell_back = c.PWM_UPDATE_ENDS, 77
     operator.type(b"")
-    assert operator("status")[7] == "voltages act: at both ends"
+    assert operator("status")[7] == "PWM update: at both ends"
     operator.axis.tuning.update = c.PWM_UPDATE_ONCE
     waited = ", milliseconds in which one had to wait for the next end: 77"
-    assert operator("status")[7] == "voltages act: at once" + waited
+    assert operator("status")[7] == "PWM update: at once" + waited
     operator.axis.tuning.samples = 2
-    assert operator("status")[7] == "voltages act: at once, two samples a period" + waited
+    assert operator("status")[7] == "PWM update: at once, two samples a period" + waited
 
 
 def test_status_of_a_hot_motor_that_was_warned_of(operator, c):

@@ -37,7 +37,7 @@ class Watched(Restarting):
 
     def ms(self, count=1):
         for _ in range(count):
-            for function in ("drive_retry", "drive_learn", "drive_remember", "drive_prepare"):
+            for function in ("drive_retry", "drive_learn", "drive_restore_cogging", "drive_prepare"):
                 self.by("thread", function)
             self.fabric.adc.SEQUENCE += 20
             self.fabric.gate.STATUS = self.fabric.gate.CONTROL & 1

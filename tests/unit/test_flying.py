@@ -113,7 +113,7 @@ def test_flying_lets_a_whole_period_show_no_more_than_is_wanted(searching, size,
 def test_flying_goes_on_with_what_somebody_else_knows_of_the_rotor(c, searching, speed_q32):
     """At the next sample it is at that angle, and turns so; the gates are open."""
     loop = searching.axis.loop
-    c.flying_go_on(searching.axis, 0x12345678, speed_q32)
+    c.flying_resume(searching.axis, 0x12345678, speed_q32)
     off = (loop.pll.angle_q32 - 0x12345678 + 2**31) % 2**32 - 2**31
     assert abs(off) < 16 and loop.pll.speed_q32 == speed_q32 and searching.fabric.gate.CONTROL == 1
     rpm = speed_q32 / 2**32 * 20000 * 60 / 4

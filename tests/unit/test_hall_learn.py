@@ -99,7 +99,7 @@ def test_a_rotor_that_stands_is_said_to(c):
 
 @pytest.mark.parametrize("lag, result", ((0.055, "DONE"), (0.066, "LOAD"), (0.1, "LOAD")))
 def test_a_rotor_that_lags_too_far_is_refused(c, lag, result):
-    """45 degrees between forth and back."""
+    """45 degrees between forward and back."""
     bench = Bench(c, IDEAL.__getitem__, lag=lag, hysteresis=0)
     assert bench.run() == result
     assert result == "DONE" or abs(bench.learn.detail_deg) == pytest.approx(720 * lag, abs=2)

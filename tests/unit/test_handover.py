@@ -8,7 +8,7 @@ import pytest
 
 from unit.hall_bench import IDEAL, TURN
 from unit.hall_motor import HallMotor, open_wire
-from unit.test_carry import frame_deg
+from unit.test_failover import frame_deg
 from unit.test_unit_supervision import CLOCKS, LOOPS
 
 ALL_ONES = TURN - 1
@@ -310,8 +310,8 @@ def test_an_encoder_that_has_failed_has_lost_its_place(motor):
     m.report("ENCODER_DEAD")
     m.slow_step()
     assert m.axis.tuning.angle_source == OBSERVER and not m.axis.handover.offset_known
-    assert m.axis.carry.cause == m.c.FAULT_ENCODER_DEAD
-    assert m.change(ENCODER)[0] == "NONE" and m.axis.carry.cause == m.c.FAULT_NONE
+    assert m.axis.failover.cause == m.c.FAULT_ENCODER_DEAD
+    assert m.change(ENCODER)[0] == "NONE" and m.axis.failover.cause == m.c.FAULT_NONE
 
 
 def test_the_position_is_no_longer_homed_behind_others_that_do_not_count(motor):

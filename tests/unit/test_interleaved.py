@@ -6,7 +6,7 @@ import ctypes
 import pytest
 
 from unit.identify_bench import begin
-from unit.test_carry import Carrying
+from unit.test_failover import Carrying
 from unit.test_flying import Searching
 from unit.test_start_hall import switched_on
 from unit.test_state_machine import World
@@ -55,7 +55,7 @@ def catching_with_hall(c):
 
 def catching_by_emf(c):
     w = Searching(c)
-    return w, lambda: c.flying_go_on(w.axis, 0x12345678, 3_000_000)
+    return w, lambda: c.flying_resume(w.axis, 0x12345678, 3_000_000)
 
 
 def short_pulse(c):
@@ -149,12 +149,12 @@ def test_the_interrupt_takes_over_from_the_encoder_while_the_slow_loop_does(c):
         w.sample_fault(gate=1 << 5)
 
     def frame():
-        return w.axis.loop.source, w.axis.loop.field_angle_q32, w.axis.carry.seed.angle_q32, w.axis.carry.seed.speed_q32
+        return w.axis.loop.source, w.axis.loop.field_angle_q32, w.axis.failover.seed.angle_q32, w.axis.failover.seed.speed_q32
     alone = []
     for act in (slow_loop, interrupt):
         again()
         act()
-        assert w.axis.carry.waits and w.axis.loop.source == c.LOOP_OBSERVER
+        assert w.axis.failover.pending and w.axis.loop.source == c.LOOP_OBSERVER
         alone.append(frame())
     blocks = 0
     while True:
@@ -162,7 +162,7 @@ def test_the_interrupt_takes_over_from_the_encoder_while_the_slow_loop_does(c):
         blocks += 1
         if not interrupted(c, slow_loop, interrupt, blocks):
             break
-        assert w.axis.faults.cause == 0 and w.axis.carry.waits and frame() in alone, f"turned twice at block {blocks}"
+        assert w.axis.faults.cause == 0 and w.axis.failover.pending and frame() in alone, f"turned twice at block {blocks}"
     assert blocks > 100
 
 

@@ -31,7 +31,7 @@ def test_the_crc_is_that_of_zlib(c, pieces):
 def test_names_tell_the_records_apart_and_fit(c):
     found = [info.name.decode() for info in names(c)]
     assert len(set(found)) == len(found) <= 128 and max(map(len, found)) <= 31
-    faults = [c.keeping_name_of_fault(cause) for cause in range(c.FAULT_COUNT)]
+    faults = [c.nvm_name_of_fault(cause) for cause in range(c.FAULT_COUNT)]
     for cause, name in enumerate(faults):
         leaves_choice = c.fault_class(cause).contents.allowed != 1
         assert (name is not None) == leaves_choice, cause
@@ -53,7 +53,7 @@ def test_nothing_is_stored_at_first(drive):
         for number in (0, 1):
             ctypes.memset(drive.raw(number), filled, SLOT_BYTES)
         assert drive.state(0) == drive.state(1) == "EMPTY"
-        assert drive.restart() == "NOTHING_STORED" and drive.kept.state == drive.c.KEPT_NONE
+        assert drive.restart() == "NOTHING_STORED" and drive.kept.state == drive.c.NVM_NOTHING
     before = drive.params()
     drive.c.params_init(drive.axis.params)
     assert drive.params() == before
@@ -68,7 +68,7 @@ def test_what_is_saved_comes_back(c, values, choice):
     drive.axis.reactions.choice[cause] = choice
     wanted = drive.params(), drive.choices()
     assert drive.save() == "NONE"
-    assert drive.restart() == "NONE" and drive.kept.state == c.KEPT_LOADED
+    assert drive.restart() == "NONE" and drive.kept.state == c.NVM_LOADED
     assert (drive.params(), drive.choices()) == wanted
     assert (drive.kept.unknown, drive.kept.missing) == (0, 0)
 
@@ -149,7 +149,7 @@ def test_what_cannot_be_is_refused_as_a_whole(case, drive, c):
     before = drive.params(), drive.choices()
     error = drive.load()
     assert error == problem or (problem is None and error != "NONE")
-    assert drive.kept.state == c.KEPT_REFUSED and text(drive.kept.about) == about
+    assert drive.kept.state == c.NVM_REFUSED and text(drive.kept.about) == about
     assert (drive.params(), drive.choices()) == before
 
 

@@ -26,7 +26,7 @@ def test_nothing_while_the_bridge_may_be_on(state, drive, c):
     drive.axis.state, drive.fabric.gate.STATUS = c.enums["axis_state"]["AXIS_" + state], 1
     drive.bench.commands = drive.bench.lit = 0
     assert drive.save() == "SAVE_WHILE_ON"
-    assert drive.load() == "DRIVE_IS_ON" and drive.kept.state == c.KEPT_NONE
+    assert drive.load() == "DRIVE_IS_ON" and drive.kept.state == c.NVM_NOTHING
     assert drive.name(c.drive_defaults(drive.axis).error) == "DRIVE_IS_ON"
     assert drive.params() == before and drive.bench.commands == drive.bench.lit == 0
 
@@ -94,11 +94,11 @@ def test_the_index_and_the_cogging_are_back_wherever_the_counter_begins(drive, c
     assert drive.restart() == "NONE"
     start = drive.axis.start
     assert start.index_known and start.index_offset_q32 == 0x89ABCDEF and not start.aligned
-    c.drive_remember(drive.axis)
+    c.drive_restore_cogging(drive.axis)
     assert drive.axis.motion.cogging.count == 0, "the index has not been seen yet"
     drive.fabric.encoder.STATUS, drive.fabric.encoder.INDEX = SEEN, 3210
-    c.drive_remember(drive.axis)
-    assert drive.axis.motion.cogging.count == 2 and not drive.axis.keeping.waits
+    c.drive_restore_cogging(drive.axis)
+    assert drive.axis.motion.cogging.count == 2 and not drive.axis.nvm_cogging.pending
     for place, torque_q15 in before.items():
         assert abs(torque(drive, (3210 + place) % COUNTS) - torque_q15) <= 1
     assert drive.save() == "NONE" and drive.restart() == "NONE", "and again"
@@ -106,7 +106,7 @@ def test_the_index_and_the_cogging_are_back_wherever_the_counter_begins(drive, c
 
 def test_a_map_that_waits_for_the_index_is_stored_as_it_is(drive, c):
     learn(drive)
-    assert drive.save() == "NONE" and drive.restart() == "NONE" and drive.axis.keeping.waits
+    assert drive.save() == "NONE" and drive.restart() == "NONE" and drive.axis.nvm_cogging.pending
     first = parse(bytes(drive.raw(0)))[1][COGGING, "cogging"]
     assert drive.save() == "NONE"
     assert parse(bytes(drive.raw(1)))[1][COGGING, "cogging"] == first

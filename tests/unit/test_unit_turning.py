@@ -159,7 +159,7 @@ def indexed(c, d, pole_pairs, counts, per_turn=None, seen=2):
                                                 (50, 10000)])
 @pytest.mark.parametrize("off", [-1, 0, 1])
 def test_pole_pairs_and_counts_are_exact(c, begun, pole_pairs, counts, off):
-    begun.told.speed_max_rpm, begun.told.overspeed_rpm = 400, 480
+    begun.nominal.speed_max_rpm, begun.nominal.overspeed_rpm = 400, 480
     indexed(c, begun, pole_pairs, counts + off, round(counts / pole_pairs))
     assert known(c, begun, "POLE_PAIRS") == (pole_pairs, 0) and known(c, begun, "COUNTS") == (counts, 0)
     p = begun.params
@@ -228,7 +228,7 @@ def test_ramps_that_were_not_reached_are_refused(c, motor):
 # ---- constant speeds ----
 
 def speeds(c, d, coulomb, viscous, load=0.0, ahead_deg=0.0, fast=105.0, along_a=1.5):
-    """Slow and fast, forth and back; along the magnets current flows one way in the first four blocks."""
+    """Slow and fast, forward and back; along the magnets current flows one way in the first four blocks."""
     m, kt = d.work.speeds, 1.5 * PAIRS * FLUX_WB
     d.phase, m.index_seen, m.index, m.offset_q32 = 4, True, 1000, round((40 + ahead_deg) % 360 / 360 * 2**32)
     d.results[c.IDENTIFY_FLUX].interval = 200
@@ -313,7 +313,7 @@ def test_a_rotor_that_is_driven_while_the_field_stands_is_named(c, begun):
 
 
 def test_without_an_encoder_all_that_turns_is_refused(c, begun):
-    begun.told.angle_source = 1
+    begun.nominal.angle_source = 1
     thought(c, begun, "INDUCTANCE")
     assert begun.step == c.IDENTIFY_STEP_DONE
     for name in ("POLE_PAIRS", "COUNTS", "DIRECTION", "OFFSET", "FLUX", "INERTIA", "COULOMB", "VISCOUS"):

@@ -7,7 +7,7 @@
 #include "drivers/cortex/cpu.h"
 #include "drivers/mss/envm_bus.h"
 #include "drivers/mss/watchdog.h"
-#include "firmware/drive/keeping.h"
+#include "firmware/drive/nvm.h"
 
 #define CONTROLLER  0x60080000u
 #define ENVM_CR     0x4003800Cu

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/drive/keeping.h"
+#include "firmware/drive/nvm.h"
 
 #include <stddef.h>
 
@@ -8,7 +8,7 @@
 #include "firmware/source/rotor.h"
 #include "lib/trig.h"
 
-const char *keeping_name_of_fault(enum fault cause)
+const char *nvm_name_of_fault(enum fault cause)
 {
     static const char *const names[FAULT_COUNT] = {
         [FAULT_ENCODER] = "encoder",
@@ -44,7 +44,7 @@ struct outcome drive_defaults(struct axis *a)
 }
 
 /* a cos k(x + f) + b sin k(x + f) as a function of x: both turn by k f. */
-void keeping_turn(struct cogging_map *m, uint32_t from_q32)
+void nvm_rotate_cogging(struct cogging_map *m, uint32_t from_q32)
 {
     for (int32_t n = 0; n < m->count; n++) {
         struct cogging_harmonic *const h = &m->harmonics[n];
@@ -56,16 +56,17 @@ void keeping_turn(struct cogging_map *m, uint32_t from_q32)
     }
 }
 
-void drive_remember(struct axis *a)
+void drive_restore_cogging(struct axis *a)
 {
-    struct keeping *const k = &a->keeping;
-    if (!k->waits || !rotor_has_encoder(a) || (encoder_status(&a->fabric->encoder) & ENCODER_STATUS_INDEX_SEEN) == 0u) {
+    struct nvm_cogging *const k = &a->nvm_cogging;
+    if (!k->pending || !rotor_has_encoder(a) ||
+        (encoder_status(&a->fabric->encoder) & ENCODER_STATUS_INDEX_SEEN) == 0u) {
         return;
     }
     const uint32_t held = request_hold();
-    keeping_turn(&k->cogging, 0u - encoder_index(&a->fabric->encoder) * a->tuning.turn_scale_q32);
-    cogging_set_fade(&k->cogging, a->params.speed_bw_hz);
-    a->motion.cogging = k->cogging;
-    k->waits = false;
+    nvm_rotate_cogging(&k->map, 0u - encoder_index(&a->fabric->encoder) * a->tuning.turn_scale_q32);
+    cogging_set_fade(&k->map, a->params.speed_bw_hz);
+    a->motion.cogging = k->map;
+    k->pending = false;
     request_release(held);
 }

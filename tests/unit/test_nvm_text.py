@@ -33,7 +33,7 @@ def view(c, states=("WHOLE", "EMPTY"), numbers=(7, 0), newest=0):
     (1, 2, "slot B, save 2; writes of its pages so far: about 1"),
     (0, 3, "slot A, save 3; writes of its pages so far: about 2"),
     (1, 2**32 - 1, "slot B, save 4294967295; writes of its pages so far: about 2147483648")])
-def test_keeping_text_saved(c, said, slot, number, line):
+def test_nvm_text_saved(c, said, slot, number, line):
     worn = "warning: eNVM: a page has been written more often than it is made for"
     dropped = "warning: the cogging map is not stored: the encoder's index, from which it counts, was not seen"
     report = c.saved()
@@ -48,17 +48,17 @@ def test_keeping_text_saved(c, said, slot, number, line):
     (("EMPTY", "EMPTY"), "", ""), (("WHOLE", "EMPTY"), "", ""), (("DAMAGED", "EMPTY"), "A", ""),
     (("DAMAGED", "DAMAGED"), "AB", ""), (("WHOLE", "DAMAGED"), "B", "; these may be the settings before it"),
     (("DAMAGED", "WHOLE"), "A", "; these may be the settings before it")])
-def test_keeping_text_damage(c, said, states, slots, behind):
+def test_nvm_text_damage(c, said, states, slots, behind):
     assert said(c.store_print_damage, view(c, states)) == [
         f"warning: slot {slot} is damaged, or its save was cut short{behind}" for slot in slots]
 
 
-def test_keeping_text_of_nothing_and_of_all(c, said):
-    kept = c.kept()
-    kept.view, kept.state = view(c, ("EMPTY", "EMPTY")), c.KEPT_NONE
+def test_nvm_text_of_nothing_and_of_all(c, said):
+    kept = c.nvm_report()
+    kept.view, kept.state = view(c, ("EMPTY", "EMPTY")), c.NVM_NOTHING
     kept.missing = kept.unknown = 3
     assert said(c.store_print_loaded, kept) == ["settings: none stored, initial values"]
-    kept.view, kept.state = view(c, ("EMPTY", "WHOLE"), (0, 4000000000), 1), c.KEPT_LOADED
+    kept.view, kept.state = view(c, ("EMPTY", "WHOLE"), (0, 4000000000), 1), c.NVM_LOADED
     kept.missing = kept.unknown = 0
     assert said(c.store_print_loaded, kept) == ["settings: slot B, save 4000000000, loaded"]
     kept.view = view(c, ("DAMAGED", "WHOLE"), (0, 8), 1)
@@ -68,9 +68,9 @@ def test_keeping_text_of_nothing_and_of_all(c, said):
 
 
 @pytest.mark.parametrize("unknown, missing", ((1, 0), (0, 1), (2, 78)))
-def test_keeping_text_of_another_version(c, said, unknown, missing):
-    kept = c.kept()
-    kept.view, kept.state, kept.unknown, kept.missing = view(c), c.KEPT_LOADED, unknown, missing
+def test_nvm_text_of_another_version(c, said, unknown, missing):
+    kept = c.nvm_report()
+    kept.view, kept.state, kept.unknown, kept.missing = view(c), c.NVM_LOADED, unknown, missing
     ctypes.memmove(kept.first_unknown, b"old_ma", 6)
     assert said(c.store_print_loaded, kept) == (
         ["settings: slot A, save 7, loaded"] + [f"{unknown} stored records are unknown to this firmware and were passed over, "
@@ -81,10 +81,10 @@ def test_keeping_text_of_another_version(c, said, unknown, missing):
 @pytest.mark.parametrize("about, error, value, text", [
     (b"", "CURRENT_MARGIN", 1647, "current_bw_hz leaves too little phase margin with this pwm_update: at most 1647"),
     (b"i_max_ma", "I_ALIGN_BEYOND_MAX", 0, "i_max_ma: i_align_ma must not exceed i_max_ma")])
-def test_keeping_text_refused(c, said, about, error, value, text):
+def test_nvm_text_refused(c, said, about, error, value, text):
     """And nothing is said of what is not taken over anyway."""
-    kept = c.kept()
-    kept.view, kept.state, kept.unknown, kept.missing = view(c), c.KEPT_REFUSED, 2, 3
+    kept = c.nvm_report()
+    kept.view, kept.state, kept.unknown, kept.missing = view(c), c.NVM_REFUSED, 2, 3
     ctypes.memmove(kept.about, about, len(about))
     kept.problem.error, kept.problem.value = getattr(c, f"ERROR_{error}"), value
     assert said(c.store_print_loaded, kept) == [

@@ -93,7 +93,7 @@ def test_at_speed_the_observer_leads_a_millisecond_later_with_a_warning(motor, c
     assert m.axis.loop.source == m.c.LOOP_OBSERVER and m.axis.loop.field_follows == 0, "the frame turns by itself until then"
     m.slow_step()
     assert observer_leads(m) and m.state == "OPERATION_ENABLED" and m.fault == "NONE" and m.fabric.gate.CONTROL == 1
-    assert m.warned(cause) and m.axis.carry.cause == m.c.enums["fault"]["FAULT_" + cause]
+    assert m.warned(cause) and m.axis.failover.cause == m.c.enums["fault"]["FAULT_" + cause]
     assert m.axis.loop.pll.speed_q32 == pytest.approx(m.hz / 20000 * 2**32, rel=0.01)
     assert m.axis.speed.target_rpm_q16 == rpm << 16 and m.axis.speed.ref_rpm_q16 == rpm << 16
 
@@ -141,7 +141,7 @@ def step_until_carried(m, happens, most):
     """Steps in each of which the encoder suffers that, until the drive goes on without."""
     for _ in range(most):
         m.step(1, happens)
-        if m.axis.carry.waits:
+        if m.axis.failover.pending:
             break
 
 
@@ -151,7 +151,7 @@ def test_after_a_slip_the_frame_is_where_it_was_before(motor, degrees, rpm):
     m = motor(rpm)
     jump = slip(degrees)
     step_until_carried(m, jump, 4)
-    assert m.axis.carry.waits == m.c.FAULT_ENCODER_SLIP and abs(m.degrees_off) < 3
+    assert m.axis.failover.pending == m.c.FAULT_ENCODER_SLIP and abs(m.degrees_off) < 3
 
 
 @pytest.mark.parametrize("rpm", (3000, -3000))
@@ -163,7 +163,7 @@ def test_of_counts_that_stand_the_last_edge_tells(motor, rpm):
         world.frozen = True
 
     step_until_carried(m, freeze, 20)
-    assert m.axis.carry.waits == m.c.FAULT_ENCODER_DEAD and abs(m.degrees_off) < 5
+    assert m.axis.failover.pending == m.c.FAULT_ENCODER_DEAD and abs(m.degrees_off) < 5
 
 
 @pytest.mark.parametrize("rpm", (3000, -3000))
@@ -175,7 +175,7 @@ def test_of_counts_lost_one_by_one_the_emf_tells(motor, rpm):
 
     step_until_carried(m, lose, 400)
     lost_deg = -m.slip * 360 * m.p.pole_pairs / m.p.encoder_counts
-    assert m.axis.carry.waits == m.c.FAULT_ENCODER_SLIP and lost_deg > 15 and abs(m.degrees_off) < 6
+    assert m.axis.failover.pending == m.c.FAULT_ENCODER_SLIP and lost_deg > 15 and abs(m.degrees_off) < 6
 
 
 @pytest.mark.parametrize("reluctant, off_deg", ((False, 0), (True, -30)))
@@ -193,7 +193,7 @@ def test_an_index_elsewhere_is_wrong_where_the_emf_agrees_with_the_count_unless_
 def test_lines_that_are_lost_are_left_at_once_and_the_bridge_stays_on(motor):
     m = motor()
     m.sample_fault(gate=ENCODER_BIT)
-    assert m.axis.carry.waits == m.c.FAULT_ENCODER and m.fabric.gate.CONTROL == 1 and abs(m.degrees_off) < 1
+    assert m.axis.failover.pending == m.c.FAULT_ENCODER and m.fabric.gate.CONTROL == 1 and abs(m.degrees_off) < 1
     m.sample_fault(gate=ENCODER_BIT)
     assert m.fault == "NONE", "the encoder counts for nothing from then on"
     m.slow_step()
@@ -221,7 +221,7 @@ def tripped(m, amperes=0.0):
 
 def test_a_slip_that_trips_the_current_opens_the_gates_again_once_it_has_faded(motor):
     m = tripped(motor(), 8.0)
-    assert m.fabric.gate.CONTROL == 0 and m.fault == "NONE" and m.axis.carry.waits == m.c.FAULT_ENCODER_SLIP
+    assert m.fabric.gate.CONTROL == 0 and m.fault == "NONE" and m.axis.failover.pending == m.c.FAULT_ENCODER_SLIP
     m.slow_step()
     assert m.fabric.gate.CONTROL == 0 and m.fault == "NONE"
     m.fabric.adc.IA = m.fabric.adc.IB = m.fabric.adc.IC = 0
@@ -241,7 +241,7 @@ def test_off_comes_before_what_waits(motor):
     m.axis.request = m.c.AXIS_REQUEST_OFF
     m.axis.state = m.c.AXIS_QUICK_STOP
     m.slow_step()
-    assert m.fabric.gate.CONTROL == 0 and m.axis.carry.waits == 0 and m.state == "SWITCH_ON_DISABLED"
+    assert m.fabric.gate.CONTROL == 0 and m.axis.failover.pending == 0 and m.state == "SWITCH_ON_DISABLED"
 
 
 def test_off_in_operation_does_not_open_the_gates_once_more(motor):
@@ -251,7 +251,7 @@ def test_off_in_operation_does_not_open_the_gates_once_more(motor):
     for _ in range(3):
         m.axis.request = m.c.AXIS_REQUEST_OFF
         m.slow_step()
-        assert (m.axis.carry.cause, m.axis.carry.waits, m.axis.tuning.angle_source) == (0, 0, source)
+        assert (m.axis.failover.cause, m.axis.failover.pending, m.axis.tuning.angle_source) == (0, 0, source)
         assert m.fabric.gate.CONTROL == 0 and m.state == "SWITCH_ON_DISABLED"
 
 
@@ -322,7 +322,7 @@ def test_on_begins_with_the_encoder_and_an_alignment(motor):
     assert m.c.switch_on_at_once(m.axis).error == m.c.ERROR_NONE
     m.slow_step()
     assert m.axis.tuning.angle_source == m.c.PARAM_ANGLE_ENCODER and not m.axis.start.aligned
-    assert m.axis.carry.cause == m.c.FAULT_NONE and not m.warned("ENCODER_DEAD")
+    assert m.axis.failover.cause == m.c.FAULT_NONE and not m.warned("ENCODER_DEAD")
 
 
 # ---- the frame ----

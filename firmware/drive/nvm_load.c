@@ -4,8 +4,7 @@
 
 #include "firmware/drive/adopt.h"
 #include "firmware/drive/drive.h"
-#include "firmware/drive/keeping.h"
-#include "firmware/drive/keeping_parts.h"
+#include "firmware/drive/nvm.h"
 #include "firmware/drive/requests.h"
 #include "firmware/settings/features.h"
 
@@ -40,7 +39,7 @@ static bool same(const char *a, const char *b)
     return *a == *b;
 }
 
-static void pass_over(struct kept *k, const struct record *r)
+static void pass_over(struct nvm_report *k, const struct record *r)
 {
     if (k->unknown == 0u) {
         copy_name(k->first_unknown, r->name);
@@ -48,7 +47,7 @@ static void pass_over(struct kept *k, const struct record *r)
     k->unknown++;
 }
 
-static enum error take_parameter(struct candidate *c, struct kept *k, const struct record *r)
+static enum error take_parameter(struct candidate *c, struct nvm_report *k, const struct record *r)
 {
     const struct param_info *const info = param_find(r->name);
     if (info == NULL) {
@@ -75,7 +74,7 @@ static enum error take_parameter(struct candidate *c, struct kept *k, const stru
 static enum fault fault_named(const char *name)
 {
     for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
-        const char *const its = keeping_name_of_fault((enum fault)cause);
+        const char *const its = nvm_name_of_fault((enum fault)cause);
         if (its != NULL && same(its, name)) {
             return (enum fault)cause;
         }
@@ -83,7 +82,7 @@ static enum fault fault_named(const char *name)
     return FAULT_COUNT;
 }
 
-static enum error take_reaction(struct candidate *c, struct kept *k, const struct record *r)
+static enum error take_reaction(struct candidate *c, struct nvm_report *k, const struct record *r)
 {
     const enum fault cause = fault_named(r->name);
     if (cause == FAULT_COUNT) {
@@ -114,7 +113,7 @@ static enum error take_cogging(struct candidate *c, const struct record *r)
     return ERROR_NONE;
 }
 
-static enum error stored_take(struct candidate *c, struct kept *k, const struct record *r)
+static enum error stored_take(struct candidate *c, struct nvm_report *k, const struct record *r)
 {
     switch (r->kind) {
     case RECORD_PARAMETER:
@@ -151,7 +150,7 @@ static uint32_t count_missing(const struct candidate *c)
     return missing;
 }
 
-static enum error read_records(struct candidate *c, const struct slots *s, struct kept *k)
+static enum error read_records(struct candidate *c, const struct slots *s, struct nvm_report *k)
 {
     struct record_reader reader = records_read(slots_records(s, k->view.newest), k->view.records_bytes[k->view.newest]);
     struct record r;
@@ -166,7 +165,7 @@ static enum error read_records(struct candidate *c, const struct slots *s, struc
     return reader.broken ? ERROR_STORED_FORMAT : ERROR_NONE;
 }
 
-struct outcome keeping_check(const struct params *p, struct tuning *t)
+struct outcome nvm_check(const struct params *p, struct tuning *t)
 {
     const struct outcome problem = tuning_compute(p, t);
     return problem.error == ERROR_NONE ? tuning_check_emf(p) : problem;
@@ -189,12 +188,12 @@ static void stored_take_over(struct axis *a, const struct candidate *c)
         a->start.index_offset_q32 = c->index_offset_q32;
         a->start.index_known = true;
     }
-    a->keeping = (struct keeping){c->cogging, c->cogging.count > 0};
+    a->nvm_cogging = (struct nvm_cogging){c->cogging, c->cogging.count > 0};
 }
 
-void drive_recall(struct axis *a, const struct slots *s, struct kept *k)
+void drive_load_at_boot(struct axis *a, const struct slots *s, struct nvm_report *k)
 {
-    *k = (struct kept){.state = KEPT_NONE, .problem = outcome_of(ERROR_NOTHING_STORED), .view = slots_look(s)};
+    *k = (struct nvm_report){.state = NVM_NOTHING, .problem = outcome_of(ERROR_NOTHING_STORED), .view = slots_look(s)};
     if (!k->view.any) {
         return;
     }
@@ -203,22 +202,22 @@ void drive_recall(struct axis *a, const struct slots *s, struct kept *k)
     k->problem = outcome_of(read_records(&c, s, k));
     if (k->problem.error == ERROR_NONE) {
         c.tuning = a->tuning; /* padding included: an axis must hold no stack bytes */
-        k->problem = keeping_check(&c.params, &c.tuning);
+        k->problem = nvm_check(&c.params, &c.tuning);
     }
-    k->state = k->problem.error == ERROR_NONE ? KEPT_LOADED : KEPT_REFUSED;
-    if (k->state == KEPT_LOADED) {
+    k->state = k->problem.error == ERROR_NONE ? NVM_LOADED : NVM_REFUSED;
+    if (k->state == NVM_LOADED) {
         const uint32_t held = request_hold();
         stored_take_over(a, &c);
         request_release(held);
     }
 }
 
-struct outcome drive_load(struct axis *a, const struct slots *s, struct kept *k)
+struct outcome drive_load(struct axis *a, const struct slots *s, struct nvm_report *k)
 {
     if (!drive_is_off(a)) {
-        *k = (struct kept){.state = KEPT_NONE};
+        *k = (struct nvm_report){.state = NVM_NOTHING};
         return outcome_of(ERROR_DRIVE_IS_ON);
     }
-    drive_recall(a, s, k);
+    drive_load_at_boot(a, s, k);
     return k->problem;
 }

@@ -4,8 +4,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/drive/drive.h"
-#include "firmware/drive/keeping.h"
-#include "firmware/drive/keeping_parts.h"
+#include "firmware/drive/nvm.h"
 #include "firmware/monitor/device.h"
 #include "firmware/source/rotor.h"
 #include "lib/q15.h"
@@ -98,7 +97,7 @@ static void put_parameters(struct saving *x)
 static void put_reactions(struct saving *x)
 {
     for (uint32_t cause = 0; cause < FAULT_COUNT; cause++) {
-        const char *const name = keeping_name_of_fault((enum fault)cause);
+        const char *const name = nvm_name_of_fault((enum fault)cause);
         if (name != NULL) {
             put_record(x, RECORD_REACTION, name, &x->axis->reactions.choice[cause], 1u);
         }
@@ -124,15 +123,15 @@ static void put_index(struct saving *x)
 static bool put_cogging(struct saving *x)
 {
     const struct axis *const a = x->axis;
-    struct cogging_map map = a->keeping.waits ? a->keeping.cogging : a->motion.cogging;
+    struct cogging_map map = a->nvm_cogging.pending ? a->nvm_cogging.map : a->motion.cogging;
     if (map.count == 0) {
         return false;
     }
-    if (!a->keeping.waits) {
+    if (!a->nvm_cogging.pending) {
         if ((encoder_status(&a->fabric->encoder) & ENCODER_STATUS_INDEX_SEEN) == 0u) {
             return true;
         }
-        keeping_turn(&map, encoder_index(&a->fabric->encoder) * a->tuning.turn_scale_q32);
+        nvm_rotate_cogging(&map, encoder_index(&a->fabric->encoder) * a->tuning.turn_scale_q32);
     }
     put_record(x, RECORD_COGGING, "cogging", map.harmonics, (uint32_t)map.count * sizeof map.harmonics[0]);
     return false;
@@ -149,7 +148,7 @@ static struct outcome state_forbids(struct axis *a, struct tuning *set)
     if (q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4) {
         return outcome_of(ERROR_TURNING);
     }
-    return keeping_check(&a->params, set);
+    return nvm_check(&a->params, set);
 }
 
 /* The head makes it a slot, so it comes last. */

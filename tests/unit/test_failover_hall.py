@@ -4,7 +4,7 @@ import pytest
 
 from unit.hall_bench import IDEAL, TURN
 from unit.hall_motor import HallMotor, intact, open_wire
-from unit.test_carry import ADC_CURRENT, observer_leads
+from unit.test_failover import ADC_CURRENT, observer_leads
 
 NEAR_DEG = 3
 
@@ -33,7 +33,7 @@ def test_wherever_a_wire_breaks_the_frame_is_put_where_the_rotor_is(motor, wire,
     m.step(after)
     m.wires = open_wire(wire)
     m.until_carried(30)
-    assert m.axis.carry.waits in (m.c.FAULT_HALL_INVALID, m.c.FAULT_HALL_SEQUENCE) and m.fault == "NONE"
+    assert m.axis.failover.pending in (m.c.FAULT_HALL_INVALID, m.c.FAULT_HALL_SEQUENCE) and m.fault == "NONE"
     assert m.axis.loop.source == m.c.LOOP_OBSERVER and m.axis.loop.field_follows == 0 and m.fabric.gate.CONTROL == 1
     assert abs(m.degrees_off) < 21, "an edge that is 15 degrees out of place may be one of a rotor that is"
 
@@ -42,7 +42,7 @@ def test_a_sector_that_is_skipped_is_carried_on_from_as_well(motor):
     m = motor()
     m.wires = lambda state: IDEAL[(IDEAL.index(state) + 2) % 6]
     m.until_carried(30)
-    assert m.axis.carry.waits == m.c.FAULT_HALL_SEQUENCE and abs(m.degrees_off) < NEAR_DEG
+    assert m.axis.failover.pending == m.c.FAULT_HALL_SEQUENCE and abs(m.degrees_off) < NEAR_DEG
 
 
 WIRE_B = {3000: "HALL_INVALID", -3000: "HALL_SEQUENCE"}  # by where the rotor stands
@@ -148,7 +148,7 @@ def test_an_over_current_behind_an_edge_out_of_place_is_carried_on_from_with_the
     m.sample_fault(adc=ADC_CURRENT)
     assert m.fabric.gate.CONTROL == 0
     if carries:
-        assert m.fault == "NONE" and m.axis.carry.waits == m.c.FAULT_HALL_SEQUENCE
+        assert m.fault == "NONE" and m.axis.failover.pending == m.c.FAULT_HALL_SEQUENCE
         m.fabric.adc.IA = m.fabric.adc.IB = m.fabric.adc.IC = 0
         m.slow_step()
         assert m.fabric.gate.CONTROL == 1 and observer_leads(m) and m.warned("HALL_SEQUENCE")
@@ -185,4 +185,4 @@ def test_on_begins_with_the_switches(motor):
         m.slow_step()
     assert m.c.switch_on_at_once(m.axis).error == m.c.ERROR_NONE
     m.slow_step()
-    assert m.axis.tuning.angle_source == m.c.PARAM_ANGLE_HALL and m.axis.carry.cause == m.c.FAULT_NONE
+    assert m.axis.tuning.angle_source == m.c.PARAM_ANGLE_HALL and m.axis.failover.cause == m.c.FAULT_NONE

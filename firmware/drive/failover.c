@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/drive/carry.h"
+#include "firmware/drive/failover.h"
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
@@ -13,18 +13,18 @@
 #define FADES_MS    4u         /* in this time the diodes have brought any current to zero */
 #define FADED_SHIFT 3          /* an eighth of i_max */
 
-void carry_begin(struct axis *a)
+void failover_reset(struct axis *a)
 {
-    a->carry = (struct carry){.cause = FAULT_NONE, .waits = FAULT_NONE};
+    a->failover = (struct failover){.cause = FAULT_NONE, .pending = FAULT_NONE};
 }
 
 /* Position control and the cyclic modes need an encoder; the observer's handler has no field weakening. */
-static bool may_go_on(const struct axis *a, enum fault cause)
+static bool failover_is_possible(const struct axis *a, enum fault cause)
 {
     const uint32_t mode = a->mode;
     const bool suits = mode == AXIS_MODE_SPEED || mode == AXIS_MODE_TORQUE;
     return FEATURE_IN(SENSORLESS) && suits && a->reactions.choice[cause] == REACTION_CARRY &&
-           a->state == AXIS_OPERATION_ENABLED && !rotor_is_sensorless(a) && a->carry.waits == FAULT_NONE &&
+           a->state == AXIS_OPERATION_ENABLED && !rotor_is_sensorless(a) && a->failover.pending == FAULT_NONE &&
            a->tuning.observer.usable && !a->tuning.weakens;
 }
 
@@ -47,8 +47,8 @@ static bool observer_reaches(const struct axis *a, int32_t speed_q32)
 /* From here on there is no sensor, as if the drive had been switched on without one. */
 static void leave_sensor(struct axis *a, enum fault cause)
 {
-    a->carry.cause = cause;
-    a->carry.waits = FAULT_NONE;
+    a->failover.cause = cause;
+    a->failover.pending = FAULT_NONE;
     a->tuning.angle_source = PARAM_ANGLE_SENSORLESS;
     a->tuning.speed_ki_min_q16 = 0; /* there are no edges */
     a->loop.inject.track = 0;       /* left over from an earlier use */
@@ -100,7 +100,7 @@ static void observer_leads(struct axis *a, enum fault cause)
 /* Returns by how much the frame was wrong. */
 static int32_t coast(struct axis *a)
 {
-    const struct rotor_seed *const s = &a->carry.seed;
+    const struct rotor_seed *const s = &a->failover.seed;
     const uint32_t turn_q32 = angle_now_q32(a, s) - current_loop_angle_q32(&a->loop);
     current_loop_coast(&a->loop, turn_q32, s->speed_q32);
     return (int32_t)turn_q32;
@@ -149,22 +149,22 @@ static void begin_anew(struct axis *a)
     cpu_irq_restore(mask);
 }
 
-bool carry_take_over(struct axis *a, enum fault cause)
+bool failover_begin(struct axis *a, enum fault cause)
 {
     const uint32_t mask =
         cpu_irq_save(); /* the interrupt may take over by itself; and the seed is of the next sample */
-    if (!may_go_on(a, cause)) {
+    if (!failover_is_possible(a, cause)) {
         cpu_irq_restore(mask);
-        return a->carry.waits != FAULT_NONE;
+        return a->failover.pending != FAULT_NONE;
     }
-    a->carry.seed = seed_now(a, cause);
-    const bool reaches = observer_reaches(a, a->carry.seed.speed_q32);
+    a->failover.seed = seed_now(a, cause);
+    const bool reaches = observer_reaches(a, a->failover.seed.speed_q32);
     const int32_t wrong_q32 = reaches ? coast(a) : 0;
     cpu_irq_restore(mask);
     if (cause != FAULT_ENCODER_COUNTS && angle_size_q32(wrong_q32) > WRONG_Q32) {
         begin_anew(a);
     }
-    a->carry.waits = reaches ? cause : FAULT_NONE;
+    a->failover.pending = reaches ? cause : FAULT_NONE;
     return reaches;
 }
 
@@ -172,30 +172,30 @@ static void let_current_fade(struct axis *a)
 {
     gate_disable(&a->fabric->gate);
     a->loop.status_max = UINT32_MAX;
-    a->carry.waited_ms = 0;
+    a->failover.waited_ms = 0;
 }
 
-bool carry_bears_trip(struct axis *a)
+bool failover_absorbs_trip(struct axis *a)
 {
-    const bool bears = FEATURE_IN(SENSORLESS) && a->carry.waits != FAULT_NONE && current_loop_is_on(&a->loop);
+    const bool bears = FEATURE_IN(SENSORLESS) && a->failover.pending != FAULT_NONE && current_loop_is_on(&a->loop);
     if (bears) {
         let_current_fade(a);
     }
     return bears;
 }
 
-bool carry_from_sample(struct axis *a, enum fault cause)
+bool failover_from_sample(struct axis *a, enum fault cause)
 {
-    if (!may_go_on(a, cause)) {
+    if (!failover_is_possible(a, cause)) {
         return false;
     }
-    a->carry.seed = seed_at_sample(a, cause);
+    a->failover.seed = seed_at_sample(a, cause);
     if (cause == FAULT_ENCODER) {
         (void)coast(a);
     } else {
         let_current_fade(a);
     }
-    a->carry.waits = cause;
+    a->failover.pending = cause;
     return true;
 }
 
@@ -209,11 +209,11 @@ static bool faded(const struct axis *a)
 /* The bridge is off. Until the current has faded, the voltage that the gates would open to is unknown. */
 static void switch_on_again(struct axis *a, enum fault cause)
 {
-    a->carry.waited_ms++;
-    if (!faded(a) && a->carry.waited_ms < FADES_MS) {
+    a->failover.waited_ms++;
+    if (!faded(a) && a->failover.waited_ms < FADES_MS) {
         return;
     }
-    if (!faded(a) || !observer_reaches(a, a->carry.seed.speed_q32)) {
+    if (!faded(a) || !observer_reaches(a, a->failover.seed.speed_q32)) {
         fault_raise(a, cause);
         return;
     }
@@ -224,28 +224,28 @@ static void switch_on_again(struct axis *a, enum fault cause)
         return;
     }
     a->loop.angle_offset_q32 = 0;
-    flying_go_on(a, angle_now_q32(a, &a->carry.seed), a->carry.seed.speed_q32);
+    flying_resume(a, angle_now_q32(a, &a->failover.seed), a->failover.seed.speed_q32);
     lead_on(a);
 }
 
-void carry_step(struct axis *a)
+void failover_step(struct axis *a)
 {
-    const enum fault cause = (enum fault)a->carry.waits;
+    const enum fault cause = (enum fault)a->failover.pending;
     if (a->state != AXIS_OPERATION_ENABLED ||
         a->request == AXIS_REQUEST_OFF) { /* it must not open the gates once more */
-        a->carry.waits = FAULT_NONE;
+        a->failover.pending = FAULT_NONE;
     } else if (!current_loop_is_on(&a->loop)) {
         switch_on_again(a, cause);
-    } else if (observer_reaches(a, a->carry.seed.speed_q32)) {
+    } else if (observer_reaches(a, a->failover.seed.speed_q32)) {
         observer_leads(a, cause);
     } else {
         fault_raise(a, cause);
     }
 }
 
-enum fault carry_blame(const struct axis *a, enum fault seen)
+enum fault failover_blame(const struct axis *a, enum fault seen)
 {
-    const uint32_t cause = a->carry.cause;
+    const uint32_t cause = a->failover.cause;
     const bool lost = seen == FAULT_LOCK_LOST || seen == FAULT_OUT_OF_STEP;
     return lost && cause != FAULT_NONE ? (enum fault)cause : seen;
 }

@@ -6,8 +6,8 @@
  *
  * All of it by name: unknown stored records are skipped and counted; what is not stored keeps its initial value.
  */
-#ifndef FIRMWARE_DRIVE_KEEPING_H
-#define FIRMWARE_DRIVE_KEEPING_H
+#ifndef FIRMWARE_DRIVE_NVM_H
+#define FIRMWARE_DRIVE_NVM_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -17,24 +17,25 @@
 #include "firmware/settings/error.h"
 #include "firmware/settings/records.h"
 #include "firmware/settings/slots.h"
+#include "firmware/settings/tuning.h"
 
 struct axis;
 
 /* A stored map, relative to the index, until the index is seen. */
-struct keeping {
-    struct cogging_map cogging;
-    bool waits;
+struct nvm_cogging {
+    struct cogging_map map;
+    bool pending;
 };
 
-enum kept_state {
-    KEPT_NONE,    /* nothing complete is stored */
-    KEPT_LOADED,  /* in effect */
-    KEPT_REFUSED, /* inconsistent; nothing has changed */
+enum nvm_state {
+    NVM_NOTHING, /* nothing complete is stored */
+    NVM_LOADED,  /* in effect */
+    NVM_REFUSED, /* inconsistent; nothing has changed */
 };
 
-struct kept {
+struct nvm_report {
     struct slots_view view;
-    enum kept_state state;
+    enum nvm_state state;
     struct outcome problem;           /* why it was refused, */
     char about[RECORD_NAME_MOST + 1]; /* and because of which record; "" if it is the set as a whole */
     uint32_t unknown;                 /* records that were skipped, */
@@ -52,10 +53,10 @@ struct saved {
  * Reads the newest complete slot and adopts it if every value is in range and the set is consistent; else nothing changes.
  * Refused while the bridge is on. `k` and the return value tell why a set was refused. Thread, some milliseconds.
  */
-struct outcome drive_load(struct axis *a, const struct slots *s, struct kept *k);
+struct outcome drive_load(struct axis *a, const struct slots *s, struct nvm_report *k);
 
 /* The same at start-up, whatever the axis's first state, before anybody can have switched it on. Thread, once. */
-void drive_recall(struct axis *a, const struct slots *s, struct kept *k);
+void drive_load_at_boot(struct axis *a, const struct slots *s, struct nvm_report *k);
 
 /*
  * Writes everything to the slot that is not the newest. Refused while the bridge is on, the shaft turns, or the settings are
@@ -68,12 +69,15 @@ struct outcome drive_save(struct axis *a, const struct slots *s, struct saved *r
 struct outcome drive_defaults(struct axis *a);
 
 /* Puts a stored map into effect once the index is seen. Thread, whenever it has time. */
-void drive_remember(struct axis *a);
+void drive_restore_cogging(struct axis *a);
 
 /* Re-references the map to a place `from_q32` further on. */
-void keeping_turn(struct cogging_map *m, uint32_t from_q32);
+void nvm_rotate_cogging(struct cogging_map *m, uint32_t from_q32);
+
+/* Checks a set for consistency as `on` does; `t` is then its tuning. Thread. */
+struct outcome nvm_check(const struct params *p, struct tuning *t);
 
 /* The name under which a fault's reaction is stored; NULL if the fault leaves no choice. */
-const char *keeping_name_of_fault(enum fault cause);
+const char *nvm_name_of_fault(enum fault cause);
 
 #endif

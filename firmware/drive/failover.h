@@ -9,14 +9,14 @@
  *   bridge    stays on: the frame turns to the seed, voltages and currents are expressed in it, and the vector changes to the
  *             observer's handler, all in one masked section. If the interrupt found the fault, the frame keeps turning at its
  *             speed until the slow loop comes, a millisecond at most
- *   or off    if the wrong angle has already caused an over-current trip: once the current has faded, the legs play the seed's
- *             EMF before the gates open again
+ *   or off    if the wrong angle has already caused an over-current trip: once the current has faded, the gates open again.
+ *             The PWM already outputs the EMF of the seed then, so no current step occurs
  *
  * It needs speed or torque control, an observability margin of 4.5, and an unweakened field. Otherwise, or if the observer
  * later loses the rotor, the sensor's fault stands: a controlled stop if its class allows one, else off.
  */
-#ifndef FIRMWARE_DRIVE_CARRY_H
-#define FIRMWARE_DRIVE_CARRY_H
+#ifndef FIRMWARE_DRIVE_FAILOVER_H
+#define FIRMWARE_DRIVE_FAILOVER_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -26,36 +26,36 @@
 
 struct axis;
 
-struct carry {
-    volatile uint32_t cause; /* enum fault that the drive carries on after; FAULT_NONE: it does not */
-    volatile uint32_t waits; /* enum fault found in the interrupt; the slow loop must go on from `seed` */
+struct failover {
+    volatile uint32_t cause;   /* enum fault that the drive carries on after; FAULT_NONE: it does not */
+    volatile uint32_t pending; /* enum fault found in the interrupt; the slow loop must go on from `seed` */
     uint32_t waited_ms;
     struct rotor_seed seed;
 };
 
 /* Nothing has happened. Slow loop, at `on`. */
-void carry_begin(struct axis *a);
+void failover_reset(struct axis *a);
 
 /*
  * A sample shows an encoder fault, or an over-current blamed on encoder or switches: goes on from the seed, or switches the
  * bridge off until the slow loop turns it on again. False if carrying on is not allowed; nothing has changed then. The current
  * loop's ISR, cold.
  */
-bool carry_from_sample(struct axis *a, enum fault cause);
+bool failover_from_sample(struct axis *a, enum fault cause);
 
 /*
  * An over-current while the frame turns by itself comes from the wrong angle and only now exceeds the trip level: the bridge is
  * off until it has faded, as above. False if nothing waits, or the bridge is off already. The current loop's ISR, cold.
  */
-bool carry_bears_trip(struct axis *a);
+bool failover_absorbs_trip(struct axis *a);
 
-/* The slow loop's part of this; may raise the fault. Slow loop, while `waits`. */
-void carry_step(struct axis *a);
+/* The slow loop's part of this; may raise the fault. Slow loop, while one is pending. */
+void failover_step(struct axis *a);
 
 /* The slow loop found the fault, bridge on: the observer takes over. False if not allowed; nothing has changed. Slow loop. */
-bool carry_take_over(struct axis *a, enum fault cause);
+bool failover_begin(struct axis *a, enum fault cause);
 
 /* The cause to report for a fault while carrying on: the sensor's, if the observer has lost the rotor. Any context. */
-enum fault carry_blame(const struct axis *a, enum fault seen);
+enum fault failover_blame(const struct axis *a, enum fault seen);
 
 #endif
