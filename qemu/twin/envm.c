@@ -186,6 +186,9 @@ uint32_t envm_read(struct envm *e, uint32_t offset, sim_ps now)
     }
     switch (offset) {
     case STATUS: {
+        if (!e->granted) {
+            return 0;
+        }
         uint32_t glitch = envm_is_busy(e) && e->glitch ? READY : 0;
         e->glitch = false;
         return e->status | glitch;

@@ -2,7 +2,7 @@
 """What the drivers' sources define, with the values that the compiler for the target gives it: macros, enumerators, and the
 registers of every `struct ..._regs` by their offsets.
 
-    of_file("drivers/mss/timer.h")    {"MSS_TIMER": 0x40004000, "MSS_TIMER.TIM1_VAL": 0x00, ...}
+    of_file(ROOT, "drivers/mss/timer.h")    {"MSS_TIMER": 0x40004000, "MSS_TIMER.TIM1_VAL": 0x00, ...}
 """
 import os
 import re
@@ -13,17 +13,19 @@ from pathlib import Path
 
 from elftools.elf.elffile import ELFFile
 
-ROOT = Path(__file__).resolve().parents[2]
-COMPILER = [os.environ.get("CROSS", "arm-none-eabi-") + "gcc", "-mcpu=cortex-m3", "-mthumb", "-std=c11", "-ffreestanding",
-            f"-I{ROOT}"]
 SECTION = ".facts"
 LINE = re.compile(r'# \d+ "([^"]*)"')
 DEFINE = re.compile(r"#define (\w+)(?:\((\w*)\))? ?(.*)")
 
 
-def macros(path):
+def compiler(root):
+    return [os.environ.get("CROSS", "arm-none-eabi-") + "gcc", "-mcpu=cortex-m3", "-mthumb", "-std=c11", "-ffreestanding",
+            f"-I{root}"]
+
+
+def macros(root, path):
     """[(name, parameter or None, body)] of what this very file defines, in its order."""
-    text = subprocess.run([*COMPILER, "-dD", "-E", path], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    text = subprocess.run([*compiler(root), "-dD", "-E", path], cwd=root, capture_output=True, text=True, check=True).stdout
     found, here = [], False
     for line in text.split("\n"):
         if marker := LINE.match(line):
@@ -33,10 +35,10 @@ def macros(path):
     return found
 
 
-def expressions(path):
+def expressions(root, path):
     """{name: C expression} of the macros that are values; one with a parameter counts with 0 for it, as NAME(n)."""
     found = {}
-    for name, parameter, body in macros(path):
+    for name, parameter, body in macros(root, path):
         if not body or body.startswith("__attribute__"):  # a guard of the file, a property of a function
             continue
         used = name if parameter is None else f"{name}(0u)"
@@ -44,9 +46,9 @@ def expressions(path):
     return found
 
 
-def compiled(code, folder):
+def compiled(root, code, folder):
     (folder / "facts.c").write_text(code)
-    subprocess.run([*COMPILER, "-g3", "-fno-eliminate-unused-debug-types", "-c", "facts.c", "-o", "facts.o"], cwd=folder,
+    subprocess.run([*compiler(root), "-g3", "-fno-eliminate-unused-debug-types", "-c", "facts.c", "-o", "facts.o"], cwd=folder,
                    check=True)
     return folder / "facts.o"
 
@@ -84,13 +86,13 @@ def members(die, base=0):
 
 
 @cache
-def of_file(path):
+def of_file(root, path):
     """{name: value}; a register is BLOCK.REGISTER, BLOCK after its structure: struct mpu_regs is MPU."""
-    wanted = expressions(path)
+    wanted = expressions(root, path)
     lines = [f'#include "{path}"', "#include <stdint.h>"]
     lines += [f'__attribute__((section("{SECTION}"), used)) const uint32_t fact_{n} = (uint32_t)({expression});'
               for n, expression in enumerate(wanted.values())]
-    with tempfile.TemporaryDirectory() as folder, open(compiled("\n".join(lines) + "\n", Path(folder)), "rb") as file:
+    with tempfile.TemporaryDirectory() as folder, open(compiled(root, "\n".join(lines) + "\n", Path(folder)), "rb") as file:
         elf = ELFFile(file)
         values = {symbol.name: symbol["st_value"] for symbol in elf.get_section_by_name(".symtab").iter_symbols()}
         words = elf.get_section_by_name(SECTION).data() if wanted else b""
@@ -107,11 +109,10 @@ def block_of(tag):
     return tag.removesuffix("_regs").upper()
 
 
-@cache
-def of_folders(*folders):
+def of_folders(root, *folders):
     """{name: (value, file)} of all of them."""
     found = {}
-    for path in sorted(path for folder in folders for path in (ROOT / folder).glob("*.[ch]")):
-        name = str(path.relative_to(ROOT))
-        found |= {key: (value, name) for key, value in of_file(name).items()}
+    for path in sorted(path for folder in folders for path in (root / folder).glob("*.[ch]")):
+        name = str(path.relative_to(root))
+        found |= {key: (value, name) for key, value in of_file(root, name).items()}
     return found

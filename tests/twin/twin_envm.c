@@ -111,6 +111,7 @@ static void refusals(void)
     fill(e, 7);
     (void)envm_write(e, CMD, PROGRAM, 0);
     check_true("without access nothing is written", !envm_is_busy(e) && envm_read(e, 0x80, 0) == 0);
+    check_hex("and the status reads 0", envm_read(e, STATUS, 0), 0);
     e->held = true;
     (void)envm_write(e, ACCESS, 1, 0);
     check_true("while somebody else has it", envm_read(e, ACCESS, 0) != 5);
