@@ -48,7 +48,7 @@ def expressions(root, path):
 
 def compiled(root, code, folder):
     (folder / "facts.c").write_text(code)
-    subprocess.run([*compiler(root), "-g3", "-fno-eliminate-unused-debug-types", "-c", "facts.c", "-o", "facts.o"], cwd=folder,
+    subprocess.run([*compiler(root), "-g", "-fno-eliminate-unused-debug-types", "-c", "facts.c", "-o", "facts.o"], cwd=folder,
                    check=True)
     return folder / "facts.o"
 
