@@ -34,8 +34,12 @@ PWM_HZ       ?=
 DEAD_TIME_NS ?=
 MIN_PULSE_NS ?=
 SETTLE_NS    ?=
+
+include firmware/settings/features.mk
+
 CHOICES = -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC) $(PWM_HZ:%=-DCONFIG_PWM_HZ=%) $(DEAD_TIME_NS:%=-DCONFIG_DEAD_TIME_NS=%) \
-          $(MIN_PULSE_NS:%=-DCONFIG_MIN_PULSE_NS=%) $(SETTLE_NS:%=-DCONFIG_SETTLE_NS=%)
+          $(MIN_PULSE_NS:%=-DCONFIG_MIN_PULSE_NS=%) $(SETTLE_NS:%=-DCONFIG_SETTLE_NS=%) \
+          $(FEATURES_CHOICE)
 
 WARNINGS = -Wall -Wextra -Wconversion -Wshadow -Wundef -Wmissing-prototypes -Wstrict-prototypes -Werror
 CPU      = -mcpu=cortex-m3 -mthumb
@@ -63,7 +67,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything guides pictures results run test storm size lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
+.PHONY: all everything guides pictures results run test storm size sizes lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -202,6 +206,10 @@ size: tools
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
 	@$(PYTHON) tests/tools/size.py $(MSSFOC_IMAGE).elf $(BUILD)/libmssfoc.a
 
+sizes: tools
+	@echo 'each feature left out alone: 13 builds, some minutes'
+	@$(PYTHON) tests/features/builds.py
+
 guides: tools
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin explore-program
 	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/guides/guides_run.py
@@ -250,6 +258,7 @@ help:
 	@echo '                     CASE="start:teknic_m2310p/hoist20/45" one case of a part, with its trace (docs/campaign.md)'
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
 	@echo 'make results         write the measured figures into README.md and docs/results.md'
+	@echo 'make sizes           what each feature costs: an image without it'
 	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'
 	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md'
 	@echo 'make timing          the cycle model against hand-counted and published cases'
@@ -267,6 +276,7 @@ help:
 	@echo 'make mutants         faults put into the drive: what share the tests notice [N=count SEED=text FILES="globs" JOBS=n RUNGS="names"]'
 	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
 	@echo 'make clean           remove $(BUILD)'
+	@echo 'FEATURES="a b"       build an image of these alone, of $(FEATURES_ALL)'
 	@echo 'PWM_HZ=n DEAD_TIME_NS=n MIN_PULSE_NS=n SETTLE_NS=n build for another rate, 8000...40000, dead time, pulse or amplifier (firmware/settings/rates.h)'
 	@echo 'BUILD=dir puts every product elsewhere; PYTHON=path chooses the interpreter.'
 

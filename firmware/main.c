@@ -5,6 +5,7 @@
 #include "firmware/operate/console.h"
 #include "firmware/operate/modbus.h"
 #include "firmware/settings/config.h"
+#include "firmware/settings/features.h"
 #include "firmware/system/axes.h"
 #include "firmware/system/boot.h"
 #include "firmware/system/handlers.h"
@@ -19,17 +20,23 @@ static struct modbus modbus; /* its buffers would take a sixth of the stack */
 
 void UART0_IRQHandler(void)
 {
-    mmuart_irq_handler(&uart);
+    if (FEATURE_IN(CONSOLE)) {
+        mmuart_irq_handler(&uart);
+    }
 }
 
 void UART1_IRQHandler(void)
 {
-    rs485_uart_handler(&bus);
+    if (FEATURE_IN(MODBUS)) {
+        rs485_uart_handler(&bus);
+    }
 }
 
 void Timer2_IRQHandler(void)
 {
-    rs485_timer_handler(&bus);
+    if (FEATURE_IN(MODBUS)) {
+        rs485_timer_handler(&bus);
+    }
 }
 
 static void start_bus(const struct slots *slots)
@@ -55,7 +62,9 @@ static void start_axis(struct axis *axis, enum fault boot_fault)
     if (!axis_fabric_doubted(axis)) {
         handlers_start_current_loop();
     }
-    handlers_start_scope();
+    if (FEATURE_IN(SCOPE)) {
+        handlers_start_scope();
+    }
     handlers_start_slow_loop();
     if (boot_fault != FAULT_CLOCK) {
         handlers_watch_device(); /* or a PLL that is not locked would end each life of the program */
@@ -72,36 +81,67 @@ static struct slots settings_slots(void)
     };
 }
 
+/* The PWM's start need not wait for it. */
+static void start_behind_pwm(const struct slots *slots, struct kept *kept)
+{
+    if (FEATURE_IN(MODBUS)) {
+        start_bus(slots);
+    }
+    if (FEATURE_IN(SETTINGS)) {
+        drive_recall(&axes[0], slots, kept);
+    }
+}
+
+static void serve(struct console *console)
+{
+    if (FEATURE_IN(CONSOLE)) {
+        console_poll(console);
+    }
+    if (FEATURE_IN(MODBUS)) {
+        modbus_poll(&modbus);
+    }
+    drive_retry(&axes[0]);
+    if (FEATURE_IN(LEARN)) {
+        drive_learn(&axes[0]);
+    }
+    if (FEATURE_IN(SETTINGS)) {
+        drive_remember(&axes[0]);
+    }
+    if (FEATURE_IN(IDENTIFY)) {
+        identify_think(&axes[0].identify);
+    }
+}
+
 int main(void)
 {
     struct postmortem last_life;
     struct console console;
-    struct idle rest = {.time_ms = &axes[0].time_ms, .heard = {&uart.rx_head, &bus.uart.rx_head}};
+    struct idle rest = {.time_ms = &axes[0].time_ms,
+                        .heard = {FEATURE_IN(CONSOLE) ? &uart.rx_head : &axes[0].time_ms,
+                                  FEATURE_IN(MODBUS) ? &bus.uart.rx_head : &axes[0].time_ms}};
     const struct slots slots = settings_slots();
-    struct kept kept;
+    struct kept kept = {.state = KEPT_NONE};
     drive_init(&axes[0], FABRIC0); /* first: from here on a processor fault knows that the fabric is in doubt */
     drive_remember_heat(&axes[0], &axes_heat[0]);
     boot_core();
     const enum fault boot_fault = boot_check(FABRIC0, &last_life);
-    start_uart();
+    if (FEATURE_IN(CONSOLE)) {
+        start_uart();
+    }
     start_axis(&axes[0], boot_fault);
-    start_bus(&slots);                     /* behind the PWM's start, as the settings */
-    drive_recall(&axes[0], &slots, &kept); /* behind the PWM's start, which need not wait for it */
-    console_start(&console, &(struct session){
-                                .out = {.uart = &uart, .idle = &rest, .bus = &modbus},
-                                .axis = &axes[0],
-                                .scope = &scope,
-                                .last_life = &last_life,
-                                .slots = &slots,
-                                .kept = &kept,
-                            });
+    start_behind_pwm(&slots, &kept);
+    if (FEATURE_IN(CONSOLE)) {
+        console_start(&console, &(struct session){
+                                    .out = {.uart = &uart, .idle = &rest, .bus = FEATURE_IN(MODBUS) ? &modbus : NULL},
+                                    .axis = &axes[0],
+                                    .scope = FEATURE_IN(SCOPE) ? &scope : NULL,
+                                    .last_life = &last_life,
+                                    .slots = &slots,
+                                    .kept = &kept,
+                                });
+    }
     for (;;) {
-        console_poll(&console);
-        modbus_poll(&modbus);
-        drive_retry(&axes[0]);
-        drive_learn(&axes[0]);
-        drive_remember(&axes[0]);
-        identify_think(&axes[0].identify);
+        serve(&console);
         if (drive_prepare(&axes[0])) {
             idle_serve_watchdog(&rest);
         } else {

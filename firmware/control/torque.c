@@ -2,6 +2,7 @@
 #include "firmware/control/torque.h"
 
 #include "firmware/control/stage_weaken.h"
+#include "firmware/settings/features.h"
 #include "firmware/settings/scale.h"
 #include "lib/limit.h"
 #include "lib/q15.h"
@@ -170,7 +171,7 @@ void torque_ask(struct torque_control *s, volatile struct current_loop *c, const
                              ? -i.i_q_q15
                              : (s->torque_q15 > 0 ? i.i_q_q15 : 0); /* rounding may make it 1 at no torque */
     }
-    if (c->weaken.on) {
+    if (FEATURE_IN(WEAKENING) && c->weaken.on) {
         flux_limit_guide(c, t, s->vbus_q15);
     }
 }

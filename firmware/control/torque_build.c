@@ -4,6 +4,7 @@
 #include "firmware/control/current_loop.h"
 #include "firmware/control/stage_weaken.h"
 #include "firmware/settings/config.h"
+#include "firmware/settings/features.h"
 #include "lib/q15.h"
 
 /* Whether rated torque at speed_max needs currents beyond the ordinary handlers at the present bus voltage. */
@@ -21,8 +22,10 @@ static bool needs_weakening(const struct torque_control *s, const struct params 
 /* The table for the ordinary handlers is finished: whether another one is needed. */
 static bool begin_again(struct torque_builder *b, struct torque_control *s, const struct params *p, struct tuning *t)
 {
-    t->weakens =
+    const bool needed =
         p->angle_source == PARAM_ANGLE_ENCODER && (p->overmodulation != 0 || needs_weakening(s, p, t, b->vbus_q15));
+    t->weakens = FEATURE_IN(WEAKENING) && needed;
+    b->lacks_weakening = needed && !t->weakens;
     if (t->weakens) {
         t->radius_steps = CONFIG_RADIUS_STEPS + (CONFIG_SIX_STEPS - CONFIG_RADIUS_STEPS) * p->overmodulation / 100;
         weakening_build_begin(&b->weakening, &s->weakening, &s->map, p, t, WEAKEN_D_MAX_STEPS(CONFIG_RADIUS_STEPS));
@@ -35,6 +38,7 @@ void torque_build_begin(struct torque_builder *b, struct torque_control *s, cons
 {
     b->part = TORQUE_BUILDS_MAP;
     b->vbus_q15 = vbus_q15;
+    b->lacks_weakening = false;
     torque_map_build_begin(&b->map, &s->map, p, t);
 }
 

@@ -22,6 +22,7 @@ enum torque_part {
 /* Progress of the tables. */
 struct torque_builder {
     enum torque_part part;
+    bool lacks_weakening; /* at the end: speed_max needs it, and the build leaves it out */
     int32_t vbus_q15;
     struct torque_map_builder map;
     struct weakening_builder weakening;

@@ -3,6 +3,7 @@
 
 #include "firmware/axis/axis.h"
 #include "firmware/settings/config.h"
+#include "firmware/settings/features.h"
 
 #define LATCH_POLLS (2u * CONFIG_PWM_COUNTS) /* each takes longer than a count */
 
@@ -26,7 +27,8 @@ void adopt_tuning(struct axis *a, const struct tuning *t)
         a->loop.pll.speed_q32 = 0;
         speed_estimate_reset(&a->speed.estimate);
     }
-    if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32 || identify_in_rotor_frame(&a->identify)) {
+    if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32 ||
+        (FEATURE_IN(IDENTIFY) && identify_in_rotor_frame(&a->identify))) {
         identify_leave(&a->identify);
         start_forget(a);
         (void)encoder_init(&a->fabric->encoder, (uint32_t)t->encoder_counts, false);
@@ -36,7 +38,7 @@ void adopt_tuning(struct axis *a, const struct tuning *t)
         a->motion.homed = false;
         cogging_forget(&a->motion.cogging);
     }
-    if (t->angle_source == PARAM_ANGLE_HALL) {
+    if (FEATURE_IN(HALL) && t->angle_source == PARAM_ANGLE_HALL) {
         struct hall_table table;
         (void)hall_table_of(&a->params, &table); /* the tuning has checked it */
         hall_take_table(&a->hall, &table, t);

@@ -23,8 +23,8 @@ static bool may_go_on(const struct axis *a, enum fault cause)
 {
     const uint32_t mode = a->mode;
     const bool suits = mode == AXIS_MODE_SPEED || mode == AXIS_MODE_TORQUE;
-    return suits && a->reactions.choice[cause] == REACTION_CARRY && a->state == AXIS_OPERATION_ENABLED &&
-           a->tuning.angle_source != PARAM_ANGLE_SENSORLESS && a->carry.waits == FAULT_NONE &&
+    return FEATURE_IN(SENSORLESS) && suits && a->reactions.choice[cause] == REACTION_CARRY &&
+           a->state == AXIS_OPERATION_ENABLED && !rotor_is_sensorless(a) && a->carry.waits == FAULT_NONE &&
            a->tuning.observer.usable && !a->tuning.weakens;
 }
 
@@ -177,7 +177,7 @@ static void let_current_fade(struct axis *a)
 
 bool carry_bears_trip(struct axis *a)
 {
-    const bool bears = a->carry.waits != FAULT_NONE && current_loop_is_on(&a->loop);
+    const bool bears = FEATURE_IN(SENSORLESS) && a->carry.waits != FAULT_NONE && current_loop_is_on(&a->loop);
     if (bears) {
         let_current_fade(a);
     }

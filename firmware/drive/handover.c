@@ -128,6 +128,10 @@ static void begin_look(struct axis *a, uint32_t target)
 
 struct outcome drive_change_source(struct axis *a, uint32_t target)
 {
+    const struct outcome absent = features_allow_source((int32_t)target);
+    if (FEATURE_SOURCES == 1 || absent.error != ERROR_NONE) {
+        return absent;
+    }
     if (a->handover.under_way || !request_settled(a)) {
         return outcome_of(ERROR_BUSY);
     }

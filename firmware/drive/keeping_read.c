@@ -7,6 +7,7 @@
 #include "firmware/drive/keeping.h"
 #include "firmware/drive/keeping_parts.h"
 #include "firmware/drive/requests.h"
+#include "firmware/settings/features.h"
 
 #define PARAMETERS_MOST 128u
 #define HARMONIC_BYTES  12u
@@ -60,6 +61,10 @@ static enum error take_parameter(struct candidate *c, struct kept *k, const stru
     const int32_t value = record_word(r, 0);
     if (value < info->min || value > info->max) {
         return ERROR_STORED_RANGE;
+    }
+    if (features_allow(info, value).error != ERROR_NONE) {
+        pass_over(k, r);
+        return ERROR_NONE;
     }
     param_set(&c->params, info, value);
     const uint32_t row = (uint32_t)(info - param_table);

@@ -36,11 +36,11 @@ static bool field_goes_along(struct axis *a)
 
 static const struct set_point *tq_step(struct axis *a)
 {
-    if (!rotor_has_encoder(a) && field_goes_along(a)) {
+    if (rotor_is_sensorless(a) && field_goes_along(a)) {
         return NULL;
     }
     modes_ask(a, a->torque_command_q15);
-    if (!rotor_has_encoder(a)) {
+    if (rotor_is_sensorless(a)) {
         sensorless_after_control(a);
     }
     return NULL;

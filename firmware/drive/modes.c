@@ -9,17 +9,20 @@
 static const struct mode *const modes_table[AXIS_MODES] = {
     [AXIS_MODE_SPEED] = &mode_speed,
     [AXIS_MODE_TORQUE] = &mode_torque,
-    [AXIS_MODE_POSITION] = &mode_position,
-    [AXIS_MODE_HOMING] = &mode_homing,
-    [AXIS_MODE_CYCLIC_POSITION] = &mode_cyclic_position,
+    [AXIS_MODE_POSITION] = FEATURE_IN(POSITION) ? &mode_position : NULL,
+    [AXIS_MODE_HOMING] = FEATURE_IN(POSITION) ? &mode_homing : NULL,
+    [AXIS_MODE_CYCLIC_POSITION] = FEATURE_IN(POSITION) ? &mode_cyclic_position : NULL,
     [AXIS_MODE_CYCLIC_SPEED] = &mode_cyclic_speed,
     [AXIS_MODE_CYCLIC_TORQUE] = &mode_cyclic_torque,
-    [AXIS_MODE_LEARNING] = &mode_learning,
+    [AXIS_MODE_LEARNING] = FEATURE_IN(LEARN) ? &mode_learning : NULL,
 };
 
 struct outcome modes_check(const struct axis *a, const struct set_point *s)
 {
     const struct mode *const m = modes_table[s->mode];
+    if (m == NULL) {
+        return feature_absent(s->mode == AXIS_MODE_LEARNING ? FEATURE_LEARN : FEATURE_POSITION);
+    }
     return m->needs_encoder && !rotor_has_encoder(a) ? outcome_of(ERROR_NEEDS_ENCODER) : m->check(a, s->value);
 }
 

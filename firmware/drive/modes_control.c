@@ -34,7 +34,7 @@ int32_t modes_known_torque_q15(struct axis *a)
         return 0;
     }
     const int32_t friction_q15 = friction_torque_q15(&a->speed, &a->tuning, axis_mode_is_position(a->mode));
-    if (m->cogging.count == 0) {
+    if (!FEATURE_IN(LEARN) || m->cogging.count == 0) {
         return friction_q15;
     }
     m->cogging_q15 = cogging_torque_q15(&m->cogging, &a->speed.estimate, &a->tuning);
@@ -60,14 +60,13 @@ int32_t mode_room_beside_known(struct axis *a, struct interval *room)
 
 void modes_control_speed(struct axis *a, int32_t slope_q16)
 {
-    const bool encoder = rotor_has_encoder(a);
-    if (!encoder && sensorless_lead_field(a, slope_q16)) {
+    if (rotor_is_sensorless(a) && sensorless_lead_field(a, slope_q16)) {
         return;
     }
     struct interval room;
     const int32_t known_q15 = mode_room_beside_known(a, &room);
     modes_ask(a, known_q15 + speed_loop_step(&a->speed, &a->tuning, slope_q16, &room));
-    if (!encoder) {
+    if (rotor_is_sensorless(a)) {
         sensorless_after_control(a);
     }
 }

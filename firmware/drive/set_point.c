@@ -3,6 +3,7 @@
 
 #include "firmware/drive/drive.h"
 #include "firmware/drive/requests.h"
+#include "firmware/settings/features.h"
 
 /* Two relative ones before a step are as far as both. */
 static int32_t sum_of(int32_t x, int32_t y)
@@ -100,6 +101,9 @@ static bool set_point_is_taken(const struct axis *a)
 
 struct outcome drive_set_zero(struct axis *a)
 {
+    if (!FEATURE_IN(POSITION)) {
+        return feature_absent(FEATURE_POSITION);
+    }
     if (!request_settled(a) || !set_point_is_taken(a)) {
         return outcome_of(ERROR_BUSY);
     }

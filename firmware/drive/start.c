@@ -85,7 +85,7 @@ static void leave_calibration(struct axis *a)
         start_hall(a);
         return;
     }
-    if (!rotor_has_encoder(a)) {
+    if (rotor_is_sensorless(a)) {
         start_sensorless(a);
         return;
     }
@@ -132,7 +132,7 @@ static bool start_driven(const struct axis *a)
 static void raise_of_wiring(struct axis *a, enum fault fault)
 {
     struct start *const s = &a->start;
-    if (a->tuning.angle_source == PARAM_ANGLE_SENSORLESS) {
+    if (rotor_is_sensorless(a)) {
         start_doubt(a, fault);
     } else if (start_driven(a)) {
         fault_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
@@ -151,7 +151,7 @@ static void step_wiring(struct axis *a)
             start_hall_wired(a);
             break;
         }
-        if (!rotor_has_encoder(a)) {
+        if (rotor_is_sensorless(a)) {
             start_sensorless_wired(a);
             break;
         }
@@ -234,13 +234,13 @@ bool start_step(struct axis *a)
     case START_DOUBT:
     case START_FIELD:
     case START_INJECTION:
-        return start_sensorless_step(a);
+        return FEATURE_IN(SENSORLESS) && start_sensorless_step(a);
     case START_IDENTIFY:
-        return step_identify(a);
+        return FEATURE_IN(IDENTIFY) && step_identify(a);
     case START_HALL:
     case START_LAY_HALL:
     case START_LEARN_HALL:
-        return start_hall_step(a);
+        return FEATURE_IN(HALL) && start_hall_step(a);
     case START_FOLLOW:
     default:
         if (a->loop.source != LOOP_ENCODER) {
@@ -253,10 +253,11 @@ bool start_step(struct axis *a)
 const struct tuning *start_tuning(const struct axis *a)
 {
     const struct start *const s = &a->start;
-    if (a->state == AXIS_SWITCHED_ON && s->phase == START_IDENTIFY && !identify_in_rotor_frame(&a->identify)) {
+    if (FEATURE_IN(IDENTIFY) && a->state == AXIS_SWITCHED_ON && s->phase == START_IDENTIFY &&
+        !identify_in_rotor_frame(&a->identify)) {
         return identify_tuning(&a->identify);
     }
-    const bool voltage = s->phase == START_WIRING || start_sensorless_holds_voltage(a) ||
+    const bool voltage = s->phase == START_WIRING || (FEATURE_IN(SENSORLESS) && start_sensorless_holds_voltage(a)) ||
                          (s->phase == START_ALIGN && alignment_holds_voltage(&s->alignment));
     return a->state == AXIS_SWITCHED_ON && voltage ? &wiring_tuning : &a->tuning;
 }

@@ -18,7 +18,7 @@ void start_open_gates(struct axis *a)
 {
     struct start *const s = &a->start;
     const bool known = s->aligned && !s->unseen;
-    if (!rotor_has_encoder(a)) {
+    if (rotor_is_sensorless(a)) {
         start_follow(a, LOOP_OBSERVER);
     } else {
         start_follow(a, known ? LOOP_ENCODER : LOOP_FORCED);

@@ -82,7 +82,7 @@ void start_hall(struct axis *a)
 void start_hall_wired(struct axis *a)
 {
     a->start.wired = true;
-    if (!a->start.learns) {
+    if (!FEATURE_IN(LEARN) || !a->start.learns) {
         hall_start_lead(a);
         return;
     }
@@ -126,9 +126,9 @@ bool start_hall_step(struct axis *a)
 {
     switch (a->start.phase) {
     case START_LAY_HALL:
-        return step_laying(a);
+        return FEATURE_IN(LEARN) && step_laying(a);
     case START_LEARN_HALL:
-        return step_learning(a);
+        return FEATURE_IN(LEARN) && step_learning(a);
     case START_HALL:
     default:
         return true;

@@ -58,7 +58,7 @@ static void begin_field(struct axis *a)
 void start_sensorless_wired(struct axis *a)
 {
     injection_reset(&a->loop, &a->tuning);
-    if (!injection_wanted(a)) {
+    if (!FEATURE_IN(INJECTION) || !injection_wanted(a)) {
         begin_field(a);
         return;
     }
@@ -108,7 +108,7 @@ bool start_sensorless_step(struct axis *a)
         step_doubt(a);
         return false;
     case START_INJECTION:
-        return step_injection(a);
+        return FEATURE_IN(INJECTION) && step_injection(a);
     case START_FIELD:
     default:
         if (!sensorless_align(a)) {
@@ -122,5 +122,6 @@ bool start_sensorless_step(struct axis *a)
 bool start_sensorless_holds_voltage(const struct axis *a)
 {
     const uint32_t phase = a->start.phase;
-    return phase == START_FIELD || phase == START_LAY_HALL || (phase == START_INJECTION && injection_brakes(a));
+    return phase == START_FIELD || phase == START_LAY_HALL ||
+           (FEATURE_IN(INJECTION) && phase == START_INJECTION && injection_brakes(a));
 }

@@ -6,6 +6,7 @@
 #include "firmware/axis/axis.h"
 #include "firmware/drive/adopt.h"
 #include "firmware/drive/drive.h"
+#include "firmware/settings/features.h"
 #include "lib/q15.h"
 
 #define QUICK_STOP_MS     5000u
@@ -63,6 +64,13 @@ static void make_ready_to_identify(struct axis *a)
     make_ready_with(a, &a->identify.tuning);
 }
 
+static void end_identify(struct axis *a, uint32_t fault)
+{
+    if (FEATURE_IN(IDENTIFY)) {
+        identify_stop(&a->identify, fault);
+    }
+}
+
 static void bridge_off(struct axis *a)
 {
     current_loop_off(&a->loop, a->fabric);
@@ -72,7 +80,14 @@ static void bridge_off(struct axis *a)
 static void switch_off(struct axis *a)
 {
     bridge_off(a);
-    identify_stop(&a->identify, FAULT_NONE);
+    end_identify(a, FAULT_NONE);
+}
+
+static void change_source(struct axis *a)
+{
+    if (FEATURE_SOURCES > 1) {
+        handover_take(a);
+    }
 }
 
 static bool start_was_for_operation(struct axis *a)
@@ -110,7 +125,7 @@ static bool spoils_alignment(uint32_t cause)
 static void react_to_fault(struct axis *a)
 {
     bridge_off(a);
-    identify_stop(&a->identify, a->faults.cause);
+    end_identify(a, a->faults.cause);
     a->request = AXIS_REQUEST_NONE;
     a->reactions.stopping = false;
     a->carry.waits = FAULT_NONE;
@@ -148,7 +163,7 @@ static const struct transition transition_table[] = {
     {IN(READY), DRIVE_EVENT_STARTING, AXIS_SWITCHED_ON, NULL, start_begin},
     {IN(SWITCHED_ON), DRIVE_EVENT_STARTED, AXIS_OPERATION_ENABLED, start_was_for_operation, begin_operation},
     {IN(SWITCHED_ON), DRIVE_EVENT_STARTED, AXIS_SWITCH_ON_DISABLED, NULL, switch_off},
-    {IN(OPERATION_ENABLED), DRIVE_EVENT_SOURCE, AXIS_OPERATION_ENABLED, NULL, handover_take},
+    {IN(OPERATION_ENABLED), DRIVE_EVENT_SOURCE, AXIS_OPERATION_ENABLED, NULL, change_source},
     {IN(OPERATION_ENABLED), DRIVE_EVENT_QUICK_STOP, AXIS_QUICK_STOP, NULL, begin_quick_stop},
     {IN(READY) | IN(SWITCHED_ON), DRIVE_EVENT_QUICK_STOP, AXIS_SWITCH_ON_DISABLED, NULL, switch_off},
     {IN(OPERATION_ENABLED), DRIVE_EVENT_FAULT_STOP, AXIS_QUICK_STOP, NULL, begin_quick_stop},
@@ -276,7 +291,7 @@ static void take_request(struct axis *a)
 
 void states_step(struct axis *a)
 {
-    if (a->carry.waits != FAULT_NONE && a->faults.cause == FAULT_NONE) {
+    if (FEATURE_IN(SENSORLESS) && a->carry.waits != FAULT_NONE && a->faults.cause == FAULT_NONE) {
         carry_step(a);
     }
     if (a->faults.cause != FAULT_NONE && take_fault(a)) {

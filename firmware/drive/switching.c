@@ -3,6 +3,7 @@
 
 #include "firmware/drive/drive.h"
 #include "firmware/drive/requests.h"
+#include "firmware/settings/features.h"
 
 static struct outcome forbidden(const struct axis *a)
 {
@@ -60,6 +61,9 @@ static struct outcome request(struct axis *a, enum axis_request what)
 /* No torque is requested, so there are no tables to build. */
 struct outcome drive_learn_hall(struct axis *a)
 {
+    if (!FEATURE_IN(HALL)) {
+        return feature_absent(FEATURE_HALL);
+    }
     if (!request_settled(a)) {
         return outcome_of(ERROR_BUSY);
     }
@@ -76,7 +80,7 @@ struct outcome drive_learn_hall(struct axis *a)
 bool drive_prepare(struct axis *a)
 {
     struct switching *const s = &a->switching;
-    if (a->handover.under_way) {
+    if (FEATURE_SOURCES > 1 && a->handover.under_way) {
         return handover_go_on(a);
     }
     if (!s->under_way) {
@@ -90,6 +94,6 @@ bool drive_prepare(struct axis *a)
         return true;
     }
     s->under_way = false;
-    s->outcome = request(a, AXIS_REQUEST_ON);
+    s->outcome = s->builder.lacks_weakening ? feature_absent(FEATURE_WEAKENING) : request(a, AXIS_REQUEST_ON);
     return false;
 }

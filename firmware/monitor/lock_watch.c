@@ -33,7 +33,7 @@ static bool emf_contradicts(const struct axis *a)
 
 bool lock_watch_doubts(const struct axis *a)
 {
-    return !rotor_has_encoder(a) && !rotor_has_hall(a) && a->lock_watch.lost_ms != 0u;
+    return rotor_is_sensorless(a) && a->lock_watch.lost_ms != 0u;
 }
 
 static void count(struct axis *a, bool lost, int32_t detail)
@@ -71,7 +71,7 @@ static void watch_lead(struct axis *a)
         w->lost_ms = 0;
     }
     field_watch_reset(&a->field_watch);
-    if (a->loop.source == LOOP_INJECTION) {
+    if (injection_leads(a)) {
         watch_injection(a);
     } else {
         watch_observer(a);

@@ -12,6 +12,8 @@ void answer_filled(struct text *out, const char *text, int32_t first, int32_t se
     for (; *text != '\0'; text++) {
         if (*text == '@' || *text == '#') {
             text_print(out, "%d", *text == '@' ? first : second);
+        } else if (*text == '$') {
+            text_put(out, message_of_feature((enum feature)first));
         } else {
             text_put_char(out, *text);
         }

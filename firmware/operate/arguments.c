@@ -128,7 +128,7 @@ static const struct argument_kind argument_kinds[ARGUMENT_KINDS] = {
     [ARGUMENT_PARAM_GROUP] = {read_param_group, "no such parameter; 'get all' lists them", param_name},
     [ARGUMENT_FAULT] = {read_fault, "no such fault; 'reaction' lists those with a choice, '_' stands for a blank",
                         fault_name},
-    [ARGUMENT_SIGNAL] = {read_signal, "no such signal; 'scope list' has them", NULL},
+    [ARGUMENT_SIGNAL] = {FEATURE_IN(SCOPE) ? read_signal : read_any, "no such signal; 'scope list' has them", NULL},
     [ARGUMENT_STREAM_MS] = {read_stream_ms, "not 1...1000 ms, or 0 to end it", NULL},
     [ARGUMENT_BAUD] = {read_baud, "not 9600...3000000 baud", NULL},
 };

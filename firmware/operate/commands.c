@@ -68,7 +68,9 @@ void commands_execute(struct session *s, char *line)
         return;
     }
     const struct command *const command = commands_find(a.word[0], count);
-    if (command == NULL) {
+    if (command == NULL && commands_absent(a.word[0]) != FEATURE_COUNT) {
+        answer(s, feature_absent(commands_absent(a.word[0])));
+    } else if (command == NULL) {
         answer_about(s, a.word[0], UNKNOWN_COMMAND);
     } else if (count != command_words(command)) {
         text_print(&s->out, "error: usage: %s%s\n", command->name, command->arguments);

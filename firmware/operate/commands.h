@@ -14,6 +14,7 @@
 #include "firmware/operate/stream.h"
 #include "firmware/operate/text.h"
 #include "firmware/scope/scope.h"
+#include "firmware/settings/features.h"
 #include "firmware/system/postmortem.h"
 
 /* What a command needs to carry out its line and to answer. */
@@ -82,7 +83,9 @@ extern const struct command commands_learn[1];
 extern const struct command commands_zero[1];
 extern const struct command commands_fault[2];
 extern const struct command commands_angle[1];
-extern const struct command commands_settings[5];
+extern const struct command commands_params[2];
+extern const struct command commands_settings[2];
+extern const struct command commands_defaults[1];
 extern const struct command commands_reaction[2];
 extern const struct command commands_machine[1];
 extern const struct command commands_scope[5];
@@ -93,6 +96,9 @@ const struct command *commands_row(uint32_t n);
 
 /* The row of that name and number of words, or the first of that name; NULL if there is none. */
 const struct command *commands_find(const char *name, size_t words);
+
+/* The feature that a name belongs to, if commands_find() does not know it; FEATURE_COUNT: none. */
+enum feature commands_absent(const char *name);
 
 /* Words of its line, the name included. */
 size_t command_words(const struct command *command);

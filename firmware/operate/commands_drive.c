@@ -115,7 +115,9 @@ static void run_status(struct session *s, const struct arguments *unused)
                quantity_milliamp(a, now.i_q_q15), quantity_milliamp(a, now.i_d_ref_q15),
                quantity_milliamp(a, now.i_q_ref_q15));
     put_bus_and_heat(out, a, &now);
-    identify_print_step(out, &a->identify);
+    if (FEATURE_IN(IDENTIFY)) {
+        identify_print_step(out, &a->identify);
+    }
     put_warnings(out, a);
     text_print(out, "current loop: %d cycles\n", (int32_t)measure_current_loop_cycles(&a->time_ms));
     put_update(out, a);

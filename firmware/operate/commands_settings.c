@@ -81,8 +81,11 @@ static void run_set(struct session *s, const struct arguments *a)
     } else if (!drive_is_off(s->axis)) {
         answer(s, outcome_of(ERROR_DRIVE_IS_ON));
     } else {
-        param_set(&s->axis->params, info, value);
-        answer(s, OUTCOME_OK);
+        const struct outcome outcome = features_allow(info, value);
+        if (outcome.error == ERROR_NONE) {
+            param_set(&s->axis->params, info, value);
+        }
+        answer(s, outcome);
     }
 }
 
@@ -176,13 +179,19 @@ static void run_load(struct session *s, const struct arguments *a)
 }
 
 /* clang-format off */
-const struct command commands_settings[] = {
+const struct command commands_params[] = {
     {"get", " PARAM", "a parameter and its range, or 'all', or '--changed': those that are not as they were made",
      {ARGUMENT_PARAM_GROUP}, .run = run_get},
     {"set", " PARAM VALUE", "change a parameter while off", {ARGUMENT_PARAM, ARGUMENT_WHOLE}, .run = run_set},
+};
+
+const struct command commands_settings[] = {
     {"save", "", "keep parameters, reactions, index and cogging over power-off; while off and at rest",
      .run = run_save},
     {"load", "", "what was saved last, as at the start; while off", .run = run_load},
+};
+
+const struct command commands_defaults[] = {
     {"defaults", "", "parameters and reactions as they were made, while off; what is saved stays",
      .request = drive_defaults},
 };

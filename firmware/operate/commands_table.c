@@ -13,16 +13,43 @@ const struct command commands_help[] = {
     { \
         rows, sizeof rows / sizeof rows[0] \
     }
+#define GROUP_OF(name, rows) \
+    { \
+        FEATURE_IN(name) ? rows : NULL, FEATURE_IN(name) ? sizeof rows / sizeof rows[0] : 0u \
+    }
 
+/* clang-format off */
 static const struct command_group {
     const struct command *rows;
     size_t count;
 } groups[] = {
-    GROUP(commands_help),     GROUP(commands_drive),  GROUP(commands_identify), GROUP(commands_motion),
-    GROUP(commands_position), GROUP(commands_cyclic), GROUP(commands_learn),    GROUP(commands_zero),
-    GROUP(commands_fault),    GROUP(commands_angle),  GROUP(commands_settings), GROUP(commands_reaction),
-    GROUP(commands_machine),  GROUP(commands_scope),  GROUP(commands_version),
+    GROUP(commands_help), GROUP(commands_drive), GROUP_OF(IDENTIFY, commands_identify), GROUP(commands_motion),
+    GROUP_OF(POSITION, commands_position), GROUP(commands_cyclic), GROUP_OF(LEARN, commands_learn),
+    GROUP_OF(POSITION, commands_zero), GROUP(commands_fault), GROUP(commands_angle), GROUP(commands_params),
+    GROUP_OF(SETTINGS, commands_settings), GROUP(commands_defaults), GROUP(commands_reaction), GROUP(commands_machine),
+    GROUP_OF(SCOPE, commands_scope), GROUP(commands_version),
 };
+/* clang-format on */
+
+/* What a build without the feature still knows of its commands. */
+static const struct {
+    const char *name;
+    enum feature feature;
+} commands_of_features[] = {
+    {"identify", FEATURE_IDENTIFY}, {"pp", FEATURE_POSITION},   {"hm", FEATURE_POSITION},
+    {"csp", FEATURE_POSITION},      {"zero", FEATURE_POSITION}, {"learn", FEATURE_LEARN},
+    {"save", FEATURE_SETTINGS},     {"load", FEATURE_SETTINGS}, {"scope", FEATURE_SCOPE},
+};
+
+enum feature commands_absent(const char *name)
+{
+    for (size_t n = 0; n < sizeof commands_of_features / sizeof commands_of_features[0]; n++) {
+        if (text_equal(name, commands_of_features[n].name)) {
+            return commands_of_features[n].feature;
+        }
+    }
+    return FEATURE_COUNT;
+}
 
 const struct command *commands_row(uint32_t n)
 {

@@ -125,7 +125,9 @@ void console_start(struct console *k, const struct session *session)
     text_put(out(k), "\n");
     text_put(out(k), "mssfoc " CONFIG_VERSION ", 'help' lists the commands\n");
     postmortem_print(out(k), session->last_life);
-    store_print_loaded(out(k), session->kept);
+    if (FEATURE_IN(SETTINGS)) {
+        store_print_loaded(out(k), session->kept);
+    }
     prompt(k);
 }
 
@@ -137,5 +139,7 @@ void console_poll(struct console *k)
     }
     announce_fault(k);
     announce_warnings(k);
-    stream_poll(&k->session.stream, out(k), k->session.scope);
+    if (FEATURE_IN(SCOPE)) {
+        stream_poll(&k->session.stream, out(k), k->session.scope);
+    }
 }

@@ -3,6 +3,8 @@
 
 #include <stddef.h>
 
+#define OF(feature, text) (FEATURE_IN(feature) ? text : NULL)
+
 static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_NONE] = "ok",
     [ERROR_CURRENT_GAIN] =
@@ -54,31 +56,36 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_TOO_HOT] = "the winding or the power stage is too hot; see 'status'",
     [ERROR_REACTION_NOT_ALLOWED] = "this fault does not allow that; 'reaction' lists what each allows",
     [ERROR_SWITCHED_OFF] = "switched off again before it was on",
+    [ERROR_NOT_IN_BUILD] = "this build leaves $ out; 'make FEATURES=...' names what a build has",
     [ERROR_BUSY] = "the last request has not been carried out yet; try again",
     /* position */
-    [ERROR_POSITION_MARGIN] = "position_bw_hz leaves less than 60 degrees of phase margin with this speed_bw_hz: at "
-                              "most @; 0 is a fifth of it",
+    [ERROR_POSITION_MARGIN] =
+        OF(POSITION, "position_bw_hz leaves less than 60 degrees of phase margin with this speed_bw_hz: at "
+                     "most @; 0 is a fifth of it"),
     [ERROR_NEEDS_ENCODER] = "a position takes an encoder: angle_source 0",
-    [ERROR_BEYOND_CYCLE] = "farther than speed_max_rpm goes in cyclic_ms: at most @ counts from where it is",
-    [ERROR_HOMING] = "the drive is homing; wait for its end",
-    [ERROR_HOME_SPEED] = "home_rpm must not be 0, nor beyond speed_max_rpm",
+    [ERROR_BEYOND_CYCLE] =
+        OF(POSITION, "farther than speed_max_rpm goes in cyclic_ms: at most @ counts from where it is"),
+    [ERROR_HOMING] = OF(POSITION, "the drive is homing; wait for its end"),
+    [ERROR_HOME_SPEED] = OF(POSITION, "home_rpm must not be 0, nor beyond speed_max_rpm"),
     /* sensorless */
-    [ERROR_SPEED_BEYOND_OBSERVER] = "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical",
+    [ERROR_SPEED_BEYOND_OBSERVER] = OF(SENSORLESS, "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical"),
     [ERROR_OBSERVER] =
-        "angle_source 1: resistance_mohm, ld_uh, lq_uh and flux_uwb do not fit one another at this PWM rate",
-    [ERROR_SENSORLESS_RELUCTANT] =
+        OF(SENSORLESS,
+           "angle_source 1: resistance_mohm, ld_uh, lq_uh and flux_uwb do not fit one another at this PWM rate"),
+    [ERROR_SENSORLESS_RELUCTANT] = OF(
+        SENSORLESS,
         "angle_source 1 does not start a motor whose reluctance outweighs its magnets without injection_mv; a fifth of "
-        "v_min_mv is a beginning",
+        "v_min_mv is a beginning"),
     /* injection */
-    [ERROR_INJECTION_UPDATE] =
-        "injection_mv needs pwm_update 0 or 2: between two samples at both ends the voltage's signs cancel",
+    [ERROR_INJECTION_UPDATE] = OF(
+        INJECTION, "injection_mv needs pwm_update 0 or 2: between two samples at both ends the voltage's signs cancel"),
     /* hall */
     [ERROR_HALL_STATES] =
-        "hall_states needs six different digits 0 to 7, each and the next one (the last and the first, too) "
-        "one switch apart: 513264 for instance",
-    [ERROR_HALL_EDGES] =
-        "hall_edge_1_cdeg to hall_edge_6_cdeg must grow, round one turn, by 2500 to 9500 each: 'learn hall' finds them",
-    [ERROR_NEEDS_HALL] = "Hall switches are learned with angle_source 2",
+        OF(HALL, "hall_states needs six different digits 0 to 7, each and the next one (the last and the first, too) "
+                 "one switch apart: 513264 for instance"),
+    [ERROR_HALL_EDGES] = OF(HALL, "hall_edge_1_cdeg to hall_edge_6_cdeg must grow, round one turn, by 2500 to 9500 "
+                                  "each: 'learn hall' finds them"),
+    [ERROR_NEEDS_HALL] = OF(HALL, "Hall switches are learned with angle_source 2"),
     /* the source of the angle */
     [ERROR_SOURCE_MODE] = "the angle's source changes in control of speed or torque: 'speed' or 'torque' first",
     [ERROR_SOURCE_WEAKENS] =
@@ -98,31 +105,34 @@ static const char *const error_texts[ERROR_COUNT] = {
         "the two angles are @ degrees apart, and 15 may be: 'off' and 'on' find the encoder's place, "
         "'learn hall' that of the switches",
     /* weakening */
-    [ERROR_OVERMODULATION_OF_SHUNTS] = "overmodulation needs sensors in line with the phases: low_side_shunts 0",
-    [ERROR_EMF_BEYOND_V_MAX] = "at overspeed_rpm the magnets alone bring the bus beyond v_max_mv: emf_beyond_v_max 1 "
-                               "allows it, else at most @",
+    [ERROR_OVERMODULATION_OF_SHUNTS] =
+        OF(WEAKENING, "overmodulation needs sensors in line with the phases: low_side_shunts 0"),
+    [ERROR_EMF_BEYOND_V_MAX] =
+        OF(WEAKENING, "at overspeed_rpm the magnets alone bring the bus beyond v_max_mv: emf_beyond_v_max 1 "
+                      "allows it, else at most @"),
     /* learn */
-    [ERROR_LEARNING] = "the drive is learning; wait for its end",
-    [ERROR_LEARN_SPEED] = "learn_rpm is beyond speed_max_rpm",
+    [ERROR_LEARNING] = OF(LEARN, "the drive is learning; wait for its end"),
+    [ERROR_LEARN_SPEED] = OF(LEARN, "learn_rpm is beyond speed_max_rpm"),
     /* settings */
-    [ERROR_NOTHING_STORED] = "no settings are stored",
-    [ERROR_STORED_FORMAT] = "a stored record has a form that this firmware does not know",
-    [ERROR_STORED_RANGE] = "a stored value is outside its range",
-    [ERROR_SAVE_WHILE_ON] = "settings are saved only while the drive is off: 'off' first",
-    [ERROR_SAVE_FULL] = "the settings do not fit into their place in eNVM",
-    [ERROR_ENVM_CLOCK] = "nothing is programmed at a clock that is not right: see 'fault'",
-    [ERROR_ENVM_NOT_GRANTED] = "eNVM: something else in the device uses its controller; try again",
-    [ERROR_ENVM_TIMED_OUT] = "eNVM: programming a page did not end in time; try again",
-    [ERROR_ENVM_DENIED] = "eNVM: the design protects the pages of the settings",
-    [ERROR_ENVM_BUSY] = "eNVM: its controller was busy with another command; try again",
-    [ERROR_ENVM_LOCKED] = "eNVM: a page of the settings is locked; a programmer unlocks it",
-    [ERROR_ENVM_ERASE] = "eNVM: a page cannot be erased: worn out, or the supply is too low",
-    [ERROR_ENVM_WRITE] = "eNVM: a page does not take what is written: worn out, or the supply is too low",
-    [ERROR_ENVM_VERIFY] = "eNVM: a page does not read back as it was written",
+    [ERROR_NOTHING_STORED] = OF(SETTINGS, "no settings are stored"),
+    [ERROR_STORED_FORMAT] = OF(SETTINGS, "a stored record has a form that this firmware does not know"),
+    [ERROR_STORED_RANGE] = OF(SETTINGS, "a stored value is outside its range"),
+    [ERROR_SAVE_WHILE_ON] = OF(SETTINGS, "settings are saved only while the drive is off: 'off' first"),
+    [ERROR_SAVE_FULL] = OF(SETTINGS, "the settings do not fit into their place in eNVM"),
+    [ERROR_ENVM_CLOCK] = OF(SETTINGS, "nothing is programmed at a clock that is not right: see 'fault'"),
+    [ERROR_ENVM_NOT_GRANTED] = OF(SETTINGS, "eNVM: something else in the device uses its controller; try again"),
+    [ERROR_ENVM_TIMED_OUT] = OF(SETTINGS, "eNVM: programming a page did not end in time; try again"),
+    [ERROR_ENVM_DENIED] = OF(SETTINGS, "eNVM: the design protects the pages of the settings"),
+    [ERROR_ENVM_BUSY] = OF(SETTINGS, "eNVM: its controller was busy with another command; try again"),
+    [ERROR_ENVM_LOCKED] = OF(SETTINGS, "eNVM: a page of the settings is locked; a programmer unlocks it"),
+    [ERROR_ENVM_ERASE] = OF(SETTINGS, "eNVM: a page cannot be erased: worn out, or the supply is too low"),
+    [ERROR_ENVM_WRITE] = OF(SETTINGS, "eNVM: a page does not take what is written: worn out, or the supply is too low"),
+    [ERROR_ENVM_VERIFY] = OF(SETTINGS, "eNVM: a page does not read back as it was written"),
     /* scope */
-    [ERROR_SCOPE_ARMED] = "a capture is under way; wait for its end, or 'scope off'",
-    [ERROR_SCOPE_NOT_ARMED] = "no capture waits for its trigger; 'scope arm' begins one",
-    [ERROR_SCOPE_BEFORE] = "with these signals at most @ samples stand before the trigger; 'scope before' sets them",
+    [ERROR_SCOPE_ARMED] = OF(SCOPE, "a capture is under way; wait for its end, or 'scope off'"),
+    [ERROR_SCOPE_NOT_ARMED] = OF(SCOPE, "no capture waits for its trigger; 'scope arm' begins one"),
+    [ERROR_SCOPE_BEFORE] =
+        OF(SCOPE, "with these signals at most @ samples stand before the trigger; 'scope before' sets them"),
 };
 
 static const char *const state_names[] = {
@@ -246,7 +256,16 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
 
 const char *message_of_error(enum error error)
 {
-    return error < ERROR_COUNT ? error_texts[error] : "unknown error";
+    const char *const text = error < ERROR_COUNT ? error_texts[error] : NULL;
+    return text != NULL ? text : "unknown error";
+}
+
+#define FEATURE_NAME(name, word) #word,
+
+const char *message_of_feature(enum feature feature)
+{
+    static const char *const names[FEATURE_COUNT] = {FEATURES(FEATURE_NAME)};
+    return names[feature];
 }
 
 const char *message_of_state(enum axis_state state)

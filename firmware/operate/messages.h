@@ -4,8 +4,12 @@
 #define FIRMWARE_OPERATE_MESSAGES_H
 
 #include "firmware/drive/drive.h"
+#include "firmware/settings/features.h"
 
 const char *message_of_error(enum error error);
+
+/* As `make FEATURES` spells it. */
+const char *message_of_feature(enum feature feature);
 
 const char *message_of_state(enum axis_state state);
 

@@ -5,11 +5,12 @@
 #include "firmware/operate/modbus_objects.h"
 #include "firmware/operate/quantities.h"
 #include "firmware/settings/config.h"
+#include "firmware/settings/features.h"
 #include "lib/q15.h"
 
 #define DEVICE_TYPE 0x00020192u
 #define PRODUCT     0x6D666F63u
-#define DRIVE_MODES 0x3ADu /* pp, pv, tq, hm, csp, csv, cst */
+#define DRIVE_MODES (0x30Cu | (FEATURE_IN(POSITION) ? 0xA1u : 0u)) /* pv, tq, csv, cst; pp, hm, csp */
 #define NO_SOURCE   UINT32_MAX
 
 /* One value, wherever it comes from. */
@@ -40,6 +41,7 @@ struct change {
     struct params params;
     uint8_t choice[FAULT_COUNT];
     uint32_t params_changed, choices_changed;
+    struct outcome absent; /* what a parameter among them needs and the build does not have */
     struct writable writable;
     uint32_t setpoints; /* a bit for each that is among them, by enum modbus_object_id */
 };
@@ -175,6 +177,7 @@ static enum modbus_exception change_param(struct change *c, uint32_t number, int
     if (value < info->min || value > info->max) {
         return MODBUS_ILLEGAL_VALUE;
     }
+    c->absent = c->absent.error != ERROR_NONE ? c->absent : features_allow(info, value);
     param_set(&c->params, info, value);
     c->params_changed++;
     return MODBUS_FINE;
@@ -269,12 +272,19 @@ static enum modbus_exception judge_change(const struct change *c, const struct a
     return go_together(c, a) ? MODBUS_FINE : MODBUS_ILLEGAL_VALUE;
 }
 
+static bool store(struct modbus_drive *d)
+{
+    struct saved unused;
+    d->cia402.refusal =
+        FEATURE_IN(SETTINGS) ? drive_save(d->axis, d->slots, &unused) : feature_absent(FEATURE_SETTINGS);
+    return d->cia402.refusal.error == ERROR_NONE;
+}
+
 /* These change nothing if refused; no request combines them with parameters. The drive's `refusal` says why a source was. */
 static enum modbus_exception carry_out_actions(struct modbus_drive *d, const struct writable *w)
 {
-    struct saved unused;
     const bool refused = (w->restore != 0u && drive_defaults(d->axis).error != ERROR_NONE) ||
-                         (w->store != 0u && drive_save(d->axis, d->slots, &unused).error != ERROR_NONE) ||
+                         (w->store != 0u && !store(d)) ||
                          (w->source != NO_SOURCE && !cia402_change_source(&d->cia402, d->axis, w->source));
     return refused ? MODBUS_DEVICE_FAILURE : MODBUS_FINE;
 }
@@ -300,6 +310,10 @@ enum modbus_exception modbus_write(struct modbus_drive *d, uint32_t at, uint32_t
         change.choice[fault] = d->axis->reactions.choice[fault];
     }
     enum modbus_exception wrong = gather_change(&change, at, count, bytes);
+    if (wrong == MODBUS_FINE && change.absent.error != ERROR_NONE) {
+        d->cia402.refusal = change.absent;
+        wrong = MODBUS_ILLEGAL_VALUE;
+    }
     if (wrong == MODBUS_FINE) {
         wrong = judge_change(&change, d->axis);
     }

@@ -5,12 +5,13 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/operate/modbus.h"
+#include "firmware/settings/features.h"
 
 #define PATIENCE_MS 20u /* a working transmitter makes room every 1.4 ms */
 
 void text_serve_bus(struct text *t)
 {
-    if (t->bus != NULL) {
+    if (FEATURE_IN(MODBUS) && t->bus != NULL) {
         modbus_poll(t->bus);
     }
 }

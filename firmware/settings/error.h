@@ -104,6 +104,8 @@ enum error {
     ERROR_SOURCE_SLOW,   /* value: rpm that would do */
     ERROR_SOURCE_MARGIN, /* value: rpm that would do */
     ERROR_SOURCE_APART,  /* value: degrees */
+    /* the build */
+    ERROR_NOT_IN_BUILD, /* value: enum feature */
     ERROR_COUNT
 };
 

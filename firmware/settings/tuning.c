@@ -3,6 +3,7 @@
 
 #include "drivers/fabric/adc.h"
 #include "firmware/settings/config.h"
+#include "firmware/settings/features.h"
 #include "firmware/settings/hall_table.h"
 #include "firmware/settings/margins.h"
 #include "firmware/settings/scale.h"
@@ -134,7 +135,7 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     tuning_position(p, t);
     tuning_start(p, t);
     struct hall_table hall;
-    problem = hall_table_of(p, &hall);
+    problem = FEATURE_IN(HALL) ? hall_table_of(p, &hall) : ERROR_NONE;
     if (problem != ERROR_NONE && p->angle_source == PARAM_ANGLE_HALL) {
         return outcome_of(problem);
     }
@@ -142,5 +143,6 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
     if (problem != ERROR_NONE && p->angle_source == PARAM_ANGLE_SENSORLESS) {
         return outcome_of(problem);
     }
-    return check_margins(p, t);
+    const struct outcome absent = features_allow_source(p->angle_source); /* not before: the loops run by it even so */
+    return absent.error != ERROR_NONE ? absent : check_margins(p, t);
 }

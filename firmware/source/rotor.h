@@ -15,17 +15,24 @@
 #include <stdbool.h>
 
 #include "firmware/axis/axis.h"
+#include "firmware/settings/features.h"
 
 /* True if an encoder gives the angle. Any context. */
 static inline bool rotor_has_encoder(const struct axis *a)
 {
-    return a->tuning.angle_source == PARAM_ANGLE_ENCODER;
+    return FEATURE_IN(ENCODER) && (FEATURE_SOURCES == 1 || a->tuning.angle_source == PARAM_ANGLE_ENCODER);
 }
 
 /* True if Hall switches do. Any context. */
 static inline bool rotor_has_hall(const struct axis *a)
 {
-    return a->tuning.angle_source == PARAM_ANGLE_HALL;
+    return FEATURE_IN(HALL) && (FEATURE_SOURCES == 1 || a->tuning.angle_source == PARAM_ANGLE_HALL);
+}
+
+/* True if neither does: the observer, or a field that the rotor follows. Any context. */
+static inline bool rotor_is_sensorless(const struct axis *a)
+{
+    return FEATURE_IN(SENSORLESS) && (FEATURE_SOURCES == 1 || a->tuning.angle_source == PARAM_ANGLE_SENSORLESS);
 }
 
 /* True if the rotor's angle is known, not just that of a field it should follow. Any context. */
@@ -37,7 +44,7 @@ static inline bool rotor_is_known(const struct axis *a)
 /* True if the injection leads now. Any context. */
 static inline bool injection_leads(const struct axis *a)
 {
-    return a->loop.source == LOOP_INJECTION;
+    return FEATURE_IN(INJECTION) && a->loop.source == LOOP_INJECTION;
 }
 
 /* Takes the speed from another source than an encoder. Slow loop. */

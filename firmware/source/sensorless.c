@@ -17,7 +17,10 @@
 #define SEES_MARGIN    MARGIN(15) /* the observer is released */
 #define LEADS_ALL \
     MARGIN(20) /* and may lead: OBSERVER_LEADS_Q8 with the torque current alone, this much with the field's */
-#define WEAK_MARGIN    MARGIN(30) /* and no longer */
+#define WEAK_MARGIN MARGIN(30) /* and no longer */
+#define DOUBT_MARGIN \
+    MARGIN(60) /* nor if its flux is off by DOUBT_RHO_Q15: at 0.3 it counts as lost (monitor/lock_watch.c) */
+#define DOUBT_RHO_Q15  8847
 #define CALM_MS        20u
 #define WEAK_MS        8u
 #define CALM_RHO_Q15   8192                      /* a quarter */
@@ -274,11 +277,17 @@ static void follow_ramp(struct axis *a)
     }
 }
 
+/* The EMF fades: a wrong resistance shows in the flux before the margin is gone. */
+static bool observer_is_weak(const struct observer *o)
+{
+    return o->margin_q8 < WEAK_MARGIN || (o->margin_q8 < DOUBT_MARGIN && q15_abs(o->rho_q15) > DOUBT_RHO_Q15);
+}
+
 void sensorless_after_control(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
     struct current_loop *const c = &a->loop;
-    if (!rotor_is_known(a) || rotor_has_hall(a)) {
+    if (!rotor_is_known(a)) {
         return;
     }
     if (s->extra_q15 != 0) {
@@ -291,9 +300,9 @@ void sensorless_after_control(struct axis *a)
         injection_after_control(a);
         return;
     }
-    s->weak_ms =
-        s->extra_q15 == 0 && (c->flux.margin_q8 < WEAK_MARGIN || injection_wants_back(a)) ? s->weak_ms + 1u : 0u;
-    if (s->weak_ms < WEAK_MS || injection_takes_over(a)) {
+    const bool weak = observer_is_weak(&c->flux) || (FEATURE_IN(INJECTION) && injection_wants_back(a));
+    s->weak_ms = s->extra_q15 == 0 && weak ? s->weak_ms + 1u : 0u;
+    if (s->weak_ms < WEAK_MS || (FEATURE_IN(INJECTION) && injection_takes_over(a))) {
         return;
     }
     if (a->tuning.reluctant) {
@@ -305,9 +314,6 @@ void sensorless_after_control(struct axis *a)
 
 void sensorless_follow(struct axis *a)
 {
-    if (rotor_has_hall(a)) {
-        return;
-    }
     if (injection_leads(a)) {
         injection_lead_follow(a);
         return;

@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/system/handlers.h"
 
+#include <stddef.h>
+
 #include "drivers/cortex/nvic.h"
 #include "drivers/cortex/scb.h"
 #include "drivers/mss/sysreg.h"
 #include "drivers/mss/timer.h"
 #include "firmware/control/current_loop_step.h"
 #include "firmware/settings/config.h"
+#include "firmware/settings/features.h"
 #include "firmware/system/axes.h"
 #include "firmware/system/postmortem.h"
 #include "startup/startup.h"
@@ -89,12 +92,12 @@ const struct loop_handlers handlers_of_axis_0 = {
         {
             [LOOP_ENCODER] = FabricIrq0_IRQHandler,
             [LOOP_FORCED] = handlers_forced_ab,
-            [LOOP_OBSERVER] = handlers_observer_ab,
-            [LOOP_INJECTION] = handlers_injection_ab,
-            [LOOP_HALL] = handlers_hall_ab,
+            [LOOP_OBSERVER] = FEATURE_IN(SENSORLESS) ? handlers_observer_ab : NULL,
+            [LOOP_INJECTION] = FEATURE_IN(INJECTION) ? handlers_injection_ab : NULL,
+            [LOOP_HALL] = FEATURE_IN(HALL) ? handlers_hall_ab : NULL,
         },
-    .weakening = handlers_weakening_ab,
-    .overmodulating = handlers_overmodulating_ab,
+    .weakening = FEATURE_IN(WEAKENING) ? handlers_weakening_ab : NULL,
+    .overmodulating = FEATURE_IN(WEAKENING) ? handlers_overmodulating_ab : NULL,
     .rippled = handlers_encoder_ab,
 };
 
@@ -103,13 +106,17 @@ void Timer1_IRQHandler(void)
     mss_timer1_acknowledge();
     watch_device();
     drive_step(&axes[0]);
-    scope_step(&scope);
+    if (FEATURE_IN(SCOPE)) {
+        scope_step(&scope);
+    }
 }
 
 /* Whatever the interrupt's own block is for, this device has no use for it. */
 void I2C1_SMBus_IRQHandler(void)
 {
-    scope_sample(&scope);
+    if (FEATURE_IN(SCOPE)) {
+        scope_sample(&scope);
+    }
 }
 
 void handlers_start_scope(void)

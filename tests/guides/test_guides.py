@@ -14,7 +14,8 @@ GUIDES = sorted((ROOT / "docs" / "guides").glob("*.md"))
 SHELL = re.compile(r"^ *```sh\n(.*?)^ *```", re.DOTALL | re.MULTILINE)
 ELSEWHERE = {  # these are run by tests of their own, or by CI as a whole; here make must know them
     "make run", "make test", "make fabric", "make console", "make debug", "make flash PROBE=openocd",
-    "make flash PROBE=jlink", "make PWM_HZ=16000 DEAD_TIME_NS=800 BUILD=build/another_rate", "make lint"}
+    "make flash PROBE=jlink", "make PWM_HZ=16000 DEAD_TIME_NS=800 BUILD=build/another_rate", "make lint",
+    'make FEATURES="encoder console settings" BUILD=build/least'}
 
 
 def lines():

@@ -24,11 +24,12 @@ def make(build, *targets, **choices):
                           capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
 
 
-def build_of(hz, *targets, **choices):
+def build_of(hz, *targets, folder="", **choices):
     """The build folder of a rate, and of what else is chosen on make's command line, with these products in it, as absolute
-    path. One process at a time: tests of several files, and so of several workers, want the same folder."""
+    path; `folder`: its name, where the choices do not make one. One process at a time: tests of several files, and so of
+    several workers, want the same folder."""
     own = Path(os.environ.get("BUILD", "build"))
-    name = "-".join([str(hz), *(f"{key}{value}" for key, value in choices.items())])
+    name = folder or "-".join([str(hz), *(f"{key}{value}" for key, value in choices.items())])
     build = own if name == str(OWN_HZ) else own / "rates" / name
     build.mkdir(parents=True, exist_ok=True)
     with open(build / "one_at_a_time", "w", encoding="ascii") as lock:

@@ -49,7 +49,8 @@ def choices(image):
     for name, (start, size) in image.objects.items():
         if name.startswith(CHOICES):
             number = (image.word(start) - image.value("startup_vectors")) // 4
-            found[number] = [image.functions_at[image.word(at) & ~1] for at in range(start + 4, start + size, 4)]
+            words = [image.word(at) for at in range(start + 4, start + size, 4)]
+            found[number] = [image.functions_at[word & ~1] for word in words if word]  # 0: left out of this build
     return found
 
 

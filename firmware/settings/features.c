@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/settings/features.h"
+
+#define FROM_TO(first, last) offsetof(struct params, first), offsetof(struct params, last)
+
+/* Parameters that one feature alone reads. */
+static const struct {
+    uint16_t first, last; /* offset */
+    uint8_t feature;
+} param_features[] = {
+    {FROM_TO(hall_states, hall_edge_6_cdeg), FEATURE_HALL},
+    {FROM_TO(injection_mv, injection_mv), FEATURE_INJECTION},
+    {FROM_TO(injection_silent, injection_silent), FEATURE_INJECTION},
+    {FROM_TO(overmodulation, overmodulation), FEATURE_WEAKENING},
+    {FROM_TO(position_bw_hz, following_mturn), FEATURE_POSITION},
+    {FROM_TO(home_rpm, home_turns), FEATURE_POSITION},
+    {FROM_TO(learn_rpm, learn_rpm), FEATURE_LEARN},
+    {FROM_TO(modbus_address, modbus_parity), FEATURE_MODBUS},
+};
+
+static struct outcome unless_absent(enum feature f)
+{
+    return FEATURE_IS_IN(f) ? OUTCOME_OK : feature_absent(f);
+}
+
+struct outcome features_allow_source(int32_t source)
+{
+    static const uint8_t of_source[] = {
+        [PARAM_ANGLE_ENCODER] = FEATURE_ENCODER,
+        [PARAM_ANGLE_SENSORLESS] = FEATURE_SENSORLESS,
+        [PARAM_ANGLE_HALL] = FEATURE_HALL,
+    };
+    return unless_absent((enum feature)of_source[source]);
+}
+
+struct outcome features_allow(const struct param_info *info, int32_t value)
+{
+    if (info->offset == offsetof(struct params, angle_source)) {
+        return features_allow_source(value);
+    }
+    for (size_t n = 0; n < sizeof param_features / sizeof param_features[0]; n++) {
+        const bool its = info->offset >= param_features[n].first && info->offset <= param_features[n].last;
+        if (its && value != info->initial) {
+            return unless_absent((enum feature)param_features[n].feature);
+        }
+    }
+    return OUTCOME_OK;
+}

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What a build may leave out: `make FEATURES="..."` names what it has, by default all. A call into a feature stands behind
+ * FEATURE_IN, a constant, so that compiler and linker drop what nothing reaches. What is absent is refused by name
+ * (ERROR_NOT_IN_BUILD).
+ */
+#ifndef FIRMWARE_SETTINGS_FEATURES_H
+#define FIRMWARE_SETTINGS_FEATURES_H
+
+#include <stdbool.h>
+
+#include "firmware/settings/error.h"
+#include "firmware/settings/params.h"
+
+/* clang-format off */
+#define FEATURES(X) \
+    X(ENCODER, encoder)       /* angle_source 0 */ \
+    X(HALL, hall)             /* angle_source 2 */ \
+    X(SENSORLESS, sensorless) /* angle_source 1, and carrying on behind an encoder's or a switch's fault */ \
+    X(INJECTION, injection)   /* the same from the saliency; needs sensorless */ \
+    X(WEAKENING, weakening)   /* of the field, and overmodulation */ \
+    X(POSITION, position)     /* pp, hm, csp, the zero */ \
+    X(IDENTIFY, identify)     \
+    X(LEARN, learn)           /* cogging, Hall switches */ \
+    X(CONSOLE, console)       \
+    X(MODBUS, modbus)         \
+    X(SCOPE, scope)           \
+    X(SETTINGS, settings)     /* kept in eNVM */
+/* clang-format on */
+
+#define FEATURE_OF(name, word) FEATURE_##name,
+
+enum feature { FEATURES(FEATURE_OF) FEATURE_COUNT };
+
+/* A bit for each; features.mk adds those up that are left out. */
+#define FEATURE_BIT(name, word) FEATURE_LEFT_OUT_##word = 1u << FEATURE_##name,
+
+enum { FEATURES(FEATURE_BIT) };
+
+#ifndef FEATURES_LEFT_OUT
+#define FEATURES_LEFT_OUT 0u
+#endif
+
+#define FEATURE_IS_IN(feature) ((((uint32_t)(FEATURES_LEFT_OUT) >> (feature)) & 1u) == 0u)
+#define FEATURE_IN(name)       FEATURE_IS_IN(FEATURE_##name)
+
+/* With one source of the angle there is none to change to, and nothing to ask. */
+#define FEATURE_SOURCES (FEATURE_IN(ENCODER) + FEATURE_IN(HALL) + FEATURE_IN(SENSORLESS))
+
+static inline struct outcome feature_absent(enum feature f)
+{
+    return (struct outcome){ERROR_NOT_IN_BUILD, (int32_t)f};
+}
+
+/* ERROR_NOT_IN_BUILD if a parameter's value asks for what is absent: any other than its initial one. */
+struct outcome features_allow(const struct param_info *info, int32_t value);
+
+/* The same for a source of the angle, enum param_angle. */
+struct outcome features_allow_source(int32_t source);
+
+#endif

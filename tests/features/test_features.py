@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""A build that leaves a feature out drives the same motor, and refuses what it does not have by the feature's name."""
+import os
+import re
+import subprocess
+
+import pytest
+from closed_loop.bus import load_bus
+from closed_loop.test_modbus_timing import send
+from closed_loop.test_scenarios import verdicts
+from launcher import simulate
+from unit.modbus_line import PARAM_BASE, long, read, write, write_one
+
+from features.builds import FEATURES, MINIMAL, ROOT, build, image_bytes, without
+
+FLASH_MOST, RAM_MOST = 96 * 1024, 20 * 1024
+EXACT = {"plant": "ideal", "spread": 0, "aligned": True}
+ASKED = {  # console lines that need it
+    "encoder": ("on",), "hall": ("set angle_source 2", "set hall_edge_2_cdeg 7000"), "sensorless": ("set angle_source 1",),
+    "injection": ("set injection_mv 1000",), "weakening": ("set overmodulation 50",),
+    "position": ("pp 100", "hm index", "csp 5", "zero", "set home_turns 3"), "identify": ("identify", "identify show"),
+    "learn": ("learn cogging", "learn hall"), "modbus": ("set modbus_address 7",), "scope": ("scope list",),
+    "settings": ("save", "load")}
+SAMPLE = ("position", "modbus")
+
+
+def each(names):
+    return [pytest.param(name, marks=() if name in SAMPLE else pytest.mark.rest) for name in names]
+
+
+def play(build_folder, lines, out_dir, **more):
+    steps = [{"t_s": 0.1 + 0.02 * n, "console": line} for n, line in enumerate(lines)]
+    plan = {"title": "what is left out", "preamble_s": 0.05, "end_s": 0.2 + 0.02 * len(lines), "step": steps}
+    return simulate(plan, build=build_folder, out_dir=out_dir, **EXACT, **more).console
+
+
+def refusals(console, name):
+    return re.findall(rf"error: this build leaves {name} out", console)
+
+
+@pytest.mark.parametrize("name", each(set(FEATURES) - {"console", "encoder"}))
+def test_the_default_scenario_passes_without(name, tmp_path):
+    assert not verdicts(simulate(build=build(without(name)), out_dir=tmp_path, **EXACT))
+
+
+@pytest.mark.rest
+def test_without_an_encoder_the_observer_drives(tmp_path):
+    result = simulate("sensorless", build=build(without("encoder")), out_dir=tmp_path, **EXACT)
+    assert not verdicts(result)
+
+
+@pytest.mark.parametrize("name", each(ASKED))
+def test_what_is_left_out_is_refused_by_name(name, tmp_path):
+    console = play(build(without(name)), ASKED[name], tmp_path)
+    assert len(refusals(console, name)) == len(ASKED[name]), console
+
+
+def test_the_whole_image_refuses_none_of_it_by_name(tmp_path):
+    lines = [line for name in sorted(ASKED) for line in ASKED[name]]
+    assert "this build leaves" not in play(build(FEATURES), lines, tmp_path)
+
+
+def test_the_least_build_is_within_its_budget_and_drives(tmp_path):
+    flash, ram = image_bytes(MINIMAL)
+    assert flash <= FLASH_MOST and ram <= RAM_MOST
+    assert not verdicts(simulate(build=build(MINIMAL), out_dir=tmp_path, **EXACT))
+
+
+ERRORS = re.findall(r"^    (ERROR_\w+),", (ROOT / "firmware/settings/error.h").read_text(), re.MULTILINE)
+REFUSAL, STORE, MODE, TARGET = 0x2B, 0xC0, 1, 4
+PROFILE_POSITION = 1
+ON_THE_BUS = {  # what needs it, by requests
+    "settings": (write(STORE, long(0x65766173)),),
+    "position": (write_one(MODE, PROFILE_POSITION), *(write_one(0, word) for word in (6, 7, 0xF)), None, write_one(0, 0x1F)),
+    "hall": (write(PARAM_BASE + 2 * 63, long(123456)),)}
+
+
+def over_the_bus(requests, begin_s):
+    """A request each 20 ms at 19200 baud; None: time for a start."""
+    steps, at_s = [], begin_s
+    for request in requests:
+        steps += [] if request is None else [send(at_s, request)]
+        at_s += 0.6 if request is None else 0.02
+    return steps, at_s
+
+
+@pytest.mark.rest
+def test_without_a_console_the_bus_drives(tmp_path):
+    steps, at_s = over_the_bus([write(2, long(1000)), *(write_one(0, word) for word in (6, 7, 0xF)), None], 0.2)
+    plan = {"title": "bus alone", "preamble_s": 0.05, "end_s": at_s + 0.6, "step": steps}
+    result = simulate(plan, build=build(without("console")), out_dir=tmp_path, **EXACT)
+    assert result.console == "" and not result.trace["fault"].any()
+    assert result.trace["speed_rad_s"][-100:].mean() * 60 / 6.2832 == pytest.approx(1000, rel=0.01)
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in SAMPLE else pytest.mark.rest) for name in ON_THE_BUS])
+def test_the_bus_refuses_it_by_number(name, tmp_path):
+    """The refusal's number, and which feature: as `fault` and `refusal` of the register list have it."""
+    steps, at_s = over_the_bus([*ON_THE_BUS[name], read(REFUSAL, 3)], 0.2)
+    plan = {"title": "what is left out", "preamble_s": 0.05, "end_s": at_s + 0.05, "step": steps}
+    simulate(plan, build=build(without(name)), out_dir=tmp_path, **EXACT)
+    said = load_bus(tmp_path / "bus.txt").exchanges[-1].reply
+    assert int.from_bytes(said[3:5], "big") == ERRORS.index("ERROR_NOT_IN_BUILD")
+    assert FEATURES[int.from_bytes(said[5:9], "big")] == name
+
+
+@pytest.mark.parametrize("features, complaint", [
+    ("encoder consol", "no 'consol'; there are encoder"), ("console position", "no source of the angle"),
+    ("encoder", "nothing to operate the drive with"), ("encoder console injection", "injection needs sensorless")])
+def test_make_refuses_what_does_not_go_together(features, complaint):
+    env = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")}
+    done = subprocess.run(["make", "-n", f"FEATURES={features}"], env=env, capture_output=True, text=True, check=False)
+    assert done.returncode != 0 and complaint in done.stderr
