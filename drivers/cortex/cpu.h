@@ -8,6 +8,8 @@
 
 #include <stdint.h>
 
+#include "drivers/mss/irq.h"
+
 /* Masks all interrupts of configurable priority; returns what cpu_irq_restore() needs, so pairs nest. */
 static inline uint32_t cpu_irq_save(void)
 {
@@ -38,8 +40,11 @@ static inline void cpu_irq_disable(void)
 static inline uint32_t cpu_mask_below(uint32_t level)
 {
     uint32_t before;
-    __asm volatile("mrs %0, basepri\n\tmsr basepri, %1" : "=&r"(before) : "r"((level & 15u) << 4) : "memory");
-    return before >> 4;
+    __asm volatile("mrs %0, basepri\n\tmsr basepri, %1"
+                   : "=&r"(before)
+                   : "r"((level & MSS_IRQ_PRIORITY_LOWEST) << MSS_IRQ_PRIORITY_SHIFT)
+                   : "memory");
+    return before >> MSS_IRQ_PRIORITY_SHIFT;
 }
 
 /* Waits until an interrupt is pending, also one that PRIMASK holds back. */

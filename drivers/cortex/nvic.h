@@ -36,8 +36,7 @@ REG_AT_OFFSET(struct nvic_regs, IABR, 0x200);
 REG_AT_OFFSET(struct nvic_regs, IPR, 0x300);
 REG_AT_OFFSET(struct nvic_regs, STIR, 0xE00);
 
-#define NVIC                 REG_BLOCK(struct nvic_regs, 0xE000E100u)
-#define NVIC_PRIORITY_LOWEST 15u
+#define NVIC REG_BLOCK(struct nvic_regs, 0xE000E100u)
 
 /* Lets the interrupt through; if it is pending it is taken at once. */
 static inline void nvic_enable(uint32_t irq)
@@ -66,7 +65,8 @@ static inline bool nvic_is_enabled(uint32_t irq)
 static inline void nvic_priority(uint32_t irq, uint32_t level)
 {
     if (irq < MSS_IRQ_COUNT) {
-        NVIC->IPR[irq] = (uint8_t)((level > NVIC_PRIORITY_LOWEST ? NVIC_PRIORITY_LOWEST : level) << 4);
+        NVIC->IPR[irq] =
+            (uint8_t)((level > MSS_IRQ_PRIORITY_LOWEST ? MSS_IRQ_PRIORITY_LOWEST : level) << MSS_IRQ_PRIORITY_SHIFT);
     }
 }
 

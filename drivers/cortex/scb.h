@@ -6,6 +6,7 @@
 #define DRIVERS_CORTEX_SCB_H
 
 #include "drivers/cortex/cpu.h"
+#include "drivers/mss/irq.h"
 #include "drivers/reg.h"
 
 struct scb_regs {
@@ -79,7 +80,8 @@ enum scb_exception {
 /* level 0 (most urgent) ... 15; larger values are taken as 15. Context: any. */
 static inline void scb_priority(enum scb_exception exception, uint32_t level)
 {
-    SCB->SHPR[(uint32_t)exception - 4u] = (uint8_t)((level > 15u ? 15u : level) << 4);
+    const uint32_t held = level > MSS_IRQ_PRIORITY_LOWEST ? MSS_IRQ_PRIORITY_LOWEST : level;
+    SCB->SHPR[(uint32_t)exception - 4u] = (uint8_t)(held << MSS_IRQ_PRIORITY_SHIFT);
 }
 
 /* Asks for PendSV, the usual way to leave an ISR's slow part to a lower priority. Context: any; one store. */

@@ -81,7 +81,7 @@ static IN_ESRAM enum envm_result program_and_verify(uint32_t offset_bytes, const
     if (!is_granted()) {
         return ENVM_NOT_GRANTED;
     }
-    envm_bus_write(&ENVM->CLRHINT, ENVM_CLRHINT_ACCESS_DENIED);
+    envm_bus_write(&ENVM->CLRHINT, ENVM_CLRHINT_ACCESS_DENIED | ENVM_CLRHINT_BUSY_ERROR);
     envm_bus_write(&ENVM->PAGE_LOCK, 0u);
     for (uint32_t n = 0; n < ENVM_PAGE_WORDS; n++) {
         envm_bus_write(&ENVM->WD[n], words[n]);

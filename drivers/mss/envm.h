@@ -61,9 +61,12 @@ REG_AT_OFFSET(struct envm_regs, REQ_ACCESS, 0x1FC);
 #define ENVM_STATUS_ACCESS_DENIED (1u << 18)
 #define ENVM_STATUS_BUSY_ERROR    (1u << 19)
 
+/* STATUS keeps both errors, and no command is taken, until they are cleared here (UG0331, eNVM status register). */
 #define ENVM_CLRHINT_ACCESS_DENIED (1u << 1)
-#define ENVM_ACCESS_ASK            1u
-#define ENVM_ACCESS_GRANTED        5u
+#define ENVM_CLRHINT_BUSY_ERROR    (1u << 2)
+
+#define ENVM_ACCESS_ASK     1u
+#define ENVM_ACCESS_GRANTED 5u
 
 /* The result. From ENVM_NOT_GRANTED on the page does not hold what it should. */
 enum envm_result {

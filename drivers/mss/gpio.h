@@ -22,6 +22,10 @@ REG_AT_OFFSET(struct gpio_regs, GPIO_OUT, 0x88);
 #define GPIO_BASE 0x40013000u
 #define GPIO      REG_BLOCK(struct gpio_regs, GPIO_BASE)
 
+/* Each bit of a peripheral register is a word of its own here (UG0331, Cortex-M3 memory map). */
+#define GPIO_BIT_BAND_OF 0x40000000u
+#define GPIO_BIT_BAND    0x42000000u
+
 #define GPIO_CFG_OUTPUT        (1u << 0)
 #define GPIO_CFG_INPUT         (1u << 1)
 #define GPIO_CFG_OUTPUT_BUFFER (1u << 2)
@@ -32,21 +36,24 @@ REG_AT_OFFSET(struct gpio_regs, GPIO_OUT, 0x88);
 /* Releases the resets of the block and of its output bytes. Context: thread, before the others. */
 void gpio_init(void);
 
-/* Drives the pin to the last gpio_write() level (low after reset); it can be read back. Context: thread. */
+/*
+ * Drives the pin to the last gpio_write() level; it can be read back. Write first: the level after a reset is the design's, and
+ * high unless that says otherwise (SYSREG MSS_GPIO_DEF). Context: thread.
+ */
 void gpio_configure_output(uint32_t pin);
 
 /* Context: thread. */
 void gpio_configure_input(uint32_t pin);
 
 /*
- * Level of an output pin. One store through the bit-band alias (UG0331, Cortex-M3 memory map), so pins written by a
- * thread and by interrupts do not disturb each other. Context: any.
+ * Level of an output pin. One store through the bit-band alias, so pins written by a thread and by interrupts do not
+ * disturb each other. Context: any.
  */
 static inline void gpio_write(uint32_t pin, bool high)
 {
     if (pin < GPIO_PINS) {
-        const uint32_t out_offset = GPIO_BASE - 0x40000000u + offsetof(struct gpio_regs, GPIO_OUT);
-        *REG_BLOCK(volatile uint32_t, 0x42000000u + (out_offset << 5) + (pin << 2)) = high ? 1u : 0u;
+        const uint32_t out_offset = GPIO_BASE - GPIO_BIT_BAND_OF + offsetof(struct gpio_regs, GPIO_OUT);
+        *REG_BLOCK(volatile uint32_t, GPIO_BIT_BAND + (out_offset << 5) + (pin << 2)) = high ? 1u : 0u;
     }
 }
 

@@ -20,4 +20,8 @@
 #define MSS_IRQ_GPIO(n)              (50u + (n)) /* n = 0...31 */
 #define MSS_IRQ_COUNT                82u
 
+/* The core has the upper four bits of a priority: 0 most urgent ... 15. */
+#define MSS_IRQ_PRIORITY_SHIFT  4u
+#define MSS_IRQ_PRIORITY_LOWEST 15u
+
 #endif

@@ -34,7 +34,7 @@ void sysreg_edac_watch(void)
 
 uint32_t sysreg_edac_corrected(void)
 {
-    return (SYSREG->ESRAM0_EDAC_CNT & 0xFFFFu) + (SYSREG->ESRAM1_EDAC_CNT & 0xFFFFu);
+    return (SYSREG->ESRAM0_EDAC_CNT & SYSREG_EDAC_CNT_1) + (SYSREG->ESRAM1_EDAC_CNT & SYSREG_EDAC_CNT_1);
 }
 
 /* Codes 0, 1, 2, 4, 5, 6 are 1, 2, 4, 8, 16, 32; there is no 3. */

@@ -110,6 +110,7 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 /* EDAC_SR and EDAC_IRQ_ENABLE: a pair of bits each for eSRAM_0 and eSRAM_1; the even ones were corrected */
 #define SYSREG_EDAC_FATAL 0x0Au /* two bits of a word were wrong */
 #define SYSREG_EDAC_ALL   0x0Fu
+#define SYSREG_EDAC_CNT_1 0xFFFFu /* of ESRAMx_EDAC_CNT: words corrected; those that could not be are above */
 
 /*
  * Switches the instruction cache on for the code at 0 (off after reset): without it every fetch waits for eNVM. Context:

@@ -20,6 +20,7 @@ enum {
     WORN = 1u << 5,
     DENIED = 1u << 18,
     BUSY_ERROR = 1u << 19,
+    KEPT = DENIED | BUSY_ERROR, /* until cleared; no command is taken meanwhile */
 };
 
 #define COMMAND_MASK   0xFF000000u
@@ -146,7 +147,10 @@ static void take_command(struct envm *e, uint32_t value, sim_ps now)
         e->status |= BUSY_ERROR;
         return;
     }
-    e->status &= READY | DENIED;
+    if (e->status & KEPT) {
+        return;
+    }
+    e->status &= READY;
     if ((value & ~COMMAND_MASK) % ENVM_PAGE != 0 || page >= ENVM_PAGES - ENVM_PAGES_RESERVED) {
         e->status |= DENIED;
         return;
@@ -182,6 +186,9 @@ uint32_t envm_read(struct envm *e, uint32_t offset, sim_ps now)
     }
     switch (offset) {
     case STATUS: {
+        if (!e->granted) {
+            return 0;
+        }
         uint32_t glitch = envm_is_busy(e) && e->glitch ? READY : 0;
         e->glitch = false;
         return e->status | glitch;
@@ -208,7 +215,7 @@ static void write_register(struct envm *e, uint32_t offset, uint32_t value, sim_
     } else if (offset == CMD) {
         take_command(e, value, now);
     } else if (offset == CLRHINT) {
-        e->status &= (value & 2) != 0 ? ~(uint32_t)DENIED : e->status;
+        e->status &= ~(((value & 2) != 0 ? DENIED : 0u) | ((value & 4) != 0 ? BUSY_ERROR : 0u));
     } else if (offset != STATUS) {
         e->other[offset / 4] = value;
     }

@@ -1,8 +1,16 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "gpio.h"
 
+#include <string.h>
+
 enum { IRQ = 0x80, IN = 0x84, OUT = 0x88 };
 enum { OUTPUT = 1, INPUT = 2, OUTPUT_BUFFER = 4, CONFIG_BITS = 0xFF };
+
+void gpio_reset(struct gpio *g)
+{
+    memset(g->config, 0, sizeof g->config);
+    g->out = 0xFFFFFFFFu;
+}
 
 bool gpio_drives(const struct gpio *g, unsigned pin)
 {

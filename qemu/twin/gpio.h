@@ -16,6 +16,9 @@ struct gpio {
     uint32_t out;
 };
 
+/* All pins free, the output register high: what a design that says nothing of it has. */
+void gpio_reset(struct gpio *g);
+
 /* Whether the device drives this pin high. */
 bool gpio_drives(const struct gpio *g, unsigned pin);
 

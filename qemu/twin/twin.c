@@ -289,7 +289,7 @@ static void system_reset(void *unused)
     reset_cause = RESET_SOFT;
     vm_set_interrupt(SYSREG_ECC_IRQ, false);
     memset(&mmuart, 0, sizeof mmuart);
-    memset(&gpio, 0, sizeof gpio);
+    gpio_reset(&gpio);
     serial_bus_reset();
     dwt_reset(&dwt);
     core_reset();
@@ -412,6 +412,7 @@ static void attach(void)
     vm_on_reset(system_reset, NULL);
     sysreg_design(SYSREG_WDOGLOAD, config.watchdog_load);
     sysreg_reset(RESET_POWER_ON);
+    gpio_reset(&gpio);
     dwt_init(&dwt, config.count_instructions ? cycles_instructions : core_cycles);
     if (!config.main_loop_wakes) {
         vm_sleep_alone();

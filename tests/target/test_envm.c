@@ -71,6 +71,7 @@ static void ask(uint32_t command, uint32_t page)
 {
     SYSREG->ENVM_CR = DESIGN_CR | FREQRNG;
     ENVM->REQ_ACCESS = ENVM_ACCESS_ASK;
+    ENVM->CLRHINT = ENVM_CLRHINT_ACCESS_DENIED | ENVM_CLRHINT_BUSY_ERROR; /* what test_a_page() was denied */
     watchdog_refresh();
     ENVM->CMD = command | page;
 }

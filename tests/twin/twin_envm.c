@@ -20,6 +20,7 @@
 #define UNLOCK  (0x13000000u | PAGE * ENVM_PAGE)
 #define LOCK    0x140u
 #define DENIED  (1u << 18)
+#define BUSY    (1u << 19)
 
 static const struct envm_params params = {.program_s = 8e-3, .verify_s = 1e-3, .endurance = 3};
 static struct envm envm;
@@ -71,10 +72,14 @@ static void commands(void)
     check_hex("not ready", envm_read(e, STATUS, 8 * (int64_t)MS - 1), 0);
     check_equal("nothing has changed yet", told, 0);
     (void)envm_write(e, CMD, VERIFY, 4 * (int64_t)MS);
-    check_hex("a command while busy", envm_read(e, STATUS, 8 * (int64_t)MS), 1u | 1u << 19);
+    check_hex("a command while busy", envm_read(e, STATUS, 8 * (int64_t)MS), 1u | BUSY);
     check_true("the first went on", page_is(e, 0x1000) && told == 1 && !envm_is_busy(e));
+    (void)envm_write(e, CLRHINT, 2, 9 * (int64_t)MS);
     (void)envm_write(e, CMD, VERIFY, 9 * (int64_t)MS);
-    check_hex("verified", envm_read(e, STATUS, 10 * (int64_t)MS), 1);
+    check_hex("no command is taken after that", envm_read(e, STATUS, 9 * (int64_t)MS), 1u | BUSY);
+    (void)envm_write(e, CLRHINT, 4, 9 * (int64_t)MS);
+    (void)envm_write(e, CMD, VERIFY, 9 * (int64_t)MS);
+    check_hex("until it is cleared: verified", envm_read(e, STATUS, 10 * (int64_t)MS), 1);
     e->array[PAGE * ENVM_PAGE + 5] ^= 1;
     (void)envm_write(e, CMD, VERIFY, 11 * (int64_t)MS);
     check_hex("another content is noticed", envm_read(e, STATUS, 12 * (int64_t)MS), 1u | 1u << 1);
@@ -86,10 +91,13 @@ static void refusals(void)
     check_equal("access is granted", envm_read(e, ACCESS, 0), 5);
     (void)envm_write(e, CMD, 0x08000000u | (ENVM_PAGES - 16) * ENVM_PAGE, 0);
     check_hex("a reserved page", envm_read(e, STATUS, 0), 1u | DENIED);
-    (void)envm_write(e, CMD, PROGRAM + 4, 0);
-    check_hex("not a page's beginning; the denial stays", envm_read(e, STATUS, 0), 1u | DENIED);
+    (void)envm_write(e, CMD, PROGRAM, 0);
+    check_hex("no command is taken, and the denial stays", envm_read(e, STATUS, 0), 1u | DENIED);
     (void)envm_write(e, CLRHINT, 2, 0);
     check_hex("until it is cleared", envm_read(e, STATUS, 0), 1);
+    (void)envm_write(e, CMD, PROGRAM + 4, 0);
+    check_hex("not a page's beginning", envm_read(e, STATUS, 0), 1u | DENIED);
+    (void)envm_write(e, CLRHINT, 2, 0);
     (void)envm_write(e, LOCK, 1, 0);
     (void)envm_write(e, CMD, PROGRAM, 0);
     check_true("programmed, and locked by it", (envm_settle(e, 8 * (int64_t)MS), e->locked[PAGE]));
@@ -103,6 +111,7 @@ static void refusals(void)
     fill(e, 7);
     (void)envm_write(e, CMD, PROGRAM, 0);
     check_true("without access nothing is written", !envm_is_busy(e) && envm_read(e, 0x80, 0) == 0);
+    check_hex("and the status reads 0", envm_read(e, STATUS, 0), 0);
     e->held = true;
     (void)envm_write(e, ACCESS, 1, 0);
     check_true("while somebody else has it", envm_read(e, ACCESS, 0) != 5);

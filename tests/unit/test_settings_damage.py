@@ -162,6 +162,14 @@ def test_each_way_in_which_the_controller_fails(problem, when, drive):
     assert drive.restart() == "NONE" and drive.params() == old
 
 
+@pytest.mark.parametrize("bit", (18, 19))
+def test_an_error_that_the_controller_keeps_is_cleared(bit, drive):
+    """Somebody else's denied access, or command while busy: without that it would take no command until the next reset."""
+    drive.bench.envm.status |= 1 << bit
+    drive.set(**NEW)
+    assert drive.save() == "NONE" and drive.restart() == "NONE"
+
+
 def test_the_array_is_asked_and_not_what_was_sent(drive, c):
     """Where the core does not see what the controller has written, nothing is stored."""
     elsewhere, slots, report = (ctypes.c_uint8 * (2 * SLOT_BYTES))(), c.host_slots(), c.saved()
