@@ -122,6 +122,21 @@ static bool step_learning(struct axis *a)
     }
 }
 
+/* Few test currents turn a rotor by more than a sector. */
+static void hall_miswired(struct axis *a, enum fault fault)
+{
+    if (start_hall_moved(a) > 2) {
+        fault_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
+    } else {
+        fault_raise_with(a, fault, a->start.wiring.phase, 0);
+    }
+}
+
+static bool hall_holds_voltage(const struct axis *a)
+{
+    return a->start.phase == START_LAY_HALL;
+}
+
 bool start_hall_step(struct axis *a)
 {
     switch (a->start.phase) {
@@ -134,3 +149,10 @@ bool start_hall_step(struct axis *a)
         return true;
     }
 }
+
+const struct start_source start_by_hall = {.begin = start_hall_begin,
+                                           .calibrated = start_hall,
+                                           .wired = start_hall_wired,
+                                           .miswired = hall_miswired,
+                                           .step = start_hall_step,
+                                           .holds_voltage = hall_holds_voltage};

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Shared by the parts of a start (start.h): start_sensorless.c and start_hall.c start a drive without an encoder. Slow loop. */
+/* Shared by the parts of a start (start.h): start_encoder.c, start_sensorless.c and start_hall.c, a source each. Slow loop. */
 #ifndef FIRMWARE_DRIVE_START_PARTS_H
 #define FIRMWARE_DRIVE_START_PARTS_H
 
@@ -29,30 +29,31 @@ void start_open_gates(struct axis *a);
 /* Sets the filter that drops pulses too short to be Hall edges. Any context but an interrupt's. */
 void start_filter_hall(struct axis *a);
 
-/* No encoder, sensor zeros known: the rotor may turn already. */
-void start_sensorless(struct axis *a);
+/*
+ * How a source of the angle starts. A new one is a file with such a structure, a value of enum param_angle, and a line in the
+ * table of start.c. Slow loop.
+ */
+struct start_source {
+    void (*begin)(struct axis *a);      /* bridge off, before the sensors' zeros are measured */
+    void (*calibrated)(struct axis *a); /* zeros known: opens the gates, tries again, or raises a fault */
+    void (*wired)(struct axis *a);      /* the wiring is right: the first of its phases */
+    void (*miswired)(struct axis *a, enum fault fault); /* it looks so; or is the rotor driven? */
+    bool (*step)(struct axis *a);                       /* one of its phases; true when operation may begin */
+    bool (*holds_voltage)(const struct axis *a);        /* this phase prescribes a voltage, and regulates nothing */
+};
 
-/* The wiring looks wrong: switches off, and the EMF tells whether the rotor is driven, which would look the same. */
-void start_doubt(struct axis *a, enum fault fault);
+extern const struct start_source start_by_encoder, start_by_hall, start_by_observer;
 
-/* The wiring is right: injection, or a field that the rotor follows. */
+/* Of these, what tests and other parts call by name. */
 void start_sensorless_wired(struct axis *a);
-
-/* One step of these phases; true when operation may begin. */
 bool start_sensorless_step(struct axis *a);
-
-/* With Hall switches: they are tracked from now on, bridge off; the sensor zeros are known; the wiring is right. */
+bool start_sensorless_holds_voltage(const struct axis *a);
 void start_hall_begin(struct axis *a);
 void start_hall(struct axis *a);
 void start_hall_wired(struct axis *a);
-
-/* One step of these phases; true when operation may begin, or when the table is found. */
 bool start_hall_step(struct axis *a);
 
 /* Sectors since the start began. */
 int32_t start_hall_moved(const struct axis *a);
-
-/* For start_tuning(): true if a voltage is prescribed, not regulated. */
-bool start_sensorless_holds_voltage(const struct axis *a);
 
 #endif

@@ -3,14 +3,20 @@
 #include "firmware/drive/start_parts.h"
 #include "firmware/source/rotor.h"
 
-void start_sensorless(struct axis *a)
+static void sensorless_begin_start(struct axis *a)
+{
+    (void)a; /* nothing shows the rotor yet */
+}
+
+static void sensorless_calibrated(struct axis *a)
 {
     injection_reset(&a->loop, &a->tuning); /* left over from last time */
     flying_begin(a);
     a->start.phase = START_CATCH;
 }
 
-void start_doubt(struct axis *a, enum fault fault)
+/* Switches off, and the EMF tells whether the rotor is driven, which looks like wrong wiring. */
+static void sensorless_miswired(struct axis *a, enum fault fault)
 {
     current_loop_off(&a->loop, a->fabric);
     flying_begin(a);
@@ -122,6 +128,12 @@ bool start_sensorless_step(struct axis *a)
 bool start_sensorless_holds_voltage(const struct axis *a)
 {
     const uint32_t phase = a->start.phase;
-    return phase == START_FIELD || phase == START_LAY_HALL ||
-           (FEATURE_IN(INJECTION) && phase == START_INJECTION && injection_brakes(a));
+    return phase == START_FIELD || (FEATURE_IN(INJECTION) && phase == START_INJECTION && injection_brakes(a));
 }
+
+const struct start_source start_by_observer = {.begin = sensorless_begin_start,
+                                               .calibrated = sensorless_calibrated,
+                                               .wired = start_sensorless_wired,
+                                               .miswired = sensorless_miswired,
+                                               .step = start_sensorless_step,
+                                               .holds_voltage = start_sensorless_holds_voltage};

@@ -12,6 +12,7 @@ POINTER_TABLES = {
     "states_step": "state_steps",
     "step_state": "state_steps",
     **dict.fromkeys(("modes_check", "modes_enter", "modes_aim", "modes_step"), "mode_*"),
+    **dict.fromkeys(("start_begin", "start_step", "step_calibration", "step_wiring", "start_tuning"), "start_by_*"),
     "commands_execute": "commands_*",
     "arguments_read": "argument_kinds",
     "modbus_function": "modbus_functions",
@@ -21,7 +22,8 @@ POINTER_TABLES = {
 }
 # and the words of a row that this function calls: slices of the table, where it does not call them all
 POINTER_COLUMNS = {"identify_measure": slice(1, None, 4), "identify_step": slice(1, None, 4),
-                   "identify_think": slice(2, None, 4)}
+                   "identify_think": slice(2, None, 4), "start_begin": slice(0, None, 6), "step_calibration": slice(1, None, 6),
+                   "start_tuning": slice(5, None, 6)}
 
 
 def stack_step(instruction):

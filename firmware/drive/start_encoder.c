@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: MIT */
+/* A start with an encoder: alignment, unless its relation to the magnets is known already, by its count or by the index. */
+#include "firmware/axis/axis.h"
+#include "firmware/drive/start_parts.h"
+#include "lib/q15.h"
+
+#define DRIVEN_COUNTS 256
+#define TURNING_TRIES 8u /* of 128 ms each: time for a rotor to run down */
+
+static uint32_t latched(const struct axis *a)
+{
+    return encoder_latched(&a->fabric->encoder);
+}
+
+/* ---- index ---- */
+
+static bool start_index_seen(const struct axis *a)
+{
+    return (encoder_status(&a->fabric->encoder) & ENCODER_STATUS_INDEX_SEEN) != 0u;
+}
+
+static uint32_t index_q32(const struct axis *a)
+{
+    return encoder_index(&a->fabric->encoder) * a->loop.encoder_scale_q32;
+}
+
+void start_learn_index(struct axis *a)
+{
+    if (a->start.aligned && !a->start.index_known && start_index_seen(a)) {
+        a->start.index_offset_q32 = a->loop.angle_offset_q32 + index_q32(a);
+        a->start.index_known = true;
+    }
+}
+
+static void take_offset_from_index(struct axis *a)
+{
+    if (!a->start.aligned && a->start.index_known && start_index_seen(a)) {
+        a->loop.angle_offset_q32 = a->start.index_offset_q32 - index_q32(a);
+        a->start.aligned = true;
+    }
+}
+
+/* ---- the way ---- */
+
+static void encoder_begin(struct axis *a)
+{
+    take_offset_from_index(a);
+    a->start.latched = latched(a);
+    a->start.tries = 0;
+}
+
+/* In counts, since the zero measurement began: the shorter way round. */
+static int32_t moved(const struct axis *a)
+{
+    const int32_t way = (int32_t)latched(a) - (int32_t)a->start.latched;
+    const int32_t size = q15_abs(way);
+    return q15_min(size, a->tuning.encoder_counts - size);
+}
+
+/* An aligned drive may start while turning; if the angle must be found, the rotor must stand, or is caught. */
+static void encoder_calibrated(struct axis *a)
+{
+    struct start *const s = &a->start;
+    if (s->aligned || moved(a) <= 2 + a->tuning.encoder_counts / 1024) {
+        start_open_gates(a);
+        return;
+    }
+    s->tries++;
+    if (s->tries >= TURNING_TRIES) {
+        fault_raise_with(a, FAULT_ROTOR_TURNING, moved(a), a->tuning.encoder_counts);
+    }
+    calibration_start(&s->calibration);
+    s->latched = latched(a);
+}
+
+/* A third of an electrical turn: few test currents turn a rotor that far, and turning magnets induce currents of any sign. */
+static bool start_driven(const struct axis *a)
+{
+    if (a->identify.running) {
+        return moved(a) > DRIVEN_COUNTS; /* counts per turn are unknown */
+    }
+    return moved(a) * 3 * a->tuning.pole_pairs > a->tuning.encoder_counts;
+}
+
+static void encoder_miswired(struct axis *a, enum fault fault)
+{
+    if (start_driven(a)) {
+        fault_raise_with(a, FAULT_LOAD_TOO_HIGH, ALIGNMENT_OUT_DEGREES, 0);
+    } else {
+        fault_raise_with(a, fault, a->start.wiring.phase, 0);
+    }
+}
+
+static void encoder_wired(struct axis *a)
+{
+    struct start *const s = &a->start;
+    alignment_start(&s->alignment, &a->loop, &a->tuning, latched(a));
+    s->phase = a->identify.running ? START_IDENTIFY : s->aligned ? START_FOLLOW : START_ALIGN;
+}
+
+static const enum fault fault_of_alignment[] = {
+    [ALIGNMENT_ENCODER_DEAD] = FAULT_ENCODER_DEAD, [ALIGNMENT_DIRECTION] = FAULT_ENCODER_DIRECTION,
+    [ALIGNMENT_POLE_PAIRS] = FAULT_POLE_PAIRS,     [ALIGNMENT_COUNTS] = FAULT_ENCODER_COUNTS,
+    [ALIGNMENT_BLOCKED] = FAULT_ROTOR_BLOCKED,     [ALIGNMENT_LOAD] = FAULT_LOAD_TOO_HIGH,
+};
+
+static void step_alignment(struct axis *a)
+{
+    struct alignment *const m = &a->start.alignment;
+    const enum alignment_result result = alignment_step(m, &a->loop, &a->tuning, latched(a));
+    if (result == ALIGNMENT_DONE) {
+        a->start.aligned = true;
+        a->start.index_known = false; /* the stored value is older */
+        a->start.phase = START_FOLLOW;
+    } else if (result != ALIGNMENT_RUNNING) {
+        fault_raise_with(a, fault_of_alignment[result], m->detail[0], m->detail[1]);
+    }
+}
+
+static bool encoder_step(struct axis *a)
+{
+    if (a->start.phase == START_ALIGN) {
+        step_alignment(a);
+        return false;
+    }
+    if (a->loop.source != LOOP_ENCODER) {
+        start_follow(a, LOOP_ENCODER);
+    }
+    return true;
+}
+
+static bool encoder_holds_voltage(const struct axis *a)
+{
+    return a->start.phase == START_ALIGN && alignment_holds_voltage(&a->start.alignment);
+}
+
+const struct start_source start_by_encoder = {.begin = encoder_begin,
+                                              .calibrated = encoder_calibrated,
+                                              .wired = encoder_wired,
+                                              .miswired = encoder_miswired,
+                                              .step = encoder_step,
+                                              .holds_voltage = encoder_holds_voltage};
