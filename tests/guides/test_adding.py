@@ -15,6 +15,7 @@ from unit.cinterface import Library
 from unit.identify_bench import begin, known, measuring, thought
 from unit.test_commands import Operator
 from unit.test_modes import Drive
+from unit.test_state_machine import World
 
 PAGE = (ROOT / "docs/guides/adding.md").read_text()
 BLOCK = re.compile(r"^```c\n(.*?)^```", re.DOTALL | re.MULTILINE)
@@ -177,6 +178,16 @@ def identify_knows_the_supply(c):
     assert ctypes.string_at(c.identify_step_name(c.IDENTIFY_STEP_SUPPLY)) == b"supply"
 
 
+def absolute_encoder_starts_without_alignment(c):
+    w = World(c)
+    w.axis.params.angle_source, w.axis.params.zero_cdeg = 3, 9000
+    assert c.switch_on_at_once(w.axis).error == c.ERROR_NONE
+    assert w.step() == "SWITCHED_ON"
+    w.axis.start.phase = c.START_FOLLOW  # its zeros are known, its wiring is right
+    assert w.step() == "OPERATION_ENABLED" and w.axis.loop.source == c.LOOP_ENCODER
+    assert w.axis.loop.angle_offset_q32 == 1 << 30 and w.axis.start.aligned
+
+
 @pytest.mark.rest
 def test_what_the_page_adds_builds_and_works(tmp_path):
     """With the objects of this build, as far as what was added leaves them fresh."""
@@ -198,5 +209,5 @@ def test_what_the_page_adds_builds_and_works(tmp_path):
     run("/usr/bin/python3 -m pytest -q -p no:cacheprovider " + " ".join(f"tests/{name}" for name in NOTICE.split()))
     c = Library(folder / "build/tests/unit/firmware.so")
     for works in (can_be_set_and_kept, mode_brakes, fault_is_raised_by_its_name, console_answers, quick_stop_is_resumed,
-                  identify_knows_the_supply):
+                  identify_knows_the_supply, absolute_encoder_starts_without_alignment):
         works(c)
