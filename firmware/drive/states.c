@@ -41,6 +41,7 @@ static void make_ready_with(struct axis *a, const struct tuning *t)
     a->paced_ms = a->loop.loops_per_slow == t->loops_per_slow ? a->paced_ms : a->time_ms;
     current_loop_tune(&a->loop, &a->tuning);
     fault_forget_warnings(&a->reports);
+    a->reactions.softened = 0;
     failover_reset(a);
     handover_forget(&a->handover);
     a->start.learns = false;

@@ -11,8 +11,6 @@
 #define RATE_SHIFT    1
 #define CYCLE_LONGEST 100u /* ms per half wave: six in 300 ms have 50 */
 #define CYCLE_HALVES  6u
-#define SOFTENED_Q8   179 /* 0.7 */
-#define SOFTENED_MOST 5u  /* 0.17: tolerates an inertia parameter five times too large */
 
 /* What the encoder resolves within a millisecond: two counts. */
 static int32_t resolved_rpm_q4(const struct axis *a)
@@ -24,7 +22,7 @@ void speed_watch_begin(struct axis *a)
 {
     const int32_t share_q4 = (int32_t)((int64_t)a->params.speed_max_rpm * 16 * a->params.deviation_pct / 100);
     a->supervision.speed = (struct speed_watch){.deviation_q4 = q15_max(share_q4, resolved_rpm_q4(a))};
-    a->supervision.cycle = (struct cycle_watch){.softened = 0};
+    a->supervision.cycle = (struct cycle_watch){.halves = 0};
 }
 
 /* Within a third, plus the error of two looks at each end. */
@@ -33,23 +31,6 @@ static bool alike(uint32_t a, uint32_t b)
     const uint32_t longer = a > b ? a : b;
     const uint32_t shorter = a > b ? b : a;
     return shorter * 3u + 3u >= longer * 2u;
-}
-
-static int32_t softened(int32_t gain)
-{
-    return q15_max((int32_t)(((int64_t)gain * SOFTENED_Q8) >> 8), 1);
-}
-
-/*
- * The likely cause is an inertia parameter that is too large: reduces every gain in proportion to it. The memory's gain twice:
- * the loop as a whole becomes slower but keeps its damping.
- */
-static void soften(struct axis *a)
-{
-    a->tuning.speed_accel_q8 = softened(a->tuning.speed_accel_q8);
-    a->tuning.speed_kp_q16 = softened(a->tuning.speed_kp_q16);
-    a->tuning.speed_ki_q16 = softened(softened(a->tuning.speed_ki_q16));
-    speed_loop_soften(&a->speed, softened(a->speed.kp_q16), softened(softened(a->speed.ki_q16)));
 }
 
 /* Half waves from before the speed loop has reduced its gains by itself are answered already. */
@@ -70,25 +51,13 @@ static void close_half_wave(struct axis *a, struct cycle_watch *w)
     w->low_q15 = a->loop.i_q_ref_q15;
 }
 
-/* The gains are reduced, a few times; if that does not help, it is a fault. */
-static void end_cycle(struct axis *a, struct cycle_watch *w)
-{
-    w->halves = 0;
-    if (w->softened == SOFTENED_MOST) {
-        fault_report(a, FAULT_LIMIT_CYCLE, (int32_t)(1000u / (2u * w->last_half_ms)), 0);
-    } else {
-        w->softened++;
-        soften(a);
-        fault_warn(a, FAULT_LIMIT_CYCLE);
-    }
-}
-
 static void end_half_wave(struct axis *a)
 {
     struct cycle_watch *const w = &a->supervision.cycle;
     close_half_wave(a, w);
     if (w->halves >= CYCLE_HALVES) {
-        end_cycle(a, w);
+        w->halves = 0;
+        fault_report(a, FAULT_LIMIT_CYCLE, (int32_t)(1000u / (2u * w->last_half_ms)), 0);
     }
 }
 

@@ -20,8 +20,7 @@ struct speed_watch {
 /* A limit cycle: half waves of the speed error, nearly equal in length, with much current. */
 struct cycle_watch {
     bool error_below;
-    uint32_t softened;         /* how often the gains have been reduced, */
-    uint32_t calmed;           /* and how often by the speed loop itself (speed_loop.calmed) */
+    uint32_t calmed;           /* how often the speed loop has reduced its gains by itself (speed_loop.calmed) */
     uint32_t half_ms;          /* of the present half wave */
     uint32_t last_half_ms;     /* of the one before */
     uint32_t halves;           /* similar ones in a row */

@@ -441,9 +441,9 @@ def test_what_the_speed_loop_has_answered_by_itself_is_not_answered_twice(motor,
     for _ in range(4):
         m.step(28, swing(6, 20, 5.0))
         m.axis.speed.calmed += 1
-    assert m.axis.supervision.cycle.softened == 0 and not c.fault_warned(m.axis.reports, c.FAULT_LIMIT_CYCLE)
+    assert m.axis.reactions.softened == 0 and not c.fault_warned(m.axis.reports, c.FAULT_LIMIT_CYCLE)
     m.step(60, swing(6, 20, 5.0))
-    assert m.axis.supervision.cycle.softened == 1, "if that has not helped"
+    assert m.axis.reactions.softened == 1, "if that has not helped"
 
 
 @pytest.mark.parametrize("half_ms, i_a", ((6, 2.0), (200, 5.0)))
