@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
-from wrong import Wrong
+from .wrong import Wrong
 
 BOARDS = Path(__file__).resolve().parent / "boards"
 NEEDED = ("title", "die", "package", "speed", "axes", "nets", "wired", "tied", "open", "console", "unused")
@@ -22,15 +22,11 @@ class Pin(NamedTuple):
     own: bool        # one of the MSS' own, which Libero places
 
 
-def names():
-    return sorted(path.stem for path in BOARDS.glob("*.toml"))
-
-
 def load(name, folder=BOARDS):
     path = Path(folder) / f"{name}.toml"
-    if not name or not path.is_file():
-        there = ", ".join(sorted(found.stem for found in Path(folder).glob("*.toml")))
-        raise Wrong(f"no board is called '{name}'; there are: {there}; or add {path.name} in {BOARDS.name}/ beside them")
+    if not path.is_file():
+        there = "|".join(sorted(found.stem for found in Path(folder).glob("*.toml")))
+        raise Wrong(f"no board is called '{name}': BOARD={there}, or add yours to drivers/fabric/libero/boards (docs/libero.md)")
     try:
         board = tomllib.loads(path.read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as error:

@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: MIT
 """io.pdc and timing.sdc: where each pin is, and when what passes through it must be there."""
-import tcl
-from wrong import Wrong
+from . import tcl
+from .wrong import Wrong
 
 OSCILLATOR_MHZ = 50
 CLOCK = "CCC_0/GL0"
 GATES = ("pin_high_", "pin_low_")
+SWITCHES = GATES + ("pin_chopper_",)
 STOPS = ("pin_sto_", "pin_overcurrent_", "pin_driver_fault_")
 READERS = {"converters": ("pin_sclk_", "pin_cs_n_", "pin_sdata_"),
            "thermometer": ("pin_temp_sclk_", "pin_temp_cs_n_", "pin_temp_sdata_")}
 STOP_NS = 20  # from a stop pin to the gates, by logic alone
 CONFIG_APB = 4  # FIC_2's clock is the M3's, divided by this: no design needs it faster
 
-PDC_NOTE = """# Each gate pin needs a pull-down of at most 4.7 kOhm on the board: until the device is programmed, it is an input with a weak
-# pull-up. The STO inputs need one, too: 0 stops. While programming: build.tcl.
+PDC_NOTE = """# Each pin of a gate or of the chopper needs a pull-down of at most 4.7 kOhm on the board: until the device is programmed,
+# it is an input with a weak pull-up. The STO inputs need one, too: 0 stops. While programming: build.tcl.
 """
 
 
@@ -25,7 +26,7 @@ def pdc(board, use):
     for pin in use.pins:
         lines.append(f"# {pin.port}: {pin.net}" + (f", {pin.package}: the MSS' own, placed by Libero" if pin.own else ""))
         if not pin.own:
-            drive = " -OUT_DRIVE 12" if pin.port.startswith(GATES) else ""
+            drive = " -OUT_DRIVE 12" if pin.port.startswith(SWITCHES) else ""
             lines.append(f"set_io {pin.port} -pinname {pin.package} -fixed yes{standard}{drive} -DIRECTION {pin.direction.upper()}")
     return "\n".join(lines) + "\n"
 
@@ -72,8 +73,7 @@ def of(pins, *prefixes):
 
 
 def power_stage(use):
-    gates, stops = of(use.pins, *GATES), of(use.pins, *STOPS)
-    outputs = gates + of(use.pins, "pin_chopper_")
+    gates, stops, outputs = of(use.pins, *GATES), of(use.pins, *STOPS), of(use.pins, *SWITCHES)
     yield "# the power stage: all edges of one clock alike; a stop passes through by logic alone"
     yield f"set_output_delay -max 0.300 -clock {{ {CLOCK} }} {ports(outputs)}"
     yield f"set_output_delay -min 0.300 -clock {{ {CLOCK} }} {ports(outputs)}"
@@ -85,7 +85,7 @@ def sdc(board, system, fabric, use, parts):
     if of(use.pins, "pin_mod_"):
         raise Wrong(f"{board['name']}: modulators are wired, and this generator has no times for them; tie pin_mod_data")
     lines = tcl.head(board, "times") + list(clocks(system)) + list(power_stage(use))
-    done = set(of(use.pins, *GATES, *STOPS, "pin_chopper_"))
+    done = set(of(use.pins, *SWITCHES, *STOPS))
     if "sampling" in board:
         for name, prefixes in READERS.items():
             names = [of(use.pins, prefix) for prefix in prefixes]
@@ -94,8 +94,9 @@ def sdc(board, system, fabric, use, parts):
                 raise Wrong(f"{board['name']}: {name} = {part}; converters.toml has {', '.join(parts)}")
             lines += reader(name, names, 1000 / system["clock_mhz"], 2 * fabric.half[name], board["sampling"], parts[part])
             done.update(*names)
-    rest = [pin for pin in use.pins if pin.port not in done]
     lines.append("# asynchronous: two flip-flops behind each, or the MSS' own affair")
-    lines.append(f"set_false_path -from {ports([pin.port for pin in rest if pin.direction == 'input'])}")
-    lines.append(f"set_false_path -to {ports([pin.port for pin in rest if pin.direction == 'output'])}")
+    for option, direction in (("-from", "input"), ("-to", "output")):
+        rest = [pin.port for pin in use.pins if pin.port not in done and pin.direction == direction and not pin.own]
+        if rest:
+            lines.append(f"set_false_path {option} {ports(rest)}")
     return "\n".join(lines) + "\n"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """design.tcl: the top, with its instances and the nets between them."""
-import tcl
+from . import tcl
 
 TOP = "drive"
 SD = f"-sd_name {{{TOP}}}"

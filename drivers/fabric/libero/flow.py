@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
 """project.tcl, which runs the others, constraints.tcl, and build.tcl: synthesis to programming job."""
-import tcl
-from design import TOP
+from . import tcl
+from .design import TOP
 
 REPOSITORIES = "www.microchip-ip.com/repositories"
 PART = (("-adv_options", "PLL_SUPPLY:PLL_SUPPLY_33"), ("-adv_options", "SYSTEM_CONTROLLER_SUSPEND_MODE:0"),
         ("-adv_options", "IO_DEFT_STD:LVCMOS 3.3V"), ("-adv_options", "DSW_VCCA_VOLTAGE_RAMP_RATE:100_MS"))
 PLACEROUTE = ("TDPR:true", "EFFORT_LEVEL:true", "REPAIR_MIN_DELAY:true")
 STATES = """# Gate pins while the device is being programmed: 0. Libero keeps that in a file whose format is not public: set it once in
-# "Configure I/O States During JTAG Programming", save it as gates.ios beside this script, and run `source build.tcl` again.
+# "Configure I/O States During JTAG Programming", save it as gates.ios beside this script, and make the project anew.
 if {[file exists $here/gates.ios]} {
     configure_tool -name {IO_PROGRAMMING_STATE} -params "ios_file:$here/gates.ios"
 } else {
@@ -22,7 +22,7 @@ def project(board, system):
              "-hdl {VERILOG}"] + [f"{option} {{{value}}}" for option, value in PART]
     lines = tcl.head(board, "the whole project: `libero SCRIPT:project.tcl`, in this folder")
     if "bring_up_only" in board:
-        lines += [f"# For the bring-up alone: {board['bring_up_only']}.", f"puts {{mssfoc: for the bring-up alone: {board['bring_up_only']}}}"]
+        lines.append(f"puts {{mssfoc: for the bring-up alone: {board['bring_up_only']}}}")
     lines += ["set here [pwd]",
               'if {![file exists $here/project.tcl]} {error "mssfoc: start Libero in the folder of project.tcl"}',
               'if {[file exists $here/libero]} {error "mssfoc: $here/libero is there already; delete it, or open it in Libero"}',

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """mss.tcl: the MSS block by block, and the image as a client of the eNVM."""
-import tcl
+from . import tcl
 
 COMPONENT = "drive_MSS"
 LINES = ("CLK", "CTS", "DCD", "DSR", "DTR", "RI", "RTS", "RXD", "TXD", "TXD_RXD")
@@ -24,9 +24,7 @@ def blocks(system, use):
         on[block] = uart_params(system["uart"], uart)
     off = system["mss"]["off"] + [block for block in ("MMUART_0", "MMUART_1") if block not in uarts]
     if any("driver" in uart for uart in uarts.values()):
-        on["GPIO"] = tcl.expanded(system["gpio"])
-    else:
-        off = off + ["GPIO"]
+        on["GPIO"] |= system["gpio"]
     return on, off
 
 
@@ -64,7 +62,7 @@ def envm(words):
 
 def script(board, system, use, words):
     on, off = blocks(system, use)
-    optional = set(system["mss"]["on"]) | {"MMUART_0", "MMUART_1", "GPIO"}
+    optional = set(system["mss"]["on"]) | {"MMUART_0", "MMUART_1"}
     lines = tcl.head(board, "the MSS")
     lines += [f"{tcl.TO_CHECK}DDRB and SECURITY are not named here: they keep the configurator's defaults",
               tcl.step("MSS: component"),

@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 from typing import NamedTuple
 
-from wrong import Wrong
+from .wrong import Wrong
 
 RTL = Path(__file__).resolve().parents[1] / "rtl"
 

@@ -1,22 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""make libero: writes a whole Libero project for a board as Tcl, with the RTL and the image, into a folder of its own.
-
-libero.py BOARD BUILD      BUILD has mssfoc.hex and fabric/mssfoc_regs.vh; the project goes into BUILD/libero/BOARD
-"""
+"""A whole Libero project for a board, as {path: text}: Tcl, pins, times, and the RTL."""
 import re
-import shutil
-import sys
 import tomllib
 from pathlib import Path
 
-import board as boards
-import constraints
-import design
-import flow
-import mss
-import rtl
-import wrapper
-from wrong import Wrong
+from . import board as boards
+from . import constraints, design, flow, mss, rtl, wrapper
+from .wrong import Wrong
 
 HERE = Path(__file__).resolve().parent
 INCLUDE = re.compile(r'^`include "(mssfoc_regs\.vh)"$', re.M)
@@ -63,9 +53,9 @@ def sources(includes):
             for path in sorted(rtl.RTL.glob("*.v"))}
 
 
-def project(name, build, folder=boards.BOARDS):
-    """{path: text} of all that the project needs but the image."""
-    board, system = boards.load(name, folder), toml("system.toml")
+def project(board, build, system=None):
+    """{path: text} of all that the project needs but the image; `build` has mssfoc.hex and fabric/mssfoc_regs.vh."""
+    system = system or toml("system.toml")
     fabric = rtl.read(board["axes"], build / "fabric")
     for port in fabric.ports:
         if port.name not in system["fabric"]["ports"] and not port.name.startswith("pin_"):
@@ -82,28 +72,3 @@ def project(name, build, folder=boards.BOARDS):
         "io.pdc": constraints.pdc(board, use),
         "timing.sdc": constraints.sdc(board, system, fabric, use, toml("converters.toml")),
     }
-
-
-def write(files, out):
-    """Renews what is ours; a project that Libero has made there stays."""
-    shutil.rmtree(out / "hdl", ignore_errors=True)
-    for name, text in files.items():
-        (out / name).parent.mkdir(parents=True, exist_ok=True)
-        (out / name).write_text(text, encoding="utf-8")
-
-
-def main(name, build):
-    build = Path(build)
-    out = build / "libero" / name
-    try:
-        write(project(name, build), out)
-    except Wrong as wrong:
-        print(f"mssfoc: {wrong}", file=sys.stderr)
-        return 1
-    shutil.copy(build / "mssfoc.hex", out / "mssfoc.hex")
-    print(f"{out}: in Libero, there: libero SCRIPT:project.tcl")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
