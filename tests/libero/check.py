@@ -12,7 +12,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1] / "drivers/fabric"))
 
-import demands  # noqa: E402  (they need the generator's path)
+import demands  # noqa: E402  (they need the generator on the path)
 import pins_and_times  # noqa: E402
 import public  # noqa: E402
 import recording  # noqa: E402
@@ -30,17 +30,23 @@ def imported(calls, folder):
         yield f"hdl/{name} is imported or there, not both"
 
 
-def findings(board, folder):
-    """All that is wrong with the project in `folder`."""
+def of_design(board, folder, calls, modules):
+    try:
+        modules = modules or wiring.wrapper(folder)
+        design = wiring.read(calls["project.tcl"], KNOWN, modules)
+    except (Wrong, ValueError) as error:
+        return [str(error)]
+    return [*wiring.findings(design), *wiring.inside_findings(modules, board), *demands.findings(calls, design, folder),
+            *pins_and_times.findings(calls, design, board, KNOWN)]
+
+
+def findings(board, folder, modules=None):
+    """All that is wrong with the project in `folder`; `modules`, if its sources were read before."""
     try:
         calls = recording.project(folder, KNOWN["command"])
-        modules = wiring.wrapper(folder)
-        design = wiring.read(calls["project.tcl"], KNOWN, modules)
-    except (recording.Failed, Wrong, ValueError, KeyError) as error:
+    except recording.Failed as error:
         return [str(error)]
-    return [*public.findings(calls, folder, KNOWN), *wiring.findings(design), *wiring.inside_findings(modules, board),
-            *demands.findings(calls, design, folder), *pins_and_times.findings(calls, design, board, KNOWN),
-            *imported(calls, folder)]
+    return [*public.findings(calls, folder, KNOWN), *imported(calls, folder), *of_design(board, folder, calls, modules)]
 
 
 def main(name, folder):

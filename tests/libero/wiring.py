@@ -73,6 +73,8 @@ def hdl_ports(modules, calls):
 def ports_of(call, calls, known, blocks, params, modules):
     name = call.one(SIMPLE[call.name])
     if call.name == "sd_instantiate_core":
+        if "ports" not in known["core"].get(name, {}):
+            raise ValueError(f"nobody has seen the ports of {name}")
         return core_ports(known["core"][name], params.get(call.one("-instance_name"), {}))
     if call.name == "sd_instantiate_macro":
         return present(known["macro"][name]["ports"], bool)

@@ -9,7 +9,7 @@ from .wrong import Wrong
 
 BOARDS = Path(__file__).resolve().parent / "boards"
 NEEDED = ("title", "die", "package", "speed", "axes", "nets", "wired", "tied", "open", "console", "unused")
-KNOWN = NEEDED + ("io_standard", "bank_volts", "bring_up_only", "modbus", "sampling")
+KNOWN = NEEDED + ("io_standard", "bank_volts", "bring_up_only", "modbus", "sampling", "to_check")
 MOST_AXES = 4  # of 1 KB, in the 4 KB of CoreAPB3's slot
 BIT = re.compile(r"(\w+)\[(\d+)\]\Z")
 

@@ -7,7 +7,8 @@ REPOSITORIES = "www.microchip-ip.com/repositories"
 PART = (("-adv_options", "PLL_SUPPLY:PLL_SUPPLY_33"), ("-adv_options", "SYSTEM_CONTROLLER_SUSPEND_MODE:0"),
         ("-adv_options", "IO_DEFT_STD:LVCMOS 3.3V"), ("-adv_options", "DSW_VCCA_VOLTAGE_RAMP_RATE:100_MS"))
 PLACEROUTE = ("TDPR:true", "EFFORT_LEVEL:true", "REPAIR_MIN_DELAY:true")
-STATES = """# Gate pins while the device is being programmed: 0. Libero keeps that in a file whose format is not public: set it once in
+STATES = """# to check: the state of the gate pins during programming
+# It should be 0. Libero keeps that in a file whose format is not public: set it once in
 # "Configure I/O States During JTAG Programming", save it as gates.ios beside this script, and make the project anew.
 if {[file exists $here/gates.ios]} {
     configure_tool -name {IO_PROGRAMMING_STATE} -params "ios_file:$here/gates.ios"
@@ -23,10 +24,12 @@ def project(board, system):
     lines = tcl.head(board, "the whole project: `libero SCRIPT:project.tcl`, in this folder")
     if "bring_up_only" in board:
         lines.append(f"puts {{mssfoc: for the bring-up alone: {board['bring_up_only']}}}")
+    lines += [tcl.TO_CHECK + what for what in board.get("to_check", [])]
     lines += ["set here [pwd]",
               'if {![file exists $here/project.tcl]} {error "mssfoc: start Libero in the folder of project.tcl"}',
               'if {[file exists $here/libero]} {error "mssfoc: $here/libero is there already; delete it, or open it in Libero"}',
               'proc step {what} {puts "mssfoc: $what"}', "", tcl.step("project"), "new_project " + " \\\n    ".join(where), ""]
+    lines.append(f"{tcl.TO_CHECK}whether Microchip still offers these versions: all are from projects of 2017 to 2024")
     lines += [f"download_core -vlnv {{{vlnv}}} -location {{{REPOSITORIES}/{part}}}" for vlnv, part in system["core"].values()]
     lines += [f"source $here/{name}.tcl" for name in ("mss", "design", "constraints")]
     lines += ["save_project", "source $here/build.tcl", "save_project"]

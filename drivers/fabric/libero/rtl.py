@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What the RTL says of itself, by yosys: the fabric's ports, and how fast its serial readers run."""
+import functools
 import json
 import re
 import subprocess
@@ -35,6 +36,7 @@ def run_yosys(script):
     return json.loads(done.stdout)["modules"]
 
 
+@functools.cache
 def read(axes, includes):
     """The fabric with so many axes; `includes` is the folder with mssfoc_regs.vh."""
     if not (Path(includes) / "mssfoc_regs.vh").is_file():
