@@ -47,8 +47,8 @@ def defined(name):
 def settings_start():
     """Where the image must end, from the start of the eNVM."""
     script = (ROOT / "linker/m2s010.ld").read_text(encoding="utf-8")
-    settings, loaded = (int(re.search(rf"^\s*{room} .*ORIGIN = (\w+)", script, re.M)[1], 0) for room in ("settings", "envm_load"))
-    return settings - loaded
+    starts = {room: int(start, 0) for room, start in re.findall(r"^\s*(\w+) .*ORIGIN = (\w+)", script, re.M)}
+    return starts["settings"] - starts["envm_load"]
 
 
 def of_mss(design):
@@ -86,7 +86,10 @@ def of_envm(calls, folder):
         return
     client = clients[0]
     image = Path(client.one("-memory_file"))
-    first, end = generator.image_extent(folder / image.name)
+    if not image.is_absolute() or not image.is_file():
+        yield f"there is no image {image}"
+        return
+    first, end = generator.image_extent(image)
     start, words = int(client.one("-base_address") or -1, 0), int(client.one("-number_of_words") or 0)
     if start + first != 0:
         yield f"the image would stand at {start + first:#x} of the eNVM; the M3 boots from 0"

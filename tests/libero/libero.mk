@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# `make libero BOARD=name`: a Libero project as Tcl in $(BUILD)/libero/name, checked: docs/libero.md. Included by the top Makefile.
+# `make libero BOARD=name`: a Libero project as Tcl in $(BUILD)/libero/name, checked: docs/libero.md. Included by the top
+# Makefile, which defines PYTHON, BUILD and ALONE.
 
 BOARD ?=
 LIBERO = PYTHONPATH=drivers/fabric $(PYTHON) -m libero '$(BOARD)'

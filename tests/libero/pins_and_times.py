@@ -3,17 +3,38 @@
 from recording import listed
 
 OSCILLATOR_MHZ = 50
+OUR_CLOCK = ("pin_sclk", "pin_cs_n", "pin_temp_sclk", "pin_temp_cs_n")
+STOPS = ("pin_sto", "pin_overcurrent", "pin_driver_fault")
 
 
 def set_io(calls):
     return [(call.words[0], call.one("-pinname"), call.one("-DIRECTION")) for call in calls["io.pdc"] if call.name == "set_io"]
 
 
+def uart_lines(board):
+    """(port of the top, net, whether it is one of the MSS' own pins)."""
+    for block, key in (("MMUART_0", "console"), ("MMUART_1", "modbus")):
+        uart = board.get(key, {})
+        for line in ("txd", "rxd"):
+            if line in uart:
+                yield f"{block}_{line.upper()}", uart[line], uart["through"] == "pins"
+        if "driver" in uart:
+            yield "GPIO_0_M2F", uart["driver"], False
+
+
+def of_places(calls, board):
+    """Each port is on the pin that the board's file says."""
+    told = {key.replace("[", "_").rstrip("]"): net for key, net in board["wired"].items()}
+    told |= {port: net for port, net, own in uart_lines(board) if not own}
+    for name, package, _ in set_io(calls):
+        if name in told and board["nets"][told[name]] != package:
+            yield f"{name} is on {package}, and {told[name]} is {board['nets'][told[name]]}"
+
+
 def of_pins(calls, design, board):
     """Every net of the board's file has one use, every port of the top one pin, both the same direction."""
     placed = set_io(calls)
-    own = [board["nets"][board[key][line]] for key in ("console", "modbus") if board.get(key, {}).get("through") == "pins"
-           for line in ("txd", "rxd")]
+    own = [board["nets"][net] for _, net, own in uart_lines(board) if own]
     used = [package for _, package, _ in placed] + own + [board["nets"][net] for net in board["unused"]["nets"]]
     for net, package in board["nets"].items():
         if used.count(package) != 1:
@@ -33,8 +54,7 @@ def of_pins(calls, design, board):
 
 def inside(design, board):
     """Ports of the top that the fabric or the fabric's side of the MSS drives or reads; Libero places the others."""
-    own = {f"{block}_{line}" for block, key in (("MMUART_0", "console"), ("MMUART_1", "modbus"))
-           if board.get(key, {}).get("through") == "pins" for line in ("TXD", "RXD")}
+    own = {port for port, _, own in uart_lines(board) if own}
     return [name for name in design.top if name != "DEVRST_N" and name not in own]
 
 
@@ -85,9 +105,9 @@ def of_ports(calls, design, board):
             yield f"{port} needs an input delay, latest and earliest: it answers our own clock"
         if "sdata" in port and "set_multicycle_path" not in commands:
             yield f"{port} needs the clocks after which it is taken"
-        if port.startswith(("pin_sclk", "pin_cs_n", "pin_temp_sclk", "pin_temp_cs_n")) and commands.count("set_output_delay") != 2:
+        if port.startswith(OUR_CLOCK) and commands.count("set_output_delay") != 2:
             yield f"{port} needs an output delay, latest and earliest"
-        if port.startswith(("pin_sto", "pin_overcurrent", "pin_driver_fault")) and "set_max_delay" not in commands:
+        if port.startswith(STOPS) and "set_max_delay" not in commands:
             yield f"{port} needs a largest delay to the gates"
 
 
@@ -102,6 +122,7 @@ def of_cells(calls, known):
 
 
 def findings(calls, design, board, known):
+    yield from of_places(calls, board)
     yield from of_pins(calls, design, board)
     yield from of_clocks(calls, design)
     yield from of_ports(calls, design, board)

@@ -149,18 +149,25 @@ def findings(design):
             yield f"an input is marked as unused: {pin}"
 
 
+def opposite(top, name, bit):
+    """The wrapper's bit that a bit of the fabric belongs to: of a bus of the same name, or the port of that pin."""
+    if name in top["ports"]:
+        return top["ports"][name]["bits"][bit]
+    return top["ports"].get(f"{name}_{bit}", {"bits": [None]})["bits"][0]
+
+
 def inside_findings(modules, board):
-    """The fabric in its wrapper: each bit of an input has a driver, each of an output a pin unless the board leaves it open."""
+    """The fabric in its wrapper: each bit leads to its own pin, unless the board ties it or leaves it open."""
     top = modules["fabric_board"]
-    outside = {bit for port in top["ports"].values() for bit in port["bits"]}
     cell = top["cells"]["axes"]
-    fabric = modules[cell["type"]]["ports"]
-    for name, port in fabric.items():
+    for name, port in modules[cell["type"]]["ports"].items():
         bits = cell["connections"].get(name, [])
         for n in range(len(port["bits"])):
             bit = bits[n] if n < len(bits) else None
-            leads = bit in outside or (port["direction"] == "input" and bit in ("0", "1"))
-            if not leads and not (name in board["open"] or f"{name}[{n}]" in board["open"]):
-                yield f"fabric's {name}[{n}] leads nowhere"
+            said = [table[key] for table in (board["tied"], board["open"]) for key in (name, f"{name}[{n}]") if key in table]
+            if not said and (bit is None or bit != opposite(top, name, n)):
+                yield f"fabric's {name}[{n}] does not lead to its own pin"
+            elif said and port["direction"] == "input" and bit != str(said[0]):
+                yield f"fabric's {name}[{n}] is not tied to {said[0]}"
     if "bring_up_only" in board and {cell["connections"][name][0] for name in ("pin_sto_a_n", "pin_sto_b_n")} != {"0"}:
         yield "a board that samples nothing must hold both STO inputs at 0"

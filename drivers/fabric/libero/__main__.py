@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""python3 -m libero BOARD [BUILD]: into BUILD/libero/BOARD, with the image BUILD/mssfoc.hex. Without BUILD: is there such a board?"""
+"""python3 -m libero BOARD [BUILD]: into BUILD/libero/BOARD, with the image BUILD/mssfoc.hex. Without BUILD: is BOARD there?"""
 import shutil
 import sys
 from pathlib import Path

@@ -26,7 +26,8 @@ def load(name, folder=BOARDS):
     path = Path(folder) / f"{name}.toml"
     if not path.is_file():
         there = "|".join(sorted(found.stem for found in Path(folder).glob("*.toml")))
-        raise Wrong(f"no board is called '{name}': BOARD={there}, or add yours to drivers/fabric/libero/boards (docs/libero.md)")
+        raise Wrong(f"no board is called '{name}': BOARD={there}, or add yours in drivers/fabric/libero/boards: "
+                    "docs/libero.md")
     try:
         board = tomllib.loads(path.read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as error:

@@ -13,8 +13,8 @@ READERS = {"converters": ("pin_sclk_", "pin_cs_n_", "pin_sdata_"),
 STOP_NS = 20  # from a stop pin to the gates, by logic alone
 CONFIG_APB = 4  # FIC_2's clock is the M3's, divided by this: no design needs it faster
 
-PDC_NOTE = """# Each pin of a gate or of the chopper needs a pull-down of at most 4.7 kOhm on the board: until the device is programmed,
-# it is an input with a weak pull-up. The STO inputs need one, too: 0 stops. While programming: build.tcl.
+PDC_NOTE = """# Each pin of a gate or of the chopper needs a pull-down of at most 4.7 kOhm on the board: until the device is
+# programmed, it is an input with a weak pull-up. The STO inputs need one, too: 0 stops. While programming: build.tcl.
 """
 
 
@@ -27,7 +27,8 @@ def pdc(board, use):
         lines.append(f"# {pin.port}: {pin.net}" + (f", {pin.package}: the MSS' own, placed by Libero" if pin.own else ""))
         if not pin.own:
             drive = " -OUT_DRIVE 12" if pin.port.startswith(SWITCHES) else ""
-            lines.append(f"set_io {pin.port} -pinname {pin.package} -fixed yes{standard}{drive} -DIRECTION {pin.direction.upper()}")
+            direction = pin.direction.upper()
+            lines.append(f"set_io {pin.port} -pinname {pin.package} -fixed yes{standard}{drive} -DIRECTION {direction}")
     return "\n".join(lines) + "\n"
 
 

@@ -20,7 +20,8 @@ def instance(system, name, what):
     yield tcl.step(f"design: {name}")
     if "core" in what:
         yield f"sd_instantiate_core {SD} -core_vlnv {{{system['core'][what['core']][0]}}} {named}"
-        yield f"sd_configure_core_instance {SD} {named} -params {tcl.param_list(tcl.expanded(what['params']))} -validate_rules 0"
+        params = tcl.param_list(tcl.expanded(what["params"]))
+        yield f"sd_configure_core_instance {SD} {named} -params {params} -validate_rules 0"
         yield f"sd_save_core_instance_config {SD} {named}"
     elif "component" in what:
         yield f"sd_instantiate_component {SD} -component_name {{{what['component']}}} {named}"

@@ -27,7 +27,7 @@ def project(board, system):
     lines += [tcl.TO_CHECK + what for what in board.get("to_check", [])]
     lines += ["set here [pwd]",
               'if {![file exists $here/project.tcl]} {error "mssfoc: start Libero in the folder of project.tcl"}',
-              'if {[file exists $here/libero]} {error "mssfoc: $here/libero is there already; delete it, or open it in Libero"}',
+              'if {[file exists $here/libero]} {error "mssfoc: $here/libero is there already; delete it, or open it there"}',
               'proc step {what} {puts "mssfoc: $what"}', "", tcl.step("project"), "new_project " + " \\\n    ".join(where), ""]
     lines.append(f"{tcl.TO_CHECK}whether Microchip still offers these versions: all are from projects of 2017 to 2024")
     lines += [f"download_core -vlnv {{{vlnv}}} -location {{{REPOSITORIES}/{part}}}" for vlnv, part in system["core"].values()]
@@ -39,8 +39,9 @@ def project(board, system):
 def constraints(board):
     module = f"-module {{{TOP}::work}} -input_type {{constraint}}"
     lines = tcl.head(board, "which tool reads which constraints") + [tcl.step("constraints")]
-    lines += ["create_links -convert_EDN_to_HDL 0 -io_pdc $here/io.pdc", "create_links -convert_EDN_to_HDL 0 -sdc $here/timing.sdc"]
-    lines += [f"organize_tool_files -tool {{{tool}}} -file $here/timing.sdc {module}" for tool in ("SYNTHESIZE", "VERIFYTIMING")]
+    lines += [f"create_links -convert_EDN_to_HDL 0 {what}" for what in ("-io_pdc $here/io.pdc", "-sdc $here/timing.sdc")]
+    for tool in ("SYNTHESIZE", "VERIFYTIMING"):
+        lines.append(f"organize_tool_files -tool {{{tool}}} -file $here/timing.sdc {module}")
     lines.append(f"organize_tool_files -tool {{PLACEROUTE}} -file $here/timing.sdc -file $here/io.pdc {module}")
     return "\n".join(lines) + "\n"
 

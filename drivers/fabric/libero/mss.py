@@ -64,9 +64,10 @@ def script(board, system, use, words):
     on, off = blocks(system, use)
     optional = set(system["mss"]["on"]) | {"MMUART_0", "MMUART_1"}
     lines = tcl.head(board, "the MSS")
+    vlnv = system["core"]["MSS"][0]
     lines += [f"{tcl.TO_CHECK}DDRB and SECURITY are not named here: they keep the configurator's defaults",
               tcl.step("MSS: component"),
-              f"create_and_configure_core -core_vlnv {{{system['core']['MSS'][0]}}} -component_name {{{COMPONENT}}} -params {{}}"]
+              f"create_and_configure_core -core_vlnv {{{vlnv}}} -component_name {{{COMPONENT}}} -params {{}}"]
     for block in off:
         lines += marks(system, block, {})
         lines.append(f"mss_disable_instance -component_name {{{COMPONENT}}} -instance_name {{{block}}}")

@@ -42,7 +42,7 @@ def image_words(path):
         raise Wrong(f"{path} is missing: run make")
     first, last = image_extent(path)
     if first != 0:
-        raise Wrong(f"{path} begins at {first}: Libero's client counts from the start of the eNVM; take mssfoc.hex")
+        raise Wrong(f"{path} begins at {first:#x}: Libero's client counts from the start of the eNVM; take mssfoc.hex")
     return last
 
 
