@@ -24,10 +24,13 @@ KNOWN = tomllib.loads((HERE / "known.toml").read_text(encoding="utf-8"))
 
 
 def imported(calls, folder):
-    """Every source is imported, and is there."""
+    """Every source is imported, is there, and is whole."""
     named = {Path(call.one("-hdl_source")).name for call in calls["project.tcl"] if call.name == "import_files"}
     for name in named ^ {path.name for path in (folder / "hdl").glob("*.v")}:
         yield f"hdl/{name} is imported or there, not both"
+    for path in sorted((folder / "hdl").glob("*.v")):
+        if "`include" in path.read_text(encoding="utf-8"):
+            yield f"hdl/{path.name} includes a file that Libero would not find"
 
 
 def of_design(board, folder, calls, modules):

@@ -9,6 +9,7 @@ from . import constraints, design, flow, mss, rtl, wrapper
 from .wrong import Wrong
 
 HERE = Path(__file__).resolve().parent
+FORMAL = re.compile(r"^`ifdef FORMAL\n(?:.*\n)*?`endif\n", re.M)
 INCLUDE = re.compile(r'^`include "(mssfoc_regs\.vh)"$', re.M)
 
 
@@ -47,10 +48,10 @@ def image_words(path):
 
 
 def sources(includes):
-    """{name: text} of the RTL, each file whole: Libero needs no include path."""
-    registers = (Path(includes) / "mssfoc_regs.vh").read_text(encoding="utf-8")
-    return {path.name: INCLUDE.sub(lambda _: registers.rstrip(), path.read_text(encoding="utf-8"))
-            for path in sorted(rtl.RTL.glob("*.v"))}
+    """{name: text} of the RTL, each file whole: Libero needs no include path, and sees nothing of the proofs."""
+    registers = (Path(includes) / "mssfoc_regs.vh").read_text(encoding="utf-8").rstrip()
+    texts = {path.name: path.read_text(encoding="utf-8") for path in sorted(rtl.RTL.glob("*.v"))}
+    return {name: INCLUDE.sub(lambda _: registers, FORMAL.sub("", text)) for name, text in texts.items()}
 
 
 def project(board, build, system=None):
