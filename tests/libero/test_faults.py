@@ -126,3 +126,18 @@ def test_the_page_lists_what_is_not_confirmed(tmp_path):
         marked, to_check = check.public.marks(tmp_path / name)
         assert [fact for fact in marked if fact not in page] == []
         assert marked and to_check
+
+
+def test_each_demand_on_the_mss_and_the_nets_is_made(tmp_path):
+    board = boards.load("creative")
+    assert found(tmp_path, written(board), board) == []
+    calls = check.recording.play("project.tcl", tmp_path, check.KNOWN["command"])
+    design = check.wiring.read(calls, check.KNOWN, check.wiring.wrapper(tmp_path))
+    for block, name, _, without in check.demands.MSS:
+        other = design._replace(mss=copy.deepcopy(design.mss))
+        other.mss[block][name] = "another"
+        assert [line for line in check.demands.of_mss(other) if line.startswith(f"MSS {block} {name} ") and without in line]
+    for pins, what in check.demands.TOGETHER:
+        for pin in pins:
+            cut = design._replace(nets=[[there for there in net if there != pin] for net in design.nets])
+            assert [line for line in check.demands.of_nets(cut) if what in line]
