@@ -61,8 +61,12 @@ def of_cores(call, cores, known):
     if call.name == "sd_instantiate_core":
         cores[call.one("-instance_name")] = call.one("-core_vlnv")
     if call.name == "sd_configure_core_instance":
-        vlnv = cores.get(call.one("-instance_name"), "")
-        yield from of_params(vlnv, call.params(), known["core"].get(vlnv, {}).get("params", {}))
+        vlnv, params = cores.get(call.one("-instance_name"), ""), call.params()
+        core = known["core"].get(vlnv, {})
+        yield from of_params(vlnv, params, core.get("params", {}))
+        sets = core.get("together", [])
+        if sets and not any(group.items() <= params.items() for group in sets):
+            yield f"{vlnv} {' '.join(sets[0])} together"
 
 
 def facts(calls, known):

@@ -7,6 +7,7 @@ OSCILLATOR_MHZ = 50
 CLOCK = "CCC_0/GL0"
 GATES = ("pin_high_", "pin_low_")
 SWITCHES = GATES + ("pin_chopper_",)
+PULLED_DOWN = SWITCHES + ("pin_sto_",)
 STOPS = ("pin_sto_", "pin_overcurrent_", "pin_driver_fault_")
 READERS = {"converters": ("pin_sclk_", "pin_cs_n_", "pin_sdata_"),
            "thermometer": ("pin_temp_sclk_", "pin_temp_cs_n_", "pin_temp_sdata_")}
@@ -15,11 +16,14 @@ CONFIG_APB = 4  # FIC_2's clock is the M3's, divided by this: no design needs it
 
 PDC_NOTE = """# Each pin of a gate or of the chopper needs a pull-down of at most 4.7 kOhm on the board: until the device is
 # programmed, it is an input with a weak pull-up. The STO inputs need one, too: 0 stops. While programming: build.tcl.
+# The device's own pull-downs are weak, and there only once it is programmed: where a wire breaks, and in low-power modes.
 """
+PULL = tcl.UNCONFIRMED + "set_io -RES_PULL Down: public constraints for this family have only Up"
+
 
 
 def pdc(board, use):
-    lines = tcl.head(board, "pins") + PDC_NOTE.splitlines() + [""]
+    lines = tcl.head(board, "pins") + PDC_NOTE.splitlines() + [PULL, ""]
     for bank, volts in board.get("bank_volts", {}).items():
         lines.append(f"set_iobank {bank} -vcci {volts} -fixed no")
     standard = f" -iostd {board['io_standard']}" if "io_standard" in board else ""
@@ -27,8 +31,9 @@ def pdc(board, use):
         lines.append(f"# {pin.port}: {pin.net}" + (f", {pin.package}: the MSS' own, placed by Libero" if pin.own else ""))
         if not pin.own:
             drive = " -OUT_DRIVE 12" if pin.port.startswith(SWITCHES) else ""
-            direction = pin.direction.upper()
-            lines.append(f"set_io {pin.port} -pinname {pin.package} -fixed yes{standard}{drive} -DIRECTION {direction}")
+            pull = " -RES_PULL Down" if pin.port.startswith(PULLED_DOWN) else ""
+            lines.append(f"set_io {pin.port} -pinname {pin.package} -fixed yes{standard}{drive}{pull} "
+                         f"-DIRECTION {pin.direction.upper()}")
     return "\n".join(lines) + "\n"
 
 

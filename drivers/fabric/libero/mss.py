@@ -3,15 +3,15 @@
 from . import tcl
 
 COMPONENT = "drive_MSS"
-LINES = ("CLK", "CTS", "DCD", "DSR", "DTR", "RI", "RTS", "RXD", "TXD", "TXD_RXD")
-TO_FABRIC = "CONNECTION_FABRICA"
+MODEM = ("CTS", "DCD", "DSR", "DTR", "RI", "RTS")
+LINES = ("CLK", "RXD", "TXD", "TXD_RXD")
 
 
 def uart_params(common, uart):
     params = dict(common)
-    for line in LINES:
-        led = line in ("TXD", "RXD") and uart["through"] == "fabric"
-        params |= {f"{line}_CONNECTION": TO_FABRIC if led else "CONNECTION_IO", f"{line}_FAB_CAPT": "false",
+    through = {"fabric": "CONNECTION_FABRIC", "pins": "CONNECTION_IO"}[uart["through"]]
+    for line in LINES + MODEM:
+        params |= {f"{line}_CONNECTION": through if line in LINES else "CONNECTION_IO", f"{line}_FAB_CAPT": "false",
                    f"{line}_GPIO_CAPT": "false"}
     return params
 
@@ -32,9 +32,7 @@ def marks(system, block, params):
     """Comments on what of this block no public script has."""
     for key, why in system["unconfirmed"].items():
         _, named, *rest = key.split(" ")
-        if named == block and not rest:
-            yield f"{tcl.UNCONFIRMED}{key}: {why}"
-        elif named == block and rest[0] in params and not (block.startswith("MMUART") and params[rest[0]] != TO_FABRIC):
+        if named == block and (not rest or rest[0] in params):
             yield f"{tcl.UNCONFIRMED}{key}: {why}"
 
 
@@ -65,7 +63,7 @@ def script(board, system, use, words):
     optional = set(system["mss"]["on"]) | {"MMUART_0", "MMUART_1"}
     lines = tcl.head(board, "the MSS")
     vlnv = system["core"]["MSS"][0]
-    lines += [f"{tcl.TO_CHECK}DDRB and SECURITY are not named here: they keep the configurator's defaults",
+    lines += ["# DDRB and SECURITY are not named here: the configurator's defaults are what all public designs have",
               tcl.step("MSS: component"),
               f"create_and_configure_core -core_vlnv {{{vlnv}}} -component_name {{{COMPONENT}}} -params {{}}"]
     for block in off:
