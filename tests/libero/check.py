@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Checks a project that `make libero` has written: check.py BOARD FOLDER. Plays a copy of it to the recorder.
 
-Prints what is wrong and exits 1, or what no public script confirms and exits 0.
+Prints what is wrong and exits 1, or what no public design confirms and exits 0.
 """
 import shutil
 import sys
@@ -62,7 +62,7 @@ def main(name, folder):
     if found:
         return 1
     marked, to_check = public.marks(folder)
-    print(f"{name}: checked; not confirmed by any public script:")
+    print(f"{name}: checked; not confirmed by any public design:")
     for line in [f"{fact}: {why}" for fact, why in marked.items()] + to_check:
         print(f"  {line}")
     return 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What of a project's calls public scripts do not show, as "COMMAND -option" or "MSS BLOCK NAME" or "CORE NAME"."""
+"""What of a project no public design shows, as "COMMAND -option" or "MSS BLOCK NAME" or "CORE NAME"."""
 import re
 from pathlib import Path
 
@@ -93,6 +93,6 @@ def findings(calls, folder, known):
     marked, unmarked = marks(folder)[0], facts(calls, known)
     for fact in unmarked:
         if fact not in marked:
-            yield f"no public script has: {fact}"
+            yield f"no public design has: {fact}"
     for fact in marked.keys() - set(unmarked):
         yield f"marked as unconfirmed, but not used or confirmed: {fact}"

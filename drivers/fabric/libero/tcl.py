@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Words of Tcl, as Libero's own exports have them, and the marks on what no public script confirms."""
+"""Words of Tcl, as Libero's own exports have them, and the marks on what no public design confirms."""
 import re
 
 LICENCE = "# SPDX-License-Identifier: MIT\n"
