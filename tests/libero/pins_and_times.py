@@ -3,7 +3,7 @@
 from recording import listed
 
 OSCILLATOR_MHZ = 50
-OUR_CLOCK = ("pin_sclk", "pin_cs_n", "pin_temp_sclk", "pin_temp_cs_n")
+WITH_CLOCK = ("pin_sclk", "pin_cs_n", "pin_temp_sclk", "pin_temp_cs_n", "pin_high", "pin_low", "pin_chopper")
 STOPS = ("pin_sto", "pin_overcurrent", "pin_driver_fault")
 
 
@@ -29,6 +29,12 @@ def of_places(calls, board):
     for name, package, _ in set_io(calls):
         if name in told and board["nets"][told[name]] != package:
             yield f"{name} is on {package}, and {told[name]} is {board['nets'][told[name]]}"
+
+
+def of_banks(calls, board):
+    told = {call.words[0]: call.one("-vcci") for call in calls["io.pdc"] if call.name == "set_iobank"}
+    if told != board.get("bank_volts", {}):
+        yield f"banks have {told}, the board's file {board.get('bank_volts', {})}"
 
 
 def of_pins(calls, design, board):
@@ -105,24 +111,29 @@ def of_ports(calls, design, board):
             yield f"{port} needs an input delay, latest and earliest: it answers our own clock"
         if "sdata" in port and "set_multicycle_path" not in commands:
             yield f"{port} needs the clocks after which it is taken"
-        if port.startswith(OUR_CLOCK) and commands.count("set_output_delay") != 2:
+        if port.startswith(WITH_CLOCK) and commands.count("set_output_delay") != 2:
             yield f"{port} needs an output delay, latest and earliest"
         if port.startswith(STOPS) and "set_max_delay" not in commands:
             yield f"{port} needs a largest delay to the gates"
 
 
 def of_cells(calls, known):
-    """Names inside the design that the constraints use: those that Libero is known to make."""
+    """Names inside the design: those that Libero is known to make, all of which need a constraint."""
     there = {f"{instance}/{cell}" for instance, cells in known["cells"].items() for cell in cells}
+    named = set()
     for call in calls["timing.sdc"]:
         for text in [*call.words, *(value for values in call.options.values() for value in values)]:
             for kind in ("pins", "cells", "nets"):
-                for name in set(objects(text, kind)) - there:
-                    yield f"timing.sdc names {name}, which nobody has seen"
+                named.update(objects(text, kind))
+    for name in named - there:
+        yield f"timing.sdc names {name}, which nobody has seen"
+    for name in there - named:
+        yield f"timing.sdc says nothing of {name}"
 
 
 def findings(calls, design, board, known):
     yield from of_places(calls, board)
+    yield from of_banks(calls, board)
     yield from of_pins(calls, design, board)
     yield from of_clocks(calls, design)
     yield from of_ports(calls, design, board)
