@@ -39,8 +39,8 @@ def of_design(board, folder, calls, modules):
         design = wiring.read(calls["project.tcl"], KNOWN, modules)
     except (Wrong, ValueError) as error:
         return [str(error)]
-    return [*wiring.findings(design), *wiring.inside_findings(modules, board), *demands.findings(calls, design, folder),
-            *pins_and_times.findings(calls, design, board, KNOWN)]
+    return [*wiring.findings(design), *wiring.inside_findings(modules, board),
+            *demands.findings(calls, design, folder, KNOWN, board), *pins_and_times.findings(calls, design, board, KNOWN)]
 
 
 def findings(board, folder, modules=None):

@@ -7,6 +7,8 @@ from libero import project as generator
 
 ROOT = Path(__file__).resolve().parents[2]
 WATCHDOG_MIN = 0x1800000   # the user guide, 19.3.1
+USED = ("FIC32_0", "GPIO", "WATCHDOG")
+READS = {"SYNTHESIZE": {"timing.sdc"}, "VERIFYTIMING": {"timing.sdc"}, "PLACEROUTE": {"timing.sdc", "io.pdc"}}
 ORDER = ["SYNTHESIZE", "PLACEROUTE", "VERIFYTIMING", "GENERATEPROGRAMMINGDATA", "GENERATEPROGRAMMINGFILE"]
 
 # block, parameter, value, and what fails without it
@@ -111,6 +113,47 @@ def of_saved(calls):
         yield f"{vlnv} is used, but not downloaded"
 
 
+def of_blocks(calls, known, board):
+    """Each block that can be on or off is told so once; what the firmware uses is on."""
+    told = {}
+    for call in calls:
+        if call.name in ("mss_enable_instance", "mss_disable_instance"):
+            told.setdefault(call.one("-instance_name"), []).append(call.name == "mss_enable_instance")
+    used = USED + tuple(block for block, key in (("MMUART_0", "console"), ("MMUART_1", "modbus")) if key in board)
+    for block, table in known["mss"]["block"].items():
+        if {"on", "off"} & set(table["seen"]) and told.get(block) != [block in used]:
+            yield f"MSS {block} is told {told.get(block)} instead of {'on' if block in used else 'off'} once"
+
+
+def of_components(calls):
+    """What is instantiated was made before, and generated; the top is the root."""
+    made = {call.one("-hdl_core_name") for call in calls if call.name == "hdl_core_add_bif"}
+    made &= {call.one("-module") for call in calls if call.name == "create_hdl_core"}
+    generated = [call.one("-component_name") for call in calls if call.name == "generate_component"]
+    for call in calls:
+        if call.name == "sd_instantiate_hdl_core" and call.one("-hdl_core_name") not in made:
+            yield f"no create_hdl_core or bus of {call.one('-hdl_core_name')}"
+        if call.name == "sd_instantiate_component" and call.one("-component_name") not in generated:
+            yield f"{call.one('-component_name')} is not generated"
+        if call.name == "create_smartdesign" and call.one("-sd_name") not in generated:
+            yield f"{call.one('-sd_name')} is not generated"
+    top = [call.one("-sd_name") + "::work" for call in calls if call.name == "create_smartdesign"]
+    if [call.one("-module") for call in calls if call.name == "set_root"] != top:
+        yield f"the root is not {' '.join(top)}"
+
+
+def of_constraints(calls):
+    """Both files are in the project, and each tool gets those that it reads."""
+    linked = {Path(path).name for call in calls if call.name == "create_links"
+              for option in ("-io_pdc", "-sdc") for path in call.options.get(option, [])}
+    tools = {call.one("-tool"): {Path(path).name for path in call.options["-file"]} for call in calls
+             if call.name == "organize_tool_files"}
+    if linked != {"io.pdc", "timing.sdc"}:
+        yield f"the project has the constraints {sorted(linked)}"
+    if tools != READS:
+        yield f"the tools read {tools}, not {READS}"
+
+
 def of_flow(calls):
     names = [call.one("-name") if call.name == "run_tool" else call.name for call in calls["project.tcl"]]
     there = [name for name in names if name in ORDER or name == "export_prog_job"]
@@ -118,10 +161,12 @@ def of_flow(calls):
         yield f"the flow is {' '.join(there)}, not {' '.join(ORDER)} export_prog_job"
 
 
-def findings(calls, design, folder):
+def findings(calls, design, folder, known, board):
     yield from of_mss(design)
     yield from of_clocks(design)
     yield from of_nets(design)
     yield from of_envm(calls, folder)
-    yield from of_saved(calls["project.tcl"])
+    for rule in (of_saved, of_components, of_constraints):
+        yield from rule(calls["project.tcl"])
+    yield from of_blocks(calls["project.tcl"], known, board)
     yield from of_flow(calls)

@@ -104,8 +104,10 @@ def test_the_image_counts_from_the_start_of_the_envm(tmp_path, first, said):
             project.image_words(path)
     else:
         assert project.image_words(path) == 16
-    with pytest.raises(Wrong, match="run make"):
+    with pytest.raises(Wrong, match="none.hex is missing: run make"):
         project.image_words(tmp_path / "none.hex")
+    with pytest.raises(Wrong, match="mssfoc_regs.vh is missing: run make registers"):
+        rtl.read(1, tmp_path)
 
 
 @pytest.mark.parametrize("arguments", [["nowhere"], ["", "build"], ["../creative", "build"]])

@@ -63,6 +63,9 @@ def test_two_axes(tmp_path):
     board["wired"] |= second
     board["tied"] |= {"pin_a[1]": 0, "pin_b[1]": 0}
     board["unused"]["nets"] = [net for net in board["unused"]["nets"] if net not in second.values()]
+    board["open"] = {key: why for key, why in board["open"].items() if key != "pin_chopper"} | {"pin_chopper[1]": "none"}
+    board["wired"]["pin_chopper[0]"] = "A0_RUNNING_LED"
+    board["unused"]["nets"].remove("A0_RUNNING_LED")
     files = project.project(board, BUILD)
     assert found(tmp_path, files, board) == []
     assert ".irq(irq[1:0])" in files["hdl/fabric_board.v"] and "#(.AXES(2))" in files["hdl/fabric_board.v"]
@@ -117,6 +120,12 @@ def test_states_of_the_gates_while_programming_are_loaded_if_there(tmp_path):
     calls = check.recording.play("project.tcl", tmp_path, check.KNOWN["command"])
     assert [Path(call.one("-params").removeprefix("ios_file:")).name for call in calls
             if call.name == "configure_tool" and call.one("-name") == "IO_PROGRAMMING_STATE"] == ["gates.ios"]
+
+
+def test_the_kits_project_says_that_it_samples_nothing(tmp_path):
+    files = written(boards.load("sk1"))
+    said = [line for line in files["project.tcl"].splitlines() if line.startswith(("puts", "# to check"))]
+    assert "samples nothing" in said[0] and "D21 and C22" in said[1]
 
 
 def test_the_page_lists_what_is_not_confirmed(tmp_path):

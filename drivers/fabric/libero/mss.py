@@ -32,7 +32,7 @@ def marks(system, block, params):
     """Comments on what of this block no public script has."""
     for key, why in system["unconfirmed"].items():
         _, named, *rest = key.split(" ")
-        if named == block and (not rest or rest[0] in params):
+        if named == block and rest[0] in params:
             yield f"{tcl.UNCONFIRMED}{key}: {why}"
 
 
@@ -67,7 +67,6 @@ def script(board, system, use, words):
               tcl.step("MSS: component"),
               f"create_and_configure_core -core_vlnv {{{vlnv}}} -component_name {{{COMPONENT}}} -params {{}}"]
     for block in off:
-        lines += marks(system, block, {})
         lines.append(f"mss_disable_instance -component_name {{{COMPONENT}}} -instance_name {{{block}}}")
     for block, params in on.items():
         lines += configured(system, block, params, block in optional)

@@ -32,7 +32,7 @@ def pin_value(port, use):
 
 
 def spare_wires(fabric, use):
-    """For bits that are open beside others that are not; of the wide buses, the bits that the fabric does not read."""
+    """For bits that are open beside others that are not."""
     for port in fabric.ports:
         open_bits = [bit for bit in range(port.width) if (port.name, bit) in use.open]
         if 0 < len(open_bits) < port.width:
@@ -45,8 +45,6 @@ def idle(fabric, system):
         width = widths.get(port.name, port.width)
         if width > port.width and port.direction == "output":
             yield f"    assign {port.name}[{width - 1}:{port.width}] = {width - port.width}'d0;"
-        elif width > port.width:
-            yield f"    wire unused = &{{1'b0, {port.name}[{width - 1}:{port.width}]}};"
 
 
 def verilog(board, system, fabric, use):
@@ -59,6 +57,7 @@ def verilog(board, system, fabric, use):
         inner.append(f"        .{port.name}({value})")
     lines = ["// SPDX-License-Identifier: MIT",
              f"// The fabric on {board['title']}; written by `make libero BOARD={board['name']}`.",
-             "module fabric_board (", ",\n".join(ports), ");", *spare_wires(fabric, use),
-             f"    fabric #(.AXES({board['axes']})) axes (", ",\n".join(inner) + ");", *idle(fabric, system), "endmodule"]
+             "`default_nettype none", "module fabric_board (", ",\n".join(ports), ");", *spare_wires(fabric, use),
+             f"    fabric #(.AXES({board['axes']})) axes (", ",\n".join(inner) + ");", *idle(fabric, system), "endmodule",
+             "`default_nettype wire"]
     return "\n".join(lines) + "\n"
