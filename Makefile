@@ -138,7 +138,7 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 target-tests: $(TARGET_TESTS)
 
 include qemu/twin/twin.mk tests/bench/bench.mk tests/unit/unit.mk tests/explore/explore.mk
-include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk
+include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk tests/libero/libero.mk
 
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)
 
@@ -269,6 +269,7 @@ help:
 	@echo 'make explore         every state of the drive that requests, faults, timers and interrupts lead to, and what must hold in it'
 	@echo 'make fabric          the RTL: lint in three tools, proofs by induction, faults that they must refute, cells and levels'
 	@echo 'make registers       the fabric'\''s registers for C, Verilog and debuggers, into $(BUILD)/fabric/'
+	@echo 'make libero          a whole Libero project for a board: Tcl, pins, times, image (docs/libero.md)   [BOARD=creative|sk1]'
 	@echo 'make guides          what docs/guides tell the reader to type: all of it runs, and the drive answers so'
 	@echo 'make pictures        those of docs/guides/tuning.md'
 	@echo 'make compile_commands.json   how each file is compiled, for editors'

@@ -3,7 +3,7 @@
 // element k, or the k-th group, of their vectors. Axis 0 leads the carriers: the others can start at its valley.
 module fabric #(parameter AXES = 1) (
     input  wire                clk,         // PCLK, 100 MHz
-    input  wire                rst_n,       // MSS_RESET_N_M2F, released synchronously to clk
+    input  wire                rst_n,       // low while the MSS is in reset; released with clk
     input  wire                psel,
     input  wire                penable,
     input  wire                pwrite,
