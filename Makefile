@@ -138,7 +138,7 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 target-tests: $(TARGET_TESTS)
 
 include qemu/twin/twin.mk tests/bench/bench.mk tests/unit/unit.mk tests/explore/explore.mk
-include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk
+include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk tests/bringup/bringup.mk
 
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)
 
