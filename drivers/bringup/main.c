@@ -3,7 +3,6 @@
 #include "drivers/bringup/measure.h"
 #include "drivers/cortex/dwt.h"
 #include "drivers/cortex/scb.h"
-#include "drivers/fabric/fabric.h"
 #include "drivers/mss/gpio.h"
 #include "drivers/mss/timer.h"
 #include "drivers/mss/watchdog.h"
@@ -135,9 +134,6 @@ int main(void)
         go_on(&now);
     } else {
         begin(&now);
-    }
-    if (fabric_is_ours() && !kept.page_done && kept.next == 0u) {
-        kept.found.fabric = FABRIC0->pwm.PERIOD;
     }
     play();
     obey();

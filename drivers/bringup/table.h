@@ -65,7 +65,7 @@
     X(TIM64_MODE, "B10", HEX, ONE(0u), "TIM64_MODE") \
     X(INTERRUPTS, "B11", DECIMAL, ONE(6u), "interrupts that came once when raised") \
     X(SCOPE_ALONE, "B11", DECIMAL, ONE(0u), "interrupts 9 by themselves") \
-    X(PWM_RATE, "B11", DECIMAL, 199u, 201u, "interrupts 34 in 10 ms at 20 kHz") \
+    X(PWM_RATE, "B11", DECIMAL, 198u, 202u, "interrupts 34 in 10 ms at 20 kHz") \
     X(AWAKE, "B12", DECIMAL, 999000u, 1001000u, "timer ticks in 10^6 cycles") \
     X(ASLEEP, "B12", DECIMAL, 0u, 1000u, "cycles in a sleep of 100000 ticks") \
     X(GATE_IDENTITY, "B13", HEX, ONE(GATE_ID), "GATE.ID") \

@@ -93,12 +93,13 @@ bool sysreg_holds_fabric(void)
     return (word_at(SOFT_RESET_CR)->value & HOLDS_FABRIC) != 0;
 }
 
-void sysreg_design(uint32_t offset, uint32_t word)
+bool sysreg_design(uint32_t offset, uint32_t word)
 {
     struct sysreg_word *w = word_at(offset);
     if (w) {
         w->initial = word;
     }
+    return w != NULL;
 }
 
 uint32_t sysreg_value(uint32_t offset)

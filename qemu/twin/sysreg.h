@@ -28,8 +28,8 @@ void sysreg_write(void *word, uint32_t offset, uint32_t value);
 bool sysreg_holds_fabric(void);
 void sysreg_reset(enum reset_cause cause);
 
-/* The design's bits of a register that the table has: in effect from the next reset on. */
-void sysreg_design(uint32_t offset, uint32_t word);
+/* The design's bits of a register that the table has, false if it does not: in effect from the next reset on. */
+bool sysreg_design(uint32_t offset, uint32_t word);
 uint32_t sysreg_value(uint32_t offset);
 
 /* Locks do not care about a reset. */
