@@ -23,6 +23,6 @@ everything: bringup-image
 
 bringup: tools
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin bringup-image
-	@$(PYTHON) qemu/run.py bringup $(if $(CHIP),--chip $(CHIP))
+	@$(PYTHON) qemu/run.py bringup
 
 .PHONY: bringup-image bringup
