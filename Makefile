@@ -26,6 +26,7 @@ SENSORS  ?=
 ENVM     ?=
 MODBUS   ?=
 PROBE    ?=
+IMAGE    ?= mssfoc
 WRONG    ?=
 
 LIB_TRIG_FRAC ?= 15
@@ -186,8 +187,9 @@ console debug: tools
 	@$(PYTHON) qemu/run.py $@
 
 flash: tools
-	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
-	@.ci/flash "$(PROBE)" $(MSSFOC_IMAGE)
+	$(if $(filter mssfoc bringup,$(IMAGE)),,@echo "mssfoc: IMAGE='$(IMAGE)' is neither mssfoc nor bringup" >&2; exit 1)
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 $(addprefix $(BUILD)/$(IMAGE),.elf .hex -envm.hex)
+	@.ci/flash "$(PROBE)" $(BUILD)/$(IMAGE)
 
 test: tools
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 everything
@@ -257,7 +259,7 @@ help:
 	@echo '                     PART=saliency     by injection: lock at standstill, rated torque at standstill'
 	@echo '                     WHAT="swap_* locked" these cases of a part only'
 	@echo '                     CASE="start:teknic_m2310p/hoist20/45" one case of a part, with its trace (docs/campaign.md)'
-	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
+	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink    [IMAGE=bringup] instead of the drive'
 	@echo 'make bringup         the image that tells what a device is, beside what docs/silicon.md says of it; flashed as the drive is'
 	@echo '                     in QEMU [WRONG=name] a device made otherwise, of qemu/chips/wrong.toml'
 	@echo 'make results         write the measured figures into README.md and docs/results.md'

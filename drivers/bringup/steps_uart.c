@@ -24,7 +24,7 @@ static uint32_t loop_cycles(struct mmuart_regs *uart)
 
 void step_uart(struct bringup *b)
 {
-    static struct mmuart looped;
+    struct mmuart looped = {0};
     volatile uint8_t *const scratch = (volatile uint8_t *)&MMUART1->SR;
     report(b, FACT_LSR, b->found.lsr);
     (void)mmuart_init(&looped, MMUART1, LOOP_BAUD);

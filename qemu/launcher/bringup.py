@@ -85,7 +85,7 @@ def bringup(wrong, build, qemu, out, say):
     """0 if all is as documented, 1 if anything differs."""
     build = build_dir(build)
     lines = lines_of(wrong)
-    out_dir = (out or build / "bringup").resolve()
+    out_dir = (out or build / "bringup/run").resolve()
     keep(out_dir)
     page = play(lines, build, qemu, out_dir)
     say(page.replace("\r", "").strip())

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, console, scope, debug, models, bringup, campaign, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT,
-SPREAD, DETUNE, FABRIC, SENSORS, ENVM, QEMU and BUILD."""
+"""Command line: run, console, scope, debug, models, bringup, campaign, list, keys. Options fall back to MOTOR, SCENARIO,
+SEED, PLANT, SPREAD, DETUNE, FABRIC, SENSORS, ENVM, QEMU and BUILD."""
 import argparse
 import os
 import signal

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
-# The bring-up image build/bringup.elf, .hex, -envm.hex, and `make bringup`, which plays it in QEMU. Included by the top Makefile.
-# It is of drivers and start-up alone: drivers/bringup, where lint keeps it to that. What the page says after resets comes from it.
+# The bring-up image build/bringup.elf, .hex, -envm.hex, and `make bringup`, which plays it in QEMU. Included by the top
+# Makefile.
+# It is of drivers and start-up alone: drivers/bringup, where lint keeps it to that. Its objects stand beside the
+# drive's, not among them: tools that read those see the drive only. What docs/silicon.md says after resets comes from it.
 
-BRINGUP_OBJ := $(call objects,$(call sources,drivers/bringup))
+BRINGUP_OBJ := $(patsubst drivers/bringup/%,$(BUILD)/bringup/%.o,$(basename $(call sources,drivers/bringup)))
 
 $(BUILD)/bringup/documented.h: docs/silicon.md tests/bringup/documented.py tests/silicon/facts.py
 	@mkdir -p $(@D)
@@ -10,7 +12,16 @@ $(BUILD)/bringup/documented.h: docs/silicon.md tests/bringup/documented.py tests
 	$(Q)$(PYTHON) tests/bringup/documented.py $@
 
 $(BRINGUP_OBJ): $(BUILD)/bringup/documented.h
-$(BRINGUP_OBJ): CFLAGS_ARM += -I$(BUILD)/bringup
+
+$(BUILD)/bringup/%.o: drivers/bringup/%.c tests/bringup/bringup.mk Makefile $(BUILD)/choices
+	@mkdir -p $(@D)
+	$(call say,CC)
+	$(Q)$(CC_ARM) $(CFLAGS_ARM) -I$(BUILD)/bringup -MMD -MP -c $< -o $@
+
+$(BUILD)/bringup/%.o: drivers/bringup/%.S tests/bringup/bringup.mk Makefile
+	@mkdir -p $(@D)
+	$(call say,AS)
+	$(Q)$(CC_ARM) $(CPU) -g3 -I. -MMD -MP -c $< -o $@
 
 $(BUILD)/bringup.elf: $(BRINGUP_OBJ) $(PLATFORM_OBJ) $(LDSCRIPT)
 	$(call say,LD)
@@ -26,3 +37,5 @@ bringup: tools
 	@$(PYTHON) qemu/run.py bringup
 
 .PHONY: bringup-image bringup
+
+-include $(wildcard $(BUILD)/bringup/*.d)
