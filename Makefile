@@ -26,6 +26,8 @@ SENSORS  ?=
 ENVM     ?=
 MODBUS   ?=
 PROBE    ?=
+IMAGE    ?= mssfoc
+WRONG    ?=
 
 LIB_TRIG_FRAC ?= 15
 
@@ -54,7 +56,7 @@ MSSFOC_IMAGE = $(BUILD)/mssfoc
 Q := $(if $(V),,@)
 say = $(if $(V)$(findstring s,$(firstword -$(MAKEFLAGS))),,@echo "  $1  $@")
 
-export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS MODBUS START ENVM PROBE PORT HOSTCC CROSS
+export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS MODBUS START ENVM PROBE PORT WRONG HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1
 
 # ---- the image and the library ---------------------------------------------------------------------------------------
@@ -138,7 +140,7 @@ $(BUILD)/tests/target/%.elf: $(BUILD)/arm/tests/target/%.o $(HARNESS_OBJ) $(PLAT
 target-tests: $(TARGET_TESTS)
 
 include qemu/twin/twin.mk tests/bench/bench.mk tests/unit/unit.mk tests/explore/explore.mk
-include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk tests/libero/libero.mk
+include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk tests/libero/libero.mk tests/bringup/bringup.mk
 
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)
 
@@ -185,8 +187,9 @@ console debug: tools
 	@$(PYTHON) qemu/run.py $@
 
 flash: tools
-	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
-	@.ci/flash "$(PROBE)" $(MSSFOC_IMAGE)
+	$(if $(filter mssfoc bringup,$(IMAGE)),,@echo "mssfoc: IMAGE='$(IMAGE)' is neither mssfoc nor bringup" >&2; exit 1)
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 $(addprefix $(BUILD)/$(IMAGE),.elf .hex -envm.hex)
+	@.ci/flash "$(PROBE)" $(BUILD)/$(IMAGE)
 
 test: tools
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 everything
@@ -256,7 +259,9 @@ help:
 	@echo '                     PART=saliency     by injection: lock at standstill, rated torque at standstill'
 	@echo '                     WHAT="swap_* locked" these cases of a part only'
 	@echo '                     CASE="start:teknic_m2310p/hoist20/45" one case of a part, with its trace (docs/campaign.md)'
-	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink'
+	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink    [IMAGE=bringup] instead of the drive'
+	@echo 'make bringup         the image that tells what a device is, beside what docs/silicon.md says of it; flashed as the drive is'
+	@echo '                     in QEMU [WRONG=name] a device made otherwise, of qemu/chips/wrong.toml'
 	@echo 'make results         write the measured figures into README.md and docs/results.md'
 	@echo 'make sizes           what each feature costs: an image without it'
 	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'

@@ -13,8 +13,6 @@
 #define WAIT_LOOKS     1000000u                          /* of at least 10 cycles each */
 #define PATIENCE_TICKS (BOARD_WATCHDOG_HZ / 1000u * 66u) /* 66 ms, for program and verify together */
 
-#define ENVM_CR_FREQRNG (0xFFu << 5) /* both blocks: wait states with which programming is right at any clock */
-
 static IN_ESRAM bool is_granted(void)
 {
     envm_bus_write(&ENVM->REQ_ACCESS, ENVM_ACCESS_ASK);

@@ -49,6 +49,9 @@ REG_AT_OFFSET(struct envm_regs, REQ_ACCESS, 0x1FC);
 /* The array's bus address; reads here bypass the cache of the code at 0. */
 #define ENVM_ARRAY 0x60000000u
 
+/* Of SYSREG's ENVM_CR, both blocks: wait states with which programming is right at any clock. */
+#define ENVM_CR_FREQRNG (0xFFu << 5)
+
 #define ENVM_CMD_PROGRAM 0x08000000u /* and the page's offset from the array's start */
 #define ENVM_CMD_VERIFY  0x10000000u
 

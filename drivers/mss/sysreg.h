@@ -31,10 +31,13 @@ struct sysreg_regs {
     volatile uint32_t WDOG_CR;
     uint32_t reserved_070[2];
     volatile uint32_t EDAC_IRQ_ENABLE;
-    uint32_t reserved_07c[7];
+    uint32_t reserved_07c; /* USB */
+    volatile uint32_t ESRAM_PIPELINE_CR;
+    uint32_t reserved_084[5];
     volatile uint32_t MSSDDR_FACC1_CR;
     volatile uint32_t MSSDDR_FACC2_CR;
-    uint32_t reserved_0a0[4];
+    volatile uint32_t PLL_LOCK_EN_CR;
+    uint32_t reserved_0a4[3];
     volatile uint32_t RESET_SOURCE_CR;
     uint32_t reserved_0b4[15]; /* cache and DDR bridge counters */
     const volatile uint32_t ESRAM0_EDAC_CNT;
@@ -65,8 +68,10 @@ REG_AT_OFFSET(struct sysreg_regs, M3_CR, 0x04C);
 REG_AT_OFFSET(struct sysreg_regs, FAB_IF_CR, 0x050);
 REG_AT_OFFSET(struct sysreg_regs, WDOG_CR, 0x06C);
 REG_AT_OFFSET(struct sysreg_regs, EDAC_IRQ_ENABLE, 0x078);
+REG_AT_OFFSET(struct sysreg_regs, ESRAM_PIPELINE_CR, 0x080);
 REG_AT_OFFSET(struct sysreg_regs, MSSDDR_FACC1_CR, 0x098);
 REG_AT_OFFSET(struct sysreg_regs, MSSDDR_FACC2_CR, 0x09C);
+REG_AT_OFFSET(struct sysreg_regs, PLL_LOCK_EN_CR, 0x0A0);
 REG_AT_OFFSET(struct sysreg_regs, RESET_SOURCE_CR, 0x0B0);
 REG_AT_OFFSET(struct sysreg_regs, ESRAM0_EDAC_CNT, 0xF0);
 REG_AT_OFFSET(struct sysreg_regs, ESRAM1_EDAC_CNT, 0xF4);
@@ -106,6 +111,7 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 #define SYSREG_FACC1_CONTROLLER_PLL_INIT (1u << 26) /* 1: clock bring-up not finished */
 #define SYSREG_PLL_STATUS_FABRIC_LOCK    (1u << 0)
 #define SYSREG_PLL_STATUS_MPLL_LOCK      (1u << 1)
+#define SYSREG_PLL_LOCK_EN_LOST          0x0Au /* of PLL_LOCK_EN_CR: a lost lock of either PLL interrupts */
 
 /* EDAC_SR and EDAC_IRQ_ENABLE: a pair of bits each for eSRAM_0 and eSRAM_1; the even ones were corrected */
 #define SYSREG_EDAC_FATAL 0x0Au /* two bits of a word were wrong */

@@ -22,6 +22,8 @@ struct mss_timer_regs {
     volatile uint32_t TIM2_CTRL;
     volatile uint32_t TIM2_RIS;
     const volatile uint32_t TIM2_MIS;
+    uint32_t reserved_30[9]; /* the 64-bit mode's */
+    volatile uint32_t TIM64_MODE;
 };
 
 REG_AT_OFFSET(struct mss_timer_regs, TIM1_VAL, 0x00);
@@ -36,6 +38,7 @@ REG_AT_OFFSET(struct mss_timer_regs, TIM2_BGLOADVAL, 0x20);
 REG_AT_OFFSET(struct mss_timer_regs, TIM2_CTRL, 0x24);
 REG_AT_OFFSET(struct mss_timer_regs, TIM2_RIS, 0x28);
 REG_AT_OFFSET(struct mss_timer_regs, TIM2_MIS, 0x2C);
+REG_AT_OFFSET(struct mss_timer_regs, TIM64_MODE, 0x54);
 
 #define MSS_TIMER REG_BLOCK(struct mss_timer_regs, 0x40004000u)
 

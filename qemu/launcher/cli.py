@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, console, scope, debug, models, campaign, list, keys. Options fall back to MOTOR, SCENARIO, SEED, PLANT,
-SPREAD, DETUNE, FABRIC, SENSORS, ENVM, QEMU and BUILD."""
+"""Command line: run, console, scope, debug, models, bringup, campaign, list, keys. Options fall back to MOTOR, SCENARIO,
+SEED, PLANT, SPREAD, DETUNE, FABRIC, SENSORS, ENVM, QEMU and BUILD."""
 import argparse
 import os
 import signal
 import sys
+from pathlib import Path
 
 from .errors import LauncherError
 
@@ -90,8 +91,19 @@ def _parser():
                                  help="where the line of MMUART_1 is to be had: pty, or tcp:PORT (default: $MODBUS or nowhere)")
         if name == "debug":
             command.add_argument("--port", type=int, default=1234, help="GDB port")
+    _add_bringup(commands)
     _add_campaign(commands)
     return parser
+
+
+def _add_bringup(commands):
+    bringup = commands.add_parser("bringup", help="the bring-up image: the device beside what docs/silicon.md says of it")
+    bringup.set_defaults(function=_bringup)
+    bringup.add_argument("--wrong", default=os.environ.get("WRONG") or None,
+                         help="a device made otherwise, of qemu/chips/wrong.toml (default: $WRONG, or as documented)")
+    bringup.add_argument("--build", default=None, help="build folder (default: $BUILD or build)")
+    bringup.add_argument("--qemu", default=None, help="qemu-system-arm to use (default: $QEMU)")
+    bringup.add_argument("--out", type=Path, default=None, help="folder for its files (default: bringup/ of the build folder)")
 
 
 def _add_campaign(commands):
@@ -183,6 +195,12 @@ def _models(options):
     from .model_check import check_models
 
     return check_models(options.motor, options.build, print)
+
+
+def _bringup(options):
+    from .bringup import bringup
+
+    return bringup(options.wrong, options.build, options.qemu, options.out, print)
 
 
 def _campaign(options):

@@ -172,6 +172,18 @@ static void read_probe(const struct reader *r, char *rest)
     fail(r, "probe %s: unknown type '%s'", p->name, type);
 }
 
+static void read_design(const struct reader *r, char *rest)
+{
+    struct config *c = r->config;
+    c->design = grown(c->design, c->design_count, sizeof *c->design);
+    struct flash_word *d = &c->design[c->design_count++];
+    char *offset = next_word(&rest), *word = next_word(&rest);
+    if (*word == '\0' || *next_word(&rest) != '\0') {
+        fail(r, "expected: design OFFSET WORD");
+    }
+    *d = (struct flash_word){whole(r, offset, "design"), whole(r, word, "design")};
+}
+
 static double event_time(const struct reader *r, const char *word)
 {
     double t_s = number(r, word, "time of the event");
@@ -277,6 +289,10 @@ static void read_line(const struct reader *r, char *line)
         c->fabric_path = strdup(rest);
     } else if (strcmp(word, "dwt") == 0) {
         c->count_instructions = either(r, word, rest, "cycles", "instructions");
+    } else if (strcmp(word, "time") == 0) {
+        c->time_by_cycles = either(r, word, rest, "instructions", "cycles");
+    } else if (strcmp(word, "design") == 0) {
+        read_design(r, rest);
     } else if (strcmp(word, "wfi") == 0) {
         c->main_loop_wakes = either(r, word, rest, "core", "main_loop");
     } else if (strcmp(word, "console") == 0) {

@@ -6,6 +6,8 @@
  *   irqlog PATH                                                                   (irqlog.h)
  *   irqpath EXCEPTION PATH                                                        (irqpath.h)
  *   dwt cycles|instructions                                                       (what DWT_CYCCNT counts)
+ *   time instructions|cycles                        (what moves it on: 8 ns an instruction, or 10 ns a cycle of the model)
+ *   design OFFSET WORD                              (flash bits of SYSREG, from power-on on; the event flash_bits: later)
  *   wfi core|main_loop                                            (who moves time on in WFI, qemu_sleep.h; same results)
  *   watchdog WDOGLOAD                                              (of the design, watchdog.h; 64 ticks of 20 ns each)
  *   cycles.KEY VALUE                                                              (docs/timing.md)
@@ -29,6 +31,10 @@
 #include "plant.h"
 
 #define LATE_VALUES_MAX 4
+
+struct flash_word {
+    uint32_t offset, word;
+};
 
 struct probe {
     char *name;
@@ -62,6 +68,9 @@ struct config {
     uint32_t watchdog_load;
     bool main_loop_wakes;
     bool count_instructions; /* what DWT_CYCCNT counts */
+    bool time_by_cycles;
+    struct flash_word *design;
+    size_t design_count;
     struct cycles_params cycles;
     struct envm_params envm;
     struct plant_params plant;

@@ -10,7 +10,13 @@
 #include "qemu_api.h"
 #include "reach.h"
 
+#define NS_PER_INSTRUCTION 8 /* -icount shift=3 */
+#define NS_PER_CYCLE       10
+#define PACE_NS            1000 /* simulated time falls behind so far, and then catches up */
+
 static bool each_by_itself; /* instructions are not announced in runs */
+static bool time_by_cycles;
+static int64_t caught_up_ns;
 
 static struct vm_instruction translated(uint32_t address)
 {
@@ -24,11 +30,29 @@ static const void *joined(const void *piece, const void *next)
     return each_by_itself ? NULL : cycles_join(piece, next);
 }
 
+static void caught_up(int64_t by_ns)
+{
+    caught_up_ns += by_ns;
+}
+
+/* QEMU's time goes by instructions: the core stands still until it is that of the cycles. In sleep neither is counted. */
+static void keep_pace(void)
+{
+    int64_t behind_ns = (int64_t)cycles_total().high * NS_PER_CYCLE -
+                        (int64_t)cycles_instructions() * NS_PER_INSTRUCTION - caught_up_ns;
+    if (behind_ns >= PACE_NS) {
+        vm_stall(vm_executing_ns() + behind_ns, caught_up);
+    }
+}
+
 static void executing(const void *op)
 {
     const uint32_t address = ((const struct cycles_op *)op)->address;
     cycles_execute(op);
     irqpath_executing(address);
+    if (time_by_cycles) {
+        keep_pace();
+    }
     if (envm_board_busy) {
         envm_board_waits(address);
     }
@@ -89,7 +113,8 @@ void core_watch(uint64_t plugin_id, const struct config *config)
     }
     reach_open();
     cycles_init(&config->cycles, &core);
-    each_by_itself = cycles_wants_each() || config->irqpath_path;
+    time_by_cycles = config->time_by_cycles;
+    each_by_itself = cycles_wants_each() || config->irqpath_path || time_by_cycles;
     vm_on_instructions(plugin_id, &hooks);
 }
 

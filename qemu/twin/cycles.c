@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "cycles_cache.h"
 #include "cycles_fetch.h"
 #include "cycles_price.h"
 #include "cycles_rules.h"
@@ -15,6 +16,7 @@
 static struct cycles_target target;
 static struct cycles_step steps[2], *now = &steps[0], *before = &steps[1];
 static bool fetch_waits;
+static uint64_t exit_beyond_rule; /* modulo 2^64 */
 static struct cycles_count total;
 static uint64_t instructions;
 static uint64_t system_bus_free; /* when the posted write is done */
@@ -52,6 +54,8 @@ static void leave(bool tail_chained)
 {
     if (!tail_chained) {
         spend(RULE_EXCEPTION_EXIT);
+        total.low += exit_beyond_rule;
+        total.high += exit_beyond_rule;
     }
     target.returned(tail_chained);
     if (nesting > 0) {
@@ -247,12 +251,15 @@ void cycles_reset(void)
     exception = 0;
     nesting = 0;
     system_bus_free = 0;
+    cycles_cache_reset();
 }
 
 void cycles_init(const struct cycles_params *p, const struct cycles_target *t)
 {
     cycles_price_init(p);
-    cycles_fetch_init(cycles_envm_waits(p), (unsigned)p->esram);
+    cycles_cache_init(p);
+    exit_beyond_rule = (uint64_t)p->exit - cycles_rules[RULE_EXCEPTION_EXIT].high;
+    cycles_fetch_init(cycles_envm_waits(p) != 0, (unsigned)p->esram);
     fetch_waits = cycles_envm_waits(p) != 0 || p->esram != 0;
     target = *t;
     cycles_reset();

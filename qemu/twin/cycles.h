@@ -14,13 +14,21 @@
 #include "cycles_decode.h"
 #include "keys.h"
 
+enum cycles_cache {
+    CYCLES_CACHE_OFF,    /* every fetch and read of eNVM waits */
+    CYCLES_CACHE_HITS,   /* none does */
+    CYCLES_CACHE_DEVICE, /* cycles_cache.h */
+};
+
 /* Extra cycles over a bus that answers at once; whole numbers. */
 struct cycles_params {
     double apb_read, apb_write; /* fabric behind FIC and MSS peripherals; a write is posted through one buffer */
     double ppb;                 /* private peripheral bus: NVIC, SysTick, DWT */
     double esram;               /* either direction, data and fetch */
     double envm_wait;           /* fetch and data, when the cache is off */
-    double cache;               /* 1: every fetch and read of eNVM hits */
+    double cache;               /* enum cycles_cache */
+    double cache_miss;          /* a line that the device's cache does not have */
+    double exit;                /* of an exception, in place of the rule's */
 };
 
 extern const struct config_key cycles_keys[];

@@ -1,22 +1,35 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "cycles_fetch.h"
 
+#include "cycles_cache.h"
+
 #define BUFFER_WORDS 3u
 
-static unsigned envm_wait, esram_wait;
+static bool envm_waits;
+static unsigned esram_wait;
 static uint32_t last;                /* number of the word fetched last */
 static uint64_t complete;            /* when it was there */
 static uint64_t taken[BUFFER_WORDS]; /* when the core took a word out of its place in the buffer */
 
-void cycles_fetch_init(unsigned envm, unsigned esram)
+void cycles_fetch_init(bool envm, unsigned esram)
 {
-    envm_wait = envm;
+    envm_waits = envm;
     esram_wait = esram;
+}
+
+static bool is_esram(uint32_t address)
+{
+    return address >> 28 == 2;
+}
+
+static bool may_wait(uint32_t address)
+{
+    return is_esram(address) ? esram_wait != 0 : envm_waits;
 }
 
 static unsigned wait_of(uint32_t address)
 {
-    return address >> 28 == 2 ? esram_wait : envm_wait;
+    return is_esram(address) ? esram_wait : cycles_cache_waits(address);
 }
 
 static uint64_t later(uint64_t a, uint64_t b)
@@ -24,11 +37,11 @@ static uint64_t later(uint64_t a, uint64_t b)
     return a > b ? a : b;
 }
 
-static uint64_t wait_for(uint32_t word, uint64_t now, unsigned wait)
+static uint64_t wait_for(uint32_t word, uint64_t now)
 {
     while (last != word) {
         last++;
-        complete = later(complete, taken[last % BUFFER_WORDS]) + 1 + wait;
+        complete = later(complete, taken[last % BUFFER_WORDS]) + 1 + wait_of(last * 4);
     }
     uint64_t start = later(complete, now);
     taken[word % BUFFER_WORDS] = start;
@@ -37,22 +50,20 @@ static uint64_t wait_for(uint32_t word, uint64_t now, unsigned wait)
 
 uint64_t cycles_fetch_restart(uint32_t address, unsigned size, uint64_t now)
 {
-    unsigned wait = wait_of(address);
-    if (wait == 0) {
+    if (!may_wait(address)) {
         return 0;
     }
     last = address / 4;
-    complete = now + wait;
+    complete = now + wait_of(address);
     for (unsigned n = 0; n < BUFFER_WORDS; n++) {
         taken[n] = now;
     }
-    uint64_t waited = wait_for((address + size - 1) / 4, now, wait);
+    uint64_t waited = wait_for((address + size - 1) / 4, now);
     /* The second word's own cycle is RULE_TARGET_SPLIT. */
     return waited - ((address + size - 1) / 4 != address / 4);
 }
 
 uint64_t cycles_fetch(uint32_t address, unsigned size, uint64_t now)
 {
-    unsigned wait = wait_of(address);
-    return wait == 0 ? 0 : wait_for((address + size - 1) / 4, now, wait);
+    return may_wait(address) ? wait_for((address + size - 1) / 4, now) : 0;
 }

@@ -4,10 +4,11 @@
 #ifndef TWIN_CYCLES_FETCH_H
 #define TWIN_CYCLES_FETCH_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
-/* Wait states of a word. */
-void cycles_fetch_init(unsigned envm_wait, unsigned esram_wait);
+/* Whether a word of eNVM may wait (cycles_cache.h says how long), and wait states of one of eSRAM. */
+void cycles_fetch_init(bool envm_waits, unsigned esram_wait);
 /* The cycles that the instruction, ready to execute at `now`, waits for its encoding: at a branch's target the ones
  * beyond the branch's own, */
 uint64_t cycles_fetch_restart(uint32_t address, unsigned size, uint64_t now);

@@ -6,6 +6,7 @@
 
 /* The reasons for the defaults are in docs/timing.md. */
 const struct config_key cycles_keys[] = {
-    KEY(apb_read, 0, 100, 3),  KEY(apb_write, 0, 100, 3), KEY(ppb, 0, 100, 0), KEY(esram, 0, 100, 0),
-    KEY(envm_wait, 0, 100, 8), KEY(cache, 0, 1, 1),       CONFIG_KEYS_END,
+    KEY(apb_read, 0, 100, 3),     KEY(apb_write, 0, 100, 3), KEY(ppb, 0, 100, 0),
+    KEY(esram, 0, 100, 0),        KEY(envm_wait, 0, 100, 8), KEY(cache, 0, 2, 1),
+    KEY(cache_miss, 0, 1000, 35), KEY(exit, 0, 100, 12),     CONFIG_KEYS_END,
 };

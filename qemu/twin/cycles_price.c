@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "cycles_price.h"
 
+#include "cycles_cache.h"
 #include "cycles_rules.h"
 
 #define LR 14
@@ -32,6 +33,7 @@ static unsigned wait_of(uint32_t address, bool is_write)
     switch (address >> 28) {
     case 0:
     case 1:
+        return cycles_cache_waits(address);
     case 6:
         return waits.envm;
     case 2:

@@ -26,7 +26,7 @@ void cycles_price_init(const struct cycles_params *params);
 
 static inline unsigned cycles_envm_waits(const struct cycles_params *p)
 {
-    return p->cache != 0 ? 0 : (unsigned)p->envm_wait;
+    return p->cache == CYCLES_CACHE_HITS ? 0 : (unsigned)p->envm_wait;
 }
 
 static inline bool cycles_touch_memory(const struct cycles_op *op)

@@ -35,8 +35,13 @@ enum {
 #define KEY(field, low, high, initial) \
     ((struct config_key){#field, offsetof(struct envm_params, field), low, high, initial})
 const struct config_key envm_keys[] = {
-    KEY(program_s, 1e-6, 1, 8e-3), KEY(verify_s, 1e-6, 1, 20e-6), KEY(endurance, 1, 1e9, 1000),
-    KEY(cut_write, 0, 1e9, 0),     KEY(cut_share, 0, 1, 0.5),     CONFIG_KEYS_END,
+    KEY(program_s, 1e-6, 1, 8e-3),
+    KEY(verify_s, 1e-6, 1, 20e-6),
+    KEY(endurance, 1, 1e9, 1000),
+    KEY(fails, 0, 14, 0),
+    KEY(cut_write, 0, 1e9, 0),
+    KEY(cut_share, 0, 1, 0.5),
+    CONFIG_KEYS_END,
 };
 
 void envm_init(struct envm *e, const struct envm_params *p, uint64_t seed)
@@ -44,6 +49,7 @@ void envm_init(struct envm *e, const struct envm_params *p, uint64_t seed)
     memset(e, 0, sizeof *e);
     e->p = *p;
     e->status = READY;
+    e->fails = (uint32_t)p->fails;
     e->until = SIM_NEVER;
     random_seed_stream(&e->noise, seed, STREAM_ENVM);
 }

@@ -29,6 +29,7 @@ enum envm_failure {
 struct envm_params {
     double program_s, verify_s;
     double endurance; /* writes of a page, beyond which the controller warns */
+    double fails;     /* status bits of enum envm_failure that the first command ends with */
     double cut_write; /* the power fails behind this write to a register, counted from 1; 0: behind none */
     double cut_share; /* and when so much of the command that it gave has been done */
 };

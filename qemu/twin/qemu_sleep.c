@@ -115,36 +115,49 @@ void vm_sleep_ahead(void *cpu)
     }
 }
 
-static struct {
+/* Of each reason to stand still, which `over` tells, one at a time. */
+static struct stall {
     bool queued;
     int64_t until_ns;
     const bool *reset_is_due;
     void (*over)(int64_t for_ns);
-} stall;
+} stalls[2];
+#define STALLS (sizeof stalls / sizeof stalls[0])
 
 /* Timers have their turn on the way. */
-static void stand_still(opaque *cpu, uint64_t unused)
+static void stand_still(opaque *cpu, uint64_t which)
 {
+    struct stall *stall = &stalls[which];
     (void)cpu;
-    (void)unused;
-    stall.queued = false;
+    stall->queued = false;
     int64_t from_ns = now_ns(), left_ns;
-    while ((left_ns = stall.until_ns - now_ns()) > 0 && !*stall.reset_is_due) {
+    while ((left_ns = stall->until_ns - now_ns()) > 0 && !*stall->reset_is_due) {
         int64_t next_ns = vm.qemu_clock_deadline_ns_all(CLOCK_VIRTUAL, NOT_EXTERNAL);
         add_to_bias(bias_ns, next_ns >= 0 && next_ns < left_ns ? next_ns : left_ns);
         vm.qemu_clock_run_timers(CLOCK_VIRTUAL);
     }
-    stall.over(now_ns() - from_ns);
+    stall->over(now_ns() - from_ns);
+}
+
+/* The place of this reason, or a free one. */
+static uint64_t stall_for(void (*over)(int64_t for_ns))
+{
+    uint64_t free = 0;
+    for (uint64_t n = 0; n < STALLS; n++) {
+        if (stalls[n].queued && stalls[n].over == over) {
+            return n;
+        }
+        free = stalls[n].queued ? free : n;
+    }
+    return free;
 }
 
 bool vm_stall_core(void *cpu, int64_t until_ns, const bool *reset_is_due, void (*over)(int64_t for_ns))
 {
-    if (bias_ns && !stall.queued) {
-        stall.queued = true;
-        stall.until_ns = until_ns;
-        stall.reset_is_due = reset_is_due;
-        stall.over = over;
-        vm.async_run_on_cpu(cpu, stand_still, 0);
+    uint64_t which = stall_for(over);
+    if (bias_ns && !stalls[which].queued) {
+        stalls[which] = (struct stall){true, until_ns, reset_is_due, over};
+        vm.async_run_on_cpu(cpu, stand_still, which);
     }
     return bias_ns != NULL;
 }

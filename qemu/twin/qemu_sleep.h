@@ -13,7 +13,7 @@ bool vm_sleep_prepare(void);
 /* The core is about to execute a WFI, and all instructions up to it are booked. */
 void vm_sleep_ahead(void *cpu);
 /* The core stands still until then, or until a reset is due, from the end of this block of instructions on; `over` is told for
- * how long it was. Once is enough. False as prepare(). */
+ * how long it was. Once is enough, and each of two functions `over` has its own. False as prepare(). */
 bool vm_stall_core(void *cpu, int64_t until_ns, const bool *reset_is_due, void (*over)(int64_t for_ns));
 
 #endif

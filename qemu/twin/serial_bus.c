@@ -20,7 +20,15 @@ enum {
     DFR = 0x3C
 };
 enum { IER_RECEIVED = 1, IER_EMPTY = 2, IER_ERROR = 4, LCR_STOP = 4, LCR_PARITY = 8, LCR_DIVISOR = 0x80 };
-enum { LSR_DATA = 1, LSR_OVERRUN = 2, LSR_THR_EMPTY = 0x20, LSR_ALL_EMPTY = 0x40, FCR_CLEAR_RX = 2, FCR_CLEAR_TX = 4 };
+enum {
+    LSR_DATA = 1,
+    LSR_OVERRUN = 2,
+    LSR_THR_EMPTY = 0x20,
+    LSR_ALL_EMPTY = 0x40,
+    FCR_CLEAR_RX = 2,
+    FCR_CLEAR_TX = 4,
+    MCR_LOOP = 0x10
+};
 
 #define UART_IRQ   11
 #define PCLK_HZ    100000000.0
@@ -96,6 +104,15 @@ static void begin_hearing(void)
     vm_timer_at(heard_timer, (now_ns > quiet_ns ? now_ns : quiet_ns) + character_ns());
 }
 
+static void receive(uint8_t byte)
+{
+    if (uart.rx.count == FIFO_BYTES) {
+        uart.overrun = true;
+    } else {
+        uart.rx.bytes[uart.rx.count++] = byte;
+    }
+}
+
 /* ---- out ---- */
 
 static void begin_character(void)
@@ -114,6 +131,12 @@ static void character_sent(void *unused)
 {
     (void)unused;
     uart.sending = false;
+    if (uart.word[MCR / 4] & MCR_LOOP) {
+        receive(uart.shift);
+        begin_character();
+        update_interrupt();
+        return;
+    }
     note(uart.driven ? "tx" : "unheard", uart.shift);
     if (uart.driven && device) {
         vm_chardev_write(device, uart.shift);
@@ -146,15 +169,6 @@ void serial_bus_drive(bool on)
 }
 
 /* ---- in: who hears ---- */
-
-static void receive(uint8_t byte)
-{
-    if (uart.rx.count == FIFO_BYTES) {
-        uart.overrun = true;
-    } else {
-        uart.rx.bytes[uart.rx.count++] = byte;
-    }
-}
 
 static void character_heard(void *unused)
 {

@@ -4,14 +4,19 @@
 #include <stddef.h>
 
 enum {
+    ENVM_CR = 0x0C,
+    CC_CR = SYSREG_CC_CR,
     EDAC_CR = 0x38,
     SOFT_RESET_CR = SYSREG_SOFT_RESET_CR,
     WDOG_CR = SYSREG_WDOG_CR,
     EDAC_IRQ_ENABLE = 0x78,
+    ESRAM_PIPELINE_CR = 0x80,
     FACC1_CR = 0x98,
+    PLL_LOCK_EN_CR = 0xA0,
     RESET_SOURCE_CR = 0xB0,
     ESRAM0_EDAC_CNT = 0xF0,
     ESRAM1_EDAC_CNT = 0xF4,
+    DEVICE_VERSION = 0x14C,
     PLL_STATUS = 0x150,
     WDOGLOAD = SYSREG_WDOGLOAD,
     WDOGMVRP = 0x170,
@@ -40,6 +45,11 @@ struct sysreg_word sysreg_words[SYSREG_WORDS] = {
     {WDOGLOAD, 0, 0, 0, 0},     /* sysreg_design() */
     {WDOGMVRP, ALL, 0, 0, 0},
     {EDAC_SR, 0, 0, EDAC_FLAGS, 0},
+    {ENVM_CR, 0xE0, ALL, 0, 0}, /* NV_FREQRNG 7 */
+    {CC_CR, 0, ALL, 0, 0},
+    {ESRAM_PIPELINE_CR, 0x1, ALL, 0, 0},
+    {PLL_LOCK_EN_CR, 0xA, ALL, 0, 0}, /* the lost locks */
+    {DEVICE_VERSION, 0xF802, 0, 0, 0},
 };
 
 static struct sysreg_word *word_at(uint32_t offset)
@@ -83,12 +93,13 @@ bool sysreg_holds_fabric(void)
     return (word_at(SOFT_RESET_CR)->value & HOLDS_FABRIC) != 0;
 }
 
-void sysreg_design(uint32_t offset, uint32_t word)
+bool sysreg_design(uint32_t offset, uint32_t word)
 {
     struct sysreg_word *w = word_at(offset);
     if (w) {
         w->initial = word;
     }
+    return w != NULL;
 }
 
 uint32_t sysreg_value(uint32_t offset)

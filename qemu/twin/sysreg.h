@@ -19,7 +19,7 @@ struct sysreg_word {
     uint32_t value;
 };
 
-#define SYSREG_WORDS 12
+#define SYSREG_WORDS 17
 extern struct sysreg_word sysreg_words[SYSREG_WORDS];
 
 uint32_t sysreg_read(void *word, uint32_t offset);
@@ -28,8 +28,8 @@ void sysreg_write(void *word, uint32_t offset, uint32_t value);
 bool sysreg_holds_fabric(void);
 void sysreg_reset(enum reset_cause cause);
 
-/* The design's bits of a register that the table has: in effect from the next reset on. */
-void sysreg_design(uint32_t offset, uint32_t word);
+/* The design's bits of a register that the table has, false if it does not: in effect from the next reset on. */
+bool sysreg_design(uint32_t offset, uint32_t word);
 uint32_t sysreg_value(uint32_t offset);
 
 /* Locks do not care about a reset. */
@@ -40,6 +40,6 @@ void sysreg_set_lock(enum sysreg_pll pll, bool locked);
 bool sysreg_memory_error(bool fatal);
 
 enum { SYSREG_MSS_PLL_IRQ = 23, SYSREG_ECC_IRQ = 29, SYSREG_FABRIC_PLL_IRQ = 32 };
-enum { SYSREG_SOFT_RESET_CR = 0x48, SYSREG_WDOG_CR = 0x6C, SYSREG_WDOGLOAD = 0x16C };
+enum { SYSREG_CC_CR = 0x18, SYSREG_SOFT_RESET_CR = 0x48, SYSREG_WDOG_CR = 0x6C, SYSREG_WDOGLOAD = 0x16C };
 
 #endif

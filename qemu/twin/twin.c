@@ -35,6 +35,7 @@
 #define FABRIC_BYTES  0x1000u
 #define FABRIC_IRQ0   34
 #define IRQ_EXCEPTION 16 /* of IRQ 0 */
+#define TIMER_BASE    0x40004000u
 #define PROGRESS_NS   50000000
 #define RAD_S_TO_RPM  9.549296585513721
 
@@ -262,6 +263,42 @@ static void pins_write(void *pins, uint32_t offset, uint32_t value)
     serial_bus_drive(gpio_drives(pins, SERIAL_BUS_PIN));
 }
 
+/* ---- registers that QEMU has otherwise, or not at all ---- */
+
+static uint32_t fixed_read(void *word, uint32_t offset)
+{
+    (void)offset;
+    return *(const uint32_t *)word;
+}
+
+static void fixed_write(void *word, uint32_t offset, uint32_t value)
+{
+    (void)word;
+    (void)offset;
+    (void)value;
+}
+
+static void map_fixed_words(void)
+{
+    static uint32_t r2p1 = 0x412FC231u, two_timers = 0;
+    static const struct vm_region cpuid = {"mssfoc-cpuid", 0xE000ED00u, 4, 4, fixed_read, fixed_write, &r2p1};
+    static const struct vm_region mode = {"mssfoc-tim64-mode", TIMER_BASE + 0x54, 4,          4,
+                                          fixed_read,          fixed_write,       &two_timers};
+    vm_map_private(&cpuid);
+    vm_map(&mode);
+}
+
+/* QEMU leaves its timers running through a reset of the device: control, count, interrupt of both. */
+static void reset_timers(void)
+{
+    static const uint32_t none = 0, clear = 1;
+    for (uint32_t timer = TIMER_BASE; timer <= TIMER_BASE + 0x18; timer += 0x18) {
+        vm_write_memory(timer + 0x0C, &none, sizeof none);
+        vm_write_memory(timer + 0x04, &none, sizeof none);
+        vm_write_memory(timer + 0x10, &clear, sizeof clear);
+    }
+}
+
 /* ---- reset: the MSS resets the fabric with it (MSS_RESET_N_M2F) ---- */
 
 /* The fabric held in reset is the fabric as a reset leaves it, and nobody can change that. */
@@ -286,6 +323,7 @@ static void system_reset(void *unused)
     plant_reset_fabric(&plant);
     envm_board_reset();
     sysreg_reset(reset_cause);
+    reset_timers();
     reset_cause = RESET_SOFT;
     vm_set_interrupt(SYSREG_ECC_IRQ, false);
     memset(&mmuart, 0, sizeof mmuart);
@@ -406,11 +444,24 @@ static void map_devices(void)
     }
 }
 
+static void design_registers(void)
+{
+    for (size_t n = 0; n < config.design_count; n++) {
+        if (!sysreg_design(config.design[n].offset, config.design[n].word)) {
+            fprintf(stderr, "mssfoc twin: design: SYSREG has no register at offset 0x%x here\n",
+                    (unsigned)config.design[n].offset);
+            exit(1);
+        }
+    }
+}
+
 static void attach(void)
 {
     map_devices();
+    map_fixed_words();
     vm_on_reset(system_reset, NULL);
     sysreg_design(SYSREG_WDOGLOAD, config.watchdog_load);
+    design_registers();
     sysreg_reset(RESET_POWER_ON);
     gpio_reset(&gpio);
     dwt_init(&dwt, config.count_instructions ? cycles_instructions : core_cycles);

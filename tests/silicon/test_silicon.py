@@ -71,7 +71,7 @@ def test_the_drivers_constants_are_the_documented_ones():
 @pytest.mark.parametrize("file, was, becomes", [
     ("drivers/mss/timer.h", "0x40004000u", "0x40004100u"),
     ("drivers/mss/sysreg.h", "FABRIC  (1u << 16)", "FABRIC  (1u << 17)"),
-    ("drivers/mss/envm.c", "(0xFFu << 5)", "(0x7Fu << 5)"),
+    ("drivers/mss/envm.h", "(0xFFu << 5)", "(0x7Fu << 5)"),
     ("drivers/mss/sysreg.c", "FACC1_FIC0 = 13", "FACC1_FIC0 = 16"),
     ("drivers/mss/irq.h", "PLL_LOCK_LOST        23u", "PLL_LOCK_LOST        22u"),
     ("drivers/cortex/scb.h", "volatile uint32_t SHCSR;", "uint32_t one_more; volatile uint32_t SHCSR;"),
