@@ -69,7 +69,7 @@ static void clear_causes(void)
 }
 
 /* A reset amid the page leads to the next step, unless the step has asked for it; one behind the page is what B18 waits for. */
-static bool goes_on(const struct found *now)
+static bool resumes(const struct found *now)
 {
     if (kept.magic != MAGIC || (now->causes & SYSREG_CAUSE_POWER_ON) != 0u) {
         return false;
@@ -83,7 +83,7 @@ static void begin(const struct found *now)
     report_title();
 }
 
-static void go_on(const struct found *now)
+static void resume(const struct found *now)
 {
     kept.again = *now;
     if (kept.page_done) {
@@ -130,8 +130,8 @@ int main(void)
 {
     const struct found now = look();
     open();
-    if (goes_on(&now)) {
-        go_on(&now);
+    if (resumes(&now)) {
+        resume(&now);
     } else {
         begin(&now);
     }

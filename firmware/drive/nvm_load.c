@@ -92,6 +92,10 @@ static enum error take_reaction(struct candidate *c, struct nvm_report *k, const
     if (r->value_bytes != 1u) {
         return ERROR_STORED_FORMAT;
     }
+    if (!FEATURE_IN(SENSORLESS) && r->value[0] == REACTION_CARRY) {
+        pass_over(k, r);
+        return ERROR_NONE;
+    }
     if (r->value[0] >= REACTION_COUNT || ((fault_class(cause)->allowed >> r->value[0]) & 1u) == 0u) {
         return ERROR_REACTION_NOT_ALLOWED;
     }

@@ -5,6 +5,7 @@
 #include "firmware/drive/drive.h"
 #include "firmware/monitor/device.h"
 #include "firmware/settings/config.h"
+#include "firmware/settings/features.h"
 #include "firmware/source/rotor.h"
 #include "lib/q15.h"
 
@@ -206,6 +207,9 @@ struct outcome drive_choose_reaction(struct axis *a, enum fault cause, enum reac
 {
     if (!drive_is_off(a)) {
         return outcome_of(ERROR_DRIVE_IS_ON);
+    }
+    if (!FEATURE_IN(SENSORLESS) && choice == REACTION_CARRY) {
+        return feature_absent(FEATURE_SENSORLESS);
     }
     if (((fault_class(cause)->allowed >> choice) & 1u) == 0u) {
         return outcome_of(ERROR_REACTION_NOT_ALLOWED);

@@ -121,11 +121,12 @@ bool start_step(struct axis *a)
 
 const struct tuning *start_tuning(const struct axis *a)
 {
-    const struct start *const s = &a->start;
-    if (FEATURE_IN(IDENTIFY) && a->state == AXIS_SWITCHED_ON && s->phase == START_IDENTIFY &&
-        !identify_in_rotor_frame(&a->identify)) {
+    const uint32_t phase = a->start.phase;
+    if (a->state != AXIS_SWITCHED_ON) {
+        return &a->tuning;
+    }
+    if (FEATURE_IN(IDENTIFY) && phase == START_IDENTIFY && !identify_in_rotor_frame(&a->identify)) {
         return identify_tuning(&a->identify);
     }
-    const bool voltage = a->state == AXIS_SWITCHED_ON && (s->phase == START_WIRING || source_of(a)->holds_voltage(a));
-    return voltage ? &wiring_tuning : &a->tuning;
+    return phase == START_WIRING || source_of(a)->holds_voltage(a) ? &wiring_tuning : &a->tuning;
 }

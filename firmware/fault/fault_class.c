@@ -3,11 +3,12 @@
 
 #include "drivers/fabric/adc.h"
 #include "drivers/fabric/gate.h"
+#include "firmware/settings/features.h"
 
 #define OFF   (1u << REACTION_OFF)
 #define STOP  (1u << REACTION_STOP)
 #define WARN  (1u << REACTION_WARN)
-#define CARRY (1u << REACTION_CARRY)
+#define CARRY (FEATURE_IN(SENSORLESS) ? 1u << REACTION_CARRY : 0u)
 
 /*
  * A stop needs a working current loop, encoder and bridge. A warning is allowed if going on does no harm by itself. Retry is

@@ -36,9 +36,9 @@ static const struct {
     const char *name;
     enum feature feature;
 } commands_of_features[] = {
-    {"identify", FEATURE_IDENTIFY}, {"pp", FEATURE_POSITION},   {"hm", FEATURE_POSITION},
-    {"csp", FEATURE_POSITION},      {"zero", FEATURE_POSITION}, {"learn", FEATURE_LEARN},
-    {"save", FEATURE_SETTINGS},     {"load", FEATURE_SETTINGS}, {"scope", FEATURE_SCOPE},
+    {"identify", FEATURE_IDENTIFY}, {"pp", FEATURE_POSITION},  {"hm", FEATURE_POSITION},   {"csp", FEATURE_POSITION},
+    {"zero", FEATURE_POSITION},     {"learn", FEATURE_LEARN},  {"save", FEATURE_SETTINGS}, {"load", FEATURE_SETTINGS},
+    {"scope", FEATURE_SCOPE},       {"stream", FEATURE_SCOPE},
 };
 
 enum feature commands_absent(const char *name)

@@ -41,7 +41,7 @@ struct change {
     struct params params;
     uint8_t choice[FAULT_COUNT];
     uint32_t params_changed, choices_changed;
-    struct outcome absent; /* what a parameter among them needs and the build does not have */
+    struct outcome absent; /* what one of them needs and the build does not have */
     struct writable writable;
     uint32_t setpoints; /* a bit for each that is among them, by enum modbus_object_id */
 };
@@ -185,6 +185,10 @@ static enum modbus_exception change_param(struct change *c, uint32_t number, int
 
 static enum modbus_exception change_choice(struct change *c, uint32_t fault, int32_t choice)
 {
+    if (!FEATURE_IN(SENSORLESS) && choice == REACTION_CARRY) {
+        c->absent = feature_absent(FEATURE_SENSORLESS);
+        return MODBUS_FINE; /* refused as a whole, with that reason */
+    }
     if (choice >= REACTION_COUNT || ((fault_class((enum fault)fault)->allowed >> choice) & 1u) == 0u) {
         return MODBUS_ILLEGAL_VALUE;
     }

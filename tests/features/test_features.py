@@ -16,10 +16,11 @@ from features.builds import FEATURES, MINIMAL, ROOT, build, image_bytes, without
 FLASH_MOST, RAM_MOST = 96 * 1024, 20 * 1024
 EXACT = {"plant": "ideal", "spread": 0, "aligned": True}
 ASKED = {  # console lines that need it
-    "encoder": ("on",), "hall": ("set angle_source 2", "set hall_edge_2_cdeg 7000"), "sensorless": ("set angle_source 1",),
+    "encoder": ("on", "identify", "angle encoder"), "hall": ("set angle_source 2", "set hall_edge_2_cdeg 7000", "angle hall"),
+    "sensorless": ("set angle_source 1", "angle observer", "reaction encoder carry"),
     "injection": ("set injection_mv 1000",), "weakening": ("set overmodulation 50",),
     "position": ("pp 100", "hm index", "csp 5", "zero", "set home_turns 3"), "identify": ("identify", "identify show"),
-    "learn": ("learn cogging", "learn hall"), "modbus": ("set modbus_address 7",), "scope": ("scope list",),
+    "learn": ("learn cogging", "learn hall"), "modbus": ("set modbus_address 7",), "scope": ("scope list", "stream 10 921600"),
     "settings": ("save", "load")}
 SAMPLE = ("position", "modbus")
 
@@ -55,6 +56,15 @@ def test_what_is_left_out_is_refused_by_name(name, tmp_path):
     assert len(refusals(console, name)) == len(ASKED[name]), console
 
 
+@pytest.mark.rest
+def test_a_speed_that_needs_a_weaker_field_is_refused_when_the_tables_are_worked_out(tmp_path):
+    lines = ("set overspeed_rpm 7000", "set speed_max_rpm 6000", "set emf_beyond_v_max 1", "on")
+    for name, refused in (("weakening", 1), ("modbus", 0)):
+        folder = tmp_path / name
+        folder.mkdir()
+        assert len(refusals(play(build(without(name)), lines, folder), "weakening")) == refused
+
+
 def test_the_whole_image_refuses_none_of_it_by_name(tmp_path):
     lines = [line for name in sorted(ASKED) for line in ASKED[name]]
     assert "this build leaves" not in play(build(FEATURES), lines, tmp_path)
@@ -67,12 +77,13 @@ def test_the_least_build_is_within_its_budget_and_drives(tmp_path):
 
 
 ERRORS = re.findall(r"^    (ERROR_\w+),", (ROOT / "firmware/settings/error.h").read_text(), re.MULTILINE)
-REFUSAL, STORE, MODE, TARGET = 0x2B, 0xC0, 1, 4
+REFUSAL, STORE, MODE, REACTIONS, ERROR_OF_ENCODER, CARRY = 0x2B, 0xC0, 1, 0x400, 7, 3
 PROFILE_POSITION = 1
 ON_THE_BUS = {  # what needs it, by requests
     "settings": (write(STORE, long(0x65766173)),),
     "position": (write_one(MODE, PROFILE_POSITION), *(write_one(0, word) for word in (6, 7, 0xF)), None, write_one(0, 0x1F)),
-    "hall": (write(PARAM_BASE + 2 * 63, long(123456)),)}
+    "hall": (write(PARAM_BASE + 2 * 63, long(123456)),),
+    "sensorless": (write_one(REACTIONS + ERROR_OF_ENCODER, CARRY),)}
 
 
 def over_the_bus(requests, begin_s):
@@ -102,6 +113,19 @@ def test_the_bus_refuses_it_by_number(name, tmp_path):
     said = load_bus(tmp_path / "bus.txt").exchanges[-1].reply
     assert int.from_bytes(said[3:5], "big") == ERRORS.index("ERROR_NOT_IN_BUILD")
     assert FEATURES[int.from_bytes(said[5:9], "big")] == name
+
+
+def test_a_build_without_a_feature_knows_the_names_of_its_commands():
+    """All of them: a name that is not in the list would be an unknown command, and nobody would know why."""
+    operate = ROOT / "firmware/operate"
+    table = (operate / "commands_table.c").read_text()
+    rows = "".join(path.read_text() for path in sorted(operate.glob("commands_*.c")))
+    named = {tuple(pair) for pair in re.findall(r'\{"(\w+)", FEATURE_(\w+)\}', table)}
+    has = set()
+    for feature, group in re.findall(r"GROUP_OF\(([A-Z]+), (\w+)\)", table):
+        body = re.search(rf"{group}\[\] = \{{\n(.*?)\n\}};", rows, re.DOTALL)[1]
+        has |= {(name, feature) for name in re.findall(r'^    \{"(\w+)", ', body, re.MULTILINE)}
+    assert has and named == has
 
 
 @pytest.mark.parametrize("features, complaint", [

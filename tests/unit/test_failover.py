@@ -313,6 +313,19 @@ def test_a_reluctant_rotor_does_not_hang_on_a_field_and_is_given_up(motor):
     assert m.fault == "ENCODER_DEAD" and m.fabric.gate.CONTROL == 0
 
 
+@pytest.mark.parametrize("margin, rho, leaves", ((2.9, 0.0, True), (3.1, 0.0, False), (5.9, 0.28, True), (5.9, -0.28, True),
+                                                 (5.9, 0.26, False), (6.1, 0.28, False)))
+def test_the_field_takes_over_from_an_observer_that_sees_little_or_whose_flux_is_off(motor, margin, rho, leaves):
+    """Within 8 ms: 2 before the flux, off by 0.3, would count as lost."""
+    m = carried(motor())
+    m.axis.sensorless.extra_q15 = 0
+    for _ in range(8):
+        assert m.axis.loop.field_follows != 0
+        m.axis.loop.flux.margin_q8, m.axis.loop.flux.rho_q15 = round(margin * 256), round(rho * 32768)
+        m.c.sensorless_after_control(m.axis)
+    assert (m.axis.loop.field_follows == 0) == leaves and m.fault == "NONE"
+
+
 def test_on_begins_with_the_encoder_and_an_alignment(motor):
     m = carried(motor())
     assert not m.axis.start.aligned

@@ -446,6 +446,22 @@ def test_what_the_speed_loop_has_answered_by_itself_is_not_answered_twice(motor,
     assert m.axis.reactions.softened == 1, "if that has not helped"
 
 
+def test_gains_that_are_reduced_stay_so_across_a_hand_over_and_so_does_their_count(motor, c):
+    """Until the next `on`, which takes the tuning anew."""
+    m = motor(1000, 0.0)
+    m.step(60, swing(6, 20, 5.0))
+    kp = m.axis.tuning.speed_kp_q16
+    m.axis.reactions.softened = 5
+    c.supervision_begin_again(m.axis)
+    assert m.until_fault(100, swing(6, 20, 5.0)) and m.fault == "LIMIT_CYCLE"
+    assert m.axis.tuning.speed_kp_q16 == kp and m.axis.reactions.softened == 5
+    c.fault_forget(m.axis)
+    c.tuning_compute(m.axis.params, m.axis.switching.tuning)
+    m.axis.state, m.axis.request = c.AXIS_SWITCH_ON_DISABLED, c.AXIS_REQUEST_ON
+    c.states_step(m.axis)
+    assert m.axis.reactions.softened == 0
+
+
 @pytest.mark.parametrize("half_ms, i_a", ((6, 2.0), (200, 5.0)))
 def test_little_current_or_a_slow_swing_is_none(motor, half_ms, i_a):
     m = motor(1000, 0.0)
