@@ -88,7 +88,7 @@ void drive_step(struct axis *a)
         step_thermal(a);
         start_learn_index(a);
     }
-    current_loop_follow(&a->loop, a->fabric, start_tuning(a));
+    current_loop_follow(&a->loop, a->fabric, a->state == AXIS_SWITCHED_ON ? start_tuning(a) : &a->tuning);
     if (rotor_is_sensorless(a)) {
         sensorless_follow(a);
     }

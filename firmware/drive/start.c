@@ -122,9 +122,6 @@ bool start_step(struct axis *a)
 const struct tuning *start_tuning(const struct axis *a)
 {
     const uint32_t phase = a->start.phase;
-    if (a->state != AXIS_SWITCHED_ON) {
-        return &a->tuning;
-    }
     if (FEATURE_IN(IDENTIFY) && phase == START_IDENTIFY && !identify_in_rotor_frame(&a->identify)) {
         return identify_tuning(&a->identify);
     }

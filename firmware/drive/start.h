@@ -44,7 +44,7 @@ void start_begin(struct axis *a);
 /* One step a millisecond; true when operation may begin. May raise a fault instead. Slow loop. */
 bool start_step(struct axis *a);
 
-/* The tuning to pass to current_loop_follow(). Slow loop. */
+/* The tuning to pass to current_loop_follow() while it starts: switched on. Slow loop. */
 const struct tuning *start_tuning(const struct axis *a);
 
 /* Learns the index's offset once the drive's offset is known. Slow loop, now and then, bridge on. */
