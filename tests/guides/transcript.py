@@ -8,7 +8,7 @@ A block of a page is played when a comment stands before it:
 
 A line of the block that begins with "> " is typed; "(1.5 s later)" waits; the others are what the drive says.
 
-    /usr/bin/python3 tests/guides/transcript.py PAGE...      writes what the drive says now into the pages
+    /usr/bin/python3 tests/guides/transcript.py [PAGE...]    writes what the drive says now into the pages, or into all guides
 """
 import re
 import sys
@@ -117,8 +117,7 @@ def same(shown, now):
 def main(names):
     sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests")]
     with tempfile.TemporaryDirectory() as folder:
-        for name in names:
-            path = Path(name)
+        for path in map(Path, names) if names else sorted((ROOT / "docs" / "guides").glob("*.md")):
             path.write_text(renewed(path.read_text(), Path(folder)))
 
 
