@@ -19,7 +19,7 @@ LATEST_S = 5.0           # of simulated time, for a page that does not come to i
 # Time that goes by cycles, the cache, and where the model's defaults still are what the page calls contradicted
 AS_DOCUMENTED = ("time cycles", "cycles.cache 2", "cycles.exit 10")
 GOOD = "as documented"
-VERDICT = re.compile(rf"(?m)^({GOOD}|not as documented: \d+)\r?$")
+VERDICT = re.compile(rf"(?m)^({GOOD}|not as documented: \d+)\r?\n")
 
 
 class _Image:

@@ -24,7 +24,7 @@ from launcher.scenario import load_scenario
 from rates.builds import OWN_HZ, RATES_HZ, build_of, overrides
 
 MOTOR = "teknic_m2310p"
-CLOSING = re.compile(r"(?m)^bench: (\d+) rows\r?$")
+CLOSING = re.compile(r"(?m)^bench: (\d+) rows\r?\n")
 WALL_S = 300.0
 CURRENT_LOOP_EXCEPTION = 16 + 34  # FabricIrq0
 EXCLUDED_BEFORE_S = 0.45          # start-up and the sensors' zeros, which have a handler of their own

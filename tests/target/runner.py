@@ -12,7 +12,7 @@ from launcher.qemu import Qemu, command, escape, start
 from launcher.scenario import load_scenario
 
 BUILD = Path(os.environ.get("BUILD", "build"))
-CLOSING = re.compile(r"(?m)^(\d+) passed, (\d+) failed\r?$")
+CLOSING = re.compile(r"(?m)^(\d+) passed, (\d+) failed\r?\n")
 
 
 class _Image:
