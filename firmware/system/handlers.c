@@ -37,17 +37,14 @@ void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
     scb_system_reset();
 }
 
-/* Blocks that are needed and were released when the drive started. Thread writes it, before it enables the interrupt. */
-static volatile uint32_t handlers_released;
-
 /*
  * On M2S005 and M2S010 traffic on FIC_0 can put bits back. That of the fabric comes back after each warm start there and does
  * not matter where the design's reset ignores it, which the fabric's identity tells.
  */
 static bool block_is_lost(void)
 {
-    const uint32_t held = sysreg_held(handlers_released);
-    return held == SYSREG_RESET_FABRIC ? !gate_id_ok(&FABRIC0->gate) : held != 0u;
+    const uint32_t held = sysreg_held(BOOT_BLOCKS);
+    return held == SYSREG_RESET_FABRIC ? !axis_fabric_doubted(&axes[0]) && !gate_id_ok(&FABRIC0->gate) : held != 0u;
 }
 
 /* The interrupts that should tell of it may not be wired, or may have been disabled by what they tell of. */
@@ -161,9 +158,9 @@ void handlers_start_slow_loop(void)
 
 void handlers_watch_device(void)
 {
-    const uint32_t doubted = axis_fabric_doubted(&axes[0]) ? SYSREG_RESET_FABRIC : 0u;
-    handlers_released = BOOT_BLOCKS & ~sysreg_held(BOOT_BLOCKS) & ~doubted;
-    nvic_enable(BOARD_IRQ_PUT_BACK);
+    if (!block_is_lost()) { /* or the design does not let go of it, and each life would end so */
+        nvic_enable(BOARD_IRQ_PUT_BACK);
+    }
     sysreg_edac_watch();
     nvic_enable(MSS_IRQ_PLL_LOCK_LOST);
     nvic_enable(MSS_IRQ_FABRIC_PLL_LOCK_LOST);

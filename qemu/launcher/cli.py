@@ -77,7 +77,7 @@ def _parser():
         command.add_argument("--envm", default=os.environ.get("ENVM") or "",
                              help="file of what the device keeps while it is off: settings (default: $ENVM, or nothing)")
         command.add_argument("--chip", default=os.environ.get("CHIP") or "",
-                             help="m2s010, on which traffic on FIC_0 undoes changes of registers, or m2s025 (default: $CHIP or m2s010)")
+                             help="m2s010, on which traffic on FIC_0 undoes changes, or m2s025 (default: $CHIP or m2s010)")
         command.add_argument("--scenario", help="file of qemu/scenarios",
                              default=os.environ.get("SCENARIO") or None if name == "run" else None)
         if name in ("run", "scope"):

@@ -2,8 +2,8 @@
 /* Which device of the family, and how its design has wired the fabric's reset: what decides whether the fabric answers
  * (docs/silicon.md, C1).
  *
- * On M2S005 and M2S010 traffic on FIC_0 can put what firmware has changed in some system registers back. When is not known: here
- * after a number of accesses that the seed draws, again and again. */
+ * On M2S005 and M2S010 traffic on FIC_0 can put what firmware has changed in some system registers back. When is not known:
+ * here after a number of accesses that the seed draws, again and again. */
 #ifndef TWIN_CHIP_H
 #define TWIN_CHIP_H
 
