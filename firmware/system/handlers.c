@@ -158,11 +158,11 @@ void handlers_start_slow_loop(void)
 
 void handlers_watch_device(void)
 {
-    if (!block_is_lost()) { /* or the design does not let go of it, and each life would end so */
-        nvic_enable(BOARD_IRQ_PUT_BACK);
-    }
     sysreg_edac_watch();
     nvic_enable(MSS_IRQ_PLL_LOCK_LOST);
     nvic_enable(MSS_IRQ_FABRIC_PLL_LOCK_LOST);
     nvic_enable(MSS_IRQ_ECC_ERROR);
+    if (!block_is_lost()) { /* or the design does not let go of it, and each life would end so */
+        nvic_enable(BOARD_IRQ_PUT_BACK);
+    }
 }
