@@ -382,7 +382,7 @@ def test_a_block_in_reset_again_ends_the_program(device, system, held, identity,
     device.sysreg.SOFT_RESET_CR = held
     system.handlers_watch_device()
     assert device.nvic.ISER[0] == 1 << (ECC_ERROR if lost else PUT_BACK)
-    device.nvic.ISPR[0] = device.sysreg.EDAC_IRQ_ENABLE = 0
+    device.nvic.ISPR[0] = device.sysreg.EDAC_IRQ_ENABLE = device.sysreg.EDAC_SR = 0
     system.Timer1_IRQHandler()
     assert device.sysreg.EDAC_IRQ_ENABLE == 0x0A and device.nvic.ISPR[0] == (1 << PUT_BACK if lost else 0)
 
