@@ -13,12 +13,13 @@ RESET_S = 0.1
 AFTER_S = RESET_S + 0.05
 FACC1, WDOG_CR = "0x98", "0x6C"
 CHIPS = ("m2s010", "m2s025")
+SOFT_RESET_CR, FABRIC_BIT = 0x40038048, 1 << 16
 EVERY_COMMAND = ["status", "on", "speed 100", "torque 1", "quickstop", "off", "set ramp_rpm_s 1000", "fault", "clear", "on",
                  "off"]
 
 
 def boot(tmp_path, changes=(), lines=("fault", "on", "clear", "on", "status"), reset="watchdog_reset", more=(), chip="",
-         wired="", **design):
+         wired="", dumps=None, **design):
     """The console after the reset, and the result. `changes` are events just before it; `more` at their own times."""
     steps = [{"t_s": RESET_S - 0.001, "event": kind, "args": args} for kind, *args in changes]
     steps += [{"t_s": RESET_S, "event": reset, "args": []}] if reset else []
@@ -28,7 +29,7 @@ def boot(tmp_path, changes=(), lines=("fault", "on", "clear", "on", "status"), r
     steps += [{"t_s": end_s - 1e-3, "event": "end", "args": []}]  # the trace has no rows while the PWM does not run
     result = simulate({"key": "boot", "end_s": end_s, "preamble_s": 0.001,
                        "step": sorted(steps, key=lambda step: step["t_s"]), "expect_refusal": ".*", **design},
-                      out_dir=tmp_path, plant="ideal", spread=0, chip=chip, wired=wired)
+                      out_dir=tmp_path, plant="ideal", spread=0, chip=chip, wired=wired, dumps=dumps)
     return result.console.split("'help' lists the commands")[-1], result
 
 
@@ -107,6 +108,14 @@ def test_a_fabric_without_reset_or_clock_is_said(wired, lives, tmp_path):
     said = (tmp_path / "console.txt").read_text().replace("\r", "")
     assert "fault: fabric\n" in said and "error: a fault is latched" in said
     assert ("last reset by: watchdog" in said) == (lives == 2)
+
+
+@pytest.mark.parametrize("chip, held", zip(CHIPS, (FABRIC_BIT, 0)))
+def test_only_on_the_smaller_device_traffic_puts_the_bit_back(chip, held, tmp_path):
+    """After a warm reset start-up clears it. The drive does not mind that it comes back."""
+    said, _ = boot(tmp_path, lines=("clear", *["version"] * 9, "status"), chip=chip, dumps={"held": (SOFT_RESET_CR, 4)})
+    word = int.from_bytes((tmp_path / "held").read_bytes(), "little")
+    assert word & FABRIC_BIT == held and "state: switch on disabled" in said
 
 
 def test_where_traffic_can_take_the_fabric_away_each_restart_says_so(tmp_path):
