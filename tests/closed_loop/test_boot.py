@@ -118,6 +118,13 @@ def test_only_on_the_smaller_device_traffic_puts_the_bit_back(chip, held, tmp_pa
     assert word & FABRIC_BIT == held and "state: switch on disabled" in said
 
 
+def test_a_chip_that_there_is_not(tmp_path, monkeypatch):
+    for chip, variable in (("m2s150", ""), ("", "m2s150")):
+        monkeypatch.setenv("CHIP", variable)
+        with pytest.raises(LauncherError, match="CHIP 'm2s150' is neither m2s010, .* nor m2s025"):
+            boot(tmp_path, chip=chip)
+
+
 def test_where_traffic_can_take_the_fabric_away_each_restart_says_so(tmp_path):
     """An M2S010 whose fabric hangs on bit 16, which docs/fabric.md advises against: after a warm reset, and not before."""
     said, result = boot(tmp_path, chip="m2s010", wired="m2f", lines=("fault",) * 10)
