@@ -24,6 +24,7 @@ DETUNE   ?=
 FABRIC   ?= model
 SENSORS  ?=
 ENVM     ?=
+CHIP     ?=
 MODBUS   ?=
 PROBE    ?=
 IMAGE    ?= mssfoc
@@ -56,7 +57,7 @@ MSSFOC_IMAGE = $(BUILD)/mssfoc
 Q := $(if $(V),,@)
 say = $(if $(V)$(findstring s,$(firstword -$(MAKEFLAGS))),,@echo "  $1  $@")
 
-export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS MODBUS START ENVM PROBE PORT WRONG HOSTCC CROSS
+export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS MODBUS START ENVM CHIP PROBE PORT WRONG HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1
 
 # ---- the image and the library ---------------------------------------------------------------------------------------
@@ -239,7 +240,8 @@ help:
 	@echo '                     the sensors: [SENSORS=amc1306] isolated modulators instead of the converters; with FABRIC=rtl'
 	@echo '                     the start: [START=found|aligned] the drive finds where its rotor stands, or knows it'
 	@echo '                     what the device keeps: [ENVM=file] settings that `save` has written (docs/settings.md)'
-	@echo 'make test            the tests; ALL=1: with every motor and rate, as CI    [ALL=1 QEMU=path]'
+	@echo '                     the chip: [CHIP=m2s010|m2s025] on the smaller one traffic on FIC_0 undoes changes (docs/silicon.md)'
+	@echo 'make test            the tests; ALL=1: with every motor and rate, as CI    [ALL=1 CHIP=name QEMU=path]'
 	@echo 'make storm           noise, mutated and right lines and frames to both UARTs while the motor turns [N=frames]'
 	@echo 'make console         a live console of a running drive'
 	@echo '                     the bus: [MODBUS=pty|tcp:PORT] its Modbus, for mbpoll, pymodbus or a PLC (docs/modbus.md)'

@@ -63,16 +63,16 @@
     X(TIMER_PERIOD, "B10", DECIMAL, 1000u, 1001u, "cycles of a timer period of 1000") \
     X(TIMER_RESTARTS, "B10", DECIMAL, 0u, 1u, "a second write of CTRL restarts it") \
     X(TIM64_MODE, "B10", HEX, ONE(0u), "TIM64_MODE") \
-    X(INTERRUPTS, "B11", DECIMAL, ONE(6u), "interrupts that came once when raised") \
-    X(SCOPE_ALONE, "B11", DECIMAL, ONE(0u), "interrupts 9 by themselves") \
+    X(INTERRUPTS, "B11", DECIMAL, ONE(7u), "interrupts that came once when raised") \
+    X(QUIET, "B11", DECIMAL, ONE(0u), "interrupts 8, 9 by themselves") \
     X(PWM_RATE, "B11", DECIMAL, 198u, 202u, "interrupts 34 in 10 ms at 20 kHz") \
     X(AWAKE, "B12", DECIMAL, 999000u, 1001000u, "timer ticks in 10^6 cycles") \
     X(ASLEEP, "B12", DECIMAL, 0u, 1000u, "cycles in a sleep of 100000 ticks") \
     X(GATE_IDENTITY, "B13", HEX, ONE(GATE_ID), "GATE.ID") \
     X(NO_AXIS, "B13", HEX, ONE(0u), "GATE.ID of an axis that is not there") \
     X(UNMAPPED, "B13", DECIMAL, ONE(1u), "an address that nothing has faults") \
-    X(HELD_IDENTITY, "B13", HEX, ONE(0u), "GATE.ID, fabric held in reset") \
-    X(HELD_NO_AXIS, "B13", HEX, ONE(0u), "of no axis, fabric held in reset") \
+    X(HELD_IDENTITY, "B13", HEX, ONE(GATE_ID), "GATE.ID, FPGA_SOFTRESET set") \
+    X(HELD_NO_AXIS, "B13", HEX, ONE(0u), "of no axis, FPGA_SOFTRESET set") \
     X(ENVM_NO_ACCESS, "B14", HEX, ONE(DOCUMENTED_RESET_ENVM_STATUS), "STATUS without access") \
     X(ENVM_RESULT, "B14", DECIMAL, ONE(ENVM_DONE), "result of writing and reading a page") \
     X(ENVM_TIME, "B14", DECIMAL, 4000u, 12000u, "microseconds of programming it") \

@@ -4,9 +4,12 @@
 
 #include "drivers/fabric/fabric.h"
 #include "drivers/fabric/offsets.h"
+#include "drivers/fabric/reset.h"
 
 #define AT(block, member, name) \
     _Static_assert(offsetof(struct fabric, member.name) == FABRIC3_##block##_##name, #block "." #name " is elsewhere")
+#define INITIAL(ours, theirs) \
+    _Static_assert((ours) == FABRIC3_##theirs##_RESET, #ours " is not what registers.toml has")
 #define BITS(ours, theirs) _Static_assert((ours) == FABRIC3_##theirs##_MASK, #ours " is not what registers.toml has")
 
 _Static_assert(FABRIC_BASE == FABRIC3_BASE, "the first axis's window is elsewhere");
@@ -112,6 +115,14 @@ BITS(GATE_STATUS_STO_A_NOW, GATE_STATUS_STO_A_NOW);
 BITS(GATE_STATUS_STO_B_NOW, GATE_STATUS_STO_B_NOW);
 BITS(GATE_CHOPPER_ENABLE, GATE_CHOPPER_ENABLE);
 BITS(GATE_CHOPPER_CHOPPING, GATE_CHOPPER_CHOPPING);
+INITIAL(BOARD_ADC_OFFSET_NOMINAL, ADC_OFFSET_A);
+INITIAL(RESET_NO_LIMIT, ADC_I_TRIP);
+INITIAL(RESET_NO_LIMIT, ADC_SUM_TRIP);
+INITIAL(RESET_NO_LIMIT, ADC_V_MAX);
+INITIAL(RESET_NO_LIMIT, ADC_MODULATOR_TRIP);
+INITIAL(RESET_MODULATOR, ADC_MODULATOR);
+INITIAL(RESET_CHOPPER, GATE_CHOPPER_ON);
+INITIAL(RESET_CHOPPER, GATE_CHOPPER_OFF);
 BITS(PWM_PHASE_RISING, PWM_PHASE_RISING);
 BITS(PWM_TRIGGER_FALLING, PWM_TRIGGER_1_FALLING);
 BITS(PWM_TRIGGER_RISING, PWM_TRIGGER_1_RISING);

@@ -4,8 +4,8 @@
  * the guide.
  *
  * On the M2S005 and M2S010, traffic on FIC_0 can make bits that firmware changed here fall back to their flash values.
- * So the Libero design sets everything (docs/fabric.md), and this driver changes only what it must, at power-up, before
- * the fabric is used.
+ * So the Libero design sets everything (docs/fabric.md), and this driver changes only what it must: SOFT_RESET_CR at start, and
+ * EDAC_IRQ_ENABLE. The slow loop looks after both.
  */
 #ifndef DRIVERS_MSS_SYSREG_H
 #define DRIVERS_MSS_SYSREG_H
@@ -124,6 +124,12 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
  */
 void sysreg_enable_cache(void);
 
+/* Which blocks of `mask` are held in reset. One read. Context: any. */
+static inline uint32_t sysreg_held(uint32_t mask)
+{
+    return SYSREG->SOFT_RESET_CR & mask;
+}
+
 /* Releases the blocks of `mask` (SYSREG_RESET_*) from reset; writes only if one of them is held. Context: thread. */
 void sysreg_release_reset(uint32_t mask);
 
@@ -155,7 +161,13 @@ static inline uint32_t sysreg_edac_flags(void)
     return SYSREG->EDAC_SR;
 }
 
-/* Clears earlier findings, and lets uncorrectable errors raise MSS_IRQ_ECC_ERROR. Context: thread. */
+/* Lets uncorrectable errors raise MSS_IRQ_ECC_ERROR. Context: any. */
+static inline void sysreg_edac_interrupts(void)
+{
+    SYSREG->EDAC_IRQ_ENABLE = SYSREG_EDAC_FATAL;
+}
+
+/* Clears earlier findings, and the same. Context: thread. */
 void sysreg_edac_watch(void);
 
 /* eSRAM words read with one wrong bit, and corrected, since the last reset; each block counts to 65535. */

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Command line: run, console, scope, debug, models, bringup, campaign, list, keys. Options fall back to MOTOR, SCENARIO,
-SEED, PLANT, SPREAD, DETUNE, FABRIC, SENSORS, ENVM, QEMU and BUILD."""
+SEED, PLANT, SPREAD, DETUNE, FABRIC, SENSORS, ENVM, CHIP, QEMU and BUILD."""
 import argparse
 import os
 import signal
@@ -77,6 +77,8 @@ def _parser():
                              help="found: the drive finds where its rotor stands; aligned: it knows (default: $START or found)")
         command.add_argument("--envm", default=os.environ.get("ENVM") or "",
                              help="file of what the device keeps while it is off: settings (default: $ENVM, or nothing)")
+        command.add_argument("--chip", default=os.environ.get("CHIP") or "",
+                             help="m2s010, on which traffic on FIC_0 undoes changes, or m2s025 (default: $CHIP or m2s010)")
         command.add_argument("--scenario", help="file of qemu/scenarios",
                              default=os.environ.get("SCENARIO") or None if name == "run" else None)
         if name in ("run", "scope"):
@@ -156,7 +158,7 @@ def _run(options):
 
 def _plant(options):
     return {"plant": options.plant, "spread": options.spread, "detune": options.detune, "fabric": options.fabric,
-            "sensors": options.sensors, "aligned": options.start == "aligned", "envm": options.envm}
+            "sensors": options.sensors, "aligned": options.start == "aligned", "envm": options.envm, "chip": options.chip}
 
 
 def _console(options):

@@ -107,6 +107,17 @@ def fabric_files(fabric, build, drive):
     return {"fabric": library.resolve()}
 
 
+CHIPS = ("m2s010", "m2s025")
+
+
+def chip_items(chip, wired=""):
+    """The items for CHIP=name and, where not as docs/fabric.md advises for it, for how the design has wired the fabric."""
+    chip = chip or os.environ.get("CHIP") or CHIPS[0]
+    if chip not in CHIPS:
+        raise LauncherError(f"CHIP '{chip}' is neither m2s010, on which traffic on FIC_0 undoes changes, nor m2s025")
+    return {"chip": chip, **({"fabric_wired": wired} if wired else {})}
+
+
 def envm_files(path):
     """The item for ENVM=file: what the device keeps while it is off."""
     if not path:

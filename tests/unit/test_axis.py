@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """One motor's drive, step by step: what starts it, what each state does to fabric and loops, and what a fault keeps."""
 import ctypes
+import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -53,6 +55,32 @@ def test_start_brings_up_encoder_pwm_and_adc(c, fresh):
     assert (w.fabric.encoder.COUNTS, w.fabric.encoder.CONTROL) == (4000, 1)
     assert w.fabric.pwm.PERIOD == 2500 and w.fabric.pwm.CONTROL == 1 and w.fabric.gate.CONTROL == 0
     assert w.fabric.adc.CONTROL == 3 and w.fabric.gate.CONTROL == 0
+
+
+def registers(access):
+    """{(block of struct fabric, register): reset value} by the contract, registers.toml."""
+    contract = tomllib.loads(Path("drivers/fabric/registers.toml").read_text())
+    named = {"PWM": "pwm", "ADC": "adc", "ENC": "encoder", "GATE": "gate"}
+    return {(named[block["name"]], register["name"]): register["reset"]
+            for block in contract["block"] for register in block["register"] if register["access"] == access}
+
+
+def test_start_leaves_nothing_of_what_it_finds_in_the_fabric(c, fresh):
+    """Each register holds ones; what the start does not set up is then as a reset leaves it, the rest as at a cold start."""
+    cold, warm = fresh, World(c)
+    for (block, register), value in registers("RW").items():
+        setattr(getattr(cold.fabric, block), register, value)
+        setattr(getattr(warm.fabric, block), register, 0xFFFFFFFF)
+    for block, register in registers("RW1C"):
+        setattr(getattr(warm.fabric, block), register, 0xFFFF0000)  # bits that none of them has
+    c.drive_init(warm.axis, warm.fabric)
+    warm.fabric.pwm.STATUS = cold.fabric.pwm.STATUS = 0
+    for w in (cold, warm):
+        c.drive_start(w.axis, c.FAULT_NONE)
+    assert len(registers("RW")) > 25
+    for block, register in registers("RW"):
+        assert getattr(getattr(warm.fabric, block), register) == getattr(getattr(cold.fabric, block), register), register
+    assert warm.fabric.gate.CONTROL == 0
 
 
 @pytest.mark.parametrize("cause", ("WATCHDOG", "EXCEPTION", "STACK_GUARD"))

@@ -13,7 +13,7 @@ from unit.register_pages import PAGES
 
 SYSREG, TIMER, WATCHDOG, DWT, NVIC, SCB, MPU, FABRIC = (
     0x40038000, 0x40004000, 0x40005000, 0xE0001000, 0xE000E100, 0xE000ED00, 0xE000ED90, 0x50000000)
-PLL_LOST, FABRIC_PLL_LOST, ECC_ERROR, TICK, ADC_IRQ, SCOPE = 23, 32, 29, 14, 34, 9
+PLL_LOST, FABRIC_PLL_LOST, ECC_ERROR, TICK, ADC_IRQ, SCOPE, PUT_BACK = 23, 32, 29, 14, 34, 9, 8
 KEY, LOAD = 0xAC15DE42, 0x6000003F
 
 
@@ -145,7 +145,8 @@ def test_how_the_last_life_ended(device, system, cause, exception, found):
     if exception:
         system.host_exception.value = exception
         system.postmortem_keep(None, 0xFFFFFFF9)
-    assert device.boot()[0] == found
+    this, last = device.boot()
+    assert this == found and last.reset_causes == cause
     assert device.sysreg.RESET_SOURCE_CR == 0 and device.boot()[0] == "NONE", "the next life does not hear of it again"
 
 
@@ -342,9 +343,12 @@ def test_the_sampler_is_below_the_current_loop_and_above_the_slow_loop(device, s
 
 
 def test_the_device_is_watched(device, system):
-    system.handlers_watch_device()
-    assert device.sysreg.EDAC_IRQ_ENABLE == 0x0A and device.sysreg.EDAC_SR == 0x0F
-    assert device.nvic.ISER[0] == 1 << ECC_ERROR and device.nvic.ISER[1] == 1 << FABRIC_PLL_LOST - 32
+    """Each interrupt's bit is the last that was written."""
+    for held, last in ((1 << 8, ECC_ERROR), (0, PUT_BACK)):
+        device.sysreg.SOFT_RESET_CR = held
+        system.handlers_watch_device()
+        assert device.sysreg.EDAC_IRQ_ENABLE == 0x0A and device.sysreg.EDAC_SR == 0x0F
+        assert device.nvic.ISER[0] == 1 << last and device.nvic.ISER[1] == 1 << FABRIC_PLL_LOST - 32
 
 
 @pytest.mark.parametrize("pll, edac, pended", ((3, 0, 0), (1, 0, 1 << PLL_LOST), (2, 0, 1 << PLL_LOST), (3, 0x15, 0),
@@ -361,6 +365,26 @@ def test_the_device_is_looked_at_within_eight_milliseconds(device, system, pll, 
         seen |= device.nvic.ISPR[0]
         assert axis.time_ms == ms + 1 and device.timer.TIM1_RIS == 1
     assert seen == pended
+
+
+@pytest.mark.parametrize("held, identity, doubted, lost", [
+    (0, True, False, False), (1 << 16, True, False, False), (1 << 16, False, False, True), (1 << 16, False, True, False),
+    *((1 << bit, True, False, True) for bit in (6, 7, 8, 18, 20, 21, 24)), (1 << 16 | 1 << 8, True, False, True),
+    (0x07FFFFFF & ~(7 << 6 | 1 << 16 | 1 << 18 | 31 << 20), True, False, False)])
+def test_a_block_in_reset_again_ends_the_program(device, system, held, identity, doubted, lost):
+    """The fabric only where it has lost its identity. Where it is so from the start, the interrupt stays disabled: no reset
+    would mend it."""
+    system.drive_init(system.axes[0], device.fabric)
+    system.handlers_start_scope()
+    if not doubted:
+        system.axes[0].fabric_doubt = 0
+    device.fabric.gate.ID = 0x464F4330 if identity else 0
+    device.sysreg.SOFT_RESET_CR = held
+    system.handlers_watch_device()
+    assert device.nvic.ISER[0] == 1 << (ECC_ERROR if lost else PUT_BACK)
+    device.nvic.ISPR[0] = device.sysreg.EDAC_IRQ_ENABLE = device.sysreg.EDAC_SR = 0
+    system.Timer1_IRQHandler()
+    assert device.sysreg.EDAC_IRQ_ENABLE == 0x0A and device.nvic.ISPR[0] == (1 << PUT_BACK if lost else 0)
 
 
 @pytest.mark.parametrize("doubted", (None, 0, 1))
