@@ -264,7 +264,7 @@ help:
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink    [IMAGE=bringup] instead of the drive'
 	@echo 'make bringup         the image that tells what a device is, beside what docs/silicon.md says of it; flashed as the drive is'
 	@echo '                     in QEMU [WRONG=name] a device made otherwise, of qemu/chips/wrong.toml'
-	@echo 'make results         write the measured figures into README.md and docs/results.md'
+	@echo 'make results         write the measured figures into docs/results.md and README.md, and README.md'\''s picture'
 	@echo 'make sizes           what each feature costs: an image without it'
 	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'
 	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md'

@@ -25,6 +25,7 @@ everything: bench-image
 bench: tools
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin bench-image
 	@$(PYTHON) tests/bench/run_bench.py
+	@$(PYTHON) tests/tools/front.py
 
 .PHONY: bench-image
 
