@@ -7,6 +7,18 @@ $(error mssfoc: BUILD='$(BUILD)' must be one folder without a blank in its path,
 endif
 # An absolute path to here and a relative one must name the same files, or objects are not remade when their headers change.
 override BUILD := $(patsubst $(CURDIR)/%,%,$(BUILD))
+# Whatever else stands on the command line would be ignored in silence.
+VARIABLES = BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VERILATOR SCENARIO MOTOR SEED PLANT SPREAD DETUNE FABRIC \
+    SENSORS ENVM CHIP MODBUS PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
+    SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS JOBS SSHLOGIN ALL N FILES RUNGS KEEP_GOING LISTED \
+    BUDGET REMEMBER V NO_INSTALL SOURCE_DATE_EPOCH
+GIVEN := $(foreach v,$(.VARIABLES),$(if $(filter command,$(firstword $(origin $v))),$v))
+UNKNOWN := $(firstword $(filter-out $(VARIABLES) MAKE%,$(GIVEN)))
+ifneq ($(UNKNOWN),)
+ALIKE := $(shell .ci/nearest '$(UNKNOWN)' $(VARIABLES))
+$(error mssfoc: there is no variable $(UNKNOWN)$(if $(ALIKE),; did you mean $(ALIKE)=$($(UNKNOWN))?,; 'make help' has those there are))
+endif
+
 PYTHON  ?= /usr/bin/python3
 QEMU    ?= qemu-system-arm
 HOSTCC  ?= cc
@@ -53,9 +65,10 @@ LDSCRIPT = linker/m2s010.ld
 LDFLAGS_ARM = $(CPU) -nostdlib -T $(LDSCRIPT) -Wl,--gc-sections -Wl,--fatal-warnings -Wl,--build-id=none
 MSSFOC_IMAGE = $(BUILD)/mssfoc
 
-# V=1 shows the commands
+# V=1 shows the commands. A quiet make shows on a terminal what it is at, in one line (.ci/alone).
 Q := $(if $(V),,@)
-say = $(if $(V)$(findstring s,$(firstword -$(MAKEFLAGS))),,@echo "  $1  $@")
+say = $(if $(V),,$(if $(findstring s,$(firstword -$(MAKEFLAGS))),$(progress),@echo "  $1  $@"))
+progress = $(if $(MSSFOC_PROGRESS),@printf '\r\033[K  %s' '$1 $(notdir $@)' >&2)
 
 export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS MODBUS START ENVM CHIP PROBE PORT WRONG HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1
@@ -76,7 +89,7 @@ HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(c
 
 include tests/tools/bounds.mk
 
-all: | tools
+all: | tools-image
 all: $(addprefix $(MSSFOC_IMAGE),.elf .hex .bin -envm.hex) $(BUILD)/libmssfoc.a
 
 # Renewed when the choices are others than those the objects in BUILD were made with.
@@ -146,86 +159,88 @@ include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk tes
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)
 
 # ---- tools -----------------------------------------------------------------------------------------------------------
-# Installs what is missing, after saying so; NO_INSTALL=1 lists it and stops.
+# Installs what is missing of what a command uses, after saying so; NO_INSTALL=1 lists it and stops.
 tools:
 	@.ci/tools
+tools-%:
+	@.ci/tools $*
 
 everything: all twin target-tests registers lockstep axis
 
 
-# Of several makes one builds in BUILD, and the others wait for it. The lock goes with who has it.
-ALONE = @mkdir -p $(BUILD) && { flock -n $(BUILD)/.making true || echo '  waits for another make in $(BUILD)'; } && \
-        flock $(BUILD)/.making
+# Of several makes one builds in BUILD, and the others wait for it.
+ALONE = @.ci/alone $(BUILD)
+# what a long command says first
+lasts = @echo 'mssfoc: make $@: $1'
 VERILATED = $(if $(filter rtl,$(FABRIC)),axis)
+RTL_TOOLS = $(if $(filter rtl,$(FABRIC)),tools-rtl)
 
 # ---- using it --------------------------------------------------------------------------------------------------------
-run: tools
+run: tools-run $(RTL_TOOLS)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py run
 
-models: tools
+models: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 twin
 	@$(PYTHON) qemu/run.py models
 
-campaign: tools
+campaign: tools-campaign
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) qemu/run.py campaign
 
-scope:
-	@.ci/tools page
+scope: tools-page $(RTL_TOOLS)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py scope
 
-scope-pictures:
-	@.ci/tools page browser
+scope-pictures: tools-browser
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/launcher/page_run.py
 	cp $(BUILD)/scope/page.png docs/scope.png
 	cp $(BUILD)/scope/phone.png docs/scope-phone.png
 
-console debug: tools
+console debug: tools-run $(RTL_TOOLS)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py $@
 
-flash: tools
+flash: tools-image
 	$(if $(filter mssfoc bringup,$(IMAGE)),,@echo "mssfoc: IMAGE='$(IMAGE)' is neither mssfoc nor bringup" >&2; exit 1)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 $(addprefix $(BUILD)/$(IMAGE),.elf .hex -envm.hex)
 	@.ci/flash "$(PROBE)" $(BUILD)/$(IMAGE)
 
-test: tools
+test: tools-test
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 everything
 	@$(MAKE) --no-print-directory -s lint
 	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider $(if $(ALL),,--sample) tests
 
-storm: tools
+storm: tools-test
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@STORM_FRAMES=$(N) $(PYTHON) -m pytest -q -s -p no:cacheprovider tests/closed_loop/test_storm.py
 
-lint: tools
+lint: tools-lint
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
 	@$(PYTHON) tests/tools/lint.py
 	@$(PYTHON) tests/tools/arrows.py $(BUILD)/arm/firmware
 
-size: tools
+size: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
 	@$(PYTHON) tests/tools/size.py $(MSSFOC_IMAGE).elf $(BUILD)/libmssfoc.a
 
-sizes: tools
+sizes: tools-image
 	@echo 'each feature left out alone: 13 builds, some minutes'
 	@$(PYTHON) tests/features/builds.py
 
-guides: tools
+guides: tools-test
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin explore-program
 	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/guides/guides_run.py
 
-pictures: tools
+pictures: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/guides/pictures.py
 
-compile_commands.json: tools
+compile_commands.json: tools-run
 	@$(MAKE) --no-print-directory -nB all twin BUILD=$(BUILD) NO_INSTALL=1 | $(PYTHON) tests/tools/compile_commands.py $@
 
-results: tools
+results: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/tools/results.py
 

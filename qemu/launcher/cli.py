@@ -2,12 +2,13 @@
 """Command line: run, console, scope, debug, models, bringup, campaign, list, keys. Options fall back to MOTOR, SCENARIO,
 SEED, PLANT, SPREAD, DETUNE, FABRIC, SENSORS, ENVM, CHIP, QEMU and BUILD."""
 import argparse
+import errno
 import os
 import signal
 import sys
 from pathlib import Path
 
-from .errors import LauncherError
+from .errors import LauncherError, choice
 
 
 def main(argv=None):
@@ -19,11 +20,17 @@ def main(argv=None):
     except LauncherError as error:
         print(f"mssfoc: {error}", file=sys.stderr)
         return 2
+    except OSError as error:
+        if isinstance(error, BrokenPipeError):
+            return 2
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        print(f"mssfoc: the disk is full{f' at {error.filename}' if error.filename else ''}; BUILD=path is another place",
+              file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("mssfoc: interrupted", file=sys.stderr)
         return 130
-    except BrokenPipeError:
-        return 2
 
 
 def _end_in_order():
@@ -73,7 +80,7 @@ def _parser():
                              help="model: the twin's C models; rtl: the verilated RTL (default: $FABRIC or model)")
         command.add_argument("--sensors", default=os.environ.get("SENSORS") or "",
                              help="file of qemu/sensors laid over the inverter's, with --fabric rtl (default: $SENSORS)")
-        command.add_argument("--start", default=os.environ.get("START") or "found", choices=("found", "aligned"),
+        command.add_argument("--start", default=os.environ.get("START") or "found",
                              help="found: the drive finds where its rotor stands; aligned: it knows (default: $START or found)")
         command.add_argument("--envm", default=os.environ.get("ENVM") or "",
                              help="file of what the device keeps while it is off: settings (default: $ENVM, or nothing)")
@@ -148,6 +155,7 @@ def _run(options):
     progress.done()
     write_json(result, result.out_dir / "report.json")
     draw(result, result.out_dir / "run.png")
+    (result.out_dir / "trace.bin").unlink()  # trace.csv has the same
     print_report(result, print)
     print(f"written: {', '.join(shown(result.out_dir / name) for name in ('trace.csv', 'report.json', 'run.png'))}")
     refused = complaint(result.figures)
@@ -156,7 +164,12 @@ def _run(options):
     return 0 if result.passed else 1
 
 
+STARTS = ("found", "aligned")
+
+
 def _plant(options):
+    if options.start not in STARTS:
+        raise LauncherError(f"no START '{options.start}'; there are: {choice(options.start, STARTS)}")
     return {"plant": options.plant, "spread": options.spread, "detune": options.detune, "fabric": options.fabric,
             "sensors": options.sensors, "aligned": options.start == "aligned", "envm": options.envm, "chip": options.chip}
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .consistency import check_motor
-from .errors import LauncherError
+from .errors import LauncherError, choice
 from .paths import INVERTERS, MOTORS, SENSORS, shown
 from .rules import MAX_SHARE, TRIP_SHARE, control_by_rule, inertia_ratio_by_rule, most_a
 from .saturation import saturation_of
@@ -102,11 +102,14 @@ def read_toml(path):
 
 def find(name, folder, what):
     """The file of a name (or of a path ending in .toml); says what there is when there is none."""
-    text = str(name)
-    path = Path(text) if text.endswith(".toml") else Path(folder) / f"{text}.toml"
-    if not path.is_file() or (not text.endswith(".toml") and Path(text).name != text):
-        raise LauncherError(f"no {what} '{text}'; there are: {', '.join(available(folder))}")
-    return path
+    text, names = str(name), available(folder)
+    if text.endswith(".toml"):
+        if not Path(text).is_file():
+            raise LauncherError(f"no {what} '{text}'; there are: {choice(Path(text).stem, names)}; {text} is no file")
+        return Path(text)
+    if text not in names:
+        raise LauncherError(f"no {what} '{text}'; there are: {choice(text, names)}")
+    return Path(folder) / f"{text}.toml"
 
 
 def load_motor(name):

@@ -9,7 +9,7 @@ value costs: "resistance_mohm*1.3 flux_uwb*0.8 pole_pairs=5 encoder_counts+96".
 import re
 from dataclasses import dataclass
 
-from .errors import LauncherError
+from .errors import LauncherError, choice
 
 # parameter -> (file, table, key, units of the parameter in one of the key's)
 SOURCES = {
@@ -131,7 +131,7 @@ def detuned(params, text):
             raise LauncherError(f"DETUNE '{item}' is none of name*1.3, name/2, name=5, name+2, name-2")
         name, sign, number = match.group(1), match.group(2), float(match.group(3))
         if name not in result:
-            raise LauncherError(f"DETUNE '{item}': no parameter '{name}'; there are: {', '.join(params)}")
+            raise LauncherError(f"DETUNE '{item}': no parameter '{name}'; there are: {choice(name, params)}")
         if sign == "/" and number == 0:
             raise LauncherError(f"DETUNE '{item}': division by zero")
         value = {"*": lambda a, b: a * b, "/": lambda a, b: a / b, "=": lambda a, b: b, "+": lambda a, b: a + b,

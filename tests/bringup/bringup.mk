@@ -32,7 +32,7 @@ bringup-image: $(addprefix $(BUILD)/bringup,.elf .hex -envm.hex)
 # tests/bringup plays it
 everything: bringup-image
 
-bringup: tools
+bringup: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin bringup-image
 	@$(PYTHON) qemu/run.py bringup
 

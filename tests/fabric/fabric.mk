@@ -23,7 +23,7 @@ $(FABRIC_REGISTERS): drivers/fabric/registers.toml $(FABRIC_GENERATE)
 	$(Q)$(PYTHON) $(FABRIC_GENERATE) $(@F) > $@
 
 # All steps run, whatever the others say; one that fails makes the whole fail.
-fabric: tools
+fabric: tools-fabric
 	@$(MAKE) --no-print-directory -s -k $(FABRIC_STEPS)
 
 fabric-stale:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Faults put into the drive, and who notices: docs/mutants.md. Included by the top Makefile, which defines PYTHON.
 
-mutants: tools
+mutants: tools-test
 	@$(PYTHON) tests/mutants/run.py $(if $(N),--count $(N)) $(if $(filter-out file default,$(origin SEED)),--seed $(SEED)) \
 	    $(if $(FILES),--files '$(FILES)') $(if $(JOBS),--jobs $(JOBS)) \
 	    $(if $(RUNGS),--rungs '$(RUNGS)') $(if $(KEEP_GOING),--keep-going) $(if $(LISTED),--listed) \
