@@ -58,9 +58,12 @@ CHOICES = -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC) $(PWM_HZ:%=-DCONFIG_PWM_HZ=%) $(DEAD_
 
 WARNINGS = -Wall -Wextra -Wconversion -Wshadow -Wundef -Wmissing-prototypes -Wstrict-prototypes -Werror
 CPU      = -mcpu=cortex-m3 -mthumb
+# no folder of this machine in what is built; gcc does not pass that on to the assembler
+NO_PLACE = -ffile-prefix-map=$(CURDIR)=.
+AS_NO_PLACE = -Wa,--debug-prefix-map=$(CURDIR)=.
 CFLAGS_ARM = $(CPU) -std=c11 -ffreestanding -O2 -g3 -I. $(WARNINGS) -ffunction-sections -fdata-sections \
              -fno-delete-null-pointer-checks -fno-common -fno-tree-loop-distribute-patterns \
-             -fstack-usage -fcallgraph-info=su -ffile-prefix-map=$(CURDIR)=. $(CHOICES)
+             -fstack-usage -fcallgraph-info=su $(NO_PLACE) $(CHOICES)
 LDSCRIPT = linker/m2s010.ld
 LDFLAGS_ARM = $(CPU) -nostdlib -T $(LDSCRIPT) -Wl,--gc-sections -Wl,--fatal-warnings -Wl,--build-id=none
 MSSFOC_IMAGE = $(BUILD)/mssfoc
@@ -83,7 +86,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything guides pictures results run test storm size sizes lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
+.PHONY: all everything dist guides pictures results run test storm size sizes lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -107,7 +110,7 @@ $(BUILD)/arm/%.o: %.c Makefile $(BUILD)/choices
 $(BUILD)/arm/%.o: %.S Makefile $(BUILD)/choices
 	@mkdir -p $(@D)
 	$(call say,AS)
-	$(Q)$(CC_ARM) $(CPU) -g3 -I. $(CHOICES) -MMD -MP -c $< -o $@
+	$(Q)$(CC_ARM) $(CPU) -g3 -I. $(AS_NO_PLACE) $(CHOICES) -MMD -MP -c $< -o $@
 
 # GCC knows no pipeline of the Cortex-M3, and that of the M4 pairs loads as the M3's does; renamed registers let it move them
 # together. The small functions of lib/ get slower by it: they save a register more.
@@ -244,6 +247,10 @@ results: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/tools/results.py
 
+dist: tools-dist
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all bringup-image registers
+	@$(PYTHON) tests/tools/dist.py $(BUILD)
+
 clean:
 	rm -rf $(BUILD)
 
@@ -280,6 +287,7 @@ help:
 	@echo 'make bringup         the image that tells what a device is, beside what docs/silicon.md says of it; flashed as the drive is'
 	@echo '                     in QEMU [WRONG=name] a device made otherwise, of qemu/chips/wrong.toml'
 	@echo 'make results         write the measured figures into docs/results.md and README.md, and README.md'\''s picture'
+	@echo 'make dist            image, library, registers, RTL and documents in $(BUILD)/dist/, the same to the byte each time, with SBOM'
 	@echo 'make sizes           what each feature costs: an image without it'
 	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'
 	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md'

@@ -209,8 +209,8 @@ def run_to_end(arguments, environment, end_s, progress_path, stderr_path, show=N
 def refuse_full_disk(folder):
     """What ended QEMU could not be written down either."""
     if shutil.disk_usage(folder).free < FULL_BYTES:
-        raise LauncherError(f"the disk of {shown(folder)} is full: a run writes 17 MB for each second that it simulates; BUILD=path"
-                            " is another place")
+        raise LauncherError(f"the disk of {shown(folder)} is full: a run writes 17 MB for each second that it simulates;"
+                            " BUILD=path is another place")
 
 
 def _watch(process, end_s, progress_path, show):
