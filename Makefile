@@ -173,8 +173,14 @@ everything: all twin target-tests registers lockstep axis
 
 # Of several makes one builds in BUILD, and the others wait for it.
 ALONE = @.ci/alone $(BUILD)
-# what a long command says first
-lasts = @echo 'mssfoc: make $@: $1'
+# What a long command says first: its time on two cores, and what it leaves. README has that of the tests from here (.ci/bare).
+says = @echo 'mssfoc: make $@: $(LASTS)'
+test: LASTS = about 10 minutes; ALL=1, as CI has it, takes several times as long
+storm: LASTS = some minutes, longer by N=frames
+guides: LASTS = half an hour: every command in the guides
+results: LASTS = about 3 minutes: every motor, every fault; writes docs/results.md and README.md
+campaign: LASTS = seconds for each motor, scenario and seed, hours for all; goes on where it was ended; leaves $(BUILD)/campaign/
+sizes: LASTS = some minutes: each feature left out alone, 13 builds
 VERILATED = $(if $(filter rtl,$(FABRIC)),axis)
 RTL_TOOLS = $(if $(filter rtl,$(FABRIC)),tools-rtl)
 
@@ -188,6 +194,7 @@ models: tools-run
 	@$(PYTHON) qemu/run.py models
 
 campaign: tools-campaign
+	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) qemu/run.py campaign
 
@@ -211,11 +218,13 @@ flash: tools-image
 	@.ci/flash "$(PROBE)" $(BUILD)/$(IMAGE)
 
 test: tools-test
+	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 everything
 	@$(MAKE) --no-print-directory -s lint
 	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider $(if $(ALL),,--sample) tests
 
 storm: tools-test
+	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@STORM_FRAMES=$(N) $(PYTHON) -m pytest -q -s -p no:cacheprovider tests/closed_loop/test_storm.py
 
@@ -229,10 +238,11 @@ size: tools-run
 	@$(PYTHON) tests/tools/size.py $(MSSFOC_IMAGE).elf $(BUILD)/libmssfoc.a
 
 sizes: tools-image
-	@echo 'each feature left out alone: 13 builds, some minutes'
+	$(says)
 	@$(PYTHON) tests/features/builds.py
 
 guides: tools-test
+	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin explore-program
 	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/guides/guides_run.py
 
@@ -244,6 +254,7 @@ compile_commands.json: tools-run
 	@$(MAKE) --no-print-directory -nB all twin BUILD=$(BUILD) NO_INSTALL=1 | $(PYTHON) tests/tools/compile_commands.py $@
 
 results: tools-run
+	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/tools/results.py
 

@@ -23,7 +23,9 @@ $(FABRIC_REGISTERS): drivers/fabric/registers.toml $(FABRIC_GENERATE)
 	$(Q)$(PYTHON) $(FABRIC_GENERATE) $(@F) > $@
 
 # All steps run, whatever the others say; one that fails makes the whole fail.
+fabric: LASTS = some 10 minutes: lint, synthesis, proofs, benches, lockstep, mutants
 fabric: tools-fabric
+	$(says)
 	@$(MAKE) --no-print-directory -s -k $(FABRIC_STEPS)
 
 fabric-stale:

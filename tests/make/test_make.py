@@ -138,6 +138,15 @@ def test_every_variable_that_help_and_the_pages_name_is_known():
     assert named <= set(result.stdout.split()), named - set(result.stdout.split())
 
 
+def test_long_commands_say_first_how_long_they_take():
+    said = re.findall(r"(?m)^(\w+): LASTS = ", Path("Makefile").read_text() + "".join(
+        path.read_text() for path in Path("tests").glob("*/*.mk")))
+    assert {"test", "guides", "results", "campaign", "sizes", "storm"} <= set(said)
+    for target in said:
+        told = [line for line in run("make", "-s", "-n", target, NO_INSTALL="1").stdout.splitlines() if "mssfoc: make" in line]
+        assert told and told[0].startswith(f"echo 'mssfoc: make {target}: "), target
+
+
 def test_a_new_folder_says_that_building_takes_time(tmp_path):
     """On no terminal there is no line that is rewritten."""
     said = run(".ci/alone", str(tmp_path / "new"), "echo", "built").stdout
