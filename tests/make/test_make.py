@@ -104,7 +104,7 @@ def test_without_root_and_sudo_the_line_is_for_who_has_them(bare):
 
 
 def test_other_debian_takes_no_folder_of_others(tmp_path):
-    assert "give a folder" in complaint(run(".ci/other-debian"))
+    assert "give a folder" in complaint(run(".ci/other-debian")) and "give a folder" in complaint(run(".ci/bare"))
     (tmp_path / "theirs").touch()
     assert "holds something else" in complaint(run(".ci/other-debian", str(tmp_path)))
     assert (tmp_path / "theirs").exists()
