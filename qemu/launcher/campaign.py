@@ -15,13 +15,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .claim import keep as keep_claim
-from .data import available
+from .data import available, files_of, motors_named
 from .errors import DoesNotApply, LauncherError
 from .paths import MOTORS, QEMU_DIR, REPO, SCENARIOS, build_dir, shown
 
 FAULT_PREFIX = "fault_"
 DRIVE_SEEDS, FAULT_SEEDS = 8, 1
 TERMINATE_AGAIN_S = 0.3
+MOTOR = r"(.+?\.toml|[^/]+)"  # of a key: the path of a file has slashes, too
 
 
 @dataclass(frozen=True)
@@ -53,15 +54,15 @@ def file_name(key):
 
 def parse_case(key):
     """A Case from its key."""
-    parts = key.strip().split("/", 3)
-    if len(parts) < 3 or not parts[2].isdigit():
+    parts = re.fullmatch(rf"{MOTOR}/([^/]+)/(\d+)(?:/(.*))?", key.strip())
+    if parts is None:
         raise LauncherError(f"'{key}' is not MOTOR/SCENARIO/SEED or MOTOR/SCENARIO/SEED/DETUNE")
-    return Case(parts[0], parts[1], int(parts[2]), parts[3] if len(parts) > 3 else "")
+    return Case(parts[1], parts[2], int(parts[3]), parts[4] or "")
 
 
 def plan(motors=None, scenarios=None, seeds=None, detunes=("",)):
     """Every Case: `seeds` runs of each scenario of the drive and one of each fault, unless `seeds` says otherwise."""
-    motors = _chosen(motors, available(MOTORS), "motor")
+    motors = motors_named(motors) or available(MOTORS)
     scenarios = _chosen(scenarios, available(SCENARIOS), "scenario")
     cases = []
     for scenario in scenarios:
@@ -116,11 +117,12 @@ def _figure(figure):
 
 # ---- all of them ---------------------------------------------------------------------------------------------------
 
-def fingerprint(build):
-    """Of everything a result depends on: image, plugin, data files, scenarios and launcher."""
+def fingerprint(build, motors=()):
+    """Of everything a result depends on: image, plugin, data files, scenarios and launcher, and files of motors from elsewhere."""
     digest = hashlib.sha256()
     files = [build / "mssfoc.hex", build / "qemu" / "twin.so"]
     files += sorted(path for path in QEMU_DIR.rglob("*") if path.suffix in (".toml", ".py"))
+    files += [path for motor in sorted(set(motors)) if motor.endswith(".toml") for path in files_of(motor)]
     for path in files:
         try:
             digest.update(path.read_bytes())
@@ -135,7 +137,7 @@ def play(cases, build=None, qemu=None, jobs=None, sshlogin=None):
     if parallel is None:
         raise LauncherError("GNU parallel is missing (apt-get install parallel)")
     build = build_dir(build)
-    folder = build / "campaign" / fingerprint(build)
+    folder = build / "campaign" / fingerprint(build, [case.motor for case in cases])
     keep_claim(folder.parent)
     folder.mkdir(exist_ok=True)
     missing = [case for case in cases if not case.file(folder).is_file()]
@@ -156,6 +158,8 @@ def _run_parallel(parallel, cases, folder, build, qemu, jobs, sshlogin):
     listing.write_text("".join(case.key + "\n" for case in cases))
     joblog = folder / "joblog"
     joblog.unlink(missing_ok=True)  # what is done is known by its file, whoever did it
+    if sshlogin and any(Path(case.motor).is_absolute() for case in cases):
+        raise LauncherError("a campaign on other machines needs the files of its motors inside the repository")
     here = _relative(folder) if sshlogin else str(folder)
     command = [parallel, "--will-cite", "--joblog", str(joblog), "-a", str(listing)]
     command += ["--bar"] if os.isatty(2) else []  # done, of how many, and an estimate of the rest

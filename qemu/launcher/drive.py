@@ -24,7 +24,8 @@ FIELD_SHARE = 0.15  # of the torque of i_max, for turning a prescribed field up
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
 _TWIN_NAMES = {"counts_per_rev": "encoder_counts"}  # where a key of the data file has another name in the twin
-_TOLD = {"chopper_on_v", "chopper_off_v", "modulator_osr"}  # the drive is: it switches the chopper, and sets the filters
+_TOLD = {"chopper_on_v", "chopper_off_v", "modulator_osr",  # the drive is: it switches the chopper, and sets the filters
+         "fitted"}  # an event cuts the encoder's wires: config.py
 _ALWAYS = {"motor.copper_tempco_per_k", "inverter.diode_v"}  # whose default in the twin is not neutral
 
 
