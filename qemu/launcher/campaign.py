@@ -118,7 +118,7 @@ def _figure(figure):
 # ---- all of them ---------------------------------------------------------------------------------------------------
 
 def fingerprint(build, motors=()):
-    """Of everything a result depends on: image, plugin, data files, scenarios and launcher, and files of motors from elsewhere."""
+    """Of everything a result depends on: image, plugin, data files, scenarios, launcher, and motor files from elsewhere."""
     digest = hashlib.sha256()
     files = [build / "mssfoc.hex", build / "qemu" / "twin.so"]
     files += sorted(path for path in QEMU_DIR.rglob("*") if path.suffix in (".toml", ".py"))

@@ -58,7 +58,8 @@ def _parser():
         if name in ("list", "keys"):
             continue
         command.add_argument("--motor", default=os.environ.get("MOTOR") or None,
-                             help="file of qemu/motors, path to a .toml, or lot:N" + (" (default: all)" if name == "models" else ""))
+                             help="file of qemu/motors, path to a .toml, or lot:N"
+                             + (" (default: all)" if name == "models" else ""))
         if name == "models":
             continue
         command.add_argument("--qemu", default=None, help="qemu-system-arm to use (default: $QEMU)")
@@ -100,7 +101,7 @@ def _parser():
 
 
 def _add_show(commands):
-    show = commands.add_parser("show", help="the file of a motor or its inverter; of lot:N, what was drawn, to be kept and edited")
+    show = commands.add_parser("show", help="the file of a motor or of its inverter; of lot:N, what was drawn")
     show.set_defaults(function=_show)
     show.add_argument("name", help="file of qemu/motors, path to a .toml, or lot:N")
     show.add_argument("--inverter", action="store_true", help="of the motor's inverter")
@@ -120,7 +121,7 @@ def _add_campaign(commands):
     """`campaign` and `case`, which it calls for each run."""
     campaign = commands.add_parser("campaign", help="motors x scenarios x seeds x detunings: one table of worst cases")
     campaign.set_defaults(function=_campaign)
-    for option, variable, text in (("--motors", "MOTORS", "names, files, lot:1-200, separated by blanks (default: all that are shipped)"),
+    for option, variable, text in (("--motors", "MOTORS", "names, files, lot:1-200 (default: all that are shipped)"),
                                    ("--scenarios", "SCENARIOS", "names, separated by blanks (default: all)"),
                                    ("--seeds", "SEEDS", "runs of each (default: 8, for faults 1)"),
                                    ("--detunes", "DETUNES", "what the drive is told wrongly, separated by ';'"),

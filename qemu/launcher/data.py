@@ -161,7 +161,7 @@ def _beside(name, beside):
 
 
 def load_inverter(name, beside=None):
-    """The inverter `name` (a file of qemu/inverters/, a path to a .toml, or a lot's; `beside`: from that file's folder, too)."""
+    """The inverter `name` (a file of qemu/inverters/, a path to a .toml, or a lot; `beside`: from its folder, too)."""
     inverter = _load(*_read(_beside(name, beside), INVERTERS, "inverter"), "inverter", INVERTER_TABLES)
     supply, protection = inverter["supply"], inverter["protection"]
     if not protection["v_min_v"] < supply["vbus_v"] < protection["v_max_v"] < inverter["sensor"]["v_range_v"]:

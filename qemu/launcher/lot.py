@@ -14,7 +14,7 @@ from .lot_kinds import KINDS
 from .lot_machine import OVERLOAD, built
 from .lot_stage import family_of, stage, usable_v, volts_of
 from .rules import USABLE
-from .saturation import from_losses
+from .saturation import flux_at, from_losses, inverse_inductances
 
 PREFIX, MOST = "lot:", 1_000_000
 AMPERES_A_VOLT, LARGEST_A = 5.0, 350.0  # of rated current
@@ -99,39 +99,56 @@ def _voltage(machine):
 
 def files_of(draw, number, kind_name, supply, machine):
     """(motor, inverter) of a machine of a kind on a supply."""
-    kind, shape = KINDS[kind_name], machine.shape
-    electrical = {"pole_pairs": shape.pole_pairs, "resistance_ohm": digits(machine.resistance_ohm),
+    speed = digits(machine.speed_rpm, 3)
+    motor, torque_nm = _motor(draw, KINDS[kind_name], supply, machine, speed)
+    power_w = torque_nm * speed * math.pi / 30
+    title = f"lot {number}: {kind_name}, {machine.shape.bore * 1e3:.0f} mm gap, {power_w:.3g} W, {supply} V"
+    motor = {"name": title, "summary": f"drawn by lot: docs/lots.md; {kind_name} machine", "inverter": f"{PREFIX}{number}",
+             "documents": {"law": "docs/lots.md", "MODEL": "the [saturation] below"}, **motor}
+    law = family_of(volts_of(supply)).source
+    inverter = {"name": f"lot {number}: {supply} V stage", "summary": f"drawn by lot for its motor: {law}",
+                "documents": {"law": "docs/lots.md"}, **stage(draw, supply, digits(machine.current_a, 3), power_w, entry)}
+    return motor, inverter
+
+
+def _motor(draw, kind, supply, machine, speed):
+    """(tables of the motor's file, rated torque)."""
+    electrical = {"pole_pairs": machine.shape.pole_pairs, "resistance_ohm": digits(machine.resistance_ohm),
                   "ld_h": digits(machine.ld_h), "lq_h": digits(machine.lq_h), "flux_wb": digits(machine.flux_wb)}
-    current_a = digits(machine.current_a, 3)
+    current_a, max_rpm = digits(machine.current_a, 3), digits(speed * draw.between("beyond", *kind.beyond), 3)
     losses, saturation = _saturation(draw, kind, electrical, current_a)
     torque_nm, apparent = _rated(electrical, saturation, current_a)
-    speed = digits(machine.speed_rpm, 3)
-    max_rpm = digits(speed * draw.between("beyond", *kind.beyond), 3)
-    sensor, angle_source = angle_sensor(draw, kind, shape.pole_pairs, max_rpm, entry)
-    power_w = torque_nm * speed * math.pi / 30
-    title = f"lot {number}: {kind_name}, {shape.bore * 1e3:.0f} mm gap, {power_w:.3g} W, {supply} V"
-    control = {"angle_source": entry(angle_source, "follows from the sensor")} if angle_source else {}
-    if kind.buried and apparent["lq"] > apparent["ld"]:
-        control |= {f"{axis}_apparent_h": entry(digits(value), "MODEL: flux over current at rated current, with the most torque")
-                    for axis, value in apparent.items()}
-    motor = {
-        "name": title, "summary": f"drawn by lot: docs/lots.md; {kind_name} machine", "inverter": f"{PREFIX}{number}",
-        "documents": {"law": "docs/lots.md", "MODEL": "the [saturation] below"}, "electrical": _electrical(electrical),
-        "saturation": {key: entry(value, "by lot") for key, value in losses.items()},
+    table = {key: entry(value, "by lot") for key, value in losses.items()}
+    if assists(kind) and saturation:
+        table, apparent["lq_rest"] = _coefficients(saturation), electrical["lq_h"]
+        electrical |= _at_rated(saturation, electrical["flux_wb"], current_a)
+    sensor, angle_source = angle_sensor(draw, kind, machine.shape.pole_pairs, max_rpm, entry)
+    return {
+        "electrical": _electrical(electrical), "saturation": table,
         "harmonics": harmonics(draw, kind, entry),
         "iron": {"iron_hysteresis_nm": entry(digits(machine.hysteresis_nm), "law: teeth and yoke", spread=0.3),
                  "iron_eddy_nms": entry(digits(machine.eddy_nms), "law: teeth and yoke", spread=0.3)},
         "mechanical": mechanical(draw, kind, machine, torque_nm, entry), "thermal": thermal(machine, entry),
-        "rating": {"rated_current_a": entry(current_a, f"law: {machine.rise_k:.0f} K of the winding at rated speed"),
+        "rating": {"rated_current_a": entry(current_a, f"law: {machine.rise_k:.0f} K of the winding at rated speed, or less"),
                    "rated_torque_nm": entry(torque_nm, "MODEL: the most of rated current"),
                    "rated_speed_rpm": entry(speed, "law: speed of the rotor's surface, iron at most half of the heat"),
                    "max_speed_rpm": entry(max_rpm, "by lot")},
         **sensor, "start": {"initial_angle_rad": entry(0.4, "arbitrary; SEED draws it")},
-        "load": load(draw, machine, torque_nm, entry), "control": control}
-    law = family_of(volts_of(supply)).source
-    inverter = {"name": f"lot {number}: {supply} V stage", "summary": f"drawn by lot for its motor: {law}",
-                "documents": {"law": "docs/lots.md"}, **stage(draw, supply, current_a, power_w, entry)}
-    return motor, inverter
+        "load": load(draw, machine, torque_nm, entry),
+        "control": _control(kind, supply, angle_source, apparent)}, torque_nm
+
+
+def _control(kind, supply, angle_source, apparent):
+    """What the rules leave to the user."""
+    control = {"angle_source": entry(angle_source, "follows from the sensor")} if angle_source else {}
+    if kind.buried and apparent["lq"] > apparent["ld"]:
+        control |= {f"{axis}_apparent_h": entry(digits(apparent[axis]), "MODEL: flux over current at rated current and torque")
+                    for axis in ("ld", "lq")}
+    if "lq_rest" in apparent:
+        control["lq_rest_h"] = entry(apparent["lq_rest"], "MODEL: incremental, without current")
+    if kind.buried and angle_source == 1:
+        control["injection_v"] = entry(digits(0.2 * volts_of(supply), 3), "rule of docs/motors.md: a fifth of the bus")
+    return control
 
 
 def _electrical(electrical):
@@ -142,12 +159,27 @@ def _electrical(electrical):
             "flux_wb": entry(electrical["flux_wb"], "law: field in the gap", spread=0.04)}
 
 
+def assists(kind):
+    """Whether magnets only help reluctance: iron saturates by the motor's own current, and its file has the whole map."""
+    return kind.buried is not None and kind.buried[1] < 1
+
+
+def _coefficients(saturation):
+    return {key: entry(value, "MODEL: by lot") for key, value in saturation.keys().items() if value and key != "sat_w"}
+
+
+def _at_rated(saturation, flux_wb, current_a):
+    """Incremental inductances at rated current with i_d = 0, which drives are told of such machines."""
+    g_dd, g_dq, g_qq = inverse_inductances(saturation, *flux_at(saturation, 0.0, current_a, flux_wb))
+    share = 1 / (g_dd * g_qq - g_dq**2)
+    return {"ld_h": digits(g_qq * share), "lq_h": digits(g_dd * share)}
+
+
 def _saturation(draw, kind, electrical, current_a):
     """({key of the short form: share}, Saturation): as much of what is drawn as the polynomial can give this magnet."""
     if kind.slotless:
         return {}, None
-    assisted = kind.buried and kind.buried[1] < 1
-    most = {"loss_d": (0.03, 0.12), "loss_q": (0.25, 0.45) if assisted else (0.08, 0.35), "loss_flux": (0.01, 0.05)}
+    most = {"loss_d": (0.03, 0.12), "loss_q": (0.4, 0.8) if assists(kind) else (0.08, 0.35), "loss_flux": (0.01, 0.05)}
     drawn = {key: draw.between(key, *limits) for key, limits in most.items()}
     for less in (1.0, 0.8, 0.6, 0.4, 0.2, 0.1):
         losses = {key: digits(less * value, 3) for key, value in drawn.items()}

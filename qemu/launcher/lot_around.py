@@ -24,11 +24,12 @@ def angle_sensor(draw, kind, pole_pairs, max_rpm, entry):
             "index_angle_rad": entry(digits(draw.between("index", -3, 3), 3), "by lot"),
             "encoder_asymmetry": entry(0.01, "as the shipped motors: HEDS-9140", spread_abs=0.015),
             "encoder_phase": entry(0.006, "as the shipped motors", spread_abs=0.015),
-            "encoder_ecc_rad": entry(digits(draw.log("eccentricity", 3e-4, 3e-3), 3), "by lot: a fifth to twice the shipped", spread=0.8),
+            "encoder_ecc_rad": entry(digits(draw.log("eccentricity", 3e-4, 3e-3), 3), "by lot: a fifth to twice as shipped",
+                                     spread=0.8),
             "encoder_ecc_phase_rad": entry(0.7, "arbitrary")}
     if what == "hall":
-        tables["hall"] = {f"hall_error_{k}_rad": entry(digits(draw.between(f"hall {k}", -0.08, 0.08), 3), "by lot: up to 5 degrees")
-                          for k in "abc"}
+        placed = {k: digits(draw.between(f"hall {k}", -0.08, 0.08), 3) for k in "abc"}
+        tables["hall"] = {f"hall_error_{k}_rad": entry(rad, "by lot: up to 5 degrees") for k, rad in placed.items()}
         tables["hall"]["hall_hysteresis_rad"] = entry(digits(draw.between("hysteresis", 0.01, 0.06), 3), "by lot")
     return tables, {"encoder": 0, "none": 1, "hall": 2}[what]
 

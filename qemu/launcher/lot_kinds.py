@@ -1,18 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The kinds of machine that lots are drawn from. Each range holds a published motor, or is stretched on purpose beyond it.
+"""The kinds of machine that lots are drawn from: docs/lots.md says after which published motors.
 
-Sizes are those of the air gap, from which lot_machine.py works out the rest. Published motors of each kind, those of qemu/motors
-first, whose files have the sources:
-
-    servo      Teknic M-2310P, Estun EMJ-04APB22; maxon EC 45 flat lies between this and `outrunner`
-    interior   ABB M2BJ 100L
-    assisted   THOR, Baldor ECS101M0H7EF4: magnets that help reluctance
-    spindle    DCWS500 (mjbots, mpat.html)
-    gimbal     RCTimer GBM5208
-    hub        hoverboard wheel motor
-    traction   QS 138
-    outrunner  DYS BE8108, mjbots mj5208, maxon EC 45 flat
-    slotless   maxon EC 22: L / R near a PWM period, or below
+Sizes are those of the air gap, from which lot_machine.py works out the rest.
 """
 from dataclasses import dataclass
 
@@ -52,8 +41,9 @@ KINDS = {
                     (20, 60), (0.2, 0.35), {"encoder": 5, "hall": 2, "none": 3}),
     "gimbal": Kind(3, (0.02, 0.08), (0.12, 0.45), (7, 7, 11, 14), (0.29, 0.36, 0.38), (0.25, 1.0), {"12": 3, "24": 2}, (10, 22),
                    (0.2, 0.35), {"encoder": 9, "none": 1}, outer=True, heavier=(1.3, 2.5), rated=(0.4, 1.0)),
-    "hub": Kind(3, (0.09, 0.21), (0.12, 0.3), (10, 15, 20, 23), (0.3, 0.36, 0.4), (2.2, 6), {"24": 1, "36": 3, "48": 3, "72": 2},
-                (6, 14), (0.35, 0.5), {"encoder": 4, "hall": 6}, outer=True, heavier=(1.3, 2.5)),
+    "hub": Kind(3, (0.09, 0.21), (0.12, 0.3), (10, 15, 20, 23), (0.3, 0.36, 0.4), (2.2, 6),
+                {"24": 1, "36": 3, "48": 3, "72": 2}, (6, 14), (0.35, 0.5), {"encoder": 4, "hall": 6}, outer=True,
+                heavier=(1.3, 2.5)),
     "traction": Kind(4, (0.075, 0.18), (0.4, 1.2), (3, 4, 5, 5), (0.4, 0.5, 2), (8, 18),
                      {"48": 3, "72": 2, "96": 2, "150": 1, "310": 2, "400": 3}, (12, 120), (0.2, 0.35),
                      {"encoder": 7, "hall": 3}, buried=(1, 12), beyond=(1.5, 3.5)),

@@ -1,20 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A machine from the dimensions of its air gap, by the laws of machine design, so that its values belong together.
-
-    flux           psi = k_w N B D l / p, with the fundamental B of the magnets' field in the gap
-    teeth          as wide as B asks for at 1.7 T; the rest of the bore is slots, of which a share is copper
-    heat           what leaves the outer surface at the rated rise, less the iron's loss at rated speed, is the copper's:
-                   rho J^2 (volume of the copper). So J, and with it rated current and torque, follow from size and cooling
-    iron           mass of teeth and yoke by 20 mJ/kg a cycle and 60 uW/(kg Hz^2 T^2) of a sheet of 0.5 mm, times the processing;
-                   rated speed is one at which iron takes at most half of the heat
-    inductance     of the gap and the magnets, L_m = 6 / pi mu0 (k_w N)^2 D l / (2 p^2 g'), and leakage of slots, tooth tips and
-                   ends, 2 mu0 N^2 l lambda / (p q). Buried magnets: L_q from psi / (L_q - L_d), in shares of i_max, and no
-                   narrower a gap than there is: magnets are weaker instead
-    turns          as many as the voltage asks for at the rated point; whole, in star or delta
-    inertia        of a solid rotor, or of a ring with its bell
-
-lot_check in tests/launcher/test_lot.py works these out from the file again.
-"""
+"""A machine from the dimensions of its air gap, by the laws of docs/lots.md, so that its values belong together."""
 import math
 from dataclasses import dataclass, replace
 
@@ -84,8 +69,8 @@ def built(kind, draw):
     speed_rad_s, hysteresis_nm, eddy_nms = _iron(kind, draw, shape, rise_k / thermal_k_w)
     copper_w = rise_k / thermal_k_w - hysteresis_nm * speed_rad_s - eddy_nms * speed_rad_s**2
     hot = COPPER * (1 + COPPER_TEMPCO * rise_k)
-    density = min(math.sqrt(copper_w / (hot * shape.copper_m2 * shape.turn)), LARGEST_J_A_M2) * draw.between("rated", *kind.rated)
-    current_a = math.sqrt(2) * density * shape.copper_m2 / 6
+    density = min(math.sqrt(copper_w / (hot * shape.copper_m2 * shape.turn)), LARGEST_J_A_M2)
+    current_a = math.sqrt(2) * density * draw.between("rated", *kind.rated) * shape.copper_m2 / 6
     resistance_ohm = 12 * COPPER * shape.turn / shape.copper_m2  # two half turns, of a sixth of the copper each
     shape, ld_h, lq_h = _inductances(kind, draw, shape, current_a)
     heat_j_k = 430 * shape.iron_kg + 390 * COPPER_KG_M3 * shape.copper_m2 * shape.turn

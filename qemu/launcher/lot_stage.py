@@ -2,8 +2,8 @@
 """The power stage of a lot: for its supply and its motor's current, in proportions of the stages of qemu/inverters.
 
 Voltages times resistances over volts are what stays the same from stage to stage: the drop of a switch at the range of the
-sensors, the sag of the supply. So does the time that the bus capacitor could feed the range. One lot in five has a stage that is
-20 % too small: i_max ends at 1.2 times rated current instead of 1.5 (rules.py).
+sensors, the sag of the supply. So does the time that the bus capacitor could feed the range. One lot in five has a stage that
+is 20 % too small: i_max ends at 1.2 times rated current instead of 1.5 (rules.py).
 """
 from dataclasses import dataclass
 
@@ -33,8 +33,10 @@ class Family:
 
 FET = Family(0.0, (0.03, 0.15), 0.7, 0.1, (1.0, 4.0), (90, 190), (110, 250), (0.75, 1.4, 2.1),
              "proportions of lv24_drv8323, lv24_drv8316 and lv48_traction")
-IGBT = Family(0.9, (0.5, 0.9), 1.0, 0.6, (0.8, 1.8), (100, 150), (200, 300), (0.62, 1.28, 1.55), "proportions of mv310_10a and _50a")
-SIC = Family(0.0, (1.0, 1.8), 2.6, 1.4, (3.5, 6.5), (50, 80), (70, 110), (0.65, 1.32, 1.62), "proportions of hv600_sic and _50a")
+IGBT = Family(0.9, (0.5, 0.9), 1.0, 0.6, (0.8, 1.8), (100, 150), (200, 300), (0.62, 1.28, 1.55),
+              "proportions of mv310_10a and _50a")
+SIC = Family(0.0, (1.0, 1.8), 2.6, 1.4, (3.5, 6.5), (50, 80), (70, 110), (0.65, 1.32, 1.62),
+             "proportions of hv600_sic and _50a")
 
 
 def family_of(volts):
@@ -76,7 +78,7 @@ def _supply(draw, supply, current_a, power_w, law, entry):
     inductance = draw.between("leads", 1e-4, 2e-4) * base_ohm if mains else draw.log("leads", 1e-6, 3e-6) * (5 if high else 1)
     table = {"vbus_v": entry(volts, "by lot", spread=0.03),
              "bus_capacitance_f": entry(digits(max(hold_s / base_ohm, 2.2e-6)), law.source, spread=0.2),
-             "supply_resistance_ohm": entry(digits(sag * base_ohm), "1 to 8 % of the bus at 2.2 times rated current", spread=0.3),
+             "supply_resistance_ohm": entry(digits(sag * base_ohm), "1 to 8 % of the bus at 2.2 times rated", spread=0.3),
              "supply_sinks": entry(1, "where there is no rectifier"),
              "supply_inductance_h": entry(digits(inductance), law.source),
              "bus_esr_ohm": entry(digits(draw.log("esr", 0.004, 0.02) * base_ohm), law.source, spread=0.5)}
@@ -117,4 +119,5 @@ def _sensors(draw, shunt, entry):
     for k in "abc":
         table[f"i_offset_{k}_lsb"] = entry(digits(draw.between(f"offset {k}", -14, 14), 3), source, spread_abs=6)
         table[f"i_gain_{k}"] = entry(digits(draw.between(f"gain {k}", 0.994, 1.006)), source, spread=0.005)
-    return table | {"i_offset_drift_lsb_s": entry(0.02, source, spread=0.9), "i_gain_drift_per_s": entry(1e-5, source, spread=0.9)}
+    return table | {"i_offset_drift_lsb_s": entry(0.02, source, spread=0.9),
+                    "i_gain_drift_per_s": entry(1e-5, source, spread=0.9)}
