@@ -85,6 +85,7 @@ def run_case(case, folder, build=None, qemu=None, aligned=False):
     """Plays the case and leaves its file. A run that could not be made is a result, too: its error is in the file. So is a
     scenario that the motor cannot play: it neither passes nor fails, `passed` is None, and the reason is the error."""
     from .simulate import simulate
+    from .verdict import NOT_SET_UP, judged
 
     outcome = {"motor": case.motor, "scenario": case.scenario, "seed": case.seed, "detune": case.detune}
     with tempfile.TemporaryDirectory(prefix="mssfoc-") as scratch:
@@ -92,11 +93,11 @@ def run_case(case, folder, build=None, qemu=None, aligned=False):
             result = simulate(case.scenario, case.motor, case.seed, scratch, build, qemu, detune=case.detune,
                               aligned=aligned)
             outcome |= {"passed": result.passed, "error": None, "simulated_s": result.scenario.end_s,
-                        "figures": [_figure(figure) for figure in result.figures.values()]}
+                        "figures": [_figure(figure) for figure in result.figures.values()], **vars(judged(result))}
         except DoesNotApply as reason:
             outcome |= {"passed": None, "error": str(reason), "figures": []}
         except LauncherError as error:
-            outcome |= {"passed": False, "error": str(error).split("\n")[0], "figures": []}
+            outcome |= {"passed": False, "error": str(error).split("\n")[0], "figures": [], "word": NOT_SET_UP}
     keep(case, outcome, folder)
     return outcome
 

@@ -20,8 +20,8 @@
                    current_bw_hz, and 10 i_max_a for a count of the encoder within a millisecond
 
 The bus gives 85 % of vbus/sqrt(3): dead time takes 8 %, the rest is for control and for a supply that sags. Rated torque takes
-the EMF, the resistive drop of a winding at 105 degC (1.31 times) and the voltage of L_q, the apparent one where the file has it,
-with i_d = 0. Three digits are kept.
+the EMF, the resistive drop of a winding at 105 degC (1.31 times) and the voltage of L_q, the apparent one where the file has
+it, with i_d = 0. Three digits are kept.
 """
 import math
 
