@@ -175,8 +175,8 @@ def _verdicts(outcomes):
         return []
     lots = {case: outcome for case, outcome in outcomes.items() if is_stranger(case) and outcome.get("word")}
     counts = ", ".join(f"{count} {word}" for word, count in words(lots).items())
-    lines = ["", f"Motors that are not shipped: {counts}", "", "| case | verdict | what the drive said, or which limits failed | true of the plant |",
-             "|---|---|---|---|"]
+    lines = ["", f"Motors that are not shipped: {counts}", "",
+             "| case | verdict | what the drive said, or which limits failed | true of the plant |", "|---|---|---|---|"]
     for case, outcome in lots.items():
         if outcome["passed"] is False:
             cause = outcome.get("cause") or outcome["error"]
