@@ -283,7 +283,7 @@ help:
 	@echo 'make debug           QEMU halted, with a GDB port'
 	@echo 'make models          the motor models against their data sheets        [MOTOR=name, otherwise all]'
 	@echo 'make campaign        motors x scenarios x seeds: one table of worst cases, pictures of the spread'
-	@echo '                     [MOTORS="a b" SCENARIOS="a b" SEEDS=n DETUNES="x*1.3;y*0.8" JOBS=n SSHLOGIN=hosts]'
+	@echo '                     [MOTORS="a b.toml lot:1-200" SCENARIOS="a b" SEEDS=n DETUNES="x*1.3;y*0.8" JOBS=n SSHLOGIN=hosts]'
 	@echo '                     PART=start        from every angle, under load     [ANGLES="0 90" LOADS="free hoist20 friction20"]'
 	@echo '                     PART=wiring       what is connected or told wrongly is named'
 	@echo '                     PART=supervision  what goes wrong while it turns is found in time; stops without a sink'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, console, scope, debug, models, bringup, campaign, list, keys. Options fall back to MOTOR, SCENARIO,
+"""Command line: run, console, scope, debug, models, bringup, campaign, show, list, keys. Options fall back to MOTOR, SCENARIO,
 SEED, PLANT, SPREAD, DETUNE, FABRIC, SENSORS, ENVM, CHIP, QEMU and BUILD."""
 import argparse
 import errno
@@ -65,7 +65,8 @@ def _parser():
         if name in ("list", "keys"):
             continue
         command.add_argument("--motor", default=os.environ.get("MOTOR") or None,
-                             help="file of qemu/motors, or path to a .toml" + (" (default: all)" if name == "models" else ""))
+                             help="file of qemu/motors, path to a .toml, or lot:N"
+                             + (" (default: all)" if name == "models" else ""))
         if name == "models":
             continue
         command.add_argument("--qemu", default=None, help="qemu-system-arm to use (default: $QEMU)")
@@ -100,9 +101,17 @@ def _parser():
                                  help="where the line of MMUART_1 is to be had: pty, or tcp:PORT (default: $MODBUS or nowhere)")
         if name == "debug":
             command.add_argument("--port", type=int, default=1234, help="GDB port")
+    _add_show(commands)
     _add_bringup(commands)
     _add_campaign(commands)
     return parser
+
+
+def _add_show(commands):
+    show = commands.add_parser("show", help="the file of a motor or of its inverter; of lot:N, what was drawn")
+    show.set_defaults(function=_show)
+    show.add_argument("name", help="file of qemu/motors, path to a .toml, or lot:N")
+    show.add_argument("--inverter", action="store_true", help="of the motor's inverter")
 
 
 def _add_bringup(commands):
@@ -119,7 +128,7 @@ def _add_campaign(commands):
     """`campaign` and `case`, which it calls for each run."""
     campaign = commands.add_parser("campaign", help="motors x scenarios x seeds x detunings: one table of worst cases")
     campaign.set_defaults(function=_campaign)
-    for option, variable, text in (("--motors", "MOTORS", "names, separated by blanks (default: all)"),
+    for option, variable, text in (("--motors", "MOTORS", "names, files, lot:1-200 (default: all that are shipped)"),
                                    ("--scenarios", "SCENARIOS", "names, separated by blanks (default: all)"),
                                    ("--seeds", "SEEDS", "runs of each (default: 8, for faults 1)"),
                                    ("--detunes", "DETUNES", "what the drive is told wrongly, separated by ';'"),
@@ -204,6 +213,13 @@ def _debug(options):
 
     return debug_session(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
                          options.port, options.modbus, **_plant(options))
+
+
+def _show(options):
+    from .lot_text import text_of
+
+    print(text_of(options.name, options.inverter), end="")
+    return 0
 
 
 def _models(options):
