@@ -12,7 +12,7 @@ const captured = { plots: new Plots($("captured")), names: [], units: [], rows: 
 let signals = {}, state = "", everyMs = 1, identifying = false, awaiting = false;
 
 const scheme = location.protocol === "https:" ? "wss" : "ws";
-const socket = new WebSocket(`${scheme}://${location.host}${location.pathname.replace(/\/?$/, "/")}socket`);
+const socket = new WebSocket(`${scheme}://${location.host}${location.pathname}socket`);
 const send = (message) => socket.readyState === WebSocket.OPEN && socket.send(JSON.stringify(message));
 const say = (line) => send({ kind: "line", line });
 
@@ -24,10 +24,11 @@ function log(text) {
 // ---- what comes ----
 
 const unitsOf = (names) => names.map((name) => signals[name][0]);
+const stepsOf = (names) => names.map((name) => signals[name][1]);
 
 function watch(chosen) {
   Object.assign(live, { names: chosen, rows: [], last: null });
-  live.plots.layout(chosen, unitsOf(chosen));
+  live.plots.layout(chosen, unitsOf(chosen), stepsOf(chosen));
   document.querySelectorAll("#signals input").forEach((box) => { box.checked = chosen.includes(box.value); });
 }
 
@@ -107,14 +108,15 @@ const takes = {
     if (line === "identify use") send({ kind: "parameters" });
   },
   capture(message) {
-    const scale = message.names.map((name) => signals[name][1]);
+    const scale = stepsOf(message.names);
     Object.assign(captured, {
       names: message.names, units: unitsOf(message.names),
       rows: message.rows.map((row, i) => [
         +((i - message.trigger) / message.per_ms / 1000).toFixed(6), ...row.map((v, k) => +(v * scale[k]).toFixed(6))]),
     });
-    captured.plots.layout(captured.names, captured.units);
-    captured.plots.draw(captured.rows, 0);
+    captured.plots.layout(captured.names, captured.units, scale);
+    captured.plots.lines.mark = 0;
+    captured.plots.draw(captured.rows);
     $("captured").dataset.samples = captured.rows.length;
   },
   parameters({ rows }) {
@@ -140,7 +142,7 @@ function cells(tag, ...contents) {
 
 function parameter({ name, value, least, most, unit }) {
   const input = document.createElement("input");
-  Object.assign(input, { type: "number", value, min: least, max: most, step: 1, name });
+  Object.assign(input, { type: "number", value, min: least, max: most, step: 1, name, ariaLabel: `${name}${unit && `, ${unit}`}` });
   const row = cells("td", name, input, unit, `${least} ... ${most}`), refusal = document.createElement("span");
   refusal.className = "refusal";
   input.after(refusal);
@@ -232,8 +234,9 @@ $("identify_show").onclick = () => say("identify show");
 $("reload").onclick = () => send({ kind: "parameters" });
 $("filter").oninput = filter;
 $("hold").onclick = () => { live.held = !live.held; $("hold").textContent = live.held ? "go on" : "hold"; };
-$("save_live").onclick = () => download("live.csv", live.names, unitsOf(live.names), live.rows);
-$("save_capture").onclick = () => download("capture.csv", captured.names, captured.units, captured.rows);
+$("save_live").onclick = () => download("live.csv", "text/csv", table(live.names, unitsOf(live.names), live.rows));
+$("save_capture").onclick = () => download("capture.csv", "text/csv",
+  table(captured.names, captured.units, captured.rows));
 
 // ---- the line ----
 
