@@ -108,7 +108,6 @@ def test_a_load_and_a_fault_of_the_twins_making(page):
 
 
 def change(page, name, value):
-    """In one script: the page puts new fields in their place when it has heard that one has changed."""
     page.script("const field = document.querySelector(arguments[0]); field.value = arguments[1]; field.onchange()",
                 f"#parameters input[name={name}]", str(value))
 

@@ -80,14 +80,6 @@ function spanned(rows, least) {
   return [middle - half, middle + half];
 }
 
-function download(name, type, text) {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([text], { type }));
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000); // the browser has read it by then
-}
-
 function table(names, units, rows) {
   const heading = ["time_s", ...names.map((n, k) => (units[k] ? `${n} [${units[k]}]` : n))];
   return [heading, ...rows].map((row) => row.join(",")).join("\n") + "\n";

@@ -6,20 +6,9 @@
 const LIVE_MS = 150;    // between two drawings of what is live, at least
 const LIVE_PAUSE = 4;   // and so many times what one takes
 
-const $ = (id) => document.getElementById(id);
 const live = { plots: new Plots($("live")), names: [], rows: [], last: null, time: 0, held: false };
 const captured = { plots: new Plots($("captured")), names: [], units: [], rows: [] };
 let signals = {}, state = "", everyMs = 1, identifying = false, awaiting = false;
-
-const scheme = location.protocol === "https:" ? "wss" : "ws";
-const socket = new WebSocket(`${scheme}://${location.host}${location.pathname}socket`);
-const send = (message) => socket.readyState === WebSocket.OPEN && socket.send(JSON.stringify(message));
-const say = (line) => send({ kind: "line", line });
-
-function log(text) {
-  $("said").textContent = `${$("said").textContent}${text}\n`.slice(-6000);
-  $("said").scrollTop = $("said").scrollHeight;
-}
 
 // ---- what comes ----
 
@@ -53,6 +42,7 @@ const takes = {
     $("disturbance").replaceChildren(...Object.keys(message.disturbances).map((name) => new Option(name)));
     $("disturbance").onchange = () => { $("disturbance_text").textContent = message.disturbances[$("disturbance").value]; };
     if (message.twin) $("disturbance").onchange();
+    parameters.words = message.words;
     list(message.signals);
     watch(message.chosen);
     send({ kind: "parameters" });
@@ -99,13 +89,11 @@ const takes = {
     document.body.classList.remove("stale");
     send({ kind: "parameters" });
   },
-  answer({ line, lines }) {
+  answer({ line, lines, own }) {
     if (line === "identify show") identified(lines);
-    log(`> ${line}\n${lines.join("\n")}`);
-    if (line === "scope arm") awaiting = lines[0] === "ok"; // from now on a status tells of this capture, not of the last
-    const [, name, typed] = line.match(/^set +(\w+) *(.*)$/) || [];
-    if (name) answered(name, typed, lines);
-    if (line === "identify use") send({ kind: "parameters" });
+    log(`${own ? "" : "another page "}> ${line}\n${lines.join("\n")}`);
+    if (line === "scope arm" && own) awaiting = lines[0] === "ok"; // from now on a status tells of this capture, not of the last
+    if (own) setAnswered(line, lines);
   },
   capture(message) {
     const scale = stepsOf(message.names);
@@ -119,73 +107,14 @@ const takes = {
     captured.plots.draw(captured.rows);
     $("captured").dataset.samples = captured.rows.length;
   },
-  parameters({ rows }) {
-    const there = $("parameters").rows;
-    if (there.length === rows.length) {
-      rows.forEach((row, k) => refresh(there[k], row));
-    } else {
-      $("parameters").replaceChildren(...rows.map(parameter));
-    }
-    filter();
-  },
+  parameters({ rows }) { parametersCame(rows); },
+  applied(message) { applied(message); },
 };
-
-function cells(tag, ...contents) {
-  const row = document.createElement("tr");
-  row.append(...contents.map((content) => {
-    const cell = document.createElement(tag);
-    cell.append(content);
-    return cell;
-  }));
-  return row;
-}
-
-function parameter({ name, value, least, most, unit }) {
-  const input = document.createElement("input");
-  Object.assign(input, { type: "number", value, min: least, max: most, step: 1, name, ariaLabel: `${name}${unit && `, ${unit}`}` });
-  const row = cells("td", name, input, unit, `${least} ... ${most}`), refusal = document.createElement("span");
-  refusal.className = "refusal";
-  input.after(refusal);
-  input.dataset.known = value; // to the drive
-  input.oninput = () => mark(row, "");
-  input.onchange = () => say(`set ${name} ${input.value}`);
-  return row;
-}
-
-function mark(row, refusal) {
-  row.className = refusal ? "wrong" : "";
-  row.querySelector(".refusal").textContent = refusal;
-}
-
-// A field whose value was refused shows the drive's again, and why.
-function answered(name, typed, lines) {
-  const row = [...$("parameters").rows].find((one) => one.cells[0].textContent === name);
-  if (lines[0] === "ok") {
-    if (row) mark(row, "");
-    send({ kind: "parameters" });
-  } else if (row) {
-    const input = row.querySelector("input");
-    input.value = input.dataset.known;
-    mark(row, `${typed || "nothing"} refused: ${lines.join(" ").replace(/^error: /, "")}`);
-  }
-}
-
-// What somebody is just typing stays.
-function refresh(row, { value }) {
-  const input = row.querySelector("input");
-  input.dataset.known = value;
-  if (input !== document.activeElement) input.value = value;
-}
-
-function filter() {
-  const part = $("filter").value.toLowerCase();
-  for (const row of $("parameters").rows) row.hidden = !row.cells[0].textContent.includes(part);
-}
 
 function identified(lines) {
   $("identified").replaceChildren(...lines.map((line) => {
     const [name, ...rest] = line.split(": ");
-    return cells("td", name, rest.join(": "));
+    return element("tr", {}, element("td", {}, name), element("td", {}, rest.join(": ")));
   }));
 }
 
@@ -231,8 +160,6 @@ $("arm").onclick = () => {
 $("read").onclick = () => send({ kind: "capture" });
 $("read_fault").onclick = () => send({ kind: "capture", of: "fault" });
 $("identify_show").onclick = () => say("identify show");
-$("reload").onclick = () => send({ kind: "parameters" });
-$("filter").oninput = filter;
 $("hold").onclick = () => { live.held = !live.held; $("hold").textContent = live.held ? "go on" : "hold"; };
 $("save_live").onclick = () => download("live.csv", "text/csv", table(live.names, unitsOf(live.names), live.rows));
 $("save_capture").onclick = () => download("capture.csv", "text/csv",
@@ -240,6 +167,8 @@ $("save_capture").onclick = () => download("capture.csv", "text/csv",
 
 // ---- the line ----
 
+const scheme = location.protocol === "https:" ? "wss" : "ws";
+socket = new WebSocket(`${scheme}://${location.host}${location.pathname}socket`);
 socket.onmessage = ({ data }) => {
   const message = JSON.parse(data);
   takes[message.kind](message);
