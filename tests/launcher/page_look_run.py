@@ -26,7 +26,8 @@ def program():
 
 
 def look(page, width, scheme):
-    page.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
+    preferred = {"name": "prefers-color-scheme", "value": scheme}
+    page.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [preferred]})
     page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
         "width": width, "height": SIZES[width], "deviceScaleFactor": 1, "mobile": width < 500})
     page.wait(lambda: page.script("return [innerWidth, matchMedia('(prefers-color-scheme: dark)').matches]")

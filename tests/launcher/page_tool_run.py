@@ -2,6 +2,7 @@
 """The page as a tool, on one drive in QEMU: settings, what is measured on plots, setting up, positions, two tabs."""
 import re
 
+import numpy as np
 import pytest
 from browser import browsed, served
 
@@ -46,8 +47,8 @@ def row(page, name):
 def test_each_parameter_is_in_one_group_with_its_meaning(page):
     names = [name for group in words.GROUPS.values() for name in group.split()]
     assert sorted(names) == sorted(param_rows()), "each once"
-    shown = page.script("return [...document.querySelectorAll('#parameters details')].map((d) => [d.querySelector('table').ariaLabel,"
-                        " [...d.querySelectorAll('input')].map((i) => i.name).join(' ')])")
+    shown = page.script("return [...document.querySelectorAll('#parameters details')].map((d) => ["
+                        "d.querySelector('table').ariaLabel, [...d.querySelectorAll('input')].map((i) => i.name).join(' ')])")
     assert {group: set(members.split()) for group, members in shown} == {
         group: set(members.split()) for group, members in words.GROUPS.items()}
     for name, meaning in meanings().items():
@@ -141,6 +142,100 @@ def test_what_the_console_lists_is_a_file_too(page, tmp_path):
     (tmp_path / "got.txt").write_text("# as 'get all' shows it\ncyclic_ms = 12 ms  (1...1000)\n\n")
     assert "from got.txt: 1 changed" in choose_file(page, tmp_path / "got.txt")
     assert drives(page, "cyclic_ms") == 12
+
+
+# ---- what is measured ----
+
+def test_values_at_and_between_cursors(page):
+    """As numpy has them, of a capture of a running drive; the plot shows where the cursors stand."""
+    page.arm("i_q", "never", 0)
+    page.click("[data-line='scope fire']")
+    shown = page.until_captured()
+    time, i_q = np.array(shown["time"]), np.array(shown["i_q"])
+    a, b = time[10], time[400]
+    page.script("$('measure_on').value = 'captured'; $('measure_on').onchange();"
+                "$('cursor_a').value = arguments[0]; $('cursor_b').value = arguments[1]; $('cursor_a').oninput()", a + 2e-6, b)
+    rows = page.script("return [...$('measured').rows].map((row) => [...row.cells].map((cell) => cell.textContent))")
+    heading, found = rows[0][1:], {row[0]: [float(x) for x in row[1:]] for row in rows[1:]}
+    inside = i_q[11:401]
+    wanted = {"at A": i_q[10], "at B": i_q[400], "B - A": i_q[400] - i_q[10], "mean": inside.mean(),
+              "rms": np.sqrt((inside ** 2).mean()), "least": inside.min(), "most": inside.max(), "span": np.ptp(inside)}
+    assert heading == list(wanted) and set(found) == {f"{name} [{unit}]" if unit else name for name, unit in page.script(
+        "return captured.names.map((name, k) => [name, captured.units[k]])")}
+    assert found["i_q [A]"] == pytest.approx(list(wanted.values()), rel=1e-4, abs=1e-9)
+    assert page.find("between").text.startswith(f"B - A: {b - a - 2e-6:.5g} s")
+    assert set(page.script("return Object.keys(captured.plots.lines)")) == {"mark", "cursor-a", "cursor-b"}
+
+
+def test_a_click_sets_a_cursor(page):
+    at = "const g = captured.plots.graphs[0].dygraph; g.getFunctionOption('clickCallback').call(g, {shiftKey: %s}, %s, [])"
+    page.script(at % ("false", 0.001))
+    page.script(at % ("true", 0.003))
+    assert page.script("return [$('cursor_a').value, $('cursor_b').value]") == ["0.001", "0.003"]
+    page.click("#between_cursors")
+    assert page.script("return captured.plots.graphs.map((g) => g.dygraph.xAxisRange())") == [[0.001, 0.003]] * page.script(
+        "return captured.plots.graphs.length")
+    page.click("#all")
+    low, high = page.script("return captured.plots.graphs[0].dygraph.xAxisRange()")
+    assert low <= -0.005 and high > 0.02
+
+
+def test_ranges(page):
+    """Automatic: noise does not fill the plot, whatever the signal does it is inside; and one that somebody has set."""
+    span = "return captured.plots.graphs.find((g) => g.unit === 'A').dygraph.yAxisRange()"
+    low, high = page.script(span)
+    shown = page.captured()
+    assert high - low > 0.3, "23.6 A in 512 of 32768 steps"
+    assert low < min(shown["i_q"]) and max(shown["i_q"]) < high
+    page.type("#range_of", "A"), page.type("#range_least", -3), page.type("#range_most", 5)
+    page.click("#range_set")
+    assert page.script(span) == [-3, 5]
+    page.type("#range_most", -4), page.click("#range_set")
+    assert page.find("range_said").text == "the lower one first"
+    page.click("#range_auto")
+    assert page.script(span) == pytest.approx([low, high])
+
+
+def test_the_spectrum_is_the_transform(page):
+    """Of noise, as numpy has it; of a sine between two lines and its harmonic, their amplitudes within the window's error."""
+    noise = np.random.default_rng(1).normal(size=300)
+    found = np.array(page.script("return spectrum(arguments[0], 1000)", noise.tolist()))
+    last = noise[-256:]
+    window = 1 - np.cos(2 * np.pi * np.arange(256) / 256)
+    wanted = np.abs(np.fft.fft((last - last.mean()) * window))[:128] * 2 / 256
+    assert found[:, 0] == pytest.approx(np.arange(128) * 1000 / 256) and found[:, 1] == pytest.approx(wanted, abs=1e-12)
+    t = np.arange(512) / 20000
+    sine = 3 + 2 * np.sin(2 * np.pi * 625 * t) + 0.5 * np.sin(2 * np.pi * 3125 * t)
+    lines = dict(page.script("return spectrum(arguments[0], 20000)", sine.tolist()))
+    assert lines[625] == pytest.approx(2, rel=1e-6) and lines[3125] == pytest.approx(0.5, rel=1e-6) and lines[0] < 1e-9
+    page.script("captured.rows = arguments[0].map((v, k) => [k / 20000, ...captured.names.map(() => v)]);"
+                "$('fft_of').value = 'i_q'", sine.tolist())
+    page.click("#fft_now")
+    assert page.find("fft_peak").text.startswith("most: 2 A at 625 Hz, lines 39.06")
+
+
+def test_vectors(page):
+    page.script("live.names = []; say('scope signals i_d,i_q,v_d,v_q,speed')")
+    page.wait(lambda: page.script("return live.names.length") == 5)
+    page.script("$('vector_view').open = true; live.held = true; live.rows = [[0, 3, 4, -5, 12, 0]]; drawVectors()")
+    assert page.find("vector_i_text").text == "i: 5 A, 53 degrees from d; ring 10.65 A"
+    assert page.find("vector_v_text").text == "v: 13 % of bus, 113 degrees from d; ring 57.735 % of bus"
+    tip = """const scale = 0.9 * 110 / 10.65 * 0.8, place = (d, q) => Math.round(110 - q * scale) * 220 + Math.round(110 + d * scale);
+             const seen = $('vector_i').getContext('2d').getImageData(0, 0, 220, 220).data;
+             return [[3, 4], [-3, 4]].map(([d, q]) => seen[4 * place(d, q) + 3])"""
+    drawn, mirrored = page.script(tip)
+    assert drawn == 255 and mirrored == 0, "d to the right, q upwards"
+    page.script("live.held = false; live.names = []; say('scope signals i_q,speed')")
+    page.wait(lambda: "not both among the signals" in page.find("vector_i_text").text)
+    page.script("$('vector_view').open = false")
+
+
+def test_the_factor_against_real_time(page):
+    half = "const p = new Pace(); for (let k = 0; k < 100; k++) p.note(k * 0.05, k * 0.1); return p.factor()"
+    assert page.script(half) == pytest.approx(0.5) and page.script("return new Pace().factor()") is None
+    page.wait(lambda: re.fullmatch(r"\d\.\d\d of real time", page.find("pace").text))
+    fed = page.script("return [pace.pairs.at(-1)[0] === live.time, performance.now() / 1000 - pace.pairs.at(-1)[1]]")
+    assert fed[0] and 0 <= fed[1] < 60, "from the samples' own times, and the clock"
 
 
 # ---- two tabs ----

@@ -13,7 +13,9 @@ class Plots {
   constructor(place) {
     this.place = place;
     this.graphs = [];
-    this.lines = {}; // colour's name: time of an upright line
+    this.lines = {};  // colour's name: time of an upright line
+    this.ranges = {}; // unit: [least, most], where not automatic
+    this.onClick = () => {};
     dark.addEventListener("change", () => this.recolour());
   }
 
@@ -39,6 +41,7 @@ class Plots {
     return new Dygraph(curves, [[0, ...names.map(() => 0)]], {
       labels: ["time", ...names], ylabel: unit, xlabel: "", legend: "always", labelsDiv: legend, animatedZooms: false,
       strokeWidth: 1.2, rightGap: 4, gridLineColor: "#8885", underlayCallback: (...drawn) => this.upright(...drawn),
+      clickCallback: (event, time) => this.onClick(event, time),
       axes: { x: { axisLabelFormatter: (x) => `${+x.toFixed(4)} s`, valueFormatter: (x) => `${x.toFixed(5)} s` } },
     });
   }
@@ -60,10 +63,15 @@ class Plots {
     if (!rows.length) return;
     const step = Math.max(1, Math.ceil(rows.length / POINTS));
     const shown = step === 1 ? rows : rows.filter((_, i) => i % step === 0);
-    for (const { columns, least, dygraph } of this.graphs) {
+    for (const { columns, unit, least, dygraph } of this.graphs) {
       const file = shown.map((row) => [row[0], ...columns.map((k) => row[k + 1])]);
-      dygraph.updateOptions({ file, valueRange: spanned(file, least) });
+      dygraph.updateOptions({ file, valueRange: this.ranges[unit] || spanned(file, least) });
     }
+  }
+
+  // Between two times, or all.
+  zoom(times) {
+    this.graphs.forEach(({ dygraph }) => dygraph.updateOptions({ dateWindow: times }));
   }
 }
 

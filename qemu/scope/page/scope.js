@@ -3,23 +3,9 @@
 // are shown as they come.
 "use strict";
 
-const LIVE_MS = 150;    // between two drawings of what is live, at least
-const LIVE_PAUSE = 4;   // and so many times what one takes
-
-const live = { plots: new Plots($("live")), names: [], rows: [], last: null, time: 0, held: false };
-const captured = { plots: new Plots($("captured")), names: [], units: [], rows: [] };
-let signals = {}, state = "", everyMs = 1, identifying = false, awaiting = false;
+let state = "", identifying = false, awaiting = false;
 
 // ---- what comes ----
-
-const unitsOf = (names) => names.map((name) => signals[name][0]);
-const stepsOf = (names) => names.map((name) => signals[name][1]);
-
-function watch(chosen) {
-  Object.assign(live, { names: chosen, rows: [], last: null });
-  live.plots.layout(chosen, unitsOf(chosen), stepsOf(chosen));
-  document.querySelectorAll("#signals input").forEach((box) => { box.checked = chosen.includes(box.value); });
-}
 
 function list(known) {
   signals = known;
@@ -27,16 +13,14 @@ function list(known) {
   $("trigger").value = "i_q";
   $("level_unit").textContent = known.i_q[0];
   $("signals").replaceChildren(...Object.entries(known).map(([name, [unit, , text]]) => {
-    const label = document.createElement("label"), box = document.createElement("input");
-    Object.assign(box, { type: "checkbox", value: name });
-    label.append(box, ` ${name}${unit ? ` [${unit}]` : ""}: ${text}`);
-    return label;
+    const box = element("input", { type: "checkbox", value: name });
+    return element("label", {}, box, ` ${name}${unit ? ` [${unit}]` : ""}: ${text}`);
   }));
 }
 
 const takes = {
   hello(message) {
-    everyMs = message.every_ms;
+    Object.assign(live, { everyMs: message.every_ms, paced: message.twin });
     $("title").textContent = message.title;
     $("twin").hidden = !message.twin;
     $("disturbance").replaceChildren(...Object.keys(message.disturbances).map((name) => new Option(name)));
@@ -49,15 +33,7 @@ const takes = {
   },
   signals(message) { signals = message.signals; },
   chosen(message) { watch(message.chosen); },
-  samples({ rows }) {
-    for (const [number, ...values] of rows) { // numbers are modulo 2^16; a gap is a gap of time
-      live.time += live.last === null ? 0 : ((number - live.last) & 0xffff) / 1000;
-      live.last = number;
-      if (!live.held) live.rows.push([+live.time.toFixed(3), ...values]);
-    }
-    const keep = Math.ceil((Number($("window").value) || 3) * 1000 / everyMs);
-    if (live.rows.length > 1.2 * keep) live.rows = live.rows.slice(-keep);
-  },
+  samples({ rows }) { samplesCame(rows); },
   status(message) {
     state = `${message.state}${message.fault === "none" ? "" : `, fault: ${message.fault}`}`;
     $("state").textContent = state;
@@ -95,18 +71,7 @@ const takes = {
     if (line === "scope arm" && own) awaiting = lines[0] === "ok"; // from now on a status tells of this capture, not of the last
     if (own) setAnswered(line, lines);
   },
-  capture(message) {
-    const scale = stepsOf(message.names);
-    Object.assign(captured, {
-      names: message.names, units: unitsOf(message.names),
-      rows: message.rows.map((row, i) => [
-        +((i - message.trigger) / message.per_ms / 1000).toFixed(6), ...row.map((v, k) => +(v * scale[k]).toFixed(6))]),
-    });
-    captured.plots.layout(captured.names, captured.units, scale);
-    captured.plots.lines.mark = 0;
-    captured.plots.draw(captured.rows);
-    $("captured").dataset.samples = captured.rows.length;
-  },
+  capture(message) { captureCame(message); },
   parameters({ rows }) { parametersCame(rows); },
   applied(message) { applied(message); },
 };
@@ -160,10 +125,6 @@ $("arm").onclick = () => {
 $("read").onclick = () => send({ kind: "capture" });
 $("read_fault").onclick = () => send({ kind: "capture", of: "fault" });
 $("identify_show").onclick = () => say("identify show");
-$("hold").onclick = () => { live.held = !live.held; $("hold").textContent = live.held ? "go on" : "hold"; };
-$("save_live").onclick = () => download("live.csv", "text/csv", table(live.names, unitsOf(live.names), live.rows));
-$("save_capture").onclick = () => download("capture.csv", "text/csv",
-  table(captured.names, captured.units, captured.rows));
 
 // ---- the line ----
 
@@ -179,17 +140,4 @@ socket.onclose = () => {
   document.body.classList.add("stale");
 };
 setInterval(() => send({ kind: "here" }), 700);
-
-function draw() {
-  const seconds = Number($("window").value) || 3;
-  live.plots.draw(live.rows.filter((row) => row[0] > live.time - seconds));
-  $("live").dataset.samples = live.rows.length;
-}
-
-// As often as leaves most of the time to the rest: a frame is painted when the one behind it begins.
-function animate() {
-  const begin = performance.now();
-  if (!live.held && !document.hidden) draw();
-  requestAnimationFrame(() => setTimeout(animate, Math.max(LIVE_MS, LIVE_PAUSE * (performance.now() - begin))));
-}
 animate();
