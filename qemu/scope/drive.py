@@ -9,9 +9,9 @@ from launcher.errors import LauncherError
 from .line import Sample, Splitter
 
 END = b".\r\n"      # behind each answer in the console's mode for programs (docs/console.md)
-ANSWER_S = 8.0    # the longest answer, a whole capture, takes 3 s at 115200 baud
+ANSWER_S = 20.0   # the longest answer, a whole capture, takes 3 s at 115200 baud; a slow twin takes longer
 SILENT_S = 0.8    # without a sample or an answer: it is silent; while it streams, something comes each millisecond
-AT_WORK_S = 5.0   # the same where the other end is seen to go on, slowly: QEMU on a machine that is busy
+AT_WORK_S = 20.0   # the same where the other end is seen to go on, slowly: QEMU on a machine that is busy
 REVIVE_S = 2.0    # for a drive that may be there again
 QUIET_S = 0.3     # without text: nothing of an earlier answer is still to come
 AGAIN_S = 1.0     # between attempts to open a line that has ended

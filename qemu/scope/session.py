@@ -3,8 +3,9 @@
 
 Pages get messages, dictionaries with a key "kind": hello, samples, status, said, capture, parameters, answer, applied, chosen,
 signals; silent when the drive says nothing, with why, since when and its last words, and awake when it does again. They send
-{"kind": "line", "line": ...}, {"kind": "stop"}, {"kind": "set", "values": {name: value}, "what": ...}, {"kind": "disturb", ...},
-{"kind": "capture"}, {"kind": "parameters"} and {"kind": "here"}. All see what one commands; "own" is true for that one.
+{"kind": "line", "line": ...}, {"kind": "stop"}, {"kind": "set", "values": {name: value}, "what": ...},
+{"kind": "disturb", ...}, {"kind": "jog", "rpm": ...} as long as a button is held, {"kind": "capture"}, {"kind": "parameters"} and {"kind": "here"}.
+All see what one commands; "own" is true for that one.
 Whoever has started the motor from a page and goes away, by closing it or by falling silent, leaves it to the session, which
 stops it.
 """
@@ -16,6 +17,7 @@ import time
 
 from . import words
 from .drive import KEEP_UP_S, Drive, DriveError
+from .jog import Jog
 
 STATUS_S = 0.4
 LOOK_S = 0.1       # how often the line is looked at
@@ -31,6 +33,7 @@ class Session:
     def __init__(self, far):
         self.far, self.pages, self.started = far, {}, False
         self.drive = Drive(far, self._samples, self._said)
+        self._jog = Jog(self.drive.ask)
         self.signals, self.chosen, self.state, self._known_fault = {}, [], "", ""
         self._silent, self._last_said = None, ""
         self._tasks = []
@@ -45,7 +48,8 @@ class Session:
                 raise DriveError(f"'{line}': {' '.join(answer)}")
         self.signals, self.chosen = await self.drive.signals(), await self.drive.chosen()
         await self.drive.stream(EVERY_MS)
-        self._tasks = [asyncio.ensure_future(self._watch()), asyncio.ensure_future(self._mind_line())]
+        self._tasks = [asyncio.ensure_future(self._watch()), asyncio.ensure_future(self._mind_line()),
+                       asyncio.ensure_future(self._mind_jog())]
 
     async def close(self):
         for task in self._tasks:
@@ -66,7 +70,7 @@ class Session:
         self.pages[page] = [send, time.monotonic()]
         send({"kind": "hello", "title": self.far.title, "twin": self.far.name == "twin", "every_ms": EVERY_MS,
               "disturbances": getattr(self.far, "disturbances", {}), "signals": self.signals, "chosen": self.chosen,
-              "words": words.parameters()})
+              "words": words.parameters(), "steps": words.identify_steps()})
         if self._silent:
             send(self._silent)
 
@@ -92,6 +96,8 @@ class Session:
                 await self._brake(page)
             elif kind == "set":
                 await self._set(page, message.get("values"), str(message.get("what", kind)))
+            elif kind == "jog":
+                await self._turn(page, message.get("rpm"))
             elif kind == "capture":
                 self._tell({"kind": "capture", "of": message.get("of", "read"),
                             **await self.drive.capture("fault" if message.get("of") == "fault" else "read")})
@@ -142,6 +148,15 @@ class Session:
             send({"kind": "applied", "what": what, "taken": len(values) - len(refusals), "refusals": refusals,
                   "own": other is page})
 
+    async def _turn(self, page, rpm):
+        """As long as the page goes on saying so."""
+        if not isinstance(rpm, int) or abs(rpm) > 100000:
+            self._answer(page, "jog", ["error: a speed is a whole number of rpm"])
+            return
+        self.started = True
+        if (answer := await self._jog.hold(rpm)) is not None:
+            self._answer(page, f"speed {rpm}", answer)
+
     async def _brake(self, page):
         """Quick stop where there is operation to be stopped, off in every other state. One that is silent may still hear."""
         if self._silent:
@@ -175,6 +190,12 @@ class Session:
             for task in (self._revive if self._silent else self._look, self._mind_pages):
                 with contextlib.suppress(DriveError):  # the line is minded below
                     await task()
+
+    async def _mind_jog(self):
+        while True:
+            await asyncio.sleep(LOOK_S)
+            with contextlib.suppress(DriveError):  # again, when the line is back
+                await self._jog.mind()
 
     async def _revive(self):
         await self.drive.revive()

@@ -220,7 +220,8 @@ def test_vectors(page):
     page.script("$('vector_view').open = true; live.held = true; live.rows = [[0, 3, 4, -5, 12, 0]]; drawVectors()")
     assert page.find("vector_i_text").text == "i: 5 A, 53 degrees from d; ring 10.65 A"
     assert page.find("vector_v_text").text == "v: 13 % of bus, 113 degrees from d; ring 57.735 % of bus"
-    tip = """const scale = 0.9 * 110 / 10.65 * 0.8, place = (d, q) => Math.round(110 - q * scale) * 220 + Math.round(110 + d * scale);
+    tip = """const scale = 0.9 * 110 / 10.65 * 0.8;
+             const place = (d, q) => Math.round(110 - q * scale) * 220 + Math.round(110 + d * scale);
              const seen = $('vector_i').getContext('2d').getImageData(0, 0, 220, 220).data;
              return [[3, 4], [-3, 4]].map(([d, q]) => seen[4 * place(d, q) + 3])"""
     drawn, mirrored = page.script(tip)
@@ -236,6 +237,75 @@ def test_the_factor_against_real_time(page):
     page.wait(lambda: re.fullmatch(r"\d\.\d\d of real time", page.find("pace").text))
     fed = page.script("return [pace.pairs.at(-1)[0] === live.time, performance.now() / 1000 - pace.pairs.at(-1)[1]]")
     assert fed[0] and 0 <= fed[1] < 60, "from the samples' own times, and the clock"
+
+
+# ---- setting up ----
+
+def test_limits_that_are_refused_are_shown_and_those_that_are_taken_lead_on(page):
+    trip = value(page, "i_trip_ma")
+    page.script("$('setup_limits').open = true")
+    page.wait(lambda: re.fullmatch(r"2\d\.\d+ V", page.find("bus").text))
+    page.script("limitOf('i_trip_ma').value = 3000000")
+    page.click("#limits_set")
+    page.wait(lambda: page.find("limits_said").text == "error: i_trip_ma must be 10...2000000 mA")
+    assert page.script("return [limitOf('i_trip_ma').value, $('setup_identify').open]") == [str(trip), False]
+    page.script("limitOf('i_trip_ma').value = arguments[0]", trip - 100)
+    page.click("#limits_set")
+    page.wait(lambda: page.script("return $('setup_identify').open && !$('setup_limits').open"))
+    assert drives(page, "i_trip_ma") == trip - 100
+    page.click("#undo")
+    page.wait(lambda: value(page, "i_trip_ma") == trip)
+
+
+def test_saved_and_turning(page):
+    page.script("$('setup_save').open = true")
+    page.click("#setup_save [data-line=save]")
+    page.wait(lambda: page.script("return $('setup_turn').open"))
+    assert "slot A, save 1" in page.heard()
+    page.type("#start_rpm", 250)
+    page.click("#start")
+    page.wait(lambda: re.match(r"speed: 2[45]\d\.\d+ rpm, reference 250", page.find("turning").text))
+
+
+# ---- positions ----
+
+def where(page):
+    """(mode, counts, target or None, homed), as the page shows it."""
+    found = re.match(r"mode: (\w+) .*position: (-?\d+)(?:, target (-?\d+))?.* counts(, homed)?$", page.find("position").text)
+    return found and (found[1], int(found[2]), found[3] and int(found[3]), bool(found[4]))
+
+
+def test_positions_and_homing(page):
+    page.script("$('counts').value = 8000")
+    page.click("#to button[value='by ']")
+    page.wait(lambda: where(page)[0] == "pp" and abs(where(page)[1] - where(page)[2]) <= 2)
+    page.script("$('counts').value = arguments[0]", where(page)[2] - 3000)
+    page.click("#to button[value='']")
+    target = where(page)[2] - 3000
+    page.wait(lambda: where(page)[2] == target and abs(where(page)[1] - target) <= 2)
+    page.click("#home")
+    page.wait(lambda: where(page)[0] == "pp" and where(page)[3] and abs(where(page)[1]) <= 2)
+
+
+def test_the_shaft_turns_as_long_as_a_button_is_held(page):
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    page.script("live.names = []; say('scope signals i_q,speed,speed_ref')")
+    page.wait(lambda: page.script("return live.names.length") == 3)
+    page.type("#jog_rpm", 90)
+    mouse = ActionChains(page.browser)
+    mouse.click_and_hold(page.find("jog_back")).perform()
+    page.wait(lambda: page.latest("speed") < -70)
+    mouse.release().perform()
+    page.wait(lambda: page.latest("speed_ref") == 0)
+    assert "> speed -90\nok\n> speed 0\nok" in page.heard()
+    page.script("$('jog_on').dispatchEvent(new KeyboardEvent('keydown', { key: ' ' }))")
+    page.wait(lambda: page.latest("speed") > 70)
+    page.script("clearInterval(jogging)")  # a page that hangs
+    page.wait(lambda: page.latest("speed_ref") == 0)
+    page.script("release()")
+    page.click("#stop")
+    page.wait(lambda: page.state() == "switch on disabled")
 
 
 # ---- two tabs ----

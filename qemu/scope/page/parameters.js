@@ -20,12 +20,14 @@ function parametersCame(rows) {
     build(rows);
   }
   rows.forEach(refresh);
+  limitsCame();
   filter();
 }
 
 // What has changed, whoever did it, and what it was. What undo itself changes is not undone by the next one.
 function remember(changed) {
   if (!Object.keys(changed).length) return;
+  compare(changed);
   if (!parameters.undoing) parameters.undo.push(changed);
   undoable();
 }

@@ -3,7 +3,7 @@
 // are shown as they come.
 "use strict";
 
-let state = "", identifying = false, awaiting = false;
+let state = "", awaiting = false;
 
 // ---- what comes ----
 
@@ -27,6 +27,7 @@ const takes = {
     $("disturbance").onchange = () => { $("disturbance_text").textContent = message.disturbances[$("disturbance").value]; };
     if (message.twin) $("disturbance").onchange();
     parameters.words = message.words;
+    setup.steps = message.steps;
     list(message.signals);
     watch(message.chosen);
     send({ kind: "parameters" });
@@ -40,10 +41,8 @@ const takes = {
     $("status").textContent = message.lines.join("\n");
     $("capture").textContent = `Now: ${message.capture}`;
     $("damaged").textContent = message.damaged ? `${message.damaged} frames damaged` : "";
-    const step = message.lines.find((line) => line.startsWith("identify: "));
-    $("step").textContent = step || "";
-    if (identifying && !step) say("identify show");
-    identifying = Boolean(step);
+    setupStatus(message);
+    motionStatus(message);
     if (message.hint.length) $("fault").textContent = message.hint.join("\n");
     $("fault").hidden = message.fault === "none";
     if (awaiting && message.capture.startsWith("done")) {
@@ -66,22 +65,18 @@ const takes = {
     send({ kind: "parameters" });
   },
   answer({ line, lines, own }) {
-    if (line === "identify show") identified(lines);
+    setupAnswered(line, lines);
     log(`${own ? "" : "another page "}> ${line}\n${lines.join("\n")}`);
     if (line === "scope arm" && own) awaiting = lines[0] === "ok"; // from now on a status tells of this capture, not of the last
     if (own) setAnswered(line, lines);
   },
   capture(message) { captureCame(message); },
   parameters({ rows }) { parametersCame(rows); },
-  applied(message) { applied(message); },
+  applied(message) {
+    applied(message);
+    limitsApplied(message);
+  },
 };
-
-function identified(lines) {
-  $("identified").replaceChildren(...lines.map((line) => {
-    const [name, ...rest] = line.split(": ");
-    return element("tr", {}, element("td", {}, name), element("td", {}, rest.join(": ")));
-  }));
-}
 
 // ---- what goes ----
 
@@ -124,7 +119,6 @@ $("arm").onclick = () => {
 };
 $("read").onclick = () => send({ kind: "capture" });
 $("read_fault").onclick = () => send({ kind: "capture", of: "fault" });
-$("identify_show").onclick = () => say("identify show");
 
 // ---- the line ----
 
