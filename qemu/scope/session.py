@@ -4,7 +4,8 @@
 Pages get messages, dictionaries with a key "kind": hello, samples, status, said, capture, parameters, answer, applied, chosen,
 signals; silent when the drive says nothing, with why, since when and its last words, and awake when it does again. They send
 {"kind": "line", "line": ...}, {"kind": "stop"}, {"kind": "set", "values": {name: value}, "what": ...},
-{"kind": "disturb", ...}, {"kind": "jog", "rpm": ...} as long as a button is held, {"kind": "capture"}, {"kind": "parameters"} and {"kind": "here"}.
+{"kind": "disturb", ...}, {"kind": "jog", "rpm": ...} as long as a button is held, {"kind": "capture"},
+{"kind": "parameters"} and {"kind": "here"}.
 All see what one commands; "own" is true for that one.
 Whoever has started the motor from a page and goes away, by closing it or by falling silent, leaves it to the session, which
 stops it.

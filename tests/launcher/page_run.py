@@ -119,6 +119,7 @@ def value(page, name):
 def test_a_parameter(page):
     page.wait(lambda: page.script("return document.querySelectorAll('#parameters tr').length") > 50)
     change(page, "speed_bw_hz", 55)
+    page.script("document.querySelectorAll('#parameters details').forEach((one) => { one.open = true; })")
     page.script("say('get speed_bw_hz')")
     page.wait(lambda: "speed_bw_hz = 55" in page.heard())
     page.script("const field = document.querySelector('#parameters input[name=i_max_ma]'); field.focus(); field.value = 12")

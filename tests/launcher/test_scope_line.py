@@ -128,7 +128,7 @@ def test_a_cable_that_is_pulled_and_comes_back(tmp_path, capsys):
 
 
 def test_a_silent_drive_is_shown_within_a_second(clock):
-    """QEMU that has ended at once; one that is stopped, or a cable, when nothing has come so long that a look is still in time."""
+    """QEMU that has ended at once; one that is stopped, or a cable, so early that there is time for a look and the way."""
     far = SimpleNamespace(ended=lambda: None, at_work=lambda: False)
     silent = drive.Drive(far, None, None).silent
     clock[0] += SHOWN_S - session.LOOK_S - PAGE_S
