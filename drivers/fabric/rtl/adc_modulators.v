@@ -27,7 +27,7 @@ module adc_modulators (
     reg  [4:0] count;
     reg        strobe;
     reg  [4:0] last;
-    wire       ends = count >= last;
+    wire       ends = {last, 1'b0} < {count, 1'b1};
     always @(posedge clk)
         if (!on) begin
             count     <= 5'd0;

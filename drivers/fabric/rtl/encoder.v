@@ -27,6 +27,7 @@ module encoder (
     reg [15:0] latched, index;
     reg [31:0] now, edge_now, edge_time, latch_time;
     reg [1:0]  lost_sync;
+    reg [16:0] counts;                  // COUNTS, to be read without an adder behind `top`
     reg        z_was;
 
     wire        a, b, z, counted, illegal;
@@ -45,7 +46,9 @@ module encoder (
     encoder_filter filter_z (.clk(clk), .rst_n(rst_n), .tick(1'b1), .length(filter_encoder), .pin(pin_index), .level(z));
 
     // COUNTS is held to 4...65536
-    wire [15:0] load_top = wdata[31:2] == 30'd0 ? 16'd3 : wdata > 32'd65535 ? 16'hFFFF : wdata[15:0] - 16'd1;
+    wire        few      = wdata[31:2] == 30'd0;
+    wire        many     = wdata[31:16] != 16'd0;
+    wire [15:0] load_top = few ? 16'd3 : many ? 16'hFFFF : wdata[15:0] - 16'd1;
 
     encoder_count count (.clk(clk), .rst_n(rst_n), .enable(control[0]), .reverse(control[1]), .lost(lost), .a(a), .b(b),
                          .load(loads), .load_top(load_top), .top(top), .position(position), .position_next(position_next),
@@ -71,6 +74,7 @@ module encoder (
             edge_time      <= 32'd0;
             latch_time     <= 32'd0;
             lost_sync      <= 2'b00;
+            counts         <= `ENC_COUNTS_RESET;
             z_was          <= 1'b0;
         end else begin
             now       <= now + 32'd1;
@@ -82,6 +86,8 @@ module encoder (
                 filter_encoder <= wdata[`ENC_FILTER_ENCODER];
                 filter_hall    <= wdata[`ENC_FILTER_HALL];
             end
+            if (loads)
+                counts <= few ? 17'd4 : many ? 17'd65536 : wdata[16:0];
             if (counted)
                 edge_now <= now;
             if (indexed)
@@ -103,7 +109,7 @@ module encoder (
     always @* begin
         case (addr)
         `ENC_CONTROL:    value = {30'd0, control};
-        `ENC_COUNTS:     value = {15'd0, {1'b0, top} + 17'd1};
+        `ENC_COUNTS:     value = {15'd0, counts};
         `ENC_POSITION:   value = {16'd0, position};
         `ENC_LATCHED:    value = {16'd0, latched};
         `ENC_INDEX:      value = {16'd0, index};
