@@ -5,7 +5,7 @@
 module adc (
     input  wire        clk,
     input  wire        rst_n,
-    // register port: rdata is 0 unless selected, so that slots can be ORed
+    // register port: rdata is 0 unless selected, so that slots can be ORed; `write` is for this slot
     input  wire        sel,
     input  wire        write,
     input  wire [7:2]  addr,
@@ -40,8 +40,7 @@ module adc (
     reg  [4:0]  mod_clocks;
     localparam [12:0] MODULATOR_RESET = `ADC_MODULATOR_RESET;
 
-    wire writes = sel && write;
-    wire clears = writes && addr == `ADC_STATUS;
+    wire clears = write && addr == `ADC_STATUS;
 
     always @(posedge clk)
         if (!rst_n) begin
@@ -61,7 +60,7 @@ module adc (
             trip_osr   <= MODULATOR_RESET[`ADC_MODULATOR_TRIP_OSR];
             mod_clocks <= MODULATOR_RESET[`ADC_MODULATOR_CLOCKS];
             mod_trip   <= `ADC_MODULATOR_TRIP_RESET;
-        end else if (writes)
+        end else if (write)
             case (addr)
             `ADC_CONTROL:        {modulators, reconstruct, irq_enable, enable} <= wdata[3:0];
             `ADC_OFFSET_A:       offset_a <= wdata[15:0];

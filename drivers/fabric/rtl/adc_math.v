@@ -65,11 +65,13 @@ module adc_math (
 
     wire [15:0] current = clamp(product[28:11], product[25:11] == 15'd0);
 
-    // a single phase that is not valid becomes minus the sum of the other two; phase C is not in its register yet
+    // a single phase that is not valid becomes minus the sum of the other two; the third is that phase, or B if there is none
     reg  [15:0] a, b, c;
-    reg  [2:0]  kept;                   // valid_in, or all with reconstruction off
+    reg  [2:0]  kept;                   // valid_in, or all unless a single one is to be replaced
+    wire        single  = valid_in == 3'b110 || valid_in == 3'b101 || valid_in == 3'b011;
     wire [15:0] other_1 = kept[0] ? a : b;
-    wire [15:0] other_2 = kept[2] ? current : b;
+    wire [15:0] other_2 = kept[2] ? c : b;
+    wire [15:0] third   = !kept[0] ? a : !kept[2] ? c : b;
     reg  [16:0] others;
     wire [17:0] missing = 18'd0 - {others[16], others};
     wire [15:0] rebuilt = clamp(missing, others[14:0] == 15'd0);
@@ -137,29 +139,27 @@ module adc_math (
                 low_off <= !below[18];
                 a       <= current;
             end
-            4'd4: begin
-                b    <= current;
-                kept <= reconstruct ? valid_in : 3'b111;
+            4'd4: b <= current;
+            4'd5: begin
+                c    <= current;
+                kept <= reconstruct && single ? valid_in : 3'b111;
             end
-            4'd5: c <= current;
-            4'd6: begin
-                if (kept == 3'b110)
+            4'd7: begin                 // the third is in its place in the next step
+                if (!kept[0])
                     a <= rebuilt;
-                if (kept == 3'b101)
+                if (!kept[1])
                     b <= rebuilt;
-                if (kept == 3'b011)
+                if (!kept[2])
                     c <= rebuilt;
-            end
-            4'd7: begin
-                value <= {{2{a[15]}}, a};
+                value <= {{2{other_1[15]}}, other_1};
                 limit <= i_trip;
             end
             4'd8: begin
-                value       <= {{2{b[15]}}, b};
+                value       <= {{2{other_2[15]}}, other_2};
                 current_off <= greater;
             end
             4'd9: begin
-                value       <= {{2{c[15]}}, c};
+                value       <= {{2{third[15]}}, third};
                 current_off <= current_off || greater;
             end
             4'd10: begin
@@ -180,6 +180,8 @@ module adc_math (
                 beyond_v_low    <= low_off;
             end
         end
+
+    wire unused = &{1'b0, product[10:0], above[17:0], below[17:0]};
 
 `ifdef FORMAL
 `include "formal/adc_math.vh"

@@ -56,6 +56,8 @@ module pwm_carrier (
         end else
             count <= next;
 
+    wire unused = &{1'b0, beyond[15:0]};
+
 `ifdef FORMAL
 `include "formal/pwm_carrier.vh"
 `endif

@@ -46,6 +46,8 @@ module pwm_compare (
                 fell_back <= once && !take;
         end
 
+    wire unused = &{1'b0, room[16:0], room_newest[16:0]};
+
 `ifdef FORMAL
 `include "formal/pwm_compare.vh"
 `endif

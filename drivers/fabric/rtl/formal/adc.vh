@@ -26,7 +26,7 @@ always @(posedge clk)
         f_settle   <= 12'd0;
         f_modulator <= 13'h0511;
         f_mod_trip <= 17'h1FFFF;
-    end else if (sel && write)
+    end else if (write)
         case ({addr, 2'b00})
         8'h00: f_control  <= wdata[3:0];
         8'h1C: f_offset_a <= wdata[15:0];
@@ -95,7 +95,7 @@ always @(posedge clk)
 always @* assume (finish == (enable && f_step == 4'd11));
 
 wire [98:0] f_shown = {ia, ib, ic, v, valid, beyond_current, beyond_sum, beyond_v_high, beyond_v_low, sequence_count};
-wire        f_clear = sel && write && {addr, 2'b00} == 8'h04;
+wire        f_clear = write && {addr, 2'b00} == 8'h04;
 wire        f_acknowledged = f_clear && wdata[0];
 reg  [2:0]  f_valid;       // at the sample
 always @(posedge clk)
