@@ -143,4 +143,8 @@ module adc_modulators (
         end
 
     wire unused = &{1'b0, readies[2:1], trip_readies[2:1]};
+
+`ifdef FORMAL
+`include "formal/adc_modulators.vh"
+`endif
 endmodule

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The APB3 side of one axis: four slots of 256 bytes. A read is taken in the setup phase into a register, which keeps the
 // wide multiplexer off the bus' way back; reading has no side effect, so the clock between does no harm. A write acts in the
-// access phase, on the slot of the setup phase before it. Never waits, never errs; an address that is no word or that no block knows reads 0 and ignores writes.
+// access phase, on the slot of the setup phase before it. Never waits, never errs; an address that is no word or that no block
+// knows reads 0 and ignores writes.
 module apb_slave (
     input  wire         clk,
     input  wire         rst_n,
