@@ -178,7 +178,7 @@ module bench;
             get(8'h04);
             if ((got & 3) != 0) fail("STATUS acknowledged", got & 3, 0);
             repeat (140) @(negedge clk);
-            curve_in = a_t; @(negedge clk); temp_next = curve_out;
+            curve_in = a_t; repeat (3) @(negedge clk); temp_next = curve_out;
         end
         faults = faults + first_a.faults + first_b.faults + second_a.faults + second_b.faults + sensor.faults;
         if (first_a.frames < CONVERSIONS || sensor.frames < CONVERSIONS / 2) fail("frames", first_a.frames, CONVERSIONS);

@@ -13,7 +13,8 @@ module bench;
         @(negedge clk) rst_n = 1;
         for (n = 0; n < 4096; n = n + 1) begin
             code = n;
-            @(negedge clk) $display("%0d", temp);
+            repeat (3) @(negedge clk);
+            $display("%0d", temp);
         end
         $finish;
     end

@@ -17,7 +17,7 @@ import prove  # noqa: E402
 import synthesis  # noqa: E402
 
 # filters, a multiplier and a table: adc_benches.py holds them against exact arithmetic
-SIMULATED = {"adc_modulators", "adc_multiply", "adc_curve", "sinc3", "sinc3_comb"}
+SIMULATED = {"adc_multiply", "adc_curve", "sinc3", "sinc3_comb"}
 PERIOD, DEAD, SHORTEST = 1000, 50, 20   # as in bench_pwm.v, which measures over two periods
 
 

@@ -5,7 +5,7 @@
 module adc (
     input  wire        clk,
     input  wire        rst_n,
-    // register port: rdata is 0 unless selected, so that slots can be ORed
+    // register port: rdata is 0 unless selected, so that slots can be ORed; `write` is for this slot
     input  wire        sel,
     input  wire        write,
     input  wire [7:2]  addr,
@@ -40,8 +40,7 @@ module adc (
     reg  [4:0]  mod_clocks;
     localparam [12:0] MODULATOR_RESET = `ADC_MODULATOR_RESET;
 
-    wire writes = sel && write;
-    wire clears = writes && addr == `ADC_STATUS;
+    wire clears = write && addr == `ADC_STATUS;
 
     always @(posedge clk)
         if (!rst_n) begin
@@ -61,7 +60,7 @@ module adc (
             trip_osr   <= MODULATOR_RESET[`ADC_MODULATOR_TRIP_OSR];
             mod_clocks <= MODULATOR_RESET[`ADC_MODULATOR_CLOCKS];
             mod_trip   <= `ADC_MODULATOR_TRIP_RESET;
-        end else if (writes)
+        end else if (write)
             case (addr)
             `ADC_CONTROL:        {modulators, reconstruct, irq_enable, enable} <= wdata[3:0];
             `ADC_OFFSET_A:       offset_a <= wdata[15:0];
@@ -135,7 +134,7 @@ module adc (
     wire [11:0] temp_raw, temp_code;
     reg  [11:0] temp_next, temp;
     wire        temp_done;
-    reg         temp_looked_up;
+    reg  [2:0]  temp_looked_up;         // the curve takes three clocks
     adc_spi #(.HALF(4), .FALLS(16), .LINES(1)) thermometer (
         .clk(clk), .rst_n(rst_n), .enable(1'b1), .start(sample), .cs_n(pin_temp_cs_n), .sclk(pin_temp_sclk),
         .sdata(pin_temp_sdata), .done(temp_done), .codes(temp_raw));
@@ -155,7 +154,7 @@ module adc (
             trip_seen      <= 1'b0;
             sequence_count <= 32'd0;
             sample         <= 1'b0;
-            temp_looked_up <= 1'b0;
+            temp_looked_up <= 3'd0;
             temp_next      <= 12'd0;
             temp           <= 12'd0;
         end else begin
@@ -163,8 +162,8 @@ module adc (
             overrun_seen <= overrun_event || (overrun_seen && !(clears && wdata[`ADC_STATUS_OVERRUN]));
             trip_seen    <= trip_event || (trip_seen && !(clears && wdata[`ADC_STATUS_TRIP]));
             sample       <= finish;
-            temp_looked_up <= temp_done;
-            if (temp_looked_up)
+            temp_looked_up <= {temp_looked_up[1:0], temp_done};
+            if (temp_looked_up[2])
                 temp_next <= temp_code;
             if (finish) begin
                 sequence_count <= sequence_count + 32'd1;

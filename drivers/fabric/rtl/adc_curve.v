@@ -6,11 +6,10 @@ module adc_curve (
     input  wire        clk,
     input  wire        rst_n,
     input  wire [11:0] code,
-    output wire [11:0] temp         // a clock after the code
+    output wire [11:0] temp         // three clocks after the code
 );
-    reg [11:0] start, start_now;
-    reg [7:0]  rise, rise_now;
-    reg [4:0]  way;                 // along the chord
+    reg [11:0] start;
+    reg [7:0]  rise;
     always @*
         case (code[11:5])
         7'd35: {start, rise} = {12'd100, 8'd133};
@@ -38,14 +37,30 @@ module adc_curve (
         default: {start, rise} = 20'd0;
         endcase
 
-    always @(posedge clk)
-        if (!rst_n)
-            {start_now, rise_now, way} <= 25'd0;
-        else
-            {start_now, rise_now, way} <= {start, rise, code[4:0]};
+    // rise times the way along the chord, in three steps: what two bits of the way make, and the rest; their sum
+    reg [11:0] start_1, start_2, start_3;
+    reg [7:0]  rise_1;
+    reg [4:0]  way;
+    reg [9:0]  low, middle;
+    reg [7:0]  high;
+    reg [12:0] risen;
 
-    wire [12:0] risen = {5'd0, rise_now} * {8'd0, way};
-    assign temp = start_now + {4'd0, risen[12:5]};
+    always @(posedge clk)
+        if (!rst_n) begin
+            {start_1, rise_1, way} <= 25'd0;
+            {start_2, high, middle, low} <= 40'd0;
+            {start_3, risen} <= 25'd0;
+        end else begin
+            {start_1, rise_1, way} <= {start, rise, code[4:0]};
+            start_2 <= start_1;
+            low     <= {2'b00, rise_1 & {8{way[0]}}} + {1'b0, rise_1 & {8{way[1]}}, 1'b0};
+            middle  <= {2'b00, rise_1 & {8{way[2]}}} + {1'b0, rise_1 & {8{way[3]}}, 1'b0};
+            high    <= rise_1 & {8{way[4]}};
+            start_3 <= start_2;
+            risen   <= {3'd0, low} + {1'b0, middle, 2'b00} + {1'b0, high, 4'd0};
+        end
+
+    assign temp = start_3 + {4'd0, risen[12:5]};
 
     wire unused = &{1'b0, risen[4:0]};
 endmodule

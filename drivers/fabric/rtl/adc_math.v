@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // From codes to results: offset, gain, clamp, reconstruction of a phase that was not valid, limits. One subtracter, one
-// multiplier and one comparator serve all values in turn; results and flags change together in the last step.
+// multiplier and one comparator serve all values in turn, a register behind each of them; results and flags change together in
+// the last step.
 //
 // Each setting is used in one step only, so a setting written during the steps acts on some of the values and not on others.
 module adc_math (
@@ -39,61 +40,49 @@ module adc_math (
 );
     reg [3:0] step;                     // 0: idle
 
-    // -32767...+32767 of more bits, signed
-    function [15:0] clamp(input [18:0] x);
-        clamp = x[18] ? (x[17:15] != 3'b111 || x[14:0] == 15'd0 ? 16'h8001 : x[15:0])
-                      : (x[17:15] != 3'b000 ? 16'h7FFF : x[15:0]);
+    // -32767...+32767 of more bits, signed; `none`: the lowest 15 are 0, as may be known earlier
+    function [15:0] clamp(input [17:0] x, input none);
+        clamp = x[17] ? (x[16:15] != 2'b11 || none ? 16'h8001 : x[15:0])
+                      : (x[16:15] != 2'b00 ? 16'h7FFF : x[15:0]);
     endfunction
 
-    // offset and gain: phase k is subtracted in step k, multiplied in step k + 1, rounded and clamped in step k + 2
+    // offset and gain: phase k, from 0, is chosen in step k, subtracted in step k + 1, multiplied in step k + 2, clamped in
+    // step k + 3. The codes are there with `start`, so that the first phase is chosen in the clock before step 1.
     reg  [15:0] code, offset;
     reg  [7:0]  gain, gain_now;         // gain_now belongs to the phase in less_offset
-    always @*
-        case (step)
-        4'd2:    {code, offset, gain} = {code_b, offset_b, gain_b};
-        4'd3:    {code, offset, gain} = {code_c, offset_c, gain_c};
-        default: {code, offset, gain} = {code_a, offset_a, gain_a};
-        endcase
-    reg  [16:0] less_offset, base;      // signed
-    reg  [24:0] product;                // of base and gain, signed
-    wire [24:0] multiplied;
-    adc_multiply multiply (.x(less_offset), .y(gain_now), .product(multiplied));
+    always @(posedge clk)
+        if (!rst_n)
+            {code, offset, gain} <= 40'd0;
+        else
+            case (step)
+            4'd1:    {code, offset, gain} <= {code_b, offset_b, gain_b};
+            4'd2:    {code, offset, gain} <= {code_c, offset_c, gain_c};
+            default: {code, offset, gain} <= {code_a, offset_a, gain_a};
+            endcase
+    reg  [16:0] less_offset;            // signed
+    wire [28:0] product;                // of less_offset and the gain, and half of what is cut off, signed
+    adc_multiply multiply (.clk(clk), .rst_n(rst_n), .x(less_offset), .gain(gain_now), .product(product));
 
-    wire [24:0] rounded = product + 25'd1024;
-    wire [18:0] scaled  = {{2{base[16]}}, base} + {{5{rounded[24]}}, rounded[24:11]};
-    wire [15:0] current = clamp(scaled);
-    wire        unused  = &{1'b0, rounded[10:0]};
+    wire [15:0] current = clamp(product[28:11], product[25:11] == 15'd0);
 
-    // a single phase that is not valid becomes minus the sum of the other two
+    // a single phase that is not valid becomes minus the sum of the other two; the third is that phase, or B if there is none
     reg  [15:0] a, b, c;
-    reg  [2:0]  kept;                   // valid_in, or all with reconstruction off
+    reg  [2:0]  kept;                   // valid_in, or all unless a single one is to be replaced
+    wire        single  = valid_in == 3'b110 || valid_in == 3'b101 || valid_in == 3'b011;
     wire [15:0] other_1 = kept[0] ? a : b;
     wire [15:0] other_2 = kept[2] ? c : b;
-    wire [16:0] others  = {other_1[15], other_1} + {other_2[15], other_2};
-    wire [18:0] missing = 19'd0 - {{2{others[16]}}, others};
-    wire [15:0] rebuilt = clamp(missing);
+    wire [15:0] third   = !kept[0] ? a : !kept[2] ? c : b;
+    reg  [16:0] others;
+    wire [17:0] missing = 18'd0 - {others[16], others};
+    wire [15:0] rebuilt = clamp(missing, others[14:0] == 15'd0);
 
-    // one comparison a step, of the magnitude from the step before; only the sum has more than 16 bits
-    reg  [17:0] sum, value, magnitude;
+    // a comparison in each of the last steps, of the value and the limit chosen in the step before: the signs of a difference
+    // and a sum, because the magnitude would be one more adder in the same path
+    reg  [17:0] sum, value;             // signed
     reg  [16:0] limit;
-    always @* begin
-        case (step)
-        4'd7:    value = {{2{a[15]}}, a};
-        4'd8:    value = {{2{b[15]}}, b};
-        4'd9:    value = {{2{c[15]}}, c};
-        4'd10:   value = sum;
-        default: value = {3'd0, code_v, 3'd0};
-        endcase
-        case (step)
-        4'd2:    limit = v_max;
-        4'd3:    limit = v_min;
-        4'd11:   limit = sum_trip;
-        default: limit = i_trip;
-        endcase
-    end
-    wire [18:0] room      = {2'b00, limit} - {1'b0, magnitude};
-    wire        greater   = room[18];
-    wire        less      = !greater && room != 19'd0;
+    wire [18:0] above = {2'b00, limit} - {value[17], value};
+    wire [18:0] below = {2'b00, limit} + {value[17], value};
+    wire        greater = above[18] || below[18];
 
     reg current_off, high_off, low_off, sum_was_off;
 
@@ -104,13 +93,13 @@ module adc_math (
             step           <= 4'd0;
             less_offset    <= 17'd0;
             gain_now       <= 8'd0;
-            magnitude      <= 18'd0;
-            base           <= 17'd0;
-            product        <= 25'd0;
+            value          <= 18'd0;
+            limit          <= 17'd0;
+            others         <= 17'd0;
+            kept           <= 3'd0;
             a              <= 16'd0;
             b              <= 16'd0;
             c              <= 16'd0;
-            kept           <= 3'd0;
             sum            <= 18'd0;
             current_off    <= 1'b0;
             high_off       <= 1'b0;
@@ -133,32 +122,51 @@ module adc_math (
 
             less_offset <= {1'b0, code} - {1'b0, offset};
             gain_now    <= gain;
-            magnitude   <= value[17] ? 18'd0 - value : value;
-            base        <= less_offset;
-            product     <= multiplied;
+            others      <= {other_1[15], other_1} + {other_2[15], other_2};
             sum         <= {{2{a[15]}}, a} + {{2{b[15]}}, b} + {{2{c[15]}}, c};
 
             case (step)
-            4'd2: high_off <= greater;
+            4'd1: begin
+                value <= {3'd0, code_v, 3'd0};
+                limit <= v_max;
+            end
+            4'd2: begin
+                value    <= ~{3'd0, code_v, 3'd0};      // less than 0 with a limit that is not above VBUS
+                limit    <= v_min;
+                high_off <= above[18];
+            end
             4'd3: begin
-                low_off <= less;
+                low_off <= !below[18];
                 a       <= current;
             end
             4'd4: b <= current;
             4'd5: begin
                 c    <= current;
-                kept <= reconstruct ? valid_in : 3'b111;
+                kept <= reconstruct && single ? valid_in : 3'b111;
             end
-            4'd6: begin
-                if (kept == 3'b110)
+            4'd7: begin                 // the third is in its place in the next step
+                if (!kept[0])
                     a <= rebuilt;
-                if (kept == 3'b101)
+                if (!kept[1])
                     b <= rebuilt;
-                if (kept == 3'b011)
+                if (!kept[2])
                     c <= rebuilt;
+                value <= {{2{other_1[15]}}, other_1};
+                limit <= i_trip;
             end
-            4'd8: current_off <= greater;
-            4'd9, 4'd10: current_off <= current_off || greater;
+            4'd8: begin
+                value       <= {{2{other_2[15]}}, other_2};
+                current_off <= greater;
+            end
+            4'd9: begin
+                value       <= {{2{third[15]}}, third};
+                current_off <= current_off || greater;
+            end
+            4'd10: begin
+                value       <= sum;
+                limit       <= sum_trip;
+                current_off <= current_off || greater;
+            end
             default: ;
             endcase
 
@@ -172,6 +180,8 @@ module adc_math (
                 beyond_v_low    <= low_off;
             end
         end
+
+    wire unused = &{1'b0, product[10:0], above[17:0], below[17:0]};
 
 `ifdef FORMAL
 `include "formal/adc_math.vh"

@@ -27,7 +27,7 @@ module adc_modulators (
     reg  [4:0] count;
     reg        strobe;
     reg  [4:0] last;
-    wire       ends = count >= last;
+    wire       ends = {last, 1'b0} < {count, 1'b1};
     always @(posedge clk)
         if (!on) begin
             count     <= 5'd0;
@@ -105,18 +105,22 @@ module adc_modulators (
 
     assign done = readies[0] && takes == 3'd0;
 
-    // the fast path against its limit, one phase a clock: subtracted in steps 1 to 3, compared two steps later
+    // the fast path against its limit, one phase a clock: chosen in steps 0 to 2 (the values come in the clock before step 1),
+    // subtracted a step later, compared two steps after that
     reg  [2:0]  step;
     reg         any;
     reg  [16:0] less_offset, magnitude;
     wire        beyond = magnitude > limit;
     reg  [15:0] code, offset;
-    always @*
-        case (step)
-        3'd2:    {code, offset} = {trip_codes[31:16], offsets[31:16]};
-        3'd3:    {code, offset} = {trip_codes[47:32], offsets[47:32]};
-        default: {code, offset} = {trip_codes[15:0], offsets[15:0]};
-        endcase
+    always @(posedge clk)
+        if (!on)
+            {code, offset} <= 32'd0;
+        else
+            case (step)
+            3'd1:    {code, offset} <= {trip_codes[31:16], offsets[31:16]};
+            3'd2:    {code, offset} <= {trip_codes[47:32], offsets[47:32]};
+            default: {code, offset} <= {trip_codes[15:0], offsets[15:0]};
+            endcase
     always @(posedge clk)
         if (!on) begin
             step        <= 3'd0;
@@ -139,4 +143,8 @@ module adc_modulators (
         end
 
     wire unused = &{1'b0, readies[2:1], trip_readies[2:1]};
+
+`ifdef FORMAL
+`include "formal/adc_modulators.vh"
+`endif
 endmodule

@@ -16,7 +16,7 @@ module adc_valid (
                 on_for <= 12'd0;
             else if (on_for != 12'hFFF)
                 on_for <= on_for + 12'd1;
-        assign valid[k] = on_for >= settle;
+        assign valid[k] = {settle, 1'b0} < {on_for, 1'b1};
     end endgenerate
 
 `ifdef FORMAL

@@ -5,7 +5,7 @@
 module encoder (
     input  wire        clk,
     input  wire        rst_n,
-    // register port: rdata is 0 unless selected, so that slots can be ORed
+    // register port: rdata is 0 unless selected, so that slots can be ORed; `write` is for this slot
     input  wire        sel,
     input  wire        write,
     input  wire [7:2]  addr,
@@ -27,6 +27,7 @@ module encoder (
     reg [15:0] latched, index;
     reg [31:0] now, edge_now, edge_time, latch_time;
     reg [1:0]  lost_sync;
+    reg [16:0] counts;                  // COUNTS, to be read without an adder behind `top`
     reg        z_was;
 
     wire        a, b, z, counted, illegal;
@@ -35,9 +36,8 @@ module encoder (
     wire [31:0] hall_time;
     wire        lost    = lost_sync[1];
     wire        listens = control[0] && !lost;
-    wire        writes  = sel && write;
-    wire        clears  = writes && addr == `ENC_STATUS;
-    wire        loads   = writes && addr == `ENC_COUNTS;
+    wire        clears  = write && addr == `ENC_STATUS;
+    wire        loads   = write && addr == `ENC_COUNTS;
     wire        tick    = now[3:0] == 4'd0;
 
     encoder_filter filter_a (.clk(clk), .rst_n(rst_n), .tick(1'b1), .length(filter_encoder), .pin(pin_a), .level(a));
@@ -45,7 +45,9 @@ module encoder (
     encoder_filter filter_z (.clk(clk), .rst_n(rst_n), .tick(1'b1), .length(filter_encoder), .pin(pin_index), .level(z));
 
     // COUNTS is held to 4...65536
-    wire [15:0] load_top = wdata[31:2] == 30'd0 ? 16'd3 : wdata > 32'd65535 ? 16'hFFFF : wdata[15:0] - 16'd1;
+    wire        few      = wdata[31:2] == 30'd0;
+    wire        many     = wdata[31:16] != 16'd0;
+    wire [15:0] load_top = few ? 16'd3 : many ? 16'hFFFF : wdata[15:0] - 16'd1;
 
     encoder_count count (.clk(clk), .rst_n(rst_n), .enable(control[0]), .reverse(control[1]), .lost(lost), .a(a), .b(b),
                          .load(loads), .load_top(load_top), .top(top), .position(position), .position_next(position_next),
@@ -71,17 +73,20 @@ module encoder (
             edge_time      <= 32'd0;
             latch_time     <= 32'd0;
             lost_sync      <= 2'b00;
+            counts         <= `ENC_COUNTS_RESET;
             z_was          <= 1'b0;
         end else begin
             now       <= now + 32'd1;
             lost_sync <= {lost_sync[0], pin_lost};
             z_was     <= z;
-            if (writes && addr == `ENC_CONTROL)
+            if (write && addr == `ENC_CONTROL)
                 control <= {wdata[`ENC_CONTROL_REVERSE], wdata[`ENC_CONTROL_ENABLE]};
-            if (writes && addr == `ENC_FILTER) begin
+            if (write && addr == `ENC_FILTER) begin
                 filter_encoder <= wdata[`ENC_FILTER_ENCODER];
                 filter_hall    <= wdata[`ENC_FILTER_HALL];
             end
+            if (loads)
+                counts <= few ? 17'd4 : many ? 17'd65536 : wdata[16:0];
             if (counted)
                 edge_now <= now;
             if (indexed)
@@ -97,13 +102,15 @@ module encoder (
             signal_lost  <= lost || (signal_lost && !(clears && wdata[2]));
         end
 
+    wire unused = &{1'b0, top};         // which formal/encoder.vh compares
+
     assign faulty = illegal_seen || signal_lost;
 
     reg [31:0] value;
     always @* begin
         case (addr)
         `ENC_CONTROL:    value = {30'd0, control};
-        `ENC_COUNTS:     value = {15'd0, {1'b0, top} + 17'd1};
+        `ENC_COUNTS:     value = {15'd0, counts};
         `ENC_POSITION:   value = {16'd0, position};
         `ENC_LATCHED:    value = {16'd0, latched};
         `ENC_INDEX:      value = {16'd0, index};

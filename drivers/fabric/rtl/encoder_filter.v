@@ -13,9 +13,9 @@ module encoder_filter (
     reg [1:0] sync;
     reg [7:0] held;                 // ticks for which the pin has differed from the level
 
-    // `>=`, so that a shorter length takes effect as soon as it is written
+    // from `length` on, so that a shorter one takes effect as soon as it is written; `>=` itself would be two carry chains
     wire differs = sync[1] != level;
-    wire follow  = differs && held >= length;
+    wire follow  = differs && {length, 1'b0} < {held, 1'b1};
 
     always @(posedge clk)
         if (!rst_n) begin

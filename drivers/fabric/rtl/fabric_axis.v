@@ -42,7 +42,7 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
     input  wire [2:0]  pin_hall
 );
     wire [3:0]   sel;
-    wire         write;
+    wire [3:0]   write;
     wire [7:2]   addr;
     wire [31:0]  wdata;
     wire [127:0] rdata;
@@ -56,23 +56,23 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
     wire [14:0] vbus;
     localparam  CAN_FOLLOW = AXIS != 0;
 
-    pwm carrier_and_legs (.clk(clk), .rst_n(rst_n), .sel(sel[0]), .write(write), .addr(addr), .wdata(wdata),
+    pwm carrier_and_legs (.clk(clk), .rst_n(rst_n), .sel(sel[0]), .write(write[0]), .addr(addr), .wdata(wdata),
                           .rdata(rdata[31:0]), .live(live), .sync_in(sync_in), .can_follow(CAN_FOLLOW), .sync_out(sync_out),
                           .trigger(trigger), .high(high), .low(low));
 
-    adc sampler (.clk(clk), .rst_n(rst_n), .sel(sel[1]), .write(write), .addr(addr), .wdata(wdata), .rdata(rdata[63:32]),
+    adc sampler (.clk(clk), .rst_n(rst_n), .sel(sel[1]), .write(write[1]), .addr(addr), .wdata(wdata), .rdata(rdata[63:32]),
                  .trigger(trigger), .low(pin_low), .irq(irq), .overrun_event(overrun_event), .overrun(overrun), .limit(limit),
                  .sample(sample), .vbus(vbus), .trip(trip), .pin_cs_n(pin_cs_n), .pin_sclk(pin_sclk), .pin_sdata(pin_sdata),
                  .pin_temp_cs_n(pin_temp_cs_n), .pin_temp_sclk(pin_temp_sclk), .pin_temp_sdata(pin_temp_sdata),
                  .pin_mod_clock(pin_mod_clock), .pin_mod_data(pin_mod_data));
 
-    encoder shaft (.clk(clk), .rst_n(rst_n), .sel(sel[2]), .write(write), .addr(addr), .wdata(wdata), .rdata(rdata[95:64]),
+    encoder shaft (.clk(clk), .rst_n(rst_n), .sel(sel[2]), .write(write[2]), .addr(addr), .wdata(wdata), .rdata(rdata[95:64]),
                    .trigger(trigger), .pin_a(pin_a), .pin_b(pin_b), .pin_index(pin_index), .pin_lost(pin_lost),
                    .pin_hall(pin_hall), .faulty(faulty));
 
     // the modulators' fast path is one more comparator of the power stage
     gate #(.AXIS(AXIS), .AXES(AXES)) bridge (
-        .clk(clk), .rst_n(rst_n), .sel(sel[3]), .write(write), .addr(addr), .wdata(wdata), .rdata(rdata[127:96]), .high(high),
+        .clk(clk), .rst_n(rst_n), .sel(sel[3]), .write(write[3]), .addr(addr), .wdata(wdata), .rdata(rdata[127:96]), .high(high),
         .low(low), .overrun_event(overrun_event), .overrun(overrun), .limit(limit), .encoder_faulty(faulty), .sample(sample),
         .vbus(vbus), .pin_overcurrent(pin_overcurrent || trip), .pin_driver_fault(pin_driver_fault), .pin_sto_a_n(pin_sto_a_n),
         .pin_sto_b_n(pin_sto_b_n), .pin_clock_ok(pin_clock_ok), .live(live), .pin_high(pin_high), .pin_low(pin_low),

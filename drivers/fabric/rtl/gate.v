@@ -7,7 +7,7 @@
 module gate #(parameter AXIS = 0, parameter AXES = 1) (
     input  wire        clk,
     input  wire        rst_n,
-    // register port: rdata is 0 unless selected, so that slots can be ORed
+    // register port: rdata is 0 unless selected, so that slots can be ORed; `write` is for this slot
     input  wire        sel,
     input  wire        write,
     input  wire [7:2]  addr,
@@ -47,8 +47,7 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
     wire latched   = |pin_latches || loop_lost || interlock;
     wire settled   = |pins_2 || both || latched;    // safe for flip-flops: pins only behind two of them
     wire cut       = settled || |asked;
-    wire writes    = sel && write;
-    wire clears    = writes && addr == `GATE_STATUS;
+    wire clears    = write && addr == `GATE_STATUS;
     wire follows   = enable && !cut && rst_n;
 
     assign pin_high = high & {3{follows}};
@@ -76,15 +75,15 @@ module gate #(parameter AXIS = 0, parameter AXES = 1) (
             pin_latches <= pins_2 | (pin_latches & ~(clear_pins & ~asked));
             loop_lost   <= lost_now || (loop_lost && !(clears && wdata[`GATE_STATUS_LOOP_LOST]));
             interlock   <= both || (interlock && !(clears && wdata[`GATE_STATUS_INTERLOCK]));
-            if (writes && addr == `GATE_CONTROL)
+            if (write && addr == `GATE_CONTROL)
                 enable <= wdata[`GATE_CONTROL_ENABLE] && !settled && !lost_now;
             else if (settled || lost_now)
                 enable <= 1'b0;
-            if (writes && addr == `GATE_CHOPPER)
+            if (write && addr == `GATE_CHOPPER)
                 chopper_enable <= wdata[`GATE_CHOPPER_ENABLE];
-            if (writes && addr == `GATE_CHOPPER_ON)
+            if (write && addr == `GATE_CHOPPER_ON)
                 chopper_on <= wdata[`GATE_CHOPPER_ON_VALUE];
-            if (writes && addr == `GATE_CHOPPER_OFF)
+            if (write && addr == `GATE_CHOPPER_OFF)
                 chopper_off <= wdata[`GATE_CHOPPER_OFF_VALUE];
         end
 

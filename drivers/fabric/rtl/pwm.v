@@ -4,7 +4,7 @@
 module pwm (
     input  wire        clk,
     input  wire        rst_n,
-    // register port: rdata is 0 unless selected, so that slots can be ORed
+    // register port: rdata is 0 unless selected, so that slots can be ORed; `write` is for this slot
     input  wire        sel,
     input  wire        write,
     input  wire [7:2]  addr,
@@ -27,12 +27,11 @@ module pwm (
     reg [15:0] compare_a, compare_b, compare_c;
 
     wire        running, running_next, rising, to_valley, to_peak;
-    wire        writes = sel && write;
     wire        locked = run || brake || running;
-    wire        commit = writes && addr == `PWM_COMPARE_C;
-    wire        brake_next = writes && addr == `PWM_CONTROL ? wdata[1] : brake;
+    wire        commit = write && addr == `PWM_COMPARE_C;
+    wire        brake_next = write && addr == `PWM_CONTROL ? wdata[1] : brake;
     wire        ends = !running_next && !brake_next;
-    wire        withdraw = writes && (addr == `PWM_COMPARE_A || addr == `PWM_COMPARE_B);
+    wire        withdraw = write && (addr == `PWM_COMPARE_A || addr == `PWM_COMPARE_B);
 
     // What the legs depend on is locked while they are in use, so that no change of it cuts a pulse.
     always @(posedge clk)
@@ -48,7 +47,7 @@ module pwm (
             compare_a <= `PWM_COMPARE_A_RESET;
             compare_b <= `PWM_COMPARE_B_RESET;
             compare_c <= `PWM_COMPARE_C_RESET;
-        end else if (writes) begin
+        end else if (write) begin
             case (addr)
             `PWM_CONTROL:   {follow, brake, run} <= wdata[2:0];
             `PWM_PERIOD:    if (!locked) period <= wdata[15:0];

@@ -19,9 +19,9 @@ module pwm_carrier (
     output wire        to_valley,     // the next clock is the valley
     output wire        to_peak        // the next clock is the peak
 );
-    // `>=` and `<=` rather than `==`, so that the carrier turns from any start, and with a period of 0. The last count before
-    // the valley is kept in a register, so that no adder stands before the comparison; PERIOD holds still while the carrier
-    // runs.
+    // From `last` on and from 1 down, rather than at these counts only, so that the carrier turns from any start, and with a
+    // period of 0. The last count before the valley is kept in a register, so that no adder stands before the comparison;
+    // PERIOD holds still while the carrier runs.
     reg  [15:0] last;
     wire [15:0] next = count + {{15{!rising}}, 1'b1};
 
@@ -31,8 +31,10 @@ module pwm_carrier (
         else
             last <= period == 16'd0 ? 16'd0 : period - 16'd1;
 
-    assign to_valley = running && rising && count >= last;
-    assign to_peak   = running && !rising && count <= 16'd1;
+    wire [16:0] beyond = {1'b0, count} - {1'b0, last};
+
+    assign to_valley = running && rising && !beyond[16];
+    assign to_peak   = running && !rising && count[15:1] == 15'd0;
 
     assign running_next = run && (running || !follow || sync);
 
@@ -53,6 +55,8 @@ module pwm_carrier (
             rising <= 1'b1;
         end else
             count <= next;
+
+    wire unused = &{1'b0, beyond[15:0]};
 
 `ifdef FORMAL
 `include "formal/pwm_carrier.vh"

@@ -22,11 +22,14 @@ module pwm_compare (
     reg [15:0] compare;
     reg        fresh;              // the clock after the commit
 
-    wire wish_newest = rising ? count < newest : count <= newest;
+    // the sign of one difference, which is one carry chain; `<=` would be two
+    wire [17:0] room        = {1'b0, compare, 1'b0} - {1'b0, count, rising};
+    wire [17:0] room_newest = {1'b0, newest, 1'b0} - {1'b0, count, rising};
+    wire        wish_newest = !room_newest[17];
     wire ahead       = wish == rising && wish_newest == rising;
     wire take        = waiting && (!running || load || (once && fresh && ahead));
 
-    assign wish = rising ? count < compare : count <= compare;
+    assign wish = !room[17];
 
     always @(posedge clk)
         if (!rst_n) begin
@@ -42,6 +45,8 @@ module pwm_compare (
             if (fresh)
                 fell_back <= once && !take;
         end
+
+    wire unused = &{1'b0, room[16:0], room_newest[16:0]};
 
 `ifdef FORMAL
 `include "formal/pwm_compare.vh"

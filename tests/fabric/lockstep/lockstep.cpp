@@ -29,7 +29,7 @@ enum {
     CONVERSION = 40,
     FRAME = 28,
     TEMP_FRAME = 128,
-    TEMP_READY = 127,
+    TEMP_READY = 129, /* the last falling edge, and three clocks of the curve */
     MATH = 13,
     SETTLES = 4,
     RUN_CLOCKS = 20000,
@@ -358,7 +358,7 @@ void run::take_events()
         count.overruns += (model.adc.status & EOC) != 0;
         if (temp_from < 0 || n + 1 >= temp_from + TEMP_FRAME) {
             temp_from = n + 2;
-            temp_ready = temp_from + TEMP_READY;
+            temp_ready = temp_ready < 0 ? temp_from + TEMP_READY : temp_ready; /* the code is the same in a whole run */
         }
     }
     while (f->ops->next_event(f) <= at) {

@@ -26,7 +26,7 @@ always @(posedge clk)
         f_settle   <= 12'd0;
         f_modulator <= 13'h0511;
         f_mod_trip <= 17'h1FFFF;
-    end else if (sel && write)
+    end else if (write)
         case ({addr, 2'b00})
         8'h00: f_control  <= wdata[3:0];
         8'h1C: f_offset_a <= wdata[15:0];
@@ -95,7 +95,7 @@ always @(posedge clk)
 always @* assume (finish == (enable && f_step == 4'd11));
 
 wire [98:0] f_shown = {ia, ib, ic, v, valid, beyond_current, beyond_sum, beyond_v_high, beyond_v_low, sequence_count};
-wire        f_clear = sel && write && {addr, 2'b00} == 8'h04;
+wire        f_clear = write && {addr, 2'b00} == 8'h04;
 wire        f_acknowledged = f_clear && wdata[0];
 reg  [2:0]  f_valid;       // at the sample
 always @(posedge clk)
@@ -134,4 +134,21 @@ always @(posedge clk) if (f_ran) begin
         assert (spi_held || f_step == 4'd1);
     if (spi_held)
         assert (busy);
+end
+
+// every setting, line and code goes to its own place: the stand-ins say what reached them
+function [15:0] f_mixed(input [15:0] code, input [15:0] offset, input [7:0] gain);
+    f_mixed = code ^ {offset[0], offset[15:1]} ^ {8'd0, gain};
+endfunction
+wire [47:0] f_codes = of_modulators ? mod_codes
+    : {spi_codes[35:24], 4'd0, spi_codes[23:12], 4'd0, spi_codes[11:0], 4'd0};
+always @(posedge clk) if (f_ran && !pin_mod_clock)
+    assert (mod_codes == ({f_offset_c, f_offset_b, f_offset_a} ^ {17'd0, f_mod_trip, f_modulator[1:0], f_modulator[5:4],
+                          f_modulator[12:8], f_control[3], trigger && f_control[0] && !busy, pin_mod_data}));
+wire [47:0] f_made = {f_mixed(f_codes[47:32], f_offset_c, f_gain_c), f_mixed(f_codes[31:16], f_offset_b, f_gain_b),
+                      f_mixed(f_codes[15:0], f_offset_a, f_gain_a)};
+wire [3:0]  f_flags = {^f_i_trip ^ f_control[2], ^f_sum_trip, ^f_v_max, ^f_v_min};
+always @(posedge clk) if (f_ran && $past(rst_n && finish)) begin
+    assert ({ic, ib, ia} == $past(f_made) && v == $past(spi_codes[47:36]));
+    assert ({beyond_current, beyond_sum, beyond_v_high, beyond_v_low} == $past(f_flags));
 end

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Stands for adc_math.v in the proof of adc.v: any results, which change at `finish` only; adc_math.vh proves that of it.
+// Stands for adc_math.v in the proof of adc.v: results change at `finish` only, as adc_math.vh proves of it, and are made of
+// what reached it, each input at its own place.
 module adc_math (
     input  wire        clk, rst_n, enable, start,
     input  wire [15:0] code_a, code_b, code_c,
@@ -15,11 +16,18 @@ module adc_math (
     output reg  [2:0]  valid,
     output reg         beyond_current, beyond_sum, beyond_v_high, beyond_v_low
 );
-    (* anyseq *) reg [64:0] any;
-    assign finish = any[64];            // adc.vh says when
+    (* anyseq *) reg any;
+    assign finish = any;                // adc.vh says when
+    function [15:0] mixed(input [15:0] code, input [15:0] offset, input [7:0] gain);
+        mixed = code ^ {offset[0], offset[15:1]} ^ {8'd0, gain};
+    endfunction
     always @(posedge clk)
         if (!rst_n)
             {ia, ib, ic, v, valid, beyond_current, beyond_sum, beyond_v_high, beyond_v_low} <= 67'd0;
-        else if (finish)
-            {ia, ib, ic, beyond_current, beyond_sum, beyond_v_high, beyond_v_low, v, valid} <= {any[63:0], valid_in};
+        else if (finish) begin
+            {ia, ib}       <= {mixed(code_a, offset_a, gain_a), mixed(code_b, offset_b, gain_b)};
+            {ic, v, valid} <= {mixed(code_c, offset_c, gain_c), code_v, valid_in};
+            beyond_current <= ^i_trip ^ reconstruct;
+            {beyond_sum, beyond_v_high, beyond_v_low} <= {^sum_trip, ^v_max, ^v_min};
+        end
 endmodule

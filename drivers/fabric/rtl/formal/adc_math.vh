@@ -36,37 +36,54 @@ endfunction
 function signed [31:0] f_size(input signed [31:0] x);
     f_size = x < 0 ? -x : x;
 endfunction
+function f_beyond(input signed [31:0] x);
+    f_beyond = f_size(x) > $signed({15'd0, f_i_trip});
+endfunction
 function signed [31:0] f_less(input [15:0] f_code, input [15:0] f_offset);
     f_less = $signed({16'd0, f_code}) - $signed({16'd0, f_offset});
 endfunction
-function signed [31:0] f_trimmed(input signed [31:0] x, input signed [24:0] f_product);
-    f_trimmed = f_held(x + (($signed({{7{f_product[24]}}, f_product}) + 1024) >>> 11));
+function signed [31:0] f_trimmed(input signed [28:0] f_product);
+    f_trimmed = f_held($signed({{3{f_product[28]}}, f_product}) >>> 11);
 endfunction
 
-// the product is any function of the two factors, in the range of the product: what holds for all functions holds for the one
-(* anyseq *) reg signed [24:0] f_any_a;
-(* anyseq *) reg signed [24:0] f_any_b;
-(* anyseq *) reg signed [24:0] f_any_c;
-reg signed [24:0] f_pa, f_pb, f_pc;
-localparam signed [24:0] F_MOST = 65535 * 128;
+// the product, a clock after its factors, is any function of the two, in its range: what holds for all functions holds for the
+// one
+(* anyseq *) reg signed [28:0] f_any_a;
+(* anyseq *) reg signed [28:0] f_any_b;
+(* anyseq *) reg signed [28:0] f_any_c;
+reg signed [28:0] f_pa, f_pb, f_pc;
+reg [16:0] f_x;
+reg [7:0]  f_y;
+localparam signed [28:0] F_MOST = 65535 * (2048 + 127) + 1024;
 always @(posedge clk) begin
     assume (f_any_a <= F_MOST && f_any_a >= -F_MOST);
     assume (f_any_b <= F_MOST && f_any_b >= -F_MOST);
     assume (f_any_c <= F_MOST && f_any_c >= -F_MOST);
+    {f_x, f_y} <= {less_offset, gain_now};
     if (step == 4'd1)
         {f_pa, f_pb, f_pc} <= {f_any_a, f_any_b, f_any_c};
-    if (step >= 4'd2) begin
-        if (less_offset == f_la[16:0] && gain_now == f_gain_a)
-            assume (multiplied == f_pa);
-        if (less_offset == f_lb[16:0] && gain_now == f_gain_b)
-            assume (multiplied == f_pb);
-        if (less_offset == f_lc[16:0] && gain_now == f_gain_c)
-            assume (multiplied == f_pc);
+    if (step >= 4'd3) begin
+        if (f_x == f_la[16:0] && f_y == f_gain_a)
+            assume (product == f_pa);
+        if (f_x == f_lb[16:0] && f_y == f_gain_b)
+            assume (product == f_pb);
+        if (f_x == f_lc[16:0] && f_y == f_gain_c)
+            assume (product == f_pc);
     end
 end
 
 reg signed [31:0] f_la, f_lb, f_lc, f_a, f_b, f_c, f_sum;
-reg               f_high, f_low, f_off_a, f_off_b, f_off_c;
+reg               f_high, f_low, f_off_1, f_off_2, f_off_3;
+// the three currents in the order of their comparison: the one that may be replaced is the last
+wire              f_single = f_reconstruct && (f_valid == 3'b110 || f_valid == 3'b101 || f_valid == 3'b011);
+wire [2:0]        f_kept = f_single ? f_valid : 3'b111;
+wire [1:0]        f_at_1 = f_kept[0] ? 2'd0 : 2'd1;
+wire [1:0]        f_at_2 = f_kept[2] ? 2'd2 : 2'd1;
+wire [1:0]        f_at_3 = 2'd3 - f_at_1 - f_at_2;
+wire signed [31:0] f_1 = f_at_1 == 2'd0 ? f_a : f_b;
+wire signed [31:0] f_2 = f_at_2 == 2'd2 ? f_c : f_b;
+wire signed [31:0] f_3 = f_at_3 == 2'd0 ? f_a : f_at_3 == 2'd1 ? f_b : f_c;
+always @* assert (f_at_1 != f_at_2 && f_at_3 != f_at_1 && f_at_3 != f_at_2 && f_at_3 != 2'd3);
 wire signed [31:0] f_v = $signed({17'd0, f_code_v, 3'd0});
 always @(posedge clk)
     case (step)
@@ -78,11 +95,11 @@ always @(posedge clk)
     4'd2: f_high <= f_v > $signed({15'd0, f_v_max});
     4'd3: begin
         f_low <= f_v < $signed({15'd0, f_v_min});
-        f_a   <= f_trimmed(f_la, f_pa);
+        f_a   <= f_trimmed(f_pa);
     end
-    4'd4: f_b <= f_trimmed(f_lb, f_pb);
-    4'd5: f_c <= f_trimmed(f_lc, f_pc);
-    4'd6:
+    4'd4: f_b <= f_trimmed(f_pb);
+    4'd5: f_c <= f_trimmed(f_pc);
+    4'd7:
         if (f_reconstruct)
             case (f_valid)
             3'b110: f_a <= f_held(-f_b - f_c);
@@ -90,10 +107,12 @@ always @(posedge clk)
             3'b011: f_c <= f_held(-f_a - f_b);
             default: ;
             endcase
-    4'd7: f_sum <= f_a + f_b + f_c;
-    4'd8: f_off_a <= f_size(f_a) > $signed({15'd0, f_i_trip});
-    4'd9: f_off_b <= f_size(f_b) > $signed({15'd0, f_i_trip});
-    4'd10: f_off_c <= f_size(f_c) > $signed({15'd0, f_i_trip});
+    4'd8: begin
+        f_sum   <= f_a + f_b + f_c;
+        f_off_1 <= f_beyond(f_1);
+    end
+    4'd9: f_off_2 <= f_beyond(f_2);
+    4'd10: f_off_3 <= f_beyond(f_3);
     default: ;
     endcase
 wire f_sum_off = f_size(f_sum) > $signed({15'd0, f_sum_trip});
@@ -101,6 +120,9 @@ wire f_sum_off = f_size(f_sum) > $signed({15'd0, f_sum_trip});
 // where each value stands at each step
 function signed [31:0] f_wide(input [15:0] x);
     f_wide = {{16{x[15]}}, x};
+endfunction
+function signed [31:0] f_wider(input [17:0] x);
+    f_wider = {{14{x[17]}}, x};
 endfunction
 function f_fits(input signed [31:0] x, input signed [31:0] f_most);
     f_fits = x <= f_most && x >= -f_most;
@@ -113,25 +135,30 @@ always @(posedge clk) if (f_ran) begin
             assert (f_fits(f_pa, F_MOST) && f_fits(f_pb, F_MOST) && f_fits(f_pc, F_MOST));
             assert (f_lb == f_less(f_code_b, f_offset_b) && f_lc == f_less(f_code_c, f_offset_c));
         end
+        if (step == 4'd1) assert ({code, offset, gain} == {f_code_a, f_offset_a, f_gain_a});
+        if (step == 4'd2) assert ({code, offset, gain} == {f_code_b, f_offset_b, f_gain_b});
+        if (step == 4'd3) assert ({code, offset, gain} == {f_code_c, f_offset_c, f_gain_c});
         if (step == 4'd2) assert (less_offset == f_la[16:0] && gain_now == f_gain_a);
-        if (step == 4'd3) assert (less_offset == f_lb[16:0] && gain_now == f_gain_b && base == f_la[16:0] && product == f_pa);
-        if (step == 4'd4) assert (less_offset == f_lc[16:0] && gain_now == f_gain_c && base == f_lb[16:0] && product == f_pb);
-        if (step == 4'd5) assert (base == f_lc[16:0] && product == f_pc);
-        if (step == 4'd2 || step == 4'd3) assert ({14'd0, magnitude} == f_v);
+        if (step == 4'd3) assert (less_offset == f_lb[16:0] && gain_now == f_gain_b && f_x == f_la[16:0] && f_y == f_gain_a);
+        if (step == 4'd4) assert (less_offset == f_lc[16:0] && gain_now == f_gain_c && f_x == f_lb[16:0] && f_y == f_gain_b);
+        if (step == 4'd5) assert (f_x == f_lc[16:0] && f_y == f_gain_c);
+        if (step == 4'd2) assert (f_wider(value) == f_v && limit == f_v_max);
+        if (step == 4'd3) assert (f_wider(value) == -f_v - 1 && limit == f_v_min);
         if (step >= 4'd3) assert (high_off == f_high);
         if (step >= 4'd4) assert (low_off == f_low);
-        if (step == 4'd8) assert ({14'd0, magnitude} == f_size(f_a));
-        if (step == 4'd9) assert ({14'd0, magnitude} == f_size(f_b));
-        if (step == 4'd10) assert ({14'd0, magnitude} == f_size(f_c));
-        if (step == 4'd11) assert ({14'd0, magnitude} == f_size(f_sum));
+        if (step == 4'd8) assert (f_wider(value) == f_1 && limit == f_i_trip);
+        if (step == 4'd9) assert (f_wider(value) == f_2 && limit == f_i_trip);
+        if (step == 4'd10) assert (f_wider(value) == f_3 && limit == f_i_trip);
+        if (step == 4'd11) assert (f_wider(value) == f_sum && limit == f_sum_trip);
         if (step >= 4'd4) assert (f_wide(a) == f_a && f_fits(f_a, 32767));
         if (step >= 4'd5) assert (f_wide(b) == f_b && f_fits(f_b, 32767));
         if (step >= 4'd6) assert (f_wide(c) == f_c && f_fits(f_c, 32767));
-        if (step == 4'd6) assert (kept == (f_reconstruct ? f_valid : 3'b111));
-        if (step >= 4'd8) assert (f_sum == {{14{sum[17]}}, sum} && f_fits(f_sum, 98301));
-        if (step == 4'd9) assert (current_off == f_off_a);
-        if (step == 4'd10) assert (current_off == (f_off_a || f_off_b));
-        if (step == 4'd11) assert (current_off == (f_off_a || f_off_b || f_off_c));
+        if (step >= 4'd6) assert (kept == f_kept);
+        if (step == 4'd7) assert (f_wider({others[16], others}) == f_1 + f_2);
+        if (step >= 4'd9) assert (f_sum == {{14{sum[17]}}, sum} && f_fits(f_sum, 98301));
+        if (step == 4'd9) assert (current_off == f_off_1);
+        if (step == 4'd10) assert (current_off == (f_off_1 || f_off_2));
+        if (step == 4'd11) assert (current_off == (f_off_1 || f_off_2 || f_off_3));
     end
 end
 
@@ -147,7 +174,7 @@ always @(posedge clk) if (f_ran) begin
         assert (v == $past(code_v) && valid == $past(valid_in));
         if ($past(f_same)) begin
             assert (f_wide(ia) == $past(f_a) && f_wide(ib) == $past(f_b) && f_wide(ic) == $past(f_c));
-            assert (beyond_current == ($past(f_off_a) || $past(f_off_b) || $past(f_off_c)));
+            assert (beyond_current == ($past(f_off_1) || $past(f_off_2) || $past(f_off_3)));
             assert (sum_was_off == $past(f_sum_off));
             assert (beyond_sum == ($past(f_sum_off) && $past(sum_was_off)));
             assert (beyond_v_high == $past(f_high) && beyond_v_low == $past(f_low));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Stands for adc_modulators.v in the proof of adc.v: codes, ends and trips at any time.
+// Stands for adc_modulators.v in the proof of adc.v: codes, ends and trips at any time; while the clock's pin is low the codes
+// are made of what reached it, each input at its own place.
 module adc_modulators (
     input  wire        clk, rst_n, enable,
     input  wire [1:0]  osr, trip_osr,
@@ -15,5 +16,7 @@ module adc_modulators (
     output wire        trip_event
 );
     (* anyseq *) reg [51:0] any;
-    assign {pin_clock, done, codes, trip, trip_event} = any;
+    assign {pin_clock, done, trip, trip_event} = any[51:48];
+    assign codes = pin_clock ? any[47:0]
+        : offsets ^ {17'd0, limit, osr, trip_osr, clocks, enable, start, pin_data};
 endmodule

@@ -5,12 +5,14 @@ always @(posedge clk) f_ran <= 1'b1;
 always @* if (!f_ran) assume (!rst_n);
 
 wire [31:0] f_slot = rdata[32 * paddr[9:8] +: 32];
+reg  [3:0]  f_setup;    // the slot of a setup phase a clock ago
+always @(posedge clk) f_setup <= rst_n && psel && !penable && paddr[1:0] == 2'b00 ? 4'b0001 << paddr[9:8] : 4'd0;
 always @* begin
     // at most one slot, the addressed one, and none for an address that is no word
     assert (sel == (psel && paddr[1:0] == 2'b00 ? 4'b0001 << paddr[9:8] : 4'd0));
     assert (addr == paddr[7:2] && wdata == pwdata);
-    // a write acts in the access phase only; no access waits or errs
-    assert (write == (psel && penable && pwrite));
+    // a write acts in the access phase only, on the slot of the setup phase; no access waits or errs
+    if (f_ran) assert (write == (psel && penable && pwrite ? f_setup : 4'd0));
     assert (pready && !pslverr);
     // what blocks promise: 0 unless selected
     if (!sel[0]) assume (rdata[31:0] == 32'd0);

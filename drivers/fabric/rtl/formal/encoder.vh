@@ -12,7 +12,7 @@ always @(posedge clk)
         f_control <= 2'd0;
         f_counts  <= 17'd4096;
         f_filter  <= 16'd0;
-    end else if (sel && write)
+    end else if (write)
         case ({addr, 2'b00})
         8'h00: f_control <= wdata[1:0];
         8'h04: f_counts  <= wdata < 32'd4 ? 17'd4 : wdata > 32'd65536 ? 17'd65536 : wdata[16:0];
@@ -21,7 +21,8 @@ always @(posedge clk)
         endcase
 
 always @(posedge clk) if (f_ran) begin
-    assert (control == f_control && {filter_hall, filter_encoder} == f_filter && {1'b0, top} + 17'd1 == f_counts);
+    assert (control == f_control && {filter_hall, filter_encoder} == f_filter);
+    assert (counts == f_counts && {1'b0, top} + 17'd1 == f_counts);
     if (sel)
         case ({addr, 2'b00})
         8'h00: assert (rdata == {30'd0, f_control});
@@ -50,8 +51,8 @@ always @(posedge clk) begin
     f_lost_sync <= rst_n && pin_lost;
     f_lost      <= rst_n && f_lost_sync;
 end
-wire f_loads   = sel && write && {addr, 2'b00} == 8'h04;
-wire f_clears  = sel && write && {addr, 2'b00} == 8'h14;
+wire f_loads   = write && {addr, 2'b00} == 8'h04;
+wire f_clears  = write && {addr, 2'b00} == 8'h14;
 wire f_indexed = f_control[0] && !f_lost && z && !f_z;
 
 always @(posedge clk) if (f_ran)

@@ -55,7 +55,7 @@ always @(posedge clk)
         f_noisy_2 <= f_noisy_1;
         if (|f_noisy)
             f_stopped <= 1'b1;
-        else if (sel && write && addr == `GATE_CONTROL && wdata[0] && f_calm)
+        else if (write && addr == `GATE_CONTROL && wdata[0] && f_calm)
             f_stopped <= 1'b0;
     end
 always @* if (f_ran) begin
@@ -73,8 +73,8 @@ genvar f_k;
 generate for (f_k = 0; f_k < 7; f_k = f_k + 1) begin : f_latch
     always @(posedge clk) if (f_ran && $past(rst_n)) begin
         if ($past(f_latches[f_k]) && !f_latches[f_k])
-            assert ($past(sel && write && addr == `GATE_STATUS && f_ones[f_k] && !f_noisy[f_k]));
-        if ($past(f_latches[f_k] && sel && write && addr == `GATE_STATUS && f_ones[f_k] && !f_noisy[f_k])
+            assert ($past(write && addr == `GATE_STATUS && f_ones[f_k] && !f_noisy[f_k]));
+        if ($past(f_latches[f_k] && write && addr == `GATE_STATUS && f_ones[f_k] && !f_noisy[f_k])
             && (f_k < 2 || $past(!pins_1[(f_k + 3) % 5] && !pins_2[(f_k + 3) % 5])))
             assert (!f_latches[f_k]);
         if (!$past(f_latches[f_k]) && f_latches[f_k])
@@ -86,11 +86,11 @@ generate for (f_k = 0; f_k < 7; f_k = f_k + 1) begin : f_latch
 end endgenerate
 // ENABLE is set by a write only, cleared by every latch, and otherwise obeys writes
 always @(posedge clk) if (f_ran && $past(rst_n)) begin
-    if (enable && !$past(enable)) assert ($past(sel && write && addr == `GATE_CONTROL && wdata[0]) && !$past(latched));
-    if ($past(sel && write && addr == `GATE_CONTROL && !wdata[0])) assert (!enable);
-    if ($past(sel && write && addr == `GATE_CONTROL && wdata[0] && f_calm)) assert (enable);
+    if (enable && !$past(enable)) assert ($past(write && addr == `GATE_CONTROL && wdata[0]) && !$past(latched));
+    if ($past(write && addr == `GATE_CONTROL && !wdata[0])) assert (!enable);
+    if ($past(write && addr == `GATE_CONTROL && wdata[0] && f_calm)) assert (enable);
     if (f_latches != 7'd0) assert (!enable);
-    if ($past(enable && !settled && !overrun_event && !(sel && write))) assert (enable);
+    if ($past(enable && !settled && !overrun_event && !write)) assert (enable);
 end else if (f_ran)
     assert (!enable && f_latches == 7'd0 && !chopper_enable);
 
@@ -101,7 +101,7 @@ wire [31:0] f_mask = f_addr == `GATE_CONTROL ? 32'd0 : `GATE_WRITABLE_AT(f_addr)
 always @(posedge clk)
     if (!rst_n)
         f_value <= `GATE_RESET_AT(f_addr) & f_mask;
-    else if (sel && write && addr == f_addr)
+    else if (write && addr == f_addr)
         f_value <= wdata & f_mask;
 wire [31:0] f_stored = f_addr == `GATE_CHOPPER ? {31'd0, chopper_enable} : f_addr == `GATE_CHOPPER_ON ? {17'd0, chopper_on}
     : f_addr == `GATE_CHOPPER_OFF ? {17'd0, chopper_off} : 32'd0;

@@ -11,7 +11,7 @@ wire       f_open = !(run || brake || running);
 always @(posedge clk)
     if (!rst_n)
         f_value <= `PWM_RESET_AT(f_addr) & `PWM_WRITABLE_AT(f_addr);
-    else if (sel && write && addr == f_addr && (f_open || `PWM_LOCKED_AT(f_addr) == 32'd0))
+    else if (write && addr == f_addr && (f_open || `PWM_LOCKED_AT(f_addr) == 32'd0))
         f_value <= wdata & `PWM_WRITABLE_AT(f_addr);
 always @* if (f_ran) begin
     if (!sel) assert (rdata == 32'd0);
@@ -49,9 +49,9 @@ end
 always @* if (f_ran && !once && running) assert (waiting == 3'b000 || waiting == 3'b111);
 // a write to COMPARE_C commits the three, and nothing else does
 always @(posedge clk) if (f_ran && $past(rst_n)) begin
-    if ($past(sel && write && addr == `PWM_COMPARE_C)) assert (waiting == 3'b111);
+    if ($past(write && addr == `PWM_COMPARE_C)) assert (waiting == 3'b111);
     else assert ((waiting & ~$past(waiting)) == 3'b000);
-    if ($past(sel && write && (addr == `PWM_COMPARE_A || addr == `PWM_COMPARE_B))) assert (waiting == 3'b000);
+    if ($past(write && (addr == `PWM_COMPARE_A || addr == `PWM_COMPARE_B))) assert (waiting == 3'b000);
 end
 // which ends a mode takes
 always @* if (f_ran) begin
