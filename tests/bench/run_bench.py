@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """make bench: measures, prints the table and what has changed, and writes build/bench.json, build/cycles.md, all of it,
-docs/benchmarks.md, the bounds in docs/cycles.md and tests/bench/baseline.json (for GCC 14: baseline-gcc14.json); to commit the
-last three accepts them."""
+docs/benchmarks.md, the bounds in docs/cycles.md, the figure in README.md and tests/bench/baseline.json (for GCC 14:
+baseline-gcc14.json); to commit the last four accepts them."""
 import argparse
 import json
 import os
@@ -14,7 +14,7 @@ sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests"), str(ROOT / "tests" / "t
 os.chdir(ROOT)
 
 from bench.measure import measure  # noqa: E402
-from bench.report import BASELINE, baselines, changes, markdown, table  # noqa: E402
+from bench.report import BASELINE, baselines, changes, markdown, table, with_headline  # noqa: E402
 from compiler import REFERENCE, file_of, version  # noqa: E402
 from cycles_page import listings, with_summary  # noqa: E402
 from disasm import ImageError  # noqa: E402
@@ -23,6 +23,7 @@ from launcher.paths import build_dir, shown  # noqa: E402
 
 DOCUMENT = "docs/benchmarks.md"
 CYCLES = Path("docs/cycles.md")
+README = Path("README.md")
 
 
 def committed(baseline):
@@ -57,9 +58,10 @@ def main():
     known = baselines()
     Path(DOCUMENT).write_text(markdown(known))
     CYCLES.write_text(with_summary(CYCLES.read_text(), known[REFERENCE]))
+    README.write_text(with_headline(README.read_text(), known[REFERENCE]))
     every = build_dir() / "cycles.md"
     every.write_text(listings(figures, build_dir()))
-    print(f"\nwritten: {shown(results)}, {shown(every)}, {DOCUMENT}, {CYCLES}, {shown(baseline)}")
+    print(f"\nwritten: {shown(results)}, {shown(every)}, {DOCUMENT}, {CYCLES}, {README}, {shown(baseline)}")
     return 0
 
 
