@@ -52,6 +52,8 @@ struct sysreg_regs {
     volatile uint32_t EDAC_SR; /* write 1 clears */
     uint32_t reserved_194[2];
     volatile uint32_t WDOGTIMEOUTEVENT;
+    uint32_t reserved_1a0[2]; /* counters to 0 */
+    volatile uint32_t FLUSH_CR;
 };
 
 REG_AT_OFFSET(struct sysreg_regs, ESRAM_CR, 0x000);
@@ -81,6 +83,7 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGLOAD, 0x16C);
 REG_AT_OFFSET(struct sysreg_regs, WDOGMVRP, 0x170);
 REG_AT_OFFSET(struct sysreg_regs, EDAC_SR, 0x190);
 REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
+REG_AT_OFFSET(struct sysreg_regs, FLUSH_CR, 0x1A8);
 
 #define SYSREG REG_BLOCK(struct sysreg_regs, 0x40038000u)
 
@@ -105,6 +108,8 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 #define SYSREG_CAUSE_ALL           0xFFu
 
 #define SYSREG_CC_CR_ENABLE     (1u << 0)
+#define SYSREG_CC_CR_LOCK       (1u << 2)
+#define SYSREG_FLUSH_CACHE      (1u << 0) /* of FLUSH_CR: empties it */
 #define SYSREG_CC_REGION_CODE_0 (1u << 0) /* the lowest of four slots of 128 MB */
 
 #define SYSREG_FACC1_GLMUX_SEL           (1u << 12) /* 1: running from the standby clock, not the PLL */

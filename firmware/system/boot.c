@@ -3,12 +3,14 @@
 
 #include "drivers/cortex/dwt.h"
 #include "drivers/cortex/scb.h"
+#include "drivers/mss/cache.h"
 #include "drivers/mss/watchdog.h"
 #include "firmware/monitor/device.h"
+#include "startup/startup.h"
 
 void boot_core(void)
 {
-    sysreg_enable_cache();
+    (void)cache_lock(link_code, link_array); /* without it the loop takes longer when other code has run */
     scb_enable_faults();
     (void)device_guard_stack(); /* device_fault() looks whether it is there */
     (void)dwt_init();           /* without a cycle counter 'status' shows no cycles, and that is all */

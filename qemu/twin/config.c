@@ -195,11 +195,12 @@ static void read_design(const struct reader *r, char *rest)
     struct config *c = r->config;
     c->design = grown(c->design, c->design_count, sizeof *c->design);
     struct flash_word *d = &c->design[c->design_count++];
-    char *offset = next_word(&rest), *word = next_word(&rest);
+    char *offset = next_word(&rest), *word = next_word(&rest), *fixed = next_word(&rest);
     if (*word == '\0' || *next_word(&rest) != '\0') {
-        fail(r, "expected: design OFFSET WORD");
+        fail(r, "expected: design OFFSET WORD, or design OFFSET WORD FIXED_BITS");
     }
-    *d = (struct flash_word){whole(r, offset, "design"), whole(r, word, "design")};
+    *d = (struct flash_word){whole(r, offset, "design"), whole(r, word, "design"),
+                             *fixed != '\0' ? whole(r, fixed, "design") : 0};
 }
 
 static double event_time(const struct reader *r, const char *word)

@@ -7,7 +7,8 @@
  *   irqpath EXCEPTION PATH                                                        (irqpath.h)
  *   dwt cycles|instructions                                                       (what DWT_CYCCNT counts)
  *   time instructions|cycles                        (what moves it on: 8 ns an instruction, or 10 ns a cycle of the model)
- *   design OFFSET WORD                              (flash bits of SYSREG, from power-on on; the event flash_bits: later)
+ *   design OFFSET WORD [FIXED_BITS]                 (flash bits of SYSREG, from power-on on; the event flash_bits: later;
+ *                                                    and which bits the design keeps the firmware from changing)
  *   wfi core|main_loop                                            (who moves time on in WFI, qemu_sleep.h; same results)
  *   watchdog WDOGLOAD                                              (of the design, watchdog.h; 64 ticks of 20 ns each)
  *   chip m2s010|m2s025                                           (chip.h: what traffic on FIC_0 does on the smaller one)
@@ -36,7 +37,7 @@
 #define LATE_VALUES_MAX 4
 
 struct flash_word {
-    uint32_t offset, word;
+    uint32_t offset, word, fixed;
 };
 
 struct probe {

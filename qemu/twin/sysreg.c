@@ -21,13 +21,15 @@ enum {
     WDOGLOAD = SYSREG_WDOGLOAD,
     WDOGMVRP = 0x170,
     EDAC_SR = 0x190,
+    FLUSH_CR = 0x1A8,
 };
 
 #define ALL 0xFFFFFFFFu
 /* Released by the design: eNVM_0, eSRAM_0/1, TIMER, both MMUARTs, FIC_0, GPIO and its outputs; the fabric only at power-on. */
 #define HELD_IN_RESET (0x07FFFFFFu & ~(1u << 0 | 3u << 2 | 1u << 6 | 3u << 7 | 1u << 18 | 0x1Fu << 20))
 #define HOLDS_FABRIC  (1u << 16)
-#define EDAC_FLAGS    0x3FCFu   /* b4 and b5 are reserved: the cache has no EDAC */
+#define EDAC_FLAGS    0x3FCFu /* b4 and b5 are reserved: the cache has no EDAC */
+#define FLUSHES_CACHE (1u << 0)
 #define EVERY_CAUSE   0xFFu     /* RESET_SOURCE_CR after power-on: each bit's reset value is 1 */
 #define ONE_BIT       (1u << 0) /* of eSRAM_0, in EDAC_SR and EDAC_IRQ_ENABLE */
 #define TWO_BITS      (1u << 1)
@@ -51,7 +53,10 @@ struct sysreg_word sysreg_words[SYSREG_WORDS] = {
     {.offset = ESRAM_PIPELINE_CR, .initial = 0x1, .writable = ALL},
     {.offset = PLL_LOCK_EN_CR, .initial = 0xA, .writable = ALL}, /* the lost locks */
     {.offset = DEVICE_VERSION, .initial = 0xF802},
+    {.offset = FLUSH_CR}, /* pulses: reads as 0 */
 };
+
+static unsigned flushes;
 
 static struct sysreg_word *word_at(uint32_t offset)
 {
@@ -74,6 +79,7 @@ void sysreg_write(void *word, uint32_t offset, uint32_t value)
 {
     struct sysreg_word *w = word;
     (void)offset;
+    flushes += w->offset == FLUSH_CR && (value & FLUSHES_CACHE) != 0;
     w->value = (w->value & ~w->writable & ~(value & w->clears)) | (value & w->writable);
 }
 
@@ -117,6 +123,16 @@ bool sysreg_design(uint32_t offset, uint32_t word)
         w->initial = word;
     }
     return w != NULL;
+}
+
+void sysreg_fix(uint32_t offset, uint32_t bits)
+{
+    word_at(offset)->writable &= ~bits;
+}
+
+unsigned sysreg_cache_flushes(void)
+{
+    return flushes;
 }
 
 uint32_t sysreg_value(uint32_t offset)

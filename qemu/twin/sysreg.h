@@ -27,7 +27,7 @@ struct sysreg_word {
     uint32_t after_reset;
 };
 
-#define SYSREG_WORDS 17
+#define SYSREG_WORDS 18
 extern struct sysreg_word sysreg_words[SYSREG_WORDS];
 
 uint32_t sysreg_read(void *word, uint32_t offset);
@@ -43,7 +43,11 @@ void sysreg_put_back(void);
 
 /* The design's bits of a register that the table has, false if it does not: in effect from the next reset on. */
 bool sysreg_design(uint32_t offset, uint32_t word);
+/* Bits of a register that the table has which the design keeps the firmware from changing. */
+void sysreg_fix(uint32_t offset, uint32_t bits);
 uint32_t sysreg_value(uint32_t offset);
+/* How often FLUSH_CR has emptied the cache. */
+unsigned sysreg_cache_flushes(void);
 
 /* Locks do not care about a reset. */
 enum sysreg_pll { SYSREG_FABRIC_PLL = 1u << 0, SYSREG_MSS_PLL = 1u << 1 };

@@ -487,6 +487,7 @@ static void design_registers(void)
                     (unsigned)config.design[n].offset);
             exit(1);
         }
+        sysreg_fix(config.design[n].offset, config.design[n].fixed);
     }
 }
 

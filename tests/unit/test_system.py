@@ -120,12 +120,20 @@ def test_the_core_is_set_up(device, system):
     device.sysreg.SOFT_RESET_CR = 0xFFFFFFFF
     device.dwt.CYCCNT = 77
     system.boot_core()
-    assert device.sysreg.CC_CR == 1 and device.sysreg.CC_REGION_CR == 1
+    assert device.sysreg.CC_CR == 5 and device.sysreg.CC_REGION_CR == 1 and device.sysreg.FLUSH_CR == 1
     assert device.scb.CCR == 1 << 4 and device.scb.SHCSR == 7 << 16
     assert device.fault() == "NONE", "the guard stands"
     assert device.dwt.CTRL == 1 and device.dwt.CYCCNT == 0 and ctypes.c_uint32.from_address(0xE000EDFC).value == 1 << 24
     assert device.sysreg.SOFT_RESET_CR == 0xFFFFFFFF & ~(1 << 6 | 1 << 7 | 1 << 8 | 1 << 16 | 1 << 18 | 31 << 20)
     assert device.watchdog.WDOGREFRESH == KEY
+
+
+@pytest.mark.parametrize("word", (0, 1, 7, 2047))
+def test_a_cache_that_holds_other_words_is_not_left_locked(device, system, word):
+    code, array = (ctypes.c_uint32 * 2048)(*range(2048)), (ctypes.c_uint32 * 2048)(*range(2048))
+    assert system.cache_lock(code, array) and device.sysreg.CC_CR == 5
+    array[word] ^= 1 << 31
+    assert not system.cache_lock(code, array) and device.sysreg.CC_CR == 1 and device.sysreg.CC_REGION_CR == 1
 
 
 def test_a_first_life(device, system):
