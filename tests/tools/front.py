@@ -37,7 +37,8 @@ def figures():
     rows = re.findall(r"^\| [^|]+ \| ([\d.]+) / ([\d.]+) %", block("docs/results.md", "drive"), re.M)
     bandwidth, margin = re.search(r"(\d+) Hz at -90°, phase margin (\d+)°", block("docs/results.md", "quickest")).groups()
     return (f"- **{whole} cycles** at worst for the whole current-loop interrupt ({usual} nominal), {latency} until the PWM is"
-            f" written:\n  {share} % of a 100 MHz core at {hz} kHz ([benchmarks](docs/benchmarks.md), in the twin's cycle model)\n"
+            f" written:\n  {share} % of a 100 MHz core at {hz} kHz ([benchmarks](docs/benchmarks.md), in the twin's cycle"
+            f" model)\n"
             f"- **{int(bandwidth) / 1000:.1f} kHz** closed current loop at -90°, phase margin {margin}°, with two samples a PWM"
             f" period\n  ([results](docs/results.md#the-current-loop))\n"
             f"- **{max(float(mean) for mean, _ in rows):.3f} %** mean speed error at rated load, the worst of"
