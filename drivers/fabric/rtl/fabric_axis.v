@@ -74,7 +74,8 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
     gate #(.AXIS(AXIS), .AXES(AXES)) bridge (
         .clk(clk), .rst_n(rst_n), .sel(sel[3]), .write(write[3]), .addr(addr), .wdata(wdata), .rdata(rdata[127:96]),
         .high(high), .low(low), .overrun_event(overrun_event), .overrun(overrun), .limit(limit), .encoder_faulty(faulty),
-        .sample(sample), .vbus(vbus), .pin_overcurrent(pin_overcurrent || trip), .pin_driver_fault(pin_driver_fault), .pin_sto_a_n(pin_sto_a_n),
+        .sample(sample), .vbus(vbus), .pin_overcurrent(pin_overcurrent || trip),
+        .pin_driver_fault(pin_driver_fault), .pin_sto_a_n(pin_sto_a_n),
         .pin_sto_b_n(pin_sto_b_n), .pin_clock_ok(pin_clock_ok), .live(live), .pin_high(pin_high), .pin_low(pin_low),
         .pin_chopper(pin_chopper));
 
