@@ -54,11 +54,17 @@ def test_every_module_is_proved_or_stands_below_a_proof():
     assert {path.stem for path in places.RTL.glob("*.v")} == (proved - stand_ins) | SIMULATED
 
 
-@pytest.mark.parametrize("change, said", [(2, ["pwm CFG: 102, allowed 100"]), (0, []), (-5, []),
-                                          (-6, ["pwm CFG: 94, far below its budget of 100; tighten it"])])
+@pytest.mark.parametrize("change, said", [({"CFG": 106}, ["pwm CFG: 106, allowed 105"]), ({"CFG": 105}, []), ({"CFG": 95}, []),
+                                          ({"CFG": 94}, ["pwm CFG: 94, far below its budget of 100; tighten it"]),
+                                          ({"SLE": 11}, ["pwm SLE: 11, allowed 10"])])
 def test_budgets_hold_both_ways(change, said):
-    budget = {"CFG": 100, "ARI1": 10, "SLE": 10, "MACC": 0, "levels": 5}
-    assert list(synthesis.complaints("pwm", {**budget, "CFG": 100 + change}, {"pwm": budget})) == said
+    budget = {"CFG": 100, "ARI1": 10, "SLE": 10, "MACC": 0}
+    assert list(synthesis.complaints("pwm", {**budget, "levels": 6, **change}, {"pwm": budget})) == said
+
+
+def test_a_seventh_level_is_told():
+    budget = {"CFG": 100, "ARI1": 10, "SLE": 10, "MACC": 0}
+    assert "at most 6" in next(synthesis.complaints("pwm", {**budget, "levels": 7}, {"pwm": budget}))
 
 
 @pytest.fixture(scope="module")

@@ -76,9 +76,9 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
 
     // the modulators' fast path is one more comparator of the power stage
     gate #(.AXIS(AXIS), .AXES(AXES)) bridge (
-        .clk(clk), .rst_n(rst_n), .sel(sel[3]), .write(write[3]), .addr(addr), .wdata(wdata), .rdata(rdata[127:96]), .high(high),
-        .low(low), .overrun_event(overrun_event), .overrun(overrun), .limit(limit), .encoder_faulty(faulty), .valley(sync_out),
-        .commit(commit), .sample(sample), .vbus(vbus), .pin_overcurrent(pin_overcurrent || trip),
+        .clk(clk), .rst_n(rst_n), .sel(sel[3]), .write(write[3]), .addr(addr), .wdata(wdata), .rdata(rdata[127:96]),
+        .high(high), .low(low), .overrun_event(overrun_event), .overrun(overrun), .limit(limit), .encoder_faulty(faulty),
+        .valley(sync_out), .commit(commit), .sample(sample), .vbus(vbus), .pin_overcurrent(pin_overcurrent || trip),
         .pin_driver_fault(pin_driver_fault), .pin_sto_a_n(pin_sto_a_n), .pin_sto_b_n(pin_sto_b_n), .pin_clock_ok(pin_clock_ok),
         .live(live), .pin_high(pin_high), .pin_low(pin_low), .pin_chopper(pin_chopper),
         .pin_watch_reset_n(pin_watch_reset_n));
