@@ -39,7 +39,7 @@ static bool start_fabric(struct axis *a)
     (void)encoder_init(&a->fabric->encoder, (uint32_t)a->params.encoder_counts, false);
     const bool running = pwm_init(&a->fabric->pwm, &pwm_setup);
     adc_start(&a->fabric->adc);
-    return running;
+    return gate_start_watch(&a->fabric->gate, CONFIG_WATCH_CLOCKS) && running;
 }
 
 /* The fabric's state is unknown: it is not touched from here on. Its gates have been off since the reset. */

@@ -252,6 +252,8 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_HALL_UNKNOWN] = {"Hall switches not learned",
                             "the rotor must turn freely with i_align_ma; a Hall wire, their supply",
                             "@ edges in an electrical turn and # states, instead of 6 and 6"},
+    [FAULT_SLOW_LOOP_STOPPED] = {"slow loop stopped", "its interrupt hung, or was held off for milliseconds"},
+    [FAULT_THREAD_STOPPED] = {"thread stopped", "console, bus or other work hung, or took milliseconds"},
 };
 
 const char *message_of_error(enum error error)

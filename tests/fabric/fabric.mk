@@ -61,7 +61,7 @@ $(BUILD)/fabric/axis.so: $(FABRIC_RTL) $(FABRIC_REGISTERS) $(AXIS_SOURCES) $(AXI
 axis: $(BUILD)/fabric/axis.so
 
 LOCKSTEP = $(BUILD)/fabric/lockstep
-LOCKSTEP_MODELS = pwm adc encoder gate chopper fabric_model
+LOCKSTEP_MODELS = pwm adc encoder gate chopper watch fabric_model
 LOCKSTEP_SOURCES = $(wildcard tests/fabric/lockstep/*.cpp)
 
 $(LOCKSTEP)/rtl.a: $(FABRIC_RTL) $(FABRIC_REGISTERS) tests/fabric/fabric.mk

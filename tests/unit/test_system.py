@@ -33,7 +33,7 @@ class Device:
         self.sysreg.MSSDDR_PLL_STATUS = 3
         self.watchdog.WDOGENABLE, self.watchdog.WDOGLOAD = 1, LOAD
         self.mpu.TYPE = 8 << 8
-        self.fabric.gate.ID = 0x464F4330
+        self.fabric.gate.ID = 0x464F4331
         system.postmortem_collect()  # forgets the test before
 
     def fault(self):
@@ -236,6 +236,19 @@ def test_the_watchdog_is_served_while_the_slow_loop_lives(device, system):
         assert (device.watchdog.WDOGREFRESH == KEY) == served
 
 
+def test_the_thread_proves_to_the_fabric_that_it_lives_when_it_is_its_turn(device, system):
+    clock, idle, gate = ctypes.c_uint32(5), system.structs["idle"](), device.fabric.gate
+    idle.time_ms, idle.gate = ctypes.pointer(clock), ctypes.pointer(gate)
+    for now, next_word, proof in ((5, 0x105, 0xA5E83C05), (5, 0x106, 0), (6, 0x1FF, 0xA5E83CFF), (7, 0x106, 0xA5E83C06),
+                                  (8, 0x6, 0)):
+        gate.PROOF, gate.WATCH, clock.value = 0, next_word, now
+        system.idle_serve_watchdog(idle)
+        assert gate.PROOF == proof, (now, next_word)
+    idle.gate, gate.WATCH, clock.value = None, 0x105, 9
+    system.idle_serve_watchdog(idle)
+    assert gate.PROOF == 0, "a fabric in doubt is left alone"
+
+
 def resting(system):
     """(idle, its clock, what its lines have heard), let go at 1 ms."""
     clock, heard, idle = ctypes.c_uint32(1), [ctypes.c_uint32(0), ctypes.c_uint32(7)], system.structs["idle"]()
@@ -378,7 +391,7 @@ def test_a_block_in_reset_again_ends_the_program(device, system, held, identity,
     system.handlers_start_scope()
     if not doubted:
         system.axes[0].fabric_doubt = 0
-    device.fabric.gate.ID = 0x464F4330 if identity else 0
+    device.fabric.gate.ID = 0x464F4331 if identity else 0
     device.sysreg.SOFT_RESET_CR = held
     system.handlers_watch_device()
     assert device.nvic.ISER[0] == 1 << (ECC_ERROR if lost else PUT_BACK)
