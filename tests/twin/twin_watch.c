@@ -14,8 +14,8 @@ enum { LIVE = 1u << 0, LOOP_LOST = 1u << 3, SLOW_LOST = 1u << 15, THREAD_LOST = 
 #define SLOW_US    1000
 #define THREAD_US  1300 /* its answers come later and later, and at times every second one */
 #define WRITTEN_US 4    /* behind the valley: the compares */
-#define LIVES_US   50000
-#define OVER_US    20000
+#define LIVES_US   12000
+#define OVER_US    7000
 
 /* The program's parts, each of which lives or not, and what of the plant was seen. */
 struct program {
@@ -43,21 +43,30 @@ static void prove(struct program *g, uint32_t key, uint32_t turn)
     }
 }
 
-static void run(struct program *g, int us)
+/* Steps of a microsecond where the gates are looked at, else of as many as nothing is written in. */
+static void run(struct program *g, int us, bool looks)
 {
+    int behind = 0;
     for (int end = g->us + us; g->us < end; g->us++) {
-        if (g->loop && g->us % PERIOD_US == WRITTEN_US) {
+        bool compares = g->loop && g->us % PERIOD_US == WRITTEN_US;
+        bool slow = g->slow && g->us % SLOW_US == 0, thread = g->thread && g->us % THREAD_US == 7;
+        if (compares || slow || thread || looks) {
+            bench_run(&g->p, behind * 1e-6);
+            behind = 0;
+        }
+        g->last_on = looks && g->p.gates != 0 ? g->us : g->last_on;
+        if (compares) {
             put(g, PWM_COMPARE_C, get(g, PWM_COMPARE_C));
         }
-        if (g->slow && g->us % SLOW_US == 0) {
+        if (slow) {
             prove(g, SLOW_KEY, 0);
         }
-        if (g->thread && g->us % THREAD_US == 7) {
+        if (thread) {
             prove(g, THREAD_KEY, THREADS_TURN);
         }
-        bench_run(&g->p, 1e-6);
-        g->last_on = g->p.gates != 0 ? g->us : g->last_on;
+        behind++;
     }
+    bench_run(&g->p, behind * 1e-6);
 }
 
 static void begin(struct program *g)
@@ -67,7 +76,7 @@ static void begin(struct program *g)
     bench_start(&g->p, &params, apart);
     g->loop = g->slow = g->thread = true;
     g->us = 0;
-    run(g, LIVES_US);
+    run(g, LIVES_US, false);
     check_hex("not started, nothing is watched", get(g, GATE_STATUS), LIVE);
     put(g, WATCH_TIME, CLOCKS);
     check_hex("it does not start while the bridge is on", get(g, WATCH_TIME), 0);
@@ -76,35 +85,35 @@ static void begin(struct program *g)
     put(g, WATCH_TIME, 2 * CLOCKS);
     check_hex("it starts once, and keeps its time", get(g, WATCH_TIME), STARTED | CLOCKS);
     g->thread = false;
-    run(g, LIVES_US);
+    run(g, LIVES_US, false);
     check_hex("nothing is missed while the bridge is off", get(g, GATE_STATUS), 0);
     g->thread = true;
     put(g, GATE_CONTROL, 1);
-    run(g, LIVES_US);
+    run(g, LIVES_US, false);
     check_hex("a program that lives keeps the bridge on", get(g, GATE_STATUS), LIVE);
 }
 
 /* Runs on to some instant, stops these parts, and looks when the last gate was on. */
 static void hang(const char *what, bool loop, bool slow, bool thread, uint32_t latch, int most_us)
 {
-    for (int after_us = 0; after_us < 2000; after_us += 311) {
+    for (int after_us = 0; after_us < 1300; after_us += 311) {
         struct program g;
         begin(&g);
-        run(&g, after_us);
+        run(&g, after_us, false);
         g.loop = !loop;
         g.slow = !slow;
         g.thread = !thread;
         int since = g.us;
-        run(&g, OVER_US);
+        run(&g, OVER_US, true);
         check_between(what, g.last_on - since, 0, most_us);
         check_hex("its latch", get(&g, GATE_STATUS), latch);
         put(&g, GATE_CONTROL, 1);
         check_hex("which ENABLE does not pass", get(&g, GATE_CONTROL), 0);
         g.loop = g.slow = g.thread = true;
-        run(&g, OVER_US);
+        run(&g, OVER_US, false);
         put(&g, GATE_STATUS, latch);
         put(&g, GATE_CONTROL, 1);
-        run(&g, LIVES_US);
+        run(&g, LIVES_US, false);
         check_hex("cleared and enabled, it goes on", get(&g, GATE_STATUS), LIVE);
     }
 }
@@ -115,7 +124,7 @@ static void wrong_word(const char *what, uint32_t key, uint32_t number)
     struct program g;
     begin(&g);
     while (get(&g, WATCH) & THREADS_TURN) {
-        run(&g, 1);
+        run(&g, 1, false);
     }
     put(&g, PROOF, key | ((get(&g, WATCH) + number) & 0xFF));
     check_hex(what, get(&g, GATE_STATUS), SLOW_LOST);
@@ -127,7 +136,7 @@ static void repeated_word(void)
     struct program g;
     begin(&g);
     while (get(&g, WATCH) & THREADS_TURN) {
-        run(&g, 1);
+        run(&g, 1, false);
     }
     uint32_t word = SLOW_KEY | (get(&g, WATCH) & 0xFF);
     put(&g, PROOF, word);
