@@ -28,6 +28,7 @@ class Plots {
       return { columns, unit, least: MEASURED.includes(unit) ? LEAST_STEPS * Math.max(...columns.map((k) => steps[k])) : 0,
         dygraph: this.graph(columns.map((k) => names[k]), unit) };
     });
+    this.graphs.forEach(({ dygraph }) => dygraph.resize()); // the first had the whole place when it was made
     this.recolour();
   }
 
