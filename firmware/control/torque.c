@@ -157,7 +157,8 @@ static int32_t reachable(const struct torque_control *s, const struct tuning *t,
 static int32_t released(const struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
                         int32_t demand_q15)
 {
-    if (!FEATURE_IN(WEAKENING) || !c->weaken.on || c->weaken.q_first == 0) {
+    const bool brakes = (s->torque_q15 ^ s->emf_q15) < 0;
+    if (!FEATURE_IN(WEAKENING) || !c->weaken.on || c->weaken.q_first == 0 || !brakes) {
         return demand_q15;
     }
     const int32_t step_q15 = flux_limit_slew_q15(t, s->vbus_q15);
