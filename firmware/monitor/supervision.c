@@ -101,8 +101,8 @@ static void step_running(struct axis *a, uint32_t turn)
 }
 
 /*
- * A start regulates the currents of a prescribed field: a phase without its current is open there, too. Where a voltage is held,
- * or identify disturbs the currents, nothing is asked of a phase.
+ * A start regulates the currents of a prescribed field: a phase without its current is open there, too. Where a voltage is
+ * held, or identify disturbs the currents, nothing is asked of a phase.
  */
 static void watch_start(struct axis *a, uint32_t turn)
 {
