@@ -34,6 +34,7 @@ static const char *const error_texts[ERROR_COUNT] = {
         "speed_bw_hz is too much for encoder_counts with this inertia_gmm2 and i_max_ma: at most @",
     [ERROR_SPEED_UNRESOLVED] =
         "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
+    [ERROR_ENCODER_COARSE] = "encoder_counts is too small for pole_pairs: at least @, or another angle_source",
     [ERROR_CURRENT_TOO_SLOW] = "current_bw_hz is too small for any speed_bw_hz",
     [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gmm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
     [ERROR_FAULT_LATCHED] = "a fault is latched; see 'fault', then 'clear'",
