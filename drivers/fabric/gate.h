@@ -135,7 +135,7 @@ static inline void gate_prove_slow_loop(struct gate_regs *gate)
     }
 }
 
-/* The thread lives: it ends the round. Context: thread. */
+/* The thread lives: it ends the round. Context: thread with the slow loop masked, or the slow loop in its place. */
 static inline void gate_prove_thread(struct gate_regs *gate)
 {
     const uint32_t next = gate->WATCH;

@@ -4,6 +4,7 @@
 #include "drivers/cortex/cpu.h"
 #include "firmware/commission/identify_parts.h"
 #include "firmware/commission/wiring.h"
+#include "firmware/settings/config.h"
 
 /* ---- the script ---- */
 
@@ -92,10 +93,16 @@ bool identify_step(struct identify *d, const struct measure_io *io)
         }
         d->thinking = identify_measure(d, io);
     }
+    d->thinking_ms = d->thinking ? d->thinking_ms + 1u : 0u;
     if (d->thinking) {
         hold_nothing(d, io->loop);
     }
     return false;
+}
+
+bool identify_keeps_thread(const struct identify *d)
+{
+    return d->running && d->thinking && d->thinking_ms <= CONFIG_THINK_MS;
 }
 
 /* ---- the tuning in force ---- */

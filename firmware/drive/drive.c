@@ -4,6 +4,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/drive/states.h"
+#include "firmware/settings/features.h"
 #include "firmware/source/rotor.h"
 
 #define LOOP_START_MS 2u /* for the PWM's first periods to pass, or the first with another number of samples */
@@ -72,6 +73,14 @@ static void step_thermal(struct axis *a)
     }
 }
 
+static void prove(struct axis *a)
+{
+    if (FEATURE_IN(IDENTIFY) && identify_keeps_thread(&a->identify)) {
+        gate_prove_thread(&a->fabric->gate);
+    }
+    gate_prove_slow_loop(&a->fabric->gate);
+}
+
 void drive_step(struct axis *a)
 {
     count_time(a);
@@ -94,5 +103,5 @@ void drive_step(struct axis *a)
     }
     supervision_step(a);
     reaction_step(a);
-    gate_prove_slow_loop(&a->fabric->gate);
+    prove(a);
 }

@@ -21,7 +21,9 @@
  * Between two proofs of the slow loop, with one of the thread in between, while the bridge is on. A slow loop that hangs is
  * found within it, a thread a millisecond later at most, for the slow loop still has its turn. The thread may be away for 3 ms.
  */
-#define CONFIG_WATCH_US     3500u
+#define CONFIG_WATCH_US 3500u
+/* So long the slow loop answers for the thread while `identify` evaluates there what it has measured, without current. */
+#define CONFIG_THINK_MS     50u
 #define CONFIG_WATCH_CLOCKS (CONFIG_WATCH_US * (BOARD_FABRIC_HZ / 1000000u))
 
 _Static_assert(FABRIC_HZ % (2 * CONFIG_PWM_HZ) == 0,

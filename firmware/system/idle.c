@@ -6,6 +6,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "drivers/mss/watchdog.h"
+#include "firmware/settings/config.h"
 
 /*
  * A refresh needs both sides alive: the thread, which is here, and the slow loop, whose time must have moved on. The slow loop
@@ -24,7 +25,9 @@ void idle_serve_watchdog(struct idle *i)
 void idle_prove(const struct idle *i)
 {
     if (i->gate != NULL) {
+        const uint32_t before = cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP); /* which may answer for the thread */
         gate_prove_thread(i->gate);
+        (void)cpu_mask_below(before);
     }
 }
 
