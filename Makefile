@@ -7,6 +7,18 @@ $(error mssfoc: BUILD='$(BUILD)' must be one folder without a blank in its path,
 endif
 # An absolute path to here and a relative one must name the same files, or objects are not remade when their headers change.
 override BUILD := $(patsubst $(CURDIR)/%,%,$(BUILD))
+# Whatever else stands on the command line would be ignored in silence.
+VARIABLES = BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VERILATOR SCENARIO MOTOR SEED PLANT SPREAD DETUNE FABRIC \
+    SENSORS ENVM CHIP MODBUS PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
+    SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS JOBS SSHLOGIN ALL N FILES RUNGS KEEP_GOING LISTED \
+    BUDGET REMEMBER V NO_INSTALL SOURCE_DATE_EPOCH
+GIVEN := $(foreach v,$(.VARIABLES),$(if $(filter command,$(firstword $(origin $v))),$v))
+UNKNOWN := $(firstword $(filter-out $(VARIABLES) MAKE%,$(GIVEN)))
+ifneq ($(UNKNOWN),)
+ALIKE := $(shell .ci/nearest '$(UNKNOWN)' $(VARIABLES))
+$(error mssfoc: there is no variable $(UNKNOWN)$(if $(ALIKE),; did you mean $(ALIKE)=$($(UNKNOWN))?,; 'make help' has those there are))
+endif
+
 PYTHON  ?= /usr/bin/python3
 QEMU    ?= qemu-system-arm
 HOSTCC  ?= cc
@@ -24,6 +36,7 @@ DETUNE   ?=
 FABRIC   ?= model
 SENSORS  ?=
 ENVM     ?=
+CHIP     ?=
 MODBUS   ?=
 PROBE    ?=
 IMAGE    ?= mssfoc
@@ -45,18 +58,22 @@ CHOICES = -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC) $(PWM_HZ:%=-DCONFIG_PWM_HZ=%) $(DEAD_
 
 WARNINGS = -Wall -Wextra -Wconversion -Wshadow -Wundef -Wmissing-prototypes -Wstrict-prototypes -Werror
 CPU      = -mcpu=cortex-m3 -mthumb
+# no folder of this machine in what is built; gcc does not pass that on to the assembler
+NO_PLACE = -ffile-prefix-map=$(CURDIR)=.
+AS_NO_PLACE = -Wa,--debug-prefix-map=$(CURDIR)=.
 CFLAGS_ARM = $(CPU) -std=c11 -ffreestanding -O2 -g3 -I. $(WARNINGS) -ffunction-sections -fdata-sections \
              -fno-delete-null-pointer-checks -fno-common -fno-tree-loop-distribute-patterns \
-             -fstack-usage -fcallgraph-info=su -ffile-prefix-map=$(CURDIR)=. $(CHOICES)
+             -fstack-usage -fcallgraph-info=su $(NO_PLACE) $(CHOICES)
 LDSCRIPT = linker/m2s010.ld
 LDFLAGS_ARM = $(CPU) -nostdlib -T $(LDSCRIPT) -Wl,--gc-sections -Wl,--fatal-warnings -Wl,--build-id=none
 MSSFOC_IMAGE = $(BUILD)/mssfoc
 
-# V=1 shows the commands
+# V=1 shows the commands. A quiet make shows on a terminal what it is at, in one line (.ci/alone).
 Q := $(if $(V),,@)
-say = $(if $(V)$(findstring s,$(firstword -$(MAKEFLAGS))),,@echo "  $1  $@")
+say = $(if $(V),,$(if $(findstring s,$(firstword -$(MAKEFLAGS))),$(progress),@echo "  $1  $@"))
+progress = $(if $(MSSFOC_PROGRESS),@printf '\r\033[K  %s' '$1 $(notdir $@)' >&2)
 
-export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS MODBUS START ENVM PROBE PORT WRONG HOSTCC CROSS
+export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS MODBUS START ENVM CHIP PROBE PORT WRONG HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1
 
 # ---- the image and the library ---------------------------------------------------------------------------------------
@@ -69,13 +86,13 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything guides pictures results run test storm size sizes lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
+.PHONY: all everything dist guides pictures results run test storm size sizes lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
 include tests/tools/bounds.mk
 
-all: | tools
+all: | tools-image
 all: $(addprefix $(MSSFOC_IMAGE),.elf .hex .bin -envm.hex) $(BUILD)/libmssfoc.a
 
 # Renewed when the choices are others than those the objects in BUILD were made with.
@@ -93,7 +110,7 @@ $(BUILD)/arm/%.o: %.c Makefile $(BUILD)/choices
 $(BUILD)/arm/%.o: %.S Makefile $(BUILD)/choices
 	@mkdir -p $(@D)
 	$(call say,AS)
-	$(Q)$(CC_ARM) $(CPU) -g3 -I. $(CHOICES) -MMD -MP -c $< -o $@
+	$(Q)$(CC_ARM) $(CPU) -g3 -I. $(AS_NO_PLACE) $(CHOICES) -MMD -MP -c $< -o $@
 
 # GCC knows no pipeline of the Cortex-M3, and that of the M4 pairs loads as the M3's does; renamed registers let it move them
 # together. The small functions of lib/ get slower by it: they save a register more.
@@ -145,88 +162,105 @@ include tests/prove/prove.mk tests/mutants/mutants.mk tests/fabric/fabric.mk tes
 twin: $(BUILD)/qemu/twin.so $(if $(wildcard qemu/twin/modelcheck.c),$(BUILD)/qemu/modelcheck)
 
 # ---- tools -----------------------------------------------------------------------------------------------------------
-# Installs what is missing, after saying so; NO_INSTALL=1 lists it and stops.
+# Installs what is missing of what a command uses, after saying so; NO_INSTALL=1 lists it and stops.
 tools:
 	@.ci/tools
+tools-%:
+	@.ci/tools $*
 
 everything: all twin target-tests registers lockstep axis
 
 
-# Of several makes one builds in BUILD, and the others wait for it. The lock goes with who has it.
-ALONE = @mkdir -p $(BUILD) && { flock -n $(BUILD)/.making true || echo '  waits for another make in $(BUILD)'; } && \
-        flock $(BUILD)/.making
+# Of several makes one builds in BUILD, and the others wait for it.
+ALONE = @.ci/alone $(BUILD)
+# What a long command says first: its time on two cores, and what it leaves. README has that of the tests from here (.ci/bare).
+says = @echo 'mssfoc: make $@: $(LASTS)'
+test: LASTS = about 10 minutes; ALL=1, as CI has it, takes several times as long
+storm: LASTS = some minutes, longer by N=frames
+guides: LASTS = half an hour: every command in the guides
+results: LASTS = about 3 minutes: every motor, every fault; writes docs/results.md and README.md
+campaign: LASTS = seconds for each motor, scenario and seed, hours for all; goes on where it was ended; leaves $(BUILD)/campaign/
+sizes: LASTS = some minutes: each feature left out alone, 13 builds
 VERILATED = $(if $(filter rtl,$(FABRIC)),axis)
+RTL_TOOLS = $(if $(filter rtl,$(FABRIC)),tools-rtl)
 
 # ---- using it --------------------------------------------------------------------------------------------------------
-run: tools
+run: tools-run $(RTL_TOOLS)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py run
 
-models: tools
+models: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 twin
 	@$(PYTHON) qemu/run.py models
 
-campaign: tools
+campaign: tools-campaign
+	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) qemu/run.py campaign
 
-scope:
-	@.ci/tools page
+scope: tools-page $(RTL_TOOLS)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py scope
 
-scope-pictures:
-	@.ci/tools page browser
+scope-pictures: tools-browser
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/launcher/page_run.py
 	cp $(BUILD)/scope/page.png docs/scope.png
 	cp $(BUILD)/scope/phone.png docs/scope-phone.png
 
-console debug: tools
+console debug: tools-run $(RTL_TOOLS)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin $(VERILATED)
 	@$(PYTHON) qemu/run.py $@
 
-flash: tools
+flash: tools-image
 	$(if $(filter mssfoc bringup,$(IMAGE)),,@echo "mssfoc: IMAGE='$(IMAGE)' is neither mssfoc nor bringup" >&2; exit 1)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 $(addprefix $(BUILD)/$(IMAGE),.elf .hex -envm.hex)
 	@.ci/flash "$(PROBE)" $(BUILD)/$(IMAGE)
 
-test: tools
+test: tools-test
+	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 everything
 	@$(MAKE) --no-print-directory -s lint
 	$(PYTHON) -m pytest -q -n 3 --dist load -p no:cacheprovider $(if $(ALL),,--sample) tests
 
-storm: tools
+storm: tools-test
+	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@STORM_FRAMES=$(N) $(PYTHON) -m pytest -q -s -p no:cacheprovider tests/closed_loop/test_storm.py
 
-lint: tools
+lint: tools-lint
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
 	@$(PYTHON) tests/tools/lint.py
 	@$(PYTHON) tests/tools/arrows.py $(BUILD)/arm/firmware
 
-size: tools
+size: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all
 	@$(PYTHON) tests/tools/size.py $(MSSFOC_IMAGE).elf $(BUILD)/libmssfoc.a
 
-sizes: tools
-	@echo 'each feature left out alone: 13 builds, some minutes'
+sizes: tools-image
+	$(says)
 	@$(PYTHON) tests/features/builds.py
 
-guides: tools
+guides: tools-test
+	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin explore-program
 	@$(PYTHON) -m pytest -q -p no:cacheprovider tests/guides/guides_run.py
 
-pictures: tools
+pictures: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/guides/pictures.py
 
-compile_commands.json: tools
+compile_commands.json: tools-run
 	@$(MAKE) --no-print-directory -nB all twin BUILD=$(BUILD) NO_INSTALL=1 | $(PYTHON) tests/tools/compile_commands.py $@
 
-results: tools
+results: tools-run
+	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/tools/results.py
+
+dist: tools-dist
+	$(ALONE) $(MAKE) --no-print-directory -s -j2 all bringup-image registers
+	@$(PYTHON) tests/tools/dist.py $(BUILD)
 
 clean:
 	rm -rf $(BUILD)
@@ -239,7 +273,8 @@ help:
 	@echo '                     the sensors: [SENSORS=amc1306] isolated modulators instead of the converters; with FABRIC=rtl'
 	@echo '                     the start: [START=found|aligned] the drive finds where its rotor stands, or knows it'
 	@echo '                     what the device keeps: [ENVM=file] settings that `save` has written (docs/settings.md)'
-	@echo 'make test            the tests; ALL=1: with every motor and rate, as CI    [ALL=1 QEMU=path]'
+	@echo '                     the chip: [CHIP=m2s010|m2s025] on the smaller one traffic on FIC_0 undoes changes (docs/silicon.md)'
+	@echo 'make test            the tests; ALL=1: with every motor and rate, as CI    [ALL=1 CHIP=name QEMU=path]'
 	@echo 'make storm           noise, mutated and right lines and frames to both UARTs while the motor turns [N=frames]'
 	@echo 'make console         a live console of a running drive'
 	@echo '                     the bus: [MODBUS=pty|tcp:PORT] its Modbus, for mbpoll, pymodbus or a PLC (docs/modbus.md)'
@@ -248,7 +283,7 @@ help:
 	@echo 'make debug           QEMU halted, with a GDB port'
 	@echo 'make models          the motor models against their data sheets        [MOTOR=name, otherwise all]'
 	@echo 'make campaign        motors x scenarios x seeds: one table of worst cases, pictures of the spread'
-	@echo '                     [MOTORS="a b" SCENARIOS="a b" SEEDS=n DETUNES="x*1.3;y*0.8" JOBS=n SSHLOGIN=hosts]'
+	@echo '                     [MOTORS="a b.toml lot:1-200" SCENARIOS="a b" SEEDS=n DETUNES="x*1.3;y*0.8" JOBS=n SSHLOGIN=hosts]'
 	@echo '                     PART=start        from every angle, under load     [ANGLES="0 90" LOADS="free hoist20 friction20"]'
 	@echo '                     PART=wiring       what is connected or told wrongly is named'
 	@echo '                     PART=supervision  what goes wrong while it turns is found in time; stops without a sink'
@@ -262,7 +297,8 @@ help:
 	@echo 'make flash PROBE=p   onto a board, p is openocd or jlink    [IMAGE=bringup] instead of the drive'
 	@echo 'make bringup         the image that tells what a device is, beside what docs/silicon.md says of it; flashed as the drive is'
 	@echo '                     in QEMU [WRONG=name] a device made otherwise, of qemu/chips/wrong.toml'
-	@echo 'make results         write the measured figures into README.md and docs/results.md'
+	@echo 'make results         write the measured figures into docs/results.md and README.md, and README.md'\''s picture'
+	@echo 'make dist            image, library, registers, RTL and documents in $(BUILD)/dist/, the same to the byte each time, with SBOM'
 	@echo 'make sizes           what each feature costs: an image without it'
 	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'
 	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md'

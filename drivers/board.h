@@ -22,12 +22,13 @@
 #define BOARD_FABRIC_BASE 0x50000000u
 
 /* ---- interrupts ---- */
-#define BOARD_IRQ_ADC     MSS_IRQ_FABRIC(0u) /* 34: end of conversion, level */
-#define BOARD_IRQ_CONSOLE MSS_IRQ_UART0
-#define BOARD_IRQ_TICK    MSS_IRQ_TIMER1
-#define BOARD_IRQ_SCOPE   MSS_IRQ_I2C1_SMBUS /* raised by software only: the block behind it stays in reset */
-#define BOARD_IRQ_BUS     MSS_IRQ_UART1
-#define BOARD_IRQ_RELEASE MSS_IRQ_TIMER2 /* when the bus driver is due to be switched off */
+#define BOARD_IRQ_ADC      MSS_IRQ_FABRIC(0u) /* 34: end of conversion, level */
+#define BOARD_IRQ_CONSOLE  MSS_IRQ_UART0
+#define BOARD_IRQ_TICK     MSS_IRQ_TIMER1
+#define BOARD_IRQ_SCOPE    MSS_IRQ_I2C1_SMBUS    /* raised by software only: the block behind it stays in reset */
+#define BOARD_IRQ_PUT_BACK MSS_IRQ_I2C1_SMBALERT /* likewise: a block is in reset again */
+#define BOARD_IRQ_BUS      MSS_IRQ_UART1
+#define BOARD_IRQ_RELEASE  MSS_IRQ_TIMER2 /* when the bus driver is due to be switched off */
 
 /* ---- RS-485: MSS GPIO that switches the transceiver's driver on (DE, and /RE with it), high: on ---- */
 #define BOARD_PIN_BUS_DRIVER 0u

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Start-up of the drive, and the thread: the console and the bus. Everything that moves the motor runs in interrupts. */
+#include <stddef.h>
+
 #include "drivers/cortex/nvic.h"
 #include "drivers/mss/mmuart.h"
 #include "firmware/operate/console.h"
@@ -129,6 +131,7 @@ int main(void)
         start_uart();
     }
     start_axis(&axes[0], boot_fault);
+    rest.gate = axis_fabric_doubted(&axes[0]) ? NULL : &FABRIC0->gate;
     start_behind_pwm(&slots, &loaded);
     if (FEATURE_IN(CONSOLE)) {
         console_start(&console, &(struct session){

@@ -177,6 +177,10 @@ extern uint32_t link_fault_stack_top[];
 extern uint32_t link_noinit_start[]; /* kept over every reset but power-on */
 extern uint32_t link_noinit_end[];
 
+/* The image's first word: where the core sees it, and in the array. drivers/mss/cache.h locks what begins there. */
+extern const uint32_t link_code[];
+extern const uint32_t link_array[];
+
 /* Where settings are kept in eNVM, by the array's own address: two slots of equal size, the second from slot_1 on. */
 extern const uint32_t link_settings_start[];
 extern const uint32_t link_settings_slot_1[];

@@ -4,6 +4,7 @@
 #include "drivers/bringup/measure.h"
 #include "drivers/cortex/nvic.h"
 #include "drivers/fabric/fabric.h"
+#include "drivers/mss/cache.h"
 #include "startup/startup.h"
 
 #define LOAD_CYCLES  2u
@@ -56,6 +57,17 @@ static uint32_t miss_waits(void)
     return (measure_strides(line, LINE_BYTES, LINES) - hits + LINES / 2u) / LINES;
 }
 
+/* Locked, as the drive's start-up does it, and then as it was. */
+static void report_lock(struct bringup *b)
+{
+    const void *const beyond = (const void *)((uintptr_t)link_code + CACHE_BYTES);
+    const uint32_t hits = measure_strides(link_code, 0u, LINES);
+    report(b, FACT_LOCKED, cache_lock(link_code, link_array) ? 1u : 0u);
+    report(b, FACT_LOCKED_LOAD, (measure_strides(link_code, 0u, LINES) - hits + LINES / 2u) / LINES);
+    report(b, FACT_BEYOND_LOAD, (measure_strides(beyond, 0u, LINES) - hits + LINES / 2u) / LINES);
+    SYSREG->CC_CR = SYSREG_CC_CR_ENABLE;
+}
+
 void step_envm_cycles(struct bringup *b)
 {
     static const void *const self = &self;
@@ -63,6 +75,7 @@ void step_envm_cycles(struct bringup *b)
     report(b, FACT_HIT, beyond(each(measure_chase_from_esram(self)), LOAD_CYCLES));
     report(b, FACT_MISS, miss_waits());
     report(b, FACT_UNCACHED, beyond(each(b->found.uncached_cycles), LOAD_CYCLES));
+    report_lock(b);
     report(b, FACT_ENVM_CR, SYSREG->ENVM_CR);
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What answers in the fabric, and what does when nothing can: B13. */
+/* What answers in the fabric, and how its reset is wired: B13. */
 #include "drivers/bringup/bringup.h"
 #include "drivers/bringup/measure.h"
 #include "drivers/cortex/cpu.h"
@@ -27,7 +27,7 @@ void step_fabric(struct bringup *b)
     report(b, FACT_GATE_IDENTITY, identity(0u));
     report(b, FACT_NO_AXIS, identity(AXES_MOST));
     report(b, FACT_UNMAPPED, measure_probe(REG_BLOCK(const volatile uint32_t, NO_MEMORY), &value) ? 0u : 1u);
-    SYSREG->SOFT_RESET_CR |= SYSREG_RESET_FABRIC;
+    SYSREG->SOFT_RESET_CR |= SYSREG_RESET_FABRIC; /* which CoreResetP does not heed */
     cpu_dsb();
     const uint32_t held = identity(0u), held_no_axis = identity(AXES_MOST);
     sysreg_release_reset(SYSREG_RESET_FABRIC);

@@ -25,6 +25,7 @@ static void come(void)
     }
 }
 
+void I2C1_SMBAlert_IRQHandler(void) __attribute__((alias("come")));
 void I2C1_SMBus_IRQHandler(void) __attribute__((alias("come")));
 void UART0_IRQHandler(void) __attribute__((alias("come")));
 void UART1_IRQHandler(void) __attribute__((alias("come")));
@@ -45,8 +46,8 @@ static bool comes_once(uint32_t irq)
 
 static uint32_t raised(void)
 {
-    static const uint32_t used[] = {BOARD_IRQ_SCOPE, BOARD_IRQ_CONSOLE, BOARD_IRQ_BUS,
-                                    BOARD_IRQ_TICK,  BOARD_IRQ_RELEASE, BOARD_IRQ_ADC};
+    static const uint32_t used[] = {BOARD_IRQ_SCOPE,   BOARD_IRQ_CONSOLE, BOARD_IRQ_BUS,     BOARD_IRQ_TICK,
+                                    BOARD_IRQ_RELEASE, BOARD_IRQ_ADC,     BOARD_IRQ_PUT_BACK};
     uint32_t count = 0;
     for (uint32_t n = 0; n < sizeof used / sizeof used[0]; n++) {
         count += comes_once(used[n]) ? 1u : 0u;
@@ -72,19 +73,23 @@ static uint32_t adc_rate(void)
     return interrupts_came[BOARD_IRQ_ADC];
 }
 
-static uint32_t scope_alone(void)
+/* Those that only software raises. */
+static uint32_t by_themselves(void)
 {
     interrupts_came[BOARD_IRQ_SCOPE] = 0u;
+    interrupts_came[BOARD_IRQ_PUT_BACK] = 0u;
     nvic_enable(BOARD_IRQ_SCOPE);
+    nvic_enable(BOARD_IRQ_PUT_BACK);
     wait_until(mss_timer2_now(), WINDOW_TICKS);
     nvic_disable(BOARD_IRQ_SCOPE);
-    return interrupts_came[BOARD_IRQ_SCOPE];
+    nvic_disable(BOARD_IRQ_PUT_BACK);
+    return interrupts_came[BOARD_IRQ_SCOPE] + interrupts_came[BOARD_IRQ_PUT_BACK];
 }
 
 void step_interrupts(struct bringup *b)
 {
     MMUART0->IER = 0u;
     report(b, FACT_INTERRUPTS, raised());
-    report(b, FACT_SCOPE_ALONE, scope_alone());
+    report(b, FACT_QUIET, by_themselves());
     report(b, FACT_PWM_RATE, adc_rate());
 }

@@ -45,34 +45,37 @@
     X(WDOGSTATUS, "B05", HEX, ONE(DOCUMENTED_RESET_WATCHDOG_WDOGSTATUS), "WDOGSTATUS") \
     X(REFRESH, "B05", DECIMAL, 0u, 70u, "ticks until a refresh shows") \
     X(WATCHDOG_RATE, "B05", DECIMAL, 475000u, 525000u, "watchdog ticks in 10^6 cycles") \
-    X(ESRAM_LOAD, "B06", DECIMAL, ONE(2u), "cycles of a load from eSRAM") \
+    X(ESRAM_LOAD, "B06", DECIMAL, 2u, 4u, "cycles of a load from eSRAM") \
     X(ESRAM_STORE, "B06", DECIMAL, ONE(1u), "cycles of a store to eSRAM") \
-    X(ESRAM_FETCH, "B06", DECIMAL, ONE(1u), "cycles of a fetch from eSRAM") \
+    X(ESRAM_FETCH, "B06", DECIMAL, 2u, 4u, "cycles of a fetch from eSRAM") \
     X(CLEAR, "B06", DECIMAL, 24500u, 25500u, "cycles to clear 64 KB") \
     X(HIT, "B07", DECIMAL, ONE(0u), "waits of a cache hit") \
     X(MISS, "B07", DECIMAL, 30u, 40u, "waits of a cache miss") \
-    X(UNCACHED, "B07", DECIMAL, ONE(8u), "waits of a load with the cache off") \
+    X(UNCACHED, "B07", DECIMAL, 7u, 9u, "waits of a load with the cache off") \
+    X(LOCKED, "B07", DECIMAL, ONE(1u), "the cache locks, every word right") \
+    X(LOCKED_LOAD, "B07", DECIMAL, ONE(0u), "waits of a load, locked") \
+    X(BEYOND_LOAD, "B07", DECIMAL, 7u, 9u, "waits of a load beyond what is locked") \
     X(ENVM_CR, "B07", HEX, ONE(DOCUMENTED_RESET_SYSREG_ENVM_CR), "ENVM_CR") \
-    X(FIC_READ, "B08", DECIMAL, ONE(3u), "waits of a read by FIC_0") \
-    X(FIC_WRITE, "B08", DECIMAL, ONE(3u), "waits of a write, seen by the next") \
-    X(FIC_READ_BEHIND, "B08", DECIMAL, 6u, 7u, "waits of a read behind a write") \
-    X(ENTRY, "B09", DECIMAL, 12u, 20u, "cycles of exception entry") \
-    X(EXIT, "B09", DECIMAL, ONE(10u), "cycles of exception exit") \
-    X(TAIL_CHAIN, "B09", DECIMAL, ONE(6u), "cycles of a tail-chain") \
-    X(PPB_READ, "B09", DECIMAL, ONE(0u), "waits of a read of the NVIC") \
+    X(FIC_READ, "B08", DECIMAL, 2u, 8u, "waits of a read by FIC_0") \
+    X(FIC_WRITE, "B08", DECIMAL, 2u, 8u, "waits of a write, seen by the next") \
+    X(FIC_READ_BEHIND, "B08", DECIMAL, 4u, 17u, "waits of a read behind a write") \
+    X(ENTRY, "B09", DECIMAL, 13u, 24u, "cycles of exception entry") \
+    X(EXIT, "B09", DECIMAL, 10u, 29u, "cycles of exception exit") \
+    X(TAIL_CHAIN, "B09", DECIMAL, 6u, 7u, "cycles of a tail-chain") \
+    X(PPB_READ, "B09", DECIMAL, 0u, 1u, "waits of a read of the NVIC") \
     X(TIMER_PERIOD, "B10", DECIMAL, 1000u, 1001u, "cycles of a timer period of 1000") \
     X(TIMER_RESTARTS, "B10", DECIMAL, 0u, 1u, "a second write of CTRL restarts it") \
     X(TIM64_MODE, "B10", HEX, ONE(0u), "TIM64_MODE") \
-    X(INTERRUPTS, "B11", DECIMAL, ONE(6u), "interrupts that came once when raised") \
-    X(SCOPE_ALONE, "B11", DECIMAL, ONE(0u), "interrupts 9 by themselves") \
+    X(INTERRUPTS, "B11", DECIMAL, ONE(7u), "interrupts that came once when raised") \
+    X(QUIET, "B11", DECIMAL, ONE(0u), "interrupts 8, 9 by themselves") \
     X(PWM_RATE, "B11", DECIMAL, 198u, 202u, "interrupts 34 in 10 ms at 20 kHz") \
     X(AWAKE, "B12", DECIMAL, 999000u, 1001000u, "timer ticks in 10^6 cycles") \
     X(ASLEEP, "B12", DECIMAL, 0u, 1000u, "cycles in a sleep of 100000 ticks") \
     X(GATE_IDENTITY, "B13", HEX, ONE(GATE_ID), "GATE.ID") \
     X(NO_AXIS, "B13", HEX, ONE(0u), "GATE.ID of an axis that is not there") \
     X(UNMAPPED, "B13", DECIMAL, ONE(1u), "an address that nothing has faults") \
-    X(HELD_IDENTITY, "B13", HEX, ONE(0u), "GATE.ID, fabric held in reset") \
-    X(HELD_NO_AXIS, "B13", HEX, ONE(0u), "of no axis, fabric held in reset") \
+    X(HELD_IDENTITY, "B13", HEX, ONE(GATE_ID), "GATE.ID, FPGA_SOFTRESET set") \
+    X(HELD_NO_AXIS, "B13", HEX, ONE(0u), "of no axis, FPGA_SOFTRESET set") \
     X(ENVM_NO_ACCESS, "B14", HEX, ONE(DOCUMENTED_RESET_ENVM_STATUS), "STATUS without access") \
     X(ENVM_RESULT, "B14", DECIMAL, ONE(ENVM_DONE), "result of writing and reading a page") \
     X(ENVM_TIME, "B14", DECIMAL, 4000u, 12000u, "microseconds of programming it") \

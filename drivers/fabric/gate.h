@@ -19,6 +19,9 @@ struct gate_regs {
     volatile uint32_t CHOPPER_ON;
     volatile uint32_t CHOPPER_OFF;
     const volatile uint32_t AXES;
+    volatile uint32_t WATCH_TIME;
+    const volatile uint32_t WATCH;
+    volatile uint32_t PROOF;
 };
 
 #define GATE_CONTROL_ENABLE (1u << 0)
@@ -38,14 +41,22 @@ struct gate_regs {
 #define GATE_STATUS_CLOCK_LOST       (1u << 12) /* latch: the PLL of the fabric's clock lost its lock */
 #define GATE_STATUS_STO_A_NOW        (1u << 13)
 #define GATE_STATUS_STO_B_NOW        (1u << 14)
+#define GATE_STATUS_SLOW_LOST        (1u << 15) /* latch: the slow loop's proof of life was late or wrong */
+#define GATE_STATUS_THREAD_LOST      (1u << 16) /* latch: the thread's */
 #define GATE_STATUS_LATCHES \
     (GATE_STATUS_OVERCURRENT | GATE_STATUS_DRIVER_FAULT | GATE_STATUS_LOOP_LOST | GATE_STATUS_INTERLOCK | \
-     GATE_STATUS_STO_A | GATE_STATUS_STO_B | GATE_STATUS_CLOCK_LOST)
+     GATE_STATUS_STO_A | GATE_STATUS_STO_B | GATE_STATUS_CLOCK_LOST | GATE_STATUS_SLOW_LOST | GATE_STATUS_THREAD_LOST)
 
 #define GATE_CHOPPER_ENABLE   (1u << 0)
 #define GATE_CHOPPER_CHOPPING (1u << 1)
 
-#define GATE_ID 0x464F4330u /* "FOC", version 3.0 of the fabric contract */
+#define GATE_WATCH_TIME_CLOCKS 0xFFFFFu
+#define GATE_WATCH_THREAD      (1u << 8) /* the thread's turn; 0: the slow loop's */
+#define GATE_WATCH_NUMBER      0xFFu
+#define GATE_PROOF_SLOW        0x5A17C300u
+#define GATE_PROOF_THREAD      0xA5E83C00u
+
+#define GATE_ID 0x464F4331u /* "FOC", version 3.1 of the fabric contract */
 
 /*
  * True if the fabric holds the design this firmware was written for. Read it before anything else in the fabric: with
@@ -102,6 +113,35 @@ static inline void gate_set_chopper(struct gate_regs *gate, int32_t on_q15, int3
     gate->CHOPPER_ON = (uint32_t)on_q15;
     gate->CHOPPER_OFF = (uint32_t)off_q15;
     gate->CHOPPER = GATE_CHOPPER_ENABLE;
+}
+
+/*
+ * Starts the watch over the program, until a reset: from now on live gates need a proof of the slow loop each so many clocks,
+ * one of the thread in between, and compares in each PWM period. Returns whether it runs with this time. Bridge off. Context:
+ * thread.
+ */
+static inline bool gate_start_watch(struct gate_regs *gate, uint32_t clocks)
+{
+    gate->WATCH_TIME = clocks;
+    return (gate->WATCH_TIME & GATE_WATCH_TIME_CLOCKS) == clocks; /* 0 until it is started */
+}
+
+/* The slow loop lives: it begins a round, if it is its turn. Context: slow loop. */
+static inline void gate_prove_slow_loop(struct gate_regs *gate)
+{
+    const uint32_t next = gate->WATCH;
+    if ((next & GATE_WATCH_THREAD) == 0u) {
+        gate->PROOF = GATE_PROOF_SLOW | (next & GATE_WATCH_NUMBER);
+    }
+}
+
+/* The thread lives: it ends the round. Context: thread. */
+static inline void gate_prove_thread(struct gate_regs *gate)
+{
+    const uint32_t next = gate->WATCH;
+    if ((next & GATE_WATCH_THREAD) != 0u) {
+        gate->PROOF = GATE_PROOF_THREAD | (next & GATE_WATCH_NUMBER);
+    }
 }
 
 #endif

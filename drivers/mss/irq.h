@@ -7,6 +7,7 @@
 #define DRIVERS_MSS_IRQ_H
 
 #define MSS_IRQ_WDOG_WAKEUP          0u
+#define MSS_IRQ_I2C1_SMBALERT        8u
 #define MSS_IRQ_I2C1_SMBUS           9u
 #define MSS_IRQ_UART0                10u
 #define MSS_IRQ_UART1                11u

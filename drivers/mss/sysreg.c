@@ -14,7 +14,7 @@ void sysreg_enable_cache(void)
 
 void sysreg_release_reset(uint32_t mask)
 {
-    if ((SYSREG->SOFT_RESET_CR & mask) != 0u) {
+    if (sysreg_held(mask) != 0u) {
         SYSREG->SOFT_RESET_CR &= ~mask;
     }
 }
@@ -29,7 +29,7 @@ uint32_t sysreg_reset_cause(void)
 void sysreg_edac_watch(void)
 {
     SYSREG->EDAC_SR = SYSREG_EDAC_ALL;
-    SYSREG->EDAC_IRQ_ENABLE = SYSREG_EDAC_FATAL;
+    sysreg_edac_interrupts();
 }
 
 uint32_t sysreg_edac_corrected(void)

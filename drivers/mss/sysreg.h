@@ -4,8 +4,8 @@
  * the guide.
  *
  * On the M2S005 and M2S010, traffic on FIC_0 can make bits that firmware changed here fall back to their flash values.
- * So the Libero design sets everything (docs/fabric.md), and this driver changes only what it must, at power-up, before
- * the fabric is used.
+ * So the Libero design sets everything (docs/fabric.md), and this driver changes only what it must: SOFT_RESET_CR at start, and
+ * EDAC_IRQ_ENABLE. The slow loop looks after both.
  */
 #ifndef DRIVERS_MSS_SYSREG_H
 #define DRIVERS_MSS_SYSREG_H
@@ -52,6 +52,8 @@ struct sysreg_regs {
     volatile uint32_t EDAC_SR; /* write 1 clears */
     uint32_t reserved_194[2];
     volatile uint32_t WDOGTIMEOUTEVENT;
+    uint32_t reserved_1a0[2]; /* counters to 0 */
+    volatile uint32_t FLUSH_CR;
 };
 
 REG_AT_OFFSET(struct sysreg_regs, ESRAM_CR, 0x000);
@@ -81,6 +83,7 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGLOAD, 0x16C);
 REG_AT_OFFSET(struct sysreg_regs, WDOGMVRP, 0x170);
 REG_AT_OFFSET(struct sysreg_regs, EDAC_SR, 0x190);
 REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
+REG_AT_OFFSET(struct sysreg_regs, FLUSH_CR, 0x1A8);
 
 #define SYSREG REG_BLOCK(struct sysreg_regs, 0x40038000u)
 
@@ -105,6 +108,8 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
 #define SYSREG_CAUSE_ALL           0xFFu
 
 #define SYSREG_CC_CR_ENABLE     (1u << 0)
+#define SYSREG_CC_CR_LOCK       (1u << 2)
+#define SYSREG_FLUSH_CACHE      (1u << 0) /* of FLUSH_CR: empties it */
 #define SYSREG_CC_REGION_CODE_0 (1u << 0) /* the lowest of four slots of 128 MB */
 
 #define SYSREG_FACC1_GLMUX_SEL           (1u << 12) /* 1: running from the standby clock, not the PLL */
@@ -123,6 +128,12 @@ REG_AT_OFFSET(struct sysreg_regs, WDOGTIMEOUTEVENT, 0x19C);
  * thread, at start.
  */
 void sysreg_enable_cache(void);
+
+/* Which blocks of `mask` are held in reset. One read. Context: any. */
+static inline uint32_t sysreg_held(uint32_t mask)
+{
+    return SYSREG->SOFT_RESET_CR & mask;
+}
 
 /* Releases the blocks of `mask` (SYSREG_RESET_*) from reset; writes only if one of them is held. Context: thread. */
 void sysreg_release_reset(uint32_t mask);
@@ -155,7 +166,13 @@ static inline uint32_t sysreg_edac_flags(void)
     return SYSREG->EDAC_SR;
 }
 
-/* Clears earlier findings, and lets uncorrectable errors raise MSS_IRQ_ECC_ERROR. Context: thread. */
+/* Lets uncorrectable errors raise MSS_IRQ_ECC_ERROR. Context: any. */
+static inline void sysreg_edac_interrupts(void)
+{
+    SYSREG->EDAC_IRQ_ENABLE = SYSREG_EDAC_FATAL;
+}
+
+/* Clears earlier findings, and the same. Context: thread. */
 void sysreg_edac_watch(void);
 
 /* eSRAM words read with one wrong bit, and corrected, since the last reset; each block counts to 65535. */

@@ -69,7 +69,7 @@ struct alignment {
     bool lost;    /* with less current the rotor did not follow */
     struct pendulum rotor;
     struct field_pass passing;
-    int32_t turn_counts[2]; /* of the whole turns, forward and back */
+    int32_t turn_counts_q4[2]; /* of the whole turns, forward and back */
     int32_t turn_v_q_q15[2];
     struct load_angle load;
     struct saliency axis;

@@ -10,6 +10,7 @@
 #define EVEN_COUNTS    6
 #define SILENT_PART    60  /* of the way expected: with one pole pair told, fifty turn the rotor by more */
 #define SPREAD_Q15     450 /* 0.8 degrees at the larger current; an offset that is 3 degrees off shows more */
+#define COUNT_SHIFT    18  /* and a thirteenth of a count: a third of a turn is no whole number of them */
 #define DEGREES_12_Q32 (DEGREES_45_Q32 / 15 * 4)
 
 /* A third of a turn may be off by this part of itself: a rotor that swings is measured once more, and slower. */
@@ -66,9 +67,9 @@ static bool magnets_turned(const struct alignment *a, const struct tuning *t)
     return seen_q15 > emf_q15 / 4 + reactive_q15; /* a rotor that swings undamped shows less than half of it */
 }
 
-static enum alignment_result judge_fit(struct alignment *a, const struct tuning *t, int32_t two_turns)
+static enum alignment_result judge_fit(struct alignment *a, const struct tuning *t, int32_t two_turns_q4)
 {
-    const struct encoder_fit fit = encoder_fit(two_turns, t->pole_pairs, t->encoder_counts);
+    const struct encoder_fit fit = encoder_fit(two_turns_q4, t->pole_pairs, t->encoder_counts);
     a->detail[0] = fit.pole_pairs != 0 ? fit.pole_pairs : t->pole_pairs;
     a->detail[1] = fit.encoder_counts;
     switch (fit.verdict) {
@@ -85,22 +86,22 @@ static enum alignment_result judge_fit(struct alignment *a, const struct tuning 
 /* Both whole turns are done: returns what is wrong with this encoder, if anything. */
 static enum alignment_result judge_turns(struct alignment *a, const struct tuning *t)
 {
-    const int32_t forth = a->turn_counts[PASS_FORTH];
-    const int32_t back = -a->turn_counts[PASS_BACK];
-    const int32_t expected = t->encoder_counts / t->pole_pairs;
-    a->detail[0] = forth;
-    a->detail[1] = expected;
-    if (q15_abs(forth) < expected / SILENT_PART && q15_abs(back) < expected / SILENT_PART) {
+    const int32_t forth_q4 = a->turn_counts_q4[PASS_FORTH];
+    const int32_t back_q4 = -a->turn_counts_q4[PASS_BACK];
+    const int32_t expected_q4 = 16 * t->encoder_counts / t->pole_pairs;
+    a->detail[0] = forth_q4 / 16;
+    a->detail[1] = expected_q4 / 16;
+    if (q15_abs(forth_q4) < expected_q4 / SILENT_PART && q15_abs(back_q4) < expected_q4 / SILENT_PART) {
         if (t->reluctant) {
             a->silent = true; /* a locked rotor of much saliency induces as well: the axis will tell */
             return ALIGNMENT_RUNNING;
         }
         return magnets_turned(a, t) ? ALIGNMENT_ENCODER_DEAD : ALIGNMENT_BLOCKED;
     }
-    if (!a->even || q15_abs(forth - back) > q15_abs(forth + back) / EVEN_ONE_IN + EVEN_COUNTS) {
+    if (!a->even || q15_abs(forth_q4 - back_q4) > q15_abs(forth_q4 + back_q4) / EVEN_ONE_IN + 16 * EVEN_COUNTS) {
         return ALIGNMENT_BLOCKED;
     }
-    return forth + back < 0 ? ALIGNMENT_DIRECTION : judge_fit(a, t, forth + back);
+    return forth_q4 + back_q4 < 0 ? ALIGNMENT_DIRECTION : judge_fit(a, t, forth_q4 + back_q4);
 }
 
 /*
@@ -109,10 +110,10 @@ static enum alignment_result judge_turns(struct alignment *a, const struct tunin
  */
 static bool lost_with_less(struct alignment *a)
 {
-    const int32_t third = (a->turn_counts[PASS_FORTH] - a->turn_counts[PASS_BACK]) / 6;
-    const int32_t off = q15_abs(q15_abs(field_pass_counts(&a->passing)) - third);
-    a->lost = off * (a->attempt == 0u ? 10 : 4) >= third || (a->lost && a->pass == PASS_BACK_LESS);
-    return a->lost && (a->pass == PASS_BACK_LESS || off >= third);
+    const int32_t third_q4 = (a->turn_counts_q4[PASS_FORTH] - a->turn_counts_q4[PASS_BACK]) / 6;
+    const int32_t off_q4 = q15_abs(q15_abs(field_pass_counts_q4(&a->passing)) - third_q4);
+    a->lost = off_q4 * (a->attempt == 0u ? 10 : 4) >= third_q4 || (a->lost && a->pass == PASS_BACK_LESS);
+    return a->lost && (a->pass == PASS_BACK_LESS || off_q4 >= third_q4);
 }
 
 static void alignment_keep_pass(struct alignment *a)
@@ -125,7 +126,7 @@ static void alignment_keep_pass(struct alignment *a)
         a->load.back_q32[less] = mean_q32;
     }
     if (whole_turn(a->pass)) {
-        a->turn_counts[a->pass] = field_pass_counts(&a->passing);
+        a->turn_counts_q4[a->pass] = field_pass_counts_q4(&a->passing);
         a->turn_v_q_q15[a->pass] = a->passing.sum_v_q_q15;
         a->even = field_pass_even(&a->passing, EVEN_PARTS[a->attempt]) && (a->pass == PASS_FORTH || a->even);
     }
@@ -141,8 +142,8 @@ static void begin_solve(struct alignment *a, const struct tuning *t)
 
 static bool encoder_fits(const struct alignment *a, const struct tuning *t)
 {
-    const int32_t two_turns = q15_abs(a->turn_counts[PASS_FORTH] - a->turn_counts[PASS_BACK]);
-    return encoder_fit(two_turns, t->pole_pairs, t->encoder_counts).verdict == ENCODER_FITS;
+    const int32_t two_turns_q4 = q15_abs(a->turn_counts_q4[PASS_FORTH] - a->turn_counts_q4[PASS_BACK]);
+    return encoder_fit(two_turns_q4, t->pole_pairs, t->encoder_counts).verdict == ENCODER_FITS;
 }
 
 static enum alignment_result finish_pass(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
@@ -188,7 +189,8 @@ static enum alignment_result step_solve(struct alignment *a, const struct tuning
     }
     const uint32_t largest_q32 = load_angle_largest_q32(&a->load);
     a->detail[0] = (int32_t)(largest_q32 / (DEGREES_45_Q32 / 45));
-    const bool doubtful = load_angle_spread_q15(&a->load) > SPREAD_Q15;
+    const int32_t most_q15 = SPREAD_Q15 + (int32_t)(t->encoder_scale_q32 >> COUNT_SHIFT);
+    const bool doubtful = load_angle_spread_q15(&a->load) > most_q15;
     if (doubtful || largest_q32 > (a->attempt == 0u ? DEGREES_12_Q32 : DEGREES_45_Q32)) {
         return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
     }

@@ -9,7 +9,9 @@
 
 #define OFF_BY_ONE_IN  77  /* 1.3 % */
 #define SNAP_ONE_IN    100 /* a standard count this close is meant */
-#define COUNTS_MOST    (1 << 19)
+#define EDGES_Q4       8   /* half a count in two turns */
+#define TWO_TURNS_Q4   32  /* of a pole pair, per count of a turn of the shaft */
+#define COUNTS_MOST_Q4 (1 << 23)
 #define POLE_PAIRS_MAX 50
 
 /* Lines per turn that makers offer; the counts are four times these. */
@@ -34,23 +36,27 @@ static int32_t usual_counts(int32_t counts)
 }
 
 /* Pole pairs within a tenth of a whole number, or 0. */
-static int32_t whole_pole_pairs(int32_t counts_two_turns, int32_t encoder_counts)
+static int32_t whole_pole_pairs(int32_t two_turns_q4, int32_t encoder_counts)
 {
-    const int32_t tenths = (20 * encoder_counts + counts_two_turns / 2) / counts_two_turns;
+    const int32_t tenths = (10 * TWO_TURNS_Q4 * encoder_counts + two_turns_q4 / 2) / two_turns_q4;
     const int32_t nearest = (tenths + 5) / 10;
     return q15_abs(tenths - 10 * nearest) <= 1 && nearest >= 1 && nearest <= POLE_PAIRS_MAX ? nearest : 0;
 }
 
-struct encoder_fit encoder_fit(int32_t counts_two_turns, int32_t pole_pairs, int32_t encoder_counts)
+static bool fits(int32_t seen_q4, int32_t pole_pairs, int32_t encoder_counts)
 {
-    const int32_t seen = q15_clamp(counts_two_turns, 1, COUNTS_MOST);
-    const int32_t off = seen * pole_pairs - 2 * encoder_counts;
-    if (q15_abs(off) < 2 * encoder_counts / OFF_BY_ONE_IN) {
+    const int32_t expected_q4 = TWO_TURNS_Q4 * encoder_counts;
+    return q15_abs(seen_q4 * pole_pairs - expected_q4) < expected_q4 / OFF_BY_ONE_IN + EDGES_Q4 * pole_pairs;
+}
+
+struct encoder_fit encoder_fit(int32_t two_turns_q4, int32_t pole_pairs, int32_t encoder_counts)
+{
+    const int32_t seen_q4 = q15_clamp(two_turns_q4, 1, COUNTS_MOST_Q4);
+    if (fits(seen_q4, pole_pairs, encoder_counts)) {
         return (struct encoder_fit){ENCODER_FITS, pole_pairs, encoder_counts};
     }
-    const int32_t whole = whole_pole_pairs(seen, encoder_counts);
-    const bool lines = q15_abs(seen * pole_pairs - 8 * encoder_counts) < 8 * encoder_counts / OFF_BY_ONE_IN;
-    const bool pairs = whole != 0 && whole != pole_pairs && !lines;
+    const int32_t whole = whole_pole_pairs(seen_q4, encoder_counts);
+    const bool pairs = whole != 0 && whole != pole_pairs && !fits(seen_q4, pole_pairs, 4 * encoder_counts);
     return (struct encoder_fit){pairs ? ENCODER_POLE_PAIRS : ENCODER_COUNTS, whole,
-                                usual_counts(seen * pole_pairs / 2)};
+                                usual_counts((seen_q4 * pole_pairs + TWO_TURNS_Q4 / 2) / TWO_TURNS_Q4)};
 }

@@ -23,9 +23,10 @@ struct encoder_fit {
 };
 
 /*
- * `counts_two_turns`: counts of two electrical turns, one each way, positive. The threshold is 1.3 %: disc eccentricity and
- * the rotor's swinging stay below it, two counts in a hundred do not. Slow loop; 32-bit divisions.
+ * `two_turns_q4`: sixteenths of a count in two electrical turns, one each way, positive. The threshold is 1.3 % and half a
+ * count: disc eccentricity and the rotor's swinging stay below the first, uneven edges below the second; two counts in a
+ * hundred do not. Slow loop; 32-bit divisions.
  */
-struct encoder_fit encoder_fit(int32_t counts_two_turns, int32_t pole_pairs, int32_t encoder_counts);
+struct encoder_fit encoder_fit(int32_t two_turns_q4, int32_t pole_pairs, int32_t encoder_counts);
 
 #endif

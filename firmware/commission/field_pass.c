@@ -62,9 +62,9 @@ uint32_t field_pass_mean_q32(const struct field_pass *p)
     return p->reference_q32 + (uint32_t)(p->sum_q19 / (int32_t)p->measure_ms) * 8192u;
 }
 
-int32_t field_pass_counts(const struct field_pass *p)
+int32_t field_pass_counts_q4(const struct field_pass *p)
 {
-    return (p->sum_counts[2] - p->sum_counts[0]) * 3 / 2 / (int32_t)(p->measure_ms / PASS_THIRDS);
+    return (int32_t)((int64_t)(p->sum_counts[2] - p->sum_counts[0]) * (16 * 3 / 2) / (p->measure_ms / PASS_THIRDS));
 }
 
 bool field_pass_even(const struct field_pass *p, int32_t part)

@@ -45,9 +45,9 @@ uint32_t field_pass_mean_q32(const struct field_pass *p);
 bool field_pass_even(const struct field_pass *p, int32_t part);
 
 /*
- * The encoder's counts over the measured travel of the field: from the mean of the first third to that of the last, immune to
- * stick and slip, plus half of that. Slow loop.
+ * The encoder's sixteenths of a count over the measured travel of the field: from the mean of the first third to that of the
+ * last, immune to stick and slip, plus half of that. A mean over many counts knows parts of one. Slow loop.
  */
-int32_t field_pass_counts(const struct field_pass *p);
+int32_t field_pass_counts_q4(const struct field_pass *p);
 
 #endif

@@ -23,7 +23,7 @@ static bool compute(struct identify *d, int32_t hz, struct tuning *t)
     const struct outcome outcome = tuning_compute(p, t);
     return outcome.error == ERROR_NONE || outcome.error == ERROR_SPEED_RESOLUTION ||
            outcome.error == ERROR_SPEED_UNRESOLVED || outcome.error == ERROR_SPEED_MARGIN ||
-           outcome.error == ERROR_CURRENT_TOO_SLOW;
+           outcome.error == ERROR_CURRENT_TOO_SLOW || outcome.error == ERROR_ENCODER_COARSE;
 }
 
 enum identify_reason identify_tune(struct identify *d, int32_t hz)

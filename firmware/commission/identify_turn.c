@@ -42,7 +42,7 @@ static void identify_turn_keep_pass(struct identify_turn *m, uint32_t pass)
     const struct field_pass *const p = &m->field;
     const int32_t n = (int32_t)TURN_MS;
     const int32_t sum = p->sum_counts[0] + p->sum_counts[1] + p->sum_counts[2];
-    m->way[pass] = field_pass_counts(p);
+    m->way[pass] = field_pass_counts_q4(p) / 16;
     m->uneven = m->uneven || !field_pass_even(p, EVEN_PART);
     m->field_q32[pass] = p->reference_q32 + (uint32_t)(p->step_q32 / 2 * (n - 1));
     m->mean_counts_q8[pass] = (p->first_counts + sum / n) * 256 + sum % n * 256 / n;

@@ -2,8 +2,9 @@
 /*
  * The rotor hangs on a direct current like a pendulum: w0^2 = p Kt I / J, damped by nothing but friction. Here the field damps
  * it: it moves slightly against the rotor's relative speed, which needs no inertia, only a rough period. A filter of a
- * sixteenth of the period gives the speed and keeps the steps of a coarse encoder small. A rotor that swings in less than 40 ms
- * is damped only a little: a step takes a millisecond, and would come too late.
+ * sixteenth of the period gives the speed. One count must not move the field by more than 30 degrees: with less than 36 of
+ * them in an electrical turn it damps less. A rotor that swings in less than 40 ms is damped only a little: a step takes a
+ * millisecond, and would come too late.
  */
 #ifndef FIRMWARE_COMMISSION_PENDULUM_H
 #define FIRMWARE_COMMISSION_PENDULUM_H

@@ -150,6 +150,22 @@ static int32_t reachable(const struct torque_control *s, const struct tuning *t,
     return q15_clamp(torque_q15, q15_min(s->torque_q15, 0) - step_q15, q15_max(s->torque_q15, 0) + step_q15);
 }
 
+/*
+ * While braking takes more than half of the circle in v_d, torque does not fall faster than the reserve moves its current,
+ * either: a step of the q reference takes the voltage that holds d, which then runs away. Before the limits, which hold.
+ */
+static int32_t released(const struct torque_control *s, const volatile struct current_loop *c, const struct tuning *t,
+                        int32_t demand_q15)
+{
+    const bool brakes = (s->torque_q15 ^ s->emf_q15) < 0;
+    if (!FEATURE_IN(WEAKENING) || !c->weaken.on || c->weaken.q_first == 0 || !brakes) {
+        return demand_q15;
+    }
+    const int32_t step_q15 = flux_limit_slew_q15(t, s->vbus_q15);
+    return s->torque_q15 < 0 ? q15_min(demand_q15, s->torque_q15 + step_q15)
+                             : q15_max(demand_q15, s->torque_q15 - step_q15);
+}
+
 /* Whether only the bus limits the demand. */
 static bool bus_decides(const struct torque_control *s, int32_t demand_q15, int32_t torque_q15)
 {
@@ -158,7 +174,7 @@ static bool bus_decides(const struct torque_control *s, int32_t demand_q15, int3
 
 void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t demand_q15)
 {
-    s->torque_q15 = reachable(s, t, interval_clamp(s->limits, demand_q15));
+    s->torque_q15 = reachable(s, t, interval_clamp(s->limits, released(s, c, t, demand_q15)));
     follow_burn(s, t, bus_decides(s, demand_q15, s->torque_q15));
     const struct weakening_node i = currents_for(s, q15_abs(s->torque_q15));
     s->torque_q15 = s->torque_q15 < 0 ? -i.torque_q15 : i.torque_q15;

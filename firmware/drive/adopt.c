@@ -2,6 +2,7 @@
 #include "firmware/drive/adopt.h"
 
 #include "firmware/axis/axis.h"
+#include "firmware/drive/retune.h"
 #include "firmware/settings/config.h"
 #include "firmware/settings/features.h"
 
@@ -44,7 +45,6 @@ void adopt_tuning(struct axis *a, const struct tuning *t)
         hall_take_table(&a->hall, &table, t);
     }
     a->start.unseen = a->start.unseen || t->samples > a->tuning.samples;
-    a->tuning = *t;
-    speed_loop_tune(&a->speed, t);
+    retune_to(a, t);
     thermal_tune(&a->thermal, &a->params);
 }

@@ -94,4 +94,5 @@ void drive_step(struct axis *a)
     }
     supervision_step(a);
     reaction_step(a);
+    gate_prove_slow_loop(&a->fabric->gate);
 }

@@ -4,6 +4,7 @@
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
 #include "firmware/drive/modes.h"
+#include "firmware/drive/retune.h"
 #include "firmware/source/rotor.h"
 #include "lib/angle.h"
 #include "lib/polar.h"
@@ -49,10 +50,9 @@ static void leave_sensor(struct axis *a, enum fault cause)
 {
     a->failover.cause = cause;
     a->failover.pending = FAULT_NONE;
-    a->tuning.angle_source = PARAM_ANGLE_SENSORLESS;
-    a->tuning.speed_ki_min_q16 = 0; /* there are no edges */
-    a->loop.inject.track = 0;       /* left over from an earlier use */
-    handover_forget(&a->handover);  /* what has failed must be found again */
+    retune_source(a, PARAM_ANGLE_SENSORLESS, 0); /* there are no edges */
+    a->loop.inject.track = 0;                    /* left over from an earlier use */
+    handover_forget(&a->handover);               /* what has failed must be found again */
     start_forget(a);
     fault_warn(a, cause);
 }

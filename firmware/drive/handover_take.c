@@ -4,6 +4,7 @@
 #include "firmware/axis/axis.h"
 #include "firmware/commission/emf_pulse.h"
 #include "firmware/drive/handover.h"
+#include "firmware/drive/retune.h"
 #include "firmware/source/rotor.h"
 
 /* Cogging torque is known only with an encoder; otherwise the speed loop's memory holds it. */
@@ -88,8 +89,7 @@ static void change(struct axis *a)
         by_observer(a);
     }
     cpu_irq_restore(mask);
-    a->tuning.angle_source = target;
-    a->tuning.speed_ki_min_q16 = a->handover.speed_ki_min_q16;
+    retune_source(a, target, a->handover.speed_ki_min_q16);
     current_loop_adopt(&a->loop, a->fabric, &a->tuning);
     if (target == PARAM_ANGLE_ENCODER) {
         begin_encoder(a);

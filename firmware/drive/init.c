@@ -2,6 +2,7 @@
 /* The drive before its slow loop runs. Thread. */
 #include <stddef.h>
 
+#include "drivers/fabric/reset.h"
 #include "firmware/drive/drive.h"
 #include "firmware/drive/states.h"
 #include "firmware/settings/config.h"
@@ -31,12 +32,14 @@ static const struct pwm_setup pwm_setup = {
     .update = PWM_UPDATE_VALLEY,
 };
 
+/* A warm start finds what a cold one does, even where the fabric was not reset with the core: a debugger's start. */
 static bool start_fabric(struct axis *a)
 {
+    fabric_reset(a->fabric);
     (void)encoder_init(&a->fabric->encoder, (uint32_t)a->params.encoder_counts, false);
     const bool running = pwm_init(&a->fabric->pwm, &pwm_setup);
     adc_start(&a->fabric->adc);
-    return running;
+    return gate_start_watch(&a->fabric->gate, CONFIG_WATCH_CLOCKS) && running;
 }
 
 /* The fabric's state is unknown: it is not touched from here on. Its gates have been off since the reset. */

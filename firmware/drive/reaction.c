@@ -3,10 +3,9 @@
 
 #include "firmware/axis/axis.h"
 #include "firmware/drive/failover.h"
-#include "lib/q15.h"
+#include "firmware/drive/retune.h"
 
-#define SOFTENED_Q8   179 /* 0.7 */
-#define SOFTENED_MOST 5u  /* 0.17: tolerates an inertia parameter five times too large */
+#define SOFTENED_MOST 5u /* of 0.7 each: tolerates an inertia parameter five times too large */
 
 void reaction_init(struct reactions *r)
 {
@@ -31,25 +30,14 @@ static enum reaction choice_now(struct axis *a, enum fault cause)
     return ((fault_class(cause)->allowed >> REACTION_STOP) & 1u) != 0u ? REACTION_STOP : REACTION_OFF;
 }
 
-static int32_t softened(int32_t gain)
-{
-    return q15_max((int32_t)(((int64_t)gain * SOFTENED_Q8) >> 8), 1);
-}
-
-/*
- * The likely cause of a limit cycle is an inertia parameter that is too large: reduces every gain in proportion to it. The
- * memory's gain twice: the loop as a whole becomes slower but keeps its damping. False if that has not helped so far.
- */
+/* The likely cause of a limit cycle is an inertia parameter that is too large. False if softer gains have not helped so far. */
 static bool soften(struct axis *a)
 {
     if (a->reactions.softened == SOFTENED_MOST) {
         return false;
     }
     a->reactions.softened++;
-    a->tuning.speed_accel_q8 = softened(a->tuning.speed_accel_q8);
-    a->tuning.speed_kp_q16 = softened(a->tuning.speed_kp_q16);
-    a->tuning.speed_ki_q16 = softened(softened(a->tuning.speed_ki_q16));
-    speed_loop_soften(&a->speed, softened(a->speed.kp_q16), softened(softened(a->speed.ki_q16)));
+    retune_softened(a);
     return true;
 }
 

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "firmware/axis/axis.h"
+#include "firmware/drive/retune.h"
 #include "firmware/drive/start_parts.h"
 #include "firmware/settings/features.h"
 
@@ -80,11 +81,10 @@ static void start_take_over(struct axis *a)
     struct identify *const d = &a->identify;
     const uint32_t angle_q32 = identify_angle_q32(d, &a->loop);
     current_loop_off(&a->loop, a->fabric);
-    a->tuning = d->tuning;
-    (void)encoder_init(&a->fabric->encoder, (uint32_t)d->params.encoder_counts, d->backwards);
+    retune_to(a, &d->tuning);
     current_loop_tune(&a->loop, &a->tuning);
+    (void)encoder_init(&a->fabric->encoder, (uint32_t)d->params.encoder_counts, d->backwards);
     speed_estimate_reset(&a->speed.estimate);
-    speed_loop_tune(&a->speed, &a->tuning);
     turns_begin(&a->motion.turns, 0);
     pll_reset(&a->loop.pll, 0);
     a->loop.angle_offset_q32 = angle_q32;

@@ -66,6 +66,8 @@ enum fault {
     FAULT_HALL_INVALID,      /* the Hall switches show a state that hall_states does not have */
     FAULT_HALL_SEQUENCE,     /* they skip a sector */
     FAULT_HALL_UNKNOWN,      /* `learn hall`: did not find their table */
+    FAULT_SLOW_LOOP_STOPPED, /* the slow loop gave the fabric no proof of life; the fabric has switched off already */
+    FAULT_THREAD_STOPPED,    /* the thread, likewise */
     FAULT_COUNT
 };
 

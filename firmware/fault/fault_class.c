@@ -65,7 +65,13 @@ enum fault fault_from_gate(uint32_t gate_flags)
     if ((gate_flags & GATE_STATUS_INTERLOCK) != 0u) {
         return FAULT_INTERLOCK;
     }
-    return (gate_flags & GATE_STATUS_LOOP_LOST) != 0u ? FAULT_LOOP_OVERRUN : FAULT_NONE;
+    if ((gate_flags & GATE_STATUS_LOOP_LOST) != 0u) {
+        return FAULT_LOOP_OVERRUN;
+    }
+    if ((gate_flags & GATE_STATUS_SLOW_LOST) != 0u) {
+        return FAULT_SLOW_LOOP_STOPPED;
+    }
+    return (gate_flags & GATE_STATUS_THREAD_LOST) != 0u ? FAULT_THREAD_STOPPED : FAULT_NONE;
 }
 
 enum fault fault_from_adc(uint32_t adc_flags)

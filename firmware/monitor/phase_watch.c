@@ -94,7 +94,8 @@ void phase_watch_step(struct axis *a)
     const bool b_open = open(p, 1, of_b, asked.b, shift);
     const bool c_open = open(p, 2, of_c, asked.c, shift);
     if ((a_open || b_open || c_open) && !lock_watch_doubts(a)) {
-        fault_report(a, field_watch_doubts(&a->field_watch) ? FAULT_OUT_OF_STEP : FAULT_OPEN_PHASE,
+        const bool led = a->state != AXIS_SWITCHED_ON; /* by a field, perhaps, and out of step with it */
+        fault_report(a, led && field_watch_doubts(&a->field_watch) ? FAULT_OUT_OF_STEP : FAULT_OPEN_PHASE,
                      open_one(a_open, b_open, c_open), 0);
     }
 }

@@ -100,11 +100,29 @@ static void step_running(struct axis *a, uint32_t turn)
     }
 }
 
+/*
+ * A start regulates the currents of a prescribed field: a phase without its current is open there, too. Where a voltage is
+ * held, or identify disturbs the currents, nothing is asked of a phase.
+ */
+static void watch_start(struct axis *a, uint32_t turn)
+{
+    const struct current_loop *const c = &a->loop;
+    const bool field = c->source == LOOP_FORCED || c->source == LOOP_HALL;
+    watch_overspeed(a);
+    if (!field || a->identify.running || c->kp_d_q9 == 0 || c->kp_q_q9 == 0) {
+        phase_watch_begin(a);
+    } else if (turn % 2u == 0u) {
+        phase_watch_expect(a);
+    } else {
+        phase_watch_step(a);
+    }
+}
+
 void supervision_step(struct axis *a)
 {
     if (a->state == AXIS_OPERATION_ENABLED || a->state == AXIS_QUICK_STOP) {
         step_running(a, a->time_ms % TURNS);
     } else if (a->state == AXIS_SWITCHED_ON) {
-        watch_overspeed(a);
+        watch_start(a, a->time_ms % TURNS);
     }
 }

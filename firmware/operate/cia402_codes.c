@@ -53,6 +53,8 @@ static const uint16_t codes[FAULT_COUNT] = {
     [FAULT_HALL_INVALID] = 0x7306, /* sensor */
     [FAULT_HALL_SEQUENCE] = 0x7300,
     [FAULT_HALL_UNKNOWN] = 0x7300,
+    [FAULT_SLOW_LOOP_STOPPED] = 0x6100,
+    [FAULT_THREAD_STOPPED] = 0x6100,
 };
 
 uint32_t cia402_error_code(enum fault fault)

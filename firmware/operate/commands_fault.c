@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The latched fault, the drive's values at that instant, and the processor fault before the last reset. */
+#include "drivers/mss/sysreg.h"
 #include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
 #include "firmware/operate/quantities.h"
@@ -15,13 +16,31 @@ static const char *exception_name(uint32_t number)
         return "the fabric's PLL lost its lock";
     case POSTMORTEM_ECC:
         return "a memory error that cannot be corrected";
+    case POSTMORTEM_PUT_BACK:
+        return "a block was put back into reset: traffic on FIC_0, or the design";
     default:
         return number < sizeof names / sizeof names[0] ? names[number] : "unexpected interrupt";
     }
 }
 
+/* Power-on sets all, and says nothing. */
+static void put_causes(struct text *t, uint32_t causes)
+{
+    static const char *const names[] = {"power-on", "System Controller", "System Controller", "software",
+                                        "lock-up",  "watchdog",          "the design",        "the design"};
+    if ((causes & SYSREG_CAUSE_POWER_ON) != 0u) {
+        return;
+    }
+    for (uint32_t n = 0; n < sizeof names / sizeof names[0]; n++) {
+        if ((causes >> n & 1u) != 0u) {
+            text_print(t, "last reset by: %s\n", names[n]);
+        }
+    }
+}
+
 void postmortem_print(struct text *t, const struct postmortem *p)
 {
+    put_causes(t, p->reset_causes);
     if (!p->valid) {
         return;
     }

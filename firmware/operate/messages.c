@@ -34,6 +34,7 @@ static const char *const error_texts[ERROR_COUNT] = {
         "speed_bw_hz is too much for encoder_counts with this inertia_gmm2 and i_max_ma: at most @",
     [ERROR_SPEED_UNRESOLVED] =
         "encoder_counts is too small for this inertia_gmm2 and i_max_ma, whatever speed_bw_hz is",
+    [ERROR_ENCODER_COARSE] = "encoder_counts is too small for pole_pairs: at least @, or another angle_source",
     [ERROR_CURRENT_TOO_SLOW] = "current_bw_hz is too small for any speed_bw_hz",
     [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gmm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
     [ERROR_FAULT_LATCHED] = "a fault is latched; see 'fault', then 'clear'",
@@ -252,6 +253,8 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_HALL_UNKNOWN] = {"Hall switches not learned",
                             "the rotor must turn freely with i_align_ma; a Hall wire, their supply",
                             "@ edges in an electrical turn and # states, instead of 6 and 6"},
+    [FAULT_SLOW_LOOP_STOPPED] = {"slow loop stopped", "its interrupt hung, or was held off for milliseconds"},
+    [FAULT_THREAD_STOPPED] = {"thread stopped", "console, bus or other work hung, or took milliseconds"},
 };
 
 const char *message_of_error(enum error error)

@@ -18,7 +18,7 @@ void text_serve_bus(struct text *t)
 
 /*
  * Waits for room, but no longer than a live transmitter takes. Serves the watchdog when room has come, not before: waiting is
- * no sign of life.
+ * no sign of life. To the fabric, which is less patient, it is: a transmitter that has stopped must not stop the motor.
  */
 static bool wait_for_room(struct text *t)
 {
@@ -31,6 +31,7 @@ static bool wait_for_room(struct text *t)
             return false;
         }
         text_serve_bus(t);
+        idle_prove(t->idle);
         cpu_wait_for_interrupt();
     }
     idle_serve_watchdog(t->idle);

@@ -17,6 +17,13 @@
 
 #define CONFIG_CONSOLE_BAUD 115200u
 
+/*
+ * Between two proofs of the slow loop, with one of the thread in between, while the bridge is on. A slow loop that hangs is
+ * found within it, a thread a millisecond later at most, for the slow loop still has its turn. The thread may be away for 3 ms.
+ */
+#define CONFIG_WATCH_US     3500u
+#define CONFIG_WATCH_CLOCKS (CONFIG_WATCH_US * (BOARD_FABRIC_HZ / 1000000u))
+
 _Static_assert(FABRIC_HZ % (2 * CONFIG_PWM_HZ) == 0,
                "CONFIG_PWM_HZ: half a PWM period must be a whole number of the fabric's counts");
 _Static_assert(CONFIG_PWM_HZ % CONFIG_SLOW_HZ == 0, "CONFIG_PWM_HZ must be a multiple of CONFIG_SLOW_HZ");

@@ -35,6 +35,7 @@ enum error {
     ERROR_INJECTION_UPDATE,
     ERROR_HALL_STATES,
     ERROR_HALL_EDGES,
+    ERROR_ENCODER_COARSE, /* value: the fewest counts that work */
     /* bandwidths that leave too little margin; value: the largest that works, Hz */
     ERROR_CURRENT_MARGIN,
     ERROR_SPEED_MARGIN,

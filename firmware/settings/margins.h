@@ -35,6 +35,9 @@
 #define MARGIN_POSITION_DEG 60
 #define MARGIN_COUNTS_ASK   10
 
+/* The angle is then known to 11 degrees at rest; with half of them an alignment fails from some angles. */
+#define MARGIN_COUNTS_A_POLE_PAIR 16
+
 /* The largest current_bw_hz with the margin, for this number of samples a PWM period. */
 int32_t margin_current_bw_hz(enum pwm_update update, int32_t samples);
 

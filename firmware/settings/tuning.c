@@ -93,7 +93,7 @@ static void tune_limits(const struct params *p, struct tuning *t)
     t->encoder_scale_q32 = (uint32_t)scale(p->pole_pairs, 1LL << 32, p->encoder_counts);
 }
 
-/* Checks the bandwidths' margins. */
+/* Checks the bandwidths' margins and the encoder's resolution. */
 static struct outcome check_margins(const struct params *p, struct tuning *t)
 {
     const int32_t current_bw_hz = margin_current_bw_hz(t->update, t->samples);
@@ -101,6 +101,10 @@ static struct outcome check_margins(const struct params *p, struct tuning *t)
         return (struct outcome){ERROR_CURRENT_MARGIN, current_bw_hz};
     }
     t->current_margin_u16 = margin_of_current_u16(p->current_bw_hz, t->update, t->samples);
+    const int32_t least_counts = MARGIN_COUNTS_A_POLE_PAIR * p->pole_pairs;
+    if (p->angle_source == PARAM_ANGLE_ENCODER && p->encoder_counts < least_counts) {
+        return (struct outcome){ERROR_ENCODER_COARSE, least_counts};
+    }
     const int32_t resolved_hz = margin_resolution_bw_hz(p, t);
     if (p->angle_source == PARAM_ANGLE_ENCODER && p->speed_bw_hz > resolved_hz) {
         return resolved_hz < 1 ? outcome_of(ERROR_SPEED_UNRESOLVED)

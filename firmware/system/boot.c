@@ -3,18 +3,18 @@
 
 #include "drivers/cortex/dwt.h"
 #include "drivers/cortex/scb.h"
-#include "drivers/mss/sysreg.h"
+#include "drivers/mss/cache.h"
 #include "drivers/mss/watchdog.h"
 #include "firmware/monitor/device.h"
+#include "startup/startup.h"
 
 void boot_core(void)
 {
-    sysreg_enable_cache();
+    (void)cache_lock(link_code, link_array); /* without it the loop takes longer when other code has run */
     scb_enable_faults();
     (void)device_guard_stack(); /* device_fault() looks whether it is there */
     (void)dwt_init();           /* without a cycle counter 'status' shows no cycles, and that is all */
-    sysreg_release_reset(SYSREG_RESET_TIMER | SYSREG_RESET_MMUART0 | SYSREG_RESET_MMUART1 | SYSREG_RESET_FABRIC |
-                         SYSREG_RESET_FIC0 | SYSREG_RESET_GPIO | SYSREG_RESET_GPOUT);
+    sysreg_release_reset(BOOT_BLOCKS);
     watchdog_refresh();
 }
 
@@ -31,12 +31,12 @@ static bool fabric_answers(const struct fabric *fabric)
 }
 
 /* Power-on sets the bit of every cause, whatever happened before. */
-static enum fault fault_of_last_life(uint32_t reset_cause, const struct postmortem *last)
+static enum fault fault_of_last_life(const struct postmortem *last)
 {
-    if ((reset_cause & SYSREG_CAUSE_POWER_ON) != 0u) {
+    if ((last->reset_causes & SYSREG_CAUSE_POWER_ON) != 0u) {
         return FAULT_NONE;
     }
-    if ((reset_cause & SYSREG_CAUSE_LOCKUP) != 0u) {
+    if ((last->reset_causes & SYSREG_CAUSE_LOCKUP) != 0u) {
         return FAULT_LOCKUP;
     }
     if (last->valid && last->exception == POSTMORTEM_ECC) {
@@ -48,13 +48,14 @@ static enum fault fault_of_last_life(uint32_t reset_cause, const struct postmort
     if (last->valid) {
         return FAULT_EXCEPTION;
     }
-    return (reset_cause & SYSREG_CAUSE_WATCHDOG) != 0u ? FAULT_WATCHDOG : FAULT_NONE;
+    return (last->reset_causes & SYSREG_CAUSE_WATCHDOG) != 0u ? FAULT_WATCHDOG : FAULT_NONE;
 }
 
 enum fault boot_check(const struct fabric *fabric, struct postmortem *last)
 {
     *last = postmortem_collect();
-    const enum fault past = fault_of_last_life(sysreg_reset_cause(), last);
+    last->reset_causes = sysreg_reset_cause();
+    const enum fault past = fault_of_last_life(last);
     const enum fault present = device_fault();
     if (present == FAULT_CLOCK) {
         return present;

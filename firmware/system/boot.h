@@ -7,8 +7,14 @@
 #define FIRMWARE_SYSTEM_BOOT_H
 
 #include "drivers/fabric/fabric.h"
+#include "drivers/mss/sysreg.h"
 #include "firmware/fault/fault.h"
 #include "firmware/system/postmortem.h"
+
+/* What start-up releases from reset. */
+#define BOOT_BLOCKS \
+    (SYSREG_RESET_TIMER | SYSREG_RESET_MMUART0 | SYSREG_RESET_MMUART1 | SYSREG_RESET_FABRIC | SYSREG_RESET_FIC0 | \
+     SYSREG_RESET_GPIO | SYSREG_RESET_GPOUT)
 
 /* Cache, faults, stack guard, cycle counter, resets of the blocks that the drive needs. Thread, once, first. */
 void boot_core(void);

@@ -11,6 +11,7 @@
 #include "firmware/settings/config.h"
 #include "firmware/settings/features.h"
 #include "firmware/system/axes.h"
+#include "firmware/system/boot.h"
 #include "firmware/system/postmortem.h"
 #include "startup/startup.h"
 
@@ -36,6 +37,16 @@ void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
     scb_system_reset();
 }
 
+/*
+ * On M2S005 and M2S010 traffic on FIC_0 can put bits back. That of the fabric comes back after each warm start there and does
+ * not matter where the design's reset ignores it, which the fabric's identity tells.
+ */
+static bool block_is_lost(void)
+{
+    const uint32_t held = sysreg_held(BOOT_BLOCKS);
+    return held == SYSREG_RESET_FABRIC ? !axis_fabric_doubted(&axes[0]) && !gate_id_ok(&FABRIC0->gate) : held != 0u;
+}
+
 /* The interrupts that should tell of it may not be wired, or may have been disabled by what they tell of. */
 static void watch_device(void)
 {
@@ -44,6 +55,10 @@ static void watch_device(void)
     }
     if ((sysreg_edac_flags() & SYSREG_EDAC_FATAL) != 0u) {
         nvic_pend(MSS_IRQ_ECC_ERROR);
+    }
+    sysreg_edac_interrupts();
+    if (block_is_lost()) {
+        nvic_pend(BOARD_IRQ_PUT_BACK);
     }
 }
 
@@ -147,4 +162,7 @@ void handlers_watch_device(void)
     nvic_enable(MSS_IRQ_PLL_LOCK_LOST);
     nvic_enable(MSS_IRQ_FABRIC_PLL_LOCK_LOST);
     nvic_enable(MSS_IRQ_ECC_ERROR);
+    if (!block_is_lost()) { /* or the design does not let go of it, and each life would end so */
+        nvic_enable(BOARD_IRQ_PUT_BACK);
+    }
 }

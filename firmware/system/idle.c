@@ -2,13 +2,14 @@
 #include "firmware/system/idle.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "drivers/cortex/cpu.h"
 #include "drivers/mss/watchdog.h"
 
 /*
  * A refresh needs both sides alive: the thread, which is here, and the slow loop, whose time must have moved on. The slow loop
- * in turn watches the current loop.
+ * in turn watches the current loop. The fabric asks for both within milliseconds, but only while the bridge is on.
  */
 void idle_serve_watchdog(struct idle *i)
 {
@@ -16,6 +17,14 @@ void idle_serve_watchdog(struct idle *i)
     if (now_ms != i->served_ms) {
         i->served_ms = now_ms;
         watchdog_refresh();
+        idle_prove(i);
+    }
+}
+
+void idle_prove(const struct idle *i)
+{
+    if (i->gate != NULL) {
+        gate_prove_thread(i->gate);
     }
 }
 

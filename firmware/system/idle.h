@@ -5,11 +5,14 @@
 
 #include <stdint.h>
 
+#include "drivers/fabric/gate.h"
+
 #define IDLE_LINES 2u
 
 struct idle {
     const volatile uint32_t *time_ms;           /* a clock that the slow loop advances */
     const volatile uint32_t *heard[IDLE_LINES]; /* counters, one up per character from a line */
+    struct gate_regs *gate;                     /* NULL: not to be touched */
     uint32_t served_ms;                         /* the clock at the last refresh */
     uint32_t seen_ms, seen[IDLE_LINES];         /* clock and counts when the thread last resumed */
 };
@@ -22,9 +25,12 @@ struct idle {
 void idle(struct idle *i);
 
 /*
- * Refreshes the watchdog if the slow loop has advanced its clock since the last time. Call it where the thread makes progress,
- * never where it waits. Thread only.
+ * Refreshes the watchdog, and proves to the fabric that the thread lives, if the slow loop has advanced its clock since the
+ * last time. Call it where the thread makes progress, never where it waits. Thread only.
  */
 void idle_serve_watchdog(struct idle *i);
+
+/* The proof alone, for a wait that ends but may take longer than the fabric's patience. Thread only. */
+void idle_prove(const struct idle *i);
 
 #endif

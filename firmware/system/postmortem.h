@@ -9,13 +9,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "drivers/mss/irq.h"
+#include "drivers/board.h"
 #include "startup/startup.h"
 
 /* Interrupts without a handler; the fault entry serves them. */
 #define POSTMORTEM_MSS_PLL    (STARTUP_SYSTEM_VECTORS + MSS_IRQ_PLL_LOCK_LOST)
 #define POSTMORTEM_FABRIC_PLL (STARTUP_SYSTEM_VECTORS + MSS_IRQ_FABRIC_PLL_LOCK_LOST)
 #define POSTMORTEM_ECC        (STARTUP_SYSTEM_VECTORS + MSS_IRQ_ECC_ERROR)
+#define POSTMORTEM_PUT_BACK   (STARTUP_SYSTEM_VECTORS + BOARD_IRQ_PUT_BACK)
 
 struct postmortem {
     bool valid;         /* a processor fault came before the last reset; the rest describes it */
@@ -25,7 +26,8 @@ struct postmortem {
     struct fault_frame frame;
     uint32_t exc_return;
     uint32_t cfsr, hfsr, mmfar, bfar;
-    uint32_t edac; /* SYSREG_EDAC_* flags of the memories */
+    uint32_t edac;         /* SYSREG_EDAC_* flags of the memories */
+    uint32_t reset_causes; /* SYSREG_CAUSE_* of the last reset, whether there is a record or not */
 };
 
 /* Writes the record. Only the fault entry calls it; the reset that must follow is the caller's. */

@@ -15,13 +15,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .claim import keep as keep_claim
-from .data import available
+from .data import available, files_of, motors_named
 from .errors import DoesNotApply, LauncherError
 from .paths import MOTORS, QEMU_DIR, REPO, SCENARIOS, build_dir, shown
 
 FAULT_PREFIX = "fault_"
 DRIVE_SEEDS, FAULT_SEEDS = 8, 1
 TERMINATE_AGAIN_S = 0.3
+MOTOR = r"(.+?\.toml|[^/]+)"  # of a key: the path of a file has slashes, too
 
 
 @dataclass(frozen=True)
@@ -53,15 +54,15 @@ def file_name(key):
 
 def parse_case(key):
     """A Case from its key."""
-    parts = key.strip().split("/", 3)
-    if len(parts) < 3 or not parts[2].isdigit():
+    parts = re.fullmatch(rf"{MOTOR}/([^/]+)/(\d+)(?:/(.*))?", key.strip())
+    if parts is None:
         raise LauncherError(f"'{key}' is not MOTOR/SCENARIO/SEED or MOTOR/SCENARIO/SEED/DETUNE")
-    return Case(parts[0], parts[1], int(parts[2]), parts[3] if len(parts) > 3 else "")
+    return Case(parts[1], parts[2], int(parts[3]), parts[4] or "")
 
 
 def plan(motors=None, scenarios=None, seeds=None, detunes=("",)):
     """Every Case: `seeds` runs of each scenario of the drive and one of each fault, unless `seeds` says otherwise."""
-    motors = _chosen(motors, available(MOTORS), "motor")
+    motors = motors_named(motors) or available(MOTORS)
     scenarios = _chosen(scenarios, available(SCENARIOS), "scenario")
     cases = []
     for scenario in scenarios:
@@ -84,6 +85,7 @@ def run_case(case, folder, build=None, qemu=None, aligned=False):
     """Plays the case and leaves its file. A run that could not be made is a result, too: its error is in the file. So is a
     scenario that the motor cannot play: it neither passes nor fails, `passed` is None, and the reason is the error."""
     from .simulate import simulate
+    from .verdict import NOT_SET_UP, judged
 
     outcome = {"motor": case.motor, "scenario": case.scenario, "seed": case.seed, "detune": case.detune}
     with tempfile.TemporaryDirectory(prefix="mssfoc-") as scratch:
@@ -91,11 +93,11 @@ def run_case(case, folder, build=None, qemu=None, aligned=False):
             result = simulate(case.scenario, case.motor, case.seed, scratch, build, qemu, detune=case.detune,
                               aligned=aligned)
             outcome |= {"passed": result.passed, "error": None, "simulated_s": result.scenario.end_s,
-                        "figures": [_figure(figure) for figure in result.figures.values()]}
+                        "figures": [_figure(figure) for figure in result.figures.values()], **vars(judged(result))}
         except DoesNotApply as reason:
             outcome |= {"passed": None, "error": str(reason), "figures": []}
         except LauncherError as error:
-            outcome |= {"passed": False, "error": str(error).split("\n")[0], "figures": []}
+            outcome |= {"passed": False, "error": str(error).split("\n")[0], "figures": [], "word": NOT_SET_UP}
     keep(case, outcome, folder)
     return outcome
 
@@ -116,11 +118,12 @@ def _figure(figure):
 
 # ---- all of them ---------------------------------------------------------------------------------------------------
 
-def fingerprint(build):
-    """Of everything a result depends on: image, plugin, data files, scenarios and launcher."""
+def fingerprint(build, motors=()):
+    """Of everything a result depends on: image, plugin, data files, scenarios, launcher, and motor files from elsewhere."""
     digest = hashlib.sha256()
     files = [build / "mssfoc.hex", build / "qemu" / "twin.so"]
     files += sorted(path for path in QEMU_DIR.rglob("*") if path.suffix in (".toml", ".py"))
+    files += [path for motor in sorted(set(motors)) if motor.endswith(".toml") for path in files_of(motor)]
     for path in files:
         try:
             digest.update(path.read_bytes())
@@ -135,7 +138,7 @@ def play(cases, build=None, qemu=None, jobs=None, sshlogin=None):
     if parallel is None:
         raise LauncherError("GNU parallel is missing (apt-get install parallel)")
     build = build_dir(build)
-    folder = build / "campaign" / fingerprint(build)
+    folder = build / "campaign" / fingerprint(build, [case.motor for case in cases])
     keep_claim(folder.parent)
     folder.mkdir(exist_ok=True)
     missing = [case for case in cases if not case.file(folder).is_file()]
@@ -156,6 +159,8 @@ def _run_parallel(parallel, cases, folder, build, qemu, jobs, sshlogin):
     listing.write_text("".join(case.key + "\n" for case in cases))
     joblog = folder / "joblog"
     joblog.unlink(missing_ok=True)  # what is done is known by its file, whoever did it
+    if sshlogin and any(Path(case.motor).is_absolute() for case in cases):
+        raise LauncherError("a campaign on other machines needs the files of its motors inside the repository")
     here = _relative(folder) if sshlogin else str(folder)
     command = [parallel, "--will-cite", "--joblog", str(joblog), "-a", str(listing)]
     command += ["--bar"] if os.isatty(2) else []  # done, of how many, and an estimate of the rest

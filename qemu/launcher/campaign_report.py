@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Writes what a campaign found, prints the short of it, and gives the verdict."""
 from .campaign_plot import draw_scenario
-from .campaign_table import as_csv, as_markdown, load_expected, reasons, rows, surprises
+from .campaign_table import as_csv, as_markdown, load_expected, reasons, rows, surprises, words
 from .paths import shown
 from .simulate import write
 
@@ -22,6 +22,9 @@ def report(outcomes, folder, out):
         f" {len(unexpected)} failed unexpectedly, {len(mended)} passed although a failure is expected")
     if apart:
         out(f"{apart} more do not apply, for reasons of motor or inverter: they stand in campaign.md")
+    found = words(outcomes)
+    if found:
+        out(f"motors that are not shipped: {', '.join(f'{count} {word}' for word, count in found.items())}")
     for case in list(unexpected)[:SHOWN]:
         out(f"  {case.command}")
         out(f"    {reasons(outcomes[case])}")

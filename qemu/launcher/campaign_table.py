@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What a campaign says: each figure's worst case with the command that repeats it, and which failures were expected."""
+import collections
 import csv
 import io
 import math
@@ -8,8 +9,10 @@ from dataclasses import dataclass
 
 from .campaign import Case, parse_case
 from .errors import LauncherError
+from .lot import is_lot
 from .paths import REPO, shown
 
+EXCUSED = ("true reason", "not set up")  # of verdict.py
 EXPECTED = REPO / "tests" / "campaign" / "expected.toml"
 
 
@@ -57,8 +60,12 @@ def reasons(outcome):
 
 
 def surprises(outcomes, expected):
-    """(failures that nobody expects, expected failures that passed), as {Case: text}; each list must be empty."""
-    failed = {case: reasons(outcome) for case, outcome in outcomes.items() if outcome["passed"] is False}
+    """(failures that nobody expects, expected failures that passed), as {Case: text}; each list must be empty.
+
+    Of lots and of motors from elsewhere a true reason is no failure.
+    """
+    failed = {case: reasons(outcome) for case, outcome in outcomes.items()
+              if outcome["passed"] is False and not (is_stranger(case) and outcome.get("word") in EXCUSED)}
     unexpected = {case: why for case, why in failed.items() if case not in expected}
     mended = {case: cause for case, cause in expected.items() if case in outcomes and case not in failed}
     return unexpected, mended
@@ -140,6 +147,7 @@ def as_markdown(outcomes, expected):
         if row.limit:
             lines.append(f"| {row.scenario} | {row.figure} | {row.limit} {row.unit} | {row.failed}/{row.cases} "
                          f"| {_value(row.median)} | {_value(row.worst)} | `{row.where.command}` |")
+    lines += _verdicts(outcomes)
     lines += ["", "Failures:", ""]
     for case, outcome in outcomes.items():
         if outcome["passed"] is False:
@@ -148,6 +156,32 @@ def as_markdown(outcomes, expected):
     lines += ["", "What does not apply, with any seed:", ""]
     lines += [f"- {scenario}: {why}" for scenario, why in sorted(without_seeds(outcomes))]
     return "\n".join(lines) + "\n"
+
+
+def is_stranger(case):
+    """Whether its motor is none that is shipped."""
+    return is_lot(case.motor) or case.motor.endswith(".toml")
+
+
+def words(outcomes):
+    """{verdict: how many cases} of strangers."""
+    return collections.Counter(outcome["word"] for case, outcome in outcomes.items()
+                               if is_stranger(case) and outcome.get("word"))
+
+
+def _verdicts(outcomes):
+    """What strangers came to, each that does not work with its cause: qemu/launcher/verdict.py."""
+    if not words(outcomes):
+        return []
+    lots = {case: outcome for case, outcome in outcomes.items() if is_stranger(case) and outcome.get("word")}
+    counts = ", ".join(f"{count} {word}" for word, count in words(lots).items())
+    lines = ["", f"Motors that are not shipped: {counts}", "",
+             "| case | verdict | what the drive said, or which limits failed | true of the plant |", "|---|---|---|---|"]
+    for case, outcome in lots.items():
+        if outcome["passed"] is False:
+            cause = outcome.get("cause") or outcome["error"]
+            lines.append(f"| {case.key} | {outcome['word']} | {cause} | {outcome.get('truth', '')} |")
+    return lines
 
 
 def without_seeds(outcomes):

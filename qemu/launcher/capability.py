@@ -26,10 +26,12 @@ CIRCLE = (PWM_COUNTS - 4 * DEAD_COUNTS - 2 * MIN_PULSE_COUNTS - ROUNDING_COUNTS)
 
 @dataclass(frozen=True)
 class Point:
-    """The best operating point: torque in N m (air gap), currents in A."""
+    """The best operating point: torque in N m (air gap), currents in A, flux linkages in Wb."""
     torque_nm: float
     i_d_a: float
     i_q_a: float
+    psi_d_wb: float
+    psi_q_wb: float
 
 
 @dataclass(frozen=True)
@@ -87,8 +89,8 @@ class Machine:
         n = int(torque.argmax())
         if not np.isfinite(torque.flat[n]):
             return None
-        point = Point(1.5 * self.pole_pairs * sign * float(torque.flat[n]), float(i_d.flat[n]), float(i_q.flat[n]))
-        return point, (float(d.flat[n]), float(q.flat[n]))
+        flux = float(d.flat[n]), float(q.flat[n])
+        return Point(1.5 * self.pole_pairs * sign * float(torque.flat[n]), float(i_d.flat[n]), float(i_q.flat[n]), *flux), flux
 
 
 def machine_of(drive, winding_c=None):

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Command line: run, console, scope, debug, models, bringup, campaign, list, keys. Options fall back to MOTOR, SCENARIO,
-SEED, PLANT, SPREAD, DETUNE, FABRIC, SENSORS, ENVM, QEMU and BUILD."""
+"""Command line: run, console, scope, debug, models, bringup, campaign, show, list, keys. Options fall back to MOTOR, SCENARIO,
+SEED, PLANT, SPREAD, DETUNE, FABRIC, SENSORS, ENVM, CHIP, QEMU and BUILD."""
 import argparse
+import errno
 import os
 import signal
 import sys
 from pathlib import Path
 
-from .errors import LauncherError
+from .errors import LauncherError, choice
 
 
 def main(argv=None):
@@ -19,11 +20,17 @@ def main(argv=None):
     except LauncherError as error:
         print(f"mssfoc: {error}", file=sys.stderr)
         return 2
+    except OSError as error:
+        if isinstance(error, BrokenPipeError):
+            return 2
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        print(f"mssfoc: the disk is full{f' at {error.filename}' if error.filename else ''}; BUILD=path is another place",
+              file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("mssfoc: interrupted", file=sys.stderr)
         return 130
-    except BrokenPipeError:
-        return 2
 
 
 def _end_in_order():
@@ -58,7 +65,8 @@ def _parser():
         if name in ("list", "keys"):
             continue
         command.add_argument("--motor", default=os.environ.get("MOTOR") or None,
-                             help="file of qemu/motors, or path to a .toml" + (" (default: all)" if name == "models" else ""))
+                             help="file of qemu/motors, path to a .toml, or lot:N"
+                             + (" (default: all)" if name == "models" else ""))
         if name == "models":
             continue
         command.add_argument("--qemu", default=None, help="qemu-system-arm to use (default: $QEMU)")
@@ -73,10 +81,12 @@ def _parser():
                              help="model: the twin's C models; rtl: the verilated RTL (default: $FABRIC or model)")
         command.add_argument("--sensors", default=os.environ.get("SENSORS") or "",
                              help="file of qemu/sensors laid over the inverter's, with --fabric rtl (default: $SENSORS)")
-        command.add_argument("--start", default=os.environ.get("START") or "found", choices=("found", "aligned"),
+        command.add_argument("--start", default=os.environ.get("START") or "found",
                              help="found: the drive finds where its rotor stands; aligned: it knows (default: $START or found)")
         command.add_argument("--envm", default=os.environ.get("ENVM") or "",
                              help="file of what the device keeps while it is off: settings (default: $ENVM, or nothing)")
+        command.add_argument("--chip", default=os.environ.get("CHIP") or "",
+                             help="m2s010, on which traffic on FIC_0 undoes changes, or m2s025 (default: $CHIP or m2s010)")
         command.add_argument("--scenario", help="file of qemu/scenarios",
                              default=os.environ.get("SCENARIO") or None if name == "run" else None)
         if name in ("run", "scope"):
@@ -91,9 +101,17 @@ def _parser():
                                  help="where the line of MMUART_1 is to be had: pty, or tcp:PORT (default: $MODBUS or nowhere)")
         if name == "debug":
             command.add_argument("--port", type=int, default=1234, help="GDB port")
+    _add_show(commands)
     _add_bringup(commands)
     _add_campaign(commands)
     return parser
+
+
+def _add_show(commands):
+    show = commands.add_parser("show", help="the file of a motor or of its inverter; of lot:N, what was drawn")
+    show.set_defaults(function=_show)
+    show.add_argument("name", help="file of qemu/motors, path to a .toml, or lot:N")
+    show.add_argument("--inverter", action="store_true", help="of the motor's inverter")
 
 
 def _add_bringup(commands):
@@ -110,7 +128,7 @@ def _add_campaign(commands):
     """`campaign` and `case`, which it calls for each run."""
     campaign = commands.add_parser("campaign", help="motors x scenarios x seeds x detunings: one table of worst cases")
     campaign.set_defaults(function=_campaign)
-    for option, variable, text in (("--motors", "MOTORS", "names, separated by blanks (default: all)"),
+    for option, variable, text in (("--motors", "MOTORS", "names, files, lot:1-200 (default: all that are shipped)"),
                                    ("--scenarios", "SCENARIOS", "names, separated by blanks (default: all)"),
                                    ("--seeds", "SEEDS", "runs of each (default: 8, for faults 1)"),
                                    ("--detunes", "DETUNES", "what the drive is told wrongly, separated by ';'"),
@@ -146,6 +164,7 @@ def _run(options):
     progress.done()
     write_json(result, result.out_dir / "report.json")
     draw(result, result.out_dir / "run.png")
+    (result.out_dir / "trace.bin").unlink()  # trace.csv has the same
     print_report(result, print)
     print(f"written: {', '.join(shown(result.out_dir / name) for name in ('trace.csv', 'report.json', 'run.png'))}")
     refused = complaint(result.figures)
@@ -154,9 +173,14 @@ def _run(options):
     return 0 if result.passed else 1
 
 
+STARTS = ("found", "aligned")
+
+
 def _plant(options):
+    if options.start not in STARTS:
+        raise LauncherError(f"no START '{options.start}'; there are: {choice(options.start, STARTS)}")
     return {"plant": options.plant, "spread": options.spread, "detune": options.detune, "fabric": options.fabric,
-            "sensors": options.sensors, "aligned": options.start == "aligned", "envm": options.envm}
+            "sensors": options.sensors, "aligned": options.start == "aligned", "envm": options.envm, "chip": options.chip}
 
 
 def _console(options):
@@ -189,6 +213,13 @@ def _debug(options):
 
     return debug_session(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
                          options.port, options.modbus, **_plant(options))
+
+
+def _show(options):
+    from .lot_text import text_of
+
+    print(text_of(options.name, options.inverter), end="")
+    return 0
 
 
 def _models(options):

@@ -20,6 +20,7 @@ def twin_config(drive, scenario, seed, probes, files, symbols=None, dumps=(), cy
     lines = [f"# {drive.motor.name} on {drive.inverter.name}; {scenario.title}"]
     lines += [f"{key} {path}" for key, path in files.items()]
     lines += [f"seed {seed}", "console console"]
+    lines += [] if drive.motor["encoder"]["fitted"] else ["event 0 encoder_cut 1"]
     steps, late, end_s = scenario.split()
     if end_s is not None:
         lines.append(f"end {end_s:.9g}")

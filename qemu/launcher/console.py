@@ -19,7 +19,7 @@ from .errors import LauncherError
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
 from .probes import Symbols, make_probes
-from .qemu import Image, Qemu, bus_chardev, command, envm_files, fabric_files, progress_s, start
+from .qemu import Image, Qemu, bus_chardev, chip_items, command, envm_files, fabric_files, progress_s, start
 from .scenario import Scenario, load_scenario
 from .simulate import check_seed, prepare, write
 
@@ -63,7 +63,7 @@ def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMIN
     """
     seed = check_seed(seed)
     plant = dict(plant)
-    fabric, envm = plant.pop("fabric", "model"), plant.pop("envm", "")
+    fabric, envm, chip = plant.pop("fabric", "model"), plant.pop("envm", ""), plant.pop("chip", "")
     drive = load_drive(motor, seed=seed, **plant)
     if scenario:
         plan = replace(load_scenario(scenario, drive), end_s=None)
@@ -81,7 +81,7 @@ def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMIN
     pipe = _new_pipe(out_dir) if live else None
     bus_options, bus_files = bus_chardev(modbus)
     written = {"progress": files["progress"], **({"live": pipe} if live else {}), **fabric_files(fabric, build, drive),
-               **envm_files(envm), **bus_files}
+               **envm_files(envm), **chip_items(chip), **bus_files}
     write(config, twin_config(drive, plan, seed, probes, written, symbols, enums=enums))
     line = command(checked, image, config, console, [*bus_options, *extra])
     return drive, line, checked.environment(), files["progress"], pipe

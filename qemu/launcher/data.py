@@ -11,8 +11,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .consistency import check_motor
-from .errors import LauncherError
-from .paths import INVERTERS, MOTORS, SENSORS, shown
+from .errors import LauncherError, choice
+from .lot import is_lot, lot_files, lots_of
+from .paths import INVERTERS, MOTORS, REPO, SENSORS, shown
 from .rules import MAX_SHARE, TRIP_SHARE, control_by_rule, inertia_ratio_by_rule, most_a
 from .saturation import saturation_of
 from .schema import BY_RULE, INVERTER_TABLES, MOTOR_TABLES, PLANT_TABLES
@@ -102,16 +103,19 @@ def read_toml(path):
 
 def find(name, folder, what):
     """The file of a name (or of a path ending in .toml); says what there is when there is none."""
-    text = str(name)
-    path = Path(text) if text.endswith(".toml") else Path(folder) / f"{text}.toml"
-    if not path.is_file() or (not text.endswith(".toml") and Path(text).name != text):
-        raise LauncherError(f"no {what} '{text}'; there are: {', '.join(available(folder))}")
-    return path
+    text, names = str(name), available(folder)
+    if text.endswith(".toml"):
+        if not Path(text).is_file():
+            raise LauncherError(f"no {what} '{text}'; there are: {choice(Path(text).stem, names)}; {text} is no file")
+        return Path(text)
+    if text not in names:
+        raise LauncherError(f"no {what} '{text}'; there are: {choice(text, names)}")
+    return Path(folder) / f"{text}.toml"
 
 
 def load_motor(name):
-    """The motor `name` (a file of qemu/motors/, or a path to a .toml). Its [control] may still lack what follows by rule."""
-    motor = _load(find(name, MOTORS, "motor"), "motor", MOTOR_TABLES)
+    """The motor `name` (a file of qemu/motors/, a path to a .toml, or a lot). Its [control] may lack what follows by rule."""
+    motor = _load(*_read(name, MOTORS, "motor"), "motor", MOTOR_TABLES)
     rating, electrical, load = motor["rating"], motor["electrical"], motor["load"]
     where = motor.where
     if load["inertia_ratio"] is BY_RULE:
@@ -130,11 +134,38 @@ def load_motor(name):
     return motor
 
 
-def load_inverter(name, beside=None):
-    """The inverter `name` (a file of qemu/inverters/, or a path to a .toml; `beside`: from that file's folder, too)."""
+def motors_named(words):
+    """The motors that words name: names of qemu/motors, paths of files (as seen from the repository), lot:7, lot:1-200."""
+    names = []
+    for word in words or []:
+        if is_lot(word):
+            names += lots_of(word)
+            continue
+        path = find(word, MOTORS, "motor").resolve()
+        inside = path.is_relative_to(REPO)
+        names.append(word if not word.endswith(".toml") else str(path.relative_to(REPO) if inside else path))
+    return names
+
+
+def files_of(name):
+    """The files that a motor is read from: its own and its inverter's."""
+    path = find(name, MOTORS, "motor")
+    motor = _load(path, read_toml(path), "motor", MOTOR_TABLES)
+    if is_lot(motor.inverter):
+        return [path]
+    return [path, find(_beside(motor.inverter, path), INVERTERS, "inverter")]
+
+
+def _beside(name, beside):
+    """The path of an inverter that stands beside its motor, otherwise its name."""
     if beside is not None and str(name).endswith(".toml") and (Path(beside).parent / name).is_file():
-        name = Path(beside).parent / name
-    inverter = _load(find(name, INVERTERS, "inverter"), "inverter", INVERTER_TABLES)
+        return Path(beside).parent / name
+    return name
+
+
+def load_inverter(name, beside=None):
+    """The inverter `name` (a file of qemu/inverters/, a path to a .toml, or a lot; `beside`: from its folder, too)."""
+    inverter = _load(*_read(_beside(name, beside), INVERTERS, "inverter"), "inverter", INVERTER_TABLES)
     supply, protection = inverter["supply"], inverter["protection"]
     if not protection["v_min_v"] < supply["vbus_v"] < protection["v_max_v"] < inverter["sensor"]["v_range_v"]:
         raise LauncherError(f"{inverter.where}: v_min_v < vbus_v < v_max_v < v_range_v does not hold")
@@ -150,7 +181,7 @@ def load_inverter(name, beside=None):
 def load_sensors(name):
     """The [sensor] table of `name` (a file of qemu/sensors/, or a path to a .toml): no key of it is required."""
     keys = {key: replace(meaning, default=0.0) for key, meaning in INVERTER_TABLES["sensor"].items()}
-    return _load(find(name, SENSORS, "sensors"), "sensors", {"sensor": keys})
+    return _load(*_read(name, SENSORS, "sensors"), "sensors", {"sensor": keys})
 
 
 def lay_over(inverter, sensors):
@@ -187,7 +218,7 @@ def _check_currents(motor, inverter):
             f"{motor.where}: rated_current_a {rated_a:g} is too much for inverter {inverter.key}, which leaves {left_a:g} A"
             f" ({limits}): an inverter with {1.01 * rated_a / MAX_SHARE / TRIP_SHARE:.3g} A of both, or rated_current_a"
             f" {left_a:g} with rated_torque_nm {rating['rated_torque_nm'] * left_a / rated_a:.3g} would fit")
-    if trip_a > TRIP_SHARE * sensor["i_range_a"] or trip_a >= inverter["bridge"]["oc_trip_a"]:
+    if trip_a > TRIP_SHARE * sensor["i_range_a"] * (1 + _TINY) or trip_a >= inverter["bridge"]["oc_trip_a"]:
         raise LauncherError(f"{motor.where}: [control] i_trip_a {trip_a:g} A does not fit inverter {inverter.key} ({limits})")
     if max_a > MAX_SHARE * trip_a + _TINY:
         raise LauncherError(f"{motor.where}: [control] i_max_a {max_a:g} is above {100 * MAX_SHARE:g} % of i_trip_a {trip_a:g}:"
@@ -200,9 +231,17 @@ def _check_currents(motor, inverter):
         raise LauncherError(f"{motor.where}: [control] i_align_a {control['i_align_a']:g} is above i_max_a {max_a:g}")
 
 
-def _load(path, kind, tables):
+def _read(name, folder, what):
+    """(path, contents) of a data file, or of what a lot has in its place."""
+    if is_lot(name) and what != "sensors":
+        motor, inverter = lot_files(str(name))
+        return Path(str(name)), motor if what == "motor" else inverter
+    path = find(name, folder, what)
+    return path, read_toml(path)
+
+
+def _load(path, raw, kind, tables):
     where = shown(path)
-    raw = read_toml(path)
     texts = ["name", "summary"] + (["inverter"] if kind == "motor" else [])
     for key in raw:
         if key not in {*tables, *texts, "documents", "check", "point"}:

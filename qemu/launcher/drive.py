@@ -24,7 +24,8 @@ FIELD_SHARE = 0.15  # of the torque of i_max, for turning a prescribed field up
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
 _TWIN_NAMES = {"counts_per_rev": "encoder_counts"}  # where a key of the data file has another name in the twin
-_TOLD = {"chopper_on_v", "chopper_off_v", "modulator_osr"}  # the drive is: it switches the chopper, and sets the filters
+_TOLD = {"chopper_on_v", "chopper_off_v", "modulator_osr",  # the drive is: it switches the chopper, and sets the filters
+         "fitted"}  # an event cuts the encoder's wires: config.py
 _ALWAYS = {"motor.copper_tempco_per_k", "inverter.diode_v"}  # whose default in the twin is not neutral
 
 
@@ -121,6 +122,21 @@ class Drive:
         return max(1.0, self.inertia_kgm2 / self.motor["electrical"]["flux_wb"] / told)
 
     @property
+    def sensed_deg(self):
+        """What the sensor of the angle leaves open, electrical: see names()."""
+        count_deg = 360 * self.motor["electrical"]["pole_pairs"] / self.motor["encoder"]["counts_per_rev"]
+        return {0: min(count_deg, 90.0), 1: 90.0, 2: 35.0}[int(self.motor["control"]["angle_source"])]
+
+    @property
+    def swing_s(self):
+        """1 / (resonance of the coupling, rad/s), or 0 where it is rigid."""
+        stiffness, load = self.motor["load"]["stiffness_nm_rad"], self.load_inertia_kgm2
+        if not stiffness or not load:
+            return 0.0
+        rotor = self.motor["mechanical"]["inertia_kgm2"]
+        return math.sqrt(rotor * load / (rotor + load) / stiffness)
+
+    @property
     def field_accel_rad_s2(self):
         """The most that a prescribed field is turned up with: settings/tuning_observer.c."""
         return FIELD_SHARE * 1.5 * self.params["pole_pairs"] * self.params["flux_uwb"] * 1e-6 * self._param_a("i_max_ma") / (
@@ -160,6 +176,9 @@ class Drive:
                    work_rpm), electrical_tau_s (lq_h / resistance_ohm), on_time_s (from `on` to OPERATION_ENABLED with
                    alignment, as planned: few starts take longer), settle_s (after a step or a ramp), steady_s (a window of
                    rest: a turn or more)
+        sensor     sensed_deg (electrical, between what the sensor of the angle tells apart: a count; half a sector of Hall
+                   switches and 5 degrees; 90 without either, where a field leads), sensed_share (its sine)
+        shaft      swing_s (1 / resonance in rad/s of the coupling, or 0: a load step falls on the load first, and comes back)
         units      rad_s_per_rpm
         """
         rating, control, electrical = self.motor["rating"], self.motor["control"], self.motor["electrical"]
@@ -190,6 +209,7 @@ class Drive:
             "settle_s": max(0.2, SETTLE_TAUS * speed_tau_s), "steady_s": max(0.25, turn_time_s),
             "resistance_ohm": electrical["resistance_ohm"],
             "bus_energy_J": supply["bus_capacitance_f"] / 2 * (self._param_a("v_max_mv") ** 2 - supply["vbus_v"] ** 2),
+            "sensed_deg": self.sensed_deg, "sensed_share": math.sin(math.radians(self.sensed_deg)), "swing_s": self.swing_s,
             "electrical_tau_s": electrical["lq_h"] / electrical["resistance_ohm"], "rad_s_per_rpm": RPM,
         }
 

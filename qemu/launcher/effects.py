@@ -10,7 +10,7 @@ Taken away, an effect is gone whole; what "ideal" keeps of it (the second column
 """
 from dataclasses import dataclass
 
-from .errors import LauncherError
+from .errors import LauncherError, choice
 
 
 def _zero(*keys):
@@ -84,6 +84,6 @@ def parse_plant(text="full"):
         if sign not in ("+", "-"):
             raise LauncherError(f"PLANT '{text}': '{change}' is neither +effect nor -effect")
         if effect not in EFFECTS:
-            raise LauncherError(f"PLANT '{text}': no effect '{effect}'; there are: {', '.join(EFFECTS)}")
+            raise LauncherError(f"PLANT '{text}': no effect '{effect}'; there are: {choice(effect, EFFECTS)}")
         levels[effect] = _ON if sign == "+" else _OFF
     return Plant(str(text or "full"), tuple(levels.items()))

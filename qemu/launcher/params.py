@@ -9,7 +9,7 @@ value costs: "resistance_mohm*1.3 flux_uwb*0.8 pole_pairs=5 encoder_counts+96".
 import re
 from dataclasses import dataclass
 
-from .errors import LauncherError
+from .errors import LauncherError, choice
 
 # parameter -> (file, table, key, units of the parameter in one of the key's)
 SOURCES = {
@@ -59,6 +59,8 @@ SOURCES_OF_INJECTION = {
     "injection_silent": ("motor", "control", "injection_silent", 1),
     "cross_pm": ("motor", "control", "cross_saturation", 1e3),
 }
+# told besides where it is not the encoder that tells the angle
+SOURCES_OF_ANGLE = {"angle_source": ("motor", "control", "angle_source", 1)}
 # the firmware's initial values, which are not typed: what follows would come later, and each start be another one
 UNSAID = {"injection_silent": 0}
 COARSE_PERCENT = 2.0  # of a value, lost to the firmware's whole units, which the report mentions
@@ -88,7 +90,8 @@ def exact_params(drive):
     devices = {"motor": drive.motor, "inverter": drive.inverter}
     told = {**SOURCES, **(SOURCES_OF_TWO if drive.motor["control"]["pwm_samples"] != 1 else {}),
             **(SOURCES_OF_MODULATORS if drive.inverter["sensor"]["modulator_osr"] != 0 else {}),
-            **(SOURCES_OF_INJECTION if drive.motor["control"]["injection_v"] != 0 else {})}
+            **(SOURCES_OF_INJECTION if drive.motor["control"]["injection_v"] != 0 else {}),
+            **(SOURCES_OF_ANGLE if drive.motor["control"]["angle_source"] != 0 else {})}
     exact = {name: devices[file][table][key] * units for name, (file, table, key, units) in told.items()}
     exact["inertia_gmm2"] = drive.inertia_kgm2 * 1e9  # rotor and load
     return exact
@@ -115,7 +118,8 @@ def check_ranges(drive, ranges):
             continue
         if name in drive.changed:
             raise LauncherError(f"{drive.changed[name]}: the firmware takes {name} {limits.low}..{limits.high}, not {value}")
-        file, table, key, units = {**SOURCES, **SOURCES_OF_TWO, **SOURCES_OF_MODULATORS, **SOURCES_OF_INJECTION}[name]
+        file, table, key, units = {**SOURCES, **SOURCES_OF_TWO, **SOURCES_OF_MODULATORS, **SOURCES_OF_INJECTION,
+                                   **SOURCES_OF_ANGLE}[name]
         device = drive.motor if file == "motor" else drive.inverter
         raise LauncherError(f"{device.where}: [{table}] {key} {device[table][key]:g}: the firmware takes"
                             f" {limits.low / units:g}..{limits.high / units:g} (parameter {name} {limits.low}..{limits.high},"
@@ -131,7 +135,7 @@ def detuned(params, text):
             raise LauncherError(f"DETUNE '{item}' is none of name*1.3, name/2, name=5, name+2, name-2")
         name, sign, number = match.group(1), match.group(2), float(match.group(3))
         if name not in result:
-            raise LauncherError(f"DETUNE '{item}': no parameter '{name}'; there are: {', '.join(params)}")
+            raise LauncherError(f"DETUNE '{item}': no parameter '{name}'; there are: {choice(name, params)}")
         if sign == "/" and number == 0:
             raise LauncherError(f"DETUNE '{item}': division by zero")
         value = {"*": lambda a, b: a * b, "/": lambda a, b: a / b, "=": lambda a, b: b, "+": lambda a, b: a + b,

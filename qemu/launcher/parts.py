@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
 """`make campaign PART=...`: the parts there are, their cases, and how one is played."""
+import re
 import tempfile
 
 from . import (part_detune, part_identified, part_identify, part_saliency, part_sensorless, part_start, part_supervision,
                part_wiring)
-from .campaign import keep
-from .data import available
+from .campaign import MOTOR, keep
+from .data import available, motors_named
 from .drive import load_drive
 from .errors import LauncherError
 from .kind import Run
@@ -17,28 +18,23 @@ PARTS = {module.NAME: module for module in (part_start, part_wiring, part_superv
 
 
 def is_part(key):
-    """Whether a key is one of a part's case."""
-    return ":" in key.partition("/")[0]
+    """Whether a key is one of a part's case: lot:7 is a motor."""
+    return re.match(r"(?!lot:)\w+:", key) is not None
 
 
 def parse(key):
     """A PartCase from its key."""
-    part, _, rest = key.strip().partition(":")
-    motor, _, what = rest.partition("/")
-    if part not in PARTS or not what:
+    found = re.fullmatch(rf"(\w+):{MOTOR}/(.+)", key.strip())
+    if not found or found[1] not in PARTS:
         raise LauncherError(f"'{key}' is not PART:MOTOR/WHAT with PART one of {', '.join(PARTS)}")
-    return PartCase(part, motor, what)
+    return PartCase(*found.groups())
 
 
 def plan_part(part, motors, options):
     """Every case of a part. `motors`: names, or none for all; `options`: of the command line, by name."""
     if part not in PARTS:
         raise LauncherError(f"no PART '{part}'; there are: {', '.join(PARTS)}")
-    there_are = available(MOTORS)
-    for name in motors:
-        if name not in there_are:
-            raise LauncherError(f"no motor '{name}'; there are: {', '.join(there_are)}")
-    cases, wanted = PARTS[part].plan(motors or there_are, options), (options.get("what") or "").split()
+    cases, wanted = PARTS[part].plan(motors_named(motors) or available(MOTORS), options), (options.get("what") or "").split()
     if not cases:
         raise LauncherError(f"PART {part} has no case for these motors: docs/campaign.md says which it has")
     chosen = [case for case in cases if not wanted or matches(case.what, wanted)]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""run.png: the run on one page, the plant's truth beside what the firmware believes, and a few turns enlarged."""
+"""run.png: the run on one page, the plant's truth beside what the firmware believes, and a few turns enlarged. For README in
+landscape: what happens once the drive is in operation."""
 import matplotlib
 
 matplotlib.use("Agg")
@@ -36,6 +37,30 @@ def draw(result, path):
         plot(axis, near, drive)
         _dress(axis)
         axis.set_xlabel(f"time / s, enlarged at {near['t_s'][0]:.3f} s")
+    figure.savefig(path, dpi=100)
+    plt.close(figure)
+
+
+def draw_wide(result, path):
+    """Speed, torque and currents from the label `up` on, and a few turns of the phase currents beside them."""
+    drive = result.drive
+    rows = result.trace["t_s"] >= result.scenario.names["up"]
+    trace = Trace({name: column[rows] for name, column in result.trace.items()})
+    figure = plt.figure(figsize=(12, 5.4), constrained_layout=True)
+    grid = figure.add_gridspec(3, 3)
+    figure.suptitle(f"{drive.motor.name}: {result.scenario.title}", fontsize=13)
+    for row, plot in enumerate((_speed, _torque, _currents_dq)):
+        axis = figure.add_subplot(grid[row, :2])
+        plot(axis, trace, drive)
+        _dress(axis)
+        axis.tick_params(labelbottom=row == 2)
+    axis.set_xlabel("time / s")
+    near = _loaded_stretch(trace, drive)
+    for place, plot in ((grid[:2, 2], _currents_abc), (grid[2, 2], _duty)):
+        axis = figure.add_subplot(place)
+        plot(axis, near, drive)
+        _dress(axis)
+    axis.set_xlabel("time / s, enlarged")
     figure.savefig(path, dpi=100)
     plt.close(figure)
 

@@ -18,6 +18,7 @@ from .paths import shown
 MACHINE = "emcraft-sf2"
 DEFAULT_QEMU = "qemu-system-arm"
 STALL_S = 300.0  # wall time without progress after which a run is given up
+FULL_BYTES = 1 << 20
 LOOK_S = 0.1     # how often progress is read
 
 _PR_SET_PDEATHSIG = 1
@@ -107,6 +108,17 @@ def fabric_files(fabric, build, drive):
     return {"fabric": library.resolve()}
 
 
+CHIPS = ("m2s010", "m2s025")
+
+
+def chip_items(chip, wired=""):
+    """The items for CHIP=name and, where not as docs/fabric.md advises for it, for how the design has wired the fabric."""
+    chip = chip or os.environ.get("CHIP") or CHIPS[0]
+    if chip not in CHIPS:
+        raise LauncherError(f"CHIP '{chip}' is neither m2s010, on which traffic on FIC_0 undoes changes, nor m2s025")
+    return {"chip": chip, **({"fabric_wired": wired} if wired else {})}
+
+
 def envm_files(path):
     """The item for ENVM=file: what the device keeps while it is off."""
     if not path:
@@ -190,7 +202,15 @@ def run_to_end(arguments, environment, end_s, progress_path, stderr_path, show=N
             process.wait()
             raise
     if process.returncode != 0:
+        refuse_full_disk(Path(stderr_path).parent)
         raise LauncherError(f"{reason(process.returncode)}{tail(stderr_path)}")
+
+
+def refuse_full_disk(folder):
+    """What ended QEMU could not be written down either."""
+    if shutil.disk_usage(folder).free < FULL_BYTES:
+        raise LauncherError(f"the disk of {shown(folder)} is full: a run writes 17 MB for each second that it simulates;"
+                            " BUILD=path is another place")
 
 
 def _watch(process, end_s, progress_path, show):

@@ -20,7 +20,8 @@
                    current_bw_hz, and 10 i_max_a for a count of the encoder within a millisecond
 
 The bus gives 85 % of vbus/sqrt(3): dead time takes 8 %, the rest is for control and for a supply that sags. Rated torque takes
-the EMF, the resistive drop of a winding at 105 degC (1.31 times) and the voltage of L_q, with i_d = 0. Three digits are kept.
+the EMF, the resistive drop of a winding at 105 degC (1.31 times) and the voltage of L_q, the apparent one where the file has
+it, with i_d = 0. Three digits are kept.
 """
 import math
 
@@ -102,8 +103,8 @@ def speed_of_bus_rpm(motor, inverter):
     electrical = motor["electrical"]
     available_v = USABLE * inverter["supply"]["vbus_v"] / math.sqrt(3)
     i_q = motor["rating"]["rated_torque_nm"] / (1.5 * electrical["pole_pairs"] * electrical["flux_wb"])
-    drop_v = HOT * electrical["resistance_ohm"] * i_q
-    a = electrical["flux_wb"] ** 2 + (electrical["lq_h"] * i_q) ** 2
+    drop_v, lq_h = HOT * electrical["resistance_ohm"] * i_q, motor["control"]["lq_apparent_h"] or electrical["lq_h"]
+    a = electrical["flux_wb"] ** 2 + (lq_h * i_q) ** 2
     b, c = electrical["flux_wb"] * drop_v, drop_v ** 2 - available_v ** 2
     if c >= 0:
         return 0.0

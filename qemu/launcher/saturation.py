@@ -138,6 +138,18 @@ def inverse_inductances(m, psi_d, psi_q):
             m.a_q0 + 3 * m.a_qq * psi_q**2 + m.a_dq / 2 * psi_d**2)
 
 
+def flux_at(m, i_d, i_q, flux_wb):
+    """(psi_d, psi_q) of the polynomial machine at a current, from its flux without current."""
+    psi_d, psi_q = flux_wb, 0.0
+    for _ in range(100):
+        g_dd, g_dq, g_qq = inverse_inductances(m, psi_d, psi_q)
+        off_d = i_d + m.i_f_a - psi_d * (m.a_d0 + m.a_dd * psi_d**2 + m.a_dq / 2 * psi_q**2)
+        off_q = i_q - psi_q * (m.a_q0 + m.a_qq * psi_q**2 + m.a_dq / 2 * psi_d**2)
+        share = 1 / (g_dd * g_qq - g_dq**2)
+        psi_d, psi_q = psi_d + share * (g_qq * off_d - g_dq * off_q), psi_q + share * (g_dd * off_q - g_dq * off_d)
+    return psi_d, psi_q
+
+
 def flux_at_rest(m):
     """The flux in d without current, of any machine."""
     def current(psi):
@@ -169,8 +181,11 @@ def _bisect(function, low, high):
     rises = function(high) > function(low)
     for _ in range(200):
         middle = (low + high) / 2
+        exact = middle in (low, high)  # no number lies between them: what follows changes nothing
         if (function(middle) > 0) == rises:
             high = middle
         else:
             low = middle
+        if exact:
+            break
     return (low + high) / 2

@@ -103,7 +103,8 @@ MOTOR_TABLES = {
         "encoder_ecc_phase_rad": Key(-_TURN, _TURN, 0.0, "its phase"),
         "encoder_lost_per_rev": Key(0, 1000, 0.0, "counts lost in a turn"),
         "encoder_extra_per_rev": Key(0, 1000, 0.0, "counts too many in a turn"),
-        "encoder_index_counts": Key(1, 1000, 1.0, "width of the index pulse")},
+        "encoder_index_counts": Key(1, 1000, 1.0, "width of the index pulse"),
+        "fitted": _whole(0, 1, 1, "0: there is none, and its inputs are open")},
     "hall": {
         "hall_angle_rad": Key(-_TURN, _TURN, 0.0, "electrical angle of the first edge"),
         "hall_error_a_rad": Key(-0.5, 0.5, 0.0, "placement of sensor A, electrical"),
@@ -132,6 +133,7 @@ MOTOR_TABLES = {
         "lq_apparent_h": Key(0, 10, 0.0, "the same, q axis"),
         "lq_rest_h": Key(0, 10, 0.0, "where lq_h is that of rated current: of q without current, incremental; 0: as lq_h"),
         "cross_saturation": Key(-0.249, 0.249, 0.0, "incremental L_dq by L_qq at rated current, where injection needs it"),
+        "angle_source": _whole(0, 2, 0, "of the rotor: 0 the encoder, 1 the observer, 2 three Hall switches"),
         "injection_v": Key(0, 1000, 0.0, "without an encoder: voltage that shows the saliency; 0: none"),
         "injection_silent": _whole(0, 1, 0, "1: its pulses in drawn order, a noise; 0: in turn, a tone"),
         "stop_max_s": Key(0.1, 3600, BY_RULE, "a quick stop that takes longer ends with the bridge off"),

@@ -17,7 +17,7 @@ from .load import CURRENT_LOOP, cpu_load, load_irqlog
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
 from .probes import Symbols, add_belief, code_of, make_probes
-from .qemu import Image, Qemu, command, envm_files, escape, fabric_files, run_to_end
+from .qemu import Image, Qemu, chip_items, command, envm_files, escape, fabric_files, run_to_end
 from .refusals import NAME, judge, typed
 from .scenario import load_scenario
 from .trace import add_truth, load_trace
@@ -64,7 +64,8 @@ def check_seed(seed):
 
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
              show=None, dumps=None, cycles=None, way_of=None, plant="full", spread=1, detune="", csv=False,
-             start_angle=None, fabric="model", aligned=False, sensors="", envm="", envm_model=None):
+             start_angle=None, fabric="model", aligned=False, sensors="", envm="", envm_model=None, chip="",
+             wired=""):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
@@ -83,6 +84,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     fabric     model, the twin's C models, or rtl, the verilated RTL
     envm       file of what the device keeps while it is off, the settings: read at first, if there is one, and written
     envm_model {"program_s": 0.01, ...}: how its eNVM behaves, where not as the twin's defaults (qemu/twin/envm.c)
+    chip       m2s010 or m2s025 (default: $CHIP or m2s010); wired: how its design has the fabric's reset (qemu/twin/chip.h)
     csv        whether the trace is to be had as text as well, in trace.csv
     show       called as it goes, with the simulated seconds done and planned: a late start makes a run longer
     """
@@ -103,6 +105,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     written = {key: files[key] for key in ("trace", "progress", "irqlog", "bus_log", *(["csv"] if csv else []))}
     written.update(fabric_files(fabric, build, drive))
     written.update(envm_files(envm))
+    written.update(chip_items(chip, wired))
     written.update({f"envm.{key}": value for key, value in (envm_model or {}).items()})
     way = (way_of, (out_dir / "irqpath.csv").resolve()) if way_of else None
     write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles, way, enums))

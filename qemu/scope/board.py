@@ -31,6 +31,10 @@ class Board:
         """A cable that was pulled may come back."""
         return None
 
+    def at_work(self):
+        """Nothing but the line shows."""
+        return False
+
     def last_words(self):
         return ""
 

@@ -9,8 +9,10 @@ from launcher.errors import LauncherError
 from .line import Sample, Splitter
 
 END = b".\r\n"      # behind each answer in the console's mode for programs (docs/console.md)
-ANSWER_S = 8.0    # the longest answer, a whole capture, takes 3 s at 115200 baud
-SILENT_S = 2.0    # without a sample or an answer: it is silent; while it streams, something comes each millisecond
+ANSWER_S = 20.0   # the longest answer, a whole capture, takes 3 s at 115200 baud; a slow twin takes longer
+SILENT_S = 0.8    # without a sample or an answer: it is silent; while it streams, something comes each millisecond
+AT_WORK_S = 20.0   # the same where the other end is seen to go on, slowly: QEMU on a machine that is busy
+REVIVE_S = 2.0    # for a drive that may be there again
 QUIET_S = 0.3     # without text: nothing of an earlier answer is still to come
 AGAIN_S = 1.0     # between attempts to open a line that has ended
 KEEP_UP_S = 1.0   # an empty line this often: the stream ends 3 s after the last line (operate/stream.h)
@@ -23,7 +25,7 @@ class DriveError(Exception):
 
 class Drive:
     """`far` is the line's other end: async read(), write(bytes), set_baud(rate), reopen(), close(); ended() says why it has
-    ended for good, or None."""
+    ended for good, or None; at_work(), that it is seen to go on."""
 
     def __init__(self, far, on_samples, on_said):
         self.far, self.damaged, self._broken, self._out_of_step = far, 0, "", ""
@@ -48,7 +50,8 @@ class Drive:
         if reason := self.far.ended() or self._broken:
             return reason
         quiet_s = time.monotonic() - self.heard_s
-        return f"no answer for {quiet_s:.0f} s" if quiet_s > SILENT_S else self._out_of_step
+        limit_s = AT_WORK_S if self.far.at_work() else SILENT_S
+        return f"no answer for {quiet_s:.0f} s" if quiet_s > limit_s else self._out_of_step
 
     async def _listen(self):
         while not self.far.ended():
@@ -98,8 +101,8 @@ class Drive:
         self._text += text
         self._text_s = time.monotonic()
         if self._asked:
+            self.heard_s = self._text_s  # a long answer takes the place of samples
             if self._text == END or self._text.endswith(b"\n" + END):
-                self.heard_s = time.monotonic()
                 self._ended.set()
         elif self._text.endswith(b"\n"):
             said = self._text.decode("ascii", "replace").replace("\r", "").strip()
@@ -156,7 +159,7 @@ class Drive:
     async def revive(self):
         """From a line at any rate, in any mode, to where it was; raises DriveError when nobody answers."""
         await self.far.set_baud(CONSOLE_BAUD)
-        await self.program_mode(SILENT_S)
+        await self.program_mode(REVIVE_S)
 
     async def stream(self, every_ms):
         """Samples come every so many milliseconds, until keep_up() is not called for 3 s."""

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 """What goes on between the drive and the pages that are open: one session for all of them.
 
-Pages get messages, dictionaries with a key "kind": hello, samples, status, said, capture, parameters, answer, chosen, signals;
-silent when the drive says nothing, with why, since when and its last words, and awake when it does again. They send
-{"kind": "line", "line": ...}, {"kind": "stop"}, {"kind": "disturb", ...}, {"kind": "capture"}, {"kind": "parameters"}
-and {"kind": "here"}.
+Pages get messages, dictionaries with a key "kind": hello, samples, status, said, capture, parameters, answer, applied, chosen,
+signals; silent when the drive says nothing, with why, since when and its last words, and awake when it does again. They send
+{"kind": "line", "line": ...}, {"kind": "stop"}, {"kind": "set", "values": {name: value}, "what": ...},
+{"kind": "disturb", ...}, {"kind": "jog", "rpm": ...} as long as a button is held, {"kind": "capture"},
+{"kind": "parameters"} and {"kind": "here"}.
+All see what one commands; "own" is true for that one.
 Whoever has started the motor from a page and goes away, by closing it or by falling silent, leaves it to the session, which
 stops it.
 """
@@ -14,7 +16,9 @@ import re
 import sys
 import time
 
+from . import words
 from .drive import KEEP_UP_S, Drive, DriveError
+from .jog import Jog
 
 STATUS_S = 0.4
 LOOK_S = 0.1       # how often the line is looked at
@@ -22,6 +26,7 @@ SILENCE_S = 5.0    # a page that has not said "here" for so long is gone
 STOP_S = 6.0       # from quick stop to off
 EVERY_MS = 1
 MOVES = ("on", "identify", "speed", "torque", "pv", "pp", "hm", "csp", "csv", "cst", "learn")
+CHANGES = ("set", "load", "defaults")  # and `identify use`
 MEANT_FOR_HERE = ("stream",)
 
 
@@ -29,6 +34,7 @@ class Session:
     def __init__(self, far):
         self.far, self.pages, self.started = far, {}, False
         self.drive = Drive(far, self._samples, self._said)
+        self._jog = Jog(self.drive.ask)
         self.signals, self.chosen, self.state, self._known_fault = {}, [], "", ""
         self._silent, self._last_said = None, ""
         self._tasks = []
@@ -43,7 +49,8 @@ class Session:
                 raise DriveError(f"'{line}': {' '.join(answer)}")
         self.signals, self.chosen = await self.drive.signals(), await self.drive.chosen()
         await self.drive.stream(EVERY_MS)
-        self._tasks = [asyncio.ensure_future(self._watch()), asyncio.ensure_future(self._mind_line())]
+        self._tasks = [asyncio.ensure_future(self._watch()), asyncio.ensure_future(self._mind_line()),
+                       asyncio.ensure_future(self._mind_jog())]
 
     async def close(self):
         for task in self._tasks:
@@ -63,7 +70,8 @@ class Session:
     def join(self, page, send):
         self.pages[page] = [send, time.monotonic()]
         send({"kind": "hello", "title": self.far.title, "twin": self.far.name == "twin", "every_ms": EVERY_MS,
-              "disturbances": getattr(self.far, "disturbances", {}), "signals": self.signals, "chosen": self.chosen})
+              "disturbances": getattr(self.far, "disturbances", {}), "signals": self.signals, "chosen": self.chosen,
+              "words": words.parameters(), "steps": words.identify_steps()})
         if self._silent:
             send(self._silent)
 
@@ -74,55 +82,92 @@ class Session:
         for send, _ in list(self.pages.values()):
             send(message)
 
+    def _answer(self, page, line, lines):
+        for other, (send, _) in list(self.pages.items()):
+            send({"kind": "answer", "line": line, "lines": lines, "own": other is page})
+
     async def take(self, page, message):
-        """What a page has sent. The answer goes to that page, news to all."""
+        """What a page has sent. Answers and news go to all."""
         self.pages[page][1] = time.monotonic()
-        kind, send = message.get("kind"), self.pages[page][0]
+        kind = message.get("kind")
         try:
             if kind == "line":
-                await self._line(send, str(message.get("line", "")).strip())
+                await self._line(page, str(message.get("line", "")).strip())
             elif kind == "stop":
-                await self._brake(send)
+                await self._brake(page)
+            elif kind == "set":
+                await self._set(page, message.get("values"), str(message.get("what", kind)))
+            elif kind == "jog":
+                await self._turn(page, message.get("rpm"))
             elif kind == "capture":
                 self._tell({"kind": "capture", "of": message.get("of", "read"),
                             **await self.drive.capture("fault" if message.get("of") == "fault" else "read")})
             elif kind == "parameters":
-                send({"kind": "parameters", "rows": await self.drive.parameters()})
+                await self._tell_parameters()
             elif kind == "disturb":
-                words = str(message.get("line", "")).split()
-                wrong = await self.far.disturb(words[0], words[1:]) if words else "what?"
-                send({"kind": "answer", "line": f"twin: {' '.join(words)}", "lines": [f"error: {wrong}" if wrong else "ok"]})
+                asked = str(message.get("line", "")).split()
+                wrong = await self.far.disturb(asked[0], asked[1:]) if asked else "what?"
+                self._answer(page, f"twin: {' '.join(asked)}", [f"error: {wrong}" if wrong else "ok"])
         except DriveError as error:
-            send({"kind": "answer", "line": str(message.get("line", kind)), "lines": [f"error: {error}"]})
+            self._answer(page, str(message.get("line", kind)), [f"error: {error}"])
 
-    async def _line(self, send, line):
+    async def _line(self, page, line):
         word = line.split(" ", 1)[0]
         if not line.isascii() or not line.isprintable() or len(line) > 80:
-            send({"kind": "answer", "line": line, "lines": ["error: a line has at most 80 printable characters"]})
+            self._answer(page, line, ["error: a line has at most 80 printable characters"])
             return
         if word in MEANT_FOR_HERE:
-            send({"kind": "answer", "line": line, "lines": ["error: the page keeps the stream itself"]})
+            self._answer(page, line, ["error: the page keeps the stream itself"])
             return
         answer = await self.drive.ask(line)
         self.started = self.started or word in MOVES
-        send({"kind": "answer", "line": line, "lines": answer})
+        self._answer(page, line, answer)
         if line.startswith("scope signals ") and answer == ["ok"]:
             self.chosen = await self.drive.chosen()
             self._tell({"kind": "chosen", "chosen": self.chosen})
-        elif word == "set" and answer == ["ok"]:
-            self.signals = await self.drive.signals()  # ranges may have changed
-            self._tell({"kind": "signals", "signals": self.signals})
+        elif (word in CHANGES or line == "identify use") and not " ".join(answer).startswith("error"):
+            await self._tell_parameters()
 
-    async def _brake(self, send):
+    async def _tell_parameters(self):
+        self.signals = await self.drive.signals()  # their ranges are parameters
+        self._tell({"kind": "signals", "signals": self.signals})
+        self._tell({"kind": "parameters", "rows": await self.drive.parameters()})
+
+    async def _set(self, page, values, what):
+        """Many parameters, one after another; what is refused does not keep the others from being taken."""
+        if not isinstance(values, dict) or not all(re.fullmatch(r"\w{1,40}", name) and isinstance(value, int)
+                                                   for name, value in values.items()):
+            self._answer(page, what, ["error: values are whole numbers, by their parameters' names"])
+            return
+        refusals = {}
+        for name, value in values.items():
+            answer = await self.drive.ask(f"set {name} {value}")
+            if answer != ["ok"]:
+                refusals[name] = " ".join(answer)
+        await self._tell_parameters()
+        for other, (send, _) in list(self.pages.items()):
+            send({"kind": "applied", "what": what, "taken": len(values) - len(refusals), "refusals": refusals,
+                  "own": other is page})
+
+    async def _turn(self, page, rpm):
+        """As long as the page goes on saying so."""
+        if not isinstance(rpm, int) or abs(rpm) > 100000:
+            self._answer(page, "jog", ["error: a speed is a whole number of rpm"])
+            return
+        self.started = True
+        if (answer := await self._jog.hold(rpm)) is not None:
+            self._answer(page, f"speed {rpm}", answer)
+
+    async def _brake(self, page):
         """Quick stop where there is operation to be stopped, off in every other state. One that is silent may still hear."""
         if self._silent:
             line = "quickstop" if self.state.startswith("operation enabled") else "off"
             await self.drive.shout(line)
-            send({"kind": "answer", "line": line, "lines": ["sent; the drive does not answer"]})
+            self._answer(page, line, ["sent; the drive does not answer"])
             return
         for line in ("quickstop", "off"):
             answer = await self.drive.ask(line)
-            send({"kind": "answer", "line": line, "lines": answer})
+            self._answer(page, line, answer)
             if answer == ["ok"]:
                 return
 
@@ -146,6 +191,12 @@ class Session:
             for task in (self._revive if self._silent else self._look, self._mind_pages):
                 with contextlib.suppress(DriveError):  # the line is minded below
                     await task()
+
+    async def _mind_jog(self):
+        while True:
+            await asyncio.sleep(LOOK_S)
+            with contextlib.suppress(DriveError):  # again, when the line is back
+                await self._jog.mind()
 
     async def _revive(self):
         await self.drive.revive()

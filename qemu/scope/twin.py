@@ -2,6 +2,7 @@
 """The drive in QEMU at the line's other end, in real time, and what can be done to its motor and sensors."""
 import array
 import asyncio
+import contextlib
 import fcntl
 import os
 import re
@@ -9,6 +10,7 @@ import signal
 import subprocess
 import termios
 import time
+from pathlib import Path
 
 from launcher.console import LEAD_S, PACE_S, prepared
 from launcher.drive import preamble
@@ -23,6 +25,7 @@ DISTURBANCES = {
     "temperature_c": "winding's sensor, degC or off",
 }
 CHANGE_S = 0.05
+STILL_S = 0.5
 TAKEN_S = 2.0  # for an event, which takes 10 ms of a drive that runs
 
 
@@ -32,7 +35,7 @@ class Twin:
 
     def __init__(self, motor, seed, build=None, qemu=None, out_dir=None, **plant):
         self._arguments = (motor, seed, build, qemu, out_dir, plant)
-        self.title, self.ratings = "", {}
+        self.title, self._ticks, self._worked_s = "", [], 0.0
 
     async def open(self):
         motor, seed, build, qemu, out_dir, plant = self._arguments
@@ -64,6 +67,17 @@ class Twin:
         """What has become of QEMU, or None while it is there."""
         status = self._process.poll()
         return None if status is None else f"{reason(status)}; make scope starts it anew"
+
+    def at_work(self):
+        """Whether QEMU still uses the processor, however little a busy machine leaves to it."""
+        self._look_at_work()  # this program may be late, too
+        return time.monotonic() - self._worked_s < STILL_S
+
+    def _look_at_work(self):
+        with contextlib.suppress(OSError):  # it has just ended
+            ticks = Path(f"/proc/{self._process.pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[11:13]
+            if ticks != self._ticks:
+                self._ticks, self._worked_s = ticks, time.monotonic()
 
     def last_words(self):
         """What QEMU and the twin wrote."""
@@ -102,9 +116,11 @@ class Twin:
         begin = time.monotonic()
         while self._process.poll() is None:
             await asyncio.sleep(PACE_S)
+            self._look_at_work()
             ahead = progress_s(progress) - (time.monotonic() - begin)
             if ahead > LEAD_S:
                 self._process.send_signal(signal.SIGSTOP)
+                self._worked_s = time.monotonic() + ahead  # it is held here, and will go on
                 await asyncio.sleep(ahead)
                 self._process.send_signal(signal.SIGCONT)
             elif ahead < -LEAD_S:

@@ -41,6 +41,10 @@ def application(session, token):
     async def index(_request):
         return web.FileResponse(PAGE / "index.html")
 
+    async def without_slash(request):
+        """The page's files lie below its address, which typing may have cut short."""
+        raise web.HTTPFound(f"/{request.match_info['token']}/")
+
     async def file(request):
         name = request.match_info["name"]
         folder = DYGRAPHS if name.startswith("dygraph") else PAGE
@@ -58,7 +62,7 @@ def application(session, token):
     app.router.add_get("/{token}/", index)
     app.router.add_get("/{token}/socket", socket)
     app.router.add_get("/{token}/{name}", file)
-    app.router.add_get("/{token}", index)
+    app.router.add_get("/{token}", without_slash)
     app.router.add_get("/", index)
     return app
 

@@ -121,6 +121,24 @@ static bool either(const struct reader *r, const char *what, const char *word, c
     return is_second;
 }
 
+/* The place in `names`, which ends with NULL. */
+static int one_of(const struct reader *r, const char *what, const char *word, const char *const *names,
+                  const char *list)
+{
+    for (int n = 0; names[n]; n++) {
+        if (strcmp(word, names[n]) == 0) {
+            return n;
+        }
+    }
+    fail(r, "%s: '%s' is none of %s", what, word, list);
+}
+
+static enum chip_wiring wiring(const struct reader *r, const char *what, const char *word)
+{
+    static const char *const names[] = {"core_reset_p", "m2f", "held", "no_clock", NULL};
+    return WIRED_CORE_RESET_P + one_of(r, what, word, names, "core_reset_p, m2f, held, no_clock");
+}
+
 static void read_dump(const struct reader *r, char *rest)
 {
     struct config *c = r->config;
@@ -177,11 +195,12 @@ static void read_design(const struct reader *r, char *rest)
     struct config *c = r->config;
     c->design = grown(c->design, c->design_count, sizeof *c->design);
     struct flash_word *d = &c->design[c->design_count++];
-    char *offset = next_word(&rest), *word = next_word(&rest);
+    char *offset = next_word(&rest), *word = next_word(&rest), *fixed = next_word(&rest);
     if (*word == '\0' || *next_word(&rest) != '\0') {
-        fail(r, "expected: design OFFSET WORD");
+        fail(r, "expected: design OFFSET WORD, or design OFFSET WORD FIXED_BITS");
     }
-    *d = (struct flash_word){whole(r, offset, "design"), whole(r, word, "design")};
+    *d = (struct flash_word){whole(r, offset, "design"), whole(r, word, "design"),
+                             *fixed != '\0' ? whole(r, fixed, "design") : 0};
 }
 
 static double event_time(const struct reader *r, const char *word)
@@ -317,6 +336,10 @@ static void read_line(const struct reader *r, char *line)
         if (c->watchdog_load > WATCHDOG_LOAD_MAX) {
             fail(r, "watchdog: %s is outside 0...0x%x", rest, WATCHDOG_LOAD_MAX);
         }
+    } else if (strcmp(word, "chip") == 0) {
+        c->chip.part = either(r, word, rest, "m2s010", "m2s025") ? CHIP_M2S025 : CHIP_M2S010;
+    } else if (strcmp(word, "fabric_wired") == 0) {
+        c->chip.wiring = wiring(r, word, rest);
     } else if (strcmp(word, "irqpath") == 0) {
         c->irqpath_exception = whole(r, next_word(&rest), word);
         c->irqpath_path = strdup(rest + strspn(rest, " \t"));

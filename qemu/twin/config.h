@@ -7,9 +7,12 @@
  *   irqpath EXCEPTION PATH                                                        (irqpath.h)
  *   dwt cycles|instructions                                                       (what DWT_CYCCNT counts)
  *   time instructions|cycles                        (what moves it on: 8 ns an instruction, or 10 ns a cycle of the model)
- *   design OFFSET WORD                              (flash bits of SYSREG, from power-on on; the event flash_bits: later)
+ *   design OFFSET WORD [FIXED_BITS]                 (flash bits of SYSREG, from power-on on; the event flash_bits: later;
+ *                                                    and which bits the design keeps the firmware from changing)
  *   wfi core|main_loop                                            (who moves time on in WFI, qemu_sleep.h; same results)
  *   watchdog WDOGLOAD                                              (of the design, watchdog.h; 64 ticks of 20 ns each)
+ *   chip m2s010|m2s025                                           (chip.h: what traffic on FIC_0 does on the smaller one)
+ *   fabric_wired core_reset_p|m2f|held|no_clock                    (chip.h: how the design has its reset, or what it lacks)
  *   cycles.KEY VALUE                                                              (docs/timing.md)
  *   envm PATH | envm.KEY VALUE                                                    (docs/settings.md)
  *   motor.KEY VALUE | load.KEY VALUE | inverter.KEY VALUE | sensor.KEY VALUE      (SI units)
@@ -25,6 +28,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "chip.h"
 #include "cycles.h"
 #include "envm.h"
 #include "events.h"
@@ -33,7 +37,7 @@
 #define LATE_VALUES_MAX 4
 
 struct flash_word {
-    uint32_t offset, word;
+    uint32_t offset, word, fixed;
 };
 
 struct probe {
@@ -66,6 +70,7 @@ struct config {
     char *fabric_path;           /* library of the verilated RTL; NULL: the C models */
     double end_s;                /* 0: runs until QEMU is ended */
     uint32_t watchdog_load;
+    struct chip_params chip;
     bool main_loop_wakes;
     bool count_instructions; /* what DWT_CYCCNT counts */
     bool time_by_cycles;

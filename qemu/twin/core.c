@@ -10,6 +10,7 @@
 #include "qemu_api.h"
 #include "reach.h"
 
+#define VTOR               0xE000ED08u
 #define NS_PER_INSTRUCTION 8 /* -icount shift=3 */
 #define NS_PER_CYCLE       10
 #define PACE_NS            1000 /* simulated time falls behind so far, and then catches up */
@@ -100,11 +101,18 @@ static void exception_returned(bool tail_chained)
     irqpath_returned();
 }
 
+static uint32_t vectors(void)
+{
+    uint32_t table = 0;
+    vm_read_core(VTOR, &table, sizeof table);
+    return table;
+}
+
 void core_watch(uint64_t plugin_id, const struct config *config)
 {
     static const struct vm_instructions hooks = {translated, joined, executing, accessed};
-    static const struct cycles_target core = {register_of, program_status, memory_word, exception_entered,
-                                              exception_returned};
+    static const struct cycles_target core = {register_of,       program_status,     memory_word,
+                                              exception_entered, exception_returned, vectors};
     if (config->irqlog_path) {
         irqlog_open(config->irqlog_path, executing_at);
     }

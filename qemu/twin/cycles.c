@@ -12,11 +12,14 @@
 #define SP                13
 #define EXCEPTION_RETURNS 0xFFFFFFE0u /* EXC_RETURN values lie above */
 #define IPSR_MASK         0x1FFu
+#define SYSTEM_BUS        0x20000000u /* from here on */
+#define FRAME_WORDS       8u
 
 static struct cycles_target target;
 static struct cycles_step steps[2], *now = &steps[0], *before = &steps[1];
-static bool fetch_waits;
-static uint64_t exit_beyond_rule; /* modulo 2^64 */
+static bool envm_waits, enters_cold;
+static uint64_t exit_beyond_rule;             /* modulo 2^64 */
+static unsigned vector_on_stacks_bus, popped; /* cycles beyond those of an entry and an exit */
 static struct cycles_count total;
 static uint64_t instructions;
 static uint64_t system_bus_free; /* when the posted write is done */
@@ -40,22 +43,38 @@ static void spend(enum cycles_rule rule)
     total.high += cycles_rules[rule].high;
 }
 
+static void spend_exactly(uint64_t cycles)
+{
+    total.low += cycles;
+    total.high += cycles;
+}
+
+/* The frame is pushed over the system bus, and the vector is read at the same time only if that goes over another. */
+static unsigned beyond_entry(enum cycles_rule rule)
+{
+    return rule == RULE_EXCEPTION_ENTRY && target.vectors() >= SYSTEM_BUS ? vector_on_stacks_bus : 0;
+}
+
 static void enter(unsigned number, enum cycles_rule rule)
 {
+    const unsigned beyond = beyond_entry(rule);
+    if (enters_cold) {
+        cycles_cache_evict();
+    }
     spend(rule);
+    spend_exactly(beyond);
     interrupted[nesting % 64] = (uint16_t)exception;
     nesting++;
     exception = number;
     before->op = NULL;
-    target.entered(number, cycles_rules[rule].high);
+    target.entered(number, cycles_rules[rule].high + beyond);
 }
 
 static void leave(bool tail_chained)
 {
     if (!tail_chained) {
         spend(RULE_EXCEPTION_EXIT);
-        total.low += exit_beyond_rule;
-        total.high += exit_beyond_rule;
+        spend_exactly(exit_beyond_rule + popped);
     }
     target.returned(tail_chained);
     if (nesting > 0) {
@@ -103,6 +122,18 @@ static void pass_on(void)
     before = done;
 }
 
+/* Code in eSRAM does in each case. */
+static bool may_come_late(const struct cycles_op *op)
+{
+    return envm_waits || op->address >= SYSTEM_BUS;
+}
+
+/* Whether the instruction before has used the bus that eSRAM's code comes over. */
+static bool done_on_system_bus(void)
+{
+    return before->op && before->accessed && before->address >= SYSTEM_BUS && before->address >> 20 != 0xE00;
+}
+
 static void settle(const struct cycles_op *next)
 {
     const struct cycles_op *op = now->op;
@@ -116,10 +147,11 @@ static void settle(const struct cycles_op *next)
     if (restarts && next->size == 4 && next->address % 4 != 0) {
         spend(RULE_TARGET_SPLIT);
     }
-    if (fetch_waits) {
-        uint64_t fetch = (restarts ? cycles_fetch_restart : cycles_fetch)(next->address, next->size, total.high);
-        total.low += fetch;
-        total.high += fetch;
+    if (may_come_late(next)) {
+        if (done_on_system_bus()) {
+            cycles_fetch_give_way(cost.high);
+        }
+        spend_exactly((restarts ? cycles_fetch_restart : cycles_fetch)(next->address, next->size, total.high));
     }
 }
 
@@ -175,7 +207,7 @@ bool cycles_wants_address(const struct cycles_op *op)
 
 bool cycles_wants_each(void)
 {
-    return fetch_waits;
+    return envm_waits;
 }
 
 static void begin(const struct cycles_op *op)
@@ -200,7 +232,7 @@ void cycles_execute(const struct cycles_op *op)
     instructions++;
     const struct cycles_op *done = now->op;
     if (done && done->class == CYCLES_DATA && op->address == done->address + done->size && !op->starts_handler &&
-        !fetch_waits) {
+        !may_come_late(op)) {
         spend(RULE_DATA); /* most of all instructions: worth a short way */
         pass_on();
     } else if (done) {
@@ -259,8 +291,11 @@ void cycles_init(const struct cycles_params *p, const struct cycles_target *t)
     cycles_price_init(p);
     cycles_cache_init(p);
     exit_beyond_rule = (uint64_t)p->exit - cycles_rules[RULE_EXCEPTION_EXIT].high;
-    cycles_fetch_init(cycles_envm_waits(p) != 0, (unsigned)p->esram);
-    fetch_waits = cycles_envm_waits(p) != 0 || p->esram != 0;
+    vector_on_stacks_bus = (unsigned)p->vector + (unsigned)p->esram;
+    enters_cold = p->cold != 0;
+    popped = FRAME_WORDS * (unsigned)p->esram;
+    envm_waits = cycles_envm_waits(p) != 0;
+    cycles_fetch_init(envm_waits, (unsigned)p->esram);
     target = *t;
     cycles_reset();
 }

@@ -24,11 +24,13 @@ enum cycles_cache {
 struct cycles_params {
     double apb_read, apb_write; /* fabric behind FIC and MSS peripherals; a write is posted through one buffer */
     double ppb;                 /* private peripheral bus: NVIC, SysTick, DWT */
-    double esram;               /* either direction, data and fetch */
-    double envm_wait;           /* fetch and data, when the cache is off */
+    double esram;               /* a read, of data and of code: the register in its read path */
+    double envm_wait;           /* fetch and data that the cache does not serve */
     double cache;               /* enum cycles_cache */
     double cache_miss;          /* a line that the device's cache does not have */
-    double exit;                /* of an exception, in place of the rule's */
+    double exit;                /* of an exception, in place of the rule's; the eight words it pops wait besides */
+    double cold;                /* 1: an exception's entry finds the cache empty, unless it is locked */
+    double vector;              /* more of an entry whose vector lies on the stack's bus; its own wait besides */
 };
 
 extern const struct config_key cycles_keys[];
@@ -44,6 +46,7 @@ struct cycles_target {
     /* Called when an exception's first instruction is reached, its entry already added; and on return, exit added. */
     void (*entered)(unsigned exception, unsigned entry_cycles);
     void (*returned)(bool tail_chained);
+    uint32_t (*vectors)(void); /* where the vector table lies */
 };
 
 void cycles_init(const struct cycles_params *params, const struct cycles_target *target);

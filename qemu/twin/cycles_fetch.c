@@ -24,12 +24,13 @@ static bool is_esram(uint32_t address)
 
 static bool may_wait(uint32_t address)
 {
-    return is_esram(address) ? esram_wait != 0 : envm_waits;
+    return is_esram(address) || envm_waits;
 }
 
+/* A word's cycles beyond the one of an access that is answered at once. The core registers a fetch over the system bus. */
 static unsigned wait_of(uint32_t address)
 {
-    return is_esram(address) ? esram_wait : cycles_cache_waits(address);
+    return is_esram(address) ? 1 + esram_wait : cycles_cache_waits(address);
 }
 
 static uint64_t later(uint64_t a, uint64_t b)
@@ -46,6 +47,13 @@ static uint64_t wait_for(uint32_t word, uint64_t now)
     uint64_t start = later(complete, now);
     taken[word % BUFFER_WORDS] = start;
     return start - now;
+}
+
+void cycles_fetch_give_way(uint64_t cycles)
+{
+    if (is_esram(last * 4)) {
+        complete += cycles;
+    }
 }
 
 uint64_t cycles_fetch_restart(uint32_t address, unsigned size, uint64_t now)

@@ -37,7 +37,7 @@ static unsigned wait_of(uint32_t address, bool is_write)
     case 6:
         return waits.envm;
     case 2:
-        return waits.esram;
+        return is_write ? 0 : waits.esram;
     case 0xE:
         return waits.ppb;
     default:

@@ -49,7 +49,8 @@ const struct cycles_row cycles_rules[RULES] = {
     [RULE_IT] = {"IT otherwise", EXACTLY(1), "TRM 3.3, M"},
     [RULE_BARRIER] = {"DMB, DSB", 1, 4, "TRM 3.3 (1 + B), M"},
     [RULE_ISB] = {"ISB", EXACTLY(3), "TRM 3.3 (1 + B), M"},
-    [RULE_EXCEPTION_ENTRY] = {"exception entry", EXACTLY(12), "TRM 3.9, not checked against silicon"},
-    [RULE_EXCEPTION_EXIT] = {"exception exit", EXACTLY(12), "TRM 3.9, not checked against silicon"},
+    [RULE_EXCEPTION_ENTRY] = {"exception entry, vectors and stack on different buses", EXACTLY(12),
+                              "Arm ka16366, TRM 3.9"},
+    [RULE_EXCEPTION_EXIT] = {"exception exit", EXACTLY(10), "Arm ka16366"},
     [RULE_TAIL_CHAIN] = {"tail-chain", EXACTLY(6), "TRM 3.9, not checked against silicon"},
 };

@@ -8,6 +8,7 @@
 #define SLOTS         65536u /* of halfword addresses, by their low bits; M2S010 holds 128 K halfwords of code at most */
 #define VECTORS       98     /* 16 of the core, 82 of SmartFusion2 */
 #define FIRST_HANDLER 2
+#define SYSTEM_BUS    0x20000000u /* code from there on does not come as quickly as it is executed */
 
 /* Where the vector table may stand: where reset finds it, and where the firmware's linker script puts its copy. */
 static const uint32_t tables[] = {0, 0x2000FA00};
@@ -100,7 +101,7 @@ const struct cycles_op *cycles_lookup(uint32_t address, reader *read)
 static bool follows(const struct cycles_op *last, const struct cycles_op *next)
 {
     return last->class == CYCLES_DATA && next->class == CYCLES_DATA && next->address == last->address + last->size &&
-           !next->starts_handler;
+           !next->starts_handler && next->address < SYSTEM_BUS;
 }
 
 static struct entry *lengthened(const struct cycles_op *piece, const struct cycles_op *last,

@@ -61,7 +61,8 @@ static sim_ps earlier(sim_ps a, sim_ps b)
 static sim_ps next_event(struct fabric *f)
 {
     const struct fabric_model *m = looked_at(f);
-    return earlier(pwm_next_event(&m->pwm), earlier(m->adc.done_at, m->gate.chopper.old_at));
+    sim_ps beside_pwm = earlier(m->adc.done_at, m->gate.chopper.old_at);
+    return earlier(pwm_next_event(&m->pwm), earlier(beside_pwm, m->gate.watch.late_at));
 }
 
 /* Of an edge the physics notices nothing until a switch follows it. */
@@ -75,7 +76,11 @@ static unsigned take_pwm_event(struct fabric_model *m, sim_ps at)
 {
     bool triggers = pwm_take_event(&m->pwm);
     m->fabric.valley_at = m->pwm.valley_at;
-    if (triggers || m->pwm.outputs != m->fabric.gates) {
+    bool was_live = gate_live(&m->gate);
+    if (m->pwm.at_valley) {
+        gate_valley(&m->gate);
+    }
+    if (triggers || m->pwm.outputs != m->fabric.gates || was_live != gate_live(&m->gate)) {
         drive_gates(m, at);
     }
     if (triggers) {
@@ -106,6 +111,11 @@ static unsigned take_event(struct fabric *f)
     }
     if (at == m->adc.done_at) {
         return end_conversion(m);
+    }
+    if (at == m->gate.watch.late_at) {
+        gate_watch_late(&m->gate);
+        drive_gates(m, at);
+        return 0;
     }
     chopper_grow_old(&m->gate.chopper);
     show_wires(m);
@@ -240,6 +250,9 @@ static void write(struct fabric *f, uint32_t offset, uint32_t value, sim_ps now)
     switch (offset % 4 != 0 ? SLOTS : offset / SLOT_BYTES) {
     case SLOT_PWM:
         pwm_write(&m->pwm, within, value);
+        if (within == PWM_COMPARE_C_OFFSET) {
+            gate_committed(&m->gate);
+        }
         break;
     case SLOT_ADC:
         adc_write(&m->adc, within, value);
@@ -248,7 +261,7 @@ static void write(struct fabric *f, uint32_t offset, uint32_t value, sim_ps now)
         encoder_write(&m->encoder, within, value);
         break;
     case SLOT_GATE:
-        gate_write(&m->gate, within, value);
+        gate_write(&m->gate, within, value, now);
         break;
     default:
         break;

@@ -4,13 +4,17 @@
 #include <string.h>
 
 enum { CONTROL = 0x00, STATUS = 0x04, ID = 0x08, CHOPPER = 0x0C, CHOPPER_ON = 0x10, CHOPPER_OFF = 0x14, AXES = 0x18 };
+enum { WATCH_TIME = 0x1C, WATCH = 0x20, PROOF = 0x24 };
 enum { ENABLE = 1u << 0, CHOPPING = 1u << 1 };
 enum { LIVE = 1u << 0, ENCODER = 1u << 5, OVERRUN = 1u << 6, LIMIT = 1u << 7 };
 enum { OVERCURRENT_NOW = 1u << 8, DRIVER_FAULT_NOW = 1u << 9, STO_A_NOW = 1u << 13, STO_B_NOW = 1u << 14 };
 
-#define ID_VALUE       0x464F4330u
+#define ID_VALUE       0x464F4331u
 #define ONE_AXIS       0x10u /* the first, of one */
 #define THRESHOLD_BITS 0x7FFFu
+#define WATCH_CLOCKS   0xFFFFFu
+#define WATCH_STARTED  (1u << 31)
+#define WATCH_THREAD   (1u << 8)
 #define ALL_SIX        0x3Fu
 #define HIGH_SIDES     0x15u
 
@@ -32,6 +36,7 @@ void gate_reset(struct gate *g)
     g->both_sides = false;
     g->latches = g->asking; /* the pins come from the power stage and do not notice a reset */
     chopper_reset(&g->chopper);
+    watch_reset(&g->watch);
 }
 
 static uint32_t status(const struct gate *g)
@@ -60,19 +65,44 @@ uint32_t gate_read(const struct gate *g, uint32_t offset)
         return g->chopper.off_at;
     case AXES:
         return ONE_AXIS;
+    case WATCH_TIME:
+        return g->watch.clocks | (g->watch.started ? WATCH_STARTED : 0u);
+    case WATCH:
+        return g->watch.number | (g->watch.thread ? WATCH_THREAD : 0u);
     default:
         return 0;
     }
 }
 
-void gate_write(struct gate *g, uint32_t offset, uint32_t value)
+static void write_enable(struct gate *g, bool enable, sim_ps now)
+{
+    bool was_live = g->enabled;
+    g->enabled = enable && (g->latches | active_causes(g)) == 0;
+    watch_arm(&g->watch, g->enabled, was_live, now);
+}
+
+static void miss_proof(struct gate *g)
+{
+    latch(g, g->watch.thread ? GATE_THREAD_LOST : GATE_SLOW_LOST);
+    watch_disarm(&g->watch);
+}
+
+void gate_write(struct gate *g, uint32_t offset, uint32_t value, sim_ps now)
 {
     switch (offset) {
     case CONTROL:
-        g->enabled = (value & ENABLE) && (g->latches | active_causes(g)) == 0;
+        write_enable(g, value & ENABLE, now);
         break;
     case STATUS:
         g->latches &= ~value | active_causes(g);
+        break;
+    case WATCH_TIME:
+        watch_start(&g->watch, value & WATCH_CLOCKS);
+        break;
+    case PROOF:
+        if (watch_prove(&g->watch, value, now)) {
+            miss_proof(g);
+        }
         break;
     case CHOPPER:
         chopper_enable(&g->chopper, value & ENABLE);
@@ -111,6 +141,23 @@ void gate_adc_overrun(struct gate *g)
     if (g->enabled) {
         latch(g, GATE_LOOP_LOST);
     }
+}
+
+void gate_committed(struct gate *g)
+{
+    g->watch.answered = true;
+}
+
+void gate_valley(struct gate *g)
+{
+    if (g->enabled && watch_valley(&g->watch)) {
+        latch(g, GATE_LOOP_LOST);
+    }
+}
+
+void gate_watch_late(struct gate *g)
+{
+    miss_proof(g);
 }
 
 void gate_mirror(struct gate *g, bool encoder_faulty, bool adc_overran, bool adc_beyond_limit)

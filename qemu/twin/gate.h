@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "chopper.h"
+#include "watch.h"
 
 enum gate_latch {
     GATE_OVERCURRENT = 1u << 1,
@@ -17,6 +18,8 @@ enum gate_latch {
     GATE_STO_A = 1u << 10,
     GATE_STO_B = 1u << 11,
     GATE_CLOCK_LOST = 1u << 12,
+    GATE_SLOW_LOST = 1u << 15,
+    GATE_THREAD_LOST = 1u << 16,
 };
 
 struct gate {
@@ -27,17 +30,22 @@ struct gate {
     bool both_sides;
     bool encoder_faulty, adc_overran, adc_beyond_limit; /* shown, without an effect */
     struct chopper chopper;
+    struct watch watch;
 };
 
 void gate_reset(struct gate *g);
 uint32_t gate_read(const struct gate *g, uint32_t offset);
-void gate_write(struct gate *g, uint32_t offset, uint32_t value);
+void gate_write(struct gate *g, uint32_t offset, uint32_t value, sim_ps now);
 
 /* The six commands of the PWM; returns what reaches the drivers. */
 unsigned gate_follow(struct gate *g, unsigned commands);
 /* A pin with a latch asks to stop, or no longer: over-current, driver fault, STO, clock. */
 void gate_pin(struct gate *g, enum gate_latch which, bool stops);
 void gate_adc_overrun(struct gate *g);
+/* The PWM has a new set of compares; its carrier passes the valley; the watch's time is over. */
+void gate_committed(struct gate *g);
+void gate_valley(struct gate *g);
+void gate_watch_late(struct gate *g);
 void gate_mirror(struct gate *g, bool encoder_faulty, bool adc_overran, bool adc_beyond_limit);
 bool gate_live(const struct gate *g);
 /* Whether the chopper's gate is on. */

@@ -10,7 +10,7 @@
  *   latency_cycles    entry to the last write of the PWM's COMPARE_C, both included; 0 if there was none
  *   preempted_cycles  what other exceptions took in between
  *   cycles_low        lower bound of `cycles`, which is the upper
- *   chained           b0: entered by tail-chaining (6 cycles in place of 12); b1: left so (0 in place of 12)
+ *   chained           b0: entered by tail-chaining (6 cycles in place of an entry's); b1: left so (none of an exit's)
  *
  * ns of core clocks of 10 ns, docs/fabric.md. */
 #ifndef TWIN_IRQLOG_H

@@ -197,6 +197,7 @@ static void step(struct pwm *p)
     p->fresh = false;
     step_carrier(p, to_valley, to_peak);
     p->clock++;
+    p->at_valley = to_valley;
     if (to_valley || (started && p->running)) {
         p->valley_at = p->clock * SIM_PS_PER_FABRIC_CLOCK;
     }

@@ -31,6 +31,7 @@ struct pwm {
     uint32_t count;
     bool live;          /* from GATE */
     unsigned outputs;   /* bit 2k the high side of phase k, bit 2k+1 its low side */
+    bool at_valley;     /* the last step has ended a period */
     int64_t clock;      /* of this state, since time 0 */
     int64_t rested_at;  /* when the carrier came to rest */
     int64_t next_clock; /* of the next event; INT64_MAX: none */

@@ -55,6 +55,8 @@ void vm_map(const struct vm_region *region);
 void vm_map_private(const struct vm_region *region);
 
 void vm_read_memory(uint32_t address, void *bytes, size_t length);
+/* As the core sees it: its private peripherals, too. */
+void vm_read_core(uint32_t address, void *bytes, size_t length);
 void vm_write_memory(uint32_t address, const void *bytes, size_t length);
 void vm_write_rom(uint32_t address, const void *bytes, size_t length);
 

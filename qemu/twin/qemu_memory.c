@@ -59,6 +59,11 @@ void vm_read_memory(uint32_t address, void *bytes, size_t length)
     vm.cpu_physical_memory_rw(address, bytes, length, false);
 }
 
+void vm_read_core(uint32_t address, void *bytes, size_t length)
+{
+    (void)vm.cpu_memory_rw_debug(vm.qemu_get_cpu(0), address, bytes, length, false);
+}
+
 void vm_write_memory(uint32_t address, const void *bytes, size_t length)
 {
     vm.cpu_physical_memory_rw(address, (void *)(uintptr_t)bytes, length, true);

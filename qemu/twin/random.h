@@ -12,7 +12,14 @@ struct random {
 };
 
 /* The sources of noise beside the converter's, which takes the seed itself. */
-enum random_stream { STREAM_EDGE_NOISE = 1, STREAM_LOST_COUNTS, STREAM_EXTRA_COUNTS, STREAM_MODULATORS, STREAM_ENVM };
+enum random_stream {
+    STREAM_EDGE_NOISE = 1,
+    STREAM_LOST_COUNTS,
+    STREAM_EXTRA_COUNTS,
+    STREAM_MODULATORS,
+    STREAM_ENVM,
+    STREAM_FIC0
+};
 
 void random_seed(struct random *r, uint64_t seed);
 /* One of many sequences of the same seed: each source of noise takes its own, and none shifts another. */

@@ -9,8 +9,9 @@ static void fill_promise(struct fabric_rtl *r)
 {
     struct rtl_pwm look;
     struct pwm *p = &r->promise;
-    r->calls->look(r->axis, &look, &r->adc);
-    r->trip_at = r->adc.trip_in == 0 ? INT64_MAX : r->clock + r->adc.trip_in;
+    r->calls->look(r->axis, &look, &r->beside);
+    r->trip_at = r->beside.trip_in == 0 ? INT64_MAX : r->clock + r->beside.trip_in;
+    r->watch_at = r->beside.watch_in == 0 ? INT64_MAX : r->clock + r->beside.watch_in;
     *p = (struct pwm){.control = look.control,
                       .period = look.period,
                       .dead = look.dead,
@@ -45,10 +46,11 @@ const struct pwm *rtl_promise(struct fabric_rtl *r)
 }
 
 /* What is decided beside the PWM: an overrun in the clock that ends a conversion, its results behind it, the chopper behind
- * these or when they are old, a new value of the modulators' fast path, and what stops, behind its flip-flops. */
+ * these or when they are old, a new value of the modulators' fast path, a proof of the program that is late, and what stops,
+ * behind its flip-flops. */
 static int64_t next_beside_pwm(const struct fabric_rtl *r)
 {
-    int64_t next = rtl_lesser(r->chopper_due, r->trip_at);
+    int64_t next = rtl_lesser(r->chopper_due, rtl_lesser(r->trip_at, r->watch_at));
     if (r->finish != INT64_MAX) {
         next = rtl_lesser(next, r->finish > r->clock ? r->finish : r->finish + 1);
     }
@@ -70,8 +72,8 @@ int64_t rtl_next_clock(struct fabric_rtl *r)
 void rtl_expect_results(struct fabric_rtl *r)
 {
     struct rtl_pwm unused;
-    r->calls->look(r->axis, &unused, &r->adc);
-    if (r->adc.results_in != 0) {
-        r->finish = r->clock + r->adc.results_in - 1;
+    r->calls->look(r->axis, &unused, &r->beside);
+    if (r->beside.results_in != 0) {
+        r->finish = r->clock + r->beside.results_in - 1;
     }
 }

@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-#define RTL_AXIS_VERSION 2
+#define RTL_AXIS_VERSION 3
 
 /* clang-format off */
 /* Pins by the names of fabric_axis.v. Bits of sdata: bus voltage C B A; of hall, high and low: C B A. */
@@ -42,10 +42,11 @@ struct rtl_pwm {
     bool running, rising, waiting[3], fresh, side[3], on[3];
 };
 
-/* The same of the ADC: clocks until something may happen behind them; 0: it does not by itself. */
-struct rtl_adc {
+/* The same beside the PWM: clocks until something may happen behind them; 0: it does not by itself. */
+struct rtl_beside {
     int64_t trip_in;    /* a new value of the modulators' fast path */
     int64_t results_in; /* the results of modulators, if a conversion runs or is triggered now */
+    int64_t watch_in;   /* the program's next proof of life is late */
 };
 
 /* The modulators' clock has risen, so many clocks from the beginning of the run() on: their next bits, C B A. */
@@ -60,7 +61,7 @@ struct rtl_axis_calls {
     void (*settle)(struct rtl_axis *axis, const struct rtl_inputs *in, struct rtl_outputs *out);
     /* At most so many clocks with still inputs; ends behind the first that changes an output. Returns how many it took. */
     uint64_t (*run)(struct rtl_axis *axis, uint64_t clocks, struct rtl_outputs *out);
-    void (*look)(const struct rtl_axis *axis, struct rtl_pwm *pwm, struct rtl_adc *adc);
+    void (*look)(const struct rtl_axis *axis, struct rtl_pwm *pwm, struct rtl_beside *beside);
     /* Without, the modulators' lines are 0. */
     void (*modulate)(struct rtl_axis *axis, rtl_bits *bits, void *context);
 };

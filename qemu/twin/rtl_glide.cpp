@@ -14,7 +14,7 @@ namespace
 {
 /* The registers that go on counting while nothing else happens. */
 struct counters {
-    int64_t count, now, age, left[3], low_for[3];
+    int64_t count, now, age, watch, left[3], low_for[3];
 };
 
 counters counters_of(const root_type *root)
@@ -22,6 +22,7 @@ counters counters_of(const root_type *root)
     return {PWM(root, carrier__DOT__count),
             WIRE(root, shaft__DOT__now),
             WIRE(root, bridge__DOT__brake_chopper__DOT__age),
+            WATCH(root, left),
             {BRIDGE(root, 0, left), BRIDGE(root, 1, left), BRIDGE(root, 2, left)},
             {LOW_FOR(root, 0), LOW_FOR(root, 1), LOW_FOR(root, 2)}};
 }
@@ -31,6 +32,7 @@ void set_counters(root_type *root, const counters &c)
     PWM(root, count) = PWM(root, carrier__DOT__count) = (uint16_t)c.count;
     WIRE(root, shaft__DOT__now) = (uint32_t)c.now;
     WIRE(root, bridge__DOT__brake_chopper__DOT__age) = (uint16_t)c.age;
+    WATCH(root, left) = (uint32_t)c.watch;
     BRIDGE(root, 0, left) = (uint8_t)c.left[0];
     BRIDGE(root, 1, left) = (uint8_t)c.left[1];
     BRIDGE(root, 2, left) = (uint8_t)c.left[2];
@@ -50,6 +52,7 @@ counters later(const counters &a, const counters &b, int64_t clocks)
     counters c = {extrapolated(a.count, b.count, clocks),
                   extrapolated(a.now, b.now, clocks),
                   extrapolated(a.age, b.age, clocks),
+                  extrapolated(a.watch, b.watch, clocks),
                   {},
                   {}};
     for (int k = 0; k < 3; k++) {
@@ -67,7 +70,8 @@ bool one_of(int64_t step, int64_t other)
 /* From a to b each has counted its way, or rested. One that was set anew has not. */
 bool counted(const counters &a, const counters &b, bool rising)
 {
-    bool all = one_of(b.count - a.count, rising ? 1 : -1) && b.now - a.now == 1 && one_of(b.age - a.age, 1);
+    bool all = one_of(b.count - a.count, rising ? 1 : -1) && b.now - a.now == 1 && one_of(b.age - a.age, 1) &&
+               one_of(b.watch - a.watch, -1);
     for (int k = 0; k < 3; k++) {
         all = all && one_of(b.left[k] - a.left[k], -1) && one_of(b.low_for[k] - a.low_for[k], 1);
     }
@@ -91,6 +95,7 @@ int64_t until_compared(const root_type *root)
         clocks = c.left[k] > 1 ? rtl_lesser(clocks, c.left[k] - 1) : clocks;
         clocks = c.low_for[k] < 0xFFF ? rtl_lesser(clocks, 0xFFF - c.low_for[k]) : clocks;
     }
+    clocks = WATCH(root, watches) ? rtl_lesser(clocks, c.watch) : clocks;
     clocks = c.age < 0xFFFF ? rtl_lesser(clocks, 0xFFFF - c.age) : clocks;
     return ADC(root, modulators) ? rtl_lesser(clocks, rtl_filters_rest(root)) : clocks;
 }

@@ -62,6 +62,12 @@ int64_t until_results(const root_type *root)
     return ARITHMETIC + (comb != 0 ? COMB - comb : 0);
 }
 
+/* The counter passes 0, and the latch shows it. */
+int64_t until_watch(const root_type *root)
+{
+    int64_t left = WATCH(root, left);
+    return !WATCH(root, watches) ? 0 : left >> 20 ? 1 : left + 2;
+}
 } // namespace
 
 int64_t rtl_filters_rest(const root_type *root)
@@ -77,7 +83,7 @@ int64_t rtl_filters_rest(const root_type *root)
     return bit + rtl_lesser(trip, result) - 1;
 }
 
-void rtl_look(const rtl_axis *axis, rtl_pwm *pwm, rtl_adc *adc)
+void rtl_look(const rtl_axis *axis, rtl_pwm *pwm, rtl_beside *beside)
 {
     const root_type *root = axis->top.rootp;
 #define LOOK(name)            pwm->name = PWM(root, name)
@@ -104,5 +110,5 @@ void rtl_look(const rtl_axis *axis, rtl_pwm *pwm, rtl_adc *adc)
     pwm->trigger[0] = PWM(root, trigger_1);
     pwm->trigger[1] = PWM(root, trigger_2);
     pwm->fresh = UPDATES(root, 0, fresh);
-    *adc = {until_trip(root), until_results(root)};
+    *beside = {until_trip(root), until_results(root), until_watch(root)};
 }

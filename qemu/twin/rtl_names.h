@@ -36,6 +36,7 @@ void Vfabric_axis___024root___eval_settle(Vfabric_axis___024root *root);
 #define ADC(root, name)        WIRE(root, sampler__DOT__##name)
 #define FILTERS(root, name)    ADC(root, isolated__DOT__##name)
 #define FILTER(root, k, name)  FILTERS(root, phase__BRA__##k##__KET____DOT__##name)
+#define WATCH(root, name)      WIRE(root, bridge__DOT__program_watch__DOT__##name)
 #define LOW_FOR(root, k)       ADC(root, shunts__DOT__phase__BRA__##k##__KET____DOT__on_for)
 
 static inline int64_t rtl_lesser(int64_t a, int64_t b)
@@ -49,7 +50,7 @@ void rtl_one_clock(Vfabric_axis &top);
 void rtl_take_bits(rtl_axis *axis, uint64_t clocks);
 // As many clocks as take no decision, `most` at most, and one at least; returns how many.
 int64_t rtl_glide(rtl_axis *axis, uint64_t from, int64_t most);
-void rtl_look(const rtl_axis *axis, rtl_pwm *pwm, rtl_adc *adc);
+void rtl_look(const rtl_axis *axis, rtl_pwm *pwm, rtl_beside *beside);
 
 // Of the modulators' filters: clocks until one of their combs takes a value; 0 while one is at work.
 int64_t rtl_filters_rest(const root_type *root);

@@ -28,7 +28,7 @@ struct fabric_rtl {
     struct rtl_inputs in;
     struct rtl_outputs out;
     struct pwm promise;
-    struct rtl_adc adc;
+    struct rtl_beside beside;
     bool promised; /* since nothing has happened to the RTL */
     struct rtl_change event[RTL_EVENTS_ROOM];
     unsigned first, count;
@@ -42,6 +42,7 @@ struct fabric_rtl {
     int64_t stops_until;             /* what stops is on its way to the latches */
     int64_t trip_at;                 /* the next value of the modulators' fast path; INT64_MAX: none */
     bool tripped;                    /* by the last of them */
+    int64_t watch_at;                /* the watch over the program may trip; INT64_MAX: it does not watch */
     struct lines lines;
     uint32_t id_xor;
 };

@@ -202,7 +202,7 @@ static void disturb_device(const struct event *e)
         board.interrupt(SYSREG_ECC_IRQ, sysreg_memory_error(e->on));
         break;
     default:
-        board.lock_up();
+        board.put_back();
         break;
     }
 }
@@ -274,7 +274,16 @@ static void play(const struct event *e)
         board.block_interrupt(e->on);
         break;
     case EVENT_WATCHDOG_RESET:
-        board.watchdog_bite();
+        board.reset(RESET_WATCHDOG);
+        break;
+    case EVENT_LOCKUP_RESET:
+        board.reset(RESET_LOCKUP);
+        break;
+    case EVENT_SOFT_RESET:
+        board.reset(RESET_SOFT);
+        break;
+    case EVENT_USER_RESET:
+        board.reset(RESET_USER);
         break;
     case EVENT_POWER_CUT:
         board.power_cut();
@@ -295,7 +304,7 @@ static void play(const struct event *e)
     case EVENT_PLL_LOST:
     case EVENT_FABRIC_PLL_LOST:
     case EVENT_MEMORY_ERROR:
-    case EVENT_LOCKUP_RESET:
+    case EVENT_PUT_BACK:
         disturb_device(e);
         break;
     case EVENT_POKE:

@@ -9,6 +9,7 @@
 #include "events.h"
 #include "plant.h"
 #include "simtime.h"
+#include "sysreg.h"
 
 /* What events do to the board beyond the plant. */
 struct scenario_board {
@@ -17,9 +18,9 @@ struct scenario_board {
     void (*changed)(void);           /* inputs of the plant have changed */
     void (*delay_interrupt)(sim_ps); /* hold the next FabricIrq0 back */
     void (*block_interrupt)(bool);
-    void (*watchdog_bite)(void);
     void (*power_cut)(void);
-    void (*lock_up)(void);
+    void (*reset)(enum reset_cause);           /* of the MSS */
+    void (*put_back)(void);                    /* what traffic on FIC_0 puts back */
     void (*interrupt)(int number, bool level); /* of the MSS */
     void (*seal_fabric)(bool);                 /* whoever touches it ends the run */
     void (*hang_fabric)(bool);                 /* an access never ends, so the watchdog does */

@@ -21,36 +21,42 @@ enum {
     WDOGLOAD = SYSREG_WDOGLOAD,
     WDOGMVRP = 0x170,
     EDAC_SR = 0x190,
+    FLUSH_CR = 0x1A8,
 };
 
 #define ALL 0xFFFFFFFFu
-/* Released by the design: eNVM_0, eSRAM_0/1, TIMER, MMUART_0, FIC_0, GPIO and its outputs; the fabric only at power-on. */
-#define HELD_IN_RESET (0x07FFFFFFu & ~(1u << 0 | 3u << 2 | 1u << 6 | 1u << 7 | 1u << 18 | 0x1Fu << 20))
+/* Released by the design: eNVM_0, eSRAM_0/1, TIMER, both MMUARTs, FIC_0, GPIO and its outputs; the fabric only at power-on. */
+#define HELD_IN_RESET (0x07FFFFFFu & ~(1u << 0 | 3u << 2 | 1u << 6 | 3u << 7 | 1u << 18 | 0x1Fu << 20))
 #define HOLDS_FABRIC  (1u << 16)
-#define EDAC_FLAGS    0x3FCFu   /* b4 and b5 are reserved: the cache has no EDAC */
+#define EDAC_FLAGS    0x3FCFu /* b4 and b5 are reserved: the cache has no EDAC */
+#define FLUSHES_CACHE (1u << 0)
 #define EVERY_CAUSE   0xFFu     /* RESET_SOURCE_CR after power-on: each bit's reset value is 1 */
 #define ONE_BIT       (1u << 0) /* of eSRAM_0, in EDAC_SR and EDAC_IRQ_ENABLE */
 #define TWO_BITS      (1u << 1)
 
+/* which registers traffic can put back: user guide, 21.5.1 */
 struct sysreg_word sysreg_words[SYSREG_WORDS] = {
-    {RESET_SOURCE_CR, 0, ALL, 0, 0}, /* first: sysreg_reset() relies on it */
-    {EDAC_CR, 0x3, ALL, 0, 0},       /* SECDED on both eSRAMs */
-    {SOFT_RESET_CR, HELD_IN_RESET, ALL, 0, 0},
-    {WDOG_CR, 0x1, 0, 0, 0}, /* enabled, reset mode */
-    {EDAC_IRQ_ENABLE, 0, EDAC_FLAGS, 0, 0},
-    {FACC1_CR, 0, ALL, 0, 0}, /* every divisor 1, clocked from the PLL */
-    {ESRAM0_EDAC_CNT, 0, 0, 0, 0},
-    {ESRAM1_EDAC_CNT, 0, 0, 0, 0},
-    {PLL_STATUS, 0x3, 0, 0, 0}, /* both locked */
-    {WDOGLOAD, 0, 0, 0, 0},     /* sysreg_design() */
-    {WDOGMVRP, ALL, 0, 0, 0},
-    {EDAC_SR, 0, 0, EDAC_FLAGS, 0},
-    {ENVM_CR, 0xE0, ALL, 0, 0}, /* NV_FREQRNG 7 */
-    {CC_CR, 0, ALL, 0, 0},
-    {ESRAM_PIPELINE_CR, 0x1, ALL, 0, 0},
-    {PLL_LOCK_EN_CR, 0xA, ALL, 0, 0}, /* the lost locks */
-    {DEVICE_VERSION, 0xF802, 0, 0, 0},
+    {.offset = RESET_SOURCE_CR, .writable = ALL},         /* first: sysreg_reset() relies on it */
+    {.offset = EDAC_CR, .initial = 0x3, .writable = ALL}, /* SECDED on both eSRAMs */
+    {.offset = SOFT_RESET_CR, .initial = HELD_IN_RESET, .writable = ALL, .at_traffic = ALL},
+    {.offset = WDOG_CR, .initial = 0x1, .at_traffic = 0x3}, /* enabled, reset mode */
+    {.offset = EDAC_IRQ_ENABLE, .writable = EDAC_FLAGS, .at_traffic = ALL},
+    {.offset = FACC1_CR, .writable = ALL}, /* every divisor 1, clocked from the PLL */
+    {.offset = ESRAM0_EDAC_CNT},
+    {.offset = ESRAM1_EDAC_CNT},
+    {.offset = PLL_STATUS, .initial = 0x3}, /* both locked */
+    {.offset = WDOGLOAD},                   /* sysreg_design() */
+    {.offset = WDOGMVRP, .initial = ALL},
+    {.offset = EDAC_SR, .clears = EDAC_FLAGS},
+    {.offset = ENVM_CR, .initial = 0xE0, .writable = ALL}, /* NV_FREQRNG 7 */
+    {.offset = CC_CR, .writable = ALL},
+    {.offset = ESRAM_PIPELINE_CR, .initial = 0x1, .writable = ALL},
+    {.offset = PLL_LOCK_EN_CR, .initial = 0xA, .writable = ALL}, /* the lost locks */
+    {.offset = DEVICE_VERSION, .initial = 0xF802},
+    {.offset = FLUSH_CR}, /* pulses: reads as 0 */
 };
+
+static unsigned flushes;
 
 static struct sysreg_word *word_at(uint32_t offset)
 {
@@ -73,6 +79,7 @@ void sysreg_write(void *word, uint32_t offset, uint32_t value)
 {
     struct sysreg_word *w = word;
     (void)offset;
+    flushes += w->offset == FLUSH_CR && (value & FLUSHES_CACHE) != 0;
     w->value = (w->value & ~w->writable & ~(value & w->clears)) | (value & w->writable);
 }
 
@@ -86,11 +93,27 @@ void sysreg_reset(enum reset_cause cause)
         word_at(SOFT_RESET_CR)->value &= ~HOLDS_FABRIC; /* the system controller's doing */
     }
     sysreg_words[0].value = cause == RESET_POWER_ON ? EVERY_CAUSE : earlier_causes | (uint32_t)cause;
+    for (int n = 0; n < SYSREG_WORDS; n++) {
+        sysreg_words[n].after_reset = sysreg_words[n].value;
+    }
+}
+
+void sysreg_put_back(void)
+{
+    for (int n = 0; n < SYSREG_WORDS; n++) {
+        struct sysreg_word *w = &sysreg_words[n];
+        w->value = (w->value & ~w->at_traffic) | (w->after_reset & w->at_traffic);
+    }
+}
+
+bool sysreg_holds(uint32_t block)
+{
+    return (word_at(SOFT_RESET_CR)->value & block) != 0;
 }
 
 bool sysreg_holds_fabric(void)
 {
-    return (word_at(SOFT_RESET_CR)->value & HOLDS_FABRIC) != 0;
+    return sysreg_holds(HOLDS_FABRIC);
 }
 
 bool sysreg_design(uint32_t offset, uint32_t word)
@@ -100,6 +123,16 @@ bool sysreg_design(uint32_t offset, uint32_t word)
         w->initial = word;
     }
     return w != NULL;
+}
+
+void sysreg_fix(uint32_t offset, uint32_t bits)
+{
+    word_at(offset)->writable &= ~bits;
+}
+
+unsigned sysreg_cache_flushes(void)
+{
+    return flushes;
 }
 
 uint32_t sysreg_value(uint32_t offset)

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "chip.h"
 #include "config.h"
 #include "console.h"
 #include "core.h"
@@ -158,23 +159,21 @@ static void record(void *unused, const struct plant_row *row)
     scenario_look(probe_values, row->t_s);
 }
 
+static void reset_by(enum reset_cause cause)
+{
+    reset_cause = cause;
+    vm_request_reset();
+}
+
 static void watchdog_bite(void)
 {
-    reset_cause = RESET_WATCHDOG;
-    vm_request_reset();
+    reset_by(RESET_WATCHDOG);
 }
 
 /* The board is without power for no time: what the core finds in RAM it has to take for nothing. */
 static void power_returns(void)
 {
-    reset_cause = RESET_POWER_ON;
-    vm_request_reset();
-}
-
-static void lock_up(void)
-{
-    reset_cause = RESET_LOCKUP;
-    vm_request_reset();
+    reset_by(RESET_POWER_ON);
 }
 
 static void seal_fabric(bool sealed)
@@ -187,6 +186,31 @@ static void hang_fabric(bool hangs)
     fabric_hung = hangs;
 }
 
+/* The fabric held in reset is the fabric as a reset leaves it, and nobody can change that. */
+static void note_fabric_reset(bool was_held)
+{
+    if (chip_holds_fabric() != was_held) {
+        sync_plant();
+        plant_reset_fabric(&plant);
+        plant_changed();
+    }
+}
+
+static void note_bus_reset(void)
+{
+    if (sysreg_holds(SYSREG_MMUART1)) {
+        serial_bus_reset();
+    }
+}
+
+static void put_back(void)
+{
+    bool was_held = chip_holds_fabric();
+    sysreg_put_back();
+    note_fabric_reset(was_held);
+    note_bus_reset();
+}
+
 /* Before each access. The time until the watchdog ends one that hangs is left out: nothing would happen in it. */
 static void fabric_accessed(const char *how, uint32_t offset)
 {
@@ -194,8 +218,11 @@ static void fabric_accessed(const char *how, uint32_t offset)
         fprintf(stderr, "mssfoc twin: the sealed fabric is %s at offset 0x%x\n", how, (unsigned)offset);
         exit(1);
     }
-    if (fabric_hung) {
+    if (fabric_hung || chip_fabric_hangs()) {
         watchdog_bite();
+    }
+    if (chip_traffic_puts_back()) {
+        put_back();
     }
 }
 
@@ -203,7 +230,7 @@ static uint32_t fabric_read(void *unused, uint32_t offset)
 {
     (void)unused;
     fabric_accessed("read", offset);
-    if (sysreg_holds_fabric()) {
+    if (chip_holds_fabric()) {
         return 0;
     }
     uint32_t value = plant_read(&plant, offset, present());
@@ -215,7 +242,7 @@ static void fabric_write(void *unused, uint32_t offset, uint32_t value)
 {
     (void)unused;
     fabric_accessed("written", offset);
-    if (sysreg_holds_fabric()) {
+    if (chip_holds_fabric()) {
         return;
     }
     plant_write(&plant, offset, value, present());
@@ -299,18 +326,26 @@ static void reset_timers(void)
     }
 }
 
-/* ---- reset: the MSS resets the fabric with it (MSS_RESET_N_M2F) ---- */
+static uint32_t bus_read(void *unused, uint32_t offset)
+{
+    return sysreg_holds(SYSREG_MMUART1) ? 0 : serial_bus_read(unused, offset);
+}
 
-/* The fabric held in reset is the fabric as a reset leaves it, and nobody can change that. */
+static void bus_write(void *unused, uint32_t offset, uint32_t value)
+{
+    if (!sysreg_holds(SYSREG_MMUART1)) {
+        serial_bus_write(unused, offset, value);
+    }
+}
+
+/* ---- reset: the MSS resets the fabric with it, however that is wired ---- */
+
 static void soft_reset_write(void *word, uint32_t offset, uint32_t value)
 {
-    bool was_held = sysreg_holds_fabric();
+    bool was_held = chip_holds_fabric();
     sysreg_write(word, offset, value);
-    if (sysreg_holds_fabric() != was_held) {
-        sync_plant();
-        plant_reset_fabric(&plant);
-        plant_changed();
-    }
+    note_fabric_reset(was_held);
+    note_bus_reset();
 }
 
 static void system_reset(void *unused)
@@ -420,7 +455,7 @@ static void map_devices(void)
         "mssfoc-mmuart", MMUART_EXTENSION_BASE, MMUART_EXTENSION_BYTES, 1, mmuart_read, mmuart_write, &mmuart};
     static const struct vm_region pins = {"mssfoc-gpio", GPIO_BASE, GPIO_BYTES, 4, gpio_read, pins_write, &gpio};
     static const struct vm_region bus = {
-        "mssfoc-mmuart1", SERIAL_BUS_BASE, SERIAL_BUS_BYTES, 1, serial_bus_read, serial_bus_write, NULL};
+        "mssfoc-mmuart1", SERIAL_BUS_BASE, SERIAL_BUS_BYTES, 1, bus_read, bus_write, NULL};
     static const struct vm_region cycles = {"mssfoc-dwt", DWT_BASE, DWT_BYTES, 4, dwt_read, dwt_write, &dwt};
     static struct vm_region words[SYSREG_WORDS];
 
@@ -452,6 +487,7 @@ static void design_registers(void)
                     (unsigned)config.design[n].offset);
             exit(1);
         }
+        sysreg_fix(config.design[n].offset, config.design[n].fixed);
     }
 }
 
@@ -462,6 +498,7 @@ static void attach(void)
     vm_on_reset(system_reset, NULL);
     sysreg_design(SYSREG_WDOGLOAD, config.watchdog_load);
     design_registers();
+    chip_init(&config.chip, config.plant.seed);
     sysreg_reset(RESET_POWER_ON);
     gpio_reset(&gpio);
     dwt_init(&dwt, config.count_instructions ? cycles_instructions : core_cycles);
@@ -484,9 +521,9 @@ static void start(void)
         console_attach(config.console_id);
     }
     serial_bus_open(config.bus_id, config.bus_log_path);
-    const struct scenario_board board = {&plant,           sync_plant,    plant_changed,        delay_interrupt,
-                                         block_interrupt,  watchdog_bite, envm_board_power_cut, lock_up,
-                                         vm_set_interrupt, seal_fabric,   hang_fabric,          end_now};
+    const struct scenario_board board = {&plant,           sync_plant,           plant_changed, delay_interrupt,
+                                         block_interrupt,  envm_board_power_cut, reset_by,      put_back,
+                                         vm_set_interrupt, seal_fabric,          hang_fabric,   end_now};
     if (!scenario_start(&config, &board)) {
         out_of_memory();
     }

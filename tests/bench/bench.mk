@@ -22,9 +22,10 @@ bench-image: $(BUILD)/bench.elf $(BUILD)/bench.hex
 # tests/budgets measures with it
 everything: bench-image
 
-bench: tools
+bench: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin bench-image
 	@$(PYTHON) tests/bench/run_bench.py
+	@$(PYTHON) tests/tools/front.py
 
 .PHONY: bench-image
 

@@ -4,11 +4,13 @@
  * and its fabric, but no motor and no host: the table comes out of the console, 115200 8N1. The bridge stays off.
  */
 #include "drivers/cortex/dwt.h"
+#include "drivers/mss/cache.h"
 #include "drivers/mss/sysreg.h"
 #include "drivers/mss/watchdog.h"
 #include "firmware/settings/config.h"
 #include "firmware/system/axes.h"
 #include "firmware/system/handlers.h"
+#include "startup/startup.h"
 #include "tests/bench/print.h"
 #include "tests/bench/rows.h"
 
@@ -18,7 +20,7 @@ int main(void);
 
 static void start(void)
 {
-    sysreg_enable_cache();
+    (void)cache_lock(link_code, link_array);
     sysreg_release_reset(SYSREG_RESET_TIMER | SYSREG_RESET_MMUART0 | SYSREG_RESET_FIC0);
     watchdog_refresh();
     print_start(CONFIG_CONSOLE_BAUD);

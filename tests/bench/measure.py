@@ -1,24 +1,26 @@
 # SPDX-License-Identifier: MIT
 """Runs the benchmark image in QEMU with the twin, and the drive itself in closed loop, and gathers what they cost.
 
-The image is run twice: once with DWT's CYCCNT counting cycles, once with it counting instructions. Two rows cannot be had on
-the target without adding to what is measured, and come from the twin's log of interrupts in a run of the drive:
-current_loop.latency (entry, its 12 cycles included, to the last write to the PWM) and current_loop.interrupt (entry and exit
-included).
+The image is run with DWT's CYCCNT counting cycles, with it counting instructions, and once more for each of the columns cold
+and pessimistic. Two rows cannot be had on the target without adding to what is measured, and come from the twin's log of
+interrupts in a run of the drive: current_loop.latency (entry, its cycles included, to the last write to the PWM) and
+current_loop.interrupt (entry and exit included).
 """
 import re
 import subprocess
 import time
 
+import numpy as np
 from elftools.elf.elffile import ELFFile
 
 from launcher.config import twin_config
 from launcher.drive import load_drive
 from launcher.errors import LauncherError
 from launcher.load import cpu_load, load_irqlog
-from launcher.paths import REPO, build_dir, shown
+from launcher.paths import build_dir, shown
 from launcher.probes import Symbols, make_probes
 from launcher.qemu import Image, Qemu, command, escape, run_to_end
+from launcher.ranges import defaults, pessimistic
 from launcher.recording import read_recording
 from launcher.scenario import load_scenario
 from rates.builds import OWN_HZ, RATES_HZ, build_of, overrides
@@ -27,8 +29,10 @@ MOTOR = "teknic_m2310p"
 CLOSING = re.compile(r"(?m)^bench: (\d+) rows\r?\n")
 WALL_S = 300.0
 CURRENT_LOOP_EXCEPTION = 16 + 34  # FabricIrq0
+ENTRY, TAIL_CHAIN, NS_PER_CYCLE = 12, 6, 10  # docs/timing.md
 EXCLUDED_BEFORE_S = 0.45          # start-up and the sensors' zeros, which have a handler of their own
-ZERO_WAIT = ("cycles.apb_read 0", "cycles.apb_write 0")
+COLD = "cycles.cold 1"
+ZERO_WAIT = ("cycles.apb_read 0", "cycles.apb_write 0", "cycles.esram 0", "cycles.cache 1")
 
 TWO_SAMPLES = {"motor": {"control": {"pwm_update": 2, "pwm_samples": 2}}, "inverter": {"sensor": {"shunt": 0}}}
 
@@ -49,6 +53,17 @@ CLOSED_LOOP = {
 }
 
 
+ASKED = ("status", "get all", "nonsense", "fault")
+
+# The same in operation, with a console that never stops answering.
+BUSY = {
+    "key": "bench_busy", "title": "what the benchmark runs under a busy console", "end_s": 2.0, "preamble_s": 0.05,
+    "step": [{"t_s": 0.15, "console": "on"}, {"t_s": 0.50, "console": "speed 1500"},
+             *({"t_s": round(0.6 + 0.02 * n, 2), "console": ASKED[n % len(ASKED)]} for n in range(67)),
+             {"t_s": 1.95, "console": "status"}],
+}
+
+
 class _BenchImage:
     def __init__(self, build):
         self.hex = build / "bench.hex"
@@ -65,7 +80,7 @@ def measure(build=None, seed=1, settings=()):
     """
     rows = {**measure_as_built(build, seed, settings), **measure_variants(build, seed, settings)}
     rows["_meta"] = rows.pop("_meta")
-    return rows
+    return with_ends(rows, measure_ends(build, seed, settings))
 
 
 def measure_as_built(build=None, seed=1, settings=()):
@@ -77,8 +92,34 @@ def measure_as_built(build=None, seed=1, settings=()):
     if list(cycles) != list(instructions):
         raise LauncherError("the two runs of the benchmark image gave different rows")
     rows = {name: _row(cycles[name], instructions[name]) for name in cycles}
+    rows.update(library_without_wait(build, out_dir, seed))
     rows.update(closed_loop(build, out_dir / "closed_loop", seed, settings))
+    rows.update(busy(build, out_dir / "busy", seed, settings))
     return {**rows, "_meta": _meta(build, settings)}
+
+
+ENDS = {"cold": (COLD,), "pessimistic": (COLD, *pessimistic())}
+
+
+def measure_ends(build=None, seed=1, settings=()):
+    """{row: {"cycles_cold": ..., "cycles_pessimistic": ...}}: each row's largest where every exception finds the cache empty,
+    unless it is locked, and where every range of qemu/chips/ranges.toml is at its worst end besides."""
+    build = build_dir(build)
+    found = {}
+    for end, lines in ENDS.items():
+        out_dir = build / "bench" / f"run{seed}" / end
+        table = read_table(run_image(build, out_dir / "cycles", seed, ["dwt cycles", *settings, *lines]))
+        largest = {name: row[""][2] for name, row in table.items() if not is_library(name, row)}
+        in_loop = {**closed_loop(build, out_dir / "closed_loop", seed, (*settings, *lines)),
+                   **busy(build, out_dir / "busy", seed, (*settings, *lines))}
+        largest.update((name, row["cycles_max"]) for name, row in in_loop.items())
+        for name, cycles in largest.items():
+            found.setdefault(name, {})[f"cycles_{end}"] = cycles
+    return found
+
+
+def with_ends(rows, ends):
+    return {name: {**row, **ends.get(name, {})} for name, row in rows.items()}
 
 
 def measure_variants(build=None, seed=1, settings=(), rates_hz=RATES_HZ):
@@ -90,6 +131,17 @@ def measure_variants(build=None, seed=1, settings=(), rates_hz=RATES_HZ):
     rows.update(handlers_without_wait(build, out_dir, seed))
     rows.update(at_other_rates(out_dir, seed, settings, rates_hz))
     return rows
+
+
+def is_library(name, row):
+    """Rows that say what arithmetic costs, wherever it stands: with memory that answers at once."""
+    return "O2" in row or name.endswith((".registers", "_Lib_Do"))
+
+
+def library_without_wait(build, out_dir, seed):
+    cycles, instructions = (read_table(run_image(build, out_dir / f"{kind}_library", seed, [f"dwt {kind}", *ZERO_WAIT]))
+                            for kind in ("cycles", "instructions"))
+    return {name: _row(cycles[name], instructions[name]) for name, row in cycles.items() if is_library(name, row)}
 
 
 def handlers_without_wait(build, out_dir, seed):
@@ -185,10 +237,24 @@ def _row(cycles, instructions):
 
 def closed_loop(build, out_dir, seed, settings=(), changed=None):
     """The two rows of the current loop's interrupt, from the twin's log of a run of the drive."""
+    return read_irqlog(_drive(build, out_dir, seed, settings, changed, CLOSED_LOOP))
+
+
+def closed_loop_of(scenario, build, out_dir, settings=()):
+    """The same of another run, which must end in operation."""
+    return read_irqlog(_drive(build, out_dir, 1, settings, None, scenario))
+
+
+def busy(build, out_dir, seed, settings=()):
+    """The row current_loop.write: when the compares are written, from the end of the conversion on, whatever delays it."""
+    return read_writes(_drive(build, out_dir, seed, settings, None, BUSY), wait_states(settings))
+
+
+def _drive(build, out_dir, seed, settings, changed, scenario):
     qemu, image, drive = Qemu(), Image(build), load_drive(MOTOR, changed, aligned=True)
     out_dir.mkdir(parents=True, exist_ok=True)
     paths = {name: (out_dir / name).resolve() for name in ("progress", "irqlog", "console", "qemu.log", "twin.cfg")}
-    plan = load_scenario(CLOSED_LOOP, drive)
+    plan = load_scenario(scenario, drive)
     files = {"progress": paths["progress"], "irqlog": paths["irqlog"]}
     symbols = Symbols(image.elf)
     probes, enums = make_probes(symbols, drive)
@@ -198,7 +264,7 @@ def closed_loop(build, out_dir, seed, settings=(), changed=None):
     run_to_end(arguments, qemu.environment(), plan.end_s, paths["progress"], paths["qemu.log"])
     if "state: operation enabled" not in paths["console"].read_text(errors="replace"):
         raise LauncherError(f"the drive was not in operation at the end of the benchmark's run (see {shown(out_dir)})")
-    return read_irqlog(paths["irqlog"])
+    return paths["irqlog"]
 
 
 def read_irqlog(path):
@@ -214,6 +280,17 @@ def read_irqlog(path):
             "current_loop.interrupt": {"interrupts": len(whole), "instructions": counted[1],
                                        "instructions_min": counted[0], "instructions_max": counted[2],
                                        **_cycles(whole)}}
+
+
+def read_writes(path, waits):
+    """Cycles from the interrupt's rise to the last write of the PWM, of all interrupts of the current loop in operation."""
+    log = read_recording(path, "log of interrupts")
+    wanted = (log["exception"] == CURRENT_LOOP_EXCEPTION) & (log["latency_cycles"] > 0) & (log["t_s"] >= EXCLUDED_BEFORE_S)
+    entry = np.where(log["chained"].astype(int) & 1, TAIL_CHAIN, ENTRY + waits["vector"] + waits["esram"])
+    written = (log["start_ns"] / NS_PER_CYCLE + log["latency_cycles"] - entry)[wanted].astype(int).tolist()
+    if not written:
+        raise LauncherError(f"{shown(path)} has no interrupt of the current loop that writes the PWM")
+    return {"current_loop.write": {"interrupts": len(written), **_cycles(written)}}
 
 
 def _spread(values):
@@ -239,8 +316,7 @@ def _meta(build, settings):
 
 def wait_states(settings):
     """The timing model's parameters: the twin's defaults, and what `settings` makes of them."""
-    text = (REPO / "qemu" / "twin" / "cycles_keys.c").read_text()
-    values = {name: int(initial) for name, initial in re.findall(r"KEY\((\w+), \d+, \d+, (\d+)\)", text)}
+    values = defaults()
     for line in settings:
         key, value = line.split()
         values[key.removeprefix("cycles.")] = int(value)

@@ -12,10 +12,12 @@ from compiler import REFERENCE, file_of, nearest, versions_of  # noqa: E402
 BASELINE = HERE / "baseline.json"
 
 ROWS = {
-    "current_loop.latency": "exception entry to the last write to the PWM, entry's 12 cycles included",
+    "current_loop.latency": "exception entry to the last write to the PWM, entry's cycles included",
     "current_loop.interrupt": "the whole interrupt, entry and exit included, in closed loop",
-    "current_loop.latency.zero_wait": "the same with a bus to fabric and peripherals that does not wait",
+    "current_loop.latency.zero_wait": "the same with fabric, peripherals and eSRAM that do not wait",
     "current_loop.interrupt.zero_wait": "likewise: what can be compared with others' figures",
+    "current_loop.write": "the conversion's end to the last write to the PWM, under a console that never stops answering: what"
+                          " differs is the write's jitter",
     "current_loop.pended": "the interrupt as the target alone sees it: raised by software, with and without",
     "current_loop.stolen": "what an interrupt by the ADC takes from the program below, mean",
     "current_loop.called": "the handler called as a function",
@@ -27,7 +29,7 @@ ROWS = {
     "handler.hall_ab": "the Hall switches' angle",
     "handler.weakening_ab": "encoder and a weakened field",
     "handler.overmodulating_ab": "the same beyond the circle of voltages",
-    **{f"handler.{name}.zero_wait": "likewise, with a bus that does not wait"
+    **{f"handler.{name}.zero_wait": "likewise, without waits"
        for name in ("assembly", "encoder_ab", "forced_ab", "observer_ab", "injection_ab", "hall_ab", "weakening_ab",
                     "overmodulating_ab")},
     **{f"rate.{hz}": f"the interrupt in closed loop at {hz / 1000:g} kHz" for hz in (8000, 10000, 16000, 20000, 32000, 40000)},
@@ -104,11 +106,13 @@ def is_row(name):
 
 def table(figures):
     """Lines for the terminal."""
-    yield f"{'':<28}{'instr.':>7}{'min':>7}{'median':>7}{'max':>7}{'C -O2':>8}{'C -O3':>7}{'gain':>7}"
+    yield (f"{'':<28}{'':>7}{'nominal':>21}{'':>20}\n{'':<28}{'instr.':>7}{'min':>7}{'median':>7}{'max':>7}{'cold':>8}"
+           f"{'pess.':>8}{'C -O2':>8}{'C -O3':>7}{'gain':>7}")
     for name, row in figures.items():
         if is_row(name):
             yield (f"{name:<28}{row.get('instructions', ''):>7}{row['cycles_min']:>7}{row['cycles_median']:>7}"
-                   f"{row['cycles_max']:>7}" + _comparison(row))
+                   f"{row['cycles_max']:>7}{row.get('cycles_cold', ''):>8}{row.get('cycles_pessimistic', ''):>8}"
+                   + _comparison(row))
 
 
 def _comparison(row):
@@ -132,7 +136,7 @@ def changes(figures, earlier):
         if name not in earlier or name not in figures:
             yield f"{name:<28} {'new' if name in figures else 'gone'}"
             continue
-        for key in ("instructions", "cycles_min", "cycles_median", "cycles_max"):
+        for key in ("instructions", "cycles_min", "cycles_median", "cycles_max", "cycles_cold", "cycles_pessimistic"):
             now, before = figures[name].get(key), earlier[name].get(key)
             if now is not None and before is not None and now != before:
                 yield f"{name:<28} {key:<14}{before:>7} -> {now:>6}  {now - before:+d}"
@@ -147,20 +151,31 @@ def markdown(known):
 
 def _opening(figures):
     meta = figures["_meta"]
-    whole, latency = (figures[f"current_loop.{name}"]["cycles_max"] for name in ("interrupt", "latency"))
-    period = meta["core_hz"] // meta["pwm_hz"]
     waits = ", ".join(f"{name} {value}" for name, value in meta["wait_states"].items())
     return [
         "# Benchmarks", "",
         "Written by `make bench`; what it prints against the last committed figures is the change. Cycles of a Cortex-M3 at"
         " 100 MHz, read from DWT.CYCCNT; in the twin the counter follows the timing model of [timing.md](timing.md),"
         " and where that knows bounds only, the upper one.", "",
-        f"**{latency} cycles from exception entry to the last PWM write, {whole} for the whole interrupt**:"
-        f" {latency / meta['core_hz'] * 1e6:.2f} and {whole / meta['core_hz'] * 1e6:.2f} us, or"
-        f" {100 * whole / period:.1f} % of the core at {meta['pwm_hz'] // 1000} kHz.", "",
+        f"{headline(figures)}", "",
+        "*nominal*: the device as [silicon.md](silicon.md) has it. *cold*: the largest where each exception finds the cache"
+        " empty, but for what start-up has locked in it. *pessimistic*: the largest where every value that is known as a range"
+        " is at its worst end besides (`qemu/chips/ranges.toml`).", "",
         f"Compiler: {meta['compiler']}. Firmware: `{' '.join(meta['flags']['firmware'])}`."
         f" Wait states: {waits}.", "",
     ]
+
+
+def headline(figures):
+    """One paragraph, of which tests/tools/front.py makes README's figure."""
+    meta, whole, latency = (figures[name] for name in ("_meta", "current_loop.interrupt", "current_loop.latency"))
+    worst, period = whole["cycles_pessimistic"], meta["core_hz"] // meta["pwm_hz"]
+    ratio = max(whole["cycles_max"], whole["cycles_cold"]) / whole["cycles_median"]
+    return (f"**{latency['cycles_pessimistic']} cycles from exception entry to the last PWM write, {worst} for the whole"
+            f" interrupt, at worst**: {latency['cycles_pessimistic'] / meta['core_hz'] * 1e6:.2f} and"
+            f" {worst / meta['core_hz'] * 1e6:.2f} us, or {100 * worst / period:.1f} % of the core at"
+            f" {meta['pwm_hz'] // 1000} kHz. Nominal: {latency['cycles_max']} and {whole['cycles_max']}; the largest, with a"
+            f" busy console and a cold cache included, is {ratio:.2f} times the typical.")
 
 
 def _line(*cells):
@@ -168,14 +183,21 @@ def _line(*cells):
 
 
 def _cells(row):
-    return row.get("instructions", ""), row["cycles_min"], row["cycles_median"], row["cycles_max"]
+    return (row.get("instructions", ""), row["cycles_min"], row["cycles_median"], row["cycles_max"])
+
+
+def _ends(row):
+    return row.get("cycles_cold", ""), row.get("cycles_pessimistic", "")
+
+
+ENDS_HEAD = (_line("row", "instructions", "nominal: min", "median", "max", "cold", "pessimistic", "what"),
+             "|---|--:|--:|--:|--:|--:|--:|---|")
 
 
 def _current_loop(figures):
-    yield from ("## The current loop", "", _line("row", "instructions", "min", "median", "max", "what"),
-                "|---|--:|--:|--:|--:|---|")
+    yield from ("## The current loop", "", *ENDS_HEAD)
     for name in [name for name in ROWS if name.startswith(LOOP_ROWS)]:
-        yield _line(f"`{name}`", *_cells(figures[name]), ROWS[name])
+        yield _line(f"`{name}`", *_cells(figures[name]), *_ends(figures[name]), ROWS[name])
     yield ""
 
 
@@ -198,7 +220,8 @@ def _library(figures):
                 "One call, BL and return included, arguments from memory and results to memory. min and max are over typical"
                 " and extreme data, the median over typical data. inlined: the median less a call that moves the same words"
                 " and computes nothing, which is about what remains in the current loop. C: the same source with"
-                " `LIB_PORTABLE`, worst data; gain: against the better of the two.", "",
+                " `LIB_PORTABLE`, worst data; gain: against the better of the two. These rows, and those of the library below,"
+                " are with memory that answers at once: where code stands is its user's choice.", "",
                 _line("function", "instructions", "min", "median", "max", "inlined", "C -O2", "C -O3", "gain"),
                 "|---|--:|--:|--:|--:|--:|--:|--:|--:|")
     for name, row in figures.items():
@@ -209,10 +232,10 @@ def _library(figures):
 
 
 def _others(figures):
-    yield from ("## The rest", "", _line("row", "instructions", "min", "median", "max", "what"), "|---|--:|--:|--:|--:|---|")
+    yield from ("## The rest", "", *ENDS_HEAD)
     for name in ROWS:
         if not name.startswith((*LOOP_ROWS, "rate.")):
-            yield _line(f"`{name}`", *_cells(figures[name]), ROWS[name])
+            yield _line(f"`{name}`", *_cells(figures[name]), *_ends(figures[name]), ROWS[name])
     yield ""
 
 

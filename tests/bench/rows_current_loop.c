@@ -17,9 +17,9 @@
 #define SPINS 100000u /* some 40 periods of the PWM */
 #define POLLS 1000000u
 
-TIMING_FUNCTION(time_handler, FabricIrq0_IRQHandler())
+TIMING_LOCKED TIMING_FUNCTION(time_handler, FabricIrq0_IRQHandler())
 
-static uint32_t handler_called(void)
+    static uint32_t handler_called(void)
 {
     return timing_once(time_handler, NULL, NULL);
 }

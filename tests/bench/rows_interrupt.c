@@ -24,7 +24,7 @@ void FabricIrq2_IRQHandler(void)
 }
 
 /* From before the request to after it has been served, or has not because it is disabled. */
-static __attribute__((noinline, aligned(8))) uint32_t pend(volatile uint32_t *set_pending, uint32_t bit)
+static TIMING_LOCKED __attribute__((noinline, aligned(8))) uint32_t pend(volatile uint32_t *set_pending, uint32_t bit)
 {
     const uint32_t start = dwt_cycles();
     *set_pending = bit;

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench.measure import read_irqlog, read_table
-from bench.report import ROWS, baselines, changes, gain, is_row, markdown
+from bench.report import REFERENCE, ROWS, baselines, changes, gain, is_row, markdown
 from launcher.errors import LauncherError
 
 TABLE = """# a remark
@@ -62,6 +62,13 @@ def test_gain_is_against_the_better_build():
 
 def test_committed_document_is_made_of_the_committed_figures():
     assert Path("docs/benchmarks.md").read_text() == markdown(baselines()), "edited by hand? run make bench"
+
+
+def test_the_readme_has_the_pessimistic_figure():
+    page = Path("README.md").read_text()
+    figures = baselines()[REFERENCE]
+    worst = figures["current_loop.interrupt"]["cycles_pessimistic"]
+    assert f"**{worst} cycles** at worst for the whole current-loop interrupt" in " ".join(page.split()), "run make bench"
 
 
 def test_every_row_is_explained():

@@ -33,6 +33,9 @@ typedef uint32_t (*timer_function)(const void *in, void *out);
         return dwt_cycles() - start; \
     }
 
+/* Puts code where the cache is locked, for what it times is there too: nothing else of this image is (m2s010.ld). */
+#define TIMING_LOCKED __attribute__((section(".text.timed")))
+
 /* Typical data decide the median; extreme data count for the smallest and largest only. */
 #define TIMING_TYPICAL 255u
 

@@ -21,7 +21,7 @@ $(BUILD)/bringup/%.o: drivers/bringup/%.c tests/bringup/bringup.mk Makefile $(BU
 $(BUILD)/bringup/%.o: drivers/bringup/%.S tests/bringup/bringup.mk Makefile
 	@mkdir -p $(@D)
 	$(call say,AS)
-	$(Q)$(CC_ARM) $(CPU) -g3 -I. -MMD -MP -c $< -o $@
+	$(Q)$(CC_ARM) $(CPU) -g3 -I. $(AS_NO_PLACE) -MMD -MP -c $< -o $@
 
 $(BUILD)/bringup.elf: $(BRINGUP_OBJ) $(PLATFORM_OBJ) $(LDSCRIPT)
 	$(call say,LD)
@@ -32,7 +32,7 @@ bringup-image: $(addprefix $(BUILD)/bringup,.elf .hex -envm.hex)
 # tests/bringup plays it
 everything: bringup-image
 
-bringup: tools
+bringup: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin bringup-image
 	@$(PYTHON) qemu/run.py bringup
 

@@ -13,6 +13,7 @@ from elftools.elf.elffile import ELFFile
 
 from launcher import bringup
 from launcher.errors import LauncherError
+from launcher.ranges import load_ranges
 from silicon import facts
 
 ROOT = facts.ROOT
@@ -60,6 +61,12 @@ def test_the_device_as_documented_is_found_so(page):
         "Send us this page, whole: it is what we know of your device (docs/silicon.md).", "as documented"]
 
 
+@pytest.mark.parametrize("end", (0, 2), ids=("least", "most"))
+def test_so_is_one_at_either_end_of_every_range(end, tmp_path):
+    lines = [f"cycles.{key} {values[end]}" for key, values in load_ranges().items()]
+    assert not named(play(tmp_path, *lines))
+
+
 def test_each_step_of_the_page_is_printed_and_no_other(page, rows):
     printed = [line[:3] for line in page.split("\n") if re.match(r"B\d\d ", line)]
     assert list(dict.fromkeys(printed)) == list(rows)
@@ -84,7 +91,7 @@ def test_what_is_printed_as_documented_stands_in_the_page(page, rows):
 
 
 @pytest.mark.parametrize("step, was, becomes", [
-    ("B05", "475000", "476000"), ("B09", "10, 6", "10, 6, 7"), ("B02", "0xFF", "0xFE")])
+    ("B05", "475000", "476000"), ("B09", "10...29", "10...30"), ("B02", "0xFF", "0xFE")])
 def test_a_page_with_other_values_is_noticed(page, rows, step, was, becomes):
     row = rows[step]
     assert was in row[2]

@@ -5,14 +5,14 @@ import json
 
 import pytest
 
-from bench.measure import measure_as_built, measure_variants
+from bench.measure import measure_as_built, measure_ends, measure_variants, with_ends
 from budgets.figures import load_budgets
 from launcher.paths import build_dir
 from rates.builds import RATES_HZ, SAMPLE_HZ
 
 def _measured(folder, sample):
     """{part: rows}. Every process of this session begins with what no other has begun, and waits for the rest in the end."""
-    parts = {"as built": measure_as_built,
+    parts = {"as built": measure_as_built, "ends": measure_ends,
              "variants": lambda: measure_variants(rates_hz=SAMPLE_HZ if sample else RATES_HZ)}
     if not sample:
         parts["another seed"] = lambda: measure_as_built(seed=2)
@@ -35,7 +35,7 @@ def measured(tmp_path_factory, request):
     base = tmp_path_factory.getbasetemp()
     sample = request.config.getoption("--sample", False)
     parts = _measured(base if alone else base.parent, sample)
-    own = {**parts["as built"], **parts["variants"]}
+    own = with_ends({**parts["as built"], **parts["variants"]}, parts["ends"])
     if not sample:
         (build_dir() / "bench.json").write_text(json.dumps(own, indent=1) + "\n")
     return {"1": own, "2": parts.get("another seed")}

@@ -15,7 +15,8 @@ from compiler import nearest  # noqa: E402
 BUDGETS = ROOT / "tests" / "budgets.toml"
 SLACK_PERCENT = 5
 # cycles and bytes: nothing to tighten within these
-SLACK_LEAST = {"cycles": 2, "portable": 0, "flash": 64, "ram": 32, "stack": 16}
+AT_WORST = ("current_loop.", "handler.", "fault_raise.", "slow_loop.")
+SLACK_LEAST = {"cycles": 2, "pessimistic": 2, "portable": 0, "flash": 64, "ram": 32, "stack": 16}
 
 
 def load(path):
@@ -38,6 +39,12 @@ def cycles(bench):
     return {name: row["cycles_max"] for name, row in bench.items() if not name.startswith("_")}
 
 
+def pessimistic(bench):
+    """The current loop's interrupts and the way to the gates, with every range at its worst end and a cold cache."""
+    return {name: row["cycles_pessimistic"] for name, row in bench.items()
+            if name.startswith(AT_WORST) and "cycles_pessimistic" in row}
+
+
 def portable(bench):
     """Where the portable C is faster than what is shipped, on worst data: by how many cycles."""
     behind = {}
@@ -53,9 +60,9 @@ def sizes(build):
 
     flash, ram = defaultdict(int), defaultdict(int)
     for section, name, count in size.contributions(build / "mssfoc.map", build / "mssfoc.elf"):
-        if section in (".vectors", ".text", ".rodata", ".data"):
+        if section in size.IN_FLASH:
             flash[size.room(name)] += count
-        if section in (".data", ".bss", ".noinit"):
+        if section in size.IN_RAM:
             ram[size.room(name)] += count
     flash["sum"], ram["sum"] = sum(flash.values()), sum(ram.values())
     return dict(flash), dict(ram)
@@ -72,7 +79,8 @@ def stacks(build):
 
 def gather(bench, build):
     flash, ram = sizes(build)
-    return {"cycles": cycles(bench), "portable": portable(bench), "flash": flash, "ram": ram, "stack": stacks(build)}
+    return {"cycles": cycles(bench), "pessimistic": pessimistic(bench), "portable": portable(bench), "flash": flash, "ram": ram,
+            "stack": stacks(build)}
 
 
 def slack(section, allowed):

@@ -3,12 +3,14 @@
 import pytest
 
 from budgets.figures import BUDGETS as FILE
-from budgets.figures import complaints, cycles, load, load_budgets, portable, sizes, stacks
+from budgets.figures import complaints, cycles, load, load_budgets, pessimistic, portable, sizes, stacks
 from budgets.update import beside
 from compiler import REFERENCE, file_of, versions_of
 from launcher.paths import build_dir
 
 BUDGETS = load_budgets()
+LOOP = ("current_loop.interrupt", "current_loop.latency", "current_loop.pended", "current_loop.stolen",
+        *(name for name in BUDGETS["cycles"] if name.startswith("handler.") and not name.endswith(".zero_wait")))
 
 
 def hold(section, figures):
@@ -17,7 +19,7 @@ def hold(section, figures):
 
 
 def test_every_budget_has_a_reason():
-    assert set(BUDGETS) == {"cycles", "portable", "flash", "ram", "stack"}
+    assert set(BUDGETS) == {"cycles", "pessimistic", "portable", "flash", "ram", "stack"}
     for section, rows in BUDGETS.items():
         for name, budget in rows.items():
             assert set(budget) == {"max", "reason"} and len(budget["reason"]) >= 10, f"{section} {name}"
@@ -42,6 +44,20 @@ def test_figures_of_another_compiler(own, now, loosen, kept):
 def test_cycles(bench, budgets_of_bench):
     found = list(complaints("cycles", cycles(bench), budgets_of_bench))
     assert not found, "\n".join(["budgets are not kept:", *found])
+
+
+def test_cycles_at_their_worst(bench):
+    hold("pessimistic", pessimistic(bench))
+
+
+WORST_OVER_TYPICAL = 1.15
+
+
+@pytest.mark.parametrize("row", LOOP)
+def test_the_worst_of_a_handler_is_near_the_typical(bench, row):
+    """Whatever has run before, and whatever the data: the same device, so that only its ranges are left to chance."""
+    figures = bench[row]
+    assert max(figures["cycles_max"], figures["cycles_cold"]) <= WORST_OVER_TYPICAL * figures["cycles_median"]
 
 
 def test_assembly_is_worth_having(bench):

@@ -40,7 +40,7 @@ def updated(text, figures, loosen):
 
 
 def renewed(section, now, before, loosen):
-    spare = 0 if section == "cycles" else slack(section, before)  # bytes may have some room to move in
+    spare = 0 if section in ("cycles", "pessimistic") else slack(section, before)  # bytes may have some room to move in
     return now if now < before - spare or (loosen and now > before) else before
 
 

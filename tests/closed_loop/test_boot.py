@@ -12,11 +12,14 @@ from launcher import LauncherError, simulate
 RESET_S = 0.1
 AFTER_S = RESET_S + 0.05
 FACC1, WDOG_CR = "0x98", "0x6C"
+CHIPS = ("m2s010", "m2s025")
+SOFT_RESET_CR, FABRIC_BIT = 0x40038048, 1 << 16
 EVERY_COMMAND = ["status", "on", "speed 100", "torque 1", "quickstop", "off", "set ramp_rpm_s 1000", "fault", "clear", "on",
                  "off"]
 
 
-def boot(tmp_path, changes=(), lines=("fault", "on", "clear", "on", "status"), reset="watchdog_reset", more=(), **design):
+def boot(tmp_path, changes=(), lines=("fault", "on", "clear", "on", "status"), reset="watchdog_reset", more=(), chip="",
+         wired="", dumps=None, **design):
     """The console after the reset, and the result. `changes` are events just before it; `more` at their own times."""
     steps = [{"t_s": RESET_S - 0.001, "event": kind, "args": args} for kind, *args in changes]
     steps += [{"t_s": RESET_S, "event": reset, "args": []}] if reset else []
@@ -26,7 +29,7 @@ def boot(tmp_path, changes=(), lines=("fault", "on", "clear", "on", "status"), r
     steps += [{"t_s": end_s - 1e-3, "event": "end", "args": []}]  # the trace has no rows while the PWM does not run
     result = simulate({"key": "boot", "end_s": end_s, "preamble_s": 0.001,
                        "step": sorted(steps, key=lambda step: step["t_s"]), "expect_refusal": ".*", **design},
-                      out_dir=tmp_path, plant="ideal", spread=0)
+                      out_dir=tmp_path, plant="ideal", spread=0, chip=chip, wired=wired, dumps=dumps)
     return result.console.split("'help' lists the commands")[-1], result
 
 
@@ -71,6 +74,64 @@ def test_the_drive_takes_the_watchdog_as_the_design_has_it(design, time_s, tmp_p
     """By default with the shortest time that the user guide allows."""
     said, _ = boot(tmp_path, reset=None, lines=("fault", "on", "status"), **design)
     assert "fault: none\n" in said and "is latched" not in said and f"watchdog: {time_s} s\n" in said
+
+
+# event: what start-up calls the cause, and the fault
+SAID = {"watchdog_reset": ("watchdog", "watchdog reset"), "lockup_reset": ("lock-up", "lock-up reset"),
+        "soft_reset": ("software", "none"), "user_reset": ("the design", "none"), "power_cut": (None, "none")}
+
+
+@pytest.mark.parametrize("chip", CHIPS)
+@pytest.mark.parametrize("reset", SAID)
+def test_after_each_reset_the_drive_is_back_and_says_why(reset, chip, tmp_path):
+    """Within 100 ms of the reset, which is the start, too: the PWM runs again, and who types is answered."""
+    cause, fault = SAID[reset]
+    said, result = boot(tmp_path, reset=reset, lines=("fault", "status"), chip=chip)
+    rows_s = result.trace["t_s"][result.trace["t_s"] > RESET_S + 1e-4]
+    assert rows_s[0] < RESET_S + 0.1 and not result.trace["gates"].any()
+    assert re.findall("last reset by: (.*)", said.split("> fault")[0]) == ([cause] if cause else [])
+    assert f"fault: {fault}\n" in said and "state: " in said
+
+
+def test_a_start_up_that_releases_nothing_has_no_fabric_after_a_warm_reset(tmp_path):
+    """sysreg_release_reset() returns at once. At power-on nobody would notice."""
+    mutant = ("poke_rom", "&sysreg_release_reset", "0x4770")
+    for reset, fault in (("watchdog_reset", "fabric"), ("power_cut", "none")):
+        said, _ = boot(tmp_path / reset, [mutant], reset=reset, lines=("fault",), chip="m2s025")
+        assert f"fault: {fault}\n" in said
+
+
+@pytest.mark.parametrize("wired, lives", (("held", 1), ("no_clock", 2)))
+def test_a_fabric_without_reset_or_clock_is_said(wired, lives, tmp_path):
+    with pytest.raises(LauncherError, match="has no samples"):  # its PWM never ran
+        boot(tmp_path, reset=None, lines=("fault", "on"), wired=wired)
+    said = (tmp_path / "console.txt").read_text().replace("\r", "")
+    assert "fault: fabric\n" in said and "error: a fault is latched" in said
+    assert ("last reset by: watchdog" in said) == (lives == 2)
+
+
+@pytest.mark.parametrize("chip, held", zip(CHIPS, (FABRIC_BIT, 0)))
+def test_only_on_the_smaller_device_traffic_puts_the_bit_back(chip, held, tmp_path):
+    """After a warm reset start-up clears it. The drive does not mind that it comes back."""
+    said, _ = boot(tmp_path, lines=("clear", *["version"] * 9, "status"), chip=chip, dumps={"held": (SOFT_RESET_CR, 4)})
+    word = int.from_bytes((tmp_path / "held").read_bytes(), "little")
+    assert word & FABRIC_BIT == held and "state: switch on disabled" in said
+
+
+def test_a_chip_that_there_is_not(tmp_path, monkeypatch):
+    for chip, variable in (("m2s150", ""), ("", "m2s150")):
+        monkeypatch.setenv("CHIP", variable)
+        with pytest.raises(LauncherError, match="CHIP 'm2s150' is neither m2s010, .* nor m2s025"):
+            boot(tmp_path, chip=chip)
+
+
+def test_where_traffic_can_take_the_fabric_away_each_restart_says_so(tmp_path):
+    """An M2S010 whose fabric hangs on bit 16, which docs/fabric.md advises against: after a warm reset, and not before."""
+    said, result = boot(tmp_path, chip="m2s010", wired="m2f", lines=("fault",) * 10)
+    before, *lives = result.console.split("'help' lists the commands")[1:]
+    assert "put back" not in before and "last reset by: watchdog" in lives[0] and len(lives) > 2
+    assert all("a block was put back into reset" in life for life in lives[1:])
+    assert "fault: processor exception" in said
 
 
 def test_power_on_is_no_fault(tmp_path):

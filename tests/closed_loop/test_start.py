@@ -93,6 +93,34 @@ def test_what_is_wrong_is_named_and_the_drive_stays_off(case, tmp_path):
     assert case == "turned from outside" or np.abs(result.trace["speed_rpm"]).max() < 0.25 * rated_rpm
 
 
+@pytest.mark.parametrize("motor, phase, after_s", [("maxon_ec45flat", "A", 0.1), ("estun_emj04apb22", "C", 0.3),
+                                                   ("mjbots_mj5208", "B", 0.2)])
+def test_a_phase_that_is_lost_while_the_rotor_is_aligned_is_named(motor, phase, after_s, tmp_path):
+    """The wiring was right; a plug comes off later. The field turns it up within half of its turn."""
+    lost_s = ON_S + 0.4 + after_s
+    steps = [{"t_s": ON_S, "console": "on"}, {"t_s": lost_s, "event": "phase_open", "args": [phase, "1"]}]
+    result = simulate({"key": "start", "end_s": lost_s + 1, "preamble_s": 0.05, "step": steps}, motor=motor, out_dir=tmp_path,
+                      spread=0)
+    assert faults(result) == ["FAULT_OPEN_PHASE"], result.console[-300:]
+    assert not operating(result).size and not result.trace["gates"][-20:].any()
+
+
+@pytest.mark.parametrize("command", ["on", "identify"])
+@pytest.mark.parametrize("after_s", [0.05, 0.2, 0.6])
+def test_a_quick_stop_ends_what_has_begun_and_nothing_goes_on(command, after_s, tmp_path):
+    """While the sensors' zeros, the wiring or pulses, and the pull are under way."""
+    stop_s = ON_S + after_s
+    steps = [{"t_s": ON_S, "console": command}, {"t_s": stop_s, "console": "quickstop"}]
+    result = simulate({"key": "start", "end_s": stop_s + 0.3, "preamble_s": 0.05, "step": steps}, motor="estun_emj04apb22",
+                      out_dir=tmp_path, spread=0)
+    assert result.console.replace("\r", "").partition("> quickstop\n")[2].startswith("ok"), result.console[-200:]
+    then = result.trace["t_s"] > stop_s + 0.01
+    live = result.trace["gate_live"] > 0
+    assert not faults(result) and not live[then].any() and not operating(result).size
+    assert live[~then].any() == (after_s > 0.15), "the bridge was on"
+    assert {result.enums["state"][int(code)] for code in set(result.trace["state"][then])} == {"AXIS_SWITCH_ON_DISABLED"}
+
+
 def test_with_the_index_the_offset_outlives_an_encoder_fault(tmp_path):
     """It turns past the index, the cable is pulled, it is turned past the index again: no alignment, same offset."""
     typed = [(ON_S, "on"), (1.5, "speed 300"), (2.0, "speed 0"), (2.3, "off"), (2.32, "on"), (2.65, "clear"), (3.15, "on")]

@@ -83,3 +83,49 @@ def test_the_bus_falls_by_thirty_percent_in_a_millisecond(motor, tmp_path):
         error = moving_mean(back[f"i_{axis}_true_A"] - back[f"i_{axis}_ref_A"], round(1 / 300 / result_period_s(back)))
         assert np.abs(error).max() < off * names["i_max_A"]
     assert back["torque_mean_Nm"].min() > 0  # never turned round
+
+
+# a rotor of a saliency of 3.5, as small as a file can be: magnets that i_max nearly cancels
+SALIENT = """
+name = "of a saliency of 3.5"
+summary = "drawn for its field to be weakened"
+inverter = "mv310_50a"
+
+[electrical]
+pole_pairs = { value = 3, source = "choice" }
+resistance_ohm = { value = 0.2, source = "choice" }
+ld_h = { value = 2.0e-3, source = "choice" }
+lq_h = { value = 7.0e-3, source = "choice: 3.5 times as much" }
+flux_wb = { value = 0.12, source = "choice: 60 A times ld_h" }
+
+[mechanical]
+inertia_kgm2 = { value = 3e-3, source = "choice" }
+
+[rating]
+rated_current_a = { value = 20, source = "choice" }
+rated_torque_nm = { value = 13, source = "computed with i_d -12 A" }
+rated_speed_rpm = { value = 2500, source = "choice" }
+max_speed_rpm = { value = 12000, source = "choice" }
+
+[encoder]
+counts_per_rev = { value = 8192, source = "choice" }
+"""
+# motor -> speed, 2.6 or 2.7 times the base speed
+BRAKED = {"salient": 6567, "baldor_ecs101m0h7ef4": 3858, "thor_pmsyrm": 5385}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.rest if name != "salient" else ()) for name in BRAKED])
+def test_braking_ends_deep_in_weakening(name, tmp_path):
+    """From all braking to none at once: the d current, which has most of the voltage, does not run away."""
+    motor = name
+    if name == "salient":
+        motor = tmp_path / "salient.toml"
+        motor.write_text(SALIENT)
+    i_max_a = load_drive(motor).names()["i_max_A"]
+    steps = [{"t_s": 0.05, "console": f"torque -{i_max_a:.3f}"}, {"t_s": 0.25, "console": "torque 0"}]
+    result, held = at_speed(tmp_path, motor, BRAKED[name], steps, 0.33)
+    ends = result.trace.between(held + 0.25, held + 0.33)
+    assert max(ends[f"i_{phase}_peak_A"].max() for phase in "abc") <= 1.15 * i_max_a
+    assert result.trace.between(held + 0.2, held + 0.25)["torque_mean_Nm"].mean() < 0, "it braked"
+    rest = result.trace.between(held + 0.28, held + 0.33)
+    assert abs(rest["torque_mean_Nm"].mean()) < 0.05 * result.drive.motor["rating"]["rated_torque_nm"]

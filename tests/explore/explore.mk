@@ -17,7 +17,9 @@ $(BUILD)/explore/explore: $(EXPLORE_SRC) $(wildcard tests/explore/*.h) $(BUILD)/
 	    $(BUILD)/tests/unit/firmware.so -Wl,-rpath,$(abspath $(BUILD)/tests/unit) -ldl -o $@
 
 # two at a time; what each prints comes when all have ended
-explore: tools
+explore: LASTS = under 10 minutes: ten ways to set the drive up, each to the last new state; leaves $(BUILD)/explore/
+explore: tools-explore
+	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 explore-program
 	@printf '%s\n' $(EXPLORE_SETUPS) | xargs -P 2 -I SETUP sh -c '$(BUILD)/explore/explore SETUP > $(BUILD)/explore/SETUP.txt'; \
 	    cat $(EXPLORE_SETUPS:%=$(BUILD)/explore/%.txt) | tee $(BUILD)/explore/all.txt

@@ -23,7 +23,9 @@ $(FABRIC_REGISTERS): drivers/fabric/registers.toml $(FABRIC_GENERATE)
 	$(Q)$(PYTHON) $(FABRIC_GENERATE) $(@F) > $@
 
 # All steps run, whatever the others say; one that fails makes the whole fail.
-fabric: tools
+fabric: LASTS = some 10 minutes: lint, synthesis, proofs, benches, lockstep, mutants
+fabric: tools-fabric
+	$(says)
 	@$(MAKE) --no-print-directory -s -k $(FABRIC_STEPS)
 
 fabric-stale:
@@ -61,7 +63,7 @@ $(BUILD)/fabric/axis.so: $(FABRIC_RTL) $(FABRIC_REGISTERS) $(AXIS_SOURCES) $(AXI
 axis: $(BUILD)/fabric/axis.so
 
 LOCKSTEP = $(BUILD)/fabric/lockstep
-LOCKSTEP_MODELS = pwm adc encoder gate chopper fabric_model
+LOCKSTEP_MODELS = pwm adc encoder gate chopper watch fabric_model
 LOCKSTEP_SOURCES = $(wildcard tests/fabric/lockstep/*.cpp)
 
 $(LOCKSTEP)/rtl.a: $(FABRIC_RTL) $(FABRIC_REGISTERS) tests/fabric/fabric.mk

@@ -16,7 +16,9 @@ module bridge(
     gate switch (.clk(clk), .rst_n(rst_n), .sel(sel_gate), .write(sel_gate && write), .addr(addr), .wdata(wdata), .rdata(),
                  .high(high), .low(low), .overrun_event(overrun_event), .overrun(1'b0), .limit(1'b0), .encoder_faulty(1'b0),
                  .sample(1'b0),
-                 .vbus(15'd0), .pin_overcurrent(pin_overcurrent), .pin_driver_fault(pin_driver_fault),
+                 .vbus(15'd0), .valley(1'b0), .commit(1'b0),
+                 .pin_overcurrent(pin_overcurrent), .pin_driver_fault(pin_driver_fault),
                  .pin_sto_a_n(pin_sto_a_n), .pin_sto_b_n(pin_sto_b_n), .pin_clock_ok(pin_clock_ok), .live(live),
-                 .pin_high(pin_high), .pin_low(pin_low), .pin_chopper());
+                 .pin_high(pin_high), .pin_low(pin_low), .pin_chopper(),
+                 .pin_watch_reset_n());
 endmodule

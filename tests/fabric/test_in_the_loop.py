@@ -9,8 +9,8 @@ from launcher.probes import code_of
 END_S, ON_S, SPEED_S = 2.35, 0.15, 2.0
 STEPS = [{"t_s": ON_S, "console": "on"}, {"t_s": SPEED_S, "console": "speed 1000"}]
 # What a row may differ by: while the start feels for the rotor, which friction holds and lets go, and then. Measured: 4.1 A and
-# 5.8 rad/s, then 0.03 A and 0.02 rad/s.
-STARTING = {"i_a_A": 6.0, "i_b_A": 6.0, "i_c_A": 6.0, "vbus_V": 0.08, "speed_rad_s": 9.0, "theta_mech_rad": 0.02,
+# 5.8 rad/s and 0.024 rad, then 0.03 A and 0.02 rad/s.
+STARTING = {"i_a_A": 6.0, "i_b_A": 6.0, "i_c_A": 6.0, "vbus_V": 0.08, "speed_rad_s": 9.0, "theta_mech_rad": 0.04,
             "torque_Nm": 0.25, "winding_C": 0.02}
 RUNNING = {"i_a_A": 0.15, "i_b_A": 0.15, "i_c_A": 0.15, "vbus_V": 0.01, "speed_rad_s": 0.2, "theta_mech_rad": 0.02,
            "torque_Nm": 0.01, "winding_C": 0.02}

@@ -78,7 +78,7 @@ def bench(tmp_path_factory):
 
 
 def test_identity(bench):
-    assert bench["id0"] == bench["id1"] == ["464f4330"] and bench["id2"] == ["0"] and bench["axes1"] == ["21"]
+    assert bench["id0"] == bench["id1"] == ["464f4331"] and bench["id2"] == ["0"] and bench["axes1"] == ["21"]
 
 
 def test_on_times_are_exact(bench):

@@ -79,6 +79,29 @@ def test_what_runs_while_the_envm_is_busy_needs_nothing_of_it(image):
     assert words and not [word for word in words if word < len(image) or 0x60000000 <= word < 0x60080000]
 
 
+CACHE_BYTES = 8192  # what drivers/mss/cache.h locks
+TIMED = ("FabricIrq0_IRQHandler", "scoped_tick", "fault_entry", "fault_taken", "postmortem_keep", "current_loop_fault",
+         "drive_sample_fault", "fault_latch", "fault_raise_with", "polar_roots")
+
+
+def test_what_must_not_wait_stands_where_the_cache_is_locked():
+    with open(BUILD / "mssfoc.elf", "rb") as stream:
+        table = ELFFile(stream).get_section_by_name(".symtab").iter_symbols()
+        found = {s.name: (s["st_value"] & ~1, s["st_size"]) for s in table if s["st_size"]}
+    handlers = [name for name in found if re.fullmatch(r"handlers_\w+_ab", name)]
+    assert len(handlers) >= 3
+    for name in (*TIMED, *handlers):
+        assert sum(found[name]) <= CACHE_BYTES, name
+    assert found["trig_chords"][0] >> 28 == 2, "of any angle: in eSRAM"
+    # what they call on the usual way: nothing that lies behind
+    out = subprocess.run([CROSS + "objdump", "-d", "--no-show-raw-insn", "--stop-address=0x2000", BUILD / "mssfoc.elf"],
+                         capture_output=True, text=True, check=True).stdout
+    parts = dict(re.findall(r"(?ms)^[0-9a-f]+ <(\w+)>:\n(.*?)(?=^[0-9a-f]+ <|\Z)", out))
+    for name in ("FabricIrq0_IRQHandler", *handlers):
+        called = {int(at, 16) for at in re.findall(r"\tblx?(?:\.w)?\s+([0-9a-f]+)\b", parts[name])}
+        assert all(at < CACHE_BYTES for at in called), name
+
+
 def test_vectors(image):
     words = [int.from_bytes(image[i:i + 4], "little") for i in range(0, 98 * 4, 4)]
     assert 0x20000000 < words[0] <= 0x20010000 and words[0] % 8 == 0
@@ -107,7 +130,7 @@ def test_no_floating_point_heap_or_foreign_code():
     # all that the compiler's run-time library gives: 64-bit division
     foreign = {n for n in names if n.startswith("__") and not n.startswith("__aeabi_")}
     # and what the linker puts between eNVM and eSRAM
-    assert foreign <= {"__udivmoddi4", "__divdi3", "__udivdi3", "__with_wait_states_veneer"}, foreign
+    assert foreign <= {"__udivmoddi4", "__divdi3", "__udivdi3", "__with_wait_states_veneer", "__cache_lock_veneer"}, foreign
 
 
 def test_the_library_has_no_data_of_its_own():
@@ -133,6 +156,7 @@ STATE = {
     "modbus": "the slave on the bus, whose buffers would take a sixth of the stack",
     "bus": "the bus's UART and transceiver, which their interrupts serve",
     "kept": "the post-mortem record, which outlives a reset",
+    "trig_chords": "no state: the sine's table, which would not fit the cache",
 }
 
 

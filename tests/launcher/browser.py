@@ -28,9 +28,12 @@ def served(folder):
             break
     else:
         pytest.fail("".join(said))
-    yield match.group(0), server
-    server.terminate()
-    assert server.wait(PATIENCE_S) == 0
+    try:
+        yield match.group(0), server
+    finally:
+        server.terminate()
+        status = server.wait(PATIENCE_S)
+    assert status == 0
 
 
 @contextlib.contextmanager

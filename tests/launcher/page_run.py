@@ -108,7 +108,6 @@ def test_a_load_and_a_fault_of_the_twins_making(page):
 
 
 def change(page, name, value):
-    """In one script: the page puts new fields in their place when it has heard that one has changed."""
     page.script("const field = document.querySelector(arguments[0]); field.value = arguments[1]; field.onchange()",
                 f"#parameters input[name={name}]", str(value))
 
@@ -120,6 +119,7 @@ def value(page, name):
 def test_a_parameter(page):
     page.wait(lambda: page.script("return document.querySelectorAll('#parameters tr').length") > 50)
     change(page, "speed_bw_hz", 55)
+    page.script("document.querySelectorAll('#parameters details').forEach((one) => { one.open = true; })")
     page.script("say('get speed_bw_hz')")
     page.wait(lambda: "speed_bw_hz = 55" in page.heard())
     page.script("const field = document.querySelector('#parameters input[name=i_max_ma]'); field.focus(); field.value = 12")
@@ -158,8 +158,8 @@ def test_identify_shows_how_far_it_is_and_what_it_found(page):
         page.wait(lambda: re.search("> identify\n(ok|error)", page.heard()))
         return "> identify\nok" in page.heard()
     page.wait(begins)
-    page.wait(lambda: "'resistance'" in page.find("step").text)
-    page.wait(lambda: re.search("'(axes|inductance|turn)'", page.find("step").text))
+    page.wait(lambda: "'resistance'" in page.script("return $('step').textContent"))
+    page.wait(lambda: re.search("'(axes|inductance|turn)'", page.script("return $('step').textContent")))
     page.click("#stop")
     found = lambda: page.script("return document.getElementById('identified').textContent")  # noqa: E731
     page.wait(lambda: "ended in step" in found())
@@ -184,7 +184,7 @@ def test_identify_to_its_end_and_what_it_found_is_used(page):
     steps = []
 
     def ended():
-        shown = re.search("'(.+)'", page.find("step").text)
+        shown = re.search("'(.+)'", page.script("return $('step').textContent"))
         if shown and shown[1] not in steps:
             steps.append(shown[1])
         return len(steps) > 1 and not shown and "time: " in page.heard()
@@ -206,6 +206,19 @@ def test_identify_to_its_end_and_what_it_found_is_used(page):
     used = round(float(re.match(r"[\d.]+", found["resistance"])[0]))
     shown = "return document.querySelector('#parameters input[name=resistance_mohm]').value"
     page.wait(lambda: page.script(shown) == str(used))
+    compared = dict(page.script("return [...$('compared').rows].slice(1).map((row) => [row.cells[0].textContent,"
+                                " [...row.cells].slice(1).map((cell) => parseInt(cell.textContent))])"))
+    assert compared["resistance_mohm"] == [COLD_MOHM, used] and len(compared) > 3, compared
+    page.click("#take_back")
+    page.wait(lambda: page.script(shown) == str(COLD_MOHM))
+    page.click("[data-line='identify use']")
+    page.wait(lambda: page.script(shown) == str(used))
+    page.click("#setup_save [data-line=save]")
+    page.wait(lambda: page.script("return $('setup_turn').open"))
+    page.click("#start")
+    page.wait(lambda: abs(page.latest("speed") - 300) < 20)  # with what was measured
+    page.click("#stop")
+    page.wait(lambda: page.state() == "switch on disabled")
 
 
 def test_on_a_phone(page):

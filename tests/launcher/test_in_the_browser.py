@@ -8,7 +8,7 @@ import pytest
 from launcher.paths import REPO
 
 
-@pytest.mark.parametrize("file", ("page_run.py", "page_silent_run.py"))
+@pytest.mark.parametrize("file", ("page_look_run.py", "page_run.py", "page_silent_run.py", "page_tool_run.py"))
 def test_the_page(file, request):
     sample = ["--sample"] if request.config.getoption("--sample") else []
     done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", "-p", "no:xdist", *sample,

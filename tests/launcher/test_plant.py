@@ -336,7 +336,7 @@ def test_the_twin_takes_whatever_a_file_may_hold():
         for table, keys in tables.items():
             for key, entry in keys.items():
                 item = f"{SECTIONS.get(table)}.{names.get(key, key)}"
-                if table not in SECTIONS or key in (*SHORT, "inertia_ratio", "modulator_osr"):
+                if table not in SECTIONS or key in (*SHORT, "inertia_ratio", "modulator_osr", "fitted"):
                     continue
                 assert item in twin, f"the twin has no {item}"
                 low, high, default = twin[item]

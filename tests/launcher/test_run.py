@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from launcher import LauncherError, simulate
 from launcher.paths import REPO
 from launcher.qemu import ProgressLine, Qemu
 
-VARIABLES = ("MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "QEMU", "BUILD")
+VARIABLES = ("MOTOR", "SCENARIO", "SEED", "PLANT", "SPREAD", "DETUNE", "QEMU", "BUILD", "START")
 SCENARIO = {"key": "test", "title": "a test", "end_s": 0.1, "preamble_s": 0.01,
             "step": [{"t_s": 0.02, "console": "on"}, {"t_s": 0.05, "event": "load_nm", "args": ["rated_torque_Nm"]}],
             "figure": [{"name": "current", "kind": "maximum", "column": "abs(i_a_A)", "min": 1.99, "max": 2.01},
@@ -159,6 +160,13 @@ def test_a_scenario_beyond_the_motor_is_not_run(build, fake_qemu, tmp_path):
 @pytest.mark.parametrize("arguments, environment, complaint", [
     (["run"], {"MOTOR": "none"}, "no motor 'none'; there are: "),
     (["run"], {"SCENARIO": "none"}, "no scenario 'none'; there are: "),
+    (["run"], {"MOTOR": "teknic"}, "; did you mean teknic_m2310p?"),
+    (["run"], {"MOTOR": "Teknik_m2310p"}, "; did you mean teknic_m2310p?"),
+    (["run"], {"MOTOR": "nope.toml"}, "; nope.toml is no file"),
+    (["run"], {"MOTOR": "../motors/teknic_m2310p"}, "no motor '../motors/teknic_m2310p'"),
+    (["run"], {"SCENARIO": "revesal"}, "; did you mean reversal_under_load?"),
+    (["run"], {"START": "now"}, "no START 'now'; there are: found, aligned"),
+    (["run"], {"PLANT": "full,-saturatoin"}, "; did you mean saturation?"),
     (["run"], {"QEMU": "no-such-qemu"}, "QEMU 'no-such-qemu' is not a program"),
     (["run"], {"QEMU": "/bin/ls"}, "'/bin/ls' is not a QEMU"),
     (["run"], {"SEED": "many"}, "SEED 'many' is not a whole number"),
@@ -176,6 +184,13 @@ def test_mistakes_get_one_line(build, fake_qemu, arguments, environment, complai
     lines = answer.stderr.strip().splitlines()
     assert answer.returncode == 2 and len(lines) == 1, answer.stderr
     assert lines[0].startswith("mssfoc: ") and complaint in lines[0]
+
+
+def test_a_full_disk_is_named(build, fake_qemu, monkeypatch):
+    """QEMU's own words are lost then: its log is on the same disk."""
+    monkeypatch.setattr("launcher.qemu.shutil.disk_usage", lambda _: SimpleNamespace(free=4096))
+    with pytest.raises(LauncherError, match="the disk of .* is full: .* BUILD=path"):
+        simulate(SCENARIO, build=build, qemu=fake_qemu("bad config"))
 
 
 def test_list(build):

@@ -4,16 +4,21 @@ import asyncio
 import os
 import threading
 import tty
+from types import SimpleNamespace
 
 import pytest
 
 pytest.importorskip("serial")
 
 from launcher import LauncherError  # noqa: E402  (skipped without pyserial)
+from scope import drive, session  # noqa: E402
 from scope.board import Board  # noqa: E402
+from scope.jog import HELD_S, Jog  # noqa: E402
 from scope.session import Session  # noqa: E402
 
 PATIENCE_S = 60
+SHOWN_S = 1.0   # at the latest a page shows that a drive is silent
+PAGE_S = 0.05   # of it for the way to the page
 ANSWERS = {"": "", "machine on": "ok\r\n", "scope list": "i_q A 1/1: q current\r\n", "stream 1 921600": "ok\r\n",
            "scope": "signals: i_q, every 1\r\ncapture: off\r\n", "status": "state: operation enabled\r\nfault: none\r\n",
            "get a": "a = 1\r\n", "get b": "b = 2\r\n"}
@@ -56,6 +61,22 @@ class Played:
                 return
 
 
+@pytest.fixture(autouse=True)
+def patience(request, monkeypatch):
+    """The drive played here sends no samples: on a busy machine its answers alone would come too seldom."""
+    if "clock" not in request.fixturenames:
+        monkeypatch.setattr("scope.drive.SILENT_S", 2.0)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Of drive.py and jog.py, in a list."""
+    now = [100.0]
+    for module in ("drive", "jog"):
+        monkeypatch.setattr(f"scope.{module}.time", SimpleNamespace(monotonic=lambda: now[0]))
+    return now
+
+
 async def until(holds):
     async with asyncio.timeout(PATIENCE_S):
         while not holds():
@@ -64,17 +85,17 @@ async def until(holds):
 
 def play(tmp_path, scene):
     """scene(drive, session, messages) with a session that is open and a page that keeps what it is sent."""
-    drive = Played(tmp_path / "port")
+    played = Played(tmp_path / "port")
 
     async def run():
-        session, messages = Session(Board(str(tmp_path / "port"))), []
-        await session.open()
-        session.join("page", messages.append)
+        held, messages = Session(Board(str(tmp_path / "port"))), []
+        await held.open()
+        held.join("page", messages.append)
         try:
-            await scene(drive, session, messages)
+            await scene(played, held, messages)
         finally:
-            drive.deaf.clear()
-            await session.close()
+            played.deaf.clear()
+            await held.close()
 
     asyncio.run(run())
 
@@ -104,6 +125,45 @@ def test_a_cable_that_is_pulled_and_comes_back(tmp_path, capsys):
     play(tmp_path, scene)
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 2 and lines[0].startswith("mssfoc: the drive is silent since ") and lines[1].endswith("answers again")
+
+
+def test_a_silent_drive_is_shown_within_a_second(clock):
+    """QEMU that has ended at once; one that is stopped, or a cable, so early that there is time for a look and the way."""
+    far = SimpleNamespace(ended=lambda: None, at_work=lambda: False)
+    silent = drive.Drive(far, None, None).silent
+    clock[0] += SHOWN_S - session.LOOK_S - PAGE_S
+    assert silent() == "no answer for 1 s"
+    far.at_work = lambda: True
+    assert not silent(), "slow is not silent"
+    clock[0] += drive.AT_WORK_S
+    assert silent(), "but it may hang"
+    far.ended = lambda: "gone"
+    assert drive.Drive(far, None, None).silent() == "gone"
+
+
+def test_a_button_counts_as_released_when_nobody_says_that_it_is_held(clock):
+    asked = []
+
+    async def ask(line):
+        asked.append(line)
+        return ["ok"]
+
+    async def scene():
+        jog = Jog(ask)
+        for _ in range(10):
+            await jog.hold(60)
+            clock[0] += HELD_S - 0.01
+            await jog.mind()
+        assert asked == ["speed 60"], "held, and asked once"
+        clock[0] += 0.02
+        await jog.mind(), await jog.mind()
+        assert asked == ["speed 60", "speed 0"], "the page has gone: stopped, once"
+        await jog.hold(-60), await jog.hold(0)
+        clock[0] += 2 * HELD_S
+        await jog.mind()
+        assert asked[2:] == ["speed -60", "speed 0"], "released"
+
+    asyncio.run(scene())
 
 
 def test_an_answer_that_comes_late_is_nobodys(tmp_path):

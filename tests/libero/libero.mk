@@ -5,7 +5,7 @@
 BOARD ?=
 LIBERO = PYTHONPATH=drivers/fabric $(PYTHON) -m libero '$(BOARD)'
 
-libero: tools
+libero: tools-libero
 	@$(LIBERO)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all registers
 	@$(LIBERO) $(BUILD)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What a stranger meets: the README's example compiles and links, and what is missing is said in one line."""
+"""What a stranger meets: the library's example compiles and links, and what is missing is said in one line."""
 import os
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -33,8 +34,8 @@ def test_a_folder_of_the_project_has_one_name(given, meant):
     assert result.stdout.strip() == (meant or given), result.stderr
 
 
-def test_readme_example_compiles_and_links(tmp_path):
-    code = re.search(r"```c\n(.*?)```", Path("README.md").read_text(), re.S).group(1)
+def test_the_example_compiles_and_links(tmp_path):
+    code = re.search(r"```c\n(.*?)```", Path("docs/library.md").read_text(), re.S).group(1)
     (tmp_path / "example.c").write_text(code + "\nint main(void)\n{\n    parkoutput_type dq;\n"
                                         "    currents_to_rotor_frame(1000, -500, 32768, 0, &dq);\n    return (int)dq.id;\n}\n")
     out = tmp_path / "example.elf"
@@ -45,9 +46,10 @@ def test_readme_example_compiles_and_links(tmp_path):
 
 
 def test_readme_commands_exist():
-    targets = set(re.findall(r"make ([a-z]+)", Path("README.md").read_text())) - {"it"}
-    for target in targets:
-        assert run("make", "-n", target).returncode == 0, target
+    pages = Path("README.md").read_text() + Path("CONTRIBUTING.md").read_text()
+    targets = set(re.findall(r"`make ([a-z]+)", pages))
+    database = run("make", "-pRrq", "help").stdout
+    assert len(targets) > 5 and targets <= set(re.findall(r"(?m)^([a-z-]+):", database))
 
 
 @pytest.mark.parametrize("probe, words", [("", "PROBE=openocd"), ("stlink", "PROBE=openocd"), ("openocd", "OPENOCD="),
@@ -57,14 +59,52 @@ def test_flash_says_what_is_missing(probe, words):
     assert words in complaint(result)
 
 
-def test_missing_tools_are_listed_and_nothing_is_installed(tmp_path):
-    result = run("/bin/sh", ".ci/tools", NO_INSTALL="1", CROSS="no-such-prefix-", HOSTCC="no-such-compiler")
-    line = complaint(result)
-    assert "gcc-arm-none-eabi" in line and "gcc" in line and "NO_INSTALL" in line
+@pytest.fixture
+def bare(tmp_path):
+    """A PATH with nothing on it but what a bare Debian has and the script needs."""
+    for name in ("sh", "awk", "id", "mktemp", "tail", "rm"):
+        (tmp_path / name).symlink_to(shutil.which(name))
+    return tmp_path
+
+
+# what a purpose needs of a bare system, and what it must not ask for
+NEEDS = {"image": ({"gcc-arm-none-eabi"}, {"gcc", "qemu-system-arm", "yosys", "verilator", "clang-format"}),
+         "run": ({"gcc-arm-none-eabi", "gcc", "qemu-system-arm"}, {"yosys", "verilator", "g++", "clang-format", "parallel"}),
+         "rtl": ({"verilator", "g++"}, {"yosys", "iverilog"}),
+         "fabric": ({"yosys", "z3", "verilator", "iverilog", "g++"}, {"gcc-arm-none-eabi", "qemu-system-arm", "clang-format"}),
+         "test": ({"gcc-arm-none-eabi", "qemu-system-arm", "yosys", "clang-format", "mbpoll"}, {"chromium"}),
+         "page": ({"qemu-system-arm"}, {"chromium", "yosys"})}
+
+
+@pytest.mark.parametrize("purpose", NEEDS)
+def test_each_command_asks_for_what_it_uses(bare, purpose):
+    """Nothing is installed: the line names the packages."""
+    listed = set(complaint(run("/bin/sh", ".ci/tools", purpose, NO_INSTALL="1", PATH=str(bare))).replace(";", "").split())
+    wanted, unwanted = NEEDS[purpose]
+    assert wanted <= listed and "NO_INSTALL" in listed and not unwanted & listed
+
+
+@pytest.mark.parametrize("variables, words", [
+    ({"CROSS": "foo-"}, "CROSS=foo-: there is no program foo-gcc"), ({"HOSTCC": "foo"}, "HOSTCC=foo"),
+    ({"QEMU": "/no/such/qemu"}, "QEMU=/no/such/qemu"), ({"PYTHON": "/no/such/python"}, "PYTHON=/no/such/python"),
+    ({"PYTHON": "/bin/false"}, "older than 3.11")])
+def test_a_tool_of_the_user_s_own_is_his_to_mend(variables, words):
+    """Packages would not help, so none are proposed."""
+    line = complaint(run("/bin/sh", ".ci/tools", "run", **variables))
+    assert words in line and "packages" not in line
+
+
+def test_without_root_and_sudo_the_line_is_for_who_has_them(bare):
+    (bare / "apt-get").symlink_to("/bin/true")
+    (bare / "id").unlink()
+    (bare / "id").write_text("#!/bin/sh\necho 1000\n")
+    (bare / "id").chmod(0o755)
+    line = complaint(run("/bin/sh", ".ci/tools", "image", PATH=str(bare), NO_INSTALL=""))
+    assert "as root: apt-get install --no-install-recommends gcc-arm-none-eabi" in line
 
 
 def test_other_debian_takes_no_folder_of_others(tmp_path):
-    assert "give a folder" in complaint(run(".ci/other-debian"))
+    assert "give a folder" in complaint(run(".ci/other-debian")) and "give a folder" in complaint(run(".ci/bare"))
     (tmp_path / "theirs").touch()
     assert "holds something else" in complaint(run(".ci/other-debian", str(tmp_path)))
     assert (tmp_path / "theirs").exists()
@@ -78,6 +118,45 @@ def test_wrong_qemu_is_named():
 @pytest.mark.parametrize("variable, value", [("MOTOR", "no-such-motor"), ("SCENARIO", "no-such-scenario"), ("SEED", "many")])
 def test_wrong_names_are_named(variable, value):
     assert value in complaint(run("make", "-s", "run", BUILD=str(BUILD), **{variable: value}))
+
+
+@pytest.mark.parametrize("given, words", [("MOTR=x", "did you mean MOTOR=x?"), ("pwm_hz=16000", "did you mean PWM_HZ=16000?"),
+                                          ("XYZZY=1", "'make help' has those there are")])
+def test_a_variable_that_make_does_not_know_is_refused(given, words):
+    result = run("make", "-s", "help", given)
+    assert result.returncode != 0 and result.stdout == ""
+    assert f"mssfoc: there is no variable {given.split('=')[0]}" in result.stderr and words in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_every_variable_that_help_and_the_pages_name_is_known():
+    texts = [run("make", "-s", "help").stdout, *(page.read_text() for page in [Path("README.md"), *Path("docs").rglob("*.md")])]
+    named = {word for text in texts for line in re.findall(r"make [^`\n]*|\[[A-Z_]+=.*", text)
+             for word in re.findall(r"(?<![\w/])([A-Z][A-Z_]+)=", line)}
+    assert len(named) > 30
+    result = run("make", "-s", "--eval", "known: ; @echo $(VARIABLES)", "known")
+    assert named <= set(result.stdout.split()), named - set(result.stdout.split())
+
+
+def test_long_commands_say_first_how_long_they_take():
+    rules = "".join(path.read_text() for path in [Path("Makefile"), *Path("tests").glob("*/*.mk")])
+    said = re.findall(r"(?m)^(\w+): LASTS = ", rules)
+    assert {"test", "guides", "results", "campaign", "sizes", "storm", "prove", "fabric", "explore", "mutants"} <= set(said)
+    for target in said:
+        assert re.search(rf"(?m)^{target}: tools-.*\n\t\$\(says\)$", rules), target
+    told = run("make", "-s", "-n", "sizes", NO_INSTALL="1").stdout  # the one of them that calls no other make
+    assert "echo 'mssfoc: make sizes: some minutes" in told
+
+
+def test_a_new_folder_says_that_building_takes_time(tmp_path):
+    """On no terminal there is no line that is rewritten."""
+    said = run(".ci/alone", str(tmp_path / "new"), "echo", "built").stdout
+    assert said == f"mssfoc: building in {tmp_path / 'new'}, about half a minute on two cores\nbuilt\n"
+    (tmp_path / "new" / "mssfoc.elf").touch()
+    assert run(".ci/alone", str(tmp_path / "new"), "echo", "built").stdout == "built\n"
+    (tmp_path / "file").touch()
+    assert "cannot write to" in complaint(run(".ci/alone", str(tmp_path / "file" / "b"), "true"))
+    assert run(".ci/alone", str(tmp_path / "new"), "false").returncode == 1
 
 
 def test_wrong_trig_fraction_does_not_build(tmp_path):

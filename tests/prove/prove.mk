@@ -37,7 +37,9 @@ interrupt-objects: $(MSSFOC_IMAGE).elf $(BUILD)/prove/admitted
 
 PROVE_INTERRUPT = $(PYTHON) tests/prove/prove_interrupt.py $(MSSFOC_IMAGE).elf $(BUILD)/prove/admitted
 
-prove: tools
+prove: LASTS = some minutes: every kernel, the whole interrupt
+prove: tools-prove
+	$(says)
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 prove-objects interrupt-objects $(BUILD)/prove/sweep_root
 	@$(BUILD)/prove/sweep_root
 	@$(PROVE_INTERRUPT) 1000000 4

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The interrupt's proof as part of the tests: both codes, without the mistakes; and what it must not accept."""
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -44,6 +45,17 @@ def fixture_admitted():
 def fixture_image(admitted):
     assert admitted
     return Image(BUILD / "mssfoc.elf")
+
+
+def test_every_handler_of_the_vector_is_proved_or_listed_with_its_reason(image, monkeypatch):
+    said = []
+    prove_interrupt.say_what_is_not_proved(BUILD / "mssfoc.elf", lambda *words: said.append(words))
+    assert [name for name, _ in said] == sorted(prove_interrupt.NOT_PROVED)
+    page = Path("docs/prove.md").read_text()
+    assert dict(re.findall(r"(?m)^\| `(\w+)` \| (.*) \|$", page[page.index("**Not proved.**"):])) == prove_interrupt.NOT_PROVED
+    monkeypatch.delitem(prove_interrupt.NOT_PROVED, "handlers_hall_ab")
+    with pytest.raises(Refuted, match="handlers_hall_ab: in the vector, neither proved"):
+        prove_interrupt.say_what_is_not_proved(BUILD / "mssfoc.elf", quiet)
 
 
 @pytest.mark.rest

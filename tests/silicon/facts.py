@@ -2,7 +2,7 @@
 """docs/silicon.md as data: its facts, what contradicts some of them, and the lines of the bring-up image.
 
 A fact's first cell is a word that names it, or the names that the code has for it, in backticks; those are compared with the
-code. `reset:BLOCK.REGISTER`, `power-on:...` and `warm:...` are values that a register has after these, and are compared with
+code. `reset:BLOCK.REGISTER`, `power-on:...`, `warm:...` are values that a register has after these, and are compared with
 the twin.
 """
 import re

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* What the twin's registers hold after power-on, and after a watchdog's reset that finds the causes cleared. A line each:
+/* What the twin's registers hold after power-on, and after other resets that find the causes cleared. A line each:
  * which reset, block, offset, value. */
 #include <stdio.h>
 
@@ -76,13 +76,29 @@ static void say_all(const char *after)
     say_dwt(after);
 }
 
+static const struct {
+    const char *name;
+    enum reset_cause cause;
+} warm[] = {
+    {"watchdog", RESET_WATCHDOG}, {"lock-up", RESET_LOCKUP}, {"software", RESET_SOFT}, {"external", RESET_USER}};
+
+/* What firmware changes, and the causes cleared. */
+static void disturb(void)
+{
+    for (int n = 0; n < SYSREG_WORDS; n++) {
+        sysreg_write(&sysreg_words[n], sysreg_words[n].offset, n == 0 ? 0 : 0xFFFFFFFFu);
+    }
+}
+
 int main(void)
 {
     sysreg_design(SYSREG_WDOGLOAD, WATCHDOG_LOAD);
     sysreg_reset(RESET_POWER_ON);
     say_all("power-on");
-    sysreg_write(&sysreg_words[0], sysreg_words[0].offset, 0);
-    sysreg_reset(RESET_WATCHDOG);
-    say_all("warm");
+    for (unsigned n = 0; n < sizeof warm / sizeof *warm; n++) {
+        disturb();
+        sysreg_reset(warm[n].cause);
+        say_all(warm[n].name);
+    }
     return 0;
 }

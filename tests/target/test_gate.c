@@ -71,11 +71,64 @@ static void test_chopper(void)
     gate_set_chopper(gate, 0, 0);
 }
 
+#define ROUND_COUNTS (2u * PERIOD_COUNTS)
+
+/* Rounds of a program that lives, two periods each; returns all that the gate's status shows meanwhile. */
+static uint32_t live_status(uint32_t rounds, bool slow_loop, bool thread)
+{
+    struct gate_regs *const gate = &FABRIC0->gate;
+    uint32_t status = 0;
+    for (uint32_t n = 0; n < 2u * rounds; n++) {
+        write_compares(HALF_COUNTS / 2u);
+        if (slow_loop && n % 2u == 0u) {
+            gate_prove_slow_loop(gate);
+        }
+        if (thread && n % 2u == 1u) {
+            gate_prove_thread(gate);
+        }
+        wait_counts(PERIOD_COUNTS - 300u); /* the rest is for what is above */
+        status |= gate_status(gate);
+    }
+    return status;
+}
+
+static void restart(void)
+{
+    gate_disable(&FABRIC0->gate);
+    (void)gate_clear(&FABRIC0->gate, GATE_STATUS_LATCHES);
+    (void)gate_enable(&FABRIC0->gate);
+}
+
+/* Last: what is started stays so until a reset. */
+static void test_watch(void)
+{
+    struct gate_regs *const gate = &FABRIC0->gate;
+    (void)gate_enable(gate);
+    harness_true("watch: does not start while the bridge is on", !gate_start_watch(gate, 4u * ROUND_COUNTS));
+    gate_disable(gate);
+    harness_true("watch: starts", gate_start_watch(gate, 4u * ROUND_COUNTS));
+    harness_true("watch: keeps its time", !gate_start_watch(gate, 8u * ROUND_COUNTS));
+    restart();
+    harness_equal("watch: a program that lives", live_status(40u, true, true), GATE_STATUS_LIVE);
+    (void)live_status(8u, false, true);
+    harness_equal("watch: without the slow loop", gate_status(gate), GATE_STATUS_SLOW_LOST);
+    restart();
+    (void)live_status(8u, true, false);
+    harness_equal("watch: without the thread", gate_status(gate), GATE_STATUS_THREAD_LOST);
+    restart();
+    wait_counts(3u * PERIOD_COUNTS);
+    harness_equal("watch: without the current loop", gate_status(gate), GATE_STATUS_LOOP_LOST);
+    gate_disable(gate);
+    wait_counts(8u * ROUND_COUNTS);
+    harness_equal("watch: nothing more while off", gate_clear(gate, GATE_STATUS_LATCHES), 0u);
+}
+
 int main(void)
 {
     if (fabric_bench_begin()) {
         test_gate();
         test_chopper();
+        test_watch();
     }
     harness_end();
 }

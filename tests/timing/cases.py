@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 from target.runner import BUILD, CLOSING, run_image
 
-ZERO = {"apb_read": 0, "apb_write": 0, "ppb": 0, "esram": 0, "envm_wait": 0, "cache": 1}
+ZERO = {"apb_read": 0, "apb_write": 0, "ppb": 0, "esram": 0, "envm_wait": 0, "cache": 1, "vector": 0}
 HAND_COUNTED = {
     "rules": ZERO,
     "waits": ZERO | {"apb_read": 3, "apb_write": 2, "ppb": 1, "esram": 1},
+    "esram": ZERO | {"esram": 1},
     "fetch": ZERO | {"envm_wait": 2, "cache": 0},
 }
 TOLERANCE = 0.03

@@ -549,16 +549,16 @@
 
     /* ---- exceptions ---- */
 
-    sequence exception, 26, "SVC and return"
+    sequence exception, 24, "SVC and return"
     movs r3, #0
     start
-    svc #0                      @ 1, entry 12, 1 + 0 in the handler, exit 12
+    svc #0                      @ 1, entry 12, 1 + 0 in the handler, exit 10
     stop
 
-    sequence tail_chain, 48, "SVC, tail-chained PendSV, return by POP"
+    sequence tail_chain, 46, "SVC, tail-chained PendSV, return by POP"
     movs r3, #1
     start
-    svc #0                      @ 1, entry 12, 11 in the handler, 6 to the next, 6 there, exit 12
+    svc #0                      @ 1, entry 12, 11 in the handler, 6 to the next, 6 there, exit 10
     stop
 
     .balign 4

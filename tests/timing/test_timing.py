@@ -34,7 +34,7 @@ def test_interrupt_log(tmp_path):
     run("rules", tmp_path, [f"irqlog {tmp_path / 'irq.bin'}"])
     log = load_irqlog(tmp_path / "irq.bin")
     assert list(zip(*(log[key] for key in ("exception", "cycles", "instructions", "chained")))) == [
-        (SVC, 12 + 1 + 12, 2, 0),
+        (SVC, 12 + 1 + 10, 2, 0),
         (SVC, 12 + 11, 6, 2),
-        (PENDSV, 6 + 6 + 12, 2, 1),
+        (PENDSV, 6 + 6 + 10, 2, 1),
     ]

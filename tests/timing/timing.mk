@@ -21,7 +21,7 @@ $(BUILD)/tests/timing/%.elf: $(BUILD)/arm/tests/timing/%.o $(BUILD)/arm/tests/ti
 
 target-tests: $(TIMING_IMAGES)
 
-timing: tools
+timing: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 twin $(TIMING_IMAGES)
 	@$(PYTHON) tests/timing/validate.py
 

@@ -88,10 +88,10 @@
     ldr r3, [r1]                @ 1 + 1
     stop
 
-    sequence esram_stores, 3, "STR STR to eSRAM"
+    sequence esram_stores, 2, "STR STR to eSRAM"
     start
     str r2, [r1]                @ 1
-    str r3, [r1, #4]            @ 1 + 1
+    str r3, [r1, #4]            @ 1: the register is in the read path
     stop
 
     sequence esram_multiple, 9, "LDM of 4 from eSRAM"
@@ -99,16 +99,16 @@
     ldm r0, {r2-r5}             @ 1 + 4 * (1 + 1)
     stop
 
-    sequence esram_multiple_store, 8, "STM of 4 to eSRAM"
+    sequence esram_multiple_store, 5, "STM of 4 to eSRAM"
     start
-    stm r1, {r2-r5}             @ 1 + 4, and three of the waits
+    stm r1, {r2-r5}             @ 1 + 4
     stop
 
-    sequence esram_double, 10, "LDRD, STRD"
+    sequence esram_double, 9, "LDRD, STRD"
     start
     ldrd r2, r3, [r0]           @ 3 + 2
     nop                         @ 1
-    strd r2, r3, [r1]           @ 3 + 1
+    strd r2, r3, [r1]           @ 3
     stop
 
     end_of_table

@@ -9,17 +9,17 @@ bounded_link = $1 -o $@.draft && options=$$($(PYTHON) tests/tools/stack.py --lin
 
 .PHONY: wcet jitter
 
-stack: tools
+stack: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/tools/stack.py --measure $(MSSFOC_IMAGE).elf $(BUILD)/arm
 
 # The bounds of the current loop's cycles beside what two runs measured: everything it does, and a fault that it finds.
-wcet: tools
+wcet: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) qemu/run.py run --scenario default --out $(BUILD)/wcet >/dev/null
 	@$(PYTHON) qemu/run.py run --scenario fault_overcurrent --out $(BUILD)/wcet/fault >/dev/null
 	@$(PYTHON) tests/tools/wcet.py $(MSSFOC_IMAGE).elf --measured $(BUILD)/wcet/irq.bin --tripped $(BUILD)/wcet/fault/irq.bin
 
-jitter: tools
+jitter: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/tools/jitter.py

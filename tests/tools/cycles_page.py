@@ -10,7 +10,7 @@ from pathlib import Path
 from disasm import Image
 from listing import KINDS, Sources, between_readings, markdown, steps
 from pages import replaced
-from timing import ENTRY, EXIT, REFILL
+from timing import EXIT, REFILL, Waits, default_waits
 from wcet import HANDLER
 
 HERE = Path(__file__).resolve().parent
@@ -133,9 +133,10 @@ def loop_section(image, figures):
     found = steps(image, image.functions[HANDLER])
     grouped, sources = stages(image, found)
     leave = EXIT - (REFILL if not found[-1].text.startswith("bx") else 0)
-    whole = ENTRY + sum(step.cycles for step in found) + leave
+    entry = Waits(vector=default_waits().vector).entry
+    whole = entry + sum(step.cycles for step in found) + leave
     measured = figures["current_loop.interrupt.zero_wait"]["cycles_max"]
-    yield (f"By its instructions, with a bus that does not wait: {whole}, entry {ENTRY} and exit {leave} included (the"
+    yield (f"By its instructions, with a bus that does not wait: {whole}, entry {entry} and exit {leave} included (the"
            f" returning instruction has the rest of the {EXIT}); measured: {measured}, row `current_loop.interrupt.zero_wait`.")
     yield from ("", line("stage", "instructions", "cycles", *KINDS), "|---|" + "--:|" * (2 + len(KINDS)))
     for name, part in grouped.items():
@@ -143,7 +144,7 @@ def loop_section(image, figures):
         for step in part:
             kinds[step.kind] += step.cycles
         yield line(name, len(part), sum(step.cycles for step in part), *(kinds[kind] or "" for kind in KINDS))
-    yield line("entry and exit", "", ENTRY + leave, *("" for _ in KINDS))
+    yield line("entry and exit", "", entry + leave, *("" for _ in KINDS))
     yield from (line("sum", len(found), whole, *("" for _ in KINDS)), "")
     for name, part in grouped.items():
         yield from (f"### Stage: {name}", "", "```text")

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Writes the measured figures between the lines that mark them: the drive's into README.md, all others into docs/results.md;
-and the plot beside.
+"""Writes the measured figures between the lines that mark them in docs/results.md, and README's picture and figures after them.
 
 usage: results.py          the default run and the swept sine on every motor, and every fault on the first one
 """
@@ -15,11 +14,13 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests" / "tools")]
 
 from launcher import simulate  # noqa: E402
-from launcher.data import MOTORS, available  # noqa: E402
-from launcher.plot import draw  # noqa: E402
+from launcher.data import MOTORS, available, read_toml  # noqa: E402
+from launcher.paths import SCENARIOS as SCENARIO_FILES  # noqa: E402
+from launcher.plot import draw_wide  # noqa: E402
 from launcher.report import value_text  # noqa: E402
 from launcher.simulate import DEFAULT_MOTOR  # noqa: E402
 
+import front  # noqa: E402
 import size  # noqa: E402
 import stack  # noqa: E402
 from pages import replace_block  # noqa: E402
@@ -51,7 +52,7 @@ def drive_table():
         runs = {scenario: simulate(scenario, motor=motor, out_dir=BUILD / "results" / motor / scenario)
                 for scenario in SCENARIOS}
         if motor == DEFAULT_MOTOR:
-            draw(runs["default"], ROOT / "docs" / "run.png")
+            draw_wide(runs["default"], ROOT / "docs" / "run.png")
         lines.append(f"| {runs['default'].drive.motor.name} | " + " | ".join(cells(runs)) + " |")
     return "\n".join(lines) + "\n"
 
@@ -66,6 +67,23 @@ def cells(runs):
             said.add(scenario)
         else:
             yield " / ".join(form.format(runs[scenario].figures[name].value) for name, form in zip(names, forms))
+
+
+QUICKEST = {"motor": {"control": {"pwm_samples": 2, "pwm_update": 2, "current_bw_hz": 4000}},
+            "inverter": {"sensor": {"shunt": 0}}}
+QUICK_HZ = [50, 200, 500, 800, 1200, 1600, 2000, 2500, 3000, 3500, 4000, 5000, 6000, 7000, 8000, 9500, 11500]
+
+
+def quickest():
+    """The closed current loop with two samples a period and voltages that act at once: a line for results.md and README."""
+    plan = {"key": "current_sweep", **read_toml(SCENARIO_FILES / "current_sweep.toml")}
+    for step in plan["step"]:
+        if "each" in step:
+            step["each"] = {"hz": QUICK_HZ}
+    run = simulate(plan, overrides=QUICKEST, aligned=True, out_dir=BUILD / "results" / "quickest")
+    value = {name: figure.value for name, figure in run.figures.items()}
+    return (f"{value['bandwidth of i_q, -90 degrees']:.0f} Hz at -90°, phase margin {value['phase margin of i_q']:.0f}°, on "
+            f"{run.drive.motor.name}\n")
 
 
 def fault_table():
@@ -96,12 +114,14 @@ def versions():
 
 def main():
     results = ROOT / "docs" / "results.md"
-    replace_block(ROOT / "README.md", "drive", f"{drive_table()}\nWith {versions()}")
+    replace_block(results, "drive", drive_table())
+    replace_block(results, "quickest", quickest())
     replace_block(results, "faults", fault_table())
     image = str(BUILD / "mssfoc.elf")
     replace_block(results, "size", listing(lambda: (size.image_table(image), size.library_table(str(BUILD / "libmssfoc.a")))))
     replace_block(results, "stack", listing(stack.main, image, str(BUILD / "arm")))
     replace_block(results, "versions", versions())
+    front.write()
     print("written: README.md, docs/results.md, docs/run.png")
 
 

@@ -18,6 +18,9 @@ from frames import deepest
 FLASH = 240 * 1024
 RAM = 64 * 1024
 CROSS = os.environ.get("CROSS", "arm-none-eabi-")
+# output sections of the linker script; what start-up copies is in both
+IN_FLASH = (".text", ".data", ".chords")
+IN_RAM = (".data", ".chords", ".bss", ".noinit")
 
 
 @dataclass
@@ -56,9 +59,9 @@ def room(name):
 def image_table(image):
     flash, ram = defaultdict(int), defaultdict(int)
     for section, name, size in contributions(Path(image).with_suffix(".map"), image):
-        if section in (".vectors", ".text", ".rodata", ".data"):
+        if section in IN_FLASH:
             flash[room(name)] += size
-        if section in (".data", ".bss", ".noinit"):
+        if section in IN_RAM:
             ram[room(name)] += size
         if "stack" in section:
             ram["stacks"] += size

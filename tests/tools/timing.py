@@ -12,7 +12,9 @@ from pathlib import Path
 from addresses import APB, CODE, PPB, RAM, SYSTEM_BUS, operand_registers, region_bus
 
 ROOT = Path(__file__).resolve().parents[2]
-ENTRY, EXIT = 12, 12
+ENTRY, EXIT = 12, 10  # without wait states, the vector over another bus than the stack
+FRAME_WORDS = 8        # that an exit pops
+LOCKED_BYTES = 8192    # drivers/mss/cache.h
 REFILL = 3  # of POP and LDM with the PC; an exception's return has it in EXIT
 TAKEN, NOT_TAKEN, COMPARE_TAKEN = 2, 1, 3
 _LONG = {"smull": 5, "umull": 5, "smlal": 7, "umlal": 7}
@@ -27,18 +29,28 @@ class Waits:
     apb_write: int = 0
     ppb: int = 0
     esram: int = 0
-    envm_wait: int = 0  # of a read and of a fetch, while the cache is off
-    cache: int = 1
+    envm_wait: int = 0  # of a read and of a fetch that the cache does not serve
+    cache: int = 1      # 2: the device's, locked as start-up locks it
+    vector: int = 0     # more of an entry whose vector comes over the stack's bus: the firmware's does
 
     def of(self, region, is_store):
         """Wait cycles of one word in a region; None: the region is not known."""
         apb = self.apb_write if is_store else self.apb_read
-        known = {APB: apb, PPB: self.ppb, RAM: self.esram, CODE: self.fetch}
+        known = {APB: apb, PPB: self.ppb, RAM: 0 if is_store else self.esram, CODE: self.fetch(None)}
         return max(known.values()) if region is None else known[region]
 
+    def fetch(self, address):
+        """Of a word of code or constants; None: anywhere."""
+        served = self.cache == 1 or (self.cache == 2 and address is not None and address < LOCKED_BYTES)
+        return 0 if served else self.envm_wait
+
     @property
-    def fetch(self):
-        return 0 if self.cache else self.envm_wait
+    def entry(self):
+        return ENTRY + self.vector + self.esram
+
+    @property
+    def exit(self):
+        return EXIT + FRAME_WORDS * self.esram
 
 
 def default_waits(keys=ROOT / "qemu" / "twin" / "cycles_keys.c"):
@@ -96,6 +108,8 @@ class Costs:
         """A load waits for its words; of a store's words the last is posted: stall() and posted() have it."""
         if not touches_memory(i):
             return 0
+        if re.search(r"\[pc\b", i.operands):
+            return words(i) * self.waits.fetch(i.address)  # a constant stands behind its function
         is_store = not is_load(i)
         return (words(i) - is_store) * self.waits.of(self.regions.get(i.address), is_store)
 
@@ -117,11 +131,11 @@ class Costs:
 
     def fetch_waits(self, i):
         """Where memory does not answer at once each word of code waits; at worst no word serves two instructions."""
-        return self.waits.fetch * (1 if i.address % 4 + i.size <= 4 else 2)
+        return self.waits.fetch(i.address) * (1 if i.address % 4 + i.size <= 4 else 2)
 
     def step(self, i, before, jumped):
         """Cycles of `i` after `before` (None at an entry); `jumped`: by a taken branch. Calls count as their BL only."""
-        cost = max(self._execution(i, before), 1 if self.waits.fetch else 0)
+        cost = max(self._execution(i, before), 1 if self.waits.fetch(i.address) else 0)
         cost += self.memory_waits(i) + self.fetch_waits(i)
         if before is not None:
             cost += self._hazards(i, before)

@@ -2,13 +2,13 @@
 """Worst-case cycles of the current loop's interrupt, each of its handlers, from the instructions of the linked image.
 
 usage: wcet.py IMAGE.elf [KEY=N ...] [--measured LOG] [--tripped LOG] [--path]
-       KEY: apb_read, apb_write, ppb, esram, envm_wait, cache (0 or 1): the twin's keys cycles.*, with its defaults
+       KEY: apb_read, apb_write, ppb, esram, envm_wait, cache, vector: the twin's keys cycles.*, with its defaults
        --measured   a log of interrupts (irqlog) to set beside the bound; fails if the bound is below
        --tripped    the same of a run that ends in a fault of the current loop
        --path       every instruction of the longest way of the one in assembly
 
 The longest way must be free of loops. What only a sample that trips executes is a bound of its own. Cycles of entry and
-exit are included; interrupts that are more urgent do not exist; the code is in the cache unless cache=0.
+exit are included; interrupts that are more urgent do not exist; the cache is locked (drivers/mss/cache.h) unless cache=0 or 1.
 """
 import sys
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from disasm import Image, ImageError  # noqa: E402
 from entries import choices  # noqa: E402
 from launcher.recording import read_recording  # noqa: E402
 from longest import Longest  # noqa: E402
-from timing import ENTRY, EXIT, REFILL, Costs, Waits, default_waits  # noqa: E402
+from timing import REFILL, Costs, Waits, default_waits  # noqa: E402
 
 HANDLER, EXCEPTION = "FabricIrq0_IRQHandler", 50
 FAULT_CALLS = ("current_loop_fault", "drive_sample_fault", "fault_raise")
@@ -58,8 +58,8 @@ def bound(image, waits, handler=HANDLER):
         raise ImageError(f"{handler} does not write the PWM")
     fault = Longest(image, costs, LOOPS).to_return(function)
     path = [function.code[at] for at in way.path]
-    after = EXIT - (REFILL if path[-1].mnemonic != "bx" else 0)
-    return Bound(ENTRY + max(writes), ENTRY + way.cycles + after, ENTRY + fault.cycles + EXIT, path)
+    after = waits.exit - (REFILL if path[-1].mnemonic != "bx" else 0)
+    return Bound(waits.entry + max(writes), waits.entry + way.cycles + after, waits.entry + fault.cycles + waits.exit, path)
 
 
 def handlers(image):

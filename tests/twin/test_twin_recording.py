@@ -84,6 +84,14 @@ def test_the_watchdog_s_load_has_26_bits(run, tmp_path):
         again(run, tmp_path, "watchdog 0x4000000")
 
 
+@pytest.mark.parametrize("line, complaint", (
+    ("chip m2s150", "chip: 'm2s150' is neither m2s010 nor m2s025"),
+    ("fabric_wired loose", "fabric_wired: 'loose' is none of core_reset_p, m2f, held, no_clock")))
+def test_a_chip_and_a_wiring_that_there_are(run, tmp_path, line, complaint):
+    with pytest.raises(LauncherError, match=complaint):
+        again(run, tmp_path, line)
+
+
 @pytest.mark.parametrize("what", ["trace", "csv", "irqlog"])
 def test_a_full_disk_ends_the_run(run, tmp_path, what):
     with pytest.raises(LauncherError, match="cannot write a recording: No space left on device"):

@@ -180,7 +180,7 @@ static void gate_start(struct gate *g)
 {
     memset(g, 0, sizeof *g);
     gate_reset(g);
-    gate_write(g, 0x00, 1);
+    gate_write(g, 0x00, 1, 0);
 }
 
 static void gate_enable(void)
@@ -188,17 +188,17 @@ static void gate_enable(void)
     struct gate g;
     memset(&g, 0, sizeof g);
     gate_reset(&g);
-    check_hex("GATE.ID", gate_read(&g, 0x08), 0x464F4330);
+    check_hex("GATE.ID", gate_read(&g, 0x08), 0x464F4331);
     check_hex("GATE.STATUS after reset", gate_read(&g, 0x04), 0);
     check_hex("LIVE 0: all outputs low", gate_follow(&g, 0x15), 0);
-    gate_write(&g, 0x00, 0xFFFFFFFF);
+    gate_write(&g, 0x00, 0xFFFFFFFF, 0);
     check_hex("GATE.CONTROL: unused bits read 0", gate_read(&g, 0x00), 1);
     check_hex("LIVE", gate_read(&g, 0x04), 1);
     check_hex("outputs follow", gate_follow(&g, 0x2A), 0x2A);
     check_hex("only six", gate_follow(&g, 0x40), 0);
-    gate_write(&g, 0x04, 1);
+    gate_write(&g, 0x04, 1, 0);
     check_hex("LIVE is read-only", gate_read(&g, 0x04), 1);
-    gate_write(&g, 0x00, 0);
+    gate_write(&g, 0x00, 0, 0);
     check_hex("off again", gate_follow(&g, 0x2A), 0);
 }
 
@@ -210,18 +210,18 @@ static void gate_input(enum gate_latch pin, uint32_t latch, uint32_t now)
     gate_pin(&g, pin, true);
     check_hex("an input trips: latch and input, LIVE 0", gate_read(&g, 0x04), latch | now);
     check_hex("and clears ENABLE", gate_read(&g, 0x00), 0);
-    gate_write(&g, 0x04, latch);
+    gate_write(&g, 0x04, latch, 0);
     check_hex("no clearing while the input is active", gate_read(&g, 0x04), latch | now);
     gate_pin(&g, pin, false);
     check_hex("the latch outlasts its input", gate_read(&g, 0x04), latch);
-    gate_write(&g, 0x00, 1);
+    gate_write(&g, 0x00, 1, 0);
     check_hex("ENABLE is ignored while a latch is set", gate_read(&g, 0x00), 0);
-    gate_write(&g, 0x04, ~latch);
+    gate_write(&g, 0x04, ~latch, 0);
     check_hex("other bits do not clear it", gate_read(&g, 0x04), latch);
-    gate_write(&g, 0x04, latch);
+    gate_write(&g, 0x04, latch, 0);
     check_hex("its own does", gate_read(&g, 0x04), 0);
     check_hex("which does not enable", gate_read(&g, 0x00), 0);
-    gate_write(&g, 0x00, 1);
+    gate_write(&g, 0x00, 1, 0);
     check_hex("now it enables", gate_read(&g, 0x04), 1);
     gate_pin(&g, pin, true);
     gate_reset(&g);
@@ -236,10 +236,10 @@ static void gate_interlock(void)
         gate_start(&g);
         check_hex("both sides of a phase: outputs low at once", gate_follow(&g, both[k]), 0);
         check_hex("INTERLOCK", gate_read(&g, 0x04), 0x10);
-        gate_write(&g, 0x04, 0x10);
+        gate_write(&g, 0x04, 0x10, 0);
         check_hex("no clearing while both are commanded", gate_read(&g, 0x04), 0x10);
         gate_follow(&g, 0);
-        gate_write(&g, 0x04, 0x10);
+        gate_write(&g, 0x04, 0x10, 0);
         check_hex("then it clears", gate_read(&g, 0x04), 0);
         gate_follow(&g, both[k]);
         check_hex("INTERLOCK while LIVE is 0", gate_read(&g, 0x04), 0x10);

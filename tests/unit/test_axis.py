@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """One motor's drive, step by step: what starts it, what each state does to fabric and loops, and what a fault keeps."""
 import ctypes
+import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -55,6 +57,32 @@ def test_start_brings_up_encoder_pwm_and_adc(c, fresh):
     assert w.fabric.adc.CONTROL == 3 and w.fabric.gate.CONTROL == 0
 
 
+def registers(access):
+    """{(block of struct fabric, register): reset value} by the contract, registers.toml."""
+    contract = tomllib.loads(Path("drivers/fabric/registers.toml").read_text())
+    named = {"PWM": "pwm", "ADC": "adc", "ENC": "encoder", "GATE": "gate"}
+    return {(named[block["name"]], register["name"]): register["reset"]
+            for block in contract["block"] for register in block["register"] if register["access"] == access}
+
+
+def test_start_leaves_nothing_of_what_it_finds_in_the_fabric(c, fresh):
+    """Each register holds ones; what the start does not set up is then as a reset leaves it, the rest as at a cold start."""
+    cold, warm = fresh, World(c)
+    for (block, register), value in registers("RW").items():
+        setattr(getattr(cold.fabric, block), register, value)
+        setattr(getattr(warm.fabric, block), register, 0xFFFFFFFF)
+    for block, register in registers("RW1C"):
+        setattr(getattr(warm.fabric, block), register, 0xFFFE0000)  # bits that none of them has
+    c.drive_init(warm.axis, warm.fabric)
+    warm.fabric.pwm.STATUS = cold.fabric.pwm.STATUS = 0
+    for w in (cold, warm):
+        c.drive_start(w.axis, c.FAULT_NONE)
+    assert len(registers("RW")) > 25
+    for block, register in registers("RW"):
+        assert getattr(getattr(warm.fabric, block), register) == getattr(getattr(cold.fabric, block), register), register
+    assert warm.fabric.gate.CONTROL == 0
+
+
 @pytest.mark.parametrize("cause", ("WATCHDOG", "EXCEPTION", "STACK_GUARD"))
 def test_start_with_a_fault_that_leaves_the_fabric_alone(c, fresh, cause):
     w = fresh
@@ -71,6 +99,14 @@ def test_start_with_a_fabric_in_doubt_writes_nothing(c, fresh, cause):
     assert bytes(w.fabric) == before and w.axis.state == c.AXIS_FAULT and w.axis.fabric_doubt == 0xD0B7FABC
     c.drive_step(w.axis)
     assert w.axis.time_ms == 1 and bytes(w.fabric) == before, "the clock goes on, and nothing else"
+
+
+def test_each_step_proves_to_the_fabric_that_the_slow_loop_lives_when_it_is_its_turn(c, world):
+    w = world("SWITCH_ON_DISABLED")
+    for next_word, proof in ((7, 0x5A17C307), (0x107, 0), (0xFF, 0x5A17C3FF)):
+        w.fabric.gate.WATCH, w.fabric.gate.PROOF = next_word, 0
+        c.drive_step(w.axis)
+        assert w.fabric.gate.PROOF == proof, next_word
 
 
 def test_the_snapshot_is_of_everything(c, world):
@@ -232,7 +268,7 @@ def test_what_clear_needs(c, world):
     w.fabric.encoder.STATUS = 0
     w.fabric.gate.ID = 1
     assert c.drive_clear_fault(w.axis).error == c.ERROR_FABRIC
-    w.fabric.gate.ID = 0x464F4330
+    w.fabric.gate.ID = 0x464F4331
     assert c.drive_clear_fault(w.axis).error == c.ERROR_NONE and w.axis.request == c.AXIS_REQUEST_CLEAR
     assert w.step() == "SWITCH_ON_DISABLED"
     assert c.drive_clear_fault(w.axis).error == c.ERROR_NO_FAULT

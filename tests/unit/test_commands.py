@@ -228,11 +228,20 @@ def test_registers_of_the_last_life(operator):
 @pytest.mark.parametrize("number, name", [
     (2, "NMI"), (3, "hard fault"), (4, "memory fault"), (5, "bus fault"), (6, "usage fault"), (7, "unexpected interrupt"),
     (16 + 23, "the MSS PLL lost its lock"), (16 + 32, "the fabric's PLL lost its lock"),
-    (16 + 29, "a memory error that cannot be corrected"), (16 + 30, "unexpected interrupt")])
+    (16 + 29, "a memory error that cannot be corrected"), (16 + 30, "unexpected interrupt"),
+    (16 + 8, "a block was put back into reset: traffic on FIC_0, or the design")])
 def test_names_of_exceptions(operator, number, name):
     died(operator.last_life)
     operator.last_life.exception = number
     assert operator("fault")[0] == f"processor exception before the last reset: {name} ({number})"
+
+
+@pytest.mark.parametrize("causes, said", [
+    (0, []), (0xFF, []), (1, []), (2, ["System Controller"]), (4, ["System Controller"]), (8, ["software"]), (16, ["lock-up"]),
+    (32, ["watchdog"]), (64, ["the design"]), (128, ["the design"]), (48, ["lock-up", "watchdog"]), (0x100, [])])
+def test_what_reset_the_device(operator, causes, said):
+    operator.last_life.reset_causes = causes
+    assert operator("fault") == [f"last reset by: {cause}" for cause in said] + ["fault: none"]
 
 
 def test_parameters(operator):

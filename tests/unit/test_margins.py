@@ -106,14 +106,16 @@ def count_asks_a(c, p, speed_bw_hz):
 
 
 def test_the_encoders_limit(c):
-    """A tenth of a count may ask for i_max."""
+    """A tenth of a count may ask for i_max; and an electrical turn takes 16 of them."""
     draw, refused = random.Random(5), 0
     for _ in range(300):
         motor = draw.choice(available(MOTORS))
         p = {**shipped(motor), "encoder_counts": draw.choice([64, 100, 400, 1000, 4000])}
         p["inertia_gmm2"] = round(p["inertia_gmm2"] * draw.uniform(0.2, 20))
         error, works, tuning = compute(c, p)
-        if error == "ERROR_SPEED_RESOLUTION":
+        if p["encoder_counts"] < 16 * p["pole_pairs"]:
+            assert (error, works) == ("ERROR_ENCODER_COARSE", 16 * p["pole_pairs"])
+        elif error == "ERROR_SPEED_RESOLUTION":
             refused += 1
             assert count_asks_a(c, p, p["speed_bw_hz"]) > 9.99 * p["i_max_ma"] / 1000
             assert works == c.margin_resolution_bw_hz(struct(c, p), tuning)

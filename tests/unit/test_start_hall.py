@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A drive with Hall switches, one millisecond at a time: its start, what it is told of the speed, what it watches, and what
 `learn hall` may do when."""
+import math
+
 import pytest
 
 from unit.hall_bench import IDEAL
@@ -184,6 +186,29 @@ def test_positions_take_an_encoder(c, running):
 
 # ---- learning ----
 
+def carry(w):
+    """The phases carry what is asked of them."""
+    loop, adc = w.axis.loop, w.fabric.adc
+    angle = loop.field_angle_q32 / TURN * math.tau
+    adc.IA, adc.IB, adc.IC = (round(loop.i_d_ref_q15 * math.cos(angle - k * math.tau / 3)) for k in range(3))
+
+
+def test_a_phase_that_carries_nothing_while_it_learns_is_open(c):
+    w = switched_on(c, wired=False, learns=True)
+    c.start_hall_wired(w.axis)
+    while w.axis.start.phase == c.START_LAY_HALL:
+        w.step()
+    for _ in range(200):
+        w.step()
+        carry(w)
+    assert cause(w) == "NONE"
+    for _ in range(200):
+        w.step()
+        carry(w)
+        w.fabric.adc.IA = 0
+    assert cause(w) == "OPEN_PHASE" and w.axis.faults.detail[0] == 1 and w.fabric.gate.CONTROL == 0
+
+
 def test_learning_lays_the_rotor_down_turns_the_field_and_ends_off(c):
     w = switched_on(c, wired=False, learns=True)
     assert w.axis.start.phase == WIRING and w.axis.start.learns
@@ -196,6 +221,7 @@ def test_learning_lays_the_rotor_down_turns_the_field_and_ends_off(c):
     speeds = set()
     for _ in range(8000):
         w.step()
+        carry(w)
         speeds.add(w.axis.loop.field_speed_q32)
     assert max(speeds) == -min(speeds) == TURN * 2 // 20000
     assert cause(w) == "HALL_UNKNOWN" and list(w.axis.faults.detail) == [0, 0] and w.fabric.gate.CONTROL == 0

@@ -134,7 +134,8 @@ def test_one_conversion_either_way_is_phase(world, c, phase):
 def test_latches_that_nobody_has_seen_are_seen_by_the_slow_loop(world, c):
     for bit, cause in (
             (1, "OVERCURRENT_HARDWARE"), (2, "GATE_DRIVER"), (3, "LOOP_STOPPED"), (4, "INTERLOCK"),
-            (10, "STO_A"), (11, "STO_B"), (12, "PLL")):
+            (10, "STO_A"), (11, "STO_B"), (12, "PLL"),
+            (15, "SLOW_LOOP_STOPPED"), (16, "THREAD_STOPPED")):
         w = world("SWITCH_ON_DISABLED")
         w.fabric.adc.SEQUENCE += LOOPS_PER_MS
         w.fabric.gate.STATUS = 1 << bit

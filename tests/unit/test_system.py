@@ -13,7 +13,7 @@ from unit.register_pages import PAGES
 
 SYSREG, TIMER, WATCHDOG, DWT, NVIC, SCB, MPU, FABRIC = (
     0x40038000, 0x40004000, 0x40005000, 0xE0001000, 0xE000E100, 0xE000ED00, 0xE000ED90, 0x50000000)
-PLL_LOST, FABRIC_PLL_LOST, ECC_ERROR, TICK, ADC_IRQ, SCOPE = 23, 32, 29, 14, 34, 9
+PLL_LOST, FABRIC_PLL_LOST, ECC_ERROR, TICK, ADC_IRQ, SCOPE, PUT_BACK = 23, 32, 29, 14, 34, 9, 8
 KEY, LOAD = 0xAC15DE42, 0x6000003F
 
 
@@ -33,7 +33,7 @@ class Device:
         self.sysreg.MSSDDR_PLL_STATUS = 3
         self.watchdog.WDOGENABLE, self.watchdog.WDOGLOAD = 1, LOAD
         self.mpu.TYPE = 8 << 8
-        self.fabric.gate.ID = 0x464F4330
+        self.fabric.gate.ID = 0x464F4331
         system.postmortem_collect()  # forgets the test before
 
     def fault(self):
@@ -120,12 +120,20 @@ def test_the_core_is_set_up(device, system):
     device.sysreg.SOFT_RESET_CR = 0xFFFFFFFF
     device.dwt.CYCCNT = 77
     system.boot_core()
-    assert device.sysreg.CC_CR == 1 and device.sysreg.CC_REGION_CR == 1
+    assert device.sysreg.CC_CR == 5 and device.sysreg.CC_REGION_CR == 1 and device.sysreg.FLUSH_CR == 1
     assert device.scb.CCR == 1 << 4 and device.scb.SHCSR == 7 << 16
     assert device.fault() == "NONE", "the guard stands"
     assert device.dwt.CTRL == 1 and device.dwt.CYCCNT == 0 and ctypes.c_uint32.from_address(0xE000EDFC).value == 1 << 24
     assert device.sysreg.SOFT_RESET_CR == 0xFFFFFFFF & ~(1 << 6 | 1 << 7 | 1 << 8 | 1 << 16 | 1 << 18 | 31 << 20)
     assert device.watchdog.WDOGREFRESH == KEY
+
+
+@pytest.mark.parametrize("word", (0, 1, 7, 2047))
+def test_a_cache_that_holds_other_words_is_not_left_locked(device, system, word):
+    code, array = (ctypes.c_uint32 * 2048)(*range(2048)), (ctypes.c_uint32 * 2048)(*range(2048))
+    assert system.cache_lock(code, array) and device.sysreg.CC_CR == 5
+    array[word] ^= 1 << 31
+    assert not system.cache_lock(code, array) and device.sysreg.CC_CR == 1 and device.sysreg.CC_REGION_CR == 1
 
 
 def test_a_first_life(device, system):
@@ -145,7 +153,8 @@ def test_how_the_last_life_ended(device, system, cause, exception, found):
     if exception:
         system.host_exception.value = exception
         system.postmortem_keep(None, 0xFFFFFFF9)
-    assert device.boot()[0] == found
+    this, last = device.boot()
+    assert this == found and last.reset_causes == cause
     assert device.sysreg.RESET_SOURCE_CR == 0 and device.boot()[0] == "NONE", "the next life does not hear of it again"
 
 
@@ -233,6 +242,19 @@ def test_the_watchdog_is_served_while_the_slow_loop_lives(device, system):
         device.watchdog.WDOGREFRESH, clock.value = 0, now
         system.idle_serve_watchdog(idle)
         assert (device.watchdog.WDOGREFRESH == KEY) == served
+
+
+def test_the_thread_proves_to_the_fabric_that_it_lives_when_it_is_its_turn(device, system):
+    clock, idle, gate = ctypes.c_uint32(5), system.structs["idle"](), device.fabric.gate
+    idle.time_ms, idle.gate = ctypes.pointer(clock), ctypes.pointer(gate)
+    for now, next_word, proof in ((5, 0x105, 0xA5E83C05), (5, 0x106, 0), (6, 0x1FF, 0xA5E83CFF), (7, 0x106, 0xA5E83C06),
+                                  (8, 0x6, 0)):
+        gate.PROOF, gate.WATCH, clock.value = 0, next_word, now
+        system.idle_serve_watchdog(idle)
+        assert gate.PROOF == proof, (now, next_word)
+    idle.gate, gate.WATCH, clock.value = None, 0x105, 9
+    system.idle_serve_watchdog(idle)
+    assert gate.PROOF == 0, "a fabric in doubt is left alone"
 
 
 def resting(system):
@@ -342,9 +364,12 @@ def test_the_sampler_is_below_the_current_loop_and_above_the_slow_loop(device, s
 
 
 def test_the_device_is_watched(device, system):
-    system.handlers_watch_device()
-    assert device.sysreg.EDAC_IRQ_ENABLE == 0x0A and device.sysreg.EDAC_SR == 0x0F
-    assert device.nvic.ISER[0] == 1 << ECC_ERROR and device.nvic.ISER[1] == 1 << FABRIC_PLL_LOST - 32
+    """Each interrupt's bit is the last that was written."""
+    for held, last in ((1 << 8, ECC_ERROR), (0, PUT_BACK)):
+        device.sysreg.SOFT_RESET_CR = held
+        system.handlers_watch_device()
+        assert device.sysreg.EDAC_IRQ_ENABLE == 0x0A and device.sysreg.EDAC_SR == 0x0F
+        assert device.nvic.ISER[0] == 1 << last and device.nvic.ISER[1] == 1 << FABRIC_PLL_LOST - 32
 
 
 @pytest.mark.parametrize("pll, edac, pended", ((3, 0, 0), (1, 0, 1 << PLL_LOST), (2, 0, 1 << PLL_LOST), (3, 0x15, 0),
@@ -361,6 +386,26 @@ def test_the_device_is_looked_at_within_eight_milliseconds(device, system, pll, 
         seen |= device.nvic.ISPR[0]
         assert axis.time_ms == ms + 1 and device.timer.TIM1_RIS == 1
     assert seen == pended
+
+
+@pytest.mark.parametrize("held, identity, doubted, lost", [
+    (0, True, False, False), (1 << 16, True, False, False), (1 << 16, False, False, True), (1 << 16, False, True, False),
+    *((1 << bit, True, False, True) for bit in (6, 7, 8, 18, 20, 21, 24)), (1 << 16 | 1 << 8, True, False, True),
+    (0x07FFFFFF & ~(7 << 6 | 1 << 16 | 1 << 18 | 31 << 20), True, False, False)])
+def test_a_block_in_reset_again_ends_the_program(device, system, held, identity, doubted, lost):
+    """The fabric only where it has lost its identity. Where it is so from the start, the interrupt stays disabled: no reset
+    would mend it."""
+    system.drive_init(system.axes[0], device.fabric)
+    system.handlers_start_scope()
+    if not doubted:
+        system.axes[0].fabric_doubt = 0
+    device.fabric.gate.ID = 0x464F4331 if identity else 0
+    device.sysreg.SOFT_RESET_CR = held
+    system.handlers_watch_device()
+    assert device.nvic.ISER[0] == 1 << (ECC_ERROR if lost else PUT_BACK)
+    device.nvic.ISPR[0] = device.sysreg.EDAC_IRQ_ENABLE = device.sysreg.EDAC_SR = 0
+    system.Timer1_IRQHandler()
+    assert device.sysreg.EDAC_IRQ_ENABLE == 0x0A and device.nvic.ISPR[0] == (1 << PUT_BACK if lost else 0)
 
 
 @pytest.mark.parametrize("doubted", (None, 0, 1))

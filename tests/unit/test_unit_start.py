@@ -77,7 +77,7 @@ def test_the_torque_is_that_of_the_machine(c):
 def named(c):
     """What is said of a motor of the first two numbers, told the others; `error` of the measurement."""
     return lambda true_p, true_n, told_p, told_n, error=0.0: c.encoder_fit(
-        round(2 * true_n / true_p * (1 + error)), told_p, told_n)
+        round(32 * true_n / true_p * (1 + error)), told_p, told_n)
 
 
 def test_right_ones_fit_up_to_one_percent(c, named):
@@ -137,8 +137,8 @@ def align(c, name, start_deg=30, inertia=None, told_inertia=1, hoist=0.0, coulom
     pairs, counts, ohm, ld, lq, flux, whole, rotor, *_, rated, friction, cogging, per_rev, _ = MOTORS[name]
     case, outcome = c.rotor_case(), c.rotor_outcome()
     inertia = whole if inertia is None else round(rotor * inertia)
-    for key, value in dict(pole_pairs=pairs, counts=counts, resistance_mohm=ohm, flux_uwb=flux, ld_uh=ld, lq_uh=lq,
-                           inertia_gmm2=inertia,
+    for key, value in dict(pole_pairs=pairs, counts=wrong.pop("counts", counts), resistance_mohm=ohm, flux_uwb=flux, ld_uh=ld,
+                           lq_uh=lq, inertia_gmm2=inertia,
                            start_deg=start_deg, hoist_unm=round(hoist * rated), friction_unm=round(coulomb * rated) + friction,
                            cogging_unm=cogging, cogging_per_rev=per_rev, **wrong).items():
         setattr(case, key, value)
@@ -157,6 +157,27 @@ def test_from_every_angle(c, name):
         seen = align(c, name, degrees)
         assert seen.name == "ALIGNMENT_DONE" and abs(seen.error_mdeg) < 1500, (degrees, seen.name, seen.error_mdeg)
         assert seen.moved_mturn <= (4000 if name == "dys" else 2600), "docs/design.md states the bound"
+
+
+@pytest.mark.parametrize("name", MOTORS)
+@pytest.mark.parametrize("counts", [64, 100, 128, 200, 256, 512])
+def test_with_few_counts(c, name, counts):
+    """From 16 in an electrical turn on, below which a parameter is refused: as well as half a count lets it be known."""
+    pairs = MOTORS[name][0]
+    if counts < 16 * pairs:
+        assert c.tuning_compute(params_of(c, name, encoder_counts=counts), c.tuning()).error == c.ERROR_ENCODER_COARSE
+        return
+    for degrees in ANGLES[::2]:
+        seen = align(c, name, degrees, told=dict(encoder_counts=counts), counts=counts)
+        assert seen.name == "ALIGNMENT_DONE", (degrees, seen.name, list(seen.detail))
+        assert abs(seen.error_mdeg) < 2500 + 180e3 * pairs / counts, (degrees, seen.error_mdeg)
+
+
+def test_few_counts_that_are_silent_are_a_dead_encoder(c):
+    for name in MOTORS:
+        counts = 16 * MOTORS[name][0]
+        seen = align(c, name, 95, coulomb=0.05, dead=True, counts=max(64, counts), told=dict(encoder_counts=max(64, counts)))
+        assert seen.name == "ALIGNMENT_ENCODER_DEAD", (name, seen.name)
 
 
 @pytest.mark.parametrize("name", MOTORS)

@@ -79,7 +79,9 @@ static void look(struct machine *m, struct counts *n)
     s->flux.drop_q15 = (int32_t)any(-3000, 3000);
     m->t.power_max_q15 = any(0, 1) < 0.7 ? 65535 : (int32_t)any(0, 20000);
     m->t.regen_max_q15 = any(0, 1) < 0.7 ? 65535 : (int32_t)any(0, 20000);
+    const int32_t before_q15 = s->torque_q15;
     torque_measure(s, &loop, &m->t, (int32_t)any(8000, 32760));
+    const bool ends = loop.weaken.on && loop.weaken.q_first != 0 && (before_q15 ^ s->emf_q15) < 0;
     torque_set_limits(s, &m->t, &view);
     torque_ask(s, &loop, &m->t, wish_q15);
 
@@ -91,8 +93,11 @@ static void look(struct machine *m, struct counts *n)
     n->states++;
     n->weakened += s->flux.decides;
     n->limited += s->torque_q15 != wish_q15;
-    n->reversed += (double)s->torque_q15 * wish_q15 < 0 || made * wish_q15 < 0 || abs(s->torque_q15) > abs(wish_q15) ||
-                   s->limits.low > 0 || s->limits.high < 0;
+    const bool turned =
+        (double)s->torque_q15 * wish_q15 < 0 || made * wish_q15 < 0 || abs(s->torque_q15) > abs(wish_q15);
+    /* what brakes deep in weakening may end later than it is wished, but gets no larger */
+    const bool fades = ends && (double)s->torque_q15 * before_q15 >= 0 && abs(s->torque_q15) < abs(before_q15);
+    n->reversed += (turned && !fades) || s->limits.low > 0 || s->limits.high < 0;
     n->beyond_current += hypot(i_d, i_q) * Q15 > m->t.i_max_q15 + 2;
     if (s->flux.flux_q15 != FLUX_UNLIMITED) {
         n->beyond_flux += flux > fmax(s->flux.flux_q15 / Q15, least) + lsb;

@@ -16,6 +16,7 @@ module fabric #(parameter AXES = 1) (
     output wire [3*AXES-1:0]   pin_high,    // C, B, A
     output wire [3*AXES-1:0]   pin_low,
     output wire [AXES-1:0]     pin_chopper,
+    output wire                pin_watch_reset_n,   // 0: the program hangs; may reset the MSS
     input  wire [AXES-1:0]     pin_overcurrent,
     input  wire [AXES-1:0]     pin_driver_fault,
     input  wire                pin_sto_a_n,
@@ -36,7 +37,7 @@ module fabric #(parameter AXES = 1) (
     input  wire [3*AXES-1:0]   pin_hall
 );
     wire [32*AXES-1:0] axis_prdata;
-    wire [AXES-1:0]    axis_pready, axis_pslverr, valleys;
+    wire [AXES-1:0]    axis_pready, axis_pslverr, valleys, watch_resets_n;
 
     genvar k;
     generate
@@ -47,6 +48,7 @@ module fabric #(parameter AXES = 1) (
                 .paddr(paddr[9:0]), .pwdata(pwdata), .prdata(axis_prdata[32*k +: 32]), .pready(axis_pready[k]),
                 .pslverr(axis_pslverr[k]), .irq(irq[k]), .sync_in(valleys[0]), .sync_out(valleys[k]),
                 .pin_high(pin_high[3*k +: 3]), .pin_low(pin_low[3*k +: 3]), .pin_chopper(pin_chopper[k]),
+                .pin_watch_reset_n(watch_resets_n[k]),
                 .pin_overcurrent(pin_overcurrent[k]), .pin_driver_fault(pin_driver_fault[k]), .pin_sto_a_n(pin_sto_a_n),
                 .pin_sto_b_n(pin_sto_b_n), .pin_clock_ok(pin_clock_ok), .pin_cs_n(pin_cs_n[k]), .pin_sclk(pin_sclk[k]),
                 .pin_sdata(pin_sdata[4*k +: 4]), .pin_temp_cs_n(pin_temp_cs_n[k]), .pin_temp_sclk(pin_temp_sclk[k]),
@@ -65,6 +67,7 @@ module fabric #(parameter AXES = 1) (
             value = value | axis_prdata[32*i +: 32];
     end
     assign prdata  = value;
+    assign pin_watch_reset_n = &watch_resets_n;
     assign pready  = &axis_pready;
     assign pslverr = |axis_pslverr;
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // One axis: the bus side, the four blocks, and the wires between them.
+`include "mssfoc_regs.vh"
 module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
     input  wire        clk,
     input  wire        rst_n,
@@ -20,6 +21,7 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
     output wire [2:0]  pin_high,          // C, B, A
     output wire [2:0]  pin_low,
     output wire        pin_chopper,
+    output wire        pin_watch_reset_n, // 0: the program hangs
     input  wire        pin_overcurrent,
     input  wire        pin_driver_fault,
     input  wire        pin_sto_a_n,       // 0 stops
@@ -70,14 +72,16 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
                    .trigger(trigger), .pin_a(pin_a), .pin_b(pin_b), .pin_index(pin_index), .pin_lost(pin_lost),
                    .pin_hall(pin_hall), .faulty(faulty));
 
+    wire commit = write[0] && addr == `PWM_COMPARE_C;
+
     // the modulators' fast path is one more comparator of the power stage
     gate #(.AXIS(AXIS), .AXES(AXES)) bridge (
         .clk(clk), .rst_n(rst_n), .sel(sel[3]), .write(write[3]), .addr(addr), .wdata(wdata), .rdata(rdata[127:96]),
         .high(high), .low(low), .overrun_event(overrun_event), .overrun(overrun), .limit(limit), .encoder_faulty(faulty),
-        .sample(sample), .vbus(vbus), .pin_overcurrent(pin_overcurrent || trip),
-        .pin_driver_fault(pin_driver_fault), .pin_sto_a_n(pin_sto_a_n),
-        .pin_sto_b_n(pin_sto_b_n), .pin_clock_ok(pin_clock_ok), .live(live), .pin_high(pin_high), .pin_low(pin_low),
-        .pin_chopper(pin_chopper));
+        .valley(sync_out), .commit(commit), .sample(sample), .vbus(vbus), .pin_overcurrent(pin_overcurrent || trip),
+        .pin_driver_fault(pin_driver_fault), .pin_sto_a_n(pin_sto_a_n), .pin_sto_b_n(pin_sto_b_n), .pin_clock_ok(pin_clock_ok),
+        .live(live), .pin_high(pin_high), .pin_low(pin_low), .pin_chopper(pin_chopper),
+        .pin_watch_reset_n(pin_watch_reset_n));
 
 `ifdef FORMAL
 `include "formal/fabric_axis.vh"

@@ -3,33 +3,9 @@
 // are shown as they come.
 "use strict";
 
-const LIVE_MS = 150;    // between two drawings of what is live, at least
-const LIVE_PAUSE = 4;   // and so many times what one takes
-
-const $ = (id) => document.getElementById(id);
-const live = { plots: new Plots($("live")), names: [], rows: [], last: null, time: 0, held: false };
-const captured = { plots: new Plots($("captured")), names: [], units: [], rows: [] };
-let signals = {}, state = "", everyMs = 1, identifying = false, awaiting = false;
-
-const scheme = location.protocol === "https:" ? "wss" : "ws";
-const socket = new WebSocket(`${scheme}://${location.host}${location.pathname.replace(/\/?$/, "/")}socket`);
-const send = (message) => socket.readyState === WebSocket.OPEN && socket.send(JSON.stringify(message));
-const say = (line) => send({ kind: "line", line });
-
-function log(text) {
-  $("said").textContent = `${$("said").textContent}${text}\n`.slice(-6000);
-  $("said").scrollTop = $("said").scrollHeight;
-}
+let state = "", awaiting = false;
 
 // ---- what comes ----
-
-const unitsOf = (names) => names.map((name) => signals[name][0]);
-
-function watch(chosen) {
-  Object.assign(live, { names: chosen, rows: [], last: null });
-  live.plots.layout(chosen, unitsOf(chosen));
-  document.querySelectorAll("#signals input").forEach((box) => { box.checked = chosen.includes(box.value); });
-}
 
 function list(known) {
   signals = known;
@@ -37,46 +13,36 @@ function list(known) {
   $("trigger").value = "i_q";
   $("level_unit").textContent = known.i_q[0];
   $("signals").replaceChildren(...Object.entries(known).map(([name, [unit, , text]]) => {
-    const label = document.createElement("label"), box = document.createElement("input");
-    Object.assign(box, { type: "checkbox", value: name });
-    label.append(box, ` ${name}${unit ? ` [${unit}]` : ""}: ${text}`);
-    return label;
+    const box = element("input", { type: "checkbox", value: name });
+    return element("label", {}, box, ` ${name}${unit ? ` [${unit}]` : ""}: ${text}`);
   }));
 }
 
 const takes = {
   hello(message) {
-    everyMs = message.every_ms;
+    Object.assign(live, { everyMs: message.every_ms, paced: message.twin });
     $("title").textContent = message.title;
     $("twin").hidden = !message.twin;
     $("disturbance").replaceChildren(...Object.keys(message.disturbances).map((name) => new Option(name)));
     $("disturbance").onchange = () => { $("disturbance_text").textContent = message.disturbances[$("disturbance").value]; };
     if (message.twin) $("disturbance").onchange();
+    parameters.words = message.words;
+    setup.steps = message.steps;
     list(message.signals);
     watch(message.chosen);
     send({ kind: "parameters" });
   },
   signals(message) { signals = message.signals; },
   chosen(message) { watch(message.chosen); },
-  samples({ rows }) {
-    for (const [number, ...values] of rows) { // numbers are modulo 2^16; a gap is a gap of time
-      live.time += live.last === null ? 0 : ((number - live.last) & 0xffff) / 1000;
-      live.last = number;
-      if (!live.held) live.rows.push([+live.time.toFixed(3), ...values]);
-    }
-    const keep = Math.ceil((Number($("window").value) || 3) * 1000 / everyMs);
-    if (live.rows.length > 1.2 * keep) live.rows = live.rows.slice(-keep);
-  },
+  samples({ rows }) { samplesCame(rows); },
   status(message) {
     state = `${message.state}${message.fault === "none" ? "" : `, fault: ${message.fault}`}`;
     $("state").textContent = state;
     $("status").textContent = message.lines.join("\n");
     $("capture").textContent = `Now: ${message.capture}`;
     $("damaged").textContent = message.damaged ? `${message.damaged} frames damaged` : "";
-    const step = message.lines.find((line) => line.startsWith("identify: "));
-    $("step").textContent = step || "";
-    if (identifying && !step) say("identify show");
-    identifying = Boolean(step);
+    setupStatus(message);
+    motionStatus(message);
     if (message.hint.length) $("fault").textContent = message.hint.join("\n");
     $("fault").hidden = message.fault === "none";
     if (awaiting && message.capture.startsWith("done")) {
@@ -98,94 +64,19 @@ const takes = {
     document.body.classList.remove("stale");
     send({ kind: "parameters" });
   },
-  answer({ line, lines }) {
-    if (line === "identify show") identified(lines);
-    log(`> ${line}\n${lines.join("\n")}`);
-    if (line === "scope arm") awaiting = lines[0] === "ok"; // from now on a status tells of this capture, not of the last
-    const [, name, typed] = line.match(/^set +(\w+) *(.*)$/) || [];
-    if (name) answered(name, typed, lines);
-    if (line === "identify use") send({ kind: "parameters" });
+  answer({ line, lines, own }) {
+    setupAnswered(line, lines);
+    log(`${own ? "" : "another page "}> ${line}\n${lines.join("\n")}`);
+    if (line === "scope arm" && own) awaiting = lines[0] === "ok"; // from now on a status tells of this capture, not of the last
+    if (own) setAnswered(line, lines);
   },
-  capture(message) {
-    const scale = message.names.map((name) => signals[name][1]);
-    Object.assign(captured, {
-      names: message.names, units: unitsOf(message.names),
-      rows: message.rows.map((row, i) => [
-        +((i - message.trigger) / message.per_ms / 1000).toFixed(6), ...row.map((v, k) => +(v * scale[k]).toFixed(6))]),
-    });
-    captured.plots.layout(captured.names, captured.units);
-    captured.plots.draw(captured.rows, 0);
-    $("captured").dataset.samples = captured.rows.length;
-  },
-  parameters({ rows }) {
-    const there = $("parameters").rows;
-    if (there.length === rows.length) {
-      rows.forEach((row, k) => refresh(there[k], row));
-    } else {
-      $("parameters").replaceChildren(...rows.map(parameter));
-    }
-    filter();
+  capture(message) { captureCame(message); },
+  parameters({ rows }) { parametersCame(rows); },
+  applied(message) {
+    applied(message);
+    limitsApplied(message);
   },
 };
-
-function cells(tag, ...contents) {
-  const row = document.createElement("tr");
-  row.append(...contents.map((content) => {
-    const cell = document.createElement(tag);
-    cell.append(content);
-    return cell;
-  }));
-  return row;
-}
-
-function parameter({ name, value, least, most, unit }) {
-  const input = document.createElement("input");
-  Object.assign(input, { type: "number", value, min: least, max: most, step: 1, name });
-  const row = cells("td", name, input, unit, `${least} ... ${most}`), refusal = document.createElement("span");
-  refusal.className = "refusal";
-  input.after(refusal);
-  input.dataset.known = value; // to the drive
-  input.oninput = () => mark(row, "");
-  input.onchange = () => say(`set ${name} ${input.value}`);
-  return row;
-}
-
-function mark(row, refusal) {
-  row.className = refusal ? "wrong" : "";
-  row.querySelector(".refusal").textContent = refusal;
-}
-
-// A field whose value was refused shows the drive's again, and why.
-function answered(name, typed, lines) {
-  const row = [...$("parameters").rows].find((one) => one.cells[0].textContent === name);
-  if (lines[0] === "ok") {
-    if (row) mark(row, "");
-    send({ kind: "parameters" });
-  } else if (row) {
-    const input = row.querySelector("input");
-    input.value = input.dataset.known;
-    mark(row, `${typed || "nothing"} refused: ${lines.join(" ").replace(/^error: /, "")}`);
-  }
-}
-
-// What somebody is just typing stays.
-function refresh(row, { value }) {
-  const input = row.querySelector("input");
-  input.dataset.known = value;
-  if (input !== document.activeElement) input.value = value;
-}
-
-function filter() {
-  const part = $("filter").value.toLowerCase();
-  for (const row of $("parameters").rows) row.hidden = !row.cells[0].textContent.includes(part);
-}
-
-function identified(lines) {
-  $("identified").replaceChildren(...lines.map((line) => {
-    const [name, ...rest] = line.split(": ");
-    return cells("td", name, rest.join(": "));
-  }));
-}
 
 // ---- what goes ----
 
@@ -228,15 +119,11 @@ $("arm").onclick = () => {
 };
 $("read").onclick = () => send({ kind: "capture" });
 $("read_fault").onclick = () => send({ kind: "capture", of: "fault" });
-$("identify_show").onclick = () => say("identify show");
-$("reload").onclick = () => send({ kind: "parameters" });
-$("filter").oninput = filter;
-$("hold").onclick = () => { live.held = !live.held; $("hold").textContent = live.held ? "go on" : "hold"; };
-$("save_live").onclick = () => download("live.csv", live.names, unitsOf(live.names), live.rows);
-$("save_capture").onclick = () => download("capture.csv", captured.names, captured.units, captured.rows);
 
 // ---- the line ----
 
+const scheme = location.protocol === "https:" ? "wss" : "ws";
+socket = new WebSocket(`${scheme}://${location.host}${location.pathname}socket`);
 socket.onmessage = ({ data }) => {
   const message = JSON.parse(data);
   takes[message.kind](message);
@@ -247,17 +134,4 @@ socket.onclose = () => {
   document.body.classList.add("stale");
 };
 setInterval(() => send({ kind: "here" }), 700);
-
-function draw() {
-  const seconds = Number($("window").value) || 3;
-  live.plots.draw(live.rows.filter((row) => row[0] > live.time - seconds));
-  $("live").dataset.samples = live.rows.length;
-}
-
-// As often as leaves most of the time to the rest: a frame is painted when the one behind it begins.
-function animate() {
-  const begin = performance.now();
-  if (!live.held && !document.hidden) draw();
-  requestAnimationFrame(() => setTimeout(animate, Math.max(LIVE_MS, LIVE_PAUSE * (performance.now() - begin))));
-}
 animate();

@@ -4,7 +4,7 @@
 namespace
 {
 enum { PWM = 0x000, ADC = 0x100, ENC = 0x200, GATE = 0x300 };
-enum { SET_UP = 17 };
+enum { SET_UP = 18 };
 enum { RUN = 1, TRIGGER_BITS = 0x30000, AT_VALLEY = 0x10000, NO_MODULATORS = 0x7 };
 
 uint32_t any_trigger(random_source &r, const manner &m)
@@ -71,7 +71,7 @@ bus_access encoder_access(random_source &r, const manner &)
 
 bus_access gate_access(random_source &r, const manner &)
 {
-    switch (r.below(8)) {
+    switch (r.below(9)) {
     case 0:
         return {true, GATE + 0x0C, r.word()};
     case 1:
@@ -81,6 +81,11 @@ bus_access gate_access(random_source &r, const manner &)
     case 3:
     case 4:
         return {true, GATE + 0x04, r.one_in(2) ? r.word() : 0xFFFFFFFF};
+    case 5:
+        return {true, GATE + (r.one_in(8) ? 0x1Cu : 0x24u),
+                r.one_in(4)  ? r.word()
+                : r.below(2) ? 0x5A17C300u
+                             : 0xA5E83C00u};
     default:
         return {true, GATE + 0x00, 1};
     }
@@ -90,7 +95,12 @@ bus_access gate_access(random_source &r, const manner &)
 manner any_manner(random_source &r)
 {
     uint32_t period = r.one_in(4) ? 2 + r.below(30) : r.one_in(6) ? 5000 : 30 + r.below(400);
-    return {period, r.below(period / 3 + 2), r.below(period / 4 + 2), 1 + r.below(r.one_in(3) ? 3 : 40), r.one_in(12)};
+    return {period,
+            r.below(period / 3 + 2),
+            r.below(period / 4 + 2),
+            1 + r.below(r.one_in(3) ? 3 : 40),
+            period >= 30 && r.one_in(2) ? 200 + r.below(6000) : 0,
+            r.one_in(12)};
 }
 
 bool first_access(random_source &r, const manner &m, unsigned n, bus_access *a)
@@ -110,6 +120,7 @@ bool first_access(random_source &r, const manner &m, unsigned n, bus_access *a)
                               {true, GATE + 0x0C, 1},
                               {true, GATE + 0x10, m.dozes ? 0u : 20000u},
                               {true, GATE + 0x14, m.dozes ? 0u : 15000u},
+                              {true, m.watch ? GATE + 0x1Cu : GATE + 0x0Cu, m.watch ? m.watch : 1},
                               {true, GATE + 0x00, 1},
                               {true, PWM + 0x00, RUN}};
     constexpr unsigned COUNT = sizeof all / sizeof all[0];
@@ -126,8 +137,11 @@ uint32_t rest_after(random_source &r, const manner &m, unsigned n)
     return m.dozes && n <= SET_UP + 1 ? (n == SET_UP ? 3 * m.period : 70000) : r.below(m.gap);
 }
 
-bus_access any_access(random_source &r, const manner &m)
+bus_access any_access(random_source &r, const manner &m, uint32_t proof)
 {
+    if (m.watch && r.one_in(8)) { /* as a program that lives */
+        return r.one_in(3) ? bus_access{true, GATE + 0x24, proof} : bus_access{true, PWM + 0x30, any_compare(r, m)};
+    }
     if (r.one_in(30)) { /* anywhere, of any alignment */
         return {r.one_in(2), r.below(0x400), r.word() & ~8u};
     }

@@ -15,7 +15,8 @@ struct bus_access {
 /* What a run is like: how long its carrier and dead times are, how busy its bus. */
 struct manner {
     uint32_t period, dead, pulse, gap;
-    bool dozes; /* after a few samples there are none for long: the chopper's newest grows old */
+    uint32_t watch; /* clocks; 0: not started */
+    bool dozes;     /* after a few samples there are none for long: the chopper's newest grows old */
 };
 
 manner any_manner(random_source &r);
@@ -23,6 +24,7 @@ manner any_manner(random_source &r);
 bool first_access(random_source &r, const manner &m, unsigned n, bus_access *a);
 /* Clocks of rest after the n-th access of a run. */
 uint32_t rest_after(random_source &r, const manner &m, unsigned n);
-bus_access any_access(random_source &r, const manner &m);
+/* `proof`: the next word that the watch takes. */
+bus_access any_access(random_source &r, const manner &m, uint32_t proof);
 
 #endif

@@ -18,6 +18,7 @@ always @(posedge clk)
         : paddr[3:2] == 2'd1 ? f_pins : paddr[3:2] == 2'd2 ? pwdata : f_call;
 always @* if (f_ran) assert (prdata == f_answer);
 always @* assert (pready && !pslverr);
+always @* assert (pin_watch_reset_n == &pwdata[AXES-1:0]);  // any axis whose program hangs
 
 genvar f_k;
 generate for (f_k = 0; f_k < AXES; f_k = f_k + 1) begin : f_axis

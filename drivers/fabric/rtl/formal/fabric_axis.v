@@ -10,7 +10,7 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
     input  wire        sync_in,
     output wire        sync_out,
     output wire [2:0]  pin_high, pin_low,
-    output wire        pin_chopper,
+    output wire        pin_chopper, pin_watch_reset_n,
     input  wire        pin_overcurrent, pin_driver_fault, pin_sto_a_n, pin_sto_b_n, pin_clock_ok,
     output wire        pin_cs_n, pin_sclk,
     input  wire [3:0]  pin_sdata,
@@ -28,7 +28,7 @@ module fabric_axis #(parameter AXIS = 0, parameter AXES = 1) (
             : paddr[3:2] == 2'd1 ? {11'd0, sync_in, pin_overcurrent, pin_driver_fault, pin_sto_a_n, pin_sto_b_n, pin_clock_ok,
                                     pin_sdata, pin_temp_sdata, pin_mod_data, pin_a, pin_b, pin_index, pin_lost, pin_hall}
             : paddr[3:2] == 2'd2 ? pwdata : {INDEX, COUNT, 12'd1, penable, pwrite, paddr};
-    assign pready = 1'b1, pslverr = 1'b0;
+    assign pready = 1'b1, pslverr = 1'b0, pin_watch_reset_n = pwdata[AXIS];
     assign {sync_out, irq, pin_high, pin_low, pin_chopper, pin_cs_n, pin_sclk, pin_temp_cs_n, pin_temp_sclk, pin_mod_clock}
         = free[14*AXIS +: 14];
 endmodule

@@ -13,6 +13,7 @@ always @* if (f_ran) begin
     // in the same clock
     if (!rst_n || !pin_clock_ok || !pin_sto_a_n || !pin_sto_b_n || pin_overcurrent || pin_driver_fault) assert (!f_any);
     if (trip || f_lost) assert (!f_any);
+    assert (commit == (psel && penable && pwrite && paddr == {2'd0, `PWM_COMPARE_C, 2'd0}));
     if (!live) assert (!f_any);
     assert ((pin_high & pin_low) == 3'd0);
     assert ((high & low) == 3'd0);
@@ -31,7 +32,7 @@ always @(posedge clk) begin
     f_limit   <= limit;
 end
 always @* if (f_ran && f_read) begin
-    if (f_at == 10'h308) assert (prdata == 32'h464F4330);
+    if (f_at == 10'h308) assert (prdata == `GATE_ID_RESET);
     if (f_at == {2'd3, `GATE_AXES, 2'd0}) assert (prdata[3:0] == AXIS && prdata[7:4] == AXES && prdata[31:8] == 24'd0);
     if (f_at == {2'd3, `GATE_STATUS, 2'd0}) begin
         assert (prdata[`GATE_STATUS_ENCODER] == f_faulty && prdata[`GATE_STATUS_OVERRUN] == f_overrun);

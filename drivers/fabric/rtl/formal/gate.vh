@@ -16,7 +16,7 @@ always @* if (f_ran) begin
     if (!pin_sto_b_n) assert (!f_any);
     if (!pin_clock_ok) assert (!f_any);
     if (|(high & low)) assert (!f_any);
-    if (|pin_latches || loop_lost || interlock) assert (!f_any);
+    if (|pin_latches || loop_lost || interlock || |program_latches) assert (!f_any);
     if (!enable) assert (!f_any && !live);
     // never both sides of a leg, and nothing that the PWM does not wish
     assert ((pin_high & pin_low) == 3'd0);
@@ -29,7 +29,8 @@ always @* if (f_ran) begin
         else assert (enable && !latched);
         if (rdata[`GATE_STATUS_OVERCURRENT] || rdata[`GATE_STATUS_DRIVER_FAULT] || rdata[`GATE_STATUS_LOOP_LOST]
             || rdata[`GATE_STATUS_INTERLOCK] || rdata[`GATE_STATUS_STO_A] || rdata[`GATE_STATUS_STO_B]
-            || rdata[`GATE_STATUS_CLOCK_LOST]) assert (!f_any);
+            || rdata[`GATE_STATUS_CLOCK_LOST] || rdata[`GATE_STATUS_SLOW_LOST] || rdata[`GATE_STATUS_THREAD_LOST])
+            assert (!f_any);
         assert (rdata[`GATE_STATUS_ENCODER] == encoder_faulty && rdata[`GATE_STATUS_OVERRUN] == overrun);
         assert (rdata[`GATE_STATUS_LIMIT] == limit);
         // on and well is 1, whatever else is built in
@@ -41,10 +42,10 @@ end
 
 // A stop that one clock edge has seen leaves nothing on until ENABLE is written after it and all is quiet again.
 wire [6:0] f_noisy = {!pin_clock_ok, !pin_sto_b_n, !pin_sto_a_n, pin_driver_fault, pin_overcurrent,
-                      |(high & low), overrun_event && enable};
+                      |(high & low), (overrun_event && enable) || loop_late};
 reg  [6:0] f_noisy_1, f_noisy_2;
 reg        f_stopped;
-wire       f_calm = !latched && f_noisy == 7'd0 && f_noisy_1[6:2] == 5'd0 && f_noisy_2[6:2] == 5'd0;
+wire       f_calm = !latched && f_noisy == 7'd0 && missed == 2'd0 && f_noisy_1[6:2] == 5'd0 && f_noisy_2[6:2] == 5'd0;
 always @(posedge clk)
     if (!rst_n) begin
         f_stopped <= 1'b1;
@@ -53,7 +54,7 @@ always @(posedge clk)
     end else begin
         f_noisy_1 <= f_noisy;
         f_noisy_2 <= f_noisy_1;
-        if (|f_noisy)
+        if (|f_noisy || |missed)
             f_stopped <= 1'b1;
         else if (write && addr == `GATE_CONTROL && wdata[0] && f_calm)
             f_stopped <= 1'b0;
@@ -89,15 +90,32 @@ always @(posedge clk) if (f_ran && $past(rst_n)) begin
     if (enable && !$past(enable)) assert ($past(write && addr == `GATE_CONTROL && wdata[0]) && !$past(latched));
     if ($past(write && addr == `GATE_CONTROL && !wdata[0])) assert (!enable);
     if ($past(write && addr == `GATE_CONTROL && wdata[0] && f_calm)) assert (enable);
-    if (f_latches != 7'd0) assert (!enable);
-    if ($past(enable && !settled && !overrun_event && !write)) assert (enable);
+    if (f_latches != 7'd0 || |program_latches) assert (!enable);
+    if ($past(enable && !settled && !stops_now && !write)) assert (enable);
 end else if (f_ran)
-    assert (!enable && f_latches == 7'd0 && !chopper_enable);
+    assert (!enable && !armed && f_latches == 7'd0 && program_latches == 2'd0 && pin_watch_reset_n && !chopper_enable);
+
+// the watch over the program: armed by what a write to ENABLE came to, whatever has stopped the bridge since; until a write of
+// 0, or until one that clears a latch of the watch
+always @* if (f_ran && enable) assert (armed);
+always @(posedge clk) if (f_ran && $past(rst_n)) begin
+    if ($past(write && addr == `GATE_CONTROL)) assert (armed == enable);
+    else assert (armed == ($past(armed) && !$past(write && addr == `GATE_STATUS
+                           && ((program_latches[1] && wdata[16]) || (program_latches[0] && wdata[15])))));
+    if ($past(write && addr == `GATE_WATCH_TIME && !armed)) assert (started && !armed);
+    // a latch is set by what is missed, cleared by a 1 written while nothing is, and by nothing else
+    assert (program_latches == ($past(missed) | ($past(program_latches) & ~($past(write && addr == `GATE_STATUS)
+            ? {$past(wdata[16]), $past(wdata[15])} : 2'd0))));
+    // the reset lasts until the program switches off, the latch is cleared, or the fabric is reset
+    assert (pin_watch_reset_n == $past(!armed || program_latches == 2'd0));
+end
 
 // every register reads back; unused bits and addresses read 0; nothing but its own address changes a register
 (* anyconst *) reg [5:0] f_addr;
 reg [31:0] f_value;
-wire [31:0] f_mask = f_addr == `GATE_CONTROL ? 32'd0 : `GATE_WRITABLE_AT(f_addr);   // ENABLE has its own rules above
+// ENABLE has its own rules above, the watch in watch.vh
+wire        f_own  = f_addr == `GATE_CONTROL || f_addr == `GATE_WATCH_TIME || f_addr == `GATE_PROOF;
+wire [31:0] f_mask = f_own ? 32'd0 : `GATE_WRITABLE_AT(f_addr);
 always @(posedge clk)
     if (!rst_n)
         f_value <= `GATE_RESET_AT(f_addr) & f_mask;
@@ -113,5 +131,7 @@ always @* if (f_ran) begin
     if (sel && addr == `GATE_ID) assert (rdata == `GATE_ID_RESET);
     if (sel && addr == `GATE_AXES) assert (rdata == {24'd0, COUNT, INDEX});
     if (sel && addr == `GATE_CONTROL) assert (rdata == {31'd0, enable});
+    if (sel && addr == `GATE_WATCH_TIME) assert (rdata == {started, 11'd0, clocks});
+    if (sel && addr == `GATE_WATCH) assert (rdata == {23'd0, thread, number});
     if (sel && addr == `GATE_CHOPPER) assert (rdata[1] == pin_chopper);
 end

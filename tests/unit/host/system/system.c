@@ -20,6 +20,9 @@ void (*startup_vectors[STARTUP_SYSTEM_VECTORS + STARTUP_EXTERNAL_VECTORS])(void)
 uint32_t link_stack_guard_start[64] __attribute__((aligned(256)));
 __asm__(".globl link_stack_limit\n.set link_stack_limit, link_stack_guard_start + 256");
 
+/* What a lock of the cache copies, and compares. */
+const uint32_t link_code[2048], link_array[2048];
+
 uint32_t startup_exception_number(void)
 {
     return host_exception;

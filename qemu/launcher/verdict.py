@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: MIT
+"""What a run says of a drive on a motor that nobody listed: it works; or it refused or gave up for a reason that is true of
+this plant; or it is wrong.
+
+The drive names the reason, the plant decides whether it is true: drawn values (SEED, SPREAD), not those that the drive was
+told. A reason that is not in TRUTHS is never true: a limit of the firmware's own numbers is none of the plant. A run whose
+limits fail although the drive says nothing is excused only where the plant lacks the torque that the scenario asks for.
+"""
+import math
+import re
+from dataclasses import dataclass
+
+from .capability import CIRCLE, KEPT, machine_of
+from .kinds_protection import enumerator
+from .refusals import NAME, refusals, typed
+from .rules import RPM
+from .spread import drawn
+
+WORKS, TRUE, WRONG, NOT_SET_UP = "works", "true reason", "wrong", "not set up"
+LOADED = ("default",)   # scenarios with rated load at work_rpm
+HALL_SHARE = 0.955      # of the torque, from sectors: the mean of a cosine over 60 degrees
+PERIOD_S, LOOP_S = 50e-6, 2e-3
+DEVIATION = 0.2         # of speed_max: deviation_pct
+LAST_HZ = 1187.0        # electrical, of the firmware's speeds
+WARM_K = 80.0           # of the winding, above ambient
+
+
+@dataclass(frozen=True)
+class Judged:
+    """`cause` is what the drive said, or which limits failed; `truth` why that is true of the plant, or empty."""
+    word: str
+    cause: str = ""
+    truth: str = ""
+
+
+class Plant:
+    """What is true of the motor, stage and load of a drive, as drawn."""
+
+    def __init__(self, drive):
+        self.drive = drive
+        self.motor, self.stage = (drawn(device, drive.seed, drive.spread) for device in (drive.motor, drive.inverter))
+        self.names = drive.names()
+
+    def lacks(self):
+        """Why rated load at work_rpm is beyond the plant, or an empty text."""
+        rating, shaft, load = self.drive.motor["rating"], self.motor["mechanical"], self.motor["load"]
+        rpm, rated_nm = self.names["work_rpm"], rating["rated_torque_nm"]
+        w = rpm * RPM
+        needs = rated_nm + shaft["friction_coulomb_nm"] + load["coulomb_nm"] + self.motor["iron"]["iron_hysteresis_nm"]
+        needs += w * (shaft["friction_viscous_nms"] + self.motor["iron"]["iron_eddy_nms"])
+        supply, winding_c = self.stage["supply"], self.motor["thermal"]["ambient_c"] + WARM_K
+        bus_v = supply["vbus_v"] - supply["supply_resistance_ohm"] * needs * w / supply["vbus_v"]
+        best = machine_of(self.drive, winding_c).most_torque(rpm, CIRCLE * KEPT * bus_v, self.names["i_max_A"])
+        has = 0.0 if best is None else best.torque_nm * (HALL_SHARE if self.source == 2 else 1.0)
+        return f"load and friction take {needs:.3g} N m, i_max gives {has:.3g}" if has < needs else ""
+
+    @property
+    def source(self):
+        return self.drive.motor["control"]["angle_source"]
+
+    def step_is_too_fast(self):
+        """Rated load slows the shaft beyond the watched deviation before two periods of the speed loop are over."""
+        inertia = self.motor["mechanical"]["inertia_kgm2"] * (1 + self.motor["load"]["inertia_ratio"])
+        falls = self.drive.motor["rating"]["rated_torque_nm"] / inertia * LOOP_S / RPM
+        limit = DEVIATION * self.names["speed_max_rpm"]
+        return f"rated load takes {falls:.3g} rpm in 2 ms, {limit:.3g} are watched" if falls > limit else ""
+
+    def sticks(self):
+        """What holds the rotor at rest is more than i_max turns."""
+        shaft, load = self.motor["mechanical"], self.motor["load"]
+        holds = shaft["friction_coulomb_nm"] + max(load["coulomb_nm"], load["stiction_nm"]) + shaft["cogging_nm"]
+        turns = self.drive.torque_per_ampere * self.names["i_max_A"]
+        return f"friction and cogging hold with {holds:.3g} N m, i_max turns {turns:.3g}" if holds > turns else ""
+
+    def sags(self):
+        """The supply falls below v_min at rated power."""
+        supply, rating = self.stage["supply"], self.drive.motor["rating"]
+        amperes = rating["rated_torque_nm"] * self.names["work_rpm"] * RPM / supply["vbus_v"]
+        left = supply["vbus_v"] - supply["supply_resistance_ohm"] * amperes
+        return f"{left:.3g} V are left at rated load" if left < self.names["v_min_V"] else ""
+
+    def forgets_in_a_period(self):
+        """The winding's current decays within a PWM period."""
+        e = self.motor["electrical"]
+        tau_s = e["ld_h"] / e["resistance_ohm"]
+        return f"L / R is {tau_s * 1e6:.3g} us" if tau_s < PERIOD_S else ""
+
+    def is_reluctant(self):
+        """Reluctance outweighs the magnets."""
+        e = self.motor["electrical"]
+        lq_h = self.motor["control"]["lq_rest_h"] or e["lq_h"]
+        turns_a = e["flux_wb"] / (lq_h - e["ld_h"]) if lq_h > e["ld_h"] else math.inf
+        return f"psi / (L_q - L_d) is {turns_a:.3g} A" if self.names["i_max_A"] > 1.5 * turns_a else ""
+
+    def is_too_quick(self):
+        """Over-speed is beyond the speeds that the firmware has."""
+        hz = self.names["overspeed_rpm"] / 60 * self.names["pole_pairs"]
+        return f"{hz:.4g} Hz electrical" if hz > LAST_HZ else ""
+
+    def is_not_resolved(self):
+        """A count of the encoder within a millisecond asks for more than ten times i_max at the bandwidth that is told."""
+        count_rad_s = 2 * math.pi / self.names["encoder_counts"] * 1000
+        asks = self.names["inertia_kgm2"] * 2 * math.pi * self.names["speed_bw_hz"] * count_rad_s
+        has = 10 * self.names["i_max_A"] * self.drive.torque_per_ampere
+        return f"a count asks for {asks:.3g} N m" if asks > has else ""
+
+    def charges_the_bus(self):
+        """The magnets at over-speed raise the bus beyond v_max."""
+        w = self.names["overspeed_rpm"] * RPM * self.names["pole_pairs"]
+        volts = math.sqrt(3) * self.motor["electrical"]["flux_wb"] * w
+        return f"{volts:.4g} V of EMF" if volts > self.names["v_max_V"] else ""
+
+
+# what the drive says -> what of the plant makes it true
+TRUTHS = {
+    r"do not fit one another at this PWM rate": Plant.forgets_in_a_period,
+    r"reluctance outweighs": Plant.is_reluctant,
+    r"1187 Hz": Plant.is_too_quick,
+    r"too much for encoder_counts|encoder_counts is too small": Plant.is_not_resolved,
+    r"emf_beyond_v_max": Plant.charges_the_bus,
+    r"SPEED_DEVIATION": lambda plant: plant.step_is_too_fast() or plant.lacks(),
+    r"VOLTAGE_LIMIT|STALL|OUT_OF_STEP": Plant.lacks,
+    r"LOAD_TOO_HIGH|LOAD$|BLOCKED": Plant.sticks,
+    r"UNDERVOLTAGE": Plant.sags,
+}
+
+
+def judged(result):
+    """The Judged of a Result."""
+    if result.passed:
+        return Judged(WORKS)
+    plant, said = Plant(result.drive), said_by(result)
+    if said:
+        truth = next((true(plant) for pattern, true in TRUTHS.items() if re.search(pattern, said)), "")
+        return Judged(TRUE if truth else WRONG, said, truth)
+    lacks = plant.lacks() if result.scenario.key in LOADED else ""
+    return Judged(TRUE if lacks else WRONG, failed(result), lacks)
+
+
+def said_by(result):
+    """The first fault, or the first line that the drive refused, or an empty text."""
+    found = result.trace["fault"][result.trace["fault"] != 0]
+    if len(found):
+        return enumerator(result, "fault", found[0])
+    first = next(iter(refusals(result.console, typed(result.scenario, result.drive))), None)
+    return str(first) if first else ""
+
+
+def failed(result):
+    """The limits that failed, in a few words."""
+    return "; ".join(name for name, figure in result.figures.items() if figure.passed is False and name != NAME)

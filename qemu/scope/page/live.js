@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+// What is live, and what was captured: rows [time in s, values...], their plots, and how fast the drive's time goes.
+"use strict";
+
+const LIVE_MS = 150;    // between two drawings of what is live, at least
+const LIVE_PAUSE = 4;   // and so many times what one takes
+const PACE_S = 2;       // over which the drive's time is compared with the clock
+
+const live = { plots: new Plots($("live")), names: [], rows: [], last: null, time: 0, held: false, everyMs: 1, paced: false };
+const captured = { plots: new Plots($("captured")), names: [], units: [], rows: [] };
+let signals = {};
+
+const unitsOf = (names) => names.map((name) => signals[name][0]);
+const stepsOf = (names) => names.map((name) => signals[name][1]);
+
+// Seconds of the drive in one of the clock, from pairs of both times.
+class Pace {
+  constructor() { this.pairs = []; }
+
+  note(drive, clock) {
+    this.pairs.push([drive, clock]);
+    while (clock - this.pairs[0][1] > PACE_S) this.pairs.shift();
+  }
+
+  factor() {
+    const [first, last] = [this.pairs[0], this.pairs.at(-1)];
+    return first && last[1] - first[1] > PACE_S / 2 ? (last[0] - first[0]) / (last[1] - first[1]) : null;
+  }
+}
+const pace = new Pace();
+
+function watch(chosen) {
+  Object.assign(live, { names: chosen, rows: [], last: null });
+  live.plots.layout(chosen, unitsOf(chosen), stepsOf(chosen));
+  document.querySelectorAll("#signals input").forEach((box) => { box.checked = chosen.includes(box.value); });
+  offer();
+}
+
+function samplesCame(rows) {
+  for (const [number, ...values] of rows) { // numbers are modulo 2^16; a gap is a gap of time
+    live.time += live.last === null ? 0 : ((number - live.last) & 0xffff) / 1000;
+    live.last = number;
+    if (!live.held) live.rows.push([+live.time.toFixed(3), ...values]);
+  }
+  const keep = Math.ceil((Number($("window").value) || 3) * 1000 / live.everyMs);
+  if (live.rows.length > 1.2 * keep) live.rows = live.rows.slice(-keep);
+  pace.note(live.time, performance.now() / 1000);
+}
+
+function captureCame(message) {
+  const scale = stepsOf(message.names);
+  Object.assign(captured, {
+    names: message.names, units: unitsOf(message.names),
+    rows: message.rows.map((row, i) => [
+      +((i - message.trigger) / message.per_ms / 1000).toFixed(6), ...row.map((v, k) => +(v * scale[k]).toFixed(6))]),
+  });
+  captured.plots.layout(captured.names, captured.units, scale);
+  captured.plots.lines.mark = 0;
+  captured.plots.draw(captured.rows);
+  $("captured").dataset.samples = captured.rows.length;
+  offer();
+  measured();
+}
+
+function draw() {
+  const seconds = Number($("window").value) || 3;
+  live.plots.draw(live.rows.filter((row) => row[0] > live.time - seconds));
+  $("live").dataset.samples = live.rows.length;
+  drawVectors();
+  if ($("measure_on").value === "live") measured();
+}
+
+// As often as leaves most of the time to the rest: a frame is painted when the one behind it begins.
+function animate() {
+  const begin = performance.now(), factor = pace.factor();
+  if (!live.held && !document.hidden) draw();
+  $("pace").textContent = live.paced && factor !== null ? `${factor.toFixed(2)} of real time` : "";
+  requestAnimationFrame(() => setTimeout(animate, Math.max(LIVE_MS, LIVE_PAUSE * (performance.now() - begin))));
+}
+
+$("hold").onclick = () => { live.held = !live.held; $("hold").textContent = live.held ? "go on" : "hold"; };
+$("save_live").onclick = () => download("live.csv", "text/csv", table(live.names, unitsOf(live.names), live.rows));
+$("save_capture").onclick = () => download("capture.csv", "text/csv",
+  table(captured.names, captured.units, captured.rows));

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: MIT
+"""A fixed sample of motors by lot: the first twelve, never exchanged. Each works, or ends for a reason that is true of its
+plant, or stands in expected.toml with the cause."""
+import pytest
+
+from launcher.campaign import Case, run_case
+from launcher.campaign_table import load_expected, surprises
+
+EXPECTED = load_expected()
+LOTS = range(1, 13)
+STRIDE, FIRST = 6, 2  # of these in `make test`
+
+
+@pytest.mark.parametrize("lot", [pytest.param(lot, marks=() if lot % STRIDE == FIRST else pytest.mark.rest) for lot in LOTS])
+def test_lot(lot, tmp_path):
+    case = Case(f"lot:{lot}", "default", 1)
+    outcome = run_case(case, tmp_path)
+    unexpected, mended = surprises({case: outcome}, {case: EXPECTED[case]} if case in EXPECTED else {})
+    assert not unexpected, f"{case.command} is {outcome['word']}: {outcome.get('cause')}: {unexpected[case]}"
+    assert not mended, f"{case.command} works now: take it out of tests/campaign/expected.toml"

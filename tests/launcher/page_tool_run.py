@@ -1,0 +1,337 @@
+# SPDX-License-Identifier: MIT
+"""The page as a tool, on one drive in QEMU: settings, what is measured on plots, setting up, positions, two tabs."""
+import re
+
+import numpy as np
+import pytest
+from browser import browsed, served
+
+from scope import words
+from tools.param_rows import meanings, param_rows
+
+
+@pytest.fixture(scope="module")
+def downloads(tmp_path_factory):
+    return tmp_path_factory.mktemp("downloads")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory, downloads):
+    with served(tmp_path_factory.mktemp("scope")) as (address, _):
+        with browsed(address, downloads) as shown:
+            shown.wait(lambda: shown.script("return parameters.known.size") > 50)
+            yield shown
+
+
+def change(page, name, value):
+    page.script("const field = fieldOf(arguments[0]); field.value = arguments[1]; field.onchange()", name, str(value))
+
+
+def value(page, name):
+    return int(page.script("return fieldOf(arguments[0]).value", name))
+
+
+def drives(page, name):
+    """What the drive itself says."""
+    page.script("$('said').textContent = ''; say('get ' + arguments[0])", name)
+    page.wait(lambda: re.search(rf"{name} = -?\d+", page.heard()))
+    return int(re.search(rf"{name} = (-?\d+)", page.heard())[1])
+
+
+def row(page, name):
+    return page.script("return fieldOf(arguments[0]).closest('tr').textContent", name)
+
+
+# ---- parameters ----
+
+def test_each_parameter_is_in_one_group_with_its_meaning(page):
+    names = [name for group in words.GROUPS.values() for name in group.split()]
+    assert sorted(names) == sorted(param_rows()), "each once"
+    shown = page.script("return [...document.querySelectorAll('#parameters details')].map((d) => ["
+                        "d.querySelector('table').ariaLabel, [...d.querySelectorAll('input')].map((i) => i.name).join(' ')])")
+    assert {group: set(members.split()) for group, members in shown} == {
+        group: set(members.split()) for group, members in words.GROUPS.items()}
+    for name, meaning in meanings().items():
+        assert meaning in row(page, name), name
+
+
+def test_what_differs_from_its_default_is_marked_and_goes_back(page):
+    initial = param_rows()["deviation_pct"][2]
+    group = "return fieldOf('deviation_pct').closest('details').querySelector('summary').textContent"
+    differs = "return fieldOf('deviation_pct').closest('tr').className"
+    assert page.script(differs) == "" and "not as by default" not in page.script(group)
+    change(page, "deviation_pct", initial + 1)
+    page.wait(lambda: page.script(differs) == "differs")
+    assert "1 not as by default" in page.script(group)
+    page.script("fieldOf('deviation_pct').closest('tr').querySelector('.default').click()")
+    page.wait(lambda: page.script(differs) == "")
+    assert drives(page, "deviation_pct") == initial == value(page, "deviation_pct")
+
+
+def test_undo_goes_back_one_change_at_a_time(page):
+    old = value(page, "home_rpm"), value(page, "home_pct")
+    page.script("parameters.undo = []; undoable()")
+    for name, new in (("home_rpm", -40), ("home_pct", 33)):
+        change(page, name, new)
+        page.wait(lambda name=name, new=new: page.script("return parameters.known.get(arguments[0]).value", name) == new)
+    page.click("#undo")
+    page.wait(lambda: value(page, "home_pct") == old[1])
+    assert drives(page, "home_rpm") == -40, "the first change stays"
+    page.wait(lambda: not page.script("return parameters.undoing"))
+    page.click("#undo")
+    page.wait(lambda: value(page, "home_rpm") == old[0] and page.script("return $('undo').disabled"))
+    assert (drives(page, "home_rpm"), drives(page, "home_pct")) == old
+
+
+def test_undo_that_is_refused_can_be_repeated(page):
+    change(page, "home_turns", 11)
+    page.wait(lambda: page.script("return parameters.known.get('home_turns').value") == 11)
+    page.click("[data-line=on]")
+    page.wait(lambda: page.state() == "operation enabled")
+    page.click("#undo")
+    page.wait(lambda: "undo: 0 changed, 1 refused:\nerror: parameters can change only while" in page.heard())
+    assert "undo refused" in row(page, "home_turns") and value(page, "home_turns") == 11
+    page.click("[data-line=off]")
+    page.wait(lambda: page.state() == "switch on disabled")
+    page.click("#undo")
+    page.wait(lambda: value(page, "home_turns") == 10)
+
+
+# ---- the file ----
+
+def choose_file(page, path):
+    page.script("$('said').textContent = ''")
+    page.find("from_file").send_keys(str(path))
+    page.wait(lambda: path.name in page.heard())
+    return page.heard()
+
+
+def test_settings_go_to_a_file_and_come_back(page, downloads):
+    """All of them; and what is changed afterwards is as in the file again, and nothing else is touched."""
+    change(page, "cyclic_ms", 17)
+    page.wait(lambda: page.script("return parameters.known.get('cyclic_ms').value") == 17)
+    page.click("#to_file")
+    path = downloads / "settings.txt"
+    page.wait(path.is_file)
+    lines = path.read_text().splitlines()
+    assert lines[0].startswith("# Teknic") and len(lines) == 1 + len(param_rows()) and "set cyclic_ms 17" in lines
+    for name, new in (("cyclic_ms", 10), ("retry_count", 3)):
+        change(page, name, new)
+        page.wait(lambda name=name, new=new: page.script("return parameters.known.get(arguments[0]).value", name) == new)
+    assert "from settings.txt: 2 changed" in choose_file(page, path)
+    assert (drives(page, "cyclic_ms"), drives(page, "retry_count")) == (17, 0)
+    assert "has these settings already" in choose_file(page, path)
+    page.click("#undo")
+    page.wait(lambda: value(page, "cyclic_ms") == 10 and value(page, "retry_count") == 3)  # a file is one step
+    page.script("apply({ retry_count: 0 }, 'the test')")
+    page.wait(lambda: value(page, "retry_count") == 0)
+
+
+@pytest.mark.parametrize("text, why", [
+    ("set cyclic_ms 20\nset cyclic 5\n", "line 2: this drive has no cyclic"),
+    ("set cyclic_ms 0\n", "line 1: cyclic_ms must be 1...1000, not 0"),
+    ("set cyclic_ms 20\nhello world\n", "line 2 is not 'set NAME VALUE': hello world"),
+    ("set cyclic_ms 2.5\n", "line 1 is not 'set NAME VALUE': set cyclic_ms 2.5")])
+def test_a_file_that_cannot_be_taken_changes_nothing(page, tmp_path, text, why):
+    (tmp_path / "wrong.txt").write_text(text)
+    assert f"error: wrong.txt, nothing has changed: {why}" in choose_file(page, tmp_path / "wrong.txt")
+    assert drives(page, "cyclic_ms") == 10
+
+
+def test_what_the_console_lists_is_a_file_too(page, tmp_path):
+    (tmp_path / "got.txt").write_text("# as 'get all' shows it\ncyclic_ms = 12 ms  (1...1000)\n\n")
+    assert "from got.txt: 1 changed" in choose_file(page, tmp_path / "got.txt")
+    assert drives(page, "cyclic_ms") == 12
+
+
+# ---- what is measured ----
+
+def test_values_at_and_between_cursors(page):
+    """As numpy has them, of a capture of a running drive; the plot shows where the cursors stand."""
+    page.arm("i_q", "never", 0)
+    page.click("[data-line='scope fire']")
+    shown = page.until_captured()
+    time, i_q = np.array(shown["time"]), np.array(shown["i_q"])
+    a, b = time[10], time[400]
+    page.script("$('measure_on').value = 'captured'; $('measure_on').onchange();"
+                "$('cursor_a').value = arguments[0]; $('cursor_b').value = arguments[1]; $('cursor_a').oninput()", a + 2e-6, b)
+    rows = page.script("return [...$('measured').rows].map((row) => [...row.cells].map((cell) => cell.textContent))")
+    heading, found = rows[0][1:], {row[0]: [float(x) for x in row[1:]] for row in rows[1:]}
+    inside = i_q[11:401]
+    wanted = {"at A": i_q[10], "at B": i_q[400], "B - A": i_q[400] - i_q[10], "mean": inside.mean(),
+              "rms": np.sqrt((inside ** 2).mean()), "least": inside.min(), "most": inside.max(), "span": np.ptp(inside)}
+    assert heading == list(wanted) and set(found) == {f"{name} [{unit}]" if unit else name for name, unit in page.script(
+        "return captured.names.map((name, k) => [name, captured.units[k]])")}
+    assert found["i_q [A]"] == pytest.approx(list(wanted.values()), rel=1e-4, abs=1e-9)
+    assert page.find("between").text.startswith(f"B - A: {b - a - 2e-6:.5g} s")
+    assert set(page.script("return Object.keys(captured.plots.lines)")) == {"mark", "cursor-a", "cursor-b"}
+
+
+def test_a_click_sets_a_cursor(page):
+    at = "const g = captured.plots.graphs[0].dygraph; g.getFunctionOption('clickCallback').call(g, {shiftKey: %s}, %s, [])"
+    page.script(at % ("false", 0.001))
+    page.script(at % ("true", 0.003))
+    assert page.script("return [$('cursor_a').value, $('cursor_b').value]") == ["0.001", "0.003"]
+    page.click("#between_cursors")
+    assert page.script("return captured.plots.graphs.map((g) => g.dygraph.xAxisRange())") == [[0.001, 0.003]] * page.script(
+        "return captured.plots.graphs.length")
+    page.click("#all")
+    low, high = page.script("return captured.plots.graphs[0].dygraph.xAxisRange()")
+    assert low <= -0.005 and high > 0.02
+
+
+def test_ranges(page):
+    """Automatic: noise does not fill the plot, whatever the signal does it is inside; and one that somebody has set."""
+    span = "return captured.plots.graphs.find((g) => g.unit === 'A').dygraph.yAxisRange()"
+    low, high = page.script(span)
+    shown = page.captured()
+    assert high - low > 0.3, "23.6 A in 512 of 32768 steps"
+    assert low < min(shown["i_q"]) and max(shown["i_q"]) < high
+    page.type("#range_of", "A"), page.type("#range_least", -3), page.type("#range_most", 5)
+    page.click("#range_set")
+    assert page.script(span) == [-3, 5]
+    page.type("#range_most", -4), page.click("#range_set")
+    assert page.find("range_said").text == "the lower one first"
+    page.click("#range_auto")
+    assert page.script(span) == pytest.approx([low, high])
+
+
+def test_the_spectrum_is_the_transform(page):
+    """Of noise, as numpy has it; of a sine between two lines and its harmonic, their amplitudes within the window's error."""
+    noise = np.random.default_rng(1).normal(size=300)
+    found = np.array(page.script("return spectrum(arguments[0], 1000)", noise.tolist()))
+    last = noise[-256:]
+    window = 1 - np.cos(2 * np.pi * np.arange(256) / 256)
+    wanted = np.abs(np.fft.fft((last - last.mean()) * window))[:128] * 2 / 256
+    assert found[:, 0] == pytest.approx(np.arange(128) * 1000 / 256) and found[:, 1] == pytest.approx(wanted, abs=1e-12)
+    t = np.arange(512) / 20000
+    sine = 3 + 2 * np.sin(2 * np.pi * 625 * t) + 0.5 * np.sin(2 * np.pi * 3125 * t)
+    lines = dict(page.script("return spectrum(arguments[0], 20000)", sine.tolist()))
+    assert lines[625] == pytest.approx(2, rel=1e-6) and lines[3125] == pytest.approx(0.5, rel=1e-6) and lines[0] < 1e-9
+    page.script("captured.rows = arguments[0].map((v, k) => [k / 20000, ...captured.names.map(() => v)]);"
+                "$('fft_of').value = 'i_q'", sine.tolist())
+    page.click("#fft_now")
+    assert page.find("fft_peak").text.startswith("most: 2 A at 625 Hz, lines 39.06")
+
+
+def test_vectors(page):
+    page.script("live.names = []; say('scope signals i_d,i_q,v_d,v_q,speed')")
+    page.wait(lambda: page.script("return live.names.length") == 5)
+    page.script("$('vector_view').open = true; live.held = true; live.rows = [[0, 3, 4, -5, 12, 0]]; drawVectors()")
+    assert page.find("vector_i_text").text == "i: 5 A, 53 degrees from d; ring 10.65 A"
+    assert page.find("vector_v_text").text == "v: 13 % of bus, 113 degrees from d; ring 57.735 % of bus"
+    tip = """const scale = 0.9 * 110 / 10.65 * 0.8;
+             const place = (d, q) => Math.round(110 - q * scale) * 220 + Math.round(110 + d * scale);
+             const seen = $('vector_i').getContext('2d').getImageData(0, 0, 220, 220).data;
+             return [[3, 4], [-3, 4]].map(([d, q]) => seen[4 * place(d, q) + 3])"""
+    drawn, mirrored = page.script(tip)
+    assert drawn == 255 and mirrored == 0, "d to the right, q upwards"
+    page.script("live.held = false; live.names = []; say('scope signals i_q,speed')")
+    page.wait(lambda: "not both among the signals" in page.find("vector_i_text").text)
+    page.script("$('vector_view').open = false")
+
+
+def test_the_factor_against_real_time(page):
+    half = "const p = new Pace(); for (let k = 0; k < 100; k++) p.note(k * 0.05, k * 0.1); return p.factor()"
+    assert page.script(half) == pytest.approx(0.5) and page.script("return new Pace().factor()") is None
+    page.wait(lambda: re.fullmatch(r"\d\.\d\d of real time", page.find("pace").text))
+    fed = page.script("return [pace.pairs.at(-1)[0] === live.time, performance.now() / 1000 - pace.pairs.at(-1)[1]]")
+    assert fed[0] and 0 <= fed[1] < 60, "from the samples' own times, and the clock"
+
+
+# ---- setting up ----
+
+def test_limits_that_are_refused_are_shown_and_those_that_are_taken_lead_on(page):
+    trip = value(page, "i_trip_ma")
+    page.script("$('setup_limits').open = true")
+    page.wait(lambda: re.fullmatch(r"2\d\.\d+ V", page.find("bus").text))
+    page.script("limitOf('i_trip_ma').value = 3000000")
+    page.click("#limits_set")
+    page.wait(lambda: page.find("limits_said").text == "error: i_trip_ma must be 10...2000000 mA")
+    assert page.script("return [limitOf('i_trip_ma').value, $('setup_identify').open]") == [str(trip), False]
+    page.script("limitOf('i_trip_ma').value = arguments[0]", trip - 100)
+    page.click("#limits_set")
+    page.wait(lambda: page.script("return $('setup_identify').open && !$('setup_limits').open"))
+    assert drives(page, "i_trip_ma") == trip - 100
+    page.click("#undo")
+    page.wait(lambda: value(page, "i_trip_ma") == trip)
+
+
+def test_saved_and_turning(page):
+    page.script("$('setup_save').open = true")
+    page.click("#setup_save [data-line=save]")
+    page.wait(lambda: page.script("return $('setup_turn').open"))
+    assert "slot A, save 1" in page.heard()
+    page.type("#start_rpm", 250)
+    page.click("#start")
+    page.wait(lambda: re.match(r"speed: 2[45]\d\.\d+ rpm, reference 250", page.find("turning").text))
+
+
+# ---- positions ----
+
+def where(page):
+    """(mode, counts, target or None, homed), as the page shows it."""
+    found = re.match(r"mode: (\w+) .*position: (-?\d+)(?:, target (-?\d+))?.* counts(, homed)?$", page.find("position").text)
+    return found and (found[1], int(found[2]), found[3] and int(found[3]), bool(found[4]))
+
+
+def test_positions_and_homing(page):
+    page.script("$('counts').value = 8000")
+    page.click("#to button[value='by ']")
+    page.wait(lambda: where(page)[0] == "pp" and abs(where(page)[1] - where(page)[2]) <= 2)
+    page.script("$('counts').value = arguments[0]", where(page)[2] - 3000)
+    page.click("#to button[value='']")
+    target = where(page)[2] - 3000
+    page.wait(lambda: where(page)[2] == target and abs(where(page)[1] - target) <= 2)
+    page.click("#home")
+    page.wait(lambda: where(page)[0] == "pp" and where(page)[3] and abs(where(page)[1]) <= 2)
+
+
+def test_the_shaft_turns_as_long_as_a_button_is_held(page):
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    page.script("live.names = []; say('scope signals i_q,speed,speed_ref')")
+    page.wait(lambda: page.script("return live.names.length") == 3)
+    page.type("#jog_rpm", 90)
+    mouse = ActionChains(page.browser)
+    mouse.click_and_hold(page.find("jog_back")).perform()
+    page.wait(lambda: page.latest("speed") < -70)
+    mouse.release().perform()
+    page.wait(lambda: page.latest("speed_ref") == 0)
+    assert "> speed -90\nok\n> speed 0\nok" in page.heard()
+    page.script("$('jog_on').dispatchEvent(new KeyboardEvent('keydown', { key: ' ' }))")
+    page.wait(lambda: page.latest("speed") > 70)
+    page.script("clearInterval(jogging)")  # a page that hangs
+    page.wait(lambda: page.latest("speed_ref") == 0)
+    page.script("release()")
+    page.click("#stop")
+    page.wait(lambda: page.state() == "switch on disabled")
+
+
+# ---- two tabs ----
+
+def test_two_tabs_see_each_others_commands(page):
+    page.script("$('said').textContent = ''")
+    first = page.browser.current_window_handle
+    page.browser.switch_to.new_window("tab")
+    try:
+        page.open()
+        page.wait(lambda: page.script("return parameters.known.size") > 50)
+        change(page, "home_rpm", 25)
+        page.script("say('speed 77')")
+        page.wait(lambda: "\n> speed 77\nerror: " in page.heard())
+        page.browser.switch_to.window(first)
+        page.wait(lambda: "another page > set home_rpm 25\nok\nanother page > speed 77\nerror: " in page.heard())
+        page.wait(lambda: value(page, "home_rpm") == 25)
+        page.click("#undo")  # also what another page has changed
+        page.wait(lambda: value(page, "home_rpm") == 30)
+        page.browser.switch_to.window(page.browser.window_handles[-1])
+        page.wait(lambda: "another page: undo: 1 changed" in page.heard() and value(page, "home_rpm") == 30)
+    finally:
+        page.browser.switch_to.window(page.browser.window_handles[-1])
+        page.browser.close()
+        page.browser.switch_to.window(first)
+
+
+def test_the_browser_found_nothing_wrong(page):
+    assert not [entry for entry in page.browser.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")]

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""The judge of motors that nobody listed: the drive names a reason, and the plant, not the drive, says whether it is true."""
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from launcher.campaign import Case
+from launcher.campaign_table import as_markdown, surprises
+from launcher.drive import load_drive
+from launcher.figures import Figure
+from launcher.verdict import NOT_SET_UP, TRUE, WORKS, WRONG, Plant, judged
+
+FAULTS = ("NONE", "SPEED_DEVIATION", "ENCODER_COUNTS", "LOAD_TOO_HIGH", "UNDERVOLTAGE")
+
+
+def drive(motor="teknic_m2310p", seed=1, spread=0, detune="", inverter=None, **tables):
+    return load_drive(motor, {"motor": tables, "inverter": inverter or {}}, seed=seed, spread=spread, detune=detune)
+
+
+def run(drive, fault="NONE", refused="", passed=False, key="default"):
+    """A Result, as far as it is looked at."""
+    faults = np.array([0, FAULTS.index(fault)])
+    console = f"> on\nerror: {refused}\n" if refused else "> on\nok\n"
+    figure = Figure("mean torque", "mean", 1.0 if passed else 3.0, "", "", max=2.0)
+    step = SimpleNamespace(kind="console", t_s=0.2, text="on")
+    return SimpleNamespace(passed=passed, drive=drive, trace={"fault": faults}, console=console, figures={figure.name: figure},
+                           enums={"fault": {n: f"FAULT_{name}" for n, name in enumerate(FAULTS)}},
+                           scenario=SimpleNamespace(key=key, preamble_s=None, steps=[step], late=[]))
+
+
+def test_what_passes_works():
+    assert judged(run(drive(), passed=True)).word == WORKS
+
+
+def test_limits_that_fail_on_a_plant_that_can_are_wrong():
+    found = judged(run(drive()))
+    assert (found.word, found.cause, found.truth) == (WRONG, "mean torque", "")
+
+
+def test_a_plant_that_lacks_the_torque_is_excused_where_it_is_asked_for():
+    weak = drive(load={"coulomb_nm": 0.3, "stiction_nm": 0.3})
+    found = judged(run(weak))
+    assert found.word == TRUE and "i_max gives" in found.truth
+    assert judged(run(weak, key="idle")).word == WRONG
+
+
+@pytest.mark.parametrize("fault", FAULTS[1:])
+def test_no_fault_is_true_of_an_ordinary_plant(fault):
+    found = judged(run(drive(), fault))
+    assert (found.word, found.cause) == (WRONG, fault)
+
+
+TRUE_OF = [
+    ("SPEED_DEVIATION", {"load": {"inertia_ratio": 0.0}, "mechanical": {"inertia_kgm2": 1e-6}}),
+    ("SPEED_DEVIATION", {"load": {"coulomb_nm": 0.3, "stiction_nm": 0.3}}),
+    ("LOAD_TOO_HIGH", {"load": {"coulomb_nm": 0.3, "stiction_nm": 0.6}}),
+    ("UNDERVOLTAGE", {"inverter": {"supply": {"supply_resistance_ohm": 5.0}}}),
+]
+
+
+@pytest.mark.parametrize("fault, tables", TRUE_OF, ids=lambda value: value if isinstance(value, str) else "")
+def test_a_fault_that_is_true_of_the_plant(fault, tables):
+    assert judged(run(drive(**tables), fault)).word == TRUE
+    assert judged(run(drive(**tables), "ENCODER_COUNTS")).word == WRONG, "another reason is not made true by it"
+
+
+REFUSED = [
+    ("angle_source 1: resistance_mohm, ld_uh, lq_uh and flux_uwb do not fit one another at this PWM rate",
+     {"electrical": {"resistance_ohm": 5.0}}),
+    ("angle_source 1 does not start a motor whose reluctance outweighs its magnets without injection_mv",
+     {"electrical": {"lq_h": 5e-3}}),
+    ("overspeed_rpm times pole_pairs is beyond 1187 Hz electrical", {"control": {"overspeed_rpm": 30000.0}}),
+    ("speed_bw_hz is too much for encoder_counts with this inertia_gmm2 and i_max_ma: at most 1",
+     {"encoder": {"counts_per_rev": 64}, "load": {"inertia_ratio": 100.0}}),
+]
+
+
+@pytest.mark.parametrize("said, tables", REFUSED, ids=[said[:20] for said, _ in REFUSED])
+def test_a_refusal_that_is_true_of_the_plant_and_one_that_is_not(said, tables):
+    found = judged(run(drive(**tables), refused=said))
+    assert found.word == TRUE and said[:20] in found.cause and found.truth
+    assert judged(run(drive(), refused=said)).word == WRONG
+
+
+def test_a_limit_of_the_firmwares_numbers_is_none_of_the_plant():
+    assert judged(run(drive(), refused="decoupling out of range: ld_uh, lq_uh or flux_uwb too large")).word == WRONG
+
+
+def test_the_plant_is_what_was_drawn_not_what_was_told():
+    told_wrong = drive(detune="lq_uh*20")
+    assert not Plant(told_wrong).is_reluctant()
+    assert Plant(drive(electrical={"lq_h": 5e-3})).is_reluctant()
+
+
+def outcome(word):
+    return {"passed": word == WORKS, "error": None, "figures": [], "word": word, "cause": "LOAD_TOO_HIGH", "truth": ""}
+
+
+def test_of_strangers_a_true_reason_is_no_failure_and_a_wrong_one_is():
+    cases = {Case(motor, "default", 1): outcome(word) for motor, word in (
+        ("lot:1", WORKS), ("lot:2", TRUE), ("lot:3", WRONG), ("lot:4", NOT_SET_UP), ("teknic_m2310p", TRUE))}
+    unexpected, _ = surprises(cases, {})
+    assert {case.motor for case in unexpected} == {"lot:3", "teknic_m2310p"}
+    page = as_markdown(cases, {})
+    assert "1 works, 1 true reason, 1 wrong, 1 not set up" in page
+    assert "| lot:3/default/1 | wrong | LOAD_TOO_HIGH |" in page and "| teknic_m2310p/default/1 | true" not in page
