@@ -26,7 +26,7 @@ module pwm (
     reg [17:0] trigger_1, trigger_2;
     reg [15:0] compare_a, compare_b, compare_c;
 
-    wire        running, running_next, rising, to_valley, to_peak;
+    wire        running, running_next, rising, to_valley, turns_down, turns_up;
     wire        locked = run || brake || running;
     wire        commit = write && addr == `PWM_COMPARE_C;
     wire        brake_next = write && addr == `PWM_CONTROL ? wdata[1] : brake;
@@ -67,11 +67,13 @@ module pwm (
     wire [15:0] count;
     wire [2:0]  wish, waiting, fell_back;
     wire        once = mode[1];
-    wire        load = to_valley || (to_peak && mode != 2'd0);
+    // true at rest, too, where compares are taken anyway: so `running` is not twice in one path
+    wire        load = rising ? turns_down : turns_up && mode != 2'd0;
 
     pwm_carrier carrier (.clk(clk), .rst_n(rst_n), .run(run), .follow(follow && can_follow), .sync(sync_in), .period(period),
                          .start_count(phase[15:0]), .start_rising(phase[16]), .running(running), .running_next(running_next),
-                         .count(count), .rising(rising), .to_valley(to_valley), .to_peak(to_peak));
+                         .count(count), .rising(rising), .to_valley(to_valley), .turns_down(turns_down),
+                         .turns_up(turns_up));
 
     wire [47:0] newest = {compare_c, compare_b, compare_a};
     wire [2:0]  wish_leg = wish & {3{running && !brake}}; // not at rest, or a brake from there would begin with a high side

@@ -17,7 +17,8 @@ module pwm_carrier (
     output reg  [15:0] count,
     output reg         rising,
     output wire        to_valley,     // the next clock is the valley
-    output wire        to_peak        // the next clock is the peak
+    output wire        turns_down,    // while it runs and rises: the next clock is the valley
+    output wire        turns_up       // while it runs and falls: the next clock is the peak
 );
     // From `last` on and from 1 down, rather than at these counts only, so that the carrier turns from any start, and with a
     // period of 0. The last count before the valley is kept in a register, so that no adder stands before the comparison;
@@ -33,8 +34,10 @@ module pwm_carrier (
 
     wire [16:0] beyond = {1'b0, count} - {1'b0, last};
 
-    assign to_valley = running && rising && !beyond[16];
-    assign to_peak   = running && !rising && count[15:1] == 15'd0;
+    assign turns_down = !beyond[16];
+    assign turns_up   = count[15:1] == 15'd0;
+    assign to_valley  = running && rising && turns_down;
+    wire   to_peak    = running && !rising && turns_up;
 
     assign running_next = run && (running || !follow || sync);
 

@@ -10,7 +10,7 @@ module pwm_compare (
     input  wire        running,
     input  wire [15:0] count,
     input  wire        rising,
-    input  wire        load,       // the next clock is an end at which this mode takes new compares
+    input  wire        load,       // while running: the next clock is an end at which this mode takes new compares
     input  wire        once,       // mode: at once
     input  wire [15:0] newest,     // as written
     input  wire        commit,     // the set is complete with the next clock

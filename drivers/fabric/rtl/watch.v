@@ -35,7 +35,7 @@ module watch (
     assign missed = {thread, !thread} & {2{watches && (late || wrong)}};
 
     reg    answered;
-    assign loop_late = started && live && valley && !answered;
+    assign loop_late = live && valley && !answered;
 
     always @(posedge clk)
         if (!rst_n) begin
@@ -58,8 +58,9 @@ module watch (
                 left <= {1'b0, clocks};
             else if (!late)
                 left <= left - 21'd1;
-            // a set that comes with the valley is the next period's: it is too late to act there
-            answered <= !live || commit || (answered && !valley);
+            // a set that comes with the valley is the next period's: it is too late to act there. `started` is asked
+            // here rather than in `loop_late`, whose path is a long one
+            answered <= !live || !started || commit || (answered && !valley);
         end
 
 `ifdef FORMAL

@@ -9,11 +9,13 @@ always @* if (!f_ran) assume (!rst_n);
 wire f_any = |pin_high || |pin_low;
 reg  f_lost;        // a sample was lost while live, a clock ago
 always @(posedge clk) f_lost <= rst_n && overrun_event && live;
+reg  f_slot_0;      // a setup phase for PWM's slot, a clock ago
+always @(posedge clk) f_slot_0 <= rst_n && psel && !penable && paddr[9:8] == 2'd0 && paddr[1:0] == 2'd0;
 always @* if (f_ran) begin
     // in the same clock
     if (!rst_n || !pin_clock_ok || !pin_sto_a_n || !pin_sto_b_n || pin_overcurrent || pin_driver_fault) assert (!f_any);
     if (trip || f_lost) assert (!f_any);
-    assert (commit == (psel && penable && pwrite && paddr == {2'd0, `PWM_COMPARE_C, 2'd0}));
+    assert (commit == (f_slot_0 && psel && penable && pwrite && paddr[7:2] == `PWM_COMPARE_C));
     if (!live) assert (!f_any);
     assert ((pin_high & pin_low) == 3'd0);
     assert ((high & low) == 3'd0);

@@ -38,8 +38,6 @@ always @(posedge clk) if (f_ran) begin
     if (running || brake || $past(running)) assert (!$past(rst_n) || (period == $past(period) && mode == $past(mode)));
     if (running || brake) assert (dead == $past(dead) && min_pulse == $past(min_pulse) && once == $past(once));
     if (!$past(rst_n)) assert (!running && !brake);
-    if (load) assert (running);
-    if (running && $past(load)) assert (rising != $past(rising));
     // the legs are told a clock before
     if ($past(ends)) assert (!running && !brake);
     // brake and running need their bits
@@ -53,11 +51,11 @@ always @(posedge clk) if (f_ran && $past(rst_n)) begin
     else assert ((waiting & ~$past(waiting)) == 3'b000);
     if ($past(write && (addr == `PWM_COMPARE_A || addr == `PWM_COMPARE_B))) assert (waiting == 3'b000);
 end
-// which ends a mode takes
-always @* if (f_ran) begin
-    if (mode == 2'd0) assert (load == to_valley);
-    else assert (load == (to_valley || to_peak));
-    assert (sync_out == to_valley);
+// which ends a mode takes: the valley, or both
+always @(posedge clk) if (f_ran && running && $past(rst_n && running)) begin
+    if (rising == $past(rising)) assert ($past(!load));
+    else assert ($past(load) == (!rising || mode != 2'd0));
+    assert ($past(sync_out) == (!rising && $past(rising)));
 end
 // triggers: one clock after their count in their direction, and no others
 wire f_first  = count == trigger_1[15:0] && (rising ? trigger_1[17] : trigger_1[16]);

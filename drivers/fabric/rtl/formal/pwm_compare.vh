@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What one phase's compare promises. Taken for granted, and proved of pwm_carrier.v and pwm.v: the carrier goes one step a
-// clock and turns at ends only; `load` comes at ends only; the mode holds still while it runs.
+// clock and turns at ends only; `load` comes at ends only, while it runs; the mode holds still while it runs.
 reg f_ran = 1'b0;
 always @(posedge clk) f_ran <= 1'b1;
 always @* if (!f_ran) assume (!rst_n);
@@ -14,10 +14,9 @@ wire f_half = f_ran && running && f_running && rising == f_rising;  // this cloc
 always @(posedge clk) if (f_ran) begin
     if (f_half) assume (count == (rising ? $past(count) + 16'd1 : $past(count) - 16'd1) && (!rising || count != 16'd0));
     if (f_half) assume (rising || $past(count) != 16'd0);
-    if (running && $past(load) && $past(rst_n)) assume (rising != $past(rising));
+    if (running && $past(running && load) && $past(rst_n)) assume (rising != $past(rising));
     if (running) assume (once == $past(once));
 end
-always @* if (load) assume (running);
 
 always @(posedge clk) if (f_half) begin
     // at most one change of the wish in a half period, in its direction, and exactly where the compare says

@@ -71,4 +71,4 @@ always @(posedge clk)
         f_set   <= commit || (f_set && !valley);
     end
 always @* if (f_ran) assert (loop_late == (started && live && valley && f_whole && !f_set));
-always @* if (f_ran) assert (answered == (f_set || !f_whole));
+always @* if (f_ran) assert (answered == (f_set || !f_whole || !started));
