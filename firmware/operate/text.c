@@ -55,7 +55,8 @@ static void put_or_end_line(struct text *t, char c)
     }
     text_put_char(t, c);
     if (c == '\n') {
-        text_serve_bus(t); /* to fill an empty buffer takes half a millisecond */
+        text_serve_bus(t);   /* to fill an empty buffer takes half a millisecond */
+        idle_prove(t->idle); /* nor does anybody wait where the transmitter has been given up */
     }
 }
 

@@ -83,7 +83,8 @@ STEPS = ("drive_step.speed", "drive_step.torque", "drive_step.position", "slow_l
 @pytest.mark.rest
 def test_figures_do_not_depend_on_the_seed(measured):
     # how many interrupts stood apart from others, and so were counted, is chance; what each took is not
-    first, second = ({row: {k: v for k, v in measured[seed][row].items() if k != "interrupts"}
+    some = ("interrupts", "cycles_cold", "cycles_pessimistic")  # these two are measured with one seed
+    first, second = ({row: {k: v for k, v in measured[seed][row].items() if k not in some}
                       for row in measured["2"] if row not in STEPS} for seed in ("1", "2"))
     assert first == second and len(first) > 60
 

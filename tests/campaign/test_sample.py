@@ -13,6 +13,7 @@ from launcher.paths import MOTORS, SCENARIOS
 
 EXPECTED = load_expected()
 STRIDE = 5  # over the motors: each is met about equally often, and neighbours in the list are not
+ELSEWHERE = {"field_weakening": "qs138_3kw", "overmodulation": "thor_pmsyrm"}  # not every motor can show these
 FEW, FIRST = 8, 1  # of these is one in `make test`; that one
 DETUNED = [Case("teknic_m2310p", "default", 1, detune) for detune in
            ("resistance_mohm*1.3 flux_uwb*0.9", "ld_uh*0.7 lq_uh*0.7", "inertia_gmm2*2")]
@@ -22,8 +23,8 @@ def sample():
     motors = available(MOTORS)
     elsewhere = ("default", "current_sweep")
     scenarios = [name for name in available(SCENARIOS) if name not in elsewhere]
-    return DETUNED + [Case(motors[number * STRIDE % len(motors)], scenario, 1 if scenario.startswith(FAULT_PREFIX) else 2)
-                      for number, scenario in enumerate(scenarios)]
+    return DETUNED + [Case(ELSEWHERE.get(scenario, motors[number * STRIDE % len(motors)]), scenario,
+                           1 if scenario.startswith(FAULT_PREFIX) else 2) for number, scenario in enumerate(scenarios)]
 
 
 def starts_anew(scenario):
