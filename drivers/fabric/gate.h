@@ -126,6 +126,12 @@ static inline bool gate_start_watch(struct gate_regs *gate, uint32_t clocks)
     return (gate->WATCH_TIME & GATE_WATCH_TIME_CLOCKS) == clocks; /* 0 until it is started */
 }
 
+/* Whether it is the thread's turn to prove that it lives. Context: slow loop, before its own proof. */
+static inline bool gate_thread_owes(const struct gate_regs *gate)
+{
+    return (gate->WATCH & GATE_WATCH_THREAD) != 0u;
+}
+
 /* The slow loop lives: it begins a round, if it is its turn. Context: slow loop. */
 static inline void gate_prove_slow_loop(struct gate_regs *gate)
 {

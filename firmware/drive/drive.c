@@ -47,7 +47,7 @@ static void watch_latches(struct axis *a)
         return;
     }
     if ((status & GATE_STATUS_LATCHES) != 0u) {
-        const enum fault cause = fault_from_gate(status);
+        const enum fault cause = drive_latched_fault(a, status);
         fault_raise(a, cause == FAULT_LOOP_OVERRUN ? FAULT_LOOP_STOPPED : cause);
     } else if (current_loop_is_on(&a->loop)) {
         fault_raise(a, FAULT_GATES_OFF);
@@ -78,6 +78,7 @@ static void prove(struct axis *a)
     if (FEATURE_IN(IDENTIFY) && identify_keeps_thread(&a->identify)) {
         gate_prove_thread(&a->fabric->gate);
     }
+    a->thread_owes_ms = gate_thread_owes(&a->fabric->gate) ? a->thread_owes_ms + 1u : 0u;
     gate_prove_slow_loop(&a->fabric->gate);
 }
 
