@@ -23,7 +23,8 @@ from places import ROOT, RTL, includes
 
 BUDGETS = ROOT / "tests/fabric/budgets.toml"
 REFERENCE = 23
-BLOCKS = ("pwm", "adc", "encoder", "gate", "apb_slave", "fabric")
+BLOCKS = ("pwm", "adc", "encoder", "gate", "apb_slave", "fabric", "two_axes")
+AXES = {"two_axes": 2}        # the whole fabric with more than one
 FIGURES = ("CFG", "ARI1", "SLE", "MACC", "levels")
 BUDGETED = FIGURES[:-1]
 MAPPED = ("CFG", "ARI1")       # differ by a few with the names of cells, and so with edits elsewhere; the others do not
@@ -60,14 +61,15 @@ def bare(folder, sources):
 def synthesise(block, folder, then, sources):
     """Makes the flat netlist of a block, with which yosys does what `then` says."""
     files = " ".join([*includes(), *bare(folder, sources)])
-    script = f"read_verilog {files}; blackbox {MATH_BLOCK}; synth_sf2 -top {block} -noiobs; {then}"
+    axes, top = (f"chparam -set AXES {AXES[block]} fabric; ", "fabric") if block in AXES else ("", block)
+    script = f"read_verilog {files}; {axes}blackbox {MATH_BLOCK}; synth_sf2 -top {top} -noiobs; {then}"
     subprocess.run(["yosys", "-q", "-p", script], check=True, cwd=RTL)
 
 
 def netlist(block, out):
     """The flat netlist of a block, as yosys' JSON."""
     synthesise(block, out.parent, f"write_json {out}", sorted(RTL.glob("*.v")))
-    return json.loads(out.read_text(encoding="utf-8"))["modules"][block]
+    return json.loads(out.read_text(encoding="utf-8"))["modules"]["fabric" if block in AXES else block]
 
 
 def kind(cell):
@@ -172,7 +174,7 @@ def write(found, path):
             for block, figures in found.items()]
     path.write_text("# SPDX-License-Identifier: MIT\n"
                     "# Cells of each block, held both ways by tests/fabric/synthesis.py; `fabric`\n"
-                    "# is a fabric of one axis. Renewed by `synthesis.py --update`, with the reason in the commit.\n"
+                    "# is that of one axis. Renewed by `synthesis.py --update`, with the reason in the commit.\n"
                     + "".join(rows), encoding="utf-8")
 
 

@@ -20,24 +20,38 @@ module pwm_carrier (
     output wire        turns_down,    // while it runs and rises: the next clock is the valley
     output wire        turns_up       // while it runs and falls: the next clock is the peak
 );
-    // From `last` on and from 1 down, rather than at these counts only, so that the carrier turns from any start, and with a
-    // period of 0. The last count before the valley is kept in a register, so that no adder stands before the comparison;
-    // PERIOD holds still while the carrier runs.
-    reg  [15:0] last;
-    wire [15:0] next = count + {{15{!rising}}, 1'b1};
+    // From PERIOD - 1 on and from 1 down, rather than at these counts only, so that the carrier turns from any start, and with
+    // a period of 0. Whether the next clock is the valley is worked out a clock ahead, so that no comparison stands before what
+    // the valley causes, in this axis and in those that follow it; PERIOD holds still while the carrier runs.
+    reg         turns;
+    reg  [16:0] rises_by;       // PERIOD - 2: from this count up the next one is the last before the valley
+    wire [15:0] next     = count + {{15{!rising}}, 1'b1};
+    wire [17:0] started = {2'd0, start_count} + 18'd1 - {2'd0, period};
+    wire [17:0] risen   = {2'd0, count} - {rises_by[16], rises_by};
+    wire [16:0] fallen  = {1'b0, count} - {1'b0, period};
 
-    always @(posedge clk)
-        if (!rst_n)
-            last <= 16'd0;
-        else
-            last <= period == 16'd0 ? 16'd0 : period - 16'd1;
-
-    wire [16:0] beyond = {1'b0, count} - {1'b0, last};
-
-    assign turns_down = !beyond[16];
+    assign turns_down = turns;
     assign turns_up   = count[15:1] == 15'd0;
     assign to_valley  = running && rising && turns_down;
     wire   to_peak    = running && !rising && turns_up;
+
+    always @(posedge clk)
+        if (!rst_n)
+            rises_by <= 17'd0;
+        else
+            rises_by <= {1'b0, period} - 17'd2;
+
+    always @(posedge clk)
+        if (!rst_n)
+            turns <= 1'b1;
+        else if (!run || !running)
+            turns <= !started[17];
+        else if (to_valley)
+            turns <= 1'b1;
+        else if (to_peak)
+            turns <= period[15:1] == 15'd0;
+        else
+            turns <= rising ? !risen[17] : !fallen[16];
 
     assign running_next = run && (running || !follow || sync);
 
@@ -59,7 +73,7 @@ module pwm_carrier (
         end else
             count <= next;
 
-    wire unused = &{1'b0, beyond[15:0]};
+    wire unused = &{1'b0, started[16:0], risen[16:0], fallen[15:0]};
 
 `ifdef FORMAL
 `include "formal/pwm_carrier.vh"

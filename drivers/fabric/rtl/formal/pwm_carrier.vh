@@ -37,7 +37,9 @@ always @(posedge clk) begin
 end
 always @* if (f_ran) begin
     if (!running) assert (!to_valley && !to_peak);
-    if (running) assert (last == (period == 16'd0 ? 16'd0 : period - 16'd1));
+    // what was worked out a clock ahead holds
+    if (running) assert (rises_by == {1'b0, period} - 17'd2);
+    if (running) assert (turns_down == (count == 16'hFFFF || count + 16'd1 >= period));
     // both ends come once every 2 PERIOD clocks, and COUNT says how far it is
     if (f_seen && period >= 16'd2) begin
         assert (running && count <= period && (rising || count != 16'd0) && (!rising || count < period));
