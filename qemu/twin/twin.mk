@@ -27,6 +27,10 @@ $(BUILD)/qemu/twin.so: $(TWIN_OBJECTS)
 	$(call say,LD)
 	$(Q)$(HOSTCC) -O2 -flto=auto -shared -Wl,-z,defs $^ -o $@ -ldl -lm
 
+$(BUILD)/qemu/replay: $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) replay)
+	$(call say,LD)
+	$(Q)$(HOSTCC) -O2 -flto=auto $^ -o $@ -lm
+
 $(BUILD)/qemu/modelcheck: $(MODELCHECK_OBJECTS)
 	$(call say,LD)
 	$(Q)$(HOSTCC) -O2 -flto=auto $^ -o $@ -lm
