@@ -110,17 +110,10 @@ def machine_of(drive, winding_c=None):
 
 
 def _with_magnet(machine, share):
-    """As motor_map_magnet() of the twin: the flux without current is `share` times that at the reference temperature."""
+    """As motor_map_magnet() of the twin: remanence is `share` times that at the reference temperature."""
     cold = machine.saturation
-    psi = share * _root(lambda x: machine.currents(x, 0.0)[0], 0.0, 10 * machine.flux_wb)
-    core = psi * (cold.a_d0 + cold.a_dd * psi**cold.s)
-    if cold.a_b == 0:
-        return replace(machine, flux_wb=psi, saturation=replace(cold, i_f_a=core))
-    alone = replace(cold, a_d0=0.0, a_dd=0.0, a_q0=0.0, a_qq=0.0, a_dq=0.0, psi_n_wb=0.0, i_f_a=0.0)
-    missing = core - cold.i_f_a * share
-    distance = _root(lambda x: replace(machine, saturation=alone).currents(x, 0.0)[0] - abs(missing), 0.0, 10 * machine.flux_wb)
-    return replace(machine, flux_wb=psi, saturation=replace(
-        cold, i_f_a=cold.i_f_a * share, psi_n_wb=psi + math.copysign(distance, missing)))
+    warm = replace(machine, saturation=replace(cold, i_f_a=cold.i_f_a * share, psi_n_wb=cold.psi_n_wb * share))
+    return replace(warm, flux_wb=_root(lambda x: warm.currents(x, 0.0)[0], 0.0, 10 * machine.flux_wb))
 
 
 def _root(function, low, high):

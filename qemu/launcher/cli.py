@@ -224,8 +224,10 @@ def _show(options):
 
 def _models(options):
     from .model_check import check_models
+    from .motulator_check import check_motulator
 
-    return check_models(options.motor, options.build, print)
+    status = check_models(options.motor, options.build, print)
+    return status if options.motor else 1 if check_motulator(options.build, print) else status
 
 
 def _bringup(options):

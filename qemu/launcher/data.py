@@ -20,8 +20,8 @@ from .schema import BY_RULE, INVERTER_TABLES, MOTOR_TABLES, PLANT_TABLES
 from .spread import START_ANGLE, Spread
 
 _TINY = 1e-12
-_POINT_KEYS = {"i_d_a", "i_q_a", "psi_d_wb", "psi_q_wb", "l_dd_h", "l_qq_h", "l_dq_h", "torque_nm", "tolerance_percent",
-               "source"}
+_POINT_KEYS = {"i_d_a", "i_q_a", "psi_d_wb", "psi_q_wb", "l_dd_h", "l_qq_h", "l_dq_h", "torque_nm", "ripple_pp_nm",
+               "ripple_18_nm", "tolerance_percent", "source"}
 
 
 @dataclass

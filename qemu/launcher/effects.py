@@ -11,6 +11,7 @@ Taken away, an effect is gone whole; what "ideal" keeps of it (the second column
 from dataclasses import dataclass
 
 from .errors import LauncherError, choice
+from .schema import SLOT_FORMS
 
 
 def _zero(*keys):
@@ -22,6 +23,7 @@ EFFECTS = {
     "saturation": (_zero("motor.sat_a_d0"), {}),
     "harmonics": (_zero(*(f"motor.emf_{n}" for n in (5, 7, 11, 13, 17, 19))), {}),
     "permeance": (_zero("motor.permeance_6", "motor.permeance_12"), {}),
+    "slots": (_zero(*(f"motor.slots{n}_{form}" for n in (6, 12, 18, 36) for form in SLOT_FORMS)), {}),
     "cogging": (_zero("motor.cogging2_nm", "motor.cogging3_nm"), _zero("motor.cogging_nm")),
     "iron": (_zero("motor.iron_hysteresis_nm", "motor.iron_eddy_nms"), {}),
     "temperature": (_zero("motor.magnet_tempco_per_k", "motor.winding_rise_k", "motor.temperature_offset_k"),
@@ -30,6 +32,7 @@ EFFECTS = {
     "friction": (_zero("load.coulomb_nm", "load.stiction_nm", "load.fan_nms2"),
                  _zero("motor.friction_coulomb_nm", "motor.friction_viscous_nms", "load.viscous_nms")),
     "edges": (_zero("inverter.coss_c"), {}),
+    "switching": (_zero("inverter.switching_s"), {}),
     "drops": (_zero("inverter.diode_ohm", "inverter.switch_v"), _zero("inverter.diode_v")),
     "comparators": (_zero("inverter.oc_blanking_s", "inverter.oc_delay_s"), {}),
     "bus": (_zero("inverter.bus_esr_ohm"), {}),

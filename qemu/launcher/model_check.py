@@ -69,6 +69,7 @@ DERIVED = {
 AT_SPEED = {"drag_nm": "drag_torque", "iron_w": "iron_power"}
 # value of a [[point]] -> figure of the bench
 AT_CURRENT = {"l_dd_h": "map_l_dd", "l_qq_h": "map_l_qq", "l_dq_h": "map_l_dq", "torque_nm": "map_torque",
+              "ripple_pp_nm": "map_ripple", "ripple_18_nm": "map_ripple_18",
               "psi_d_wb": "map_psi_d", "psi_q_wb": "map_psi_q"}
 BLOCK_COMMUTATION = {"no_load_speed_rpm", "no_load_current_a", "torque_constant_nm_a", "speed_constant_rpm_v",
                      "stall_torque_nm", "stall_current_a", "mechanical_tc_s", "nominal_speed_rpm", "nominal_current_a"}

@@ -126,7 +126,8 @@ def truth(run):
     d, q = inductances(plant, run, on[-1])
     pairs, counts = plant["motor.pole_pairs"], plant["sensor.encoder_counts"]
     index = np.floor(plant["sensor.index_angle_rad"] / (2 * np.pi) % 1 * counts) + 0.5  # the middle of its first count
-    iron = magnets(plant, run)**2 / magnets(plant, run, 0)**2
+    iron = (magnets(plant, run) / magnets(plant, run, 0))**(plant.get("motor.iron_flux_power") or 2)
+    hysteresis_nm, hysteresis_nms = hysteresis(plant, run.drive.params["speed_max_rpm"] * np.pi / 30)
     return map_truth(plant, run) | {
             "resistance": 1e3 * (plant["motor.resistance_ohm"] * hot + r_on * (1 - by_diode) + r_diode * by_diode),
             "dead time": 1e9 * (FULL_DEAD_S + delay_s + lost_v / PWM_HZ / plant["inverter.vbus_v"]),
@@ -135,10 +136,20 @@ def truth(run):
             "offset": pairs * 360 * index / counts % 360,
             "flux": 1e6 * magnets(plant, run),
             "inertia": 1e6 * (plant["motor.inertia_kgm2"] + plant.get("load.inertia_kgm2", 0)),
-            "friction": 1e3 * (plant["motor.friction_coulomb_nm"] + iron * plant.get("motor.iron_hysteresis_nm", 0)
+            "friction": 1e3 * (plant["motor.friction_coulomb_nm"] + iron * hysteresis_nm
                                + plant.get("load.coulomb_nm", 0)),
-            "viscous friction": 1e6 * (plant["motor.friction_viscous_nms"] + iron * plant.get("motor.iron_eddy_nms", 0)
-                                       + plant.get("load.viscous_nms", 0))}
+            "viscous friction": 1e6 * (plant["motor.friction_viscous_nms"] + iron * (plant.get("motor.iron_eddy_nms", 0)
+                                       + hysteresis_nms) + plant.get("load.viscous_nms", 0))}
+
+
+def hysteresis(plant, largest_rad_s):
+    """(Coulomb part, viscous part) of its drag: the line through it at a twentieth and two fifths of the largest speed, between
+    which identify measures."""
+    w = np.array([0.05, 0.4]) * largest_rad_s
+    power, given_rad_s = plant.get("motor.iron_hysteresis_power", 0), plant.get("motor.iron_hysteresis_rad_s", 1)
+    slow_nm, quick_nm = plant.get("motor.iron_hysteresis_nm", 0) * (w / given_rad_s)**power
+    slope = (quick_nm - slow_nm) / (w[1] - w[0])
+    return slow_nm - slope * w[0], slope
 
 
 def map_truth(plant, run):
@@ -214,17 +225,8 @@ def flux_of(machine, current):
 
 
 def with_magnet(machine, share):
-    """The machine with its flux at no current so many times as large: qemu/twin/motor_map.c, motor_map_magnet()."""
-    flux = flux_of(machine, np.zeros(2))[0] * share
-    core_a = currents(replace(machine, a_b=0.0, i_f_a=0.0), np.array([flux, 0.0]))[0]
-    if not machine.a_b:
-        return replace(machine, i_f_a=core_a)
-    magnet_a, low, high = machine.i_f_a * share, 0.0, 1e3
-    alone = replace(machine, a_d0=0.0, a_dd=0.0, a_dq=0.0, i_f_a=0.0, psi_n_wb=0.0)
-    for _ in range(200):
-        middle = (low + high) / 2
-        low, high = (middle, high) if currents(alone, np.array([middle, 0.0]))[0] < abs(core_a - magnet_a) else (low, middle)
-    return replace(machine, i_f_a=magnet_a, psi_n_wb=flux + np.copysign(low, core_a - magnet_a))
+    """The machine with so many times the remanence: qemu/twin/motor_map.c, motor_map_magnet()."""
+    return replace(machine, i_f_a=machine.i_f_a * share, psi_n_wb=machine.psi_n_wb * share)
 
 
 def currents(m, flux):

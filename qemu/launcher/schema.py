@@ -38,6 +38,9 @@ def _cogging(prefix):
             f"{prefix}_rad": Key(-_TURN, _TURN, 0.0, "its phase")}
 
 
+# x = psi_d less psi_f, q = psi_q: docs/plant.md
+SLOT_FORMS = {"xx": "x^2 cos", "qq": "q^2 cos", "xqq": "x q^2 cos", "q4": "q^4 cos", "xq": "x q sin", "q3": "q^3 sin"}
+
 MOTOR_TABLES = {
     "electrical": {
         "pole_pairs": _whole(1, 100, REQUIRED, "pairs of poles"),
@@ -69,10 +72,16 @@ MOTOR_TABLES = {
         **{f"emf_{n}": Key(-0.5, 0.5, 0.0, f"harmonic {n} of the phase EMF, share of the fundamental, signed")
            for n in (5, 7, 11, 13, 17, 19)},
         "permeance_6": Key(-0.3, 0.3, 0.0, "6th harmonic of the inverse inductances over the electrical angle, relative"),
-        "permeance_12": Key(-0.3, 0.3, 0.0, "12th, relative")},
+        "permeance_12": Key(-0.3, 0.3, 0.0, "12th, relative"),
+        **{f"slots{order}_{form}": Key(-1e6, 1e6, 0.0, f"energy over the angle, order {order}: of {SLOT_FORMS[form]}, J")
+           for order in (6, 12, 18, 36) for form in SLOT_FORMS}},
     "iron": {
         "iron_hysteresis_nm": Key(0, 1e3, 0.0, "drag torque of hysteresis, with the magnets' flux"),
-        "iron_eddy_nms": Key(0, 1e3, 0.0, "drag torque of eddy currents over speed (rad/s)")},
+        "iron_eddy_nms": Key(0, 1e3, 0.0, "drag torque of eddy currents over speed (rad/s)"),
+        "iron_hysteresis_power": Key(0, 1, 0.0, "hysteresis drags with this power of the speed"),
+        "iron_hysteresis_rad_s": Key(1e-3, 1e5, 1.0, "speed at which iron_hysteresis_nm is given, if it depends on it"),
+        "iron_flux_power": Key(0, 2, 0.0, "iron drags with this power of the flux linkage; 0: its square"),
+        "iron_teeth_per_a": Key(0, 10, 0.0, "what i_d drives through the teeth beside it, share of the loss without current")},
     "mechanical": {
         "inertia_kgm2": Key(1e-9, 1e3, REQUIRED, "of the rotor"),
         "friction_viscous_nms": Key(0, 1e3, 0.0, "torque over speed (rad/s), bearings"),
@@ -81,7 +90,9 @@ MOTOR_TABLES = {
     "thermal": {
         "copper_tempco_per_k": Key(0, 0.01, 0.0, "of the resistance; copper has 0.0039"),
         "thermal_resistance_k_w": Key(1e-3, 1e4, 5.0, "winding to ambient"),
-        "thermal_capacity_j_k": Key(1e-2, 1e6, 50.0, "of the winding and what is warm with it"),
+        "thermal_capacity_j_k": Key(1e-2, 1e6, 50.0, "of winding and housing, all that is warm"),
+        "winding_resistance_k_w": Key(0, 1e4, 0.0, "winding to housing, a part of thermal_resistance_k_w"),
+        "winding_capacity_j_k": Key(0, 1e6, 0.0, "of the winding alone; 0: winding and housing are one"),
         "ambient_c": Key(-55, 125, 25.0, "temperature around the motor"),
         "winding_rise_k": Key(0, 200, 0.0, "winding above ambient at the start"),
         "magnet_tempco_per_k": Key(-0.01, 0, 0.0, "of the flux: NdFeB -0.0011, ferrite -0.002; reference 25 degC"),
@@ -167,6 +178,7 @@ INVERTER_TABLES = {
         "diode_v": Key(0, 5, 0.8, "of a diode"),
         "diode_ohm": Key(0, 10, 0.0, "slope of a diode"),
         "coss_c": Key(0, 1e-5, 0.0, "charge of one switch's output capacitance at vbus_v, coulomb"),
+        "switching_s": Key(0, 1e-5, 0.0, "both hard edges of a switch, at full voltage and full current: heat out of the bus"),
         "turn_on_delay_s": Key(0, 5e-6, 0.0, "of driver and switch"),
         "turn_off_delay_s": Key(0, 5e-6, 0.0, "of driver and switch")},
     "sensor": {

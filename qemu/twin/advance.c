@@ -171,6 +171,7 @@ static double advance_step(struct inverter *inv, struct motor *motor, double lef
     }
     struct bridge_load end = account_step(&st, coss_move(inv, st.i_start_a, st.i_a, dt_s), dt_s);
     *motor = st.after;
+    memcpy(inv->leg_a, st.i_a, sizeof st.i_a);
     compare(&st, &end, to - sim_from_s(left_s), to - sim_from_s(left_s - dt_s));
     if (inv->on_step) {
         inv->on_step(inv->on_step_context, dt_s, st.i_start_a, st.i_a);

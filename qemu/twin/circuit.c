@@ -21,18 +21,20 @@ static double knee_a(const struct inverter *inv)
     return KNEE_SHARE * inv->p.oc_trip_a;
 }
 
-/* The drop follows the current of the step's start. */
+/* The drop follows the current of the step's start. A switch with a threshold, an IGBT, leaves what flows back to its
+ * diode. */
 static struct branch switch_on(const struct inverter *inv, double share, double i_a)
 {
-    struct branch b = {share, 0, inv->p.r_on_ohm};
-    if (inv->p.switch_v > 0) {
-        if (fabs(i_a) < knee_a(inv)) {
-            b.r_ohm += inv->p.switch_v / knee_a(inv);
-        } else {
-            b.emf_v = i_a > 0 ? -inv->p.switch_v : inv->p.switch_v;
-        }
+    const struct inverter_params *p = &inv->p;
+    if (p->switch_v == 0) {
+        return (struct branch){share, 0, p->r_on_ohm};
     }
-    return b;
+    bool back = (share > 0) != (i_a > 0);
+    double threshold_v = back ? p->diode_v : p->switch_v, r_ohm = back ? p->diode_ohm : p->r_on_ohm;
+    if (fabs(i_a) < knee_a(inv)) {
+        return (struct branch){share, 0, r_ohm + threshold_v / knee_a(inv)};
+    }
+    return (struct branch){share, i_a > 0 ? -threshold_v : threshold_v, r_ohm};
 }
 
 static inline struct branch branch_of(const struct inverter *inv, int k, double dt_s)
@@ -74,7 +76,7 @@ double circuit_leg_v(const struct inverter *inv, int k, double i_a)
 
 double circuit_switch_w(const struct inverter *inv, int k, double mean_a, double square_a2)
 {
-    struct branch b = switch_on(inv, 0, inv->leg_a[k]);
+    struct branch b = switch_on(inv, inv->leg[k] == LEG_HIGH, inv->leg_a[k]);
     return b.r_ohm * square_a2 - b.emf_v * mean_a;
 }
 

@@ -6,7 +6,8 @@
  *   both on   v = bus/2 - R_on/2 i                    both off, i = 0     floats between the two
  *                                                     both off, swings    v = node - dt/(2 C) i
  *
- * The last is the mean of a step by the trapezoidal rule. The bus may fall with the current that the bridge draws. */
+ * V_switch > 0 is an IGBT: current back through one that is on takes V_diode and R_diode. The last line is the mean of a
+ * step by the trapezoidal rule. The bus may fall with the current that the bridge draws. */
 #ifndef TWIN_CIRCUIT_H
 #define TWIN_CIRCUIT_H
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 #include "inverter.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "circuit.h"
@@ -26,6 +27,7 @@ const struct config_key inverter_keys[] = {
     KEY(diode_v, 0, 5, 0.8),
     KEY(diode_ohm, 0, 10, 0),
     KEY(coss_c, 0, 1e-3, 0),
+    KEY(switching_s, 0, 1e-5, 0),
     KEY(turn_on_delay_s, 0, 1e-5, 0),
     KEY(turn_off_delay_s, 0, 1e-5, 0),
     KEY(oc_trip_a, 1e-3, 1e5, CONFIG_REQUIRED),
@@ -119,10 +121,27 @@ sim_ps inverter_next_switch(const struct inverter *inv)
     return next;
 }
 
+/* A switch that takes over a forward current, or gives it up, has voltage and current together for a moment. Its heat comes
+ * out of the bus; the terminal sees nothing of it. */
+static void switching_loss(struct inverter *inv, int k, bool high, bool low)
+{
+    double i_a = inv->leg_a[k], before_v = inv->supply.cap_v;
+    bool on = (high && !low && i_a > 0) || (low && !high && i_a < 0);
+    bool off = !high && !low && ((inv->leg[k] == LEG_HIGH && i_a > 0) || (inv->leg[k] == LEG_LOW && i_a < 0));
+    if (on || off) {
+        double charge_as = fabs(i_a) * inv->p.switching_s / 2;
+        inv->energy_supply_j += supply_take(&inv->supply, &inv->p, charge_as);
+        double drawn_j = charge_as * (before_v + inv->supply.cap_v) / 2;
+        inv->energy_bridge_j += drawn_j;
+        inv->energy_switching_j += drawn_j;
+    }
+}
+
 static void follow_switches(struct inverter *inv, int k)
 {
     bool high = inv->conduct & GATE_HIGH(k);
     bool low = inv->conduct & GATE_LOW(k);
+    switching_loss(inv, k, high, low);
     if (high || low) {
         coss_enter(inv, k, high && low ? LEG_BOTH : (high ? LEG_HIGH : LEG_LOW));
     } else if (inv->leg[k] < LEG_JUST_OFF) {

@@ -30,7 +30,8 @@ struct inverter_params {
     double switch_v; /* constant part of a conducting switch's drop */
     double diode_v;
     double diode_ohm;
-    double coss_c; /* output charge of one switch at vbus_v */
+    double coss_c;      /* output charge of one switch at vbus_v */
+    double switching_s; /* a switch's two hard edges take so long at full voltage and full current, together */
     double turn_on_delay_s;
     double turn_off_delay_s;
     double oc_trip_a; /* of the comparators, on each leg and in the bus */
@@ -73,7 +74,7 @@ struct inverter {
     enum leg_state leg[3];
     struct node node[3];
     double node_f;   /* of one node: two switches */
-    double leg_a[3]; /* currents out of the legs at the start of the last step */
+    double leg_a[3]; /* currents out of the legs at the end of the last step */
     struct supply supply;
     double bus_v; /* at the bridge */
     int feeds[3]; /* the motor's phase at the wire of each leg */
@@ -85,6 +86,7 @@ struct inverter {
     double energy_supply_j, energy_bridge_j; /* out of the ideal source; out of the bus into the bridge */
     double energy_conduction_j;              /* heat in switches and diodes */
     double energy_edges_j;                   /* heat of charging the nodes by a switch */
+    double energy_switching_j;               /* heat of voltage and current together */
 
     /* Told of each step once bridge and motor are at its end: no leg has changed in it, leg currents at both ends. */
     void (*on_step)(void *context, double dt_s, const double from_a[3], const double to_a[3]);

@@ -21,6 +21,8 @@
  *   map_psi_d@ID,IQ  map_psi_q@ID,IQ    Vs, for each map=ID,IQ (peak amperes); harmonics left out as in published maps
  *   map_l_dd@ID,IQ  map_l_dq@ID,IQ  map_l_qq@ID,IQ   H, incremental
  *   map_torque@ID,IQ                    Nm
+ *   map_ripple@ID,IQ  map_ripple_18@ID,IQ   Nm, on the shaft over the position, with harmonics, slots and cogging: peak to
+ *                                       peak, and the amplitude of order 18 an electrical turn
  *   drag_torque@RPM                     Nm, mean, that turns the unpowered motor alone, for each drag_rpm=RPM
  *   iron_power@RPM                      W, the iron's part of it
  *   two_mass_resonance, two_mass_antiresonance   Hz, if load.stiffness_nm_rad is not zero

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "modelbench.h"
 
@@ -169,6 +170,34 @@ void measure_torque(struct modelbench *b)
     }
 }
 
+/* What cogging adds at an angle: minus the slope of its potential. */
+static double cogging_at(const struct modelbench *b, double electrical_rad)
+{
+    const double h = 1e-5;
+    struct motor ahead = bench_motor_at(b, electrical_rad + h), behind = bench_motor_at(b, electrical_rad - h);
+    return -(motor_mechanical_energy_j(&ahead) - motor_mechanical_energy_j(&behind)) * b->motor.pole_pairs / (2 * h);
+}
+
+/* Torque on the shaft over the position at constant currents: from the least to the largest, and its 18th harmonic. */
+static void report_ripple(const struct modelbench *b, const char *point, struct dq i)
+{
+    double low_nm = INFINITY, high_nm = -INFINITY, cos_nm = 0, sin_nm = 0;
+    const int positions = 2 * POSITIONS;
+    for (int n = 0; n < positions; n++) {
+        double angle_rad = PI / 3 * n / positions;
+        struct motor m = bench_motor_at(b, angle_rad);
+        struct motor_source s = voltage_vector(hypot(i.d, i.q) * b->phase_ohm, angle_rad + atan2(i.q, i.d));
+        settle(&m, &s);
+        double torque_nm = motor_torque_nm(&m) + cogging_at(b, angle_rad);
+        low_nm = fmin(low_nm, torque_nm);
+        high_nm = fmax(high_nm, torque_nm);
+        cos_nm += torque_nm * cos(18 * angle_rad) * 2 / positions;
+        sin_nm += torque_nm * sin(18 * angle_rad) * 2 / positions;
+    }
+    report_at("map_ripple", point, high_nm - low_nm, "Nm");
+    report_at("map_ripple_18", point, hypot(cos_nm, sin_nm), "Nm");
+}
+
 /* ---- the flux map ---- */
 
 /* Flux linkage that a step adds: what the terminals saw less the drop at the resistance. */
@@ -236,6 +265,7 @@ bool measure_map(const struct modelbench *b, const char *point)
     struct modelbench smooth = *b;
     struct motor_params *p = &smooth.motor;
     p->emf_5 = p->emf_7 = p->emf_11 = p->emf_13 = p->emf_17 = p->emf_19 = p->permeance_6 = p->permeance_12 = 0;
+    memset(&p->slots6_xx, 0, SLOT_ORDERS * SLOT_FORMS * sizeof p->slots6_xx);
     struct motor m = bench_motor_at(&smooth, 0);
     struct dq v = {i.d * b->phase_ohm, i.q * b->phase_ohm};
     motor_lock(&m, true);
@@ -244,5 +274,6 @@ bool measure_map(const struct modelbench *b, const char *point)
     report_at("map_psi_q", point, linked.flux_vs.q, "Vs");
     report_at("map_torque", point, motor_torque_nm(&m), "Nm");
     report_incremental(b, &m, point, v);
+    report_ripple(b, point, i);
     return true;
 }

@@ -23,14 +23,41 @@ void motor_follow_flux(struct motor *m)
     m->i_d_a = at.i.d;
     m->i_q_a = at.i.q;
     m->torque_nm = at.torque_nm;
-    if (!f->map.linear) {
-        m->min_inductance_h = 1 / (f->permeance_max * slopes_largest(motor_map_slopes(&f->map, at.own)));
+    if (!f->map.linear || f->slots.present) {
+        m->min_inductance_h = motor_field_least_h(f, &at);
     }
+}
+
+static double housing_k_w(const struct motor *m)
+{
+    return m->p.thermal_resistance_k_w - m->p.winding_resistance_k_w;
+}
+
+/* Of the winding, had it kept pace with the housing: an overload of seconds warms no magnets. */
+static double slow_rise_k(const struct motor *m)
+{
+    return (m->housing_c - m->p.ambient_c) * m->p.thermal_resistance_k_w / housing_k_w(m);
+}
+
+/* Slow enough for Euler at these steps. One node where winding and housing are one. */
+void motor_warm(struct motor *m, double copper_j, double iron_j, double dt_s)
+{
+    const struct motor_params *p = &m->p;
+    if (p->winding_capacity_j_k == 0) {
+        double out_j = (m->winding_c - p->ambient_c) / p->thermal_resistance_k_w * dt_s;
+        m->winding_c += (copper_j + iron_j - out_j) / p->thermal_capacity_j_k;
+        m->housing_c = m->winding_c;
+        return;
+    }
+    double to_ambient_j = (m->housing_c - p->ambient_c) / housing_k_w(m) * dt_s;
+    double to_housing_j = (m->winding_c - m->housing_c) / p->winding_resistance_k_w * dt_s;
+    m->winding_c += (copper_j - to_housing_j) / p->winding_capacity_j_k;
+    m->housing_c += (iron_j + to_housing_j - to_ambient_j) / (p->thermal_capacity_j_k - p->winding_capacity_j_k);
 }
 
 double motor_magnet_c(const struct motor *m)
 {
-    return m->p.ambient_c + m->p.magnet_share * (m->winding_c - m->p.ambient_c);
+    return m->p.ambient_c + m->p.magnet_share * slow_rise_k(m);
 }
 
 void motor_follow_temperature(struct motor *m)
@@ -58,6 +85,7 @@ void motor_init(struct motor *m, const struct motor_params *p, const struct load
     m->load = *load;
     m->theta_rad = p->initial_angle_rad;
     m->winding_c = p->ambient_c + p->winding_rise_k;
+    m->housing_c = p->ambient_c + p->winding_rise_k * housing_k_w(m) / p->thermal_resistance_k_w;
     m->field_c = REFERENCE_C;
     motor_field_init(&m->field, p);
     m->min_inductance_h = fmin(p->ld_h, p->lq_h) / m->field.permeance_max;
@@ -108,14 +136,9 @@ void motor_currents(const struct motor *m, double i_a[3])
 
 bool motor_set_current(struct motor *m, double i_d_a, double i_q_a)
 {
-    struct field_point at;
-    struct dq own;
-    field_now(m, &at);
-    if (!motor_map_flux(&m->field.map, (struct dq){i_d_a / at.permeance, i_q_a / at.permeance}, &own)) {
+    if (!motor_field_flux(&m->field, (struct dq){i_d_a, i_q_a}, m->sin_e, m->cos_e, &m->psi_vs)) {
         return false;
     }
-    m->psi_vs.d = own.d + (at.magnet.d - m->field.map.psi_f_vs);
-    m->psi_vs.q = own.q + at.magnet.q;
     motor_follow_flux(m);
     return true;
 }

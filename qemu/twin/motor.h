@@ -43,7 +43,7 @@ struct motor {
     double theta_rad;        /* mechanical, continuous over turns */
     double load_speed_rad_s; /* the same as speed_rad_s on a rigid shaft */
     double twist_rad;        /* of a compliant shaft */
-    double winding_c;
+    double winding_c, housing_c;
     double field_c;      /* temperature of the magnets that the field is for; it follows in small steps */
     double sin_e, cos_e; /* of the electrical angle, kept with theta_rad */
 

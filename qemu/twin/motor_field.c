@@ -22,6 +22,8 @@ void motor_field_init(struct motor_field *f, const struct motor_params *p)
     f->permeance_max = 1 + fabs(f->eps_6) + fabs(f->eps_12);
     f->permeance_varies = f->eps_6 != 0 || f->eps_12 != 0;
     f->highest_order = fmax(f->highest_order, f->eps_12 != 0 ? 12 : f->permeance_varies ? 6 : 0);
+    slots_init(&f->slots, p);
+    f->highest_order = f->slots.present ? 36 : f->highest_order;
     f->pole_pairs = p->pole_pairs;
 }
 
@@ -52,6 +54,9 @@ static void add_harmonics(const struct motor_field *f, double s, double c, struc
     }
     at->permeance += f->eps_6 * cos_k[0] + f->eps_12 * cos_k[1];
     at->permeance_turn = -6 * (f->eps_6 * sin_k[0] + 2 * f->eps_12 * sin_k[1]);
+    if (f->slots.present) {
+        slots_turn(&f->slots, cos_k, sin_k, &at->slots);
+    }
 }
 
 void motor_field_at(const struct motor_field *f, struct dq psi, double s, double c, struct field_point *at)
@@ -64,20 +69,69 @@ void motor_field_at(const struct motor_field *f, struct dq psi, double s, double
     at->f = f->permeance_varies ? motor_map_current_energy(&f->map, at->own, &at->map_j)
                                 : motor_map_current(&f->map, at->own);
     at->i = (struct dq){at->permeance * at->f.d, at->permeance * at->f.q};
+    if (f->slots.present) {
+        slots_at(&at->slots, at->own.d - f->map.psi_f_vs, at->own.q, &at->slotted);
+        at->i = (struct dq){at->i.d + at->slotted.current.d, at->i.q + at->slotted.current.q};
+    }
     double work = psi.d * at->i.q - psi.q * at->i.d + at->i.d * at->turn.d + at->i.q * at->turn.q;
     at->torque_nm = 1.5 * f->pole_pairs * work;
     if (f->permeance_varies) {
         at->torque_nm -= f->pole_pairs * at->permeance_turn * at->map_j;
+    }
+    if (f->slots.present) {
+        at->torque_nm -= f->pole_pairs * at->slotted.energy_turn_j;
     }
 }
 
 struct slopes motor_field_slopes(const struct motor_field *f, const struct field_point *at)
 {
     struct slopes g = motor_map_slopes(&f->map, at->own);
-    return (struct slopes){at->permeance * g.dd, at->permeance * g.dq, at->permeance * g.qq};
+    g = (struct slopes){at->permeance * g.dd, at->permeance * g.dq, at->permeance * g.qq};
+    if (f->slots.present) {
+        struct slopes more = slots_slopes(&at->slots, at->own.d - f->map.psi_f_vs, at->own.q);
+        g = (struct slopes){g.dd + more.dd, g.dq + more.dq, g.qq + more.qq};
+    }
+    return g;
+}
+
+struct dq motor_field_turn(const struct motor_field *f, const struct field_point *at)
+{
+    struct dq turn = {at->permeance_turn * at->f.d, at->permeance_turn * at->f.q};
+    if (f->slots.present) {
+        turn = (struct dq){turn.d + at->slotted.current_turn.d, turn.q + at->slotted.current_turn.q};
+    }
+    return turn;
+}
+
+double motor_field_least_h(const struct motor_field *f, const struct field_point *at)
+{
+    double steepest = f->permeance_max * slopes_largest(motor_map_slopes(&f->map, at->own));
+    if (f->slots.present) {
+        steepest += slots_steepest(&f->slots, at->own.d - f->map.psi_f_vs, at->own.q);
+    }
+    return 1 / steepest;
+}
+
+/* Where slots add to the map, from its flux linkage on by Newton's method. */
+bool motor_field_flux(const struct motor_field *f, struct dq i, double s, double c, struct dq *psi)
+{
+    struct field_point at;
+    struct dq own;
+    motor_field_at(f, *psi, s, c, &at);
+    if (!motor_map_flux(&f->map, (struct dq){i.d / at.permeance, i.q / at.permeance}, &own)) {
+        return false;
+    }
+    psi->d = own.d + (at.magnet.d - f->map.psi_f_vs);
+    psi->q = own.q + at.magnet.q;
+    for (int n = 0; f->slots.present && n < 20; n++) {
+        motor_field_at(f, *psi, s, c, &at);
+        struct dq step = slopes_solve(motor_field_slopes(f, &at), (struct dq){at.i.d - i.d, at.i.q - i.q});
+        *psi = (struct dq){psi->d - step.d, psi->q - step.q};
+    }
+    return true;
 }
 
 double motor_field_energy(const struct motor_field *f, const struct field_point *at)
 {
-    return at->permeance * motor_map_energy(&f->map, at->own);
+    return at->permeance * motor_map_energy(&f->map, at->own) + at->slotted.energy_j;
 }

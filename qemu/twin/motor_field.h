@@ -4,6 +4,7 @@
  * Harmonics of the magnets' flux. Phase A links psi_f (cos th + sum of e_n/n cos n th), n = 6k-1 or 6k+1. In the rotor's
  * frame each is one of order 6k: d gets e_n/n psi_f cos 6k th, q gets +-e_n/n psi_f sin 6k th (+ for 6k+1). The map then
  * takes psi' = psi - psi_h(th).
+ * Slots add to the energy (slots.h), of the same psi'.
  * Permeance. i = e(th) f(psi'), with e = 1 + eps6 cos 6th + eps12 cos 12th; the energy carries the same factor.
  *
  * Torque follows from the balance of power, so that no energy is made:
@@ -11,7 +12,7 @@
 #ifndef TWIN_MOTOR_FIELD_H
 #define TWIN_MOTOR_FIELD_H
 
-#include "motor_map.h"
+#include "slots.h"
 
 #define FIELD_ORDERS 3 /* 6, 12, 18 */
 
@@ -20,6 +21,7 @@ struct motor_field {
     bool emf_harmonics, permeance_varies;
     double share_d[FIELD_ORDERS], share_q[FIELD_ORDERS]; /* of psi_f */
     double eps_6, eps_12;
+    struct slots slots;
     double permeance_max; /* an upper bound */
     double pole_pairs;
     double highest_order; /* per electrical turn; 0: nothing varies */
@@ -35,6 +37,8 @@ struct field_point {
     double permeance;      /* e */
     double permeance_turn; /* de/dth */
     double map_j;          /* energy of the map, known where the permeance varies */
+    struct slots_angle slots;
+    struct slots_point slotted;
     double torque_nm;
 };
 
@@ -43,6 +47,12 @@ void motor_field_init(struct motor_field *f, const struct motor_params *p);
 void motor_field_at(const struct motor_field *f, struct dq psi, double s, double c, struct field_point *at);
 /* di/dpsi there. */
 struct slopes motor_field_slopes(const struct motor_field *f, const struct field_point *at);
+/* di/dtheta at a flux linkage that turns along with the magnets' harmonics. */
+struct dq motor_field_turn(const struct motor_field *f, const struct field_point *at);
+/* The flux linkage of a current at this angle. False, and no change, if the map does not reach there. */
+bool motor_field_flux(const struct motor_field *f, struct dq i, double s, double c, struct dq *psi);
+/* At least the smallest incremental inductance of any direction, at any angle. */
+double motor_field_least_h(const struct motor_field *f, const struct field_point *at);
 double motor_field_energy(const struct motor_field *f, const struct field_point *at);
 
 #endif

@@ -162,37 +162,15 @@ static double without_current(const struct motor_map *m)
     return low;
 }
 
-/* The distance x from psi_n at which the bridges carry the current i: G_b(x) x = i. */
-static double bridge_distance(const struct motor_map *m, double i_a)
-{
-    double low = 0, high = 1e-9;
-    struct motor_map alone = {.bridges = true, .w = m->w, .a_b = m->a_b, .a_bp = m->a_bp};
-    while (motor_map_current(&alone, (struct dq){high, 0}).d < fabs(i_a) && high < 1e3) {
-        high *= 2;
-    }
-    for (int n = 0; n < 60; n++) {
-        double middle = (low + high) / 2;
-        *(motor_map_current(&alone, (struct dq){middle, 0}).d < fabs(i_a) ? &low : &high) = middle;
-    }
-    return i_a < 0 ? -low : low;
-}
-
 void motor_map_magnet(struct motor_map *m, double share)
 {
     m->psi_f_vs = m->cold_psi_f_vs * share;
     if (m->linear) {
         return;
     }
-    struct motor_map iron = *m; /* what the core alone takes at that flux */
-    iron.bridges = false;
-    iron.i_f_a = 0;
-    double core_a = motor_map_current(&iron, (struct dq){m->psi_f_vs, 0}).d;
-    if (m->bridges) {
-        m->i_f_a = m->cold_i_f_a * share;
-        m->psi_n_vs = m->psi_f_vs + bridge_distance(m, core_a - m->i_f_a);
-    } else {
-        m->i_f_a = core_a;
-    }
+    m->i_f_a = m->cold_i_f_a * share;
+    m->psi_n_vs = m->cold_psi_n_vs * share;
+    m->psi_f_vs = without_current(m);
     m->energy_f = 0;
     m->energy_f = motor_map_energy(m, (struct dq){m->psi_f_vs, 0});
 }
@@ -231,6 +209,7 @@ void motor_map_init(struct motor_map *m, const struct motor_params *p)
         .a_b_over_2bp = p->sat_a_b / (2 * p->sat_a_bp),
         .cold_i_f_a = p->sat_i_f_a,
         .i_f_a = p->sat_i_f_a,
+        .cold_psi_n_vs = p->sat_psi_n_wb,
         .psi_n_vs = p->sat_psi_n_wb,
     };
     m->psi_f_vs = m->cold_psi_f_vs = without_current(m);

@@ -32,7 +32,7 @@ struct motor_map {
     double dq_by_v, dq_by_u;                /* a_dq/(V+2), a_dq/(U+2) */
     double energy_dd, energy_qq, energy_dq; /* the same coefficients integrated */
     double one_over_bp, a_b_over_2bp;
-    double cold_psi_f_vs, cold_i_f_a; /* of the magnets at 25 degrees */
+    double cold_psi_f_vs, cold_i_f_a, cold_psi_n_vs; /* of the magnets at 25 degrees */
     /* as warm as the magnets are: */
     double psi_n_vs, i_f_a;
     double psi_f_vs; /* flux linkage without current */
@@ -40,7 +40,8 @@ struct motor_map {
 };
 
 void motor_map_init(struct motor_map *m, const struct motor_params *p);
-/* Weakens or strengthens the magnets so that the flux linkage without current is `share` times that at 25 degrees. */
+/* Remanence is `share` times that at 25 degrees: i_f and psi_n follow it, and the flux linkage without current what iron and
+ * bridges leave of it. */
 void motor_map_magnet(struct motor_map *m, double share);
 
 struct dq motor_map_current(const struct motor_map *m, struct dq psi);

@@ -35,6 +35,30 @@ const struct config_key motor_keys[] = {
     KEY(emf_19, -0.5, 0.5, 0),
     KEY(permeance_6, -0.4, 0.4, 0),
     KEY(permeance_12, -0.4, 0.4, 0),
+    KEY(slots6_xx, -1e6, 1e6, 0),
+    KEY(slots6_qq, -1e6, 1e6, 0),
+    KEY(slots6_xqq, -1e6, 1e6, 0),
+    KEY(slots6_q4, -1e6, 1e6, 0),
+    KEY(slots6_xq, -1e6, 1e6, 0),
+    KEY(slots6_q3, -1e6, 1e6, 0),
+    KEY(slots12_xx, -1e6, 1e6, 0),
+    KEY(slots12_qq, -1e6, 1e6, 0),
+    KEY(slots12_xqq, -1e6, 1e6, 0),
+    KEY(slots12_q4, -1e6, 1e6, 0),
+    KEY(slots12_xq, -1e6, 1e6, 0),
+    KEY(slots12_q3, -1e6, 1e6, 0),
+    KEY(slots18_xx, -1e6, 1e6, 0),
+    KEY(slots18_qq, -1e6, 1e6, 0),
+    KEY(slots18_xqq, -1e6, 1e6, 0),
+    KEY(slots18_q4, -1e6, 1e6, 0),
+    KEY(slots18_xq, -1e6, 1e6, 0),
+    KEY(slots18_q3, -1e6, 1e6, 0),
+    KEY(slots36_xx, -1e6, 1e6, 0),
+    KEY(slots36_qq, -1e6, 1e6, 0),
+    KEY(slots36_xqq, -1e6, 1e6, 0),
+    KEY(slots36_q4, -1e6, 1e6, 0),
+    KEY(slots36_xq, -1e6, 1e6, 0),
+    KEY(slots36_q3, -1e6, 1e6, 0),
     KEY(cogging_nm, 0, 1e3, 0),
     KEY(cogging_per_rev, 0, 1e4, 0),
     KEY(cogging_rad, -1e3, 1e3, 0),
@@ -46,6 +70,10 @@ const struct config_key motor_keys[] = {
     KEY(cogging3_rad, -1e3, 1e3, 0),
     KEY(iron_hysteresis_nm, 0, 1e3, 0),
     KEY(iron_eddy_nms, 0, 1e3, 0),
+    KEY(iron_hysteresis_power, 0, 1, 0),
+    KEY(iron_hysteresis_rad_s, 1e-3, 1e5, 1),
+    KEY(iron_flux_power, 0, 2, 0),
+    KEY(iron_teeth_per_a, 0, 10, 0),
     KEY(inertia_kgm2, 1e-10, 1e3, CONFIG_REQUIRED),
     KEY(friction_coulomb_nm, 0, 1e3, 0),
     KEY(friction_viscous_nms, 0, 1e3, 0),
@@ -54,6 +82,8 @@ const struct config_key motor_keys[] = {
     KEY(magnet_share, 0, 1, 0.5),
     KEY(thermal_resistance_k_w, 1e-3, 1e4, 5),
     KEY(thermal_capacity_j_k, 1e-2, 1e6, 50),
+    KEY(winding_resistance_k_w, 0, 1e4, 0),
+    KEY(winding_capacity_j_k, 0, 1e6, 0),
     KEY(ambient_c, -60, 200, REFERENCE_C),
     KEY(winding_rise_k, -100, 200, 0),
     KEY(temperature_sensor, 0, 1, 1),
@@ -74,6 +104,18 @@ const struct config_key load_keys[] = {
 static bool whole(double value)
 {
     return value == floor(value);
+}
+
+static const char *check_heat(const struct motor_params *p)
+{
+    if ((p->winding_capacity_j_k > 0) != (p->winding_resistance_k_w > 0)) {
+        return "motor.winding_capacity_j_k and winding_resistance_k_w go together";
+    }
+    if (p->winding_capacity_j_k >= p->thermal_capacity_j_k || p->winding_resistance_k_w >= p->thermal_resistance_k_w) {
+        return p->winding_capacity_j_k > 0 ? "motor.winding_* is less than motor.thermal_*, of which it is a part"
+                                           : NULL;
+    }
+    return NULL;
 }
 
 static const char *check_map(const struct motor_params *p, double i_max_a)
@@ -102,6 +144,10 @@ const char *motor_params_check(const struct motor_params *p, const struct load_p
     }
     if (!whole(p->temperature_sensor)) {
         return "motor.temperature_sensor is 0 or 1";
+    }
+    const char *heat = check_heat(p);
+    if (heat) {
+        return heat;
     }
     if (!whole(p->cogging_per_rev) || !whole(p->cogging2_per_rev) || !whole(p->cogging3_per_rev)) {
         return "motor.cogging_per_rev, cogging2_per_rev and cogging3_per_rev are whole numbers";

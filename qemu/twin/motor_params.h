@@ -6,6 +6,9 @@
 
 #include "keys.h"
 
+#define SLOT_ORDERS 4 /* 6, 12, 18, 36 an electrical turn */
+#define SLOT_FORMS  6 /* slots.h */
+
 #define REFERENCE_C 25.0 /* temperature at which data sheets state resistance and flux */
 
 struct motor_params {
@@ -24,11 +27,19 @@ struct motor_params {
 
     double emf_5, emf_7, emf_11, emf_13, emf_17, emf_19; /* shares of the EMF's fundamental, signed */
     double permeance_6, permeance_12;                    /* by which the inverse inductances vary, relative */
-    double cogging_nm, cogging_per_rev, cogging_rad;     /* peak; torque is -nm sin(per_rev angle + rad) */
+    /* slots.h, which takes them as one table */
+    double slots6_xx, slots6_qq, slots6_xqq, slots6_q4, slots6_xq, slots6_q3;
+    double slots12_xx, slots12_qq, slots12_xqq, slots12_q4, slots12_xq, slots12_q3;
+    double slots18_xx, slots18_qq, slots18_xqq, slots18_q4, slots18_xq, slots18_q3;
+    double slots36_xx, slots36_qq, slots36_xqq, slots36_q4, slots36_xq, slots36_q3;
+    double cogging_nm, cogging_per_rev, cogging_rad; /* peak; torque is -nm sin(per_rev angle + rad) */
     double cogging2_nm, cogging2_per_rev, cogging2_rad;
     double cogging3_nm, cogging3_per_rev, cogging3_rad;
     double iron_hysteresis_nm; /* drag at the open-circuit flux; of a machine without magnets, at 1 Wb */
     double iron_eddy_nms;
+    double iron_hysteresis_power, iron_hysteresis_rad_s; /* its drag rises so with speed, and is as above at that one */
+    double iron_flux_power;                              /* and with this power of the flux linkage; 0: its square */
+    double iron_teeth_per_a; /* what i_d drives through the teeth beside it: share of the loss without current */
 
     double inertia_kgm2;
     double friction_coulomb_nm;
@@ -38,7 +49,9 @@ struct motor_params {
     double magnet_tempco_per_k;
     double magnet_share;           /* of the winding's rise that the magnets share */
     double thermal_resistance_k_w; /* winding to ambient */
-    double thermal_capacity_j_k;
+    double thermal_capacity_j_k;   /* of the whole motor */
+    double winding_resistance_k_w; /* winding to housing, a part of the resistance */
+    double winding_capacity_j_k;   /* a part of the capacity; 0: winding and housing are one */
     double ambient_c;
     double winding_rise_k;     /* above ambient, to begin with */
     double temperature_sensor; /* 1: there is one in the winding (thermometer.h) */

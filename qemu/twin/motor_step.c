@@ -4,12 +4,12 @@
  *   dpsi_d/dt  = v_d - R i_d + w_e psi_q
  *   dpsi_q/dt  = v_q - R i_q - w_e psi_d               i = i(psi, theta_e), and T: motor_field.h
  *   dtheta/dt  = w,  w_e = p w,  theta_e = p theta     w, and what the shaft does with T: shaft.h
- *   C dTemp/dt = losses of copper and iron - (Temp - ambient) / R_th,  R = R_25 (1 + alpha (Temp - 25))
+ *   C dTemp/dt = heat in - heat out, of the winding and of the housing,  R = R_25 (1 + alpha (Temp - 25))
  *
  * Source of the electrical part: P. C. Krause et al., "Analysis of Electric Machinery and Drive Systems", chapter on
  * permanent-magnet ac machines; P. Vas, "Sensorless Vector and Direct Torque Control", chapter 1. Iron loss is a torque
- * that drags at the rotor: (T_h sign(w) + T_e w) |psi|^2 / psi_f^2. A phase without current is a constraint: its terminal
- * takes the voltage that keeps di/dt zero. */
+ * that drags at the rotor: (T_h sign(w) |w/w_h|^a + T_e w) (|psi / psi_f|^b + t |i_d|). A phase without current is a
+ * constraint: its terminal takes the voltage that keeps di/dt zero. */
 #define _GNU_SOURCE
 #include "motor.h"
 
@@ -31,6 +31,7 @@ struct step_constants {
     double resistance_ohm;
     double loop_ohm;     /* of shorted turns */
     double iron_per_wb2; /* 1 / psi_f^2 */
+    double hysteresis_nm;
     int held_count;
     int held_phase;
     struct shaft_step shaft;
@@ -80,9 +81,9 @@ static inline struct dq current_slope(const struct step_constants *k, const stru
 {
     const struct field_point *f = &at->field;
     struct dq own = plus(at->slope, -at->speed_e, f->turn);
-    double turn = f->permeance_turn * at->speed_e;
-    struct dq slope = {g.dd * own.d + g.dq * own.q + turn * f->f.d - at->speed_e * f->i.q,
-                       g.dq * own.d + g.qq * own.q + turn * f->f.q + at->speed_e * f->i.d};
+    struct dq turn = motor_field_turn(&k->m->field, f);
+    struct dq slope = {g.dd * own.d + g.dq * own.q + at->speed_e * (turn.d - f->i.q),
+                       g.dq * own.d + g.qq * own.q + at->speed_e * (turn.q + f->i.d)};
     return with_loop(&k->m->fault, slope, at->fault, at->loop_slope);
 }
 
@@ -148,15 +149,17 @@ static void electrical(const struct step_constants *k, const double y[STATES], s
 }
 
 /* Drag of the iron at the present flux linkage. */
-static inline double iron_nm(const struct step_constants *k, const double y[STATES])
+static inline double iron_nm(const struct step_constants *k, const double y[STATES], double i_d_a)
 {
     const struct motor_params *p = &k->m->p;
     if (p->iron_hysteresis_nm == 0 && p->iron_eddy_nms == 0) {
         return 0;
     }
     double w = y[SPEED], sign = w / sqrt(w * w + IRON_AT_REST_RAD_S * IRON_AT_REST_RAD_S);
-    double strength = k->iron_per_wb2 * (y[PSI_D] * y[PSI_D] + y[PSI_Q] * y[PSI_Q]);
-    return strength * (p->iron_hysteresis_nm * sign + p->iron_eddy_nms * w);
+    double square = k->iron_per_wb2 * (y[PSI_D] * y[PSI_D] + y[PSI_Q] * y[PSI_Q]);
+    double strength = p->iron_flux_power > 0 ? pow(square, p->iron_flux_power / 2) : square;
+    strength += p->iron_teeth_per_a * fabs(i_d_a);
+    return strength * (k->hysteresis_nm * sign + p->iron_eddy_nms * w);
 }
 
 static void derivative(const struct step_constants *k, const double y[STATES], double dy[SLOPES])
@@ -173,7 +176,7 @@ static void derivative(const struct step_constants *k, const double y[STATES], d
     dy[E_COPPER] = 1.5 * k->resistance_ohm * dot(at.field.i, at.field.i);
     dy[E_FAULT] = k->loop_ohm * y[LOOP] * y[LOOP];
     dy[E_AIRGAP] = torque_nm * y[SPEED];
-    shaft_derivative(&k->shaft, y, torque_nm, iron_nm(k, y), dy);
+    shaft_derivative(&k->shaft, y, torque_nm, iron_nm(k, y, at.field.i.d), dy);
 }
 
 /* ---- one step ---- */
@@ -231,6 +234,10 @@ static void begin(struct step_constants *k)
     begin_source(k);
     k->resistance_ohm = motor_resistance_ohm(m);
     k->iron_per_wb2 = psi_f > 0 ? 1 / (psi_f * psi_f) : 1;
+    k->hysteresis_nm = m->p.iron_hysteresis_nm;
+    if (m->p.iron_hysteresis_power > 0) {
+        k->hysteresis_nm *= pow(fabs(m->speed_rad_s) / m->p.iron_hysteresis_rad_s, m->p.iron_hysteresis_power);
+    }
     k->loop_ohm = m->fault.present ? winding_short_loop_ohm(&m->fault, k->resistance_ohm) : 0;
     k->held_count = 0;
     k->held_phase = 0;
@@ -296,10 +303,7 @@ void motor_step(struct motor *m, const struct motor_source *source, double dt_s)
     } else if (k.held_count > 1) {
         motor_hold_all(m);
     }
-    /* Slow enough for Euler at these steps. */
-    double heat_w =
-        (y[E_COPPER] + y[E_FAULT] + y[E_IRON]) / dt_s - (m->winding_c - m->p.ambient_c) / m->p.thermal_resistance_k_w;
-    m->winding_c += dt_s * heat_w / m->p.thermal_capacity_j_k;
+    motor_warm(m, y[E_COPPER] + y[E_FAULT], y[E_IRON], dt_s);
 }
 
 void motor_star_voltages(const struct motor *m, const struct motor_source *source, double v_v[3])

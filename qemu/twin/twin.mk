@@ -9,9 +9,10 @@ TWIN_CFLAGS := -std=gnu11 -O2 -fno-tree-slp-vectorize -flto=auto -g -fPIC -fvisi
     -Wstrict-prototypes -Wmissing-prototypes -Werror
 
 # no contact with QEMU:
-TWIN_PHYSICS := motor motor_step motor_params motor_field motor_map shaft winding_short bus supply circuit coss diodes \
-    comparators terminals inverter account advance meter sampling sensor_keys sensors amplifier modulator bit_streams disc \
-    hall thermometer random pwm adc encoder gate chopper watch fabric_model plant envm envm_file events config cycles_keys
+TWIN_PHYSICS := motor motor_step motor_params motor_field motor_map slots shaft winding_short bus supply circuit coss \
+    diodes comparators terminals inverter account advance meter sampling sensor_keys sensors amplifier modulator \
+    bit_streams disc hall thermometer random pwm adc encoder gate chopper watch fabric_model plant envm envm_file \
+    events config cycles_keys
 # the rest of the plugin:
 TWIN_PLUGIN := qemu_symbols qemu_plugin qemu_memory qemu_machine qemu_chardev qemu_registers qemu_sleep core cycles \
     cycles_cache cycles_decode cycles_fetch cycles_price cycles_rules cycles_table irqlog irqpath reach dump dwt \
@@ -26,12 +27,16 @@ $(BUILD)/qemu/twin.so: $(TWIN_OBJECTS)
 	$(call say,LD)
 	$(Q)$(HOSTCC) -O2 -flto=auto -shared -Wl,-z,defs $^ -o $@ -ldl -lm
 
+$(BUILD)/qemu/replay: $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) replay)
+	$(call say,LD)
+	$(Q)$(HOSTCC) -O2 -flto=auto $^ -o $@ -lm
+
 $(BUILD)/qemu/modelcheck: $(MODELCHECK_OBJECTS)
 	$(call say,LD)
 	$(Q)$(HOSTCC) -O2 -flto=auto $^ -o $@ -lm
 
 # Half of the plant's time goes into these.
-$(patsubst %,$(BUILD)/qemu/twin/%.o,motor_step motor_field motor_map shaft): TWIN_CFLAGS += -O3
+$(patsubst %,$(BUILD)/qemu/twin/%.o,motor_step motor_field motor_map slots shaft): TWIN_CFLAGS += -O3
 
 $(BUILD)/qemu/twin/%.o: qemu/twin/%.c qemu/twin/twin.mk
 	@mkdir -p $(@D)

@@ -59,6 +59,8 @@ static inline double along(struct slopes g, struct dq axis)
 void motor_hold_all(struct motor *m);
 /* Brings up to date what follows from the flux linkage. */
 void motor_follow_flux(struct motor *m);
+/* Heat of a step, in the winding and in the iron. */
+void motor_warm(struct motor *m, double copper_j, double iron_j, double dt_s);
 /* The magnets' flux follows their temperature; the flux linkage stays, so the currents change a little. */
 void motor_follow_temperature(struct motor *m);
 

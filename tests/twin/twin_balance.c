@@ -25,7 +25,9 @@ static struct inverter_params full(void)
     p.chopper_on_v = 28;
     p.chopper_off_v = 26;
     p.switch_v = 0.1;
+    p.diode_v = 0.12;
     p.diode_ohm = 0.01;
+    p.switching_s = 60e-9;
     p.coss_c = 115e-9;
     p.turn_on_delay_s = 120e-9;
     p.turn_off_delay_s = 150e-9;
@@ -37,7 +39,7 @@ static struct inverter_params full(void)
 struct sums {
     double supply_j, bridge_j; /* left open on either side of the bridge's terminals */
     double passed_j;           /* in steps of one period, whichever way */
-    double edges_j, chopper_j, conduction_j, braking_j;
+    double edges_j, chopper_j, conduction_j, switching_j, braking_j;
 };
 
 static double supply_side_j(const struct inverter *inv)
@@ -48,7 +50,8 @@ static double supply_side_j(const struct inverter *inv)
 
 static double bridge_side_j(const struct inverter *inv, const struct motor *m)
 {
-    return inv->energy_bridge_j - inv->energy_conduction_j - inv->energy_edges_j - coss_stored_j(inv) - m->energy_in_j;
+    return inv->energy_bridge_j - inv->energy_conduction_j - inv->energy_edges_j - inv->energy_switching_j -
+           coss_stored_j(inv) - m->energy_in_j;
 }
 
 static void set_vector(struct plant *p, double share, double lead_rad)
@@ -82,6 +85,7 @@ static struct sums drive(struct plant *p, double ld_h, const struct inverter_par
     s.bridge_j = bridge_side_j(&p->inverter, &p->motor) - bridge_j;
     s.edges_j = p->inverter.energy_edges_j;
     s.conduction_j = p->inverter.energy_conduction_j;
+    s.switching_j = p->inverter.energy_switching_j;
     s.chopper_j = p->inverter.supply.chopper_j;
     return s;
 }
@@ -97,6 +101,8 @@ static void balance(const char *name, double ld_h, const struct inverter_params 
     check_near(text, s.bridge_j / s.passed_j, 0, OPEN_SHARE);
     snprintf(text, sizeof text, "%s: heat of edges, conduction counts (share)", name);
     check_true(text, s.edges_j > 3 * OPEN_SHARE * s.passed_j && s.conduction_j > 100 * OPEN_SHARE * s.passed_j);
+    snprintf(text, sizeof text, "%s: heat of switching counts where there is any", name);
+    check_true(text, (s.switching_j > 10 * OPEN_SHARE * s.passed_j) == (ip->switching_s > 0));
     snprintf(text, sizeof text, "%s: it has braked", name);
     check_true(text, s.braking_j > 0.01 * s.passed_j);
 }

@@ -188,6 +188,73 @@ static void balances(void)
     power_balance("balance of power, bridges of W = 4 (of the turnover)", p, 40, false);
 }
 
+/* ---- slots ---- */
+
+/* The keys of one order. */
+static double *slots_of(const struct motor_params *p, int n)
+{
+    double *const orders_of[SLOT_ORDERS] = {(double *)&p->slots6_xx, (double *)&p->slots12_xx, (double *)&p->slots18_xx,
+                                            (double *)&p->slots36_xx};
+    return orders_of[n];
+}
+
+static struct motor_params with_slots(struct motor_params p)
+{
+    static const double of_thor[SLOT_FORMS] = {-5.6, 0.16, 3, -2.7, -1.4, 0.66};
+    for (int n = 0; n < SLOT_ORDERS; n++) {
+        for (int f = 0; f < SLOT_FORMS; f++) {
+            slots_of(&p, n)[f] = of_thor[f] * (n % 2 ? -0.5 : 1);
+        }
+    }
+    return p;
+}
+
+/* The energy of the slots, written out; x is what current adds to the magnets' flux. */
+static double slots_energy(const struct motor_params *p, double x, double q, double theta_e)
+{
+    static const double orders[SLOT_ORDERS] = {6, 12, 18, 36};
+    double sum_j = 0;
+    for (int n = 0; n < SLOT_ORDERS; n++) {
+        const double *k = slots_of(p, n);
+        sum_j += cos(orders[n] * theta_e) * (k[0] * x * x + k[1] * q * q + k[2] * x * q * q + k[3] * q * q * q * q);
+        sum_j += sin(orders[n] * theta_e) * (k[4] * x * q + k[5] * q * q * q);
+    }
+    return sum_j;
+}
+
+/* At fixed flux linkages of the stator torque is minus the change of energy over the angle; the current its change over the
+ * flux linkage. */
+static void slots(void)
+{
+    const struct motor_params smooth = bench_thor, p = with_slots(bench_thor);
+    double worst_nm = 0, worst_a = 0, largest_nm = 0;
+    for (int n = 0; n < 200; n++) {
+        double theta_e = any_real(-PI, PI), h = 1e-5;
+        struct motor m = at_angle(p, theta_e), plain = at_angle(smooth, theta_e);
+        if (!motor_set_current(&m, any_real(-22, 5), any_real(-22, 22))) {
+            check_true("slots: a current is set", false);
+        }
+        plain.psi_vs = m.psi_vs;
+        struct field_point at;
+        motor_field_at(&plain.field, plain.psi_vs, m.sin_e, m.cos_e, &at);
+        double x = m.psi_vs.d - plain.field.map.psi_f_vs, q = m.psi_vs.q;
+        double by_d = (slots_energy(&p, x + h, q, theta_e) - slots_energy(&p, x - h, q, theta_e)) / (2 * h);
+        double by_q = (slots_energy(&p, x, q + h, theta_e) - slots_energy(&p, x, q - h, theta_e)) / (2 * h);
+        double turn = (slots_energy(&p, x, q, theta_e + h) - slots_energy(&p, x, q, theta_e - h)) / (2 * h);
+        double vector_nm = 1.5 * p.pole_pairs * (m.psi_vs.d * m.i_q_a - m.psi_vs.q * m.i_d_a);
+        worst_a = fmax(worst_a, hypot(m.i_d_a - at.i.d - by_d / 1.5, m.i_q_a - at.i.q - by_q / 1.5));
+        worst_nm = fmax(worst_nm, fabs(motor_torque_nm(&m) - vector_nm + p.pole_pairs * turn));
+        largest_nm = fmax(largest_nm, fabs(p.pole_pairs * turn));
+    }
+    check_near("slots: currents from their energy (A)", worst_a, 0, 1e-6);
+    check_near("slots: torque from their energy (N m)", worst_nm, 0, 1e-6);
+    check_between("slots: that counts (N m)", largest_nm, 1, 20);
+    struct motor idle = at_angle(p, 0.3);
+    check_near("slots: nothing without current (N m)", motor_torque_nm(&idle), 0, 1e-12);
+    power_balance("balance of power with slots (of the turnover)", p, 40, false);
+    power_balance("the same with phase C open (of the turnover)", p, 40, true);
+}
+
 struct seen {
     double flux_vs, drop_v;
 };
@@ -276,6 +343,7 @@ int main(void)
     torque();
     inductance();
     balances();
+    slots();
     floating_terminal(false);
     floating_terminal(true);
     cogging();

@@ -118,7 +118,7 @@ static double drive(struct bridge *b, bool faulty, struct worst *w)
     }
     stored_j -= supply_stored_j(&b->inv.supply, &b->inv.p) + coss_stored_j(&b->inv);
     return b->m.energy_in_j + b->inv.supply.heat_j + b->inv.supply.chopper_j + b->inv.energy_conduction_j +
-           b->inv.energy_edges_j - b->inv.energy_supply_j - stored_j;
+           b->inv.energy_edges_j + b->inv.energy_switching_j - b->inv.energy_supply_j - stored_j;
 }
 
 int main(void)

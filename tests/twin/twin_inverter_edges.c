@@ -106,6 +106,30 @@ static void hard_edges(void)
     check_near("hard edges: charge out of the capacitor (As)", -charge_as, 6 * QOSS_C, 5e-3 * 6 * QOSS_C);
 }
 
+/* Voltage and current together at the two hard edges that a leg has in a cycle, whichever way its current flows. */
+static void switching(void)
+{
+    const double switching_s = 50e-9;
+    static const double currents_a[] = {4, -4, 20, 0};
+    for (int n = 0; n < 4; n++) {
+        struct bridge b = ideal_bridge(0, 10, 0);
+        b.inv.p.switching_s = switching_s;
+        motor_set_current(&b.m, currents_a[n], 0);
+        cycle_error_v(&b, 20e-6);
+        double expected_j = 5 * BUS_V * fabs(currents_a[n]) * switching_s, out_j = b.inv.energy_bridge_j;
+        double before_j = b.inv.energy_switching_j;
+        double rest_j = -b.inv.energy_conduction_j - b.inv.energy_edges_j - b.m.energy_in_j;
+        for (int cycle = 0; cycle < 5; cycle++) {
+            cycle_error_v(&b, 20e-6);
+        }
+        check_near("switching: heat of five cycles (J)", b.inv.energy_switching_j - before_j, expected_j,
+                   1e-3 * expected_j + 1e-9);
+        rest_j += b.inv.energy_conduction_j + b.inv.energy_edges_j + b.m.energy_in_j;
+        check_near("switching: it comes out of the bus (J)", b.inv.energy_bridge_j - out_j - rest_j, expected_j,
+                   0.01 * expected_j + 1e-9);
+    }
+}
+
 /* ---- a swing in which the current changes ---- */
 
 /* Leg A lets go of i0 at the upper rail: L di/dt = 2/3 v, 2 C dv/dt = -i, diodes at the rails. */
@@ -224,6 +248,7 @@ int main(void)
 {
     voltage_error();
     hard_edges();
+    switching();
     swings();
     caught_at_the_rail();
     comes_to_rest();
