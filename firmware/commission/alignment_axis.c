@@ -9,6 +9,7 @@
 
 #define STILL_MS       12u
 #define STILL_MOST_MS  2000u
+#define STOOD_PART     72 /* of a turn: 5 degrees */
 #define AXIS_APART_Q32 (DEGREES_45_Q32 / 9 * 2)
 #define NORTH_Q32      (DEGREES_45_Q32 / 9 * 16) /* 80 degrees */
 
@@ -33,6 +34,8 @@ static enum alignment_result step_drop(struct alignment *a, volatile struct curr
     current_loop_field(c, a->field_q32, 0);
     if (a->still_ms >= STILL_MS) {
         saliency_start(&a->axis, t->saliency_v_q15, t->saliency_i_q15);
+        a->stood_at = a->counts;
+        a->stood = true;
         alignment_enter(a, STAGE_AXIS);
     } else if (a->stage_ms > STILL_MOST_MS) {
         a->detail[0] = ALIGNMENT_OUT_DEGREES;
@@ -91,13 +94,13 @@ static enum alignment_result judge_reluctant(struct alignment *a, volatile struc
 }
 
 /*
- * The magnets held the rotor: the axis, which no load shifts, replaces what the passes tell of the offset. Without saliency,
- * whatever was told, only they tell it.
+ * The magnets held the rotor: the axis, which no load shifts, replaces what the passes tell of the offset. Only they tell it
+ * without saliency, whatever was told, and of a rotor that a load turned while the axis was measured.
  */
 static enum alignment_result judge_shown(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                          uint32_t angle_q32)
 {
-    if (saliency_seen(&a->axis)) {
+    if (a->stood && saliency_seen(&a->axis)) {
         const uint32_t offset_q32 = nearer_end_q32(saliency_offset_q32(&a->axis), a->load.centre_q32);
         return judge_north(a, c, t, angle_q32, offset_q32, DEGREES_45_Q32);
     }
@@ -114,6 +117,7 @@ enum alignment_result alignment_step_axis(struct alignment *a, volatile struct c
     if (a->stage == STAGE_DROP) {
         return step_drop(a, c, t);
     }
+    a->stood = a->stood && q15_abs(a->counts - a->stood_at) * STOOD_PART <= t->encoder_counts / t->pole_pairs;
     if (!saliency_step(&a->axis, c, angle_q32)) {
         return ALIGNMENT_RUNNING;
     }
