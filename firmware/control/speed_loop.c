@@ -8,9 +8,7 @@
 #define SLOW_SHIFT       2 /* of the bandwidth, if torque is slow: kp scales with it, ki with its square */
 #define HUNT_MS          32u
 #define HUNT_SWINGS      4u
-#define HUNT_INTERVALS   4u /* between edges: a faster swing is what the sensor makes of the speed */
 #define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
-#define SLOW_CLOCKS      (BOARD_FABRIC_HZ / CONFIG_SLOW_HZ)
 #define CALMEST          10u               /* quarters: a sixteenth of the gains is left */
 
 /* The step from `here` to `target`, `most` at most; the distance may take 32 bits and a sign. */
@@ -101,14 +99,11 @@ static int32_t memory_q16(const struct speed_loop *s, const struct tuning *t, in
 
 /*
  * Repeated swings of a quarter of the largest current, each within HUNT_MS: the shaft is lighter than the gains assume, or
- * oscillates against its load. Reduces the gains by a quarter until it calms down. Where edges are rare, the answer jumps with
- * each of them; that is no swing of the shaft.
+ * oscillates against its load. Reduces the gains by a quarter until it calms down.
  */
 static void count_swing(struct speed_loop *s)
 {
-    const uint32_t clocks = s->estimate.interval_clocks;
-    const bool seen = clocks <= SPEED_LOOP_FULL_GAIN_CLOCKS || s->swing_ms * SLOW_CLOCKS >= HUNT_INTERVALS * clocks;
-    s->swings = seen && s->swing_ms < HUNT_MS ? s->swings + 1u : 0u;
+    s->swings = s->swing_ms < HUNT_MS ? s->swings + 1u : 0u;
     s->swing_ms = 0;
     s->swing = -s->swing;
     if (s->swings >= HUNT_SWINGS && s->calmed < CALMEST) {
