@@ -74,6 +74,8 @@ struct alignment {
     struct load_angle load;
     struct saliency axis;
     uint32_t first_offset_q32; /* of the axis, before anything turned */
+    int32_t stood_at;          /* counts when the axis began to be measured, */
+    bool stood;                /* and it has stayed there */
     uint32_t still_ms;         /* since the encoder's last count */
     bool turned;               /* the passes are done */
     bool silent;               /* and the encoder did not count */

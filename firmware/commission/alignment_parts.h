@@ -20,7 +20,7 @@ enum stage {
     STAGE_SOLVE,
     STAGE_RELEASE, /* current ramps down to zero */
     STAGE_DROP,    /* the same, at once, and the rotor comes to rest */
-    STAGE_AXIS,    /* reluctance machines, before the pull and after the passes: the magnets' axis, up to half a turn */
+    STAGE_AXIS,    /* the magnets' axis, up to half a turn: after the passes, and of reluctance machines before the pull */
 };
 
 enum pass {
@@ -69,9 +69,16 @@ void alignment_begin_pass(struct alignment *a, const struct tuning *t, uint32_t 
 enum alignment_result alignment_step_turns(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
                                            uint32_t angle_q32);
 
-/* ---- reluctance machines ---- */
+/* Whether the passes alone tell the offset, once they are solved. */
+bool alignment_load_is_told(struct alignment *a, const struct tuning *t);
+
+/* ---- the magnets' axis ---- */
 
 /* Switches the current off; measures the rotor's axis once it rests. `turned`: the passes are done. */
 void alignment_begin_drop(struct alignment *a, bool turned);
+
+/* One step of STAGE_DROP or STAGE_AXIS. */
+enum alignment_result alignment_step_axis(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
+                                          uint32_t angle_q32);
 
 #endif

@@ -12,6 +12,7 @@
 #define SPREAD_Q15     450 /* 0.8 degrees at the larger current; an offset that is 3 degrees off shows more */
 #define COUNT_SHIFT    18  /* and a thirteenth of a count: a third of a turn is no whole number of them */
 #define DEGREES_12_Q32 (DEGREES_45_Q32 / 15 * 4)
+#define DOUBT_Q32      (DEGREES_45_Q32 / 18) /* 2.5 degrees */
 
 /* A third of a turn may be off by this part of itself: a rotor that swings is measured once more, and slower. */
 static const int32_t EVEN_PARTS[ALIGNMENT_ATTEMPTS] = {20, 3};
@@ -182,16 +183,25 @@ static enum alignment_result step_pass(struct alignment *a, volatile struct curr
     return finish_pass(a, t, angle_q32);
 }
 
+bool alignment_load_is_told(struct alignment *a, const struct tuning *t)
+{
+    const uint32_t largest_q32 = load_angle_largest_q32(&a->load);
+    const int32_t most_q15 = SPREAD_Q15 + (int32_t)(t->encoder_scale_q32 >> COUNT_SHIFT);
+    a->detail[0] = (int32_t)(largest_q32 / (DEGREES_45_Q32 / 45));
+    return load_angle_spread_q15(&a->load) <= most_q15 && load_angle_doubt_q32(&a->load) <= DOUBT_Q32 &&
+           largest_q32 <= (a->attempt == 0u ? DEGREES_12_Q32 : DEGREES_45_Q32);
+}
+
 static enum alignment_result step_solve(struct alignment *a, const struct tuning *t, uint32_t angle_q32)
 {
     if (!load_angle_step(&a->load)) {
         return ALIGNMENT_RUNNING;
     }
-    const uint32_t largest_q32 = load_angle_largest_q32(&a->load);
-    a->detail[0] = (int32_t)(largest_q32 / (DEGREES_45_Q32 / 45));
-    const int32_t most_q15 = SPREAD_Q15 + (int32_t)(t->encoder_scale_q32 >> COUNT_SHIFT);
-    const bool doubtful = load_angle_spread_q15(&a->load) > most_q15;
-    if (doubtful || largest_q32 > (a->attempt == 0u ? DEGREES_12_Q32 : DEGREES_45_Q32)) {
+    if (t->shows_axis) {
+        alignment_begin_drop(a, true);
+        return ALIGNMENT_RUNNING;
+    }
+    if (!alignment_load_is_told(a, t)) {
         return alignment_again(a, t, angle_q32, ALIGNMENT_LOAD);
     }
     a->target_q15 = 0;

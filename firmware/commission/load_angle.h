@@ -20,6 +20,7 @@ struct load_angle {
     int32_t saliency_q15;               /* (Lq - Ld) I / psi, at the larger current */
     uint32_t centre_q32;
     int32_t low_q32, high_q32; /* the offset lies between, relative to the centre */
+    int32_t doubted_q32;       /* the offset if the saliency is larger than told */
     uint32_t steps;
 };
 
@@ -28,6 +29,9 @@ void load_angle_start(struct load_angle *a);
 
 /* One step; true when the offset is known. About 300 cycles. Slow loop. */
 bool load_angle_step(struct load_angle *a);
+
+/* How far a quarter more saliency moves the offset: without a load not at all. */
+uint32_t load_angle_doubt_q32(const struct load_angle *a);
 
 /* From the encoder's angle to the magnets'. */
 static inline uint32_t load_angle_offset_q32(const struct load_angle *a)

@@ -55,6 +55,8 @@ struct hall_speed {
     uint64_t pushed_angle_q32;
     uint64_t pushed_angle_at_q32[HALL_EDGES_STORED]; /* at the edges */
     uint64_t rest_q32;                               /* the speed less that */
+    int32_t alone_q32;                               /* at rest: the speed that the torque alone would have made, */
+    int64_t alone_angle_q32;                         /* and the way */
     uint32_t angle_q32;                              /* of the rotor at the last step */
     int32_t travel_q32;                              /* its travel since the step before, per sample */
 };

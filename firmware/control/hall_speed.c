@@ -14,6 +14,7 @@
 #define LOAD_SHIFT   2
 #define HALF_TURN    3u /* edges: each switch has changed once */
 #define WHOLE_TURN   6u
+#define MISPLACED_PART 12 /* of a sector: 5 degrees */
 #define MIDDLE_SHIFT 5 /* of the distance to the middle, per millisecond */
 
 /* A consistent snapshot of the interrupt's results. */
@@ -56,14 +57,39 @@ static int64_t mean_speed(int64_t travel_q32, uint32_t clocks, const struct tuni
 
 /* ---- the torque's part ---- */
 
+/* What the torque alone would have done since the rotor rests: it turns one way, or begins anew. */
+static void integrate_alone(struct hall_speed *s, const struct tuning *t, int32_t torque_q8)
+{
+    const bool goes_on = s->lost && (int64_t)s->alone_q32 * torque_q8 >= 0;
+    s->alone_q32 = goes_on ? clamp_both_ways((int64_t)s->alone_q32 + (torque_q8 >> 8), SPEED_MOST) : 0;
+    s->alone_angle_q32 = goes_on ? s->alone_angle_q32 + (int64_t)s->alone_q32 * t->loops_per_slow : 0;
+}
+
 /* At rest the load equals the torque. */
 static void integrate_push(struct hall *h, const struct tuning *t, int32_t torque_q15)
 {
     struct hall_speed *const s = &h->speed;
     const int32_t torque_q8 = clamp_both_ways((int64_t)torque_q15 * h->push_q8, PUSH_MOST_Q8);
+    integrate_alone(s, t, torque_q8);
     s->load_q8 = s->lost ? -torque_q8 : s->load_q8;
     s->pushed_q32 += (uint64_t)(int64_t)((torque_q8 + s->load_q8) >> 8);
     s->pushed_angle_q32 += s->pushed_q32 * (uint32_t)t->loops_per_slow;
+}
+
+/*
+ * The first edge after rest: the rotor has turned by three quarters of a sector at most, as far as is known. If the torque alone
+ * would have turned it further, the load has taken its share of speed and acceleration. Without this two sectors would pass with
+ * a speed of 0.
+ */
+static void leave_rest(struct hall_speed *s, int32_t most_q32, int32_t direction)
+{
+    const int64_t way_q32 = s->alone_angle_q32 * direction;
+    if (way_q32 <= 0) {
+        return; /* a load drives it */
+    }
+    const int64_t share_q15 = way_q32 > most_q32 ? ((int64_t)most_q32 << 15) / way_q32 : 1 << 15;
+    s->rest_q32 += (uint64_t)((s->alone_q32 * share_q15) >> 15);
+    s->load_q8 -= (int32_t)((s->load_q8 * share_q15) >> 15);
 }
 
 void hall_resume(struct hall *h, const volatile struct current_loop *c, const struct encoder_regs *e,
@@ -152,6 +178,17 @@ static int64_t likely_change(const struct hall *h, uint32_t clocks, int64_t chan
     return change_q32 > most_q32 ? most_q32 : (change_q32 < -most_q32 ? -most_q32 : change_q32);
 }
 
+/*
+ * What of a change is believed: a single sector may be wrong by a switch that is out of place, a load may change the speed by
+ * half of what the largest torque does. Of a heavy shaft that is little, and its speed follows the edges slowly.
+ */
+static int64_t believed(const struct hall *h, uint32_t n, uint32_t clocks, int64_t change_q32)
+{
+    const int64_t load_q32 = (int64_t)h->push_most_q32 * clocks / (2 * SLOW_CLOCKS) + 1;
+    const int64_t misplaced_q32 = n == 1u ? q15_abs(h->speed.speed_q32) / MISPLACED_PART : 0;
+    return (change_q32 * ((load_q32 << 15) / (load_q32 + misplaced_q32))) >> 15;
+}
+
 /* Until the first full turn of edges, if that comes soon. */
 static bool preset_is_better(struct hall_speed *s, const struct reading *r)
 {
@@ -172,14 +209,15 @@ static void measure_speed(struct hall *h, const struct reading *r, const struct 
     const uint32_t clocks = s->clock - clock_of(r, before);
     s->clocks = n == 1u ? 2u * clocks : clocks; /* one sector shows each misplaced switch */
     const int64_t rest_q32 = mean_speed(sector_travel(h, r->state, s->direction, n) - pushed, clocks, t);
-    const int64_t change_q32 = likely_change(h, clocks, rest_q32 - (int64_t)s->rest_q32);
+    const int64_t change_q32 = believed(h, n, clocks, likely_change(h, clocks, rest_q32 - (int64_t)s->rest_q32));
     learn_load(s, clocks, change_q32);
     s->rest_q32 += (uint64_t)change_q32;
 }
 
 /* False if none came. An edge crossed back and forth within this millisecond has a new time. */
-static bool take_edges(struct hall_speed *s, const struct reading *r, const struct tuning *t)
+static bool take_edges(struct hall *h, const struct reading *r, const struct tuning *t)
 {
+    struct hall_speed *const s = &h->speed;
     const int32_t moved = (int32_t)(r->count - s->count);
     const bool there_and_back = clock_of(r, s->count) != s->clock;
     if (moved == 0 && !there_and_back) {
@@ -195,6 +233,9 @@ static bool take_edges(struct hall_speed *s, const struct reading *r, const stru
     s->sector_clocks = s->lost ? 0u : clock_of(r, r->count) - s->clock;
     s->count = r->count;
     s->clock = clock_of(r, r->count);
+    if (s->lost) {
+        leave_rest(s, h->sector[r->state].half_q32 / 2 * 3, direction);
+    }
     s->lost = false;
     return true;
 }
@@ -240,7 +281,7 @@ void hall_speed_step(struct hall *h, volatile struct current_loop *c, const stru
     struct reading r;
     read(&r, h, c, e);
     integrate_push(h, t, torque_q15);
-    if (take_edges(s, &r, t)) {
+    if (take_edges(h, &r, t)) {
         measure_speed(h, &r, t);
     }
     bound(h, &r, t);

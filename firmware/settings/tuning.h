@@ -146,7 +146,8 @@ struct tuning {
     int32_t align_speed_q32; /* electrical turns per millisecond: the fastest a field may pull the rotor */
     int32_t align_speed_ms;  /* over which the encoder measures that speed */
     bool reluctant;         /* reluctance outweighs the magnets: it holds the rotor at the start and shows their axis */
-    int32_t saliency_v_q15; /* alternating voltage for that, and the peak-to-peak current */
+    bool shows_axis;        /* the magnets hold it, but an alternating voltage shows their axis better than a pull does */
+    int32_t saliency_v_q15; /* that voltage, and the peak-to-peak current */
     int32_t saliency_i_q15;
 };
 

@@ -29,10 +29,25 @@ static int32_t align_period_ms(const struct params *p, int64_t i_ma)
     return polar_root_down((uint32_t)scale_clamp(period_squared_ms2, ALIGN_LEAST_MS * ALIGN_LEAST_MS, ALIGN_MOST_MS2));
 }
 
+static int64_t larger(int64_t x, int64_t y)
+{
+    return x > y ? x : y;
+}
+
+/*
+ * Lq - Ld as a rotor on the field sees it: nearly all of the current flows along the magnets, so the iron across them is not
+ * saturated, however much it is at rated torque.
+ */
+static int64_t rest_difference_uh(const struct params *p)
+{
+    const int64_t lq_uh = larger(larger(p->lq_uh, p->lq_rest_uh), mtpa_lq_uh(p));
+    const int64_t ld_uh = p->ld_uh < mtpa_ld_uh(p) ? p->ld_uh : mtpa_ld_uh(p);
+    return larger(lq_uh - ld_uh, 0);
+}
+
 static struct tuning_align align_level(const struct params *p, int64_t i_ma, int32_t ratio_q15)
 {
-    const int64_t difference_uh = p->lq_uh > p->ld_uh ? p->lq_uh - p->ld_uh : 0;
-    const int64_t saliency_q15 = scale(difference_uh * i_ma, 32768, p->flux_uwb * 1000LL);
+    const int64_t saliency_q15 = scale(rest_difference_uh(p) * i_ma, 32768, p->flux_uwb * 1000LL);
     const int32_t i_q15 = tuning_q15_from_milli((int32_t)i_ma, p->i_range_ma);
     return (struct tuning_align){
         .i_q15 = i_q15,
@@ -43,12 +58,20 @@ static struct tuning_align align_level(const struct params *p, int64_t i_ma, int
     };
 }
 
-static int64_t largest_align_ma(const struct params *p)
+/*
+ * Of psi / (Lq - Ld), in thousandths: the magnets then pull most firmly, but how firmly depends on that difference, and with
+ * half of the current they pull nearly as much. Where the axis is not measured, less tells the load better.
+ */
+#define ALIGN_PERMILLE         500
+#define ALIGN_PERMILLE_BY_LOAD 333
+
+static int64_t largest_align_ma(const struct params *p, bool shows_axis)
 {
-    const int64_t difference_uh = p->lq_uh - p->ld_uh;
-    const int64_t turns_away_ma = difference_uh > 0 ? scale(p->flux_uwb, 500, difference_uh) : p->i_max_ma;
+    const int64_t difference_uh = rest_difference_uh(p);
+    const int64_t permille = shows_axis ? ALIGN_PERMILLE : ALIGN_PERMILLE_BY_LOAD;
+    const int64_t turns_away_ma = difference_uh > 0 ? scale(p->flux_uwb, permille, difference_uh) : p->i_max_ma;
     const int64_t most_ma = (int64_t)p->i_align_ma * ALIGN_RANGE < p->i_max_ma ? p->i_align_ma : p->i_max_ma;
-    return most_ma < turns_away_ma ? most_ma : turns_away_ma;
+    return larger(most_ma < turns_away_ma ? most_ma : turns_away_ma, 1);
 }
 
 /* ---- machines whose reluctance outweighs their magnets ---- */
@@ -56,7 +79,7 @@ static int64_t largest_align_ma(const struct params *p)
 static int64_t apparent_difference_uh(const struct params *p)
 {
     const int64_t difference_uh = mtpa_lq_uh(p) - mtpa_ld_uh(p);
-    return difference_uh > 0 ? difference_uh : 0;
+    return larger(difference_uh, 0);
 }
 
 /* The current as a multiple of psi / (Lq - Ld): the angle is then acos(1/3), and the rotor held twice as firmly. */
@@ -78,22 +101,44 @@ static struct tuning_align reluctant_level(const struct params *p, int64_t i_ma)
     return level;
 }
 
+/*
+ * Where Lq is 1.35 times Ld an alternating voltage shows the axis within a degree, if the sensors agree to 1 %. That is better
+ * than telling the load by two currents from where reluctance takes a third of the magnets' pull at i_max. A count is what the
+ * axis is seen by: 2.8 degrees at most.
+ */
+#define AXIS_LEAST_PERCENT 35
+#define AXIS_PULL_PART     3
+#define AXIS_COUNT_SHIFT   25
+
+static bool shows_axis(const struct params *p, const struct tuning *t)
+{
+    const int64_t difference_uh = rest_difference_uh(p);
+    return difference_uh * 100 >= (int64_t)p->ld_uh * AXIS_LEAST_PERCENT && t->encoder_scale_q32 >> AXIS_COUNT_SHIFT == 0u &&
+           difference_uh * p->i_max_ma * AXIS_PULL_PART >= p->flux_uwb * 1000LL;
+}
+
+static void tune_saliency(const struct params *p, struct tuning *t)
+{
+    const bool used = t->reluctant || t->shows_axis;
+    const int64_t v_mv = scale(p->ld_uh, p->i_max_ma / SALIENCY_I_PART, SALIENCY_US);
+    t->saliency_i_q15 = used ? tuning_q15_from_milli(p->i_max_ma / SALIENCY_I_PART, p->i_range_ma) : 0;
+    t->saliency_v_q15 = used ? tuning_q15_from_milli(scale_clamp(v_mv, 0, p->v_max_mv / 4), p->v_range_mv) : 0;
+}
+
 static void tune_reluctant(const struct params *p, struct tuning *t)
 {
     const int64_t by_i_max = apparent_difference_uh(p) * p->i_max_ma; /* nWb */
     t->reluctant = by_i_max * 10 > p->flux_uwb * 1000LL * RELUCTANT_FROM_TENTHS;
+    t->shows_axis = !t->reluctant && shows_axis(p, t);
+    tune_saliency(p, t);
     if (!t->reluctant) {
-        t->saliency_v_q15 = t->saliency_i_q15 = 0;
         return;
     }
     const int64_t wanted_ma = scale(p->flux_uwb * 1000LL, RELUCTANT_TIMES, apparent_difference_uh(p));
     const int64_t i_ma = wanted_ma > p->i_max_ma / 4 ? wanted_ma : p->i_max_ma / 4 + 1;
-    const int64_t v_mv = scale(p->ld_uh, p->i_max_ma / SALIENCY_I_PART, SALIENCY_US);
     t->align[0] = reluctant_level(p, i_ma < p->i_max_ma ? i_ma : p->i_max_ma);
     t->align[1] = reluctant_level(p, p->i_max_ma);
-    t->saliency_i_q15 = tuning_q15_from_milli(p->i_max_ma / SALIENCY_I_PART, p->i_range_ma);
     t->align_levels = i_ma < p->i_max_ma ? 2u : 1u;
-    t->saliency_v_q15 = tuning_q15_from_milli(scale_clamp(v_mv, 0, p->v_max_mv / 4), p->v_range_mv);
 }
 
 /*
@@ -113,10 +158,11 @@ static void tune_wiring(const struct params *p, struct tuning *t)
 
 static void tune_alignment(const struct params *p, struct tuning *t)
 {
-    const int64_t most_ma = largest_align_ma(p);
+    const int64_t most_ma = largest_align_ma(p, shows_axis(p, t));
+    const int64_t first_ma = p->i_align_ma < most_ma ? p->i_align_ma : most_ma;
     t->pole_pairs = p->pole_pairs;
-    t->align_levels = most_ma > p->i_align_ma ? 2u : 1u;
-    t->align[0] = align_level(p, p->i_align_ma, 16384);
+    t->align_levels = most_ma > first_ma ? 2u : 1u;
+    t->align[0] = align_level(p, first_ma, 16384);
     t->align[1] = align_level(p, most_ma, 19661); /* 0.6: it holds a load of half of i_max, too */
 }
 

@@ -3,6 +3,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
+#include "lib/angle.h"
 #include "lib/polar.h"
 #include "lib/q15.h"
 #include "lib/trig.h"
@@ -22,6 +23,13 @@
 #define SIGMAS_SQUARED   36
 #define LEAST_PART       64 /* of the responses: a smaller part may be something else */
 
+#define PUSH_FIRST_MS   1u
+#define PUSH_LAST_MS    64u
+#define PUSH_SETTLES    24u
+#define PUSH_LEAST_Q32  ((1LL << 31) / 15) /* 12 degrees between both ways; the tracked angle is right within 2 */
+
+#define PUSH_FAR_Q32    0x20000000u /* 45 degrees: the next would be four times as far */
+
 /* 4 LSB per degree: 229 per radian. */
 #define RADIAN_LEAST 230
 
@@ -32,6 +40,7 @@ enum start_step {
     STEP_LOCK,
     STEP_POLARITY,
     STEP_REST, /* the test's current fades */
+    STEP_PUSH,
 };
 
 bool injection_wanted(const struct axis *a)
@@ -164,15 +173,13 @@ static enum injection_result leave_polarity(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
     s->tries++;
-    if (!injection_differ(s)) {
-        if (s->tries == POLARITY_TRIES) {
-            return INJECTION_POLARITY;
-        }
+    s->told = injection_differ(s);
+    if (!s->told && s->tries < POLARITY_TRIES) {
         begin_polarity(a, q15_min(s->i_q15 + s->i_q15 / 2, a->tuning.i_max_q15));
         return INJECTION_RUNNING;
     }
     const bool more_along = s->with > s->against;
-    if (more_along == a->tuning.reluctant) {
+    if (s->told && more_along == a->tuning.reluctant) {
         injection_turn_round(&a->loop);
     }
     a->loop.i_d_ref_q15 = 0;
@@ -198,6 +205,88 @@ static enum injection_result tell_polarity(struct axis *a)
     return INJECTION_RUNNING;
 }
 
+/* ---- push ---- */
+
+static void begin_push(struct axis *a, uint32_t push_ms)
+{
+    struct injection_start *const s = &a->injection;
+    next_step(s, STEP_PUSH);
+    s->push_ms = push_ms;
+    s->push_from_q32 = a->loop.pll.angle_q32;
+}
+
+/* The angle between both ways, before and after the middle window: a drift or a constant load cancels. 0: too little. */
+static int64_t pushed_apart_q32(const struct injection_start *s)
+{
+    const int64_t before_q32 = (int64_t)s->pushed_q32[0] - s->pushed_q32[1];
+    const int64_t after_q32 = (int64_t)s->pushed_q32[2] - s->pushed_q32[1];
+    const int64_t sum_q32 = before_q32 + after_q32;
+    const int64_t least_q32 = sum_q32 < 0 ? -PUSH_LEAST_Q32 : PUSH_LEAST_Q32;
+    return before_q32 / least_q32 > 0 && after_q32 / least_q32 > 0 ? sum_q32 : 0;
+}
+
+/* A longer push would tell nothing more, and might turn it by half a turn. */
+static bool pushed_far(const struct injection_start *s)
+{
+    uint32_t most_q32 = 0;
+    for (uint32_t n = 0; n < PUSH_WINDOWS; n++) {
+        const uint32_t size_q32 = angle_size_q32(s->pushed_q32[n]);
+        most_q32 = size_q32 > most_q32 ? size_q32 : most_q32;
+    }
+    return most_q32 > PUSH_FAR_Q32;
+}
+
+static enum injection_result leave_push(struct axis *a)
+{
+    struct injection_start *const s = &a->injection;
+    const int64_t apart_q32 = pushed_apart_q32(s);
+    if (apart_q32 == 0 && s->push_ms < PUSH_LAST_MS && !pushed_far(s)) {
+        begin_push(a, 2u * s->push_ms);
+        return INJECTION_RUNNING;
+    }
+    if (apart_q32 < 0) {
+        injection_turn_round(&a->loop);
+    }
+    return s->told || apart_q32 != 0 ? INJECTION_DONE : INJECTION_POLARITY;
+}
+
+static enum injection_result push(struct axis *a)
+{
+    struct injection_start *const s = &a->injection;
+    const uint32_t window_ms = 2u * s->push_ms + PUSH_SETTLES;
+    const uint32_t window = s->ms / window_ms;
+    const uint32_t ms = s->ms % window_ms;
+    if (s->ms != 0u && ms == 0u) {
+        s->pushed_q32[window - 1u] = (int32_t)(a->loop.pll.angle_q32 - s->push_from_q32);
+        s->push_from_q32 = a->loop.pll.angle_q32;
+    }
+    (void)injection_take(&a->loop);
+    if (window == PUSH_WINDOWS) {
+        return leave_push(a);
+    }
+    const int32_t i_q15 = (ms < s->push_ms) == (window != 1u) ? a->tuning.i_max_q15 / 3 * 2 : -a->tuning.i_max_q15 / 3 * 2;
+    a->loop.i_q_ref_q15 = ms < 2u * s->push_ms ? i_q15 : 0;
+    s->ms++;
+    return INJECTION_RUNNING;
+}
+
+/* ---- all of it ---- */
+
+static enum injection_result rest(struct axis *a)
+{
+    struct injection_start *const s = &a->injection;
+    s->ms++;
+    (void)injection_take(&a->loop);
+    if (s->ms < POLARITY_SETTLES) {
+        return INJECTION_RUNNING;
+    }
+    if (s->told && !a->tuning.reluctant) {
+        return INJECTION_DONE;
+    }
+    begin_push(a, PUSH_FIRST_MS);
+    return INJECTION_RUNNING;
+}
+
 static enum injection_result step(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
@@ -213,10 +302,10 @@ static enum injection_result step(struct axis *a)
     case STEP_POLARITY:
         return tell_polarity(a);
     case STEP_REST:
+        return rest(a);
+    case STEP_PUSH:
     default:
-        s->ms++;
-        (void)injection_take(&a->loop);
-        return s->ms == POLARITY_SETTLES ? INJECTION_DONE : INJECTION_RUNNING;
+        return push(a);
     }
 }
 

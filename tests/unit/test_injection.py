@@ -203,9 +203,11 @@ def test_white_noise_of_the_sensors_weighs_no_more_than_by_tone(c):
 # ---- on a machine --------------------------------------------------------------------------------------------------------
 
 class Bench:
-    """An axis in the start by injection, and a machine that stands at `angle_deg`."""
+    """An axis in the start by injection, and a machine that stands at `angle_deg`, unless its rotor is `free`: then
+    `load_rad_s2` drives it, electrical, and friction takes a tenth of what i_max does through the magnets."""
 
-    def __init__(self, c, motor, angle_deg, ld_h=None, lq_h=None, cross=0.0, soft=0.0, noise_lsb=0.0, seed=1, **params):
+    def __init__(self, c, motor, angle_deg, ld_h=None, lq_h=None, cross=0.0, soft=0.0, noise_lsb=0.0, seed=1, free=False,
+                 load_rad_s2=0.0, **params):
         self.c, self.p = c, {**shipped(motor), "angle_source": 1, **params}
         problem, _, tuning = compute(c, self.p)
         assert problem == "ERROR_NONE"
@@ -227,20 +229,34 @@ class Bench:
         self.delay = 2 - (tuning.delay_halves == 1)  # samples from a voltage to the current that shows it
         self.random, self.noise = np.random.default_rng(seed), noise_lsb
         self.thinks = 0
+        self.w, self.free, self.load_rad_s2 = 0.0, free, load_rad_s2
         c.injection_reset(self.loop, tuning)
         c.injection_begin(self.axis)
 
     def sample(self):
         """The current goes on by the voltage that acts; then the interrupt."""
         in_rotor, u = self.i * self.turn.conjugate(), (self.u[-self.delay] - self.r * self.i) * self.turn.conjugate()
+        u -= 1j * self.w * self.p["flux_uwb"] / 1e6
         ld_h = self.ld_h * (1 + self.soft * in_rotor.real)
         ldq_h = self.cross * self.lq_h
         det = ld_h * self.lq_h - ldq_h**2
         change = ((self.lq_h * u.real - ldq_h * u.imag) + 1j * (ld_h * u.imag - ldq_h * u.real)) / det
         self.i += change / PWM_HZ * self.turn
+        if self.free:
+            self.swing(in_rotor)
         seen = self.i * self.ampere + self.noise * complex(*self.random.standard_normal(2))
         self.c.host_inject_sample(self.loop, round(seen.real), round(seen.imag))
         self.u = [self.u[-1], (self.loop.flux.v_alpha_steps + 1j * self.loop.flux.v_beta_steps) * self.volt]
+
+    def swing(self, i):
+        """One sample of the free rotor's motion."""
+        flux, pairs = self.p["flux_uwb"] / 1e6, self.p["pole_pairs"]
+        per_nm = pairs / (self.p["inertia_gmm2"] * 1e-9)
+        most = 0.15 * pairs * flux * self.p["i_max_ma"] / 1000 * per_nm
+        driven = 1.5 * pairs * (flux + (self.ld_h - self.lq_h) * i.real) * i.imag * per_nm + self.load_rad_s2
+        held = self.w + driven / PWM_HZ
+        self.w = np.sign(held) * max(abs(held) - most / PWM_HZ, 0)
+        self.turn *= np.exp(1j * self.w / PWM_HZ)
 
     def milliseconds(self, count=1):
         for _ in range(count):
@@ -249,7 +265,7 @@ class Bench:
             self.c.injection_follow(self.loop, self.axis.tuning)
 
     def start(self):
-        for _ in range(600):
+        for _ in range(2000):
             self.milliseconds()
             result = self.c.injection_start_step(self.axis)
             if result != self.c.INJECTION_RUNNING:
@@ -362,6 +378,22 @@ def test_both_ends_alike_are_refused_and_never_guessed(c):
     for _ in range(2):
         asked_q15.append(asked_q15[-1] + asked_q15[-1] // 2)
     assert bench.axis.injection.i_q15 == asked_q15[-1]
+
+
+@pytest.mark.parametrize("soft", (-SOFT, 0, SOFT))
+@pytest.mark.parametrize("angle, load_rad_s2", ((20, 0), (200, 0), (110, 60), (290, -60)))
+def test_a_push_finds_north_whatever_the_iron_does(c, soft, angle, load_rad_s2):
+    """With the wrong sign of saturation too, and without any; a drift and a load do not matter."""
+    bench = Bench(c, THOR, angle, soft=soft, noise_lsb=16, free=True, load_rad_s2=load_rad_s2)
+    assert bench.start() == c.INJECTION_DONE
+    assert abs(bench.error_deg()) < 3
+    assert bench.axis.injection.push_ms <= 64
+
+
+def test_a_push_is_left_out_where_magnets_outweigh_reluctance_and_saturation_has_told(c):
+    bench = Bench(c, THOR, 30, soft=-SOFT, free=True)
+    bench.axis.tuning.reluctant = False
+    assert bench.start() == c.INJECTION_DONE and bench.axis.injection.push_ms == 0 and abs(bench.error_deg()) < 1
 
 
 @pytest.mark.parametrize("reluctant, soft", ((True, SOFT), (False, -SOFT)))

@@ -312,18 +312,35 @@ def check_way(tuning, p, period_ms):
     assert tuning.align_speed_ms == pytest.approx(min(max(counts_ms, 1), period_ms // 8), abs=0.51)
 
 
+def rest_difference_h(p):
+    """As the rotor on the field meets it: q iron without current, d iron with it."""
+    lq = max(p["lq_uh"], p["lq_apparent_uh"], p["lq_rest_uh"])
+    return max(lq - min(p["ld_uh"], p["ld_apparent_uh"] or p["ld_uh"]), 0) * 1e-6
+
+
+def shows_axis(p):
+    """Lq is 1.35 Ld or more, reluctance takes a third of the pull at i_max, and a count is at most 2.8 degrees."""
+    difference = rest_difference_h(p)
+    return (difference >= 0.35e-6 * p["ld_uh"] and p["encoder_counts"] > 128 * p["pole_pairs"]
+            and difference * p["i_max_ma"] * 1e-3 >= p["flux_uwb"] * 1e-6 / 3)
+
+
 def check_levels(tuning, p):
-    """i_align first; then i_max, or as much as leaves half of the pull of the magnets, where i_align is not far below."""
+    """i_align first; then i_max where i_align is not far below; neither beyond what leaves half of the magnets' pull, or two
+    thirds where the axis is not measured."""
     assert bool(tuning.reluctant) == is_reluctant(p)
+    assert bool(tuning.shows_axis) == (not is_reluctant(p) and shows_axis(p))
+    assert (tuning.saliency_v_q15 > 0) == bool(tuning.reluctant or tuning.shows_axis)
     if is_reluctant(p):
         check_reluctant(tuning, p)
         return
-    difference = (p["lq_uh"] - p["ld_uh"]) * 1e-6
+    difference = rest_difference_h(p)
     most = p["i_max_ma"] if p["i_align_ma"] * 4 >= p["i_max_ma"] else p["i_align_ma"]
     if difference > 0:
-        most = min(most, p["flux_uwb"] * 1e-3 / 2 / difference)
+        most = min(most, p["flux_uwb"] * 1e-3 * (0.5 if shows_axis(p) else 0.333) / difference)
+    first = min(p["i_align_ma"], most)
     assert tuning.align_levels == (2 if math.floor(most + 0.5) > p["i_align_ma"] else 1)
-    for level, i_ma, ratio in zip(tuning.align, (p["i_align_ma"], most), (0.5, 0.6)):
+    for level, i_ma, ratio in zip(tuning.align, (first, most), (0.5, 0.6)):
         assert level.i_q15 == pytest.approx(i_ma / p["i_range_ma"] * 32768, abs=0.51 + 17000 / p["i_range_ma"])
         assert level.ratio_q15 == round(ratio * 32768) and abs(level.i_less_q15 - ratio * level.i_q15) <= 1
         reluctance = min(max(difference, 0) * i_ma * 1e-3 / (p["flux_uwb"] * 1e-6), 0.5)

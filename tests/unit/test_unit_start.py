@@ -57,7 +57,7 @@ def test_the_offset_is_free_of_load_and_friction(c, saliency, ratio):
                 while not c.load_angle_step(solver):
                     steps += 1
                 offset = (solver.centre_q32 + solver.low_q32) % TURN
-                assert steps == 20 and solver.high_q32 - solver.low_q32 == pytest.approx(TURN / 3 / 2**20, rel=0.01)
+                assert steps == 40 and solver.high_q32 - solver.low_q32 == pytest.approx(TURN / 3 / 2**20, rel=0.01)
                 assert abs(wrapped(offset - offset_deg / 360 * TURN)) < 0.15, (load, friction, offset_deg)
                 largest = max(abs(math.degrees(angle_of(load + way * friction, 1, saliency))) for way in (1, -1))
                 assert c.load_angle_largest_q32(solver) * 360 / TURN == pytest.approx(largest, abs=0.15)
