@@ -5,11 +5,9 @@
 #include "lib/q15.h"
 
 #define ONE_Q29          (1 << 29)
+#define ALL_Q15          32768
 #define SLOW_SHIFT       2 /* of the bandwidth, if torque is slow: kp scales with it, ki with its square */
-#define HUNT_MS          32u
-#define HUNT_SWINGS      4u
 #define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
-#define CALMEST          10u               /* quarters: a sixteenth of the gains is left */
 
 /* The step from `here` to `target`, `most` at most; the distance may take 32 bits and a sign. */
 static int32_t towards(int32_t target, int32_t here, int32_t most)
@@ -41,7 +39,8 @@ void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, int32_t travel
 
 void speed_loop_init(struct speed_loop *s)
 {
-    *s = (struct speed_loop){.swing = 1};
+    *s = (struct speed_loop){.accel_share_q15 = ALL_Q15};
+    oscillation_init(&s->oscillation);
     speed_estimate_reset(&s->estimate);
 }
 
@@ -52,11 +51,17 @@ void speed_loop_soften(struct speed_loop *s, int32_t kp_q16, int32_t ki_q16)
     s->error_max_q15 = scale_clamp(ERROR_TIMES_GAIN / kp_q16, 0, INT32_MAX);
 }
 
+void speed_loop_allow_less(struct speed_loop *s, bool allowed)
+{
+    s->oscillation.only_counts = !allowed;
+}
+
 void speed_loop_tune(struct speed_loop *s, const struct tuning *t)
 {
     speed_loop_soften(s, t->speed_kp_q16, t->speed_ki_q16);
-    s->calmed = 0;
-    s->swings = 0;
+    s->accel_share_q15 = ALL_Q15;
+    oscillation_init(&s->oscillation);
+    s->notch.on = false;
 }
 
 void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
@@ -67,6 +72,8 @@ void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
     s->integral_q29 = torque_q15 * (1 << 14);
     s->at_limit = false;
     s->torque_is_slow = false;
+    oscillation_reset(&s->oscillation);
+    notch_reset(&s->notch, s->integral_q29);
     for (uint32_t n = 0; n < PARAM_TORQUE_MEAN_MOST_MS - 1; n++) {
         s->before_q15[n] = torque_q15;
     }
@@ -97,19 +104,19 @@ static int32_t memory_q16(const struct speed_loop *s, const struct tuning *t, in
     return s->ref_rpm_q16 != 0 ? q15_max(scaled_q16, q15_min(t->speed_ki_min_q16, s->ki_q16)) : scaled_q16;
 }
 
-/*
- * Repeated swings of a quarter of the largest current, each within HUNT_MS: the shaft is lighter than the gains assume, or
- * oscillates against its load. Reduces the gains by a quarter until it calms down.
- */
-static void count_swing(struct speed_loop *s)
+static int32_t share_of(int32_t gain, int32_t share_q15)
 {
-    s->swings = s->swing_ms < HUNT_MS ? s->swings + 1u : 0u;
-    s->swing_ms = 0;
-    s->swing = -s->swing;
-    if (s->swings >= HUNT_SWINGS && s->calmed < CALMEST) {
-        s->calmed++;
-        s->kp_q16 -= s->kp_q16 / 4;
-        s->ki_q16 -= s->ki_q16 / 4;
+    return (int32_t)(((int64_t)gain * share_q15) >> 15);
+}
+
+/* The memory takes the share twice: the loop is slower and keeps its damping. A light shaft needs less to accelerate, too. */
+static void take_less(struct speed_loop *s)
+{
+    const int32_t share_q15 = s->oscillation.share_q15;
+    speed_loop_soften(s, q15_max(share_of(s->kp_q16, share_q15), 1),
+                      share_of(share_of(s->ki_q16, share_q15), share_q15));
+    if (s->oscillation.light) {
+        s->accel_share_q15 = share_of(s->accel_share_q15, share_q15);
     }
 }
 
@@ -147,11 +154,58 @@ static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
 }
 
 /* At most +-1.0: the product's upper word shows which. */
-static int32_t feedforward_q29(const struct tuning *t, int32_t moved_q16)
+static int32_t feedforward_q29(const struct speed_loop *s, const struct tuning *t, int32_t moved_q16)
 {
     const int64_t wanted_q39 = (int64_t)t->speed_accel_q8 * moved_q16;
     const int32_t high_q7 = (int32_t)(wanted_q39 >> 32);
-    return high_q7 >= 1 << 7 ? ONE_Q29 : (high_q7 < -(1 << 7) ? -ONE_Q29 : (int32_t)(wanted_q39 >> 10));
+    const int32_t all_q29 =
+        high_q7 >= 1 << 7 ? ONE_Q29 : (high_q7 < -(1 << 7) ? -ONE_Q29 : (int32_t)(wanted_q39 >> 10));
+    return share_of(all_q29, s->accel_share_q15);
+}
+
+/*
+ * What swings has swung the integral, too: it becomes the mean of the demand. While the loop has let go of the shaft, that is
+ * all, feed-forward included.
+ */
+static void follow_oscillation(struct speed_loop *s, const struct tuning *t, enum oscillation_says says,
+                               int32_t moved_q16)
+{
+    if (says == OSCILLATION_NOTHING) {
+        return;
+    }
+    s->integral_q29 = s->oscillation.mean_q15 * (1 << 14);
+    if (says == OSCILLATION_LET_GO) {
+        return;
+    }
+    take_less(s);
+    if (says == OSCILLATION_NOTCH) {
+        notch_set(&s->notch, s->oscillation.ring_c_q13, s->integral_q29);
+    }
+    s->integral_q29 -= feedforward_q29(s, t, moved_q16);
+}
+
+/* The loop's own swing is looked for, not that of a reference that turns round. */
+static void watch_oscillation(struct speed_loop *s, const struct tuning *t, int32_t error_q15, int32_t moved_q16)
+{
+    const uint32_t shift = s->oscillation.listens ? 30u + OSCILLATION_LISTEN_SHIFT : 30u;
+    const int64_t answer_q12 = ((int64_t)error_q15 * s->kp_q16) >> shift;
+    const int32_t limited_q12 = answer_q12 < -INT16_MAX ? -INT16_MAX : (int32_t)answer_q12;
+    const int32_t seen_q12 = answer_q12 > INT16_MAX ? INT16_MAX : limited_q12;
+    if ((moved_q16 < 0 && s->moved_q16 > 0) || (moved_q16 > 0 && s->moved_q16 < 0)) {
+        oscillation_reset(&s->oscillation);
+    }
+    s->moved_q16 = moved_q16 != 0 ? moved_q16 : s->moved_q16;
+    follow_oscillation(s, t, oscillation_step(&s->oscillation, seen_q12, s->demand_q15, t->i_max_q15), moved_q16);
+}
+
+/* Proportional part, integral and feed-forward; or the integral alone while the loop has let go. */
+static int32_t wanted_of(struct speed_loop *s, const struct tuning *t, int32_t error_q15, int32_t moved_q16)
+{
+    int32_t wanted_q29 = s->integral_q29;
+    if (!s->oscillation.listens) {
+        wanted_q29 += answer_q29(s, error_q15, s->kp_q16) + (moved_q16 != 0 ? feedforward_q29(s, t, moved_q16) : 0);
+    }
+    return s->notch.on ? notch_step(&s->notch, wanted_q29) : wanted_q29;
 }
 
 /* In Q29 a torque has 14 bits beyond Q15: a response of +-2.0, feed-forward of +-1.0 and a smaller integral sum fit 32 bits. */
@@ -171,16 +225,13 @@ static int32_t control(struct speed_loop *s, const struct tuning *t, int32_t mov
         error_q15 >>= SLOW_SHIFT;
         ki_q16 >>= 2 * SLOW_SHIFT;
     }
-    const int32_t answer = answer_q29(s, error_q15, s->kp_q16);
-    const int32_t wanted_q29 = s->integral_q29 + answer + (moved_q16 != 0 ? feedforward_q29(t, moved_q16) : 0);
-    s->swing_ms++;
-    if ((answer >> 14) * s->swing > t->i_max_q15 >> 2) {
-        count_swing(s);
-    }
+    watch_oscillation(s, t, error_q15, moved_q16);
+    const int32_t wanted_q29 = wanted_of(s, t, error_q15, moved_q16);
     s->at_limit = wanted_q29 < low_q29 || wanted_q29 > high_q29;
+    s->demand_q15 = q15_clamp(wanted_q29, low_q29, high_q29) >> 14;
     /* integrate unless that would push further into the limit */
     const int32_t growth_q29 = answer_q29(s, ref_rpm_q15 - s->estimate.travel_q15, ki_q16);
-    if (!s->at_limit || (growth_q29 > 0) != (wanted_q29 > 0)) {
+    if (!s->oscillation.listens && (!s->at_limit || (growth_q29 > 0) != (wanted_q29 > 0))) {
         s->integral_q29 = q15_clamp(s->integral_q29 + growth_q29, low_q29, high_q29);
     }
     return t->torque_mean_ms > 1 ? mean_demand_q15(s, t->torque_mean_ms, wanted_q29 >> 14) : wanted_q29 >> 14;

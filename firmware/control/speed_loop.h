@@ -10,6 +10,8 @@
 
 #include "firmware/control/current_loop.h"
 #include "firmware/control/interval.h"
+#include "firmware/control/notch.h"
+#include "firmware/control/oscillation.h"
 #include "firmware/control/speed_estimate.h"
 #include "firmware/settings/tuning.h"
 
@@ -22,13 +24,14 @@ struct speed_loop {
     int32_t integral_q29; /* torque in Q15, 14 more bits of fraction */
     bool at_limit;        /* the torque demand is limited */
     bool torque_is_slow;  /* voltage limits its slew: a quarter of the bandwidth then; set by the caller */
-    int32_t kp_q16;       /* the tuning's gains, less what hunting has taken */
+    int32_t kp_q16;       /* the tuning's gains, less what an oscillation has taken */
     int32_t ki_q16;
-    int32_t error_max_q15;                             /* beyond it the output is twice the range anyway */
-    uint32_t calmed;                                   /* how often reduced; 0 at the next switch-on */
-    uint32_t swings;                                   /* in a row */
-    uint32_t swing_ms;                                 /* since the last */
-    int32_t swing;                                     /* +1 or -1: side of the next one */
+    int32_t accel_share_q15; /* of the feed-forward; 32768 but for a shaft that is light */
+    int32_t error_max_q15;   /* beyond it the output is twice the range anyway */
+    int32_t moved_q16;       /* the reference's last step that was one */
+    int32_t demand_q15;      /* of the last step, within its limits */
+    struct oscillation oscillation;
+    struct notch notch;                                /* where the coupling rings */
     int32_t before_q15[PARAM_TORQUE_MEAN_MOST_MS - 1]; /* torque demands of the last steps, latest first */
 };
 
@@ -50,7 +53,10 @@ void speed_loop_init(struct speed_loop *s);
 /* Takes all gains: at every switch-on. Thread, slow loop masked. */
 void speed_loop_tune(struct speed_loop *s, const struct tuning *t);
 
-/* Sets smaller gains, not 0, while it runs. Its own reductions so far still count. */
+/* Whether it reduces its gains where it oscillates: yes, from each switch-on. Slow loop. */
+void speed_loop_allow_less(struct speed_loop *s, bool allowed);
+
+/* Sets smaller gains, not 0, while it runs. */
 void speed_loop_soften(struct speed_loop *s, int32_t kp_q16, int32_t ki_q16);
 
 /* Starts from the present speed and torque, without a step. */

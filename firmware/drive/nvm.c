@@ -22,6 +22,7 @@ const char *nvm_name_of_fault(enum fault cause)
         [FAULT_INVERTER_OVERLOAD] = "inverter_overload",
         [FAULT_VOLTAGE_LIMIT] = "voltage_limit",
         [FAULT_LIMIT_CYCLE] = "limit_cycle",
+        [FAULT_OSCILLATION] = "oscillation",
         [FAULT_FOLLOWING_ERROR] = "following_error",
         [FAULT_HOMING] = "homing",
         [FAULT_HALL_INVALID] = "hall_state",

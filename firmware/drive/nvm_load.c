@@ -92,7 +92,7 @@ static enum error take_reaction(struct candidate *c, struct nvm_report *k, const
     if (r->value_bytes != 1u) {
         return ERROR_STORED_FORMAT;
     }
-    if (!FEATURE_IN(SENSORLESS) && r->value[0] == REACTION_CARRY) {
+    if (fault_choice_is_absent(cause, (enum reaction)r->value[0])) {
         pass_over(k, r);
         return ERROR_NONE;
     }

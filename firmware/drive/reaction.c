@@ -24,6 +24,9 @@ static bool can_stop(const struct axis *a)
 static enum reaction choice_now(struct axis *a, enum fault cause)
 {
     const enum reaction choice = (enum reaction)a->reactions.choice[cause];
+    if (cause == FAULT_OSCILLATION && choice == REACTION_CARRY) {
+        return a->speed.oscillation.answered < OSCILLATION_ANSWERS_MOST ? REACTION_WARN : REACTION_OFF;
+    }
     if (choice != REACTION_CARRY || a->failover.pending != FAULT_NONE || failover_begin(a, cause)) {
         return choice;
     }

@@ -99,6 +99,7 @@ static bool start_was_for_operation(struct axis *a)
 static void begin_operation(struct axis *a)
 {
     speed_loop_reset(&a->speed, 0);
+    speed_loop_allow_less(&a->speed, a->reactions.choice[FAULT_OSCILLATION] == REACTION_CARRY);
     a->mode = AXIS_MODE_SPEED;
     a->set_point.waits = false; /* of an earlier operation */
     a->speed.target_rpm_q16 = a->retry.start_rpm_q16;

@@ -68,6 +68,7 @@ enum fault {
     FAULT_HALL_UNKNOWN,      /* `learn hall`: did not find their table */
     FAULT_SLOW_LOOP_STOPPED, /* the slow loop gave the fabric no proof of life; the fabric has switched off already */
     FAULT_THREAD_STOPPED,    /* the thread, likewise */
+    FAULT_OSCILLATION, /* the speed loop swings with its shaft: a coupling, or an inertia far from what was told */
     FAULT_COUNT
 };
 
@@ -100,7 +101,8 @@ enum reaction {
     REACTION_OFF,  /* bridge off at once */
     REACTION_STOP, /* quick stop, then off; the fault is still latched */
     REACTION_WARN, /* operation goes on, the console reports it once */
-    REACTION_CARRY, /* the same, without the encoder, if the observer sees the rotor: drive/failover.h; else stop or off */
+    REACTION_CARRY, /* the same, with less: without the encoder, if the observer sees the rotor (drive/failover.h; else stop or
+                       off); with a slower speed loop (control/oscillation.h; else off) */
     REACTION_COUNT
 };
 
@@ -112,6 +114,9 @@ struct fault_class {
 
 /* Never NULL; an unknown cause gets the class that allows only off. Any context. */
 const struct fault_class *fault_class(enum fault cause);
+
+/* The observer that this choice needs is not in the image. Any context. */
+bool fault_choice_is_absent(enum fault cause, enum reaction choice);
 
 /* The cause behind the gate block's latches; FAULT_NONE when none is set. */
 enum fault fault_from_gate(uint32_t gate_flags);

@@ -5,10 +5,11 @@
 #include "drivers/fabric/gate.h"
 #include "firmware/settings/features.h"
 
-#define OFF   (1u << REACTION_OFF)
-#define STOP  (1u << REACTION_STOP)
-#define WARN  (1u << REACTION_WARN)
-#define CARRY (FEATURE_IN(SENSORLESS) ? 1u << REACTION_CARRY : 0u)
+#define OFF    (1u << REACTION_OFF)
+#define STOP   (1u << REACTION_STOP)
+#define WARN   (1u << REACTION_WARN)
+#define CARRY  (FEATURE_IN(SENSORLESS) ? 1u << REACTION_CARRY : 0u)
+#define SLOWER (1u << REACTION_CARRY)
 
 /*
  * A stop needs a working current loop, encoder and bridge. A warning is allowed if going on does no harm by itself. Retry is
@@ -28,6 +29,7 @@ static const struct fault_class classes[FAULT_COUNT] = {
     [FAULT_OVERTEMPERATURE] = {OFF | STOP | WARN, REACTION_STOP, true},
     [FAULT_INVERTER_OVERLOAD] = {OFF | STOP | WARN, REACTION_STOP, true},
     [FAULT_VOLTAGE_LIMIT] = {OFF | STOP | WARN, REACTION_WARN, true},
+    [FAULT_OSCILLATION] = {OFF | STOP | WARN | SLOWER, REACTION_CARRY, false},
     [FAULT_LIMIT_CYCLE] = {OFF | STOP | WARN, REACTION_OFF, false},
     [FAULT_FOLLOWING_ERROR] = {OFF | STOP | WARN, REACTION_STOP, false},
     [FAULT_HOMING] = {OFF | STOP, REACTION_STOP, false},
@@ -42,6 +44,11 @@ const struct fault_class *fault_class(enum fault cause)
 {
     static const struct fault_class off_only = {OFF, REACTION_OFF, false};
     return cause < FAULT_COUNT && classes[cause].allowed != 0u ? &classes[cause] : &off_only;
+}
+
+bool fault_choice_is_absent(enum fault cause, enum reaction choice)
+{
+    return !FEATURE_IN(SENSORLESS) && choice == REACTION_CARRY && cause != FAULT_OSCILLATION;
 }
 
 /* Safe torque off first: it may well come with a loss of the drivers' supply. No loop: the interrupt's time is bounded. */

@@ -3,14 +3,15 @@
 #include "firmware/source/rotor.h"
 #include "lib/q15.h"
 
-#define STEP_MS       2u /* from look to look */
-#define STALL_MS      500u
-#define FAR_MS        4u
-#define LOSING_MS     4u
-#define LOOK_AHEAD_MS 10
-#define RATE_SHIFT    1
-#define CYCLE_LONGEST 100u /* ms per half wave: six in 300 ms have 50 */
-#define CYCLE_HALVES  6u
+#define STEP_MS        2u /* from look to look */
+#define STALL_MS       500u
+#define FAR_MS         4u
+#define LOSING_MS      4u
+#define LOOK_AHEAD_MS  10
+#define RATE_SHIFT     1
+#define CYCLE_SHORTEST 7u /* ms per half wave: faster ones are the speed loop's own to find (control/oscillation.h) */
+#define CYCLE_LONGEST  250u
+#define CYCLE_HALVES   6u
 
 /* What the encoder resolves within a millisecond: two counts. */
 static int32_t resolved_rpm_q4(const struct axis *a)
@@ -21,7 +22,8 @@ static int32_t resolved_rpm_q4(const struct axis *a)
 void speed_watch_begin(struct axis *a)
 {
     const int32_t share_q4 = (int32_t)((int64_t)a->params.speed_max_rpm * 16 * a->params.deviation_pct / 100);
-    a->supervision.speed = (struct speed_watch){.deviation_q4 = q15_max(share_q4, resolved_rpm_q4(a))};
+    a->supervision.speed = (struct speed_watch){.deviation_q4 = q15_max(share_q4, resolved_rpm_q4(a)),
+                                                .oscillations = a->speed.oscillation.found};
     a->supervision.cycle = (struct cycle_watch){.halves = 0};
 }
 
@@ -39,13 +41,14 @@ static void close_half_wave(struct axis *a, struct cycle_watch *w)
     const int32_t high_q15 = q15_max(w->high_q15, w->last_high_q15);
     const int32_t low_q15 = q15_min(w->low_q15, w->last_low_q15);
     const bool swings = high_q15 - low_q15 > a->tuning.i_max_q15 / 2;
-    const bool answered = a->speed.calmed != w->calmed;
-    const bool counts = !answered && swings && w->half_ms <= CYCLE_LONGEST && alike(w->half_ms, w->last_half_ms);
+    const bool answered = a->speed.oscillation.answered != w->answered;
+    const bool slow = w->half_ms >= CYCLE_SHORTEST && w->half_ms <= CYCLE_LONGEST;
+    const bool counts = !answered && swings && slow && alike(w->half_ms, w->last_half_ms);
     w->halves = counts ? w->halves + 1u : 0u;
     w->last_half_ms = w->half_ms;
     w->last_high_q15 = w->high_q15;
     w->last_low_q15 = w->low_q15;
-    w->calmed = a->speed.calmed;
+    w->answered = a->speed.oscillation.answered;
     w->half_ms = 0;
     w->high_q15 = a->loop.i_q_ref_q15;
     w->low_q15 = a->loop.i_q_ref_q15;
@@ -63,7 +66,7 @@ static void end_half_wave(struct axis *a)
 
 /*
  * Finds the cause: a few milliseconds later a dead encoder or Hall switch, or an observer that has lost the rotor, is known,
- * and a phase without current shows.
+ * an oscillation has come to rest, and a phase without current shows.
  */
 static void lose_speed(struct axis *a)
 {
@@ -71,7 +74,7 @@ static void lose_speed(struct axis *a)
     if (rotor_has_hall(a) && hall_edge_is_overdue(&a->hall.speed)) {
         return;
     }
-    if (lock_watch_doubts(a) || encoder_watch_may_be_dead(a)) {
+    if (lock_watch_doubts(a) || encoder_watch_may_be_dead(a) || oscillation_is_answered(&a->speed.oscillation)) {
         return;
     }
     if (phase_watch_suspects(a, &phase)) {
@@ -107,7 +110,9 @@ static void watch_deviation(struct axis *a, struct speed_watch *s)
     const bool losing =
         helpless && rate_q4 > 0 && distance_q4 + LOOK_AHEAD_MS / (int32_t)STEP_MS * rate_q4 > s->deviation_q4;
     const uint32_t losing_ms = losing ? s->losing_ms + STEP_MS : 0u;
-    const uint32_t far_ms = distance_q4 > s->deviation_q4 ? s->far_ms + STEP_MS : 0u;
+    const bool same_side = (error_q4 < 0) == s->below;
+    const uint32_t far_ms = distance_q4 > s->deviation_q4 ? (same_side ? s->far_ms : 0u) + STEP_MS : 0u;
+    s->below = error_q4 < 0;
     s->rate_q4 = rate_q4;
     s->distance_q4 = distance_q4;
     s->losing_ms = losing_ms;
@@ -130,6 +135,16 @@ static void watch_stall(struct axis *a, struct speed_watch *s)
     }
 }
 
+/* The speed loop finds it, and has answered already where it may (control/oscillation.h). */
+static void look_for_oscillation(struct axis *a, struct speed_watch *s)
+{
+    const struct oscillation *const o = &a->speed.oscillation;
+    if (o->found != s->oscillations) {
+        s->oscillations = o->found;
+        fault_report(a, FAULT_OSCILLATION, o->hz, 0);
+    }
+}
+
 /* Homing checks for itself what stops the shaft. */
 static bool applies(const struct axis *a)
 {
@@ -138,6 +153,7 @@ static bool applies(const struct axis *a)
 
 void speed_watch_step(struct axis *a)
 {
+    look_for_oscillation(a, &a->supervision.speed);
     if (applies(a)) {
         watch_cycle(a, &a->supervision.cycle);
         watch_deviation(a, &a->supervision.speed);

@@ -10,17 +10,19 @@ struct axis;
 
 struct speed_watch {
     int32_t deviation_q4; /* rpm: the limit */
-    uint32_t far_ms;
-    int32_t distance_q4; /* from the reference, at the last step */
-    int32_t rate_q4;     /* its growth per millisecond, smoothed */
-    uint32_t losing_ms;  /* how long it has been about to exceed the limit, at full current */
+    uint32_t far_ms;      /* on one side of the reference: what swings about it is not lost */
+    bool below;           /* the reference, at the last step: the error is negative */
+    int32_t distance_q4;  /* from the reference, at the last step */
+    int32_t rate_q4;      /* its growth per millisecond, smoothed */
+    uint32_t losing_ms;   /* how long it has been about to exceed the limit, at full current */
     uint32_t stalled_ms;
+    uint32_t oscillations; /* found by the speed loop when last looked at */
 };
 
 /* A limit cycle: half waves of the speed error, nearly equal in length, with much current. */
 struct cycle_watch {
     bool error_below;
-    uint32_t calmed;           /* how often the speed loop has reduced its gains by itself (speed_loop.calmed) */
+    uint32_t answered;         /* how often the speed loop has reduced its gains by itself */
     uint32_t half_ms;          /* of the present half wave */
     uint32_t last_half_ms;     /* of the one before */
     uint32_t halves;           /* similar ones in a row */

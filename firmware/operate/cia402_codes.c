@@ -36,6 +36,7 @@ static const uint16_t codes[FAULT_COUNT] = {
     [FAULT_INVERTER_OVERLOAD] = 0x2350, /* load level, I2t */
     [FAULT_VOLTAGE_LIMIT] = 0x3220,
     [FAULT_LIMIT_CYCLE] = 0x8400,
+    [FAULT_OSCILLATION] = 0x8400,
     [FAULT_COMMAND_TIMEOUT] = 0x8100, /* communication */
     [FAULT_ROTOR_TURNING] = 0xFF10,
     [FAULT_SENSOR_SIGN] = 0x5210,

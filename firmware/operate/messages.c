@@ -209,6 +209,8 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_INVERTER_OVERLOAD] = {"inverter overload", "load, inverter_ma, inverter_tau_ms"},
     [FAULT_VOLTAGE_LIMIT] = {"voltage limit", "supply, speed_max_rpm, flux_uwb: the bus does not drive the current"},
     [FAULT_LIMIT_CYCLE] = {"limit cycle", "speed_bw_hz, inertia_gmm2: the speed loop swings", "at @ Hz"},
+    [FAULT_OSCILLATION] = {"oscillation", "a coupling that swings, inertia_gmm2, speed_bw_hz",
+                           "at @ Hz, or folded to it"},
     [FAULT_COMMAND_TIMEOUT] = {"command time-out", "the controller of this drive; command_timeout_ms",
                                "nothing heard for @ ms"},
     [FAULT_ROTOR_TURNING] = {"rotor turning",

@@ -185,7 +185,7 @@ static enum modbus_exception change_param(struct change *c, uint32_t number, int
 
 static enum modbus_exception change_choice(struct change *c, uint32_t fault, int32_t choice)
 {
-    if (!FEATURE_IN(SENSORLESS) && choice == REACTION_CARRY) {
+    if (fault_choice_is_absent((enum fault)fault, (enum reaction)choice)) {
         c->absent = feature_absent(FEATURE_SENSORLESS);
         return MODBUS_FINE; /* refused as a whole, with that reason */
     }

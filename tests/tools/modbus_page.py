@@ -53,7 +53,8 @@ def reaction_table(source=ROOT):
         encoding="utf-8"))
     lines = ["| register | fault | choices | initial |", "|---|---|---|---|"]
     for name, allowed, initial in sorted(rows, key=lambda row: names.index(row[0])):
-        choices = [f"{CHOICES.index(word)} {word.lower()}" for word in allowed.split(" | ")]
+        words = [word.replace("SLOWER", "CARRY") for word in allowed.split(" | ")]
+        choices = [f"{CHOICES.index(word)} {word.lower()}" for word in words]
         if len(choices) > 1:
             lines.append(f"| {REACTIONS + names.index(name)} | {name.removeprefix('FAULT_').lower().replace('_', ' ')} | "
                          f"{', '.join(choices)} | {CHOICES.index(initial)} |")

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Finds that the speed loop oscillates with its shaft, and by how much its gains are too large. Slow loop, once a millisecond.
+ *
+ * Seen is the proportional part of the torque demand, in blocks of 16 ms: a tone above OSCILLATION_HZ, well above what the loop
+ * is to follow, of more than a quarter of i_max, that does not fade. A load step, a ramp and a reversal are no tone of such a
+ * frequency; cogging and ripple are below a tenth of i_max. What swings faster than 500 Hz is seen folded below it, and acts
+ * there.
+ *
+ * A loop that oscillates against its torque limit says how far it is from where it would not: the limit passes 4 / (pi A) of
+ * a swing A times as large (the relay experiment of Astrom and Hagglund, Automatica 20(5), 1984, the other way round). Half of
+ * that gain is taken: 6 dB of margin.
+ *
+ * But a coupling has a frequency of its own, and a notch there leaves more: so the first time the loop lets go of the shaft for
+ * LISTEN_MS, and listens. A shaft that rings says its frequency; one that does not is lighter than was told, or on a
+ * coupling too soft to be filtered.
+ */
+#ifndef FIRMWARE_CONTROL_OSCILLATION_H
+#define FIRMWARE_CONTROL_OSCILLATION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "firmware/control/tone.h"
+
+#define OSCILLATION_HZ 80
+#define OSCILLATION_LISTEN_SHIFT \
+    3 /* a shaft that nobody holds drifts: what is seen then has fewer bits, and more range */
+#define OSCILLATION_ANSWERS_MOST 8u /* until the next switch-on: beyond it lower gains do not help */
+
+enum oscillation_says {
+    OSCILLATION_NOTHING,
+    OSCILLATION_LET_GO, /* hold the mean torque and ask for nothing else while it listens */
+    OSCILLATION_LESS,   /* go on with `share` of the gains, from the mean torque */
+    OSCILLATION_NOTCH,  /* the same, and with a notch at `ring` */
+};
+
+struct oscillation {
+    bool only_counts;   /* reduces nothing: a reaction was chosen that ends operation */
+    bool listened;      /* once is enough until the next switch-on */
+    uint32_t found;     /* how often; 0 at the next switch-on */
+    uint32_t answered;  /* how often something was reduced for it */
+    int32_t hz;         /* of the last */
+    int32_t share_q15;  /* of the gains */
+    int32_t ring_c_q13; /* 2 cos w of a shaft that rings by itself */
+    bool light;         /* it does not ring at all: its inertia is less than was told */
+    struct tone tone;
+    uint32_t steps;        /* of the block, or since it listens */
+    uint32_t blocks;       /* since the gains last changed */
+    uint32_t level_q24[2]; /* mean squares of the last blocks, latest first */
+    int32_t demand_sum_q15;
+    int32_t mean_q15; /* demand, over the last whole block */
+    bool listens;
+    int32_t seen_q12; /* the last, while it listens */
+};
+
+/* Forgets all. At switch-on. */
+void oscillation_init(struct oscillation *o);
+
+/* Starts anew with the samples; what was found stays. */
+void oscillation_reset(struct oscillation *o);
+
+/* What the speed does now says nothing else: it listens, or has just changed something. Slow loop. */
+bool oscillation_is_answered(const struct oscillation *o);
+
+/* One step: the proportional part and the whole demand, limited; the former in Q9 while it listens. */
+enum oscillation_says oscillation_step(struct oscillation *o, int32_t seen_q12, int32_t demand_q15, int32_t i_max_q15);
+
+#endif
