@@ -67,9 +67,8 @@ enum fault {
     FAULT_HALL_INVALID = 48,        /* the Hall switches show a state that hall_states does not have */
     FAULT_HALL_SEQUENCE = 49,       /* they skip a sector */
     FAULT_HALL_UNKNOWN = 50,        /* `learn hall`: did not find their table */
-    FAULT_SLOW_LOOP_STOPPED =
-        51,                    /* the slow loop gave the fabric no proof of life; the fabric has switched off already */
-    FAULT_THREAD_STOPPED = 52, /* the thread, likewise */
+    FAULT_SLOW_LOOP_STOPPED = 51,   /* no proof of life of the slow loop; the fabric has switched off already */
+    FAULT_THREAD_STOPPED = 52,      /* the thread, likewise */
     FAULT_COUNT
 };
 

@@ -25,6 +25,7 @@ enum progress {
     PROGRESS_LEARN,
     PROGRESS_MOVE,
     PROGRESS_HOME,
+    PROGRESS_SWEEP,
 };
 
 /* What a command needs to carry out its line and to answer. */
@@ -103,6 +104,7 @@ extern const struct command commands_defaults[1];
 extern const struct command commands_reaction[2];
 extern const struct command commands_machine[1];
 extern const struct command commands_scope[5];
+extern const struct command commands_sweep[3];
 extern const struct command commands_version[1];
 
 /* The nth of all rows; NULL behind the last. Its name: of no length if it is the one before's. */

@@ -27,7 +27,7 @@ static const struct command_group {
     GROUP_OF(POSITION, commands_position), GROUP(commands_cyclic), GROUP_OF(LEARN, commands_learn),
     GROUP_OF(POSITION, commands_zero), GROUP(commands_fault), GROUP(commands_angle), GROUP(commands_params),
     GROUP_OF(SETTINGS, commands_settings), GROUP(commands_defaults), GROUP(commands_reaction), GROUP(commands_machine),
-    GROUP_OF(SCOPE, commands_scope), GROUP(commands_version),
+    GROUP_OF(SCOPE, commands_scope), GROUP_OF(SCOPE, commands_sweep), GROUP(commands_version),
 };
 /* clang-format on */
 
@@ -38,7 +38,7 @@ static const struct {
 } commands_of_features[] = {
     {"identify", FEATURE_IDENTIFY}, {"pp", FEATURE_POSITION},  {"hm", FEATURE_POSITION},   {"csp", FEATURE_POSITION},
     {"zero", FEATURE_POSITION},     {"learn", FEATURE_LEARN},  {"save", FEATURE_SETTINGS}, {"load", FEATURE_SETTINGS},
-    {"scope", FEATURE_SCOPE},       {"stream", FEATURE_SCOPE},
+    {"scope", FEATURE_SCOPE},       {"stream", FEATURE_SCOPE}, {"sweep", FEATURE_SCOPE},
 };
 
 enum feature commands_absent(const char *name)

@@ -148,7 +148,8 @@ void console_poll(struct console *k)
     announce_fault(k);
     announce_warnings(k);
     announce_progress(k);
-    if (FEATURE_IN(SCOPE)) {
+    if (FEATURE_IN(SCOPE) && k->session.scope != NULL) {
+        (void)sweep_poll(&k->session.scope->sweep);
         stream_poll(&k->session.stream, out(k), k->session.scope);
     }
 }

@@ -138,6 +138,9 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SCOPE_NOT_ARMED] = OF(SCOPE, "no capture waits for its trigger; 'scope arm' begins one"),
     [ERROR_SCOPE_BEFORE] =
         OF(SCOPE, "with these signals at most @ samples stand before the trigger; 'scope before' sets them"),
+    [ERROR_SWEEPING] = OF(SCOPE, "a sweep is under way; wait for its end, or 'sweep off'"),
+    [ERROR_SWEEP_MODE] = OF(SCOPE, "the speed loop is swept while it controls: 'speed' first"),
+    [ERROR_SWEEP_AMPLITUDE] = OF(SCOPE, "the amplitude must be above 0, and at most an eighth of i_max_ma, @ mA"),
 };
 
 static const char *const state_names[] = {

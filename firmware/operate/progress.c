@@ -13,8 +13,14 @@ static enum how unless_off(const struct axis *a, bool done)
                                                                                                         : IS_OVER;
 }
 
-static enum how how_is_it(const struct axis *a, enum progress what)
+static enum how of_sweep(const struct sweep *w)
 {
+    return sweep_runs(w) ? GOES_ON : (w->state == SWEEP_DONE ? IS_DONE : IS_OVER);
+}
+
+static enum how how_is_it(const struct session *s, enum progress what)
+{
+    const struct axis *const a = s->axis;
     const bool operates = a->state == AXIS_OPERATION_ENABLED;
     switch (what) {
     case PROGRESS_ON:
@@ -28,6 +34,8 @@ static enum how how_is_it(const struct axis *a, enum progress what)
                                                           : unless_off(a, profile_is_done(&a->motion.profile));
     case PROGRESS_HOME:
         return a->mode == AXIS_MODE_HOMING ? unless_off(a, false) : (operates && a->motion.homed ? IS_DONE : IS_OVER);
+    case PROGRESS_SWEEP:
+        return of_sweep(&s->scope->sweep);
     default:
         return IS_OVER;
     }
@@ -38,14 +46,14 @@ const char *progress_said(struct session *s)
     static const char *const texts[] = {
         [PROGRESS_ON] = "operation enabled", [PROGRESS_IDENTIFY] = "identify; 'identify show' lists what it found",
         [PROGRESS_LEARN] = "learning",       [PROGRESS_MOVE] = "in position",
-        [PROGRESS_HOME] = "homed",
+        [PROGRESS_HOME] = "homed",           [PROGRESS_SWEEP] = "sweep; 'sweep read' has the result",
     };
     const struct axis *const a = s->axis;
     const enum progress what = s->progress;
     if (what == PROGRESS_NONE || a->switching.under_way || a->request != AXIS_REQUEST_NONE || a->set_point.waits) {
         return NULL;
     }
-    const enum how how = a->faults.cause != FAULT_NONE ? IS_OVER : how_is_it(a, what);
+    const enum how how = a->faults.cause != FAULT_NONE ? IS_OVER : how_is_it(s, what);
     s->progress = how == GOES_ON ? what : PROGRESS_NONE;
     return how == IS_DONE ? texts[what] : NULL;
 }

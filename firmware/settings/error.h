@@ -108,6 +108,10 @@ enum error {
     ERROR_SOURCE_APART = 86,     /* `off` and `on`, or `learn hall` */
     /* the build */
     ERROR_NOT_IN_BUILD = 87, /* an image with that feature */
+    /* sweep */
+    ERROR_SWEEPING = 88,        /* `sweep off`, or wait for its end */
+    ERROR_SWEEP_MODE = 89,      /* `speed` or `pp` first */
+    ERROR_SWEEP_AMPLITUDE = 90, /* a smaller amplitude */
     ERROR_COUNT
 };
 
