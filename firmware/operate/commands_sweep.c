@@ -42,7 +42,7 @@ static void put_frequency(struct text *out, const char *what, int32_t millihertz
     }
 }
 
-static void put_result(struct session *s)
+static void put_response(struct session *s)
 {
     const struct sweep *const w = &s->scope->sweep;
     const struct sweep_summary found = sweep_summary(w);
@@ -61,7 +61,7 @@ static void put_result(struct session *s)
 static void run_sweep_do(struct session *s, const struct arguments *a)
 {
     if (a->value[1] == 0) {
-        put_result(s);
+        put_response(s);
     } else {
         sweep_end(&s->scope->sweep);
         answer(s, OUTCOME_OK);

@@ -137,20 +137,20 @@ bool sweep_poll(struct sweep *s)
 
 /* ---- the interrupts' halves ---- */
 
-static void add(struct sweep_complex *sum, int32_t value_q15, const struct sweep *s)
+static void sweep_add(struct sweep_complex *sum, int32_t value_q15, const struct sweep *s)
 {
     sum->re += (int64_t)value_q15 * s->cos_q15;
     sum->im -= (int64_t)value_q15 * s->sin_q15;
 }
 
 /* Of the present sample; returns the sine of the next, one sample on unless some were missed. */
-static int32_t correlate(struct sweep *s, int32_t probe_q15, int32_t answer_q15, uint32_t samples)
+static int32_t sweep_correlate(struct sweep *s, int32_t probe_q15, int32_t answer_q15, uint32_t samples)
 {
     if (s->settle > 0u) {
         s->settle--;
     } else if (s->left > 0u) {
-        add(&s->probe, probe_q15, s);
-        add(&s->answer, answer_q15, s);
+        sweep_add(&s->probe, probe_q15, s);
+        sweep_add(&s->answer, answer_q15, s);
         s->left--;
     }
     s->phase_q32 += s->step_q32 * samples;
@@ -168,7 +168,7 @@ void sweep_sample(struct sweep *s, uint32_t samples)
     }
     volatile int32_t *const ref = reference(s);
     const int32_t seen_q15 = *ref;
-    const int32_t next_q15 = correlate(s, seen_q15, s->loop == SWEEP_D ? c->i_d_q15 : c->i_q_q15, samples);
+    const int32_t next_q15 = sweep_correlate(s, seen_q15, s->loop == SWEEP_D ? c->i_d_q15 : c->i_q_q15, samples);
     s->base_q15 = seen_q15 == s->written_q15 ? s->base_q15 : seen_q15;
     s->written_q15 = s->base_q15 + next_q15;
     *ref = s->written_q15;
@@ -178,7 +178,7 @@ void sweep_step(struct sweep *s)
 {
     struct torque_control *const t = &s->axis->torque;
     if (sweep_runs(s) && s->loop == SWEEP_SPEED) {
-        t->probe_q15 = correlate(s, t->probe_q15, t->probe_q15 - t->torque_q15, 1u);
+        t->probe_q15 = sweep_correlate(s, t->probe_q15, t->probe_q15 - t->torque_q15, 1u);
     }
 }
 
@@ -190,7 +190,7 @@ static int32_t crossing_q15(int64_t before, int64_t after)
     return before > 0 && after <= 0 ? (int32_t)scale(before, 32768, before - after) : -1;
 }
 
-static int32_t between(int32_t a, int32_t b, int32_t share_q15)
+static int32_t sweep_between(int32_t a, int32_t b, int32_t share_q15)
 {
     return a + (int32_t)(((int64_t)(b - a) * share_q15) >> 15);
 }
@@ -226,7 +226,7 @@ static int32_t frequency_mhz(const struct sweep *s, enum reading what)
 {
     int32_t share_q15;
     const uint32_t n = find(s, what, &share_q15);
-    return n == 0u ? 0 : between(s->points[n - 1u].millihertz, s->points[n].millihertz, share_q15);
+    return n == 0u ? 0 : sweep_between(s->points[n - 1u].millihertz, s->points[n].millihertz, share_q15);
 }
 
 static int32_t margin_ddeg(const struct sweep *s)
@@ -236,7 +236,7 @@ static int32_t margin_ddeg(const struct sweep *s)
     if (n == 0u) {
         return 0;
     }
-    const int32_t im_q14 = between(s->points[n - 1u].im_q14, s->points[n].im_q14, share_q15);
+    const int32_t im_q14 = sweep_between(s->points[n - 1u].im_q14, s->points[n].im_q14, share_q15);
     const int32_t angle_q32 = (int32_t)atan2_q32(-2 * im_q14, SWEEP_UNITY);
     return 1800 - (int32_t)(((int64_t)angle_q32 * 7200) >> 32);
 }

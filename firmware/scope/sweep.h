@@ -69,7 +69,7 @@ static inline bool sweep_runs(const struct sweep *s)
     return s->state == SWEEP_RUNS;
 }
 
-/* Begins; refused with the largest amplitude if that is too large. For d and q the caller diverts the interrupt then. Thread. */
+/* Begins; refused with the largest amplitude if that is too large. For d and q the caller then diverts the interrupt. */
 struct outcome sweep_begin(struct sweep *s, enum sweep_loop loop, int32_t milliamp);
 
 /* Ends it: the points that are measured stay. Thread. */

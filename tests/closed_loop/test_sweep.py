@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The drive measures its own loops as it runs, and finds what an analyser finds that it knows nothing of: the twin's sweep, which
-adds a sine to what the sensors see and looks at the true currents."""
+"""The drive measures its own loops as it runs, and finds what an analyser finds that it knows nothing of: the twin's sweep adds
+a sine to what the sensors see and looks at the true currents."""
 import re
 
 import pytest
@@ -21,7 +21,7 @@ def at(t_s, text):
 
 
 def plan_of(amplitude_a):
-    """The analyser's sweep of both axes, then the drive's own, of the same rotor, held at the same place with the same current."""
+    """The analyser's sweep of both axes, then the drive's own, with the rotor held at the same place and the same current."""
     plan = {"key": "sweep", **read_toml(SCENARIOS / "current_sweep.toml")}
     for step in plan["step"]:
         if step.get("label") == "off":
