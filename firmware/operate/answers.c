@@ -7,9 +7,8 @@ void answer_about(struct session *s, const char *word, const char *what)
     text_print(&s->out, "error: %s: %s\n", word, what);
 }
 
-void answer_unknown(struct session *s, const char *word, const char *what, enum argument kind)
+void answer_unknown(struct session *s, const char *word, const char *what, names_fn names)
 {
-    const names_fn names = argument_names(kind);
     const char *meant = names != NULL ? nearest_name(word, names) : NULL;
     text_print(&s->out, "error: %s: %s%s", word, what, meant != NULL ? "; did you mean " : "");
     for (; meant != NULL && *meant != '\0'; meant++) {

@@ -131,11 +131,6 @@ static const struct argument_kind argument_kinds[ARGUMENT_KINDS] = {
     [ARGUMENT_BAUD] = {read_baud, "not 9600...3000000 baud", NULL},
 };
 
-names_fn argument_names(enum argument kind)
-{
-    return argument_kinds[kind].candidate;
-}
-
 /* The text of argument `number`, from 1, up to a blank or the end; NULL if the row has fewer. */
 static const char *argument_text(const struct command *row, uint32_t number)
 {
@@ -188,7 +183,7 @@ bool arguments_read(struct session *s, const struct command *command, struct arg
         if (!fits && kind->refusal == NULL) {
             refuse_choice(s, a->word[n], text);
         } else if (!fits) {
-            answer_unknown(s, a->word[n], kind->refusal, command->kinds[n - 1u]);
+            answer_unknown(s, a->word[n], kind->refusal, kind->candidate);
         }
         if (!fits) {
             return false;

@@ -7,19 +7,6 @@
 
 /* ---- help ---- */
 
-const char *help_topic(uint32_t n)
-{
-    const char *name;
-    uint32_t commands = 0;
-    while ((name = commands_name(commands)) != NULL) {
-        if (commands++ == n) {
-            return name;
-        }
-    }
-    n -= commands;
-    return n < param_count ? param_table[n].name : NULL;
-}
-
 static bool put_param_help(struct session *s, const char *name)
 {
     const struct param_info *const info = param_find(name);
@@ -73,7 +60,7 @@ static void help(struct session *s, const char *name)
     bool found = put_help(s, name);
     found = (name != NULL && (put_param_help(s, name) | put_fault_help(s, name) | put_refusal_help(s, name))) || found;
     if (!found) {
-        answer_unknown(s, name, "no command, parameter or fault; 'help' and 'get all' list them", ARGUMENT_TOPIC);
+        answer_unknown(s, name, "no command, parameter or fault; 'help' and 'get all' list them", help_topic);
     }
 }
 
@@ -135,7 +122,7 @@ void commands_execute(struct session *s, char *line)
     if (command == NULL && commands_absent(a.word[0]) != FEATURE_COUNT) {
         answer(s, feature_absent(commands_absent(a.word[0])));
     } else if (command == NULL) {
-        answer_unknown(s, a.word[0], UNKNOWN_COMMAND, ARGUMENT_COMMAND);
+        answer_unknown(s, a.word[0], UNKNOWN_COMMAND, commands_name);
     } else if (count != command_words(command)) {
         refuse_count(s, command, &a, count);
     } else if (arguments_read(s, command, &a)) {

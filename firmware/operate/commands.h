@@ -87,6 +87,8 @@ struct command {
     enum progress begins;
 };
 
+typedef const char *(*names_fn)(uint32_t n); /* the nth: of no length if it is none, NULL behind the last */
+
 /* Those of each feature, in the order of 'help'. */
 extern const struct command commands_help[2];
 extern const struct command commands_drive[2];
@@ -137,11 +139,6 @@ void commands_execute(struct session *s, char *line);
 /* Reads all arguments of a line; false after reporting the first that does not fit. */
 bool arguments_read(struct session *s, const struct command *command, struct arguments *a);
 
-typedef const char *(*names_fn)(uint32_t n); /* the nth: of no length if it is none, NULL behind the last */
-
-/* The names of a kind; NULL: it has none. */
-names_fn argument_names(enum argument kind);
-
 /* The nth word that completes a row's argument `number`, from 1: of no length if it is not offered, NULL behind the last. */
 const char *argument_candidate(const struct command *row, uint32_t number, uint32_t n, size_t *length);
 
@@ -156,9 +153,10 @@ bool completion_of(struct line *l, struct text *out);
 
 /* ---- answers.c ---- */
 
-/* "error: WORD: what"; the second adds what may have been meant, if one of that kind's names is much like it. */
+/* "error: WORD: what"; the second adds what may have been meant, if one of the names (NULL: none) is
+ * much like it. Names are a kind's, of arguments.c. */
 void answer_about(struct session *s, const char *word, const char *what);
-void answer_unknown(struct session *s, const char *word, const char *what, enum argument kind);
+void answer_unknown(struct session *s, const char *word, const char *what, names_fn names);
 
 /* ---- nearest.c ---- */
 

@@ -71,6 +71,19 @@ const char *commands_name(uint32_t n)
     return n > 0u && text_equal(row->name, commands_row(n - 1u)->name) ? "" : row->name;
 }
 
+const char *help_topic(uint32_t n)
+{
+    const char *name;
+    uint32_t commands = 0;
+    while ((name = commands_name(commands)) != NULL) {
+        if (commands++ == n) {
+            return name;
+        }
+    }
+    n -= commands;
+    return n < param_count ? param_table[n].name : NULL;
+}
+
 size_t command_words(const struct command *command)
 {
     size_t words = 1;
