@@ -100,6 +100,11 @@ $(BUILD)/choices: FORCE
 	@mkdir -p $(@D)
 	@echo '$(CHOICES)' | cmp -s - $@ || echo '$(CHOICES)' > $@
 
+# Renewed when the sources are another commit's.
+$(BUILD)/commit.h: FORCE
+	@mkdir -p $(@D)
+	@printf '#define CONFIG_COMMIT "%-20s"\n' "$$(.ci/commit)" | cmp -s - $@ || printf '#define CONFIG_COMMIT "%-20s"\n' "$$(.ci/commit)" > $@
+
 FORCE:
 
 $(BUILD)/arm/%.o: %.c Makefile $(BUILD)/choices
@@ -115,6 +120,10 @@ $(BUILD)/arm/%.o: %.S Makefile $(BUILD)/choices
 # GCC knows no pipeline of the Cortex-M3, and that of the M4 pairs loads as the M3's does; renamed registers let it move them
 # together. The small functions of lib/ get slower by it: they save a register more.
 $(BUILD)/arm/firmware/%.o: CFLAGS_ARM += -mtune=cortex-m4 -frename-registers
+
+# the one object that knows the commit
+$(BUILD)/arm/firmware/operate/commands_session.o: CFLAGS_ARM += -include $(BUILD)/commit.h
+$(BUILD)/arm/firmware/operate/commands_session.o: $(BUILD)/commit.h
 
 # the one object that knows what registers.toml says
 $(BUILD)/arm/drivers/fabric/contract.o: CFLAGS_ARM += -I$(BUILD)/fabric

@@ -174,6 +174,7 @@ static bool bus_decides(const struct torque_control *s, int32_t demand_q15, int3
 
 void torque_ask(struct torque_control *s, volatile struct current_loop *c, const struct tuning *t, int32_t demand_q15)
 {
+    demand_q15 += s->probe_q15;
     s->torque_q15 = reachable(s, t, interval_clamp(s->limits, released(s, c, t, demand_q15)));
     follow_burn(s, t, bus_decides(s, demand_q15, s->torque_q15));
     const struct weakening_node i = currents_for(s, q15_abs(s->torque_q15));
@@ -195,6 +196,7 @@ void torque_ask(struct torque_control *s, volatile struct current_loop *c, const
 void torque_reset(struct torque_control *s)
 {
     s->torque_q15 = 0;
+    s->probe_q15 = 0;
     s->demand_sum_q15 = 0;
     s->burn_q15 = 0;
     flux_limit_reset(&s->flux);

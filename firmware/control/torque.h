@@ -42,6 +42,7 @@
 /* Power is per unit, Q15: 1.0 = 1.5 v_range i_range. Energy: that power over a slow period, with 10 more bits. */
 struct torque_control {
     int32_t torque_q15;     /* set in the last step, after the limits */
+    int32_t probe_q15;      /* added to what is asked for: scope/sweep.h */
     struct interval limits; /* intersection of all limiters */
     struct interval bus;    /* the bus's alone */
     int32_t i_limit_q15;    /* of the currents' amplitude */

@@ -20,10 +20,10 @@ struct mode {
 extern const struct mode mode_speed, mode_torque, mode_position, mode_homing, mode_cyclic_position, mode_cyclic_speed,
     mode_cyclic_torque, mode_learning;
 
-/* For checks: beyond +-limit. */
-static inline bool mode_beyond(int32_t x, int32_t limit)
+/* For checks: refused with the limit if beyond +-limit. */
+static inline struct outcome mode_within(int32_t x, int32_t limit, enum error error)
 {
-    return x > limit || x < -limit;
+    return x > limit || x < -limit ? (struct outcome){error, limit} : OUTCOME_OK;
 }
 
 /* What the speed loop may ask for beside the feed-forward torque, which is returned (modes_control.c). Slow loop. */

@@ -8,7 +8,8 @@ static struct outcome hm_check(const struct axis *a, int32_t method)
 {
     const int32_t rpm = a->params.home_rpm;
     (void)method;
-    return outcome_of(rpm == 0 || mode_beyond(rpm, a->params.speed_max_rpm) ? ERROR_HOME_SPEED : ERROR_NONE);
+    return rpm == 0 ? (struct outcome){ERROR_HOME_SPEED, a->params.speed_max_rpm}
+                    : mode_within(rpm, a->params.speed_max_rpm, ERROR_HOME_SPEED);
 }
 
 static void hm_aim(struct axis *a, const struct set_point *s)

@@ -12,7 +12,7 @@ static struct outcome learning_check(const struct axis *a, int32_t value)
     if (a->mode == AXIS_MODE_LEARNING) {
         return outcome_of(ERROR_LEARNING);
     }
-    return outcome_of(a->params.learn_rpm > a->params.speed_max_rpm ? ERROR_LEARN_SPEED : ERROR_NONE);
+    return mode_within(a->params.learn_rpm, a->params.speed_max_rpm, ERROR_LEARN_SPEED);
 }
 
 static void learning_aim(struct axis *a, const struct set_point *s)

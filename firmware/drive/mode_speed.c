@@ -6,7 +6,7 @@
 
 static struct outcome pv_check(const struct axis *a, int32_t rpm)
 {
-    return outcome_of(mode_beyond(rpm, a->params.speed_max_rpm) ? ERROR_BEYOND_SPEED_MAX : ERROR_NONE);
+    return mode_within(rpm, a->params.speed_max_rpm, ERROR_BEYOND_SPEED_MAX);
 }
 
 static void pv_aim(struct axis *a, const struct set_point *s)

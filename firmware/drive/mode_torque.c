@@ -8,7 +8,7 @@
 
 static struct outcome tq_check(const struct axis *a, int32_t milliamp)
 {
-    return outcome_of(mode_beyond(milliamp, a->params.i_max_ma) ? ERROR_BEYOND_I_MAX : ERROR_NONE);
+    return mode_within(milliamp, a->params.i_max_ma, ERROR_BEYOND_I_MAX);
 }
 
 static int32_t torque_of_milliamp(const struct axis *a, int32_t milliamp)

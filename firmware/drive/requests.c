@@ -48,10 +48,10 @@ struct outcome drive_measured_forbids_on(const struct axis *a, const struct tuni
 {
     const volatile struct current_loop *const loop = &a->loop;
     if (loop->vbus_q15 < t->v_min_q15) {
-        return outcome_of(ERROR_BUS_LOW);
+        return (struct outcome){ERROR_BUS_LOW, a->params.v_min_mv};
     }
     if (loop->vbus_q15 > t->v_max_q15) {
-        return outcome_of(ERROR_BUS_HIGH);
+        return (struct outcome){ERROR_BUS_HIGH, a->params.v_max_mv};
     }
     if (thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal)) {
         return outcome_of(ERROR_TOO_HOT);

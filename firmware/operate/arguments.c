@@ -84,18 +84,14 @@ static bool read_choice(const char *text, const char *word, int32_t *value)
 
 /* ---- candidates ---- */
 
-static const char *command_name(uint32_t n)
-{
-    const struct command *const row = commands_row(n);
-    if (row == NULL) {
-        return NULL;
-    }
-    return n > 0u && text_equal(row->name, commands_row(n - 1u)->name) ? "" : row->name;
-}
-
 static const char *param_name(uint32_t n)
 {
     return n < param_count ? param_table[n].name : NULL;
+}
+
+static const char *signal_name(uint32_t n)
+{
+    return FEATURE_IN(SCOPE) && n < signal_count ? signal_table[n].name : NULL;
 }
 
 static const char *fault_name(uint32_t n)
@@ -111,14 +107,15 @@ static const char *fault_name(uint32_t n)
 struct argument_kind {
     bool (*read)(const char *word, int32_t *value); /* NULL: a word of the row's text */
     const char *refusal;                            /* NULL: a list of these words */
-    const char *(*candidate)(uint32_t n);           /* NULL: these words */
+    names_fn candidate;                             /* NULL: these words */
 };
 
 static const struct argument_kind argument_kinds[ARGUMENT_KINDS] = {
     [ARGUMENT_BY] = {NULL, "not 'by'", NULL},
     [ARGUMENT_TRIGGER] = {NULL, "not trigger", NULL},
     [ARGUMENT_ANY] = {read_any, NULL, NULL},
-    [ARGUMENT_COMMAND] = {read_any, NULL, command_name},
+    [ARGUMENT_COMMAND] = {read_any, NULL, commands_name},
+    [ARGUMENT_TOPIC] = {read_any, NULL, help_topic},
     [ARGUMENT_WHOLE] = {text_parse_int, "not a whole number", NULL},
     [ARGUMENT_RPM] = {text_parse_int, "not a whole number of rpm", NULL},
     [ARGUMENT_COUNTS] = {text_parse_int, "not a whole number of counts", NULL},
@@ -128,7 +125,8 @@ static const struct argument_kind argument_kinds[ARGUMENT_KINDS] = {
     [ARGUMENT_PARAM_GROUP] = {read_param_group, "no such parameter; 'get all' lists them", param_name},
     [ARGUMENT_FAULT] = {read_fault, "no such fault; 'reaction' lists those with a choice, '_' stands for a blank",
                         fault_name},
-    [ARGUMENT_SIGNAL] = {FEATURE_IN(SCOPE) ? read_signal : read_any, "no such signal; 'scope list' has them", NULL},
+    [ARGUMENT_SIGNAL] = {FEATURE_IN(SCOPE) ? read_signal : read_any, "no such signal; 'scope list' has them",
+                         signal_name},
     [ARGUMENT_STREAM_MS] = {read_stream_ms, "not 1...1000 ms, or 0 to end it", NULL},
     [ARGUMENT_BAUD] = {read_baud, "not 9600...3000000 baud", NULL},
 };
@@ -185,7 +183,7 @@ bool arguments_read(struct session *s, const struct command *command, struct arg
         if (!fits && kind->refusal == NULL) {
             refuse_choice(s, a->word[n], text);
         } else if (!fits) {
-            answer_about(s, a->word[n], kind->refusal);
+            answer_unknown(s, a->word[n], kind->refusal, kind->candidate);
         }
         if (!fits) {
             return false;

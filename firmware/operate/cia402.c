@@ -292,6 +292,7 @@ uint32_t cia402_status_word(const struct cia402 *c, const struct axis *a, const 
     const bool warned = (a->reports.warned[0] | a->reports.warned[FAULT_WORDS - 1u]) != 0u;
     const bool operates = now->state == AXIS_OPERATION_ENABLED;
     return state_bits(c, a, now->state) | CIA402_REMOTE | if_so(warned, CIA402_WARNING) |
+           if_so(c->refusal.error != ERROR_NONE, CIA402_REFUSED) |
            if_so(now->vbus_q15 >= a->tuning.v_min_q15, CIA402_VOLTAGE_THERE) |
            if_so(operates && a->speed.at_limit, CIA402_LIMITED) | (operates ? mode_bits(c, a, now) : 0u);
 }

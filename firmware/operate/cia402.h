@@ -29,6 +29,7 @@
 /* bits of the status word beyond the state bits */
 #define CIA402_VOLTAGE_THERE (1u << 4)
 #define CIA402_WARNING       (1u << 7)
+#define CIA402_REFUSED       (1u << 8) /* the last command: `refusal` says why */
 #define CIA402_REMOTE        (1u << 9)
 #define CIA402_REACHED       (1u << 10)
 #define CIA402_LIMITED       (1u << 11)

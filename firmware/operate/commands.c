@@ -1,7 +1,45 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/commands.h"
 
+#include "firmware/operate/messages.h"
+
 #define UNKNOWN_COMMAND "unknown command; 'help' lists them"
+
+/* ---- help ---- */
+
+static bool put_param_help(struct session *s, const char *name)
+{
+    const struct param_info *const info = param_find(name);
+    if (info != NULL) {
+        const char *const unit = param_unit(info);
+        text_print(&s->out, "%s: %s\n%d...%d%s%s, initially %d\n", name,
+                   message_of_param((uint32_t)(info - param_table)), info->min, info->max, *unit != '\0' ? " " : "",
+                   unit, info->initial);
+    }
+    return info != NULL;
+}
+
+static bool put_fault_help(struct session *s, const char *name)
+{
+    const enum fault fault = message_find_fault(name);
+    if (fault != FAULT_COUNT) {
+        text_print(&s->out, "fault %u, %s: look at: %s\n", (uint32_t)fault, message_of_fault(fault),
+                   message_fault_hint(fault));
+    }
+    return fault != FAULT_COUNT;
+}
+
+/* The bus shows only the number of a refusal; its value stands in another register. */
+static bool put_refusal_help(struct session *s, const char *word)
+{
+    int32_t number;
+    const bool known = text_parse_int(word, &number) && number > 0 && number < ERROR_COUNT;
+    if (known) {
+        text_print(&s->out, "refusal %d: ", number);
+        answer_unfilled(&s->out, message_of_error((enum error)number));
+    }
+    return known;
+}
 
 /* All rows of a name, or of all. */
 static bool put_help(struct session *s, const char *name)
@@ -19,8 +57,10 @@ static bool put_help(struct session *s, const char *name)
 
 static void help(struct session *s, const char *name)
 {
-    if (!put_help(s, name)) {
-        answer_about(s, name, UNKNOWN_COMMAND);
+    bool found = put_help(s, name);
+    found = (name != NULL && (put_param_help(s, name) | put_fault_help(s, name) | put_refusal_help(s, name))) || found;
+    if (!found) {
+        answer_unknown(s, name, "no command, parameter or fault; 'help' and 'get all' list them", help_topic);
     }
 }
 
@@ -49,6 +89,7 @@ static size_t split_line(char *line, char **words)
 
 static void run_row(struct session *s, const struct command *command, const struct arguments *a)
 {
+    s->accepted = false;
     if (command->request != NULL) {
         answer(s, command->request(s->axis));
     } else if (command->demand != NULL) {
@@ -56,8 +97,18 @@ static void run_row(struct session *s, const struct command *command, const stru
     } else if (command->run != NULL) {
         command->run(s, a);
     } else {
-        help(s, command->kinds[0] == ARGUMENT_COMMAND ? a->word[1] : NULL);
+        help(s, command->kinds[0] == ARGUMENT_TOPIC ? a->word[1] : NULL);
     }
+    if (s->accepted && (command->begins != PROGRESS_NONE || command->run == NULL)) { /* what went on ends for another */
+        s->progress = command->begins;
+    }
+}
+
+/* That of the row which has the second word. */
+static void refuse_count(struct session *s, const struct command *command, const struct arguments *a, size_t count)
+{
+    const struct command *const meant = count > 1u ? commands_with(command->name, a->word[1]) : NULL;
+    text_print(&s->out, "error: usage: %s%s\n", command->name, (meant != NULL ? meant : command)->arguments);
 }
 
 void commands_execute(struct session *s, char *line)
@@ -71,9 +122,9 @@ void commands_execute(struct session *s, char *line)
     if (command == NULL && commands_absent(a.word[0]) != FEATURE_COUNT) {
         answer(s, feature_absent(commands_absent(a.word[0])));
     } else if (command == NULL) {
-        answer_about(s, a.word[0], UNKNOWN_COMMAND);
+        answer_unknown(s, a.word[0], UNKNOWN_COMMAND, commands_name);
     } else if (count != command_words(command)) {
-        text_print(&s->out, "error: usage: %s%s\n", command->name, command->arguments);
+        refuse_count(s, command, &a, count);
     } else if (arguments_read(s, command, &a)) {
         run_row(s, command, &a);
     }

@@ -17,9 +17,22 @@
 #include "firmware/settings/features.h"
 #include "firmware/system/postmortem.h"
 
+/* What a command only begins, and the console says when it is done. */
+enum progress {
+    PROGRESS_NONE,
+    PROGRESS_ON,
+    PROGRESS_IDENTIFY,
+    PROGRESS_LEARN,
+    PROGRESS_MOVE,
+    PROGRESS_HOME,
+    PROGRESS_SWEEP,
+};
+
 /* What a command needs to carry out its line and to answer. */
 struct session {
     struct text out;
+    enum progress progress;             /* what the last one that was accepted has begun */
+    bool accepted;                      /* the present line's answer was "ok" */
     bool machine;                       /* a program reads the answers */
     struct axis *axis;                  /* the one that commands are for */
     struct scope *scope;                /* its scope */
@@ -44,6 +57,7 @@ enum argument {
     ARGUMENT_TRIGGER, /* likewise */
     ARGUMENT_ANY,     /* the command reads it by itself */
     ARGUMENT_COMMAND,
+    ARGUMENT_TOPIC, /* what help has something of */
     ARGUMENT_WHOLE,
     ARGUMENT_RPM,
     ARGUMENT_COUNTS,
@@ -70,7 +84,10 @@ struct command {
     void (*run)(struct session *s, const struct arguments *a);
     struct outcome (*request)(struct axis *axis);               /* answered by its outcome */
     struct outcome (*demand)(struct axis *axis, int32_t value); /* likewise, of the first argument */
+    enum progress begins;
 };
+
+typedef const char *(*names_fn)(uint32_t n); /* the nth: of no length if it is none, NULL behind the last */
 
 /* Those of each feature, in the order of 'help'. */
 extern const struct command commands_help[2];
@@ -89,16 +106,24 @@ extern const struct command commands_defaults[1];
 extern const struct command commands_reaction[2];
 extern const struct command commands_machine[1];
 extern const struct command commands_scope[5];
+extern const struct command commands_sweep[3];
 extern const struct command commands_version[1];
 
-/* The nth of all rows; NULL behind the last. */
+/* The nth of all rows; NULL behind the last. Its name: of no length if it is the one before's. */
 const struct command *commands_row(uint32_t n);
+const char *commands_name(uint32_t n);
 
 /* The row of that name and number of words, or the first of that name; NULL if there is none. */
 const struct command *commands_find(const char *name, size_t words);
 
+/* The first row of that name whose text has the word, or NULL. */
+const struct command *commands_with(const char *name, const char *word);
+
 /* The feature that a name belongs to, if commands_find() does not know it; FEATURE_COUNT: none. */
 enum feature commands_absent(const char *name);
+
+/* The nth word that `help` is offered: a command or a parameter; as commands_name(). */
+const char *help_topic(uint32_t n);
 
 /* Words of its line, the name included. */
 size_t command_words(const struct command *command);
@@ -128,14 +153,29 @@ bool completion_of(struct line *l, struct text *out);
 
 /* ---- answers.c ---- */
 
-/* "error: WORD: what" */
+/* "error: WORD: what"; the second adds what may have been meant, if one of the names (NULL: none) is
+ * much like it. Names are a kind's, of arguments.c. */
 void answer_about(struct session *s, const char *word, const char *what);
+void answer_unknown(struct session *s, const char *word, const char *what, names_fn names);
+
+/* ---- nearest.c ---- */
+
+/* The name that is most like the word, NULL if none is much like it. */
+const char *nearest_name(const char *word, names_fn name_of);
+
+/* ---- progress.c ---- */
+
+/* Something that the last command began has ended as it should: a line that says so, once; else NULL. */
+const char *progress_said(struct session *s);
 
 /* "ok", or "error: " and why. */
 void answer(struct session *s, struct outcome outcome);
 
 /* A line of messages.h: '@' stands for the first value, '#' for the second. */
 void answer_filled(struct text *out, const char *text, int32_t first, int32_t second);
+
+/* The same where the values are not known: "...". */
+void answer_unfilled(struct text *out, const char *text);
 
 /* ---- what others say, too ---- */
 

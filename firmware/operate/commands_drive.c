@@ -106,7 +106,10 @@ static void run_status(struct session *s, const struct arguments *unused)
     const struct axis *const a = s->axis;
     struct text *const out = &s->out;
     const struct drive_status now = drive_status(a);
-    text_print(out, "state: %s\nfault: %s\n", message_of_state(now.state), message_of_fault(now.fault));
+    const bool starts = now.state == AXIS_READY || now.state == AXIS_SWITCHED_ON;
+    text_print(out, starts ? "state: %s (%s)\n" : "state: %s\n", message_of_state(now.state),
+               message_of_phase(a->start.phase));
+    text_print(out, "fault: %s\n", message_of_fault(now.fault));
     text_print(out, "speed: %.3d rpm, reference %.3d rpm\n", quantity_milli_rpm(now.speed_rpm_q4),
                quantity_milli_rpm(now.speed_ref_rpm_q4));
     put_position(out, &now);
@@ -178,7 +181,7 @@ static void run_angle(struct session *s, const struct arguments *a)
 const struct command commands_drive[] = {
     {"status", "", "state, fault, speed, currents, bus voltage of one instant; memory errors; time since the start",
      .run = run_status},
-    {"on", "", "calibrate, align if needed, enable operation", .run = run_on},
+    {"on", "", "calibrate, align if needed, enable operation", .run = run_on, .begins = PROGRESS_ON},
 };
 
 const struct command commands_motion[] = {

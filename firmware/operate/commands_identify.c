@@ -70,7 +70,7 @@ static void run_identify_results(struct session *s, const struct arguments *a)
 /* clang-format off */
 const struct command commands_identify[] = {
     {"identify", "", "measure the motor, then off; needs the inverter's ratings and i_rated_ma only",
-     .request = drive_identify},
+     .request = drive_identify, .begins = PROGRESS_IDENTIFY},
     {"identify", " show|use", "what it found, with intervals; or make parameters of what is known",
      {ARGUMENT_CHOICE}, .run = run_identify_results},
 };
@@ -85,6 +85,6 @@ static void run_learn(struct session *s, const struct arguments *a)
 const struct command commands_learn[] = {
     {"learn", " cogging|hall",
      "turn slowly both ways and record cogging torque against position; or, while off, the edges of the Hall switches",
-     {ARGUMENT_CHOICE}, .run = run_learn},
+     {ARGUMENT_CHOICE}, .run = run_learn, .begins = PROGRESS_LEARN},
 };
 /* clang-format on */

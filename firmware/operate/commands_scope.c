@@ -255,6 +255,10 @@ static void run_scope_trigger(struct session *s, const struct arguments *a)
 /* The answer goes out at the old rate; "0" ends the stream, whatever rate follows it. */
 static void run_stream(struct session *s, const struct arguments *a)
 {
+    if (!s->machine && a->value[1] != 0) {
+        answer_about(s, "stream", "its frames are not for a terminal; 'machine on' first");
+        return;
+    }
     answer(s, OUTCOME_OK);
     if (a->value[1] == 0) {
         stream_end(&s->stream);

@@ -9,14 +9,11 @@
 static const struct {
     const char *end, *unit;
 } param_units[] = {
-    {"_rpm_s", "rpm/s"},   {"_rpm", "rpm"},     {"_ms", "ms"},
-    {"_s", "s"},           {"_ma", "mA"},       {"_mv", "mV"},
-    {"_mohm", "mohm"},     {"_uh", "uH"},       {"_uwb", "uWb"},
-    {"_uf", "uF"},         {"_hz", "Hz"},       {"_w", "W"},
-    {"_gmm2", "g mm2"},    {"_pct", "%"},       {"_pm", "0.1 %"},
-    {"_c", "degC"},        {"_turns", "turns"}, {"_mturn", "0.001 turns"},
-    {"_counts", "counts"}, {"_baud", "baud"},   {"_unm", "uNm"},
-    {"_cdeg", "0.01 deg"},
+    {"_rpm_s", "rpm/s"}, {"_rpm", "rpm"},     {"_ms", "ms"},       {"_s", "s"},           {"_ma", "mA"},
+    {"_mv", "mV"},       {"_mohm", "mohm"},   {"_uh", "uH"},       {"_uwb", "uWb"},       {"_uf", "uF"},
+    {"_hz", "Hz"},       {"_w", "W"},         {"_gmm2", "g mm2"},  {"_pct", "%"},         {"_pm", "per mille"},
+    {"_c", "degC"},      {"_turns", "turns"}, {"_mturn", "mturn"}, {"_counts", "counts"}, {"_baud", "baud"},
+    {"_unm", "uNm"},     {"_cdeg", "cdeg"},
 };
 
 /* True if a name ends so, and not only consists of it. */
@@ -40,17 +37,11 @@ const char *param_unit(const struct param_info *info)
     return "";
 }
 
-/* "name = 1 unit" */
-static void print_value(struct session *s, const struct param_info *info)
-{
-    const char *const unit = param_unit(info);
-    text_print(&s->out, "%s = %d%s%s", info->name, param_get(&s->axis->params, info), *unit != '\0' ? " " : "", unit);
-}
-
 static void put_param(struct session *s, const struct param_info *info)
 {
-    print_value(s, info);
-    text_print(&s->out, "  (%d...%d)\n", info->min, info->max);
+    const char *const unit = param_unit(info);
+    text_print(&s->out, "%s = %d%s%s  (%d...%d)\n", info->name, param_get(&s->axis->params, info),
+               *unit != '\0' ? " " : "", unit, info->min, info->max);
 }
 
 static void run_get(struct session *s, const struct arguments *a)
@@ -64,8 +55,7 @@ static void run_get(struct session *s, const struct arguments *a)
         if (a->value[1] == PARAMS_ALL) {
             put_param(s, info);
         } else if (param_get(&s->axis->params, info) != info->initial) {
-            print_value(s, info);
-            text_print(&s->out, "  (initially %d)\n", info->initial);
+            text_print(&s->out, "set %s %d\n", info->name, param_get(&s->axis->params, info));
         }
     }
 }
@@ -180,7 +170,7 @@ static void run_load(struct session *s, const struct arguments *a)
 
 /* clang-format off */
 const struct command commands_params[] = {
-    {"get", " PARAM", "a parameter and its range, or 'all', or '--changed': those that differ from the factory defaults",
+    {"get", " PARAM", "a parameter and its range; or 'all'; or '--changed': lines that set what differs from the defaults",
      {ARGUMENT_PARAM_GROUP}, .run = run_get},
     {"set", " PARAM VALUE", "change a parameter while off", {ARGUMENT_PARAM, ARGUMENT_WHOLE}, .run = run_set},
 };

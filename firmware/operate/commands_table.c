@@ -5,7 +5,7 @@
 /* commands.c answers them: they are about this table. */
 const struct command commands_help[] = {
     {"help", "", "this list", .run = NULL},
-    {"help", " COMMAND", "what it takes and does", {ARGUMENT_COMMAND}, .run = NULL},
+    {"help", " TOPIC", "what a command, parameter, fault or the number of a refusal is", {ARGUMENT_TOPIC}, .run = NULL},
 };
 /* clang-format on */
 
@@ -27,7 +27,7 @@ static const struct command_group {
     GROUP_OF(POSITION, commands_position), GROUP(commands_cyclic), GROUP_OF(LEARN, commands_learn),
     GROUP_OF(POSITION, commands_zero), GROUP(commands_fault), GROUP(commands_angle), GROUP(commands_params),
     GROUP_OF(SETTINGS, commands_settings), GROUP(commands_defaults), GROUP(commands_reaction), GROUP(commands_machine),
-    GROUP_OF(SCOPE, commands_scope), GROUP(commands_version),
+    GROUP_OF(SCOPE, commands_scope), GROUP_OF(SCOPE, commands_sweep), GROUP(commands_version),
 };
 /* clang-format on */
 
@@ -38,7 +38,7 @@ static const struct {
 } commands_of_features[] = {
     {"identify", FEATURE_IDENTIFY}, {"pp", FEATURE_POSITION},  {"hm", FEATURE_POSITION},   {"csp", FEATURE_POSITION},
     {"zero", FEATURE_POSITION},     {"learn", FEATURE_LEARN},  {"save", FEATURE_SETTINGS}, {"load", FEATURE_SETTINGS},
-    {"scope", FEATURE_SCOPE},       {"stream", FEATURE_SCOPE},
+    {"scope", FEATURE_SCOPE},       {"stream", FEATURE_SCOPE}, {"sweep", FEATURE_SCOPE},
 };
 
 enum feature commands_absent(const char *name)
@@ -62,6 +62,28 @@ const struct command *commands_row(uint32_t n)
     return NULL;
 }
 
+const char *commands_name(uint32_t n)
+{
+    const struct command *const row = commands_row(n);
+    if (row == NULL) {
+        return NULL;
+    }
+    return n > 0u && text_equal(row->name, commands_row(n - 1u)->name) ? "" : row->name;
+}
+
+const char *help_topic(uint32_t n)
+{
+    const char *name;
+    uint32_t commands = 0;
+    while ((name = commands_name(commands)) != NULL) {
+        if (commands++ == n) {
+            return name;
+        }
+    }
+    n -= commands;
+    return n < param_count ? param_table[n].name : NULL;
+}
+
 size_t command_words(const struct command *command)
 {
     size_t words = 1;
@@ -83,4 +105,38 @@ const struct command *commands_find(const char *name, size_t words)
         }
     }
     return found;
+}
+
+static bool is_letter(char c)
+{
+    return c >= 'a' && c <= 'z';
+}
+
+/* One of the words of "trigger SIGNAL above|below". */
+static bool has_word(const char *text, const char *word)
+{
+    for (; *text != '\0'; text++) {
+        size_t same = 0;
+        while (word[same] != '\0' && text[same] == word[same]) {
+            same++;
+        }
+        if (same > 0u && word[same] == '\0' && !is_letter(text[same])) {
+            return true;
+        }
+        while (is_letter(*text) && is_letter(text[1])) {
+            text++;
+        }
+    }
+    return false;
+}
+
+const struct command *commands_with(const char *name, const char *word)
+{
+    const struct command *row;
+    for (uint32_t n = 0; (row = commands_row(n)) != NULL; n++) {
+        if (text_equal(row->name, name) && has_word(row->arguments, word)) {
+            return row;
+        }
+    }
+    return NULL;
 }

@@ -59,12 +59,20 @@ static void offer_argument(struct search *s, const struct command *row, uint32_t
     }
 }
 
+static void offer_commands(struct search *s)
+{
+    const char *name;
+    for (uint32_t n = 0; (name = commands_name(n)) != NULL; n++) {
+        offer(s, name, text_length(name));
+    }
+}
+
 /* All candidates for the line's word number `word`, from 0. */
 static void offer_all(struct search *s, const char *line, uint32_t word)
 {
     const struct command *row;
     if (word == 0u) {
-        offer_argument(s, &commands_help[1], 1u); /* which takes a command */
+        offer_commands(s);
         return;
     }
     while (*line == ' ') {

@@ -88,12 +88,12 @@ static void take_character(struct console *k, char c)
 }
 
 /* Between two lines of the user's: starts a new line. */
-static void announce(struct console *k, const char *kind, enum fault cause, const char *what_next)
+static void announce(struct console *k, const char *kind, const char *what, const char *what_next)
 {
     if (!k->session.machine) {
         text_put(out(k), "\n");
     }
-    text_print(out(k), "%s: %s%s\n", kind, message_of_fault(cause), what_next);
+    text_print(out(k), "%s: %s%s\n", kind, what, what_next);
     prompt(k);
 }
 
@@ -101,7 +101,7 @@ static void announce_fault(struct console *k)
 {
     const uint32_t fault = k->session.axis->faults.cause;
     if (fault != k->announced && fault != FAULT_NONE) {
-        announce(k, "fault", (enum fault)fault, "; see 'fault', then 'clear'");
+        announce(k, "fault", message_of_fault((enum fault)fault), "; see 'fault', then 'clear'");
     }
     k->announced = fault;
 }
@@ -114,8 +114,16 @@ static void announce_warnings(struct console *k)
         uint32_t unsaid = warnings & ~k->warned[word];
         k->warned[word] = warnings;
         for (; unsaid != 0u; unsaid &= unsaid - 1u) {
-            announce(k, "warning", (enum fault)(word * 32u + (uint32_t)__builtin_ctz(unsaid)), "");
+            announce(k, "warning", message_of_fault((enum fault)(word * 32u + (uint32_t)__builtin_ctz(unsaid))), "");
         }
+    }
+}
+
+static void announce_progress(struct console *k)
+{
+    const char *const done = progress_said(&k->session);
+    if (done != NULL) {
+        announce(k, "done", done, "");
     }
 }
 
@@ -139,7 +147,9 @@ void console_poll(struct console *k)
     }
     announce_fault(k);
     announce_warnings(k);
-    if (FEATURE_IN(SCOPE)) {
+    announce_progress(k);
+    if (FEATURE_IN(SCOPE) && k->session.scope != NULL) {
+        (void)sweep_poll(&k->session.scope->sweep);
         stream_poll(&k->session.stream, out(k), k->session.scope);
     }
 }

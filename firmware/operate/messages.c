@@ -3,6 +3,8 @@
 
 #include <stddef.h>
 
+#include "firmware/drive/start_parts.h"
+
 #define OF(feature, text) (FEATURE_IN(feature) ? text : NULL)
 
 static const char *const error_texts[ERROR_COUNT] = {
@@ -12,14 +14,15 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_CURRENT_INTEGRAL_GAIN] =
         "integral gain out of range: resistance_mohm or current_bw_hz does not fit v_range_mv/i_range_ma",
     [ERROR_DECOUPLING] = "decoupling out of range: ld_uh, lq_uh or flux_uwb too large for v_range_mv and i_range_ma",
-    [ERROR_I_TRIP_BEYOND_RANGE] = "i_trip_ma must be at most 95 % of i_range_ma, or the sensor clips before it trips",
-    [ERROR_I_MAX_BEYOND_TRIP] = "i_max_ma must be at most 85 % of i_trip_ma, to leave room for overshoot",
-    [ERROR_I_ALIGN_BEYOND_MAX] = "i_align_ma must not exceed i_max_ma",
+    [ERROR_I_TRIP_BEYOND_RANGE] =
+        "i_trip_ma must be at most 95 % of i_range_ma, @ mA, or the sensor clips before it trips",
+    [ERROR_I_MAX_BEYOND_TRIP] = "i_max_ma must be at most 85 % of i_trip_ma, @ mA, to leave room for overshoot",
+    [ERROR_I_ALIGN_BEYOND_MAX] = "i_align_ma must not exceed i_max_ma, @ mA",
     [ERROR_CHOPPER_LEVELS] =
         "chopper_off_mv must be above 0 and by 0.1 % of v_range_mv below chopper_on_mv, and that below v_max_mv",
-    [ERROR_V_LIMITS] = "v_min_mv must be below v_max_mv, and that at most 98 % of v_range_mv",
-    [ERROR_SPEED_MAX_BEYOND_OVERSPEED] = "speed_max_rpm must be below overspeed_rpm",
-    [ERROR_V_MIN_BELOW_MODULATOR] = "v_min_mv must be at least a quarter of v_range_mv: the modulator's range",
+    [ERROR_V_LIMITS] = "v_min_mv must be below v_max_mv, and that at most 98 % of v_range_mv, @ mV",
+    [ERROR_SPEED_MAX_BEYOND_OVERSPEED] = "speed_max_rpm must be below overspeed_rpm: at most @ rpm",
+    [ERROR_V_MIN_BELOW_MODULATOR] = "v_min_mv must be at least a quarter of v_range_mv, the modulator's range: @ mV",
     [ERROR_SAMPLES_OF_SHUNTS] =
         "pwm_samples 2 needs sensors in line with the phases: low_side_shunts see nothing at every second sample",
     [ERROR_SAMPLES_AT_VALLEY] =
@@ -39,8 +42,8 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SPEED_GAIN] = "speed gain out of range: inertia_gmm2, flux_uwb, speed_bw_hz and i_range_ma do not fit",
     [ERROR_FAULT_LATCHED] = "a fault is latched; see 'fault', then 'clear'",
     [ERROR_ALREADY_ON] = "the drive is on already",
-    [ERROR_BUS_LOW] = "the bus voltage is below v_min_mv; see 'status'",
-    [ERROR_BUS_HIGH] = "the bus voltage is above v_max_mv; see 'status'",
+    [ERROR_BUS_LOW] = "the bus voltage is below v_min_mv, @ mV; see 'status'",
+    [ERROR_BUS_HIGH] = "the bus voltage is above v_max_mv, @ mV; see 'status'",
     [ERROR_TURNING] = "the motor is turning; wait until it stands still",
     [ERROR_NOT_OPERATING] = "the drive is not in operation; use 'on' and wait for it",
     [ERROR_NO_FAULT] = "no fault is latched",
@@ -51,8 +54,8 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_STACK_GUARD] = "the cause is still there: the stack guard is not in effect; reset the device",
     [ERROR_WATCHDOG_OFF] = "the cause is still there: the watchdog is off, or does not reset",
     [ERROR_FABRIC_DOUBTED] = "the fabric is not touched after this fault; mend the cause, then reset the device",
-    [ERROR_BEYOND_SPEED_MAX] = "beyond speed_max_rpm",
-    [ERROR_BEYOND_I_MAX] = "beyond i_max_ma",
+    [ERROR_BEYOND_SPEED_MAX] = "beyond speed_max_rpm: at most @ rpm",
+    [ERROR_BEYOND_I_MAX] = "beyond i_max_ma: at most @ mA",
     [ERROR_DRIVE_IS_ON] = "parameters can change only while the drive is off",
     [ERROR_TOO_HOT] = "the winding or the power stage is too hot; see 'status'",
     [ERROR_REACTION_NOT_ALLOWED] = "this fault does not allow that; 'reaction' lists what each allows",
@@ -67,9 +70,10 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_BEYOND_CYCLE] =
         OF(POSITION, "farther than speed_max_rpm goes in cyclic_ms: at most @ counts from where it is"),
     [ERROR_HOMING] = OF(POSITION, "the drive is homing; wait for its end"),
-    [ERROR_HOME_SPEED] = OF(POSITION, "home_rpm must not be 0, nor beyond speed_max_rpm"),
+    [ERROR_HOME_SPEED] = OF(POSITION, "home_rpm must not be 0, nor beyond speed_max_rpm, @ rpm"),
+    [ERROR_SPEED_BEYOND_OBSERVER] =
+        "overspeed_rpm is beyond what the loops follow with these pole_pairs: at most @ rpm",
     /* sensorless */
-    [ERROR_SPEED_BEYOND_OBSERVER] = OF(SENSORLESS, "overspeed_rpm times pole_pairs is beyond 1187 Hz electrical"),
     [ERROR_OBSERVER] =
         OF(SENSORLESS,
            "angle_source 1: resistance_mohm, ld_uh, lq_uh and flux_uwb do not fit one another at this PWM rate"),
@@ -113,7 +117,7 @@ static const char *const error_texts[ERROR_COUNT] = {
                       "allows it, else at most @"),
     /* learn */
     [ERROR_LEARNING] = OF(LEARN, "the drive is learning; wait for its end"),
-    [ERROR_LEARN_SPEED] = OF(LEARN, "learn_rpm is beyond speed_max_rpm"),
+    [ERROR_LEARN_SPEED] = OF(LEARN, "learn_rpm is beyond speed_max_rpm, @ rpm"),
     /* settings */
     [ERROR_NOTHING_STORED] = OF(SETTINGS, "no settings are stored"),
     [ERROR_STORED_FORMAT] = OF(SETTINGS, "a stored record has a form that this firmware does not know"),
@@ -134,6 +138,9 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SCOPE_NOT_ARMED] = OF(SCOPE, "no capture waits for its trigger; 'scope arm' begins one"),
     [ERROR_SCOPE_BEFORE] =
         OF(SCOPE, "with these signals at most @ samples stand before the trigger; 'scope before' sets them"),
+    [ERROR_SWEEPING] = OF(SCOPE, "a sweep is under way; wait for its end, or 'sweep off'"),
+    [ERROR_SWEEP_MODE] = OF(SCOPE, "the speed loop is swept while it controls: 'speed' first"),
+    [ERROR_SWEEP_AMPLITUDE] = OF(SCOPE, "the amplitude must be above 0, and at most an eighth of i_max_ma, @ mA"),
 };
 
 static const char *const state_names[] = {
@@ -145,6 +152,21 @@ static const char *const state_names[] = {
     [AXIS_QUICK_STOP] = "quick stop active",
     [AXIS_FAULT_REACTION] = "fault reaction active",
     [AXIS_FAULT] = "fault",
+};
+
+static const char *const phase_names[START_PHASES] = {
+    [START_CALIBRATE] = "zeros of the current sensors",
+    [START_WIRING] = "wiring test",
+    [START_ALIGN] = "aligning",
+    [START_FOLLOW] = "aligned",
+    [START_FIELD] = "aligning",
+    [START_IDENTIFY] = "identifying",
+    [START_CATCH] = "does it turn already?",
+    [START_DOUBT] = "wiring test",
+    [START_INJECTION] = "saliency test",
+    [START_HALL] = "Hall switches",
+    [START_LAY_HALL] = "aligning",
+    [START_LEARN_HALL] = "learning the Hall switches",
 };
 
 static const char *const mode_names[AXIS_MODES] = {
@@ -259,6 +281,15 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_THREAD_STOPPED] = {"thread stopped", "console, bus or other work hung, or took milliseconds"},
 };
 
+#define PARAM_TEXT(name, least, most, initial, what) FEATURE_IN(CONSOLE) ? (what) : NULL,
+
+static const char *const param_texts[] = {PARAMS(PARAM_TEXT)};
+
+const char *message_of_param(uint32_t row)
+{
+    return param_texts[row];
+}
+
 const char *message_of_error(enum error error)
 {
     const char *const text = error < ERROR_COUNT ? error_texts[error] : NULL;
@@ -276,6 +307,11 @@ const char *message_of_feature(enum feature feature)
 const char *message_of_state(enum axis_state state)
 {
     return state < sizeof state_names / sizeof state_names[0] ? state_names[state] : "unknown";
+}
+
+const char *message_of_phase(uint32_t phase)
+{
+    return phase < START_PHASES ? phase_names[phase] : "unknown";
 }
 
 const char *message_of_mode(enum axis_mode mode)

@@ -6,12 +6,18 @@
 #include "firmware/drive/drive.h"
 #include "firmware/settings/features.h"
 
+/* What a parameter is, by its row in param_table. */
+const char *message_of_param(uint32_t row);
+
 const char *message_of_error(enum error error);
 
 /* As `make FEATURES` spells it. */
 const char *message_of_feature(enum feature feature);
 
 const char *message_of_state(enum axis_state state);
+
+/* What a start is doing: enum start_phase. */
+const char *message_of_phase(uint32_t phase);
 
 const char *message_of_mode(enum axis_mode mode);
 

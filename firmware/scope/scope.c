@@ -24,6 +24,7 @@ void scope_init(struct scope *s, struct axis *a, void (*enter)(void), volatile u
     s->entry.pend = pend;
     s->enter = enter;
     s->axis = a;
+    s->sweep.axis = a;
     s->every = 1u;
     s->choice = signal_default();
     s->capture.memory = s->memory;
@@ -43,6 +44,9 @@ static enum error forget_capture(struct scope *s)
 {
     if (is_under_way(s)) {
         return ERROR_SCOPE_ARMED;
+    }
+    if (sweep_runs(&s->sweep)) {
+        return ERROR_SWEEPING;
     }
     s->capture.state = CAPTURE_OFF;
     return ERROR_NONE;
@@ -90,8 +94,9 @@ enum error scope_set_trigger(struct scope *s, uint32_t signal, enum capture_when
 
 struct outcome scope_arm(struct scope *s)
 {
-    if (forget_capture(s) != ERROR_NONE) {
-        return outcome_of(ERROR_SCOPE_ARMED);
+    const enum error busy = forget_capture(s);
+    if (busy != ERROR_NONE) {
+        return outcome_of(busy);
     }
     if (s->capture.before >= scope_capacity(s)) {
         return (struct outcome){ERROR_SCOPE_BEFORE, (int32_t)scope_capacity(s) - 1};
@@ -121,9 +126,24 @@ enum error scope_fire(struct scope *s)
     return ERROR_NONE;
 }
 
+struct outcome scope_sweep(struct scope *s, enum sweep_loop loop, int32_t milliamp)
+{
+    if (is_under_way(s) || sweep_runs(&s->sweep)) {
+        return outcome_of(is_under_way(s) ? ERROR_SCOPE_ARMED : ERROR_SWEEPING);
+    }
+    const struct outcome outcome = sweep_begin(&s->sweep, loop, milliamp);
+    if (outcome.error == ERROR_NONE && loop != SWEEP_SPEED) {
+        s->swept = s->entry.ticks;
+        current_loop_divert(&s->axis->loop, s->enter, &s->entry.handler);
+    }
+    return outcome;
+}
+
 void scope_off(struct scope *s)
 {
-    current_loop_undivert(&s->axis->loop);
+    if (!sweep_runs(&s->sweep)) {
+        current_loop_undivert(&s->axis->loop);
+    }
     if (is_under_way(s)) {
         s->capture.state = CAPTURE_OFF;
     }
@@ -160,6 +180,11 @@ void scope_sample(struct scope *s)
     struct capture *const c = &s->capture;
     const uint32_t tick = s->entry.ticks;
     const uint32_t overdue = tick - s->due;
+    if (sweep_runs(&s->sweep)) {
+        sweep_sample(&s->sweep, tick - s->swept);
+        s->swept = tick;
+        return;
+    }
     if (overdue > UINT32_MAX / 2u || !is_under_way(s)) {
         return;
     }
@@ -181,7 +206,8 @@ void scope_step(struct scope *s)
     if (axis_fabric_doubted(s->axis)) {
         return;
     }
-    if (s->capture.state == CAPTURE_DONE && scope_is_on(s)) {
+    sweep_step(&s->sweep);
+    if (scope_is_on(s) && !is_under_way(s) && !sweep_runs(&s->sweep)) {
         current_loop_undivert(&s->axis->loop);
     }
     recorder_step(&s->recorder, &s->choice, s->sources, s->axis->fabric, s->axis->faults.cause);

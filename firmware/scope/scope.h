@@ -17,6 +17,7 @@
 #include "firmware/scope/capture.h"
 #include "firmware/scope/recorder.h"
 #include "firmware/scope/signals.h"
+#include "firmware/scope/sweep.h"
 #include "firmware/settings/error.h"
 
 #define SCOPE_WORDS      4096u
@@ -44,6 +45,8 @@ struct scope {
     uint32_t late;                /* samples kept later than they were due: the record has a gap */
     uint32_t rate_of;             /* ticks a millisecond, at its beginning */
     int32_t nothing;              /* 0 */
+    struct sweep sweep;
+    uint32_t swept; /* its last tick */
     struct capture capture;
     struct recorder recorder;
     int32_t memory[SCOPE_WORDS];
@@ -75,6 +78,9 @@ enum error scope_fire(struct scope *s);
 
 /* Ends it; an unfinished record is lost. On return the vector holds the handler. */
 void scope_off(struct scope *s);
+
+/* Begins a sweep of a loop, with so many milliamperes. Thread. */
+struct outcome scope_sweep(struct scope *s, enum sweep_loop loop, int32_t milliamp);
 
 /* True if the scope's entry is in the vector. Any context. */
 static inline bool scope_is_on(const struct scope *s)
@@ -109,7 +115,7 @@ uint32_t scope_read(const struct scope *s, enum scope_record record, uint32_t fr
 /* A tick of the current loop has been served. The sampler's interrupt. */
 void scope_sample(struct scope *s);
 
-/* Stores the recorder's sample, and takes the entry out of the vector after a finished capture. Slow loop, last. */
+/* Stores the recorder's sample, and takes the entry out of the vector when nothing needs it. Slow loop, last. */
 void scope_step(struct scope *s);
 
 #endif

@@ -3,7 +3,8 @@
 
 #include <stdbool.h>
 
-#define PARAM_ROW(field, least, most, initial) {#field, (least), (most), (initial), offsetof(struct params, field)},
+#define PARAM_ROW(field, least, most, initial, what) \
+    {#field, (least), (most), (initial), offsetof(struct params, field)},
 
 const struct param_info param_table[] = {PARAMS(PARAM_ROW)};
 

@@ -19,49 +19,53 @@ static int32_t modulator_counts(int32_t osr)
 struct inconsistency {
     bool holds;
     enum error error;
+    int64_t value; /* the limit, where the text names one */
 };
 
-static enum error first_of(const struct inconsistency *list, size_t count)
+static struct outcome first_of(const struct inconsistency *list, size_t count)
 {
     for (size_t n = 0; n < count; n++) {
         if (list[n].holds) {
-            return list[n].error;
+            return (struct outcome){list[n].error, (int32_t)list[n].value};
         }
     }
-    return ERROR_NONE;
+    return OUTCOME_OK;
 }
 
-static enum error check_limits(const struct params *p)
+static struct outcome check_limits(const struct params *p)
 {
-    const int64_t speed = (int64_t)p->overspeed_rpm * p->pole_pairs;
+    const int64_t trip_most_ma = p->i_range_ma * 95LL / 100;
+    const int64_t max_most_ma = p->i_trip_ma * 85LL / 100;
+    const int64_t v_most_mv = p->v_range_mv * 98LL / 100;
+    const int64_t rpm_most = 60LL * CONFIG_SPEED_BASE_HZ * 95 / 100 / p->pole_pairs;
     const struct inconsistency list[] = {
-        {p->i_trip_ma > p->i_range_ma * 95LL / 100, ERROR_I_TRIP_BEYOND_RANGE},
-        {p->i_max_ma > p->i_trip_ma * 85LL / 100, ERROR_I_MAX_BEYOND_TRIP},
-        {p->i_align_ma > p->i_max_ma, ERROR_I_ALIGN_BEYOND_MAX},
-        {p->v_min_mv >= p->v_max_mv || p->v_max_mv > p->v_range_mv * 98LL / 100, ERROR_V_LIMITS},
+        {p->i_trip_ma > trip_most_ma, ERROR_I_TRIP_BEYOND_RANGE, trip_most_ma},
+        {p->i_max_ma > max_most_ma, ERROR_I_MAX_BEYOND_TRIP, max_most_ma},
+        {p->i_align_ma > p->i_max_ma, ERROR_I_ALIGN_BEYOND_MAX, p->i_max_ma},
+        {p->v_min_mv >= p->v_max_mv || p->v_max_mv > v_most_mv, ERROR_V_LIMITS, v_most_mv},
         {p->chopper_on_mv != 0 && (p->chopper_on_mv >= p->v_max_mv || p->chopper_off_mv == 0 ||
                                    p->chopper_off_mv > p->chopper_on_mv - p->v_range_mv / 1000),
-         ERROR_CHOPPER_LEVELS},
-        {p->speed_max_rpm >= p->overspeed_rpm, ERROR_SPEED_MAX_BEYOND_OVERSPEED},
-        {p->v_min_mv < p->v_range_mv / 4, ERROR_V_MIN_BELOW_MODULATOR},
-        {speed > 60LL * CONFIG_SPEED_BASE_HZ * 95 / 100, ERROR_SPEED_BEYOND_OBSERVER},
+         ERROR_CHOPPER_LEVELS, 0},
+        {p->speed_max_rpm >= p->overspeed_rpm, ERROR_SPEED_MAX_BEYOND_OVERSPEED, p->overspeed_rpm - 1},
+        {p->v_min_mv < p->v_range_mv / 4, ERROR_V_MIN_BELOW_MODULATOR, p->v_range_mv / 4},
+        {p->overspeed_rpm > rpm_most, ERROR_SPEED_BEYOND_OBSERVER, rpm_most},
     };
     return first_of(list, sizeof list / sizeof list[0]);
 }
 
-static enum error check_sampling(const struct params *p)
+static struct outcome check_sampling(const struct params *p)
 {
     const bool shunts = p->low_side_shunts != 0;
     const bool twice = p->pwm_samples != 1;
     const int32_t osr = p->modulator_osr;
     const struct inconsistency list[] = {
-        {shunts && p->overmodulation != 0, ERROR_OVERMODULATION_OF_SHUNTS},
-        {shunts && twice, ERROR_SAMPLES_OF_SHUNTS},
-        {twice && p->pwm_update == PWM_UPDATE_VALLEY, ERROR_SAMPLES_AT_VALLEY},
-        {twice && p->pwm_samples * CONFIG_PWM_HZ > CONFIG_LOOP_HZ_MAX, ERROR_SAMPLES_TOO_FAST},
-        {osr != 0 && (osr < 32 || (osr & (osr - 1)) != 0), ERROR_MODULATOR_OSR},
-        {osr != 0 && shunts, ERROR_MODULATOR_OF_SHUNTS},
-        {osr != 0 && modulator_counts(osr) > CONFIG_PWM_COUNTS / p->pwm_samples, ERROR_MODULATOR_TOO_SLOW},
+        {shunts && p->overmodulation != 0, ERROR_OVERMODULATION_OF_SHUNTS, 0},
+        {shunts && twice, ERROR_SAMPLES_OF_SHUNTS, 0},
+        {twice && p->pwm_update == PWM_UPDATE_VALLEY, ERROR_SAMPLES_AT_VALLEY, 0},
+        {twice && p->pwm_samples * CONFIG_PWM_HZ > CONFIG_LOOP_HZ_MAX, ERROR_SAMPLES_TOO_FAST, 0},
+        {osr != 0 && (osr < 32 || (osr & (osr - 1)) != 0), ERROR_MODULATOR_OSR, 0},
+        {osr != 0 && shunts, ERROR_MODULATOR_OF_SHUNTS, 0},
+        {osr != 0 && modulator_counts(osr) > CONFIG_PWM_COUNTS / p->pwm_samples, ERROR_MODULATOR_TOO_SLOW, 0},
     };
     return first_of(list, sizeof list / sizeof list[0]);
 }
@@ -122,8 +126,9 @@ static struct outcome check_margins(const struct params *p, struct tuning *t)
 
 struct outcome tuning_compute(const struct params *p, struct tuning *t)
 {
-    enum error problem = check_limits(p);
-    problem = problem != ERROR_NONE ? problem : check_sampling(p);
+    const struct outcome limits = check_limits(p);
+    const struct outcome found = limits.error != ERROR_NONE ? limits : check_sampling(p);
+    enum error problem = found.error;
     if (problem == ERROR_NONE) {
         tuning_rates(p, t);
         tune_limits(p, t);
@@ -133,7 +138,7 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t)
         problem = tuning_speed(p, t);
     }
     if (problem != ERROR_NONE) {
-        return outcome_of(problem);
+        return (struct outcome){problem, found.value};
     }
     tuning_torque(p, t);
     tuning_position(p, t);

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from .claim import keep as keep_claim
 from .data import available, files_of, motors_named
-from .errors import DoesNotApply, LauncherError
+from .errors import DoesNotApply, LauncherError, choice
 from .paths import MOTORS, QEMU_DIR, REPO, SCENARIOS, build_dir, shown
 
 FAULT_PREFIX = "fault_"
@@ -75,7 +75,7 @@ def plan(motors=None, scenarios=None, seeds=None, detunes=("",)):
 def _chosen(wanted, there_are, what):
     for name in wanted or []:
         if name not in there_are:
-            raise LauncherError(f"no {what} '{name}'; there are: {', '.join(there_are)}")
+            raise LauncherError(f"no {what} '{name}'; there are: {choice(name, there_are)}")
     return list(wanted or there_are)
 
 

@@ -6,6 +6,7 @@ An entry is `key = { value = 0.36, source = "..." }`, if need be with a toleranc
 so is an unknown key. What keys there are says schema.py; docs/motors.md is the same for readers.
 """
 import math
+import re
 import tomllib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -98,7 +99,16 @@ def read_toml(path):
     except OSError as error:
         raise LauncherError(f"cannot read {shown(path)}: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise LauncherError(f"{shown(path)}: {error}") from error
+        raise LauncherError(f"{shown(path)}: {_decimal_comma(path) or error}") from error
+
+
+def _decimal_comma(path):
+    """The line with the first number that has one, of which the reader of the format makes a riddle; or None."""
+    for number, line in enumerate(Path(path).read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+        found = re.search(r"=\s*([-+]?\d+),(\d+)\b(?!\s*=)", line)
+        if found and "[" not in line:
+            return f"line {number}: {found[1]},{found[2]} is no number: write {found[1]}.{found[2]}"
+    return None
 
 
 def find(name, folder, what):

@@ -4,7 +4,7 @@
 WHAT is SCENARIO/NAME. All limits of the scenario hold but those that say how good the speed loop is: with another inertia than
 it was told it is another loop.
 """
-from .errors import LauncherError
+from .errors import LauncherError, choice
 from .part import PartCase, Setup, Verdict
 
 NAME = "detune"
@@ -22,7 +22,7 @@ def detune_of(name):
     for word in name.split("_"):
         what, _, factor = word.partition("*")
         if what not in _PARAMETERS or not factor:
-            raise LauncherError(f"no detuning '{name}'; there are: {', '.join(NAMES)}")
+            raise LauncherError(f"no detuning '{name}'; there are: {choice(name, NAMES)}")
         items += [f"{parameter}*{factor}" for parameter in _PARAMETERS[what]]
     return " ".join(items)
 

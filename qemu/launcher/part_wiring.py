@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .errors import LauncherError
+from .errors import LauncherError, choice
 from .params import detuned
 from .part import (ON_S, PartCase, Setup, Verdict, angle_error_deg, bridge_is_off, event, fault_s, first_fault, late, matches,
                    mean_angle_deg, operation_s, scenario)
@@ -97,7 +97,7 @@ def setup(what, drive):
     """The run of one case."""
     wishes = wishes_of(drive.motor["electrical"]["pole_pairs"])
     if what not in wishes:
-        raise LauncherError(f"no wiring '{what}'; there are: {', '.join(wishes)}")
+        raise LauncherError(f"no wiring '{what}'; there are: {choice(what, wishes)}")
     wish = wishes[what]
     steps = [{"t_s": 0.0, **event(*words)} for words in wish.events]
     slow_rpm = max(1, round(SLOW_SHARE * drive.names()["rated_speed_rpm"]))

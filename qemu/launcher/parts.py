@@ -8,7 +8,7 @@ from . import (part_detune, part_identified, part_identify, part_saliency, part_
 from .campaign import MOTOR, keep
 from .data import available, motors_named
 from .drive import load_drive
-from .errors import LauncherError
+from .errors import LauncherError, choice
 from .kind import Run
 from .part import PartCase, matches
 from .paths import MOTORS
@@ -33,7 +33,7 @@ def parse(key):
 def plan_part(part, motors, options):
     """Every case of a part. `motors`: names, or none for all; `options`: of the command line, by name."""
     if part not in PARTS:
-        raise LauncherError(f"no PART '{part}'; there are: {', '.join(PARTS)}")
+        raise LauncherError(f"no PART '{part}'; there are: {choice(part, PARTS)}")
     cases, wanted = PARTS[part].plan(motors_named(motors) or available(MOTORS), options), (options.get("what") or "").split()
     if not cases:
         raise LauncherError(f"PART {part} has no case for these motors: docs/campaign.md says which it has")

@@ -10,6 +10,7 @@ from .line import Sample, Splitter
 
 END = b".\r\n"      # behind each answer in the console's mode for programs (docs/console.md)
 ANSWER_S = 20.0   # the longest answer, a whole capture, takes 3 s at 115200 baud; a slow twin takes longer
+UNASKED = "done: "  # no answer has such a line
 SILENT_S = 0.8    # without a sample or an answer: it is silent; while it streams, something comes each millisecond
 AT_WORK_S = 20.0   # the same where the other end is seen to go on, slowly: QEMU on a machine that is busy
 REVIVE_S = 2.0    # for a drive that may be there again
@@ -143,7 +144,10 @@ class Drive:
                 self._asked = False
             text = self._text.removesuffix(END).decode("ascii", "replace").replace("\r", "")
             self._text.clear()
-        return [one for one in text.split("\n") if one]
+        lines = [one for one in text.split("\n") if one]
+        for said in [one for one in lines if one.startswith(UNASKED)]:
+            self._on_said(said)  # it came between the question and its answer
+        return [one for one in lines if not one.startswith(UNASKED)]
 
     async def _answered(self, line):
         end = time.monotonic() + ANSWER_S

@@ -23,7 +23,7 @@ GROUPS = {
 OTHERS = "Others"  # of a firmware that is newer than these lists
 
 GROUP_OF = {name: group for group, names in GROUPS.items() for name in names.split()}
-ROW = re.compile(r"^ +PARAM\((\w+), -?\w+, -?\w+, (-?\d+)\) +/\* (.*) \*/", re.MULTILINE)
+ROW = re.compile(r'^ +PARAM\((\w+), -?\w+, -?\w+, (-?\d+), "([^"]*)"\) \\\n +/\* \S+: (.*) \*/', re.MULTILINE)
 STEP = re.compile(r'^ +STEP\(\w+, \w+, "([^"]+)"', re.MULTILINE)
 
 
@@ -33,8 +33,8 @@ def _source(path):
 
 def parameters():
     """{name: {"group", "initial", "meaning"}}"""
-    return {name: {"group": GROUP_OF.get(name, OTHERS), "initial": int(initial), "meaning": meaning}
-            for name, initial, meaning in ROW.findall(_source("settings/params.h"))}
+    return {name: {"group": GROUP_OF.get(name, OTHERS), "initial": int(initial), "meaning": f"{what}. Affects: {affects}."}
+            for name, initial, what, affects in ROW.findall(_source("settings/params.h"))}
 
 
 def identify_steps():

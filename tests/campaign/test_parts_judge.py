@@ -350,6 +350,8 @@ def test_a_damaged_key_is_refused(key):
 def test_an_unknown_part_or_motor_is_refused():
     with pytest.raises(LauncherError, match="no PART 'begin'; there are: start, wiring, supervision, detune"):
         plan_part("begin", [], {})
+    with pytest.raises(LauncherError, match="did you mean start\\?$"):
+        plan_part("strat", [], {})
     with pytest.raises(LauncherError, match="no motor 'bogus'"):
         plan_part("start", ["bogus"], {})
     with pytest.raises(LauncherError, match="WHAT 'bogus' is none of the cases of wiring, for example right"):

@@ -11,13 +11,18 @@ OPERATION_S = 0.4  # when a drive that was switched on at 0.1 s, and knows where
 GAP_S = 0.02  # between lines: an answer of 200 characters at 115200 baud takes 17 ms
 
 
+def asked(result):
+    """The console without what the drive says by itself when something is done."""
+    return re.sub(r"\n> \ndone: [^\n]*", "", result.console)
+
+
 def answers(tmp_path, lines, start_s=0.1, before=(), gap_s=GAP_S):
     """What the drive answers to each line, typed one after another; `before`: (time, line) typed earlier."""
     steps = [{"t_s": t, "console": line} for t, line in before]
     steps += [{"t_s": start_s + i * gap_s, "console": line} for i, line in enumerate(lines)]
     result = simulate({"end_s": start_s + (len(lines) + 2) * gap_s, "step": steps, "expect_refusal": ".*"}, out_dir=tmp_path,
                       plant="ideal", spread=0, aligned=True)
-    exchanges = result.console.split("\n> ")[1:] if "\n> " in result.console else []
+    exchanges = asked(result).split("\n> ")[1:]
     replies = [part.split("\n", 1) for part in exchanges][len(before):]
     assert [echo for echo, *_ in replies[:len(lines)]] == [line for line in lines], result.console
     return [reply[1].strip() if len(reply) > 1 else "" for reply in replies[:len(lines)]]
@@ -76,7 +81,7 @@ def test_help_names_every_command(tmp_path):
     commands = {line.split(":")[0].split()[0] for line in text.split("\n")}
     assert commands == {"help", "machine", "status", "on", "off", "quickstop", "speed", "torque", "fault", "clear", "get",
                         "set", "version", "reaction", "identify", "pv", "pp", "hm", "csp", "csv", "cst", "zero", "learn",
-                        "angle", "save", "load", "defaults", "scope", "stream"}
+                        "angle", "save", "load", "defaults", "scope", "stream", "sweep"}
 
 
 def test_set_and_get(tmp_path):
@@ -109,7 +114,7 @@ def test_parameters_cannot_change_while_the_drive_is_on(tmp_path):
 def test_commands_beyond_limits_change_nothing_while_running(tmp_path):
     replies = answers(tmp_path, ["speed 300", "speed 30000", "torque 100", "status"], start_s=OPERATION_S, before=[(0.1, "on")],
                       gap_s=0.15)
-    assert replies[:3] == ["ok", "error: beyond speed_max_rpm", "error: beyond i_max_ma"]
+    assert replies[:3] == ["ok", "error: beyond speed_max_rpm: at most 4000 rpm", "error: beyond i_max_ma: at most 10650 mA"]
     assert "state: operation enabled" in replies[3] and "reference 300.000 rpm" in replies[3]
 
 
@@ -150,7 +155,8 @@ def within_a_millisecond(tmp_path, *lines, running=True):
     at_s = OPERATION_S + 0.2 if running else 0.1
     before = [(0.1, "on"), (OPERATION_S, "speed 300")] if running else []
     result = play(tmp_path, *before, (at_s, "\n".join(lines)), (at_s + 0.04, "status"), end_s=at_s + 0.1)
-    text = result.console[result.console.rindex("\n> " + lines[0]):]
+    text = asked(result)
+    text = text[text.rindex("\n> " + lines[0]):]
     return [part.split("\n")[1] for part in text.split("\n> ")[1:len(lines) + 1]], result, text
 
 

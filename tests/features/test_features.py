@@ -76,7 +76,7 @@ def test_the_least_build_is_within_its_budget_and_drives(tmp_path):
     assert not verdicts(simulate(build=build(MINIMAL), out_dir=tmp_path, **EXACT))
 
 
-ERRORS = re.findall(r"^    (ERROR_\w+),", (ROOT / "firmware/settings/error.h").read_text(), re.MULTILINE)
+ERRORS = re.findall(r"^    (ERROR_\w+) = ", (ROOT / "firmware/settings/error.h").read_text(), re.MULTILINE)
 REFUSAL, STORE, MODE, REACTIONS, ERROR_OF_ENCODER, CARRY = 0x2B, 0xC0, 1, 0x400, 7, 3
 PROFILE_POSITION = 1
 ON_THE_BUS = {  # what needs it, by requests

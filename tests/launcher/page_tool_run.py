@@ -7,7 +7,7 @@ import pytest
 from browser import browsed, served
 
 from scope import words
-from tools.param_rows import meanings, param_rows
+from tools.param_rows import param_rows, remarks, texts
 
 
 @pytest.fixture(scope="module")
@@ -51,8 +51,8 @@ def test_each_parameter_is_in_one_group_with_its_meaning(page):
                         "d.querySelector('table').ariaLabel, [...d.querySelectorAll('input')].map((i) => i.name).join(' ')])")
     assert {group: set(members.split()) for group, members in shown} == {
         group: set(members.split()) for group, members in words.GROUPS.items()}
-    for name, meaning in meanings().items():
-        assert meaning in row(page, name), name
+    for name, what in texts().items():
+        assert what in row(page, name) and remarks()[name][1] in row(page, name), name
 
 
 def test_what_differs_from_its_default_is_marked_and_goes_back(page):
@@ -139,9 +139,10 @@ def test_a_file_that_cannot_be_taken_changes_nothing(page, tmp_path, text, why):
 
 
 def test_what_the_console_lists_is_a_file_too(page, tmp_path):
-    (tmp_path / "got.txt").write_text("# as 'get all' shows it\ncyclic_ms = 12 ms  (1...1000)\n\n")
-    assert "from got.txt: 1 changed" in choose_file(page, tmp_path / "got.txt")
-    assert drives(page, "cyclic_ms") == 12
+    for ms, line in ((12, "cyclic_ms = 12 ms  (1...1000)"), (13, "set cyclic_ms 13")):  # 'get all', 'get --changed'
+        (tmp_path / "got.txt").write_text(f"# as the console shows it\n{line}\n\n")
+        assert "from got.txt: 1 changed" in choose_file(page, tmp_path / "got.txt")
+        assert drives(page, "cyclic_ms") == ms
 
 
 # ---- what is measured ----
@@ -331,6 +332,23 @@ def test_two_tabs_see_each_others_commands(page):
         page.browser.switch_to.window(page.browser.window_handles[-1])
         page.browser.close()
         page.browser.switch_to.window(first)
+
+
+def test_a_bode_plot_of_the_running_drive(page):
+    assert page.script("const { re, im } = opened({ hz: 1, re: 0.5, im: -0.5 }); return [re, im]") == [0, -1]
+    assert page.script("return phases([1, -1, 1].map((im) => ({ re: -1, im })))") == [-225, -135, -225]
+    page.script("say('on')")
+    page.wait(lambda: page.find("state").text == "operation enabled")
+    page.script("$('bode_amplitude').value = 0.4; $('bode_run').requestSubmit()")
+    page.wait(lambda: page.script("return bode.graphs.length") == 2)
+    said = page.find("bode_said").text
+    assert "sweep: done, loop: q, amplitude: 0.400 A, points: 32" in said
+    margin = float(re.search(r"phase margin: ([\d.]+) degrees", said)[1])
+    assert 55 < margin < 75, "62 degrees by the formulas"
+    gains = page.script("return bode.graphs[0].rawData_.map((row) => row.slice(1))")
+    assert len(gains) == 32 and gains[0][0] == pytest.approx(0, abs=1) and gains[0][1] > 10 > -10 > gains[-1][1]
+    page.script("say('off')")
+    page.wait(lambda: page.find("state").text == "switch on disabled")
 
 
 def test_the_browser_found_nothing_wrong(page):

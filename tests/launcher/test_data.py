@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from launcher import LauncherError
 from launcher.cli import main
-from launcher.data import INVERTERS, MOTORS, available, load_inverter, load_motor
+from launcher.data import INVERTERS, MOTORS, available, load_inverter, load_motor, read_toml
 from launcher.drive import load_drive, preamble, twin_items
 from launcher.expression import evaluate, fill, number
 from launcher.paths import REPO
@@ -294,3 +294,12 @@ def test_names_follow_from_ratings_and_inertia(motor):
     assert reached == pytest.approx(names["rated_speed_rpm"])
     assert names["accel_torque_Nm"] * names["ramp_time_s"] == pytest.approx(
         names["inertia_kgm2"] * names["work_rpm"] * math.pi / 30)
+
+
+@pytest.mark.parametrize("line, hint", [
+    ("a = 0,36", "line 1: 0,36 is no number: write 0.36"), ("a = { value = -1,5 }", "line 1: -1,5 is no number: write -1.5"),
+    ("a = [1,2", "Unclosed array"), ("a = { b = 1, c = 2 ", "Unclosed inline table"), ("a = b", "Invalid value")])
+def test_a_decimal_comma_is_named(tmp_path, line, hint):
+    (tmp_path / "my.toml").write_text(line + "\n")
+    with pytest.raises(LauncherError, match=re.escape(f"my.toml: {hint}")):
+        read_toml(tmp_path / "my.toml")

@@ -18,6 +18,7 @@ POINTER_TABLES = {
     "modbus_function": "modbus_functions",
     "apply_target": "cia402_modes",
     "argument_candidate": "argument_kinds",
+    "nearest_name": "argument_kinds",
     **dict.fromkeys(("identify_measure", "identify_step", "identify_think"), "identify_script"),
 }
 # and the words of a row that this function calls: slices of the table, where it does not call them all

@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "tests"), str(ROOT / "tests" / "tools")]
 
 from pages import replace_block  # noqa: E402
-from param_rows import meanings, param_rows  # noqa: E402
+from param_rows import param_rows, texts  # noqa: E402
 
 PAGE = ROOT / "docs" / "modbus.md"
 OBJECT = re.compile(r'X\((0x\w+), (\w+), (\w+), (\w+), (\w+), "([^"]*)", "([^"]*)",')
@@ -39,7 +39,7 @@ def object_table(source=ROOT):
 
 
 def parameter_table(source=ROOT):
-    what = meanings(source)
+    what = texts(source)
     lines = ["| register | parameter | least | most | initial | what |", "|---|---|---|---|---|---|"]
     for number, (name, (least, most, initial)) in enumerate(param_rows(source).items()):
         lines.append(f"| {registers(PARAMS + 2 * number, 2)} | `{name}` | {least} | {most} | {initial} | {what[name]} |")

@@ -142,9 +142,10 @@ def test_what_the_axis_refuses_is_kept(plc):
     plc.axis.loop.vbus_q15 = 0
     plc.control(SHUTDOWN)
     assert plc.control(ENABLE) == SWITCHED_ON and plc.refusal == "ERROR_BUS_LOW" and not plc.status & 0x10
+    assert plc.status & 0x100, "whoever reads the status word alone sees it, too"
     plc.axis.loop.vbus_q15 = plc.axis.tuning.v_min_q15
     plc.control(ENABLE)
-    assert plc.refusal == "ERROR_NONE" and plc.axis.request == plc.c.AXIS_REQUEST_ON
+    assert plc.refusal == "ERROR_NONE" and plc.axis.request == plc.c.AXIS_REQUEST_ON and not plc.status & 0x100
 
 
 def target(plc, rpm):

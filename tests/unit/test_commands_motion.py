@@ -75,8 +75,9 @@ def test_commands_motion_that_search_and_learn(driver, c):
 
 
 @pytest.mark.parametrize("line, answer", [
-    ("pv 4001", "beyond speed_max_rpm"), ("csv -4001", "beyond speed_max_rpm"), ("cst 10.651", "beyond i_max_ma"),
-    ("torque -10.651", "beyond i_max_ma"),
+    ("pv 4001", "beyond speed_max_rpm: at most 4000 rpm"), ("csv -4001", "beyond speed_max_rpm: at most 4000 rpm"),
+    ("cst 10.651", "beyond i_max_ma: at most 10650 mA"),
+    ("torque -10.651", "beyond i_max_ma: at most 10650 mA"),
     ("csp 3167", "farther than speed_max_rpm goes in cyclic_ms: at most 2666 counts from where it is"),
     ("pv 1.5", "1.5: not a whole number of rpm"),
     ("csv x", "x: not a whole number of rpm"), ("cst x", "x: not a current in amperes, like 1.5"),

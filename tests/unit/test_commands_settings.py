@@ -9,8 +9,8 @@ from unit.test_commands import Operator
 # A parameter of each ending that has a unit, and of none.
 UNITS = {"ramp_rpm_s": "rpm/s", "learn_rpm": "rpm", "cyclic_ms": "ms", "winding_tau_s": "s", "i_max_ma": "mA", "v_min_mv": "mV",
          "resistance_mohm": "mohm", "ld_uh": "uH", "flux_uwb": "uWb", "bus_capacitance_uf": "uF", "speed_bw_hz": "Hz",
-         "power_max_w": "W", "inertia_gmm2": "g mm2", "home_pct": "%", "profile_speed_pm": "0.1 %", "t_max_c": "degC",
-         "home_turns": "turns", "following_mturn": "0.001 turns", "encoder_counts": "counts", "modbus_baud": "baud",
+         "power_max_w": "W", "inertia_gmm2": "g mm2", "home_pct": "%", "profile_speed_pm": "per mille", "t_max_c": "degC",
+         "home_turns": "turns", "following_mturn": "mturn", "encoder_counts": "counts", "modbus_baud": "baud",
          "pole_pairs": "", "pwm_update": ""}
 
 
@@ -37,7 +37,7 @@ def test_commands_settings_of_a_parameter(operator, name):
     for value in (info.min, info.max):
         assert operator(f"set {name} {value}") == ["ok"] and getattr(params, name) == value
         assert operator(f"get {name}") == [f"{name} = {value}{unit}  ({info.min}...{info.max})"]
-        changed = [f"{name} = {value}{unit}  (initially {info.initial})"] if value != info.initial else []
+        changed = [f"set {name} {value}"] if value != info.initial else []
         assert operator("get --changed") == changed
     for value in (info.min - 1, info.max + 1):
         assert operator(f"set {name} {value}") == [f"error: {name} must be {info.min}...{info.max}{unit}"]
@@ -53,10 +53,11 @@ def test_commands_settings_lists_all(operator):
 
 
 @pytest.mark.parametrize("line, answer", [
-    ("get pole_pear", "pole_pear: no such parameter; 'get all' lists them"),
-    ("set pole_pear 1", "pole_pear: no such parameter; 'get all' lists them"),
+    ("get pole_pear", "pole_pear: no such parameter; 'get all' lists them; did you mean pole_pairs?"),
+    ("set pole_pear 1", "pole_pear: no such parameter; 'get all' lists them; did you mean pole_pairs?"),
     ("set learn_rpm 1.5", "1.5: not a whole number"),
-    ("reaction stal off", "stal: no such fault; 'reaction' lists those with a choice, '_' stands for a blank"),
+    ("reaction stal off",
+     "stal: no such fault; 'reaction' lists those with a choice, '_' stands for a blank; did you mean stall?"),
     ("reaction stall of", "of: not one of off, stop, warn, carry"),
     ("reaction over-current stop", "this fault does not allow that; 'reaction' lists what each allows")])
 def test_commands_settings_refused(operator, line, answer):

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from unit.console_page import PAGE, page
-from unit.test_commands import VERSION, Operator
+from unit.test_commands import SAID, VERSION, Operator
 
 LINE_MAX, KEPT = 80, 8
 UP, DOWN, RIGHT, LEFT, HOME, END = b"\x1b[A", b"\x1b[B", b"\x1b[C", b"\x1b[D", b"\x1b[H", b"\x1b[F"
@@ -179,7 +179,7 @@ def test_inside_a_line_nothing_is_completed(operator):
 
 def test_help_about_one(operator):
     assert operator("help pp") == [line for line in operator("help") if line.startswith("pp ")]
-    assert operator("help bogus") == ["error: bogus: unknown command; 'help' lists them"]
+    assert operator("help bogus") == ["error: bogus: no command, parameter or fault; 'help' and 'get all' list them"]
 
 
 # ---- for programs ----
@@ -192,11 +192,11 @@ def program(operator):
 
 
 def test_no_echo_no_prompt_and_an_end_to_each_answer(program):
-    assert program.type(b"vers") == "" and program.type(b"ion\n") == f"{VERSION}\r\n.\r\n"
+    assert program.type(b"vers") == "" and program.type(b"ion\n") == f"{SAID}\r\n.\r\n"
     assert program.type(b"\n") == ".\r\n"
     assert program.type(b"bogus\n") == "error: bogus: unknown command; 'help' lists them\r\n.\r\n"
     assert program.type(b"get ramp_rpm_s\rversion\r\n") == (
-        f"ramp_rpm_s = 5000 rpm/s  (1...1000000)\r\n.\r\n{VERSION}\r\n.\r\n")
+        f"ramp_rpm_s = 5000 rpm/s  (1...1000000)\r\n.\r\n{SAID}\r\n.\r\n")
     assert program.type(b"machine off\n") == "ok\r\n.\r\n> "
     assert program.type(b"v") == "v"
 

@@ -80,7 +80,7 @@ def test_nvm_text_of_another_version(c, said, unknown, missing):
 
 @pytest.mark.parametrize("about, error, value, text", [
     (b"", "CURRENT_MARGIN", 1647, "current_bw_hz leaves too little phase margin with this pwm_update: at most 1647"),
-    (b"i_max_ma", "I_ALIGN_BEYOND_MAX", 0, "i_max_ma: i_align_ma must not exceed i_max_ma")])
+    (b"i_max_ma", "I_ALIGN_BEYOND_MAX", 5000, "i_max_ma: i_align_ma must not exceed i_max_ma, 5000 mA")])
 def test_nvm_text_refused(c, said, about, error, value, text):
     """And nothing is said of what is not taken over anyway."""
     kept = c.nvm_report()

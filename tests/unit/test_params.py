@@ -36,7 +36,7 @@ def test_units_follow_from_names(c):
     units = {name: c.param_unit(c.param_find(name.encode())).decode() for name in fields()}
     some = {"i_max_ma": "mA", "v_max_mv": "mV", "resistance_mohm": "mohm", "ld_uh": "uH", "flux_uwb": "uWb",
             "ramp_rpm_s": "rpm/s", "speed_max_rpm": "rpm", "retry_delay_ms": "ms", "winding_tau_s": "s",
-            "following_mturn": "0.001 turns", "inertia_gmm2": "g mm2", "t_max_c": "degC", "friction_unm": "uNm"}
+            "following_mturn": "mturn", "inertia_gmm2": "g mm2", "t_max_c": "degC", "friction_unm": "uNm"}
     assert {name: units[name] for name in some} == some
     assert {name for name, unit in units.items() if not unit} == {
         "pole_pairs", "emf_beyond_v_max", "pwm_update", "pwm_samples", "overmodulation", "low_side_shunts", "modulator_osr",

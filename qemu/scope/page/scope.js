@@ -50,7 +50,10 @@ const takes = {
       send({ kind: "capture" });
     }
   },
-  said({ text }) { log(text); },
+  said({ text }) {
+    log(text);
+    bodeSaid(text);
+  },
   silent({ why, since, words }) {
     const known = state || "unknown";
     $("state").textContent = `silent since ${since}; last: ${known}`;
@@ -66,6 +69,7 @@ const takes = {
   },
   answer({ line, lines, own }) {
     setupAnswered(line, lines);
+    bodeAnswered(line, lines);
     log(`${own ? "" : "another page "}> ${line}\n${lines.join("\n")}`);
     if (line === "scope arm" && own) awaiting = lines[0] === "ok"; // from now on a status tells of this capture, not of the last
     if (own) setAnswered(line, lines);
