@@ -9,7 +9,7 @@ endif
 override BUILD := $(patsubst $(CURDIR)/%,%,$(BUILD))
 # Whatever else stands on the command line would be ignored in silence.
 VARIABLES = BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VERILATOR SCENARIO MOTOR SEED PLANT SPREAD DETUNE FABRIC \
-    SENSORS ENVM CHIP MODBUS PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
+    SENSORS ENVM CHIP MODBUS CAN PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
     SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS JOBS SSHLOGIN ALL N FILES RUNGS KEEP_GOING LISTED \
     BUDGET REMEMBER V NO_INSTALL SOURCE_DATE_EPOCH
 GIVEN := $(foreach v,$(.VARIABLES),$(if $(filter command,$(firstword $(origin $v))),$v))
@@ -38,6 +38,7 @@ SENSORS  ?=
 ENVM     ?=
 CHIP     ?=
 MODBUS   ?=
+CAN      ?=
 PROBE    ?=
 IMAGE    ?= mssfoc
 WRONG    ?=
@@ -73,7 +74,7 @@ Q := $(if $(V),,@)
 say = $(if $(V),,$(if $(findstring s,$(firstword -$(MAKEFLAGS))),$(progress),@echo "  $1  $@"))
 progress = $(if $(MSSFOC_PROGRESS),@printf '\r\033[K  %s' '$1 $(notdir $@)' >&2)
 
-export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS MODBUS START ENVM CHIP PROBE PORT WRONG HOSTCC CROSS
+export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS MODBUS CAN START ENVM CHIP PROBE PORT WRONG HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1
 
 # ---- the image and the library ---------------------------------------------------------------------------------------
@@ -278,6 +279,7 @@ help:
 	@echo 'make storm           noise, mutated and right lines and frames to both UARTs while the motor turns [N=frames]'
 	@echo 'make console         a live console of a running drive'
 	@echo '                     the bus: [MODBUS=pty|tcp:PORT] its Modbus, for mbpoll, pymodbus or a PLC (docs/modbus.md)'
+	@echo '                     [CAN=tcp:PORT|pty] its CAN bus, for programs that speak socketcand or slcan; of make run, too (docs/can.md)'
 	@echo 'make scope           a page in the browser: plots, captures, parameters, commands; [PORT=/dev/ttyUSB0] of a board'
 	@echo 'make scope-pictures  the test of that page, and its pictures into docs/'
 	@echo 'make debug           QEMU halted, with a GDB port'

@@ -15,7 +15,7 @@ TWIN_PHYSICS := motor motor_step motor_params motor_field motor_map shaft windin
 # the rest of the plugin:
 TWIN_PLUGIN := qemu_symbols qemu_plugin qemu_memory qemu_machine qemu_chardev qemu_registers qemu_sleep core cycles \
     cycles_cache cycles_decode cycles_fetch cycles_price cycles_rules cycles_table irqlog irqpath reach dump dwt \
-    watchdog sysreg chip mmuart serial_bus gpio trace trace_csv recording probes console scenario live lines \
+    watchdog sysreg chip mmuart serial_bus can can_frame can_bus socketcand gpio trace trace_csv recording probes console scenario live lines \
     envm_board fabric_rtl rtl_clock rtl_ahead twin
 
 TWIN_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) $(TWIN_PLUGIN))
