@@ -25,7 +25,13 @@ enum {
 enum { COMMAND_RUN = 1u << 0 };
 enum { CONFIG_AUTO_RESTART = 1u << 4, CONFIG_FIXED_ORDER = 1u << 12, CONFIG_SWAP_ENDIAN = 1u << 13 };
 enum { TX_REQUEST = 1u << 0, TX_INTERRUPT = 1u << 2, TX_CHANGE_LOW = 1u << 3 };
-enum { RX_ACKNOWLEDGE = 1u << 0, RX_ENABLE = 1u << 3, RX_INTERRUPT = 1u << 5, RX_LINK = 1u << 6, RX_CHANGE_LOW = 1u << 7 };
+enum {
+    RX_ACKNOWLEDGE = 1u << 0,
+    RX_ENABLE = 1u << 3,
+    RX_INTERRUPT = 1u << 5,
+    RX_LINK = 1u << 6,
+    RX_CHANGE_LOW = 1u << 7
+};
 enum { CHANGE_HIGH = 1u << 23, IS_REMOTE = 1u << 21 };
 
 #define COUNT_AT    16u /* of CTRL: data bytes */
@@ -48,7 +54,8 @@ static const struct can_timing timings[] = {
 };
 
 #define EXACT(kbit_s, prescaler, quanta) \
-    _Static_assert((kbit_s)*1000u * (prescaler) * (quanta) == BOARD_APB1_HZ, "a rate of CAN that the clock does not give")
+    _Static_assert((kbit_s)*1000u * (prescaler) * (quanta) == BOARD_APB1_HZ, \
+                   "a rate of CAN that the clock does not give")
 EXACT(20u, 250u, 20u);
 EXACT(50u, 100u, 20u);
 EXACT(125u, 40u, 20u);

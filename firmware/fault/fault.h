@@ -68,6 +68,7 @@ enum fault {
     FAULT_HALL_UNKNOWN,      /* `learn hall`: did not find their table */
     FAULT_SLOW_LOOP_STOPPED, /* the slow loop gave the fabric no proof of life; the fabric has switched off already */
     FAULT_THREAD_STOPPED,    /* the thread, likewise */
+    FAULT_MASTER_LOST,       /* the master of the CAN bus no longer commands it */
     FAULT_COUNT
 };
 

@@ -105,7 +105,11 @@ enum param_angle {
     PARAM(hall_edge_4_cdeg, 0, 35999, 18000)   /* the fourth */ \
     PARAM(hall_edge_5_cdeg, 0, 35999, 24000)   /* the fifth */ \
     PARAM(hall_edge_6_cdeg, 0, 35999, 30000)   /* the sixth */ \
-    PARAM(injection_silent, 0, 1, 0)           /* the injection's pulses: 0 alternating, a tone; 1 pseudo-random, a noise */
+    PARAM(injection_silent, 0, 1, 0)           /* the injection's pulses: 0 alternating, a tone; 1 pseudo-random, a noise */ \
+    PARAM(can_node, 0, 127, 0)                 /* of this drive on the CAN bus; 0: it is not there */ \
+    PARAM(can_kbit, 20, 1000, 500)             /* rate of that bus: 20, 50, 125, 250, 500, 800, 1000; else the next below */ \
+    PARAM(can_recover, 0, 1, 0)                /* back from bus-off: 0 when one of these is set, 1 by itself */ \
+    PARAM(can_heartbeat_ms, 0, 65535, 0)       /* object 0x1017 at first: time between its heartbeats; 0: none */
 /* clang-format on */
 
 #define PARAM_FIELD(name, least, most, initial) int32_t name;

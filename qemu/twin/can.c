@@ -15,10 +15,25 @@ enum {
     TX = 0x20,
     RX = 0x220
 };
-enum { LOST_ARBITRATION = 1 << 2, BUS_OFF = 1 << 9, RX_LOST = 1 << 10, TX_DONE = 1 << 11, RX_STORED = 1 << 12, ONE_SHOT = 1 << 15 };
+enum {
+    LOST_ARBITRATION = 1 << 2,
+    BUS_OFF = 1 << 9,
+    RX_LOST = 1 << 10,
+    TX_DONE = 1 << 11,
+    RX_STORED = 1 << 12,
+    ONE_SHOT = 1 << 15
+};
 enum { RUN = 1, LISTEN_ONLY = 2, TEST_MODES = 0xF };
 enum { AUTO_RESTART = 1 << 4, FIXED_ORDER = 1 << 12, SWAP = 1 << 13 };
-enum { REQUEST = 1, ABORT = 2, TX_INTERRUPT = 4, WRITES_LOW = 8, WRITES_HIGH = 1 << 23, EXTENDED = 1 << 20, REMOTE = 1 << 21 };
+enum {
+    REQUEST = 1,
+    ABORT = 2,
+    TX_INTERRUPT = 4,
+    WRITES_LOW = 8,
+    WRITES_HIGH = 1 << 23,
+    EXTENDED = 1 << 20,
+    REMOTE = 1 << 21
+};
 enum { AVAILABLE = 1, ENABLED = 8, RX_INTERRUPT = 1 << 5, RX_WRITES_LOW = 1 << 7 };
 
 #define ALL_STATUS   0xFFFCu

@@ -13,8 +13,8 @@
 
 #define CAN_IRQ       16
 #define QUEUE         4096u
-#define ERROR_BITS    23    /* flag, its echo, delimiter, pause */
-#define RECOVERY_BITS 1408  /* 128 times 11 */
+#define ERROR_BITS    23   /* flag, its echo, delimiter, pause */
+#define RECOVERY_BITS 1408 /* 128 times 11 */
 
 static struct can can;
 static struct can_frame queue[QUEUE]; /* what others have yet to send */

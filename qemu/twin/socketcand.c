@@ -193,8 +193,8 @@ size_t can_tell(const struct can_speaker *s, const struct can_frame *f, int64_t 
     if (f->remote) {
         return 0;
     }
-    length = (size_t)sprintf(text, "< frame %0*X %lld.%06lld ", digits, (unsigned)f->id, (long long)(now_ns / 1000000000),
-                             (long long)(now_ns / 1000 % 1000000));
+    length = (size_t)sprintf(text, "< frame %0*X %lld.%06lld ", digits, (unsigned)f->id,
+                             (long long)(now_ns / 1000000000), (long long)(now_ns / 1000 % 1000000));
     length += print_data(f, text + length);
     return length + (size_t)sprintf(text + length, " >");
 }
