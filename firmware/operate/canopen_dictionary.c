@@ -131,6 +131,15 @@ uint32_t canopen_writable(struct canopen *c, uint32_t index, uint32_t subindex, 
     return object_is_writable(&place) ? 0u : SDO_READ_ONLY;
 }
 
+/* What keeps the node on the bus stays: CiA 301 has the initial values take effect only behind the next reset. */
+static void keep_node(struct canopen *c)
+{
+    struct params *const p = &c->drive.axis->params;
+    p->can_node = c->node;
+    p->can_kbit = c->kbit;
+    p->can_recover = c->recover;
+}
+
 static uint32_t write_drive(struct canopen *c, const struct object_place *place, uint32_t value)
 {
     static const uint32_t aborts[] = {
@@ -146,6 +155,9 @@ static uint32_t write_drive(struct canopen *c, const struct object_place *place,
     enum object_refusal wrong = object_change(&change, place, canopen_signed(value, object_type(place)));
     if (wrong == OBJECT_FINE) {
         wrong = object_commit(&change, &c->drive);
+    }
+    if (wrong == OBJECT_FINE && place->kind == PLACE_OBJECT && place->number == OBJECT_restore) {
+        keep_node(c);
     }
     return aborts[wrong];
 }

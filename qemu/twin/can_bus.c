@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "can.h"
 #include "qemu_api.h"
@@ -13,7 +14,8 @@
 
 #define CAN_IRQ       16
 #define QUEUE         4096u
-#define ERROR_BITS    23   /* flag, its echo, delimiter, pause */
+#define ERROR_BITS    23 /* flag, its echo, delimiter, pause */
+#define JOIN_MS       100
 #define RECOVERY_BITS 1408 /* 128 times 11 */
 
 static struct can can;
@@ -24,9 +26,12 @@ static struct {
     int mailbox;
     struct can_frame frame;
 } wire;
+static bool unheard;     /* the frame before, too: it is noted once */
 static bool others, cut; /* others of a scenario are there; the cable is cut */
 static unsigned to_break;
 static struct can_speaker speaker;
+static bool listens;
+static int64_t attached_ms;
 static struct vm_chardev *device;
 static struct vm_timer *end_timer, *recovery_timer;
 static FILE *log_file;
@@ -58,9 +63,26 @@ static int64_t bits_ns(unsigned bits)
     return (int64_t)(can_bit_ns(&can) * bits);
 }
 
+static int64_t host_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return now.tv_sec * 1000LL + now.tv_nsec / 1000000;
+}
+
+/* python-can takes the last answer for what comes at once, so that a frame right behind it would spoil that: he is not there until
+ * he has said something, or some time has passed. Of the host's time, which is the only one that he knows. */
+static bool he_listens(void)
+{
+    if (speaker.attached && !listens && host_ms() - attached_ms > JOIN_MS) {
+        listens = true;
+    }
+    return listens;
+}
+
 static bool somebody_hears(void)
 {
-    return !cut && (others || speaker.attached);
+    return !cut && (others || he_listens());
 }
 
 /* ---- one frame ---- */
@@ -97,7 +119,7 @@ static void begin(void)
 static void tell(const struct can_frame *f)
 {
     char text[CAN_TEXT_BYTES];
-    size_t length = device && speaker.attached && !cut ? can_tell(&speaker, f, vm_now_ns(), text) : 0;
+    size_t length = device && listens && !cut ? can_tell(&speaker, f, vm_now_ns(), text) : 0;
     if (length > 0) {
         vm_chardev_send(device, text, length);
     }
@@ -111,9 +133,13 @@ static void our_frame_ends(void)
         note("broken", &wire.frame);
     } else if (!somebody_hears()) {
         can_failed(&can, wire.mailbox, CAN_ACK_ERROR);
-        note("unheard", &wire.frame);
+        if (!unheard) {
+            note("unheard", &wire.frame);
+        }
+        unheard = true;
     } else {
         can_sent(&can, wire.mailbox);
+        unheard = false;
         note("tx", &wire.frame);
         tell(&wire.frame);
     }
@@ -224,7 +250,10 @@ static void device_speaks(void *unused, const uint8_t *bytes, int count)
 {
     (void)unused;
     for (int n = 0; n < count; n++) {
+        bool was = speaker.attached;
         struct can_heard heard = can_hear(&speaker, (char)bytes[n]);
+        listens = speaker.attached && (listens || heard.sends);
+        attached_ms = speaker.attached && !was ? host_ms() : attached_ms;
         if (heard.sends) {
             they_send(&heard.frame);
         }
@@ -236,6 +265,7 @@ static void device_changes(void *unused, int event)
 {
     (void)unused;
     const char *greeting = can_greet(&speaker);
+    listens = false;
     if (event == VM_CHARDEV_OPENED) {
         answer(greeting);
     }

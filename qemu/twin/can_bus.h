@@ -7,7 +7,7 @@
  *
  * The log has a line for each frame: nanoseconds at its end, what, identifier, data in hexadecimal.
  *   rx heard by the drive    lost likewise, but nobody heard it    tx sent by the drive, acknowledged
- *   unheard sent, not acknowledged    broken destroyed on its way    off the drive went bus-off    on it came back */
+ *   unheard sent, not acknowledged, until one is    broken destroyed on its way    off the drive went bus-off    on it came back */
 #ifndef TWIN_CAN_BUS_H
 #define TWIN_CAN_BUS_H
 
