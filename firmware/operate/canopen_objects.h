@@ -69,16 +69,19 @@
     X(0x1009, "Manufacturer hardware version", "SmartFusion2") \
     X(0x100A, "Manufacturer software version", CONFIG_VERSION)
 
-/* What each PDO has at first: identifier less the node's number, type, mapped objects; RPDO 1 to 4, TPDO 1 to 4. */
+/*
+ * What each PDO has at first: identifier less the node's number, type, event timer in ms, mapped objects; RPDO 1 to 4, TPDO 1 to 4.
+ * Status word and mode come when they change and every 100 ms: canopen's BaseNode402 believes these alone, and has missed the first.
+ */
 #define CANOPEN_PDOS(X) \
-    X(rpdo, 0, 0x00000200, 255, 1, 0x60400010, 0) \
-    X(rpdo, 1, 0x00000300, 255, 2, 0x60400010, 0x60600008) \
-    X(rpdo, 2, 0x00000400, 255, 2, 0x60400010, 0x607A0020) \
-    X(rpdo, 3, 0x80000500, 255, 2, 0x60400010, 0x60FF0020) \
-    X(tpdo, 0, 0x40000180, 255, 1, 0x60410010, 0) \
-    X(tpdo, 1, 0x40000280, 1, 2, 0x60410010, 0x60610008) \
-    X(tpdo, 2, 0x40000380, 1, 2, 0x60410010, 0x60640020) \
-    X(tpdo, 3, 0xC0000480, 1, 2, 0x60410010, 0x606C0020)
+    X(rpdo, 0, 0x00000200, 255, 0, 1, 0x60400010, 0) \
+    X(rpdo, 1, 0x00000300, 255, 0, 2, 0x60400010, 0x60600008) \
+    X(rpdo, 2, 0x00000400, 255, 0, 2, 0x60400010, 0x607A0020) \
+    X(rpdo, 3, 0x80000500, 255, 0, 2, 0x60400010, 0x60FF0020) \
+    X(tpdo, 0, 0x40000180, 255, 100, 1, 0x60410010, 0) \
+    X(tpdo, 1, 0x40000280, 255, 100, 2, 0x60410010, 0x60610008) \
+    X(tpdo, 2, 0x40000380, 1, 0, 2, 0x60410010, 0x60640020) \
+    X(tpdo, 3, 0xC0000480, 1, 0, 2, 0x60410010, 0x606C0020)
 /* clang-format on */
 
 #endif
