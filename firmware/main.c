@@ -137,14 +137,21 @@ static void serve(struct console *console)
     }
 }
 
+/* What the thread's sleep ends with. */
+static struct idle idle_lines(void)
+{
+    const volatile uint32_t *const none = &axes[0].time_ms;
+    return (struct idle){.time_ms = &axes[0].time_ms,
+                         .heard = {FEATURE_IN(CONSOLE) ? &uart.rx_head : none,
+                                   FEATURE_IN(MODBUS) ? &bus.uart.rx_head : none,
+                                   FEATURE_IN(CAN) ? &can.rx_head : none}};
+}
+
 int main(void)
 {
     struct postmortem last_life;
     struct console console;
-    struct idle rest = {.time_ms = &axes[0].time_ms,
-                        .heard = {FEATURE_IN(CONSOLE) ? &uart.rx_head : &axes[0].time_ms,
-                                  FEATURE_IN(MODBUS) ? &bus.uart.rx_head : &axes[0].time_ms,
-                                  FEATURE_IN(CAN) ? &can.rx_head : &axes[0].time_ms}};
+    struct idle rest = idle_lines();
     const struct slots slots = settings_slots();
     struct nvm_report loaded = {.state = NVM_NOTHING};
     drive_init(&axes[0], FABRIC0); /* first: from here on a processor fault knows that the fabric is in doubt */

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The block's traps, each of which docs/silicon.md lists with its source: data bytes stand the wrong way round for this core unless
- * SWAP_ENDIAN is set; CTRL words change only where their write-protect bits are written as 1, and these do not read back, so words
- * are written whole, never modified; the mailboxes are RAM that holds anything at first, so each word is written once before one is
- * read; CONFIG is written only while the block is stopped, which COMMAND tells.
+ * The block's traps, each of which docs/silicon.md lists with its source: data bytes stand the wrong way round for this
+ * core unless SWAP_ENDIAN is set; CTRL words change only where their write-protect bits are written as 1, and these do not
+ * read back, so words are written whole, never modified; the mailboxes are RAM that holds anything at first, so each word
+ * is written once before one is read; CONFIG is written only while the block is stopped, which COMMAND tells.
  */
 #include "drivers/mss/can.h"
 

@@ -2,9 +2,10 @@
 /*
  * The MSS's CAN controller (docs/silicon.md, CAN) behind two queues: frames with 11-bit identifiers, both ways.
  *
- * Frames leave one after the other, in the order of the queue, through one mailbox: what is queued first is sent first, whatever
- * its identifier. Received ones come through linked mailboxes, the lowest free one first; the interrupt takes them in that order,
- * which is that of the bus as long as it comes within a frame's time (47 us at 1 Mbit/s). So its priority is above the slow loop's.
+ * Frames leave one after the other, in the order of the queue, through one mailbox: what is queued first is sent first,
+ * whatever its identifier. Received ones come through linked mailboxes, the lowest free one first; the interrupt takes them
+ * in that order, which is that of the bus as long as it comes within a frame's time (47 us at 1 Mbit/s). So its priority is
+ * above the slow loop's.
  */
 #ifndef DRIVERS_MSS_CAN_H
 #define DRIVERS_MSS_CAN_H
@@ -64,9 +65,9 @@ struct can {
 bool can_rate_is_known(uint32_t kbit_s);
 
 /*
- * Resets the controller and joins the bus; the queues are empty. `recovers`: it comes back by itself from bus-off, after 128 times
- * 11 recessive bits; otherwise can_open() does it. The caller enables the interrupt, of CONFIG_PRIORITY_CAN. False, and nothing is
- * done, if the rate cannot be had. Thread.
+ * Resets the controller and joins the bus; the queues are empty. `recovers`: it comes back by itself from bus-off, after
+ * 128 times 11 recessive bits; otherwise can_open() does it. The caller enables the interrupt, of CONFIG_PRIORITY_CAN.
+ * False, and nothing is done, if the rate cannot be had. Thread.
  */
 bool can_open(struct can *c, struct can_regs *regs, uint32_t kbit_s, bool recovers);
 

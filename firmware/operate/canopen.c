@@ -41,7 +41,7 @@ void canopen_start(struct canopen *c, struct can *can, struct axis *axis, const 
     }
 }
 
-static void follow_parameters(struct canopen *c)
+static void follow_bus_parameters(struct canopen *c)
 {
     const struct params *const p = &c->drive.axis->params;
     if (p->can_node != c->node || p->can_kbit != c->kbit || p->can_recover != c->recover) {
@@ -66,7 +66,7 @@ static void take(struct canopen *c, const struct can_frame *f)
 void canopen_poll(struct canopen *c)
 {
     struct can_frame f;
-    follow_parameters(c);
+    follow_bus_parameters(c);
     if (c->node == 0) {
         return;
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The drive as a node of CANopen (CiA 301 4.2) with the profile of drives (cia402.h). All of it in the thread; the CAN interrupt
- * only fills and empties the driver's queues. Parameters can_node, can_kbit, can_recover take effect at once.
+ * The drive as a node of CANopen (CiA 301 4.2) with the profile of drives (cia402.h). All of it in the thread; the CAN
+ * interrupt only fills and empties the driver's queues. Parameters can_node, can_kbit, can_recover take effect at once.
  */
 #ifndef FIRMWARE_OPERATE_CANOPEN_H
 #define FIRMWARE_OPERATE_CANOPEN_H

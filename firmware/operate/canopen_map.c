@@ -73,8 +73,8 @@ uint32_t canopen_pdo_count(const struct canopen_pdo *p, uint32_t count)
 
 void canopen_pdo_defaults(struct canopen *c)
 {
-#define PDO_DEFAULT(pdo, n, cob, kind, every_ms, entries, first, second) \
-    c->pdo[n] = (struct canopen_pdo){.id = (cob) + (uint32_t)c->node, \
+#define PDO_DEFAULT(pdo, n, cob, bits, kind, every_ms, entries, first, second) \
+    c->pdo[n] = (struct canopen_pdo){.id = (cob) + (uint32_t)c->node + ((uint32_t)(bits) << 30), \
                                      .map = {first, second}, \
                                      .event_ms = (every_ms), \
                                      .type = (kind), \

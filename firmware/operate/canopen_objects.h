@@ -3,8 +3,8 @@
  * The objects of CiA 301 that belong to the bus and not to the drive: the one table from which firmware and EDS take them. The
  * drive's own are in objects.h; its parameters are at 0x3000, its reactions to faults at 0x2400, in their order.
  *
- * Index, subindex, type, access, name, initial value as the EDS has it, where it stands: a member of struct canopen, for CONST the
- * value. Of PDOs the first of four; the others follow in steps of one, and stand one struct canopen_pdo further.
+ * Index, subindex, type, access, name, initial value as the EDS has it, where it stands: a member of struct canopen, for
+ * CONST the value. Of PDOs the first of four; the others follow in steps of one, and stand one struct canopen_pdo further.
  */
 #ifndef FIRMWARE_OPERATE_CANOPEN_OBJECTS_H
 #define FIRMWARE_OPERATE_CANOPEN_OBJECTS_H
@@ -70,18 +70,19 @@
     X(0x100A, "Manufacturer software version", CONFIG_VERSION)
 
 /*
- * What each PDO has at first: identifier less the node's number, type, event timer in ms, mapped objects; RPDO 1 to 4, TPDO 1 to 4.
- * Status word and mode come when they change and every 100 ms: canopen's BaseNode402 believes these alone, and has missed the first.
+ * What each PDO has at first: identifier less the node's number, bits 30 (nobody may ask for it) and 31 (it does not
+ * exist), type, event timer in ms, mapped objects; RPDO 1 to 4, TPDO 1 to 4. Status word and mode come when they change and
+ * every 100 ms: canopen's BaseNode402 believes these alone, and has missed the first.
  */
 #define CANOPEN_PDOS(X) \
-    X(rpdo, 0, 0x00000200, 255, 0, 1, 0x60400010, 0) \
-    X(rpdo, 1, 0x00000300, 255, 0, 2, 0x60400010, 0x60600008) \
-    X(rpdo, 2, 0x00000400, 255, 0, 2, 0x60400010, 0x607A0020) \
-    X(rpdo, 3, 0x80000500, 255, 0, 2, 0x60400010, 0x60FF0020) \
-    X(tpdo, 0, 0x40000180, 255, 100, 1, 0x60410010, 0) \
-    X(tpdo, 1, 0x40000280, 255, 100, 2, 0x60410010, 0x60610008) \
-    X(tpdo, 2, 0x40000380, 1, 0, 2, 0x60410010, 0x60640020) \
-    X(tpdo, 3, 0xC0000480, 1, 0, 2, 0x60410010, 0x606C0020)
+    X(rpdo, 0, 0x200, 0, 255, 0, 1, 0x60400010, 0) \
+    X(rpdo, 1, 0x300, 0, 255, 0, 2, 0x60400010, 0x60600008) \
+    X(rpdo, 2, 0x400, 0, 255, 0, 2, 0x60400010, 0x607A0020) \
+    X(rpdo, 3, 0x500, 2, 255, 0, 2, 0x60400010, 0x60FF0020) \
+    X(tpdo, 0, 0x180, 1, 255, 100, 1, 0x60410010, 0) \
+    X(tpdo, 1, 0x280, 1, 255, 100, 2, 0x60410010, 0x60610008) \
+    X(tpdo, 2, 0x380, 1, 1, 0, 2, 0x60410010, 0x60640020) \
+    X(tpdo, 3, 0x480, 3, 1, 0, 2, 0x60410010, 0x606C0020)
 /* clang-format on */
 
 #endif

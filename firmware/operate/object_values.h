@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What the buses read and write of a drive: the objects of objects.h, reactions to faults, parameters. Where each of them stands is
- * the bus's affair. After a refusal nothing has changed. Thread.
+ * What the buses read and write of a drive: the objects of objects.h, reactions to faults, parameters. Where each of them
+ * stands is the bus's affair. After a refusal nothing has changed. Thread.
  */
 #ifndef FIRMWARE_OPERATE_OBJECT_VALUES_H
 #define FIRMWARE_OPERATE_OBJECT_VALUES_H
@@ -70,8 +70,8 @@ struct object_change {
 };
 
 /*
- * A write: begun, one or several values, each of which is checked against its range, and committed, which checks several parameters
- * also together, as switching on would.
+ * A write: begun, one or several values, each of which is checked against its range, and committed, which checks several
+ * parameters also together, as switching on would.
  */
 void object_begin(struct object_change *c, const struct bus_drive *d);
 enum object_refusal object_change(struct object_change *c, const struct object_place *p, int32_t value);

@@ -11,8 +11,9 @@
 
 /* clang-format off */
 /*
- * Modbus register, index and subindex in CiA 402 or 301 (0: CANopen has it at 0x2000 + the register), type, access, name, unit, what; and the value: for RO out of one instant of the drive
- * (`axis`, `now`, `past`: the snapshot of its fault, `cia402`), for RW a member of what may be written (`w`).
+ * Modbus register, index and subindex in CiA 402 or 301 (0: CANopen has it at 0x2000 + the register), type, access, name,
+ * unit, what; and the value: for RO out of one instant of the drive (`axis`, `now`, `past`: the snapshot of its fault,
+ * `cia402`), for RW a member of what may be written (`w`).
  */
 #define OBJECTS(X) \
     X(0x0000, 0x604000, U16, RW, control_word, "", "commands to the state machine", w->setpoints.control_word) \
@@ -72,7 +73,7 @@
     X(0x0091, 0, U16, RO, parameter_count, "", "from 0x1000 on, two registers each", param_count) \
     X(0x00C0, 0x101001, U32, RW, store, "", "0x65766173 stores what is set, as `save` does; answered when it is stored", \
       w->store) \
-    X(0x00C2, 0x101101, U32, RW, restore, "", "0x64616F6C makes all parameters the initial ones, in RAM; store then keeps them", \
+    X(0x00C2, 0x101101, U32, RW, restore, "", "0x64616F6C makes parameters the initial ones, in RAM; store then keeps them", \
       w->restore)
 
 #define OBJECT_ID(at, index, type, access, name, unit, what, value) OBJECT_##name,

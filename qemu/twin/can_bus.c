@@ -70,8 +70,8 @@ static int64_t host_ms(void)
     return now.tv_sec * 1000LL + now.tv_nsec / 1000000;
 }
 
-/* python-can takes the last answer for what comes at once, so that a frame right behind it would spoil that: he is not there until
- * he has said something, or some time has passed. Of the host's time, which is the only one that he knows. */
+/* python-can takes for the last answer all that comes at once, so that a frame right behind it would spoil it: he is not there
+ * until he has said something, or some time has passed. Of the host's time, which is the only one that he knows. */
 static bool he_listens(void)
 {
     if (speaker.attached && !listens && host_ms() - attached_ms > JOIN_MS) {

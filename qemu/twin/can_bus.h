@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* The bus behind the CAN controller, with the time that bits take: one frame at a time, the lowest identifier first, acknowledged
- * by whoever else is there. Everybody uses the rate that the controller is set to. What others send while nobody hears them is
- * lost: they do not try again.
+/* The bus behind the CAN controller, with the time that bits take: one frame at a time, the lowest identifier first,
+ * acknowledged by whoever else is there. Everybody uses the rate that the controller is set to. What others send while nobody
+ * hears them is lost: they do not try again.
  *
  * Others are a program at a character device (socketcand.h), and events of a scenario. They are there from its first frame on.
  *
  * The log has a line for each frame: nanoseconds at its end, what, identifier, data in hexadecimal.
- *   rx heard by the drive    lost likewise, but nobody heard it    tx sent by the drive, acknowledged
- *   unheard sent, not acknowledged, until one is    broken destroyed on its way    off the drive went bus-off    on it came back */
+ *   rx BYTES  heard by the drive         lost     likewise, but it was not there
+ *   tx BYTES  by the drive, acknowledged  unheard  not so; only the first of its tries
+ *   broken    by the drive, destroyed     off, on  the drive has left the bus because of errors, and is back */
 #ifndef TWIN_CAN_BUS_H
 #define TWIN_CAN_BUS_H
 

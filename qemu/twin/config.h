@@ -70,8 +70,8 @@ struct config {
     char *bus_id, *bus_log_path; /* likewise */
     char *can_id, *can_log_path; /* likewise */
     bool can_slcan;
-    char *fabric_path;           /* library of the verilated RTL; NULL: the C models */
-    double end_s;                /* 0: runs until QEMU is ended */
+    char *fabric_path; /* library of the verilated RTL; NULL: the C models */
+    double end_s;      /* 0: runs until QEMU is ended */
     uint32_t watchdog_load;
     struct chip_params chip;
     bool main_loop_wakes;

@@ -35,7 +35,7 @@ INITIAL = {0x1000: 0x00020192, 0x6060: 3, 0x6098: 34}
 STORE = 0xC0  # registers from here on are no process data
 BUS = re.compile(r'X\((0x\w+), (\d), (\w+), +(\w+), +"([^"]*)", ([^,]+), ([^)]+)\)')
 STRING = re.compile(r'X\((0x\w+), "([^"]*)", ("[^"]*"|\w+)\)')
-PDO = re.compile(r"X\((rpdo|tpdo), (\d), (0x\w+), (\d+), (\d+), (\d), (0x\w+|0), (0x\w+|0)\)")
+PDO = re.compile(r"X\((rpdo|tpdo), (\d), (0x\w+), (\d), (\d+), (\d+), (\d), (0x\w+|0), (0x\w+|0)\)")
 
 
 def text_of(name):
@@ -53,9 +53,10 @@ def entry(name, kind, access, initial=None, mapped=False, low=None, high=None):
 def pdo_rows(text):
     """The communication and mapping objects of each PDO, with what they have at first."""
     initial = {}
-    for pdo, number, identifier, kind, every_ms, count, *mapped in PDO.findall(text):
+    for pdo, number, identifier, bits, kind, every_ms, count, *mapped in PDO.findall(text):
         key = pdo, int(number)
-        initial[key] = {"id": f"$NODEID+{identifier}", "type": kind, "event_ms": every_ms, "count": count,
+        initial[key] = {"id": f"$NODEID+0x{int(identifier, 16) + (int(bits) << 30):X}", "type": kind, "event_ms": every_ms,
+                        "count": count,
                         **{f"map[{n}]": value for n, value in enumerate(mapped)}}
     for index, sub, kind, access, name, first, where in BUS.findall(text):
         for number in range(EACH):
