@@ -12,33 +12,9 @@
 #include "drivers/cortex/nvic.h"
 #include "drivers/mss/sysreg.h"
 
-enum {
-    INT_GLOBAL = 1u << 0,
-    INT_BUS_OFF = 1u << 9,
-    INT_RX_LOST = 1u << 10,
-    INT_TX_DONE = 1u << 11,
-    INT_RX_STORED = 1u << 12,
-};
-#define INT_ALL 0xFFFFFFFFu
-#define WANTED  (INT_GLOBAL | INT_BUS_OFF | INT_RX_LOST | INT_TX_DONE | INT_RX_STORED)
-
-enum { COMMAND_RUN = 1u << 0 };
-enum { CONFIG_AUTO_RESTART = 1u << 4, CONFIG_FIXED_ORDER = 1u << 12, CONFIG_SWAP_ENDIAN = 1u << 13 };
-enum { TX_REQUEST = 1u << 0, TX_INTERRUPT = 1u << 2, TX_CHANGE_LOW = 1u << 3 };
-enum {
-    RX_ACKNOWLEDGE = 1u << 0,
-    RX_ENABLE = 1u << 3,
-    RX_INTERRUPT = 1u << 5,
-    RX_LINK = 1u << 6,
-    RX_CHANGE_LOW = 1u << 7
-};
-enum { CHANGE_HIGH = 1u << 23, IS_REMOTE = 1u << 21 };
-
-#define COUNT_AT    16u /* of CTRL: data bytes */
-#define STANDARD_AT 21u /* of ID: an 11-bit identifier */
-
-/* A filter's word: identifier, bit 2 for an extended frame, bit 1 for a remote one. */
-#define ACCEPT_STANDARD (~(1u << 2))
+#define INT_ALL         0xFFFFFFFFu
+#define WANTED          (CAN_INT_GLOBAL | CAN_INT_BUS_OFF | CAN_INT_RX_LOST | CAN_INT_TX_DONE | CAN_INT_RX_STORED)
+#define ACCEPT_STANDARD (~CAN_MASK_EXTENDED) /* any other bit of a filter may be anything */
 
 #define RX_LINKED 8u
 
@@ -53,16 +29,13 @@ static const struct can_timing timings[] = {
     {500, 10, 16, 3}, {800, 5, 16, 8},  {1000, 5, 16, 3},
 };
 
-#define EXACT(kbit_s, prescaler, quanta) \
-    _Static_assert((kbit_s)*1000u * (prescaler) * (quanta) == BOARD_APB1_HZ, \
-                   "a rate of CAN that the clock does not give")
-EXACT(20u, 250u, 20u);
-EXACT(50u, 100u, 20u);
-EXACT(125u, 40u, 20u);
-EXACT(250u, 20u, 20u);
-EXACT(500u, 10u, 20u);
-EXACT(800u, 5u, 25u);
-EXACT(1000u, 5u, 20u);
+_Static_assert(20000u * 250u * 20u == BOARD_APB1_HZ, "20 kbit/s of APB1");
+_Static_assert(50000u * 100u * 20u == BOARD_APB1_HZ, "50 kbit/s of APB1");
+_Static_assert(125000u * 40u * 20u == BOARD_APB1_HZ, "125 kbit/s of APB1");
+_Static_assert(250000u * 20u * 20u == BOARD_APB1_HZ, "250 kbit/s of APB1");
+_Static_assert(500000u * 10u * 20u == BOARD_APB1_HZ, "500 kbit/s of APB1");
+_Static_assert(800000u * 5u * 25u == BOARD_APB1_HZ, "800 kbit/s of APB1");
+_Static_assert(1000000u * 5u * 20u == BOARD_APB1_HZ, "1000 kbit/s of APB1");
 
 _Static_assert((CAN_QUEUE & (CAN_QUEUE - 1u)) == 0u, "a power of two: indices run free and are masked");
 
@@ -90,11 +63,11 @@ static void stop(struct can_regs *r)
 static void clear_mailboxes(struct can_regs *r)
 {
     for (uint32_t n = 0; n < CAN_MAILBOXES; n++) {
-        r->TX[n].CTRL = TX_CHANGE_LOW | CHANGE_HIGH;
+        r->TX[n].CTRL = CAN_TX_CHANGE_LOW | CAN_CHANGE_HIGH;
         r->TX[n].ID = 0u;
         r->TX[n].DATA_HIGH = 0u;
         r->TX[n].DATA_LOW = 0u;
-        r->RX[n].CTRL = RX_ACKNOWLEDGE | RX_CHANGE_LOW | CHANGE_HIGH;
+        r->RX[n].CTRL = CAN_RX_ACKNOWLEDGE | CAN_RX_CHANGE_LOW | CAN_CHANGE_HIGH;
         r->RX[n].ID = 0u;
         r->RX[n].DATA_HIGH = 0u;
         r->RX[n].DATA_LOW = 0u;
@@ -111,8 +84,8 @@ static void set_filters(struct can_regs *r)
     for (uint32_t n = 0; n < RX_LINKED; n++) {
         r->RX[n].AMR = ACCEPT_STANDARD;
         r->RX[n].ACR = 0u;
-        r->RX[n].CTRL =
-            RX_CHANGE_LOW | CHANGE_HIGH | RX_ENABLE | RX_INTERRUPT | (n + 1u < RX_LINKED ? (uint32_t)RX_LINK : 0u);
+        r->RX[n].CTRL = CAN_RX_CHANGE_LOW | CAN_CHANGE_HIGH | CAN_RX_ENABLE | CAN_RX_INTERRUPT |
+                        (n + 1u < RX_LINKED ? CAN_RX_LINK : 0u);
     }
 }
 
@@ -126,14 +99,15 @@ bool can_open(struct can *c, struct can_regs *regs, uint32_t kbit_s, bool recove
     sysreg_release_reset(SYSREG_RESET_CAN);
     stop(regs);
     clear_mailboxes(regs);
-    regs->CONFIG = (t->prescaler - 1u) << 16 | CONFIG_SWAP_ENDIAN | CONFIG_FIXED_ORDER | (t->before - 1u) << 8 |
-                   (t->behind - 1u) << 5 | (recovers ? (uint32_t)CONFIG_AUTO_RESTART : 0u);
+    regs->CONFIG = (t->prescaler - 1u) << CAN_CONFIG_PRESCALER_AT | CAN_CONFIG_SWAP_ENDIAN | CAN_CONFIG_FIXED_ORDER |
+                   (t->before - 1u) << CAN_CONFIG_TSEG1_AT | (t->behind - 1u) << CAN_CONFIG_TSEG2_AT |
+                   (recovers ? CAN_CONFIG_AUTO_RESTART : 0u);
     set_filters(regs);
     c->rx_head = c->rx_tail = c->tx_head = c->tx_tail = 0u;
     cpu_compiler_barrier();
     c->regs = regs;
     regs->INT_STATUS = INT_ALL;
-    regs->COMMAND = COMMAND_RUN;
+    regs->COMMAND = CAN_COMMAND_RUN;
     regs->INT_ENABLE = WANTED;
     return true;
 }
@@ -172,10 +146,11 @@ static void send_next(struct can *c)
         return;
     }
     const struct can_frame *const f = &c->tx[tail % CAN_QUEUE];
-    r->TX[0].ID = (uint32_t)f->id << STANDARD_AT;
+    r->TX[0].ID = (uint32_t)f->id << CAN_STANDARD_AT;
     r->TX[0].DATA_HIGH = word_of(f->data);
     r->TX[0].DATA_LOW = word_of(&f->data[4]);
-    r->TX[0].CTRL = (uint32_t)f->count << COUNT_AT | TX_CHANGE_LOW | CHANGE_HIGH | TX_INTERRUPT | TX_REQUEST;
+    r->TX[0].CTRL =
+        (uint32_t)f->count << CAN_COUNT_AT | CAN_TX_CHANGE_LOW | CAN_CHANGE_HIGH | CAN_TX_INTERRUPT | CAN_TX_REQUEST;
     c->tx_tail = tail + 1u;
 }
 
@@ -202,8 +177,8 @@ static void take_mailbox(struct can *c, uint32_t n)
     const uint32_t control = r->RX[n].CTRL;
     if (head - c->rx_tail < CAN_QUEUE) {
         struct can_frame *const f = &c->rx[head % CAN_QUEUE];
-        const uint32_t count = (control >> COUNT_AT) & 15u;
-        f->id = (uint16_t)(r->RX[n].ID >> STANDARD_AT | ((control & IS_REMOTE) != 0u ? CAN_REMOTE : 0u));
+        const uint32_t count = (control >> CAN_COUNT_AT) & 15u;
+        f->id = (uint16_t)(r->RX[n].ID >> CAN_STANDARD_AT | ((control & CAN_IS_REMOTE) != 0u ? CAN_REMOTE : 0u));
         f->count = (uint8_t)(count > 8u ? 8u : count);
         bytes_of(r->RX[n].DATA_HIGH, f->data);
         bytes_of(r->RX[n].DATA_LOW, &f->data[4]);
@@ -212,7 +187,7 @@ static void take_mailbox(struct can *c, uint32_t n)
     } else {
         c->rx_lost++;
     }
-    r->RX[n].CTRL = RX_ACKNOWLEDGE;
+    r->RX[n].CTRL = CAN_RX_ACKNOWLEDGE;
 }
 
 static void receive_all(struct can *c)
@@ -241,7 +216,7 @@ bool can_take(struct can *c, struct can_frame *f)
 
 enum can_state can_state(const struct can *c)
 {
-    const uint32_t state = c->regs == NULL ? 0u : c->regs->ERROR_STATUS >> 16 & 3u;
+    const uint32_t state = c->regs == NULL ? 0u : c->regs->ERROR_STATUS >> CAN_STATE_AT & 3u;
     return state >= 2u ? CAN_OFF : (enum can_state)state;
 }
 
@@ -252,8 +227,8 @@ void can_irq_handler(struct can *c)
     }
     const uint32_t status = c->regs->INT_STATUS;
     c->regs->INT_STATUS = status;
-    c->rx_lost += (status & INT_RX_LOST) != 0u;
-    c->offs += (status & INT_BUS_OFF) != 0u;
+    c->rx_lost += (status & CAN_INT_RX_LOST) != 0u;
+    c->offs += (status & CAN_INT_BUS_OFF) != 0u;
     receive_all(c);
     send_next(c);
 }

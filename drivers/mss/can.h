@@ -40,6 +40,34 @@ _Static_assert(sizeof(struct can_regs) == 0x620, "the block's size");
 
 #define CAN REG_BLOCK(struct can_regs, 0x40015000u)
 
+/* docs/silicon.md says what each is */
+#define CAN_INT_GLOBAL          (1u << 0)
+#define CAN_INT_BUS_OFF         (1u << 9)
+#define CAN_INT_RX_LOST         (1u << 10)
+#define CAN_INT_TX_DONE         (1u << 11)
+#define CAN_INT_RX_STORED       (1u << 12)
+#define CAN_STATE_AT            16u
+#define CAN_COMMAND_RUN         (1u << 0)
+#define CAN_CONFIG_AUTO_RESTART (1u << 4)
+#define CAN_CONFIG_TSEG2_AT     5u
+#define CAN_CONFIG_TSEG1_AT     8u
+#define CAN_CONFIG_FIXED_ORDER  (1u << 12)
+#define CAN_CONFIG_SWAP_ENDIAN  (1u << 13)
+#define CAN_CONFIG_PRESCALER_AT 16u
+#define CAN_TX_REQUEST          (1u << 0)
+#define CAN_TX_INTERRUPT        (1u << 2)
+#define CAN_TX_CHANGE_LOW       (1u << 3)
+#define CAN_CHANGE_HIGH         (1u << 23)
+#define CAN_RX_ACKNOWLEDGE      (1u << 0)
+#define CAN_RX_ENABLE           (1u << 3)
+#define CAN_RX_INTERRUPT        (1u << 5)
+#define CAN_RX_LINK             (1u << 6)
+#define CAN_RX_CHANGE_LOW       (1u << 7)
+#define CAN_IS_REMOTE           (1u << 21)
+#define CAN_COUNT_AT            16u
+#define CAN_STANDARD_AT         21u
+#define CAN_MASK_EXTENDED       (1u << 2)
+
 #define CAN_QUEUE 32u /* frames each way; a power of two */
 
 #define CAN_REMOTE 0x8000u /* beside the identifier: the frame asks for one, and has no data */
