@@ -87,7 +87,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything dist guides pictures results run test storm size sizes lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
+.PHONY: all everything dist guides pictures results eds run test storm size sizes lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -259,6 +259,11 @@ results: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/tools/results.py
 
+eds: tools-run
+	@mkdir -p $(BUILD)
+	@$(PYTHON) tests/tools/eds.py $(BUILD)/mssfoc.eds
+	@echo 'written: $(BUILD)/mssfoc.eds'
+
 dist: tools-dist
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all bringup-image registers
 	@$(PYTHON) tests/tools/dist.py $(BUILD)
@@ -311,6 +316,7 @@ help:
 	@echo 'make prove           every kernel and the interrupt, as assembled, for all inputs, by a solver'
 	@echo 'make explore         every state of the drive that requests, faults, timers and interrupts lead to, and what must hold in it'
 	@echo 'make fabric          the RTL: lint in three tools, proofs by induction, faults that they must refute, cells and levels'
+	@echo 'make eds             the electronic data sheet of the drive on CAN, $(BUILD)/mssfoc.eds (docs/can.md)'
 	@echo 'make registers       the fabric'\''s registers for C, Verilog and debuggers, into $(BUILD)/fabric/'
 	@echo 'make libero          a whole Libero project for a board: Tcl, pins, times, image (docs/libero.md)   [BOARD=creative|sk1]'
 	@echo 'make guides          what docs/guides tell the reader to type: all of it runs, and the drive answers so'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The node of CANopen, by CiA 301: what it sends, what it refuses and with which code, what becomes of a master that is lost."""
+"""The node of CANopen, by CiA 301: what it sends, what it refuses and with which code, what becomes of a lost master."""
 import struct
 
 import pytest
@@ -139,7 +139,8 @@ def test_a_text_of_whole_segments_ends_with_its_last(node):
 @pytest.mark.parametrize("code, index, sub, value, size", [
     (0x06020000, 0x5000, 0, 0, 4), (0x06090011, 0x1018, 5, 0, 4), (0x06090011, 0x1008, 1, 0, 4), (0x06010002, 0x1000, 0, 0, 4),
     (0x06010002, 0x6041, 0, 0, 2), (0x06010002, 0x1008, 0, 0, 4), (0x06010002, 0x1018, 0, 0, 1), (0x06070012, 0x6040, 0, 6, 4),
-    (0x06070013, 0x60FF, 0, 6, 2), (0x06090030, 0x6060, 0, 2, 1), (0x06090030, 0x60FF, 0, 5000, 4), (0x06090031, 0x3000, 0, 51, 4),
+    (0x06070013, 0x60FF, 0, 6, 2), (0x06090030, 0x6060, 0, 2, 1), (0x06090030, 0x60FF, 0, 5000, 4),
+    (0x06090031, 0x3000, 0, 51, 4),
     (0x06090032, 0x3000, 0, 0, 4), (0x08000020, 0x1010, 1, 1, 4), (0x08000020, 0x1011, 1, 0, 4), (0x06090030, 0x1003, 0, 1, 1),
     (0x06090030, 0x1005, 0, 0x40000080, 4), (0x06090030, 0x1014, 0, 0x7F, 4), (0x06090030, 0x1016, 1, 128 << 16 | 5, 4),
     (0x06010000, 0x1600, 0, 0, 1), (0x06090030, 0x1400, 1, 0x605, 4), (0x06090030, 0x1400, 2, 241, 1),
