@@ -12,7 +12,7 @@
 /* ---- clocks, Hz ---- */
 #define BOARD_M3_HZ        100000000u
 #define BOARD_APB0_HZ      100000000u /* MMUART_0, MSS timer */
-#define BOARD_APB1_HZ      100000000u /* GPIO, MMUART_1 */
+#define BOARD_APB1_HZ      100000000u /* GPIO, MMUART_1, CAN */
 #define BOARD_FIC0_HZ      100000000u
 #define BOARD_FABRIC_HZ    100000000u    /* PWM counts */
 #define BOARD_MSS_TIMER_HZ BOARD_APB0_HZ /* no prescaler */
@@ -28,6 +28,7 @@
 #define BOARD_IRQ_SCOPE    MSS_IRQ_I2C1_SMBUS    /* raised by software only: the block behind it stays in reset */
 #define BOARD_IRQ_PUT_BACK MSS_IRQ_I2C1_SMBALERT /* likewise: a block is in reset again */
 #define BOARD_IRQ_BUS      MSS_IRQ_UART1
+#define BOARD_IRQ_CAN      MSS_IRQ_CAN
 #define BOARD_IRQ_RELEASE  MSS_IRQ_TIMER2 /* when the bus driver is due to be switched off */
 
 /* ---- RS-485: MSS GPIO that switches the transceiver's driver on (DE, and /RE with it), high: on ---- */

@@ -4,6 +4,7 @@
 
 #include "drivers/cortex/nvic.h"
 #include "drivers/mss/mmuart.h"
+#include "firmware/operate/canopen.h"
 #include "firmware/operate/console.h"
 #include "firmware/operate/modbus.h"
 #include "firmware/settings/config.h"
@@ -16,9 +17,11 @@
 
 int main(void);
 
-static struct mmuart uart;   /* its interrupt's, too */
-static struct rs485 bus;     /* likewise */
-static struct modbus modbus; /* its buffers would take a sixth of the stack */
+static struct mmuart uart;     /* its interrupt's, too */
+static struct rs485 bus;       /* likewise */
+static struct modbus modbus;   /* its buffers would take a sixth of the stack */
+static struct can can;         /* its interrupt's */
+static struct canopen canopen; /* as modbus */
 
 void UART0_IRQHandler(void)
 {
@@ -39,6 +42,20 @@ void Timer2_IRQHandler(void)
     if (FEATURE_IN(MODBUS)) {
         rs485_timer_handler(&bus);
     }
+}
+
+void CAN_IRQHandler(void)
+{
+    if (FEATURE_IN(CAN)) {
+        can_irq_handler(&can);
+    }
+}
+
+static void start_can(const struct slots *slots)
+{
+    nvic_priority(BOARD_IRQ_CAN, CONFIG_PRIORITY_CAN);
+    nvic_enable(BOARD_IRQ_CAN);
+    canopen_start(&canopen, &can, &axes[0], slots);
 }
 
 static void start_bus(const struct slots *slots)
@@ -92,6 +109,9 @@ static void start_behind_pwm(const struct slots *slots, struct nvm_report *loade
     if (FEATURE_IN(SETTINGS)) {
         drive_load_at_boot(&axes[0], slots, loaded);
     }
+    if (FEATURE_IN(CAN)) {
+        start_can(slots);
+    }
 }
 
 static void serve(struct console *console)
@@ -101,6 +121,9 @@ static void serve(struct console *console)
     }
     if (FEATURE_IN(MODBUS)) {
         modbus_poll(&modbus);
+    }
+    if (FEATURE_IN(CAN)) {
+        canopen_poll(&canopen);
     }
     drive_retry(&axes[0]);
     if (FEATURE_IN(LEARN)) {
@@ -114,13 +137,21 @@ static void serve(struct console *console)
     }
 }
 
+/* What the thread's sleep ends with. */
+static struct idle idle_lines(void)
+{
+    const volatile uint32_t *const none = &axes[0].time_ms;
+    return (struct idle){.time_ms = &axes[0].time_ms,
+                         .heard = {FEATURE_IN(CONSOLE) ? &uart.rx_head : none,
+                                   FEATURE_IN(MODBUS) ? &bus.uart.rx_head : none,
+                                   FEATURE_IN(CAN) ? &can.rx_head : none}};
+}
+
 int main(void)
 {
     struct postmortem last_life;
     struct console console;
-    struct idle rest = {.time_ms = &axes[0].time_ms,
-                        .heard = {FEATURE_IN(CONSOLE) ? &uart.rx_head : &axes[0].time_ms,
-                                  FEATURE_IN(MODBUS) ? &bus.uart.rx_head : &axes[0].time_ms}};
+    struct idle rest = idle_lines();
     const struct slots slots = settings_slots();
     struct nvm_report loaded = {.state = NVM_NOTHING};
     drive_init(&axes[0], FABRIC0); /* first: from here on a processor fault knows that the fabric is in doubt */
@@ -135,7 +166,10 @@ int main(void)
     start_behind_pwm(&slots, &loaded);
     if (FEATURE_IN(CONSOLE)) {
         console_start(&console, &(struct session){
-                                    .out = {.uart = &uart, .idle = &rest, .bus = FEATURE_IN(MODBUS) ? &modbus : NULL},
+                                    .out = {.uart = &uart,
+                                            .idle = &rest,
+                                            .bus = FEATURE_IN(MODBUS) ? &modbus : NULL,
+                                            .can = FEATURE_IN(CAN) ? &canopen : NULL},
                                     .axis = &axes[0],
                                     .scope = FEATURE_IN(SCOPE) ? &scope : NULL,
                                     .last_life = &last_life,

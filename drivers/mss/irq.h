@@ -13,6 +13,7 @@
 #define MSS_IRQ_UART1                11u
 #define MSS_IRQ_TIMER1               14u
 #define MSS_IRQ_TIMER2               15u
+#define MSS_IRQ_CAN                  16u
 #define MSS_IRQ_ENVM0                17u
 #define MSS_IRQ_PLL_LOCK_LOST        23u
 #define MSS_IRQ_ECC_ERROR            29u

@@ -91,6 +91,7 @@ REG_AT_OFFSET(struct sysreg_regs, FLUSH_CR, 0x1A8);
 #define SYSREG_RESET_TIMER   (1u << 6)
 #define SYSREG_RESET_MMUART0 (1u << 7)
 #define SYSREG_RESET_MMUART1 (1u << 8)
+#define SYSREG_RESET_CAN     (1u << 13)
 #define SYSREG_RESET_FABRIC  (1u << 16) /* MSS_RESET_N_M2F: held after any reset but power-on */
 #define SYSREG_RESET_FIC0    (1u << 18)
 #define SYSREG_RESET_GPIO    (1u << 20)

@@ -81,6 +81,7 @@ struct axis {
     volatile uint32_t fabric_doubt;   /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
     volatile uint32_t thread_owes_ms; /* its proof of life, to the fabric: slow steps since its turn began */
     volatile uint32_t command_ms;     /* when a host last addressed the drive */
+    volatile uint32_t master_lost;    /* why the master of the CAN bus is missing, 0: it is not */
     struct params params;             /* as set; take effect at the next switch-on */
     struct tuning tuning;             /* of the last switch-on */
     struct speed_loop speed;

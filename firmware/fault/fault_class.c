@@ -38,6 +38,7 @@ static const struct fault_class classes[FAULT_COUNT] = {
     [FAULT_HALL_INVALID] = {OFF | CARRY, REACTION_OFF, true},
     [FAULT_HALL_SEQUENCE] = {OFF | CARRY, REACTION_OFF, true},
     [FAULT_COMMAND_TIMEOUT] = {OFF | STOP | WARN, REACTION_STOP, false},
+    [FAULT_MASTER_LOST] = {OFF | STOP | WARN, REACTION_STOP, false},
 };
 
 const struct fault_class *fault_class(enum fault cause)

@@ -72,6 +72,9 @@ static void watch_commands(struct axis *a)
     if (limit_ms != 0 && a->time_ms - a->command_ms > (uint32_t)limit_ms) {
         fault_report(a, FAULT_COMMAND_TIMEOUT, limit_ms, 0);
     }
+    if (a->master_lost != 0u) {
+        fault_report(a, FAULT_MASTER_LOST, (int32_t)a->master_lost, 0);
+    }
 }
 
 /* False if the measured speed is in doubt, or the bridge may be off: nothing else is believed then. */

@@ -56,6 +56,7 @@ static const uint16_t codes[FAULT_COUNT] = {
     [FAULT_HALL_UNKNOWN] = 0x7300,
     [FAULT_SLOW_LOOP_STOPPED] = 0x6100,
     [FAULT_THREAD_STOPPED] = 0x6100,
+    [FAULT_MASTER_LOST] = 0x8130, /* heartbeat */
 };
 
 uint32_t cia402_error_code(enum fault fault)

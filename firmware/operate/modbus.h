@@ -13,7 +13,7 @@
 
 struct modbus {
     struct rs485 *line;
-    struct modbus_drive drive;
+    struct bus_drive drive;
     struct modbus_frame frame;
     int32_t address, baud, parity; /* as they are in effect */
     uint32_t silence_ms;           /* certainly longer than 3.5 characters */

@@ -10,7 +10,7 @@
 
 /* What a function works on. */
 struct call {
-    struct modbus_drive *drive;
+    struct bus_drive *drive;
     const uint8_t *request;
     size_t count;
     uint8_t *reply;
@@ -179,7 +179,7 @@ static enum modbus_exception run_function(struct call *c, bool writes_only)
     return MODBUS_ILLEGAL_FUNCTION;
 }
 
-size_t modbus_function(struct modbus_drive *d, const uint8_t *request, size_t count, bool writes_only, uint8_t *reply)
+size_t modbus_function(struct bus_drive *d, const uint8_t *request, size_t count, bool writes_only, uint8_t *reply)
 {
     struct call call = {.drive = d, .request = request, .count = count, .reply = reply};
     const enum modbus_exception wrong = run_function(&call, writes_only);

@@ -9,9 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "firmware/drive/drive.h"
-#include "firmware/operate/cia402.h"
-#include "firmware/settings/slots.h"
+#include "firmware/operate/object_values.h"
 
 #define MODBUS_PDU_BYTES 253u
 
@@ -24,17 +22,15 @@ enum modbus_exception {
     MODBUS_DEVICE_FAILURE, /* the drive's state does not allow it */
 };
 
-struct modbus_drive {
-    struct axis *axis;
-    const struct slots *slots; /* where settings are stored */
-    struct cia402 cia402;
-};
+/* Where reactions to faults begin, by fault number; and parameters in the order of param_table, two registers each. */
+#define MODBUS_REACTIONS 0x0400u
+#define MODBUS_PARAMS    0x1000u
 
 /*
  * Carries out `request`, of `count` bytes without address and check sum, and writes the reply of at most MODBUS_PDU_BYTES;
  * returns its length. `writes_only`: a broadcast; reads do nothing, and the reply is not sent.
  */
-size_t modbus_function(struct modbus_drive *d, const uint8_t *request, size_t count, bool writes_only, uint8_t *reply);
+size_t modbus_function(struct bus_drive *d, const uint8_t *request, size_t count, bool writes_only, uint8_t *reply);
 
 /*
  * ---- modbus_registers.c: their contents; functions 3 and 4 see the same ----
@@ -44,12 +40,12 @@ size_t modbus_function(struct modbus_drive *d, const uint8_t *request, size_t co
  */
 
 /* `count` registers from `at` on, as bytes of the line; all of one instant. Range: 1...125. */
-enum modbus_exception modbus_read(const struct modbus_drive *d, uint32_t at, uint32_t count, uint8_t *bytes);
+enum modbus_exception modbus_read(const struct bus_drive *d, uint32_t at, uint32_t count, uint8_t *bytes);
 
 /*
  * Checks the values and writes them, all or none. Each value is checked against its range; several parameters also together,
  * as switching on would. Range: 1...123.
  */
-enum modbus_exception modbus_write(struct modbus_drive *d, uint32_t at, uint32_t count, const uint8_t *bytes);
+enum modbus_exception modbus_write(struct bus_drive *d, uint32_t at, uint32_t count, const uint8_t *bytes);
 
 #endif

@@ -4,6 +4,7 @@
 #include <stdarg.h>
 
 #include "drivers/cortex/cpu.h"
+#include "firmware/operate/canopen.h"
 #include "firmware/operate/modbus.h"
 #include "firmware/settings/features.h"
 
@@ -13,6 +14,9 @@ void text_serve_bus(struct text *t)
 {
     if (FEATURE_IN(MODBUS) && t->bus != NULL) {
         modbus_poll(t->bus);
+    }
+    if (FEATURE_IN(CAN) && t->can != NULL) {
+        canopen_poll(t->can);
     }
 }
 

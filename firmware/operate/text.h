@@ -11,13 +11,15 @@
 #include "firmware/system/idle.h"
 
 struct modbus;
+struct canopen;
 
 struct text {
     struct mmuart *uart;
-    struct idle *idle;  /* its clock for waiting, and the watchdog's service */
-    struct modbus *bus; /* served while output waits, and after each line; NULL: none */
-    bool given_up;      /* no room for too long: do not wait until there is some */
-    bool lost;          /* output has been dropped; cleared once reported */
+    struct idle *idle;   /* its clock for waiting, and the watchdog's service */
+    struct modbus *bus;  /* served while output waits, and after each line; NULL: none */
+    struct canopen *can; /* likewise */
+    bool given_up;       /* no room for too long: do not wait until there is some */
+    bool lost;           /* output has been dropped; cleared once reported */
 };
 
 /* The compiler of the tests checks the arguments: on the target int32_t is long, which it would refuse as %d. */
@@ -42,7 +44,7 @@ void text_put_char(struct text *t, char c);
  */
 void text_print(struct text *t, const char *format, ...) TEXT_CHECKED;
 
-/* Serves the bus, for a command that takes longer than a request may wait: 1 ms. Thread. */
+/* Serves the buses, for a command that takes longer than a request may wait: 1 ms. Thread. */
 void text_serve_bus(struct text *t);
 
 size_t text_length(const char *s);

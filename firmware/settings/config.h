@@ -11,6 +11,7 @@
 /* interrupt priorities: 0 is the most urgent of 16 */
 #define CONFIG_PRIORITY_CURRENT_LOOP 0u
 #define CONFIG_PRIORITY_SCOPE        2u
+#define CONFIG_PRIORITY_CAN          3u /* a frame may be over in 47 us, drivers/mss/can.h */
 #define CONFIG_PRIORITY_SLOW_LOOP    4u
 #define CONFIG_PRIORITY_CONSOLE      8u
 #define CONFIG_PRIORITY_BUS          8u

@@ -16,6 +16,7 @@ static const struct {
     {FROM_TO(home_rpm, home_turns), FEATURE_POSITION},
     {FROM_TO(learn_rpm, learn_rpm), FEATURE_LEARN},
     {FROM_TO(modbus_address, modbus_parity), FEATURE_MODBUS},
+    {FROM_TO(can_node, can_heartbeat_ms), FEATURE_CAN},
 };
 
 static struct outcome unless_absent(enum feature f)

@@ -25,7 +25,8 @@
     X(CONSOLE, console)       \
     X(MODBUS, modbus)         \
     X(SCOPE, scope)           \
-    X(SETTINGS, settings)     /* kept in eNVM */
+    X(SETTINGS, settings)     /* kept in eNVM */ \
+    X(CAN, can)               /* CANopen */
 /* clang-format on */
 
 #define FEATURE_OF(name, word) FEATURE_##name,

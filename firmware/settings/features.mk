@@ -11,8 +11,8 @@ endif
 ifeq ($(filter encoder hall sensorless,$(FEATURES)),)
 $(error mssfoc: FEATURES='$(FEATURES)' has no source of the angle: add encoder, hall or sensorless)
 endif
-ifeq ($(filter console modbus,$(FEATURES)),)
-$(error mssfoc: FEATURES='$(FEATURES)' has nothing to operate the drive with: add console or modbus)
+ifeq ($(filter console modbus can,$(FEATURES)),)
+$(error mssfoc: FEATURES='$(FEATURES)' has nothing to operate the drive with: add console, modbus or can)
 endif
 ifeq ($(filter injection,$(FEATURES))$(filter sensorless,$(FEATURES)),injection)
 $(error mssfoc: FEATURES='$(FEATURES)': injection needs sensorless)

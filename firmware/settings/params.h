@@ -177,7 +177,15 @@ enum param_angle {
     PARAM(hall_edge_6_cdeg, 0, 35999, 30000, "electrical angle at which the sixth state begins") \
     /* hall.md: angle from Hall switches */ \
     PARAM(injection_silent, 0, 1, 0, "pulses of the injection: 0 alternating, a tone; 1 pseudo-random, a noise") \
-    /* sensorless.md: what is heard of the injection */
+    /* sensorless.md: what is heard of the injection */ \
+    PARAM(can_node, 0, 127, 0, "number of this drive on the CAN bus; 0: it is not there") \
+    /* can.md: the node */ \
+    PARAM(can_kbit, 20, 1000, 500, "rate of the CAN bus: 20, 50, 125, 250, 500, 800, 1000, or the next below") \
+    /* can.md: the rate */ \
+    PARAM(can_recover, 0, 1, 0, "back from bus-off: 0 when a CAN parameter is set, 1 by itself") \
+    /* can.md: bus-off */ \
+    PARAM(can_heartbeat_ms, 0, 65535, 0, "time between heartbeats, object 0x1017 at first; 0: none") \
+    /* can.md: heartbeat */
 /* clang-format on */
 
 #define PARAM_FIELD(name, least, most, initial, what) int32_t name;

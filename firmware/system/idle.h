@@ -7,7 +7,7 @@
 
 #include "drivers/fabric/gate.h"
 
-#define IDLE_LINES 2u
+#define IDLE_LINES 3u
 
 struct idle {
     const volatile uint32_t *time_ms;           /* a clock that the slow loop advances */

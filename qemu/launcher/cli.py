@@ -99,6 +99,10 @@ def _parser():
         if name in ("console", "debug"):
             command.add_argument("--modbus", default=os.environ.get("MODBUS") or "",
                                  help="where the line of MMUART_1 is to be had: pty, or tcp:PORT (default: $MODBUS or nowhere)")
+        if name in ("run", "console", "debug"):
+            command.add_argument("--can", default=os.environ.get("CAN") or "",
+                                 help="where the CAN bus is to be had: tcp:PORT speaks socketcand, pty slcan (default: $CAN or"
+                                      " nowhere)")
         if name == "debug":
             command.add_argument("--port", type=int, default=1234, help="GDB port")
     _add_show(commands)
@@ -160,7 +164,7 @@ def _run(options):
     motor, scenario = options.motor or DEFAULT_MOTOR, options.scenario or DEFAULT_SCENARIO
     progress = ProgressLine(f"{scenario} on {motor}")
     result = simulate(scenario, motor, options.seed, options.out, options.build, options.qemu, show=progress, csv=True,
-                      **_plant(options))
+                      can=options.can, **_plant(options))
     progress.done()
     write_json(result, result.out_dir / "report.json")
     draw(result, result.out_dir / "run.png")
@@ -188,7 +192,7 @@ def _console(options):
     from .simulate import DEFAULT_MOTOR
 
     return live_console(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
-                        options.modbus, **_plant(options))
+                        options.modbus, options.can, **_plant(options))
 
 
 def _scope(options):
@@ -212,7 +216,7 @@ def _debug(options):
     from .simulate import DEFAULT_MOTOR
 
     return debug_session(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
-                         options.port, options.modbus, **_plant(options))
+                         options.port, options.modbus, options.can, **_plant(options))
 
 
 def _show(options):

@@ -19,7 +19,7 @@ from .errors import LauncherError
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
 from .probes import Symbols, make_probes
-from .qemu import Image, Qemu, bus_chardev, chip_items, command, envm_files, fabric_files, progress_s, start
+from .qemu import Image, Qemu, bus_chardev, can_chardev, chip_items, command, envm_files, fabric_files, progress_s, start
 from .scenario import Scenario, load_scenario
 from .simulate import check_seed, prepare, write
 
@@ -29,22 +29,23 @@ LEAD_S = 0.1       # how far simulated time may be ahead
 TERMINAL = "stdio,id=console,mux=on,signal=off"
 
 
-def live_console(motor, seed, build=None, qemu=None, scenario=None, modbus="", **plant):
+def live_console(motor, seed, build=None, qemu=None, scenario=None, modbus="", can="", **plant):
     """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric, sensors, aligned,
-    envm, as simulate() has them; `modbus`: where the bus is to be had, pty or tcp:PORT."""
-    drive, arguments, environment, progress, _ = prepared(motor, seed, build, qemu, scenario, plant, modbus=modbus)
+    envm, as simulate() has them; `modbus`, `can`: where the buses are to be had, pty or tcp:PORT."""
+    drive, arguments, environment, progress, _ = prepared(motor, seed, build, qemu, scenario, plant, modbus=modbus, can=can)
     print(f"{drive.motor.name} on {drive.inverter.name}. Its parameters are typed for you; then try:\n"
           "  on     (wait a second)     speed 1500     status     speed 0     off     help\n"
           "To leave: Ctrl-A, then x.\n", flush=True)
     return _run(arguments, environment, progress)
 
 
-def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, modbus="", **plant):
+def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, modbus="", can="",
+                  **plant):
     """QEMU halted at the reset vector with a GDB port; prints how to attach."""
     if not 1 <= port <= 65535:
         raise LauncherError(f"port {port} is outside 1..65535")
     _, arguments, environment, *_ = prepared(motor, seed, build, qemu, scenario, plant,
-                                            ["-S", "-gdb", f"tcp:127.0.0.1:{port}"], modbus=modbus)
+                                            ["-S", "-gdb", f"tcp:127.0.0.1:{port}"], modbus=modbus, can=can)
     elf = shown(build_dir(build) / "mssfoc.elf")
     print(f"Halted at the reset vector. Attach from another terminal:\n"
           f"  gdb-multiarch {elf} -ex 'target remote :{port}' -x qemu/debugger/fabric.py\n"
@@ -55,11 +56,11 @@ def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, 
 
 
 def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMINAL, live=False, modbus="",
-             out_dir=None):
+             can="", out_dir=None):
     """What starts a drive that runs until it is ended: (drive, command line, environment, progress file, pipe of live events).
 
     live    events come by the pipe, and nobody types the motor's parameters; otherwise there is no pipe
-    modbus  where the bus is to be had
+    modbus, can  where the buses are to be had
     """
     seed = check_seed(seed)
     plant = dict(plant)
@@ -80,10 +81,11 @@ def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMIN
     probes, enums = make_probes(symbols, drive) if plan.late or plan.holds or drive.aligned else ([], None)
     pipe = _new_pipe(out_dir) if live else None
     bus_options, bus_files = bus_chardev(modbus)
+    can_options, can_items = can_chardev(can)
     written = {"progress": files["progress"], **({"live": pipe} if live else {}), **fabric_files(fabric, build, drive),
-               **envm_files(envm), **chip_items(chip), **bus_files}
+               **envm_files(envm), **chip_items(chip), **bus_files, **can_items}
     write(config, twin_config(drive, plan, seed, probes, written, symbols, enums=enums))
-    line = command(checked, image, config, console, [*bus_options, *extra])
+    line = command(checked, image, config, console, [*bus_options, *can_options, *extra])
     return drive, line, checked.environment(), files["progress"], pipe
 
 

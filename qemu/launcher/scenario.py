@@ -46,7 +46,8 @@ HOLD_MORE = 2        # times what is planned until the last hold: then the run e
 LATE_STATES_MAX = 4  # as qemu/twin/config.h has it
 WATCHDOG_S = (0.005, 85)  # the start takes some milliseconds; 26 bits of 1.28 us each
 
-_PHASE, _PAIR, _FLAG, _NUMBER, _WORD, _INPUT, _HEX = "phase", "pair", "flag", "number", "word", "input", "hex"
+_PHASE, _PAIR, _FLAG, _NUMBER, _WORD, _INPUT, _HEX, _FRAME = (
+    "phase", "pair", "flag", "number", "word", "input", "hex", "frame")
 
 # event kind -> the forms of its arguments; "number|off" takes either
 EVENTS = {
@@ -64,10 +65,11 @@ EVENTS = {
     "fabric_other": [_FLAG], "fabric_sealed": [_FLAG], "fabric_hangs": [_FLAG], "flash_bits": [_WORD, _WORD],
     "pll_lost": [_FLAG], "fabric_pll_lost": [_FLAG], "memory_error": [_FLAG], "lockup_reset": [],
     "soft_reset": [], "user_reset": [], "put_back": [],
+    "can": [_FRAME], "can_break": [_WORD], "can_cut": [_FLAG],
     "bus": [_HEX], "keys": [_HEX], "end": [], "poke": [_WORD, _WORD], "poke_rom": [_WORD, _WORD],
 }
 _FORMS = {_PHASE: r"[ABC]", _INPUT: r"[AB]", _PAIR: r"AB|BC|CA", "pair|off": r"AB|BC|CA|off", _FLAG: r"[01]",
-          _WORD: r"[&*]?[\w.\[\]]+", "off": r"off", _HEX: r"([0-9a-f]{2})+"}
+          _WORD: r"[&*]?[\w.\[\]]+", "off": r"off", _HEX: r"([0-9a-f]{2})+", _FRAME: r"[0-9a-f]{1,8}#(R|([0-9a-f]{2}){0,8})"}
 
 
 @dataclass

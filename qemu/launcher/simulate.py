@@ -17,7 +17,8 @@ from .load import CURRENT_LOOP, cpu_load, load_irqlog
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
 from .probes import Symbols, add_belief, code_of, make_probes
-from .qemu import Image, Qemu, chip_items, command, envm_files, escape, fabric_files, run_to_end
+from .qemu import (CAN_DESIGN, Image, Qemu, can_chardev, chip_items, command, envm_files, escape, fabric_files,
+                   run_to_end)
 from .refusals import NAME, judge, typed
 from .scenario import load_scenario
 from .trace import add_truth, load_trace
@@ -65,7 +66,7 @@ def check_seed(seed):
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
              show=None, dumps=None, cycles=None, way_of=None, plant="full", spread=1, detune="", csv=False,
              start_angle=None, fabric="model", aligned=False, sensors="", envm="", envm_model=None, chip="",
-             wired=""):
+             wired="", can=""):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
@@ -77,6 +78,7 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     aligned    whether the firmware knows where the rotor stands, so that its start is short (aligned.py)
     out_dir    where twin.cfg, trace.bin, irq.bin, console.txt and qemu.log go (default: run/ of the build folder)
     overrides  {"motor": {table: {key: value}}, "inverter": {...}, "params": {"i_max_ma": 5000}}
+    can        where the CAN bus is to be had (qemu.py); without it the bus is a scenario's events
     dumps      {file name: (address, bytes)}: memory of the target, written to that file in out_dir when the run ends
     cycles     {"apb_read": 3, ...}: wait cycles of the buses, where not the twin's defaults (qemu/twin/cycles_keys.c)
     way_of     an exception whose way through its handler goes to irqpath.csv, once for each duration (qemu/twin/irqpath.h)
@@ -102,15 +104,17 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
     kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
-    written = {key: files[key] for key in ("trace", "progress", "irqlog", "bus_log", *(["csv"] if csv else []))}
+    written = {key: files[key] for key in ("trace", "progress", "irqlog", "bus_log", "can_log", *(["csv"] if csv else []))}
     written.update(fabric_files(fabric, build, drive))
     written.update(envm_files(envm))
+    can_options, can_items = can_chardev(can)
+    written.update(can_items or (CAN_DESIGN if any(step.kind.startswith("can") for step in plan.steps) else {}))
     written.update(chip_items(chip, wired))
     written.update({f"envm.{key}": value for key, value in (envm_model or {}).items()})
     way = (way_of, (out_dir / "irqpath.csv").resolve()) if way_of else None
     write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles, way, enums))
     console = f"file,id=console,path={escape(files['console'])}"
-    run_to_end(command(checked_qemu, image, config, console), checked_qemu.environment(), plan.end_s,
+    run_to_end(command(checked_qemu, image, config, console, can_options), checked_qemu.environment(), plan.end_s,
                files["progress"], files["log"], show)
     trace = load_trace(files["trace"])
     plan = as_held(plan, scenario, drive, trace, enums)
@@ -164,7 +168,7 @@ def prepare(out_dir):
     """Makes the folder and clears what an earlier run left, so that nothing old can pass for a result."""
     files = {"trace": out_dir / "trace.bin", "csv": out_dir / "trace.csv", "progress": out_dir / "progress",
              "console": out_dir / "console.txt", "log": out_dir / "qemu.log", "irqlog": out_dir / "irq.bin",
-             "bus_log": out_dir / "bus.txt"}
+             "bus_log": out_dir / "bus.txt", "can_log": out_dir / "can.txt"}
     try:
         out_dir.mkdir(parents=True, exist_ok=True)
         for name in [*files.values(), out_dir / "report.json", out_dir / "run.png"]:

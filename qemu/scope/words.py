@@ -19,6 +19,7 @@ GROUPS = {
     "Supervision": "t_max_c winding_share_pct winding_tau_s housing_tau_s inverter_ma inverter_tau_ms deviation_pct"
                    " command_timeout_ms retry_count retry_delay_ms",
     "Modbus": "modbus_address modbus_baud modbus_parity",
+    "CAN": "can_node can_kbit can_recover can_heartbeat_ms",
 }
 OTHERS = "Others"  # of a firmware that is newer than these lists
 

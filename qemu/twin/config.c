@@ -203,6 +203,13 @@ static void read_design(const struct reader *r, char *rest)
                              *fixed != '\0' ? whole(r, fixed, "design") : 0};
 }
 
+static void read_can(const struct reader *r, char *rest)
+{
+    char *id = next_word(&rest);
+    r->config->can_id = strdup(id);
+    r->config->can_slcan = either(r, "can", rest, "socketcand", "slcan");
+}
+
 static double event_time(const struct reader *r, const char *word)
 {
     double t_s = number(r, word, "time of the event");
@@ -320,6 +327,10 @@ static void read_line(const struct reader *r, char *line)
         c->bus_id = strdup(rest);
     } else if (strcmp(word, "bus_log") == 0) {
         c->bus_log_path = strdup(rest);
+    } else if (strcmp(word, "can") == 0) {
+        read_can(r, rest);
+    } else if (strcmp(word, "can_log") == 0) {
+        c->can_log_path = strdup(rest);
     } else if (strcmp(word, "seed") == 0) {
         double seed = number(r, rest, word);
         if (seed < 0 || seed > 0x1p53 || seed != floor(seed)) {

@@ -2,6 +2,7 @@
 /* The twin's configuration file: one item a line, `#` starts a comment line.
  *
  *   trace PATH | csv PATH                                                         (trace.h: the same as text)
+ *   can CHARDEV_ID socketcand|slcan | can_log PATH                              (can_bus.h)
  *   progress PATH | seed N | end T_S | console CHARDEV_ID
  *   irqlog PATH                                                                   (irqlog.h)
  *   irqpath EXCEPTION PATH                                                        (irqpath.h)
@@ -67,8 +68,10 @@ struct config {
     char *envm_path;             /* what the device keeps; NULL: nothing */
     char *live_path;             /* events of the moment come by it; likewise */
     char *bus_id, *bus_log_path; /* likewise */
-    char *fabric_path;           /* library of the verilated RTL; NULL: the C models */
-    double end_s;                /* 0: runs until QEMU is ended */
+    char *can_id, *can_log_path; /* likewise */
+    bool can_slcan;
+    char *fabric_path; /* library of the verilated RTL; NULL: the C models */
+    double end_s;      /* 0: runs until QEMU is ended */
     uint32_t watchdog_load;
     struct chip_params chip;
     bool main_loop_wakes;

@@ -90,7 +90,10 @@ bool vm_type(struct vm_chardev *chardev, uint8_t byte); /* false if there is no 
 /* ---- a device of the twin's own behind a character device ---- */
 /* NULL if there is none of that name. `room` says how many bytes `hear` takes now. */
 struct vm_chardev *vm_chardev_open(const char *id, int (*room)(void *unused),
-                                   void (*hear)(void *unused, const uint8_t *bytes, int count));
-void vm_chardev_write(struct vm_chardev *opened, uint8_t byte); /* dropped if nobody listens */
+                                   void (*hear)(void *unused, const uint8_t *bytes, int count),
+                                   void (*changes)(void *unused, int event)); /* may be NULL */
+#define VM_CHARDEV_OPENED 1 /* the event: somebody has connected; any other: nobody is there any more */
+/* At once, dropped if nobody listens. */
+void vm_chardev_send(struct vm_chardev *opened, const void *bytes, size_t count);
 
 #endif

@@ -17,18 +17,19 @@ bool vm_type(struct vm_chardev *chardev, uint8_t byte)
     return true;
 }
 
-struct vm_chardev *vm_chardev_open(const char *id, int (*may_hear)(void *), void (*hear)(void *, const uint8_t *, int))
+struct vm_chardev *vm_chardev_open(const char *id, int (*may_hear)(void *), void (*hear)(void *, const uint8_t *, int),
+                                   void (*changes)(void *, int))
 {
     opaque *chardev = vm.qemu_chr_find(id);
     opaque *frontend = vm_room(OPAQUE_BYTES);
     if (!chardev || !vm.qemu_chr_fe_init(frontend, chardev, NULL)) {
         return NULL;
     }
-    vm.qemu_chr_fe_set_handlers(frontend, may_hear, hear, NULL, NULL, NULL, NULL, true);
+    vm.qemu_chr_fe_set_handlers(frontend, may_hear, hear, changes, NULL, NULL, NULL, true);
     return frontend;
 }
 
-void vm_chardev_write(struct vm_chardev *opened, uint8_t byte)
+void vm_chardev_send(struct vm_chardev *opened, const void *bytes, size_t count)
 {
-    (void)vm.qemu_chr_fe_write(opened, &byte, 1);
+    (void)vm.qemu_chr_fe_write(opened, bytes, (int)count);
 }

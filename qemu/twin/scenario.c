@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "can_bus.h"
 #include "console.h"
 #include "qemu_api.h"
 #include "serial_bus.h"
@@ -218,6 +219,15 @@ static void play(const struct event *e)
         break;
     case EVENT_BUS:
         serial_bus_send(e->text);
+        break;
+    case EVENT_CAN:
+        can_bus_send(e->text);
+        break;
+    case EVENT_CAN_BREAK:
+        can_bus_break(e->word);
+        break;
+    case EVENT_CAN_CUT:
+        can_bus_cut(e->on);
         break;
     case EVENT_LOAD:
     case EVENT_LOAD_FAN:

@@ -139,7 +139,7 @@ static void character_sent(void *unused)
     }
     note(uart.driven ? "tx" : "unheard", uart.shift);
     if (uart.driven && device) {
-        vm_chardev_write(device, uart.shift);
+        vm_chardev_send(device, &uart.shift, 1);
     }
     begin_character();
     update_interrupt();
@@ -307,7 +307,7 @@ void serial_bus_open(const char *chardev_id, const char *log_path)
         fprintf(stderr, "mssfoc twin: bus_log %s: %s\n", log_path, strerror(errno));
         exit(1);
     }
-    if (chardev_id && !(device = vm_chardev_open(chardev_id, room, device_sends))) {
+    if (chardev_id && !(device = vm_chardev_open(chardev_id, room, device_sends, NULL))) {
         fprintf(stderr, "mssfoc twin: QEMU has no character device '%s'\n", chardev_id);
         exit(1);
     }

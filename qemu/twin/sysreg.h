@@ -35,7 +35,7 @@ void sysreg_write(void *word, uint32_t offset, uint32_t value);
 /* Bit 16 of SOFT_RESET_CR keeps MSS_RESET_N_M2F low: after any reset but power-on, until firmware clears it. */
 bool sysreg_holds_fabric(void);
 /* Blocks that are held in reset. */
-enum { SYSREG_MMUART1 = 1u << 8 };
+enum { SYSREG_MMUART1 = 1u << 8, SYSREG_CAN = 1u << 13 };
 bool sysreg_holds(uint32_t block);
 void sysreg_reset(enum reset_cause cause);
 /* What M2S005 and M2S010 do at some access to FIC_0: what firmware has changed is as the reset left it. */

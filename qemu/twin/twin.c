@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "can_bus.h"
 #include "chip.h"
 #include "config.h"
 #include "console.h"
@@ -201,6 +202,7 @@ static void note_bus_reset(void)
     if (sysreg_holds(SYSREG_MMUART1)) {
         serial_bus_reset();
     }
+    can_bus_note_reset();
 }
 
 static void put_back(void)
@@ -364,6 +366,7 @@ static void system_reset(void *unused)
     memset(&mmuart, 0, sizeof mmuart);
     gpio_reset(&gpio);
     serial_bus_reset();
+    can_bus_reset();
     dwt_reset(&dwt);
     core_reset();
     watchdog_reload(&watchdog, plant.now);
@@ -379,6 +382,7 @@ static void flush(void)
     trace_flush();
     irqlog_flush();
     serial_bus_flush();
+    can_bus_flush();
 }
 
 static void report_progress(void *unused)
@@ -464,6 +468,7 @@ static void map_devices(void)
     vm_map(&uart);
     vm_map(&pins);
     vm_map(&bus);
+    can_bus_map();
     vm_map_private(&cycles);
     envm_board_map(&config.envm, config.plant.seed, power_returns);
     for (int n = 0; n < SYSREG_WORDS; n++) {
@@ -521,6 +526,7 @@ static void start(void)
         console_attach(config.console_id);
     }
     serial_bus_open(config.bus_id, config.bus_log_path);
+    can_bus_open(config.can_id, config.can_slcan, config.can_log_path);
     const struct scenario_board board = {&plant,           sync_plant,           plant_changed, delay_interrupt,
                                          block_interrupt,  envm_board_power_cut, reset_by,      put_back,
                                          vm_set_interrupt, seal_fabric,          hang_fabric,   end_now};

@@ -5,6 +5,7 @@ Simulated time runs no faster than the clock on the wall, as in `make console`; 
 """
 import contextlib
 import re
+import socket
 import subprocess
 import threading
 import time
@@ -14,8 +15,8 @@ from launcher.console import LEAD_S, PACE_S
 from launcher.drive import load_drive
 from launcher.paths import build_dir
 from launcher.probes import Symbols
-from launcher.qemu import Image, Qemu, bus_chardev, command, escape, progress_s, start
-from launcher.scenario import Scenario
+from launcher.qemu import Image, Qemu, bus_chardev, can_chardev, command, escape, progress_s, start
+from launcher.scenario import Scenario, Step
 from launcher.simulate import prepare, write
 
 PATIENCE_S = 60
@@ -45,28 +46,49 @@ def _terminal(output):
     raise AssertionError(f"QEMU named no terminal: {output.read_text(errors='replace')}")
 
 
+def free_port():
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
+
+
 @contextlib.contextmanager
 def live(out_dir, motor="teknic_m2310p"):
     """(terminal of its bus, progress file) of a running drive, whose parameters have been typed."""
+    with _running(out_dir, motor, *bus_chardev("pty")) as (files, output):
+        yield _terminal(output), files["progress"]
+
+
+@contextlib.contextmanager
+def live_can(out_dir, *typed, motor="teknic_m2310p"):
+    """(port that speaks socketcand, files) of a running drive, at whose console these lines have been typed."""
+    port = free_port()
+    options, items = can_chardev(f"tcp:{port}")
+    with _running(out_dir, motor, options, items, typed) as (files, _):
+        yield port, files
+
+
+@contextlib.contextmanager
+def _running(out_dir, motor, options, items, typed=()):
     drive, build = load_drive(motor, plant="full", spread=0), build_dir()
     image, qemu = Image(build), Qemu()
-    files, options = prepare(out_dir), bus_chardev("pty")
-    plan = Scenario("live", "live", None, 0.05, [], [])
+    files = prepare(out_dir)
+    plan = Scenario("live", "live", None, 0.05, [Step(0.2 + 0.02 * n, "console", [], text) for n, text in enumerate(typed)], [])
     config, output = out_dir / "twin.cfg", out_dir / "qemu.log"
-    write(config, twin_config(drive, plan, 1, [], {"progress": files["progress"], "bus_log": files["bus_log"], **options[1]},
+    write(config, twin_config(drive, plan, 1, [], {"progress": files["progress"], "bus_log": files["bus_log"],
+                                                      "can_log": files["can_log"], **items},
                               Symbols(image.elf)))
-    arguments = command(qemu, image, config, f"file,id=console,path={escape(files['console'])}", options[0])
+    arguments = command(qemu, image, config, f"file,id=console,path={escape(files['console'])}", options)
     over = threading.Event()
     with open(output, "wb") as stream:
         process = start(arguments, qemu.environment(), stdin=subprocess.DEVNULL, stdout=stream, stderr=stream)
         pacer = threading.Thread(target=_pace, args=(process, files["progress"], over), daemon=True)
         try:
-            terminal = _terminal(output)
             pacer.start()
-            while progress_s(files["progress"]) < 0.3:  # parameters have been typed
+            while progress_s(files["progress"]) < 0.3 + 0.02 * len(typed):  # parameters have been typed
                 assert process.poll() is None, output.read_text()
                 time.sleep(0.05)
-            yield terminal, files["progress"]
+            yield files, output
         finally:
             over.set()
             process.kill()

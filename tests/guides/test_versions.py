@@ -18,7 +18,7 @@ def test_the_versions_are_those_of_the_sources():
     assert shown() == {
         "image": source("firmware/settings/config.h", r'CONFIG_VERSION "([\d.]+)"'),
         "fabric": source("drivers/fabric/registers.toml", r'^contract = "([\d.]+)"'),
-        "bus": source("firmware/operate/modbus_objects.h", r"MODBUS_MAP_VERSION (\d+)")}
+        "bus": source("firmware/operate/objects.h", r"MODBUS_MAP_VERSION (\d+)")}
 
 
 def test_the_image_s_version_has_its_changes():

@@ -154,6 +154,8 @@ STATE = {
     "scope": "the scope, which the current loop's and the sampler's interrupts name",
     "uart": "the console's UART, which its interrupt serves",
     "modbus": "the slave on the bus, whose buffers would take a sixth of the stack",
+    "can": "the CAN controller's queues, which its interrupt fills and empties",
+    "canopen": "the node on that bus, as modbus",
     "bus": "the bus's UART and transceiver, which their interrupts serve",
     "kept": "the post-mortem record, which outlives a reset",
     "trig_chords": "no state: the sine's table, which would not fit the cache",

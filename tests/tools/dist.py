@@ -61,7 +61,7 @@ def fabric_registers():
 
 def bus_registers():
     for at, index, kind, access, name, unit, what in modbus_page.objects():
-        yield at, 2 if "32" in kind else 1, name, f"0x{index:04X}" if index else "", kind, access, unit, what
+        yield at, 2 if "32" in kind else 1, name, f"0x{index >> 8:04X}" if index else "", kind, access, unit, what
     for number, (name, (least, most, initial)) in enumerate(modbus_page.param_rows().items()):
         yield (modbus_page.PARAMS + 2 * number, 2, name, "", "I32", "RW", name.rpartition("_")[2],
                f"{least}...{most}, initially {initial}: {modbus_page.texts()[name]}")

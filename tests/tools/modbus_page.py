@@ -22,7 +22,7 @@ CHOICES = ("OFF", "STOP", "WARN", "CARRY")
 
 def objects(source=ROOT):
     """[(register, index, type, access, name, unit, what)] of the firmware's table."""
-    text = (source / "firmware/operate/modbus_objects.h").read_text(encoding="utf-8")
+    text = (source / "firmware/operate/objects.h").read_text(encoding="utf-8")
     return [(int(at, 16), int(index, 16), *rest) for at, index, *rest in OBJECT.findall(text)]
 
 
@@ -33,7 +33,7 @@ def registers(at, count):
 def object_table(source=ROOT):
     lines = ["| register | name | object | type | access | unit | what |", "|---|---|---|---|---|---|---|"]
     for at, index, kind, access, name, unit, what in objects(source):
-        shown = f"0x{index:04X}" if index else ""
+        shown = f"0x{index >> 8:04X}" + (f":{index & 0xFF}" if index & 0xFF else "") if index else ""
         lines.append(f"| {registers(at, 2 if '32' in kind else 1)} | {name} | {shown} | {kind} | {access} | {unit} | {what} |")
     return "\n".join(lines) + "\n"
 

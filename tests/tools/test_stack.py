@@ -132,14 +132,14 @@ def image():
 def test_every_entry_point_of_the_image_has_a_bound(image):
     found = stack.bounds(image, entries.source_priorities())
     names = [r.name for r in found.rows]
-    assert names[:7] == ["Reset_Handler", "UART0_IRQHandler", "UART1_IRQHandler", "Timer2_IRQHandler", "Timer1_IRQHandler",
-                         "I2C1_SMBus_IRQHandler", "FabricIrq0_IRQHandler"]
+    assert names[:8] == ["Reset_Handler", "UART0_IRQHandler", "UART1_IRQHandler", "Timer2_IRQHandler", "Timer1_IRQHandler",
+                         "CAN_IRQHandler", "I2C1_SMBus_IRQHandler", "FabricIrq0_IRQHandler"]
     assert found.fits and "fault_taken" in found.rows[-1].chain
     assert crosscheck.check_against_compiler(image, BUILD / "arm") > 60
 
 
 def test_priorities_are_the_compilers_view(image):
-    assert entries.source_priorities() == {25: 2, 26: 8, 27: 8, 30: 4, 31: 8, 50: 0}
+    assert entries.source_priorities() == {25: 2, 26: 8, 27: 8, 30: 4, 31: 8, 32: 3, 50: 0}
 
 
 @pytest.mark.parametrize("symbol, size", [("LINK_STACK_BOUND", 1024), ("LINK_FAULT_STACK_BOUND", 256)])

@@ -334,7 +334,7 @@ def test_who_is_spoken_to_hears(line):
 def test_the_registers_are_one_table(c):
     """No two values overlap, and the frame of the smallest reply fits each."""
     taken = {}
-    for number, item in enumerate(c.modbus_objects):
-        for at in range(item.at, item.at + (2 if item.type >= c.MODBUS_U32 else 1)):
+    for number, item in enumerate(c.objects):
+        for at in range(item.at, item.at + (2 if item.type >= c.OBJECT_TYPE_U32 else 1)):
             assert taken.setdefault(at, number) == number
     assert max(taken) < FAULT_BASE < FAULT_BASE + c.FAULT_COUNT < PARAM_BASE and crc(b"") == b"\xff\xff"

@@ -22,11 +22,11 @@ def test_the_tables_are_fresh(name):
 
 def test_the_objects_are_those_of_the_program(c):
     rows = modbus_page.objects(ROOT)
-    assert len(rows) == c.OBJECT_COUNT == len(c.modbus_objects)
+    assert len(rows) == c.OBJECT_COUNT == len(c.objects)
     for number, (at, _, kind, access, name, *_) in enumerate(rows):
-        found = c.modbus_objects[number]
+        found = c.objects[number]
         assert number == getattr(c, f"OBJECT_{name}")
-        assert (found.at, found.type, found.writable) == (at, getattr(c, f"MODBUS_{kind}"), access == "RW")
+        assert (found.at, found.type, found.writable) == (at, getattr(c, f"OBJECT_TYPE_{kind}"), access == "RW")
 
 
 def test_the_parameters_are_where_the_table_says(c):

@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The drive as a node of CANopen (CiA 301 4.2) with the profile of drives (cia402.h). All of it in the thread; the CAN
+ * interrupt only fills and empties the driver's queues. Parameters can_node, can_kbit, can_recover take effect at once.
+ */
+#ifndef FIRMWARE_OPERATE_CANOPEN_H
+#define FIRMWARE_OPERATE_CANOPEN_H
+
+#include "drivers/mss/can.h"
+#include "firmware/operate/object_values.h"
+
+#define CANOPEN_PDOS_EACH 4u
+#define CANOPEN_MAPPED    8u
+#define CANOPEN_ERRORS    4u
+
+enum nmt_state { NMT_BOOT = 0, NMT_STOPPED = 4, NMT_OPERATIONAL = 5, NMT_PRE_OPERATIONAL = 127 };
+
+/* Why the master is missing: detail of FAULT_MASTER_LOST. */
+enum canopen_lost { CANOPEN_LOST_HEARTBEAT = 1, CANOPEN_LOST_NMT, CANOPEN_LOST_BUS };
+
+struct canopen_pdo {
+    uint32_t id;
+    uint32_t map[CANOPEN_MAPPED];
+    uint16_t inhibit;  /* 100 us */
+    uint16_t event_ms; /* sent so often at least; 0: only when it changes */
+    uint8_t type, count;
+    uint8_t syncs; /* since it was sent; of an RPDO: 1 that data waits for the next SYNC */
+    uint8_t bytes; /* it has been sent with these, or has come with them */
+    uint8_t data[8];
+    uint32_t sent_ms;
+};
+
+/* A segmented transfer under way. */
+struct canopen_sdo {
+    enum { SDO_IDLE, SDO_UPLOAD, SDO_DOWNLOAD } under_way;
+    const char *text; /* what is uploaded */
+    uint32_t left, done;
+    uint16_t index;
+    uint8_t subindex;
+    bool toggle;
+    uint8_t data[4]; /* what is downloaded */
+};
+
+struct canopen {
+    struct can *can;
+    struct bus_drive drive;
+    int32_t node, kbit, recover; /* as they are in effect */
+    enum nmt_state state;
+    uint32_t beat_ms;  /* when the last heartbeat was sent, */
+    uint32_t heard_ms; /* and when the master's was heard */
+    bool beats;        /* the master's heartbeat has been heard */
+    bool lost_heartbeat, lost_nmt, was_off;
+    uint32_t faults;       /* of the axis, that were told */
+    uint32_t fault;        /* that is told and has not been cleared, enum fault */
+    uint32_t emergency_ms; /* when the last was sent */
+    struct canopen_sdo sdo;
+    /* objects */
+    uint8_t error_register, errors;
+    uint16_t emergency_inhibit, heartbeat_ms;
+    uint32_t error[CANOPEN_ERRORS];
+    uint32_t sync_id, emergency_id, consumer, sdo_in, sdo_out;
+    struct canopen_pdo rpdo[CANOPEN_PDOS_EACH], tpdo[CANOPEN_PDOS_EACH];
+};
+
+/* Joins the bus if can_node is not 0. Once, when the axis has been initialised. */
+void canopen_start(struct canopen *c, struct can *can, struct axis *axis, const struct slots *slots);
+
+/* Serves the bus; call it whenever there is time. Takes as long as `on` if requested to enable operation. */
+void canopen_poll(struct canopen *c);
+
+#endif

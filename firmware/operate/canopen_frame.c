@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/operate/canopen_objects.h"
+#include "firmware/operate/canopen_parts.h"
+
+void canopen_send(struct canopen *c, uint32_t id, const uint8_t *data, uint32_t count)
+{
+    struct can_frame f = {.id = (uint16_t)(id & CANOPEN_ID), .count = (uint8_t)count};
+    for (uint32_t n = 0; n < count; n++) {
+        f.data[n] = data[n];
+    }
+    (void)can_send(c->can, &f); /* what finds no room is counted there */
+}
+
+void canopen_put(uint8_t *bytes, uint32_t value, uint32_t count)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        bytes[n] = (uint8_t)(value >> (8u * n));
+    }
+}
+
+uint32_t canopen_get(const uint8_t *bytes, uint32_t count)
+{
+    uint32_t value = 0;
+    for (uint32_t n = 0; n < count; n++) {
+        value |= (uint32_t)bytes[n] << (8u * n);
+    }
+    return value;
+}
+
+uint32_t canopen_now_ms(const struct canopen *c)
+{
+    return c->drive.axis->time_ms;
+}
+
+uint32_t canopen_bytes(enum object_type type)
+{
+    return type <= OBJECT_TYPE_U8 ? 1u : type <= OBJECT_TYPE_I16 ? 2u : 4u;
+}
+
+int32_t canopen_signed(uint32_t value, enum object_type type)
+{
+    return type == OBJECT_TYPE_I8 ? (int8_t)value : type == OBJECT_TYPE_I16 ? (int16_t)value : (int32_t)value;
+}
+
+struct object_place canopen_place(uint32_t index, uint32_t subindex)
+{
+    if (index - CANOPEN_PARAMS < param_count && subindex == 0u) {
+        return (struct object_place){PLACE_PARAM, index - CANOPEN_PARAMS};
+    }
+    if (index > CANOPEN_REACTIONS && index - CANOPEN_REACTIONS < FAULT_COUNT && subindex == 0u) {
+        return (struct object_place){PLACE_REACTION, index - CANOPEN_REACTIONS};
+    }
+    for (uint32_t n = 0; n < OBJECT_COUNT; n++) {
+        if (objects[n].index == index && objects[n].subindex == subindex) {
+            return (struct object_place){PLACE_OBJECT, n};
+        }
+    }
+    return (struct object_place){.kind = PLACE_NONE};
+}

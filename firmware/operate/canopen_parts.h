@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: MIT */
+/* What the files of the node share; each calls only those above it here. Thread. */
+#ifndef FIRMWARE_OPERATE_CANOPEN_PARTS_H
+#define FIRMWARE_OPERATE_CANOPEN_PARTS_H
+
+#include "firmware/operate/canopen.h"
+
+#define CANOPEN_INVALID  (1u << 31) /* of a PDO's identifier: it does not exist */
+#define CANOPEN_NO_RTR   (1u << 30)
+#define CANOPEN_EXTENDED (1u << 29)
+#define CANOPEN_ID       0x7FFu
+
+/* SDO abort codes, CiA 301 table 22 */
+#define SDO_TOGGLE         0x05030000u
+#define SDO_COMMAND        0x05040001u
+#define SDO_ACCESS         0x06010000u
+#define SDO_READ_ONLY      0x06010002u
+#define SDO_NO_OBJECT      0x06020000u
+#define SDO_NOT_MAPPABLE   0x06040041u
+#define SDO_PDO_LENGTH     0x06040042u
+#define SDO_LENGTH         0x06070010u
+#define SDO_TOO_LONG       0x06070012u
+#define SDO_TOO_SHORT      0x06070013u
+#define SDO_NO_SUBINDEX    0x06090011u
+#define SDO_VALUE          0x06090030u
+#define SDO_VALUE_TOO_HIGH 0x06090031u
+#define SDO_VALUE_TOO_LOW  0x06090032u
+#define SDO_NOT_STORED     0x08000020u
+#define SDO_DEVICE_STATE   0x08000022u
+
+/* ---- canopen_frame.c ---- */
+void canopen_send(struct canopen *c, uint32_t id, const uint8_t *data, uint32_t count);
+void canopen_put(uint8_t *bytes, uint32_t value, uint32_t count); /* the least significant byte first */
+uint32_t canopen_get(const uint8_t *bytes, uint32_t count);
+uint32_t canopen_now_ms(const struct canopen *c);
+uint32_t canopen_bytes(enum object_type type);
+/* Two's complement of so many bits. */
+int32_t canopen_signed(uint32_t value, enum object_type type);
+/* The drive's value that stands there. */
+struct object_place canopen_place(uint32_t index, uint32_t subindex);
+
+/* ---- canopen_emergency.c ---- */
+void canopen_emergency(struct canopen *c, uint32_t code, uint32_t detail);
+/* Tells of faults, and that they have been cleared. */
+void canopen_watch_faults(struct canopen *c);
+void canopen_forget_errors(struct canopen *c);
+
+/* ---- canopen_map.c: what a master may set of a PDO; 0, or why not ---- */
+uint32_t canopen_pdo_id(const struct canopen_pdo *p, uint32_t id);
+uint32_t canopen_pdo_type(const struct canopen_pdo *p, uint32_t type, bool receives);
+uint32_t canopen_pdo_entry(const struct canopen_pdo *p, uint32_t entry, bool receives);
+uint32_t canopen_pdo_count(const struct canopen_pdo *p, uint32_t count);
+void canopen_pdo_defaults(struct canopen *c);
+
+/* ---- canopen_pdo.c ---- */
+/* True if the frame was one. */
+bool canopen_pdo_take(struct canopen *c, const struct can_frame *f);
+void canopen_pdo_sync(struct canopen *c);
+/* Those that are due by themselves. */
+void canopen_pdo_step(struct canopen *c);
+/* Operational again: as if none had been sent. */
+void canopen_pdo_begin(struct canopen *c);
+
+/* ---- canopen_dictionary.c: 0, or the abort code ---- */
+struct canopen_value {
+    enum object_type type;
+    uint32_t value;
+    const char *text; /* in its place, not NULL: a string */
+};
+uint32_t canopen_read(struct canopen *c, uint32_t index, uint32_t subindex, struct canopen_value *v);
+/* Whether it can be written, and of which type it is. */
+uint32_t canopen_writable(struct canopen *c, uint32_t index, uint32_t subindex, enum object_type *type);
+uint32_t canopen_write(struct canopen *c, uint32_t index, uint32_t subindex, uint32_t value);
+
+/* ---- canopen_sdo.c ---- */
+void canopen_sdo_take(struct canopen *c, const struct can_frame *f);
+
+/* ---- canopen_nmt.c ---- */
+/* Communication as after power-on; then the boot-up message. */
+void canopen_nmt_reset(struct canopen *c);
+void canopen_nmt_take(struct canopen *c, const struct can_frame *f);
+/* Heartbeats, both ways; and whether the master is there. */
+void canopen_nmt_hear(struct canopen *c, const struct can_frame *f);
+void canopen_nmt_step(struct canopen *c);
+
+#endif

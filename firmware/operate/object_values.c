@@ -1,0 +1,251 @@
+/* SPDX-License-Identifier: MIT */
+#include "firmware/operate/object_values.h"
+
+#include "firmware/drive/nvm.h"
+#include "firmware/drive/reaction.h"
+#include "firmware/operate/quantities.h"
+#include "firmware/settings/config.h"
+#include "firmware/settings/features.h"
+#include "lib/q15.h"
+
+#define PRODUCT     0x6D666F63u
+#define DRIVE_MODES (0x30Cu | (FEATURE_IN(POSITION) ? 0xA1u : 0u)) /* pv, tq, csv, cst; pp, hm, csp */
+#define NO_SOURCE   UINT32_MAX
+
+/* ---- places ---- */
+
+enum { RO, RW };
+
+/* clang-format off */
+#define OBJECT_INDEX(at, index) ((index) == 0 ? OBJECTS_INDEX + (at) : (uint32_t)(index) >> 8)
+#define OBJECT_ROW(at, index, type, access, name, unit, what, value) \
+    {at, OBJECT_INDEX(at, index), (index) & 0xFF, OBJECT_TYPE_##type, access == RW},
+const struct object_row objects[OBJECT_COUNT] = {
+    OBJECTS(OBJECT_ROW)
+};
+/* clang-format on */
+
+enum object_type object_type(const struct object_place *p)
+{
+    return p->kind == PLACE_OBJECT  ? (enum object_type)objects[p->number].type
+           : p->kind == PLACE_PARAM ? OBJECT_TYPE_I32
+                                    : OBJECT_TYPE_U16;
+}
+
+bool object_is_writable(const struct object_place *p)
+{
+    return p->kind != PLACE_OBJECT || objects[p->number].writable;
+}
+
+/* ---- reading ---- */
+
+static int32_t per_mille_of_rated(const struct axis *a, int32_t q15)
+{
+    const int64_t per_mille = (int64_t)quantity_milliamp(a, q15) * 1000 / a->params.i_rated_ma;
+    return (int32_t)q15_clamp((int32_t)(per_mille > INT16_MAX ? INT16_MAX : per_mille), INT16_MIN, INT16_MAX);
+}
+
+/* "1.2.3" as 0x00010203. */
+static uint32_t revision(void)
+{
+    uint32_t number = 0;
+    uint32_t part = 0;
+    for (const char *c = CONFIG_VERSION; *c != '\0'; c++) {
+        if (*c == '.') {
+            number = (number | part) << 8;
+            part = 0;
+        } else {
+            part = part * 10u + (uint32_t)(*c - '0');
+        }
+    }
+    return number | part;
+}
+
+/* In the unit of the table; 32 bits of it. */
+static uint32_t object_value(const struct object_view *v, uint32_t object)
+{
+    const struct axis *const axis = v->axis;
+    const struct cia402 *const cia402 = v->cia402;
+    const struct drive_status *const now = &v->now;
+    const struct fault_snapshot *const past = &axis->faults.snapshot;
+    const struct object_writable *const w = &v->writable;
+    /* clang-format off */
+    switch ((enum object_id)object) {
+#define OBJECT_VALUE(at, index, type, access, name, unit, what, value) \
+    case OBJECT_##name: \
+        return (uint32_t)(value);
+        OBJECTS(OBJECT_VALUE)
+    default:
+        return 0;
+    }
+    /* clang-format on */
+}
+
+struct object_view object_view(const struct bus_drive *d)
+{
+    return (struct object_view){d->axis,
+                                &d->cia402,
+                                drive_status(d->axis),
+                                {.setpoints = d->cia402.setpoints, .source = d->axis->tuning.angle_source}};
+}
+
+uint32_t object_get(const struct object_view *v, const struct object_place *p)
+{
+    if (p->kind == PLACE_PARAM) {
+        return (uint32_t)param_get(&v->axis->params, &param_table[p->number]);
+    }
+    return p->kind == PLACE_REACTION ? v->axis->reactions.choice[p->number] : object_value(v, p->number);
+}
+
+/* ---- writing ---- */
+
+void object_begin(struct object_change *c, const struct bus_drive *d)
+{
+    *c = (struct object_change){.params = d->axis->params,
+                                .writable = {.setpoints = d->cia402.setpoints, .source = NO_SOURCE}};
+    for (uint32_t fault = 0; fault < FAULT_COUNT; fault++) {
+        c->choice[fault] = d->axis->reactions.choice[fault];
+    }
+}
+
+static enum object_refusal change_param(struct object_change *c, uint32_t number, int32_t value)
+{
+    const struct param_info *const info = &param_table[number];
+    if (value < info->min || value > info->max) {
+        return value < info->min ? OBJECT_TOO_LOW : OBJECT_TOO_HIGH;
+    }
+    c->absent = c->absent.error != ERROR_NONE ? c->absent : features_allow(info, value);
+    param_set(&c->params, info, value);
+    c->params_changed++;
+    return OBJECT_FINE;
+}
+
+static enum object_refusal change_choice(struct object_change *c, uint32_t fault, int32_t choice)
+{
+    if (fault_choice_is_absent((enum fault)fault, (enum reaction)choice)) {
+        c->absent = feature_absent(FEATURE_SENSORLESS);
+        return OBJECT_FINE; /* refused as a whole, with that reason */
+    }
+    if (choice < 0 || choice >= REACTION_COUNT || ((fault_class((enum fault)fault)->allowed >> choice) & 1u) == 0u) {
+        return OBJECT_BAD_VALUE;
+    }
+    c->choice[fault] = (uint8_t)choice;
+    c->choices_changed++;
+    return OBJECT_FINE;
+}
+
+static void set_object(struct object_writable *w, uint32_t object, int32_t value)
+{
+    /* clang-format off */
+    switch ((enum object_id)object) {
+#define WRITE_RO(name, place)
+#define WRITE_RW(name, place) \
+    case OBJECT_##name: \
+        place = (__typeof__(place))value; \
+        break;
+#define OBJECT_WRITE(at, index, type, access, name, unit, what, value) WRITE_##access(name, value)
+        OBJECTS(OBJECT_WRITE)
+    default:
+        break;
+    }
+    /* clang-format on */
+}
+
+/* Actions that must not happen by accident need a code word. */
+static enum object_refusal change_object(struct object_change *c, uint32_t object, int32_t value)
+{
+    const struct object_writable *const w = &c->writable;
+    set_object(&c->writable, object, value);
+    if (object <= OBJECT_homing_method) {
+        c->setpoints |= 1u << object;
+    }
+    if ((object == OBJECT_store && w->store != OBJECTS_SAVE) ||
+        (object == OBJECT_restore && w->restore != OBJECTS_LOAD)) {
+        return OBJECT_NO_CODE_WORD;
+    }
+    return object == OBJECT_angle_source && w->source > PARAM_ANGLE_HALL ? OBJECT_BAD_VALUE : OBJECT_FINE;
+}
+
+enum object_refusal object_change(struct object_change *c, const struct object_place *p, int32_t value)
+{
+    if (p->kind == PLACE_PARAM) {
+        return change_param(c, p->number, value);
+    }
+    return p->kind == PLACE_REACTION ? change_choice(c, p->number, value) : change_object(c, p->number, value);
+}
+
+/*
+ * Checks several parameters as switching on would; a single one, as on the console, only against its range. Not inline: its
+ * tuning would stand on the stack while settings are stored.
+ */
+static __attribute__((noinline)) bool go_together(const struct object_change *c, const struct axis *a)
+{
+    if (c->params_changed < 2u) {
+        return true;
+    }
+    struct tuning unused = a->tuning;
+    return tuning_compute(&c->params, &unused).error == ERROR_NONE && tuning_check_emf(&c->params).error == ERROR_NONE;
+}
+
+static enum object_refusal judge_change(const struct object_change *c, const struct axis *a)
+{
+    if (c->setpoints != 0u && !cia402_allows(&c->writable.setpoints, &c->params)) {
+        return OBJECT_BAD_VALUE;
+    }
+    if (c->params_changed + c->choices_changed > 0u && !drive_is_off(a)) {
+        return OBJECT_BAD_STATE;
+    }
+    return go_together(c, a) ? OBJECT_FINE : OBJECT_BAD_VALUE;
+}
+
+static bool store_settings(struct bus_drive *d)
+{
+    struct saved unused;
+    d->cia402.refusal =
+        FEATURE_IN(SETTINGS) ? drive_save(d->axis, d->slots, &unused) : feature_absent(FEATURE_SETTINGS);
+    return d->cia402.refusal.error == ERROR_NONE;
+}
+
+/* These change nothing if refused; no request combines them with parameters. The drive's `refusal` says why a source was. */
+static enum object_refusal carry_out_actions(struct bus_drive *d, const struct object_writable *w)
+{
+    const bool refused = (w->restore != 0u && drive_defaults(d->axis).error != ERROR_NONE) ||
+                         (w->store != 0u && !store_settings(d)) ||
+                         (w->source != NO_SOURCE && !cia402_change_source(&d->cia402, d->axis, w->source));
+    return refused ? OBJECT_BAD_STATE : OBJECT_FINE;
+}
+
+static void adopt_setpoints(struct bus_drive *d, const struct object_change *c)
+{
+    const uint32_t not_targets = 1u << OBJECT_control_word | 1u << OBJECT_homing_method;
+    cia402_accept(&d->cia402, &c->writable.setpoints, (c->setpoints & 1u << OBJECT_control_word) != 0u,
+                  (c->setpoints & ~not_targets) != 0u);
+}
+
+static void adopt_change(struct bus_drive *d, const struct object_change *c)
+{
+    if (c->params_changed > 0u) {
+        d->axis->params = c->params;
+    }
+    for (uint32_t fault = 0; c->choices_changed > 0u && fault < FAULT_COUNT; fault++) {
+        d->axis->reactions.choice[fault] = c->choice[fault];
+    }
+    adopt_setpoints(d, c);
+}
+
+enum object_refusal object_commit(struct object_change *c, struct bus_drive *d)
+{
+    enum object_refusal wrong = OBJECT_FINE;
+    if (c->absent.error != ERROR_NONE) {
+        d->cia402.refusal = c->absent;
+        return OBJECT_BAD_VALUE;
+    }
+    wrong = judge_change(c, d->axis);
+    if (wrong == OBJECT_FINE) {
+        wrong = carry_out_actions(d, &c->writable);
+    }
+    if (wrong == OBJECT_FINE) {
+        adopt_change(d, c);
+    }
+    return wrong;
+}

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""The driver at the controller's model: errors, bus-off, a cut cable, a neighbour that talks all the time, the line's own time."""
+import re
+
+import pytest
+from launcher import simulate
+from launcher.qemu import CAN_DESIGN
+
+EXACT = {"plant": "ideal", "spread": 0, "aligned": True}
+UPLOAD = "605#4000100000000000"  # of object 0x1000
+
+
+def play(tmp_path, steps, end_s, *typed):
+    lines = ("set can_node 5", *typed)
+    plan = {"title": "CAN", "preamble_s": 0.05, "end_s": end_s,
+            "step": [*({"t_s": 0.1 + 0.01 * n, "console": line} for n, line in enumerate(reversed(lines))), *steps]}
+    result = simulate(plan, out_dir=tmp_path, **EXACT)
+    log = [(int(ns) * 1e-9, what, *rest) for ns, what, *rest in map(str.split, (tmp_path / "can.txt").read_text().splitlines())]
+    return result, log
+
+
+def event(t_s, kind, argument):
+    return {"t_s": round(t_s, 7), "event": kind, "args": [argument]}
+
+
+def can(t_s, frame):
+    return event(t_s, "can", frame)
+
+
+def told(log, *whats):
+    return [line for line in log if line[1] in whats]
+
+
+def test_it_tries_until_somebody_is_there(tmp_path):
+    _, log = play(tmp_path, [can(0.2, "081#")], 0.3)
+    assert [line[1:] for line in told(log, "unheard", "tx")][:2] == [("unheard", "705", "00"), ("tx", "705", "00")]
+    assert not told(log, "off"), "alone it goes no further than error passive"
+
+
+REST = [pytest.param(kbit, marks=pytest.mark.rest) for kbit in (50, 125, 250, 500)]
+
+
+@pytest.mark.parametrize("kbit", (20, 800, 1000, *REST))
+def test_a_frame_takes_its_bits(kbit, tmp_path):
+    """An answer of eight bytes: 111 bits and up to 24 stuffed, and at most 1.5 ms of the thread's between question and answer."""
+    _, log = play(tmp_path, [can(0.2, "081#"), can(0.25, UPLOAD)], 0.3, f"set can_kbit {kbit}")
+    asked, answer = (next(line for line in log if line[1] == what and line[2] == identifier)
+                     for what, identifier in (("rx", "605"), ("tx", "585")))
+    assert answer[3] == "4300100092010200"
+    frame_s = (answer[0] - asked[0])
+    assert 111e3 / kbit * 1e-6 < frame_s < 135e3 / kbit * 1e-6 + 1.5e-3
+    assert 0.25 + 100e3 / kbit * 1e-6 < asked[0] < 0.25 + 135e3 / kbit * 1e-6
+
+
+def test_a_broken_frame_comes_again_and_only_once(tmp_path):
+    steps = [can(0.2, "081#"), event(0.22, "can_break", "3"), can(0.25, UPLOAD)]
+    _, log = play(tmp_path, steps, 0.3)
+    answers = [line[1] for line in log if line[2:3] == ("585",)]
+    assert answers == ["broken"] * 3 + ["tx"] and not told(log, "off")
+
+
+@pytest.mark.parametrize("recovers", (0, 1))
+def test_bus_off_ends_by_itself_only_if_it_shall(recovers, tmp_path):
+    steps = [can(0.2, "081#"), event(0.22, "can_break", "32"), can(0.25, UPLOAD)]
+    _, log = play(tmp_path, steps, 0.4, f"set can_recover {recovers}")
+    answers = [line[1] for line in log if line[2:3] == ("585",)]
+    off_s = told(log, "off")[0][0]
+    broken = answers.count("broken")
+    assert answers[:broken] == ["broken"] * broken and broken >= 16  # alone at first, it has 128 errors already, of 256
+    if recovers:
+        assert told(log, "on")[0][0] - off_s == pytest.approx(128 * 11 * 2e-6, rel=0.01) and answers[broken:] == ["tx"]
+        assert any(line[1:3] == ("tx", "085") and line[3].startswith("4081") for line in log), "EMCY 8140"
+    else:
+        assert not told(log, "on") and answers[broken:] == []
+
+
+def test_by_hand_it_comes_back_when_a_parameter_is_set(tmp_path):
+    steps = [can(0.2, "081#"), event(0.22, "can_break", "32"), can(0.25, UPLOAD),
+             {"t_s": 0.3, "console": "set can_recover 1"}, can(0.35, UPLOAD)]
+    _, log = play(tmp_path, steps, 0.4, "set can_recover 0")
+    assert [line[0] > 0.35 for line in log if line[1:3] == ("tx", "585")] == [True]
+
+
+def test_a_burst_comes_in_order_and_none_is_lost(tmp_path):
+    """24 writes back to back at 1 Mbit/s, each 0x6060 or 0x6098: answered in the order in which they were asked."""
+    asked = [f"605#{'2f' if n % 3 else '40'}{'6060' if n % 2 else '9860'}00{3 if n % 2 else 0x22:02x}000000" for n in range(24)]
+    _, log = play(tmp_path, [can(0.2, "081#"), *(can(0.25, frame) for frame in asked)], 0.3, "set can_kbit 1000")
+    answers = [line[3] for line in log if line[1:3] == ("tx", "585")]
+    assert [(answer[:2] == "60", answer[2:6]) for answer in answers] == [
+        (frame[4:6] == "2f", frame[6:10]) for frame in asked]
+
+
+MASTER = [can(0.2, "081#"), *(can(0.25 + 0.01 * n, f"605#2b406000{word:02x}000000") for n, word in enumerate((6, 7, 15))),
+          can(0.24, "605#23ff6000e8030000")]
+
+
+def operating(more, end_s):
+    start = [can(0.21, "000#0105"), *MASTER]
+    return start + more, end_s
+
+
+def test_a_cut_cable_is_a_lost_master_and_a_controlled_stop(tmp_path):
+    beats = [can(0.22, "605#2316100164007f00"), *(can(0.23 + 0.05 * n, "77f#05") for n in range(24))]
+    steps, end_s = operating([*beats, event(1.2, "can_cut", "1")], 2.0)
+    result, log = play(tmp_path, steps, end_s)
+    trace = result.trace
+    before = trace["speed_rad_s"][trace["t_s"] < 1.2][-1] * 60 / 6.2832
+    assert before == pytest.approx(1000, rel=0.02)
+    assert "fault: master lost" in result.console or re.search(r"master lost", result.console)
+    assert abs(trace["speed_rad_s"][-1]) * 60 / 6.2832 < 30 and not told(log, "off")
+
+
+@pytest.mark.parametrize("frame", ("001#", "7ff#ffffffffffffffff"))
+def test_a_babbling_neighbour_changes_nothing(frame, tmp_path):
+    """The bus is full for a quarter of a second while the motor turns: it turns on, and answers what is meant for it."""
+    babble = [can(0.8 + 0.0002 * n, frame) for n in range(1200)]
+    steps, end_s = operating([*babble, can(0.9, UPLOAD)], 1.2)
+    result, log = play(tmp_path, steps, end_s)
+    trace = result.trace
+    steady = trace["speed_rad_s"][trace["t_s"] > 0.75] * 60 / 6.2832
+    assert not trace["fault"].any() and steady.min() > 980 and steady.max() < 1020
+    assert [line for line in log if line[1:3] == ("tx", "585") and line[0] > 0.9]
+
+
+def test_the_design_leaves_the_controller_out_of_reset():
+    assert int(CAN_DESIGN["design 0x48"], 16) >> 13 & 1 == 0
