@@ -12,7 +12,9 @@
  *
  * The magnets' axis is the one they were pulled along, as long as it is magnets that pull. If one inductance is twice the
  * other, reluctance may turn the magnets away; then the axis of the smaller one is taken, as in every machine whose magnets
- * lie across the path of the q flux. Such a rotor is not held, since the current would turn it; it is measured at rest.
+ * lie across the path of the q flux. Such a rotor is not held, since the current would turn it; it is measured at rest. It may
+ * have crept on since the axes were found, from one slot to the next; so both waves' responses across are taken, too, and the
+ * inductances are those of the axes that these tell.
  */
 #include "firmware/commission/identify_parts.h"
 #include "firmware/settings/config.h"
@@ -86,14 +88,14 @@ bool identify_measure_axes(struct identify *d, const struct measure_io *io)
     return d->phase == IDENTIFY_PASSES;
 }
 
-/* Alternates d and q, and the halves. */
+/* Alternates d and q; the halves are one after the other, so that a rotor that moves meanwhile shows. */
 bool identify_measure_inductance(struct identify *d, const struct measure_io *io)
 {
     struct identify_inductance *const m = &d->work.inductance;
     if (!settle(d, io->loop, !d->reluctant)) {
         return false;
     }
-    const uint32_t axis = m->bursts % 2u, half = m->bursts / 2u % 2u;
+    const uint32_t axis = m->bursts % 2u, half = m->bursts / BURSTS_AXIS;
     identify_play(d, io, PULLED_Q32, d->axis_q32 + axis * QUARTER_Q32);
     burst_add(&m->sums[axis][half], &d->burst, io->loop->vbus_q15);
     m->bursts++;
@@ -167,11 +169,57 @@ void identify_know_inductance(struct identify *d, enum identify_quantity what, c
     identify_know(d, what, mean, identify_interval(apart >> 1, gains, others));
 }
 
+/*
+ * What a half's waves saw: along[] by themselves, nH. A response across, uq / ud of that along, makes the inverse inductances a
+ * matrix [1 / l0, c; c, 1 / l1]. Times l0 l1: mean +- difference on its diagonal, cross beside it.
+ */
+struct seen {
+    int64_t along[2], difference, cross, size; /* size: of difference and cross together */
+};
+
+static struct seen look(const struct identify *d, uint32_t half)
+{
+    const struct burst_sums *const p = &d->work.inductance.sums[0][half], *const q = &d->work.inductance.sums[1][half];
+    struct seen s = {.along = {identify_inductance_nh(d, p), identify_inductance_nh(d, q)}};
+    if (s.along[0] != 0 && s.along[1] != 0) { /* so there is a response along */
+        s.difference = (s.along[1] - s.along[0]) / 2;
+        s.cross = (identify_scaled(s.along[1], p->uq, p->ud) - identify_scaled(s.along[0], q->uq, q->ud)) / 2;
+        s.size = identify_root(s.difference * s.difference + s.cross * s.cross);
+    }
+    return s;
+}
+
+/* Twice the angle between the axes that two halves saw has a sine of a fifth or more. */
+static bool axes_moved(const struct seen *a, const struct seen *b)
+{
+    const int64_t along = identify_scaled(a->difference, b->cross, b->size),
+                  across = identify_scaled(a->cross, b->difference, b->size);
+    return identify_size(along - across) * 5 > a->size;
+}
+
+/* Along the axes of a rotor that nothing holds: the smaller one first. */
+static void turn_to_axes(struct seen *s)
+{
+    const int64_t mean = (s->along[0] + s->along[1]) / 2, l0 = s->along[0], l1 = s->along[1];
+    if (s->size != 0 && s->size < mean) {
+        s->along[0] = identify_scaled(l0, l1, mean + s->size);
+        s->along[1] = identify_scaled(l0, l1, mean - s->size);
+    }
+}
+
 enum identify_reason identify_think_inductance(struct identify *d)
 {
+    struct seen of[] = {look(d, 0), look(d, 1)};
+    if (d->reluctant) {
+        if (of[0].size != 0 && of[1].size != 0 && axes_moved(&of[0], &of[1])) {
+            identify_refuse(d, IDENTIFY_LD, IDENTIFY_LQ, IDENTIFY_SCATTER);
+            return IDENTIFY_NO_REASON;
+        }
+        turn_to_axes(&of[0]);
+        turn_to_axes(&of[1]);
+    }
     for (int32_t axis = 0; axis < 2; axis++) {
-        const struct burst_sums *const of = d->work.inductance.sums[axis];
-        const int64_t halves[] = {identify_inductance_nh(d, &of[0]), identify_inductance_nh(d, &of[1])};
+        const int64_t halves[] = {of[0].along[axis], of[1].along[axis]};
         const int64_t free_nh = d->reluctant ? identify_permille((halves[0] + halves[1]) / 2, FREE_PERMILLE) : 0;
         identify_know_inductance(d, axis == 0 ? IDENTIFY_LD : IDENTIFY_LQ, halves, free_nh);
     }

@@ -21,8 +21,9 @@
 #define REST_MS   120u
 #define MEAN_MS   10u
 
-/* Shorted windings brake a rotor that swung about the first current. */
-#define BRAKE_MS 400u
+/* Shorted windings brake a rotor that swung about the first current, until it has rested so long; and for how long at most. */
+#define BRAKE_MS      400u
+#define BRAKE_MOST_MS 4000u
 
 /* Of the levels, and of the ADC's steps in the smallest that is used. */
 #define FIRST_LEVEL 2
@@ -93,13 +94,23 @@ static void stand(struct identify *d, volatile struct current_loop *c)
     identify_enter(d, m->visit == 0u ? MOVES : STANDS);
 }
 
+/* A heavy rotor takes its time. Without an encoder nothing shows it. */
+static bool resistance_rests(struct identify *d)
+{
+    if (d->counts != d->work.resistance.from) {
+        d->work.resistance.from = d->counts;
+        identify_enter(d, d->phase);
+    }
+    return d->phase_ms >= BRAKE_MS || d->ms >= BRAKE_MOST_MS;
+}
+
 bool identify_measure_resistance(struct identify *d, const struct measure_io *io)
 {
     struct identify_resistance *const m = &d->work.resistance;
     volatile struct current_loop *const c = io->loop;
     if (d->reluctant) {
-        c->integral_d_q9 = 0;
-        return d->ms >= BRAKE_MS; /* each step of the current would turn it */
+        c->integral_d_q9 = 0; /* each step of the current would turn it */
+        return resistance_rests(d);
     }
     *(d->phase == MOVES ? &m->led : &m->drifted) += d->ms == 1u ? 0 : d->counts - m->from;
     m->from = d->counts;

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Identify's inductance: of a winding with next to no resistance, by halves that differ; and a burst leaves no trace."""
+import math
+
 import pytest
 
 from unit.identify_bench import begin, known, reason, thought
-from unit.test_unit_identify import BUS_STEPS, RATE_HZ, VBUS_Q15, inductances, play
+from unit.test_unit_identify import BUS_STEPS, I_RANGE_MA, LAG, LENGTH, RATE_HZ, VBUS_Q15, inductances, play
 
 VOLTS = VBUS_Q15 / 32768 * 57528 / 1000
 
@@ -44,6 +46,47 @@ def test_identify_inductance_whose_halves_differ_by_a_tenth_is_refused(c, begun,
                 play(c, begun, begun.work.inductance.sums[axis][half], 150e-6 * apart**half, 0.3, 1500, seed=n)
     thought(c, begun, "INDUCTANCE")
     assert reason(c, begun, "LD") == reason(c, begun, "LQ") == (c.IDENTIFY_SCATTER if refused else None)
+
+
+def salient(c, d, sums, axis, theta, ld_h, lq_h, r_ohm=0.5, volts=4.0):
+    """A burst along an axis that is `theta` behind the machine's, exactly: what flows along it and across."""
+    b = d.burst
+    b.hold, b.v_steps = 1, round(volts / VOLTS * BUS_STEPS)
+    turned = axis * math.pi / 2 - theta  # of the wave from the machine's d axis
+    decay = [math.exp(-r_ohm / inductance / RATE_HZ) for inductance in (ld_h, lq_h)]
+    amps = [0.0, 0.0]
+    for k in range(LAG + LENGTH + 1):
+        i_d = amps[0] * math.cos(turned) + amps[1] * math.sin(turned)
+        i_q = amps[1] * math.cos(turned) - amps[0] * math.sin(turned)
+        b.i_d_q15[k], b.i_q_q15[k] = (round(i / (I_RANGE_MA / 1000) * 32768) for i in (i_d, i_q))
+        u = c.burst_sign(b, k - LAG) * volts if k >= LAG else 0.0
+        along = (u * math.cos(turned), u * math.sin(turned))
+        amps = [e * i + (1 - e) / r_ohm * v for e, i, v in zip(decay, amps, along)]
+    c.burst_add(sums, b, VBUS_Q15)
+
+
+def free_rotor(c, d, thetas_deg, ld_h=400e-6, lq_h=1200e-6):
+    """LD and LQ of a rotor that nothing holds, at an angle for each half."""
+    d.reluctant = True
+    d.results[c.IDENTIFY_RESISTANCE].state, d.rough_mohm = c.IDENTIFY_UNKNOWN, 500
+    for half, theta_deg in enumerate(thetas_deg):
+        for axis in (0, 1):
+            for _ in range(8):
+                salient(c, d, d.work.inductance.sums[axis][half], axis, math.radians(theta_deg), ld_h, lq_h)
+    thought(c, d, "INDUCTANCE")
+
+
+@pytest.mark.parametrize("theta_deg", (0, 3, -10, 25, 45, -60, 90))
+def test_identify_inductance_of_a_rotor_that_crept_on_is_that_of_its_axes(c, begun, theta_deg):
+    free_rotor(c, begun, (theta_deg, theta_deg))
+    assert known(c, begun, "LD")[0] == pytest.approx(400e3, rel=0.02)
+    assert known(c, begun, "LQ")[0] == pytest.approx(1200e3, rel=0.04)
+
+
+@pytest.mark.parametrize("thetas_deg, moves", (((0, 3), False), ((20, 24), False), ((0, 9), True), ((50, 30), True)))
+def test_identify_inductance_of_a_rotor_that_moves_meanwhile_is_refused(c, begun, thetas_deg, moves):
+    free_rotor(c, begun, thetas_deg)
+    assert reason(c, begun, "LD") == reason(c, begun, "LQ") == (c.IDENTIFY_SCATTER if moves else None)
 
 
 def test_identify_burst_leaves_the_controllers_as_they_were(c, begun):
