@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The driver at the controller's model: errors, bus-off, a cut cable, a neighbour that talks all the time, the line's own time."""
+"""The driver at the controller's model: errors, bus-off, a cut cable, a neighbour that talks all the time, bit times."""
 import re
 
 import pytest
@@ -42,7 +42,7 @@ REST = [pytest.param(kbit, marks=pytest.mark.rest) for kbit in (50, 125, 250, 50
 
 @pytest.mark.parametrize("kbit", (20, 800, 1000, *REST))
 def test_a_frame_takes_its_bits(kbit, tmp_path):
-    """An answer of eight bytes: 111 bits and up to 24 stuffed, and at most 1.5 ms of the thread's between question and answer."""
+    """An answer of eight bytes: 111 bits and up to 24 stuffed; at most 1.5 ms of the thread's before it."""
     _, log = play(tmp_path, [can(0.2, "081#"), can(0.25, UPLOAD)], 0.3, f"set can_kbit {kbit}")
     asked, answer = (next(line for line in log if line[1] == what and line[2] == identifier)
                      for what, identifier in (("rx", "605"), ("tx", "585")))

@@ -134,7 +134,8 @@ def test_an_older_image_s_settings(tmp_path):
 
 OLDER = Path(__file__).parent / "older"  # its README says how the files were made
 CHANGED = re.compile(r"^(\w+) = (-?\d+) .*\(initially ", re.M)
-NEW = {"modbus_address": 1, "modbus_baud": 19200, "modbus_parity": 2, "can_node": 0, "can_kbit": 500, "can_recover": 0, "can_heartbeat_ms": 0, "friction_unm": 0, "hall_states": 513264,
+NEW = {"modbus_address": 1, "modbus_baud": 19200, "modbus_parity": 2,
+       "can_node": 0, "can_kbit": 500, "can_recover": 0, "can_heartbeat_ms": 0, "friction_unm": 0, "hall_states": 513264,
        **{f"hall_edge_{n + 1}_cdeg": 6000 * n for n in range(6)}, "injection_silent": 0}  # to both images: initial values
 
 
