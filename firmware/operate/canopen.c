@@ -72,7 +72,7 @@ void canopen_poll(struct canopen *c)
     }
     while (can_take(c->can, &f)) {
         take(c, &f); /* one that asks for a frame has CAN_REMOTE beside its identifier, and fits none */
-        cia402_poll(&c->drive.cia402, c->drive.axis);
+        cia402_poll(&c->drive.cia402, c->drive.axis); /* before the next word takes its place: edges are commands */
     }
     cia402_poll(&c->drive.cia402, c->drive.axis);
     canopen_watch_faults(c);

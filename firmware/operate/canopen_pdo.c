@@ -40,9 +40,7 @@ static void act_on(struct canopen *c, const struct canopen_pdo *p)
         }
         at += bytes;
     }
-    if (object_commit(&change, &c->drive) == OBJECT_FINE) {
-        cia402_poll(&c->drive.cia402, c->drive.axis); /* before the next word takes its place: edges are commands */
-    }
+    (void)object_commit(&change, &c->drive); /* what is refused has changed nothing, and nobody waits for an answer */
 }
 
 static void receive(struct canopen *c, struct canopen_pdo *p, const struct can_frame *f)

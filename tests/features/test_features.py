@@ -20,7 +20,8 @@ ASKED = {  # console lines that need it
     "sensorless": ("set angle_source 1", "angle observer", "reaction encoder carry"),
     "injection": ("set injection_mv 1000",), "weakening": ("set overmodulation 50",),
     "position": ("pp 100", "hm index", "csp 5", "zero", "set home_turns 3"), "identify": ("identify", "identify show"),
-    "learn": ("learn cogging", "learn hall"), "modbus": ("set modbus_address 7",), "can": ("set can_node 7",), "scope": ("scope list", "stream 10 921600"),
+    "learn": ("learn cogging", "learn hall"), "modbus": ("set modbus_address 7",),
+    "can": ("set can_node 7",), "scope": ("scope list", "stream 10 921600"),
     "settings": ("save", "load")}
 SAMPLE = ("position", "modbus")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A drive on a CAN bus, and somebody who speaks CANopen to it: frames are made here, by the standard, and not by the firmware."""
+"""A drive on a CAN bus, and somebody who speaks CANopen to it: frames are made here, by the standard."""
 import ctypes
 import struct
 

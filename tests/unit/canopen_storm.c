@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * A million frames on the CAN bus of a drive that operates half of the time: noise, others' traffic, mutated requests, and
- * those that are right. Who judges knows by the standard which frame is meant for this node: any other changes nothing, and nothing is
- * sent for it; a request by SDO has one answer, and what is refused has changed nothing; process data changes set-points alone.
+ * those that are right. Who judges knows by the standard which frame is meant for this node: any other changes nothing, and
+ * nothing is sent for it; a request by SDO has one answer, and what is refused has changed nothing; process data changes
+ * set-points alone.
  *
  *     canopen_storm FRAMES SEED       prints the counts by name; what must not be is counted, too
  */

@@ -259,7 +259,7 @@ def test_the_thread_proves_to_the_fabric_that_it_lives_when_it_is_its_turn(devic
 
 def resting(system):
     """(idle, its clock, what its lines have heard), let go at 1 ms."""
-    clock, heard, idle = ctypes.c_uint32(1), [ctypes.c_uint32(0), ctypes.c_uint32(7)], system.structs["idle"]()
+    clock, heard, idle = ctypes.c_uint32(1), [ctypes.c_uint32(n) for n in (0, 7, 9)], system.structs["idle"]()
     idle.time_ms = ctypes.pointer(clock)
     for n, count in enumerate(heard):
         idle.heard[n] = ctypes.pointer(count)
@@ -280,7 +280,7 @@ def sleeping(system):
     hook.value = None
 
 
-@pytest.mark.parametrize("moves", ("clock", 0, 1))
+@pytest.mark.parametrize("moves", ("clock", 0, 1, 2))
 def test_idle_sleeps_until_there_is_something_new(system, device, sleeping, moves):
     """Interrupts that bring nothing, the current loop's, let the thread sleep on."""
     idle, clock, heard = resting(system)
