@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A fixed sample of motors by lot: the first twelve, never exchanged. Each works, or ends for a reason that is true of its
-plant, or stands in expected.toml with the cause."""
+plant, or stands in expected.toml with the cause. Default on all of them; the other cases of PART=lot on some."""
 import pytest
 
 from launcher.campaign import Case, run_case
