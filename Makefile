@@ -10,7 +10,7 @@ override BUILD := $(patsubst $(CURDIR)/%,%,$(BUILD))
 # Whatever else stands on the command line would be ignored in silence.
 VARIABLES = BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VERILATOR SCENARIO MOTOR SEED PLANT SPREAD DETUNE FABRIC \
     SENSORS ENVM CHIP MODBUS CAN PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
-    SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS JOBS SSHLOGIN ALL N FILES RUNGS KEEP_GOING LISTED \
+    SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS FROM JOBS SSHLOGIN ALL N FILES RUNGS KEEP_GOING LISTED \
     BUDGET REMEMBER V NO_INSTALL SOURCE_DATE_EPOCH
 GIVEN := $(foreach v,$(.VARIABLES),$(if $(filter command,$(firstword $(origin $v))),$v))
 UNKNOWN := $(firstword $(filter-out $(VARIABLES) MAKE%,$(GIVEN)))
@@ -307,6 +307,7 @@ help:
 	@echo '                     PART=identify     what the drive finds out about its motor, against the plant'
 	@echo '                     PART=identified   the default scenario by what it has found out, against nominal values'
 	@echo '                     PART=sensorless   without an encoder: starts, a rotor that turns already, a rotor lost on purpose'
+	@echo '                     PART=lot          motors by lot, five cases each: how many are wrong    [FROM=1 N=200]'
 	@echo '                     PART=saliency     by injection: lock at standstill, rated torque at standstill'
 	@echo '                     WHAT="swap_* locked" these cases of a part only'
 	@echo '                     CASE="start:teknic_m2310p/hoist20/45" one case of a part, with its trace (docs/campaign.md)'

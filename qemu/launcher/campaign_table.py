@@ -14,6 +14,7 @@ from .paths import REPO, shown
 
 EXCUSED = ("true reason", "not set up")  # of verdict.py
 EXPECTED = REPO / "tests" / "campaign" / "expected.toml"
+EXPECTED_PARTS = EXPECTED.with_name("expected_parts.toml")
 
 
 @dataclass
@@ -30,8 +31,8 @@ class Row:
     where: Case
 
 
-def load_expected(path=EXPECTED):
-    """{Case: cause} of the failures that are known. Each [[cause]] has a text and its cases."""
+def load_expected(path=EXPECTED, parse=parse_case):
+    """{case: cause} of the failures that are known. Each [[cause]] has a text and its cases."""
     try:
         with open(path, "rb") as file:
             raw = tomllib.load(file)
@@ -44,7 +45,7 @@ def load_expected(path=EXPECTED):
         if set(entry) != {"text", "cases"} or not entry["text"].strip():
             raise LauncherError(f"{shown(path)}: each [[cause]] has 'text' and 'cases'")
         for key in entry["cases"]:
-            case = parse_case(key)
+            case = parse(key)
             if case in expected:
                 raise LauncherError(f"{shown(path)}: {key} stands there twice")
             expected[case] = entry["text"]

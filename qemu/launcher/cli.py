@@ -141,6 +141,8 @@ def _add_campaign(commands):
                                    ("--what", "WHAT", "of a part, these cases only: quickstop/* slip60/*"),
                                    ("--angles", "ANGLES", "of PART=start, electrical degrees (default: docs/campaign.md)"),
                                    ("--loads", "LOADS", "of PART=start: free, hoist20, friction20, hoist50 ..."),
+                                   ("--from", "FROM", "of PART=lot: the first lot (default: 1)"),
+                                   ("--lots", "N", "of PART=lot: how many (default: 200)"),
                                    ("--jobs", "JOBS", "runs at a time (default: one a processor)"),
                                    ("--sshlogin", "SSHLOGIN", "machines to use, as GNU parallel takes them")):
         campaign.add_argument(option, default=os.environ.get(variable) or None, help=text)
@@ -259,16 +261,33 @@ def _part(options):
 
     if options.case:
         return report_case(parse(options.case), options.build, options.qemu, print)
+    if options.part == "lot":
+        return _lots(options)
     cases = plan_part(options.part, (options.motors or "").split(), vars(options))
     folder, outcomes = play(cases, options.build, options.qemu, _count(options.jobs, "JOBS"), options.sshlogin)
     return report_part(options.part, outcomes, folder.parent, print)
 
 
-def _count(text, what):
+def _lots(options):
+    from . import part_lot
+    from .campaign import play
+    from .campaign_table import EXPECTED_PARTS, load_expected
+    from .parts import parse
+    from .simulate import write
+
+    first = _count(getattr(options, "from"), "FROM", part_lot.LAST) or 1
+    cases = part_lot.plan(first, _count(options.lots, "N") or part_lot.COUNT)
+    folder, outcomes = play(cases, options.build, options.qemu, _count(options.jobs, "JOBS"), options.sshlogin)
+    page, status = part_lot.report(outcomes, {**load_expected(), **load_expected(EXPECTED_PARTS, parse)}, print)
+    write(folder.parent / "lot.md", page)
+    return status
+
+
+def _count(text, what, most=10000):
     if text is None:
         return None
-    if not text.isdigit() or not 1 <= int(text) <= 10000:
-        raise LauncherError(f"{what} '{text}' is not a whole number from 1 to 10000")
+    if not text.isdigit() or not 1 <= int(text) <= most:
+        raise LauncherError(f"{what} '{text}' is not a whole number from 1 to {most}")
     return int(text)
 
 

@@ -127,6 +127,12 @@ class Drive:
         count_deg = 360 * self.motor["electrical"]["pole_pairs"] / self.motor["encoder"]["counts_per_rev"]
         return {0: min(count_deg, 90.0), 1: 90.0, 2: 35.0}[int(self.motor["control"]["angle_source"])]
 
+    def heard_s(self, turn_s):
+        """By how much speed is known late at the earliest: one and a half of what the sensor of the angle tells apart."""
+        source, counts = self.motor["control"]["angle_source"], self.motor["encoder"]["counts_per_rev"]
+        steps = {0: counts, 2: 6 * self.motor["electrical"]["pole_pairs"]}.get(source, 0)
+        return 1.5 * turn_s / steps if steps else 0.0
+
     @property
     def swing_s(self):
         """1 / (resonance of the coupling, rad/s), or 0 where it is rigid."""
@@ -177,7 +183,8 @@ class Drive:
                    alignment, as planned: few starts take longer), settle_s (after a step or a ramp), steady_s (a window of
                    rest: a turn or more)
         sensor     sensed_deg (electrical, between what the sensor of the angle tells apart: a count; half a sector of Hall
-                   switches and 5 degrees; 90 without either, where a field leads), sensed_share (its sine)
+                   switches and 5 degrees; 90 without either, where a field leads), sensed_share (its sine),
+                   heard_s (by how much speed is known late at work_rpm: one and a half counts, or Hall sectors)
         shaft      swing_s (1 / resonance in rad/s of the coupling, or 0: a load step falls on the load first, and comes back)
         units      rad_s_per_rpm
         """
@@ -209,7 +216,8 @@ class Drive:
             "settle_s": max(0.2, SETTLE_TAUS * speed_tau_s), "steady_s": max(0.25, turn_time_s),
             "resistance_ohm": electrical["resistance_ohm"],
             "bus_energy_J": supply["bus_capacitance_f"] / 2 * (self._param_a("v_max_mv") ** 2 - supply["vbus_v"] ** 2),
-            "sensed_deg": self.sensed_deg, "sensed_share": math.sin(math.radians(self.sensed_deg)), "swing_s": self.swing_s,
+            "sensed_deg": self.sensed_deg, "sensed_share": math.sin(math.radians(self.sensed_deg)),
+            "heard_s": self.heard_s(turn_time_s), "swing_s": self.swing_s,
             "electrical_tau_s": electrical["lq_h"] / electrical["resistance_ohm"], "rad_s_per_rpm": RPM,
         }
 

@@ -62,14 +62,16 @@ def play_part_case(case, out_dir, build=None, qemu=None, **more):
 
 def run_part_case(case, folder, build=None, qemu=None):
     """Plays the case and leaves its file. A run that could not be made is a failure, too."""
+    from .verdict import NOT_SET_UP, judged_part
+
     outcome = {"part": case.part, "motor": case.motor, "what": case.what}
     with tempfile.TemporaryDirectory(prefix="mssfoc-") as scratch:
         try:
             result, verdict = play_part_case(case, scratch, build, qemu)
             outcome |= {"outcome": verdict.outcome, "passed": verdict.passed, "why": verdict.why, "figures": verdict.figures,
-                        "simulated_s": float(result.trace["t_s"][-1])}
+                        "simulated_s": float(result.trace["t_s"][-1]), **vars(judged_part(result, verdict))}
         except LauncherError as error:
             outcome |= {"outcome": "no run", "passed": False, "why": str(error).split("\n")[0], "figures": {},
-                        "simulated_s": None}
+                        "simulated_s": None, "word": NOT_SET_UP, "cause": str(error).split("\n")[0], "truth": ""}
     keep(case, outcome, folder)
     return outcome

@@ -17,7 +17,10 @@ from .rules import RPM
 from .spread import drawn
 
 WORKS, TRUE, WRONG, NOT_SET_UP = "works", "true reason", "wrong", "not set up"
-LOADED = ("default",)   # scenarios with rated load at work_rpm
+# scenario -> the most that it asks of the machine at once: share of rated torque, name of the speed
+ASKS = {"default": (1.0, "work_rpm"), "sensorless": (1.0, "work_rpm"), "power_limit": (1.0, "work_rpm"),
+        "low_speed": (0.5, "slow_rpm"), "reversal_under_load": (0.6, "mid_rpm"), "position": (0.5, "slow_rpm"),
+        "high_speed": (0.0, "speed_max_rpm")}
 HALL_SHARE = 0.955      # of the torque, from sectors: the mean of a cosine over 60 degrees
 PERIOD_S, LOOP_S = 50e-6, 2e-3
 DEVIATION = 0.2         # of speed_max: deviation_pct
@@ -41,12 +44,12 @@ class Plant:
         self.motor, self.stage = (drawn(device, drive.seed, drive.spread) for device in (drive.motor, drive.inverter))
         self.names = drive.names()
 
-    def lacks(self):
-        """Why rated load at work_rpm is beyond the plant, or an empty text."""
+    def lacks(self, share=1.0, speed="work_rpm"):
+        """Why a share of rated load at a speed is beyond the plant, or an empty text."""
         rating, shaft, load = self.drive.motor["rating"], self.motor["mechanical"], self.motor["load"]
-        rpm, rated_nm = self.names["work_rpm"], rating["rated_torque_nm"]
+        rpm, loaded_nm = self.names[speed], share * rating["rated_torque_nm"]
         w = rpm * RPM
-        needs = rated_nm + shaft["friction_coulomb_nm"] + load["coulomb_nm"] + self.motor["iron"]["iron_hysteresis_nm"]
+        needs = loaded_nm + shaft["friction_coulomb_nm"] + load["coulomb_nm"] + self.motor["iron"]["iron_hysteresis_nm"]
         needs += w * (shaft["friction_viscous_nms"] + self.motor["iron"]["iron_eddy_nms"])
         supply, winding_c = self.stage["supply"], self.motor["thermal"]["ambient_c"] + WARM_K
         bus_v = supply["vbus_v"] - supply["supply_resistance_ohm"] * needs * w / supply["vbus_v"]
@@ -58,53 +61,53 @@ class Plant:
     def source(self):
         return self.drive.motor["control"]["angle_source"]
 
-    def step_is_too_fast(self):
-        """Rated load slows the shaft beyond the watched deviation before two periods of the speed loop are over."""
+    def step_is_too_fast(self, share=1.0, _speed=""):
+        """The load slows the shaft beyond the watched deviation before two periods of the speed loop are over."""
         inertia = self.motor["mechanical"]["inertia_kgm2"] * (1 + self.motor["load"]["inertia_ratio"])
-        falls = self.drive.motor["rating"]["rated_torque_nm"] / inertia * LOOP_S / RPM
+        falls = share * self.drive.motor["rating"]["rated_torque_nm"] / inertia * LOOP_S / RPM
         limit = DEVIATION * self.names["speed_max_rpm"]
-        return f"rated load takes {falls:.3g} rpm in 2 ms, {limit:.3g} are watched" if falls > limit else ""
+        return f"the load takes {falls:.3g} rpm in 2 ms, {limit:.3g} are watched" if falls > limit else ""
 
-    def sticks(self):
+    def sticks(self, *_):
         """What holds the rotor at rest is more than i_max turns."""
         shaft, load = self.motor["mechanical"], self.motor["load"]
         holds = shaft["friction_coulomb_nm"] + max(load["coulomb_nm"], load["stiction_nm"]) + shaft["cogging_nm"]
         turns = self.drive.torque_per_ampere * self.names["i_max_A"]
         return f"friction and cogging hold with {holds:.3g} N m, i_max turns {turns:.3g}" if holds > turns else ""
 
-    def sags(self):
+    def sags(self, *_):
         """The supply falls below v_min at rated power."""
         supply, rating = self.stage["supply"], self.drive.motor["rating"]
         amperes = rating["rated_torque_nm"] * self.names["work_rpm"] * RPM / supply["vbus_v"]
         left = supply["vbus_v"] - supply["supply_resistance_ohm"] * amperes
         return f"{left:.3g} V are left at rated load" if left < self.names["v_min_V"] else ""
 
-    def forgets_in_a_period(self):
+    def forgets_in_a_period(self, *_):
         """The winding's current decays within a PWM period."""
         e = self.motor["electrical"]
         tau_s = e["ld_h"] / e["resistance_ohm"]
         return f"L / R is {tau_s * 1e6:.3g} us" if tau_s < PERIOD_S else ""
 
-    def is_reluctant(self):
+    def is_reluctant(self, *_):
         """Reluctance outweighs the magnets."""
         e = self.motor["electrical"]
         lq_h = self.motor["control"]["lq_rest_h"] or e["lq_h"]
         turns_a = e["flux_wb"] / (lq_h - e["ld_h"]) if lq_h > e["ld_h"] else math.inf
         return f"psi / (L_q - L_d) is {turns_a:.3g} A" if self.names["i_max_A"] > 1.5 * turns_a else ""
 
-    def is_too_quick(self):
+    def is_too_quick(self, *_):
         """Over-speed is beyond the speeds that the firmware has."""
         hz = self.names["overspeed_rpm"] / 60 * self.names["pole_pairs"]
         return f"{hz:.4g} Hz electrical" if hz > LAST_HZ else ""
 
-    def is_not_resolved(self):
+    def is_not_resolved(self, *_):
         """A count of the encoder within a millisecond asks for more than ten times i_max at the bandwidth that is told."""
         count_rad_s = 2 * math.pi / self.names["encoder_counts"] * 1000
         asks = self.names["inertia_kgm2"] * 2 * math.pi * self.names["speed_bw_hz"] * count_rad_s
         has = 10 * self.names["i_max_A"] * self.drive.torque_per_ampere
         return f"a count asks for {asks:.3g} N m" if asks > has else ""
 
-    def charges_the_bus(self):
+    def charges_the_bus(self, *_):
         """The magnets at over-speed raise the bus beyond v_max."""
         w = self.names["overspeed_rpm"] * RPM * self.names["pole_pairs"]
         volts = math.sqrt(3) * self.motor["electrical"]["flux_wb"] * w
@@ -118,7 +121,7 @@ TRUTHS = {
     r"1187 Hz": Plant.is_too_quick,
     r"too much for encoder_counts|encoder_counts is too small": Plant.is_not_resolved,
     r"emf_beyond_v_max": Plant.charges_the_bus,
-    r"SPEED_DEVIATION": lambda plant: plant.step_is_too_fast() or plant.lacks(),
+    r"SPEED_DEVIATION": lambda plant, *asks: plant.step_is_too_fast(*asks) or plant.lacks(*asks),
     r"VOLTAGE_LIMIT|STALL|OUT_OF_STEP": Plant.lacks,
     r"LOAD_TOO_HIGH|LOAD$|BLOCKED": Plant.sticks,
     r"UNDERVOLTAGE": Plant.sags,
@@ -129,12 +132,31 @@ def judged(result):
     """The Judged of a Result."""
     if result.passed:
         return Judged(WORKS)
-    plant, said = Plant(result.drive), said_by(result)
+    asks, said = ASKS.get(result.scenario.key), said_by(result)
     if said:
-        truth = next((true(plant) for pattern, true in TRUTHS.items() if re.search(pattern, said)), "")
+        truth = truth_of(said, Plant(result.drive), asks)
         return Judged(TRUE if truth else WRONG, said, truth)
-    lacks = plant.lacks() if result.scenario.key in LOADED else ""
+    lacks = Plant(result.drive).lacks(*asks) if asks else ""
     return Judged(TRUE if lacks else WRONG, failed(result), lacks)
+
+
+def truth_of(said, plant, asks=None):
+    """What of the plant makes true what was said, or an empty text."""
+    true = next((true for pattern, true in TRUTHS.items() if said and re.search(pattern, said)), None)
+    return true(plant, *(asks or ())) if true else ""
+
+
+WORKING = ("operation", "runs", "known")  # outcomes of parts in which the drive did what was asked
+
+
+def judged_part(result, verdict):
+    """The Judged of a part's case: the part says whether it is as it should be, the plant whether a reason is true."""
+    if verdict.passed and verdict.outcome in WORKING:
+        return Judged(WORKS)
+    said = said_by(result)
+    truth = truth_of(said, Plant(result.drive), (0.0, "work_rpm"))
+    cause = "; ".join(text for text in (said or verdict.outcome, verdict.why) if text)
+    return Judged(TRUE if truth else WRONG, cause, truth)
 
 
 def said_by(result):

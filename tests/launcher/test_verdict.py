@@ -9,7 +9,8 @@ from launcher.campaign import Case
 from launcher.campaign_table import as_markdown, surprises
 from launcher.drive import load_drive
 from launcher.figures import Figure
-from launcher.verdict import NOT_SET_UP, TRUE, WORKS, WRONG, Plant, judged
+from launcher.part import Verdict
+from launcher.verdict import NOT_SET_UP, TRUE, WORKS, WRONG, Plant, judged, judged_part
 
 FAULTS = ("NONE", "SPEED_DEVIATION", "ENCODER_COUNTS", "LOAD_TOO_HIGH", "UNDERVOLTAGE")
 
@@ -43,6 +44,27 @@ def test_a_plant_that_lacks_the_torque_is_excused_where_it_is_asked_for():
     found = judged(run(weak))
     assert found.word == TRUE and "i_max gives" in found.truth
     assert judged(run(weak, key="idle")).word == WRONG
+
+
+def test_a_scenario_is_excused_for_what_it_asks_itself():
+    """Friction that leaves the half of rated torque but not all of it."""
+    weak = drive(load={"coulomb_nm": 0.17, "stiction_nm": 0.17})
+    assert judged(run(weak)).word == TRUE
+    assert judged(run(weak, key="low_speed")).word == WRONG and judged(run(weak, key="high_speed")).word == WRONG
+    assert judged(run(drive(load={"coulomb_nm": 0.5, "stiction_nm": 0.5}), key="low_speed")).word == TRUE
+
+
+def test_a_part_works_where_the_drive_did_what_was_asked():
+    plain = run(drive())
+    assert judged_part(plain, Verdict("operation")).word == WORKS
+    assert judged_part(plain, Verdict("misaligned", "offset 5 degrees")).word == WRONG
+    assert judged_part(plain, Verdict("misaligned", "offset 5 degrees")).cause == "misaligned; offset 5 degrees"
+
+
+def test_a_part_ends_for_a_reason_only_if_the_plant_has_it():
+    sticky = drive(load={"coulomb_nm": 0.3, "stiction_nm": 0.6})
+    assert judged_part(run(sticky, "LOAD_TOO_HIGH"), Verdict("LOAD_TOO_HIGH")).word == TRUE
+    assert judged_part(run(drive(), "LOAD_TOO_HIGH"), Verdict("LOAD_TOO_HIGH")).word == WRONG, "though the part allows it"
 
 
 @pytest.mark.parametrize("fault", FAULTS[1:])
