@@ -257,7 +257,7 @@ static void bound(struct hall *h, const struct reading *r, const struct tuning *
     s->clocks = age_clocks > s->clocks ? age_clocks : s->clocks;
 }
 
-/* At rest, any place in the sector is equally likely. */
+/* At rest, or at an unknown speed, any place in the sector is equally likely. */
 static void go_to_middle(const struct hall *h, volatile struct current_loop *c)
 {
     const uint32_t mask = cpu_irq_save();
@@ -265,6 +265,13 @@ static void go_to_middle(const struct hall *h, volatile struct current_loop *c)
     const int32_t off_q32 = (int32_t)(angle_q32 - h->sector[h->state].middle_q32);
     c->pll.angle_q32 = angle_q32 - (uint32_t)(off_q32 >> MIDDLE_SHIFT);
     cpu_irq_restore(mask);
+}
+
+/* No interval has told the speed, and nothing else says that it will leave the first half of its sector soon. */
+static bool speed_is_unknown(const struct hall *h, const struct tuning *t)
+{
+    const int64_t way_q32 = (int64_t)q15_abs(h->speed.speed_q32) * t->loops_per_slow * (1 << MIDDLE_SHIFT);
+    return h->speed.intervals == 0u && way_q32 < h->sector[h->state].half_q32;
 }
 
 /* At most half a turn from the angle the speed predicts. */
@@ -287,7 +294,7 @@ void hall_speed_step(struct hall *h, volatile struct current_loop *c, const stru
         measure_speed(h, &r, t);
     }
     bound(h, &r, t);
-    if (s->lost) {
+    if (s->lost || speed_is_unknown(h, t)) {
         go_to_middle(h, c);
     }
     c->pll.speed_q32 = s->speed_q32;

@@ -226,7 +226,7 @@ def test_what_torque_makes_of_the_speed_is_known_at_once(c):
     assert np.abs(late - true).max() > 3, "the edges alone tell it later"
 
 
-@pytest.mark.parametrize("before_deg, load_part, off_deg", ((15, 0, 5), (30, 0, 5), (45, 0, 5), (59, 0, 25),
+@pytest.mark.parametrize("before_deg, load_part, off_deg", ((15, 0, 12), (30, 0, 5), (45, 0, 5), (59, 0, 25),
                                                              (30, 0.5, 25)))
 def test_a_rotor_that_torque_takes_from_rest_has_a_speed_at_its_first_edge(c, before_deg, load_part, off_deg):
     """Of what torque and inertia make of the time, less what a load must have taken: the next sector is not lost."""
@@ -239,6 +239,16 @@ def test_a_rotor_that_torque_takes_from_rest_has_a_speed_at_its_first_edge(c, be
     next_ms = int((math.sqrt(hz * hz + 2 * hz_s * (1 - load_part) * 0.16) - hz) / (hz_s * (1 - load_part)) * 1000)
     off, _ = pushed(rotor, hz_s, -load_part * hz_s, next_ms, hz=hz)
     assert rotor.hall.count == 1 and np.abs(off).max() < off_deg, "with a speed of 0 it would be 57 degrees"
+
+
+@pytest.mark.parametrize("hz", (2, -2, 0.7))
+def test_a_rotor_that_something_else_moves_is_no_more_than_half_a_sector_away(c, hz):
+    """Its first edge tells no speed, and no torque explains one: it may be anywhere in the sector, not where it came in."""
+    rotor = Rotor(c, Switches(), start=0.15 if hz > 0 else 0.18)
+    edge_ms = int(0.017 / abs(hz) * 1000) + 1
+    rotor.turning(hz, edge_ms)
+    off, _ = rotor.turning(hz, int(0.16 / abs(hz) * 1000))
+    assert np.abs(off).max() < 36, "57 where it stays at the edge"
 
 
 @pytest.mark.parametrize("heavier, least, most", ((1, 0.05, 0.2), (60, 0, 0.02)))

@@ -45,7 +45,7 @@ def test_load_angle_is_within_reach_at_much_friction(c, friction, load):
 @pytest.mark.parametrize("load, saliency, least, most", ((0, 0.33, 0, 0.1), (0.3, 0, 0, 0.01), (0.1, 0.33, 0.7, 2.5),
                                                           (0.3, 0.33, 2.6, 12), (0.1, 0.1, 0, 0.7)))
 def test_load_angle_tells_how_far_a_wrong_saliency_moves_the_offset(c, load, saliency, least, most):
-    """Nothing without a load or without saliency; more than is allowed where a third of the pull is lost and much hangs on it."""
+    """Nothing without load or saliency; more than is allowed where a third of the pull is lost and much hangs on it."""
     def lead(torque, current):
         low, high = -math.pi / 3, math.pi / 3
         for _ in range(50):
