@@ -79,8 +79,8 @@ static enum alignment_result judge_north(struct alignment *a, volatile struct cu
  * Reluctance held the rotor: too near to 90 degrees nothing is told. What an encoder that does not count says of the axis is
  * whether the rotor has turned.
  */
-static enum alignment_result judge_reluctant(struct alignment *a, volatile struct current_loop *c, const struct tuning *t,
-                                             uint32_t angle_q32)
+static enum alignment_result judge_reluctant(struct alignment *a, volatile struct current_loop *c,
+                                             const struct tuning *t, uint32_t angle_q32)
 {
     const uint32_t offset_q32 = saliency_offset_q32(&a->axis);
     const bool apart = !saliency_seen(&a->axis) || apart_q32(offset_q32, a->first_offset_q32) > AXIS_APART_Q32;

@@ -20,7 +20,7 @@ enum stage {
     STAGE_SOLVE,
     STAGE_RELEASE, /* current ramps down to zero */
     STAGE_DROP,    /* the same, at once, and the rotor comes to rest */
-    STAGE_AXIS,    /* the magnets' axis, up to half a turn: after the passes, and of reluctance machines before the pull */
+    STAGE_AXIS, /* the magnets' axis, up to half a turn: after the passes, and of reluctance machines before the pull */
 };
 
 enum pass {

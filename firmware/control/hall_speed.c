@@ -4,18 +4,18 @@
 #include "firmware/settings/scale.h"
 #include "lib/q15.h"
 
-#define MEAN_CLOCKS  (20u * (BOARD_FABRIC_HZ / 1000u))  /* longest mean over more edges */
-#define LOST_CLOCKS  (250u * (BOARD_FABRIC_HZ / 1000u)) /* without an edge: at rest, long before the clock wraps */
-#define SPEED_MOST   (1 << 29)                          /* an eighth of a turn a sample: beyond any drive */
-#define PUSH_MOST_Q8 (1 << 30)
-#define SLOW_CLOCKS  (int64_t)(BOARD_FABRIC_HZ / 1000u)
-#define FIRST_SHIFT  1
-#define FIRST_CLOCKS (5u * (BOARD_FABRIC_HZ / 1000u))
-#define LOAD_SHIFT   2
-#define HALF_TURN    3u /* edges: each switch has changed once */
-#define WHOLE_TURN   6u
+#define MEAN_CLOCKS    (20u * (BOARD_FABRIC_HZ / 1000u))  /* longest mean over more edges */
+#define LOST_CLOCKS    (250u * (BOARD_FABRIC_HZ / 1000u)) /* without an edge: at rest, long before the clock wraps */
+#define SPEED_MOST     (1 << 29)                          /* an eighth of a turn a sample: beyond any drive */
+#define PUSH_MOST_Q8   (1 << 30)
+#define SLOW_CLOCKS    (int64_t)(BOARD_FABRIC_HZ / 1000u)
+#define FIRST_SHIFT    1
+#define FIRST_CLOCKS   (5u * (BOARD_FABRIC_HZ / 1000u))
+#define LOAD_SHIFT     2
+#define HALF_TURN      3u /* edges: each switch has changed once */
+#define WHOLE_TURN     6u
 #define MISPLACED_PART 12 /* of a sector: 5 degrees */
-#define MIDDLE_SHIFT 5 /* of the distance to the middle, per millisecond */
+#define MIDDLE_SHIFT   5  /* of the distance to the middle, per millisecond */
 
 /* A consistent snapshot of the interrupt's results. */
 struct reading {
@@ -77,9 +77,9 @@ static void integrate_push(struct hall *h, const struct tuning *t, int32_t torqu
 }
 
 /*
- * The first edge after rest: the rotor has turned by three quarters of a sector at most, as far as is known. If the torque alone
- * would have turned it further, the load has taken its share of speed and acceleration. Without this two sectors would pass with
- * a speed of 0.
+ * The first edge after rest: the rotor has turned by three quarters of a sector at most, as far as is known. If the torque
+ * alone would have turned it further, the load has taken its share of speed and acceleration. Without this two sectors would
+ * pass with a speed of 0.
  */
 static void leave_rest(struct hall_speed *s, int32_t most_q32, int32_t direction)
 {
@@ -123,10 +123,11 @@ static void mark_edges(struct hall_speed *s, const struct reading *r, int32_t mo
     }
 }
 
-/* Attributes an unexpected speed change per millisecond to the load. */
-static void attribute_to_load(struct hall_speed *s, int64_t change_q32)
+/* Attributes an unexpected speed change per millisecond to the load, which is four times the largest torque at most. */
+static void attribute_to_load(struct hall *h, int64_t change_q32)
 {
-    s->load_q8 = clamp_both_ways(s->load_q8 + change_q32 * 256, PUSH_MOST_Q8);
+    const int32_t most_q8 = scale_clamp((int64_t)h->push_most_q32 * (4 * 256), 1, PUSH_MOST_Q8);
+    h->speed.load_q8 = clamp_both_ways(h->speed.load_q8 + change_q32 * 256, most_q8);
 }
 
 /* ---- edges ---- */
@@ -154,14 +155,14 @@ static bool near_enough(const struct hall_speed *s, const struct reading *r, uin
  * The last edges show an unexpected speed. In a first interval, nothing was expected: a long one means that a load moved the
  * rotor from rest, a short one that it was turning at switch-on.
  */
-static void learn_load(struct hall_speed *s, int64_t clocks, int64_t unexpected_q32)
+static void learn_load(struct hall *h, int64_t clocks, int64_t unexpected_q32)
 {
-    const bool first = s->intervals == 1u;
+    const bool first = h->speed.intervals == 1u;
     if (first && clocks < FIRST_CLOCKS) {
         return;
     }
     const int64_t within = clocks < SLOW_CLOCKS ? SLOW_CLOCKS : clocks;
-    attribute_to_load(s, unexpected_q32 * SLOW_CLOCKS / within >> (first ? FIRST_SHIFT : LOAD_SHIFT));
+    attribute_to_load(h, unexpected_q32 * SLOW_CLOCKS / within >> (first ? FIRST_SHIFT : LOAD_SHIFT));
 }
 
 /*
@@ -180,7 +181,8 @@ static int64_t likely_change(const struct hall *h, uint32_t clocks, int64_t chan
 
 /*
  * What of a change is believed: a single sector may be wrong by a switch that is out of place, a load may change the speed by
- * half of what the largest torque does. Of a heavy shaft that is little, and its speed follows the edges slowly.
+ * half of what the largest torque does. Of a heavy shaft that is little, and its speed follows the edges slowly. The load is
+ * learned with the square of that share: a mean of speed and load would swing otherwise.
  */
 static int64_t believed(const struct hall *h, uint32_t n, uint32_t clocks, int64_t change_q32)
 {
@@ -210,7 +212,7 @@ static void measure_speed(struct hall *h, const struct reading *r, const struct 
     s->clocks = n == 1u ? 2u * clocks : clocks; /* one sector shows each misplaced switch */
     const int64_t rest_q32 = mean_speed(sector_travel(h, r->state, s->direction, n) - pushed, clocks, t);
     const int64_t change_q32 = believed(h, n, clocks, likely_change(h, clocks, rest_q32 - (int64_t)s->rest_q32));
-    learn_load(s, clocks, change_q32);
+    learn_load(h, clocks, believed(h, n, clocks, change_q32));
     s->rest_q32 += (uint64_t)change_q32;
 }
 
@@ -250,12 +252,12 @@ static void bound(struct hall *h, const struct reading *r, const struct tuning *
     s->lost = s->lost || age_clocks > LOST_CLOCKS;
     const int64_t speed_q32 = (int64_t)(s->rest_q32 + s->pushed_q32);
     s->speed_q32 = s->lost ? 0 : clamp_both_ways(speed_q32, clamp_both_ways(most_q32, SPEED_MOST));
-    attribute_to_load(s, (s->speed_q32 - speed_q32) / 4);
+    attribute_to_load(h, (s->speed_q32 - speed_q32) / 4);
     s->rest_q32 = (uint64_t)(int64_t)s->speed_q32 - s->pushed_q32;
     s->clocks = age_clocks > s->clocks ? age_clocks : s->clocks;
 }
 
-/* At rest, any place in the sector is equally likely. */
+/* At rest, or at an unknown speed, any place in the sector is equally likely. */
 static void go_to_middle(const struct hall *h, volatile struct current_loop *c)
 {
     const uint32_t mask = cpu_irq_save();
@@ -263,6 +265,13 @@ static void go_to_middle(const struct hall *h, volatile struct current_loop *c)
     const int32_t off_q32 = (int32_t)(angle_q32 - h->sector[h->state].middle_q32);
     c->pll.angle_q32 = angle_q32 - (uint32_t)(off_q32 >> MIDDLE_SHIFT);
     cpu_irq_restore(mask);
+}
+
+/* No interval has told the speed, and nothing else says that it will leave the first half of its sector soon. */
+static bool speed_is_unknown(const struct hall *h, const struct tuning *t)
+{
+    const int64_t way_q32 = (int64_t)q15_abs(h->speed.speed_q32) * t->loops_per_slow * (1 << MIDDLE_SHIFT);
+    return h->speed.intervals == 0u && way_q32 < h->sector[h->state].half_q32;
 }
 
 /* At most half a turn from the angle the speed predicts. */
@@ -285,7 +294,7 @@ void hall_speed_step(struct hall *h, volatile struct current_loop *c, const stru
         measure_speed(h, &r, t);
     }
     bound(h, &r, t);
-    if (s->lost) {
+    if (s->lost || speed_is_unknown(h, t)) {
         go_to_middle(h, c);
     }
     c->pll.speed_q32 = s->speed_q32;

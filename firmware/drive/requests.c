@@ -56,8 +56,9 @@ struct outcome drive_measured_forbids_on(const struct axis *a, const struct tuni
     if (thermal_winding_too_hot(&a->thermal) || thermal_inverter_too_hot(&a->thermal)) {
         return outcome_of(ERROR_TOO_HOT);
     }
-    /* Hall switches give a turning rotor's angle, too, and it is caught. */
-    const bool turns = q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4 && !rotor_has_hall(a);
+    /* Hall switches and observer catch a turning rotor. The speed may be that of the encoder which was used until now. */
+    const bool caught = t->angle_source != PARAM_ANGLE_ENCODER;
+    const bool turns = q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4 && !caught;
     return outcome_of(turns ? ERROR_TURNING : ERROR_NONE);
 }
 

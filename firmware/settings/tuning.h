@@ -145,8 +145,8 @@ struct tuning {
     struct tuning_align align[TUNING_ALIGN_LEVELS];
     int32_t align_speed_q32; /* electrical turns per millisecond: the fastest a field may pull the rotor */
     int32_t align_speed_ms;  /* over which the encoder measures that speed */
-    bool reluctant;         /* reluctance outweighs the magnets: it holds the rotor at the start and shows their axis */
-    bool shows_axis;        /* the magnets hold it, but an alternating voltage shows their axis better than a pull does */
+    bool reluctant;  /* reluctance outweighs the magnets: it holds the rotor at the start and shows their axis */
+    bool shows_axis; /* the magnets hold it, but an alternating voltage shows their axis better than a pull does */
     int32_t saliency_v_q15; /* that voltage, and the peak-to-peak current */
     int32_t saliency_i_q15;
 };

@@ -113,7 +113,8 @@ static struct tuning_align reluctant_level(const struct params *p, int64_t i_ma)
 static bool shows_axis(const struct params *p, const struct tuning *t)
 {
     const int64_t difference_uh = rest_difference_uh(p);
-    return difference_uh * 100 >= (int64_t)p->ld_uh * AXIS_LEAST_PERCENT && t->encoder_scale_q32 >> AXIS_COUNT_SHIFT == 0u &&
+    return difference_uh * 100 >= (int64_t)p->ld_uh * AXIS_LEAST_PERCENT &&
+           t->encoder_scale_q32 >> AXIS_COUNT_SHIFT == 0u &&
            difference_uh * p->i_max_ma * AXIS_PULL_PART >= p->flux_uwb * 1000LL;
 }
 

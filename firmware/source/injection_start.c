@@ -23,12 +23,12 @@
 #define SIGMAS_SQUARED   36
 #define LEAST_PART       64 /* of the responses: a smaller part may be something else */
 
-#define PUSH_FIRST_MS   1u
-#define PUSH_LAST_MS    64u
-#define PUSH_SETTLES    24u
-#define PUSH_LEAST_Q32  ((1LL << 31) / 15) /* 12 degrees between both ways; the tracked angle is right within 2 */
+#define PUSH_FIRST_MS  1u
+#define PUSH_LAST_MS   64u
+#define PUSH_SETTLES   24u
+#define PUSH_LEAST_Q32 ((1LL << 31) / 15) /* 12 degrees between both ways; the tracked angle is right within 2 */
 
-#define PUSH_FAR_Q32    0x20000000u /* 45 degrees: the next would be four times as far */
+#define PUSH_FAR_Q32 0x20000000u /* 45 degrees: the next would be four times as far */
 
 /* 4 LSB per degree: 229 per radian. */
 #define RADIAN_LEAST 230
@@ -250,7 +250,7 @@ static enum injection_result leave_push(struct axis *a)
     return s->told || apart_q32 != 0 ? INJECTION_DONE : INJECTION_POLARITY;
 }
 
-static enum injection_result push(struct axis *a)
+static enum injection_result push_north(struct axis *a)
 {
     struct injection_start *const s = &a->injection;
     const uint32_t window_ms = 2u * s->push_ms + PUSH_SETTLES;
@@ -264,7 +264,8 @@ static enum injection_result push(struct axis *a)
     if (window == PUSH_WINDOWS) {
         return leave_push(a);
     }
-    const int32_t i_q15 = (ms < s->push_ms) == (window != 1u) ? a->tuning.i_max_q15 / 3 * 2 : -a->tuning.i_max_q15 / 3 * 2;
+    const int32_t i_q15 =
+        (ms < s->push_ms) == (window != 1u) ? a->tuning.i_max_q15 / 3 * 2 : -a->tuning.i_max_q15 / 3 * 2;
     a->loop.i_q_ref_q15 = ms < 2u * s->push_ms ? i_q15 : 0;
     s->ms++;
     return INJECTION_RUNNING;
@@ -305,7 +306,7 @@ static enum injection_result step(struct axis *a)
         return rest(a);
     case STEP_PUSH:
     default:
-        return push(a);
+        return push_north(a);
     }
 }
 

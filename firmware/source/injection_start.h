@@ -10,10 +10,10 @@
  *              round: they saturate the bridges between rotor and magnets, and current along them relieves those (Lelli et
  *              al., ICEM 2024, doi 10.1109/ICEM60801.2024.10700403). Both ends must differ by six sigma; if not, repeats with
  *              half as much current again, up to twice
- *   push       where reluctance outweighs the magnets, for not all of these machines have such bridges, and where saturation
- *              told nothing: q current for some milliseconds, and as long the other way; then both the other way round, and once more as at
- *              first. Where north is taken for south the rotor goes backwards. Longer and longer, until both ways are 12 degrees
- *              apart; a rotor that does not move is left to what saturation told, or refused
+ *   push       where reluctance outweighs the magnets, for not all such machines have such bridges, and where saturation has
+ *              told nothing: q current for some milliseconds, and as long the other way; then both the other way round, and
+ *              once more as at first. Where north is taken for south the rotor goes backwards. Longer and longer, until both
+ *              ways are 12 degrees apart; a rotor that does not move is left to what saturation told, or refused
  */
 #ifndef FIRMWARE_SOURCE_INJECTION_START_H
 #define FIRMWARE_SOURCE_INJECTION_START_H
@@ -43,12 +43,12 @@ struct injection_start {
     int32_t i_q15;         /* of the polarity test */
     int32_t with, against; /* responses with each sign of it: sums, and squares of the milliseconds' */
     int64_t with_squares, against_squares;
-    bool told;              /* saturation has told which end is north */
-    uint32_t push_ms;       /* each way */
-    uint32_t push_from_q32; /* the angle before, */
+    bool told;                        /* saturation has told which end is north */
+    uint32_t push_ms;                 /* each way */
+    uint32_t push_from_q32;           /* the angle before, */
     int32_t pushed_q32[PUSH_WINDOWS]; /* and how far it went */
-    uint32_t result;   /* enum injection_result of the last start */
-    int32_t detail_q8; /* response per degree, LSB */
+    uint32_t result;                  /* enum injection_result of the last start */
+    int32_t detail_q8;                /* response per degree, LSB */
 };
 
 /* True if the parameters ask for it. Any context. */

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Hall switches: the table over its whole domain, a sample to the bit, and angle and speed of a rotor that turns."""
 import itertools
+import math
 import random
 
 import numpy as np
@@ -223,6 +224,42 @@ def test_what_torque_makes_of_the_speed_is_known_at_once(c):
     blind.hall.push_q8 = 0
     _, late = pushed(blind, 400, 0, 40, hz=20)
     assert np.abs(late - true).max() > 3, "the edges alone tell it later"
+
+
+@pytest.mark.parametrize("before_deg, load_part, off_deg", ((15, 0, 12), (30, 0, 5), (45, 0, 5), (59, 0, 25),
+                                                             (30, 0.5, 25)))
+def test_a_rotor_that_torque_takes_from_rest_has_a_speed_at_its_first_edge(c, before_deg, load_part, off_deg):
+    """Of what torque and inertia make of the time, less what a load must have taken: the next sector is not lost."""
+    rotor = Rotor(c, Switches(), start=1 / 6 - before_deg / 360)
+    hz_s = 40.0
+    first_ms = int(math.sqrt(2 * before_deg / 360 / (hz_s * (1 - load_part))) * 1000) + 2
+    _, speeds = pushed(rotor, hz_s, -load_part * hz_s, first_ms)
+    assert rotor.hall.count == 1 and speeds[-1] == pytest.approx(hz_s * (1 - load_part) * first_ms / 1000, rel=0.6)
+    hz = hz_s * (1 - load_part) * first_ms / 1000
+    next_ms = int((math.sqrt(hz * hz + 2 * hz_s * (1 - load_part) * 0.16) - hz) / (hz_s * (1 - load_part)) * 1000)
+    off, _ = pushed(rotor, hz_s, -load_part * hz_s, next_ms, hz=hz)
+    assert rotor.hall.count == 1 and np.abs(off).max() < off_deg, "with a speed of 0 it would be 57 degrees"
+
+
+@pytest.mark.parametrize("hz", (2, -2, 0.7))
+def test_a_rotor_that_something_else_moves_is_no_more_than_half_a_sector_away(c, hz):
+    """Its first edge tells no speed, and no torque explains one: it may be anywhere in the sector, not where it came in."""
+    rotor = Rotor(c, Switches(), start=0.15 if hz > 0 else 0.18)
+    edge_ms = int(0.017 / abs(hz) * 1000) + 1
+    rotor.turning(hz, edge_ms)
+    off, _ = rotor.turning(hz, int(0.16 / abs(hz) * 1000))
+    assert np.abs(off).max() < 36, "57 where it stays at the edge"
+
+
+@pytest.mark.parametrize("heavier, least, most", ((1, 0.05, 0.2), (60, 0, 0.02)))
+def test_a_heavy_shaft_is_not_led_by_a_switch_that_is_out_of_place(c, heavier, least, most):
+    """Edges 11 ms apart, one axis of the switches 5 degrees off: no load makes such swings of a large inertia."""
+    edges = [(n / 6 + (0.014 if n % 3 == 0 else 0)) for n in range(6)]
+    inertia = min(2**31 - 1, heavier * shipped("hoverboard_350w")["inertia_gmm2"])
+    rotor = Rotor(c, Switches(edges=edges), start=0.1, table=Switches(), inertia_gmm2=inertia, speed_bw_hz=1)
+    rotor.turning(15, 3000)
+    _, speeds = rotor.turning(15, 1000)
+    assert least < np.abs(speeds / 15 - 1).max() < most
 
 
 def test_a_load_that_the_torque_holds_is_no_acceleration(c):

@@ -237,7 +237,7 @@ class Bench:
         """The current goes on by the voltage that acts; then the interrupt."""
         in_rotor, u = self.i * self.turn.conjugate(), (self.u[-self.delay] - self.r * self.i) * self.turn.conjugate()
         u -= 1j * self.w * self.p["flux_uwb"] / 1e6
-        ld_h = self.ld_h * (1 + self.soft * in_rotor.real)
+        ld_h = self.ld_h * max(1 + self.soft * in_rotor.real, 0.3)  # where it locks across, a push goes along d
         ldq_h = self.cross * self.lq_h
         det = ld_h * self.lq_h - ldq_h**2
         change = ((self.lq_h * u.real - ldq_h * u.imag) + 1j * (ld_h * u.imag - ldq_h * u.real)) / det

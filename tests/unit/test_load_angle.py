@@ -40,3 +40,22 @@ def test_load_angle_is_within_reach_at_much_friction(c, friction, load):
         off = (solver.centre_q32 + solver.low_q32 - round(offset_deg / 360 * TURN) + TURN // 2) % TURN - TURN // 2
         assert abs(off) / TURN * 360 < 0.2
         assert abs(c.load_angle_spread_q15(solver)) < 100, "a load and friction are all there is"
+
+
+@pytest.mark.parametrize("load, saliency, least, most", ((0, 0.33, 0, 0.1), (0.3, 0, 0, 0.01), (0.1, 0.33, 0.7, 2.5),
+                                                          (0.3, 0.33, 2.6, 12), (0.1, 0.1, 0, 0.7)))
+def test_load_angle_tells_how_far_a_wrong_saliency_moves_the_offset(c, load, saliency, least, most):
+    """Nothing without load or saliency; more than is allowed where a third of the pull is lost and much hangs on it."""
+    def lead(torque, current):
+        low, high = -math.pi / 3, math.pi / 3
+        for _ in range(50):
+            middle = (low + high) / 2
+            more = current * math.sin(middle) * (1 - saliency * current * math.cos(middle)) < torque
+            low, high = (middle, high) if more else (low, middle)
+        return math.degrees(low)
+    solver = started(c, [lead(load + 0.04, current) for current in (1, 0.6)],
+                     [lead(load - 0.04, current) for current in (1, 0.6)])
+    solver.saliency_q15 = round(saliency * 32768)
+    while not c.load_angle_step(solver):
+        pass
+    assert least <= c.load_angle_doubt_q32(solver) * 360 / TURN <= most

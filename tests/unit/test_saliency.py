@@ -87,6 +87,39 @@ def test_who_is_started_that_way(c):
     assert 90 < tuning.align[0].period_ms < 140, "129 ms by the finite-element map"
 
 
+LOT = dict(pole_pairs=2, encoder_counts=512, resistance_mohm=41, ld_uh=1032, lq_uh=1752, flux_uwb=87590, inertia_gmm2=2139000,
+           i_align_ma=42700, i_max_ma=91500, i_trip_ma=128000, i_range_ma=150000, v_range_mv=240000,
+           v_min_mv=90000, v_max_mv=210000)
+
+
+def tuned(c, **told):
+    """Of a machine whose magnets hold the rotor up to 51 A only: 1720 uH between both axes without current."""
+    told = {**LOT, **told}
+    params = params_of(c, "abb", **told)
+    for name in ("ld_apparent_uh", "lq_apparent_uh", "lq_rest_uh"):
+        setattr(params, name, told.get(name, 0))
+    tuning = c.tuning()
+    c.tuning_compute(params, tuning)
+    return tuning
+
+
+def test_the_pull_goes_by_the_iron_without_current_whatever_else_is_told(c):
+    """i_align_ma and the saturated lq_uh would have turned the magnets away."""
+    saturated = dict(ld_apparent_uh=1090, lq_apparent_uh=2423)
+    for lq_uh in (1752, 1100):
+        tuning = tuned(c, lq_rest_uh=2752, lq_uh=lq_uh, **saturated)
+        assert tuning.shows_axis and not tuning.reluctant and tuning.align_levels == 1
+        assert tuning.align[0].i_q15 == pytest.approx(32768 * 0.5 * 87.59 / 1.72 / 150, rel=0.01)
+
+
+def test_the_axis_is_left_out_where_it_tells_little(c):
+    assert not tuned(c, lq_rest_uh=2752, encoder_counts=64).shows_axis, "a count is 11 degrees"
+    assert not tuned(c, lq_uh=1300, ld_uh=1032).shows_axis, "hardly any saliency"
+    assert not tuned(c, lq_rest_uh=2752, flux_uwb=900000).shows_axis, "so much magnet that two currents tell the load"
+    by_load = tuned(c, lq_rest_uh=2752, encoder_counts=64)
+    assert by_load.align[0].i_q15 == pytest.approx(32768 * 0.333 * 87.59 / 1.72 / 150, rel=0.01) and by_load.saliency_v_q15 == 0
+
+
 def test_saliency_takes_a_standing_current_away_once_an_angle(c):
     """What is read at its first millisecond decides the steady voltage of the whole pattern; later readings are responses."""
     s, loop = c.saliency(), c.current_loop()

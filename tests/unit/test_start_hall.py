@@ -174,10 +174,15 @@ def test_a_speed_is_not_lost_while_the_next_edges_may_say_why_one_is_missing(c, 
 
 
 def test_a_rotor_that_turns_may_be_switched_on(c):
-    for source, error in ((2, c.ERROR_NONE), (0, c.ERROR_TURNING)):
-        w = World(c)
-        w.axis.loop.vbus_q15, w.axis.tuning.angle_source, w.axis.speed.speed_rpm_q4 = 13670, source, 200 * 16
-        assert c.drive_measured_forbids_on(w.axis, w.axis.tuning).error == error
+    """By Hall switches and observer, whatever has told its speed until now."""
+    for before in (0, 1, 2):
+        for source, error in ((2, c.ERROR_NONE), (1, c.ERROR_NONE), (0, c.ERROR_TURNING)):
+            w, told = World(c), c.tuning()
+            w.axis.loop.vbus_q15, w.axis.speed.speed_rpm_q4 = 13670, 200 * 16
+            w.axis.tuning.angle_source, w.axis.params.angle_source = before, before
+            told.v_min_q15, told.v_max_q15 = w.axis.tuning.v_min_q15, w.axis.tuning.v_max_q15
+            told.angle_source = source
+            assert c.drive_measured_forbids_on(w.axis, told).error == error
 
 
 def test_positions_take_an_encoder(c, running):

@@ -173,6 +173,14 @@ def test_with_few_counts(c, name, counts):
         assert abs(seen.error_mdeg) < 2500 + 180e3 * pairs / counts, (degrees, seen.error_mdeg)
 
 
+@pytest.mark.parametrize("start_deg", (10, 130, 250))
+def test_a_machine_that_shows_no_axis_is_told_by_the_passes_or_says_so(c, start_deg):
+    """Told a saliency that it does not have; the current source of this rotor answers no voltage."""
+    seen = align(c, "teknic", start_deg, told={"lq_uh": 700})
+    assert seen.name == "ALIGNMENT_LOAD" or (seen.name == "ALIGNMENT_DONE" and abs(seen.error_mdeg) < 2000), seen
+    assert start_deg == 250 or seen.name == "ALIGNMENT_DONE"
+
+
 def test_few_counts_that_are_silent_are_a_dead_encoder(c):
     for name in MOTORS:
         counts = 16 * MOTORS[name][0]
