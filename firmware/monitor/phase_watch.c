@@ -69,6 +69,12 @@ static uint32_t weight_shift(struct phase_watch *p, const abc_t *asked, const ab
     return any_carries && p->carried_q15 > phases_size(asked) >> 1 ? 0u : ALL_SHIFT;
 }
 
+/* By a voltage, in a start: where the field is moved on, the currents follow slowly. */
+static bool is_held(const struct axis *a)
+{
+    return a->state == AXIS_SWITCHED_ON && a->loop.kp_d_q9 == 0;
+}
+
 void phase_watch_expect(struct axis *a)
 {
     a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
@@ -88,8 +94,8 @@ void phase_watch_step(struct axis *a)
     const enum phase_look of_a = look_at(asked.a, measured.a, least_q15);
     const enum phase_look of_b = look_at(asked.b, measured.b, least_q15);
     const enum phase_look of_c = look_at(asked.c, measured.c, least_q15);
-    const uint32_t shift =
-        weight_shift(p, &asked, &measured, of_a == PHASE_CARRIES || of_b == PHASE_CARRIES || of_c == PHASE_CARRIES);
+    const bool any_carries = of_a == PHASE_CARRIES || of_b == PHASE_CARRIES || of_c == PHASE_CARRIES;
+    const uint32_t shift = is_held(a) ? ALL_SHIFT : weight_shift(p, &asked, &measured, any_carries);
     const bool a_open = open(p, 0, of_a, asked.a, shift);
     const bool b_open = open(p, 1, of_b, asked.b, shift);
     const bool c_open = open(p, 2, of_c, asked.c, shift);

@@ -8,6 +8,8 @@
 #define FAR_MS         4u
 #define LOSING_MS      4u
 #define LOOK_AHEAD_MS  10
+#define DERATED_Q4     (10 * 16) /* below t_max the winding's share of the limit begins to fall (thermal.h) */
+#define DERATED_PART   10        /* of i_max that heat has taken */
 #define RATE_SHIFT     1
 #define CYCLE_SHORTEST 7u /* ms per half wave: faster ones are the speed loop's own to find (control/oscillation.h) */
 #define CYCLE_LONGEST  250u
@@ -23,7 +25,8 @@ void speed_watch_begin(struct axis *a)
 {
     const int32_t share_q4 = (int32_t)((int64_t)a->params.speed_max_rpm * 16 * a->params.deviation_pct / 100);
     a->supervision.speed = (struct speed_watch){.deviation_q4 = q15_max(share_q4, resolved_rpm_q4(a)),
-                                                .oscillations = a->speed.oscillation.found};
+                                                .oscillations = a->speed.oscillation.found,
+                                                .speed_q4 = a->speed.speed_rpm_q4};
     a->supervision.cycle = (struct cycle_watch){.halves = 0};
 }
 
@@ -64,6 +67,13 @@ static void end_half_wave(struct axis *a)
     }
 }
 
+/* Winding or power stage are warm, so the current that was missing is withheld. */
+static bool heat_holds_back(const struct axis *a)
+{
+    const int32_t most_q15 = a->tuning.i_max_q15;
+    return a->speed.at_limit && thermal_i_limit_q15(&a->thermal, most_q15) < most_q15 - most_q15 / DERATED_PART;
+}
+
 /*
  * Finds the cause: a few milliseconds later a dead encoder or Hall switch, or an observer that has lost the rotor, is known,
  * an oscillation has come to rest, and a phase without current shows.
@@ -79,6 +89,9 @@ static void lose_speed(struct axis *a)
     }
     if (phase_watch_suspects(a, &phase)) {
         fault_report(a, FAULT_OPEN_PHASE, phase, 0);
+    } else if (heat_holds_back(a)) {
+        const bool winding = a->thermal.winding_q4 > a->thermal.max_q4 - DERATED_Q4;
+        fault_report(a, winding ? FAULT_OVERTEMPERATURE : FAULT_INVERTER_OVERLOAD, a->thermal.winding_q4 / 16, 0);
     } else {
         fault_report(a, FAULT_SPEED_DEVIATION, (a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4) / 16, 0);
     }
@@ -99,13 +112,15 @@ static void watch_cycle(struct axis *a, struct cycle_watch *w)
 
 /*
  * Two ways to lose the speed: it is too far from the reference; or it will be in LOOK_AHEAD_MS although the motor does all it
- * can: then the load is stronger.
+ * can: then the load is stronger. Only the shaft counts for that, not a reference that runs ahead of it.
  */
 static void watch_deviation(struct axis *a, struct speed_watch *s)
 {
     const int32_t error_q4 = a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4;
     const int32_t distance_q4 = q15_abs(error_q4);
-    const int32_t rate_q4 = s->rate_q4 + ((distance_q4 - s->distance_q4 - s->rate_q4) >> RATE_SHIFT);
+    const int32_t gained_q4 = a->speed.speed_rpm_q4 - s->speed_q4;
+    const int32_t away_q4 = error_q4 < 0 ? gained_q4 : -gained_q4;
+    const int32_t rate_q4 = s->rate_q4 + ((away_q4 - s->rate_q4) >> RATE_SHIFT);
     const bool helpless = a->speed.at_limit && (error_q4 < 0) == (a->loop.i_q_ref_q15 < 0);
     const bool losing =
         helpless && rate_q4 > 0 && distance_q4 + LOOK_AHEAD_MS / (int32_t)STEP_MS * rate_q4 > s->deviation_q4;
@@ -114,7 +129,7 @@ static void watch_deviation(struct axis *a, struct speed_watch *s)
     const uint32_t far_ms = distance_q4 > s->deviation_q4 ? (same_side ? s->far_ms : 0u) + STEP_MS : 0u;
     s->below = error_q4 < 0;
     s->rate_q4 = rate_q4;
-    s->distance_q4 = distance_q4;
+    s->speed_q4 = a->speed.speed_rpm_q4;
     s->losing_ms = losing_ms;
     s->far_ms = far_ms;
     if (far_ms >= FAR_MS || losing_ms >= LOSING_MS) {

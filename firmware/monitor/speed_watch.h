@@ -12,8 +12,8 @@ struct speed_watch {
     int32_t deviation_q4; /* rpm: the limit */
     uint32_t far_ms;      /* on one side of the reference: what swings about it is not lost */
     bool below;           /* the reference, at the last step: the error is negative */
-    int32_t distance_q4;  /* from the reference, at the last step */
-    int32_t rate_q4;      /* its growth per millisecond, smoothed */
+    int32_t speed_q4;     /* at the last step */
+    int32_t rate_q4;      /* at which the shaft leaves the reference, per step, smoothed */
     uint32_t losing_ms;   /* how long it has been about to exceed the limit, at full current */
     uint32_t stalled_ms;
     uint32_t oscillations; /* found by the speed loop when last looked at */

@@ -103,16 +103,22 @@ static void step_running(struct axis *a, uint32_t turn)
     }
 }
 
+/* Nothing, or, in the bursts of identify, what flows on the mean but not in a sample. */
+static bool asks_no_phase(const struct axis *a)
+{
+    const struct current_loop *const c = &a->loop;
+    const bool bursts = a->identify.running && (c->kp_d_q9 == 0 || c->kp_q_q9 == 0);
+    return bursts || (c->i_d_ref_q15 == 0 && c->i_q_ref_q15 == 0);
+}
+
 /*
- * A start regulates the currents of a prescribed field: a phase without its current is open there, too. Where a voltage is
- * held, or identify disturbs the currents, nothing is asked of a phase.
+ * Whatever asks for a current before operation, with an encoder, without, or to identify: a phase without its share is open
+ * there, too. Where nothing is asked, as in the wiring test, nothing is missed.
  */
 static void watch_start(struct axis *a, uint32_t turn)
 {
-    const struct current_loop *const c = &a->loop;
-    const bool field = c->source == LOOP_FORCED || c->source == LOOP_HALL;
     watch_overspeed(a);
-    if (!field || a->identify.running || c->kp_d_q9 == 0 || c->kp_q_q9 == 0) {
+    if (asks_no_phase(a)) {
         phase_watch_begin(a);
     } else if (turn % 2u == 0u) {
         phase_watch_expect(a);

@@ -118,7 +118,9 @@ bool sensorless_align(struct axis *a)
 {
     struct sensorless *const s = &a->sensorless;
     const int32_t i_q15 = a->tuning.field.i_align_q15;
-    hold_voltage(a, s->step == ALIGN_LESS ? less_q15(i_q15) : i_q15);
+    const int32_t now_q15 = s->step == ALIGN_LESS ? less_q15(i_q15) : i_q15;
+    hold_voltage(a, now_q15);
+    a->loop.i_d_ref_q15 = now_q15; /* regulated by nobody: what the phases should carry */
     s->ms++;
     const uint32_t takes_ms = (uint32_t)a->tuning.field.align_ms >> (s->step == ALIGN_NEARER ? 1 : 0);
     return s->ms >= takes_ms && align_next(a);

@@ -98,7 +98,7 @@ def test_a_warning_is_announced_once_and_the_motor_runs_on(tmp_path):
 
 def test_an_inertia_told_five_times_too_large_softens_the_speed_loop(tmp_path):
     result, seen = play(tmp_path, TEKNIC, 0.25, 0.5, ("load_nm", "0"), detune="inertia_gmm2*5")
-    assert seen.fault == "NONE" and seen.still_on and result.console.count("warning: limit cycle") == 1
+    assert seen.fault == "NONE" and seen.still_on and result.console.count("warning: oscillation") == 1
 
 
 def test_a_hot_winding_is_seen_by_its_sensor_and_stops_the_motor(tmp_path):

@@ -165,3 +165,30 @@ def test_start_sensorless_measures_the_resistance_finer_than_the_sensors_steps(c
         pytest.fail("the start does not end")
     assert a.tuning.r_q12 == pytest.approx(told_q12 * scale, rel=0.04)
     assert a.tuning.observer.r_q5 == pytest.approx(observer_q5 * scale, rel=0.04)
+
+
+@pytest.mark.parametrize("lost", (None, 0, 1, 2))
+def test_a_phase_that_carries_nothing_while_a_voltage_pulls_is_open(c, lost):
+    """Of a field along 90, 45 and 0 degrees; a current that follows a turned field late is none."""
+    w = World(c).put("SWITCHED_ON")
+    w.axis.tuning = compute(c, {**shipped(), "angle_source": 1})[2]
+    w.axis.loop.source, w.axis.start.phase = c.LOOP_OBSERVER, c.START_FIELD
+    c.sensorless_begin(w.axis)
+    c.phase_watch_begin(w.axis)
+    flows = 0j
+    for ms in range(3 * w.axis.tuning.field.align_ms // 2):
+        angle = w.axis.loop.field_angle_q32 / 2**32 * math.tau
+        flows += (w.axis.tuning.field.i_align_q15 * cmath.exp(1j * angle) - flows) / 20  # L / R of 20 ms
+        phases = [round((flows * cmath.exp(-1j * n * math.tau / 3)).real) for n in range(3)]
+        if lost is not None:
+            phases[lost] = 0
+        w.fabric.adc.IA, w.fabric.adc.IB, w.fabric.adc.IC = phases
+        w.axis.loop.i_d_q15 = round(abs(flows))
+        w.step()
+        if w.axis.faults.cause:
+            break
+    assert (w.axis.faults.cause == c.FAULT_OPEN_PHASE) == (lost is not None)
+    if lost is not None:
+        assert w.axis.faults.detail[0] == lost + 1 and w.fabric.gate.CONTROL == 0
+    else:
+        assert ms == 3 * w.axis.tuning.field.align_ms // 2 - 1

@@ -37,10 +37,10 @@ def test_supervision_step_has_its_turns(motor, turn):
     watch.encoder.against_ms = 2  # the EMF agrees: one less
     watch.phases.missing_q15[:] = (5, 5, 5)
     watch.phases.i_d_ref_q15 = FOREIGN if turn % 2 == 0 else 0
-    watch.speed.distance_q4, watch.limited_ms = 3, 8
+    watch.speed.speed_q4, watch.limited_ms = 3, 8
     m.step()
     seen = {"emf": watch.encoder.emf.expected_q15 != FOREIGN, "judge": watch.encoder.against_ms == 1,
-            "phases": list(watch.phases.missing_q15) != [5, 5, 5], "speed": watch.speed.distance_q4 != 3,
+            "phases": list(watch.phases.missing_q15) != [5, 5, 5], "speed": watch.speed.speed_q4 != 3,
             "references": turn % 2 == 0 and watch.phases.i_d_ref_q15 == axis.loop.i_d_ref_q15,
             "voltage": watch.limited_ms == 4}
     assert {name: turn in turns for name, turns in TURNS.items()} == seen and m.fault == "NONE"

@@ -371,6 +371,43 @@ def test_the_speed_leaves_its_reference(motor):
     assert 3 <= m.until_fault(8) and m.fault == "SPEED_DEVIATION" and abs(m.axis.faults.detail[0] - 810) <= 1
 
 
+def test_a_reference_that_runs_ahead_is_no_load(motor):
+    """30 rpm a millisecond beyond what the largest current does, to seven eighths of what is watched, and back."""
+    m = motor(500, 10.6)
+    m.at_limit = True
+
+    def ahead(world):
+        world.rpm += 2
+        world.axis.speed.speed_ref_rpm_q4 = round((world.rpm + min(700, 30 * (world.axis.time_ms - begun))) * 16)
+
+    begun = m.axis.time_ms
+    assert m.until_fault(60, ahead) is None
+
+
+@pytest.mark.parametrize("warm, name", ((True, "OVERTEMPERATURE"), (False, "INVERTER_OVERLOAD")))
+def test_a_speed_that_is_lost_for_heat_is_named_after_the_heat(motor, warm, name):
+    """Half of i_max is left; with all of it the load was the stronger one."""
+    for share, said in ((32768, "SPEED_DEVIATION"), (16384, name)):
+        m = motor(1000, 2.0)
+        m.at_limit, m.axis.thermal.factor_q15 = True, share
+        m.axis.thermal.winding_q4 = m.axis.thermal.max_q4 - (80 if warm else 800)
+        m.axis.speed.speed_ref_rpm_q4 = 1900 * 16
+        m.step(8)
+        assert m.fault == said
+
+
+@pytest.mark.parametrize("looks, found", ((1, False), (30, True)))
+def test_a_speed_that_swings_about_its_reference_is_not_lost(motor, looks, found):
+    m = motor(1000, 2.0)
+
+    def sways(world):
+        side = 1 if world.axis.time_ms // (2 * looks) % 2 else -1
+        world.axis.speed.speed_ref_rpm_q4 = round((world.rpm + 900 * side) * 16)
+
+    m.until_fault(100, sways)
+    assert (m.fault == "SPEED_DEVIATION") == found
+
+
 def test_a_load_that_is_the_stronger_one_is_found_before_a_fifth(motor):
     m = motor(2000, 10.6)
     m.at_limit = True
