@@ -87,7 +87,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything dist guides pictures results eds run test storm size sizes lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
+.PHONY: all everything dist site guides pictures results eds run test storm size sizes lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -277,6 +277,10 @@ dist: tools-dist
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all bringup-image registers
 	@$(PYTHON) tests/tools/dist.py $(BUILD)
 
+site: tools-site
+	@mkdir -p $(BUILD)
+	@$(PYTHON) tests/tools/site.py $(BUILD)
+
 clean:
 	rm -rf $(BUILD)
 
@@ -316,6 +320,7 @@ help:
 	@echo '                     in QEMU [WRONG=name] a device made otherwise, of qemu/chips/wrong.toml'
 	@echo 'make results         write the measured figures into docs/results.md and README.md, and README.md'\''s picture'
 	@echo 'make dist            image, library, registers, RTL and documents in $(BUILD)/dist/, the same to the byte each time, with SBOM'
+	@echo 'make site            the documents as pages with a search, build/site/index.html'
 	@echo 'make sizes           what each feature costs: an image without it'
 	@echo 'make size            flash and RAM by room; flash, RAM and stack of each function of the library'
 	@echo 'make bench           cycles of every function and of the current loop, docs/benchmarks.md, build/cycles.md'

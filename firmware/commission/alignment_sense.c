@@ -70,7 +70,7 @@ static bool has_moved(const struct alignment *a, const struct tuning *t, int32_t
 
 /*
  * Which way the encoder counts (encoder_sense.h). Until that is known nothing is damped, for damping in the wrong sense would
- * drive the rotor. Voltages are small here; they show it when the rotor has swung forth and half way back, for what dead time
+ * drive the rotor. Voltages are small here; they show it when the rotor has swung forward and half way back, for what dead time
  * adds has cancelled by then. One that swings by less than a quarter of a turn is near the field (voltage_with_motion). One
  * that does not swing at all follows the first pass, which leaves no doubt; nor does half a turn, if the rotor is about to turn
  * back: at full speed the field must not move, it would take the rotor on.

@@ -16,7 +16,7 @@ static void add_candidate(struct cogging_learn *l, int32_t order)
 
 void cogging_learn_begin(struct cogging_learn *l, const struct turns *turns, const struct tuning *t)
 {
-    *l = (struct cogging_learn){.phase = COGGING_FORTH_BEGINS, .from = turns->counts};
+    *l = (struct cogging_learn){.phase = COGGING_FORWARD_BEGINS, .from = turns->counts};
     for (int32_t order = 1; order <= 2; order++) {
         if (order % t->pole_pairs != 0) {
             add_candidate(l, order);
@@ -32,9 +32,9 @@ void cogging_learn_begin(struct cogging_learn *l, const struct turns *turns, con
 int32_t cogging_learn_direction(const struct cogging_learn *l)
 {
     const uint32_t phase = l->phase;
-    const bool forth = phase == COGGING_FORTH_BEGINS || phase == COGGING_FORTH;
+    const bool forward = phase == COGGING_FORWARD_BEGINS || phase == COGGING_FORWARD;
     const bool back = phase == COGGING_BACK_BEGINS || phase == COGGING_BACK;
-    return forth ? 1 : back ? -1 : 0;
+    return forward ? 1 : back ? -1 : 0;
 }
 
 /* Turned in the last millisecond, not against the direction. */
@@ -77,7 +77,7 @@ void cogging_learn_step(struct cogging_learn *l, const struct turns *turns, cons
 {
     const int32_t direction = cogging_learn_direction(l);
     const int64_t way = (turns->counts - l->from) * direction;
-    const bool records = l->phase == COGGING_FORTH || l->phase == COGGING_BACK;
+    const bool records = l->phase == COGGING_FORWARD || l->phase == COGGING_BACK;
     if (records) {
         cogging_put(l, sample_of(l, e, torque_q15, direction, t));
     }

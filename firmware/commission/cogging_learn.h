@@ -25,8 +25,8 @@
 
 enum cogging_phase {
     COGGING_IDLE,
-    COGGING_FORTH_BEGINS,
-    COGGING_FORTH,
+    COGGING_FORWARD_BEGINS,
+    COGGING_FORWARD,
     COGGING_BACK_BEGINS,
     COGGING_BACK,
     COGGING_REVIEW, /* the thread's turn */
@@ -61,7 +61,7 @@ struct cogging_learn {
 /* Starts over. Thread, slow loop masked. */
 void cogging_learn_begin(struct cogging_learn *l, const struct turns *turns, const struct tuning *t);
 
-/* Direction in which the shaft must turn now: 1 forth, -1 back, 0 not at all. Any context. */
+/* Direction in which the shaft must turn now: 1 forward, -1 back, 0 not at all. Any context. */
 int32_t cogging_learn_direction(const struct cogging_learn *l);
 
 /*

@@ -97,7 +97,7 @@ struct identify_turn {
 struct identify_push {
     int32_t i_q15;             /* pushing current */
     int32_t emf_q18;           /* induced in q, a mean over 8 ms, 3 more bits */
-    struct measure_run run[2]; /* back and forth */
+    struct measure_run run[2]; /* back and forward */
 };
 
 struct identify_index {
@@ -118,7 +118,7 @@ struct identify_speeds {
     uint32_t settled_ms, waited_ms, measured_ms;
     uint32_t offset_q32; /* of the frame meanwhile */
     bool index_seen;
-    uint32_t index; /* counter at its beginning, turning forth */
+    uint32_t index; /* counter at its beginning, turning forward */
     struct identify_point points[IDENTIFY_POINTS];
 };
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A current across the magnets grows until the rotor turns, and pushes it forth, back and forth again; each time until the EMF
+ * A current across the magnets grows until the rotor turns, and pushes it forward, back, forward again; each time until the EMF
  * is 4 % of the bus voltage. That is 7 % of the speed that this bus can reach with this motor, whatever its pole pairs. It
  * gives a first flux and a first inertia for regulating the speed.
  */

@@ -61,7 +61,7 @@ static int64_t apparent_uh(int64_t flux_e1_uwb, int64_t i_ma)
     return uh < 1 ? 1 : uh;
 }
 
-/* Of current in d the part that it takes from the magnets' flux, or adds to it; reckoned with that which is used. */
+/* Of current in d the part that it takes from the magnets' flux, or adds to it; calculated with that which is used. */
 static uint32_t use_torque(const struct identify *d, struct params *p)
 {
     if (!is_known(d, IDENTIFY_TORQUE_ACROSS) || !is_known(d, IDENTIFY_TORQUE_FLUX) || !is_known(d, IDENTIFY_FLUX)) {

@@ -44,7 +44,7 @@ enum identify_needs {
     RESULT(POLE_PAIRS, "pole pairs", "", 1000) /* exactly */ \
     RESULT(COUNTS, "encoder counts", "", 1000) /* of the encoder per mechanical turn, exactly */ \
     RESULT(DIRECTION, "encoder direction", "", 1000) /* 1: it counts up as the field turns; -1: down */ \
-    RESULT(OFFSET, "offset", " degrees, electrical, at the index", 10) /* where the index begins, turning forth */ \
+    RESULT(OFFSET, "offset", " degrees, electrical, at the index", 10) /* where the index begins, turning forward */ \
     RESULT(FLUX, "flux", " uWb", 100) /* of the magnets, at almost no current and their present temperature */ \
     RESULT(INERTIA, "inertia", " kgmm2", 1) /* rotor and load: gmm2 */ \
     RESULT(COULOMB, "friction", " mNm", 1) /* does not depend on speed, bearings and iron: uNm */ \

@@ -130,12 +130,12 @@ static int64_t cross_nv(const struct identify *d, const struct identify_point *p
     return identify_scaled(flux_fwb, mean_mrad_s(p) * d->params.pole_pairs, 1000000000);
 }
 
-static struct ahead ahead_of(const struct identify *d, const struct identify_point *forth,
+static struct ahead ahead_of(const struct identify *d, const struct identify_point *forward,
                              const struct identify_point *back)
 {
-    const int64_t cross_nv_apart = cross_nv(d, forth) - cross_nv(d, back);
-    const int64_t apart_nv = identify_nv(d, forth->v_d - back->v_d, SAMPLES) + cross_nv_apart;
-    const int64_t w_mrad_s = (mean_mrad_s(forth) - mean_mrad_s(back)) * d->params.pole_pairs;
+    const int64_t cross_nv_apart = cross_nv(d, forward) - cross_nv(d, back);
+    const int64_t apart_nv = identify_nv(d, forward->v_d - back->v_d, SAMPLES) + cross_nv_apart;
+    const int64_t w_mrad_s = (mean_mrad_s(forward) - mean_mrad_s(back)) * d->params.pole_pairs;
     const int64_t induced_nv = scale(w_mrad_s < 1 ? 1 : w_mrad_s, d->flux_e1_uwb, 10);
     const int64_t magnets_nv = induced_nv < 1 ? 1 : induced_nv;
     return (struct ahead){identify_scaled(apart_nv, 5730, magnets_nv),
@@ -167,26 +167,26 @@ static void know_offset(struct identify *d)
 /* ---- friction: what is measured at one speed, both ways ---- */
 
 struct both_ways {
-    const struct identify_point *forth, *back;
+    const struct identify_point *forward, *back;
 };
 
 /* Half the change with direction, from a block with i_d and its twin with -i_d. */
 static int64_t friction_nnm(const struct identify *d, struct both_ways at, int32_t pair)
 {
-    const int64_t *const f = at.forth->i_q, *const b = at.back->i_q;
+    const int64_t *const f = at.forward->i_q, *const b = at.back->i_q;
     const int64_t i_sum = f[pair] + f[pair + PAIRS] - b[pair] - b[pair + PAIRS];
     return identify_torque_nnm(d, d->flux_e1_uwb, identify_ua(d, i_sum, 4 * BLOCK_MS));
 }
 
 static bool is_loaded(const struct identify *d, struct both_ways at)
 {
-    const int64_t load_ua = identify_ua(d, sum_i_q(at.forth) + sum_i_q(at.back), 2 * SAMPLES);
+    const int64_t load_ua = identify_ua(d, sum_i_q(at.forward) + sum_i_q(at.back), 2 * SAMPLES);
     return identify_size(load_ua) > d->params.i_rated_ma * (1000LL / LOAD_PART);
 }
 
 static int64_t speed_mrad_s(struct both_ways at)
 {
-    return (mean_mrad_s(at.forth) - mean_mrad_s(at.back)) >> 1;
+    return (mean_mrad_s(at.forward) - mean_mrad_s(at.back)) >> 1;
 }
 
 /*
@@ -200,7 +200,7 @@ static int64_t bound_nnm(const struct identify *d, struct both_ways at)
         sum += friction_nnm(d, at, k);
     }
     const int64_t nnm = identify_size(sum >> 2);
-    const int64_t nv = identify_size(identify_nv(d, at.forth->v_q, SAMPLES));
+    const int64_t nv = identify_size(identify_nv(d, at.forward->v_q, SAMPLES));
     const int64_t ripple_ua = scale(nv, SAMPLING_NS, (int64_t)d->params.lq_uh * 1000000);
     const int64_t ripple_nnm = identify_torque_nnm(d, d->flux_e1_uwb, ripple_ua);
     const int64_t gain = identify_permille(nnm, IDENTIFY_CURRENT_GAIN_PERMILLE);

@@ -48,7 +48,7 @@ static void identify_turn_keep_pass(struct identify_turn *m, uint32_t pass)
     m->mean_counts_q8[pass] = (p->first_counts + sum / n) * 256 + sum % n * 256 / n;
 }
 
-/* One phase forth, one back. */
+/* One phase forward, one back. */
 bool identify_measure_turn(struct identify *d, const struct measure_io *io)
 {
     struct identify_turn *const m = &d->work.turn;
@@ -114,13 +114,13 @@ static uint32_t angle_by_axis_q32(const struct identify *d, int64_t counts_two_t
 enum identify_reason identify_think_turn(struct identify *d)
 {
     const struct identify_turn *const m = &d->work.turn;
-    const int32_t forth = m->way[0], back = -m->way[1];
-    const int32_t two_turns = q15_abs(forth + back);
-    const bool same = q15_abs(forth - back) * APART_ONE_IN <= two_turns + LEAST_COUNTS * APART_ONE_IN;
+    const int32_t forward = m->way[0], back = -m->way[1];
+    const int32_t two_turns = q15_abs(forward + back);
+    const bool same = q15_abs(forward - back) * APART_ONE_IN <= two_turns + LEAST_COUNTS * APART_ONE_IN;
     if (two_turns < LEAST_COUNTS || !same || m->uneven) {
         return IDENTIFY_NOT_FOLLOWED;
     }
-    const int32_t sign = forth + back < 0 ? -1 : 1;
+    const int32_t sign = forward + back < 0 ? -1 : 1;
     d->backwards = sign < 0;
     identify_know_exactly(d, IDENTIFY_DIRECTION, sign);
     d->start_q32 = angle_by_field_q32(d, two_turns, sign);

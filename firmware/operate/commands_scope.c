@@ -10,7 +10,7 @@ static const struct {
 } signal_texts[] = {
     {"i_a", "phase current as sampled"},
     {"i_b", "phase current as sampled"},
-    {"i_c", "phase current as sampled; without three sensors 0, or what the fabric reckons"},
+    {"i_c", "phase current as sampled; without three sensors 0, or what the fabric calculates"},
     {"vbus", "bus voltage"},
     {"count", "encoder at the sample, within its turn"},
     {"gate", "GATE.STATUS, its bits"},

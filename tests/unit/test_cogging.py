@@ -124,7 +124,7 @@ def test_samples_that_nobody_takes_are_lost_and_counted_and_none_is_taken_twice(
     tuning, learner, turns, m = tuned(c), c.cogging_learn(), c.turns(), c.cogging_map()
     e = c.speed_estimate(interval_clocks=1000)
     c.cogging_learn_begin(learner, turns, tuning)
-    learner.phase = c.COGGING_FORTH
+    learner.phase = c.COGGING_FORWARD
     for _ in range(100):
         c.cogging_learn_step(learner, turns, e, 5, tuning)
     assert (learner.put, learner.lost) == (64, 36)
