@@ -11,8 +11,8 @@ TWIN_CFLAGS := -std=gnu11 -O2 -fno-tree-slp-vectorize -flto=auto -g -fPIC -fvisi
 # no contact with QEMU:
 TWIN_PHYSICS := motor motor_step motor_params motor_field motor_map slots shaft winding_short bus supply circuit coss \
     diodes comparators terminals inverter account advance meter sampling sensor_keys sensors amplifier modulator \
-    bit_streams disc hall thermometer can can_frame socketcand random pwm adc encoder gate chopper watch fabric_model plant envm envm_file \
-    events config cycles_keys
+    bit_streams disc hall thermometer can can_frame socketcand random pwm adc encoder gate chopper watch fabric_model \
+    plant envm envm_file events config cycles_keys
 # the rest of the plugin:
 TWIN_PLUGIN := qemu_symbols qemu_plugin qemu_memory qemu_machine qemu_chardev qemu_registers qemu_sleep core cycles \
     cycles_cache cycles_decode cycles_fetch cycles_price cycles_rules cycles_table irqlog irqpath reach dump dwt \
