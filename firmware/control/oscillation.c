@@ -6,8 +6,8 @@
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-#define FIRST_PART     4  /* of i_max, */
-#define LATER_PART     12 /* and once it has swung: what is left may be just at the border */
+#define FIRST_PART     4 /* of i_max, */
+#define LATER_PART     8 /* and once it has swung: what is left may be just at the border */
 #define BLOCK_STEPS    16u
 #define SETTLE_BLOCKS  1u /* after a change of the gains, for what swings at the limit */
 #define FADE_BLOCKS    4u /* and for what may fade: a loop near its border fades slowly */
