@@ -201,8 +201,9 @@ def carry(w):
 def test_a_phase_that_carries_nothing_while_it_learns_is_open(c):
     w = switched_on(c, wired=False, learns=True)
     c.start_hall_wired(w.axis)
-    while w.axis.start.phase == c.START_LAY_HALL:
+    while w.axis.start.phase == c.START_LAY_HALL and cause(w) == "NONE":
         w.step()
+        carry(w)
     for _ in range(200):
         w.step()
         carry(w)
