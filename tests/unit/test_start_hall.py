@@ -221,8 +221,9 @@ def test_learning_lays_the_rotor_down_turns_the_field_and_ends_off(c):
     c.start_hall_wired(w.axis)
     assert w.axis.start.phase == c.START_LAY_HALL and w.axis.loop.field_follows == 0
     assert c.start_tuning(w.axis).contents.kp_d_q12 == 0, "a voltage is held, and brakes"
-    while w.axis.start.phase == c.START_LAY_HALL:
+    while w.axis.start.phase == c.START_LAY_HALL and cause(w) == "NONE":
         w.step()
+        carry(w)
     assert w.axis.start.phase == c.START_LEARN_HALL and c.start_tuning(w.axis).contents.kp_d_q12 > 0
     speeds = set()
     for _ in range(8000):
