@@ -69,6 +69,7 @@ void step_pins(struct bringup *b);         /* B16 */
 void step_soft_reset(struct bringup *b);   /* B17 */
 void step_other_resets(struct bringup *b); /* B18 */
 void step_by_hand(struct bringup *b);      /* B19 */
+void step_can_bus(struct bringup *b);      /* B20 */
 
 /* Ends in a lock-up of the core. */
 _Noreturn void lock_up(void);

@@ -22,7 +22,7 @@ static const struct step {
     {"B05", step_watchdog},   {"B06", step_esram},        {"B07", step_envm_cycles}, {"B08", step_fic},
     {"B09", step_exceptions}, {"B10", step_timer},        {"B11", step_interrupts},  {"B12", step_sleep},
     {"B13", step_fabric},     {"B14", step_envm},         {"B15", step_uart},        {"B16", step_pins},
-    {"B17", step_soft_reset}, {"B18", step_other_resets}, {"B19", step_by_hand},
+    {"B17", step_soft_reset}, {"B18", step_other_resets}, {"B19", step_by_hand},     {"B20", step_can_bus},
 };
 #define STEPS (sizeof steps / sizeof steps[0])
 

@@ -55,6 +55,13 @@ void step_by_hand(struct bringup *b)
     report_text("B19", "by hand: the image came by OpenOCD, J-Link or Libero: ____");
 }
 
+void step_can_bus(struct bringup *b)
+{
+    (void)b;
+    report_text("B20", "by hand, the drive's image on a CAN bus at 500 kbit/s: it answers; eight frames at a halt come "
+                       "in order: ____ ____");
+}
+
 /* A fault at a priority that no handler can preempt. */
 _Noreturn void lock_up(void)
 {
