@@ -9,6 +9,7 @@
 #define FIRST_PART     4 /* of i_max, */
 #define LATER_PART     8 /* and once it has swung: what is left may be just at the border */
 #define BLOCK_STEPS    16u
+#define BEFORE_PART    64u /* of the power: in the block before */
 #define SETTLE_BLOCKS  1u /* after a change of the gains, for what swings at the limit */
 #define FADE_BLOCKS    4u /* and for what may fade: a loop near its border fades slowly */
 #define LISTEN_MS      25u
@@ -63,13 +64,15 @@ static void take_share(struct oscillation *o, int32_t share_q15)
 }
 
 /*
- * What swings far beyond the limit does so again in the next block. Less may be fading since the last change: it is compared
- * with the block before the last.
+ * What swings far beyond the limit did so in the block before, too; a step's answer did not. Less may be fading since the last
+ * change: it is compared with the block before the last.
  */
 static bool goes_on(const struct oscillation *o, uint32_t level_q24, int32_t i_max_q12)
 {
     if (level_q24 * 2u > square_q24(i_max_q12)) {
-        return o->blocks >= SETTLE_BLOCKS && level_q24 > o->level_q24[0] - o->level_q24[0] / 4u;
+        const bool as_before =
+            level_q24 > o->level_q24[0] - o->level_q24[0] / 4u && o->level_q24[0] > level_q24 / BEFORE_PART;
+        return o->blocks >= SETTLE_BLOCKS && as_before;
     }
     return o->blocks >= FADE_BLOCKS && level_q24 > o->level_q24[1] - o->level_q24[1] / 4u;
 }
@@ -93,11 +96,17 @@ static enum oscillation_says answer(struct oscillation *o, uint32_t level_q24, i
     return OSCILLATION_LESS;
 }
 
+/* Above what edges make of a slow shaft's speed; but what meets the limit is a swing, whatever the encoder. */
+static int32_t least_q12(const struct oscillation *o, int32_t i_max_q12)
+{
+    const int32_t part_q12 = i_max_q12 / (o->answered == 0u ? FIRST_PART : LATER_PART);
+    return q15_min(q15_max(part_q12, o->edge_q12), i_max_q12);
+}
+
 static enum oscillation_says judge_block(struct oscillation *o, int32_t i_max_q12)
 {
     const uint32_t level_q24 = (uint32_t)(o->tone.squares / BLOCK_STEPS);
-    const bool loud = level_q24 * 2u > square_q24(i_max_q12 / (o->answered == 0u ? FIRST_PART : LATER_PART)) &&
-                      goes_on(o, level_q24, i_max_q12);
+    const bool loud = level_q24 * 2u > square_q24(least_q12(o, i_max_q12)) && goes_on(o, level_q24, i_max_q12);
     const struct tone_found found = loud ? tone_find(&o->tone) : (struct tone_found){FAST_C_Q13, IMPURE_Q13};
     o->mean_q15 = o->demand_sum_q15 / (int32_t)BLOCK_STEPS;
     o->demand_sum_q15 = 0;

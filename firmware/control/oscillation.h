@@ -43,6 +43,7 @@ struct oscillation {
     int32_t hz;         /* of the last */
     int32_t share_q15;  /* of the gains */
     int32_t ring_c_q13; /* 2 cos w of a shaft that rings by itself */
+    int32_t edge_q12;   /* the proportional part of half an edge a millisecond */
     bool light;         /* it does not ring at all: its inertia is less than was told */
     struct tone tone;
     uint32_t steps;        /* of the block, or since it listens */

@@ -6,6 +6,7 @@
 
 #define ONE_Q29          (1 << 29)
 #define ALL_Q15          32768
+#define REFERENCE_PART   16
 #define SLOW_SHIFT       2 /* of the bandwidth, if torque is slow: kp scales with it, ki with its square */
 #define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
 
@@ -184,17 +185,33 @@ static void follow_oscillation(struct speed_loop *s, const struct tuning *t, enu
     s->integral_q29 -= feedforward_q29(s, t, moved_q16);
 }
 
-/* The loop's own swing is looked for, not that of a reference that turns round. */
+/*
+ * Whether the reference turns round, or its acceleration jumps by what the loop answers with a REFERENCE_PART of i_max: cyclic
+ * set-points that come unevenly swing as they come.
+ */
+static bool reference_swings(struct speed_loop *s, const struct tuning *t, int32_t moved_q16)
+{
+    const int64_t jump_q16 = (int64_t)moved_q16 - s->jumped_from_q16;
+    const bool jumps =
+        (jump_q16 < 0 ? -jump_q16 : jump_q16) * s->kp_q16 > ((int64_t)t->i_max_q15 << 28) / REFERENCE_PART;
+    const bool turns = (moved_q16 < 0 && s->moved_q16 > 0) || (moved_q16 > 0 && s->moved_q16 < 0);
+    s->jumped_from_q16 = moved_q16;
+    s->moved_q16 = moved_q16 != 0 ? moved_q16 : s->moved_q16;
+    return jumps || turns;
+}
+
+/* The loop's own swing is looked for, not that of its reference. */
 static void watch_oscillation(struct speed_loop *s, const struct tuning *t, int32_t error_q15, int32_t moved_q16)
 {
     const uint32_t shift = s->oscillation.listens ? 30u + OSCILLATION_LISTEN_SHIFT : 30u;
     const int64_t answer_q12 = ((int64_t)error_q15 * s->kp_q16) >> shift;
     const int32_t limited_q12 = answer_q12 < -INT16_MAX ? -INT16_MAX : (int32_t)answer_q12;
     const int32_t seen_q12 = answer_q12 > INT16_MAX ? INT16_MAX : limited_q12;
-    if ((moved_q16 < 0 && s->moved_q16 > 0) || (moved_q16 > 0 && s->moved_q16 < 0)) {
+    const int64_t edge_q12 = ((int64_t)(t->travel_per_count_q12 >> 5) * s->kp_q16) >> 30;
+    s->oscillation.edge_q12 = edge_q12 > INT16_MAX ? INT16_MAX : (int32_t)edge_q12;
+    if (reference_swings(s, t, moved_q16)) {
         oscillation_reset(&s->oscillation);
     }
-    s->moved_q16 = moved_q16 != 0 ? moved_q16 : s->moved_q16;
     follow_oscillation(s, t, oscillation_step(&s->oscillation, seen_q12, s->demand_q15, t->i_max_q15), moved_q16);
 }
 

@@ -72,7 +72,7 @@ def test_a_save_outlives_a_reset_a_cut_and_the_end_of_the_run(tmp_path):
     assert "limit cycle: warn" in third
     assert "has waited" not in log(result), "the core must not need the eNVM while a page is programmed"
     again = play(tmp_path / "again", envm, typed(["get --changed", "version"], 0.02), 0.1)
-    assert "settings: slot B, save 2, loaded" in again.console and "ramp_rpm_s = 4321" in again.console
+    assert "settings: slot B, save 2, loaded" in again.console and "set ramp_rpm_s 4321" in again.console
     assert again.trace["t_s"][0] < 1.6e-3, "the PWM does not wait for the settings"
     assert play(tmp_path / "other", "", typed(["version"], 0.02), 0.06).console.count("none stored") == 1
 
@@ -124,7 +124,7 @@ def test_an_older_image_s_settings(tmp_path):
     store(envm, 0x3C000, slot([record(PARAMETER, "ramp_rpm_s", number(2500)), record(PARAMETER, "dead_name", number(1))], 9))
     result = play(tmp_path, envm, typed(["get --changed", "version"], 0.02), 0.1)
     assert "settings: slot A, save 9, loaded" in result.console and "the first is dead_name" in result.console
-    assert "ramp_rpm_s = 2500" in result.console
+    assert "set ramp_rpm_s 2500" in result.console
     store(envm, 0x3D000, slot([record(PARAMETER, name, number(value)) for name, value in (("ramp_rpm_s", 2500),
                                                                                           ("i_max_ma", 14999))], 9))
     refused = play(tmp_path, envm, typed(["get --changed", "version"], 0.02), 0.1).console

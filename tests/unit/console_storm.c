@@ -35,6 +35,13 @@ static void enter(void)
 {
 }
 
+static void (*vector)(void) = enter;
+static const struct loop_handlers handlers = {.vector = &vector,
+                                              .handler = {enter, enter, enter, enter, enter},
+                                              .weakening = enter,
+                                              .overmodulating = enter,
+                                              .rippled = enter};
+
 /* ---- who judges ---- */
 
 /* The parameter that `set` sets, and its value; NULL if it sets none. */
@@ -126,6 +133,7 @@ int main(int argc, char **argv)
     seed = argc > 2 ? (uint32_t)atol(argv[2]) : 12345u;
     drive_init(&axis, &fabric);
     axis.fabric_doubt = 0;
+    axis.loop.handlers = &handlers;
     host_envm_new(&axis, 8e-3, 1u);
     slots = host_slots();
     scope_init(&scope, &axis, enter, &pend, 1u);
