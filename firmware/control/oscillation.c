@@ -10,8 +10,8 @@
 #define LATER_PART     8 /* and once it has swung: what is left may be just at the border */
 #define BLOCK_STEPS    16u
 #define BEFORE_PART    64u /* of the power: in the block before */
-#define SETTLE_BLOCKS  1u /* after a change of the gains, for what swings at the limit */
-#define FADE_BLOCKS    4u /* and for what may fade: a loop near its border fades slowly */
+#define SETTLE_BLOCKS  1u  /* after a change of the gains, for what swings at the limit */
+#define FADE_BLOCKS    4u  /* and for what may fade: a loop near its border fades slowly */
 #define LISTEN_MS      25u
 #define DEAF_MS        5u                                    /* of these: until the torque is what it will stay */
 #define FAST_C_Q13     14354                                 /* OSCILLATION_HZ */

@@ -35,6 +35,7 @@ void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder
 void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, int32_t travel_q15, uint32_t clocks)
 {
     speed_estimate_take(&s->estimate, speed_rpm_q15, travel_q15, clocks);
+    oscillation_reset(&s->oscillation); /* an estimate swings by itself, most of all where one source follows another */
     s->speed_rpm_q4 = speed_rpm_q15 >> 11;
 }
 
