@@ -7,7 +7,10 @@
 #define ONE_Q29          (1 << 29)
 #define ALL_Q15          32768
 #define REFERENCE_PART   16
-#define SLOW_SHIFT       2 /* of the bandwidth, if torque is slow: kp scales with it, ki with its square */
+#define HUNT_MS          32u
+#define HUNT_SWINGS      4u
+#define CALMEST          10u /* quarters: a sixteenth of the gains is left */
+#define SLOW_SHIFT       2   /* of the bandwidth, if torque is slow: kp scales with it, ki with its square */
 #define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
 
 /* The step from `here` to `target`, `most` at most; the distance may take 32 bits and a sign. */
@@ -29,19 +32,21 @@ static int32_t answer_q29(const struct speed_loop *s, int32_t error_q15, int32_t
 void speed_loop_measure(struct speed_loop *s, const struct encoder_regs *encoder, const struct tuning *t)
 {
     speed_estimate_step(&s->estimate, encoder, t);
+    s->estimated = false;
     s->speed_rpm_q4 = s->estimate.speed_rpm_q15 >> 11;
 }
 
 void speed_loop_take(struct speed_loop *s, int32_t speed_rpm_q15, int32_t travel_q15, uint32_t clocks)
 {
     speed_estimate_take(&s->estimate, speed_rpm_q15, travel_q15, clocks);
-    oscillation_reset(&s->oscillation); /* an estimate swings by itself, most of all where one source follows another */
+    oscillation_reset(&s->oscillation);
+    s->estimated = true;
     s->speed_rpm_q4 = speed_rpm_q15 >> 11;
 }
 
 void speed_loop_init(struct speed_loop *s)
 {
-    *s = (struct speed_loop){.accel_share_q15 = ALL_Q15};
+    *s = (struct speed_loop){.swing = 1, .accel_share_q15 = ALL_Q15};
     oscillation_init(&s->oscillation);
     speed_estimate_reset(&s->estimate);
 }
@@ -64,6 +69,8 @@ void speed_loop_tune(struct speed_loop *s, const struct tuning *t)
     s->accel_share_q15 = ALL_Q15;
     oscillation_init(&s->oscillation);
     s->notch.on = false;
+    s->calmed = 0;
+    s->swings = 0;
 }
 
 void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
@@ -201,6 +208,26 @@ static bool reference_swings(struct speed_loop *s, const struct tuning *t, int32
     return jumps || turns;
 }
 
+/*
+ * An estimate, of Hall switches or the observer, swings by itself, most where one source follows another, and is no tone.
+ * Repeated swings of a quarter of the largest current, each within HUNT_MS, reduce the gains by a quarter until it calms down.
+ */
+static void calm_estimate(struct speed_loop *s, int32_t answer_q12, int32_t i_max_q12)
+{
+    s->swing_ms++;
+    if (answer_q12 * s->swing <= i_max_q12 / 4) {
+        return;
+    }
+    s->swings = s->swing_ms < HUNT_MS ? s->swings + 1u : 0u;
+    s->swing_ms = 0;
+    s->swing = -s->swing;
+    if (s->swings >= HUNT_SWINGS && s->calmed < CALMEST) {
+        s->calmed++;
+        s->kp_q16 -= s->kp_q16 / 4;
+        s->ki_q16 -= s->ki_q16 / 4;
+    }
+}
+
 /* The loop's own swing is looked for, not that of its reference. */
 static void watch_oscillation(struct speed_loop *s, const struct tuning *t, int32_t error_q15, int32_t moved_q16)
 {
@@ -208,6 +235,10 @@ static void watch_oscillation(struct speed_loop *s, const struct tuning *t, int3
     const int64_t answer_q12 = ((int64_t)error_q15 * s->kp_q16) >> shift;
     const int32_t limited_q12 = answer_q12 < -INT16_MAX ? -INT16_MAX : (int32_t)answer_q12;
     const int32_t seen_q12 = answer_q12 > INT16_MAX ? INT16_MAX : limited_q12;
+    if (s->estimated) {
+        calm_estimate(s, seen_q12, t->i_max_q15 >> 3);
+        return;
+    }
     const int64_t edge_q12 = ((int64_t)(t->travel_per_count_q12 >> 5) * s->kp_q16) >> 30;
     s->oscillation.edge_q12 = edge_q12 > INT16_MAX ? INT16_MAX : (int32_t)edge_q12;
     if (reference_swings(s, t, moved_q16)) {

@@ -30,7 +30,10 @@ struct speed_loop {
     int32_t error_max_q15;   /* beyond it the output is twice the range anyway */
     int32_t moved_q16;       /* the reference's last step that was one */
     int32_t jumped_from_q16; /* the last one, whatever it was */
-    int32_t demand_q15;      /* of the last step, within its limits */
+    bool estimated;          /* the speed: not by an encoder */
+    int32_t swing;           /* +1 or -1: which way an estimate's next one goes */
+    uint32_t swing_ms, swings, calmed;
+    int32_t demand_q15; /* of the last step, within its limits */
     struct oscillation oscillation;
     struct notch notch;                                /* where the coupling rings */
     int32_t before_q15[PARAM_TORQUE_MEAN_MOST_MS - 1]; /* torque demands of the last steps, latest first */
