@@ -3,8 +3,9 @@
  * Finds that the speed loop oscillates with its shaft, and by how much its gains are too large. Slow loop, once a millisecond.
  *
  * Seen is the proportional part of the torque demand, in blocks of 16 ms: a tone above OSCILLATION_HZ, well above what the loop
- * is to follow, of more than a quarter of i_max, that does not fade. A load step, a ramp and a reversal are no tone of such a
- * frequency; cogging and ripple are below a tenth of i_max. What swings faster than 500 Hz is seen folded below it, and acts
+ * is to follow, of more than a quarter of i_max, that was there in the block before and does not fade. A ramp and a reversal
+ * are no tone of such a frequency, the answer to a step is over in a block; cogging and ripple are below a tenth of i_max, and
+ * half an edge a millisecond below edge_q12. What swings faster than 500 Hz is seen folded below it, and acts
  * there.
  *
  * A loop that oscillates against its torque limit says how far it is from where it would not: the limit passes 4 / (pi A) of

@@ -6,7 +6,6 @@
 
 #define ONE_Q29          (1 << 29)
 #define ALL_Q15          32768
-#define REFERENCE_PART   16
 #define HUNT_MS          32u
 #define HUNT_SWINGS      4u
 #define CALMEST          10u /* quarters: a sixteenth of the gains is left */
@@ -194,21 +193,6 @@ static void follow_oscillation(struct speed_loop *s, const struct tuning *t, enu
 }
 
 /*
- * Whether the reference turns round, or its acceleration jumps by what the loop answers with a REFERENCE_PART of i_max: cyclic
- * set-points that come unevenly swing as they come.
- */
-static bool reference_swings(struct speed_loop *s, const struct tuning *t, int32_t moved_q16)
-{
-    const int64_t jump_q16 = (int64_t)moved_q16 - s->jumped_from_q16;
-    const bool jumps =
-        (jump_q16 < 0 ? -jump_q16 : jump_q16) * s->kp_q16 > ((int64_t)t->i_max_q15 << 28) / REFERENCE_PART;
-    const bool turns = (moved_q16 < 0 && s->moved_q16 > 0) || (moved_q16 > 0 && s->moved_q16 < 0);
-    s->jumped_from_q16 = moved_q16;
-    s->moved_q16 = moved_q16 != 0 ? moved_q16 : s->moved_q16;
-    return jumps || turns;
-}
-
-/*
  * An estimate, of Hall switches or the observer, swings by itself, most where one source follows another, and is no tone.
  * Repeated swings of a quarter of the largest current, each within HUNT_MS, reduce the gains by a quarter until it calms down.
  */
@@ -241,9 +225,10 @@ static void watch_oscillation(struct speed_loop *s, const struct tuning *t, int3
     }
     const int64_t edge_q12 = ((int64_t)(t->travel_per_count_q12 >> 5) * s->kp_q16) >> 30;
     s->oscillation.edge_q12 = edge_q12 > INT16_MAX ? INT16_MAX : (int32_t)edge_q12;
-    if (reference_swings(s, t, moved_q16)) {
+    if ((moved_q16 < 0 && s->moved_q16 > 0) || (moved_q16 > 0 && s->moved_q16 < 0)) {
         oscillation_reset(&s->oscillation);
     }
+    s->moved_q16 = moved_q16 != 0 ? moved_q16 : s->moved_q16;
     follow_oscillation(s, t, oscillation_step(&s->oscillation, seen_q12, s->demand_q15, t->i_max_q15), moved_q16);
 }
 
