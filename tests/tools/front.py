@@ -69,8 +69,8 @@ def limits():
         ("electrical frequency", f"to {LARGEST_HZ:g} Hz at {int(usual) // 1000} kHz PWM", "beyond"),
         ("PWM", f"{int(slowest) // 1000} to {int(quickest) // 1000} kHz; one sample a period, or two up to"
          f" {int(quickest) // 2000} kHz; weakened field, overmodulation", ""),
-        ("buses", f"console on a UART, Modbus RTU to {param['modbus_baud'][1]} baud with the objects of CiA 402",
-         "CANopen, EtherCAT"),
+        ("buses", f"console on a UART; Modbus RTU to {param['modbus_baud'][1]} baud and CANopen, both with the objects of"
+         " CiA 402", "EtherCAT"),
         ("safety", "STO inputs and over-current cut the gates in hardware; supervision, watchdog", "no certificate, no SIL"),
         ("host", "Debian 12 and 13; Ubuntu 24.04 not tried", "Windows, macOS (the library needs a cross compiler only)"),
         ("silicon", "M2S010, M2S025: register facts from public sources", "**not run on silicon yet**"),
