@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""A fixed part of the campaign: every scenario on one motor more, and a drive that is told wrong values.
+"""A fixed part of the campaign: scenarios on one motor more, and a drive that is told wrong values. Of the faults every second
+one: `make results` plays them all, and `make campaign` on every motor.
 
 `default` and `current_sweep` run on every motor in tests/budgets/test_quality.py, from the start that the firmware
 makes itself. Here it knows where the rotor stands.
@@ -23,8 +24,10 @@ def sample():
     motors = available(MOTORS)
     elsewhere = ("default", "current_sweep")
     scenarios = [name for name in available(SCENARIOS) if name not in elsewhere]
+    left_out = [name for name in scenarios if name.startswith(FAULT_PREFIX)][1::2]
     return DETUNED + [Case(ELSEWHERE.get(scenario, motors[number * STRIDE % len(motors)]), scenario,
-                           1 if scenario.startswith(FAULT_PREFIX) else 2) for number, scenario in enumerate(scenarios)]
+                           1 if scenario.startswith(FAULT_PREFIX) else 2) for number, scenario in enumerate(scenarios)
+                      if scenario not in left_out]
 
 
 def starts_anew(scenario):
@@ -42,7 +45,6 @@ def test_case(case, tmp_path):
     assert not mended, f"{case.command} passes now: take it out of tests/campaign/expected.toml"
 
 
-def test_the_sample_meets_every_motor_and_scenario():
-    cases = sample()
-    assert {case.motor for case in cases} == set(available(MOTORS))
-    assert {case.scenario for case in cases} >= set(available(SCENARIOS)) - {"current_sweep"}
+def test_the_sample_meets_each_scenario_that_is_no_fault():
+    rest = {name for name in available(SCENARIOS) if not name.startswith(FAULT_PREFIX)}
+    assert {case.scenario for case in sample()} >= rest - {"current_sweep"}
