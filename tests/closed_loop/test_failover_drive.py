@@ -44,7 +44,7 @@ class Carried(Outcome):
 
 
 def warnings(seen):
-    """What the console said, without a coupling that rang as the drive sped up: that of qs138_3kw does, by the plant's truth."""
+    """What the console said, but for a coupling that rang as the drive sped up: qs138_3kw's does, by the plant's truth."""
     said = re.findall(r"warning: (.*)", seen.console.replace("\r", ""))
     return [cause for cause in said if cause != "oscillation"]
 
