@@ -78,13 +78,15 @@ def test_stack():
 
 
 STEPS = ("drive_step.speed", "drive_step.torque", "drive_step.position", "slow_loop.pended")
+JITTER = "current_loop.write"  # its largest is by what the core had to end first: chance. The budget holds it.
 
 
 @pytest.mark.rest
 def test_figures_do_not_depend_on_the_seed(measured):
     # how many interrupts stood apart from others, and so were counted, is chance; what each took is not
     some = ("interrupts", "cycles_cold", "cycles_pessimistic")  # these two are measured with one seed
-    first, second = ({row: {k: v for k, v in measured[seed][row].items() if k not in some}
+    first, second = ({row: {k: v for k, v in measured[seed][row].items()
+                            if k not in some and (row, k) != (JITTER, "cycles_max")}
                       for row in measured["2"] if row not in STEPS} for seed in ("1", "2"))
     assert first == second and len(first) > 60
 
