@@ -79,5 +79,5 @@ void canopen_pdo_defaults(struct canopen *c)
                                      .event_ms = (every_ms), \
                                      .type = (kind), \
                                      .count = (entries)};
-    CANOPEN_PDOS(PDO_DEFAULT)
+    CANOPEN_PDOS(PDO_DEFAULT);
 }

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 TOKEN = re.compile(r"""
     (?P<skip>\s+|/\*.*?\*/|//[^\n]*|\\\n)
-  | (?P<id>[A-Za-z_]\w*)
+  | (?P<id>[A-Za-z_$]\w*)
   | (?P<num>0[xX][0-9a-fA-F]+[uUlL]*|\d+\.?\w*)
   | (?P<str>"(?:\\.|[^"\\])*")
   | (?P<chr>'(?:\\.|[^'\\])*')
