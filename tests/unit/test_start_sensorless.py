@@ -54,16 +54,25 @@ def at_the_last_try(w):
     return w
 
 
+def search_ends(c, w):
+    """Pushes that turn nothing, each twice as long as the one before, come after the last try."""
+    phase = w.axis.start.phase
+    for _ in range(2000):
+        if c.start_sensorless_step(w.axis) or w.axis.faults.cause or w.axis.start.phase != phase:
+            return w.axis.start.phase != phase or w.axis.faults.cause != c.FAULT_NONE
+    return False
+
+
 def test_start_sensorless_says_with_which_current_both_ends_were_alike(c, starting):
     w = at_the_last_try(starting(True, POLARITY))
-    assert not c.start_sensorless_step(w.axis) and w.axis.faults.cause == c.FAULT_POLARITY
+    assert search_ends(c, w) and w.axis.faults.cause == c.FAULT_POLARITY
     assert list(w.axis.faults.detail) == [round(w.axis.params.i_range_ma / 4), 0]
 
 
 @pytest.mark.parametrize("prepare, step", ((lambda w: sweeping(w, 100), SWEEP), (at_the_last_try, POLARITY)))
 def test_start_sensorless_of_a_motor_that_a_field_can_hold_does_without(c, starting, prepare, step):
     w = prepare(starting(False, step))
-    assert not c.start_sensorless_step(w.axis) and w.axis.faults.cause == c.FAULT_NONE
+    assert search_ends(c, w) and w.axis.faults.cause == c.FAULT_NONE
     assert w.axis.start.phase == c.START_FIELD and w.axis.loop.source == c.LOOP_OBSERVER and w.axis.loop.inject.track == 0
     assert c.start_sensorless_holds_voltage(w.axis)
 
