@@ -17,6 +17,8 @@ SAMPLE = [
 REST = [
     "wiring:teknic_m2310p/pole_pairs=5", "supervision:teknic_m2310p/quickstop/no_chopper", "start:dys_be8108/friction20/180",
     "wiring:maxon_ec45flat/counts*1.02", "wiring:qs138_3kw/encoder_frozen", "wiring:teknic_m2310p/turning_3",
+    "wiring:teknic_m2310p/sensor_B_negative", "wiring:estun_emj04apb22/encoder_reversed",
+    "wiring:teknic_m2310p/reversed_and_CA", "wiring:teknic_m2310p/locked", "wiring:teknic_m2310p/brake",
     "supervision:hoverboard_350w/slip120/speed50/load100", "supervision:estun_emj04apb22/reversal/chopper",
     "detune:hoverboard_350w/default/R*2_L*0.5", "identify:maxon_ec45flat/seed2", "identified:thor_pmsyrm/seed1",
     "sensorless:thor_pmsyrm/flying/20", "saliency:thor_pmsyrm/hold1/45/silent",
