@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/tools"))
 
 from modbus_page import objects  # noqa: E402
-from param_rows import meanings, param_rows  # noqa: E402
+from param_rows import param_rows, texts  # noqa: E402
 
 TYPES = {"I8": 2, "I16": 3, "I32": 4, "U8": 5, "U16": 6, "U32": 7, "STRING": 9}
 LEAST = {"I8": -128, "I16": -32768, "I32": -2 ** 31}
@@ -93,7 +93,7 @@ def drive_objects():
 
 def own_objects():
     """Parameters, and what a fault leads to."""
-    found, what = {}, meanings(ROOT)
+    found, what = {}, texts(ROOT)
     for number, (name, (least, most, initial)) in enumerate(param_rows(ROOT).items()):
         assert what[name]
         found[PARAMS + number, 0] = entry(name, "I32", "rw", initial, low=least, high=most)
