@@ -9,6 +9,8 @@
 #define HUNT_MS          32u
 #define HUNT_SWINGS      4u
 #define CALMEST          10u /* quarters: a sixteenth of the gains is left */
+#define COURSE_SHIFT     3   /* of a reference's step that its course takes at once, */
+#define BEND_SHIFT       7   /* and that bends it: critically damped, with 16 ms */
 #define SLOW_SHIFT       2   /* of the bandwidth, if torque is slow: kp scales with it, ki with its square */
 #define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
 
@@ -76,6 +78,8 @@ void speed_loop_reset(struct speed_loop *s, int32_t torque_q15)
 {
     s->ref_rpm_q16 = s->estimate.speed_rpm_q15 * 2;
     s->target_rpm_q16 = s->ref_rpm_q16;
+    s->course_rpm_q15 = s->ref_rpm_q16 >> 1;
+    s->course_step_q15 = 0;
     s->speed_ref_rpm_q4 = s->speed_rpm_q4;
     s->integral_q29 = torque_q15 * (1 << 14);
     s->at_limit = false;
@@ -212,23 +216,35 @@ static void calm_estimate(struct speed_loop *s, int32_t answer_q12, int32_t i_ma
     }
 }
 
-/* The loop's own swing is looked for, not that of its reference. */
-static void watch_oscillation(struct speed_loop *s, const struct tuning *t, int32_t error_q15, int32_t moved_q16)
+/* Shares of an error that count while edges are rare, or torque is slow. */
+static int32_t weighed_q15(const struct speed_loop *s, int32_t error_q15, int32_t share_q14)
 {
-    const uint32_t shift = s->oscillation.listens ? 30u + OSCILLATION_LISTEN_SHIFT : 30u;
-    const int64_t answer_q12 = ((int64_t)error_q15 * s->kp_q16) >> shift;
-    const int32_t limited_q12 = answer_q12 < -INT16_MAX ? -INT16_MAX : (int32_t)answer_q12;
-    const int32_t seen_q12 = answer_q12 > INT16_MAX ? INT16_MAX : limited_q12;
-    if (s->estimated) {
-        calm_estimate(s, seen_q12, t->i_max_q15 >> 3);
-        return;
-    }
-    const int64_t edge_q12 = ((int64_t)(t->travel_per_count_q12 >> 5) * s->kp_q16) >> 30;
-    s->oscillation.edge_q12 = edge_q12 > INT16_MAX ? INT16_MAX : (int32_t)edge_q12;
+    const int32_t shared_q15 = share_q14 == 1 << 14 ? error_q15 : (int32_t)(((int64_t)error_q15 * share_q14) >> 14);
+    return s->torque_is_slow ? shared_q15 >> SLOW_SHIFT : shared_q15;
+}
+
+static int32_t in_q12(const struct speed_loop *s, int32_t error_q15, uint32_t shift)
+{
+    return scale_clamp(((int64_t)error_q15 * s->kp_q16) >> shift, -INT16_MAX, INT16_MAX);
+}
+
+/*
+ * The loop's own swing is looked for, not that of its reference, which waits and goes on while the torque is at its limit, and
+ * may come in steps: the speed is compared with the reference's course.
+ */
+static void watch_oscillation(struct speed_loop *s, const struct tuning *t, int32_t share_q14, int32_t moved_q16)
+{
+    const int32_t left_q15 = (s->ref_rpm_q16 >> 1) - s->course_rpm_q15;
+    s->course_step_q15 += left_q15 >> BEND_SHIFT;
+    s->course_rpm_q15 += s->course_step_q15 + (left_q15 >> COURSE_SHIFT);
+    const int32_t off_q15 = weighed_q15(s, s->course_rpm_q15 - s->estimate.speed_rpm_q15, share_q14);
+    s->oscillation.edge_q12 = in_q12(s, t->travel_per_count_q12 >> 5, 30);
     if ((moved_q16 < 0 && s->moved_q16 > 0) || (moved_q16 > 0 && s->moved_q16 < 0)) {
         oscillation_reset(&s->oscillation);
     }
     s->moved_q16 = moved_q16 != 0 ? moved_q16 : s->moved_q16;
+    const uint32_t shift = s->oscillation.listens ? 30u + OSCILLATION_LISTEN_SHIFT : 30u;
+    const int32_t seen_q12 = in_q12(s, off_q15, shift);
     follow_oscillation(s, t, oscillation_step(&s->oscillation, seen_q12, s->demand_q15, t->i_max_q15), moved_q16);
 }
 
@@ -248,18 +264,16 @@ static int32_t control(struct speed_loop *s, const struct tuning *t, int32_t mov
     const int32_t ref_rpm_q15 = s->ref_rpm_q16 >> 1;
     const int32_t low_q29 = limits->low * (1 << 14);
     const int32_t high_q29 = limits->high * (1 << 14);
-    int32_t error_q15 = ref_rpm_q15 - s->estimate.speed_rpm_q15;
-    int32_t ki_q16 = s->ki_q16;
-    if (s->estimate.interval_clocks > SPEED_LOOP_FULL_GAIN_CLOCKS) {
-        const int32_t share = speed_loop_share_q14(&s->estimate);
-        ki_q16 = memory_q16(s, t, share);
-        error_q15 = (int32_t)(((int64_t)error_q15 * share) >> 14);
+    const bool rare = s->estimate.interval_clocks > SPEED_LOOP_FULL_GAIN_CLOCKS;
+    const int32_t share_q14 = rare ? speed_loop_share_q14(&s->estimate) : 1 << 14;
+    const int32_t error_q15 = weighed_q15(s, ref_rpm_q15 - s->estimate.speed_rpm_q15, share_q14);
+    const int32_t memory = rare ? memory_q16(s, t, share_q14) : s->ki_q16;
+    const int32_t ki_q16 = s->torque_is_slow ? memory >> 2 * SLOW_SHIFT : memory;
+    if (s->estimated) {
+        calm_estimate(s, in_q12(s, error_q15, 30), t->i_max_q15 >> 3);
+    } else {
+        watch_oscillation(s, t, share_q14, moved_q16);
     }
-    if (s->torque_is_slow) {
-        error_q15 >>= SLOW_SHIFT;
-        ki_q16 >>= 2 * SLOW_SHIFT;
-    }
-    watch_oscillation(s, t, error_q15, moved_q16);
     const int32_t wanted_q29 = wanted_of(s, t, error_q15, moved_q16);
     s->at_limit = wanted_q29 < low_q29 || wanted_q29 > high_q29;
     s->demand_q15 = q15_clamp(wanted_q29, low_q29, high_q29) >> 14;

@@ -65,7 +65,7 @@ enum fault {
     FAULT_SALIENCY = 46,            /* start: the current does not show the rotor's position */
     FAULT_POLARITY = 47,            /* start: cannot tell which end of the rotor's axis is north */
     FAULT_HALL_INVALID = 48,        /* the Hall switches show a state that hall_states does not have */
-    FAULT_HALL_SEQUENCE = 49,       /* they skip a sector */
+    FAULT_HALL_SEQUENCE = 49,       /* they skip a sector, or the EMF is elsewhere */
     FAULT_HALL_UNKNOWN = 50,        /* `learn hall`: did not find their table */
     FAULT_SLOW_LOOP_STOPPED = 51,   /* no proof of life of the slow loop; the fabric has switched off already */
     FAULT_THREAD_STOPPED = 52,      /* the thread, likewise */

@@ -7,6 +7,10 @@
  * A breaking wire adds an edge or hides one, up to half an electrical turn before it shows. So the rotor is tracked meanwhile,
  * for carrying on without the switches (drive/failover.h): once the angle is more than 15 degrees from what the earlier speed
  * predicts, that speed is extrapolated for an electrical turn. After that the switches are believed.
+ *
+ * Wires that are exchanged, or a table that is wrong, skip nothing: the frame turns by itself, and the EMF does not turn with
+ * it. So while there is more EMF to expect than resistance and dead time may hide, half of it must be where the switches say;
+ * otherwise the drive could push at its limit for ever, and a shaft turn the other way.
  */
 #ifndef FIRMWARE_MONITOR_HALL_WATCH_H
 #define FIRMWARE_MONITOR_HALL_WATCH_H
@@ -18,11 +22,13 @@
 struct axis;
 
 struct hall_watch {
-    uint32_t invalid, skipped; /* the interrupt's counts at the last step */
-    struct rotor_seed sound;   /* the rotor at that step, whatever the switches say */
-    uint32_t doubt_ms;         /* how long they have said something else */
-    uint32_t doubt_q16;        /* and how far it has turned since, electrical turns */
-    int32_t torque_q29;        /* the speed loop's torque memory before that */
+    uint32_t invalid, skipped;   /* the interrupt's counts at the last step */
+    struct rotor_seed sound;     /* the rotor at that step, whatever the switches say */
+    uint32_t doubt_ms;           /* how long they have said something else */
+    uint32_t doubt_q16;          /* and how far it has turned since, electrical turns */
+    int32_t torque_q29;          /* the speed loop's torque memory before that */
+    int32_t emf_q4, expected_q4; /* along the frame, filtered; 4 more bits */
+    uint32_t wrong_ms;           /* that the former is missing */
 };
 
 /* Starts afresh. Slow loop. */

@@ -271,9 +271,9 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     /* hall */
     [FAULT_HALL_INVALID] = {"Hall state", "a Hall wire is broken, the switches have no supply, or hall_states is wrong",
                             "state @ (4 C + 2 B + A) is not in hall_states"},
-    [FAULT_HALL_SEQUENCE] = {"Hall sequence",
-                             "disturbance on the Hall wires: screen, pull-ups; or hall_states is wrong",
-                             "a sector was skipped on the way to state @"},
+    [FAULT_HALL_SEQUENCE] =
+        {"Hall sequence", "exchanged Hall wires or a wrong hall_states: learn hall; or disturbance: screen, pull-ups",
+         "the rotor is not where state @ says"},
     [FAULT_HALL_UNKNOWN] = {"Hall switches not learned",
                             "the rotor must turn freely with i_align_ma; a Hall wire, their supply",
                             "@ edges in an electrical turn and # states, instead of 6 and 6"},

@@ -105,5 +105,5 @@ def test_a_wire_that_breaks_is_found_within_a_turn_and_the_drive_comes_back(tmp_
 def test_two_wires_exchanged_end_with_the_bridge_off(tmp_path):
     result = play(tmp_path, operation([{"t_s": "up + 0.8", "label": "end", "console": "status"}]), "end + 0.02",
                   [event("hall_swap", "AB")], seed=1)
-    assert result.figures["faults"].value in ("SPEED_DEVIATION", "STALL", "OVERSPEED")
+    assert result.figures["faults"].value in ("HALL_SEQUENCE", "SPEED_DEVIATION", "STALL", "OVERSPEED")
     assert result.trace["gate_live"][-1] < 0.5 and np.abs(rpm(window(result, ("up", 0), ("end", 0)))).max() < 200

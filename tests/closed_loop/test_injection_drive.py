@@ -12,10 +12,12 @@ from launcher.simulate import simulate
 BEGIN = [{"t_s": 0.1, "event": "encoder_cut", "args": ["1"]}, {"t_s": 0.15, "console": "set angle_source 1"},
          {"t_s": 0.2, "label": "on", "console": "on"}]
 
-FAST = {"title": "injection, observer, injection", "preamble_s": 0.05, "end_s": 2.6,
-        "step": [*BEGIN, {"t_s": 0.8, "console": "speed 1300"}, {"t_s": 1.5, "event": "load_nm", "args": ["rated_torque_Nm"]},
-                 {"t_s": 1.9, "console": "status"}, {"t_s": 1.95, "event": "load_nm", "args": ["0"]},
-                 {"t_s": 2.0, "console": "speed 300"}, {"t_s": 2.55, "console": "status"}],
+FAST = {"title": "injection, observer, injection", "preamble_s": 0.05, "end_s": "up + 1.8",
+        "step": [*BEGIN, {"t_s": "on + 2.0", "label": "started", "hold_for": "OPERATION_ENABLED"},
+                 {"t_s": "started + 0.02", "label": "up", "console": "speed 1300"},
+                 {"t_s": "up + 0.7", "event": "load_nm", "args": ["rated_torque_Nm"]}, {"t_s": "up + 1.1", "console": "status"},
+                 {"t_s": "up + 1.15", "event": "load_nm", "args": ["0"]}, {"t_s": "up + 1.2", "console": "speed 300"},
+                 {"t_s": "up + 1.75", "console": "status"}],
         "figure": [{"name": "faults", "kind": "all_faults", "equal": "NONE"}]}
 
 
@@ -26,7 +28,7 @@ def test_the_observer_takes_over_under_load_and_the_injection_comes_back(silent,
     said = [line for line in result.console.splitlines() if "leads" in line]
     assert [line.rpartition(", the ")[2] for line in said] == ["observer leads", "injection leads"]
     run = Run(result.trace, result.console, result.drive, result.enums, result.scenario.names, result.scenario.steps)
-    error = angle_error_deg(run, run.window(0.8, None))
+    error = angle_error_deg(run, run.window(result.scenario.names["up"], None))
     assert np.sqrt((error**2).mean()) < 5 and np.abs(error).max() < 15
 
 
@@ -56,7 +58,7 @@ def test_drawn_pulses_lead_through_working_speed_rated_load_and_a_reversal_under
 
 
 def test_a_surface_motor_is_refused_by_name_and_goes_by_a_prescribed_field(tmp_path):
-    surface = {"title": "too little saliency", "preamble_s": 0.05, "end_s": 2.6,
+    surface = {"title": "too little saliency", "preamble_s": 0.05, "end_s": "up + 1.8",
                "step": [*BEGIN[:2], {"t_s": 0.16, "console": "set injection_mv 4000"}, BEGIN[2],
                         {"t_s": 2.55, "console": "status"}],
                "figure": [{"name": "faults", "kind": "all_faults", "equal": "NONE"}]}
