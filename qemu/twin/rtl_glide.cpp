@@ -78,13 +78,19 @@ bool counted(const counters &a, const counters &b, bool rising)
     return all;
 }
 
-/* For how many clocks no counter reaches what something compares it with; the carrier knows its last count at that count. */
+/* For how many clocks no counter reaches what something compares it with; the carrier knows a count ahead
+ * whether it turns. */
 int64_t until_compared(const root_type *root)
 {
     bool rising = PWM(root, carrier__DOT__rising);
     int64_t count = PWM(root, carrier__DOT__count), last = (int64_t)PWM(root, period) - 1;
-    const int64_t against[] = {UPDATES(root, 0, compare),     UPDATES(root, 1, compare),     UPDATES(root, 2, compare),
-                               PWM(root, trigger_1) & 0xFFFF, PWM(root, trigger_2) & 0xFFFF, rising ? last - 1 : 1};
+    const int64_t against[] = {UPDATES(root, 0, compare),
+                               UPDATES(root, 1, compare),
+                               UPDATES(root, 2, compare),
+                               PWM(root, trigger_1) & 0xFFFF,
+                               PWM(root, trigger_2) & 0xFFFF,
+                               rising ? last - 1 : last,
+                               1};
     counters c = counters_of(root);
     int64_t clocks = INT32_MAX;
     for (int64_t value : against) {

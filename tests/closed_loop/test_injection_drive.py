@@ -58,7 +58,7 @@ def test_drawn_pulses_lead_through_working_speed_rated_load_and_a_reversal_under
 
 
 def test_a_surface_motor_is_refused_by_name_and_goes_by_a_prescribed_field(tmp_path):
-    surface = {"title": "too little saliency", "preamble_s": 0.05, "end_s": "up + 1.8",
+    surface = {"title": "too little saliency", "preamble_s": 0.05, "end_s": 2.6,
                "step": [*BEGIN[:2], {"t_s": 0.16, "console": "set injection_mv 4000"}, BEGIN[2],
                         {"t_s": 2.55, "console": "status"}],
                "figure": [{"name": "faults", "kind": "all_faults", "equal": "NONE"}]}
