@@ -63,7 +63,7 @@ static uint32_t edits(const struct folded *word, const struct folded *name, uint
     return least(row[name->length], few + 1u);
 }
 
-static bool begins_with(const struct folded *name, const struct folded *word)
+static bool is_beginning(const struct folded *word, const struct folded *name)
 {
     uint32_t n = 0;
     while (n < word->length && n < name->length && name->c[n] == word->c[n]) {
@@ -75,7 +75,7 @@ static bool begins_with(const struct folded *name, const struct folded *word)
 /* One, if the name begins with the word. */
 static uint32_t distance(const struct folded *word, const struct folded *name, uint32_t few)
 {
-    if (word->length < name->length && begins_with(name, word)) {
+    if (word->length < name->length && is_beginning(word, name)) {
         return 1u;
     }
     const bool may_be = name->length != 0u && name->length <= word->length + few && word->length <= name->length + few;
