@@ -49,17 +49,20 @@ def pytest_terminal_summary(terminalreporter):
 def pytest_addoption(parser):
     parser.addoption("--sample", action="store_true",
                      help="without what is marked `rest`: more motors, rates and cases of what is there already")
+    parser.addoption("--most", action="store_true", help="without what is marked `long`: half a minute for one case more")
 
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "rest: more of what other tests show; `make test ALL=1`, and so .ci/run, has it")
+    config.addinivalue_line("markers", "long: the same, for a night: only `make test ALL=2` has it")
 
 
 def pytest_collection_modifyitems(config, items):
-    if config.getoption("--sample"):
-        left_out = [item for item in items if item.get_closest_marker("rest")]
-        config.hook.pytest_deselected(items=left_out)
-        items[:] = [item for item in items if not item.get_closest_marker("rest")]
+    out = {"--sample": ("rest", "long"), "--most": ("long",)}
+    names = {name for option, marks in out.items() if config.getoption(option) for name in marks}
+    left_out = [item for item in items if any(item.get_closest_marker(name) for name in names)]
+    config.hook.pytest_deselected(items=left_out)
+    items[:] = [item for item in items if item not in set(left_out)]
     items[:] = _mixed(items)
 
 

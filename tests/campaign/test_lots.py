@@ -14,9 +14,11 @@ from launcher.verdict import TRUE, WORKS
 EXPECTED = load_expected()
 LOTS = range(1, 9)
 STRIDE, FIRST = 6, 2  # of these in `make test`
+SLOW = (5, 7)
 
 
-@pytest.mark.parametrize("lot", [pytest.param(lot, marks=() if lot % STRIDE == FIRST else pytest.mark.rest) for lot in LOTS])
+@pytest.mark.parametrize("lot", [pytest.param(lot, marks=() if lot % STRIDE == FIRST else pytest.mark.long if lot in SLOW else pytest.mark.rest)
+                                 for lot in LOTS])
 def test_lot(lot, tmp_path):
     case = Case(f"lot:{lot}", "default", 1)
     outcome = run_case(case, tmp_path)
@@ -28,7 +30,7 @@ def test_lot(lot, tmp_path):
 def others():
     """The other cases of PART=lot, of the first lot that is met in `make test`."""
     cases = cases_of(FIRST)[1:]
-    return [pytest.param(case, marks=() if case in cases[:3:2] else pytest.mark.rest, id=case.key) for case in cases]
+    return [pytest.param(case, marks=() if case in cases[:3:2] else pytest.mark.long, id=case.key) for case in cases]
 
 
 @pytest.mark.parametrize("case", others())

@@ -16,13 +16,14 @@ SAMPLE = [
 ]
 REST = [
     "wiring:teknic_m2310p/pole_pairs=5", "supervision:teknic_m2310p/quickstop/no_chopper", "start:dys_be8108/friction20/180",
-    "wiring:maxon_ec45flat/counts*1.02", "wiring:qs138_3kw/encoder_frozen", "wiring:teknic_m2310p/turning_3",
+    "wiring:maxon_ec45flat/counts*1.02", "wiring:teknic_m2310p/turning_3",
     "wiring:teknic_m2310p/sensor_B_negative", "wiring:estun_emj04apb22/encoder_reversed",
     "wiring:teknic_m2310p/reversed_and_CA", "wiring:teknic_m2310p/locked", "wiring:teknic_m2310p/brake",
-    "supervision:hoverboard_350w/slip120/speed50/load100", "supervision:estun_emj04apb22/reversal/chopper",
-    "detune:hoverboard_350w/default/R*2_L*0.5", "identify:maxon_ec45flat/seed2", "identified:thor_pmsyrm/seed1",
+    "supervision:hoverboard_350w/slip120/speed50/load100",
+    "detune:hoverboard_350w/default/R*2_L*0.5", "identified:thor_pmsyrm/seed1",
     "sensorless:thor_pmsyrm/flying/20", "saliency:thor_pmsyrm/hold1/45/silent",
 ]
+LONG = ["identify:maxon_ec45flat/seed2", "wiring:qs138_3kw/encoder_frozen", "supervision:estun_emj04apb22/reversal/chopper"]
 
 
 def expected(path=EXPECTED_FILE):
@@ -31,7 +32,7 @@ def expected(path=EXPECTED_FILE):
 
 
 @pytest.mark.parametrize("case", [parse(key) for key in SAMPLE] + [
-    pytest.param(parse(key), marks=pytest.mark.rest) for key in REST], ids=lambda case: case.key)
+    pytest.param(parse(key), marks=mark) for keys, mark in ((REST, pytest.mark.rest), (LONG, pytest.mark.long)) for key in keys], ids=lambda case: case.key)
 def test_case(case, tmp_path):
     outcome, known = run_part_case(case, tmp_path), expected()
     assert outcome["passed"] or case in known, f"{case.command} fails: {outcome['outcome']}: {outcome['why']}"
@@ -39,7 +40,7 @@ def test_case(case, tmp_path):
 
 
 def test_the_sample_is_of_every_part_and_the_list_of_the_sample():
-    cases = [parse(key) for key in SAMPLE + REST]
+    cases = [parse(key) for key in SAMPLE + REST + LONG]
     assert {case.part for case in cases} == set(PARTS) and set(expected()) <= set(cases)
     for case in cases:
         load, *rest = case.what.split("/")

@@ -79,10 +79,11 @@ WRONG = {
 }
 
 
-LONG = ("blocked", "encoder dead", "2 % more counts", "2 % fewer counts")
+LONG = {"blocked": pytest.mark.rest, "2 % more counts": pytest.mark.rest, "encoder dead": pytest.mark.long,
+        "2 % fewer counts": pytest.mark.long}
 
 
-@pytest.mark.parametrize("case", [pytest.param(case, marks=pytest.mark.rest if case in LONG else ()) for case in WRONG])
+@pytest.mark.parametrize("case", [pytest.param(case, marks=LONG.get(case, ())) for case in WRONG])
 def test_what_is_wrong_is_named_and_the_drive_stays_off(case, tmp_path):
     wrong, fault, found, end_s = WRONG[case]
     result = play(tmp_path, end_s, **wrong)

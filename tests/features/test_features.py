@@ -26,8 +26,8 @@ ASKED = {  # console lines that need it
 SAMPLE = ("position", "modbus")
 
 
-def each(names):
-    return [pytest.param(name, marks=() if name in SAMPLE else pytest.mark.rest) for name in names]
+def each(names, others=pytest.mark.rest):
+    return [pytest.param(name, marks=() if name in SAMPLE else others) for name in names]
 
 
 def play(build_folder, lines, out_dir, **more):
@@ -40,7 +40,7 @@ def refusals(console, name):
     return re.findall(rf"error: this build leaves {name} out", console)
 
 
-@pytest.mark.parametrize("name", each(name for name in FEATURES if name not in ("console", "encoder")))
+@pytest.mark.parametrize("name", each((name for name in FEATURES if name not in ("console", "encoder")), pytest.mark.long))
 def test_the_default_scenario_passes_without(name, tmp_path):
     assert not verdicts(simulate(build=build(without(name)), out_dir=tmp_path, **EXACT))
 

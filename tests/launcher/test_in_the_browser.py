@@ -8,7 +8,9 @@ import pytest
 from launcher.paths import REPO
 
 
-@pytest.mark.parametrize("file", ("page_look_run.py", "page_run.py", "page_silent_run.py", "page_tool_run.py"))
+@pytest.mark.parametrize("file", (
+    pytest.param("page_look_run.py", marks=pytest.mark.rest), pytest.param("page_run.py", marks=pytest.mark.rest),
+    "page_silent_run.py", pytest.param("page_tool_run.py", marks=pytest.mark.rest)))
 def test_the_page(file, request):
     sample = ["--sample"] if request.config.getoption("--sample") else []
     done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", "-p", "no:xdist", *sample,

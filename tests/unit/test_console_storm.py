@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""200 000 lines at the console of a drive that is in operation half of the time (console_storm.c); `make test`: fewer."""
+"""100 000 lines at the console of a drive that is in operation half of the time (console_storm.c); `make test`: fewer."""
 import pytest
 
 from unit.conftest import HERE, storm
 
-LINES, IN_THE_SAMPLE = 200_000, 100_000
+LINES, IN_THE_SAMPLE = 100_000, 50_000
 
 
 @pytest.fixture(scope="module")

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""400 000 frames on the line of a drive that is in operation half of the time (modbus_storm.c). `make test`: half of them."""
+"""200 000 frames on the line of a drive that is in operation half of the time (modbus_storm.c). `make test`: half of them."""
 import pytest
 
 from unit.conftest import HERE, storm
 
-FRAMES, IN_THE_SAMPLE = 400_000, 200_000
+FRAMES, IN_THE_SAMPLE = 200_000, 100_000
 
 
 @pytest.fixture(scope="module")
