@@ -17,8 +17,9 @@ STRIDE, FIRST = 6, 2  # of these in `make test`
 SLOW = (5, 7)
 
 
-@pytest.mark.parametrize("lot", [pytest.param(lot, marks=() if lot % STRIDE == FIRST else pytest.mark.long if lot in SLOW else pytest.mark.rest)
-                                 for lot in LOTS])
+@pytest.mark.parametrize("lot", [
+    pytest.param(lot, marks=() if lot % STRIDE == FIRST else pytest.mark.long if lot in SLOW else pytest.mark.rest)
+    for lot in LOTS])
 def test_lot(lot, tmp_path):
     case = Case(f"lot:{lot}", "default", 1)
     outcome = run_case(case, tmp_path)

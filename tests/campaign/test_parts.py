@@ -32,7 +32,8 @@ def expected(path=EXPECTED_FILE):
 
 
 @pytest.mark.parametrize("case", [parse(key) for key in SAMPLE] + [
-    pytest.param(parse(key), marks=mark) for keys, mark in ((REST, pytest.mark.rest), (LONG, pytest.mark.long)) for key in keys], ids=lambda case: case.key)
+    pytest.param(parse(key), marks=mark) for keys, mark in ((REST, pytest.mark.rest), (LONG, pytest.mark.long))
+    for key in keys], ids=lambda case: case.key)
 def test_case(case, tmp_path):
     outcome, known = run_part_case(case, tmp_path), expected()
     assert outcome["passed"] or case in known, f"{case.command} fails: {outcome['outcome']}: {outcome['why']}"
