@@ -36,8 +36,12 @@ def starts_anew(scenario):
     return "common/recover_reset" in (SCENARIOS / f"{scenario}.toml").read_text()
 
 
-@pytest.mark.parametrize("case", [pytest.param(case, marks=() if number % FEW == FIRST else
-                                               (pytest.mark.long, pytest.mark.rest)[number % 2]) for number, case in enumerate(sample())], ids=lambda case: case.key)
+def mark_of(number):
+    return () if number % FEW == FIRST else (pytest.mark.long, pytest.mark.rest)[number % 2]
+
+
+@pytest.mark.parametrize("case", [pytest.param(case, marks=mark_of(number)) for number, case in enumerate(sample())],
+                         ids=lambda case: case.key)
 def test_case(case, tmp_path):
     outcome = run_case(case, tmp_path, aligned=not starts_anew(case.scenario))
     unexpected, mended = surprises({case: outcome}, {case: EXPECTED[case]} if case in EXPECTED else {})
