@@ -150,6 +150,14 @@ static int32_t mean_demand_q15(struct speed_loop *s, int32_t mean_ms, int32_t de
     return sum_q15 / mean_ms;
 }
 
+/* A mean that lags behind no ramp. */
+static void keep_course(struct speed_loop *s)
+{
+    const int32_t left_q15 = (s->ref_rpm_q16 >> 1) - s->course_rpm_q15;
+    s->course_step_q15 += left_q15 >> BEND_SHIFT;
+    s->course_rpm_q15 += s->course_step_q15 + (left_q15 >> COURSE_SHIFT);
+}
+
 /*
  * Moves the reference towards the command and returns the wanted step, in rpm Q16. While the current is at its limit and the
  * rotor lags, the reference waits; the feed-forward keeps asking for full torque.
@@ -162,6 +170,7 @@ static int32_t ramp(struct speed_loop *s, int32_t slope_q16)
         s->ref_rpm_q16 += step;
     }
     s->speed_ref_rpm_q4 = s->ref_rpm_q16 >> 12;
+    keep_course(s);
     return step;
 }
 
@@ -229,14 +238,11 @@ static int32_t in_q12(const struct speed_loop *s, int32_t error_q15, uint32_t sh
 }
 
 /*
- * The loop's own swing is looked for, not that of its reference, which waits and goes on while the torque is at its limit, and
- * may come in steps: the speed is compared with the reference's course.
+ * The loop's own swing is looked for, not that of a ramp, which waits and goes on while the torque is at its limit: the speed is
+ * compared with the reference's course.
  */
 static void watch_oscillation(struct speed_loop *s, const struct tuning *t, int32_t share_q14, int32_t moved_q16)
 {
-    const int32_t left_q15 = (s->ref_rpm_q16 >> 1) - s->course_rpm_q15;
-    s->course_step_q15 += left_q15 >> BEND_SHIFT;
-    s->course_rpm_q15 += s->course_step_q15 + (left_q15 >> COURSE_SHIFT);
     const int32_t off_q15 = weighed_q15(s, s->course_rpm_q15 - s->estimate.speed_rpm_q15, share_q14);
     s->oscillation.edge_q12 = in_q12(s, t->travel_per_count_q12 >> 5, 30);
     if ((moved_q16 < 0 && s->moved_q16 > 0) || (moved_q16 > 0 && s->moved_q16 < 0)) {
@@ -296,5 +302,7 @@ int32_t speed_loop_follow(struct speed_loop *s, const struct tuning *t, int32_t 
     s->ref_rpm_q16 = ref_rpm_q16;
     s->target_rpm_q16 = ref_rpm_q16;
     s->speed_ref_rpm_q4 = ref_rpm_q16 >> 12;
+    s->course_rpm_q15 = ref_rpm_q16 >> 1; /* whoever moves it does not wait */
+    s->course_step_q15 = 0;
     return control(s, t, moved_q16, limits);
 }

@@ -56,7 +56,7 @@ CASES = [
         (TEKNIC, 0.25, 0.5, ALL_PAIRS, 2, 0, TORQUE_SHARE),
         (TEKNIC, -0.5, 0.5, ALL_PAIRS, 1, 0, TORQUE_SHARE),
         (HOVERBOARD, 0.5, 0.5, ("observer", "hall"), 1, 2, TORQUE_SHARE),
-        (HOVERBOARD, 0.1, 0.5, ("hall", "encoder"), 1, 0, TORQUE_SHARE),
+        (HOVERBOARD, 0.1, 0.5, ("hall", "encoder"), 1, 0, TORQUE_TO_HALL),
         (DYS, 0.3, 0.5, ("hall", "observer", "encoder"), 1, 0, TORQUE_SHARE))],
 ]
 

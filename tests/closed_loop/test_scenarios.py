@@ -22,12 +22,10 @@ def verdicts(result):
 ELSEWHERE = ("position", "sensorless", "operating_points")  # long, and other tests show the same
 FAULTS = [name for name in available(SCENARIOS) if name.startswith("fault_")]
 REST = (*ELSEWHERE, *FAULTS[1::2])
-FAILS = pytest.mark.xfail(strict=True, reason="without noise and spread the observed angle swings to 40 degrees as the motor "
-                          "slows down through 600 rpm; seed 2 reaches 17, seed 3 keeps 7, the full plant 9")
 
 
 def marks(name):
-    return [*([pytest.mark.rest] if name in REST else ()), *([FAILS] if name == "sensorless" else ())]
+    return [pytest.mark.rest] if name in REST else []
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=marks(name)) for name in available(SCENARIOS)])

@@ -67,15 +67,15 @@ def test_a_coupling_that_swings_is_found_and_filtered(c, hz, load_ratio, damping
 
 @pytest.mark.parametrize("told_ratio", (8.0, 20.0, 50.0))
 def test_an_inertia_told_far_too_large_is_found_and_answered(c, told_ratio):
-    """It once swung with the largest current for ever; at rest, too. How light the shaft is, it hears of 8 and of 50 times."""
+    """It once swung with the largest current for ever; at rest, too, where what is left of the gains is slow."""
     shaft = Shaft(c, told_ratio=told_ratio).go(1500)
     shaft.step(1500)
     o = shaft.speed.oscillation
     assert o.found and not shaft.speed.notch.on and shaft.swing(300) < 3 * CALM
     assert 1 / 6 < shaft.speed.kp_q16 / shaft.t.speed_kp_q16 * told_ratio < 4
-    assert o.light == (told_ratio != 20) and (not o.light or shaft.speed.accel_share_q15 * told_ratio / 32768 < 4)
+    assert o.light and (told_ratio == 20 or shaft.speed.accel_share_q15 * told_ratio / 32768 < 4)
     shaft.go(0).step(1500)
-    assert shaft.swing(300) < 3 * CALM and abs(shaft.rpms[-1]) < (5 if o.light else 15)
+    assert shaft.swing(300) < 3 * CALM and abs(shaft.rpms[-1]) < (5 if told_ratio == 8 else 30)
 
 
 @pytest.mark.parametrize("hz, load_ratio", ((0, 0), (40, 0.5), (700, 1.0)))
