@@ -238,8 +238,8 @@ static int32_t in_q12(const struct speed_loop *s, int32_t error_q15, uint32_t sh
 }
 
 /*
- * The loop's own swing is looked for, not that of a ramp, which waits and goes on while the torque is at its limit: the speed is
- * compared with the reference's course.
+ * The loop's own swing is looked for, not that of a ramp, which waits and goes on while the torque is at its limit: the speed
+ * is compared with the reference's course.
  */
 static void watch_oscillation(struct speed_loop *s, const struct tuning *t, int32_t share_q14, int32_t moved_q16)
 {
