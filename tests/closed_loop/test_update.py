@@ -103,7 +103,7 @@ def test_a_mode_is_not_changed_while_on(tmp_path):
 @pytest.mark.parametrize("current_bw_hz", [pytest.param(2000, marks=pytest.mark.rest), 3183])
 def test_full_modulation_at_once(tmp_path, current_bw_hz):
     """A bus too low for the speed: the voltage stands at its circle, each phase's longest pulses act half a period late. That
-    costs no more than a quarter of ripple. Sensors in line: what shunts do not see there has a test of its own."""
+    costs three tenths of ripple at most. Sensors in line: what shunts do not see there has a test of its own."""
     ripple = {}
     for update, bandwidth_hz in ((VALLEY, 1000), (ONCE, current_bw_hz)):
         overrides = {"inverter": {"supply": {"vbus_v": 19.5}},
@@ -117,4 +117,4 @@ def test_full_modulation_at_once(tmp_path, current_bw_hz):
         ripple[update] = np.std(window["i_d_true_A"])
     waited_ms = int(re.search(r"had to wait for the next end: (\d+)", result.console)[1])
     assert waited_ms > 300
-    assert ripple[ONCE] < 1.25 * ripple[VALLEY]
+    assert ripple[ONCE] < 1.3 * ripple[VALLEY]
