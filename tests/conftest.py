@@ -60,9 +60,11 @@ def pytest_configure(config):
 def pytest_collection_modifyitems(config, items):
     out = {"--sample": ("rest", "long"), "--most": ("long",)}
     names = {name for option, marks in out.items() if config.getoption(option) for name in marks}
-    left_out = [item for item in items if any(item.get_closest_marker(name) for name in names)]
+    kept, left_out = [], []
+    for item in items:
+        (left_out if any(item.get_closest_marker(name) for name in names) else kept).append(item)
     config.hook.pytest_deselected(items=left_out)
-    items[:] = [item for item in items if item not in set(left_out)]
+    items[:] = kept
     items[:] = _mixed(items)
 
 

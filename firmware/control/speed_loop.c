@@ -10,7 +10,7 @@
 #define HUNT_SWINGS      4u
 #define CALMEST          10u /* quarters: a sixteenth of the gains is left */
 #define COURSE_SHIFT     3   /* of a reference's step that its course takes at once, */
-#define BEND_SHIFT       7   /* and that bends it: critically damped, with 16 ms */
+#define BEND_SHIFT       7   /* and that bends it: 14 Hz, damped by 0.7 */
 #define SLOW_SHIFT       2   /* of the bandwidth, if torque is slow: kp scales with it, ki with its square */
 #define ERROR_TIMES_GAIN ((1LL << 43) - 1) /* 2.0 in Q29, before the shift of answer_q29() */
 
@@ -150,7 +150,7 @@ static int32_t mean_demand_q15(struct speed_loop *s, int32_t mean_ms, int32_t de
     return sum_q15 / mean_ms;
 }
 
-/* A mean that lags behind no ramp. */
+/* Follows the reference, behind no steady ramp, and through its waits. */
 static void keep_course(struct speed_loop *s)
 {
     const int32_t left_q15 = (s->ref_rpm_q16 >> 1) - s->course_rpm_q15;

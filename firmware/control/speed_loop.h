@@ -29,7 +29,7 @@ struct speed_loop {
     int32_t accel_share_q15;                 /* of the feed-forward; 32768 but for a shaft that is light */
     int32_t error_max_q15;                   /* beyond it the output is twice the range anyway */
     int32_t moved_q16;                       /* the reference's last step that was one */
-    int32_t course_rpm_q15, course_step_q15; /* where the reference goes, without its steps */
+    int32_t course_rpm_q15, course_step_q15; /* where the ramp goes, without its waits */
     bool estimated;                          /* the speed: not by an encoder */
     int32_t swing;                           /* +1 or -1: which way an estimate's next one goes */
     uint32_t swing_ms, swings, calmed;

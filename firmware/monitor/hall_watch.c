@@ -3,6 +3,7 @@
 
 #include "drivers/cortex/cpu.h"
 #include "firmware/axis/axis.h"
+#include "firmware/monitor/emf_along.h"
 #include "lib/q15.h"
 
 #define INVALID_SAMPLES 2u /* in a millisecond: at top speed a state lasts longer */
@@ -10,7 +11,6 @@
 #define AT_END_Q32      (1 << 24) /* 1.4 degrees */
 #define EMF_SHIFT       4         /* 16 ms */
 #define EMF_WRONG_MS    60u
-#define DOUBT_R_SHIFT   2 /* a quarter of the resistance: heat, tolerance */
 #define DOUBT_BUS_SHIFT 6 /* dead time */
 
 /* ---- where the rotor is ---- */
@@ -101,27 +101,16 @@ static void take_counts(struct axis *a)
 
 /* ---- where the EMF is ---- */
 
-/* Along the frame's speed: |w| psi, if the frame is the rotor's. The active flux, see control/observer.h. */
-static int32_t emf_along_q15(const struct axis *a, int32_t w_q15)
-{
-    const struct tuning *const t = &a->tuning;
-    const struct current_loop *const c = &a->loop;
-    const int32_t armature_q15 = (int32_t)(((int64_t)((w_q15 * c->i_d_q15) >> 15) * t->x_q_apparent_q11) >> 11);
-    const int32_t seen_q15 = c->v_q_q15 - ((t->r_q12 * c->i_q_q15) >> 12) - armature_q15;
-    return w_q15 < 0 ? -seen_q15 : seen_q15;
-}
-
+/* A hot winding has two fifths more resistance than was told; what three quarters of its voltage leave is told apart. */
 static bool emf_is_elsewhere(struct axis *a)
 {
     struct hall_watch *const w = &a->hall_watch;
     const int32_t w_q15 = current_loop_w_q15(&a->loop);
-    const int32_t expected_q15 = (q15_abs(w_q15) * a->tuning.emf_q12) >> 12;
     const int32_t drop_q15 = (a->tuning.r_q12 * q15_abs(a->loop.i_q_q15)) >> 12;
     const int32_t hidden_q15 = drop_q15 - drop_q15 / 4 + (a->loop.vbus_q15 >> DOUBT_BUS_SHIFT);
     w->emf_q4 += (emf_along_q15(a, w_q15) * 16 - w->emf_q4) >> EMF_SHIFT;
-    w->expected_q4 += (expected_q15 * 16 - w->expected_q4) >> EMF_SHIFT;
-    const bool tells =
-        w->expected_q4 > 16 * hidden_q15; /* a hot winding has two fifths more resistance: half of it stays */
+    w->expected_q4 += (emf_expected_q15(a, w_q15) * 16 - w->expected_q4) >> EMF_SHIFT;
+    const bool tells = w->expected_q4 > 16 * hidden_q15;
     return tells && w->emf_q4 < w->expected_q4 / 2;
 }
 

@@ -2,6 +2,7 @@
 #include "firmware/monitor/lock_watch.h"
 
 #include "firmware/axis/axis.h"
+#include "firmware/monitor/emf_along.h"
 #include "firmware/source/rotor.h"
 #include "lib/q15.h"
 
@@ -17,18 +18,13 @@ void lock_watch_begin(struct lock_watch *w)
 /* The EMF of the rotor's supposed speed is there: at least 0.7 of it, and 1.3 at most. */
 static bool emf_contradicts(const struct axis *a)
 {
-    const struct tuning *const t = &a->tuning;
-    const struct current_loop *const c = &a->loop;
-    if (t->observer.lq_more != 0) {
+    if (a->tuning.observer.lq_more != 0) {
         return false; /* saturated iron makes an EMF from q currents */
     }
-    const int32_t w_q15 = current_loop_w_q15(c);
-    const int32_t expected_q15 = (q15_abs(w_q15) * t->emf_q12) >> 12;
-    const int32_t armature_q15 = ((w_q15 * c->i_d_q15) >> 15) * t->x_d_q11 >> 11;
-    const int32_t seen_q15 = c->v_q_q15 - ((t->r_q12 * c->i_q_q15) >> 12) - armature_q15;
-    const int32_t along_q15 = w_q15 < 0 ? -seen_q15 : seen_q15;
-    return q15_abs(along_q15 - expected_q15) >
-           expected_q15 * 3 / 10 + expected_q15 * 256 / q15_max(c->flux.margin_q8, 1);
+    const int32_t w_q15 = current_loop_w_q15(&a->loop);
+    const int32_t expected_q15 = emf_expected_q15(a, w_q15);
+    return q15_abs(emf_along_q15(a, w_q15) - expected_q15) >
+           expected_q15 * 3 / 10 + expected_q15 * 256 / q15_max(a->loop.flux.margin_q8, 1);
 }
 
 bool lock_watch_doubts(const struct axis *a)

@@ -6,8 +6,8 @@
 #include "firmware/operate/commands.h"
 #include "firmware/operate/messages.h"
 
-#define NAME_MOST 40u
-#define TOO_MANY  4u /* edits: then it is another word */
+#define NAME_MOST  40u
+#define EDITS_MOST 3u /* with more, it is another word */
 
 /* A name without its case and blanks. */
 struct folded {
@@ -87,14 +87,17 @@ const char *nearest_name(const char *word, names_fn name_of)
     struct folded typed;
     struct folded other;
     fold(&typed, word);
-    uint32_t closest = least(typed.length / 3u + 1u, TOO_MANY);
+    uint32_t most = typed.length < 6u ? 1u : least(typed.length / 3u, EDITS_MOST);
     const char *best = NULL;
     const char *name;
     for (uint32_t n = 0; typed.length > 1u && (name = name_of(n)) != NULL; n++) {
         fold(&other, name);
-        const uint32_t far = distance(&typed, &other, closest);
-        if (far < closest || (best == NULL && far == closest && far < 2u)) {
-            closest = far;
+        const uint32_t far = distance(&typed, &other, most);
+        if (far == 0u) {
+            return name; /* in capitals */
+        }
+        if (far <= most) {
+            most = far - 1u; /* whoever comes next must be nearer */
             best = name;
         }
     }

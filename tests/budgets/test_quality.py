@@ -14,11 +14,10 @@ EXPECTED = load_expected()
 
 
 SAMPLE = ("teknic_m2310p", "estun_emj04apb22", "maxon_ec45flat")
-EACH = ("default", "field_weakening")  # and the rest of the others by night
 
 
 @pytest.mark.parametrize("motor, scenario", [
-    pytest.param(motor, scenario, marks=() if motor in SAMPLE else pytest.mark.rest if scenario in EACH else pytest.mark.long)
+    pytest.param(motor, scenario, marks=() if motor in SAMPLE else pytest.mark.rest)
     for motor in available(MOTORS) for scenario in HELD if is_held(motor, scenario)])
 def test_quality(motor, scenario, tmp_path):
     measured, verdicts = measure(motor, scenario, HELD[scenario], tmp_path, EXPECTED)
