@@ -15,6 +15,7 @@ SPEED_BAND, SPEED_TOLD = 1.0, 2.5  # percent of the largest: the shaft's, and of
 ANGLE_DEG = 12.0
 TORQUE_SHARE = 0.35  # of rated, from the load: for a moment
 TORQUE_TO_OBSERVER = 0.26
+TORQUE_TO_HALL_SLOWLY = 0.5  # at a tenth of the speed: five seeds had 0.15 to 0.41, one build before 0.44
 TORQUE_TO_HALL = 0.9  # by where in its sector the rotor is at that time: five seeds had 0.20 to 0.83
 TORQUE_BY_HALL = 0.75  # where switches out of place, which have not been learned, tell a slow speed
 SOURCES = ("encoder", "observer", "hall")
@@ -56,7 +57,7 @@ CASES = [
         (TEKNIC, 0.25, 0.5, ALL_PAIRS, 2, 0, TORQUE_SHARE),
         (TEKNIC, -0.5, 0.5, ALL_PAIRS, 1, 0, TORQUE_SHARE),
         (HOVERBOARD, 0.5, 0.5, ("observer", "hall"), 1, 2, TORQUE_SHARE),
-        (HOVERBOARD, 0.1, 0.5, ("hall", "encoder"), 1, 0, TORQUE_TO_HALL),
+        (HOVERBOARD, 0.1, 0.5, ("hall", "encoder"), 1, 0, TORQUE_TO_HALL_SLOWLY),
         (DYS, 0.3, 0.5, ("hall", "observer", "encoder"), 1, 0, TORQUE_SHARE))],
 ]
 
