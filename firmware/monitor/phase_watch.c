@@ -1,18 +1,28 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/axis/axis.h"
+#include "lib/advance.h"
 #include "lib/q15.h"
 #include "lib/trig.h"
 
-#define SIN60_Q15     28378
-#define LEAST_SHIFT   4 /* a sixteenth of i_max */
-#define ALL_SHIFT     4 /* weight when no phase carries what is asked */
-#define CARRIED_SHIFT 2 /* decay: what was carried counts 0.75 one look later, then 0.56, 0.42 */
-#define SUSPECT       2 /* of the smallest terms: a phase that may be the cause of something else */
+#define SIN60_Q15         28378
+#define LEAST_SHIFT       4 /* a sixteenth of i_max */
+#define ALL_SHIFT         4 /* weight when no phase carries what is asked */
+#define CARRIED_SHIFT     2 /* decay: what was carried counts 0.75 one look later, then 0.56, 0.42 */
+#define CLAMPED_BUS_SHIFT 4 /* of the bus: three times what 1 us of dead time at 20 kHz hides, either way */
+#define SUSPECT           2 /* of the smallest terms: a phase that may be the cause of something else */
 
 /* Which: 1, 2, 3; 0 if more than one. */
 static int32_t open_one(bool a, bool b, bool c)
 {
     return a + b + c == 1 ? a + 2 * b + 3 * c : 0;
+}
+
+static abc_t phases_of(int32_t d_q15, int32_t q_q15, const cossin_t *cs)
+{
+    const int32_t alpha_q15 = (d_q15 * cs->cos - q_q15 * cs->sin) >> 15;
+    const int32_t beta_q15 = (d_q15 * cs->sin + q_q15 * cs->cos) >> 15;
+    const int32_t b_q15 = ((beta_q15 * SIN60_Q15) >> 15) - (alpha_q15 >> 1);
+    return (abc_t){alpha_q15, b_q15, -alpha_q15 - b_q15};
 }
 
 static int32_t phases_size(const abc_t *i)
@@ -75,6 +85,22 @@ static bool is_held(const struct axis *a)
     return a->state == AXIS_SWITCHED_ON && a->loop.kp_d_q9 == 0;
 }
 
+/*
+ * Which phases may carry nothing by dead time alone: in a start the voltage is small, and currents may be regulated along one
+ * axis only, or slowly. An open phase has more before long.
+ */
+static void leave_out_clamped(const struct axis *a, const cossin_t *cs, abc_t *asked)
+{
+    const int32_t hidden_q15 = a->loop.vbus_q15 >> CLAMPED_BUS_SHIFT;
+    int32_t v_d_q15 = a->loop.v_d_q15;
+    int32_t v_q_q15 = a->loop.v_q_q15;
+    advance_q15(&v_d_q15, &v_q_q15, -a->loop.v_turn_q15);
+    const abc_t v = phases_of(v_d_q15, v_q_q15, cs);
+    asked->a = q15_abs(v.a) < hidden_q15 ? 0 : asked->a;
+    asked->b = q15_abs(v.b) < hidden_q15 ? 0 : asked->b;
+    asked->c = q15_abs(v.c) < hidden_q15 ? 0 : asked->c;
+}
+
 void phase_watch_expect(struct axis *a)
 {
     a->supervision.phases.i_d_ref_q15 = a->loop.i_d_ref_q15;
@@ -85,12 +111,12 @@ void phase_watch_step(struct axis *a)
 {
     struct phase_watch *const p = &a->supervision.phases;
     const cossin_t cs = cossin_q15(current_loop_angle_q32(&a->loop));
-    const int32_t alpha_q15 = (p->i_d_ref_q15 * cs.cos - p->i_q_ref_q15 * cs.sin) >> 15;
-    const int32_t beta_q15 = (p->i_d_ref_q15 * cs.sin + p->i_q_ref_q15 * cs.cos) >> 15;
-    const int32_t b_q15 = ((beta_q15 * SIN60_Q15) >> 15) - (alpha_q15 >> 1);
-    const abc_t asked = {alpha_q15, b_q15, -alpha_q15 - b_q15};
+    abc_t asked = phases_of(p->i_d_ref_q15, p->i_q_ref_q15, &cs);
     const abc_t measured = {a->fabric->adc.IA, a->fabric->adc.IB, a->fabric->adc.IC};
     const int32_t least_q15 = least_that_tells(p, &asked);
+    if (a->state == AXIS_SWITCHED_ON && !is_held(a)) {
+        leave_out_clamped(a, &cs, &asked);
+    }
     const enum phase_look of_a = look_at(asked.a, measured.a, least_q15);
     const enum phase_look of_b = look_at(asked.b, measured.b, least_q15);
     const enum phase_look of_c = look_at(asked.c, measured.c, least_q15);
