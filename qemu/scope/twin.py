@@ -69,14 +69,16 @@ class Twin:
         return None if status is None else f"{reason(status)}; make scope starts it anew"
 
     def at_work(self):
-        """Whether QEMU still uses the processor, however little a busy machine leaves to it."""
+        """Whether QEMU uses the processor or waits for it or for a disk, however little a busy machine leaves to it."""
         self._look_at_work()  # this program may be late, too
         return time.monotonic() - self._worked_s < STILL_S
 
     def _look_at_work(self):
         with contextlib.suppress(OSError):  # it has just ended
-            ticks = Path(f"/proc/{self._process.pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[11:13]
-            if ticks != self._ticks:
+            threads = [(thread / "stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
+                       for thread in Path(f"/proc/{self._process.pid}/task").iterdir()]
+            ticks = [thread[11:13] for thread in threads]
+            if ticks != self._ticks or any(thread[0] in "RD" for thread in threads):
                 self._ticks, self._worked_s = ticks, time.monotonic()
 
     def last_words(self):
