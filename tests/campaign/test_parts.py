@@ -20,10 +20,10 @@ REST = [
     "wiring:teknic_m2310p/sensor_B_negative", "wiring:estun_emj04apb22/encoder_reversed",
     "wiring:teknic_m2310p/reversed_and_CA", "wiring:teknic_m2310p/locked", "wiring:teknic_m2310p/brake",
     "supervision:hoverboard_350w/slip120/speed50/load100",
-    "detune:hoverboard_350w/default/R*2_L*0.5", "identified:thor_pmsyrm/seed1",
     "sensorless:thor_pmsyrm/flying/20", "saliency:thor_pmsyrm/hold1/45/silent",
 ]
-LONG = ["identify:maxon_ec45flat/seed2", "wiring:qs138_3kw/encoder_frozen", "supervision:estun_emj04apb22/reversal/chopper"]
+LONG = ["identify:maxon_ec45flat/seed2", "wiring:qs138_3kw/encoder_frozen", "supervision:estun_emj04apb22/reversal/chopper",
+        "detune:hoverboard_350w/default/R*2_L*0.5", "identified:thor_pmsyrm/seed1"]
 
 
 def expected(path=EXPECTED_FILE):

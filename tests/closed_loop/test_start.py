@@ -79,7 +79,7 @@ WRONG = {
 }
 
 
-LONG = {"blocked": pytest.mark.rest, "2 % more counts": pytest.mark.rest, "encoder dead": pytest.mark.long,
+LONG = {"blocked": pytest.mark.rest, "2 % more counts": pytest.mark.long, "encoder dead": pytest.mark.long,
         "2 % fewer counts": pytest.mark.long}
 
 

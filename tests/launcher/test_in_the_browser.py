@@ -12,7 +12,7 @@ from launcher.paths import REPO
     pytest.param("page_look_run.py", marks=pytest.mark.rest), pytest.param("page_run.py", marks=pytest.mark.rest),
     "page_silent_run.py", pytest.param("page_tool_run.py", marks=pytest.mark.rest)))
 def test_the_page(file, request):
-    sample = ["--sample"] if request.config.getoption("--sample") else []
+    sample = [option for option in ("--sample", "--most") if request.config.getoption(option)]
     done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", "-p", "no:xdist", *sample,
                            f"tests/launcher/{file}"], cwd=REPO, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
