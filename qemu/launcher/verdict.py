@@ -4,7 +4,8 @@ this plant; or it is wrong.
 
 The drive names the reason, the plant decides whether it is true: drawn values (SEED, SPREAD), not those that the drive was
 told. A reason that is not in TRUTHS is never true: a limit of the firmware's own numbers is none of the plant. A run whose
-limits fail although the drive says nothing is excused only where the plant lacks the torque that the scenario asks for.
+limits fail although the drive says nothing is excused only where the plant lacks the torque that the scenario asks for. One
+whose drive warned of an oscillation may answer the load more slowly, if the shaft leaves the told bandwidth no margin.
 """
 import math
 import re
@@ -14,6 +15,7 @@ from .capability import CIRCLE, KEPT, machine_of
 from .kinds_protection import enumerator
 from .refusals import NAME, refusals, typed
 from .rules import RPM
+from .shaft_margin import swings_up
 from .spread import drawn
 
 WORKS, TRUE, WRONG, NOT_SET_UP = "works", "true reason", "wrong", "not set up"
@@ -26,6 +28,8 @@ PERIOD_S, LOOP_S = 50e-6, 2e-3
 DEVIATION = 0.2         # of speed_max: deviation_pct
 LAST_HZ = 1187.0        # electrical, of the firmware's speeds
 WARM_K = 80.0           # of the winding, above ambient
+WARNED = "warning: oscillation"
+SLOWER = ("speed dip", "recovery", "speed overshoot", "speed error, steady, rated load")  # what less gain makes worse
 
 
 @dataclass(frozen=True)
@@ -114,6 +118,16 @@ class Plant:
         return f"{volts:.4g} V of EMF" if volts > self.names["v_max_V"] else ""
 
 
+    def swings(self, *_):
+        """The coupling takes the margin of the speed loop at the bandwidth that is told."""
+        load, rotor = self.motor["load"], self.motor["mechanical"]["inertia_kgm2"]
+        if not load["stiffness_nm_rad"] or not load["inertia_ratio"]:
+            return ""
+        hz, shaft = self.names["speed_bw_hz"], (load["stiffness_nm_rad"], load["damping_nms"])
+        swings = swings_up(hz, rotor, rotor * load["inertia_ratio"], *shaft)
+        return f"a speed loop of {hz:.3g} Hz swings with the coupling at less than twice its gain" if swings else ""
+
+
 # what the drive says -> what of the plant makes it true
 TRUTHS = {
     r"do not fit one another at this PWM rate": Plant.forgets_in_a_period,
@@ -125,6 +139,7 @@ TRUTHS = {
     r"VOLTAGE_LIMIT|STALL|OUT_OF_STEP": Plant.lacks,
     r"LOAD_TOO_HIGH|LOAD$|BLOCKED": Plant.sticks,
     r"UNDERVOLTAGE": Plant.sags,
+    r"OSCILLATION|LIMIT_CYCLE": Plant.swings,
 }
 
 
@@ -136,8 +151,15 @@ def judged(result):
     if said:
         truth = truth_of(said, Plant(result.drive), asks)
         return Judged(TRUE if truth else WRONG, said, truth)
-    lacks = Plant(result.drive).lacks(*asks) if asks else ""
-    return Judged(TRUE if lacks else WRONG, failed(result), lacks)
+    plant = Plant(result.drive)
+    truth = (plant.lacks(*asks) if asks else "") or (plant.swings() if is_slower(result) else "")
+    return Judged(TRUE if truth else WRONG, failed(result), truth)
+
+
+def is_slower(result):
+    """The drive has lowered its gains, has said so, and nothing else is amiss."""
+    return WARNED in result.console and all(
+        name.startswith(SLOWER) for name, figure in result.figures.items() if figure.passed is False)
 
 
 def truth_of(said, plant, asks=None):

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: MIT
+"""What a coupling leaves of a speed loop's margin: a proportional gain for the whole inertia, once a millisecond, on a rotor
+whose load hangs on a spring. Above the frequency at which the load stays where it is, the rotor alone answers, faster by the
+ratio of inertias. Exact between the samples, so that a resonance above half the rate is folded as the loop sees it."""
+import math
+
+import numpy as np
+
+SLOW_S = 1e-3  # the loop's period; its speed is the way of one
+LATE_S = 0.25e-3  # from the encoder's sample to the torque: the slow loop's work, and the current loop
+MARGIN = 2.0   # of gain, as the drive leaves itself where it lowers its own: 6 dB
+
+
+def swings_up(speed_bw_hz, rotor_kgm2, load_kgm2, stiffness_nm_rad, damping_nms):
+    """Whether the loop of `speed_bw_hz` and MARGIN times its gain is not stable."""
+    shaft = np.array([  # angle, speed and load's speed, twist; torque
+        [0, 1, 0, 0, 0],
+        [0, -damping_nms / rotor_kgm2, damping_nms / rotor_kgm2, -stiffness_nm_rad / rotor_kgm2, 1 / rotor_kgm2],
+        [0, damping_nms / load_kgm2, -damping_nms / load_kgm2, stiffness_nm_rad / load_kgm2, 0],
+        [0, 1, -1, 0, 0],
+        [0, 0, 0, 0, 0]])
+    gain_nm_rad = MARGIN * 2 * math.pi * speed_bw_hz * (rotor_kgm2 + load_kgm2) / SLOW_S
+    late, rest = _after(shaft, LATE_S), _after(shaft, SLOW_S - LATE_S)
+    asked = np.array([-gain_nm_rad, 0, 0, 0, gain_nm_rad, 0])  # of the state, the angle a period ago, the torque until now
+    loop = np.zeros((6, 6))
+    loop[:4, :4] = rest[:4, :4] @ late[:4, :4]
+    loop[:4, 5] = rest[:4, :4] @ late[:4, 4]
+    loop[:4] += np.outer(rest[:4, 4], asked)
+    loop[4, 0] = 1
+    loop[5] = asked
+    turning = np.abs(np.linalg.eigvals(loop))  # one of them is the angle, which nothing holds
+    return float(np.sort(turning)[-1]) > 1 + 1e-6
+
+
+def _after(shaft, time_s):
+    """exp(shaft t), by halving the time until a series of few terms is enough."""
+    halvings = max(0, math.ceil(math.log2(np.abs(shaft).max() * time_s)) + 6)
+    part, term, total = shaft * (time_s / 2 ** halvings), np.eye(5), np.eye(5)
+    for n in range(1, 12):
+        term = term @ part / n
+        total = total + term
+    for _ in range(halvings):
+        total = total @ total
+    return total
