@@ -15,7 +15,7 @@ from .capability import CIRCLE, KEPT, machine_of
 from .kinds_protection import enumerator
 from .refusals import NAME, refusals, typed
 from .rules import RPM
-from .shaft_margin import swings_up
+from .shaft_margin import MARGIN, swings_up
 from .spread import drawn
 
 WORKS, TRUE, WRONG, NOT_SET_UP = "works", "true reason", "wrong", "not set up"
@@ -117,7 +117,6 @@ class Plant:
         volts = math.sqrt(3) * self.motor["electrical"]["flux_wb"] * w
         return f"{volts:.4g} V of EMF" if volts > self.names["v_max_V"] else ""
 
-
     def swings(self, *_):
         """The coupling takes the margin of the speed loop at the bandwidth that is told."""
         load, rotor = self.motor["load"], self.motor["mechanical"]["inertia_kgm2"]
@@ -125,7 +124,7 @@ class Plant:
             return ""
         hz, shaft = self.names["speed_bw_hz"], (load["stiffness_nm_rad"], load["damping_nms"])
         swings = swings_up(hz, rotor, rotor * load["inertia_ratio"], *shaft)
-        return f"a speed loop of {hz:.3g} Hz swings with the coupling at less than twice its gain" if swings else ""
+        return f"a speed loop of {hz:.3g} Hz swings with the coupling at {MARGIN:g} times its gain" if swings else ""
 
 
 # what the drive says -> what of the plant makes it true

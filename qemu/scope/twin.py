@@ -26,6 +26,7 @@ DISTURBANCES = {
 }
 CHANGE_S = 0.05
 STILL_S = 0.5
+PROC = Path("/proc")
 TAKEN_S = 2.0  # for an event, which takes 10 ms of a drive that runs
 
 
@@ -76,7 +77,7 @@ class Twin:
     def _look_at_work(self):
         with contextlib.suppress(OSError):  # it has just ended
             threads = [(thread / "stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
-                       for thread in Path(f"/proc/{self._process.pid}/task").iterdir()]
+                       for thread in (PROC / str(self._process.pid) / "task").iterdir()]
             ticks = [thread[11:13] for thread in threads]
             if ticks != self._ticks or any(thread[0] in "RD" for thread in threads):
                 self._ticks, self._worked_s = ticks, time.monotonic()

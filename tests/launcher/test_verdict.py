@@ -12,7 +12,7 @@ from launcher.figures import Figure
 from launcher.part import Verdict
 from launcher.verdict import NOT_SET_UP, TRUE, WORKS, WRONG, Plant, judged, judged_part
 
-FAULTS = ("NONE", "SPEED_DEVIATION", "ENCODER_COUNTS", "LOAD_TOO_HIGH", "UNDERVOLTAGE")
+FAULTS = ("NONE", "SPEED_DEVIATION", "ENCODER_COUNTS", "LOAD_TOO_HIGH", "UNDERVOLTAGE", "OSCILLATION", "LIMIT_CYCLE")
 
 
 def drive(motor="teknic_m2310p", seed=1, spread=0, detune="", inverter=None, **tables):
@@ -100,6 +100,7 @@ TRUE_OF = [
     ("SPEED_DEVIATION", {"load": {"coulomb_nm": 0.3, "stiction_nm": 0.3}}),
     ("LOAD_TOO_HIGH", {"load": {"coulomb_nm": 0.3, "stiction_nm": 0.6}}),
     ("UNDERVOLTAGE", {"inverter": {"supply": {"supply_resistance_ohm": 5.0}}}),
+    ("OSCILLATION", SOFT), ("LIMIT_CYCLE", SOFT),
 ]
 
 

@@ -209,12 +209,14 @@ def test_a_phase_that_carries_nothing_while_it_learns_is_open(c):
         w.step()
         carry(w)
     assert cause(w) == "NONE"
-    w.axis.loop.v_d_steps = FULL // 4  # a regulator whose current does not come asks for more
-    for _ in range(200):
-        w.step()
-        carry(w)
-        w.fabric.adc.IA = 0
-    assert cause(w) == "OPEN_PHASE" and w.axis.faults.detail[0] == 1 and w.fabric.gate.CONTROL == 0
+    for v_d_steps, fault in ((0, "NONE"), (FULL // 20, "NONE"), (FULL // 12, "OPEN_PHASE")):
+        w.axis.loop.v_d_steps = v_d_steps  # dead time may hide a 16th of the bus; where no current comes it becomes more
+        for _ in range(200):
+            w.step()
+            carry(w)
+            w.fabric.adc.IA = 0
+        assert cause(w) == fault, v_d_steps
+    assert w.axis.faults.detail[0] == 1 and w.fabric.gate.CONTROL == 0
 
 
 def test_learning_lays_the_rotor_down_turns_the_field_and_ends_off(c):
