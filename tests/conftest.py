@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Where everything is: tests run from the repository's root, products are in $BUILD, the launcher is a package in qemu/."""
 import gc
+import hashlib
 import itertools
 import os
 import sys
@@ -9,6 +10,9 @@ from pathlib import Path
 import pytest
 
 SHORT = "tests/unit/"
+# what `make test` has whole; of what plays the image and takes its time, one test in so many, drawn by its name
+WHOLE = (SHORT, *(f"tests/{name}/" for name in ("lib", "launcher", "tools", "make", "budgets")), "tests/campaign/test_lots.py")
+ONE_IN = 4
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "qemu"))
 os.chdir(ROOT)
@@ -48,7 +52,8 @@ def pytest_terminal_summary(terminalreporter):
 
 def pytest_addoption(parser):
     parser.addoption("--sample", action="store_true",
-                     help="without what is marked `rest`: more motors, rates and cases of what is there already")
+                     help="without what is marked `rest`, more motors, rates and cases of what is there already; of what plays"
+                          " the image, one test in four")
     parser.addoption("--most", action="store_true", help="without what is marked `long`: half a minute for one case more")
 
 
@@ -58,14 +63,19 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
-    out = {"--sample": ("rest", "long"), "--most": ("long",)}
-    names = {name for option, marks in out.items() if config.getoption(option) for name in marks}
+    left = {"--sample": ("rest", "long"), "--most": ("long",)}
+    names = {name for option, marks in left.items() if config.getoption(option) for name in marks}
     kept, left_out = [], []
     for item in items:
-        (left_out if any(item.get_closest_marker(name) for name in names) else kept).append(item)
+        out = any(item.get_closest_marker(name) for name in names) or config.getoption("--sample") and not _drawn(item.nodeid)
+        (left_out if out else kept).append(item)
     config.hook.pytest_deselected(items=left_out)
     items[:] = kept
     items[:] = _mixed(items)
+
+
+def _drawn(nodeid):
+    return nodeid.startswith(WHOLE) or hashlib.blake2b(nodeid.encode(), digest_size=8).digest()[-1] % ONE_IN == 0
 
 
 def _mixed(items):
