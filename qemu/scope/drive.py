@@ -153,8 +153,9 @@ class Drive:
         end = time.monotonic() + ANSWER_S
         while not self._ended.is_set():
             try:
-                await asyncio.wait_for(self._ended.wait(), SILENT_S / 10)
-            except asyncio.TimeoutError:
+                async with asyncio.timeout(SILENT_S / 10):  # wait_for() of Python 3.11 can swallow a cancellation
+                    await self._ended.wait()
+            except TimeoutError:
                 reason = self.silent() or (time.monotonic() > end and f"no answer within {ANSWER_S:g} s")
                 if reason:
                     self._out_of_step = reason  # the answer may come yet, and must not pass for another's

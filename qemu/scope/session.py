@@ -37,7 +37,7 @@ class Session:
         self._jog = Jog(self.drive.ask)
         self.signals, self.chosen, self.state, self._known_fault = {}, [], "", ""
         self._silent, self._last_said = None, ""
-        self._tasks = []
+        self._ending, self._tasks = asyncio.Event(), []
 
     async def open(self):
         await self.far.open()
@@ -53,8 +53,7 @@ class Session:
                        asyncio.ensure_future(self._mind_jog())]
 
     async def close(self):
-        for task in self._tasks:
-            task.cancel()
+        self._ending.set()  # a task that waits for an answer gets it first: it must not pass for that of the stop below
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await self._stop()
         try:
@@ -184,17 +183,22 @@ class Session:
         self._last_said = text
         self._tell({"kind": "said", "text": text})
 
+    async def _goes_on(self, seconds):
+        """True after so long; False as soon as the session ends."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                await self._ending.wait()
+        return not self._ending.is_set()
+
     async def _watch(self):
         """The state, again and again, which keeps the stream up as well; and whether somebody is still there."""
-        while True:
-            await asyncio.sleep(min(STATUS_S, KEEP_UP_S))
+        while await self._goes_on(min(STATUS_S, KEEP_UP_S)):
             for task in (self._revive if self._silent else self._look, self._mind_pages):
                 with contextlib.suppress(DriveError):  # the line is minded below
                     await task()
 
     async def _mind_jog(self):
-        while True:
-            await asyncio.sleep(LOOK_S)
+        while await self._goes_on(LOOK_S):
             with contextlib.suppress(DriveError):  # again, when the line is back
                 await self._jog.mind()
 
@@ -210,8 +214,7 @@ class Session:
 
     async def _mind_line(self):
         """What pages show is stale from when the drive falls silent until it answers again."""
-        while True:
-            await asyncio.sleep(LOOK_S)
+        while await self._goes_on(LOOK_S):
             if not (why := self.drive.silent()):
                 continue
             if self._silent is None:

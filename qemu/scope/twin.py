@@ -36,7 +36,7 @@ class Twin:
 
     def __init__(self, motor, seed, build=None, qemu=None, out_dir=None, **plant):
         self._arguments = (motor, seed, build, qemu, out_dir, plant)
-        self.title, self._ticks, self._worked_s = "", [], 0.0
+        self.title, self._ticks, self._worked_s, self._held = "", [], 0.0, False
 
     async def open(self):
         motor, seed, build, qemu, out_dir, plant = self._arguments
@@ -70,9 +70,10 @@ class Twin:
         return None if status is None else f"{reason(status)}; make scope starts it anew"
 
     def at_work(self):
-        """Whether QEMU uses the processor or waits for it or for a disk, however little a busy machine leaves to it."""
+        """Whether QEMU uses the processor or waits for it or for a disk, however little a busy machine leaves to it; or is
+        held here, for however long a busy machine makes that."""
         self._look_at_work()  # this program may be late, too
-        return time.monotonic() - self._worked_s < STILL_S
+        return self._held or time.monotonic() - self._worked_s < STILL_S
 
     def _look_at_work(self):
         with contextlib.suppress(OSError):  # it has just ended
@@ -122,12 +123,16 @@ class Twin:
             self._look_at_work()
             ahead = progress_s(progress) - (time.monotonic() - begin)
             if ahead > LEAD_S:
-                self._process.send_signal(signal.SIGSTOP)
-                self._worked_s = time.monotonic() + ahead  # it is held here, and will go on
-                await asyncio.sleep(ahead)
-                self._process.send_signal(signal.SIGCONT)
+                await self._hold(ahead)
             elif ahead < -LEAD_S:
                 begin += -ahead
+
+    async def _hold(self, seconds):
+        self._held = True
+        self._process.send_signal(signal.SIGSTOP)
+        await asyncio.sleep(seconds)
+        self._process.send_signal(signal.SIGCONT)
+        self._held, self._worked_s = False, time.monotonic()
 
     async def close(self):
         self._pace.cancel()

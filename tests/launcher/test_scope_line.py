@@ -195,6 +195,35 @@ def test_a_stop_is_sent_to_a_drive_that_does_not_answer(tmp_path):
     play(tmp_path, scene)
 
 
+def test_the_end_waits_for_an_answer_that_is_due_and_takes_it_for_no_others(tmp_path, monkeypatch):
+    monkeypatch.setattr("scope.session.STOP_S", 0.1)
+    got = []
+
+    async def scene(drive, session, messages):
+        await until(lambda: "status" in kinds(messages))
+        ask = session.drive.ask
+
+        async def recorded(line):
+            got.append([line, None])
+            mine = got[-1]
+            mine[1] = await ask(line)
+            return mine[1]
+
+        session.drive.ask = recorded
+        drive.deaf.set()
+        await until(lambda: got and got[-1][1] is None)  # the session asks for the state again and again
+        session.started = True
+        asyncio.get_running_loop().call_later(0.3, drive.deaf.clear)
+        async with asyncio.timeout(PATIENCE_S):
+            await session.close()
+        session.drive.ask = ask
+
+    play(tmp_path, scene)
+    assert [line for line, _ in got if line in ("quickstop", "off")] == ["quickstop", "off"]
+    for line, answer in got:
+        assert answer == ANSWERS.get(line, "error: unknown\r\n").split("\r\n")[:-1], line
+
+
 def test_a_port_that_is_none(tmp_path):
     with pytest.raises(LauncherError, match=r"PORT=.*none cannot be opened"):
         asyncio.run(Session(Board(str(tmp_path / "none"))).open())

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Whether QEMU is at work, by what the system says of its threads: a busy machine must not pass for a silent drive."""
+import asyncio
+import signal
 from types import SimpleNamespace
 
 import pytest
@@ -56,3 +58,24 @@ def test_what_was_at_work_is_not_forgotten_at_once_and_one_that_has_ended_is_not
     qemu._process.pid = 8
     passes(0.2)
     assert not qemu.at_work()
+
+
+def test_one_that_is_held_here_is_at_work_however_late_this_program_lets_go(qemu, system):
+    says, passes = system
+    sent = []
+    qemu._process.send_signal = sent.append
+
+    async def scene():
+        says("R", 40)
+        held = asyncio.ensure_future(qemu._hold(0))
+        await asyncio.sleep(0)
+        says("T", 40), qemu.at_work()
+        passes(10 * twin.STILL_S)
+        assert qemu.at_work() and sent == [signal.SIGSTOP]
+        await held
+        says("S", 40)
+        assert qemu.at_work() and sent == [signal.SIGSTOP, signal.SIGCONT]
+        passes(twin.STILL_S + 0.1)
+        assert not qemu.at_work(), "but not for ever"
+
+    asyncio.run(scene())
