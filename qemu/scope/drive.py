@@ -9,6 +9,7 @@ from launcher.errors import LauncherError
 from .line import Sample, Splitter
 
 END = b".\r\n"      # behind each answer in the console's mode for programs (docs/console.md)
+PROMPT = b"> "    # of a person's console: behind the answer to `machine off`
 ANSWER_S = 20.0   # the longest answer, a whole capture, takes 3 s at 115200 baud; a slow twin takes longer
 UNASKED = "done: "  # no answer has such a line
 SILENT_S = 0.8    # without a sample or an answer: it is silent; while it streams, something comes each millisecond
@@ -103,7 +104,8 @@ class Drive:
         self._text_s = time.monotonic()
         if self._asked:
             self.heard_s = self._text_s  # a long answer takes the place of samples
-            if self._text == END or self._text.endswith(b"\n" + END):
+            answer = self._text.removesuffix(PROMPT)
+            if answer == END or answer.endswith(b"\n" + END):
                 self._ended.set()
         elif self._text.endswith(b"\n"):
             said = self._text.decode("ascii", "replace").replace("\r", "").strip()
@@ -142,7 +144,7 @@ class Drive:
                 await self._answered(line)
             finally:
                 self._asked = False
-            text = self._text.removesuffix(END).decode("ascii", "replace").replace("\r", "")
+            text = self._text.removesuffix(PROMPT).removesuffix(END).decode("ascii", "replace").replace("\r", "")
             self._text.clear()
         lines = [one for one in text.split("\n") if one]
         for said in [one for one in lines if one.startswith(UNASKED)]:

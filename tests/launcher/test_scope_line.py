@@ -21,7 +21,9 @@ SHOWN_S = 1.0   # at the latest a page shows that a drive is silent
 PAGE_S = 0.05   # of it for the way to the page
 ANSWERS = {"": "", "machine on": "ok\r\n", "scope list": "i_q A 1/1: q current\r\n", "stream 1 921600": "ok\r\n",
            "scope": "signals: i_q, every 1\r\ncapture: off\r\n", "status": "state: operation enabled\r\nfault: none\r\n",
-           "get a": "a = 1\r\n", "get b": "b = 2\r\n"}
+           "machine off": "ok\r\n", "get a": "a = 1\r\n", "get b": "b = 2\r\n"}
+
+UNKNOWN = "error: unknown\r\n"
 
 
 class Played:
@@ -56,7 +58,8 @@ class Played:
                 *lines, rest = rest.split(b"\r")
                 for line in lines:
                     self.heard.append(line.decode())
-                    os.write(master, (ANSWERS.get(line.decode(), "error: unknown\r\n") + ".\r\n").encode())
+                    prompt = "> " if line == b"machine off" else ""
+                    os.write(master, f"{ANSWERS.get(line.decode(), UNKNOWN)}.\r\n{prompt}".encode())
             except OSError:
                 return
 
@@ -221,7 +224,7 @@ def test_the_end_waits_for_an_answer_that_is_due_and_takes_it_for_no_others(tmp_
     play(tmp_path, scene)
     assert [line for line, _ in got if line in ("quickstop", "off")] == ["quickstop", "off"]
     for line, answer in got:
-        assert answer == ANSWERS.get(line, "error: unknown\r\n").split("\r\n")[:-1], line
+        assert answer == ANSWERS.get(line, UNKNOWN).split("\r\n")[:-1], line
 
 
 def test_a_port_that_is_none(tmp_path):
