@@ -28,7 +28,7 @@ void adopt_tuning(struct axis *a, const struct tuning *t)
         a->loop.pll.speed_q32 = 0;
         speed_estimate_reset(&a->speed.estimate);
     }
-    if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32 ||
+    if (t->encoder_scale_q32 != a->tuning.encoder_scale_q32 || t->encoder_counts != a->tuning.encoder_counts ||
         (FEATURE_IN(IDENTIFY) && identify_in_rotor_frame(&a->identify))) {
         identify_leave(&a->identify);
         start_forget(a);

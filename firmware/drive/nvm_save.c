@@ -108,7 +108,8 @@ static void put_reactions(struct saving *x)
 static bool of_this_encoder(const struct axis *a, const struct tuning *set)
 {
     return rotor_has_encoder(a) && set->angle_source == PARAM_ANGLE_ENCODER && !axis_fabric_doubted(a) &&
-           set->encoder_scale_q32 == a->tuning.encoder_scale_q32 && !identify_in_rotor_frame(&a->identify);
+           set->encoder_scale_q32 == a->tuning.encoder_scale_q32 && set->encoder_counts == a->tuning.encoder_counts &&
+           !identify_in_rotor_frame(&a->identify);
 }
 
 static void put_index(struct saving *x)

@@ -52,5 +52,8 @@ int main(void)
     }
     harness_equal("each time a conversion has come", stale, 0u);
     harness_equal("the encoder is the new one", (uint32_t)axis.tuning.encoder_counts, 4000u);
+    tuning.encoder_counts = 2000; /* and half the pole pairs: the same scale */
+    adopt_tuning(&axis, &tuning);
+    harness_equal("and the fabric counts as it has", FABRIC0->encoder.COUNTS, 2000u);
     harness_end();
 }
