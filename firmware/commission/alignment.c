@@ -13,6 +13,7 @@
 #define SETTLE_MS      60
 #define RATIO_MOST     32
 #define GRIP_MS        5
+#define BACK_PART      16
 #define AWAY_TURNS     3 /* no field pulls the rotor further than this from its start */
 #define TURNS_BACK     4 /* part of a period: a jumping field may meet the rotor moving away from it */
 
@@ -38,10 +39,25 @@ static void follow_current(struct alignment *a, const struct tuning *t)
     a->current_q15 = measure_towards(a->current_q15, a->target_q15, slope_q15);
 }
 
-/* A reluctance machine is held where it is first pulled across its magnets, and swings less. */
-static int32_t pull_current_q15(const struct alignment *a, const struct tuning *t)
+/* It hangs on the field, and its swing is damped: from here on it does not come from the other side. */
+static bool hangs(const struct alignment *a)
 {
-    return a->gripped || t->reluctant ? a->current_q15 : pull_speed_current_q15(&a->speed, t, a->current_q15);
+    return a->stage == STAGE_SECOND && a->rotor.sense != 0;
+}
+
+/*
+ * A reluctance machine is held where it is first pulled across its magnets, and swings less. A rotor that hangs on the field
+ * may ring on its coupling, and a current that follows that speed would shake it: so the current comes back slowly.
+ */
+static int32_t pull_current_q15(struct alignment *a, const struct tuning *t)
+{
+    if (a->gripped || t->reluctant) {
+        return a->current_q15;
+    }
+    const int32_t more_q15 = a->current_q15 / q15_max(a->rotor.period_ms / BACK_PART, 1) + 1;
+    const int32_t now_q15 = pull_speed_current_q15(&a->speed, t, a->current_q15);
+    a->pull_q15 = hangs(a) ? q15_min(now_q15, a->pull_q15 + more_q15) : now_q15;
+    return a->pull_q15;
 }
 
 /* A rotor that runs away without current falls with its load: then all the available current holds it. */

@@ -63,6 +63,7 @@ struct alignment {
     uint32_t latched;    /* counter at the last step */
     uint32_t field_q32;
     int32_t current_q15, target_q15;
+    int32_t pull_q15; /* as much of it as the rotor's speed allows */
     struct pull_speed speed;
     bool gripped; /* it fell, and more current caught it */
     bool even;    /* the whole turns were even */

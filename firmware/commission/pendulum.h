@@ -4,7 +4,8 @@
  * it: it moves slightly against the rotor's relative speed, which needs no inertia, only a rough period. A filter of a
  * sixteenth of the period gives the speed. One count must not move the field by more than 30 degrees: with less than 36 of
  * them in an electrical turn it damps less. A rotor that swings in less than 40 ms is damped only a little: a step takes a
- * millisecond, and would come too late.
+ * millisecond, and would come too late. For the same reason damping drives what swings much quicker than told, as a rotor does
+ * on its coupling: it halves each time that such swings follow one another.
  */
 #ifndef FIRMWARE_COMMISSION_PENDULUM_H
 #define FIRMWARE_COMMISSION_PENDULUM_H
@@ -18,7 +19,10 @@ struct pendulum {
     int32_t sense;         /* +1, or -1 if the encoder counts backwards; 0: unknown, no damping */
     int32_t period_ms;     /* as far as the parameters know it */
     int32_t filter_ms;     /* delay of the speed signal */
-    int32_t damping;       /* gain on the filter's lag */
+    int32_t damping_q4;    /* gain on the filter's lag */
+    bool ahead;            /* at the last half swing */
+    int32_t half_ms;       /* since then */
+    int32_t quick;         /* half swings, much shorter than told, that followed one another */
     uint32_t error_q32;    /* rotor's angle less the field's, plus an unknown constant */
     uint32_t filtered_q32; /* the same, a sixteenth of a period late */
     uint32_t applied_q32;  /* the field's angle, damping included */

@@ -8,11 +8,13 @@
 
 #define SUBSTEPS 2
 #define TURN     (2 * M_PI)
+#define DAMPING  0.02 /* of critical, of the coupling */
 
 struct rotor {
     const struct rotor_case *k;
     double p, flux_wb, angle_rad, speed_rad_s, kt_nm, load_nm, friction_nm, cogging_nm, inertia_kgm2;
     double i_range_a, v_range_v, least_rad, most_rad, fastest_rad_s;
+    double coupling_nm_rad, coupling_nms, coupled_kgm2, coupled_rad, coupled_rad_s; /* what hangs on the coupling */
     int32_t v_d_q15; /* published with the next millisecond, as the slow loop does it last */
     int32_t zero;    /* of the encoder's counter */
     bool stuck;
@@ -33,12 +35,25 @@ static bool breaks_loose(struct rotor *r, double torque_nm)
     return torque_nm > up_nm || torque_nm < -down_nm;
 }
 
+/* Torque of the coupling, which turns the load. */
+static double coupling_nm(struct rotor *r, double dt_s)
+{
+    if (r->coupled_kgm2 == 0) {
+        return 0;
+    }
+    const double nm =
+        r->coupling_nm_rad * (r->angle_rad - r->coupled_rad) + r->coupling_nms * (r->speed_rad_s - r->coupled_rad_s);
+    r->coupled_rad_s += nm / r->coupled_kgm2 * dt_s;
+    r->coupled_rad += r->coupled_rad_s * dt_s;
+    return nm;
+}
+
 static void turn(struct rotor *r, double field_rad, double current_a, double dt_s)
 {
     const double lead = field_rad - r->p * r->angle_rad;
     const double saliency_h = (r->k->lq_uh - r->k->ld_uh) * 1e-6;
     const double torque_nm = r->kt_nm * current_a * sin(lead) * (1 - saliency_h * current_a * cos(lead) / r->flux_wb) -
-                             r->cogging_nm * sin(r->k->cogging_per_rev * r->angle_rad);
+                             r->cogging_nm * sin(r->k->cogging_per_rev * r->angle_rad) - coupling_nm(r, dt_s);
     if (r->k->locked) {
         return;
     }
@@ -81,6 +96,17 @@ static void run_millisecond(struct rotor *r, struct current_loop *c)
     r->most_rad = fmax(r->most_rad, r->angle_rad);
 }
 
+static void couple(struct rotor *r)
+{
+    r->coupled_kgm2 = r->k->load_gmm2 * 1e-9;
+    r->coupled_rad = r->angle_rad;
+    if (r->coupled_kgm2 > 0) {
+        const double both_kgm2 = 1 / (1 / r->inertia_kgm2 + 1 / r->coupled_kgm2), w_rad_s = TURN * r->k->coupling_hz;
+        r->coupling_nm_rad = both_kgm2 * w_rad_s * w_rad_s;
+        r->coupling_nms = 2 * DAMPING * both_kgm2 * w_rad_s;
+    }
+}
+
 static struct rotor made(const struct rotor_case *k, const struct params *p)
 {
     struct rotor r = {.k = k, .p = k->pole_pairs, .flux_wb = k->flux_uwb * 1e-6, .stuck = true};
@@ -92,6 +118,7 @@ static struct rotor made(const struct rotor_case *k, const struct params *p)
     r.inertia_kgm2 = k->inertia_gmm2 * 1e-9;
     r.i_range_a = p->i_range_ma / 1000.0;
     r.v_range_v = p->v_range_mv / 1000.0;
+    couple(&r);
     r.zero = (int32_t)floor(r.angle_rad * k->counts / TURN);
     return r;
 }

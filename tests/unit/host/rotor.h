@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* A rotor with friction, cogging and a hoist on a perfect current source: what the alignment works on, quickly. */
+/* A rotor with friction, cogging, a hoist or a load on a coupling, on a perfect current source: the alignment's, quickly. */
 #ifndef TESTS_UNIT_HOST_ROTOR_H
 #define TESTS_UNIT_HOST_ROTOR_H
 
@@ -13,7 +13,8 @@ struct rotor_case {
     int32_t inertia_gmm2;
     int32_t start_deg; /* electrical */
     int32_t hoist_unm, friction_unm, cogging_unm, cogging_per_rev;
-    int32_t along_mv, across_mv; /* what dead time leaves in the voltages while current flows */
+    int32_t along_mv, across_mv;    /* what dead time leaves in the voltages while current flows */
+    int32_t coupling_hz, load_gmm2; /* its resonance with a load of this inertia; 0: a rigid shaft */
     bool backwards, dead, locked;
 };
 
