@@ -8,6 +8,8 @@
 #define JUMP_DEG     20u
 #define JUMP_COUNTS  3u                /* of a coarse encoder: less is edge noise */
 #define DEGREES(n)   (11930464u * (n)) /* Q32 */
+#define JUMP_MOST    45u               /* degrees of what is usual: beyond 90 nothing is a small surprise */
+#define JUMP_SHIFT   4                 /* what is usual fades by a sixteenth a millisecond */
 #define DOUBT_MS     8u
 #define DOUBT_BAD_MS 2u /* the EMF must contradict for this long */
 #define TURNED_TIMES 3u /* contradictions needed without a jump: slow loss of counts */
@@ -48,7 +50,8 @@ void encoder_watch_begin(struct axis *a)
                                 .still_limit_q15 = STILL_COUNTS * (a->tuning.encoder_scale_q32 >> CONFIG_W_SHIFT) /
                                                    CONFIG_PERIODS_PER_SLOW,
                                 .index = encoder_index(&a->fabric->encoder)};
-    e->jump_limit_q32 = coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG);
+    e->jump_least_q32 = coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG);
+    e->jump_limit_q32 = e->jump_least_q32;
     emf_reset(&e->emf, &a->tuning);
 }
 
@@ -281,6 +284,14 @@ static int32_t look_at_count(struct axis *a, struct encoder_watch *e)
     return surprise_q32_of(&a->tuning, seen->moved, seen->step_clocks, speed_q32);
 }
 
+static void follow_usual(struct encoder_watch *e, uint32_t surprise_q32)
+{
+    const uint32_t faded_q32 = e->usual_q32 - (e->usual_q32 >> JUMP_SHIFT);
+    const uint32_t most_q32 = surprise_q32 > faded_q32 ? surprise_q32 : faded_q32;
+    e->usual_q32 = most_q32 > DEGREES(JUMP_MOST) ? DEGREES(JUMP_MOST) : most_q32;
+    e->jump_limit_q32 = 2u * e->usual_q32 > e->jump_least_q32 ? 2u * e->usual_q32 : e->jump_least_q32;
+}
+
 bool encoder_watch_step(struct axis *a, uint32_t turn)
 {
     struct encoder_watch *const e = &a->supervision.encoder;
@@ -288,6 +299,8 @@ bool encoder_watch_step(struct axis *a, uint32_t turn)
     const int32_t surprise_q32 = look_at_count(a, e);
     if (e->doubt_ms == 0u && angle_size_q32(surprise_q32) > e->jump_limit_q32) {
         begin_doubt(a, e, surprise_q32);
+    } else if (e->doubt_ms == 0u) {
+        follow_usual(e, angle_size_q32(surprise_q32));
     }
     encoder_watch_look_at_emf(a, e, turn);
     if (e->still_ms >= STILL_MS) {

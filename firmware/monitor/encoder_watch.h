@@ -2,7 +2,8 @@
 /*
  * Checks the encoder against itself and against the back-EMF. A shaft does not jump: if the count is far from what the speed of
  * a millisecond ago predicts, the encoder is in doubt until the EMF decides, and no other fault that depends on the angle is
- * believed. If the EMF is too small to decide, the jump alone does.
+ * believed. If the EMF is too small to decide, the jump alone does. A shaft that rings on its coupling surprises more and more,
+ * and lost counts at once: twice what was usual in the last milliseconds is no jump.
  */
 #ifndef FIRMWARE_MONITOR_ENCODER_WATCH_H
 #define FIRMWARE_MONITOR_ENCODER_WATCH_H
@@ -29,7 +30,8 @@ struct encoder_watch {
     int32_t speed_moving_q32;     /* the observer's speed before that */
     int32_t dead_w_q15;           /* from this speed no shaft stops at once */
     uint32_t still_limit_q15;     /* speed times milliseconds that must give some counts */
-    uint32_t jump_limit_q32;
+    uint32_t jump_least_q32, jump_limit_q32;
+    uint32_t usual_q32; /* the largest surprise of late: of a shaft that rings on its coupling */
     /* index pulses: the count at each, per direction */
     int32_t index_first[2], index_last[2];
     bool index_known[2];
