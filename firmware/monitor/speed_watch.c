@@ -119,7 +119,7 @@ static void watch_deviation(struct axis *a, struct speed_watch *s)
     const int32_t error_q4 = a->speed.speed_ref_rpm_q4 - a->speed.speed_rpm_q4;
     const int32_t distance_q4 = q15_abs(error_q4);
     const int32_t gained_q4 = a->speed.speed_rpm_q4 - s->speed_q4;
-    const bool same_side = (error_q4 < 0) == s->below; /* else it has come and gone: neither lost nor gained */
+    const bool same_side = !s->crossed; /* else it has come and gone: neither lost nor gained */
     const int32_t away_q4 = !same_side ? 0 : error_q4 < 0 ? gained_q4 : -gained_q4;
     const int32_t rate_q4 = s->rate_q4 + ((away_q4 - s->rate_q4) >> RATE_SHIFT);
     const bool helpless = a->speed.at_limit && (error_q4 < 0) == (a->loop.i_q_ref_q15 < 0);
@@ -127,7 +127,7 @@ static void watch_deviation(struct axis *a, struct speed_watch *s)
         helpless && rate_q4 > 0 && distance_q4 + LOOK_AHEAD_MS / (int32_t)STEP_MS * rate_q4 > s->deviation_q4;
     const uint32_t losing_ms = losing ? s->losing_ms + STEP_MS : 0u;
     const uint32_t far_ms = distance_q4 > s->deviation_q4 ? (same_side ? s->far_ms : 0u) + STEP_MS : 0u;
-    s->below = error_q4 < 0;
+    s->crossed = false;
     s->rate_q4 = rate_q4;
     s->speed_q4 = a->speed.speed_rpm_q4;
     s->losing_ms = losing_ms;
@@ -164,6 +164,14 @@ static void look_for_oscillation(struct axis *a, struct speed_watch *s)
 static bool applies(const struct axis *a)
 {
     return a->state == AXIS_OPERATION_ENABLED && !axis_mode_is_torque(a->mode) && a->mode != AXIS_MODE_HOMING;
+}
+
+void speed_watch_side(struct axis *a)
+{
+    struct speed_watch *const s = &a->supervision.speed;
+    const bool below = a->speed.speed_ref_rpm_q4 < a->speed.speed_rpm_q4;
+    s->crossed = s->crossed || below != s->below;
+    s->below = below;
 }
 
 void speed_watch_step(struct axis *a)

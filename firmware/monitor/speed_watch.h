@@ -11,7 +11,8 @@ struct axis;
 struct speed_watch {
     int32_t deviation_q4; /* rpm: the limit */
     uint32_t far_ms;      /* on one side of the reference: what swings about it is not lost */
-    bool below;           /* the reference, at the last step: the error is negative */
+    bool below;           /* the reference, a millisecond ago: the error is negative */
+    bool crossed;         /* it, since the last step */
     int32_t speed_q4;     /* at the last step */
     int32_t rate_q4;      /* at which the shaft leaves the reference, per step, smoothed */
     uint32_t losing_ms;   /* how long it has been about to exceed the limit, at full current */
@@ -32,6 +33,9 @@ struct cycle_watch {
 
 /* Starts, from the parameters. Slow loop, when operation begins. */
 void speed_watch_begin(struct axis *a);
+
+/* Slow loop, every millisecond: half of what swings at 500 Hz is over by then. */
+void speed_watch_side(struct axis *a);
 
 /* Slow loop, every second millisecond. */
 void speed_watch_step(struct axis *a);

@@ -90,6 +90,7 @@ static void step_running(struct axis *a, uint32_t turn)
         return;
     }
     watch_overspeed(a);
+    speed_watch_side(a);
     if (turn % 2u == 0u) {
         phase_watch_expect(a);
         speed_watch_step(a);

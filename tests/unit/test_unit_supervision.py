@@ -158,6 +158,25 @@ def test_a_jump_where_the_emf_cannot_tell_is_believed_at_once(motor):
     assert m.until_fault(2, slip(60)) and m.fault == "ENCODER_SLIP"
 
 
+def test_a_shaft_that_rings_on_its_coupling_has_not_lost_counts(motor):
+    """The swing grows by a seventh each millisecond, and fades; the observer follows a millisecond late."""
+    m = motor(0, 0.0, flux_uwb=600)
+    m.psi = 600e-6  # at these speeds the EMF tells nothing
+    m.step(20)
+    begun, surprises = m.axis.time_ms, []
+
+    def swings(world):
+        ms = world.axis.time_ms - begun
+        size_rpm = min(800, 50 * 1.15 ** ms, 50 * 1.15 ** (150 - ms))
+        world.shown_rpm, world.rpm = world.rpm, size_rpm * math.sin(math.tau * 0.45 * ms)
+        surprises.append(abs(world.rpm - world.shown_rpm) / 60000 * world.p.pole_pairs * 360)
+
+    assert m.until_fault(200, swings) is None and max(surprises) > 30, "more than what is a jump at other times"
+    m.rpm = m.shown_rpm = 0
+    m.step(20)
+    assert m.until_fault(2, slip(30)) and m.fault == "ENCODER_SLIP", "and then a jump is one again"
+
+
 def test_full_current_and_no_motion_for_half_a_second(motor):
     m = motor(0, 10.6)
     m.axis.speed.speed_ref_rpm_q4 = 100 * 16
@@ -406,6 +425,17 @@ def test_a_speed_that_swings_about_its_reference_is_not_lost(motor, looks, found
 
     m.until_fault(100, sways)
     assert (m.fault == "SPEED_DEVIATION") == found
+
+
+def test_what_swings_from_millisecond_to_millisecond_is_not_lost_either(motor):
+    """Every second one is on the same side."""
+    m = motor(1000, 2.0)
+
+    def sways(world):
+        side = 1 if world.axis.time_ms % 2 else -1
+        world.axis.speed.speed_ref_rpm_q4 = round((world.rpm + 900 * side) * 16)
+
+    assert m.until_fault(100, sways) is None
 
 
 def test_a_load_that_is_the_stronger_one_is_found_before_a_fifth(motor):
