@@ -42,7 +42,7 @@ from .paths import SCENARIOS, shown
 from .timeline import Timeline
 from .weakening import overmodulation_names, weakening_names
 
-HOLD_MORE = 2        # times what is planned until the last hold: then the run ends without it
+HOLD_MORE = 4        # times what is planned until the last hold: then the run ends without it
 LATE_STATES_MAX = 4  # as qemu/twin/config.h has it
 WATCHDOG_S = (0.005, 85)  # the start takes some milliseconds; 26 bits of 1.28 us each
 

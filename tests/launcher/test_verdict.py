@@ -76,9 +76,9 @@ def test_no_fault_is_true_of_an_ordinary_plant(fault):
 SOFT = {"load": {"inertia_ratio": 8.0, "stiffness_nm_rad": 2.0, "damping_nms": 1e-4}}
 
 
-def slower(of, *failed, warned="warning: oscillation"):
+def slower(of, *failed, warned="warning: oscillation", fault="NONE"):
     """A run whose drive warned, and whose limits of these names failed."""
-    result = run(of)
+    result = run(of, fault)
     result.console += f"> \n{warned}\n"
     result.figures = {name: Figure(name, "mean", 3.0, "", "", max=2.0) for name in failed}
     return judged(result)
@@ -93,6 +93,10 @@ def test_a_drive_that_warned_of_an_oscillation_may_answer_the_load_more_slowly()
     assert slower(drive(**SOFT), "speed error, steady, no load, mean").word == WRONG
     stiff = {"load": {**SOFT["load"], "inertia_ratio": 0.5, "stiffness_nm_rad": 2e4}}
     assert slower(drive(**stiff), dip).word == WRONG
+    assert slower(drive(**SOFT), dip, fault="SPEED_DEVIATION").word == TRUE, "or lose the speed to it"
+    assert slower(drive(**stiff), dip, fault="SPEED_DEVIATION").word == WRONG
+    assert slower(drive(**SOFT), dip, fault="SPEED_DEVIATION", warned="ok").word == WRONG
+    assert slower(drive(**SOFT), dip, fault="ENCODER_COUNTS").word == WRONG
 
 
 TRUE_OF = [
