@@ -185,7 +185,7 @@ everything: all twin target-tests registers lockstep axis
 ALONE = @.ci/alone $(BUILD)
 # What a long command says first: its time on two cores, and what it leaves. README has that of the tests from here (.ci/bare).
 says = @echo 'mssfoc: make $@: $(LASTS)'
-test: LASTS = about 10 minutes; ALL=1, as CI has it, takes half an hour, ALL=2 plays everything
+test: LASTS = about 10 minutes; ALL=1, as CI has it, takes 25, ALL=2 plays everything
 storm: LASTS = some minutes, longer by N=frames
 guides: LASTS = half an hour: every command in the guides
 results: LASTS = about 3 minutes: every motor, every fault; writes docs/results.md and README.md
@@ -293,7 +293,7 @@ help:
 	@echo '                     the start: [START=found|aligned] the drive finds where its rotor stands, or knows it'
 	@echo '                     what the device keeps: [ENVM=file] settings that `save` has written (docs/settings.md)'
 	@echo '                     the chip: [CHIP=m2s010|m2s025] on the smaller one traffic on FIC_0 undoes changes (docs/silicon.md)'
-	@echo 'make test            the tests; ALL=1: with every motor and rate, as CI    [ALL=1 CHIP=name QEMU=path]'
+	@echo 'make test            the tests; ALL=1: more, as CI; ALL=2: everything      [ALL=1 CHIP=name QEMU=path]'
 	@echo 'make storm           noise, mutated and right lines and frames to both UARTs while the motor turns [N=frames]'
 	@echo 'make console         a live console of a running drive'
 	@echo '                     the bus: [MODBUS=pty|tcp:PORT] its Modbus, for mbpoll, pymodbus or a PLC (docs/modbus.md)'

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 SHORT = "tests/unit/"
-# what `make test` has whole; of what plays the image and takes its time, one test in so many, drawn by its name
+# what each of them has whole; of what plays the image and takes its time, one test in so many, drawn by its name
 WHOLE = (SHORT, *(f"tests/{name}/" for name in ("lib", "launcher", "tools", "make", "budgets")), "tests/campaign/test_lots.py")
-ONE_IN = 4
+ONE_IN = {"--sample": 4, "--most": 2}
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "qemu"))
 os.chdir(ROOT)
@@ -54,7 +54,8 @@ def pytest_addoption(parser):
     parser.addoption("--sample", action="store_true",
                      help="without what is marked `rest`, more motors, rates and cases of what is there already; of what plays"
                           " the image, one test in four")
-    parser.addoption("--most", action="store_true", help="without what is marked `long`: half a minute for one case more")
+    parser.addoption("--most", action="store_true",
+                     help="without what is marked `long`, half a minute for one case more; of what plays the image, one in two")
 
 
 def pytest_configure(config):
@@ -65,17 +66,18 @@ def pytest_configure(config):
 def pytest_collection_modifyitems(config, items):
     left = {"--sample": ("rest", "long"), "--most": ("long",)}
     names = {name for option, marks in left.items() if config.getoption(option) for name in marks}
+    one_in = next((many for option, many in ONE_IN.items() if config.getoption(option)), 1)
     kept, left_out = [], []
     for item in items:
-        out = any(item.get_closest_marker(name) for name in names) or config.getoption("--sample") and not _drawn(item.nodeid)
+        out = any(item.get_closest_marker(name) for name in names) or not _drawn(item.nodeid, one_in)
         (left_out if out else kept).append(item)
     config.hook.pytest_deselected(items=left_out)
     items[:] = kept
     items[:] = _mixed(items)
 
 
-def _drawn(nodeid):
-    return nodeid.startswith(WHOLE) or hashlib.blake2b(nodeid.encode(), digest_size=8).digest()[-1] % ONE_IN == 0
+def _drawn(nodeid, one_in):
+    return nodeid.startswith(WHOLE) or hashlib.blake2b(nodeid.encode(), digest_size=8).digest()[-1] % one_in == 0
 
 
 def _mixed(items):

@@ -9,7 +9,7 @@ from launcher.paths import REPO
 
 
 @pytest.mark.parametrize("file", (
-    pytest.param("page_look_run.py", marks=pytest.mark.rest), pytest.param("page_run.py", marks=pytest.mark.rest),
+    pytest.param("page_look_run.py", marks=pytest.mark.long), pytest.param("page_run.py", marks=pytest.mark.rest),
     "page_silent_run.py", pytest.param("page_tool_run.py", marks=pytest.mark.rest)))
 def test_the_page(file, request):
     sample = [option for option in ("--sample", "--most") if request.config.getoption(option)]
