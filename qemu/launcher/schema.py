@@ -177,7 +177,7 @@ INVERTER_TABLES = {
         "switch_v": Key(0, 10, 0.0, "constant part of a conducting switch's drop (IGBT)"),
         "diode_v": Key(0, 5, 0.8, "of a diode"),
         "diode_ohm": Key(0, 10, 0.0, "slope of a diode"),
-        "coss_c": Key(0, 1e-5, 0.0, "charge of one switch's output capacitance at vbus_v, coulomb"),
+        "coss_c": Key(0, 3e-5, 0.0, "charge of one switch's output capacitance at vbus_v, coulomb"),
         "switching_s": Key(0, 1e-5, 0.0, "both hard edges of a switch, at full voltage and full current: heat out of the bus"),
         "turn_on_delay_s": Key(0, 5e-6, 0.0, "of driver and switch"),
         "turn_off_delay_s": Key(0, 5e-6, 0.0, "of driver and switch")},
