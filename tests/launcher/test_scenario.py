@@ -12,7 +12,7 @@ from launcher.drive import load_drive
 from launcher.kind import Run
 from launcher.paths import SCENARIOS
 from launcher.refusals import judge, refusals, typed
-from launcher.scenario import load_scenario
+from launcher.scenario import HOLD_MORE, load_scenario
 from launcher.simulate import as_held
 from launcher.trace import Trace
 
@@ -79,7 +79,7 @@ def test_what_comes_after_a_hold_moves_with_it():
     lines = twin_config(drive, plan, 1, [], {}, enums=STATES).splitlines()
     assert lines[-4] == "event 0.2 console on"
     assert lines[-3:] == ["after state=4 0.1 console speed 100", "after state=4,3,4 0.2 console off", "after state=4,3,4 1 end"]
-    assert f"end {6.2 + 2 * 5.2:g}" in lines
+    assert f"end {6.2 + HOLD_MORE * 5.2:g}" in lines
 
 
 @pytest.mark.parametrize("states, speed_s, off_s", [
