@@ -33,7 +33,7 @@ static int32_t damped_by_q32(const struct pendulum *p, const volatile struct cur
     return p->sense == 0 ? 0 : q15_clamp(behind_q32 / 16 * damping_q4, -LARGEST_Q32, LARGEST_Q32);
 }
 
-/* What damping drives rather than damps, by the sense of the motion beyond what counts as standing. */
+/* Halves the damping where it drives what it should damp. Motion that counts as standing still has no sense. */
 static void damp_less(struct pendulum *p, int32_t behind_q32, int32_t still_q32)
 {
     p->half_ms++;
