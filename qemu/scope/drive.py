@@ -8,10 +8,9 @@ from launcher.errors import LauncherError
 
 from .line import Sample, Splitter
 
-END = b".\r\n"      # behind each answer in the console's mode for programs (docs/console.md)
-PROMPT = b"> "    # of a person's console: behind the answer to `machine off`
+END = "."         # the line behind each answer in the console's mode for programs (docs/console.md)
 ANSWER_S = 20.0   # the longest answer, a whole capture, takes 3 s at 115200 baud; a slow twin takes longer
-UNASKED = "done: "  # no answer has such a line
+UNASKED = re.compile("done: |fault: .*; see 'fault'")  # no answer has such a line
 SILENT_S = 0.8    # without a sample or an answer: it is silent; while it streams, something comes each millisecond
 AT_WORK_S = 20.0   # the same where the other end is seen to go on, slowly: QEMU on a machine that is busy
 REVIVE_S = 2.0    # for a drive that may be there again
@@ -33,9 +32,9 @@ class Drive:
         self.far, self.damaged, self._broken, self._out_of_step = far, 0, "", ""
         self.heard_s = time.monotonic()  # a sample, or an answer
         self._on_samples, self._on_said = on_samples, on_said
-        self._splitter, self._text, self._text_s = Splitter(), bytearray(), 0.0
-        self._ended, self._busy = asyncio.Event(), asyncio.Lock()
-        self._asked = False
+        self._splitter, self._rest, self._text_s = Splitter(), b"", 0.0
+        self._lines, self._begun = [], False  # since the question; a line that had begun before it
+        self._asked, self._ended, self._busy = False, asyncio.Event(), asyncio.Lock()
         self._tasks = []
 
     def start(self):
@@ -100,28 +99,32 @@ class Drive:
 
     def _hear(self, text):
         """Lines of an answer, or what comes while none is due: a fault, a warning, a greeting after a reset."""
-        self._text += text
-        self._text_s = time.monotonic()
+        *lines, self._rest = (self._rest + text).split(b"\n")
+        self._text_s, said = time.monotonic(), []
         if self._asked:
             self.heard_s = self._text_s  # a long answer takes the place of samples
-            answer = self._text.removesuffix(PROMPT)
-            if answer == END or answer.endswith(b"\n" + END):
+        for line in (line.decode("ascii", "replace").replace("\r", "") for line in lines):
+            if not self._asked or self._begun or UNASKED.match(line):
+                said.append(line)
+                self._begun = False
+            elif line == END and not self._ended.is_set():
+                self._asked = False
                 self._ended.set()
-        elif self._text.endswith(b"\n"):
-            said = self._text.decode("ascii", "replace").replace("\r", "").strip()
-            self._text.clear()
-            if said:
-                self._on_said(said)
+            else:
+                self._lines.append(line)
+        if any(said):
+            self._on_said("\n".join(said).strip())
 
     async def program_mode(self, patience_s=ANSWER_S):
         """From a person's console to the mode for programs; a drive that is in it already answers as well."""
         async with self._busy:
-            self._text.clear()
-            self._asked = True  # what comes now is for nobody
+            self._rest, self._lines, self._begun = b"", [], False
+            self._ended.set()  # what comes now is for nobody
+            self._asked = True
             try:
                 await self._send(b"\rmachine on\r\r")
                 end = time.monotonic() + patience_s
-                while not (self._text.endswith(b"\n" + END) and time.monotonic() - self._text_s > QUIET_S):
+                while not (self._lines[-1:] == [END] and not self._rest and time.monotonic() - self._text_s > QUIET_S):
                     if time.monotonic() > end or self.far.ended():
                         raise DriveError(self.far.ended() or "the drive does not answer: is the line connected, is its console"
                                          " at 115200 baud?")
@@ -129,14 +132,14 @@ class Drive:
                 self.heard_s, self._out_of_step = time.monotonic(), ""
             finally:
                 self._asked = False
-                self._text.clear()
+                self._rest = b""
 
     async def ask(self, line):
         """The lines of the answer. Raises DriveError when there is none."""
         async with self._busy:
             if reason := self.silent():
                 raise DriveError(f"the drive is silent: {reason}")
-            self._text.clear()
+            self._lines, self._begun = [], bool(self._rest)
             self._ended.clear()
             self._asked = True
             try:
@@ -144,12 +147,7 @@ class Drive:
                 await self._answered(line)
             finally:
                 self._asked = False
-            text = self._text.removesuffix(PROMPT).removesuffix(END).decode("ascii", "replace").replace("\r", "")
-            self._text.clear()
-        lines = [one for one in text.split("\n") if one]
-        for said in [one for one in lines if one.startswith(UNASKED)]:
-            self._on_said(said)  # it came between the question and its answer
-        return [one for one in lines if not one.startswith(UNASKED)]
+            return [one for one in self._lines if one]
 
     async def _answered(self, line):
         end = time.monotonic() + ANSWER_S
@@ -174,6 +172,7 @@ class Drive:
         if answer != ["ok"]:
             raise DriveError(f"the drive does not stream: {' '.join(answer)}")
         await self.far.set_baud(STREAM_BAUD)
+        self._rest = b""  # what the line made of the change
 
     async def signals(self):
         """{name: (unit, value of a step, text)}"""

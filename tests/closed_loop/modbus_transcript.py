@@ -12,6 +12,7 @@ SHOWN_PORT = "/dev/ttyUSB0"
 COMMON = "mbpoll -m rtu -a 1 -b 19200 -P even -0 -1 -o 5"
 PARAMS = 4096
 SILENCE_MS = 4000
+ATTEMPTS = 10
 # measured values are shown rounded: register -> to what
 ROUNDED = {18: 20000, 28: 1000, 82: 1000, 84: 20000, 80: 500, 78: 500}
 
@@ -65,10 +66,15 @@ def fault(name):
 
 
 def ask(port, step):
-    """The lines of mbpoll's answer: values, "Written ...", or why not."""
-    done = subprocess.run([*COMMON.split(), *step.options.split(), port, *step.values.split()], capture_output=True, text=True,
-                          timeout=120, check=False)
-    return re.findall(r"(?m)^(?:\[\d+\]:.*|Written .*|.*failed.*)$", done.stdout + done.stderr)
+    """The lines of mbpoll's answer: values, "Written ...", or why not. As a master asks again: the twin may be paused longer
+    than mbpoll waits."""
+    for _ in range(ATTEMPTS):
+        done = subprocess.run([*COMMON.split(), *step.options.split(), port, *step.values.split()], capture_output=True,
+                              text=True, timeout=120, check=False)
+        lines = re.findall(r"(?m)^(?:\[\d+\]:.*|Written .*|.*failed.*)$", done.stdout + done.stderr)
+        if not any("timed out" in line for line in lines):
+            break
+    return lines
 
 
 def _rounded(line):

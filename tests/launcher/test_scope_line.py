@@ -185,6 +185,38 @@ def test_an_answer_that_comes_late_is_nobodys(tmp_path):
     play(tmp_path, scene)
 
 
+@pytest.mark.parametrize("pieces", (
+    ("a = 1\r\n.\r\ndone: in position\r\n",), ("a = 1\r\n.\r\ndone: in", " position\r\n"),
+    ("done: in position\r\na = 1\r\n.\r\n",), ("a = 1\r\n", "done: in position\r\n.\r", "\n"),
+    ("a = 1\r\n.\r\n", "done: in position\r\n")))
+def test_what_the_drive_says_by_itself_is_no_part_of_an_answer_however_the_line_is_cut(pieces):
+    """In one piece with an answer's end is what a command that ends just then says."""
+    async def scene():
+        said, came = [], asyncio.Queue()
+
+        async def write(data):
+            for piece in pieces if data == b"get a\r" else ("b = 2\r\n.\r\n",):
+                await came.put(piece.encode())
+
+        async def close():
+            pass
+
+        held = drive.Drive(SimpleNamespace(ended=lambda: None, at_work=lambda: True, read=came.get, write=write, close=close),
+                           None, said.append)
+        held.start()
+        await came.put(b"warning: w")
+        try:
+            await until(came.empty)
+            await came.put(b"arm\r\n")  # behind the question
+            assert await held.ask("get a") == ["a = 1"]
+            assert await held.ask("get b") == ["b = 2"]
+            assert said == ["warning: warm", "done: in position"]
+        finally:
+            await held.close()
+
+    asyncio.run(scene())
+
+
 def test_a_stop_is_sent_to_a_drive_that_does_not_answer(tmp_path):
     async def scene(drive, session, messages):
         await until(lambda: "status" in kinds(messages))
