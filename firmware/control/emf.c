@@ -5,16 +5,28 @@
 #include "lib/polar.h"
 #include "lib/q15.h"
 
-#define FILTER_SHIFT    1 /* of the filtered vector: two steps */
-#define DEAD_TIME_SHIFT 6 /* a dead time of 1 us at 20 kHz costs 2 % of the bus; most of it is compensated */
-#define LEARN_SHIFT     7 /* a 128th of Lq a step */
-#define LARGEST_Q15     131071
-#define MILLISECOND_Q15 4172 /* from reactance at the base speed to L over 1 ms: 1000 / (2 pi 1250) */
-#define TURNED_Q15      8780 /* the tangent of 15 degrees */
+#define FILTER_SHIFT  1 /* of the filtered vector: two steps */
+#define FILTER_COARSE 4
+#define COUNT_FINE_Q32 \
+    (UINT32_MAX / 128u)    /* an encoder's count of 2.8 degrees, electrical: no longer filter is needed */
+#define DEAD_TIME_SHIFT  6 /* a dead time of 1 us at 20 kHz costs 2 % of the bus; most of it is compensated */
+#define LEARN_SHIFT      7 /* a 128th of Lq a step */
+#define LARGEST_Q15      131071
+#define MILLISECOND_Q15  4172    /* from reactance at the base speed to L over 1 ms: 1000 / (2 pi 1250) */
+#define TURNED_Q15       8780    /* the tangent of 15 degrees */
+#define TURN_RADIANS_Q15 205887u /* 2 pi */
 
 void emf_reset(struct emf *e, const struct tuning *t)
 {
-    *e = (struct emf){.lq_q19 = t->x_q_apparent_q11 << 8};
+    *e = (struct emf){.lq_q19 = t->x_q_apparent_q11 << 8, .filter_shift = FILTER_SHIFT, .turned_q15 = TURNED_Q15};
+}
+
+void emf_of_counts(struct emf *e, uint32_t count_q32)
+{
+    while (e->filter_shift < FILTER_COARSE && count_q32 > COUNT_FINE_Q32 << (e->filter_shift - FILTER_SHIFT)) {
+        e->filter_shift++;
+    }
+    e->turned_q15 += (int32_t)(((uint64_t)count_q32 * TURN_RADIANS_Q15) >> 32);
 }
 
 /*
@@ -67,8 +79,8 @@ void emf_step(struct emf *e, const volatile struct current_loop *c, const struct
                 -c->v_turn_q15); /* from the rotor's frame at the sample to its frame when the voltage acts */
     e->now.d_q15 = limited_q15(v.d_q15 - ((t->r_q12 * i.d_q15) >> 12) + reaction_q15);
     e->now.q_q15 = limited_q15(v.q_q15 - ((t->r_q12 * i.q_q15) >> 12) - reaction_of(e, frame_w_q15, i.d_q15));
-    e->filtered.d_q15 += (e->now.d_q15 - e->filtered.d_q15) >> FILTER_SHIFT;
-    e->filtered.q_q15 += (e->now.q_q15 - e->filtered.q_q15) >> FILTER_SHIFT;
+    e->filtered.d_q15 += (e->now.d_q15 - e->filtered.d_q15) >> e->filter_shift;
+    e->filtered.q_q15 += (e->now.q_q15 - e->filtered.q_q15) >> e->filter_shift;
 
     const int32_t moved_q15 = q15_abs(i.q_q15 - e->i_q_q15);
     e->i_q_q15 = i.q_q15;
@@ -92,7 +104,7 @@ static enum emf_verdict verdict_of(const struct emf *e, int32_t d_q15, int32_t a
         return EMF_REVERSED;
     }
     const int32_t length_q15 = q15_max(along_q15, e->expected_q15 / 2);
-    const int32_t allowed_q15 = e->slack_q15 + reaction_q15 + ((length_q15 * TURNED_Q15) >> 15);
+    const int32_t allowed_q15 = e->slack_q15 + reaction_q15 + ((length_q15 * e->turned_q15) >> 15);
     return q15_abs(d_q15) > allowed_q15 ? EMF_TURNED : EMF_AGREES;
 }
 

@@ -23,7 +23,7 @@
 
 enum emf_verdict {
     EMF_AGREES,
-    EMF_TURNED,   /* more than about 15 degrees away from the q axis */
+    EMF_TURNED,   /* more than about 15 degrees, and a count of the encoder, away from the q axis */
     EMF_REVERSED, /* more than 90 */
 };
 
@@ -33,7 +33,7 @@ struct emf_vector {
 
 struct emf {
     struct emf_vector now;      /* of the last sample */
-    struct emf_vector filtered; /* over 4 ms */
+    struct emf_vector filtered; /* over 2 steps, up to 16 */
     int32_t expected_q15;       /* |w| psi from the parameters */
     int32_t unsure_q15;         /* what resistance and dead time may hide, taking half of R as unknown */
     int32_t moving_q15;         /* L di/dt of q: in v_q while the current changes, may reverse its sign */
@@ -41,6 +41,8 @@ struct emf {
     int32_t reaction_q15;       /* |w Lq i_q| */
     int32_t i_q_q15;            /* of the last step */
     int32_t lq_q19;             /* learnt q reactance at the base speed */
+    uint32_t filter_shift;      /* of `filtered` */
+    int32_t turned_q15;         /* the largest tangent of its angle */
     int32_t learnt;             /* steps with something to learn from; at most EMF_LEARNT_STEPS */
 };
 
@@ -48,6 +50,12 @@ struct emf {
 
 /* Clears what was learnt. At `on`. */
 void emf_reset(struct emf *e, const struct tuning *t);
+
+/*
+ * After emf_reset(): the frame follows an encoder whose counts are so far apart, electrical. Each count turns the frame, and
+ * the controllers answer with a voltage that is no EMF, several times as large at 64 counts: it is filtered for longer.
+ */
+void emf_of_counts(struct emf *e, uint32_t count_q32);
 
 /*
  * One sample. The magnets' EMF follows the rotor's speed, the armature reaction that of the frame in which the currents are

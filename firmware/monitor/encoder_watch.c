@@ -53,6 +53,7 @@ void encoder_watch_begin(struct axis *a)
     e->jump_least_q32 = coarse_q32 > DEGREES(JUMP_DEG) ? coarse_q32 : DEGREES(JUMP_DEG);
     e->jump_limit_q32 = e->jump_least_q32;
     emf_reset(&e->emf, &a->tuning);
+    emf_of_counts(&e->emf, a->tuning.encoder_scale_q32);
 }
 
 /* How far a shaft that moved by these counts in these clocks is from where its speed predicts, electrical. */

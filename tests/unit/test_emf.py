@@ -23,6 +23,7 @@ def emf(c):
         c.emf_step(state, loop, tuning, 0, 0)
         return state
     moved.x_q, moved.r = tuning.x_q_apparent_q11 / 2**11, tuning.r_q12 / 2**12
+    moved.tuning = tuning
     return moved
 
 
@@ -38,3 +39,32 @@ def test_resistance_and_dead_time_may_hide_their_voltages(emf):
     e = emf(i_d=-4000, i_q=6000)
     assert e.unsure_q15 == pytest.approx(emf.r * (4000 + 6000) / 2 + 12800 / 64, abs=2)
     assert e.slack_q15 == pytest.approx(emf.r * 4000 + 12800 / 64 + e.moving_q15, abs=2)
+
+
+@pytest.mark.parametrize("counts_deg, agrees", ((0.36, False), (11.25, True)))
+def test_what_each_count_does_to_the_voltage_does_not_turn_the_emf(emf, c, counts_deg, agrees):
+    """Counts 11 degrees apart, the speed loop's milliseconds beside them: v_d swings by more than the EMF, a mean of 0."""
+    verdicts = judged(emf, c, counts_deg, lambda e_q15, n: (e_q15 * 5 // 4) * (1, -1, -1, 1, -1, 1, 1)[n % 7], 300)
+    assert (set(verdicts[32:]) == {c.EMF_AGREES}) == agrees
+
+
+@pytest.mark.parametrize("counts_deg, limit_deg", ((0.36, 15), (2.8, 18), (11.25, 25), (22.5, 34)))
+def test_an_emf_that_is_turned_is_found_beyond_15_degrees_and_a_count(emf, c, counts_deg, limit_deg):
+    for off_deg, turned in ((limit_deg - 2, False), (limit_deg + 3, True)):
+        verdicts = judged(emf, c, counts_deg, lambda e_q15, _, off=off_deg: round(e_q15 * math.tan(math.radians(off))), 300)
+        assert (verdicts[-1] == c.EMF_TURNED) == turned, off_deg
+
+
+def judged(emf, c, counts_deg, v_d_of, steps):
+    """Verdicts on an EMF of a tenth of v_range without current, beside a v_d; the frame follows counts so far apart."""
+    loop, state = c.current_loop(), emf(vbus=0)
+    tuning = emf.tuning
+    c.emf_reset(state, tuning)
+    c.emf_of_counts(state, round(counts_deg / 360 * 2**32))
+    w_q15 = 3277 * 4096 // tuning.emf_q12
+    verdicts = []
+    for n in range(steps):
+        loop.v_d_q15, loop.v_q_q15 = v_d_of(3277, n), 3277
+        c.emf_step(state, loop, tuning, w_q15, w_q15)
+        verdicts.append(c.emf_judge(state, False))
+    return verdicts
