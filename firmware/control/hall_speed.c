@@ -6,6 +6,7 @@
 
 #define MEAN_CLOCKS    (20u * (BOARD_FABRIC_HZ / 1000u))  /* longest mean over more edges */
 #define LOST_CLOCKS    (250u * (BOARD_FABRIC_HZ / 1000u)) /* without an edge: at rest, long before the clock wraps */
+#define SWUNG_CLOCKS   (50u * (BOARD_FABRIC_HZ / 1000u))  /* the same, once it has come back */
 #define SPEED_MOST     (1 << 29)                          /* an eighth of a turn a sample: beyond any drive */
 #define PUSH_MOST_Q8   (1 << 30)
 #define SLOW_CLOCKS    (int64_t)(BOARD_FABRIC_HZ / 1000u)
@@ -242,6 +243,17 @@ static bool take_edges(struct hall *h, const struct reading *r, const struct tun
     return true;
 }
 
+/*
+ * Nothing for long. After an edge forth and back, as when the start has found the rotor, that is soon: its speed is unknown,
+ * and a torque that begins in that state would be taken for one that a load resists.
+ */
+static bool has_come_to_rest(const struct hall_speed *s)
+{
+    const bool swung = s->intervals == 0u && s->sector_clocks != 0u;
+    return s->age_clocks > LOST_CLOCKS ||
+           (swung && s->age_clocks > SWUNG_CLOCKS && s->age_clocks - SWUNG_CLOCKS > s->sector_clocks);
+}
+
 /* Since the last edge it has turned by less than its sector; up to a quarter more is not attributed to the load. */
 static void bound(struct hall *h, const struct reading *r, const struct tuning *t)
 {
@@ -249,7 +261,7 @@ static void bound(struct hall *h, const struct reading *r, const struct tuning *
     const uint32_t age_clocks = r->latch_clock - s->clock;
     const int64_t most_q32 = mean_speed((int64_t)h->sector[r->state].half_q32 * 5 / 2, age_clocks, t);
     s->age_clocks = age_clocks;
-    s->lost = s->lost || age_clocks > LOST_CLOCKS;
+    s->lost = s->lost || has_come_to_rest(s);
     const int64_t speed_q32 = (int64_t)(s->rest_q32 + s->pushed_q32);
     s->speed_q32 = s->lost ? 0 : clamp_both_ways(speed_q32, clamp_both_ways(most_q32, SPEED_MOST));
     attribute_to_load(h, (s->speed_q32 - speed_q32) / 4);

@@ -241,6 +241,18 @@ def test_a_rotor_that_torque_takes_from_rest_has_a_speed_at_its_first_edge(c, be
     assert rotor.hall.count == 1 and np.abs(off).max() < off_deg, "with a speed of 0 it would be 57 degrees"
 
 
+def test_a_rotor_that_has_swung_and_rests_has_a_speed_at_its_first_edge(c):
+    """As behind a start that has found it: forth and back over an edge, 50 ms apart, and a torque 140 ms later."""
+    rotor, hz_s = Rotor(c, Switches(), start=0.13), 400.0
+    swing = 0.13 + 0.05 * np.sin(np.pi / 100 * np.arange(1, 101 * PER_MS) / PER_MS)
+    rotor.run(np.append(swing, 0.13))
+    assert rotor.hall.count == 0 and rotor.hall.speed.intervals == 0
+    rotor.turning(0, 115)
+    first_ms = int(math.sqrt(2 * (1 / 6 - 0.13) / hz_s) * 1000) + 2
+    _, speeds = pushed(rotor, hz_s, 0, first_ms)
+    assert rotor.hall.count == 1 and speeds[-1] == pytest.approx(hz_s * first_ms / 1000, rel=0.6)
+
+
 @pytest.mark.parametrize("hz", (2, -2, 0.7))
 def test_a_rotor_that_something_else_moves_is_no_more_than_half_a_sector_away(c, hz):
     """Its first edge tells no speed, and no torque explains one: it may be anywhere in the sector, not where it came in."""
