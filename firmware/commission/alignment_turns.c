@@ -64,7 +64,7 @@ static bool magnets_turned(const struct alignment *a, const struct tuning *t)
     const int32_t w_q15 = q15_abs(a->passing.step_q32) / (int32_t)CONFIG_PERIODS_PER_SLOW >> CONFIG_W_SHIFT;
     const int32_t seen_q15 = (a->turn_v_q_q15[PASS_FORTH] - a->turn_v_q_q15[PASS_BACK]) / n / 2;
     const int32_t emf_q15 = (w_q15 * t->emf_q12) >> 12;
-    const int32_t reactive_q15 = ((w_q15 * a->target_q15) >> 15) * q15_max(t->x_d_q11, t->x_q_q11) >> 11;
+    const int32_t reactive_q15 = tuning_reactive_q15(w_q15, a->target_q15, q15_max(t->x_d_q11, t->x_q_q11));
     return seen_q15 > emf_q15 / 4 + reactive_q15; /* a rotor that swings undamped shows less than half of it */
 }
 

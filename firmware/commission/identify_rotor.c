@@ -24,7 +24,7 @@ void identify_correct_offset(const struct identify *d, const struct measure_io *
 {
     volatile struct current_loop *const c = io->loop;
     const int32_t w_q15 = current_loop_w_q15(c);
-    const int32_t cross_q15 = ((w_q15 * c->i_q_q15) >> 15) * io->tuning->x_q_q11 >> 11;
+    const int32_t cross_q15 = tuning_reactive_q15(w_q15, c->i_q_q15, io->tuning->x_q_q11);
     const int32_t d_q15 = c->v_d_q15 - ((c->i_d_q15 * io->tuning->r_q12) >> 12) + cross_q15;
     const int32_t q_q15 = q15_abs(measure_emf_q15(io));
     const bool large = q15_abs(c->i_q_q15) * RELUCTANT_PART > d->i_rated_q15;

@@ -159,8 +159,8 @@ static void feed_forward(volatile int32_t *integral_q9, volatile int32_t *presen
 static void decouple(volatile struct current_loop *c, const struct tuning *t, int32_t w_q15, int32_t vbus_q15)
 {
     const int32_t per_v_q14 = steps_per_v_q14(vbus_q15);
-    const int32_t d_q15 = -(((w_q15 * c->i_q_ref_q15) >> 15) * t->x_q_q11 >> 11);
-    const int32_t q_q15 = (((w_q15 * c->i_d_ref_q15) >> 15) * t->x_d_q11 >> 11) + ((w_q15 * t->emf_q12) >> 12);
+    const int32_t d_q15 = -tuning_reactive_q15(w_q15, c->i_q_ref_q15, t->x_q_q11);
+    const int32_t q_q15 = tuning_reactive_q15(w_q15, c->i_d_ref_q15, t->x_d_q11) + ((w_q15 * t->emf_q12) >> 12);
     feed_forward(&c->integral_d_q9, &c->feedforward_d_steps, steps_of_v(d_q15, vbus_q15, per_v_q14));
     feed_forward(&c->integral_q_q9, &c->feedforward_q_steps, steps_of_v(q_q15, vbus_q15, per_v_q14));
 }

@@ -92,8 +92,8 @@ static int32_t lacking_q15(struct flux_limit *s, const volatile struct current_l
     const int32_t short_d_q15 = q15_sat16(c->i_d_ref_q15 - c->i_d_q15);
     const int32_t short_q_q15 =
         q15_sat16(c->i_q_ref_q15 < 0 ? c->i_q_q15 - c->i_q_ref_q15 : c->i_q_ref_q15 - c->i_q_q15);
-    const int32_t wx_d_q11 = q15_sat16((w_q15 * t->x_d_q11) >> 15);
-    const int32_t wx_q_q11 = q15_sat16((w_q15 * t->x_q_q11) >> 15);
+    const int32_t wx_d_q11 = q15_sat16(tuning_reactance_q11(w_q15, t->x_d_q11));
+    const int32_t wx_q_q11 = q15_sat16(tuning_reactance_q11(w_q15, t->x_q_q11));
     const bool q_first = c->weaken.q_first != 0;
     const bool d_is_cut = !q_first && c->weaken.radius_steps > CONFIG_RADIUS_STEPS;
     s->short_d_q15 += ((d_is_cut ? -short_d_q15 : 0) - s->short_d_q15) >> SHORT_SHIFT;
@@ -176,7 +176,7 @@ static int32_t retreat_gain_q15(const struct tuning *t, int32_t w_q15, int32_t v
         return 0;
     }
     const uint32_t step_q30 = ((uint32_t)vbus_q15 << 15) / CONFIG_BUS_STEPS;
-    const uint32_t reactance_q11 = (uint32_t)((size_q15 * t->x_d_q11) >> 15);
+    const uint32_t reactance_q11 = (uint32_t)tuning_reactance_q11(size_q15, t->x_d_q11);
     const uint32_t gain_q15 = step_q30 * RETREAT_SHARE_Q11 / (reactance_q11 + 1u);
     const int32_t limited_q15 = gain_q15 > WEAKEN_GAIN_MAX_Q15 ? WEAKEN_GAIN_MAX_Q15 : (int32_t)gain_q15;
     return w_q15 < 0 ? -limited_q15 : limited_q15;
@@ -193,7 +193,7 @@ static int32_t gain_share_q8(const volatile struct current_loop *c, const struct
     const int32_t circle = circle_q15(vbus_q15, CONFIG_RADIUS_STEPS);
     const int32_t span_q15 = (circle >> 3) + 1;
     const int32_t near_q15 = q15_clamp(length_q15(c) - circle + span_q15, 0, span_q15);
-    const int32_t by_speed_q8 = ((q15_abs(w_q15) * t->x_d_q11) >> 15) * 128 / (t->kp_d_q12 + 1);
+    const int32_t by_speed_q8 = tuning_reactance_q11(q15_abs(w_q15), t->x_d_q11) * 128 / (t->kp_d_q12 + 1);
     const int32_t least_q8 = q15_clamp(by_speed_q8, GAIN_LEAST_Q8, 256);
     const int32_t missing_q8 = 256 - (256 - least_q8) * near_q15 / span_q15 - c->weaken.gain_share_q8;
     return c->weaken.gain_share_q8 + (missing_q8 + (missing_q8 > 0 ? 3 : 0)) / 4;

@@ -29,7 +29,7 @@ static struct field_view field_watch_look(const struct axis *a)
     int32_t v_d_q15 = c->v_d_q15;
     int32_t v_q_q15 = c->v_q_q15;
     advance_q15(&v_d_q15, &v_q_q15, -c->v_turn_q15);
-    const int32_t armature_q15 = (int32_t)(((int64_t)((w_q15 * c->i_d_q15) >> 15) * t->x_q_apparent_q11) >> 11);
+    const int32_t armature_q15 = tuning_reactive_q15(w_q15, c->i_d_q15, t->x_q_apparent_q11);
     const int32_t q_q15 = v_q_q15 - ((t->r_q12 * c->i_q_q15) >> 12) - armature_q15;
     const int32_t drop_q15 = (t->r_q12 * c->i_d_q15) >> 12;
     return (struct field_view){

@@ -85,8 +85,8 @@ struct tuning {
     int32_t ki_q17;             /* per sample */
     int32_t iron_rest_q15;      /* L_q at rated current over that at current i: this at i = 0, */
     int32_t iron_grows_q10;     /* plus this times i^2; 0: iron does not saturate */
-    int32_t x_d_q11, x_q_q11;   /* reactance at the base speed, per unit */
-    int32_t x_q_apparent_q11;   /* the same as flux over current, for saturating iron; 17 bits */
+    int32_t x_d_q11, x_q_q11;   /* reactance at the base speed, per unit; 17 bits */
+    int32_t x_q_apparent_q11;   /* the same as flux over current, for saturating iron */
     int32_t r_q12;              /* resistance, per unit */
     int32_t emf_q12;            /* back-EMF at the base speed, per unit */
     int32_t i_trip_q15, i_sum_q15;
@@ -162,6 +162,18 @@ struct outcome tuning_compute(const struct params *p, struct tuning *t);
  * between two phases, peak. Skipped if the parameters allow more. Thread.
  */
 struct outcome tuning_check_emf(const struct params *p);
+
+/* A reactance of the tuning at a speed w <= 1.0, per unit. Any context. */
+static inline int32_t tuning_reactance_q11(int32_t w_q15, int32_t x_q11)
+{
+    return (int32_t)(((int64_t)w_q15 * x_q11) >> 15);
+}
+
+/* w L i, a voltage: up to 19 bits. Any context. */
+static inline int32_t tuning_reactive_q15(int32_t w_q15, int32_t i_q15, int32_t x_q11)
+{
+    return (int32_t)(((int64_t)((w_q15 * i_q15) >> 15) * x_q11) >> 11);
+}
 
 /* Speed in rpm from the observer's speed in electrical turns per sample (Q32), saturated: 65535 rpm. Any context. */
 static inline int32_t tuning_rpm_q15(const struct tuning *t, int32_t speed_q32)

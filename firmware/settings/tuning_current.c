@@ -12,7 +12,7 @@
 #include "lib/deadtime.h"
 
 #define RIPPLE_KNEES     4 /* below that the current loop copes, and the faster handler can be used */
-#define APPARENT_LIMIT   131071
+#define REACTANCE_LIMIT  131071
 #define IRON_GROWS_LIMIT 65535 /* times a square of a current: 32 bits */
 #define Q15_UNITY        32768
 #define GAIN_LIMIT       32767 /* gains are 16 bit, to be multiplied with 16-bit values */
@@ -73,10 +73,10 @@ static enum error tune_decoupling(const struct params *p, struct tuning *t)
     const int64_t emf =
         scale((int64_t)p->flux_uwb * CONFIG_SPEED_BASE_HZ, TWO_PI_E9 * 4096 / 1000, p->v_range_mv * 1000000000LL);
     const int64_t r = scale(p->resistance_mohm, 4096LL * p->i_range_ma, 1000LL * p->v_range_mv);
-    if (x_d > GAIN_LIMIT || x_q > GAIN_LIMIT || emf > GAIN_LIMIT || r > GAIN_LIMIT) {
+    if (x_d > REACTANCE_LIMIT || x_q > REACTANCE_LIMIT || emf > GAIN_LIMIT || r > GAIN_LIMIT) {
         return ERROR_DECOUPLING;
     }
-    t->x_q_apparent_q11 = scale_clamp(apparent, 0, APPARENT_LIMIT);
+    t->x_q_apparent_q11 = scale_clamp(apparent, 0, REACTANCE_LIMIT);
     t->x_d_q11 = (int32_t)x_d;
     t->x_q_q11 = (int32_t)x_q;
     t->emf_q12 = (int32_t)emf;

@@ -219,17 +219,21 @@ def test_voltages_that_had_to_wait_are_counted_from_on_to_on(c, loop):
 
 
 @pytest.mark.parametrize("forced", (False, True))
-def test_decoupling_in_volts(c, loop, forced):
-    """v_d = -w Lq i_q, v_q = w (Ld i_d + psi): added to the integrals as it changes, and once."""
+@pytest.mark.parametrize("most_hz, most_i, off, told", (
+    (300, 12000, 10, {"ld_uh": 300, "lq_uh": 500, "current_bw_hz": 500}),
+    (1000, 30000, 150, {"ld_uh": 5000, "lq_uh": 12000, "current_bw_hz": 50})))
+def test_decoupling_in_volts(c, loop, forced, most_hz, most_i, off, told):
+    """v_d = -w Lq i_q, v_q = w (Ld i_d + psi), within the bus: added to the integrals as it changes, and once."""
     loop, fabric, _ = loop
-    p = {**shipped(), "ld_uh": 300, "lq_uh": 500, "current_bw_hz": 500}
-    tuning = compute(c, p)[2]
+    p = {**shipped(), **told}
+    error, _, tuning = compute(c, p)
+    assert error != "ERROR_DECOUPLING"
     draw = random.Random(2)
     integral_d, integral_q = 1000, -2000
     loop.integral_d_q9, loop.integral_q_q9 = integral_d, integral_q
     for _ in range(200):
-        hz = draw.uniform(-300, 300)
-        i_d, i_q, vbus = draw.randint(-12000, 3000), draw.randint(-12000, 12000), draw.randint(11000, 20000)
+        hz = draw.uniform(-most_hz, most_hz)
+        i_d, i_q, vbus = draw.randint(-most_i, most_i // 4), draw.randint(-most_i, most_i), draw.randint(11000, 20000)
         frame(loop, c, hz, forced)
         loop.i_d_ref_q15, loop.i_q_ref_q15, fabric.adc.VBUS = i_d, i_q, vbus
         c.current_loop_follow(loop, fabric, tuning)
@@ -237,8 +241,8 @@ def test_decoupling_in_volts(c, loop, forced):
         w = 2 * float(PI) * hz
         v_d = -w * p["lq_uh"] * 1e-6 * i_q * ampere
         v_q = w * (p["ld_uh"] * 1e-6 * i_d * ampere + p["flux_uwb"] * 1e-6)
-        near(loop.feedforward_d_steps, v_d / bus_v * FULL, 10)
-        near(loop.feedforward_q_steps, v_q / bus_v * FULL, 10)
+        near(loop.feedforward_d_steps, max(-1, min(v_d / bus_v, 1)) * FULL, off)
+        near(loop.feedforward_q_steps, max(-1, min(v_q / bus_v, 1)) * FULL, off)
         assert loop.integral_d_q9 == integral_d + loop.feedforward_d_steps * 512
         assert loop.integral_q_q9 == integral_q + loop.feedforward_q_steps * 512
 

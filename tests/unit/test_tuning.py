@@ -187,7 +187,8 @@ def test_any_parameters(c):
         value = exact(c, p)
         fits = {"ERROR_CURRENT_GAIN": max(value["kp_d_q12"], value["kp_q_q12"]) < 131071.5,
                 "ERROR_CURRENT_INTEGRAL_GAIN": 0.5 <= value["ki_q17"] < 32767.5,
-                "ERROR_DECOUPLING": max(value[name] for name in ("x_d_q11", "x_q_q11", "emf_q12", "r_q12")) < 32767.5,
+                "ERROR_DECOUPLING": max(value["x_d_q11"], value["x_q_q11"]) < 131071.5
+                                    and max(value["emf_q12"], value["r_q12"]) < 32767.5,
                 "ERROR_SPEED_GAIN": (value["speed_kp_q16"] >= 0.5
                                      and max(value["speed_kp_q16"], value["speed_accel_q8"]) < 2**31)}
         misfit = next((name for name in REFUSED_FOR_GAINS if not fits[name]), None)
