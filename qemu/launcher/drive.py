@@ -128,10 +128,13 @@ class Drive:
         return {0: min(count_deg, 90.0), 1: 90.0, 2: 35.0}[int(self.motor["control"]["angle_source"])]
 
     def heard_s(self, turn_s):
-        """By how much speed is known late at the earliest: one and a half of what the sensor of the angle tells apart."""
-        source, counts = self.motor["control"]["angle_source"], self.motor["encoder"]["counts_per_rev"]
-        steps = {0: counts, 2: 6 * self.motor["electrical"]["pole_pairs"]}.get(source, 0)
-        return 1.5 * turn_s / steps if steps else 0.0
+        """By how much speed is known late at the earliest: one and a half counts; with Hall switches, half a sector, and half
+        of the electrical turn, or of 20 ms, over which their places average out; without a sensor, the lag of a tracking loop
+        whose poles lie at one and a half times the electrical speed."""
+        electrical_s = turn_s / self.motor["electrical"]["pole_pairs"]
+        return {0: 1.5 * turn_s / self.motor["encoder"]["counts_per_rev"],
+                1: 2 / 1.5 * electrical_s / (2 * math.pi),
+                2: electrical_s / 12 + min(electrical_s, 0.02) / 2}[self.motor["control"]["angle_source"]]
 
     @property
     def swing_s(self):
@@ -184,7 +187,7 @@ class Drive:
                    rest: a turn or more)
         sensor     sensed_deg (electrical, between what the sensor of the angle tells apart: a count; half a sector of Hall
                    switches and 5 degrees; 90 without either, where a field leads), sensed_share (its sine),
-                   heard_s (by how much speed is known late at work_rpm: one and a half counts, or Hall sectors)
+                   heard_s (by how much speed is known late at work_rpm: see there)
         shaft      swing_s (1 / resonance in rad/s of the coupling, or 0: a load step falls on the load first, and comes back)
         units      rad_s_per_rpm
         """

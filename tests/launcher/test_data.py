@@ -303,3 +303,13 @@ def test_a_decimal_comma_is_named(tmp_path, line, hint):
     (tmp_path / "my.toml").write_text(line + "\n")
     with pytest.raises(LauncherError, match=re.escape(f"my.toml: {hint}")):
         read_toml(tmp_path / "my.toml")
+
+
+@pytest.mark.parametrize("source, electrical_turns", ((0, 1.5 * 4 / 2400), (1, 4 / 3 / (2 * math.pi)), (2, 1 / 12 + 1 / 2)))
+def test_what_a_loop_can_be_held_to_knows_how_late_its_sensor_is(source, electrical_turns):
+    """A double pole at p is 2 / p late, a mean over a turn half of the turn, as long as that is 20 ms at most."""
+    drive = load_drive("teknic_m2310p", {"motor": {"control": {"angle_source": source}, "encoder": {"counts_per_rev": 2400}}})
+    assert drive.motor["electrical"]["pole_pairs"] == 4
+    assert drive.names()["heard_s"] == pytest.approx(electrical_turns * 60 / 1500 / 4)
+    assert drive.names()["work_rpm"] == 1500
+    assert drive.heard_s(0.4) == pytest.approx(electrical_turns * 0.1 if source != 2 else 0.1 / 12 + 0.01)
