@@ -12,7 +12,7 @@ import pytest
 SHORT = "tests/unit/"
 # what each of them has whole; of what plays the image and takes its time, one test in so many, drawn by its name
 WHOLE = (SHORT, *(f"tests/{name}/" for name in ("lib", "launcher", "tools", "make", "budgets")), "tests/campaign/test_lots.py")
-ONE_IN = {"--sample": 4, "--most": 2}
+ONE_IN = {"--sample": 4, "--most": 3}
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "qemu"))
 os.chdir(ROOT)
@@ -55,7 +55,7 @@ def pytest_addoption(parser):
                      help="without what is marked `rest`, more motors, rates and cases of what is there already; of what plays"
                           " the image, one test in four")
     parser.addoption("--most", action="store_true",
-                     help="without what is marked `long`, half a minute for one case more; of what plays the image, one in two")
+                     help="without what is marked `long`, half a minute for one case more; of what plays the image, one in three")
 
 
 def pytest_configure(config):
