@@ -55,7 +55,7 @@ def pytest_addoption(parser):
                      help="without what is marked `rest`, more motors, rates and cases of what is there already; of what plays"
                           " the image, one test in four")
     parser.addoption("--most", action="store_true",
-                     help="without what is marked `long`, half a minute for one case more; of what plays the image, one in three")
+                     help="without what is marked `long`, half a minute for one case more; of what plays the image, a third")
 
 
 def pytest_configure(config):

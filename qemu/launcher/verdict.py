@@ -67,11 +67,12 @@ class Plant:
         return self.drive.motor["control"]["angle_source"]
 
     def step_is_too_fast(self, share=1.0, _speed=""):
-        """The load slows the shaft beyond the watched deviation before two periods of the speed loop are over."""
+        """The load slows the shaft beyond the watched deviation before the sensor tells, and two periods of the speed loop."""
         inertia = self.motor["mechanical"]["inertia_kgm2"] * (1 + self.motor["load"]["inertia_ratio"])
-        falls = share * self.drive.motor["rating"]["rated_torque_nm"] / inertia * LOOP_S / RPM
+        late_s = LOOP_S + self.names["heard_s"]
+        falls = share * self.drive.motor["rating"]["rated_torque_nm"] / inertia * late_s / RPM
         limit = DEVIATION * self.names["speed_max_rpm"]
-        return f"the load takes {falls:.3g} rpm in 2 ms, {limit:.3g} are watched" if falls > limit else ""
+        return f"the load takes {falls:.3g} rpm in {1000 * late_s:.2g} ms, {limit:.3g} are watched" if falls > limit else ""
 
     def sticks(self, *_):
         """What holds the rotor at rest is more than i_max turns."""
