@@ -105,12 +105,6 @@ def late_s(run, t_s):
     return None if began is None else began + run.period_s + t_s
 
 
-def on_until_s(run):
-    """When the bridge was on for the last time; None if it never was."""
-    on = np.flatnonzero(run.trace["gate_live"])
-    return None if len(on) == 0 else float(run.trace["t_s"][on[-1]])
-
-
 def bridge_is_off(run):
     """Whether the run ends with the bridge off."""
     return not run.trace["gates"][-1] and not run.trace["gate_live"][-1]
