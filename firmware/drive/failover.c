@@ -139,7 +139,7 @@ static void begin_anew(struct axis *a)
 {
     volatile struct current_loop *const c = &a->loop;
     know_speed(a);
-    modes_ask(a, torque_before_q15(a));
+    modes_request_torque(a, torque_before_q15(a));
     const uint32_t mask = cpu_irq_save();
     c->integral_d_q9 = 0;
     c->integral_q_q9 = 0;

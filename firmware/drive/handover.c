@@ -246,7 +246,7 @@ static void look_at_sample(struct axis *a)
     } else if (h->target == PARAM_ANGLE_HALL) {
         look_at_hall(a, s.state, s.angle_q32);
     }
-    h->way_q32 += h->looks == 0u ? 0 : (int32_t)(s.angle_q32 - h->angle_q32);
+    h->travel_q32 += h->looks == 0u ? 0 : (int32_t)(s.angle_q32 - h->angle_q32);
     h->angle_q32 = s.angle_q32;
     h->sequence = s.sequence;
     h->looks++;
@@ -254,7 +254,7 @@ static void look_at_sample(struct axis *a)
 
 static bool seen_enough(const struct handover *h)
 {
-    const bool turned = (h->way_q32 < 0 ? -h->way_q32 : h->way_q32) >> 32 != 0;
+    const bool turned = (h->travel_q32 < 0 ? -h->travel_q32 : h->travel_q32) >> 32 != 0;
     if (h->target == PARAM_ANGLE_SENSORLESS && h->states < EMF_LEAST) {
         return false;
     }

@@ -43,7 +43,7 @@ struct handover {
     uint32_t sequence; /* of the last sample looked at */
     uint32_t looks;
     uint32_t angle_q32; /* at that sample */
-    int64_t way_q32;    /* distance since the first */
+    int64_t travel_q32; /* distance since the first */
     uint32_t states;    /* switch states seen so far, one bit each */
     uint32_t first_q32; /* from the encoder's count to the angle, at the first; the rest are relative to it: */
     int32_t least_q32, most_q32;

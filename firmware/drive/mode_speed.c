@@ -38,7 +38,7 @@ static const struct set_point *csv_step(struct axis *a)
     const int32_t now_q16 = (int32_t)cyclic_step(&a->motion.cyclic);
     struct interval room;
     const int32_t known_q15 = mode_room_beside_known(a, &room);
-    modes_ask(a, known_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, now_q16 - before_q16, &room));
+    modes_request_torque(a, known_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, now_q16 - before_q16, &room));
     return NULL;
 }
 

@@ -39,7 +39,7 @@ static const struct set_point *tq_step(struct axis *a)
     if (rotor_is_sensorless(a) && field_goes_along(a)) {
         return NULL;
     }
-    modes_ask(a, a->torque_command_q15);
+    modes_request_torque(a, a->torque_command_q15);
     if (rotor_is_sensorless(a)) {
         sensorless_after_control(a);
     }
@@ -60,7 +60,7 @@ static void cst_aim(struct axis *a, const struct set_point *s)
 
 static const struct set_point *cst_step(struct axis *a)
 {
-    modes_ask(a, (int32_t)(cyclic_step(&a->motion.cyclic) >> 16));
+    modes_request_torque(a, (int32_t)(cyclic_step(&a->motion.cyclic) >> 16));
     return NULL;
 }
 

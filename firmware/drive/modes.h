@@ -81,7 +81,7 @@ void modes_limit_torque(struct axis *a);
 void modes_step(struct axis *a);
 
 /* Asks for a torque, within the limits. Slow loop. */
-void modes_ask(struct axis *a, int32_t torque_q15);
+void modes_request_torque(struct axis *a, int32_t torque_q15);
 
 /* The speed loop along its ramp: pv and every stop. Slow loop. */
 void modes_control_speed(struct axis *a, int32_t slope_q16);

@@ -22,7 +22,7 @@ void modes_limit_torque(struct axis *a)
     torque_set_limits(&a->torque, &a->tuning, &view);
 }
 
-void modes_ask(struct axis *a, int32_t torque_q15)
+void modes_request_torque(struct axis *a, int32_t torque_q15)
 {
     torque_ask(&a->torque, &a->loop, &a->tuning, torque_q15);
 }
@@ -65,7 +65,7 @@ void modes_control_speed(struct axis *a, int32_t slope_q16)
     }
     struct interval room;
     const int32_t known_q15 = mode_room_beside_known(a, &room);
-    modes_ask(a, known_q15 + speed_loop_step(&a->speed, &a->tuning, slope_q16, &room));
+    modes_request_torque(a, known_q15 + speed_loop_step(&a->speed, &a->tuning, slope_q16, &room));
     if (rotor_is_sensorless(a)) {
         sensorless_after_control(a);
     }
