@@ -13,7 +13,7 @@
 #define SETTLE_MS      60
 #define RATIO_MOST     32
 #define GRIP_MS        5
-#define BACK_PART      16 /* of a period: so long the current takes to come back */
+#define BACK_PART      16 /* of a period: how long the current takes to return */
 #define AWAY_TURNS     3  /* no field pulls the rotor further than this from its start */
 #define TURNS_BACK     4  /* part of a period: a jumping field may meet the rotor moving away from it */
 

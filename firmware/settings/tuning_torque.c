@@ -33,7 +33,7 @@ void tuning_torque(const struct params *p, struct tuning *t)
     const int64_t x_d_q11 = (int64_t)t->x_d_q11 * mtpa_ld_uh(p) / p->ld_uh;
     const int64_t x_q_q11 = (int64_t)t->x_q_q11 * mtpa_lq_uh(p) / p->lq_uh;
     const int64_t cancelling_q15 = scale((int64_t)t->emf_q12 * 32768, 1, 2 * (x_d_q11 > 0 ? x_d_q11 : 1));
-    t->saliency_q11 = scale_clamp(x_q_q11 - x_d_q11, INT32_MIN, SALIENCY_MOST);
+    t->saliency_q11 = scale_clamp(x_q_q11 - x_d_q11, -SALIENCY_MOST, SALIENCY_MOST);
     t->burn_max_q15 = scale_clamp(cancelling_q15, 0, t->i_max_q15);
     t->power_max_q15 = q15_max(power_q15(p, p->power_max_w), 1); /* a watt may be below one LSB */
     t->regen_max_q15 = power_q15(p, p->regen_max_w);

@@ -20,6 +20,8 @@ WAY_SHARE = 0.016      # of speed_max, with which the field turns at most
 WAY_TURNS = 2.7        # for which it does, electrical
 WAY_PERIODS = 8        # of ON_PERIODS, if the way takes longer
 AGAIN_PERIODS = 40  # if the inertia that was told is far too small, so that a second attempt is needed
+OBSERVER_POLES = 1.5  # of its tracking loop at most, in |w|: TRACK_LARGEST_Q8 of firmware/control/observer.c
+HALL_MEAN_S = 0.02  # over which a speed by Hall switches is averaged at most: MEAN_CLOCKS of firmware/control/hall_speed.c
 FIELD_SHARE = 0.15  # of the torque of i_max, for turning a prescribed field up
 SETTLE_TAUS = 60    # of the speed loop, until nothing is left of a step or of the end of a ramp
 SPEED_SHARES = {"work_rpm": 0.375, "mid_rpm": 0.25, "low_rpm": 0.125, "slow_rpm": 0.0075}
@@ -133,8 +135,8 @@ class Drive:
         whose poles lie at one and a half times the electrical speed."""
         electrical_s = turn_s / self.motor["electrical"]["pole_pairs"]
         return {0: 1.5 * turn_s / self.motor["encoder"]["counts_per_rev"],
-                1: 2 / 1.5 * electrical_s / (2 * math.pi),
-                2: electrical_s / 12 + min(electrical_s, 0.02) / 2}[self.motor["control"]["angle_source"]]
+                1: 2 / OBSERVER_POLES * electrical_s / (2 * math.pi),
+                2: electrical_s / 12 + min(electrical_s, HALL_MEAN_S) / 2}[self.motor["control"]["angle_source"]]
 
     @property
     def swing_s(self):

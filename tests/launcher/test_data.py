@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from launcher import LauncherError
 from launcher.cli import main
 from launcher.data import INVERTERS, MOTORS, available, load_inverter, load_motor, read_toml
-from launcher.drive import load_drive, preamble, twin_items
+from launcher.drive import HALL_MEAN_S, OBSERVER_POLES, load_drive, preamble, twin_items
 from launcher.expression import evaluate, fill, number
 from launcher.paths import REPO
 from launcher.scenario import load_scenario
@@ -313,3 +313,9 @@ def test_what_a_loop_can_be_held_to_knows_how_late_its_sensor_is(source, electri
     assert drive.names()["heard_s"] == pytest.approx(electrical_turns * 60 / 1500 / 4)
     assert drive.names()["work_rpm"] == 1500
     assert drive.heard_s(0.4) == pytest.approx(electrical_turns * 0.1 if source != 2 else 0.1 / 12 + 0.01)
+
+
+def test_how_a_source_lags_is_what_the_firmware_has():
+    observer, hall = ((REPO / f"firmware/control/{name}.c").read_text() for name in ("observer", "hall_speed"))
+    assert int(re.search(r"#define TRACK_LARGEST_Q8\s+(\d+)", observer)[1]) == OBSERVER_POLES * 256
+    assert int(re.search(r"#define MEAN_CLOCKS\s+\((\d+)u \* \(BOARD_FABRIC_HZ / 1000u\)\)", hall)[1]) == HALL_MEAN_S * 1000

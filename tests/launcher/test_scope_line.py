@@ -185,18 +185,19 @@ def test_an_answer_that_comes_late_is_nobodys(tmp_path):
     play(tmp_path, scene)
 
 
+@pytest.mark.parametrize("unasked", ("done: in position", "fault: stall; see 'fault', then 'clear'"))
 @pytest.mark.parametrize("pieces", (
     ("a = 1\r\n.\r\ndone: in position\r\n",), ("a = 1\r\n.\r\ndone: in", " position\r\n"),
     ("done: in position\r\na = 1\r\n.\r\n",), ("a = 1\r\n", "done: in position\r\n.\r", "\n"),
     ("a = 1\r\n.\r\n", "done: in position\r\n")))
-def test_what_the_drive_says_by_itself_is_no_part_of_an_answer_however_the_line_is_cut(pieces):
+def test_what_the_drive_says_by_itself_is_no_part_of_an_answer_however_the_line_is_cut(pieces, unasked):
     """In one piece with an answer's end is what a command that ends just then says."""
     async def scene():
         said, came = [], asyncio.Queue()
 
         async def write(data):
             for piece in pieces if data == b"get a\r" else ("b = 2\r\n.\r\n",):
-                await came.put(piece.encode())
+                await came.put(piece.replace("done: in", unasked[:8]).replace(" position", unasked[8:]).encode())
 
         async def close():
             pass
@@ -210,7 +211,7 @@ def test_what_the_drive_says_by_itself_is_no_part_of_an_answer_however_the_line_
             await came.put(b"arm\r\n")  # behind the question
             assert await held.ask("get a") == ["a = 1"]
             assert await held.ask("get b") == ["b = 2"]
-            assert said == ["warning: warm", "done: in position"]
+            assert said == ["warning: warm", unasked]
         finally:
             await held.close()
 

@@ -221,7 +221,7 @@ def test_voltages_that_had_to_wait_are_counted_from_on_to_on(c, loop):
 @pytest.mark.parametrize("forced", (False, True))
 @pytest.mark.parametrize("most_hz, most_i, off, told", (
     (300, 12000, 10, {"ld_uh": 300, "lq_uh": 500, "current_bw_hz": 500}),
-    (1000, 30000, 150, {"ld_uh": 5000, "lq_uh": 12000, "current_bw_hz": 50})))
+    (1000, 30000, 240, {"ld_uh": 15000, "lq_uh": 19000, "current_bw_hz": 50})))
 def test_decoupling_in_volts(c, loop, forced, most_hz, most_i, off, told):
     """v_d = -w Lq i_q, v_q = w (Ld i_d + psi), within the bus: added to the integrals as it changes, and once."""
     loop, fabric, _ = loop

@@ -55,6 +55,13 @@ def test_an_emf_that_is_turned_is_found_beyond_15_degrees_and_a_count(emf, c, co
         assert (verdicts[-1] == c.EMF_TURNED) == turned, off_deg
 
 
+@pytest.mark.parametrize("counts_deg, steps", ((0.36, 3), (22.5, 22)))
+def test_a_slip_of_60_degrees_is_found_as_soon_as_the_filter_allows(emf, c, counts_deg, steps):
+    """Steps of 4 ms, three of them against the encoder: within 0.1 s behind the coarsest counts (docs/faults.md)."""
+    verdicts = judged(emf, c, counts_deg, lambda e_q15, n: 0 if n < 100 else round(e_q15 * math.sqrt(3)), 130)
+    assert c.EMF_TURNED not in verdicts[60:100] and set(verdicts[100 + steps:]) == {c.EMF_TURNED}
+
+
 def judged(emf, c, counts_deg, v_d_of, steps):
     """Verdicts on an EMF of a tenth of v_range without current, beside a v_d; the frame follows counts so far apart."""
     loop, state = c.current_loop(), emf(vbus=0)

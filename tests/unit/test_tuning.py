@@ -264,7 +264,7 @@ def exact_torque_and_start(c, p):
         "torque_emf_q11": (2 * PI * BASE_HZ * flux / volt * 2048, Fraction(3, 2)),
         "bus_energy_q10": (min(energy, 32767), Fraction(1, 2)),
         "burn_max_q15": (min(emf / x_d, i_max / ampere) * 32768, 40),
-        "saliency_q11": (min((x_q - x_d) * 2048, 65535), 2 + coarser / 2),
+        "saliency_q11": (max(min((x_q - x_d) * 2048, 65535), -65535), 2 + coarser / 2),
         "speed_max_rpm_q4": (p["speed_max_rpm"] * 16, 0), "pole_pairs": (p["pole_pairs"], 0),
         "wiring_i_q15": (wiring_a(p) / ampere * 32768, Fraction(1, 2) + 33 / ampere),
         "rpm_q4_per_w_q32": (Fraction(60 * 16 * PWM_HZ * samples(p), p["pole_pairs"]), 1),

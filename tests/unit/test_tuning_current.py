@@ -72,3 +72,12 @@ def test_what_is_not_refused_ends_at_its_formats_end(c):
     assert ripple(round(v / 2)) == pytest.approx(32767 / 2, rel=1e-3)
     assert ripple(round(v * 0.999)) == pytest.approx(32767 * 0.999, rel=1e-3)
     assert ripple(round(v * 2)) == 32767
+
+
+@pytest.mark.parametrize("ld_uh, lq_uh, saliency_q11", ((5000, 3, -65535), (3, 5000, 65535)))
+def test_a_saliency_times_any_current_has_32_bits(c, ld_uh, lq_uh, saliency_q11):
+    told = {"ld_uh": ld_uh, "lq_uh": lq_uh, "current_bw_hz": 300, "v_range_mv": 20000, "v_max_mv": 15000}
+    error, tuning = tuned(c, **told)
+    assert error == "ERROR_NONE" and max(tuning.x_d_q11, tuning.x_q_q11) > 65535
+    c.tuning_torque(struct(c, {**shipped(), **BASE, **told}), tuning)
+    assert tuning.saliency_q11 == saliency_q11
