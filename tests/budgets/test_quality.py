@@ -2,7 +2,8 @@
 """No motor is controlled worse, and no budget of it grows stale, without a change of tests/quality.toml."""
 import pytest
 
-from budgets.quality import SEEDS, complaints, is_held, load_quality, measure, verdict_of_runs
+from budgets.quality import (SEEDS, budget_of, complaints, is_held, load_quality, measure, switched_on_later,
+                             verdict_of_runs)
 from budgets.update_quality import written
 from launcher.campaign import Case
 from launcher.campaign_table import load_expected
@@ -62,6 +63,28 @@ RULE = {"dip": {"percent": 10, "better": "lower", "reason": "a test"},
 def test_both_ways(name, now, said):
     found = list(complaints("m/s", {name: now}, {name: 10.0}, RULE))
     assert (said is None and not found) or (len(found) == 1 and said in found[0])
+
+
+def test_a_figure_that_a_start_moves_is_held_at_both_ends():
+    def found(now):
+        return [text.rsplit(", ", maxsplit=1)[1] for text in complaints("m/s", {"dip": now}, {"dip": [0.4, 1.8]}, RULE)]
+    assert found(0.37) == found(1.0) == found(1.97) == []
+    assert found(1.99) == ["worse"] and found(0.35) == ["better: tighten the budget"]
+
+
+@pytest.mark.parametrize("starts, budget", [([9.8, 10.0, 10.2], 10.0), ([9.6, 10.0, 10.4], [9.6, 10.4]), ([3.0], 3.0),
+                                            ([-10.0, -9.0], [-10.0, -9.0])])
+def test_what_starts_do_not_move_is_a_number(starts, budget):
+    assert budget_of(starts, 10) == budget
+
+
+@pytest.mark.parametrize("scenario", SEEDS)
+def test_a_later_start_is_the_same_scenario(scenario):
+    now, later = switched_on_later(scenario, 0), switched_on_later(scenario, 0.01)
+    assert (now is None) == (later is None) == (scenario in ("field_weakening", "overmodulation"))
+    if now:
+        assert later["step"][0].pop("t_s") == pytest.approx(now["step"][0].pop("t_s") + 0.01)
+        assert later == now
 
 
 def test_values_and_figures_belong_together():
