@@ -119,9 +119,7 @@ static void follow_axis(struct cia402 *c, const struct axis *a)
 
 static void switch_off_to(struct cia402 *c, struct axis *a, enum cia402_stage stage)
 {
-    if (!axis_rests(a)) {
-        c->refusal = drive_switch_off(a);
-    }
+    c->refusal = axis_rests(a) ? OUTCOME_OK : drive_switch_off(a);
     c->stage = stage;
 }
 

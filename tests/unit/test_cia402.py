@@ -148,6 +148,15 @@ def test_what_the_axis_refuses_is_kept(plc):
     assert plc.refusal == "ERROR_NONE" and plc.axis.request == plc.c.AXIS_REQUEST_ON and not plc.status & 0x100
 
 
+@pytest.mark.parametrize("word, state", [(SHUTDOWN, READY), (SWITCH_ON, SWITCHED_ON), (0, DISABLED), (2, DISABLED)])
+def test_a_word_that_the_bridge_does_not_need_ends_a_refusal_too(plc, word, state):
+    plc.axis.loop.vbus_q15 = 0
+    for each in (SHUTDOWN, SWITCH_ON, ENABLE):
+        plc.control(each)
+    assert plc.refusal == "ERROR_BUS_LOW"
+    assert plc.control(word) == state and plc.refusal == "ERROR_NONE" and not plc.status & 0x100
+
+
 def target(plc, rpm):
     assert plc.ask(write(2, long(rpm)))[0] == 16
     plc.wait(1)
