@@ -9,7 +9,7 @@ endif
 override BUILD := $(patsubst $(CURDIR)/%,%,$(BUILD))
 # Whatever else stands on the command line would be ignored in silence.
 VARIABLES = BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VERILATOR SCENARIO MOTOR SEED PLANT SPREAD DETUNE FABRIC \
-    SENSORS ENVM CHIP MODBUS CAN PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
+    SENSORS ENVM CHIP CONSOLE MODBUS CAN PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
     SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS FROM JOBS SSHLOGIN ALL N FILES RUNGS KEEP_GOING LISTED \
     BUDGET REMEMBER V NO_INSTALL SOURCE_DATE_EPOCH
 GIVEN := $(foreach v,$(.VARIABLES),$(if $(filter command,$(firstword $(origin $v))),$v))
@@ -37,6 +37,7 @@ FABRIC   ?= model
 SENSORS  ?=
 ENVM     ?=
 CHIP     ?=
+CONSOLE  ?=
 MODBUS   ?=
 CAN      ?=
 PROBE    ?=
@@ -74,7 +75,7 @@ Q := $(if $(V),,@)
 say = $(if $(V),,$(if $(findstring s,$(firstword -$(MAKEFLAGS))),$(progress),@echo "  $1  $@"))
 progress = $(if $(MSSFOC_PROGRESS),@printf '\r\033[K  %s' '$1 $(notdir $@)' >&2)
 
-export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS MODBUS CAN START ENVM CHIP PROBE PORT WRONG HOSTCC CROSS
+export BUILD PYTHON QEMU MOTOR SCENARIO SEED PLANT SPREAD DETUNE FABRIC SENSORS CONSOLE MODBUS CAN START ENVM CHIP PROBE PORT WRONG HOSTCC CROSS
 export PYTHONDONTWRITEBYTECODE = 1
 
 # ---- the image and the library ---------------------------------------------------------------------------------------
@@ -87,7 +88,7 @@ FIRMWARE_OBJ = $(call objects,$(call sources,firmware firmware/settings firmware
 TARGET_TESTS = $(patsubst tests/target/%.c,$(BUILD)/tests/target/%.elf,$(sort $(wildcard tests/target/test_*.c)))
 HARNESS_OBJ  = $(call objects,$(filter-out $(wildcard tests/target/test_*.c),$(call sources,tests/target)))
 
-.PHONY: all everything dist site guides pictures results eds run test storm size sizes lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
+.PHONY: all everything dist site guides pictures results client eds run test storm size sizes lint clean help tools console debug scope scope-pictures flash models campaign twin target-tests
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 
@@ -268,6 +269,9 @@ results: tools-run
 	$(ALONE) $(MAKE) --no-print-directory -s -j2 all twin
 	@$(PYTHON) tests/tools/results.py
 
+client: tools-run
+	@$(PYTHON) tests/tools/client.py $(BUILD)/client
+
 eds: tools-run
 	@mkdir -p $(BUILD)
 	@$(PYTHON) tests/tools/eds.py $(BUILD)/mssfoc.eds
@@ -296,6 +300,7 @@ help:
 	@echo 'make test            the tests; ALL=1: more, as CI; ALL=2: everything      [ALL=1 CHIP=name QEMU=path]'
 	@echo 'make storm           noise, mutated and right lines and frames to both UARTs while the motor turns [N=frames]'
 	@echo 'make console         a live console of a running drive'
+	@echo '                     [CONSOLE=pty|tcp:PORT] for a program instead of this terminal (docs/client.md)'
 	@echo '                     the bus: [MODBUS=pty|tcp:PORT] its Modbus, for mbpoll, pymodbus or a PLC (docs/modbus.md)'
 	@echo '                     [CAN=tcp:PORT|pty] its CAN bus, for programs that speak socketcand or slcan; of make run, too (docs/can.md)'
 	@echo 'make scope           a page in the browser: plots, captures, parameters, commands; [PORT=/dev/ttyUSB0] of a board'
@@ -332,6 +337,7 @@ help:
 	@echo 'make explore         every state of the drive that requests, faults, timers and interrupts lead to, and what must hold in it'
 	@echo 'make fabric          the RTL: lint in three tools, proofs by induction, faults that they must refute, cells and levels'
 	@echo 'make eds             the electronic data sheet of the drive on CAN, $(BUILD)/mssfoc.eds (docs/can.md)'
+	@echo 'make client          the Python client and the list of registers and objects, $(BUILD)/client (docs/client.md)'
 	@echo 'make registers       the fabric'\''s registers for C, Verilog and debuggers, into $(BUILD)/fabric/'
 	@echo 'make libero          a whole Libero project for a board: Tcl, pins, times, image (docs/libero.md)   [BOARD=creative|sk1]'
 	@echo 'make guides          what docs/guides tell the reader to type: all of it runs, and the drive answers so'

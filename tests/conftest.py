@@ -14,7 +14,7 @@ SHORT = "tests/unit/"
 WHOLE = (SHORT, *(f"tests/{name}/" for name in ("lib", "launcher", "tools", "make", "budgets")), "tests/campaign/test_lots.py")
 ONE_IN = {"--sample": 4, "--most": 3}
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "qemu"))
+sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "qemu/client")]
 os.chdir(ROOT)
 os.environ.setdefault("BUILD", "build")
 gc.set_threshold(100_000, 20, 100)  # of thousands of tests, all of which stay, looked through for garbage

@@ -96,6 +96,9 @@ def _parser():
                                  help="serial port of a board; without it the drive in QEMU (default: $PORT)")
             command.add_argument("--at", type=int, default=0, help="port of the page (default: a free one)")
             command.add_argument("--no-browser", action="store_true", help="only print the page's address")
+        if name == "console":
+            command.add_argument("--console", default=os.environ.get("CONSOLE") or "",
+                                 help="where a program has the console: pty, or tcp:PORT (default: $CONSOLE or this terminal)")
         if name in ("console", "debug"):
             command.add_argument("--modbus", default=os.environ.get("MODBUS") or "",
                                  help="where the line of MMUART_1 is to be had: pty, or tcp:PORT (default: $MODBUS or nowhere)")
@@ -194,7 +197,7 @@ def _console(options):
     from .simulate import DEFAULT_MOTOR
 
     return live_console(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
-                        options.modbus, options.can, **_plant(options))
+                        options.console, options.modbus, options.can, **_plant(options))
 
 
 def _scope(options):

@@ -19,7 +19,8 @@ from .errors import LauncherError
 from .params import check_ranges, ranges_of
 from .paths import build_dir, shown
 from .probes import Symbols, make_probes
-from .qemu import Image, Qemu, bus_chardev, can_chardev, chip_items, command, envm_files, fabric_files, progress_s, start
+from .qemu import (Image, Qemu, bus_chardev, can_chardev, chip_items, command, envm_files, fabric_files, line_chardev,
+                   progress_s, start)
 from .scenario import Scenario, load_scenario
 from .simulate import check_seed, prepare, write
 
@@ -29,10 +30,17 @@ LEAD_S = 0.1       # how far simulated time may be ahead
 TERMINAL = "stdio,id=console,mux=on,signal=off"
 
 
-def live_console(motor, seed, build=None, qemu=None, scenario=None, modbus="", can="", **plant):
+def live_console(motor, seed, build=None, qemu=None, scenario=None, console="", modbus="", can="", **plant):
     """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric, sensors, aligned,
-    envm, as simulate() has them; `modbus`, `can`: where the buses are to be had, pty or tcp:PORT."""
-    drive, arguments, environment, progress, _ = prepared(motor, seed, build, qemu, scenario, plant, modbus=modbus, can=can)
+    envm, as simulate() has them; `console`, `modbus`, `can`: where they are to be had, pty or tcp:PORT; without `console` it is
+    this terminal."""
+    terminal = line_chardev(console, "console", "CONSOLE") if console else TERMINAL
+    drive, arguments, environment, progress, _ = prepared(motor, seed, build, qemu, scenario, plant, console=terminal,
+                                                          modbus=modbus, can=can)
+    if console:
+        where = f"at socket://127.0.0.1:{console[4:]}" if console.startswith("tcp:") else "at the terminal that QEMU names"
+        print(f"{drive.motor.name} on {drive.inverter.name}, its console {where}. To end: Ctrl-C.\n", flush=True)
+        return _run(arguments, environment, progress)
     print(f"{drive.motor.name} on {drive.inverter.name}. Its parameters are typed for you; then try:\n"
           "  on     (wait a second)     speed 1500     status     speed 0     off     help\n"
           "To leave: Ctrl-A, then x.\n", flush=True)

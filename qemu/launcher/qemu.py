@@ -153,16 +153,17 @@ def bus_chardev(place):
 
     place   pty, a terminal that QEMU names when it starts, or tcp:PORT of 127.0.0.1
     """
-    if not place:
-        return [], {}
+    return (["-chardev", line_chardev(place, "bus", "MODBUS")], {"bus": "bus"}) if place else ([], {})
+
+
+def line_chardev(place, name, variable):
+    """QEMU's option for a serial line that a program is to have: at a terminal or at a port of 127.0.0.1."""
     kind, _, port = place.partition(":")
     if place == "pty":
-        options = "pty,id=bus"
-    elif kind == "tcp" and port.isdigit() and 1 <= int(port) <= 65535:
-        options = f"socket,id=bus,host=127.0.0.1,port={int(port)},server=on,wait=off"
-    else:
-        raise LauncherError(f"MODBUS '{place}' is neither pty nor tcp:PORT")
-    return ["-chardev", options], {"bus": "bus"}
+        return f"pty,id={name}"
+    if kind == "tcp" and port.isdigit() and 1 <= int(port) <= 65535:
+        return f"socket,id={name},host=127.0.0.1,port={int(port)},server=on,wait=off"
+    raise LauncherError(f"{variable} '{place}' is neither pty nor tcp:PORT")
 
 
 # The design of a drive on a CAN bus: SOFT_RESET_CR with the controller released, as CAN switched on in the MSS has it

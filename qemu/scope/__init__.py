@@ -1,3 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The page that shows a drive and commands it: `make scope`. line.py takes the serial line apart, drive.py talks to the
-console, twin.py and board.py are the two things at the line's other end, web.py is the page's server."""
+"""The page that shows a drive and commands it: `make scope`. drive.py talks to the console, by what the Python client knows of
+it (qemu/client), twin.py and board.py are the two things at the line's other end, web.py is the page's server."""
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "client"))  # the package mssfoc

@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: MIT
 """A drive by its console: one line at a time, each with its answer, while samples go on coming."""
 import asyncio
-import re
 import time
 
 from launcher.errors import LauncherError
+from mssfoc import texts
+from mssfoc.answers import Answers
+from mssfoc.errors import Refused
+from mssfoc.frames import Sample, Splitter
 
-from .line import Sample, Splitter
-
-END = "."         # the line behind each answer in the console's mode for programs (docs/console.md)
 ANSWER_S = 20.0   # the longest answer, a whole capture, takes 3 s at 115200 baud; a slow twin takes longer
-UNASKED = re.compile("done: |fault: .*; see 'fault'")  # no answer has such a line
 SILENT_S = 0.8    # without a sample or an answer: it is silent; while it streams, something comes each millisecond
 AT_WORK_S = 20.0   # the same where the other end is seen to go on, slowly: QEMU on a machine that is busy
 REVIVE_S = 2.0    # for a drive that may be there again
@@ -32,8 +31,7 @@ class Drive:
         self.far, self.damaged, self._broken, self._out_of_step = far, 0, "", ""
         self.heard_s = time.monotonic()  # a sample, or an answer
         self._on_samples, self._on_said = on_samples, on_said
-        self._splitter, self._rest, self._text_s = Splitter(), b"", 0.0
-        self._lines, self._begun = [], False  # since the question; a line that had begun before it
+        self._splitter, self._answers, self._text_s = Splitter(), Answers(), 0.0
         self._asked, self._ended, self._busy = False, asyncio.Event(), asyncio.Lock()
         self._tasks = []
 
@@ -98,33 +96,24 @@ class Drive:
         await self._send(b"\r" + line.encode("ascii") + b"\r")
 
     def _hear(self, text):
-        """Lines of an answer, or what comes while none is due: a fault, a warning, a greeting after a reset."""
-        *lines, self._rest = (self._rest + text).split(b"\n")
-        self._text_s, said = time.monotonic(), []
+        self._text_s = time.monotonic()
         if self._asked:
             self.heard_s = self._text_s  # a long answer takes the place of samples
-        for line in (line.decode("ascii", "replace").replace("\r", "") for line in lines):
-            if not self._asked or self._begun or UNASKED.match(line):
-                said.append(line)
-                self._begun = False
-            elif line == END and not self._ended.is_set():
-                self._asked = False
-                self._ended.set()
-            else:
-                self._lines.append(line)
-        if any(said):
-            self._on_said("\n".join(said).strip())
+        said = self._answers.take(text)
+        if self._answers.ended:
+            self._ended.set()
+        if said:
+            self._on_said("\n".join(said))
 
     async def program_mode(self, patience_s=ANSWER_S):
         """From a person's console to the mode for programs; a drive that is in it already answers as well."""
         async with self._busy:
-            self._rest, self._lines, self._begun = b"", [], False
-            self._ended.set()  # what comes now is for nobody
+            self._answers.expect_mode()
             self._asked = True
             try:
                 await self._send(b"\rmachine on\r\r")
                 end = time.monotonic() + patience_s
-                while not (self._lines[-1:] == [END] and not self._rest and time.monotonic() - self._text_s > QUIET_S):
+                while not (self._answers.mode_is_there() and time.monotonic() - self._text_s > QUIET_S):
                     if time.monotonic() > end or self.far.ended():
                         raise DriveError(self.far.ended() or "the drive does not answer: is the line connected, is its console"
                                          " at 115200 baud?")
@@ -132,14 +121,14 @@ class Drive:
                 self.heard_s, self._out_of_step = time.monotonic(), ""
             finally:
                 self._asked = False
-                self._rest = b""
+                self._answers.give_up()
 
     async def ask(self, line):
         """The lines of the answer. Raises DriveError when there is none."""
         async with self._busy:
             if reason := self.silent():
                 raise DriveError(f"the drive is silent: {reason}")
-            self._lines, self._begun = [], bool(self._rest)
+            self._answers.expect()
             self._ended.clear()
             self._asked = True
             try:
@@ -147,7 +136,8 @@ class Drive:
                 await self._answered(line)
             finally:
                 self._asked = False
-            return [one for one in self._lines if one]
+                self._answers.give_up()
+            return [one for one in self._answers.lines if one]
 
     async def _answered(self, line):
         end = time.monotonic() + ANSWER_S
@@ -172,37 +162,25 @@ class Drive:
         if answer != ["ok"]:
             raise DriveError(f"the drive does not stream: {' '.join(answer)}")
         await self.far.set_baud(STREAM_BAUD)
-        self._rest = b""  # what the line made of the change
+        self._answers.rest = ""  # what the line made of the change
+
+    async def _parsed(self, line, of):
+        try:
+            return of(await self.ask(line))
+        except Refused as error:
+            raise DriveError(str(error)) from error
 
     async def signals(self):
         """{name: (unit, value of a step, text)}"""
-        found = {}
-        for line in await self.ask("scope list"):
-            match = re.fullmatch(r"(\w+) (\S+) (-?\d+)/(\d+): (.*)", line)
-            if match:
-                name, unit, milli, per, text = match.groups()
-                found[name] = ({"none": "", "%_of_bus": "% of bus"}.get(unit, unit), int(milli) / int(per) / 1000, text)
-        if not found:
-            raise DriveError("the drive has no scope: is its firmware older than this page?")
-        return found
+        return {name: (one.unit, one.step, one.text) for name, one in (await self._parsed("scope list", texts.signals)).items()}
 
     async def chosen(self):
-        line = (await self.ask("scope"))[0]
-        return re.match(r"signals: (\S+), every", line).group(1).split(",")
+        return await self._parsed("scope", texts.chosen)
 
     async def capture(self, what="read"):
         """{"names", "rows" of raw values, "trigger", "per_ms"} of the last capture, or of what the last fault left."""
-        lines = await self.ask(f"scope {what}")
-        if len(lines) < 4:
-            raise DriveError(" ".join(lines))
-        heading = dict(item.split(": ") for item in lines[0].split(", "))
-        return {"names": lines[1].split(), "rows": [[int(v) for v in line.split()] for line in lines[3:-1]],
-                "trigger": int(heading["trigger"]), "per_ms": int(heading["a millisecond has"]) / int(heading["every"])}
+        return await self._parsed(f"scope {what}", texts.capture)
 
     async def parameters(self):
         """[{"name", "value", "least", "most", "unit"}]"""
-        form = re.compile(r"(\w+) = (-?\d+)(?: (\S.*?))?  \((-?\d+)\.\.\.(-?\d+)\)")
-        rows = [form.fullmatch(line) for line in await self.ask("get all")]
-        return [{"name": row[1], "value": int(row[2]), "least": int(row[4]), "most": int(row[5]), "unit": row[3] or ""}
-                for row in rows if row]
-
+        return [vars(one) for one in (await self._parsed("get all", texts.parameters)).values()]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A master on the bus of a running drive: python `canopen`, unmodified.  canopen_client.py CASE PORT EDS
 
-Runs in the environment that has canopen (canopen_venv.py). Each case ends with the drive off and says `done`.
+Runs in the environment that has canopen (client_venv.py). Each case ends with the drive off and says `done`.
 """
 import struct
 import sys

@@ -15,7 +15,7 @@ from launcher.console import LEAD_S, PACE_S
 from launcher.drive import load_drive
 from launcher.paths import build_dir
 from launcher.probes import Symbols
-from launcher.qemu import Image, Qemu, bus_chardev, can_chardev, command, escape, progress_s, start
+from launcher.qemu import Image, Qemu, bus_chardev, can_chardev, command, escape, line_chardev, progress_s, start
 from launcher.scenario import Scenario, Step
 from launcher.simulate import prepare, write
 
@@ -69,7 +69,17 @@ def live_can(out_dir, *typed, motor="teknic_m2310p"):
 
 
 @contextlib.contextmanager
-def _running(out_dir, motor, options, items, typed=()):
+def live_everything(out_dir, console, modbus, can, *typed, motor="teknic_m2310p"):
+    """A running drive with its console and both buses at ports of this machine."""
+    bus_options, bus_items = bus_chardev(f"tcp:{modbus}")
+    can_options, can_items = can_chardev(f"tcp:{can}")
+    with _running(out_dir, motor, [*bus_options, *can_options], {**bus_items, **can_items}, typed,
+                  line_chardev(f"tcp:{console}", "console", "CONSOLE")) as (files, _):
+        yield files
+
+
+@contextlib.contextmanager
+def _running(out_dir, motor, options, items, typed=(), console=None):
     drive, build = load_drive(motor, plant="full", spread=0), build_dir()
     image, qemu = Image(build), Qemu()
     files = prepare(out_dir)
@@ -78,7 +88,7 @@ def _running(out_dir, motor, options, items, typed=()):
     write(config, twin_config(drive, plan, 1, [], {"progress": files["progress"], "bus_log": files["bus_log"],
                                                       "can_log": files["can_log"], **items},
                               Symbols(image.elf)))
-    arguments = command(qemu, image, config, f"file,id=console,path={escape(files['console'])}", options)
+    arguments = command(qemu, image, config, console or f"file,id=console,path={escape(files['console'])}", options)
     over = threading.Event()
     with open(output, "wb") as stream:
         process = start(arguments, qemu.environment(), stdin=subprocess.DEVNULL, stdout=stream, stderr=stream)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from tools.eds import eds
 
-from closed_loop.canopen_venv import environment
+from closed_loop.client_venv import environment
 from closed_loop.live import live_can
 
 CLIENT = Path(__file__).with_name("canopen_client.py")

@@ -18,7 +18,7 @@ import tomllib
 from datetime import datetime, timezone
 from pathlib import Path
 
-import modbus_page
+import client
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = [f"{image}{end}" for image in ("mssfoc", "bringup") for end in (".elf", ".hex", "-envm.hex")] + ["mssfoc.bin"]
@@ -59,14 +59,6 @@ def fabric_registers():
                        field.get("access", register["access"]), f"0x{register['reset']:X}", field["about"])
 
 
-def bus_registers():
-    for at, index, kind, access, name, unit, what in modbus_page.objects():
-        yield at, 2 if "32" in kind else 1, name, f"0x{index >> 8:04X}" if index else "", kind, access, unit, what
-    for number, (name, (least, most, initial)) in enumerate(modbus_page.param_rows().items()):
-        yield (modbus_page.PARAMS + 2 * number, 2, name, "", "I32", "RW", name.rpartition("_")[2],
-               f"{least}...{most}, initially {initial}: {modbus_page.texts()[name]}")
-
-
 def contents(build):
     """{name in the archive: bytes}."""
     files = {f"image/{name}": build / name for name in IMAGES}
@@ -80,9 +72,7 @@ def contents(build):
     found = {name: path.read_bytes() for name, path in files.items()}
     found["fabric/registers.csv"] = table(
         ("address", "block", "register", "field", "bits", "access", "reset", "what"), fabric_registers())
-    found["bus/registers.csv"] = table(
-        ("register", "count", "name", "object", "type", "access", "unit", "what"), bus_registers())
-    return found
+    return found | {f"client/{name}": data for name, data in client.package().items()}
 
 
 def spdx_id(name):

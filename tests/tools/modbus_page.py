@@ -46,18 +46,22 @@ def parameter_table(source=ROOT):
     return "\n".join(lines) + "\n"
 
 
-def reaction_table(source=ROOT):
-    """Only faults that leave a choice: the others take 0 alone."""
+def reactions(source=ROOT):
+    """(number, fault, choices, initial) of those that leave a choice: the others take 0 alone."""
     names = re.findall(r"^    (FAULT_\w+)", (source / "firmware/fault/fault.h").read_text(encoding="utf-8"), re.M)
     rows = re.findall(r"\[(FAULT_\w+)\] = \{([A-Z |]+), REACTION_(\w+),", (source / "firmware/fault/fault_class.c").read_text(
         encoding="utf-8"))
-    lines = ["| register | fault | choices | initial |", "|---|---|---|---|"]
     for name, allowed, initial in sorted(rows, key=lambda row: names.index(row[0])):
         words = [word.replace("SLOWER", "CARRY") for word in allowed.split(" | ")]
         choices = [f"{CHOICES.index(word)} {word.lower()}" for word in words]
         if len(choices) > 1:
-            lines.append(f"| {REACTIONS + names.index(name)} | {name.removeprefix('FAULT_').lower().replace('_', ' ')} | "
-                         f"{', '.join(choices)} | {CHOICES.index(initial)} |")
+            yield (names.index(name), name.removeprefix("FAULT_").lower().replace("_", " "), choices, CHOICES.index(initial))
+
+
+def reaction_table(source=ROOT):
+    lines = ["| register | fault | choices | initial |", "|---|---|---|---|"]
+    lines += [f"| {REACTIONS + number} | {name} | {', '.join(choices)} | {initial} |"
+              for number, name, choices, initial in reactions(source)]
     return "\n".join(lines) + "\n"
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scope.line import Sample, Splitter
+from mssfoc.frames import Sample, Splitter
 from unit.conftest import ROOT
 from unit.test_commands import Operator
 

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: MIT
+"""Objects by SDO of CANopen, with python-can's interfaces (socketcan, socketcand, slcan, pcan, ...)."""
+from .errors import Refused, Silent
+
+ANSWER_S = 5.0  # `save` is answered when it is done
+
+
+class CanLine:
+    """interface, channel and options are python-can's."""
+
+    def __init__(self, interface, channel, node, **options):
+        import can
+        import canopen
+
+        self._errors = canopen
+        self._network = canopen.Network()
+        try:
+            self._network.connect(interface=interface, channel=channel, **options)
+        except (can.CanError, OSError, ValueError) as error:
+            raise Silent(f"{interface} {channel} cannot be opened: {error}") from error
+        self._sdo = self._network.add_node(canopen.RemoteNode(node, canopen.ObjectDictionary())).sdo
+        self._sdo.RESPONSE_TIMEOUT = ANSWER_S
+
+    def close(self):
+        self._network.disconnect()
+
+    def read(self, entry):
+        data = self._answered(entry, self._sdo.upload, entry.index, entry.subindex)
+        return int.from_bytes(data, "little", signed=entry.signed)
+
+    def write(self, entry, value):
+        data = value.to_bytes(entry.bits // 8, "little", signed=entry.signed)
+        self._answered(entry, self._sdo.download, entry.index, entry.subindex, data)
+
+    def _answered(self, entry, ask, *arguments):
+        try:
+            return ask(*arguments)
+        except self._errors.SdoAbortedError as error:
+            raise Refused(f"{entry.name}: {error}") from error
+        except self._errors.SdoCommunicationError as error:
+            raise Silent(f"{entry.name}: {error}") from error

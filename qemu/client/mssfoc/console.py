@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: MIT
+"""A drive by its console (docs/console.md): a serial port, or a TCP port that carries the same characters."""
+import re
+import time
+
+import serial
+
+from . import texts
+from .answers import Answers
+from .capture import Capture
+from .drive import OPERATES, PATIENCE_S, Drive, Fault, Status
+from .errors import Error, Silent
+from .frames import Splitter
+
+BAUD = 115200
+ANSWER_S = 20.0  # the longest answer, a whole capture, takes 3 s at 115200 baud; a slow simulation takes longer
+QUIET_S = 0.3    # without text: nothing of an earlier answer is still to come
+PIECE_S = 0.02
+
+
+class ConsoleDrive(Drive):
+    """`place` is a serial port, or a URL of pyserial: socket://127.0.0.1:5021"""
+
+    def __init__(self, place):
+        try:
+            self._port = serial.serial_for_url(place, BAUD, timeout=PIECE_S)
+        except (serial.SerialException, ValueError, OSError) as error:
+            raise Silent(f"{place} cannot be opened: {error}") from error
+        self._answers, self._splitter, self._done = Answers(), Splitter(), ""
+        self.said = []  # lines that came unasked, the oldest first
+        try:
+            self._enter_mode()
+        except Error:
+            self._port.close()
+            raise
+
+    def close(self):
+        """The console is for people again."""
+        try:
+            self.ask("machine off")
+        except Error:
+            pass  # it does not hear
+        self._port.close()
+
+    # ---- lines ----
+
+    def ask(self, line):
+        """The lines of the answer to any line of the console. Raises Refused where the drive answers with an error."""
+        self._answers.expect()
+        self._send(line.encode("ascii", "replace") + b"\r")
+        end_s = time.monotonic() + ANSWER_S
+        while not self._answers.ended:
+            self._hear()
+            if time.monotonic() > end_s:
+                self._answers.give_up()
+                raise Silent(f"no answer to '{line}' within {ANSWER_S:g} s")
+        return texts.accepted([one for one in self._answers.lines if one])
+
+    def _enter_mode(self):
+        self._answers.expect_mode()
+        self._send(b"\rmachine on\r\r")
+        end_s, text_s = time.monotonic() + ANSWER_S, time.monotonic()
+        while not (self._answers.mode_is_there() and time.monotonic() - text_s > QUIET_S):
+            if self._hear():
+                text_s = time.monotonic()
+            if time.monotonic() > end_s:
+                raise Silent("the drive does not answer: is the line connected, is its console at 115200 baud?")
+        self._answers.give_up()
+
+    def _send(self, data):
+        try:
+            self._port.write(data)
+        except (serial.SerialException, OSError) as error:
+            raise Silent(f"the line is broken: {error}") from error
+
+    def _hear(self):
+        """Takes what has come; whether there was anything."""
+        try:
+            data = self._port.read(max(1, self._port.in_waiting))
+        except (serial.SerialException, OSError) as error:
+            raise Silent(f"the line is broken: {error}") from error
+        for piece in self._splitter.take(data):
+            for line in self._answers.take(piece) if isinstance(piece, bytes) else ():
+                self.said.append(line)
+                self._done = line if line.startswith("done: ") else self._done
+        return bool(data)
+
+    # ---- what drive.py asks for ----
+
+    def _command(self, word, value=None):
+        self._done = ""
+        self.ask(word if value is None else f"{word} {value}")
+
+    def _arrived(self):
+        """A move ends with a line of its own; one that ends otherwise has left operation."""
+        state = self.state()
+        if not self._done and state != OPERATES and not self.fault():
+            raise Error(f"it has ended in another state: {state}")
+        return bool(self._done)
+
+    def _fields(self):
+        return texts.fields(self.ask("status"))
+
+    def state(self):
+        return self._fields()["state"]
+
+    def status(self):
+        found = self._fields()
+        return Status(found["state"], texts.number(found["speed"], "rpm"),
+                      texts.number(found["speed"].partition("reference")[2], "rpm"),
+                      int(re.search(r"position: (-?\d+)", found["mode"])[1]), *texts.amperes(found["current"]),
+                      texts.number(found["bus"], "V"))
+
+    def fault(self):
+        """What is latched, or None."""
+        name, *lines = self.ask("fault")
+        name = name.removeprefix("fault: ")
+        return None if name == "none" else Fault(name, texts.fields(lines))
+
+    def parameters(self, names=None):
+        """{name: Parameter}, all of them or those that are named."""
+        every = texts.parameters(self.ask("get all"))
+        return {name: one for name, one in every.items() if names is None or name in names}
+
+    def _names(self):
+        return self.parameters()
+
+    def _set(self, name, value):
+        self.ask(f"set {name} {value}")
+
+    def save(self):
+        """Keeps parameters and reactions over power-off; while off and at rest."""
+        self.ask("save")
+
+    # ---- the scope ----
+
+    def signals(self):
+        """{name: Signal} that a capture can hold."""
+        return texts.signals(self.ask("scope list"))
+
+    def arm(self, names, trigger="never", before=0, every=1):
+        """A capture of those signals begins, each tick of the current loop or every so many; `captured` has it when whole.
+
+        trigger   as the console has it, "speed rises 500"; a fault is one in any case. before: samples ahead of it
+        """
+        for line in (f"signals {','.join(names)}", f"every {every}", f"before {before}", f"trigger {trigger}", "arm"):
+            self.ask(f"scope {line}")
+
+    def captured(self, patience_s=PATIENCE_S):
+        """The Capture that `arm` began."""
+        self.wait(lambda: texts.fields(self.ask("scope"))["capture"].startswith("done"), "the capture is not whole", patience_s,
+                  faults=False)
+        return Capture.of(texts.capture(self.ask("scope read")), self.signals())
+
+    def capture(self, names, every=1):
+        """A Capture of what is now."""
+        self.arm(names, every=every)
+        self.ask("scope fire")
+        return self.captured()
+
+    def fault_capture(self):
+        """What the last fault left: a Capture, or Refused."""
+        return Capture.of(texts.capture(self.ask("scope fault")), self.signals())

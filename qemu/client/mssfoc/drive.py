@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: MIT
+"""What every line can do with a drive. console.py and bus.py say how.
+
+Names of parameters and of their units are the drive's own (docs/reference.md). Speeds are in rpm, torque is the q current in
+peak amperes, positions are encoder counts from the zero. Nothing here is for several threads at once.
+"""
+import difflib
+import time
+from dataclasses import dataclass
+
+from .errors import Error, Faulted, Refused
+from .settings import read_settings, written_settings
+
+PATIENCE_S = 60.0  # for a start, which aligns the rotor, and for a move
+LOOK_S = 0.05      # between two looks at the state
+OPERATES, FAULT, STOPS = "operation enabled", "fault", "quick stop active"
+
+
+@dataclass(frozen=True)
+class Status:
+    state: str  # of CiA 402, or of a start or a commissioning, in lower case
+    speed_rpm: float
+    speed_ref_rpm: float
+    position_counts: int
+    i_d_a: float
+    i_q_a: float
+    bus_v: float
+
+
+@dataclass(frozen=True)
+class Fault:
+    name: str
+    record: dict  # {what: value or text} of the instant at which it came
+
+
+class Drive:
+    """A context manager: at its end the drive is stopped, if it was started from here, and the line closed."""
+
+    _started = False
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        try:
+            if self._started:
+                self.stop()
+        finally:
+            self.close()
+
+    # ---- states ----
+
+    def on(self, patience_s=PATIENCE_S):
+        """To operation enabled; returns when it is there."""
+        self._started = True
+        self._command("on")
+        self.wait(lambda: self.state() == OPERATES, "operation is not enabled", patience_s)
+
+    def stop(self, patience_s=PATIENCE_S):
+        """Brakes to rest, then off, from whatever state. Returns when the bridge is off; a fault has it off, too."""
+        if self.state() == OPERATES:
+            self._command("quickstop")
+            self.wait(lambda: self.state() not in (OPERATES, STOPS), "it does not come to rest", patience_s, faults=False)
+        self.off()
+
+    def off(self):
+        """The bridge off at once; the motor coasts."""
+        self._command("off")
+        self._started = False
+
+    def clear(self):
+        """Forgets a fault whose cause is gone."""
+        self._command("clear")
+
+    def wait(self, condition, told, patience_s=PATIENCE_S, faults=True):
+        """Until the condition holds. Raises Faulted when a fault comes first, and Error with what is `told` when time is up."""
+        end_s = time.monotonic() + patience_s
+        while not condition():
+            if faults:
+                self._see_refusal()
+                if fault := self.fault():
+                    raise Faulted(fault)
+            if time.monotonic() > end_s:
+                raise Error(f"{told}, after {patience_s:g} s")
+            time.sleep(LOOK_S)
+
+    def _see_refusal(self):
+        """Raises Refused where a line says only later that a command was refused."""
+
+    # ---- modes ----
+
+    def speed(self, rpm):
+        """Profile velocity (pv): along the ramp; returns at once."""
+        self._command("speed", rpm)
+
+    def torque(self, ampere):
+        """Torque (tq), at once."""
+        self._command("torque", ampere)
+
+    def move(self, counts, by=False, patience_s=PATIENCE_S):
+        """Profile position (pp), to counts from the zero or by so many from the last target; returns when it is there."""
+        self._command("pp by" if by else "pp", counts)
+        self.wait(self._arrived, "it is not in position", patience_s)
+
+    def home(self, method="index", patience_s=PATIENCE_S):
+        """Homing (hm) to the encoder's index or to a block; returns when it is done."""
+        self._command("hm", method)
+        self.wait(self._arrived, "it is not homed", patience_s)
+
+    def cyclic_position(self, counts):
+        """csp: there in cyclic_ms, when the next set-point is due."""
+        self._command("csp", counts)
+
+    def cyclic_speed(self, rpm):
+        """csv"""
+        self._command("csv", rpm)
+
+    def cyclic_torque(self, ampere):
+        """cst"""
+        self._command("cst", ampere)
+
+    # ---- parameters ----
+
+    def __getitem__(self, name):
+        found = self.parameters([name])
+        if name not in found:
+            raise self._no_parameter(name)
+        return found[name].value
+
+    def __setitem__(self, name, value):
+        self.set({name: value})
+
+    def set(self, values):
+        """Parameters, {name: whole number}: all or none. Only while the drive is off."""
+        before = self.parameters(values)
+        if unknown := [name for name in values if name not in before]:
+            raise self._no_parameter(unknown[0])
+        for name, value in values.items():
+            check(value, before[name])
+        changed = {name: value for name, value in values.items() if before[name].value != value}
+        done = []
+        try:
+            for name in changed:
+                self._set(name, changed[name])
+                done.append(name)
+        except Refused:
+            for name in reversed(done):
+                self._set(name, before[name].value)
+            raise
+
+    def _no_parameter(self, name):
+        near = difflib.get_close_matches(name, self._names(), 1)
+        return Refused(f"there is no parameter '{name}'" + (f"; is {near[0]} meant?" if near else ""))
+
+    def read_settings(self, path):
+        """Sets what the file has, all or nothing; `save` keeps it in the drive."""
+        self.set(read_settings(path))
+
+    def write_settings(self, path):
+        """All parameters into a file that the console understands, too, line by line."""
+        written_settings(path, self.parameters())
+
+
+def check(value, parameter):
+    """Raises Refused where the value is outside the parameter's range."""
+    name, least, most, unit = parameter.name, parameter.least, parameter.most, parameter.unit
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise Refused(f"{name} is a whole number, {least}...{most}{unit and ' ' + unit}, not {value!r}")

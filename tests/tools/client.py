@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+"""`make client`: the Python client (qemu/client) with the list of this firmware's registers and objects, for pip.
+
+usage: client.py FOLDER        writes the package there; registers.csv in it is for PLCs, too
+"""
+import csv
+import io
+import shutil
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "tools"))
+
+from modbus_page import PARAMS, REACTIONS, objects, reactions  # noqa: E402
+from param_rows import param_rows, texts  # noqa: E402
+from reference_page import fault_texts, numbers, refusal_texts, unit_of  # noqa: E402
+
+CLIENT = ROOT / "qemu" / "client"
+LIST = "mssfoc/registers.csv"
+OWN_OBJECTS, OWN_PARAMS, OWN_REACTIONS = 0x2000, 0x3000, 0x2400  # firmware/operate/canopen_objects.h
+COLUMNS = ("kind", "number", "register", "count", "index", "subindex", "name", "type", "access", "unit", "least", "most",
+           "initial", "what")
+
+
+def rows():
+    """Everything with a name or a number, as COLUMNS has it; what a kind does not have is empty."""
+    for at, place, kind, access, name, unit, what in objects(ROOT):
+        index, sub = (place >> 8, place & 0xFF) if place else (OWN_OBJECTS + at, 0)
+        yield "object", "", at, 2 if "32" in kind else 1, f"0x{index:04X}", sub, name, kind, access, unit, "", "", "", what
+    meant = texts(ROOT)
+    for number, (name, (least, most, initial)) in enumerate(param_rows(ROOT).items()):
+        yield ("parameter", number, PARAMS + 2 * number, 2, f"0x{OWN_PARAMS + number:04X}", 0, name, "I32", "RW", unit_of(name),
+               least, most, initial, meant[name])
+    for number, name, choices, initial in reactions(ROOT):
+        yield ("reaction", number, REACTIONS + number, 1, f"0x{OWN_REACTIONS + number:04X}", 0, name, "U16", "RW", "", "", "",
+               initial, ", ".join(choices))
+    said = fault_texts()
+    for name, (number, remark) in numbers("fault/fault.h").items():
+        if number:
+            yield "fault", number, *[""] * 4, said[name][0], *[""] * 6, remark
+    said = refusal_texts()
+    for name, (number, remark) in numbers("settings/error.h").items():
+        if number:
+            yield "refusal", number, *[""] * 4, said[name], *[""] * 6, remark
+
+
+def register_list():
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows([COLUMNS, *rows()])
+    return out.getvalue()
+
+
+def package():
+    """{name: bytes} of all that pip needs."""
+    files = {str(path.relative_to(CLIENT)): path.read_bytes() for path in CLIENT.rglob("*")
+             if path.suffix in (".py", ".toml", ".md")}
+    return {**files, LIST: register_list().encode()}
+
+
+def write(folder):
+    shutil.rmtree(folder, ignore_errors=True)
+    for name, data in package().items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+
+
+if __name__ == "__main__":
+    write(Path(sys.argv[1]))
+    print(f"written: {sys.argv[1]}; pip install {sys.argv[1]}")
