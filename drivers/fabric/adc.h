@@ -151,6 +151,12 @@ static inline struct adc_sample adc_read(const struct adc_regs *adc)
 /* As adc_read(), for the next conversion; for the newest again if none ends within `polls` reads. Context: any. */
 struct adc_sample adc_read_next(const struct adc_regs *adc, uint32_t polls);
 
+/* Whether the newest results are three currents seen, none of them calculated from the others. Context: any. */
+static inline bool adc_sees_all(const struct adc_regs *adc)
+{
+    return adc->VALID == 7u;
+}
+
 /* The newest bus voltage alone, Q15. Context: any. */
 static inline int32_t adc_vbus_q15(const struct adc_regs *adc)
 {

@@ -13,6 +13,7 @@ void supervision_begin_again(struct axis *a)
 {
     lock_watch_begin(&a->lock_watch);
     phase_watch_begin(a);
+    zero_watch_begin(&a->supervision.zeros);
     speed_watch_begin(a);
     a->supervision.limited_ms = 0;
 }
@@ -94,6 +95,7 @@ static void step_running(struct axis *a, uint32_t turn)
     if (turn % 2u == 0u) {
         phase_watch_expect(a);
         speed_watch_step(a);
+        zero_watch_step(&a->supervision.zeros, a);
         return;
     }
     phase_watch_step(a);

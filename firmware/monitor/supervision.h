@@ -10,12 +10,14 @@
 #include "firmware/monitor/encoder_watch.h"
 #include "firmware/monitor/phase_watch.h"
 #include "firmware/monitor/speed_watch.h"
+#include "firmware/monitor/zero_watch.h"
 
 struct axis;
 
 struct supervision {
     struct encoder_watch encoder;
     struct phase_watch phases;
+    struct zero_watch zeros;
     struct speed_watch speed;
     struct cycle_watch cycle;
     uint32_t limited_ms; /* how long the voltage has been limited and the current off its reference */

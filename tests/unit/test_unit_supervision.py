@@ -74,6 +74,7 @@ class Motor:
             between = (phases[one] - phases[other]) / 2
             phases[self.open_phase], phases[one], phases[other] = 0.0, between, -between
         self.fabric.adc.IA, self.fabric.adc.IB, self.fabric.adc.IC = map(self.ampere, phases)
+        self.fabric.adc.VALID = 7
         self.axis.speed.speed_rpm_q4 = round(believed_rpm * 16)
         self.axis.speed.at_limit = self.at_limit
 
