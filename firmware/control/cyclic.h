@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Set-points `period` milliseconds apart, with linear interpolation: the cyclic synchronous modes of CiA 402 (IEC 61800-7-201),
- * for position, speed and torque alike. A set-point is reached when the next is due; if none comes, it holds.
+ * Set-points a period apart, with linear interpolation: the cyclic synchronous modes of CiA 402 (IEC 61800-7-201), for
+ * position, speed and torque alike. A set-point is reached a period after it came, when the next is due; if none comes, it
+ * holds.
+ *
+ * Time is counted in conversions, of which a step of the slow loop has 20 or 40. So a set-point begins where it came between
+ * two steps, and a master whose clock is not the drive's does not tick: with whole milliseconds each beat of the two clocks
+ * would leave out a set-point or stand still for one.
  */
 #ifndef FIRMWARE_CONTROL_CYCLIC_H
 #define FIRMWARE_CONTROL_CYCLIC_H
@@ -9,33 +14,49 @@
 #include <stdint.h>
 
 struct cyclic {
-    int64_t now;
-    int64_t target;
-    int64_t step;
-    int32_t left; /* milliseconds until the target is reached */
+    int64_t now;     /* at the last step, or when the newest set-point came */
+    int64_t target;  /* the newest set-point */
+    int64_t way;     /* to it from where it came */
+    int32_t period;  /* conversions for that way, */
+    int32_t left;    /* and those to go */
+    int32_t ahead;   /* conversions that `now` has gone beyond the last step */
+    int64_t stepped; /* at the last step, */
+    int64_t moved;   /* and from the step before to it */
 };
 
 /* Begins at a value, which is also the target. Slow loop, or while it is masked. */
 static inline void cyclic_begin(struct cyclic *c, int64_t now)
 {
-    *c = (struct cyclic){.now = now, .target = now};
+    *c = (struct cyclic){.now = now, .target = now, .stepped = now};
 }
 
-/* The next set-point. Thread, slow loop masked: one division of 64 bits. */
-static inline void cyclic_aim(struct cyclic *c, int64_t target, int32_t period_ms)
+/* On to so many conversions after the last step. One division of 64 bits. */
+static inline void cyclic_go(struct cyclic *c, int32_t conversions)
 {
-    c->target = target;
-    c->step = (target - c->now) / period_ms;
-    c->left = period_ms;
-}
-
-/* One step. Slow loop. */
-static inline int64_t cyclic_step(struct cyclic *c)
-{
-    if (c->left > 0) {
-        c->left--;
-        c->now = c->left == 0 ? c->target : c->now + c->step;
+    const int32_t more = conversions - c->ahead;
+    c->ahead = conversions;
+    if (more > 0 && c->left > 0) {
+        c->left = c->left > more ? c->left - more : 0;
+        c->now = c->left == 0 ? c->target : c->target - c->way * c->left / c->period;
     }
+}
+
+/* A set-point that came so many conversions after the last step. Slow loop. */
+static inline void cyclic_aim(struct cyclic *c, int64_t target, int32_t period, int32_t came)
+{
+    cyclic_go(c, came);
+    c->target = target;
+    c->way = target - c->now;
+    c->period = c->left = period;
+}
+
+/* One step, so many conversions after the last. Slow loop. */
+static inline int64_t cyclic_step(struct cyclic *c, int32_t conversions)
+{
+    cyclic_go(c, conversions);
+    c->ahead = 0;
+    c->moved = c->now - c->stepped;
+    c->stepped = c->now;
     return c->now;
 }
 

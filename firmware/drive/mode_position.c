@@ -82,14 +82,26 @@ static const struct set_point *pp_step(struct axis *a)
 const struct mode mode_position = {
     .needs_encoder = true, .check = pp_check, .enter = pp_enter, .aim = pp_aim, .step = pp_step};
 
-/* A set-point may be no farther than the largest speed reaches before the next one is due. */
+static bool beyond(int64_t way, int64_t most)
+{
+    return way > most || way < -most;
+}
+
+/*
+ * A set-point may be no farther from the one before than the largest speed reaches before the next one is due; and, where they
+ * come more often than that, no farther than twice that from where the shaft is to be.
+ */
 static struct outcome csp_check(const struct axis *a, int32_t counts)
 {
     const struct tuning *const t = &a->tuning;
     const bool continues = a->mode == AXIS_MODE_CYCLIC_POSITION;
     const int64_t here = continues ? position_counts(a->motion.cyclic.now, t) : a->motion.turns.counts;
+    const struct set_point *const waiting = &a->set_point;
+    const int64_t before = waiting->waits && waiting->mode == AXIS_MODE_CYCLIC_POSITION ? waiting->value
+                           : continues ? position_counts(a->motion.cyclic.target, t)
+                                       : here;
     const int64_t most = (int64_t)a->params.speed_max_rpm * t->encoder_counts * t->cyclic_ms / 60000;
-    if (counts - here > most || counts - here < -most) {
+    if (beyond(counts - before, most) || beyond(counts - here, 2 * most)) {
         return (struct outcome){ERROR_BEYOND_CYCLE, (int32_t)(most > INT32_MAX ? INT32_MAX : most)};
     }
     return OUTCOME_OK;
@@ -105,12 +117,12 @@ static void csp_enter(struct axis *a)
 
 static void csp_aim(struct axis *a, const struct set_point *s)
 {
-    cyclic_aim(&a->motion.cyclic, position_of_counts(s->value, &a->tuning), a->tuning.cyclic_ms);
+    mode_aim_cyclic(a, s, position_of_counts(s->value, &a->tuning));
 }
 
 static const struct set_point *csp_step(struct axis *a)
 {
-    control_position(a, cyclic_step(&a->motion.cyclic));
+    control_position(a, cyclic_step(&a->motion.cyclic, a->loop.loops_per_slow));
     return NULL;
 }
 

@@ -29,16 +29,16 @@ static void csv_enter(struct axis *a)
 
 static void csv_aim(struct axis *a, const struct set_point *s)
 {
-    cyclic_aim(&a->motion.cyclic, (int64_t)s->value * 65536, a->tuning.cyclic_ms);
+    mode_aim_cyclic(a, s, (int64_t)s->value * 65536);
 }
 
 static const struct set_point *csv_step(struct axis *a)
 {
-    const int32_t before_q16 = (int32_t)a->motion.cyclic.now;
-    const int32_t now_q16 = (int32_t)cyclic_step(&a->motion.cyclic);
+    const int32_t now_q16 = (int32_t)cyclic_step(&a->motion.cyclic, a->loop.loops_per_slow);
     struct interval room;
     const int32_t known_q15 = mode_room_beside_known(a, &room);
-    modes_request_torque(a, known_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, now_q16 - before_q16, &room));
+    modes_request_torque(
+        a, known_q15 + speed_loop_follow(&a->speed, &a->tuning, now_q16, (int32_t)a->motion.cyclic.moved, &room));
     return NULL;
 }
 

@@ -55,12 +55,12 @@ static void cst_enter(struct axis *a)
 
 static void cst_aim(struct axis *a, const struct set_point *s)
 {
-    cyclic_aim(&a->motion.cyclic, (int64_t)torque_of_milliamp(a, s->value) * 65536, a->tuning.cyclic_ms);
+    mode_aim_cyclic(a, s, (int64_t)torque_of_milliamp(a, s->value) * 65536);
 }
 
 static const struct set_point *cst_step(struct axis *a)
 {
-    modes_request_torque(a, (int32_t)(cyclic_step(&a->motion.cyclic) >> 16));
+    modes_request_torque(a, (int32_t)(cyclic_step(&a->motion.cyclic, a->loop.loops_per_slow) >> 16));
     return NULL;
 }
 

@@ -59,6 +59,12 @@ static inline bool axis_mode_is_torque(uint32_t mode)
     return mode == AXIS_MODE_TORQUE || mode == AXIS_MODE_CYCLIC_TORQUE;
 }
 
+/* True if a mode follows set-points a period apart. Any context. */
+static inline bool axis_mode_is_cyclic(uint32_t mode)
+{
+    return mode == AXIS_MODE_CYCLIC_POSITION || mode == AXIS_MODE_CYCLIC_SPEED || mode == AXIS_MODE_CYCLIC_TORQUE;
+}
+
 /* True if a mode has a position reference. Any context. */
 static inline bool axis_mode_is_position(uint32_t mode)
 {

@@ -22,6 +22,11 @@ void modes_limit_torque(struct axis *a)
     torque_set_limits(&a->torque, &a->tuning, &view);
 }
 
+void mode_aim_cyclic(struct axis *a, const struct set_point *s, int64_t target)
+{
+    cyclic_aim(&a->motion.cyclic, target, a->tuning.cyclic_ms * a->loop.loops_per_slow, set_point_came(a, s));
+}
+
 void modes_request_torque(struct axis *a, int32_t torque_q15)
 {
     torque_ask(&a->torque, &a->loop, &a->tuning, torque_q15);

@@ -19,6 +19,12 @@ static void leave_in_mailbox(struct axis *a, struct set_point *s)
         s->value = sum_of(before->value, s->value);
         s->relative = before->relative;
     }
+    s->at = adc_sequence(&a->fabric->adc);
+    if (before->waits && before->mode == s->mode && axis_mode_is_cyclic(s->mode)) {
+        s->second = true;
+        s->first = before->value;
+        s->first_at = before->at;
+    }
     s->waits = true;
     a->set_point = *s;
 }
@@ -39,13 +45,30 @@ static struct outcome post(struct axis *a, struct set_point *s)
     return outcome;
 }
 
+static void aim(struct axis *a, const struct set_point *s)
+{
+    if (modes_check(a, s).error == ERROR_NONE) { /* the encoder may have been given up since */
+        modes_aim(a, s);
+    }
+}
+
 void set_point_take(struct axis *a)
 {
     const struct set_point s = a->set_point;
     a->set_point.waits = false;
-    if (s.waits && modes_check(a, &s).error == ERROR_NONE) { /* the encoder may have been given up since */
-        modes_aim(a, &s);
+    if (s.waits && s.second) {
+        aim(a, &(struct set_point){.mode = s.mode, .value = s.first, .at = s.first_at});
     }
+    if (s.waits) {
+        aim(a, &s);
+    }
+}
+
+int32_t set_point_came(const struct axis *a, const struct set_point *s)
+{
+    const uint32_t step = (uint32_t)a->loop.loops_per_slow;
+    const uint32_t age = a->heartbeat - s->at;
+    return (int32_t)(age < step ? step - age : 0u);
 }
 
 struct outcome drive_command_speed(struct axis *a, int32_t rpm)

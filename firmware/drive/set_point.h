@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Set-points, each of which selects its mode. The thread checks one against the present state and leaves it here, in a mailbox
- * of one place: a later one replaces one that has not been taken yet. The slow loop takes it in its next step, if the drive is
- * still in operation.
+ * of one place: a later one replaces one that has not been taken yet. Only of the cyclic modes two may come within a step,
+ * where the master's clock is a little faster: the one before stays beside it. The slow loop takes what is there in its next
+ * step, if the drive is still in operation.
  */
 #ifndef FIRMWARE_DRIVE_SET_POINT_H
 #define FIRMWARE_DRIVE_SET_POINT_H
@@ -14,12 +15,18 @@ struct axis;
 
 struct set_point {
     volatile bool waits;
-    uint8_t mode;  /* enum axis_mode */
-    int32_t value; /* rpm, mA, counts, or an enum homing_method */
-    bool relative; /* counts: to the last target, or to the shaft */
+    uint8_t mode;          /* enum axis_mode */
+    int32_t value;         /* rpm, mA, counts, or an enum homing_method */
+    bool relative;         /* counts: to the last target, or to the shaft */
+    bool second;           /* of a cyclic mode: the one before waits, too */
+    int32_t first;         /* its value, */
+    uint32_t at, first_at; /* and the conversions at which they came */
 };
 
 /* Slow loop, in operation. */
 void set_point_take(struct axis *a);
+
+/* How many conversions after the step before this one it came: 0 to those of a step. Slow loop. */
+int32_t set_point_came(const struct axis *a, const struct set_point *s);
 
 #endif

@@ -27,7 +27,7 @@ def _torque_of_theory(run, from_s, to_s, braking=0.0):
     machine = machine_of(run.drive, float(window["winding_C"].mean()))
     rpm, bus_v = float(window["speed_rpm"].mean()), float(window["vbus_V"].mean())
     got_nm = (-1 if braking else 1) * float(window["torque_mean_Nm"].mean())
-    most_nm = _bus_takes_w(run, machine) / (abs(rpm) * math.pi / 30) if braking else math.inf
+    most_nm = _bus_takes_w(run, machine) / (abs(rpm) * math.pi / 30) if braking and rpm else math.inf
 
     def share(of_circle):
         point = machine.most_torque(abs(rpm), of_circle * CIRCLE * bus_v, run.names["i_max_A"], bool(braking))

@@ -2,6 +2,7 @@
 """The driver at the controller's model: errors, bus-off, a cut cable, a neighbour that talks all the time, bit times."""
 import re
 
+import numpy as np
 import pytest
 from launcher import simulate
 from launcher.qemu import CAN_DESIGN
@@ -140,3 +141,46 @@ def test_a_babbling_neighbour_changes_nothing(frame, tmp_path):
 
 def test_the_design_leaves_the_controller_out_of_reset():
     assert int(CAN_DESIGN["design 0x48"], 16) >> 13 & 1 == 0
+
+
+CYCLE_COUNTS = 20                # 300 rpm of 4000 counts a turn
+CSP_S, CSP_SECONDS = 1.2, 4.5  # when the set-points begin; in that time the two clocks meet once
+
+
+def sdo(t_s, index, sub, value, size=4):
+    return can(t_s, f"605#{ {1: '2f', 2: '2b', 4: '23'}[size] }{index & 0xFF:02x}{index >> 8:02x}{sub:02x}"
+                    f"{value.to_bytes(4, 'little').hex()}")
+
+
+def cycles(every_s, seconds):
+    """SYNC, a set-point that acts with it, a control word; two TPDOs come back. Up to speed, then straight on."""
+    frames, places, place = [], [], 0.0
+    for n in range(int(seconds / every_s)):
+        place += CYCLE_COUNTS * min(1, n * every_s / 0.3)
+        places.append(round(place))
+        t_s, target = CSP_S + n * every_s, round(place).to_bytes(4, "little").hex()
+        frames += [can(t_s, "080#"), can(t_s + 0.00012, f"405#0f00{target}"), can(t_s + 0.0003, "205#0f00")]
+    return frames, np.array(places)
+
+
+@pytest.mark.parametrize("every_s", (1e-3, 1.0003e-3, 0.9997e-3))
+def test_csp_by_sync_each_millisecond_loses_no_set_point(every_s, tmp_path):
+    """At 1 Mbit/s, four PDOs a cycle; a master's clock may be 300 ppm off."""
+    setup = [sdo(0.21, 0x6060, 0, 8, 1), sdo(0.22, 0x1402, 1, 0x80000405), sdo(0.225, 0x1402, 2, 1, 1),
+             sdo(0.23, 0x1402, 1, 0x405), sdo(0.24, 0x1802, 1, 0x40000385), sdo(0.245, 0x1803, 1, 0x40000485), can(0.26, "000#0105"),
+             *(can(0.27 + 0.01 * n, f"205#{word:02x}00") for n, word in enumerate((6, 7, 15)))]
+    frames, places = cycles(every_s, CSP_SECONDS)
+    result, log = play(tmp_path, [can(0.2, "081#"), *setup, *frames], CSP_S + CSP_SECONDS, "set can_kbit 1000",
+                       "set cyclic_ms 1")
+    trace = result.trace
+    reference = np.unwrap(trace["count_fw"], period=4000) + trace["following_counts"]
+    reference -= reference[np.searchsorted(trace["t_s"], CSP_S - 0.01)]
+    steady = (trace["t_s"] > CSP_S + 0.5) & (trace["t_s"] < CSP_S + CSP_SECONDS - 0.01)
+    cycle = np.interp(reference[steady], places, np.arange(len(places)))
+    late = (trace["t_s"][steady] - CSP_S) / every_s - cycle
+    print(f"set-points {late.mean() - 0.5:.2f} cycles late, +-{(np.ptp(late) - 1) / 2:.3f}; following error at most "
+          f"{np.abs(trace['following_counts'][steady]).max():.0f} counts")
+    assert np.ptp(late) < 1.15, "a value a millisecond is a cycle wide by itself: the rest is jitter"
+    assert not trace["fault"][steady].any() and np.abs(trace["following_counts"][steady]).max() <= 3
+    answers = [sum(line[1:3] == ("tx", identifier) for line in log) for identifier in ("385", "485")]
+    assert min(answers) >= len(places) - 2

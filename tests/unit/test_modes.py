@@ -118,7 +118,9 @@ def test_every_mode_is_left_by_a_stop(c, mode, request_name):
 def go_on(w):
     """Set-points of position that go on as the shaft does."""
     if w.mode == "CYCLIC_POSITION":
-        w.axis.motion.cyclic.step, w.axis.motion.cyclic.left = w.axis.motion.position.ref_speed, 100
+        cyclic, loops = w.axis.motion.cyclic, 100 * w.axis.loop.loops_per_slow
+        cyclic.way, cyclic.period, cyclic.left = 100 * w.axis.motion.position.ref_speed, loops, loops
+        cyclic.target = cyclic.now + cyclic.way
 
 
 @pytest.mark.parametrize("before, after", [pair for pair in itertools.product(MODES, MODES) if pair[0] != pair[1]])
@@ -145,9 +147,57 @@ def test_no_transition_bumps(c, before, after):
         assert w.axis.speed.ref_rpm_q16 / 65536 == pytest.approx(rpm, abs=9)
 
 
+@pytest.mark.parametrize("every", (20, 20.006, 19.994, 19.6, 20.4, 19.0))
+@pytest.mark.parametrize("name, to_ref", (
+    ("cyclic_position", lambda w: w.axis.motion.position.ref / 2**w.axis.tuning.profile.shift),
+    ("cyclic_speed", lambda w: w.axis.speed.ref_rpm_q16 / 65536)))
+def test_a_masters_clock_that_is_not_the_drives_does_not_tick(c, every, name, to_ref):
+    """Set-points each 20 conversions of another clock: the line is straight to a conversion, and a period late."""
+    w, loops, rise = Drive(c, rpm=0), 20, 30 if name == "cyclic_position" else 1
+    assert w.axis.loop.loops_per_slow == loops
+    c.drive_set_zero(w.axis)
+    w.axis.tuning.cyclic_ms = 1
+    adc, sent, off = w.fabric.adc, 0, []
+    for step in range(1, 1500):
+        while sent * every < step * loops:
+            adc.SEQUENCE = int(sent * every)
+            assert getattr(c, "drive_command_" + name)(w.axis, sent * rise).error == c.ERROR_NONE
+            sent += 1
+        adc.SEQUENCE = w.axis.heartbeat = step * loops
+        c.set_point_take(w.axis)
+        w.axis.motion.turns.counts = round(to_ref(w)) if name == "cyclic_position" else 0
+        w.control()
+        off.append(to_ref(w) - rise * (step * loops - loops) / every)
+    assert max(map(abs, off[5:])) < rise * (1.5 + abs(every - loops)) / loops, (min(off[5:]), max(off[5:]))
+
+
+def test_a_cyclic_speed_that_rises_has_the_torque_of_a_ramp(c):
+    torques = []
+    for name, value in (("speed", 1000), ("cyclic_speed", 310)):
+        w = Drive(c)
+        w.axis.params.ramp_rpm_s = 1000
+        c.tuning_compute(w.axis.params, w.axis.tuning)
+        w.axis.heartbeat = w.axis.loop.loops_per_slow
+        assert w.command(name, value) == c.ERROR_NONE
+        torques.append([w.control() for _ in range(8)])
+    assert torques[0] == pytest.approx(torques[1], abs=3) and torques[0][0] - 900 > 50
+
+
+def test_at_full_speed_no_set_point_is_too_far(c):
+    """The one before counts, taken or not; one that comes too often is refused before the shaft has to jump."""
+    w = Drive(c, rpm=0)
+    c.drive_set_zero(w.axis)
+    most = w.axis.params.speed_max_rpm * w.axis.params.encoder_counts * w.axis.tuning.cyclic_ms // 60000
+    assert w.command("cyclic_position", most) == c.ERROR_NONE
+    assert c.drive_command_cyclic_position(w.axis, 2 * most + 1).error == c.ERROR_BEYOND_CYCLE
+    assert c.drive_command_cyclic_position(w.axis, 2 * most).error == c.ERROR_NONE
+    assert c.drive_command_cyclic_position(w.axis, 3 * most).error == c.ERROR_BEYOND_CYCLE
+
+
 def test_a_set_point_is_reached_when_the_next_is_due(c):
     w = Drive(c, rpm=0)
     c.drive_set_zero(w.axis)
+    w.axis.heartbeat = w.axis.loop.loops_per_slow  # it comes right behind a step
     assert w.command("cyclic_position", 100) == c.ERROR_NONE
     shift, seen = w.axis.tuning.profile.shift, []
     for _ in range(w.axis.params.cyclic_ms):
