@@ -167,7 +167,8 @@ def cycles(every_s, seconds):
 def test_csp_by_sync_each_millisecond_loses_no_set_point(every_s, tmp_path):
     """At 1 Mbit/s, four PDOs a cycle; a master's clock may be 300 ppm off."""
     setup = [sdo(0.21, 0x6060, 0, 8, 1), sdo(0.22, 0x1402, 1, 0x80000405), sdo(0.225, 0x1402, 2, 1, 1),
-             sdo(0.23, 0x1402, 1, 0x405), sdo(0.24, 0x1802, 1, 0x40000385), sdo(0.245, 0x1803, 1, 0x40000485), can(0.26, "000#0105"),
+             sdo(0.23, 0x1402, 1, 0x405), sdo(0.24, 0x1802, 1, 0x40000385), sdo(0.245, 0x1803, 1, 0x40000485),
+             can(0.26, "000#0105"),
              *(can(0.27 + 0.01 * n, f"205#{word:02x}00") for n, word in enumerate((6, 7, 15)))]
     frames, places = cycles(every_s, CSP_SECONDS)
     result, log = play(tmp_path, [can(0.2, "081#"), *setup, *frames], CSP_S + CSP_SECONDS, "set can_kbit 1000",
