@@ -24,7 +24,7 @@ void modes_limit_torque(struct axis *a)
 
 void mode_aim_cyclic(struct axis *a, const struct set_point *s, int64_t target)
 {
-    cyclic_aim(&a->motion.cyclic, target, a->tuning.cyclic_ms * a->loop.loops_per_slow, set_point_came(a, s));
+    cyclic_aim(&a->motion.cyclic, target, a->tuning.cyclic_ms * a->loop.loops_per_slow, s->came);
 }
 
 void modes_request_torque(struct axis *a, int32_t torque_q15)
