@@ -4,7 +4,7 @@
  * position, speed and torque alike. A set-point is reached a period after it came, when the next is due; if none comes, it
  * holds.
  *
- * Time is counted in conversions, of which a step of the slow loop has 20 or 40. So a set-point begins where it came between
+ * Time is counted in conversions, many of which a step of the slow loop has. So a set-point begins where it came between
  * two steps, and a master whose clock is not the drive's does not tick: with whole milliseconds each beat of the two clocks
  * would leave out a set-point or stand still for one.
  */

@@ -97,7 +97,8 @@ static struct outcome csp_check(const struct axis *a, int32_t counts)
     const bool continues = a->mode == AXIS_MODE_CYCLIC_POSITION;
     const int64_t here = continues ? position_counts(a->motion.cyclic.now, t) : a->motion.turns.counts;
     const struct set_point *const waiting = &a->set_point;
-    const int64_t before = waiting->waits && waiting->mode == AXIS_MODE_CYCLIC_POSITION ? waiting->value
+    const int64_t before = waiting->waits && waiting->mode == AXIS_MODE_CYCLIC_POSITION
+                               ? (waiting->second ? waiting->first : waiting->value)
                            : continues ? position_counts(a->motion.cyclic.target, t)
                                        : here;
     const int64_t most = (int64_t)a->params.speed_max_rpm * t->encoder_counts * t->cyclic_ms / 60000;

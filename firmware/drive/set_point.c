@@ -22,8 +22,8 @@ static void leave_in_mailbox(struct axis *a, struct set_point *s)
     s->at = adc_sequence(&a->fabric->adc);
     if (before->waits && before->mode == s->mode && axis_mode_is_cyclic(s->mode)) {
         s->second = true;
-        s->first = before->value;
-        s->first_at = before->at;
+        s->first = before->second ? before->first : before->value; /* of three the one between goes */
+        s->first_at = before->second ? before->first_at : before->at;
     }
     s->waits = true;
     a->set_point = *s;

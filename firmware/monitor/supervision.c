@@ -92,10 +92,10 @@ static void step_running(struct axis *a, uint32_t turn)
     }
     watch_overspeed(a);
     speed_watch_side(a);
+    zero_watch_step(&a->supervision.zeros, a);
     if (turn % 2u == 0u) {
         phase_watch_expect(a);
         speed_watch_step(a);
-        zero_watch_step(&a->supervision.zeros, a);
         return;
     }
     phase_watch_step(a);

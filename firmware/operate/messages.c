@@ -68,7 +68,7 @@ static const char *const error_texts[ERROR_COUNT] = {
                      "most @; 0 is a fifth of it"),
     [ERROR_NEEDS_ENCODER] = "a position takes an encoder: angle_source 0",
     [ERROR_BEYOND_CYCLE] =
-        OF(POSITION, "farther than speed_max_rpm goes in cyclic_ms: at most @ counts from where it is"),
+        OF(POSITION, "farther than speed_max_rpm goes in cyclic_ms: at most @ counts from the one before"),
     [ERROR_HOMING] = OF(POSITION, "the drive is homing; wait for its end"),
     [ERROR_HOME_SPEED] = OF(POSITION, "home_rpm must not be 0, nor beyond speed_max_rpm, @ rpm"),
     [ERROR_SPEED_BEYOND_OBSERVER] =
@@ -202,7 +202,7 @@ static const struct fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_UNDERVOLTAGE] = {"under-voltage", "supply, its current limit, v_min_mv"},
     [FAULT_OVERSPEED] = {"over-speed", "overhauling load, encoder_counts, overspeed_rpm"},
     [FAULT_CURRENT_OFFSET] = {"current offset", "a current sensor's zero is out of range: amplifier, reference",
-                              "@ mA of the three added up on the mean; 0: at 'on'"},
+                              "@ mA of the three added up, on average; 0: at 'on'"},
     [FAULT_STALL] = {"stall", "the rotor is blocked, the load too heavy, or the encoder stands still"},
     [FAULT_LOOP_STOPPED] = {"loop stopped", "no end-of-conversion interrupts: fabric clock, PWM, ADC"},
     [FAULT_WATCHDOG] = {"watchdog reset", "the program hung or the refresh came late"},

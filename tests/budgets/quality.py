@@ -63,12 +63,15 @@ def switched_on_later(scenario, later_s):
 
 
 def measure_starts(motor, scenario, names, out_dir):
-    """({figure: what each start measured}, {Case: why its first start fails, or nothing})."""
+    """({figure: what each start that holds its limits measured}, {Case: why a start of it fails, or nothing})."""
     measured, verdicts = measure(motor, scenario, names, out_dir)
     starts = [measured]
     for later_s in STARTS_S[1:] if switched_on_later(scenario, 0) else ():
-        starts.append(measure(motor, scenario, names, out_dir, later_s=later_s)[0])
-    return {name: [start[name] for start in starts if start.get(name) is not None] for name in measured}, verdicts
+        figures, later = measure(motor, scenario, names, out_dir, later_s=later_s)
+        starts.append(figures)
+        for case, why in later.items():
+            verdicts[case] = verdicts[case] or (why and f"{why}, switched on {later_s:g} s later")
+    return {name: [start[name] for start in starts if start.get(name) is not None] for name in names}, verdicts
 
 
 def measure(motor, scenario, names, out_dir, expected=(), later_s=0):

@@ -126,6 +126,15 @@ def test_a_fault_ends_what_is_waited_for_with_its_record(console):
     console.set(before)
 
 
+def test_an_answer_that_was_not_waited_for_is_nobody_elses(console):
+    """As after Ctrl-C in the midst of a question."""
+    console._send(b"get all\r")  # pylint: disable=protected-access
+    console._lost = True  # pylint: disable=protected-access
+    assert console.state() == "switch on disabled" and console["pole_pairs"] == 4
+    with pytest.raises(mssfoc.Refused, match="printable"):
+        console.ask("status\n")
+
+
 def test_nobody_at_the_line_is_silence():
     with pytest.raises(mssfoc.Silent, match="cannot be opened"):
         mssfoc.connect(f"socket://127.0.0.1:{free_port()}")

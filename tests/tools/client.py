@@ -53,12 +53,14 @@ def register_list():
 
 def package():
     """{name: bytes} of all that pip needs."""
-    files = {str(path.relative_to(CLIENT)): path.read_bytes() for path in CLIENT.rglob("*")
-             if path.suffix in (".py", ".toml", ".md")}
+    paths = [CLIENT / "pyproject.toml", CLIENT / "README.md", *(CLIENT / "mssfoc").glob("*.py")]
+    files = {str(path.relative_to(CLIENT)): path.read_bytes() for path in paths}
     return {**files, LIST: register_list().encode()}
 
 
 def write(folder):
+    if folder.exists() and not (folder / LIST).exists():
+        sys.exit(f"mssfoc: {folder} is there, and is no package of the client")
     shutil.rmtree(folder, ignore_errors=True)
     for name, data in package().items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)

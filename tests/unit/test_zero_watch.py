@@ -7,9 +7,10 @@ import pytest
 from unit.test_unit_supervision import Motor, motor  # noqa: F401  (the fixture)
 
 
-def sensors(offset_q15=0, gain=1.0, seen=7):
+def sensors(offset_q15=0, gain=1.0, seen=7, turning=lambda _: None):
     """One of them is off so. The current loop takes away what of it is a vector: a third of a zero stays, in each phase."""
     def see(m, see=Motor.see):
+        turning(m)
         see(m)
         adc = m.fabric.adc
         adc.IB = round(adc.IB * gain)
@@ -37,3 +38,31 @@ def test_what_is_no_moved_zero_is_not_named_so(motor, monkeypatch, rpm, wrong):
     monkeypatch.setattr(Motor, "see", sensors(**wrong))
     m.step(3000)
     assert m.fault != "CURRENT_OFFSET"
+
+
+def stands_then_turns(m):
+    m.rpm = 0 if m.axis.time_ms % 4000 < 2000 else 750  # 50 Hz
+
+
+def rocks(m):
+    m.rpm = 60 * math.sin(m.axis.time_ms / 20)  # by some ten degrees, electrical
+
+
+def turns_as_often_as_it_is_looked_at(m):
+    m.rpm = 15030 if m.p.pole_pairs == 4 else 0  # 1002 Hz
+
+
+@pytest.mark.parametrize("turning", (stands_then_turns, rocks, turns_as_often_as_it_is_looked_at))
+@pytest.mark.parametrize("gain", (1.12, 0.88))
+@pytest.mark.parametrize("counts", (100.0, 350.0, 600.0, 850.0))
+def test_however_it_turns_a_gain_is_no_zero(c, motor, monkeypatch, turning, gain, counts):
+    """By this watch alone: others may have something to say of such a shaft."""
+    m = motor(0, 10.0)
+    m.counts = counts
+    monkeypatch.setattr(Motor, "see", sensors(gain=gain, turning=turning))
+    for _ in range(6000):
+        m.axis.time_ms += 1
+        m.counts += m.rpm / 60000 * m.p.encoder_counts
+        m.look()
+        c.zero_watch_step(m.axis.supervision.zeros, m.axis)
+        assert m.axis.reports.count == 0

@@ -2,7 +2,7 @@
 """A drive by the words of CiA 402, which Modbus and CAN share (docs/modbus.md): modbus.py and can.py carry them."""
 import time
 
-from .drive import LOOK_S, OPERATES, STOPS, Drive, Fault, Status
+from .drive import LOOK_S, OPERATES, REACTS, STOPS, Drive, Fault, Status
 from .errors import Error, Refused
 from .registers import Registers
 from .texts import Parameter
@@ -12,26 +12,35 @@ SET_POINT, RELATIVE = 0x10, 0x40
 REFUSED, REACHED, TAKEN = 1 << 8, 1 << 10, 1 << 12
 PP, PV, TQ, HM, CSP, CSV, CST = 1, 3, 4, 6, 8, 9, 10
 SERVO_DRIVE = 0x00020192  # object 0x1000
+CYCLIC = {"csp": (CSP, "target_position"), "csv": (CSV, "target_velocity"), "cst": (CST, "target_torque")}
 METHODS = {"index": 34, "block": -1}
 SAVE = int.from_bytes(b"save", "little")
 ANSWER_S = 5.0  # for the answer to a word
 # (mask, value) of the status word -> state
 STATES = {(0x4F, 0x40): "switch on disabled", (0x6F, 0x21): "ready to switch on", (0x6F, 0x23): "switched on",
-          (0x6F, 0x27): OPERATES, (0x6F, 0x07): STOPS, (0x4F, 0x0F): "fault reaction active", (0x4F, 0x08): "fault"}
+          (0x6F, 0x27): OPERATES, (0x6F, 0x07): STOPS, (0x4F, 0x0F): REACTS, (0x4F, 0x08): "fault"}
 
 
 class BusDrive(Drive):
     """`line` has read(entry), write(entry, value), close(); registers: a file, or what the package has."""
 
     def __init__(self, line, registers=None):
-        self._line = line
+        self._line, self._mode, self._rated_a = line, 0, 0.0
         try:
             self._registers = Registers(registers)
-            if self._read("device_type") != SERVO_DRIVE:
-                raise Refused("what answers there is no servo drive of CiA 402")
-        except Error:
+            self._see_whose_list()
+        except BaseException:
             line.close()
             raise
+
+    def _see_whose_list(self):
+        """Parameters are found by their place in the list: that of another firmware would have others there."""
+        if self._read("device_type") != SERVO_DRIVE:
+            raise Refused("what answers there is no servo drive of CiA 402")
+        count = self._read("parameter_count")
+        if count != len(self._registers.parameters):
+            raise Refused(f"the drive has {count} parameters and the list {len(self._registers.parameters)}: it is of another "
+                          "version; `make client` beside the drive's image writes the right one, for registers=")
 
     def close(self):
         self._line.close()
@@ -75,6 +84,7 @@ class BusDrive(Drive):
 
     def _on(self):
         """As the console's: at rest at first, whatever was asked before."""
+        self._rated_a = 0.0  # parameters may have changed
         self._target(PV, target_velocity=0)
         for word, state in ((SHUTDOWN, "ready to switch on"), (SWITCH_ON, "switched on")):
             if self.state() != OPERATES:
@@ -90,15 +100,21 @@ class BusDrive(Drive):
         self._word(QUICK_STOP)
 
     def _clear(self):
+        """Not before a controlled stop has ended: the first of these words would end it."""
+        self.wait(lambda: self.state() not in (STOPS, REACTS), "it does not come to rest", faults=False)
         self._word(0, RESET, 0)
 
     def _target(self, mode, **targets):
-        self._write("mode", mode)
+        """A mode begins with the target that is there: that comes first."""
         for name, value in targets.items():
             self._write(name, value)
+        if self._read("mode") != mode:
+            self._write("mode", mode)
+        self._mode = mode
 
     def _of_rated(self, ampere):
-        return round(1000 * ampere / self.read("rated_current"))
+        self._rated_a = self._rated_a or self.read("rated_current")
+        return round(1000 * ampere / self._rated_a)
 
     def _in_operation(self):
         if self.state() != OPERATES:
@@ -130,14 +146,16 @@ class BusDrive(Drive):
         self._target(HM, homing_method=METHODS[method])
         self._word(ENABLE, ENABLE | SET_POINT)
 
-    def _csp(self, counts):
-        self._target(CSP, target_position=counts)
-
-    def _csv(self, rpm):
-        self._target(CSV, target_velocity=rpm)
-
-    def _cst(self, ampere):
-        self._target(CST, target_torque=self._of_rated(ampere))
+    def _cyclic(self, word, value):
+        """Nothing but the set-point, once the mode is there: they come in a row."""
+        mode, target = CYCLIC[word]
+        if word == "cst":
+            value = self._of_rated(value)
+        if self._mode == mode:
+            self._write(target, value)
+        else:
+            self._in_operation()
+            self._target(mode, **{target: value})
 
     def _arrived(self):
         word = self._read("status_word")
@@ -179,4 +197,4 @@ class BusDrive(Drive):
 
 
 def _state(word):
-    return next(state for (mask, value), state in STATES.items() if word & mask == value)
+    return next((state for (mask, value), state in STATES.items() if word & mask == value), "not ready")

@@ -12,7 +12,7 @@ class CanLine:
         import can
         import canopen
 
-        self._errors = canopen
+        self._errors, self._can_error = canopen, can.CanError
         self._network = canopen.Network()
         try:
             self._network.connect(interface=interface, channel=channel, **options)
@@ -37,5 +37,5 @@ class CanLine:
             return ask(*arguments)
         except self._errors.SdoAbortedError as error:
             raise Refused(f"{entry.name}: {error}") from error
-        except self._errors.SdoCommunicationError as error:
+        except (self._errors.SdoCommunicationError, self._can_error, OSError) as error:
             raise Silent(f"{entry.name}: {error}") from error

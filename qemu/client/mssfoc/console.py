@@ -9,11 +9,12 @@ from . import texts
 from .answers import Answers
 from .capture import Capture
 from .drive import OPERATES, PATIENCE_S, Drive, Fault, Status
-from .errors import Error, Silent
+from .errors import Error, Refused, Silent
 from .frames import Splitter
 
 BAUD = 115200
 ANSWER_S = 20.0  # the longest answer, a whole capture, takes 3 s at 115200 baud; a slow simulation takes longer
+ARRIVED = ("done: in position", "done: homed")
 QUIET_S = 0.3    # without text: nothing of an earlier answer is still to come
 PIECE_S = 0.02
 
@@ -23,14 +24,14 @@ class ConsoleDrive(Drive):
 
     def __init__(self, place):
         try:
-            self._port = serial.serial_for_url(place, BAUD, timeout=PIECE_S)
+            self._port = serial.serial_for_url(place, BAUD, timeout=PIECE_S, exclusive=True)
         except (serial.SerialException, ValueError, OSError) as error:
             raise Silent(f"{place} cannot be opened: {error}") from error
-        self._answers, self._splitter, self._done = Answers(), Splitter(), ""
+        self._answers, self._splitter, self._done, self._lost = Answers(), Splitter(), "", False
         self.said = []  # lines that came unasked, the oldest first
         try:
             self._enter_mode()
-        except Error:
+        except BaseException:
             self._port.close()
             raise
 
@@ -46,6 +47,13 @@ class ConsoleDrive(Drive):
 
     def ask(self, line):
         """The lines of the answer to any line of the console. Raises Refused where the drive answers with an error."""
+        if not line.isascii() or not line.isprintable():
+            raise Refused("a line of the console has printable characters only")
+        if self._lost:  # an answer may still be to come that is not this one's
+            self._enter_mode()
+        while self._port.in_waiting:
+            self._hear()
+        self._lost = True
         self._answers.expect()
         self._send(line.encode("ascii", "replace") + b"\r")
         end_s = time.monotonic() + ANSWER_S
@@ -54,6 +62,7 @@ class ConsoleDrive(Drive):
             if time.monotonic() > end_s:
                 self._answers.give_up()
                 raise Silent(f"no answer to '{line}' within {ANSWER_S:g} s")
+        self._lost = False
         return texts.accepted([one for one in self._answers.lines if one])
 
     def _enter_mode(self):
@@ -66,6 +75,7 @@ class ConsoleDrive(Drive):
             if time.monotonic() > end_s:
                 raise Silent("the drive does not answer: is the line connected, is its console at 115200 baud?")
         self._answers.give_up()
+        self._lost = False
 
     def _send(self, data):
         try:
@@ -82,14 +92,19 @@ class ConsoleDrive(Drive):
         for piece in self._splitter.take(data):
             for line in self._answers.take(piece) if isinstance(piece, bytes) else ():
                 self.said.append(line)
-                self._done = line if line.startswith("done: ") else self._done
+                self._done = line if line in ARRIVED else self._done
         return bool(data)
 
     # ---- what drive.py asks for ----
 
     def _command(self, word, value=None):
+        while self._port.in_waiting:  # a line of what was asked before
+            self._hear()
         self._done = ""
         self.ask(word if value is None else f"{word} {value}")
+
+    def _cyclic(self, word, value):
+        self.ask(f"{word} {value}")
 
     def _arrived(self):
         """A move ends with a line of its own; one that ends otherwise has left operation."""
@@ -99,7 +114,10 @@ class ConsoleDrive(Drive):
         return bool(self._done)
 
     def _fields(self):
-        return texts.fields(self.ask("status"))
+        found = texts.fields(self.ask("status"))
+        if not {"state", "speed", "mode", "current", "bus"} <= set(found):
+            raise Silent("what answers 'status' is no console of mssfoc, or another program asks there, too")
+        return found
 
     def state(self):
         return self._fields()["state"]
@@ -113,9 +131,9 @@ class ConsoleDrive(Drive):
 
     def fault(self):
         """What is latched, or None."""
-        name, *lines = self.ask("fault")
-        name = name.removeprefix("fault: ")
-        return None if name == "none" else Fault(name, texts.fields(lines))
+        lines = self.ask("fault")
+        name = texts.fault(lines)
+        return name and Fault(name, texts.fields(lines))
 
     def parameters(self, names=None):
         """{name: Parameter}, all of them or those that are named."""

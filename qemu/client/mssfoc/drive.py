@@ -4,16 +4,19 @@
 Names of parameters and of their units are the drive's own (docs/reference.md). Speeds are in rpm, torque is the q current in
 peak amperes, positions are encoder counts from the zero. Nothing here is for several threads at once.
 """
+import contextlib
 import difflib
 import time
 from dataclasses import dataclass
 
-from .errors import Error, Faulted, Refused
-from .settings import read_settings, written_settings
+from .errors import Error, Faulted, Refused, Silent
+from .settings import OF_THE_LINE, read_settings, written_settings
 
 PATIENCE_S = 60.0  # for a start, which aligns the rotor, and for a move
 LOOK_S = 0.05      # between two looks at the state
-OPERATES, FAULT, STOPS = "operation enabled", "fault", "quick stop active"
+ATTEMPTS = 3       # to switch off on a line that is disturbed
+OPERATES, STOPS, REACTS = "operation enabled", "quick stop active", "fault reaction active"
+BRAKING = (OPERATES, STOPS, REACTS)
 
 
 @dataclass(frozen=True)
@@ -41,10 +44,11 @@ class Drive:
     def __enter__(self):
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, kind, *_):
         try:
             if self._started:
-                self.stop()
+                with contextlib.suppress(Error) if kind else contextlib.nullcontext():  # what ended the block says more
+                    self.stop()
         finally:
             self.close()
 
@@ -52,20 +56,30 @@ class Drive:
 
     def on(self, patience_s=PATIENCE_S):
         """To operation enabled; returns when it is there."""
+        if self.state() == OPERATES:
+            raise Refused("the drive is on already")
         self._started = True
         self._command("on")
         self.wait(lambda: self.state() == OPERATES, "operation is not enabled", patience_s)
 
     def stop(self, patience_s=PATIENCE_S):
-        """Brakes to rest, then off, from whatever state. Returns when the bridge is off; a fault has it off, too."""
-        if self.state() == OPERATES:
-            self._command("quickstop")
-            self.wait(lambda: self.state() not in (OPERATES, STOPS), "it does not come to rest", patience_s, faults=False)
-        self.off()
+        """Brakes to rest, then off, from whatever state; a stop that a fault began goes on. Whatever happens, off is sent."""
+        try:
+            if self.state() == OPERATES:
+                self._command("quickstop")
+            self.wait(lambda: self.state() not in BRAKING, "it does not come to rest", patience_s, faults=False)
+        finally:
+            self.off()
 
     def off(self):
         """The bridge off at once; the motor coasts."""
-        self._command("off")
+        for attempt in range(1, ATTEMPTS + 1):
+            try:
+                self._command("off")
+                break
+            except Silent:
+                if attempt == ATTEMPTS:
+                    raise
         self._started = False
 
     def clear(self):
@@ -108,16 +122,16 @@ class Drive:
         self.wait(self._arrived, "it is not homed", patience_s)
 
     def cyclic_position(self, counts):
-        """csp: there in cyclic_ms, when the next set-point is due."""
-        self._command("csp", counts)
+        """csp: there in cyclic_ms, when the next set-point is due. A refusal shows at the next command."""
+        self._cyclic("csp", counts)
 
     def cyclic_speed(self, rpm):
         """csv"""
-        self._command("csv", rpm)
+        self._cyclic("csv", rpm)
 
     def cyclic_torque(self, ampere):
         """cst"""
-        self._command("cst", ampere)
+        self._cyclic("cst", ampere)
 
     # ---- parameters ----
 
@@ -131,34 +145,47 @@ class Drive:
         self.set({name: value})
 
     def set(self, values):
-        """Parameters, {name: whole number}: all or none. Only while the drive is off."""
+        """Parameters, {name: whole number}, only while the drive is off: all, or as they were before.
+
+        What a line that falls silent leaves half set, the exception names.
+        """
         before = self.parameters(values)
         if unknown := [name for name in values if name not in before]:
             raise self._no_parameter(unknown[0])
         for name, value in values.items():
             check(value, before[name])
-        changed = {name: value for name, value in values.items() if before[name].value != value}
         done = []
         try:
-            for name in changed:
-                self._set(name, changed[name])
-                done.append(name)
-        except Refused:
-            for name in reversed(done):
-                self._set(name, before[name].value)
+            for name, value in values.items():
+                if before[name].value != value:
+                    done.append(name)
+                    self._set(name, value)
+        except BaseException as error:
+            if left := self._put_back(done, before):
+                raise type(error)(f"{error}; not put back: {', '.join(left)}") if isinstance(error, Error) else error
             raise
+
+    def _put_back(self, names, before):
+        """The names of those that could not be."""
+        left = []
+        for name in reversed(names):
+            try:
+                self._set(name, before[name].value)
+            except Error:
+                left.append(name)
+        return left
 
     def _no_parameter(self, name):
         near = difflib.get_close_matches(name, self._names(), 1)
         return Refused(f"there is no parameter '{name}'" + (f"; is {near[0]} meant?" if near else ""))
 
     def read_settings(self, path):
-        """Sets what the file has, all or nothing; `save` keeps it in the drive."""
-        self.set(read_settings(path))
+        """Sets what the file has, but for what the line itself depends on (settings.py); `save` keeps it in the drive."""
+        self.set({name: value for name, value in read_settings(path).items() if name not in OF_THE_LINE})
 
     def write_settings(self, path):
-        """All parameters into a file that the console understands, too, line by line."""
-        written_settings(path, self.parameters())
+        """All parameters but those of the line into a file that the console understands, too, line by line."""
+        written_settings(path, {name: one for name, one in self.parameters().items() if name not in OF_THE_LINE})
 
 
 def check(value, parameter):

@@ -2,7 +2,11 @@
 """Registers by Modbus RTU, at a serial port or a TCP port that carries the same frames."""
 from .errors import Refused, Silent
 
-ANSWER_S = 5.0  # `save` is answered when it is done
+ANSWER_S, ATTEMPTS = 1.0, 3
+STORED_S = 10.0  # `save` is answered when it is done
+# what the drive's exceptions mean (docs/modbus.md)
+MEANS = {"IllegalRequestError": "unknown or read-only, a value out of range, or parameters that do not fit together",
+         "SlaveReportedException": "not in this state; parameters change only while the drive is off"}
 PARITIES = {"N": 2, "O": 1, "E": 1}  # -> stop bits
 
 
@@ -31,15 +35,20 @@ class ModbusLine:
 
     def write(self, entry, value):
         words = [value & 0xFFFF] if _words(entry) == 1 else [value >> 16 & 0xFFFF, value & 0xFFFF]
+        self._slave.serial.timeout = STORED_S if entry.name == "store" else ANSWER_S
         self._answered(entry, self._slave.write_registers, entry.register, words)
+        self._slave.serial.timeout = ANSWER_S
 
     def _answered(self, entry, ask, *arguments):
-        try:
-            return ask(*arguments)
-        except self._errors.SlaveReportedException as error:
-            raise Refused(f"{entry.name}: {error}") from error
-        except (self._errors.ModbusException, OSError) as error:
-            raise Silent(f"{entry.name}: {error}") from error
+        """Asks again where a frame was disturbed: the same word twice is no new edge, the same value no new one."""
+        for attempt in range(1, ATTEMPTS + 1):
+            try:
+                return ask(*arguments)
+            except self._errors.SlaveReportedException as error:
+                raise Refused(f"{entry.name}: {MEANS.get(type(error).__name__, error)}") from error
+            except (self._errors.ModbusException, OSError) as error:
+                if attempt == ATTEMPTS:
+                    raise Silent(f"{entry.name}: {error}") from error
 
 
 def _words(entry):

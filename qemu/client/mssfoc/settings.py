@@ -6,6 +6,8 @@ from pathlib import Path
 
 from .errors import Refused
 
+# what a line to the drive depends on, and two drives at one bus must not have alike: no setting of the machine
+OF_THE_LINE = ("can_node", "can_kbit", "modbus_address", "modbus_baud", "modbus_parity")
 LINE = re.compile(r"set (\w+) (-?\d+)")
 
 

@@ -55,8 +55,9 @@ def chosen(lines):
 
 def capture(lines):
     """{"names", "rows" of raw values, "trigger", "per_ms"} of `scope read` or `scope fault`."""
+    lines = lines[next((at for at, line in enumerate(lines) if line.startswith("samples: ")), len(lines)):]
     if len(lines) < 4:
-        raise Refused(" ".join(lines))
+        raise Refused("there is no capture")
     heading = dict(item.split(": ") for item in lines[0].split(", "))
     return {"names": lines[1].split(), "rows": [[int(value) for value in line.split()] for line in lines[3:-1]],
             "trigger": int(heading["trigger"]), "per_ms": int(heading["a millisecond has"]) / int(heading["every"])}
@@ -65,6 +66,12 @@ def capture(lines):
 def fields(lines):
     """{what: its text} of `status` and `fault`."""
     return dict(line.split(": ", 1) for line in lines if ": " in line)
+
+
+def fault(lines):
+    """The name of what is latched, or None, of `fault`."""
+    name = next(line for line in lines if line.startswith("fault: ")).removeprefix("fault: ")
+    return None if name == "none" else name
 
 
 def number(text, unit):
