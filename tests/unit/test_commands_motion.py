@@ -4,6 +4,8 @@ import pytest
 
 from unit.test_commands import Operator
 
+PERIOD = 10 * 20  # conversions in cyclic_ms
+
 
 class Driver(Operator):
     """Somebody at the console of a drive in operation: speed up to 4000 rpm, 10.65 A, 4000 counts, a set-point each 10 ms."""
@@ -52,12 +54,12 @@ def test_commands_motion_cyclic(driver):
     axis.motion.turns.counts, unit = 500, 1 << axis.tuning.profile.shift
     for rpm in (200, -4000):
         assert driver(f"csv {rpm}") == ["ok"] and driver.mode == "CYCLIC_SPEED"
-        assert (cyclic.target, cyclic.left) == (rpm * 65536, 10)
+        assert (cyclic.target, cyclic.left) == (rpm * 65536, PERIOD)
     for amperes, milliamp in (("-1.5", -1500), ("10.65", 10650)):
         assert driver(f"cst {amperes}") == ["ok"] and driver.mode == "CYCLIC_TORQUE"
-        assert (cyclic.target / 65536, cyclic.left) == (driver.torque_of(milliamp), 10)
+        assert (cyclic.target / 65536, cyclic.left) == (driver.torque_of(milliamp), PERIOD)
     assert driver("csp 510") == ["ok"] and driver.mode == "CYCLIC_POSITION"
-    assert (cyclic.target // unit, cyclic.left) == (510, 10)
+    assert (cyclic.target // unit, cyclic.left) == (510, PERIOD)
 
 
 def test_commands_motion_that_search_and_learn(driver, c):
@@ -78,7 +80,7 @@ def test_commands_motion_that_search_and_learn(driver, c):
     ("pv 4001", "beyond speed_max_rpm: at most 4000 rpm"), ("csv -4001", "beyond speed_max_rpm: at most 4000 rpm"),
     ("cst 10.651", "beyond i_max_ma: at most 10650 mA"),
     ("torque -10.651", "beyond i_max_ma: at most 10650 mA"),
-    ("csp 3167", "farther than speed_max_rpm goes in cyclic_ms: at most 2666 counts from where it is"),
+    ("csp 3167", "farther than speed_max_rpm goes in cyclic_ms: at most 2666 counts from the one before"),
     ("pv 1.5", "1.5: not a whole number of rpm"),
     ("csv x", "x: not a whole number of rpm"), ("cst x", "x: not a current in amperes, like 1.5"),
     ("torque 1.2345", "1.2345: not a current in amperes, like 1.5"), ("pp x", "x: not a whole number of counts"),
