@@ -13,6 +13,8 @@
 
 #include <stdint.h>
 
+#define CYCLIC_FOLLOWS 8 /* set-points, in which half of a step's jitter is followed */
+
 struct cyclic {
     int64_t now;     /* at the last step, or when the newest set-point came */
     int64_t target;  /* the newest set-point */
@@ -20,6 +22,7 @@ struct cyclic {
     int32_t period;  /* conversions for that way, */
     int32_t left;    /* and those to go */
     int32_t ahead;   /* conversions that `now` has gone beyond the last step */
+    uint32_t due;    /* conversion at which the newest set-point belongs */
     int64_t stepped; /* at the last step, */
     int64_t moved;   /* and from the step before to it */
 };
@@ -41,7 +44,19 @@ static inline void cyclic_go(struct cyclic *c, int32_t conversions)
     }
 }
 
-/* A set-point that came so many conversions after the last step. Slow loop. */
+/*
+ * Where a set-point belongs that came at `at`: a period after the one before, which follows what comes slowly, so that it does
+ * not matter how regularly the master sends within a step. One that is off by more than a step begins where it came.
+ */
+static inline uint32_t cyclic_due(struct cyclic *c, uint32_t at, int32_t period, int32_t step)
+{
+    const uint32_t due = c->due + (uint32_t)period;
+    const int32_t off = (int32_t)(at - due);
+    c->due = off > step || off < -step ? at : due + (uint32_t)(off / CYCLIC_FOLLOWS);
+    return c->due;
+}
+
+/* A set-point that belongs so many conversions after the last step. Slow loop. */
 static inline void cyclic_aim(struct cyclic *c, int64_t target, int32_t period, int32_t came)
 {
     cyclic_go(c, came);

@@ -24,7 +24,11 @@ void modes_limit_torque(struct axis *a)
 
 void mode_aim_cyclic(struct axis *a, const struct set_point *s, int64_t target)
 {
-    cyclic_aim(&a->motion.cyclic, target, a->tuning.cyclic_ms * a->loop.loops_per_slow, s->came);
+    struct cyclic *const c = &a->motion.cyclic;
+    const int32_t step = a->loop.loops_per_slow;
+    const int32_t period = a->tuning.cyclic_ms * step;
+    const int32_t age = (int32_t)(a->heartbeat - cyclic_due(c, s->at, period, step));
+    cyclic_aim(c, target, period, step - q15_max(0, q15_min(age, step)));
 }
 
 void modes_request_torque(struct axis *a, int32_t torque_q15)

@@ -45,13 +45,10 @@ static struct outcome post(struct axis *a, struct set_point *s)
     return outcome;
 }
 
-static void aim(struct axis *a, struct set_point s)
+static void aim(struct axis *a, const struct set_point *s)
 {
-    const uint32_t step = (uint32_t)a->loop.loops_per_slow;
-    const uint32_t age = a->heartbeat - s.at;
-    s.came = (int32_t)(age < step ? step - age : 0u);
-    if (modes_check(a, &s).error == ERROR_NONE) { /* the encoder may have been given up since */
-        modes_aim(a, &s);
+    if (modes_check(a, s).error == ERROR_NONE) { /* the encoder may have been given up since */
+        modes_aim(a, s);
     }
 }
 
@@ -60,10 +57,10 @@ void set_point_take(struct axis *a)
     const struct set_point s = a->set_point;
     a->set_point.waits = false;
     if (s.waits && s.second) {
-        aim(a, (struct set_point){.mode = s.mode, .value = s.first, .at = s.first_at});
+        aim(a, &(struct set_point){.mode = s.mode, .value = s.first, .at = s.first_at});
     }
     if (s.waits) {
-        aim(a, s);
+        aim(a, &s);
     }
 }
 

@@ -21,7 +21,6 @@ struct set_point {
     bool second;           /* of a cyclic mode: the one before waits, too */
     int32_t first;         /* its value, */
     uint32_t at, first_at; /* and the conversions at which they came */
-    int32_t came;          /* once it is taken: so many conversions after the step before, 0 to those of a step */
 };
 
 /* Slow loop, in operation. */
