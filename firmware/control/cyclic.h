@@ -1,28 +1,29 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Set-points a period apart, with linear interpolation: the cyclic synchronous modes of CiA 402 (IEC 61800-7-201), for
- * position, speed and torque alike. A set-point is reached a period after it came, when the next is due; if none comes, it
+ * position, speed and torque alike. A set-point is reached a period after its turn, when the next is due; if none comes, it
  * holds.
  *
- * Time is counted in conversions, many of which a step of the slow loop has. So a set-point begins where it came between
- * two steps, and a master whose clock is not the drive's does not tick: with whole milliseconds each beat of the two clocks
- * would leave out a set-point or stand still for one.
+ * Time is counted in conversions, many of which a step of the slow loop has. So the turn of a set-point may be between two
+ * steps. In whole milliseconds, each time the drive's clock and the master's drift past each other, a set-point would be left
+ * out or the reference would stand still for one.
  */
 #ifndef FIRMWARE_CONTROL_CYCLIC_H
 #define FIRMWARE_CONTROL_CYCLIC_H
 
 #include <stdint.h>
 
-#define CYCLIC_FOLLOWS 8 /* set-points, in which half of a step's jitter is followed */
+/* An eighth of how far a set-point is off is followed; less than 8 conversions, 0.4 ms at 20 kHz, not at all. */
+#define CYCLIC_FOLLOWS 8
 
 struct cyclic {
-    int64_t now;     /* at the last step, or when the newest set-point came */
+    int64_t now;     /* at the last step, or at the newest set-point's turn */
     int64_t target;  /* the newest set-point */
-    int64_t way;     /* to it from where it came */
+    int64_t way;     /* to it, from what the reference was at its turn */
     int32_t period;  /* conversions for that way, */
     int32_t left;    /* and those to go */
     int32_t ahead;   /* conversions that `now` has gone beyond the last step */
-    uint32_t due;    /* conversion at which the newest set-point belongs */
+    uint32_t due;    /* the newest set-point's turn: a number of a conversion */
     int64_t stepped; /* at the last step, */
     int64_t moved;   /* and from the step before to it */
 };
@@ -45,8 +46,9 @@ static inline void cyclic_go(struct cyclic *c, int32_t conversions)
 }
 
 /*
- * Where a set-point belongs that came at `at`: a period after the one before, which follows what comes slowly, so that it does
- * not matter how regularly the master sends within a step. One that is off by more than a step begins where it came.
+ * The turn of a set-point that came at conversion `at`: a period after that of the one before, corrected slowly by when it
+ * came, so that jitter of less than a step does not move the reference. If it is off by more than a step, its turn is when it
+ * came.
  */
 static inline uint32_t cyclic_due(struct cyclic *c, uint32_t at, int32_t period, int32_t step)
 {
@@ -56,7 +58,7 @@ static inline uint32_t cyclic_due(struct cyclic *c, uint32_t at, int32_t period,
     return c->due;
 }
 
-/* A set-point that belongs so many conversions after the last step. Slow loop. */
+/* A set-point whose turn is so many conversions after the last step. Slow loop. */
 static inline void cyclic_aim(struct cyclic *c, int64_t target, int32_t period, int32_t came)
 {
     cyclic_go(c, came);

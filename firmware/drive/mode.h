@@ -26,7 +26,7 @@ static inline struct outcome mode_within(int32_t x, int32_t limit, enum error er
     return x > limit || x < -limit ? (struct outcome){error, limit} : OUTCOME_OK;
 }
 
-/* A set-point of a cyclic mode, from where it came between two steps. Slow loop. */
+/* A set-point of a cyclic mode, which may begin between two steps (control/cyclic.h). Slow loop. */
 void mode_aim_cyclic(struct axis *a, const struct set_point *s, int64_t target);
 
 /* What the speed loop may ask for beside the feed-forward torque, which is returned (modes_control.c). Slow loop. */

@@ -3,7 +3,7 @@
  * Finds a current sensor whose zero has moved since `on`: the three currents add up to nothing, so the average of their
  * sum over four turns of the field is the sensors' zeros. Wrong gains add up to a sine of the field's angle, which the average
  * over that angle takes away, however unevenly the field turns. Nothing is said of a field that takes longer for four turns
- * than 8 s, nor where a phase is only calculated from the other two.
+ * than 8 s or turns within 8 Hz of a multiple of 1 kHz, nor where a phase is only calculated from the other two.
  */
 #ifndef FIRMWARE_MONITOR_ZERO_WATCH_H
 #define FIRMWARE_MONITOR_ZERO_WATCH_H

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Modes: every request in every state, from every mode, with and without a fault; no transition bumps; homing; set-points."""
 import itertools
+import random
 
 import pytest
 
@@ -170,6 +171,23 @@ def test_a_masters_clock_that_is_not_the_drives_does_not_tick(c, every, name, to
         off.append(to_ref(w) - rise * (step * loops - loops) / every)
     most = rise * (9 + 2 * abs(every - loops)) / loops  # what is less than half of a step is not followed
     assert max(map(abs, off[100:])) < most, (most, min(off[100:]), max(off[100:]))
+
+
+def test_what_comes_early_or_late_within_a_step_does_not_move_the_reference(c):
+    w, loops, rise, sent = Drive(c, rpm=0), 20, 30, 0
+    c.drive_set_zero(w.axis)
+    w.axis.tuning.cyclic_ms = 1
+    draw, seen = random.Random(1), []
+    for step in range(1, 400):
+        w.fabric.adc.SEQUENCE = (step - 1) * loops + 7 + draw.randrange(7)
+        assert c.drive_command_cyclic_position(w.axis, sent * rise).error == c.ERROR_NONE
+        sent += 1
+        w.fabric.adc.SEQUENCE = w.axis.heartbeat = step * loops
+        c.set_point_take(w.axis)
+        w.axis.motion.turns.counts = w.axis.motion.position.ref >> w.axis.tuning.profile.shift
+        w.control()
+        seen.append(w.axis.motion.position.ref / 2**w.axis.tuning.profile.shift)
+    assert all(late - early == pytest.approx(rise, abs=0.05) for early, late in zip(seen[40:], seen[41:]))
 
 
 def test_a_cyclic_speed_that_rises_has_the_torque_of_a_ramp(c):
