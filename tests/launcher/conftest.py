@@ -123,9 +123,9 @@ def fake_qemu(tmp_path):
 
     def make(behaviour="well"):
         path = Path(tmp_path) / f"qemu-{behaviour.replace(' ', '-')}"
-        path.write_text(textwrap.dedent(FAKE_QEMU).lstrip().format(python=sys.executable, behaviour=behaviour,
-                                                                   columns=",".join(PLANT_COLUMNS),
-                                                                   irq_columns=",".join(COLUMNS)))
-        path.chmod(0o755)
+        text = textwrap.dedent(FAKE_QEMU).lstrip().format(python=sys.executable, behaviour=behaviour,
+                                                          columns=",".join(PLANT_COLUMNS), irq_columns=",".join(COLUMNS))
+        # Another process writes it: a fork of this one at that moment would keep it open, and nobody could run it.
+        subprocess.run(["install", "-m", "755", "/dev/stdin", path], input=text, text=True, check=True)
         return str(path)
     return make
