@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: MIT
 # mssfoc: field-oriented motor control for the Cortex-M3 of SmartFusion2. `make help` lists the targets.
 
-BUILD   ?= build
+# Motors that the image drives: as many as MOTOR names.
+AXES    ?= $(if $(filter 2,$(words $(MOTOR))),2,1)
+ifeq ($(filter 1 2,$(AXES)),)
+$(error mssfoc: AXES='$(AXES)' is neither 1 nor 2)
+endif
+BUILD   ?= $(if $(filter 2,$(AXES)),build/two-axes,build)
 ifneq ($(words $(BUILD)),1)
 $(error mssfoc: BUILD='$(BUILD)' must be one folder without a blank in its path, like BUILD=build16)
 endif
 # An absolute path to here and a relative one must name the same files, or objects are not remade when their headers change.
 override BUILD := $(patsubst $(CURDIR)/%,%,$(BUILD))
 # Whatever else stands on the command line would be ignored in silence.
-VARIABLES = BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VERILATOR SCENARIO MOTOR SEED PLANT SPREAD DETUNE FABRIC \
+VARIABLES = AXES BUILD PYTHON QEMU HOSTCC HOSTCXX CROSS CC_ARM OBJCOPY AR_ARM VERILATOR SCENARIO MOTOR SEED PLANT SPREAD DETUNE FABRIC \
     SENSORS ENVM CHIP CONSOLE MODBUS CAN PROBE PORT IMAGE WRONG START BOARD DEVICE OPENOCD JLINK LIB_TRIG_FRAC PWM_HZ DEAD_TIME_NS MIN_PULSE_NS \
     SETTLE_NS FEATURES MOTORS SCENARIOS SEEDS DETUNES PART CASE WHAT ANGLES LOADS FROM JOBS SSHLOGIN ALL N FILES RUNGS KEEP_GOING LISTED \
     BUDGET REMEMBER V NO_INSTALL SOURCE_DATE_EPOCH
@@ -56,7 +61,7 @@ include firmware/settings/features.mk
 
 CHOICES = -DLIB_TRIG_FRAC=$(LIB_TRIG_FRAC) $(PWM_HZ:%=-DCONFIG_PWM_HZ=%) $(DEAD_TIME_NS:%=-DCONFIG_DEAD_TIME_NS=%) \
           $(MIN_PULSE_NS:%=-DCONFIG_MIN_PULSE_NS=%) $(SETTLE_NS:%=-DCONFIG_SETTLE_NS=%) \
-          $(FEATURES_CHOICE)
+          $(FEATURES_CHOICE) $(if $(filter 2,$(AXES)),-DAXIS_COUNT=2u)
 
 WARNINGS = -Wall -Wextra -Wconversion -Wshadow -Wundef -Wmissing-prototypes -Wstrict-prototypes -Werror
 CPU      = -mcpu=cortex-m3 -mthumb
@@ -348,6 +353,7 @@ help:
 	@echo 'make tools           install what is missing (NO_INSTALL=1: only list it)'
 	@echo 'make clean           remove $(BUILD)'
 	@echo 'FEATURES="a b"       build an image of these alone, of $(FEATURES_ALL)'
+	@echo 'AXES=2               an image for two motors, in build/two-axes (docs/two-axes.md); MOTOR="a b" asks for it, too'
 	@echo 'PWM_HZ=n DEAD_TIME_NS=n MIN_PULSE_NS=n SETTLE_NS=n build for another rate, 8000...40000, dead time, pulse or amplifier (firmware/settings/rates.h)'
 	@echo 'BUILD=dir puts every product elsewhere; PYTHON=path chooses the interpreter.'
 

@@ -37,6 +37,11 @@
 #include "firmware/source/injection_start.h"
 #include "firmware/source/sensorless.h"
 
+/* How many motors the image drives: make AXES=2. */
+#ifndef AXIS_COUNT
+#define AXIS_COUNT 1u
+#endif
+
 enum axis_state {
     AXIS_NOT_READY,
     AXIS_SWITCH_ON_DISABLED,

@@ -20,7 +20,9 @@
 #include "firmware/scope/sweep.h"
 #include "firmware/settings/error.h"
 
-#define SCOPE_WORDS      4096u
+#ifndef SCOPE_WORDS
+#define SCOPE_WORDS (AXIS_COUNT == 1u ? 4096u : 1024u) /* a second axis takes the room */
+#endif
 #define SCOPE_EVERY_MOST 40000u /* one sample a second, at 40 kHz */
 
 /* For the entry: its assembly knows the members' offsets. */

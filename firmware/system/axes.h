@@ -6,10 +6,6 @@
 #include "firmware/drive/drive.h"
 #include "firmware/scope/scope.h"
 
-#ifndef AXIS_COUNT
-#define AXIS_COUNT 1u
-#endif
-
 /*
  * The interrupt's assembly acknowledges a conversion by storing the first axis's address and 1 to ADC.STATUS: the address must
  * have none of the bits that clear something.

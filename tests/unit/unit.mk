@@ -41,6 +41,6 @@ $(BUILD)/host/%.o: %.c tests/unit/unit.mk
 $(BUILD)/host/two_axes/%.o: firmware/system/%.c tests/unit/unit.mk
 	@mkdir -p $(@D)
 	$(call say,HOSTCC)
-	$(Q)$(HOSTCC) $(UNIT_CFLAGS) -DAXIS_COUNT=2u -MMD -MP -c $< -o $@
+	$(Q)$(HOSTCC) $(UNIT_CFLAGS) -DAXIS_COUNT=2u -DSCOPE_WORDS=4096u -MMD -MP -c $< -o $@
 
 -include $(shell find $(BUILD)/host -name '*.d' 2>/dev/null)
