@@ -23,6 +23,7 @@
 
 /* ---- interrupts ---- */
 #define BOARD_IRQ_ADC      MSS_IRQ_FABRIC(0u) /* 34: end of conversion, level */
+#define BOARD_IRQ_ADC_2    MSS_IRQ_FABRIC(1u) /* 35: of the second axis */
 #define BOARD_IRQ_CONSOLE  MSS_IRQ_UART0
 #define BOARD_IRQ_TICK     MSS_IRQ_TIMER1
 #define BOARD_IRQ_SCOPE    MSS_IRQ_I2C1_SMBUS    /* raised by software only: the block behind it stays in reset */

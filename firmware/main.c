@@ -75,11 +75,13 @@ static void start_uart(void)
     mmuart_use_flow_control(&uart);
 }
 
-static void start_axis(struct axis *axis, enum fault boot_fault)
+static void start_axes(enum fault boot_fault)
 {
-    drive_start(axis, boot_fault);
-    if (!axis_fabric_doubted(axis)) {
-        handlers_start_current_loop();
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        drive_start(&axes[n], boot_fault);
+        if (!axis_fabric_doubted(&axes[n])) {
+            handlers_start_current_loop(n);
+        }
     }
     if (FEATURE_IN(SCOPE)) {
         handlers_start_scope();
@@ -90,13 +92,15 @@ static void start_axis(struct axis *axis, enum fault boot_fault)
     }
 }
 
-/* The array's own address: the cache of the code at 0 does not know of what is programmed. */
-static struct slots settings_slots(void)
+/* By the array's own address: the cache of the code at 0 does not know of what is programmed. Axis 2's are below axis 1's. */
+static struct slots settings_slots(uint32_t axis)
 {
+    const uint32_t slot_bytes = (uint32_t)((uintptr_t)link_settings_slot_1 - (uintptr_t)link_settings_start);
+    const uint32_t below_bytes = axis * SLOTS * slot_bytes;
     return (struct slots){
-        .memory = (const uint8_t *)link_settings_start,
-        .offset_bytes = (uint32_t)(uintptr_t)link_settings_start - ENVM_ARRAY,
-        .slot_bytes = (uint32_t)((uintptr_t)link_settings_slot_1 - (uintptr_t)link_settings_start),
+        .memory = (const uint8_t *)link_settings_start - below_bytes,
+        .offset_bytes = (uint32_t)(uintptr_t)link_settings_start - below_bytes - ENVM_ARRAY,
+        .slot_bytes = slot_bytes,
     };
 }
 
@@ -106,11 +110,25 @@ static void start_behind_pwm(const struct slots *slots, struct nvm_report *loade
     if (FEATURE_IN(MODBUS)) {
         start_bus(slots);
     }
-    if (FEATURE_IN(SETTINGS)) {
-        drive_load_at_boot(&axes[0], slots, loaded);
+    for (uint32_t n = 0; n < AXIS_COUNT && FEATURE_IN(SETTINGS); n++) {
+        drive_load_at_boot(&axes[n], &slots[n], &loaded[n]);
     }
     if (FEATURE_IN(CAN)) {
         start_can(slots);
+    }
+}
+
+static void serve_axis(struct axis *axis)
+{
+    drive_retry(axis);
+    if (FEATURE_IN(LEARN)) {
+        drive_learn(axis);
+    }
+    if (FEATURE_IN(SETTINGS)) {
+        drive_restore_cogging(axis);
+    }
+    if (FEATURE_IN(IDENTIFY)) {
+        identify_think(&axis->identify);
     }
 }
 
@@ -125,15 +143,8 @@ static void serve(struct console *console)
     if (FEATURE_IN(CAN)) {
         canopen_poll(&canopen);
     }
-    drive_retry(&axes[0]);
-    if (FEATURE_IN(LEARN)) {
-        drive_learn(&axes[0]);
-    }
-    if (FEATURE_IN(SETTINGS)) {
-        drive_restore_cogging(&axes[0]);
-    }
-    if (FEATURE_IN(IDENTIFY)) {
-        identify_think(&axes[0].identify);
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        serve_axis(&axes[n]);
     }
 }
 
@@ -147,39 +158,70 @@ static struct idle idle_lines(void)
                                    FEATURE_IN(CAN) ? &can.rx_head : none}};
 }
 
+/* What the thread has to prove that it lives to. */
+static void watch_gates(struct idle *rest)
+{
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        rest->gates[n] = axis_fabric_doubted(&axes[n]) ? NULL : &FABRIC(n)->gate;
+    }
+}
+
+/* First of all: from here on a processor fault knows that the fabric is in doubt. */
+static void init_axes(struct slots *slots)
+{
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        slots[n] = settings_slots(n);
+        drive_init(&axes[n], FABRIC(n));
+        drive_remember_heat(&axes[n], &axes_heat[n]);
+    }
+    if (AXIS_COUNT == 2u) {
+        drive_join(&axes[0], &axes[AXIS_COUNT - 1u]);
+    }
+}
+
+/* One part of the work of switching on, of each axis; true if there is more. */
+static bool prepare_axes(void)
+{
+    bool more = false;
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        more = drive_prepare(&axes[n]) || more;
+    }
+    return more;
+}
+
 int main(void)
 {
     struct postmortem last_life;
     struct console console;
     struct idle rest = idle_lines();
-    const struct slots slots = settings_slots();
-    struct nvm_report loaded = {.state = NVM_NOTHING};
-    drive_init(&axes[0], FABRIC0); /* first: from here on a processor fault knows that the fabric is in doubt */
-    drive_remember_heat(&axes[0], &axes_heat[0]);
+    struct slots slots[AXIS_COUNT];
+    static struct nvm_report loaded[AXIS_COUNT]; /* NVM_NOTHING */
+    init_axes(slots);
     boot_core();
     const enum fault boot_fault = boot_check(FABRIC0, &last_life);
     if (FEATURE_IN(CONSOLE)) {
         start_uart();
     }
-    start_axis(&axes[0], boot_fault);
-    rest.gate = axis_fabric_doubted(&axes[0]) ? NULL : &FABRIC0->gate;
-    start_behind_pwm(&slots, &loaded);
+    start_axes(boot_fault);
+    watch_gates(&rest);
+    start_behind_pwm(slots, loaded);
     if (FEATURE_IN(CONSOLE)) {
         console_start(&console, &(struct session){
                                     .out = {.uart = &uart,
                                             .idle = &rest,
                                             .bus = FEATURE_IN(MODBUS) ? &modbus : NULL,
                                             .can = FEATURE_IN(CAN) ? &canopen : NULL},
+                                    .axes = axes,
                                     .axis = &axes[0],
                                     .scope = FEATURE_IN(SCOPE) ? &scope : NULL,
                                     .last_life = &last_life,
-                                    .slots = &slots,
-                                    .loaded = &loaded,
+                                    .slots = slots,
+                                    .loaded = loaded,
                                 });
     }
     for (;;) {
         serve(&console);
-        if (drive_prepare(&axes[0])) {
+        if (prepare_axes()) {
             idle_serve_watchdog(&rest);
         } else {
             idle(&rest);

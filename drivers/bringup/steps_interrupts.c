@@ -58,7 +58,7 @@ static uint32_t raised(void)
 /* The carrier runs, the gates stay off. */
 static uint32_t adc_rate(void)
 {
-    const struct pwm_setup setup = {HALF_COUNTS, DEAD_COUNTS, DEAD_COUNTS, PWM_UPDATE_VALLEY};
+    const struct pwm_setup setup = {HALF_COUNTS, DEAD_COUNTS, DEAD_COUNTS, PWM_UPDATE_VALLEY, 0u};
     if (!fabric_is_ours() || !pwm_init(&FABRIC0->pwm, &setup)) {
         return 0u;
     }

@@ -8,6 +8,7 @@
     _Static_assert((offset) == offsetof(struct fabric, field), #offset " is not where " #field " is")
 
 _Static_assert(FABRIC_BASE == BOARD_FABRIC_BASE, "the assembler's base");
+_Static_assert(FABRIC_AXIS_BYTES == sizeof(struct fabric), "from one axis to the next");
 _Static_assert(FABRIC_HZ == BOARD_FABRIC_HZ, "drivers/board.h has another clock than drivers/fabric/offsets.h");
 
 AGREES(FABRIC_COMPARE_A, pwm.COMPARE_A);

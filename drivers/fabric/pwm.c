@@ -6,7 +6,8 @@
 static bool fits(const struct pwm_setup *s)
 {
     return s->half_counts >= PWM_HALF_MIN && s->half_counts <= PWM_HALF_MAX && s->dead_counts - 1u < EIGHT_BITS &&
-           s->min_pulse_counts - 1u < EIGHT_BITS && s->dead_counts < s->half_counts;
+           s->min_pulse_counts - 1u < EIGHT_BITS && s->dead_counts < s->half_counts &&
+           s->ahead_counts <= s->half_counts;
 }
 
 /* The carrier rests a clock behind its switch; a read takes longer, except where the fabric's clock is slow. */
@@ -47,7 +48,8 @@ static bool set_up(struct pwm_regs *pwm, const struct pwm_setup *s)
     const uint32_t trigger = valley_trigger(s->half_counts, s->dead_counts / 2u, 0u);
     return holds(&pwm->PERIOD, s->half_counts) && holds(&pwm->DEAD, s->dead_counts) &&
            holds(&pwm->MIN_PULSE, s->min_pulse_counts) && holds(&pwm->MODE, (uint32_t)s->update) &&
-           holds(&pwm->PHASE, s->half_counts) && holds(&pwm->TRIGGER_1, trigger) && holds(&pwm->TRIGGER_2, 0u);
+           holds(&pwm->PHASE, s->half_counts - s->ahead_counts) && holds(&pwm->TRIGGER_1, trigger) &&
+           holds(&pwm->TRIGGER_2, 0u);
 }
 
 bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup)
@@ -58,7 +60,7 @@ bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup)
     pwm->COMPARE_A = setup->half_counts / 2u;
     pwm->COMPARE_B = setup->half_counts / 2u;
     pwm->COMPARE_C = setup->half_counts / 2u;
-    return holds(&pwm->CONTROL, PWM_CONTROL_RUN);
+    return holds(&pwm->CONTROL, setup->ahead_counts == 0u ? PWM_CONTROL_RUN : PWM_CONTROL_RUN | PWM_CONTROL_FOLLOW);
 }
 
 /* So far from either end neither a trigger nor a turn comes between looking and stopping. */
@@ -81,12 +83,13 @@ static uint32_t position(const struct pwm_regs *pwm)
 
 bool pwm_set_update(struct pwm_regs *pwm, enum pwm_update update)
 {
-    if (pwm->MODE == (uint32_t)update) {
+    const uint32_t follow = pwm->CONTROL & PWM_CONTROL_FOLLOW;
+    if (follow == 0u && pwm->MODE == (uint32_t)update) {
         return true;
     }
-    const uint32_t from = position(pwm);
+    const uint32_t from = follow != 0u ? pwm->PHASE : position(pwm);
     return comes_to_rest(pwm) && holds(&pwm->MODE, (uint32_t)update) && holds(&pwm->PHASE, from) &&
-           holds(&pwm->CONTROL, PWM_CONTROL_RUN);
+           holds(&pwm->CONTROL, PWM_CONTROL_RUN | follow);
 }
 
 bool pwm_set_samples(struct pwm_regs *pwm, uint32_t samples, uint32_t early_counts)

@@ -60,6 +60,7 @@ struct pwm_setup {
     uint32_t dead_counts;      /* 1 ... 255 */
     uint32_t min_pulse_counts; /* 1 ... 255 */
     enum pwm_update update;
+    uint32_t ahead_counts; /* of the first axis's carrier, to follow it, half a period at most; 0: runs by itself */
 };
 
 /*
@@ -74,7 +75,8 @@ bool pwm_init(struct pwm_regs *pwm, const struct pwm_setup *setup);
 
 /*
  * Changes only the update mode; writes nothing if it is the present one. The carrier rests for the write, so the bridge must
- * be off, and resumes where it stopped: one period is some 50 clocks longer. Returns false, with the PWM at rest, if that
+ * be off, and resumes where it stopped: one period is some 50 clocks longer. A carrier that follows another rests in any case
+ * and starts anew with it: that puts right what the other's rests have shifted. Returns false, with the PWM at rest, if that
  * fails. Near an end it waits, for 5 us at most. Context: any that the current loop's interrupt may preempt, while nobody else
  * sets up the PWM.
  */

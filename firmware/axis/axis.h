@@ -64,16 +64,26 @@ enum axis_request {
     AXIS_REQUEST_SOURCE, /* drive/handover.h */
 };
 
+/* Of an axis' address these bits are 0: the interrupt's assembly stores it to ADC.STATUS, where they would clear something. */
+#ifdef __arm__
+#define AXIS_ALIGNMENT 512u
+#else
+#define AXIS_ALIGNMENT 8u
+#endif
+
 #define AXIS_STANDSTILL_RPM_Q4 (30 * 16) /* below this the motor counts as at rest */
 
 /*
  * What the interrupt reads lies within the first 4095 bytes, the reach of a load from one base register: `loop` and `hall`.
  */
 struct axis {
-    struct current_loop loop; /* first: the interrupt addresses its members by offset */
+    _Alignas(AXIS_ALIGNMENT) struct current_loop loop; /* first: the interrupt addresses its members by offset */
     struct fabric *fabric;
-    volatile uint32_t state; /* enum axis_state */
-    volatile uint32_t mode;  /* enum axis_mode */
+    struct axis
+        *beside; /* the other motor of this core, NULL: there is none. For what both need: thread, memory, time */
+    uint32_t carrier_ahead_counts; /* of the other motor's; 0: the carrier runs by itself */
+    volatile uint32_t state;       /* enum axis_state */
+    volatile uint32_t mode;        /* enum axis_mode */
     volatile uint32_t time_ms;
     volatile uint32_t request;           /* enum axis_request: the thread writes it, the slow loop takes it */
     struct set_point set_point;          /* the thread writes it, the slow loop takes it */

@@ -73,9 +73,16 @@ static void step_thermal(struct axis *a)
     }
 }
 
+/* For long, but not forever. Both motors have the same thread. */
+static bool thread_is_kept(const struct axis *a)
+{
+    return FEATURE_IN(IDENTIFY) &&
+           (identify_keeps_thread(&a->identify) || (a->beside != NULL && identify_keeps_thread(&a->beside->identify)));
+}
+
 static void prove(struct axis *a)
 {
-    if (FEATURE_IN(IDENTIFY) && identify_keeps_thread(&a->identify)) {
+    if (thread_is_kept(a)) {
         gate_prove_thread(&a->fabric->gate);
     }
     a->thread_owes_ms = gate_thread_owes(&a->fabric->gate) ? a->thread_owes_ms + 1u : 0u;

@@ -31,6 +31,13 @@ struct drive_status {
 /* Puts the axis into its first state: initial parameters, fabric in doubt. Touches no register. Thread, once. */
 void drive_init(struct axis *a, struct fabric *fabric);
 
+/*
+ * Makes two axes known to each other, whose fabrics share a clock: `follower`'s carrier keeps a quarter of a period ahead of
+ * the other's, so that neither's samples, one or two a period, meet the other's. Thread, once, between drive_init() and
+ * drive_start() of both.
+ */
+void drive_join(struct axis *a, struct axis *follower);
+
 /* Sets where temperatures are kept across a reset, and takes up those kept there. Thread, once, after drive_init(). */
 void drive_remember_heat(struct axis *a, struct thermal_memory *memory);
 

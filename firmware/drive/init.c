@@ -25,19 +25,31 @@ void drive_remember_heat(struct axis *a, struct thermal_memory *memory)
     thermal_init(&a->thermal, memory, &a->params);
 }
 
-static const struct pwm_setup pwm_setup = {
-    .half_counts = CONFIG_HALF_COUNTS,
-    .dead_counts = CONFIG_DEAD_COUNTS,
-    .min_pulse_counts = CONFIG_MIN_PULSE_COUNTS,
-    .update = PWM_UPDATE_VALLEY,
-};
+void drive_join(struct axis *a, struct axis *follower)
+{
+    a->beside = follower;
+    follower->beside = a;
+    follower->carrier_ahead_counts = CONFIG_HALF_COUNTS / 2u;
+}
+
+static struct pwm_setup pwm_setup(const struct axis *a)
+{
+    return (struct pwm_setup){
+        .half_counts = CONFIG_HALF_COUNTS,
+        .dead_counts = CONFIG_DEAD_COUNTS,
+        .min_pulse_counts = CONFIG_MIN_PULSE_COUNTS,
+        .update = PWM_UPDATE_VALLEY,
+        .ahead_counts = a->carrier_ahead_counts,
+    };
+}
 
 /* A warm start finds what a cold one does, even where the fabric was not reset with the core: a debugger's start. */
 static bool start_fabric(struct axis *a)
 {
     fabric_reset(a->fabric);
     (void)encoder_init(&a->fabric->encoder, (uint32_t)a->params.encoder_counts, false);
-    const bool running = pwm_init(&a->fabric->pwm, &pwm_setup);
+    const struct pwm_setup setup = pwm_setup(a);
+    const bool running = pwm_init(&a->fabric->pwm, &setup);
     adc_start(&a->fabric->adc);
     return gate_start_watch(&a->fabric->gate, CONFIG_WATCH_CLOCKS) && running;
 }

@@ -45,6 +45,11 @@ static bool slow_loop_lives(const struct axis *a)
 }
 
 /* Conversions go unanswered meanwhile; the slow loop must not take that for a stopped current loop. */
+static void excuse(struct axis *a)
+{
+    a->paced_ms = a->time_ms;
+}
+
 static void program(struct saving *x)
 {
     if (x->problem != ERROR_NONE) {
@@ -56,7 +61,10 @@ static void program(struct saving *x)
     }
     const uint32_t mask = cpu_irq_save();
     const enum envm_result result = envm_program_page(x->writer.page_offset, x->writer.page);
-    x->axis->paced_ms = x->axis->time_ms;
+    excuse(x->axis);
+    if (x->axis->beside != NULL) {
+        excuse(x->axis->beside);
+    }
     cpu_irq_restore(mask);
     x->problem = error_of_envm[result];
     x->worn = x->worn || result == ENVM_WORN;
@@ -138,6 +146,12 @@ static bool put_cogging(struct saving *x)
     return false;
 }
 
+/* Programming keeps the core from every interrupt. */
+static bool is_at_rest(const struct axis *a)
+{
+    return drive_is_off(a) && q15_abs(a->speed.speed_rpm_q4) <= AXIS_STANDSTILL_RPM_Q4;
+}
+
 static struct outcome state_forbids(struct axis *a, struct tuning *set)
 {
     if (!drive_is_off(a)) {
@@ -148,6 +162,9 @@ static struct outcome state_forbids(struct axis *a, struct tuning *set)
     }
     if (q15_abs(a->speed.speed_rpm_q4) > AXIS_STANDSTILL_RPM_Q4) {
         return outcome_of(ERROR_TURNING);
+    }
+    if (a->beside != NULL && !is_at_rest(a->beside)) {
+        return outcome_of(ERROR_SAVE_BESIDE_ON);
     }
     return nvm_check(&a->params, set);
 }

@@ -38,7 +38,7 @@ static void make_ready_with(struct axis *a, const struct tuning *t)
 {
     adopt_tuning(a, t);
     set_fabric(a);
-    a->paced_ms = a->loop.loops_per_slow == t->loops_per_slow ? a->paced_ms : a->time_ms;
+    a->paced_ms = a->time_ms; /* a carrier may have rested, and the pace may be another */
     current_loop_tune(&a->loop, &a->tuning);
     fault_forget_warnings(&a->reports);
     a->reactions.softened = 0;

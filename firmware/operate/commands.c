@@ -87,10 +87,19 @@ static size_t split_line(char *line, char **words)
     }
 }
 
+/* The scope is with the chosen axis, which a line for once need not be for. */
+static bool is_elsewhere(const struct session *s, const struct command *command)
+{
+    return AXIS_COUNT > 1u && FEATURE_IN(SCOPE) && commands_absent(command->name) == FEATURE_SCOPE &&
+           s->scope->axis != s->axis;
+}
+
 static void run_row(struct session *s, const struct command *command, const struct arguments *a)
 {
     s->accepted = false;
-    if (command->request != NULL) {
+    if (is_elsewhere(s, command)) {
+        answer(s, outcome_of(ERROR_SCOPE_ELSEWHERE));
+    } else if (command->request != NULL) {
         answer(s, command->request(s->axis));
     } else if (command->demand != NULL) {
         answer(s, command->demand(s->axis, a->value[1]));
@@ -100,7 +109,7 @@ static void run_row(struct session *s, const struct command *command, const stru
         help(s, command->kinds[0] == ARGUMENT_TOPIC ? a->word[1] : NULL);
     }
     if (s->accepted && (command->begins != PROGRESS_NONE || command->run == NULL)) { /* what went on ends for another */
-        s->progress = command->begins;
+        s->progress[session_axis(s)] = command->begins;
     }
 }
 
@@ -111,7 +120,7 @@ static void refuse_count(struct session *s, const struct command *command, const
     text_print(&s->out, "error: usage: %s%s\n", command->name, (meant != NULL ? meant : command)->arguments);
 }
 
-void commands_execute(struct session *s, char *line)
+static void execute_line(struct session *s, char *line)
 {
     struct arguments a;
     const size_t count = split_line(line, a.word);
@@ -128,4 +137,14 @@ void commands_execute(struct session *s, char *line)
     } else if (arguments_read(s, command, &a)) {
         run_row(s, command, &a);
     }
+}
+
+void commands_execute(struct session *s, char *line)
+{
+    struct axis *const chosen = s->axis;
+    char *const rest = axis_of_line(s, line);
+    if (rest != NULL) {
+        execute_line(s, rest);
+    }
+    s->axis = rest == line ? s->axis : chosen;
 }

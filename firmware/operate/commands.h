@@ -31,16 +31,23 @@ enum progress {
 /* What a command needs to carry out its line and to answer. */
 struct session {
     struct text out;
-    enum progress progress;             /* what the last one that was accepted has begun */
+    enum progress progress[AXIS_COUNT]; /* what the last one that was accepted has begun, on each axis */
     bool accepted;                      /* the present line's answer was "ok" */
     bool machine;                       /* a program reads the answers */
+    struct axis *axes;                  /* AXIS_COUNT of them */
     struct axis *axis;                  /* the one that commands are for */
-    struct scope *scope;                /* its scope */
+    struct scope *scope;                /* of the chosen axis */
     struct stream stream;               /* samples between the text */
     const struct postmortem *last_life; /* how the last life of the program ended */
-    const struct slots *slots;          /* where settings are stored */
+    const struct slots *slots;          /* where settings are stored, for each axis */
     const struct nvm_report *loaded;    /* what was found there at the start */
 };
+
+/* The number of the session's axis, from 0. */
+static inline uint32_t session_axis(const struct session *s)
+{
+    return AXIS_COUNT == 1u ? 0u : (uint32_t)(s->axis - s->axes);
+}
 
 #define ARGUMENTS_MOST 4u
 
@@ -108,6 +115,7 @@ extern const struct command commands_machine[1];
 extern const struct command commands_scope[5];
 extern const struct command commands_sweep[3];
 extern const struct command commands_version[1];
+extern const struct command commands_axis[1];
 
 /* The nth of all rows; NULL behind the last. Its name: of no length if it is the one before's. */
 const struct command *commands_row(uint32_t n);
@@ -133,6 +141,17 @@ size_t command_words(const struct command *command);
  * changed. Splits `line` in place. An empty line does nothing. Thread.
  */
 void commands_execute(struct session *s, char *line);
+
+/* ---- commands_axis.c ---- */
+
+/*
+ * "axis 2 LINE": carries out LINE on that axis, for this once. Returns the LINE, the whole line if it does not begin so, and
+ * NULL behind an error that it has reported; s->axis is the axis meant.
+ */
+char *axis_of_line(struct session *s, char *line);
+
+/* "axis 2: " with two axes; else nothing. */
+void put_axis(struct text *out, uint32_t axis);
 
 /* ---- arguments.c ---- */
 
@@ -165,8 +184,8 @@ const char *nearest_name(const char *word, names_fn name_of);
 
 /* ---- progress.c ---- */
 
-/* Something that the last command began has ended as it should: a line that says so, once; else NULL. */
-const char *progress_said(struct session *s);
+/* Something that the last command for this axis began has ended as it should: a line that says so, once; else NULL. */
+const char *progress_said(struct session *s, uint32_t axis);
 
 /* "ok", or "error: " and why. */
 void answer(struct session *s, struct outcome outcome);

@@ -148,7 +148,7 @@ static void run_save(struct session *s, const struct arguments *a)
 {
     (void)a;
     struct saved report;
-    const struct outcome outcome = drive_save(s->axis, s->slots, &report);
+    const struct outcome outcome = drive_save(s->axis, &s->slots[session_axis(s)], &report);
     answer(s, outcome);
     if (outcome.error == ERROR_NONE) {
         store_print_saved(&s->out, &report);
@@ -159,7 +159,7 @@ static void run_load(struct session *s, const struct arguments *a)
 {
     (void)a;
     struct nvm_report loaded;
-    const struct outcome outcome = drive_load(s->axis, s->slots, &loaded);
+    const struct outcome outcome = drive_load(s->axis, &s->slots[session_axis(s)], &loaded);
     if (loaded.state == NVM_NOTHING) {
         answer(s, outcome);
         store_print_damage(&s->out, &loaded.view);

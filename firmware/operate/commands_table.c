@@ -28,6 +28,9 @@ static const struct command_group {
     GROUP_OF(POSITION, commands_zero), GROUP(commands_fault), GROUP(commands_angle), GROUP(commands_params),
     GROUP_OF(SETTINGS, commands_settings), GROUP(commands_defaults), GROUP(commands_reaction), GROUP(commands_machine),
     GROUP_OF(SCOPE, commands_scope), GROUP_OF(SCOPE, commands_sweep), GROUP(commands_version),
+#if AXIS_COUNT > 1u
+    GROUP(commands_axis),
+#endif
 };
 /* clang-format on */
 

@@ -9,6 +9,11 @@ static struct text *out(struct console *k)
     return &k->session.out;
 }
 
+static struct axis *axis_numbered(const struct console *k, uint32_t axis)
+{
+    return AXIS_COUNT == 1u ? k->session.axis : &k->session.axes[axis];
+}
+
 /* Echoes to people only. */
 static struct text *echo_to(struct console *k)
 {
@@ -51,7 +56,9 @@ static void execute(struct console *k)
 static void finish_line(struct console *k)
 {
     const bool machine = k->session.machine;
-    drive_hear(k->session.axis);
+    for (uint32_t axis = 0; axis < AXIS_COUNT; axis++) {
+        drive_hear(axis_numbered(k, axis));
+    }
     stream_hear(&k->session.stream, k->session.axis->time_ms);
     if (!machine) {
         text_put(out(k), "\n");
@@ -88,43 +95,52 @@ static void take_character(struct console *k, char c)
 }
 
 /* Between two lines of the user's: starts a new line. */
-static void announce(struct console *k, const char *kind, const char *what, const char *what_next)
+static void announce(struct console *k, uint32_t axis, const char *kind, const char *what, const char *what_next)
 {
     if (!k->session.machine) {
         text_put(out(k), "\n");
     }
-    text_print(out(k), "%s: %s%s\n", kind, what, what_next);
+    text_print(out(k), "%s: ", kind);
+    put_axis(out(k), axis);
+    text_print(out(k), "%s%s\n", what, what_next);
     prompt(k);
 }
 
-static void announce_fault(struct console *k)
+static void announce_fault(struct console *k, uint32_t axis)
 {
-    const uint32_t fault = k->session.axis->faults.cause;
-    if (fault != k->announced && fault != FAULT_NONE) {
-        announce(k, "fault", message_of_fault((enum fault)fault), "; see 'fault', then 'clear'");
+    const uint32_t fault = axis_numbered(k, axis)->faults.cause;
+    if (fault != k->announced[axis] && fault != FAULT_NONE) {
+        announce(k, axis, "fault", message_of_fault((enum fault)fault), "; see 'fault', then 'clear'");
     }
-    k->announced = fault;
+    k->announced[axis] = fault;
 }
 
 /* Each once, until the drive clears them. Word by word: this runs each time the thread wakes. */
-static void announce_warnings(struct console *k)
+static void announce_warnings(struct console *k, uint32_t axis)
 {
     for (uint32_t word = 0; word < FAULT_WORDS; word++) {
-        const uint32_t warnings = k->session.axis->reports.warned[word];
-        uint32_t unsaid = warnings & ~k->warned[word];
-        k->warned[word] = warnings;
+        const uint32_t warnings = axis_numbered(k, axis)->reports.warned[word];
+        uint32_t unsaid = warnings & ~k->warned[axis][word];
+        k->warned[axis][word] = warnings;
         for (; unsaid != 0u; unsaid &= unsaid - 1u) {
-            announce(k, "warning", message_of_fault((enum fault)(word * 32u + (uint32_t)__builtin_ctz(unsaid))), "");
+            const uint32_t cause = word * 32u + (uint32_t)__builtin_ctz(unsaid);
+            announce(k, axis, "warning", message_of_fault((enum fault)cause), "");
         }
     }
 }
 
-static void announce_progress(struct console *k)
+static void announce_progress(struct console *k, uint32_t axis)
 {
-    const char *const done = progress_said(&k->session);
+    const char *const done = progress_said(&k->session, axis);
     if (done != NULL) {
-        announce(k, "done", done, "");
+        announce(k, axis, "done", done, "");
     }
+}
+
+static void print_loaded(struct console *k, uint32_t axis)
+{
+    put_axis(out(k), axis);
+    store_print_loaded(out(k), &k->session.loaded[axis]);
 }
 
 void console_start(struct console *k, const struct session *session)
@@ -133,8 +149,8 @@ void console_start(struct console *k, const struct session *session)
     text_put(out(k), "\n");
     text_put(out(k), "mssfoc " CONFIG_VERSION ", 'help' lists the commands\n");
     postmortem_print(out(k), session->last_life);
-    if (FEATURE_IN(SETTINGS)) {
-        store_print_loaded(out(k), session->loaded);
+    for (uint32_t axis = 0; axis < AXIS_COUNT && FEATURE_IN(SETTINGS); axis++) {
+        print_loaded(k, axis);
     }
     prompt(k);
 }
@@ -145,9 +161,11 @@ void console_poll(struct console *k)
     while (mmuart_get(k->session.out.uart, &c, &k->incomplete)) {
         take_character(k, c);
     }
-    announce_fault(k);
-    announce_warnings(k);
-    announce_progress(k);
+    for (uint32_t axis = 0; axis < AXIS_COUNT; axis++) {
+        announce_fault(k, axis);
+        announce_warnings(k, axis);
+        announce_progress(k, axis);
+    }
     if (FEATURE_IN(SCOPE) && k->session.scope != NULL) {
         (void)sweep_poll(&k->session.scope->sweep);
         stream_poll(&k->session.stream, out(k), k->session.scope);

@@ -16,9 +16,9 @@
 struct console {
     struct session session;
     struct line line;
-    bool incomplete;              /* characters of this line were lost */
-    uint32_t announced;           /* enum fault last reported */
-    uint32_t warned[FAULT_WORDS]; /* warnings already reported */
+    bool incomplete;                          /* characters of this line were lost */
+    uint32_t announced[AXIS_COUNT];           /* enum fault last reported */
+    uint32_t warned[AXIS_COUNT][FAULT_WORDS]; /* warnings already reported */
 };
 
 /* Greets and prompts. Thread, once, when the axis has started. */

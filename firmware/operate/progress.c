@@ -18,9 +18,8 @@ static enum how of_sweep(const struct sweep *w)
     return sweep_runs(w) ? GOES_ON : (w->state == SWEEP_DONE ? IS_DONE : IS_OVER);
 }
 
-static enum how how_is_it(const struct session *s, enum progress what)
+static enum how how_is_it(const struct session *s, const struct axis *a, enum progress what)
 {
-    const struct axis *const a = s->axis;
     const bool operates = a->state == AXIS_OPERATION_ENABLED;
     switch (what) {
     case PROGRESS_ON:
@@ -41,19 +40,19 @@ static enum how how_is_it(const struct session *s, enum progress what)
     }
 }
 
-const char *progress_said(struct session *s)
+const char *progress_said(struct session *s, uint32_t axis)
 {
     static const char *const texts[] = {
         [PROGRESS_ON] = "operation enabled", [PROGRESS_IDENTIFY] = "identify; 'identify show' lists what it found",
         [PROGRESS_LEARN] = "learning",       [PROGRESS_MOVE] = "in position",
         [PROGRESS_HOME] = "homed",           [PROGRESS_SWEEP] = "sweep; 'sweep read' has the result",
     };
-    const struct axis *const a = s->axis;
-    const enum progress what = s->progress;
+    const struct axis *const a = AXIS_COUNT == 1u ? s->axis : &s->axes[axis];
+    const enum progress what = s->progress[axis];
     if (what == PROGRESS_NONE || a->switching.under_way || a->request != AXIS_REQUEST_NONE || a->set_point.waits) {
         return NULL;
     }
-    const enum how how = a->faults.cause != FAULT_NONE ? IS_OVER : how_is_it(s, what);
-    s->progress = how == GOES_ON ? what : PROGRESS_NONE;
+    const enum how how = a->faults.cause != FAULT_NONE ? IS_OVER : how_is_it(s, a, what);
+    s->progress[axis] = how == GOES_ON ? what : PROGRESS_NONE;
     return how == IS_DONE ? texts[what] : NULL;
 }

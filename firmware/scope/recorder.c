@@ -10,6 +10,13 @@ void recorder_begin(struct recorder *r)
     r->bank[r->writing].begun = r->count;
 }
 
+void recorder_forget(struct recorder *r, uint32_t fault)
+{
+    r->had_fault = fault;
+    r->kept = 0u;
+    recorder_begin(r);
+}
+
 /*
  * The current loop's interrupt may come in between. A conversion that it has not taken yet counts as one in between: the values
  * of that sample are still to come.

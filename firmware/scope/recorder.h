@@ -32,6 +32,9 @@ struct recorder {
 /* The signals have changed: restarts the recording; what was kept stays. Slow loop held. Thread. */
 void recorder_begin(struct recorder *r);
 
+/* The axis is another one, which has this fault, enum fault: restarts, and drops what was kept. Slow loop held. Thread. */
+void recorder_forget(struct recorder *r, uint32_t fault);
+
 /*
  * Stores a sample; keeps the record if the fault is new. All values are from one sample of the current loop, unless
  * conversions end faster than they can be copied. Slow loop, once a millisecond, last.

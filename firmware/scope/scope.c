@@ -65,6 +65,21 @@ enum error scope_choose(struct scope *s, const struct signal_choice *choice)
     return error;
 }
 
+enum error scope_attach(struct scope *s, struct axis *axis)
+{
+    const enum error error = s->axis == axis ? ERROR_NONE : forget_capture(s);
+    if (error == ERROR_NONE && s->axis != axis) {
+        scope_off(s); /* the vector may still hold the entry, until the slow loop comes by */
+        const uint32_t mask = cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP);
+        s->axis = axis;
+        s->sweep = (struct sweep){.axis = axis};
+        take_sources(s);
+        recorder_forget(&s->recorder, axis->faults.cause);
+        (void)cpu_mask_below(mask);
+    }
+    return error;
+}
+
 enum error scope_set_every(struct scope *s, uint32_t ticks)
 {
     const enum error error = forget_capture(s);

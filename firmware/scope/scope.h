@@ -64,6 +64,9 @@ enum error scope_set_every(struct scope *s, uint32_t ticks);
 enum error scope_set_before(struct scope *s, uint32_t samples); /* checked when it is armed: the signals decide */
 enum error scope_set_trigger(struct scope *s, uint32_t signal, enum capture_when when, int32_t level);
 
+/* Goes to another axis, with the same choice of signals; what was recorded of the one before is gone. */
+enum error scope_attach(struct scope *s, struct axis *axis);
+
 /* ---- a capture. Thread ---- */
 
 /* Samples in a record of the present signals. Any context. */

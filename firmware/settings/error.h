@@ -112,6 +112,10 @@ enum error {
     ERROR_SWEEPING = 88,        /* `sweep off`, or wait for its end */
     ERROR_SWEEP_MODE = 89,      /* `speed` or `pp` first */
     ERROR_SWEEP_AMPLITUDE = 90, /* a smaller amplitude */
+    /* two axes */
+    ERROR_SAVE_BESIDE_ON = 91,  /* the other axis off and at rest first */
+    ERROR_AXIS_RANGE = 92,      /* a number that there is */
+    ERROR_SCOPE_ELSEWHERE = 93, /* `axis` with this axis' number first: the scope goes with it */
     ERROR_COUNT
 };
 

@@ -6,17 +6,11 @@
 #include "firmware/drive/drive.h"
 #include "firmware/scope/scope.h"
 
-/*
- * The interrupt's assembly acknowledges a conversion by storing the first axis's address and 1 to ADC.STATUS: the address must
- * have none of the bits that clear something.
- */
-#define AXES_ALIGNMENT 512
-
 extern struct axis axes[AXIS_COUNT];
 extern struct thermal_memory axes_heat[AXIS_COUNT]; /* a reset leaves it alone */
-extern struct scope scope;                          /* of the first axis: the entries of two interrupts name it */
+extern struct scope scope;                          /* the entries of two interrupts name it */
 
-/* The current loop's interrupt ends here when a sample has a fault. Only the interrupt calls it. */
-void current_loop_fault(void);
+/* A current loop's interrupt ends here when a sample has a fault. Only the interrupts call it. */
+void current_loop_fault(struct axis *axis);
 
 #endif

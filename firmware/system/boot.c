@@ -5,6 +5,7 @@
 #include "drivers/cortex/scb.h"
 #include "drivers/mss/cache.h"
 #include "drivers/mss/watchdog.h"
+#include "firmware/axis/axis.h"
 #include "firmware/monitor/device.h"
 #include "startup/startup.h"
 
@@ -25,7 +26,7 @@ void boot_core(void)
 static bool fabric_answers(const struct fabric *fabric)
 {
     postmortem_probe(true);
-    const bool right = gate_id_ok(&fabric->gate);
+    const bool right = gate_id_ok(&fabric->gate) && (AXIS_COUNT == 1u || gate_axes(&fabric->gate) >= AXIS_COUNT);
     postmortem_probe(false);
     return right;
 }

@@ -21,7 +21,8 @@ void boot_core(void);
 
 /*
  * The gravest finding: what puts the fabric in doubt, what the device lacks, or how its last run ended, which `last` describes.
- * Reads one fabric register, and only if the clock is right. Thread, once.
+ * Reads a fabric register, the first axis's, and only if the clock is right; with two motors a second one, since the design may
+ * have one axis only. Thread, once.
  */
 enum fault boot_check(const struct fabric *fabric, struct postmortem *last);
 

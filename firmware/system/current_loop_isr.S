@@ -8,7 +8,9 @@
  * load none. An IT block after an instruction of 16 bits costs nothing, hence low registers for what is compared.
  *
  * LOOP is the structure's address and 1: a store of it writes what ADC.STATUS is to be given, a 1 for EOC and a 0 for OVERRUN
- * and TRIP, without a register of its own (axes.h).
+ * and TRIP, without a register of its own (axis/axis.h).
+ *
+ * With two axes each has an entry of its own, and they share the body: some cycles more.
  */
 #include "drivers/fabric/offsets.h"
 #include "firmware/control/current_loop_layout.h"
@@ -29,9 +31,36 @@
 
         .section .text.FabricIrq0_IRQHandler, "ax", %progbits
         .p2align 2
+#if AXIS_COUNT == 2
+/* Two axes: their entries, in the registers that the core has stacked, and the body of both. */
         .global FabricIrq0_IRQHandler
         .type   FabricIrq0_IRQHandler, %function
-FabricIrq0_IRQHandler:                                  @ 12  entry
+FabricIrq0_IRQHandler:
+        mov     r3, #FABRIC_BASE
+        movw    r2, #:lower16:(axes + 1)
+        movt    r2, #:upper16:(axes + 1)
+        b       current_loop_by_hand
+        .size   FabricIrq0_IRQHandler, . - FabricIrq0_IRQHandler
+
+        .global FabricIrq1_IRQHandler
+        .type   FabricIrq1_IRQHandler, %function
+FabricIrq1_IRQHandler:
+        movw    r3, #:lower16:(FABRIC_BASE + FABRIC_AXIS_BYTES)
+        movt    r3, #:upper16:(FABRIC_BASE + FABRIC_AXIS_BYTES)
+        movw    r2, #:lower16:(axes_second + 1)
+        movt    r2, #:upper16:(axes_second + 1)
+        b       current_loop_by_hand
+        .size   FabricIrq1_IRQHandler, . - FabricIrq1_IRQHandler
+
+#define BODY current_loop_by_hand
+#else
+#define BODY FabricIrq0_IRQHandler
+#endif
+
+        .p2align 2
+        .global BODY
+        .type   BODY, %function
+BODY:                                                   @ 12  entry
         .cfi_startproc
         push    {r4-r11, lr}                            @ 10
         .cfi_def_cfa_offset 36
@@ -44,14 +73,21 @@ FabricIrq0_IRQHandler:                                  @ 12  entry
         .cfi_offset r6, -28
         .cfi_offset r5, -32
         .cfi_offset r4, -36
+#if AXIS_COUNT == 2
+        mov     FABRIC, r3
+        mov     LOOP, r2
+#else
         mov     FABRIC, #FABRIC_BASE                    @  1  (not right before its use: that would be one more)
         movw    LOOP, #:lower16:(axes + 1)              @  1
         movt    LOOP, #:upper16:(axes + 1)              @  1
+#endif
 
 /* stage: sample */
+#if AXIS_COUNT != 2
         .if . - FabricIrq0_IRQHandler != LOOP_BODY
         .error "LOOP_BODY is not where the handler's work begins"
         .endif
+#endif
         ldr     ALPHA, [FABRIC, #FABRIC_ADC_IA]         @  2  alpha = i_a
         ldr     BETA, [FABRIC, #FABRIC_ADC_IB]          @  1
         ldr     r0, [LOOP, #LOOP_ANGLE - 1]             @  1
@@ -222,9 +258,10 @@ FabricIrq0_IRQHandler:                                  @ 12  entry
         pop     {r4-r11, pc}                            @ 10
                                                         @ 12  exit
 .Lloop_fault:
+        subs    r0, LOOP, #1                            @     the axis: its loop comes first
         pop     {r4-r11, lr}
         .cfi_def_cfa_offset 0
         .cfi_restore lr
         b       current_loop_fault
         .cfi_endproc
-        .size   FabricIrq0_IRQHandler, . - FabricIrq0_IRQHandler
+        .size   BODY, . - BODY

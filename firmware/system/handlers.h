@@ -7,13 +7,13 @@
 #ifndef FIRMWARE_SYSTEM_HANDLERS_H
 #define FIRMWARE_SYSTEM_HANDLERS_H
 
-#include "firmware/control/current_loop.h"
+#include "firmware/axis/axis.h"
 
 /* Shuts the gates of every axis whose fabric is trusted. Any context; for a processor fault, which must not rely on RAM. */
 void handlers_bridges_off(void);
 
-/* What current_loop_select() chooses from. */
-extern const struct loop_handlers handlers_of_axis_0;
+/* What current_loop_select() chooses from, for each axis. */
+extern const struct loop_handlers handlers_of_axes[AXIS_COUNT];
 
 /*
  * Lets a lost PLL lock or an uncorrectable memory error end the program. These interrupts have no handlers, so they enter as
@@ -21,23 +21,27 @@ extern const struct loop_handlers handlers_of_axis_0;
  */
 void handlers_watch_device(void);
 
-/* Enable the current loop's interrupt, and the slow loop's, once the axis has started. Thread, once each. */
-void handlers_start_current_loop(void);
+/* Enable the interrupt of an axis's current loop, and the slow loop's, once all axes have started. Thread, once each. */
+void handlers_start_current_loop(uint32_t axis);
 void handlers_start_slow_loop(void);
 
-/* Readies the scope of axis 0, before the slow loop starts. Thread, once. */
+/* Readies the scope, at axis 0, before the slow loop starts. Thread, once. */
 void handlers_start_scope(void);
 
 /* The current loop's entry while a capture is under way: scoped_tick.S. */
 void scoped_tick(void);
 
-/* The current loop of axis 0 in C. The first is not in the table of handlers: the assembly version takes its place. */
-void handlers_encoder_ab(void);
-void handlers_weakening_ab(void);
-void handlers_overmodulating_ab(void);
-void handlers_forced_ab(void);
-void handlers_observer_ab(void);
-void handlers_injection_ab(void);
-void handlers_hall_ab(void);
+/* The current loops in C, of axis 0 and of axis 1. Of encoder_ab the assembly version takes the place, but with ripple. */
+#define HANDLERS_DECLARED(name) \
+    void handlers_##name(void); \
+    void handlers_##name##_1(void);
+
+HANDLERS_DECLARED(encoder_ab)
+HANDLERS_DECLARED(weakening_ab)
+HANDLERS_DECLARED(overmodulating_ab)
+HANDLERS_DECLARED(forced_ab)
+HANDLERS_DECLARED(observer_ab)
+HANDLERS_DECLARED(injection_ab)
+HANDLERS_DECLARED(hall_ab)
 
 #endif

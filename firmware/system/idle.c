@@ -24,10 +24,12 @@ void idle_serve_watchdog(struct idle *i)
 
 void idle_prove(const struct idle *i)
 {
-    if (i->gate != NULL) {
-        const uint32_t before = cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP); /* which may answer for the thread */
-        gate_prove_thread(i->gate);
-        (void)cpu_mask_below(before);
+    for (uint32_t n = 0; n < IDLE_GATES; n++) {
+        if (i->gates[n] != NULL) {
+            const uint32_t before = cpu_mask_below(CONFIG_PRIORITY_SLOW_LOOP); /* which may answer for the thread */
+            gate_prove_thread(i->gates[n]);
+            (void)cpu_mask_below(before);
+        }
     }
 }
 

@@ -8,11 +8,12 @@
 #include "drivers/fabric/gate.h"
 
 #define IDLE_LINES 3u
+#define IDLE_GATES 2u /* axes, at most */
 
 struct idle {
     const volatile uint32_t *time_ms;           /* a clock that the slow loop advances */
     const volatile uint32_t *heard[IDLE_LINES]; /* counters, one up per character from a line */
-    struct gate_regs *gate;                     /* NULL: not to be touched */
+    struct gate_regs *gates[IDLE_GATES];        /* NULL: not to be touched */
     uint32_t served_ms;                         /* the clock at the last refresh */
     uint32_t seen_ms, seen[IDLE_LINES];         /* clock and counts when the thread last resumed */
 };

@@ -25,7 +25,7 @@ static void start(void)
     watchdog_refresh();
     print_start(CONFIG_CONSOLE_BAUD);
     drive_init(&axes[0], FABRIC0);
-    handlers_start_current_loop();
+    handlers_start_current_loop(0u);
     drive_start(&axes[0], FAULT_NONE);
     adc_stop(&FABRIC0->adc); /* its interrupts come when a row asks for them */
     (void)gate_clear(&FABRIC0->gate, GATE_STATUS_LATCHES);

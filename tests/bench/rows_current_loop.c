@@ -54,11 +54,11 @@ static void print_handler(const char *name, uint32_t (*measure)(void))
 /* The interrupt with this handler in its vector. */
 static void row_handler(const char *name, void (*handler)(void))
 {
-    void (*const before)(void) = *handlers_of_axis_0.vector;
-    *handlers_of_axis_0.vector = handler;
+    void (*const before)(void) = *handlers_of_axes[0].vector;
+    *handlers_of_axes[0].vector = handler;
     cpu_dsb();
     print_handler(name, handler_interrupting);
-    *handlers_of_axis_0.vector = before;
+    *handlers_of_axes[0].vector = before;
     cpu_dsb();
 }
 
@@ -74,13 +74,13 @@ static uint32_t handler_with_edge(void)
 static void row_hall(const char *name, void (*handler)(void))
 {
     struct hall_table table;
-    void (*const before)(void) = *handlers_of_axis_0.vector;
+    void (*const before)(void) = *handlers_of_axes[0].vector;
     (void)hall_table_of(&axes[0].params, &table);
     hall_take_table(&axes[0].hall, &table, &axes[0].tuning);
-    *handlers_of_axis_0.vector = handler;
+    *handlers_of_axes[0].vector = handler;
     cpu_dsb();
     print_handler(name, handler_with_edge);
-    *handlers_of_axis_0.vector = before;
+    *handlers_of_axes[0].vector = before;
     cpu_dsb();
 }
 

@@ -19,7 +19,7 @@ _Static_assert(BOARD_MSS_TIMER_HZ % BOARD_FABRIC_HZ == 0u, "timer 2 counts whole
 
 static inline struct pwm_setup fabric_bench_setup(void)
 {
-    return (struct pwm_setup){HALF_COUNTS, DEAD_COUNTS, MIN_COUNTS, PWM_UPDATE_VALLEY};
+    return (struct pwm_setup){HALF_COUNTS, DEAD_COUNTS, MIN_COUNTS, PWM_UPDATE_VALLEY, 0u};
 }
 
 /* False, after it has said so, where there is no fabric that the drivers know. */

@@ -255,7 +255,7 @@ static void test_two_in_a_row(void)
     harness_equal("flags: all conversions as their results demand", wrong + wrong_mirrors + missing, 0u);
 }
 
-static const struct pwm_setup setup = {PERIOD_COUNTS / 2u, 50u, 10u, PWM_UPDATE_VALLEY};
+static const struct pwm_setup setup = {PERIOD_COUNTS / 2u, 50u, 10u, PWM_UPDATE_VALLEY, 0u};
 
 int main(void)
 {

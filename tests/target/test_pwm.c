@@ -11,14 +11,17 @@ static void test_pwm_init(void)
 {
     struct pwm_regs *const pwm = &FABRIC0->pwm;
     const struct pwm_setup setup = fabric_bench_setup();
-    harness_true("pwm: refuses a period too short", refused((struct pwm_setup){PWM_HALF_MIN - 1u, 5u, 1u, 0u}));
-    harness_true("pwm: refuses a period over 16 bits", refused((struct pwm_setup){PWM_HALF_MAX + 1u, 50u, 10u, 0u}));
-    harness_true("pwm: refuses no dead time", refused((struct pwm_setup){2500u, 0u, 10u, 0u}));
-    harness_true("pwm: refuses a dead time over 8 bits", refused((struct pwm_setup){2500u, 256u, 10u, 0u}));
-    harness_true("pwm: refuses one that takes all", refused((struct pwm_setup){50u, 50u, 10u, 0u}));
-    harness_true("pwm: refuses no shortest pulse", refused((struct pwm_setup){2500u, 50u, 0u, 0u}));
-    harness_true("pwm: refuses one over 8 bits", refused((struct pwm_setup){2500u, 50u, 256u, 0u}));
-    harness_true("pwm: refuses a mode there is not", refused((struct pwm_setup){2500u, 50u, 10u, 4u}));
+    harness_true("pwm: refuses a period too short", refused((struct pwm_setup){PWM_HALF_MIN - 1u, 5u, 1u, 0u, 0u}));
+    harness_true("pwm: refuses a period over 16 bits",
+                 refused((struct pwm_setup){PWM_HALF_MAX + 1u, 50u, 10u, 0u, 0u}));
+    harness_true("pwm: refuses no dead time", refused((struct pwm_setup){2500u, 0u, 10u, 0u, 0u}));
+    harness_true("pwm: refuses a dead time over 8 bits", refused((struct pwm_setup){2500u, 256u, 10u, 0u, 0u}));
+    harness_true("pwm: refuses one that takes all", refused((struct pwm_setup){50u, 50u, 10u, 0u, 0u}));
+    harness_true("pwm: refuses no shortest pulse", refused((struct pwm_setup){2500u, 50u, 0u, 0u, 0u}));
+    harness_true("pwm: refuses one over 8 bits", refused((struct pwm_setup){2500u, 50u, 256u, 0u, 0u}));
+    harness_true("pwm: refuses a mode there is not", refused((struct pwm_setup){2500u, 50u, 10u, 4u, 0u}));
+    harness_true("pwm: refuses to be ahead by more than half a period",
+                 refused((struct pwm_setup){2500u, 50u, 10u, 0u, 2501u}));
     harness_true("pwm: comes up", pwm_init(pwm, &setup));
     harness_equal("pwm: runs", pwm->CONTROL, PWM_CONTROL_RUN);
     harness_equal("pwm: dead time", pwm->DEAD, DEAD_COUNTS);

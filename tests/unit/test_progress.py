@@ -20,7 +20,7 @@ def said(operator):
 
 
 def begin(c, operator, what, *, state, mode="SPEED"):
-    operator.console.session.progress = getattr(c, f"PROGRESS_{what}")
+    operator.console.session.progress[0] = getattr(c, f"PROGRESS_{what}")
     operator.axis.state, operator.axis.mode = getattr(c, f"AXIS_{state}"), getattr(c, f"AXIS_MODE_{mode}")
 
 
@@ -78,7 +78,7 @@ def test_only_another_command_that_is_accepted_ends_it(c, operator, line, accept
     begin(c, operator, "MOVE", state="OPERATION_ENABLED", mode="POSITION")
     operator.axis.motion.profile.target = 5
     operator(line)
-    assert (operator.console.session.progress == c.PROGRESS_NONE) == bool(accepted)
+    assert (operator.console.session.progress[0] == c.PROGRESS_NONE) == bool(accepted)
 
 
 def test_lines_for_programs_stand_between_answers(c, operator):

@@ -244,15 +244,16 @@ def test_the_watchdog_is_served_while_the_slow_loop_lives(device, system):
         assert (device.watchdog.WDOGREFRESH == KEY) == served
 
 
-def test_the_thread_proves_to_the_fabric_that_it_lives_when_it_is_its_turn(device, system):
+@pytest.mark.parametrize("at", (0, 1))
+def test_the_thread_proves_to_each_fabric_that_it_lives_when_it_is_its_turn(device, system, at):
     clock, idle, gate = ctypes.c_uint32(5), system.structs["idle"](), device.fabric.gate
-    idle.time_ms, idle.gate = ctypes.pointer(clock), ctypes.pointer(gate)
+    idle.time_ms, idle.gates[at] = ctypes.pointer(clock), ctypes.pointer(gate)
     for now, next_word, proof in ((5, 0x105, 0xA5E83C05), (5, 0x106, 0), (6, 0x1FF, 0xA5E83CFF), (7, 0x106, 0xA5E83C06),
                                   (8, 0x6, 0)):
         gate.PROOF, gate.WATCH, clock.value = 0, next_word, now
         system.idle_serve_watchdog(idle)
         assert gate.PROOF == proof, (now, next_word)
-    idle.gate, gate.WATCH, clock.value = None, 0x105, 9
+    idle.gates[at], gate.WATCH, clock.value = None, 0x105, 9
     system.idle_serve_watchdog(idle)
     assert gate.PROOF == 0, "a fabric in doubt is left alone"
 
@@ -331,19 +332,21 @@ def test_cycles_of_the_current_loop(device, system, slow_at, asked):
     assert asked * 10000 <= now[0] < asked * 10000 + 2000
 
 
-def test_the_current_loops_interrupt(device, system):
-    axis = system.axes[0]
+@pytest.mark.parametrize("number", (0, 1))
+def test_the_current_loops_interrupt(device, two_axes, number):
+    axis, irq = two_axes.axes[number], ADC_IRQ + number
     axis.loop.handlers = None
-    system.handlers_start_current_loop()
-    assert device.nvic.ISER[ADC_IRQ // 32] == 1 << ADC_IRQ % 32 and device.nvic.IPR[ADC_IRQ] == 0
-    assert device.nvic.ICPR[ADC_IRQ // 32] == 1 << ADC_IRQ % 32
+    two_axes.handlers_start_current_loop(number)
+    assert device.nvic.ISER[irq // 32] == 1 << irq % 32 and device.nvic.IPR[irq] == 0
+    assert device.nvic.ICPR[irq // 32] == 1 << irq % 32
     table = axis.loop.handlers.contents
     place = ctypes.cast(table.vector, ctypes.c_void_p).value
-    vectors = ctypes.addressof(ctypes.c_void_p.in_dll(system._library, "startup_vectors"))
-    assert place == vectors + (16 + ADC_IRQ) * ctypes.sizeof(ctypes.c_void_p)
-    names = ("FabricIrq0_IRQHandler", "handlers_forced_ab", "handlers_observer_ab", "handlers_injection_ab", "handlers_hall_ab")
+    vectors = ctypes.addressof(ctypes.c_void_p.in_dll(two_axes._library, "startup_vectors"))
+    assert place == vectors + (16 + irq) * ctypes.sizeof(ctypes.c_void_p)
+    names = (f"FabricIrq{number}_IRQHandler",
+             *(f"handlers_{source}_ab{'_1' * number}" for source in ("forced", "observer", "injection", "hall")))
     for source, name in enumerate(names):
-        expected = ctypes.cast(getattr(system._library, name), ctypes.c_void_p).value
+        expected = ctypes.cast(getattr(two_axes._library, name), ctypes.c_void_p).value
         assert ctypes.cast(table.handler[source], ctypes.c_void_p).value == expected, name
 
 
@@ -423,8 +426,28 @@ def test_a_sample_with_a_fault_is_the_axis(device, system):
     axis = system.axes[0]
     axis.fabric_doubt, axis.fabric, axis.faults.cause = 0, ctypes.pointer(device.fabric), system.FAULT_NONE
     device.fabric.gate.STATUS, device.fabric.gate.CONTROL = 4, 1
-    system.current_loop_fault()
+    system.current_loop_fault(axis)
     assert axis.faults.cause == system.FAULT_GATE_DRIVER and device.fabric.gate.CONTROL == 0
+
+
+def test_each_current_loop_of_two_is_its_axis_s(device, two_axes):
+    """Its loop, its fabric, its fault; and the slow loop steps both."""
+    fabrics = [two_axes.fabric.from_address(FABRIC + 0x400 * number) for number in range(2)]
+    for axis, fabric in zip(two_axes.axes, fabrics):
+        two_axes.drive_init(axis, fabric)
+        axis.fabric_doubt = 0
+        two_axes.current_loop_field(axis.loop, 1000, 77)
+    for number in (1, 0):
+        other = bytes(two_axes.axes[1 - number]), bytes(fabrics[1 - number])
+        getattr(two_axes, "handlers_forced_ab" + "_1" * number)()
+        assert two_axes.axes[number].loop.field_angle_q32 == 1077 and fabrics[number].pwm.COMPARE_C != 0
+        two_axes.axes[number].loop.status_max, fabrics[number].gate.STATUS = 1, 2
+        getattr(two_axes, "handlers_forced_ab" + "_1" * number)()
+        assert two_axes.axes[number].faults.cause == two_axes.FAULT_OVERCURRENT_HARDWARE
+        assert (bytes(two_axes.axes[1 - number]), bytes(fabrics[1 - number])) == other
+    two_axes.handlers_start_scope()
+    two_axes.Timer1_IRQHandler()
+    assert [axis.time_ms for axis in two_axes.axes] == [1, 1]
 
 
 @pytest.mark.parametrize("handler, frame", (("encoder_ab", "pll"), ("forced_ab", "field")))

@@ -38,6 +38,11 @@ void FabricIrq0_IRQHandler(void)
     host_current_loops++;
 }
 
+void FabricIrq1_IRQHandler(void)
+{
+    host_current_loops++;
+}
+
 void scoped_tick(void)
 {
     host_scoped_ticks++;
