@@ -74,6 +74,9 @@ struct fabric_ops {
     void (*disturb_cable)(struct fabric *f, enum cable_fault fault, int64_t value);
     /* Another design, with another identity. */
     void (*disguise)(struct fabric *f, bool other);
+
+    /* Its carrier is to start with that of axis 0, which must not be ahead of it until then. */
+    bool (*waits)(const struct fabric *f);
 };
 
 #endif

@@ -220,6 +220,11 @@ static void disguise(struct fabric *f, bool other)
     model(f)->gate.id_xor = other ? 1u : 0u;
 }
 
+static bool waits(const struct fabric *f)
+{
+    return pwm_waits(&looked_at(f)->pwm);
+}
+
 /* ---- registers ---- */
 
 static uint32_t read(struct fabric *f, uint32_t offset, sim_ps now)
@@ -277,8 +282,15 @@ void fabric_model_init(struct fabric_model *m, sim_ps conversion)
                                           listens,       convert,       sample,
                                           converting,    sense,         NULL,
                                           stop,          turn,          show_hall,
-                                          disturb_cable, disguise};
+                                          disturb_cable, disguise,      waits};
     memset(m, 0, sizeof *m);
     m->fabric.ops = &ops;
     m->conversion = conversion;
+}
+
+void fabric_model_join(struct fabric_model *m, unsigned axis, unsigned axes, const struct fabric_model *leader)
+{
+    m->gate.axis = axis;
+    m->gate.others = axes - 1;
+    m->pwm.leader = leader ? &leader->pwm : NULL;
 }

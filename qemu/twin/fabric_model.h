@@ -17,5 +17,7 @@ struct fabric_model {
 };
 
 void fabric_model_init(struct fabric_model *m, sim_ps conversion);
+/* Which axis of how many it is; `leader` is axis 0 of the same fabric, NULL for that itself. */
+void fabric_model_join(struct fabric_model *m, unsigned axis, unsigned axes, const struct fabric_model *leader);
 
 #endif

@@ -253,6 +253,13 @@ static void disguise(struct fabric *f, bool other)
     rtl_of(f)->id_xor = other ? 1u : 0u;
 }
 
+/* The verilated axis is the only one of its fabric. */
+static bool waits(const struct fabric *f)
+{
+    (void)f;
+    return false;
+}
+
 static const struct rtl_axis_calls *load(const char *path)
 {
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
@@ -275,7 +282,7 @@ struct fabric *fabric_rtl_open(const char *path, const struct sensor_params *sen
                                           listens,       convert,       sample,
                                           converting,    sense,         modulate,
                                           stop,          turn,          show_hall,
-                                          disturb_cable, disguise};
+                                          disturb_cable, disguise,      waits};
     struct fabric_rtl *r = calloc(1, sizeof *r);
     if (!r) {
         rtl_fail("FABRIC=rtl", "out of memory");

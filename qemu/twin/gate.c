@@ -10,7 +10,7 @@ enum { LIVE = 1u << 0, ENCODER = 1u << 5, OVERRUN = 1u << 6, LIMIT = 1u << 7 };
 enum { OVERCURRENT_NOW = 1u << 8, DRIVER_FAULT_NOW = 1u << 9, STO_A_NOW = 1u << 13, STO_B_NOW = 1u << 14 };
 
 #define ID_VALUE       0x464F4331u
-#define ONE_AXIS       0x10u /* the first, of one */
+#define COUNT_SHIFT    4
 #define THRESHOLD_BITS 0x7FFFu
 #define WATCH_CLOCKS   0xFFFFFu
 #define WATCH_STARTED  (1u << 31)
@@ -64,7 +64,7 @@ uint32_t gate_read(const struct gate *g, uint32_t offset)
     case CHOPPER_OFF:
         return g->chopper.off_at;
     case AXES:
-        return ONE_AXIS;
+        return g->axis | (g->others + 1) << COUNT_SHIFT;
     case WATCH_TIME:
         return g->watch.clocks | (g->watch.started ? WATCH_STARTED : 0u);
     case WATCH:

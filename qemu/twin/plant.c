@@ -29,6 +29,16 @@ void plant_init(struct plant *p, const struct plant_params *params)
     plant_reset_fabric(p);
 }
 
+void plant_join(struct plant *p, unsigned axis, unsigned axes, const struct plant *leader)
+{
+    fabric_model_join(&p->model, axis, axes, leader ? &leader->model : NULL);
+}
+
+bool plant_waits(const struct plant *p)
+{
+    return p->fabric->ops->waits(p->fabric);
+}
+
 /* The shaft as it was at `from`, when the physics went on from there to the present. */
 static void follow_shaft(struct plant *p, sim_ps from, double from_rad, double from_rad_s)
 {

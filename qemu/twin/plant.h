@@ -68,6 +68,10 @@ struct plant_params {
 };
 
 void plant_init(struct plant *p, const struct plant_params *params);
+/* One of several behind the same fabric, as C models: which, of how many, and that of axis 0, NULL for that itself. */
+void plant_join(struct plant *p, unsigned axis, unsigned axes, const struct plant *leader);
+/* Its carrier waits for that of the leader, which must not be advanced beyond this plant until that has happened. */
+bool plant_waits(const struct plant *p);
 /* Brings events and physics to `to`; events at `to` are included. */
 void plant_advance(struct plant *p, sim_ps to);
 /* Reset of the fabric: every block, at the present time. Physics goes on. */

@@ -3,8 +3,6 @@
  * glide() does these at once. A write acts on the state at its time: what the RTL does in the clock of the access. */
 #include "pwm.h"
 
-#include <string.h>
-
 enum { CONTROL = 0x00, STATUS = 0x04, PERIOD = 0x08, DEAD = 0x0C, MIN_PULSE = 0x10, MODE = 0x14, PHASE = 0x18 };
 enum { TRIGGER_1 = 0x1C, TRIGGER_2 = 0x20, COUNT = 0x24, COMPARE_A = 0x28, COMPARE_C = PWM_COMPARE_C_OFFSET };
 enum { RUN = 1u << 0, BRAKE = 1u << 1, FOLLOW = 1u << 2 };
@@ -24,6 +22,22 @@ static int64_t lesser(int64_t a, int64_t b)
 static uint32_t last_before_valley(const struct pwm *p)
 {
     return p->period == 0 ? 0 : p->period - 1;
+}
+
+/* Of a way from end to end: one clock at least. */
+static int64_t half_period(const struct pwm *p)
+{
+    return p->period == 0 ? 1 : p->period;
+}
+
+static bool follows(const struct pwm *p)
+{
+    return p->leader && (p->control & FOLLOW);
+}
+
+static bool starts_at_once(const struct pwm *p)
+{
+    return (p->control & RUN) && !follows(p);
 }
 
 static bool wish_for(uint32_t compare, uint32_t count, bool rising)
@@ -99,7 +113,46 @@ static int64_t until_carrier(const struct pwm *p)
         return p->control & RUN ? until_end(p) : 0;
     }
     bool at_start = p->count == (p->phase & COUNT_BITS) && p->rising == ((p->phase & START_RISING) != 0);
-    return at_start && !(p->control & RUN) ? FOREVER : 0;
+    return at_start && !starts_at_once(p) ? FOREVER : 0;
+}
+
+/* Clocks from a place of the carrier to the next valley. */
+static int64_t way_to_valley(const struct pwm *p, uint32_t count, bool rising)
+{
+    if (rising) {
+        return count >= last_before_valley(p) ? 1 : (int64_t)last_before_valley(p) - count + 1;
+    }
+    return (count <= 1 ? 1 : count) + half_period(p);
+}
+
+/* The clock of the first valley after `clock`, by what is known of the carrier now, which is no further than that. */
+static int64_t valley_after(const struct pwm *p, int64_t clock)
+{
+    int64_t valley;
+    if (p->running && !(p->control & RUN)) { /* comes to rest, but not before a valley in the next clock */
+        valley = p->rising && p->count >= last_before_valley(p) ? p->clock + 1 : FOREVER;
+        return valley > clock ? valley : FOREVER;
+    }
+    if (p->running) {
+        valley = p->clock + way_to_valley(p, p->count, p->rising);
+    } else if (p->control & RUN) {
+        valley = p->clock + 1 + way_to_valley(p, p->phase & COUNT_BITS, p->phase & START_RISING);
+    } else {
+        return FOREVER;
+    }
+    int64_t period = 2 * half_period(p), late = clock - valley;
+    return late < 0 ? valley : valley + (late / period + 1) * period;
+}
+
+bool pwm_waits(const struct pwm *p)
+{
+    return !p->running && (p->control & RUN) && follows(p);
+}
+
+/* Asked each time: what the leader does may have changed. */
+static int64_t next_clock(const struct pwm *p)
+{
+    return pwm_waits(p) ? lesser(p->next_clock, valley_after(p->leader, p->clock)) : p->next_clock;
 }
 
 static bool any_waits(const struct pwm *p)
@@ -160,7 +213,7 @@ static void step_carrier(struct pwm *p, bool to_valley, bool to_peak)
 {
     if (!p->running || !(p->control & RUN)) {
         bool was_running = p->running;
-        p->running = p->control & RUN; /* FOLLOW has no effect on the first axis */
+        p->running = starts_at_once(p) || (pwm_waits(p) && valley_after(p->leader, p->clock) == p->clock + 1);
         p->count = p->phase & COUNT_BITS;
         p->rising = p->phase & START_RISING;
         p->rested_at = was_running && !p->running ? p->clock + 1 : p->rested_at;
@@ -228,7 +281,7 @@ static void glide(struct pwm *p, int64_t clocks)
 
 void pwm_reset(struct pwm *p, sim_ps now)
 {
-    memset(p, 0, sizeof *p);
+    *p = (struct pwm){.leader = p->leader};
     p->period = p->phase = p->count = PERIOD_AFTER_RESET;
     p->dead = p->min_pulse = LONGEST;
     for (int k = 0; k < 3; k++) {
@@ -344,13 +397,14 @@ void pwm_catch_up(struct pwm *p, sim_ps now)
 
 sim_ps pwm_next_event(const struct pwm *p)
 {
-    return p->next_clock == FOREVER ? SIM_NEVER : p->next_clock * SIM_PS_PER_FABRIC_CLOCK;
+    int64_t clock = next_clock(p);
+    return clock == FOREVER ? SIM_NEVER : clock * SIM_PS_PER_FABRIC_CLOCK;
 }
 
 bool pwm_take_event(struct pwm *p)
 {
     bool triggers = p->next_triggers;
-    glide(p, p->next_clock - 1 - p->clock);
+    glide(p, next_clock(p) - 1 - p->clock);
     step(p);
     drive(p);
     pwm_plan(p);
@@ -368,16 +422,29 @@ static int64_t place(const struct pwm *p, uint32_t count, bool rising)
     return rising ? (int64_t)p->period + count : (int64_t)p->period - count;
 }
 
-sim_ps pwm_next_trigger(const struct pwm *p)
+/* Clocks from a place of the carrier to that of the next trigger. */
+static int64_t way_to_trigger(const struct pwm *p, uint32_t count, bool is_rising)
 {
-    int64_t first = FOREVER, length = p->period == 0 ? 2 : 2 * (int64_t)p->period;
-    for (int n = 0; p->running && n < 2; n++) {
+    int64_t first = FOREVER, length = 2 * half_period(p);
+    for (int n = 0; n < 2; n++) {
         for (int rising = 0; rising < 2; rising++) {
             if (p->trigger[n] & (rising ? AT_RISING : AT_FALLING)) {
-                int64_t way = place(p, p->trigger[n] & COUNT_BITS, rising) - place(p, p->count, p->rising);
+                int64_t way = place(p, p->trigger[n] & COUNT_BITS, rising) - place(p, count, is_rising);
                 first = lesser(first, (way % length + length) % length);
             }
         }
     }
-    return first == FOREVER ? SIM_NEVER : (p->clock + first + 1) * SIM_PS_PER_FABRIC_CLOCK;
+    return first;
+}
+
+sim_ps pwm_next_trigger(const struct pwm *p)
+{
+    int64_t from = p->running ? p->clock : FOREVER, way = FOREVER;
+    if (p->running) {
+        way = way_to_trigger(p, p->count, p->rising);
+    } else if (pwm_waits(p)) {
+        from = valley_after(p->leader, p->clock);
+        way = way_to_trigger(p, p->phase & COUNT_BITS, p->phase & START_RISING);
+    }
+    return from == FOREVER || way == FOREVER ? SIM_NEVER : (from + way + 1) * SIM_PS_PER_FABRIC_CLOCK;
 }

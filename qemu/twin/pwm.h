@@ -23,6 +23,7 @@ struct pwm_compare {
 };
 
 struct pwm {
+    const struct pwm *leader; /* the one that FOLLOW waits for; NULL: this is axis 0, which waits for none */
     uint32_t control, period, dead, min_pulse, mode, phase, trigger[2];
     struct pwm_compare compare[3];
     bool fresh; /* the clock after a commit */
@@ -56,6 +57,8 @@ bool pwm_take_event(struct pwm *p);
 bool pwm_triggers_next(const struct pwm *p);
 /* Time of the next trigger, or earlier. */
 sim_ps pwm_next_trigger(const struct pwm *p);
+/* FOLLOW holds the carrier back. Until it has started, the leader must not come further than this PWM has. */
+bool pwm_waits(const struct pwm *p);
 /* After its state was filled in from outside: finds the next event again. */
 void pwm_plan(struct pwm *p);
 

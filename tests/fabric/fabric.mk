@@ -66,14 +66,16 @@ LOCKSTEP = $(BUILD)/fabric/lockstep
 LOCKSTEP_MODELS = pwm adc encoder gate chopper watch fabric_model
 LOCKSTEP_SOURCES = $(wildcard tests/fabric/lockstep/*.cpp)
 
-$(LOCKSTEP)/rtl.a: $(FABRIC_RTL) $(FABRIC_REGISTERS) tests/fabric/fabric.mk
+# of axis 0, and of one that follows it
+$(LOCKSTEP)/rtl1.a: RTL_AXIS = -GAXIS=1 -GAXES=2
+$(LOCKSTEP)/rtl.a $(LOCKSTEP)/rtl1.a: $(LOCKSTEP)/%.a: $(FABRIC_RTL) $(FABRIC_REGISTERS) tests/fabric/fabric.mk
 	@mkdir -p $(@D)
 	$(call say,VERILATE)
-	$(Q)$(VERILATE) --coverage-line --Mdir $(@D)/rtl > /dev/null
-	$(Q)$(MAKE) -s -C $(@D)/rtl -f Vfabric_axis.mk OPT_FAST=-O2 OPT_SLOW=-O1 Vfabric_axis__ALL.a verilated.o \
-	    verilated_cov.o verilated_threads.o > $(@D)/rtl.log 2>&1 || { tail -n 5 $(@D)/rtl.log; exit 1; }
+	$(Q)$(VERILATE) $(RTL_AXIS) --coverage-line --Mdir $(@D)/$* > /dev/null
+	$(Q)$(MAKE) -s -C $(@D)/$* -f Vfabric_axis.mk OPT_FAST=-O2 OPT_SLOW=-O1 Vfabric_axis__ALL.a verilated.o \
+	    verilated_cov.o verilated_threads.o > $(@D)/$*.log 2>&1 || { tail -n 5 $(@D)/$*.log; exit 1; }
 	@rm -f $@
-	$(Q)ar rcs $@ $(@D)/rtl/*.o
+	$(Q)ar rcs $@ $(@D)/$*/*.o
 
 # not the twin's objects: those wait for link-time optimisation by its own compiler
 $(LOCKSTEP)/%.o: qemu/twin/%.c $(wildcard qemu/twin/*.h) tests/fabric/fabric.mk
@@ -81,16 +83,19 @@ $(LOCKSTEP)/%.o: qemu/twin/%.c $(wildcard qemu/twin/*.h) tests/fabric/fabric.mk
 	$(call say,CC)
 	$(Q)$(HOSTCC) -std=gnu11 -O2 $(HOST_WARNINGS) -c $< -o $@
 
-$(LOCKSTEP)/lockstep: $(LOCKSTEP_SOURCES) $(wildcard tests/fabric/lockstep/*.h)
-$(LOCKSTEP)/lockstep: $(LOCKSTEP_MODELS:%=$(LOCKSTEP)/%.o) $(LOCKSTEP)/rtl.a
+LOCKSTEPS = $(LOCKSTEP)/lockstep $(LOCKSTEP)/lockstep1
+
+$(LOCKSTEPS): $(LOCKSTEP_SOURCES) $(wildcard tests/fabric/lockstep/*.h)
+$(LOCKSTEP)/lockstep1: LOCKSTEP_AXIS = 1
+$(LOCKSTEPS): $(LOCKSTEP)/lockstep%: $(LOCKSTEP_MODELS:%=$(LOCKSTEP)/%.o) $(LOCKSTEP)/rtl%.a
 	$(call say,LD)
-	$(Q)$(HOSTCXX) -std=c++17 -O2 $(HOST_WARNINGS) -Iqemu/twin -I$(LOCKSTEP)/rtl -isystem $(VERILATED_INCLUDE) \
-	    -DVM_COVERAGE=1 $(LOCKSTEP_SOURCES) $(filter %.o %.a,$^) -o $@ -lm -lpthread
+	$(Q)$(HOSTCXX) -std=c++17 -O2 $(HOST_WARNINGS) -Iqemu/twin -I$(LOCKSTEP)/rtl$* -isystem $(VERILATED_INCLUDE) \
+	    -DVM_COVERAGE=1 $(LOCKSTEP_AXIS:%=-DAXIS=%) $(LOCKSTEP_SOURCES) $(filter %.o %.a,$^) -o $@ -lm -lpthread
 
-lockstep: $(LOCKSTEP)/lockstep
+lockstep: $(LOCKSTEPS)
 
-fabric-lockstep: $(LOCKSTEP)/lockstep
-	@$(PYTHON) tests/fabric/lockstep.py $< 10000000
+fabric-lockstep: $(LOCKSTEPS)
+	@$(PYTHON) tests/fabric/lockstep.py $< 10000000 && $(PYTHON) tests/fabric/lockstep.py $(LOCKSTEP)/lockstep1 10000000
 
 fabric-benches:
 	@$(PYTHON) tests/fabric/adc_benches.py && $(PYTHON) tests/fabric/adc_benches.py --faults

@@ -113,3 +113,10 @@ def test_lockstep_with_the_twin():
     every, writable = map(len, lockstep.offsets())
     assert f"{every} of {every} read, {writable} of {writable} written" in lockstep.registers_line(text)
     assert len(list(lockstep.coverage_lines(hits))) <= 3    # the longer run must take them all
+
+
+def test_lockstep_of_an_axis_that_follows():
+    """The same with axis 1 of 2 and a carrier to follow, of which the model knows only what it was some time ago."""
+    code, text, _ = lockstep.play(places.REGISTERS / "lockstep" / "lockstep1", 1000000, seed=2)
+    assert code == 0, text
+    assert int(text.split(" starts with the leader")[0].split()[-1]) > 50

@@ -19,9 +19,14 @@ extern "C" {
 #include "converter.h"
 #include "fabric_model.h"
 }
+#include "leader.h"
 #include "lines.h"
 #include "random.h"
 #include "traffic.h"
+
+#ifndef AXIS
+#define AXIS 0 /* of the RTL; another than 0 follows the carrier of axis 0 */
+#endif
 
 namespace
 {
@@ -37,12 +42,13 @@ enum {
 };
 enum { SLOT = 0x300, ADC_SLOT = 0x100, ENC_SLOT = 0x200, GATE_SLOT = 0x300 };
 enum { ADC_STATUS = 0x104, ENC_COUNTS = 0x204, ENC_STATUS = 0x214, ENC_HALL = 0x224, GATE_STATUS = 0x304 };
-enum { EOC = 1 };
+enum { EOC = 1, PWM_CONTROL = 0x00, FOLLOW = 4, PWM_PHASE = 0x18 };
 
 constexpr sim_ps CLOCK_PS = SIM_PS_PER_FABRIC_CLOCK;
 
 struct tally {
-    int64_t clocks, reads, writes, conversions, overruns, stops, edges, gate_changes, chops, missed, unanswered;
+    int64_t clocks, reads, writes, conversions, overruns, stops, edges, gate_changes, chops, missed, unanswered,
+        followed;
     bool read[0x100], written[0x100]; /* words of the window */
 };
 
@@ -53,11 +59,14 @@ class run
 {
   public:
     run(Vfabric_axis &rtl, uint64_t seed, tally &t)
-        : top(rtl), random(seed), how(any_manner(random)), count(t), f(&model.fabric)
+        : top(rtl), random(seed), how(any_manner(random)), count(t), f(&model.fabric), led(how.period)
     {
         wind.gap = random.one_in(3) ? 4 : 60;
         temperature = random.one_in(2) ? 1280 : 1312; /* codes at the start of a chord: TEMP 800 and 951 */
         fabric_model_init(&model, CONVERSION * CLOCK_PS);
+        if (AXIS != 0) {
+            fabric_model_join(&model, AXIS, AXIS + 1, led.model());
+        }
         f->ops->reset(f, 0);
     }
     bool play();
@@ -69,6 +78,7 @@ class run
     tally &count;
     fabric_model model;
     fabric *f;
+    leader led;
 
     int64_t n = 0; /* clock */
     bus_phase phase = IDLE;
@@ -93,6 +103,7 @@ class run
     uint32_t next_proof() const;
     bool valley_is_near() const;
     bool allowed(const bus_access &x) const;
+    void follow(bus_access *x);
     void drive_bus();
     void drive_stops();
     void drive_lines();
@@ -148,6 +159,16 @@ bool run::valley_is_near() const
     return model.gate.watch.started && p.running && p.rising && p.count + SETTLES + 2 >= p.period;
 }
 
+/* What concerns following is written more often, where there is an axis to follow. */
+void run::follow(bus_access *x)
+{
+    if (x->writes && x->offset == PWM_CONTROL && random.below(4) != 0) {
+        x->value |= FOLLOW;
+    } else if (x->writes && x->offset == PWM_PHASE) {
+        x->value = random.below(how.period + 2) | random.below(2) << 16;
+    }
+}
+
 void run::drive_bus()
 {
     rested = phase == IDLE;
@@ -160,6 +181,9 @@ void run::drive_bus()
         bus_access x;
         if (!first_access(random, how, set_up, &x)) {
             x = any_access(random, how, next_proof());
+        }
+        if (AXIS != 0) {
+            follow(&x);
         }
         phase = allowed(x) ? SETUP : IDLE;
         if (phase == SETUP) {
@@ -363,6 +387,7 @@ void run::take_events()
     bool triggered = false;
     unsigned gates = f->gates;
     uint32_t latches = model.gate.latches;
+    bool waited = pwm_waits(&model.pwm);
     if (n + 1 == temp_ready) {
         f->ops->sense(f, temperature == 1280 ? 800 : 951);
     }
@@ -380,6 +405,7 @@ void run::take_events()
         triggered = (f->ops->take_event(f) & FABRIC_TRIGGERED) || triggered;
     }
     f->ops->catch_up(f, at);
+    count.followed += waited && model.pwm.running;
     uint32_t latched = model.gate.latches & ~latches;
     count.missed += (latched & (GATE_SLOW_LOST | GATE_THREAD_LOST)) != 0;
     count.unanswered += (latched & GATE_LOOP_LOST) && n != finish;
@@ -405,6 +431,7 @@ bool run::play()
         drive_stops();
         drive_lines();
         drive_converters();
+        top.sync_in = AXIS != 0 && led.syncs();
         top.clk = 0;
         top.eval();
         if (compare()) {
@@ -415,6 +442,9 @@ bool run::play()
         follow_lines();
         write(BEFORE_EVENTS);
         take_events();
+        if (AXIS != 0) {
+            led.clock(random, n);
+        }
         top.clk = 1;
         top.eval();
     }
@@ -459,10 +489,11 @@ int report(const tally &t, uint64_t seed)
 {
     std::printf("lockstep: no difference in %lld clocks (seed %llu): %lld reads, %lld writes, %lld gate edges, "
                 "%lld conversions, %lld overruns, %lld stop edges, %lld encoder edges, %lld clocks chopping, "
-                "%lld proofs late, %lld periods without compares\n",
+                "%lld proofs late, %lld periods without compares, %lld starts with the leader\n",
                 (long long)t.clocks, (unsigned long long)seed, (long long)t.reads, (long long)t.writes,
                 (long long)t.gate_changes, (long long)t.conversions, (long long)t.overruns, (long long)t.stops,
-                (long long)t.edges, (long long)t.chops, (long long)t.missed, (long long)t.unanswered);
+                (long long)t.edges, (long long)t.chops, (long long)t.missed, (long long)t.unanswered,
+                (long long)t.followed);
     report_offsets(t.read);
     report_offsets(t.written);
     return 0;
