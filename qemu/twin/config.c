@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "random.h"
 #include "watchdog.h"
 
 #define DUMP_BYTES_MAX (1u << 20)
@@ -18,14 +19,14 @@ static const struct section {
     const char *prefix;
     const struct config_key *keys;
     size_t base;
-    bool of_motor;
+    bool of_axis, of_motor;
 } sections[] = {
-    {"motor.", motor_keys, offsetof(struct config, plant.motor), true},
-    {"load.", load_keys, offsetof(struct config, plant.load), true},
-    {"inverter.", inverter_keys, offsetof(struct config, plant.inverter), false},
-    {"sensor.", sensor_keys, offsetof(struct config, plant.sensors), false},
-    {"cycles.", cycles_keys, offsetof(struct config, cycles), false},
-    {"envm.", envm_keys, offsetof(struct config, envm), false},
+    {"motor.", motor_keys, offsetof(struct config, axis[0].plant.motor), true, true},
+    {"load.", load_keys, offsetof(struct config, axis[0].plant.load), true, true},
+    {"inverter.", inverter_keys, offsetof(struct config, axis[0].plant.inverter), true, false},
+    {"sensor.", sensor_keys, offsetof(struct config, axis[0].plant.sensors), true, false},
+    {"cycles.", cycles_keys, offsetof(struct config, cycles), false, false},
+    {"envm.", envm_keys, offsetof(struct config, envm), false, false},
 };
 #define SECTIONS (sizeof sections / sizeof sections[0])
 
@@ -33,6 +34,7 @@ struct reader {
     const char *path;
     int line;
     struct config *config;
+    unsigned axis; /* that the lines are of, from 0 */
 };
 
 __attribute__((noreturn, format(printf, 2, 3))) static void fail(const struct reader *r, const char *format, ...)
@@ -50,9 +52,10 @@ __attribute__((noreturn, format(printf, 2, 3))) static void fail(const struct re
     exit(1);
 }
 
-static double *value_of(struct config *c, const struct section *s, const struct config_key *k)
+static double *value_of(struct config *c, unsigned axis, const struct section *s, const struct config_key *k)
 {
-    return (double *)((char *)c + s->base + k->offset);
+    size_t of_axis = s->of_axis ? axis * sizeof c->axis[0] : 0;
+    return (double *)((char *)c + s->base + of_axis + k->offset);
 }
 
 static double number(const struct reader *r, const char *word, const char *what)
@@ -75,7 +78,7 @@ static void read_key(const struct reader *r, const struct section *s, const char
         if (value < k->min || value > k->max) {
             fail(r, "%s%s: %s is outside %g...%g", s->prefix, name, word, k->min, k->max);
         }
-        *value_of(r->config, s, k) = value;
+        *value_of(r->config, r->axis, s, k) = value;
         return;
     }
     fail(r, "unknown key '%s%s'", s->prefix, name);
@@ -165,9 +168,9 @@ static void read_probe(const struct reader *r, char *rest)
         bool is_signed;
     } types[] = {{"s32", 4, true},  {"u32", 4, false}, {"s16", 2, true},
                  {"u16", 2, false}, {"s8", 1, true},   {"u8", 1, false}};
-    struct config *c = r->config;
-    c->probes = grown(c->probes, c->probe_count, sizeof *c->probes);
-    struct probe *p = &c->probes[c->probe_count++];
+    struct axis_config *a = &r->config->axis[r->axis];
+    a->probes = grown(a->probes, a->probe_count, sizeof *a->probes);
+    struct probe *p = &a->probes[a->probe_count++];
     p->name = strdup(next_word(&rest));
     char *address = next_word(&rest), *type = next_word(&rest), *scale = next_word(&rest);
     if (*p->name == '\0' || strpbrk(p->name, ",\"") != NULL || *scale == '\0' || *next_word(&rest) != '\0') {
@@ -225,6 +228,7 @@ static void read_event(const struct reader *r, char *rest)
     c->events = grown(c->events, c->event_count, sizeof *c->events);
     struct event *e = &c->events[c->event_count];
     e->t_s = event_time(r, next_word(&rest));
+    e->axis = r->axis;
     const char *wrong = event_parse(rest + strspn(rest, " \t"), e);
     if (wrong) {
         fail(r, "%s", wrong);
@@ -240,8 +244,9 @@ static void read_event(const struct reader *r, char *rest)
 
 static size_t probe_named(const struct reader *r, const char *name)
 {
-    for (size_t n = 0; n < r->config->probe_count; n++) {
-        if (strcmp(r->config->probes[n].name, name) == 0) {
+    const struct axis_config *a = &r->config->axis[r->axis];
+    for (size_t n = 0; n < a->probe_count; n++) {
+        if (strcmp(a->probes[n].name, name) == 0) {
             return n;
         }
     }
@@ -265,6 +270,7 @@ static void read_late_event(const struct reader *r, char *rest)
         fail(r, "expected: after PROBE=VALUE,... T_S KIND ARGUMENTS...");
     }
     late->event.t_s = event_time(r, next_word(&rest));
+    late->event.axis = r->axis;
     const char *wrong = event_parse(rest + strspn(rest, " \t"), &late->event);
     if (wrong) {
         fail(r, "%s", wrong);
@@ -287,9 +293,16 @@ static void read_section_key(const struct reader *r, const char *word, char *res
     fail(r, "unknown item '%s'", word);
 }
 
-static void read_line(const struct reader *r, char *line)
+static void read_axis(struct reader *r, const char *word)
+{
+    r->axis = either(r, "axis", word, "1", "2");
+    r->config->axes = r->axis + 1 > r->config->axes ? r->axis + 1 : r->config->axes;
+}
+
+static void read_line(struct reader *r, char *line)
 {
     struct config *c = r->config;
+    struct axis_config *a = &c->axis[r->axis];
     line[strcspn(line, "\r\n")] = '\0';
     char *rest = line, *word = next_word(&rest);
     rest += strspn(rest, " \t");
@@ -299,10 +312,12 @@ static void read_line(const struct reader *r, char *line)
     if (*rest == '\0') {
         fail(r, "'%s' needs a value", word);
     }
-    if (strcmp(word, "trace") == 0) {
-        c->trace_path = strdup(rest);
+    if (strcmp(word, "axis") == 0) {
+        read_axis(r, rest);
+    } else if (strcmp(word, "trace") == 0) {
+        a->trace_path = strdup(rest);
     } else if (strcmp(word, "csv") == 0) {
-        c->csv_path = strdup(rest);
+        a->csv_path = strdup(rest);
     } else if (strcmp(word, "progress") == 0) {
         c->progress_path = strdup(rest);
     } else if (strcmp(word, "live") == 0) {
@@ -336,7 +351,7 @@ static void read_line(const struct reader *r, char *line)
         if (seed < 0 || seed > 0x1p53 || seed != floor(seed)) {
             fail(r, "seed: '%s' is not a whole number from 0", rest);
         }
-        c->plant.seed = (uint64_t)seed;
+        c->seed = (uint64_t)seed;
     } else if (strcmp(word, "end") == 0) {
         c->end_s = number(r, rest, word);
         if (c->end_s <= 0 || c->end_s > 1e6) {
@@ -373,10 +388,11 @@ static void read_line(const struct reader *r, char *line)
 static void set_initial(struct config *c)
 {
     memset(c, 0, sizeof *c);
+    c->axes = 1;
     c->watchdog_load = WATCHDOG_LOAD;
-    for (size_t n = 0; n < SECTIONS; n++) {
-        for (const struct config_key *k = sections[n].keys; k->name; k++) {
-            *value_of(c, &sections[n], k) = k->initial;
+    for (size_t n = 0; n < SECTIONS * CONFIG_AXES_MAX; n++) {
+        for (const struct config_key *k = sections[n % SECTIONS].keys; k->name; k++) {
+            *value_of(c, (unsigned)(n / SECTIONS), &sections[n % SECTIONS], k) = k->initial;
         }
     }
 }
@@ -396,16 +412,9 @@ static bool is_typed(const struct event *e)
     return e->kind == EVENT_CONSOLE || e->kind == EVENT_KEYS;
 }
 
-static void check_complete(const struct reader *r, bool motor_only)
+static void check_typing(const struct reader *r)
 {
-    struct config *c = r->config;
-    for (size_t n = 0; n < SECTIONS; n++) {
-        for (const struct config_key *k = sections[n].keys; k->name; k++) {
-            if (isnan(*value_of(c, &sections[n], k)) && (sections[n].of_motor || !motor_only)) {
-                fail(r, "missing key '%s%s'", sections[n].prefix, k->name);
-            }
-        }
-    }
+    const struct config *c = r->config;
     bool types = false;
     for (size_t n = 0; n < c->event_count; n++) {
         types = types || is_typed(&c->events[n]);
@@ -416,28 +425,66 @@ static void check_complete(const struct reader *r, bool motor_only)
     if (types && !c->console_id) {
         fail(r, "a console event needs 'console CHARDEV_ID'");
     }
-    const char *conflict = motor_only ? NULL : sensor_conflict(&c->plant.sensors);
+}
+
+static void check_keys(const struct reader *r, const char *of, bool motor_only)
+{
+    for (size_t n = 0; n < SECTIONS; n++) {
+        for (const struct config_key *k = sections[n].keys; k->name; k++) {
+            if (isnan(*value_of(r->config, r->axis, &sections[n], k)) && (sections[n].of_motor || !motor_only)) {
+                fail(r, "%smissing key '%s%s'", of, sections[n].prefix, k->name);
+            }
+        }
+    }
+}
+
+static void check_axis(const struct reader *r, bool motor_only)
+{
+    const struct plant_params *p = &r->config->axis[r->axis].plant;
+    const char *of = r->axis == 0 ? "" : "axis 2: ";
+    check_keys(r, of, motor_only);
+    const char *conflict = motor_only ? NULL : sensor_conflict(&p->sensors);
     if (conflict) {
-        fail(r, "%s", conflict);
+        fail(r, "%s%s", of, conflict);
     }
-    if (!motor_only && c->plant.sensors.modulators != 0 && !c->fabric_path) {
-        fail(r, "sensor.modulators need 'fabric PATH': the C models have none");
+    if (!motor_only && p->sensors.modulators != 0 && !r->config->fabric_path) {
+        fail(r, "%ssensor.modulators need 'fabric PATH': the C models have none", of);
     }
-    check_cycles(r);
-    const char *mismatch = motor_only ? NULL : inverter_mismatch(&c->plant.inverter);
+    const char *mismatch = motor_only ? NULL : inverter_mismatch(&p->inverter);
     if (mismatch) {
-        fail(r, "inverter: %s", mismatch);
+        fail(r, "%sinverter: %s", of, mismatch);
     }
-    double i_max_a = c->plant.inverter.oc_trip_a; /* not a number: not given */
-    const char *wrong = motor_params_check(&c->plant.motor, &c->plant.load, isnan(i_max_a) ? 0 : i_max_a);
+    double i_max_a = p->inverter.oc_trip_a; /* not a number: not given */
+    const char *wrong = motor_params_check(&p->motor, &p->load, isnan(i_max_a) ? 0 : i_max_a);
     if (wrong) {
-        fail(r, "%s", wrong);
+        fail(r, "%s%s", of, wrong);
     }
+}
+
+static void check_complete(struct reader *r, bool motor_only)
+{
+    for (r->axis = 0; r->axis < r->config->axes; r->axis++) {
+        check_axis(r, motor_only);
+    }
+    check_typing(r);
+    check_cycles(r);
+    if (r->config->axes > 1 && r->config->fabric_path) {
+        fail(r, "axis 2 has C models only: leave 'fabric PATH' out");
+    }
+}
+
+/* Two plants must not have the same noise. */
+static void draw_seeds(struct config *c)
+{
+    struct random random;
+    random_seed_stream(&random, c->seed, STREAM_SECOND_AXIS);
+    c->axis[0].plant.seed = c->seed;
+    c->axis[1].plant.seed = random_u64(&random);
 }
 
 void config_load(struct config *config, const char *path, bool motor_only)
 {
-    struct reader r = {path, 0, config};
+    struct reader r = {path, 0, config, 0};
     set_initial(config);
     FILE *file = fopen(path, "r");
     if (!file) {
@@ -456,4 +503,5 @@ void config_load(struct config *config, const char *path, bool motor_only)
     free(line);
     fclose(file);
     check_complete(&r, motor_only);
+    draw_seeds(config);
 }

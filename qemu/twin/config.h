@@ -21,6 +21,11 @@
  *   probe NAME ADDRESS TYPE SCALE                                                 (TYPE: s32 u32 s16 u16 s8 u8)
  *   event T_S KIND ARGUMENTS...                                                   (events.c)
  *   after PROBE=VALUE,VALUE... T_S KIND ARGUMENTS...      (T_S after the probe, given before, has had these values in turn)
+ *   axis 1|2                                                                      (whose the lines from here on are)
+ *
+ * Without a line `axis` there is one. With `axis 2` the fabric has two, each with a motor, load, inverter and sensors, a trace
+ * and probes of its own; an event that concerns the motor, or what is between it and the fabric, concerns that axis'. All other
+ * lines and events are of the device and may stand under either.
  */
 #ifndef TWIN_CONFIG_H
 #define TWIN_CONFIG_H
@@ -36,6 +41,7 @@
 #include "plant.h"
 
 #define LATE_VALUES_MAX 4
+#define CONFIG_AXES_MAX 2
 
 struct flash_word {
     uint32_t offset, word, fixed;
@@ -57,18 +63,29 @@ struct dump {
 
 /* An event whose time depends on what the target does. */
 struct late_event {
-    size_t probe;
+    size_t probe; /* of the axis that the event is of */
     double values[LATE_VALUES_MAX];
     size_t count, seen; /* of the values */
     struct event event; /* its time is counted from when the last value is seen */
 };
 
+/* What each motor has of its own. */
+struct axis_config {
+    char *trace_path, *csv_path; /* NULL if not given */
+    struct plant_params plant;
+    struct probe *probes;
+    size_t probe_count;
+};
+
 struct config {
-    char *trace_path, *csv_path, *progress_path, *irqlog_path, *irqpath_path, *console_id; /* NULL if not given */
-    char *envm_path;             /* what the device keeps; NULL: nothing */
-    char *live_path;             /* events of the moment come by it; likewise */
-    char *bus_id, *bus_log_path; /* likewise */
-    char *can_id, *can_log_path; /* likewise */
+    struct axis_config axis[CONFIG_AXES_MAX];
+    unsigned axes;                                                 /* of them */
+    uint64_t seed;                                                 /* of the device; the plants' are drawn from it */
+    char *progress_path, *irqlog_path, *irqpath_path, *console_id; /* NULL if not given */
+    char *envm_path;                                               /* what the device keeps; NULL: nothing */
+    char *live_path;                                               /* events of the moment come by it; likewise */
+    char *bus_id, *bus_log_path;                                   /* likewise */
+    char *can_id, *can_log_path;                                   /* likewise */
     bool can_slcan;
     char *fabric_path; /* library of the verilated RTL; NULL: the C models */
     double end_s;      /* 0: runs until QEMU is ended */
@@ -81,9 +98,6 @@ struct config {
     size_t design_count;
     struct cycles_params cycles;
     struct envm_params envm;
-    struct plant_params plant;
-    struct probe *probes;
-    size_t probe_count;
     unsigned irqpath_exception;
     struct dump *dumps;
     size_t dump_count;

@@ -67,7 +67,8 @@ enum event_kind {
 struct event {
     double t_s;
     enum event_kind kind;
-    int phase; /* or the first of a pair of terminals */
+    unsigned axis; /* from 0 */
+    int phase;     /* or the first of a pair of terminals */
     int other_phase;
     bool on; /* of a 0|1 argument; false for "off" */
     double number;

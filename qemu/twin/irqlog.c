@@ -58,6 +58,7 @@ static void note_line(struct frame *f)
         return;
     }
     line->rose = false;
+    f->has_line = true;
     f->t = line->at;
     f->start_ns = (int64_t)(cycles_total().high - line->count) * NS_PER_CYCLE;
     f->start_pwm_ns = f->start_ns + (line->at - line->period_start) / SIM_PS_PER_NS;
@@ -109,11 +110,12 @@ void irqlog_returned(bool chained)
     }
 }
 
-void irqlog_pwm_written(uint64_t done)
+void irqlog_pwm_written(unsigned exception, uint64_t done)
 {
     if (recording_is_open(&log_file) && depth > 0) {
         struct frame *f = &frames[depth - 1];
-        f->latency = done - f->begin.high - f->preempted.high;
+        bool of_another_line = f->has_line && f->exception != exception;
+        f->latency = of_another_line ? f->latency : done - f->begin.high - f->preempted.high;
     }
 }
 

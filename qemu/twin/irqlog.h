@@ -26,8 +26,9 @@ void irqlog_open(const char *path, sim_ps (*time)(void));
 void irqlog_line_rose(unsigned exception, sim_ps at, sim_ps period_start);
 void irqlog_entered(unsigned exception, unsigned entry_cycles);
 void irqlog_returned(bool chained);
-/* The instruction under way writes COMPARE_C; its write is done at this count. */
-void irqlog_pwm_written(uint64_t done);
+/* The instruction under way writes COMPARE_C of the PWM whose conversions raise `exception`; its write is done at this count. A
+ * handler of another line has not waited for it. */
+void irqlog_pwm_written(unsigned exception, uint64_t done);
 void irqlog_reset(void);
 void irqlog_flush(void);
 

@@ -107,9 +107,9 @@ int main(int argc, char **argv)
     check_usage(argc, argv);
     config_load(&config, argv[1], true);
     struct modelbench b = {
-        .motor = config.plant.motor,
-        .load = config.plant.load,
-        .bus_v = option(argc, argv, "bus_v", config.plant.inverter.vbus_v),
+        .motor = config.axis[0].plant.motor,
+        .load = config.axis[0].plant.load,
+        .bus_v = option(argc, argv, "bus_v", config.axis[0].plant.inverter.vbus_v),
         .rated_a = option(argc, argv, "rated_a_rms", 0) * sqrt(2),
     };
     if (isnan(b.bus_v)) {

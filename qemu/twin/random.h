@@ -18,7 +18,8 @@ enum random_stream {
     STREAM_EXTRA_COUNTS,
     STREAM_MODULATORS,
     STREAM_ENVM,
-    STREAM_FIC0
+    STREAM_FIC0,
+    STREAM_SECOND_AXIS
 };
 
 void random_seed(struct random *r, uint64_t seed);

@@ -48,8 +48,8 @@ int main(int argc, char **argv)
     }
     config_load(&config, argv[1], true);
     struct replay r = {.now = 0};
-    inverter_init(&r.inverter, &config.plant.inverter);
-    motor_init(&r.motor, &config.plant.motor, &config.plant.load);
+    inverter_init(&r.inverter, &config.axis[0].plant.inverter);
+    motor_init(&r.motor, &config.axis[0].plant.motor, &config.axis[0].plant.load);
     double duration_s, load_nm;
     unsigned high_sides;
     int fields;

@@ -17,7 +17,13 @@ static struct scenario_board board;
 static struct event *queue, *next, *end; /* what is to come, in order of time; with room for all late events */
 static struct late_event *late;
 static size_t late_count;
+static unsigned axes;
 static struct vm_timer *timer;
+
+static struct plant *plant_of(const struct event *e)
+{
+    return board.plant(e->axis);
+}
 
 static void disturb_motor(const struct event *e, struct motor *m)
 {
@@ -126,7 +132,7 @@ static void inject(const struct event *e, const struct motor *m, struct sensors 
 
 static void disturb_encoder(const struct event *e)
 {
-    struct fabric *f = board.plant->fabric;
+    struct fabric *f = plant_of(e)->fabric;
     switch (e->kind) {
     case EVENT_ENCODER_CUT:
         f->ops->disturb_cable(f, CABLE_CUT, e->on);
@@ -175,12 +181,28 @@ static uint32_t read_word(uint32_t address)
 /* By how much the d axis is ahead of the angle that stands at the second address, 2^32 a turn. */
 static void poke_offset(struct event e)
 {
-    const struct motor *m = &board.plant->motor;
+    const struct motor *m = &plant_of(&e)->motor;
     const double turns = m->p.pole_pairs * m->theta_rad / TURN_RAD;
     const uint32_t axis = (uint32_t)(int64_t)llround((turns - floor(turns)) * 4294967296.0);
     e.kind = EVENT_POKE;
     e.word = axis - read_word(e.word);
     poke(&e);
+}
+
+/* A pin that all axes have. */
+static void stop_all(enum gate_latch which, bool stops)
+{
+    for (unsigned k = 0; k < axes; k++) {
+        plant_stop(board.plant(k), which, stops);
+    }
+}
+
+static void disguise_all(bool other)
+{
+    for (unsigned k = 0; k < axes; k++) {
+        struct fabric *f = board.plant(k)->fabric;
+        f->ops->disguise(f, other);
+    }
 }
 
 /* What happens to the MSS. */
@@ -196,7 +218,7 @@ static void disturb_device(const struct event *e)
         break;
     case EVENT_FABRIC_PLL_LOST:
         sysreg_set_lock(SYSREG_FABRIC_PLL, !e->on);
-        plant_stop(board.plant, GATE_CLOCK_LOST, e->on);
+        stop_all(GATE_CLOCK_LOST, e->on);
         board.interrupt(SYSREG_FABRIC_PLL_IRQ, e->on);
         break;
     case EVENT_MEMORY_ERROR:
@@ -237,7 +259,7 @@ static void play(const struct event *e)
     case EVENT_LOCK:
     case EVENT_SPIN:
     case EVENT_SPIN_OFF:
-        disturb_motor(e, &board.plant->motor);
+        disturb_motor(e, &plant_of(e)->motor);
         break;
     case EVENT_SUPPLY_V:
     case EVENT_SUPPLY_SINKS:
@@ -245,22 +267,22 @@ static void play(const struct event *e)
     case EVENT_PHASE_OPEN:
     case EVENT_PHASE_SWAP:
     case EVENT_CHOPPER:
-        disturb_inverter(e, &board.plant->inverter);
+        disturb_inverter(e, &plant_of(e)->inverter);
         break;
     case EVENT_SENSOR_ADD:
     case EVENT_SENSOR_GAIN:
     case EVENT_SENSOR_OFFSET:
     case EVENT_SENSOR_STUCK:
-        disturb_sensor(e, &board.plant->sensors.current[e->phase]);
+        disturb_sensor(e, &plant_of(e)->sensors.current[e->phase]);
         break;
     case EVENT_SENSOR_SINE:
-        inject(e, &board.plant->motor, &board.plant->sensors);
+        inject(e, &plant_of(e)->motor, &plant_of(e)->sensors);
         break;
     case EVENT_DRIVER_FAULT:
-        plant_stop(board.plant, GATE_DRIVER_FAULT, e->on);
+        plant_stop(plant_of(e), GATE_DRIVER_FAULT, e->on);
         break;
     case EVENT_STO:
-        plant_stop(board.plant, e->phase == 0 ? GATE_STO_A : GATE_STO_B, e->on);
+        stop_all(e->phase == 0 ? GATE_STO_A : GATE_STO_B, e->on);
         break;
     case EVENT_ENCODER_CUT:
     case EVENT_ENCODER_FREEZE:
@@ -272,16 +294,16 @@ static void play(const struct event *e)
     case EVENT_HALL_OPEN:
     case EVENT_HALL_INVERT:
     case EVENT_HALL_SWAP:
-        disturb_hall(e, &board.plant->sensors.hall);
+        disturb_hall(e, &plant_of(e)->sensors.hall);
         break;
     case EVENT_TEMPERATURE:
-        show_temperature(e, &board.plant->thermometer);
+        show_temperature(e, &plant_of(e)->thermometer);
         break;
     case EVENT_IRQ_DELAY:
-        board.delay_interrupt(sim_from_s(e->number));
+        board.delay_interrupt(e->axis, sim_from_s(e->number));
         break;
     case EVENT_IRQ_BLOCK:
-        board.block_interrupt(e->on);
+        board.block_interrupt(e->axis, e->on);
         break;
     case EVENT_WATCHDOG_RESET:
         board.reset(RESET_WATCHDOG);
@@ -302,7 +324,7 @@ static void play(const struct event *e)
         board.end();
         break;
     case EVENT_FABRIC_OTHER:
-        board.plant->fabric->ops->disguise(board.plant->fabric, e->on);
+        disguise_all(e->on);
         break;
     case EVENT_FABRIC_SEALED:
         board.seal_fabric(e->on);
@@ -362,10 +384,11 @@ static void enqueue(struct event e)
     wait_for_next();
 }
 
-void scenario_look(const double *probe_values, double now_s)
+void scenario_look(unsigned axis, const double *probe_values, double now_s)
 {
     for (struct late_event *l = late; l < late + late_count; l++) {
-        if (l->seen < l->count && probe_values[l->probe] == l->values[l->seen] && ++l->seen == l->count) {
+        bool shown = l->event.axis == axis && l->seen < l->count && probe_values[l->probe] == l->values[l->seen];
+        if (shown && ++l->seen == l->count) {
             struct event e = l->event;
             e.t_s += now_s;
             enqueue(e);
@@ -376,6 +399,7 @@ void scenario_look(const double *probe_values, double now_s)
 bool scenario_start(const struct config *config, const struct scenario_board *the_board)
 {
     board = *the_board;
+    axes = config->axes;
     late = config->late;
     late_count = config->late_count;
     queue = calloc(config->event_count + late_count + 1, sizeof *queue);

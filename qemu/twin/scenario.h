@@ -13,11 +13,11 @@
 
 /* What events do to the board beyond the plant. */
 struct scenario_board {
-    struct plant *plant;
-    void (*sync)(void);              /* brings the plant to the present time */
-    void (*changed)(void);           /* inputs of the plant have changed */
-    void (*delay_interrupt)(sim_ps); /* hold the next FabricIrq0 back */
-    void (*block_interrupt)(bool);
+    struct plant *(*plant)(unsigned axis);
+    void (*sync)(void);                             /* brings the plants to the present time */
+    void (*changed)(void);                          /* inputs of a plant have changed */
+    void (*delay_interrupt)(unsigned axis, sim_ps); /* hold its next FabricIrq back */
+    void (*block_interrupt)(unsigned axis, bool);
     void (*power_cut)(void);
     void (*reset)(enum reset_cause);           /* of the MSS */
     void (*put_back)(void);                    /* what traffic on FIC_0 puts back */
@@ -31,7 +31,7 @@ struct scenario_board {
 bool scenario_start(const struct config *config, const struct scenario_board *board);
 /* Something happens now that the configuration does not know of; after scenario_start(). */
 void scenario_play_now(const struct event *event);
-/* The probes have these values now: what waits for them begins to count. */
-void scenario_look(const double *probe_values, double now_s);
+/* The probes of an axis have these values now: what waits for them begins to count. */
+void scenario_look(unsigned axis, const double *probe_values, double now_s);
 
 #endif

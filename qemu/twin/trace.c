@@ -47,10 +47,13 @@ static const struct {
 };
 #define FIXED (sizeof fixed / sizeof fixed[0])
 
-static struct recording recording;
-static double *waiting; /* a row, its probes not yet known */
-static bool row_waits, wanted;
-static size_t column_count;
+struct trace {
+    struct recording recording;
+    struct trace_csv *csv;
+    double *waiting; /* a row, its probes not yet known */
+    bool row_waits, wanted;
+    size_t column_count;
+};
 
 static void *room(size_t count, size_t size)
 {
@@ -62,24 +65,24 @@ static void *room(size_t count, size_t size)
     return array;
 }
 
-void trace_open(const char *path, const char *csv_path, const struct probe *probes, size_t probe_count)
+struct trace *trace_open(const char *path, const char *csv_path, const struct probe *probes, size_t probe_count)
 {
-    column_count = FIXED + probe_count;
-    const char **names = room(column_count, sizeof *names);
-    int *decimals = room(column_count, sizeof *decimals); /* stays, with the CSV */
-    waiting = room(column_count, sizeof *waiting);
-    for (size_t n = 0; n < column_count; n++) {
+    struct trace *t = room(1, sizeof *t);
+    t->column_count = FIXED + probe_count;
+    const char **names = room(t->column_count, sizeof *names);
+    int *decimals = room(t->column_count, sizeof *decimals); /* stays, with the CSV */
+    t->waiting = room(t->column_count, sizeof *t->waiting);
+    for (size_t n = 0; n < t->column_count; n++) {
         names[n] = n < FIXED ? fixed[n].name : probes[n - FIXED].name;
         decimals[n] = n < FIXED ? fixed[n].decimals : probes[n - FIXED].scale == 1 ? 0 : 6;
     }
     if (path) {
-        recording_open(&recording, "trace", path, names, column_count);
+        recording_open(&t->recording, "trace", path, names, t->column_count);
     }
-    if (csv_path) {
-        trace_csv_open(csv_path, names, decimals, column_count);
-    }
+    t->csv = csv_path ? trace_csv_open(csv_path, names, decimals, t->column_count) : NULL;
     free(names);
-    wanted = path || csv_path;
+    t->wanted = path || csv_path;
+    return t;
 }
 
 static double *put_phases(double *next, const double phases[3])
@@ -88,12 +91,12 @@ static double *put_phases(double *next, const double phases[3])
     return next + 3;
 }
 
-void trace_row(const struct plant_row *row)
+void trace_row(struct trace *t, const struct plant_row *row)
 {
-    if (!wanted) {
+    if (!t->wanted) {
         return;
     }
-    double *next = waiting;
+    double *next = t->waiting;
     *next++ = sim_recorded_s(row->t_s);
     next = put_phases(next, row->v_mean_v);
     next = put_phases(next, row->i_a);
@@ -113,24 +116,28 @@ void trace_row(const struct plant_row *row)
     *next++ = row->magnet_c;
     next = put_phases(next, row->i_mean_a);
     *next++ = row->hall;
-    row_waits = true;
+    t->row_waits = true;
 }
 
-void trace_complete_row(const double *probe_values)
+void trace_complete_row(struct trace *t, const double *probe_values)
 {
-    if (!row_waits) {
+    if (!t->row_waits) {
         return;
     }
-    row_waits = false;
-    memcpy(waiting + FIXED, probe_values, (column_count - FIXED) * sizeof *probe_values);
-    if (recording_is_open(&recording)) {
-        memcpy(recording_row(&recording), waiting, column_count * sizeof *waiting);
+    t->row_waits = false;
+    memcpy(t->waiting + FIXED, probe_values, (t->column_count - FIXED) * sizeof *probe_values);
+    if (recording_is_open(&t->recording)) {
+        memcpy(recording_row(&t->recording), t->waiting, t->column_count * sizeof *t->waiting);
     }
-    trace_csv_row(waiting);
+    if (t->csv) {
+        trace_csv_row(t->csv, t->waiting);
+    }
 }
 
-void trace_flush(void)
+void trace_flush(struct trace *t)
 {
-    recording_flush(&recording);
-    trace_csv_flush();
+    recording_flush(&t->recording);
+    if (t->csv) {
+        trace_csv_flush(t->csv);
+    }
 }

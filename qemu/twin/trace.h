@@ -8,13 +8,15 @@
 #include "config.h"
 #include "plant.h"
 
+struct trace;
+
 /* Either path may be NULL. A file that cannot be written ends the process with one line. */
-void trace_open(const char *path, const char *csv_path, const struct probe *probes, size_t probe_count);
+struct trace *trace_open(const char *path, const char *csv_path, const struct probe *probes, size_t probe_count);
 /* Keeps the row until the probes that belong to it are known: just before the next one, or at the end. */
-void trace_row(const struct plant_row *row);
+void trace_row(struct trace *t, const struct plant_row *row);
 /* Writes the row that is waiting, with what the probes read now. */
-void trace_complete_row(const double *probe_values);
+void trace_complete_row(struct trace *t, const double *probe_values);
 /* Everything so far reaches the file. Safe in a signal handler. */
-void trace_flush(void);
+void trace_flush(struct trace *t);
 
 #endif

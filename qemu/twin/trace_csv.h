@@ -5,9 +5,11 @@
 
 #include <stddef.h>
 
-void trace_csv_open(const char *path, const char *const *names, const int *decimals, size_t count);
-/* Does nothing without a file. */
-void trace_csv_row(const double *values);
-void trace_csv_flush(void);
+struct trace_csv;
+
+/* `decimals` must stay. A file that cannot be written ends the process with one line. */
+struct trace_csv *trace_csv_open(const char *path, const char *const *names, const int *decimals, size_t count);
+void trace_csv_row(struct trace_csv *t, const double *values);
+void trace_csv_flush(struct trace_csv *t);
 
 #endif

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "axes.h"
 #include "can_bus.h"
 #include "chip.h"
 #include "config.h"
@@ -19,145 +20,35 @@
 #include "dump.h"
 #include "dwt.h"
 #include "envm_board.h"
-#include "fabric_rtl.h"
 #include "gpio.h"
 #include "irqlog.h"
 #include "live.h"
 #include "mmuart.h"
-#include "plant.h"
-#include "probes.h"
 #include "qemu_api.h"
 #include "scenario.h"
 #include "serial_bus.h"
 #include "sysreg.h"
-#include "trace.h"
 #include "watchdog.h"
 
-#define FABRIC_BASE   0x50000000u
-#define FABRIC_BYTES  0x1000u
-#define FABRIC_IRQ0   34
-#define IRQ_EXCEPTION 16 /* of IRQ 0 */
-#define TIMER_BASE    0x40004000u
-#define PROGRESS_NS   50000000
-#define RAD_S_TO_RPM  9.549296585513721
+#define FABRIC_BYTES 0x1000u
+#define TIMER_BASE   0x40004000u
+#define PROGRESS_NS  50000000
 
 static struct config config;
-static struct plant plant;
 static struct watchdog watchdog;
 static struct dwt dwt;
 static struct mmuart_extension mmuart;
 static struct gpio gpio;
-static double *probe_values;
 static FILE *progress;
 static enum reset_cause reset_cause = RESET_SOFT; /* of the reset that comes next */
 static bool fabric_sealed, fabric_hung;
 static bool started;
 
-static struct vm_timer *watchdog_timer, *interrupt_timer, *progress_timer, *end_timer;
-static sim_ps hold_next_interrupt, interrupt_held_until;
-static bool interrupt_blocked, interrupt_level;
+static struct vm_timer *watchdog_timer, *progress_timer, *end_timer;
 
 static sim_ps present(void)
 {
     return vm_now_ns() * SIM_PS_PER_NS;
-}
-
-/* ---- FabricIrq0 ---- */
-
-static void update_interrupt(void)
-{
-    static bool was_wanted;
-    bool wanted = plant.fabric->interrupt, rises = wanted && !was_wanted;
-    was_wanted = wanted;
-    if (rises && hold_next_interrupt) {
-        interrupt_held_until = present() + hold_next_interrupt;
-        hold_next_interrupt = 0;
-        vm_timer_at(interrupt_timer, sim_to_ns_up(interrupt_held_until));
-    }
-    bool level = wanted && !interrupt_blocked && present() >= interrupt_held_until;
-    if (level != interrupt_level) {
-        interrupt_level = level;
-        if (level) {
-            irqlog_line_rose(IRQ_EXCEPTION + FABRIC_IRQ0, present(), plant.fabric->valley_at);
-        }
-        vm_set_interrupt(FABRIC_IRQ0, level);
-    }
-}
-
-static void delay_interrupt(sim_ps delay)
-{
-    hold_next_interrupt = delay;
-}
-
-static void block_interrupt(bool blocked)
-{
-    interrupt_blocked = blocked;
-}
-
-/* ---- keeping the plant at the present ---- */
-
-/* Wakes the plant at a time. Moving a timer is costly, most calls find it in place. */
-struct alarm {
-    struct vm_timer *timer;
-    int64_t armed_ns; /* -1: not armed */
-};
-
-static struct alarm trigger_alarm, conversion_alarm;
-
-static void set_alarm(struct alarm *alarm, sim_ps when)
-{
-    int64_t when_ns = when == SIM_NEVER ? -1 : sim_to_ns_up(when);
-    if (when_ns == alarm->armed_ns) {
-        return;
-    }
-    alarm->armed_ns = when_ns;
-    if (when_ns < 0) {
-        vm_timer_stop(alarm->timer);
-    } else {
-        vm_timer_at(alarm->timer, when_ns);
-    }
-}
-
-/* Both are set a period ahead: a timer that becomes the earliest of all makes QEMU wake the sleeping core for nothing,
- * and with these two in turn neither does. */
-static void schedule(void)
-{
-    set_alarm(&trigger_alarm, plant_next_trigger(&plant));
-    set_alarm(&conversion_alarm, plant_next_conversion_end(&plant));
-}
-
-static void sync_plant(void)
-{
-    plant_advance(&plant, present());
-}
-
-static void plant_changed(void)
-{
-    update_interrupt();
-    schedule();
-}
-
-static void wake(void *alarm)
-{
-    if (alarm) {
-        ((struct alarm *)alarm)->armed_ns = -1;
-    }
-    sync_plant();
-    plant_changed();
-}
-
-static void read_probes(void)
-{
-    probes_read(config.probes, config.probe_count, probe_values);
-}
-
-static void record(void *unused, const struct plant_row *row)
-{
-    (void)unused;
-    read_probes();
-    trace_complete_row(probe_values);
-    trace_row(row);
-    scenario_look(probe_values, row->t_s);
 }
 
 static void reset_by(enum reset_cause cause)
@@ -191,9 +82,9 @@ static void hang_fabric(bool hangs)
 static void note_fabric_reset(bool was_held)
 {
     if (chip_holds_fabric() != was_held) {
-        sync_plant();
-        plant_reset_fabric(&plant);
-        plant_changed();
+        axes_sync();
+        axes_reset_fabric();
+        axes_changed();
     }
 }
 
@@ -235,9 +126,7 @@ static uint32_t fabric_read(void *unused, uint32_t offset)
     if (chip_holds_fabric()) {
         return 0;
     }
-    uint32_t value = plant_read(&plant, offset, present());
-    plant_changed();
-    return value;
+    return axes_read(offset);
 }
 
 static void fabric_write(void *unused, uint32_t offset, uint32_t value)
@@ -247,11 +136,7 @@ static void fabric_write(void *unused, uint32_t offset, uint32_t value)
     if (chip_holds_fabric()) {
         return;
     }
-    plant_write(&plant, offset, value, present());
-    plant_changed();
-    if (offset == PWM_COMPARE_C_OFFSET) {
-        irqlog_pwm_written(cycles_sampled(FABRIC_BASE + offset) + 1 + (uint64_t)config.cycles.apb_write);
-    }
+    axes_write(offset, value);
 }
 
 /* ---- watchdog ---- */
@@ -356,8 +241,8 @@ static void system_reset(void *unused)
     if (!started) {
         return; /* power-on, which attach() has set up */
     }
-    sync_plant();
-    plant_reset_fabric(&plant);
+    axes_sync();
+    axes_reset_fabric();
     envm_board_reset();
     sysreg_reset(reset_cause);
     reset_timers();
@@ -369,17 +254,17 @@ static void system_reset(void *unused)
     can_bus_reset();
     dwt_reset(&dwt);
     core_reset();
-    watchdog_reload(&watchdog, plant.now);
+    watchdog_reload(&watchdog, axes_plant(0)->now);
     watchdog_rearm();
-    interrupt_level = true; /* QEMU's own state is unknown here: make plant_changed() say it */
-    plant_changed();
+    axes_forget_lines();
+    axes_changed();
 }
 
 /* ---- the end, and what is written on the way ---- */
 
 static void flush(void)
 {
-    trace_flush();
+    axes_flush();
     irqlog_flush();
     serial_bus_flush();
     can_bus_flush();
@@ -388,21 +273,11 @@ static void flush(void)
 static void report_progress(void *unused)
 {
     (void)unused;
-    sync_plant();
-    double i_a[3];
-    motor_currents(&plant.motor, i_a);
-    fprintf(progress, "t=%.3f s speed=%.0f rpm i_a=%.2f A i_q=%.2f A bus=%.1f V", sim_to_s(plant.now),
-            plant.motor.speed_rad_s * RAD_S_TO_RPM, i_a[0], plant.motor.i_q_a, plant.inverter.bus_v);
-    read_probes();
-    for (size_t n = 0; n < config.probe_count; n++) {
-        if (strstr(config.probes[n].name, "state") || strstr(config.probes[n].name, "fault")) {
-            fprintf(progress, " %s=%g", config.probes[n].name, probe_values[n]);
-        }
-    }
-    fputc('\n', progress);
+    axes_sync();
+    axes_report(progress);
     fflush(progress);
     flush();
-    plant_changed();
+    axes_changed();
     vm_timer_at(progress_timer, vm_now_ns() + PROGRESS_NS);
 }
 
@@ -414,8 +289,7 @@ static void finish(void)
     }
     finished = true;
     envm_board_keep();
-    read_probes();
-    trace_complete_row(probe_values);
+    axes_complete_rows();
     flush();
     dump_write(config.dumps, config.dump_count);
 }
@@ -423,7 +297,7 @@ static void finish(void)
 static void end_of_run(void *unused)
 {
     (void)unused;
-    sync_plant();
+    axes_sync();
     finish();
     vm_end();
 }
@@ -451,8 +325,8 @@ __attribute__((noreturn)) static void out_of_memory(void)
 
 static void map_devices(void)
 {
-    static const struct vm_region fabric = {"mssfoc-fabric", FABRIC_BASE,  FABRIC_BYTES, 4,
-                                            fabric_read,     fabric_write, NULL};
+    static const struct vm_region fabric = {"mssfoc-fabric", AXES_FABRIC_BASE, FABRIC_BYTES, 4,
+                                            fabric_read,     fabric_write,     NULL};
     static const struct vm_region dog = {"mssfoc-watchdog",     WATCHDOG_BASE, WATCHDOG_BYTES, 4, watchdog_region_read,
                                          watchdog_region_write, NULL};
     static const struct vm_region uart = {
@@ -470,7 +344,7 @@ static void map_devices(void)
     vm_map(&bus);
     can_bus_map();
     vm_map_private(&cycles);
-    envm_board_map(&config.envm, config.plant.seed, power_returns);
+    envm_board_map(&config.envm, config.seed, power_returns);
     for (int n = 0; n < SYSREG_WORDS; n++) {
         bool resets = sysreg_words[n].offset == SYSREG_SOFT_RESET_CR;
         words[n] = (struct vm_region){"mssfoc-sysreg",
@@ -503,7 +377,7 @@ static void attach(void)
     vm_on_reset(system_reset, NULL);
     sysreg_design(SYSREG_WDOGLOAD, config.watchdog_load);
     design_registers();
-    chip_init(&config.chip, config.plant.seed);
+    chip_init(&config.chip, config.seed);
     sysreg_reset(RESET_POWER_ON);
     gpio_reset(&gpio);
     dwt_init(&dwt, config.count_instructions ? cycles_instructions : core_cycles);
@@ -516,9 +390,7 @@ static void start(void)
 {
     started = true;
     envm_board_start(config.envm_path);
-    trigger_alarm = (struct alarm){vm_timer_new(wake, &trigger_alarm), -1};
-    conversion_alarm = (struct alarm){vm_timer_new(wake, &conversion_alarm), -1};
-    interrupt_timer = vm_timer_new(wake, NULL);
+    axes_start();
     watchdog_timer = vm_timer_new(watchdog_expired, NULL);
     watchdog_init(&watchdog, watchdog_bite);
     watchdog_rearm();
@@ -527,9 +399,9 @@ static void start(void)
     }
     serial_bus_open(config.bus_id, config.bus_log_path);
     can_bus_open(config.can_id, config.can_slcan, config.can_log_path);
-    const struct scenario_board board = {&plant,           sync_plant,           plant_changed, delay_interrupt,
-                                         block_interrupt,  envm_board_power_cut, reset_by,      put_back,
-                                         vm_set_interrupt, seal_fabric,          hang_fabric,   end_now};
+    const struct scenario_board board = {
+        axes_plant, axes_sync, axes_changed,     axes_delay_interrupt, axes_block_interrupt, envm_board_power_cut,
+        reset_by,   put_back,  vm_set_interrupt, seal_fabric,          hang_fabric,          end_now};
     if (!scenario_start(&config, &board)) {
         out_of_memory();
     }
@@ -548,11 +420,6 @@ static void start(void)
 
 static void open_outputs(void)
 {
-    probe_values = calloc(config.probe_count + 1, sizeof *probe_values);
-    if (!probe_values) {
-        out_of_memory();
-    }
-    trace_open(config.trace_path, config.csv_path, config.probes, config.probe_count);
     dump_open(config.dumps, config.dump_count);
     if (config.progress_path && !(progress = fopen(config.progress_path, "w"))) {
         fprintf(stderr, "mssfoc twin: progress %s: %s\n", config.progress_path, strerror(errno));
@@ -572,10 +439,7 @@ int qemu_plugin_install(uint64_t id, const void *info, int argc, char **argv)
     }
     vm_resolve();
     config_load(&config, argv[0] + strlen(option), false);
-    config.plant.fabric =
-        config.fabric_path ? fabric_rtl_open(config.fabric_path, &config.plant.sensors, config.plant.seed) : NULL;
-    plant_init(&plant, &config.plant);
-    plant.on_trigger = record;
+    axes_init(&config);
     open_outputs();
     signal(SIGABRT, aborted);
     vm_on_exit(id, finish);

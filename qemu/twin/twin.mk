@@ -17,7 +17,7 @@ TWIN_PHYSICS := motor motor_step motor_params motor_field motor_map slots shaft 
 TWIN_PLUGIN := qemu_symbols qemu_plugin qemu_memory qemu_machine qemu_chardev qemu_registers qemu_sleep core cycles \
     cycles_cache cycles_decode cycles_fetch cycles_price cycles_rules cycles_table irqlog irqpath reach dump dwt \
     can_bus watchdog sysreg chip mmuart serial_bus gpio trace trace_csv recording probes console scenario live lines \
-    envm_board fabric_rtl rtl_clock rtl_ahead twin
+    envm_board fabric_rtl rtl_clock rtl_ahead axes twin
 
 TWIN_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) $(TWIN_PLUGIN))
 MODELCHECK_OBJECTS := $(patsubst %,$(BUILD)/qemu/twin/%.o,$(TWIN_PHYSICS) \
