@@ -24,8 +24,8 @@
  *   axis 1|2                                                                      (whose the lines from here on are)
  *
  * Without a line `axis` there is one. With `axis 2` the fabric has two, each with a motor, load, inverter and sensors, a trace
- * and probes of its own; an event that concerns the motor, or what is between it and the fabric, concerns that axis'. All other
- * lines and events are of the device and may stand under either.
+ * and probes of its own; an event that concerns the motor, or what is between it and the fabric, concerns that axis'. The event
+ * `end` ends the run once each axis has had its own. All other lines and events are of the device and may stand under either.
  */
 #ifndef TWIN_CONFIG_H
 #define TWIN_CONFIG_H

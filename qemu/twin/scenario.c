@@ -321,7 +321,7 @@ static void play(const struct event *e)
         board.power_cut();
         break;
     case EVENT_END:
-        board.end();
+        board.end(e->axis);
         break;
     case EVENT_FABRIC_OTHER:
         disguise_all(e->on);

@@ -24,7 +24,7 @@ struct scenario_board {
     void (*interrupt)(int number, bool level); /* of the MSS */
     void (*seal_fabric)(bool);                 /* whoever touches it ends the run */
     void (*hang_fabric)(bool);                 /* an access never ends, so the watchdog does */
-    void (*end)(void);                         /* of the run */
+    void (*end)(unsigned axis);                /* of its part of the run */
 };
 
 /* False if there is no memory for it. */

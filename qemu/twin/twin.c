@@ -310,9 +310,14 @@ static void aborted(int number)
     raise(number);
 }
 
-static void end_now(void)
+/* The run has ended when all axes have. */
+static void end_axis(unsigned axis)
 {
-    end_of_run(NULL);
+    static unsigned ended;
+    ended |= 1u << axis;
+    if (ended == (1u << config.axes) - 1) {
+        end_of_run(NULL);
+    }
 }
 
 __attribute__((noreturn)) static void out_of_memory(void)
@@ -401,7 +406,7 @@ static void start(void)
     can_bus_open(config.can_id, config.can_slcan, config.can_log_path);
     const struct scenario_board board = {
         axes_plant, axes_sync, axes_changed,     axes_delay_interrupt, axes_block_interrupt, envm_board_power_cut,
-        reset_by,   put_back,  vm_set_interrupt, seal_fabric,          hang_fabric,          end_now};
+        reset_by,   put_back,  vm_set_interrupt, seal_fabric,          hang_fabric,          end_axis};
     if (!scenario_start(&config, &board)) {
         out_of_memory();
     }
