@@ -159,27 +159,48 @@ def _add_campaign(commands):
 
 
 def _run(options):
-    from .paths import shown
-    from .plot import draw
     from .qemu import ProgressLine
-    from .refusals import complaint
-    from .report import print_report, write_json
     from .simulate import DEFAULT_MOTOR, DEFAULT_SCENARIO, simulate
 
-    motor, scenario = options.motor or DEFAULT_MOTOR, options.scenario or DEFAULT_SCENARIO
-    progress = ProgressLine(f"{scenario} on {motor}")
-    result = simulate(scenario, motor, options.seed, options.out, options.build, options.qemu, show=progress, csv=True,
-                      can=options.can, **_plant(options))
+    motors = _names(options.motor or DEFAULT_MOTOR, "MOTOR")
+    scenarios = _names(options.scenario or DEFAULT_SCENARIO, "SCENARIO")
+    if len(scenarios) > len(motors):
+        raise LauncherError("SCENARIO names two, MOTOR one: each of two motors may have a scenario of its own")
+    scenarios = scenarios * len(motors) if len(scenarios) == 1 else scenarios
+    progress = ProgressLine(", ".join(f"{scenario} on {motor}" for scenario, motor in zip(scenarios, motors)))
+    second = {"motor": motors[1], "scenario": scenarios[1]} if len(motors) == 2 else None
+    result = simulate(scenarios[0], motors[0], options.seed, options.out, options.build, options.qemu, show=progress, csv=True,
+                      can=options.can, second=second, **_plant(options))
     progress.done()
-    write_json(result, result.out_dir / "report.json")
-    draw(result, result.out_dir / "run.png")
-    (result.out_dir / "trace.bin").unlink()  # trace.csv has the same
-    print_report(result, print)
-    print(f"written: {', '.join(shown(result.out_dir / name) for name in ('trace.csv', 'report.json', 'run.png'))}")
-    refused = complaint(result.figures)
-    if refused:
+    return _report_all([result, result.second] if second else [result])
+
+
+def _report_all(results):
+    """Of each motor what a person reads and what is kept; the exit status."""
+    from .paths import shown
+    from .plot import draw
+    from .refusals import complaint
+    from .report import print_report, write_json
+
+    for number, result in enumerate(results, 1):
+        write_json(result, result.out_dir / "report.json")
+        draw(result, result.out_dir / "run.png")
+        (result.out_dir / "trace.bin").unlink()  # trace.csv has the same
+        print_report(result, print, f"axis {number}: " if len(results) > 1 else "")
+        print(f"written: {', '.join(shown(result.out_dir / name) for name in ('trace.csv', 'report.json', 'run.png'))}")
+        if number < len(results):
+            print()
+    for refused in filter(None, (complaint(result.figures) for result in results)):
         print(f"mssfoc: {refused}", file=sys.stderr)
-    return 0 if result.passed else 1
+    return 0 if all(result.passed for result in results) else 1
+
+
+def _names(text, variable):
+    """One or two of them, separated by blanks; a path may have blanks."""
+    names = [text] if Path(text).is_file() else text.split()
+    if len(names) > 2:
+        raise LauncherError(f"{variable} names {len(names)}, but the image drives two motors at most")
+    return names
 
 
 STARTS = ("found", "aligned")

@@ -23,7 +23,8 @@ _NUMBERS = {(1, False): "u8", (1, True): "s8", (2, False): "u16", (2, True): "s1
 def described(elf_path):
     """{"producer": text, "functions": {name: address}, "variables": {name: [address, type]}, "enums": {tag: [[value, name]]},
     "segments": [[address, base64]], "types": [...]}; a type is an index into "types", or None. A type has "size" (bytes or
-    None), "number" ("s32", ... or ""), "members" ({name: [offset, type]}) and "element" (type of an array's elements).
+    None), "number" ("s32", ... or ""), "members" ({name: [offset, type]}), "element" (type of an array's elements) and "count"
+    (of them, or None).
     """
     try:
         content = Path(elf_path).read_bytes()
@@ -131,12 +132,13 @@ class _Reader:
         if die.offset not in self._known:
             self._known[die.offset] = len(self._types)
             size = die.attributes.get("DW_AT_byte_size")
-            entry = {"size": size.value if size else None, "number": _number(die), "members": {}, "element": None}
+            entry = {"size": size.value if size else None, "number": _number(die), "members": {}, "element": None,
+                     "count": None}
             self._types.append(entry)
             if die.tag in ("DW_TAG_structure_type", "DW_TAG_union_type"):
                 entry["members"] = self._members(die)
             elif die.tag == "DW_TAG_array_type":
-                entry["element"] = self._type(die)
+                entry["element"], entry["count"] = self._type(die), _count(die)
         return self._known[die.offset]
 
     def _members(self, die):
@@ -159,6 +161,13 @@ def _number(die):
     if size is None or (die.tag != "DW_TAG_enumeration_type" and encoding not in _SIGNED_ENCODINGS + _UNSIGNED_ENCODINGS):
         return ""
     return _NUMBERS.get((size.value, encoding in _SIGNED_ENCODINGS), "")
+
+
+def _count(die):
+    """Of an array's elements; None where it is not said."""
+    ranges = [child.attributes for child in die.iter_children() if child.tag == "DW_TAG_subrange_type"]
+    bound = ranges[0].get("DW_AT_upper_bound") if ranges else None
+    return bound.value + 1 if bound is not None and isinstance(bound.value, int) else None
 
 
 def _enumerators(die):

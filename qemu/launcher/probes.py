@@ -4,6 +4,7 @@
 The image has no code for this. The twin reads the memory at these addresses once a PWM period.
 """
 import base64
+import copy
 import re
 from dataclasses import dataclass
 
@@ -12,6 +13,9 @@ import numpy as np
 from .dwarf import described
 from .errors import LauncherError
 from .paths import shown
+
+
+FIRST_AXIS = "axes[0]"
 
 
 @dataclass
@@ -41,6 +45,18 @@ class Symbols:
         self._functions, self._variables, self._types = known["functions"], known["variables"], known["types"]
         self._enums = known["enums"]
         self._segments = [(start, base64.b64decode(data)) for start, data in known["segments"]]
+        self._axis = 0
+
+    @property
+    def axes(self):
+        """How many motors the image drives."""
+        return 2 if self.of_axis(1).find(FIRST_AXIS) else 1
+
+    def of_axis(self, axis):
+        """The same image, in which axes[0] means this one of its axes, from 0."""
+        view = copy.copy(self)
+        view._axis = axis
+        return view
 
     def _bytes(self, address, size):
         """What the image loads there, or None."""
@@ -55,6 +71,8 @@ class Symbols:
 
     def find(self, name):
         """The Variable of a dotted name, or None when the image has none of that name."""
+        if name.startswith(FIRST_AXIS):
+            name = f"axes[{self._axis}]{name[len(FIRST_AXIS):]}"
         head, *members = name.replace("[", ".[").split(".")
         if head not in self._variables:
             return None
@@ -104,6 +122,9 @@ class Symbols:
         element = None if kind is None else self._types[kind]["element"]
         size = None if element is None else self._types[element]["size"]
         if size is None or not index_text[1:-1].isdigit():
+            return None
+        count = self._types[kind]["count"]
+        if count is not None and int(index_text[1:-1]) >= count:
             return None
         return int(index_text[1:-1]) * size, element
 

@@ -94,14 +94,16 @@ def _ask(path, *arguments):
 FABRICS = {"model": None, "rtl": "fabric/axis.so"}
 
 
-def fabric_files(fabric, build, drive):
+def fabric_files(fabric, build, *drives):
     """The item of the twin's configuration for FABRIC=model or rtl."""
     if fabric not in FABRICS:
         raise LauncherError(f"FABRIC '{fabric}' is neither model, the twin's C models, nor rtl, the verilated RTL")
-    if FABRICS[fabric] is None and drive.inverter["sensor"]["modulators"]:
+    if FABRICS[fabric] is None and any(drive.inverter["sensor"]["modulators"] for drive in drives):
         raise LauncherError("isolated modulators (SENSORS, [sensor] modulators) need FABRIC=rtl: the C models have none")
     if FABRICS[fabric] is None:
         return {}
+    if len(drives) > 1:
+        raise LauncherError(f"FABRIC={fabric} has one axis only: two motors need FABRIC=model")
     library = build / FABRICS[fabric]
     if not library.is_file():
         raise LauncherError(f"{shown(library)} is missing: run make axis first (needs verilator and g++)")

@@ -12,10 +12,10 @@ from .paths import REPO
 from .simulate import write
 
 
-def print_report(result, out):
-    """The report in engineering units, one line a figure."""
+def print_report(result, out, whose=""):
+    """The report in engineering units, one line a figure; `whose` begins the title where there are several."""
     drive, rating = result.drive, result.drive.motor["rating"]
-    out(f"{result.scenario.title}")
+    out(f"{whose}{result.scenario.title}")
     out(f"  motor     {drive.motor.name}: {rating['rated_torque_nm']:g} N m, {rating['rated_current_a']:g} A peak,"
         f" {rating['rated_speed_rpm']:g} rpm, {drive.motor['electrical']['pole_pairs']} pole pairs")
     out(f"  inverter  {drive.inverter.name}, {drive.inverter['supply']['vbus_v']:g} V")

@@ -4,28 +4,26 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
+from .axis import Axis
 from .claim import claim
 from .config import twin_config
 from .data import load_motor
 from .drive import load_drive
 from .errors import LauncherError
 from .figures import measure
-from .kind import Run
-from .load import CURRENT_LOOP, cpu_load, load_irqlog
-from .params import check_ranges, ranges_of
+from .load import cpu_load, load_irqlog
 from .paths import build_dir, shown
-from .probes import Symbols, add_belief, code_of, make_probes
+from .probes import Symbols
 from .qemu import (CAN_DESIGN, Image, Qemu, can_chardev, chip_items, command, envm_files, escape, fabric_files,
                    run_to_end)
 from .refusals import NAME, judge, typed
-from .scenario import load_scenario
-from .trace import add_truth, load_trace
+from .transcript import of_axis
 
 DEFAULT_MOTOR = "teknic_m2310p"
 DEFAULT_SCENARIO = "default"
 SEED_MAX = 2**32 - 1
+SECOND_FOLDER = "axis2"
+SEED_OF_SECOND = 2**31  # the other bits of it are the same: two motors of a kind differ in what is drawn of them
 
 
 @dataclass
@@ -45,6 +43,7 @@ class Result:
     load: object
     irqlog: Path
     claim: object  # of out_dir: no other process writes there while this is kept
+    second: object = None  # the Result of axis 2, if there is one
 
     @property
     def passed(self):
@@ -66,7 +65,7 @@ def check_seed(seed):
 def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=None, build=None, qemu=None, overrides=None,
              show=None, dumps=None, cycles=None, way_of=None, plant="full", spread=1, detune="", csv=False,
              start_angle=None, fabric="model", aligned=False, sensors="", envm="", envm_model=None, chip="",
-             wired="", can=""):
+             wired="", can="", second=None):
     """Plays a scenario and measures it.
 
     scenario   name of a file in qemu/scenarios, path to one, or a dict of the same form
@@ -88,64 +87,65 @@ def simulate(scenario=DEFAULT_SCENARIO, motor=DEFAULT_MOTOR, seed=1, out_dir=Non
     envm_model {"program_s": 0.01, ...}: how its eNVM behaves, where not as the twin's defaults (qemu/twin/envm.c)
     chip       m2s010 or m2s025 (default: $CHIP or m2s010); wired: how its design has the fabric's reset (qemu/twin/chip.h)
     csv        whether the trace is to be had as text as well, in trace.csv
+    second     {"motor": ..., "scenario": ...} of axis 2, for an image of two: Result.second is what came of it. All else holds
+               for both but for overrides, start_angle and dumps, and its files go to axis2/ in out_dir
     show       called as it goes, with the simulated seconds done and planned: a late start makes a run longer
     """
     seed = check_seed(seed)
-    drive = load_drive(motor, with_start_angle(overrides, motor, start_angle), plant, spread, seed, detune, aligned, sensors)
-    plan = load_scenario(scenario, drive)
-    build = build_dir(build)
-    checked_qemu = Qemu(qemu)
+    out_dir = Path(out_dir) if out_dir else build_dir(build) / "run"
+    how = {"plant": plant, "spread": spread, "detune": detune, "aligned": aligned, "sensors": sensors}
+    drive = load_drive(motor, with_start_angle(overrides, motor, start_angle), seed=seed, **how)
+    build, checked_qemu = build_dir(build), Qemu(qemu)
     image = Image(build)
     symbols = Symbols(image.elf)
-    check_ranges(drive, ranges_of(symbols))
-    probes, enums = make_probes(symbols, drive)
-    out_dir = Path(out_dir) if out_dir else build / "run"
+    check_axes(symbols, 2 if second else 1)
+    axes = [Axis(0, drive, scenario, symbols, out_dir)]
+    if second:
+        other = load_drive(second["motor"], seed=seed ^ SEED_OF_SECOND, **how)
+        axes.append(Axis(1, other, second["scenario"], symbols.of_axis(1), out_dir / SECOND_FOLDER))
+    plans = [axis.plan for axis in axes]
+    items = {**fabric_files(fabric, build, *(axis.drive for axis in axes)), **envm_files(envm)}
     held = claim(out_dir)
-    files = prepare(out_dir)
+    files = prepare_all(out_dir, axes, csv)
     config = out_dir / "twin.cfg"
     kept = [(address, size, (out_dir / name).resolve()) for name, (address, size) in (dumps or {}).items()]
-    written = {key: files[key] for key in ("trace", "progress", "irqlog", "bus_log", "can_log", *(["csv"] if csv else []))}
-    written.update(fabric_files(fabric, build, drive))
-    written.update(envm_files(envm))
     can_options, can_items = can_chardev(can)
-    written.update(can_items or (CAN_DESIGN if any(step.kind.startswith("can") for step in plan.steps) else {}))
-    written.update(chip_items(chip, wired))
-    written.update({f"envm.{key}": value for key, value in (envm_model or {}).items()})
+    by_can = any(step.kind.startswith("can") for plan in plans for step in plan.steps)
+    written = {**axes[0].files, **{key: files[key] for key in ("progress", "irqlog", "bus_log", "can_log")}, **items,
+               **(can_items or (CAN_DESIGN if by_can else {})), **chip_items(chip, wired),
+               **{f"envm.{key}": value for key, value in (envm_model or {}).items()}}
     way = (way_of, (out_dir / "irqpath.csv").resolve()) if way_of else None
-    write(config, twin_config(drive, plan, seed, probes, written, symbols, kept, cycles, way, enums))
+    write(config, twin_config(drive, plans[0], seed, axes[0].probes, written, symbols, kept, cycles, way, axes[0].enums,
+                              *axes[1:]))
     console = f"file,id=console,path={escape(files['console'])}"
-    run_to_end(command(checked_qemu, image, config, console, can_options), checked_qemu.environment(), plan.end_s,
-               files["progress"], files["log"], show)
-    trace = load_trace(files["trace"])
-    plan = as_held(plan, scenario, drive, trace, enums)
-    if trace["t_s"][-1] < plan.end_s - 2e-3 and not plan.may_end_early:
-        raise LauncherError(f"the run ended at {trace['t_s'][-1]:.4f} s instead of {plan.end_s:g} s"
-                            f" (see {shown(files['log'])})")
-    check_numbers(trace)
-    add_truth(trace, drive.motor["electrical"]["pole_pairs"])
-    add_belief(trace)
+    run_to_end(command(checked_qemu, image, config, console, can_options), checked_qemu.environment(),
+               max(plan.end_s for plan in plans), files["progress"], files["log"], show)
     text = files["console"].read_text(errors="replace").replace("\r\n", "\n").replace("\r", "\n")
     log = load_irqlog(files["irqlog"])
-    finished = Run(trace, text, drive, enums, plan.names, plan.steps, log["t_s"][log["exception"] == CURRENT_LOOP])
-    figures = measure(plan, finished)
-    figures[NAME] = judge(plan, finished, typed(plan, drive))
-    load = cpu_load(log, finished.pwm_period_s)
-    return Result(trace, text, figures, enums, drive, plan, seed, out_dir, checked_qemu, symbols, load, files["irqlog"], held)
+    runs = [axis.finished(of_axis(text, axis.number) if second else text, log, files["log"], second) for axis in axes]
+    load = cpu_load(log, runs[0].pwm_period_s)
+    results = [Result(run.trace, run.console, figures_of(axis.plan, run), axis.enums, axis.drive, axis.plan, seed, axis.folder,
+                      checked_qemu, axis.symbols, load, files["irqlog"], held) for axis, run in zip(axes, runs)]
+    results[0].second = results[1] if second else None
+    return results[0]
 
 
-def as_held(plan, scenario, drive, trace, enums):
-    """The plan with the instants at which its holds were over. The twin sees a state when the row after its own begins."""
-    held_s = {}
-    for hold in plan.holds:
-        row = 0
-        for state in hold.states:
-            found = np.flatnonzero(trace["state"][row:] == code_of(enums["state"], state))
-            if len(found) == 0:
-                break
-            row += int(found[0])
-        else:
-            held_s[hold.label] = float(trace["t_s"][min(row + 1, len(trace["t_s"]) - 1)])
-    return load_scenario(scenario, drive, held_s) if held_s else plan
+def check_axes(symbols, wanted):
+    """An image of two motors does not start with one, and the other way round."""
+    if symbols.axes == wanted:
+        return
+    image = shown(symbols.path)
+    if wanted == 2:
+        raise LauncherError(f"{image} drives one motor, but two are named: make AXES=2 builds an image for two")
+    raise LauncherError(f"{image} drives two motors, but one is named: MOTOR=\"a b\" names two, make AXES=1 builds an image"
+                        " for one")
+
+
+def figures_of(plan, run):
+    """What the scenario measures, and whether the drive has refused anything."""
+    figures = measure(plan, run)
+    figures[NAME] = judge(plan, run, typed(plan, run.drive))
+    return figures
 
 
 def with_start_angle(overrides, motor, degrees):
@@ -155,13 +155,6 @@ def with_start_angle(overrides, motor, degrees):
     angle_rad = math.radians(degrees % 360) / load_motor(motor)["electrical"]["pole_pairs"]
     of_motor = (overrides or {}).get("motor", {})
     return {**(overrides or {}), "motor": {**of_motor, "start": {"initial_angle_rad": angle_rad}}}
-
-
-def check_numbers(trace):
-    """A plant that has left the numbers is a defect of the twin: no figure of such a run means anything."""
-    bad = np.flatnonzero(~np.isfinite(trace["i_a_A"] + trace["speed_rad_s"] + trace["vbus_V"]))
-    if len(bad):
-        raise LauncherError(f"the simulated plant has no numbers any more from {trace['t_s'][bad[0]]:.6f} s on")
 
 
 def prepare(out_dir):
@@ -176,6 +169,17 @@ def prepare(out_dir):
     except OSError as error:
         raise LauncherError(f"cannot write to {shown(out_dir)}: {error.strerror}") from error
     return {key: path.resolve() for key, path in files.items()}
+
+
+def prepare_all(out_dir, axes, csv):
+    """The same for each axis in its own folder, and for what an earlier run has left of a second one."""
+    files = prepare(out_dir)
+    for axis in axes:
+        of_axis = prepare(axis.folder) if axis.number else files
+        axis.files = {key: of_axis[key] for key in ("trace", *(["csv"] if csv else []))}
+    if len(axes) == 1 and (out_dir / SECOND_FOLDER).is_dir():
+        prepare(out_dir / SECOND_FOLDER)
+    return files
 
 
 def write(path, text):

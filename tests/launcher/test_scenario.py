@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from launcher import LauncherError
+from launcher.axis import as_held
 from launcher.config import twin_config
 from launcher.data import MOTORS, available
 from launcher.drive import load_drive
@@ -13,7 +14,6 @@ from launcher.kind import Run
 from launcher.paths import SCENARIOS
 from launcher.refusals import judge, refusals, typed
 from launcher.scenario import HOLD_MORE, load_scenario
-from launcher.simulate import as_held
 from launcher.trace import Trace
 
 TEKNIC = "teknic_m2310p"
