@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The drive's commands: checked here, in the thread, and carried out by the next step of the state machine. */
 #include "firmware/drive/requests.h"
+
+#include <stddef.h>
+
 #include "drivers/cortex/cpu.h"
 #include "firmware/drive/drive.h"
 #include "firmware/monitor/device.h"
@@ -70,6 +73,9 @@ struct outcome drive_identify(struct axis *a)
     }
     if (drive_state_forbids_on(a) != ERROR_NONE) {
         return outcome_of(drive_state_forbids_on(a));
+    }
+    if (a->beside != NULL && a->beside->identify.running) {
+        return outcome_of(ERROR_IDENTIFY_BESIDE); /* the slow loop has no time for both */
     }
     struct outcome problem = identify_begin(&a->identify, &a->params);
     if (problem.error != ERROR_NONE) {

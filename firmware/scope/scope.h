@@ -21,7 +21,7 @@
 #include "firmware/settings/error.h"
 
 #ifndef SCOPE_WORDS
-#define SCOPE_WORDS (AXIS_COUNT == 1u ? 4096u : 1024u) /* a second axis takes the room */
+#define SCOPE_WORDS (AXIS_COUNT == 1u ? 4096u : 768u) /* a second axis takes the room */
 #endif
 #define SCOPE_EVERY_MOST 40000u /* one sample a second, at 40 kHz */
 

@@ -116,6 +116,7 @@ enum error {
     ERROR_SAVE_BESIDE_ON = 91,  /* the other axis off and at rest first */
     ERROR_AXIS_RANGE = 92,      /* a number that there is */
     ERROR_SCOPE_ELSEWHERE = 93, /* `axis` with this axis' number first: the scope goes with it */
+    ERROR_IDENTIFY_BESIDE = 94, /* wait for its end, or the other axis off */
     ERROR_COUNT
 };
 

@@ -127,14 +127,28 @@ const struct loop_handlers handlers_of_axes[AXIS_COUNT] = {
 #endif
 };
 
+/*
+ * Two axes have every second interrupt each, half a millisecond apart: one behind the other, the second would begin when the
+ * first is done, which is not the same time each millisecond, and would miss conversions or find too many.
+ */
+static uint32_t next_turn(void)
+{
+    static uint32_t turn;
+    if (AXIS_COUNT > 1u) {
+        turn = (turn + 1u) % AXIS_COUNT;
+    }
+    return turn;
+}
+
 void Timer1_IRQHandler(void)
 {
+    struct axis *const a = &axes[next_turn()];
     mss_timer1_acknowledge();
-    watch_device();
-    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        drive_step(&axes[n]);
+    if (a == &axes[0]) {
+        watch_device();
     }
-    if (FEATURE_IN(SCOPE)) {
+    drive_step(a);
+    if (FEATURE_IN(SCOPE) && scope.axis == a) {
         scope_step(&scope);
     }
 }
@@ -172,7 +186,7 @@ void handlers_start_slow_loop(void)
 {
     nvic_priority(BOARD_IRQ_TICK, CONFIG_PRIORITY_SLOW_LOOP);
     nvic_enable(BOARD_IRQ_TICK);
-    mss_timer1_start_periodic(BOARD_MSS_TIMER_HZ / CONFIG_SLOW_HZ);
+    mss_timer1_start_periodic(BOARD_MSS_TIMER_HZ / (CONFIG_SLOW_HZ * AXIS_COUNT));
 }
 
 void handlers_watch_device(void)
