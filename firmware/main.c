@@ -55,12 +55,12 @@ static void start_can(const struct slots *slots)
 {
     nvic_priority(BOARD_IRQ_CAN, CONFIG_PRIORITY_CAN);
     nvic_enable(BOARD_IRQ_CAN);
-    canopen_start(&canopen, &can, &axes[0], slots);
+    canopen_start(&canopen, &can, axes, slots);
 }
 
 static void start_bus(const struct slots *slots)
 {
-    modbus_start(&modbus, &bus, &axes[0], slots);
+    modbus_start(&modbus, &bus, axes, slots);
     nvic_priority(BOARD_IRQ_BUS, CONFIG_PRIORITY_BUS);
     nvic_priority(BOARD_IRQ_RELEASE, CONFIG_PRIORITY_BUS);
     nvic_enable(BOARD_IRQ_BUS);

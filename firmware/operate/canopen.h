@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The drive as a node of CANopen (CiA 301 4.2) with the profile of drives (cia402.h). All of it in the thread; the CAN
- * interrupt only fills and empties the driver's queues. Parameters can_node, can_kbit, can_recover take effect at once.
+ * The drive as a node of CANopen (CiA 301 4.2) with the profile of drives (cia402.h), all axes in one dictionary. All of it in
+ * the thread; the CAN interrupt only fills and empties the driver's queues. Parameters can_node, can_kbit, can_recover of the
+ * first axis take effect at once.
  */
 #ifndef FIRMWARE_OPERATE_CANOPEN_H
 #define FIRMWARE_OPERATE_CANOPEN_H
@@ -43,16 +44,17 @@ struct canopen_sdo {
 
 struct canopen {
     struct can *can;
-    struct bus_drive drive;
+    struct bus_drive drives[AXIS_COUNT];
     int32_t node, kbit, recover; /* as they are in effect */
     enum nmt_state state;
     uint32_t beat_ms;  /* when the last heartbeat was sent, */
     uint32_t heard_ms; /* and when the master's was heard */
     bool beats;        /* the master's heartbeat has been heard */
-    bool lost_heartbeat, lost_nmt, was_off;
-    uint32_t faults;       /* of the axis, that were told */
-    uint32_t fault;        /* that is told and has not been cleared, enum fault */
-    uint32_t emergency_ms; /* when the last was sent */
+    bool lost_heartbeat, was_off;
+    bool lost_nmt[AXIS_COUNT];
+    uint32_t faults[AXIS_COUNT]; /* of the axis, that were told */
+    uint32_t fault[AXIS_COUNT];  /* that is told and has not been cleared, enum fault */
+    uint32_t emergency_ms;       /* when the last was sent */
     struct canopen_sdo sdo;
     /* objects */
     uint8_t error_register, errors;
@@ -62,8 +64,8 @@ struct canopen {
     struct canopen_pdo rpdo[CANOPEN_PDOS_EACH], tpdo[CANOPEN_PDOS_EACH];
 };
 
-/* Joins the bus if can_node is not 0. Once, when the axis has been initialised. */
-void canopen_start(struct canopen *c, struct can *can, struct axis *axis, const struct slots *slots);
+/* Joins the bus if can_node is not 0. Once, when the axes have been initialised: AXIS_COUNT of them, and of places to store. */
+void canopen_start(struct canopen *c, struct can *can, struct axis *axes, const struct slots *slots);
 
 /* Serves the bus; call it whenever there is time. Takes as long as `on` if requested to enable operation. */
 void canopen_poll(struct canopen *c);

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/canopen_objects.h"
 #include "firmware/operate/canopen_parts.h"
 #include "firmware/settings/config.h"
 
@@ -84,12 +83,15 @@ static uint32_t row_value(struct canopen *c, const struct row *r, uint32_t index
     return r->access == CONST ? r->at : canopen_get(bytes_of(c, r, index), canopen_bytes((enum object_type)r->type));
 }
 
-static uint32_t drive_value(const struct canopen *c, const struct object_place *place)
+static bool is_action(const struct object_place *place)
 {
-    const bool action =
-        place->kind == PLACE_OBJECT && (place->number == OBJECT_store || place->number == OBJECT_restore);
-    const struct object_view view = object_view(&c->drive);
-    return action ? 1u : object_get(&view, place); /* both are done on command */
+    return place->kind == PLACE_OBJECT && (place->number == OBJECT_store || place->number == OBJECT_restore);
+}
+
+static uint32_t drive_value(const struct canopen *c, const struct object_place *place, uint32_t index)
+{
+    const struct object_view view = object_view(&c->drives[canopen_axis(index)]);
+    return is_action(place) ? 1u : canopen_value(&view, place, index); /* both are done on command */
 }
 
 uint32_t canopen_read(struct canopen *c, uint32_t index, uint32_t subindex, struct canopen_value *v)
@@ -109,7 +111,7 @@ uint32_t canopen_read(struct canopen *c, uint32_t index, uint32_t subindex, stru
         return absent(index);
     }
     v->type = object_type(&place);
-    v->value = drive_value(c, &place);
+    v->value = drive_value(c, &place, index);
     return 0u;
 }
 
@@ -134,13 +136,34 @@ uint32_t canopen_writable(struct canopen *c, uint32_t index, uint32_t subindex, 
 /* What keeps the node on the bus stays: CiA 301 has the initial values take effect only behind the next reset. */
 static void keep_node(struct canopen *c)
 {
-    struct params *const p = &c->drive.axis->params;
+    struct params *const p = &c->drives[0].axis->params;
     p->can_node = c->node;
     p->can_kbit = c->kbit;
     p->can_recover = c->recover;
 }
 
-static uint32_t write_drive(struct canopen *c, const struct object_place *place, uint32_t value)
+static enum object_refusal write_axis(struct bus_drive *d, const struct object_place *place, uint32_t value)
+{
+    struct object_change change;
+    object_begin(&change, d);
+    const enum object_refusal wrong = object_change(&change, place, canopen_signed(value, object_type(place)));
+    return wrong == OBJECT_FINE ? object_commit(&change, d) : wrong;
+}
+
+/* All axes store and restore at once: none if one of them is on, and those behind one that cannot do not. */
+static enum object_refusal act_on_all(struct canopen *c, const struct object_place *place, uint32_t value)
+{
+    enum object_refusal wrong = OBJECT_FINE;
+    for (uint32_t n = 1; n < AXIS_COUNT; n++) { /* the first looks itself */
+        wrong = drive_is_off(c->drives[n].axis) ? wrong : OBJECT_BAD_STATE;
+    }
+    for (uint32_t n = 0; wrong == OBJECT_FINE && n < AXIS_COUNT; n++) {
+        wrong = write_axis(&c->drives[n], place, value);
+    }
+    return wrong;
+}
+
+static uint32_t write_drive(struct canopen *c, const struct object_place *place, uint32_t index, uint32_t value)
 {
     static const uint32_t aborts[] = {
         [OBJECT_FINE] = 0u,
@@ -150,12 +173,8 @@ static uint32_t write_drive(struct canopen *c, const struct object_place *place,
         [OBJECT_NO_CODE_WORD] = SDO_NOT_STORED,
         [OBJECT_BAD_STATE] = SDO_DEVICE_STATE,
     };
-    struct object_change change;
-    object_begin(&change, &c->drive);
-    enum object_refusal wrong = object_change(&change, place, canopen_signed(value, object_type(place)));
-    if (wrong == OBJECT_FINE) {
-        wrong = object_commit(&change, &c->drive);
-    }
+    const enum object_refusal wrong =
+        is_action(place) ? act_on_all(c, place, value) : write_axis(&c->drives[canopen_axis(index)], place, value);
     if (wrong == OBJECT_FINE && place->kind == PLACE_OBJECT && place->number == OBJECT_restore) {
         keep_node(c);
     }
@@ -202,7 +221,7 @@ uint32_t canopen_write(struct canopen *c, uint32_t index, uint32_t subindex, uin
     const struct row *const r = row_of(index, subindex);
     const struct object_place place = canopen_place(index, subindex);
     if (r == NULL) {
-        return write_drive(c, &place, value);
+        return write_drive(c, &place, index, value);
     }
     const uint32_t wrong = check_row(c, index, subindex, value);
     if (wrong != 0u) {

@@ -42,18 +42,34 @@ void canopen_emergency(struct canopen *c, uint32_t code, uint32_t detail)
     }
 }
 
-/* Detail: the fault's number, as Modbus's register `fault` has it. */
-void canopen_watch_faults(struct canopen *c)
+/* Of all that is told and has not been cleared. */
+static uint8_t register_of_all(const struct canopen *c)
 {
-    const struct axis *const a = c->drive.axis;
+    uint32_t found = 0;
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        found |= register_of(cia402_error_code((enum fault)c->fault[n]));
+    }
+    return (uint8_t)found;
+}
+
+/* Detail: the fault's number, as Modbus's register `fault` has it; of several axes the byte above it says which, from 1. */
+static void watch_axis(struct canopen *c, uint32_t n)
+{
+    const struct axis *const a = c->drives[n].axis;
     const uint32_t cause = a->faults.cause;
     const bool waits = (canopen_now_ms(c) - c->emergency_ms) * 10u < c->emergency_inhibit;
-    if (waits || c->state == NMT_STOPPED || (a->faults.count == c->faults && cause == c->fault)) {
+    if (waits || c->state == NMT_STOPPED || (a->faults.count == c->faults[n] && cause == c->fault[n])) {
         return;
     }
-    c->faults = a->faults.count;
-    c->fault = cause;
-    const uint32_t code = cause == FAULT_NONE ? 0u : cia402_error_code((enum fault)cause);
-    c->error_register = register_of(code);
-    canopen_emergency(c, code, cause);
+    c->faults[n] = a->faults.count;
+    c->fault[n] = cause;
+    c->error_register = register_of_all(c);
+    canopen_emergency(c, cia402_error_code((enum fault)cause), cause | (AXIS_COUNT > 1u ? (n + 1u) << 8 : 0u));
+}
+
+void canopen_watch_faults(struct canopen *c)
+{
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        watch_axis(c, n);
+    }
 }

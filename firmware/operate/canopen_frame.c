@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/canopen_objects.h"
 #include "firmware/operate/canopen_parts.h"
 
 void canopen_send(struct canopen *c, uint32_t id, const uint8_t *data, uint32_t count)
@@ -29,7 +28,7 @@ uint32_t canopen_get(const uint8_t *bytes, uint32_t count)
 
 uint32_t canopen_now_ms(const struct canopen *c)
 {
-    return c->drive.axis->time_ms;
+    return c->drives[0].axis->time_ms;
 }
 
 uint32_t canopen_bytes(enum object_type type)
@@ -42,8 +41,19 @@ int32_t canopen_signed(uint32_t value, enum object_type type)
     return type == OBJECT_TYPE_I8 ? (int8_t)value : type == OBJECT_TYPE_I16 ? (int16_t)value : (int32_t)value;
 }
 
+void canopen_hear(struct canopen *c)
+{
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        drive_hear(c->drives[n].axis);
+    }
+}
+
 struct object_place canopen_place(uint32_t index, uint32_t subindex)
 {
+    index -= canopen_axis(index) * CANOPEN_AXIS;
+    if (AXIS_COUNT > 1u && index == CANOPEN_TYPE && subindex == 0u) {
+        return (struct object_place){PLACE_OBJECT, OBJECT_device_type};
+    }
     if (index - CANOPEN_PARAMS < param_count && subindex == 0u) {
         return (struct object_place){PLACE_PARAM, index - CANOPEN_PARAMS};
     }

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: MIT */
-#include "firmware/operate/canopen_objects.h"
 #include "firmware/operate/canopen_parts.h"
 
 #define PDO_BITS 64u

@@ -21,7 +21,7 @@ void canopen_nmt_reset(struct canopen *c)
     c->emergency_id = 0x80u + node;
     c->emergency_inhibit = 0u;
     c->consumer = 0u;
-    c->heartbeat_ms = (uint16_t)c->drive.axis->params.can_heartbeat_ms;
+    c->heartbeat_ms = (uint16_t)c->drives[0].axis->params.can_heartbeat_ms;
     c->sdo_in = 0x600u + node;
     c->sdo_out = 0x580u + node;
     c->sdo.under_way = SDO_IDLE;
@@ -34,10 +34,13 @@ void canopen_nmt_reset(struct canopen *c)
 
 static void go_to(struct canopen *c, enum nmt_state state)
 {
-    c->lost_nmt = c->lost_nmt || (c->state == NMT_OPERATIONAL && state != NMT_OPERATIONAL);
-    if (state == NMT_OPERATIONAL && c->state != NMT_OPERATIONAL) {
+    const bool leaves = c->state == NMT_OPERATIONAL && state != NMT_OPERATIONAL;
+    const bool begins = state == NMT_OPERATIONAL && c->state != NMT_OPERATIONAL;
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        c->lost_nmt[n] = !begins && (c->lost_nmt[n] || leaves);
+    }
+    if (begins) {
         canopen_pdo_begin(c);
-        c->lost_nmt = false;
     }
     c->state = state;
 }
@@ -47,7 +50,7 @@ void canopen_nmt_take(struct canopen *c, const struct can_frame *f)
     if (f->count != 2u || (f->data[1] != 0u && f->data[1] != c->node)) {
         return;
     }
-    drive_hear(c->drive.axis);
+    canopen_hear(c);
     switch (f->data[0]) {
     case START:
         go_to(c, NMT_OPERATIONAL);
@@ -73,7 +76,7 @@ void canopen_nmt_take(struct canopen *c, const struct can_frame *f)
 void canopen_nmt_hear(struct canopen *c, const struct can_frame *f)
 {
     if (f->count == 1u && (c->consumer & 0xFFFFu) != 0u && f->id == HEARTBEAT + (c->consumer >> 16)) {
-        drive_hear(c->drive.axis);
+        canopen_hear(c);
         c->beats = true;
         c->lost_heartbeat = false;
         c->heard_ms = canopen_now_ms(c);
@@ -97,16 +100,23 @@ static void watch_bus(struct canopen *c, bool off)
     c->was_off = off;
 }
 
-/* It is a fault only of a drive that operates because this bus wanted it. */
-static void tell_axis(struct canopen *c, bool off)
+/* It is a fault only of an axis that operates because this bus wanted it. */
+static void tell_axis(struct canopen *c, uint32_t n, bool off)
 {
-    const bool ours = c->drive.cia402.stage == CIA402_ENABLED;
-    c->lost_nmt = c->lost_nmt && ours;
-    c->drive.axis->master_lost = !ours               ? 0u
-                                 : off               ? (uint32_t)CANOPEN_LOST_BUS
-                                 : c->lost_heartbeat ? (uint32_t)CANOPEN_LOST_HEARTBEAT
-                                 : c->lost_nmt       ? (uint32_t)CANOPEN_LOST_NMT
-                                                     : 0u;
+    const bool ours = c->drives[n].cia402.stage == CIA402_ENABLED;
+    c->lost_nmt[n] = c->lost_nmt[n] && ours;
+    c->drives[n].axis->master_lost = !ours               ? 0u
+                                     : off               ? (uint32_t)CANOPEN_LOST_BUS
+                                     : c->lost_heartbeat ? (uint32_t)CANOPEN_LOST_HEARTBEAT
+                                     : c->lost_nmt[n]    ? (uint32_t)CANOPEN_LOST_NMT
+                                                         : 0u;
+}
+
+void canopen_lose_no_master(struct canopen *c)
+{
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        c->drives[n].axis->master_lost = 0u;
+    }
 }
 
 void canopen_nmt_step(struct canopen *c)
@@ -114,7 +124,9 @@ void canopen_nmt_step(struct canopen *c)
     const bool off = can_state(c->can) == CAN_OFF;
     watch_master(c);
     watch_bus(c, off);
-    tell_axis(c, off);
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        tell_axis(c, n, off);
+    }
     if (c->heartbeat_ms != 0u && canopen_now_ms(c) - c->beat_ms >= c->heartbeat_ms) {
         send_state(c, c->state);
     }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The objects of CiA 301 that belong to the bus and not to the drive: the one table from which firmware and EDS take them. The
- * drive's own are in objects.h; its parameters are at 0x3000, its reactions to faults at 0x2400, in their order.
+ * drive's own are in objects.h; its parameters are at 0x3000, its reactions to faults at 0x2400, in their order. A second axis
+ * has its own and those of CiA 402 (0x6000...) 0x800 further, as CiA 402 has its.
  *
  * Index, subindex, type, access, name, initial value as the EDS has it, where it stands: a member of struct canopen, for
  * CONST the value. Of PDOs the first of four; the others follow in steps of one, and stand one struct canopen_pdo further.
@@ -11,6 +12,10 @@
 
 #define CANOPEN_PARAMS    0x3000u
 #define CANOPEN_REACTIONS 0x2400u
+#define CANOPEN_AXIS      0x800u /* from an axis to the next */
+#define CANOPEN_DEVICE    0x1000u
+#define CANOPEN_TYPE      0x67FFu     /* CiA 301: where each of several axes says what it is, */
+#define CANOPEN_SEVERAL   0xFFFF0192u /* and 0x1000 that there are several */
 
 /* clang-format off */
 #define CANOPEN_OBJECTS(X) \

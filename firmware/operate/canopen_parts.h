@@ -4,6 +4,7 @@
 #define FIRMWARE_OPERATE_CANOPEN_PARTS_H
 
 #include "firmware/operate/canopen.h"
+#include "firmware/operate/canopen_objects.h"
 
 #define CANOPEN_INVALID  (1u << 31) /* of a PDO's identifier: it does not exist */
 #define CANOPEN_NO_RTR   (1u << 30)
@@ -36,8 +37,19 @@ uint32_t canopen_now_ms(const struct canopen *c);
 uint32_t canopen_bytes(enum object_type type);
 /* Two's complement of so many bits. */
 int32_t canopen_signed(uint32_t value, enum object_type type);
-/* The drive's value that stands there. */
+/* An axis's value that stands there, and the number of that axis. What CiA 301 has is the first's. */
 struct object_place canopen_place(uint32_t index, uint32_t subindex);
+static inline uint32_t canopen_axis(uint32_t index)
+{
+    return AXIS_COUNT > 1u && index >= OBJECTS_INDEX && (index & CANOPEN_AXIS) != 0u ? 1u : 0u;
+}
+/* That value; `view` is the axis's. */
+static inline uint32_t canopen_value(const struct object_view *view, const struct object_place *p, uint32_t index)
+{
+    return AXIS_COUNT > 1u && index == CANOPEN_DEVICE ? CANOPEN_SEVERAL : object_get(view, p);
+}
+/* What came was meant for this node: a sign of life for all its axes. */
+void canopen_hear(struct canopen *c);
 
 /* ---- canopen_emergency.c ---- */
 void canopen_emergency(struct canopen *c, uint32_t code, uint32_t detail);
@@ -82,5 +94,6 @@ void canopen_nmt_take(struct canopen *c, const struct can_frame *f);
 /* Heartbeats, both ways; and whether the master is there. */
 void canopen_nmt_hear(struct canopen *c, const struct can_frame *f);
 void canopen_nmt_step(struct canopen *c);
+void canopen_lose_no_master(struct canopen *c);
 
 #endif

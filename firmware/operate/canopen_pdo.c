@@ -25,22 +25,37 @@ static uint32_t length_of(const struct canopen_pdo *p)
 
 /* ---- in ---- */
 
-/* All of its values, or none. */
-static void act_on(struct canopen *c, const struct canopen_pdo *p)
+/* Its values for one axis: whether they can be, and with `adopt` they are. */
+static bool change_axis(struct canopen *c, const struct canopen_pdo *p, uint32_t axis, bool adopt)
 {
+    struct bus_drive *const d = &c->drives[axis];
     struct object_change change;
     uint32_t at = 0;
-    object_begin(&change, &c->drive);
+    object_begin(&change, d);
     for (uint32_t n = 0; n < p->count; n++) {
-        const struct object_place place = canopen_place(p->map[n] >> 16, p->map[n] >> 8 & 0xFFu);
+        const uint32_t index = p->map[n] >> 16;
+        const struct object_place place = canopen_place(index, p->map[n] >> 8 & 0xFFu);
         const enum object_type type = object_type(&place);
         const uint32_t bytes = canopen_bytes(type);
-        if (object_change(&change, &place, canopen_signed(canopen_get(&p->data[at], bytes), type)) != OBJECT_FINE) {
-            return;
+        const int32_t value = canopen_signed(canopen_get(&p->data[at], bytes), type);
+        if (canopen_axis(index) == axis && object_change(&change, &place, value) != OBJECT_FINE) {
+            return false;
         }
         at += bytes;
     }
-    (void)object_commit(&change, &c->drive); /* what is refused has changed nothing, and nobody waits for an answer */
+    return (adopt ? object_commit(&change, d) : object_check(&change, d)) == OBJECT_FINE;
+}
+
+/* All of its values, or none: each axis but the first is asked beforehand. Nobody waits for an answer. */
+static void act_on(struct canopen *c, const struct canopen_pdo *p)
+{
+    bool fine = true;
+    for (uint32_t axis = 1; fine && axis < AXIS_COUNT; axis++) {
+        fine = change_axis(c, p, axis, false);
+    }
+    for (uint32_t axis = 0; fine && axis < AXIS_COUNT; axis++) {
+        fine = change_axis(c, p, axis, true);
+    }
 }
 
 static void receive(struct canopen *c, struct canopen_pdo *p, const struct can_frame *f)
@@ -53,7 +68,7 @@ static void receive(struct canopen *c, struct canopen_pdo *p, const struct can_f
     for (uint32_t n = 0; n < length; n++) {
         p->data[n] = f->data[n];
     }
-    drive_hear(c->drive.axis);
+    canopen_hear(c);
     if (is_synchronous(p)) {
         p->syncs = 1u;
     } else {
@@ -75,15 +90,26 @@ bool canopen_pdo_take(struct canopen *c, const struct can_frame *f)
 
 /* ---- out ---- */
 
-static void gather(const struct canopen *c, const struct canopen_pdo *p, uint8_t *data)
+/* Values of one axis at one instant. */
+static void gather_axis(const struct canopen *c, const struct canopen_pdo *p, uint32_t axis, uint8_t *data)
 {
-    const struct object_view view = object_view(&c->drive);
+    const struct object_view view = object_view(&c->drives[axis]);
     uint32_t at = 0;
     for (uint32_t n = 0; n < p->count; n++) {
-        const struct object_place place = canopen_place(p->map[n] >> 16, p->map[n] >> 8 & 0xFFu);
+        const uint32_t index = p->map[n] >> 16;
+        const struct object_place place = canopen_place(index, p->map[n] >> 8 & 0xFFu);
         const uint32_t bytes = canopen_bytes(object_type(&place));
-        canopen_put(&data[at], object_get(&view, &place), bytes);
+        if (canopen_axis(index) == axis) {
+            canopen_put(&data[at], canopen_value(&view, &place, index), bytes);
+        }
         at += bytes;
+    }
+}
+
+static void gather(const struct canopen *c, const struct canopen_pdo *p, uint8_t *data)
+{
+    for (uint32_t axis = 0; axis < AXIS_COUNT; axis++) {
+        gather_axis(c, p, axis, data);
     }
 }
 

@@ -163,7 +163,7 @@ void canopen_sdo_take(struct canopen *c, const struct can_frame *f)
     if (f->count != 8u) {
         return; /* no SDO has another length */
     }
-    drive_hear(c->drive.axis);
+    canopen_hear(c);
     if (kind == DOWNLOAD) {
         download(c, f->data, index, subindex);
     } else if (kind == UPLOAD) {

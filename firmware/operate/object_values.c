@@ -233,14 +233,18 @@ static void adopt_change(struct bus_drive *d, const struct object_change *c)
     adopt_setpoints(d, c);
 }
 
-enum object_refusal object_commit(struct object_change *c, struct bus_drive *d)
+enum object_refusal object_check(const struct object_change *c, struct bus_drive *d)
 {
-    enum object_refusal wrong = OBJECT_FINE;
     if (c->absent.error != ERROR_NONE) {
         d->cia402.refusal = c->absent;
         return OBJECT_BAD_VALUE;
     }
-    wrong = judge_change(c, d->axis);
+    return judge_change(c, d->axis);
+}
+
+enum object_refusal object_commit(struct object_change *c, struct bus_drive *d)
+{
+    enum object_refusal wrong = object_check(c, d);
     if (wrong == OBJECT_FINE) {
         wrong = carry_out_actions(d, &c->writable);
     }

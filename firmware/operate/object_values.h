@@ -71,10 +71,11 @@ struct object_change {
 
 /*
  * A write: begun, one or several values, each of which is checked against its range, and committed, which checks several
- * parameters also together, as switching on would.
+ * parameters also together, as switching on would; object_check() does no more than that.
  */
 void object_begin(struct object_change *c, const struct bus_drive *d);
 enum object_refusal object_change(struct object_change *c, const struct object_place *p, int32_t value);
+enum object_refusal object_check(const struct object_change *c, struct bus_drive *d);
 enum object_refusal object_commit(struct object_change *c, struct bus_drive *d);
 
 #endif

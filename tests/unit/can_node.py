@@ -108,5 +108,5 @@ class Node:
 
     def everything(self):
         """What no frame may change that is not meant for it."""
-        return (bytes(self.axis.params), bytes(self.axis.reactions.choice), bytes(self.canopen.drive.cia402.setpoints),
+        return (bytes(self.axis.params), bytes(self.axis.reactions.choice), bytes(self.canopen.drives[0].cia402.setpoints),
                 self.axis.request, self.axis.state, self.axis.mode, self.axis.speed.target_rpm_q16, self.canopen.state)

@@ -60,7 +60,7 @@ static void look(struct state *s)
         s->mapped[n] = node.rpdo[n].count;
         s->mapped[CANOPEN_PDOS_EACH + n] = node.tpdo[n].count;
     }
-    s->setpoints = node.drive.cia402.setpoints;
+    s->setpoints = node.drives[0].cia402.setpoints;
 }
 
 /* ---- frames ---- */
@@ -230,7 +230,7 @@ static void one_frame(void)
 /* Puts the drive back to where frames find something to do. */
 static void restore(bool on)
 {
-    node.drive.cia402.stage = CIA402_DISABLED;
+    node.drives[0].cia402.stage = CIA402_DISABLED;
     axis.request = AXIS_REQUEST_NONE;
     axis.faults.cause = FAULT_NONE;
     axis.state = on ? AXIS_OPERATION_ENABLED : AXIS_SWITCH_ON_DISABLED;

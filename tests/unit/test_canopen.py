@@ -28,7 +28,7 @@ def running(node):
     node.axis.request, node.axis.state = 0, node.c.AXIS_OPERATION_ENABLED
     node.poll()
     node.sent()
-    assert node.canopen.drive.cia402.stage == node.c.CIA402_ENABLED
+    assert node.canopen.drives[0].cia402.stage == node.c.CIA402_ENABLED
     return node
 
 
@@ -87,7 +87,7 @@ def test_a_stopped_node_hears_nmt_alone(node):
     node.nmt(START)
     node.nmt(STOP)
     assert not node.say((SDO_IN, struct.pack("<BHBI", 0x40, 0x1000, 0, 0)), (RPDO, b"\6\0"), (0x80, b""))
-    assert node.canopen.drive.cia402.setpoints.control_word == 0
+    assert node.canopen.drives[0].cia402.setpoints.control_word == 0
     node.nmt(PRE_OPERATIONAL)
     assert node.value(0x1000) == 0x00020192
 
@@ -211,7 +211,7 @@ def test_a_received_one_acts_at_once_or_with_sync(node):
     remap(node, 0x1403, WORD, SPEED)
     node.nmt(START)
     node.say((0x505, struct.pack("<Hi", 6, 123)))
-    points = node.canopen.drive.cia402.setpoints
+    points = node.canopen.drives[0].cia402.setpoints
     assert (points.control_word, points.target_rpm) == (6, 123)
     node.write(0x1403, 2, 1, 1)
     node.say((0x505, struct.pack("<Hi", 6, 456)))
@@ -242,7 +242,7 @@ def test_one_that_is_too_short_is_told_and_does_nothing(node):
 
 
 def test_none_before_it_is_operational(node):
-    assert not node.say((RPDO, b"\6\0"), (0x80, b"")) and node.canopen.drive.cia402.setpoints.control_word == 0
+    assert not node.say((RPDO, b"\6\0"), (0x80, b"")) and node.canopen.drives[0].cia402.setpoints.control_word == 0
 
 
 @pytest.mark.parametrize("every", (1, 3))
@@ -268,7 +268,7 @@ def test_one_comes_when_it_changes_and_no_sooner_than_it_may(node):
     node.wait(30)
     times = []
     for n in range(8):
-        node.canopen.drive.cia402.stage = n % 2 + 1
+        node.canopen.drives[0].cia402.stage = n % 2 + 1
         times += [10 * n + at for at, identifier, _ in node.wait(10) if identifier == TPDO]
     node.wait(30)
     assert len(times) >= 3 and min(late - early for early, late in zip(times, times[1:])) >= 20
@@ -361,7 +361,7 @@ def test_who_operates_otherwise_has_lost_no_master(node):
 def test_either_order_of_nmt_and_control_word_enables_it(node):
     for word in (6, 7, 15):
         node.write(0x6040, 0, word, 2)
-    assert node.canopen.drive.cia402.stage == node.c.CIA402_ENABLED
+    assert node.canopen.drives[0].cia402.stage == node.c.CIA402_ENABLED
     node.nmt(START)
     assert node.axis.master_lost == 0
 
