@@ -16,7 +16,7 @@ static uint32_t silence_ms(int32_t baud)
 static void open_line(struct modbus *m)
 {
     static const enum mmuart_format formats[] = {MMUART_8N2, MMUART_8O1, MMUART_8E1}; /* 11 bits: the standard */
-    const struct params *const p = &m->drive.axis->params;
+    const struct params *const p = &m->drives[0].axis->params;
     m->address = p->modbus_address;
     m->baud = p->modbus_baud;
     m->parity = p->modbus_parity;
@@ -26,42 +26,55 @@ static void open_line(struct modbus *m)
                      formats[m->parity]); /* the range fits */
 }
 
-void modbus_start(struct modbus *m, struct rs485 *line, struct axis *axis, const struct slots *slots)
+void modbus_start(struct modbus *m, struct rs485 *line, struct axis *axes, const struct slots *slots)
 {
-    *m = (struct modbus){.line = line, .drive = {.axis = axis, .slots = slots}};
-    cia402_init(&m->drive.cia402);
+    *m = (struct modbus){.line = line};
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        m->drives[n].axis = &axes[n];
+        m->drives[n].slots = &slots[n];
+        cia402_init(&m->drives[n].cia402);
+    }
     open_line(m);
 }
 
 static void follow_parameters(struct modbus *m)
 {
-    const struct params *const p = &m->drive.axis->params;
+    const struct params *const p = &m->drives[0].axis->params;
     if (p->modbus_address != m->address || p->modbus_baud != m->baud || p->modbus_parity != m->parity) {
         open_line(m);
     }
 }
 
-static void send_reply(struct modbus *m, size_t count)
+static void send_reply(struct modbus *m, uint8_t from, size_t count)
 {
-    m->reply[0] = (uint8_t)m->address;
+    m->reply[0] = from;
     const uint16_t crc = crc16(m->reply, count + 1u);
     m->reply[count + 1u] = (uint8_t)crc;
     m->reply[count + 2u] = (uint8_t)(crc >> 8);
     rs485_send(m->line, m->reply, count + 3u);
 }
 
+static void carry_out(struct modbus *m, struct bus_drive *d, size_t length)
+{
+    const uint8_t to = m->frame.bytes[0];
+    const bool broadcast = to == MODBUS_BROADCAST;
+    const size_t count = length - 1u - CRC16_BYTES;
+    drive_hear(d->axis);
+    const size_t replied = modbus_function(d, &m->frame.bytes[1], count, broadcast, &m->reply[1]);
+    if (!broadcast) {
+        send_reply(m, to, replied);
+    }
+}
+
 /* Handles a frame at the start of the received bytes: carries it out if it is for this drive and in time. */
 static void take_frame(struct modbus *m, size_t length)
 {
     const uint8_t to = m->frame.bytes[0];
-    const bool broadcast = to == MODBUS_BROADCAST;
-    const bool meant = (broadcast || to == m->address) && m->address != 0;
-    if (meant && !rs485_is_sending(m->line) && !modbus_frame_is_late(&m->frame, length)) {
-        drive_hear(m->drive.axis);
-        const size_t count = length - 1u - CRC16_BYTES;
-        const size_t replied = modbus_function(&m->drive, &m->frame.bytes[1], count, broadcast, &m->reply[1]);
-        if (!broadcast) {
-            send_reply(m, replied);
+    const bool hears = m->address != 0 && !rs485_is_sending(m->line) && !modbus_frame_is_late(&m->frame, length);
+    for (uint32_t n = 0; hears && n < AXIS_COUNT; n++) {
+        const uint32_t own = (uint32_t)m->address + n;
+        if (to == MODBUS_BROADCAST || (to == own && own <= MODBUS_ADDRESS_MOST)) {
+            carry_out(m, &m->drives[n], length);
         }
     }
     modbus_frame_drop(&m->frame, length);
@@ -98,7 +111,7 @@ static void notice_silence(struct modbus *m, uint32_t silent_ms)
 /* Received bytes first: a delayed thread must not take its own absence for a silence. */
 static void listen(struct modbus *m)
 {
-    const uint32_t now_ms = m->drive.axis->time_ms;
+    const uint32_t now_ms = m->drives[0].axis->time_ms;
     uint32_t received;
     while (mmuart_take(&m->line->uart, &received)) {
         m->heard_ms = now_ms;
@@ -113,5 +126,7 @@ void modbus_poll(struct modbus *m)
         follow_parameters(m);
     }
     listen(m);
-    cia402_poll(&m->drive.cia402, m->drive.axis);
+    for (uint32_t n = 0; n < AXIS_COUNT; n++) {
+        cia402_poll(&m->drives[n].cia402, m->drives[n].axis);
+    }
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "firmware/operate/modbus_frame.h"
 
+#include "firmware/axis/axis.h"
 #include "firmware/settings/crc.h"
 
 #define FRAME_LEAST   4u /* address, function, check sum */
@@ -158,6 +159,12 @@ void modbus_frame_hear(struct modbus_frame *f, uint8_t byte)
     }
 }
 
+/* An address that this drive answers under: one for each axis. */
+static bool is_own(uint8_t to, uint8_t address)
+{
+    return to >= address && to - address < (int)AXIS_COUNT && to <= MODBUS_ADDRESS_MOST;
+}
+
 /* A frame at the beginning; *hopeless if there will be none. */
 static size_t frame_in(const struct span *f, uint8_t address, bool *hopeless)
 {
@@ -165,7 +172,7 @@ static size_t frame_in(const struct span *f, uint8_t address, bool *hopeless)
     if (f->count < 2u) {
         return 0;
     }
-    const bool of_others = f->bytes[0] != address && f->bytes[0] != MODBUS_BROADCAST;
+    const bool of_others = !is_own(f->bytes[0], address) && f->bytes[0] != MODBUS_BROADCAST;
     const size_t asked = request_length(f);
     const size_t answered = of_others ? reply_length(f) : asked;
     if (frame_fits(f, asked)) {
@@ -194,7 +201,7 @@ static bool begun_anew(const struct modbus_frame *f, uint8_t address)
 {
     bool hopeless;
     const struct span behind = held_from(f, f->silence);
-    return f->silence > 0u && f->bytes[0] == address && behind.count > 0u && behind.bytes[0] == address &&
+    return f->silence > 0u && is_own(f->bytes[0], address) && behind.count > 0u && is_own(behind.bytes[0], address) &&
            frame_in(&behind, address, &hopeless) > 0u;
 }
 
@@ -207,7 +214,7 @@ size_t modbus_frame_find(struct modbus_frame *f, uint8_t address)
         length = frame_here(f, address, &hopeless);
     }
     const struct span all = held_from(f, 0);
-    f->open = hopeless && f->bytes[0] == address && request_length(&all) == UNKNOWN;
+    f->open = hopeless && is_own(f->bytes[0], address) && request_length(&all) == UNKNOWN;
     f->lost = hopeless && !f->open;
     f->tried = f->count;
     return length;

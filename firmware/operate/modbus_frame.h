@@ -45,8 +45,8 @@ void modbus_frame_silence(struct modbus_frame *f);
 void modbus_frame_hear(struct modbus_frame *f, uint8_t byte);
 
 /*
- * The length of a complete frame at the beginning of `bytes`, check sum included; 0 if there is none. `address`: whose requests
- * are searched for, which decides the possible lengths. The caller removes it by modbus_frame_drop().
+ * The length of a complete frame at the beginning of `bytes`, check sum included; 0 if there is none. `address`: the first of
+ * AXIS_COUNT whose requests are searched for, which decides the possible lengths. The caller removes it by modbus_frame_drop().
  */
 size_t modbus_frame_find(struct modbus_frame *f, uint8_t address);
 

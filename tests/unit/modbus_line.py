@@ -118,7 +118,7 @@ class Line:
 
     def everything(self):
         """What no invalid request may change."""
-        return (bytes(self.axis.params), bytes(self.axis.reactions.choice), bytes(self.modbus.drive.cia402.setpoints),
+        return (bytes(self.axis.params), bytes(self.axis.reactions.choice), bytes(self.modbus.drives[0].cia402.setpoints),
                 self.axis.request, self.axis.state, self.axis.mode, self.axis.speed.target_rpm_q16)
 
     def param(self, name):

@@ -42,7 +42,7 @@ static void look(struct state *s)
 {
     memset(s, 0, sizeof *s);
     s->params = axis.params;
-    s->setpoints = modbus.drive.cia402.setpoints;
+    s->setpoints = modbus.drives[0].cia402.setpoints;
     memcpy(s->choice, axis.reactions.choice, sizeof s->choice);
     s->mode = axis.mode;
     s->request = axis.request;

@@ -115,7 +115,7 @@ def test_shutdown_during_a_stop_for_a_fault_is_forgotten_with_the_fault(plc, c):
     # the fault, and `clear` at the console, before the bus is polled again
     plc.axis.faults.cause, plc.axis.reactions.stopping, plc.axis.state = c.FAULT_NONE, False, c.AXIS_SWITCH_ON_DISABLED
     now = c.drive_status(plc.axis)
-    assert c.cia402_status_word(plc.modbus.drive.cia402, plc.axis, now) & 0x6F == DISABLED
+    assert c.cia402_status_word(plc.modbus.drives[0].cia402, plc.axis, now) & 0x6F == DISABLED
     plc.wait(1)
     assert plc.state == DISABLED
 

@@ -227,7 +227,7 @@ def test_another_source_is_refused_at_once_or_later_and_says_why(line, c):
     assert line.ask(write_one(8, 1)) == bytes([0x86, DEVICE_FAILURE]) and refusal(line) == c.ERROR_NOT_OPERATING
     axis = line.axis
     axis.state, axis.mode, axis.start.aligned = c.AXIS_OPERATION_ENABLED, c.AXIS_MODE_POSITION, True
-    line.modbus.drive.cia402.stage, line.modbus.drive.cia402.operates = c.CIA402_ENABLED, True
+    line.modbus.drives[0].cia402.stage, line.modbus.drives[0].cia402.operates = c.CIA402_ENABLED, True
     assert line.ask(write_one(8, 2)) == bytes([0x86, DEVICE_FAILURE]) and refusal(line) == c.ERROR_SOURCE_MODE
     axis.mode, line.fabric.encoder.HALL, line.prepares = c.AXIS_MODE_SPEED, 5, False
     assert line.ask(write_one(8, 2))[0] == 6 and axis.handover.under_way and refusal(line) == 0
