@@ -97,10 +97,9 @@ def own_objects():
     for number, (name, (least, most, initial)) in enumerate(param_rows(ROOT).items()):
         assert what[name]
         found[PARAMS + number, 0] = entry(name, "I32", "rw", initial, low=least, high=most)
-    faults = re.findall(r"^    FAULT_(\w+),", text_of("firmware/fault/fault.h"), re.MULTILINE)
-    for number, name in enumerate(faults[:-1]):
-        if number > 0:
-            found[REACTIONS + number, 0] = entry(f"reaction to {name.lower()}", "U16", "rw")
+    for name, number in re.findall(r"^    FAULT_(\w+) = (\d+),", text_of("firmware/fault/fault.h"), re.MULTILINE):
+        if number != "0":
+            found[REACTIONS + int(number), 0] = entry(f"reaction to {name.lower()}", "U16", "rw")
     return found
 
 
