@@ -279,7 +279,7 @@ client: tools-run
 
 eds: tools-run
 	@mkdir -p $(BUILD)
-	@$(PYTHON) tests/tools/eds.py $(BUILD)/mssfoc.eds
+	@$(PYTHON) tests/tools/eds.py $(BUILD)/mssfoc.eds $(AXES)
 	@echo 'written: $(BUILD)/mssfoc.eds'
 
 dist: tools-dist

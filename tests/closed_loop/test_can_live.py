@@ -34,7 +34,10 @@ def drive(tmp_path_factory):
         yield port, files
 
 
-def test_the_eds_is_valid(programs, sheet):
+@pytest.mark.parametrize("axes", (1, 2))
+def test_the_eds_is_valid(programs, tmp_path, axes):
+    sheet = tmp_path / "mssfoc.eds"
+    sheet.write_text(eds(axes), encoding="utf-8")
     said = subprocess.run([programs / "eds-validate", sheet], capture_output=True, text=True, check=False)
     assert said.returncode == 0 and "AUTO-FIXED" not in said.stdout and "rror" not in said.stdout, said.stdout + said.stderr
 

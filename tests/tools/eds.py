@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """`make eds`: the drive's electronic data sheet (CiA 306) from the firmware's tables.
 
-usage: eds.py FILE
+usage: eds.py FILE [AXES]
 """
 import re
 import sys
@@ -17,6 +17,7 @@ TYPES = {"I8": 2, "I16": 3, "I32": 4, "U8": 5, "U16": 6, "U32": 7, "STRING": 9}
 LEAST = {"I8": -128, "I16": -32768, "I32": -2 ** 31}
 VAR, ARRAY, RECORD = 7, 8, 9
 PARAMS, REACTIONS, OWN = 0x3000, 0x2400, 0x2000
+AXIS, TYPE = 0x800, 0x67FF  # a second axis is so much further; what each of several is stands there
 EACH, DUMMIES = 4, range(1, 8)
 RATES = {10: 0, 20: 1, 50: 1, 125: 1, 250: 1, 500: 1, 800: 1, 1000: 1}
 
@@ -32,6 +33,7 @@ NAMES = {0x1000: "Device type", 0x1001: "Error register", 0x1003: "Pre-defined e
 SUBS = {(0x1018, 1): "Vendor-ID", (0x1018, 2): "Product code", (0x1018, 3): "Revision number", (0x1018, 4): "Serial number",
         (0x1010, 1): "Save all parameters", (0x1011, 1): "Restore all default parameters"}
 INITIAL = {0x1000: 0x00020192, 0x6060: 3, 0x6098: 34}
+SEVERAL = 0xFFFF0192  # object 0x1000 of several axes
 STORE = 0xC0  # registers from here on are no process data
 BUS = re.compile(r'X\((0x\w+), (\d), (\w+), +(\w+), +"([^"]*)", ([^,]+), ([^)]+)\)')
 STRING = re.compile(r'X\((0x\w+), "([^"]*)", ("[^"]*"|\w+)\)')
@@ -103,6 +105,22 @@ def own_objects():
     return found
 
 
+def of_every_axis(found, axes):
+    """The first axis' objects, and each further one's; not what CiA 301 has, which is the device's."""
+    for axis in range(1, axes):
+        found |= {(index + axis * AXIS, sub): {**row, "ParameterName": f"{row['ParameterName']}, axis {axis + 1}"}
+                  for (index, sub), row in list(found.items()) if OWN <= index and not index & AXIS}
+    return found
+
+
+def axis_objects(axes):
+    found = {**drive_objects(), **own_objects()}
+    if axes > 1:
+        found[TYPE, 0] = found[0x1000, 0]
+        found[0x1000, 0] = {**found[0x1000, 0], "DefaultValue": SEVERAL}
+    return of_every_axis(found, axes)
+
+
 def section(name, items):
     return [f"[{name}]", *(f"{key}={value}" for key, value in items.items()), ""]
 
@@ -138,8 +156,8 @@ def heads(version):
     return lines + section("Comments", {"Lines": 1, "Line1": "written by tests/tools/eds.py from the firmware's tables"})
 
 
-def eds():
-    everything = {**bus_objects(), **drive_objects(), **own_objects()}
+def eds(axes=1):
+    everything = {**bus_objects(), **axis_objects(axes)}
     tree = {}
     for (index, sub), found in everything.items():
         tree.setdefault(index, {})[sub] = found
@@ -156,4 +174,4 @@ def eds():
 
 if __name__ == "__main__":
     Path(sys.argv[1]).parent.mkdir(parents=True, exist_ok=True)
-    Path(sys.argv[1]).write_text(eds(), encoding="utf-8")
+    Path(sys.argv[1]).write_text(eds(*map(int, sys.argv[2:])), encoding="utf-8")
