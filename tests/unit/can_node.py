@@ -3,7 +3,7 @@
 import ctypes
 import struct
 
-from unit.conftest import identify
+from unit.axes_at_rest import AxesAtRest
 
 NODE = 5
 SDO_IN, SDO_OUT, EMERGENCY, HEARTBEAT = 0x600 + NODE, 0x580 + NODE, 0x80 + NODE, 0x700 + NODE
@@ -15,23 +15,18 @@ class Abort(Exception):
     """The server's reason."""
 
 
-class Node:
-    """The drive `axis` and its node `canopen`. A poll is a millisecond."""
+class Node(AxesAtRest):
+    """The drive `axis`, the first of `axes`, and the node `canopen`. A poll is a millisecond."""
 
-    def __init__(self, c, node=NODE):
-        self.c, self.fabric, self.axis = c, c.fabric(), c.axis()
-        c.drive_init(self.axis, self.fabric)
-        identify(self.fabric)
-        self.axis.fabric_doubt, self.axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
-        self.axis.time_ms = 1000
-        self.axis.loop.vbus_q15 = self.axis.tuning.v_min_q15 + 100
+    def __init__(self, c, node=NODE, count=1):
+        super().__init__(c, count)
+        for axis in self.axes:
+            axis.loop.vbus_q15 = axis.tuning.v_min_q15 + 100
         self.axis.params.can_node = node
         self.can, self.canopen = c.structs["can"](), c.structs["canopen"]()
-        c.host_envm_new(self.axis, 8e-3, 1)
-        self.slots = c.host_slots()
         for name in ("saids", "taken", "heards", "opened", "closed", "state"):
             getattr(c, f"host_can_{name}").value = 0
-        c.canopen_start(self.canopen, self.can, self.axis, self.slots)
+        c.canopen_start(self.canopen, self.can, self.axes, self.slots)
 
     def sent(self):
         """[(identifier, data)] since the last time."""
@@ -54,15 +49,16 @@ class Node:
     def poll(self):
         """A turn of the thread, in which all is worked out that has begun; and what the slow loop then takes."""
         self.c.canopen_poll(self.canopen)
-        self.c.set_point_take(self.axis)
-        while self.c.drive_prepare(self.axis):
-            pass
+        for axis in self.axes:
+            self.c.set_point_take(axis)
+            while self.c.drive_prepare(axis):
+                pass
 
     def wait(self, ms):
         """[(milliseconds, identifier, data)] of what it sends meanwhile."""
         found = []
         for n in range(ms):
-            self.axis.time_ms += 1
+            self.pass_ms()
             self.poll()
             found += [(n + 1, *frame) for frame in self.sent()]
         return found

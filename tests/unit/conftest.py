@@ -71,6 +71,12 @@ def two_axes():
     return Library(built("two_axes.so"))
 
 
+@pytest.fixture(scope="session")
+def two_buses():
+    """As `c`, for a device with two motors."""
+    return Library(built("two_axes_buses.so"))
+
+
 @pytest.fixture(scope="module")
 def memory():
     """The registers' addresses can be used: nothing stands there at first."""

@@ -3,7 +3,7 @@
 import ctypes
 import struct
 
-from unit.conftest import identify
+from unit.axes_at_rest import AxesAtRest
 
 US = 1  # the drive's address
 FAULT_BASE, PARAM_BASE = 0x0400, 0x1000
@@ -48,20 +48,14 @@ def write_one(at, value, unit=US):
     return framed(unit, struct.pack(">BHH", 6, at, value & 0xFFFF))
 
 
-class Line:
-    """The drive `axis` and the slave `modbus`. A poll is a millisecond."""
+class Line(AxesAtRest):
+    """The drive `axis`, the first of `axes`, and the slave `modbus`. A poll is a millisecond."""
 
-    def __init__(self, c):
-        self.c, self.fabric, self.axis = c, c.fabric(), c.axis()
-        c.drive_init(self.axis, self.fabric)
-        identify(self.fabric)
-        self.axis.fabric_doubt, self.axis.state = 0, c.AXIS_SWITCH_ON_DISABLED
-        self.axis.time_ms = 1000
+    def __init__(self, c, count=1):
+        super().__init__(c, count)
         self.prepares = True
         self.rs485, self.modbus = c.rs485(), c.structs["modbus"]()
-        c.host_envm_new(self.axis, 8e-3, 1)
-        self.slots = c.host_slots()
-        c.modbus_start(self.modbus, self.rs485, self.axis, self.slots)
+        c.modbus_start(self.modbus, self.rs485, self.axes, self.slots)
         self._clear()
 
     def _clear(self):
@@ -81,16 +75,17 @@ class Line:
     def _poll(self):
         """A turn of the thread, in which all is worked out that has begun; and what the slow loop then takes."""
         self.c.modbus_poll(self.modbus)
-        self.c.set_point_take(self.axis)
-        while self.prepares and self.c.drive_prepare(self.axis):
-            pass
+        for axis in self.axes:
+            self.c.set_point_take(axis)
+            while self.prepares and self.c.drive_prepare(axis):
+                pass
 
     def wait(self, ms):
         sent = b""
         if ms > 0:
             self.c.host_bus_marks.value |= self.c.host_bus_silence_mark.value
         for _ in range(ms):
-            self.axis.time_ms += 1
+            self.pass_ms()
             self._poll()
             sent += self._sent()
         return sent
@@ -108,8 +103,8 @@ class Line:
         assert reply and reply[0] == request[0] and crc(reply[:-2]) == reply[-2:], reply.hex()
         return reply[1:-2]
 
-    def registers(self, at, count, function=3):
-        pdu = self.ask(read(at, count, function))
+    def registers(self, at, count, function=3, unit=US):
+        pdu = self.ask(read(at, count, function, unit))
         assert pdu[0] == function and pdu[1] == 2 * count, pdu.hex()
         return list(struct.unpack(f">{count}H", pdu[2:]))
 

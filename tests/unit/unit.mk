@@ -21,13 +21,16 @@ UNIT_SYSTEM := $(call unit_objects,$(UNIT_SRC) firmware/system/*.c firmware/moni
     $(addprefix drivers/mss/,cache.c timer.c gpio.c mmuart.c rs485.c) \
     $(addprefix tests/unit/host/,reach.c interrupt.c system/*.c))
 
-unit: $(addprefix $(BUILD)/tests/unit/,firmware.so system.so two_axes.so)
+unit: $(addprefix $(BUILD)/tests/unit/,firmware.so system.so two_axes.so two_axes_buses.so)
 .PHONY: unit
 everything: unit
 
 $(BUILD)/tests/unit/firmware.so: $(UNIT_FIRMWARE)
 $(BUILD)/tests/unit/system.so: $(UNIT_SYSTEM)
-$(BUILD)/tests/unit/two_axes.so: $(patsubst $(BUILD)/host/firmware/system/%,$(BUILD)/host/two_axes/%,$(UNIT_SYSTEM))
+# what names AXIS_COUNT is made again, for two motors
+for_two = $(patsubst $(BUILD)/host/firmware/$1/%,$(BUILD)/host/two_axes/$1/%,$2)
+$(BUILD)/tests/unit/two_axes.so: $(call for_two,system,$(UNIT_SYSTEM))
+$(BUILD)/tests/unit/two_axes_buses.so: $(call for_two,operate,$(UNIT_FIRMWARE))
 $(BUILD)/tests/unit/%.so: tests/unit/unit.mk
 	@mkdir -p $(@D)
 	$(call say,LD)
@@ -38,7 +41,7 @@ $(BUILD)/host/%.o: %.c tests/unit/unit.mk
 	$(call say,HOSTCC)
 	$(Q)$(HOSTCC) $(UNIT_CFLAGS) -MMD -MP -c $< -o $@
 
-$(BUILD)/host/two_axes/%.o: firmware/system/%.c tests/unit/unit.mk
+$(BUILD)/host/two_axes/%.o: firmware/%.c tests/unit/unit.mk
 	@mkdir -p $(@D)
 	$(call say,HOSTCC)
 	$(Q)$(HOSTCC) $(UNIT_CFLAGS) -DAXIS_COUNT=2u -DSCOPE_WORDS=4096u -MMD -MP -c $< -o $@
