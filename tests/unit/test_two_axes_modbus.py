@@ -114,15 +114,25 @@ def test_at_address_0_neither_is_there(pair):
     assert [axis.params.pole_pairs for axis in pair.axes] == [4, 4] and before[1][1] == of(pair, 1)[1]
 
 
+@pytest.mark.parametrize("request_of", [lambda unit: read(0x10, 1, unit=unit)[:-3],
+                                        lambda unit: write(PARAM_BASE, bytes(200), unit)[:50]])
 @pytest.mark.parametrize("broken, whole", [(US, US + 1), (US + 1, US), (US + 1, US + 1)])
-def test_who_broke_off_may_start_over_with_the_other(pair, broken, whole):
-    pair.say(read(0x10, 1, unit=broken)[:5], then_ms=5)
+def test_who_broke_off_may_start_over_with_the_other(pair, broken, whole, request_of):
+    """Even where what follows would still fit into what has begun."""
+    pair.say(request_of(broken), then_ms=5)
     reply = pair.say(read(0x91, 1, unit=whole))
     assert reply == frame(whole, 3, 2, 0, len(PARAMS)) and crc(reply[:-2]) == reply[-2:]
 
 
+@pytest.mark.parametrize("unit", (US, US + 1))
+def test_what_would_be_its_own_answer_is_no_request(pair, unit):
+    """Frames of others may have two lengths, those to this drive one."""
+    assert pair.say(frame(unit, 3, 4, 0, 0x10, 0, 1)) == b""
+    pair.wait(60)
+    assert pair.registers(0x91, 1, unit=unit) == [len(PARAMS)]
+
+
 def test_an_answer_of_another_is_not_taken_for_a_request_to_the_second(pair):
-    """Frames to others may have two lengths; one to this drive has one."""
     assert pair.say(read(0x10, 2, unit=US + 2)) == b""
     assert pair.say(framed(US + 2, struct.pack(">BB4s", 3, 4, b"\2\3\0\x10"))) == b""
     assert pair.registers(0x91, 1, unit=US + 1) == [len(PARAMS)]
