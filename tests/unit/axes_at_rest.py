@@ -28,6 +28,8 @@ class AxesAtRest:
             c.drive_init(axis, fabric)
             identify(fabric)
             axis.fabric_doubt, axis.state, axis.time_ms = 0, c.AXIS_SWITCH_ON_DISABLED, 1000
+        if count > 1:
+            c.drive_join(*self.axes)
         c.host_envm_new(self.axis, 8e-3, 1)
         found = [c.host_slots() for _ in self.axes]
         for n, one in enumerate(found):

@@ -144,6 +144,13 @@ def test_an_unknown_function_is_answered_under_the_seconds_address(pair, functio
 
 
 @pytest.mark.parametrize("axis", (0, 1))
+def test_none_stores_while_the_other_is_on(pair, axis):
+    pair.axes[1 - axis].state = pair.c.AXIS_OPERATION_ENABLED
+    assert pair.ask(write(0xC0, long(SAVE), US + axis)) == bytes([0x90, DEVICE_FAILURE])
+    assert pair.registers(0x2B, 1, unit=US + axis) == [pair.c.ERROR_SAVE_BESIDE_ON]
+
+
+@pytest.mark.parametrize("axis", (0, 1))
 def test_each_stores_for_itself(pair, axis):
     c = pair.c
     pair.axes[axis].params.ramp_rpm_s = 1234
