@@ -12,6 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "tools"))
 
+from eds import AXIS  # noqa: E402
 from modbus_page import PARAMS, REACTIONS, objects, reactions  # noqa: E402
 from param_rows import param_rows, texts  # noqa: E402
 from reference_page import fault_texts, numbers, refusal_texts, unit_of  # noqa: E402
@@ -35,6 +36,8 @@ def rows():
     for number, name, choices, initial in reactions(ROOT):
         yield ("reaction", number, REACTIONS + number, 1, f"0x{OWN_REACTIONS + number:04X}", 0, name, "U16", "RW", "", "", "",
                initial, ", ".join(choices))
+    yield ("axis", 2, "", "", f"0x{AXIS:04X}", *[""] * 8,
+           "of a drive with two axes: objects from 0x2000 on stand so much further; the same registers under the next address")
     said = fault_texts()
     for name, (number, remark) in numbers("fault/fault.h").items():
         if number:

@@ -11,7 +11,7 @@ SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP, RESET = 0x06, 0x07, 0x0F, 0x02, 0x80
 SET_POINT, RELATIVE = 0x10, 0x40
 REFUSED, REACHED, TAKEN = 1 << 8, 1 << 10, 1 << 12
 PP, PV, TQ, HM, CSP, CSV, CST = 1, 3, 4, 6, 8, 9, 10
-SERVO_DRIVE = 0x00020192  # object 0x1000
+SERVO_DRIVE, SEVERAL = 0x00020192, 0xFFFF0192  # object 0x1000; of a CAN node with two axes
 CYCLIC = {"csp": (CSP, "target_position"), "csv": (CSV, "target_velocity"), "cst": (CST, "target_torque")}
 METHODS = {"index": 34, "block": -1}
 SAVE = int.from_bytes(b"save", "little")
@@ -22,12 +22,12 @@ STATES = {(0x4F, 0x40): "switch on disabled", (0x6F, 0x21): "ready to switch on"
 
 
 class BusDrive(Drive):
-    """`line` has read(entry), write(entry, value), close(); registers: a file, or what the package has."""
+    """`line` has read(entry), write(entry, value), close(), second(); registers: a file, or what the package has."""
 
     def __init__(self, line, registers=None):
         self._line, self._mode, self._rated_a = line, 0, 0.0
         try:
-            self._registers = Registers(registers)
+            self._registers = registers if isinstance(registers, Registers) else Registers(registers)
             self._see_whose_list()
         except BaseException:
             line.close()
@@ -35,12 +35,15 @@ class BusDrive(Drive):
 
     def _see_whose_list(self):
         """Parameters are found by their place in the list: that of another firmware would have others there."""
-        if self._read("device_type") != SERVO_DRIVE:
+        if self._read("device_type") not in (SERVO_DRIVE, SEVERAL):
             raise Refused("what answers there is no servo drive of CiA 402")
         count = self._read("parameter_count")
         if count != len(self._registers.parameters):
             raise Refused(f"the drive has {count} parameters and the list {len(self._registers.parameters)}: it is of another "
                           "version; `make client` beside the drive's image writes the right one, for registers=")
+
+    def _make_second(self):
+        return BusDrive(self._line.second(), self._registers)
 
     def close(self):
         self._line.close()

@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Objects by SDO of CANopen, with python-can's interfaces (socketcan, socketcand, slcan, pcan, ...)."""
+import copy
+
 from .errors import Refused, Silent
 
 ANSWER_S = 5.0  # `save` is answered when it is done
+AXES_FROM, AXIS = 0x2000, 0x800  # objects from there on are each axis', the second's so much further
+NO_OBJECT = 0x06020000
 
 
 class CanLine:
@@ -13,7 +17,7 @@ class CanLine:
         import canopen
 
         self._errors, self._can_error = canopen, can.CanError
-        self._network = canopen.Network()
+        self._network, self._offset = canopen.Network(), 0
         try:
             self._network.connect(interface=interface, channel=channel, **options)
         except (can.CanError, OSError, ValueError) as error:
@@ -24,18 +28,29 @@ class CanLine:
     def close(self):
         self._network.disconnect()
 
+    def second(self):
+        """The same line for axis 2."""
+        other = copy.copy(self)
+        other._offset, other.close = AXIS, lambda: None
+        return other
+
+    def _index(self, entry):
+        return entry.index + (self._offset if entry.index >= AXES_FROM else 0)
+
     def read(self, entry):
-        data = self._answered(entry, self._sdo.upload, entry.index, entry.subindex)
+        data = self._answered(entry, self._sdo.upload, self._index(entry), entry.subindex)
         return int.from_bytes(data, "little", signed=entry.signed)
 
     def write(self, entry, value):
         data = value.to_bytes(entry.bits // 8, "little", signed=entry.signed)
-        self._answered(entry, self._sdo.download, entry.index, entry.subindex, data)
+        self._answered(entry, self._sdo.download, self._index(entry), entry.subindex, data)
 
     def _answered(self, entry, ask, *arguments):
         try:
             return ask(*arguments)
         except self._errors.SdoAbortedError as error:
+            if self._offset and error.code == NO_OBJECT:
+                raise Refused("this drive has no axis 2") from error
             raise Refused(f"{entry.name}: {error}") from error
         except (self._errors.SdoCommunicationError, self._can_error, OSError) as error:
             raise Silent(f"{entry.name}: {error}") from error

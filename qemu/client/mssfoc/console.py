@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A drive by its console (docs/console.md): a serial port, or a TCP port that carries the same characters."""
+import contextlib
+import copy
 import re
 import time
 
@@ -14,7 +16,7 @@ from .frames import Splitter
 
 BAUD = 115200
 ANSWER_S = 20.0  # the longest answer, a whole capture, takes 3 s at 115200 baud; a slow simulation takes longer
-ARRIVED = ("done: in position", "done: homed")
+ARRIVED = re.compile(r"done: (?:axis (\d): )?(?:in position|homed)")
 QUIET_S = 0.3    # without text: nothing of an earlier answer is still to come
 PIECE_S = 0.02
 
@@ -27,21 +29,37 @@ class ConsoleDrive(Drive):
             self._port = serial.serial_for_url(place, BAUD, timeout=PIECE_S, exclusive=True)
         except (serial.SerialException, ValueError, OSError) as error:
             raise Silent(f"{place} cannot be opened: {error}") from error
-        self._answers, self._splitter, self._done, self._lost = Answers(), Splitter(), "", False
+        self._answers, self._splitter, self._lost = Answers(), Splitter(), False
+        self._console, self._number, self._prefix = self, 1, ""
+        self._there = set()  # axes that have arrived
         self.said = []  # lines that came unasked, the oldest first
         try:
             self._enter_mode()
+            self._see_axes()
         except BaseException:
             self._port.close()
             raise
 
     def close(self):
         """The console is for people again."""
-        try:
-            self.ask("machine off")
-        except Error:
-            pass  # it does not hear
+        if self._console is not self:
+            return
+        with contextlib.suppress(Error):  # it does not hear
+            self._ask("machine off")
         self._port.close()
+
+    def _see_axes(self):
+        """With two each line names its own: which one is chosen is for people, and for the scope."""
+        with contextlib.suppress(Refused):  # such a line is none where there is one
+            self._ask("axis 1 status")
+            self._prefix = "axis 1 "
+
+    def _make_second(self):
+        if not self._prefix:
+            raise Refused("this drive has no axis 2")
+        second = copy.copy(self)  # but for what its lines begin with, all is the console's
+        second._number, second._prefix, second._started = 2, "axis 2 ", False
+        return second
 
     # ---- lines ----
 
@@ -49,6 +67,9 @@ class ConsoleDrive(Drive):
         """The lines of the answer to any line of the console. Raises Refused where the drive answers with an error."""
         if not line.isascii() or not line.isprintable():
             raise Refused("a line of the console has printable characters only")
+        return self._console._ask(self._prefix + line)
+
+    def _ask(self, line):
         if self._lost:  # an answer may still be to come that is not this one's
             self._enter_mode()
         while self._port.in_waiting:
@@ -92,15 +113,16 @@ class ConsoleDrive(Drive):
         for piece in self._splitter.take(data):
             for line in self._answers.take(piece) if isinstance(piece, bytes) else ():
                 self.said.append(line)
-                self._done = line if line in ARRIVED else self._done
+                if found := ARRIVED.fullmatch(line):
+                    self._there.add(int(found[1] or 1))
         return bool(data)
 
     # ---- what drive.py asks for ----
 
     def _command(self, word, value=None):
         while self._port.in_waiting:  # a line of what was asked before
-            self._hear()
-        self._done = ""
+            self._console._hear()
+        self._there.discard(self._number)
         self.ask(word if value is None else f"{word} {value}")
 
     def _cyclic(self, word, value):
@@ -109,9 +131,10 @@ class ConsoleDrive(Drive):
     def _arrived(self):
         """A move ends with a line of its own; one that ends otherwise has left operation."""
         state = self.state()
-        if not self._done and state != OPERATES and not self.fault():
+        there = self._number in self._there
+        if not there and state != OPERATES and not self.fault():
             raise Error(f"it has ended in another state: {state}")
-        return bool(self._done)
+        return there
 
     def _fields(self):
         found = texts.fields(self.ask("status"))
@@ -150,10 +173,15 @@ class ConsoleDrive(Drive):
         """Keeps parameters and reactions over power-off; while off and at rest."""
         self.ask("save")
 
-    # ---- the scope ----
+    # ---- the scope, which is with one axis at a time ----
+
+    def _take_scope(self):
+        if self._prefix:
+            self._console._ask(self._prefix.strip())
 
     def signals(self):
         """{name: Signal} that a capture can hold."""
+        self._take_scope()
         return texts.signals(self.ask("scope list"))
 
     def arm(self, names, trigger="never", before=0, every=1):
@@ -161,6 +189,7 @@ class ConsoleDrive(Drive):
 
         trigger   as the console has it, "speed rises 500"; a fault is one in any case. before: samples ahead of it
         """
+        self._take_scope()
         for line in (f"signals {','.join(names)}", f"every {every}", f"before {before}", f"trigger {trigger}", "arm"):
             self.ask(f"scope {line}")
 
@@ -178,4 +207,5 @@ class ConsoleDrive(Drive):
 
     def fault_capture(self):
         """What the last fault left: a Capture, or Refused."""
+        self._take_scope()
         return Capture.of(texts.capture(self.ask("scope fault")), self.signals())

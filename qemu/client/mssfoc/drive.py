@@ -17,6 +17,7 @@ LOOK_S = 0.05      # between two looks at the state
 ATTEMPTS = 3       # to switch off on a line that is disturbed
 OPERATES, STOPS, REACTS = "operation enabled", "quick stop active", "fault reaction active"
 BRAKING = (OPERATES, STOPS, REACTS)
+AXES = (1, 2)
 
 
 @dataclass(frozen=True)
@@ -37,20 +38,39 @@ class Fault:
 
 
 class Drive:
-    """A context manager: at its end the drive is stopped, if it was started from here, and the line closed."""
+    """A context manager: at its end the drive is stopped, if it was started from here, and the line closed.
 
-    _started = False
+    Of a drive with two axes it is the first; `axis(2)` is the other. They share the line, which ends with the first.
+    """
+
+    _started, _first, _second = False, None, None
 
     def __enter__(self):
         return self
 
     def __exit__(self, kind, *_):
-        try:
-            if self._started:
-                with contextlib.suppress(Error) if kind else contextlib.nullcontext():  # what ended the block says more
-                    self.stop()
-        finally:
-            self.close()
+        started = [one for one in (self, self._second) if one and one._started]
+        with contextlib.ExitStack() as last_is_first:
+            last_is_first.callback(self.close)
+            for one in started:
+                last_is_first.callback(one._end, kind)
+            for one in started[:-1]:  # it does not turn on until the other is at rest
+                with contextlib.suppress(Error):
+                    one._brake()
+
+    def _end(self, kind):
+        with contextlib.suppress(Error) if kind else contextlib.nullcontext():  # what ended the block says more
+            self.stop()
+
+    def axis(self, number):
+        """The Drive of axis 1 or 2 of this drive. What was started through it stops with this one, too."""
+        first = self._first or self
+        if number not in AXES:
+            raise Refused(f"axes are {AXES[0]} and {AXES[1]}, not {number!r}")
+        if number == 2 and first._second is None:
+            second = first._make_second()
+            second._first, first._second = first, second
+        return first if number == 1 else first._second
 
     # ---- states ----
 
@@ -65,11 +85,14 @@ class Drive:
     def stop(self, patience_s=PATIENCE_S):
         """Brakes to rest, then off, from whatever state; a stop that a fault began goes on. Whatever happens, off is sent."""
         try:
-            if self.state() == OPERATES:
-                self._command("quickstop")
+            self._brake()
             self.wait(lambda: self.state() not in BRAKING, "it does not come to rest", patience_s, faults=False)
         finally:
             self.off()
+
+    def _brake(self):
+        if self.state() == OPERATES:
+            self._command("quickstop")
 
     def off(self):
         """The bridge off at once; the motor coasts."""

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Registers by Modbus RTU, at a serial port or a TCP port that carries the same frames."""
+import copy
+
 from .errors import Refused, Silent
 
 ANSWER_S, ATTEMPTS = 1.0, 3
@@ -7,6 +9,7 @@ STORED_S = 10.0  # `save` is answered when it is done
 # what the drive's exceptions mean (docs/modbus.md)
 MEANS = {"IllegalRequestError": "unknown or read-only, a value out of range, or parameters that do not fit together",
          "SlaveReportedException": "not in this state; parameters change only while the drive is off"}
+ADDRESS_MOST = 247
 PARITIES = {"N": 2, "O": 1, "E": 1}  # -> stop bits
 
 
@@ -26,6 +29,15 @@ class ModbusLine:
 
     def close(self):
         self._slave.serial.close()
+
+    def second(self):
+        """The same line for axis 2: the drive answers for it under its next address."""
+        if self._slave.address == ADDRESS_MOST:
+            raise Refused(f"behind address {ADDRESS_MOST} there is none for axis 2")
+        other = copy.copy(self)
+        other._slave, other.close = copy.copy(self._slave), lambda: None
+        other._slave.address += 1
+        return other
 
     def read(self, entry):
         words = self._answered(entry, self._slave.read_registers, entry.register, _words(entry))
