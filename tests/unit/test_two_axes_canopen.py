@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Two axes in one node of CANopen: each its own objects, 0x800 apart; the node's affairs are both axes'."""
 import configparser
+import re
 import struct
 
 import pytest
@@ -8,6 +9,7 @@ from tools.eds import eds
 
 from unit.axes_at_rest import ALIKE, OBJECTS, OF_THE_LINE, PARAMS, fill
 from unit.can_node import EMERGENCY, NODE, PRE_OPERATIONAL, RESET_NODE, SDO_IN, START, STOP, Abort, Node
+from unit.conftest import ROOT
 
 AXIS = 0x800
 WORD, STATUS, SPEED, VELOCITY = 0x60400010, 0x60410010, 0x60FF0020, 0x606C0020
@@ -216,6 +218,22 @@ def test_a_sent_one_may_be_of_both(pair):
     remap(pair, 0x1801, 0x285 | 1 << 30, 0x10000020, 0x6FFF0020)
     types = [data for _, identifier, data in pair.wait(100) if identifier == 0x285]
     assert types == [struct.pack("<II", 0xFFFF0192, 0x00020192)]
+
+
+def test_the_page_gives_the_second_its_own(pair):
+    """The writes of docs/can.md, in their order."""
+    page = (ROOT / "docs/can.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| 0x(1[4-9A]03):([\d, ]+) \| (.*) \|$", page, re.MULTILINE)
+    for index, subs, values in rows:
+        for sub, value in zip(subs.split(", "), values.split("; ")):
+            number, _, node = value.partition(" + ")
+            pair.write(int(index, 16), int(sub), int(number, 0) + (NODE if node else 0), 1 if sub == "0" else 4)
+    assert len(rows) == 6
+    pair.nmt(START)
+    pair.axes[1].speed.speed_rpm_q4 = 16
+    sent = pair.say((0x500 + NODE, struct.pack("<Hi", 6, 123)), (0x80, b""))
+    assert points(pair) == [(0, 0), (6, 123)]
+    assert [data for identifier, data in sent if identifier == 0x485] == [struct.pack("<Hi", 0x0231, 1000)]
 
 
 @pytest.mark.parametrize("code, entry", [(0x06040041, STATUS + SECOND), (0x06040041, 0x68400020), (0x06040041, 0x38000020)])
