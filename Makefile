@@ -296,6 +296,7 @@ clean:
 help:
 	@echo 'make                 the image $(MSSFOC_IMAGE).{elf,hex,bin}, $(MSSFOC_IMAGE)-envm.hex and $(BUILD)/libmssfoc.a'
 	@echo 'make run             run the drive in QEMU on a motor, report, plot    [MOTOR=name SCENARIO=name SEED=n QEMU=path]'
+	@echo '                     two motors on one core: [MOTOR="a b" SCENARIO="x y"] (docs/plant.md)'
 	@echo '                     the plant: [PLANT=full|ideal|full,-effect... SPREAD=factor DETUNE="parameter*1.3 ..."] (docs/motors.md)'
 	@echo '                     the fabric: [FABRIC=model|rtl] C models, or the RTL, verilated, in their place (docs/fabric.md)'
 	@echo '                     the sensors: [SENSORS=amc1306] isolated modulators instead of the converters; with FABRIC=rtl'

@@ -186,7 +186,7 @@ def _report_all(results):
         write_json(result, result.out_dir / "report.json")
         draw(result, result.out_dir / "run.png")
         (result.out_dir / "trace.bin").unlink()  # trace.csv has the same
-        print_report(result, print, f"axis {number}: " if len(results) > 1 else "")
+        print_report(result, print, f"axis {number}: " if len(results) > 1 else "", with_load=number == len(results))
         print(f"written: {', '.join(shown(result.out_dir / name) for name in ('trace.csv', 'report.json', 'run.png'))}")
         if number < len(results):
             print()
@@ -213,11 +213,17 @@ def _plant(options):
             "sensors": options.sensors, "aligned": options.start == "aligned", "envm": options.envm, "chip": options.chip}
 
 
+def _only(motor):
+    if len(_names(motor, "MOTOR")) > 1:
+        raise LauncherError(f"MOTOR '{motor}' names two, which only make run plays")
+    return motor
+
+
 def _console(options):
     from .console import live_console
     from .simulate import DEFAULT_MOTOR
 
-    return live_console(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
+    return live_console(_only(options.motor or DEFAULT_MOTOR), options.seed, options.build, options.qemu, options.scenario,
                         options.console, options.modbus, options.can, **_plant(options))
 
 
@@ -232,7 +238,7 @@ def _scope(options):
     from scope.twin import Twin
     from .simulate import DEFAULT_MOTOR
 
-    far = Board(options.port) if options.port else Twin(options.motor or DEFAULT_MOTOR, options.seed, options.build,
+    far = Board(options.port) if options.port else Twin(_only(options.motor or DEFAULT_MOTOR), options.seed, options.build,
                                                         options.qemu, options.out, **_plant(options))
     return serve(far, options.at, not options.no_browser)
 
@@ -241,7 +247,7 @@ def _debug(options):
     from .console import debug_session
     from .simulate import DEFAULT_MOTOR
 
-    return debug_session(options.motor or DEFAULT_MOTOR, options.seed, options.build, options.qemu, options.scenario,
+    return debug_session(_only(options.motor or DEFAULT_MOTOR), options.seed, options.build, options.qemu, options.scenario,
                          options.port, options.modbus, options.can, **_plant(options))
 
 

@@ -82,6 +82,8 @@ def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMIN
     checked, image = Qemu(qemu), Image(build)
     out_dir = Path(out_dir) if out_dir else build / ("scope" if live else "console")
     symbols = Symbols(image.elf)
+    if symbols.axes > 1:
+        raise LauncherError(f"{shown(image.elf)} drives two motors, which only make run plays: make AXES=1 builds one for one")
     check_ranges(drive, ranges_of(symbols))
     keep(out_dir)
     files = prepare(out_dir)

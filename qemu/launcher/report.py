@@ -12,8 +12,8 @@ from .paths import REPO
 from .simulate import write
 
 
-def print_report(result, out, whose=""):
-    """The report in engineering units, one line a figure; `whose` begins the title where there are several."""
+def print_report(result, out, whose="", with_load=True):
+    """The report in engineering units, one line a figure; of several `whose` begins the title, and one has the core's load."""
     drive, rating = result.drive, result.drive.motor["rating"]
     out(f"{whose}{result.scenario.title}")
     out(f"  motor     {drive.motor.name}: {rating['rated_torque_nm']:g} N m, {rating['rated_current_a']:g} A peak,"
@@ -30,9 +30,10 @@ def print_report(result, out, whose=""):
         if figure.note:
             out(f"  {'':<{width}}  {figure.note}")
     out("")
-    for line in load_lines(result.load):
+    for line in load_lines(result.load) if with_load else []:
         out(f"  {line}")
-    out("")
+    if with_load:
+        out("")
     failed = [figure.name for figure in result.figures.values() if figure.passed is False]
     limited = sum(figure.limited for figure in result.figures.values())
     out(f"{len(failed)} of {limited} limits failed: {', '.join(failed)}" if failed else f"all {limited} limits hold")

@@ -30,8 +30,8 @@ const struct param_info param_table[] = { PARAMS };
 const unsigned param_count = sizeof param_table / sizeof param_table[0];
 extern struct current_loop current_loop;
 struct current_loop current_loop = { .i_d_q15 = 1 };
-extern struct axis axes[1];
-struct axis axes[1];
+extern struct axis axes[AXIS_COUNT];
+struct axis axes[AXIS_COUNT];
 static int32_t hidden;
 enum axis_state shown_state; enum fault shown_fault;
 int function(void) { hidden++; return hidden; }
@@ -51,9 +51,11 @@ if argv[-2:] == ["-M", "help"]:
     print("emcraft-sf2          a board" if behaviour != "no machine" else "virt   another"); sys.exit()
 value = lambda key: argv[argv.index(key) + 1]
 config = [line.split(None, 1) for line in open(value("-plugin").split("config=")[1]) if not line.startswith("#")]
-items = dict((key, rest.strip()) for key, rest in config)
-probes = [rest.split()[0] for key, rest in config if key == "probe"]
-typed = [rest.split(None, 2)[2].strip() for key, rest in config if key == "event" and rest.split()[1] == "console"]
+places = [n for n, (key, rest) in enumerate(config) if key == "axis"]
+axes = [config[start:end] for start, end in zip([0, *places], [*places, len(config)])]
+items = dict((key, rest.strip()) for key, rest in axes[0])
+events = sorted((rest.split(None, 2) for key, rest in config if key == "event"), key=lambda event: float(event[0]))
+typed = [event[2].strip() for event in events if event[1] == "console"]
 if behaviour == "hang":
     open(items["progress"] + ".pid", "w").write(str(os.getpid()) + "\\n")
     while True: time.sleep(60)
@@ -64,13 +66,13 @@ if behaviour == "lockup":
 if behaviour == "bad config":
     sys.stderr.write("mssfoc twin: twin.cfg:3: unknown key\\n"); sys.exit(1)
 end = float(items["end"]) if behaviour != "short" else float(items["end"]) / 2
-def write(key, names, rows):
-    with open(items[key], "wb") as out:
+def write(path, names, rows):
+    with open(path, "wb") as out:
         out.write((",".join(names) + "\\n").encode())
         array.array("d", [number for row in rows for number in row]).tofile(out)
-def trace():
+def trace(columns, w):
     for n in range(1, round(end * 20000)):
-        t = n / 20000; w = 100.0; angle = w * t
+        t = n / 20000; angle = w * t
         row = dict(t_s=t, speed_rad_s=w, theta_mech_rad=angle, vbus_V=24, gates=5, gate_live=1)
         for k, phase in enumerate("abc"):
             row["i_%s_A" % phase] = -2.0 * math.sin(4 * angle - k * 2 * math.pi / 3)
@@ -79,12 +81,14 @@ def trace():
         yield [row.get(name, 0) for name in columns]
 def interrupts():
     for n in range(1, round(end * 20000)):
-        yield n / 20000, 50, 800, 1800, 700 if n % 2 else 650, 400, 550, 0, 690, 0
+        for exception in range(50, 50 + len(axes)):
+            yield n / 20000, exception, 800, 1800, 700 if n % 2 else 650, 400, 550, 0, 690, 0
         if n % 20 == 0:
             yield n / 20000, 30, 0, 0, 400, 300, 0, 700, 400, 0
-columns = "{columns}".split(",") + probes
-write("trace", columns, trace())
-write("irqlog", "{irq_columns}".split(","), interrupts())
+for number, axis in enumerate(axes):
+    columns = "{columns}".split(",") + [rest.split()[0] for key, rest in axis if key == "probe"]
+    write(dict(axis)["trace"].strip(), columns, trace(columns, 100.0 / (1 + number)))
+write(items["irqlog"], "{irq_columns}".split(","), interrupts())
 open(items["progress"], "w").write(str(end) + "\\n")
 """
 
@@ -92,22 +96,41 @@ open(items["progress"], "w").write(str(end) + "\\n")
 @pytest.fixture(scope="session")
 def elf(tmp_path_factory):
     """The small ELF, compiled for the target as the image is."""
+    return elf_of(1, tmp_path_factory)
+
+
+@pytest.fixture(scope="session")
+def elf_of_two(tmp_path_factory):
+    """The same of an image that drives two motors."""
+    return elf_of(2, tmp_path_factory)
+
+
+def elf_of(axes, tmp_path_factory):
     compiler = shutil.which("arm-none-eabi-gcc")
     if compiler is None:
         pytest.fail("arm-none-eabi-gcc is not installed")
     folder = tmp_path_factory.mktemp("elf")
     params = ", ".join(f'{{"{name}", {low}, {high}, {start}, 0}}' for name, (low, high, start) in param_rows().items())
     (folder / "watched.c").write_text(WATCHED.replace("PARAMS", params))
-    subprocess.run([compiler, "-mcpu=cortex-m3", "-mthumb", "-g3", "-O1", "-nostdlib", "-ffreestanding", "-Ttext=0x100",
-                    "-Tdata=0x20000000", "-Wl,--no-warn-rwx-segments", "watched.c", "-o", "mssfoc.elf"], cwd=folder,
-                   check=True)
+    subprocess.run([compiler, f"-DAXIS_COUNT={axes}", "-mcpu=cortex-m3", "-mthumb", "-g3", "-O1", "-nostdlib", "-ffreestanding",
+                    "-Ttext=0x100", "-Tdata=0x20000000", "-Wl,--no-warn-rwx-segments", "watched.c", "-o", "mssfoc.elf"],
+                   cwd=folder, check=True)
     return folder / "mssfoc.elf"
 
 
 @pytest.fixture
 def build(elf, tmp_path):
     """A build folder with everything a run looks for."""
-    folder = tmp_path / "build"
+    return build_with(elf, tmp_path / "build")
+
+
+@pytest.fixture
+def build_of_two(elf_of_two, tmp_path):
+    """The same of an image that drives two motors."""
+    return build_with(elf_of_two, tmp_path / "two")
+
+
+def build_with(elf, folder):
     (folder / "qemu").mkdir(parents=True)
     shutil.copy(elf, folder / "mssfoc.elf")
     (folder / "mssfoc.hex").write_text(":00000001FF\n")
