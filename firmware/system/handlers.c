@@ -131,18 +131,15 @@ const struct loop_handlers handlers_of_axes[AXIS_COUNT] = {
  * Two axes have every second interrupt each, half a millisecond apart: one behind the other, the second would begin when the
  * first is done, which is not the same time each millisecond, and would miss conversions or find too many.
  */
-static uint32_t next_turn(void)
+static struct axis *whose_turn(void)
 {
-    static uint32_t turn;
-    if (AXIS_COUNT > 1u) {
-        turn = (turn + 1u) % AXIS_COUNT;
-    }
-    return turn;
+    struct axis *const last = &axes[AXIS_COUNT - 1u];
+    return AXIS_COUNT > 1u && last->time_ms != axes[0].time_ms ? last : &axes[0]; /* each step counts a millisecond */
 }
 
 void Timer1_IRQHandler(void)
 {
-    struct axis *const a = &axes[next_turn()];
+    struct axis *const a = whose_turn();
     mss_timer1_acknowledge();
     if (a == &axes[0]) {
         watch_device();

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The interrupts: their axes and priorities. The current loop has one handler per source of the angle, and
- * control/current_loop.h chooses; the slow loop is MSS timer 1, once a millisecond for each axis. Its clock comes from the same PLL as the
- * PWM, so the two never drift.
+ * control/current_loop.h chooses; the slow loop is MSS timer 1, once a millisecond for each axis. Its clock comes from the same
+ * PLL as the PWM, so the two never drift.
  */
 #ifndef FIRMWARE_SYSTEM_HANDLERS_H
 #define FIRMWARE_SYSTEM_HANDLERS_H
