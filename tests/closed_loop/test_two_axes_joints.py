@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""What one axis goes through must not be seen in the other: its interrupts, its speed. And what only both together can bear."""
+import numpy as np
+import pytest
+
+from launcher import simulate
+from launcher.load import SECOND_LOOP, load_irqlog
+from launcher.probes import code_of
+from rates.builds import OWN_HZ, build_of
+
+FIRST, SECOND = "teknic_m2310p", "maxon_ec22"
+STEADY_S = 1.6  # from here on axis 2 turns
+ENDS_S = 3.0
+LATER_NS = 400  # by critical sections of the other's: some 40 cycles, and a bus access that ends first
+DIFFERENT = 10  # interrupts of 28 000 that end together with the other's: the core goes from one into the other
+
+
+def line(t_s, text):
+    return {"t_s": t_s, "console": text}
+
+
+def event(t_s, kind, *args):
+    return {"t_s": t_s, "event": kind, "args": list(args)}
+
+
+STEADY = {"key": "steady", "title": "turns", "end_s": ENDS_S, "preamble_s": 0.05, "expect_refusal": ".*",
+          "step": [line(0.2, "on"), line(1.2, "speed 1500"), line(2.9, "status")]}
+STEPS = {
+    "nothing": [],
+    "on_and_off": [line(1.7, "on"), line(2.5, "off"), line(2.6, "on"), line(2.7, "off")],
+    "identify": [line(1.0, "identify")],
+    "fault_and_retry": [line(0.1, "reaction gate_driver off"), line(0.15, "set retry_ms 200"), line(0.25, "on"), line(1.4, "speed 900"),
+                        event(1.8, "driver_fault", "1"), event(1.9, "driver_fault", "0"), line(2.0, "clear"), line(2.1, "on")],
+    "settings": [line(1.7, "save"), line(1.8, "load"), line(1.9, "get all"), line(2.3, "help"), line(2.5, "defaults")],
+    "moves": [line(0.25, "on"), line(1.7, "speed 3000"), line(2.0, "torque 0.3"), line(2.2, "pp 8000"), line(2.6, "quickstop")],
+    "update": [line(1.65, "set pwm_update 1"), line(1.7, "on"), line(2.4, "off"), line(2.5, "set pwm_update 0"), line(2.55, "on")],
+    "off": [line(0.25, "on"), line(1.4, "speed 900"), line(1.8, "off")],
+}
+
+
+def play(out_dir, steps, **others):
+    build = build_of(OWN_HZ, "mssfoc.elf", "mssfoc.hex", folder="two-axes", AXES=2)
+    plan = {"key": "first", "title": "first", "end_s": ENDS_S, "preamble_s": 0.05, "expect_refusal": ".*", "step": steps}
+    return simulate(plan, FIRST, build=build, out_dir=out_dir, aligned=True, second={"motor": SECOND, "scenario": STEADY}, **others)
+
+
+def of_second(result):
+    log = load_irqlog(result.irqlog)
+    rows = (log["exception"] == SECOND_LOOP) & (log["t_s"] > STEADY_S)
+    return {name: log[name][rows] for name in ("cycles", "start_ns", "t_s")}
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    return of_second(play(tmp_path_factory.mktemp("alone"), STEPS["nothing"]))
+
+
+CASES = [pytest.param(what, marks=() if what in ("identify", "settings") else pytest.mark.rest)
+         for what in STEPS if what != "nothing"]
+
+
+@pytest.mark.parametrize("what", CASES)
+def test_the_other_s_interrupt_does_not_see_it(what, alone, tmp_path):
+    result = play(tmp_path, STEPS[what])
+    seen, count = of_second(result), len(alone["cycles"])
+    assert len(seen["cycles"]) == count, "no sample more or less"
+    assert np.count_nonzero(seen["cycles"] != alone["cycles"]) <= DIFFERENT
+    assert seen["cycles"].max() == alone["cycles"].max() and (seen["start_ns"] - alone["start_ns"]).max() <= LATER_NS
+    turning = result.second.trace.between(STEADY_S, ENDS_S)
+    assert turning["gate_live"].all() and not result.second.trace["fault"].any()
+    assert turning["speed_rpm"].min() > 1470 and turning["speed_rpm"].max() < 1530
+
+
+def test_only_one_is_identified_at_a_time(tmp_path):
+    both = play(tmp_path, [line(1.5, "axis 2 off"), line(2.5, "identify"), line(2.6, "axis 2 identify")])
+    assert "error: the other axis is identified" in both.second.console
+
+
+def test_a_processor_fault_opens_both_bridges(tmp_path):
+    result = play(tmp_path, [line(0.25, "on"), line(1.4, "speed 900"), event(2.0, "poke_rom", "&drive_step", "0xDE00"),
+                             event(2.002, "poke_rom", "&drive_step", "*drive_step")])
+    for one in (result, result.second):
+        assert one.trace.between(1.9, 2.0)["gate_live"].all()
+        assert not one.trace.between(2.0 + 0.6e-3, ENDS_S)["gate_live"].any()
+        assert one.trace["fault"][-1] == code_of(one.enums["fault"], "EXCEPTION")
+
+
+def test_settings_of_both_are_kept(tmp_path):
+    envm = tmp_path / "device.envm"
+    saved = [line(0.1, "set ramp_rpm_s 1234"), line(0.2, "axis 2 set ramp_rpm_s 4321"), line(0.3, "axis 2 off"), line(0.6, "save"),
+             line(0.8, "axis 2 save")]
+    first = play(tmp_path / "save", saved, envm=envm)
+    assert "slot A, save 1" in first.console and "slot A, save 1" in first.second.console
+    again = play(tmp_path / "load", [line(0.02, "get ramp_rpm_s"), line(0.03, "axis 2 get ramp_rpm_s")], envm=envm)
+    assert "ramp_rpm_s = 1234 " in again.console and "ramp_rpm_s = 4321 " in again.second.console
