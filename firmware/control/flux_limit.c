@@ -21,6 +21,7 @@
 #define SHORT_FREE    7  /* a 128th of i_max is ignored: flux costs more there */
 #define GAIN_LEAST_Q8 32 /* of the current loops' gains */
 #define V_D_MOST_Q10  (LOOP_V_D_MAX_STEPS * 1000 / CONFIG_RADIUS_STEPS) /* of the circle, less a 40th */
+#define PAST_SHIFT    4 /* of the circle: half of what v_d leaves when first */
 #define DROP_SHIFT    3 /* 8 ms: torque and flux limit depend on each other; a faster response could oscillate */
 #define DROP_MOST_Q15 (1 << 15)
 
@@ -83,8 +84,9 @@ static int32_t length_q15(const volatile struct current_loop *c)
 
 /*
  * The voltage lacking in the second axis (stage_weaken.h): its current error, as voltage for the flux. The voltages' length
- * does not show what the circle clips off harmonic peaks. Beyond the circle the hexagon's own harmonics are clipped off the
- * first axis, too: d's mean then stays short of its reference at any length.
+ * does not show what the circle clips off harmonic peaks. Driving, with q first, it does: a d current of most of i_max lags
+ * behind the pulses of a rectified bus whenever it falls, and flux for that would be lost for good. Beyond the circle the
+ * hexagon's own harmonics are clipped off the first axis, too: d's mean then stays short of its reference at any length.
  */
 static int32_t lacking_q15(struct flux_limit *s, const volatile struct current_loop *c, const struct tuning *t,
                            int32_t w_q15, int32_t most_q15)
@@ -95,9 +97,10 @@ static int32_t lacking_q15(struct flux_limit *s, const volatile struct current_l
     const int32_t wx_d_q11 = q15_sat16(tuning_reactance_q11(w_q15, t->x_d_q11));
     const int32_t wx_q_q11 = q15_sat16(tuning_reactance_q11(w_q15, t->x_q_q11));
     const bool q_first = c->weaken.q_first != 0;
-    const bool d_is_cut = !q_first && c->weaken.radius_steps > CONFIG_RADIUS_STEPS;
+    const bool brakes = q_first && c->v_d_q15 > 0;
+    const bool d_is_cut = !brakes && c->weaken.radius_steps > CONFIG_RADIUS_STEPS;
     s->short_d_q15 += ((d_is_cut ? -short_d_q15 : 0) - s->short_d_q15) >> SHORT_SHIFT;
-    const int32_t second = q_first ? short_d_q15 * wx_d_q11 : short_q_q15 * wx_q_q11;
+    const int32_t second = brakes ? short_d_q15 * wx_d_q11 : q_first ? 0 : short_q_q15 * wx_q_q11;
     const int32_t first = q15_max(s->short_d_q15 - (t->i_max_q15 >> SHORT_FREE), 0) * wx_d_q11;
     return q15_clamp((second >> 11) + (first >> 11), -most_q15, 8 * most_q15);
 }
@@ -221,16 +224,24 @@ static int32_t steady_room_steps(const volatile struct current_loop *c, const st
 }
 
 /*
- * q is first only while braking takes more than half of the circle in v_d, which is then > 0 in either direction. With less,
- * there is little braking: most voltage may be EMF, and d keeps what it needs to weaken it. Braking lasts until the current is
- * gone, later than the demand for it.
+ * q is first while v_d takes more than half of the circle and a lack of v_q would take still more of it: while braking; and
+ * while driving with more than cancels the magnets, v_q against the speed, where a salient rotor has its most torque per
+ * voltage. With less v_d there is little torque: most voltage may be EMF, and d keeps what it needs to weaken it. Braking,
+ * whose v_d is > 0 in either direction, lasts until the current is gone, later than the demand for it.
  */
+static bool q_comes_first(const volatile struct current_loop *c, int32_t w_q15, bool braking, int32_t circle)
+{
+    const int32_t against_q15 = w_q15 < 0 ? c->v_q_q15 : -c->v_q_q15;
+    const int32_t half_q15 = circle >> 1;
+    return braking ? c->v_d_q15 > half_q15 : c->v_d_q15 < -half_q15 && against_q15 > circle >> PAST_SHIFT;
+}
+
 void flux_limit_guide(volatile struct current_loop *c, const struct tuning *t, int32_t vbus_q15)
 {
     const int32_t w_q15 = current_loop_w_q15(c);
     const int32_t radius_steps = c->weaken.radius_steps;
     const bool braking = ((c->i_q_ref_q15 ^ w_q15) | (c->i_q_q15 ^ w_q15)) < 0;
-    const bool q_first = braking && c->v_d_q15 > circle_q15(vbus_q15, radius_steps) >> 1;
+    const bool q_first = q_comes_first(c, w_q15, braking, circle_q15(vbus_q15, radius_steps));
     c->weaken.gain_share_q8 = gain_share_q8(c, t, w_q15, vbus_q15);
     c->weaken.q_first = q_first ? -1 : 0;
     c->weaken.first_max_steps = q_first   ? WEAKEN_Q_MAX_STEPS(radius_steps)

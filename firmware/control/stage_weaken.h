@@ -4,8 +4,8 @@
  *
  * Priority. Past the most torque per voltage, a machine with much reluctance has nearly all its voltage in d. So v_d may take
  * nearly all of the circle, v_q the rest: a root, no table. That works while motoring: a lack of v_q reduces i_q, and with it
- * v_d. While braking, it would increase i_q and take still more v_d. So then v_q comes first: a lack of v_d weakens the field
- * and so reduces the v_q needed.
+ * v_d. While braking, or with v_q against the speed, it would increase i_q and take still more v_d. So then v_q comes first: a
+ * lack of v_d changes the field so that less v_q is needed.
  *
  * Retreat. If v_q wants more than the circle leaves, in the EMF's direction, the EMF is too large: the bus has fallen, or the
  * shaft is faster than the slow loop knew. i_d then drops below its reference by a share of the missing voltage over w L_d,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from launcher import simulate
-from launcher.capability import CIRCLE, machine_of
+from launcher.capability import CIRCLE, base_speed_rpm, machine_of
 from launcher.drive import load_drive
 from launcher.kinds_speed import moving_mean
 
@@ -129,3 +129,46 @@ def test_braking_ends_deep_in_weakening(name, tmp_path):
     assert result.trace.between(held + 0.2, held + 0.25)["torque_mean_Nm"].mean() < 0, "it braked"
     rest = result.trace.between(held + 0.28, held + 0.33)
     assert abs(rest["torque_mean_Nm"].mean()) < 0.05 * result.drive.motor["rating"]["rated_torque_nm"]
+
+
+# more current than cancels the magnets, i_max L_d > psi: drawn salient rotors, and a shipped one with twice its inductances
+WIDE = {"motor": {"electrical": {"ld_h": 0.0176, "lq_h": 0.0176}}}
+BEYOND = {  # motor, times its base speed: what it differs in; what it was told wrong
+    ("lot:43", 2): ({}, ""), ("lot:43", 3): ({}, ""), ("lot:25", 1.5): ({}, ""), ("lot:25", 3): ({}, ""),
+    ("lot:23", 2): ({}, ""), ("estun_emj04apb22", 2): (WIDE, ""), ("estun_emj04apb22", 3): (WIDE, ""),
+    ("estun_emj04apb22", 2.5): (WIDE, "ld_uh*0.8 lq_uh*0.8")}
+
+
+def beyond_the_magnets(tmp_path, motor, times, machine, detune):
+    """A bench takes the shaft to its speed, then all torque is asked for; (result, the last 0.12 s, rpm)."""
+    drive = load_drive(motor, machine, aligned=True)
+    i_max_a = drive.params["i_max_ma"] / 1000
+    rpm = round(times * base_speed_rpm(machine_of(drive, 60.0), KEPT * CIRCLE * drive.inverter["supply"]["vbus_v"], i_max_a))
+    params = {"speed_max_rpm": round(1.35 * rpm), "overspeed_rpm": round(1.5 * rpm),
+              "v_min_mv": round(600 * drive.inverter["supply"]["vbus_v"])}
+    overrides = {**machine, "params": params}
+    up = ON_S + load_drive(motor, overrides, aligned=True).on_time_s + 0.05
+    spin = [{"t_s": up + 0.005 * n, "event": "spin_rad_s", "args": [f"{rpm * n / 50 * math.pi / 30}"]} for n in range(1, 51)]
+    steps = [{"t_s": 0.1, "console": "set emf_beyond_v_max 1"}, {"t_s": ON_S, "console": "on"},
+             {"t_s": up - 0.01, "console": "torque 0"}, *spin, {"t_s": up + 0.3, "console": f"torque {i_max_a:.3f}"}]
+    scenario = {"key": "weakening", "end_s": up + 0.72, "preamble_s": 0.05, "step": steps}
+    result = simulate(scenario, motor=motor, out_dir=tmp_path, overrides=overrides, aligned=True, plant="full", spread=0,
+                      detune=detune)
+    return result, result.trace.between(up + 0.6, up + 0.72), rpm
+
+
+@pytest.mark.parametrize("motor, times", [pytest.param(*case, marks=pytest.mark.rest if case != ("lot:43", 2) else ())
+                                          for case in BEYOND])
+def test_more_current_than_cancels_the_magnets(motor, times, tmp_path):
+    """Most torque per voltage has v_q against the speed: the currents come to their references there, and give the torque."""
+    result, full, rpm = beyond_the_magnets(tmp_path, motor, times, *BEYOND[motor, times])
+    machine, i_max_a = machine_of(result.drive, 60.0), result.drive.params["i_max_ma"] / 1000
+    assert i_max_a > 1.4 * machine.flux_wb / machine.ld_h, "a motor of another kind"
+    rectified = result.drive.inverter["supply"]["rectifier_hz"] != 0
+    assert full["torque_mean_Nm"].mean() >= (0.87 if rectified else 0.9) * theory(result, full, rpm, KEPT)
+    for axis in "dq":
+        off = full[f"i_{axis}_true_A"].mean() - full[f"i_{axis}_ref_A"].mean()
+        assert abs(off) < (0.09 if rectified else 0.05) * i_max_a, axis
+    assert max(full[f"i_{phase}_peak_A"].max() for phase in "abc") <= 1.1 * i_max_a
+    assert "voltage limit" not in result.console
+    assert set(np.unique(result.trace["fault"])) == {0}

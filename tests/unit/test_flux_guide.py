@@ -23,12 +23,12 @@ def tuning(c):
     return tuned(c)
 
 
-def guided(c, tuning, w=FAST, i_q=0, i_q_ref=0, v_d=0, before=None, kick=0):
+def guided(c, tuning, w=FAST, i_q=0, i_q_ref=0, v_d=0, v_q=0, before=None, kick=0):
     loop = c.current_loop()
     c.current_loop_init(loop)
     loop.pll.speed_q32 = w << loop.w_shift
     loop.i_q_q15, loop.i_q_ref_q15, loop.v_d_q15, loop.kp_q_q9 = i_q, i_q_ref, v_d, 4000
-    loop.weaken.radius_steps, loop.weaken.kick_steps = RADIUS, kick
+    loop.v_q_q15, loop.weaken.radius_steps, loop.weaken.kick_steps = v_q, RADIUS, kick
     loop.weaken.i_q_ref_before_q15 = i_q_ref if before is None else before
     c.flux_limit_guide(loop, tuning, VBUS)
     return loop.weaken
@@ -43,6 +43,19 @@ def test_braking_lasts_until_its_current_has_gone(c, tuning, way):
     assert guided(c, tuning, i_q=-way * 900, i_q_ref=way * 900, **full).q_first == -1
     assert guided(c, tuning, i_q=way * 900, i_q_ref=way * 900, **full).q_first == 0
     assert guided(c, tuning, w=way * FAST, i_q=-way * 900, i_q_ref=-way * 900, v_d=2000).q_first == 0, "little v_d"
+
+
+@pytest.mark.parametrize("way", (1, -1))
+def test_driving_past_what_cancels_the_magnets_q_is_first(c, tuning, way):
+    """Then a lack of v_q, which is against the speed, takes more v_d: beyond half of the circle, and no harmonic's swing."""
+    def first(v_d, v_q):
+        return guided(c, tuning, w=way * FAST, i_q=way * 900, i_q_ref=way * 900, v_d=v_d, v_q=way * v_q).q_first
+    circle = RADIUS / STEPS * VBUS
+    assert first(-round(0.99 * circle), -round(circle / 8)) == -1, "what d first leaves to q: it would stay there"
+    assert first(-round(0.8 * circle), -round(0.6 * circle)) == -1
+    assert first(-round(0.99 * circle), round(circle / 8)) == 0, "weakened, not past"
+    assert first(-round(0.99 * circle), -round(circle / 20)) == 0
+    assert first(-round(0.4 * circle), -round(0.9 * circle)) == 0, "little torque: d holds the flux"
 
 
 @pytest.mark.parametrize("i_q_ref", (0, 1500, -1500, 4000))
@@ -131,11 +144,11 @@ def test_flux_limit_of_the_weakening_handlers_sees_what_a_current_lacks(c, axis,
     assert trim(-round(3 * most / per)) == trim(-round(9 * most / per)) == pytest.approx(100 + most, abs=2)
 
 
-def lacking_with_d_short(c, tuning, radius, short, q_first=0, ms=200):
+def lacking_with_d_short(c, tuning, radius, short, q_first=0, ms=200, v_d=6000):
     """What the trim goes down by in a millisecond, voltages at the target: the d current lacks so much of its reference."""
     loop, limit = c.current_loop(), c.flux_limit()
     c.current_loop_init(loop)
-    loop.pll.speed_q32, loop.v_d_q15, loop.weaken.radius_steps = FAST << loop.w_shift, 6000, radius
+    loop.pll.speed_q32, loop.v_d_q15, loop.weaken.radius_steps = FAST << loop.w_shift, v_d, radius
     loop.weaken.on, loop.weaken.q_first = True, q_first
     loop.i_d_ref_q15 = -6000
     limit.decides = True
@@ -157,3 +170,13 @@ def test_beyond_the_circle_a_d_current_that_is_cut_short_costs_flux(c, tuning):
     assert swings - none < (short - none) / 4
     within = [lacking_with_d_short(c, tuning, RADIUS, lambda n, i=i: i) for i in (0, 1000)]
     assert within[0] == within[1], "within the circle d has all"
+
+
+def test_driving_with_q_first_only_a_lasting_lack_of_d_beyond_the_circle_costs_flux(c, tuning):
+    """The voltages' length shows it within the circle; behind a pulsing bus d lags whenever that falls."""
+    def lacking(short, radius, v_d=-6000):
+        return lacking_with_d_short(c, tuning, radius, lambda n: short, q_first=-1, v_d=v_d)
+    assert lacking(1000, RADIUS) == lacking(0, RADIUS) == lacking(-1000, RADIUS)
+    six_step = round(STEPS * 2 / math.pi)
+    assert lacking(1000, six_step) > lacking(0, six_step)
+    assert lacking(-1000, RADIUS, 6000) > lacking(0, RADIUS, 6000), "a braking lack"
