@@ -11,11 +11,16 @@ static void by_frame(const struct axis *a, struct rotor_seed *seed)
     seed->clock = encoder_latch_clock(&a->fabric->encoder);
 }
 
-/* Counts were lost one by one: uses the EMF of the last four milliseconds, in the frame of the last sample. */
-static void by_emf(const struct axis *a, struct rotor_seed *seed)
+/* Counts were lost one by one: by the index, else the EMF of the last four milliseconds, in the frame of the last sample. */
+static void by_slip(const struct axis *a, struct rotor_seed *seed)
 {
+    const struct encoder_watch *const e = &a->supervision.encoder;
     by_frame(a, seed);
-    seed->angle_q32 += emf_angle_q32(&a->supervision.encoder.emf.filtered, seed->speed_q32 < 0);
+    if (e->index_slip) {
+        seed->angle_q32 -= (uint32_t)e->index_drift * a->loop.encoder_scale_q32;
+        return;
+    }
+    seed->angle_q32 += emf_angle_q32(&e->emf.filtered, seed->speed_q32 < 0);
 }
 
 /* The index tells how many counts it is off, unless the index itself is wrong and the EMF agrees with the frame. */
@@ -67,7 +72,7 @@ void encoder_watch_seed(const struct axis *a, enum fault cause, struct rotor_see
     } else if (a->supervision.encoder.doubt_ms != 0u) {
         *seed = a->supervision.encoder.sound;
     } else if (cause == FAULT_ENCODER_SLIP) {
-        by_emf(a, seed);
+        by_slip(a, seed);
     } else {
         by_index(a, seed);
     }

@@ -18,7 +18,7 @@
 #define STILL_COUNTS 8u
 #define INDEX_COUNTS 2  /* from pulse to pulse */
 #define EMF_TURN     1u /* the EMF is computed, */
-#define JUDGE_TURN   3u /* and judged */
+#define JUDGE_TURN   3u /* and judged; in the others it is held against what it was */
 #define INDEX_DRIFT  4  /* from the first pulse, in the same direction */
 
 static int32_t w_of(const struct axis *a, int32_t speed_q32)
@@ -164,6 +164,15 @@ static void judge_by_emf(struct axis *a)
     }
 }
 
+/* Counts lost one by one are an EMF that turns at the same speed and current, whatever it was taken for at first. */
+static void watch_slip(struct axis *a, struct encoder_watch *e)
+{
+    int32_t phase;
+    if (slip_watch_step(&e->slip, &e->emf, &a->loop, &a->tuning) && !phase_watch_suspects(a, &phase)) {
+        fault_report(a, FAULT_ENCODER_SLIP, emf_angle_deg(&e->emf.filtered, e->speed_before_q32 < 0), 0);
+    }
+}
+
 /* No count although the earlier speed should have given enough by now, or 1/share of it. */
 static bool counts_are_due(const struct axis *a, uint32_t share)
 {
@@ -185,6 +194,16 @@ bool encoder_watch_may_be_dead(const struct axis *a)
     return a->supervision.encoder.still_ms != 0u && counts_are_due(a, 4);
 }
 
+/*
+ * A pulse beyond a jump is a slip, if the pulse before was off to the same side already: counts were lost. If not, the pulse
+ * itself may be wrong.
+ */
+static bool index_shows_slip(const struct axis *a, const struct encoder_watch *e, int32_t drift_before, int32_t drift)
+{
+    const bool again = drift < 0 ? drift_before < -INDEX_DRIFT : drift_before > INDEX_DRIFT;
+    return again && (uint64_t)q15_abs(drift) * a->tuning.encoder_scale_q32 > e->jump_least_q32;
+}
+
 /* A pulse must come where the last one in this direction did; the pulse has a width, so each direction has its own place. */
 static void look_at_index(struct axis *a)
 {
@@ -201,9 +220,14 @@ static void look_at_index(struct axis *a)
     } else {
         const int32_t off = counts_between(a, (uint32_t)e->index_last[way], now);
         const int32_t drift = counts_between(a, (uint32_t)e->index_first[way], now);
+        e->index_slip = index_shows_slip(a, e, e->index_drift, drift);
         e->index_drift = drift;
         if (q15_abs(off) > INDEX_COUNTS || q15_abs(drift) > INDEX_DRIFT) {
             fault_report(a, FAULT_ENCODER_COUNTS, drift, a->params.encoder_counts + (way == 0u ? off : -off));
+        }
+        if (e->index_slip) {
+            const uint32_t drift_q32 = (uint32_t)drift * a->tuning.encoder_scale_q32;
+            fault_report(a, FAULT_ENCODER_SLIP, degrees((int32_t)drift_q32), 0);
         }
     }
     e->index_last[way] = (int32_t)now;
@@ -264,6 +288,8 @@ static void encoder_watch_look_at_emf(struct axis *a, struct encoder_watch *e, u
         look_in_doubt(a, e);
     } else if (turn == EMF_TURN) {
         emf_step(&e->emf, &a->loop, &a->tuning, w_q15, w_q15);
+    } else if (turn % 2u == 0u) {
+        watch_slip(a, e);
     } else if (turn == JUDGE_TURN) {
         encoder_watch_judge(a, e);
     }

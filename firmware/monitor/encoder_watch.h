@@ -13,10 +13,12 @@
 
 #include "firmware/control/emf.h"
 #include "firmware/fault/fault.h"
+#include "firmware/monitor/slip_watch.h"
 #include "firmware/source/rotor_seed.h"
 
 struct encoder_watch {
     struct emf emf;
+    struct slip_watch slip;
     int32_t speed_q32;            /* the observer's at the last step */
     int32_t speed_before_q32;     /* and one step earlier */
     uint32_t doubt_ms;            /* how much longer the encoder is in doubt */
@@ -36,6 +38,7 @@ struct encoder_watch {
     int32_t index_first[2], index_last[2];
     bool index_known[2];
     int32_t index_drift; /* at the last pulse, since the first */
+    bool index_slip;     /* and whether that is a slip */
     uint32_t index;      /* as last read */
 };
 

@@ -599,3 +599,32 @@ def test_a_jump_of_any_size_is_doubted_by_its_magnitude(c, surprise):
     watch.speed_q32 = -surprise
     c.encoder_watch_step(motor.axis, 0)
     assert (watch.doubt_ms != 0) == (abs(surprise) > watch.jump_limit_q32) == (abs(surprise) > 1)
+
+
+def loses(degrees_each, every_ms):
+    """What an encoder does that loses so much every so many milliseconds."""
+    counts = round(degrees_each / 360 * 1000)  # of 4000 with 4 pole pairs
+
+    def before(m):
+        m.slip += counts if m.axis.time_ms % every_ms == 0 else 0
+    return before
+
+
+@pytest.mark.parametrize("rpm", (2000, -3000))
+@pytest.mark.parametrize("told", ({}, {"ld_uh": 400, "lq_uh": 400}, {"ld_uh": 100, "lq_uh": 100}))
+def test_counts_lost_one_by_one_under_load_are_a_slip_before_30_degrees(motor, rpm, told):
+    """No index comes here. Lq, which is learnt, would take it for its own error: the EMF is held against what it was."""
+    m = motor(rpm, 7.1 if rpm > 0 else -7.1, **told)
+    m.step(700)
+    assert m.fault == "NONE"
+    assert m.until_fault(400, loses(0.36, 4)) is not None and m.fault == "ENCODER_SLIP"
+    assert abs(m.slip) * 0.36 < 30
+
+
+@pytest.mark.parametrize("load_a", ((7.1, 1.0), (7.1, -7.1), (2.0, 8.0), (7.0, 6.0)))
+def test_a_load_that_comes_and_goes_is_no_slip(motor, load_a):
+    m = motor(3000, load_a[0], ld_uh=400, lq_uh=400)
+    for n in range(12):
+        m.i_a = load_a[n % 2]
+        m.step(150)
+    assert m.fault == "NONE" and not any(m.axis.reports.warned)
