@@ -175,7 +175,7 @@ def test_of_counts_lost_one_by_one_the_emf_tells(motor, rpm):
 
     step_until_carried(m, lose, 400)
     lost_deg = -m.slip * 360 * m.p.pole_pairs / m.p.encoder_counts
-    assert m.axis.failover.pending == m.c.FAULT_ENCODER_SLIP and lost_deg > 15 and abs(m.degrees_off) < 6
+    assert m.axis.failover.pending == m.c.FAULT_ENCODER_SLIP and lost_deg > 11 and abs(m.degrees_off) < 6
 
 
 @pytest.mark.parametrize("reluctant, off_deg", ((False, 0), (True, -30)))

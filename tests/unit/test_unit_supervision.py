@@ -628,3 +628,16 @@ def test_a_load_that_comes_and_goes_is_no_slip(motor, load_a):
         m.i_a = load_a[n % 2]
         m.step(150)
     assert m.fault == "NONE" and not any(m.axis.reports.warned)
+
+
+@pytest.mark.parametrize("pulses, found", (((1000, 1030, 1060), True), ((1000, 970, 940), True), ((1000, 1060, 1000), False),
+                                           ((1000, 1030, 1050), False), ((1000, 940, 1060), False), ((1000, 1060, 1061), True)))
+def test_two_pulses_off_to_one_side_the_second_by_a_jump_are_a_slip(c, motor, pulses, found):
+    """20 degrees of 0.36 each; one pulse may be wrong itself. The index's own fault only warns."""
+    m = motor(1500, 1.0)
+    m.axis.reactions.choice[c.FAULT_ENCODER_COUNTS] = c.REACTION_WARN
+    for at in pulses:
+        m.step(8)
+        pulse(m, at)
+    m.step(8)
+    assert m.fault == ("ENCODER_SLIP" if found else "NONE")
