@@ -29,11 +29,12 @@ STEPS = {
     "nothing": [],
     "on_and_off": [line(1.7, "on"), line(2.5, "off"), line(2.6, "on"), line(2.7, "off")],
     "identify": [line(1.0, "identify")],
-    "fault_and_retry": [line(0.1, "reaction gate_driver off"), line(0.15, "set retry_ms 200"), line(0.25, "on"), line(1.4, "speed 900"),
-                        event(1.8, "driver_fault", "1"), event(1.9, "driver_fault", "0"), line(2.0, "clear"), line(2.1, "on")],
+    "fault_and_clear": [line(0.25, "on"), line(1.4, "speed 900"), event(1.8, "driver_fault", "1"),
+                        event(1.9, "driver_fault", "0"), line(2.0, "clear"), line(2.1, "on")],
     "settings": [line(1.7, "save"), line(1.8, "load"), line(1.9, "get all"), line(2.3, "help"), line(2.5, "defaults")],
     "moves": [line(0.25, "on"), line(1.7, "speed 3000"), line(2.0, "torque 0.3"), line(2.2, "pp 8000"), line(2.6, "quickstop")],
-    "update": [line(1.65, "set pwm_update 1"), line(1.7, "on"), line(2.4, "off"), line(2.5, "set pwm_update 0"), line(2.55, "on")],
+    "update": [line(1.65, "set pwm_update 1"), line(1.7, "on"), line(2.4, "off"), line(2.5, "set pwm_update 0"),
+               line(2.55, "on")],
     "off": [line(0.25, "on"), line(1.4, "speed 900"), line(1.8, "off")],
 }
 
@@ -41,7 +42,8 @@ STEPS = {
 def play(out_dir, steps, **others):
     build = build_of(OWN_HZ, "mssfoc.elf", "mssfoc.hex", folder="two-axes", AXES=2)
     plan = {"key": "first", "title": "first", "end_s": ENDS_S, "preamble_s": 0.05, "expect_refusal": ".*", "step": steps}
-    return simulate(plan, FIRST, build=build, out_dir=out_dir, aligned=True, second={"motor": SECOND, "scenario": STEADY}, **others)
+    second = {"motor": SECOND, "scenario": STEADY}
+    return simulate(plan, FIRST, build=build, out_dir=out_dir, aligned=True, second=second, **others)
 
 
 def of_second(result):
@@ -87,8 +89,8 @@ def test_a_processor_fault_opens_both_bridges(tmp_path):
 
 def test_settings_of_both_are_kept(tmp_path):
     envm = tmp_path / "device.envm"
-    saved = [line(0.1, "set ramp_rpm_s 1234"), line(0.2, "axis 2 set ramp_rpm_s 4321"), line(0.3, "axis 2 off"), line(0.6, "save"),
-             line(0.8, "axis 2 save")]
+    saved = [line(0.1, "set ramp_rpm_s 1234"), line(0.2, "axis 2 set ramp_rpm_s 4321"), line(0.3, "axis 2 off"),
+             line(0.6, "save"), line(0.8, "axis 2 save")]
     first = play(tmp_path / "save", saved, envm=envm)
     assert "slot A, save 1" in first.console and "slot A, save 1" in first.second.console
     again = play(tmp_path / "load", [line(0.02, "get ramp_rpm_s"), line(0.03, "axis 2 get ramp_rpm_s")], envm=envm)
