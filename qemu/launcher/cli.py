@@ -215,7 +215,7 @@ def _plant(options):
 
 def _only(motor):
     if len(_names(motor, "MOTOR")) > 1:
-        raise LauncherError(f"MOTOR '{motor}' names two, which only make run plays")
+        raise LauncherError(f"MOTOR '{motor}' names two, which only make run and make console play")
     return motor
 
 
@@ -223,8 +223,9 @@ def _console(options):
     from .console import live_console
     from .simulate import DEFAULT_MOTOR
 
-    return live_console(_only(options.motor or DEFAULT_MOTOR), options.seed, options.build, options.qemu, options.scenario,
-                        options.console, options.modbus, options.can, **_plant(options))
+    motors = _names(options.motor or DEFAULT_MOTOR, "MOTOR")
+    return live_console(motors[0], options.seed, options.build, options.qemu, options.scenario, options.console, options.modbus,
+                        options.can, *motors[1:], **_plant(options))
 
 
 def _scope(options):

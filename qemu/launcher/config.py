@@ -55,7 +55,7 @@ def _plant(drive, probes):
 def _events(drive, scenario, symbols, enums, beside_another, to=""):
     """What is typed, each line behind `to`, and what happens. Beside another axis each says when it is done."""
     steps, late, end_s = scenario.split()
-    if beside_another and not scenario.holds:
+    if beside_another and not scenario.holds and end_s is not None:
         steps = [*steps, Step(end_s, "end", [])]
     lines = []
     if scenario.preamble_s is not None:

@@ -11,6 +11,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 from .claim import keep
 from .config import twin_config
@@ -22,7 +23,7 @@ from .probes import Symbols, make_probes
 from .qemu import (Image, Qemu, bus_chardev, can_chardev, chip_items, command, envm_files, fabric_files, line_chardev,
                    progress_s, start)
 from .scenario import Scenario, load_scenario
-from .simulate import check_seed, prepare, write
+from .simulate import SEED_OF_SECOND, check_axes, check_seed, prepare, write
 
 PREAMBLE_S = 0.05
 PACE_S = 0.02      # how often the two times are compared
@@ -30,13 +31,13 @@ LEAD_S = 0.1       # how far simulated time may be ahead
 TERMINAL = "stdio,id=console,mux=on,signal=off"
 
 
-def live_console(motor, seed, build=None, qemu=None, scenario=None, console="", modbus="", can="", **plant):
+def live_console(motor, seed, build=None, qemu=None, scenario=None, console="", modbus="", can="", second="", **plant):
     """Runs until the user ends it. Returns the exit status of QEMU. `plant`: plant, spread, detune, fabric, sensors, aligned,
     envm, as simulate() has them; `console`, `modbus`, `can`: where they are to be had, pty or tcp:PORT; without `console` it is
-    this terminal."""
+    this terminal. `second` is the motor of axis 2, for an image of two; a scenario is the first's."""
     terminal = line_chardev(console, "console", "CONSOLE") if console else TERMINAL
     drive, arguments, environment, progress, _ = prepared(motor, seed, build, qemu, scenario, plant, console=terminal,
-                                                          modbus=modbus, can=can)
+                                                          modbus=modbus, can=can, second=second)
     if console:
         where = f"at socket://127.0.0.1:{console[4:]}" if console.startswith("tcp:") else "at the terminal that QEMU names"
         print(f"{drive.motor.name} on {drive.inverter.name}, its console {where}. To end: Ctrl-C.\n", flush=True)
@@ -64,11 +65,12 @@ def debug_session(motor, seed, build=None, qemu=None, scenario=None, port=1234, 
 
 
 def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMINAL, live=False, modbus="",
-             can="", out_dir=None):
+             can="", out_dir=None, second=""):
     """What starts a drive that runs until it is ended: (drive, command line, environment, progress file, pipe of live events).
 
     live    events come by the pipe, and nobody types the motor's parameters; otherwise there is no pipe
     modbus, can  where the buses are to be had
+    second  the motor of axis 2, for an image of two
     """
     seed = check_seed(seed)
     plant = dict(plant)
@@ -82,9 +84,9 @@ def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMIN
     checked, image = Qemu(qemu), Image(build)
     out_dir = Path(out_dir) if out_dir else build / ("scope" if live else "console")
     symbols = Symbols(image.elf)
-    if symbols.axes > 1:
-        raise LauncherError(f"{shown(image.elf)} drives two motors, which only make run plays: make AXES=1 builds one for one")
+    check_axes(symbols, 2 if second else 1)
     check_ranges(drive, ranges_of(symbols))
+    other = live_axis(second, seed, symbols, fabric, build, plant) if second else None
     keep(out_dir)
     files = prepare(out_dir)
     config = out_dir / "twin.cfg"
@@ -94,9 +96,18 @@ def prepared(motor, seed, build, qemu, scenario, plant, extra=(), console=TERMIN
     can_options, can_items = can_chardev(can)
     written = {"progress": files["progress"], **({"live": pipe} if live else {}), **fabric_files(fabric, build, drive),
                **envm_files(envm), **chip_items(chip), **bus_files, **can_items}
-    write(config, twin_config(drive, plan, seed, probes, written, symbols, enums=enums))
+    write(config, twin_config(drive, plan, seed, probes, written, symbols, enums=enums, second=other))
     line = command(checked, image, config, console, [*bus_options, *can_options, *extra])
     return drive, line, checked.environment(), files["progress"], pipe
+
+
+def live_axis(motor, seed, symbols, fabric, build, plant):
+    """Axis 2 of a live drive: its motor's parameters are typed, too."""
+    drive = load_drive(motor, seed=seed ^ SEED_OF_SECOND, **plant)
+    check_ranges(drive, ranges_of(symbols))
+    fabric_files(fabric, build, drive, drive)  # refuses a fabric that has one axis only
+    plan = Scenario("live", "live console", None, PREAMBLE_S, [], [])
+    return SimpleNamespace(drive=drive, plan=plan, probes=[], files={}, symbols=symbols.of_axis(1), enums=None)
 
 
 def _new_pipe(folder):

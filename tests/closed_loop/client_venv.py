@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from launcher.paths import build_dir
 from tools import client
 
@@ -36,3 +38,12 @@ def packed(folder):
     subprocess.run([environment() / "pip", *PIP, "wheel", "--no-index", "--no-deps", "--no-build-isolation", "-w", folder,
                     folder / "client"], check=True)
     return next(Path(folder).glob("mssfoc-*.whl"))
+
+
+def installed_in(folder):
+    """(a Python, the folder of the client's wheel for its PYTHONPATH); skips the test where PyPI cannot be reached."""
+    if environment() is None:
+        pytest.skip("the client's environment cannot be had from PyPI: no network?")
+    install = [environment() / "pip", "-q", "install", "--no-index", "--no-deps", "--target", folder / "site"]
+    subprocess.run([*install, packed(folder)], check=True)
+    return environment() / "python", folder / "site"

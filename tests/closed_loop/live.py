@@ -11,7 +11,7 @@ import threading
 import time
 
 from launcher.config import twin_config
-from launcher.console import LEAD_S, PACE_S
+from launcher.console import LEAD_S, PACE_S, live_axis
 from launcher.drive import load_drive
 from launcher.paths import build_dir
 from launcher.probes import Symbols
@@ -69,25 +69,29 @@ def live_can(out_dir, *typed, motor="teknic_m2310p"):
 
 
 @contextlib.contextmanager
-def live_everything(out_dir, console, modbus, can, *typed, motor="teknic_m2310p"):
-    """A running drive with its console and both buses at ports of this machine."""
+def live_everything(out_dir, console, modbus, can, *typed, motor="teknic_m2310p", **two):
+    """A running drive with its console and both buses at ports of this machine; of two motors: second=, build=."""
     bus_options, bus_items = bus_chardev(f"tcp:{modbus}")
     can_options, can_items = can_chardev(f"tcp:{can}")
     with _running(out_dir, motor, [*bus_options, *can_options], {**bus_items, **can_items}, typed,
-                  line_chardev(f"tcp:{console}", "console", "CONSOLE")) as (files, _):
+                  line_chardev(f"tcp:{console}", "console", "CONSOLE"), **two) as (files, _):
         yield files
 
 
 @contextlib.contextmanager
-def _running(out_dir, motor, options, items, typed=(), console=None):
-    drive, build = load_drive(motor, plant="full", spread=0), build_dir()
+def _running(out_dir, motor, options, items, typed=(), console=None, second="", build=None):
+    how = {"plant": "full", "spread": 0}
+    drive, build = load_drive(motor, **how), build_dir(build)
     image, qemu = Image(build), Qemu()
+    symbols = Symbols(image.elf)
     files = prepare(out_dir)
-    plan = Scenario("live", "live", None, 0.05, [Step(0.2 + 0.02 * n, "console", [], text) for n, text in enumerate(typed)], [])
+    typed_s = 0.6 if second else 0.2  # the parameters of two take longer
+    steps = [Step(typed_s + 0.02 * n, "console", [], text) for n, text in enumerate(typed)]
+    plan = Scenario("live", "live", None, 0.05, steps, [])
+    other = live_axis(second, 1, symbols, "model", build, how) if second else None
     config, output = out_dir / "twin.cfg", out_dir / "qemu.log"
     write(config, twin_config(drive, plan, 1, [], {"progress": files["progress"], "bus_log": files["bus_log"],
-                                                      "can_log": files["can_log"], **items},
-                              Symbols(image.elf)))
+                                                      "can_log": files["can_log"], **items}, symbols, second=other))
     arguments = command(qemu, image, config, console or f"file,id=console,path={escape(files['console'])}", options)
     over = threading.Event()
     with open(output, "wb") as stream:
@@ -95,7 +99,7 @@ def _running(out_dir, motor, options, items, typed=(), console=None):
         pacer = threading.Thread(target=_pace, args=(process, files["progress"], over), daemon=True)
         try:
             pacer.start()
-            while progress_s(files["progress"]) < 0.3 + 0.02 * len(typed):  # parameters have been typed
+            while progress_s(files["progress"]) < typed_s + 0.1 + 0.02 * len(typed):  # parameters have been typed
                 assert process.poll() is None, output.read_text()
                 time.sleep(0.05)
             yield files, output

@@ -8,7 +8,7 @@ import time
 import pytest
 
 import mssfoc
-from closed_loop.client_venv import environment, packed
+from closed_loop.client_venv import installed_in
 from closed_loop.live import free_port, live_everything
 from tools.param_rows import param_rows
 from unit.conftest import ROOT
@@ -37,12 +37,7 @@ def console(places):
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
     """A Python that has the client from its wheel."""
-    if environment() is None:
-        pytest.skip("the client's environment cannot be had from PyPI: no network?")
-    folder = tmp_path_factory.mktemp("wheel")
-    subprocess.run([environment() / "pip", "-q", "install", "--no-index", "--no-deps", "--target", folder / "site",
-                    packed(folder)], check=True)
-    return environment() / "python", folder / "site"
+    return installed_in(tmp_path_factory.mktemp("wheel"))
 
 
 def at(places, text):
