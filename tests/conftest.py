@@ -12,7 +12,7 @@ import pytest
 SHORT = "tests/unit/"
 # what each of them has whole; of what plays the image and takes its time, one test in so many, drawn by its name
 WHOLE = (SHORT, *(f"tests/{name}/" for name in ("lib", "launcher", "tools", "make", "budgets")), "tests/campaign/test_lots.py")
-ONE_IN = {"--sample": 4, "--most": 3}
+ONE_IN = {"--sample": 5, "--most": 4}
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "qemu"), str(ROOT / "qemu/client")]
 os.chdir(ROOT)
@@ -53,9 +53,9 @@ def pytest_terminal_summary(terminalreporter):
 def pytest_addoption(parser):
     parser.addoption("--sample", action="store_true",
                      help="without what is marked `rest`, more motors, rates and cases of what is there already; of what plays"
-                          " the image, one test in four")
+                          " the image, one test in five")
     parser.addoption("--most", action="store_true",
-                     help="without what is marked `long`, half a minute for one case more; of what plays the image, a third")
+                     help="without what is marked `long`, half a minute for one case more; of what plays the image, a fourth")
 
 
 def pytest_configure(config):

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from launcher import simulate
+from launcher.load import CURRENT_LOOP, load_irqlog
 from launcher.qemu import CAN_DESIGN
 
 EXACT = {"plant": "ideal", "spread": 0, "aligned": True}
@@ -183,5 +184,12 @@ def test_csp_by_sync_each_millisecond_loses_no_set_point(every_s, tmp_path):
           f"{np.abs(trace['following_counts'][steady]).max():.0f} counts")
     assert np.ptp(late) < 1.5, "a value a millisecond is a cycle wide by itself: the rest is jitter"
     assert not trace["fault"][steady].any() and np.abs(trace["following_counts"][steady]).max() <= 8
+    irqs = load_irqlog(result.irqlog)
+    loop = irqs["exception"] == CURRENT_LOOP
+    busy, quiet = (loop & when for when in (irqs["t_s"] > CSP_S + 0.1, (irqs["t_s"] > 0.1) & (irqs["t_s"] < 0.2)))
+    spreads = [np.ptp(irqs["start_ns"][rows]) for rows in (busy, quiet)]
+    print(f"current loop: {irqs['cycles'][busy].max():.0f} cycles at most, begins {spreads[0]:.0f} ns apart; without a frame "
+          f"{spreads[1]:.0f}")
+    assert irqs["cycles"][busy].max() <= irqs["cycles"][quiet].max() and spreads[0] < 500
     answers = [sum(line[1:3] == ("tx", identifier) for line in log) for identifier in ("385", "485")]
     assert min(answers) >= len(places) - 2
