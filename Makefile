@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 # mssfoc: field-oriented motor control for the Cortex-M3 of SmartFusion2. `make help` lists the targets.
 
-# Motors that the image drives: as many as MOTOR names.
-AXES    ?= $(if $(filter 2,$(words $(MOTOR))),2,1)
+# Motors that the image drives: as many as MOTOR names. A file's path may have blanks.
+BLANK   := $() $()
+AXES    ?= $(if $(filter 2,$(words $(MOTOR))),$(if $(wildcard $(subst $(BLANK),\ ,$(MOTOR))),1,2),1)
 ifeq ($(filter 1 2,$(AXES)),)
 $(error mssfoc: AXES='$(AXES)' is neither 1 nor 2)
 endif

@@ -78,7 +78,8 @@ static void start_uart(void)
 static void start_axes(enum fault boot_fault)
 {
     for (uint32_t n = 0; n < AXIS_COUNT; n++) {
-        drive_start(&axes[n], boot_fault);
+        const bool led = n == 0u || !axis_fabric_doubted(&axes[0]); /* or the follower's carrier would never start */
+        drive_start(&axes[n], led ? boot_fault : FAULT_FABRIC);
         if (!axis_fabric_doubted(&axes[n])) {
             handlers_start_current_loop(n);
         }

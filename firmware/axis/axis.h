@@ -92,6 +92,7 @@ struct axis {
     uint32_t lingering_ms;            /* the part of stopping_ms in which no limit held back braking */
     uint32_t heartbeat;               /* conversions at the last step */
     uint32_t paced_ms;                /* when the conversions per millisecond were last chosen */
+    uint32_t crowded_ms;              /* when the other axis last identified */
     volatile uint32_t time_wraps;     /* of time_ms, once in 49.7 days */
     volatile uint32_t fabric_doubt;   /* AXIS_FABRIC_DOUBTED until start-up trusts the fabric */
     volatile uint32_t thread_owes_ms; /* its proof of life, to the fabric: slow steps since its turn began */

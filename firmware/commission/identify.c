@@ -93,7 +93,6 @@ bool identify_step(struct identify *d, const struct measure_io *io)
         }
         d->thinking = identify_measure(d, io);
     }
-    d->thinking_ms = d->thinking ? d->thinking_ms + 1u : 0u;
     if (d->thinking) {
         hold_nothing(d, io->loop);
     }
@@ -102,7 +101,12 @@ bool identify_step(struct identify *d, const struct measure_io *io)
 
 bool identify_keeps_thread(const struct identify *d)
 {
-    return d->running && d->thinking && d->thinking_ms <= CONFIG_THINK_MS;
+    return d->thinking && d->thinking_ms <= CONFIG_THINK_MS;
+}
+
+void identify_mind_thread(struct identify *d)
+{
+    d->thinking_ms = d->thinking ? d->thinking_ms + 1u : 0u;
 }
 
 /* ---- the tuning in force ---- */
@@ -153,6 +157,7 @@ static enum identify_reason think(struct identify *d)
 void identify_think(struct identify *d)
 {
     if (!d->running || !d->thinking) {
+        d->thinking = d->thinking && d->running; /* stopped before it could begin */
         return;
     }
     const enum identify_reason end = think(d);
@@ -166,8 +171,8 @@ void identify_think(struct identify *d)
         d->ms = d->phase = d->phase_ms = 0;
         d->stopped_in = end == IDENTIFY_NO_REASON ? d->step + 1u : d->step;
         d->step = end == IDENTIFY_NO_REASON ? d->step + 1u : IDENTIFY_STEP_DONE;
-        d->thinking = false;
     }
+    d->thinking = false;
     cpu_irq_restore(mask);
     if (stopped) {
         identify_refuse_rest(d, IDENTIFY_STOPPED);

@@ -240,8 +240,12 @@ const struct tuning *identify_tuning(const struct identify *d);
 /* Evaluates what has been measured, if anything. Thread, often. */
 void identify_think(struct identify *d);
 
-/* Whether the thread is busy with that, and not for longer than it ever needs: CONFIG_THINK_MS. Slow loop. */
+/*
+ * Whether the thread is busy with that, not for longer than it ever needs: CONFIG_THINK_MS. Not even a fault ends it sooner.
+ * identify_mind_thread() counts the milliseconds. Slow loop, in each.
+ */
 bool identify_keeps_thread(const struct identify *d);
+void identify_mind_thread(struct identify *d);
 
 /* Ends it, by `fault` or (0) by a request. Any context. */
 void identify_stop(struct identify *d, uint32_t fault);

@@ -27,15 +27,21 @@ static void count_time(struct axis *a)
     cpu_irq_restore(mask);
 }
 
-/*
- * Expect the conversions of a millisecond, +-1, since the last step; the fabric detects unread ones. While the other axis
- * identifies, this one's step waits for its bursts (identify_burst.h), and is up to half a millisecond late.
- */
+/* While the other axis identifies, this one's step waits for its bursts (identify_burst.h): up to half a millisecond. */
+static bool may_be_late(struct axis *a)
+{
+    if (a->beside != NULL && a->beside->identify.running) {
+        a->crowded_ms = a->time_ms;
+    }
+    return a->beside != NULL && a->time_ms - a->crowded_ms <= LOOP_START_MS;
+}
+
+/* Expect the conversions of a millisecond, +-1, since the last step; the fabric detects unread ones. */
 static void watch_heartbeat(struct axis *a)
 {
     const uint32_t conversions = adc_sequence(&a->fabric->adc);
     const uint32_t too_many = conversions - a->heartbeat - (uint32_t)a->loop.loops_per_slow;
-    const uint32_t most = a->beside == NULL ? 1u : (uint32_t)a->loop.loops_per_slow / 2u;
+    const uint32_t most = may_be_late(a) ? (uint32_t)a->loop.loops_per_slow / 2u : 1u;
     a->heartbeat = conversions;
     if (too_many + most > 2u * most && a->time_ms - a->paced_ms > LOOP_START_MS) { /* once in 49.7 days for less time */
         fault_raise(a, FAULT_LOOP_STOPPED);
@@ -88,6 +94,9 @@ static bool thread_is_kept(const struct axis *a)
 
 static void prove(struct axis *a)
 {
+    if (FEATURE_IN(IDENTIFY)) {
+        identify_mind_thread(&a->identify);
+    }
     if (thread_is_kept(a)) {
         gate_prove_thread(&a->fabric->gate);
     }

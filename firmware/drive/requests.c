@@ -38,8 +38,23 @@ bool drive_is_off(const struct axis *a)
            (a->state == AXIS_SWITCH_ON_DISABLED || a->state == AXIS_FAULT);
 }
 
+/* Bursts of the one and pulses of the other that looks for a turning rotor: the slow loop has no time for both. */
+static bool beside_identifies(const struct axis *a)
+{
+    return a->beside != NULL && a->beside->identify.running;
+}
+
+static bool beside_catches(const struct axis *a)
+{
+    return a->beside != NULL && a->beside->tuning.angle_source != PARAM_ANGLE_ENCODER &&
+           (a->beside->switching.under_way || a->beside->state == AXIS_SWITCHED_ON);
+}
+
 enum error drive_state_forbids_on(const struct axis *a)
 {
+    if (beside_identifies(a) && a->params.angle_source != PARAM_ANGLE_ENCODER) {
+        return ERROR_IDENTIFY_BESIDE;
+    }
     if (a->state == AXIS_FAULT || a->state == AXIS_FAULT_REACTION || a->faults.cause != FAULT_NONE) {
         return ERROR_FAULT_LATCHED;
     }
@@ -74,8 +89,8 @@ struct outcome drive_identify(struct axis *a)
     if (drive_state_forbids_on(a) != ERROR_NONE) {
         return outcome_of(drive_state_forbids_on(a));
     }
-    if (a->beside != NULL && a->beside->identify.running) {
-        return outcome_of(ERROR_IDENTIFY_BESIDE); /* the slow loop has no time for both */
+    if (beside_identifies(a) || beside_catches(a)) {
+        return outcome_of(beside_identifies(a) ? ERROR_IDENTIFY_BESIDE : ERROR_CATCHES_BESIDE);
     }
     struct outcome problem = identify_begin(&a->identify, &a->params);
     if (problem.error != ERROR_NONE) {

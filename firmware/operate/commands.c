@@ -88,16 +88,17 @@ static size_t split_line(char *line, char **words)
 }
 
 /* The scope is with the chosen axis, which a line for once need not be for. */
-static bool is_elsewhere(const struct session *s, const struct command *command)
+static bool is_elsewhere(const struct session *s, const struct command *command, const struct arguments *a)
 {
-    return AXIS_COUNT > 1u && FEATURE_IN(SCOPE) && commands_absent(command->name) == FEATURE_SCOPE &&
+    const bool lists = command_words(command) > 1u && text_equal(a->word[1], "list");
+    return !lists && AXIS_COUNT > 1u && FEATURE_IN(SCOPE) && commands_absent(command->name) == FEATURE_SCOPE &&
            s->scope->axis != s->axis;
 }
 
 static void run_row(struct session *s, const struct command *command, const struct arguments *a)
 {
     s->accepted = false;
-    if (is_elsewhere(s, command)) {
+    if (is_elsewhere(s, command, a)) {
         answer(s, outcome_of(ERROR_SCOPE_ELSEWHERE));
     } else if (command->request != NULL) {
         answer(s, command->request(s->axis));

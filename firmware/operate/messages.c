@@ -143,6 +143,7 @@ static const char *const error_texts[ERROR_COUNT] = {
     [ERROR_SAVE_BESIDE_ON] =
         OF(SETTINGS, "saving keeps the core from both motors: the other axis off and at rest first"),
     [ERROR_IDENTIFY_BESIDE] = OF(IDENTIFY, "the other axis is identified; wait for its end, or switch it off"),
+    [ERROR_CATCHES_BESIDE] = OF(IDENTIFY, "the other axis starts without an encoder; wait until it operates"),
     [ERROR_AXIS_RANGE] = "there is no such axis: they count from 1 to @",
     [ERROR_SCOPE_ELSEWHERE] = OF(SCOPE, "the scope is with the axis that 'axis' has chosen: choose this one first"),
     [ERROR_SWEEP_AMPLITUDE] = OF(SCOPE, "the amplitude must be above 0, and at most an eighth of i_max_ma, @ mA"),

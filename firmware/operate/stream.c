@@ -63,7 +63,8 @@ static void send_new(struct stream *s, struct text *out, const struct scope *sco
 
 void stream_poll(struct stream *s, struct text *out, const struct scope *scope)
 {
-    if (s->every_ms != 0u && scope->axis->time_ms - s->heard_ms > STREAM_SILENCE_MS) {
+    const int32_t silent_ms = (int32_t)(scope->axis->time_ms - s->heard_ms); /* two axes' clocks: -1, too */
+    if (s->every_ms != 0u && silent_ms > (int32_t)STREAM_SILENCE_MS) {
         stream_end(s);
     }
     if (s->baud != 0u) {

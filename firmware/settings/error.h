@@ -117,6 +117,7 @@ enum error {
     ERROR_AXIS_RANGE = 92,      /* a number that there is */
     ERROR_SCOPE_ELSEWHERE = 93, /* `axis` with this axis' number first: the scope goes with it */
     ERROR_IDENTIFY_BESIDE = 94, /* wait for its end, or the other axis off */
+    ERROR_CATCHES_BESIDE = 95,  /* wait until the other axis operates */
     ERROR_COUNT
 };
 

@@ -44,7 +44,9 @@ void fault_taken(const struct fault_frame *frame, uint32_t exc_return)
 static bool block_is_lost(void)
 {
     const uint32_t held = sysreg_held(BOOT_BLOCKS);
-    return held == SYSREG_RESET_FABRIC ? !axis_fabric_doubted(&axes[0]) && !gate_id_ok(&FABRIC0->gate) : held != 0u;
+    const uint32_t n =
+        AXIS_COUNT > 1u && axis_fabric_doubted(&axes[0]) ? AXIS_COUNT - 1u : 0u; /* whom the fabric answers */
+    return held == SYSREG_RESET_FABRIC ? !axis_fabric_doubted(&axes[n]) && !gate_id_ok(&FABRIC(n)->gate) : held != 0u;
 }
 
 /* The interrupts that should tell of it may not be wired, or may have been disabled by what they tell of. */

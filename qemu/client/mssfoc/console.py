@@ -181,7 +181,6 @@ class ConsoleDrive(Drive):
 
     def signals(self):
         """{name: Signal} that a capture can hold."""
-        self._take_scope()
         return texts.signals(self.ask("scope list"))
 
     def arm(self, names, trigger="never", before=0, every=1):
@@ -206,6 +205,5 @@ class ConsoleDrive(Drive):
         return self.captured()
 
     def fault_capture(self):
-        """What the last fault left: a Capture, or Refused."""
-        self._take_scope()
+        """What the last fault left: a Capture, or Refused, as if the scope was with the other axis."""
         return Capture.of(texts.capture(self.ask("scope fault")), self.signals())
