@@ -13,9 +13,10 @@
 #define SETTLE_BLOCKS  1u  /* after a change of the gains, for what swings at the limit */
 #define FADE_BLOCKS    4u  /* and for what may fade: a loop near its border fades slowly */
 #define LISTEN_MS      25u
-#define DEAF_MS        5u                                    /* of these: until the torque is what it will stay */
-#define FAST_C_Q13     14354                                 /* OSCILLATION_HZ */
-#define IMPURE_Q13     9830                                  /* 1.2: a tone among harmonics; noise has 2 */
+#define DEAF_MS        5u    /* of these: until the torque is what it will stay */
+#define FAST_C_Q13     14354 /* OSCILLATION_HZ */
+#define IMPURE_Q13     9830  /* 1.2: a tone among harmonics; noise has 2 */
+#define HARD_BLOCKS    4u
 #define RINGS_Q13      2458                                  /* 0.3 */
 #define STRAIGHT_C_Q13 16220                                 /* 25 Hz: it only drifts */
 #define RING_PART      (64u << 2 * OSCILLATION_LISTEN_SHIFT) /* of the power before */
@@ -30,6 +31,7 @@ void oscillation_reset(struct oscillation *o)
     o->demand_sum_q15 = 0;
     o->level_q24[0] = 0;
     o->level_q24[1] = 0;
+    o->hard_blocks = 0;
     o->listens = false;
 }
 
@@ -77,9 +79,16 @@ static bool goes_on(const struct oscillation *o, uint32_t level_q24, int32_t i_m
     return o->blocks >= FADE_BLOCKS && level_q24 > o->level_q24[1] - o->level_q24[1] / 4u;
 }
 
-static bool is_fast_tone(const struct tone_found *found)
+static bool is_fast_swing(const struct oscillation *o, const struct tone_found *found)
 {
-    return found->c_q13 < FAST_C_Q13 && found->rest_q13 < IMPURE_Q13;
+    return found->c_q13 < FAST_C_Q13 && (found->rest_q13 < IMPURE_Q13 || o->hard_blocks >= HARD_BLOCKS);
+}
+
+/* An amplitude of 0.7 i_max. */
+static void count_hard(struct oscillation *o, uint32_t level_q24, int32_t i_max_q12)
+{
+    const bool hard = level_q24 * 4u > square_q24(i_max_q12) && o->edge_q12 * 2 < i_max_q12;
+    o->hard_blocks = hard ? o->hard_blocks + 1u : 0u;
 }
 
 static enum oscillation_says answer(struct oscillation *o, uint32_t level_q24, int32_t i_max_q12)
@@ -107,6 +116,7 @@ static enum oscillation_says judge_block(struct oscillation *o, int32_t i_max_q1
 {
     const uint32_t level_q24 = (uint32_t)(o->tone.squares / BLOCK_STEPS);
     const bool loud = level_q24 * 2u > square_q24(least_q12(o, i_max_q12)) && goes_on(o, level_q24, i_max_q12);
+    count_hard(o, level_q24, i_max_q12);
     const struct tone_found found = loud ? tone_find(&o->tone) : (struct tone_found){FAST_C_Q13, IMPURE_Q13};
     o->mean_q15 = o->demand_sum_q15 / (int32_t)BLOCK_STEPS;
     o->demand_sum_q15 = 0;
@@ -115,7 +125,7 @@ static enum oscillation_says judge_block(struct oscillation *o, int32_t i_max_q1
     o->level_q24[1] = o->level_q24[0];
     o->level_q24[0] = level_q24;
     tone_next(&o->tone);
-    if (!is_fast_tone(&found)) {
+    if (!is_fast_swing(o, &found)) {
         return OSCILLATION_NOTHING;
     }
     o->found++;

@@ -8,6 +8,9 @@
  * half an edge a millisecond below edge_q12. What swings faster than 500 Hz is seen folded below it, and acts
  * there.
  *
+ * A swing that has met the torque limit may be no tone any more: what the limit leaves of it beats with the samples. So what
+ * swings that far, that fast, for HARD_BLOCKS needs no purity, where edges of the encoder cannot be what is seen.
+ *
  * A loop that oscillates against its torque limit says how far it is from where it would not: the limit passes 4 / (pi A) of
  * a swing A times as large (the relay experiment of Astrom and Hagglund, Automatica 20(5), 1984, the other way round). Half of
  * that gain is taken: 6 dB of margin.
@@ -49,6 +52,7 @@ struct oscillation {
     struct tone tone;
     uint32_t steps;        /* of the block, or since it listens */
     uint32_t blocks;       /* since the gains last changed */
+    uint32_t hard_blocks;  /* in a row, of a swing near the torque limit */
     uint32_t level_q24[2]; /* mean squares of the last blocks, latest first */
     int32_t demand_sum_q15;
     int32_t mean_q15; /* demand, over the last whole block */

@@ -11,7 +11,7 @@ from disasm import ImageError
 ROOT = Path(__file__).resolve().parents[2]
 SYSTEM_VECTORS = 16
 RESET, SVCALL = 1, 11
-CHOICES = "handlers_of_axis_"  # firmware/system/handlers.c
+CHOICES = "handlers_of_axes"  # firmware/system/handlers.c
 HARDWARE_FRAME = 32 + 4  # eight words, and one that aligns the stack to 8 bytes (ARMv7-M, B1.5.7)
 
 

@@ -37,6 +37,19 @@ def test_noise_is_no_tone(c):
     assert tone(c, [0] * 16).rest_q13 > 2 * 8192, "nor is silence"
 
 
+@pytest.mark.parametrize("size, edge, found", ((1.0, 0, True), (1.0, 0.4, True), (1.0, 0.6, False), (0.4, 0, False)))
+def test_what_the_limit_has_made_no_tone_is_found_by_how_long_it_lasts(c, size, edge, found):
+    """Of two tones, by parts of i_max: neither purity nor a coarse encoder's edges tell it; a smaller one may be anything."""
+    o, i_max_q15 = c.oscillation(), 16000
+    c.oscillation_init(o)
+    o.edge_q12 = round(edge * i_max_q15 / 8)
+    amplitude = size * i_max_q15 / 8
+    says = [c.oscillation_step(o, round(amplitude * (math.cos(0.754 * n) + math.cos(2.827 * n + 0.3))), 0, i_max_q15)
+            for n in range(160)]
+    assert (o.found > 0) == found
+    assert c.OSCILLATION_LET_GO not in says[:63], "four blocks of it"
+
+
 @pytest.mark.parametrize("hz", (101, 150, 280, 400, 490))
 def test_a_notch_takes_its_frequency_and_leaves_what_rests(c, hz):
     n = c.notch()
