@@ -18,7 +18,8 @@ NOTHING_TO_SEE = ("entry",)  # another base: an address of nothing known
 def stages(source):
     """The stage of each instruction of the handler, in order; IT is none of its own in the listing."""
     found, stage = [], "entry"
-    for line in Path(source).read_text(encoding="utf-8").splitlines():
+    of_two = r"(?ms)^#if AXIS_COUNT == 2\n.*?^#(else|endif)\n"  # what an image for two motors has instead
+    for line in re.sub(of_two, "", Path(source).read_text(encoding="utf-8")).splitlines():
         if match := re.match(r"/\* stage: ([^,*]+)", line):
             stage = match.group(1).strip()
         elif match := re.match(r"        ([a-z]\w*)\s", line):
