@@ -24,5 +24,5 @@ struct thermal_memory axes_heat[AXIS_COUNT] STARTUP_NOINIT;
 
 void current_loop_fault(struct axis *axis)
 {
-    drive_sample_fault(axis);
+    drive_sample_fault(AXIS_COUNT == 1u ? &axes[0] : axis); /* of one the assembly does not say which */
 }

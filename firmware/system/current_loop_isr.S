@@ -258,7 +258,9 @@ BODY:                                                   @ 12  entry
         pop     {r4-r11, pc}                            @ 10
                                                         @ 12  exit
 .Lloop_fault:
+#if AXIS_COUNT == 2
         subs    r0, LOOP, #1                            @     the axis: its loop comes first
+#endif
         pop     {r4-r11, lr}
         .cfi_def_cfa_offset 0
         .cfi_restore lr

@@ -11,6 +11,7 @@ from disasm import ImageError
 ROOT = Path(__file__).resolve().parents[2]
 SYSTEM_VECTORS = 16
 RESET, SVCALL = 1, 11
+VECTORS_MOST = 128
 CHOICES = "handlers_of_axes"  # firmware/system/handlers.c
 HARDWARE_FRAME = 32 + 4  # eight words, and one that aligns the stack to 8 bytes (ARMv7-M, B1.5.7)
 
@@ -45,12 +46,13 @@ def vector_entries(image):
 
 def choices(image):
     """{exception number: [functions]} that the image's struct loop_handlers offer to a vector (control/current_loop.h)."""
-    found = {}
-    for name, (start, size) in image.objects.items():
-        if name.startswith(CHOICES):
-            number = (image.word(start) - image.value("startup_vectors")) // 4
-            words = [image.word(at) for at in range(start + 4, start + size, 4)]
-            found[number] = [image.functions_at[word & ~1] for word in words if word]  # 0: left out of this build
+    found, vectors = {}, image.values.get("startup_vectors")
+    for start, size in (place for name, place in image.objects.items() if name == CHOICES):
+        for word in (image.word(at) for at in range(start, start + size, 4)):
+            if vectors <= word < vectors + 4 * VECTORS_MOST:  # the next axis's begin with their vector's place
+                functions = found.setdefault((word - vectors) // 4, [])
+            elif word:  # 0: left out of this build
+                functions.append(image.functions_at[word & ~1])
     return found
 
 

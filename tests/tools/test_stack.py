@@ -139,7 +139,7 @@ def test_every_entry_point_of_the_image_has_a_bound(image):
 
 
 def test_priorities_are_the_compilers_view(image):
-    assert entries.source_priorities() == {25: 2, 26: 8, 27: 8, 30: 4, 31: 8, 32: 3, 50: 0}
+    assert entries.source_priorities() == {25: 2, 26: 8, 27: 8, 30: 4, 31: 8, 32: 3, 50: 0, 51: 0}
 
 
 @pytest.mark.parametrize("symbol, size", [("LINK_STACK_BOUND", 1024), ("LINK_FAULT_STACK_BOUND", 256)])
