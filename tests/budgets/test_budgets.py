@@ -83,10 +83,11 @@ JITTER = "current_loop.write"  # its largest is by what the core had to end firs
 
 @pytest.mark.rest
 def test_figures_do_not_depend_on_the_seed(measured):
-    # how many interrupts stood apart from others, and so were counted, is chance; what each took is not
+    # how many interrupts stood apart from others, and so were counted, is chance, and so are both ends of the jitter's row;
+    # what each took is not
     some = ("interrupts", "cycles_cold", "cycles_pessimistic")  # these two are measured with one seed
     first, second = ({row: {k: v for k, v in measured[seed][row].items()
-                            if k not in some and (row, k) != (JITTER, "cycles_max")}
+                            if k not in some and (row, k) not in ((JITTER, "cycles_min"), (JITTER, "cycles_max"))}
                       for row in measured["2"] if row not in STEPS} for seed in ("1", "2"))
     assert first == second and len(first) > 60
 
