@@ -14,6 +14,7 @@ SILENT_S = 0.8    # without a sample or an answer: it is silent; while it stream
 AT_WORK_S = 20.0   # the same where the other end is seen to go on, slowly: QEMU on a machine that is busy
 REVIVE_S = 2.0    # for a drive that may be there again
 QUIET_S = 0.3     # without text: nothing of an earlier answer is still to come
+ENDS_S = 0.5      # a program that ends lets go of its line first, and then is found to have ended
 AGAIN_S = 1.0     # between attempts to open a line that has ended
 KEEP_UP_S = 1.0   # an empty line this often: the stream ends 3 s after the last line (operate/stream.h)
 CONSOLE_BAUD, STREAM_BAUD = 115200, 921600
@@ -57,7 +58,8 @@ class Drive:
             try:
                 while data := await self.far.read():
                     self._take(data)
-                self._broken = "the line has ended"
+                await asyncio.sleep(ENDS_S)
+                self._broken = "" if self.far.ended() else "the line has ended"
             except OSError as error:
                 self._broken = f"the line is broken: {error}"
             await asyncio.sleep(AGAIN_S)
