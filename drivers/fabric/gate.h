@@ -50,8 +50,6 @@ struct gate_regs {
 #define GATE_CHOPPER_ENABLE   (1u << 0)
 #define GATE_CHOPPER_CHOPPING (1u << 1)
 
-#define GATE_AXES_COUNT(axes) (((axes) >> 4) & 15u)
-
 #define GATE_WATCH_TIME_CLOCKS 0xFFFFFu
 #define GATE_WATCH_THREAD      (1u << 8) /* the thread's turn; 0: the slow loop's */
 #define GATE_WATCH_NUMBER      0xFFu
@@ -72,7 +70,7 @@ static inline bool gate_id_ok(const struct gate_regs *gate)
 /* How many axes the design has. Context: thread, behind gate_id_ok(). */
 static inline uint32_t gate_axes(const struct gate_regs *gate)
 {
-    return GATE_AXES_COUNT(gate->AXES);
+    return (gate->AXES >> 4) & 15u;
 }
 
 /*

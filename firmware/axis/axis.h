@@ -79,8 +79,7 @@ enum axis_request {
 struct axis {
     _Alignas(AXIS_ALIGNMENT) struct current_loop loop; /* first: the interrupt addresses its members by offset */
     struct fabric *fabric;
-    struct axis
-        *beside; /* the other motor of this core, NULL: there is none. For what both need: thread, memory, time */
+    struct axis *beside; /* the other motor of this core, or NULL: both need its thread, its memory, its time */
     uint32_t carrier_ahead_counts; /* of the other motor's; 0: the carrier runs by itself */
     volatile uint32_t state;       /* enum axis_state */
     volatile uint32_t mode;        /* enum axis_mode */

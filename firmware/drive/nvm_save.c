@@ -44,7 +44,7 @@ static bool slow_loop_lives(const struct axis *a)
     return false;
 }
 
-/* Conversions go unanswered meanwhile; the slow loop must not take that for a stopped current loop. */
+/* Conversions go unanswered while a page is programmed: the slow loop must not take that for a stopped current loop. */
 static void excuse(struct axis *a)
 {
     a->paced_ms = a->time_ms;
