@@ -57,7 +57,7 @@ def limits():
     quickest, = found(r"CONFIG_LOOP_HZ_MAX (\d+)", "firmware/settings/rates.h")
     usual, = found(r"define CONFIG_PWM_HZ (\d+)", "firmware/settings/rates.h")
     rows = [
-        ("motors", "one, three-phase, magnets on or in the rotor, reluctance with magnets;"
+        ("motors", "one, or two with AXES=2, three-phase, magnets on or in the rotor, reluctance with magnets;"
          f" {param['pole_pairs'][0]} to {param['pole_pairs'][1]} pole pairs", "induction, stepper, brushed, no magnets"),
         ("rotor angle", f"A/B encoder of {param['encoder_counts'][0]} to {param['encoder_counts'][1]} counts, index or not;"
          " three Hall switches; no sensor", "resolver, sin/cos, SSI, BiSS, EnDat"),
