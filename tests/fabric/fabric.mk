@@ -95,7 +95,7 @@ $(LOCKSTEPS): $(LOCKSTEP)/lockstep%: $(LOCKSTEP_MODELS:%=$(LOCKSTEP)/%.o) $(LOCK
 lockstep: $(LOCKSTEPS)
 
 fabric-lockstep: $(LOCKSTEPS)
-	@$(PYTHON) tests/fabric/lockstep.py $< 10000000 && $(PYTHON) tests/fabric/lockstep.py $(LOCKSTEP)/lockstep1 3000000
+	@$(PYTHON) tests/fabric/lockstep.py $< 10000000 && $(PYTHON) tests/fabric/lockstep.py $(LOCKSTEP)/lockstep1 10000000
 
 fabric-benches:
 	@$(PYTHON) tests/fabric/adc_benches.py && $(PYTHON) tests/fabric/adc_benches.py --faults
